@@ -1,0 +1,34 @@
+# Sourced by ./demo and ./check: Debian packages, environment of mpirun, build.
+# Needs: $here, the project's folder. Every step says what it does; the first failure ends the script.
+
+say() { printf '\033[1m== %s\033[0m\n' "$*"; }
+
+# What the program, its tools and its tests need, all from Debian.
+packages="g++ cmake ninja-build pkg-config petsc-dev libopenblas0-serial catch2 openmpi-bin
+python3 python3-h5py python3-numpy python3-scipy python3-matplotlib python3-pandas python3-tqdm python3-meshio ffmpeg"
+
+install_packages() {
+  local missing="" p sudo=""
+  for p in $packages; do
+    [ "$(dpkg-query -W -f '${db:Status-Status}' "$p" 2>/dev/null)" = installed ] || missing="$missing $p"
+  done
+  [ -z "$missing" ] && return 0
+  say "installing:$missing"
+  [ "$(id -u)" = 0 ] || sudo=sudo
+  $sudo apt-get update -qq
+  $sudo env DEBIAN_FRONTEND=noninteractive apt-get install -y -qq --no-install-recommends $missing >/dev/null
+}
+
+prepare_mpi() {
+  export OMPI_MCA_rmaps_base_oversubscribe=1 OMP_NUM_THREADS=1 OPENBLAS_NUM_THREADS=1
+  if [ "$(id -u)" = 0 ]; then export OMPI_ALLOW_RUN_AS_ROOT=1 OMPI_ALLOW_RUN_AS_ROOT_CONFIRM=1; fi
+}
+
+build() {
+  if [ ! -f "$here/build/release/build.ninja" ]; then
+    say "configuring build/release"
+    cmake --preset release -S "$here" >/dev/null
+  fi
+  say "building build/release/backspring"
+  cmake --build "$here/build/release" "$@"
+}

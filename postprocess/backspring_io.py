@@ -1,0 +1,386 @@
+"""Reads a trajectory of backspring (HDF5, H5MD 1.1). The only place that knows the layout of the file.
+
+    from backspring_io import open_run
+    with open_run("run.h5md") as run:
+        x = run.position(-1)                    # (N, d), the last frame
+        t, energy = run.observable_times, run.observables["total_energy"]
+        strain = run.strains(-1)                # (M,)
+
+Numbers are those of the file. Runs in progress or killed can be read: a frame counts once all its parts are there.
+"""
+import os
+import time
+from dataclasses import dataclass, field
+
+os.environ.setdefault("HDF5_USE_FILE_LOCKING", "FALSE")  # a run may be writing the file
+import h5py  # noqa: E402
+import numpy as np  # noqa: E402
+
+PARTICLES = "/particles/trajectory"
+BONDS = "/connectivity/bonds"
+SI = {"time": "s", "position": "m", "velocity": "m/s", "kinetic_energy": "J", "potential_energy": "J",
+      "total_energy": "J", "momentum": "kg m/s", "angular_momentum": "kg m²/s", "mass": "kg"}
+
+
+class RunError(Exception):
+    """A file that cannot be used; the text is one line that names it and says why."""
+
+
+@dataclass
+class Springs:
+    """Springs between particles: ends are rows of position, 0-based."""
+    pairs: np.ndarray                  # (M, 2) int64
+    stiffness: np.ndarray = None       # (M,) or None: not in the file
+    rest_length: np.ndarray = None     # (M,)
+    damping: np.ndarray = None         # (M,)
+    rest_length_assumed: bool = False  # True: the file has none, lengths of the first frame are used
+
+    def __len__(self):
+        return len(self.pairs)
+
+
+@dataclass
+class Series:
+    """A table over time: value (T, n) in the file, read when indexed."""
+    value: object = None
+    times: np.ndarray = None
+    labels: list = field(default_factory=list)
+
+
+def text(value):
+    """An HDF5 string of any kind as str."""
+    if isinstance(value, np.ndarray):
+        return ",".join(text(v) for v in value.ravel())
+    return value.decode(errors="replace") if isinstance(value, bytes) else str(value)
+
+
+class Run:
+    """An open trajectory; use open_run."""
+
+    def __init__(self, path):
+        self.path = str(path)
+        self._file = _open(self.path)
+        self._cache = {}
+        try:
+            self._read_frames()
+        except RunError:
+            self.close()
+            raise
+        except (OSError, KeyError, ValueError, AttributeError) as error:
+            self.close()
+            raise self._error(f"cannot be read as a trajectory ({_first_line(error)})") from error
+
+    def __enter__(self):
+        return self
+
+    def __exit__(self, *_):
+        self.close()
+
+    def close(self):
+        self._file.close()
+
+    def _error(self, message):
+        return RunError(f"{self.path}: {message}")
+
+    def _get(self, path):
+        found = self._file.get(path)
+        return found if isinstance(found, h5py.Dataset) else None
+
+    def _array(self, path):
+        found = self._get(path)
+        try:
+            return None if found is None else found[...]
+        except OSError as error:
+            raise self._error(f"dataset {path} is damaged ({_first_line(error)})") from error
+
+    # ---- frames -------------------------------------------------------------------------------------------------
+    def _read_frames(self):
+        position = self._get(f"{PARTICLES}/position/value")
+        states = self._get("/states/value")
+        if position is None and states is None:
+            raise self._error(_why_no_trajectory(self._file))
+        self.kind = "particles" if position is not None else "linear"
+        group = f"{PARTICLES}/position" if self.kind == "particles" else "/states"
+        self.positions = position                               # h5py dataset (>= T, N, columns), or None
+        self.velocities = self._get(f"{PARTICLES}/velocity/value")
+        value = position if position is not None else states
+        if value.ndim != (3 if self.kind == "particles" else 2):
+            raise self._error(f"{value.name} has shape {value.shape}, expected "
+                              + ("(frames, particles, d)" if self.kind == "particles" else "(frames, n)"))
+        times, steps = self._array(f"{group}/time"), self._array(f"{group}/step")
+        lengths = [len(value)] + [len(a) for a in (times, steps) if a is not None and a.ndim]
+        if self.velocities is not None:
+            if self.velocities.shape[1:] != position.shape[1:]:
+                raise self._error(f"{self.velocities.name} has shape {self.velocities.shape}, positions {position.shape}")
+            lengths.append(len(self.velocities))
+        self.frames = min(lengths)                              # T
+        if self.frames == 0:
+            raise self._error("holds no frame yet")
+        count = self.frames
+        self.times = np.arange(float(count)) if times is None else np.asarray(times[:count], dtype=float)
+        self.step = np.arange(count) if steps is None or not steps.ndim else np.asarray(steps[:count])
+        self.particles = position.shape[1] if position is not None else 0   # N
+        self.dim = self._dimension(position)
+        self.states = Series()
+        if states is not None:
+            self.states = Series(states, self.times, self._labels("/states", states.shape[1], "x"))
+
+    def _dimension(self, position):
+        if position is None:
+            return 0
+        columns, box = position.shape[2], self._file.get(f"{PARTICLES}/box")
+        try:  # a padded trajectory has more columns than the space has dimensions
+            return max(1, min(columns, int(box.attrs["dimension"])))
+        except (AttributeError, KeyError, TypeError, ValueError):
+            return columns
+
+    def position(self, frame):
+        """Positions (N, d) of one frame [m]; negative frames count from the end."""
+        return self._frame(self.positions, frame, "positions")
+
+    def velocity(self, frame):
+        """Velocities (N, d) of one frame [m/s]."""
+        return self._frame(self.velocities, frame, "velocities")
+
+    def position_path(self, particle):
+        """Positions (T, d) of the particle in row `particle`."""
+        return self._column(self.positions, particle, "positions")
+
+    def velocity_path(self, particle):
+        """Velocities (T, d) of the particle in row `particle`."""
+        return self._column(self.velocities, particle, "velocities")
+
+    def _frame(self, data, frame, what):
+        if data is None:
+            raise self._error(f"holds no {what}")
+        return self._slice(data, (self.index(frame), slice(None), slice(0, self.dim)))
+
+    def _column(self, data, particle, what):
+        if data is None:
+            raise self._error(f"holds no {what}")
+        if not 0 <= particle < self.particles:
+            raise self._error(f"no particle row {particle}; there are {self.particles}, counted from 0")
+        return self._slice(data, (slice(0, self.frames), particle, slice(0, self.dim)))
+
+    def _slice(self, data, where):
+        try:
+            return np.asarray(data[where], dtype=float)
+        except OSError as error:
+            raise self._error(f"dataset {data.name} is damaged ({_first_line(error)})") from error
+
+    def index(self, frame):
+        """The frame as a row 0 .. T-1."""
+        if not -self.frames <= frame < self.frames:
+            raise self._error(f"no frame {frame}; there are {self.frames}, counted from 0")
+        return frame % self.frames
+
+    def pick(self, frames=None, stride=1, every=None):
+        """Rows chosen by "a:b" (b excluded, either may be left out), every `stride`-th, or `every` seconds of
+        simulated time."""
+        try:
+            parts = [int(p) if p.strip() else None for p in (frames or ":").split(":")]
+            rows = list(range(self.frames))[slice(*parts)] if len(parts) > 1 else [self.index(parts[0])]
+        except ValueError:
+            raise RunError(f"frames '{frames}': write a:b, for example 0:100 or -50:") from None
+        if stride < 1 or (every is not None and not every > 0):
+            raise RunError("the stride and the interval must be positive")
+        if every is not None and rows:
+            t = self.times[rows]
+            marks = np.arange(t[0], t[-1] + 0.5 * every, every)
+            rows = sorted({rows[int(np.abs(t - mark).argmin())] for mark in marks})
+        rows = rows[::stride]
+        if not rows:
+            raise self._error(f"frames '{frames}' select none of {self.frames}")
+        return rows
+
+    # ---- constants ----------------------------------------------------------------------------------------------
+    def _constant(self, name, dtype):
+        """(N,) constant of the particles, or None."""
+        if name not in self._cache:
+            data = self._array(f"{PARTICLES}/{name}")
+            if data is not None and data.size != self.particles:
+                raise self._error(f"{PARTICLES}/{name} has {data.size} rows for {self.particles} particles")
+            self._cache[name] = None if data is None else np.asarray(data, dtype=dtype).reshape(-1)
+        return self._cache[name]
+
+    @property
+    def mass(self):
+        return self._constant("mass", float)
+
+    @property
+    def radius(self):
+        return self._constant("radius", float)
+
+    @property
+    def id(self):
+        """The user's numbers; row indices where the file has none."""
+        ids = self._constant("id", np.int64)
+        return np.arange(self.particles) if ids is None else ids
+
+    @property
+    def fixed(self):
+        """(N,) bool; False throughout where the file has none."""
+        fixed = self._constant("fixed", bool)
+        return np.zeros(self.particles, dtype=bool) if fixed is None else fixed
+
+    @property
+    def springs(self):
+        """Springs between particles; length 0 where the file has none."""
+        if "springs" not in self._cache:
+            self._cache["springs"] = self._read_springs()
+        return self._cache["springs"]
+
+    def _read_springs(self):
+        pairs = self._array(BONDS)
+        if pairs is None or pairs.size == 0:
+            return Springs(np.zeros((0, 2), dtype=np.int64), *(np.zeros(0),) * 3)
+        if pairs.ndim != 2 or pairs.shape[1] != 2:
+            raise self._error(f"{BONDS} has shape {pairs.shape}, expected (springs, 2)")
+        pairs = pairs.astype(np.int64)
+        if pairs.min() < 0 or pairs.max() >= self.particles:
+            row = int(np.argmax(((pairs < 0) | (pairs >= self.particles)).any(axis=1)))
+            raise self._error(f"{BONDS} row {row} joins {pairs[row, 0]} and {pairs[row, 1]}; rows go from 0 to "
+                              f"{self.particles - 1}")
+        columns = {}
+        for name in ("stiffness", "rest_length", "damping"):
+            data = self._array(f"{BONDS}_{name}")
+            if data is not None and data.size != len(pairs):
+                raise self._error(f"{BONDS}_{name} has {data.size} rows for {len(pairs)} springs")
+            columns[name] = None if data is None else data.astype(float).reshape(-1)
+        springs = Springs(pairs, **columns)
+        if springs.rest_length is None:
+            springs.rest_length, springs.rest_length_assumed = self.lengths(0, pairs), True
+        return springs
+
+    def lengths(self, frame, pairs=None):
+        """Lengths (M,) of the springs [m]."""
+        x, pairs = self.position(frame), self.springs.pairs if pairs is None else pairs
+        return np.sqrt(((x[pairs[:, 1]] - x[pairs[:, 0]]) ** 2).sum(axis=1))
+
+    def strains(self, frame):
+        """Strains (M,) = (l - L)/L; NaN where the rest length L is 0."""
+        rest = self.springs.rest_length
+        with np.errstate(divide="ignore", invalid="ignore"):
+            return np.where(rest > 0, (self.lengths(frame) - rest) / rest, np.nan)
+
+    @property
+    def parameters(self):
+        """Options in force and versions: {name without the leading dash: text}."""
+        if "parameters" not in self._cache:
+            group = self._file.get("/parameters")
+            found = {} if group is None else {k.lstrip("-"): text(v) for k, v in group.attrs.items()}
+            for key, item in (group.items() if isinstance(group, h5py.Group) else ()):
+                if isinstance(item, h5py.Dataset) and item.size == 1:
+                    found.setdefault(key.lstrip("-"), text(item[()]))
+            self._cache["parameters"] = found
+        return self._cache["parameters"]
+
+    @property
+    def spring_law(self):
+        """'strain' or 'hooke'."""
+        return self.parameters.get("bs_spring_law", self.parameters.get("spring_law", "hooke"))
+
+    def unit(self, name):
+        """The unit of a quantity: what the file says, else SI; '' for what has none."""
+        group = PARTICLES if name in ("position", "velocity") else "/observables"
+        owner = self._get(f"{PARTICLES}/position/time" if name == "time" else f"{group}/{name}/value")
+        said = owner.attrs.get("unit") if owner is not None else None
+        return text(said) if said is not None else SI.get(name, "")
+
+    # ---- tables over time ---------------------------------------------------------------------------------------
+    @property
+    def observables(self):
+        """{name: (T,) or (T, k)}; all have the length of observable_times."""
+        return self._observables()[0]
+
+    @property
+    def observable_times(self):
+        return self._observables()[1]
+
+    def _observables(self):
+        if "observables" not in self._cache:
+            found, times = {}, self.times
+            for name, item in self._file.get("/observables", {}).items():
+                value = self._array(f"/observables/{name}/value") if isinstance(item, h5py.Group) else None
+                if value is not None and value.ndim and len(value):
+                    flat = value.reshape(len(value), -1).astype(float)
+                    found[name] = flat[:, 0] if flat.shape[1] == 1 else flat
+                    own = self._array(f"/observables/{name}/time")
+                    times = own if own is not None and own.ndim and len(own) else times
+            count = min([len(times)] + [len(v) for v in found.values()])
+            self._cache["observables"] = {k: v[:count] for k, v in found.items()}, np.asarray(times[:count], float)
+        return self._cache["observables"]
+
+    def observables_table(self):
+        """The observables as a pandas DataFrame: one row a frame, vectors as name_x, name_y, name_z."""
+        try:
+            import pandas
+        except ImportError:
+            raise RunError("no pandas in this Python; install with: sudo apt-get install python3-pandas") from None
+        columns = {"time": self.observable_times}
+        for name, value in self.observables.items():
+            if value.ndim == 1:
+                columns[name] = value
+            else:
+                suffix = "xyz" if value.shape[1] <= 3 else [str(i) for i in range(value.shape[1])]
+                columns.update({f"{name}_{suffix[i]}": value[:, i] for i in range(value.shape[1])})
+        return pandas.DataFrame(columns)
+
+    @property
+    def log(self):
+        """One row a step: {"step", "time", "dt", "newton", "krylov", "rejected"}; {} where the file has none."""
+        if "log" not in self._cache:
+            group = self._file.get("/backspring/log", {})
+            found = {k: self._array(f"/backspring/log/{k}") for k in group if self._get(f"/backspring/log/{k}") is not None}
+            found = {k: v.reshape(-1) for k, v in found.items()}
+            count = min([len(v) for v in found.values()], default=0)
+            self._cache["log"] = {k: v[:count] for k, v in found.items()} if count else {}
+        return self._cache["log"]
+
+    @property
+    def sources(self):
+        """Sources of a linear system over time; value is None where the file has none."""
+        value = self._get("/sources/value")
+        if value is None:
+            return Series()
+        times = self._array("/sources/time")
+        return Series(value, self.times if times is None else times,
+                      self._labels("/sources", value.shape[1] if value.ndim > 1 else 1, "u"))
+
+    def _labels(self, group, count, letter):
+        labels = self._array(f"{group}/labels")
+        found = [] if labels is None else [text(v) for v in labels.ravel()]
+        return found + [f"{letter}{i}" for i in range(len(found), count)]
+
+
+def open_run(path):
+    """Opens a trajectory for reading; a context manager. Raises RunError."""
+    return Run(path)
+
+
+def _first_line(error):
+    return (str(error).splitlines() or [type(error).__name__])[0]
+
+
+def _open(path):
+    if not os.path.exists(path):
+        raise RunError(f"{path}: no such file")
+    if os.path.isdir(path):
+        raise RunError(f"{path}: is a folder, expected a trajectory")
+    if not os.access(path, os.R_OK):
+        raise RunError(f"{path}: no permission to read it")
+    if not h5py.is_hdf5(path):
+        raise RunError(f"{path}: not an HDF5 file; expected a trajectory written with -bs_output")
+    for attempt in range(3):  # a run that is writing may be met between two writes
+        try:
+            return h5py.File(path, "r")
+        except OSError as error:
+            reason = _first_line(error)
+            time.sleep(0.1 * attempt)
+    raise RunError(f"{path}: cannot be opened, truncated perhaps ({reason})")
+
+
+def _why_no_trajectory(file):
+    if "/particles/position" in file:
+        return "a lattice, not a trajectory: run backspring with -bs_lattice_file and -bs_output first"
+    return "HDF5, but no trajectory: neither /particles/trajectory/position nor /states is there"

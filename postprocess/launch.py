@@ -1,0 +1,60 @@
+"""Starting a tool: an interpreter that has the modules it needs, and errors that end in one line.
+
+Needs the standard library alone, so that it works where numpy is missing.
+"""
+import importlib
+import os
+import sys
+
+PACKAGES = {"numpy": "python3-numpy", "h5py": "python3-h5py", "matplotlib": "python3-matplotlib",
+            "meshio": "python3-meshio", "tqdm": "python3-tqdm", "PIL": "python3-pil"}
+SYSTEM_PYTHON = "/usr/bin/python3"
+
+
+def missing_modules(names):
+    """The names among `names` that this interpreter cannot import."""
+    missing = []
+    for name in names:
+        try:
+            importlib.import_module(name)
+        except ImportError:
+            missing.append(name)
+    return missing
+
+
+def require(*names):
+    """Returns if every module imports; else starts the script once more under /usr/bin/python3; else says what to
+    install and exits with 2."""
+    missing = missing_modules(names)
+    tried = os.environ.pop("BACKSPRING_REEXEC", "") == "1"
+    if not missing:
+        return
+    if not tried and os.access(SYSTEM_PYTHON, os.X_OK) and sys.executable != SYSTEM_PYTHON:
+        os.environ["BACKSPRING_REEXEC"] = "1"
+        sys.stdout.flush()
+        os.execv(SYSTEM_PYTHON, [SYSTEM_PYTHON] + sys.argv)
+    packages = " ".join(PACKAGES.get(name, "python3-" + name) for name in missing)
+    tool = os.path.basename(sys.argv[0])
+    print(f"{tool}: {sys.executable} has no {', '.join(missing)}; install with: sudo apt-get install {packages}",
+          file=sys.stderr)
+    sys.exit(2)
+
+
+def run(main, user_error):
+    """Calls main(); `user_error` ends in one line and exit code 2, a failure of the disk in one line and 4."""
+    tool = os.path.basename(sys.argv[0])
+    try:
+        sys.exit(main() or 0)
+    except user_error as error:
+        print(f"{tool}: {error}", file=sys.stderr)
+        sys.exit(2)
+    except BrokenPipeError:  # `tool | head`
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        sys.exit(0)
+    except OSError as error:
+        where = f"{error.filename}: " if error.filename else ""
+        print(f"{tool}: {where}{error.strerror or error}", file=sys.stderr)
+        sys.exit(4)
+    except KeyboardInterrupt:
+        print(f"{tool}: stopped", file=sys.stderr)
+        sys.exit(130)

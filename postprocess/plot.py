@@ -1,0 +1,141 @@
+#!/usr/bin/env python3
+"""Plots of one or several runs.
+
+  postprocess/plot.py run.h5md -o run.png                              a sheet: state, energies, steps, drift
+  postprocess/plot.py run.h5md -o strain.pdf --kind strain,momentum
+  postprocess/plot.py beuler.h5md bdf.h5md -o compare.png --kind drift  the legend names the options that differ
+  postprocess/plot.py circuit.h5md -o circuit.svg --states v_out,i_L
+"""
+import argparse
+import os
+import sys
+from contextlib import ExitStack
+
+if __name__ == "__main__":
+    import launch
+    launch.require("numpy", "h5py", "matplotlib")
+
+import matplotlib  # noqa: E402
+matplotlib.use("Agg")
+import matplotlib.pyplot as plt  # noqa: E402
+from matplotlib.lines import Line2D  # noqa: E402
+
+import figures  # noqa: E402
+from backspring_io import RunError, open_run  # noqa: E402
+from camera import AXES  # noqa: E402
+
+ENDINGS = (".png", ".pdf", ".svg")
+COLORED_BY_RUN = ("energy", "drift", "momentum", "angular_momentum", "strain", "steps")
+NOT_SETTINGS = ("output", "report", "overwrite", "program_version", "options_file", "options_left", "log_view")
+
+
+def run_labels(runs):
+    """A label for each run: the options in which they differ; else the name of the file; '' for a single run."""
+    if len(runs) == 1:
+        return [""]
+    keys = sorted({k for run in runs for k in run.parameters if not any(w in k for w in NOT_SETTINGS)})
+    differ = [k for k in keys if len({run.parameters.get(k) for run in runs}) > 1]
+    names = [os.path.splitext(os.path.basename(run.path))[0] for run in runs]
+    labels = [", ".join(f"{k} {run.parameters[k]}".strip() if k in run.parameters else f"no {k}" for k in differ[:3])
+              for run in runs]
+    if len(differ) > 3 or len(set(labels)) < len(runs):
+        labels = [f"{n}: {text}" if text else n for n, text in zip(names, labels)]
+    return labels
+
+
+def default_kinds(runs):
+    if runs[0].kind == "linear":
+        return ["states"] + (["sources"] if runs[0].sources.value is not None else [])
+    return ["state", "energy", "steps", "drift"]
+
+
+def plan(kinds, runs):
+    """Panels as (kind, runs, labels); a state is drawn once for every run."""
+    labels = run_labels(runs)
+    panels = []
+    for kind in kinds:
+        if kind == "state":
+            panels += [(kind, [run], [label]) for run, label in zip(runs, labels)]
+        else:
+            panels.append((kind, runs, labels))
+    return panels
+
+
+def sheet(panels, args):
+    """The figure: panels in rows of two, of one or three where that fits better."""
+    count = len(panels)
+    columns = 1 if count == 1 else 3 if count in (3, 5, 6, 9) else 2
+    rows = -(-count // columns)
+    runs, labels = max(((p[1], p[2]) for p in panels), key=lambda pair: len(pair[0]))
+    keyed = len(runs) > 1 and any(kind in COLORED_BY_RUN for kind, _, _ in panels)
+    head = 0.35 + (0.2 * len(runs) if keyed else 0)  # inches above the panels
+    gap, wide, high = (1.35, 0.85), (4.2 if columns == 1 else 2.75), (2.9 if columns == 1 else 2.3)
+    size = args.size or (0.8 + columns * wide + (columns - 1) * gap[0] + 0.75, head + rows * high + (rows - 1) * gap[1] + 0.55)
+    if size[0] > 60 or size[1] > 60:
+        raise RunError(f"{count} panels are too many for one sheet")
+    figure = plt.figure(figsize=size, dpi=args.dpi)
+    inner = ((size[0] - 1.55 - (columns - 1) * gap[0]) / columns, (size[1] - head - 0.55 - (rows - 1) * gap[1]) / rows)
+    if min(inner) < 0.5:
+        raise RunError(f"{size[0]:g}x{size[1]:g} inches are too small for {count} panels")
+    grid = figure.add_gridspec(rows, columns, left=0.8 / size[0], right=1 - 0.75 / size[0], bottom=0.55 / size[1],
+                               top=1 - head / size[1], wspace=gap[0] / inner[0], hspace=gap[1] / inner[1])
+    if keyed:
+        lines = [Line2D([], [], color=figures.COLORS[i % len(figures.COLORS)], lw=2) for i in range(len(runs))]
+        figure.legend(lines, labels, loc="upper left", bbox_to_anchor=(0.7 / size[0], 1 - 0.02 / size[1]))
+    for k, (kind, shown, names) in enumerate(panels):
+        solid = kind == "paths" and shown[0].dim == 3
+        ax = figure.add_subplot(grid[k // columns, k % columns], **({"projection": "3d"} if solid else {}))
+        figures.KINDS[kind](ax, shown, names, args)
+    return figure
+
+
+def parse(argv=None):
+    p = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    p.add_argument("files", nargs="+", metavar="FILE", help="trajectories written with -bs_output")
+    p.add_argument("-o", "--output", required=True, help="picture: .png .pdf .svg")
+    p.add_argument("--kind", help="panels, separated by commas: " + ", ".join(figures.KINDS) + " (default: a sheet)")
+    p.add_argument("--states", type=lambda s: s.split(","), default=[], help="states of a linear system, by label or number")
+    p.add_argument("--particles", type=lambda s: [int(v) for v in s.split(",")], default=[],
+                   help="ids to follow in paths and phase (default: six of them)")
+    p.add_argument("--component", choices=("x", "y", "z"), default="x", help="component shown in phase (default x)")
+    p.add_argument("--frame", type=int, default=-1, help="frame shown in state (default -1, the last)")
+    p.add_argument("--color", choices=("auto", "strain", "speed", "none"), default="auto", help="colour of state")
+    p.add_argument("--up", choices=AXES, default="", help="axis that points up (default: against gravity); write --up=-x")
+    p.add_argument("--elev", type=float, default=18, help="elevation of the eye [degree] (default 18)")
+    p.add_argument("--azim", type=float, default=-60, help="azimuth of the eye [degree] (default -60)")
+    p.add_argument("--max_springs", type=int, default=20000, help="more springs than this are drawn as discs (default 20000)")
+    p.add_argument("--size", type=lambda s: tuple(float(v) for v in s.split("x")), metavar="WxH", help="size of the sheet [inch]")
+    p.add_argument("--dpi", type=float, default=200, help="pixels per inch (default 200)")
+    return p.parse_args(argv)
+
+
+def main(argv=None):
+    args = parse(argv)
+    ending = os.path.splitext(args.output)[1].lower()
+    if ending not in ENDINGS:
+        raise RunError(f"{args.output}: unknown ending '{ending}'; use one of {' '.join(ENDINGS)}")
+    if not os.path.isdir(os.path.dirname(args.output) or "."):
+        raise RunError(f"{args.output}: no such folder")
+    if (args.size and (len(args.size) != 2 or min(args.size) <= 0.5)) or not 10 <= args.dpi <= 2400:
+        raise RunError("--size wants inches as WxH, --dpi a number from 10 to 2400")
+    with ExitStack() as stack:
+        runs = [stack.enter_context(open_run(f)) for f in args.files]
+        if len({run.kind for run in runs}) > 1 or len({run.dim for run in runs}) > 1:
+            raise RunError("the files hold systems of different kind or dimension; plot them one at a time")
+        kinds = args.kind.split(",") if args.kind else default_kinds(runs)
+        allowed = ("states", "sources", "steps") if runs[0].kind == "linear" else \
+            [k for k in figures.KINDS if k not in ("states", "sources")]
+        for kind in kinds:
+            if kind not in allowed:
+                raise RunError(f"--kind {kind}: for this system choose from {', '.join(allowed)}")
+        for run in runs:
+            if run.kind == "particles" and run.springs.rest_length_assumed and ({"strain", "state"} & set(kinds)):
+                print(f"plot.py: {run.path}: no rest lengths, strains are relative to the first frame", file=sys.stderr)
+        with plt.rc_context(figures.STYLE):
+            figure = sheet(plan(kinds, runs), args)
+            figure.savefig(args.output, dpi=args.dpi, facecolor="white")
+    print(f"{args.output}: {', '.join(kinds)}")
+
+
+if __name__ == "__main__":
+    launch.run(main, RunError)

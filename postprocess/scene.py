@@ -1,0 +1,280 @@
+"""Draws one frame of a run: springs as lines, or particles as shaded discs where there are too many springs."""
+from dataclasses import dataclass
+
+import matplotlib
+matplotlib.use("Agg")
+import numpy as np  # noqa: E402
+from matplotlib.collections import LineCollection  # noqa: E402
+from matplotlib.colors import LinearSegmentedColormap, Normalize, to_rgb  # noqa: E402
+
+from camera import Camera, guess_up  # noqa: E402
+
+STRAIN_LIGHT = LinearSegmentedColormap.from_list(
+    "strain_light", ["#0b3c8c", "#2f7fc9", "#8fb4cf", "#a8a49c", "#e39a6b", "#d1432f", "#8a0f1e"])
+STRAIN_DARK = LinearSegmentedColormap.from_list(
+    "strain_dark", ["#35b7ff", "#3f8fe0", "#6c88a8", "#9a9a9a", "#d29a6a", "#ff7a45", "#ff3b3b"])
+
+
+@dataclass(frozen=True)
+class Theme:
+    background: str
+    ink: str
+    faint: str
+    fixed: str
+    particle: str
+    strain: object
+    speed: str
+
+
+THEMES = {"light": Theme("#ffffff", "#1a1a1a", "#b8b8b8", "#1a1a1a", "#3a3a3a", STRAIN_LIGHT, "viridis"),
+          "dark": Theme("#10141a", "#e8e8e8", "#4a525e", "#f2f2f2", "#d0d4da", STRAIN_DARK, "plasma")}
+LABELS = {"strain": "strain $(l-L)/L$", "speed": "speed"}
+
+
+def sample(rows, count):
+    """At most `count` of `rows`, evenly spaced, ends included."""
+    if len(rows) <= count:
+        return list(rows)
+    return [rows[i] for i in np.unique(np.linspace(0, len(rows) - 1, count).round().astype(int))]
+
+
+class Scene:
+    """What stays the same over all frames: camera, window, colour scale, which springs are drawn."""
+
+    def __init__(self, run, rows, color="auto", theme="light", up="", elev=20.0, azim=-60.0, perspective=0.0,
+                 max_springs=20000, draw="auto", limits=None):
+        self.run, self.theme = run, THEMES[theme]
+        pairs = run.springs.pairs
+        self.draw = draw if draw != "auto" else ("springs" if 0 < len(pairs) <= max_springs else "particles")
+        if not len(pairs):
+            self.draw = "particles"
+        self.drawn = np.arange(len(pairs))
+        if self.draw == "springs" and len(pairs) > max_springs:  # asked for lines: an even choice of the springs
+            self.drawn = np.unique(np.linspace(0, len(pairs) - 1, max_springs).astype(np.int64))
+        self.color = self._color(color)
+        budget = max(2, int(4e7 // max(1, run.particles)))
+        seen = sample(rows, min(200, budget))
+        self._frame_window(seen, up, elev, azim, perspective)
+        self.norm = self._norm(sample(rows, min(40, budget)), limits)
+        self.cmap = matplotlib.colormaps.get_cmap(self.theme.speed) if self.color == "speed" else self.theme.strain
+        self.dots = None
+
+    def _color(self, color):
+        rest = self.run.springs.rest_length
+        strained = len(rest) and np.any(rest > 0)
+        if color == "auto":
+            return "strain" if strained else ("speed" if self.run.velocities is not None else "none")
+        return "none" if (color == "strain" and not strained) or (color == "speed" and self.run.velocities is None) else color
+
+    def _frame_window(self, rows, up, elev, azim, perspective):
+        """The same window for all frames: everything that is ever seen, and a margin."""
+        lo, hi = np.full(self.run.dim, np.inf), np.full(self.run.dim, -np.inf)
+        for row in rows:
+            x = self.run.position(row)
+            lo, hi = np.fmin(lo, np.nanmin(x, axis=0)), np.fmax(hi, np.nanmax(x, axis=0))
+        size = float(np.linalg.norm(hi - lo)) or 1.0
+        up = up or guess_up(self.run.dim, self.run.parameters.get("bs_gravity"))
+        self.size, self.bounds = size, (lo, hi)
+        self.camera = Camera(self.run.dim, up, elev, azim, 0.5 * (lo + hi) if self.run.dim == 3 else None, size, perspective)
+        low, high, depth = np.full(2, np.inf), np.full(2, -np.inf), [np.inf, -np.inf]
+        for row in rows:
+            plane, z = self.camera.project(self.run.position(row))
+            low, high = np.fmin(low, plane.min(axis=0)), np.fmax(high, plane.max(axis=0))
+            depth = [min(depth[0], z.min()), max(depth[1], z.max())]
+        middle, half = 0.5 * (low + high), 0.5 * (high - low)
+        half = np.maximum(half, 0.12 * half.max() if half.max() > 0 else 0.5) * 1.12
+        self.low, self.high, self.depth = middle - half, middle + half, depth
+
+    def _norm(self, rows, limits):
+        if limits is not None:
+            return Normalize(*limits)
+        if self.color == "none":
+            return Normalize(0, 1)
+        tops = []
+        for row in rows:
+            values = np.abs(self.values(row) if self.draw == "springs" else self._particle_values(row))
+            values = values[np.isfinite(values)]
+            tops.append(np.percentile(values, 99.5) if len(values) else 0.0)
+        top = max(tops) or 1e-12
+        return Normalize(-top, top) if self.color == "strain" else Normalize(0, top)
+
+    def values(self, row):
+        """The coloured quantity: per spring (strain) or per particle (speed)."""
+        if self.color == "strain":
+            return self.run.strains(row)
+        return np.sqrt((self.run.velocity(row) ** 2).sum(axis=1))
+
+    def _particle_values(self, row):
+        """The coloured quantity per particle: strain as the mean over the springs that meet there."""
+        values = self.values(row)
+        if self.color == "speed":
+            return values
+        ends, good = self.run.springs.pairs, np.isfinite(values)
+        total = np.zeros(self.run.particles)
+        count = np.zeros(self.run.particles)
+        for side in (0, 1):
+            total += np.bincount(ends[good, side], values[good], self.run.particles)
+            count += np.bincount(ends[good, side], minlength=self.run.particles)
+        return total / np.maximum(count, 1)
+
+    def _spring_values(self, row):
+        if self.color == "strain":
+            return self.values(row)[self.drawn]
+        return self.values(row)[self.run.springs.pairs[self.drawn]].mean(axis=1)
+
+    def _rgb(self, values, count):
+        if self.color == "none":
+            return np.tile(to_rgb(self.theme.particle), (count, 1))
+        rgb = self.cmap(self.norm(np.where(np.isfinite(values), values, 0.0)))[:, :3]
+        rgb[~np.isfinite(values)] = to_rgb(self.theme.faint)
+        return rgb
+
+    def _fog(self, depth, strength):
+        """Share of background colour: 0 in front, `strength` far behind."""
+        span = self.depth[1] - self.depth[0]
+        return strength * np.clip((self.depth[1] - depth) / span, 0, 1) if span > 0 else np.zeros_like(depth)
+
+    def mapping(self):
+        """For a colour bar; None when nothing is coloured."""
+        return None if self.color == "none" else matplotlib.cm.ScalarMappable(self.norm, self.cmap)
+
+    def label(self):
+        unit = self.run.unit("velocity")
+        if self.color == "strain" and self.draw == "particles":
+            return "mean " + LABELS["strain"] + " at a particle"
+        return LABELS[self.color] + (f" [{unit}]" if self.color == "speed" and unit else "")
+
+    # ---- drawing ------------------------------------------------------------------------------------------------
+    def setup(self, ax, bar=True):
+        """Prepares `ax`, with a triad and a scale bar if `bar`; call once, then draw_frame(ax, row) for every frame."""
+        ax.set_facecolor(self.theme.background)
+        self.setup_limits(ax)
+        ax._backspring = []
+        if bar:
+            ax.set_axis_off()
+            self._triad(ax)
+            self._scale_bar(ax)
+
+    def setup_limits(self, ax):
+        """The same window for all frames, with equal scales; call again when `ax` changes its size."""
+        box = ax.get_window_extent()
+        half = 0.5 * (self.high - self.low)
+        half = np.array([max(half[0], half[1] * box.width / box.height), max(half[1], half[0] * box.height / box.width)])
+        middle = 0.5 * (self.low + self.high)
+        ax.set_xlim(middle[0] - half[0], middle[0] + half[0])
+        ax.set_ylim(middle[1] - half[1], middle[1] + half[1])
+
+    def _triad(self, ax):
+        """Short arrows along the axes of the space, lower left."""
+        if self.run.dim == 1:
+            return
+        length = float(np.clip(0.045 * ax.get_window_extent().width * 72 / ax.figure.dpi, 8, 20))  # points
+        corner = (1.5 * length, 1.5 * length)
+        for axis in range(self.run.dim):
+            tip = self.camera.basis[:2, axis] * length
+            if np.hypot(*tip) < 0.15 * length:
+                continue
+            ax.annotate("", xy=(corner[0] + tip[0], corner[1] + tip[1]), xytext=corner, xycoords="axes points",
+                        textcoords="axes points", zorder=6,
+                        arrowprops={"arrowstyle": "-|>", "color": self.theme.ink, "lw": 0.8, "mutation_scale": 6,
+                                    "shrinkA": 0, "shrinkB": 0})
+            ax.annotate("xyz"[axis], xy=(corner[0] + 1.4 * tip[0], corner[1] + 1.4 * tip[1]), xycoords="axes points",
+                        ha="center", va="center", fontsize=min(8, 0.6 * length), color=self.theme.ink, style="italic",
+                        zorder=6)
+
+    def _scale_bar(self, ax):
+        """A bar of 1, 2 or 5 times a power of ten, lower right; with perspective it holds at the middle of the scene."""
+        (x0, x1), (y0, y1) = ax.get_xlim(), ax.get_ylim()
+        raw = 0.2 * (x1 - x0)
+        power = 10.0 ** np.floor(np.log10(raw))
+        length = max(m for m in (1, 2, 5) if m * power <= raw) * power
+        right, level = x1 - 0.04 * (x1 - x0), y0 + 0.05 * (y1 - y0)
+        ax.plot([right - length, right], [level, level], color=self.theme.ink, lw=1.6, solid_capstyle="butt", zorder=6)
+        unit = self.run.unit("position")
+        ax.annotate(f"{length:g} {unit}".strip(), xy=(right - 0.5 * length, level), xytext=(0, 3), ha="center", va="bottom",
+                    textcoords="offset points", fontsize=8, color=self.theme.ink, zorder=6)
+
+    def points_per_unit(self, ax):
+        """Points of the page (1/72 inch) per unit of length in the picture."""
+        box = ax.get_window_extent()
+        (x0, x1), (y0, y1) = ax.get_xlim(), ax.get_ylim()
+        return min(box.width / abs(x1 - x0), box.height / abs(y1 - y0)) * 72.0 / ax.figure.dpi
+
+    def draw_frame(self, ax, row):
+        """Replaces the frame shown in `ax` by frame `row`."""
+        for artist in ax._backspring:
+            artist.remove()
+        ax._backspring = []
+        plane, depth = self.camera.project(self.run.position(row))
+        if self.draw == "springs":
+            self._draw_springs(ax, row, plane, depth)
+        elif self.run.particles > 400:
+            self._draw_surface(ax, row, plane, depth)
+        else:
+            self._draw_dots(ax, row, plane, depth, 30.0)
+        fixed = np.flatnonzero(self.run.fixed)
+        if len(fixed) and len(fixed) <= 2000 and (self.draw == "springs" or self.run.particles <= 400):
+            size = np.clip(0.25 * self._spacing(ax), 1.5, 5.0)
+            front = depth[fixed] >= np.median(depth) if self.run.dim == 3 else np.ones(len(fixed), dtype=bool)
+            for some, level in ((fixed[front], 5), (fixed[~front], 1)):  # those behind go under the springs
+                ax._backspring += ax.plot(plane[some, 0], plane[some, 1], "s", ms=size, mfc=self.theme.fixed,
+                                          mec=self.theme.background, mew=0.3, zorder=level, ls="none")
+
+    def _spacing(self, ax):
+        """Median length of a spring, in points."""
+        springs = self.run.springs
+        lengths = self.run.lengths(0)[:: max(1, len(springs) // 10000)] if len(springs) else np.array([self.size / 10])
+        return float(np.median(lengths)) * self.points_per_unit(ax)
+
+    def _draw_springs(self, ax, row, plane, depth):
+        pairs = self.run.springs.pairs[self.drawn]
+        middle = 0.5 * (depth[pairs[:, 0]] + depth[pairs[:, 1]])
+        values = None if self.color == "none" else self._spring_values(row)
+        rgb = self._rgb(values, len(pairs))
+        order = np.argsort(middle) if self.run.dim == 3 else np.argsort(np.abs(values), kind="stable") \
+            if self.color == "strain" else np.arange(len(pairs))
+        crowd = max(1.0, 2 * len(self.run.springs) / self.run.particles / 6)  # thinner where many springs meet
+        width = np.clip(0.12 * self._spacing(ax) / np.sqrt(crowd), 0.25, 2.2)
+        if self.run.dim == 3:
+            fog = self._fog(middle, 0.65)[:, None]
+            rgb = (1 - fog) * rgb + fog * np.array(to_rgb(self.theme.background))
+            width = width * (1.25 - 0.6 * self._fog(middle, 1.0))[order]
+        lines = LineCollection(plane[pairs[order]], colors=rgb[order], linewidths=width, capstyle="round", zorder=2)
+        ax._backspring.append(ax.add_collection(lines, autolim=False))
+        if self.run.particles <= 400 and self._spacing(ax) > 6:
+            self._draw_dots(ax, row, plane, depth, np.clip(0.1 * self._spacing(ax), 1, 5) ** 2)
+
+    def _draw_dots(self, ax, row, plane, depth, area):
+        free = np.flatnonzero(~self.run.fixed)
+        free = free[np.argsort(depth[free])]
+        color = [self.theme.particle]
+        if self.draw == "particles" and self.color != "none":
+            color = self._rgb(self._particle_values(row), self.run.particles)[free]
+        ax._backspring.append(ax.scatter(plane[free, 0], plane[free, 1], s=area, c=color, linewidths=0, zorder=4))
+
+    def _draw_surface(self, ax, row, plane, depth):
+        """Discs drawn into an image with a depth buffer, lit from the upper left."""
+        from splat import splat
+        values = None if self.color == "none" else self._particle_values(row)
+        rgb = self._rgb(values, self.run.particles)
+        rgb[self.run.fixed] = 0.55 * rgb[self.run.fixed] + 0.45 * np.array(to_rgb(self.theme.fixed))
+        box = ax.get_window_extent()
+        (x0, x1), (y0, y1) = ax.get_xlim(), ax.get_ylim()
+        fine = 2 if self.run.particles < 300000 else 1  # smooth outlines
+        image = splat(plane, depth, rgb, self._fog(depth, 0.35), (x0, x1, y0, y1),
+                      (fine * round(box.width), fine * round(box.height)), self._disc_radius(),
+                      to_rgb(self.theme.background), shaded=self.run.dim == 3)
+        image = image.reshape(image.shape[0] // fine, fine, image.shape[1] // fine, fine, 4).mean(axis=(1, 3))
+        ax._backspring.append(ax.imshow(image, extent=(x0, x1, y0, y1), origin="lower", interpolation="nearest",
+                                        aspect="auto", zorder=2))
+        ax.set_xlim(x0, x1)
+        ax.set_ylim(y0, y1)
+
+    def _disc_radius(self):
+        """Half the diagonal of a cell, so that neighbours close the surface [m]."""
+        if len(self.run.springs):
+            rest = self.run.lengths(0)[:: max(1, len(self.run.springs) // 20000)]
+            return 0.75 * float(np.percentile(rest[rest > 0], 25)) if np.any(rest > 0) else self.size / 200
+        lo, hi = self.bounds
+        extent = np.maximum(hi - lo, 1e-3 * self.size)
+        return 0.5 * float((np.prod(extent) / self.run.particles) ** (1.0 / self.run.dim))

@@ -1,0 +1,67 @@
+// One way to read options: each is named, explained with its unit, checked for range, and remembered, so that a
+// misspelt -bs_ option can be answered with the nearest name.
+#pragma once
+#include <petscsys.h>
+#include <cstdint>
+#include <set>
+#include <string>
+#include <vector>
+
+namespace bs {
+
+enum class Range { any, positive, nonnegative };
+
+/// A block of options under one heading of -help. The first error sticks and is returned by read_section; the options
+/// after it are still listed by -help. Numbers are parsed strictly ("12abc", "", "nan" are refused). `help` ends in the
+/// unit in brackets, e.g. "time step [s]": messages repeat it. Two sections must not share a title (PETSc lists one).
+/// Each reader leaves its value alone where the option is absent and returns whether it was present.
+class Section {
+ public:
+  Section(PetscOptionItems* items, MPI_Comm comm) : items_(items), comm_(comm) {}
+  bool real(const char* name, const char* help, double& value, Range range = Range::any);
+  /// Up to `max` numbers separated by commas; `count` receives how many were given.
+  bool reals(const char* name, const char* help, double* values, int max, int* count = nullptr);
+  bool integer(const char* name, const char* help, std::int64_t& value, Range range = Range::any);
+  bool integers(const char* name, const char* help, std::vector<std::int64_t>& values);
+  bool flag(const char* name, const char* help, bool& value);
+  bool text(const char* name, const char* help, std::string& value);
+  /// Words separated by commas.
+  bool texts(const char* name, const char* help, std::vector<std::string>& values);
+  /// One of `choices`; `index` is its position. Anything else is an error that lists them.
+  bool choice(const char* name, const char* help, const std::vector<std::string>& choices, int& index);
+  PetscErrorCode status() const { return status_; }
+  MPI_Comm comm() const { return comm_; }
+  /// Collective: makes `text` the section's error (exit 2), unless it has one.
+  void fail(const std::string& text);
+
+ private:
+  bool find(const char* name, const char* help, const std::string& present, std::string* value, bool* bare = nullptr);
+  bool real_of(const char* name, const char* help, const std::string& word, double* value);
+  bool integer_of(const char* name, const char* help, const std::string& word, std::int64_t* value);
+  void refuse(const char* name, const std::string& value, const std::string& why, const std::string& remedy);
+  PetscOptionItems* items_;
+  MPI_Comm comm_;
+  PetscErrorCode status_ = 0;
+};
+
+/// Calls body(section) between PETSc's begin and end of an options block titled `title`.
+template <class Body>
+PetscErrorCode read_section(MPI_Comm comm, const char* title, Body&& body) {
+  PetscErrorCode status = 0;
+  PetscFunctionBegin;
+  PetscOptionsBegin(comm, nullptr, title, nullptr);
+  Section section(PetscOptionsObject, comm);
+  body(section);
+  status = section.status();
+  PetscOptionsEnd();
+  PetscFunctionReturn(status);
+}
+
+/// Names (with the leading dash) of every option read through a Section so far.
+const std::set<std::string>& known_options();
+
+/// Collective. An option that begins with -bs_ and was never asked for is an error that suggests the nearest name.
+/// Call after every reader has run.
+PetscErrorCode reject_unknown_options(MPI_Comm comm);
+
+}  // namespace bs

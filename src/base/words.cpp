@@ -1,0 +1,57 @@
+#include "base/words.hpp"
+
+#include <algorithm>
+#include <cctype>
+#include <numeric>
+
+namespace bs {
+
+std::string trim(const std::string& text) {
+  const char* blank = " \t\r\n";
+  const auto first = text.find_first_not_of(blank);
+  if (first == std::string::npos) return {};
+  return text.substr(first, text.find_last_not_of(blank) - first + 1);
+}
+
+std::vector<std::string> split(const std::string& text, char separator) {
+  std::vector<std::string> parts;
+  std::size_t from = 0;
+  for (;;) {
+    const auto to = text.find(separator, from);
+    parts.push_back(trim(text.substr(from, to == std::string::npos ? to : to - from)));
+    if (to == std::string::npos) return parts;
+    from = to + 1;
+  }
+}
+
+int edit_distance(const std::string& a, const std::string& b) {
+  // row[j]: distance between the letters of `a` read so far and the first j letters of `b`.
+  std::vector<int> row(b.size() + 1);
+  std::iota(row.begin(), row.end(), 0);
+  for (std::size_t i = 0; i < a.size(); ++i) {
+    int diagonal = row[0];
+    row[0] = static_cast<int>(i) + 1;
+    for (std::size_t j = 0; j < b.size(); ++j) {
+      const bool same = std::tolower(static_cast<unsigned char>(a[i])) == std::tolower(static_cast<unsigned char>(b[j]));
+      const int replaced = diagonal + (same ? 0 : 1);
+      diagonal = row[j + 1];
+      row[j + 1] = std::min({replaced, row[j] + 1, row[j + 1] + 1});
+    }
+  }
+  return row.back();
+}
+
+std::string nearest(const std::string& word, const std::set<std::string>& names) {
+  std::string best;
+  int least = std::max(2, static_cast<int>(word.size()) / 3) + 1;
+  for (const std::string& name : names) {
+    const int distance = edit_distance(word, name);
+    if (distance < least) {
+      least = distance;
+      best = name;
+    }
+  }
+  return best;
+}
+
+}  // namespace bs

@@ -1,0 +1,102 @@
+// Reading an HDF5 file in parallel: tables whose shape, type and size are checked before anything is allocated, and
+// rows by hyperslabs. HDF5's own messages stay silent; what is wrong is told in one line (exit 2).
+#pragma once
+#include <hdf5.h>
+#include <petscsys.h>
+#include <cstdint>
+#include <string>
+#include <utility>
+#include <vector>
+
+namespace bs {
+
+/// Owns one HDF5 identifier.
+class Hdf5Id {
+ public:
+  using Close = herr_t (*)(hid_t);
+  Hdf5Id() = default;
+  Hdf5Id(hid_t id, Close close) : id_(id), close_(close) {}
+  Hdf5Id(const Hdf5Id&) = delete;
+  Hdf5Id& operator=(const Hdf5Id&) = delete;
+  Hdf5Id(Hdf5Id&& other) noexcept : id_(std::exchange(other.id_, -1)), close_(other.close_) {}
+  Hdf5Id& operator=(Hdf5Id&& other) noexcept {
+    std::swap(id_, other.id_);
+    std::swap(close_, other.close_);
+    return *this;
+  }
+  ~Hdf5Id() {
+    if (id_ >= 0) (void)close_(id_);
+  }
+  operator hid_t() const { return id_; }
+  explicit operator bool() const { return id_ >= 0; }
+
+ private:
+  hid_t id_ = -1;
+  Close close_ = nullptr;
+};
+
+/// Turns HDF5's error messages off while it lives.
+class QuietHdf5 {
+ public:
+  QuietHdf5() {
+    (void)H5Eget_auto2(H5E_DEFAULT, &print_, &data_);
+    (void)H5Eset_auto2(H5E_DEFAULT, nullptr, nullptr);
+  }
+  QuietHdf5(const QuietHdf5&) = delete;
+  QuietHdf5& operator=(const QuietHdf5&) = delete;
+  ~QuietHdf5() { (void)H5Eset_auto2(H5E_DEFAULT, print_, data_); }
+
+ private:
+  H5E_auto2_t print_ = nullptr;
+  void* data_ = nullptr;
+};
+
+/// What a table must look like: [frames,] rows [, columns].
+struct TableShape {
+  static constexpr std::int64_t any = -1;
+  bool integers = false;      ///< integers, else integers or floating-point numbers
+  std::int64_t rows = any;    ///< any: this table says how many there are, and must hold as much data as it declares
+  std::string row_name = "N"; ///< how messages call the number of rows
+  int columns = 0;            ///< 0: one-dimensional; any: 1, 2 or 3
+  bool frames = false;        ///< a first axis of frames, at least one; the last is read
+};
+
+/// A dataset that was found to have the shape asked for.
+struct Table {
+  std::string path;
+  Hdf5Id dataset;
+  std::int64_t frames = 0, rows = 0;  ///< frames = 0: no such axis
+  int columns = 0;                    ///< 0: one-dimensional
+};
+
+class Hdf5File {
+ public:
+  /// Collective. Errors: missing, not HDF5, truncated or damaged.
+  PetscErrorCode open(MPI_Comm comm, const std::string& path);
+  /// Whether an object of that absolute path exists. Local, the same on every rank.
+  bool has(const std::string& path) const;
+  /// Collective. Errors: not there, not a dataset, wrong type or shape, declares more data than the file holds.
+  PetscErrorCode find(const std::string& path, const TableShape& shape, Table* out) const;
+  /// Collective. This rank's rows [first, first + count) of `table`, its first `columns` columns (0: all).
+  PetscErrorCode read(const Table& table, std::int64_t first, std::int64_t count, int columns,
+                      std::vector<double>* out) const;
+  PetscErrorCode read(const Table& table, std::int64_t first, std::int64_t count, int columns,
+                      std::vector<std::int64_t>* out) const;
+  /// Collective. The text of a string attribute of object `path`; empty if there is no such attribute.
+  PetscErrorCode text_attribute(const std::string& path, const std::string& name, std::string* out) const;
+  /// The links of a group; empty if there is no such group. Local, the same on every rank.
+  std::vector<std::string> members(const std::string& group) const;
+  hid_t id() const { return file_; }
+
+ private:
+  PetscErrorCode read_raw(const Table& table, std::int64_t first, std::int64_t count, int columns, hid_t type,
+                          void* out) const;
+  std::string fault_of(hid_t dataset, const std::string& path, const TableShape& shape, Table* out) const;
+  QuietHdf5 quiet_;  // before file_: it must outlive it
+  MPI_Comm comm_ = MPI_COMM_NULL;
+  std::string name_;
+  std::int64_t bytes_ = 0;
+  Hdf5Id file_;
+};
+
+}  // namespace bs

@@ -1,0 +1,259 @@
+#include "input/hdf5_lattice.hpp"
+
+#include <algorithm>
+#include <cinttypes>
+#include <cmath>
+#include <limits>
+
+#include "base/fault.hpp"
+#include "input/hdf5_file.hpp"
+#include "input/validate.hpp"
+
+namespace bs {
+
+namespace {
+
+/// Where a kind of file keeps what.
+struct Names {
+  bool trajectory;
+  std::string position, velocity, mass, fixed, radius, id;
+  std::string springs, pairs, stiffness, rest_length, damping;
+  std::string laws, law_prefix;  ///< object that holds the laws' attributes, and how their names begin
+};
+
+const Names lattice_names{false, "/particles/position", "/particles/velocity", "/particles/mass", "/particles/fixed",
+                          "/particles/radius", "", "/springs", "/springs/pairs", "/springs/stiffness",
+                          "/springs/rest_length", "/springs/damping", "/", ""};
+const Names trajectory_names{true, "/particles/trajectory/position/value", "/particles/trajectory/velocity/value",
+                             "/particles/trajectory/mass", "/particles/trajectory/fixed", "/particles/trajectory/radius",
+                             "/particles/trajectory/id", "/connectivity/bonds", "/connectivity/bonds",
+                             "/connectivity/bonds_stiffness", "/connectivity/bonds_rest_length",
+                             "/connectivity/bonds_damping", "/parameters", "bs_"};
+
+/// Reads a column of `rows.total` numbers; where it is optional and absent, `missing` fills it.
+PetscErrorCode read_column(const Hdf5File& file, const std::string& path, const Rows& rows, const char* row_name,
+                           bool optional, double missing, std::vector<double>* out) {
+  Table table;
+  TableShape shape;
+
+  PetscFunctionBegin;
+  if (optional && !file.has(path)) {
+    out->assign(static_cast<std::size_t>(rows.count), missing);
+    PetscFunctionReturn(0);
+  }
+  shape.rows = rows.total;
+  shape.row_name = row_name;
+  PetscCall(file.find(path, shape, &table));
+  PetscCall(file.read(table, rows.first, rows.count, 0, out));
+  PetscFunctionReturn(0);
+}
+
+PetscErrorCode read_integers(const Hdf5File& file, const std::string& path, const Rows& rows,
+                             std::vector<std::int64_t>* out) {
+  Table table;
+  TableShape shape;
+
+  PetscFunctionBegin;
+  shape.integers = true;
+  shape.rows = rows.total;
+  PetscCall(file.find(path, shape, &table));
+  PetscCall(file.read(table, rows.first, rows.count, 0, out));
+  PetscFunctionReturn(0);
+}
+
+/// NaN stands for "the initial distance" further on, so a file's own NaN must be caught here.
+PetscErrorCode reject_nan(MPI_Comm comm, const Lattice& l, const std::string& path) {
+  Fault fault;
+
+  PetscFunctionBegin;
+  for (std::size_t k = 0; k < l.rest_length.size() && !fault; ++k)
+    if (!std::isfinite(l.rest_length[k])) {
+      const std::int64_t row = l.springs.first + static_cast<std::int64_t>(k);
+      fault.note(row, format("%s: spring %" PRId64 ", %s: rest length %g; write a finite length >= 0 [m], or leave the "
+                             "dataset out for the initial distances", l.source.c_str(), row, path.c_str(), l.rest_length[k]));
+    }
+  PetscCall(agree(comm, fault));
+  PetscFunctionReturn(0);
+}
+
+PetscErrorCode read_fixed(MPI_Comm comm, const Hdf5File& file, const std::string& path, Lattice* l) {
+  std::vector<std::int64_t> flags;
+  Fault fault;
+
+  PetscFunctionBegin;
+  l->fixed.assign(static_cast<std::size_t>(l->particles.count), 0);
+  if (!file.has(path)) PetscFunctionReturn(0);
+  PetscCall(read_integers(file, path, l->particles, &flags));
+  for (std::size_t k = 0; k < flags.size() && !fault; ++k) {
+    const std::int64_t row = l->particles.first + static_cast<std::int64_t>(k);
+    if (flags[k] != 0 && flags[k] != 1)
+      fault.note(row, format("%s: particle %" PRId64 ", %s: %" PRId64 "; write 1 (fixed) or 0 (free)", l->source.c_str(),
+                             row, path.c_str(), flags[k]));
+    l->fixed[k] = flags[k] != 0;
+  }
+  PetscCall(agree(comm, fault));
+  PetscFunctionReturn(0);
+}
+
+/// Components of a trajectory that were written only as padding are not read.
+PetscErrorCode box_dimension(const Hdf5File& file, int columns, int* dim) {
+  PetscFunctionBegin;
+  *dim = columns;
+  const Hdf5Id attribute(H5Aopen_by_name(file.id(), "/particles/trajectory/box", "dimension", H5P_DEFAULT, H5P_DEFAULT),
+                         H5Aclose);
+  int found = 0;
+  if (attribute) {
+    const Hdf5Id type(H5Aget_type(attribute), H5Tclose), space(H5Aget_space(attribute), H5Sclose);
+    if (H5Tget_class(type) == H5T_INTEGER && H5Sget_simple_extent_npoints(space) == 1 &&
+        H5Aread(attribute, H5T_NATIVE_INT, &found) >= 0 && found >= 1 && found < columns)
+      *dim = found;
+  }
+  PetscFunctionReturn(0);
+}
+
+/// Finds the two or three tables that say how many rows there are, and checks the numbers before anything is read.
+PetscErrorCode read_sizes(MPI_Comm comm, const Hdf5File& file, const Names& names, Lattice* l, Table* position,
+                          Table* pairs, Table* anchors) {
+  PetscMPIInt rank, size;
+  TableShape points, ends, particle;
+
+  PetscFunctionBegin;
+  PetscCallMPI(MPI_Comm_rank(comm, &rank));
+  PetscCallMPI(MPI_Comm_size(comm, &size));
+  points.columns = TableShape::any;
+  points.frames = names.trajectory;
+  PetscCall(file.find(names.position, points, position));
+  l->dim = position->columns;
+  if (names.trajectory) PetscCall(box_dimension(file, position->columns, &l->dim));
+  if (file.has(names.springs)) {
+    ends.integers = true;
+    ends.row_name = "M";
+    ends.columns = 2;
+    PetscCall(file.find(names.pairs, ends, pairs));
+  }
+  if (!names.trajectory && file.has("/anchors")) {
+    particle.integers = true;
+    particle.row_name = "A";
+    PetscCall(file.find("/anchors/particle", particle, anchors));
+  }
+  PetscCall(check_sizes(comm, l->source, position->rows, l->dim, pairs->rows, anchors->rows));
+  l->particles = split_rows(position->rows, rank, size);
+  l->springs = split_rows(pairs->rows, rank, size);
+  l->anchors = split_rows(anchors->rows, rank, size);
+  PetscFunctionReturn(0);
+}
+
+PetscErrorCode read_particles(MPI_Comm comm, const Hdf5File& file, const Names& names, const Table& position, Lattice* l) {
+  const Rows& rows = l->particles;
+
+  PetscFunctionBegin;
+  PetscCall(file.read(position, rows.first, rows.count, l->dim, &l->position));
+  if (file.has(names.velocity)) {
+    Table velocity;
+    TableShape shape;
+    shape.rows = rows.total;
+    shape.columns = position.columns;
+    shape.frames = names.trajectory;
+    PetscCall(file.find(names.velocity, shape, &velocity));
+    PetscCall(file.read(velocity, rows.first, rows.count, l->dim, &l->velocity));
+  } else {
+    l->velocity.assign(l->position.size(), 0.0);
+  }
+  PetscCall(read_column(file, names.mass, rows, "N", false, 0, &l->mass));
+  if (file.has(names.radius)) PetscCall(read_column(file, names.radius, rows, "N", false, 0, &l->radius));
+  if (!names.id.empty() && file.has(names.id)) PetscCall(read_integers(file, names.id, rows, &l->id));
+  PetscCall(read_fixed(comm, file, names.fixed, l));
+  PetscFunctionReturn(0);
+}
+
+PetscErrorCode read_springs(MPI_Comm comm, const Hdf5File& file, const Names& names, const Table& pairs, Lattice* l) {
+  const Rows& rows = l->springs;
+  const double nan = std::numeric_limits<double>::quiet_NaN();
+
+  PetscFunctionBegin;
+  if (!pairs.dataset) PetscFunctionReturn(0);
+  PetscCall(file.read(pairs, rows.first, rows.count, 0, &l->pairs));
+  PetscCall(read_column(file, names.stiffness, rows, "M", false, 0, &l->stiffness));
+  PetscCall(read_column(file, names.damping, rows, "M", true, 0, &l->damping));
+  PetscCall(read_column(file, names.rest_length, rows, "M", true, nan, &l->rest_length));
+  if (file.has(names.rest_length)) PetscCall(reject_nan(comm, *l, names.rest_length));
+  PetscFunctionReturn(0);
+}
+
+PetscErrorCode read_anchors(const Hdf5File& file, const Table& anchors, Lattice* l) {
+  const Rows& rows = l->anchors;
+  Table point;
+  TableShape shape;
+
+  PetscFunctionBegin;
+  if (!anchors.dataset) PetscFunctionReturn(0);
+  PetscCall(file.read(anchors, rows.first, rows.count, 0, &l->anchor_particle));
+  shape.rows = rows.total;
+  shape.row_name = "A";
+  shape.columns = l->dim;
+  PetscCall(file.find("/anchors/point", shape, &point));
+  PetscCall(file.read(point, rows.first, rows.count, 0, &l->anchor_point));
+  PetscCall(read_column(file, "/anchors/stiffness", rows, "A", false, 0, &l->anchor_stiffness));
+  PetscCall(read_column(file, "/anchors/rest_length", rows, "A", true, 0, &l->anchor_rest_length));
+  PetscCall(read_column(file, "/anchors/damping", rows, "A", true, 0, &l->anchor_damping));
+  PetscFunctionReturn(0);
+}
+
+/// `index` receives the place of the attribute's text among two choices; `given` whether it is there.
+PetscErrorCode read_law(MPI_Comm comm, const Hdf5File& file, const Names& names, const std::string& source,
+                        const char* name, const char* const choices[2], int* index, bool* given) {
+  const std::string attribute = names.law_prefix + name;
+  std::string text;
+
+  PetscFunctionBegin;
+  PetscCall(file.text_attribute(names.laws, attribute, &text));
+  // Options are kept with or without their dash.
+  if (text.empty() && names.trajectory) PetscCall(file.text_attribute(names.laws, "-" + attribute, &text));
+  *given = !text.empty();
+  *index = text == choices[1] ? 1 : 0;
+  if (*given && text != choices[0] && text != choices[1])
+    PetscCall(tell(comm, Exit::input,
+                   format("%s: attribute %s of %s is '%s'; write %s or %s", source.c_str(), attribute.c_str(),
+                          names.laws.c_str(), text.c_str(), choices[0], choices[1])));
+  PetscFunctionReturn(0);
+}
+
+/// A misspelt name of an optional dataset would otherwise go unseen.
+void note_unknown_members(const Hdf5File& file, Lattice* l) {
+  static const std::vector<std::pair<const char*, std::vector<std::string>>> known = {
+      {"/particles", {"position", "velocity", "mass", "fixed", "radius"}},
+      {"/springs", {"pairs", "stiffness", "rest_length", "damping"}},
+      {"/anchors", {"particle", "point", "stiffness", "rest_length", "damping"}}};
+  for (const auto& [group, names] : known)
+    for (const std::string& name : file.members(group))
+      if (std::find(names.begin(), names.end(), name) == names.end())
+        l->warnings.push_back(l->source + ": " + group + "/" + name + " is not part of a lattice, it is ignored");
+}
+
+}  // namespace
+
+PetscErrorCode read_hdf5_lattice(MPI_Comm comm, const std::string& path, Lattice* out) {
+  static const char* const spring_laws[2] = {"hooke", "strain"};
+  static const char* const damping_laws[2] = {"axial", "simple"};
+  Hdf5File file;
+  Table position, pairs, anchors;
+  int spring = 0, damping = 0;
+
+  PetscFunctionBegin;
+  *out = Lattice{};
+  out->source = path;
+  PetscCall(file.open(comm, path));
+  const Names& names = file.has(trajectory_names.position) ? trajectory_names : lattice_names;
+  PetscCall(read_sizes(comm, file, names, out, &position, &pairs, &anchors));
+  PetscCall(read_law(comm, file, names, path, "spring_law", spring_laws, &spring, &out->spring_law_given));
+  PetscCall(read_law(comm, file, names, path, "damping_law", damping_laws, &damping, &out->damping_law_given));
+  out->spring_law = spring ? SpringLaw::strain : SpringLaw::hooke;
+  out->damping_law = damping ? DampingLaw::simple : DampingLaw::axial;
+  PetscCall(read_particles(comm, file, names, position, out));
+  PetscCall(read_springs(comm, file, names, pairs, out));
+  PetscCall(read_anchors(file, anchors, out));
+  if (!names.trajectory) note_unknown_members(file, out);
+  PetscFunctionReturn(0);
+}
+
+}  // namespace bs

@@ -1,0 +1,22 @@
+// Lattices in HDF5: the program's own schema, or the last frame of a trajectory it wrote.
+#pragma once
+#include <petscsys.h>
+#include <string>
+
+#include "lattice/lattice.hpp"
+
+namespace bs {
+
+/// Collective. Each rank reads its rows of the lattice in file `path`, and no others.
+///
+/// /particles/position (N,d), /particles/mass (N); optional velocity (N,d), fixed (N) of 0 and 1, radius (N).
+/// /springs, optional: pairs (M,2) 0-based, stiffness (M); optional rest_length (M; absent: NaN), damping (M).
+/// /anchors, optional: particle (A), point (A,d), stiffness (A); optional rest_length (A; absent: 0), damping (A).
+/// Attributes of /: spring_law = strain | hooke, damping_law = axial | simple.
+/// A file with /particles/trajectory/position/value is a trajectory: its last frame, and /connectivity/bonds.
+///
+/// Errors (exit 2): what cannot be opened, shapes, types, sizes, unknown laws, `fixed` that is not 0 or 1, rest lengths
+/// that are not finite. Other values are left to validate().
+PetscErrorCode read_hdf5_lattice(MPI_Comm comm, const std::string& path, Lattice* out);
+
+}  // namespace bs

@@ -1,0 +1,71 @@
+#include "input/text_file.hpp"
+
+#include <sys/stat.h>
+#include <cerrno>
+#include <cstring>
+#include <fstream>
+#include <new>
+
+#include "base/fault.hpp"
+
+namespace bs {
+
+namespace {
+
+constexpr long long max_text_bytes = 1000000000;
+
+/// Reads what rank 0 is to share; what went wrong goes to `fault`.
+void read_here(const std::string& path, std::string* text, Fault* fault) {
+  const FileLook look = look_at_file(path);
+  if (!look.error.empty()) return fault->note(0, look.error);
+  if (look.bytes > max_text_bytes)
+    return fault->note(0, format("%s: %lld bytes, more than the 1 GB a text file may have; write the lattice as HDF5 (.h5)",
+                                 path.c_str(), look.bytes));
+  try {
+    text->resize(static_cast<std::size_t>(look.bytes));
+  } catch (const std::bad_alloc&) {
+    return fault->note(0, format("%s: no memory for its %lld bytes", path.c_str(), look.bytes));
+  }
+  std::ifstream in(path, std::ios::binary);
+  in.read(text->data(), look.bytes);
+  if (in.gcount() != look.bytes)
+    fault->note(0, format("%s: read %lld of its %lld bytes; look at the disk", path.c_str(),
+                          static_cast<long long>(in.gcount()), look.bytes));
+}
+
+}  // namespace
+
+FileLook look_at_file(const std::string& path) {
+  FileLook look;
+  struct stat info = {};
+  if (stat(path.c_str(), &info) != 0)
+    look.error = errno == ENOENT ? format("%s: no such file; look at the path, it counts from the folder the run starts in",
+                                          path.c_str())
+                                 : format("%s: cannot be read (%s)", path.c_str(), std::strerror(errno));
+  else if (S_ISDIR(info.st_mode))
+    look.error = format("%s: is a folder; name a file in it", path.c_str());
+  else if (!S_ISREG(info.st_mode))
+    look.error = format("%s: is not a regular file", path.c_str());
+  else if (!std::ifstream(path))
+    look.error = format("%s: cannot be opened; look at its permissions (chmod +r)", path.c_str());
+  look.bytes = static_cast<long long>(info.st_size);
+  return look;
+}
+
+PetscErrorCode read_text_file(MPI_Comm comm, const std::string& path, std::string* text) {
+  PetscMPIInt rank;
+  Fault fault;
+
+  PetscFunctionBegin;
+  PetscCallMPI(MPI_Comm_rank(comm, &rank));
+  text->clear();
+  if (rank == 0) read_here(path, text, &fault);
+  PetscCall(agree(comm, fault));
+  long long bytes = static_cast<long long>(text->size());
+  PetscCallMPI(MPI_Bcast(&bytes, 1, MPI_LONG_LONG, 0, comm));
+  text->resize(static_cast<std::size_t>(bytes));
+  PetscCallMPI(MPI_Bcast(text->data(), static_cast<PetscMPIInt>(bytes), MPI_CHAR, 0, comm));
+  PetscFunctionReturn(0);
+}
+
+}  // namespace bs

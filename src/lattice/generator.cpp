@@ -1,0 +1,190 @@
+#include "lattice/generator.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "lattice/random.hpp"
+
+namespace bs {
+
+int dimension(const GeneratorSpec& spec) { return spec.dim > 0 ? spec.dim : type_info(spec.type).dim_default; }
+
+double repeated(const std::vector<double>& list, int k) {
+  return list[std::min(static_cast<std::size_t>(k), list.size() - 1)];
+}
+
+double mass_of_each(const GeneratorSpec& spec, std::int64_t total) {
+  if (spec.total_mass > 0) return spec.total_mass / static_cast<double>(total);
+  return spec.particle_mass > 0 ? spec.particle_mass : 1.0;
+}
+
+namespace {
+
+/// Cells along axis k; 1 along axes the lattice does not extend in.
+std::int64_t cells(const GeneratorSpec& spec, int k) {
+  if (k >= type_info(spec.type).axes) return 1;
+  return spec.size[std::min(static_cast<std::size_t>(k), spec.size.size() - 1)];
+}
+
+/// Place of a particle in the lattice: its cell, and its site in it.
+struct Place {
+  std::int64_t cell[3];
+  int site;
+};
+
+/// The spec with everything filled in that it leaves to be understood.
+struct Plan {
+  explicit Plan(const GeneratorSpec& given) : spec(given), dim(dimension(given)), total(particle_count(given)) {
+    const TypeInfo& info = type_info(spec.type);
+    stencil = make_stencil(spec.type, shell_count(spec.type, spec.neighbors > 0 ? spec.neighbors : info.neighbors_default));
+    for (int k = 0; k < 3; ++k) {
+      n[k] = cells(spec, k);
+      spacing[k] = repeated(spec.spacing, k);
+      origin[k] = static_cast<std::size_t>(k) < spec.origin.size() ? spec.origin[static_cast<std::size_t>(k)] : 0.0;
+    }
+  }
+
+  Place place(std::int64_t row) const {
+    Place p;
+    p.site = static_cast<int>(row % stencil.sites);
+    row /= stencil.sites;
+    p.cell[0] = row % n[0];
+    p.cell[1] = row / n[0] % n[1];
+    p.cell[2] = row / n[0] / n[1];
+    return p;
+  }
+  std::int64_t row(const Place& p) const {
+    return ((p.cell[2] * n[1] + p.cell[1]) * n[0] + p.cell[0]) * stencil.sites + p.site;
+  }
+  const Site& kind(const Place& p) const {
+    return stencil.kinds[static_cast<std::size_t>(stencil.staggered ? p.cell[1] % 2 : p.site)];
+  }
+  /// Unperturbed position along axis k.
+  double position(const Place& p, int k) const {
+    return origin[k] + (static_cast<double>(p.cell[k]) * stencil.edge[k] + kind(p).shift[k]) * spacing[k];
+  }
+  double length(const Neighbour& m) const {
+    double r2 = 0;
+    for (int k = 0; k < 3; ++k) r2 += m.offset[k] * spacing[k] * m.offset[k] * spacing[k];
+    return std::sqrt(r2);
+  }
+  /// The box of the unperturbed particles: a lattice one row high has no shifted row.
+  Box box() const {
+    Box b;
+    for (int k = 0; k < dim; ++k) {
+      double shift = 0;
+      if (!stencil.staggered || n[1] > 1)
+        for (const Site& s : stencil.kinds) shift = std::max(shift, s.shift[k]);
+      b.lo[k] = origin[k];
+      b.hi[k] = origin[k] + (static_cast<double>(n[k] - 1) * stencil.edge[k] + shift) * spacing[k];
+    }
+    return b;
+  }
+
+  const GeneratorSpec& spec;
+  int dim;
+  std::int64_t total, n[3];
+  double spacing[3], origin[3];
+  Stencil stencil;
+};
+
+/// Places the particles of the chunk, unperturbed.
+void place_particles(const Plan& plan, Lattice* out) {
+  out->position.reserve(static_cast<std::size_t>(out->particles.count * plan.dim));
+  for (std::int64_t i = 0; i < out->particles.count; ++i) {
+    const Place p = plan.place(out->particles.first + i);
+    for (int k = 0; k < plan.dim; ++k) out->position.push_back(plan.position(p, k));
+  }
+}
+
+void fix_particles(const Plan& plan, Lattice* out) {
+  Faces faces = 0;
+  (void)parse_faces(plan.spec.fixed, type_info(plan.spec.type).axes, &faces);  // checked before
+  out->fixed.assign(static_cast<std::size_t>(out->particles.count), 0);
+  // Rows of the triangular lattice begin and end half a spacing inside the box by turns.
+  const Faces along_x = faces & 3u;
+  apply_faces(along_x, plan.box(), plan.stencil.staggered ? plan.spacing[0] / 2 : 0.0, plan.dim, out->position, &out->fixed);
+  apply_faces(faces & ~along_x, plan.box(), 0.0, plan.dim, out->position, &out->fixed);
+  apply_fixed_particles(plan.spec.fixed_particles, out->particles, &out->fixed);
+}
+
+/// Shifts each free particle by up to the amplitude either way along every axis.
+void perturb(const Plan& plan, Lattice* out) {
+  const double amplitude = plan.spec.perturbation;
+  if (amplitude <= 0) return;
+  const std::size_t d = static_cast<std::size_t>(plan.dim);
+  for (std::size_t i = 0; i < out->fixed.size(); ++i) {
+    if (out->fixed[i]) continue;
+    const std::int64_t row = out->particles.first + static_cast<std::int64_t>(i);
+    for (std::size_t k = 0; k < d; ++k)
+      out->position[i * d + k] +=
+          amplitude * (2 * hash_uniform(plan.spec.seed, Stream::perturbation, row, static_cast<std::int64_t>(k)) - 1);
+  }
+}
+
+/// The spring of particle i with its upper neighbour j.
+void add_spring(const Plan& plan, std::int64_t i, std::int64_t j, const Neighbour& m, Lattice* out) {
+  const GeneratorSpec& spec = plan.spec;
+  const bool stiff = spec.stiff_fraction > 0 && hash_uniform(spec.seed, Stream::stiff_springs, i, j) < spec.stiff_fraction;
+  out->pairs.push_back(i);
+  out->pairs.push_back(j);
+  out->stiffness.push_back(repeated(spec.stiffness, m.shell) * (stiff ? spec.stiff_factor : 1.0));
+  out->damping.push_back(repeated(spec.damping, m.shell));
+  out->rest_length.push_back(plan.length(m) * spec.rest_length_factor);
+}
+
+void lay_springs(const Plan& plan, Lattice* out) {
+  std::vector<std::pair<std::int64_t, const Neighbour*>> upper;  // j and how it was reached
+  for (std::int64_t i = out->particles.first; i < out->particles.first + out->particles.count; ++i) {
+    const Place p = plan.place(i);
+    upper.clear();
+    for (const Neighbour& m : plan.kind(p).neighbours) {
+      Place q{{p.cell[0] + m.cell[0], p.cell[1] + m.cell[1], p.cell[2] + m.cell[2]}, m.site};
+      bool inside = true;
+      for (int k = 0; k < 3; ++k) inside = inside && q.cell[k] >= 0 && q.cell[k] < plan.n[k];
+      if (inside && plan.row(q) > i) upper.emplace_back(plan.row(q), &m);
+    }
+    std::sort(upper.begin(), upper.end());
+    for (const auto& [j, m] : upper) add_spring(plan, i, j, *m, out);
+  }
+  out->springs.count = static_cast<std::int64_t>(out->stiffness.size());
+}
+
+std::string describe(const Plan& plan) {
+  const TypeInfo& info = type_info(plan.spec.type);
+  std::string text = std::string(info.name) + " lattice ";
+  for (int k = 0; k < info.axes; ++k) text += (k ? " x " : "") + std::to_string(plan.n[k]);
+  const int neighbors = plan.spec.neighbors > 0 ? plan.spec.neighbors : info.neighbors_default;
+  return text + ", " + std::to_string(neighbors) + " neighbours";
+}
+
+}  // namespace
+
+std::int64_t particle_count(const GeneratorSpec& spec) {
+  std::int64_t count = make_stencil(spec.type, 0).sites;
+  for (int k = 0; k < 3; ++k) {
+    if (cells(spec, k) > std::numeric_limits<std::int64_t>::max() / count) return -1;
+    count *= cells(spec, k);
+  }
+  return count;
+}
+
+Lattice generate(const GeneratorSpec& spec, int rank, int size) {
+  const Plan plan(spec);
+  Lattice out;
+  out.dim = plan.dim;
+  out.source = describe(plan);
+  out.particles = split_rows(plan.total, rank, size);
+  place_particles(plan, &out);
+  fix_particles(plan, &out);
+  apply_velocity(spec.velocity, spec.velocity_gradient, plan.dim, out.position, out.fixed, &out.velocity);
+  perturb(plan, &out);
+  const std::size_t count = static_cast<std::size_t>(out.particles.count);
+  out.mass.assign(count, mass_of_each(spec, plan.total));
+  if (spec.radius > 0) out.radius.assign(count, spec.radius);
+  lay_springs(plan, &out);
+  return out;
+}
+
+}  // namespace bs

@@ -1,0 +1,116 @@
+// Regular lattices made in parallel: every rank builds its own rows, whatever the number of ranks.
+#pragma once
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "lattice/initial.hpp"
+#include "lattice/lattice.hpp"
+#include "lattice/stencil.hpp"
+
+namespace bs {
+
+/// A lattice to generate. Lists shorter than they could be: of size, spacing, stiffness and damping the last number is
+/// repeated; of origin and velocity the missing ones are 0. The fields from `total_mass` on hold for lattices read from
+/// files that carry no such data, too.
+struct GeneratorSpec {
+  LatticeType type = LatticeType::none;
+  std::vector<std::int64_t> size;   ///< particles (bcc, fcc: cubic cells of 2, 4 particles) along x[, y[, z]]
+  int dim = 0;                      ///< d; 0: the type's default
+  std::vector<double> spacing{1.0};  ///< along x[, y[, z]] [m]; bcc, fcc: edge of the cubic cell
+  int neighbors = 0;                ///< springs of an inner particle; 0: the type's default
+  double rest_length_factor = 1;    ///< rest length = unperturbed distance times this
+  double perturbation = 0;          ///< largest random shift of a free particle along each axis [m]
+  std::int64_t seed = 1;            ///< of the perturbation and of the choice of stiff springs
+  std::vector<double> origin;       ///< lower corner [m]
+  double stiff_fraction = 0;        ///< share of springs made stiffer, 0 to 1
+  double stiff_factor = 1;          ///< how many times stiffer
+  double total_mass = 0;            ///< shared evenly by all particles, fixed ones too [kg]; 0: not given
+  double particle_mass = 0;         ///< of each particle [kg]; 0: from the total mass, else 1
+  double radius = 0;                ///< of each particle [m]; 0: not given
+  std::vector<double> stiffness{1000.0};  ///< hooke [N/m], strain [N], per neighbour class
+  std::vector<double> damping{0.0};       ///< [kg/s], per neighbour class
+  std::vector<std::string> fixed;   ///< faces: xmin, xmax, ymin, ...
+  std::vector<std::int64_t> fixed_particles;  ///< 0-based rows
+  std::vector<double> velocity;           ///< uniform part u of v = u + A x, x unperturbed [m/s]
+  std::vector<double> velocity_gradient;  ///< A (d, d) row by row [1/s], or empty
+
+  /// Reads the -bs_lattice_ options; V is bs::Section or has the same readers.
+  template <class V>
+  void options(V& o);
+};
+
+/// One line that says what is wrong with `spec` and what to write instead; empty if nothing. A spec of type none is
+/// right. That sizes fit PETSc's indices is checked elsewhere.
+std::string check(const GeneratorSpec& spec);
+
+/// The same for the fields from total_mass on, over particles in d = `dim` that extend along the first `axes` axes;
+/// `total` particles.
+std::string check_particle_data(const GeneratorSpec& spec, int dim, int axes, std::int64_t total);
+
+/// Dimension d of the lattice; mass of each of `total` particles [kg]; k-th of a list whose last number repeats.
+int dimension(const GeneratorSpec& spec);
+double mass_of_each(const GeneratorSpec& spec, std::int64_t total);
+double repeated(const std::vector<double>& list, int k);
+
+/// Particles of the whole lattice; -1 where that overflows. Needs a type and one to three sizes >= 1.
+std::int64_t particle_count(const GeneratorSpec& spec);
+
+/// The chunk split_rows(particle_count(spec), rank, size) of the particles, and the springs whose lower end i lies in
+/// it, as pairs (i, j), i < j, in ascending order. Cells are numbered x fastest, the particles of a cell one after the
+/// other. springs.count is known here; springs.first and springs.total, which need the other ranks' counts, are left 0
+/// for the caller's exclusive scan and sum. Needs a spec that check() finds right and that is not none.
+///
+/// Spring (i, j) is stiff_factor times stiffer where hash_uniform(seed, Stream::stiff_springs, i, j) < stiff_fraction.
+/// Fixed particles are not perturbed, and their velocity is 0. Faces: the planes that bound the lattice, except that in
+/// the triangular one xmin and xmax take the end of every row.
+Lattice generate(const GeneratorSpec& spec, int rank, int size);
+
+/// Reads up to `max` numbers into a list; leaves the list alone where the option is absent.
+template <class V>
+void read_list(V& o, const char* name, const char* help, int max, std::vector<double>& list) {
+  double values[9] = {};
+  int count = 0;
+  for (; count < static_cast<int>(list.size()) && count < max; ++count) values[count] = list[static_cast<std::size_t>(count)];
+  if (o.reals(name, help, values, max, &count)) list.assign(values, values + count);
+}
+
+template <class V>
+void GeneratorSpec::options(V& o) {
+  int index = static_cast<int>(type);
+  std::int64_t d = dim, n = neighbors;
+  if (o.choice("-bs_lattice_type", "regular lattice to generate", lattice_type_names(), index))
+    type = static_cast<LatticeType>(index);
+  o.integers("-bs_lattice_size", "particles (bcc, fcc: cubic cells) along x[,y[,z]]; the last number repeats", size);
+  if (o.integer("-bs_lattice_dim", "dimensions d of space, 1 to 3 (0: the type's own)", d))
+    dim = d < 0 || d > 3 ? -1 : static_cast<int>(d);
+  read_list(o, "-bs_lattice_spacing", "distance of neighbours along x[,y[,z]]; bcc, fcc: cell edge [m]", 3, spacing);
+  if (o.integer("-bs_lattice_neighbors",
+                "springs of an inner particle (0: the type's own): square 4, 8; cloth 4, 8, 12; cubic 6, 18, 26; "
+                "bcc 8, 14; fcc 12, 18", n))
+    neighbors = n < 0 || n > 100 ? -1 : static_cast<int>(n);
+  // 0 means not given; a 0 that was written is turned into what check() refuses.
+  if (o.real("-bs_lattice_total_mass", "mass of the whole, shared evenly [kg]", total_mass) && total_mass == 0)
+    total_mass = -1;
+  if (o.real("-bs_lattice_particle_mass", "mass of each particle, 1 where no mass is given [kg]", particle_mass) &&
+      particle_mass == 0)
+    particle_mass = -1;
+  read_list(o, "-bs_lattice_stiffness",
+            "stiffness of axis, face diagonal, body diagonal springs (cloth: structural, shear, bend; bcc, fcc: nearest "
+            "first); the last repeats [N/m, strain law: N]", 3, stiffness);
+  read_list(o, "-bs_lattice_damping", "damping of the same classes of springs [kg/s]", 3, damping);
+  o.real("-bs_lattice_rest_length_factor", "rest length / unperturbed distance, >= 0", rest_length_factor);
+  o.texts("-bs_lattice_fixed", "faces whose particles are fixed: xmin,xmax,ymin,ymax,zmin,zmax", fixed);
+  o.integers("-bs_lattice_fixed_particles", "particles that are fixed, counted from 0", fixed_particles);
+  o.real("-bs_lattice_perturbation", "largest random shift of a free particle along each axis [m]", perturbation);
+  o.integer("-bs_lattice_seed", "seed of the perturbation and of the stiff springs", seed);
+  read_list(o, "-bs_lattice_origin", "lower corner of the lattice [m]", 3, origin);
+  read_list(o, "-bs_lattice_velocity", "initial velocity u of v = u + A x [m/s]", 3, velocity);
+  read_list(o, "-bs_lattice_velocity_gradient", "A of v = u + A x, x unperturbed: d x d numbers, row by row [1/s]", 9,
+            velocity_gradient);
+  o.real("-bs_lattice_radius", "radius of each particle (0: none given) [m]", radius);
+  o.real("-bs_lattice_stiff_fraction", "share of springs, chosen at random, made stiffer, 0 to 1", stiff_fraction);
+  o.real("-bs_lattice_stiff_factor", "how many times stiffer those are", stiff_factor);
+}
+
+}  // namespace bs

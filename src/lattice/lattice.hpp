@@ -1,0 +1,58 @@
+// A mass-spring lattice as it was read or generated: one rank's chunk of rows, in the input's order.
+// Plain data, free of MPI and PETSc.
+#pragma once
+#include <cstdint>
+#include <string>
+#include <utility>
+#include <vector>
+
+namespace bs {
+
+/// A contiguous chunk [first, first + count) of `total` rows.
+struct Rows {
+  std::int64_t first = 0, count = 0, total = 0;
+};
+
+/// The chunk of `total` rows that rank `rank` of `size` holds; chunks differ by at most one row.
+inline Rows split_rows(std::int64_t total, int rank, int size) {
+  const std::int64_t base = total / size, rest = total % size;
+  return {rank * base + (rank < rest ? rank : rest), base + (rank < rest ? 1 : 0), total};
+}
+
+enum class SpringLaw { hooke, strain };
+enum class DampingLaw { axial, simple };
+
+/// Units: SI unless the user thinks otherwise; the program never converts.
+struct Lattice {
+  int dim = 3;                   ///< d = 1, 2, 3
+  std::string source;            ///< file or generator, for messages
+  // particles
+  Rows particles;
+  std::vector<double> position;  ///< (count, d)
+  std::vector<double> velocity;  ///< (count, d)
+  std::vector<double> mass;      ///< (count)
+  std::vector<double> radius;    ///< (count), or empty: not given
+  std::vector<std::uint8_t> fixed;  ///< (count) 1: fixed
+  std::vector<std::int64_t> id;  ///< (count) the user's numbers, or empty: the row's index, 0-based
+  // springs; ends are rows of the whole lattice, 0-based
+  Rows springs;
+  std::vector<std::int64_t> pairs;   ///< (count, 2)
+  std::vector<double> stiffness;     ///< (count) hooke [N/m], strain [N], zero rest length [N/m]
+  std::vector<double> rest_length;   ///< (count) [m]; NaN: the initial distance, filled in later
+  std::vector<double> damping;       ///< (count) [kg/s]
+  // springs to fixed points (or to points that move as given)
+  Rows anchors;
+  std::vector<std::int64_t> anchor_particle;  ///< (count)
+  std::vector<double> anchor_point;           ///< (count, d)
+  std::vector<double> anchor_stiffness, anchor_rest_length, anchor_damping;  ///< (count)
+  // how the springs are to be understood
+  SpringLaw spring_law = SpringLaw::hooke;
+  DampingLaw damping_law = DampingLaw::axial;
+  bool spring_law_given = false, damping_law_given = false;  ///< said by the file, not assumed
+  bool rest_at_zero_length = false;  ///< a spring of zero length exerts no force instead of being an error
+  /// Options the input implies ("-bs_gravity", "0,-9.8"): put in force where the user set none. Values by %.17g.
+  std::vector<std::pair<std::string, std::string>> implied_options;
+  std::vector<std::string> warnings;  ///< one line each, told once
+};
+
+}  // namespace bs

@@ -1,0 +1,96 @@
+#include "lattice/stencil.hpp"
+
+#include <cmath>
+
+namespace bs {
+
+const TypeInfo& type_info(LatticeType type) {
+  // cubic: edge, face diagonal, body diagonal; cloth: structural, shear, bend (two apart along an axis);
+  // bcc, fcc: spacing is the edge of the cubic cell, the nearest neighbours come first.
+  static const std::vector<TypeInfo> table = {
+      {"none", 0, 1, 3, 3, {}, {}, 0},
+      {"chain", 1, 1, 3, 1, {1.0}, {2}, 2},
+      {"square", 2, 2, 3, 2, {1.0, 2.0}, {4, 8}, 8},
+      {"triangular", 2, 2, 3, 2, {1.0}, {6}, 6},
+      {"cloth", 2, 2, 3, 3, {1.0, 2.0, 4.0}, {4, 8, 12}, 12},
+      {"cubic", 3, 3, 3, 3, {1.0, 2.0, 3.0}, {6, 18, 26}, 18},
+      {"bcc", 3, 3, 3, 3, {0.75, 1.0}, {8, 14}, 14},
+      {"fcc", 3, 3, 3, 3, {0.5, 1.0}, {12, 18}, 12},
+  };
+  return table[static_cast<std::size_t>(type)];
+}
+
+const std::vector<std::string>& lattice_type_names() {
+  static const std::vector<std::string> names = [] {
+    std::vector<std::string> all;
+    for (int t = 0; t <= static_cast<int>(LatticeType::fcc); ++t)
+      all.emplace_back(type_info(static_cast<LatticeType>(t)).name);
+    return all;
+  }();
+  return names;
+}
+
+int shell_count(LatticeType type, int neighbors) {
+  const std::vector<int>& known = type_info(type).neighbors;
+  for (std::size_t s = 0; s < known.size(); ++s)
+    if (known[s] == neighbors) return static_cast<int>(s) + 1;
+  return 0;
+}
+
+namespace {
+
+Stencil unit_cell(LatticeType type) {
+  Stencil s;
+  s.kinds.push_back({{0, 0, 0}, {}});
+  if (type == LatticeType::triangular) {
+    s.staggered = true;
+    s.edge[1] = std::sqrt(0.75);  // height of an equilateral triangle of side 1
+    s.kinds.push_back({{0.5, 0, 0}, {}});
+  } else if (type == LatticeType::bcc) {
+    s.kinds.push_back({{0.5, 0.5, 0.5}, {}});
+  } else if (type == LatticeType::fcc) {
+    s.kinds.push_back({{0.5, 0.5, 0}, {}});
+    s.kinds.push_back({{0.5, 0, 0.5}, {}});
+    s.kinds.push_back({{0, 0.5, 0.5}, {}});
+  }
+  if (!s.staggered) s.sites = static_cast<int>(s.kinds.size());
+  return s;
+}
+
+/// Class of a neighbour at squared distance r2, -1 for none of the first `shells`.
+int shell_of(const TypeInfo& info, int shells, double r2) {
+  for (int s = 0; s < shells; ++s)
+    if (std::abs(r2 - info.shells[static_cast<std::size_t>(s)]) < 1e-9) return s;
+  return -1;
+}
+
+/// Appends the neighbours of kind `from` that lie `cell` cells away.
+void look_at_cell(const TypeInfo& info, int shells, const int (&cell)[3], std::size_t from, Stencil* s) {
+  for (int site = 0; site < s->sites; ++site) {
+    const std::size_t kind = s->staggered ? (from + static_cast<std::size_t>(cell[1] & 1)) % 2 : static_cast<std::size_t>(site);
+    Neighbour n{{cell[0], cell[1], cell[2]}, site, 0, {}};
+    double r2 = 0;
+    for (int k = 0; k < 3; ++k) {
+      n.offset[k] = cell[k] * s->edge[k] + s->kinds[kind].shift[k] - s->kinds[from].shift[k];
+      r2 += n.offset[k] * n.offset[k];
+    }
+    n.shell = shell_of(info, shells, r2);
+    if (n.shell >= 0) s->kinds[from].neighbours.push_back(n);
+  }
+}
+
+}  // namespace
+
+Stencil make_stencil(LatticeType type, int shells) {
+  const TypeInfo& info = type_info(type);
+  Stencil s = unit_cell(type);
+  // No class is more than two cells away.
+  const int ry = info.axes > 1 ? 2 : 0, rz = info.axes > 2 ? 2 : 0;
+  for (std::size_t from = 0; from < s.kinds.size(); ++from)
+    for (int z = -rz; z <= rz; ++z)
+      for (int y = -ry; y <= ry; ++y)
+        for (int x = -2; x <= 2; ++x) look_at_cell(info, shells, {x, y, z}, from, &s);
+  return s;
+}
+
+}  // namespace bs

@@ -1,0 +1,36 @@
+// What the laws' readers of options share; free of PETSc.
+#pragma once
+#include <string>
+
+#include "lattice/text.hpp"
+
+namespace bs {
+
+/// The type Range of base/options.hpp, taken from V::real so that a law's header need not include PETSc.
+template <class R, class V>
+R last_argument(bool (V::*)(const char*, const char*, double&, R));
+template <class V>
+using RangeOf = decltype(last_argument(&V::real));
+
+/// "(0, 0, -9.81)", `count` numbers.
+inline std::string vector_text(const double* values, int count) {
+  std::string text = "(";
+  for (int i = 0; i < count; ++i) text += (i ? ", " : "") + short_number(values[i]);
+  return text + ")";
+}
+
+/// Up to three components; those left out are 0. `count` becomes how many were given. Returns whether it was present.
+template <class V>
+bool read_vector(V& o, const char* name, const char* help, double (&values)[3], int& count) {
+  if (!o.reals(name, help, values, 3, &count)) return false;
+  for (int i = count; i < 3; ++i) values[i] = 0;
+  return true;
+}
+
+/// An option that only works together with another must not be passed over in silence.
+template <class V>
+void require(V& o, bool given, const char* user, const char* needed) {
+  if (!given) o.fail(std::string("option ") + user + " needs " + needed + ": give it too");
+}
+
+}  // namespace bs

@@ -1,0 +1,40 @@
+// Linear drag, the same for every particle.
+#pragma once
+#include <string>
+
+#include "laws/law_options.hpp"
+#include "laws/point.hpp"
+
+namespace bs {
+
+/// f = -D v
+struct StokesDrag {
+  static constexpr const char* title = "Stokes drag";
+  double D = 0;  ///< drag coefficient [kg/s], 6 pi mu a for a sphere in creeping flow; off: 0
+
+  template <class V>
+  void options(V& o) {
+    o.real("-bs_stokes_drag", "linear drag -D v: coefficient D, >= 0, 0: none [kg/s]", D, RangeOf<V>::nonnegative);
+  }
+  bool active() const noexcept { return D != 0; }
+  std::string describe() const { return "Stokes drag D = " + short_number(D) + " kg/s"; }
+
+  /// No potential: 0.
+  template <int d>
+  double energy(const Point<d>&) const noexcept {
+    return 0;
+  }
+  template <int d>
+  bool force(const Point<d>& p, double* f) const noexcept {
+    for (int i = 0; i < d; ++i) f[i] -= D * p.v[i];
+    return true;
+  }
+  template <int d>
+  void dfdx(const Point<d>&, double*) const noexcept {}
+  template <int d>
+  void dfdv(const Point<d>&, double* A) const noexcept {
+    for (int i = 0; i < d; ++i) A[d * i + i] -= D;
+  }
+};
+
+}  // namespace bs

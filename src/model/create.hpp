@@ -1,0 +1,11 @@
+// From options to a model.
+#pragma once
+#include <memory>
+#include "model/model.hpp"
+
+namespace bs {
+
+/// Collective. Reads -bs_model and creates the model it names from the options.
+PetscErrorCode create_model(MPI_Comm comm, std::unique_ptr<Model>* out);
+
+}  // namespace bs

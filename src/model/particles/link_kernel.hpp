@@ -1,0 +1,62 @@
+// One spring with its damper between a particle and another end (particle or point): force and both derivatives.
+#pragma once
+#include <cmath>
+#include "laws/springs.hpp"
+
+namespace bs {
+
+/// A link as the loops see it: parameters of one spring.
+struct LinkParameters {
+  double stiffness, rest_length, damping;
+};
+
+/// Vector between the ends, its length, and the relative velocity.
+template <int d>
+struct LinkGeometry {
+  double dx[d], w[d], length;
+  /// `a` and `b`: position and velocity (2d numbers) of this end and of the other.
+  LinkGeometry(const double* a, const double* b) noexcept {
+    double square = 0;
+    for (int c = 0; c < d; ++c) {
+      dx[c] = a[c] - b[c];
+      w[c] = a[d + c] - b[d + c];
+      square += dx[c] * dx[c];
+    }
+    length = std::sqrt(square);
+  }
+};
+
+/// Spring law `Spring` (rest length > 0; zero rest length has its own law) and damper `Damper` of one link.
+template <int d, class Spring, class Damper>
+struct LinkKernel {
+  /// Whether the law has a direction to act in: at zero length only a zero rest length with a simple damper has.
+  static bool defined(const LinkGeometry<d>& g, const LinkParameters& p) noexcept {
+    return g.length > 0 || (p.rest_length == 0 && (p.damping == 0 || Damper::regular_at_zero));
+  }
+  /// Adds the force on this end to f[d].
+  static void force(const LinkGeometry<d>& g, const LinkParameters& p, double* f) noexcept {
+    if (p.rest_length == 0) spring_force<d, ZeroRest>(g.dx, g.length, p.stiffness, 0.0, f);
+    else spring_force<d, Spring>(g.dx, g.length, p.stiffness, p.rest_length, f);
+    if (p.damping != 0) Damper::template force<d>(g.dx, g.length, g.w, p.damping, f);
+  }
+  /// Adds df/dx and df/dv of this end to K and D (d x d); the other end's are the negatives.
+  static void tangent(const LinkGeometry<d>& g, const LinkParameters& p, double* K, double* D) noexcept {
+    if (p.rest_length == 0) spring_dfdx<d, ZeroRest>(g.dx, g.length, p.stiffness, 0.0, K);
+    else spring_dfdx<d, Spring>(g.dx, g.length, p.stiffness, p.rest_length, K);
+    if (p.damping != 0) {
+      Damper::template dfdx<d>(g.dx, g.length, g.w, p.damping, K);
+      Damper::template dfdv<d>(g.dx, g.length, g.w, p.damping, D);
+    }
+  }
+  static double energy(const LinkGeometry<d>& g, const LinkParameters& p) noexcept {
+    return p.rest_length == 0 ? ZeroRest::energy(g.length, p.stiffness, 0.0)
+                              : Spring::energy(g.length, p.stiffness, p.rest_length);
+  }
+  /// Force per length along the spring, for estimates [N/m].
+  static double rate(const LinkParameters& p) noexcept {
+    return p.rest_length == 0 ? ZeroRest::stiffness(1.0, p.stiffness, 0.0)
+                              : Spring::stiffness(p.rest_length, p.stiffness, p.rest_length);
+  }
+};
+
+}  // namespace bs

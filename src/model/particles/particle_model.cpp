@@ -1,0 +1,206 @@
+#include "model/particles/particle_model.hpp"
+#include <algorithm>
+#include <cmath>
+#include "base/fault.hpp"
+#include "base/options.hpp"
+#include "model/particles/events.hpp"
+
+namespace bs {
+
+PetscErrorCode ParticleModel::create(MPI_Comm comm, Lattice&& lattice, std::unique_ptr<Model>* out) {
+  PetscFunctionBegin;
+  auto model = std::make_unique<ParticleModel>();
+  NetworkOptions options;
+  PetscCall(read_network_options(comm, &options));
+  model->net_.comm = comm;
+  PetscCall(model->read_laws(lattice));
+  PetscCall(model->coupling_.read_options(comm, lattice, &options));
+  PetscCall(build_network(comm, lattice, options, &model->net_));
+  model->lattice_ = std::move(lattice);
+  PetscCall(model->create_state());
+  PetscCall(model->create_output());
+  PetscCall(model->coupling_.create(model->net_));
+  model->pattern_.create(model->net_);
+  model->physics_ = create_physics(model->net_, model->laws_, model->motion_, model->pattern_);
+  model->force_.resize(static_cast<std::size_t>(model->net_.n * model->net_.dim));
+  model->rates_ = model->physics_->rates();
+  *out = std::move(model);
+  PetscFunctionReturn(0);
+}
+
+PetscErrorCode ParticleModel::read_laws(const Lattice& lattice) {
+  PetscFunctionBegin;
+  PetscCall(read_section(net_.comm, "Forces on particles", [&](Section& o) {
+    for_each_law(laws_, [&](auto& law) { law.options(o); });
+  }));
+  PetscCall(read_section(net_.comm, "Motion of anchor points", [&](Section& o) { motion_.options(o); }));
+  Fault fault;
+  for_each_law(laws_, [&](auto& law) {
+    const std::string text = law.check(lattice.dim);
+    if (!text.empty()) fault.note(0, text);
+  });
+  PetscCall(agree(net_.comm, fault));
+  PetscFunctionReturn(0);
+}
+
+PetscErrorCode ParticleModel::create_state() {
+  const PetscInt d = net_.dim, bs = 2 * d;
+  PetscScalar* ay = nullptr;
+  PetscFunctionBegin;
+  PetscCall(VecCreate(net_.comm, y0_.out()));
+  PetscCall(VecSetSizes(y0_, net_.n * bs, PETSC_DETERMINE));
+  PetscCall(VecSetBlockSize(y0_, bs));
+  PetscCall(VecSetType(y0_, VECSTANDARD));
+  PetscCall(VecGetArray(y0_, &ay));
+  for (PetscInt i = 0; i < net_.n; ++i)
+    for (PetscInt c = 0; c < d; ++c) {
+      ay[i * bs + c] = net_.held[i * d + c];
+      ay[i * bs + d + c] = net_.velocity[i * d + c];
+    }
+  PetscCall(VecRestoreArray(y0_, &ay));
+  PetscCall(state_.create(net_, y0_));
+  PetscFunctionReturn(0);
+}
+
+/// Vectors in the input's order, and the scatters that fill them.
+PetscErrorCode ParticleModel::create_output() {
+  const PetscInt d = net_.dim;
+  PetscFunctionBegin;
+  PetscInt rows = static_cast<PetscInt>(lattice_.particles.count);
+  std::vector<PetscInt> x_blocks, v_blocks, target(net_.row.begin(), net_.row.end());
+  for (PetscInt i = 0; i < net_.n; ++i) {
+    x_blocks.push_back(2 * net_.global[i]);
+    v_blocks.push_back(2 * net_.global[i] + 1);
+  }
+  for (VecHandle* vec : {&position_, &velocity_}) {
+    PetscCall(VecCreate(net_.comm, vec->out()));
+    PetscCall(VecSetSizes(*vec, rows * d, PETSC_DETERMINE));
+    PetscCall(VecSetBlockSize(*vec, d));
+    PetscCall(VecSetType(*vec, VECSTANDARD));
+  }
+  ISHandle x_from, v_from, to;
+  PetscCall(ISCreateBlock(net_.comm, d, net_.n, x_blocks.data(), PETSC_COPY_VALUES, x_from.out()));
+  PetscCall(ISCreateBlock(net_.comm, d, net_.n, v_blocks.data(), PETSC_COPY_VALUES, v_from.out()));
+  PetscCall(ISCreateBlock(net_.comm, d, net_.n, target.data(), PETSC_COPY_VALUES, to.out()));
+  PetscCall(VecScatterCreate(y0_, x_from, position_, to, to_position_.out()));
+  PetscCall(VecScatterCreate(y0_, v_from, velocity_, to, to_velocity_.out()));
+  PetscFunctionReturn(0);
+}
+
+PetscErrorCode ParticleModel::compute_forces(double t, Vec y) {
+  PetscFunctionBegin;
+  PetscCall(PetscLogEventBegin(particle_events().force, y, nullptr, nullptr, nullptr));
+  PetscCall(state_.gather(y));
+  PetscCall(coupling_.gather(net_, state_));
+  fault_ = {};
+  physics_->forces(t, state_, coupling_, force_.data(), &fault_);
+  PetscCall(PetscLogEventEnd(particle_events().force, y, nullptr, nullptr, nullptr));
+  PetscFunctionReturn(0);
+}
+
+// F_x = x' - v,  F_v = M v' - f (momentum) or v' - M^-1 f (velocity); fixed particles: f = 0
+PetscErrorCode ParticleModel::residual(double t, Vec y, Vec ydot, Form form, Vec F) {
+  const PetscScalar *ay = nullptr, *ayd = nullptr;
+  PetscScalar* aF = nullptr;
+  const PetscInt d = net_.dim, bs = 2 * d;
+  PetscFunctionBegin;
+  PetscCall(compute_forces(t, y));
+  PetscCall(VecGetArrayRead(y, &ay));
+  PetscCall(VecGetArrayRead(ydot, &ayd));
+  PetscCall(VecGetArrayWrite(F, &aF));
+  for (PetscInt i = 0; i < net_.n; ++i) {
+    const double m = form == Form::momentum ? net_.mass[i] : 1.0;
+    const double scale = form == Form::momentum ? 1.0 : 1.0 / net_.mass[i];
+    for (PetscInt c = 0; c < d; ++c) {
+      const PetscInt x = i * bs + c, v = x + d;
+      aF[x] = ayd[x] - ay[v];
+      aF[v] = m * ayd[v] - scale * force_[i * d + c];
+    }
+  }
+  PetscCall(VecRestoreArrayWrite(F, &aF));
+  PetscCall(VecRestoreArrayRead(ydot, &ayd));
+  PetscCall(VecRestoreArrayRead(y, &ay));
+  PetscFunctionReturn(0);
+}
+
+// G = (v, M^-1 f)
+PetscErrorCode ParticleModel::rhs(double t, Vec y, Vec G) {
+  const PetscScalar* ay = nullptr;
+  PetscScalar* aG = nullptr;
+  const PetscInt d = net_.dim, bs = 2 * d;
+  PetscFunctionBegin;
+  PetscCall(compute_forces(t, y));
+  PetscCall(VecGetArrayRead(y, &ay));
+  PetscCall(VecGetArrayWrite(G, &aG));
+  for (PetscInt i = 0; i < net_.n; ++i)
+    for (PetscInt c = 0; c < d; ++c) {
+      aG[i * bs + c] = ay[i * bs + d + c];
+      aG[i * bs + d + c] = force_[i * d + c] / net_.mass[i];
+    }
+  PetscCall(VecRestoreArrayWrite(G, &aG));
+  PetscCall(VecRestoreArrayRead(y, &ay));
+  PetscFunctionReturn(0);
+}
+
+PetscErrorCode ParticleModel::jacobian(double t, Vec y, Vec, double sigma, Form form, Mat P) {
+  PetscFunctionBegin;
+  PetscCall(PetscLogEventBegin(particle_events().jacobian, P, nullptr, nullptr, nullptr));
+  PetscCall(state_.gather(y));
+  PetscCall(coupling_.gather(net_, state_));
+  RowWriter writer(net_, pattern_);
+  PetscCall(writer.begin(P));
+  PetscCall(physics_->jacobian(t, state_, coupling_, sigma, form == Form::momentum, &writer));
+  PetscCall(writer.end());
+  PetscCall(PetscLogEventEnd(particle_events().jacobian, P, nullptr, nullptr, nullptr));
+  PetscFunctionReturn(0);
+}
+
+PetscErrorCode ParticleModel::create_matrix(Mat* P) {
+  PetscFunctionBegin;
+  PetscCall(pattern_.create_matrix(net_, P));
+  PetscFunctionReturn(0);
+}
+
+PetscErrorCode ParticleModel::create_operator(Mat P, Form form, Mat* A) {
+  PetscFunctionBegin;
+  PetscCall(coupling_.create_operator(net_, P, form == Form::momentum, A));
+  PetscFunctionReturn(0);
+}
+
+// Rounding of x alone moves the force on a particle by its springs' rates times eps |x|; of v, its momentum.
+PetscErrorCode ParticleModel::residual_floor(double, Vec y, double sigma, double* floor) {
+  const PetscScalar* ay = nullptr;
+  const PetscInt d = net_.dim, bs = 2 * d;
+  double sum = 0;
+  PetscFunctionBegin;
+  PetscCall(VecGetArrayRead(y, &ay));
+  for (PetscInt i = 0; i < net_.n; ++i)
+    for (PetscInt c = 0; c < d; ++c) {
+      const double x = std::abs(ay[i * bs + c]), v = std::abs(ay[i * bs + d + c]);
+      const double momentum = net_.fixed[i] ? 0.0 : 2 * rates_[i] * x + net_.mass[i] * sigma * v;
+      const double kinematic = sigma * x + v;
+      sum += momentum * momentum + kinematic * kinematic;
+    }
+  PetscCall(VecRestoreArrayRead(y, &ay));
+  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &sum, 1, MPI_DOUBLE, MPI_SUM, net_.comm));
+  *floor = PETSC_MACHINE_EPSILON * std::sqrt(sum);
+  PetscFunctionReturn(0);
+}
+
+PetscErrorCode ParticleModel::last_fault(std::string* text) {
+  PetscFunctionBegin;
+  // the smallest row of the gravest kind speaks for all ranks
+  std::int64_t key[2] = {fault_.kind == Singularity::none ? 99 : fault_.kind, fault_.row}, low = 0;
+  PetscCallMPI(MPI_Allreduce(&key[0], &low, 1, MPI_INT64_T, MPI_MIN, net_.comm));
+  text->clear();
+  if (low == 99) PetscFunctionReturn(0);
+  std::int64_t row = key[0] == low ? key[1] : std::numeric_limits<std::int64_t>::max();
+  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &row, 1, MPI_INT64_T, MPI_MIN, net_.comm));
+  const long long number = static_cast<long long>(row);
+  if (low == Singularity::spring) *text = format("spring %lld met zero length, where its law has no direction", number);
+  else if (low == Singularity::anchor) *text = format("anchor %lld met zero length, where its law has no direction", number);
+  else *text = format("a law of force is singular at particle %lld", number);
+  PetscFunctionReturn(0);
+}
+
+}  // namespace bs

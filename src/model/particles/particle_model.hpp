@@ -1,0 +1,57 @@
+// Particle systems M x'' = f(t, x, x') as a Model: state (x, v) interlaced by particle, block size 2d.
+#pragma once
+#include <memory>
+#include "lattice/lattice.hpp"
+#include "model/model.hpp"
+#include "model/particles/coupling.hpp"
+#include "model/particles/local_state.hpp"
+#include "model/particles/physics.hpp"
+#include "model/particles/row_pattern.hpp"
+#include "system/network.hpp"
+
+namespace bs {
+
+class ParticleModel final : public Model {
+ public:
+  /// Collective. Reads the laws' options, distributes the lattice and sets the loops up. The lattice's chunk is kept
+  /// until constants() has been called.
+  static PetscErrorCode create(MPI_Comm comm, Lattice&& lattice, std::unique_ptr<Model>* out);
+
+  const char* name() const override { return "particles"; }
+  int dim() const override { return net_.dim; }
+  MPI_Comm comm() const override { return net_.comm; }
+  Vec initial_state() const override { return y0_; }
+  std::vector<std::string> describe() const override;
+  PetscErrorCode residual(double t, Vec y, Vec ydot, Form form, Vec F) override;
+  PetscErrorCode jacobian(double t, Vec y, Vec ydot, double sigma, Form form, Mat P) override;
+  PetscErrorCode rhs(double t, Vec y, Vec G) override;
+  PetscErrorCode create_matrix(Mat* P) override;
+  PetscErrorCode create_operator(Mat P, Form form, Mat* A) override;
+  PetscErrorCode residual_floor(double t, Vec y, double sigma, double* floor) override;
+  PetscErrorCode observe(double t, Vec y, std::vector<Observable>* out) override;
+  PetscErrorCode fields(double t, Vec y, std::vector<Field>* out) override;
+  PetscErrorCode constants(std::vector<Dataset>* out) override;
+  PetscErrorCode covers(double t_end) override;
+  PetscErrorCode last_fault(std::string* text) override;
+
+ private:
+  PetscErrorCode read_laws(const Lattice& lattice);
+  PetscErrorCode create_state();
+  PetscErrorCode create_output();
+  PetscErrorCode compute_forces(double t, Vec y);
+
+  Network net_;
+  Lattice lattice_;
+  ParticleLaws laws_;
+  Motion motion_;
+  Coupling coupling_;
+  RowPattern pattern_;
+  LocalState state_;
+  std::unique_ptr<Physics> physics_;
+  std::vector<double> force_, rates_;
+  VecHandle y0_, position_, velocity_;       ///< the latter two in the input's order
+  ScatterHandle to_position_, to_velocity_;
+  Singularity fault_;
+};
+
+}  // namespace bs

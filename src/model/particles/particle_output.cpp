@@ -1,0 +1,124 @@
+// What a particle system shows: header lines, observables, fields of a frame, constant data.
+#include <algorithm>
+#include <cmath>
+#include "base/fault.hpp"
+#include "model/particles/events.hpp"
+#include "model/particles/particle_model.hpp"
+
+namespace bs {
+
+const ParticleEvents& particle_events() {
+  static const ParticleEvents events = [] {
+    ParticleEvents e;
+    PetscClassId id = 0;
+    (void)PetscClassIdRegister("BSParticles", &id);
+    (void)PetscLogEventRegister("BSForces", id, &e.force);
+    (void)PetscLogEventRegister("BSJacobian", id, &e.jacobian);
+    (void)PetscLogEventRegister("BSEnergies", id, &e.energy);
+    return e;
+  }();
+  return events;
+}
+
+std::vector<std::string> ParticleModel::describe() const {
+  std::vector<std::string> lines;
+  lines.push_back(format("%lld particles (%lld fixed) in %d dimension%s, %lld springs, %lld anchors, from %s",
+                         static_cast<long long>(net_.total), static_cast<long long>(net_.fixed_total), net_.dim,
+                         net_.dim > 1 ? "s" : "", static_cast<long long>(net_.springs_total),
+                         static_cast<long long>(net_.anchors_total), net_.source.c_str()));
+  if (net_.springs_total + net_.anchors_total > 0)
+    lines.push_back(format("springs: %s%s, damping: %s%s",
+                           net_.spring_law == SpringLaw::strain ? "strain K (l/L - 1)" : "hooke k (l - L)",
+                           lattice_.spring_law_given ? "" : " (assumed)",
+                           net_.damping_law == DampingLaw::simple ? "simple D w" : "axial D (u.w) u",
+                           lattice_.damping_law_given ? "" : " (assumed)"));
+  for_each_law(laws_, [&](const auto& law) {
+    if (law.active()) lines.push_back("law: " + law.describe());
+  });
+  if (net_.anchors_total > 0 && motion_.active()) lines.push_back("anchors: " + motion_.describe());
+  if (coupling_.active()) lines.push_back("law: " + coupling_.describe());
+  lines.push_back("divided among ranks by " + net_.partition);
+  return lines;
+}
+
+PetscErrorCode ParticleModel::observe(double t, Vec y, std::vector<Observable>* out) {
+  const PetscInt d = net_.dim;
+  PetscFunctionBegin;
+  PetscCall(PetscLogEventBegin(particle_events().energy, y, nullptr, nullptr, nullptr));
+  PetscCall(state_.gather(y));
+  const Energies e = physics_->energies(t, state_);
+  // energies, momentum p = sum m v, angular momentum L = sum x cross m v about the origin; of free particles
+  double sums[9] = {e.kinetic, e.elastic, e.field, 0, 0, 0, 0, 0, 0};
+  for (PetscInt i = 0; i < net_.n; ++i) {
+    if (net_.fixed[i]) continue;
+    double x[3] = {0, 0, 0}, p[3] = {0, 0, 0};
+    for (PetscInt c = 0; c < d; ++c) {
+      x[c] = state_.at(i)[c];
+      p[c] = net_.mass[i] * state_.at(i)[d + c];
+    }
+    for (int c = 0; c < 3; ++c) {
+      sums[3 + c] += p[c];
+      sums[6 + c] += x[(c + 1) % 3] * p[(c + 2) % 3] - x[(c + 2) % 3] * p[(c + 1) % 3];
+    }
+  }
+  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, sums, 9, MPI_DOUBLE, MPI_SUM, net_.comm));
+  out->clear();
+  out->push_back({"kinetic_energy", {sums[0]}});
+  out->push_back({"elastic_energy", {sums[1]}});
+  out->push_back({"potential_energy", {sums[1] + sums[2]}});
+  out->push_back({"total_energy", {sums[0] + sums[1] + sums[2]}});
+  out->push_back({"momentum", std::vector<double>(sums + 3, sums + 3 + d)});
+  out->push_back({"angular_momentum", std::vector<double>(sums + 6, sums + 9)});
+  PetscCall(PetscLogEventEnd(particle_events().energy, y, nullptr, nullptr, nullptr));
+  PetscFunctionReturn(0);
+}
+
+PetscErrorCode ParticleModel::fields(double, Vec y, std::vector<Field>* out) {
+  PetscFunctionBegin;
+  PetscCall(VecScatterBegin(to_position_, y, position_, INSERT_VALUES, SCATTER_FORWARD));
+  PetscCall(VecScatterEnd(to_position_, y, position_, INSERT_VALUES, SCATTER_FORWARD));
+  PetscCall(VecScatterBegin(to_velocity_, y, velocity_, INSERT_VALUES, SCATTER_FORWARD));
+  PetscCall(VecScatterEnd(to_velocity_, y, velocity_, INSERT_VALUES, SCATTER_FORWARD));
+  *out = {{"/particles/trajectory/position", position_}, {"/particles/trajectory/velocity", velocity_}};
+  PetscFunctionReturn(0);
+}
+
+PetscErrorCode ParticleModel::constants(std::vector<Dataset>* out) {
+  PetscFunctionBegin;
+  const Rows& p = lattice_.particles;
+  const Rows& s = lattice_.springs;
+  if (lattice_.id.empty()) {
+    lattice_.id.resize(static_cast<std::size_t>(p.count));
+    for (std::int64_t k = 0; k < p.count; ++k) lattice_.id[k] = p.first + k;
+  }
+  const std::string particles = "/particles/trajectory/", bonds = "/connectivity/bonds";
+  out->clear();
+  out->push_back({particles + "mass", p.first, p.total, 0, std::move(lattice_.mass)});
+  out->push_back({particles + "id", p.first, p.total, 0, std::move(lattice_.id)});
+  out->push_back({particles + "fixed", p.first, p.total, 0,
+                  std::vector<std::int64_t>(lattice_.fixed.begin(), lattice_.fixed.end())});
+  // every rank must name the same datasets, also one that holds no particle
+  int radius = lattice_.radius.empty() ? 0 : 1;
+  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &radius, 1, MPI_INT, MPI_MAX, net_.comm));
+  if (radius) out->push_back({particles + "radius", p.first, p.total, 0, std::move(lattice_.radius)});
+  if (s.total > 0) {
+    out->push_back({bonds, s.first, s.total, 2, std::move(lattice_.pairs)});
+    out->push_back({bonds + "_stiffness", s.first, s.total, 0, std::move(lattice_.stiffness)});
+    out->push_back({bonds + "_rest_length", s.first, s.total, 0, std::move(lattice_.rest_length)});
+    out->push_back({bonds + "_damping", s.first, s.total, 0, std::move(lattice_.damping)});
+  }
+  // the rest of the chunk lives on in the network
+  lattice_.position = {};
+  lattice_.velocity = {};
+  PetscFunctionReturn(0);
+}
+
+PetscErrorCode ParticleModel::covers(double t_end) {
+  PetscFunctionBegin;
+  if (net_.anchors_total > 0 && !motion_.covers(t_end))
+    PetscCall(tell(net_.comm, Exit::input, format("the table of -bs_anchor_table does not reach from t = 0 to the end of the run, "
+                   "t = %g s: add rows or lower -ts_max_time", t_end)));
+  PetscFunctionReturn(0);
+}
+
+}  // namespace bs

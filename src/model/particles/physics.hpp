@@ -1,0 +1,45 @@
+// All that acts on particles, as one set of loops over the particles this rank owns. Chosen once per run by dimension
+// and laws, so that the loops hold no switch.
+#pragma once
+#include <memory>
+#include <vector>
+#include "laws/motion.hpp"
+#include "laws/registry.hpp"
+#include "model/particles/coupling.hpp"
+#include "model/particles/local_state.hpp"
+#include "model/particles/row_pattern.hpp"
+
+namespace bs {
+
+/// What went wrong in a loop, where: the law has no value there.
+struct Singularity {
+  enum Kind { none, spring, anchor, particle } kind = none;
+  std::int64_t row = -1;   ///< row of the spring, anchor or particle in the input
+  const char* law = "";    ///< title of the particle law
+};
+
+/// Energies of this rank's share [J].
+struct Energies {
+  double kinetic = 0, elastic = 0, field = 0;
+};
+
+/// Forces are of every owned particle, zero on fixed ones; `state` is gathered, `t` the time of evaluation.
+class Physics {
+ public:
+  virtual ~Physics() = default;
+  /// f: (n, d), overwritten. The first singularity met is kept in `fault`; the particle's force is then not finite.
+  virtual void forces(double t, const LocalState& state, const Coupling& coupling, double* f, Singularity* fault) const = 0;
+  /// Writes J = [sigma, -1; -K, sigma M - D] (momentum) or with its lower rows divided by M (velocity).
+  virtual PetscErrorCode jacobian(double t, const LocalState& state, const Coupling& coupling, double sigma, bool momentum,
+                                  RowWriter* writer) const = 0;
+  /// Elastic energy counts half a spring from either end.
+  virtual Energies energies(double t, const LocalState& state) const = 0;
+  /// Sum of the rates of the springs at every owned particle [N/m].
+  virtual std::vector<double> rates() const = 0;
+};
+
+/// `net`, `laws`, `motion` and `pattern` must outlive the result.
+std::unique_ptr<Physics> create_physics(const Network& net, const ParticleLaws& laws, const Motion& motion,
+                                        const RowPattern& pattern);
+
+}  // namespace bs

@@ -1,0 +1,198 @@
+// The loops behind Physics, for one dimension and one pair of spring and damping laws.
+#pragma once
+#include <algorithm>
+#include <limits>
+#include "model/particles/link_kernel.hpp"
+#include "model/particles/physics.hpp"
+
+namespace bs {
+
+template <int d, class Spring, class Damper>
+class PhysicsOf final : public Physics {
+ public:
+  using Kernel = LinkKernel<d, Spring, Damper>;
+  PhysicsOf(const Network& net, const ParticleLaws& laws, const Motion& motion, const RowPattern& pattern)
+      : net_(net), laws_(laws), motion_(motion), pattern_(pattern) {
+    const PetscInt count = static_cast<PetscInt>(net.anchors.particle.size());
+    anchor_start_.assign(static_cast<std::size_t>(net.n) + 1, 0);
+    anchor_order_.resize(static_cast<std::size_t>(count));
+    for (PetscInt i : net.anchors.particle) ++anchor_start_[i + 1];
+    for (PetscInt i = 0; i < net.n; ++i) anchor_start_[i + 1] += anchor_start_[i];
+    std::vector<PetscInt> at(anchor_start_.begin(), anchor_start_.end() - 1);
+    for (PetscInt k = 0; k < count; ++k) anchor_order_[at[net.anchors.particle[k]]++] = k;
+  }
+
+  void forces(double t, const LocalState& state, const Coupling& coupling, double* f, Singularity* fault) const override {
+    const AnchorShift shift(motion_, t);
+    for (PetscInt i = 0; i < net_.n; ++i) {
+      double* fi = f + i * d;
+      std::fill_n(fi, d, 0.0);
+      if (net_.fixed[i]) continue;
+      const double* y = state.at(i);
+      Singularity found;
+      add_links(i, y, state, fi, &found);
+      add_anchors(i, y, shift, fi, &found);
+      const Point<d> point{t, net_.mass[i], net_.radius[i], y, y + d};
+      for_each_law(laws_, [&](const auto& law) {
+        if (law.active() && !law.template force<d>(point, fi)) found = {Singularity::particle, net_.row[i], law.title};
+      });
+      coupling.add_force<d>(i, point, fi);
+      if (found.kind != Singularity::none) {
+        if (fault->kind == Singularity::none) *fault = found;
+        std::fill_n(fi, d, std::numeric_limits<double>::infinity());
+      }
+    }
+  }
+
+  PetscErrorCode jacobian(double t, const LocalState& state, const Coupling& coupling, double sigma, bool momentum,
+                          RowWriter* writer) const override {
+    const AnchorShift shift(motion_, t);
+    std::vector<double> panel(static_cast<std::size_t>(pattern_.widest() * 2 * d * d));
+    PetscFunctionBegin;
+    for (PetscInt i = 0; i < net_.n; ++i) {
+      const PetscInt width = pattern_.count(i) * 2 * d;
+      std::fill_n(panel.begin(), width * d, 0.0);
+      if (!net_.fixed[i]) add_tangents(i, t, state, coupling, shift, panel.data(), width);
+      const double scale = momentum ? 1.0 : 1.0 / net_.mass[i];
+      if (!momentum)
+        for (PetscInt k = 0; k < width * d; ++k) panel[k] *= scale;
+      for (int k = 0; k < d; ++k)
+        panel[k * width + pattern_.self(i) * 2 * d + d + k] += sigma * (momentum ? net_.mass[i] : 1.0);
+      PetscCall(writer->write(i, sigma, panel.data()));
+    }
+    PetscFunctionReturn(0);
+  }
+
+  Energies energies(double t, const LocalState& state) const override {
+    const AnchorShift shift(motion_, t);
+    Energies sum;
+    for (PetscInt i = 0; i < net_.n; ++i) {
+      const double* y = state.at(i);
+      for (PetscInt e = net_.links.start[i]; e < net_.links.start[i + 1]; ++e)
+        sum.elastic += 0.5 * Kernel::energy({y, state.at(net_.links.other[e])}, parameters(net_.links, e));
+      for (PetscInt a = anchor_start_[i]; a < anchor_start_[i + 1]; ++a) {
+        const PetscInt k = anchor_order_[a];
+        const typename AnchorShift::End end(shift, net_.anchors, k);
+        sum.elastic += Kernel::energy({y, end.y}, parameters(net_.anchors, k));
+      }
+      if (net_.fixed[i]) continue;
+      for (int c = 0; c < d; ++c) sum.kinetic += 0.5 * net_.mass[i] * y[d + c] * y[d + c];
+      const Point<d> point{t, net_.mass[i], net_.radius[i], y, y + d};
+      for_each_law(laws_, [&](const auto& law) {
+        if (law.active()) sum.field += law.template energy<d>(point);
+      });
+    }
+    return sum;
+  }
+
+  std::vector<double> rates() const override {
+    std::vector<double> sum(static_cast<std::size_t>(net_.n), 0.0);
+    for (PetscInt i = 0; i < net_.n; ++i)
+      for (PetscInt e = net_.links.start[i]; e < net_.links.start[i + 1]; ++e)
+        sum[i] += Kernel::rate(parameters(net_.links, e));
+    for (std::size_t k = 0; k < net_.anchors.particle.size(); ++k)
+      sum[net_.anchors.particle[k]] += Kernel::rate(parameters(net_.anchors, static_cast<PetscInt>(k)));
+    return sum;
+  }
+
+ private:
+  /// Displacement and velocity all anchors share at one moment.
+  struct AnchorShift {
+    double s[3] = {0, 0, 0}, ds[3] = {0, 0, 0};
+    AnchorShift(const Motion& motion, double t) { motion.at(t, s, ds); }
+    struct End {
+      double y[2 * d];
+      End(const AnchorShift& shift, const Anchors& anchors, PetscInt k) {
+        for (int c = 0; c < d; ++c) {
+          y[c] = anchors.point[k * 3 + c] + shift.s[c];
+          y[d + c] = shift.ds[c];
+        }
+      }
+    };
+  };
+
+  template <class Table>
+  static LinkParameters parameters(const Table& table, PetscInt e) {
+    return {table.stiffness[e], table.rest_length[e], table.damping[e]};
+  }
+
+  void add_links(PetscInt i, const double* y, const LocalState& state, double* f, Singularity* found) const {
+    const Links& links = net_.links;
+    for (PetscInt e = links.start[i]; e < links.start[i + 1]; ++e) {
+      if (links.spring[e] < 0) continue;
+      const LinkGeometry<d> g(y, state.at(links.other[e]));
+      const LinkParameters p = parameters(links, e);
+      if (Kernel::defined(g, p)) Kernel::force(g, p, f);
+      else if (!net_.rest_at_zero_length) *found = {Singularity::spring, links.spring[e], ""};
+    }
+  }
+
+  void add_anchors(PetscInt i, const double* y, const AnchorShift& shift, double* f, Singularity* found) const {
+    for (PetscInt a = anchor_start_[i]; a < anchor_start_[i + 1]; ++a) {
+      const PetscInt k = anchor_order_[a];
+      const typename AnchorShift::End end(shift, net_.anchors, k);
+      const LinkGeometry<d> g(y, end.y);
+      const LinkParameters p = parameters(net_.anchors, k);
+      if (Kernel::defined(g, p)) Kernel::force(g, p, f);
+      else *found = {Singularity::anchor, net_.anchors.row[k], ""};
+    }
+  }
+
+  // Panel rows are -df_i/dx_j and -df_i/dv_j, side by side for every column j.
+  static void subtract(double* panel, PetscInt width, PetscInt slot, const double* K, const double* D) {
+    for (int r = 0; r < d; ++r) {
+      double* row = panel + r * width + slot * 2 * d;
+      for (int c = 0; c < d; ++c) {
+        row[c] -= K[r * d + c];
+        row[d + c] -= D[r * d + c];
+      }
+    }
+  }
+
+  void add_tangents(PetscInt i, double t, const LocalState& state, const Coupling& coupling, const AnchorShift& shift,
+                    double* panel, PetscInt width) const {
+    const Links& links = net_.links;
+    const double* y = state.at(i);
+    const Point<d> point{t, net_.mass[i], net_.radius[i], y, y + d};
+    double self_K[d * d] = {}, self_D[d * d] = {};
+    for (PetscInt e = links.start[i]; e < links.start[i + 1]; ++e) {
+      double K[d * d] = {}, D[d * d] = {};
+      if (links.spring[e] >= 0) {
+        const LinkGeometry<d> g(y, state.at(links.other[e]));
+        const LinkParameters p = parameters(links, e);
+        if (!Kernel::defined(g, p)) continue;
+        Kernel::tangent(g, p, K, D);
+        for (int k = 0; k < d * d; ++k) {
+          self_K[k] += K[k];
+          self_D[k] += D[k];
+          K[k] = -K[k];
+          D[k] = -D[k];
+        }
+      } else {
+        coupling.add_cross<d>(links.other[e], point, K, D);
+      }
+      if (pattern_.slot(e) >= 0) subtract(panel, width, pattern_.slot(e), K, D);
+    }
+    for (PetscInt a = anchor_start_[i]; a < anchor_start_[i + 1]; ++a) {
+      const typename AnchorShift::End end(shift, net_.anchors, anchor_order_[a]);
+      const LinkGeometry<d> g(y, end.y);
+      const LinkParameters p = parameters(net_.anchors, anchor_order_[a]);
+      if (Kernel::defined(g, p)) Kernel::tangent(g, p, self_K, self_D);
+    }
+    for_each_law(laws_, [&](const auto& law) {
+      if (!law.active()) return;
+      law.template dfdx<d>(point, self_K);
+      law.template dfdv<d>(point, self_D);
+    });
+    coupling.add_self<d>(i, point, self_K, self_D);
+    subtract(panel, width, pattern_.self(i), self_K, self_D);
+  }
+
+  const Network& net_;
+  const ParticleLaws& laws_;
+  const Motion& motion_;
+  const RowPattern& pattern_;
+  std::vector<PetscInt> anchor_start_, anchor_order_;
+};
+
+}  // namespace bs

@@ -1,0 +1,51 @@
+// Which blocks a particle's rows of the Jacobian hold, and how they are written into a matrix.
+#pragma once
+#include <petscmat.h>
+#include <vector>
+#include "system/network.hpp"
+
+namespace bs {
+
+/// Columns of one block row per owned particle: itself and every particle linked to it that is not fixed, ascending by
+/// global index: first `low` ghosts, then `own` owned ones, then ghosts again. Rows of x hold (sigma, -1) only.
+class RowPattern {
+ public:
+  void create(const Network& net);
+  PetscInt count(PetscInt i) const { return start_[i + 1] - start_[i]; }
+  /// Position of the particle's own block, and of the one that link e touches (-1: a fixed particle, dropped).
+  PetscInt self(PetscInt i) const { return self_[i]; }
+  PetscInt slot(PetscInt e) const { return slot_[e]; }
+  PetscInt widest() const { return widest_; }
+  /// Collective. A matrix with this pattern, assembled with zeros; its type is AIJ unless -mat_type says otherwise.
+  PetscErrorCode create_matrix(const Network& net, Mat* out) const;
+
+ private:
+  friend class RowWriter;
+  PetscErrorCode preallocate(const Network& net, Mat A) const;
+  std::vector<PetscInt> start_, global_;            ///< compressed rows of global block columns
+  std::vector<PetscInt> low_, own_, self_, slot_;
+  PetscInt widest_ = 0;
+};
+
+/// Writes whole block rows. AIJ matrices are written straight into their arrays, others through MatSetValues.
+class RowWriter {
+ public:
+  RowWriter(const Network& net, const RowPattern& pattern) : net_(net), pattern_(pattern) {}
+  PetscErrorCode begin(Mat A);
+  /// Row block of owned particle i: x rows (x_diagonal on x, -1 on v); v rows `panel` (d, count*2d) row-major.
+  PetscErrorCode write(PetscInt i, double x_diagonal, const double* panel);
+  PetscErrorCode end();
+
+ private:
+  void write_direct(PetscInt i, double x_diagonal, const double* panel);
+  PetscErrorCode write_generic(PetscInt i, double x_diagonal, const double* panel);
+  const Network& net_;
+  const RowPattern& pattern_;
+  Mat matrix_ = nullptr, diagonal_ = nullptr, off_ = nullptr;
+  bool direct_ = false;
+  PetscScalar *diagonal_values_ = nullptr, *off_values_ = nullptr;
+  const PetscInt *diagonal_rows_ = nullptr, *off_rows_ = nullptr;
+  std::vector<PetscInt> columns_;
+};
+
+}  // namespace bs

@@ -1,0 +1,54 @@
+// What Trajectory holds: the open file and its growing datasets.
+#pragma once
+#include <petscviewerhdf5.h>
+
+#include <string>
+#include <vector>
+
+#include "base/handle.hpp"
+#include "output/tables.hpp"
+#include "output/trajectory.hpp"
+
+namespace bs {
+
+struct Trajectory::Impl {
+  MPI_Comm comm = MPI_COMM_NULL;
+  TrajectoryOptions options;
+  int columns = 0;  ///< components written per particle; 0 without particles
+  PetscMPIInt rank = 0;
+  ViewerHandle viewer;
+  hid_t file = -1;  ///< the viewer's, borrowed
+  std::int64_t frames = 0;
+  bool usable = true;  ///< false after a failed write: only to be closed
+
+  std::vector<std::string> groups;       ///< of the fields, in the order of the first frame
+  std::vector<VecHandle> padded;         ///< per field; empty unless components are appended
+  std::vector<std::string> names;        ///< of the observables
+  std::vector<Column> observables;
+  Column step, time, edges;
+  std::vector<Column> log;
+  std::vector<StepRecord> records;  ///< not written yet; rank 0 only
+
+  /// All collective.
+  PetscErrorCode open();
+  PetscErrorCode create_log();
+  /// Groups, growing datasets without rows, and hard links of step and time: before the first frame's data.
+  PetscErrorCode lay_out(const std::vector<Field>& fields, const std::vector<Observable>& given);
+  PetscErrorCode check(const std::vector<Field>& fields, const std::vector<Observable>& given) const;
+  PetscErrorCode write(std::int64_t at, double now, const std::vector<Field>& fields,
+                       const std::vector<Observable>& given);
+  PetscErrorCode write_log();
+  PetscErrorCode write_field(std::size_t index, const Field& field);
+  /// Upper bound of what a frame adds to the file [bytes].
+  PetscErrorCode frame_bytes(const std::vector<Field>& fields, const std::vector<Observable>& given,
+                             std::int64_t* bytes) const;
+  PetscErrorCode put_unit(const std::string& dataset, const std::string& quantity);
+  /// Closes datasets and file.
+  PetscErrorCode close();
+
+ private:
+  PetscErrorCode link_clock(const std::string& group);
+  PetscErrorCode pad(std::size_t index, Vec vec, Vec* out);
+};
+
+}  // namespace bs

@@ -1,0 +1,94 @@
+#include "output/h5.hpp"
+
+namespace bs {
+
+static herr_t keep_text(unsigned, const H5E_error2_t* entry, void* text) {
+  if (entry->desc && *entry->desc) *static_cast<std::string*>(text) = entry->desc;
+  return 0;
+}
+
+std::string h5_reason() {
+  std::string text = "HDF5 gives no reason";
+  H5Ewalk2(H5E_DEFAULT, H5E_WALK_DOWNWARD, keep_text, &text);
+  return text;
+}
+
+PetscErrorCode open_group(hid_t file, const std::string& path, H5* group) {
+  PetscFunctionBegin;
+  // H5Lexists takes one level at a time; "/" is always there.
+  for (std::size_t at = path.find('/', 1); path.size() > 1; at = path.find('/', at + 1)) {
+    const std::string part = path.substr(0, at);
+    const htri_t exists = H5Lexists(file, part.c_str(), H5P_DEFAULT);
+    BS_H5(exists);
+    if (!exists) {
+      H5 made(H5Gcreate2(file, part.c_str(), H5P_DEFAULT, H5P_DEFAULT, H5P_DEFAULT), H5Gclose);
+      BS_H5(made);
+    }
+    if (at == std::string::npos) break;
+  }
+  *group = H5(H5Gopen2(file, path.c_str(), H5P_DEFAULT), H5Gclose);
+  BS_H5(*group);
+  PetscFunctionReturn(0);
+}
+
+static PetscErrorCode put(hid_t object, const char* name, hid_t type, hid_t memory, hid_t space, const void* data) {
+  PetscFunctionBegin;
+  H5 attribute(H5Acreate2(object, name, type, space, H5P_DEFAULT, H5P_DEFAULT), H5Aclose);
+  BS_H5(attribute);
+  BS_H5(H5Awrite(attribute, memory, data));
+  PetscFunctionReturn(0);
+}
+
+PetscErrorCode put_attribute(hid_t object, const char* name, const std::vector<std::int32_t>& values) {
+  const hsize_t count = values.size();
+
+  PetscFunctionBegin;
+  H5 space(H5Screate_simple(1, &count, nullptr), H5Sclose);
+  PetscCall(put(object, name, H5T_STD_I32LE, H5T_NATIVE_INT32, space, values.data()));
+  PetscFunctionReturn(0);
+}
+
+PetscErrorCode put_attribute(hid_t object, const char* name, std::int64_t value) {
+  PetscFunctionBegin;
+  H5 space(H5Screate(H5S_SCALAR), H5Sclose);
+  PetscCall(put(object, name, H5T_STD_I64LE, H5T_NATIVE_INT64, space, &value));
+  PetscFunctionReturn(0);
+}
+
+PetscErrorCode put_attribute(hid_t object, const char* name, const std::string& value) {
+  const char* text = value.c_str();
+
+  PetscFunctionBegin;
+  H5 space(H5Screate(H5S_SCALAR), H5Sclose);
+  H5 type(H5Tcopy(H5T_C_S1), H5Tclose);
+  BS_H5(H5Tset_size(type, H5T_VARIABLE));
+  BS_H5(H5Tset_cset(type, H5T_CSET_UTF8));
+  PetscCall(put(object, name, type, type, space, &text));
+  PetscFunctionReturn(0);
+}
+
+PetscErrorCode put_words(hid_t object, const char* name, const std::string& word, int count) {
+  const hsize_t length = static_cast<hsize_t>(count);
+  std::string all;
+
+  PetscFunctionBegin;
+  for (int i = 0; i < count; ++i) all += word;
+  H5 space(H5Screate_simple(1, &length, nullptr), H5Sclose);
+  H5 type(H5Tcopy(H5T_C_S1), H5Tclose);
+  BS_H5(H5Tset_size(type, word.size()));
+  BS_H5(H5Tset_strpad(type, H5T_STR_NULLPAD));
+  PetscCall(put(object, name, type, type, space, all.data()));
+  PetscFunctionReturn(0);
+}
+
+PetscErrorCode put_reference(hid_t file, hid_t object, const char* name, const std::string& path) {
+  hobj_ref_t reference;
+
+  PetscFunctionBegin;
+  BS_H5(H5Rcreate(&reference, file, path.c_str(), H5R_OBJECT, -1));
+  H5 space(H5Screate(H5S_SCALAR), H5Sclose);
+  PetscCall(put(object, name, H5T_STD_REF_OBJ, H5T_STD_REF_OBJ, space, &reference));
+  PetscFunctionReturn(0);
+}
+
+}  // namespace bs

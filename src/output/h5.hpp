@@ -1,0 +1,64 @@
+// Owners of HDF5 identifiers, attributes, and one form of error for HDF5's calls.
+#pragma once
+#include <hdf5.h>
+#include <petscsys.h>
+
+#include <cstdint>
+#include <string>
+#include <utility>
+#include <vector>
+
+namespace bs {
+
+#if defined(PETSC_USE_COMPLEX)
+#error "the trajectory holds real numbers: build with a real PETSc"
+#endif
+
+/// Owns an HDF5 identifier, closed by `close` when it goes out of scope. A file cannot be closed while any is open.
+class H5 {
+ public:
+  H5() = default;
+  H5(hid_t id, herr_t (*close)(hid_t)) : id_(id), close_(close) {}
+  H5(const H5&) = delete;
+  H5& operator=(const H5&) = delete;
+  H5(H5&& other) noexcept : id_(std::exchange(other.id_, -1)), close_(other.close_) {}
+  H5& operator=(H5&& other) noexcept {
+    std::swap(id_, other.id_);
+    std::swap(close_, other.close_);
+    return *this;
+  }
+  ~H5() { reset(); }
+  void reset() {
+    if (id_ >= 0) close_(id_);
+    id_ = -1;
+  }
+  operator hid_t() const { return id_; }
+
+ private:
+  hid_t id_ = -1;
+  herr_t (*close_)(hid_t) = nullptr;
+};
+
+/// What HDF5 says of the call that failed last: the innermost entry of its error stack.
+std::string h5_reason();
+
+/// A failed HDF5 call becomes a PETSc error with HDF5's own reason.
+#define BS_H5(call)                                                                          \
+  do {                                                                                       \
+    if ((call) < 0) SETERRQ(PETSC_COMM_SELF, PETSC_ERR_LIB, "%s", bs::h5_reason().c_str()); \
+  } while (0)
+
+/// A group opened, or created with the groups above it. Collective, as is everything below.
+PetscErrorCode open_group(hid_t file, const std::string& path, H5* group);
+
+/// Attributes of an open object; an attribute must not exist yet.
+PetscErrorCode put_attribute(hid_t object, const char* name, const std::vector<std::int32_t>& values);
+PetscErrorCode put_attribute(hid_t object, const char* name, std::int64_t value);
+/// A string of variable length: readers take those of fixed length for bytes.
+PetscErrorCode put_attribute(hid_t object, const char* name, const std::string& value);
+/// `count` copies of `word`, as an array of strings of fixed length.
+PetscErrorCode put_words(hid_t object, const char* name, const std::string& word, int count);
+/// A reference to the object at `path`.
+PetscErrorCode put_reference(hid_t file, hid_t object, const char* name, const std::string& path);
+
+}  // namespace bs

@@ -1,0 +1,108 @@
+#include "output/h5md.hpp"
+
+#include <map>
+#include <sstream>
+
+#include "base/fault.hpp"
+
+namespace bs {
+
+PetscErrorCode write_h5md(hid_t file, bool units) {
+  char user[256] = "";
+  H5 root, author, creator, module;
+
+  PetscFunctionBegin;
+  PetscCall(open_group(file, "/h5md", &root));
+  PetscCall(put_attribute(root, "version", std::vector<std::int32_t>{1, 1}));
+  PetscCall(PetscGetUserName(user, sizeof user));
+  // Attributes must be the same on every rank, whatever the machines call the user.
+  PetscCallMPI(MPI_Bcast(user, static_cast<PetscMPIInt>(sizeof user), MPI_CHAR, 0, PETSC_COMM_WORLD));
+  PetscCall(open_group(file, "/h5md/author", &author));
+  PetscCall(put_attribute(author, "name", std::string(*user ? user : "unknown")));
+  PetscCall(open_group(file, "/h5md/creator", &creator));
+  PetscCall(put_attribute(creator, "name", std::string("backspring")));
+  PetscCall(put_attribute(creator, "version", std::string(BS_VERSION)));
+  if (units) {
+    PetscCall(open_group(file, "/h5md/modules/units", &module));
+    PetscCall(put_attribute(module, "version", std::vector<std::int32_t>{1, 0}));
+    PetscCall(put_attribute(module, "system", std::string("SI")));
+  }
+  PetscFunctionReturn(0);
+}
+
+PetscErrorCode write_box(hid_t file, int dim) {
+  H5 box;
+
+  PetscFunctionBegin;
+  PetscCall(open_group(file, "/particles/trajectory/box", &box));
+  PetscCall(put_attribute(box, "dimension", static_cast<std::int64_t>(dim)));
+  PetscCall(put_words(box, "boundary", "none", dim));
+  PetscFunctionReturn(0);
+}
+
+PetscErrorCode options_in_force(std::vector<std::pair<std::string, std::string>>* options) {
+  char* all = nullptr;
+
+  PetscFunctionBegin;
+  // "-name value -name -name value ": a word is a name if PETSc would take it for one (so -3 is a value).
+  PetscCall(PetscOptionsGetAll(nullptr, &all));
+  std::istringstream words(all);
+  PetscCall(PetscFree(all));
+  options->clear();
+  for (std::string word; words >> word;) {
+    PetscBool name = PETSC_FALSE;
+    PetscCall(PetscOptionsValidKey(word.c_str(), &name));
+    if (name) {
+      options->emplace_back(word.substr(1), "");
+    } else if (!options->empty()) {
+      std::string& value = options->back().second;
+      value += (value.empty() ? "" : " ") + word;
+    }
+  }
+  PetscFunctionReturn(0);
+}
+
+PetscErrorCode write_parameters(hid_t file, MPI_Comm comm) {
+  constexpr std::size_t longest = 60000;  // an attribute holds less than 64 kB
+  std::vector<std::pair<std::string, std::string>> options;
+  std::map<std::string, std::string> table;
+  PetscInt major, minor, subminor;
+  PetscMPIInt ranks;
+  H5 group, given;
+
+  PetscFunctionBegin;
+  PetscCallMPI(MPI_Comm_size(comm, &ranks));
+  PetscCall(PetscGetVersionNumber(&major, &minor, &subminor, nullptr));
+  PetscCall(open_group(file, "/parameters", &group));
+  PetscCall(put_attribute(group, "program", std::string("backspring")));
+  PetscCall(put_attribute(group, "version", std::string(BS_VERSION)));
+  PetscCall(put_attribute(group, "petsc_version", format("%d.%d.%d", (int)major, (int)minor, (int)subminor)));
+  PetscCall(put_attribute(group, "ranks", static_cast<std::int64_t>(ranks)));
+  PetscCall(options_in_force(&options));
+  for (const auto& option : options) table[option.first] = option.second.substr(0, longest);
+  PetscCall(open_group(file, "/parameters/options", &given));
+  for (const auto& option : table) PetscCall(put_attribute(given, option.first.c_str(), option.second));
+  PetscFunctionReturn(0);
+}
+
+std::string unit_of_quantity(const std::string& name) {
+  static const std::map<std::string, std::string> units = {
+      {"position", "m"},
+      {"velocity", "m s-1"},
+      {"force", "kg m s-2"},
+      {"time", "s"},
+      {"mass", "kg"},
+      {"radius", "m"},
+      {"kinetic_energy", "kg m+2 s-2"},
+      {"potential_energy", "kg m+2 s-2"},
+      {"total_energy", "kg m+2 s-2"},
+      {"momentum", "kg m s-1"},
+      {"angular_momentum", "kg m+2 s-1"},
+      {"bonds_rest_length", "m"},
+      {"bonds_damping", "kg s-1"},
+  };
+  const auto at = units.find(name);
+  return at == units.end() ? std::string() : at->second;
+}
+
+}  // namespace bs

@@ -1,0 +1,26 @@
+// The parts of an H5MD 1.1 file that are written once (layout: README.md).
+#pragma once
+#include <petscsys.h>
+
+#include <string>
+
+#include "output/h5.hpp"
+
+namespace bs {
+
+/// Collective. /h5md, and with `units` its module of units (system SI).
+PetscErrorCode write_h5md(hid_t file, bool units);
+
+/// Collective. /particles/trajectory/box of `dim` dimensions, boundary none.
+PetscErrorCode write_box(hid_t file, int dim);
+
+/// Collective. /parameters: versions and rank count; /parameters/options: every option in force, as strings.
+PetscErrorCode write_parameters(hid_t file, MPI_Comm comm);
+
+/// SI unit of a quantity by its name ("position", "kinetic_energy", ...) in H5MD's notation; empty if unknown.
+std::string unit_of_quantity(const std::string& name);
+
+/// Every option in force, in the order of PETSc's table: name without dash, value.
+PetscErrorCode options_in_force(std::vector<std::pair<std::string, std::string>>* options);
+
+}  // namespace bs

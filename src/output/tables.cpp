@@ -1,0 +1,92 @@
+#include "output/tables.hpp"
+
+#include <algorithm>
+
+namespace bs {
+
+PetscErrorCode Column::create(MPI_Comm comm, hid_t file, const std::string& path, bool integer, int width, int chunk) {
+  const hsize_t columns = static_cast<hsize_t>(width);
+  const hsize_t none[2] = {0, columns}, most[2] = {H5S_UNLIMITED, columns};
+  const hsize_t piece[2] = {static_cast<hsize_t>(chunk), columns};
+  const int rank = width > 0 ? 2 : 1;
+  PetscMPIInt me;
+
+  PetscFunctionBegin;
+  PetscCallMPI(MPI_Comm_rank(comm, &me));
+  writer_ = me == 0;
+  integer_ = integer;
+  width_ = width;
+  H5 space(H5Screate_simple(rank, none, most), H5Sclose);
+  BS_H5(space);
+  H5 list(H5Pcreate(H5P_DATASET_CREATE), H5Pclose);
+  BS_H5(H5Pset_chunk(list, rank, piece));
+  const hid_t type = integer ? H5T_STD_I64LE : H5T_IEEE_F64LE;
+  set_ = H5(H5Dcreate2(file, path.c_str(), type, space, H5P_DEFAULT, list, H5P_DEFAULT), H5Dclose);
+  BS_H5(set_);
+  PetscFunctionReturn(0);
+}
+
+PetscErrorCode Column::append(std::int64_t count, const void* data) {
+  const hsize_t columns = static_cast<hsize_t>(width_), more = static_cast<hsize_t>(count);
+  const hsize_t extent[2] = {rows_ + more, columns}, start[2] = {rows_, 0}, size[2] = {more, columns};
+
+  PetscFunctionBegin;
+  if (count == 0) PetscFunctionReturn(0);
+  BS_H5(H5Dset_extent(set_, extent));
+  rows_ += more;
+  // Independent transfer: the other ranks have nothing to write.
+  if (!writer_) PetscFunctionReturn(0);
+  H5 file_space(H5Dget_space(set_), H5Sclose);
+  BS_H5(H5Sselect_hyperslab(file_space, H5S_SELECT_SET, start, nullptr, size, nullptr));
+  H5 memory(H5Screate_simple(width_ > 0 ? 2 : 1, size, nullptr), H5Sclose);
+  BS_H5(H5Dwrite(set_, integer_ ? H5T_NATIVE_INT64 : H5T_NATIVE_DOUBLE, memory, file_space, H5P_DEFAULT, data));
+  PetscFunctionReturn(0);
+}
+
+/// Writes this rank's rows in slices: MPI-IO counts bytes in 32 bits.
+static PetscErrorCode write_slices(hid_t set, hid_t type, const Dataset& table, const char* data, hsize_t rows) {
+  constexpr hsize_t slice_bytes = hsize_t(1) << 28;
+  const hsize_t columns = table.columns > 0 ? static_cast<hsize_t>(table.columns) : 1;
+  const hsize_t row_bytes = 8 * columns, slice = std::max<hsize_t>(1, slice_bytes / row_bytes);
+  const int rank = table.columns > 0 ? 2 : 1;
+
+  PetscFunctionBegin;
+  H5 space(H5Dget_space(set), H5Sclose);
+  for (hsize_t done = 0; done < rows; done += slice) {
+    const hsize_t start[2] = {static_cast<hsize_t>(table.first) + done, 0};
+    const hsize_t size[2] = {std::min(slice, rows - done), columns};
+    H5 memory(H5Screate_simple(rank, size, nullptr), H5Sclose);
+    BS_H5(H5Sselect_hyperslab(space, H5S_SELECT_SET, start, nullptr, size, nullptr));
+    BS_H5(H5Dwrite(set, type, memory, space, H5P_DEFAULT, data + done * row_bytes));
+  }
+  PetscFunctionReturn(0);
+}
+
+PetscErrorCode write_table(hid_t file, const Dataset& table) {
+  const bool integer = std::holds_alternative<std::vector<std::int64_t>>(table.rows);
+  const hsize_t extent[2] = {static_cast<hsize_t>(table.total), static_cast<hsize_t>(table.columns)};
+  const std::size_t entries = std::visit([](const auto& rows) { return rows.size(); }, table.rows);
+  const char* data = std::visit([](const auto& rows) { return reinterpret_cast<const char*>(rows.data()); }, table.rows);
+  const hsize_t rows = entries / static_cast<std::size_t>(std::max(1, table.columns));
+
+  PetscFunctionBegin;
+  PetscCheck(table.path.size() > 1 && table.path[0] == '/', PETSC_COMM_SELF, PETSC_ERR_ARG_WRONG,
+             "dataset path %s is not absolute", table.path.c_str());
+  PetscCheck(table.first + static_cast<std::int64_t>(rows) <= table.total, PETSC_COMM_SELF, PETSC_ERR_ARG_SIZ,
+             "%s: more rows than the table has", table.path.c_str());
+  const auto slash = table.path.rfind('/');
+  if (slash > 0) {
+    H5 group;
+    PetscCall(open_group(file, table.path.substr(0, slash), &group));
+  }
+  H5 space(H5Screate_simple(table.columns > 0 ? 2 : 1, extent, nullptr), H5Sclose);
+  const hid_t type = integer ? H5T_STD_I64LE : H5T_IEEE_F64LE;
+  H5 list(H5Pcreate(H5P_DATASET_CREATE), H5Pclose);
+  BS_H5(H5Pset_fill_time(list, H5D_FILL_TIME_NEVER));  // every row is written by some rank
+  H5 set(H5Dcreate2(file, table.path.c_str(), type, space, H5P_DEFAULT, list, H5P_DEFAULT), H5Dclose);
+  BS_H5(set);
+  PetscCall(write_slices(set, integer ? H5T_NATIVE_INT64 : H5T_NATIVE_DOUBLE, table, data, rows));
+  PetscFunctionReturn(0);
+}
+
+}  // namespace bs

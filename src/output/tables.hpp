@@ -1,0 +1,32 @@
+// Datasets of the trajectory that PETSc's viewer cannot write: growing columns, and tables written once.
+#pragma once
+#include <petscsys.h>
+
+#include <string>
+
+#include "model/model.hpp"
+#include "output/h5.hpp"
+
+namespace bs {
+
+/// A dataset (T) or (T, width) that grows by rows of float64 or int64, written by rank 0 of comm.
+class Column {
+ public:
+  /// Collective. width 0: one-dimensional. The group above must exist. `chunk`: rows allocated at a time.
+  PetscErrorCode create(MPI_Comm comm, hid_t file, const std::string& path, bool integer, int width, int chunk);
+  /// Collective. Appends `count` rows (the same count on every rank); `data` is read on rank 0 only.
+  PetscErrorCode append(std::int64_t count, const void* data);
+  hid_t id() const { return set_; }
+  int width() const { return width_; }
+
+ private:
+  H5 set_;
+  bool writer_ = false, integer_ = false;
+  int width_ = 0;
+  hsize_t rows_ = 0;
+};
+
+/// Collective. Writes a table in parallel, each rank its rows; the groups above it are created.
+PetscErrorCode write_table(hid_t file, const Dataset& table);
+
+}  // namespace bs

@@ -1,0 +1,138 @@
+#include "output/trajectory.hpp"
+
+#include "base/fault.hpp"
+#include "output/frame_file.hpp"
+#include "output/h5md.hpp"
+#include "output/io_watch.hpp"
+#include "output/space.hpp"
+
+namespace bs {
+
+Trajectory::Trajectory() : impl_(std::make_unique<Impl>()) {}
+
+Trajectory::~Trajectory() {
+  (void)PetscPushErrorHandler(PetscReturnErrorHandler, nullptr);
+  if (impl_->viewer && impl_->usable) (void)impl_->write_log();
+  (void)impl_->close();
+  (void)PetscPopErrorHandler();
+}
+
+std::int64_t Trajectory::frames() const { return impl_->frames; }
+
+/// Bytes of the tables written once, and of the headers.
+static std::int64_t constant_bytes(const std::vector<Dataset>& constants) {
+  std::int64_t bytes = 262144;
+  for (const Dataset& table : constants) bytes += 8 * table.total * (table.columns > 0 ? table.columns : 1);
+  return bytes;
+}
+
+static PetscErrorCode write_constants(hid_t file, const std::vector<Dataset>& constants, bool units) {
+  PetscFunctionBegin;
+  for (const Dataset& table : constants) {
+    PetscCall(write_table(file, table));
+    const std::string unit = unit_of_quantity(table.path.substr(table.path.rfind('/') + 1));
+    const bool bonds = table.path == "/connectivity/bonds";
+    if (!bonds && (!units || unit.empty())) continue;
+    H5 set(H5Dopen2(file, table.path.c_str(), H5P_DEFAULT), H5Dclose);
+    BS_H5(set);
+    if (bonds && H5Lexists(file, "/particles", H5P_DEFAULT) > 0)
+      PetscCall(put_reference(file, set, "particles_group", "/particles/trajectory"));
+    if (units && !unit.empty()) PetscCall(put_attribute(set, "unit", unit));
+  }
+  PetscFunctionReturn(0);
+}
+
+static PetscErrorCode write_head(hid_t file, MPI_Comm comm, int columns, bool units,
+                                 const std::vector<Dataset>& constants) {
+  PetscFunctionBegin;
+  PetscCall(write_h5md(file, units));
+  if (columns > 0) PetscCall(write_box(file, columns));
+  PetscCall(write_parameters(file, comm));
+  PetscCall(write_constants(file, constants, units));
+  PetscFunctionReturn(0);
+}
+
+PetscErrorCode Trajectory::create(MPI_Comm comm, const TrajectoryOptions& options, int dim,
+                                  const std::vector<Dataset>& constants, std::unique_ptr<Trajectory>* out) {
+  std::string full;
+  PetscErrorCode code;
+
+  PetscFunctionBegin;
+  out->reset();
+  if (options.file.empty()) PetscFunctionReturn(0);
+  if (options.pad != 0 && options.pad < dim) {
+    const std::string text = format("option -bs_output_pad: %d columns do not hold %d components: give 0 or a number >= %d",
+                                    options.pad, dim, dim);
+    PetscFunctionReturn(tell(comm, Exit::input, text));
+  }
+  PetscCall(require_writable(comm, options.file, "-bs_output", options.overwrite));
+  const IoWatch watch("cannot create " + options.file, "");
+  std::unique_ptr<Trajectory> made(new Trajectory());
+  Impl& impl = *made->impl_;
+  impl.comm = comm;
+  impl.options = options;
+  impl.columns = dim == 0 || options.pad == 0 ? dim : options.pad;
+  PetscCallMPI(MPI_Comm_rank(comm, &impl.rank));
+  code = impl.open();
+  if (!code) code = reserve_space(comm, options.file, constant_bytes(constants), &full);
+  if (!code && !full.empty()) code = tell(comm, Exit::io, watch.sentence(full));
+  if (!code) code = write_head(impl.file, comm, impl.columns, options.units, constants);
+  if (!code) code = impl.create_log();
+  if (!code && H5Fflush(impl.file, H5F_SCOPE_GLOBAL) < 0) code = tell_alone(Exit::io, watch.sentence(h5_reason()));
+  if (code) impl.usable = false;
+  PetscCall(watch.settle(comm, code));
+  *out = std::move(made);
+  PetscFunctionReturn(0);
+}
+
+PetscErrorCode Trajectory::write_frame(std::int64_t step, double time, const std::vector<Field>& fields,
+                                       const std::vector<Observable>& observables) {
+  std::string full;
+  std::int64_t bytes = 0;
+  PetscErrorCode code;
+
+  PetscFunctionBegin;
+  const IoWatch watch(format("cannot write frame %lld to %s", (long long)impl_->frames, impl_->options.file.c_str()),
+                      ": earlier frames are intact");
+  PetscCheck(impl_->viewer && impl_->usable, PETSC_COMM_SELF, PETSC_ERR_ORDER, "the file is closed");
+  code = impl_->frame_bytes(fields, observables, &bytes);
+  if (!code) code = reserve_space(impl_->comm, impl_->options.file, bytes, &full);
+  if (!code && !full.empty()) code = tell(impl_->comm, Exit::io, watch.sentence(full));
+  if (!code) code = impl_->write(step, time, fields, observables);
+  if (code) impl_->usable = false;
+  PetscCall(watch.settle(impl_->comm, code));
+  PetscFunctionReturn(0);
+}
+
+void Trajectory::log_step(const StepRecord& record) {
+  if (impl_->rank == 0) impl_->records.push_back(record);
+}
+
+PetscErrorCode Trajectory::flush() {
+  std::string full;
+  std::int64_t bytes = 0;
+  PetscErrorCode code;
+
+  PetscFunctionBegin;
+  if (!impl_->viewer || !impl_->usable) PetscFunctionReturn(0);
+  const IoWatch watch("cannot write the log of steps to " + impl_->options.file, ": all frames are intact");
+  code = impl_->frame_bytes({}, {}, &bytes);
+  if (!code) code = reserve_space(impl_->comm, impl_->options.file, bytes, &full);
+  if (!code && !full.empty()) code = tell(impl_->comm, Exit::io, watch.sentence(full));
+  if (!code) code = impl_->write_log();
+  if (!code && H5Fflush(impl_->file, H5F_SCOPE_GLOBAL) < 0) code = tell_alone(Exit::io, watch.sentence(h5_reason()));
+  if (code) impl_->usable = false;
+  PetscCall(watch.settle(impl_->comm, code));
+  PetscFunctionReturn(0);
+}
+
+PetscErrorCode Trajectory::close() {
+  PetscFunctionBegin;
+  PetscCall(flush());
+  const IoWatch watch("cannot close " + impl_->options.file, "");
+  const PetscErrorCode code = impl_->close();
+  PetscCall(watch.settle(impl_->comm, code));
+  PetscFunctionReturn(0);
+}
+
+}  // namespace bs

@@ -1,0 +1,51 @@
+// The HDF5 trajectory, H5MD 1.1: frames, observables, a log of steps, the options in force.
+#pragma once
+#include <cstdint>
+#include <memory>
+#include <string>
+#include <vector>
+#include "model/model.hpp"
+
+namespace bs {
+
+struct TrajectoryOptions {
+  std::string file;          ///< -bs_output; empty: none is written
+  int pad = 0;               ///< -bs_output_pad: components written per particle (0: the lattice's d)
+  bool units = false;        ///< -bs_output_units SI: unit attributes
+  bool overwrite = false;    ///< -bs_overwrite
+};
+
+/// One row of /backspring/log.
+struct StepRecord {
+  std::int64_t step = 0;
+  double time = 0, dt = 0;   ///< [s]
+  std::int64_t newton = 0, krylov = 0, rejected = 0;  ///< of this step alone
+};
+
+/// Writes frames in parallel; every frame is on disk and readable before write_frame returns.
+/// Faults (exists already, missing folder, disk full) are told with Exit::io or Exit::input and return ERR_TOLD.
+class Trajectory {
+ public:
+  /// Collective. Creates the file: /h5md, /particles/trajectory/box (dimension = dim, boundary none),
+  /// constants, /parameters. `dim` is the space dimension, 0 for models without particles.
+  static PetscErrorCode create(MPI_Comm comm, const TrajectoryOptions& options, int dim,
+                               const std::vector<Dataset>& constants, std::unique_ptr<Trajectory>* out);
+  /// Collective. Appends one frame; the first one fixes the set of fields and observables.
+  PetscErrorCode write_frame(std::int64_t step, double time, const std::vector<Field>& fields,
+                             const std::vector<Observable>& observables);
+  /// Not collective: buffered, and written with the next frame or flush.
+  void log_step(const StepRecord& record);
+  /// Collective. Writes what is buffered.
+  PetscErrorCode flush();
+  /// Collective. Flushes and closes; also done by the destructor, without telling errors.
+  PetscErrorCode close();
+  std::int64_t frames() const;
+  ~Trajectory();
+
+ private:
+  Trajectory();
+  struct Impl;
+  std::unique_ptr<Impl> impl_;
+};
+
+}  // namespace bs

@@ -1,0 +1,216 @@
+#include "solve/stepper.hpp"
+#include <algorithm>
+#include <cmath>
+#include <csignal>
+#include "base/fault.hpp"
+
+namespace bs {
+namespace {
+
+volatile std::sig_atomic_t caught = 0;
+extern "C" void on_signal(int number) { caught = number; }
+
+// Steps that differ by less than this, relatively, are the same up to rounding.
+constexpr double SAME = 1e-9;
+
+}  // namespace
+
+void catch_signals() {
+  struct sigaction action = {};
+  action.sa_handler = on_signal;
+  sigaction(SIGTERM, &action, nullptr);
+  sigaction(SIGINT, &action, nullptr);
+}
+
+Stepper::Stepper(Model& model, const StepOptions& options, OnStep on_step, OnFrame on_frame)
+    : model_(model), options_(options), on_step_(std::move(on_step)), on_frame_(std::move(on_frame)) {}
+
+PetscErrorCode Stepper::attach(TS ts) {
+  TSAdapt adapt;
+  TSAdaptType type = nullptr;
+  PetscBool given = PETSC_FALSE;
+  PetscFunctionBegin;
+  PetscCall(TSSetApplicationContext(ts, this));
+  PetscCall(TSSetPreStep(ts, pre_step));
+  PetscCall(TSSetPostStep(ts, post_step));
+  PetscCall(TSGetAdapt(ts, &adapt));
+  PetscCall(TSAdaptGetType(adapt, &type));
+  adaptive_ = type && std::string(type) != TSADAPTNONE;
+  PetscCall(TSAdaptSetScaleSolveFailed(adapt, options_.cut));
+  PetscCall(TSGetTime(ts, &start_));
+  PetscCall(TSGetMaxTime(ts, &end_));
+  PetscCall(TSGetTimeStep(ts, &nominal_));
+  good_time_ = start_;
+  saved_ = nominal_;
+  PetscCall(PetscOptionsHasName(nullptr, nullptr, "-snes_atol", &given));
+  own_atol_ = !given;
+  PetscFunctionReturn(0);
+}
+
+/// Output times are start + k*interval, and the end of the run.
+double Stepper::next_output(double time) const {
+  const double dt = options_.output_interval;
+  if (dt <= 0) return end_;
+  double next = start_ + static_cast<double>(frame_) * dt;
+  // k*dt may lie a rounding error before the end
+  if (next > end_ || std::abs(next - end_) <= SAME * dt) next = end_;
+  return std::max(next, time);
+}
+
+PetscErrorCode Stepper::pre_step(TS ts) {
+  void* context = nullptr;
+  PetscFunctionBegin;
+  PetscCall(TSGetApplicationContext(ts, &context));
+  Stepper* self = static_cast<Stepper*>(context);
+  PetscCall(self->choose_step(ts));
+  PetscCall(self->set_tolerance(ts));
+  PetscFunctionReturn(0);
+}
+
+// Lands on the next output time: the step that would pass it is shortened, one that misses it by rounding kept.
+PetscErrorCode Stepper::choose_step(TS ts) {
+  PetscReal time, h;
+  PetscFunctionBegin;
+  PetscCall(TSGetTime(ts, &time));
+  PetscCall(TSGetTimeStep(ts, &h));
+  target_ = next_output(time);
+  const double rest = target_ - time;
+  saved_ = h;
+  planned_ = h;
+  landing_ = h >= rest * (1 - SAME);
+  if (landing_ && h > rest * (1 + SAME)) planned_ = rest;
+  // two middling steps rather than a full one and a sliver, where the step is free
+  else if (adaptive_ && !landing_ && h > 0.5 * rest * (1 + SAME)) planned_ = 0.5 * rest;
+  if (landing_ && planned_ < nominal_ * (1 - SAME) && !adaptive_ && saved_ >= nominal_ * (1 - SAME)) ++counts_.shortened;
+  PetscCall(TSSetTimeStep(ts, planned_));
+  PetscFunctionReturn(0);
+}
+
+// Below the rounding errors of the residual no iteration can get: they are the absolute tolerance, unless one is given.
+PetscErrorCode Stepper::set_tolerance(TS ts) {
+  SNES snes;
+  TSProblemType type;
+  PetscBool implicit = PETSC_FALSE;
+  double floor = 0;
+  PetscFunctionBegin;
+  PetscCall(TSGetProblemType(ts, &type));
+  TSIFunction function = nullptr;
+  PetscCall(TSGetIFunction(ts, nullptr, &function, nullptr));
+  implicit = function ? PETSC_TRUE : PETSC_FALSE;
+  if (!implicit || !own_atol_) PetscFunctionReturn(0);
+  Vec y;
+  PetscReal time;
+  PetscCall(TSGetSolution(ts, &y));
+  PetscCall(TSGetTime(ts, &time));
+  PetscCall(model_.residual_floor(time, y, 1.0 / planned_, &floor));
+  PetscCall(TSGetSNES(ts, &snes));
+  PetscReal atol, rtol, stol;
+  PetscInt maxit, maxf;
+  PetscCall(SNESGetTolerances(snes, &atol, &rtol, &stol, &maxit, &maxf));
+  PetscCall(SNESSetTolerances(snes, floor, rtol, stol, maxit, maxf));
+  PetscFunctionReturn(0);
+}
+
+PetscErrorCode Stepper::post_step(TS ts) {
+  void* context = nullptr;
+  PetscFunctionBegin;
+  PetscCall(TSGetApplicationContext(ts, &context));
+  PetscCall(static_cast<Stepper*>(context)->accept_step(ts));
+  PetscFunctionReturn(0);
+}
+
+/// One reduction a step: is the state finite everywhere, and has a signal come?
+PetscErrorCode Stepper::check_state(TS ts, bool* finite) {
+  Vec y;
+  const PetscScalar* ay = nullptr;
+  PetscInt n = 0;
+  PetscFunctionBegin;
+  PetscCall(TSGetSolution(ts, &y));
+  PetscCall(VecGetLocalSize(y, &n));
+  PetscCall(VecGetArrayRead(y, &ay));
+  // a sum is finite only if its terms are: no branch in the loop
+  double sum = 0;
+  for (PetscInt i = 0; i < n; ++i) sum += 0.0 * ay[i];
+  PetscCall(VecRestoreArrayRead(y, &ay));
+  int flags[2] = {std::isfinite(sum) ? 0 : 1, static_cast<int>(caught)};
+  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, flags, 2, MPI_INT, MPI_MAX, model_.comm()));
+  *finite = flags[0] == 0;
+  signal_ = flags[1];
+  PetscFunctionReturn(0);
+}
+
+// After a landing the step before it comes back; after cuts it grows back by 1/cut every few good steps.
+void Stepper::restore_step(bool landed, double taken, double* next) {
+  if (adaptive_) {
+    if (landed && taken < saved_) *next = std::max(*next, saved_);
+    return;
+  }
+  *next = saved_;
+  if (taken < planned_ * (1 - SAME)) *next = taken;
+  if (*next >= nominal_ * (1 - SAME)) {
+    *next = nominal_;
+  } else if (++good_in_a_row_ >= options_.grow_after) {
+    *next = std::min(nominal_, *next / options_.cut);
+    good_in_a_row_ = 0;
+  }
+}
+
+PetscErrorCode Stepper::accept_step(TS ts) {
+  TSConvergedReason reason;
+  PetscReal time, next, before;
+  bool finite = true;
+  PetscFunctionBegin;
+  StepRecord record;
+  PetscInt steps, newton, krylov, rejected;
+  PetscCall(TSGetConvergedReason(ts, &reason));
+  PetscCall(TSGetStepNumber(ts, &steps));
+  PetscCall(TSGetSNESIterations(ts, &newton));
+  PetscCall(TSGetKSPIterations(ts, &krylov));
+  PetscCall(TSGetStepRejections(ts, &rejected));
+  record.newton = newton - counts_.newton;
+  record.krylov = krylov - counts_.krylov;
+  record.rejected = rejected - counts_.rejected;
+  counts_.newton = newton;
+  counts_.krylov = krylov;
+  counts_.rejected = rejected;
+  if (reason < 0) PetscFunctionReturn(0);
+  PetscCall(check_state(ts, &finite));
+  if (!finite) {
+    trouble_ = "the state overflowed";
+    PetscCall(TSSetConvergedReason(ts, TS_DIVERGED_STEP_REJECTED));
+    PetscFunctionReturn(0);
+  }
+  counts_.steps = steps;
+  PetscCall(TSGetTime(ts, &time));
+  PetscCall(TSGetPrevTime(ts, &before));
+  const double taken = time - before;
+  const bool rejected_now = record.rejected > 0;
+  if (rejected_now) good_in_a_row_ = 0;
+  const bool landed = landing_ && std::abs(time - target_) <= SAME * planned_;
+  if (landed) {
+    time = target_;
+    PetscCall(TSSetTime(ts, time));
+  }
+  PetscCall(TSGetTimeStep(ts, &next));
+  restore_step(landed, taken, &next);
+  PetscCall(TSSetTimeStep(ts, next));
+  record.step = steps;
+  record.time = time;
+  record.dt = taken;
+  good_time_ = time;
+  framed_ = false;
+  Vec y;
+  PetscCall(TSGetSolution(ts, &y));
+  PetscCall(on_step_(record, y));
+  const bool finished = landed && target_ >= end_;
+  if (landed) {
+    PetscCall(on_frame_(steps, time, y));
+    framed_ = true;
+    ++frame_;
+  }
+  if (finished) PetscCall(TSSetConvergedReason(ts, TS_CONVERGED_TIME));
+  else if (signal_) PetscCall(TSSetConvergedReason(ts, TS_CONVERGED_USER));
+  PetscFunctionReturn(0);
+}
+
+}  // namespace bs

@@ -1,0 +1,65 @@
+// Stepping policy around a TS: output times hit exactly, the nominal step restored after a shortened or rejected one,
+// every step checked before it counts.
+#pragma once
+#include <petscts.h>
+#include <functional>
+#include <string>
+#include "model/model.hpp"
+#include "output/trajectory.hpp"
+
+namespace bs {
+
+struct StepOptions {
+  double output_interval = 0;   ///< -bs_output_interval [s]; 0: frames at the start and the end only
+  double cut = 0.25;            ///< -bs_step_cut: factor on h after a failed solve
+  std::int64_t grow_after = 3;  ///< -bs_step_grow_after: good steps before h grows back
+};
+
+/// What a run did, for the summary and the report.
+struct RunCounts {
+  PetscInt steps = 0, rejected = 0, newton = 0, krylov = 0, shortened = 0;
+};
+
+/// Drives the steps of one TSSolve. Callbacks: on_step after every good step, on_frame when an output time is reached.
+class Stepper {
+ public:
+  using OnStep = std::function<PetscErrorCode(const StepRecord&, Vec)>;
+  using OnFrame = std::function<PetscErrorCode(PetscInt step, double time, Vec)>;
+  Stepper(Model& model, const StepOptions& options, OnStep on_step, OnFrame on_frame);
+  /// Hooks into `ts`, whose type, step and final time are set.
+  PetscErrorCode attach(TS ts);
+  const RunCounts& counts() const { return counts_; }
+  /// Last time whose state is good, and whether its frame is written.
+  double good_time() const { return good_time_; }
+  bool framed() const { return framed_; }
+  /// Why the run ended early (empty: it did not).
+  const std::string& trouble() const { return trouble_; }
+  int signal() const { return signal_; }
+
+ private:
+  static PetscErrorCode pre_step(TS ts);
+  static PetscErrorCode post_step(TS ts);
+  PetscErrorCode choose_step(TS ts);
+  PetscErrorCode accept_step(TS ts);
+  PetscErrorCode check_state(TS ts, bool* finite);
+  PetscErrorCode set_tolerance(TS ts);
+  void restore_step(bool landed, double taken, double* next);
+  double next_output(double time) const;
+
+  Model& model_;
+  StepOptions options_;
+  OnStep on_step_;
+  OnFrame on_frame_;
+  bool adaptive_ = false, own_atol_ = false, framed_ = true;
+  double start_ = 0, end_ = 0, nominal_ = 0, planned_ = 0, target_ = 0, good_time_ = 0, saved_ = 0;
+  bool landing_ = false;
+  std::int64_t frame_ = 1, good_in_a_row_ = 0;
+  RunCounts counts_;
+  std::string trouble_;
+  int signal_ = 0;
+};
+
+/// From now on SIGTERM and SIGINT end the run after the present step.
+void catch_signals();
+
+}  // namespace bs

@@ -1,0 +1,156 @@
+#include "solve/ts_setup.hpp"
+#include <algorithm>
+#include <array>
+#include "base/fault.hpp"
+
+namespace bs {
+namespace {
+
+PetscErrorCode form_residual(TS, PetscReal t, Vec y, Vec ydot, Vec F, void* data) {
+  TSContext* context = static_cast<TSContext*>(data);
+  PetscFunctionBegin;
+  PetscCall(context->model->residual(t, y, ydot, context->form, F));
+  PetscFunctionReturn(0);
+}
+
+PetscErrorCode form_jacobian(TS, PetscReal t, Vec y, Vec ydot, PetscReal sigma, Mat A, Mat P, void* data) {
+  TSContext* context = static_cast<TSContext*>(data);
+  PetscFunctionBegin;
+  PetscCall(context->model->jacobian(t, y, ydot, sigma, context->form, P));
+  if (A != P) {
+    PetscCall(MatAssemblyBegin(A, MAT_FINAL_ASSEMBLY));
+    PetscCall(MatAssemblyEnd(A, MAT_FINAL_ASSEMBLY));
+  }
+  PetscFunctionReturn(0);
+}
+
+PetscErrorCode form_rhs(TS, PetscReal t, Vec y, Vec G, void* data) {
+  PetscFunctionBegin;
+  PetscCall(static_cast<TSContext*>(data)->model->rhs(t, y, G));
+  PetscFunctionReturn(0);
+}
+
+bool among(const std::string& type, std::initializer_list<const char*> list) {
+  return std::any_of(list.begin(), list.end(), [&](const char* name) { return type == name; });
+}
+
+/// Which form a TS type gets. Types with an explicit first stage read F as y' - G: they need the velocity form.
+PetscErrorCode choose_form(MPI_Comm comm, const std::string& type, TSContext* context) {
+  PetscFunctionBegin;
+  if (among(type, {TSEULER, TSRK, TSSSP, "symplectic"})) {
+    context->implicit = false;
+  } else if (among(type, {TSBEULER, TSCN, TSTHETA, TSBDF, TSALPHA, TSROSW})) {
+    context->form = Form::momentum;
+  } else if (among(type, {TSARKIMEX})) {
+    context->form = Form::velocity;
+  } else {
+    PetscCall(tell(comm, Exit::input, format("-ts_type %s is not one this program knows: use beuler, cn, theta, bdf, alpha, "
+                   "arkimex, rosw (implicit) or symplectic, euler, rk, ssp (explicit)", type.c_str())));
+  }
+  PetscFunctionReturn(0);
+}
+
+/// Direct solves for small systems, where the user left both KSP and PC open and asked for no matrix-free Newton.
+PetscErrorCode set_linear_defaults(TS ts, PetscInt unknowns) {
+  constexpr PetscInt SMALL = 6000;  // below, a sparse LU costs less than the Krylov iterations it saves
+  PetscFunctionBegin;
+  for (const char* name : {"-ksp_type", "-pc_type", "-snes_mf", "-snes_mf_operator"}) {
+    PetscBool given = PETSC_FALSE;
+    PetscCall(PetscOptionsHasName(nullptr, nullptr, name, &given));
+    if (given) PetscFunctionReturn(0);
+  }
+  if (unknowns > SMALL) PetscFunctionReturn(0);
+  SNES snes;
+  KSP ksp;
+  PC pc;
+  PetscMPIInt size;
+  PetscCall(TSGetSNES(ts, &snes));
+  PetscCall(SNESGetKSP(snes, &ksp));
+  PetscCall(KSPGetPC(ksp, &pc));
+  PetscCall(KSPSetType(ksp, KSPPREONLY));
+  PetscCall(PCSetType(pc, PCLU));
+  PetscCallMPI(MPI_Comm_size(PetscObjectComm(reinterpret_cast<PetscObject>(ts)), &size));
+  if (size > 1) PetscCall(PCFactorSetMatSolverType(pc, MATSOLVERMUMPS));
+  PetscFunctionReturn(0);
+}
+
+PetscErrorCode set_implicit(TS ts, Model& model, TSContext* context) {
+  SNES snes;
+  Vec y = model.initial_state();
+  PetscInt unknowns = 0;
+  PetscFunctionBegin;
+  PetscCall(model.create_matrix(context->matrix.out()));
+  PetscCall(model.create_operator(context->matrix, context->form, context->operator_.out()));
+  PetscCall(TSSetIFunction(ts, nullptr, form_residual, context));
+  PetscCall(TSSetIJacobian(ts, context->operator_, context->matrix, form_jacobian, context));
+  PetscCall(TSGetSNES(ts, &snes));
+  // Newton must earn its convergence by the residual, or by a whole step at rounding level; a line search that crawls
+  // must not pass for it, as it would with PETSc's stol of 1e-8.
+  PetscCall(SNESSetTolerances(snes, PETSC_DEFAULT, 1e-8, 1e-14, 50, PETSC_DEFAULT));
+  PetscCall(VecGetSize(y, &unknowns));
+  PetscCall(set_linear_defaults(ts, unknowns));
+  PetscFunctionReturn(0);
+}
+
+}  // namespace
+
+PetscErrorCode create_ts(Model& model, TSContext* context, TSHandle* ts) {
+  char type[64] = TSBEULER;
+  PetscFunctionBegin;
+  context->model = &model;
+  PetscCall(PetscOptionsGetString(nullptr, nullptr, "-ts_type", type, sizeof(type), nullptr));
+  PetscCall(choose_form(model.comm(), type, context));
+  PetscCall(TSCreate(model.comm(), ts->out()));
+  PetscCall(TSSetProblemType(*ts, TS_NONLINEAR));
+  PetscCall(TSSetType(*ts, type));
+  PetscCall(TSSetSolution(*ts, model.initial_state()));
+  if (context->implicit) PetscCall(set_implicit(*ts, model, context));
+  else PetscCall(TSSetRHSFunction(*ts, nullptr, form_rhs, context));
+  PetscCall(TSSetTimeStep(*ts, 0.01));
+  PetscCall(TSSetMaxTime(*ts, 1.0));
+  PetscCall(TSSetExactFinalTime(*ts, TS_EXACTFINALTIME_STEPOVER));
+  PetscCall(TSSetMaxSNESFailures(*ts, -1));
+  PetscCall(TSSetErrorIfStepFails(*ts, PETSC_FALSE));
+  PetscCall(TSSetFromOptions(*ts));
+  PetscFunctionReturn(0);
+}
+
+PetscErrorCode describe_solver(TS ts, const TSContext& context, std::string* line) {
+  TSType type;
+  TSAdapt adapt;
+  TSAdaptType adapt_type;
+  PetscFunctionBegin;
+  PetscCall(TSGetType(ts, &type));
+  PetscCall(TSGetAdapt(ts, &adapt));
+  PetscCall(TSAdaptGetType(adapt, &adapt_type));
+  const std::string control = adapt_type ? adapt_type : TSADAPTNONE;
+  PetscReal h;
+  PetscCall(TSGetTimeStep(ts, &h));
+  *line = format("%s (%s), %s h = %g s", type, context.implicit ? "implicit" : "explicit",
+                 control == TSADAPTNONE ? "fixed step" : ("steps by -ts_adapt_type " + control + ", first").c_str(), h);
+  if (!context.implicit) PetscFunctionReturn(0);
+  SNES snes;
+  KSP ksp;
+  PC pc;
+  SNESType snes_type;
+  KSPType ksp_type;
+  PCType pc_type;
+  SNESLineSearch search;
+  SNESLineSearchType search_type;
+  PetscReal atol, rtol, stol;
+  PetscInt maxit, maxf;
+  PetscCall(TSGetSNES(ts, &snes));
+  PetscCall(SNESGetType(snes, &snes_type));
+  PetscCall(SNESGetLineSearch(snes, &search));
+  PetscCall(SNESLineSearchGetType(search, &search_type));
+  PetscCall(SNESGetTolerances(snes, &atol, &rtol, &stol, &maxit, &maxf));
+  PetscCall(SNESGetKSP(snes, &ksp));
+  PetscCall(KSPGetType(ksp, &ksp_type));
+  PetscCall(KSPGetPC(ksp, &pc));
+  PetscCall(PCGetType(pc, &pc_type));
+  *line += format("; SNES %s, line search %s, rtol %g of the residual's 2-norm; KSP %s, PC %s", snes_type,
+                  search_type ? search_type : "default", rtol, ksp_type ? ksp_type : "gmres", pc_type ? pc_type : "default");
+  PetscFunctionReturn(0);
+}
+
+}  // namespace bs

@@ -1,0 +1,31 @@
+// A TS for a model: type, form of the equations, callbacks and the program's own defaults.
+#pragma once
+#include <string>
+#include "base/handle.hpp"
+#include "model/model.hpp"
+
+namespace bs {
+
+/// What the callbacks of one TS need; must outlive it.
+struct TSContext {
+  Model* model = nullptr;
+  Form form = Form::momentum;
+  bool implicit = true;
+  MatHandle operator_, matrix;  ///< Amat and Pmat of implicit types
+};
+
+/// Collective. Creates `ts` at the model's initial state; options override every default set here. An -ts_type that
+/// cannot advance this model is told (exit 2).
+PetscErrorCode create_ts(Model& model, TSContext* context, TSHandle* ts);
+
+/// One line on the solver in force: TS type, adaptivity, SNES, KSP, PC.
+PetscErrorCode describe_solver(TS ts, const TSContext& context, std::string* line);
+
+/// Collective. Sets SNES, KSP and PC up for the initial state where options are left that only they can consume, then
+/// warns about every option nobody asked for.
+PetscErrorCode warn_unused_options(TS ts, TSContext& context);
+
+/// Names of options never used so far, without those PETSc reads only at the end.
+PetscErrorCode unused_options(std::vector<std::string>* names);
+
+}  // namespace bs

@@ -1,0 +1,79 @@
+// Options that nobody asked for: told before the first step, and again at the end.
+#include <algorithm>
+#include "base/fault.hpp"
+#include "solve/ts_setup.hpp"
+
+namespace bs {
+namespace {
+
+/// PETSc reads these only when it ends, or prints by them at points of the run still ahead.
+bool read_late(const std::string& name) {
+  for (const char* part : {"view", "monitor", "converged_reason", "options_left", "log_", "malloc", "objects_dump", "citations",
+                           "memory", "get_total_flops", "on_error", "saws", "help", "trace", "info", "mat_mumps", "options_file"})
+    if (name.find(part) != std::string::npos) return true;
+  return false;
+}
+
+/// Assembles the first Jacobian and sets the linear solver up with it, so that inner solvers read their options too.
+PetscErrorCode set_up_solvers(TS ts, TSContext& context) {
+  SNES snes;
+  KSP ksp;
+  Vec y;
+  PetscReal h, t;
+  PetscFunctionBegin;
+  PetscCall(TSSetUp(ts));
+  PetscCall(TSGetSNES(ts, &snes));
+  PetscCall(SNESGetKSP(snes, &ksp));
+  PetscCall(TSGetSolution(ts, &y));
+  PetscCall(TSGetTimeStep(ts, &h));
+  PetscCall(TSGetTime(ts, &t));
+  VecHandle zero;
+  PetscCall(VecDuplicate(y, zero.out()));
+  PetscCall(VecZeroEntries(zero));
+  PetscCall(context.model->jacobian(t, y, zero, 1.0 / h, context.form, context.matrix));
+  PetscCall(SNESSetUp(snes));
+  Mat A, P;
+  PetscCall(SNESGetJacobian(snes, &A, &P, nullptr, nullptr));
+  PetscBool shell = PETSC_FALSE;
+  PetscCall(PetscObjectTypeCompare(reinterpret_cast<PetscObject>(P), MATMFFD, &shell));
+  if (!shell) {
+    PetscCall(KSPSetOperators(ksp, context.operator_, context.matrix));
+    PetscCall(KSPSetUp(ksp));
+    PetscCall(KSPSetUpOnBlocks(ksp));
+  }
+  PetscFunctionReturn(0);
+}
+
+}  // namespace
+
+PetscErrorCode unused_options(std::vector<std::string>* names) {
+  PetscInt count = 0;
+  char **left = nullptr, **values = nullptr;
+  PetscFunctionBegin;
+  names->clear();
+  PetscCall(PetscOptionsLeftGet(nullptr, &count, &left, &values));
+  for (PetscInt k = 0; k < count; ++k) {
+    std::string name = left[k];
+    std::transform(name.begin(), name.end(), name.begin(), [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+    if (!read_late(name)) names->push_back("-" + name);
+  }
+  PetscCall(PetscOptionsLeftRestore(nullptr, &count, &left, &values));
+  PetscFunctionReturn(0);
+}
+
+PetscErrorCode warn_unused_options(TS ts, TSContext& context) {
+  std::vector<std::string> names;
+  PetscFunctionBegin;
+  PetscCall(TSSetUp(ts));
+  PetscCall(unused_options(&names));
+  if (!names.empty() && context.implicit) {
+    PetscCall(set_up_solvers(ts, context));
+    PetscCall(unused_options(&names));
+  }
+  for (const std::string& name : names)
+    PetscCall(warn(PetscObjectComm(reinterpret_cast<PetscObject>(ts)),
+                   "option " + name + " is not used by this run: misspelt, or of a solver that is not chosen"));
+  PetscFunctionReturn(0);
+}
+
+}  // namespace bs

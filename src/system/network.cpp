@@ -1,0 +1,328 @@
+#include "system/network.hpp"
+#include <algorithm>
+#include <array>
+#include <numeric>
+#include <petscmat.h>
+#include <petscsf.h>
+#include "base/options.hpp"
+#include "system/exchange.hpp"
+#include "system/partition.hpp"
+
+namespace bs {
+namespace {
+
+using SFHandle = Handle<PetscSF, PetscSFDestroy>;
+using LayoutHandle = Handle<PetscLayout, PetscLayoutDestroy>;
+
+/// A spring seen from one end.
+struct HalfSpring {
+  std::int64_t self, other, spring;
+  double stiffness, rest_length, damping;
+};
+struct ParticleRecord {
+  std::int64_t row, id;
+  double mass, radius, x[3], v[3];
+  int fixed;
+};
+struct AnchorRecord {
+  std::int64_t particle, row;
+  double point[3], stiffness, rest_length, damping;
+};
+
+bool before(const HalfSpring& a, const HalfSpring& b) {
+  if (a.self != b.self) return a.self < b.self;
+  if (a.other != b.other) return a.other < b.other;
+  return a.spring < b.spring;
+}
+
+/// Where the rows of the input lie: chunk of rank r is [begin[r], begin[r + 1]).
+struct Chunks {
+  std::vector<std::int64_t> begin;
+  int owner(std::int64_t row) const {
+    return static_cast<int>(std::upper_bound(begin.begin(), begin.end(), row) - begin.begin()) - 1;
+  }
+};
+
+PetscErrorCode gather_chunks(MPI_Comm comm, const Lattice& lattice, Chunks* chunks) {
+  int size = 1;
+  PetscFunctionBegin;
+  PetscCallMPI(MPI_Comm_size(comm, &size));
+  chunks->begin.resize(static_cast<std::size_t>(size) + 1);
+  const long long first = lattice.particles.first;
+  std::vector<long long> all(static_cast<std::size_t>(size));
+  PetscCallMPI(MPI_Allgather(&first, 1, MPI_LONG_LONG, all.data(), 1, MPI_LONG_LONG, comm));
+  std::copy(all.begin(), all.end(), chunks->begin.begin());
+  chunks->begin.back() = lattice.particles.total;
+  PetscFunctionReturn(0);
+}
+
+/// Both ends of every spring of this chunk, sent to the chunks that hold the ends; the couplings asked for are added
+/// as springs without stiffness.
+PetscErrorCode collect_half_springs(MPI_Comm comm, const Lattice& lattice, const NetworkOptions& options,
+                                    const Chunks& chunks, std::vector<HalfSpring>* mine) {
+  PetscFunctionBegin;
+  std::vector<HalfSpring> items;
+  std::vector<int> dest;
+  for (std::int64_t k = 0; k < lattice.springs.count; ++k) {
+    for (int side = 0; side < 2; ++side) {
+      const std::int64_t self = lattice.pairs[2 * k + side], other = lattice.pairs[2 * k + 1 - side];
+      items.push_back({self, other, lattice.springs.first + k, lattice.stiffness[k], lattice.rest_length[k],
+                       lattice.damping[k]});
+      dest.push_back(chunks.owner(self));
+    }
+  }
+  PetscCall(exchange(comm, items, dest, mine));
+  for (std::int64_t k = 0; k < lattice.particles.count; ++k) {
+    const std::int64_t self = lattice.particles.first + k;
+    if (options.all_to_all) {
+      for (std::int64_t other = 0; other < lattice.particles.total; ++other)
+        if (other != self) mine->push_back({self, other, -1, 0, 0, 0});
+    } else if (options.center_row >= 0 && options.center_row != self) {
+      mine->push_back({self, options.center_row, -1, 0, 0, 0});
+    }
+  }
+  std::sort(mine->begin(), mine->end(), before);
+  PetscFunctionReturn(0);
+}
+
+/// Sends particles, their springs and anchors to their new owners; all come out sorted by row.
+PetscErrorCode migrate(MPI_Comm comm, const Lattice& lattice, const Chunks& chunks, const std::vector<int>& rank_of,
+                       std::vector<HalfSpring>* springs, std::vector<ParticleRecord>* particles,
+                       std::vector<AnchorRecord>* anchors) {
+  const std::int64_t first = lattice.particles.first;
+  const int d = lattice.dim;
+  PetscFunctionBegin;
+  std::vector<ParticleRecord> sent(static_cast<std::size_t>(lattice.particles.count));
+  for (std::int64_t k = 0; k < lattice.particles.count; ++k) {
+    ParticleRecord& p = sent[k];
+    p = {first + k, lattice.id.empty() ? first + k : lattice.id[k], lattice.mass[k],
+         lattice.radius.empty() ? 0.0 : lattice.radius[k], {0, 0, 0}, {0, 0, 0}, lattice.fixed[k]};
+    for (int c = 0; c < d; ++c) p.x[c] = lattice.position[k * d + c];
+    for (int c = 0; c < d; ++c) p.v[c] = p.fixed ? 0.0 : lattice.velocity[k * d + c];
+  }
+  PetscCall(exchange(comm, sent, rank_of, particles));
+  std::sort(particles->begin(), particles->end(), [](auto& a, auto& b) { return a.row < b.row; });
+
+  std::vector<int> dest(springs->size());
+  for (std::size_t e = 0; e < springs->size(); ++e) dest[e] = rank_of[(*springs)[e].self - first];
+  std::vector<HalfSpring> moved;
+  PetscCall(exchange(comm, *springs, dest, &moved));
+  std::sort(moved.begin(), moved.end(), before);
+  springs->swap(moved);
+
+  std::vector<AnchorRecord> near, there(static_cast<std::size_t>(lattice.anchors.count));
+  dest.assign(there.size(), 0);
+  for (std::int64_t k = 0; k < lattice.anchors.count; ++k) {
+    AnchorRecord& a = there[k];
+    a = {lattice.anchor_particle[k], lattice.anchors.first + k, {0, 0, 0}, lattice.anchor_stiffness[k],
+         lattice.anchor_rest_length[k], lattice.anchor_damping[k]};
+    for (int c = 0; c < d; ++c) a.point[c] = lattice.anchor_point[k * d + c];
+    dest[k] = chunks.owner(a.particle);
+  }
+  PetscCall(exchange(comm, there, dest, &near));
+  dest.assign(near.size(), 0);
+  for (std::size_t k = 0; k < near.size(); ++k) dest[k] = rank_of[near[k].particle - first];
+  PetscCall(exchange(comm, near, dest, anchors));
+  std::sort(anchors->begin(), anchors->end(),
+            [](auto& a, auto& b) { return a.particle != b.particle ? a.particle < b.particle : a.row < b.row; });
+  PetscFunctionReturn(0);
+}
+
+/// Reverse Cuthill-McKee order of the springs among owned particles: position -> index in `particles`.
+PetscErrorCode order_locally(const std::vector<ParticleRecord>& particles, const std::vector<HalfSpring>& springs,
+                             const std::vector<PetscInt>& start, int ordering, std::vector<PetscInt>* order) {
+  const PetscInt n = static_cast<PetscInt>(particles.size());
+  PetscFunctionBegin;
+  order->resize(particles.size());
+  std::iota(order->begin(), order->end(), 0);
+  if (ordering != 0 || n < 3) PetscFunctionReturn(0);
+  std::vector<PetscInt> ia(static_cast<std::size_t>(n) + 1, 0), ja;
+  for (PetscInt i = 0; i < n; ++i) {
+    PetscInt last = -1;
+    ja.push_back(i);
+    const std::size_t begin = ja.size() - 1;
+    for (PetscInt e = start[i]; e < start[i + 1]; ++e) {
+      const auto at = std::lower_bound(particles.begin(), particles.end(), springs[e].other,
+                                       [](const ParticleRecord& p, std::int64_t row) { return p.row < row; });
+      if (springs[e].spring < 0 || at == particles.end() || at->row != springs[e].other) continue;
+      const PetscInt j = static_cast<PetscInt>(at - particles.begin());
+      if (j != last) ja.push_back(j);
+      last = j;
+    }
+    std::sort(ja.begin() + begin, ja.end());
+    ia[i + 1] = static_cast<PetscInt>(ja.size());
+  }
+  std::vector<PetscScalar> ones(ja.size(), 1);
+  MatHandle graph;
+  ISHandle rows, columns;
+  PetscCall(MatCreateSeqAIJWithArrays(PETSC_COMM_SELF, n, n, ia.data(), ja.data(), ones.data(), graph.out()));
+  PetscCall(MatGetOrdering(graph, MATORDERINGRCM, rows.out(), columns.out()));
+  const PetscInt* index = nullptr;
+  PetscCall(ISGetIndices(rows, &index));
+  order->assign(index, index + n);
+  PetscCall(ISRestoreIndices(rows, &index));
+  PetscFunctionReturn(0);
+}
+
+/// Global index, whether fixed and where it starts, of the particles in `rows`: asked of the chunks of the input.
+PetscErrorCode look_up(MPI_Comm comm, const Lattice& lattice, const std::vector<std::int64_t>& owned,
+                       const std::vector<std::int64_t>& ghosts, Network* net) {
+  const PetscInt count = static_cast<PetscInt>(lattice.particles.count);
+  const int d = lattice.dim;
+  PetscFunctionBegin;
+  LayoutHandle layout;
+  PetscCall(PetscLayoutCreateFromSizes(comm, count, PETSC_DECIDE, 1, layout.out()));
+  std::vector<PetscInt> rows(owned.begin(), owned.end());
+  SFHandle mine, all;
+  PetscCall(PetscSFCreate(comm, mine.out()));
+  PetscCall(PetscSFSetGraphLayout(mine, layout, static_cast<PetscInt>(rows.size()), nullptr, PETSC_COPY_VALUES, rows.data()));
+  std::vector<PetscInt> global_of(static_cast<std::size_t>(count)), numbers(owned.size());
+  std::iota(numbers.begin(), numbers.end(), net->first);
+  PetscCall(PetscSFReduceBegin(mine, MPIU_INT, numbers.data(), global_of.data(), MPI_REPLACE));
+  PetscCall(PetscSFReduceEnd(mine, MPIU_INT, numbers.data(), global_of.data(), MPI_REPLACE));
+
+  rows.insert(rows.end(), ghosts.begin(), ghosts.end());
+  PetscCall(PetscSFCreate(comm, all.out()));
+  PetscCall(PetscSFSetGraphLayout(all, layout, static_cast<PetscInt>(rows.size()), nullptr, PETSC_COPY_VALUES, rows.data()));
+  net->global.resize(rows.size());
+  net->fixed.resize(rows.size());
+  net->held.resize(rows.size() * d);
+  net->mass.resize(rows.size());
+  PetscCall(PetscSFBcastBegin(all, MPIU_INT, global_of.data(), net->global.data(), MPI_REPLACE));
+  PetscCall(PetscSFBcastEnd(all, MPIU_INT, global_of.data(), net->global.data(), MPI_REPLACE));
+  PetscCall(PetscSFBcastBegin(all, MPI_UNSIGNED_CHAR, lattice.fixed.data(), net->fixed.data(), MPI_REPLACE));
+  PetscCall(PetscSFBcastEnd(all, MPI_UNSIGNED_CHAR, lattice.fixed.data(), net->fixed.data(), MPI_REPLACE));
+  PetscCall(PetscSFBcastBegin(all, MPI_DOUBLE, lattice.mass.data(), net->mass.data(), MPI_REPLACE));
+  PetscCall(PetscSFBcastEnd(all, MPI_DOUBLE, lattice.mass.data(), net->mass.data(), MPI_REPLACE));
+  MPI_Datatype point;
+  PetscCallMPI(MPI_Type_contiguous(d, MPI_DOUBLE, &point));
+  PetscCallMPI(MPI_Type_commit(&point));
+  PetscCall(PetscSFBcastBegin(all, point, lattice.position.data(), net->held.data(), MPI_REPLACE));
+  PetscCall(PetscSFBcastEnd(all, point, lattice.position.data(), net->held.data(), MPI_REPLACE));
+  PetscCallMPI(MPI_Type_free(&point));
+  PetscFunctionReturn(0);
+}
+
+/// Rows of `springs` that begin each particle; particles and springs are sorted by row.
+std::vector<PetscInt> row_starts(const std::vector<ParticleRecord>& particles, const std::vector<HalfSpring>& springs) {
+  std::vector<PetscInt> start(particles.size() + 1, 0);
+  std::size_t e = 0;
+  for (std::size_t i = 0; i < particles.size(); ++i) {
+    while (e < springs.size() && springs[e].self == particles[i].row) ++e;
+    start[i + 1] = static_cast<PetscInt>(e);
+  }
+  return start;
+}
+
+/// Fills the owned part of `net` in the order given.
+void lay_out(const std::vector<ParticleRecord>& particles, const std::vector<HalfSpring>& springs,
+             const std::vector<AnchorRecord>& anchors, const std::vector<PetscInt>& start,
+             const std::vector<PetscInt>& order, const std::vector<std::int64_t>& ghosts, Network* net) {
+  const int d = net->dim;
+  std::vector<PetscInt> place(order.size());
+  for (std::size_t i = 0; i < order.size(); ++i) place[order[i]] = static_cast<PetscInt>(i);
+  auto owned_index = [&](std::int64_t row) -> PetscInt {
+    const auto at = std::lower_bound(particles.begin(), particles.end(), row,
+                                     [](const ParticleRecord& p, std::int64_t r) { return p.row < r; });
+    return at != particles.end() && at->row == row ? place[at - particles.begin()] : -1;
+  };
+  Links& links = net->links;
+  links.start.assign(1, 0);
+  for (const PetscInt k : order) {
+    const ParticleRecord& p = particles[k];
+    net->radius.push_back(p.radius);
+    net->id.push_back(p.id);
+    net->row.push_back(p.row);
+    for (int c = 0; c < d; ++c) net->velocity.push_back(p.v[c]);
+    for (PetscInt e = start[k]; e < start[k + 1]; ++e) {
+      const HalfSpring& s = springs[e];
+      PetscInt j = owned_index(s.other);
+      if (j < 0) j = net->n + static_cast<PetscInt>(std::lower_bound(ghosts.begin(), ghosts.end(), s.other) - ghosts.begin());
+      links.other.push_back(j);
+      links.stiffness.push_back(s.stiffness);
+      links.rest_length.push_back(s.rest_length);
+      links.damping.push_back(s.damping);
+      links.spring.push_back(s.spring);
+    }
+    links.start.push_back(static_cast<PetscInt>(links.other.size()));
+  }
+  for (const AnchorRecord& a : anchors) {
+    net->anchors.particle.push_back(owned_index(a.particle));
+    net->anchors.point.insert(net->anchors.point.end(), a.point, a.point + 3);
+    net->anchors.stiffness.push_back(a.stiffness);
+    net->anchors.rest_length.push_back(a.rest_length);
+    net->anchors.damping.push_back(a.damping);
+    net->anchors.row.push_back(a.row);
+  }
+}
+
+}  // namespace
+
+PetscErrorCode read_network_options(MPI_Comm comm, NetworkOptions* out) {
+  PetscFunctionBegin;
+  PetscCall(read_section(comm, "Parallel layout", [&](Section& o) {
+    o.choice("-bs_partition", "how particles are divided among ranks: graph (MatPartitioning, least cut springs), "
+             "geometric (coordinate bisection) or rows (the input's order)", {"graph", "geometric", "rows"}, out->partition);
+    o.choice("-bs_ordering", "order of a rank's particles: rcm (reverse Cuthill-McKee, for cache) or rows (the input's)",
+             {"rcm", "rows"}, out->ordering);
+  }));
+  PetscFunctionReturn(0);
+}
+
+PetscErrorCode build_network(MPI_Comm comm, const Lattice& lattice, const NetworkOptions& options, Network* net) {
+  PetscFunctionBegin;
+  net->comm = comm;
+  net->dim = lattice.dim;
+  net->total = static_cast<PetscInt>(lattice.particles.total);
+  net->springs_total = lattice.springs.total;
+  net->anchors_total = lattice.anchors.total;
+  net->spring_law = lattice.spring_law;
+  net->damping_law = lattice.damping_law;
+  net->rest_at_zero_length = lattice.rest_at_zero_length;
+  net->source = lattice.source;
+
+  Chunks chunks;
+  std::vector<HalfSpring> springs;
+  PetscCall(gather_chunks(comm, lattice, &chunks));
+  PetscCall(collect_half_springs(comm, lattice, options, chunks, &springs));
+  RowGraph graph;
+  graph.start.assign(1, 0);
+  std::size_t e = 0;
+  for (std::int64_t k = 0; k < lattice.particles.count; ++k) {
+    for (; e < springs.size() && springs[e].self == lattice.particles.first + k; ++e) graph.other.push_back(springs[e].other);
+    graph.start.push_back(static_cast<std::int64_t>(graph.other.size()));
+  }
+  std::vector<int> rank_of;
+  PetscCall(partition_rows(comm, lattice, graph, options.partition, &rank_of, &net->partition));
+
+  std::vector<ParticleRecord> particles;
+  std::vector<AnchorRecord> anchors;
+  PetscCall(migrate(comm, lattice, chunks, rank_of, &springs, &particles, &anchors));
+  const std::vector<PetscInt> start = row_starts(particles, springs);
+  std::vector<PetscInt> order;
+  PetscCall(order_locally(particles, springs, start, options.ordering, &order));
+
+  std::vector<std::int64_t> ghosts, owned;
+  for (const HalfSpring& s : springs) ghosts.push_back(s.other);
+  std::sort(ghosts.begin(), ghosts.end());
+  ghosts.erase(std::unique(ghosts.begin(), ghosts.end()), ghosts.end());
+  ghosts.erase(std::remove_if(ghosts.begin(), ghosts.end(), [&](std::int64_t row) {
+    const auto at = std::lower_bound(particles.begin(), particles.end(), row,
+                                     [](const ParticleRecord& p, std::int64_t r) { return p.row < r; });
+    return at != particles.end() && at->row == row;
+  }), ghosts.end());
+  net->n = static_cast<PetscInt>(particles.size());
+  net->ghosts = static_cast<PetscInt>(ghosts.size());
+  PetscInt last = 0;
+  PetscCallMPI(MPI_Scan(&net->n, &last, 1, MPIU_INT, MPI_SUM, comm));
+  net->first = last - net->n;
+  lay_out(particles, springs, anchors, start, order, ghosts, net);
+  owned = net->row;
+  PetscCall(look_up(comm, lattice, owned, ghosts, net));
+  std::int64_t fixed = 0;
+  for (PetscInt i = 0; i < net->n; ++i) fixed += net->fixed[i];
+  PetscCallMPI(MPI_Allreduce(&fixed, &net->fixed_total, 1, MPI_INT64_T, MPI_SUM, comm));
+  PetscFunctionReturn(0);
+}
+
+}  // namespace bs

@@ -1,0 +1,21 @@
+// Which rank each particle goes to.
+#pragma once
+#include <petscmat.h>
+#include <cstdint>
+#include <string>
+#include <vector>
+#include "lattice/lattice.hpp"
+
+namespace bs {
+
+/// Neighbours of this rank's chunk of particles, by row of the input.
+struct RowGraph {
+  std::vector<std::int64_t> start, other;
+};
+
+/// Collective. rank_of[k]: the new owner of row particles.first + k. `kind` as NetworkOptions::partition; `used` tells
+/// which method ran.
+PetscErrorCode partition_rows(MPI_Comm comm, const Lattice& lattice, const RowGraph& graph, int kind,
+                              std::vector<int>* rank_of, std::string* used);
+
+}  // namespace bs

@@ -1,0 +1,121 @@
+#!/usr/bin/env python3
+"""What must not change: results under the number of ranks, momentum of a free lattice, motion under a rigid rotation."""
+import pathlib
+import sys
+import tempfile
+
+sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1] / "verify"))
+import numpy as np
+from harness import Checks, direct, run, write_lattice
+
+
+def random_lattice(folder, d, seed, free=False):
+    """Points of a jittered grid, springs between near ones, unequal masses and dampers; some fixed unless `free`."""
+    rng = np.random.default_rng(seed)
+    side = {1: 30, 2: 6, 3: 4}[d]
+    grid = np.stack(np.meshgrid(*[np.arange(side)] * d, indexing="ij"), -1).reshape(-1, d)
+    x = 0.2 * grid + 0.03 * rng.standard_normal(grid.shape)
+    # the rows of the file are no help to a partitioner
+    x = x[rng.permutation(len(x))]
+    n = len(x)
+    i, j = np.triu_indices(n, 1)
+    near = np.linalg.norm(x[i] - x[j], axis=1) < 0.33
+    pairs = np.stack([i[near], j[near]], 1)
+    m = len(pairs)
+    rest = np.linalg.norm(x[pairs[:, 0]] - x[pairs[:, 1]], axis=1) * rng.uniform(0.9, 1.05, m)
+    rest[::7] = 0
+    fixed = np.zeros(n)
+    anchors = None
+    if not free:
+        fixed[:3] = 1
+        anchors = {"particle": [5, 9], "point": x[[5, 9]] + 0.1, "stiffness": [30.0, 20.0], "rest_length": [0.05, 0.0],
+                   "damping": [0.1, 0.0]}
+    path = pathlib.Path(folder) / f"random{d}{free:d}.h5"
+    write_lattice(path, x, rng.uniform(0.05, 0.3, n), velocity=rng.standard_normal(x.shape) * 0.3, fixed=fixed,
+                  radius=np.full(n, 0.02), pairs=pairs, stiffness=rng.uniform(20, 60, m), rest_length=rest,
+                  damping=np.where(rest > 0, rng.uniform(0, 0.2, m), 0), anchors=anchors, spring_law="strain",
+                  damping_law="axial")
+    return path
+
+
+LAWS = {"bs_sphere_drag": True, "bs_sphere_drag_rho": 1.2, "bs_sphere_drag_mu": 1.8e-5, "bs_stokes_drag": 0.01}
+
+
+def gravity(d):
+    return (0.3, -9.8, 1.1)[:d]
+
+
+def ranks_agree(checks, folder):
+    for d in (1, 2, 3):
+        lattice = random_lattice(folder, d, 10 + d)
+        base = dict(LAWS, bs_lattice_file=lattice, bs_gravity=gravity(d), ts_dt=0.01, ts_adapt_type="none")
+        for name, extra, tolerance in (
+                ("one explicit step", {"ts_type": "euler", "ts_max_time": 0.01}, 1e-14),
+                ("20 implicit steps", {"ts_type": "beuler", "ts_max_time": 0.2, "ksp_type": "preonly", "pc_type": "lu",
+                                       "pc_factor_mat_solver_type": "mumps"}, 1e-10)):
+            reference = run(checks.program, dict(base, **extra), interval=0.01).trajectory
+            for ranks in (2, 3, 4):
+                for partition in ("graph", "geometric", "rows"):
+                    if partition == "rows" and ranks == 4:
+                        continue
+                    other = run(checks.program, dict(base, bs_partition=partition, **extra), ranks=ranks, interval=0.01).trajectory
+                    error = max(np.abs(other.position - reference.position).max() / np.abs(reference.position).max(),
+                                np.abs(other.velocity - reference.velocity).max() / np.abs(reference.velocity).max())
+                    checks.below(f"{name}, d = {d}, {ranks} ranks, partition {partition}", error, tolerance)
+
+
+def momentum(checks, folder):
+    for d in (2, 3):
+        lattice = random_lattice(folder, d, 20 + d, free=True)
+        for method, options in (("beuler", direct()), ("cn", direct()), ("symplectic", {})):
+            result = run(checks.program, dict(options, bs_lattice_file=lattice, ts_type=method, ts_dt=0.005, ts_max_time=0.25,
+                                              bs_spring_law="strain"), interval=0.05).trajectory
+            p = result.observables["momentum"]
+            scale = np.abs(result.mass[:, None] * result.velocity[0]).sum()
+            checks.below(f"momentum of a free lattice, d = {d}, {method}", np.abs(p - p[0]).max() / scale, 1e-11)
+            if method == "symplectic":
+                # with x and v staggered by h/2 it is exact: L of (x_n, v_n) is conserved by velocity-first Euler
+                L = result.observables["angular_momentum"]
+                checks.below(f"angular momentum, d = {d}, {method}", np.abs(L - L[0]).max() / scale, 1e-11)
+        midpoint = run(checks.program, dict(direct(), bs_lattice_file=lattice, ts_type="theta", ts_theta_theta=0.5,
+                                            ts_theta_endpoint=0, ts_adapt_type="none", ts_dt=0.005, ts_max_time=0.25),
+                       interval=0.05).trajectory
+        L = midpoint.observables["angular_momentum"]
+        checks.below(f"angular momentum, d = {d}, implicit midpoint", np.abs(L - L[0]).max() / scale, 1e-11)
+
+
+def rigid_motion(checks, folder):
+    import h5py
+    lattice = random_lattice(folder, 3, 33, free=True)
+    angles = (0.4, 1.1, -0.7)
+    R = np.eye(3)
+    for axis, a in enumerate(angles):
+        q = np.eye(3)
+        i, j = [(1, 2), (2, 0), (0, 1)][axis]
+        q[i, i] = q[j, j] = np.cos(a)
+        q[i, j], q[j, i] = -np.sin(a), np.sin(a)
+        R = q @ R
+    shift, boost = np.array([0.5, -1.5, 0.25]), np.array([0.2, 0.1, -0.3])
+    turned = pathlib.Path(folder) / "turned.h5"
+    turned.write_bytes(lattice.read_bytes())
+    with h5py.File(turned, "r+") as f:
+        f["particles/position"][...] = f["particles/position"][...] @ R.T + shift
+        f["particles/velocity"][...] = f["particles/velocity"][...] @ R.T + boost
+    options = dict(direct(), ts_type="beuler", ts_dt=0.01, ts_max_time=0.2)
+    a = run(checks.program, dict(options, bs_lattice_file=lattice), interval=0.1).trajectory
+    b = run(checks.program, dict(options, bs_lattice_file=turned), interval=0.1).trajectory
+    expected = a.position @ R.T + shift + boost * a.time[:, None, None]
+    checks.below("a turned, moved and boosted lattice moves alike", np.abs(b.position - expected).max(), 1e-10)
+
+
+def main():
+    checks = Checks(__doc__)
+    with tempfile.TemporaryDirectory() as folder:
+        ranks_agree(checks, folder)
+        momentum(checks, folder)
+        rigid_motion(checks, folder)
+    checks.finish()
+
+
+if __name__ == "__main__":
+    main()
