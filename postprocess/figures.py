@@ -191,7 +191,7 @@ def _followed(runs, args):
 
 def _beside(ax, runs, labels):
     """The particles' legend to the right of the panel, the runs' line styles above it."""
-    ax.legend(title="particle", title_fontsize=8, loc="upper left", bbox_to_anchor=(1.0, 1.03), handlelength=1.2, borderpad=0.2)
+    ax.legend(title="particle", title_fontsize=8, loc="upper left", bbox_to_anchor=(1.22 if ax.name == "3d" else 1.0, 1.03), handlelength=1.2, borderpad=0.2)
     if len(runs) > 1:
         ax.set_title("; ".join(f"{('solid', 'dashed', 'dotted', 'dash-dot')[i % 4]} {label}" for i, label in enumerate(labels)))
 
@@ -232,11 +232,16 @@ def phase(ax, runs, labels, args):
     _beside(ax, runs, labels)
 
 
+def state_scene(run, args, limits=None):
+    return Scene(run, [run.index(args.frame)], args.color, "light", args.up, args.elev, args.azim, 0.0, args.max_springs,
+                 limits=limits)
+
+
 def state(ax, runs, labels, args):
     """One frame drawn as springs or particles; shows runs[0] only."""
     run = runs[0]
     row = run.index(args.frame)
-    scene = Scene(run, [row], args.color, "light", args.up, args.elev, args.azim, 0.0, args.max_springs)
+    scene = state_scene(run, args, args.limits)
     if scene.mapping() is not None:
         bar = ax.figure.colorbar(scene.mapping(), ax=ax, fraction=0.04, pad=0.02, shrink=0.75)
         bar.set_label(scene.label())

@@ -131,6 +131,10 @@ def main(argv=None):
         for run in runs:
             if run.kind == "particles" and run.springs.rest_length_assumed and ({"strain", "state"} & set(kinds)):
                 print(f"plot.py: {run.path}: no rest lengths, strains are relative to the first frame", file=sys.stderr)
+        args.limits = None
+        if len(runs) > 1 and "state" in kinds:  # one colour scale for all
+            norms = [figures.state_scene(run, args).norm for run in runs]
+            args.limits = min(n.vmin for n in norms), max(n.vmax for n in norms)
         with plt.rc_context(figures.STYLE):
             figure = sheet(plan(kinds, runs), args)
             figure.savefig(args.output, dpi=args.dpi, facecolor="white")

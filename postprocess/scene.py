@@ -168,7 +168,7 @@ class Scene:
         """Short arrows along the axes of the space, lower left."""
         if self.run.dim == 1:
             return
-        length = float(np.clip(0.045 * ax.get_window_extent().width * 72 / ax.figure.dpi, 8, 20))  # points
+        length = float(np.clip(0.045 * ax.get_window_extent().width * 72 / ax.figure.dpi, 11, 20))  # points
         corner = (1.5 * length, 1.5 * length)
         for axis in range(self.run.dim):
             tip = self.camera.basis[:2, axis] * length
@@ -179,7 +179,7 @@ class Scene:
                         arrowprops={"arrowstyle": "-|>", "color": self.theme.ink, "lw": 0.8, "mutation_scale": 6,
                                     "shrinkA": 0, "shrinkB": 0})
             ax.annotate("xyz"[axis], xy=(corner[0] + 1.4 * tip[0], corner[1] + 1.4 * tip[1]), xycoords="axes points",
-                        ha="center", va="center", fontsize=min(8, 0.6 * length), color=self.theme.ink, style="italic",
+                        ha="center", va="center", fontsize=min(8, 0.65 * length), color=self.theme.ink, style="italic",
                         zorder=6)
 
     def _scale_bar(self, ax):

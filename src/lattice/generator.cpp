@@ -37,7 +37,8 @@ struct Place {
 struct Plan {
   explicit Plan(const GeneratorSpec& given) : spec(given), dim(dimension(given)), total(particle_count(given)) {
     const TypeInfo& info = type_info(spec.type);
-    stencil = make_stencil(spec.type, shell_count(spec.type, spec.neighbors > 0 ? spec.neighbors : info.neighbors_default));
+    stencil =
+        make_stencil(spec.type, shell_count(spec.type, spec.neighbors > 0 ? spec.neighbors : info.neighbors_default));
     for (int k = 0; k < 3; ++k) {
       n[k] = cells(spec, k);
       spacing[k] = repeated(spec.spacing, k);
@@ -104,7 +105,8 @@ void fix_particles(const Plan& plan, Lattice* out) {
   out->fixed.assign(static_cast<std::size_t>(out->particles.count), 0);
   // Rows of the triangular lattice begin and end half a spacing inside the box by turns.
   const Faces along_x = faces & 3u;
-  apply_faces(along_x, plan.box(), plan.stencil.staggered ? plan.spacing[0] / 2 : 0.0, plan.dim, out->position, &out->fixed);
+  apply_faces(along_x, plan.box(), plan.stencil.staggered ? plan.spacing[0] / 2 : 0.0, plan.dim, out->position,
+              &out->fixed);
   apply_faces(faces & ~along_x, plan.box(), 0.0, plan.dim, out->position, &out->fixed);
   apply_fixed_particles(plan.spec.fixed_particles, out->particles, &out->fixed);
 }
@@ -126,7 +128,8 @@ void perturb(const Plan& plan, Lattice* out) {
 /// The spring of particle i with its upper neighbour j.
 void add_spring(const Plan& plan, std::int64_t i, std::int64_t j, const Neighbour& m, Lattice* out) {
   const GeneratorSpec& spec = plan.spec;
-  const bool stiff = spec.stiff_fraction > 0 && hash_uniform(spec.seed, Stream::stiff_springs, i, j) < spec.stiff_fraction;
+  const bool stiff =
+      spec.stiff_fraction > 0 && hash_uniform(spec.seed, Stream::stiff_springs, i, j) < spec.stiff_fraction;
   out->pairs.push_back(i);
   out->pairs.push_back(j);
   out->stiffness.push_back(repeated(spec.stiffness, m.shell) * (stiff ? spec.stiff_factor : 1.0));

@@ -15,25 +15,25 @@ namespace bs {
 /// files that carry no such data, too.
 struct GeneratorSpec {
   LatticeType type = LatticeType::none;
-  std::vector<std::int64_t> size;   ///< particles (bcc, fcc: cubic cells of 2, 4 particles) along x[, y[, z]]
-  int dim = 0;                      ///< d; 0: the type's default
-  std::vector<double> spacing{1.0};  ///< along x[, y[, z]] [m]; bcc, fcc: edge of the cubic cell
-  int neighbors = 0;                ///< springs of an inner particle; 0: the type's default
-  double rest_length_factor = 1;    ///< rest length = unperturbed distance times this
-  double perturbation = 0;          ///< largest random shift of a free particle along each axis [m]
-  std::int64_t seed = 1;            ///< of the perturbation and of the choice of stiff springs
-  std::vector<double> origin;       ///< lower corner [m]
-  double stiff_fraction = 0;        ///< share of springs made stiffer, 0 to 1
-  double stiff_factor = 1;          ///< how many times stiffer
-  double total_mass = 0;            ///< shared evenly by all particles, fixed ones too [kg]; 0: not given
-  double particle_mass = 0;         ///< of each particle [kg]; 0: from the total mass, else 1
-  double radius = 0;                ///< of each particle [m]; 0: not given
-  std::vector<double> stiffness{1000.0};  ///< hooke [N/m], strain [N], per neighbour class
-  std::vector<double> damping{0.0};       ///< [kg/s], per neighbour class
-  std::vector<std::string> fixed;   ///< faces: xmin, xmax, ymin, ...
+  std::vector<std::int64_t> size;             ///< particles (bcc, fcc: cubic cells of 2, 4 particles) along x[, y[, z]]
+  int dim = 0;                                ///< d; 0: the type's default
+  std::vector<double> spacing{1.0};           ///< along x[, y[, z]] [m]; bcc, fcc: edge of the cubic cell
+  int neighbors = 0;                          ///< springs of an inner particle; 0: the type's default
+  double rest_length_factor = 1;              ///< rest length = unperturbed distance times this
+  double perturbation = 0;                    ///< largest random shift of a free particle along each axis [m]
+  std::int64_t seed = 1;                      ///< of the perturbation and of the choice of stiff springs
+  std::vector<double> origin;                 ///< lower corner [m]
+  double stiff_fraction = 0;                  ///< share of springs made stiffer, 0 to 1
+  double stiff_factor = 1;                    ///< how many times stiffer
+  double total_mass = 0;                      ///< shared evenly by all particles, fixed ones too [kg]; 0: not given
+  double particle_mass = 0;                   ///< of each particle [kg]; 0: from the total mass, else 1
+  double radius = 0;                          ///< of each particle [m]; 0: not given
+  std::vector<double> stiffness{1000.0};      ///< hooke [N/m], strain [N], per neighbour class
+  std::vector<double> damping{0.0};           ///< [kg/s], per neighbour class
+  std::vector<std::string> fixed;             ///< faces: xmin, xmax, ymin, ...
   std::vector<std::int64_t> fixed_particles;  ///< 0-based rows
-  std::vector<double> velocity;           ///< uniform part u of v = u + A x, x unperturbed [m/s]
-  std::vector<double> velocity_gradient;  ///< A (d, d) row by row [1/s], or empty
+  std::vector<double> velocity;               ///< uniform part u of v = u + A x, x unperturbed [m/s]
+  std::vector<double> velocity_gradient;      ///< A (d, d) row by row [1/s], or empty
 
   /// Reads the -bs_lattice_ options; V is bs::Section or has the same readers.
   template <class V>
@@ -71,7 +71,8 @@ template <class V>
 void read_list(V& o, const char* name, const char* help, int max, std::vector<double>& list) {
   double values[9] = {};
   int count = 0;
-  for (; count < static_cast<int>(list.size()) && count < max; ++count) values[count] = list[static_cast<std::size_t>(count)];
+  for (; count < static_cast<int>(list.size()) && count < max; ++count)
+    values[count] = list[static_cast<std::size_t>(count)];
   if (o.reals(name, help, values, max, &count)) list.assign(values, values + count);
 }
 
@@ -87,7 +88,8 @@ void GeneratorSpec::options(V& o) {
   read_list(o, "-bs_lattice_spacing", "distance of neighbours along x[,y[,z]]; bcc, fcc: cell edge [m]", 3, spacing);
   if (o.integer("-bs_lattice_neighbors",
                 "springs of an inner particle (0: the type's own): square 4, 8; cloth 4, 8, 12; cubic 6, 18, 26; "
-                "bcc 8, 14; fcc 12, 18", n))
+                "bcc 8, 14; fcc 12, 18",
+                n))
     neighbors = n < 0 || n > 100 ? -1 : static_cast<int>(n);
   // 0 means not given; a 0 that was written is turned into what check() refuses.
   if (o.real("-bs_lattice_total_mass", "mass of the whole, shared evenly [kg]", total_mass) && total_mass == 0)
@@ -95,9 +97,11 @@ void GeneratorSpec::options(V& o) {
   if (o.real("-bs_lattice_particle_mass", "mass of each particle, 1 where no mass is given [kg]", particle_mass) &&
       particle_mass == 0)
     particle_mass = -1;
-  read_list(o, "-bs_lattice_stiffness",
-            "stiffness of axis, face diagonal, body diagonal springs (cloth: structural, shear, bend; bcc, fcc: nearest "
-            "first); the last repeats [N/m, strain law: N]", 3, stiffness);
+  read_list(
+      o, "-bs_lattice_stiffness",
+      "stiffness of axis, face diagonal, body diagonal springs (cloth: structural, shear, bend; bcc, fcc: nearest "
+      "first); the last repeats [N/m, strain law: N]",
+      3, stiffness);
   read_list(o, "-bs_lattice_damping", "damping of the same classes of springs [kg/s]", 3, damping);
   o.real("-bs_lattice_rest_length_factor", "rest length / unperturbed distance, >= 0", rest_length_factor);
   o.texts("-bs_lattice_fixed", "faces whose particles are fixed: xmin,xmax,ymin,ymax,zmin,zmax", fixed);

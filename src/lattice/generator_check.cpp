@@ -26,7 +26,8 @@ std::string check_number(const char* option, double value, Need need) {
   return std::string(option) + " " + short_number(value) + ": write " + words(need);
 }
 
-std::string check_list(const char* option, const std::vector<double>& list, std::size_t least, std::size_t most, Need need) {
+std::string check_list(const char* option, const std::vector<double>& list, std::size_t least, std::size_t most,
+                       Need need) {
   if (list.size() < least || list.size() > most)
     return std::string(option) + " has " + std::to_string(list.size()) + " numbers: write " +
            (least == most ? "" : std::to_string(least) + " to ") + std::to_string(most);
@@ -48,11 +49,12 @@ std::string check_size(const GeneratorSpec& spec) {
   const int axes = type_info(spec.type).axes;
   if (spec.size.empty())
     return std::string("-bs_lattice_size is missing: write how many particles along ") +
-           (axes == 1 ? "x, as in -bs_lattice_size 10" : axes == 2 ? "x,y, as in -bs_lattice_size 20,10"
-                                                                    : "x,y,z, as in -bs_lattice_size 10,10,10");
+           (axes == 1   ? "x, as in -bs_lattice_size 10"
+            : axes == 2 ? "x,y, as in -bs_lattice_size 20,10"
+                        : "x,y,z, as in -bs_lattice_size 10,10,10");
   if (static_cast<int>(spec.size.size()) > axes)
-    return "-bs_lattice_size has " + std::to_string(spec.size.size()) + " numbers: a " + name_of(spec) + " lattice takes " +
-           (axes == 1 ? "one" : "up to " + std::to_string(axes));
+    return "-bs_lattice_size has " + std::to_string(spec.size.size()) + " numbers: a " + name_of(spec) +
+           " lattice takes " + (axes == 1 ? "one" : "up to " + std::to_string(axes));
   for (const std::int64_t n : spec.size)
     if (n < 1) return "-bs_lattice_size " + std::to_string(n) + ": write whole numbers >= 1";
   // Room for 26 springs a particle.
@@ -66,7 +68,8 @@ std::string check_dim(const GeneratorSpec& spec) {
   const TypeInfo& info = type_info(spec.type);
   if (spec.dim == 0 || (spec.dim >= info.dim_min && spec.dim <= info.dim_max)) return {};
   std::string allowed = std::to_string(info.dim_min);
-  for (int d = info.dim_min + 1; d <= info.dim_max; ++d) allowed += (d == info.dim_max ? " or " : ", ") + std::to_string(d);
+  for (int d = info.dim_min + 1; d <= info.dim_max; ++d)
+    allowed += (d == info.dim_max ? " or " : ", ") + std::to_string(d);
   return std::string("-bs_lattice_dim: a ") + info.name + " lattice lives in d = " + allowed;
 }
 
@@ -107,8 +110,8 @@ std::string check_particle_data(const GeneratorSpec& spec, int dim, int axes, st
     return "-bs_lattice_particle_mass must be > 0 and finite: write the mass of each particle in kg";
   for (const std::int64_t id : spec.fixed_particles)
     if (id < 0 || id >= total)
-      return "-bs_lattice_fixed_particles " + std::to_string(id) + ": there is no such particle; write numbers from 0 to " +
-             std::to_string(total - 1);
+      return "-bs_lattice_fixed_particles " + std::to_string(id) +
+             ": there is no such particle; write numbers from 0 to " + std::to_string(total - 1);
   if (!spec.velocity_gradient.empty() && spec.velocity_gradient.size() != d * d)
     return "-bs_lattice_velocity_gradient has " + std::to_string(spec.velocity_gradient.size()) + " numbers: write " +
            std::to_string(d * d) + ", A row by row";
@@ -135,8 +138,8 @@ std::string check(const GeneratorSpec& spec) {
   if (!shape.empty()) return shape;
   if (spec.stiff_fraction > 1)
     return "-bs_lattice_stiff_fraction " + short_number(spec.stiff_fraction) + ": write a share from 0 to 1";
-  return first_of({check_perturbation(spec),
-                   check_particle_data(spec, dimension(spec), info.axes, particle_count(spec))});
+  return first_of(
+      {check_perturbation(spec), check_particle_data(spec, dimension(spec), info.axes, particle_count(spec))});
 }
 
 }  // namespace bs

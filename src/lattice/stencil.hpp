@@ -10,8 +10,8 @@ enum class LatticeType { none, chain, square, triangular, cloth, cubic, bcc, fcc
 /// What is fixed by the type's name.
 struct TypeInfo {
   const char* name;
-  int axes;                    ///< directions the lattice extends in: 1, 2, 3
-  int dim_min, dim_max;        ///< dimensions d it may live in
+  int axes;              ///< directions the lattice extends in: 1, 2, 3
+  int dim_min, dim_max;  ///< dimensions d it may live in
   int dim_default;
   std::vector<double> shells;  ///< squared distance of each neighbour class, spacing 1
   std::vector<int> neighbors;  ///< neighbours of an inner particle, up to and including that class
@@ -38,10 +38,10 @@ struct Site {
 
 /// The unit cell and the neighbours of each of its sites.
 struct Stencil {
-  int sites = 1;            ///< particles per cell
-  bool staggered = false;   ///< triangular: every second row (odd index along y) is shifted by half a spacing
+  int sites = 1;               ///< particles per cell
+  bool staggered = false;      ///< triangular: every second row (odd index along y) is shifted by half a spacing
   double edge[3] = {1, 1, 1};  ///< cell edges, spacing 1
-  std::vector<Site> kinds;  ///< `sites` of them, or 2 where staggered (even row, odd row)
+  std::vector<Site> kinds;     ///< `sites` of them, or 2 where staggered (even row, odd row)
 };
 
 /// Number of shells that make up `neighbors` neighbours; 0 where the type has no such number.

@@ -28,7 +28,8 @@ class XspParser {
     }
     if (!error_.empty()) return false;
     if (line_ == 0) return fail("the file is empty: an XSpringies scene begins with #1.0", 1);
-    if (scene_.masses.empty()) return fail("the scene has no mass: write at least one 'mass id x y vx vy mass elasticity'");
+    if (scene_.masses.empty())
+      return fail("the scene has no mass: write at least one 'mass id x y vx vy mass elasticity'");
     return true;
   }
 
@@ -38,8 +39,8 @@ class XspParser {
  private:
   struct Record {
     const char* word;
-    std::size_t least;      ///< fewest numbers
-    const char* numbers;    ///< what they are, for messages
+    std::size_t least;          ///< fewest numbers
+    const char* numbers;        ///< what they are, for messages
     void (XspParser::*take)();  ///< null: of no effect on the motion
   };
   static const Record records_[];
@@ -95,12 +96,15 @@ class XspParser {
     if (word.size() > 1 && word[0] == '+' && word[1] != '-') ++begin;
     T value{};
     const auto [end, code] = std::from_chars(begin, word.data() + word.size(), value);
-    if (code == std::errc() && end == word.data() + word.size() && std::isfinite(static_cast<double>(value))) return value;
+    if (code == std::errc() && end == word.data() + word.size() && std::isfinite(static_cast<double>(value)))
+      return value;
     fail(words_[0] + ": " + what + " is '" + printable(word) + "': write " + kind);
     return T{};
   }
   double real(std::size_t k, const char* what) { return number<double>(k, what, "a finite number"); }
-  std::int64_t integer(std::size_t k, const char* what) { return number<std::int64_t>(k, what, "a whole number of at most 18 digits"); }
+  std::int64_t integer(std::size_t k, const char* what) {
+    return number<std::int64_t>(k, what, "a whole number of at most 18 digits");
+  }
   double nonnegative(std::size_t k, const char* what) {
     const double value = real(k, what);
     if (value < 0) fail(words_[0] + ": " + what + " is " + printable(words_[k]) + ": write a number >= 0");
@@ -153,26 +157,33 @@ class XspParser {
   XspScene scene_;
 };
 
-const XspParser::Record XspParser::records_[] = {
-    {"mass", 7, "id x y vx vy mass elasticity", &XspParser::take_mass},
-    {"spng", 6, "id a b ks kd rest", &XspParser::take_spring},
-    {"frce", 2, "k on value misc", &XspParser::take_force},
-    {"cent", 1, "id", &XspParser::take_center},
-    {"visc", 1, "c", &XspParser::take_viscosity},
-    {"wall", 4, "top left right bottom", &XspParser::take_walls},
-    {"stck", 1, "s", &XspParser::take_stickiness},
-    {"step", 1, "h", &XspParser::take_step},
-    // step control and the settings of the editor
-    {"prec", 0, "", nullptr}, {"adpt", 0, "", nullptr}, {"cmas", 0, "", nullptr}, {"elas", 0, "", nullptr},
-    {"kspr", 0, "", nullptr}, {"kdmp", 0, "", nullptr}, {"fixm", 0, "", nullptr}, {"shws", 0, "", nullptr},
-    {"gsnp", 0, "", nullptr}, {nullptr, 0, nullptr, nullptr}};
+const XspParser::Record XspParser::records_[] = {{"mass", 7, "id x y vx vy mass elasticity", &XspParser::take_mass},
+                                                 {"spng", 6, "id a b ks kd rest", &XspParser::take_spring},
+                                                 {"frce", 2, "k on value misc", &XspParser::take_force},
+                                                 {"cent", 1, "id", &XspParser::take_center},
+                                                 {"visc", 1, "c", &XspParser::take_viscosity},
+                                                 {"wall", 4, "top left right bottom", &XspParser::take_walls},
+                                                 {"stck", 1, "s", &XspParser::take_stickiness},
+                                                 {"step", 1, "h", &XspParser::take_step},
+                                                 // step control and the settings of the editor
+                                                 {"prec", 0, "", nullptr},
+                                                 {"adpt", 0, "", nullptr},
+                                                 {"cmas", 0, "", nullptr},
+                                                 {"elas", 0, "", nullptr},
+                                                 {"kspr", 0, "", nullptr},
+                                                 {"kdmp", 0, "", nullptr},
+                                                 {"fixm", 0, "", nullptr},
+                                                 {"shws", 0, "", nullptr},
+                                                 {"gsnp", 0, "", nullptr},
+                                                 {nullptr, 0, nullptr, nullptr}};
 
 }  // namespace
 
 bool parse_xsp(const std::string& text, const std::string& name, double width, double height, Lattice* out,
                std::string* error) {
   if (!(width > 0 && height > 0 && std::isfinite(width) && std::isfinite(height))) {
-    *error = name + ": the window is " + short_number(width) + " x " + short_number(height) + " pixels: both must be > 0";
+    *error =
+        name + ": the window is " + short_number(width) + " x " + short_number(height) + " pixels: both must be > 0";
     return false;
   }
   XspParser parser(name);

@@ -39,8 +39,8 @@ struct Dropped {
   }
   void warn(const std::string& name, const std::string& reason, Lattice* out) const {
     if (count == 0) return;
-    out->warnings.push_back(name + ":" + std::to_string(first->line) + ": spring " + std::to_string(first->id) + " " + reason +
-                            ": dropped" +
+    out->warnings.push_back(name + ":" + std::to_string(first->line) + ": spring " + std::to_string(first->id) + " " +
+                            reason + ": dropped" +
                             (count > 1 ? ", and " + std::to_string(count - 1) + " more like it" : std::string()));
   }
 };

@@ -1,6 +1,5 @@
 // XSpringies scenes: every record, every fault, and the scenes people made where they are at hand.
 #include <catch2/catch.hpp>
-
 #include <cmath>
 #include <cstdlib>
 #include <fstream>
@@ -102,16 +101,11 @@ TEST_CASE("forces of a scene become options", "[xsp]") {
   CHECK(g[0] == Approx(9.5 * 0.5).epsilon(1e-15));  // sin 30 degrees
   CHECK(g[1] == Approx(-9.5 * std::sqrt(0.75)).epsilon(1e-15));
   o.erase("-bs_gravity");
-  const std::map<std::string, std::string> rest = {{"-bs_viscosity", "0.25"},
-                                                   {"-bs_center_of_mass", "5"},
-                                                   {"-bs_center_of_mass_damping", "2"},
-                                                   {"-bs_attraction", "100"},
-                                                   {"-bs_attraction_exponent", "0.5"},
-                                                   {"-bs_center_particle", "1"},
-                                                   {"-bs_walls", "10000"},
-                                                   {"-bs_walls_exponent", "1"},
-                                                   {"-bs_walls_sides", "1,0,0,1"},
-                                                   {"-bs_walls_box", "0,642,0,550"}};
+  const std::map<std::string, std::string> rest = {
+      {"-bs_viscosity", "0.25"},       {"-bs_center_of_mass", "5"},        {"-bs_center_of_mass_damping", "2"},
+      {"-bs_attraction", "100"},       {"-bs_attraction_exponent", "0.5"}, {"-bs_center_particle", "1"},
+      {"-bs_walls", "10000"},          {"-bs_walls_exponent", "1"},        {"-bs_walls_sides", "1,0,0,1"},
+      {"-bs_walls_box", "0,642,0,550"}};
   CHECK(numbers(o["-ts_dt"]) == std::vector<double>{0.02});
   o.erase("-ts_dt");
   CHECK(o == rest);
@@ -161,10 +155,12 @@ TEST_CASE("faults of a scene name the line and the remedy", "[xsp]") {
   const std::string head = "#1.0\nmass 1 1 1 0 0 1 1\n";
   const std::vector<Row> rows = {
       {"", "scene.xsp:1: the file is empty"},
-      {"mass 1 1 1 0 0 1 1\n", "scene.xsp:1: the file begins with 'mass 1 1 1 0 0 1 1': an XSpringies scene begins with #1.0"},
+      {"mass 1 1 1 0 0 1 1\n",
+       "scene.xsp:1: the file begins with 'mass 1 1 1 0 0 1 1': an XSpringies scene begins with #1.0"},
       {"\x89HDF\r\n", "scene.xsp:1: the file begins with '?HDF?'"},
       {"#1.0\ncent -1\n", "scene.xsp:2: the scene has no mass"},
-      {head + "mass 2 1 1 0 0 1\n", "scene.xsp:3: mass has 6 of its 7 numbers: write 'mass id x y vx vy mass elasticity'"},
+      {head + "mass 2 1 1 0 0 1\n",
+       "scene.xsp:3: mass has 6 of its 7 numbers: write 'mass id x y vx vy mass elasticity'"},
       {head + "mass", "scene.xsp:3: mass has 0 of its 7"},
       {head + "mass 1 2 2 0 0 1 1\n", "scene.xsp:3: mass 1 was given on line 2 already: write another id"},
       {head + "mass 1.5 2 2 0 0 1 1\n", "scene.xsp:3: mass: id is '1.5': write a whole number"},
@@ -254,8 +250,10 @@ TEST_CASE("the net of our own", "[xsp]") {
     if (l.fixed[p]) fixed.push_back(static_cast<std::int64_t>(p));
   CHECK(fixed == std::vector<std::int64_t>{0, 11});
   for (std::size_t s = 0; s < l.rest_length.size(); ++s) {
-    const std::size_t i = static_cast<std::size_t>(2 * l.pairs[2 * s]), j = static_cast<std::size_t>(2 * l.pairs[2 * s + 1]);
-    REQUIRE(std::hypot(l.position[i] - l.position[j], l.position[i + 1] - l.position[j + 1]) == Approx(l.rest_length[s]));
+    const std::size_t i = static_cast<std::size_t>(2 * l.pairs[2 * s]),
+                      j = static_cast<std::size_t>(2 * l.pairs[2 * s + 1]);
+    REQUIRE(std::hypot(l.position[i] - l.position[j], l.position[i + 1] - l.position[j + 1]) ==
+            Approx(l.rest_length[s]));
   }
   auto o = options_of(l);
   CHECK(o["-bs_gravity"] == "0,-10");
@@ -314,7 +312,8 @@ TEST_CASE("scenes that people made", "[xsp]") {
     std::int64_t fixed_read = 0;
     double mass_read = 0, stiffness_read = 0, rest_read = 0;
     for (std::size_t p = 0; p < l.mass.size(); ++p) fixed_read += l.fixed[p], mass_read += l.mass[p];
-    for (std::size_t s = 0; s < l.stiffness.size(); ++s) stiffness_read += l.stiffness[s], rest_read += l.rest_length[s];
+    for (std::size_t s = 0; s < l.stiffness.size(); ++s)
+      stiffness_read += l.stiffness[s], rest_read += l.rest_length[s];
     CHECK(fixed_read == fixed);
     CHECK(mass_read == Approx(mass).epsilon(1e-13));
     CHECK(stiffness_read == Approx(stiffness).epsilon(1e-13));

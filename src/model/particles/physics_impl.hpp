@@ -169,7 +169,7 @@ class PhysicsOf final : public Physics {
           D[k] = -D[k];
         }
       } else {
-        coupling.add_cross<d>(links.other[e], point, K, D);
+        coupling.add_cross<d>(i, links.other[e], point, K, D);
       }
       if (pattern_.slot(e) >= 0) subtract(panel, width, pattern_.slot(e), K, D);
     }

@@ -1,0 +1,106 @@
+"""Meshes as points and edges: what a lattice of springs is made of."""
+import contextlib
+import io
+import os
+
+import numpy as np
+
+from backspring_io import RunError
+
+# Edges of an element by its corner and mid-edge nodes; a mid-edge node splits the edge into two springs.
+LINE = [(0, 1)]
+TRIANGLE = [(0, 1), (1, 2), (2, 0)]
+QUAD = [(0, 1), (1, 2), (2, 3), (3, 0)]
+TETRA = [(0, 1), (1, 2), (2, 0), (0, 3), (1, 3), (2, 3)]
+HEXA = QUAD + [(4, 5), (5, 6), (6, 7), (7, 4), (0, 4), (1, 5), (2, 6), (3, 7)]
+WEDGE = [(0, 1), (1, 2), (2, 0), (3, 4), (4, 5), (5, 3), (0, 3), (1, 4), (2, 5)]
+PYRAMID = QUAD + [(0, 4), (1, 4), (2, 4), (3, 4)]
+
+
+def split(edges, corners):
+    """Edges of the quadratic element whose mid-edge nodes follow the corners in the order of `edges`."""
+    return [half for k, (a, b) in enumerate(edges) for half in ((a, corners + k), (corners + k, b))]
+
+
+EDGES = {"line": LINE, "triangle": TRIANGLE, "quad": QUAD, "tetra": TETRA, "hexahedron": HEXA, "wedge": WEDGE,
+         "pyramid": PYRAMID, "line3": split(LINE, 2), "triangle6": split(TRIANGLE, 3), "quad8": split(QUAD, 4),
+         "tetra10": split(TETRA, 4), "hexahedron20": split(HEXA, 8)}
+
+
+def unique_edges(blocks):
+    """Sorted unique pairs (M, 2) of [(element type, nodes (n, k))]; elements of vertices have none."""
+    found = [np.zeros((0, 2), dtype=np.int64)]
+    for kind, nodes in blocks:
+        if kind == "vertex":
+            continue
+        if kind in ("polygon", "polyline"):
+            for ring in nodes:
+                ring = np.asarray(ring, dtype=np.int64)
+                ends = np.roll(ring, -1) if kind == "polygon" else ring[1:]
+                found.append(np.stack([ring[:len(ends)], ends], axis=1))
+            continue
+        if kind not in EDGES:
+            raise RunError(f"elements of type {kind} are not supported; there are {', '.join(EDGES)}, polygon")
+        nodes = np.asarray(nodes, dtype=np.int64)
+        found += [nodes[:, edge] for edge in EDGES[kind]]
+    pairs = np.sort(np.concatenate(found), axis=1)
+    return np.unique(pairs[pairs[:, 0] != pairs[:, 1]], axis=0)
+
+
+def read_mesh(path):
+    """Points (N, 3) and unique edges (M, 2) of a mesh."""
+    if path.lower().endswith(".obj"):
+        points, blocks = _read_obj(path)
+    else:
+        points, blocks = _read_meshio(path)
+    points = np.asarray(points, dtype=float)
+    if points.ndim != 2 or not len(points):
+        raise RunError(f"{path}: holds no points")
+    if points.shape[1] < 3:
+        points = np.pad(points, ((0, 0), (0, 3 - points.shape[1])))
+    if not np.isfinite(points).all():
+        raise RunError(f"{path}: point {int(np.argmin(np.isfinite(points).all(axis=1)))} is not finite")
+    try:
+        pairs = unique_edges(blocks)
+    except RunError as error:
+        raise RunError(f"{path}: {error}") from None
+    if not len(pairs):
+        raise RunError(f"{path}: holds no elements with edges, so there are no springs")
+    if pairs.min() < 0 or pairs.max() >= len(points):
+        raise RunError(f"{path}: an element names point {pairs.max() if pairs.min() >= 0 else pairs.min()} of {len(points)}")
+    return points[:, :3], pairs
+
+
+def _read_meshio(path):
+    import meshio
+    said = io.StringIO()
+    try:  # meshio prints its complaints, and ends the process over some of them
+        with contextlib.redirect_stdout(said), contextlib.redirect_stderr(said):
+            mesh = meshio.read(path)
+    except (SystemExit, Exception) as error:
+        reason = str(error) if not isinstance(error, SystemExit) else ""
+        reason = (reason or said.getvalue()).strip().splitlines() or [type(error).__name__]
+        raise RunError(f"{path}: not readable as a {os.path.splitext(path)[1]} mesh ({reason[0][:120]})") from None
+    return mesh.points, [(block.type, block.data) for block in mesh.cells]
+
+
+def _read_obj(path):
+    """Wavefront OBJ: v, f (polygons) and l (polylines); numbers may count from the end."""
+    points, blocks = [], {"polygon": [], "polyline": []}
+    with open(path, encoding="utf-8", errors="replace") as file:
+        for number, line in enumerate(file, 1):
+            words = line.split()
+            try:
+                if words[:1] == ["v"]:
+                    points.append([float(w) for w in words[1:4]])
+                    if len(points[-1]) != 3:
+                        raise ValueError
+                elif words[:1] in (["f"], ["l"]):
+                    index = [int(w.split("/")[0]) for w in words[1:]]
+                    if len(index) < 2 or 0 in index:
+                        raise ValueError
+                    blocks["polygon" if words[0] == "f" else "polyline"].append(
+                        [i - 1 if i > 0 else len(points) + i for i in index])
+            except ValueError:
+                raise RunError(f"{path}:{number}: cannot read '{line.strip()[:60]}'") from None
+    return points, list(blocks.items())

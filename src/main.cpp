@@ -1,0 +1,53 @@
+// backspring: implicit time stepping of mass-spring systems on PETSc.
+#include <petscts.h>
+#include <cstdio>
+#include <cstdlib>
+#include <cstring>
+#include <memory>
+#include "base/fault.hpp"
+#include "base/options.hpp"
+#include "model/create.hpp"
+#include "solve/run.hpp"
+#include "solve/stepper.hpp"
+#include "solve/symplectic.hpp"
+
+namespace {
+
+const char HELP[] =
+    "backspring: mass-spring systems M x'' = f(t, x, x') by any PETSc time stepper.\n"
+    "  mpirun -n 2 backspring -options_file options/problems/cloth.yaml [any -bs_ -ts_ -snes_ -ksp_ -pc_ option]\n"
+    "Exit codes: 0 done, 2 bad input or options, 3 solve failed, 4 output failed, 130/143 stopped by a signal.\n\n";
+
+PetscErrorCode run_program(int* exit_code) {
+  PetscFunctionBegin;
+  std::unique_ptr<bs::Model> model;
+  PetscCall(bs::register_symplectic());
+  PetscCall(bs::create_model(PETSC_COMM_WORLD, &model));
+  PetscCall(bs::run_model(*model, exit_code));
+  PetscFunctionReturn(0);
+}
+
+bool asks_version(int argc, char** argv) {
+  for (int k = 1; k < argc; ++k)
+    if (std::strcmp(argv[k], "-bs_version") == 0) return true;
+  return false;
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  // PTScotch's threads make partitions differ from run to run
+  setenv("SCOTCH_PTHREAD_NUMBER", "1", 0);
+  if (asks_version(argc, argv)) {
+    std::printf("backspring %s (PETSc %d.%d.%d)\n", BS_VERSION, PETSC_VERSION_MAJOR, PETSC_VERSION_MINOR, PETSC_VERSION_SUBMINOR);
+    return 0;
+  }
+  int exit_code = 0;
+  if (PetscInitialize(&argc, &argv, nullptr, HELP)) return static_cast<int>(bs::Exit::input);
+  PetscErrorCode status = bs::install_error_handler();
+  bs::catch_signals();
+  if (!status) status = run_program(&exit_code);
+  const int failed = bs::finish(status);
+  if (PetscFinalize() && !failed) return static_cast<int>(bs::Exit::io);
+  return failed ? failed : exit_code;
+}

@@ -1,0 +1,259 @@
+#include "solve/run.hpp"
+#include <chrono>
+#include <memory>
+#include "base/fault.hpp"
+#include "base/options.hpp"
+#include "output/progress.hpp"
+#include "output/report.hpp"
+#include "output/trajectory.hpp"
+#include "solve/stepper.hpp"
+#include "solve/ts_setup.hpp"
+
+namespace bs {
+namespace {
+
+struct RunOptions {
+  TrajectoryOptions trajectory;
+  StepOptions step;
+  std::string report;
+  double progress_interval = 5;
+};
+
+PetscErrorCode read_options(MPI_Comm comm, RunOptions* out) {
+  PetscFunctionBegin;
+  PetscCall(read_section(comm, "Output", [&](Section& o) {
+    std::int64_t pad = 0;
+    int units = 0;
+    o.text("-bs_output", "trajectory file to write (HDF5, H5MD 1.1), e.g. run.h5md", out->trajectory.file);
+    o.real("-bs_output_interval", "simulated time between frames [s]; each is hit exactly; 0: first and last only",
+           out->step.output_interval, Range::nonnegative);
+    o.integer("-bs_output_pad", "components written per particle: 3 adds zeros to a plane system for readers that need them; "
+              "0: the system's own", pad, Range::nonnegative);
+    o.choice("-bs_output_units", "unit attributes in the trajectory: none or SI", {"none", "SI"}, units);
+    o.flag("-bs_overwrite", "replace the trajectory file if it exists", out->trajectory.overwrite);
+    o.text("-bs_report", "JSON file for the closing report", out->report);
+    o.real("-bs_progress_interval", "seconds of wall clock between progress lines where output is no terminal; 0: every "
+           "step, negative: none [s]", out->progress_interval);
+    out->trajectory.pad = static_cast<int>(pad);
+    out->trajectory.units = units == 1;
+    if (pad != 0 && pad != 3) o.fail("option -bs_output_pad: give 3 or 0");
+  }));
+  PetscCall(read_section(comm, "Stepping", [&](Section& o) {
+    o.real("-bs_step_cut", "factor on the step after a failed solve, between 0 and 1", out->step.cut, Range::positive);
+    o.integer("-bs_step_grow_after", "good steps before a cut step grows back toward -ts_dt", out->step.grow_after, Range::positive);
+    if (out->step.cut >= 1) o.fail("option -bs_step_cut: give a number between 0 and 1, e.g. 0.25");
+  }));
+  PetscFunctionReturn(0);
+}
+
+/// The run's moving parts, tied together by the stepper's callbacks.
+class Run {
+ public:
+  Run(Model& model, const RunOptions& options)
+      : model_(model), options_(options), progress_(model.comm(), options.progress_interval) {}
+  PetscErrorCode set_up();
+  PetscErrorCode advance(int* exit_code);
+
+ private:
+  PetscErrorCode on_step(const StepRecord& record, Vec y);
+  PetscErrorCode on_frame(PetscInt step, double time, Vec y);
+  PetscErrorCode conclude(TSConvergedReason reason, int* exit_code);
+  PetscErrorCode report(const std::string& outcome, const std::string& why);
+  PetscErrorCode explain(TSConvergedReason reason, std::string* text);
+  std::vector<std::string> closing_lines() const;
+
+  Model& model_;
+  RunOptions options_;
+  Progress progress_;
+  TSContext context_;
+  TSHandle ts_;
+  std::unique_ptr<Stepper> stepper_;
+  std::unique_ptr<Trajectory> trajectory_;
+  std::vector<Observable> first_, last_;
+  double end_ = 0;
+  PetscLogDouble begun_ = 0;
+};
+
+double total_energy(const std::vector<Observable>& observables) {
+  for (const Observable& o : observables)
+    if (o.name == "total_energy") return o.value[0];
+  return NAN;
+}
+
+PetscErrorCode Run::set_up() {
+  PetscFunctionBegin;
+  PetscCall(create_ts(model_, &context_, &ts_));
+  PetscCall(TSGetMaxTime(ts_, &end_));
+  stepper_ = std::make_unique<Stepper>(
+      model_, options_.step, [this](const StepRecord& r, Vec y) { return on_step(r, y); },
+      [this](PetscInt step, double time, Vec y) { return on_frame(step, time, y); });
+  PetscCall(stepper_->attach(ts_));
+  PetscCall(model_.covers(end_));
+  PetscCall(reject_unknown_options(model_.comm()));
+  PetscBool help = PETSC_FALSE;
+  PetscCall(PetscOptionsHasName(nullptr, nullptr, "-help", &help));
+  if (help) PetscFunctionReturn(0);
+  std::vector<std::string> lines = model_.describe();
+  std::string solver;
+  PetscCall(describe_solver(ts_, context_, &solver));
+  lines.push_back("solver: " + solver);
+  PetscMPIInt size;
+  PetscCallMPI(MPI_Comm_size(model_.comm(), &size));
+  progress_.header(lines, size);
+  PetscCall(warn_unused_options(ts_, context_));
+  if (!options_.trajectory.file.empty()) {
+    std::vector<Dataset> constants;
+    PetscCall(model_.constants(&constants));
+    PetscCall(Trajectory::create(model_.comm(), options_.trajectory, model_.dim(), constants, &trajectory_));
+  }
+  PetscFunctionReturn(0);
+}
+
+PetscErrorCode Run::on_step(const StepRecord& record, Vec y) {
+  PetscFunctionBegin;
+  if (trajectory_) trajectory_->log_step(record);
+  if (progress_.due(record.time)) {
+    PetscCall(model_.observe(record.time, y, &last_));
+    const RunCounts& c = stepper_->counts();
+    progress_.line({record.time, end_, record.step, c.newton, c.krylov, c.rejected, total_energy(last_)});
+  }
+  PetscFunctionReturn(0);
+}
+
+PetscErrorCode Run::on_frame(PetscInt step, double time, Vec y) {
+  PetscFunctionBegin;
+  PetscCall(model_.observe(time, y, &last_));
+  if (first_.empty()) first_ = last_;
+  if (trajectory_) {
+    std::vector<Field> fields;
+    PetscCall(model_.fields(time, y, &fields));
+    set_phase(Exit::io);
+    PetscCall(trajectory_->write_frame(step, time, fields, last_));
+    set_phase(Exit::solve);
+  }
+  PetscFunctionReturn(0);
+}
+
+PetscErrorCode Run::advance(int* exit_code) {
+  Vec y;
+  PetscReal start;
+  PetscInt first_step;
+  TSConvergedReason reason;
+  PetscFunctionBegin;
+  *exit_code = 0;
+  PetscBool help = PETSC_FALSE;
+  PetscCall(PetscOptionsHasName(nullptr, nullptr, "-help", &help));
+  if (help) PetscFunctionReturn(0);
+  PetscCall(PetscTime(&begun_));
+  PetscCall(TSGetSolution(ts_, &y));
+  PetscCall(TSGetTime(ts_, &start));
+  PetscCall(TSGetStepNumber(ts_, &first_step));
+  set_phase(Exit::solve);
+  PetscCall(on_frame(first_step, start, y));
+  PetscCall(TSSolve(ts_, nullptr));
+  PetscCall(TSGetConvergedReason(ts_, &reason));
+  // what came after the last output time is kept too
+  if (!stepper_->framed()) PetscCall(on_frame(stepper_->counts().steps, stepper_->good_time(), y));
+  PetscCall(conclude(reason, exit_code));
+  PetscFunctionReturn(0);
+}
+
+/// Why the solver gave up, in the user's words, and what to try.
+PetscErrorCode Run::explain(TSConvergedReason reason, std::string* text) {
+  PetscFunctionBegin;
+  std::string fault;
+  PetscCall(model_.last_fault(&fault));
+  const double t = stepper_->good_time();
+  PetscReal h;
+  PetscCall(TSGetTimeStep(ts_, &h));
+  if (!stepper_->trouble().empty() || !context_.implicit) {
+    *text = format("the step after t = %g s gave no finite state", t);
+    if (!fault.empty()) *text += ": " + fault;
+    else *text += format(": try -ts_dt below %g, or an implicit -ts_type such as beuler", h);
+    PetscFunctionReturn(0);
+  }
+  SNES snes;
+  SNESConvergedReason snes_reason;
+  PetscCall(TSGetSNES(ts_, &snes));
+  PetscCall(SNESGetConvergedReason(snes, &snes_reason));
+  *text = format("no step after t = %g s converged down to h = %g s (Newton: %s; TS: %s)", t, h,
+                 SNESConvergedReasons[snes_reason], TSConvergedReasons[reason]);
+  if (!fault.empty()) *text += "; " + fault;
+  *text += ": try a smaller -ts_dt, -snes_linesearch_type cp or a tighter -ksp_rtol; -snes_monitor -ksp_converged_reason show more";
+  PetscFunctionReturn(0);
+}
+
+PetscErrorCode Run::report(const std::string& outcome, const std::string& why) {
+  const RunCounts& c = stepper_->counts();
+  PetscLogDouble now;
+  PetscMPIInt size;
+  PetscFunctionBegin;
+  PetscCall(PetscTime(&now));
+  PetscCallMPI(MPI_Comm_size(model_.comm(), &size));
+  const Summary summary{outcome, why, stepper_->good_time(), c.steps, c.rejected, c.newton, c.krylov, now - begun_};
+  if (!options_.report.empty()) {
+    Report report;
+    report.add("outcome", outcome);
+    report.add("reason", why);
+    report.add("model", std::string(model_.name()));
+    report.add("ranks", static_cast<std::int64_t>(size));
+    report.add("t", summary.time);
+    report.add("steps", static_cast<std::int64_t>(c.steps));
+    report.add("shortened_steps", static_cast<std::int64_t>(c.shortened));
+    report.add("rejected", static_cast<std::int64_t>(c.rejected));
+    report.add("newton", static_cast<std::int64_t>(c.newton));
+    report.add("krylov", static_cast<std::int64_t>(c.krylov));
+    report.add("wall", summary.wall);
+    report.add("frames", trajectory_ ? trajectory_->frames() : 0);
+    for (const Observable& o : first_) report.add("first_" + o.name, o.value);
+    for (const Observable& o : last_) report.add("last_" + o.name, o.value);
+    PetscCall(report.write(model_.comm(), options_.report));
+  }
+  progress_.summary(summary, closing_lines());
+  PetscFunctionReturn(0);
+}
+
+std::vector<std::string> Run::closing_lines() const {
+  std::vector<std::string> lines;
+  const RunCounts& c = stepper_->counts();
+  const double before = total_energy(first_), after = total_energy(last_);
+  if (std::isfinite(before)) lines.push_back(format("total energy %.6g J -> %.6g J", before, after));
+  if (c.shortened) lines.push_back(format("%lld steps shortened to hit output times", static_cast<long long>(c.shortened)));
+  if (c.rejected) lines.push_back(format("%lld attempts rejected and repeated with a smaller step", static_cast<long long>(c.rejected)));
+  if (trajectory_) lines.push_back(format("%lld frames in %s", static_cast<long long>(trajectory_->frames()),
+                                          options_.trajectory.file.c_str()));
+  std::vector<std::string> unused;
+  if (!unused_options(&unused))
+    for (const std::string& name : unused) lines.push_back("option " + name + " was never used");
+  return lines;
+}
+
+PetscErrorCode Run::conclude(TSConvergedReason reason, int* exit_code) {
+  PetscFunctionBegin;
+  std::string why;
+  const bool failed = reason < 0;
+  if (failed) PetscCall(explain(reason, &why));
+  else if (stepper_->signal()) why = format("stopped by signal %d", stepper_->signal());
+  if (trajectory_) {
+    set_phase(Exit::io);
+    PetscCall(trajectory_->close());
+  }
+  PetscCall(report(failed ? "failed" : stepper_->signal() ? "stopped" : "ok", why));
+  if (failed) PetscCall(tell(model_.comm(), Exit::solve, why));
+  if (stepper_->signal()) *exit_code = 128 + stepper_->signal();
+  PetscFunctionReturn(0);
+}
+
+}  // namespace
+
+PetscErrorCode run_model(Model& model, int* exit_code) {
+  RunOptions options;
+  PetscFunctionBegin;
+  PetscCall(read_options(model.comm(), &options));
+  Run run(model, options);
+  PetscCall(run.set_up());
+  PetscCall(run.advance(exit_code));
+  PetscFunctionReturn(0);
+}
+
+}  // namespace bs
