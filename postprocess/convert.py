@@ -86,7 +86,7 @@ def check_springs(path, position, pairs, rest_length):
     if len(itself):
         raise RunError(f"{path}: spring {itself[0]} joins point {pairs[itself[0], 0]} to itself")
     length = np.sqrt(((position[pairs[:, 1]] - position[pairs[:, 0]]) ** 2).sum(axis=1))
-    none = np.flatnonzero((length == 0) & (np.ones(len(pairs)) if rest_length is None else rest_length > 0))
+    none = np.flatnonzero((length == 0) & (True if rest_length is None else rest_length > 0))
     if len(none):
         raise RunError(f"{path}: points {pairs[none[0], 0]} and {pairs[none[0], 1]} lie at one place; use --merge 1e-6")
 

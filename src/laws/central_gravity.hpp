@@ -1,5 +1,6 @@
 // Gravity of a point mass that does not move.
 #pragma once
+#include <cmath>
 #include <string>
 
 #include "laws/law_options.hpp"
@@ -19,8 +20,10 @@ struct CentralGravity {
   template <class V>
   void options(V& o) {
     using Range = RangeOf<V>;
-    const bool constant = o.real("-bs_central_G", "constant of gravitation G, >= 0 [m^3/(kg s^2)]", G, Range::nonnegative);
-    const bool mass = o.real("-bs_central_M0", "mass M0 that attracts every particle, >= 0, 0: none [kg]", M0, Range::nonnegative);
+    const bool constant =
+        o.real("-bs_central_G", "constant of gravitation G, >= 0 [m^3/(kg s^2)]", G, Range::nonnegative);
+    const bool mass =
+        o.real("-bs_central_M0", "mass M0 that attracts every particle, >= 0, 0: none [kg]", M0, Range::nonnegative);
     const bool point = read_vector(o, "-bs_central_point", "place x,y[,z] of the mass M0, any [m]", x0, components);
     if (constant) require(o, mass, "-bs_central_G", "-bs_central_M0");
     if (point) require(o, mass, "-bs_central_point", "-bs_central_M0");
@@ -39,8 +42,8 @@ struct CentralGravity {
   bool force(const Point<d>& p, double* f) const noexcept {
     double r[d];
     const double l = distance<d>(p, r);
-    if (!(l > 0)) return false;
     const double q = G * M0 * p.m / (l * l * l);
+    if (!std::isfinite(q)) return false;
     for (int i = 0; i < d; ++i) f[i] -= q * r[i];
     return true;
   }
@@ -49,8 +52,8 @@ struct CentralGravity {
   void dfdx(const Point<d>& p, double* K) const noexcept {
     double r[d];
     const double l = distance<d>(p, r);
-    if (!(l > 0)) return;
     const double q = G * M0 * p.m / (l * l * l);
+    if (!std::isfinite(q)) return;
     for (int i = 0; i < d; ++i) r[i] /= l;
     add_tensor<d>(-q, 3 * q, r, K);
   }

@@ -19,6 +19,12 @@ inline std::string vector_text(const double* values, int count) {
   return text + ")";
 }
 
+/// ", fluid at (1, 0) m/s", or nothing where the fluid is at rest.
+inline std::string fluid_text(const double (&velocity)[3], int count) {
+  if (velocity[0] == 0 && velocity[1] == 0 && velocity[2] == 0) return {};
+  return ", fluid at " + vector_text(velocity, count) + " m/s";
+}
+
 /// Up to three components; those left out are 0. `count` becomes how many were given. Returns whether it was present.
 template <class V>
 bool read_vector(V& o, const char* name, const char* help, double (&values)[3], int& count) {

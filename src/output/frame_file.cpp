@@ -31,12 +31,12 @@ PetscErrorCode Trajectory::Impl::open() {
 }
 
 PetscErrorCode Trajectory::Impl::create_log() {
-  static const char* const names[] = {"step", "time", "dt", "newton", "krylov", "rejected"};
+  static const char* const entries[] = {"step", "time", "dt", "newton", "krylov", "rejected"};
   H5 group;
 
   PetscFunctionBegin;
   PetscCall(open_group(file, "/backspring/log", &group));
-  for (const char* name : names) {
+  for (const char* name : entries) {
     const bool real = std::string(name) == "time" || std::string(name) == "dt";
     log.emplace_back();
     PetscCall(log.back().create(comm, file, std::string("/backspring/log/") + name, !real, 0, log_chunk));

@@ -92,9 +92,9 @@ PetscErrorCode Trajectory::write_frame(std::int64_t step, double time, const std
   PetscErrorCode code;
 
   PetscFunctionBegin;
+  PetscCheck(impl_->viewer && impl_->usable, PETSC_COMM_SELF, PETSC_ERR_ORDER, "the file is closed");
   const IoWatch watch(format("cannot write frame %lld to %s", (long long)impl_->frames, impl_->options.file.c_str()),
                       ": earlier frames are intact");
-  PetscCheck(impl_->viewer && impl_->usable, PETSC_COMM_SELF, PETSC_ERR_ORDER, "the file is closed");
   code = impl_->frame_bytes(fields, observables, &bytes);
   if (!code) code = reserve_space(impl_->comm, impl_->options.file, bytes, &full);
   if (!code && !full.empty()) code = tell(impl_->comm, Exit::io, watch.sentence(full));

@@ -27,13 +27,14 @@ struct StepRecord {
 class Trajectory {
  public:
   /// Collective. Creates the file: /h5md, /particles/trajectory/box (dimension = dim, boundary none),
-  /// constants, /parameters. `dim` is the space dimension, 0 for models without particles.
+  /// constants, /parameters. `dim` is the space dimension, 0 for models without particles (no /particles then).
+  /// An empty options.file makes *out null and no file.
   static PetscErrorCode create(MPI_Comm comm, const TrajectoryOptions& options, int dim,
                                const std::vector<Dataset>& constants, std::unique_ptr<Trajectory>* out);
   /// Collective. Appends one frame; the first one fixes the set of fields and observables.
   PetscErrorCode write_frame(std::int64_t step, double time, const std::vector<Field>& fields,
                              const std::vector<Observable>& observables);
-  /// Not collective: buffered, and written with the next frame or flush.
+  /// Not collective: buffered (what rank 0 says), and written with the next frame or flush.
   void log_step(const StepRecord& record);
   /// Collective. Writes what is buffered.
   PetscErrorCode flush();

@@ -52,7 +52,7 @@ def method_options(method, h, steps, ranks=1):
 
 def direct(ranks=1):
     """Newton to rounding level on a direct solve."""
-    options = {"snes_rtol": NEWTON_RTOL, "snes_atol": 0, "snes_stol": 1e-15, "ksp_type": "preonly", "pc_type": "lu"}
+    options = {"snes_rtol": NEWTON_RTOL, "ksp_type": "preonly", "pc_type": "lu"}
     if ranks > 1:
         options["pc_factor_mat_solver_type"] = "mumps"
     return options

@@ -28,18 +28,12 @@ PetscErrorCode ParticleModel::create(MPI_Comm comm, Lattice&& lattice, std::uniq
   PetscFunctionReturn(0);
 }
 
-PetscErrorCode ParticleModel::read_laws(const Lattice& lattice) {
+PetscErrorCode ParticleModel::read_laws(const Lattice&) {
   PetscFunctionBegin;
   PetscCall(read_section(net_.comm, "Forces on particles", [&](Section& o) {
     for_each_law(laws_, [&](auto& law) { law.options(o); });
   }));
   PetscCall(read_section(net_.comm, "Motion of anchor points", [&](Section& o) { motion_.options(o); }));
-  Fault fault;
-  for_each_law(laws_, [&](auto& law) {
-    const std::string text = law.check(lattice.dim);
-    if (!text.empty()) fault.note(0, text);
-  });
-  PetscCall(agree(net_.comm, fault));
   PetscFunctionReturn(0);
 }
 

@@ -1,0 +1,56 @@
+// What a person sees while the program runs. Only rank 0 prints, on stdout.
+#pragma once
+#include <petscsys.h>
+
+#include <cstdint>
+#include <limits>
+#include <string>
+#include <vector>
+
+namespace bs {
+
+/// Where the run stands; counts are totals since the start.
+struct RunState {
+  double time = 0, start = 0, end = 0;  ///< simulated [s]
+  std::int64_t steps = 0, rejected = 0, newton = 0, krylov = 0;
+  double energy = std::numeric_limits<double>::quiet_NaN();  ///< total, as last observed [J]; NaN: not shown
+};
+
+/// "0.42 s", "1 min 05 s", "3 h 07 min", "2 d 04 h" of a wall time [s].
+std::string duration(double seconds);
+
+/// Wall time left [s] if the rest of the simulated time goes as the past did in `wall` seconds; NaN if unknown.
+double time_left(const RunState& state, double wall);
+
+/// The line without "\r" or newline, e.g. "t = 0.5 s (50 %), step 100, Newton 210, Krylov 840, E = 1.25 J, 3 s left".
+std::string progress_line(const RunState& state, double wall);
+
+/// "backspring: ok t=... steps=... rejected=... newton=... krylov=... wall=..." ("failed" unless ok); wall in seconds.
+std::string verdict_line(const RunState& state, double wall, bool ok);
+
+/// True if stdout ends in a terminal. Open MPI gives rank 0 a terminal of its own whatever mpirun's output is: then
+/// mpirun's own stdout decides.
+bool stdout_is_terminal();
+
+/// Seconds between lines: negative: none; 0: every step.
+class Progress {
+ public:
+  /// Starts the clock. On a terminal the line is rewritten in place, at most ten times a second.
+  Progress(MPI_Comm comm, double interval);
+  /// Lines above everything else.
+  void header(const std::vector<std::string>& lines) const;
+  /// After every step; prints if it is time to. Costs a clock reading.
+  void update(const RunState& state);
+  /// `lines` of the summary, then the verdict line, which is printed however quiet the run is.
+  void finish(const RunState& state, bool ok, const std::vector<std::string>& lines);
+  /// Ends a line that is being rewritten, before something else is printed.
+  void break_line();
+  double wall() const;  ///< [s] since construction
+
+ private:
+  bool speaks_, terminal_;
+  double interval_, started_, last_ = 0;
+  std::size_t width_ = 0;  ///< of the line being rewritten; 0: none
+};
+
+}  // namespace bs

@@ -1,0 +1,110 @@
+#include "output/report.hpp"
+
+#include <cerrno>
+#include <cmath>
+#include <cstdio>
+#include <cstring>
+
+#include "base/fault.hpp"
+
+namespace bs {
+
+/// Length of the UTF-8 sequence that starts at `at`; 0 if there is none.
+static std::size_t utf8_length(const std::string& text, std::size_t at) {
+  const auto lead = static_cast<unsigned char>(text[at]);
+  const std::size_t length = lead < 0x80 ? 1 : lead >> 5 == 6 ? 2 : lead >> 4 == 14 ? 3 : lead >> 3 == 30 ? 4 : 0;
+  if (at + length > text.size()) return 0;
+  for (std::size_t i = 1; i < length; ++i)
+    if (static_cast<unsigned char>(text[at + i]) >> 6 != 2) return 0;
+  return length;
+}
+
+std::string json_string(const std::string& text) {
+  std::string out = "\"";
+  for (std::size_t i = 0; i < text.size();) {
+    const std::size_t length = utf8_length(text, i);
+    const char c = text[i];
+    if (length == 0) {
+      out += '?';
+    } else if (c == '"' || c == '\\') {
+      out += {'\\', c};
+    } else if (static_cast<unsigned char>(c) < 0x20) {
+      out += format("\\u%04x", static_cast<unsigned>(c));
+    } else {
+      out += text.substr(i, length);
+    }
+    i += length ? length : 1;
+  }
+  return out + "\"";
+}
+
+std::string json_number(double value) { return std::isfinite(value) ? format("%.17g", value) : "null"; }
+
+template <class T, class Print>
+static std::string array_of(const std::vector<T>& values, Print print) {
+  std::string out = "[";
+  for (const T& value : values) out += (out.size() > 1 ? ", " : "") + print(value);
+  return out + "]";
+}
+
+void Report::put(const std::string& key, std::string json_text) {
+  for (auto& entry : entries_)
+    if (entry.first == key) {
+      entry.second = std::move(json_text);
+      return;
+    }
+  entries_.emplace_back(key, std::move(json_text));
+}
+
+void Report::set(const std::string& key, double value) { put(key, json_number(value)); }
+void Report::set(const std::string& key, std::int64_t value) { put(key, std::to_string(value)); }
+void Report::set(const std::string& key, bool value) { put(key, value ? "true" : "false"); }
+void Report::set(const std::string& key, const std::string& value) { put(key, json_string(value)); }
+void Report::set(const std::string& key, const std::vector<double>& values) { put(key, array_of(values, json_number)); }
+void Report::set(const std::string& key, const std::vector<std::string>& values) {
+  put(key, array_of(values, json_string));
+}
+
+void Report::set(const std::string& key, const Report& inner) {
+  std::string text = inner.json();
+  for (std::size_t at = text.find('\n'); at != std::string::npos; at = text.find('\n', at + 3)) text.insert(at + 1, "  ");
+  put(key, text);
+}
+
+std::string Report::json() const {
+  std::string out = "{";
+  for (const auto& entry : entries_)
+    out += (out.size() > 1 ? ",\n  " : "\n  ") + json_string(entry.first) + ": " + entry.second;
+  return out + (entries_.empty() ? "}" : "\n}");
+}
+
+/// errno of the attempt; 0 if the file is there.
+static int replace_file(const std::string& file, const std::string& text) {
+  const std::string temporary = file + ".tmp";
+  errno = 0;
+  std::FILE* handle = std::fopen(temporary.c_str(), "w");
+  if (!handle) return errno ? errno : EIO;
+  const bool written = std::fwrite(text.data(), 1, text.size(), handle) == text.size();
+  int result = written ? 0 : (errno ? errno : EIO);
+  if (std::fclose(handle) != 0 && !result) result = errno ? errno : EIO;
+  if (!result && std::rename(temporary.c_str(), file.c_str()) != 0) result = errno;
+  if (result) std::remove(temporary.c_str());
+  return result;
+}
+
+PetscErrorCode Report::write(MPI_Comm comm, const std::string& file) const {
+  PetscMPIInt rank;
+  Fault fault;
+
+  PetscFunctionBegin;
+  if (file.empty()) PetscFunctionReturn(0);
+  PetscCallMPI(MPI_Comm_rank(comm, &rank));
+  if (rank == 0) {
+    const int result = replace_file(file, json() + "\n");
+    if (result) fault.note(0, "cannot write the report " + file + ": " + std::strerror(result), Exit::io);
+  }
+  PetscCall(agree(comm, fault));
+  PetscFunctionReturn(0);
+}
+
+}  // namespace bs

@@ -1,0 +1,19 @@
+// The options of output/.
+#pragma once
+#include <string>
+
+#include "output/trajectory.hpp"
+
+namespace bs {
+
+struct OutputSettings {
+  TrajectoryOptions trajectory;
+  double interval = 0;           ///< -bs_output_interval: simulated time between frames [s]; 0: every step
+  std::string report;            ///< -bs_report: file of the closing report; empty: none
+  double progress_interval = 5;  ///< -bs_progress_interval [s]
+};
+
+/// Collective. Reads the options; tells if the report cannot be written (the trajectory is asked by its create).
+PetscErrorCode read_output_settings(MPI_Comm comm, OutputSettings* settings);
+
+}  // namespace bs
