@@ -267,18 +267,17 @@ class Run:
     def parameters(self):
         """Options in force and versions: {name without the leading dash: text}."""
         if "parameters" not in self._cache:
-            group = self._file.get("/parameters")
-            found = {} if group is None else {k.lstrip("-"): text(v) for k, v in group.attrs.items()}
-            for key, item in (group.items() if isinstance(group, h5py.Group) else ()):
-                if isinstance(item, h5py.Dataset) and item.size == 1:
-                    found.setdefault(key.lstrip("-"), text(item[()]))
+            found = {}
+            for path in ("/parameters", "/parameters/options"):
+                group = self._file.get(path)
+                found.update({} if group is None else {k.lstrip("-"): text(v) for k, v in group.attrs.items()})
             self._cache["parameters"] = found
         return self._cache["parameters"]
 
     @property
     def spring_law(self):
-        """'strain' or 'hooke'."""
-        return self.parameters.get("bs_spring_law", self.parameters.get("spring_law", "hooke"))
+        """'strain' or 'hooke'; None where the file does not say."""
+        return self.parameters.get("bs_spring_law", self.parameters.get("spring_law"))
 
     def unit(self, name):
         """The unit of a quantity: what the file says, else SI; '' for what has none."""

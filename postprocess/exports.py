@@ -1,5 +1,6 @@
 """Frames of a trajectory in the formats of other programs: extended XYZ, LAMMPS data, VTU and PVD."""
 import os
+import sys
 from pathlib import Path
 
 import numpy as np
@@ -48,6 +49,8 @@ def write_data(run, row, path):
     if len(springs) and springs.stiffness is None:
         raise RunError(f"{run.path}: holds no stiffnesses, which a LAMMPS data file needs")
     stiffness = springs.stiffness
+    if len(springs) and run.spring_law is None:
+        print(f"{run.path}: does not say which spring law, hooke is assumed", file=sys.stderr)
     if run.spring_law == "strain":  # K in newtons: the rate is K/L; a rest length of 0 has the rate itself
         stiffness = np.where(springs.rest_length > 0, stiffness / np.where(springs.rest_length > 0, springs.rest_length, 1.0), stiffness)
     velocity = padded(run.velocity(row)) if run.velocities is not None else None

@@ -7,7 +7,7 @@ from matplotlib.ticker import FuncFormatter, MaxNLocator  # noqa: E402
 from scene import Scene, sample  # noqa: E402
 
 COLORS = ["#1f5fa8", "#c8452e", "#3a8f5a", "#8a5aa8", "#c98a1b", "#4aa3b8", "#7a7a7a", "#b8477f"]
-PARTS = {"kinetic_energy": ("kinetic", (0, (4, 1.5))), "potential_energy": ("potential", (0, (1, 1.2))),
+PARTS = {"elastic_energy": ("elastic", (0, (6, 1.5, 1, 1.5))), "kinetic_energy": ("kinetic", (0, (4, 1.5))), "potential_energy": ("potential", (0, (1, 1.2))),
          "total_energy": ("total", "-")}
 DASHES = ["-", (0, (4, 1.5)), (0, (1, 1.2)), (0, (6, 1.5, 1, 1.5))]
 STYLE = {"font.size": 9, "axes.labelsize": 9, "axes.titlesize": 9, "legend.fontsize": 8, "xtick.labelsize": 8,
@@ -46,17 +46,23 @@ def tag(name, label, several):
     return f"{name}, {label}" if several else name
 
 
+def _needless(runs, run):
+    """The elastic part is drawn for a single run, where other potentials act beside it."""
+    potential, elastic = run.observables.get("potential_energy"), run.observables["elastic_energy"]
+    return len(runs) > 1 or (potential is not None and np.allclose(potential, elastic, rtol=1e-9, atol=1e-12))
+
+
 def energy(ax, runs, labels, args):
     """Energies as the program wrote them."""
     drawn = False
     for i, run in enumerate(runs):
         for k, (name, (short, dash)) in enumerate(PARTS.items()):
-            if name not in run.observables:
+            if name not in run.observables or (short == "elastic" and _needless(runs, run)):
                 continue
             drawn = True
             several = len(runs) > 1
             ax.plot(run.observable_times, run.observables[name], ls=dash, label=None if several else short,
-                    color=COLORS[(i if several else (1, 2, 0)[k]) % len(COLORS)], lw=1.6 if short == "total" else 1.1)
+                    color=COLORS[(i if several else (3, 1, 2, 0)[k]) % len(COLORS)], lw=1.6 if short == "total" else 1.1)
     if not drawn:
         return missing(ax, "energies")
     if len(runs) > 1:

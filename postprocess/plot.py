@@ -26,7 +26,7 @@ from camera import AXES  # noqa: E402
 
 ENDINGS = (".png", ".pdf", ".svg")
 COLORED_BY_RUN = ("energy", "drift", "momentum", "angular_momentum", "strain", "steps")
-NOT_SETTINGS = ("output", "report", "overwrite", "program_version", "options_file", "options_left", "log_view")
+NOT_SETTINGS = ("output", "report", "overwrite", "version", "options_file", "options_left", "log_view")
 
 
 def run_labels(runs):

@@ -1,5 +1,6 @@
 #include "output/progress.hpp"
 
+#include <sys/ioctl.h>
 #include <unistd.h>
 
 #include <algorithm>
@@ -60,6 +61,12 @@ bool stdout_is_terminal() {
   return file.rfind("/dev/pts/", 0) == 0 || file.rfind("/dev/tty", 0) == 0 || file == "/dev/console";
 }
 
+/// Columns a rewritten line may fill: a longer one would wrap and stay.
+static std::size_t terminal_width() {
+  struct winsize size;
+  return ioctl(STDOUT_FILENO, TIOCGWINSZ, &size) == 0 && size.ws_col > 1 ? size.ws_col - 1u : 79u;
+}
+
 static double now() { return MPI_Wtime(); }
 
 Progress::Progress(MPI_Comm comm, double interval) : interval_(interval), started_(now()) {
@@ -87,6 +94,7 @@ void Progress::update(const RunState& state) {
   if (!rewrite) {
     std::printf("%s\n", line.c_str());
   } else {
+    line = line.substr(0, terminal_width());
     const std::size_t width = line.size();
     if (width < width_) line.append(width_ - width, ' ');  // over the remains of a longer line
     width_ = width;

@@ -28,8 +28,8 @@ PetscErrorCode read_output_settings(MPI_Comm comm, OutputSettings* settings) {
   }));
   file.pad = static_cast<int>(pad);
   file.units = units == 1;
-  // An old report is replaced: it is the same run's, made again.
-  if (!settings->report.empty()) PetscCall(require_writable(comm, settings->report + ".tmp", "-bs_report", true));
+  // A report that exists is replaced.
+  if (!settings->report.empty()) PetscCall(require_writable(comm, settings->report, "-bs_report", true));
   PetscFunctionReturn(0);
 }
 

@@ -22,7 +22,8 @@ static std::string folder_of(const std::string& file) {
 static std::string objection(const std::string& file, const char* name, bool overwrite) {
   const std::string folder = folder_of(file);
   struct stat status;
-  if (stat(file.c_str(), &status) == 0) {
+  const bool exists = stat(file.c_str(), &status) == 0;
+  if (exists) {
     if (S_ISDIR(status.st_mode)) return file + " is a folder: give the name of a file to " + name;
     if (!overwrite) return file + " exists: give another " + name + " or add -bs_overwrite";
   } else if (stat(folder.c_str(), &status) != 0 || !S_ISDIR(status.st_mode)) {
@@ -31,6 +32,7 @@ static std::string objection(const std::string& file, const char* name, bool ove
   const int handle = open(file.c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0666);
   if (handle >= 0) {
     close(handle);
+    if (!exists) unlink(file.c_str());
     return {};
   }
   return "cannot write " + file + " into folder " + folder + ": " + std::strerror(errno) + ": give another " + name;

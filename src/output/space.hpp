@@ -8,7 +8,7 @@
 namespace bs {
 
 /// Collective. Tells (exit 2) if `file`, given by option `name`, exists and may not be overwritten, or cannot be
-/// written. Creates the file, empty, if it did not exist.
+/// written. Leaves no file behind.
 PetscErrorCode require_writable(MPI_Comm comm, const std::string& file, const char* name, bool overwrite);
 
 /// Collective. Reserves `bytes` on disk behind the end of `file` without changing its length; `reason` receives, on

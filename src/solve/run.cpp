@@ -1,11 +1,11 @@
 #include "solve/run.hpp"
-#include <chrono>
+#include <cmath>
 #include <memory>
 #include "base/fault.hpp"
 #include "base/options.hpp"
 #include "output/progress.hpp"
 #include "output/report.hpp"
-#include "output/trajectory.hpp"
+#include "output/settings.hpp"
 #include "solve/stepper.hpp"
 #include "solve/ts_setup.hpp"
 
@@ -13,31 +13,15 @@ namespace bs {
 namespace {
 
 struct RunOptions {
-  TrajectoryOptions trajectory;
+  OutputSettings output;
   StepOptions step;
-  std::string report;
-  double progress_interval = 5;
 };
 
 PetscErrorCode read_options(MPI_Comm comm, RunOptions* out) {
   PetscFunctionBegin;
-  PetscCall(read_section(comm, "Output", [&](Section& o) {
-    std::int64_t pad = 0;
-    int units = 0;
-    o.text("-bs_output", "trajectory file to write (HDF5, H5MD 1.1), e.g. run.h5md", out->trajectory.file);
-    o.real("-bs_output_interval", "simulated time between frames [s]; each is hit exactly; 0: first and last only",
-           out->step.output_interval, Range::nonnegative);
-    o.integer("-bs_output_pad", "components written per particle: 3 adds zeros to a plane system for readers that need them; "
-              "0: the system's own", pad, Range::nonnegative);
-    o.choice("-bs_output_units", "unit attributes in the trajectory: none or SI", {"none", "SI"}, units);
-    o.flag("-bs_overwrite", "replace the trajectory file if it exists", out->trajectory.overwrite);
-    o.text("-bs_report", "JSON file for the closing report", out->report);
-    o.real("-bs_progress_interval", "seconds of wall clock between progress lines where output is no terminal; 0: every "
-           "step, negative: none [s]", out->progress_interval);
-    out->trajectory.pad = static_cast<int>(pad);
-    out->trajectory.units = units == 1;
-    if (pad != 0 && pad != 3) o.fail("option -bs_output_pad: give 3 or 0");
-  }));
+  PetscCall(read_output_settings(comm, &out->output));
+  out->step.output_interval = out->output.interval;
+  out->step.every_step = out->output.interval == 0 && !out->output.trajectory.file.empty();
   PetscCall(read_section(comm, "Stepping", [&](Section& o) {
     o.real("-bs_step_cut", "factor on the step after a failed solve, between 0 and 1", out->step.cut, Range::positive);
     o.integer("-bs_step_grow_after", "good steps before a cut step grows back toward -ts_dt", out->step.grow_after, Range::positive);
@@ -50,12 +34,13 @@ PetscErrorCode read_options(MPI_Comm comm, RunOptions* out) {
 class Run {
  public:
   Run(Model& model, const RunOptions& options)
-      : model_(model), options_(options), progress_(model.comm(), options.progress_interval) {}
+      : model_(model), options_(options), progress_(model.comm(), options.output.progress_interval) {}
   PetscErrorCode set_up();
   PetscErrorCode advance(int* exit_code);
 
  private:
-  PetscErrorCode on_step(const StepRecord& record, Vec y);
+  PetscErrorCode on_step(const StepRecord& record);
+  RunState state() const;
   PetscErrorCode on_frame(PetscInt step, double time, Vec y);
   PetscErrorCode conclude(TSConvergedReason reason, int* exit_code);
   PetscErrorCode report(const std::string& outcome, const std::string& why);
@@ -70,8 +55,7 @@ class Run {
   std::unique_ptr<Stepper> stepper_;
   std::unique_ptr<Trajectory> trajectory_;
   std::vector<Observable> first_, last_;
-  double end_ = 0;
-  PetscLogDouble begun_ = 0;
+  double start_ = 0, end_ = 0;
 };
 
 double total_energy(const std::vector<Observable>& observables) {
@@ -83,9 +67,10 @@ double total_energy(const std::vector<Observable>& observables) {
 PetscErrorCode Run::set_up() {
   PetscFunctionBegin;
   PetscCall(create_ts(model_, &context_, &ts_));
+  PetscCall(TSGetTime(ts_, &start_));
   PetscCall(TSGetMaxTime(ts_, &end_));
   stepper_ = std::make_unique<Stepper>(
-      model_, options_.step, [this](const StepRecord& r, Vec y) { return on_step(r, y); },
+      model_, options_.step, [this](const StepRecord& r) { return on_step(r); },
       [this](PetscInt step, double time, Vec y) { return on_frame(step, time, y); });
   PetscCall(stepper_->attach(ts_));
   PetscCall(model_.covers(end_));
@@ -99,24 +84,26 @@ PetscErrorCode Run::set_up() {
   lines.push_back("solver: " + solver);
   PetscMPIInt size;
   PetscCallMPI(MPI_Comm_size(model_.comm(), &size));
-  progress_.header(lines, size);
+  lines.insert(lines.begin(), format("backspring %s on %d rank%s", BS_VERSION, size, size > 1 ? "s" : ""));
+  progress_.header(lines);
   PetscCall(warn_unused_options(ts_, context_));
-  if (!options_.trajectory.file.empty()) {
+  if (!options_.output.trajectory.file.empty()) {
     std::vector<Dataset> constants;
     PetscCall(model_.constants(&constants));
-    PetscCall(Trajectory::create(model_.comm(), options_.trajectory, model_.dim(), constants, &trajectory_));
+    PetscCall(Trajectory::create(model_.comm(), options_.output.trajectory, model_.dim(), constants, &trajectory_));
   }
   PetscFunctionReturn(0);
 }
 
-PetscErrorCode Run::on_step(const StepRecord& record, Vec y) {
+RunState Run::state() const {
+  const RunCounts& c = stepper_->counts();
+  return {stepper_->good_time(), start_, end_, c.steps, c.rejected, c.newton, c.krylov, total_energy(last_)};
+}
+
+PetscErrorCode Run::on_step(const StepRecord& record) {
   PetscFunctionBegin;
   if (trajectory_) trajectory_->log_step(record);
-  if (progress_.due(record.time)) {
-    PetscCall(model_.observe(record.time, y, &last_));
-    const RunCounts& c = stepper_->counts();
-    progress_.line({record.time, end_, record.step, c.newton, c.krylov, c.rejected, total_energy(last_)});
-  }
+  progress_.update(state());
   PetscFunctionReturn(0);
 }
 
@@ -136,7 +123,6 @@ PetscErrorCode Run::on_frame(PetscInt step, double time, Vec y) {
 
 PetscErrorCode Run::advance(int* exit_code) {
   Vec y;
-  PetscReal start;
   PetscInt first_step;
   TSConvergedReason reason;
   PetscFunctionBegin;
@@ -144,12 +130,10 @@ PetscErrorCode Run::advance(int* exit_code) {
   PetscBool help = PETSC_FALSE;
   PetscCall(PetscOptionsHasName(nullptr, nullptr, "-help", &help));
   if (help) PetscFunctionReturn(0);
-  PetscCall(PetscTime(&begun_));
   PetscCall(TSGetSolution(ts_, &y));
-  PetscCall(TSGetTime(ts_, &start));
   PetscCall(TSGetStepNumber(ts_, &first_step));
   set_phase(Exit::solve);
-  PetscCall(on_frame(first_step, start, y));
+  PetscCall(on_frame(first_step, start_, y));
   PetscCall(TSSolve(ts_, nullptr));
   PetscCall(TSGetConvergedReason(ts_, &reason));
   // what came after the last output time is kept too
@@ -185,31 +169,28 @@ PetscErrorCode Run::explain(TSConvergedReason reason, std::string* text) {
 
 PetscErrorCode Run::report(const std::string& outcome, const std::string& why) {
   const RunCounts& c = stepper_->counts();
-  PetscLogDouble now;
   PetscMPIInt size;
   PetscFunctionBegin;
-  PetscCall(PetscTime(&now));
   PetscCallMPI(MPI_Comm_size(model_.comm(), &size));
-  const Summary summary{outcome, why, stepper_->good_time(), c.steps, c.rejected, c.newton, c.krylov, now - begun_};
-  if (!options_.report.empty()) {
+  if (!options_.output.report.empty()) {
     Report report;
-    report.add("outcome", outcome);
-    report.add("reason", why);
-    report.add("model", std::string(model_.name()));
-    report.add("ranks", static_cast<std::int64_t>(size));
-    report.add("t", summary.time);
-    report.add("steps", static_cast<std::int64_t>(c.steps));
-    report.add("shortened_steps", static_cast<std::int64_t>(c.shortened));
-    report.add("rejected", static_cast<std::int64_t>(c.rejected));
-    report.add("newton", static_cast<std::int64_t>(c.newton));
-    report.add("krylov", static_cast<std::int64_t>(c.krylov));
-    report.add("wall", summary.wall);
-    report.add("frames", trajectory_ ? trajectory_->frames() : 0);
-    for (const Observable& o : first_) report.add("first_" + o.name, o.value);
-    for (const Observable& o : last_) report.add("last_" + o.name, o.value);
-    PetscCall(report.write(model_.comm(), options_.report));
+    report.set("outcome", outcome);
+    report.set("reason", why);
+    report.set("model", std::string(model_.name()));
+    report.set("ranks", static_cast<std::int64_t>(size));
+    report.set("t", stepper_->good_time());
+    report.set("steps", static_cast<std::int64_t>(c.steps));
+    report.set("shortened_steps", static_cast<std::int64_t>(c.shortened));
+    report.set("rejected", static_cast<std::int64_t>(c.rejected));
+    report.set("newton", static_cast<std::int64_t>(c.newton));
+    report.set("krylov", static_cast<std::int64_t>(c.krylov));
+    report.set("wall", progress_.wall());
+    report.set("frames", trajectory_ ? trajectory_->frames() : std::int64_t{0});
+    for (const Observable& o : first_) report.set("first_" + o.name, o.value);
+    for (const Observable& o : last_) report.set("last_" + o.name, o.value);
+    PetscCall(report.write(model_.comm(), options_.output.report));
   }
-  progress_.summary(summary, closing_lines());
+  progress_.finish(state(), outcome == "ok", closing_lines());
   PetscFunctionReturn(0);
 }
 
@@ -221,7 +202,7 @@ std::vector<std::string> Run::closing_lines() const {
   if (c.shortened) lines.push_back(format("%lld steps shortened to hit output times", static_cast<long long>(c.shortened)));
   if (c.rejected) lines.push_back(format("%lld attempts rejected and repeated with a smaller step", static_cast<long long>(c.rejected)));
   if (trajectory_) lines.push_back(format("%lld frames in %s", static_cast<long long>(trajectory_->frames()),
-                                          options_.trajectory.file.c_str()));
+                                          options_.output.trajectory.file.c_str()));
   std::vector<std::string> unused;
   if (!unused_options(&unused))
     for (const std::string& name : unused) lines.push_back("option " + name + " was never used");

@@ -196,18 +196,18 @@ PetscErrorCode Stepper::accept_step(TS ts) {
   PetscCall(TSSetTimeStep(ts, next));
   record.step = steps;
   record.time = time;
-  record.dt = taken;
+  record.dt = std::abs(taken - planned_) <= SAME * planned_ ? planned_ : taken;
   good_time_ = time;
   framed_ = false;
   Vec y;
   PetscCall(TSGetSolution(ts, &y));
-  PetscCall(on_step_(record, y));
+  PetscCall(on_step_(record));
   const bool finished = landed && target_ >= end_;
-  if (landed) {
+  if (landed || options_.every_step) {
     PetscCall(on_frame_(steps, time, y));
     framed_ = true;
-    ++frame_;
   }
+  if (landed) ++frame_;
   if (finished) PetscCall(TSSetConvergedReason(ts, TS_CONVERGED_TIME));
   else if (signal_) PetscCall(TSSetConvergedReason(ts, TS_CONVERGED_USER));
   PetscFunctionReturn(0);

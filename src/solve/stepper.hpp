@@ -10,7 +10,8 @@
 namespace bs {
 
 struct StepOptions {
-  double output_interval = 0;   ///< -bs_output_interval [s]; 0: frames at the start and the end only
+  double output_interval = 0;   ///< -bs_output_interval [s]; 0: no output times but the end
+  bool every_step = false;      ///< a frame after every step
   double cut = 0.25;            ///< -bs_step_cut: factor on h after a failed solve
   std::int64_t grow_after = 3;  ///< -bs_step_grow_after: good steps before h grows back
 };
@@ -23,7 +24,7 @@ struct RunCounts {
 /// Drives the steps of one TSSolve. Callbacks: on_step after every good step, on_frame when an output time is reached.
 class Stepper {
  public:
-  using OnStep = std::function<PetscErrorCode(const StepRecord&, Vec)>;
+  using OnStep = std::function<PetscErrorCode(const StepRecord&)>;
   using OnFrame = std::function<PetscErrorCode(PetscInt step, double time, Vec)>;
   Stepper(Model& model, const StepOptions& options, OnStep on_step, OnFrame on_frame);
   /// Hooks into `ts`, whose type, step and final time are set.

@@ -68,8 +68,9 @@ def write_run(path, x, v, t, pairs, mass=None, fixed=None, parameters=None, rest
                    "krylov": 20 + (7 * np.arange(n)) % 13, "rejected": (np.arange(n) % 17 == 5).astype(int)}
             for name, value in log.items():
                 f[f"backspring/log/{name}"] = value
-        options = {"ts_type": "beuler", "ts_dt": "0.01", "program_version": "0.1.0", "petsc_version": "3.18.5", "ranks": "2"}
-        f.create_group("parameters").attrs.update({k: np.bytes_(s) for k, s in {**options, **(parameters or {})}.items()})
+        f.create_group("parameters").attrs.update({"program": "backspring", "petsc_version": np.bytes_("3.18.5"), "ranks": 2})
+        options = {"ts_type": "beuler", "ts_dt": "0.01", **(parameters or {})}
+        f.create_group("parameters/options").attrs.update({k: np.bytes_(s) for k, s in options.items()})
     return path
 
 

@@ -84,7 +84,7 @@ class Reading(Case):
                 self.assertEqual(run.id.tolist(), list(range(1, 13)))
                 self.assertEqual(run.observables["momentum"].shape, (30, d) if d > 1 else (30,))
                 self.assertEqual(run.observables["angular_momentum"].shape, (30, 3))
-                self.assertEqual(run.parameters["ts_type"], "beuler")
+                self.assertEqual([run.parameters[k] for k in ("ts_type", "ranks", "program")], ["beuler", "2", "backspring"])
                 self.assertEqual(len(run.log["dt"]), 290)
 
     def test_observables_are_those_of_the_file(self):
@@ -393,7 +393,13 @@ class Converting(Case):
 
     def test_trajectory_to_lammps_and_back(self):
         path = synthetic.cube(self.path("c.h5md"), 4, frames=3)
-        self.works("convert.py", path, "-o", self.path("c.data"), "--frame", 1)
+        done = self.works("convert.py", path, "-o", self.path("c.data"), "--frame", 1)
+        self.assertIn("hooke is assumed", done.stderr)
+        strained = synthetic.cube(self.path("s.h5md"), 4, frames=3, parameters={"bs_spring_law": "strain"})
+        self.assertEqual(self.works("convert.py", strained, "-o", self.path("s.data")).stderr, "")
+        with open_run(strained) as run:  # the rate of a strain spring is K/L
+            np.testing.assert_allclose(self.lattice(self.path("s.data"))["springs/stiffness"],
+                                       run.springs.stiffness / run.springs.rest_length, rtol=1e-15)
         lattice = self.lattice(self.path("c.data"))
         with open_run(path) as run:
             np.testing.assert_array_equal(lattice["particles/position"], run.position(1))
