@@ -71,21 +71,22 @@ def energy(ax, runs, labels, args):
 
 
 def drift(ax, runs, labels, args):
-    """Change of total energy since the first frame, relative to the largest energy of the run."""
+    """Change of total energy since the first frame, relative to the energy in motion: the largest kinetic energy or the
+    range of the potential, which do not depend on where the potential is zero."""
     drawn = False
     for i, run in enumerate(runs):
         total = run.observables.get("total_energy")
         if total is None:
             continue
-        kinetic = np.abs(run.observables.get("kinetic_energy", total)).max()
-        scale = max(abs(total[0]), kinetic)
+        kinetic, potential = (run.observables.get(n) for n in ("kinetic_energy", "potential_energy"))
+        scale = max([abs(total[0])] if kinetic is None or potential is None else [kinetic.max(), np.ptp(potential)])
         if scale > 0:
             drawn = True
             ax.plot(run.observable_times, (total - total[0]) / scale, color=COLORS[i % len(COLORS)])
     if not drawn:
         return missing(ax, "total energy")
     ax.axhline(0, color="#999999", lw=0.6)
-    finish(ax, runs[0], r"$(E-E_0)\,/\,\max(|E_0|,\,E_\mathrm{kin})$")
+    finish(ax, runs[0], r"$(E-E_0)\,/\,\max(E_\mathrm{kin},\,\Delta E_\mathrm{pot})$")
 
 
 def _vector(ax, runs, labels, name, symbol):

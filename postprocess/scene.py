@@ -247,9 +247,11 @@ class Scene:
     def _draw_dots(self, ax, row, plane, depth, area):
         free = np.flatnonzero(~self.run.fixed)
         free = free[np.argsort(depth[free])]
-        color = [self.theme.particle]
-        if self.draw == "particles" and self.color != "none":
-            color = self._rgb(self._particle_values(row), self.run.particles)[free]
+        colored = self.draw == "particles" and self.color != "none"
+        color = self._rgb(self._particle_values(row), self.run.particles)[free] if colored else \
+            np.tile(to_rgb(self.theme.particle), (len(free), 1))
+        fog = self._fog(depth[free], 0.7 if self.run.dim == 3 else 0.0)[:, None]
+        color = (1 - fog) * color + fog * np.array(to_rgb(self.theme.background))
         ax._backspring.append(ax.scatter(plane[free, 0], plane[free, 1], s=area, c=color, linewidths=0, zorder=4))
 
     def _draw_surface(self, ax, row, plane, depth):

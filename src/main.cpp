@@ -1,5 +1,6 @@
 // backspring: implicit time stepping of mass-spring systems on PETSc.
 #include <petscts.h>
+#include <csignal>
 #include <cstdio>
 #include <cstdlib>
 #include <cstring>
@@ -46,6 +47,8 @@ int main(int argc, char** argv) {
   if (PetscInitialize(&argc, &argv, nullptr, HELP)) return static_cast<int>(bs::Exit::input);
   PetscErrorCode status = bs::install_error_handler();
   bs::catch_signals();
+  // a reader that hangs up (| head) is no reason for a stack trace
+  std::signal(SIGPIPE, SIG_DFL);
   if (!status) status = run_program(&exit_code);
   const int failed = bs::finish(status);
   if (PetscFinalize() && !failed) return static_cast<int>(bs::Exit::io);

@@ -41,9 +41,9 @@ int edit_distance(const std::string& a, const std::string& b) {
   return row.back();
 }
 
-std::string nearest(const std::string& word, const std::set<std::string>& names) {
+std::string nearest(const std::string& word, const std::set<std::string>& names, int most) {
   std::string best;
-  int least = std::max(2, static_cast<int>(word.size()) / 3) + 1;
+  int least = most + 1;
   for (const std::string& name : names) {
     const int distance = edit_distance(word, name);
     if (distance < least) {

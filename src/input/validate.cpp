@@ -18,7 +18,8 @@ struct Place {
   bool datasets;
 
   explicit Place(const Lattice& lattice) : source(lattice.source) {
-    datasets = source.size() > 3 && (source.rfind(".h5") == source.size() - 3 || source.rfind(".hdf5") != std::string::npos);
+    const std::size_t dot = source.rfind('.');
+    datasets = dot != std::string::npos && (source.substr(dot) == ".h5" || source.substr(dot) == ".hdf5");
   }
   std::string row(const char* what, std::int64_t number, const char* group, const char* name) const {
     std::string text = source + ": " + what + " " + std::to_string(number);
@@ -196,26 +197,31 @@ PetscErrorCode check_lengths(MPI_Comm comm, const Lattice& l, const std::vector<
   PetscFunctionReturn(0);
 }
 
-PetscErrorCode validate(MPI_Comm comm, const Lattice& lattice) {
-  std::vector<double> springs, anchors;
+/// Collective. All checks; `springs` receives the initial lengths.
+static PetscErrorCode check_all(MPI_Comm comm, const Lattice& l, std::vector<double>* springs) {
+  std::vector<double> anchors;
 
   PetscFunctionBegin;
-  PetscCall(check_sizes(comm, lattice.source, lattice.particles.total, lattice.dim, lattice.springs.total,
-                        lattice.anchors.total));
-  PetscCall(check_values(comm, lattice));
-  PetscCall(initial_lengths(comm, lattice, &springs, &anchors));
-  PetscCall(check_lengths(comm, lattice, springs, anchors));
+  PetscCall(check_sizes(comm, l.source, l.particles.total, l.dim, l.springs.total, l.anchors.total));
+  PetscCall(check_values(comm, l));
+  PetscCall(initial_lengths(comm, l, springs, &anchors));
+  PetscCall(check_lengths(comm, l, *springs, anchors));
+  PetscFunctionReturn(0);
+}
+
+PetscErrorCode validate(MPI_Comm comm, const Lattice& lattice) {
+  std::vector<double> springs;
+
+  PetscFunctionBegin;
+  PetscCall(check_all(comm, lattice, &springs));
   PetscFunctionReturn(0);
 }
 
 PetscErrorCode validate_and_fill(MPI_Comm comm, Lattice* l) {
-  std::vector<double> springs, anchors;
+  std::vector<double> springs;
 
   PetscFunctionBegin;
-  PetscCall(check_sizes(comm, l->source, l->particles.total, l->dim, l->springs.total, l->anchors.total));
-  PetscCall(check_values(comm, *l));
-  PetscCall(initial_lengths(comm, *l, &springs, &anchors));
-  PetscCall(check_lengths(comm, *l, springs, anchors));
+  PetscCall(check_all(comm, *l, &springs));
   for (std::size_t k = 0; k < springs.size(); ++k)
     if (std::isnan(l->rest_length[k])) l->rest_length[k] = springs[k];
   PetscFunctionReturn(0);

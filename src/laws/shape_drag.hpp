@@ -9,16 +9,16 @@
 
 namespace bs {
 
-/// A shape and its drag coefficient C_D, referred to the frontal area, at Re of about 1e4 to 1e6 (Hoerner, Fluid-Dynamic
-/// Drag, 1965).
+/// A shape and its measured drag coefficient C_D, referred to the frontal area and taken as constant: values in common
+/// use for high Reynolds numbers, for estimates.
 struct Shape {
   const char* name;
   double drag_coefficient;
 };
-constexpr Shape shapes[] = {{"none", 0},           {"sphere", 0.47},         {"half_sphere", 0.42},
-                            {"cone", 0.50},        {"cube", 1.05},           {"angled_cube", 0.80},
-                            {"long_cylinder", 0.82}, {"short_cylinder", 1.15}, {"streamlined_body", 0.04},
-                            {"streamlined_half_body", 0.09}};
+constexpr Shape shapes[] = {
+    {"none", 0},         {"sphere", 0.47},        {"half_sphere", 0.42},     {"cone", 0.50},
+    {"cube", 1.05},      {"angled_cube", 0.80},   {"long_cylinder", 0.82},   {"short_cylinder", 1.15},
+    {"streamlined_body", 0.04},                   {"streamlined_half_body", 0.09}};
 
 /// f = -1/2 rho A C_D |u| u,  u = v - u_fluid
 struct ShapeDrag {
@@ -35,7 +35,8 @@ struct ShapeDrag {
     using Range = RangeOf<V>;
     std::vector<std::string> names;
     for (const Shape& s : shapes) names.emplace_back(s.name);
-    const bool named = o.choice("-bs_shape_drag", "quadratic drag with the measured coefficient of a shape", names, shape);
+    const bool named =
+        o.choice("-bs_shape_drag", "quadratic drag with the measured coefficient of a shape", names, shape);
     drag_coefficient = shapes[shape].drag_coefficient;
     const bool own = o.real("-bs_shape_drag_coefficient", "shape drag: coefficient C_D in place of a shape's, >= 0 [1]",
                             drag_coefficient, Range::nonnegative);

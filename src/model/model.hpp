@@ -2,6 +2,7 @@
 // (output/). A model knows nothing of TS types; callbacks of TS are thin wrappers around these methods.
 #pragma once
 #include <petscts.h>
+#include <array>
 #include <cstdint>
 #include <string>
 #include <variant>
@@ -14,6 +15,8 @@ enum class Form {
   momentum,  ///< F_x = x' - v, F_v = M v' - f(t, x, v); keeps the v-block symmetric
   velocity   ///< F_x = x' - v, F_v = v' - M^-1 f; for types that need F = y' - G, arkimex among them
 };
+
+using ResidualNorms = std::array<double, 2>;
 
 /// A named quantity of one moment: one row of a frame.
 struct Observable {
@@ -59,8 +62,11 @@ class Model {
   /// The operator that goes with P: P itself (referenced), or P plus what cannot be assembled.
   virtual PetscErrorCode create_operator(Mat P, Form form, Mat* A) = 0;
 
-  /// Size of rounding errors in the residual: below it no Newton iteration can get.
-  virtual PetscErrorCode residual_floor(double t, Vec y, double sigma, double* floor) = 0;
+  /// 2-norms of the parts of a residual that are judged apart (kinematic [m/s], momentum [N]); a model of one kind
+  /// leaves the second 0.
+  virtual PetscErrorCode residual_norms(Vec F, ResidualNorms* norms) = 0;
+  /// The same norms of the rounding errors in the residual near y: below them no Newton iteration can get.
+  virtual PetscErrorCode residual_floor(double t, Vec y, double sigma, Form form, ResidualNorms* floor) = 0;
 
   virtual PetscErrorCode observe(double t, Vec y, std::vector<Observable>* out) = 0;
   /// Fields of the frame, filled from y.

@@ -70,7 +70,7 @@ PetscErrorCode Run::set_up() {
   PetscCall(TSGetTime(ts_, &start_));
   PetscCall(TSGetMaxTime(ts_, &end_));
   stepper_ = std::make_unique<Stepper>(
-      model_, options_.step, [this](const StepRecord& r) { return on_step(r); },
+      model_, context_, options_.step, [this](const StepRecord& r) { return on_step(r); },
       [this](PetscInt step, double time, Vec y) { return on_frame(step, time, y); });
   PetscCall(stepper_->attach(ts_));
   PetscCall(model_.covers(end_));

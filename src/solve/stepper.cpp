@@ -22,13 +22,12 @@ void catch_signals() {
   sigaction(SIGINT, &action, nullptr);
 }
 
-Stepper::Stepper(Model& model, const StepOptions& options, OnStep on_step, OnFrame on_frame)
-    : model_(model), options_(options), on_step_(std::move(on_step)), on_frame_(std::move(on_frame)) {}
+Stepper::Stepper(Model& model, TSContext& context, const StepOptions& options, OnStep on_step, OnFrame on_frame)
+    : model_(model), context_(context), options_(options), on_step_(std::move(on_step)), on_frame_(std::move(on_frame)) {}
 
 PetscErrorCode Stepper::attach(TS ts) {
   TSAdapt adapt;
   TSAdaptType type = nullptr;
-  PetscBool given = PETSC_FALSE;
   PetscFunctionBegin;
   PetscCall(TSSetApplicationContext(ts, this));
   PetscCall(TSSetPreStep(ts, pre_step));
@@ -42,8 +41,6 @@ PetscErrorCode Stepper::attach(TS ts) {
   PetscCall(TSGetTimeStep(ts, &nominal_));
   good_time_ = start_;
   saved_ = nominal_;
-  PetscCall(PetscOptionsHasName(nullptr, nullptr, "-snes_atol", &given));
-  own_atol_ = !given;
   PetscFunctionReturn(0);
 }
 
@@ -63,7 +60,7 @@ PetscErrorCode Stepper::pre_step(TS ts) {
   PetscCall(TSGetApplicationContext(ts, &context));
   Stepper* self = static_cast<Stepper*>(context);
   PetscCall(self->choose_step(ts));
-  PetscCall(self->set_tolerance(ts));
+  PetscCall(self->set_floor(ts));
   PetscFunctionReturn(0);
 }
 
@@ -86,28 +83,15 @@ PetscErrorCode Stepper::choose_step(TS ts) {
   PetscFunctionReturn(0);
 }
 
-// Below the rounding errors of the residual no iteration can get: they are the absolute tolerance, unless one is given.
-PetscErrorCode Stepper::set_tolerance(TS ts) {
-  SNES snes;
-  TSProblemType type;
-  PetscBool implicit = PETSC_FALSE;
-  double floor = 0;
-  PetscFunctionBegin;
-  PetscCall(TSGetProblemType(ts, &type));
-  TSIFunction function = nullptr;
-  PetscCall(TSGetIFunction(ts, nullptr, &function, nullptr));
-  implicit = function ? PETSC_TRUE : PETSC_FALSE;
-  if (!implicit || !own_atol_) PetscFunctionReturn(0);
+// Below the rounding errors of the residual no iteration can get: Newton is told how large they are at this step.
+PetscErrorCode Stepper::set_floor(TS ts) {
   Vec y;
   PetscReal time;
+  PetscFunctionBegin;
+  if (!context_.implicit) PetscFunctionReturn(0);
   PetscCall(TSGetSolution(ts, &y));
   PetscCall(TSGetTime(ts, &time));
-  PetscCall(model_.residual_floor(time, y, 1.0 / planned_, &floor));
-  PetscCall(TSGetSNES(ts, &snes));
-  PetscReal atol, rtol, stol;
-  PetscInt maxit, maxf;
-  PetscCall(SNESGetTolerances(snes, &atol, &rtol, &stol, &maxit, &maxf));
-  PetscCall(SNESSetTolerances(snes, floor, rtol, stol, maxit, maxf));
+  PetscCall(model_.residual_floor(time, y, 1.0 / planned_, context_.form, &context_.convergence.floor));
   PetscFunctionReturn(0);
 }
 

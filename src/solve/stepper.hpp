@@ -6,6 +6,7 @@
 #include <string>
 #include "model/model.hpp"
 #include "output/trajectory.hpp"
+#include "solve/ts_setup.hpp"
 
 namespace bs {
 
@@ -26,7 +27,7 @@ class Stepper {
  public:
   using OnStep = std::function<PetscErrorCode(const StepRecord&)>;
   using OnFrame = std::function<PetscErrorCode(PetscInt step, double time, Vec)>;
-  Stepper(Model& model, const StepOptions& options, OnStep on_step, OnFrame on_frame);
+  Stepper(Model& model, TSContext& context, const StepOptions& options, OnStep on_step, OnFrame on_frame);
   /// Hooks into `ts`, whose type, step and final time are set.
   PetscErrorCode attach(TS ts);
   const RunCounts& counts() const { return counts_; }
@@ -43,15 +44,16 @@ class Stepper {
   PetscErrorCode choose_step(TS ts);
   PetscErrorCode accept_step(TS ts);
   PetscErrorCode check_state(TS ts, bool* finite);
-  PetscErrorCode set_tolerance(TS ts);
+  PetscErrorCode set_floor(TS ts);
   void restore_step(bool landed, double taken, double* next);
   double next_output(double time) const;
 
   Model& model_;
+  TSContext& context_;
   StepOptions options_;
   OnStep on_step_;
   OnFrame on_frame_;
-  bool adaptive_ = false, own_atol_ = false, framed_ = true;
+  bool adaptive_ = false, framed_ = true;
   double start_ = 0, end_ = 0, nominal_ = 0, planned_ = 0, target_ = 0, good_time_ = 0, saved_ = 0;
   bool landing_ = false;
   std::int64_t frame_ = 1, good_in_a_row_ = 0;

@@ -86,7 +86,9 @@ PetscErrorCode set_implicit(TS ts, Model& model, TSContext* context) {
   PetscCall(TSGetSNES(ts, &snes));
   // Newton must earn its convergence by the residual, or by a whole step at rounding level; a line search that crawls
   // must not pass for it, as it would with PETSc's stol of 1e-8.
-  PetscCall(SNESSetTolerances(snes, PETSC_DEFAULT, 1e-8, 1e-14, 50, PETSC_DEFAULT));
+  PetscCall(SNESSetTolerances(snes, 0.0, 1e-8, 1e-14, 50, PETSC_DEFAULT));
+  context->convergence.model = &model;
+  PetscCall(context->convergence.attach(snes));
   PetscCall(VecGetSize(y, &unknowns));
   PetscCall(set_linear_defaults(ts, unknowns));
   PetscFunctionReturn(0);
@@ -148,7 +150,7 @@ PetscErrorCode describe_solver(TS ts, const TSContext& context, std::string* lin
   PetscCall(KSPGetType(ksp, &ksp_type));
   PetscCall(KSPGetPC(ksp, &pc));
   PetscCall(PCGetType(pc, &pc_type));
-  *line += format("; SNES %s, line search %s, rtol %g of the residual's 2-norm; KSP %s, PC %s", snes_type,
+  *line += format("; SNES %s, line search %s, rtol %g of either residual; KSP %s, PC %s", snes_type,
                   search_type ? search_type : "default", rtol, ksp_type ? ksp_type : "gmres", pc_type ? pc_type : "default");
   PetscFunctionReturn(0);
 }

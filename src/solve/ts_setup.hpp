@@ -3,6 +3,7 @@
 #include <string>
 #include "base/handle.hpp"
 #include "model/model.hpp"
+#include "solve/convergence.hpp"
 
 namespace bs {
 
@@ -11,6 +12,7 @@ struct TSContext {
   Model* model = nullptr;
   Form form = Form::momentum;
   bool implicit = true;
+  ConvergenceTest convergence;
   MatHandle operator_, matrix;  ///< Amat and Pmat of implicit types
 };
 

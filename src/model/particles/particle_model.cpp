@@ -161,23 +161,39 @@ PetscErrorCode ParticleModel::create_operator(Mat P, Form form, Mat* A) {
   PetscFunctionReturn(0);
 }
 
+PetscErrorCode ParticleModel::residual_norms(Vec F, ResidualNorms* norms) {
+  const PetscScalar* aF = nullptr;
+  const PetscInt d = net_.dim, bs = 2 * d;
+  *norms = {0, 0};
+  PetscFunctionBegin;
+  PetscCall(VecGetArrayRead(F, &aF));
+  for (PetscInt i = 0; i < net_.n; ++i)
+    for (PetscInt c = 0; c < bs; ++c) (*norms)[c >= d] += aF[i * bs + c] * aF[i * bs + c];
+  PetscCall(VecRestoreArrayRead(F, &aF));
+  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, norms->data(), 2, MPI_DOUBLE, MPI_SUM, net_.comm));
+  for (double& norm : *norms) norm = std::sqrt(norm);
+  PetscFunctionReturn(0);
+}
+
 // Rounding of x alone moves the force on a particle by its springs' rates times eps |x|; of v, its momentum.
-PetscErrorCode ParticleModel::residual_floor(double, Vec y, double sigma, double* floor) {
+PetscErrorCode ParticleModel::residual_floor(double, Vec y, double sigma, Form form, ResidualNorms* floor) {
   const PetscScalar* ay = nullptr;
   const PetscInt d = net_.dim, bs = 2 * d;
-  double sum = 0;
+  *floor = {0, 0};
   PetscFunctionBegin;
   PetscCall(VecGetArrayRead(y, &ay));
   for (PetscInt i = 0; i < net_.n; ++i)
     for (PetscInt c = 0; c < d; ++c) {
       const double x = std::abs(ay[i * bs + c]), v = std::abs(ay[i * bs + d + c]);
-      const double momentum = net_.fixed[i] ? 0.0 : 2 * rates_[i] * x + net_.mass[i] * sigma * v;
+      const double momentum = (net_.fixed[i] ? 0.0 : 2 * rates_[i] * x + net_.mass[i] * sigma * v) /
+                              (form == Form::momentum ? 1.0 : net_.mass[i]);
       const double kinematic = sigma * x + v;
-      sum += momentum * momentum + kinematic * kinematic;
+      (*floor)[0] += kinematic * kinematic;
+      (*floor)[1] += momentum * momentum;
     }
   PetscCall(VecRestoreArrayRead(y, &ay));
-  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &sum, 1, MPI_DOUBLE, MPI_SUM, net_.comm));
-  *floor = PETSC_MACHINE_EPSILON * std::sqrt(sum);
+  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, floor->data(), 2, MPI_DOUBLE, MPI_SUM, net_.comm));
+  for (double& norm : *floor) norm = 2 * PETSC_MACHINE_EPSILON * std::sqrt(norm);
   PetscFunctionReturn(0);
 }
 

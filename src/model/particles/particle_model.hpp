@@ -27,7 +27,8 @@ class ParticleModel final : public Model {
   PetscErrorCode rhs(double t, Vec y, Vec G) override;
   PetscErrorCode create_matrix(Mat* P) override;
   PetscErrorCode create_operator(Mat P, Form form, Mat* A) override;
-  PetscErrorCode residual_floor(double t, Vec y, double sigma, double* floor) override;
+  PetscErrorCode residual_norms(Vec F, ResidualNorms* norms) override;
+  PetscErrorCode residual_floor(double t, Vec y, double sigma, Form form, ResidualNorms* floor) override;
   PetscErrorCode observe(double t, Vec y, std::vector<Observable>* out) override;
   PetscErrorCode fields(double t, Vec y, std::vector<Field>* out) override;
   PetscErrorCode constants(std::vector<Dataset>* out) override;

@@ -1,0 +1,18 @@
+// What options change of a lattice that was read from a file.
+#pragma once
+#include <petscsys.h>
+
+#include "lattice/generator.hpp"
+#include "lattice/lattice.hpp"
+
+namespace bs {
+
+/// Collective. Fixes more particles (faces of the bounding box, single ones), gives all a radius, replaces the initial
+/// velocities, each where `spec` asks for it. Errors (exit 2): see check_particle_data.
+PetscErrorCode adjust_lattice(MPI_Comm comm, const GeneratorSpec& spec, Lattice* lattice);
+
+/// Collective. Warns of -bs_lattice_ options that are set but say nothing about a lattice from a file; `mesh`: a file
+/// without masses and stiffnesses.
+PetscErrorCode warn_of_idle_options(MPI_Comm comm, const std::string& source, bool mesh);
+
+}  // namespace bs

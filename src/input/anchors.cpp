@@ -1,0 +1,66 @@
+#include "input/anchors.hpp"
+
+#include <cinttypes>
+
+#include "base/fault.hpp"
+#include "input/remote.hpp"
+
+namespace bs {
+
+void AnchorSpec::options(Section& section) {
+  double values[3] = {0, 0, 0};
+  int count = 0;
+  section.integers("-bs_anchor_particles", "particles held by a spring to a fixed point, counted from 0", particles);
+  if (section.reals("-bs_anchor_point", "that point, the same for all (absent: each particle's initial place) [m]", values,
+                    3, &count))
+    point.assign(values, values + count);
+  section.real("-bs_anchor_stiffness", "stiffness of those springs [N/m, strain law with a rest length: N]", stiffness,
+               Range::nonnegative);
+  section.real("-bs_anchor_rest_length", "rest length of those springs [m]", rest_length, Range::nonnegative);
+  section.real("-bs_anchor_damping", "damping of those springs [kg/s]", damping, Range::nonnegative);
+}
+
+/// What is wrong with `spec` for this lattice; empty if nothing.
+static std::string fault_of(const AnchorSpec& spec, const Lattice& l) {
+  if (spec.particles.empty()) {
+    const bool other = !spec.point.empty() || spec.stiffness > 0 || spec.rest_length > 0 || spec.damping > 0;
+    return other ? "-bs_anchor_ options name no particles; add -bs_anchor_particles i,j,..." : "";
+  }
+  for (const std::int64_t i : spec.particles)
+    if (i < 0 || i >= l.particles.total)
+      return format("-bs_anchor_particles %" PRId64 ": there is no such particle; write numbers from 0 to %" PRId64, i,
+                    l.particles.total - 1);
+  if (!spec.point.empty() && static_cast<int>(spec.point.size()) != l.dim)
+    return format("-bs_anchor_point has %zu numbers: write %d, as the lattice has d = %d", spec.point.size(), l.dim, l.dim);
+  if (spec.stiffness <= 0 && spec.damping <= 0)
+    return "-bs_anchor_particles needs springs; add -bs_anchor_stiffness (or -bs_anchor_damping) > 0";
+  return {};
+}
+
+PetscErrorCode add_anchors(MPI_Comm comm, const AnchorSpec& spec, Lattice* l) {
+  PetscMPIInt rank, size;
+  std::vector<std::int64_t> mine;
+  std::vector<double> points;
+
+  PetscFunctionBegin;
+  const std::string fault = fault_of(spec, *l);
+  if (!fault.empty()) PetscCall(tell(comm, Exit::input, fault));
+  PetscCallMPI(MPI_Comm_rank(comm, &rank));
+  PetscCallMPI(MPI_Comm_size(comm, &size));
+  // The last rank's chunk ends the table, so what is appended goes there.
+  if (rank == size - 1) mine = spec.particles;
+  PetscCall(fetch_rows(comm, l->particles, l->position, l->dim, mine, &points));
+  for (std::size_t k = 0; k < mine.size(); ++k) {
+    const double* from = spec.point.empty() ? &points[k * static_cast<std::size_t>(l->dim)] : spec.point.data();
+    l->anchor_particle.push_back(mine[k]);
+    l->anchor_point.insert(l->anchor_point.end(), from, from + l->dim);
+    l->anchor_stiffness.push_back(spec.stiffness);
+    l->anchor_rest_length.push_back(spec.rest_length);
+    l->anchor_damping.push_back(spec.damping);
+  }
+  l->anchors.count += static_cast<std::int64_t>(mine.size());
+  PetscCall(number_rows(comm, &l->anchors));
+  PetscFunctionReturn(0);
+}
+
+}  // namespace bs

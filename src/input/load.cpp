@@ -1,0 +1,169 @@
+#include "input/load.hpp"
+
+#include <strings.h>
+#include <cmath>
+
+#include "base/fault.hpp"
+#include "base/options.hpp"
+#include "input/adjust.hpp"
+#include "input/anchors.hpp"
+#include "input/gmsh.hpp"
+#include "input/hdf5_lattice.hpp"
+#include "input/remote.hpp"
+#include "input/text_file.hpp"
+#include "input/validate.hpp"
+#include "lattice/generator.hpp"
+#include "lattice/xsp.hpp"
+
+namespace bs {
+
+namespace {
+
+/// Everything the options say about the lattice.
+struct LatticeOptions {
+  std::string file;
+  bool file_given = false, width_given = false, height_given = false;
+  double width = XSP_WIDTH, height = XSP_HEIGHT;  ///< window of an .xsp scene
+  int spring_law = -1, damping_law = -1;          ///< -1: not given
+  GeneratorSpec generator;
+  AnchorSpec anchors;
+
+  void read(Section& section);
+};
+
+void LatticeOptions::read(Section& section) {
+  int index = 0;
+  file_given = section.text("-bs_lattice_file", "lattice to read: HDF5 (.h5, .hdf5, .h5md), XSpringies (.xsp), Gmsh (.msh)",
+                            file);
+  if (section.choice("-bs_spring_law", "law of the springs: k (l - L), or K (l/L - 1)", {"hooke", "strain"}, index))
+    spring_law = index;
+  index = 0;
+  if (section.choice("-bs_damping_law", "damping along the spring only, or of the whole relative velocity",
+                     {"axial", "simple"}, index))
+    damping_law = index;
+  width_given = section.real("-bs_lattice_width", "width of an .xsp scene's window [pixel]", width, Range::positive);
+  height_given = section.real("-bs_lattice_height", "height of an .xsp scene's window [pixel]", height, Range::positive);
+  generator.options(section);
+  anchors.options(section);
+}
+
+bool ends_with(const std::string& text, const char* ending) {
+  const std::size_t length = std::char_traits<char>::length(ending);
+  return text.size() > length && strcasecmp(text.c_str() + text.size() - length, ending) == 0;
+}
+
+/// One source, and one only.
+PetscErrorCode check_source(MPI_Comm comm, const LatticeOptions& options) {
+  const bool generated = options.generator.type != LatticeType::none;
+
+  PetscFunctionBegin;
+  if (options.file_given && options.file.empty())
+    PetscCall(tell(comm, Exit::input, "-bs_lattice_file names no file; write its path"));
+  if (options.file_given && generated)
+    PetscCall(tell(comm, Exit::input,
+                   format("-bs_lattice_file %s and -bs_lattice_type %s are both given; write one of them",
+                          options.file.c_str(), type_info(options.generator.type).name)));
+  if (!options.file_given && !generated)
+    PetscCall(tell(comm, Exit::input, "no lattice is given; write -bs_lattice_file FILE (.h5, .xsp, .msh) or "
+                                      "-bs_lattice_type chain|square|triangular|cloth|cubic|bcc|fcc"));
+  PetscFunctionReturn(0);
+}
+
+PetscErrorCode load_generated(MPI_Comm comm, const GeneratorSpec& spec, Lattice* out) {
+  PetscMPIInt rank, size;
+
+  PetscFunctionBegin;
+  const std::string fault = check(spec);
+  if (!fault.empty()) PetscCall(tell(comm, Exit::input, fault));
+  const std::string name = std::string("-bs_lattice_type ") + type_info(spec.type).name;
+  PetscCall(check_sizes(comm, name, particle_count(spec), dimension(spec), 0, 0));
+  PetscCallMPI(MPI_Comm_rank(comm, &rank));
+  PetscCallMPI(MPI_Comm_size(comm, &size));
+  *out = generate(spec, rank, size);
+  PetscFunctionReturn(0);
+}
+
+PetscErrorCode load_xsp(MPI_Comm comm, const LatticeOptions& options, Lattice* out) {
+  PetscMPIInt rank, size;
+  std::string text, error;
+  Lattice whole;
+
+  PetscFunctionBegin;
+  PetscCall(read_text_file(comm, options.file, &text));
+  if (!parse_xsp(text, options.file, options.width, options.height, &whole, &error))
+    PetscCall(tell(comm, Exit::input, error));
+  PetscCallMPI(MPI_Comm_rank(comm, &rank));
+  PetscCallMPI(MPI_Comm_size(comm, &size));
+  *out = chunk_of(whole, rank, size);
+  PetscFunctionReturn(0);
+}
+
+PetscErrorCode load_file(MPI_Comm comm, const LatticeOptions& options, Lattice* out) {
+  const std::string& file = options.file;
+  const int dim = options.generator.dim;
+  const bool xsp = ends_with(file, ".xsp"), msh = ends_with(file, ".msh");
+
+  PetscFunctionBegin;
+  if (dim < 0) PetscCall(tell(comm, Exit::input, "-bs_lattice_dim: write 1, 2 or 3"));
+  if (xsp)
+    PetscCall(load_xsp(comm, options, out));
+  else if (msh)
+    PetscCall(read_gmsh(comm, file, options.generator, out));
+  else if (ends_with(file, ".h5") || ends_with(file, ".hdf5") || ends_with(file, ".h5md"))
+    PetscCall(read_hdf5_lattice(comm, file, out));
+  else
+    PetscCall(tell(comm, Exit::input,
+                   file + ": unknown ending; lattices are read from .h5, .hdf5, .h5md, .xsp and .msh files; "
+                          "postprocess/convert.py makes an .h5 of VTK, VTU, OBJ, PLY and LAMMPS data"));
+  if (dim > 0 && dim != out->dim)
+    PetscCall(tell(comm, Exit::input, format("%s: -bs_lattice_dim %d: the file has d = %d; leave the option out",
+                                             file.c_str(), dim, out->dim)));
+  if (!xsp && (options.width_given || options.height_given))
+    PetscCall(warn(comm, file + ": -bs_lattice_width and -bs_lattice_height are for .xsp files: ignored"));
+  PetscCall(warn_of_idle_options(comm, file, msh));
+  PetscCall(adjust_lattice(comm, options.generator, out));
+  PetscFunctionReturn(0);
+}
+
+/// Options the input implies, where the user set none.
+PetscErrorCode put_implied_options(const Lattice& lattice) {
+  PetscBool set;
+
+  PetscFunctionBegin;
+  for (const auto& [name, value] : lattice.implied_options) {
+    PetscCall(PetscOptionsHasName(nullptr, nullptr, name.c_str(), &set));
+    if (!set) PetscCall(PetscOptionsSetValue(nullptr, name.c_str(), value.c_str()));
+  }
+  PetscFunctionReturn(0);
+}
+
+}  // namespace
+
+PetscErrorCode load_lattice(MPI_Comm comm, Lattice* out) {
+  LatticeOptions options;
+
+  PetscFunctionBegin;
+  PetscCall(read_section(comm, "Lattice: particles and springs", [&options](Section& s) { options.read(s); }));
+  PetscCall(check_source(comm, options));
+  if (options.file_given)
+    PetscCall(load_file(comm, options, out));
+  else
+    PetscCall(load_generated(comm, options.generator, out));
+  PetscCall(number_rows(comm, &out->springs));
+  PetscCall(number_rows(comm, &out->anchors));
+  if (options.spring_law >= 0) {
+    out->spring_law = options.spring_law ? SpringLaw::strain : SpringLaw::hooke;
+    out->spring_law_given = true;
+  }
+  if (options.damping_law >= 0) {
+    out->damping_law = options.damping_law ? DampingLaw::simple : DampingLaw::axial;
+    out->damping_law_given = true;
+  }
+  PetscCall(add_anchors(comm, options.anchors, out));
+  PetscCall(validate_and_fill(comm, out));
+  for (const std::string& warning : out->warnings) PetscCall(warn(comm, warning));
+  PetscCall(put_implied_options(*out));
+  PetscFunctionReturn(0);
+}
+
+}  // namespace bs

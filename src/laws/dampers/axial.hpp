@@ -1,0 +1,36 @@
+// Damper along the line of its two ends.
+#pragma once
+#include "laws/vector.hpp"
+
+namespace bs {
+
+/// f_i = -D (u.w) u,  u = dx/l,  dx = x_i - x_j [d], w = v_i - v_j [d], l = |dx| > 0 (the caller sees to it), D [kg/s].
+/// The force on j and both derivatives by its state are the negatives. All functions ADD.
+struct AxialDamper {
+  static constexpr const char* title = "axial";
+  static constexpr bool regular_at_zero = false;  ///< no direction at l = 0
+
+  template <int d>
+  static void force(const double* dx, double l, const double* w, double D, double* f) noexcept {
+    const double q = D * dot<d>(dx, w) / (l * l);
+    for (int i = 0; i < d; ++i) f[i] -= q * dx[i];
+  }
+  /// df_i/dx_i = -D/l [(u.w) P + u (P w)^T],  P = I - u u^T; not symmetric
+  template <int d>
+  static void dfdx(const double* dx, double l, const double* w, double D, double* K) noexcept {
+    double u[d];
+    for (int i = 0; i < d; ++i) u[i] = dx[i] / l;
+    const double uw = dot<d>(u, w), q = D / l;
+    for (int i = 0; i < d; ++i) {
+      for (int j = 0; j < d; ++j) K[d * i + j] -= q * u[i] * (w[j] - 2 * uw * u[j]);
+      K[d * i + i] -= q * uw;
+    }
+  }
+  /// df_i/dv_i = -D u u^T
+  template <int d>
+  static void dfdv(const double* dx, double l, double D, double* B) noexcept {
+    add_tensor<d>(0, -D / (l * l), dx, B);
+  }
+};
+
+}  // namespace bs

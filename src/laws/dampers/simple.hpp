@@ -1,0 +1,24 @@
+// Damper of the whole relative velocity of its two ends; it damps rotation, too.
+#pragma once
+
+namespace bs {
+
+/// f_i = -D w,  w = v_i - v_j [d], D [kg/s]; dx and l as for AxialDamper, not used. All functions ADD.
+struct SimpleDamper {
+  static constexpr const char* title = "simple";
+  static constexpr bool regular_at_zero = true;
+
+  template <int d>
+  static void force(const double*, double, const double* w, double D, double* f) noexcept {
+    for (int i = 0; i < d; ++i) f[i] -= D * w[i];
+  }
+  template <int d>
+  static void dfdx(const double*, double, const double*, double, double*) noexcept {}
+  /// df_i/dv_i = -D I
+  template <int d>
+  static void dfdv(const double*, double, double D, double* B) noexcept {
+    for (int i = 0; i < d; ++i) B[d * i + i] -= D;
+  }
+};
+
+}  // namespace bs

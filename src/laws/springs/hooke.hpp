@@ -1,0 +1,16 @@
+// Linear spring, stiffness as force per length.
+#pragma once
+
+namespace bs {
+
+/// Tension T = k (l - L): k [N/m], length l [m], rest length L > 0 [m].
+struct HookeSpring {
+  static constexpr const char* title = "hooke";
+  static constexpr bool regular_at_zero = false;  ///< no direction at l = 0
+  static double energy(double l, double k, double L) noexcept { return 0.5 * k * (l - L) * (l - L); }
+  static double tension(double l, double k, double L) noexcept { return k * (l - L); }
+  static double tension_over_length(double l, double k, double L) noexcept { return k * (l - L) / l; }
+  static double stiffness(double, double k, double) noexcept { return k; }
+};
+
+}  // namespace bs

@@ -1,0 +1,43 @@
+// Force and tangent of a spring between particles i and j, for any law of central force. A Law gives energy, tension T(l),
+// T/l and T'(l). Throughout dx = x_i - x_j [d], l = |dx| > 0 [m], u = dx/l; l = 0 is allowed where
+// Law::regular_at_zero, elsewhere the caller sees to it.
+#pragma once
+#include "laws/springs/hooke.hpp"
+#include "laws/springs/strain.hpp"
+#include "laws/springs/zero_rest.hpp"
+
+namespace bs {
+
+/// f_i += -T u = -(T/l) dx; the force on j is the negative.
+template <int d, class Law>
+inline void spring_force(const double* dx, double l, double k, double L, double* f) noexcept {
+  const double q = Law::tension_over_length(l, k, L);
+  for (int i = 0; i < d; ++i) f[i] -= q * dx[i];
+}
+
+/// The two rates of a spring [N/m]: along it T', across it T/l.
+struct SpringTangent {
+  double axial, transverse;
+};
+
+/// `positive`: a negative transverse rate (compressed spring, l < L) becomes 0, so that -df/dx is positive semidefinite.
+template <class Law, bool positive = false>
+inline SpringTangent spring_tangent(double l, double k, double L) noexcept {
+  const double q = Law::tension_over_length(l, k, L);
+  return {Law::stiffness(l, k, L), positive && q < 0 ? 0 : q};
+}
+
+/// B += df_i/dx_i = -(T' u u^T + (T/l)(I - u u^T)), d x d row-major; df_i/dx_j = -B.
+template <int d, class Law, bool positive = false>
+inline void spring_dfdx(const double* dx, double l, double k, double L, double* B) noexcept {
+  const SpringTangent rate = spring_tangent<Law, positive>(l, k, L);
+  // The direction drops out where both rates are one by the law; dividing by l = 0 must be kept out.
+  if constexpr (!Law::regular_at_zero) {
+    const double q = (rate.transverse - rate.axial) / (l * l);
+    for (int i = 0; i < d; ++i)
+      for (int j = 0; j < d; ++j) B[d * i + j] += q * dx[i] * dx[j];
+  }
+  for (int i = 0; i < d; ++i) B[d * i + i] -= rate.transverse;
+}
+
+}  // namespace bs
