@@ -75,6 +75,11 @@ PetscErrorCode install_error_handler() {
 
 void set_phase(Exit phase_exit) { phase = phase_exit; }
 
+void forget_faults() {
+  petsc_error = false;
+  mark_told(Exit::ok);
+}
+
 int finish(PetscErrorCode code) {
   if (code == 0) return static_cast<int>(Exit::ok);
   if (code == ERR_TOLD) return static_cast<int>(told_exit());

@@ -1,4 +1,4 @@
-// Shared by fault.cpp and error_handler.cpp only: the voice of the program.
+// Shared by fault.cpp, error_handler.cpp and their tests: the voice of the program.
 #pragma once
 #include <string>
 
@@ -11,5 +11,8 @@ void print_line(const char* kind, const std::string& text);
 
 /// Remembers that a fault with this exit code has been told.
 void mark_told(Exit exit);
+
+/// As if nothing had happened yet: for tests.
+void forget_faults();
 
 }  // namespace bs

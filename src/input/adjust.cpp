@@ -40,6 +40,9 @@ PetscErrorCode adjust_lattice(MPI_Comm comm, const GeneratorSpec& spec, Lattice*
   if (spec.radius > 0) l->radius.assign(static_cast<std::size_t>(l->particles.count), spec.radius);
   if (!spec.velocity.empty() || !spec.velocity_gradient.empty())
     apply_velocity(spec.velocity, spec.velocity_gradient, l->dim, l->position, l->fixed, &l->velocity);
+  const std::size_t d = static_cast<std::size_t>(l->dim);
+  for (std::size_t p = 0; p < l->velocity.size(); ++p)
+    if (l->fixed[p / d]) l->velocity[p] = 0;  // whatever the file says
   PetscFunctionReturn(0);
 }
 

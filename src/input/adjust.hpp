@@ -8,7 +8,7 @@
 namespace bs {
 
 /// Collective. Fixes more particles (faces of the bounding box, single ones), gives all a radius, replaces the initial
-/// velocities, each where `spec` asks for it. Errors (exit 2): see check_particle_data.
+/// velocities, each where `spec` asks for it; fixed particles are at rest whatever the file says. Errors (exit 2): see check_particle_data.
 PetscErrorCode adjust_lattice(MPI_Comm comm, const GeneratorSpec& spec, Lattice* lattice);
 
 /// Collective. Warns of -bs_lattice_ options that are set but say nothing about a lattice from a file; `mesh`: a file

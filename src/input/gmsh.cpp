@@ -181,7 +181,7 @@ PetscErrorCode read_gmsh(MPI_Comm comm, const std::string& path, const Generator
   const std::size_t n = static_cast<std::size_t>(out->particles.count), m = static_cast<std::size_t>(out->springs.count);
   out->velocity.assign(out->position.size(), 0.0);
   out->fixed.assign(n, 0);
-  out->mass.assign(n, mass_of_particle(spec, out->particles.total));
+  out->mass.assign(n, mass_of_each(spec, out->particles.total));
   out->stiffness.assign(m, repeated(spec.stiffness, 0));
   out->damping.assign(m, repeated(spec.damping, 0));
   PetscCall(initial_lengths(comm, *out, &springs, &anchors));

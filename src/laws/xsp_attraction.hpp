@@ -15,18 +15,20 @@ namespace bs {
 ///   |r| <  l:  f = m value/l^p (|r|/l)^2 r/|r|,  0 at r = 0
 struct XspAttraction {
   static constexpr const char* title = "attraction to a centre";
-  double value = 0;              ///< acceleration at distance 1 [px^(1+p)/s^2]; < 0 repels; off: 0
+  double value = 0;              ///< acceleration at distance 1 [m^(1+p)/s^2]; < 0 repels; off: 0
   double exponent = 0;           ///< p [1]
-  double center[3] = {0, 0, 0};  ///< C [px]
+  double center[3] = {0, 0, 0};  ///< C [m]
   int components = 2;            ///< how many of `center` were given
 
   template <class V>
   void options(V& o) {
-    const bool on = o.real("-bs_attraction", "attraction to a centre, value/r^p: value, < 0 repels [m^(1+p)/s^2]", value);
+    const bool on =
+        o.real("-bs_attraction", "attraction to a centre, value/r^p: value, < 0 repels, 0: none [m^(1+p)/s^2]", value);
     const bool power = o.real("-bs_attraction_exponent", "attraction: exponent p, any [1]", exponent);
-    const bool point = read_vector(o, "-bs_attraction_center", "attraction: centre x,y[,z], any [m]", center, components);
+    // read by -bs_center_of_mass, too, so it may stand without an attraction
+    read_vector(o, "-bs_attraction_center", "centre x,y[,z] of -bs_attraction and -bs_center_of_mass, any [m]", center,
+                components);
     if (power) require(o, on, "-bs_attraction_exponent", "-bs_attraction");
-    if (point) require(o, on, "-bs_attraction_center", "-bs_attraction");
   }
   bool active() const noexcept { return value != 0; }
   std::string describe() const {

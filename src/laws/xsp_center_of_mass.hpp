@@ -1,5 +1,5 @@
-// Pull of the centre of mass to a centre, "frce 1" of .xsp scenes. It couples all particles with all, so it is applied by
-// the model and is not among the particle laws.
+// Pull of the centre of mass to a centre, "frce 1" of .xsp scenes. It couples all particles with all, so it is applied
+// by the model and is not among the particle laws.
 #pragma once
 #include <string>
 
@@ -26,7 +26,7 @@ struct XspCenterOfMass {
     return "pull of the centre of mass " + short_number(value) + " N/m, damping " + short_number(damping) + " kg/s";
   }
 
-  /// ADDS the acceleration to a[d]. S > 0. Its derivatives: da/dX = -value/S I, da/dV = -damping/S I, da/dC = value/S I.
+  /// ADDS the acceleration to a[d]; S > 0. da/dX = -value/S I, da/dV = -damping/S I, da/dC = value/S I.
   template <int d>
   void acceleration(const double* X, const double* V, const double* C, double S, double* a) const noexcept {
     for (int i = 0; i < d; ++i) a[i] -= (value * (X[i] - C[i]) + damping * V[i]) / S;

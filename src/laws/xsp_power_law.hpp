@@ -1,4 +1,5 @@
-// What the two power laws of .xsp scenes share. Lengths are pixels, masses as the scene gives them, times seconds.
+// What the two power laws of .xsp scenes share. Their constants (radius, gap 1) are in the scenes' units:
+// pixels and a mass of 1, which stand in place of m and kg.
 #pragma once
 #include <algorithm>
 #include <cmath>

@@ -15,30 +15,27 @@ namespace bs {
 /// the third axis of d = 3 has no walls.
 struct XspWalls {
   static constexpr const char* title = "walls that repel";
-  double value = 0;                    ///< acceleration at gap 1 [px^(1+p)/s^2]; < 0 attracts; off: 0
+  double value = 0;                    ///< acceleration at gap 1 [m^(1+p)/s^2]; < 0 attracts; off: 0
   double exponent = 0;                 ///< p [1]
-  double box[4] = {0, 642, 0, 550};    ///< xmin, xmax, ymin, ymax [px]; the default is the window of .xsp scenes
+  double box[4] = {0, 642, 0, 550};    ///< xmin, xmax, ymin, ymax [m]; the default is the window of .xsp scenes
   bool sides[4] = {false, false, false, false};  ///< is there a wall: top, left, right, bottom
 
   template <class V>
   void options(V& o) {
-    const bool on = o.real("-bs_walls", "walls repel, value/gap^p: value, < 0 attracts [m^(1+p)/s^2]", value);
-    const bool power = o.real("-bs_walls_exponent", "walls: exponent p, any [1]", exponent);
+    o.real("-bs_walls", "walls repel, value/gap^p: value, < 0 attracts, 0: none [m^(1+p)/s^2]", value);
+    o.real("-bs_walls_exponent", "walls: exponent p, any [1]", exponent);
     int count = 4;
-    const bool boxed = o.reals("-bs_walls_box", "walls: places xmin,xmax,ymin,ymax, each min < max [m]", box, 4, &count);
+    o.reals("-bs_walls_box", "walls: places xmin,xmax,ymin,ymax, each min < max [m]", box, 4, &count);
     if (count != 4 || !(box[0] < box[1]) || !(box[2] < box[3]))
       o.fail("option -bs_walls_box: wants xmin < xmax and ymin < ymax: give four numbers xmin,xmax,ymin,ymax [m]");
     double given[4] = {double(sides[0]), double(sides[1]), double(sides[2]), double(sides[3])};
     count = 4;
-    const bool sided = o.reals("-bs_walls_sides", "walls: is there one at top,left,right,bottom, each 0 or 1", given, 4, &count);
+    o.reals("-bs_walls_sides", "walls: is there one at top,left,right,bottom, each 0 or 1", given, 4, &count);
     for (int i = 0; i < 4; ++i) {
       if (count != 4 || (given[i] != 0 && given[i] != 1))
-        o.fail("option -bs_walls_sides: wants four numbers, each 0 or 1: give top,left,right,bottom, for example 1,1,1,1");
+        o.fail("option -bs_walls_sides: wants four numbers, each 0 or 1: give top,left,right,bottom, e.g. 1,1,1,1");
       sides[i] = given[i] != 0;
     }
-    if (power) require(o, on, "-bs_walls_exponent", "-bs_walls");
-    if (boxed) require(o, on, "-bs_walls_box", "-bs_walls");
-    if (sided) require(o, on, "-bs_walls_sides", "-bs_walls");
   }
   bool active() const noexcept { return value != 0 && (sides[0] || sides[1] || sides[2] || sides[3]); }
   std::string describe() const {

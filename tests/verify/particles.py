@@ -28,6 +28,7 @@ class System:
         self.gravity = np.zeros(self.dim) if gravity is None else np.array(gravity, float)
         self.drag, self.central = drag, central  # central: (G, M0, x0) or None
         self.extra_force = None                  # f(x, v) -> (N, d), added to the rest
+        self.motion = None                       # t -> displacement and velocity (d) of all anchor points
 
     def _pull(self, d, w, k, L, D):
         """Force on the first end and elastic energy of springs d (M, d)."""
@@ -47,11 +48,13 @@ class System:
         i, j = self.pairs.T
         return self._pull(x[i] - x[j], v[i] - v[j], self.stiffness, self.rest, self.damping)
 
-    def _anchors(self, x, v):
+    def _anchors(self, x, v, t=0.0):
         a = self.anchors
-        return self._pull(x[a["particle"]] - a["point"], v[a["particle"]], a["stiffness"], a["rest_length"], a["damping"])
+        shift, rate = self.motion(t) if self.motion else (0.0, 0.0)
+        return self._pull(x[a["particle"]] - a["point"] - shift, v[a["particle"]] - rate, a["stiffness"], a["rest_length"],
+                          a["damping"])
 
-    def force(self, x, v, everywhere=False):
+    def force(self, x, v, everywhere=False, t=0.0):
         """(N, d); zero on fixed particles unless `everywhere`."""
         f = self.m[:, None] * self.gravity - self.drag * v
         if self.central:
@@ -63,13 +66,13 @@ class System:
             np.add.at(f, self.pairs[:, 0], pull)
             np.add.at(f, self.pairs[:, 1], -pull)
         if self.anchors:
-            np.add.at(f, self.anchors["particle"], self._anchors(x, v)[0])
+            np.add.at(f, self.anchors["particle"], self._anchors(x, v, t)[0])
         if self.extra_force:
             f = f + self.extra_force(x, v)
         return f if everywhere else np.where(self.fixed[:, None], 0.0, f)
 
-    def acceleration(self, x, v):
-        return self.force(x, v) / self.m[:, None]
+    def acceleration(self, x, v, t=0.0):
+        return self.force(x, v, t=t) / self.m[:, None]
 
     def potential(self, x):
         free, v = ~self.fixed, np.zeros_like(x)
@@ -86,7 +89,7 @@ class System:
     def rhs(self, t, y):
         """y = (x, v) flattened; for SciPy's integrators."""
         x, v = y.reshape(2, self.n, self.dim)
-        return np.concatenate([v.ravel(), self.acceleration(x, v).ravel()])
+        return np.concatenate([v.ravel(), self.acceleration(x, v, t).ravel()])
 
     def state(self):
         return np.concatenate([self.x.ravel(), self.v.ravel()])

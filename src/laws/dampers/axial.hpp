@@ -12,7 +12,7 @@ struct AxialDamper {
 
   template <int d>
   static void force(const double* dx, double l, const double* w, double D, double* f) noexcept {
-    const double q = D * dot<d>(dx, w) / (l * l);
+    const double q = D * (dot<d>(dx, w) / l) / l;
     for (int i = 0; i < d; ++i) f[i] -= q * dx[i];
   }
   /// df_i/dx_i = -D/l [(u.w) P + u (P w)^T],  P = I - u u^T; not symmetric
@@ -29,7 +29,9 @@ struct AxialDamper {
   /// df_i/dv_i = -D u u^T
   template <int d>
   static void dfdv(const double* dx, double l, double D, double* B) noexcept {
-    add_tensor<d>(0, -D / (l * l), dx, B);
+    double u[d];
+    for (int i = 0; i < d; ++i) u[i] = dx[i] / l;
+    add_tensor<d>(0, -D, u, B);
   }
 };
 

@@ -1,10 +1,11 @@
-// Force and tangent of a spring between particles i and j, for any law of central force. A Law gives energy, tension T(l),
-// T/l and T'(l). Throughout dx = x_i - x_j [d], l = |dx| > 0 [m], u = dx/l; l = 0 is allowed where
-// Law::regular_at_zero, elsewhere the caller sees to it.
+// Force and tangent of a spring between particles i and j, for any law of central force. A Law gives the energy, the
+// tension T(l), T/l and T'(l). Throughout dx = x_i - x_j [d], l = |dx| > 0 [m], u = dx/l, and every function ADDS.
+// l = 0 is allowed where Law::regular_at_zero; elsewhere the caller sees to it.
 #pragma once
 #include "laws/springs/hooke.hpp"
 #include "laws/springs/strain.hpp"
 #include "laws/springs/zero_rest.hpp"
+#include "laws/vector.hpp"
 
 namespace bs {
 
@@ -20,7 +21,8 @@ struct SpringTangent {
   double axial, transverse;
 };
 
-/// `positive`: a negative transverse rate (compressed spring, l < L) becomes 0, so that -df/dx is positive semidefinite.
+/// `positive`: a negative transverse rate (compressed spring, l < L) becomes 0, so that -df/dx is positive
+/// semidefinite.
 template <class Law, bool positive = false>
 inline SpringTangent spring_tangent(double l, double k, double L) noexcept {
   const double q = Law::tension_over_length(l, k, L);
@@ -33,11 +35,12 @@ inline void spring_dfdx(const double* dx, double l, double k, double L, double* 
   const SpringTangent rate = spring_tangent<Law, positive>(l, k, L);
   // The direction drops out where both rates are one by the law; dividing by l = 0 must be kept out.
   if constexpr (!Law::regular_at_zero) {
-    const double q = (rate.transverse - rate.axial) / (l * l);
-    for (int i = 0; i < d; ++i)
-      for (int j = 0; j < d; ++j) B[d * i + j] += q * dx[i] * dx[j];
+    double u[d];
+    for (int i = 0; i < d; ++i) u[i] = dx[i] / l;
+    add_tensor<d>(-rate.transverse, rate.transverse - rate.axial, u, B);
+  } else {
+    for (int i = 0; i < d; ++i) B[d * i + i] -= rate.transverse;
   }
-  for (int i = 0; i < d; ++i) B[d * i + i] -= rate.transverse;
 }
 
 }  // namespace bs

@@ -18,8 +18,6 @@ PetscErrorCode Coupling::read_options(MPI_Comm comm, const Lattice& lattice, Net
     PetscCall(tell(comm, Exit::input, format("option -bs_center_particle: %lld is no row of the %lld particles: give 0 to %lld, "
                    "or -1 for a point", static_cast<long long>(center_row_), static_cast<long long>(lattice.particles.total),
                    static_cast<long long>(lattice.particles.total - 1))));
-  if ((mass_.active() || attracts()) && lattice.dim != 2)
-    PetscCall(tell(comm, Exit::input, "-bs_center_of_mass and -bs_attraction are laws of the plane: use a lattice of dimension 2"));
   dense_ = lattice.particles.total <= dense_max_;
   network->all_to_all = mass_.active() && dense_;
   network->center_row = mass_.active() || attracts() ? center_row_ : -1;
@@ -29,7 +27,7 @@ PetscErrorCode Coupling::read_options(MPI_Comm comm, const Lattice& lattice, Net
 PetscErrorCode Coupling::create(const Network& net) {
   PetscFunctionBegin;
   masses_ = &net.mass;
-  for (int c = 0; c < 2; ++c) C_[c] = pull_.center[c];
+  for (int c = 0; c < 3; ++c) C_[c] = pull_.center[c];
   selected_.assign(static_cast<std::size_t>(net.n + net.ghosts), 0);
   double sum = 0;
   std::int64_t owned_center = -1;

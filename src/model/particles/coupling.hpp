@@ -26,21 +26,26 @@ class Coupling {
   /// Collective. Means and centre of the gathered state.
   PetscErrorCode gather(const Network& net, const LocalState& state);
   bool active() const { return mass_.active() || attracts(); }
+  /// The centre is a particle: the law of attraction to a point must not act, too.
+  bool has_center_particle() const { return center_row_ >= 0; }
   std::string describe() const;
   /// Collective. P itself, or P + U W^T where the centre-of-mass force is too large to assemble.
   PetscErrorCode create_operator(const Network& net, Mat P, bool momentum, Mat* A) const;
 
   template <int d>
   void add_force(PetscInt i, const Point<d>& p, double* f) const noexcept {
-    if (selected(i))
-      for (int c = 0; c < d; ++c) f[c] -= p.m * (mass_.value * (X_[c] - C_[c]) + mass_.damping * V_[c]) / S_;
-    if (attracts()) pull_.force_to<d>(p, C_, f);
+    if (selected(i)) {
+      double a[d] = {};
+      mass_.acceleration<d>(X_, V_, C_, S_, a);
+      for (int c = 0; c < d; ++c) f[c] += p.m * a[c];
+    }
+    if (attracts() && i != center_) XspAttraction::attraction_force<d>(p.m, pull_.value, pull_.exponent, p.x, C_, f);
   }
   /// Adds df_i/dx_i and df_i/dv_i.
   template <int d>
   void add_self(PetscInt i, const Point<d>& p, double* K, double* D) const noexcept {
     if (dense_ && selected(i)) add_mean<d>(i, p, K, D);
-    if (attracts() && i != center_) pull_.dfdx_to<d>(p, C_, K);
+    if (attracts() && i != center_) XspAttraction::attraction_dfdx<d>(p.m, pull_.value, pull_.exponent, p.x, C_, K);
   }
   /// Adds df_i/dx_j and df_i/dv_j of particle i at `p` for a local particle j linked by a coupling.
   template <int d>
@@ -52,7 +57,7 @@ class Coupling {
     }
     if (attracts() && j == center_) {
       double toward[d * d] = {};
-      pull_.dfdx_to<d>(p, C_, toward);
+      XspAttraction::attraction_dfdx<d>(p.m, pull_.value, pull_.exponent, p.x, C_, toward);
       for (int k = 0; k < d * d; ++k) K[k] -= toward[k];
     }
   }

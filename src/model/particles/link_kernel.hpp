@@ -1,7 +1,7 @@
 // One spring with its damper between a particle and another end (particle or point): force and both derivatives.
 #pragma once
 #include <cmath>
-#include "laws/springs.hpp"
+#include "laws/springs/spring.hpp"
 
 namespace bs {
 
@@ -35,26 +35,26 @@ struct LinkKernel {
   }
   /// Adds the force on this end to f[d].
   static void force(const LinkGeometry<d>& g, const LinkParameters& p, double* f) noexcept {
-    if (p.rest_length == 0) spring_force<d, ZeroRest>(g.dx, g.length, p.stiffness, 0.0, f);
+    if (p.rest_length == 0) spring_force<d, ZeroRestSpring>(g.dx, g.length, p.stiffness, 0.0, f);
     else spring_force<d, Spring>(g.dx, g.length, p.stiffness, p.rest_length, f);
     if (p.damping != 0) Damper::template force<d>(g.dx, g.length, g.w, p.damping, f);
   }
   /// Adds df/dx and df/dv of this end to K and D (d x d); the other end's are the negatives.
   static void tangent(const LinkGeometry<d>& g, const LinkParameters& p, double* K, double* D) noexcept {
-    if (p.rest_length == 0) spring_dfdx<d, ZeroRest>(g.dx, g.length, p.stiffness, 0.0, K);
+    if (p.rest_length == 0) spring_dfdx<d, ZeroRestSpring>(g.dx, g.length, p.stiffness, 0.0, K);
     else spring_dfdx<d, Spring>(g.dx, g.length, p.stiffness, p.rest_length, K);
     if (p.damping != 0) {
       Damper::template dfdx<d>(g.dx, g.length, g.w, p.damping, K);
-      Damper::template dfdv<d>(g.dx, g.length, g.w, p.damping, D);
+      Damper::template dfdv<d>(g.dx, g.length, p.damping, D);
     }
   }
   static double energy(const LinkGeometry<d>& g, const LinkParameters& p) noexcept {
-    return p.rest_length == 0 ? ZeroRest::energy(g.length, p.stiffness, 0.0)
+    return p.rest_length == 0 ? ZeroRestSpring::energy(g.length, p.stiffness, 0.0)
                               : Spring::energy(g.length, p.stiffness, p.rest_length);
   }
   /// Force per length along the spring, for estimates [N/m].
   static double rate(const LinkParameters& p) noexcept {
-    return p.rest_length == 0 ? ZeroRest::stiffness(1.0, p.stiffness, 0.0)
+    return p.rest_length == 0 ? ZeroRestSpring::stiffness(1.0, p.stiffness, 0.0)
                               : Spring::stiffness(p.rest_length, p.stiffness, p.rest_length);
   }
 };

@@ -15,7 +15,9 @@ PetscErrorCode ParticleModel::create(MPI_Comm comm, Lattice&& lattice, std::uniq
   model->net_.comm = comm;
   PetscCall(model->read_laws(lattice));
   PetscCall(model->coupling_.read_options(comm, lattice, &options));
+  if (model->coupling_.has_center_particle()) std::get<XspAttraction>(model->laws_).value = 0;
   PetscCall(build_network(comm, lattice, options, &model->net_));
+  PetscCall(model->check_laws());
   model->lattice_ = std::move(lattice);
   PetscCall(model->create_state());
   PetscCall(model->create_output());
@@ -34,6 +36,25 @@ PetscErrorCode ParticleModel::read_laws(const Lattice&) {
     for_each_law(laws_, [&](auto& law) { law.options(o); });
   }));
   PetscCall(read_section(net_.comm, "Motion of anchor points", [&](Section& o) { motion_.options(o); }));
+  PetscFunctionReturn(0);
+}
+
+/// What single options cannot know: the dimension and the particles.
+PetscErrorCode ParticleModel::check_laws() const {
+  Fault fault;
+  PetscFunctionBegin;
+  const UniformGravity& gravity = std::get<UniformGravity>(laws_);
+  for (int c = net_.dim; c < 3; ++c)
+    if (gravity.g[c] != 0)
+      fault.note(-1, format("option -bs_gravity has a component beyond the lattice's dimension %d: give %d number%s", net_.dim,
+                            net_.dim, net_.dim > 1 ? "s" : ""));
+  const SphereDrag& drag = std::get<SphereDrag>(laws_);
+  if (drag.active() && drag.radius <= 0)
+    for (PetscInt i = 0; i < net_.n; ++i)
+      if (net_.radius[i] <= 0)
+        fault.note(net_.row[i], format("particle %lld has no radius, which sphere drag needs: give -bs_radius or the lattice's radii",
+                                       static_cast<long long>(net_.row[i])));
+  PetscCall(agree(net_.comm, fault));
   PetscFunctionReturn(0);
 }
 

@@ -37,6 +37,7 @@ class ParticleModel final : public Model {
 
  private:
   PetscErrorCode read_laws(const Lattice& lattice);
+  PetscErrorCode check_laws() const;
   PetscErrorCode create_state();
   PetscErrorCode create_output();
   PetscErrorCode compute_forces(double t, Vec y);

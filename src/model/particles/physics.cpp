@@ -1,4 +1,6 @@
 #include "model/particles/physics.hpp"
+#include "laws/dampers/axial.hpp"
+#include "laws/dampers/simple.hpp"
 #include "model/particles/physics_impl.hpp"
 
 namespace bs {
@@ -15,8 +17,8 @@ std::unique_ptr<Physics> with_damper(const Network& net, const ParticleLaws& law
 template <int d>
 std::unique_ptr<Physics> with_spring(const Network& net, const ParticleLaws& laws, const Motion& motion,
                                      const RowPattern& pattern) {
-  if (net.spring_law == SpringLaw::strain) return with_damper<d, Strain>(net, laws, motion, pattern);
-  return with_damper<d, Hooke>(net, laws, motion, pattern);
+  if (net.spring_law == SpringLaw::strain) return with_damper<d, StrainSpring>(net, laws, motion, pattern);
+  return with_damper<d, HookeSpring>(net, laws, motion, pattern);
 }
 
 }  // namespace

@@ -1,0 +1,60 @@
+// For tests of what the program says: this rank's stderr or stdout caught in a string, and its error handler.
+#pragma once
+#include <petscsys.h>
+#include <unistd.h>
+
+#include <cstdio>
+#include <string>
+
+#include "base/fault.hpp"
+
+/// Catches one stream while it lives; text() gives what came.
+class Caught {
+ public:
+  explicit Caught(std::FILE* stream = stderr) : stream_(stream), into_(std::tmpfile()) {
+    std::fflush(stream_);
+    saved_ = dup(fileno(stream_));
+    dup2(fileno(into_), fileno(stream_));
+  }
+  ~Caught() {
+    restore();
+    std::fclose(into_);
+  }
+  std::string text() {
+    restore();
+    std::string all;
+    std::rewind(into_);
+    for (int c = std::fgetc(into_); c != EOF; c = std::fgetc(into_)) all += static_cast<char>(c);
+    return all;
+  }
+
+ private:
+  void restore() {
+    if (saved_ < 0) return;
+    std::fflush(stream_);
+    dup2(saved_, fileno(stream_));
+    close(saved_);
+    saved_ = -1;
+  }
+  std::FILE* stream_;
+  std::FILE* into_;
+  int saved_ = -1;
+};
+
+/// The program's error handler while it lives.
+struct Handled {
+  Handled() { (void)bs::install_error_handler(); }
+  ~Handled() { (void)PetscPopErrorHandler(); }
+};
+
+inline int rank_of(MPI_Comm comm) {
+  int rank;
+  MPI_Comm_rank(comm, &rank);
+  return rank;
+}
+
+inline int size_of(MPI_Comm comm) {
+  int size;
+  MPI_Comm_size(comm, &size);
+  return size;
+}
