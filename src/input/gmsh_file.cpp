@@ -69,19 +69,23 @@ std::string fault_of_gmsh(const std::string& path) {
 }
 
 PetscErrorCode plex_from_gmsh(const std::string& path, DM* mesh, std::string* error) {
-  static const char* const spacedim = "-dm_plex_gmsh_spacedim";
-  PetscBool set;
+  // Left to itself DMPlex takes the elements' dimension, and drops the z of a cloth without a word; of curved elements
+  // it keeps no coordinates of the corners.
+  static const char* const defaults[2][2] = {{"-dm_plex_gmsh_spacedim", "3"}, {"-dm_plex_gmsh_highorder", "0"}};
+  PetscBool set[2];
 
   PetscFunctionBegin;
   *mesh = nullptr;
   error->clear();
-  // Left to itself DMPlex takes the elements' dimension, and drops the z of a cloth without a word.
-  PetscCall(PetscOptionsHasName(nullptr, nullptr, spacedim, &set));
-  if (!set) PetscCall(PetscOptionsSetValue(nullptr, spacedim, "3"));
+  for (int k = 0; k < 2; ++k) {
+    PetscCall(PetscOptionsHasName(nullptr, nullptr, defaults[k][0], &set[k]));
+    if (!set[k]) PetscCall(PetscOptionsSetValue(nullptr, defaults[k][0], defaults[k][1]));
+  }
   PetscCall(PetscPushErrorHandler(keep_message, error));
   const PetscErrorCode code = DMPlexCreateGmshFromFile(PETSC_COMM_SELF, path.c_str(), PETSC_TRUE, mesh);
   PetscCall(PetscPopErrorHandler());
-  if (!set) PetscCall(PetscOptionsClearValue(nullptr, spacedim));
+  for (int k = 0; k < 2; ++k)
+    if (!set[k]) PetscCall(PetscOptionsClearValue(nullptr, defaults[k][0]));
   if (code) {
     *mesh = nullptr;
     if (error->empty()) *error = format("error %d", code);

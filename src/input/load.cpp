@@ -1,7 +1,6 @@
 #include "input/load.hpp"
 
 #include <strings.h>
-#include <cmath>
 
 #include "base/fault.hpp"
 #include "base/options.hpp"
@@ -50,6 +49,19 @@ void LatticeOptions::read(Section& section) {
 bool ends_with(const std::string& text, const char* ending) {
   const std::size_t length = std::char_traits<char>::length(ending);
   return text.size() > length && strcasecmp(text.c_str() + text.size() - length, ending) == 0;
+}
+
+/// -help without a lattice must get as far as the options of the laws and the solver: two particles stand in.
+PetscErrorCode stand_in_for_help(LatticeOptions* options) {
+  PetscBool help;
+
+  PetscFunctionBegin;
+  PetscCall(PetscOptionsHasName(nullptr, nullptr, "-help", &help));
+  if (help && !options->file_given && options->generator.type == LatticeType::none) {
+    options->generator.type = LatticeType::chain;
+    if (options->generator.size.empty()) options->generator.size = {2};
+  }
+  PetscFunctionReturn(0);
 }
 
 /// One source, and one only.
@@ -144,6 +156,7 @@ PetscErrorCode load_lattice(MPI_Comm comm, Lattice* out) {
 
   PetscFunctionBegin;
   PetscCall(read_section(comm, "Lattice: particles and springs", [&options](Section& s) { options.read(s); }));
+  PetscCall(stand_in_for_help(&options));
   PetscCall(check_source(comm, options));
   if (options.file_given)
     PetscCall(load_file(comm, options, out));

@@ -3,6 +3,7 @@
 #include <charconv>
 #include <cmath>
 #include <string_view>
+#include <utility>
 
 #include "lattice/text.hpp"
 
@@ -68,11 +69,13 @@ class Reader {
 
  private:
   static bool is_header(std::string_view row) {
-    bool after_comma = false;
+    bool after_comma = false, words = false;
     double ignored = 0;
-    for (std::string_view field; next_field(&row, &after_comma, &field);)
+    for (std::string_view field; next_field(&row, &after_comma, &field);) {
       if (parse(field, &ignored) != Parsed::none) return false;
-    return true;
+      words = words || !field.empty();
+    }
+    return words;
   }
 
   void read_row(std::string_view row) {

@@ -52,6 +52,11 @@ struct Motion {
   /// s'(t), three numbers: at a row of the table the slope to its right, at the last row that to its left.
   /// Outside the table: 0.
   void velocity(double t, double* s) const noexcept;
+  /// Both: three numbers each.
+  void at(double t, double* s, double* ds) const noexcept {
+    displacement(t, s);
+    velocity(t, ds);
+  }
 
  private:
   /// The row k such that t belongs to the segment from row k to row k + 1. At least two rows.
@@ -123,7 +128,7 @@ inline std::string Motion::describe() const {
 
 template <class V>
 void Motion::options(V& o) {
-  using Range = RangeOf<V>;
+  using R = RangeOf<V>;
   int index = static_cast<int>(kind);
   const bool said = o.choice("-bs_anchor_motion", "how anchor points move from their places in the lattice",
                              {"fixed", "velocity", "sinusoid", "table"}, index);
@@ -133,7 +138,7 @@ void Motion::options(V& o) {
   const bool width = read_vector(o, "-bs_anchor_amplitude", "anchor motion sinusoid: amplitude x[,y[,z]] of "
                                  "A sin(2 pi f t + phase), any [m]", A, of_A);
   const bool pace = o.real("-bs_anchor_frequency", "anchor motion sinusoid: frequency f, >= 0 [Hz]", frequency,
-                           Range::nonnegative);
+                           R::nonnegative);
   const bool angle =
       o.real("-bs_anchor_phase", "anchor motion sinusoid: phase, 0 starts at no displacement [rad]", phase);
   const bool file = o.text("-bs_anchor_table", "anchor motion table: CSV file of t,x[,y[,z]], displacements [s, m]",

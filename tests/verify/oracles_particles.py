@@ -96,7 +96,7 @@ def check_observables(case, name, found, energy, rows, tx, tv):
         expected = {"kinetic_energy": ([row["kinetic"]], tol_k), "potential_energy": ([potential], tol_p),
                     "total_energy": ([row["total"]], tol_k + tol_p),
                     "momentum": ([row["px"], row["py"], row["pz"]][:s.dim], tol_m),
-                    "angular_momentum": ([row["Lz"]] if s.dim == 2 else [row["Lx"], row["Ly"], row["Lz"]],
+                    "angular_momentum": ([0, 0, row["Lz"]] if s.dim == 2 else [row["Lx"], row["Ly"], row["Lz"]],
                                          m.sum() * arm * tv + mv * tx + 1e-13 * mv * arm)}
         for q, (value, tolerance) in expected.items():
             off = np.abs(np.ravel(o.get(q, np.nan)) - value).max()

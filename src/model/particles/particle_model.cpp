@@ -3,6 +3,7 @@
 #include <cmath>
 #include "base/fault.hpp"
 #include "base/options.hpp"
+#include "input/text_file.hpp"
 #include "model/particles/events.hpp"
 
 namespace bs {
@@ -30,12 +31,20 @@ PetscErrorCode ParticleModel::create(MPI_Comm comm, Lattice&& lattice, std::uniq
   PetscFunctionReturn(0);
 }
 
-PetscErrorCode ParticleModel::read_laws(const Lattice&) {
+PetscErrorCode ParticleModel::read_laws(const Lattice& lattice) {
   PetscFunctionBegin;
   PetscCall(read_section(net_.comm, "Forces on particles", [&](Section& o) {
     for_each_law(laws_, [&](auto& law) { law.options(o); });
   }));
   PetscCall(read_section(net_.comm, "Motion of anchor points", [&](Section& o) { motion_.options(o); }));
+  if (motion_.kind == Motion::Kind::table) {
+    std::string text, error;
+    CsvTable table;
+    PetscCall(read_text_file(net_.comm, motion_.table_file, &text));
+    if (!read_csv_table(text, motion_.table_file, 2, 1 + lattice.dim, &table, &error) ||
+        !motion_.set_table(table, motion_.table_file, &error))
+      PetscCall(tell(net_.comm, Exit::input, error));
+  }
   PetscFunctionReturn(0);
 }
 
@@ -196,23 +205,24 @@ PetscErrorCode ParticleModel::residual_norms(Vec F, ResidualNorms* norms) {
   PetscFunctionReturn(0);
 }
 
-// Rounding of x alone moves the force on a particle by its springs' rates times eps |x|; of v, its momentum.
-PetscErrorCode ParticleModel::residual_floor(double, Vec y, double sigma, Form form, ResidualNorms* floor) {
-  const PetscScalar* ay = nullptr;
-  const PetscInt d = net_.dim, bs = 2 * d;
+// Rounding of x alone moves the force on a particle by its springs' rates times eps |x|; of v, its momentum; and laws
+// that balance (weight and drag) leave the rounding of each.
+PetscErrorCode ParticleModel::residual_floor(double t, Vec y, double sigma, Form form, ResidualNorms* floor) {
+  const PetscInt d = net_.dim;
   *floor = {0, 0};
   PetscFunctionBegin;
-  PetscCall(VecGetArrayRead(y, &ay));
+  PetscCall(state_.gather(y));
+  std::vector<double> size(static_cast<std::size_t>(net_.n));
+  physics_->law_sizes(t, state_, size.data());
   for (PetscInt i = 0; i < net_.n; ++i)
     for (PetscInt c = 0; c < d; ++c) {
-      const double x = std::abs(ay[i * bs + c]), v = std::abs(ay[i * bs + d + c]);
-      const double momentum = (net_.fixed[i] ? 0.0 : 2 * rates_[i] * x + net_.mass[i] * sigma * v) /
+      const double x = std::abs(state_.at(i)[c]), v = std::abs(state_.at(i)[d + c]);
+      const double momentum = (net_.fixed[i] ? 0.0 : 2 * rates_[i] * x + net_.mass[i] * sigma * v + size[i]) /
                               (form == Form::momentum ? 1.0 : net_.mass[i]);
       const double kinematic = sigma * x + v;
       (*floor)[0] += kinematic * kinematic;
       (*floor)[1] += momentum * momentum;
     }
-  PetscCall(VecRestoreArrayRead(y, &ay));
   PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, floor->data(), 2, MPI_DOUBLE, MPI_SUM, net_.comm));
   for (double& norm : *floor) norm = 2 * PETSC_MACHINE_EPSILON * std::sqrt(norm);
   PetscFunctionReturn(0);

@@ -34,6 +34,8 @@ class Physics {
                                   RowWriter* writer) const = 0;
   /// Elastic energy counts half a spring from either end.
   virtual Energies energies(double t, const LocalState& state) const = 0;
+  /// size[i]: sum of the magnitudes of the particle laws' forces on owned particle i, which may cancel each other [N].
+  virtual void law_sizes(double t, const LocalState& state, double* size) const = 0;
   /// Sum of the rates of the springs at every owned particle [N/m].
   virtual std::vector<double> rates() const = 0;
 };

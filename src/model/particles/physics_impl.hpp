@@ -85,6 +85,19 @@ class PhysicsOf final : public Physics {
     return sum;
   }
 
+  void law_sizes(double t, const LocalState& state, double* size) const override {
+    for (PetscInt i = 0; i < net_.n; ++i) {
+      size[i] = 0;
+      if (net_.fixed[i]) continue;
+      const double* y = state.at(i);
+      const Point<d> point{t, net_.mass[i], net_.radius[i], y, y + d};
+      for_each_law(laws_, [&](const auto& law) {
+        double f[d] = {};
+        if (law.active() && law.template force<d>(point, f)) size[i] += norm<d>(f);
+      });
+    }
+  }
+
   std::vector<double> rates() const override {
     std::vector<double> sum(static_cast<std::size_t>(net_.n), 0.0);
     for (PetscInt i = 0; i < net_.n; ++i)
