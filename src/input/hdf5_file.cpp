@@ -128,14 +128,6 @@ std::string Hdf5File::fault_of(hid_t dataset, const std::string& path, const Tab
       return wrong;
     out->columns = static_cast<int>(columns);
   }
-  if (shape.rows != TableShape::any) return {};
-
-  // Every other table is measured against this one, so it alone must be backed by data before anything is allocated.
-  double declared = static_cast<double>(H5Tget_size(type));
-  for (const hsize_t n : dims) declared *= static_cast<double>(n);
-  if (out->rows <= PETSC_MAX_INT && declared > most_bytes(dataset, bytes_))
-    return wrong + format(": declares %.0f bytes of data, the file (%" PRId64 " bytes) does not hold them: never written, "
-                          "truncated or damaged; write it anew", declared, bytes_);
   return {};
 }
 
@@ -154,6 +146,23 @@ PetscErrorCode Hdf5File::find(const std::string& path, const TableShape& shape, 
                            path.c_str(), last_reason().c_str(), needed(shape).c_str()));
     else
       fault.note(0, fault_of(out->dataset, path, shape, out));
+  }
+  PetscCall(agree(comm_, fault));
+  PetscFunctionReturn(0);
+}
+
+PetscErrorCode Hdf5File::require_data(const Table& table) const {
+  Fault fault;
+
+  PetscFunctionBegin;
+  if (table.dataset) {
+    const Hdf5Id type(H5Dget_type(table.dataset), H5Tclose);
+    const double declared = static_cast<double>(H5Tget_size(type)) * static_cast<double>(std::max<std::int64_t>(table.frames, 1)) *
+                            static_cast<double>(table.rows) * std::max(table.columns, 1);
+    if (declared > most_bytes(table.dataset, bytes_))
+      fault.note(0, format("%s: %s declares %" PRId64 " rows (%.0f bytes), the file (%" PRId64 " bytes) does not hold them: "
+                           "never written, truncated or damaged; write it anew", name_.c_str(), table.path.c_str(),
+                           table.rows, declared, bytes_));
   }
   PetscCall(agree(comm_, fault));
   PetscFunctionReturn(0);

@@ -55,7 +55,7 @@ class QuietHdf5 {
 struct TableShape {
   static constexpr std::int64_t any = -1;
   bool integers = false;      ///< integers, else integers or floating-point numbers
-  std::int64_t rows = any;    ///< any: this table says how many there are, and must hold as much data as it declares
+  std::int64_t rows = any;    ///< any: this table says how many there are
   std::string row_name = "N"; ///< how messages call the number of rows
   int columns = 0;            ///< 0: one-dimensional; any: 1, 2 or 3
   bool frames = false;        ///< a first axis of frames, at least one; the last is read
@@ -75,8 +75,11 @@ class Hdf5File {
   PetscErrorCode open(MPI_Comm comm, const std::string& path);
   /// Whether an object of that absolute path exists. Local, the same on every rank.
   bool has(const std::string& path) const;
-  /// Collective. Errors: not there, not a dataset, wrong type or shape, declares more data than the file holds.
+  /// Collective. Errors: not there, not a dataset, wrong type or shape.
   PetscErrorCode find(const std::string& path, const TableShape& shape, Table* out) const;
+  /// Collective. A table that was found, or an empty one, must hold as much data as it declares: before its numbers of
+  /// rows rule what is allocated.
+  PetscErrorCode require_data(const Table& table) const;
   /// Collective. This rank's rows [first, first + count) of `table`, its first `columns` columns (0: all).
   PetscErrorCode read(const Table& table, std::int64_t first, std::int64_t count, int columns,
                       std::vector<double>* out) const;

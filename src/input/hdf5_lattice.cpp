@@ -1,34 +1,17 @@
 #include "input/hdf5_lattice.hpp"
 
-#include <algorithm>
 #include <cinttypes>
 #include <cmath>
 #include <limits>
 
 #include "base/fault.hpp"
 #include "input/hdf5_file.hpp"
+#include "input/hdf5_layout.hpp"
 #include "input/validate.hpp"
 
 namespace bs {
 
 namespace {
-
-/// Where a kind of file keeps what.
-struct Names {
-  bool trajectory;
-  std::string position, velocity, mass, fixed, radius, id;
-  std::string springs, pairs, stiffness, rest_length, damping;
-  std::string laws, law_prefix;  ///< object that holds the laws' attributes, and how their names begin
-};
-
-const Names lattice_names{false, "/particles/position", "/particles/velocity", "/particles/mass", "/particles/fixed",
-                          "/particles/radius", "", "/springs", "/springs/pairs", "/springs/stiffness",
-                          "/springs/rest_length", "/springs/damping", "/", ""};
-const Names trajectory_names{true, "/particles/trajectory/position/value", "/particles/trajectory/velocity/value",
-                             "/particles/trajectory/mass", "/particles/trajectory/fixed", "/particles/trajectory/radius",
-                             "/particles/trajectory/id", "/connectivity/bonds", "/connectivity/bonds",
-                             "/connectivity/bonds_stiffness", "/connectivity/bonds_rest_length",
-                             "/connectivity/bonds_damping", "/parameters", "bs_"};
 
 /// Reads a column of `rows.total` numbers; where it is optional and absent, `missing` fills it.
 PetscErrorCode read_column(const Hdf5File& file, const std::string& path, const Rows& rows, const char* row_name,
@@ -95,24 +78,8 @@ PetscErrorCode read_fixed(MPI_Comm comm, const Hdf5File& file, const std::string
   PetscFunctionReturn(0);
 }
 
-/// Components of a trajectory that were written only as padding are not read.
-PetscErrorCode box_dimension(const Hdf5File& file, int columns, int* dim) {
-  PetscFunctionBegin;
-  *dim = columns;
-  const Hdf5Id attribute(H5Aopen_by_name(file.id(), "/particles/trajectory/box", "dimension", H5P_DEFAULT, H5P_DEFAULT),
-                         H5Aclose);
-  int found = 0;
-  if (attribute) {
-    const Hdf5Id type(H5Aget_type(attribute), H5Tclose), space(H5Aget_space(attribute), H5Sclose);
-    if (H5Tget_class(type) == H5T_INTEGER && H5Sget_simple_extent_npoints(space) == 1 &&
-        H5Aread(attribute, H5T_NATIVE_INT, &found) >= 0 && found >= 1 && found < columns)
-      *dim = found;
-  }
-  PetscFunctionReturn(0);
-}
-
 /// Finds the two or three tables that say how many rows there are, and checks the numbers before anything is read.
-PetscErrorCode read_sizes(MPI_Comm comm, const Hdf5File& file, const Names& names, Lattice* l, Table* position,
+PetscErrorCode read_sizes(MPI_Comm comm, const Hdf5File& file, const Hdf5Layout& names, Lattice* l, Table* position,
                           Table* pairs, Table* anchors) {
   PetscMPIInt rank, size;
   TableShape points, ends, particle;
@@ -124,7 +91,7 @@ PetscErrorCode read_sizes(MPI_Comm comm, const Hdf5File& file, const Names& name
   points.frames = names.trajectory;
   PetscCall(file.find(names.position, points, position));
   l->dim = position->columns;
-  if (names.trajectory) PetscCall(box_dimension(file, position->columns, &l->dim));
+  if (names.trajectory) l->dim = box_dimension(file, position->columns);
   if (file.has(names.springs)) {
     ends.integers = true;
     ends.row_name = "M";
@@ -137,13 +104,15 @@ PetscErrorCode read_sizes(MPI_Comm comm, const Hdf5File& file, const Names& name
     PetscCall(file.find("/anchors/particle", particle, anchors));
   }
   PetscCall(check_sizes(comm, l->source, position->rows, l->dim, pairs->rows, anchors->rows));
+  // Every other table is measured against these.
+  for (const Table* table : {position, pairs, anchors}) PetscCall(file.require_data(*table));
   l->particles = split_rows(position->rows, rank, size);
   l->springs = split_rows(pairs->rows, rank, size);
   l->anchors = split_rows(anchors->rows, rank, size);
   PetscFunctionReturn(0);
 }
 
-PetscErrorCode read_particles(MPI_Comm comm, const Hdf5File& file, const Names& names, const Table& position, Lattice* l) {
+PetscErrorCode read_particles(MPI_Comm comm, const Hdf5File& file, const Hdf5Layout& names, const Table& position, Lattice* l) {
   const Rows& rows = l->particles;
 
   PetscFunctionBegin;
@@ -166,7 +135,7 @@ PetscErrorCode read_particles(MPI_Comm comm, const Hdf5File& file, const Names& 
   PetscFunctionReturn(0);
 }
 
-PetscErrorCode read_springs(MPI_Comm comm, const Hdf5File& file, const Names& names, const Table& pairs, Lattice* l) {
+PetscErrorCode read_springs(MPI_Comm comm, const Hdf5File& file, const Hdf5Layout& names, const Table& pairs, Lattice* l) {
   const Rows& rows = l->springs;
   const double nan = std::numeric_limits<double>::quiet_NaN();
 
@@ -199,56 +168,19 @@ PetscErrorCode read_anchors(const Hdf5File& file, const Table& anchors, Lattice*
   PetscFunctionReturn(0);
 }
 
-/// `index` receives the place of the attribute's text among two choices; `given` whether it is there.
-PetscErrorCode read_law(MPI_Comm comm, const Hdf5File& file, const Names& names, const std::string& source,
-                        const char* name, const char* const choices[2], int* index, bool* given) {
-  const std::string attribute = names.law_prefix + name;
-  std::string text;
-
-  PetscFunctionBegin;
-  PetscCall(file.text_attribute(names.laws, attribute, &text));
-  // Options are kept with or without their dash.
-  if (text.empty() && names.trajectory) PetscCall(file.text_attribute(names.laws, "-" + attribute, &text));
-  *given = !text.empty();
-  *index = text == choices[1] ? 1 : 0;
-  if (*given && text != choices[0] && text != choices[1])
-    PetscCall(tell(comm, Exit::input,
-                   format("%s: attribute %s of %s is '%s'; write %s or %s", source.c_str(), attribute.c_str(),
-                          names.laws.c_str(), text.c_str(), choices[0], choices[1])));
-  PetscFunctionReturn(0);
-}
-
-/// A misspelt name of an optional dataset would otherwise go unseen.
-void note_unknown_members(const Hdf5File& file, Lattice* l) {
-  static const std::vector<std::pair<const char*, std::vector<std::string>>> known = {
-      {"/particles", {"position", "velocity", "mass", "fixed", "radius"}},
-      {"/springs", {"pairs", "stiffness", "rest_length", "damping"}},
-      {"/anchors", {"particle", "point", "stiffness", "rest_length", "damping"}}};
-  for (const auto& [group, names] : known)
-    for (const std::string& name : file.members(group))
-      if (std::find(names.begin(), names.end(), name) == names.end())
-        l->warnings.push_back(l->source + ": " + group + "/" + name + " is not part of a lattice, it is ignored");
-}
-
 }  // namespace
 
 PetscErrorCode read_hdf5_lattice(MPI_Comm comm, const std::string& path, Lattice* out) {
-  static const char* const spring_laws[2] = {"hooke", "strain"};
-  static const char* const damping_laws[2] = {"axial", "simple"};
   Hdf5File file;
   Table position, pairs, anchors;
-  int spring = 0, damping = 0;
 
   PetscFunctionBegin;
   *out = Lattice{};
   out->source = path;
   PetscCall(file.open(comm, path));
-  const Names& names = file.has(trajectory_names.position) ? trajectory_names : lattice_names;
+  const Hdf5Layout& names = layout_of(file);
   PetscCall(read_sizes(comm, file, names, out, &position, &pairs, &anchors));
-  PetscCall(read_law(comm, file, names, path, "spring_law", spring_laws, &spring, &out->spring_law_given));
-  PetscCall(read_law(comm, file, names, path, "damping_law", damping_laws, &damping, &out->damping_law_given));
-  out->spring_law = spring ? SpringLaw::strain : SpringLaw::hooke;
-  out->damping_law = damping ? DampingLaw::simple : DampingLaw::axial;
+  PetscCall(read_laws(comm, file, names, out));
   PetscCall(read_particles(comm, file, names, position, out));
   PetscCall(read_springs(comm, file, names, pairs, out));
   PetscCall(read_anchors(file, anchors, out));

@@ -12,7 +12,7 @@ namespace bs {
 
 /// How an implicit TS type wants the residual.
 enum class Form {
-  momentum,  ///< F_x = x' - v, F_v = M v' - f(t, x, v); keeps the v-block symmetric
+  momentum,  ///< F_x = M (x' - v), F_v = M v' - f(t, x, v); keeps the v-block symmetric
   velocity   ///< F_x = x' - v, F_v = v' - M^-1 f; for types that need F = y' - G, arkimex among them
 };
 
@@ -62,7 +62,7 @@ class Model {
   /// The operator that goes with P: P itself (referenced), or P plus what cannot be assembled.
   virtual PetscErrorCode create_operator(Mat P, Form form, Mat* A) = 0;
 
-  /// 2-norms of the parts of a residual that are judged apart (kinematic [m/s], momentum [N]); a model of one kind
+  /// 2-norms of the parts of a residual that are judged apart (kinematic [kg m/s], momentum [N]); a model of one kind
   /// leaves the second 0.
   virtual PetscErrorCode residual_norms(Vec F, ResidualNorms* norms) = 0;
   /// The same norms of the rounding errors in the residual near y: below them no Newton iteration can get.

@@ -1,20 +1,31 @@
 #include "solve/convergence.hpp"
 #include <algorithm>
+#include <cmath>
+#include <cstring>
 
 namespace bs {
 namespace {
 
-bool small(const ResidualNorms& now, const ResidualNorms& first, const ResidualNorms& floor, double rtol) {
+bool below(const NewtonPolicy& self, const ResidualNorms& now, double rtol, double floors) {
   for (int k = 0; k < 2; ++k)
-    if (now[k] > std::max(rtol * first[k], floor[k])) return false;
+    if (now[k] > std::max(rtol * self.first[k], floors * self.floor[k])) return false;
   return true;
 }
 
-// Converged: every part has fallen by rtol or below its rounding errors, or all of F below atol, or a whole Newton
-// step below stol of the state. Diverged: not finite, or grown by the divergence tolerance.
+/// Near rounding level, and no longer falling: no further iterate is any better.
+bool exhausted(const NewtonPolicy& self, const ResidualNorms& now, double rtol) {
+  constexpr double NEAR = 100;
+  bool falling = false;
+  for (int k = 0; k < 2; ++k)
+    falling |= now[k] > std::max(rtol * self.first[k], self.floor[k]) && now[k] < 0.5 * self.previous[k];
+  return !falling && below(self, now, rtol, NEAR);
+}
+
+// Converged: every part has fallen by rtol or to its rounding errors, or all of F is below atol, or a whole Newton step
+// below stol of the state. Diverged: not finite, or grown by the divergence tolerance.
 PetscErrorCode test(SNES snes, PetscInt it, PetscReal xnorm, PetscReal snorm, PetscReal fnorm, SNESConvergedReason* reason,
                     void* context) {
-  ConvergenceTest* self = static_cast<ConvergenceTest*>(context);
+  NewtonPolicy& self = *static_cast<NewtonPolicy*>(context);
   PetscReal atol, rtol, stol, divtol;
   Vec F;
   ResidualNorms now;
@@ -27,21 +38,88 @@ PetscErrorCode test(SNES snes, PetscInt it, PetscReal xnorm, PetscReal snorm, Pe
   PetscCall(SNESGetTolerances(snes, &atol, &rtol, &stol, nullptr, nullptr));
   PetscCall(SNESGetDivergenceTolerance(snes, &divtol));
   PetscCall(SNESGetFunction(snes, &F, nullptr, nullptr));
-  PetscCall(self->model->residual_norms(F, &now));
-  if (it == 0) self->first = now;
-  const double total = std::max(self->first[0], self->first[1]);
+  PetscCall(self.model->residual_norms(F, &now));
+  if (it == 0) self.first = now;
+  const double whole = std::hypot(self.first[0], self.first[1]);
   if (fnorm < atol) *reason = SNES_CONVERGED_FNORM_ABS;
-  else if (small(now, self->first, self->floor, it > 0 ? rtol : 0.0)) *reason = SNES_CONVERGED_FNORM_RELATIVE;
+  else if (below(self, now, it > 0 ? rtol : 0.0, 1.0)) *reason = SNES_CONVERGED_FNORM_RELATIVE;
+  else if (it > 1 && exhausted(self, now, rtol)) *reason = SNES_CONVERGED_FNORM_RELATIVE;
   else if (it > 0 && snorm < stol * xnorm) *reason = SNES_CONVERGED_SNORM_RELATIVE;
-  else if (it > 0 && divtol > 0 && fnorm > divtol * total && total > 0) *reason = SNES_DIVERGED_DTOL;
+  else if (it > 0 && divtol > 0 && whole > 0 && fnorm > divtol * whole) *reason = SNES_DIVERGED_DTOL;
+  self.previous = now;
+  PetscFunctionReturn(0);
+}
+
+// phi = sqrt(sum_k (r_k / first_k)^2), where a part below its rounding errors counts as 0
+double merit(const NewtonPolicy& self, const ResidualNorms& now) {
+  double sum = 0;
+  for (int k = 0; k < 2; ++k) {
+    if (now[k] <= self.floor[k]) continue;
+    const double part = now[k] / std::max(self.first[k], self.floor[k]);
+    sum += part * part;
+  }
+  return std::sqrt(sum);
+}
+
+// Backtracking on phi: phi(lambda) <= (1 - 1e-4 lambda) phi(0), the next lambda from the parabola through phi(0)^2,
+// its Newton slope -2 phi(0)^2 and phi(lambda)^2, within [0.1, 0.5] lambda.
+PetscErrorCode search(SNESLineSearch line, void* context) {
+  constexpr int TRIES = 30;
+  NewtonPolicy& self = *static_cast<NewtonPolicy*>(context);
+  SNES snes;
+  Vec X, F, Y, W, G;
+  PetscBool changed = PETSC_FALSE;
+  PetscReal fnorm = 0, xnorm, ynorm, lambda = 1;
+  ResidualNorms now;
+  PetscFunctionBegin;
+  PetscCall(SNESLineSearchGetSNES(line, &snes));
+  PetscCall(SNESLineSearchGetVecs(line, &X, &F, &Y, &W, &G));
+  PetscCall(SNESLineSearchSetReason(line, SNES_LINESEARCH_SUCCEEDED));
+  PetscCall(SNESLineSearchPreCheck(line, X, Y, &changed));
+  PetscCall(self.model->residual_norms(F, &now));
+  const double start = merit(self, now);
+  bool found = false;
+  for (int k = 0; k < TRIES && !found; ++k) {
+    PetscCall(VecWAXPY(W, -lambda, Y, X));
+    PetscCall(SNESComputeFunction(snes, W, G));
+    PetscCall(VecNorm(G, NORM_2, &fnorm));
+    double phi = INFINITY;
+    if (!PetscIsInfOrNanReal(fnorm)) {
+      PetscCall(self.model->residual_norms(G, &now));
+      phi = merit(self, now);
+    }
+    found = phi <= (1 - 1e-4 * lambda) * start || below(self, now, 0.0, 1.0);
+    if (found) break;
+    const double fit = std::isfinite(phi) ? lambda * lambda / (phi * phi / (start * start) - 1 + 2 * lambda) : 0.5 * lambda;
+    lambda = std::clamp(fit, 0.1 * lambda, 0.5 * lambda);
+  }
+  if (!found) {
+    PetscCall(SNESLineSearchSetReason(line, SNES_LINESEARCH_FAILED_REDUCT));
+    PetscFunctionReturn(0);
+  }
+  PetscCall(VecNorm(Y, NORM_2, &ynorm));
+  PetscCall(VecCopy(W, X));
+  PetscCall(VecCopy(G, F));
+  PetscCall(VecNorm(X, NORM_2, &xnorm));
+  PetscCall(SNESLineSearchSetLambda(line, lambda));
+  PetscCall(SNESLineSearchSetNorms(line, xnorm, fnorm, ynorm));
   PetscFunctionReturn(0);
 }
 
 }  // namespace
 
-PetscErrorCode ConvergenceTest::attach(SNES snes) {
+PetscErrorCode NewtonPolicy::attach(SNES snes) {
+  char type[64] = SNESNEWTONLS;
+  PetscBool given = PETSC_FALSE;
   PetscFunctionBegin;
   PetscCall(SNESSetConvergenceTest(snes, test, this, nullptr));
+  PetscCall(PetscOptionsGetString(nullptr, nullptr, "-snes_type", type, sizeof(type), nullptr));
+  PetscCall(PetscOptionsHasName(nullptr, nullptr, "-snes_linesearch_type", &given));
+  if (given || std::strcmp(type, SNESNEWTONLS) != 0) PetscFunctionReturn(0);
+  SNESLineSearch line;
+  PetscCall(SNESGetLineSearch(snes, &line));
+  PetscCall(SNESLineSearchSetType(line, SNESLINESEARCHSHELL));
+  PetscCall(SNESLineSearchShellSetUserFunc(line, search, this));
   PetscFunctionReturn(0);
 }
 

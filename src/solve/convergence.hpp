@@ -1,15 +1,18 @@
-// When Newton has converged: kinematic and momentum residual are judged apart, since their units differ.
+// When Newton has converged and how far it goes along a step: the kinematic and the momentum residual are judged apart,
+// since their units differ.
 #pragma once
 #include <petscsnes.h>
 #include "model/model.hpp"
 
 namespace bs {
 
-/// Lives as long as the SNES it is set on; `floor` is renewed before every step.
-struct ConvergenceTest {
+/// Convergence test and line search of one SNES; must outlive it. `floor` is renewed before every step.
+struct NewtonPolicy {
   Model* model = nullptr;
-  ResidualNorms floor;        ///< rounding errors of the residual
-  ResidualNorms first;        ///< of the first iterate
+  ResidualNorms floor = {0, 0};     ///< rounding errors of the residual
+  ResidualNorms first = {0, 0};     ///< residual at the first iterate of this solve
+  ResidualNorms previous = {0, 0};  ///< at the iterate before this one
+  /// Sets the test, and the line search unless -snes_linesearch_type or another -snes_type is asked for.
   PetscErrorCode attach(SNES snes);
 };
 

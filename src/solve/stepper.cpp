@@ -91,7 +91,7 @@ PetscErrorCode Stepper::set_floor(TS ts) {
   if (!context_.implicit) PetscFunctionReturn(0);
   PetscCall(TSGetSolution(ts, &y));
   PetscCall(TSGetTime(ts, &time));
-  PetscCall(model_.residual_floor(time, y, 1.0 / planned_, context_.form, &context_.convergence.floor));
+  PetscCall(model_.residual_floor(time, y, 1.0 / planned_, context_.form, &context_.newton.floor));
   PetscFunctionReturn(0);
 }
 

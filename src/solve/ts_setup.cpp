@@ -87,8 +87,8 @@ PetscErrorCode set_implicit(TS ts, Model& model, TSContext* context) {
   // Newton must earn its convergence by the residual, or by a whole step at rounding level; a line search that crawls
   // must not pass for it, as it would with PETSc's stol of 1e-8.
   PetscCall(SNESSetTolerances(snes, 0.0, 1e-8, 1e-14, 50, PETSC_DEFAULT));
-  context->convergence.model = &model;
-  PetscCall(context->convergence.attach(snes));
+  context->newton.model = &model;
+  PetscCall(context->newton.attach(snes));
   PetscCall(VecGetSize(y, &unknowns));
   PetscCall(set_linear_defaults(ts, unknowns));
   PetscFunctionReturn(0);
@@ -151,7 +151,7 @@ PetscErrorCode describe_solver(TS ts, const TSContext& context, std::string* lin
   PetscCall(KSPGetPC(ksp, &pc));
   PetscCall(PCGetType(pc, &pc_type));
   *line += format("; SNES %s, line search %s, rtol %g of either residual; KSP %s, PC %s", snes_type,
-                  search_type ? search_type : "default", rtol, ksp_type ? ksp_type : "gmres", pc_type ? pc_type : "default");
+                  !search_type ? "default" : std::string(search_type) == SNESLINESEARCHSHELL ? "backtracking on either residual" : search_type, rtol, ksp_type ? ksp_type : "gmres", pc_type ? pc_type : "default");
   PetscFunctionReturn(0);
 }
 

@@ -12,7 +12,7 @@ struct TSContext {
   Model* model = nullptr;
   Form form = Form::momentum;
   bool implicit = true;
-  ConvergenceTest convergence;
+  NewtonPolicy newton;
   MatHandle operator_, matrix;  ///< Amat and Pmat of implicit types
 };
 

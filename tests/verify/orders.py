@@ -21,7 +21,8 @@ TYPES = [
     ("theta midpoint", {"ts_type": "theta", "ts_theta_theta": 0.5, "ts_theta_endpoint": 0}, 2, 0.15, (50, 100, 200)),
     ("bdf 1", {"ts_type": "bdf", "ts_bdf_order": 1}, 1, 0.15, (200, 400, 800)),
     ("bdf 2", {"ts_type": "bdf", "ts_bdf_order": 2}, 2, 0.15, (100, 200, 400)),
-    ("bdf 3", {"ts_type": "bdf", "ts_bdf_order": 3}, 3, 0.25, (100, 200, 400)),
+    # PETSc starts BDF by a half step of order 1 and a step of order 2, so orders above 2 are observed as 2 in the end.
+    ("bdf 3", {"ts_type": "bdf", "ts_bdf_order": 3}, 2, 0.15, (800, 1600, 3200)),
     ("alpha", {"ts_type": "alpha"}, 2, 0.15, (50, 100, 200)),
     ("arkimex 3", {"ts_type": "arkimex"}, 3, 0.25, (40, 80, 160)),
     ("arkimex 2e", {"ts_type": "arkimex", "ts_arkimex_type": "2e"}, 2, 0.15, (50, 100, 200)),
@@ -31,9 +32,10 @@ TYPES = [
     ("symplectic", {"ts_type": "symplectic"}, 1, 0.15, (200, 400, 800)),
     ("rk 2b", {"ts_type": "rk", "ts_rk_type": "2b"}, 2, 0.15, (50, 100, 200)),
     ("rk 4", {"ts_type": "rk", "ts_rk_type": "4"}, 4, 0.25, (40, 80, 160)),
-    ("rk 5dp", {"ts_type": "rk", "ts_rk_type": "5dp"}, 5, 0.25, (20, 40, 80)),
+    ("rk 5dp", {"ts_type": "rk", "ts_rk_type": "5dp"}, 5, 0.25, (80, 160, 320)),
     ("ssp", {"ts_type": "ssp"}, 2, 0.15, (50, 100, 200)),
     ("ssp rks3", {"ts_type": "ssp", "ts_ssp_type": "rks3", "ts_ssp_nstages": 4}, 3, 0.25, (40, 80, 160)),
+    ("ssp rk104", {"ts_type": "ssp", "ts_ssp_type": "rk104"}, 4, 0.25, (40, 80, 160)),
 ]
 
 

@@ -122,7 +122,7 @@ PetscErrorCode ParticleModel::compute_forces(double t, Vec y) {
   PetscFunctionReturn(0);
 }
 
-// F_x = x' - v,  F_v = M v' - f (momentum) or v' - M^-1 f (velocity); fixed particles: f = 0
+// Momentum form F_x = M (x' - v), F_v = M v' - f; velocity form: both divided by M. Fixed particles: f = 0.
 PetscErrorCode ParticleModel::residual(double t, Vec y, Vec ydot, Form form, Vec F) {
   const PetscScalar *ay = nullptr, *ayd = nullptr;
   PetscScalar* aF = nullptr;
@@ -137,7 +137,7 @@ PetscErrorCode ParticleModel::residual(double t, Vec y, Vec ydot, Form form, Vec
     const double scale = form == Form::momentum ? 1.0 : 1.0 / net_.mass[i];
     for (PetscInt c = 0; c < d; ++c) {
       const PetscInt x = i * bs + c, v = x + d;
-      aF[x] = ayd[x] - ay[v];
+      aF[x] = m * (ayd[x] - ay[v]);
       aF[v] = m * ayd[v] - scale * force_[i * d + c];
     }
   }
@@ -217,9 +217,9 @@ PetscErrorCode ParticleModel::residual_floor(double t, Vec y, double sigma, Form
   for (PetscInt i = 0; i < net_.n; ++i)
     for (PetscInt c = 0; c < d; ++c) {
       const double x = std::abs(state_.at(i)[c]), v = std::abs(state_.at(i)[d + c]);
-      const double momentum = (net_.fixed[i] ? 0.0 : 2 * rates_[i] * x + net_.mass[i] * sigma * v + size[i]) /
-                              (form == Form::momentum ? 1.0 : net_.mass[i]);
-      const double kinematic = sigma * x + v;
+      const double scale = form == Form::momentum ? 1.0 : 1.0 / net_.mass[i];
+      const double momentum = net_.fixed[i] ? 0.0 : scale * (2 * rates_[i] * x + net_.mass[i] * sigma * v + size[i]);
+      const double kinematic = scale * net_.mass[i] * (sigma * x + v);
       (*floor)[0] += kinematic * kinematic;
       (*floor)[1] += momentum * momentum;
     }

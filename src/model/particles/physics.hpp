@@ -29,7 +29,7 @@ class Physics {
   virtual ~Physics() = default;
   /// f: (n, d), overwritten. The first singularity met is kept in `fault`; the particle's force is then not finite.
   virtual void forces(double t, const LocalState& state, const Coupling& coupling, double* f, Singularity* fault) const = 0;
-  /// Writes J = [sigma, -1; -K, sigma M - D] (momentum) or with its lower rows divided by M (velocity).
+  /// Writes J = [sigma M, -M; -K, sigma M - D] (momentum form) or the same divided by M (velocity form).
   virtual PetscErrorCode jacobian(double t, const LocalState& state, const Coupling& coupling, double sigma, bool momentum,
                                   RowWriter* writer) const = 0;
   /// Elastic energy counts half a spring from either end.

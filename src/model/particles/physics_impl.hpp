@@ -58,7 +58,7 @@ class PhysicsOf final : public Physics {
         for (PetscInt k = 0; k < width * d; ++k) panel[k] *= scale;
       for (int k = 0; k < d; ++k)
         panel[k * width + pattern_.self(i) * 2 * d + d + k] += sigma * (momentum ? net_.mass[i] : 1.0);
-      PetscCall(writer->write(i, sigma, panel.data()));
+      PetscCall(writer->write(i, sigma, momentum ? net_.mass[i] : 1.0, panel.data()));
     }
     PetscFunctionReturn(0);
   }

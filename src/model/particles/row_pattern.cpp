@@ -69,7 +69,7 @@ PetscErrorCode RowPattern::create_matrix(const Network& net, Mat* out) const {
   RowWriter writer(net, *this);
   std::vector<double> zeros(static_cast<std::size_t>(widest_ * bs * net.dim), 0.0);
   PetscCall(writer.begin(*out));
-  for (PetscInt i = 0; i < net.n; ++i) PetscCall(writer.write(i, 0.0, zeros.data()));
+  for (PetscInt i = 0; i < net.n; ++i) PetscCall(writer.write(i, 0.0, 1.0, zeros.data()));
   PetscCall(writer.end());
   PetscCall(MatSetOption(*out, MAT_NEW_NONZERO_LOCATION_ERR, PETSC_TRUE));
   PetscFunctionReturn(0);
@@ -98,21 +98,21 @@ PetscErrorCode RowWriter::begin(Mat A) {
   PetscFunctionReturn(0);
 }
 
-PetscErrorCode RowWriter::write(PetscInt i, double x_diagonal, const double* panel) {
+PetscErrorCode RowWriter::write(PetscInt i, double sigma, double scale, const double* panel) {
   PetscFunctionBegin;
-  if (direct_) write_direct(i, x_diagonal, panel);
-  else PetscCall(write_generic(i, x_diagonal, panel));
+  if (direct_) write_direct(i, sigma, scale, panel);
+  else PetscCall(write_generic(i, sigma, scale, panel));
   PetscFunctionReturn(0);
 }
 
 // Columns of an assembled row ascend, and so do those of the pattern: each row is two or three runs of the panel.
-void RowWriter::write_direct(PetscInt i, double x_diagonal, const double* panel) {
+void RowWriter::write_direct(PetscInt i, double sigma, double scale, const double* panel) {
   const PetscInt d = net_.dim, bs = 2 * d;
   const PetscInt low = pattern_.low_[i] * bs, own = pattern_.own_[i] * bs, width = pattern_.count(i) * bs;
   for (PetscInt k = 0; k < d; ++k) {
     double* x_row = diagonal_values_ + diagonal_rows_[i * bs + k];
-    x_row[0] = x_diagonal;
-    x_row[1] = -1.0;
+    x_row[0] = scale * sigma;
+    x_row[1] = -scale;
     const double* row = panel + k * width;
     std::memcpy(diagonal_values_ + diagonal_rows_[i * bs + d + k], row + low, static_cast<std::size_t>(own) * sizeof(double));
     if (width > own) {
@@ -123,7 +123,7 @@ void RowWriter::write_direct(PetscInt i, double x_diagonal, const double* panel)
   }
 }
 
-PetscErrorCode RowWriter::write_generic(PetscInt i, double x_diagonal, const double* panel) {
+PetscErrorCode RowWriter::write_generic(PetscInt i, double sigma, double scale, const double* panel) {
   const PetscInt d = net_.dim, bs = 2 * d, g = net_.global[i] * bs;
   PetscFunctionBegin;
   columns_.clear();
@@ -131,7 +131,7 @@ PetscErrorCode RowWriter::write_generic(PetscInt i, double x_diagonal, const dou
     for (PetscInt c = 0; c < bs; ++c) columns_.push_back(pattern_.global_[k] * bs + c);
   for (PetscInt k = 0; k < d; ++k) {
     const PetscInt x_row = g + k, x_columns[2] = {g + k, g + d + k}, v_row = g + d + k;
-    const PetscScalar x_values[2] = {x_diagonal, -1.0};
+    const PetscScalar x_values[2] = {scale * sigma, -scale};
     PetscCall(MatSetValues(matrix_, 1, &x_row, 2, x_columns, x_values, INSERT_VALUES));
     const PetscInt width = static_cast<PetscInt>(columns_.size());
     PetscCall(MatSetValues(matrix_, 1, &v_row, width, columns_.data(), panel + k * width, INSERT_VALUES));

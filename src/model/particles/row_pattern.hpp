@@ -7,7 +7,7 @@
 namespace bs {
 
 /// Columns of one block row per owned particle: itself and every particle linked to it that is not fixed, ascending by
-/// global index: first `low` ghosts, then `own` owned ones, then ghosts again. Rows of x hold (sigma, -1) only.
+/// global index: first `low` ghosts, then `own` owned ones, then ghosts again. Rows of x hold two numbers only.
 class RowPattern {
  public:
   void create(const Network& net);
@@ -32,13 +32,13 @@ class RowWriter {
  public:
   RowWriter(const Network& net, const RowPattern& pattern) : net_(net), pattern_(pattern) {}
   PetscErrorCode begin(Mat A);
-  /// Row block of owned particle i: x rows (x_diagonal on x, -1 on v); v rows `panel` (d, count*2d) row-major.
-  PetscErrorCode write(PetscInt i, double x_diagonal, const double* panel);
+  /// Row block of owned particle i: x rows scale*(sigma on x, -1 on v); v rows `panel` (d, count*2d) row-major.
+  PetscErrorCode write(PetscInt i, double sigma, double scale, const double* panel);
   PetscErrorCode end();
 
  private:
-  void write_direct(PetscInt i, double x_diagonal, const double* panel);
-  PetscErrorCode write_generic(PetscInt i, double x_diagonal, const double* panel);
+  void write_direct(PetscInt i, double sigma, double scale, const double* panel);
+  PetscErrorCode write_generic(PetscInt i, double sigma, double scale, const double* panel);
   const Network& net_;
   const RowPattern& pattern_;
   Mat matrix_ = nullptr, diagonal_ = nullptr, off_ = nullptr;

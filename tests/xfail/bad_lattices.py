@@ -1,0 +1,419 @@
+#!/usr/bin/env python3
+"""Lattices that cannot be: each bad input must end with exit code 2 and one line that says what to mend.
+
+  bad_lattices.py --program build/release/backspring [--ranks 2] [--filter WORD] [--jobs 2] [--verbose]
+
+For each row of the table the input is written to a fresh folder and the program is run on it. Asked for: exit code 2;
+exactly one line that begins "backspring: error:"; the fragment of the row in that line; no "PETSC ERROR"; an end within
+30 s. A few good inputs, which must run, guard against a program that refuses everything.
+Ends with "N passed, N failed, 0 skipped"; exit code 0 or 1.
+"""
+import sys
+
+try:
+    import h5py
+    import numpy as np
+except ImportError as missing:
+    sys.exit(f"{missing}\nneeded: apt install python3-h5py python3-numpy, and run with /usr/bin/python3")
+
+import argparse
+import concurrent.futures
+import os
+import pathlib
+import subprocess
+import tempfile
+
+TIMEOUT = 30  # [s]
+STEP = ["-ts_type", "euler", "-ts_dt", "1e-4", "-ts_max_steps", "1"]
+
+
+# --- HDF5 -------------------------------------------------------------------------------------------------------------
+
+def tables():
+    """A good lattice: five particles on a zigzag, four springs, two anchors."""
+    return {
+        "particles/position": np.array([[0, 0, 0], [1, 0.5, 0], [2, 0, 0], [3, 0.5, 0], [4, 0, 0]], float),
+        "particles/mass": np.full(5, 2.0),
+        "springs/pairs": np.array([[0, 1], [1, 2], [2, 3], [3, 4]]),
+        "springs/stiffness": np.full(4, 10.0),
+        "anchors/particle": np.array([0, 4]),
+        "anchors/point": np.array([[-1, 0, 0], [5, 0, 0]], float),
+        "anchors/stiffness": np.full(2, 3.0),
+    }
+
+
+def write(path, data, attributes=()):
+    with h5py.File(path, "w") as file:
+        for name, value in data.items():
+            file[name] = value
+        for name, value in dict(attributes).items():
+            file.attrs[name] = value
+
+
+def hdf5(change=None, options=(), **attributes):
+    """A maker of the good lattice with `change(data)` applied."""
+    def make(folder):
+        data = tables()
+        if change:
+            change(data)
+        write(folder / "l.h5", data, attributes)
+        return ["-bs_lattice_file", folder / "l.h5", *options]
+    return make
+
+
+def put(name, value, at=None):
+    """A change: one entry of a dataset, or all of it."""
+    def change(data):
+        if at is None:
+            data[name] = np.asarray(value)
+        else:
+            data[name][at] = value
+    return change
+
+
+def drop(*names):
+    def change(data):
+        for name in names:
+            del data[name]
+    return change
+
+
+def both(*changes):
+    def change(data):
+        for one in changes:
+            one(data)
+    return change
+
+
+def raw(edit, ending="h5"):
+    """A maker of the good HDF5 file whose bytes went through `edit`."""
+    def make(folder):
+        write(folder / "whole.h5", tables())
+        path = folder / f"l.{ending}"
+        path.write_bytes(edit((folder / "whole.h5").read_bytes()))
+        return ["-bs_lattice_file", path]
+    return make
+
+
+def sparse(name, shape, dtype, **how):
+    """A maker of a lattice one of whose datasets only declares its size."""
+    def make(folder):
+        data = tables()
+        del data[name]
+        write(folder / "l.h5", data)
+        with h5py.File(folder / "l.h5", "a") as file:
+            file.create_dataset(name, shape, dtype, **how)
+        return ["-bs_lattice_file", folder / "l.h5"]
+    return make
+
+
+def link_to_nowhere(folder):
+    write(folder / "l.h5", {name: value for name, value in tables().items() if name != "particles/mass"})
+    with h5py.File(folder / "l.h5", "a") as file:
+        file["particles/mass"] = h5py.SoftLink("/nowhere")
+    return ["-bs_lattice_file", folder / "l.h5"]
+
+
+def damaged_chunk(folder):
+    """Compressed data that do not unpack."""
+    data = tables()
+    position = data.pop("particles/position")
+    write(folder / "l.h5", data)
+    with h5py.File(folder / "l.h5", "a") as file:
+        made = file.create_dataset("particles/position", data=position, chunks=(5, 3), compression="gzip")
+        file.flush()
+        offset, size = made.id.get_chunk_info(0).byte_offset, made.id.get_chunk_info(0).size
+    content = bytearray((folder / "l.h5").read_bytes())
+    content[offset:offset + size] = b"\xff" * size
+    (folder / "l.h5").write_bytes(bytes(content))
+    return ["-bs_lattice_file", folder / "l.h5"]
+
+
+def trajectory(frames=2, **change):
+    """A maker of a trajectory as the program writes it, with datasets replaced."""
+    def make(folder):
+        data = {"particles/trajectory/position/value": np.arange(frames * 9.0).reshape(frames, 3, 3),
+                "particles/trajectory/velocity/value": np.zeros((frames, 3, 3)),
+                "particles/trajectory/mass": np.ones(3), "connectivity/bonds": np.array([[0, 1], [1, 2]]),
+                "connectivity/bonds_stiffness": np.ones(2), "connectivity/bonds_rest_length": np.ones(2)}
+        data.update({name.replace("__", "/"): value for name, value in change.items()})
+        write(folder / "run.h5md", data)
+        return ["-bs_lattice_file", folder / "run.h5md"]
+    return make
+
+
+at_one_place = put("particles/position", [1, 0.5, 0], 0)  # on particle 1
+
+HDF5 = {
+    "missing file": (lambda folder: ["-bs_lattice_file", folder / "none.h5"], "none.h5: no such file"),
+    "a folder": (lambda folder: [(folder / "d.h5").mkdir(), "-bs_lattice_file", folder / "d.h5"][1:], "is a folder"),
+    "not HDF5": (raw(lambda b: b"position 1 2 3\n"), "is not an HDF5 file"),
+    "empty file": (raw(lambda b: b""), "is not an HDF5 file (0 bytes)"),
+    "truncated to a half": (raw(lambda b: b[:len(b) // 2]), "truncated or damaged HDF5 file"),
+    "last bytes missing": (raw(lambda b: b[:-8]), "truncated or damaged HDF5 file"),
+    "superblock only": (raw(lambda b: b[:96]), "truncated or damaged HDF5 file"),
+    "compressed data damaged": (damaged_chunk, "/particles/position: rows 0 to"),
+    "no positions": (hdf5(drop("particles/position")), "has no dataset /particles/position; write one of shape (N, d)"),
+    "no masses": (hdf5(drop("particles/mass")), "has no dataset /particles/mass; write one of shape (5)"),
+    "no pairs": (hdf5(drop("springs/pairs")), "has no dataset /springs/pairs; write one of shape (M, 2)"),
+    "no stiffness": (hdf5(drop("springs/stiffness")), "has no dataset /springs/stiffness"),
+    "anchors without points": (hdf5(drop("anchors/point")), "has no dataset /anchors/point; write one of shape (2, 3)"),
+    "link to nowhere": (link_to_nowhere, "/particles/mass is not a dataset"),
+    "position is a group": (hdf5(both(drop("particles/position"), put("particles/position/x", np.zeros(5)))),
+                            "/particles/position is not a dataset"),
+    "four dimensions": (hdf5(put("particles/position", np.zeros((5, 4)))), "shape (5, 4), needs (N, d) with d = 1, 2 or 3"),
+    "no components": (hdf5(put("particles/position", np.zeros((5, 0)))), "shape (5, 0), needs (N, d)"),
+    "flat positions": (hdf5(put("particles/position", np.zeros(15))), "shape (15), needs (N, d)"),
+    "scalar mass": (hdf5(put("particles/mass", 1.0)), "/particles/mass: shape (), needs (5)"),
+    "no particles": (hdf5(put("particles/position", np.zeros((0, 3)))), "has no particles"),
+    "too few masses": (hdf5(put("particles/mass", np.ones(4))), "/particles/mass: shape (4), needs (5)"),
+    "velocity of another d": (hdf5(put("particles/velocity", np.zeros((5, 2)))), "velocity: shape (5, 2), needs (5, 3)"),
+    "too many fixed flags": (hdf5(put("particles/fixed", np.zeros(6, "u1"))), "/particles/fixed: shape (6), needs (5)"),
+    "pairs of three": (hdf5(put("springs/pairs", np.zeros((4, 3), int))), "shape (4, 3), needs (M, 2)"),
+    "too many stiffnesses": (hdf5(put("springs/stiffness", np.ones(5))), "/springs/stiffness: shape (5), needs (4)"),
+    "rest lengths of other size": (hdf5(put("springs/rest_length", np.ones(3))), "rest_length: shape (3), needs (4)"),
+    "anchor points of other d": (hdf5(put("anchors/point", np.zeros((2, 2)))), "/anchors/point: shape (2, 2), needs (2, 3)"),
+    "pairs as floats": (hdf5(put("springs/pairs", np.ones((4, 2)))), "holds floating-point numbers, needs integers"),
+    "masses as text": (hdf5(put("particles/mass", np.full(5, b"2"))), "/particles/mass: holds strings, needs numbers"),
+    "complex positions": (hdf5(put("particles/position", np.ones((5, 3), complex))), "holds compounds, needs numbers"),
+    "fixed as floats": (hdf5(put("particles/fixed", np.zeros(5))), "/particles/fixed: holds floating-point numbers"),
+    "fixed is 2": (hdf5(put("particles/fixed", np.array([0, 0, 0, 2, 0], "u1"))), "particle 3, /particles/fixed: 2"),
+    "NaN position": (hdf5(put("particles/position", np.nan, (4, 1))), "particle 4, /particles/position: position nan"),
+    "infinite velocity": (hdf5(put("particles/velocity", np.full((5, 3), np.inf))),
+                          "particle 0, /particles/velocity: velocity inf"),
+    "mass 0": (hdf5(put("particles/mass", 0, 3)), "particle 3, /particles/mass: mass 0"),
+    "negative mass": (hdf5(put("particles/mass", -1, 0)), "particle 0, /particles/mass: mass -1"),
+    "NaN mass": (hdf5(put("particles/mass", np.nan, 2)), "particle 2, /particles/mass: mass nan"),
+    "negative radius": (hdf5(put("particles/radius", np.full(5, -0.1))), "particle 0, /particles/radius: radius -0.1"),
+    "spring to nobody": (hdf5(put("springs/pairs", 5, (3, 1))), "spring 3, /springs/pairs: there is no particle 5; write 0 to 4"),
+    "spring to -1": (hdf5(put("springs/pairs", -1, (1, 0))), "spring 1, /springs/pairs: there is no particle -1"),
+    "end beyond 64 bits": (hdf5(put("springs/pairs", np.full((4, 2), 2**64 - 1, "u8"))), "spring 0, /springs/pairs: there is no"),
+    "spring to itself": (hdf5(put("springs/pairs", [2, 2], 2)), "spring 2, /springs/pairs: joins particle 2 to itself"),
+    "negative stiffness": (hdf5(put("springs/stiffness", -3, 2)), "spring 2, /springs/stiffness: stiffness -3"),
+    "infinite stiffness": (hdf5(put("springs/stiffness", np.inf, 2)), "spring 2, /springs/stiffness: stiffness inf"),
+    "negative damping": (hdf5(put("springs/damping", np.full(4, -1.0))), "spring 0, /springs/damping: damping -1"),
+    "negative rest length": (hdf5(put("springs/rest_length", np.array([1, 1, 1, -2.0]))),
+                             "spring 3, /springs/rest_length: rest length -2"),
+    "NaN rest length": (hdf5(put("springs/rest_length", np.array([1, np.nan, 1, 1]))),
+                        "spring 1, /springs/rest_length: rest length nan"),
+    "two ends at one place": (hdf5(both(at_one_place, put("springs/rest_length", np.ones(4)))),
+                              "spring 0: its ends, particles 0 and 1 (from 0), are at one place, its rest length is 1"),
+    "two ends at one place, no rest length": (hdf5(at_one_place), "the initial distance cannot be its rest length"),
+    "damping without direction": (hdf5(both(at_one_place, put("springs/rest_length", np.zeros(4)),
+                                            put("springs/damping", np.ones(4)))), "write -bs_damping_law simple, or damping 0"),
+    "anchor of nobody": (hdf5(put("anchors/particle", 9, 1)), "anchor 1, /anchors/particle: there is no particle 9"),
+    "NaN anchor": (hdf5(put("anchors/point", np.nan, (0, 2))), "anchor 0, /anchors/point: point nan"),
+    "negative anchor stiffness": (hdf5(put("anchors/stiffness", -1, 1)), "anchor 1, /anchors/stiffness: stiffness -1"),
+    "negative anchor rest length": (hdf5(put("anchors/rest_length", np.array([1, -1.0]))), "anchor 1, /anchors/rest_length"),
+    "anchor where its particle is": (hdf5(both(put("anchors/point", [0, 0, 0], 0), put("anchors/rest_length", np.ones(2)))),
+                                     "anchor 0: its point is where particle 0 (from 0) is, its rest length is 1"),
+    "unknown spring law": (hdf5(spring_law="rubber"), "attribute spring_law of / is 'rubber'; write hooke or strain"),
+    "unknown damping law": (hdf5(damping_law=np.bytes_("viscous")), "damping_law of / is 'viscous'; write axial or simple"),
+    "law as a number": (hdf5(spring_law=1), "attribute spring_law of / is not one string"),
+    "more unknowns than indices": (sparse("particles/position", (2**30, 3), "f8"), "more unknowns than PETSc's indices can count"),
+    "more springs than indices": (sparse("springs/pairs", (2**33, 2), "i8"), "more than PETSc's indices can count"),
+    "declares what it does not hold": (sparse("particles/position", (10**8, 3), "f8"), "declares 100000000 rows (2400000000 bytes), the file"),
+    "declares springs it does not hold": (sparse("springs/pairs", (10**9, 2), "i8"), "does not hold them"),
+    "declares compressed springs it does not hold": (sparse("springs/pairs", (10**9, 2), "i8", chunks=(1024, 2),
+                                                            compression="gzip"), "does not hold them"),
+    "trajectory without a frame": (trajectory(frames=0), "holds no frame"),
+    "trajectory with a bond to nobody": (trajectory(connectivity__bonds=np.array([[0, 1], [1, 3]])), "there is no particle 3"),
+    "trajectory with too few masses": (trajectory(particles__trajectory__mass=np.ones(2)), "shape (2), needs (3)"),
+}
+
+
+# --- text files -------------------------------------------------------------------------------------------------------
+
+def text(name, content, *options):
+    def make(folder):
+        (folder / name).write_bytes(content if isinstance(content, bytes) else content.encode())
+        return ["-bs_lattice_file", folder / name, *options]
+    return make
+
+
+SCENE = "#1.0 *** scene\nmass 1 10 20 0 0 1 0.5\nmass 2 40 20 0 0 1 0.5\nspng 1 1 2 5 0 30\n"
+
+
+def scene(old="", new="", *options):
+    return text("scene.xsp", SCENE.replace(old, new, 1) if old else SCENE, *options)
+
+
+XSP = {
+    "xsp: missing": (lambda folder: ["-bs_lattice_file", folder / "none.xsp"], "none.xsp: no such file"),
+    "xsp: empty": (text("scene.xsp", ""), "scene.xsp"),
+    "xsp: not a scene": (scene("#1.0", "#9.7"), "scene.xsp:1:"),
+    "xsp: no masses": (text("scene.xsp", "#1.0\n"), "scene.xsp"),
+    "xsp: a word for a number": (scene("10 20", "ten 20"), "scene.xsp:2:"),
+    "xsp: NaN": (scene("40 20", "nan 20"), "scene.xsp:3:"),
+    "xsp: too few numbers": (scene("spng 1 1 2 5 0 30", "spng 1 1 2 5"), "scene.xsp:4:"),
+    "xsp: one id twice": (scene("mass 2", "mass 1"), "scene.xsp:3:"),
+    "xsp: negative rest length": (scene("5 0 30", "5 0 -30"), "scene.xsp:4:"),
+    "xsp: binary": (text("scene.xsp", b"#1.0\nmass \x00\xff\x80\n"), "scene.xsp:2:"),
+    "xsp: window of width 0": (scene("", "", "-bs_lattice_width", "0"), "-bs_lattice_width"),
+    "xsp: three dimensions": (scene("", "", "-bs_lattice_dim", "3"), "-bs_lattice_dim 3: the file has d = 2"),
+}
+
+NODES = "$Nodes\n4\n1 0 0 0\n2 1 0 0\n3 1 1 1\n4 0 1 0\n$EndNodes\n"
+ELEMENTS = "$Elements\n2\n1 2 2 0 1 1 2 3\n2 2 2 0 1 1 3 4\n$EndElements\n"
+MESH = "$MeshFormat\n2.2 0 8\n$EndMeshFormat\n" + NODES + ELEMENTS
+MASS = ("-bs_lattice_particle_mass", "1")
+
+
+def mesh(old="", new="", *options):
+    return text("m.msh", MESH.replace(old, new, 1) if old else MESH, *(options or MASS))
+
+
+MSH = {
+    "msh: missing": (lambda folder: ["-bs_lattice_file", folder / "none.msh", *MASS], "none.msh: no such file"),
+    "msh: empty": (text("m.msh", "", *MASS), "m.msh: line 1: not a Gmsh mesh"),
+    "msh: another file": (text("m.msh", "solid cube\nfacet\n", *MASS), "not a Gmsh mesh"),
+    "msh: old version": (mesh("2.2", "1.0"), "Gmsh format 1.0; write 2.2 or 4.1"),
+    "msh: cut before the nodes": (mesh(NODES + ELEMENTS, ""), "has no $Nodes: truncated"),
+    "msh: cut before the elements": (mesh(ELEMENTS, ""), "has no $Elements: truncated"),
+    "msh: cut in the elements": (mesh("2 2 2 0 1 1 3 4\n$EndElements\n", ""), "has no $EndElements: truncated"),
+    "msh: 4.1 without entities": (mesh("2.2 0 8", "4.1 0 8"), "has no $Entities"),
+    "msh: a word for a number": (mesh("3 1 1 1", "3 one 1 1"), "DMPlex cannot read this mesh"),
+    "msh: fewer nodes than it says": (mesh("$Nodes\n4", "$Nodes\n5"), "DMPlex cannot read this mesh"),
+    "msh: unknown element": (mesh("1 2 2 0 1 1 2 3", "1 999 2 0 1 1 2 3"), "DMPlex cannot read this mesh"),
+    "msh: NaN": (mesh("3 1 1 1", "3 nan 1 1"), "position nan"),
+    "msh: two nodes at one place": (mesh("2 1 0 0", "2 0 0 0"), "are at one place"),
+    "msh: no masses": (text("m.msh", MESH), "write -bs_lattice_particle_mass or -bs_lattice_total_mass"),
+    "msh: both masses": (mesh("", "", *MASS, "-bs_lattice_total_mass", "2"), "are both given"),
+    "msh: negative mass": (mesh("", "", "-bs_lattice_particle_mass", "-1"), "-bs_lattice_particle_mass must be > 0"),
+    "msh: negative stiffness": (mesh("", "", *MASS, "-bs_lattice_stiffness", "-1"), "-bs_lattice_stiffness -1"),
+    "msh: drops what varies": (mesh("", "", *MASS, "-bs_lattice_dim", "2"), "drops z, which varies by 1"),
+    "msh: dimension 4": (mesh("", "", *MASS, "-bs_lattice_dim", "4"), "-bs_lattice_dim"),
+}
+
+
+# --- options ----------------------------------------------------------------------------------------------------------
+
+def options(*words):
+    return lambda folder: list(words)
+
+
+CHAIN = ("-bs_lattice_type", "chain", "-bs_lattice_size", "5")
+
+OPTIONS = {
+    "no lattice": (options(), "no lattice is given; write -bs_lattice_file"),
+    "file and generator": (hdf5(options=CHAIN), "are both given; write one of them"),
+    "unknown ending": (text("l.vtu", "<VTKFile/>"), "postprocess/convert.py"),
+    "no ending": (text("lattice", "x"), "unknown ending; lattices are read from .h5"),
+    "unknown generator": (options("-bs_lattice_type", "hexagonal"), "hexagonal"),
+    "generator without size": (options("-bs_lattice_type", "chain"), "-bs_lattice_size is missing"),
+    "generator of size 0": (options("-bs_lattice_type", "chain", "-bs_lattice_size", "0"), "-bs_lattice_size 0"),
+    "generator beyond the indices": (options("-bs_lattice_type", "cubic", "-bs_lattice_size", "1000,1000,1000"),
+                                     "more unknowns than PETSc's indices can count"),
+    "option spring law": (hdf5(options=("-bs_spring_law", "rubber")), "-bs_spring_law"),
+    "option damping law": (hdf5(options=("-bs_damping_law", "viscous")), "-bs_damping_law"),
+    "option dim": (hdf5(options=("-bs_lattice_dim", "2")), "-bs_lattice_dim 2: the file has d = 3"),
+    "misspelt option": (hdf5(options=("-bs_latice_fixed", "xmin")), "-bs_lattice_fixed"),
+    "fixed face": (hdf5(options=("-bs_lattice_fixed", "left")), "-bs_lattice_fixed left: no such face"),
+    "fixed particle": (hdf5(options=("-bs_lattice_fixed_particles", "5")), "-bs_lattice_fixed_particles 5"),
+    "velocity of four components": (hdf5(options=("-bs_lattice_velocity", "1,2,3,4")), "-bs_lattice_velocity"),
+    "anchor particle": (hdf5(options=("-bs_anchor_particles", "5", "-bs_anchor_stiffness", "1")), "-bs_anchor_particles 5"),
+    "anchor point of d 2": (options(*CHAIN, "-bs_lattice_dim", "3", "-bs_anchor_particles", "0", "-bs_anchor_stiffness", "1",
+                                    "-bs_anchor_point", "1,2"), "-bs_anchor_point has 2 numbers: write 3"),
+    "anchors without stiffness": (options(*CHAIN, "-bs_anchor_particles", "0"), "add -bs_anchor_stiffness"),
+    "anchors of nobody": (options(*CHAIN, "-bs_anchor_stiffness", "1"), "add -bs_anchor_particles"),
+    "anchor with a rest length in place": (options(*CHAIN, "-bs_anchor_particles", "3", "-bs_anchor_stiffness", "1",
+                                                   "-bs_anchor_rest_length", "0.5"), "its point is where particle 3"),
+    "negative anchor damping": (options(*CHAIN, "-bs_anchor_particles", "3", "-bs_anchor_damping", "-1"), "-bs_anchor_damping"),
+}
+
+GOOD = {
+    "good: HDF5": hdf5(),
+    "good: HDF5, all that is optional": hdf5(both(put("particles/velocity", np.zeros((5, 3))), put("particles/radius", np.ones(5)),
+                                                  put("particles/fixed", np.array([1, 0, 0, 0, 1], bool)),
+                                                  put("springs/rest_length", np.ones(4)), put("springs/damping", np.ones(4))),
+                                             spring_law="strain", damping_law=np.bytes_("simple")),
+    "good: trajectory": trajectory(),
+    "good: xsp": scene(),
+    "good: msh": mesh(),
+    "good: chain with anchors": options(*CHAIN, "-bs_anchor_particles", "0,4", "-bs_anchor_stiffness", "1"),
+}
+
+# Checks of the table itself: a name in two parts would hide one.
+CASES = {**HDF5, **XSP, **MSH, **OPTIONS}
+assert len(CASES) == len(HDF5) + len(XSP) + len(MSH) + len(OPTIONS)
+
+
+# --- running ----------------------------------------------------------------------------------------------------------
+
+def run(program, ranks, words, folder):
+    """Exit code (None: did not end) and all that was said."""
+    command = ["mpirun", "-n", str(ranks), str(program), *map(str, words), *STEP]
+    environment = dict(os.environ, OMPI_MCA_rmaps_base_oversubscribe="1", OMP_NUM_THREADS="1",
+                       OMPI_MCA_hwloc_base_binding_policy="none")
+    if os.geteuid() == 0:
+        environment.update(OMPI_ALLOW_RUN_AS_ROOT="1", OMPI_ALLOW_RUN_AS_ROOT_CONFIRM="1")
+    process = subprocess.Popen(command, cwd=folder, env=environment, stdin=subprocess.DEVNULL, stdout=subprocess.PIPE,
+                               stderr=subprocess.STDOUT, text=True, errors="replace")
+    try:
+        said, _ = process.communicate(timeout=TIMEOUT)
+        return process.returncode, said
+    except subprocess.TimeoutExpired:
+        process.terminate()  # mpirun ends its ranks
+        said, _ = process.communicate()
+        return None, said
+
+
+def faults(code, said, fragment):
+    """What is wrong with how the program ended."""
+    if code is None:
+        yield f"did not end within {TIMEOUT} s"
+        return
+    lines = [line for line in said.splitlines() if line.startswith("backspring: error:")]
+    if fragment is None:
+        if code != 0 or lines:
+            yield f"exit code {code}, should be 0: {lines}"
+        return
+    if code != 2:
+        yield f"exit code {code}, should be 2"
+    if len(lines) != 1:
+        yield f"{len(lines)} lines of error, should be one"
+    if "PETSC ERROR" in said:
+        yield "a PETSc error came through"
+    if not any(fragment in line for line in lines):
+        yield f"no {fragment!r} in {lines}"
+
+
+def check(name, make, fragment, program, ranks):
+    with tempfile.TemporaryDirectory(prefix="bad_lattice_") as folder:
+        words = make(pathlib.Path(folder))
+        code, said = run(program, ranks, words, folder)
+    wrong = list(faults(code, said, fragment))
+    line = next((line for line in said.splitlines() if line.startswith("backspring: error:")), "")
+    return name, wrong, line, said
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("--program", required=True, type=lambda path: pathlib.Path(path).resolve())
+    parser.add_argument("--ranks", type=int, default=2)
+    parser.add_argument("--filter", default="", help="only cases whose name holds this")
+    parser.add_argument("--jobs", type=int, default=2, help="runs at a time")
+    parser.add_argument("--verbose", action="store_true", help="show each message")
+    arguments = parser.parse_args()
+    if not arguments.program.exists():
+        sys.exit(f"{arguments.program}: no such program; build it first")
+
+    chosen = [(name, make, None) for name, make in GOOD.items()] + [(name, *row) for name, row in CASES.items()]
+    chosen = [row for row in chosen if arguments.filter in row[0]]
+    failed = 0
+    with concurrent.futures.ThreadPoolExecutor(arguments.jobs) as pool:
+        for name, wrong, line, said in pool.map(lambda row: check(*row, arguments.program, arguments.ranks), chosen):
+            print(f"{'FAIL' if wrong else 'ok  '} {name}")
+            if arguments.verbose and line:
+                print(f"       {line}")
+            if wrong:
+                failed += 1
+                print("       " + "\n       ".join(wrong + said.splitlines()[:20]))
+    print(f"{len(chosen) - failed} passed, {failed} failed, 0 skipped")
+    if not chosen:
+        sys.exit("no case has such a name")
+    return 1 if failed else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
