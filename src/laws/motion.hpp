@@ -22,14 +22,14 @@ struct Motion {
   enum class Kind { fixed, velocity, sinusoid, table };
   static constexpr const char* title = "motion of anchor points";
   Kind kind = Kind::fixed;
-  double c[3] = {0, 0, 0};      ///< velocity [m/s]
-  double A[3] = {0, 0, 0};      ///< amplitude [m]
-  double frequency = 0;         ///< f [Hz]
-  double phase = 0;             ///< [rad]
-  int components = 1;           ///< how many of c or A were given
-  std::string table_file;       ///< its text is to be read with read_csv_table and handed to set_table
-  std::vector<double> time;     ///< rows of the table, increasing, at least two [s]
-  std::vector<double> shift;    ///< (rows, 3) displacement [m]
+  double c[3] = {0, 0, 0};    ///< velocity [m/s]
+  double A[3] = {0, 0, 0};    ///< amplitude [m]
+  double frequency = 0;       ///< f [Hz]
+  double phase = 0;           ///< [rad]
+  int components = 1;         ///< how many of c or A were given
+  std::string table_file;     ///< its text is to be read with read_csv_table and handed to set_table
+  std::vector<double> time;   ///< rows of the table, increasing, at least two [s]
+  std::vector<double> shift;  ///< (rows, 3) displacement [m]
 
   template <class V>
   void options(V& o);
@@ -120,8 +120,8 @@ inline bool Motion::set_table(const CsvTable& table, const std::string& name, st
 inline std::string Motion::describe() const {
   if (kind == Kind::velocity) return "anchor points move at " + vector_text(c, components) + " m/s";
   if (kind == Kind::sinusoid)
-    return "anchor points oscillate by " + vector_text(A, components) + " m at " + short_number(frequency) +
-           " Hz, phase " + short_number(phase) + " rad";
+    return "anchor points oscillate by " + vector_text(A, components) + " m at " + short_number(frequency) + " Hz, phase " +
+           short_number(phase) + " rad";
   if (kind == Kind::table) return "anchor points move as in " + table_file;
   return "anchor points fixed";
 }
@@ -135,14 +135,15 @@ void Motion::options(V& o) {
   kind = static_cast<Kind>(index);
   int of_c = components, of_A = components;
   const bool rate = read_vector(o, "-bs_anchor_velocity", "anchor motion velocity: x[,y[,z]], any [m/s]", c, of_c);
-  const bool width = read_vector(o, "-bs_anchor_amplitude", "anchor motion sinusoid: amplitude x[,y[,z]] of "
-                                 "A sin(2 pi f t + phase), any [m]", A, of_A);
-  const bool pace = o.real("-bs_anchor_frequency", "anchor motion sinusoid: frequency f, >= 0 [Hz]", frequency,
-                           R::nonnegative);
-  const bool angle =
-      o.real("-bs_anchor_phase", "anchor motion sinusoid: phase, 0 starts at no displacement [rad]", phase);
-  const bool file = o.text("-bs_anchor_table", "anchor motion table: CSV file of t,x[,y[,z]], displacements [s, m]",
-                           table_file);
+  const bool width = read_vector(o, "-bs_anchor_amplitude",
+                                 "anchor motion sinusoid: amplitude x[,y[,z]] of "
+                                 "A sin(2 pi f t + phase), any [m]",
+                                 A, of_A);
+  const bool pace =
+      o.real("-bs_anchor_frequency", "anchor motion sinusoid: frequency f, >= 0 [Hz]", frequency, R::nonnegative);
+  const bool angle = o.real("-bs_anchor_phase", "anchor motion sinusoid: phase, 0 starts at no displacement [rad]", phase);
+  const bool file =
+      o.text("-bs_anchor_table", "anchor motion table: CSV file of t,x[,y[,z]], displacements [s, m]", table_file);
   components = kind == Kind::velocity ? of_c : of_A;
   if (rate) require(o, said, "-bs_anchor_velocity", "-bs_anchor_motion velocity");
   if (width) require(o, said, "-bs_anchor_amplitude", "-bs_anchor_motion sinusoid");

@@ -13,14 +13,8 @@
 
 namespace bs {
 
-using ParticleLaws = std::tuple<UniformGravity,
-                                CentralGravity,
-                                StokesDrag,
-                                MassDrag,
-                                SphereDrag,
-                                ShapeDrag,
-                                XspAttraction,
-                                XspWalls>;
+using ParticleLaws =
+    std::tuple<UniformGravity, CentralGravity, StokesDrag, MassDrag, SphereDrag, ShapeDrag, XspAttraction, XspWalls>;
 
 /// Calls f(law) for each law in the tuple, in its order; `laws` may be const.
 template <class Laws, class F>

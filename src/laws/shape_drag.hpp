@@ -15,10 +15,16 @@ struct Shape {
   const char* name;
   double drag_coefficient;
 };
-constexpr Shape shapes[] = {
-    {"none", 0},         {"sphere", 0.47},        {"half_sphere", 0.42},     {"cone", 0.50},
-    {"cube", 1.05},      {"angled_cube", 0.80},   {"long_cylinder", 0.82},   {"short_cylinder", 1.15},
-    {"streamlined_body", 0.04},                   {"streamlined_half_body", 0.09}};
+constexpr Shape shapes[] = {{"none", 0},
+                            {"sphere", 0.47},
+                            {"half_sphere", 0.42},
+                            {"cone", 0.50},
+                            {"cube", 1.05},
+                            {"angled_cube", 0.80},
+                            {"long_cylinder", 0.82},
+                            {"short_cylinder", 1.15},
+                            {"streamlined_body", 0.04},
+                            {"streamlined_half_body", 0.09}};
 
 /// f = -1/2 rho A C_D |u| u,  u = v - u_fluid
 struct ShapeDrag {
@@ -35,13 +41,11 @@ struct ShapeDrag {
     using R = RangeOf<V>;
     std::vector<std::string> names;
     for (const Shape& s : shapes) names.emplace_back(s.name);
-    const bool named =
-        o.choice("-bs_shape_drag", "quadratic drag with the measured coefficient of a shape", names, shape);
+    const bool named = o.choice("-bs_shape_drag", "quadratic drag with the measured coefficient of a shape", names, shape);
     drag_coefficient = shapes[shape].drag_coefficient;
     const bool own = o.real("-bs_shape_drag_coefficient", "shape drag: coefficient C_D in place of a shape's, >= 0 [1]",
                             drag_coefficient, R::nonnegative);
-    const bool density =
-        o.real("-bs_shape_drag_rho", "shape drag: density of the fluid, > 0 [kg/m^3]", rho, R::positive);
+    const bool density = o.real("-bs_shape_drag_rho", "shape drag: density of the fluid, > 0 [kg/m^3]", rho, R::positive);
     const bool frontal =
         o.real("-bs_shape_drag_area", "shape drag: frontal area of a particle, > 0 [m^2]", area, R::positive);
     read_vector(o, "-bs_fluid_velocity", "velocity x[,y[,z]] of the fluid, for sphere and shape drag, any [m/s]", fluid,
@@ -58,9 +62,9 @@ struct ShapeDrag {
   bool active() const noexcept { return drag_coefficient != 0; }
   std::string describe() const {
     const bool own = drag_coefficient != shapes[shape].drag_coefficient;
-    return "shape drag (" + std::string(own ? "own coefficient" : shapes[shape].name) + ") C_D = " +
-           short_number(drag_coefficient) + ", rho = " + short_number(rho) + " kg/m^3, A = " + short_number(area) +
-           " m^2" + fluid_text(fluid, components);
+    return "shape drag (" + std::string(own ? "own coefficient" : shapes[shape].name) +
+           ") C_D = " + short_number(drag_coefficient) + ", rho = " + short_number(rho) +
+           " kg/m^3, A = " + short_number(area) + " m^2" + fluid_text(fluid, components);
   }
 
   /// No potential: 0.

@@ -15,11 +15,11 @@ namespace bs {
 struct SphereDrag {
   static constexpr const char* title = "sphere drag";
   bool on = false;
-  double rho = 0;              ///< density of the fluid [kg/m^3]
-  double mu = 0;               ///< dynamic viscosity of the fluid [Pa s]
-  double fluid[3] = {0, 0, 0}; ///< velocity of the fluid [m/s]
-  int components = 1;          ///< how many of `fluid` were given
-  double radius = 0;           ///< of particles whose own radius is 0 [m]
+  double rho = 0;               ///< density of the fluid [kg/m^3]
+  double mu = 0;                ///< dynamic viscosity of the fluid [Pa s]
+  double fluid[3] = {0, 0, 0};  ///< velocity of the fluid [m/s]
+  int components = 1;           ///< how many of `fluid` were given
+  double radius = 0;            ///< of particles whose own radius is 0 [m]
 
   template <class V>
   void options(V& o) {
@@ -27,8 +27,7 @@ struct SphereDrag {
     const bool said = o.flag("-bs_sphere_drag", "drag of a sphere, C_D = 24/Re + 6/(1+sqrt(Re)) + 0.4", on);
     const bool density =
         o.real("-bs_sphere_drag_rho", "sphere drag: density of the fluid, >= 0 [kg/m^3]", rho, R::nonnegative);
-    const bool viscosity =
-        o.real("-bs_sphere_drag_mu", "sphere drag: viscosity of the fluid, > 0 [Pa s]", mu, R::positive);
+    const bool viscosity = o.real("-bs_sphere_drag_mu", "sphere drag: viscosity of the fluid, > 0 [Pa s]", mu, R::positive);
     read_vector(o, "-bs_fluid_velocity", "velocity x[,y[,z]] of the fluid, for sphere and shape drag, any [m/s]", fluid,
                 components);
     o.real("-bs_radius", "radius of particles to which the lattice gives none, >= 0 [m]", radius, R::nonnegative);

@@ -32,8 +32,7 @@ struct XspAttraction {
   }
   bool active() const noexcept { return value != 0; }
   std::string describe() const {
-    return "attraction " + short_number(value) + "/r^" + short_number(exponent) + " to " +
-           vector_text(center, components);
+    return "attraction " + short_number(value) + "/r^" + short_number(exponent) + " to " + vector_text(center, components);
   }
 
   /// The work done against the force from |r| = l on: 0 there.

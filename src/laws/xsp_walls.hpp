@@ -15,9 +15,9 @@ namespace bs {
 /// the third axis of d = 3 has no walls.
 struct XspWalls {
   static constexpr const char* title = "walls that repel";
-  double value = 0;                    ///< acceleration at gap 1 [m^(1+p)/s^2]; < 0 attracts; off: 0
-  double exponent = 0;                 ///< p [1]
-  double box[4] = {0, 642, 0, 550};    ///< xmin, xmax, ymin, ymax [m]; the default is the window of .xsp scenes
+  double value = 0;                              ///< acceleration at gap 1 [m^(1+p)/s^2]; < 0 attracts; off: 0
+  double exponent = 0;                           ///< p [1]
+  double box[4] = {0, 642, 0, 550};              ///< xmin, xmax, ymin, ymax [m]; the default is the window of .xsp scenes
   bool sides[4] = {false, false, false, false};  ///< is there a wall: top, left, right, bottom
 
   template <class V>

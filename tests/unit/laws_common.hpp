@@ -1,8 +1,7 @@
 // What the tests of force laws share: random states, and derivatives by differences to check the exact ones against.
 #pragma once
-#include <catch2/catch.hpp>
-
 #include <algorithm>
+#include <catch2/catch.hpp>
 #include <cmath>
 #include <fstream>
 #include <random>

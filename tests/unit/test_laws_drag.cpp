@@ -87,8 +87,7 @@ void check_stokes_limit(unsigned seed) {
       REQUIRE(law.force<d>(s.point(), f));
       law.dfdv<d>(s.point(), D);
       for (int i = 0; i < d; ++i) REQUIRE(std::abs(f[i] + stokes * u[i]) <= 1e-12 * stokes * speed);
-      for (int i = 0; i < d * d; ++i)
-        REQUIRE(std::abs(D[i] + (i % (d + 1) ? 0 : stokes)) <= 1e-12 * stokes);
+      for (int i = 0; i < d * d; ++i) REQUIRE(std::abs(D[i] + (i % (d + 1) ? 0 : stokes)) <= 1e-12 * stokes);
     }
   }
 }

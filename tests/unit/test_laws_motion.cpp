@@ -121,8 +121,7 @@ TEST_CASE("motion refuses tables that give no velocity") {
 TEST_CASE("csv: what is read") {
   CsvTable table;
   std::string error;
-  const std::string forms[] = {"0,1.5\n1,-2e-3\n",
-                               "time [s],x\r\n0,1.5\r\n1,-2e-3\r\n",
+  const std::string forms[] = {"0,1.5\n1,-2e-3\n", "time [s],x\r\n0,1.5\r\n1,-2e-3\r\n",
                                "\xEF\xBB\xBF# of a run\n\n  t x\n 0 \t +1.5 # start\n1 , -0.002",
                                "t;x\n0 1.5\n\n1 -.2e-2\n#end"};
   for (const std::string& text : forms) {

@@ -64,8 +64,10 @@ TEST_CASE("options of the drag laws") {
   REQUIRE(accepted<MassDrag>({{"-bs_viscosity", "0.01"}}).c == 0.01);
   refused<MassDrag>({{"-bs_viscosity", "-1"}}, "-bs_viscosity");
 
-  const auto sphere = accepted<SphereDrag>({{"-bs_sphere_drag", nullptr}, {"-bs_sphere_drag_rho", "0.9"},
-                                            {"-bs_sphere_drag_mu", "1.693e-5"}, {"-bs_fluid_velocity", "1,-2"},
+  const auto sphere = accepted<SphereDrag>({{"-bs_sphere_drag", nullptr},
+                                            {"-bs_sphere_drag_rho", "0.9"},
+                                            {"-bs_sphere_drag_mu", "1.693e-5"},
+                                            {"-bs_fluid_velocity", "1,-2"},
                                             {"-bs_radius", "0.01"}});
   REQUIRE((sphere.active() && sphere.rho == 0.9 && sphere.mu == 1.693e-5 && sphere.radius == 0.01));
   REQUIRE((sphere.fluid[0] == 1 && sphere.fluid[1] == -2 && sphere.fluid[2] == 0));
@@ -77,19 +79,27 @@ TEST_CASE("options of the drag laws") {
 }
 
 TEST_CASE("options of shape drag: every shape has its coefficient") {
-  const std::pair<const char*, double> table[] = {
-      {"none", 0},           {"sphere", 0.47},         {"half_sphere", 0.42},    {"cone", 0.50},
-      {"cube", 1.05},        {"angled_cube", 0.80},    {"long_cylinder", 0.82},  {"short_cylinder", 1.15},
-      {"streamlined_body", 0.04}, {"streamlined_half_body", 0.09}};
+  const std::pair<const char*, double> table[] = {{"none", 0},
+                                                  {"sphere", 0.47},
+                                                  {"half_sphere", 0.42},
+                                                  {"cone", 0.50},
+                                                  {"cube", 1.05},
+                                                  {"angled_cube", 0.80},
+                                                  {"long_cylinder", 0.82},
+                                                  {"short_cylinder", 1.15},
+                                                  {"streamlined_body", 0.04},
+                                                  {"streamlined_half_body", 0.09}};
   for (const auto& [name, coefficient] : table) {
-    const auto law = accepted<ShapeDrag>({{"-bs_shape_drag", name}, {"-bs_shape_drag_rho", "1.2"},
-                                          {"-bs_shape_drag_area", "0.5"}});
+    const auto law =
+        accepted<ShapeDrag>({{"-bs_shape_drag", name}, {"-bs_shape_drag_rho", "1.2"}, {"-bs_shape_drag_area", "0.5"}});
     REQUIRE(law.drag_coefficient == coefficient);
     REQUIRE(law.active() == (coefficient > 0));
     REQUIRE(law.describe().find(name) != std::string::npos);
   }
-  const auto own = accepted<ShapeDrag>({{"-bs_shape_drag_coefficient", "0.33"}, {"-bs_shape_drag_rho", "1.2"},
-                                        {"-bs_shape_drag_area", "0.5"}, {"-bs_fluid_velocity", "3"}});
+  const auto own = accepted<ShapeDrag>({{"-bs_shape_drag_coefficient", "0.33"},
+                                        {"-bs_shape_drag_rho", "1.2"},
+                                        {"-bs_shape_drag_area", "0.5"},
+                                        {"-bs_fluid_velocity", "3"}});
   REQUIRE((own.active() && own.drag_coefficient == 0.33 && own.fluid[0] == 3));
   refused<ShapeDrag>({{"-bs_shape_drag", "brick"}}, "streamlined_half_body");
   refused<ShapeDrag>({{"-bs_shape_drag", "cube"}, {"-bs_shape_drag_rho", "1"}}, "-bs_shape_drag_area");
@@ -101,8 +111,8 @@ TEST_CASE("options of the laws of .xsp scenes") {
   const auto pull = accepted<XspAttraction>(
       {{"-bs_attraction", "100"}, {"-bs_attraction_exponent", "2"}, {"-bs_attraction_center", "321,275"}});
   REQUIRE((pull.active() && pull.value == 100 && pull.exponent == 2 && pull.center[0] == 321 && pull.center[1] == 275));
-  const auto walls = accepted<XspWalls>({{"-bs_walls", "5000"}, {"-bs_walls_exponent", "1"},
-                                         {"-bs_walls_sides", "1,0,0,1"}});
+  const auto walls =
+      accepted<XspWalls>({{"-bs_walls", "5000"}, {"-bs_walls_exponent", "1"}, {"-bs_walls_sides", "1,0,0,1"}});
   REQUIRE((walls.active() && walls.value == 5000 && walls.exponent == 1 && walls.box[1] == 642 && walls.box[3] == 550));
   REQUIRE((walls.sides[0] && !walls.sides[1] && !walls.sides[2] && walls.sides[3]));
   REQUIRE(walls.describe().find("top bottom") != std::string::npos);
@@ -121,8 +131,10 @@ TEST_CASE("options of the motion of anchor points") {
   const auto steady = accepted<Motion>({{"-bs_anchor_motion", "velocity"}, {"-bs_anchor_velocity", "1,-2"}});
   REQUIRE((steady.kind == Motion::Kind::velocity && steady.c[1] == -2));
   REQUIRE(steady.describe() == "anchor points move at (1, -2) m/s");
-  const auto wave = accepted<Motion>({{"-bs_anchor_motion", "sinusoid"}, {"-bs_anchor_amplitude", "0,0.5"},
-                                      {"-bs_anchor_frequency", "2"}, {"-bs_anchor_phase", "1.5"}});
+  const auto wave = accepted<Motion>({{"-bs_anchor_motion", "sinusoid"},
+                                      {"-bs_anchor_amplitude", "0,0.5"},
+                                      {"-bs_anchor_frequency", "2"},
+                                      {"-bs_anchor_phase", "1.5"}});
   REQUIRE((wave.kind == Motion::Kind::sinusoid && wave.A[1] == 0.5 && wave.frequency == 2 && wave.phase == 1.5));
   REQUIRE(wave.describe().find("(0, 0.5) m at 2 Hz") != std::string::npos);
   const auto table = accepted<Motion>({{"-bs_anchor_motion", "table"}, {"-bs_anchor_table", "drive.csv"}});

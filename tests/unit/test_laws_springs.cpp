@@ -41,8 +41,7 @@ void check_spring(unsigned seed) {
     force(more);
     for (int i = 0; i < d; ++i) REQUIRE(more[i] - 3 == Approx(f[i]).epsilon(1e-12).margin(1e-14));
     require_close(f, differences(dx, d, 1, h, energy), 1e-9, 1e-3 * k);
-    for (int i = 0; i < d; ++i)
-      REQUIRE(f[i] == Approx(-Law::tension(l, k, L) * dx[i] / l).epsilon(1e-13).margin(1e-13));
+    for (int i = 0; i < d; ++i) REQUIRE(f[i] == Approx(-Law::tension(l, k, L) * dx[i] / l).epsilon(1e-13).margin(1e-13));
     REQUIRE(Law::tension_over_length(l, k, L) * l == Approx(Law::tension(l, k, L)).epsilon(1e-14));
 
     spring_dfdx<d, Law>(dx, l, k, L, B);

@@ -128,8 +128,10 @@ TEST_CASE("xsp walls push away, each along its own axis, from gap 0 on") {
   const struct {
     int side;
     double x, y, fx, fy;
-  } cases[] = {{1, radius + 4, 300, 1, 0},       {2, 642 - radius - 4, 300, -1, 0},
-               {3, 300, radius + 4, 0, 1},       {0, 300, 550 - radius - 4, 0, -1},
+  } cases[] = {{1, radius + 4, 300, 1, 0},
+               {2, 642 - radius - 4, 300, -1, 0},
+               {3, 300, radius + 4, 0, 1},
+               {0, 300, 550 - radius - 4, 0, -1},
                {1, radius - 0.001, 300, 0, 0}};
   for (const auto& c : cases) {
     XspWalls law;

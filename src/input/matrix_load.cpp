@@ -1,0 +1,280 @@
+#include "input/matrix_load.hpp"
+#include <algorithm>
+#include <cctype>
+#include <charconv>
+#include <cmath>
+#include <fstream>
+#include <sstream>
+#include "base/fault.hpp"
+#include "base/handle.hpp"
+#include "base/words.hpp"
+#include "input/matrix_market.hpp"
+#include "input/text_file.hpp"
+#include "lattice/text.hpp"
+
+namespace bs {
+namespace {
+
+constexpr std::size_t PIECE = 1 << 16;  // entries handed out at a time
+
+bool is_binary(const std::string& path) {
+  for (const char* end : {".bin", ".petsc", ".dat"}) {
+    const std::string tail = end;
+    if (path.size() > tail.size() && path.compare(path.size() - tail.size(), tail.size(), tail) == 0) return true;
+  }
+  return false;
+}
+
+bool is_matrix_market(const std::string& path) {
+  std::ifstream in(path, std::ios::binary);
+  char head[14] = {};
+  in.read(head, sizeof head);
+  std::string text(head, static_cast<std::size_t>(in.gcount()));
+  for (char& c : text) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
+  return text == "%%matrixmarket";
+}
+
+/// Rank 0's look at the file, the same verdict on every rank.
+PetscErrorCode look(MPI_Comm comm, const std::string& path, const std::string& option, bool* text) {
+  PetscMPIInt rank;
+  Fault fault;
+  int market = 0;
+  PetscFunctionBegin;
+  PetscCallMPI(MPI_Comm_rank(comm, &rank));
+  if (rank == 0) {
+    const FileLook found = look_at_file(path);
+    if (!found.error.empty()) fault.note(0, "option " + option + ": " + found.error);
+    else market = is_matrix_market(path);
+  }
+  PetscCall(agree(comm, fault));
+  PetscCallMPI(MPI_Bcast(&market, 1, MPI_INT, 0, comm));
+  *text = market;
+  PetscFunctionReturn(0);
+}
+
+/// This rank's entries as three lists.
+struct Entries {
+  std::vector<PetscInt> i, j;
+  std::vector<PetscScalar> v;
+};
+
+/// One piece: rank 0 sorts `piece` by owner and every rank appends what is its own.
+PetscErrorCode hand_out(MPI_Comm comm, const std::vector<MatrixEntry>& piece, const std::vector<PetscInt>& first, Entries* mine) {
+  PetscMPIInt rank, size;
+  PetscFunctionBegin;
+  PetscCallMPI(MPI_Comm_rank(comm, &rank));
+  PetscCallMPI(MPI_Comm_size(comm, &size));
+  std::vector<int> bytes(size, 0), offset(size, 0);
+  std::vector<MatrixEntry> sorted(piece.size());
+  constexpr int unit = static_cast<int>(sizeof(MatrixEntry));
+  if (rank == 0) {
+    const auto owner = [&](const MatrixEntry& e) {
+      return static_cast<std::size_t>(std::upper_bound(first.begin(), first.end() - 1, e.row) - first.begin() - 1);
+    };
+    for (const MatrixEntry& e : piece) bytes[owner(e)] += unit;
+    for (int r = 1; r < size; ++r) offset[r] = offset[r - 1] + bytes[r - 1];
+    std::vector<int> next = offset;
+    for (const MatrixEntry& e : piece) {
+      int& at = next[owner(e)];
+      sorted[at / unit] = e;
+      at += unit;
+    }
+  }
+  int count = 0;
+  PetscCallMPI(MPI_Scatter(bytes.data(), 1, MPI_INT, &count, 1, MPI_INT, 0, comm));
+  std::vector<MatrixEntry> own(count / unit);
+  PetscCallMPI(MPI_Scatterv(sorted.data(), bytes.data(), offset.data(), MPI_BYTE, own.data(), count, MPI_BYTE, 0, comm));
+  for (const MatrixEntry& e : own) {
+    mine->i.push_back(static_cast<PetscInt>(e.row));
+    mine->j.push_back(static_cast<PetscInt>(e.column));
+    mine->v.push_back(e.value);
+  }
+  PetscFunctionReturn(0);
+}
+
+/// Piece after piece until rank 0 has read all or met a fault.
+PetscErrorCode stream(MPI_Comm comm, MatrixMarketReader& reader, const std::vector<PetscInt>& first, Entries* mine) {
+  PetscMPIInt rank;
+  PetscFunctionBegin;
+  PetscCallMPI(MPI_Comm_rank(comm, &rank));
+  for (;;) {
+    std::vector<MatrixEntry> piece;
+    MatrixEntry entry;
+    while (rank == 0 && piece.size() < PIECE && reader.next(&entry)) piece.push_back(entry);
+    int more = !piece.empty();
+    PetscCallMPI(MPI_Bcast(&more, 1, MPI_INT, 0, comm));
+    if (!more) break;
+    PetscCall(hand_out(comm, piece, first, mine));
+  }
+  Fault fault;
+  if (!reader.error().empty()) fault.note(reader.line(), reader.error());
+  PetscCall(agree(comm, fault));
+  PetscFunctionReturn(0);
+}
+
+PetscErrorCode load_market(MPI_Comm comm, const std::string& path, Mat* out) {
+  PetscMPIInt rank, size;
+  std::int64_t sizes[2] = {0, 0};
+  Fault fault;
+  PetscFunctionBegin;
+  PetscCallMPI(MPI_Comm_rank(comm, &rank));
+  PetscCallMPI(MPI_Comm_size(comm, &size));
+  std::ifstream file;
+  if (rank == 0) file.open(path, std::ios::binary);
+  MatrixMarketReader reader(file, path);
+  if (rank == 0) {
+    if (!reader.open()) fault.note(reader.line(), reader.error());
+    sizes[0] = reader.rows();
+    sizes[1] = reader.columns();
+    if (std::max(sizes[0], sizes[1]) > PETSC_MAX_INT / 2)
+      fault.note(reader.line(), path + ": too many rows or columns for this PETSc: use one with 64-bit indices");
+  }
+  PetscCall(agree(comm, fault));
+  PetscCallMPI(MPI_Bcast(sizes, 2, MPI_INT64_T, 0, comm));
+  MatHandle matrix;
+  PetscCall(MatCreate(comm, matrix.out()));
+  PetscCall(MatSetSizes(matrix, PETSC_DECIDE, PETSC_DECIDE, static_cast<PetscInt>(sizes[0]), static_cast<PetscInt>(sizes[1])));
+  PetscCall(MatSetType(matrix, MATAIJ));
+  PetscCall(PetscLayoutSetUp(matrix.get()->rmap));
+  PetscCall(PetscLayoutSetUp(matrix.get()->cmap));
+  const PetscInt* ranges = nullptr;
+  PetscCall(MatGetOwnershipRanges(matrix, &ranges));
+  Entries mine;
+  PetscCall(stream(comm, reader, std::vector<PetscInt>(ranges, ranges + size + 1), &mine));
+  PetscCall(MatSetPreallocationCOO(matrix, static_cast<PetscCount>(mine.i.size()), mine.i.data(), mine.j.data()));
+  PetscCall(MatSetValuesCOO(matrix, mine.v.data(), ADD_VALUES));
+  // without the lists that a second filling would use
+  PetscCall(MatDuplicate(matrix, MAT_COPY_VALUES, out));
+  PetscFunctionReturn(0);
+}
+
+/// The class id at the head of a PETSc binary file: big-endian.
+PetscErrorCode check_binary(MPI_Comm comm, const std::string& path, const std::string& option, PetscInt wanted, const char* what) {
+  PetscMPIInt rank;
+  Fault fault;
+  PetscFunctionBegin;
+  PetscCallMPI(MPI_Comm_rank(comm, &rank));
+  if (rank == 0) {
+    std::ifstream in(path, std::ios::binary);
+    unsigned char head[8] = {};
+    in.read(reinterpret_cast<char*>(head), sizeof head);
+    std::int64_t id = 0;
+    const std::size_t bytes = sizeof(PetscInt);
+    for (std::size_t k = 0; k < bytes; ++k) id = id * 256 + head[k];
+    if (in.gcount() < static_cast<std::streamsize>(bytes) || id != wanted)
+      fault.note(0, format("option %s: %s is neither Matrix Market text nor a PETSc binary %s of this PETSc's index size: begin "
+                           "text with '%%%%MatrixMarket matrix coordinate real general'", option.c_str(), path.c_str(), what));
+  }
+  PetscCall(agree(comm, fault));
+  PetscFunctionReturn(0);
+}
+
+PetscErrorCode open_binary(MPI_Comm comm, const std::string& path, ViewerHandle* viewer) {
+  PetscFunctionBegin;
+  PetscCall(PetscViewerBinaryOpen(comm, path.c_str(), FILE_MODE_READ, viewer->out()));
+  PetscFunctionReturn(0);
+}
+
+}  // namespace
+
+PetscErrorCode load_matrix(MPI_Comm comm, const std::string& path, const std::string& option, Mat* out) {
+  bool text = false;
+  PetscFunctionBegin;
+  PetscCall(look(comm, path, option, &text));
+  if (text || !is_binary(path)) {
+    PetscCall(load_market(comm, path, out));
+    PetscFunctionReturn(0);
+  }
+  PetscCall(check_binary(comm, path, option, MAT_FILE_CLASSID, "matrix"));
+  ViewerHandle viewer;
+  PetscCall(open_binary(comm, path, &viewer));
+  PetscCall(MatCreate(comm, out));
+  PetscCall(MatSetType(*out, MATAIJ));
+  PetscCall(MatLoad(*out, viewer));
+  PetscFunctionReturn(0);
+}
+
+std::string read_vector_csv(const std::string& text, const std::string& name, std::vector<double>* values,
+                            std::vector<std::string>* names) {
+  std::istringstream in(text);
+  std::string row;
+  long long line = 0;
+  bool first = true;
+  while (std::getline(in, row)) {
+    ++line;
+    row = trim(row.substr(0, row.find('#')));
+    if (row.empty()) continue;
+    const std::vector<std::string> fields = split(row, ',');
+    const std::string& word = fields.back();
+    double value = 0;
+    const auto [rest, code] = std::from_chars(word.data(), word.data() + word.size(), value);
+    const bool number = code == std::errc() && rest == word.data() + word.size() && std::isfinite(value);
+    if (number && fields.size() <= 2) {
+      values->push_back(value);
+      if (fields.size() == 2) names->push_back(fields[0]);
+    } else if (!first || number) {
+      return name + " line " + std::to_string(line) + ": '" + printable(row) + "': write one finite number a line, or name,value";
+    }
+    first = false;
+  }
+  if (values->empty()) return name + ": no numbers: write one a line, or name,value";
+  if (!names->empty() && names->size() != values->size()) return name + ": some lines have names, some have none: give all or none";
+  return {};
+}
+
+PetscErrorCode load_vector(MPI_Comm comm, const std::string& path, const std::string& option, Vec x,
+                           std::vector<std::string>* names) {
+  bool market = false;
+  PetscInt n, first, last;
+  PetscFunctionBegin;
+  names->clear();
+  PetscCall(VecGetSize(x, &n));
+  PetscCall(VecGetOwnershipRange(x, &first, &last));
+  PetscCall(look(comm, path, option, &market));
+  if (!market && is_binary(path)) {
+    PetscCall(check_binary(comm, path, option, VEC_FILE_CLASSID, "vector"));
+    ViewerHandle viewer;
+    VecHandle read;
+    PetscInt size;
+    PetscCall(open_binary(comm, path, &viewer));
+    PetscCall(VecCreate(comm, read.out()));
+    PetscCall(VecLoad(read, viewer));
+    PetscCall(VecGetSize(read, &size));
+    if (size != n)
+      PetscCall(tell(comm, Exit::input, format("option %s: %s has %lld entries for %lld states", option.c_str(), path.c_str(),
+                                               static_cast<long long>(size), static_cast<long long>(n))));
+    PetscCall(VecCopy(read, x));
+    PetscFunctionReturn(0);
+  }
+  std::vector<double> values;
+  std::string text;
+  PetscCall(read_text_file(comm, path, &text));
+  std::string error;
+  if (market) {
+    std::istringstream in(text);
+    MatrixMarketReader reader(in, path);
+    MatrixEntry entry;
+    if (reader.open() && reader.columns() != 1) error = path + format(": %lld columns: a vector has one", static_cast<long long>(reader.columns()));
+    if (error.empty() && reader.error().empty() && reader.rows() == n) {
+      values.assign(static_cast<std::size_t>(n), 0.0);
+      while (reader.next(&entry)) values[static_cast<std::size_t>(entry.row)] += entry.value;
+    } else {
+      values.resize(1);
+    }
+    if (error.empty()) error = reader.error();
+    if (error.empty() && reader.rows() != n)
+      error = format("%s: %lld rows for %lld states", path.c_str(), static_cast<long long>(reader.rows()), static_cast<long long>(n));
+  } else {
+    error = read_vector_csv(text, path, &values, names);
+    if (error.empty() && values.size() != static_cast<std::size_t>(n))
+      error = format("%s: %zu numbers for %lld states", path.c_str(), values.size(), static_cast<long long>(n));
+  }
+  if (!error.empty()) PetscCall(tell(comm, Exit::input, "option " + option + ": " + error));
+  PetscScalar* ax = nullptr;
+  PetscCall(VecGetArrayWrite(x, &ax));
+  for (PetscInt k = first; k < last; ++k) ax[k - first] = values[static_cast<std::size_t>(k)];
+  PetscCall(VecRestoreArrayWrite(x, &ax));
+  PetscFunctionReturn(0);
+}
+
+}  // namespace bs

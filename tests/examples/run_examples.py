@@ -1,0 +1,98 @@
+#!/usr/bin/env python3
+"""Every option file in options/ and every command of the README runs as written, and what it writes holds together."""
+import json
+import pathlib
+import re
+import subprocess
+import sys
+import tempfile
+
+sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1] / "verify"))
+from harness import Checks, REPO, environment
+import h5py
+import numpy as np
+
+TERMINAL_VELOCITY = 24.66337697900565  # m/s, of the ball of ice in free_fall.yaml
+
+
+def run_here(checks, folder, arguments, ranks, timeout=300):
+    """One run from the project's folder, so that meshes/ is found; returns (exit code, report, trajectory path, text)."""
+    out = pathlib.Path(folder)
+    command = ([] if ranks == 1 else ["mpirun", "-n", str(ranks)]) + [checks.program] + arguments + [
+        "-bs_output", str(out / "run.h5md"), "-bs_report", str(out / "report.json"), "-bs_overwrite"]
+    done = subprocess.run(command, cwd=REPO, env=environment(ranks), capture_output=True, text=True, timeout=timeout)
+    report = json.loads((out / "report.json").read_text()) if done.returncode == 0 else None
+    return done.returncode, report, out / "run.h5md", done.stdout + done.stderr
+
+
+def problems(checks, folder):
+    structure = pathlib.Path(__file__).resolve().parents[1] / "verify" / "test_h5md.py"
+    for file in sorted((REPO / "options" / "problems").glob("*.yaml")):
+        if file.stem.startswith("bench_"):
+            continue
+        for ranks in (1, 2):
+            code, report, path, said = run_here(checks, folder, ["-options_file", str(file)], ranks)
+            checks.true(f"{file.stem} on {ranks} rank(s)", code == 0, said.strip().splitlines()[-1])
+            if code:
+                continue
+            checks.true(f"{file.stem}: no warning", "warning" not in said)
+            checks.true(f"{file.stem}: last line is the verdict", said.strip().splitlines()[-1].startswith("backspring: ok t="))
+            with h5py.File(path, "r") as f:
+                if "particles" in f:
+                    x = f["particles/trajectory/position/value"][...]
+                    checks.true(f"{file.stem}: {len(x)} finite frames", len(x) == report["frames"] and np.isfinite(x).all())
+                    checks.true(f"{file.stem}: something moves", np.abs(x[-1] - x[0]).max() > 1e-6)
+            if ranks == 2 and "particles" in report["model"]:
+                checked = subprocess.run([sys.executable, str(structure), str(path)], capture_output=True, text=True)
+                checks.true(f"{file.stem}: H5MD structure", checked.returncode == 0, checked.stdout.strip()[-200:])
+        if file.stem == "free_fall":
+            with h5py.File(path, "r") as f:
+                checks.near("free_fall: terminal velocity", f["particles/trajectory/velocity/value"][-1, 0, 0],
+                            TERMINAL_VELOCITY, 2e-6)
+
+
+def solvers(checks, folder):
+    """Every solver file gives the direct solve's trajectory, to its own tolerance, or solves another formula."""
+    base = ["-options_file", "options/problems/cubic_lattice.yaml", "-bs_lattice_size", "5,5,5", "-ts_max_time", "0.05"]
+    _, reference, path, _ = run_here(checks, folder, base, 1)
+    with h5py.File(path, "r") as f:
+        expected = f["particles/trajectory/position/value"][-1]
+    for file in sorted((REPO / "options" / "solvers").glob("*.yaml")):
+        for ranks in (1, 2):
+            code, report, path, said = run_here(checks, folder, base + ["-options_file", str(file)], ranks)
+            checks.true(f"solver {file.stem} on {ranks} rank(s)", code == 0, said.strip().splitlines()[-1])
+            if code or file.stem in ("second_order", "adaptive"):
+                continue
+            with h5py.File(path, "r") as f:
+                checks.below(f"solver {file.stem} on {ranks} rank(s): same motion",
+                             np.abs(f["particles/trajectory/position/value"][-1] - expected).max(), 1e-6)
+
+
+def readme_commands(checks, folder):
+    """The indented commands of README.md that run the program or its tools, in order, in a scratch copy's place."""
+    text = (REPO / "README.md").read_text()
+    build = str(pathlib.Path(checks.program).parent)
+    commands = [line.strip() for line in text.splitlines() if re.match(r"    (mpirun|build/release/backspring|/usr/bin/python3) ", line)]
+    checks.true("README has commands", len(commands) >= 5, f"{len(commands)}")
+    for name in ("options", "meshes", "postprocess"):
+        link = pathlib.Path(folder) / name
+        if not link.exists():
+            link.symlink_to(REPO / name)
+    for command in commands:
+        shell = command.split("  #")[0].replace("build/release/backspring", build + "/backspring")
+        done = subprocess.run(["bash", "-c", shell], cwd=folder, env=environment(2), capture_output=True, text=True, timeout=600)
+        checks.true("README: " + command, done.returncode == 0, (done.stdout + done.stderr).strip()[-200:].replace("\n", " / "))
+
+
+def main():
+    checks = Checks(__doc__)
+    with tempfile.TemporaryDirectory() as folder:
+        problems(checks, folder)
+        solvers(checks, folder)
+    with tempfile.TemporaryDirectory() as folder:
+        readme_commands(checks, folder)
+    checks.finish()
+
+
+if __name__ == "__main__":
+    main()
