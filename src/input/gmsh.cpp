@@ -7,6 +7,7 @@
 #include "base/fault.hpp"
 #include "base/handle.hpp"
 #include "input/gmsh_file.hpp"
+#include "input/gmsh_scan.hpp"
 #include "input/validate.hpp"
 
 namespace bs {
@@ -103,17 +104,32 @@ std::string drop_components(Mesh* mesh, int dim) {
   return {};
 }
 
+/// The file as text, looked through before DMPlex sees it. Returns what is wrong; empty if nothing.
+std::string inspect(const std::string& path, GmshScan* scan) {
+  std::string text;
+  const std::string error = read_gmsh_text(path, &text);
+  if (!error.empty()) return error;
+  std::string fault = fault_of_gmsh(text);
+  if (fault.empty()) {
+    *scan = scan_gmsh(text);
+    fault = scan->fault;
+  }
+  return fault.empty() ? fault : path + ": " + fault;
+}
+
 /// Everything that happens on rank 0 alone; what the user can mend goes to `fault`.
 PetscErrorCode read_here(const std::string& path, const GeneratorSpec& spec, Mesh* mesh, Fault* fault) {
   DMHandle dm;
-  std::string error = fault_of_gmsh(path);
+  GmshScan scan;
+  std::string error = inspect(path, &scan);
 
   PetscFunctionBegin;
   fault->note(0, error);
   if (*fault) PetscFunctionReturn(0);
   PetscCall(plex_from_gmsh(path, dm.out(), &error));
   if (!dm) {
-    fault->note(0, format("%s: DMPlex cannot read this mesh (%s); write it anew by Gmsh, or as .h5 by postprocess/convert.py", path.c_str(), error.c_str()));
+    fault->note(0, format("%s: DMPlex cannot read this mesh (%s); write it anew by Gmsh, or make an .h5 of it by "
+                          "postprocess/convert.py", path.c_str(), error.c_str()));
     PetscFunctionReturn(0);
   }
   PetscCall(take_vertices(dm, mesh));
@@ -121,7 +137,8 @@ PetscErrorCode read_here(const std::string& path, const GeneratorSpec& spec, Mes
   if (mesh->pairs.empty())
     error = "has no elements with edges; write lines, triangles, tetrahedra or other elements";
   else
-    error = drop_components(mesh, spec.dim > 0 ? spec.dim : mesh->dim);
+    error = lone_line(scan, static_cast<std::int64_t>(mesh->position.size()) / mesh->dim, mesh->pairs);
+  if (error.empty()) error = drop_components(mesh, spec.dim > 0 ? spec.dim : mesh->dim);
   if (!error.empty()) fault->note(0, path + ": " + error);
   PetscFunctionReturn(0);
 }

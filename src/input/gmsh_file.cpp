@@ -1,8 +1,9 @@
 #include "input/gmsh_file.hpp"
 
-#include <array>
+#include <cstdio>
+#include <cstring>
 #include <fstream>
-#include <vector>
+#include <new>
 
 #include "base/fault.hpp"
 #include "input/text_file.hpp"
@@ -10,26 +11,6 @@
 namespace bs {
 
 namespace {
-
-enum Section { entities, partitioned_entities, nodes, elements, end_of_elements, sections };
-const char* const section_names[sections] = {"\n$Entities", "\n$PartitionedEntities", "\n$Nodes", "\n$Elements",
-                                             "\n$EndElements"};
-
-/// Which of the sections the file has; read in blocks, as binary files have no lines.
-std::array<bool, sections> find_sections(std::ifstream& in) {
-  constexpr std::size_t block = 1 << 20, overlap = 32;
-  std::array<bool, sections> found{};
-  std::string window(overlap, '\n');
-  std::vector<char> buffer(block);
-  while (in) {
-    in.read(buffer.data(), static_cast<std::streamsize>(block));
-    window.append(buffer.data(), static_cast<std::size_t>(in.gcount()));
-    for (std::size_t s = 0; s < sections; ++s)
-      found[s] = found[s] || window.find(section_names[s]) != std::string::npos;
-    window.erase(0, window.size() - overlap);
-  }
-  return found;
-}
 
 /// Keeps PETSc's first message instead of printing it.
 PetscErrorCode keep_message(MPI_Comm, int, const char*, const char*, PetscErrorCode code, PetscErrorType type,
@@ -41,30 +22,35 @@ PetscErrorCode keep_message(MPI_Comm, int, const char*, const char*, PetscErrorC
 
 }  // namespace
 
-std::string fault_of_gmsh(const std::string& path) {
+std::string read_gmsh_text(const std::string& path, std::string* text) {
   const FileLook look = look_at_file(path);
   if (!look.error.empty()) return look.error;
-  std::ifstream in(path, std::ios::binary);
-  char word[16] = {}, version[16] = {};
-  in.width(sizeof word);
-  in >> word;
-  const std::string name = path + ": ";
-  if (std::string(word) != "$MeshFormat" && std::string(word) != "$Comments")
-    return name + "line 1: not a Gmsh mesh, it begins not with $MeshFormat; write it by Gmsh (-format msh41)";
-  if (std::string(word) == "$MeshFormat") {
-    in.width(sizeof version);
-    in >> version;
-    const std::string v = version;
-    if (v != "2.2" && v != "4.1" && v != "2.20" && v != "4.10")
-      return name + "line 2: Gmsh format " + (v.empty() ? "without a version" : v) +
-             "; write 2.2 or 4.1 (gmsh -save -format msh41)";
+  try {
+    text->resize(static_cast<std::size_t>(look.bytes));
+  } catch (const std::bad_alloc&) {
+    return format("%s: no memory for its %lld bytes", path.c_str(), look.bytes);
   }
-  const auto found = find_sections(in);
-  if (version[0] == '4' && !found[entities] && !found[partitioned_entities])
-    return name + "has no $Entities, which format 4.1 needs (meshio leaves them out); write it as Gmsh 2.2 (in meshio: gmsh22)";
-  for (const Section s : {nodes, elements, end_of_elements})
-    if (!found[s])
-      return name + "has no " + (section_names[s] + 1) + ": truncated, or not a whole mesh; write it anew";
+  std::ifstream in(path, std::ios::binary);
+  in.read(text->data(), look.bytes);
+  if (in.gcount() != look.bytes) return path + ": cannot be read to its end; look at the disk";
+  return {};
+}
+
+std::string fault_of_gmsh(const std::string& text) {
+  char word[16] = {}, version[16] = {};
+  (void)std::sscanf(text.c_str(), "%15s %15s", word, version);
+  if (std::strcmp(word, "$MeshFormat") != 0 && std::strcmp(word, "$Comments") != 0)
+    return "line 1: not a Gmsh mesh, which begins with $MeshFormat; write it by Gmsh (-format msh41)";
+  if (std::strcmp(word, "$MeshFormat") == 0) {
+    const std::string v = version;
+    if (v != "2.2" && v != "4.1")
+      return "line 2: Gmsh format " + (v.empty() ? "without a version" : v) + "; write 2.2 or 4.1 (gmsh -save -format msh41)";
+  }
+  const auto has = [&text](const char* name) { return text.find(std::string("\n") + name) != std::string::npos; };
+  if (version[0] == '4' && !has("$Entities") && !has("$PartitionedEntities"))
+    return "has no $Entities, which format 4.1 needs (meshio leaves them out); write it as Gmsh 2.2 (in meshio: gmsh22)";
+  for (const char* const name : {"$Nodes", "$EndNodes", "$Elements", "$EndElements"})
+    if (!has(name)) return std::string("has no ") + name + ": truncated, or not a whole mesh; write it anew";
   return {};
 }
 

@@ -13,7 +13,8 @@ namespace bs {
 /// /springs, optional: pairs (M,2) 0-based, stiffness (M); optional rest_length (M; absent: NaN), damping (M).
 /// /anchors, optional: particle (A), point (A,d), stiffness (A); optional rest_length (A; absent: 0), damping (A).
 /// Attributes of /: spring_law = strain | hooke, damping_law = axial | simple.
-/// A file with /particles/trajectory/position/value is a trajectory: its last frame, and /connectivity/bonds.
+/// A file with /particles/trajectory/position/value is a trajectory: its last frame, /connectivity/bonds, and
+/// the laws among its /parameters/options.
 ///
 /// Errors (exit 2): what cannot be opened, shapes, types, sizes, unknown laws, `fixed` that is not 0 or 1, rest lengths
 /// that are not finite. Other values are left to validate().

@@ -11,29 +11,32 @@ namespace {
 
 const Hdf5Layout lattice_names{false, "/particles/position", "/particles/velocity", "/particles/mass", "/particles/fixed",
                           "/particles/radius", "", "/springs", "/springs/pairs", "/springs/stiffness",
-                          "/springs/rest_length", "/springs/damping", "/", ""};
+                          "/springs/rest_length", "/springs/damping"};
 const Hdf5Layout trajectory_names{true, "/particles/trajectory/position/value", "/particles/trajectory/velocity/value",
                              "/particles/trajectory/mass", "/particles/trajectory/fixed", "/particles/trajectory/radius",
                              "/particles/trajectory/id", "/connectivity/bonds", "/connectivity/bonds",
                              "/connectivity/bonds_stiffness", "/connectivity/bonds_rest_length",
-                             "/connectivity/bonds_damping", "/parameters", "bs_"};
+                             "/connectivity/bonds_damping"};
 
-/// `index` receives the place of the attribute's text among two choices; `given` whether it is there.
+/// `index` receives the place of the law's name among two choices; `given` whether the file names one: an attribute of
+/// the root, or, in a trajectory, the option that was in force.
 PetscErrorCode read_law(MPI_Comm comm, const Hdf5File& file, const Hdf5Layout& layout, const std::string& source,
                         const char* name, const char* const choices[2], int* index, bool* given) {
-  const std::string attribute = layout.law_prefix + name;
-  std::string text;
+  std::string text, attribute = name, owner = "/";
 
   PetscFunctionBegin;
-  PetscCall(file.text_attribute(layout.laws, attribute, &text));
-  // Options are kept with or without their dash.
-  if (text.empty() && layout.trajectory) PetscCall(file.text_attribute(layout.laws, "-" + attribute, &text));
+  PetscCall(file.text_attribute(owner, attribute, &text));
+  if (text.empty() && layout.trajectory) {
+    owner = "/parameters/options";
+    attribute = std::string("bs_") + name;
+    PetscCall(file.text_attribute(owner, attribute, &text));
+  }
   *given = !text.empty();
   *index = text == choices[1] ? 1 : 0;
   if (*given && text != choices[0] && text != choices[1])
     PetscCall(tell(comm, Exit::input,
                    format("%s: attribute %s of %s is '%s'; write %s or %s", source.c_str(), attribute.c_str(),
-                          layout.laws.c_str(), text.c_str(), choices[0], choices[1])));
+                          owner.c_str(), text.c_str(), choices[0], choices[1])));
   PetscFunctionReturn(0);
 }
 

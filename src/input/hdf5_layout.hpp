@@ -13,7 +13,6 @@ struct Hdf5Layout {
   bool trajectory;
   std::string position, velocity, mass, fixed, radius, id;
   std::string springs, pairs, stiffness, rest_length, damping;
-  std::string laws, law_prefix;  ///< object that holds the laws' attributes, and how their names begin
 };
 
 /// The layout of `file`: a trajectory's where it has frames, else a lattice's.

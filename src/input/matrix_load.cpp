@@ -135,8 +135,10 @@ PetscErrorCode load_market(MPI_Comm comm, const std::string& path, Mat* out) {
   PetscCall(MatCreate(comm, matrix.out()));
   PetscCall(MatSetSizes(matrix, PETSC_DECIDE, PETSC_DECIDE, static_cast<PetscInt>(sizes[0]), static_cast<PetscInt>(sizes[1])));
   PetscCall(MatSetType(matrix, MATAIJ));
-  PetscCall(PetscLayoutSetUp(matrix.get()->rmap));
-  PetscCall(PetscLayoutSetUp(matrix.get()->cmap));
+  PetscLayout by_row, by_column;
+  PetscCall(MatGetLayouts(matrix, &by_row, &by_column));
+  PetscCall(PetscLayoutSetUp(by_row));
+  PetscCall(PetscLayoutSetUp(by_column));
   const PetscInt* ranges = nullptr;
   PetscCall(MatGetOwnershipRanges(matrix, &ranges));
   Entries mine;

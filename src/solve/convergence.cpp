@@ -6,19 +6,24 @@
 namespace bs {
 namespace {
 
+// A kinematic residual r is worth the force sigma r: the velocity it stands for, brought up within a step.
+double size_of_forces(const NewtonPolicy& self) { return std::max(self.sigma * self.first[0], self.first[1]); }
+
 bool below(const NewtonPolicy& self, const ResidualNorms& now, double rtol, double floors) {
-  for (int k = 0; k < 2; ++k)
-    if (now[k] > std::max(rtol * self.first[k], floors * self.floor[k])) return false;
-  return true;
+  // a momentum residual that starts at nothing (free flight) is judged by the velocity error it makes, to 1e-4 rtol
+  const double kinematic = std::max(self.first[0], self.first[1] / self.sigma);
+  const double momentum = std::max(self.first[1], 1e-4 * self.sigma * self.first[0]);
+  return now[0] <= std::max(rtol * kinematic, floors * self.floor[0]) &&
+         now[1] <= std::max(rtol * momentum, floors * self.floor[1]);
 }
 
 /// Near rounding level, and no longer falling: no further iterate is any better.
 bool exhausted(const NewtonPolicy& self, const ResidualNorms& now, double rtol) {
-  constexpr double NEAR = 100;
-  bool falling = false;
-  for (int k = 0; k < 2; ++k)
-    falling |= now[k] > std::max(rtol * self.first[k], self.floor[k]) && now[k] < 0.5 * self.previous[k];
-  return !falling && below(self, now, rtol, NEAR);
+  constexpr double NEAR = 100, ROUNDING = 1e-13;
+  const double size = ROUNDING * size_of_forces(self);
+  const bool near = below(self, now, rtol, NEAR) || (self.sigma * now[0] <= size && now[1] <= size);
+  const bool falling = now[0] < 0.5 * self.previous[0] || now[1] < 0.5 * self.previous[1];
+  return near && !falling;
 }
 
 // Converged: every part has fallen by rtol or to its rounding errors, or all of F is below atol, or a whole Newton step
@@ -39,7 +44,12 @@ PetscErrorCode test(SNES snes, PetscInt it, PetscReal xnorm, PetscReal snorm, Pe
   PetscCall(SNESGetDivergenceTolerance(snes, &divtol));
   PetscCall(SNESGetFunction(snes, &F, nullptr, nullptr));
   PetscCall(self.model->residual_norms(F, &now));
-  if (it == 0) self.first = now;
+  if (it == 0) {
+    PetscReal h;
+    PetscCall(TSGetTimeStep(self.ts, &h));
+    self.sigma = 1 / h;
+    self.first = now;
+  }
   const double whole = std::hypot(self.first[0], self.first[1]);
   if (fnorm < atol) *reason = SNES_CONVERGED_FNORM_ABS;
   else if (below(self, now, it > 0 ? rtol : 0.0, 1.0)) *reason = SNES_CONVERGED_FNORM_RELATIVE;
@@ -50,21 +60,19 @@ PetscErrorCode test(SNES snes, PetscInt it, PetscReal xnorm, PetscReal snorm, Pe
   PetscFunctionReturn(0);
 }
 
-// phi = sqrt(sum_k (r_k / first_k)^2), where a part below its rounding errors counts as 0
+// phi = |(sigma F_x, F_v)| / max(sigma |F_x|, |F_v|) of the first iterate, where a part below its rounding errors counts as 0
 double merit(const NewtonPolicy& self, const ResidualNorms& now) {
-  double sum = 0;
-  for (int k = 0; k < 2; ++k) {
-    if (now[k] <= self.floor[k]) continue;
-    const double part = now[k] / std::max(self.first[k], self.floor[k]);
-    sum += part * part;
-  }
-  return std::sqrt(sum);
+  const double kinematic = now[0] > self.floor[0] ? self.sigma * now[0] : 0;
+  const double momentum = now[1] > self.floor[1] ? now[1] : 0;
+  const double size = size_of_forces(self);
+  return std::hypot(kinematic, momentum) / (size > 0 ? size : 1);
 }
 
 // Backtracking on phi: phi(lambda) <= (1 - 1e-4 lambda) phi(0), the next lambda from the parabola through phi(0)^2,
 // its Newton slope -2 phi(0)^2 and phi(lambda)^2, within [0.1, 0.5] lambda.
 PetscErrorCode search(SNESLineSearch line, void* context) {
   constexpr int TRIES = 30;
+  constexpr double NOISE = 1e-12;
   NewtonPolicy& self = *static_cast<NewtonPolicy*>(context);
   SNES snes;
   Vec X, F, Y, W, G;
@@ -88,7 +96,8 @@ PetscErrorCode search(SNESLineSearch line, void* context) {
       PetscCall(self.model->residual_norms(G, &now));
       phi = merit(self, now);
     }
-    found = phi <= (1 - 1e-4 * lambda) * start || below(self, now, 0.0, 1.0);
+    // at rounding level a direction is noise: take it, and let the convergence test judge
+    found = phi <= (1 - 1e-4 * lambda) * start || (start < NOISE && phi < 10 * NOISE);
     if (found) break;
     const double fit = std::isfinite(phi) ? lambda * lambda / (phi * phi / (start * start) - 1 + 2 * lambda) : 0.5 * lambda;
     lambda = std::clamp(fit, 0.1 * lambda, 0.5 * lambda);
@@ -108,10 +117,11 @@ PetscErrorCode search(SNESLineSearch line, void* context) {
 
 }  // namespace
 
-PetscErrorCode NewtonPolicy::attach(SNES snes) {
+PetscErrorCode NewtonPolicy::attach(TS stepper, SNES snes) {
   char type[64] = SNESNEWTONLS;
   PetscBool given = PETSC_FALSE;
   PetscFunctionBegin;
+  ts = stepper;
   PetscCall(SNESSetConvergenceTest(snes, test, this, nullptr));
   PetscCall(PetscOptionsGetString(nullptr, nullptr, "-snes_type", type, sizeof(type), nullptr));
   PetscCall(PetscOptionsHasName(nullptr, nullptr, "-snes_linesearch_type", &given));

@@ -1,7 +1,7 @@
 // When Newton has converged and how far it goes along a step: the kinematic and the momentum residual are judged apart,
 // since their units differ.
 #pragma once
-#include <petscsnes.h>
+#include <petscts.h>
 #include "model/model.hpp"
 
 namespace bs {
@@ -12,8 +12,10 @@ struct NewtonPolicy {
   ResidualNorms floor = {0, 0};     ///< rounding errors of the residual
   ResidualNorms first = {0, 0};     ///< residual at the first iterate of this solve
   ResidualNorms previous = {0, 0};  ///< at the iterate before this one
+  double sigma = 1;                 ///< 1/h of this attempt [1/s]: makes the kinematic residual a force
   /// Sets the test, and the line search unless -snes_linesearch_type or another -snes_type is asked for.
-  PetscErrorCode attach(SNES snes);
+  PetscErrorCode attach(TS ts, SNES snes);
+  TS ts = nullptr;
 };
 
 }  // namespace bs

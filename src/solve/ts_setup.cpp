@@ -88,7 +88,7 @@ PetscErrorCode set_implicit(TS ts, Model& model, TSContext* context) {
   // must not pass for it, as it would with PETSc's stol of 1e-8.
   PetscCall(SNESSetTolerances(snes, 0.0, 1e-8, 1e-14, 50, PETSC_DEFAULT));
   context->newton.model = &model;
-  PetscCall(context->newton.attach(snes));
+  PetscCall(context->newton.attach(ts, snes));
   PetscCall(VecGetSize(y, &unknowns));
   PetscCall(set_linear_defaults(ts, unknowns));
   PetscFunctionReturn(0);

@@ -14,7 +14,9 @@ except ImportError as missing:
     sys.exit(f"{missing}\nneeded: apt install python3-h5py python3-numpy python3-scipy, and run with /usr/bin/python3")
 
 import argparse
+import concurrent.futures
 import contextlib
+import copy
 import csv
 import json
 import os
@@ -229,6 +231,7 @@ class Checks:
         self.program, self.ranks = os.path.abspath(found), self.arguments.ranks
         self.full, self.oracles = self.arguments.full, self.arguments.oracles
         self.passed = self.failed = self.skipped = 0
+        self.buffer = None
         print(title)
 
     def run(self, options, **keywords):
@@ -243,7 +246,28 @@ class Checks:
         return (self.oracles / folder).is_dir()
 
     def _line(self, verdict, name, note):
-        print(f"  {verdict:6} {name}: {note}", flush=True)
+        line = f"  {verdict:6} {name}: {note}"
+        if self.buffer is None:
+            print(line, flush=True)
+        else:
+            self.buffer.append(line)
+
+    def each(self, items, check):
+        """check(checks, item) for every item, several at once (most of a short run is start-up, which waits); the
+        lines come out in the items' order."""
+        def one(item):
+            mine = copy.copy(self)
+            mine.passed = mine.failed = mine.skipped = 0
+            mine.buffer = []
+            check(mine, item)
+            return mine
+        workers = max(1, 2 * len(os.sched_getaffinity(0)) // self.ranks)
+        with concurrent.futures.ThreadPoolExecutor(workers) as pool:
+            for mine in pool.map(one, items):
+                for line in mine.buffer:
+                    print(line, flush=True)
+                self.passed, self.failed = self.passed + mine.passed, self.failed + mine.failed
+                self.skipped += mine.skipped
 
     def true(self, name, holds, note=""):
         self.passed, self.failed = self.passed + bool(holds), self.failed + (not holds)

@@ -41,8 +41,8 @@ def check_one(case, h, label, extra, tolerance):
         back = (x, v)
         for dt in dts[:0:-1]:
             back = step_back(s, *back, dt)
-        # Reading n steps backwards magnifies an error of the last state by up to (1 + (h omega)^2) each.
-        grow = np.prod([1 + (dt * case.omega()) ** 2 for dt in dts[1:]])
+        # Reading n steps backwards magnifies an error of the last state by up to (1 + (h omega)^2) each; a hundred is allowed.
+        grow = min(np.prod([1 + (dt * case.omega()) ** 2 for dt in dts[1:]]), 100.0)
         left = step_residual(s, s.x, s.v, *back, dts[0]) / scale
         checks.below(f"{name} step equation", left, tolerance * grow, f"after {len(dts)} step(s)")
         if (~s.fixed).sum() == 1:

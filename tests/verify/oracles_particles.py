@@ -232,6 +232,19 @@ def check_blowup(case):
             case.checks.near(name, float(np.argmax(far)) if far.any() else math.inf, step, 1.0)
 
 
+def check_case(case):
+    check_forces(case)
+    check_jacobian(case)
+    if (case.folder / "roots.csv").exists():
+        newton_cases.check(case)
+        return
+    for run in case.params["runs"]:
+        check_run(case, run["method"], run["h"], run["N"])
+    check_accurate(case)
+    check_orders(case)
+    check_blowup(case)
+
+
 def built_in(checks, scratch):
     """Without the folder: a damped oscillator in closed form, two masses on a Kepler circle, backward Euler's factor."""
     s = System([[0.0], [0.6]], [[0.0], [0.0]], [1.0, 0.2], [1, 0], [[0, 1]], [40.0], [0.0], [0.8], law="strain")
@@ -257,20 +270,8 @@ def main():
             built_in(checks, scratch)
         if not checks.have("C_particles"):
             checks.finish(complete=False)
-        for folder in sorted(p for p in (checks.oracles / "C_particles").iterdir() if (p / "params.json").exists()):
-            if not checks.wants(folder.name):
-                continue
-            case = Case(checks, folder, scratch)
-            check_forces(case)
-            check_jacobian(case)
-            if (folder / "roots.csv").exists():
-                newton_cases.check(case)
-                continue
-            for run in case.params["runs"]:
-                check_run(case, run["method"], run["h"], run["N"])
-            check_accurate(case)
-            check_orders(case)
-            check_blowup(case)
+        folders = sorted(p for p in (checks.oracles / "C_particles").iterdir() if (p / "params.json").exists())
+        checks.each([p for p in folders if checks.wants(p.name)], lambda mine, folder: check_case(Case(mine, folder, scratch)))
     checks.finish()
 
 

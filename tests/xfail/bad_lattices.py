@@ -256,6 +256,8 @@ XSP = {
 NODES = "$Nodes\n4\n1 0 0 0\n2 1 0 0\n3 1 1 1\n4 0 1 0\n$EndNodes\n"
 ELEMENTS = "$Elements\n2\n1 2 2 0 1 1 2 3\n2 2 2 0 1 1 3 4\n$EndElements\n"
 MESH = "$MeshFormat\n2.2 0 8\n$EndMeshFormat\n" + NODES + ELEMENTS
+TETRAHEDRON = ("$MeshFormat\n2.2 0 8\n$EndMeshFormat\n$Nodes\n5\n1 0 0 0\n2 1 0 0\n3 0 1 0\n4 0 0 1\n5 3 3 3\n$EndNodes\n"
+               "$Elements\n2\n1 4 2 0 1 1 2 3 4\n2 1 2 0 1 3 5\n$EndElements\n")
 MASS = ("-bs_lattice_particle_mass", "1")
 
 
@@ -272,8 +274,14 @@ MSH = {
     "msh: cut before the elements": (mesh(ELEMENTS, ""), "has no $Elements: truncated"),
     "msh: cut in the elements": (mesh("2 2 2 0 1 1 3 4\n$EndElements\n", ""), "has no $EndElements: truncated"),
     "msh: 4.1 without entities": (mesh("2.2 0 8", "4.1 0 8"), "has no $Entities"),
-    "msh: a word for a number": (mesh("3 1 1 1", "3 one 1 1"), "DMPlex cannot read this mesh"),
-    "msh: fewer nodes than it says": (mesh("$Nodes\n4", "$Nodes\n5"), "DMPlex cannot read this mesh"),
+    "msh: a word for a number": (mesh("3 1 1 1", "3 one 1 1"), "$Nodes lacks a number"),
+    "msh: fewer nodes than it says": (mesh("$Nodes\n4", "$Nodes\n5"), "$Nodes lacks a number"),
+    "msh: absurdly many nodes": (mesh("$Nodes\n4", "$Nodes\n2000000000"), "announces 2000000000 nodes"),
+    "msh: negative count": (mesh("$Elements\n2", "$Elements\n-2"), "announces -2 elements"),
+    "msh: element on an unknown node": (mesh("1 1 2 3\n", "1 1 2 99\n"), "element 1 lies on node 99, which is not in $Nodes"),
+    "msh: element twice on a node": (mesh("1 1 2 3\n", "1 1 2 2\n"), "element 1 lies twice on node 2"),
+    "msh: a node given twice": (mesh("3 1 1 1", "2 1 1 1"), "node 2 is given twice"),
+    "msh: a line beside tetrahedra": (text("m.msh", TETRAHEDRON, *MASS), "line element 2 (nodes 3 and 5) is no edge"),
     "msh: unknown element": (mesh("1 2 2 0 1 1 2 3", "1 999 2 0 1 1 2 3"), "DMPlex cannot read this mesh"),
     "msh: NaN": (mesh("3 1 1 1", "3 nan 1 1"), "position nan"),
     "msh: two nodes at one place": (mesh("2 1 0 0", "2 0 0 0"), "are at one place"),
