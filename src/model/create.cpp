@@ -1,12 +1,21 @@
 #include "model/create.hpp"
 #include "base/options.hpp"
 #include "input/load.hpp"
+#include "model/linear/linear_model.hpp"
 #include "model/particles/particle_model.hpp"
 
 namespace bs {
 
 PetscErrorCode create_model(MPI_Comm comm, std::unique_ptr<Model>* out) {
+  int kind = 0;
   PetscFunctionBegin;
+  PetscCall(read_section(comm, "Model", [&](Section& o) {
+    o.choice("-bs_model", "what is advanced: particles, or a linear system (its options: -bs_model linear -help)", {"particles", "linear"}, kind);
+  }));
+  if (kind == 1) {
+    PetscCall(LinearModel::create(comm, out));
+    PetscFunctionReturn(0);
+  }
   Lattice lattice;
   PetscCall(load_lattice(comm, &lattice));
   PetscCall(ParticleModel::create(comm, std::move(lattice), out));

@@ -28,6 +28,13 @@ struct Observable {
 struct Field {
   std::string group;  ///< absolute path of the HDF5 group, e.g. "/particles/trajectory/position"
   Vec vec;            ///< global Vec, block size d, rows in the input's order; borrowed
+  bool flat = false;  ///< block size 1 written as (T, N), not (T, N, 1)
+};
+
+/// Strings of one length (the same on every rank), padded with zeros, one behind the other.
+struct Words {
+  std::size_t width = 1;
+  std::string text;
 };
 
 /// Data written once: this rank's rows [first, first + rows) of a table of `total` rows and `columns` columns
@@ -36,7 +43,22 @@ struct Dataset {
   std::string path;
   std::int64_t first = 0, total = 0;
   int columns = 0;
-  std::variant<std::vector<double>, std::vector<std::int64_t>> rows;
+  std::variant<std::vector<double>, std::vector<std::int64_t>, Words> rows;
+};
+
+/// What the run will ask of a model.
+struct Plan {
+  bool implicit = true;
+  Form form = Form::momentum;
+  double step = 0;           ///< nominal [s]
+  double real_stability = 0; ///< largest |h lambda| an explicit type bears for lambda < 0; 0: not looked at
+  bool autonomous = false;   ///< the type loses its order where F depends on t
+};
+
+/// Something a model counted, for the summary and the report.
+struct Tally {
+  std::string key, text;     ///< name in the report; words of the summary after the number
+  std::int64_t count = 0;
 };
 
 /// A system of differential equations F(t, y, y') = 0 with its explicit form y' = G(t, y).
@@ -67,6 +89,16 @@ class Model {
   virtual PetscErrorCode residual_norms(Vec F, ResidualNorms* norms) = 0;
   /// The same norms of the rounding errors in the residual near y: below them no Newton iteration can get.
   virtual PetscErrorCode residual_floor(double t, Vec y, double sigma, Form form, ResidualNorms* floor) = 0;
+
+  /// Whether F is linear in y and y': one linear solve a step is then enough.
+  virtual bool linear() const { return false; }
+  /// Collective, once, before the first evaluation. Told (exit 2) if the model has not got the form asked for.
+  virtual PetscErrorCode prepare(const Plan&) { return 0; }
+  /// Steps at the start that are to be taken by backward Euler (types of the theta family).
+  virtual std::int64_t startup_steps() const { return 0; }
+  /// Collective, after the first set-up of the linear solver: told where its matrix is singular.
+  virtual PetscErrorCode check_solver(KSP) { return 0; }
+  virtual std::vector<Tally> tallies() const { return {}; }
 
   virtual PetscErrorCode observe(double t, Vec y, std::vector<Observable>* out) = 0;
   /// Fields of the frame, filled from y.

@@ -171,6 +171,7 @@ PetscErrorCode Trajectory::Impl::write_field(std::size_t index, const Field& fie
   PetscCall(PetscViewerHDF5PushGroup(viewer, field.group.c_str()));
   PetscCall(PetscViewerHDF5PushTimestepping(viewer));
   PetscCall(PetscViewerHDF5SetTimestep(viewer, static_cast<PetscInt>(frames)));
+  PetscCall(PetscViewerHDF5SetBaseDimension2(viewer, field.flat ? PETSC_FALSE : PETSC_TRUE));
   PetscCall(VecView(vec, viewer));
   PetscCall(PetscViewerHDF5PopTimestepping(viewer));
   PetscCall(PetscViewerHDF5PopGroup(viewer));

@@ -47,7 +47,7 @@ PetscErrorCode Column::append(std::int64_t count, const void* data) {
 static PetscErrorCode write_slices(hid_t set, hid_t type, const Dataset& table, const char* data, hsize_t rows) {
   constexpr hsize_t slice_bytes = hsize_t(1) << 28;
   const hsize_t columns = table.columns > 0 ? static_cast<hsize_t>(table.columns) : 1;
-  const hsize_t row_bytes = 8 * columns, slice = std::max<hsize_t>(1, slice_bytes / row_bytes);
+  const hsize_t row_bytes = H5Tget_size(type) * columns, slice = std::max<hsize_t>(1, slice_bytes / row_bytes);
   const int rank = table.columns > 0 ? 2 : 1;
 
   PetscFunctionBegin;
@@ -62,12 +62,43 @@ static PetscErrorCode write_slices(hid_t set, hid_t type, const Dataset& table, 
   PetscFunctionReturn(0);
 }
 
+namespace {
+
+/// The table's entries as bytes, their types in memory and in the file.
+struct Content {
+  const char* data;
+  std::size_t entries;
+  H5 text;  ///< owns the type of strings
+  hid_t memory, file;
+
+  explicit Content(const Dataset& table) {
+    if (const Words* words = std::get_if<Words>(&table.rows)) {
+      data = words->text.data();
+      entries = words->text.size() / words->width;
+      text = H5(H5Tcopy(H5T_C_S1), H5Tclose);
+      H5Tset_size(text, words->width);
+      memory = file = text;
+    } else if (const auto* whole = std::get_if<std::vector<std::int64_t>>(&table.rows)) {
+      take(*whole, H5T_NATIVE_INT64, H5T_STD_I64LE);
+    } else {
+      take(std::get<std::vector<double>>(table.rows), H5T_NATIVE_DOUBLE, H5T_IEEE_F64LE);
+    }
+  }
+  template <class Rows>
+  void take(const Rows& rows, hid_t in_memory, hid_t in_file) {
+    data = reinterpret_cast<const char*>(rows.data());
+    entries = rows.size();
+    memory = in_memory;
+    file = in_file;
+  }
+};
+
+}  // namespace
+
 PetscErrorCode write_table(hid_t file, const Dataset& table) {
-  const bool integer = std::holds_alternative<std::vector<std::int64_t>>(table.rows);
+  const Content content(table);
   const hsize_t extent[2] = {static_cast<hsize_t>(table.total), static_cast<hsize_t>(table.columns)};
-  const std::size_t entries = std::visit([](const auto& rows) { return rows.size(); }, table.rows);
-  const char* data = std::visit([](const auto& rows) { return reinterpret_cast<const char*>(rows.data()); }, table.rows);
-  const hsize_t rows = entries / static_cast<std::size_t>(std::max(1, table.columns));
+  const hsize_t rows = content.entries / static_cast<std::size_t>(std::max(1, table.columns));
 
   PetscFunctionBegin;
   PetscCheck(table.path.size() > 1 && table.path[0] == '/', PETSC_COMM_SELF, PETSC_ERR_ARG_WRONG,
@@ -80,12 +111,11 @@ PetscErrorCode write_table(hid_t file, const Dataset& table) {
     PetscCall(open_group(file, table.path.substr(0, slash), &group));
   }
   H5 space(H5Screate_simple(table.columns > 0 ? 2 : 1, extent, nullptr), H5Sclose);
-  const hid_t type = integer ? H5T_STD_I64LE : H5T_IEEE_F64LE;
   H5 list(H5Pcreate(H5P_DATASET_CREATE), H5Pclose);
   BS_H5(H5Pset_fill_time(list, H5D_FILL_TIME_NEVER));  // every row is written by some rank
-  H5 set(H5Dcreate2(file, table.path.c_str(), type, space, H5P_DEFAULT, list, H5P_DEFAULT), H5Dclose);
+  H5 set(H5Dcreate2(file, table.path.c_str(), content.file, space, H5P_DEFAULT, list, H5P_DEFAULT), H5Dclose);
   BS_H5(set);
-  PetscCall(write_slices(set, integer ? H5T_NATIVE_INT64 : H5T_NATIVE_DOUBLE, table, data, rows));
+  PetscCall(write_slices(set, content.memory, table, content.data, rows));
   PetscFunctionReturn(0);
 }
 

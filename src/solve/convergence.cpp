@@ -68,10 +68,13 @@ double merit(const NewtonPolicy& self, const ResidualNorms& now) {
   return std::hypot(kinematic, momentum) / (size > 0 ? size : 1);
 }
 
-// Backtracking on phi: phi(lambda) <= (1 - 1e-4 lambda) phi(0), the next lambda from the parabola through phi(0)^2,
+// The first iterations take full steps, also uphill: through stiff springs a good step first raises the residual by
+// orders of magnitude, and searching for descent there costs ten times the iterations. What has not converged by then
+// (full Newton can cycle) goes on by backtracking on phi: phi(lambda) <= (1 - 1e-4 lambda) phi(0), the next lambda from the parabola through phi(0)^2,
 // its Newton slope -2 phi(0)^2 and phi(lambda)^2, within [0.1, 0.5] lambda.
 PetscErrorCode search(SNESLineSearch line, void* context) {
-  constexpr int TRIES = 30;
+  constexpr int TRIES = 30, BOLD = 10;
+  constexpr double UPHILL = 1e4;
   constexpr double NOISE = 1e-12;
   NewtonPolicy& self = *static_cast<NewtonPolicy*>(context);
   SNES snes;
@@ -86,6 +89,8 @@ PetscErrorCode search(SNESLineSearch line, void* context) {
   PetscCall(SNESLineSearchPreCheck(line, X, Y, &changed));
   PetscCall(self.model->residual_norms(F, &now));
   const double start = merit(self, now);
+  PetscInt iteration;
+  PetscCall(SNESGetIterationNumber(snes, &iteration));
   bool found = false;
   for (int k = 0; k < TRIES && !found; ++k) {
     PetscCall(VecWAXPY(W, -lambda, Y, X));
@@ -98,6 +103,7 @@ PetscErrorCode search(SNESLineSearch line, void* context) {
     }
     // at rounding level a direction is noise: take it, and let the convergence test judge
     found = phi <= (1 - 1e-4 * lambda) * start || (start < NOISE && phi < 10 * NOISE);
+    found |= k == 0 && iteration < BOLD && phi < UPHILL;
     if (found) break;
     const double fit = std::isfinite(phi) ? lambda * lambda / (phi * phi / (start * start) - 1 + 2 * lambda) : 0.5 * lambda;
     lambda = std::clamp(fit, 0.1 * lambda, 0.5 * lambda);

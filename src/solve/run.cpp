@@ -87,6 +87,7 @@ PetscErrorCode Run::set_up() {
   lines.insert(lines.begin(), format("backspring %s on %d rank%s", BS_VERSION, size, size > 1 ? "s" : ""));
   progress_.header(lines);
   PetscCall(warn_unused_options(ts_, context_));
+  PetscCall(stepper_->attach_solvers(ts_));
   if (!options_.output.trajectory.file.empty()) {
     std::vector<Dataset> constants;
     PetscCall(model_.constants(&constants));
@@ -180,6 +181,7 @@ PetscErrorCode Run::report(const std::string& outcome, const std::string& why) {
     report.set("ranks", static_cast<std::int64_t>(size));
     report.set("t", stepper_->good_time());
     report.set("steps", static_cast<std::int64_t>(c.steps));
+    for (const Tally& tally : model_.tallies()) report.set(tally.key, tally.count);
     report.set("shortened_steps", static_cast<std::int64_t>(c.shortened));
     report.set("rejected", static_cast<std::int64_t>(c.rejected));
     report.set("newton", static_cast<std::int64_t>(c.newton));
@@ -199,6 +201,7 @@ std::vector<std::string> Run::closing_lines() const {
   const RunCounts& c = stepper_->counts();
   const double before = total_energy(first_), after = total_energy(last_);
   if (std::isfinite(before)) lines.push_back(format("total energy %.6g J -> %.6g J", before, after));
+  for (const Tally& tally : model_.tallies()) lines.push_back(format("%lld %s", static_cast<long long>(tally.count), tally.text.c_str()));
   if (c.shortened) lines.push_back(format("%lld steps shortened to hit output times", static_cast<long long>(c.shortened)));
   if (c.rejected) lines.push_back(format("%lld attempts rejected and repeated with a smaller step", static_cast<long long>(c.rejected)));
   if (trajectory_) lines.push_back(format("%lld frames in %s", static_cast<long long>(trajectory_->frames()),

@@ -61,6 +61,9 @@ PetscErrorCode Stepper::pre_step(TS ts) {
   Stepper* self = static_cast<Stepper*>(context);
   PetscCall(self->choose_step(ts));
   PetscCall(self->set_floor(ts));
+  PetscInt step;
+  PetscCall(TSGetStepNumber(ts, &step));
+  PetscCall(self->reuse_.before_step(ts, step, self->planned_));
   PetscFunctionReturn(0);
 }
 

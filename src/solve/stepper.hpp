@@ -6,6 +6,7 @@
 #include <string>
 #include "model/model.hpp"
 #include "output/trajectory.hpp"
+#include "solve/linear_reuse.hpp"
 #include "solve/ts_setup.hpp"
 
 namespace bs {
@@ -30,6 +31,8 @@ class Stepper {
   Stepper(Model& model, TSContext& context, const StepOptions& options, OnStep on_step, OnFrame on_frame);
   /// Hooks into `ts`, whose type, step and final time are set.
   PetscErrorCode attach(TS ts);
+  /// Collective. Once the solvers are set up.
+  PetscErrorCode attach_solvers(TS ts) { return reuse_.attach(ts, context_); }
   const RunCounts& counts() const { return counts_; }
   /// Last time whose state is good, and whether its frame is written.
   double good_time() const { return good_time_; }
@@ -51,6 +54,7 @@ class Stepper {
   Model& model_;
   TSContext& context_;
   StepOptions options_;
+  LinearReuse reuse_;
   OnStep on_step_;
   OnFrame on_frame_;
   bool adaptive_ = false, framed_ = true;

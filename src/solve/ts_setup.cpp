@@ -50,6 +50,28 @@ PetscErrorCode choose_form(MPI_Comm comm, const std::string& type, TSContext* co
   PetscFunctionReturn(0);
 }
 
+/// Linear models: the factorisation is reused, so LU pays at any size; by MUMPS, which pivots (algebraic equations leave
+/// zeros on the diagonal). Any other solver of the user's is to solve to ten digits: no Newton iteration mends its error.
+PetscErrorCode set_defaults_of_linear_model(TS ts) {
+  SNES snes;
+  KSP ksp;
+  PC pc;
+  char type[64] = PCLU;
+  PetscBool own_ksp = PETSC_FALSE, own_pc = PETSC_FALSE;
+  PetscFunctionBegin;
+  PetscCall(TSGetSNES(ts, &snes));
+  PetscCall(SNESGetKSP(snes, &ksp));
+  PetscCall(KSPSetTolerances(ksp, 1e-10, PETSC_DEFAULT, PETSC_DEFAULT, PETSC_DEFAULT));
+  PetscCall(PetscOptionsHasName(nullptr, nullptr, "-ksp_type", &own_ksp));
+  PetscCall(PetscOptionsGetString(nullptr, nullptr, "-pc_type", type, sizeof type, &own_pc));
+  if (std::string(type) != PCLU || (own_ksp && !own_pc)) PetscFunctionReturn(0);
+  PetscCall(KSPGetPC(ksp, &pc));
+  PetscCall(KSPSetType(ksp, KSPPREONLY));
+  PetscCall(PCSetType(pc, PCLU));
+  PetscCall(PCFactorSetMatSolverType(pc, MATSOLVERMUMPS));
+  PetscFunctionReturn(0);
+}
+
 /// Direct solves for small systems, where the user left both KSP and PC open and asked for no matrix-free Newton.
 PetscErrorCode set_linear_defaults(TS ts, PetscInt unknowns) {
   constexpr PetscInt SMALL = 6000;  // below, a sparse LU costs less than the Krylov iterations it saves
@@ -90,7 +112,8 @@ PetscErrorCode set_implicit(TS ts, Model& model, TSContext* context) {
   context->newton.model = &model;
   PetscCall(context->newton.attach(ts, snes));
   PetscCall(VecGetSize(y, &unknowns));
-  PetscCall(set_linear_defaults(ts, unknowns));
+  if (model.linear()) PetscCall(set_defaults_of_linear_model(ts));
+  else PetscCall(set_linear_defaults(ts, unknowns));
   PetscFunctionReturn(0);
 }
 
@@ -103,7 +126,7 @@ PetscErrorCode create_ts(Model& model, TSContext* context, TSHandle* ts) {
   PetscCall(PetscOptionsGetString(nullptr, nullptr, "-ts_type", type, sizeof(type), nullptr));
   PetscCall(choose_form(model.comm(), type, context));
   PetscCall(TSCreate(model.comm(), ts->out()));
-  PetscCall(TSSetProblemType(*ts, TS_NONLINEAR));
+  PetscCall(TSSetProblemType(*ts, model.linear() ? TS_LINEAR : TS_NONLINEAR));
   PetscCall(TSSetType(*ts, type));
   PetscCall(TSSetSolution(*ts, model.initial_state()));
   if (context->implicit) PetscCall(set_implicit(*ts, model, context));
@@ -114,6 +137,9 @@ PetscErrorCode create_ts(Model& model, TSContext* context, TSHandle* ts) {
   PetscCall(TSSetMaxSNESFailures(*ts, -1));
   PetscCall(TSSetErrorIfStepFails(*ts, PETSC_FALSE));
   PetscCall(TSSetFromOptions(*ts));
+  Plan plan{context->implicit, context->form, 0, among(type, {TSEULER}) ? 2.0 : 0.0, among(type, {TSROSW})};
+  PetscCall(TSGetTimeStep(*ts, &plan.step));
+  PetscCall(model.prepare(plan));
   PetscFunctionReturn(0);
 }
 
@@ -151,7 +177,7 @@ PetscErrorCode describe_solver(TS ts, const TSContext& context, std::string* lin
   PetscCall(KSPGetPC(ksp, &pc));
   PetscCall(PCGetType(pc, &pc_type));
   *line += format("; SNES %s, line search %s, rtol %g of either residual; KSP %s, PC %s", snes_type,
-                  !search_type ? "default" : std::string(search_type) == SNESLINESEARCHSHELL ? "backtracking on either residual" : search_type, rtol, ksp_type ? ksp_type : "gmres", pc_type ? pc_type : "default");
+                  !search_type ? "default" : std::string(search_type) == SNESLINESEARCHSHELL ? "full steps, then backtracking" : search_type, rtol, ksp_type ? ksp_type : "gmres", pc_type ? pc_type : "default");
   PetscFunctionReturn(0);
 }
 

@@ -1,6 +1,7 @@
 // Options that nobody asked for: told before the first step, and again at the end.
 #include <algorithm>
 #include "base/fault.hpp"
+#include "solve/linear_reuse.hpp"
 #include "solve/ts_setup.hpp"
 
 namespace bs {
@@ -20,6 +21,7 @@ PetscErrorCode set_up_solvers(TS ts, TSContext& context) {
   KSP ksp;
   Vec y;
   PetscReal h, t;
+  double sigma;
   PetscFunctionBegin;
   PetscCall(TSSetUp(ts));
   PetscCall(TSGetSNES(ts, &snes));
@@ -27,10 +29,11 @@ PetscErrorCode set_up_solvers(TS ts, TSContext& context) {
   PetscCall(TSGetSolution(ts, &y));
   PetscCall(TSGetTimeStep(ts, &h));
   PetscCall(TSGetTime(ts, &t));
+  PetscCall(shift_of_step(ts, h, &sigma));
   VecHandle zero;
   PetscCall(VecDuplicate(y, zero.out()));
   PetscCall(VecZeroEntries(zero));
-  PetscCall(context.model->jacobian(t, y, zero, 1.0 / h, context.form, context.matrix));
+  PetscCall(context.model->jacobian(t, y, zero, sigma, context.form, context.matrix));
   PetscCall(SNESSetUp(snes));
   Mat A, P;
   PetscCall(SNESGetJacobian(snes, &A, &P, nullptr, nullptr));
@@ -40,6 +43,7 @@ PetscErrorCode set_up_solvers(TS ts, TSContext& context) {
     PetscCall(KSPSetOperators(ksp, context.operator_, context.matrix));
     PetscCall(KSPSetUp(ksp));
     PetscCall(KSPSetUpOnBlocks(ksp));
+    PetscCall(context.model->check_solver(ksp));
   }
   PetscFunctionReturn(0);
 }
@@ -66,7 +70,7 @@ PetscErrorCode warn_unused_options(TS ts, TSContext& context) {
   PetscFunctionBegin;
   PetscCall(TSSetUp(ts));
   PetscCall(unused_options(&names));
-  if (!names.empty() && context.implicit) {
+  if (context.implicit && (!names.empty() || context.model->linear())) {
     PetscCall(set_up_solvers(ts, context));
     PetscCall(unused_options(&names));
   }

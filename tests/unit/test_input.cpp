@@ -380,6 +380,15 @@ TEST_CASE("a Gmsh mesh gives a particle a vertex and a spring an edge", "[input]
   CHECK(got.dim == 1);
   CHECK(whole(got.position) == std::vector<double>{0, 1, 3, 6});
   CHECK(edges(got) == Edges{{{0, 1}, 1}, {{1, 2}, 2}, {{2, 3}, 3}});
+  // nodes in any order, one that no element uses; a line that is an edge of a tetrahedron adds nothing
+  if (rank_of(world) == 0)
+    std::ofstream(line) << "$MeshFormat\n2.2 0 8\n$EndMeshFormat\n$Nodes\n6\n40 0 0 2\n7 0 0 0\n99 9 9 9\n30 0 2 0\n"
+                           "8 1 0 0\n2 5 5 5\n$EndNodes\n$Elements\n3\n1 1 2 0 1 30 40\n2 4 2 0 1 7 8 30 40\n"
+                           "3 4 2 0 1 8 30 40 2\n$EndElements\n";
+  MPI_Barrier(world);
+  REQUIRE(load({{"-bs_lattice_file", line}, {"-bs_lattice_particle_mass", "3"}}, &got));
+  CHECK(whole(got.position) == std::vector<double>{0, 0, 2, 0, 0, 0, 0, 2, 0, 1, 0, 0, 5, 5, 5});
+  CHECK(edges(got).size() == 6 + 3);
   PetscBool left;
   PetscOptionsHasName(nullptr, nullptr, "-dm_plex_gmsh_spacedim", &left);
   CHECK(left == PETSC_FALSE);

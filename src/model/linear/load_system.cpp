@@ -7,7 +7,7 @@
 
 namespace bs {
 
-void SystemOptions::read(Section& o) {
+void SystemOptions::read(Section& o, bool help) {
   o.text("-bs_linear_G", "matrix G of G x + C x' = B u(t): Matrix Market text or PETSc binary (.bin, .petsc, .dat)", G);
   o.text("-bs_linear_C", "matrix C, may be singular", C);
   o.text("-bs_linear_B", "matrix B, a column for every source", B);
@@ -21,6 +21,7 @@ void SystemOptions::read(Section& o) {
          Range::positive);
   o.text("-bs_linear_x0", "state at the start: Matrix Market, PETSc binary, or CSV (a number, or name,value a line); default 0", x0);
   o.text("-bs_linear_labels", "text file with a name for every state, one a line", labels);
+  if (help && type == 0 && (G.empty() || C.empty())) type = 2;
   if (vary >= 1) o.fail("option -bs_linear_vary: give a number below 1, or some resistance is not positive");
   if (type > 0 && !(G + C + B).empty()) o.fail("option -bs_linear_type: a built-in system takes no -bs_linear_G, -bs_linear_C, -bs_linear_B");
   if (type == 0 && (G.empty() || C.empty()))

@@ -21,7 +21,8 @@ struct SystemOptions {
   std::vector<std::int64_t> size;
   double resistance = 100, capacitance = 1e-8, inductance = 1e-3, vary = 0, conductivity = 1;
   bool resistance_given = false, capacitance_given = false;
-  void read(Section& section);
+  /// With `help`, a missing system is replaced by a small one: the options are only to be listed.
+  void read(Section& section, bool help);
 };
 
 /// Collective. Builds or reads the system; sizes are checked, rows that are empty in G and C are told (exit 2).

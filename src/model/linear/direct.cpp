@@ -1,0 +1,71 @@
+#include "model/linear/direct.hpp"
+#include <algorithm>
+#include <cmath>
+#include <string>
+#include <vector>
+#include "base/handle.hpp"
+
+namespace bs {
+
+PetscErrorCode create_direct(MPI_Comm comm, Mat A, const char* prefix, KSP* ksp) {
+  PC pc;
+  PetscFunctionBegin;
+  PetscCall(KSPCreate(comm, ksp));
+  PetscCall(KSPSetOptionsPrefix(*ksp, prefix));
+  PetscCall(KSPSetOperators(*ksp, A, A));
+  PetscCall(KSPSetType(*ksp, KSPPREONLY));
+  PetscCall(KSPGetPC(*ksp, &pc));
+  PetscCall(PCSetType(pc, PCLU));
+  PetscCall(PCFactorSetMatSolverType(pc, MATSOLVERMUMPS));
+  PetscCall(KSPSetFromOptions(*ksp));
+  PetscCall(KSPSetUp(*ksp));
+  PetscFunctionReturn(0);
+}
+
+PetscErrorCode is_singular(KSP ksp, bool* singular) {
+  PC pc;
+  Mat A;
+  PCFailedReason reason;
+  PetscBool direct = PETSC_FALSE, alone = PETSC_FALSE;
+  PetscInt n, first, last;
+  PetscFunctionBegin;
+  *singular = false;
+  PetscCall(KSPGetPC(ksp, &pc));
+  PetscCall(PetscObjectTypeCompareAny(reinterpret_cast<PetscObject>(pc), &direct, PCLU, PCCHOLESKY, ""));
+  PetscCall(PetscObjectTypeCompare(reinterpret_cast<PetscObject>(ksp), KSPPREONLY, &alone));
+  if (!direct || !alone) PetscFunctionReturn(0);
+  PetscCall(PCGetFailedReason(pc, &reason));
+  int failed = reason != PC_NOERROR;
+  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &failed, 1, MPI_INT, MPI_MAX, PetscObjectComm(reinterpret_cast<PetscObject>(ksp))));
+  *singular = failed;
+  if (failed) PetscFunctionReturn(0);
+  // x_j = 1/|column j|: each contributes alike to b = A x
+  PetscCall(KSPGetOperators(ksp, nullptr, &A));
+  PetscCall(MatGetSize(A, nullptr, &n));
+  std::vector<PetscReal> size(static_cast<std::size_t>(n));
+  PetscCall(MatGetColumnNorms(A, NORM_INFINITY, size.data()));
+  VecHandle x, b, y;
+  PetscScalar* ax;
+  const PetscScalar* ay;
+  PetscCall(MatCreateVecs(A, x.out(), b.out()));
+  PetscCall(VecDuplicate(x, y.out()));
+  PetscCall(VecGetOwnershipRange(x, &first, &last));
+  PetscCall(VecGetArrayWrite(x, &ax));
+  for (PetscInt j = first; j < last; ++j) ax[j - first] = size[j] > 0 ? (1 + 0.3 * std::sin(static_cast<double>(j))) / size[j] : 1.0;
+  PetscCall(VecRestoreArrayWrite(x, &ax));
+  PetscCall(MatMult(A, x, b));
+  PetscCall(KSPSolve(ksp, b, y));
+  PetscCall(VecAXPY(y, -1, x));
+  PetscCall(VecGetArrayRead(y, &ay));
+  double worst = 0;
+  for (PetscInt j = first; j < last; ++j) {
+    const double off = std::abs(ay[j - first]) * size[j];
+    worst = std::isfinite(off) ? std::max(worst, off) : 1e300;
+  }
+  PetscCall(VecRestoreArrayRead(y, &ay));
+  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &worst, 1, MPI_DOUBLE, MPI_MAX, PetscObjectComm(reinterpret_cast<PetscObject>(ksp))));
+  *singular = worst > 0.05;
+  PetscFunctionReturn(0);
+}
+
+}  // namespace bs

@@ -1,0 +1,14 @@
+// Direct solvers: one that pivots, and the question whether it met a singular matrix.
+#pragma once
+#include <petscksp.h>
+
+namespace bs {
+
+/// Collective. `ksp` solves with `A` by one sparse LU with pivoting (MUMPS), options with `prefix`; set up on return.
+PetscErrorCode create_direct(MPI_Comm comm, Mat A, const char* prefix, KSP* ksp);
+
+/// Collective. Whether the direct solver of `ksp`, which is set up, has failed, or returns a known solution with not one
+/// right digit in units in which A's columns have size 1: then A is singular to working precision. False for others.
+PetscErrorCode is_singular(KSP ksp, bool* singular);
+
+}  // namespace bs

@@ -1,0 +1,358 @@
+"""Linear systems G x + C x' = B u(t): the discrete formulas and closed forms by SciPy, then the reference results.
+
+The built-in part needs no file: formulas stepped by dense solves, the matrix exponential, an LC tank, counted
+factorisations, ranks, and every way to give a source or a matrix.
+"""
+import io
+import json
+import math
+import pathlib
+import re
+import tempfile
+
+from harness import Checks, RunError, observed_orders, read_table
+import h5py
+import numpy as np
+import scipy.io
+import scipy.linalg
+import scipy.sparse
+
+TYPES = {"be": {"ts_type": "beuler"}, "tr": {"ts_type": "cn"}, "fe": {"ts_type": "euler"},
+         "tr_after_one_be_step": {"ts_type": "cn", "bs_linear_be_steps": 1}}
+DIGITS = 1e-12  # of the largest entry of a column
+
+
+class States:
+    """(T, n) states, times, (T, k) sources, labels, energy (or None), and the report, of one run."""
+
+    def __init__(self, checks, options, interval=0.0, **keywords):
+        options = {"bs_model": "linear", "ts_adapt_type": "none", "bs_output": "states.h5md",
+                   "bs_output_interval": interval, **options}
+        done = checks.run(options, keep=("states.h5md",), **keywords)
+        with h5py.File(io.BytesIO(done.files["states.h5md"])) as f:
+            self.value, self.time, self.step = (f["states/" + name][...] for name in ("value", "time", "step"))
+            self.sources = f["sources/value"][...] if "sources" in f else None
+            self.labels = [v.decode() for v in f["states/labels"][...]] if "labels" in f["states"] else None
+            self.energy = f["observables/energy/value"][...] if "observables/energy" in f else None
+        self.report, self.stdout, self.stderr = done.report, done.stdout, done.stderr
+
+
+def write_system(folder, G, C, B, x0=None):
+    """Writes G.mtx, C.mtx, B.mtx, x0.csv; returns the options that name them."""
+    folder, options = pathlib.Path(folder), {}
+    for name, matrix in (("G", G), ("C", C), ("B", B)):
+        if matrix is not None:
+            scipy.io.mmwrite(folder / f"{name}.mtx", scipy.sparse.coo_matrix(np.atleast_2d(matrix)), precision=17)
+            options["bs_linear_" + name] = folder / f"{name}.mtx"
+    if x0 is not None:
+        (folder / "x0.csv").write_text("\n".join(f"{v:.17g}" for v in x0) + "\n")
+        options["bs_linear_x0"] = folder / "x0.csv"
+    return options
+
+
+def relative(ours, theirs):
+    """Largest difference, in units of each column's largest entry (of the whole where a column is zero)."""
+    scale = np.abs(theirs).max(axis=0)
+    scale = np.maximum(scale, 1e-3 * max(np.abs(theirs).max(), 1e-300))
+    return float((np.abs(ours - theirs) / scale).max())
+
+
+# ---- built-in ---------------------------------------------------------------------------------------------------------
+def smooth_system():
+    """Four states, not symmetric, C not diagonal but regular; one sine source."""
+    rng = np.random.default_rng(3)
+    C = np.eye(4) + 0.2 * rng.normal(size=(4, 4))
+    G = C @ (np.diag([1.0, 2.0, 3.0, 5.0]) + 0.5 * rng.normal(size=(4, 4)))
+    return G, C, rng.normal(size=(4, 1)), rng.normal(size=4)
+
+
+def exact(G, C, B, x0, t, amp, freq, phase):
+    """x(t) for u = amp sin(2 pi freq t + phase): the source's own oscillator joins the state of the exponential."""
+    n, w = len(x0), 2 * math.pi * freq
+    A = np.zeros((n + 2, n + 2))
+    A[:n, :n], A[:n, n:n + 1] = -np.linalg.solve(C, G), np.linalg.solve(C, B)
+    A[n, n + 1], A[n + 1, n] = w, -w
+    start = np.concatenate([x0, [amp * math.sin(phase), amp * math.cos(phase)]])
+    return (scipy.linalg.expm(A * t) @ start)[:n]
+
+
+def check_orders(checks, folder):
+    G, C, B, x0 = smooth_system()
+    system = {**write_system(folder, G, C, B, x0), "bs_linear_source": "sine(amp=2,freq=0.7,phase=0.4)"}
+    truth = exact(G, C, B, x0, 1.0, 2.0, 0.7, 0.4)
+    for name, extra, order in (("be", {}, 1), ("tr", {}, 2), ("fe", {}, 1), ("bdf2", {"ts_type": "bdf", "ts_bdf_order": 2}, 2),
+                               ("midpoint", {"ts_type": "theta", "ts_theta_theta": 0.5, "ts_theta_endpoint": 0}, 2)):
+        steps, errors = [40, 80, 160, 320], []
+        for n in steps:
+            run = States(checks, {**system, **TYPES.get(name, {}), **extra, "ts_dt": 1.0 / n, "ts_max_time": 1.0})
+            errors.append(np.abs(run.value[-1] - truth).max())
+        observed = observed_orders([1.0 / n for n in steps], errors)
+        checks.near(f"order of {name}", observed[-1], order, 0.05)
+
+
+def check_formulas(checks, folder):
+    """cn, beuler and euler are the formulas of the text, step for step, for a singular C too."""
+    G, C, B, x0 = smooth_system()
+    u = lambda t: 2 * np.sin(2 * np.pi * 0.7 * t + 0.4)
+    singular = C.copy()
+    singular[3] = 0
+    h, n = 0.02, 50
+    for name, M in (("tr", C), ("be", C), ("fe", C), ("tr", singular), ("be", singular)):
+        system = {**write_system(folder, G, M, B, x0), "bs_linear_source": "sine(2,0.7,0.4)"}
+        run = States(checks, {**system, **TYPES[name], "ts_dt": h, "ts_max_time": n * h})
+        x, table = x0.copy(), [x0.copy()]
+        for k in range(n):
+            t0, t1 = k * h, (k + 1) * h
+            if name == "tr":
+                x = np.linalg.solve(G + 2 * M / h, -(G - 2 * M / h) @ x + B[:, 0] * (u(t0) + u(t1)))
+            elif name == "be":
+                x = np.linalg.solve(G + M / h, M @ x / h + B[:, 0] * u(t1))
+            else:
+                x = x + h * np.linalg.solve(M, B[:, 0] * u(t0) - G @ x)
+            table.append(x)
+        what = f"{name}{' singular C' if M is singular else ''}"
+        checks.below(f"formula {what}", relative(run.value, np.array(table)), DIGITS)
+        if name == "tr" and M is singular:
+            checks.true("inconsistent start is warned about", "violates algebraic row 4" in run.stderr, run.stderr.strip()[:60])
+
+
+def check_tank(checks, folder):
+    """An LC tank: cn keeps its energy over 100 periods, beuler loses it by 1/(1 + (w h)^2) a step."""
+    L, C, steps = 1e-3, 1e-6, 40
+    period = 2 * math.pi * math.sqrt(L * C)
+    h, n = period / steps, 100 * steps
+    system = write_system(folder, np.array([[0.0, 1.0], [-1.0, 0.0]]), np.diag([C, L]), None, [1.0, 0.0])
+    energy = {}
+    for name in ("tr", "be"):
+        run = States(checks, {**system, **TYPES[name], "ts_dt": h, "ts_max_time": n * h}, interval=100 * period)
+        energy[name] = run.energy[-1] / run.energy[0]
+    checks.near("LC tank, trapezoidal: energy after 100 periods", energy["tr"], 1.0, 1e-11)
+    factor = (1 + h * h / (L * C)) ** -n
+    checks.near("LC tank, backward Euler: log of energy", math.log(energy["be"]), math.log(factor), 1e-9 * abs(math.log(factor)))
+
+
+def count_in_log(stdout, event):
+    found = re.search(rf"^{event}\s+(\d+)", stdout, re.M)
+    return int(found.group(1)) if found else 0
+
+
+def check_factorisations(checks):
+    """One for a constant step; one more for the length of the steps that land on output times; as -log_view counts."""
+    ladder = {"bs_linear_type": "rc_ladder", "bs_linear_size": 30, "ts_dt": 1e-6, "log_view": True}
+    for name, extra, expected in (("constant step", {"ts_max_time": 100e-6}, 1),
+                                  ("be_steps 2", {"ts_max_time": 100e-6, "bs_linear_be_steps": 2}, 2),
+                                  ("interval 2.5 h", {"ts_max_time": 50e-6, "bs_output_interval": 2.5e-6}, 2),
+                                  ("interval 5 h, rounding only", {"ts_max_time": 300e-6, "bs_output_interval": 5e-6}, 1)):
+        run = States(checks, {**ladder, **TYPES["tr"], **extra}, extra.get("bs_output_interval", 0.0))
+        counted = run.report["matrix_setups"]
+        # log_view adds up over ranks and stages: its count is the largest of any rank
+        checks.true(f"factorisations, {name}", counted == expected == count_in_log(run.stdout, "MatLUFactorNum"),
+                    f"{counted} counted, {count_in_log(run.stdout, 'MatLUFactorNum')} in -log_view, {expected} expected; "
+                    f"{run.report['shortened_steps']} of {run.report['steps']} steps shortened")
+    run = States(checks, {**ladder, "ts_type": "euler", "ts_dt": 1e-8, "ts_max_time": 1e-6})
+    checks.true("factorisations, euler with diagonal C", count_in_log(run.stdout, "MatLUFactorNum") == 0 == run.report["matrix_setups"])
+    run = States(checks, {**ladder, "ts_type": "euler", "ts_dt": 1e-5, "ts_max_time": 1e-4})
+    checks.true("euler beyond its limit is said", "beyond the stability limit" in run.stderr, run.stderr.strip()[-90:])
+
+
+def check_ranks(checks):
+    for name, options in (("heat2d", {"bs_linear_type": "heat2d", "bs_linear_size": (17, 11), "ts_dt": 1e-3}),
+                          ("rlc, five states", {"bs_linear_type": "rlc", "bs_linear_source": "sine(1,5000)", "ts_dt": 5e-6})):
+        for kind in ("tr", "be"):
+            runs = [States(checks, {**options, **TYPES[kind], "ts_max_time": 20 * options["ts_dt"]}, ranks=r) for r in (1, 2, 3)]
+            off = max(relative(r.value, runs[0].value) for r in runs[1:])
+            checks.below(f"ranks 1, 2, 3 agree: {name} {kind}", off, 1e-12)
+            same = all(r.labels == runs[0].labels and np.array_equal(r.sources, runs[0].sources) for r in runs)
+            checks.true(f"labels and sources on 1, 2, 3 ranks: {name} {kind}", same, str(runs[0].labels[:3]))
+
+
+def check_sources(checks, folder):
+    """u(t) as written to /sources, against closed forms; a state C x' = u in between has nothing to say."""
+    folder = pathlib.Path(folder)
+    system = write_system(folder, np.eye(1), np.eye(1), np.ones((1, 1)))
+    h, n = 0.125, 80
+    t = np.arange(n + 1) * h
+    (folder / "table.csv").write_text("t,u\n0,1\n2.5,3\n7,-1\n10,0\n")
+    forms = {
+        "constant(2.5)": 0 * t + 2.5,
+        "-1.5": 0 * t - 1.5,
+        "step(amp=2)": 0 * t + 2,
+        "step(2,1)": np.where(t >= 1, 2.0, 0.0),
+        "pulse(amp=5,t0=1,rise=0.5,width=2,fall=1)": 5 * np.interp(t, [1, 1.5, 3.5, 4.5], [0, 1, 1, 0]),
+        "pulse(5,1,0,2)": np.where((t >= 1) & (t < 3), 5.0, 0.0),
+        "pulse(amp=1,width=1,period=2.5,offset=-1)": np.where(np.mod(t, 2.5) < 1, 0.0, -1.0),
+        "sine(2,0.3,0.5,1,1.5)": 1 + 2 * np.sin(2 * np.pi * 0.3 * np.maximum(t - 1.5, 0) + 0.5),
+        "exp(v1=1,v2=3,t1=1,tau1=0.5,t2=4,tau2=2)": 1 + 2 * (1 - np.exp(-np.maximum(t - 1, 0) / 0.5))
+                                                  - 2 * (1 - np.exp(-np.maximum(t - 4, 0) / 2)),
+        "pwl(1,0,2,4,5,-2)": np.interp(t, [1, 2, 5], [0, 4, -2]),
+    }
+    for text, expected in forms.items():
+        run = States(checks, {**system, "bs_linear_source": text, "ts_type": "beuler", "ts_dt": h, "ts_max_time": n * h})
+        checks.near(f"source {text}", run.sources[:, 0], expected, 1e-13)
+    table = {**system, "bs_linear_source_table": folder / "table.csv", "ts_type": "beuler", "ts_dt": h, "ts_max_time": n * h}
+    run = States(checks, table)
+    checks.near("source table, linear", run.sources[:, 0], np.interp(t, [0, 2.5, 7, 10], [1, 3, -1, 0]), 1e-13)
+    run = States(checks, {**table, "bs_linear_source_table_kind": "step"})
+    checks.near("source table, steps", run.sources[:, 0], np.select([t >= 10, t >= 7, t >= 2.5], [0.0, -1.0, 3.0], 1.0), 0)
+    two = write_system(folder, np.eye(2), np.eye(2), np.array([[1.0, 2.0], [0.0, -1.0]]))
+    run = States(checks, {**two, "bs_linear_source": "step(1); sine(1,0.5)", "ts_type": "beuler", "ts_dt": h, "ts_max_time": 1.0})
+    checks.near("two sources", run.sources, np.stack([1 + 0 * t[:9], np.sin(np.pi * t[:9])], axis=1), 1e-13)
+
+
+def write_petsc(path, matrix):
+    """PETSc's binary: big-endian, class id 1211216 of a Mat, 1211214 of a Vec."""
+    with open(path, "wb") as f:
+        if np.ndim(matrix) == 1:
+            np.array([1211214, len(matrix)], ">i4").tofile(f)
+            np.asarray(matrix, ">f8").tofile(f)
+        else:
+            m = scipy.sparse.csr_matrix(matrix)
+            np.array([1211216, *m.shape, m.nnz], ">i4").tofile(f)
+            np.diff(m.indptr).astype(">i4").tofile(f)
+            m.indices.astype(">i4").tofile(f)
+            m.data.astype(">f8").tofile(f)
+
+
+def check_formats(checks, folder):
+    """The same system from every kind of file; with the operating point."""
+    folder = pathlib.Path(folder)
+    n = 40
+    G = np.diag(np.full(n, 2.0)) - np.diag(np.ones(n - 1), 1) - np.diag(np.ones(n - 1), -1)
+    G[0, 0] += 0.5
+    C, B, x0 = np.diag(np.linspace(1, 2, n)), np.eye(n)[:, :1], np.sin(np.arange(n))
+    times = {"bs_linear_source": "step(1)", **TYPES["tr"], "ts_dt": 0.1, "ts_max_time": 1.0}
+    reference = States(checks, {**write_system(folder, G, C, B, x0), **times})
+    scipy.io.mmwrite(folder / "S.mtx", scipy.sparse.coo_matrix(G), symmetry="symmetric", precision=17)
+    scipy.io.mmwrite(folder / "A.mtx", G, symmetry="general", precision=17)
+    scipy.io.mmwrite(folder / "AS.mtx", G, symmetry="symmetric", precision=17)
+    scipy.io.mmwrite(folder / "x.mtx", x0[:, None], precision=17)
+    write_petsc(folder / "G.bin", G)
+    write_petsc(folder / "x0.bin", x0)
+    (folder / "labels.txt").write_text("".join(f"node {k}\n" for k in range(n)))
+    for name, files in (("coordinate symmetric", {"G": "S.mtx"}), ("array general", {"G": "A.mtx"}), ("array symmetric", {"G": "AS.mtx"}),
+                        ("PETSc binary", {"G": "G.bin"}), ("x0 Matrix Market", {"x0": "x.mtx"}), ("x0 PETSc binary", {"x0": "x0.bin"}),
+                        ("labels", {"labels": "labels.txt"})):
+        options = {**write_system(folder, G, C, B, x0), **times, **{"bs_linear_" + k: folder / v for k, v in files.items()}}
+        for ranks in (1, 3):
+            run = States(checks, options, ranks=ranks)
+            checks.below(f"{name}, {ranks} ranks", relative(run.value, reference.value), 1e-12)
+            if name == "labels":
+                checks.true("labels reach the file", run.labels == [f"node {k}" for k in range(n)])
+    skew = np.array([[0.0, 0, 0], [3, 0, 0], [-1, 2, 0]])
+    skew = skew - skew.T
+    scipy.io.mmwrite(folder / "K.mtx", scipy.sparse.coo_matrix(skew), symmetry="skew-symmetric", precision=17)
+    options = {**write_system(folder, skew, np.eye(3), None, [1, 2, 3]), **TYPES["tr"], "ts_dt": 0.1, "ts_max_time": 1.0}
+    a = States(checks, options)
+    b = States(checks, {**options, "bs_linear_G": folder / "K.mtx"})
+    checks.below("skew-symmetric", relative(b.value, a.value), 1e-13)
+    # energy is 1/2 x'C x, and skew G keeps it
+    checks.near("energy 1/2 x'C x", a.energy, 0.5 * (a.value ** 2).sum(axis=1), 1e-12)
+    options = {**write_system(folder, G, C, B), **times, "bs_linear_dc": True}
+    run = States(checks, options)
+    checks.below("operating point stays", relative(run.value, np.tile(np.linalg.solve(G, B[:, 0]), (len(run.value), 1))), 1e-12)
+
+
+def check_builtin(checks):
+    for name, check in (("orders", check_orders), ("formulas", check_formulas), ("tank", check_tank), ("sources", check_sources),
+                        ("formats", check_formats)):
+        if checks.wants(name):
+            with checks.group(name), tempfile.TemporaryDirectory() as folder:
+                check(checks, folder)
+    for name, check in (("factorisations", check_factorisations), ("ranks", check_ranks)):
+        if checks.wants(name):
+            with checks.group(name):
+                check(checks)
+
+
+# ---- reference results ------------------------------------------------------------------------------------------------
+def source_text(p):
+    s = p["source"]
+    if s["type"] == "zero":
+        return "constant(0)"
+    return s["type"] + "(" + ",".join(f"{k}={v:.17g}" for k, v in s.items() if k != "type") + ")"
+
+
+def generator(p):
+    """Options of the built-in system of this case, None if there is none."""
+    if p["kind"] == "ladder":
+        return {"bs_linear_type": "rc_ladder", "bs_linear_size": p["n"], "bs_linear_resistance": p["R0"],
+                "bs_linear_capacitance": p["C0"], "bs_linear_vary": p["vary"]}
+    if p["kind"] == "heat":
+        return {"bs_linear_type": "heat1d", "bs_linear_size": p["n"], "bs_linear_conductivity": p["kappa"]}
+    if p["kind"] == "rlc":
+        return {"bs_linear_type": "rlc", "bs_linear_resistance": p["R"], "bs_linear_inductance": p["L"], "bs_linear_capacitance": p["Cap"]}
+    if p["kind"] == "rc":
+        return {"bs_linear_type": "rc_ladder", "bs_linear_size": 1, "bs_linear_resistance": p["R"], "bs_linear_capacitance": p["Cap"]}
+    return None
+
+
+def compare(checks, name, run, table):
+    columns = [c for c in table if c not in ("step", "t")]
+    rows = table["step"].astype(int)
+    theirs = np.stack([table[c] for c in columns], axis=1)
+    if rows.max() >= len(run.value):
+        checks.true(name, False, f"{len(run.value)} frames, step {rows.max()} wanted")
+        return
+    checks.below(name, relative(run.value[rows], theirs), DIGITS)
+
+
+def check_case(checks, folder):
+    p = json.loads((folder / "params.json").read_text())
+    files = {f"bs_linear_{m}": folder / f"{m}.mtx" for m in "GCB"}
+    start = {"bs_linear_x0": folder / "x0.csv"}
+    kinds = [("be", "be.csv", p["dt"]), ("tr", "tr.csv", p["dt"]), ("tr_after_one_be_step", "tr_after_one_be_step.csv", p["dt"]),
+             ("fe", "fe.csv", p["dt"])]
+    if (folder / "fe_small_dt.csv").exists():
+        kinds.append(("fe", "fe_small_dt.csv", float(read_table(folder / "fe_small_dt_source.csv")["t"][1])))
+    for kind, file, h in kinds:
+        if not (folder / file).exists():
+            continue
+        table = read_table(folder / file)
+        options = {**TYPES[kind], "ts_dt": h, "ts_max_time": int(table["step"][-1]) * h}
+        sources = {"waveform": {"bs_linear_source": source_text(p)}}
+        if kind != "fe":
+            sources["table"] = {"bs_linear_source_table": checks.tables / f"{folder.name}.csv"}
+            u = read_table(folder / "source.csv")
+            sources["table"]["bs_linear_source_table"].write_text(
+                "t,u\n" + "".join(f"{t:.17g},{v:.17g}\n" for t, v in zip(u["t"], u["u"])))
+        for how, source in sources.items():
+            run = States(checks, {**files, **start, **source, **options})
+            compare(checks, f"{folder.name} {file} {how}", run, table)
+            if how == "waveform" and kind in ("be", "tr") and "fe" not in file:
+                check_residual(checks, folder, kind, run)
+        run = States(checks, {**generator(p), **start, **sources["waveform"], **options})
+        compare(checks, f"{folder.name} {file} generator", run, table)
+
+
+def check_residual(checks, folder, kind, run):
+    """Algebraic rows G x - B u: absolute 1e-14 of the tabulated ones, to rounding in G x."""
+    path = folder / f"algebraic_residual_{kind}.csv"
+    if not path.exists():
+        return
+    table = read_table(path)
+    G, B = (scipy.io.mmread(folder / f"{m}.mtx").toarray() for m in "GB")
+    r = run.value @ G.T - run.sources @ B.T
+    for name in table:
+        if name.startswith("row"):
+            row = int(re.match(r"row(\d+)", name).group(1))
+            off = np.abs(r[table["step"].astype(int), row] - table[name]).max()
+            checks.below(f"{folder.name} {path.stem} {name}", off, 1e-13)
+
+
+def main():
+    checks = Checks(__doc__.splitlines()[0])
+    check_builtin(checks)
+    if not checks.have("B_linear"):
+        checks.skip("reference results", f"{checks.oracles / 'B_linear'} is absent")
+        checks.finish(complete=False)
+    with tempfile.TemporaryDirectory() as tables:
+        checks.tables = pathlib.Path(tables)
+        for folder in sorted((checks.oracles / "B_linear").iterdir()):
+            if folder.is_dir() and checks.wants(folder.name):
+                with checks.group(folder.name):
+                    check_case(checks, folder)
+    checks.finish()
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,173 @@
+#!/usr/bin/env python3
+"""Linear systems that cannot be: each bad input must end with exit code 2 and one line that says what to mend.
+
+  bad_linear.py --program build/release/backspring [--ranks 2] [--filter WORD] [--jobs 2] [--verbose]
+
+As bad_lattices.py, whose runner this uses. Ends with "N passed, N failed, 0 skipped"; exit code 0 or 1.
+"""
+import struct
+import sys
+
+import bad_lattices
+
+GENERAL = "%%MatrixMarket matrix coordinate real general\n"
+G = GENERAL + "2 2 4\n1 1 2\n1 2 -1\n2 1 -1\n2 2 2\n"
+C = GENERAL + "2 2 2\n1 1 1\n2 2 1\n"
+B = GENERAL + "2 1 1\n1 1 1\n"
+STEP = ("-ts_dt", "0.1", "-ts_max_time", "1", "-ts_max_steps", "2", "-ts_type")
+
+
+def system(*words, G=G, C=C, B=B, kind="beuler", source="step(1)", extra=None, ending="mtx"):
+    """A maker of the good system with the given texts (None: no such file), options and further files."""
+    def make(folder):
+        line = ["-bs_model", "linear"]
+        for name, content in (("G", G), ("C", C), ("B", B)):
+            if content is not None:
+                path = folder / f"{name}.{ending if name == 'G' else 'mtx'}"
+                path.write_bytes(content if isinstance(content, bytes) else content.encode())
+                line += ["-bs_linear_" + name, path]
+        for name, content in (extra or {}).items():
+            (folder / name).write_text(content)
+        if source is not None:
+            line += ["-bs_linear_source", source]
+        return line + list(words) + list(STEP) + [kind]
+    return make
+
+
+def first_line(text):
+    return system(G=text + "\n" + G.split("\n", 1)[1])
+
+
+def coordinate(body, banner=GENERAL):
+    return system(G=banner + body)
+
+
+def table(text, *words):
+    return system("-bs_linear_source_table", "t.csv", *words, source=None, extra={"t.csv": text})
+
+
+def generator(*words, kind="beuler"):
+    return lambda folder: ["-bs_model", "linear", *words, *STEP, kind]
+
+
+MATRICES = {
+    "G empty": (system(G=""), "begin the file with '%%MatrixMarket"),
+    "G without banner": (first_line("2 2 4"), "no Matrix Market banner"),
+    "G is a vector": (first_line("%%MatrixMarket vector coordinate real general"), "no Matrix Market banner"),
+    "G complex": (first_line("%%MatrixMarket matrix coordinate complex general"), "'complex': write real, integer or pattern"),
+    "G hermitian": (first_line("%%MatrixMarket matrix coordinate real hermitian"), "write general, symmetric or skew-symmetric"),
+    "G elemental": (first_line("%%MatrixMarket matrix elemental real general"), "write coordinate or array"),
+    "array of a pattern": (first_line("%%MatrixMarket matrix array pattern general"), "an array has no pattern"),
+    "no sizes": (coordinate("% nothing\n"), "the line of sizes is missing"),
+    "two sizes": (coordinate("2 2\n"), "write 'rows columns entries'"),
+    "sizes are words": (coordinate("two two four\n"), "write 'rows columns entries'"),
+    "negative size": (coordinate("-2 2 1\n1 1 1\n"), "sizes must be positive"),
+    "size beyond 64 bits": (coordinate("99999999999999999999 2 1\n1 1 1\n"), "write 'rows columns entries'"),
+    "size beyond the indices": (coordinate("4000000000 4000000000 1\n1 1 1\n"), "64-bit indices"),
+    "row 0": (coordinate("2 2 1\n0 1 1\n"), "line 3: entry (0, 1) lies outside 2 x 2"),
+    "column 3": (coordinate("2 2 1\n1 3 1\n"), "rows and columns count from 1"),
+    "entry without value": (coordinate("2 2 1\n1 1\n"), "write 'row column value'"),
+    "entry with two values": (coordinate("2 2 1\n1 1 1 0\n"), "write 'row column value'"),
+    "value is a word": (coordinate("2 2 1\n1 1 one\n"), "write 'row column value'"),
+    "value nan": (coordinate("2 2 1\n1 1 nan\n"), "not finite"),
+    "too few entries": (coordinate("2 2 3\n1 1 1\n2 2 1\n"), "after 2 of 3 entries"),
+    "too many entries": (coordinate("2 2 1\n1 1 1\n2 2 1\n"), "more entries than the 1"),
+    "too few of an array": (coordinate("2 2\n1\n2\n3\n", "%%MatrixMarket matrix array real general\n"), "ends after 3 values"),
+    "too many of an array": (coordinate("2 2\n1\n2\n3\n4\n5\n", "%%MatrixMarket matrix array real general\n"), "more entries than the 4"),
+    "upper triangle": (coordinate("2 2 1\n1 2 1\n", GENERAL.replace("general", "symmetric")), "write the lower triangle only"),
+    "skew diagonal": (coordinate("2 2 1\n1 1 1\n", GENERAL.replace("general", "skew-symmetric")), "has no diagonal"),
+    "symmetric, not square": (coordinate("3 2 1\n1 1 1\n", GENERAL.replace("general", "symmetric")), "cannot be symmetric"),
+    "line without end": (coordinate("2 2 1\n1 1 " + "0" * 70000 + "\n"), "longer than"),
+    "zero bytes": (system(G=b"\0" * 4096), "no Matrix Market banner"),
+    "PETSc binary, wrong class": (system(G=struct.pack(">4i", 1211214, 2, 0, 0), ending="bin"), "neither Matrix Market text nor a PETSc binary matrix"),
+    "PETSc binary, empty": (system(G=b"", ending="petsc"), "neither Matrix Market text nor a PETSc binary matrix"),
+    "no such file": (system("-bs_linear_G", "nowhere.mtx"), "nowhere.mtx: no such file"),
+    "a folder": (system("-bs_linear_C", "."), "is a folder"),
+    "fault after many entries": (coordinate("70000 70000 70001\n" + "".join(f"{k} {k} 1\n" for k in range(1, 70001)) + "1 0 1\n"), "line 70003"),
+}
+
+SYSTEMS = {
+    "nothing given": (generator(), "-bs_linear_G is missing"),
+    "no C": (system(C=None), "-bs_linear_C is missing"),
+    "generator and files": (system("-bs_linear_type", "rlc"), "takes no -bs_linear_G"),
+    "G not square": (coordinate("2 3 1\n1 1 1\n"), "G is 2 x 3: it must be square"),
+    "C of another size": (system(C=GENERAL + "3 3 1\n1 1 1\n"), "C is 3 x 3, G is 2 x 2"),
+    "B of another size": (system(B=GENERAL + "3 1 1\n1 1 1\n"), "B must have as many rows"),
+    "source without B": (system(B=None), "no B says where it acts"),
+    "B without source": (system(source=None), "no source is given"),
+    "two sources, one column": (system(source="step(1);step(2)"), "2 sources for the 1 columns of B"),
+    "euler, singular C": (system(C=GENERAL + "2 2 1\n1 1 1\n", kind="euler"), "C is singular"),
+    "rk, singular C without empty rows": (system(C=GENERAL + "2 2 4\n1 1 1\n1 2 -1\n2 1 -1\n2 2 1\n", kind="rk"), "C is singular"),
+    "arkimex, C not diagonal": (system(C=GENERAL + "2 2 3\n1 1 2\n1 2 1\n2 2 2\n", kind="arkimex"), "needs a diagonal C"),
+    "empty row in both": (system(G=GENERAL + "2 2 1\n1 1 1\n", C=GENERAL + "2 2 1\n1 1 1\n"), "row 2 of both G and C is empty"),
+    "singular pencil": (system(G=GENERAL + "2 2 4\n1 1 1\n1 2 -1\n2 1 -1\n2 2 1\n", C=GENERAL + "2 2 4\n1 1 3\n1 2 -3\n2 1 -3\n2 2 3\n"),
+                        "the pencil (G, C) determines no solution"),
+    "singular pencil, uneven entries": (system(G=GENERAL + "2 2 4\n1 1 0.1\n1 2 -0.1\n2 1 -0.3\n2 2 0.3\n",
+                                               C=GENERAL + "2 2 4\n1 1 0.7\n1 2 -0.7\n2 1 -0.1\n2 2 0.1\n", kind="cn"),
+                                        "the pencil (G, C) determines no solution"),
+    "symplectic": (system(kind="symplectic"), "symplectic"),
+    "be_steps with bdf": (system("-bs_linear_be_steps", "1", kind="bdf"), "goes with -ts_type cn, theta or beuler"),
+    "be_steps negative": (system("-bs_linear_be_steps", "-1"), "-bs_linear_be_steps"),
+    "dc and x0": (system("-bs_linear_dc", "-bs_linear_x0", "x.csv", extra={"x.csv": "1\n2\n"}), "give one of them"),
+    "dc, singular G": (system("-bs_linear_dc", G=GENERAL + "2 2 4\n1 1 1\n1 2 -1\n2 1 -1\n2 2 1\n"), "there is no operating point"),
+    "x0 too short": (system("-bs_linear_x0", "x.csv", extra={"x.csv": "1\n"}), "1 numbers for 2 states"),
+    "x0 with a word": (system("-bs_linear_x0", "x.csv", extra={"x.csv": "1\ntwo\n"}), "line 2: 'two'"),
+    "x0 Matrix Market, two columns": (system("-bs_linear_x0", "x.mtx", extra={"x.mtx": C}), "a vector has one"),
+    "labels too few": (system("-bs_linear_labels", "l.txt", extra={"l.txt": "a\n"}), "has 1 lines for 2 states"),
+    "size missing": (generator("-bs_linear_type", "rc_ladder"), "-bs_linear_size"),
+    "size of rlc": (generator("-bs_linear_type", "rlc", "-bs_linear_size", "5"), "leave the size out"),
+    "size 0": (generator("-bs_linear_type", "heat2d", "-bs_linear_size", "0,3"), "wants positive numbers"),
+    "grid beyond the indices": (generator("-bs_linear_type", "heat2d", "-bs_linear_size", "100000,100000"), "too large"),
+    "negative resistance": (generator("-bs_linear_type", "rlc", "-bs_linear_resistance", "-1"), "-bs_linear_resistance"),
+    "vary 1": (generator("-bs_linear_type", "rc_ladder", "-bs_linear_size", "3", "-bs_linear_vary", "1"), "give a number below 1"),
+    "unknown type": (generator("-bs_linear_type", "wave"), "-bs_linear_type"),
+    "unknown model": (lambda folder: ["-bs_model", "linaer"], "-bs_model"),
+    "misspelt option": (system("-bs_linear_dcc"), "-bs_linear_dc"),
+}
+
+SOURCES = {
+    "no brackets": (system(source="step"), "like pulse(amp=5"),
+    "unknown waveform": (system(source="puls(1,0,0,1)"), "did you mean pulse?"),
+    "unknown parameter": (system(source="sine(amp=1,frequency=5)"), "no parameter 'frequency'"),
+    "missing parameter": (system(source="sine(1)"), "freq is missing"),
+    "parameter twice": (system(source="step(1,amp=2)"), "amp is given twice"),
+    "too many parameters": (system(source="step(1,2,3,4)"), "too many parameters"),
+    "position after name": (system(source="step(amp=1,2)"), "after a named one"),
+    "not a number": (system(source="step(1V)"), "amp = '1V' is not a number"),
+    "negative rise": (system(source="pulse(1,0,-1,1)"), "rise = -1"),
+    "period too short": (system(source="pulse(amp=1,width=2,period=1)"), "period is shorter"),
+    "exp tau 0": (system(source="exp(0,1,0,0)"), "must be positive"),
+    "pwl odd": (system(source="pwl(0,1,2)"), "no pairs"),
+    "pwl backwards": (system(source="pwl(1,0,0,1)"), "is not after"),
+    "nothing after ;": (system(source="step(1);"), "write a number, or one of"),
+    "table ends early": (table("t,u\n0,1\n0.5,1\n"), "the table reaches from t = 0 to 0.5 s"),
+    "table begins late": (table("0.1,1\n5,1\n"), "the table reaches from t = 0.1"),
+    "table with a column too many": (table("0,1,2\n5,1,2\n"), "2 sources for the 1 columns of B"),
+    "table backwards": (table("0,1\n0,2\n"), "t.csv line 2"),
+    "table and waveform": (table("0,1\n5,1\n", "-bs_linear_source", "step(1)"), "give one of them"),
+    "no such table": (system("-bs_linear_source_table", "nowhere.csv", source=None), "nowhere.csv: no such file"),
+}
+
+GOOD = {
+    "good: files": system(),
+    "good: no sources": system(B=None, source=None),
+    "good: singular C": system(C=GENERAL + "2 2 1\n1 1 1\n"),
+    "good: euler": system(kind="euler"),
+    "good: euler, C not diagonal": system(C=GENERAL + "2 2 4\n1 1 2\n1 2 1\n2 1 1\n2 2 2\n", kind="euler"),
+    "good: arkimex": system(kind="arkimex"),
+    "good: rosw": system(kind="rosw"),
+    "good: bdf": system(kind="bdf"),
+    "good: newtonls": system("-snes_type", "newtonls"),
+    "good: table": table("0,1\n1,1\n"),
+    "good: blanks and comments": coordinate("% hello\n\n  2   2  1 \r\n\t1 1 +1.5e0  \r\n% end\n\n"),
+    "good: pattern": coordinate("2 2 2\n1 1\n2 2\n", GENERAL.replace("real", "pattern")),
+    "good: upper case": coordinate("2 2 1\n1 1 1\n", "%%MatrixMarket MATRIX Coordinate Real General\n"),
+    "good: CG and algebraic multigrid": generator("-bs_linear_type", "heat2d", "-bs_linear_size", "20,20", "-ksp_type", "cg", "-pc_type", "gamg"),
+}
+
+CASES = {**MATRICES, **SYSTEMS, **SOURCES}
+assert len(CASES) == len(MATRICES) + len(SYSTEMS) + len(SOURCES)
+
+if __name__ == "__main__":
+    bad_lattices.CASES, bad_lattices.GOOD, bad_lattices.STEP, bad_lattices.__doc__ = CASES, GOOD, [], __doc__
+    sys.exit(bad_lattices.main())
