@@ -74,7 +74,7 @@ PetscErrorCode set_defaults_of_linear_model(TS ts) {
 
 /// Direct solves for small systems, where the user left both KSP and PC open and asked for no matrix-free Newton.
 PetscErrorCode set_linear_defaults(TS ts, PetscInt unknowns) {
-  constexpr PetscInt SMALL = 6000;  // below, a sparse LU costs less than the Krylov iterations it saves
+  constexpr PetscInt SMALL = 12000;  // below, a sparse LU costs less than the Krylov iterations it saves
   PetscFunctionBegin;
   for (const char* name : {"-ksp_type", "-pc_type", "-snes_mf", "-snes_mf_operator"}) {
     PetscBool given = PETSC_FALSE;
@@ -92,7 +92,7 @@ PetscErrorCode set_linear_defaults(TS ts, PetscInt unknowns) {
   PetscCall(KSPSetType(ksp, KSPPREONLY));
   PetscCall(PCSetType(pc, PCLU));
   PetscCallMPI(MPI_Comm_size(PetscObjectComm(reinterpret_cast<PetscObject>(ts)), &size));
-  if (size > 1) PetscCall(PCFactorSetMatSolverType(pc, MATSOLVERMUMPS));
+  if (size > 1 || unknowns > 2000) PetscCall(PCFactorSetMatSolverType(pc, MATSOLVERMUMPS));
   PetscFunctionReturn(0);
 }
 

@@ -171,7 +171,7 @@ std::string read_waveform(const std::string& given, Waveform* out) {
   std::size_t kind = 0;
   for (; kind < shapes().size() && name != shapes()[kind].name; ++kind) names.insert(shapes()[kind].name);
   if (kind == shapes().size()) {
-    const std::string near = nearest(name, names, 2);
+    const std::string near = nearest(name, names, 1);
     return shown + "no waveform '" + printable(name) + "'" + (near.empty() ? "" : ", did you mean " + near + "?") +
            ": write constant, step, pulse, sine, exp or pwl";
   }
