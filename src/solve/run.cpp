@@ -22,6 +22,11 @@ PetscErrorCode read_options(MPI_Comm comm, RunOptions* out) {
   PetscCall(read_output_settings(comm, &out->output));
   out->step.output_interval = out->output.interval;
   out->step.every_step = out->output.interval == 0 && !out->output.trajectory.file.empty();
+  PetscCall(read_section(comm, "Program", [&](Section& o) {
+    bool version = false, trace = false;
+    o.flag("-bs_version", "print the version and end", version);
+    o.flag("-bs_trace", "errors with PETSc's full traceback, for developers", trace);
+  }));
   PetscCall(read_section(comm, "Stepping", [&](Section& o) {
     o.real("-bs_step_cut", "factor on the step after a failed solve, between 0 and 1", out->step.cut, Range::positive);
     o.integer("-bs_step_grow_after", "good steps before a cut step grows back toward -ts_dt", out->step.grow_after, Range::positive);

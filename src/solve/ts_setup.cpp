@@ -176,6 +176,10 @@ PetscErrorCode describe_solver(TS ts, const TSContext& context, std::string* lin
   PetscCall(KSPGetType(ksp, &ksp_type));
   PetscCall(KSPGetPC(ksp, &pc));
   PetscCall(PCGetType(pc, &pc_type));
+  if (std::string(snes_type) == SNESKSPONLY) {
+    *line += format("; one linear solve a step (SNES ksponly); KSP %s, PC %s", ksp_type ? ksp_type : "gmres", pc_type ? pc_type : "default");
+    PetscFunctionReturn(0);
+  }
   *line += format("; SNES %s, line search %s, rtol %g of either residual; KSP %s, PC %s", snes_type,
                   !search_type ? "default" : std::string(search_type) == SNESLINESEARCHSHELL ? "full steps, then backtracking" : search_type, rtol, ksp_type ? ksp_type : "gmres", pc_type ? pc_type : "default");
   PetscFunctionReturn(0);

@@ -8,12 +8,28 @@
 
 namespace bs {
 
+namespace {
+
+/// A trajectory that is read back as a lattice must know its laws: what the input said is put among the options.
+PetscErrorCode record_option(const char* name, const char* value) {
+  PetscBool given = PETSC_FALSE;
+  PetscFunctionBegin;
+  PetscCall(PetscOptionsHasName(nullptr, nullptr, name, &given));
+  if (!given) PetscCall(PetscOptionsSetValue(nullptr, name, value));
+  PetscCall(PetscOptionsHasName(nullptr, nullptr, name, &given));  // asked for: not an unused option
+  PetscFunctionReturn(0);
+}
+
+}  // namespace
+
 PetscErrorCode ParticleModel::create(MPI_Comm comm, Lattice&& lattice, std::unique_ptr<Model>* out) {
   PetscFunctionBegin;
   auto model = std::make_unique<ParticleModel>();
   NetworkOptions options;
   PetscCall(read_network_options(comm, &options));
   model->net_.comm = comm;
+  PetscCall(record_option("-bs_spring_law", lattice.spring_law == SpringLaw::strain ? "strain" : "hooke"));
+  PetscCall(record_option("-bs_damping_law", lattice.damping_law == DampingLaw::simple ? "simple" : "axial"));
   PetscCall(model->read_laws(lattice));
   PetscCall(model->coupling_.read_options(comm, lattice, &options));
   if (model->coupling_.has_center_particle()) std::get<XspAttraction>(model->laws_).value = 0;
