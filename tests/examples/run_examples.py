@@ -8,7 +8,8 @@ import sys
 import tempfile
 
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1] / "verify"))
-from harness import Checks, REPO, environment
+from harness import Checks, REPO
+from program import environment
 import h5py
 import numpy as np
 

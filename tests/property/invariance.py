@@ -6,7 +6,8 @@ import tempfile
 
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1] / "verify"))
 import numpy as np
-from harness import Checks, direct, run, write_lattice
+from harness import Checks, write_lattice
+from program import direct, run
 
 
 def random_lattice(folder, d, seed, free=False):
