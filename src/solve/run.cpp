@@ -6,6 +6,7 @@
 #include "output/progress.hpp"
 #include "output/report.hpp"
 #include "output/settings.hpp"
+#include "solve/adviser.hpp"
 #include "solve/stepper.hpp"
 #include "solve/ts_setup.hpp"
 
@@ -15,6 +16,7 @@ namespace {
 struct RunOptions {
   OutputSettings output;
   StepOptions step;
+  bool advise = true;
 };
 
 PetscErrorCode read_options(MPI_Comm comm, RunOptions* out) {
@@ -22,6 +24,7 @@ PetscErrorCode read_options(MPI_Comm comm, RunOptions* out) {
   PetscCall(read_output_settings(comm, &out->output));
   out->step.output_interval = out->output.interval;
   out->step.every_step = out->output.interval == 0 && !out->output.trajectory.file.empty();
+  PetscCall(read_advise(comm, &out->advise));
   PetscCall(read_section(comm, "Program", [&](Section& o) {
     bool version = false, trace = false;
     o.flag("-bs_version", "print the version and end", version);
@@ -59,6 +62,7 @@ class Run {
   TSHandle ts_;
   std::unique_ptr<Stepper> stepper_;
   std::unique_ptr<Trajectory> trajectory_;
+  Advice advice_;
   std::vector<Observable> first_, last_;
   double start_ = 0, end_ = 0;
 };
@@ -87,8 +91,11 @@ PetscErrorCode Run::set_up() {
   std::string solver;
   PetscCall(describe_solver(ts_, context_, &solver));
   lines.push_back("solver: " + solver);
-  PetscMPIInt size;
+  if (options_.advise) PetscCall(bs::advise(model_, ts_, context_, &advice_));
+  for (const std::string& line : advice_.lines()) lines.push_back(line);
+  PetscMPIInt size, rank;
   PetscCallMPI(MPI_Comm_size(model_.comm(), &size));
+  PetscCallMPI(MPI_Comm_rank(model_.comm(), &rank));
   lines.insert(lines.begin(), format("backspring %s on %d rank%s", BS_VERSION, size, size > 1 ? "s" : ""));
   progress_.header(lines);
   PetscCall(warn_unused_options(ts_, context_));
@@ -96,6 +103,7 @@ PetscErrorCode Run::set_up() {
   if (!options_.output.trajectory.file.empty()) {
     std::vector<Dataset> constants;
     PetscCall(model_.constants(&constants));
+    advice_.put(rank, &constants);
     PetscCall(Trajectory::create(model_.comm(), options_.output.trajectory, model_.dim(), constants, &trajectory_));
   }
   PetscFunctionReturn(0);
@@ -192,6 +200,7 @@ PetscErrorCode Run::report(const std::string& outcome, const std::string& why) {
     report.set("newton", static_cast<std::int64_t>(c.newton));
     report.set("krylov", static_cast<std::int64_t>(c.krylov));
     report.set("wall", progress_.wall());
+    advice_.put(&report);
     report.set("frames", trajectory_ ? trajectory_->frames() : std::int64_t{0});
     for (const Observable& o : first_) report.set("first_" + o.name, o.value);
     for (const Observable& o : last_) report.set("last_" + o.name, o.value);

@@ -1,0 +1,21 @@
+// How fast a model's particles can oscillate, from a few evaluations of its forces.
+#pragma once
+#include <petscvec.h>
+#include "model/model.hpp"
+
+namespace bs {
+
+/// Of M x'' = f(t, x, x') near a state, with K = -df/dx and D = -df/dv. A rate that cannot be had is 0.
+struct Spectrum {
+  double omega_max = 0;  ///< bound of sqrt(largest eigenvalue of M^-1 K): Ritz value plus its residual [1/s]
+  double omega_ritz = 0; ///< the Ritz value alone: never above the exact one [1/s]
+  double damping = 0;    ///< largest eigenvalue of M^-1 D [1/s]
+  double motion = 0;     ///< sqrt(d.K d / d.M d) along the present motion d: velocity, at rest acceleration [1/s]
+  int evaluations = 0;   ///< of the forces: at most 15
+};
+
+/// Collective. `model` has particles, y is a state (x, v) of it with block size 2d; the residual's momentum form is called.
+/// The result is the same on any number of ranks up to rounding. Forces that are not finite nearby give zeros.
+PetscErrorCode estimate_spectrum(Model& model, double t, Vec y, Spectrum* out);
+
+}  // namespace bs

@@ -1,0 +1,137 @@
+#!/usr/bin/env python3
+"""What the program says at its start of omega_max, the largest explicit step and the motion: against closed forms, and
+against eigenvalues SciPy finds of matrices assembled here."""
+import pathlib
+import tempfile
+
+from harness import Checks, write_lattice
+import h5py
+import numpy as np
+import scipy.sparse as sparse
+import scipy.sparse.linalg as linalg
+
+SAFE = 0.03  # how far the bound may stand above the exact value; it may not fall below it by more than 1e-4
+
+
+def advice(checks, folder, lattice, **options):
+    """Closing report of one short run on `lattice`, keywords of write_lattice."""
+    path = write_lattice(pathlib.Path(folder) / "lattice.h5", **lattice)
+    given = {"bs_lattice_file": path, "ts_dt": 1e-6, "ts_max_steps": 1, "ts_type": "symplectic", **options}
+    return checks.run(given)
+
+
+def stiffness_of(position, mass, pairs, k, fixed):
+    """M^-1/2 K M^-1/2 of unstretched springs: the sum of k u u^T over springs, fixed particles left out."""
+    n, d = position.shape
+    u = position[pairs[:, 0]] - position[pairs[:, 1]]
+    u /= np.linalg.norm(u, axis=1)[:, None]
+    row = np.repeat(np.arange(len(pairs)), 2 * d)
+    column = np.hstack([d * pairs[:, e, None] + np.arange(d) for e in (0, 1)]).ravel()
+    stretch = sparse.csc_matrix((np.hstack([u, -u]).ravel(), (row, column)), shape=(len(pairs), d * n))
+    free = np.repeat(~np.asarray(fixed, bool), d)
+    half = sparse.diags(np.sqrt(k)) @ stretch @ sparse.diags(1 / np.sqrt(np.repeat(mass, d)))
+    half = half[:, free]
+    return half.T @ half
+
+
+def within(checks, name, value, exact):
+    checks.true(name, (1 - 1e-4) * exact <= value <= (1 + SAFE) * exact, f"{value:.9g} for {exact:.9g}")
+
+
+def closed_forms(checks, folder):
+    k, m = 12.0, 3.0
+    pair = dict(position=[[0, 0, 0], [1, 0, 0]], mass=[m, m], pairs=[[0, 1]], stiffness=k, rest_length=1.0)
+    report = advice(checks, folder, pair).report
+    checks.near("two masses: omega = sqrt(2k/m)", report["omega_max"], np.sqrt(2 * k / m), 1e-5)
+    checks.near("two masses: 2/omega", report["largest_explicit_step"], 2 / np.sqrt(2 * k / m), 1e-5)
+    report = advice(checks, folder, dict(pair, mass=[m, 7 * m])).report
+    checks.near("unequal masses: omega = sqrt(k/m1 + k/m2)", report["omega_max"], np.sqrt(k / m + k / (7 * m)), 1e-5)
+    moving = dict(pair, velocity=[[1, 0, 0], [-1, 0, 0]])
+    checks.near("motion along the spring has its rate", advice(checks, folder, moving).report["motion_rate"],
+                np.sqrt(2 * k / m), 1e-4)
+    damped = advice(checks, folder, dict(pair, damping=5.0)).report
+    w, c = np.sqrt(2 * k / m), 2 * 5.0 / m
+    checks.near("damper: rate 2D/m", damped["damping_rate_max"], c, 1e-5)
+    checks.near("damper: (h w)^2 + 2 h c = 4", (damped["largest_explicit_step"] * w) ** 2 + 2 * damped["largest_explicit_step"] * c,
+                4.0, 1e-4)
+    n = 200
+    chain = dict(position=np.arange(n)[:, None] * 0.5, mass=np.full(n, m), stiffness=k, rest_length=0.5,
+                 pairs=np.c_[np.arange(n - 1), np.arange(1, n)], fixed=np.arange(n) % (n - 1) == 0)
+    exact = 2 * np.sqrt(k / m) * np.sin(np.pi / 2 * (n - 2) / (n - 1))
+    within(checks, "chain held at both ends: 2 sqrt(k/m) sin", advice(checks, folder, chain).report["omega_max"], exact)
+
+
+def threshold(checks, folder):
+    """Symplectic Euler is bounded just below the step told and grows just above it."""
+    pair = dict(position=[[0, 0], [1.01, 0]], mass=[1.0, 1.0], pairs=[[0, 1]], stiffness=8.0, rest_length=1.0)
+    for damping in (0.0, 1.5):
+        limit = advice(checks, folder, dict(pair, damping=damping)).report["largest_explicit_step"]
+        for factor, stable in ((0.98, True), (1.02, False)):
+            h = factor * limit
+            done = advice(checks, folder, dict(pair, damping=damping), ts_dt=h, ts_max_steps=None, ts_max_time=60 * h)
+            grown = done.report["last_total_energy"][0] / done.report["first_total_energy"][0]
+            checks.true(f"damping {damping}: {factor} of the step told", (grown < 100) == stable, f"energy by {grown:.3g}")
+            checks.true(f"damping {damping}: {factor}: hint only above", ("is above what" in done.report["hint"]) != stable)
+
+
+def lattices(checks, folder):
+    rng = np.random.default_rng(5)
+    for name, n, d, spread in (("plain cube", 5, 3, 0), ("random masses and springs", 6, 3, 2), ("plane", 15, 2, 1)):
+        grid = np.array(np.meshgrid(*[np.arange(n)] * d, indexing="ij")).reshape(d, -1).T.astype(float)
+        near = np.linalg.norm(grid[:, None] - grid[None], axis=2)
+        pairs = np.argwhere(np.triu((near > 0) & (near < 1.5)))
+        mass = 10.0 ** rng.uniform(-spread, 0, len(grid))
+        k = 10.0 ** rng.uniform(0, 2 * spread, len(pairs))
+        fixed = grid[:, -1] == 0
+        exact = np.sqrt(linalg.eigsh(stiffness_of(grid, mass, pairs, k, fixed), k=1, which="LA", return_eigenvectors=False)[0])
+        lattice = dict(position=grid, mass=mass, pairs=pairs, stiffness=k, rest_length=near[tuple(pairs.T)], fixed=fixed)
+        reports = [advice(checks, folder, lattice, **more).report for more in ({}, {"ts_type": "beuler"})]
+        within(checks, name, reports[0]["omega_max"], exact)
+        checks.true(f"{name}: Ritz value below", reports[0]["omega_max_ritz"] <= exact * (1 + 1e-4))
+        checks.near(f"{name}: the same for implicit types", reports[1]["omega_max"], reports[0]["omega_max"], 1e-12 * exact)
+        checks.true(f"{name}: at most 15 evaluations", 2 <= reports[0]["advice_evaluations"] <= 15)
+        path = pathlib.Path(folder) / "lattice.h5"
+        split = checks.run({"bs_lattice_file": path, "ts_dt": 1e-6, "ts_max_steps": 1, "ts_type": "symplectic"}, ranks=3).report
+        checks.near(f"{name}: 3 ranks", split["omega_max"] / exact, reports[0]["omega_max"] / exact, 1e-6)
+
+
+def words(checks, folder):
+    cube = {"bs_lattice_type": "cubic", "bs_lattice_size": (6, 6, 6), "bs_lattice_fixed": "zmin", "bs_gravity": (0, 0, -9.81),
+            "bs_lattice_stiffness": 1e4, "bs_lattice_velocity_gradient": (0, 0, 1, 0, 0, 0, 0, 0, 0), "ts_max_steps": 1}
+    said = checks.run({**cube, "ts_dt": 0.01}).stdout
+    checks.true("short implicit step: explicit is cheaper", "hint: 2 steps of -ts_type symplectic" in said, said[-300:])
+    said = checks.run({**cube, "ts_dt": 10.0, "bs_gravity": None}).stdout
+    checks.true("long implicit step: accuracy", "long for the motion" in said and "steps of -ts_type" not in said)
+    said = checks.run({**cube, "ts_dt": 0.01, "ts_type": "euler"}).stdout
+    checks.true("euler without damping", "grow at any step" in said)
+    quiet = checks.run({**cube, "ts_dt": 0.01, "bs_advise": 0})
+    checks.true("-bs_advise 0", "omega_max" not in quiet.stdout and "omega_max" not in quiet.report)
+    drop = checks.run({"bs_lattice_type": "chain", "bs_lattice_size": 1, "bs_gravity": (-9.81,), "bs_lattice_dim": 1,
+                       "ts_max_steps": 1})
+    checks.true("a falling particle: nothing to say", "omega_max" not in drop.stdout and "hint" not in drop.stdout)
+    heat = checks.run({"bs_model": "linear", "bs_linear_type": "heat1d", "bs_linear_size": 20, "ts_max_steps": 1})
+    checks.true("a linear system: nothing to say", "omega_max" not in heat.stdout and "hint" not in heat.stdout)
+
+
+def trajectory(checks, folder):
+    path = pathlib.Path(folder) / "advice.h5md"
+    for ranks in (1, 2):
+        report = checks.run({"bs_lattice_type": "chain", "bs_lattice_size": 5, "ts_max_steps": 1, "bs_output": path,
+                             "bs_overwrite": True}, ranks=ranks).report
+        with h5py.File(path, "r") as f:
+            for name in ("omega_max", "h_omega_max", "damping_rate_max", "motion_rate", "largest_explicit_step"):
+                checks.true(f"{name} in the trajectory, {ranks} rank(s)", f[f"backspring/advice/{name}"][0] == report[name])
+
+
+def main():
+    checks = Checks("adviser: fastest oscillation, stable step, hints")
+    with tempfile.TemporaryDirectory() as folder:
+        for group in (closed_forms, threshold, lattices, words, trajectory):
+            if checks.wants(group.__name__):
+                with checks.group(group.__name__):
+                    group(checks, folder)
+    checks.finish()
+
+
+if __name__ == "__main__":
+    main()
