@@ -1,7 +1,6 @@
 #include "base/fault.hpp"
 
 #include <algorithm>
-#include <cstdarg>
 #include <cstdio>
 
 #include "base/told.hpp"
@@ -17,18 +16,6 @@ void Fault::note(std::int64_t at, std::string what, Exit code) {
   where = at;
   text = std::move(what);
   exit = code;
-}
-
-std::string format(const char* pattern, ...) {
-  va_list list, again;
-  va_start(list, pattern);
-  va_copy(again, list);
-  const int length = std::vsnprintf(nullptr, 0, pattern, list);
-  va_end(list);
-  std::string text(length > 0 ? static_cast<std::size_t>(length) : 0, '\0');
-  if (length > 0) std::vsnprintf(text.data(), text.size() + 1, pattern, again);
-  va_end(again);
-  return text;
 }
 
 void print_line(const char* kind, const std::string& text) {

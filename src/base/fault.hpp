@@ -5,6 +5,8 @@
 #include <limits>
 #include <string>
 
+#include "base/format.hpp"
+
 namespace bs {
 
 /// Exit codes of the program (130 and 143 are added by signals).
@@ -22,9 +24,6 @@ struct Fault {
   /// Keeps the fault of the smaller `where`.
   void note(std::int64_t at, std::string what, Exit code = Exit::input);
 };
-
-/// Formats like printf into a string.
-std::string format(const char* pattern, ...) __attribute__((format(printf, 1, 2)));
 
 /// Collective. If any rank brings a fault, the one with the smallest `where` (then rank) is told once on stderr as
 /// "backspring: error: TEXT" and every rank returns ERR_TOLD; else 0. Use as PetscCall(agree(comm, fault)).

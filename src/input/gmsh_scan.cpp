@@ -8,7 +8,8 @@
 #include <cstring>
 #include <utility>
 
-#include "base/fault.hpp"
+#include "base/format.hpp"
+#include "lattice/text.hpp"
 
 namespace bs {
 
@@ -210,6 +211,24 @@ class Scanner {
 };
 
 }  // namespace
+
+std::string fault_of_gmsh(const std::string& text) {
+  char word[16] = {}, version[16] = {};
+  (void)std::sscanf(text.c_str(), "%15s %15s", word, version);
+  if (std::strcmp(word, "$MeshFormat") != 0 && std::strcmp(word, "$Comments") != 0)
+    return "line 1: not a Gmsh mesh, which begins with $MeshFormat; write it by Gmsh (-format msh41)";
+  if (std::strcmp(word, "$MeshFormat") == 0) {
+    const std::string v = version;
+    if (v != "2.2" && v != "4.1")
+      return "line 2: Gmsh format " + (v.empty() ? "without a version" : printable(v)) + "; write 2.2 or 4.1 (gmsh -save -format msh41)";
+  }
+  const auto has = [&text](const char* name) { return text.find(std::string("\n") + name) != std::string::npos; };
+  if (version[0] == '4' && !has("$Entities") && !has("$PartitionedEntities"))
+    return "has no $Entities, which format 4.1 needs (meshio leaves them out); write it as Gmsh 2.2 (in meshio: gmsh22)";
+  for (const char* const name : {"$Nodes", "$EndNodes", "$Elements", "$EndElements"})
+    if (!has(name)) return std::string("has no ") + name + ": truncated, or not a whole mesh; write it anew";
+  return {};
+}
 
 GmshScan scan_gmsh(const std::string& text) {
   double version = 0;

@@ -20,6 +20,10 @@ struct GmshScan {
   int dimension = 0;                ///< highest dimension of an element
 };
 
+/// One line, without the file's name, that says why `text` is no Gmsh mesh of format 2.2 or 4.1; empty if nothing
+/// is wrong with its sections.
+std::string fault_of_gmsh(const std::string& text);
+
 /// Reads sections $Nodes and $Elements of `text`, a whole file of format 2.2 or 4.1, text or binary. Faults: counts or
 /// numbers that cannot be, a node given twice, an element on an unknown node or twice on one.
 GmshScan scan_gmsh(const std::string& text);

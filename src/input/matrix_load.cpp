@@ -1,16 +1,13 @@
 #include "input/matrix_load.hpp"
 #include <algorithm>
 #include <cctype>
-#include <charconv>
-#include <cmath>
 #include <fstream>
 #include <sstream>
 #include "base/fault.hpp"
 #include "base/handle.hpp"
-#include "base/words.hpp"
 #include "input/matrix_market.hpp"
 #include "input/text_file.hpp"
-#include "lattice/text.hpp"
+#include "input/vector_csv.hpp"
 
 namespace bs {
 namespace {
@@ -194,34 +191,6 @@ PetscErrorCode load_matrix(MPI_Comm comm, const std::string& path, const std::st
   PetscCall(MatSetType(*out, MATAIJ));
   PetscCall(MatLoad(*out, viewer));
   PetscFunctionReturn(0);
-}
-
-std::string read_vector_csv(const std::string& text, const std::string& name, std::vector<double>* values,
-                            std::vector<std::string>* names) {
-  std::istringstream in(text);
-  std::string row;
-  long long line = 0;
-  bool first = true;
-  while (std::getline(in, row)) {
-    ++line;
-    row = trim(row.substr(0, row.find('#')));
-    if (row.empty()) continue;
-    const std::vector<std::string> fields = split(row, ',');
-    const std::string& word = fields.back();
-    double value = 0;
-    const auto [rest, code] = std::from_chars(word.data(), word.data() + word.size(), value);
-    const bool number = code == std::errc() && rest == word.data() + word.size() && std::isfinite(value);
-    if (number && fields.size() <= 2) {
-      values->push_back(value);
-      if (fields.size() == 2) names->push_back(fields[0]);
-    } else if (!first || number) {
-      return name + " line " + std::to_string(line) + ": '" + printable(row) + "': write one finite number a line, or name,value";
-    }
-    first = false;
-  }
-  if (values->empty()) return name + ": no numbers: write one a line, or name,value";
-  if (!names->empty() && names->size() != values->size()) return name + ": some lines have names, some have none: give all or none";
-  return {};
 }
 
 PetscErrorCode load_vector(MPI_Comm comm, const std::string& path, const std::string& option, Vec x,

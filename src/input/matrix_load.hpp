@@ -16,8 +16,4 @@ PetscErrorCode load_matrix(MPI_Comm comm, const std::string& path, const std::st
 PetscErrorCode load_vector(MPI_Comm comm, const std::string& path, const std::string& option, Vec x,
                            std::vector<std::string>* names);
 
-/// Reads the CSV form. Returns one line of error, empty if all is well. No PETSc.
-std::string read_vector_csv(const std::string& text, const std::string& name, std::vector<double>* values,
-                            std::vector<std::string>* names);
-
 }  // namespace bs
