@@ -5,6 +5,7 @@
 #include <cstdlib>
 #include <cstring>
 #include <memory>
+#include "base/crash.hpp"
 #include "base/fault.hpp"
 #include "base/options.hpp"
 #include "model/create.hpp"
@@ -46,6 +47,7 @@ int main(int argc, char** argv) {
   int exit_code = 0;
   if (PetscInitialize(&argc, &argv, nullptr, HELP)) return static_cast<int>(bs::Exit::input);
   PetscErrorCode status = bs::install_error_handler();
+  if (!status) status = bs::install_crash_handler();
   bs::catch_signals();
   // a reader that hangs up (| head) is no reason for a stack trace
   std::signal(SIGPIPE, SIG_DFL);

@@ -75,6 +75,8 @@ PetscErrorCode install_error_handler() {
 
 void set_phase(Exit phase_exit) { phase = phase_exit; }
 
+Exit present_phase() { return phase; }
+
 void forget_faults() {
   petsc_error = false;
   mark_told(Exit::ok);

@@ -48,6 +48,7 @@ Exit told_exit();
 /// it travels up to the caller. -bs_trace keeps PETSc's own traceback. HDF5's error stack is silenced.
 PetscErrorCode install_error_handler();
 void set_phase(Exit phase_exit);
+Exit present_phase();
 
 /// The exit code of a run that ended with `code`: 0, told_exit(), or the phase's of a PETSc error (which on several
 /// ranks ends in MPI_Abort here, if it has not yet). Functions whose name begins with "main" must not use PetscCall:

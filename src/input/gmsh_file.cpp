@@ -4,6 +4,7 @@
 #include <fstream>
 #include <new>
 
+#include "base/crash.hpp"
 #include "base/fault.hpp"
 #include "input/text_file.hpp"
 
@@ -49,6 +50,7 @@ PetscErrorCode plex_from_gmsh(const std::string& path, DM* mesh, std::string* er
     if (!set[k]) PetscCall(PetscOptionsSetValue(nullptr, defaults[k][0], defaults[k][1]));
   }
   PetscCall(PetscPushErrorHandler(keep_message, error));
+  const ReadingFile reading(path);
   const PetscErrorCode code = DMPlexCreateGmshFromFile(PETSC_COMM_SELF, path.c_str(), PETSC_TRUE, mesh);
   PetscCall(PetscPopErrorHandler());
   for (int k = 0; k < 2; ++k)

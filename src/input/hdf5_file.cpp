@@ -77,6 +77,7 @@ PetscErrorCode Hdf5File::open(MPI_Comm comm, const std::string& path) {
   PetscFunctionBegin;
   comm_ = comm;
   name_ = path;
+  reading_.begin(path);
   PetscCallMPI(MPI_Comm_rank(comm, &rank));
   if (rank == 0) look(path, &bytes_, &fault);
   PetscCall(agree(comm, fault));

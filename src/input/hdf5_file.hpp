@@ -8,6 +8,8 @@
 #include <utility>
 #include <vector>
 
+#include "base/crash.hpp"
+
 namespace bs {
 
 /// Owns one HDF5 identifier.
@@ -96,6 +98,7 @@ class Hdf5File {
                           void* out) const;
   std::string fault_of(hid_t dataset, const std::string& path, const TableShape& shape, Table* out) const;
   QuietHdf5 quiet_;  // before file_: it must outlive it
+  ReadingFile reading_;
   MPI_Comm comm_ = MPI_COMM_NULL;
   std::string name_;
   std::int64_t bytes_ = 0;

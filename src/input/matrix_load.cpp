@@ -3,6 +3,7 @@
 #include <cctype>
 #include <fstream>
 #include <sstream>
+#include "base/crash.hpp"
 #include "base/fault.hpp"
 #include "base/handle.hpp"
 #include "input/matrix_market.hpp"
@@ -186,6 +187,7 @@ PetscErrorCode load_matrix(MPI_Comm comm, const std::string& path, const std::st
   }
   PetscCall(check_binary(comm, path, option, MAT_FILE_CLASSID, "matrix"));
   ViewerHandle viewer;
+  const ReadingFile reading(path);
   PetscCall(open_binary(comm, path, &viewer));
   PetscCall(MatCreate(comm, out));
   PetscCall(MatSetType(*out, MATAIJ));
@@ -207,6 +209,7 @@ PetscErrorCode load_vector(MPI_Comm comm, const std::string& path, const std::st
     ViewerHandle viewer;
     VecHandle read;
     PetscInt size;
+    const ReadingFile reading(path);
     PetscCall(open_binary(comm, path, &viewer));
     PetscCall(VecCreate(comm, read.out()));
     PetscCall(VecLoad(read, viewer));

@@ -39,11 +39,17 @@ const std::vector<Shape>& shapes() {
   return list;
 }
 
-bool number(const std::string& word, double* value) {
+constexpr double SMALLEST = 1e-100, LARGEST = 1e100;  // beyond, products of parameters and times leave the doubles
+
+/// Why `word` is no number a source may have; empty if it is one.
+std::string read_number(const std::string& word, double* value) {
   const char *from = word.data(), *end = from + word.size();
   if (word.size() > 1 && *from == '+' && from[1] != '-') ++from;
   const auto [rest, code] = std::from_chars(from, end, *value);
-  return code == std::errc() && rest == end && std::isfinite(*value);
+  const bool size = *value == 0 || (std::abs(*value) >= SMALLEST && std::abs(*value) <= LARGEST);
+  if (rest == end && (code == std::errc::result_out_of_range || (code == std::errc() && std::isfinite(*value) && !size)))
+    return "is out of range: write 0, or a number of 1e-100 to 1e100 in size";
+  return code == std::errc() && rest == end && std::isfinite(*value) ? "" : "is not a number";
 }
 
 std::string usage(const Shape& shape) {
@@ -58,7 +64,8 @@ std::string read_pwl(const std::vector<std::string>& words, std::vector<double>*
   if (words.size() < 2 || words.size() % 2) return std::to_string(words.size()) + " numbers are no pairs of time and value: " + wanted;
   for (std::size_t k = 0; k < words.size(); ++k) {
     double value = 0;
-    if (!number(words[k], &value)) return "'" + printable(words[k]) + "' is not a number: " + wanted;
+    const std::string refused = read_number(words[k], &value);
+    if (!refused.empty()) return "'" + printable(words[k]) + "' " + refused + ": " + wanted;
     if (k % 2 == 0 && k >= 2 && !(value > (*p)[k - 2])) return "time " + short_number(value) + " is not after the one before: " + wanted;
     p->push_back(value);
   }
@@ -86,7 +93,8 @@ std::string read_parameters(const Shape& shape, const std::vector<std::string>& 
     const Parameter& parameter = shape.parameters[at];
     if (given[at]) return std::string(parameter.name) + " is given twice";
     given[at] = true;
-    if (!number(word, &(*p)[at])) return std::string(parameter.name) + " = '" + printable(word) + "' is not a number: write " + usage(shape);
+    const std::string refused = read_number(word, &(*p)[at]);
+    if (!refused.empty()) return std::string(parameter.name) + " = '" + printable(word) + "' " + refused + ": write " + usage(shape);
     if (parameter.nonnegative && (*p)[at] < 0) return std::string(parameter.name) + " = " + word + ": give a number >= 0";
   }
   return {};
@@ -158,12 +166,14 @@ std::string read_waveform(const std::string& given, Waveform* out) {
   Waveform w;
   w.text_ = text;
   double value = 0;
-  if (number(text, &value)) {
+  const std::string refused = read_number(text, &value);
+  if (refused.empty()) {
     w.p_ = {value};
     *out = w;
     return {};
   }
   const std::size_t open = text.find('(');
+  if (open == std::string::npos && refused != "is not a number") return shown + refused;
   if (open == std::string::npos || text.back() != ')')
     return shown + "write a number, or one of constant step pulse sine exp pwl with parameters in brackets, like pulse(amp=5,t0=1e-3,width=2e-3)";
   const std::string name = trim(text.substr(0, open)), inside = trim(text.substr(open + 1, text.size() - open - 2));
