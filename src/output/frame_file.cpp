@@ -220,11 +220,25 @@ PetscErrorCode Trajectory::Impl::write(std::int64_t at, double now, const std::v
   }
   BS_H5(H5Fflush(file, H5F_SCOPE_GLOBAL));
   ++frames;
+  PetscCall(write_xdmf(false));
+  PetscFunctionReturn(0);
+}
+
+PetscErrorCode Trajectory::Impl::write_xdmf(bool last) {
+  std::string reason;
+
+  PetscFunctionBegin;
+  if (!xdmf || file < 0) PetscFunctionReturn(0);
+  PetscCall(xdmf.update(file, last, &reason));
+  if (reason.empty()) PetscFunctionReturn(0);
+  PetscCall(warn(PETSC_COMM_SELF, "cannot write " + xdmf.name() + ": " + reason + ": the trajectory itself is intact"));
+  xdmf = Xdmf();
   PetscFunctionReturn(0);
 }
 
 PetscErrorCode Trajectory::Impl::close() {
   PetscFunctionBegin;
+  if (usable) PetscCall(write_xdmf(true));
   observables.clear();
   log.clear();
   step = Column();

@@ -8,6 +8,7 @@
 #include "base/handle.hpp"
 #include "output/tables.hpp"
 #include "output/trajectory.hpp"
+#include "output/xdmf.hpp"
 
 namespace bs {
 
@@ -28,6 +29,7 @@ struct Trajectory::Impl {
   Column step, time, edges;
   std::vector<Column> log;
   std::vector<StepRecord> records;  ///< not written yet; rank 0 only
+  Xdmf xdmf;                        ///< rank 0 only
 
   /// All collective.
   PetscErrorCode open();
@@ -38,6 +40,8 @@ struct Trajectory::Impl {
   PetscErrorCode write(std::int64_t at, double now, const std::vector<Field>& fields,
                        const std::vector<Observable>& given);
   PetscErrorCode write_log();
+  /// Not collective. Brings the sidecar up to date; what hinders that is warned of once and does not end the run.
+  PetscErrorCode write_xdmf(bool last);
   PetscErrorCode write_field(std::size_t index, const Field& field);
   /// Upper bound of what a frame adds to the file [bytes].
   PetscErrorCode frame_bytes(const std::vector<Field>& fields, const std::vector<Observable>& given,

@@ -20,6 +20,10 @@ PetscErrorCode read_output_settings(MPI_Comm comm, OutputSettings* settings) {
                     "there are",
                     pad, Range::nonnegative);
     section.choice("-bs_output_units", "unit attributes in the trajectory", {"none", "SI"}, units);
+    section.flag("-bs_output_xdmf",
+                 "TRAJECTORY.xdmf beside the trajectory, by which ParaView opens it (not for one dimension without "
+                 "-bs_output_pad)",
+                 file.xdmf);
     section.flag("-bs_overwrite", "replace a trajectory that exists", file.overwrite);
     section.text("-bs_report", "closing report to write, JSON; none without", settings->report);
     section.real("-bs_progress_interval", "time between lines of progress; 0: every step; negative: quiet [s]",

@@ -73,6 +73,7 @@ PetscErrorCode Trajectory::create(MPI_Comm comm, const TrajectoryOptions& option
   impl.options = options;
   impl.columns = dim == 0 || options.pad == 0 ? dim : options.pad;
   PetscCallMPI(MPI_Comm_rank(comm, &impl.rank));
+  if (impl.rank == 0 && options.xdmf && dim > 0) impl.xdmf = Xdmf(options.file);
   code = impl.open();
   if (!code) code = reserve_space(comm, options.file, constant_bytes(constants), &full);
   if (!code && !full.empty()) code = tell(comm, Exit::io, watch.sentence(full));

@@ -13,6 +13,7 @@ struct TrajectoryOptions {
   int pad = 0;               ///< -bs_output_pad: components written per particle (0: the lattice's d)
   bool units = false;        ///< -bs_output_units SI: unit attributes
   bool overwrite = false;    ///< -bs_overwrite
+  bool xdmf = true;          ///< -bs_output_xdmf: FILE.xdmf beside the file, for ParaView
 };
 
 /// One row of /backspring/log.

@@ -175,7 +175,10 @@ std::string scratch(const char* name) {
 
 void remove_file(const std::string& file) {
   MPI_Barrier(PETSC_COMM_WORLD);
-  if (rank_of(PETSC_COMM_WORLD) == 0) unlink(file.c_str());
+  if (rank_of(PETSC_COMM_WORLD) == 0) {
+    unlink(file.c_str());
+    unlink((file + ".xdmf").c_str());
+  }
   MPI_Barrier(PETSC_COMM_WORLD);
 }
 

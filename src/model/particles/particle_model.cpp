@@ -38,6 +38,7 @@ PetscErrorCode ParticleModel::create(MPI_Comm comm, Lattice&& lattice, std::uniq
   model->lattice_ = std::move(lattice);
   PetscCall(model->create_state());
   PetscCall(model->create_output());
+  PetscCall(model->read_strain_option());
   PetscCall(model->coupling_.create(model->net_));
   model->pattern_.create(model->net_);
   model->physics_ = create_physics(model->net_, model->laws_, model->motion_, model->pattern_);

@@ -7,6 +7,7 @@
 #include "model/particles/local_state.hpp"
 #include "model/particles/physics.hpp"
 #include "model/particles/row_pattern.hpp"
+#include "model/particles/spring_strain.hpp"
 #include "system/network.hpp"
 
 namespace bs {
@@ -40,6 +41,7 @@ class ParticleModel final : public Model {
   PetscErrorCode check_laws() const;
   PetscErrorCode create_state();
   PetscErrorCode create_output();
+  PetscErrorCode read_strain_option();
   PetscErrorCode compute_forces(double t, Vec y);
 
   Network net_;
@@ -49,6 +51,8 @@ class ParticleModel final : public Model {
   Coupling coupling_;
   RowPattern pattern_;
   LocalState state_;
+  SpringStrain strain_;
+  bool store_strain_ = false;
   std::unique_ptr<Physics> physics_;
   std::vector<double> force_, rates_;
   VecHandle y0_, position_, velocity_;       ///< the latter two in the input's order

@@ -2,6 +2,7 @@
 #include <algorithm>
 #include <cmath>
 #include "base/fault.hpp"
+#include "base/options.hpp"
 #include "model/particles/events.hpp"
 #include "model/particles/particle_model.hpp"
 
@@ -73,13 +74,30 @@ PetscErrorCode ParticleModel::observe(double t, Vec y, std::vector<Observable>* 
   PetscFunctionReturn(0);
 }
 
+PetscErrorCode ParticleModel::read_strain_option() {
+  constexpr std::int64_t many = 1000000;  // springs: a frame of their strains is 8 MB
+  PetscFunctionBegin;
+  store_strain_ = net_.springs_total <= many;
+  PetscCall(read_section(net_.comm, "Fields of a frame", [&](Section& o) {
+    o.flag("-bs_output_strain", "strain (l - L)/L of every spring in every frame; default: up to a million springs [1]", store_strain_);
+  }));
+  store_strain_ = store_strain_ && net_.springs_total > 0;
+  PetscFunctionReturn(0);
+}
+
 PetscErrorCode ParticleModel::fields(double, Vec y, std::vector<Field>* out) {
+  Vec strains;
   PetscFunctionBegin;
   PetscCall(VecScatterBegin(to_position_, y, position_, INSERT_VALUES, SCATTER_FORWARD));
   PetscCall(VecScatterEnd(to_position_, y, position_, INSERT_VALUES, SCATTER_FORWARD));
   PetscCall(VecScatterBegin(to_velocity_, y, velocity_, INSERT_VALUES, SCATTER_FORWARD));
   PetscCall(VecScatterEnd(to_velocity_, y, velocity_, INSERT_VALUES, SCATTER_FORWARD));
   *out = {{"/particles/trajectory/position", position_}, {"/particles/trajectory/velocity", velocity_}};
+  if (!store_strain_) PetscFunctionReturn(0);
+  if (!strain_) PetscCall(strain_.create(net_, lattice_.springs));
+  PetscCall(state_.gather(y));
+  PetscCall(strain_.compute(state_, &strains));
+  out->push_back({"/backspring/strain", strains, true});
   PetscFunctionReturn(0);
 }
 

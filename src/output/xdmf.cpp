@@ -1,0 +1,180 @@
+#include "output/xdmf.hpp"
+
+#include <cerrno>
+#include <cstdio>
+#include <cstring>
+
+#include "base/fault.hpp"
+
+namespace bs {
+
+namespace {
+
+constexpr std::int64_t every_frame = 50;
+
+/// What a DataItem says of a dataset.
+struct Item {
+  std::string path;             ///< FILE:/group/value, empty: not there
+  std::vector<hsize_t> shape;
+  std::size_t bytes = 8;        ///< of a number
+  bool integer = false;
+};
+
+std::string joined(const std::vector<hsize_t>& numbers, std::size_t from = 0) {
+  std::string out;
+  for (std::size_t i = from; i < numbers.size(); ++i) out += (i > from ? " " : "") + std::to_string(numbers[i]);
+  return out;
+}
+
+std::string escaped(const std::string& text) {
+  std::string out;
+  for (const char c : text) out += c == '&' ? "&amp;" : c == '<' ? "&lt;" : c == '>' ? "&gt;" : std::string(1, c);
+  return out;
+}
+
+PetscErrorCode describe(hid_t file, const std::string& name, const std::string& path, Item* item) {
+  PetscFunctionBegin;
+  *item = {};
+  for (std::size_t at = path.find('/', 1); at != std::string::npos; at = path.find('/', at + 1))
+    if (H5Lexists(file, path.substr(0, at).c_str(), H5P_DEFAULT) <= 0) PetscFunctionReturn(0);
+  if (H5Lexists(file, path.c_str(), H5P_DEFAULT) <= 0) PetscFunctionReturn(0);
+  H5 set(H5Dopen2(file, path.c_str(), H5P_DEFAULT), H5Dclose);
+  BS_H5(set);
+  H5 space(H5Dget_space(set), H5Sclose), type(H5Dget_type(set), H5Tclose);
+  BS_H5(space);
+  item->shape.resize(static_cast<std::size_t>(H5Sget_simple_extent_ndims(space)));
+  BS_H5(H5Sget_simple_extent_dims(space, item->shape.data(), nullptr));
+  item->bytes = H5Tget_size(type);
+  item->integer = H5Tget_class(type) == H5T_INTEGER;
+  item->path = name + ":" + path;
+  PetscFunctionReturn(0);
+}
+
+PetscErrorCode read_times(hid_t file, std::vector<double>* times) {
+  PetscFunctionBegin;
+  times->clear();
+  Item item;
+  PetscCall(describe(file, "", "/particles/trajectory/position/time", &item));
+  if (item.path.empty() || item.shape[0] == 0) PetscFunctionReturn(0);
+  H5 set(H5Dopen2(file, "/particles/trajectory/position/time", H5P_DEFAULT), H5Dclose);
+  times->resize(item.shape[0]);
+  BS_H5(H5Dread(set, H5T_NATIVE_DOUBLE, H5S_ALL, H5S_ALL, H5P_DEFAULT, times->data()));
+  PetscFunctionReturn(0);
+}
+
+std::string opening(const Item& item, const std::string& dimensions, const char* kind) {
+  return format("<DataItem%s Dimensions=\"%s\" Format=\"HDF\" NumberType=\"%s\" Precision=\"%zu\">", kind,
+                dimensions.c_str(), item.integer ? "Int" : "Float", item.bytes);
+}
+
+std::string whole(const Item& item) { return opening(item, joined(item.shape), "") + item.path + "</DataItem>"; }
+
+/// Frame k of a dataset (T, ...). Readers of XDMF 2 take the hyperslab from the two items inside, those of XDMF 3 from
+/// the words START:STRIDE:COUNT:SHAPE behind the path; each ignores what is the other's. "Type" is XDMF 2's old name of
+/// "ItemType": under the new one readers of XDMF 3 would drop the words, too.
+std::string slab(const Item& item, std::size_t k) {
+  std::string start = std::to_string(k), ones = "1", count = "1 " + joined(item.shape, 1);
+  for (std::size_t i = 1; i < item.shape.size(); ++i) start += " 0", ones += " 1";
+  const std::string words = start + ":" + ones + ":" + count + ":" + joined(item.shape);
+  return opening(item, joined(item.shape, 1), " Type=\"HyperSlab\"") + item.path + "|" + words +
+         format("<DataItem Dimensions=\"3 %zu\" Format=\"XML\">%s %s %s</DataItem>", item.shape.size(), start.c_str(),
+                ones.c_str(), count.c_str()) +
+         whole(item) + "</DataItem>";
+}
+
+std::string attribute(const char* name, const char* type, const char* center, const std::string& data) {
+  return format("<Attribute Name=\"%s\" AttributeType=\"%s\" Center=\"%s\">", name, type, center) + data +
+         "</Attribute>\n";
+}
+
+/// The datasets of a trajectory that a viewer can show.
+struct Contents {
+  Item position, velocity, bonds, strain;
+  std::vector<std::pair<const char*, Item>> of_particles, of_springs;
+
+  PetscErrorCode find(hid_t file, const std::string& name) {
+    const std::string particles = "/particles/trajectory/", bonds_path = "/connectivity/bonds";
+    Item item;
+    PetscFunctionBegin;
+    PetscCall(describe(file, name, particles + "position/value", &position));
+    PetscCall(describe(file, name, particles + "velocity/value", &velocity));
+    PetscCall(describe(file, name, bonds_path, &bonds));
+    PetscCall(describe(file, name, "/backspring/strain/value", &strain));
+    for (const char* constant : {"mass", "id", "fixed", "radius"}) {
+      PetscCall(describe(file, name, particles + constant, &item));
+      if (!item.path.empty()) of_particles.emplace_back(constant, item);
+    }
+    for (const char* constant : {"stiffness", "rest_length"}) {
+      PetscCall(describe(file, name, bonds_path + "_" + constant, &item));
+      if (!item.path.empty()) of_springs.emplace_back(constant, item);
+    }
+    PetscFunctionReturn(0);
+  }
+
+  std::string frame(std::size_t k, double time) const {
+    std::string out = format("<Grid Name=\"frame_%zu\" GridType=\"Uniform\"><Time Value=\"%.17g\"/>\n", k, time);
+    if (bonds.path.empty())
+      out += format("<Topology TopologyType=\"Polyvertex\" NodesPerElement=\"1\" NumberOfElements=\"%llu\"/>\n",
+                    static_cast<unsigned long long>(position.shape[1]));
+    else
+      out += format("<Topology TopologyType=\"Polyline\" NodesPerElement=\"2\" NumberOfElements=\"%llu\">",
+                    static_cast<unsigned long long>(bonds.shape[0])) + whole(bonds) + "</Topology>\n";
+    out += format("<Geometry GeometryType=\"%s\">", position.shape[2] == 2 ? "XY" : "XYZ") + slab(position, k) + "</Geometry>\n";
+    if (!velocity.path.empty()) out += attribute("velocity", "Vector", "Node", slab(velocity, k));
+    for (const auto& [name, item] : of_particles) out += attribute(name, "Scalar", "Node", whole(item));
+    if (!strain.path.empty()) out += attribute("strain", "Scalar", "Cell", slab(strain, k));
+    for (const auto& [name, item] : of_springs) out += attribute(name, "Scalar", "Cell", whole(item));
+    return out + "</Grid>\n";
+  }
+};
+
+/// What went wrong; empty if the file was replaced.
+std::string replace_file(const std::string& file, const std::string& text) {
+  const std::string temporary = file + ".tmp";
+  std::FILE* handle = std::fopen(temporary.c_str(), "w");
+  bool good = handle && std::fwrite(text.data(), 1, text.size(), handle) == text.size();
+  if (handle && std::fclose(handle) != 0) good = false;
+  if (good && std::rename(temporary.c_str(), file.c_str()) == 0) return {};
+  const std::string reason = std::strerror(errno ? errno : EIO);
+  std::remove(temporary.c_str());
+  return reason;
+}
+
+}  // namespace
+
+PetscErrorCode xdmf_text(hid_t file, const std::string& trajectory, std::string* text) {
+  std::vector<double> times;
+  Contents contents;
+
+  PetscFunctionBegin;
+  text->clear();
+  // beside the trajectory: found wherever both are moved
+  PetscCall(contents.find(file, escaped(trajectory.substr(trajectory.rfind('/') + 1))));
+  const Item& position = contents.position;
+  if (position.path.empty() || position.shape[2] < 2 || position.shape[2] > 3) PetscFunctionReturn(0);
+  PetscCall(read_times(file, &times));
+  if (times.empty()) PetscFunctionReturn(0);
+  *text = "<?xml version=\"1.0\"?>\n<Xdmf Version=\"2.0\"><Domain>\n"
+          "<Grid Name=\"trajectory\" GridType=\"Collection\" CollectionType=\"Temporal\">\n";
+  for (std::size_t k = 0; k < times.size(); ++k) *text += contents.frame(k, times[k]);
+  *text += "</Grid>\n</Domain></Xdmf>\n";
+  PetscFunctionReturn(0);
+}
+
+PetscErrorCode Xdmf::update(hid_t file, bool last, std::string* reason) {
+  std::string text;
+  Item time;
+
+  PetscFunctionBegin;
+  reason->clear();
+  PetscCall(describe(file, "", "/particles/trajectory/position/time", &time));
+  const std::int64_t frames = time.path.empty() ? 0 : static_cast<std::int64_t>(time.shape[0]);
+  const std::int64_t due = described_ + (described_ > every_frame ? described_ / every_frame : 1);
+  if (frames == described_ || (!last && frames < due)) PetscFunctionReturn(0);
+  PetscCall(xdmf_text(file, trajectory_, &text));
+  if (!text.empty()) *reason = replace_file(name(), text);
+  described_ = frames;
+  PetscFunctionReturn(0);
+}
+
+}  // namespace bs

@@ -1,0 +1,32 @@
+// The XDMF sidecar: a small XML file beside the trajectory by which ParaView and other XDMF readers open it.
+#pragma once
+#include <cstdint>
+#include <string>
+
+#include "output/h5.hpp"
+
+namespace bs {
+
+/// Describes the frames of one open trajectory. It is made from what the file holds, so that it fits a trajectory that
+/// is continued, too. Not collective: rank 0 alone calls it, and HDF5 reads independently.
+class Xdmf {
+ public:
+  Xdmf() = default;
+  /// `trajectory` as given by -bs_output; the sidecar is TRAJECTORY.xdmf.
+  explicit Xdmf(std::string trajectory) : trajectory_(std::move(trajectory)) {}
+  explicit operator bool() const { return !trajectory_.empty(); }
+  std::string name() const { return trajectory_ + ".xdmf"; }
+  /// Replaces the sidecar by one of the frames in `file` (by rename: a reader meets the old or the new one). Up to 100
+  /// frames that is done at every call, later only when two percent have come on top, or `last` is said: the work
+  /// a frame stays bounded. `reason` receives why it could not be written, or nothing.
+  PetscErrorCode update(hid_t file, bool last, std::string* reason);
+
+ private:
+  std::string trajectory_;
+  std::int64_t described_ = -1;  ///< frames in the present sidecar
+};
+
+/// The text of the sidecar; empty for a file without particles in two or three columns.
+PetscErrorCode xdmf_text(hid_t file, const std::string& trajectory, std::string* text);
+
+}  // namespace bs

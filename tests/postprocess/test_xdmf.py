@@ -1,0 +1,227 @@
+#!/usr/bin/env python3
+"""The XDMF sidecar: what it says is what the trajectory holds, read by its own rules and by ParaView where installed."""
+import os
+import pathlib
+import shutil
+import signal
+import subprocess
+import sys
+import tempfile
+import time
+import xml.etree.ElementTree as ET
+
+sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1] / "verify"))
+from harness import Checks
+from program import environment
+import h5py
+import numpy as np
+
+CLOTH = ["-bs_lattice_type", "cloth", "-bs_lattice_size", "6,5", "-bs_lattice_fixed", "xmin", "-bs_gravity", "0,0,-9.81",
+         "-ts_dt", "0.01", "-ts_max_time", "0.08"]
+SQUARE = ["-bs_lattice_type", "square", "-bs_lattice_size", "4,4", "-bs_gravity", "0,-9.81", "-ts_dt", "0.01", "-ts_max_time", "0.03"]
+CHAIN = ["-bs_lattice_type", "chain", "-bs_lattice_size", "5", "-ts_dt", "0.01", "-ts_max_time", "0.03"]
+
+
+def run(checks, folder, arguments, ranks=1, name="run.h5md"):
+    command = (["mpirun", "-n", str(ranks)] if ranks > 1 else []) + [checks.program] + arguments + [
+        "-bs_output", name, "-bs_overwrite", "-bs_progress_interval", "-1"]
+    done = subprocess.run(command, cwd=folder, env=environment(ranks), capture_output=True, text=True, timeout=120)
+    checks.true(f"{name} on {ranks} rank(s) runs", done.returncode == 0, (done.stdout + done.stderr).strip().splitlines()[-1])
+    return pathlib.Path(folder) / name
+
+
+def numbers(text):
+    return [int(w) for w in text.split()]
+
+
+def dataset(folder, words):
+    file, path = words.split(":", 1)
+    with h5py.File(folder / file, "r") as f:
+        return f[path][...]
+
+
+def whole(item, folder):
+    """A DataItem of a whole dataset: its shape, type and precision must be the dataset's."""
+    data = dataset(folder, item.text.strip())
+    said = (numbers(item.get("Dimensions")), item.get("NumberType"), int(item.get("Precision")))
+    real = (list(data.shape), "Float" if data.dtype.kind == "f" else "Int", data.dtype.itemsize)
+    if said != real:
+        raise ValueError(f"{item.text}: said {said}, is {real}")
+    return data
+
+
+def by_items(item, folder):
+    """XDMF 2: start, stride, count in one item, the whole dataset in the other."""
+    if item.get("Type") != "HyperSlab":
+        return whole(item, folder)
+    where, source = item.findall("DataItem")
+    start, stride, count = np.array(numbers(where.text)).reshape(numbers(where.get("Dimensions")))
+    data = whole(source, folder)[tuple(slice(s, s + n * d, d) for s, d, n in zip(start, stride, count))]
+    return data.reshape(numbers(item.get("Dimensions")))
+
+
+def by_words(item, folder):
+    """XDMF 3: FILE:PATH|start:stride:count:shape."""
+    if "|" not in (item.text or ""):
+        return whole(item, folder)
+    place, selection = item.text.split("|")
+    start, stride, count, shape = (numbers(w) for w in selection.split(":"))
+    data = dataset(folder, place)
+    if list(data.shape) != shape:
+        raise ValueError(f"{place}: said {shape}, is {data.shape}")
+    return data[tuple(slice(s, s + n * d, d) for s, d, n in zip(start, stride, count))].reshape(numbers(item.get("Dimensions")))
+
+
+def compare(checks, path, label, expected_frames=None, live=False):
+    """Every frame of the sidecar against h5py's own reading; the strain against the formula."""
+    folder, root = path.parent, ET.parse(f"{path}.xdmf").getroot()
+    grids = root.findall("Domain/Grid/Grid")
+    with h5py.File(path, "r") as f:
+        x, v = (f[f"particles/trajectory/{n}/value"][...] for n in ("position", "velocity"))
+        t = f["particles/trajectory/position/time"][...]
+        bonds = f["connectivity/bonds"][...] if "connectivity/bonds" in f else np.zeros((0, 2), int)
+        rest = f["connectivity/bonds_rest_length"][...] if len(bonds) else np.zeros(0)
+    if not live:
+        checks.true(f"{label}: all frames", len(grids) == len(t), f"{len(grids)} of {len(t)}")
+    if expected_frames:
+        checks.true(f"{label}: {expected_frames} frames", len(grids) == expected_frames, f"{len(grids)}")
+    if live:
+        return len(grids)
+    for read in (by_items, by_words):
+        good = 0
+        for k, grid in enumerate(grids):
+            named = {a.get("Name"): (a.get("Center"), read(a.find("DataItem"), folder)) for a in grid.findall("Attribute")}
+            length = np.linalg.norm(x[k, bonds[:, 1]] - x[k, bonds[:, 0]], axis=1)
+            good += (float(grid.find("Time").get("Value")) == t[k] and np.array_equal(read(grid.find("Geometry/DataItem"), folder), x[k])
+                     and grid.find("Geometry").get("GeometryType") == {2: "XY", 3: "XYZ"}[x.shape[2]]
+                     and np.array_equal(read(grid.find("Topology/DataItem"), folder), bonds)
+                     and named["velocity"][0] == "Node" and np.array_equal(named["velocity"][1], v[k])
+                     and named["strain"][0] == "Cell" and np.allclose(named["strain"][1], (length - rest) / rest, rtol=0, atol=1e-14))
+        checks.true(f"{label}: {read.__name__} gives h5py's positions, velocities, springs and strains", good == len(grids) > 0,
+                    f"{good} of {len(grids)} frames")
+    return len(grids)
+
+
+def contents(checks, folder):
+    text = {}
+    for ranks in (1, 2, 3):
+        path = run(checks, folder, CLOTH, ranks)
+        compare(checks, path, f"cloth on {ranks} rank(s)", 9)
+        text[ranks] = pathlib.Path(f"{path}.xdmf").read_text()
+    checks.true("the sidecar does not depend on the ranks", text[1] == text[2] == text[3])
+    checks.true("no temporary file is left", not list(pathlib.Path(folder).glob("*.tmp")))
+    compare(checks, run(checks, folder, SQUARE), "two dimensions", 4)
+    run(checks, folder, CHAIN, name="chain.h5md")
+    checks.true("one dimension: none", not (pathlib.Path(folder) / "chain.h5md.xdmf").exists())
+    compare(checks, run(checks, folder, CHAIN + ["-bs_output_pad", "3"], name="padded.h5md"), "one dimension, padded", 4)
+    path = run(checks, folder, CLOTH + ["-bs_output_xdmf", "false", "-bs_output_strain", "false"], name="without.h5md")
+    checks.true("-bs_output_xdmf false: none", not pathlib.Path(f"{path}.xdmf").exists())
+    with h5py.File(path, "r") as f:
+        checks.true("-bs_output_strain false: none", "strain" not in f["backspring"])
+    path = run(checks, folder, CLOTH + ["-viewer_hdf5_sp_output"], name="single.h5md")
+    item = ET.parse(f"{path}.xdmf").getroot().find("Domain/Grid/Grid/Geometry/DataItem")
+    checks.true("single precision is said", item.get("Precision") == "4" and by_items(item, pathlib.Path(folder)).dtype == np.float32)
+    path = run(checks, folder, ["-bs_lattice_type", "chain", "-bs_lattice_size", "1", "-bs_gravity", "-1", "-bs_output_pad", "3",
+                                "-ts_dt", "0.1", "-ts_max_time", "0.2"], name="a&b.h5md")
+    root = ET.parse(f"{path}.xdmf").getroot()
+    checks.true("without springs: points", root.find("Domain/Grid/Grid/Topology").get("TopologyType") == "Polyvertex")
+    checks.true("a file name with & is escaped", by_words(root.find("Domain/Grid/Grid/Geometry/DataItem"), pathlib.Path(folder)).shape == (1, 3))
+
+
+def interrupted(checks, folder):
+    """A run killed in the middle leaves a whole sidecar of frames that are there; one that is stopped, all frames."""
+    path = pathlib.Path(folder) / "long.h5md"
+    for sign, name in ((signal.SIGKILL, "killed"), (signal.SIGTERM, "stopped")):
+        command = [checks.program] + CLOTH + ["-ts_max_time", "1e6", "-bs_output", str(path), "-bs_overwrite"]
+        process = subprocess.Popen(command, env=environment(1), stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+        sidecar = pathlib.Path(f"{path}.xdmf")
+        deadline, seen, whole_texts = time.time() + 60, 0, True
+        while time.time() < deadline and seen < 120:
+            if sidecar.exists():
+                text = sidecar.read_text()
+                whole_texts = whole_texts and text.endswith("</Domain></Xdmf>\n")
+                seen = text.count("<Time ")
+            time.sleep(0.01)
+        process.send_signal(sign)
+        process.wait(60)
+        checks.true(f"{name}: the sidecar was always whole", whole_texts and seen >= 120, f"{seen} frames seen")
+        with h5py.File(path, "r") as f:
+            frames = f["particles/trajectory/position/time"].shape[0]
+        described = compare(checks, path, name, live=True)
+        least = frames if sign == signal.SIGTERM else 0.97 * frames - 1
+        checks.true(f"{name}: describes {described} of {frames} frames", least <= described <= frames)
+        sidecar.unlink()
+
+
+PARAVIEW = """
+import sys
+import numpy as np
+import paraview.simple as ps
+from paraview import servermanager
+from vtk.util.numpy_support import vtk_to_numpy
+kind, source, picture, out = sys.argv[1:5]
+reader = ps.XDMFReader(FileNames=[source]) if kind == "XDMFReader" else getattr(ps, kind)(FileName=[source])
+reader.UpdatePipelineInformation()
+times = list(reader.TimestepValues)
+reader.UpdatePipeline(times[-1])
+data = servermanager.Fetch(reader)
+data = data.GetBlock(0) if data.IsA("vtkMultiBlockDataSet") else data
+cells = [[data.GetCell(i).GetPointId(j) for j in range(data.GetCell(i).GetNumberOfPoints())] for i in range(data.GetNumberOfCells())]
+np.savez(out, times=times, points=vtk_to_numpy(data.GetPoints().GetData()), cells=cells,
+         velocity=vtk_to_numpy(data.GetPointData().GetArray("velocity")), strain=vtk_to_numpy(data.GetCellData().GetArray("strain")))
+view = ps.CreateView("RenderView")
+view.ViewSize = [600, 450]
+view.ViewTime = times[-1]
+shown = ps.Show(reader, view)
+shown.SetRepresentationType("Wireframe")
+ps.ColorBy(shown, ("CELLS", "strain"))
+shown.RescaleTransferFunctionToDataRange(True)
+shown.LineWidth = 3
+view.CameraPosition, view.CameraFocalPoint, view.CameraViewUp = [6, -9, 4], [0, 0, 0], [0, 0, 1]
+ps.ResetCamera(view)
+ps.SaveScreenshot(picture, view)
+"""
+
+
+def paraview(checks, folder):
+    missing = [tool for tool in ("pvpython", "xvfb-run") if not shutil.which(tool)]
+    if missing:
+        checks.skip("ParaView", f"no {' and '.join(missing)}: apt install paraview python3-paraview xvfb xauth libgl1-mesa-dri")
+        return
+    import matplotlib.image
+    path = run(checks, folder, CLOTH)
+    script = pathlib.Path(folder) / "read.py"
+    script.write_text(PARAVIEW)
+    with h5py.File(path, "r") as f:
+        x, v = (f[f"particles/trajectory/{n}/value"][-1] for n in ("position", "velocity"))
+        t, bonds, strain = f["particles/trajectory/position/time"][...], f["connectivity/bonds"][...], f["backspring/strain/value"][-1]
+    for kind in ("XDMFReader", "Xdmf3ReaderS", "Xdmf3ReaderT"):
+        picture, out = (pathlib.Path(os.environ.get("BS_TEST_PICTURES", folder)) / f"{kind}.{e}" for e in ("png", "npz"))
+        command = ["xvfb-run", "-a", "pvpython", "--force-offscreen-rendering", str(script), kind, f"{path}.xdmf", str(picture), str(out)]
+        done = subprocess.run(command, cwd=folder, capture_output=True, text=True, timeout=180)
+        checks.true(f"ParaView's {kind} reads it", done.returncode == 0 and out.exists(), (done.stdout + done.stderr).strip()[-160:])
+        if not out.exists():
+            continue
+        checks.true(f"{kind}: without a complaint", "ERR" not in done.stdout + done.stderr, (done.stdout + done.stderr)[-160:])
+        with np.load(out) as seen:
+            checks.true(f"{kind}: times, points, springs", np.array_equal(seen["times"], t) and np.array_equal(seen["points"], x)
+                        and np.array_equal(seen["cells"], bonds))
+            checks.true(f"{kind}: velocity and strain", np.array_equal(seen["velocity"], v) and np.array_equal(seen["strain"], strain))
+        image = matplotlib.image.imread(picture)[..., :3]
+        drawn = np.abs(image - image[0, 0]).max(axis=2) > 0.05
+        colours = len(np.unique((image[drawn] * 15).astype(int), axis=0))
+        checks.true(f"{kind}: the picture shows a coloured lattice", drawn.mean() > 0.02 and colours > 10,
+                    f"{drawn.mean():.3f} of the pixels, {colours} colours")
+
+
+def main():
+    checks = Checks(__doc__)
+    for group in (contents, interrupted, paraview):
+        if checks.wants(group.__name__):
+            with tempfile.TemporaryDirectory() as folder, checks.group(group.__name__):
+                group(checks, folder)
+    checks.finish()
+
+
+if __name__ == "__main__":
+    main()
