@@ -1,0 +1,136 @@
+#!/usr/bin/env python3
+"""Benchmarks of implicit steps of spring lattices: kernels, steps, peers, scaling, output; JSON, tables and a plot.
+
+    /usr/bin/python3 tests/bench/bench.py --budget 1800            # everything, within half an hour
+    /usr/bin/python3 tests/bench/bench.py --sections steps,kernels --n 20 --budget 120
+"""
+import argparse
+import datetime
+import json
+import pathlib
+import shutil
+import subprocess
+import sys
+import tempfile
+import time
+import traceback
+
+import cases
+import kernels
+import output
+import peers
+import scaling
+import steps
+import tables
+from running import Budget
+
+HERE = pathlib.Path(__file__).resolve().parent
+SECTIONS = ("steps", "kernels", "peers", "weak", "sizes", "matrix_free", "output", "large")
+
+
+class Context:
+    """What every section needs: the program, sizes, budget, and where to say how far it is."""
+
+    def __init__(self, arguments, scratch):
+        self.program = str(pathlib.Path(arguments.program).resolve())
+        self.n, self.steps, self.repeats, self.output_n = arguments.n, arguments.steps, arguments.repeats, arguments.output_n
+        self.ranks, self.sizes, self.large = arguments.ranks, arguments.sizes, arguments.large
+        self.triad_elements, self.scratch = arguments.triad_elements, str(scratch)
+        self.peers = pathlib.Path(arguments.peers).resolve()
+        self.budget = Budget(arguments.budget, arguments.longest)
+        self.started = time.monotonic()
+
+    def say(self, text):
+        print(f"[{time.monotonic() - self.started:6.0f} s] {text}", flush=True)
+
+
+def whole_numbers(text):
+    return [int(word) for word in text.split(",") if word]
+
+
+def read_arguments():
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("--program", default=str(cases.REPO / "build" / "release" / "backspring"))
+    parser.add_argument("--budget", type=float, default=1800, help="seconds for everything; what does not fit is left out and said so")
+    parser.add_argument("--longest", type=float, default=180, help="seconds one run may take")
+    parser.add_argument("--sections", default=",".join(SECTIONS), help=f"among {', '.join(SECTIONS)}")
+    parser.add_argument("--n", type=int, default=40, help="particles along an edge of B1 and B2")
+    parser.add_argument("--steps", type=int, default=5)
+    parser.add_argument("--repeats", type=int, default=3, help="runs the median is taken of, while a run is quick")
+    parser.add_argument("--ranks", type=whole_numbers, default=[1, 2])
+    parser.add_argument("--sizes", type=whole_numbers, default=[10, 16, 25, 40, 64, 100], help="edges of the lattices of the cost per particle; 160: 4.1 million")
+    parser.add_argument("--large", type=whole_numbers, default=[], help="edges of B3, one step each, e.g. 100,160")
+    parser.add_argument("--output-n", type=int, default=100, help="edge of the lattice whose frames are written")
+    parser.add_argument("--triad-elements", type=int, default=20_000_000, help="of each of STREAM's three arrays")
+    parser.add_argument("--peers", default=str(cases.REPO / "build" / "peers"), help="folder the peers are built in")
+    parser.add_argument("--folder", default=str(HERE), help="where results.json, results.md and results.png go")
+    parser.add_argument("--scratch", default=None, help="folder for trajectories; the output section measures its disk (default: the system's)")
+    return parser.parse_args()
+
+
+def matrix_free(context):
+    """One row: options/solvers/bench_matrix_free.yaml on B1, where there is such a file."""
+    file = cases.REPO / "options" / "solvers" / "bench_matrix_free.yaml"
+    if not file.exists():
+        return []
+    options = cases.problem("B1", context.n, 0.01, context.steps)
+    problem = options.pop("options_file")
+    # the program takes the option twice; the words of one dictionary cannot
+    wrapped = {"options_file": problem, "options_file_yaml": str(file), **options}
+    from running import steps_row
+    return [steps_row(context, f"B1 n={context.n} h=0.01, matrix-free", wrapped, ranks, cases.particles(context.n)) for ranks in context.ranks]
+
+
+def run_sections(context, wanted, results):
+    needs_peers = {"peers", "output", "kernels"} & set(wanted)
+    missing = peers.build(context) if needs_peers else {}
+    runners = {"steps": lambda: steps.run(context), "kernels": lambda: kernels.run(context),
+               "peers": lambda: peers.accurate(context, missing) + peers.implicit(context, missing),
+               "weak": lambda: scaling.weak(context), "sizes": lambda: scaling.sizes(context),
+               "matrix_free": lambda: matrix_free(context), "output": lambda: output.run(context, missing), "large": lambda: scaling.large(context)}
+    for name in wanted:
+        if context.budget.left() < 1:
+            context.say(f"section {name} left out: the budget of time is spent")
+            continue
+        context.say(f"== {name}, {context.budget.left():.0f} s left")
+        try:
+            results[name] = runners[name]()
+        except Exception:  # one section that breaks must not cost the others' figures
+            results.setdefault("errors", {})[name] = traceback.format_exc()
+            print(results["errors"][name], file=sys.stderr, flush=True)
+        yield
+
+
+def main():
+    arguments = read_arguments()
+    wanted = arguments.sections.split(",")
+    unknown = set(wanted) - set(SECTIONS)
+    if unknown or not shutil.which(arguments.program):
+        sys.exit(f"unknown section {', '.join(unknown)}: there are {', '.join(SECTIONS)}" if unknown else f"--program {arguments.program}: no such program")
+    folder = pathlib.Path(arguments.folder)
+    folder.mkdir(parents=True, exist_ok=True)
+    pathlib.Path(arguments.peers).mkdir(parents=True, exist_ok=True)
+    version = subprocess.run([arguments.program, "-bs_version"], capture_output=True, text=True).stdout.strip()
+    results = {"date": datetime.date.today().isoformat(), "version": version, "machine": tables.machine(), "n": arguments.n, "repeats": arguments.repeats,
+               "arguments": {k: v for k, v in vars(arguments).items() if k in ("n", "steps", "ranks", "sizes", "large", "output_n", "budget", "longest")}}
+    with tempfile.TemporaryDirectory(prefix="bench_", dir=arguments.scratch) as scratch:
+        context = Context(arguments, scratch)
+        for _ in run_sections(context, wanted, results):
+            results["checks"] = steps.check(results.get("steps", []), arguments.n) + peers.check(results.get("peers", []), results.get("steps", []))
+            (folder / "results.json").write_text(json.dumps(results, indent=1) + "\n")
+    (folder / "results.md").write_text(tables.markdown(results) + "\n")
+    try:
+        import plots
+        plots.draw(results, folder / "results.png")
+    except ImportError as why:
+        context.say(f"no plot: {why}")
+    print("\n".join(tables.targets_table(results)))
+    for what, off, allowed, holds in results.get("checks", []):
+        if not holds:
+            print(f"DIFFERS: {what}: off by {off:.3g} m, allowed {allowed:.3g}")
+    print(f"written: {folder / 'results.json'}, results.md, results.png")
+    sys.exit(1 if results.get("errors") or not all(c[3] for c in results.get("checks", [])) else 0)
+
+
+if __name__ == "__main__":
+    main()
