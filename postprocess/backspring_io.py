@@ -2,11 +2,12 @@
 
     from backspring_io import open_run
     with open_run("run.h5md") as run:
-        x = run.position(-1)                    # (N, d), the last frame
-        t, energy = run.observable_times, run.observables["total_energy"]
+        x = run.positions[-1]                   # (N, d) of the last frame; run.positions is (T, N, d), read when indexed
+        run.observables.plot()                  # a DataFrame: one row a frame, its index the time
         strain = run.strains(-1)                # (M,)
 
-Numbers are those of the file. Runs in progress or killed can be read: a frame counts once all its parts are there.
+Numbers are those of the file. Runs in progress or killed can be read: a frame counts once all its parts are there;
+refresh() takes in what was written since.
 """
 import os
 import time
@@ -47,6 +48,63 @@ class Series:
     labels: list = field(default_factory=list)
 
 
+class Frames:
+    """A lazy array (T, ...): indexing reads from the file that much and no more. np.asarray(...) reads all of it."""
+
+    def __init__(self, data, frames, columns=None):
+        self._data = data
+        self.shape = (frames,) + data.shape[1:-1] + (columns or data.shape[-1],)
+        self.ndim, self.dtype = len(self.shape), np.dtype(float)
+
+    def __len__(self):
+        return self.shape[0]
+
+    def __getitem__(self, where):
+        """As a numpy array of this shape would give it, one list of indices at most."""
+        where = list(where) if isinstance(where, tuple) else [where]
+        if any(w is Ellipsis for w in where):
+            k = where.index(Ellipsis)
+            where[k:k + 1] = [slice(None)] * (self.ndim - len(where) + 1)
+        where += [slice(None)] * (self.ndim - len(where))
+        if len(where) > self.ndim:
+            raise IndexError(f"{len(where)} indices for an array of {self.ndim} dimensions")
+        found = [_selection(w, n) for w, n in zip(where, self.shape)]
+        out = np.asarray(self._data[tuple(read for read, _ in found)], dtype=float)
+        axis = 0
+        for read, after in found:
+            if after is not None:  # HDF5 reads forwards and in order only
+                out = np.take(out, after, axis)
+            axis += not isinstance(read, int)
+        return out
+
+    def __iter__(self):
+        return (self[k] for k in range(len(self)))
+
+    def __array__(self, dtype=None):
+        return np.asarray(self[...], dtype=dtype)
+
+
+def _selection(where, n):
+    """(what HDF5 is asked for, how to rearrange it or None) of one index along an axis of length n."""
+    if isinstance(where, slice):
+        start, stop, step = where.indices(n)
+        if step > 0:
+            return slice(start, max(start, stop), step), None
+        rows = np.arange(start, stop, step)
+        return _selection(rows, n)
+    if np.ndim(where) == 0:
+        row = int(where)
+        if not -n <= row < n:
+            raise IndexError(f"index {row} is outside an axis of length {n}")
+        return row % n, None
+    rows = np.asarray(where)
+    rows = np.flatnonzero(rows) if rows.dtype == bool else rows.astype(np.int64)
+    if len(rows) and (rows.min() < -n or rows.max() >= n):
+        raise IndexError(f"indices are outside an axis of length {n}")
+    unique, after = np.unique(rows % n, return_inverse=True)
+    return (unique, after) if len(rows) else (slice(0, 0), None)
+
+
 def text(value):
     """An HDF5 string of any kind as str."""
     if isinstance(value, np.ndarray):
@@ -59,6 +117,9 @@ class Run:
 
     def __init__(self, path):
         self.path = str(path)
+        self._begin()
+
+    def _begin(self):
         self._file = _open(self.path)
         self._cache = {}
         try:
@@ -78,6 +139,12 @@ class Run:
 
     def close(self):
         self._file.close()
+
+    def refresh(self):
+        """Takes in what a run in progress has written since the file was opened; returns the number of frames."""
+        self.close()
+        self._begin()
+        return self.frames
 
     def _error(self, message):
         return RunError(f"{self.path}: {message}")
@@ -101,18 +168,17 @@ class Run:
             raise self._error(_why_no_trajectory(self._file))
         self.kind = "particles" if position is not None else "linear"
         group = f"{PARTICLES}/position" if self.kind == "particles" else "/states"
-        self.positions = position                               # h5py dataset (>= T, N, columns), or None
-        self.velocities = self._get(f"{PARTICLES}/velocity/value")
+        velocity = self._get(f"{PARTICLES}/velocity/value")
         value = position if position is not None else states
         if value.ndim != (3 if self.kind == "particles" else 2):
             raise self._error(f"{value.name} has shape {value.shape}, expected "
                               + ("(frames, particles, d)" if self.kind == "particles" else "(frames, n)"))
         times, steps = self._array(f"{group}/time"), self._array(f"{group}/step")
         lengths = [len(value)] + [len(a) for a in (times, steps) if a is not None and a.ndim]
-        if self.velocities is not None:
-            if self.velocities.shape[1:] != position.shape[1:]:
-                raise self._error(f"{self.velocities.name} has shape {self.velocities.shape}, positions {position.shape}")
-            lengths.append(len(self.velocities))
+        if velocity is not None:
+            if velocity.shape[1:] != position.shape[1:]:
+                raise self._error(f"{velocity.name} has shape {velocity.shape}, positions {position.shape}")
+            lengths.append(len(velocity))
         self.frames = min(lengths)                              # T
         if self.frames == 0:
             raise self._error("holds no frame yet")
@@ -121,6 +187,8 @@ class Run:
         self.step = np.arange(count) if steps is None or not steps.ndim else np.asarray(steps[:count])
         self.particles = position.shape[1] if position is not None else 0   # N
         self.dim = self._dimension(position)
+        self.positions = None if position is None else Frames(position, count, self.dim)    # (T, N, d), read when indexed
+        self.velocities = None if velocity is None else Frames(velocity, count, self.dim)
         self.states = Series()
         if states is not None:
             self.states = Series(states, self.times, self._labels("/states", states.shape[1], "x"))
@@ -153,20 +221,20 @@ class Run:
     def _frame(self, data, frame, what):
         if data is None:
             raise self._error(f"holds no {what}")
-        return self._slice(data, (self.index(frame), slice(None), slice(0, self.dim)))
+        return self._slice(data, self.index(frame))
 
     def _column(self, data, particle, what):
         if data is None:
             raise self._error(f"holds no {what}")
         if not 0 <= particle < self.particles:
             raise self._error(f"no particle row {particle}; there are {self.particles}, counted from 0")
-        return self._slice(data, (slice(0, self.frames), particle, slice(0, self.dim)))
+        return self._slice(data, (slice(None), particle))
 
     def _slice(self, data, where):
         try:
-            return np.asarray(data[where], dtype=float)
+            return data[where]
         except OSError as error:
-            raise self._error(f"dataset {data.name} is damaged ({_first_line(error)})") from error
+            raise self._error(f"frames are damaged ({_first_line(error)})") from error
 
     def index(self, frame):
         """The frame as a row 0 .. T-1."""
@@ -286,10 +354,15 @@ class Run:
         said = owner.attrs.get("unit") if owner is not None else None
         return text(said) if said is not None else SI.get(name, "")
 
+    @property
+    def units(self):
+        """{name: unit} of time, positions, velocities and every observable."""
+        return {name: self.unit(name) for name in ("time", "position", "velocity", *self.series)}
+
     # ---- tables over time ---------------------------------------------------------------------------------------
     @property
-    def observables(self):
-        """{name: (T,) or (T, k)}; all have the length of observable_times."""
+    def series(self):
+        """The observables as arrays {name: (T,) or (T, k)}; all have the length of observable_times."""
         return self._observables()[0]
 
     @property
@@ -310,20 +383,21 @@ class Run:
             self._cache["observables"] = {k: v[:count] for k, v in found.items()}, np.asarray(times[:count], float)
         return self._cache["observables"]
 
-    def observables_table(self):
-        """The observables as a pandas DataFrame: one row a frame, vectors as name_x, name_y, name_z."""
+    @property
+    def observables(self):
+        """The observables as a pandas DataFrame: one row a frame, its index the time, vectors as name_x, name_y, name_z."""
         try:
             import pandas
         except ImportError:
             raise RunError("no pandas in this Python; install with: sudo apt-get install python3-pandas") from None
-        columns = {"time": self.observable_times}
-        for name, value in self.observables.items():
+        columns = {}
+        for name, value in self.series.items():
             if value.ndim == 1:
                 columns[name] = value
             else:
                 suffix = "xyz" if value.shape[1] <= 3 else [str(i) for i in range(value.shape[1])]
                 columns.update({f"{name}_{suffix[i]}": value[:, i] for i in range(value.shape[1])})
-        return pandas.DataFrame(columns)
+        return pandas.DataFrame(columns, index=pandas.Index(self.observable_times, name="time"))
 
     @property
     def log(self):

@@ -48,7 +48,7 @@ def tag(name, label, several):
 
 def _needless(runs, run):
     """The elastic part is drawn for a single run, where other potentials act beside it."""
-    potential, elastic = run.observables.get("potential_energy"), run.observables["elastic_energy"]
+    potential, elastic = run.series.get("potential_energy"), run.series["elastic_energy"]
     return len(runs) > 1 or (potential is not None and np.allclose(potential, elastic, rtol=1e-9, atol=1e-12))
 
 
@@ -57,11 +57,11 @@ def energy(ax, runs, labels, args):
     drawn = False
     for i, run in enumerate(runs):
         for k, (name, (short, dash)) in enumerate(PARTS.items()):
-            if name not in run.observables or (short == "elastic" and _needless(runs, run)):
+            if name not in run.series or (short == "elastic" and _needless(runs, run)):
                 continue
             drawn = True
             several = len(runs) > 1
-            ax.plot(run.observable_times, run.observables[name], ls=dash, label=None if several else short,
+            ax.plot(run.observable_times, run.series[name], ls=dash, label=None if several else short,
                     color=COLORS[(i if several else (3, 1, 2, 0)[k]) % len(COLORS)], lw=1.6 if short == "total" else 1.1)
     if not drawn:
         return missing(ax, "energies")
@@ -75,10 +75,10 @@ def drift(ax, runs, labels, args):
     range of the potential, which do not depend on where the potential is zero."""
     drawn = False
     for i, run in enumerate(runs):
-        total = run.observables.get("total_energy")
+        total = run.series.get("total_energy")
         if total is None:
             continue
-        kinetic, potential = (run.observables.get(n) for n in ("kinetic_energy", "potential_energy"))
+        kinetic, potential = (run.series.get(n) for n in ("kinetic_energy", "potential_energy"))
         scale = max([abs(total[0])] if kinetic is None or potential is None else [kinetic.max(), np.ptp(potential)])
         if scale > 0:
             drawn = True
@@ -92,7 +92,7 @@ def drift(ax, runs, labels, args):
 def _vector(ax, runs, labels, name, symbol):
     drawn = False
     for i, run in enumerate(runs):
-        value = run.observables.get(name)
+        value = run.series.get(name)
         if value is None:
             continue
         drawn, value = True, value.reshape(len(value), -1)

@@ -7,7 +7,7 @@ import os
 import sys
 
 PACKAGES = {"numpy": "python3-numpy", "h5py": "python3-h5py", "matplotlib": "python3-matplotlib",
-            "meshio": "python3-meshio", "tqdm": "python3-tqdm", "PIL": "python3-pil"}
+            "meshio": "python3-meshio", "tqdm": "python3-tqdm", "scipy": "python3-scipy", "PIL": "python3-pil"}
 SYSTEM_PYTHON = "/usr/bin/python3"
 
 

@@ -82,8 +82,8 @@ class Reading(Case):
                 np.testing.assert_allclose(run.strains(7), expected, atol=1e-14)
                 self.assertEqual(run.fixed.nonzero()[0].tolist(), [0, 11])
                 self.assertEqual(run.id.tolist(), list(range(1, 13)))
-                self.assertEqual(run.observables["momentum"].shape, (30, d) if d > 1 else (30,))
-                self.assertEqual(run.observables["angular_momentum"].shape, (30, 3))
+                self.assertEqual(run.series["momentum"].shape, (30, d) if d > 1 else (30,))
+                self.assertEqual(run.series["angular_momentum"].shape, (30, 3))
                 self.assertEqual([run.parameters[k] for k in ("ts_type", "ranks", "program")], ["beuler", "2", "backspring"])
                 self.assertEqual(len(run.log["dt"]), 290)
 
@@ -92,7 +92,7 @@ class Reading(Case):
         with h5py.File(path, "a") as f:
             f["observables/total_energy/value"][...] = 42.0  # not what positions and velocities would give
         with open_run(path) as run:
-            self.assertTrue((run.observables["total_energy"] == 42.0).all())
+            self.assertTrue((run.series["total_energy"] == 42.0).all())
 
     def test_pandas_table(self):
         try:
@@ -100,8 +100,10 @@ class Reading(Case):
         except ImportError:
             self.skipTest("no pandas")
         with open_run(synthetic.chain(self.path("c.h5md"), 2)) as run:
-            table = run.observables_table()
+            table = run.observables
             self.assertEqual(len(table), 30)
+            np.testing.assert_array_equal(table.index, run.times)
+            np.testing.assert_array_equal(table["angular_momentum_z"], run.series["angular_momentum"][:, 2])
             self.assertIn("angular_momentum_z", table.columns)
             self.assertNotIn("momentum_z", table.columns)
 
@@ -117,7 +119,7 @@ class Reading(Case):
             f["backspring/log/krylov"] = krylov
         with open_run(path) as run:
             self.assertEqual((run.frames, len(run.times)), (17, 17))
-            self.assertEqual({len(v) for v in run.observables.values()}, {16})
+            self.assertEqual({len(v) for v in run.series.values()}, {16})
             self.assertEqual(len(run.observable_times), 16)
             self.assertEqual({len(v) for v in run.log.values()}, {100})
             with self.assertRaises(RunError):
@@ -140,7 +142,7 @@ class Reading(Case):
             self.assertTrue(run.springs.rest_length_assumed)
             np.testing.assert_allclose(run.strains(0), 0, atol=1e-14)
             self.assertIsNone(run.springs.stiffness)
-            self.assertEqual((run.observables, run.log), ({}, {}))
+            self.assertEqual((run.series, run.log), ({}, {}))
         done = self.works("plot.py", path, "-o", self.path("bare.png"), "--dpi", 60)
         self.assertIn("no rest lengths", done.stderr)
 
