@@ -22,10 +22,11 @@ import peers
 import scaling
 import steps
 import tables
-from running import Budget
+from running import Budget, Failed, program, steps_row
 
 HERE = pathlib.Path(__file__).resolve().parent
-SECTIONS = ("steps", "kernels", "peers", "weak", "sizes", "matrix_free", "output", "large")
+# In this order, with the share of the time each may claim; what one leaves over the later ones get.
+SECTIONS = {"steps": 5, "kernels": 1, "peers": 4, "weak": 1, "sizes": 4, "matrix_free": 1, "output": 1, "large": 4}
 
 
 class Context:
@@ -68,6 +69,14 @@ def read_arguments():
     return parser.parse_args()
 
 
+def empty_run(context, ranks):
+    """Peak memory [bytes] of a run of eight particles: what libraries and MPI take."""
+    try:
+        return program(context, dict(cases.problem("B1", 2, 0.01, 1), ts_type="symplectic", ts_dt=1e-3), ranks)["peak_bytes"]
+    except Failed as why:
+        sys.exit(f"the program does not run: {why}")
+
+
 def matrix_free(context):
     """One row: options/solvers/bench_matrix_free.yaml on B1, where there is such a file."""
     file = cases.REPO / "options" / "solvers" / "bench_matrix_free.yaml"
@@ -77,7 +86,6 @@ def matrix_free(context):
     problem = options.pop("options_file")
     # the program takes the option twice; the words of one dictionary cannot
     wrapped = {"options_file": problem, "options_file_yaml": str(file), **options}
-    from running import steps_row
     return [steps_row(context, f"B1 n={context.n} h=0.01, matrix-free", wrapped, ranks, cases.particles(context.n)) for ranks in context.ranks]
 
 
@@ -88,11 +96,13 @@ def run_sections(context, wanted, results):
                "peers": lambda: peers.accurate(context, missing) + peers.implicit(context, missing),
                "weak": lambda: scaling.weak(context), "sizes": lambda: scaling.sizes(context),
                "matrix_free": lambda: matrix_free(context), "output": lambda: output.run(context, missing), "large": lambda: scaling.large(context)}
-    for name in wanted:
+    wanted = [name for name in SECTIONS if name in wanted]
+    for at, name in enumerate(wanted):
+        context.budget.open_part(SECTIONS[name] / sum(SECTIONS[other] for other in wanted[at:]))
         if context.budget.left() < 1:
             context.say(f"section {name} left out: the budget of time is spent")
             continue
-        context.say(f"== {name}, {context.budget.left():.0f} s left")
+        context.say(f"== {name}, {context.budget.left():.0f} s for it")
         try:
             results[name] = runners[name]()
         except Exception:  # one section that breaks must not cost the others' figures
@@ -115,6 +125,7 @@ def main():
                "arguments": {k: v for k, v in vars(arguments).items() if k in ("n", "steps", "ranks", "sizes", "large", "output_n", "budget", "longest")}}
     with tempfile.TemporaryDirectory(prefix="bench_", dir=arguments.scratch) as scratch:
         context = Context(arguments, scratch)
+        results["empty_bytes"] = {ranks: empty_run(context, ranks) for ranks in arguments.ranks}
         for _ in run_sections(context, wanted, results):
             results["checks"] = steps.check(results.get("steps", []), arguments.n) + peers.check(results.get("peers", []), results.get("steps", []))
             (folder / "results.json").write_text(json.dumps(results, indent=1) + "\n")

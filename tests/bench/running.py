@@ -22,9 +22,14 @@ class Budget:
 
     def __init__(self, seconds, longest):
         self.end, self.longest = time.monotonic() + seconds, longest
+        self.part_end = self.end
+
+    def open_part(self, share):
+        """The next section may take this share of what is left."""
+        self.part_end = min(self.end, time.monotonic() + share * (self.end - time.monotonic()))
 
     def left(self):
-        return self.end - time.monotonic()
+        return self.part_end - time.monotonic()
 
     def limit(self):
         return max(0.0, min(self.longest, self.left()))

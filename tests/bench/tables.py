@@ -39,8 +39,8 @@ def grid(head, rows):
 
 
 def steps_table(rows):
-    head = ("run", "ranks", "s/step", "Newton/step", "Krylov/step", "bytes/particle", "us/particle")
-    return grid(head, [(r["label"], r["ranks"], r.get("failed") or r["s_per_step"], r.get("newton"), r.get("krylov"), r.get("bytes_per_particle"),
+    head = ("run", "ranks", "s/step", "Newton/step", "Krylov/step", "MB at peak", "bytes/particle", "us/particle")
+    return grid(head, [(r["label"], r["ranks"], r.get("failed") or r["s_per_step"], r.get("newton"), r.get("krylov"), r["peak_bytes"] / 1e6 if "peak_bytes" in r else None, r.get("bytes_per_particle"),
                         1e6 * r["s_per_step"] / r["particles"] if "s_per_step" in r else None) for r in rows])
 
 
@@ -83,7 +83,8 @@ def markdown(results):
     """The whole file as text."""
     facts = results["machine"]
     lines = ["# Benchmark results", "", f"Written by `bench.py` on {results['date']}; version {results['version']}, medians of up to {results['repeats']} runs. Machine: "
-             + ", ".join(f"{key} {number(value)}" for key, value in facts.items()) + ".", ""]
+             + ", ".join(f"{key} {number(value)}" for key, value in facts.items()) + ".",
+             "An empty run takes " + ", ".join(f"{size / 1e6:.0f} MB on {ranks} rank(s)" for ranks, size in results["empty_bytes"].items()) + ".", ""]
     if facts["load"] > 0.5:
         lines += [f"**The machine was busy when this started (load {facts['load']:.2f}): compare ratios only, if at all.**", ""]
     for title, key, table in (("Steps", "steps", steps_table), ("Strong scaling", "steps", strong_table), ("Peers on the same lattice", "peers", peers_table), ("Kernels", "kernels", kernels_table),
