@@ -5,9 +5,13 @@
 #include <cstdlib>
 #include <cstring>
 #include <memory>
+#include <string>
+#include <vector>
+#include "base/command_line.hpp"
 #include "base/crash.hpp"
 #include "base/fault.hpp"
 #include "base/options.hpp"
+#include "base/told.hpp"
 #include "model/create.hpp"
 #include "solve/run.hpp"
 #include "solve/stepper.hpp"
@@ -35,16 +39,25 @@ bool asks_version(int argc, char** argv) {
   return false;
 }
 
-}  // namespace
-
-int main(int argc, char** argv) {
-  // PTScotch's threads make partitions differ from run to run
-  setenv("SCOTCH_PTHREAD_NUMBER", "1", 0);
-  if (asks_version(argc, argv)) {
-    std::printf("backspring %s (PETSc %d.%d.%d)\n", BS_VERSION, PETSC_VERSION_MAJOR, PETSC_VERSION_MINOR, PETSC_VERSION_SUBMINOR);
-    return 0;
+/// Whether rank 0 found the command line or an option file wrong, and said so.
+bool refused(int argc, char** argv) {
+  int rank = 0, wrong = 0;
+  MPI_Comm_rank(MPI_COMM_WORLD, &rank);
+  if (rank == 0) {
+    std::string fault = bs::fault_of_option_files(argc, argv);
+    const std::vector<std::string> stray = bs::stray_words(argc, argv);
+    if (fault.empty() && !stray.empty())
+      fault = "'" + stray[0] + "' is neither an option nor the value of one: options begin with a dash, lists have no blanks, like 0,-9.81";
+    if (!fault.empty()) bs::print_line("error", fault);
+    wrong = !fault.empty();
   }
+  MPI_Bcast(&wrong, 1, MPI_INT, 0, MPI_COMM_WORLD);
+  return wrong != 0;
+}
+
+int run_petsc(int argc, char** argv) {
   int exit_code = 0;
+  bs::watch_start();
   if (PetscInitialize(&argc, &argv, nullptr, HELP)) return static_cast<int>(bs::Exit::input);
   PetscErrorCode status = bs::install_error_handler();
   if (!status) status = bs::install_crash_handler();
@@ -55,4 +68,20 @@ int main(int argc, char** argv) {
   const int failed = bs::finish(status);
   if (PetscFinalize() && !failed) return static_cast<int>(bs::Exit::io);
   return failed ? failed : exit_code;
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  // PTScotch's threads make partitions differ from run to run
+  setenv("SCOTCH_PTHREAD_NUMBER", "1", 0);
+  if (asks_version(argc, argv)) {
+    std::printf("backspring %s (PETSc %d.%d.%d)\n", BS_VERSION, PETSC_VERSION_MAJOR, PETSC_VERSION_MINOR, PETSC_VERSION_SUBMINOR);
+    return 0;
+  }
+  int provided = 0;
+  if (MPI_Init_thread(&argc, &argv, MPI_THREAD_FUNNELED, &provided)) return static_cast<int>(bs::Exit::input);
+  const int code = refused(argc, argv) ? static_cast<int>(bs::Exit::input) : run_petsc(argc, argv);
+  MPI_Finalize();
+  return code;
 }

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <csignal>
 #include <cstring>
+#include <sstream>
 
 #include "base/told.hpp"
 
@@ -28,6 +29,27 @@ std::string first_line(PetscErrorCode code, const char* message) {
   return std::string(message, std::strcspn(message, "\n"));
 }
 
+/// PETSc's readers of options name the value they refuse, not the option.
+std::string with_option(const std::string& text) {
+  const char begin[] = "Input string ";
+  const std::size_t from = sizeof begin - 1, to = text.find(" has no ");
+  if (text.compare(0, from, begin) != 0 || to == std::string::npos) {
+    for (const char* refusal : {"Unable to find requested", "Unknown option", "Unknown TSAdapt", "Unknown Mat type"})
+      if (text.compare(0, std::strlen(refusal), refusal) == 0) return text + ": -help lists what there is";
+    return text;
+  }
+  const std::string value = text.substr(from, to - from);
+  char* all = nullptr;
+  if (PetscOptionsGetAll(nullptr, &all)) return text;
+  std::istringstream words(all);
+  std::string before, name;
+  for (std::string word; words >> word; before = word)
+    if (word == value && !before.empty() && before[0] == '-') name = before;
+  (void)PetscFree(all);
+  const bool whole = text.find("integer") != std::string::npos;
+  return name.empty() ? text : "option " + name + ": " + value + " is not a " + (whole ? "whole " : "") + "number: -help says what it means";
+}
+
 PetscErrorCode handle(MPI_Comm comm, int line, const char* function, const char* file, PetscErrorCode code,
                       PetscErrorType type, const char* message, void* context) {
   if (code == ERR_TOLD) return code;
@@ -41,7 +63,7 @@ PetscErrorCode handle(MPI_Comm comm, int line, const char* function, const char*
   petsc_error = true;
   petsc_exit = phase;
 
-  (void)tell_alone(phase, first_line(code, message) + " (in " + (function ? function : "PETSc") + ")");
+  (void)tell_alone(phase, with_option(first_line(code, message)) + " (in " + (function ? function : "PETSc") + ")");
   return code;
 }
 
@@ -61,6 +83,8 @@ PetscErrorCode tell_alone(Exit exit, const std::string& text) {
   if (size > 1) MPI_Abort(PETSC_COMM_WORLD, static_cast<int>(exit));
   return ERR_TOLD;
 }
+
+void watch_start() { (void)PetscPushErrorHandler(handle, nullptr); }
 
 PetscErrorCode install_error_handler() {
   PetscBool set = PETSC_FALSE, value = PETSC_TRUE;

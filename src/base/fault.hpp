@@ -47,6 +47,8 @@ Exit told_exit();
 /// On several ranks an untold PETSc error ends the program at once (MPI_Abort): it need not be collective. On one rank
 /// it travels up to the caller. -bs_trace keeps PETSc's own traceback. HDF5's error stack is silenced.
 PetscErrorCode install_error_handler();
+/// The same for PetscInitialize itself: call before it.
+void watch_start();
 void set_phase(Exit phase_exit);
 Exit present_phase();
 

@@ -19,11 +19,11 @@ std::set<std::string>& known() {
   return names;
 }
 
-/// " [kg]" from "mass of a particle [kg]"; empty where the help names no unit.
+/// " [kg]" from "mass of a particle [kg]"; empty where the help names no unit ("along x[,y]" names none).
 std::string unit_of(const std::string& help) {
-  const auto open = help.rfind('['), close = help.rfind(']');
+  const auto open = help.rfind(" ["), close = help.rfind(']');
   if (open == std::string::npos || close == std::string::npos || close < open) return {};
-  return " " + help.substr(open, close - open + 1);
+  return help.substr(open, close - open + 1);
 }
 
 template <class T, class Print>

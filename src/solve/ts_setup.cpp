@@ -2,6 +2,7 @@
 #include <algorithm>
 #include <array>
 #include "base/fault.hpp"
+#include "solve/stepping_check.hpp"
 
 namespace bs {
 namespace {
@@ -137,6 +138,7 @@ PetscErrorCode create_ts(Model& model, TSContext* context, TSHandle* ts) {
   PetscCall(TSSetMaxSNESFailures(*ts, -1));
   PetscCall(TSSetErrorIfStepFails(*ts, PETSC_FALSE));
   PetscCall(TSSetFromOptions(*ts));
+  PetscCall(check_stepping(*ts, context->implicit));
   Plan plan{context->implicit, context->form, 0, among(type, {TSEULER}) ? 2.0 : 0.0, among(type, {TSROSW})};
   PetscCall(TSGetTimeStep(*ts, &plan.step));
   PetscCall(model.prepare(plan));

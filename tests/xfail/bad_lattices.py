@@ -1,12 +1,9 @@
 #!/usr/bin/env python3
 """Lattices that cannot be: each bad input must end with exit code 2 and one line that says what to mend.
 
-  bad_lattices.py --program build/release/backspring [--ranks 2] [--filter WORD] [--jobs 2] [--verbose]
+  bad_lattices.py --program build/release/backspring [--ranks 2] [--filter WORD] [--jobs 2] [--verbose | --list]
 
-For each row of the table the input is written to a fresh folder and the program is run on it. Asked for: exit code 2;
-exactly one line that begins "backspring: error:"; the fragment of the row in that line; no "PETSC ERROR"; an end within
-30 s. A few good inputs, which must run, guard against a program that refuses everything.
-Ends with "N passed, N failed, 0 skipped"; exit code 0 or 1.
+What is asked for is told in corpus.py. Ends with "N passed, N failed, 0 skipped"; exit code 0 or 1.
 """
 import sys
 
@@ -16,14 +13,8 @@ try:
 except ImportError as missing:
     sys.exit(f"{missing}\nneeded: apt install python3-h5py python3-numpy, and run with /usr/bin/python3")
 
-import argparse
-import concurrent.futures
-import os
-import pathlib
-import subprocess
-import tempfile
+import corpus
 
-TIMEOUT = 30  # [s]
 STEP = ["-ts_type", "euler", "-ts_dt", "1e-4", "-ts_max_steps", "1"]
 
 
@@ -341,87 +332,7 @@ GOOD = {
     "good: chain with anchors": options(*CHAIN, "-bs_anchor_particles", "0,4", "-bs_anchor_stiffness", "1"),
 }
 
-# Checks of the table itself: a name in two parts would hide one.
-CASES = {**HDF5, **XSP, **MSH, **OPTIONS}
-assert len(CASES) == len(HDF5) + len(XSP) + len(MSH) + len(OPTIONS)
-
-
-# --- running ----------------------------------------------------------------------------------------------------------
-
-def run(program, ranks, words, folder):
-    """Exit code (None: did not end) and all that was said."""
-    command = ["mpirun", "-n", str(ranks), str(program), *map(str, words), *STEP]
-    environment = dict(os.environ, OMPI_MCA_rmaps_base_oversubscribe="1", OMP_NUM_THREADS="1",
-                       OMPI_MCA_hwloc_base_binding_policy="none")
-    if os.geteuid() == 0:
-        environment.update(OMPI_ALLOW_RUN_AS_ROOT="1", OMPI_ALLOW_RUN_AS_ROOT_CONFIRM="1")
-    process = subprocess.Popen(command, cwd=folder, env=environment, stdin=subprocess.DEVNULL, stdout=subprocess.PIPE,
-                               stderr=subprocess.STDOUT, text=True, errors="replace")
-    try:
-        said, _ = process.communicate(timeout=TIMEOUT)
-        return process.returncode, said
-    except subprocess.TimeoutExpired:
-        process.terminate()  # mpirun ends its ranks
-        said, _ = process.communicate()
-        return None, said
-
-
-def faults(code, said, fragment):
-    """What is wrong with how the program ended."""
-    if code is None:
-        yield f"did not end within {TIMEOUT} s"
-        return
-    lines = [line for line in said.splitlines() if line.startswith("backspring: error:")]
-    if fragment is None:
-        if code != 0 or lines:
-            yield f"exit code {code}, should be 0: {lines}"
-        return
-    if code != 2:
-        yield f"exit code {code}, should be 2"
-    if len(lines) != 1:
-        yield f"{len(lines)} lines of error, should be one"
-    if "PETSC ERROR" in said:
-        yield "a PETSc error came through"
-    if not any(fragment in line for line in lines):
-        yield f"no {fragment!r} in {lines}"
-
-
-def check(name, make, fragment, program, ranks):
-    with tempfile.TemporaryDirectory(prefix="bad_lattice_") as folder:
-        words = make(pathlib.Path(folder))
-        code, said = run(program, ranks, words, folder)
-    wrong = list(faults(code, said, fragment))
-    line = next((line for line in said.splitlines() if line.startswith("backspring: error:")), "")
-    return name, wrong, line, said
-
-
-def main():
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("--program", required=True, type=lambda path: pathlib.Path(path).resolve())
-    parser.add_argument("--ranks", type=int, default=2)
-    parser.add_argument("--filter", default="", help="only cases whose name holds this")
-    parser.add_argument("--jobs", type=int, default=2, help="runs at a time")
-    parser.add_argument("--verbose", action="store_true", help="show each message")
-    arguments = parser.parse_args()
-    if not arguments.program.exists():
-        sys.exit(f"{arguments.program}: no such program; build it first")
-
-    chosen = [(name, make, None) for name, make in GOOD.items()] + [(name, *row) for name, row in CASES.items()]
-    chosen = [row for row in chosen if arguments.filter in row[0]]
-    failed = 0
-    with concurrent.futures.ThreadPoolExecutor(arguments.jobs) as pool:
-        for name, wrong, line, said in pool.map(lambda row: check(*row, arguments.program, arguments.ranks), chosen):
-            print(f"{'FAIL' if wrong else 'ok  '} {name}")
-            if arguments.verbose and line:
-                print(f"       {line}")
-            if wrong:
-                failed += 1
-                print("       " + "\n       ".join(wrong + said.splitlines()[:20]))
-    print(f"{len(chosen) - failed} passed, {failed} failed, 0 skipped")
-    if not chosen:
-        sys.exit("no case has such a name")
-    return 1 if failed else 0
-
+GROUPS = {"HDF5 lattice": HDF5, "XSpringies scene": XSP, "Gmsh mesh": MSH, "options of lattices": OPTIONS}
 
 if __name__ == "__main__":
-    sys.exit(main())
+    sys.exit(corpus.main(__doc__, GROUPS, GOOD, step=STEP))

@@ -1,14 +1,14 @@
 #!/usr/bin/env python3
 """Linear systems that cannot be: each bad input must end with exit code 2 and one line that says what to mend.
 
-  bad_linear.py --program build/release/backspring [--ranks 2] [--filter WORD] [--jobs 2] [--verbose]
+  bad_linear.py --program build/release/backspring [--ranks 2] [--filter WORD] [--jobs 2] [--verbose | --list]
 
-As bad_lattices.py, whose runner this uses. Ends with "N passed, N failed, 0 skipped"; exit code 0 or 1.
+What is asked for is told in corpus.py. Ends with "N passed, N failed, 0 skipped"; exit code 0 or 1.
 """
 import struct
 import sys
 
-import bad_lattices
+import corpus
 
 GENERAL = "%%MatrixMarket matrix coordinate real general\n"
 G = GENERAL + "2 2 4\n1 1 2\n1 2 -1\n2 1 -1\n2 2 2\n"
@@ -165,9 +165,7 @@ GOOD = {
     "good: CG and algebraic multigrid": generator("-bs_linear_type", "heat2d", "-bs_linear_size", "20,20", "-ksp_type", "cg", "-pc_type", "gamg"),
 }
 
-CASES = {**MATRICES, **SYSTEMS, **SOURCES}
-assert len(CASES) == len(MATRICES) + len(SYSTEMS) + len(SOURCES)
+GROUPS = {"matrices": MATRICES, "linear systems": SYSTEMS, "sources": SOURCES}
 
 if __name__ == "__main__":
-    bad_lattices.CASES, bad_lattices.GOOD, bad_lattices.STEP, bad_lattices.__doc__ = CASES, GOOD, [], __doc__
-    sys.exit(bad_lattices.main())
+    sys.exit(corpus.main(__doc__, GROUPS, GOOD))

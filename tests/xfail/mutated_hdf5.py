@@ -95,8 +95,8 @@ def truncate(content, chance):
 def absurd_number(content, chance):
     """A number of 1 to 8 bytes becomes very large, or minus something."""
     width = int(chance.choice([1, 2, 4, 8]))
-    at = chance.integers(0, len(content) - width)
-    number = int(chance.choice([2**(8 * width) - 1, 2**(8 * width - 1), 2**(8 * width - 1) - 1, 2**(4 * width)]))
+    at = int(chance.integers(0, len(content) - width))
+    number = [2**(8 * width) - 1, 2**(8 * width - 1), 2**(8 * width - 1) - 1, 2**(4 * width)][chance.integers(4)]
     content[at:at + width] = number.to_bytes(width, "little")
     return content
 
@@ -104,7 +104,7 @@ def absurd_number(content, chance):
 def swap(content, chance):
     """A block of 16 to 256 bytes is written over another."""
     size = int(chance.integers(16, 257))
-    source, target = chance.integers(0, max(1, len(content) - size), 2)
+    source, target = (int(at) for at in chance.integers(0, max(1, len(content) - size), 2))
     content[target:target + size] = content[source:source + size]
     return content
 

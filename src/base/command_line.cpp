@@ -1,0 +1,134 @@
+#include "base/command_line.hpp"
+
+#include <petscsys.h>
+#include <sys/stat.h>
+#include <yaml.h>
+
+#include <cerrno>
+#include <cstdlib>
+#include <cstring>
+#include <fstream>
+#include <iterator>
+#include <memory>
+#include <sstream>
+
+#include "base/format.hpp"
+
+namespace bs {
+
+namespace {
+
+bool ends_with(const std::string& text, const std::string& tail) {
+  return text.size() >= tail.size() && text.compare(text.size() - tail.size(), tail.size(), tail) == 0;
+}
+
+bool is_option(const std::string& word) {
+  PetscBool valid = PETSC_FALSE;
+  (void)PetscOptionsValidKey(word.c_str(), &valid);
+  return valid;
+}
+
+/// PETSc options are mappings of names to scalars, sequences of scalars, or further mappings.
+/// `budget` counts down the nodes that may still be visited: aliases can make a small file endless.
+std::string fault_of_node(yaml_document_t* document, const yaml_node_t& node, bool in_sequence, int* budget) {
+  const auto at = [](const yaml_node_t& there) { return format(" line %zu: ", there.start_mark.line + 1); };
+  if (--*budget < 0) return at(node) + "more than 10000 entries, or aliases that never end; write each option once";
+  if (node.type == YAML_SCALAR_NODE) return {};
+  if (in_sequence) return at(node) + "a list in a list; write lists of numbers or words, like [0, -9.81]";
+  if (node.type == YAML_SEQUENCE_NODE) {
+    for (const yaml_node_item_t* item = node.data.sequence.items.start; item < node.data.sequence.items.top; ++item) {
+      const std::string fault = fault_of_node(document, *yaml_document_get_node(document, *item), true, budget);
+      if (!fault.empty()) return fault;
+    }
+    return {};
+  }
+  for (const yaml_node_pair_t* pair = node.data.mapping.pairs.start; pair < node.data.mapping.pairs.top; ++pair) {
+    const yaml_node_t& key = *yaml_document_get_node(document, pair->key);
+    if (key.type != YAML_SCALAR_NODE) return at(key) + "a name must be a word; write 'name: value'";
+    const std::string fault = fault_of_node(document, *yaml_document_get_node(document, pair->value), false, budget);
+    if (!fault.empty()) return fault;
+  }
+  return {};
+}
+
+struct ParserDelete {
+  void operator()(yaml_parser_t* parser) const {
+    yaml_parser_delete(parser);
+    delete parser;
+  }
+};
+
+struct OptionFile {
+  std::string path;
+  bool yaml;
+};
+
+std::vector<OptionFile> option_files(const std::vector<std::string>& words) {
+  std::vector<OptionFile> files;
+  for (std::size_t k = 0; k + 1 < words.size(); ++k) {
+    if (words[k] != "-options_file" && words[k] != "-options_file_yaml") continue;
+    const std::string path = words[++k];
+    files.push_back({path, words[k - 1] == "-options_file_yaml" || ends_with(path, ".yaml") || ends_with(path, ".yml")});
+  }
+  return files;
+}
+
+std::string fault_of_file(const OptionFile& file) {
+  struct stat info = {};
+  const char* const name = file.path.c_str();
+  if (file.path.empty() || file.path[0] == '$' || file.path[0] == '~') return {};  // PETSc resolves these
+  if (stat(name, &info) != 0) {
+    if (errno == ENOENT) return format("option file %s: no such file; look at the path, it counts from the folder the run starts in", name);
+    return format("option file %s: cannot be read (%s)", name, std::strerror(errno));
+  }
+  if (S_ISDIR(info.st_mode)) return format("option file %s: is a folder; name a file in it", name);
+  std::ifstream in(file.path, std::ios::binary);
+  if (!in) return format("option file %s: cannot be opened; look at its permissions (chmod +r)", name);
+  if (!file.yaml || !S_ISREG(info.st_mode)) return {};
+  return fault_of_yaml(std::string(std::istreambuf_iterator<char>(in), {}), "option file " + file.path);
+}
+
+}  // namespace
+
+std::string fault_of_yaml(const std::string& text, const std::string& name) {
+  const std::unique_ptr<yaml_parser_t, ParserDelete> parser(new yaml_parser_t());
+  if (!yaml_parser_initialize(parser.get())) return name + ": no memory for it";
+  yaml_parser_set_input_string(parser.get(), reinterpret_cast<const unsigned char*>(text.data()), text.size());
+  yaml_document_t document;
+  if (!yaml_parser_load(parser.get(), &document))
+    return name + format(" line %zu: no YAML (%s); write 'name: value' a line, lists as [1, 2]", parser->problem_mark.line + 1,
+                         parser->problem ? parser->problem : "no reason given");
+  std::string fault;
+  int budget = 10000;
+  yaml_node_t* const root = yaml_document_get_root_node(&document);
+  if (root && root->type != YAML_MAPPING_NODE)
+    fault = format(" line %zu: holds no options; write 'name: value' a line, the name without its dash", root->start_mark.line + 1);
+  else if (root)
+    fault = fault_of_node(&document, *root, false, &budget);
+  yaml_document_delete(&document);
+  return fault.empty() ? fault : name + fault;
+}
+
+std::string fault_of_option_files(int argc, const char* const* argv) {
+  std::vector<std::string> words(argv + 1, argv + argc);
+  if (const char* more = std::getenv("PETSC_OPTIONS")) {
+    std::istringstream in(more);
+    words.insert(words.end(), std::istream_iterator<std::string>(in), {});
+  }
+  for (const OptionFile& file : option_files(words)) {
+    const std::string fault = fault_of_file(file);
+    if (!fault.empty()) return fault;
+  }
+  return {};
+}
+
+std::vector<std::string> stray_words(int argc, const char* const* argv) {
+  std::vector<std::string> stray;
+  for (int k = 1; k < argc; ++k) {
+    if (!is_option(argv[k])) stray.emplace_back(argv[k]);
+    else if (k + 1 < argc && !is_option(argv[k + 1])) ++k;  // its value
+  }
+  return stray;
+}
+
+}  // namespace bs

@@ -1,0 +1,19 @@
+// What PETSc takes on trust on the command line and in option files is looked at before it reads them.
+#pragma once
+#include <string>
+#include <vector>
+
+namespace bs {
+
+/// Local. One line that says what is wrong with the option files named by -options_file and -options_file_yaml on the
+/// command line or in PETSC_OPTIONS: missing, a folder, unreadable, or no YAML that holds options; empty if nothing is.
+/// Call before PetscInitialize: PETSc's own reader names neither file nor line.
+std::string fault_of_option_files(int argc, const char* const* argv);
+
+/// Local. One line about YAML text that PETSc would refuse or misread, beginning with `name` and the line; or nothing.
+std::string fault_of_yaml(const std::string& text, const std::string& name);
+
+/// Local. The words of the command line that are neither options nor values of one: PETSc passes over them silently.
+std::vector<std::string> stray_words(int argc, const char* const* argv);
+
+}  // namespace bs

@@ -1,0 +1,128 @@
+#!/usr/bin/env python3
+"""Options and option files that cannot be: each must end with exit code 2 and one line that says what to mend.
+
+  bad_options.py --program build/release/backspring [--ranks 2] [--filter WORD] [--jobs 2] [--verbose | --list]
+
+What is asked for is told in corpus.py. Options that PETSc knows and this run does not use are warned of before the first
+step. Ends with "N passed, N failed, 0 skipped"; exit code 0 or 1.
+"""
+import sys
+
+import corpus
+
+CHAIN = ("-bs_lattice_type", "chain", "-bs_lattice_size", "5", "-ts_max_steps", "1")
+
+
+def words(*more):
+    return lambda folder: [*CHAIN, *more]
+
+
+def option_file(content, name="o.yaml", *more):
+    """A maker of a run whose options stand in a file."""
+    def make(folder):
+        (folder / name).write_bytes(content if isinstance(content, bytes) else content.encode())
+        return ["-options_file", name, *more]
+    return make
+
+
+GOOD_YAML = "bs_lattice_type: chain\nbs_lattice_size: 5\nts_max_steps: 1\n"
+
+FILES = {
+    "yaml: missing": (words("-options_file", "none.yaml"), "option file none.yaml: no such file"),
+    "yaml: a folder": (lambda folder: [(folder / "d.yaml").mkdir(), "-options_file", "d.yaml"][1:], "option file d.yaml: is a folder"),
+    "opts: missing": (words("-options_file", "none.opts"), "option file none.opts: no such file"),
+    "yaml: two colons": (option_file(GOOD_YAML + "ts_dt: 1: 2\n"), "o.yaml line 4: no YAML (mapping values are not allowed"),
+    "yaml: bracket left open": (option_file("bs_gravity: [0, -9.81\nts_dt: 1\n"), "o.yaml line 2: no YAML"),
+    "yaml: tab": (option_file("\tts_dt: 1\n"), "o.yaml line 1: no YAML (found character that cannot start any token)"),
+    "yaml: quote left open": (option_file('ts_type: "beuler\n'), "o.yaml line 2: no YAML"),
+    "yaml: a word": (option_file("beuler\n"), "o.yaml line 1: holds no options; write 'name: value'"),
+    "yaml: a list": (option_file("- a\n- b\n"), "o.yaml line 1: holds no options"),
+    "yaml: list in a list": (option_file("bs_gravity: [[0, 1]]\n"), "o.yaml line 1: a list in a list"),
+    "yaml: mapping in a list": (option_file(GOOD_YAML + "bs_gravity:\n  - x: 1\n"), "o.yaml line 5: a list in a list"),
+    "yaml: name is a list": (option_file("[a, b]: 1\n"), "o.yaml line 1: a name must be a word"),
+    "yaml: aliases without end": (option_file("a: &a {b: 1}\n" + "".join(
+        f"x{k}: &x{k} {{p: *{'a' if k == 0 else f'x{k - 1}'}, q: *{'a' if k == 0 else f'x{k - 1}'}}}\n" for k in range(30))),
+        "aliases that never end"),
+    "yaml: unknown alias": (option_file("a: *nothing\n"), "o.yaml line 1: no YAML (found undefined alias)"),
+    "yaml: bytes": (option_file(bytes(range(1, 256))), "o.yaml line 1: no YAML"),
+    "yaml: misspelt option": (option_file(GOOD_YAML + "bs_grvity: 1\n"), "option -bs_grvity does not exist: did you mean -bs_gravity?"),
+    "yaml: mapping for a number": (option_file("bs_lattice_type: chain\nbs_lattice_size: {a: 1}\n"), "-bs_lattice_size is missing"),
+    "yaml: empty": (option_file(""), "no lattice is given; write -bs_lattice_file"),
+    "yaml by name": (lambda folder: [(folder / "y").write_text("a: [\n"), "-options_file_yaml", "y"][1:], "option file y line 2: no YAML"),
+    "opts: no dash": (option_file("ts_dt 1\n", "o.opts"), "Unknown first token in options file o.opts line 1: ts_dt"),
+    "opts: word too many": (option_file("-ts_dt 1 2\n", "o.opts"), "o.opts line 1: extra token 2"),
+    "opts: bytes": (option_file(bytes(range(1, 256)) * 3, "o.opts"), "o.opts line"),
+}
+
+PROGRAM = {
+    "a word without a dash": (words("stray"), "'stray' is neither an option nor the value of one"),
+    "a list with a blank": (words("-bs_gravity", "0,", "-9.81"), "'-9.81' is neither an option nor the value of one"),
+    "misspelt": (words("-bs_grvity", "1"), "option -bs_grvity does not exist: did you mean -bs_gravity?"),
+    "misspelt, far from all": (words("-bs_xyzzy"), "option -bs_xyzzy does not exist: -help lists the options"),
+    "misspelt without value": (words("-bs_overwrit"), "did you mean -bs_overwrite?"),
+    "no value": (words("-bs_output"), "option -bs_output needs a value"),
+    "empty list": (words("-bs_lattice_size", ","), "option -bs_lattice_size: an empty value is not a whole number: give a whole number"),
+    "a word for a number": (words("-bs_gravity", "down"), "option -bs_gravity: down is not a number: give a number [m/s^2]"),
+    "number and unit": (words("-bs_stokes_drag", "3kg/s"), "3kg/s is not a number: give a number [kg/s]"),
+    "not finite": (words("-bs_viscosity", "inf"), "option -bs_viscosity: inf is not finite"),
+    "negative": (words("-bs_stokes_drag", "-1"), "option -bs_stokes_drag: -1 is negative: give a number >= 0 [kg/s]"),
+    "not positive": (words("-bs_lattice_spacing", "0"), "-bs_lattice_spacing"),
+    "a fraction for a count": (words("-bs_step_grow_after", "2.5"), "option -bs_step_grow_after: 2.5 is not a whole number"),
+    "too large a count": (words("-bs_step_grow_after", "99999999999999999999"), "is too large: give a whole number"),
+    "too many numbers": (words("-bs_gravity", "1,2,3,4"), "1,2,3,4 are 4 numbers: give at most 3"),
+    "component beyond the dimension": (words("-bs_gravity", "0,-9.81"), "has a component beyond the lattice's dimension 1"),
+    "not among the choices": (words("-bs_partition", "metis"), "option -bs_partition: metis does not exist: give one of"),
+    "neither true nor false": (words("-bs_overwrite", "maybe"), "maybe is neither true nor false"),
+    "outside 0 to 1": (words("-bs_step_cut", "1"), "option -bs_step_cut: give a number between 0 and 1"),
+    "negative interval": (words("-bs_output_interval", "-1"), "-bs_output_interval: -1 is negative"),
+    "output in no folder": (words("-bs_output", "none/o.h5md"), "folder none of -bs_output none/o.h5md does not exist"),
+    "report in no folder": (words("-bs_report", "none/r.json"), "folder none of -bs_report none/r.json does not exist"),
+    "unknown model": (words("-bs_model", "fluid"), "option -bs_model: fluid does not exist"),
+}
+
+PETSC = {
+    "ts_type unknown": (words("-ts_type", "leapfrog"), "-ts_type leapfrog is not one this program knows: use beuler"),
+    "ts_dt a word": (words("-ts_dt", "small"), "option -ts_dt: small is not a number"),
+    "ts_dt zero": (words("-ts_dt", "0"), "option -ts_dt: 0: give a time step > 0 [s]"),
+    "ts_dt negative": (words("-ts_dt", "-0.1"), "option -ts_dt: -0.1: give a time step > 0 [s]"),
+    "ts_dt nan": (words("-ts_dt", "nan"), "option -ts_dt: nan: give a time step > 0 [s]"),
+    "ts_dt underflows": (words("-ts_dt", "1e-400"), "option -ts_dt: 0: give a time step > 0 [s]"),
+    "ts_max_time before the start": (words("-ts_max_time", "-1"), "option -ts_max_time: -1: give a finite time at or after the start"),
+    "ts_max_time infinite": (words("-ts_max_time", "inf"), "option -ts_max_time: inf: give a finite time"),
+    "ts_init_time after the end": (words("-ts_init_time", "5"), "option -ts_max_time: 1: give a finite time at or after the start, t = 5 s"),
+    "ts_max_steps a fraction": (words("-ts_max_steps", "1e3"), "option -ts_max_steps: 1e3 is not a whole number"),
+    "ts_max_steps negative": (words("-ts_max_steps", "-5"), "option -ts_max_steps: -5: give a number of steps >= 0"),
+    "ts_theta_theta": (words("-ts_type", "theta", "-ts_theta_theta", "7"), "option -ts_theta_theta: 7: give a number above 0"),
+    "ts_rk_type unknown": (words("-ts_type", "rk", "-ts_rk_type", "9z"), "Unknown option 9z for -ts_rk_type. Available options:"),
+    "ts_bdf_order": (words("-ts_type", "bdf", "-ts_bdf_order", "9"), "BDF Order 9 not implemented"),
+    "ts_adapt_type unknown": (words("-ts_adapt_type", "magic"), 'Unknown TSAdapt type "magic" given: -help lists what there is'),
+    "snes_type unknown": (words("-snes_type", "magic"), "Unable to find requested SNES type magic: -help lists what there is"),
+    "snes_rtol negative": (words("-snes_rtol", "-1"), "option -snes_rtol: -1: give a number >= 0 and below 1"),
+    "snes_max_it a word": (words("-snes_max_it", "many"), "option -snes_max_it: many is not a whole number"),
+    "line search unknown": (words("-snes_linesearch_type", "magic"), "Unable to find requested Line Search type magic"),
+    "ksp_type unknown": (words("-ksp_type", "magic"), "Unable to find requested KSP type magic: -help lists what there is"),
+    "pc_type unknown": (words("-pc_type", "magic"), "Unable to find requested PC type magic: -help lists what there is"),
+    "mat_type unknown": (words("-mat_type", "magic"), "Unknown Mat type given: magic: -help lists what there is"),
+}
+
+GOOD = {
+    "good: YAML": option_file(GOOD_YAML),
+    "good: YAML with nested names, lists, comments, flags": option_file(
+        "# a chain\nbs:\n  lattice: {type: chain, size: 5, dim: 2}\n  gravity: [0, -9.81]\n  overwrite:\nts_max_steps: 1\n"),
+    "good: YAML, an option twice": option_file(GOOD_YAML + "bs_lattice_size: 7\n"),
+    "good: opts": option_file("-bs_lattice_type chain # a comment\n-bs_lattice_size 5\n\n-ts_max_steps 1\n", "o.opts"),
+    "good: negative numbers are values": words("-bs_lattice_dim", "2", "-bs_gravity", "-1,-9.81", "-ts_init_time", "-1", "-ts_max_time", "-0.5"),
+    "good: upper case": words("-BS_STOKES_DRAG", "1"),
+}
+
+# warned of, in one line each
+UNUSED = {
+    "unused: misspelt": (words("-ksp_tpye", "cg"), "option -ksp_tpye is not used by this run"),
+    "unused: of a solver not chosen": (words("-ksp_gmres_restart", "50"), "option -ksp_gmres_restart is not used by this run"),
+    "unused: no such prefix": (words("-snse_rtol", "1e-3"), "option -snse_rtol is not used by this run"),
+}
+
+GROUPS = {"option files": FILES, "options of the program": PROGRAM, "options of PETSc": PETSC}
+
+if __name__ == "__main__":
+    sys.exit(corpus.main(__doc__, GROUPS, GOOD, UNUSED))
