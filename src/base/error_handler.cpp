@@ -29,25 +29,26 @@ std::string first_line(PetscErrorCode code, const char* message) {
   return std::string(message, std::strcspn(message, "\n"));
 }
 
-/// PETSc's readers of options name the value they refuse, not the option.
-std::string with_option(const std::string& text) {
+/// PETSc's message in the user's terms: its readers of options name the value they refuse, not the option.
+std::string explained(const std::string& text, const char* function) {
+  const std::string as_it_is = text + " (in " + (function ? function : "PETSc") + ")";
   const char begin[] = "Input string ";
   const std::size_t from = sizeof begin - 1, to = text.find(" has no ");
   if (text.compare(0, from, begin) != 0 || to == std::string::npos) {
     for (const char* refusal : {"Unable to find requested", "Unknown option", "Unknown TSAdapt", "Unknown Mat type"})
-      if (text.compare(0, std::strlen(refusal), refusal) == 0) return text + ": -help lists what there is";
-    return text;
+      if (text.compare(0, std::strlen(refusal), refusal) == 0) return as_it_is + ": -help lists what there is";
+    return as_it_is;
   }
   const std::string value = text.substr(from, to - from);
   char* all = nullptr;
-  if (PetscOptionsGetAll(nullptr, &all)) return text;
+  if (PetscOptionsGetAll(nullptr, &all)) return as_it_is;
   std::istringstream words(all);
   std::string before, name;
   for (std::string word; words >> word; before = word)
     if (word == value && !before.empty() && before[0] == '-') name = before;
   (void)PetscFree(all);
   const bool whole = text.find("integer") != std::string::npos;
-  return name.empty() ? text : "option " + name + ": " + value + " is not a " + (whole ? "whole " : "") + "number: -help says what it means";
+  return name.empty() ? as_it_is : "option " + name + ": " + value + " is not a " + (whole ? "whole " : "") + "number: -help says what it means";
 }
 
 PetscErrorCode handle(MPI_Comm comm, int line, const char* function, const char* file, PetscErrorCode code,
@@ -63,7 +64,7 @@ PetscErrorCode handle(MPI_Comm comm, int line, const char* function, const char*
   petsc_error = true;
   petsc_exit = phase;
 
-  (void)tell_alone(phase, with_option(first_line(code, message)) + " (in " + (function ? function : "PETSc") + ")");
+  (void)tell_alone(phase, explained(first_line(code, message), function));
   return code;
 }
 

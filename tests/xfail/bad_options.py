@@ -95,14 +95,14 @@ PETSC = {
     "ts_theta_theta": (words("-ts_type", "theta", "-ts_theta_theta", "7"), "option -ts_theta_theta: 7: give a number above 0"),
     "ts_rk_type unknown": (words("-ts_type", "rk", "-ts_rk_type", "9z"), "Unknown option 9z for -ts_rk_type. Available options:"),
     "ts_bdf_order": (words("-ts_type", "bdf", "-ts_bdf_order", "9"), "BDF Order 9 not implemented"),
-    "ts_adapt_type unknown": (words("-ts_adapt_type", "magic"), 'Unknown TSAdapt type "magic" given: -help lists what there is'),
-    "snes_type unknown": (words("-snes_type", "magic"), "Unable to find requested SNES type magic: -help lists what there is"),
+    "ts_adapt_type unknown": (words("-ts_adapt_type", "magic"), 'Unknown TSAdapt type "magic" given'),
+    "snes_type unknown": (words("-snes_type", "magic"), "Unable to find requested SNES type magic"),
     "snes_rtol negative": (words("-snes_rtol", "-1"), "option -snes_rtol: -1: give a number >= 0 and below 1"),
     "snes_max_it a word": (words("-snes_max_it", "many"), "option -snes_max_it: many is not a whole number"),
     "line search unknown": (words("-snes_linesearch_type", "magic"), "Unable to find requested Line Search type magic"),
-    "ksp_type unknown": (words("-ksp_type", "magic"), "Unable to find requested KSP type magic: -help lists what there is"),
-    "pc_type unknown": (words("-pc_type", "magic"), "Unable to find requested PC type magic: -help lists what there is"),
-    "mat_type unknown": (words("-mat_type", "magic"), "Unknown Mat type given: magic: -help lists what there is"),
+    "ksp_type unknown": (words("-ksp_type", "magic"), "Unable to find requested KSP type magic"),
+    "pc_type unknown": (words("-pc_type", "magic"), "Unable to find requested PC type magic"),
+    "mat_type unknown": (words("-mat_type", "magic"), "Unknown Mat type given: magic"),
 }
 
 GOOD = {
