@@ -22,11 +22,11 @@ import peers
 import scaling
 import steps
 import tables
-from running import Budget, Failed, program, steps_row
+from running import Budget, Failed, program
 
 HERE = pathlib.Path(__file__).resolve().parent
 # In this order, with the share of the time each may claim; what one leaves over the later ones get.
-SECTIONS = {"steps": 5, "kernels": 1, "peers": 4, "weak": 1, "sizes": 4, "matrix_free": 1, "output": 1, "large": 4}
+SECTIONS = {"steps": 5, "kernels": 1, "peers": 4, "weak": 1, "sizes": 4, "without_factors": 1, "output": 1, "large": 4}
 
 
 class Context:
@@ -35,7 +35,8 @@ class Context:
     def __init__(self, arguments, scratch):
         self.program = str(pathlib.Path(arguments.program).resolve())
         self.n, self.steps, self.repeats, self.output_n = arguments.n, arguments.steps, arguments.repeats, arguments.output_n
-        self.ranks, self.sizes, self.large = arguments.ranks, arguments.sizes, arguments.large
+        self.ranks, self.sizes = arguments.ranks, arguments.sizes
+        self.large, self.large_free = arguments.large, arguments.large_free
         self.triad_elements, self.scratch = arguments.triad_elements, str(scratch)
         self.peers = pathlib.Path(arguments.peers).resolve()
         self.budget = Budget(arguments.budget, arguments.longest)
@@ -61,6 +62,7 @@ def read_arguments():
     parser.add_argument("--ranks", type=whole_numbers, default=[1, 2])
     parser.add_argument("--sizes", type=whole_numbers, default=[10, 16, 25, 40, 64, 100], help="edges of the lattices of the cost per particle; 160: 4.1 million")
     parser.add_argument("--large", type=whole_numbers, default=[], help="edges of B3, one step each, e.g. 100,160")
+    parser.add_argument("--large-free", type=whole_numbers, default=[], help="the same without factors, e.g. 216 (10 million)")
     parser.add_argument("--output-n", type=int, default=100, help="edge of the lattice whose frames are written")
     parser.add_argument("--triad-elements", type=int, default=20_000_000, help="of each of STREAM's three arrays")
     parser.add_argument("--peers", default=str(cases.REPO / "build" / "peers"), help="folder the peers are built in")
@@ -77,25 +79,13 @@ def empty_run(context, ranks):
         sys.exit(f"the program does not run: {why}")
 
 
-def matrix_free(context):
-    """One row: options/solvers/bench_matrix_free.yaml on B1, where there is such a file."""
-    file = cases.REPO / "options" / "solvers" / "bench_matrix_free.yaml"
-    if not file.exists():
-        return []
-    options = cases.problem("B1", context.n, 0.01, context.steps)
-    problem = options.pop("options_file")
-    # the program takes the option twice; the words of one dictionary cannot
-    wrapped = {"options_file": problem, "options_file_yaml": str(file), **options}
-    return [steps_row(context, f"B1 n={context.n} h=0.01, matrix-free", wrapped, ranks, cases.particles(context.n)) for ranks in context.ranks]
-
-
 def run_sections(context, wanted, results):
     needs_peers = {"peers", "output", "kernels"} & set(wanted)
     missing = peers.build(context) if needs_peers else {}
     runners = {"steps": lambda: steps.run(context), "kernels": lambda: kernels.run(context),
                "peers": lambda: peers.accurate(context, missing) + peers.implicit(context, missing),
                "weak": lambda: scaling.weak(context), "sizes": lambda: scaling.sizes(context),
-               "matrix_free": lambda: matrix_free(context), "output": lambda: output.run(context, missing), "large": lambda: scaling.large(context)}
+               "without_factors": lambda: scaling.without_factors(context), "output": lambda: output.run(context, missing), "large": lambda: scaling.large(context)}
     wanted = [name for name in SECTIONS if name in wanted]
     for at, name in enumerate(wanted):
         context.budget.open_part(SECTIONS[name] / sum(SECTIONS[other] for other in wanted[at:]))
@@ -122,7 +112,7 @@ def main():
     pathlib.Path(arguments.peers).mkdir(parents=True, exist_ok=True)
     version = subprocess.run([arguments.program, "-bs_version"], capture_output=True, text=True).stdout.strip()
     results = {"date": datetime.date.today().isoformat(), "version": version, "machine": tables.machine(), "n": arguments.n, "repeats": arguments.repeats,
-               "arguments": {k: v for k, v in vars(arguments).items() if k in ("n", "steps", "ranks", "sizes", "large", "output_n", "budget", "longest")}}
+               "arguments": {k: v for k, v in vars(arguments).items() if k in ("n", "steps", "ranks", "sizes", "large", "large_free", "output_n", "budget", "longest")}}
     with tempfile.TemporaryDirectory(prefix="bench_", dir=arguments.scratch) as scratch:
         context = Context(arguments, scratch)
         results["empty_bytes"] = {ranks: empty_run(context, ranks) for ranks in arguments.ranks}

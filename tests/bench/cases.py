@@ -12,6 +12,9 @@ CHECK_TOLERANCE = 2e-6  # Newton stops at 1e-6
 FULL = {1: {"mat_type": "aij", "ksp_type": "gmres", "pc_type": "ilu"},
         2: {"mat_type": "aij", "ksp_type": "gmres", "pc_type": "bjacobi", "sub_pc_type": "ilu"}}
 
+# Point-block Jacobi instead of incomplete factors.
+LOW_MEMORY = {"condensed_pc_type": "jacobi"}
+
 
 def problem(name, n, h=0.01, steps=5, layers=None):
     """Options of B1 or B2 at n x n x `layers` (n by default) particles, `steps` steps of h [s]."""

@@ -3,6 +3,7 @@ import cases
 from running import steps_row
 
 MEMORY_PER_PARTICLE = 2600  # bytes, what a run is assumed to need when it is decided whether it fits
+MEMORY_WITHOUT_FACTORS = 1100
 
 
 def free_memory():
@@ -42,11 +43,27 @@ def sizes(context):
 
 
 def large(context):
-    """B3: one backward Euler step of 0.01 s of the largest sizes, which h omega_max makes harder with n."""
+    """B3: one backward Euler step of 0.01 s of the largest sizes, which h omega_max makes harder with n; without
+    factors, of larger ones still at the h omega_max of n = 40."""
     rows = []
-    for n in context.large:
-        row = {"label": f"B3 n={n}", "ranks": context.ranks[-1], "particles": cases.particles(n), "failed": "needs more memory than there is"}
-        if MEMORY_PER_PARTICLE * cases.particles(n) < free_memory():
-            row = steps_row(context, f"B3 n={n} h=0.01", cases.problem("B1", n, 0.01, 1), context.ranks[-1], cases.particles(n), repeats=1)
-        rows.append(row)
+    ranks = context.ranks[-1]
+    for edges, needs, solver in ((context.large, MEMORY_PER_PARTICLE, {}), (context.large_free, MEMORY_WITHOUT_FACTORS, cases.LOW_MEMORY)):
+        for n in edges:
+            h = cases.equal_swing(n) if solver else 0.01
+            label = f"B3 n={n} h={h:.3g}" + (", without factors" if solver else "")
+            row = {"label": label, "ranks": ranks, "particles": cases.particles(n), "failed": "needs more memory than there is"}
+            if needs * cases.particles(n) < free_memory():
+                row = steps_row(context, label, dict(cases.problem("B1", n, h, 1), **solver), ranks, cases.particles(n), repeats=1)
+            rows.append(row)
+    return rows
+
+
+def without_factors(context):
+    """B1 with point-block Jacobi, and the largest of the sizes for its memory."""
+    rows = []
+    for n in sorted({context.n, max(context.sizes)}):
+        for ranks in context.ranks if n == context.n else context.ranks[:1]:
+            h = cases.equal_swing(n)
+            options = dict(cases.problem("B1", n, h, context.steps if n == context.n else 1), **cases.LOW_MEMORY)
+            rows.append(steps_row(context, f"B1 n={n} h={h:.3g}, without factors", options, ranks, cases.particles(n), repeats=1))
     return rows

@@ -4,19 +4,20 @@ from running import steps_row
 
 
 def run(context):
-    """[rows]; default options at both steps, the full matrix with GMRES + ILU beside them."""
-    n, rows = context.n, []
-    count = cases.particles(n)
-    for name, h in (("B1", 0.01), ("B1", 0.1), ("B2", 0.01), ("B2", 0.1)):
-        for ranks in context.ranks:
-            options = cases.problem(name, n, h, context.steps)
-            rows.append(dict(steps_row(context, f"{name} n={n} h={h:g}", options, ranks, count, output=True), case=name, solver="default"))
-    for name, h, ranks_list in (("B1", 0.01, context.ranks), ("B1", 0.1, context.ranks[:1]), ("B2", 0.01, context.ranks[:1])):
-        for ranks in ranks_list:
-            options = dict(cases.problem(name, n, h, context.steps if h < 0.1 and name == "B1" else 1), **cases.FULL[min(ranks, 2)])
-            rows.append(dict(steps_row(context, f"{name} n={n} h={h:g}, full AIJ, GMRES + ILU", options, ranks, count, output=True,
-                                       repeats=1), case=name, solver="full"))
-    return rows
+    """[rows]: default options at both steps, the full matrix with GMRES + ILU beside them."""
+    cells = [("B1", 0.01, "default"), ("B1", 0.1, "default"), ("B2", 0.01, "default"), ("B2", 0.1, "default"), ("B1", 0.01, "full"), ("B1", 0.1, "full")]
+    rows = [row_of(context, *cell, ranks) for ranks in context.ranks for cell in cells if ranks == context.ranks[0] or cell != ("B1", 0.1, "full")]
+    return rows + [row_of(context, "B2", 0.01, "full", context.ranks[0])]
+
+
+def row_of(context, case, h, solver, ranks):
+    full = solver == "full"
+    options = cases.problem(case, context.n, h, 1 if full and (case, h) != ("B1", 0.01) else context.steps)
+    if full:
+        options.update(cases.FULL[min(ranks, 2)])
+    label = f"{case} n={context.n} h={h:g}" + (", full AIJ, GMRES + ILU" if full else "")
+    row = steps_row(context, label, options, ranks, cases.particles(context.n), output=True, repeats=1 if full else None)
+    return dict(row, case=case, solver=solver)
 
 
 def check(rows, n):

@@ -89,7 +89,7 @@ def markdown(results):
         lines += [f"**The machine was busy when this started (load {facts['load']:.2f}): compare ratios only, if at all.**", ""]
     for title, key, table in (("Steps", "steps", steps_table), ("Strong scaling", "steps", strong_table), ("Peers on the same lattice", "peers", peers_table), ("Kernels", "kernels", kernels_table),
                               ("Weak scaling", "weak", steps_table), ("Cost against size, h omega_max as at n = 40", "sizes", steps_table),
-                              ("Large lattices", "large", steps_table), ("Matrix-free", "matrix_free", steps_table), ("Output", "output", output_table)):
+                              ("Large lattices", "large", steps_table), ("Without factors", "without_factors", steps_table), ("Output", "output", output_table)):
         if results.get(key):
             lines += [f"## {title}", ""] + table(results[key])
     if results.get("checks"):

@@ -42,7 +42,7 @@ def main():
     with tempfile.TemporaryDirectory() as folder:
         folder = pathlib.Path(folder)
         results, text = bench(folder, arguments + ["--n", "6", "--steps", "2", "--output-n", "6", "--sizes", "6", "--sections",
-                                                   "steps,kernels,peers,sizes,output"], "1")
+                                                   "steps,kernels,peers,sizes,without_factors,output"], "1")
         assert all("s_per_step" in row for row in results["steps"] if row["h"] == 0.01), "a step failed"
         assert all(row["newton"] >= 1 and row["peak_bytes"] > 1e6 for row in results["steps"] if "newton" in row)
         assert len(results["steps"]) == 7 and results["sizes"][0]["us_per_particle"] > 0
