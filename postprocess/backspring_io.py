@@ -17,6 +17,8 @@ os.environ.setdefault("HDF5_USE_FILE_LOCKING", "FALSE")  # a run may be writing 
 import h5py  # noqa: E402
 import numpy as np  # noqa: E402
 
+from lazy import Frames  # noqa: E402
+
 PARTICLES = "/particles/trajectory"
 BONDS = "/connectivity/bonds"
 SI = {"time": "s", "position": "m", "velocity": "m/s", "kinetic_energy": "J", "potential_energy": "J",
@@ -46,63 +48,6 @@ class Series:
     value: object = None
     times: np.ndarray = None
     labels: list = field(default_factory=list)
-
-
-class Frames:
-    """A lazy array (T, ...): indexing reads from the file that much and no more. np.asarray(...) reads all of it."""
-
-    def __init__(self, data, frames, columns=None):
-        self._data = data
-        self.shape = (frames,) + data.shape[1:-1] + (columns or data.shape[-1],)
-        self.ndim, self.dtype = len(self.shape), np.dtype(float)
-
-    def __len__(self):
-        return self.shape[0]
-
-    def __getitem__(self, where):
-        """As a numpy array of this shape would give it, one list of indices at most."""
-        where = list(where) if isinstance(where, tuple) else [where]
-        if any(w is Ellipsis for w in where):
-            k = where.index(Ellipsis)
-            where[k:k + 1] = [slice(None)] * (self.ndim - len(where) + 1)
-        where += [slice(None)] * (self.ndim - len(where))
-        if len(where) > self.ndim:
-            raise IndexError(f"{len(where)} indices for an array of {self.ndim} dimensions")
-        found = [_selection(w, n) for w, n in zip(where, self.shape)]
-        out = np.asarray(self._data[tuple(read for read, _ in found)], dtype=float)
-        axis = 0
-        for read, after in found:
-            if after is not None:  # HDF5 reads forwards and in order only
-                out = np.take(out, after, axis)
-            axis += not isinstance(read, int)
-        return out
-
-    def __iter__(self):
-        return (self[k] for k in range(len(self)))
-
-    def __array__(self, dtype=None):
-        return np.asarray(self[...], dtype=dtype)
-
-
-def _selection(where, n):
-    """(what HDF5 is asked for, how to rearrange it or None) of one index along an axis of length n."""
-    if isinstance(where, slice):
-        start, stop, step = where.indices(n)
-        if step > 0:
-            return slice(start, max(start, stop), step), None
-        rows = np.arange(start, stop, step)
-        return _selection(rows, n)
-    if np.ndim(where) == 0:
-        row = int(where)
-        if not -n <= row < n:
-            raise IndexError(f"index {row} is outside an axis of length {n}")
-        return row % n, None
-    rows = np.asarray(where)
-    rows = np.flatnonzero(rows) if rows.dtype == bool else rows.astype(np.int64)
-    if len(rows) and (rows.min() < -n or rows.max() >= n):
-        raise IndexError(f"indices are outside an axis of length {n}")
-    unique, after = np.unique(rows % n, return_inverse=True)
-    return (unique, after) if len(rows) else (slice(0, 0), None)
 
 
 def text(value):
@@ -154,11 +99,19 @@ class Run:
         return found if isinstance(found, h5py.Dataset) else None
 
     def _array(self, path):
-        found = self._get(path)
-        try:
-            return None if found is None else found[...]
-        except OSError as error:
-            raise self._error(f"dataset {path} is damaged ({_first_line(error)})") from error
+        return None if self._get(path) is None else self._read(path, ...)
+
+    def _read(self, path, where):
+        """What the dataset holds there. A run that writes may move things between two looks of HDF5: open again, then."""
+        for pause in (0.02, 0.1, 0.3, None):
+            try:
+                return self._file[path][where]
+            except (OSError, KeyError) as error:
+                if pause is None:
+                    raise self._error(f"dataset {path} is damaged ({_first_line(error)})") from error
+            time.sleep(pause)
+            self.close()
+            self._file = _open(self.path)
 
     # ---- frames -------------------------------------------------------------------------------------------------
     def _read_frames(self):
@@ -187,11 +140,16 @@ class Run:
         self.step = np.arange(count) if steps is None or not steps.ndim else np.asarray(steps[:count])
         self.particles = position.shape[1] if position is not None else 0   # N
         self.dim = self._dimension(position)
-        self.positions = None if position is None else Frames(position, count, self.dim)    # (T, N, d), read when indexed
-        self.velocities = None if velocity is None else Frames(velocity, count, self.dim)
+        self.positions = None if position is None else self._frames_of(position)    # (T, N, d), read when indexed
+        self.velocities = None if velocity is None else self._frames_of(velocity)
         self.states = Series()
         if states is not None:
-            self.states = Series(states, self.times, self._labels("/states", states.shape[1], "x"))
+            lazy = Frames(lambda where: self._read("/states/value", where), (count, states.shape[1]))
+            self.states = Series(lazy, self.times, self._labels("/states", states.shape[1], "x"))
+
+    def _frames_of(self, data):
+        path = data.name
+        return Frames(lambda where: self._read(path, where), (self.frames, self.particles, self.dim))
 
     def _dimension(self, position):
         if position is None:
@@ -221,20 +179,14 @@ class Run:
     def _frame(self, data, frame, what):
         if data is None:
             raise self._error(f"holds no {what}")
-        return self._slice(data, self.index(frame))
+        return data[self.index(frame)]
 
     def _column(self, data, particle, what):
         if data is None:
             raise self._error(f"holds no {what}")
         if not 0 <= particle < self.particles:
             raise self._error(f"no particle row {particle}; there are {self.particles}, counted from 0")
-        return self._slice(data, (slice(None), particle))
-
-    def _slice(self, data, where):
-        try:
-            return data[where]
-        except OSError as error:
-            raise self._error(f"frames are damaged ({_first_line(error)})") from error
+        return data[:, particle]
 
     def index(self, frame):
         """The frame as a row 0 .. T-1."""

@@ -4,7 +4,7 @@
   postprocess/sweep.py --options_file options/problems/free_fall.yaml --vary "-ts_type=beuler,cn,bdf" \\
                        --vary "-ts_dt=0.4,0.2,0.1,0.05" --reference "-ts_type rk -ts_dt 0.001" --jobs 2 -o study
   postprocess/sweep.py --options_file block.yaml --np 1,2,4 -o scaling            strong scaling
-  postprocess/sweep.py study.yaml -o study                                        the same from a YAML file
+  postprocess/sweep.py options/studies/cloth.yaml -o study                        from a YAML file
 
 Called again with the same -o it goes on where it stopped: a finished point is never run twice.
 """
@@ -62,13 +62,19 @@ def parse(argv=None):
     return p.parse_args(words)
 
 
+def beside(path, study):
+    """A path in a study file is meant from the file's own folder, or from where we are."""
+    there = os.path.normpath(os.path.join(os.path.dirname(study), path))
+    return there if os.path.exists(there) else path
+
+
 def merge(args):
     """The command line joined with the YAML study file; one dict."""
     found = read_file(args.study) if args.study else {}
     as_list = lambda v: [] if v is None else v if isinstance(v, list) else [v]  # noqa: E731
     plan = {k: found.get(k) if getattr(args, k) is None else getattr(args, k)
             for k in ("zip", "np", "jobs", "output", "program", "reference", "against", "error", "interval", "timeout")}
-    plan["files"] = [str(f) for f in as_list(found.get("options_file")) + args.options_file]
+    plan["files"] = [beside(str(f), args.study) for f in as_list(found.get("options_file"))] + args.options_file
     plan["options"] = option_words(found.get("options")) + [w for text in args.options for w in option_words(text)]
     axes = axes_of_file(found.get("vary"), args.study) + [parse_vary(v) for v in args.vary]
     try:

@@ -1,0 +1,159 @@
+#!/usr/bin/env python3
+"""Tests of compare.py and of the lazy frames, on files made by formula."""
+import csv
+import os
+import sys
+import unittest
+
+HERE = os.path.dirname(os.path.abspath(__file__))
+sys.path[:0] = [HERE]
+import test_postprocess as base  # noqa: E402
+import h5py  # noqa: E402
+import numpy as np  # noqa: E402
+import synthetic  # noqa: E402
+from backspring_io import RunError, open_run  # noqa: E402
+from differences import common_frames, compare  # noqa: E402
+
+POSITION, VELOCITY = "particles/trajectory/position/value", "particles/trajectory/velocity/value"
+
+
+class Lazy(base.Case):
+    def test_indexing_is_numpys(self):
+        with open_run(synthetic.chain(self.path("c.h5md"), 3)) as run, h5py.File(run.path, "r") as f:
+            x = f[POSITION][...]
+            self.assertEqual((run.positions.shape, len(run.positions)), ((30, 12, 3), 30))
+            rows, mask = [5, -1, 0, 5], np.arange(12) % 3 == 0
+            for where in (0, -1, slice(3, 20, 4), slice(None, None, -2), slice(5, 5), (slice(None), 4), (2, slice(1, 5), -1), Ellipsis,
+                          (Ellipsis, 0), (slice(2, 9), Ellipsis, 1), rows, np.array(rows), (slice(4), rows), (7, rows, slice(0, 2)),
+                          (slice(None), mask), (3, mask, 1), [], np.int64(4), (slice(-3, None), slice(None, None, -1))):
+                np.testing.assert_array_equal(run.positions[where], x[where], err_msg=repr(where))
+            np.testing.assert_array_equal(np.asarray(run.positions), x)
+            np.testing.assert_array_equal(np.array(list(run.velocities)), f[VELOCITY][...])
+            for wrong in (30, -31, (0, 12), (0, 0, 0, 0), [0, 30]):
+                with self.assertRaises(IndexError):
+                    run.positions[wrong]
+
+    def test_a_frame_that_is_not_whole_is_not_there(self):
+        path = synthetic.chain(self.path("c.h5md"), 2)
+        with h5py.File(path, "a") as f:
+            f[VELOCITY].resize(17, axis=0)
+        with open_run(path) as run:
+            self.assertEqual((run.positions.shape, run.positions[-1].tolist()), ((17, 12, 2), run.position(16).tolist()))
+
+    def test_units(self):
+        with open_run(synthetic.chain(self.path("c.h5md"), 2)) as run:
+            self.assertEqual([run.units[k] for k in ("time", "velocity", "momentum")], ["s", "m/s", "kg m/s"])
+            self.assertEqual(set(run.units), {"time", "position", "velocity"} | set(run.series))
+
+
+class Comparing(base.Case):
+    def pair(self, change=None, **more):
+        a, b = (synthetic.chain(self.path(n), 2, **more) for n in ("a.h5md", "b.h5md"))
+        if change:
+            with h5py.File(a, "a") as f:
+                change(f)
+        return a, b
+
+    def verdict(self, *args, code):
+        done = base.tool("compare.py", *args)
+        self.assertEqual(done.returncode, code, done.stdout + done.stderr)
+        self.assertNotIn("Traceback", done.stderr)
+        return done
+
+    def test_figures_are_those_computed_by_hand(self):
+        noise = np.random.default_rng(3).normal(size=(30, 12, 2)) * 1e-4
+
+        def change(f):
+            f[POSITION][...] += noise
+        a, b = self.pair(change)
+        with open_run(a) as run, open_run(b) as reference:
+            d = compare(run, reference, "position")
+            off = np.linalg.norm(noise, axis=2)
+            np.testing.assert_allclose(d.largest, off.max(axis=1), rtol=1e-9)
+            np.testing.assert_allclose(d.rms, np.sqrt((off ** 2).mean(axis=1)), rtol=1e-9)
+            np.testing.assert_array_equal(d.worst, off.argmax(axis=1) + 1)  # ids count from 1
+            self.assertEqual(compare(run, reference, "velocity").largest.max(), 0.0)
+        self.verdict(a, b, "--csv", self.path("d.csv"), "-o", self.path("d.png"), code=1)
+        self.picture(self.path("d.png"))
+        with open(self.path("d.csv"), newline="", encoding="utf-8") as f:
+            rows = list(csv.DictReader(f))
+        np.testing.assert_allclose([float(r["position_max"]) for r in rows], off.max(axis=1), rtol=1e-9)
+
+    def test_verdict_and_first_time_above(self):
+        def change(f):
+            f[POSITION][12:, 7, 0] += 1e-5
+            f[POSITION][25, 3, 1] += 1e-3
+        a, b = self.pair(change)
+        with open_run(a) as run:
+            first = f"first at t = {run.times[12]:.9g} (particle 8, 1e-05)"
+        said = self.verdict(a, b, "--quiet", code=1).stdout.splitlines()
+        self.assertIn(first, said[0])
+        self.assertIn("largest difference 0.001", said[0])
+        self.assertIn("velocity: same", said[1])
+        self.verdict(a, b, "--rtol", 0, "--atol", 1.1e-3, code=0)
+        self.verdict(a, b, "--rtol", 0, "--atol", 0.9e-3, code=1)
+        self.verdict(a, b, "--rtol", 0, "--quantity", "velocity", code=0)
+        self.verdict(a, b, "--to", 0.7, code=0)
+        self.verdict(a, b, "--from", 0.7, code=1)
+
+    def test_a_number_that_is_none_is_different(self):
+        def change(f):
+            f[POSITION][29, 2, 0] = np.nan
+        a, b = self.pair(change)
+        self.assertIn("particle 3", self.verdict(a, b, "--rtol", 1e9, "--quiet", code=1).stdout)
+
+    def test_particles_in_another_order(self):
+        def shuffle(f):
+            order = np.random.default_rng(1).permutation(12)
+            group = f["particles/trajectory"]
+            for name in ("position/value", "velocity/value"):
+                group[name][...] = group[name][...][:, order]
+            for name in ("id", "mass", "fixed"):
+                group[name][...] = group[name][...][order]
+        self.verdict(*self.pair(shuffle), "--rtol", 0, code=0)
+
+    def test_common_times_and_between_them(self):
+        a = synthetic.chain(self.path("a.h5md"), 2, frames=21)
+        b = synthetic.chain(self.path("b.h5md"), 2, frames=31)
+        with open_run(a) as run, open_run(b) as reference:
+            self.assertEqual(common_frames(run, reference), [(2 * k, 3 * k) for k in range(11)])
+        errors = []
+        with open_run(synthetic.chain(self.path("dense.h5md"), 2, frames=301)) as dense:
+            for frames in (31, 61):  # the cubic's error falls by 2^4
+                with open_run(synthetic.chain(self.path("f.h5md"), 2, frames=frames)) as reference:
+                    errors.append(compare(dense, reference, "position", None, [(k, None) for k in range(301)]).largest.max())
+        self.assertAlmostEqual(np.log2(errors[0] / errors[1]), 4, delta=0.3)
+        self.verdict(a, b, "--rtol", 1e-12, code=0)
+        self.verdict(a, b, "--rtol", 1e-9, "--interpolate", code=1)
+        self.verdict(a, b, "--rtol", 1e-3, "--interpolate", "--quantity", "position", code=0)
+
+    def test_linear_systems(self):
+        a, b = synthetic.linear(self.path("a.h5")), synthetic.linear(self.path("b.h5"))
+        self.verdict(a, b, code=0)
+        with h5py.File(a, "a") as f:
+            f["states/value"][10, 1] += 1e-3
+        self.assertIn("state i_L", self.verdict(a, b, "--quiet", code=1).stdout)
+
+    def test_what_cannot_be_compared(self):
+        a, b = self.pair()
+        one, few = synthetic.chain(self.path("one.h5md"), 1), synthetic.chain(self.path("few.h5md"), 2, n=11)
+        late = synthetic.chain(self.path("late.h5md"), 2)
+        with h5py.File(late, "a") as f:
+            f["particles/trajectory/position/time"][...] += 100
+        other = synthetic.chain(self.path("other.h5md"), 2)
+        with h5py.File(other, "a") as f:
+            f["particles/trajectory/id"][4] = 99
+        for args, says in (((a, one), "dimension"), ((a, few), "12 particles"), ((a, late), "no time in common"), ((a, other), "particle 5"),
+                           ((a, self.path("none.h5md")), "no such file"), ((a, b, "--quantity", "state"), "choose from position, velocity"),
+                           ((a, b, "--rtol", -1), "0 or more"), ((a, b, "-o", self.path("x.doc")), "unknown ending")):
+            self.refuses("compare.py", *args, says=says)
+
+
+class Reading(unittest.TestCase):
+    def test_errors_are_run_errors(self):
+        with self.assertRaises(RunError):
+            open_run("/nowhere/run.h5md")
+
+
+if __name__ == "__main__":
+    unittest.main(verbosity=1)
