@@ -67,7 +67,7 @@ std::vector<OptionFile> option_files(const std::vector<std::string>& words) {
   std::vector<OptionFile> files;
   for (std::size_t k = 0; k + 1 < words.size(); ++k) {
     if (words[k] != "-options_file" && words[k] != "-options_file_yaml") continue;
-    const std::string path = words[++k];
+    const std::string& path = words[++k];
     files.push_back({path, words[k - 1] == "-options_file_yaml" || ends_with(path, ".yaml") || ends_with(path, ".yml")});
   }
   return files;

@@ -37,7 +37,7 @@ PetscErrorCode take_vertices(DM dm, Mesh* mesh) {
   PetscCall(DMGetCoordinatesLocal(dm, &coordinates));
   PetscCall(VecGetArrayRead(coordinates, &ax));
   mesh->dim = static_cast<int>(dim);
-  mesh->position.reserve(static_cast<std::size_t>((last - first) * dim));
+  mesh->position.reserve(static_cast<std::size_t>(last - first) * static_cast<std::size_t>(dim));
   for (PetscInt v = first; v < last; ++v) {
     PetscCall(PetscSectionGetOffset(section, v, &offset));
     for (PetscInt k = 0; k < dim; ++k) mesh->position.push_back(PetscRealPart(ax[offset + k]));

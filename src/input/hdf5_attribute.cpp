@@ -25,7 +25,8 @@ bool read_text(hid_t attribute, std::string* out) {
     if (length > longest_text) return false;
     std::string text(length, '\0');
     if (H5Aread(attribute, type, text.data()) < 0) return false;
-    *out = text.c_str();
+    text.resize(std::strlen(text.c_str()));  // ends at the first NUL
+    *out = text;
   }
   while (!out->empty() && out->back() == ' ') out->pop_back();
   return true;

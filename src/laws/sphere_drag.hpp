@@ -33,8 +33,9 @@ struct SphereDrag {
     o.real("-bs_radius", "radius of particles to which the lattice gives none, >= 0 [m]", radius, R::nonnegative);
     if (density) require(o, said, "-bs_sphere_drag_rho", "-bs_sphere_drag");
     if (viscosity) require(o, said, "-bs_sphere_drag_mu", "-bs_sphere_drag");
-    if (on) require(o, density, "-bs_sphere_drag", "-bs_sphere_drag_rho, the density of the fluid [kg/m^3]");
-    if (on) require(o, viscosity, "-bs_sphere_drag", "-bs_sphere_drag_mu, the viscosity of the fluid [Pa s]");
+    if (!on) return;
+    require(o, density, "-bs_sphere_drag", "-bs_sphere_drag_rho, the density of the fluid [kg/m^3]");
+    require(o, viscosity, "-bs_sphere_drag", "-bs_sphere_drag_mu, the viscosity of the fluid [Pa s]");
   }
   bool active() const noexcept { return on; }
   std::string describe() const {

@@ -94,7 +94,7 @@ void Progress::update(const RunState& state) {
   if (!rewrite) {
     std::printf("%s\n", line.c_str());
   } else {
-    line = line.substr(0, terminal_width());
+    line.resize(std::min(line.size(), terminal_width()));
     const std::size_t width = line.size();
     if (width < width_) line.append(width_ - width, ' ');  // over the remains of a longer line
     width_ = width;

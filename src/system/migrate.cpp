@@ -58,7 +58,7 @@ PetscErrorCode migrate(MPI_Comm comm, const Lattice& lattice, const Chunks& chun
     for (int c = 0; c < d; ++c) p.v[c] = p.fixed ? 0.0 : lattice.velocity[k * d + c];
   }
   PetscCall(exchange(comm, sent, rank_of, particles));
-  std::sort(particles->begin(), particles->end(), [](auto& a, auto& b) { return a.row < b.row; });
+  std::sort(particles->begin(), particles->end(), [](const auto& a, const auto& b) { return a.row < b.row; });
 
   std::vector<int> dest(springs->size());
   for (std::size_t e = 0; e < springs->size(); ++e) dest[e] = rank_of[(*springs)[e].self - first];
@@ -81,7 +81,7 @@ PetscErrorCode migrate(MPI_Comm comm, const Lattice& lattice, const Chunks& chun
   for (std::size_t k = 0; k < near.size(); ++k) dest[k] = rank_of[near[k].particle - first];
   PetscCall(exchange(comm, near, dest, anchors));
   std::sort(anchors->begin(), anchors->end(),
-            [](auto& a, auto& b) { return a.particle != b.particle ? a.particle < b.particle : a.row < b.row; });
+            [](const auto& a, const auto& b) { return a.particle != b.particle ? a.particle < b.particle : a.row < b.row; });
   PetscFunctionReturn(0);
 }
 

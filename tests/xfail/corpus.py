@@ -1,7 +1,7 @@
 """Runs a table of bad inputs: each must end in one line that says what to mend.
 
 For each row the input is written to a fresh folder and the program is run on it. Asked for: exit code 2; exactly one line
-that begins "backspring: error:"; the fragment of the row in that line; no "PETSC ERROR"; an end within 30 s. A few good
+that begins "backspring: error:"; the fragment of the row in that line; no "PETSC ERROR"; an end within 60 s. A few good
 inputs, which must run, guard against a program that refuses everything; of what must only be warned of, the warning must
 come before the first step. --list prints the tables instead, with the message each fragment belongs to.
 """
@@ -13,7 +13,7 @@ import subprocess
 import sys
 import tempfile
 
-TIMEOUT = 30  # [s]
+TIMEOUT = 60  # [s]
 
 
 def run(program, ranks, words, folder):

@@ -1,0 +1,18 @@
+# Targets that judge the source: lint (clang-tidy, cppcheck: no finding is allowed) and coverage (of a build with
+# BS_COVERAGE, after the tests have run).
+find_program(BS_CLANG_TIDY NAMES clang-tidy clang-tidy-14)
+find_program(BS_CPPCHECK cppcheck)
+find_program(BS_GCOVR gcovr)
+
+file(GLOB_RECURSE BS_LINTED CONFIGURE_DEPENDS ${CMAKE_SOURCE_DIR}/src/*.cpp)
+add_custom_target(lint VERBATIM
+  COMMAND ${BS_CPPCHECK} --enable=warning,performance,portability,style --std=c++17 --language=c++ --quiet --error-exitcode=1
+          --suppressions-list=${CMAKE_SOURCE_DIR}/.cppcheck -I${CMAKE_SOURCE_DIR}/src
+          "--template={file}:{line}: {id}: {message}" ${CMAKE_SOURCE_DIR}/src
+  COMMAND ${BS_CLANG_TIDY} --quiet --warnings-as-errors=* -p ${CMAKE_BINARY_DIR} ${BS_LINTED}
+  COMMENT "cppcheck and clang-tidy")
+
+add_custom_target(coverage VERBATIM
+  COMMAND ${BS_GCOVR} --root ${CMAKE_SOURCE_DIR} --object-directory ${CMAKE_BINARY_DIR} --filter ${CMAKE_SOURCE_DIR}/src/
+          --exclude-unreachable-branches --sort-uncovered --print-summary --fail-under-line 90
+  COMMENT "gcovr: lines of src/ that the tests run")
