@@ -10,6 +10,7 @@
 #include "base/command_line.hpp"
 #include "base/crash.hpp"
 #include "base/fault.hpp"
+#include "base/find_file.hpp"
 #include "base/options.hpp"
 #include "base/told.hpp"
 #include "model/create.hpp"
@@ -43,8 +44,9 @@ bool asks_version(int argc, char** argv) {
 bool refused(int argc, char** argv) {
   int rank = 0, wrong = 0;
   MPI_Comm_rank(MPI_COMM_WORLD, &rank);
+  std::string fault = bs::find_option_files(argc, argv);
   if (rank == 0) {
-    std::string fault = bs::fault_of_option_files(argc, argv);
+    if (fault.empty()) fault = bs::fault_of_option_files(argc, argv);
     const std::vector<std::string> stray = bs::stray_words(argc, argv);
     if (fault.empty() && !stray.empty())
       fault = "'" + stray[0] + "' is neither an option nor the value of one: options begin with a dash, lists have no blanks, like 0,-9.81";

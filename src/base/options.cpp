@@ -8,6 +8,7 @@
 #include <cstdlib>
 
 #include "base/fault.hpp"
+#include "base/find_file.hpp"
 #include "base/words.hpp"
 
 namespace bs {
@@ -171,6 +172,13 @@ bool Section::text(const char* name, const char* help, std::string& value) {
   if (!find(name, help, value, &given)) return false;
   value = given;
   return true;
+}
+
+bool Section::file(const char* name, const char* help, std::string& value) {
+  if (!text(name, help, value)) return false;
+  const PetscErrorCode code = find_input(comm_, &value);
+  if (code && !status_) status_ = code;
+  return !code;
 }
 
 bool Section::texts(const char* name, const char* help, std::vector<std::string>& values) {

@@ -25,6 +25,8 @@ class Section {
   bool integers(const char* name, const char* help, std::vector<std::int64_t>& values);
   bool flag(const char* name, const char* help, bool& value);
   bool text(const char* name, const char* help, std::string& value);
+  /// Collective. The name of a file to read, found as find_input says.
+  bool file(const char* name, const char* help, std::string& value);
   /// Words separated by commas.
   bool texts(const char* name, const char* help, std::vector<std::string>& values);
   /// One of `choices`; `index` is its position. Anything else is an error that lists them.

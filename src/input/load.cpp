@@ -32,7 +32,7 @@ struct LatticeOptions {
 
 void LatticeOptions::read(Section& section) {
   int index = 0;
-  file_given = section.text("-bs_lattice_file", "lattice to read: HDF5 (.h5, .hdf5, .h5md), XSpringies (.xsp), Gmsh (.msh)",
+  file_given = section.file("-bs_lattice_file", "lattice to read: HDF5 (.h5, .hdf5, .h5md), XSpringies (.xsp), Gmsh (.msh)",
                             file);
   if (section.choice("-bs_spring_law", "law of the springs: k (l - L), or K (l/L - 1)", {"hooke", "strain"}, index))
     spring_law = index;

@@ -7,6 +7,7 @@
 #include <new>
 
 #include "base/fault.hpp"
+#include "base/find_file.hpp"
 
 namespace bs {
 
@@ -39,8 +40,7 @@ FileLook look_at_file(const std::string& path) {
   FileLook look;
   struct stat info = {};
   if (stat(path.c_str(), &info) != 0)
-    look.error = errno == ENOENT ? format("%s: no such file; look at the path, it counts from the folder the run starts in",
-                                          path.c_str())
+    look.error = errno == ENOENT ? path + ": no such file; " + input_places(path)
                                  : format("%s: cannot be read (%s)", path.c_str(), std::strerror(errno));
   else if (S_ISDIR(info.st_mode))
     look.error = format("%s: is a folder; name a file in it", path.c_str());

@@ -8,9 +8,9 @@
 namespace bs {
 
 void SystemOptions::read(Section& o, bool help) {
-  o.text("-bs_linear_G", "matrix G of G x + C x' = B u(t): Matrix Market text or PETSc binary (.bin, .petsc, .dat)", G);
-  o.text("-bs_linear_C", "matrix C, may be singular", C);
-  o.text("-bs_linear_B", "matrix B, a column for every source", B);
+  o.file("-bs_linear_G", "matrix G of G x + C x' = B u(t): Matrix Market text or PETSc binary (.bin, .petsc, .dat)", G);
+  o.file("-bs_linear_C", "matrix C, may be singular", C);
+  o.file("-bs_linear_B", "matrix B, a column for every source", B);
   o.choice("-bs_linear_type", "where the matrices come from: files, or a built-in system", {"files", "rc_ladder", "rlc", "heat1d", "heat2d"}, type);
   o.integers("-bs_linear_size", "rc_ladder, heat1d: number of states; heat2d: cells along x,y", size);
   resistance_given = o.real("-bs_linear_resistance", "rc_ladder: of the first resistor, default 100; rlc: default 20 [ohm]", resistance, Range::positive);
@@ -19,8 +19,8 @@ void SystemOptions::read(Section& o, bool help) {
   o.real("-bs_linear_vary", "rc_ladder: R_i = R (1 + vary sin 1.7 i), C_i = C (1 + vary cos 0.9 i), below 1", vary, Range::nonnegative);
   o.real("-bs_linear_conductivity", "heat1d, heat2d: kappa of T' = kappa Laplace T on the unit interval or square [1/s]", conductivity,
          Range::positive);
-  o.text("-bs_linear_x0", "state at the start: Matrix Market, PETSc binary, or CSV (a number, or name,value a line); default 0", x0);
-  o.text("-bs_linear_labels", "text file with a name for every state, one a line", labels);
+  o.file("-bs_linear_x0", "state at the start: Matrix Market, PETSc binary, or CSV (a number, or name,value a line); default 0", x0);
+  o.file("-bs_linear_labels", "text file with a name for every state, one a line", labels);
   if (help && type == 0 && (G.empty() || C.empty())) type = 2;
   if (vary >= 1) o.fail("option -bs_linear_vary: give a number below 1, or some resistance is not positive");
   if (type > 0 && !(G + C + B).empty()) o.fail("option -bs_linear_type: a built-in system takes no -bs_linear_G, -bs_linear_C, -bs_linear_B");

@@ -7,7 +7,7 @@ namespace bs {
 
 void Sources::options(Section& o) {
   o.text("-bs_linear_source", waveform_help(), text_);
-  o.text("-bs_linear_source_table", "CSV file t,u1,u2,... with a column for every column of B", file_);
+  o.file("-bs_linear_source_table", "CSV file t,u1,u2,... with a column for every column of B", file_);
   o.choice("-bs_linear_source_table_kind", "between the table's times: linear, or step (a value holds until the next time)",
            {"linear", "step"}, hold_);
 }

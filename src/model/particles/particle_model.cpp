@@ -2,6 +2,7 @@
 #include <algorithm>
 #include <cmath>
 #include "base/fault.hpp"
+#include "base/find_file.hpp"
 #include "base/options.hpp"
 #include "input/text_file.hpp"
 #include "model/particles/events.hpp"
@@ -57,6 +58,7 @@ PetscErrorCode ParticleModel::read_laws(const Lattice& lattice) {
   if (motion_.kind == Motion::Kind::table) {
     std::string text, error;
     CsvTable table;
+    PetscCall(find_input(net_.comm, &motion_.table_file));
     PetscCall(read_text_file(net_.comm, motion_.table_file, &text));
     if (!read_csv_table(text, motion_.table_file, 2, 1 + lattice.dim, &table, &error) ||
         !motion_.set_table(table, motion_.table_file, &error))
