@@ -103,16 +103,11 @@ std::string find_option_files(int argc, char** argv) {
   kept.reserve(static_cast<std::size_t>(argc));
   for (int k = 1; k + 1 < argc; ++k) {
     if (strcasecmp(argv[k], "-options_file") != 0 && strcasecmp(argv[k], "-options_file_yaml") != 0) continue;
-    std::string name = argv[++k], ending;
-    // PETSc takes NAME:yaml for a YAML file called NAME
-    if (!exists(name) && name.size() > 5 && name.compare(name.size() - 5, 5, ":yaml") == 0) {
-      ending = ":yaml";
-      name.resize(name.size() - 5);
-    }
+    const std::string name = argv[++k];
     const std::string found = find_options(name);
     if (found.empty()) return not_found(name);
     option_folders().push_back(folder_of(found));
-    kept.push_back(found + ending);
+    kept.push_back(found);
     argv[k] = &kept.back()[0];
   }
   return {};
