@@ -60,7 +60,8 @@ def read_arguments():
     parser.add_argument("--steps", type=int, default=5)
     parser.add_argument("--repeats", type=int, default=3, help="runs the median is taken of, while a run is quick")
     parser.add_argument("--ranks", type=whole_numbers, default=[1, 2])
-    parser.add_argument("--sizes", type=whole_numbers, default=[10, 16, 25, 40, 64, 100], help="edges of the lattices of the cost per particle; 160: 4.1 million")
+    parser.add_argument("--sizes", type=whole_numbers, default=[10, 16, 25, 40, 64, 100],
+                        help="edges of the lattices of the cost per particle; 160: 4.1 million")
     parser.add_argument("--large", type=whole_numbers, default=[], help="edges of B3, one step each, e.g. 100,160")
     parser.add_argument("--large-free", type=whole_numbers, default=[], help="the same without factors, e.g. 216 (10 million)")
     parser.add_argument("--output-n", type=int, default=100, help="edge of the lattice whose frames are written")
@@ -85,7 +86,8 @@ def run_sections(context, wanted, results):
     runners = {"steps": lambda: steps.run(context), "kernels": lambda: kernels.run(context),
                "peers": lambda: peers.accurate(context, missing) + peers.implicit(context, missing),
                "weak": lambda: scaling.weak(context), "sizes": lambda: scaling.sizes(context),
-               "without_factors": lambda: scaling.without_factors(context), "output": lambda: output.run(context, missing), "large": lambda: scaling.large(context)}
+               "without_factors": lambda: scaling.without_factors(context), "output": lambda: output.run(context, missing),
+               "large": lambda: scaling.large(context)}
     wanted = [name for name in SECTIONS if name in wanted]
     for at, name in enumerate(wanted):
         context.budget.open_part(SECTIONS[name] / sum(SECTIONS[other] for other in wanted[at:]))
@@ -112,12 +114,13 @@ def main():
     pathlib.Path(arguments.peers).mkdir(parents=True, exist_ok=True)
     version = subprocess.run([arguments.program, "-bs_version"], capture_output=True, text=True).stdout.strip()
     results = {"date": datetime.date.today().isoformat(), "version": version, "machine": tables.machine(), "n": arguments.n, "repeats": arguments.repeats,
-               "arguments": {k: v for k, v in vars(arguments).items() if k in ("n", "steps", "ranks", "sizes", "large", "large_free", "output_n", "budget", "longest")}}
+               "arguments": {k: v for k, v in vars(arguments).items() if k not in ("program", "peers", "folder", "scratch")}}
     with tempfile.TemporaryDirectory(prefix="bench_", dir=arguments.scratch) as scratch:
         context = Context(arguments, scratch)
         results["empty_bytes"] = {ranks: empty_run(context, ranks) for ranks in arguments.ranks}
         for _ in run_sections(context, wanted, results):
-            results["checks"] = steps.check(results.get("steps", []), arguments.n) + peers.check(results.get("peers", []), results.get("steps", []))
+            stepped = results.get("steps", [])
+            results["checks"] = steps.check(stepped, arguments.n) + peers.check(results.get("peers", []), stepped)
             (folder / "results.json").write_text(json.dumps(results, indent=1) + "\n")
     (folder / "results.md").write_text(tables.markdown(results) + "\n")
     try:

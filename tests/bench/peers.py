@@ -56,7 +56,8 @@ def lammps(context, ranks, stiff, h, steps):
         with open(folder / "lattice.data", "w") as data:
             subprocess.run([str(context.peers / "lammps_data"), "--n", str(n), "--stiff", str(int(stiff))], stdout=data, check=True)
         weight = -9.81 * 1000.0 / n ** 3
-        variables = {"data": "lattice.data", "dt": f"{h:.17g}", "steps": steps, "weight": f"{weight:.17g}", "reach": 3.5 / n, "skin": 0.5 / n}
+        variables = {"data": "lattice.data", "dt": f"{h:.17g}", "steps": steps, "weight": f"{weight:.17g}", "reach": 3.5 / n,
+                     "skin": 0.5 / n}
         words = ["lmp", "-in", str(HERE / "peers" / "lattice.lmp"), "-log", "none"]
         for key, value in variables.items():
             words += ["-var", key, str(value)]
@@ -105,7 +106,8 @@ def implicit(context, missing):
                 given = dict(n=context.n, h=h, stiff=name == "B2", ic=ic, limit=0.5 * context.budget.limit())
                 linear = best_tolerance(context, **given)
                 run = repeated(context, lambda: json_run(context, "eigen_be", steps=context.steps, linear=linear, **given), "s_per_step")
-                row.update(run, linear_tolerance=linear, s_per_10ms=run["s_per_step"] * 0.01 / h, newton=run["newton"] / run["steps"], krylov=run["krylov"] / run["steps"])
+                row.update(run, linear_tolerance=linear, s_per_10ms=run["s_per_step"] * 0.01 / h)
+                row.update({key: run[key] / run["steps"] for key in ("newton", "krylov")})
                 context.say(f"{label}, {name}, h = {h:g}: {row['s_per_step']:.4g} s/step")
             except Failed as why:
                 row["failed"] = str(why)
