@@ -75,8 +75,8 @@ def kernels_table(kernels):
 
 
 def output_table(rows):
-    head = ("ranks", "particles", "MB/frame", "s/frame", "of it observables", "raw HDF5 s", "raw MPI-IO s", "frame/raw HDF5", "MB/s")
-    return grid(head, [(r["ranks"], r["particles"], r["bytes"] / 1e6, r.get("failed") or r["s_per_frame"], r.get("s_observables"),
+    head = ("ranks", "particles", "MB/frame", "s/frame", "of it observables", "of it fields (VecView)", "raw HDF5 s", "raw MPI-IO s", "frame/raw HDF5", "MB/s")
+    return grid(head, [(r["ranks"], r["particles"], r["bytes"] / 1e6, r.get("failed") or r["s_per_frame"], r.get("s_observables"), r.get("s_fields"),
                         r.get("raw_hdf5"), r.get("raw_mpiio"), over(r.get("s_per_frame"), r.get("raw_hdf5")),
                         over(r["bytes"], r.get("s_per_frame"), 1e-6)) for r in rows])
 
