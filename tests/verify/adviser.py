@@ -104,6 +104,10 @@ def words(checks, folder):
     checks.true("long implicit step: accuracy", "long for the motion" in said and "steps of -ts_type" not in said)
     said = checks.run({**cube, "ts_dt": 0.01, "ts_type": "euler"}).stdout
     checks.true("euler without damping", "grow at any step" in said)
+    said = checks.run({**cube, "ts_dt": 0.01, "ts_type": "bdf"}).stdout
+    checks.true("steps that adapt: no hint", "omega_max" in said and "hint" not in said)
+    said = checks.run({**cube, "ts_dt": 0.01, "ts_type": "bdf", "ts_adapt_type": "none"}).stdout
+    checks.true("bdf at a fixed step: explicit is cheaper, accuracy will do", "hint: 2 steps" in said and "long for" not in said)
     quiet = checks.run({**cube, "ts_dt": 0.01, "bs_advise": 0})
     checks.true("-bs_advise 0", "omega_max" not in quiet.stdout and "omega_max" not in quiet.report)
     drop = checks.run({"bs_lattice_type": "chain", "bs_lattice_size": 1, "bs_gravity": (-9.81,), "bs_lattice_dim": 1,
