@@ -13,9 +13,10 @@
 #include "base/find_file.hpp"
 #include "base/options.hpp"
 #include "base/told.hpp"
+#include "checkpoint/checkpoint.hpp"
 #include "model/create.hpp"
 #include "solve/run.hpp"
-#include "solve/stepper.hpp"
+#include "solve/signals.hpp"
 #include "solve/symplectic.hpp"
 
 namespace {
@@ -29,6 +30,7 @@ PetscErrorCode run_program(int* exit_code) {
   PetscFunctionBegin;
   std::unique_ptr<bs::Model> model;
   PetscCall(bs::register_symplectic());
+  PetscCall(bs::recall_options(PETSC_COMM_WORLD));
   PetscCall(bs::create_model(PETSC_COMM_WORLD, &model));
   PetscCall(bs::run_model(*model, exit_code));
   PetscFunctionReturn(0);

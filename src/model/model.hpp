@@ -46,6 +46,12 @@ struct Dataset {
   std::variant<std::vector<double>, std::vector<std::int64_t>, Words> rows;
 };
 
+/// A part of the state in the input's order: block size = columns, rows as in the input; borrowed.
+struct StatePart {
+  std::string name;  ///< of a dataset
+  Vec vec;
+};
+
 /// What the run will ask of a model.
 struct Plan {
   bool implicit = true;
@@ -103,6 +109,12 @@ class Model {
   virtual PetscErrorCode observe(double t, Vec y, std::vector<Observable>* out) = 0;
   /// Fields of the frame, filled from y.
   virtual PetscErrorCode fields(double t, Vec y, std::vector<Field>* out) = 0;
+  /// Collective. The state y in the input's order, bit by bit: vectors the model owns, filled from y; and back.
+  virtual PetscErrorCode gather_state(Vec y, std::vector<StatePart>* parts) = 0;
+  virtual PetscErrorCode scatter_state(Vec y) = 0;
+  /// Collective. A number that tells this system from others: the same on any number of ranks, another one when a
+  /// particle, spring or matrix entry changes. Forces that options name, which a run may change, do not count.
+  virtual PetscErrorCode fingerprint(std::uint64_t* value) = 0;
   /// Data written once per trajectory.
   virtual PetscErrorCode constants(std::vector<Dataset>* out) = 0;
   /// Collective. Data given over time (tables) must reach to t_end: told (exit 2) if they do not.

@@ -18,11 +18,11 @@ bool of_particles(const std::string& group) { return group.rfind("/particles/tra
 
 }  // namespace
 
-PetscErrorCode Trajectory::Impl::open() {
+PetscErrorCode Trajectory::Impl::open(bool again) {
   PetscFunctionBegin;
   PetscCall(PetscViewerCreate(comm, viewer.out()));
   PetscCall(PetscViewerSetType(viewer, PETSCVIEWERHDF5));
-  PetscCall(PetscViewerFileSetMode(viewer, FILE_MODE_WRITE));
+  PetscCall(PetscViewerFileSetMode(viewer, again ? FILE_MODE_UPDATE : FILE_MODE_WRITE));
   PetscCall(PetscViewerHDF5SetBaseDimension2(viewer, PETSC_TRUE));  // d = 1: (T, N, 1)
   PetscCall(PetscViewerSetFromOptions(viewer));                    // -viewer_hdf5_collective, -viewer_hdf5_sp_output
   PetscCall(PetscViewerFileSetName(viewer, options.file.c_str()));
@@ -31,12 +31,11 @@ PetscErrorCode Trajectory::Impl::open() {
 }
 
 PetscErrorCode Trajectory::Impl::create_log() {
-  static const char* const entries[] = {"step", "time", "dt", "newton", "krylov", "rejected"};
   H5 group;
 
   PetscFunctionBegin;
   PetscCall(open_group(file, "/backspring/log", &group));
-  for (const char* name : entries) {
+  for (const char* name : log_entries) {
     const bool real = std::string(name) == "time" || std::string(name) == "dt";
     log.emplace_back();
     PetscCall(log.back().create(comm, file, std::string("/backspring/log/") + name, !real, 0, log_chunk));
@@ -199,6 +198,7 @@ PetscErrorCode Trajectory::Impl::write_log() {
   PetscCall(append(4, &StepRecord::krylov, whole));
   PetscCall(append(5, &StepRecord::rejected, whole));
   records.clear();
+  log_rows += count;
   PetscFunctionReturn(0);
 }
 
@@ -207,7 +207,8 @@ PetscErrorCode Trajectory::Impl::write(std::int64_t at, double now, const std::v
   const std::vector<double> open_box(static_cast<std::size_t>(columns), 0.0);
 
   PetscFunctionBegin;
-  if (frames == 0) PetscCall(lay_out(fields, given));
+  if (!laid_out) PetscCall(frames == 0 ? lay_out(fields, given) : find_layout(fields, given));
+  laid_out = true;
   PetscCall(check(fields, given));
   for (std::size_t i = 0; i < given.size(); ++i) PetscCall(observables[i].append(1, given[i].value.data()));
   if (edges.id() >= 0) PetscCall(edges.append(1, open_box.data()));
@@ -220,6 +221,7 @@ PetscErrorCode Trajectory::Impl::write(std::int64_t at, double now, const std::v
   }
   BS_H5(H5Fflush(file, H5F_SCOPE_GLOBAL));
   ++frames;
+  last_time = now;
   PetscCall(write_xdmf(false));
   PetscFunctionReturn(0);
 }

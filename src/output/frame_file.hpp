@@ -12,6 +12,9 @@
 
 namespace bs {
 
+/// Columns of /backspring/log.
+inline constexpr const char* log_entries[] = {"step", "time", "dt", "newton", "krylov", "rejected"};
+
 struct Trajectory::Impl {
   MPI_Comm comm = MPI_COMM_NULL;
   TrajectoryOptions options;
@@ -30,12 +33,21 @@ struct Trajectory::Impl {
   std::vector<Column> log;
   std::vector<StepRecord> records;  ///< not written yet; rank 0 only
   Xdmf xdmf;                        ///< rank 0 only
+  std::int64_t log_rows = 0;        ///< written
+  double last_time = 0;             ///< of the last frame
+  bool laid_out = false;            ///< the columns are open
+
 
   /// All collective.
-  PetscErrorCode open();
+  PetscErrorCode open(bool again = false);
   PetscErrorCode create_log();
   /// Groups, growing datasets without rows, and hard links of step and time: before the first frame's data.
   PetscErrorCode lay_out(const std::vector<Field>& fields, const std::vector<Observable>& given);
+  /// The same of a file that has them.
+  PetscErrorCode find_layout(const std::vector<Field>& fields, const std::vector<Observable>& given);
+  PetscErrorCode open_log();
+  /// Takes frames and rows of the log after `mark` away; `fault` receives why that cannot be.
+  PetscErrorCode cut_back(const TrajectoryMark& mark, std::string* fault);
   PetscErrorCode check(const std::vector<Field>& fields, const std::vector<Observable>& given) const;
   PetscErrorCode write(std::int64_t at, double now, const std::vector<Field>& fields,
                        const std::vector<Observable>& given);

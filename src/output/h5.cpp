@@ -55,6 +55,13 @@ PetscErrorCode put_attribute(hid_t object, const char* name, std::int64_t value)
   PetscFunctionReturn(0);
 }
 
+PetscErrorCode put_attribute(hid_t object, const char* name, double value) {
+  PetscFunctionBegin;
+  H5 space(H5Screate(H5S_SCALAR), H5Sclose);
+  PetscCall(put(object, name, H5T_IEEE_F64LE, H5T_NATIVE_DOUBLE, space, &value));
+  PetscFunctionReturn(0);
+}
+
 PetscErrorCode put_attribute(hid_t object, const char* name, const std::string& value) {
   const char* text = value.c_str();
 

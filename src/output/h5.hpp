@@ -54,6 +54,7 @@ PetscErrorCode open_group(hid_t file, const std::string& path, H5* group);
 /// Attributes of an open object; an attribute must not exist yet.
 PetscErrorCode put_attribute(hid_t object, const char* name, const std::vector<std::int32_t>& values);
 PetscErrorCode put_attribute(hid_t object, const char* name, std::int64_t value);
+PetscErrorCode put_attribute(hid_t object, const char* name, double value);
 /// A string of variable length: readers take those of fixed length for bytes.
 PetscErrorCode put_attribute(hid_t object, const char* name, const std::string& value);
 /// `count` copies of `word`, as an array of strings of fixed length.

@@ -26,6 +26,25 @@ PetscErrorCode Column::create(MPI_Comm comm, hid_t file, const std::string& path
   PetscFunctionReturn(0);
 }
 
+PetscErrorCode Column::open(MPI_Comm comm, hid_t file, const std::string& path, std::int64_t rows) {
+  hsize_t extent[2] = {0, 0};
+  PetscMPIInt me;
+
+  PetscFunctionBegin;
+  PetscCallMPI(MPI_Comm_rank(comm, &me));
+  writer_ = me == 0;
+  set_ = H5(H5Dopen2(file, path.c_str(), H5P_DEFAULT), H5Dclose);
+  BS_H5(set_);
+  H5 space(H5Dget_space(set_), H5Sclose), type(H5Dget_type(set_), H5Tclose);
+  const int rank = H5Sget_simple_extent_ndims(space);
+  PetscCheck(rank == 1 || rank == 2, PETSC_COMM_SELF, PETSC_ERR_FILE_UNEXPECTED, "%s is no column", path.c_str());
+  BS_H5(H5Sget_simple_extent_dims(space, extent, nullptr));
+  integer_ = H5Tget_class(type) == H5T_INTEGER;
+  width_ = rank == 2 ? static_cast<int>(extent[1]) : 0;
+  rows_ = static_cast<hsize_t>(rows);
+  PetscFunctionReturn(0);
+}
+
 PetscErrorCode Column::append(std::int64_t count, const void* data) {
   const hsize_t columns = static_cast<hsize_t>(width_), more = static_cast<hsize_t>(count);
   const hsize_t extent[2] = {rows_ + more, columns}, start[2] = {rows_, 0}, size[2] = {more, columns};

@@ -14,6 +14,8 @@ class Column {
  public:
   /// Collective. width 0: one-dimensional. The group above must exist. `chunk`: rows allocated at a time.
   PetscErrorCode create(MPI_Comm comm, hid_t file, const std::string& path, bool integer, int width, int chunk);
+  /// Collective. Opens a column that exists; its next row is number `rows`.
+  PetscErrorCode open(MPI_Comm comm, hid_t file, const std::string& path, std::int64_t rows);
   /// Collective. Appends `count` rows (the same count on every rank); `data` is read on rank 0 only.
   PetscErrorCode append(std::int64_t count, const void* data);
   hid_t id() const { return set_; }

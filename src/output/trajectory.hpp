@@ -16,6 +16,12 @@ struct TrajectoryOptions {
   bool xdmf = true;          ///< -bs_output_xdmf: FILE.xdmf beside the file, for ParaView
 };
 
+/// How far a trajectory had been written at some moment.
+struct TrajectoryMark {
+  std::int64_t frames = 0, log_rows = 0;
+  double last_time = 0;      ///< of the last of these frames [s]
+};
+
 /// One row of /backspring/log.
 struct StepRecord {
   std::int64_t step = 0;
@@ -32,6 +38,10 @@ class Trajectory {
   /// An empty options.file makes *out null and no file.
   static PetscErrorCode create(MPI_Comm comm, const TrajectoryOptions& options, int dim,
                                const std::vector<Dataset>& constants, std::unique_ptr<Trajectory>* out);
+  /// Collective. Opens the file again at `mark`: frames and rows of the log written after it are taken away, and the
+  /// next frame follows. Told (exit 2) if the file is not the one marked.
+  static PetscErrorCode resume(MPI_Comm comm, const TrajectoryOptions& options, int dim, const TrajectoryMark& mark,
+                               std::unique_ptr<Trajectory>* out);
   /// Collective. Appends one frame; the first one fixes the set of fields and observables.
   PetscErrorCode write_frame(std::int64_t step, double time, const std::vector<Field>& fields,
                              const std::vector<Observable>& observables);
@@ -42,6 +52,8 @@ class Trajectory {
   /// Collective. Flushes and closes; also done by the destructor, without telling errors.
   PetscErrorCode close();
   std::int64_t frames() const;
+  /// Where it stands, once flushed; on rank 0 and on the others.
+  TrajectoryMark mark() const;
   ~Trajectory();
 
  private:

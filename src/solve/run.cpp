@@ -1,4 +1,5 @@
 #include "solve/run.hpp"
+#include <unistd.h>
 #include <cmath>
 #include <memory>
 #include "base/fault.hpp"
@@ -7,6 +8,7 @@
 #include "output/report.hpp"
 #include "output/settings.hpp"
 #include "solve/adviser.hpp"
+#include "solve/saving.hpp"
 #include "solve/stepper.hpp"
 #include "solve/ts_setup.hpp"
 
@@ -17,6 +19,7 @@ struct RunOptions {
   OutputSettings output;
   StepOptions step;
   bool advise = true;
+  SavingOptions saving;
 };
 
 PetscErrorCode read_options(MPI_Comm comm, RunOptions* out) {
@@ -35,6 +38,9 @@ PetscErrorCode read_options(MPI_Comm comm, RunOptions* out) {
     o.integer("-bs_step_grow_after", "good steps before a cut step grows back toward -ts_dt", out->step.grow_after, Range::positive);
     if (out->step.cut >= 1) o.fail("option -bs_step_cut: give a number between 0 and 1, e.g. 0.25");
   }));
+  PetscCall(read_saving_options(comm, &out->saving));
+  out->step.save_every = out->saving.every;
+  out->step.save_minutes = out->saving.minutes;
   PetscFunctionReturn(0);
 }
 
@@ -50,6 +56,10 @@ class Run {
   PetscErrorCode on_step(const StepRecord& record);
   RunState state() const;
   PetscErrorCode on_frame(PetscInt step, double time, Vec y);
+  PetscErrorCode on_save();
+  PetscErrorCode take_up();
+  PetscErrorCode open_trajectory();
+  PetscErrorCode save_last(bool failed);
   PetscErrorCode conclude(TSConvergedReason reason, int* exit_code);
   PetscErrorCode report(const std::string& outcome, const std::string& why);
   PetscErrorCode explain(TSConvergedReason reason, std::string* text);
@@ -63,6 +73,9 @@ class Run {
   std::unique_ptr<Stepper> stepper_;
   std::unique_ptr<Trajectory> trajectory_;
   Advice advice_;
+  std::unique_ptr<CheckpointFile> restart_;
+  bool resumed_ = false;                 ///< the trajectory goes on where the checkpoint left it
+  std::string saved_;                    ///< where a failed run can be continued from
   std::vector<Observable> first_, last_;
   double start_ = 0, end_ = 0;
 };
@@ -80,7 +93,7 @@ PetscErrorCode Run::set_up() {
   PetscCall(TSGetMaxTime(ts_, &end_));
   stepper_ = std::make_unique<Stepper>(
       model_, context_, options_.step, [this](const StepRecord& r) { return on_step(r); },
-      [this](PetscInt step, double time, Vec y) { return on_frame(step, time, y); });
+      [this](PetscInt step, double time, Vec y) { return on_frame(step, time, y); }, [this]() { return on_save(); });
   PetscCall(stepper_->attach(ts_));
   PetscCall(model_.covers(end_));
   PetscCall(reject_unknown_options(model_.comm()));
@@ -93,19 +106,54 @@ PetscErrorCode Run::set_up() {
   lines.push_back("solver: " + solver);
   if (options_.advise) PetscCall(bs::advise(model_, ts_, context_, &advice_));
   for (const std::string& line : advice_.lines()) lines.push_back(line);
-  PetscMPIInt size, rank;
+  PetscMPIInt size;
   PetscCallMPI(MPI_Comm_size(model_.comm(), &size));
-  PetscCallMPI(MPI_Comm_rank(model_.comm(), &rank));
   lines.insert(lines.begin(), format("backspring %s on %d rank%s", BS_VERSION, size, size > 1 ? "s" : ""));
   progress_.header(lines);
   PetscCall(warn_unused_options(ts_, context_));
   PetscCall(stepper_->attach_solvers(ts_));
-  if (!options_.output.trajectory.file.empty()) {
-    std::vector<Dataset> constants;
-    PetscCall(model_.constants(&constants));
-    advice_.put(rank, &constants);
-    PetscCall(Trajectory::create(model_.comm(), options_.output.trajectory, model_.dim(), constants, &trajectory_));
+  if (!options_.saving.restart.empty()) PetscCall(take_up());
+  PetscCall(open_trajectory());
+  restart_.reset();
+  PetscFunctionReturn(0);
+}
+
+/// Goes on from a checkpoint; says what is not as it was.
+PetscErrorCode Run::take_up() {
+  std::vector<std::string> changed;
+  PetscFunctionBegin;
+  restart_ = std::make_unique<CheckpointFile>();
+  PetscCall(restart_->open(model_.comm(), options_.saving.restart));
+  PetscCall(restart_->require_same(model_));
+  PetscCall(stepper_->restore(ts_, *restart_, &changed));
+  start_ = stepper_->start();
+  progress_.header({format("continued from %s: step %lld, t = %.17g s", options_.saving.restart.c_str(),
+                           static_cast<long long>(stepper_->counts().steps), stepper_->good_time())});
+  PetscCall(tell_changed_options(model_.comm(), *restart_));
+  for (const std::string& line : changed) PetscCall(warn(model_.comm(), options_.saving.restart + ": " + line));
+  PetscFunctionReturn(0);
+}
+
+PetscErrorCode Run::open_trajectory() {
+  const TrajectoryOptions& options = options_.output.trajectory;
+  std::vector<Dataset> constants;
+  PetscFunctionBegin;
+  if (options.file.empty()) PetscFunctionReturn(0);
+  const TrajectoryMark mark = restart_ ? mark_of(*restart_) : TrajectoryMark{};
+  int there = 0;
+  PetscMPIInt rank;
+  PetscCallMPI(MPI_Comm_rank(model_.comm(), &rank));
+  if (rank == 0) there = access(options.file.c_str(), F_OK) == 0;
+  PetscCallMPI(MPI_Bcast(&there, 1, MPI_INT, 0, model_.comm()));
+  if (there && mark.frames > 0) {
+    PetscCall(Trajectory::resume(model_.comm(), options, model_.dim(), mark, &trajectory_));
+    resumed_ = true;
+    stepper_->set_framed(mark.last_time == stepper_->good_time());
+    PetscFunctionReturn(0);
   }
+  PetscCall(model_.constants(&constants));
+  advice_.put(rank, &constants);
+  PetscCall(Trajectory::create(model_.comm(), options, model_.dim(), constants, &trajectory_));
   PetscFunctionReturn(0);
 }
 
@@ -135,6 +183,34 @@ PetscErrorCode Run::on_frame(PetscInt step, double time, Vec y) {
   PetscFunctionReturn(0);
 }
 
+PetscErrorCode Run::on_save() {
+  TrajectoryMark mark;
+  Vec y;
+  PetscFunctionBegin;
+  if (options_.saving.file.empty()) PetscFunctionReturn(0);
+  PetscCall(TSGetSolution(ts_, &y));
+  PetscCall(flushed_mark(trajectory_.get(), &mark));
+  PetscCall(save_run(model_, *stepper_, ts_, y, options_.saving.file, options_.output.trajectory.file, mark));
+  PetscFunctionReturn(0);
+}
+
+/// The last good state: a frame of its own if it has none, and a checkpoint, also of a failed run that was told of none.
+/// The checkpoint knows nothing of a frame between output times, which a continued run takes away.
+PetscErrorCode Run::save_last(bool failed) {
+  TrajectoryMark mark;
+  Vec y;
+  PetscFunctionBegin;
+  PetscCall(TSGetSolution(ts_, &y));
+  PetscCall(flushed_mark(trajectory_.get(), &mark));
+  if (!stepper_->framed()) PetscCall(on_frame(stepper_->counts().steps, stepper_->good_time(), y));
+  std::string file = options_.saving.file;
+  if (file.empty() && failed && trajectory_) file = options_.output.trajectory.file + ".checkpoint";
+  if (file.empty()) PetscFunctionReturn(0);
+  PetscCall(save_run(model_, *stepper_, ts_, y, file, options_.output.trajectory.file, mark));
+  saved_ = file;
+  PetscFunctionReturn(0);
+}
+
 PetscErrorCode Run::advance(int* exit_code) {
   Vec y;
   PetscInt first_step;
@@ -147,11 +223,12 @@ PetscErrorCode Run::advance(int* exit_code) {
   PetscCall(TSGetSolution(ts_, &y));
   PetscCall(TSGetStepNumber(ts_, &first_step));
   set_phase(Exit::solve);
-  PetscCall(on_frame(first_step, start_, y));
+  if (resumed_) PetscCall(model_.observe(stepper_->good_time(), y, &last_));
+  else PetscCall(on_frame(first_step, stepper_->good_time(), y));
+  if (first_.empty()) first_ = last_;
   PetscCall(TSSolve(ts_, nullptr));
   PetscCall(TSGetConvergedReason(ts_, &reason));
-  // what came after the last output time is kept too
-  if (!stepper_->framed()) PetscCall(on_frame(stepper_->counts().steps, stepper_->good_time(), y));
+  PetscCall(save_last(reason < 0));
   PetscCall(conclude(reason, exit_code));
   PetscFunctionReturn(0);
 }
@@ -237,6 +314,7 @@ PetscErrorCode Run::conclude(TSConvergedReason reason, int* exit_code) {
     PetscCall(trajectory_->close());
   }
   PetscCall(report(failed ? "failed" : stepper_->signal() ? "stopped" : "ok", why));
+  if (failed && !saved_.empty()) why += format("; the last good state is in %s (-bs_restart)", saved_.c_str());
   if (failed) PetscCall(tell(model_.comm(), Exit::solve, why));
   if (stepper_->signal()) *exit_code = 128 + stepper_->signal();
   PetscFunctionReturn(0);

@@ -1,29 +1,20 @@
 #include "solve/stepper.hpp"
 #include <algorithm>
 #include <cmath>
-#include <csignal>
 #include "base/fault.hpp"
+#include "solve/signals.hpp"
 
 namespace bs {
 namespace {
-
-volatile std::sig_atomic_t caught = 0;
-extern "C" void on_signal(int number) { caught = number; }
 
 // Steps that differ by less than this, relatively, are the same up to rounding.
 constexpr double SAME = 1e-9;
 
 }  // namespace
 
-void catch_signals() {
-  struct sigaction action = {};
-  action.sa_handler = on_signal;
-  sigaction(SIGTERM, &action, nullptr);
-  sigaction(SIGINT, &action, nullptr);
-}
-
-Stepper::Stepper(Model& model, TSContext& context, const StepOptions& options, OnStep on_step, OnFrame on_frame)
-    : model_(model), context_(context), options_(options), on_step_(std::move(on_step)), on_frame_(std::move(on_frame)) {}
+Stepper::Stepper(Model& model, TSContext& context, const StepOptions& options, OnStep on_step, OnFrame on_frame, OnSave on_save)
+    : model_(model), context_(context), options_(options), on_step_(std::move(on_step)), on_frame_(std::move(on_frame)),
+      on_save_(std::move(on_save)) {}
 
 PetscErrorCode Stepper::attach(TS ts) {
   TSAdapt adapt;
@@ -32,6 +23,8 @@ PetscErrorCode Stepper::attach(TS ts) {
   PetscCall(TSSetApplicationContext(ts, this));
   PetscCall(TSSetPreStep(ts, pre_step));
   PetscCall(TSSetPostStep(ts, post_step));
+  PetscCall(TSSetPostStage(ts, post_stage));
+  PetscCall(history_.attach(ts));
   PetscCall(TSGetAdapt(ts, &adapt));
   PetscCall(TSAdaptGetType(adapt, &type));
   adaptive_ = type && std::string(type) != TSADAPTNONE;
@@ -40,7 +33,8 @@ PetscErrorCode Stepper::attach(TS ts) {
   PetscCall(TSGetMaxTime(ts, &end_));
   PetscCall(TSGetTimeStep(ts, &nominal_));
   good_time_ = start_;
-  saved_ = nominal_;
+  saved_ = next_ = nominal_;
+  saved_at_ = MPI_Wtime();
   PetscFunctionReturn(0);
 }
 
@@ -64,6 +58,8 @@ PetscErrorCode Stepper::pre_step(TS ts) {
   PetscInt step;
   PetscCall(TSGetStepNumber(ts, &step));
   PetscCall(self->reuse_.before_step(ts, step, self->planned_));
+  PetscCall(self->history_.begin_step(ts));
+  if (self->first_ == 0) self->first_ = self->planned_;
   PetscFunctionReturn(0);
 }
 
@@ -106,7 +102,15 @@ PetscErrorCode Stepper::post_step(TS ts) {
   PetscFunctionReturn(0);
 }
 
-/// One reduction a step: is the state finite everywhere, and has a signal come?
+PetscErrorCode Stepper::post_stage(TS ts, PetscReal time, PetscInt index, Vec* stages) {
+  void* context = nullptr;
+  PetscFunctionBegin;
+  PetscCall(TSGetApplicationContext(ts, &context));
+  PetscCall(static_cast<Stepper*>(context)->history_.see_stage(ts, time, stages[index]));
+  PetscFunctionReturn(0);
+}
+
+/// One reduction a step: is the state finite everywhere, and has a signal come, is a checkpoint due?
 PetscErrorCode Stepper::check_state(TS ts, bool* finite) {
   Vec y;
   const PetscScalar* ay = nullptr;
@@ -119,10 +123,12 @@ PetscErrorCode Stepper::check_state(TS ts, bool* finite) {
   double sum = 0;
   for (PetscInt i = 0; i < n; ++i) sum += 0.0 * ay[i];
   PetscCall(VecRestoreArrayRead(y, &ay));
-  int flags[2] = {std::isfinite(sum) ? 0 : 1, static_cast<int>(caught)};
-  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, flags, 2, MPI_INT, MPI_MAX, model_.comm()));
+  const bool late = options_.save_minutes > 0 && MPI_Wtime() - saved_at_ >= 60 * options_.save_minutes;
+  int flags[3] = {std::isfinite(sum) ? 0 : 1, ending_signal(), late || take_checkpoint_signal() ? 1 : 0};
+  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, flags, 3, MPI_INT, MPI_MAX, model_.comm()));
   *finite = flags[0] == 0;
   signal_ = flags[1];
+  save_due_ = flags[2] != 0;
   PetscFunctionReturn(0);
 }
 
@@ -154,6 +160,9 @@ PetscErrorCode Stepper::accept_step(TS ts) {
   PetscCall(TSGetSNESIterations(ts, &newton));
   PetscCall(TSGetKSPIterations(ts, &krylov));
   PetscCall(TSGetStepRejections(ts, &rejected));
+  newton += base_.newton;
+  krylov += base_.krylov;
+  rejected += base_.rejected;
   record.newton = newton - counts_.newton;
   record.krylov = krylov - counts_.krylov;
   record.rejected = rejected - counts_.rejected;
@@ -163,6 +172,10 @@ PetscErrorCode Stepper::accept_step(TS ts) {
   if (reason < 0) PetscFunctionReturn(0);
   PetscCall(check_state(ts, &finite));
   if (!finite) {
+    // the last good state comes back: a type that cannot cut its step has overwritten it
+    Vec y;
+    PetscCall(TSGetSolution(ts, &y));
+    PetscCall(VecCopy(history_.last_start(), y));
     trouble_ = "the state overflowed";
     PetscCall(TSSetConvergedReason(ts, TS_DIVERGED_STEP_REJECTED));
     PetscFunctionReturn(0);
@@ -181,6 +194,7 @@ PetscErrorCode Stepper::accept_step(TS ts) {
   PetscCall(TSGetTimeStep(ts, &next));
   restore_step(landed, taken, &next);
   PetscCall(TSSetTimeStep(ts, next));
+  next_ = next;
   record.step = steps;
   record.time = time;
   record.dt = std::abs(taken - planned_) <= SAME * planned_ ? planned_ : taken;
@@ -188,6 +202,7 @@ PetscErrorCode Stepper::accept_step(TS ts) {
   framed_ = false;
   Vec y;
   PetscCall(TSGetSolution(ts, &y));
+  PetscCall(history_.end_step(ts, y));
   PetscCall(on_step_(record));
   const bool finished = landed && target_ >= end_;
   if (landed || options_.every_step) {
@@ -197,6 +212,12 @@ PetscErrorCode Stepper::accept_step(TS ts) {
   if (landed) ++frame_;
   if (finished) PetscCall(TSSetConvergedReason(ts, TS_CONVERGED_TIME));
   else if (signal_) PetscCall(TSSetConvergedReason(ts, TS_CONVERGED_USER));
+  // the end and a signal have a checkpoint of their own
+  const bool by_count = options_.save_every > 0 && steps % options_.save_every == 0;
+  if ((by_count || save_due_) && !finished && !signal_) {
+    PetscCall(on_save_());
+    saved_at_ = MPI_Wtime();
+  }
   PetscFunctionReturn(0);
 }
 

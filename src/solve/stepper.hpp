@@ -6,6 +6,7 @@
 #include <string>
 #include "model/model.hpp"
 #include "output/trajectory.hpp"
+#include "solve/history.hpp"
 #include "solve/linear_reuse.hpp"
 #include "solve/ts_setup.hpp"
 
@@ -16,6 +17,8 @@ struct StepOptions {
   bool every_step = false;      ///< a frame after every step
   double cut = 0.25;            ///< -bs_step_cut: factor on h after a failed solve
   std::int64_t grow_after = 3;  ///< -bs_step_grow_after: good steps before h grows back
+  std::int64_t save_every = 0;  ///< -bs_checkpoint_every: steps between checkpoints; 0: not by steps
+  double save_minutes = 0;      ///< -bs_checkpoint_minutes: wall-clock time between them; 0: not by the clock
 };
 
 /// What a run did, for the summary and the report.
@@ -23,20 +26,28 @@ struct RunCounts {
   PetscInt steps = 0, rejected = 0, newton = 0, krylov = 0, shortened = 0;
 };
 
-/// Drives the steps of one TSSolve. Callbacks: on_step after every good step, on_frame when an output time is reached.
+/// Drives the steps of one TSSolve. Callbacks: on_step after every good step, on_frame when an output time is reached,
+/// on_save, last of all, when a checkpoint is due.
 class Stepper {
  public:
   using OnStep = std::function<PetscErrorCode(const StepRecord&)>;
   using OnFrame = std::function<PetscErrorCode(PetscInt step, double time, Vec)>;
-  Stepper(Model& model, TSContext& context, const StepOptions& options, OnStep on_step, OnFrame on_frame);
+  using OnSave = std::function<PetscErrorCode()>;
+  Stepper(Model& model, TSContext& context, const StepOptions& options, OnStep on_step, OnFrame on_frame, OnSave on_save);
   /// Hooks into `ts`, whose type, step and final time are set.
   PetscErrorCode attach(TS ts);
   /// Collective. Once the solvers are set up.
   PetscErrorCode attach_solvers(TS ts) { return reuse_.attach(ts, context_); }
+  /// What a checkpoint of the last good state holds of the stepping.
+  void save(Facts* facts, std::vector<NamedState>* states) const;
+  /// Collective. After attach_solvers: `ts` goes on where `file` was written. `told` receives what is not as it was.
+  PetscErrorCode restore(TS ts, const CheckpointFile& file, std::vector<std::string>* told);
   const RunCounts& counts() const { return counts_; }
+  double start() const { return start_; }
   /// Last time whose state is good, and whether its frame is written.
   double good_time() const { return good_time_; }
   bool framed() const { return framed_; }
+  void set_framed(bool framed) { framed_ = framed; }
   /// Why the run ended early (empty: it did not).
   const std::string& trouble() const { return trouble_; }
   int signal() const { return signal_; }
@@ -44,8 +55,10 @@ class Stepper {
  private:
   static PetscErrorCode pre_step(TS ts);
   static PetscErrorCode post_step(TS ts);
+  static PetscErrorCode post_stage(TS ts, PetscReal time, PetscInt index, Vec* stages);
   PetscErrorCode choose_step(TS ts);
   PetscErrorCode accept_step(TS ts);
+  PetscErrorCode prime_solvers(TS ts, double sigma_step);
   PetscErrorCode check_state(TS ts, bool* finite);
   PetscErrorCode set_floor(TS ts);
   void restore_step(bool landed, double taken, double* next);
@@ -57,16 +70,18 @@ class Stepper {
   LinearReuse reuse_;
   OnStep on_step_;
   OnFrame on_frame_;
+  OnSave on_save_;
+  History history_;
   bool adaptive_ = false, framed_ = true;
-  double start_ = 0, end_ = 0, nominal_ = 0, planned_ = 0, target_ = 0, good_time_ = 0, saved_ = 0;
+  double start_ = 0, end_ = 0, nominal_ = 0, planned_ = 0, target_ = 0, good_time_ = 0, saved_ = 0, next_ = 0, first_ = 0;
+  double saved_at_ = 0;  ///< wall clock of the last checkpoint
+  bool save_due_ = false;
   bool landing_ = false;
   std::int64_t frame_ = 1, good_in_a_row_ = 0;
   RunCounts counts_;
   std::string trouble_;
   int signal_ = 0;
+  RunCounts base_;  ///< what TS had counted less than the run, when it was taken up
 };
-
-/// From now on SIGTERM and SIGINT end the run after the present step.
-void catch_signals();
 
 }  // namespace bs

@@ -34,6 +34,9 @@ class LinearModel final : public Model {
   PetscErrorCode residual_floor(double t, Vec y, double sigma, Form form, ResidualNorms* floor) override;
   PetscErrorCode observe(double t, Vec y, std::vector<Observable>* out) override;
   PetscErrorCode fields(double t, Vec y, std::vector<Field>* out) override;
+  PetscErrorCode gather_state(Vec y, std::vector<StatePart>* parts) override;
+  PetscErrorCode scatter_state(Vec y) override;
+  PetscErrorCode fingerprint(std::uint64_t* value) override;
   PetscErrorCode constants(std::vector<Dataset>* out) override;
   PetscErrorCode covers(double t_end) override;
   PetscErrorCode last_fault(std::string* text) override;

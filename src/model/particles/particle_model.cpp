@@ -34,6 +34,7 @@ PetscErrorCode ParticleModel::create(MPI_Comm comm, Lattice&& lattice, std::uniq
   PetscCall(model->read_laws(lattice));
   PetscCall(model->coupling_.read_options(comm, lattice, &options));
   if (model->coupling_.has_center_particle()) std::get<XspAttraction>(model->laws_).value = 0;
+  PetscCall(model->take_fingerprint(lattice));
   PetscCall(build_network(comm, lattice, options, &model->net_));
   PetscCall(model->check_laws());
   model->lattice_ = std::move(lattice);

@@ -32,6 +32,9 @@ class ParticleModel final : public Model {
   PetscErrorCode residual_floor(double t, Vec y, double sigma, Form form, ResidualNorms* floor) override;
   PetscErrorCode observe(double t, Vec y, std::vector<Observable>* out) override;
   PetscErrorCode fields(double t, Vec y, std::vector<Field>* out) override;
+  PetscErrorCode gather_state(Vec y, std::vector<StatePart>* parts) override;
+  PetscErrorCode scatter_state(Vec y) override;
+  PetscErrorCode fingerprint(std::uint64_t* value) override;
   PetscErrorCode constants(std::vector<Dataset>* out) override;
   PetscErrorCode covers(double t_end) override;
   PetscErrorCode last_fault(std::string* text) override;
@@ -39,6 +42,7 @@ class ParticleModel final : public Model {
  private:
   PetscErrorCode read_laws(const Lattice& lattice);
   PetscErrorCode check_laws() const;
+  PetscErrorCode take_fingerprint(const Lattice& lattice);
   PetscErrorCode create_state();
   PetscErrorCode create_output();
   PetscErrorCode read_strain_option();
@@ -58,6 +62,7 @@ class ParticleModel final : public Model {
   VecHandle y0_, position_, velocity_;       ///< the latter two in the input's order
   ScatterHandle to_position_, to_velocity_;
   Singularity fault_;
+  std::uint64_t fingerprint_ = 0;            ///< of the lattice, summed over the ranks
 };
 
 }  // namespace bs

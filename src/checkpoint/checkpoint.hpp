@@ -1,0 +1,59 @@
+// The file a run can be continued from (layout: README.md).
+#pragma once
+#include <cstdint>
+#include <string>
+#include <utility>
+#include <vector>
+#include "checkpoint/facts.hpp"
+#include "input/hdf5_file.hpp"
+#include "model/model.hpp"
+
+namespace bs {
+
+/// The version of the layout this program writes; it reads this and older ones.
+constexpr std::int64_t CHECKPOINT_VERSION = 1;
+
+/// A state to be written: its group and the vector in the solver's order (borrowed).
+struct NamedState {
+  std::string group;  ///< "/state", "/history/0", ...
+  Vec vec;
+};
+
+/// Name under which the checkpoint before the last is kept.
+std::string previous_checkpoint(const std::string& file);
+
+/// Collective. Writes to a temporary name, flushes to disk, keeps what `file` was as previous_checkpoint(file), then
+/// renames: at every moment a whole checkpoint is there. Told (exit 4) if that fails; what was there stays.
+PetscErrorCode write_checkpoint(Model& model, const std::string& file, const Facts& run, const std::vector<NamedState>& states);
+
+/// A checkpoint that is read.
+class CheckpointFile {
+ public:
+  /// Collective. Told (exit 2): missing, damaged, not a checkpoint, of a newer version.
+  PetscErrorCode open(MPI_Comm comm, const std::string& file);
+  /// Collective. Told (exit 2) if it was written for another model, dimension, number of rows, or lattice.
+  PetscErrorCode require_same(Model& model) const;
+  const Facts& run() const { return run_; }
+  /// Options in force when it was written, without dashes.
+  const std::vector<std::pair<std::string, std::string>>& options() const { return options_; }
+  bool has(const std::string& group) const { return file_.has(group); }
+  /// Collective. The state of `group` into y, in the solver's order. Told (exit 2) if damaged.
+  PetscErrorCode read(Model& model, const std::string& group, Vec y) const;
+  const std::string& name() const { return name_; }
+
+ private:
+  PetscErrorCode damaged(const std::string& what) const;
+  MPI_Comm comm_ = MPI_COMM_NULL;
+  std::string name_;
+  Hdf5File file_;
+  Facts run_;
+  std::vector<std::pair<std::string, std::string>> options_;
+};
+
+/// Collective. Adds the options of the checkpoint -bs_restart names to those given: what is given wins.
+PetscErrorCode recall_options(MPI_Comm comm);
+
+/// Collective. Warns of every option in force that is not what it was when `file` was written.
+PetscErrorCode tell_changed_options(MPI_Comm comm, const CheckpointFile& file);
+
+}  // namespace bs

@@ -1,0 +1,143 @@
+// A trajectory that exists is opened again and goes on behind a mark.
+#include "base/fault.hpp"
+#include "output/frame_file.hpp"
+#include "output/io_watch.hpp"
+#include "output/space.hpp"
+
+namespace bs {
+
+namespace {
+
+bool ends_in(const std::string& path, const std::string& tail) {
+  return path.size() >= tail.size() && path.compare(path.size() - tail.size(), tail.size(), tail) == 0;
+}
+
+/// Every link of the file, in the same order on every rank.
+std::vector<std::string> paths_of(hid_t file) {
+  std::vector<std::string> paths;
+  const auto keep = [](hid_t, const char* name, const H5L_info_t*, void* data) -> herr_t {
+    static_cast<std::vector<std::string>*>(data)->push_back(std::string("/") + name);
+    return 0;
+  };
+  (void)H5Lvisit(file, H5_INDEX_NAME, H5_ITER_INC, keep, &paths);
+  return paths;
+}
+
+/// Shortens the first axis of a dataset to `rows`; `found` is how many there were.
+PetscErrorCode shorten(hid_t file, const std::string& path, std::int64_t rows, std::int64_t* found) {
+  hsize_t extent[H5S_MAX_RANK];
+
+  PetscFunctionBegin;
+  H5 set(H5Dopen2(file, path.c_str(), H5P_DEFAULT), H5Dclose);
+  BS_H5(set);
+  H5 space(H5Dget_space(set), H5Sclose);
+  BS_H5(H5Sget_simple_extent_dims(space, extent, nullptr));
+  *found = static_cast<std::int64_t>(extent[0]);
+  if (*found <= rows) PetscFunctionReturn(0);
+  extent[0] = static_cast<hsize_t>(rows);
+  BS_H5(H5Dset_extent(set, extent));
+  PetscFunctionReturn(0);
+}
+
+/// The time of frame `frame`, read by every rank.
+PetscErrorCode time_of_frame(hid_t file, const std::string& path, std::int64_t frame, double* time) {
+  const hsize_t at = static_cast<hsize_t>(frame), one = 1;
+
+  PetscFunctionBegin;
+  H5 set(H5Dopen2(file, path.c_str(), H5P_DEFAULT), H5Dclose);
+  BS_H5(set);
+  H5 space(H5Dget_space(set), H5Sclose), memory(H5Screate_simple(1, &one, nullptr), H5Sclose);
+  BS_H5(H5Sselect_hyperslab(space, H5S_SELECT_SET, &at, nullptr, &one, nullptr));
+  BS_H5(H5Dread(set, H5T_NATIVE_DOUBLE, memory, space, H5P_DEFAULT, time));
+  PetscFunctionReturn(0);
+}
+
+}  // namespace
+
+PetscErrorCode Trajectory::Impl::cut_back(const TrajectoryMark& mark, std::string* fault) {
+  bool clocked = false;
+
+  PetscFunctionBegin;
+  for (const std::string& path : paths_of(file)) {
+    const bool of_log = path.rfind("/backspring/log/", 0) == 0;
+    const bool clock = !of_log && ends_in(path, "/time"), of_frames = clock || ends_in(path, "/value") || ends_in(path, "/step");
+    if (!of_log && !of_frames) continue;
+    const std::int64_t rows = of_log ? mark.log_rows : mark.frames;
+    std::int64_t found = 0;
+    PetscCall(shorten(file, path, rows, &found));
+    if (found < rows) {
+      *fault = format("has %lld rows in %s where %lld were written", (long long)found, path.c_str(), (long long)rows);
+      PetscFunctionReturn(0);
+    }
+    if (!clock || clocked || mark.frames == 0) continue;
+    double there = 0;
+    PetscCall(time_of_frame(file, path, mark.frames - 1, &there));
+    if (there != mark.last_time)
+      *fault = format("has frame %lld at t = %.17g s where it was written at %.17g s", (long long)mark.frames - 1, there, mark.last_time);
+    clocked = true;
+  }
+  if (fault->empty() && mark.frames > 0 && !clocked) *fault = "holds no frame";
+  PetscFunctionReturn(0);
+}
+
+PetscErrorCode Trajectory::Impl::open_log() {
+  PetscFunctionBegin;
+  for (const char* name : log_entries) {
+    log.emplace_back();
+    PetscCall(log.back().open(comm, file, std::string("/backspring/log/") + name, log_rows));
+  }
+  PetscFunctionReturn(0);
+}
+
+PetscErrorCode Trajectory::Impl::find_layout(const std::vector<Field>& fields, const std::vector<Observable>& given) {
+  PetscFunctionBegin;
+  for (const Field& field : fields) {
+    groups.push_back(field.group);
+    padded.emplace_back();
+  }
+  for (const Observable& observable : given) {
+    names.push_back(observable.name);
+    observables.emplace_back();
+    PetscCall(observables.back().open(comm, file, "/observables/" + observable.name + "/value", frames));
+  }
+  if (columns > 0 && !fields.empty()) PetscCall(edges.open(comm, file, "/particles/trajectory/box/edges/value", frames));
+  if (fields.empty() && given.empty()) PetscFunctionReturn(0);
+  const std::string owner = fields.empty() ? "/observables/" + given[0].name : fields[0].group;
+  PetscCall(step.open(comm, file, owner + "/step", frames));
+  PetscCall(time.open(comm, file, owner + "/time", frames));
+  PetscFunctionReturn(0);
+}
+
+PetscErrorCode Trajectory::resume(MPI_Comm comm, const TrajectoryOptions& options, int dim, const TrajectoryMark& mark,
+                                  std::unique_ptr<Trajectory>* out) {
+  std::string fault;
+
+  PetscFunctionBegin;
+  out->reset();
+  PetscCall(require_writable(comm, options.file, "-bs_output", true));
+  const IoWatch watch("cannot open " + options.file + " again", ": give another -bs_output, and the run goes on there");
+  std::unique_ptr<Trajectory> made(new Trajectory());
+  Impl& impl = *made->impl_;
+  impl.comm = comm;
+  impl.options = options;
+  impl.columns = dim == 0 || options.pad == 0 ? dim : options.pad;
+  PetscCallMPI(MPI_Comm_rank(comm, &impl.rank));
+  if (impl.rank == 0 && options.xdmf && dim > 0) impl.xdmf = Xdmf(options.file);
+  impl.frames = mark.frames;
+  impl.log_rows = mark.log_rows;
+  impl.last_time = mark.last_time;
+  PetscErrorCode code = impl.open(true);
+  if (!code) code = impl.cut_back(mark, &fault);
+  if (!code && !fault.empty())
+    code = tell(comm, Exit::input, options.file + ": is not the trajectory this run wrote: it " + fault + ": give the one it wrote, or a new name");
+  if (!code) code = impl.open_log();
+  if (!code && H5Fflush(impl.file, H5F_SCOPE_GLOBAL) < 0) code = tell_alone(Exit::io, watch.sentence(h5_reason()));
+  if (code) impl.usable = false;
+  PetscCall(watch.settle(comm, code));
+  *out = std::move(made);
+  PetscFunctionReturn(0);
+}
+
+TrajectoryMark Trajectory::mark() const { return {impl_->frames, impl_->log_rows, impl_->last_time}; }
+
+}  // namespace bs
