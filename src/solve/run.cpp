@@ -88,6 +88,11 @@ double total_energy(const std::vector<Observable>& observables) {
 
 PetscErrorCode Run::set_up() {
   PetscFunctionBegin;
+  if (!options_.saving.restart.empty()) {
+    restart_ = std::make_unique<CheckpointFile>();
+    PetscCall(restart_->open(model_.comm(), options_.saving.restart));
+    PetscCall(restart_->require_same(model_));
+  }
   PetscCall(create_ts(model_, &context_, &ts_));
   PetscCall(TSGetTime(ts_, &start_));
   PetscCall(TSGetMaxTime(ts_, &end_));
@@ -112,7 +117,7 @@ PetscErrorCode Run::set_up() {
   progress_.header(lines);
   PetscCall(warn_unused_options(ts_, context_));
   PetscCall(stepper_->attach_solvers(ts_));
-  if (!options_.saving.restart.empty()) PetscCall(take_up());
+  if (restart_) PetscCall(take_up());
   PetscCall(open_trajectory());
   restart_.reset();
   PetscFunctionReturn(0);
@@ -122,9 +127,6 @@ PetscErrorCode Run::set_up() {
 PetscErrorCode Run::take_up() {
   std::vector<std::string> changed;
   PetscFunctionBegin;
-  restart_ = std::make_unique<CheckpointFile>();
-  PetscCall(restart_->open(model_.comm(), options_.saving.restart));
-  PetscCall(restart_->require_same(model_));
   PetscCall(stepper_->restore(ts_, *restart_, &changed));
   start_ = stepper_->start();
   progress_.header({format("continued from %s: step %lld, t = %.17g s", options_.saving.restart.c_str(),

@@ -1,0 +1,172 @@
+#!/usr/bin/env python3
+"""A run that is stopped and continued from its checkpoint writes the trajectory of the run that was not stopped."""
+import pathlib
+import signal
+import sys
+import tempfile
+import time
+
+sys.path.insert(0, str(pathlib.Path(__file__).resolve().parent))
+import h5py
+import numpy as np
+from runs import BLOCK, Checks, content, difference, frames, run, start, told
+
+# name, options, ranks, steps before the stop, largest difference of positions and velocities (0: the same in every bit)
+CASES = [
+    ("beuler", {"ts_type": "beuler"}, 1, 13, 0),
+    ("beuler, 2 ranks", {"ts_type": "beuler"}, 2, 13, 0),
+    ("cn, 3 ranks", {"ts_type": "cn"}, 3, 13, 0),
+    ("theta", {"ts_type": "theta"}, 1, 13, 0),
+    ("euler", {"ts_type": "euler", "ts_dt": 0.001, "bs_output_interval": 0.0025}, 1, 13, 0),
+    ("symplectic", {"ts_type": "symplectic", "ts_dt": 0.001}, 2, 13, 0),
+    ("rk 4", {"ts_type": "rk", "ts_rk_type": "4", "ts_adapt_type": "none", "ts_dt": 0.001}, 1, 13, 0),
+    ("beuler, error control", {"ts_type": "beuler", "ts_adapt_type": "basic", "ts_rtol": 1e-3, "ts_atol": 1e-3}, 1, 13, 0),
+    ("bdf 2", {"ts_type": "bdf", "ts_adapt_type": "none"}, 1, 13, 0),
+    ("bdf 2, error control", {"ts_type": "bdf", "ts_rtol": 1e-3, "ts_atol": 1e-3}, 1, 13, 0),
+    ("bdf 4, 2 ranks, while it starts", {"ts_type": "bdf", "ts_bdf_order": 4, "ts_adapt_type": "none"}, 2, 2, 0),
+    ("rosw", {"ts_type": "rosw", "ts_adapt_type": "none"}, 1, 5, 0),
+    ("arkimex", {"ts_type": "arkimex", "ts_adapt_type": "none"}, 1, 5, 0),
+    ("alpha", {"ts_type": "alpha"}, 1, 13, 1e-10),
+    ("alpha, damped, while it starts", {"ts_type": "alpha", "ts_alpha_radius": 0.5}, 1, 1, 1e-10),
+    ("rk 5dp", {"ts_type": "rk", "ts_rk_type": "5dp", "ts_adapt_type": "none", "ts_dt": 0.001}, 1, 13, 1e-10),
+    ("ssp", {"ts_type": "ssp", "ts_dt": 0.001}, 1, 13, 0),
+    ("lattice of 4 ranks' size, LU of MUMPS", {"bs_lattice_size": (8, 8, 8)}, 1, 7, 0),
+]
+
+HEAT = {"bs_model": "linear", "bs_linear_type": "heat1d", "bs_linear_size": 60, "bs_linear_source": "step(1)", "ts_type": "cn", "ts_dt": 0.001, "ts_max_time": 0.03,
+        "bs_output_interval": 0.002, "bs_progress_interval": -1}
+
+
+def compare(checks, folder, name, options, ranks, stop, bound, again=None):
+    full, part = folder / "full.h5md", folder / "part.h5md"
+    code, _, err = run(checks, folder, dict(options, bs_output=full.name, bs_overwrite=True), ranks)
+    checks.true(f"{name}: undisturbed", code == 0, err.strip()[:120])
+    code, _, err = run(checks, folder, dict(options, bs_output=part.name, bs_overwrite=True, ts_max_steps=stop, bs_checkpoint="ck"), ranks)
+    checks.true(f"{name}: stopped after {stop} steps", code == 0, err.strip()[:120])
+    code, out, err = run(checks, folder, {"bs_restart": "ck", "ts_max_steps": 1000000}, again or ranks)
+    checks.true(f"{name}: continued in silence", code == 0 and not err.strip() and f"step {stop}" in out, err.strip()[:120])
+    worst, same = difference(full, part)
+    if bound == 0:
+        checks.true(f"{name}: every bit of the trajectory and its log", same, f"off by {worst:.3g}")
+    else:
+        checks.below(f"{name}: positions and velocities", worst, bound)
+
+
+def methods(checks, folder):
+    for name, options, ranks, stop, bound in CASES:
+        if checks.wants(name):
+            end = 30 * float(options.get("ts_dt", 0.01))
+            with checks.group(name):
+                compare(checks, folder, name, dict(BLOCK, ts_max_time=end, **options), ranks, stop, bound)
+    compare(checks, folder, "linear system", HEAT, 1, 7, 0)
+    compare(checks, folder, "linear system, 2 ranks", HEAT, 2, 7, 1e-12)
+    compare(checks, folder, "from 2 ranks to 3", dict(BLOCK, ts_max_time=0.3), 2, 13, 1e-9, again=3)
+
+
+def signals(checks, folder):
+    """TERM and INT stop after the step and leave a checkpoint, USR1 leaves one and the run goes on; alone and under mpirun,
+    which kills its ranks a second after the signal unless told to wait."""
+    wait = {"OMPI_MCA_odls_base_sigkill_timeout": "60"}
+    long = dict(BLOCK, ts_max_time=3, bs_checkpoint="sig", bs_overwrite=True)
+    code, _, err = run(checks, folder, dict(long, bs_output="full.h5md"))
+    checks.true("signals: undisturbed", code == 0, err.strip()[:120])
+    for sent, expected, ranks in ((signal.SIGTERM, 143, 1), (signal.SIGINT, 130, 1), (signal.SIGTERM, 1, 2), (signal.SIGUSR1, 0, 2)):
+        for old in (*folder.glob("sig*"), *folder.glob("part*")):
+            old.unlink()
+        process = start(checks, folder, dict(long, bs_output="part.h5md"), ranks, extra=wait)
+        path = folder / "part.h5md"
+        while process.poll() is None and (not path.exists() or path.stat().st_size < 100000):
+            time.sleep(0.02)
+        process.send_signal(sent)
+        _, err = process.communicate(timeout=120)
+        name = f"{sent.name} on {ranks} rank(s)"
+        checks.true(f"{name}: exit {expected}, a checkpoint", process.returncode == expected and (folder / "sig").exists(), f"exit {process.returncode} {err.strip()[:100]}")
+        if not (folder / "sig").exists():
+            continue
+        if sent == signal.SIGUSR1:
+            with h5py.File(folder / "sig.previous", "r") as f:
+                checks.true(f"{name}: the run went on", 0 < f["run"].attrs["step"] < 300, f"written at step {f['run'].attrs['step']}")
+            continue
+        with h5py.File(folder / "sig", "r") as f:
+            checks.true(f"{name}: stopped before the end", f["run"].attrs["step"] < 300, f"step {f['run'].attrs['step']}")
+        code, _, err = run(checks, folder, {"bs_restart": "sig"}, ranks)
+        worst, same = difference(folder / "full.h5md", path)
+        checks.true(f"{name}: continued", code == 0, err.strip()[:120])
+        if ranks == 1:
+            checks.true(f"{name}: every bit of the trajectory", same, f"off by {worst:.3g}")
+        else:
+            checks.below(f"{name}: the undisturbed run's on one rank", worst, 1e-8)
+
+
+def schedule(checks, folder):
+    base = dict(BLOCK, ts_max_time=0.25, bs_output_interval=2**-5, bs_overwrite=True, bs_output="part.h5md")
+    code, _, err = run(checks, folder, dict(base, bs_checkpoint="every", bs_checkpoint_every=8))
+    with h5py.File(folder / "every") as last, h5py.File(folder / "every.previous") as before:
+        end, eighth = last["run"].attrs["step"], before["run"].attrs["step"]
+    checks.true("every 8 steps: the last two are kept, the last one at the end", code == 0 and eighth % 8 == 0 and eighth >= end - 8, f"steps {eighth}, {end}")
+    checks.true("nothing temporary is left", not list(folder.glob("*.tmp")))
+    code, out, err = run(checks, folder, {"bs_restart": "every.previous"})
+    checks.true("the one before goes on, too", code == 0 and not err.strip(), err.strip()[:120])
+    code, out, err = run(checks, folder, {"bs_restart": "every", "ts_max_time": 0.375})
+    checks.true("a finished run is prolonged", code == 0 and not err.strip() and content(folder / "part.h5md")["time"][-1] == 0.375, err.strip()[:120])
+    code, _, err = run(checks, folder, dict(base, ts_max_time=0.375, bs_output="full.h5md"))
+    checks.true("and is the longer run in every bit", difference(folder / "full.h5md", folder / "part.h5md")[1])
+    code, _, err = run(checks, folder, dict(base, bs_checkpoint="clock", bs_checkpoint_minutes=1e-6))
+    with h5py.File(folder / "clock.previous") as before:
+        checks.true("by the clock", code == 0 and before["run"].attrs["step"] == end - 1, f"step {before['run'].attrs['step']}")
+
+
+def refusals(checks, folder):
+    base = dict(BLOCK, ts_max_time=0.1, bs_overwrite=True)
+    run(checks, folder, dict(base, bs_checkpoint="ref", bs_output="ref.h5md"))
+    kept = (folder / "ref").read_bytes()
+    with h5py.File(folder / "newer", "w") as f, h5py.File(folder / "ref") as old:
+        for item in old:
+            old.copy(item, f)
+        for key, value in old.attrs.items():
+            f.attrs[key] = value
+        f.attrs["version"] = 99
+    damaged = bytearray(kept)
+    at = kept.find(np.array(h5py.File(folder / "ref")["state/position"][60, 0]).tobytes())
+    damaged[at] ^= 1
+    (folder / "bit").write_bytes(bytes(damaged))
+    (folder / "half").write_bytes(kept[:len(kept) // 2])
+    linear = dict(HEAT, bs_restart="ref")
+    for name, options, words in (
+            ("another stiffness", {"bs_restart": "ref", "bs_lattice_stiffness": 4001}, "another lattice"),
+            ("another side fixed", {"bs_restart": "ref", "bs_lattice_fixed": "zmax"}, "another lattice"),
+            ("another size", {"bs_restart": "ref", "bs_lattice_size": (5, 5, 6)}, "of 125 particles, not 150"),
+            ("another dimension", {"bs_restart": "ref", "bs_lattice_type": "square", "bs_lattice_size": (5, 5), "bs_lattice_fixed": "xmin", "bs_gravity": "0,-9.81"}, "in 3 dimensions, not 2"),
+            ("another model", linear, "of kind particles"),
+            ("a newer version", {"bs_restart": "newer"}, "version 99"),
+            ("a flipped bit", {"bs_restart": "bit"}, "checksum"),
+            ("half a file", {"bs_restart": "half"}, "truncated or damaged"),
+            ("no checkpoint but a trajectory", {"bs_restart": "ref.h5md"}, "is no checkpoint"),
+            ("no such file", {"bs_restart": "nothing"}, "no such file"),
+            ("a trajectory of another run", {"bs_restart": "ref", "bs_output": "other.h5md"}, "not the trajectory this run wrote"),
+            ("a schedule without a file", {"bs_checkpoint_every": 3, **base, "bs_output": None}, "-bs_checkpoint which file"),
+            ("a checkpoint that exists", dict(BLOCK, ts_max_time=0.1, bs_checkpoint="ref"), "exists")):
+        if name.startswith("a trajectory of another"):
+            run(checks, folder, dict(base, ts_dt=0.003, bs_output="other.h5md", bs_output_interval=0.01))
+        for ranks in (1, 3):
+            code, _, err = run(checks, folder, options, ranks)
+            lines = told(err)
+            checks.true(f"refused on {ranks} rank(s): {name}", code == 2 and len(lines) == 1 and words in lines[0], "".join(lines)[:160])
+    checks.true("what is refused is not touched", (folder / "ref").read_bytes() == kept)
+    for k, (name, options, words) in enumerate((("another method", {"ts_type": "bdf"}, "method is bdf"), ("another step", {"ts_dt": 0.005}, "-ts_dt 0.005"),
+                                 ("another force", {"bs_gravity": (0, 0, -1)}, "-bs_gravity"))):
+        code, _, err = run(checks, folder, dict(options, bs_restart="ref", ts_max_time=0.15, bs_checkpoint=f"new{k}", bs_output=f"new{k}.h5md"))
+        checks.true(f"allowed and said: {name}", code == 0 and words in err and frames(folder / f"new{k}.h5md") >= 2, err.strip()[:120])
+
+
+def main():
+    checks = Checks(__doc__)
+    for part in (methods, signals, schedule, refusals):
+        if checks.wants(part.__name__) or part is methods:
+            with tempfile.TemporaryDirectory() as folder, checks.group(part.__name__):
+                part(checks, pathlib.Path(folder))
+    checks.finish()
+
+
+if __name__ == "__main__":
+    main()
