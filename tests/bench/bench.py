@@ -26,7 +26,7 @@ from running import Budget, Failed, program
 
 HERE = pathlib.Path(__file__).resolve().parent
 # In this order, with the share of the time each may claim; what one leaves over the later ones get.
-SECTIONS = {"steps": 5, "kernels": 1, "peers": 4, "weak": 1, "sizes": 4, "without_factors": 1, "output": 1, "large": 4}
+SECTIONS = {"steps": 7, "kernels": 1, "peers": 4, "weak": 1, "sizes": 4, "without_factors": 1, "output": 1, "large": 4}
 
 
 class Context:

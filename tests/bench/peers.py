@@ -95,6 +95,7 @@ def implicit(context, missing):
     """Backward Euler by Eigen, at the steps of the reference problems."""
     rows = []
     for ic, label in ((0, "Eigen CG + Jacobi"), (1, "Eigen CG + IncompleteCholesky")):
+        linear = None
         for name, h in (("B1", 0.01), ("B1", 0.1), ("B2", 0.01)):
             row = {"peer": label, "case": name, "h": h, "ranks": 1, "kind": "implicit"}
             rows.append(row)
@@ -104,7 +105,7 @@ def implicit(context, missing):
             try:
                 # it ends by itself a little before the budget would, with the steps it has made
                 given = dict(n=context.n, h=h, stiff=name == "B2", ic=ic, limit=0.5 * context.budget.limit())
-                linear = best_tolerance(context, **given)
+                linear = linear or best_tolerance(context, **given)
                 run = repeated(context, lambda: json_run(context, "eigen_be", steps=context.steps, linear=linear, **given), "s_per_step")
                 row.update(run, linear_tolerance=linear, s_per_10ms=run["s_per_step"] * 0.01 / h)
                 row.update({key: run[key] / run["steps"] for key in ("newton", "krylov")})
