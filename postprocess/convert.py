@@ -5,7 +5,9 @@
   postprocess/convert.py network.data -o network.h5                 LAMMPS: springs and masses are in the file
   postprocess/convert.py run.h5md -o run.xyz                        extended XYZ, all frames (OVITO, ASE)
   postprocess/convert.py run.h5md -o run.pvd --stride 10            series of VTU files (ParaView)
-  postprocess/convert.py run.h5md -o last.data                      LAMMPS data or VTU: one frame
+  postprocess/convert.py run.h5md -o run.lammpstrj                  LAMMPS dump, or .gsd: all frames (OVITO, VMD)
+  postprocess/convert.py run.h5md -o last.data                      LAMMPS data, VTU or VTP: one frame
+  postprocess/convert.py last.vtu -o again.h5                       such a file as a lattice: springs and masses are in it
 
 What is done follows from the input's content and the output's ending.
 """
@@ -21,11 +23,13 @@ import h5py  # noqa: E402
 import numpy as np  # noqa: E402
 
 from backspring_io import RunError, open_run  # noqa: E402
-from exports import write_atomically, write_data, write_pvd, write_vtu, write_xyz  # noqa: E402
+from exports import write_atomically, write_data, write_dump, write_gsd, write_pvd, write_vtp, write_vtu, write_xyz  # noqa: E402
 
 MESHES = (".vtk", ".vtu", ".obj", ".ply", ".stl", ".msh", ".off", ".xdmf")
 LAMMPS = (".data", ".lmp", ".lammps")
 LATTICES = (".h5", ".hdf5")
+SERIES = {".xyz": write_xyz, ".dump": write_dump, ".lammpstrj": write_dump, ".gsd": write_gsd, ".pvd": write_pvd}
+SINGLE = {".vtu": write_vtu, ".vtp": write_vtp, **dict.fromkeys(LAMMPS, write_data)}
 FACES = {f"{axis}{end}": (k, end) for k, axis in enumerate("xyz") for end in ("min", "max")}
 
 
@@ -105,7 +109,7 @@ def write_lattice(path, position, pairs, stiffness, mass, velocity=None, fixed=N
 
 
 def to_lattice(args, ending):
-    velocity = mass = stiffness = rest_length = None
+    velocity = mass = stiffness = rest_length = held = damping = None
     if ending in LAMMPS:
         from lammps_data import read_lammps
         data = read_lammps(args.input, args.atom_style)
@@ -118,8 +122,12 @@ def to_lattice(args, ending):
     else:
         need_meshio()
         from mesh_edges import read_mesh
-        points, edges = read_mesh(args.input)
-        position, pairs, kept = tidy(points, edges, args.merge, args.keep_unused)
+        points, edges, said = read_mesh(args.input)
+        if said and args.merge:
+            raise RunError(f"{args.input}: is a lattice already; --merge is for meshes")
+        velocity, mass, stiffness, rest_length, held, damping = (
+            said.get(k) for k in ("velocity", "mass", "stiffness", "rest_length", "fixed", "damping"))
+        position, pairs, kept = (points, edges, points) if said else tidy(points, edges, args.merge, args.keep_unused)
         if len(kept) < len(points):
             print(f"convert.py: {args.input}: {len(points) - len(kept)} points merged or without springs left out", file=sys.stderr)
     position = reduce_dimension(position, args.dim, args.input)
@@ -127,7 +135,7 @@ def to_lattice(args, ending):
         velocity = reduce_dimension(velocity, position.shape[1], args.input + " (velocities)")
     if args.stiffness is not None:
         stiffness = np.full(len(pairs), args.stiffness)
-    elif stiffness is not None and args.spring_law == "strain":
+    elif stiffness is not None and args.spring_law == "strain" and ending in LAMMPS:
         stiffness = stiffness * np.where(rest_length > 0, rest_length, 1.0)  # K/L [N/m] in the file, K [N] in the lattice
     if args.mass is not None or args.total_mass is not None:
         mass = np.full(len(position), args.mass if args.mass is not None else args.total_mass / len(position))
@@ -137,8 +145,8 @@ def to_lattice(args, ending):
     if mass is None:
         raise RunError(f"{args.input}: says nothing of mass; add --mass m [kg] of a particle or --total_mass M [kg]")
     check_springs(args.input, position, pairs, rest_length)
-    fixed = fixed_mask(position, args.fixed)
-    damping = np.full(len(pairs), args.damping) if args.damping is not None else None
+    fixed = fixed_mask(position, args.fixed) | (np.zeros(len(position), bool) if held is None else held != 0)
+    damping = np.full(len(pairs), args.damping) if args.damping is not None else damping
     stiffness = np.zeros(0) if stiffness is None else stiffness
     write_atomically(args.output, lambda part: write_lattice(part, position, pairs, stiffness, mass, velocity, fixed,
                                                              rest_length, damping, args.spring_law, args.damping_law))
@@ -149,26 +157,26 @@ def from_trajectory(args, ending):
     with open_run(args.input) as run:
         if run.kind != "particles":
             raise RunError(f"{args.input}: a linear system has no particles to convert")
-        if ending in (".xyz", ".pvd"):
+        if ending in SERIES:
             rows = run.pick(args.frames, args.stride)
-            if ending == ".xyz":
-                write_atomically(args.output, lambda part: write_xyz(run, rows, part))
+            if ending == ".pvd":
+                if args.pieces == "vtu":
+                    need_meshio()
+                write_pvd(run, rows, args.output, "." + args.pieces)
             else:
-                need_meshio()
-                write_pvd(run, rows, args.output)
+                write_atomically(args.output, lambda part: SERIES[ending](run, rows, part))
             return f"{len(rows)} frames of {run.particles} particles"
         row = run.index(args.frame)
         if ending == ".vtu":
             need_meshio()
-        write = write_vtu if ending == ".vtu" else write_data
-        write_atomically(args.output, lambda part: write(run, row, part))
+        write_atomically(args.output, lambda part: SINGLE[ending](run, row, part))
         return f"frame {row} of {run.particles} particles, {len(run.springs)} springs"
 
 
 def parse(argv=None):
     p = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     p.add_argument("input", help="mesh " + " ".join(MESHES) + ", LAMMPS data " + " ".join(LAMMPS) + ", or trajectory")
-    p.add_argument("-o", "--output", required=True, help="lattice .h5; of a trajectory: .xyz .data .vtu .pvd")
+    p.add_argument("-o", "--output", required=True, help="lattice .h5; of a trajectory: " + " ".join([*SERIES, *SINGLE]))
     mesh = p.add_argument_group("meshes to lattices: springs are the unique edges of the elements, at rest as they lie")
     mesh.add_argument("--stiffness", type=float, help="of every spring: k [N/m] under hooke, K [N] under strain")
     mesh.add_argument("--damping", type=float, help="of every spring [kg/s] (default: none)")
@@ -185,6 +193,7 @@ def parse(argv=None):
     run = p.add_argument_group("trajectories")
     run.add_argument("--frames", metavar="A:B", help="of a series, B excluded (default all)")
     run.add_argument("--stride", type=int, default=1, help="every STRIDE-th frame of a series")
+    run.add_argument("--pieces", choices=("vtu", "vtp"), default="vtu", type=str, help="files of a .pvd series (default vtu)")
     run.add_argument("--frame", type=int, default=-1, help="of a single file (default -1, the last)")
     return p.parse_args(argv)
 
@@ -208,8 +217,8 @@ def main(argv=None):
         said = to_lattice(args, source)
     elif not h5py.is_hdf5(args.input):
         raise RunError(f"{args.input}: neither a trajectory (HDF5) nor a mesh ending in {' '.join(MESHES + LAMMPS)}")
-    elif target not in (".xyz", ".vtu", ".pvd") + LAMMPS:
-        raise RunError(f"{args.output}: unknown ending '{target}'; a trajectory becomes .xyz .data .vtu .pvd")
+    elif target not in SERIES and target not in SINGLE:
+        raise RunError(f"{args.output}: unknown ending '{target}'; a trajectory becomes " + " ".join([*SERIES, *SINGLE]))
     else:
         said = from_trajectory(args, target)
     print(f"{args.output}: {said}")

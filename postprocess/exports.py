@@ -1,6 +1,8 @@
-"""Frames of a trajectory in the formats of other programs: extended XYZ, LAMMPS data, VTU and PVD."""
+"""Frames of a trajectory in the formats of other programs: extended XYZ, LAMMPS data and dumps, GSD, VTU, VTP and PVD."""
+import base64
 import os
 import sys
+import warnings
 from pathlib import Path
 
 import numpy as np
@@ -59,31 +61,107 @@ def write_data(run, row, path):
                  springs.rest_length)
 
 
-def write_vtu(run, row, path):
-    """Springs as lines with strain, particles as points with velocity, mass and id."""
-    import meshio
+def write_dump(run, rows, path):
+    """A LAMMPS dump of all frames (.dump, .lammpstrj): OVITO, VMD, MDAnalysis, LAMMPS' rerun. It has steps, no times."""
+    moving = run.velocities is not None
+    columns = "id type x y z" + (" vx vy vz" if moving else "") + (" mass" if run.mass is not None else "")
+    kind = np.where(run.fixed, 2, 1)
+    with open(path, "w", encoding="utf-8") as f:
+        for row in rows:
+            parts = [padded(run.position(row))] + ([padded(run.velocity(row))] if moving else []) \
+                + ([run.mass[:, None]] if run.mass is not None else [])
+            low, high = parts[0].min(axis=0), parts[0].max(axis=0)
+            f.write(f"ITEM: TIMESTEP\n{run.step[row]}\nITEM: NUMBER OF ATOMS\n{run.particles}\n"
+                    "ITEM: BOX BOUNDS ss ss ss\n" + "".join(f"{a:.17g} {b:.17g}\n" for a, b in zip(low, high))
+                    + f"ITEM: ATOMS {columns}\n")
+            reals = np.concatenate(parts, axis=1)
+            form = "%d %d " + " ".join(["%.17g"] * reals.shape[1]) + "\n"
+            f.writelines(form % (i, t, *values) for i, t, values in zip(run.id.tolist(), kind.tolist(), reals.tolist()))
+
+
+def write_gsd(run, rows, path):
+    """All frames with the bonds (HOOMD's schema, single precision: its own limit): OVITO, VMD, HOOMD-blue."""
+    try:
+        import gsd.hoomd
+    except ImportError:
+        raise RunError("no gsd in this Python; install with: sudo apt-get install python3-gsd") from None
+    reach = max(float(np.abs(run.position(row)).max()) for row in rows)
+    with gsd.hoomd.open(path, "wb") as out, warnings.catch_warnings():
+        warnings.simplefilter("ignore", FutureWarning)  # gsd 2.7 compares lists with arrays
+        for row in rows:
+            frame = gsd.hoomd.Snapshot()
+            frame.configuration.step = int(run.step[row])
+            frame.configuration.dimensions = run.dim if run.dim > 1 else 2
+            frame.configuration.box = [max(2.2 * reach, 1e-6)] * 3 + [0, 0, 0]  # open: no particle ever leaves it
+            frame.particles.N, frame.particles.types = run.particles, ["free", "fixed"]
+            frame.particles.position, frame.particles.typeid = padded(run.position(row)), run.fixed.astype(np.uint32)
+            if run.velocities is not None:
+                frame.particles.velocity = padded(run.velocity(row))
+            if run.mass is not None:
+                frame.particles.mass = run.mass
+            if len(run.springs):
+                frame.bonds.N, frame.bonds.types, frame.bonds.group = len(run.springs), ["spring"], run.springs.pairs
+                frame.bonds.typeid = np.zeros(len(run.springs), dtype=np.uint32)
+            frame.log["time"] = np.array([run.times[row]])
+            out.append(frame)
+
+
+def fields(run, row):
+    """What VTK files carry: of particles, and of springs."""
     points = {"id": run.id, "fixed": run.fixed.astype(np.int32)}
     if run.velocities is not None:
         points["velocity"] = padded(run.velocity(row))
     if run.mass is not None:
         points["mass"] = run.mass
-    springs = run.springs
+    springs, data = run.springs, {}
     if len(springs):
-        cells, data = [("line", springs.pairs)], {"strain": [run.strains(row)]}
-        data.update({k: [v] for k, v in (("stiffness", springs.stiffness), ("rest_length", springs.rest_length)) if v is not None})
-    else:
-        cells, data = [("vertex", np.arange(run.particles)[:, None])], {}
-    meshio.write(path, meshio.Mesh(padded(run.position(row)), cells, point_data=points, cell_data=data), file_format="vtu")
+        data["strain"] = run.strains(row)
+        data.update({k: getattr(springs, k) for k in ("stiffness", "rest_length", "damping") if getattr(springs, k) is not None})
+    return points, data
 
 
-def write_pvd(run, rows, path):
-    """A collection with the times, beside a folder of VTU files."""
+def write_vtu(run, row, path):
+    """Springs as lines, particles as points, with their fields."""
+    import meshio
+    points, data = fields(run, row)
+    cells = [("line", run.springs.pairs)] if len(run.springs) else [("vertex", np.arange(run.particles)[:, None])]
+    meshio.write(path, meshio.Mesh(padded(run.position(row)), cells, point_data=points, cell_data={k: [v] for k, v in data.items()}),
+                 file_format="vtu")
+
+
+VTK_TYPES = {"f8": "Float64", "i8": "Int64", "i4": "Int32"}
+
+
+def _array(name, values):
+    values = np.ascontiguousarray(values)
+    raw = values.tobytes()
+    return (f'<DataArray type="{VTK_TYPES[values.dtype.str[1:]]}" Name="{name}" NumberOfComponents="{values.shape[1] if values.ndim > 1 else 1}" '
+            f'format="binary">{base64.b64encode(np.uint64(len(raw)).tobytes() + raw).decode()}</DataArray>\n')
+
+
+def write_vtp(run, row, path):
+    """The same as VTK PolyData: lines, or vertices where there are no springs."""
+    points, data = fields(run, row)
+    count = len(run.springs) or run.particles
+    corners, kind = (run.springs.pairs.ravel(), "Lines") if len(run.springs) else (np.arange(count), "Verts")
+    ends = np.arange(1, count + 1, dtype=np.int64) * (2 if kind == "Lines" else 1)
+    sections = [("PointData", "".join(_array(k, v) for k, v in points.items())), ("CellData", "".join(_array(k, v) for k, v in data.items())),
+                ("Points", _array("Points", padded(run.position(row)))),
+                (kind, _array("connectivity", corners.astype(np.int64)) + _array("offsets", ends))]
+    with open(path, "w", encoding="ascii") as f:
+        f.write('<?xml version="1.0"?>\n<VTKFile type="PolyData" version="1.0" byte_order="LittleEndian" header_type="UInt64">\n<PolyData>\n'
+                f'<Piece NumberOfPoints="{run.particles}" NumberOf{kind}="{count}">\n'
+                + "".join(f"<{name}>\n{body}</{name}>\n" for name, body in sections) + "</Piece>\n</PolyData>\n</VTKFile>\n")
+
+
+def write_pvd(run, rows, path, ending=".vtu"):
+    """A collection with the times, beside a folder of VTU or VTP files."""
     stem = os.path.splitext(path)[0]
     os.makedirs(stem, exist_ok=True)
     entries = []
     for row in rows:
-        name = os.path.join(stem, f"frame_{row:06d}.vtu")
-        write_vtu(run, row, name)
+        name = os.path.join(stem, f"frame_{row:06d}{ending}")
+        (write_vtp if ending == ".vtp" else write_vtu)(run, row, name)
         entries.append(f'    <DataSet timestep="{run.times[row]:.17g}" file="{os.path.basename(stem)}/{os.path.basename(name)}"/>\n')
     text = '<?xml version="1.0"?>\n<VTKFile type="Collection" version="0.1" byte_order="LittleEndian">\n  <Collection>\n' \
         + "".join(entries) + "  </Collection>\n</VTKFile>\n"

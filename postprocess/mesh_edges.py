@@ -48,11 +48,13 @@ def unique_edges(blocks):
 
 
 def read_mesh(path):
-    """Points (N, 3) and unique edges (M, 2) of a mesh."""
+    """Points (N, 3), unique edges (M, 2), and {} or, of a mesh of lines alone with a field "stiffness" (as convert.py
+    writes it), what it says of the lattice: mass, velocity, fixed (N), stiffness, rest_length, damping (M)."""
+    fields = {}
     if path.lower().endswith(".obj"):
         points, blocks = _read_obj(path)
     else:
-        points, blocks = _read_meshio(path)
+        points, blocks, fields = _read_meshio(path)
     points = np.asarray(points, dtype=float)
     if points.ndim != 2 or not len(points):
         raise RunError(f"{path}: holds no points")
@@ -68,7 +70,9 @@ def read_mesh(path):
         raise RunError(f"{path}: holds no elements with edges, so there are no springs")
     if pairs.min() < 0 or pairs.max() >= len(points):
         raise RunError(f"{path}: an element names point {pairs.max() if pairs.min() >= 0 else pairs.min()} of {len(points)}")
-    return points[:, :3], pairs
+    if fields:
+        pairs = np.asarray(blocks[0][1], dtype=np.int64)
+    return points[:, :3], pairs, fields
 
 
 def _read_meshio(path):
@@ -81,7 +85,11 @@ def _read_meshio(path):
         reason = str(error) if not isinstance(error, SystemExit) else ""
         reason = (reason or said.getvalue()).strip().splitlines() or [type(error).__name__]
         raise RunError(f"{path}: not readable as a {os.path.splitext(path)[1]} mesh ({reason[0][:120]})") from None
-    return mesh.points, [(block.type, block.data) for block in mesh.cells]
+    fields = {}
+    if [block.type for block in mesh.cells] == ["line"] and "stiffness" in mesh.cell_data:
+        fields = {k: np.asarray(mesh.point_data[k], dtype=float) for k in ("mass", "velocity", "fixed") if k in mesh.point_data}
+        fields.update({k: np.asarray(mesh.cell_data[k][0], dtype=float) for k in ("stiffness", "rest_length", "damping") if k in mesh.cell_data})
+    return mesh.points, [(block.type, block.data) for block in mesh.cells], fields
 
 
 def _read_obj(path):

@@ -423,6 +423,81 @@ class Converting(Case):
                 np.testing.assert_array_equal([float(w) for w in words[1:4]], [*run.position(3 * k)[i], 0])
                 np.testing.assert_array_equal([float(w) for w in words[4:7]], [*run.velocity(3 * k)[i], 0])
 
+    def test_vtp_as_vtk_reads_it(self):
+        try:
+            import vtk
+            from vtk.util.numpy_support import vtk_to_numpy
+        except ImportError:
+            self.skipTest("no vtk: apt install python3-vtk9")
+        path = synthetic.cube(self.path("c.h5md"), 3, frames=5)
+        self.works("convert.py", path, "-o", self.path("s.pvd"), "--pieces", "vtp")
+        self.works("convert.py", synthetic.chain(self.path("d.h5md"), 2), "-o", self.path("d.vtp"))
+        with open_run(path) as run:
+            for k in range(5):
+                reader = vtk.vtkXMLPolyDataReader()
+                reader.SetFileName(self.path(f"s/frame_{k:06d}.vtp"))
+                reader.Update()
+                data = reader.GetOutput()
+                np.testing.assert_array_equal(vtk_to_numpy(data.GetPoints().GetData()), run.position(k))
+                np.testing.assert_array_equal(vtk_to_numpy(data.GetPointData().GetArray("velocity")), run.velocity(k))
+                np.testing.assert_array_equal(vtk_to_numpy(data.GetCellData().GetArray("strain")), run.strains(k))
+                lines = vtk_to_numpy(data.GetLines().GetConnectivityArray()).reshape(-1, 2)
+                np.testing.assert_array_equal(lines, run.springs.pairs)
+        if shutil.which("xvfb-run"):  # VTK draws it, without a screen
+            subprocess.run(["xvfb-run", "-a", sys.executable, os.path.join(HERE, "render_vtk.py"), self.path("s/frame_000004.vtp"),
+                            self.path("s.png")], check=True, timeout=120)
+            self.picture(self.path("s.png"), 0.02)
+
+    @unittest.skipUnless(meshio, "no meshio")
+    def test_lattice_through_vtu_and_back(self):
+        path = synthetic.cube(self.path("c.h5md"), 3, frames=3)
+        with h5py.File(path, "a") as f:
+            f["particles/trajectory/fixed"][...] = np.arange(27) < 4
+        self.works("convert.py", path, "-o", self.path("c.vtu"), "--frame", 1)
+        lattice = self.lattice(self.path("c.vtu"))
+        with open_run(path) as run:
+            for name, expected in (("particles/position", run.position(1)), ("particles/velocity", run.velocity(1)), ("particles/mass", run.mass),
+                                   ("particles/fixed", run.fixed), ("springs/pairs", run.springs.pairs), ("springs/damping", run.springs.damping),
+                                   ("springs/stiffness", run.springs.stiffness), ("springs/rest_length", run.springs.rest_length)):
+                np.testing.assert_array_equal(lattice[name], expected, name)
+        self.assertEqual(set(self.lattice(self.path("c.vtu"), "--stiffness", 3)["springs/stiffness"]), {3.0})
+
+    def test_gsd(self):
+        try:
+            import gsd.hoomd
+        except ImportError:
+            self.skipTest("no gsd: apt install python3-gsd")
+        path = synthetic.chain(self.path("c.h5md"), 2)
+        self.works("convert.py", path, "-o", self.path("c.gsd"), "--stride", 10)
+        with open_run(path) as run, gsd.hoomd.open(self.path("c.gsd"), "rb") as frames:
+            self.assertEqual(len(frames), 3)
+            for k, frame in enumerate(frames):
+                np.testing.assert_array_equal(frame.particles.position[:, :2], run.position(10 * k).astype(np.float32))
+                np.testing.assert_array_equal(frame.particles.velocity[:, :2], run.velocity(10 * k).astype(np.float32))
+                np.testing.assert_array_equal(frame.bonds.group, run.springs.pairs)
+                self.assertEqual((frame.log["time"][0], frame.configuration.step), (run.times[10 * k], run.step[10 * k]))
+                self.assertGreater(frame.configuration.box[0], 2 * np.abs(run.position(10 * k)).max())
+
+    def test_lammps_dump(self):
+        path = synthetic.cube(self.path("c.h5md"), 3, frames=4)
+        self.works("convert.py", path, "-o", self.path("c.lammpstrj"), "--stride", 2)
+        with open_run(path) as run:
+            blocks = open(self.path("c.lammpstrj"), encoding="utf-8").read().split("ITEM: TIMESTEP\n")[1:]
+            for k, block in zip((0, 2), blocks):
+                table = np.array([line.split() for line in block.split("mass\n")[1].splitlines()], dtype=float)
+                np.testing.assert_array_equal(table[:, 2:5], run.position(k))
+                np.testing.assert_array_equal(table[:, 5:8], run.velocity(k))
+                self.assertEqual(int(block.split()[0]), run.step[k])
+            try:
+                import MDAnalysis
+            except ImportError:
+                return
+            seen = MDAnalysis.Universe(self.path("c.lammpstrj"), format="LAMMPSDUMP", lammps_coordinate_convention="unscaled")
+            self.assertEqual((len(seen.trajectory), seen.atoms.n_atoms), (2, 27))
+            seen.trajectory[1]  # noqa: B018
+            x = run.position(2)  # MDAnalysis counts from the corner of the box
+            np.testing.assert_allclose(seen.atoms.positions, x - x.min(axis=0), rtol=1e-6, atol=1e-6)
+
     @unittest.skipUnless(meshio, "no meshio")
     def test_vtu_and_pvd(self):
         path = synthetic.cube(self.path("c.h5md"), 3, frames=5)

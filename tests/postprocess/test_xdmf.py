@@ -1,5 +1,6 @@
 #!/usr/bin/env python3
-"""The XDMF sidecar: what it says is what the trajectory holds, read by its own rules and by ParaView where installed."""
+"""What others read: the trajectory against H5MD's rules, with MDAnalysis, and by its XDMF sidecar, with ParaView; both
+where installed."""
 import os
 import pathlib
 import shutil
@@ -128,6 +129,43 @@ def contents(checks, folder):
     checks.true("a file name with & is escaped", by_words(root.find("Domain/Grid/Grid/Geometry/DataItem"), pathlib.Path(folder)).shape == (1, 3))
 
 
+def h5md(checks, folder):
+    """H5MD 1.1 by its rules, and as an independent reader of H5MD sees it."""
+    structure = pathlib.Path(__file__).resolve().parents[1] / "verify" / "test_h5md.py"
+    for name, options in (("cloth", CLOTH), ("square", SQUARE), ("units", CLOTH + ["-bs_output_units", "SI"])):
+        path = run(checks, folder, options, 2, name + ".h5md")
+        done = subprocess.run([sys.executable, str(structure), str(path)], capture_output=True, text=True)
+        checks.true(f"{name}: H5MD 1.1", done.returncode == 0, (done.stdout + done.stderr).strip()[-160:])
+    broken = pathlib.Path(folder) / "broken.h5md"
+    for what, change in (("a version", lambda f: f["h5md"].attrs.modify("version", np.array([2, 0], np.int32))),
+                         ("a copy in place of a hard link", lambda f: replace(f, "particles/trajectory/velocity/time")),
+                         ("a bond to nobody", lambda f: f["connectivity/bonds"].__setitem__((0, 1), 10 ** 6)),
+                         ("a missing box", lambda f: f["particles/trajectory"].__delitem__("box"))):
+        shutil.copy(pathlib.Path(folder) / "cloth.h5md", broken)
+        with h5py.File(broken, "a") as f:
+            change(f)
+        done = subprocess.run([sys.executable, str(structure), str(broken)], capture_output=True, text=True)
+        checks.true(f"the check sees {what}", done.returncode == 1, done.stderr.strip()[-120:])
+    try:
+        import MDAnalysis
+    except ImportError:
+        checks.skip("MDAnalysis", "apt install python3-mdanalysis")
+        return
+    with h5py.File(pathlib.Path(folder) / "cloth.h5md", "r") as f:
+        x, t = f["particles/trajectory/position/value"][...], f["particles/trajectory/position/time"][...]
+    universe = MDAnalysis.Universe.empty(x.shape[1], trajectory=False)
+    universe.load_new(str(pathlib.Path(folder) / "cloth.h5md"), format="H5MD", convert_units=False)
+    seen = [(frame.time, frame.positions.copy()) for frame in universe.trajectory]
+    checks.true("MDAnalysis reads times and positions", [s[0] for s in seen] == t.tolist()
+                and np.array_equal([s[1] for s in seen], x.astype(np.float32)))
+
+
+def replace(f, path):
+    values = f[path][...]
+    del f[path]
+    f[path] = values
+
+
 def interrupted(checks, folder):
     """A run killed in the middle leaves a whole sidecar of frames that are there; one that is stopped, all frames."""
     path = pathlib.Path(folder) / "long.h5md"
@@ -216,7 +254,7 @@ def paraview(checks, folder):
 
 def main():
     checks = Checks(__doc__)
-    for group in (contents, interrupted, paraview):
+    for group in (contents, h5md, interrupted, paraview):
         if checks.wants(group.__name__):
             with tempfile.TemporaryDirectory() as folder, checks.group(group.__name__):
                 group(checks, folder)

@@ -1,0 +1,33 @@
+"""render_vtk.py FILE.vtp PICTURE.png: one frame, springs coloured by strain, drawn off the screen by VTK."""
+import sys
+
+import vtk
+
+reader = vtk.vtkXMLPolyDataReader()
+reader.SetFileName(sys.argv[1])
+reader.Update()
+mapper = vtk.vtkPolyDataMapper()
+mapper.SetInputConnection(reader.GetOutputPort())
+mapper.SetScalarModeToUseCellFieldData()
+mapper.SelectColorArray("strain")
+mapper.SetScalarRange(reader.GetOutput().GetCellData().GetArray("strain").GetRange())
+actor = vtk.vtkActor()
+actor.SetMapper(mapper)
+actor.GetProperty().SetLineWidth(3)
+renderer = vtk.vtkRenderer()
+renderer.SetBackground(1, 1, 1)
+renderer.AddActor(actor)
+renderer.GetActiveCamera().SetPosition(3, -5, 2.5)
+renderer.GetActiveCamera().SetViewUp(0, 0, 1)
+renderer.ResetCamera()
+window = vtk.vtkRenderWindow()
+window.SetOffScreenRendering(True)
+window.SetSize(600, 450)
+window.AddRenderer(renderer)
+window.Render()
+grab = vtk.vtkWindowToImageFilter()
+grab.SetInput(window)
+writer = vtk.vtkPNGWriter()
+writer.SetFileName(sys.argv[2])
+writer.SetInputConnection(grab.GetOutputPort())
+writer.Write()
