@@ -70,6 +70,7 @@ int run_petsc(int argc, char** argv) {
   std::signal(SIGPIPE, SIG_DFL);
   if (!status) status = run_program(&exit_code);
   const int failed = bs::finish(status);
+  (void)PetscPopErrorHandler();  // else -malloc_dump would list it
   if (PetscFinalize() && !failed) return static_cast<int>(bs::Exit::io);
   return failed ? failed : exit_code;
 }
