@@ -95,7 +95,7 @@ def draw(path, found, a, args):
     import matplotlib
     matplotlib.use("Agg")
     import matplotlib.pyplot as plt
-    import figures
+    import figure_style as figures
     with plt.rc_context(figures.STYLE):
         figure, axes = plt.subplots(1, len(found), figsize=(0.6 + 3.6 * len(found), 2.9), constrained_layout=True, squeeze=False)
         for ax, d in zip(axes[0], found):

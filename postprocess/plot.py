@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """Plots of one or several runs.
 
-  postprocess/plot.py run.h5md -o run.png                              a sheet: state, energies, steps, drift
+  postprocess/plot.py run.h5md -o run.png                              a sheet: state, energies, drift, strains, steps, iterations
   postprocess/plot.py run.h5md -o strain.pdf --kind strain,momentum
   postprocess/plot.py beuler.h5md bdf.h5md -o compare.png --kind drift  the legend names the options that differ
   postprocess/plot.py circuit.h5md -o circuit.svg --states v_out,i_L
@@ -21,24 +21,29 @@ import matplotlib.pyplot as plt  # noqa: E402
 from matplotlib.lines import Line2D  # noqa: E402
 
 import figures  # noqa: E402
+from figure_style import COLORS, DASHES, STYLE  # noqa: E402
+from figures_motion import state_scene  # noqa: E402
 from backspring_io import RunError, open_run  # noqa: E402
 from camera import AXES  # noqa: E402
 
 ENDINGS = (".png", ".pdf", ".svg")
-COLORED_BY_RUN = ("energy", "drift", "momentum", "angular_momentum", "strain", "steps")
-NOT_SETTINGS = ("output", "report", "overwrite", "version", "options_file", "options_left", "log_view")
+NOT_SETTINGS = ("output", "report", "overwrite", "version", "options_file", "options_left", "log_view", "progress")
+FIRST = ("ts_type", "ts_dt", "ts_adapt_type")  # what tells runs apart best
 
 
 def run_labels(runs):
-    """A label for each run: the options in which they differ; else the name of the file; '' for a single run."""
+    """A label for each run: the options in which they differ (three at most), those that count most first; with the name of the
+    file if that leaves two alike; '' for a single run."""
     if len(runs) == 1:
         return [""]
-    keys = sorted({k for run in runs for k in run.parameters if not any(w in k for w in NOT_SETTINGS)})
-    differ = [k for k in keys if len({run.parameters.get(k) for run in runs}) > 1]
+    keys = sorted({k for run in runs for k in run.parameters if not any(w in k for w in NOT_SETTINGS)},
+                  key=lambda k: (FIRST.index(k) if k in FIRST else len(FIRST), k.startswith("ts_adapt"), k))
+    differ = [k for k in keys if len({run.parameters.get(k) for run in runs}) > 1][:3]
     names = [os.path.splitext(os.path.basename(run.path))[0] for run in runs]
-    labels = [", ".join(f"{k} {run.parameters[k]}".strip() if k in run.parameters else f"no {k}" for k in differ[:3])
-              for run in runs]
-    if len(differ) > 3 or len(set(labels)) < len(runs):
+    labels = [", ".join(f"{k} {run.parameters[k]}".strip() for k in differ if k in run.parameters)
+              or (f"without {differ[0]}" if differ else "") for run in runs]
+    if len(set(labels)) < len(runs):
+        names = names if len(set(names)) == len(names) else [run.path for run in runs]
         labels = [f"{n}: {text}" if text else n for n, text in zip(names, labels)]
     return labels
 
@@ -46,15 +51,17 @@ def run_labels(runs):
 def default_kinds(runs):
     if runs[0].kind == "linear":
         return ["states"] + (["sources"] if runs[0].sources.value is not None else [])
-    return ["state", "energy", "steps", "drift"]
+    if len(runs) > 1:
+        return ["state", "energy", "drift", "steps", "iterations"]
+    return ["state", "energy", "drift", "histogram" if len(runs[0].springs) > 20 else "phase", "steps", "iterations"]
 
 
 def plan(kinds, runs):
-    """Panels as (kind, runs, labels); a state is drawn once for every run."""
+    """Panels as (kind, runs, labels); some kinds are drawn once for every run."""
     labels = run_labels(runs)
     panels = []
     for kind in kinds:
-        if kind == "state":
+        if kind in figures.BY_RUN:
             panels += [(kind, [run], [label]) for run, label in zip(runs, labels)]
         else:
             panels.append((kind, runs, labels))
@@ -67,9 +74,10 @@ def sheet(panels, args):
     columns = 1 if count == 1 else 3 if count in (3, 5, 6, 9) else 2
     rows = -(-count // columns)
     runs, labels = max(((p[1], p[2]) for p in panels), key=lambda pair: len(pair[0]))
-    keyed = len(runs) > 1 and any(kind in COLORED_BY_RUN for kind, _, _ in panels)
-    head = 0.35 + (0.2 * len(runs) if keyed else 0)  # inches above the panels
-    gap, wide, high = (1.35, 0.85), (4.2 if columns == 1 else 2.75), (2.9 if columns == 1 else 2.3)
+    keyed = len(runs) > 1 and any(kind not in figures.BY_RUN + ("states", "sources") for kind, _, _ in panels)
+    styled = len(runs) > 1 and not keyed and any(kind == "states" for kind, _, _ in panels)
+    head = 0.35 + (0.19 * len(runs) if keyed or styled else 0)  # inches above the panels
+    gap, wide, high = (1.45 if {"state", "paths", "phase"} & {p[0] for p in panels} else 1.1, 0.8), (4.2 if columns == 1 else 2.75), (2.9 if columns == 1 else 2.3)
     size = args.size or (0.8 + columns * wide + (columns - 1) * gap[0] + 0.75, head + rows * high + (rows - 1) * gap[1] + 0.55)
     if size[0] > 60 or size[1] > 60:
         raise RunError(f"{count} panels are too many for one sheet")
@@ -79,8 +87,9 @@ def sheet(panels, args):
         raise RunError(f"{size[0]:g}x{size[1]:g} inches are too small for {count} panels")
     grid = figure.add_gridspec(rows, columns, left=0.8 / size[0], right=1 - 0.75 / size[0], bottom=0.55 / size[1],
                                top=1 - head / size[1], wspace=gap[0] / inner[0], hspace=gap[1] / inner[1])
-    if keyed:
-        lines = [Line2D([], [], color=figures.COLORS[i % len(figures.COLORS)], lw=2) for i in range(len(runs))]
+    if keyed or styled:
+        lines = [Line2D([], [], color=COLORS[i % len(COLORS)] if keyed else "#555555", lw=2 if keyed else 1.3,
+                        ls="-" if keyed else DASHES[i % len(DASHES)]) for i in range(len(runs))]
         figure.legend(lines, labels, loc="upper left", bbox_to_anchor=(0.7 / size[0], 1 - 0.02 / size[1]))
     for k, (kind, shown, names) in enumerate(panels):
         solid = kind == "paths" and shown[0].dim == 3
@@ -97,8 +106,8 @@ def parse(argv=None):
     p.add_argument("--states", type=lambda s: s.split(","), default=[], help="states of a linear system, by label or number")
     p.add_argument("--particles", type=lambda s: [int(v) for v in s.split(",")], default=[],
                    help="ids to follow in paths and phase (default: six of them)")
-    p.add_argument("--component", choices=("x", "y", "z"), default="x", help="component shown in phase (default x)")
-    p.add_argument("--frame", type=int, default=-1, help="frame shown in state (default -1, the last)")
+    p.add_argument("--component", choices=("x", "y", "z"), help="component shown in phase (default: the one with most motion)")
+    p.add_argument("--frame", type=int, default=-1, help="frame shown in state, and in histogram of several runs (default -1, the last)")
     p.add_argument("--color", choices=("auto", "strain", "speed", "none"), default="auto", help="colour of state")
     p.add_argument("--up", choices=AXES, default="", help="axis that points up (default: against gravity); write --up=-x")
     p.add_argument("--elev", type=float, default=18, help="elevation of the eye [degree] (default 18)")
@@ -133,9 +142,9 @@ def main(argv=None):
                 print(f"plot.py: {run.path}: no rest lengths, strains are relative to the first frame", file=sys.stderr)
         args.limits = None
         if len(runs) > 1 and "state" in kinds:  # one colour scale for all
-            norms = [figures.state_scene(run, args).norm for run in runs]
+            norms = [state_scene(run, args).norm for run in runs]
             args.limits = min(n.vmin for n in norms), max(n.vmax for n in norms)
-        with plt.rc_context(figures.STYLE):
+        with plt.rc_context(STYLE):
             figure = sheet(plan(kinds, runs), args)
             figure.savefig(args.output, dpi=args.dpi, facecolor="white")
     print(f"{args.output}: {', '.join(kinds)}")

@@ -262,7 +262,7 @@ class Scene:
         rgb[self.run.fixed] = 0.55 * rgb[self.run.fixed] + 0.45 * np.array(to_rgb(self.theme.fixed))
         box = ax.get_window_extent()
         (x0, x1), (y0, y1) = ax.get_xlim(), ax.get_ylim()
-        fine = 2 if self.run.particles < 300000 else 1  # smooth outlines
+        fine = 2 if self.run.particles < 3000000 else 1  # smooth outlines
         image = splat(plane, depth, rgb, self._fog(depth, 0.35), (x0, x1, y0, y1),
                       (fine * round(box.width), fine * round(box.height)), self._disc_radius(),
                       to_rgb(self.theme.background), shaded=self.run.dim == 3)
@@ -276,7 +276,7 @@ class Scene:
         """Half the diagonal of a cell, so that neighbours close the surface [m]."""
         if len(self.run.springs):
             rest = self.run.lengths(0)[:: max(1, len(self.run.springs) // 20000)]
-            return 0.75 * float(np.percentile(rest[rest > 0], 25)) if np.any(rest > 0) else self.size / 200
+            return 0.85 * float(np.percentile(rest[rest > 0], 25)) if np.any(rest > 0) else self.size / 200
         lo, hi = self.bounds
         extent = np.maximum(hi - lo, 1e-3 * self.size)
         return 0.5 * float((np.prod(extent) / self.run.particles) ** (1.0 / self.run.dim))

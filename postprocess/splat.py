@@ -17,14 +17,17 @@ def splat(plane, depth, rgb, fog, window, shape, radius, background, shaded):
     column = ((plane[order, 0] - x0) / (x1 - x0) * width).astype(np.int64)
     row = ((plane[order, 1] - y0) / (y1 - y0) * height).astype(np.int64)
     z = depth[order] * scale                                # in pixels
+    seen = _maybe_visible(column, row, z, reach, width, height)
+    order, column, row, z = order[seen], column[seen], row[seen], z[seen]
     nearest = np.full(height * width, -np.inf)
     owner = np.full(height * width, -1, dtype=np.int64)
+    index = np.arange(len(order))
     steps = int(np.ceil(reach))
     for dy in range(-steps, steps + 1):
         for dx in range(-steps, steps + 1):
             if dx * dx + dy * dy <= reach * reach + 0.3:
                 bulge = np.sqrt(max(reach * reach - dx * dx - dy * dy, 0.0))
-                _lay(column + dx, row + dy, z + bulge, width, height, nearest, owner)
+                _lay(column + dx, row + dy, z + bulge, index, width, height, nearest, owner)
     hit = owner >= 0
     image = np.concatenate([np.tile(background, (height * width, 1)), np.zeros((height * width, 1))], axis=1)
     who = order[owner[hit]]
@@ -35,15 +38,34 @@ def splat(plane, depth, rgb, fog, window, shape, radius, background, shaded):
     return image.reshape(height, width, 4)
 
 
-def _lay(column, row, z, width, height, nearest, owner):
-    inside = np.flatnonzero((column >= 0) & (column < width) & (row >= 0) & (row < height))
-    pixel = row[inside] * width + column[inside]
-    candidate = np.full(len(nearest), -1, dtype=np.int64)
-    candidate[pixel] = inside
-    seen = np.flatnonzero(candidate >= 0)
-    closer = seen[z[candidate[seen]] > nearest[seen]]
-    nearest[closer] = z[candidate[closer]]
-    owner[closer] = candidate[closer]
+def _lay(column, row, z, index, width, height, nearest, owner):
+    """One pixel of every disc. z ascends, so that of two discs with one pixel the nearer is written last."""
+    inside = (column >= 0) & (column < width) & (row >= 0) & (row < height)
+    pixel = row * width + column
+    if not inside.all():
+        pixel, z, index = pixel[inside], z[inside], index[inside]
+    closer = z > nearest[pixel]
+    pixel = pixel[closer]
+    nearest[pixel] = z[closer]
+    owner[pixel] = index[closer]
+
+
+def _maybe_visible(column, row, z, reach, width, height):
+    """Those that are not hidden for certain; z ascends. A disc covers a square of side reach/sqrt(2) that holds its centre,
+    nowhere deeper than its own z: whatever lies behind that in all squares it touches cannot be seen."""
+    side = int(reach / np.sqrt(2))
+    if side < 2:
+        return np.arange(len(z))
+    margin = 3 + int(np.ceil(reach / side))
+    across, down = width // side + 2 * margin + 1, height // side + 2 * margin + 1
+    cx = np.clip(column // side + margin, 0, across - 1)
+    cy = np.clip(row // side + margin, 0, down - 1)
+    front = np.full((down, across), -np.inf)
+    front[cy, cx] = z
+    touched = int(np.ceil(reach / side)) + 1
+    for axis in (0, 1):  # the least over all squares around
+        front = np.min([np.roll(front, k, axis) for k in range(-touched, touched + 1)], axis=0)
+    return np.flatnonzero(z + reach >= front[cy, cx])
 
 
 def _light(z, reach):

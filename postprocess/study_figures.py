@@ -5,7 +5,7 @@ import matplotlib.pyplot as plt  # noqa: E402
 import numpy as np  # noqa: E402
 from matplotlib.ticker import FuncFormatter, NullFormatter  # noqa: E402
 
-from figures import COLORS, STYLE  # noqa: E402
+from figure_style import COLORS, STYLE  # noqa: E402
 from study_orders import efficiency  # noqa: E402
 
 MARKS = "osD^vP*X"

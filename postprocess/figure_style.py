@@ -1,0 +1,46 @@
+"""What all diagrams share: colours, line styles, letters, labels."""
+import matplotlib
+matplotlib.use("Agg")
+
+COLORS = ["#1f5fa8", "#c8452e", "#3a8f5a", "#8a5aa8", "#c98a1b", "#4aa3b8", "#7a7a7a", "#b8477f"]
+DASHES = ["-", (0, (4, 1.5)), (0, (1, 1.2)), (0, (6, 1.5, 1, 1.5))]
+STYLE = {"font.size": 9, "axes.labelsize": 9, "axes.titlesize": 9, "legend.fontsize": 8, "xtick.labelsize": 8,
+         "ytick.labelsize": 8, "axes.linewidth": 0.7, "lines.linewidth": 1.3, "axes.spines.top": False,
+         "axes.spines.right": False, "xtick.direction": "out", "ytick.direction": "out", "legend.frameon": False,
+         "axes.grid": True, "grid.color": "#e4e4e4", "grid.linewidth": 0.6, "axes.axisbelow": True,
+         "axes.formatter.limits": (-3, 4), "axes.formatter.use_mathtext": True, "svg.fonttype": "none",
+         "pdf.fonttype": 42, "mathtext.fontset": "dejavusans"}
+
+
+def axis_label(name, unit):
+    return f"{name} [{unit}]" if unit else name
+
+
+def time_label(run):
+    return axis_label("time $t$", run.unit("time"))
+
+
+def missing(ax, what):
+    """Says in the panel that the file has no such data; nothing is made up in its place."""
+    ax.text(0.5, 0.5, f"no {what} in the file", transform=ax.transAxes, ha="center", va="center", color="#777777")
+    ax.set_xticks([])
+    ax.set_yticks([])
+    ax.grid(False)
+
+
+def finish(ax, run, ylabel, legend=True):
+    ax.set_xlabel(time_label(run))
+    ax.set_ylabel(ylabel)
+    ax.margins(x=0.01)
+    if legend and ax.get_legend_handles_labels()[0]:
+        ax.legend(loc="best")
+
+
+def short_marks(count):
+    """Size and opacity of a point's mark where `count` of them share a panel."""
+    return (4.0, 0.9) if count <= 150 else (2.5, 0.7) if count <= 1000 else (1.6, 0.45)
+
+
+def width(i, several):
+    """Line width of run i: of several, later ones are thinner, so that those they cover can be seen."""
+    return max(0.8, 2.0 - 0.5 * i) if several else 1.5

@@ -1,0 +1,63 @@
+"""Panels of the step log: step sizes with rejections, Newton and Krylov counts."""
+import numpy as np
+from matplotlib.ticker import FuncFormatter
+
+from figure_style import COLORS, axis_label, finish, missing, short_marks, width
+
+
+def steps(ax, runs, labels, args):
+    """Step size, one value a step; a cross where attempts were rejected before the step succeeded."""
+    logged = [(i, run.log) for i, run in enumerate(runs) if "dt" in run.log and "time" in run.log and len(run.log["dt"])]
+    if not logged:
+        return missing(ax, "log of steps")
+    several, crossed = len(runs) > 1, False
+    for i, log in logged:
+        color = COLORS[i % len(COLORS)]
+        ax.plot(log["time"], log["dt"], color=color, lw=width(i, True) if several else 1.0, drawstyle="steps-pre")
+        rejected = np.asarray(log.get("rejected", np.zeros(len(log["dt"])))) > 0
+        if rejected.any():
+            ax.plot(log["time"][rejected], log["dt"][rejected], "x", color=color if several else COLORS[1], ms=3.5, mew=0.8, zorder=3,
+                    label=None if crossed else f"after rejected attempts ({int(np.sum(log['rejected']))})" if not several
+                    else "after rejected attempts")
+            crossed = True
+    dts = np.concatenate([log["dt"] for _, log in logged])
+    positive = dts[dts > 0]
+    if len(positive) and positive.max() > 20 * positive.min():
+        ax.set_yscale("log")
+        ax.set_ylim(positive.min() / 1.5, positive.max() * (4 if crossed else 1.5))
+    else:
+        ax.set_ylim(0, 1.35 * max(dts.max(), 1e-300))
+    finish(ax, runs[0], axis_label("step size", runs[0].unit("time")), legend=False)
+    if crossed:
+        ax.legend(loc="upper left")
+
+
+def iterations(ax, runs, labels, args):
+    """Newton (discs) and Krylov iterations (rings) of every step; one kind where both counts are the same (a direct solver)."""
+    logged = [(i, run.log) for i, run in enumerate(runs) if "time" in run.log and np.any(run.log.get("newton", 0) + run.log.get("krylov", 0))]
+    if not logged:
+        return missing(ax, "iterations")
+    several, top, low = len(runs) > 1, 0, np.inf
+    same = all(np.array_equal(log["newton"], log["krylov"]) for _, log in logged if "newton" in log and "krylov" in log)
+    for i, log in logged:
+        size, opacity = short_marks(len(log["time"]))
+        for name, color, face in (("newton", COLORS[i % len(COLORS)] if several else COLORS[0], True),
+                                  ("krylov", COLORS[i % len(COLORS)] if several else COLORS[1], False)):
+            if name not in log or not np.any(log[name] > 0) or (name == "krylov" and same):
+                continue
+            top, low = max(top, log[name].max()), min(low, log[name][log[name] > 0].min())
+            ax.plot(log["time"], np.where(log[name] > 0, log[name], np.nan), "o", ms=size, mew=0 if face else 0.6, alpha=opacity,
+                    mfc=color if face else "none", mec=color)
+    if not same:
+        for name, face in (("Newton", True), ("Krylov", False)):
+            color = "#555555" if several else COLORS[0 if face else 1]
+            ax.plot([], [], "o", ms=4, mew=0 if face else 0.8, mfc=color if face else "none", mec=color, label=name)
+    if top > 15 * low:
+        ax.set_yscale("log")
+        ax.set_ylim(low / 1.5, top * 3)
+        ax.yaxis.set_major_formatter(FuncFormatter(lambda v, _: f"{v:g}"))
+    else:
+        ax.set_ylim(0, 1.35 * top + 0.5)
+    finish(ax, runs[0], "Newton iterations a step" if same else "iterations a step", legend=False)
+    if not same:
+        ax.legend(loc="upper left", ncol=2)
