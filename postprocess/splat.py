@@ -1,7 +1,7 @@
 """Discs for up to millions of particles, drawn by numpy into an image with a depth buffer."""
 import numpy as np
 
-WORK = 6e7  # particles times pixels of a disc, at most
+WORK = 1e8  # particles that may be seen times pixels of a disc, at most
 
 
 def splat(plane, depth, rgb, fog, window, shape, radius, background, shaded):
@@ -12,13 +12,14 @@ def splat(plane, depth, rgb, fog, window, shape, radius, background, shaded):
     width, height = shape
     x0, x1, y0, y1 = window
     scale = min(width / (x1 - x0), height / (y1 - y0))      # pixels per unit of length
-    reach = float(np.clip(radius * scale, 0.5, max(0.5, np.sqrt(WORK / (3.2 * len(plane))))))
+    reach = max(0.5, radius * scale)
     order = np.argsort(depth, kind="stable")                # far to near: of equal pixels the last one stays
     column = ((plane[order, 0] - x0) / (x1 - x0) * width).astype(np.int64)
     row = ((plane[order, 1] - y0) / (y1 - y0) * height).astype(np.int64)
     z = depth[order] * scale                                # in pixels
     seen = _maybe_visible(column, row, z, reach, width, height)
     order, column, row, z = order[seen], column[seen], row[seen], z[seen]
+    reach = float(min(reach, max(0.5, np.sqrt(WORK / (3.2 * len(order))))))
     nearest = np.full(height * width, -np.inf)
     owner = np.full(height * width, -1, dtype=np.int64)
     index = np.arange(len(order))
