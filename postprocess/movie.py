@@ -2,6 +2,7 @@
 """Films and stills of a particle run: springs coloured by strain, or particles by speed.
 
   postprocess/movie.py run.h5md -o film.mp4
+  postprocess/movie.py run.h5md -o turn.mp4 --turn 90 --zoom 1.2 --theme dark
   postprocess/movie.py run.h5md -o still.png --frame -1 --theme dark --elev 30 --azim -50
 """
 import argparse
@@ -21,7 +22,8 @@ import numpy as np  # noqa: E402
 
 from backspring_io import RunError, open_run  # noqa: E402
 from camera import AXES  # noqa: E402
-from scene import THEMES, Scene  # noqa: E402
+from scene import Scene  # noqa: E402
+from scene_marks import THEMES  # noqa: E402
 
 STILLS, FILMS = (".png", ".pdf", ".svg"), (".mp4", ".webm", ".gif", ".mkv")
 CODECS = {".mp4": ["-c:v", "libx264", "-pix_fmt", "yuv420p", "-crf", "18", "-movflags", "+faststart"],
@@ -89,10 +91,11 @@ def compose(scene, size, dpi):
     theme = scene.theme
     figure = plt.figure(figsize=(size[0] / dpi, size[1] / dpi), dpi=dpi, facecolor=theme.background)
     mapping = scene.mapping()
-    ax = figure.add_axes([0.0, 0.0, 0.87 if mapping is not None else 1.0, 0.93])
+    bar_at = 1 - 1.22 * dpi / size[0]  # the bar and its letters take 1.22 inches
+    ax = figure.add_axes([0.0, 0.0, max(0.4, bar_at - 0.015) if mapping is not None else 1.0, 0.93])
     scene.setup(ax)
     if mapping is not None:
-        bar = figure.colorbar(mapping, cax=figure.add_axes([0.885, 0.22, 0.014, 0.56]), extend="both")
+        bar = figure.colorbar(mapping, cax=figure.add_axes([max(0.42, bar_at), 0.22, 0.15 * dpi / size[0], 0.56]), extend="both")
         bar.set_label(scene.label(), color=theme.ink, fontsize=9)
         bar.ax.tick_params(colors=theme.ink, labelsize=8)
         bar.outline.set_edgecolor(theme.faint)
@@ -144,6 +147,9 @@ def parse(argv=None):
     p.add_argument("--elev", type=float, default=18, help="elevation of the eye [degree] (default 18)")
     p.add_argument("--azim", type=float, default=-60, help="azimuth of the eye [degree] (default -60)")
     p.add_argument("--perspective", type=float, default=0.3, help="0: parallel projection (default 0.3)")
+    p.add_argument("--zoom", type=float, default=1.0, help="above 1: closer (default 1: all that is ever seen)")
+    p.add_argument("--turn", type=float, default=0.0, help="degrees by which the eye goes round during the film (default 0)")
+    p.add_argument("--follow", action="store_true", help="keep the centre of mass in the middle")
     p.add_argument("--up", choices=AXES, default="", help="axis that points up (default: against gravity); write --up=-x")
     p.add_argument("--color", choices=("auto", "strain", "speed", "none"), default="auto", help="default: strain if any")
     p.add_argument("--limits", metavar="A:B", help="ends of the colour scale (default: from the frames shown)")
@@ -167,8 +173,9 @@ def check(args):
         args.limits = None if args.limits is None else tuple(float(v) for v in args.limits.split(":", 1))
     except ValueError:
         raise RunError("--size wants pixels as WxH, --limits two numbers as A:B") from None
-    if not (64 <= width <= 16384 and 64 <= height <= 16384 and args.fps > 0 and args.dpi > 0 and args.max_springs > 0):
-        raise RunError("--size must lie between 64 and 16384 pixels; --fps, --dpi and --max_springs must be positive")
+    if not (64 <= width <= 16384 and 64 <= height <= 16384 and args.fps > 0 and args.dpi > 0 and args.max_springs > 0
+            and args.zoom > 0):
+        raise RunError("--size must lie between 64 and 16384 pixels; --fps, --dpi, --zoom and --max_springs must be positive")
     if args.limits is not None and (len(args.limits) != 2 or not args.limits[0] < args.limits[1]):
         raise RunError("--limits A:B wants A < B")
     return width + width % 2, height + height % 2, ending
@@ -184,7 +191,7 @@ def main(argv=None):
         rows = [run.index(args.frame)] if is_still else run.pick(args.frames, args.stride, args.every)
         seen = run.pick(args.frames) if is_still and args.frames else rows
         scene = Scene(run, seen, args.color, args.theme, args.up, args.elev, args.azim, args.perspective,
-                      args.max_springs, args.draw, args.limits)
+                      args.max_springs, args.draw, args.limits, args.zoom, args.turn, args.follow)
         made = still(scene, rows[0], args, (width, height)) if is_still else film(scene, rows, args, (width, height))
     print(f"{made}: {len(rows)} frame{'s' if len(rows) > 1 else ''}, {width}x{height}")
 

@@ -1,33 +1,13 @@
 """Draws one frame of a run: springs as lines, or particles as shaded discs where there are too many springs."""
-from dataclasses import dataclass
-
 import matplotlib
 matplotlib.use("Agg")
 import numpy as np  # noqa: E402
 from matplotlib.collections import LineCollection  # noqa: E402
-from matplotlib.colors import LinearSegmentedColormap, Normalize, to_rgb  # noqa: E402
+from matplotlib.colors import Normalize, to_rgb  # noqa: E402
 
 from camera import Camera, guess_up  # noqa: E402
+from scene_marks import THEMES, scale_bar, triad  # noqa: E402
 
-STRAIN_LIGHT = LinearSegmentedColormap.from_list(
-    "strain_light", ["#0b3c8c", "#2f7fc9", "#8fb4cf", "#a8a49c", "#e39a6b", "#d1432f", "#8a0f1e"])
-STRAIN_DARK = LinearSegmentedColormap.from_list(
-    "strain_dark", ["#35b7ff", "#3f8fe0", "#6c88a8", "#9a9a9a", "#d29a6a", "#ff7a45", "#ff3b3b"])
-
-
-@dataclass(frozen=True)
-class Theme:
-    background: str
-    ink: str
-    faint: str
-    fixed: str
-    particle: str
-    strain: object
-    speed: str
-
-
-THEMES = {"light": Theme("#ffffff", "#1a1a1a", "#b8b8b8", "#1a1a1a", "#3a3a3a", STRAIN_LIGHT, "viridis"),
-          "dark": Theme("#10141a", "#e8e8e8", "#4a525e", "#f2f2f2", "#d0d4da", STRAIN_DARK, "plasma")}
 LABELS = {"strain": "strain $(l-L)/L$", "speed": "speed"}
 
 
@@ -42,8 +22,10 @@ class Scene:
     """What stays the same over all frames: camera, window, colour scale, which springs are drawn."""
 
     def __init__(self, run, rows, color="auto", theme="light", up="", elev=20.0, azim=-60.0, perspective=0.0,
-                 max_springs=20000, draw="auto", limits=None):
+                 max_springs=20000, draw="auto", limits=None, zoom=1.0, turn=0.0, follow=False):
+        """turn: degrees by which the eye goes round over the frames; follow: the centre of mass stays in the middle."""
         self.run, self.theme = run, THEMES[theme]
+        self.turn, self.follow, self.first, self.last = turn if run.dim == 3 else 0.0, follow, rows[0], rows[-1]
         pairs = run.springs.pairs
         self.draw = draw if draw != "auto" else ("springs" if 0 < len(pairs) <= max_springs else "particles")
         if not len(pairs):
@@ -54,7 +36,7 @@ class Scene:
         self.color = self._color(color)
         budget = max(2, int(4e7 // max(1, run.particles)))
         seen = sample(rows, min(200, budget))
-        self._frame_window(seen, up, elev, azim, perspective)
+        self._frame_window(seen, up, elev, azim, perspective, zoom)
         self.norm = self._norm(sample(rows, min(40, budget)), limits)
         self.cmap = matplotlib.colormaps.get_cmap(self.theme.speed) if self.color == "speed" else self.theme.strain
         self.dots = None
@@ -66,24 +48,41 @@ class Scene:
             return "strain" if strained else ("speed" if self.run.velocities is not None else "none")
         return "none" if (color == "strain" and not strained) or (color == "speed" and self.run.velocities is None) else color
 
-    def _frame_window(self, rows, up, elev, azim, perspective):
+    def position(self, row):
+        """Positions (N, d), the centre of mass (of the free particles) kept where it was first if it is followed."""
+        x = self.run.position(row)
+        return x - (self._centre(row) - self._centre(self.first)) if self.follow else x
+
+    def _centre(self, row):
+        free = ~self.run.fixed if not self.run.fixed.all() else np.ones(self.run.particles, dtype=bool)
+        weights = self.run.mass[free] if self.run.mass is not None else None
+        return np.average(self.run.position(row)[free], axis=0, weights=weights)
+
+    def _frame_window(self, rows, up, elev, azim, perspective, zoom):
         """The same window for all frames: everything that is ever seen, and a margin."""
         lo, hi = np.full(self.run.dim, np.inf), np.full(self.run.dim, -np.inf)
         for row in rows:
-            x = self.run.position(row)
+            x = self.position(row)
             lo, hi = np.fmin(lo, np.nanmin(x, axis=0)), np.fmax(hi, np.nanmax(x, axis=0))
         size = float(np.linalg.norm(hi - lo)) or 1.0
         up = up or guess_up(self.run.dim, self.run.parameters.get("bs_gravity"))
         self.size, self.bounds = size, (lo, hi)
-        self.camera = Camera(self.run.dim, up, elev, azim, 0.5 * (lo + hi) if self.run.dim == 3 else None, size, perspective)
+        target = 0.5 * (lo + hi) if self.run.dim == 3 else None
+        self._eye = lambda angle: Camera(self.run.dim, up, elev, azim + angle, target, size, perspective)
+        self.camera = self._eye(0.0)
         low, high, depth = np.full(2, np.inf), np.full(2, -np.inf), [np.inf, -np.inf]
         for row in rows:
-            plane, z = self.camera.project(self.run.position(row))
+            plane, z = self._camera_at(row).project(self.position(row))
             low, high = np.fmin(low, plane.min(axis=0)), np.fmax(high, plane.max(axis=0))
             depth = [min(depth[0], z.min()), max(depth[1], z.max())]
         middle, half = 0.5 * (low + high), 0.5 * (high - low)
         half = np.maximum(half, 0.12 * half.max() if half.max() > 0 else 0.5) * 1.12
-        self.low, self.high, self.depth = middle - half, middle + half, depth
+        self.low, self.high, self.depth = middle - half / zoom, middle + half / zoom, depth
+
+    def _camera_at(self, row):
+        if not self.turn or self.last == self.first:
+            return self.camera
+        return self._eye(self.turn * (row - self.first) / (self.last - self.first))
 
     def _norm(self, rows, limits):
         if limits is not None:
@@ -152,8 +151,9 @@ class Scene:
         ax._backspring = []
         if bar:
             ax.set_axis_off()
-            self._triad(ax)
-            self._scale_bar(ax)
+            if not self.turn:
+                triad(self, ax)
+            scale_bar(self, ax)
 
     def setup_limits(self, ax):
         """The same window for all frames, with equal scales; call again when `ax` changes its size."""
@@ -163,36 +163,6 @@ class Scene:
         middle = 0.5 * (self.low + self.high)
         ax.set_xlim(middle[0] - half[0], middle[0] + half[0])
         ax.set_ylim(middle[1] - half[1], middle[1] + half[1])
-
-    def _triad(self, ax):
-        """Short arrows along the axes of the space, lower left."""
-        if self.run.dim == 1:
-            return
-        length = float(np.clip(0.045 * ax.get_window_extent().width * 72 / ax.figure.dpi, 11, 20))  # points
-        corner = (1.5 * length, 1.5 * length)
-        for axis in range(self.run.dim):
-            tip = self.camera.basis[:2, axis] * length
-            if np.hypot(*tip) < 0.15 * length:
-                continue
-            ax.annotate("", xy=(corner[0] + tip[0], corner[1] + tip[1]), xytext=corner, xycoords="axes points",
-                        textcoords="axes points", zorder=6,
-                        arrowprops={"arrowstyle": "-|>", "color": self.theme.ink, "lw": 0.8, "mutation_scale": 6,
-                                    "shrinkA": 0, "shrinkB": 0})
-            ax.annotate("xyz"[axis], xy=(corner[0] + 1.4 * tip[0], corner[1] + 1.4 * tip[1]), xycoords="axes points",
-                        ha="center", va="center", fontsize=min(8, 0.65 * length), color=self.theme.ink, style="italic",
-                        zorder=6)
-
-    def _scale_bar(self, ax):
-        """A bar of 1, 2 or 5 times a power of ten, lower right; with perspective it holds at the middle of the scene."""
-        (x0, x1), (y0, y1) = ax.get_xlim(), ax.get_ylim()
-        raw = 0.2 * (x1 - x0)
-        power = 10.0 ** np.floor(np.log10(raw))
-        length = max(m for m in (1, 2, 5) if m * power <= raw) * power
-        right, level = x1 - 0.04 * (x1 - x0), y0 + 0.05 * (y1 - y0)
-        ax.plot([right - length, right], [level, level], color=self.theme.ink, lw=1.6, solid_capstyle="butt", zorder=6)
-        unit = self.run.unit("position")
-        ax.annotate(f"{length:g} {unit}".strip(), xy=(right - 0.5 * length, level), xytext=(0, 3), ha="center", va="bottom",
-                    textcoords="offset points", fontsize=8, color=self.theme.ink, zorder=6)
 
     def points_per_unit(self, ax):
         """Points of the page (1/72 inch) per unit of length in the picture."""
@@ -205,7 +175,10 @@ class Scene:
         for artist in ax._backspring:
             artist.remove()
         ax._backspring = []
-        plane, depth = self.camera.project(self.run.position(row))
+        if self.turn:
+            self.camera = self._camera_at(row)
+            ax._backspring += triad(self, ax)
+        plane, depth = self.camera.project(self.position(row))
         if self.draw == "springs":
             self._draw_springs(ax, row, plane, depth)
         elif self.run.particles > 400:

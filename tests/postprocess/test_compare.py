@@ -149,6 +149,122 @@ class Comparing(base.Case):
             self.refuses("compare.py", *args, says=says)
 
 
+class Panels(base.Case):
+    def axes(self, kind, *paths, **options):
+        """The axes with one panel drawn into it."""
+        import matplotlib.pyplot as plt
+        import figures
+        from plot import parse
+        runs = [open_run(p) for p in paths]
+        for run in runs:
+            self.addCleanup(run.close)
+        figure = plt.figure()
+        self.addCleanup(plt.close, figure)
+        args = parse([*paths, "-o", "x.png"])
+        vars(args).update(options)
+        ax = figure.add_subplot()
+        figures.KINDS[kind](ax, runs, [os.path.basename(p) for p in paths], args)
+        return ax, runs
+
+    def cloth(self, name="c.h5md", change=None):
+        path = synthetic.cloth(self.path(name), 8, frames=12)
+        with h5py.File(path, "a") as f:
+            kinetic, elastic = f["observables/kinetic_energy/value"][...], f["observables/potential_energy/value"][...]
+            group = f.create_group("observables/elastic_energy")
+            group["value"], group["time"] = elastic, f["particles/trajectory/position/time"]
+            height = (f["particles/trajectory/mass"][...] * f[POSITION][...][:, :, 2]).sum(axis=1)
+            f["observables/potential_energy/value"][...] = elastic + 9.8 * height
+            f["observables/total_energy/value"][...] = kinetic + elastic + 9.8 * height
+            if change:
+                change(f)
+        return path
+
+    def test_energy_adds_up(self):
+        ax, (run,) = self.axes("energy", self.cloth())
+        lines = {line.get_label(): line.get_ydata() for line in ax.lines}
+        np.testing.assert_allclose(lines["kinetic"] + lines["elastic"] + lines["gravity"], lines["total"], rtol=1e-12)
+        np.testing.assert_allclose(lines["lost, $E_0-E$"], lines["total"][0] - lines["total"], atol=1e-14)
+        np.testing.assert_allclose(lines["gravity"], 9.8 * (run.positions[:, :, 2] * run.mass).sum(axis=1), rtol=1e-9)
+
+    def test_budget_is_level(self):
+        def losing(f):
+            total, potential, kinetic = (f[f"observables/{n}_energy/value"] for n in ("total", "potential", "kinetic"))
+            total[...] = 5 - np.linspace(0, 1, 12)
+            potential[...] = total[...] - kinetic[...]
+        ax, (run,) = self.axes("budget", self.cloth(change=losing))
+        self.assertEqual([t.get_text() for t in ax.get_legend().get_texts()], ["kinetic", "elastic", "gravity", "lost"])
+        x, y = ax.collections[-1].get_paths()[0].vertices.T
+        upper = [y[np.isclose(x, t)].max() for t in run.times]
+        self.assertAlmostEqual(np.ptp(upper), 0, delta=1e-9)
+
+    def test_histogram_counts_every_spring(self):
+        ax, (run,) = self.axes("histogram", self.cloth())
+        self.assertEqual(len(ax.patches), 4)
+        for patch, row in zip(ax.patches, (0, 4, 7, 11)):
+            share, edges, _ = patch.get_data()
+            self.assertAlmostEqual(share.sum(), 100, places=9)
+            inner = np.histogram(run.strains(row), edges[1:-1])[0] * 100 / len(run.springs)
+            np.testing.assert_allclose(share[1:-1], inner, atol=1e-9)
+
+    def test_steps_and_iterations_show_every_row_of_the_log(self):
+        path = self.cloth()
+        ax, (run,) = self.axes("steps", path)
+        np.testing.assert_array_equal(ax.lines[0].get_ydata(), run.log["dt"])
+        self.assertEqual(len(ax.lines[1].get_xdata()), int((run.log["rejected"] > 0).sum()))
+        ax, _ = self.axes("iterations", path)
+        np.testing.assert_array_equal(ax.lines[0].get_ydata(), run.log["newton"])
+        np.testing.assert_array_equal(ax.lines[1].get_ydata(), run.log["krylov"])
+
+    def test_several_runs_side_by_side(self):
+        paths = [synthetic.cloth(self.path(f"{k}.h5md"), 6, parameters={"ts_type": k, "ts_dt": h}) for k, h in (("bdf", "1"), ("cn", "2"))]
+        from plot import run_labels
+        with open_run(paths[0]) as a, open_run(paths[1]) as b:
+            self.assertEqual(run_labels([a, b]), ["ts_type bdf, ts_dt 1", "ts_type cn, ts_dt 2"])
+        self.works("plot.py", *paths, "-o", self.path("s.png"), "--dpi", 60, "--kind", "state,budget,histogram,iterations,phase,paths")
+        self.picture(self.path("s.png"))
+
+
+class Camera(base.Case):
+    def scene(self, path, **more):
+        from scene import Scene
+        run = open_run(path)
+        self.addCleanup(run.close)
+        return Scene(run, list(range(run.frames)), **more)
+
+    def test_turning_and_following(self):
+        path = synthetic.cube(self.path("c.h5md"), 5)
+        turning, still = self.scene(path, turn=90.0, azim=10.0), self.scene(path, azim=100.0)
+        np.testing.assert_allclose(turning._camera_at(11).basis, still.camera.basis, atol=1e-14)
+        followed = self.scene(path, follow=True)
+        free = ~followed.run.fixed
+        middle = [followed.position(k)[free].mean(axis=0) for k in (0, 5, 11)]
+        np.testing.assert_allclose(middle, [middle[0]] * 3, atol=1e-12)
+        near = self.scene(path, zoom=2.0)
+        np.testing.assert_allclose(near.high - near.low, (self.scene(path).high - self.scene(path).low) / 2)
+
+    def test_a_film_that_turns(self):
+        path = synthetic.cube(self.path("c.h5md"), 5, frames=4)
+        self.works("movie.py", path, "-o", self.path("t.gif"), "--turn", 120, "--follow", "--zoom", 1.2, "--size", "200x160", "--quiet")
+        self.refuses("movie.py", path, "-o", self.path("t.gif"), "--zoom", 0, says="--zoom")
+
+    def test_hidden_discs_may_be_left_out(self):
+        import splat
+        r = np.random.default_rng(0)
+        n = 30000
+        points = (r.uniform(-1, 1, (n, 2)), r.uniform(-1, 1, n), r.uniform(size=(n, 3)), np.zeros(n))
+        more = ((-1.1, 1.1, -1.1, 1.1), (300, 240), 0.06, (1, 1, 1), False)
+        seen = splat._maybe_visible
+        few = []
+        try:
+            splat._maybe_visible = lambda *a: few.append(len(seen(*a))) or seen(*a)
+            culled = splat.splat(*points, *more)
+            splat._maybe_visible = lambda c, *a: np.arange(len(c))
+            np.testing.assert_array_equal(culled, splat.splat(*points, *more))
+        finally:
+            splat._maybe_visible = seen
+        self.assertLess(few[0], 0.75 * n)
+
+
 class Reading(unittest.TestCase):
     def test_errors_are_run_errors(self):
         with self.assertRaises(RunError):
