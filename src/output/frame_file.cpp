@@ -2,6 +2,8 @@
 // PETSc's flush; step and time last, and a flush. So whoever trusts len(time) finds every row of every dataset.
 #include "output/frame_file.hpp"
 
+#include <iterator>
+
 #include "base/fault.hpp"
 #include "output/h5md.hpp"
 
@@ -197,6 +199,10 @@ PetscErrorCode Trajectory::Impl::write_log() {
   PetscCall(append(3, &StepRecord::newton, whole));
   PetscCall(append(4, &StepRecord::krylov, whole));
   PetscCall(append(5, &StepRecord::rejected, whole));
+  for (std::size_t k = 0; k < std::size(REJECTION_KEYS); ++k) {
+    for (std::size_t i = 0; i < records.size(); ++i) whole[i] = records[i].reasons[k];
+    PetscCall(log[6 + k].append(count, whole.data()));
+  }
   records.clear();
   log_rows += count;
   PetscFunctionReturn(0);

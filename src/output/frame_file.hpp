@@ -13,7 +13,8 @@
 namespace bs {
 
 /// Columns of /backspring/log.
-inline constexpr const char* log_entries[] = {"step", "time", "dt", "newton", "krylov", "rejected"};
+inline constexpr const char* log_entries[] = {"step", "time", "dt", "newton", "krylov", "rejected",
+    "rejected_newton", "rejected_line_search", "rejected_iterations", "rejected_linear", "rejected_domain", "rejected_error"};
 
 struct Trajectory::Impl {
   MPI_Comm comm = MPI_COMM_NULL;

@@ -36,6 +36,7 @@ std::string progress_line(const RunState& state, double wall) {
   line += format(", step %lld, Newton %lld, Krylov %lld", (long long)state.steps, (long long)state.newton,
                  (long long)state.krylov);
   if (state.rejected > 0) line += format(", rejected %lld", (long long)state.rejected);
+  if (state.rejected > 0 && !state.reasons.empty()) line += " (" + state.reasons + ")";
   if (!std::isnan(state.energy)) line += format(", E = %.6g J", state.energy);
   const double left = time_left(state, wall);
   if (!std::isnan(left) && state.time < state.end) line += ", " + duration(left) + " left";

@@ -21,6 +21,8 @@ class History {
   /// Collective. After a stage was solved for; of this attempt.
   PetscErrorCode see_stage(TS ts, PetscReal time, Vec stage);
   /// The state the present or last step began with; null before the first one.
+  std::int64_t steps() const { return steps_; }  ///< since the method began afresh
+  bool replaying() const { return replaying_; }
   Vec last_start() const { return past_.empty() ? nullptr : past_.back().state.get(); }
 
   /// What a checkpoint holds of it, between two steps.

@@ -10,6 +10,7 @@
 #include "solve/adviser.hpp"
 #include "solve/saving.hpp"
 #include "solve/stepper.hpp"
+#include "solve/tolerances.hpp"
 #include "solve/ts_setup.hpp"
 
 namespace bs {
@@ -20,6 +21,7 @@ struct RunOptions {
   StepOptions step;
   bool advise = true;
   SavingOptions saving;
+  Tolerances tolerances;
 };
 
 PetscErrorCode read_options(MPI_Comm comm, RunOptions* out) {
@@ -36,8 +38,12 @@ PetscErrorCode read_options(MPI_Comm comm, RunOptions* out) {
   PetscCall(read_section(comm, "Stepping", [&](Section& o) {
     o.real("-bs_step_cut", "factor on the step after a failed solve, between 0 and 1", out->step.cut, Range::positive);
     o.integer("-bs_step_grow_after", "good steps before a cut step grows back toward -ts_dt", out->step.grow_after, Range::positive);
+    o.real("-bs_step_min", "no attempt at a shorter step than this after a rejected one: the run ends, exit code 3; 0: any [s]", out->step.step_min, Range::nonnegative);
+    o.integer("-bs_step_max_cuts", "rejected attempts at one step that are borne before the run ends, exit code 3", out->step.max_cuts, Range::nonnegative);
+    o.real("-bs_step_first", "first step; 0: -ts_dt, or a thousandth of it where -ts_adapt_type works without an error estimate of it (beuler, cn, theta) [s]", out->step.first, Range::nonnegative);
     if (out->step.cut >= 1) o.fail("option -bs_step_cut: give a number between 0 and 1, e.g. 0.25");
   }));
+  PetscCall(read_tolerances(comm, &out->tolerances));
   PetscCall(read_saving_options(comm, &out->saving));
   out->step.save_every = out->saving.every;
   out->step.save_minutes = out->saving.minutes;
@@ -94,6 +100,7 @@ PetscErrorCode Run::set_up() {
     PetscCall(restart_->require_same(model_));
   }
   PetscCall(create_ts(model_, &context_, &ts_));
+  PetscCall(set_tolerances(options_.tolerances, model_, ts_));
   PetscCall(TSGetTime(ts_, &start_));
   PetscCall(TSGetMaxTime(ts_, &end_));
   stepper_ = std::make_unique<Stepper>(
@@ -161,7 +168,7 @@ PetscErrorCode Run::open_trajectory() {
 
 RunState Run::state() const {
   const RunCounts& c = stepper_->counts();
-  return {stepper_->good_time(), start_, end_, c.steps, c.rejected, c.newton, c.krylov, total_energy(last_)};
+  return {stepper_->good_time(), start_, end_, c.steps, c.rejected, c.newton, c.krylov, total_energy(last_), in_words(stepper_->rejections().counts())};
 }
 
 PetscErrorCode Run::on_step(const StepRecord& record) {
@@ -243,6 +250,12 @@ PetscErrorCode Run::explain(TSConvergedReason reason, std::string* text) {
   const double t = stepper_->good_time();
   PetscReal h;
   PetscCall(TSGetTimeStep(ts_, &h));
+  const RejectionWatch& rejections = stepper_->rejections();
+  if (rejections.gave_up()) {
+    *text = format("the step after t = %.10g s was rejected %lld times, down to h = %g s, the last time because %s: %s", t,
+                   static_cast<long long>(rejections.in_a_row()), rejections.last_attempt(), rejections.last().c_str(), rejections.advice());
+    PetscFunctionReturn(0);
+  }
   if (!stepper_->trouble().empty() || !context_.implicit) {
     *text = format("the step after t = %g s gave no finite state", t);
     if (!fault.empty()) *text += ": " + fault;
@@ -276,6 +289,8 @@ PetscErrorCode Run::report(const std::string& outcome, const std::string& why) {
     for (const Tally& tally : model_.tallies()) report.set(tally.key, tally.count);
     report.set("shortened_steps", static_cast<std::int64_t>(c.shortened));
     report.set("rejected", static_cast<std::int64_t>(c.rejected));
+    for (std::size_t k = 0; k < std::size(REJECTION_KEYS); ++k)
+      report.set(std::string("rejected_") + REJECTION_KEYS[k], stepper_->rejections().counts()[k]);
     report.set("newton", static_cast<std::int64_t>(c.newton));
     report.set("krylov", static_cast<std::int64_t>(c.krylov));
     report.set("wall", progress_.wall());
@@ -296,7 +311,9 @@ std::vector<std::string> Run::closing_lines() const {
   if (std::isfinite(before)) lines.push_back(format("total energy %.6g J -> %.6g J", before, after));
   for (const Tally& tally : model_.tallies()) lines.push_back(format("%lld %s", static_cast<long long>(tally.count), tally.text.c_str()));
   if (c.shortened) lines.push_back(format("%lld steps shortened to hit output times", static_cast<long long>(c.shortened)));
-  if (c.rejected) lines.push_back(format("%lld attempts rejected and repeated with a smaller step", static_cast<long long>(c.rejected)));
+  if (c.rejected) lines.push_back(format("%lld attempts rejected and repeated with a smaller step: %s", static_cast<long long>(c.rejected),
+                                        in_words(stepper_->rejections().counts()).c_str()));
+  if (!stepper_->rejections().last().empty()) lines.push_back("the last rejection: " + stepper_->rejections().last());
   if (trajectory_) lines.push_back(format("%lld frames in %s", static_cast<long long>(trajectory_->frames()),
                                           options_.output.trajectory.file.c_str()));
   std::vector<std::string> unused;

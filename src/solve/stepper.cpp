@@ -9,12 +9,14 @@ namespace {
 
 // Steps that differ by less than this, relatively, are the same up to rounding.
 constexpr double SAME = 1e-9;
+// Length of a step without error estimate, of the nominal one.
+constexpr double BLIND = 1e-3;
 
 }  // namespace
 
 Stepper::Stepper(Model& model, TSContext& context, const StepOptions& options, OnStep on_step, OnFrame on_frame, OnSave on_save)
     : model_(model), context_(context), options_(options), on_step_(std::move(on_step)), on_frame_(std::move(on_frame)),
-      on_save_(std::move(on_save)) {}
+      on_save_(std::move(on_save)), rejections_(model) {}
 
 PetscErrorCode Stepper::attach(TS ts) {
   TSAdapt adapt;
@@ -23,12 +25,17 @@ PetscErrorCode Stepper::attach(TS ts) {
   PetscCall(TSSetApplicationContext(ts, this));
   PetscCall(TSSetPreStep(ts, pre_step));
   PetscCall(TSSetPostStep(ts, post_step));
+  PetscCall(TSSetPreStage(ts, pre_stage));
   PetscCall(TSSetPostStage(ts, post_stage));
+  PetscCall(rejections_.attach(ts, options_.step_min, options_.max_cuts));
   PetscCall(history_.attach(ts));
   PetscCall(TSGetAdapt(ts, &adapt));
   PetscCall(TSAdaptGetType(adapt, &type));
   adaptive_ = type && std::string(type) != TSADAPTNONE;
   PetscCall(TSAdaptSetScaleSolveFailed(adapt, options_.cut));
+  PetscBool theta = PETSC_FALSE;
+  PetscCall(PetscObjectTypeCompareAny(reinterpret_cast<PetscObject>(ts), &theta, TSTHETA, TSCN, TSBEULER, ""));
+  blind_ = adaptive_ && theta;
   PetscCall(TSGetTime(ts, &start_));
   PetscCall(TSGetMaxTime(ts, &end_));
   PetscCall(TSGetTimeStep(ts, &nominal_));
@@ -54,6 +61,7 @@ PetscErrorCode Stepper::pre_step(TS ts) {
   PetscCall(TSGetApplicationContext(ts, &context));
   Stepper* self = static_cast<Stepper*>(context);
   PetscCall(self->choose_step(ts));
+  self->rejections_.begin_step(self->planned_);
   PetscCall(self->set_floor(ts));
   PetscInt step;
   PetscCall(TSGetStepNumber(ts, &step));
@@ -69,6 +77,9 @@ PetscErrorCode Stepper::choose_step(TS ts) {
   PetscFunctionBegin;
   PetscCall(TSGetTime(ts, &time));
   PetscCall(TSGetTimeStep(ts, &h));
+  // the estimate of the theta family needs a step before: without one it starts where nothing can go wrong unseen
+  if (history_.steps() == 0 && (blind_ || options_.first > 0)) h = std::min(h, options_.first > 0 ? options_.first : BLIND * nominal_);
+  else if (adaptive_) h = std::max(h, options_.step_min);
   target_ = next_output(time);
   const double rest = target_ - time;
   saved_ = h;
@@ -99,6 +110,15 @@ PetscErrorCode Stepper::post_step(TS ts) {
   PetscFunctionBegin;
   PetscCall(TSGetApplicationContext(ts, &context));
   PetscCall(static_cast<Stepper*>(context)->accept_step(ts));
+  PetscFunctionReturn(0);
+}
+
+PetscErrorCode Stepper::pre_stage(TS ts, PetscReal) {
+  void* context = nullptr;
+  PetscFunctionBegin;
+  PetscCall(TSGetApplicationContext(ts, &context));
+  Stepper* self = static_cast<Stepper*>(context);
+  if (!self->history_.replaying()) PetscCall(self->rejections_.before_stage(ts));
   PetscFunctionReturn(0);
 }
 
@@ -154,15 +174,17 @@ PetscErrorCode Stepper::accept_step(TS ts) {
   bool finite = true;
   PetscFunctionBegin;
   StepRecord record;
-  PetscInt steps, newton, krylov, rejected;
+  PetscInt steps, newton, krylov;
   PetscCall(TSGetConvergedReason(ts, &reason));
   PetscCall(TSGetStepNumber(ts, &steps));
   PetscCall(TSGetSNESIterations(ts, &newton));
   PetscCall(TSGetKSPIterations(ts, &krylov));
-  PetscCall(TSGetStepRejections(ts, &rejected));
   newton += base_.newton;
   krylov += base_.krylov;
-  rejected += base_.rejected;
+  PetscCall(rejections_.end_step(ts));
+  for (std::size_t k = 0; k < record.reasons.size(); ++k) record.reasons[k] = rejections_.counts()[k] - rejected_before_[k];
+  rejected_before_ = rejections_.counts();
+  const PetscInt rejected = static_cast<PetscInt>(total(rejected_before_));
   record.newton = newton - counts_.newton;
   record.krylov = krylov - counts_.krylov;
   record.rejected = rejected - counts_.rejected;

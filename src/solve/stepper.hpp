@@ -8,6 +8,7 @@
 #include "output/trajectory.hpp"
 #include "solve/history.hpp"
 #include "solve/linear_reuse.hpp"
+#include "solve/rejections.hpp"
 #include "solve/ts_setup.hpp"
 
 namespace bs {
@@ -17,6 +18,9 @@ struct StepOptions {
   bool every_step = false;      ///< a frame after every step
   double cut = 0.25;            ///< -bs_step_cut: factor on h after a failed solve
   std::int64_t grow_after = 3;  ///< -bs_step_grow_after: good steps before h grows back
+  double step_min = 0;          ///< -bs_step_min [s]: no attempt below it; 0: only max_cuts ends them
+  std::int64_t max_cuts = 10;   ///< -bs_step_max_cuts: rejections of one step that are borne
+  double first = 0;             ///< -bs_step_first [s]; 0: chosen
   std::int64_t save_every = 0;  ///< -bs_checkpoint_every: steps between checkpoints; 0: not by steps
   double save_minutes = 0;      ///< -bs_checkpoint_minutes: wall-clock time between them; 0: not by the clock
 };
@@ -45,6 +49,7 @@ class Stepper {
   const RunCounts& counts() const { return counts_; }
   double start() const { return start_; }
   /// Last time whose state is good, and whether its frame is written.
+  const RejectionWatch& rejections() const { return rejections_; }
   double good_time() const { return good_time_; }
   bool framed() const { return framed_; }
   void set_framed(bool framed) { framed_ = framed; }
@@ -55,6 +60,7 @@ class Stepper {
  private:
   static PetscErrorCode pre_step(TS ts);
   static PetscErrorCode post_step(TS ts);
+  static PetscErrorCode pre_stage(TS ts, PetscReal time);
   static PetscErrorCode post_stage(TS ts, PetscReal time, PetscInt index, Vec* stages);
   PetscErrorCode choose_step(TS ts);
   PetscErrorCode accept_step(TS ts);
@@ -72,13 +78,16 @@ class Stepper {
   OnFrame on_frame_;
   OnSave on_save_;
   History history_;
+  RejectionWatch rejections_;
   bool adaptive_ = false, framed_ = true;
+  bool blind_ = false;    ///< the type's first step has no error estimate
   double start_ = 0, end_ = 0, nominal_ = 0, planned_ = 0, target_ = 0, good_time_ = 0, saved_ = 0, next_ = 0, first_ = 0;
   double saved_at_ = 0;  ///< wall clock of the last checkpoint
   bool save_due_ = false;
   bool landing_ = false;
   std::int64_t frame_ = 1, good_in_a_row_ = 0;
   RunCounts counts_;
+  RejectionCounts rejected_before_{};
   std::string trouble_;
   int signal_ = 0;
   RunCounts base_;  ///< what TS had counted less than the run, when it was taken up

@@ -17,6 +17,7 @@ void Stepper::save(Facts* facts, std::vector<NamedState>* states) const {
   facts->whole["krylov"] = counts_.krylov;
   facts->whole["shortened"] = counts_.shortened;
   facts->whole["good_in_a_row"] = good_in_a_row_;
+  rejections_.save(facts);
   history_.save(facts, states);
 }
 
@@ -53,7 +54,7 @@ PetscErrorCode Stepper::prime_solvers(TS ts, double sigma_step) {
 PetscErrorCode Stepper::restore(TS ts, const CheckpointFile& file, std::vector<std::string>* told) {
   Vec y;
   TSType type;
-  PetscInt newton, krylov, rejected;
+  PetscInt newton, krylov;
   std::string forgotten;
   PetscFunctionBegin;
   const Facts& run = file.run();
@@ -92,10 +93,10 @@ PetscErrorCode Stepper::restore(TS ts, const CheckpointFile& file, std::vector<s
   if (!forgotten.empty()) told->push_back(format("%s starts afresh: ", type) + forgotten);
   PetscCall(TSGetSNESIterations(ts, &newton));
   PetscCall(TSGetKSPIterations(ts, &krylov));
-  PetscCall(TSGetStepRejections(ts, &rejected));
   base_.newton = counts_.newton - newton;
   base_.krylov = counts_.krylov - krylov;
-  base_.rejected = counts_.rejected - rejected;
+  rejections_.restore(run);
+  rejected_before_ = rejections_.counts();
   PetscFunctionReturn(0);
 }
 

@@ -1,0 +1,157 @@
+#include "solve/rejections.hpp"
+#include <cstring>
+#include "base/fault.hpp"
+
+namespace bs {
+namespace {
+
+enum : std::size_t { NEWTON, LINE_SEARCH, ITERATIONS, LINEAR, DOMAIN_ERROR, ERROR_ESTIMATE };
+constexpr const char* SHORT[] = {"Newton diverged", "line search", "Newton iterations", "linear solver", "no finite force", "error estimate"};
+
+std::size_t reason_of(SNESConvergedReason reason) {
+  switch (reason) {
+    case SNES_DIVERGED_LINE_SEARCH: return LINE_SEARCH;
+    case SNES_DIVERGED_MAX_IT:
+    case SNES_DIVERGED_FUNCTION_COUNT: return ITERATIONS;
+    case SNES_DIVERGED_LINEAR_SOLVE: return LINEAR;
+    case SNES_DIVERGED_FNORM_NAN:
+    case SNES_DIVERGED_FUNCTION_DOMAIN:
+    case SNES_DIVERGED_JACOBIAN_DOMAIN: return DOMAIN_ERROR;
+    default: return NEWTON;
+  }
+}
+
+const char* sentence_of(std::size_t reason) {
+  static const char* const words[] = {"Newton's residual grew without end", "the line search found no smaller residual", "Newton did not converge within -snes_max_it iterations",
+                                      "the linear solver failed", "a force was not finite", "the estimated error was above the tolerances"};
+  return words[reason];
+}
+
+}  // namespace
+
+std::int64_t total(const RejectionCounts& counts) {
+  std::int64_t sum = 0;
+  for (const std::int64_t count : counts) sum += count;
+  return sum;
+}
+
+std::string in_words(const RejectionCounts& counts) {
+  std::string text;
+  for (std::size_t k = 0; k < counts.size(); ++k)
+    if (counts[k] > 0) text += (text.empty() ? "" : ", ") + format("%lld %s", static_cast<long long>(counts[k]), SHORT[k]);
+  return text;
+}
+
+PetscErrorCode RejectionWatch::attach(TS ts, double step_min, std::int64_t most) {
+  TSAdapt adapt;
+  PetscBool given = PETSC_FALSE;
+  PetscContainer container;
+  PetscFunctionBegin;
+  step_min_ = step_min;
+  most_ = most;
+  // PETSc's own limit, ten a step, holds where it is named
+  PetscCall(PetscOptionsHasName(nullptr, nullptr, "-ts_max_reject", &given));
+  if (!given) PetscCall(TSSetMaxStepRejections(ts, -1));
+  PetscCall(TSGetAdapt(ts, &adapt));
+  PetscCall(TSAdaptSetCheckStage(adapt, check));
+  PetscCall(PetscContainerCreate(PetscObjectComm(reinterpret_cast<PetscObject>(ts)), &container));
+  PetscCall(PetscContainerSetPointer(container, this));
+  PetscCall(PetscObjectCompose(reinterpret_cast<PetscObject>(adapt), "bs_rejections", reinterpret_cast<PetscObject>(container)));
+  PetscCall(PetscContainerDestroy(&container));
+  PetscFunctionReturn(0);
+}
+
+/// Once a step is given up nothing that its last solve finds is taken.
+PetscErrorCode RejectionWatch::check(TSAdapt adapt, TS, PetscReal, Vec, PetscBool* accept) {
+  PetscContainer container = nullptr;
+  void* self = nullptr;
+  PetscFunctionBegin;
+  PetscCall(PetscObjectQuery(reinterpret_cast<PetscObject>(adapt), "bs_rejections", reinterpret_cast<PetscObject*>(&container)));
+  if (container) PetscCall(PetscContainerGetPointer(container, &self));
+  if (self && static_cast<RejectionWatch*>(self)->gave_up_) *accept = PETSC_FALSE;
+  PetscFunctionReturn(0);
+}
+
+PetscErrorCode RejectionWatch::name_failure(TS ts, std::size_t* reason) {
+  SNES snes;
+  SNESConvergedReason why;
+  std::string fault;
+  PetscFunctionBegin;
+  PetscCall(TSGetSNES(ts, &snes));
+  PetscCall(SNESGetConvergedReason(snes, &why));
+  *reason = reason_of(why);
+  PetscCall(model_.last_fault(&fault));
+  if (!fault.empty()) *reason = DOMAIN_ERROR;
+  last_ = fault.empty() ? sentence_of(*reason) : fault;
+  PetscFunctionReturn(0);
+}
+
+PetscErrorCode RejectionWatch::look(TS ts) {
+  PetscInt rejected, failures;
+  PetscFunctionBegin;
+  PetscCall(TSGetStepRejections(ts, &rejected));
+  PetscCall(TSGetSNESFailures(ts, &failures));
+  if (rejected > rejected_ && !gave_up_) {
+    std::size_t reason = ERROR_ESTIMATE;
+    if (failures > failures_) PetscCall(name_failure(ts, &reason));
+    else last_ = sentence_of(reason);
+    tried_ = present_;
+    last_reason_ = reason;
+    ++counts_[reason];
+    ++in_a_row_;
+  }
+  rejected_ = rejected;
+  failures_ = failures;
+  PetscFunctionReturn(0);
+}
+
+PetscErrorCode RejectionWatch::before_stage(TS ts) {
+  constexpr double SAME = 1e-9;
+  PetscReal h;
+  PetscFunctionBegin;
+  const std::int64_t before = in_a_row_;
+  PetscCall(look(ts));
+  if (in_a_row_ == before) PetscFunctionReturn(0);
+  PetscCall(TSGetTimeStep(ts, &h));
+  // alpha starts by two steps of half the length
+  PetscBool alpha = PETSC_FALSE;
+  PetscCall(PetscObjectTypeCompare(reinterpret_cast<PetscObject>(ts), TSALPHA, &alpha));
+  if (alpha) {
+    PetscReal m, f, gamma;
+    PetscCall(TSAlphaGetParams(ts, &m, &f, &gamma));
+    if (m == 1 && f == 1 && gamma == 1) h *= 2;
+  }
+  present_ = h;
+  if (h >= step_min_ * (1 - SAME) && in_a_row_ <= most_) PetscFunctionReturn(0);
+  gave_up_ = true;
+  PetscCall(TSSetConvergedReason(ts, TS_DIVERGED_STEP_REJECTED));
+  PetscFunctionReturn(0);
+}
+
+PetscErrorCode RejectionWatch::end_step(TS ts) {
+  PetscFunctionBegin;
+  PetscCall(look(ts));
+  PetscFunctionReturn(0);
+}
+
+const char* RejectionWatch::advice() const {
+  switch (last_reason_) {
+    case LINEAR: return "try -pc_type lu, a larger -ksp_max_it, or a smaller -ts_dt; -ksp_converged_reason shows more";
+    case DOMAIN_ERROR: return "try a smaller -ts_dt, keep the particles apart, or give the spring a rest length of 0";
+    case ERROR_ESTIMATE: return "try a larger -ts_rtol or -ts_atol (-bs_atol_x, -bs_atol_v), or a smaller -bs_step_min; -ts_adapt_monitor shows more";
+    default: return "try a smaller -ts_dt or -bs_step_min, -snes_linesearch_type cp, or a larger -snes_max_it; -snes_monitor shows more";
+  }
+}
+
+void RejectionWatch::save(Facts* facts) const {
+  for (std::size_t k = 0; k < counts_.size(); ++k) facts->whole[std::string("rejected_") + REJECTION_KEYS[k]] = counts_[k];
+}
+
+void RejectionWatch::restore(const Facts& facts) {
+  for (std::size_t k = 0; k < counts_.size(); ++k) {
+    const auto at = facts.whole.find(std::string("rejected_") + REJECTION_KEYS[k]);
+    counts_[k] = at == facts.whole.end() ? 0 : at->second;
+  }
+}
+
+}  // namespace bs

@@ -1,0 +1,59 @@
+// Attempts at a step that were rejected: counted by reason, and an end to them.
+#pragma once
+#include <petscts.h>
+#include <array>
+#include <cstdint>
+#include <string>
+#include "checkpoint/facts.hpp"
+#include "model/model.hpp"
+#include "output/trajectory.hpp"
+
+namespace bs {
+
+/// "2 line search, 1 error estimate"; empty if there are none.
+std::string in_words(const RejectionCounts& counts);
+std::int64_t total(const RejectionCounts& counts);
+
+class RejectionWatch {
+ public:
+  explicit RejectionWatch(Model& model) : model_(model) {}
+  /// Hooks into `ts`. A step is given up when an attempt shorter than `step_min` [s] would follow, or after `most`
+  /// rejections on end.
+  PetscErrorCode attach(TS ts, double step_min, std::int64_t most);
+  void begin_step(double h) {
+    in_a_row_ = 0;
+    present_ = h;
+  }
+  /// Collective. Before a stage is solved for: was the attempt before this one rejected, and is it enough?
+  PetscErrorCode before_stage(TS ts);
+  /// Collective. After a step, good or not: counts what is left.
+  PetscErrorCode end_step(TS ts);
+  /// Since the run began; `restore` sets them.
+  const RejectionCounts& counts() const { return counts_; }
+  void save(Facts* facts) const;
+  void restore(const Facts& facts);
+  std::int64_t in_a_row() const { return in_a_row_; }
+  bool gave_up() const { return gave_up_; }
+  /// Why the last attempt was rejected, in words.
+  const std::string& last() const { return last_; }
+  /// What to try against it.
+  const char* advice() const;
+  /// Length of the last attempt that was rejected [s].
+  double last_attempt() const { return tried_; }
+
+ private:
+  static PetscErrorCode check(TSAdapt adapt, TS ts, PetscReal time, Vec y, PetscBool* accept);
+  PetscErrorCode look(TS ts);
+  PetscErrorCode name_failure(TS ts, std::size_t* reason);
+
+  Model& model_;
+  double step_min_ = 0, tried_ = 0, present_ = 0;  ///< present_: of the attempt under way
+  std::int64_t most_ = 0, in_a_row_ = 0;
+  PetscInt rejected_ = 0, failures_ = 0;  ///< of the TS, looked at so far
+  bool gave_up_ = false;
+  RejectionCounts counts_{};
+  std::string last_;
+  std::size_t last_reason_ = 0;
+};
+
+}  // namespace bs

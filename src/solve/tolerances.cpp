@@ -1,0 +1,51 @@
+#include "solve/tolerances.hpp"
+#include "base/fault.hpp"
+#include "base/handle.hpp"
+#include "base/options.hpp"
+
+namespace bs {
+namespace {
+
+/// x in the first half of every block, v in the second.
+PetscErrorCode fill(Vec vec, double x, double v) {
+  PetscInt n, block;
+  PetscScalar* a = nullptr;
+  PetscFunctionBegin;
+  PetscCall(VecGetLocalSize(vec, &n));
+  PetscCall(VecGetBlockSize(vec, &block));
+  PetscCall(VecGetArrayWrite(vec, &a));
+  for (PetscInt i = 0; i < n; ++i) a[i] = i % block < block / 2 ? x : v;
+  PetscCall(VecRestoreArrayWrite(vec, &a));
+  PetscFunctionReturn(0);
+}
+
+}  // namespace
+
+PetscErrorCode read_tolerances(MPI_Comm comm, Tolerances* out) {
+  PetscFunctionBegin;
+  PetscCall(read_section(comm, "Error control", [&](Section& o) {
+    o.real("-bs_atol_x", "error-controlled steps: absolute tolerance of positions; 0: -ts_atol [m]", out->atol_x, Range::nonnegative);
+    o.real("-bs_atol_v", "the same of velocities; 0: -ts_atol [m/s]", out->atol_v, Range::nonnegative);
+    o.real("-bs_rtol_x", "relative tolerance of positions; 0: -ts_rtol", out->rtol_x, Range::nonnegative);
+    o.real("-bs_rtol_v", "the same of velocities; 0: -ts_rtol", out->rtol_v, Range::nonnegative);
+  }));
+  PetscFunctionReturn(0);
+}
+
+PetscErrorCode set_tolerances(const Tolerances& t, Model& model, TS ts) {
+  PetscReal atol, rtol;
+  VecHandle vatol, vrtol;
+  PetscFunctionBegin;
+  if (!t.given()) PetscFunctionReturn(0);
+  if (model.dim() == 0)
+    PetscCall(tell(model.comm(), Exit::input, "options -bs_atol_x, -bs_atol_v, -bs_rtol_x, -bs_rtol_v go with particles: give -ts_atol and -ts_rtol"));
+  PetscCall(TSGetTolerances(ts, &atol, nullptr, &rtol, nullptr));
+  PetscCall(VecDuplicate(model.initial_state(), vatol.out()));
+  PetscCall(VecDuplicate(model.initial_state(), vrtol.out()));
+  PetscCall(fill(vatol, t.atol_x > 0 ? t.atol_x : atol, t.atol_v > 0 ? t.atol_v : atol));
+  PetscCall(fill(vrtol, t.rtol_x > 0 ? t.rtol_x : rtol, t.rtol_v > 0 ? t.rtol_v : rtol));
+  PetscCall(TSSetTolerances(ts, atol, vatol, rtol, vrtol));
+  PetscFunctionReturn(0);
+}
+
+}  // namespace bs
