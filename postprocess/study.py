@@ -151,9 +151,9 @@ def _gcd(a, b):
 
 
 def name_of(setting, options, ranks, files):
-    """A folder name: readable, and a hash of all options and of the option files' content, so that a changed study
+    """A folder name: readable, and a hash of all options and of the option files' content (not their paths), so that a changed study
     never mistakes one point for another."""
-    digest = hashlib.sha256(json.dumps([options, ranks]).encode())
+    digest = hashlib.sha256(json.dumps([[w for w in options if w not in files], ranks]).encode())
     for path in files:
         with open(path, "rb") as f:
             digest.update(f.read())

@@ -4,6 +4,7 @@
 import csv
 import os
 import shlex
+import shutil
 import signal
 import subprocess
 import sys
@@ -152,6 +153,13 @@ class Sweeping(base.Case):
         self.assertEqual(len(weak), 4)
         for line in weak:
             self.assertIn("-n 2 " if "4,4,8" in line else "-n 1 ", line)
+        shutil.copy(FALL, self.path("same.yaml"))  # the content counts, not the path
+        names = [[line.split("-bs_report ")[1] for line in self.commands("--options_file", f)] for f in (FALL, "same.yaml", "./same.yaml")]
+        self.assertEqual(names[0], names[1])
+        self.assertEqual(names[0], names[2])
+        with open(self.path("same.yaml"), "a", encoding="utf-8") as f:
+            f.write("# changed\n")
+        self.assertNotEqual(names[0], [line.split("-bs_report ")[1] for line in self.commands("--options_file", "same.yaml")])
         linked = self.commands("--vary", "-ts_type=rk,bdf -ts_dt=0.1,0.2")
         self.assertEqual(len(linked), 2)
         self.assertIn("-ts_type bdf -ts_dt 0.2", linked[1])
