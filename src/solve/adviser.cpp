@@ -37,7 +37,9 @@ std::string of_explicit(const Advice& a, const std::string& type) {
 std::string of_implicit(const Advice& a, const std::string& type) {
   std::string text;
   const double steps = std::ceil(a.step / (0.9 * a.explicit_step));
-  if (steps <= IMPLICIT_COST)
+  if (steps <= 1)
+    text = "-ts_type symplectic is stable at this step, too, and should cost less";
+  else if (steps <= IMPLICIT_COST)
     text = format("%.0f steps of -ts_type symplectic -ts_dt %.2g should cost less than one of this type's", steps,
                   a.step / steps);
   const bool first_order = type == TSBEULER;

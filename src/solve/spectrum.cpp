@@ -23,8 +23,8 @@ class Operators {
   /// Collective. w = A q; both of length rows().
   PetscErrorCode apply(Kind kind, const Values& q, Values* w);
   PetscErrorCode dot(const Values& a, const Values& b, double* sum) const;
-  /// M^1/2 times the velocity, or at rest the acceleration.
-  PetscErrorCode motion(Values* q) const;
+  /// M^1/2 times the velocity.
+  Values motion() const;
   /// A vector of random directions that depends on where the particles are, not on their numbers or ranks.
   Values start() const;
   std::size_t rows() const { return force_.size(); }
@@ -132,11 +132,10 @@ PetscErrorCode Operators::dot(const Values& a, const Values& b, double* sum) con
   PetscFunctionReturn(0);
 }
 
-PetscErrorCode Operators::motion(Values* q) const {
-  PetscFunctionBegin;
-  for (std::size_t k = 0; k < q->size(); ++k)
-    (*q)[k] = speed_ > 0 ? root_[k] * velocity_[k] : root_[k] > 0 ? force_[k] / root_[k] : 0.0;
-  PetscFunctionReturn(0);
+Values Operators::motion() const {
+  Values q(rows());
+  for (std::size_t k = 0; k < q.size(); ++k) q[k] = root_[k] * velocity_[k];
+  return q;
 }
 
 Values Operators::start() const {
@@ -215,8 +214,8 @@ PetscErrorCode estimate_spectrum(Model& model, double t, Vec y, Spectrum* out) {
   if (out->omega_max > 0) A.set_rate(out->omega_max);
   PetscCall(largest_eigenvalue(A, Operators::damping, DAMPING, A.start(), &ritz, &error));
   if (ritz + error > NOTHING * out->omega_max) out->damping = ritz + error;
-  Values q(A.rows()), w(A.rows());
-  PetscCall(A.motion(&q));
+  const Values q = A.motion();
+  Values w(A.rows());
   PetscCall(A.dot(q, q, &norm));
   if (norm > 0 && out->omega_max > 0) {
     PetscCall(A.apply(Operators::stiffness, q, &w));

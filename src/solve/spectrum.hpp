@@ -10,7 +10,7 @@ struct Spectrum {
   double omega_max = 0;  ///< bound of sqrt(largest eigenvalue of M^-1 K): Ritz value plus its residual [1/s]
   double omega_ritz = 0; ///< the Ritz value alone: never above the exact one [1/s]
   double damping = 0;    ///< largest eigenvalue of M^-1 D [1/s]
-  double motion = 0;     ///< sqrt(d.K d / d.M d) along the present motion d: velocity, at rest acceleration [1/s]
+  double motion = 0;     ///< sqrt(d.K d / d.M d) along the present velocity d; 0 at rest, where accelerations say little [1/s]
   int evaluations = 0;   ///< of the forces: at most 15
 };
 

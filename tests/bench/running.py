@@ -139,6 +139,9 @@ def steps_row(context, label, options, ranks, count, output=False, repeats=None)
                rejected=report["rejected"], newton=report["newton"] / steps, krylov=report["krylov"] / steps,
                bytes_per_particle=run["peak_bytes"] / count, peak_bytes=run["peak_bytes"], wall=run["wall"], last=run["last"],
                report={key: value for key, value in report.items() if not key.startswith(("first_", "last_"))}, events=run["events"])
+    forces = run["events"].get("BSForces")
+    if forces:
+        row["force_evaluations"] = row["s_per_step"] * forces["count"] / forces["time"]
     context.say(f"{label}, {ranks} rank(s): {row['s_per_step']:.4g} s/step, Newton {row['newton']:.3g}, Krylov {row['krylov']:.4g}, "
                 f"{row['bytes_per_particle']:.4g} bytes/particle")
     return row

@@ -45,9 +45,9 @@ def over(a, b, factor=1.0):
 
 
 def steps_table(rows):
-    head = ("run", "ranks", "s/step", "Newton/step", "Krylov/step", "MB at peak", "bytes/particle", "us/particle")
+    head = ("run", "ranks", "s/step", "Newton/step", "Krylov/step", "worth force evaluations", "MB at peak", "bytes/particle", "us/particle")
     return grid(head, [(r["label"], r["ranks"], r.get("failed") or r["s_per_step"], r.get("newton"), r.get("krylov"),
-                        over(r.get("peak_bytes"), 1e6), r.get("bytes_per_particle"), over(r.get("s_per_step"), r["particles"], 1e6))
+                        r.get("force_evaluations"), over(r.get("peak_bytes"), 1e6), r.get("bytes_per_particle"), over(r.get("s_per_step"), r["particles"], 1e6))
                        for r in rows])
 
 

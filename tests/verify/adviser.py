@@ -49,6 +49,7 @@ def closed_forms(checks, folder):
     moving = dict(pair, velocity=[[1, 0, 0], [-1, 0, 0]])
     checks.near("motion along the spring has its rate", advice(checks, folder, moving).report["motion_rate"],
                 np.sqrt(2 * k / m), 1e-4)
+    checks.true("at rest nothing is said of the motion", report["motion_rate"] == 0)
     damped = advice(checks, folder, dict(pair, damping=5.0)).report
     w, c = np.sqrt(2 * k / m), 2 * 5.0 / m
     checks.near("damper: rate 2D/m", damped["damping_rate_max"], c, 1e-5)
@@ -102,6 +103,8 @@ def words(checks, folder):
     checks.true("short implicit step: explicit is cheaper", "hint: 2 steps of -ts_type symplectic" in said, said[-300:])
     said = checks.run({**cube, "ts_dt": 10.0, "bs_gravity": None}).stdout
     checks.true("long implicit step: accuracy", "long for the motion" in said and "steps of -ts_type" not in said)
+    said = checks.run({**cube, "ts_dt": 1e-3}).stdout
+    checks.true("step within the limit", "hint: -ts_type symplectic is stable at this step" in said)
     said = checks.run({**cube, "ts_dt": 0.01, "ts_type": "euler"}).stdout
     checks.true("euler without damping", "grow at any step" in said)
     said = checks.run({**cube, "ts_dt": 0.01, "ts_type": "bdf"}).stdout
