@@ -112,6 +112,7 @@ std::string Hdf5File::fault_of(hid_t dataset, const std::string& path, const Tab
   std::vector<hsize_t> dims(static_cast<std::size_t>(std::max(rank, 0)));
   if (rank > 0) (void)H5Sget_simple_extent_dims(space, dims.data(), nullptr);
   std::vector<std::string> found;
+  found.reserve(dims.size());
   for (const hsize_t n : dims) found.push_back(std::to_string(n));
   const std::string wrong = begin + ": shape " + join(found) + ", needs " + needed(shape);
   const std::size_t row_axis = shape.frames ? 1 : 0;

@@ -127,7 +127,7 @@ PetscErrorCode check_sizes(MPI_Comm comm, const std::string& source, std::int64_
 
   PetscFunctionBegin;
   if (particles <= 0) PetscCall(tell(comm, Exit::input, source + ": has no particles; write at least one"));
-  if (particles > most / (2 * dim))
+  if (particles > most / (std::int64_t{2} * dim))
     PetscCall(tell(comm, Exit::input,
                    format("%s: %" PRId64 " particles in %d dimensions have more unknowns than PETSc's indices can count "
                           "(%" PRId64 "); %s", source.c_str(), particles, dim, most, remedy)));
