@@ -4,6 +4,13 @@ find_program(BS_CLANG_TIDY NAMES clang-tidy clang-tidy-14)
 find_program(BS_CPPCHECK cppcheck)
 find_program(BS_GCOVR gcovr)
 
+# Without its tools a target says what to install.
+foreach(tool BS_CLANG_TIDY BS_CPPCHECK BS_GCOVR)
+  if(NOT ${tool})
+    set(${tool} ${CMAKE_COMMAND} -E false "apt install clang-tidy cppcheck gcovr")
+  endif()
+endforeach()
+
 file(GLOB_RECURSE BS_LINTED CONFIGURE_DEPENDS ${CMAKE_SOURCE_DIR}/src/*.cpp)
 add_custom_target(lint VERBATIM
   COMMAND ${BS_CPPCHECK} --enable=warning,performance,portability,style --std=c++17 --language=c++ --quiet --error-exitcode=1

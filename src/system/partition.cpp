@@ -156,7 +156,7 @@ PetscErrorCode partition_rows(MPI_Comm comm, const Lattice& lattice, const RowGr
   rank_of->assign(static_cast<std::size_t>(lattice.particles.count), 0);
   if (size == 1) {
     *used = "one rank";
-  } else if (kind == 0 && HAVE_GRAPH && lattice.particles.total >= 8 * size) {
+  } else if (kind == 0 && HAVE_GRAPH && lattice.particles.total >= std::int64_t{8} * size) {
     PetscCall(by_graph(comm, lattice, graph, rank_of, used));
   } else if (kind <= 1) {
     PetscCall(by_geometry(comm, lattice, rank_of));

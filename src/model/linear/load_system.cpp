@@ -84,7 +84,7 @@ PetscErrorCode check_rows(MPI_Comm comm, const LinearSystem& s) {
     }
     if (sum == 0)
       fault.note(i, format("the pencil sC + G is singular: row %lld of both G and C is empty, so that it determines nothing: "
-                           "take this state out or give it an equation", static_cast<long long>(i + 1)));
+                           "take this state out or give it an equation", static_cast<long long>(i) + 1));
   }
   PetscCall(agree(comm, fault));
   PetscFunctionReturn(0);
