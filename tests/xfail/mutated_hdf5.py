@@ -28,6 +28,7 @@ import tempfile
 
 import bad_lattices
 
+PROGRAM = None  # set by main
 TIMEOUT = 60  # [s]
 MARGIN = 64 * 1024  # [kB]
 MOST = 1 << 30  # [bytes] a process may ask for
@@ -59,6 +60,19 @@ def trajectory(path):
         file.create_group("particles/trajectory/box").attrs["dimension"] = 3
 
 
+CHAIN = ["-bs_lattice_type", "chain", "-bs_lattice_size", "5"]
+
+
+def checkpoint(path):
+    """Written by the program itself, on one rank."""
+    code, said, _ = run(PROGRAM, 1, [*CHAIN, "-bs_checkpoint", path, *STEP], path.parent)
+    assert code == 0 and path.exists(), said
+
+
+def read_as_restart(path):
+    return [*CHAIN, "-bs_restart", path]
+
+
 def read_as_lattice(path):
     return ["-bs_lattice_file", path]
 
@@ -69,6 +83,7 @@ FILES = {
     "newest.h5": (lambda path: lattice(path, "latest"), read_as_lattice),
     "packed.h5": (lambda path: lattice(path, chunks=True, compression="gzip", shuffle=True, fletcher32=True), read_as_lattice),
     "run.h5md": (trajectory, read_as_lattice),
+    "state.h5": (checkpoint, read_as_restart),
 }
 
 
@@ -233,6 +248,8 @@ def main():
     if not arguments.program.exists():
         sys.exit(f"{arguments.program}: no such program; build it first")
 
+    global PROGRAM
+    PROGRAM = arguments.program
     failed, ends = 0, {}
     names = [name for name in FILES if arguments.filter in name]
     with concurrent.futures.ThreadPoolExecutor(arguments.jobs) as pool:
