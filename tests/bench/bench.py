@@ -41,6 +41,7 @@ class Context:
         self.peers = pathlib.Path(arguments.peers).resolve()
         self.budget = Budget(arguments.budget, arguments.longest)
         self.started = time.monotonic()
+        self.seen = {}  # {ranks: (particles, bytes a particle) of the largest run yet}
 
     def say(self, text):
         print(f"[{time.monotonic() - self.started:6.0f} s] {text}", flush=True)

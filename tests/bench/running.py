@@ -139,6 +139,8 @@ def steps_row(context, label, options, ranks, count, output=False, repeats=None)
                rejected=report["rejected"], newton=report["newton"] / steps, krylov=report["krylov"] / steps,
                bytes_per_particle=run["peak_bytes"] / count, peak_bytes=run["peak_bytes"], wall=run["wall"], last=run["last"],
                report={key: value for key, value in report.items() if not key.startswith(("first_", "last_"))}, events=run["events"])
+    if count >= context.seen.get(ranks, (0, 0))[0]:
+        context.seen[ranks] = (count, row["bytes_per_particle"])
     forces = run["events"].get("BSForces")
     if forces:
         row["force_evaluations"] = row["s_per_step"] * forces["count"] / forces["time"]

@@ -2,8 +2,7 @@
 import cases
 from running import steps_row
 
-MEMORY_PER_PARTICLE = 2600  # bytes, what a run is assumed to need when it is decided whether it fits
-MEMORY_WITHOUT_FACTORS = 1100
+UNKNOWN_NEED = 5000  # bytes per particle a run is taken to need before one was measured
 MANY = 200_000  # particles from which two steps are enough to time
 
 
@@ -16,9 +15,15 @@ def free_memory():
     return 0
 
 
+def fits(context, count, ranks):
+    """Whether `count` particles should fit, by the largest run on so many ranks up to now."""
+    seen = context.seen.get(ranks)
+    return (seen[1] if seen and seen[0] > 5e4 else UNKNOWN_NEED) * count < free_memory()
+
+
 def row_of(context, label, n, h, ranks, layers=None, repeats=None):
     count = cases.particles(n, layers)
-    if MEMORY_PER_PARTICLE * count > free_memory():
+    if not fits(context, count, ranks):
         context.say(f"{label}: needs more memory than there is")
         return {"label": label, "ranks": ranks, "particles": count, "h": h, "failed": "needs more memory than there is"}
     row = steps_row(context, label, cases.problem("B1", n, h, context.steps if count < MANY else 2, layers), ranks, count, repeats=repeats)
@@ -48,13 +53,15 @@ def large(context):
     factors, of larger ones still at the h omega_max of n = 40."""
     rows = []
     ranks = context.ranks[-1]
-    for edges, needs, solver in ((context.large, MEMORY_PER_PARTICLE, {}), (context.large_free, MEMORY_WITHOUT_FACTORS, cases.LOW_MEMORY)):
+    for edges, solver in ((context.large, {}), (context.large_free, cases.LOW_MEMORY)):
         for n in edges:
             h = cases.equal_swing(n) if solver else 0.01
             label = f"B3 n={n} h={h:.3g}" + (", without factors" if solver else "")
             row = {"label": label, "ranks": ranks, "particles": cases.particles(n), "failed": "needs more memory than there is"}
-            if needs * cases.particles(n) < free_memory():
+            if fits(context, cases.particles(n), ranks):
                 row = steps_row(context, label, dict(cases.problem("B1", n, h, 1), **solver), ranks, cases.particles(n), repeats=1)
+            else:
+                context.say(f"{label}: needs more memory than there is")
             rows.append(row)
     return rows
 
