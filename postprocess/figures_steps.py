@@ -17,8 +17,7 @@ def steps(ax, runs, labels, args):
         rejected = np.asarray(log.get("rejected", np.zeros(len(log["dt"])))) > 0
         if rejected.any():
             ax.plot(log["time"][rejected], log["dt"][rejected], "x", color=color if several else COLORS[1], ms=3.5, mew=0.8, zorder=3,
-                    label=None if crossed else f"after rejected attempts ({int(np.sum(log['rejected']))})" if not several
-                    else "after rejected attempts")
+                    label=None if crossed else "after rejected attempts" + ("" if several else _reasons(log)))
             crossed = True
     dts = np.concatenate([log["dt"] for _, log in logged])
     positive = dts[dts > 0]
@@ -30,6 +29,13 @@ def steps(ax, runs, labels, args):
     finish(ax, runs[0], axis_label("step size", runs[0].unit("time")), legend=False)
     if crossed:
         ax.legend(loc="upper left")
+
+
+def _reasons(log):
+    """" (10 error, 2 newton)", or their number alone where the log gives no reasons."""
+    reasons = {k[len("rejected_"):].replace("_", " "): int(np.sum(v)) for k, v in log.items() if k.startswith("rejected_")}
+    told = ", ".join(f"{count} {name}" for name, count in reasons.items() if count)
+    return f" ({told or int(np.sum(log['rejected']))})"
 
 
 def iterations(ax, runs, labels, args):

@@ -578,7 +578,7 @@ class WrongFiles(Case):
 
 class Starting(Case):
     def test_help(self):
-        for name in ("plot.py", "movie.py", "convert.py"):
+        for name in ("plot.py", "movie.py", "convert.py", "compare.py", "sweep.py"):
             done = tool(name, "--help")
             self.assertEqual((done.returncode, done.stderr), (0, ""))
             self.assertIn("--" if name != "convert.py" else "--stiffness", done.stdout)
