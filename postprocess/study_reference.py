@@ -18,8 +18,10 @@ class Reference:
 
 
 def own_point(plan, make_point):
-    """The point of a reference given as options; None for another kind of reference."""
+    """The point of a reference given as options; None for another kind of reference. Raises RunError for a wrong file."""
     given = plan["reference"]
+    if isinstance(given, str) and given != "finest" and not given.lstrip().startswith("-"):
+        open_run(given).close()  # a wrong file is told before anything is run
     if isinstance(given, dict) or (isinstance(given, str) and given.lstrip().startswith("-")):
         return make_point(plan, {}, option_words(given), "reference_")
     return None

@@ -51,7 +51,8 @@ def reason_of(said):
     for line in reversed(lines):
         if line.startswith("backspring: ") and not line.startswith("backspring: ok"):
             return line.removeprefix("backspring: ").removeprefix("error: ")
-    return lines[-1] if lines else "it said nothing"
+    refused = [line for line in lines if line.startswith(("mpirun ", "There are not enough slots"))]
+    return (refused or lines[-1:] or ["it said nothing"])[0]
 
 
 def write_whole(path, text):

@@ -88,6 +88,22 @@ class Sweeping(base.Case):
                 np.testing.assert_array_equal(group["log/newton"][...], run.log["newton"])
                 self.assertAlmostEqual(float(rows[5]["last_total_energy"]), run.series["total_energy"][-1], delta=1e-12)
 
+    def test_a_file_as_reference(self):
+        args = ["--options_file", FALL, "--options", "-ts_max_time 2", "--vary", "-ts_type=cn", "--vary", "-ts_dt=0.5,0.25", "--error",
+                "error_velocity_max"]
+        self.sweep(*args, out="first")
+        file = os.path.join(self.path("first"), self.rows("first")[1]["point"], "run.h5md")
+        done = self.sweep(*args, "--reference", file, out="second")
+        first, second = self.rows("second")
+        with open_run(file) as a, open_run(os.path.join(self.path("second"), first["point"], "run.h5md")) as b:
+            self.assertAlmostEqual(float(first["error_velocity_max"]), abs(a.velocities[-1] - b.velocities[-1]).max(), delta=1e-15)
+            self.assertAlmostEqual(float(first["error_velocity_worst"]), abs(a.velocities[:] - b.velocities[:]).max(), delta=1e-15)
+        self.assertEqual(float(second["error_velocity_max"]), 0.0)
+        self.assertIn(f"error_velocity_max against {file}", done.stdout)
+        done = self.sweep(*args, "--reference", self.path("none.h5md"), out="third", code=2)
+        self.assertIn("no such file", done.stderr)
+        self.assertFalse(os.path.exists(self.path("third")))
+
     def test_orders_of_a_cloth(self):
         done = self.sweep("--options", shlex.join(CLOTH + ["-ts_max_time", "0.12", "-snes_rtol", "1e-10"]), "--vary",
                           "-ts_type=beuler,cn,bdf", "--vary", "-ts_dt=0.002,0.001,0.0005,0.00025", "--jobs", 2, "--reference",
@@ -199,6 +215,15 @@ class Sweeping(base.Case):
         done = base.tool("sweep.py", *good, "-o", self.path("s"), "--program", "/nowhere/backspring")
         self.assertEqual((done.returncode, len(done.stderr.splitlines())), (2, 1))
         self.assertEqual(base.tool("sweep.py", "--help").returncode, 0)
+
+
+class Reasons(unittest.TestCase):
+    def test_the_line_that_tells_why(self):
+        from study_run import reason_of
+        self.assertEqual(reason_of("t = 1\nbackspring: error: no such thing: try that\n-----\nmpirun noticed ...\n"), "no such thing: try that")
+        self.assertEqual(reason_of("-----\nmpirun has detected an attempt to run as root.\n\nmore\n-----\n"),
+                         "mpirun has detected an attempt to run as root.")
+        self.assertEqual((reason_of("a\nb\n"), reason_of("")), ("b", "it said nothing"))
 
 
 class Fitting(unittest.TestCase):
