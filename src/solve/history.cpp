@@ -46,7 +46,10 @@ PetscErrorCode History::begin_step(TS ts) {
   PetscCall(TSGetTime(ts, &time));
   PetscCall(TSGetTimeStep(ts, &step));
   Past next;
-  if (past_.size() == depth_ + 1) {
+  if (open_) {
+    next.state = std::move(past_.back().state);
+    past_.pop_back();
+  } else if (past_.size() == depth_ + 1) {
     next.state = std::move(past_.front().state);
     past_.erase(past_.begin());
   }

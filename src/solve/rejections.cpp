@@ -105,8 +105,25 @@ PetscErrorCode RejectionWatch::look(TS ts) {
   PetscFunctionReturn(0);
 }
 
-PetscErrorCode RejectionWatch::before_stage(TS ts) {
+bool RejectionWatch::enough(double next) const {
   constexpr double SAME = 1e-9;
+  return next < step_min_ * (1 - SAME) || in_a_row_ > most_;
+}
+
+PetscErrorCode RejectionWatch::try_again(TS ts, double cut, bool* more) {
+  constexpr double SAME = 1e-9;
+  PetscReal h;
+  PetscFunctionBegin;
+  PetscCall(look(ts));
+  PetscCall(TSGetTimeStep(ts, &h));
+  if (h > present_ * (1 - SAME)) h = present_ * cut;
+  gave_up_ = enough(h);
+  *more = !gave_up_;
+  PetscCall(TSSetTimeStep(ts, h));
+  PetscFunctionReturn(0);
+}
+
+PetscErrorCode RejectionWatch::before_stage(TS ts) {
   PetscReal h;
   PetscFunctionBegin;
   const std::int64_t before = in_a_row_;
@@ -122,7 +139,7 @@ PetscErrorCode RejectionWatch::before_stage(TS ts) {
     if (m == 1 && f == 1 && gamma == 1) h *= 2;
   }
   present_ = h;
-  if (h >= step_min_ * (1 - SAME) && in_a_row_ <= most_) PetscFunctionReturn(0);
+  if (!enough(h)) PetscFunctionReturn(0);
   gave_up_ = true;
   PetscCall(TSSetConvergedReason(ts, TS_DIVERGED_STEP_REJECTED));
   PetscFunctionReturn(0);

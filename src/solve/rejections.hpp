@@ -20,10 +20,14 @@ class RejectionWatch {
   /// Hooks into `ts`. A step is given up when an attempt shorter than `step_min` [s] would follow, or after `most`
   /// rejections on end.
   PetscErrorCode attach(TS ts, double step_min, std::int64_t most);
-  void begin_step(double h) {
-    in_a_row_ = 0;
+  /// Before a step of length h [s]; `again`: one that TS gave back after a rejected attempt.
+  void begin_step(double h, bool again) {
+    if (!again) in_a_row_ = 0;
     present_ = h;
   }
+  /// Collective. After TS gave a step back: the length of the next attempt, `cut` times the last one where TS has not
+  /// shortened it; false: the step is given up.
+  PetscErrorCode try_again(TS ts, double cut, bool* more);
   /// Collective. Before a stage is solved for: was the attempt before this one rejected, and is it enough?
   PetscErrorCode before_stage(TS ts);
   /// Collective. After a step, good or not: counts what is left.
@@ -44,6 +48,7 @@ class RejectionWatch {
  private:
   static PetscErrorCode check(TSAdapt adapt, TS ts, PetscReal time, Vec y, PetscBool* accept);
   PetscErrorCode look(TS ts);
+  bool enough(double next) const;
   PetscErrorCode name_failure(TS ts, std::size_t* reason);
 
   Model& model_;

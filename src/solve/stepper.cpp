@@ -36,6 +36,9 @@ PetscErrorCode Stepper::attach(TS ts) {
   PetscBool theta = PETSC_FALSE;
   PetscCall(PetscObjectTypeCompareAny(reinterpret_cast<PetscObject>(ts), &theta, TSTHETA, TSCN, TSBEULER, ""));
   blind_ = adaptive_ && theta;
+  PetscBool alpha = PETSC_FALSE;
+  PetscCall(PetscObjectTypeCompare(reinterpret_cast<PetscObject>(ts), TSALPHA, &alpha));
+  alpha_ = alpha;
   PetscCall(TSGetTime(ts, &start_));
   PetscCall(TSGetMaxTime(ts, &end_));
   PetscCall(TSGetTimeStep(ts, &nominal_));
@@ -61,7 +64,12 @@ PetscErrorCode Stepper::pre_step(TS ts) {
   PetscCall(TSGetApplicationContext(ts, &context));
   Stepper* self = static_cast<Stepper*>(context);
   PetscCall(self->choose_step(ts));
-  self->rejections_.begin_step(self->planned_);
+  self->rejections_.begin_step(self->planned_, self->again_);
+  self->again_ = false;
+  // PETSc's alpha forgets the cut where its starting procedure fails: that step comes back after every rejection
+  const bool own = self->alpha_ && self->history_.steps() == 0;
+  if (own != self->own_start_) PetscCall(TSSetMaxStepRejections(ts, own ? 0 : -1));
+  self->own_start_ = own;
   PetscCall(self->set_floor(ts));
   PetscInt step;
   PetscCall(TSGetStepNumber(ts, &step));
@@ -130,6 +138,18 @@ PetscErrorCode Stepper::post_stage(TS ts, PetscReal time, PetscInt index, Vec* s
   PetscFunctionReturn(0);
 }
 
+PetscErrorCode Stepper::repeat_start(TS ts, bool* again) {
+  TSConvergedReason reason;
+  PetscFunctionBegin;
+  *again = false;
+  PetscCall(TSGetConvergedReason(ts, &reason));
+  if (!own_start_ || reason != TS_DIVERGED_STEP_REJECTED) PetscFunctionReturn(0);
+  PetscCall(rejections_.try_again(ts, options_.cut, again));
+  again_ = *again;
+  if (*again) PetscCall(TSSetConvergedReason(ts, TS_CONVERGED_ITERATING));
+  PetscFunctionReturn(0);
+}
+
 /// One reduction a step: is the state finite everywhere, and has a signal come, is a checkpoint due?
 PetscErrorCode Stepper::check_state(TS ts, bool* finite) {
   Vec y;
@@ -175,6 +195,9 @@ PetscErrorCode Stepper::accept_step(TS ts) {
   PetscFunctionBegin;
   StepRecord record;
   PetscInt steps, newton, krylov;
+  bool again = false;
+  PetscCall(repeat_start(ts, &again));
+  if (again) PetscFunctionReturn(0);
   PetscCall(TSGetConvergedReason(ts, &reason));
   PetscCall(TSGetStepNumber(ts, &steps));
   PetscCall(TSGetSNESIterations(ts, &newton));

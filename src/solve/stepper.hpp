@@ -64,6 +64,7 @@ class Stepper {
   static PetscErrorCode post_stage(TS ts, PetscReal time, PetscInt index, Vec* stages);
   PetscErrorCode choose_step(TS ts);
   PetscErrorCode accept_step(TS ts);
+  PetscErrorCode repeat_start(TS ts, bool* again);
   PetscErrorCode prime_solvers(TS ts, double sigma_step);
   PetscErrorCode check_state(TS ts, bool* finite);
   PetscErrorCode set_floor(TS ts);
@@ -80,6 +81,7 @@ class Stepper {
   History history_;
   RejectionWatch rejections_;
   bool adaptive_ = false, framed_ = true;
+  bool alpha_ = false, own_start_ = false, again_ = false;  ///< own_start_: this step's cuts are ours; again_: it is repeated
   bool blind_ = false;    ///< the type's first step has no error estimate
   double start_ = 0, end_ = 0, nominal_ = 0, planned_ = 0, target_ = 0, good_time_ = 0, saved_ = 0, next_ = 0, first_ = 0;
   double saved_at_ = 0;  ///< wall clock of the last checkpoint

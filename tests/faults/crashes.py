@@ -188,7 +188,7 @@ def lattice_changed(checks, folder):
     """The lattice's file is edited between checkpoint and restart."""
     import h5py
     import numpy as np
-    from harness import write_lattice
+    from runs import write_lattice
     x = np.array([[k, 0.0] for k in range(6)])
     chain = dict(pairs=[[k, k + 1] for k in range(5)], stiffness=100.0, rest_length=1.0, damping=0.1, fixed=[1, 0, 0, 0, 0, 0])
     options = {"bs_lattice_file": "chain.h5", "bs_gravity": (0, -9.81), "ts_dt": 0.01, "ts_max_time": 0.2, "bs_progress_interval": -1,

@@ -6,7 +6,7 @@ import sys
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1] / "verify"))
 import h5py
 import numpy as np
-from harness import Checks  # noqa: F401
+from harness import Checks, write_lattice  # noqa: F401
 from program import environment, words
 
 BLOCK = {"bs_lattice_type": "cubic", "bs_lattice_size": (5, 5, 5), "bs_lattice_spacing": 0.2, "bs_lattice_fixed": "zmin",
