@@ -67,28 +67,32 @@ def signals(checks, folder):
     """TERM and INT stop after the step and leave a checkpoint, USR1 leaves one and the run goes on; alone and under mpirun,
     which kills its ranks a second after the signal unless told to wait."""
     wait = {"OMPI_MCA_odls_base_sigkill_timeout": "60"}
-    long = dict(BLOCK, ts_max_time=3, bs_checkpoint="sig", bs_overwrite=True)
+    long = dict(BLOCK, bs_lattice_size=(4, 4, 4), ts_max_time=3, bs_output_xdmf=False, bs_checkpoint="sig", bs_overwrite=True)
     code, _, err = run(checks, folder, dict(long, bs_output="full.h5md"))
     checks.true("signals: undisturbed", code == 0, err.strip()[:120])
+    with h5py.File(folder / "sig") as f:
+        steps = f["run"].attrs["step"]
     for sent, expected, ranks in ((signal.SIGTERM, 143, 1), (signal.SIGINT, 130, 1), (signal.SIGTERM, 1, 2), (signal.SIGUSR1, 0, 2)):
         for old in (*folder.glob("sig*"), *folder.glob("part*")):
             old.unlink()
         process = start(checks, folder, dict(long, bs_output="part.h5md"), ranks, extra=wait)
         path = folder / "part.h5md"
-        while process.poll() is None and (not path.exists() or path.stat().st_size < 100000):
-            time.sleep(0.02)
+        begun = None
+        while process.poll() is None and (begun is None or path.stat().st_size < begun + 8000):
+            time.sleep(0.01)
+            begun = path.stat().st_size if begun is None and path.exists() else begun
         process.send_signal(sent)
-        _, err = process.communicate(timeout=120)
+        _, err = process.communicate(timeout=300)
         name = f"{sent.name} on {ranks} rank(s)"
         checks.true(f"{name}: exit {expected}, a checkpoint", process.returncode == expected and (folder / "sig").exists(), f"exit {process.returncode} {err.strip()[:100]}")
         if not (folder / "sig").exists():
             continue
         if sent == signal.SIGUSR1:
             with h5py.File(folder / "sig.previous", "r") as f:
-                checks.true(f"{name}: the run went on", 0 < f["run"].attrs["step"] < 300, f"written at step {f['run'].attrs['step']}")
+                checks.true(f"{name}: the run went on", 0 < f["run"].attrs["step"] < steps, f"written at step {f['run'].attrs['step']}")
             continue
         with h5py.File(folder / "sig", "r") as f:
-            checks.true(f"{name}: stopped before the end", f["run"].attrs["step"] < 300, f"step {f['run'].attrs['step']}")
+            checks.true(f"{name}: stopped before the end", f["run"].attrs["step"] < steps, f"step {f['run'].attrs['step']}")
         code, _, err = run(checks, folder, {"bs_restart": "sig"}, ranks)
         worst, same = difference(folder / "full.h5md", path)
         checks.true(f"{name}: continued", code == 0, err.strip()[:120])
