@@ -152,7 +152,8 @@ def strain(ax, runs, labels, args):
 def histogram(ax, runs, labels, args):
     """Distribution of the springs' strains: of one run at four times, of several runs in the frame chosen. The outermost
     thousandth on either side is gathered in the last bars."""
-    frames = [(run, row) for run in runs for row in (sample(range(run.frames), 4) if len(runs) == 1 else [run.index(args.frame)])]
+    asked = sample(range(runs[0].frames), 4) if len(args.frames) == 1 else [runs[0].index(frame) for frame in args.frames]
+    frames = [(run, row) for run in runs for row in (asked if len(runs) == 1 else [run.index(args.frame)])]
     frames = [(run, row) for run, row in frames if np.any(run.springs.rest_length > 0)]
     if not frames:
         return missing(ax, "springs with a rest length")
@@ -163,7 +164,7 @@ def histogram(ax, runs, labels, args):
     edges = np.linspace(low - pad, high + pad, 61)
     for i, ((run, row), v) in enumerate(zip(frames, values)):
         share, _ = np.histogram(np.clip(v, edges[0], edges[-1]), edges)
-        color = TIMES[i] if len(runs) == 1 else COLORS[i % len(COLORS)]
+        color = TIMES[i % len(TIMES)] if len(runs) == 1 else COLORS[i % len(COLORS)]
         ax.stairs(100 * share / len(v), edges, color=color, lw=1.3,
                   label=f"$t$ = {run.times[row]:.3g} {run.unit('time')}" if len(runs) == 1 else None)
     ax.set_yscale("log")

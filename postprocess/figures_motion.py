@@ -86,7 +86,7 @@ def phase(ax, runs, labels, args):
 
 
 def state_scene(run, args, limits=None):
-    return Scene(run, [run.index(args.frame)], args.color, "light", args.up, args.elev, args.azim, 0.0, args.max_springs,
+    return Scene(run, [run.index(frame) for frame in args.frames], args.color, "light", args.up, args.elev, args.azim, 0.0, args.max_springs,
                  limits=limits)
 
 

@@ -56,15 +56,18 @@ def default_kinds(runs):
     return ["state", "energy", "drift", "histogram" if len(runs[0].springs) > 20 else "phase", "steps", "iterations"]
 
 
-def plan(kinds, runs):
-    """Panels as (kind, runs, labels); some kinds are drawn once for every run."""
+def plan(kinds, runs, args):
+    """Panels as (kind, runs, labels, arguments); some kinds are drawn once for every run, a state for every frame asked for."""
     labels = run_labels(runs)
     panels = []
     for kind in kinds:
-        if kind in figures.BY_RUN:
-            panels += [(kind, [run], [label]) for run, label in zip(runs, labels)]
+        if kind == "state":
+            panels += [(kind, [run], [label], argparse.Namespace(**{**vars(args), "frame": frame}))
+                       for run, label in zip(runs, labels) for frame in args.frames]
+        elif kind in figures.BY_RUN:
+            panels += [(kind, [run], [label], args) for run, label in zip(runs, labels)]
         else:
-            panels.append((kind, runs, labels))
+            panels.append((kind, runs, labels, args))
     return panels
 
 
@@ -74,10 +77,11 @@ def sheet(panels, args):
     columns = 1 if count == 1 else 3 if count in (3, 5, 6, 9) else 2
     rows = -(-count // columns)
     runs, labels = max(((p[1], p[2]) for p in panels), key=lambda pair: len(pair[0]))
-    keyed = len(runs) > 1 and any(kind not in figures.BY_RUN + ("states", "sources") for kind, _, _ in panels)
-    styled = len(runs) > 1 and not keyed and any(kind == "states" for kind, _, _ in panels)
+    keyed = len(runs) > 1 and any(kind not in figures.BY_RUN + ("states", "sources") for kind, *_ in panels)
+    styled = len(runs) > 1 and not keyed and any(kind == "states" for kind, *_ in panels)
     head = 0.35 + (0.19 * len(runs) if keyed or styled else 0)  # inches above the panels
-    gap, wide, high = (1.45 if {"state", "paths", "phase"} & {p[0] for p in panels} else 1.1, 0.8), (4.2 if columns == 1 else 2.75), (2.9 if columns == 1 else 2.3)
+    gap = (1.45 if {"state", "paths", "phase"} & {p[0] for p in panels} else 1.1, 0.8)
+    wide, high = (4.2, 2.9) if columns == 1 else (2.75, 2.3)
     size = args.size or (0.8 + columns * wide + (columns - 1) * gap[0] + 0.75, head + rows * high + (rows - 1) * gap[1] + 0.55)
     if size[0] > 60 or size[1] > 60:
         raise RunError(f"{count} panels are too many for one sheet")
@@ -91,10 +95,10 @@ def sheet(panels, args):
         lines = [Line2D([], [], color=COLORS[i % len(COLORS)] if keyed else "#555555", lw=2 if keyed else 1.3,
                         ls="-" if keyed else DASHES[i % len(DASHES)]) for i in range(len(runs))]
         figure.legend(lines, labels, loc="upper left", bbox_to_anchor=(0.7 / size[0], 1 - 0.02 / size[1]))
-    for k, (kind, shown, names) in enumerate(panels):
+    for k, (kind, shown, names, own) in enumerate(panels):
         solid = kind == "paths" and shown[0].dim == 3
         ax = figure.add_subplot(grid[k // columns, k % columns], **({"projection": "3d"} if solid else {}))
-        figures.KINDS[kind](ax, shown, names, args)
+        figures.KINDS[kind](ax, shown, names, own)
     return figure
 
 
@@ -107,7 +111,8 @@ def parse(argv=None):
     p.add_argument("--particles", type=lambda s: [int(v) for v in s.split(",")], default=[],
                    help="ids to follow in paths and phase (default: six of them)")
     p.add_argument("--component", choices=("x", "y", "z"), help="component shown in phase (default: the one with most motion)")
-    p.add_argument("--frame", type=int, default=-1, help="frame shown in state, and in histogram of several runs (default -1, the last)")
+    p.add_argument("--frame", dest="frames", type=lambda s: [int(v) for v in s.split(",")], default=[-1], metavar="K,L",
+                   help="frames shown in state, one panel each, and in histogram; write --frame=-1 (default: the last)")
     p.add_argument("--color", choices=("auto", "strain", "speed", "none"), default="auto", help="colour of state")
     p.add_argument("--up", choices=AXES, default="", help="axis that points up (default: against gravity); write --up=-x")
     p.add_argument("--elev", type=float, default=18, help="elevation of the eye [degree] (default 18)")
@@ -115,7 +120,9 @@ def parse(argv=None):
     p.add_argument("--max_springs", type=int, default=20000, help="more springs than this are drawn as discs (default 20000)")
     p.add_argument("--size", type=lambda s: tuple(float(v) for v in s.split("x")), metavar="WxH", help="size of the sheet [inch]")
     p.add_argument("--dpi", type=float, default=200, help="pixels per inch (default 200)")
-    return p.parse_args(argv)
+    args = p.parse_args(argv)
+    args.frame, args.limits = args.frames[-1], None
+    return args
 
 
 def main(argv=None):
@@ -140,12 +147,11 @@ def main(argv=None):
         for run in runs:
             if run.kind == "particles" and run.springs.rest_length_assumed and ({"strain", "state"} & set(kinds)):
                 print(f"plot.py: {run.path}: no rest lengths, strains are relative to the first frame", file=sys.stderr)
-        args.limits = None
         if len(runs) > 1 and "state" in kinds:  # one colour scale for all
             norms = [state_scene(run, args).norm for run in runs]
             args.limits = min(n.vmin for n in norms), max(n.vmax for n in norms)
         with plt.rc_context(STYLE):
-            figure = sheet(plan(kinds, runs), args)
+            figure = sheet(plan(kinds, runs, args), args)
             figure.savefig(args.output, dpi=args.dpi, facecolor="white")
     print(f"{args.output}: {', '.join(kinds)}")
 

@@ -215,6 +215,22 @@ class Panels(base.Case):
         np.testing.assert_array_equal(ax.lines[0].get_ydata(), run.log["newton"])
         np.testing.assert_array_equal(ax.lines[1].get_ydata(), run.log["krylov"])
 
+    def test_frames_side_by_side_share_window_and_colours(self):
+        from figures_motion import state_scene
+        from plot import parse, plan
+        path = self.cloth()
+        args = parse([path, "-o", "x.png", "--frame=0,5,-1"])
+        with open_run(path) as run:
+            panels = plan(["state", "energy"], [run], args)
+            self.assertEqual([(p[0], p[3].frame) for p in panels], [("state", 0), ("state", 5), ("state", -1), ("energy", -1)])
+            scenes = [state_scene(run, p[3]) for p in panels[:3]]
+            for scene in scenes[1:]:
+                np.testing.assert_array_equal([scene.low, scene.high], [scenes[0].low, scenes[0].high])
+                self.assertEqual((scene.norm.vmin, scene.norm.vmax), (scenes[0].norm.vmin, scenes[0].norm.vmax))
+        self.works("plot.py", path, "-o", self.path("f.png"), "--dpi", 60, "--kind", "state,histogram", "--frame=0,5,-1")
+        self.picture(self.path("f.png"))
+        self.refuses("plot.py", path, "-o", self.path("f.png"), "--frame=0,99", says="no frame 99")
+
     def test_several_runs_side_by_side(self):
         paths = [synthetic.cloth(self.path(f"{k}.h5md"), 6, parameters={"ts_type": k, "ts_dt": h}) for k, h in (("bdf", "1"), ("cn", "2"))]
         from plot import run_labels
