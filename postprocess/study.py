@@ -141,7 +141,7 @@ def frame_interval(settings):
     for p in parts[1:]:  # lcm(a/b, c/d) = lcm(ad, cb)/(bd)
         a, c = common.numerator * p.denominator, p.numerator * common.denominator
         common = Fraction(a * c // _gcd(a, c), common.denominator * p.denominator)
-    return f"{float(common):.17g}" if common <= 64 * max(parts) else "1e300"
+    return repr(float(common)) if common <= 64 * max(parts) else "1e300"
 
 
 def _gcd(a, b):

@@ -27,7 +27,8 @@ import study_table  # noqa: E402
 from backspring_io import RunError  # noqa: E402
 from study import Axis, Point, axes_of_file, frame_interval, name_of, option_words, parse_vary, read_file, span, zipped  # noqa: E402
 
-ROOT = os.path.dirname(os.path.dirname(os.path.abspath(__file__)))
+# The checkout, or share/backspring of an installed program; links are followed second.
+ROOTS = [os.path.dirname(os.path.dirname(f)) for f in (os.path.abspath(__file__), os.path.realpath(__file__))]
 TAKE_WORDS = ("--vary", "--options", "--reference")  # their words begin with a dash
 
 
@@ -68,13 +69,21 @@ def beside(path, study):
     return there if os.path.exists(there) else path
 
 
+def by_name(name, folders):
+    """The file of this name as it stands, else NAME or NAME.yaml in options/ and these folders of it, as the program does."""
+    there = [os.path.join(root, "options", folder, name + ending) for root in ROOTS for folder in ("", *folders) for ending in ("", ".yaml")]
+    return next((path for path in [name, *there] if os.path.isfile(path)), name)
+
+
 def merge(args):
     """The command line joined with the YAML study file; one dict."""
+    args.study = by_name(args.study, ["studies"]) if args.study else None
     found = read_file(args.study) if args.study else {}
     as_list = lambda v: [] if v is None else v if isinstance(v, list) else [v]  # noqa: E731
     plan = {k: found.get(k) if getattr(args, k) is None else getattr(args, k)
             for k in ("zip", "np", "jobs", "output", "program", "reference", "against", "error", "interval", "timeout")}
     plan["files"] = [beside(str(f), args.study) for f in as_list(found.get("options_file"))] + args.options_file
+    plan["files"] = [by_name(f, ["problems", "solvers"]) for f in plan["files"]]
     plan["options"] = option_words(found.get("options")) + [w for text in args.options for w in option_words(text)]
     axes = axes_of_file(found.get("vary"), args.study) + [parse_vary(v) for v in args.vary]
     try:
@@ -104,10 +113,11 @@ def merge(args):
 
 def find_program(given):
     """Path of the program; raises RunError."""
-    candidates = [given] if given else [os.path.join(ROOT, "build", "release", "backspring"), shutil.which("backspring") or ""]
+    usual = [os.path.join(root, *parts) for root in ROOTS for parts in (("build", "release", "backspring"), ("..", "..", "bin", "backspring"))]
+    candidates = [given] if given else usual + [shutil.which("backspring") or ""]
     for path in candidates:
         if path and os.access(path, os.X_OK) and os.path.isfile(path):
-            return path
+            return os.path.realpath(path) if ".." in path else path
     raise RunError(f"{given}: no such program" if given else "no program in build/release and none on PATH; name it by --program")
 
 

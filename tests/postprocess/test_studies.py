@@ -176,6 +176,9 @@ class Sweeping(base.Case):
         with open(self.path("same.yaml"), "a", encoding="utf-8") as f:
             f.write("# changed\n")
         self.assertNotEqual(names[0], [line.split("-bs_report ")[1] for line in self.commands("--options_file", "same.yaml")])
+        by_name = [line.split("-bs_report ")[1] for line in self.commands("--options_file", "free_fall")]  # found as the program finds it
+        self.assertEqual(by_name, [line.split("-bs_report ")[1] for line in self.commands("--options_file", FALL)])
+        self.assertEqual(len(self.commands("cloth")), 13)
         linked = self.commands("--vary", "-ts_type=rk,bdf -ts_dt=0.1,0.2")
         self.assertEqual(len(linked), 2)
         self.assertIn("-ts_type bdf -ts_dt 0.2", linked[1])
