@@ -191,6 +191,16 @@ def interrupted(checks, folder):
         sidecar.unlink()
 
 
+def continued(checks, folder):
+    """A run that is taken up from a checkpoint before its last frames: the sidecar has the frames that are there."""
+    arguments = CLOTH + ["-bs_checkpoint", "c.ck", "-bs_checkpoint_every", "5"]
+    path = run(checks, folder, arguments, 1)
+    command = [checks.program, "-bs_restart", "c.ck.previous", "-ts_max_time", "0.12", "-bs_progress_interval", "-1"]
+    done = subprocess.run(command, cwd=folder, env=environment(1), capture_output=True, text=True, timeout=120)
+    checks.true("continued from the checkpoint before the last", done.returncode == 0, (done.stdout + done.stderr).strip()[-120:])
+    compare(checks, path, "continued", 13)
+
+
 PARAVIEW = """
 import sys
 import numpy as np
@@ -254,7 +264,7 @@ def paraview(checks, folder):
 
 def main():
     checks = Checks(__doc__)
-    for group in (contents, h5md, interrupted, paraview):
+    for group in (contents, h5md, interrupted, continued, paraview):
         if checks.wants(group.__name__):
             with tempfile.TemporaryDirectory() as folder, checks.group(group.__name__):
                 group(checks, folder)
