@@ -6,7 +6,7 @@
 namespace bs {
 namespace {
 
-// An implicit step of a lattice costs about as much as so many evaluations of its forces.
+// Rule of thumb: an implicit step of a lattice costs as much as so many evaluations of its forces.
 constexpr double IMPLICIT_COST = 100;
 // h times the rate of the present motion: above, backward Euler takes more than 2 % of its amplitude a step, and the
 // phase of a second-order type is off by some 5 %.
