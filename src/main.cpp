@@ -15,6 +15,7 @@
 #include "base/told.hpp"
 #include "checkpoint/checkpoint.hpp"
 #include "model/create.hpp"
+#include "solve/condensed/condensed.hpp"
 #include "solve/run.hpp"
 #include "solve/signals.hpp"
 #include "solve/symplectic.hpp"
@@ -30,6 +31,7 @@ PetscErrorCode run_program(int* exit_code) {
   PetscFunctionBegin;
   std::unique_ptr<bs::Model> model;
   PetscCall(bs::register_symplectic());
+  PetscCall(bs::register_condensed());
   PetscCall(bs::recall_options(PETSC_COMM_WORLD));
   PetscCall(bs::create_model(PETSC_COMM_WORLD, &model));
   PetscCall(bs::run_model(*model, exit_code));

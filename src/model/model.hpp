@@ -7,6 +7,7 @@
 #include <string>
 #include <variant>
 #include <vector>
+#include "model/tangent.hpp"
 
 namespace bs {
 
@@ -89,6 +90,12 @@ class Model {
   virtual PetscErrorCode create_matrix(Mat* P) = 0;
   /// The operator that goes with P: P itself (referenced), or P plus what cannot be assembled.
   virtual PetscErrorCode create_operator(Mat P, Form form, Mat* A) = 0;
+
+  /// What a condensed solve needs, renewed by every jacobian(); null: the model has no such form.
+  virtual Tangent* tangent() { return nullptr; }
+  /// A matrix that multiplies by J without holding it, to be given to jacobian() in place of an assembled one; models with
+  /// a tangent only.
+  virtual PetscErrorCode create_shell(Mat*) { return 0; }
 
   /// 2-norms of the parts of a residual that are judged apart (kinematic [kg m/s], momentum [N]); a model of one kind
   /// leaves the second 0.

@@ -26,6 +26,23 @@ bool exhausted(const NewtonPolicy& self, const ResidualNorms& now, double rtol) 
   return near && !falling;
 }
 
+// Inexact Newton: a linear solve need not be better than Newton's own quadratic convergence lets it be, nor than what is
+// left to do. eta = FIRST at first, then (|F_k|/|F_k-1|)^2 within [LEAST, FIRST], but at least SAFETY times the reduction
+// that is still missing.
+PetscErrorCode set_forcing(const NewtonPolicy& self, SNES snes, PetscInt it, const ResidualNorms& now, double rtol) {
+  constexpr double FIRST = 1e-3, LEAST = 1e-8, SAFETY = 0.3;
+  KSP ksp;
+  PetscFunctionBegin;
+  const double size = std::max(self.sigma * now[0], now[1]);
+  const double goal = std::max(rtol * std::max(self.first[1], 1e-4 * self.sigma * self.first[0]), self.floor[1]);
+  const double before = std::max(self.sigma * self.previous[0], self.previous[1]);
+  const double quadratic = it == 0 || before <= 0 ? FIRST : (size / before) * (size / before);
+  const double eta = std::max(std::clamp(quadratic, LEAST, FIRST), std::min(SAFETY * goal / size, 0.1));
+  PetscCall(SNESGetKSP(snes, &ksp));
+  PetscCall(KSPSetTolerances(ksp, eta, PETSC_DEFAULT, PETSC_DEFAULT, PETSC_DEFAULT));
+  PetscFunctionReturn(0);
+}
+
 // Converged: every part has fallen by rtol or to its rounding errors, or all of F is below atol, or a whole Newton step
 // below stol of the state. Diverged: not finite, or grown by the divergence tolerance.
 PetscErrorCode test(SNES snes, PetscInt it, PetscReal xnorm, PetscReal snorm, PetscReal fnorm, SNESConvergedReason* reason,
@@ -48,7 +65,8 @@ PetscErrorCode test(SNES snes, PetscInt it, PetscReal xnorm, PetscReal snorm, Pe
     PetscReal h;
     PetscCall(TSGetTimeStep(self.ts, &h));
     self.sigma = 1 / h;
-    self.first = now;
+    for (int k = 0; k < 2; ++k) self.first[k] = std::max(now[k], self.reference[k]);
+    self.reference = {0, 0};
   }
   const double whole = std::hypot(self.first[0], self.first[1]);
   if (fnorm < atol) *reason = SNES_CONVERGED_FNORM_ABS;
@@ -56,6 +74,7 @@ PetscErrorCode test(SNES snes, PetscInt it, PetscReal xnorm, PetscReal snorm, Pe
   else if (it > 1 && exhausted(self, now, rtol)) *reason = SNES_CONVERGED_FNORM_RELATIVE;
   else if (it > 0 && snorm < stol * xnorm) *reason = SNES_CONVERGED_SNORM_RELATIVE;
   else if (it > 0 && divtol > 0 && whole > 0 && fnorm > divtol * whole) *reason = SNES_DIVERGED_DTOL;
+  if (*reason == SNES_CONVERGED_ITERATING && self.forcing) PetscCall(set_forcing(self, snes, it, now, rtol));
   self.previous = now;
   PetscFunctionReturn(0);
 }

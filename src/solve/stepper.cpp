@@ -2,6 +2,7 @@
 #include <algorithm>
 #include <cmath>
 #include "base/fault.hpp"
+#include "solve/condensed/condensed.hpp"
 #include "solve/signals.hpp"
 
 namespace bs {
@@ -150,6 +151,24 @@ PetscErrorCode Stepper::repeat_start(TS ts, bool* again) {
   PetscFunctionReturn(0);
 }
 
+/// Iterations on the linear systems; of a condensed solve those inside it.
+PetscErrorCode Stepper::krylov_iterations(TS ts, PetscInt* count) {
+  SNES snes;
+  KSP ksp;
+  PC pc;
+  CondensedCounts inner;
+  bool condensed = false;
+  PetscFunctionBegin;
+  PetscCall(TSGetKSPIterations(ts, count));
+  if (!context_.implicit) PetscFunctionReturn(0);
+  PetscCall(TSGetSNES(ts, &snes));
+  PetscCall(SNESGetKSP(snes, &ksp));
+  PetscCall(KSPGetPC(ksp, &pc));
+  PetscCall(condensed_counts(pc, &condensed, &inner));
+  if (condensed) *count = inner.iterations;
+  PetscFunctionReturn(0);
+}
+
 /// One reduction a step: is the state finite everywhere, and has a signal come, is a checkpoint due?
 PetscErrorCode Stepper::check_state(TS ts, bool* finite) {
   Vec y;
@@ -201,7 +220,7 @@ PetscErrorCode Stepper::accept_step(TS ts) {
   PetscCall(TSGetConvergedReason(ts, &reason));
   PetscCall(TSGetStepNumber(ts, &steps));
   PetscCall(TSGetSNESIterations(ts, &newton));
-  PetscCall(TSGetKSPIterations(ts, &krylov));
+  PetscCall(krylov_iterations(ts, &krylov));
   newton += base_.newton;
   krylov += base_.krylov;
   PetscCall(rejections_.end_step(ts));
@@ -248,6 +267,7 @@ PetscErrorCode Stepper::accept_step(TS ts) {
   Vec y;
   PetscCall(TSGetSolution(ts, &y));
   PetscCall(history_.end_step(ts, y));
+  PetscCall(context_.predictor.remember(y, record.dt));
   PetscCall(on_step_(record));
   const bool finished = landed && target_ >= end_;
   if (landed || options_.every_step) {

@@ -68,6 +68,7 @@ class Stepper {
   PetscErrorCode prime_solvers(TS ts, double sigma_step);
   PetscErrorCode check_state(TS ts, bool* finite);
   PetscErrorCode set_floor(TS ts);
+  PetscErrorCode krylov_iterations(TS ts, PetscInt* count);
   void restore_step(bool landed, double taken, double* next);
   double next_output(double time) const;
 

@@ -2,6 +2,8 @@
 #include <algorithm>
 #include <array>
 #include "base/fault.hpp"
+#include "solve/condensed/condensed.hpp"
+#include "solve/condensed/inner_solver.hpp"
 #include "solve/stepping_check.hpp"
 
 namespace bs {
@@ -73,6 +75,50 @@ PetscErrorCode set_defaults_of_linear_model(TS ts) {
   PetscFunctionReturn(0);
 }
 
+bool given(const char* option) {
+  PetscBool found = PETSC_FALSE;
+  return !PetscOptionsHasName(nullptr, nullptr, option, &found) && found;
+}
+
+/// Whether J must be held as a matrix: something will look at its entries, or it is small enough to make no matter.
+PetscErrorCode needs_matrix(Model& model, bool* yes) {
+  constexpr PetscInt LARGE = 60000;  // unknowns from which the shell saves memory worth having
+  const char* const choices[] = {"auto", "assembled", "shell"};
+  char pc[64] = "condensed";
+  PetscInt chosen = 0, unknowns = 0;
+  PetscFunctionBegin;
+  PetscCall(PetscOptionsGetString(nullptr, nullptr, "-pc_type", pc, sizeof pc, nullptr));
+  PetscCall(PetscOptionsGetEList(nullptr, nullptr, "-bs_operator", choices, 3, &chosen, nullptr));
+  PetscCall(VecGetSize(model.initial_state(), &unknowns));
+  *yes = !model.tangent() || chosen == 1 || given("-mat_type") || given("-snes_fd") || given("-snes_fd_color") ||
+         given("-snes_test_jacobian") || (std::string(pc) != "condensed" && std::string(pc) != PCNONE);
+  if (!*yes && chosen == 0) *yes = unknowns < LARGE;
+  PetscFunctionReturn(0);
+}
+
+/// Particle systems: the condensed solve wherever the user left KSP and PC open; nothing under -snes_mf, which has no
+/// matrix to take it from.
+PetscErrorCode set_condensed_defaults(TS ts, Model& model, NewtonPolicy* newton) {
+  char type[64] = "condensed";
+  SNES snes;
+  KSP ksp;
+  PC pc;
+  PetscFunctionBegin;
+  PetscCall(PetscOptionsGetString(nullptr, nullptr, "-pc_type", type, sizeof type, nullptr));
+  if (given("-snes_mf") || std::string(type) != "condensed") PetscFunctionReturn(0);
+  PetscCall(TSGetSNES(ts, &snes));
+  PetscCall(SNESGetKSP(snes, &ksp));
+  PetscCall(KSPGetPC(ksp, &pc));
+  PetscCall(PCSetType(pc, "condensed"));
+  PetscCall(condensed_set_tangent(pc, model.tangent()));
+  const bool direct = model.tangent()->unknowns() <= DIRECT_UNKNOWNS && !given("-condensed_pc_type") && !given("-condensed_ksp_type");
+  const bool exact = (direct || model.tangent()->exact_symmetric()) && !given("-snes_mf_operator");
+  PetscCall(KSPSetType(ksp, exact ? KSPPREONLY : KSPFGMRES));
+  PetscCall(KSPSetTolerances(ksp, 1e-8, PETSC_DEFAULT, PETSC_DEFAULT, PETSC_DEFAULT));
+  newton->forcing = !direct && !given("-ksp_rtol") && !given("-snes_ksp_ew");
+  PetscFunctionReturn(0);
+}
+
 /// Direct solves for small systems, where the user left both KSP and PC open and asked for no matrix-free Newton.
 PetscErrorCode set_linear_defaults(TS ts, PetscInt unknowns) {
   constexpr PetscInt SMALL = 12000;  // below, a sparse LU costs less than the Krylov iterations it saves
@@ -102,7 +148,9 @@ PetscErrorCode set_implicit(TS ts, Model& model, TSContext* context) {
   Vec y = model.initial_state();
   PetscInt unknowns = 0;
   PetscFunctionBegin;
-  PetscCall(model.create_matrix(context->matrix.out()));
+  bool assembled = true;
+  PetscCall(needs_matrix(model, &assembled));
+  PetscCall(assembled ? model.create_matrix(context->matrix.out()) : model.create_shell(context->matrix.out()));
   PetscCall(model.create_operator(context->matrix, context->form, context->operator_.out()));
   PetscCall(TSSetIFunction(ts, nullptr, form_residual, context));
   PetscCall(TSSetIJacobian(ts, context->operator_, context->matrix, form_jacobian, context));
@@ -114,6 +162,7 @@ PetscErrorCode set_implicit(TS ts, Model& model, TSContext* context) {
   PetscCall(context->newton.attach(ts, snes));
   PetscCall(VecGetSize(y, &unknowns));
   if (model.linear()) PetscCall(set_defaults_of_linear_model(ts));
+  else if (model.tangent()) PetscCall(set_condensed_defaults(ts, model, &context->newton));
   else PetscCall(set_linear_defaults(ts, unknowns));
   PetscFunctionReturn(0);
 }
@@ -142,6 +191,7 @@ PetscErrorCode create_ts(Model& model, TSContext* context, TSHandle* ts) {
   Plan plan{context->implicit, context->form, 0, among(type, {TSEULER}) ? 2.0 : 0.0, among(type, {TSROSW})};
   PetscCall(TSGetTimeStep(*ts, &plan.step));
   PetscCall(model.prepare(plan));
+  if (context->implicit) PetscCall(context->predictor.attach(*ts, model, &context->newton));
   PetscFunctionReturn(0);
 }
 
@@ -178,12 +228,16 @@ PetscErrorCode describe_solver(TS ts, const TSContext& context, std::string* lin
   PetscCall(KSPGetType(ksp, &ksp_type));
   PetscCall(KSPGetPC(ksp, &pc));
   PetscCall(PCGetType(pc, &pc_type));
+  std::string inner;
+  PetscCall(condensed_describe(pc, &inner));
+  const std::string solver = format("KSP %s, PC %s", ksp_type ? ksp_type : "gmres", pc_type ? pc_type : "default") +
+                             (inner.empty() ? "" : " (" + inner + ")");
   if (std::string(snes_type) == SNESKSPONLY) {
-    *line += format("; one linear solve a step (SNES ksponly); KSP %s, PC %s", ksp_type ? ksp_type : "gmres", pc_type ? pc_type : "default");
+    *line += "; one linear solve a step (SNES ksponly); " + solver;
     PetscFunctionReturn(0);
   }
-  *line += format("; SNES %s, line search %s, rtol %g of either residual; KSP %s, PC %s", snes_type,
-                  !search_type ? "default" : std::string(search_type) == SNESLINESEARCHSHELL ? "full steps, then backtracking" : search_type, rtol, ksp_type ? ksp_type : "gmres", pc_type ? pc_type : "default");
+  const char* search_name = !search_type ? "default" : std::string(search_type) == SNESLINESEARCHSHELL ? "full steps, then backtracking" : search_type;
+  *line += format("; SNES %s, line search %s, rtol %g of either residual; %s", snes_type, search_name, rtol, solver.c_str());
   PetscFunctionReturn(0);
 }
 

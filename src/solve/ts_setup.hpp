@@ -4,6 +4,7 @@
 #include "base/handle.hpp"
 #include "model/model.hpp"
 #include "solve/convergence.hpp"
+#include "solve/predictor.hpp"
 
 namespace bs {
 
@@ -13,6 +14,7 @@ struct TSContext {
   Form form = Form::momentum;
   bool implicit = true;
   NewtonPolicy newton;
+  Predictor predictor;
   MatHandle operator_, matrix;  ///< Amat and Pmat of implicit types
 };
 

@@ -39,14 +39,27 @@ struct LinkKernel {
     else spring_force<d, Spring>(g.dx, g.length, p.stiffness, p.rest_length, f);
     if (p.damping != 0) Damper::template force<d>(g.dx, g.length, g.w, p.damping, f);
   }
-  /// Adds df/dx and df/dv of this end to K and D (d x d); the other end's are the negatives.
+  /// Adds df/dx and df/dv of this end to K and D (d x d); the other end's are the negatives. `positive`: without the
+  /// negative transverse rate of a compressed spring.
+  template <bool positive = false>
   static void tangent(const LinkGeometry<d>& g, const LinkParameters& p, double* K, double* D) noexcept {
     if (p.rest_length == 0) spring_dfdx<d, ZeroRestSpring>(g.dx, g.length, p.stiffness, 0.0, K);
-    else spring_dfdx<d, Spring>(g.dx, g.length, p.stiffness, p.rest_length, K);
+    else spring_dfdx<d, Spring, positive>(g.dx, g.length, p.stiffness, p.rest_length, K);
     if (p.damping != 0) {
       Damper::template dfdx<d>(g.dx, g.length, g.w, p.damping, K);
       Damper::template dfdv<d>(g.dx, g.length, p.damping, D);
     }
+  }
+  /// Rates of the symmetric part of -(df/dv + df/dx / sigma) along and across the link [kg/s]; `positive` as above, and
+  /// without what a damper owes to its ends' places.
+  template <bool positive = false>
+  static SpringTangent rates(const LinkGeometry<d>& g, const LinkParameters& p, double sigma) noexcept {
+    SpringTangent rate = p.rest_length == 0 ? spring_tangent<ZeroRestSpring>(g.length, p.stiffness, 0.0)
+                                            : spring_tangent<Spring, positive>(g.length, p.stiffness, p.rest_length);
+    rate.axial /= sigma;
+    rate.transverse /= sigma;
+    if (p.damping != 0) Damper::template add_rates<d, positive>(g.dx, g.length, g.w, p.damping, sigma, &rate);
+    return rate;
   }
   static double energy(const LinkGeometry<d>& g, const LinkParameters& p) noexcept {
     return p.rest_length == 0 ? ZeroRestSpring::energy(g.length, p.stiffness, 0.0)

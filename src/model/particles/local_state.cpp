@@ -21,7 +21,7 @@ PetscErrorCode LocalState::create(const Network& net, Vec layout) {
   PetscFunctionReturn(0);
 }
 
-PetscErrorCode LocalState::gather(Vec y) {
+PetscErrorCode LocalState::fetch(Vec y) {
   const PetscScalar* ay = nullptr;
   PetscFunctionBegin;
   PetscCall(VecScatterBegin(scatter_, y, ghost_values_, INSERT_VALUES, SCATTER_FORWARD));
@@ -29,6 +29,19 @@ PetscErrorCode LocalState::gather(Vec y) {
   std::copy_n(ay, static_cast<std::size_t>(net_->n) * width_, values_.begin());
   PetscCall(VecRestoreArrayRead(y, &ay));
   PetscCall(VecScatterEnd(scatter_, y, ghost_values_, INSERT_VALUES, SCATTER_FORWARD));
+  PetscFunctionReturn(0);
+}
+
+PetscErrorCode LocalState::gather_direction(Vec z) {
+  PetscFunctionBegin;
+  PetscCall(fetch(z));
+  for (const PetscInt i : fixed_) std::fill_n(values_.begin() + static_cast<std::ptrdiff_t>(static_cast<std::size_t>(i) * width_), width_, 0.0);
+  PetscFunctionReturn(0);
+}
+
+PetscErrorCode LocalState::gather(Vec y) {
+  PetscFunctionBegin;
+  PetscCall(fetch(y));
   const std::size_t d = width_ / 2;
   for (const PetscInt i : fixed_) {
     double* at = values_.data() + static_cast<std::size_t>(i) * width_;

@@ -13,10 +13,14 @@ class LocalState {
   PetscErrorCode create(const Network& net, Vec layout);
   /// Collective. Fills the local states from y by one scatter.
   PetscErrorCode gather(Vec y);
+  /// The same for a direction: zero at fixed particles.
+  PetscErrorCode gather_direction(Vec z);
+  bool created() const { return net_ != nullptr; }
   /// 2d numbers (x, v) of local particle i.
   const double* at(PetscInt i) const { return values_.data() + static_cast<std::size_t>(i) * width_; }
 
  private:
+  PetscErrorCode fetch(Vec y);
   const Network* net_ = nullptr;
   std::size_t width_ = 0;
   VecHandle ghost_values_;

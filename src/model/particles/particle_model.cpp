@@ -42,8 +42,8 @@ PetscErrorCode ParticleModel::create(MPI_Comm comm, Lattice&& lattice, std::uniq
   PetscCall(model->create_output());
   PetscCall(model->read_strain_option());
   PetscCall(model->coupling_.create(model->net_));
-  model->pattern_.create(model->net_);
   model->physics_ = create_physics(model->net_, model->laws_, model->motion_, model->pattern_);
+  PetscCall(model->tangent_.create(model->net_, *model->physics_, model->pattern_, model->y0_, model->coupling_.active()));
   model->force_.resize(static_cast<std::size_t>(model->net_.n * model->net_.dim));
   model->rates_ = model->physics_->rates();
   *out = std::move(model);
@@ -187,7 +187,15 @@ PetscErrorCode ParticleModel::rhs(double t, Vec y, Vec G) {
 }
 
 PetscErrorCode ParticleModel::jacobian(double t, Vec y, Vec, double sigma, Form form, Mat P) {
+  PetscBool shell = PETSC_FALSE;
   PetscFunctionBegin;
+  PetscCall(tangent_.linearise(t, y, sigma, form));
+  PetscCall(PetscObjectTypeCompare(reinterpret_cast<PetscObject>(P), MATSHELL, &shell));
+  if (shell) {  // nothing to fill, but the preconditioner must know that J has changed
+    PetscCall(MatAssemblyBegin(P, MAT_FINAL_ASSEMBLY));
+    PetscCall(MatAssemblyEnd(P, MAT_FINAL_ASSEMBLY));
+    PetscFunctionReturn(0);
+  }
   PetscCall(PetscLogEventBegin(particle_events().jacobian, P, nullptr, nullptr, nullptr));
   PetscCall(state_.gather(y));
   PetscCall(coupling_.gather(net_, state_));
@@ -201,7 +209,16 @@ PetscErrorCode ParticleModel::jacobian(double t, Vec y, Vec, double sigma, Form 
 
 PetscErrorCode ParticleModel::create_matrix(Mat* P) {
   PetscFunctionBegin;
+  if (!pattern_.created()) pattern_.create(net_);
   PetscCall(pattern_.create_matrix(net_, P));
+  PetscCall(attach_tangent(*P, &tangent_));
+  PetscFunctionReturn(0);
+}
+
+PetscErrorCode ParticleModel::create_shell(Mat* P) {
+  PetscFunctionBegin;
+  PetscCall(tangent_.create_shell(P));
+  PetscCall(attach_tangent(*P, &tangent_));
   PetscFunctionReturn(0);
 }
 

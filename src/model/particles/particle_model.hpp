@@ -3,6 +3,7 @@
 #include <memory>
 #include "lattice/lattice.hpp"
 #include "model/model.hpp"
+#include "model/particles/condensed/particle_tangent.hpp"
 #include "model/particles/coupling.hpp"
 #include "model/particles/local_state.hpp"
 #include "model/particles/physics.hpp"
@@ -28,6 +29,8 @@ class ParticleModel final : public Model {
   PetscErrorCode rhs(double t, Vec y, Vec G) override;
   PetscErrorCode create_matrix(Mat* P) override;
   PetscErrorCode create_operator(Mat P, Form form, Mat* A) override;
+  Tangent* tangent() override { return coupling_.active() ? nullptr : &tangent_; }
+  PetscErrorCode create_shell(Mat* P) override;
   PetscErrorCode residual_norms(Vec F, ResidualNorms* norms) override;
   PetscErrorCode residual_floor(double t, Vec y, double sigma, Form form, ResidualNorms* floor) override;
   PetscErrorCode observe(double t, Vec y, std::vector<Observable>* out) override;
@@ -58,6 +61,7 @@ class ParticleModel final : public Model {
   SpringStrain strain_;
   bool store_strain_ = false;
   std::unique_ptr<Physics> physics_;
+  ParticleTangent tangent_;
   std::vector<double> force_, rates_;
   VecHandle y0_, position_, velocity_;       ///< the latter two in the input's order
   ScatterHandle to_position_, to_velocity_;

@@ -16,6 +16,11 @@ const ParticleEvents& particle_events() {
     (void)PetscLogEventRegister("BSForces", id, &e.force);
     (void)PetscLogEventRegister("BSJacobian", id, &e.jacobian);
     (void)PetscLogEventRegister("BSEnergies", id, &e.energy);
+    (void)PetscLogEventRegister("BSCondense", id, &e.condense);
+    (void)PetscLogEventRegister("BSProduct", id, &e.product);
+    (void)PetscLogEventRegister("BSFactor", id, &e.factor);
+    (void)PetscLogEventRegister("BSTriangles", id, &e.triangles);
+    (void)PetscLogEventRegister("BSTangentMult", id, &e.tangent);
     return e;
   }();
   return events;

@@ -5,6 +5,8 @@
 #include <vector>
 #include "laws/motion.hpp"
 #include "laws/registry.hpp"
+#include "model/particles/condensed/block_rows.hpp"
+#include "model/particles/condensed/spring_matrix.hpp"
 #include "model/particles/coupling.hpp"
 #include "model/particles/local_state.hpp"
 #include "model/particles/row_pattern.hpp"
@@ -32,6 +34,16 @@ class Physics {
   /// Writes J = [sigma M, -M; -K, sigma M - D] (momentum form) or the same divided by M (velocity form).
   virtual PetscErrorCode jacobian(double t, const LocalState& state, const Coupling& coupling, double sigma, bool momentum,
                                   RowWriter* writer) const = 0;
+  /// S = sigma M - D - K/sigma spring by spring; what is not symmetric (axial dampers at work) is symmetrised. `positive`:
+  /// only what makes S positive definite.
+  virtual void condense_springs(double t, const LocalState& state, double sigma, bool positive, SpringMatrix* S) const = 0;
+  /// The same by block rows, as it is; couplings of all particles are left out.
+  virtual PetscErrorCode condense_rows(double t, const LocalState& state, double sigma, bool positive,
+                                       BlockRowWriter* writer) const = 0;
+  /// f = K z_x + D z_v for every owned particle, overwritten; `z` is gathered, zero at fixed particles.
+  virtual void multiply_tangent(double t, const LocalState& state, const LocalState& z, double* f) const = 0;
+  /// f += D w of the particle laws and anchors alone, w: (n, d). All of D where no spring has a damper.
+  virtual void multiply_law_damping(double t, const LocalState& state, const double* w, double* f) const = 0;
   /// Elastic energy counts half a spring from either end.
   virtual Energies energies(double t, const LocalState& state) const = 0;
   /// size[i]: sum of the magnitudes of the particle laws' forces on owned particle i, which may cancel each other [N].

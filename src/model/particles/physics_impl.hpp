@@ -98,6 +98,18 @@ class PhysicsOf final : public Physics {
     }
   }
 
+  void condense_springs(double t, const LocalState& state, double sigma, bool positive, SpringMatrix* S) const override {
+    positive ? fill_springs<true>(t, state, sigma, S) : fill_springs<false>(t, state, sigma, S);
+  }
+  PetscErrorCode condense_rows(double t, const LocalState& state, double sigma, bool positive,
+                               BlockRowWriter* writer) const override {
+    PetscFunctionBegin;
+    PetscCall(positive ? fill_rows<true>(t, state, sigma, writer) : fill_rows<false>(t, state, sigma, writer));
+    PetscFunctionReturn(0);
+  }
+  void multiply_tangent(double t, const LocalState& state, const LocalState& z, double* f) const override;
+  void multiply_law_damping(double t, const LocalState& state, const double* w, double* f) const override;
+
   std::vector<double> rates() const override {
     std::vector<double> sum(static_cast<std::size_t>(net_.n), 0.0);
     for (PetscInt i = 0; i < net_.n; ++i)
@@ -201,6 +213,13 @@ class PhysicsOf final : public Physics {
     subtract(panel, width, pattern_.self(i), self_K, self_D);
   }
 
+  template <bool positive>
+  void fill_springs(double t, const LocalState& state, double sigma, SpringMatrix* S) const;
+  template <bool positive>
+  PetscErrorCode fill_rows(double t, const LocalState& state, double sigma, BlockRowWriter* writer) const;
+  template <bool positive>
+  void node_block(PetscInt i, double t, const LocalState& state, const AnchorShift& shift, double sigma, double* A) const;
+
   const Network& net_;
   const ParticleLaws& laws_;
   const Motion& motion_;
@@ -209,3 +228,5 @@ class PhysicsOf final : public Physics {
 };
 
 }  // namespace bs
+
+#include "model/particles/condensed/physics_condensed.hpp"

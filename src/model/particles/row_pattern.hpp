@@ -16,6 +16,12 @@ class RowPattern {
   PetscInt self(PetscInt i) const { return self_[i]; }
   PetscInt slot(PetscInt e) const { return slot_[e]; }
   PetscInt widest() const { return widest_; }
+  /// Ghost columns before the owned ones, and how many those are.
+  PetscInt low(PetscInt i) const { return low_[i]; }
+  PetscInt own(PetscInt i) const { return own_[i]; }
+  /// Global block columns of row i, count(i) of them.
+  const PetscInt* columns(PetscInt i) const { return global_.data() + start_[i]; }
+  bool created() const { return !start_.empty(); }
   /// Collective. A matrix with this pattern, assembled with zeros; its type is AIJ unless -mat_type says otherwise.
   PetscErrorCode create_matrix(const Network& net, Mat* out) const;
 

@@ -1,0 +1,30 @@
+// Incomplete Cholesky factors of S by d x d blocks, without fill, on the springs' own pattern:
+//   S ~ (D + U)^T D^-1 (D + U),  U_ij on the pairs i < j
+// A registered preconditioner ("bicc") for matrices of springs; each rank factors its own part.
+#pragma once
+#include <petscpc.h>
+#include <memory>
+#include "model/particles/condensed/spring_matrix.hpp"
+
+namespace bs {
+
+/// Factors in one precision; chosen by dimension and precision once.
+class BlockFactor {
+ public:
+  virtual ~BlockFactor() = default;
+  /// Factors S + shift diag(S). False where a pivot is not positive definite.
+  virtual bool factor(const SpringMatrix& S, double shift) = 0;
+  /// z = (U^T.. U)^-1 r for owned particles, (n, d) each.
+  virtual void solve(const double* r, double* z) = 0;
+};
+
+/// `single_precision`: factors kept in single precision, sums in double. Stiffness ratios beyond about 1e5 need double.
+std::unique_ptr<BlockFactor> create_block_factor(int dim, bool single_precision);
+
+/// Registers the type "bicc" with PETSc; once, after PetscInitialize.
+PetscErrorCode register_block_icc();
+
+/// Shifts the factorisations of this "bicc" have needed so far.
+PetscErrorCode block_icc_shifts(PC pc, PetscInt* count);
+
+}  // namespace bs

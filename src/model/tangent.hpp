@@ -1,0 +1,46 @@
+// A second-order system linearised at one state, as the condensed solve sees it. With a = r_x (velocity form) or M^-1 r_x
+// (momentum form) and r_v brought to momentum form, J (z_x, z_v) = (r_x, r_v) is
+//   S w = r_v + (sigma M - D) a,   S = sigma M - D - K/sigma,   z_x = w/sigma,   z_v = w - a
+// where K = df/dx, D = df/dv.
+#pragma once
+#include <petscmat.h>
+
+namespace bs {
+
+/// How S is kept.
+enum class CondensedStorage {
+  springs,  ///< spring by spring, single precision, own kernels
+  sbaij, baij, aij
+};
+
+/// Belongs to a model; renewed whenever the model's Jacobian is evaluated.
+class Tangent {
+ public:
+  virtual ~Tangent() = default;
+  /// Whether S is symmetric and holds all of J.
+  virtual bool exact_symmetric() const = 0;
+  virtual double sigma() const = 0;
+  /// Space dimension: block size of S.
+  virtual int dim() const = 0;
+  virtual MPI_Comm comm() const = 0;
+  /// Global rows of S.
+  virtual PetscInt unknowns() const = 0;
+  /// Collective. y = J z, exactly, without a matrix.
+  virtual PetscErrorCode multiply(Vec z, Vec y) = 0;
+  /// Collective. The right-hand side of S w = b from r = (r_x, r_v).
+  virtual PetscErrorCode condense(Vec r, Vec b) = 0;
+  /// z from w and r.
+  virtual PetscErrorCode expand(Vec r, Vec w, Vec z) = 0;
+  /// Collective. A matrix for S, not yet assembled with values; with rigid body modes as near null space where it is AIJ.
+  virtual PetscErrorCode create(CondensedStorage storage, Mat* S) = 0;
+  /// Collective. S into a matrix made by create. `positive`: springs under compression lose their negative transverse
+  /// rate, which makes S positive definite.
+  virtual PetscErrorCode assemble(bool positive, Mat S) = 0;
+};
+
+/// Ties a tangent to a matrix, for preconditioners to find; it must outlive the matrix's use.
+PetscErrorCode attach_tangent(Mat P, Tangent* tangent);
+/// The tangent tied to P; null: none.
+Tangent* tangent_of(Mat P);
+
+}  // namespace bs

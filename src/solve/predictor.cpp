@@ -1,0 +1,85 @@
+#include "solve/predictor.hpp"
+#include <cmath>
+
+namespace bs {
+
+PetscErrorCode Predictor::attach(TS ts, Model& model, NewtonPolicy* newton) {
+  PetscBool theta = PETSC_FALSE, end_point = PETSC_TRUE, is = PETSC_FALSE;
+  PetscReal value = 1;
+  SNES snes;
+  PetscFunctionBegin;
+  ts_ = ts;
+  model_ = &model;
+  newton_ = newton;
+  PetscCall(PetscObjectTypeCompareAny(reinterpret_cast<PetscObject>(ts), &theta, TSBEULER, TSCN, TSTHETA, ""));
+  active_ = theta && model.tangent();
+  if (!active_) PetscFunctionReturn(0);
+  PetscCall(TSThetaGetTheta(ts, &value));
+  PetscCall(PetscObjectTypeCompare(reinterpret_cast<PetscObject>(ts), TSBEULER, &is));
+  if (!is) PetscCall(TSThetaGetEndpoint(ts, &end_point));
+  theta_ = value;
+  active_ = end_point;
+  if (!active_) PetscFunctionReturn(0);
+  PetscCall(TSGetSNES(ts, &snes));
+  PetscCall(SNESSetComputeInitialGuess(snes, guess, this));
+  PetscFunctionReturn(0);
+}
+
+PetscErrorCode Predictor::remember(Vec y, double h) {
+  PetscFunctionBegin;
+  if (!active_) PetscFunctionReturn(0);
+  for (VecHandle* vec : {&before_, &last_})
+    if (!*vec) PetscCall(VecDuplicate(y, vec->out()));
+  std::swap(before_, last_);
+  PetscCall(VecCopy(y, last_));
+  last_h_ = h;
+  known_ = std::min(known_ + 1, 2);
+  PetscFunctionReturn(0);
+}
+
+PetscErrorCode Predictor::guess(SNES snes, Vec X, void* context) {
+  PetscFunctionBegin;
+  PetscCall(static_cast<Predictor*>(context)->predict(snes, X));
+  PetscFunctionReturn(0);
+}
+
+PetscErrorCode Predictor::predict(SNES snes, Vec X) {
+  const PetscScalar *a0 = nullptr, *a1 = nullptr;
+  PetscScalar* at = nullptr;
+  PetscReal h, start, there;
+  PetscInt local = 0;
+  PetscFunctionBegin;
+  if (known_ < 2) PetscFunctionReturn(0);
+  for (VecHandle* vec : {&trial_, &residual_})
+    if (!*vec) PetscCall(VecDuplicate(X, vec->out()));
+  PetscCall(TSGetTimeStep(ts_, &h));
+  const PetscInt d = model_->dim();
+  const double ratio = h / last_h_;
+  PetscCall(VecGetLocalSize(X, &local));
+  PetscCall(VecGetArrayRead(before_, &a0));
+  PetscCall(VecGetArrayRead(last_, &a1));
+  PetscCall(VecGetArrayWrite(trial_, &at));
+  for (PetscInt i = 0; i < local; i += 2 * d)
+    for (PetscInt c = 0; c < d; ++c) {
+      const PetscInt x = i + c, v = x + d;
+      at[v] = a1[v] + ratio * (a1[v] - a0[v]);
+      at[x] = a1[x] + h * ((1 - theta_) * a1[v] + theta_ * at[v]);
+    }
+  PetscCall(VecRestoreArrayWrite(trial_, &at));
+  PetscCall(VecRestoreArrayRead(last_, &a1));
+  PetscCall(VecRestoreArrayRead(before_, &a0));
+  ResidualNorms here, ahead;
+  PetscCall(SNESComputeFunction(snes, X, residual_));
+  PetscCall(model_->residual_norms(residual_, &here));
+  PetscCall(SNESComputeFunction(snes, trial_, residual_));
+  PetscCall(model_->residual_norms(residual_, &ahead));
+  start = std::max(here[0] / (theta_ * h), here[1]);
+  there = std::max(ahead[0] / (theta_ * h), ahead[1]);
+  PetscCall(PetscInfo(snes, "residual at the last state %g, at the predicted one %g\n", start, there));
+  if (!std::isfinite(there) || there >= 0.5 * start) PetscFunctionReturn(0);
+  PetscCall(VecCopy(trial_, X));
+  newton_->reference = here;
+  PetscFunctionReturn(0);
+}
+
+}  // namespace bs
