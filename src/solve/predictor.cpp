@@ -18,9 +18,10 @@ PetscErrorCode Predictor::attach(TS ts, Model& model, NewtonPolicy* newton) {
   PetscCall(PetscObjectTypeCompare(reinterpret_cast<PetscObject>(ts), TSBEULER, &is));
   if (!is) PetscCall(TSThetaGetEndpoint(ts, &end_point));
   theta_ = value;
-  active_ = end_point;
-  if (!active_) PetscFunctionReturn(0);
   PetscCall(TSGetSNES(ts, &snes));
+  PetscCall(PetscObjectTypeCompare(reinterpret_cast<PetscObject>(snes), SNESKSPONLY, &is));
+  active_ = end_point && !is;  // a single linear solve is meant to start from the last state
+  if (!active_) PetscFunctionReturn(0);
   PetscCall(SNESSetComputeInitialGuess(snes, guess, this));
   PetscFunctionReturn(0);
 }

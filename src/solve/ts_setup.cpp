@@ -162,7 +162,7 @@ PetscErrorCode set_implicit(TS ts, Model& model, TSContext* context) {
   PetscCall(context->newton.attach(ts, snes));
   PetscCall(VecGetSize(y, &unknowns));
   if (model.linear()) PetscCall(set_defaults_of_linear_model(ts));
-  else if (model.tangent()) PetscCall(set_condensed_defaults(ts, model, &context->newton));
+  else if (model.tangent() && !given("-snes_fd") && !given("-snes_fd_color")) PetscCall(set_condensed_defaults(ts, model, &context->newton));
   else PetscCall(set_linear_defaults(ts, unknowns));
   PetscFunctionReturn(0);
 }

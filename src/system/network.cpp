@@ -175,7 +175,11 @@ PetscErrorCode build_network(MPI_Comm comm, const Lattice& lattice, const Networ
   graph.start.assign(1, 0);
   std::size_t e = 0;
   for (std::int64_t k = 0; k < lattice.particles.count; ++k) {
-    for (; e < springs.size() && springs[e].self == lattice.particles.first + k; ++e) graph.other.push_back(springs[e].other);
+    for (; e < springs.size() && springs[e].self == lattice.particles.first + k; ++e) {
+      graph.other.push_back(springs[e].other);
+      graph.rate.push_back(springs[e].stiffness /
+                           (lattice.spring_law == SpringLaw::strain && springs[e].rest_length > 0 ? springs[e].rest_length : 1));
+    }
     graph.start.push_back(static_cast<std::int64_t>(graph.other.size()));
   }
   std::vector<int> rank_of;

@@ -17,21 +17,45 @@ constexpr bool HAVE_GRAPH = false;
 
 using PartitioningHandle = Handle<MatPartitioning, MatPartitioningDestroy>;
 
+/// Weight of a spring in the cut: its rate against the typical one (geometric mean), 1 to 1000. A boundary through stiff
+/// springs ruins preconditioners that work rank by rank.
+PetscErrorCode edge_weights(MPI_Comm comm, const RowGraph& graph, std::vector<PetscInt>* weights) {
+  constexpr double LARGEST = 1000;
+  double sums[2] = {0, 0};
+  PetscFunctionBegin;
+  for (const double rate : graph.rate)
+    if (rate > 0) {
+      sums[0] += std::log(rate);
+      sums[1] += 1;
+    }
+  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, sums, 2, MPI_DOUBLE, MPI_SUM, comm));
+  const double typical = sums[1] > 0 ? std::exp(sums[0] / sums[1]) : 1;
+  for (const double rate : graph.rate) weights->push_back(static_cast<PetscInt>(std::clamp(std::round(rate / typical), 1.0, LARGEST)));
+  PetscFunctionReturn(0);
+}
+
 /// Minimises the cut of the spring graph by MatPartitioning.
 PetscErrorCode by_graph(MPI_Comm comm, const Lattice& lattice, const RowGraph& graph, std::vector<int>* rank_of,
                         std::string* used) {
   PetscFunctionBegin;
   const PetscInt n = static_cast<PetscInt>(lattice.particles.count);
-  PetscInt *ia = nullptr, *ja = nullptr;
+  PetscInt *ia = nullptr, *ja = nullptr, *weight = nullptr;
+  std::vector<PetscInt> weights;
+  PetscCall(edge_weights(comm, graph, &weights));
   PetscCall(PetscMalloc1(n + 1, &ia));
   PetscCall(PetscMalloc1(graph.other.size() + 1, &ja));
+  PetscCall(PetscMalloc1(graph.other.size() + 1, &weight));
   PetscInt entries = 0;
   ia[0] = 0;
   for (PetscInt i = 0; i < n; ++i) {
     // springs are sorted by the other end: several between one pair stand side by side
     std::int64_t last = -1;
     for (std::int64_t e = graph.start[i]; e < graph.start[i + 1]; ++e) {
-      if (graph.other[e] != last) ja[entries++] = static_cast<PetscInt>(graph.other[e]);
+      if (graph.other[e] != last) {
+        weight[entries] = 0;
+        ja[entries++] = static_cast<PetscInt>(graph.other[e]);
+      }
+      weight[entries - 1] += weights[static_cast<std::size_t>(e)];
       last = graph.other[e];
     }
     ia[i + 1] = entries;
@@ -39,9 +63,10 @@ PetscErrorCode by_graph(MPI_Comm comm, const Lattice& lattice, const RowGraph& g
   MatHandle adjacency;
   PartitioningHandle partitioning;
   ISHandle target;
-  PetscCall(MatCreateMPIAdj(comm, n, static_cast<PetscInt>(lattice.particles.total), ia, ja, nullptr, adjacency.out()));
+  PetscCall(MatCreateMPIAdj(comm, n, static_cast<PetscInt>(lattice.particles.total), ia, ja, weight, adjacency.out()));
   PetscCall(MatPartitioningCreate(comm, partitioning.out()));
   PetscCall(MatPartitioningSetAdjacency(partitioning, adjacency));
+  PetscCall(MatPartitioningSetUseEdgeWeights(partitioning, PETSC_TRUE));
   PetscCall(MatPartitioningSetFromOptions(partitioning));
   PetscCall(MatPartitioningApply(partitioning, target.out()));
   const PetscInt* rank = nullptr;

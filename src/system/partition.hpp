@@ -11,6 +11,7 @@ namespace bs {
 /// Neighbours of this rank's chunk of particles, by row of the input.
 struct RowGraph {
   std::vector<std::int64_t> start, other;
+  std::vector<double> rate;  ///< of each spring [N/m]
 };
 
 /// Collective. rank_of[k]: the new owner of row particles.first + k. `kind` as NetworkOptions::partition; `used` tells

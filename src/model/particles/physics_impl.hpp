@@ -20,6 +20,10 @@ class PhysicsOf final : public Physics {
     for (PetscInt i = 0; i < net.n; ++i) anchor_start_[i + 1] += anchor_start_[i];
     std::vector<PetscInt> at(anchor_start_.begin(), anchor_start_.end() - 1);
     for (PetscInt k = 0; k < count; ++k) anchor_order_[at[net.anchors.particle[k]]++] = k;
+    plain_.assign(static_cast<std::size_t>(net.n), 1);
+    for (PetscInt i = 0; i < net.n; ++i)
+      for (PetscInt e = net.links.start[i]; e < net.links.start[i + 1]; ++e)
+        if (net.links.spring[e] < 0 || net.links.rest_length[e] == 0 || net.links.damping[e] != 0) plain_[i] = 0;
   }
 
   void forces(double t, const LocalState& state, const Coupling& coupling, double* f, Singularity* fault) const override {
@@ -30,7 +34,7 @@ class PhysicsOf final : public Physics {
       if (net_.fixed[i]) continue;
       const double* y = state.at(i);
       Singularity found;
-      add_links(i, y, state, fi, &found);
+      if (!plain_[i] || !add_plain_links(i, y, state, fi)) add_links(i, y, state, fi, &found);
       add_anchors(i, y, shift, fi, &found);
       const Point<d> point{t, net_.mass[i], net_.radius[i], y, y + d};
       for_each_law(laws_, [&](const auto& law) {
@@ -152,6 +156,35 @@ class PhysicsOf final : public Physics {
     }
   }
 
+  // Springs alone: lengths and tensions first, many at once, then their sum in the links' order. False, and f untouched,
+  // where that is not finite: add_links then finds out why.
+  bool add_plain_links(PetscInt i, const double* y, const LocalState& state, double* f) const {
+    constexpr PetscInt CHUNK = 32;
+    const PetscInt end = net_.links.start[i + 1];
+    const PetscInt* other = net_.links.other.data();
+    const double *stiffness = net_.links.stiffness.data(), *rest_length = net_.links.rest_length.data(), *states = state.at(0);
+    double q[CHUNK], dx[d][CHUNK], sum[d] = {};
+    for (PetscInt begin = net_.links.start[i]; begin < end; begin += CHUNK) {
+      const PetscInt count = std::min(CHUNK, end - begin);
+      for (PetscInt k = 0; k < count; ++k) {
+        const double* end_state = states + static_cast<std::size_t>(other[begin + k]) * 2 * d;
+        double square = 0;
+        for (int c = 0; c < d; ++c) {
+          dx[c][k] = y[c] - end_state[c];
+          square += dx[c][k] * dx[c][k];
+        }
+        q[k] = Spring::tension_over_length(std::sqrt(square), stiffness[begin + k], rest_length[begin + k]);
+      }
+      for (PetscInt k = 0; k < count; ++k)
+        for (int c = 0; c < d; ++c) sum[c] -= q[k] * dx[c][k];
+    }
+    double size = 0;
+    for (int c = 0; c < d; ++c) size += std::abs(sum[c]);
+    if (!std::isfinite(size)) return false;
+    for (int c = 0; c < d; ++c) f[c] += sum[c];
+    return true;
+  }
+
   void add_anchors(PetscInt i, const double* y, const AnchorShift& shift, double* f, Singularity* found) const {
     for (PetscInt a = anchor_start_[i]; a < anchor_start_[i + 1]; ++a) {
       const PetscInt k = anchor_order_[a];
@@ -225,6 +258,7 @@ class PhysicsOf final : public Physics {
   const Motion& motion_;
   const RowPattern& pattern_;
   std::vector<PetscInt> anchor_start_, anchor_order_;
+  std::vector<std::uint8_t> plain_;  ///< (n) particles on springs alone, without dampers or zero rest lengths
 };
 
 }  // namespace bs
