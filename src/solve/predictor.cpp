@@ -45,40 +45,40 @@ PetscErrorCode Predictor::guess(SNES snes, Vec X, void* context) {
 }
 
 PetscErrorCode Predictor::predict(SNES snes, Vec X) {
-  const PetscScalar *a0 = nullptr, *a1 = nullptr;
+  const PetscScalar* a1 = nullptr;
   PetscScalar* at = nullptr;
   PetscReal h, start, there;
   PetscInt local = 0;
+  Vec F;
   PetscFunctionBegin;
   if (known_ < 2) PetscFunctionReturn(0);
-  for (VecHandle* vec : {&trial_, &residual_})
-    if (!*vec) PetscCall(VecDuplicate(X, vec->out()));
   PetscCall(TSGetTimeStep(ts_, &h));
+  PetscCall(SNESGetFunction(snes, &F, nullptr, nullptr));  // room that Newton fills anew
   const PetscInt d = model_->dim();
   const double ratio = h / last_h_;
+  Vec trial = before_;
+  known_ = 1;  // the older state is spent; remember() brings the next one
   PetscCall(VecGetLocalSize(X, &local));
-  PetscCall(VecGetArrayRead(before_, &a0));
   PetscCall(VecGetArrayRead(last_, &a1));
-  PetscCall(VecGetArrayWrite(trial_, &at));
+  PetscCall(VecGetArray(trial, &at));
   for (PetscInt i = 0; i < local; i += 2 * d)
     for (PetscInt c = 0; c < d; ++c) {
       const PetscInt x = i + c, v = x + d;
-      at[v] = a1[v] + ratio * (a1[v] - a0[v]);
+      at[v] = a1[v] + ratio * (a1[v] - at[v]);
       at[x] = a1[x] + h * ((1 - theta_) * a1[v] + theta_ * at[v]);
     }
-  PetscCall(VecRestoreArrayWrite(trial_, &at));
+  PetscCall(VecRestoreArray(trial, &at));
   PetscCall(VecRestoreArrayRead(last_, &a1));
-  PetscCall(VecRestoreArrayRead(before_, &a0));
   ResidualNorms here, ahead;
-  PetscCall(SNESComputeFunction(snes, X, residual_));
-  PetscCall(model_->residual_norms(residual_, &here));
-  PetscCall(SNESComputeFunction(snes, trial_, residual_));
-  PetscCall(model_->residual_norms(residual_, &ahead));
+  PetscCall(SNESComputeFunction(snes, X, F));
+  PetscCall(model_->residual_norms(F, &here));
+  PetscCall(SNESComputeFunction(snes, trial, F));
+  PetscCall(model_->residual_norms(F, &ahead));
   start = std::max(here[0] / (theta_ * h), here[1]);
   there = std::max(ahead[0] / (theta_ * h), ahead[1]);
   PetscCall(PetscInfo(snes, "residual at the last state %g, at the predicted one %g\n", start, there));
   if (!std::isfinite(there) || there >= 0.5 * start) PetscFunctionReturn(0);
-  PetscCall(VecCopy(trial_, X));
+  PetscCall(VecCopy(trial, X));
   newton_->reference = here;
   PetscFunctionReturn(0);
 }

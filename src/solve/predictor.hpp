@@ -28,7 +28,7 @@ class Predictor {
   bool active_ = false;
   double theta_ = 1, last_h_ = 0;
   int known_ = 0;                 ///< states remembered, up to 2
-  VecHandle before_, last_, trial_, residual_;
+  VecHandle before_, last_;  ///< the last two states; the older one makes room for the trial
 };
 
 }  // namespace bs

@@ -8,6 +8,7 @@
 #include "output/report.hpp"
 #include "output/settings.hpp"
 #include "solve/adviser.hpp"
+#include "solve/linear_defaults.hpp"
 #include "solve/saving.hpp"
 #include "solve/stepper.hpp"
 #include "solve/tolerances.hpp"
@@ -70,6 +71,7 @@ class Run {
   PetscErrorCode report(const std::string& outcome, const std::string& why);
   PetscErrorCode explain(TSConvergedReason reason, std::string* text);
   std::vector<std::string> closing_lines() const;
+  std::vector<Tally> tallies() const;
 
   Model& model_;
   RunOptions options_;
@@ -147,7 +149,10 @@ PetscErrorCode Run::open_trajectory() {
   const TrajectoryOptions& options = options_.output.trajectory;
   std::vector<Dataset> constants;
   PetscFunctionBegin;
-  if (options.file.empty()) PetscFunctionReturn(0);
+  if (options.file.empty()) {
+    PetscCall(model_.constants(&constants));  // nothing is written, but the model lets go of its input
+    PetscFunctionReturn(0);
+  }
   const TrajectoryMark mark = restart_ ? mark_of(*restart_) : TrajectoryMark{};
   int there = 0;
   PetscMPIInt rank;
@@ -286,7 +291,7 @@ PetscErrorCode Run::report(const std::string& outcome, const std::string& why) {
     report.set("ranks", static_cast<std::int64_t>(size));
     report.set("t", stepper_->good_time());
     report.set("steps", static_cast<std::int64_t>(c.steps));
-    for (const Tally& tally : model_.tallies()) report.set(tally.key, tally.count);
+    for (const Tally& tally : tallies()) report.set(tally.key, tally.count);
     report.set("shortened_steps", static_cast<std::int64_t>(c.shortened));
     report.set("rejected", static_cast<std::int64_t>(c.rejected));
     for (std::size_t k = 0; k < std::size(REJECTION_KEYS); ++k)
@@ -304,12 +309,19 @@ PetscErrorCode Run::report(const std::string& outcome, const std::string& why) {
   PetscFunctionReturn(0);
 }
 
+std::vector<Tally> Run::tallies() const {
+  std::vector<Tally> all = model_.tallies();
+  if (context_.implicit && solver_tallies(ts_, &all)) all.clear();
+  return all;
+}
+
 std::vector<std::string> Run::closing_lines() const {
   std::vector<std::string> lines;
   const RunCounts& c = stepper_->counts();
   const double before = total_energy(first_), after = total_energy(last_);
   if (std::isfinite(before)) lines.push_back(format("total energy %.6g J -> %.6g J", before, after));
-  for (const Tally& tally : model_.tallies()) lines.push_back(format("%lld %s", static_cast<long long>(tally.count), tally.text.c_str()));
+  for (const Tally& tally : tallies())
+    if (tally.count > 0) lines.push_back(format("%lld %s", static_cast<long long>(tally.count), tally.text.c_str()));
   if (c.shortened) lines.push_back(format("%lld steps shortened to hit output times", static_cast<long long>(c.shortened)));
   if (c.rejected) lines.push_back(format("%lld attempts rejected and repeated with a smaller step: %s", static_cast<long long>(c.rejected),
                                         in_words(stepper_->rejections().counts()).c_str()));

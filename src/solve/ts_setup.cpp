@@ -3,7 +3,7 @@
 #include <array>
 #include "base/fault.hpp"
 #include "solve/condensed/condensed.hpp"
-#include "solve/condensed/inner_solver.hpp"
+#include "solve/linear_defaults.hpp"
 #include "solve/stepping_check.hpp"
 
 namespace bs {
@@ -53,100 +53,8 @@ PetscErrorCode choose_form(MPI_Comm comm, const std::string& type, TSContext* co
   PetscFunctionReturn(0);
 }
 
-/// Linear models: the factorisation is reused, so LU pays at any size; by MUMPS, which pivots (algebraic equations leave
-/// zeros on the diagonal). Any other solver of the user's is to solve to ten digits: no Newton iteration mends its error.
-PetscErrorCode set_defaults_of_linear_model(TS ts) {
-  SNES snes;
-  KSP ksp;
-  PC pc;
-  char type[64] = PCLU;
-  PetscBool own_ksp = PETSC_FALSE, own_pc = PETSC_FALSE;
-  PetscFunctionBegin;
-  PetscCall(TSGetSNES(ts, &snes));
-  PetscCall(SNESGetKSP(snes, &ksp));
-  PetscCall(KSPSetTolerances(ksp, 1e-10, PETSC_DEFAULT, PETSC_DEFAULT, PETSC_DEFAULT));
-  PetscCall(PetscOptionsHasName(nullptr, nullptr, "-ksp_type", &own_ksp));
-  PetscCall(PetscOptionsGetString(nullptr, nullptr, "-pc_type", type, sizeof type, &own_pc));
-  if (std::string(type) != PCLU || (own_ksp && !own_pc)) PetscFunctionReturn(0);
-  PetscCall(KSPGetPC(ksp, &pc));
-  PetscCall(KSPSetType(ksp, KSPPREONLY));
-  PetscCall(PCSetType(pc, PCLU));
-  PetscCall(PCFactorSetMatSolverType(pc, MATSOLVERMUMPS));
-  PetscFunctionReturn(0);
-}
-
-bool given(const char* option) {
-  PetscBool found = PETSC_FALSE;
-  return !PetscOptionsHasName(nullptr, nullptr, option, &found) && found;
-}
-
-/// Whether J must be held as a matrix: something will look at its entries, or it is small enough to make no matter.
-PetscErrorCode needs_matrix(Model& model, bool* yes) {
-  constexpr PetscInt LARGE = 60000;  // unknowns from which the shell saves memory worth having
-  const char* const choices[] = {"auto", "assembled", "shell"};
-  char pc[64] = "condensed";
-  PetscInt chosen = 0, unknowns = 0;
-  PetscFunctionBegin;
-  PetscCall(PetscOptionsGetString(nullptr, nullptr, "-pc_type", pc, sizeof pc, nullptr));
-  PetscCall(PetscOptionsGetEList(nullptr, nullptr, "-bs_operator", choices, 3, &chosen, nullptr));
-  PetscCall(VecGetSize(model.initial_state(), &unknowns));
-  *yes = !model.tangent() || chosen == 1 || given("-mat_type") || given("-snes_fd") || given("-snes_fd_color") ||
-         given("-snes_test_jacobian") || (std::string(pc) != "condensed" && std::string(pc) != PCNONE);
-  if (!*yes && chosen == 0) *yes = unknowns < LARGE;
-  PetscFunctionReturn(0);
-}
-
-/// Particle systems: the condensed solve wherever the user left KSP and PC open; nothing under -snes_mf, which has no
-/// matrix to take it from.
-PetscErrorCode set_condensed_defaults(TS ts, Model& model, NewtonPolicy* newton) {
-  char type[64] = "condensed";
-  SNES snes;
-  KSP ksp;
-  PC pc;
-  PetscFunctionBegin;
-  PetscCall(PetscOptionsGetString(nullptr, nullptr, "-pc_type", type, sizeof type, nullptr));
-  if (given("-snes_mf") || std::string(type) != "condensed") PetscFunctionReturn(0);
-  PetscCall(TSGetSNES(ts, &snes));
-  PetscCall(SNESGetKSP(snes, &ksp));
-  PetscCall(KSPGetPC(ksp, &pc));
-  PetscCall(PCSetType(pc, "condensed"));
-  PetscCall(condensed_set_tangent(pc, model.tangent()));
-  const bool direct = model.tangent()->unknowns() <= DIRECT_UNKNOWNS && !given("-condensed_pc_type") && !given("-condensed_ksp_type");
-  const bool exact = (direct || model.tangent()->exact_symmetric()) && !given("-snes_mf_operator");
-  PetscCall(KSPSetType(ksp, exact ? KSPPREONLY : KSPFGMRES));
-  PetscCall(KSPSetTolerances(ksp, 1e-8, PETSC_DEFAULT, PETSC_DEFAULT, PETSC_DEFAULT));
-  newton->forcing = !direct && !given("-ksp_rtol") && !given("-snes_ksp_ew");
-  PetscFunctionReturn(0);
-}
-
-/// Direct solves for small systems, where the user left both KSP and PC open and asked for no matrix-free Newton.
-PetscErrorCode set_linear_defaults(TS ts, PetscInt unknowns) {
-  constexpr PetscInt SMALL = 12000;  // below, a sparse LU costs less than the Krylov iterations it saves
-  PetscFunctionBegin;
-  for (const char* name : {"-ksp_type", "-pc_type", "-snes_mf", "-snes_mf_operator"}) {
-    PetscBool given = PETSC_FALSE;
-    PetscCall(PetscOptionsHasName(nullptr, nullptr, name, &given));
-    if (given) PetscFunctionReturn(0);
-  }
-  if (unknowns > SMALL) PetscFunctionReturn(0);
-  SNES snes;
-  KSP ksp;
-  PC pc;
-  PetscMPIInt size;
-  PetscCall(TSGetSNES(ts, &snes));
-  PetscCall(SNESGetKSP(snes, &ksp));
-  PetscCall(KSPGetPC(ksp, &pc));
-  PetscCall(KSPSetType(ksp, KSPPREONLY));
-  PetscCall(PCSetType(pc, PCLU));
-  PetscCallMPI(MPI_Comm_size(PetscObjectComm(reinterpret_cast<PetscObject>(ts)), &size));
-  if (size > 1 || unknowns > 2000) PetscCall(PCFactorSetMatSolverType(pc, MATSOLVERMUMPS));
-  PetscFunctionReturn(0);
-}
-
 PetscErrorCode set_implicit(TS ts, Model& model, TSContext* context) {
   SNES snes;
-  Vec y = model.initial_state();
-  PetscInt unknowns = 0;
   PetscFunctionBegin;
   bool assembled = true;
   PetscCall(needs_matrix(model, &assembled));
@@ -160,10 +68,7 @@ PetscErrorCode set_implicit(TS ts, Model& model, TSContext* context) {
   PetscCall(SNESSetTolerances(snes, 0.0, 1e-8, 1e-14, 50, PETSC_DEFAULT));
   context->newton.model = &model;
   PetscCall(context->newton.attach(ts, snes));
-  PetscCall(VecGetSize(y, &unknowns));
-  if (model.linear()) PetscCall(set_defaults_of_linear_model(ts));
-  else if (model.tangent() && !given("-snes_fd") && !given("-snes_fd_color")) PetscCall(set_condensed_defaults(ts, model, &context->newton));
-  else PetscCall(set_linear_defaults(ts, unknowns));
+  PetscCall(set_linear_defaults(ts, model, &context->newton));
   PetscFunctionReturn(0);
 }
 

@@ -19,17 +19,14 @@ PetscErrorCode gather_chunks(MPI_Comm comm, const Lattice& lattice, Chunks* chun
 PetscErrorCode collect_half_springs(MPI_Comm comm, const Lattice& lattice, const NetworkOptions& options,
                                     const Chunks& chunks, std::vector<HalfSpring>* mine) {
   PetscFunctionBegin;
-  std::vector<HalfSpring> items;
-  std::vector<int> dest;
-  for (std::int64_t k = 0; k < lattice.springs.count; ++k) {
-    for (int side = 0; side < 2; ++side) {
-      const std::int64_t self = lattice.pairs[2 * k + side], other = lattice.pairs[2 * k + 1 - side];
-      items.push_back({self, other, lattice.springs.first + k, lattice.stiffness[k], lattice.rest_length[k],
-                       lattice.damping[k]});
-      dest.push_back(chunks.owner(self));
-    }
-  }
-  PetscCall(exchange(comm, items, dest, mine));
+  // half spring 2 k + side
+  const auto dest = [&](std::size_t half) { return chunks.owner(lattice.pairs[half]); };
+  const auto make = [&](std::size_t half) {
+    const std::size_t k = half / 2;
+    return HalfSpring{lattice.pairs[half], lattice.pairs[half ^ 1], lattice.springs.first + static_cast<std::int64_t>(k),
+                      lattice.stiffness[k], lattice.rest_length[k], lattice.damping[k]};
+  };
+  PetscCall(exchange(comm, 2 * static_cast<std::size_t>(lattice.springs.count), dest, make, mine));
   for (std::int64_t k = 0; k < lattice.particles.count; ++k) {
     const std::int64_t self = lattice.particles.first + k;
     if (options.all_to_all) {
@@ -42,6 +39,24 @@ PetscErrorCode collect_half_springs(MPI_Comm comm, const Lattice& lattice, const
   std::sort(mine->begin(), mine->end(), before);
   PetscFunctionReturn(0);
 }
+
+namespace {
+
+/// In place, since they are the bulk of a lattice; on one rank they stay where they are.
+PetscErrorCode move_springs(MPI_Comm comm, const std::vector<int>& rank_of, std::int64_t first, std::vector<HalfSpring>* springs) {
+  int size = 1;
+  PetscFunctionBegin;
+  PetscCallMPI(MPI_Comm_size(comm, &size));
+  if (size == 1) PetscFunctionReturn(0);
+  std::vector<HalfSpring> moved;
+  PetscCall(exchange(comm, springs->size(), [&](std::size_t e) { return rank_of[(*springs)[e].self - first]; },
+                     [&](std::size_t e) { return (*springs)[e]; }, &moved));
+  *springs = std::move(moved);
+  std::sort(springs->begin(), springs->end(), before);
+  PetscFunctionReturn(0);
+}
+
+}  // namespace
 
 PetscErrorCode migrate(MPI_Comm comm, const Lattice& lattice, const Chunks& chunks, const std::vector<int>& rank_of,
                        std::vector<HalfSpring>* springs, std::vector<ParticleRecord>* particles,
@@ -60,15 +75,10 @@ PetscErrorCode migrate(MPI_Comm comm, const Lattice& lattice, const Chunks& chun
   PetscCall(exchange(comm, sent, rank_of, particles));
   std::sort(particles->begin(), particles->end(), [](const auto& a, const auto& b) { return a.row < b.row; });
 
-  std::vector<int> dest(springs->size());
-  for (std::size_t e = 0; e < springs->size(); ++e) dest[e] = rank_of[(*springs)[e].self - first];
-  std::vector<HalfSpring> moved;
-  PetscCall(exchange(comm, *springs, dest, &moved));
-  std::sort(moved.begin(), moved.end(), before);
-  springs->swap(moved);
+  PetscCall(move_springs(comm, rank_of, first, springs));
 
   std::vector<AnchorRecord> near, there(static_cast<std::size_t>(lattice.anchors.count));
-  dest.assign(there.size(), 0);
+  std::vector<int> dest(there.size(), 0);
   for (std::int64_t k = 0; k < lattice.anchors.count; ++k) {
     AnchorRecord& a = there[k];
     a = {lattice.anchor_particle[k], lattice.anchors.first + k, {0, 0, 0}, lattice.anchor_stiffness[k],

@@ -114,6 +114,12 @@ void lay_out(const std::vector<ParticleRecord>& particles, const std::vector<Hal
   };
   Links& links = net->links;
   links.start.assign(1, 0);
+  links.other.reserve(springs.size());
+  links.stiffness.reserve(springs.size());
+  links.rest_length.reserve(springs.size());
+  const bool damped = std::any_of(springs.begin(), springs.end(), [](const HalfSpring& s) { return s.damping != 0; });
+  if (damped) links.damping.reserve(springs.size());
+  links.spring.reserve(springs.size());
   for (const PetscInt k : order) {
     const ParticleRecord& p = particles[k];
     net->radius.push_back(p.radius);
@@ -127,7 +133,7 @@ void lay_out(const std::vector<ParticleRecord>& particles, const std::vector<Hal
       links.other.push_back(j);
       links.stiffness.push_back(s.stiffness);
       links.rest_length.push_back(s.rest_length);
-      links.damping.push_back(s.damping);
+      if (damped) links.damping.push_back(s.damping);
       links.spring.push_back(s.spring);
     }
     links.start.push_back(static_cast<PetscInt>(links.other.size()));
@@ -140,6 +146,27 @@ void lay_out(const std::vector<ParticleRecord>& particles, const std::vector<Hal
     net->anchors.damping.push_back(a.damping);
     net->anchors.row.push_back(a.row);
   }
+}
+
+/// Which rank each particle of this chunk goes to, by the springs at it.
+PetscErrorCode assign_ranks(MPI_Comm comm, const Lattice& lattice, const std::vector<HalfSpring>& springs,
+                            const NetworkOptions& options, std::vector<int>* rank_of, Network* net) {
+  int size = 1;
+  PetscFunctionBegin;
+  PetscCallMPI(MPI_Comm_size(comm, &size));
+  RowGraph graph;
+  graph.start.assign(1, 0);
+  std::size_t e = 0;
+  for (std::int64_t k = 0; k < lattice.particles.count; ++k) {
+    for (; size > 1 && e < springs.size() && springs[e].self == lattice.particles.first + k; ++e) {
+      graph.other.push_back(springs[e].other);
+      graph.rate.push_back(springs[e].stiffness /
+                           (lattice.spring_law == SpringLaw::strain && springs[e].rest_length > 0 ? springs[e].rest_length : 1));
+    }
+    graph.start.push_back(static_cast<std::int64_t>(graph.other.size()));
+  }
+  PetscCall(partition_rows(comm, lattice, graph, options.partition, rank_of, &net->partition));
+  PetscFunctionReturn(0);
 }
 
 }  // namespace
@@ -171,19 +198,8 @@ PetscErrorCode build_network(MPI_Comm comm, const Lattice& lattice, const Networ
   std::vector<HalfSpring> springs;
   PetscCall(gather_chunks(comm, lattice, &chunks));
   PetscCall(collect_half_springs(comm, lattice, options, chunks, &springs));
-  RowGraph graph;
-  graph.start.assign(1, 0);
-  std::size_t e = 0;
-  for (std::int64_t k = 0; k < lattice.particles.count; ++k) {
-    for (; e < springs.size() && springs[e].self == lattice.particles.first + k; ++e) {
-      graph.other.push_back(springs[e].other);
-      graph.rate.push_back(springs[e].stiffness /
-                           (lattice.spring_law == SpringLaw::strain && springs[e].rest_length > 0 ? springs[e].rest_length : 1));
-    }
-    graph.start.push_back(static_cast<std::int64_t>(graph.other.size()));
-  }
   std::vector<int> rank_of;
-  PetscCall(partition_rows(comm, lattice, graph, options.partition, &rank_of, &net->partition));
+  PetscCall(assign_ranks(comm, lattice, springs, options, &rank_of, net));
 
   std::vector<ParticleRecord> particles;
   std::vector<AnchorRecord> anchors;

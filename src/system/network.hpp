@@ -15,7 +15,8 @@ namespace bs {
 struct Links {
   std::vector<PetscInt> start;             ///< (n + 1)
   std::vector<PetscInt> other;             ///< local index of the other end; >= n: a ghost
-  std::vector<double> stiffness, rest_length, damping;
+  std::vector<double> stiffness, rest_length;
+  std::vector<double> damping;             ///< empty where no spring of this rank has a damper
   std::vector<std::int64_t> spring;        ///< row in the input; -1: a coupling without a spring
 };
 

@@ -39,7 +39,6 @@ PetscErrorCode ParticleModel::create(MPI_Comm comm, Lattice&& lattice, std::uniq
   PetscCall(model->check_laws());
   model->lattice_ = std::move(lattice);
   PetscCall(model->create_state());
-  PetscCall(model->create_output());
   PetscCall(model->read_strain_option());
   PetscCall(model->coupling_.create(model->net_));
   model->physics_ = create_physics(model->net_, model->laws_, model->motion_, model->pattern_);
@@ -103,31 +102,6 @@ PetscErrorCode ParticleModel::create_state() {
     }
   PetscCall(VecRestoreArray(y0_, &ay));
   PetscCall(state_.create(net_, y0_));
-  PetscFunctionReturn(0);
-}
-
-/// Vectors in the input's order, and the scatters that fill them.
-PetscErrorCode ParticleModel::create_output() {
-  const PetscInt d = net_.dim;
-  PetscFunctionBegin;
-  PetscInt rows = static_cast<PetscInt>(lattice_.particles.count);
-  std::vector<PetscInt> x_blocks, v_blocks, target(net_.row.begin(), net_.row.end());
-  for (PetscInt i = 0; i < net_.n; ++i) {
-    x_blocks.push_back(2 * net_.global[i]);
-    v_blocks.push_back(2 * net_.global[i] + 1);
-  }
-  for (VecHandle* vec : {&position_, &velocity_}) {
-    PetscCall(VecCreate(net_.comm, vec->out()));
-    PetscCall(VecSetSizes(*vec, rows * d, PETSC_DETERMINE));
-    PetscCall(VecSetBlockSize(*vec, d));
-    PetscCall(VecSetType(*vec, VECSTANDARD));
-  }
-  ISHandle x_from, v_from, to;
-  PetscCall(ISCreateBlock(net_.comm, d, net_.n, x_blocks.data(), PETSC_COPY_VALUES, x_from.out()));
-  PetscCall(ISCreateBlock(net_.comm, d, net_.n, v_blocks.data(), PETSC_COPY_VALUES, v_from.out()));
-  PetscCall(ISCreateBlock(net_.comm, d, net_.n, target.data(), PETSC_COPY_VALUES, to.out()));
-  PetscCall(VecScatterCreate(y0_, x_from, position_, to, to_position_.out()));
-  PetscCall(VecScatterCreate(y0_, v_from, velocity_, to, to_velocity_.out()));
   PetscFunctionReturn(0);
 }
 

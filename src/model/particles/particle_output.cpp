@@ -90,9 +90,36 @@ PetscErrorCode ParticleModel::read_strain_option() {
   PetscFunctionReturn(0);
 }
 
+/// Vectors in the input's order, and the scatters that fill them; once, for the first frame that is written.
+PetscErrorCode ParticleModel::create_output() {
+  const PetscInt d = net_.dim;
+  PetscFunctionBegin;
+  if (position_) PetscFunctionReturn(0);
+  PetscInt rows = static_cast<PetscInt>(lattice_.particles.count);
+  std::vector<PetscInt> x_blocks, v_blocks, target(net_.row.begin(), net_.row.end());
+  for (PetscInt i = 0; i < net_.n; ++i) {
+    x_blocks.push_back(2 * net_.global[i]);
+    v_blocks.push_back(2 * net_.global[i] + 1);
+  }
+  for (VecHandle* vec : {&position_, &velocity_}) {
+    PetscCall(VecCreate(net_.comm, vec->out()));
+    PetscCall(VecSetSizes(*vec, rows * d, PETSC_DETERMINE));
+    PetscCall(VecSetBlockSize(*vec, d));
+    PetscCall(VecSetType(*vec, VECSTANDARD));
+  }
+  ISHandle x_from, v_from, to;
+  PetscCall(ISCreateBlock(net_.comm, d, net_.n, x_blocks.data(), PETSC_COPY_VALUES, x_from.out()));
+  PetscCall(ISCreateBlock(net_.comm, d, net_.n, v_blocks.data(), PETSC_COPY_VALUES, v_from.out()));
+  PetscCall(ISCreateBlock(net_.comm, d, net_.n, target.data(), PETSC_COPY_VALUES, to.out()));
+  PetscCall(VecScatterCreate(y0_, x_from, position_, to, to_position_.out()));
+  PetscCall(VecScatterCreate(y0_, v_from, velocity_, to, to_velocity_.out()));
+  PetscFunctionReturn(0);
+}
+
 PetscErrorCode ParticleModel::fields(double, Vec y, std::vector<Field>* out) {
   Vec strains;
   PetscFunctionBegin;
+  PetscCall(create_output());
   PetscCall(VecScatterBegin(to_position_, y, position_, INSERT_VALUES, SCATTER_FORWARD));
   PetscCall(VecScatterEnd(to_position_, y, position_, INSERT_VALUES, SCATTER_FORWARD));
   PetscCall(VecScatterBegin(to_velocity_, y, velocity_, INSERT_VALUES, SCATTER_FORWARD));

@@ -23,7 +23,7 @@ class PhysicsOf final : public Physics {
     plain_.assign(static_cast<std::size_t>(net.n), 1);
     for (PetscInt i = 0; i < net.n; ++i)
       for (PetscInt e = net.links.start[i]; e < net.links.start[i + 1]; ++e)
-        if (net.links.spring[e] < 0 || net.links.rest_length[e] == 0 || net.links.damping[e] != 0) plain_[i] = 0;
+        if (net.links.spring[e] < 0 || net.links.rest_length[e] == 0 || (!net.links.damping.empty() && net.links.damping[e] != 0)) plain_[i] = 0;
   }
 
   void forces(double t, const LocalState& state, const Coupling& coupling, double* f, Singularity* fault) const override {
@@ -142,7 +142,7 @@ class PhysicsOf final : public Physics {
 
   template <class Table>
   static LinkParameters parameters(const Table& table, PetscInt e) {
-    return {table.stiffness[e], table.rest_length[e], table.damping[e]};
+    return {table.stiffness[e], table.rest_length[e], table.damping.empty() ? 0.0 : table.damping[e]};
   }
 
   void add_links(PetscInt i, const double* y, const LocalState& state, double* f, Singularity* found) const {

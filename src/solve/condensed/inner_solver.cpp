@@ -13,7 +13,15 @@ PetscErrorCode InnerSolver::create(Tangent& tangent, const char* outer_prefix) {
   PetscFunctionBegin;
   tangent_ = &tangent;
   prefix_ = std::string(outer_prefix ? outer_prefix : "") + "condensed_";
-  PetscCall(PetscOptionsGetReal(nullptr, prefix_.c_str(), "-refresh", &refresh, nullptr));
+  const char* const names[] = {"springs", "sbaij", "baij", "aij"};
+  PetscInt chosen = -1;
+  PetscOptionsBegin(tangent.comm(), prefix_.c_str(), "Condensed solve of S w = b, S = sigma M - D - K/sigma", "PC");
+  PetscCall(PetscOptionsReal("-refresh", "renew the preconditioner when a solve takes this many times the iterations per digit of "
+                             "a new one; 0: always [1]", "", refresh, &refresh, nullptr));
+  PetscCall(PetscOptionsEList("-mat_type", "how S is kept: springs (single precision, own kernels) or a PETSc matrix; the default "
+                              "follows -condensed_pc_type", "", names, 4, "springs", &chosen, &given));
+  PetscOptionsEnd();
+  if (given) own_storage_ = static_cast<int>(chosen);
   refresh_ = refresh;
   PetscCall(PetscOptionsHasName(nullptr, prefix_.c_str(), "-ksp_rtol", &given));
   own_rtol_ = given;
@@ -23,11 +31,8 @@ PetscErrorCode InnerSolver::create(Tangent& tangent, const char* outer_prefix) {
 
 /// Type names first, since the storage of S depends on them; then S, then every other option.
 PetscErrorCode InnerSolver::choose_storage() {
-  const char* const names[] = {"springs", "sbaij", "baij", "aij"};
   char type[64] = "";
   PC pc;
-  PetscInt chosen = 0;
-  PetscBool given = PETSC_FALSE;
   PetscFunctionBegin;
   PetscCall(KSPCreate(tangent_->comm(), ksp_.out()));
   PetscCall(KSPSetOptionsPrefix(ksp_, prefix_.c_str()));
@@ -37,8 +42,7 @@ PetscErrorCode InnerSolver::choose_storage() {
   const std::string own = type;
   const bool springs = own.empty() ? !direct_ : own == "bicc" || own == PCJACOBI || own == PCNONE;
   storage_ = springs ? CondensedStorage::springs : own == PCICC ? CondensedStorage::sbaij : CondensedStorage::aij;
-  PetscCall(PetscOptionsGetEList(nullptr, prefix_.c_str(), "-mat_type", names, 4, &chosen, &given));
-  if (given) storage_ = static_cast<CondensedStorage>(chosen);
+  if (own_storage_ >= 0) storage_ = static_cast<CondensedStorage>(own_storage_);
   PetscCall(tangent_->create(storage_, S_.out()));
   PetscCall(MatSetOptionsPrefix(S_, prefix_.c_str()));
   PetscCall(KSPSetOperators(ksp_, S_, S_));

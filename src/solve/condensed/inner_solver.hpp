@@ -44,6 +44,7 @@ class InnerSolver {
   MatHandle S_, positive_;
   std::string prefix_;
   CondensedStorage storage_ = CondensedStorage::springs;
+  int own_storage_ = -1;          ///< the user's choice
   bool own_rtol_ = false, direct_ = false;
   double rtol_ = 1e-5;
   // the preconditioner's age: iterations per digit when it was new and at the last solve

@@ -1,0 +1,131 @@
+#!/usr/bin/env python3
+"""The condensed solve against the full Jacobian factored: every TS type, storage and preconditioner, indefinite systems."""
+import tempfile
+
+import numpy as np
+from harness import Checks
+from jacobian import cloud
+from program import run
+
+REFERENCE = {"pc_type": "lu", "ksp_type": "preonly", "pc_factor_mat_solver_type": "mumps", "bs_operator": "assembled"}
+TIGHT = {"snes_rtol": 1e-11}
+
+# 300 particles: small enough to factor, large enough for several aggregates and a rank boundary
+BLOCK = dict(bs_lattice_type="cubic", bs_lattice_size="6,7,8", bs_lattice_neighbors=18, bs_lattice_spacing=0.1,
+             bs_lattice_total_mass=20, bs_lattice_fixed="zmin", bs_lattice_stiffness=400, bs_spring_law="strain",
+             bs_lattice_velocity_gradient="0,0,1,0,0,0,0,0,0", bs_gravity="0,0,-9.81")
+CLOTH = dict(bs_lattice_type="cloth", bs_lattice_size="14,12", bs_lattice_dim=3, bs_lattice_spacing=0.05,
+             bs_lattice_particle_mass=0.01, bs_lattice_stiffness="300,100,30", bs_lattice_damping="0.3,0.2,0.1",
+             bs_lattice_fixed_particles="0,13", bs_gravity="0,0,-9.81", bs_stokes_drag=0.01)
+ITERATIVE = {"condensed_ksp_type": "cg", "condensed_pc_type": "bicc"}
+
+
+def last(checks, options, ranks=None):
+    result = run(checks.program, {**TIGHT, **options}, interval=options["ts_max_time"], ranks=ranks or checks.ranks)
+    return result.trajectory.position[-1], result
+
+
+def compare(checks, name, base, options, tolerance, ranks=None, reference=None):
+    expected = last(checks, dict(base, **(REFERENCE if reference is None else reference)))[0]
+    found, result = last(checks, dict(base, **options), ranks)
+    checks.below(name, np.abs(found - expected).max(), tolerance)
+    return result
+
+
+def types(checks):
+    for ts, extra in (("beuler", {}), ("cn", {}), ("theta", {"ts_theta_theta": 0.7}), ("bdf", {"ts_bdf_order": 2}), ("alpha", {}),
+                      ("arkimex", {}), ("rosw", {"ts_rosw_type": "ra34pw2"})):
+        base = dict(BLOCK, ts_type=ts, ts_adapt_type="none", ts_dt=0.02, ts_max_time=0.1, **extra)
+        # rosw solves one linear system a stage, and its error is the solve's
+        tight = {"ksp_rtol": 1e-13} if ts == "rosw" else {}
+        compare(checks, f"-ts_type {ts}, direct", base, {}, 1e-9)
+        compare(checks, f"-ts_type {ts}, CG and bicc", base, dict(ITERATIVE, **tight), 1e-9)
+
+
+def storages(checks):
+    base = dict(BLOCK, ts_dt=0.05, ts_max_time=0.2)
+    for name, options in (("springs, jacobi", {"condensed_pc_type": "jacobi"}),
+                          ("springs, factors in double", {"condensed_pc_type": "bicc", "condensed_pc_bicc_precision": "double"}),
+                          ("SBAIJ, icc", {"condensed_pc_type": "icc"}),
+                          ("BAIJ, pbjacobi", {"condensed_pc_type": "pbjacobi", "condensed_mat_type": "baij"}),
+                          ("AIJ, sor", {"condensed_pc_type": "sor"}),
+                          ("AIJ, gamg with rigid modes", {"condensed_pc_type": "gamg"}),
+                          ("AIJ, hypre", {"condensed_pc_type": "hypre"}),
+                          ("AIJ, MUMPS", {"condensed_pc_type": "cholesky", "condensed_ksp_type": "preonly",
+                                          "condensed_pc_factor_mat_solver_type": "mumps"})):
+        parallel = [1] if "icc" in name and "SBAIJ" in name else [1, 2]
+        for ranks in parallel:
+            cg = {} if "MUMPS" in name else {"condensed_ksp_type": "cg"}
+            compare(checks, f"{name}, {ranks} ranks", base, dict(options, **cg), 1e-9, ranks)
+    compare(checks, "SBAIJ, block Jacobi icc, 2 ranks", base, {"condensed_pc_type": "bjacobi", "condensed_sub_pc_type": "icc",
+            "condensed_mat_type": "sbaij", "condensed_ksp_type": "cg"}, 1e-9, 2)
+
+
+def operators(checks):
+    base = dict(BLOCK, ts_dt=0.05, ts_max_time=0.2)
+    for name, options in (("shell operator", {"bs_operator": "shell"}), ("shell operator under GMRES", {"bs_operator": "shell", "ksp_type": "fgmres"}),
+                          ("-snes_mf_operator", {"snes_mf_operator": True}),
+                          ("-snes_fd_color", {"snes_fd_color": True}), ("-pc_type ilu", {"pc_type": "ilu", "ksp_rtol": 1e-9}),
+                          ("-pc_type lu", {"pc_type": "lu"}), ("-ksp_type gmres", {"ksp_type": "gmres", "ksp_rtol": 1e-9})):
+        ranks = 1 if name in ("-pc_type ilu", "-pc_type lu") else 2
+        compare(checks, name, base, options, 1e-8 if "mf" in name else 1e-9, ranks)
+
+
+def matrix_free(checks):
+    """-snes_mf takes no preconditioner and differences the residual: small steps, a tolerance above the noise."""
+    base = dict(BLOCK, ts_dt=0.002, ts_max_time=0.01, snes_rtol=1e-8)
+    expected = last(checks, dict(base, **REFERENCE))[0]
+    found, result = last(checks, dict(base, snes_mf=True, ksp_rtol=1e-6))
+    checks.below("-snes_mf", np.abs(found - expected).max(), 1e-8)
+    checks.true("-snes_mf takes every step", result.report["rejected"] == 0, f"{result.report['rejected']} rejected")
+
+
+def dampers(checks, folder):
+    """What makes S unsymmetric: the outer Krylov method makes up for it."""
+    for ranks in (1, 2):
+        compare(checks, f"cloth with axial dampers, iterative, {ranks} ranks", dict(CLOTH, ts_dt=0.02, ts_max_time=0.2),
+                dict(ITERATIVE, bs_operator="shell"), 1e-9, ranks)
+    compare(checks, "cloth with simple dampers, iterative", dict(CLOTH, bs_damping_law="simple", ts_dt=0.02, ts_max_time=0.2), ITERATIVE, 1e-9)
+    for d in (1, 2, 3):
+        path = cloud(folder, "condensed", d, True, stiffness=30.0, damping=2.0, spring_law="strain",
+                     anchors={"particle": [1, 2], "point": np.ones((2, d)), "stiffness": [20.0, 30.0], "rest_length": [0.5, 0.0],
+                              "damping": [1.0, 0.0]})
+        base = dict(bs_lattice_file=path, bs_stokes_drag=0.5, bs_sphere_drag=True, bs_sphere_drag_rho=90.0, bs_sphere_drag_mu=1.0,
+                    ts_dt=0.05, ts_max_time=0.5)
+        for ts in ("beuler", "cn", "arkimex"):
+            compare(checks, f"dampers, anchors and drag, d = {d}, {ts}", dict(base, ts_type=ts, ts_adapt_type="none"), ITERATIVE, 1e-8)
+
+
+def indefinite(checks):
+    """A bar squeezed to half its length buckles: S is not positive definite, and the result must be the same nevertheless."""
+    base = dict(bs_lattice_type="cubic", bs_lattice_size="4,4,12", bs_lattice_neighbors=18, bs_lattice_spacing=0.1,
+                bs_lattice_total_mass=2, bs_lattice_fixed="zmin", bs_lattice_stiffness=4000, bs_spring_law="strain",
+                bs_lattice_rest_length_factor=1.6, bs_lattice_perturbation=0.001, ts_dt=0.02, ts_max_time=0.02)
+    result = compare(checks, "squeezed block: MINRES takes over", base, ITERATIVE, 1e-8)
+    checks.true("squeezed block: indefinite solves are counted", result.report.get("indefinite", 0) > 0,
+                f"{result.report.get('indefinite')} of them")
+
+
+def stiff(checks):
+    """Stiffnesses that differ by 1e4 and 1e8 in one lattice."""
+    for factor, tolerance in ((1e4, 1e-8), (1e8, 1e-7)):
+        base = dict(BLOCK, bs_lattice_stiff_fraction=0.02, bs_lattice_stiff_factor=factor, ts_dt=0.01, ts_max_time=0.05, snes_rtol=1e-9)
+        for ranks in (1, 2):
+            compare(checks, f"2 % of the springs {factor:g} times stiffer, {ranks} ranks", base, ITERATIVE, tolerance, ranks)
+
+
+def main():
+    checks = Checks(__doc__)
+    with tempfile.TemporaryDirectory() as folder:
+        types(checks)
+        storages(checks)
+        operators(checks)
+        matrix_free(checks)
+        dampers(checks, folder)
+        indefinite(checks)
+        stiff(checks)
+    checks.finish()
+
+
+if __name__ == "__main__":
+    main()
