@@ -111,6 +111,13 @@ PetscErrorCode History::end_step(TS ts, Vec y) {
   PetscFunctionReturn(0);
 }
 
+Vec History::before_last(double* step) const {
+  if (!open_ || past_.size() < 2) return nullptr;
+  const Past& past = past_[past_.size() - 2];
+  *step = past.step;
+  return past.state;
+}
+
 void History::save(Facts* facts, std::vector<NamedState>* states) const {
   const std::size_t done = past_.size() - (open_ ? 1 : 0), first = done > depth_ ? done - depth_ : 0;
   facts->whole["history_states"] = static_cast<std::int64_t>(done - first);

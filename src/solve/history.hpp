@@ -23,6 +23,8 @@ class History {
   /// The state the present or last step began with; null before the first one.
   std::int64_t steps() const { return steps_; }  ///< since the method began afresh
   bool replaying() const { return replaying_; }
+  /// During a step: the state the last good step began with and that step's length; null where there was none.
+  Vec before_last(double* step) const;
   Vec last_start() const { return past_.empty() ? nullptr : past_.back().state.get(); }
 
   /// What a checkpoint holds of it, between two steps.

@@ -26,18 +26,6 @@ PetscErrorCode Predictor::attach(TS ts, Model& model, NewtonPolicy* newton) {
   PetscFunctionReturn(0);
 }
 
-PetscErrorCode Predictor::remember(Vec y, double h) {
-  PetscFunctionBegin;
-  if (!active_) PetscFunctionReturn(0);
-  for (VecHandle* vec : {&before_, &last_})
-    if (!*vec) PetscCall(VecDuplicate(y, vec->out()));
-  std::swap(before_, last_);
-  PetscCall(VecCopy(y, last_));
-  last_h_ = h;
-  known_ = std::min(known_ + 1, 2);
-  PetscFunctionReturn(0);
-}
-
 PetscErrorCode Predictor::guess(SNES snes, Vec X, void* context) {
   PetscFunctionBegin;
   PetscCall(static_cast<Predictor*>(context)->predict(snes, X));
@@ -45,41 +33,42 @@ PetscErrorCode Predictor::guess(SNES snes, Vec X, void* context) {
 }
 
 PetscErrorCode Predictor::predict(SNES snes, Vec X) {
-  const PetscScalar* a1 = nullptr;
+  const PetscScalar *a0 = nullptr, *a1 = nullptr;
   PetscScalar* at = nullptr;
-  PetscReal h, start, there;
+  PetscReal h;
+  double last_h = 0;
   PetscInt local = 0;
-  Vec F;
+  Vec F, y;
   PetscFunctionBegin;
-  if (known_ < 2) PetscFunctionReturn(0);
+  Vec before = history_ && !history_->replaying() ? history_->before_last(&last_h) : nullptr;
+  if (!before) PetscFunctionReturn(0);
+  ResidualNorms here, ahead;
   PetscCall(TSGetTimeStep(ts_, &h));
+  PetscCall(TSGetSolution(ts_, &y));
   PetscCall(SNESGetFunction(snes, &F, nullptr, nullptr));  // room that Newton fills anew
+  PetscCall(SNESComputeFunction(snes, X, F));
+  PetscCall(model_->residual_norms(F, &here));
   const PetscInt d = model_->dim();
-  const double ratio = h / last_h_;
-  Vec trial = before_;
-  known_ = 1;  // the older state is spent; remember() brings the next one
+  const double ratio = h / last_h;
   PetscCall(VecGetLocalSize(X, &local));
-  PetscCall(VecGetArrayRead(last_, &a1));
-  PetscCall(VecGetArray(trial, &at));
+  PetscCall(VecGetArrayRead(before, &a0));
+  PetscCall(VecGetArrayRead(y, &a1));
+  PetscCall(VecGetArray(X, &at));
   for (PetscInt i = 0; i < local; i += 2 * d)
     for (PetscInt c = 0; c < d; ++c) {
       const PetscInt x = i + c, v = x + d;
-      at[v] = a1[v] + ratio * (a1[v] - at[v]);
+      at[v] = a1[v] + ratio * (a1[v] - a0[v]);
       at[x] = a1[x] + h * ((1 - theta_) * a1[v] + theta_ * at[v]);
     }
-  PetscCall(VecRestoreArray(trial, &at));
-  PetscCall(VecRestoreArrayRead(last_, &a1));
-  ResidualNorms here, ahead;
+  PetscCall(VecRestoreArray(X, &at));
+  PetscCall(VecRestoreArrayRead(y, &a1));
+  PetscCall(VecRestoreArrayRead(before, &a0));
   PetscCall(SNESComputeFunction(snes, X, F));
-  PetscCall(model_->residual_norms(F, &here));
-  PetscCall(SNESComputeFunction(snes, trial, F));
   PetscCall(model_->residual_norms(F, &ahead));
-  start = std::max(here[0] / (theta_ * h), here[1]);
-  there = std::max(ahead[0] / (theta_ * h), ahead[1]);
+  const double start = std::max(here[0] / (theta_ * h), here[1]), there = std::max(ahead[0] / (theta_ * h), ahead[1]);
   PetscCall(PetscInfo(snes, "residual at the last state %g, at the predicted one %g\n", start, there));
-  if (!std::isfinite(there) || there >= 0.5 * start) PetscFunctionReturn(0);
-  PetscCall(VecCopy(trial, X));
-  newton_->reference = here;
+  if (std::isfinite(there) && there < 0.5 * start) newton_->reference = here;
+  else PetscCall(VecCopy(y, X));
   PetscFunctionReturn(0);
 }
 

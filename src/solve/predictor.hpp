@@ -1,9 +1,9 @@
 // Where Newton starts: at the last state, or at the state the last two velocities point to where that is closer.
 #pragma once
 #include <petscts.h>
-#include "base/handle.hpp"
 #include "model/model.hpp"
 #include "solve/convergence.hpp"
+#include "solve/history.hpp"
 
 namespace bs {
 
@@ -14,10 +14,8 @@ class Predictor {
  public:
   /// Collective. Hooks into the SNES of `ts` where the type is one of those and the model has positions and velocities.
   PetscErrorCode attach(TS ts, Model& model, NewtonPolicy* newton);
-  /// Collective. After a good step of length h that ended at y.
-  PetscErrorCode remember(Vec y, double h);
-  /// The next step starts without history, as the first one does.
-  void forget() { known_ = 0; }
+  /// Where the state before the last comes from; without it Newton starts at the last state.
+  void set_history(const History* history) { history_ = history; }
 
  private:
   static PetscErrorCode guess(SNES snes, Vec X, void* context);
@@ -25,10 +23,9 @@ class Predictor {
   TS ts_ = nullptr;
   Model* model_ = nullptr;
   NewtonPolicy* newton_ = nullptr;
+  const History* history_ = nullptr;
   bool active_ = false;
-  double theta_ = 1, last_h_ = 0;
-  int known_ = 0;                 ///< states remembered, up to 2
-  VecHandle before_, last_;  ///< the last two states; the older one makes room for the trial
+  double theta_ = 1;
 };
 
 }  // namespace bs

@@ -48,6 +48,7 @@ PetscErrorCode save_run(Model& model, const Stepper& stepper, TS ts, Vec y, cons
   stepper.save(&run, &states);
   set_phase(Exit::io);
   PetscCall(write_checkpoint(model, file, run, states));
+  PetscCall(stepper.renew_solver(ts));
   set_phase(Exit::solve);
   PetscFunctionReturn(0);
 }

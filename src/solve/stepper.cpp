@@ -30,6 +30,7 @@ PetscErrorCode Stepper::attach(TS ts) {
   PetscCall(TSSetPostStage(ts, post_stage));
   PetscCall(rejections_.attach(ts, options_.step_min, options_.max_cuts));
   PetscCall(history_.attach(ts));
+  context_.predictor.set_history(&history_);
   PetscCall(TSGetAdapt(ts, &adapt));
   PetscCall(TSAdaptGetType(adapt, &type));
   adaptive_ = type && std::string(type) != TSADAPTNONE;
@@ -267,7 +268,6 @@ PetscErrorCode Stepper::accept_step(TS ts) {
   Vec y;
   PetscCall(TSGetSolution(ts, &y));
   PetscCall(history_.end_step(ts, y));
-  PetscCall(context_.predictor.remember(y, record.dt));
   PetscCall(on_step_(record));
   const bool finished = landed && target_ >= end_;
   if (landed || options_.every_step) {

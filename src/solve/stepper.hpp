@@ -56,6 +56,9 @@ class Stepper {
   /// Why the run ended early (empty: it did not).
   const std::string& trouble() const { return trouble_; }
   int signal() const { return signal_; }
+  /// Collective. No solver goes on with what it kept from earlier steps: after a checkpoint, so that the run and its
+  /// continuation do the same.
+  PetscErrorCode renew_solver(TS ts) const;
 
  private:
   static PetscErrorCode pre_step(TS ts);

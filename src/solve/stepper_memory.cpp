@@ -1,6 +1,7 @@
 // What stepping remembers from step to step, into a checkpoint and out of it.
 #include <cmath>
 #include "base/fault.hpp"
+#include "solve/condensed/condensed.hpp"
 #include "solve/stepper.hpp"
 
 namespace bs {
@@ -92,11 +93,25 @@ PetscErrorCode Stepper::restore(TS ts, const CheckpointFile& file, std::vector<s
   else PetscCall(history_.restore(ts, model_, file, &forgotten));
   if (!forgotten.empty()) told->push_back(format("%s starts afresh: ", type) + forgotten);
   PetscCall(TSGetSNESIterations(ts, &newton));
-  PetscCall(TSGetKSPIterations(ts, &krylov));
+  PetscCall(krylov_iterations(ts, &krylov));
   base_.newton = counts_.newton - newton;
   base_.krylov = counts_.krylov - krylov;
   rejections_.restore(run);
   rejected_before_ = rejections_.counts();
+  PetscCall(renew_solver(ts));
+  PetscFunctionReturn(0);
+}
+
+PetscErrorCode Stepper::renew_solver(TS ts) const {
+  SNES snes;
+  KSP ksp;
+  PC pc;
+  PetscFunctionBegin;
+  if (!context_.implicit) PetscFunctionReturn(0);
+  PetscCall(TSGetSNES(ts, &snes));
+  PetscCall(SNESGetKSP(snes, &ksp));
+  PetscCall(KSPGetPC(ksp, &pc));
+  PetscCall(condensed_renew(pc));
   PetscFunctionReturn(0);
 }
 

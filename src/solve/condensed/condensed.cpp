@@ -133,6 +133,14 @@ PetscErrorCode condensed_set_tangent(PC pc, Tangent* tangent) {
   PetscFunctionReturn(0);
 }
 
+PetscErrorCode condensed_renew(PC pc) {
+  bool is = false;
+  PetscFunctionBegin;
+  PetscCall(is_condensed(pc, &is));
+  if (is) data_of(pc).inner.renew();
+  PetscFunctionReturn(0);
+}
+
 PetscErrorCode condensed_describe(PC pc, std::string* text) {
   bool is = false;
   PetscFunctionBegin;

@@ -24,6 +24,9 @@ PetscErrorCode condensed_counts(PC pc, bool* is, CondensedCounts* counts);
 /// Where the Jacobian comes from; must be given before `pc` is set up, unless P itself is tied to a tangent.
 PetscErrorCode condensed_set_tangent(PC pc, Tangent* tangent);
 
+/// The next solve renews the preconditioner, as the first one does: a run and its continuation then agree bit for bit.
+PetscErrorCode condensed_renew(PC pc);
+
 /// A few words on the inner solver in force (once it is set up).
 PetscErrorCode condensed_describe(PC pc, std::string* text);
 

@@ -26,6 +26,7 @@ class InnerSolver {
   /// Collective. S at the tangent's present state; the preconditioner is renewed when it has aged.
   PetscErrorCode assemble();
   PetscErrorCode set_up_on_blocks();
+  void renew() { stale_ = true; }
   /// Relative tolerance of the next solves; -condensed_ksp_rtol overrides it.
   void set_tolerance(double rtol) { rtol_ = rtol; }
   /// Collective. solved: to the tolerance. Where S is indefinite the fallback solves, and is counted.

@@ -1,0 +1,162 @@
+// The condensed matrix: its own storage against PETSc's, block by block; incomplete factors that must be exact.
+#include <catch2/catch.hpp>
+#include <cmath>
+#include <vector>
+
+#include "lattice/generator.hpp"
+#include "model/particles/condensed/block_icc.hpp"
+#include "model/particles/condensed/particle_tangent.hpp"
+
+using namespace bs;
+
+namespace {
+
+/// A lattice of its own kind, moved out of shape so that springs are stretched and squeezed.
+struct Case {
+  Network net;
+  ParticleLaws laws;
+  Motion motion;
+  RowPattern pattern;
+  std::unique_ptr<Physics> physics;
+  ParticleTangent tangent;
+  VecHandle y;
+
+  Case(MPI_Comm comm, GeneratorSpec spec, double sigma) {
+    int rank, size;
+    MPI_Comm_rank(comm, &rank);
+    MPI_Comm_size(comm, &size);
+    Lattice lattice = generate(spec, rank, size);
+    NetworkOptions options;
+    options.partition = 1;
+    REQUIRE(build_network(comm, lattice, options, &net) == 0);
+    physics = create_physics(net, laws, motion, pattern);
+    const PetscInt d = net.dim;
+    REQUIRE(VecCreateMPI(comm, net.n * 2 * d, PETSC_DETERMINE, y.out()) == 0);
+    REQUIRE(VecSetBlockSize(y, 2 * d) == 0);
+    PetscScalar* a = nullptr;
+    REQUIRE(VecGetArray(y, &a) == 0);
+    for (PetscInt i = 0; i < net.n; ++i)
+      for (PetscInt c = 0; c < d; ++c) {
+        const double row = static_cast<double>(net.row[i]);
+        a[i * 2 * d + c] = net.held[i * d + c] + 0.05 * std::sin(1.7 * row + c);
+        a[i * 2 * d + d + c] = std::cos(0.9 * row - c);
+      }
+    REQUIRE(VecRestoreArray(y, &a) == 0);
+    REQUIRE(tangent.create(net, *physics, pattern, y, false) == 0);
+    REQUIRE(tangent.linearise(0.0, y, sigma, Form::momentum) == 0);
+  }
+};
+
+GeneratorSpec lattice(LatticeType type, std::vector<std::int64_t> size, int dim) {
+  GeneratorSpec spec;
+  spec.type = type;
+  spec.size = std::move(size);
+  spec.dim = dim;
+  spec.particle_mass = 0.5;
+  spec.stiffness = {70.0, 40.0, 20.0};
+  return spec;
+}
+
+double relative_difference(Vec a, Vec b) {
+  PetscReal size, difference;
+  REQUIRE(VecNorm(b, NORM_2, &size) == 0);
+  REQUIRE(VecAXPY(a, -1.0, b) == 0);
+  REQUIRE(VecNorm(a, NORM_2, &difference) == 0);
+  return difference / size;
+}
+
+/// A vector of numbers that depend on the particle, not on where it lives.
+void fill(const Network& net, Vec v) {
+  PetscScalar* a = nullptr;
+  REQUIRE(VecGetArray(v, &a) == 0);
+  for (PetscInt i = 0; i < net.n; ++i)
+    for (PetscInt c = 0; c < net.dim; ++c) a[i * net.dim + c] = std::sin(3.1 * static_cast<double>(net.row[i]) + 2.3 * c);
+  REQUIRE(VecRestoreArray(v, &a) == 0);
+}
+
+}  // namespace
+
+TEST_CASE("S multiplies alike in every storage") {
+  for (const int d : {1, 2, 3}) {
+    GeneratorSpec spec = d == 1 ? lattice(LatticeType::chain, {17}, 1) : d == 2 ? lattice(LatticeType::square, {7, 6}, 2) : lattice(LatticeType::cubic, {4, 5, 4}, 3);
+    spec.neighbors = d == 1 ? 0 : d == 2 ? 8 : 18;
+    spec.fixed_particles = {0, 3};
+    Case c(PETSC_COMM_WORLD, spec, 40.0);
+    MatHandle own;
+    REQUIRE(c.tangent.create(CondensedStorage::springs, own.out()) == 0);
+    VecHandle p, expected, found;
+    REQUIRE(SpringMatrix::from(own)->create_vector(p.out()) == 0);
+    REQUIRE(VecDuplicate(p, expected.out()) == 0);
+    REQUIRE(VecDuplicate(p, found.out()) == 0);
+    fill(c.net, p);
+    for (const bool positive : {false, true}) {
+      REQUIRE(c.tangent.assemble(positive, own) == 0);
+      REQUIRE(MatMult(own, p, expected) == 0);
+      for (const CondensedStorage storage : {CondensedStorage::sbaij, CondensedStorage::baij, CondensedStorage::aij}) {
+        MatHandle S;
+        REQUIRE(c.tangent.create(storage, S.out()) == 0);
+        REQUIRE(c.tangent.assemble(positive, S) == 0);
+        REQUIRE(MatMult(S, p, found) == 0);
+        CHECK(relative_difference(found, expected) < 3e-7);  // four numbers a spring, in single precision
+      }
+    }
+  }
+}
+
+TEST_CASE("S is what J leaves when positions are eliminated") {
+  GeneratorSpec spec = lattice(LatticeType::cubic, {3, 4, 3}, 3);
+  spec.neighbors = 18;
+  Case c(PETSC_COMM_WORLD, spec, 25.0);
+  const PetscInt d = 3;
+  MatHandle S;
+  VecHandle w, b, z, r, Sw;
+  REQUIRE(c.tangent.create(CondensedStorage::aij, S.out()) == 0);
+  REQUIRE(c.tangent.assemble(false, S) == 0);
+  REQUIRE(MatCreateVecs(S, w.out(), b.out()) == 0);
+  REQUIRE(VecDuplicate(b, Sw.out()) == 0);
+  REQUIRE(VecDuplicate(c.y, z.out()) == 0);
+  REQUIRE(VecDuplicate(c.y, r.out()) == 0);
+  // for any z: r = J z, then S (sigma z_x) must be the condensed right-hand side of r
+  REQUIRE(c.tangent.multiply(c.y, r) == 0);
+  REQUIRE(c.tangent.condense(r, b) == 0);
+  const PetscScalar* ay = nullptr;
+  PetscScalar* aw = nullptr;
+  REQUIRE(VecGetArrayRead(c.y, &ay) == 0);
+  REQUIRE(VecGetArray(w, &aw) == 0);
+  for (PetscInt i = 0; i < c.net.n; ++i)
+    for (PetscInt k = 0; k < d; ++k) aw[i * d + k] = 25.0 * ay[i * 2 * d + k];
+  REQUIRE(VecRestoreArray(w, &aw) == 0);
+  REQUIRE(VecRestoreArrayRead(c.y, &ay) == 0);
+  REQUIRE(MatMult(S, w, Sw) == 0);
+  CHECK(relative_difference(Sw, b) < 1e-13);
+  REQUIRE(c.tangent.expand(r, w, z) == 0);
+  CHECK(relative_difference(z, c.y) < 1e-13);
+}
+
+TEST_CASE("incomplete factors of a chain are complete") {
+  for (const int d : {1, 2, 3})
+    for (const bool single : {false, true}) {
+      Case c(PETSC_COMM_SELF, lattice(LatticeType::chain, {23}, d), 30.0);
+      MatHandle S;
+      REQUIRE(c.tangent.create(CondensedStorage::springs, S.out()) == 0);
+      REQUIRE(c.tangent.assemble(true, S) == 0);
+      auto factor = create_block_factor(d, single);
+      REQUIRE(factor->factor(*SpringMatrix::from(S), 0.0));
+      VecHandle x, b;
+      REQUIRE(SpringMatrix::from(S)->create_vector(x.out()) == 0);
+      REQUIRE(VecDuplicate(x, b.out()) == 0);
+      fill(c.net, x);
+      REQUIRE(MatMult(S, x, b) == 0);
+      std::vector<double> z(static_cast<std::size_t>(c.net.n * d));
+      const PetscScalar *ab = nullptr, *ax = nullptr;
+      REQUIRE(VecGetArrayRead(b, &ab) == 0);
+      factor->solve(ab, z.data());
+      REQUIRE(VecRestoreArrayRead(b, &ab) == 0);
+      REQUIRE(VecGetArrayRead(x, &ax) == 0);
+      double worst = 0;
+      for (std::size_t k = 0; k < z.size(); ++k) worst = std::max(worst, std::abs(z[k] - ax[k]));
+      REQUIRE(VecRestoreArrayRead(x, &ax) == 0);
+      CHECK(worst < (single ? 1e-4 : 1e-11));
+      CHECK(worst > (single ? 1e-12 : -1.0));  // single precision leaves its mark
+    }
+}
