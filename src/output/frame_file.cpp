@@ -109,7 +109,7 @@ PetscErrorCode Trajectory::Impl::frame_bytes(const std::vector<Field>& fields, c
   // Metadata, and a new chunk of the small datasets at once.
   *bytes = 131072 + 48 * (pending + log_chunk);
   for (const Observable& observable : given) width += static_cast<std::int64_t>(observable.value.size());
-  *bytes += 8 * frame_chunk * (width + columns + 2);
+  *bytes += std::int64_t{8} * frame_chunk * (width + columns + 2);
   for (const Field& field : fields) {
     PetscInt size, block;
     PetscCall(VecGetSize(field.vec, &size));

@@ -72,8 +72,7 @@ PetscErrorCode test(SNES snes, PetscInt it, PetscReal xnorm, PetscReal snorm, Pe
   }
   const double whole = std::hypot(self.first[0], self.first[1]);
   if (fnorm < atol) *reason = SNES_CONVERGED_FNORM_ABS;
-  else if (below(self, now, it > 0 ? rtol : 0.0, 1.0)) *reason = SNES_CONVERGED_FNORM_RELATIVE;
-  else if (it > 1 && exhausted(self, now, rtol)) *reason = SNES_CONVERGED_FNORM_RELATIVE;
+  else if (below(self, now, it > 0 ? rtol : 0.0, 1.0) || (it > 1 && exhausted(self, now, rtol))) *reason = SNES_CONVERGED_FNORM_RELATIVE;
   else if (it > 0 && snorm < stol * xnorm) *reason = SNES_CONVERGED_SNORM_RELATIVE;
   else if (it > 0 && divtol > 0 && whole > 0 && fnorm > divtol * whole) *reason = SNES_DIVERGED_DTOL;
   if (*reason == SNES_CONVERGED_ITERATING && self.forcing) PetscCall(set_forcing(self, snes, it, now, rtol));

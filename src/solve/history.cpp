@@ -17,7 +17,7 @@ struct AlphaParameters {
 
 PetscErrorCode History::attach(TS ts) {
   PetscBool theta = PETSC_FALSE, bdf = PETSC_FALSE, alpha = PETSC_FALSE;
-  const PetscObject object = reinterpret_cast<PetscObject>(ts);
+  PetscObject object = reinterpret_cast<PetscObject>(ts);
   PetscFunctionBegin;
   PetscCall(PetscObjectTypeCompareAny(object, &theta, TSTHETA, TSCN, TSBEULER, ""));
   PetscCall(PetscObjectTypeCompare(object, TSBDF, &bdf));

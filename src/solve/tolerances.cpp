@@ -32,7 +32,7 @@ PetscErrorCode read_tolerances(MPI_Comm comm, Tolerances* out) {
   PetscFunctionReturn(0);
 }
 
-PetscErrorCode set_tolerances(const Tolerances& t, Model& model, TS ts) {
+PetscErrorCode set_tolerances(const Tolerances& t, const Model& model, TS ts) {
   PetscReal atol, rtol;
   VecHandle vatol, vrtol;
   PetscFunctionBegin;

@@ -15,6 +15,6 @@ struct Tolerances {
 PetscErrorCode read_tolerances(MPI_Comm comm, Tolerances* out);
 
 /// Collective. Puts them in force on `ts`, whose own tolerances are set. Told (exit 2) for a model without particles.
-PetscErrorCode set_tolerances(const Tolerances& tolerances, Model& model, TS ts);
+PetscErrorCode set_tolerances(const Tolerances& tolerances, const Model& model, TS ts);
 
 }  // namespace bs
