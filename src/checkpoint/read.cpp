@@ -93,8 +93,8 @@ PetscErrorCode CheckpointFile::require_same(Model& model) const {
   else if (get(system.whole, "dimension") != model.dim())
     what = format("of a lattice in %lld dimensions, not %d", static_cast<long long>(get(system.whole, "dimension")), model.dim());
   else if (get(system.whole, "unknowns") != size)
-    what = model.dim() > 0 ? format("of %lld particles, not %lld", static_cast<long long>(get(system.whole, "unknowns") / (2 * model.dim())),
-                                    static_cast<long long>(size / (2 * model.dim())))
+    what = model.dim() > 0 ? format("of %lld particles, not %lld", static_cast<long long>(get(system.whole, "unknowns") / (std::int64_t{2} * model.dim())),
+                                    static_cast<long long>(size / (std::int64_t{2} * model.dim())))
                            : format("of a system of %lld unknowns, not %lld", static_cast<long long>(get(system.whole, "unknowns")), static_cast<long long>(size));
   else if (static_cast<std::uint64_t>(get(system.whole, "fingerprint")) != fingerprint)
     what = model.dim() > 0 ? "of another lattice of the same size: a particle, spring or law of the springs has changed"
