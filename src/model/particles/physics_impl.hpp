@@ -196,14 +196,13 @@ class PhysicsOf final : public Physics {
     }
   }
 
-  // Panel rows are -df_i/dx_j and -df_i/dv_j, side by side for every column j.
+  // Panel rows are -df_i/dx_j and -df_i/dv_j, side by side for every column j. D null: no part by velocity.
   static void subtract(double* panel, PetscInt width, PetscInt slot, const double* K, const double* D) {
     for (int r = 0; r < d; ++r) {
       double* row = panel + r * width + slot * 2 * d;
-      for (int c = 0; c < d; ++c) {
-        row[c] -= K[r * d + c];
-        row[d + c] -= D[r * d + c];
-      }
+      for (int c = 0; c < d; ++c) row[c] -= K[r * d + c];
+      if (D)
+        for (int c = 0; c < d; ++c) row[d + c] -= D[r * d + c];
     }
   }
 
@@ -222,8 +221,14 @@ class PhysicsOf final : public Physics {
         Kernel::tangent(g, p, K, D);
         for (int k = 0; k < d * d; ++k) {
           self_K[k] += K[k];
-          self_D[k] += D[k];
           K[k] = -K[k];
+        }
+        if (p.damping == 0) {
+          if (pattern_.slot(e) >= 0) subtract(panel, width, pattern_.slot(e), K, nullptr);
+          continue;
+        }
+        for (int k = 0; k < d * d; ++k) {
+          self_D[k] += D[k];
           D[k] = -D[k];
         }
       } else {
