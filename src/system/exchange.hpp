@@ -9,9 +9,10 @@
 namespace bs {
 
 /// Collective. make(k), k < count, goes to rank dest(k); `received` is ordered by sending rank, then by k, so the result is
-/// reproducible. Nothing but the buffers of MPI is held beside `received`. Record must be trivially copyable.
-template <class Record, class Dest, class Make>
-PetscErrorCode exchange(MPI_Comm comm, std::size_t count, Dest&& dest, Make&& make, std::vector<Record>* received) {
+/// reproducible. Nothing but one buffer is held beside `received`; done() is called when make is no longer needed, for large
+/// inputs to be let go. Record must be trivially copyable.
+template <class Record, class Dest, class Make, class Done>
+PetscErrorCode exchange(MPI_Comm comm, std::size_t count, Dest&& dest, Make&& make, Done&& done, std::vector<Record>* received) {
   static_assert(std::is_trivially_copyable_v<Record>);
   PetscFunctionBegin;
   int size = 1;
@@ -25,6 +26,7 @@ PetscErrorCode exchange(MPI_Comm comm, std::size_t count, Dest&& dest, Make&& ma
   std::vector<Record> buffer(count);
   std::vector<int> at(send_start.begin(), send_start.end() - 1);
   for (std::size_t k = 0; k < count; ++k) buffer[at[dest(k)]++] = make(k);
+  done();
   if (size == 1) {
     *received = std::move(buffer);
     PetscFunctionReturn(0);
@@ -45,7 +47,8 @@ template <class Record>
 PetscErrorCode exchange(MPI_Comm comm, const std::vector<Record>& items, const std::vector<int>& dest,
                         std::vector<Record>* received) {
   PetscFunctionBegin;
-  PetscCall(exchange(comm, items.size(), [&](std::size_t k) { return dest[k]; }, [&](std::size_t k) { return items[k]; }, received));
+  PetscCall(exchange(comm, items.size(), [&](std::size_t k) { return dest[k]; }, [&](std::size_t k) { return items[k]; },
+                     [] {}, received));
   PetscFunctionReturn(0);
 }
 

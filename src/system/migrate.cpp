@@ -26,7 +26,7 @@ PetscErrorCode collect_half_springs(MPI_Comm comm, const Lattice& lattice, const
     return HalfSpring{lattice.pairs[half], lattice.pairs[half ^ 1], lattice.springs.first + static_cast<std::int64_t>(k),
                       lattice.stiffness[k], lattice.rest_length[k], lattice.damping[k]};
   };
-  PetscCall(exchange(comm, 2 * static_cast<std::size_t>(lattice.springs.count), dest, make, mine));
+  PetscCall(exchange(comm, 2 * static_cast<std::size_t>(lattice.springs.count), dest, make, [] {}, mine));
   for (std::int64_t k = 0; k < lattice.particles.count; ++k) {
     const std::int64_t self = lattice.particles.first + k;
     if (options.all_to_all) {
@@ -50,7 +50,7 @@ PetscErrorCode move_springs(MPI_Comm comm, const std::vector<int>& rank_of, std:
   if (size == 1) PetscFunctionReturn(0);
   std::vector<HalfSpring> moved;
   PetscCall(exchange(comm, springs->size(), [&](std::size_t e) { return rank_of[(*springs)[e].self - first]; },
-                     [&](std::size_t e) { return (*springs)[e]; }, &moved));
+                     [&](std::size_t e) { return (*springs)[e]; }, [&] { *springs = {}; }, &moved));
   *springs = std::move(moved);
   std::sort(springs->begin(), springs->end(), before);
   PetscFunctionReturn(0);

@@ -4,6 +4,7 @@
 #include <limits>
 #include "model/particles/link_kernel.hpp"
 #include "model/particles/physics.hpp"
+#include "model/particles/plain_links.hpp"
 
 namespace bs {
 
@@ -34,7 +35,7 @@ class PhysicsOf final : public Physics {
       if (net_.fixed[i]) continue;
       const double* y = state.at(i);
       Singularity found;
-      if (!plain_[i] || !add_plain_links(i, y, state, fi)) add_links(i, y, state, fi, &found);
+      if (!plain_[i] || !add_plain_links<d, Spring>(net_.links, i, y, state.at(0), fi)) add_links(i, y, state, fi, &found);
       add_anchors(i, y, shift, fi, &found);
       const Point<d> point{t, net_.mass[i], net_.radius[i], y, y + d};
       for_each_law(laws_, [&](const auto& law) {
@@ -72,7 +73,8 @@ class PhysicsOf final : public Physics {
     Energies sum;
     for (PetscInt i = 0; i < net_.n; ++i) {
       const double* y = state.at(i);
-      for (PetscInt e = net_.links.start[i]; e < net_.links.start[i + 1]; ++e)
+      if (plain_[i]) sum.elastic += 0.5 * plain_energy<d, Spring>(net_.links, i, y, state.at(0));
+      for (PetscInt e = net_.links.start[i]; e < net_.links.start[i + 1] && !plain_[i]; ++e)
         sum.elastic += 0.5 * Kernel::energy({y, state.at(net_.links.other[e])}, parameters(net_.links, e));
       for (PetscInt a = anchor_start_[i]; a < anchor_start_[i + 1]; ++a) {
         const PetscInt k = anchor_order_[a];
@@ -154,35 +156,6 @@ class PhysicsOf final : public Physics {
       if (Kernel::defined(g, p)) Kernel::force(g, p, f);
       else if (!net_.rest_at_zero_length) *found = {Singularity::spring, links.spring[e], ""};
     }
-  }
-
-  // Springs alone: lengths and tensions first, many at once, then their sum in the links' order. False, and f untouched,
-  // where that is not finite: add_links then finds out why.
-  bool add_plain_links(PetscInt i, const double* y, const LocalState& state, double* f) const {
-    constexpr PetscInt CHUNK = 32;
-    const PetscInt end = net_.links.start[i + 1];
-    const PetscInt* other = net_.links.other.data();
-    const double *stiffness = net_.links.stiffness.data(), *rest_length = net_.links.rest_length.data(), *states = state.at(0);
-    double q[CHUNK], dx[d][CHUNK], sum[d] = {};
-    for (PetscInt begin = net_.links.start[i]; begin < end; begin += CHUNK) {
-      const PetscInt count = std::min(CHUNK, end - begin);
-      for (PetscInt k = 0; k < count; ++k) {
-        const double* end_state = states + static_cast<std::size_t>(other[begin + k]) * 2 * d;
-        double square = 0;
-        for (int c = 0; c < d; ++c) {
-          dx[c][k] = y[c] - end_state[c];
-          square += dx[c][k] * dx[c][k];
-        }
-        q[k] = Spring::tension_over_length(std::sqrt(square), stiffness[begin + k], rest_length[begin + k]);
-      }
-      for (PetscInt k = 0; k < count; ++k)
-        for (int c = 0; c < d; ++c) sum[c] -= q[k] * dx[c][k];
-    }
-    double size = 0;
-    for (int c = 0; c < d; ++c) size += std::abs(sum[c]);
-    if (!std::isfinite(size)) return false;
-    for (int c = 0; c < d; ++c) f[c] += sum[c];
-    return true;
   }
 
   void add_anchors(PetscInt i, const double* y, const AnchorShift& shift, double* f, Singularity* found) const {
