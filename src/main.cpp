@@ -1,6 +1,9 @@
 // backspring: implicit time stepping of mass-spring systems on PETSc.
 #include <petscts.h>
 #include <csignal>
+#ifdef __GLIBC__
+#include <malloc.h>
+#endif
 #include <cstdio>
 #include <cstdlib>
 #include <cstring>
@@ -77,6 +80,18 @@ int run_petsc(int argc, char** argv) {
   return failed ? failed : exit_code;
 }
 
+
+/// Open MPI keeps freed memory from going back to the system, for networks that register it: a lattice's set-up would then
+/// count for the whole run.
+void return_freed_memory() {
+#ifdef __GLIBC__
+  constexpr int LARGE = 1 << 24;
+  mallopt(M_MMAP_MAX, 1 << 16);
+  mallopt(M_MMAP_THRESHOLD, LARGE);
+  mallopt(M_TRIM_THRESHOLD, 2 * LARGE);
+#endif
+}
+
 }  // namespace
 
 int main(int argc, char** argv) {
@@ -88,6 +103,7 @@ int main(int argc, char** argv) {
   }
   int provided = 0;
   if (MPI_Init_thread(&argc, &argv, MPI_THREAD_FUNNELED, &provided)) return static_cast<int>(bs::Exit::input);
+  return_freed_memory();
   const int code = refused(argc, argv) ? static_cast<int>(bs::Exit::input) : run_petsc(argc, argv);
   MPI_Finalize();
   return code;
