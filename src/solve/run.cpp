@@ -1,29 +1,11 @@
 #include "solve/run.hpp"
 #include <unistd.h>
-#include <cmath>
-#include <memory>
 #include "base/fault.hpp"
 #include "base/options.hpp"
-#include "output/progress.hpp"
-#include "output/report.hpp"
-#include "output/settings.hpp"
-#include "solve/adviser.hpp"
-#include "solve/linear_defaults.hpp"
-#include "solve/saving.hpp"
-#include "solve/stepper.hpp"
-#include "solve/tolerances.hpp"
-#include "solve/ts_setup.hpp"
+#include "solve/run_parts.hpp"
 
 namespace bs {
 namespace {
-
-struct RunOptions {
-  OutputSettings output;
-  StepOptions step;
-  bool advise = true;
-  SavingOptions saving;
-  Tolerances tolerances;
-};
 
 PetscErrorCode read_options(MPI_Comm comm, RunOptions* out) {
   PetscFunctionBegin;
@@ -51,48 +33,7 @@ PetscErrorCode read_options(MPI_Comm comm, RunOptions* out) {
   PetscFunctionReturn(0);
 }
 
-/// The run's moving parts, tied together by the stepper's callbacks.
-class Run {
- public:
-  Run(Model& model, const RunOptions& options)
-      : model_(model), options_(options), progress_(model.comm(), options.output.progress_interval) {}
-  PetscErrorCode set_up();
-  PetscErrorCode advance(int* exit_code);
-
- private:
-  PetscErrorCode on_step(const StepRecord& record);
-  RunState state() const;
-  PetscErrorCode on_frame(PetscInt step, double time, Vec y);
-  PetscErrorCode on_save();
-  PetscErrorCode take_up();
-  PetscErrorCode open_trajectory();
-  PetscErrorCode save_last(bool failed);
-  PetscErrorCode conclude(TSConvergedReason reason, int* exit_code);
-  PetscErrorCode report(const std::string& outcome, const std::string& why);
-  PetscErrorCode explain(TSConvergedReason reason, std::string* text);
-  std::vector<std::string> closing_lines() const;
-  std::vector<Tally> tallies() const;
-
-  Model& model_;
-  RunOptions options_;
-  Progress progress_;
-  TSContext context_;
-  TSHandle ts_;
-  std::unique_ptr<Stepper> stepper_;
-  std::unique_ptr<Trajectory> trajectory_;
-  Advice advice_;
-  std::unique_ptr<CheckpointFile> restart_;
-  bool resumed_ = false;                 ///< the trajectory goes on where the checkpoint left it
-  std::string saved_;                    ///< where a failed run can be continued from
-  std::vector<Observable> first_, last_;
-  double start_ = 0, end_ = 0;
-};
-
-double total_energy(const std::vector<Observable>& observables) {
-  for (const Observable& o : observables)
-    if (o.name == "total_energy") return o.value[0];
-  return NAN;
-}
+}  // namespace
 
 PetscErrorCode Run::set_up() {
   PetscFunctionBegin;
@@ -247,93 +188,6 @@ PetscErrorCode Run::advance(int* exit_code) {
   PetscFunctionReturn(0);
 }
 
-/// Why the solver gave up, in the user's words, and what to try.
-PetscErrorCode Run::explain(TSConvergedReason reason, std::string* text) {
-  PetscFunctionBegin;
-  std::string fault;
-  PetscCall(model_.last_fault(&fault));
-  const double t = stepper_->good_time();
-  PetscReal h;
-  PetscCall(TSGetTimeStep(ts_, &h));
-  const RejectionWatch& rejections = stepper_->rejections();
-  if (rejections.gave_up()) {
-    *text = format("the step after t = %.10g s was rejected %lld times, down to h = %g s, the last time because %s: %s", t,
-                   static_cast<long long>(rejections.in_a_row()), rejections.last_attempt(), rejections.last().c_str(), rejections.advice());
-    PetscFunctionReturn(0);
-  }
-  if (!stepper_->trouble().empty() || !context_.implicit) {
-    *text = format("the step after t = %g s gave no finite state", t);
-    if (!fault.empty()) *text += ": " + fault;
-    else *text += format(": try -ts_dt below %g, or an implicit -ts_type such as beuler", h);
-    PetscFunctionReturn(0);
-  }
-  SNES snes;
-  SNESConvergedReason snes_reason;
-  PetscCall(TSGetSNES(ts_, &snes));
-  PetscCall(SNESGetConvergedReason(snes, &snes_reason));
-  *text = format("no step after t = %g s converged down to h = %g s (Newton: %s; TS: %s)", t, h,
-                 SNESConvergedReasons[snes_reason], TSConvergedReasons[reason]);
-  if (!fault.empty()) *text += "; " + fault;
-  *text += ": try a smaller -ts_dt, -snes_linesearch_type cp or a tighter -ksp_rtol; -snes_monitor -ksp_converged_reason show more";
-  PetscFunctionReturn(0);
-}
-
-PetscErrorCode Run::report(const std::string& outcome, const std::string& why) {
-  const RunCounts& c = stepper_->counts();
-  PetscMPIInt size;
-  PetscFunctionBegin;
-  PetscCallMPI(MPI_Comm_size(model_.comm(), &size));
-  if (!options_.output.report.empty()) {
-    Report report;
-    report.set("outcome", outcome);
-    report.set("reason", why);
-    report.set("model", std::string(model_.name()));
-    report.set("ranks", static_cast<std::int64_t>(size));
-    report.set("t", stepper_->good_time());
-    report.set("steps", static_cast<std::int64_t>(c.steps));
-    for (const Tally& tally : tallies()) report.set(tally.key, tally.count);
-    report.set("shortened_steps", static_cast<std::int64_t>(c.shortened));
-    report.set("rejected", static_cast<std::int64_t>(c.rejected));
-    for (std::size_t k = 0; k < std::size(REJECTION_KEYS); ++k)
-      report.set(std::string("rejected_") + REJECTION_KEYS[k], stepper_->rejections().counts()[k]);
-    report.set("newton", static_cast<std::int64_t>(c.newton));
-    report.set("krylov", static_cast<std::int64_t>(c.krylov));
-    report.set("wall", progress_.wall());
-    advice_.put(&report);
-    report.set("frames", trajectory_ ? trajectory_->frames() : std::int64_t{0});
-    for (const Observable& o : first_) report.set("first_" + o.name, o.value);
-    for (const Observable& o : last_) report.set("last_" + o.name, o.value);
-    PetscCall(report.write(model_.comm(), options_.output.report));
-  }
-  progress_.finish(state(), outcome == "ok", closing_lines());
-  PetscFunctionReturn(0);
-}
-
-std::vector<Tally> Run::tallies() const {
-  std::vector<Tally> all = model_.tallies();
-  if (context_.implicit && solver_tallies(ts_, &all)) all.clear();
-  return all;
-}
-
-std::vector<std::string> Run::closing_lines() const {
-  std::vector<std::string> lines;
-  const RunCounts& c = stepper_->counts();
-  const double before = total_energy(first_), after = total_energy(last_);
-  if (std::isfinite(before)) lines.push_back(format("total energy %.6g J -> %.6g J", before, after));
-  for (const Tally& tally : tallies())
-    if (tally.count > 0) lines.push_back(format("%lld %s", static_cast<long long>(tally.count), tally.text.c_str()));
-  if (c.shortened) lines.push_back(format("%lld steps shortened to hit output times", static_cast<long long>(c.shortened)));
-  if (c.rejected) lines.push_back(format("%lld attempts rejected and repeated with a smaller step: %s", static_cast<long long>(c.rejected),
-                                        in_words(stepper_->rejections().counts()).c_str()));
-  if (!stepper_->rejections().last().empty()) lines.push_back("the last rejection: " + stepper_->rejections().last());
-  if (trajectory_) lines.push_back(format("%lld frames in %s", static_cast<long long>(trajectory_->frames()),
-                                          options_.output.trajectory.file.c_str()));
-  std::vector<std::string> unused;
-  if (!unused_options(&unused))
-    for (const std::string& name : unused) lines.push_back("option " + name + " was never used");
-  return lines;
-}
-
 PetscErrorCode Run::conclude(TSConvergedReason reason, int* exit_code) {
   PetscFunctionBegin;
   std::string why;
@@ -350,8 +204,6 @@ PetscErrorCode Run::conclude(TSConvergedReason reason, int* exit_code) {
   if (stepper_->signal()) *exit_code = 128 + stepper_->signal();
   PetscFunctionReturn(0);
 }
-
-}  // namespace
 
 PetscErrorCode run_model(Model& model, int* exit_code) {
   RunOptions options;

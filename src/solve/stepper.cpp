@@ -103,18 +103,6 @@ PetscErrorCode Stepper::choose_step(TS ts) {
   PetscFunctionReturn(0);
 }
 
-// Below the rounding errors of the residual no iteration can get: Newton is told how large they are at this step.
-PetscErrorCode Stepper::set_floor(TS ts) {
-  Vec y;
-  PetscReal time;
-  PetscFunctionBegin;
-  if (!context_.implicit) PetscFunctionReturn(0);
-  PetscCall(TSGetSolution(ts, &y));
-  PetscCall(TSGetTime(ts, &time));
-  PetscCall(model_.residual_floor(time, y, 1.0 / planned_, context_.form, &context_.newton.floor));
-  PetscFunctionReturn(0);
-}
-
 PetscErrorCode Stepper::post_step(TS ts) {
   void* context = nullptr;
   PetscFunctionBegin;
@@ -137,58 +125,6 @@ PetscErrorCode Stepper::post_stage(TS ts, PetscReal time, PetscInt index, Vec* s
   PetscFunctionBegin;
   PetscCall(TSGetApplicationContext(ts, &context));
   PetscCall(static_cast<Stepper*>(context)->history_.see_stage(ts, time, stages[index]));
-  PetscFunctionReturn(0);
-}
-
-PetscErrorCode Stepper::repeat_start(TS ts, bool* again) {
-  TSConvergedReason reason;
-  PetscFunctionBegin;
-  *again = false;
-  PetscCall(TSGetConvergedReason(ts, &reason));
-  if (!own_start_ || reason != TS_DIVERGED_STEP_REJECTED) PetscFunctionReturn(0);
-  PetscCall(rejections_.try_again(ts, options_.cut, again));
-  again_ = *again;
-  if (*again) PetscCall(TSSetConvergedReason(ts, TS_CONVERGED_ITERATING));
-  PetscFunctionReturn(0);
-}
-
-/// Iterations on the linear systems; of a condensed solve those inside it.
-PetscErrorCode Stepper::krylov_iterations(TS ts, PetscInt* count) {
-  SNES snes;
-  KSP ksp;
-  PC pc;
-  CondensedCounts inner;
-  bool condensed = false;
-  PetscFunctionBegin;
-  PetscCall(TSGetKSPIterations(ts, count));
-  if (!context_.implicit) PetscFunctionReturn(0);
-  PetscCall(TSGetSNES(ts, &snes));
-  PetscCall(SNESGetKSP(snes, &ksp));
-  PetscCall(KSPGetPC(ksp, &pc));
-  PetscCall(condensed_counts(pc, &condensed, &inner));
-  if (condensed) *count = inner.iterations;
-  PetscFunctionReturn(0);
-}
-
-/// One reduction a step: is the state finite everywhere, and has a signal come, is a checkpoint due?
-PetscErrorCode Stepper::check_state(TS ts, bool* finite) {
-  Vec y;
-  const PetscScalar* ay = nullptr;
-  PetscInt n = 0;
-  PetscFunctionBegin;
-  PetscCall(TSGetSolution(ts, &y));
-  PetscCall(VecGetLocalSize(y, &n));
-  PetscCall(VecGetArrayRead(y, &ay));
-  // a sum is finite only if its terms are: no branch in the loop
-  double sum = 0;
-  for (PetscInt i = 0; i < n; ++i) sum += 0.0 * ay[i];
-  PetscCall(VecRestoreArrayRead(y, &ay));
-  const bool late = options_.save_minutes > 0 && MPI_Wtime() - saved_at_ >= 60 * options_.save_minutes;
-  int flags[3] = {std::isfinite(sum) ? 0 : 1, ending_signal(), late || take_checkpoint_signal() ? 1 : 0};
-  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, flags, 3, MPI_INT, MPI_MAX, model_.comm()));
-  *finite = flags[0] == 0;
-  signal_ = flags[1];
-  save_due_ = flags[2] != 0;
   PetscFunctionReturn(0);
 }
 

@@ -1,0 +1,62 @@
+// One run from its options to its closing report: the parts behind run_model.
+#pragma once
+#include <memory>
+#include "output/progress.hpp"
+#include "output/settings.hpp"
+#include "solve/adviser.hpp"
+#include "solve/saving.hpp"
+#include "solve/stepper.hpp"
+#include "solve/tolerances.hpp"
+#include "solve/ts_setup.hpp"
+
+namespace bs {
+
+struct RunOptions {
+  OutputSettings output;
+  StepOptions step;
+  bool advise = true;
+  SavingOptions saving;
+  Tolerances tolerances;
+};
+
+/// The run's moving parts, tied together by the stepper's callbacks.
+class Run {
+ public:
+  Run(Model& model, const RunOptions& options)
+      : model_(model), options_(options), progress_(model.comm(), options.output.progress_interval) {}
+  PetscErrorCode set_up();
+  PetscErrorCode advance(int* exit_code);
+
+ private:
+  PetscErrorCode on_step(const StepRecord& record);
+  RunState state() const;
+  PetscErrorCode on_frame(PetscInt step, double time, Vec y);
+  PetscErrorCode on_save();
+  PetscErrorCode take_up();
+  PetscErrorCode open_trajectory();
+  PetscErrorCode save_last(bool failed);
+  PetscErrorCode conclude(TSConvergedReason reason, int* exit_code);
+  PetscErrorCode report(const std::string& outcome, const std::string& why);
+  PetscErrorCode explain(TSConvergedReason reason, std::string* text);
+  std::vector<std::string> closing_lines() const;
+  std::vector<Tally> tallies() const;
+
+  Model& model_;
+  RunOptions options_;
+  Progress progress_;
+  TSContext context_;
+  TSHandle ts_;
+  std::unique_ptr<Stepper> stepper_;
+  std::unique_ptr<Trajectory> trajectory_;
+  Advice advice_;
+  std::unique_ptr<CheckpointFile> restart_;
+  bool resumed_ = false;                 ///< the trajectory goes on where the checkpoint left it
+  std::string saved_;                    ///< where a failed run can be continued from
+  std::vector<Observable> first_, last_;
+  double start_ = 0, end_ = 0;
+};
+
+/// Of a frame's observables [J]; NaN if they have none.
+double total_energy(const std::vector<Observable>& observables);
+
+}  // namespace bs
