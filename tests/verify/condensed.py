@@ -44,6 +44,8 @@ def types(checks):
 
 def storages(checks):
     base = dict(BLOCK, ts_dt=0.05, ts_max_time=0.2)
+    for method in ("minres", "gmres", "pipecg"):
+        compare(checks, f"springs, bicc, {method}", base, {"condensed_pc_type": "bicc", "condensed_ksp_type": method}, 1e-9)
     for name, options in (("springs, jacobi", {"condensed_pc_type": "jacobi"}),
                           ("springs, factors in double", {"condensed_pc_type": "bicc", "condensed_pc_bicc_precision": "double"}),
                           ("SBAIJ, icc", {"condensed_pc_type": "icc"}),

@@ -41,14 +41,37 @@ PetscErrorCode LocalState::gather_direction(Vec z) {
 
 PetscErrorCode LocalState::gather(Vec y) {
   PetscFunctionBegin;
-  PetscCall(fetch(y));
-  const std::size_t d = width_ / 2;
-  for (const PetscInt i : fixed_) {
-    double* at = values_.data() + static_cast<std::size_t>(i) * width_;
-    std::copy_n(net_->held.begin() + static_cast<std::ptrdiff_t>(static_cast<std::size_t>(i) * d), d, at);
-    std::fill_n(at + d, d, 0.0);
-  }
+  PetscCall(gather_begin(y));
+  PetscCall(gather_end(y));
   PetscFunctionReturn(0);
+}
+
+PetscErrorCode LocalState::gather_begin(Vec y) {
+  const PetscScalar* ay = nullptr;
+  PetscFunctionBegin;
+  PetscCall(VecScatterBegin(scatter_, y, ghost_values_, INSERT_VALUES, SCATTER_FORWARD));
+  PetscCall(VecGetArrayRead(y, &ay));
+  std::copy_n(ay, static_cast<std::size_t>(net_->n) * width_, values_.begin());
+  PetscCall(VecRestoreArrayRead(y, &ay));
+  hold(0, net_->n);
+  PetscFunctionReturn(0);
+}
+
+PetscErrorCode LocalState::gather_end(Vec y) {
+  PetscFunctionBegin;
+  PetscCall(VecScatterEnd(scatter_, y, ghost_values_, INSERT_VALUES, SCATTER_FORWARD));
+  hold(net_->n, net_->n + net_->ghosts);
+  PetscFunctionReturn(0);
+}
+
+/// Fixed particles among [first, last) stand where they started.
+void LocalState::hold(PetscInt first, PetscInt last) {
+  const std::size_t d = width_ / 2;
+  for (auto at = std::lower_bound(fixed_.begin(), fixed_.end(), first); at != fixed_.end() && *at < last; ++at) {
+    double* state = values_.data() + static_cast<std::size_t>(*at) * width_;
+    std::copy_n(net_->held.begin() + static_cast<std::ptrdiff_t>(static_cast<std::size_t>(*at) * d), d, state);
+    std::fill_n(state + d, d, 0.0);
+  }
 }
 
 }  // namespace bs

@@ -13,6 +13,9 @@ class LocalState {
   PetscErrorCode create(const Network& net, Vec layout);
   /// Collective. Fills the local states from y by one scatter.
   PetscErrorCode gather(Vec y);
+  /// The same in two: owned states are there after the first, ghosts after the second.
+  PetscErrorCode gather_begin(Vec y);
+  PetscErrorCode gather_end(Vec y);
   /// The same for a direction: zero at fixed particles.
   PetscErrorCode gather_direction(Vec z);
   bool created() const { return net_ != nullptr; }
@@ -21,6 +24,7 @@ class LocalState {
 
  private:
   PetscErrorCode fetch(Vec y);
+  void hold(PetscInt first, PetscInt last);
   const Network* net_ = nullptr;
   std::size_t width_ = 0;
   VecHandle ghost_values_;

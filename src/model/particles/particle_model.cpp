@@ -108,10 +108,14 @@ PetscErrorCode ParticleModel::create_state() {
 PetscErrorCode ParticleModel::compute_forces(double t, Vec y) {
   PetscFunctionBegin;
   PetscCall(PetscLogEventBegin(particle_events().force, y, nullptr, nullptr, nullptr));
-  PetscCall(state_.gather(y));
-  PetscCall(coupling_.gather(net_, state_));
   fault_ = {};
-  physics_->forces(t, state_, coupling_, force_.data(), &fault_);
+  PetscCall(state_.gather_begin(y));
+  // ghosts travel meanwhile; a force that couples all with all needs them first
+  if (!coupling_.active()) physics_->forces(Part::interior, t, state_, coupling_, force_.data(), &fault_);
+  PetscCall(state_.gather_end(y));
+  PetscCall(coupling_.gather(net_, state_));
+  if (coupling_.active()) physics_->forces(Part::interior, t, state_, coupling_, force_.data(), &fault_);
+  physics_->forces(Part::boundary, t, state_, coupling_, force_.data(), &fault_);
   PetscCall(PetscLogEventEnd(particle_events().force, y, nullptr, nullptr, nullptr));
   PetscFunctionReturn(0);
 }

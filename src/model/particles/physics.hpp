@@ -25,12 +25,15 @@ struct Energies {
   double kinetic = 0, elastic = 0, field = 0;
 };
 
+/// Owned particles by what they are linked to: owned ones alone, or some ghost as well.
+enum class Part { interior, boundary };
+
 /// Forces are of every owned particle, zero on fixed ones; `state` is gathered, `t` the time of evaluation.
 class Physics {
  public:
   virtual ~Physics() = default;
-  /// f: (n, d), overwritten. The first singularity met is kept in `fault`; the particle's force is then not finite.
-  virtual void forces(double t, const LocalState& state, const Coupling& coupling, double* f, Singularity* fault) const = 0;
+  /// f: (n, d), overwritten where the particles of `part` are. The first singularity met is kept in `fault`; the particle's force is then not finite.
+  virtual void forces(Part part, double t, const LocalState& state, const Coupling& coupling, double* f, Singularity* fault) const = 0;
   /// Writes J = [sigma M, -M; -K, sigma M - D] (momentum form) or the same divided by M (velocity form).
   virtual PetscErrorCode jacobian(double t, const LocalState& state, const Coupling& coupling, double sigma, bool momentum,
                                   RowWriter* writer) const = 0;

@@ -21,15 +21,20 @@ class PhysicsOf final : public Physics {
     for (PetscInt i = 0; i < net.n; ++i) anchor_start_[i + 1] += anchor_start_[i];
     std::vector<PetscInt> at(anchor_start_.begin(), anchor_start_.end() - 1);
     for (PetscInt k = 0; k < count; ++k) anchor_order_[at[net.anchors.particle[k]]++] = k;
+    for (PetscInt i = 0; i < net.n; ++i) {
+      const auto begin = net.links.other.begin() + net.links.start[i], end = net.links.other.begin() + net.links.start[i + 1];
+      const bool cut = std::any_of(begin, end, [&](PetscInt j) { return j >= net.n; });
+      rows_[static_cast<int>(cut ? Part::boundary : Part::interior)].push_back(i);
+    }
     plain_.assign(static_cast<std::size_t>(net.n), 1);
     for (PetscInt i = 0; i < net.n; ++i)
       for (PetscInt e = net.links.start[i]; e < net.links.start[i + 1]; ++e)
         if (net.links.spring[e] < 0 || net.links.rest_length[e] == 0 || (!net.links.damping.empty() && net.links.damping[e] != 0)) plain_[i] = 0;
   }
 
-  void forces(double t, const LocalState& state, const Coupling& coupling, double* f, Singularity* fault) const override {
+  void forces(Part part, double t, const LocalState& state, const Coupling& coupling, double* f, Singularity* fault) const override {
     const AnchorShift shift(motion_, t);
-    for (PetscInt i = 0; i < net_.n; ++i) {
+    for (const PetscInt i : rows_[static_cast<int>(part)]) {
       double* fi = f + i * d;
       std::fill_n(fi, d, 0.0);
       if (net_.fixed[i]) continue;
@@ -236,6 +241,7 @@ class PhysicsOf final : public Physics {
   const Motion& motion_;
   const RowPattern& pattern_;
   std::vector<PetscInt> anchor_start_, anchor_order_;
+  std::vector<PetscInt> rows_[2];    ///< owned particles of either Part, ascending
   std::vector<std::uint8_t> plain_;  ///< (n) particles on springs alone, without dampers or zero rest lengths
 };
 

@@ -68,7 +68,10 @@ PetscErrorCode InnerSolver::set_defaults() {
     PetscFunctionReturn(0);
   }
   PetscCall(KSPSetType(ksp_, symmetric || storage_ == CondensedStorage::springs || storage_ == CondensedStorage::sbaij ? KSPCG : KSPGMRES));
-  PetscCall(KSPSetNormType(ksp_, KSP_NORM_UNPRECONDITIONED));
+  // the residual Newton asked to shrink; some methods know another one only
+  char own[64] = KSPCG;
+  PetscCall(PetscOptionsGetString(nullptr, prefix_.c_str(), "-ksp_type", own, sizeof own, nullptr));
+  if (std::string(own) == KSPCG) PetscCall(KSPSetNormType(ksp_, KSP_NORM_UNPRECONDITIONED));
   PetscCall(KSPSetTolerances(ksp_, rtol_, 0.0, 1e8, 2000));
   PetscCall(PCSetType(pc, storage_ == CondensedStorage::springs ? "bicc" : PCBJACOBI));
   if (storage_ == CondensedStorage::sbaij) PetscCall(PCSetType(pc, ranks > 1 ? PCBJACOBI : PCICC));
