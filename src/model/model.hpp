@@ -64,7 +64,7 @@ struct Plan {
 
 /// Something a model counted, for the summary and the report.
 struct Tally {
-  std::string key, text;     ///< name in the report; words of the summary after the number
+  std::string key, text;     ///< name in the report; words of the summary after the number; no text: in the report alone
   std::int64_t count = 0;
 };
 

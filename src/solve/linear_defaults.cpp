@@ -114,7 +114,7 @@ PetscErrorCode solver_tallies(TS ts, std::vector<Tally>* out) {
   PetscCall(KSPGetPC(ksp, &pc));
   PetscCall(condensed_counts(pc, &condensed, &counts));
   if (!condensed) PetscFunctionReturn(0);
-  out->push_back({"condensed_refreshed", "times the preconditioner of the condensed solve was renewed", counts.refreshed});
+  out->push_back({"condensed_refreshed", "", counts.refreshed});
   out->push_back({"indefinite", "condensed systems were not positive definite and went to the fallback solver", counts.indefinite});
   out->push_back({"factor_shifts", "incomplete factorisations were repeated with a larger diagonal", counts.shifts});
   PetscFunctionReturn(0);

@@ -87,7 +87,7 @@ std::vector<std::string> Run::closing_lines() const {
   const double before = total_energy(first_), after = total_energy(last_);
   if (std::isfinite(before)) lines.push_back(format("total energy %.6g J -> %.6g J", before, after));
   for (const Tally& tally : tallies())
-    if (tally.count > 0) lines.push_back(format("%lld %s", static_cast<long long>(tally.count), tally.text.c_str()));
+    if (tally.count > 0 && !tally.text.empty()) lines.push_back(format("%lld %s", static_cast<long long>(tally.count), tally.text.c_str()));
   if (c.shortened) lines.push_back(format("%lld steps shortened to hit output times", static_cast<long long>(c.shortened)));
   if (c.rejected) lines.push_back(format("%lld attempts rejected and repeated with a smaller step: %s", static_cast<long long>(c.rejected),
                                         in_words(stepper_->rejections().counts()).c_str()));
