@@ -80,7 +80,6 @@ int run_petsc(int argc, char** argv) {
   return failed ? failed : exit_code;
 }
 
-
 /// Open MPI keeps freed memory from going back to the system, for networks that register it: a lattice's set-up would then
 /// count for the whole run.
 void return_freed_memory() {

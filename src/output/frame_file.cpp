@@ -20,14 +20,24 @@ bool of_particles(const std::string& group) { return group.rfind("/particles/tra
 
 }  // namespace
 
-PetscErrorCode Trajectory::Impl::open(bool again) {
+PetscErrorCode Trajectory::Impl::begin(MPI_Comm on, const TrajectoryOptions& given, int dim) {
+  PetscFunctionBegin;
+  comm = on;
+  options = given;
+  columns = dim == 0 || given.pad == 0 ? dim : given.pad;
+  PetscCallMPI(MPI_Comm_rank(comm, &rank));
+  if (rank == 0 && given.xdmf && dim > 0) xdmf = Xdmf(given.file);
+  PetscFunctionReturn(0);
+}
+
+PetscErrorCode Trajectory::Impl::open(const std::string& path, bool again) {
   PetscFunctionBegin;
   PetscCall(PetscViewerCreate(comm, viewer.out()));
   PetscCall(PetscViewerSetType(viewer, PETSCVIEWERHDF5));
   PetscCall(PetscViewerFileSetMode(viewer, again ? FILE_MODE_UPDATE : FILE_MODE_WRITE));
   PetscCall(PetscViewerHDF5SetBaseDimension2(viewer, PETSC_TRUE));  // d = 1: (T, N, 1)
   PetscCall(PetscViewerSetFromOptions(viewer));                    // -viewer_hdf5_collective, -viewer_hdf5_sp_output
-  PetscCall(PetscViewerFileSetName(viewer, options.file.c_str()));
+  PetscCall(PetscViewerFileSetName(viewer, path.c_str()));
   PetscCall(PetscViewerHDF5GetFileId(viewer, &file));
   PetscFunctionReturn(0);
 }

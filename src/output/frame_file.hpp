@@ -38,9 +38,13 @@ struct Trajectory::Impl {
   double last_time = 0;             ///< of the last frame
   bool laid_out = false;            ///< the columns are open
 
-
   /// All collective.
-  PetscErrorCode open(bool again = false);
+  PetscErrorCode begin(MPI_Comm on, const TrajectoryOptions& given, int dim);
+  PetscErrorCode open(const std::string& path, bool again);
+  /// Gives the file, written to its making_name() and whole on disk, its name.
+  PetscErrorCode publish();
+  /// Where the file is until its head is whole, so that whoever finds the file by its name can open it.
+  std::string making_name() const;
   PetscErrorCode create_log();
   /// Groups, growing datasets without rows, and hard links of step and time: before the first frame's data.
   PetscErrorCode lay_out(const std::vector<Field>& fields, const std::vector<Observable>& given);

@@ -118,15 +118,11 @@ PetscErrorCode Trajectory::resume(MPI_Comm comm, const TrajectoryOptions& option
   const IoWatch watch("cannot open " + options.file + " again", ": give another -bs_output, and the run goes on there");
   std::unique_ptr<Trajectory> made(new Trajectory());
   Impl& impl = *made->impl_;
-  impl.comm = comm;
-  impl.options = options;
-  impl.columns = dim == 0 || options.pad == 0 ? dim : options.pad;
-  PetscCallMPI(MPI_Comm_rank(comm, &impl.rank));
-  if (impl.rank == 0 && options.xdmf && dim > 0) impl.xdmf = Xdmf(options.file);
+  PetscCall(impl.begin(comm, options, dim));
   impl.frames = mark.frames;
   impl.log_rows = mark.log_rows;
   impl.last_time = mark.last_time;
-  PetscErrorCode code = impl.open(true);
+  PetscErrorCode code = impl.open(options.file, true);
   if (!code) code = impl.cut_back(mark, &fault);
   if (!code && !fault.empty())
     code = tell(comm, Exit::input, options.file + ": is not the trajectory this run wrote: it " + fault + ": give the one it wrote, or a new name");

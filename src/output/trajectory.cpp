@@ -1,5 +1,10 @@
 #include "output/trajectory.hpp"
 
+#include <cerrno>
+#include <cstdio>
+#include <cstring>
+#include <filesystem>
+
 #include "base/fault.hpp"
 #include "output/frame_file.hpp"
 #include "output/h5md.hpp"
@@ -52,6 +57,23 @@ static PetscErrorCode write_head(hid_t file, MPI_Comm comm, int columns, bool un
   PetscFunctionReturn(0);
 }
 
+std::string Trajectory::Impl::making_name() const {
+  std::error_code none;  // through a link: it stays, and the rename stays within one file system
+  const auto target = std::filesystem::canonical(options.file, none);
+  return (none ? options.file : target.string()) + ".tmp";
+}
+
+PetscErrorCode Trajectory::Impl::publish() {
+  const std::string made = making_name(), name = made.substr(0, made.size() - 4);
+  Fault fault;
+
+  PetscFunctionBegin;
+  if (rank == 0 && std::rename(made.c_str(), name.c_str()) != 0) fault.text = "cannot rename " + made + ": " + std::strerror(errno);
+  fault.exit = Exit::io;
+  PetscCall(agree(comm, fault));
+  PetscFunctionReturn(0);
+}
+
 PetscErrorCode Trajectory::create(MPI_Comm comm, const TrajectoryOptions& options, int dim,
                                   const std::vector<Dataset>& constants, std::unique_ptr<Trajectory>* out) {
   std::string full;
@@ -69,18 +91,17 @@ PetscErrorCode Trajectory::create(MPI_Comm comm, const TrajectoryOptions& option
   const IoWatch watch("cannot create " + options.file, "");
   std::unique_ptr<Trajectory> made(new Trajectory());
   Impl& impl = *made->impl_;
-  impl.comm = comm;
-  impl.options = options;
-  impl.columns = dim == 0 || options.pad == 0 ? dim : options.pad;
-  PetscCallMPI(MPI_Comm_rank(comm, &impl.rank));
-  if (impl.rank == 0 && options.xdmf && dim > 0) impl.xdmf = Xdmf(options.file);
-  code = impl.open();
-  if (!code) code = reserve_space(comm, options.file, constant_bytes(constants), &full);
+  PetscCall(impl.begin(comm, options, dim));
+  const std::string making = impl.making_name();
+  code = impl.open(making, false);
+  if (!code) code = reserve_space(comm, making, constant_bytes(constants), &full);
   if (!code && !full.empty()) code = tell(comm, Exit::io, watch.sentence(full));
   if (!code) code = write_head(impl.file, comm, impl.columns, options.units, constants);
   if (!code) code = impl.create_log();
   if (!code && H5Fflush(impl.file, H5F_SCOPE_GLOBAL) < 0) code = tell_alone(Exit::io, watch.sentence(h5_reason()));
+  if (!code) code = impl.publish();
   if (code) impl.usable = false;
+  if (code && impl.rank == 0) (void)std::remove(making.c_str());
   PetscCall(watch.settle(comm, code));
   *out = std::move(made);
   PetscFunctionReturn(0);

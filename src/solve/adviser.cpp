@@ -2,6 +2,7 @@
 #include <cmath>
 #include "base/fault.hpp"
 #include "base/options.hpp"
+#include "solve/ts_queries.hpp"
 
 namespace bs {
 namespace {
@@ -111,11 +112,9 @@ PetscErrorCode advise(Model& model, TS ts, const TSContext& context, Advice* out
   if (out->spectrum.omega_max <= 0) PetscFunctionReturn(0);
   out->explicit_step = symplectic_limit(out->spectrum.omega_max, out->spectrum.damping);
   // a type that adapts its step finds a stable and accurate one itself
-  TSAdapt adapt;
-  TSAdaptType control = nullptr;
-  PetscCall(TSGetAdapt(ts, &adapt));
-  PetscCall(TSAdaptGetType(adapt, &control));
-  if (control && std::string(control) != TSADAPTNONE) PetscFunctionReturn(0);
+  bool adaptive = false;
+  PetscCall(is_adaptive(ts, &adaptive));
+  if (adaptive) PetscFunctionReturn(0);
   out->hint = context.implicit ? of_implicit(*out, type) : of_explicit(*out, type);
   PetscFunctionReturn(0);
 }

@@ -2,24 +2,16 @@
 #include <algorithm>
 #include "base/fault.hpp"
 #include "solve/replay.hpp"
+#include "solve/ts_queries.hpp"
 
 namespace bs {
-namespace {
-
-/// Parameters of the generalised alpha method now in force. Its starting procedure, two steps of backward Euler, runs
-/// with all three at 1.
-struct AlphaParameters {
-  PetscReal m = 0, f = 0, gamma = 0;
-  bool starting() const { return m == 1 && f == 1 && gamma == 1; }
-};
-
-}  // namespace
 
 PetscErrorCode History::attach(TS ts) {
-  PetscBool theta = PETSC_FALSE, bdf = PETSC_FALSE, alpha = PETSC_FALSE;
+  PetscBool bdf = PETSC_FALSE, alpha = PETSC_FALSE;
+  bool theta = false;
   PetscObject object = reinterpret_cast<PetscObject>(ts);
   PetscFunctionBegin;
-  PetscCall(PetscObjectTypeCompareAny(object, &theta, TSTHETA, TSCN, TSBEULER, ""));
+  PetscCall(is_theta_family(ts, &theta));
   PetscCall(PetscObjectTypeCompare(object, TSBDF, &bdf));
   PetscCall(PetscObjectTypeCompare(object, TSALPHA, &alpha));
   kind_ = theta ? Kind::theta : bdf ? Kind::bdf : alpha ? Kind::alpha : Kind::none;
@@ -68,9 +60,9 @@ PetscErrorCode History::see_stage(TS ts, PetscReal time, Vec stage) {
   PetscCall(TSGetTimeStep(ts, &step));
   PetscCall(TSGetTime(ts, &start));
   if (kind_ == Kind::alpha) {
-    AlphaParameters now;
-    PetscCall(TSAlphaGetParams(ts, &now.m, &now.f, &now.gamma));
-    if (!now.starting() || steps_ > 0) used_ = step;
+    bool starting = false;
+    PetscCall(is_alpha_starting(ts, &starting));
+    if (!starting || steps_ > 0) used_ = step;
     else PetscCall(copy(stage, time < start + 1.5 * step ? &half_ : &second_));  // `step` is half of the step here
     PetscFunctionReturn(0);
   }
@@ -82,10 +74,10 @@ PetscErrorCode History::see_stage(TS ts, PetscReal time, Vec stage) {
 // V1 = (y1 - y0)/(gamma h) + (1 - 1/gamma) V0, in the order of PETSc's own operations; at the start
 // V0 = (-3 y0 + 4 y(h/2) - y(h))/(h/2) from the two half steps.
 PetscErrorCode History::advance_rate(TS ts, Vec y) {
-  AlphaParameters now;
+  PetscReal gamma;
   Vec y0 = last_start();
   PetscFunctionBegin;
-  PetscCall(TSAlphaGetParams(ts, &now.m, &now.f, &now.gamma));
+  PetscCall(TSAlphaGetParams(ts, nullptr, nullptr, &gamma));
   if (!rate_) PetscCall(VecDuplicate(y, rate_.out()));
   if (!rate0_) PetscCall(VecDuplicate(y, rate0_.out()));
   if (steps_ == 0 && half_ && second_) {
@@ -98,7 +90,7 @@ PetscErrorCode History::advance_rate(TS ts, Vec y) {
     PetscCall(VecCopy(rate_, rate0_));
   }
   PetscCall(VecWAXPY(rate_, -1.0, y0, y));
-  PetscCall(VecAXPBY(rate_, 1 - 1 / now.gamma, 1 / (now.gamma * used_), rate0_));
+  PetscCall(VecAXPBY(rate_, 1 - 1 / gamma, 1 / (gamma * used_), rate0_));
   PetscFunctionReturn(0);
 }
 

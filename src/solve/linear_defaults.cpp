@@ -3,50 +3,46 @@
 #include "base/options.hpp"
 #include "solve/condensed/condensed.hpp"
 #include "solve/condensed/inner_solver.hpp"
+#include "solve/ts_queries.hpp"
 
 namespace bs {
 namespace {
-
-/// Linear models: the factorisation is reused, so LU pays at any size; by MUMPS, which pivots (algebraic equations leave
-/// zeros on the diagonal). Any other solver of the user's is to solve to ten digits: no Newton iteration mends its error.
-PetscErrorCode set_defaults_of_linear_model(TS ts) {
-  SNES snes;
-  KSP ksp;
-  PC pc;
-  char type[64] = PCLU;
-  PetscBool own_ksp = PETSC_FALSE, own_pc = PETSC_FALSE;
-  PetscFunctionBegin;
-  PetscCall(TSGetSNES(ts, &snes));
-  PetscCall(SNESGetKSP(snes, &ksp));
-  PetscCall(KSPSetTolerances(ksp, 1e-10, PETSC_DEFAULT, PETSC_DEFAULT, PETSC_DEFAULT));
-  PetscCall(PetscOptionsHasName(nullptr, nullptr, "-ksp_type", &own_ksp));
-  PetscCall(PetscOptionsGetString(nullptr, nullptr, "-pc_type", type, sizeof type, &own_pc));
-  if (std::string(type) != PCLU || (own_ksp && !own_pc)) PetscFunctionReturn(0);
-  PetscCall(KSPGetPC(ksp, &pc));
-  PetscCall(KSPSetType(ksp, KSPPREONLY));
-  PetscCall(PCSetType(pc, PCLU));
-  PetscCall(PCFactorSetMatSolverType(pc, MATSOLVERMUMPS));
-  PetscFunctionReturn(0);
-}
 
 bool given(const char* option) {
   PetscBool found = PETSC_FALSE;
   return !PetscOptionsHasName(nullptr, nullptr, option, &found) && found;
 }
 
-/// Particle systems: the condensed solve wherever the user left KSP and PC open; nothing under -snes_mf, which has no
-/// matrix to take it from.
-PetscErrorCode set_condensed_defaults(TS ts, Model& model, NewtonPolicy* newton) {
-  char type[64] = "condensed";
-  SNES snes;
+/// -pc_type, or `otherwise`.
+std::string pc_type_or(const char* otherwise) {
+  char type[64] = "";
+  PetscBool found = PETSC_FALSE;
+  return !PetscOptionsGetString(nullptr, nullptr, "-pc_type", type, sizeof type, &found) && found ? type : otherwise;
+}
+
+/// Linear models: the factorisation is reused, so LU pays at any size; by MUMPS, which pivots (algebraic equations leave
+/// zeros on the diagonal). Any other solver of the user's is to solve to ten digits: no Newton iteration mends its error.
+PetscErrorCode set_defaults_of_linear_model(TS ts) {
   KSP ksp;
   PC pc;
   PetscFunctionBegin;
-  PetscCall(PetscOptionsGetString(nullptr, nullptr, "-pc_type", type, sizeof type, nullptr));
-  if (given("-snes_mf") || std::string(type) != "condensed") PetscFunctionReturn(0);
-  PetscCall(TSGetSNES(ts, &snes));
-  PetscCall(SNESGetKSP(snes, &ksp));
-  PetscCall(KSPGetPC(ksp, &pc));
+  PetscCall(linear_solver_of(ts, &ksp, &pc));
+  PetscCall(KSPSetTolerances(ksp, 1e-10, PETSC_DEFAULT, PETSC_DEFAULT, PETSC_DEFAULT));
+  if (pc_type_or(PCLU) != PCLU || (given("-ksp_type") && !given("-pc_type"))) PetscFunctionReturn(0);
+  PetscCall(KSPSetType(ksp, KSPPREONLY));
+  PetscCall(PCSetType(pc, PCLU));
+  PetscCall(PCFactorSetMatSolverType(pc, MATSOLVERMUMPS));
+  PetscFunctionReturn(0);
+}
+
+/// Particle systems: the condensed solve wherever the user left KSP and PC open; nothing under -snes_mf, which has no
+/// matrix to take it from.
+PetscErrorCode set_condensed_defaults(TS ts, Model& model, NewtonPolicy* newton) {
+  KSP ksp;
+  PC pc;
+  PetscFunctionBegin;
+  if (given("-snes_mf") || pc_type_or("condensed") != "condensed") PetscFunctionReturn(0);
+  PetscCall(linear_solver_of(ts, &ksp, &pc));
   PetscCall(PCSetType(pc, "condensed"));
   PetscCall(condensed_set_tangent(pc, model.tangent()));
   const bool direct = model.tangent()->unknowns() <= DIRECT_UNKNOWNS && !given("-condensed_pc_type") && !given("-condensed_ksp_type");
@@ -61,19 +57,13 @@ PetscErrorCode set_condensed_defaults(TS ts, Model& model, NewtonPolicy* newton)
 PetscErrorCode set_direct_or_gmres(TS ts, PetscInt unknowns) {
   constexpr PetscInt SMALL = 12000;  // below, a sparse LU costs less than the Krylov iterations it saves
   PetscFunctionBegin;
-  for (const char* name : {"-ksp_type", "-pc_type", "-snes_mf", "-snes_mf_operator"}) {
-    PetscBool given = PETSC_FALSE;
-    PetscCall(PetscOptionsHasName(nullptr, nullptr, name, &given));
-    if (given) PetscFunctionReturn(0);
-  }
+  for (const char* name : {"-ksp_type", "-pc_type", "-snes_mf", "-snes_mf_operator"})
+    if (given(name)) PetscFunctionReturn(0);
   if (unknowns > SMALL) PetscFunctionReturn(0);
-  SNES snes;
   KSP ksp;
   PC pc;
   PetscMPIInt size;
-  PetscCall(TSGetSNES(ts, &snes));
-  PetscCall(SNESGetKSP(snes, &ksp));
-  PetscCall(KSPGetPC(ksp, &pc));
+  PetscCall(linear_solver_of(ts, &ksp, &pc));
   PetscCall(KSPSetType(ksp, KSPPREONLY));
   PetscCall(PCSetType(pc, PCLU));
   PetscCallMPI(MPI_Comm_size(PetscObjectComm(reinterpret_cast<PetscObject>(ts)), &size));
@@ -85,11 +75,10 @@ PetscErrorCode set_direct_or_gmres(TS ts, PetscInt unknowns) {
 
 PetscErrorCode needs_matrix(Model& model, bool* yes) {
   constexpr PetscInt LARGE = 60000;  // unknowns from which the shell saves memory worth having
-  char pc[64] = "condensed";
   PetscInt unknowns = 0;
   int chosen = 0;
   PetscFunctionBegin;
-  PetscCall(PetscOptionsGetString(nullptr, nullptr, "-pc_type", pc, sizeof pc, nullptr));
+  const std::string pc = pc_type_or("condensed");
   PetscCall(read_section(model.comm(), "Linear solver", [&](Section& o) {
     o.choice("-bs_operator", "how implicit types hold the Jacobian of a particle system: an assembled matrix, a shell that multiplies "
              "without one, or auto: a shell from 60,000 unknowns on, unless an option needs the matrix's entries",
@@ -97,21 +86,17 @@ PetscErrorCode needs_matrix(Model& model, bool* yes) {
   }));
   PetscCall(VecGetSize(model.initial_state(), &unknowns));
   *yes = !model.tangent() || chosen == 1 || given("-mat_type") || given("-snes_fd") || given("-snes_fd_color") ||
-         given("-snes_test_jacobian") || (std::string(pc) != "condensed" && std::string(pc) != PCNONE);
+         given("-snes_test_jacobian") || (pc != "condensed" && pc != PCNONE);
   if (!*yes && chosen == 0) *yes = unknowns < LARGE;
   PetscFunctionReturn(0);
 }
 
 PetscErrorCode solver_tallies(TS ts, std::vector<Tally>* out) {
-  SNES snes;
-  KSP ksp;
   PC pc;
   bool condensed = false;
   CondensedCounts counts;
   PetscFunctionBegin;
-  PetscCall(TSGetSNES(ts, &snes));
-  PetscCall(SNESGetKSP(snes, &ksp));
-  PetscCall(KSPGetPC(ksp, &pc));
+  PetscCall(linear_solver_of(ts, nullptr, &pc));
   PetscCall(condensed_counts(pc, &condensed, &counts));
   if (!condensed) PetscFunctionReturn(0);
   out->push_back({"condensed_refreshed", "", counts.refreshed});

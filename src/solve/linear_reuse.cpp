@@ -1,25 +1,15 @@
 #include "solve/linear_reuse.hpp"
 #include <cmath>
 #include "base/fault.hpp"
+#include "solve/ts_queries.hpp"
 
 namespace bs {
-namespace {
-
-PetscErrorCode is_theta(TS ts, bool* yes) {
-  PetscBool found = PETSC_FALSE;
-  PetscFunctionBegin;
-  PetscCall(PetscObjectTypeCompareAny(reinterpret_cast<PetscObject>(ts), &found, TSTHETA, TSCN, TSBEULER, ""));
-  *yes = found;
-  PetscFunctionReturn(0);
-}
-
-}  // namespace
 
 PetscErrorCode shift_of_step(TS ts, double h, double* sigma) {
   bool theta_family = false;
   PetscReal theta = 1;
   PetscFunctionBegin;
-  PetscCall(is_theta(ts, &theta_family));
+  PetscCall(is_theta_family(ts, &theta_family));
   if (theta_family) PetscCall(TSThetaGetTheta(ts, &theta));
   *sigma = 1 / (theta * h);
   PetscFunctionReturn(0);
@@ -27,33 +17,29 @@ PetscErrorCode shift_of_step(TS ts, double h, double* sigma) {
 
 PetscErrorCode LinearReuse::attach(TS ts, TSContext& context) {
   bool theta_family = false;
-  TSAdapt adapt;
-  TSAdaptType type = nullptr;
+  bool adaptive = false;
   PetscFunctionBegin;
   context_ = &context;
   startup_ = context.model->startup_steps();
-  PetscCall(is_theta(ts, &theta_family));
+  PetscCall(is_theta_family(ts, &theta_family));
   if (startup_ > 0 && !theta_family)
     PetscCall(tell(context.model->comm(), Exit::input, "option -bs_linear_be_steps: goes with -ts_type cn, theta or beuler"));
   if (!context.implicit || !context.model->linear() || !theta_family) PetscFunctionReturn(0);
   PetscCall(TSThetaGetTheta(ts, &theta_));
   now_ = theta_;
   PetscCall(TSGetTimeStep(ts, &nominal_));
-  PetscCall(TSGetAdapt(ts, &adapt));
-  PetscCall(TSAdaptGetType(adapt, &type));
+  PetscCall(is_adaptive(ts, &adaptive));
   SNES snes;
-  KSP ksp;
   PC pc;
   Mat A, P;
   PetscCall(TSGetSNES(ts, &snes));
   PetscCall(SNESGetJacobian(snes, &A, &P, nullptr, nullptr));
-  PetscCall(SNESGetKSP(snes, &ksp));
-  PetscCall(KSPGetPC(ksp, &pc));
+  PetscCall(linear_solver_of(ts, nullptr, &pc));
   PetscCall(PetscObjectReference(reinterpret_cast<PetscObject>(pc)));
   *slots_[0].pc.out() = pc;
   slots_[0].matrix = context.matrix;
   // a free step seldom comes back to a length it had; a matrix-free operator has no matrix to keep
-  active_ = (!type || std::string(type) == TSADAPTNONE) && A == P && P == context.matrix.get();
+  active_ = !adaptive && A == P && P == context.matrix.get();
   PetscFunctionReturn(0);
 }
 
@@ -93,11 +79,9 @@ PetscErrorCode LinearReuse::before_step(TS ts, PetscInt step, double h) {
   const int wanted = std::abs(length - usual) <= 1e-12 * usual ? 0 : 1;
   if (wanted == used_) PetscFunctionReturn(0);
   if (!second_) PetscCall(create_second(ts));
-  SNES snes;
   KSP ksp;
   PetscCall(TSSetIJacobian(ts, slots_[wanted].matrix, slots_[wanted].matrix, nullptr, nullptr));
-  PetscCall(TSGetSNES(ts, &snes));
-  PetscCall(SNESGetKSP(snes, &ksp));
+  PetscCall(linear_solver_of(ts, &ksp, nullptr));
   PetscCall(KSPSetPC(ksp, slots_[wanted].pc));
   used_ = wanted;
   PetscFunctionReturn(0);

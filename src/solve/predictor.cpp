@@ -1,17 +1,20 @@
 #include "solve/predictor.hpp"
+#include <algorithm>
 #include <cmath>
+#include "solve/ts_queries.hpp"
 
 namespace bs {
 
 PetscErrorCode Predictor::attach(TS ts, Model& model, NewtonPolicy* newton) {
-  PetscBool theta = PETSC_FALSE, end_point = PETSC_TRUE, is = PETSC_FALSE;
+  PetscBool end_point = PETSC_TRUE, is = PETSC_FALSE;
+  bool theta = false;
   PetscReal value = 1;
   SNES snes;
   PetscFunctionBegin;
   ts_ = ts;
   model_ = &model;
   newton_ = newton;
-  PetscCall(PetscObjectTypeCompareAny(reinterpret_cast<PetscObject>(ts), &theta, TSBEULER, TSCN, TSTHETA, ""));
+  PetscCall(is_theta_family(ts, &theta));
   active_ = theta && model.tangent();
   if (!active_) PetscFunctionReturn(0);
   PetscCall(TSThetaGetTheta(ts, &value));

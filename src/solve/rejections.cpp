@@ -1,6 +1,7 @@
 #include "solve/rejections.hpp"
 #include <cstring>
 #include "base/fault.hpp"
+#include "solve/ts_queries.hpp"
 
 namespace bs {
 namespace {
@@ -106,17 +107,15 @@ PetscErrorCode RejectionWatch::look(TS ts) {
 }
 
 bool RejectionWatch::enough(double next) const {
-  constexpr double SAME = 1e-9;
-  return next < step_min_ * (1 - SAME) || in_a_row_ > most_;
+  return next < step_min_ * (1 - SAME_STEP) || in_a_row_ > most_;
 }
 
 PetscErrorCode RejectionWatch::try_again(TS ts, double cut, bool* more) {
-  constexpr double SAME = 1e-9;
   PetscReal h;
   PetscFunctionBegin;
   PetscCall(look(ts));
   PetscCall(TSGetTimeStep(ts, &h));
-  if (h > present_ * (1 - SAME)) h = present_ * cut;
+  if (h > present_ * (1 - SAME_STEP)) h = present_ * cut;
   gave_up_ = enough(h);
   *more = !gave_up_;
   PetscCall(TSSetTimeStep(ts, h));
@@ -131,13 +130,9 @@ PetscErrorCode RejectionWatch::before_stage(TS ts) {
   if (in_a_row_ == before) PetscFunctionReturn(0);
   PetscCall(TSGetTimeStep(ts, &h));
   // alpha starts by two steps of half the length
-  PetscBool alpha = PETSC_FALSE;
-  PetscCall(PetscObjectTypeCompare(reinterpret_cast<PetscObject>(ts), TSALPHA, &alpha));
-  if (alpha) {
-    PetscReal m, f, gamma;
-    PetscCall(TSAlphaGetParams(ts, &m, &f, &gamma));
-    if (m == 1 && f == 1 && gamma == 1) h *= 2;
-  }
+  bool starting = false;
+  PetscCall(is_alpha_starting(ts, &starting));
+  if (starting) h *= 2;
   present_ = h;
   if (!enough(h)) PetscFunctionReturn(0);
   gave_up_ = true;

@@ -52,12 +52,12 @@ PetscErrorCode Run::set_up() {
   PetscCall(stepper_->attach(ts_));
   PetscCall(model_.covers(end_));
   PetscCall(reject_unknown_options(model_.comm()));
+  std::string solver;
+  PetscCall(describe_solver(ts_, context_, &solver));  // before -help ends: it reads the options of the inner solver
   PetscBool help = PETSC_FALSE;
   PetscCall(PetscOptionsHasName(nullptr, nullptr, "-help", &help));
   if (help) PetscFunctionReturn(0);
   std::vector<std::string> lines = model_.describe();
-  std::string solver;
-  PetscCall(describe_solver(ts_, context_, &solver));
   lines.push_back("solver: " + solver);
   if (options_.advise) PetscCall(bs::advise(model_, ts_, context_, &advice_));
   for (const std::string& line : advice_.lines()) lines.push_back(line);

@@ -1,15 +1,12 @@
 #include "solve/stepper.hpp"
 #include <algorithm>
 #include <cmath>
-#include "base/fault.hpp"
-#include "solve/condensed/condensed.hpp"
-#include "solve/signals.hpp"
+#include "solve/ts_queries.hpp"
 
 namespace bs {
 namespace {
 
-// Steps that differ by less than this, relatively, are the same up to rounding.
-constexpr double SAME = 1e-9;
+constexpr double SAME = SAME_STEP;
 // Length of a step without error estimate, of the nominal one.
 constexpr double BLIND = 1e-3;
 
@@ -21,7 +18,7 @@ Stepper::Stepper(Model& model, TSContext& context, const StepOptions& options, O
 
 PetscErrorCode Stepper::attach(TS ts) {
   TSAdapt adapt;
-  TSAdaptType type = nullptr;
+  bool theta = false;
   PetscFunctionBegin;
   PetscCall(TSSetApplicationContext(ts, this));
   PetscCall(TSSetPreStep(ts, pre_step));
@@ -32,11 +29,9 @@ PetscErrorCode Stepper::attach(TS ts) {
   PetscCall(history_.attach(ts));
   context_.predictor.set_history(&history_);
   PetscCall(TSGetAdapt(ts, &adapt));
-  PetscCall(TSAdaptGetType(adapt, &type));
-  adaptive_ = type && std::string(type) != TSADAPTNONE;
+  PetscCall(is_adaptive(ts, &adaptive_));
   PetscCall(TSAdaptSetScaleSolveFailed(adapt, options_.cut));
-  PetscBool theta = PETSC_FALSE;
-  PetscCall(PetscObjectTypeCompareAny(reinterpret_cast<PetscObject>(ts), &theta, TSTHETA, TSCN, TSBEULER, ""));
+  PetscCall(is_theta_family(ts, &theta));
   blind_ = adaptive_ && theta;
   PetscBool alpha = PETSC_FALSE;
   PetscCall(PetscObjectTypeCompare(reinterpret_cast<PetscObject>(ts), TSALPHA, &alpha));

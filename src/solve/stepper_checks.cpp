@@ -4,6 +4,7 @@
 #include "solve/condensed/condensed.hpp"
 #include "solve/signals.hpp"
 #include "solve/stepper.hpp"
+#include "solve/ts_queries.hpp"
 
 namespace bs {
 
@@ -33,17 +34,13 @@ PetscErrorCode Stepper::repeat_start(TS ts, bool* again) {
 
 /// Iterations on the linear systems; of a condensed solve those inside it.
 PetscErrorCode Stepper::krylov_iterations(TS ts, PetscInt* count) {
-  SNES snes;
-  KSP ksp;
   PC pc;
   CondensedCounts inner;
   bool condensed = false;
   PetscFunctionBegin;
   PetscCall(TSGetKSPIterations(ts, count));
   if (!context_.implicit) PetscFunctionReturn(0);
-  PetscCall(TSGetSNES(ts, &snes));
-  PetscCall(SNESGetKSP(snes, &ksp));
-  PetscCall(KSPGetPC(ksp, &pc));
+  PetscCall(linear_solver_of(ts, nullptr, &pc));
   PetscCall(condensed_counts(pc, &condensed, &inner));
   if (condensed) *count = inner.iterations;
   PetscFunctionReturn(0);

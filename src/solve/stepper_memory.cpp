@@ -3,6 +3,7 @@
 #include "base/fault.hpp"
 #include "solve/condensed/condensed.hpp"
 #include "solve/stepper.hpp"
+#include "solve/ts_queries.hpp"
 
 namespace bs {
 
@@ -103,14 +104,10 @@ PetscErrorCode Stepper::restore(TS ts, const CheckpointFile& file, std::vector<s
 }
 
 PetscErrorCode Stepper::renew_solver(TS ts) const {
-  SNES snes;
-  KSP ksp;
   PC pc;
   PetscFunctionBegin;
   if (!context_.implicit) PetscFunctionReturn(0);
-  PetscCall(TSGetSNES(ts, &snes));
-  PetscCall(SNESGetKSP(snes, &ksp));
-  PetscCall(KSPGetPC(ksp, &pc));
+  PetscCall(linear_solver_of(ts, nullptr, &pc));
   PetscCall(condensed_renew(pc));
   PetscFunctionReturn(0);
 }

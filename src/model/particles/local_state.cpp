@@ -21,20 +21,9 @@ PetscErrorCode LocalState::create(const Network& net, Vec layout) {
   PetscFunctionReturn(0);
 }
 
-PetscErrorCode LocalState::fetch(Vec y) {
-  const PetscScalar* ay = nullptr;
-  PetscFunctionBegin;
-  PetscCall(VecScatterBegin(scatter_, y, ghost_values_, INSERT_VALUES, SCATTER_FORWARD));
-  PetscCall(VecGetArrayRead(y, &ay));
-  std::copy_n(ay, static_cast<std::size_t>(net_->n) * width_, values_.begin());
-  PetscCall(VecRestoreArrayRead(y, &ay));
-  PetscCall(VecScatterEnd(scatter_, y, ghost_values_, INSERT_VALUES, SCATTER_FORWARD));
-  PetscFunctionReturn(0);
-}
-
 PetscErrorCode LocalState::gather_direction(Vec z) {
   PetscFunctionBegin;
-  PetscCall(fetch(z));
+  PetscCall(gather(z));
   for (const PetscInt i : fixed_) std::fill_n(values_.begin() + static_cast<std::ptrdiff_t>(static_cast<std::size_t>(i) * width_), width_, 0.0);
   PetscFunctionReturn(0);
 }

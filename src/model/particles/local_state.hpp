@@ -23,7 +23,6 @@ class LocalState {
   const double* at(PetscInt i) const { return values_.data() + static_cast<std::size_t>(i) * width_; }
 
  private:
-  PetscErrorCode fetch(Vec y);
   void hold(PetscInt first, PetscInt last);
   const Network* net_ = nullptr;
   std::size_t width_ = 0;

@@ -175,11 +175,11 @@ PetscErrorCode ParticleModel::jacobian(double t, Vec y, Vec, double sigma, Form 
     PetscFunctionReturn(0);
   }
   PetscCall(PetscLogEventBegin(particle_events().jacobian, P, nullptr, nullptr, nullptr));
-  PetscCall(state_.gather(y));
-  PetscCall(coupling_.gather(net_, state_));
+  const LocalState& state = tangent_.state();
+  PetscCall(coupling_.gather(net_, state));
   RowWriter writer(net_, pattern_);
   PetscCall(writer.begin(P));
-  PetscCall(physics_->jacobian(t, state_, coupling_, sigma, form == Form::momentum, &writer));
+  PetscCall(physics_->jacobian(t, state, coupling_, sigma, form == Form::momentum, &writer));
   PetscCall(writer.end());
   PetscCall(PetscLogEventEnd(particle_events().jacobian, P, nullptr, nullptr, nullptr));
   PetscFunctionReturn(0);

@@ -48,6 +48,7 @@ class ParticleModel final : public Model {
   PetscErrorCode take_fingerprint(const Lattice& lattice);
   PetscErrorCode create_state();
   PetscErrorCode create_output();
+  PetscErrorCode fill_output(Vec y);
   PetscErrorCode read_strain_option();
   PetscErrorCode compute_forces(double t, Vec y);
 

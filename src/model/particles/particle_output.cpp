@@ -116,14 +116,21 @@ PetscErrorCode ParticleModel::create_output() {
   PetscFunctionReturn(0);
 }
 
-PetscErrorCode ParticleModel::fields(double, Vec y, std::vector<Field>* out) {
-  Vec strains;
+/// position_ and velocity_ from y.
+PetscErrorCode ParticleModel::fill_output(Vec y) {
   PetscFunctionBegin;
   PetscCall(create_output());
   PetscCall(VecScatterBegin(to_position_, y, position_, INSERT_VALUES, SCATTER_FORWARD));
   PetscCall(VecScatterEnd(to_position_, y, position_, INSERT_VALUES, SCATTER_FORWARD));
   PetscCall(VecScatterBegin(to_velocity_, y, velocity_, INSERT_VALUES, SCATTER_FORWARD));
   PetscCall(VecScatterEnd(to_velocity_, y, velocity_, INSERT_VALUES, SCATTER_FORWARD));
+  PetscFunctionReturn(0);
+}
+
+PetscErrorCode ParticleModel::fields(double, Vec y, std::vector<Field>* out) {
+  Vec strains;
+  PetscFunctionBegin;
+  PetscCall(fill_output(y));
   *out = {{"/particles/trajectory/position", position_}, {"/particles/trajectory/velocity", velocity_}};
   if (!store_strain_) PetscFunctionReturn(0);
   if (!strain_) PetscCall(strain_.create(net_, lattice_.springs));

@@ -5,9 +5,8 @@
 namespace bs {
 
 PetscErrorCode ParticleModel::gather_state(Vec y, std::vector<StatePart>* parts) {
-  std::vector<Field> both;
   PetscFunctionBegin;
-  PetscCall(fields(0, y, &both));
+  PetscCall(fill_output(y));
   *parts = {{"position", position_}, {"velocity", velocity_}};
   PetscFunctionReturn(0);
 }

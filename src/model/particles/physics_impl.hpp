@@ -184,6 +184,22 @@ class PhysicsOf final : public Physics {
     }
   }
 
+  // K += df_i/dx_i, D += df_i/dv_i of anchors and particle laws. `positive`: without what may make -K indefinite.
+  template <bool positive>
+  void add_node_tangent(PetscInt i, const Point<d>& point, const AnchorShift& shift, double* K, double* D) const {
+    for (PetscInt a = anchor_start_[i]; a < anchor_start_[i + 1]; ++a) {
+      const typename AnchorShift::End end(shift, net_.anchors, anchor_order_[a]);
+      const LinkGeometry<d> g(point.x, end.y);
+      const LinkParameters p = parameters(net_.anchors, anchor_order_[a]);
+      if (Kernel::defined(g, p)) Kernel::template tangent<positive>(g, p, K, D);
+    }
+    for_each_law(laws_, [&](const auto& law) {
+      if (!law.active()) return;
+      if constexpr (!positive) law.template dfdx<d>(point, K);
+      law.template dfdv<d>(point, D);
+    });
+  }
+
   void add_tangents(PetscInt i, double t, const LocalState& state, const Coupling& coupling, const AnchorShift& shift,
                     double* panel, PetscInt width) const {
     const Links& links = net_.links;
@@ -214,17 +230,7 @@ class PhysicsOf final : public Physics {
       }
       if (pattern_.slot(e) >= 0) subtract(panel, width, pattern_.slot(e), K, D);
     }
-    for (PetscInt a = anchor_start_[i]; a < anchor_start_[i + 1]; ++a) {
-      const typename AnchorShift::End end(shift, net_.anchors, anchor_order_[a]);
-      const LinkGeometry<d> g(y, end.y);
-      const LinkParameters p = parameters(net_.anchors, anchor_order_[a]);
-      if (Kernel::defined(g, p)) Kernel::tangent(g, p, self_K, self_D);
-    }
-    for_each_law(laws_, [&](const auto& law) {
-      if (!law.active()) return;
-      law.template dfdx<d>(point, self_K);
-      law.template dfdv<d>(point, self_D);
-    });
+    add_node_tangent<false>(i, point, shift, self_K, self_D);
     coupling.add_self<d>(i, point, self_K, self_D);
     subtract(panel, width, pattern_.self(i), self_K, self_D);
   }

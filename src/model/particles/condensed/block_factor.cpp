@@ -44,13 +44,13 @@ bool invert(const double* A, double least, double* inverse) noexcept {
 template <int d, class Real>
 class BlockFactorOf final : public BlockFactor {
  public:
-  bool factor(const SpringMatrix& S, double shift) override {
+  bool factor(const SpringMatrix& S, const std::vector<double>& diagonal, double shift) override {
     pattern_ = &S.pattern();
     const std::size_t n = static_cast<std::size_t>(pattern_->n), pairs = pattern_->pairs();
     inverse_.resize(n * area + 4);
     upper_.resize(pairs * area + 4);
     work_.resize(n * W);
-    S.diagonal_blocks(&pivot_);
+    pivot_ = diagonal;
     double block[area];
     for (std::size_t k = 0; k < pairs; ++k) {
       std::fill_n(block, area, 0.0);

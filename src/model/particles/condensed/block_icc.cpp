@@ -21,10 +21,8 @@ struct BlockIcc {
 };
 
 /// Largest ratio of the diagonal blocks' sizes: above RATIO, single precision would lose the soft springs.
-bool wants_double(const SpringMatrix& S) {
+bool wants_double(const SpringMatrix& S, const std::vector<double>& blocks) {
   constexpr double RATIO = 1e5;
-  std::vector<double> blocks;
-  S.diagonal_blocks(&blocks);
   const int d = S.dim();
   double low = std::numeric_limits<double>::max(), high = 0;
   for (PetscInt i = 0; i < S.pattern().n; ++i) {
@@ -44,16 +42,17 @@ PetscErrorCode set_up(PC pc) {
   PetscCheck(self->matrix, PetscObjectComm(reinterpret_cast<PetscObject>(pc)), PETSC_ERR_SUP,
              "-pc_type bicc factors matrices of springs only (-condensed_mat_type springs)");
   PetscCall(PetscLogEventBegin(particle_events().factor, pc, nullptr, nullptr, nullptr));
-  bool single = self->precision == 1 || (self->precision == 0 && self->in_single && !wants_double(*self->matrix));
+  std::vector<double> diagonal;
+  self->matrix->diagonal_blocks(&diagonal);
+  const bool single = self->precision == 1 || (self->precision == 0 && self->in_single && !wants_double(*self->matrix, diagonal));
   if (!self->factor || single != self->in_single)
     self->factor = create_block_factor(self->matrix->dim(), single);
   self->in_single = single;
   constexpr int TRIES = 12;
-  // what the last factorisation needed may be needed no more
   bool done = false;
   for (int k = 0; k < TRIES && !done; ++k) {
     self->shifted = k == 0 ? 0 : k == 1 ? self->shift : 4 * self->shifted;
-    done = self->factor->factor(*self->matrix, self->shifted);
+    done = self->factor->factor(*self->matrix, diagonal, self->shifted);
     if (!done) ++self->shifts;
   }
   PetscCall(PetscLogEventEnd(particle_events().factor, pc, nullptr, nullptr, nullptr));

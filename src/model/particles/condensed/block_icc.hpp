@@ -12,9 +12,10 @@ namespace bs {
 class BlockFactor {
  public:
   virtual ~BlockFactor() = default;
-  /// Factors S + shift diag(S). False where a pivot is not positive definite.
-  virtual bool factor(const SpringMatrix& S, double shift) = 0;
-  /// z = (U^T.. U)^-1 r for owned particles, (n, d) each.
+  /// Factors S with shift times the size of each diagonal block added to its diagonal; `diagonal`: S's diagonal blocks.
+  /// False where a pivot is not positive definite.
+  virtual bool factor(const SpringMatrix& S, const std::vector<double>& diagonal, double shift) = 0;
+  /// Solves with the factors; r and z: (n, d) of the owned particles.
   virtual void solve(const double* r, double* z) = 0;
 };
 

@@ -14,6 +14,8 @@ class ParticleTangent final : public Tangent {
   PetscErrorCode create(const Network& net, const Physics& physics, RowPattern& pattern, Vec layout, bool coupled);
   /// Collective. Linearises at y (a state vector) and remembers it.
   PetscErrorCode linearise(double t, Vec y, double sigma, Form form);
+  /// The state linearised at.
+  const LocalState& state() const { return state_; }
   /// Collective. A MATSHELL that multiplies by J.
   PetscErrorCode create_shell(Mat* J);
 

@@ -48,18 +48,8 @@ void PhysicsOf<d, Spring, Damper>::node_block(PetscInt i, double t, const LocalS
   const double* y = state.at(i);
   const Point<d> point{t, net_.mass[i], net_.radius[i], y, y + d};
   double K[d * d] = {}, D[d * d] = {};
-  for_each_law(laws_, [&](const auto& law) {
-    if (!law.active()) return;
-    if (!positive) law.template dfdx<d>(point, K);
-    law.template dfdv<d>(point, D);
-  });
+  add_node_tangent<positive>(i, point, shift, K, D);
   for (int k = 0; k < d * d; ++k) A[k] -= D[k] + K[k] / sigma;
-  for (PetscInt a = anchor_start_[i]; a < anchor_start_[i + 1]; ++a) {
-    const typename AnchorShift::End end(shift, net_.anchors, anchor_order_[a]);
-    const LinkGeometry<d> g(y, end.y);
-    const LinkParameters p = parameters(net_.anchors, anchor_order_[a]);
-    if (Kernel::defined(g, p)) condensed::add_link<Kernel, positive, d>(g, p, sigma, A);
-  }
 }
 
 // Links of a row come in the pattern's order: each fills the next pair, or the one before it if it runs parallel.
@@ -148,17 +138,7 @@ void PhysicsOf<d, Spring, Damper>::multiply_tangent(double t, const LocalState& 
     // a node block with sigma = 1 and without mass, for K and D apart
     double K[d * d] = {}, D[d * d] = {};
     const Point<d> point{t, net_.mass[i], net_.radius[i], y, y + d};
-    for_each_law(laws_, [&](const auto& law) {
-      if (!law.active()) return;
-      law.template dfdx<d>(point, K);
-      law.template dfdv<d>(point, D);
-    });
-    for (PetscInt a = anchor_start_[i]; a < anchor_start_[i + 1]; ++a) {
-      const typename AnchorShift::End end(shift, net_.anchors, anchor_order_[a]);
-      const LinkGeometry<d> g(y, end.y);
-      const LinkParameters p = parameters(net_.anchors, anchor_order_[a]);
-      if (Kernel::defined(g, p)) Kernel::tangent(g, p, K, D);
-    }
+    add_node_tangent<false>(i, point, shift, K, D);
     for (int r = 0; r < d; ++r)
       for (int c = 0; c < d; ++c) fi[r] += K[r * d + c] * zi[c] + D[r * d + c] * zi[d + c];
   }
@@ -172,15 +152,7 @@ void PhysicsOf<d, Spring, Damper>::multiply_law_damping(double t, const LocalSta
     const double* y = state.at(i);
     const Point<d> point{t, net_.mass[i], net_.radius[i], y, y + d};
     double K[d * d] = {}, D[d * d] = {};
-    for_each_law(laws_, [&](const auto& law) {
-      if (law.active()) law.template dfdv<d>(point, D);
-    });
-    for (PetscInt a = anchor_start_[i]; a < anchor_start_[i + 1]; ++a) {
-      const typename AnchorShift::End end(shift, net_.anchors, anchor_order_[a]);
-      const LinkGeometry<d> g(y, end.y);
-      const LinkParameters p = parameters(net_.anchors, anchor_order_[a]);
-      if (Kernel::defined(g, p)) Kernel::tangent(g, p, K, D);
-    }
+    add_node_tangent<false>(i, point, shift, K, D);
     for (int r = 0; r < d; ++r)
       for (int c = 0; c < d; ++c) f[i * d + r] += D[r * d + c] * w[i * d + c];
   }

@@ -1,0 +1,45 @@
+#include "solve/ts_queries.hpp"
+#include <string>
+
+namespace bs {
+
+PetscErrorCode is_theta_family(TS ts, bool* yes) {
+  PetscBool found = PETSC_FALSE;
+  PetscFunctionBegin;
+  PetscCall(PetscObjectTypeCompareAny(reinterpret_cast<PetscObject>(ts), &found, TSTHETA, TSCN, TSBEULER, ""));
+  *yes = found;
+  PetscFunctionReturn(0);
+}
+
+PetscErrorCode is_adaptive(TS ts, bool* yes) {
+  TSAdapt adapt;
+  TSAdaptType type = nullptr;
+  PetscFunctionBegin;
+  PetscCall(TSGetAdapt(ts, &adapt));
+  PetscCall(TSAdaptGetType(adapt, &type));
+  *yes = type && std::string(type) != TSADAPTNONE;
+  PetscFunctionReturn(0);
+}
+
+PetscErrorCode is_alpha_starting(TS ts, bool* yes) {
+  PetscBool alpha = PETSC_FALSE;
+  PetscReal m = 0, f = 0, gamma = 0;
+  PetscFunctionBegin;
+  PetscCall(PetscObjectTypeCompare(reinterpret_cast<PetscObject>(ts), TSALPHA, &alpha));
+  if (alpha) PetscCall(TSAlphaGetParams(ts, &m, &f, &gamma));
+  *yes = alpha && m == 1 && f == 1 && gamma == 1;
+  PetscFunctionReturn(0);
+}
+
+PetscErrorCode linear_solver_of(TS ts, KSP* ksp, PC* pc) {
+  SNES snes;
+  KSP found;
+  PetscFunctionBegin;
+  PetscCall(TSGetSNES(ts, &snes));
+  PetscCall(SNESGetKSP(snes, &found));
+  if (ksp) *ksp = found;
+  if (pc) PetscCall(KSPGetPC(found, pc));
+  PetscFunctionReturn(0);
+}
+
+}  // namespace bs

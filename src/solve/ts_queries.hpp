@@ -1,0 +1,22 @@
+// Questions about a TS that several parts of the solver ask.
+#pragma once
+#include <petscts.h>
+
+namespace bs {
+
+// Steps that differ by less than this, relatively, are the same up to rounding.
+inline constexpr double SAME_STEP = 1e-9;
+
+/// Whether the type is beuler, cn or theta.
+PetscErrorCode is_theta_family(TS ts, bool* yes);
+
+/// Whether steps follow an error estimate (-ts_adapt_type other than none).
+PetscErrorCode is_adaptive(TS ts, bool* yes);
+
+/// Whether `ts` is of type alpha and in its starting procedure: two steps of backward Euler of half the length.
+PetscErrorCode is_alpha_starting(TS ts, bool* yes);
+
+/// The linear solver of an implicit type and its preconditioner, both borrowed; either may be null.
+PetscErrorCode linear_solver_of(TS ts, KSP* ksp, PC* pc);
+
+}  // namespace bs
