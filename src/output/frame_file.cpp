@@ -1,24 +1,14 @@
-// How one frame reaches the file. Order (README.md): observables, log, edges; then the fields, each followed by
-// PETSc's flush; step and time last, and a flush. So whoever trusts len(time) finds every row of every dataset.
+// How one frame reaches the file. Order (README.md): room for all of it; observables, log, edges; then the fields, each
+// followed by PETSc's flush; step and time last, and a flush. So whoever trusts len(time) finds every row of every dataset.
 #include "output/frame_file.hpp"
 
+#include <cstdio>
 #include <iterator>
 
 #include "base/fault.hpp"
 #include "output/h5md.hpp"
 
 namespace bs {
-
-namespace {
-
-constexpr int frame_chunk = 256;  // rows allocated at a time in datasets with one row a frame
-constexpr int log_chunk = 512;
-
-std::string last_part(const std::string& path) { return path.substr(path.rfind('/') + 1); }
-
-bool of_particles(const std::string& group) { return group.rfind("/particles/trajectory/", 0) == 0; }
-
-}  // namespace
 
 PetscErrorCode Trajectory::Impl::begin(MPI_Comm on, const TrajectoryOptions& given, int dim) {
   PetscFunctionBegin;
@@ -42,60 +32,6 @@ PetscErrorCode Trajectory::Impl::open(const std::string& path, bool again) {
   PetscFunctionReturn(0);
 }
 
-PetscErrorCode Trajectory::Impl::create_log() {
-  H5 group;
-
-  PetscFunctionBegin;
-  PetscCall(open_group(file, "/backspring/log", &group));
-  for (const char* name : log_entries) {
-    const bool real = std::string(name) == "time" || std::string(name) == "dt";
-    log.emplace_back();
-    PetscCall(log.back().create(comm, file, std::string("/backspring/log/") + name, !real, 0, log_chunk));
-    if (real && options.units) PetscCall(put_attribute(log.back().id(), "unit", std::string("s")));
-  }
-  PetscFunctionReturn(0);
-}
-
-/// GROUP/step and GROUP/time: made in the first group, hard links to those in the others.
-PetscErrorCode Trajectory::Impl::link_clock(const std::string& group) {
-  H5 owner;
-
-  PetscFunctionBegin;
-  PetscCall(open_group(file, group, &owner));
-  if (step.id() < 0) {
-    PetscCall(step.create(comm, file, group + "/step", true, 0, frame_chunk));
-    PetscCall(time.create(comm, file, group + "/time", false, 0, frame_chunk));
-    if (options.units) PetscCall(put_attribute(time.id(), "unit", unit_of_quantity("time")));
-  } else {
-    BS_H5(H5Lcreate_hard(step.id(), ".", owner, "step", H5P_DEFAULT, H5P_DEFAULT));
-    BS_H5(H5Lcreate_hard(time.id(), ".", owner, "time", H5P_DEFAULT, H5P_DEFAULT));
-  }
-  PetscFunctionReturn(0);
-}
-
-PetscErrorCode Trajectory::Impl::lay_out(const std::vector<Field>& fields, const std::vector<Observable>& given) {
-  PetscFunctionBegin;
-  for (const Field& field : fields) {
-    PetscCall(link_clock(field.group));
-    groups.push_back(field.group);
-    padded.emplace_back();
-  }
-  for (const Observable& observable : given) {
-    const std::string group = "/observables/" + observable.name;
-    const int width = observable.value.size() == 1 ? 0 : static_cast<int>(observable.value.size());
-    PetscCall(link_clock(group));
-    names.push_back(observable.name);
-    observables.emplace_back();
-    PetscCall(observables.back().create(comm, file, group + "/value", false, width, frame_chunk));
-    if (options.units) PetscCall(put_unit(group + "/value", observable.name));
-  }
-  if (columns > 0 && !fields.empty()) {
-    PetscCall(link_clock("/particles/trajectory/box/edges"));
-    PetscCall(edges.create(comm, file, "/particles/trajectory/box/edges/value", false, columns, frame_chunk));
-  }
-  PetscFunctionReturn(0);
-}
-
 PetscErrorCode Trajectory::Impl::check(const std::vector<Field>& fields, const std::vector<Observable>& given) const {
   PetscFunctionBegin;
   PetscCheck(fields.size() == groups.size() && given.size() == names.size(), PETSC_COMM_SELF, PETSC_ERR_ARG_SIZ,
@@ -111,36 +47,6 @@ PetscErrorCode Trajectory::Impl::check(const std::vector<Field>& fields, const s
   PetscFunctionReturn(0);
 }
 
-PetscErrorCode Trajectory::Impl::frame_bytes(const std::vector<Field>& fields, const std::vector<Observable>& given,
-                                             std::int64_t* bytes) const {
-  std::int64_t pending = static_cast<std::int64_t>(records.size()), width = 0;
-
-  PetscFunctionBegin;
-  // Metadata, and a new chunk of the small datasets at once.
-  *bytes = 131072 + 48 * (pending + log_chunk);
-  for (const Observable& observable : given) width += static_cast<std::int64_t>(observable.value.size());
-  *bytes += std::int64_t{8} * frame_chunk * (width + columns + 2);
-  for (const Field& field : fields) {
-    PetscInt size, block;
-    PetscCall(VecGetSize(field.vec, &size));
-    PetscCall(VecGetBlockSize(field.vec, &block));
-    const std::int64_t rows = size / block;
-    *bytes += 8 * rows * (of_particles(field.group) && columns > block ? columns : block);
-  }
-  PetscFunctionReturn(0);
-}
-
-PetscErrorCode Trajectory::Impl::put_unit(const std::string& dataset, const std::string& quantity) {
-  const std::string unit = unit_of_quantity(quantity);
-
-  PetscFunctionBegin;
-  if (unit.empty()) PetscFunctionReturn(0);
-  H5 set(H5Dopen2(file, dataset.c_str(), H5P_DEFAULT), H5Dclose);
-  BS_H5(set);
-  PetscCall(put_attribute(set, "unit", unit));
-  PetscFunctionReturn(0);
-}
-
 /// `vec` with zero components appended to each row, where the file has more columns than it has components.
 PetscErrorCode Trajectory::Impl::pad(std::size_t index, Vec vec, Vec* out) {
   PetscInt block, local;
@@ -150,7 +56,7 @@ PetscErrorCode Trajectory::Impl::pad(std::size_t index, Vec vec, Vec* out) {
   PetscFunctionBegin;
   *out = vec;
   PetscCall(VecGetBlockSize(vec, &block));
-  if (!of_particles(groups[index]) || block >= columns) PetscFunctionReturn(0);
+  if (width_of(groups[index], block) == block) PetscFunctionReturn(0);
   PetscCall(VecGetLocalSize(vec, &local));
   const PetscInt rows = local / block, wide = columns;
   if (!padded[index]) {
@@ -187,7 +93,6 @@ PetscErrorCode Trajectory::Impl::write_field(std::size_t index, const Field& fie
   PetscCall(PetscViewerHDF5PopTimestepping(viewer));
   PetscCall(PetscViewerHDF5PopGroup(viewer));
   PetscCall(PetscObjectSetName(reinterpret_cast<PetscObject>(vec), before.c_str()));
-  if (frames == 0 && options.units) PetscCall(put_unit(field.group + "/value", last_part(field.group)));
   PetscFunctionReturn(0);
 }
 
@@ -221,23 +126,29 @@ PetscErrorCode Trajectory::Impl::write_log() {
 PetscErrorCode Trajectory::Impl::write(std::int64_t at, double now, const std::vector<Field>& fields,
                                        const std::vector<Observable>& given) {
   const std::vector<double> open_box(static_cast<std::size_t>(columns), 0.0);
+  std::int64_t bytes = 0;
 
   PetscFunctionBegin;
   if (!laid_out) PetscCall(frames == 0 ? lay_out(fields, given) : find_layout(fields, given));
   laid_out = true;
   PetscCall(check(fields, given));
+  PetscCall(frame_bytes(fields, given, &bytes));
+  PetscCall(make_room(1, bytes));
   for (std::size_t i = 0; i < given.size(); ++i) PetscCall(observables[i].append(1, given[i].value.data()));
   if (edges.id() >= 0) PetscCall(edges.append(1, open_box.data()));
   PetscCall(write_log());
   if (fields.empty()) BS_H5(H5Fflush(file, H5F_SCOPE_GLOBAL));
   for (std::size_t i = 0; i < fields.size(); ++i) PetscCall(write_field(i, fields[i]));
   if (step.id() >= 0) {
+    // Their length says that the frame is whole, so they could not be lengthened before.
+    if (frames % frame_chunk == 0) PetscCall(leave_room(bytes));
     PetscCall(step.append(1, &at));
     PetscCall(time.append(1, &now));
   }
   BS_H5(H5Fflush(file, H5F_SCOPE_GLOBAL));
   ++frames;
   last_time = now;
+  PetscCall(publish());
   PetscCall(write_xdmf(false));
   PetscFunctionReturn(0);
 }
@@ -258,6 +169,7 @@ PetscErrorCode Trajectory::Impl::close() {
   PetscFunctionBegin;
   if (usable) PetscCall(write_xdmf(true));
   observables.clear();
+  values.clear();
   log.clear();
   step = Column();
   time = Column();
@@ -268,6 +180,7 @@ PetscErrorCode Trajectory::Impl::close() {
     PetscViewer last = viewer;
     PetscCall(PetscObjectReference(reinterpret_cast<PetscObject>(last)));
     viewer.reset();
+    if (!published && rank == 0) (void)std::remove(making_name().c_str());
     PetscCall(PetscViewerDestroy(&last));
   }
   PetscFunctionReturn(0);

@@ -16,6 +16,9 @@ namespace bs {
 inline constexpr const char* log_entries[] = {"step", "time", "dt", "newton", "krylov", "rejected",
     "rejected_newton", "rejected_line_search", "rejected_iterations", "rejected_linear", "rejected_domain", "rejected_error"};
 
+inline constexpr int frame_chunk = 256;  ///< rows allocated at a time in datasets with one row a frame
+inline constexpr int log_chunk = 512;
+
 struct Trajectory::Impl {
   MPI_Comm comm = MPI_COMM_NULL;
   TrajectoryOptions options;
@@ -29,6 +32,7 @@ struct Trajectory::Impl {
   std::vector<std::string> groups;       ///< of the fields, in the order of the first frame
   std::vector<VecHandle> padded;         ///< per field; empty unless components are appended
   std::vector<std::string> names;        ///< of the observables
+  std::vector<H5> values;                ///< per field, the dataset its frames are in
   std::vector<Column> observables;
   Column step, time, edges;
   std::vector<Column> log;
@@ -37,23 +41,31 @@ struct Trajectory::Impl {
   std::int64_t log_rows = 0;        ///< written
   double last_time = 0;             ///< of the last frame
   bool laid_out = false;            ///< the columns are open
+  bool published = false;           ///< the file has its name
 
   /// All collective.
   PetscErrorCode begin(MPI_Comm on, const TrajectoryOptions& given, int dim);
   PetscErrorCode open(const std::string& path, bool again);
-  /// Gives the file, written to its making_name() and whole on disk, its name.
+  /// Gives the file, written to its making_name() and whole on disk, its name, if it has not got it.
   PetscErrorCode publish();
-  /// Where the file is until its head is whole, so that whoever finds the file by its name can open it.
+  /// Where the file is until its first frame is whole, so that whoever finds the file by its name can read it.
   std::string making_name() const;
+  std::string path() const { return published ? options.file : making_name(); }
   PetscErrorCode create_log();
   /// Groups, growing datasets without rows, and hard links of step and time: before the first frame's data.
   PetscErrorCode lay_out(const std::vector<Field>& fields, const std::vector<Observable>& given);
   /// The same of a file that has them.
   PetscErrorCode find_layout(const std::vector<Field>& fields, const std::vector<Observable>& given);
   PetscErrorCode open_log();
-  /// Takes frames and rows of the log after `mark` away; `fault` receives why that cannot be.
-  PetscErrorCode cut_back(const TrajectoryMark& mark, std::string* fault);
+  /// Is it the file that stood at `mark`, or one that went on from there? `fault` receives why not.
+  PetscErrorCode recognise(const TrajectoryMark& mark, std::string* fault) const;
+  /// Takes frames and rows of the log after `mark` away.
+  PetscErrorCode cut_back(const TrajectoryMark& mark);
   PetscErrorCode check(const std::vector<Field>& fields, const std::vector<Observable>& given) const;
+  /// Allocates what `more` frames (0 or 1) and the waiting rows of the log take, at most `bytes`.
+  PetscErrorCode make_room(std::int64_t more, std::int64_t bytes);
+  /// Lets the stored end lie at least `bytes` behind what was allocated at the last flush.
+  PetscErrorCode leave_room(std::int64_t bytes);
   PetscErrorCode write(std::int64_t at, double now, const std::vector<Field>& fields,
                        const std::vector<Observable>& given);
   PetscErrorCode write_log();
@@ -69,6 +81,9 @@ struct Trajectory::Impl {
 
  private:
   PetscErrorCode link_clock(const std::string& group);
+  PetscErrorCode create_values(const Field& field);
+  /// Numbers a row has in the file, of a field with `block` a row.
+  PetscInt width_of(const std::string& group, PetscInt block) const;
   PetscErrorCode pad(std::size_t index, Vec vec, Vec* out);
 };
 

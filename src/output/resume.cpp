@@ -23,8 +23,37 @@ std::vector<std::string> paths_of(hid_t file) {
   return paths;
 }
 
-/// Shortens the first axis of a dataset to `rows`; `found` is how many there were.
-PetscErrorCode shorten(hid_t file, const std::string& path, std::int64_t rows, std::int64_t* found) {
+/// A dataset that grows, and the rows it had at the mark.
+struct Growing {
+  std::string path;
+  bool clock;  ///< its length tells how many frames are whole
+  std::int64_t rows;
+};
+
+std::vector<Growing> growing_of(hid_t file, const TrajectoryMark& mark) {
+  std::vector<Growing> found;
+  for (const std::string& path : paths_of(file)) {
+    const bool log = path.rfind("/backspring/log/", 0) == 0;
+    const bool clock = !log && (ends_in(path, "/time") || ends_in(path, "/step"));
+    if (log || clock || ends_in(path, "/value")) found.push_back({path, clock, log ? mark.log_rows : mark.frames});
+  }
+  return found;
+}
+
+/// Rows of a dataset.
+PetscErrorCode count_rows(hid_t file, const std::string& path, std::int64_t* rows) {
+  hsize_t extent[H5S_MAX_RANK] = {0};
+
+  PetscFunctionBegin;
+  H5 set(H5Dopen2(file, path.c_str(), H5P_DEFAULT), H5Dclose);
+  BS_H5(set);
+  H5 space(H5Dget_space(set), H5Sclose);
+  BS_H5(H5Sget_simple_extent_dims(space, extent, nullptr));
+  *rows = static_cast<std::int64_t>(extent[0]);
+  PetscFunctionReturn(0);
+}
+
+PetscErrorCode shorten(hid_t file, const std::string& path, std::int64_t rows) {
   hsize_t extent[H5S_MAX_RANK];
 
   PetscFunctionBegin;
@@ -32,8 +61,7 @@ PetscErrorCode shorten(hid_t file, const std::string& path, std::int64_t rows, s
   BS_H5(set);
   H5 space(H5Dget_space(set), H5Sclose);
   BS_H5(H5Sget_simple_extent_dims(space, extent, nullptr));
-  *found = static_cast<std::int64_t>(extent[0]);
-  if (*found <= rows) PetscFunctionReturn(0);
+  if (static_cast<std::int64_t>(extent[0]) <= rows) PetscFunctionReturn(0);
   extent[0] = static_cast<hsize_t>(rows);
   BS_H5(H5Dset_extent(set, extent));
   PetscFunctionReturn(0);
@@ -54,29 +82,36 @@ PetscErrorCode time_of_frame(hid_t file, const std::string& path, std::int64_t f
 
 }  // namespace
 
-PetscErrorCode Trajectory::Impl::cut_back(const TrajectoryMark& mark, std::string* fault) {
-  bool clocked = false;
+PetscErrorCode Trajectory::Impl::recognise(const TrajectoryMark& mark, std::string* fault) const {
+  std::string clock;
+  double there = 0;
 
   PetscFunctionBegin;
-  for (const std::string& path : paths_of(file)) {
-    const bool of_log = path.rfind("/backspring/log/", 0) == 0;
-    const bool clock = !of_log && ends_in(path, "/time"), of_frames = clock || ends_in(path, "/value") || ends_in(path, "/step");
-    if (!of_log && !of_frames) continue;
-    const std::int64_t rows = of_log ? mark.log_rows : mark.frames;
+  for (const Growing& set : growing_of(file, mark)) {
     std::int64_t found = 0;
-    PetscCall(shorten(file, path, rows, &found));
-    if (found < rows) {
-      *fault = format("has %lld rows in %s where %lld were written", (long long)found, path.c_str(), (long long)rows);
+    PetscCall(count_rows(file, set.path, &found));
+    if (found < set.rows) {
+      *fault = format("has %lld rows in %s where %lld were written", (long long)found, set.path.c_str(), (long long)set.rows);
       PetscFunctionReturn(0);
     }
-    if (!clock || clocked || mark.frames == 0) continue;
-    double there = 0;
-    PetscCall(time_of_frame(file, path, mark.frames - 1, &there));
-    if (there != mark.last_time)
-      *fault = format("has frame %lld at t = %.17g s where it was written at %.17g s", (long long)mark.frames - 1, there, mark.last_time);
-    clocked = true;
+    if (set.clock && ends_in(set.path, "/time")) clock = set.path;
   }
-  if (fault->empty() && mark.frames > 0 && !clocked) *fault = "holds no frame";
+  if (mark.frames > 0 && clock.empty()) *fault = "holds no frame";
+  if (mark.frames == 0 || clock.empty()) PetscFunctionReturn(0);
+  PetscCall(time_of_frame(file, clock, mark.frames - 1, &there));
+  if (there != mark.last_time)
+    *fault = format("has frame %lld at t = %.17g s where it was written at %.17g s", (long long)mark.frames - 1, there, mark.last_time);
+  PetscFunctionReturn(0);
+}
+
+PetscErrorCode Trajectory::Impl::cut_back(const TrajectoryMark& mark) {
+  PetscFunctionBegin;
+  // The clock first, and on disk: whoever trusts its length then finds every row, also if the run ends here.
+  for (const bool clock : {true, false}) {
+    for (const Growing& set : growing_of(file, mark))
+      if (set.clock == clock) PetscCall(shorten(file, set.path, set.rows));
+    BS_H5(H5Fflush(file, H5F_SCOPE_GLOBAL));
+  }
   PetscFunctionReturn(0);
 }
 
@@ -94,6 +129,8 @@ PetscErrorCode Trajectory::Impl::find_layout(const std::vector<Field>& fields, c
   for (const Field& field : fields) {
     groups.push_back(field.group);
     padded.emplace_back();
+    values.emplace_back(H5Dopen2(file, (field.group + "/value").c_str(), H5P_DEFAULT), H5Dclose);
+    BS_H5(values.back());
   }
   for (const Observable& observable : given) {
     names.push_back(observable.name);
@@ -122,10 +159,12 @@ PetscErrorCode Trajectory::resume(MPI_Comm comm, const TrajectoryOptions& option
   impl.frames = mark.frames;
   impl.log_rows = mark.log_rows;
   impl.last_time = mark.last_time;
+  impl.published = true;
   PetscErrorCode code = impl.open(options.file, true);
-  if (!code) code = impl.cut_back(mark, &fault);
+  if (!code) code = impl.recognise(mark, &fault);
   if (!code && !fault.empty())
     code = tell(comm, Exit::input, options.file + ": is not the trajectory this run wrote: it " + fault + ": give the one it wrote, or a new name");
+  if (!code) code = impl.cut_back(mark);
   if (!code) code = impl.open_log();
   if (!code && H5Fflush(impl.file, H5F_SCOPE_GLOBAL) < 0) code = tell_alone(Exit::io, watch.sentence(h5_reason()));
   if (code) impl.usable = false;

@@ -6,7 +6,7 @@ namespace bs {
 
 PetscErrorCode Column::create(MPI_Comm comm, hid_t file, const std::string& path, bool integer, int width, int chunk) {
   const hsize_t columns = static_cast<hsize_t>(width);
-  const hsize_t none[2] = {0, columns}, most[2] = {H5S_UNLIMITED, columns};
+  const hsize_t one[2] = {1, columns}, none[2] = {0, columns}, most[2] = {H5S_UNLIMITED, columns};
   const hsize_t piece[2] = {static_cast<hsize_t>(chunk), columns};
   const int rank = width > 0 ? 2 : 1;
   PetscMPIInt me;
@@ -16,13 +16,14 @@ PetscErrorCode Column::create(MPI_Comm comm, hid_t file, const std::string& path
   writer_ = me == 0;
   integer_ = integer;
   width_ = width;
-  H5 space(H5Screate_simple(rank, none, most), H5Sclose);
+  H5 space(H5Screate_simple(rank, one, most), H5Sclose);
   BS_H5(space);
   H5 list(H5Pcreate(H5P_DATASET_CREATE), H5Pclose);
   BS_H5(H5Pset_chunk(list, rank, piece));
   const hid_t type = integer ? H5T_STD_I64LE : H5T_IEEE_F64LE;
   set_ = H5(H5Dcreate2(file, path.c_str(), type, space, H5P_DEFAULT, list, H5P_DEFAULT), H5Dclose);
   BS_H5(set_);
+  BS_H5(H5Dset_extent(set_, none));  // the index of its chunks is made with the first row: now, not while others read
   PetscFunctionReturn(0);
 }
 
@@ -45,13 +46,21 @@ PetscErrorCode Column::open(MPI_Comm comm, hid_t file, const std::string& path, 
   PetscFunctionReturn(0);
 }
 
+PetscErrorCode Column::extend(std::int64_t count) {
+  const hsize_t extent[2] = {rows_ + static_cast<hsize_t>(count), static_cast<hsize_t>(width_)};
+
+  PetscFunctionBegin;
+  if (count > 0) BS_H5(H5Dset_extent(set_, extent));
+  PetscFunctionReturn(0);
+}
+
 PetscErrorCode Column::append(std::int64_t count, const void* data) {
   const hsize_t columns = static_cast<hsize_t>(width_), more = static_cast<hsize_t>(count);
-  const hsize_t extent[2] = {rows_ + more, columns}, start[2] = {rows_, 0}, size[2] = {more, columns};
+  const hsize_t start[2] = {rows_, 0}, size[2] = {more, columns};
 
   PetscFunctionBegin;
   if (count == 0) PetscFunctionReturn(0);
-  BS_H5(H5Dset_extent(set_, extent));
+  PetscCall(extend(count));
   rows_ += more;
   // Independent transfer: the other ranks have nothing to write.
   if (!writer_) PetscFunctionReturn(0);

@@ -16,6 +16,8 @@ class Column {
   PetscErrorCode create(MPI_Comm comm, hid_t file, const std::string& path, bool integer, int width, int chunk);
   /// Collective. Opens a column that exists; its next row is number `rows`.
   PetscErrorCode open(MPI_Comm comm, hid_t file, const std::string& path, std::int64_t rows);
+  /// Collective. Allocates `count` rows more, which append() then fills.
+  PetscErrorCode extend(std::int64_t count);
   /// Collective. Appends `count` rows (the same count on every rank); `data` is read on rank 0 only.
   PetscErrorCode append(std::int64_t count, const void* data);
   hid_t id() const { return set_; }

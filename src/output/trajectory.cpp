@@ -17,7 +17,9 @@ Trajectory::Trajectory() : impl_(std::make_unique<Impl>()) {}
 
 Trajectory::~Trajectory() {
   (void)PetscPushErrorHandler(PetscReturnErrorHandler, nullptr);
-  if (impl_->viewer && impl_->usable) (void)impl_->write_log();
+  std::int64_t bytes = 0;
+  if (impl_->viewer && impl_->usable && !impl_->frame_bytes({}, {}, &bytes) && !impl_->make_room(0, bytes) && !impl_->write_log())
+    (void)impl_->publish();
   (void)impl_->close();
   (void)PetscPopErrorHandler();
 }
@@ -68,9 +70,11 @@ PetscErrorCode Trajectory::Impl::publish() {
   Fault fault;
 
   PetscFunctionBegin;
+  if (published) PetscFunctionReturn(0);
   if (rank == 0 && std::rename(made.c_str(), name.c_str()) != 0) fault.text = "cannot rename " + made + ": " + std::strerror(errno);
   fault.exit = Exit::io;
   PetscCall(agree(comm, fault));
+  published = true;
   PetscFunctionReturn(0);
 }
 
@@ -99,9 +103,7 @@ PetscErrorCode Trajectory::create(MPI_Comm comm, const TrajectoryOptions& option
   if (!code) code = write_head(impl.file, comm, impl.columns, options.units, constants);
   if (!code) code = impl.create_log();
   if (!code && H5Fflush(impl.file, H5F_SCOPE_GLOBAL) < 0) code = tell_alone(Exit::io, watch.sentence(h5_reason()));
-  if (!code) code = impl.publish();
   if (code) impl.usable = false;
-  if (code && impl.rank == 0) (void)std::remove(making.c_str());
   PetscCall(watch.settle(comm, code));
   *out = std::move(made);
   PetscFunctionReturn(0);
@@ -118,7 +120,7 @@ PetscErrorCode Trajectory::write_frame(std::int64_t step, double time, const std
   const IoWatch watch(format("cannot write frame %lld to %s", (long long)impl_->frames, impl_->options.file.c_str()),
                       ": earlier frames are intact");
   code = impl_->frame_bytes(fields, observables, &bytes);
-  if (!code) code = reserve_space(impl_->comm, impl_->options.file, bytes, &full);
+  if (!code) code = reserve_space(impl_->comm, impl_->path(), bytes, &full);
   if (!code && !full.empty()) code = tell(impl_->comm, Exit::io, watch.sentence(full));
   if (!code) code = impl_->write(step, time, fields, observables);
   if (code) impl_->usable = false;
@@ -139,10 +141,12 @@ PetscErrorCode Trajectory::flush() {
   if (!impl_->viewer || !impl_->usable) PetscFunctionReturn(0);
   const IoWatch watch("cannot write the log of steps to " + impl_->options.file, ": all frames are intact");
   code = impl_->frame_bytes({}, {}, &bytes);
-  if (!code) code = reserve_space(impl_->comm, impl_->options.file, bytes, &full);
+  if (!code) code = reserve_space(impl_->comm, impl_->path(), bytes, &full);
   if (!code && !full.empty()) code = tell(impl_->comm, Exit::io, watch.sentence(full));
+  if (!code) code = impl_->make_room(0, bytes);
   if (!code) code = impl_->write_log();
   if (!code && H5Fflush(impl_->file, H5F_SCOPE_GLOBAL) < 0) code = tell_alone(Exit::io, watch.sentence(h5_reason()));
+  if (!code) code = impl_->publish();
   if (code) impl_->usable = false;
   PetscCall(watch.settle(impl_->comm, code));
   PetscFunctionReturn(0);

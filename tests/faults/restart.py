@@ -1,6 +1,7 @@
 #!/usr/bin/env python3
 """A run that is stopped and continued from its checkpoint writes the trajectory of the run that was not stopped."""
 import pathlib
+import shutil
 import signal
 import sys
 import tempfile
@@ -153,11 +154,13 @@ def refusals(checks, folder):
             ("a checkpoint that exists", dict(BLOCK, ts_max_time=0.1, bs_checkpoint="ref"), "exists")):
         if name.startswith("a trajectory of another"):
             run(checks, folder, dict(base, ts_dt=0.003, bs_output="other.h5md", bs_output_interval=0.01))
+            shutil.copy(folder / "other.h5md", folder / "copy.h5md")
         for ranks in (1, 3):
             code, _, err = run(checks, folder, options, ranks)
             lines = told(err)
             checks.true(f"refused on {ranks} rank(s): {name}", code == 2 and len(lines) == 1 and words in lines[0], "".join(lines)[:160])
     checks.true("what is refused is not touched", (folder / "ref").read_bytes() == kept)
+    checks.true("nor is another run's trajectory", difference(folder / "other.h5md", folder / "copy.h5md")[1])
     for k, (name, options, words) in enumerate((("another method", {"ts_type": "bdf"}, "method is bdf"), ("another step", {"ts_dt": 0.005}, "-ts_dt 0.005"),
                                  ("another force", {"bs_gravity": (0, 0, -1)}, "-bs_gravity"))):
         code, _, err = run(checks, folder, dict(options, bs_restart="ref", ts_max_time=0.15, bs_checkpoint=f"new{k}", bs_output=f"new{k}.h5md"))
