@@ -40,7 +40,7 @@ class Dice {
 /// Random particle: |v| from 0.2 to 3, x anywhere within `box` of the origin.
 template <int d>
 struct State {
-  double x[d], v[d], m, a;
+  double x[d] = {}, v[d] = {}, m, a;
   State(Dice& dice, double box) : m(dice.between(0.1, 5)), a(dice.between(0.01, 0.2)) {
     for (double& c : x) c = dice.between(-box, box);
     dice.direction<d>(dice.between(0.2, 3), v);

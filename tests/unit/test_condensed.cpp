@@ -21,7 +21,7 @@ struct Case {
   ParticleTangent tangent;
   VecHandle y;
 
-  Case(MPI_Comm comm, GeneratorSpec spec, double sigma) {
+  Case(MPI_Comm comm, const GeneratorSpec& spec, double sigma) {
     int rank, size;
     MPI_Comm_rank(comm, &rank);
     MPI_Comm_size(comm, &size);

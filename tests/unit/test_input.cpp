@@ -21,7 +21,7 @@ using namespace bs;
 
 namespace {
 
-const MPI_Comm world = MPI_COMM_WORLD;
+MPI_Comm const world = MPI_COMM_WORLD;  // NOLINT(misc-misplaced-const): the handle is constant
 
 /// A folder that all ranks see and rank 0 removes.
 struct Folder {

@@ -76,7 +76,7 @@ void check_stokes_limit(unsigned seed) {
     REQUIRE(law.force<d>(s.point(), f));
     law.dfdv<d>(s.point(), D);
     for (int i = 0; i < d; ++i) REQUIRE(f[i] == 0);
-    for (int i = 0; i < d * d; ++i) REQUIRE(D[i] == Approx(i % (d + 1) ? 0 : -stokes).epsilon(1e-15));
+    for (int i = 0; i < d * d; ++i) REQUIRE(D[i] == Approx(i % (d + 1) != 0 ? 0 : -stokes).epsilon(1e-15));
     // beside it: v is the small velocity itself, the fluid at rest, so that nothing is lost in their difference
     for (double& c : law.fluid) c = 0;
     for (const double speed : {1e-16, 1e-100, 1e-170}) {
@@ -87,7 +87,7 @@ void check_stokes_limit(unsigned seed) {
       REQUIRE(law.force<d>(s.point(), f));
       law.dfdv<d>(s.point(), D);
       for (int i = 0; i < d; ++i) REQUIRE(std::abs(f[i] + stokes * u[i]) <= 1e-12 * stokes * speed);
-      for (int i = 0; i < d * d; ++i) REQUIRE(std::abs(D[i] + (i % (d + 1) ? 0 : stokes)) <= 1e-12 * stokes);
+      for (int i = 0; i < d * d; ++i) REQUIRE(std::abs(D[i] + (i % (d + 1) != 0 ? 0 : stokes)) <= 1e-12 * stokes);
     }
   }
 }

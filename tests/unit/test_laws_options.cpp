@@ -28,7 +28,7 @@ PetscErrorCode read_law(Law* law, std::vector<std::pair<const char*, const char*
 }
 
 template <class Law>
-Law accepted(std::vector<std::pair<const char*, const char*>> given) {
+Law accepted(const std::vector<std::pair<const char*, const char*>>& given) {
   Law law;
   REQUIRE(read_law(&law, given) == 0);
   return law;
@@ -36,7 +36,7 @@ Law accepted(std::vector<std::pair<const char*, const char*>> given) {
 
 /// Refused on every rank, and rank 0 says a line that contains `part`.
 template <class Law>
-void refused(std::vector<std::pair<const char*, const char*>> given, const std::string& part) {
+void refused(const std::vector<std::pair<const char*, const char*>>& given, const std::string& part) {
   Law law;
   std::string said;
   REQUIRE(read_law(&law, given, &said) == ERR_TOLD);

@@ -55,6 +55,7 @@ PetscErrorCode Coupling::gather(const Network& net, const LocalState& state) {
     if (!selected_[i]) continue;
     for (int c = 0; c < net.dim; ++c) {
       sums[c] += net.mass[i] * state.at(i)[c];
+      // NOLINTNEXTLINE(clang-analyzer-core.uninitialized.Assign): dim is at most 3
       sums[3 + c] += net.mass[i] * state.at(i)[net.dim + c];
     }
   }

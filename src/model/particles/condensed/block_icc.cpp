@@ -28,7 +28,7 @@ bool wants_double(const SpringMatrix& S, const std::vector<double>& blocks) {
   for (PetscInt i = 0; i < S.pattern().n; ++i) {
     if (S.network().fixed[i]) continue;  // tied to nothing
     double size = 0;
-    for (int c = 0; c < d; ++c) size = std::max(size, std::abs(blocks[static_cast<std::size_t>(i * d * d + c * (d + 1))]));
+    for (int c = 0; c < d; ++c) size = std::max(size, std::abs(blocks[static_cast<std::size_t>(i) * d * d + c * (d + 1)]));
     low = std::min(low, size);
     high = std::max(high, size);
   }
