@@ -38,8 +38,8 @@ struct Case {
     for (PetscInt i = 0; i < net.n; ++i)
       for (PetscInt c = 0; c < d; ++c) {
         const double row = static_cast<double>(net.row[i]);
-        a[i * 2 * d + c] = net.held[i * d + c] + 0.05 * std::sin(1.7 * row + c);
-        a[i * 2 * d + d + c] = std::cos(0.9 * row - c);
+        a[i * 2 * d + c] = net.held[i * d + c] + 0.05 * std::sin(1.7 * row + static_cast<double>(c));
+        a[i * 2 * d + d + c] = std::cos(0.9 * row - static_cast<double>(c));
       }
     REQUIRE(VecRestoreArray(y, &a) == 0);
     REQUIRE(tangent.create(net, *physics, pattern, y, false) == 0);
@@ -70,7 +70,7 @@ void fill(const Network& net, Vec v) {
   PetscScalar* a = nullptr;
   REQUIRE(VecGetArray(v, &a) == 0);
   for (PetscInt i = 0; i < net.n; ++i)
-    for (PetscInt c = 0; c < net.dim; ++c) a[i * net.dim + c] = std::sin(3.1 * static_cast<double>(net.row[i]) + 2.3 * c);
+    for (PetscInt c = 0; c < net.dim; ++c) a[i * net.dim + c] = std::sin(3.1 * static_cast<double>(net.row[i]) + 2.3 * static_cast<double>(c));
   REQUIRE(VecRestoreArray(v, &a) == 0);
 }
 
