@@ -47,6 +47,8 @@ extern "C" void on_crash(int number) {
     const timespec wait = {1 + rank / 20, (rank % 20) * 50000000L};
     nanosleep(&wait, nullptr);
   }
+  // on the way out: the library that found the file damaged may still stumble over it while it closes it
+  if (told_exit() != Exit::ok) _exit(static_cast<int>(told_exit()));
   if (*reading) {
     write_line({"backspring: error: ", reading, ": damaged: the library that reads it ended in a ", name, "; write the file anew"});
     _exit(static_cast<int>(Exit::input));

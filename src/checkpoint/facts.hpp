@@ -1,8 +1,10 @@
 // Named numbers and words: what a checkpoint says besides its vectors.
 #pragma once
 #include <cstdint>
+#include <cstring>
 #include <map>
 #include <string>
+#include <string_view>
 
 namespace bs {
 
@@ -11,5 +13,23 @@ struct Facts {
   std::map<std::string, std::int64_t> whole;
   std::map<std::string, std::string> text;
 };
+
+/// A hash (FNV-1a) of all names and values, bit for bit.
+inline std::int64_t checksum(const Facts& facts) {
+  std::uint64_t sum = 0xcbf29ce484222325u;
+  const auto add = [&sum](std::string_view bytes) {
+    for (const char byte : bytes) sum = (sum ^ static_cast<unsigned char>(byte)) * 0x100000001b3u;
+    sum = (sum ^ 0x100u) * 0x100000001b3u;  // the end of a piece: no byte is it
+  };
+  const auto add_number = [&add](const auto& number) {
+    char bytes[sizeof number];
+    std::memcpy(bytes, &number, sizeof number);
+    add({bytes, sizeof bytes});
+  };
+  for (const auto& [name, value] : facts.real) add(name), add_number(value);
+  for (const auto& [name, value] : facts.whole) add(name), add_number(value);
+  for (const auto& [name, value] : facts.text) add(name), add(value);
+  return static_cast<std::int64_t>(sum);
+}
 
 }  // namespace bs

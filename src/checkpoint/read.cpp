@@ -75,6 +75,8 @@ PetscErrorCode CheckpointFile::open(MPI_Comm comm, const std::string& file) {
     PetscCall(tell(comm, Exit::input, format("%s: a checkpoint of version %lld, by %s; this program reads up to version %lld: use a newer one",
                    file.c_str(), static_cast<long long>(version), get(root.text, "program").c_str(), static_cast<long long>(CHECKPOINT_VERSION))));
   if (version < 1 || !attributes_of(file_.id(), "/run", &run_) || !attributes_of(file_.id(), "/options", &options)) PetscCall(damaged("damaged"));
+  for (const auto& [group, facts] : {std::pair<std::string, const Facts*>{"run", &run_}, {"options", &options}})
+    if (get(root.whole, (group + "_checksum").c_str()) != checksum(*facts)) PetscCall(damaged("/" + group + " does not match its checksum"));
   options_.assign(options.text.begin(), options.text.end());
   PetscFunctionReturn(0);
 }

@@ -46,6 +46,7 @@ PetscErrorCode write_state(Model& model, hid_t file, const NamedState& state) {
 
 PetscErrorCode write_facts(hid_t file, Model& model, const Facts& run) {
   H5 root, group, given;
+  Facts table;
   std::uint64_t fingerprint;
   std::vector<std::pair<std::string, std::string>> options;
   PetscInt size;
@@ -66,10 +67,11 @@ PetscErrorCode write_facts(hid_t file, Model& model, const Facts& run) {
   for (const auto& [name, value] : run.whole) PetscCall(put_attribute(group, name.c_str(), value));
   for (const auto& [name, value] : run.text) PetscCall(put_attribute(group, name.c_str(), value));
   PetscCall(options_in_force(&options));
-  std::map<std::string, std::string> table;
-  for (const auto& option : options) table[option.first] = option.second.substr(0, 60000);
+  for (const auto& option : options) table.text[option.first] = option.second.substr(0, 60000);
   PetscCall(open_group(file, "/options", &given));
-  for (const auto& [name, value] : table) PetscCall(put_attribute(given, name.c_str(), value));
+  for (const auto& [name, value] : table.text) PetscCall(put_attribute(given, name.c_str(), value));
+  PetscCall(put_attribute(root, "run_checksum", checksum(run)));
+  PetscCall(put_attribute(root, "options_checksum", checksum(table)));
   PetscFunctionReturn(0);
 }
 

@@ -83,8 +83,9 @@ PetscErrorCode Hdf5File::open(MPI_Comm comm, const std::string& path) {
   PetscCall(agree(comm, fault));
   PetscCallMPI(MPI_Bcast(&bytes_, 1, MPI_INT64_T, 0, comm));
   const Hdf5Id access(H5Pcreate(H5P_FILE_ACCESS), H5Pclose);
+  const std::string place = path.size() == 1 ? "./" + path : path;  // Open MPI opens no name of one character
   if (H5Pset_fapl_mpio(access, comm, MPI_INFO_NULL) >= 0)
-    file_ = Hdf5Id(H5Fopen(path.c_str(), H5F_ACC_RDONLY, access), H5Fclose);
+    file_ = Hdf5Id(H5Fopen(place.c_str(), H5F_ACC_RDONLY, access), H5Fclose);
   if (!file_)
     fault.note(0, format("%s: HDF5 cannot open it in parallel (%s)", path.c_str(), last_reason().c_str()));
   PetscCall(agree(comm, fault));

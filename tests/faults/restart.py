@@ -136,6 +136,9 @@ def refusals(checks, folder):
     at = kept.find(np.array(h5py.File(folder / "ref")["state/position"][60, 0]).tobytes())
     damaged[at] ^= 1
     (folder / "bit").write_bytes(bytes(damaged))
+    shutil.copy(folder / "ref", folder / "word")
+    with h5py.File(folder / "word", "r+") as f:
+        f["options"].attrs["bs_gravity"] = "0,0,-9.91"
     (folder / "half").write_bytes(kept[:len(kept) // 2])
     linear = dict(HEAT, bs_restart="ref")
     for name, options, words in (
@@ -146,6 +149,7 @@ def refusals(checks, folder):
             ("another model", linear, "of kind particles"),
             ("a newer version", {"bs_restart": "newer"}, "version 99"),
             ("a flipped bit", {"bs_restart": "bit"}, "checksum"),
+            ("an option changed in the file", {"bs_restart": "word"}, "/options does not match its checksum"),
             ("half a file", {"bs_restart": "half"}, "truncated or damaged"),
             ("no checkpoint but a trajectory", {"bs_restart": "ref.h5md"}, "is no checkpoint"),
             ("no such file", {"bs_restart": "nothing"}, "no such file"),

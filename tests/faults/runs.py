@@ -1,4 +1,5 @@
 """Runs of the program in one folder, and what their files hold: shared by the tests of faults and restarts."""
+import os
 import pathlib
 import subprocess
 import sys
@@ -13,6 +14,8 @@ BLOCK = {"bs_lattice_type": "cubic", "bs_lattice_size": (5, 5, 5), "bs_lattice_s
          "bs_lattice_stiffness": 4000, "bs_spring_law": "strain", "bs_gravity": (0, 0, -9.81), "bs_lattice_perturbation": 0.02,
          "ts_dt": 0.01, "bs_output_interval": 0.025, "bs_progress_interval": -1, "bs_advise": False}
 
+SLOWER = int(os.environ.get("BS_SLOWER", 1))  # how much longer a sanitised build takes
+
 
 def start(checks, folder, options, ranks=1, extra=None, **keywords):
     command = ([] if ranks == 1 else ["mpirun", "-n", str(ranks)]) + [checks.program] + words(options)
@@ -24,7 +27,7 @@ def run(checks, folder, options, ranks=1, timeout=120, **keywords):
     """(exit code, stdout, stderr)"""
     process = start(checks, folder, options, ranks, **keywords)
     try:
-        out, err = process.communicate(timeout=timeout)
+        out, err = process.communicate(timeout=timeout * SLOWER)
     except subprocess.TimeoutExpired:
         process.kill()
         out, err = process.communicate()

@@ -37,7 +37,7 @@ def run(program, ranks, words):
         environment.update(OMPI_ALLOW_RUN_AS_ROOT="1", OMPI_ALLOW_RUN_AS_ROOT_CONFIRM="1")
     with tempfile.TemporaryDirectory(prefix="dumps_") as folder:
         done = subprocess.run(["mpirun", "-n", str(ranks), str(program), *words, *DUMP], cwd=folder, env=environment, text=True,
-                              stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, timeout=120)
+                              stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, timeout=120 * int(os.environ.get("BS_SLOWER", 1)))
     return done.returncode, done.stdout
 
 
