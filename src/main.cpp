@@ -20,6 +20,7 @@
 #include "model/create.hpp"
 #include "solve/condensed/condensed.hpp"
 #include "solve/run.hpp"
+#include "solve/search/searches.hpp"
 #include "solve/signals.hpp"
 #include "solve/symplectic.hpp"
 
@@ -35,6 +36,7 @@ PetscErrorCode run_program(int* exit_code) {
   std::unique_ptr<bs::Model> model;
   PetscCall(bs::register_symplectic());
   PetscCall(bs::register_condensed());
+  PetscCall(bs::register_searches());
   PetscCall(bs::recall_options(PETSC_COMM_WORLD));
   PetscCall(bs::create_model(PETSC_COMM_WORLD, &model));
   PetscCall(bs::run_model(*model, exit_code));

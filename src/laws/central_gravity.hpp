@@ -12,6 +12,7 @@ namespace bs {
 /// f = -G m M0 r/|r|^3,  E = -G m M0/|r|,  r = x - x0; singular at r = 0
 struct CentralGravity {
   static constexpr const char* title = "central gravity";
+  static constexpr Potential potential = Potential::of_position;
   double G = 6.6743e-11;     ///< constant of gravitation [m^3/(kg s^2)] (CODATA 2018)
   double M0 = 0;             ///< central mass [kg]; off: 0
   double x0[3] = {0, 0, 0};  ///< its place [m]

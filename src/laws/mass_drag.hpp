@@ -4,12 +4,14 @@
 
 #include "laws/law_options.hpp"
 #include "laws/point.hpp"
+#include "laws/vector.hpp"
 
 namespace bs {
 
 /// f = -c m v  (`visc` of .xsp files)
 struct MassDrag {
   static constexpr const char* title = "viscosity";
+  static constexpr Potential potential = Potential::of_velocity;
   double c = 0;  ///< rate at which a velocity decays [1/s]; off: 0
 
   template <class V>
@@ -23,6 +25,11 @@ struct MassDrag {
   template <int d>
   double energy(const Point<d>&) const noexcept {
     return 0;
+  }
+  /// R = c m/2 |v|^2:  R(v + dv) - R(v) - R'(v).dv = c m/2 |dv|^2
+  template <int d>
+  double dissipation_beyond_slope(const Point<d>& p, const double* dv) const noexcept {
+    return 0.5 * c * p.m * dot<d>(dv, dv);
   }
   template <int d>
   bool force(const Point<d>& p, double* f) const noexcept {

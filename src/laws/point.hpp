@@ -13,4 +13,7 @@ struct Point {
   const double* v;  ///< velocity [m/s]
 };
 
+/// What a law's force derives from: nothing; E(x) that is linear in x; E(x); or a dissipation potential R(v), f = -dR/dv.
+enum class Potential { none, linear, of_position, of_velocity };
+
 }  // namespace bs

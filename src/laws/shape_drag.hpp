@@ -29,6 +29,7 @@ constexpr Shape shapes[] = {{"none", 0},
 /// f = -1/2 rho A C_D |u| u,  u = v - u_fluid
 struct ShapeDrag {
   static constexpr const char* title = "shape drag";
+  static constexpr Potential potential = Potential::of_velocity;
   int shape = 0;                ///< index into `shapes`; 0: none
   double drag_coefficient = 0;  ///< C_D [1]; off: 0
   double rho = 0;               ///< density of the fluid [kg/m^3]
@@ -71,6 +72,18 @@ struct ShapeDrag {
   template <int d>
   double energy(const Point<d>&) const noexcept {
     return 0;
+  }
+  /// R = k/3 s^3, k = 1/2 rho A C_D. With s' = s + e, and e - n.dv = (|dv|^2 - e n.dv)/(s + s') free of cancellation:
+  ///   R(v + dv) - R(v) - R'(v).dv = k (s^2 (e - n.dv) + e^2 (s + e/3))
+  template <int d>
+  double dissipation_beyond_slope(const Point<d>& p, const double* dv) const noexcept {
+    double u[d], after[d];
+    const double s = relative<d>(p, u), k = 0.5 * rho * area * drag_coefficient;
+    for (int i = 0; i < d; ++i) after[i] = u[i] + dv[i];
+    const double sum = s + norm<d>(after);
+    if (!(s > 0)) return k / 3 * sum * sum * sum;
+    const double along = dot<d>(u, dv) / s, square = dot<d>(dv, dv), e = (2 * s * along + square) / sum;
+    return k * (s * s * (square - e * along) / sum + e * e * (s + e / 3));
   }
   template <int d>
   bool force(const Point<d>& p, double* f) const noexcept {

@@ -14,6 +14,7 @@ namespace bs {
 ///   f = -(6 pi mu a + k h(s)) u,  s = |u|,  k = rho pi a^2/2,  h(s) = 6 s/(1 + sqrt(Re)) + 0.4 s
 struct SphereDrag {
   static constexpr const char* title = "sphere drag";
+  static constexpr Potential potential = Potential::none;
   bool on = false;
   double rho = 0;               ///< density of the fluid [kg/m^3]
   double mu = 0;                ///< dynamic viscosity of the fluid [Pa s]

@@ -4,12 +4,14 @@
 
 #include "laws/law_options.hpp"
 #include "laws/point.hpp"
+#include "laws/vector.hpp"
 
 namespace bs {
 
 /// f = -D v
 struct StokesDrag {
   static constexpr const char* title = "Stokes drag";
+  static constexpr Potential potential = Potential::of_velocity;
   double D = 0;  ///< drag coefficient [kg/s], 6 pi mu a for a sphere in creeping flow; off: 0
 
   template <class V>
@@ -23,6 +25,11 @@ struct StokesDrag {
   template <int d>
   double energy(const Point<d>&) const noexcept {
     return 0;
+  }
+  /// R = D/2 |v|^2:  R(v + dv) - R(v) - R'(v).dv = D/2 |dv|^2
+  template <int d>
+  double dissipation_beyond_slope(const Point<d>&, const double* dv) const noexcept {
+    return 0.5 * D * dot<d>(dv, dv);
   }
   template <int d>
   bool force(const Point<d>& p, double* f) const noexcept {

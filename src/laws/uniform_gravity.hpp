@@ -11,6 +11,7 @@ namespace bs {
 /// f = m g,  E = -m g.x
 struct UniformGravity {
   static constexpr const char* title = "uniform gravity";
+  static constexpr Potential potential = Potential::linear;
   double g[3] = {0, 0, 0};  ///< acceleration [m/s^2]; off: 0 (standard gravity of the Earth: 9.80665)
   int components = 1;       ///< how many of g were given
 

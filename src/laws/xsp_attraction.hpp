@@ -15,6 +15,7 @@ namespace bs {
 ///   |r| <  l:  f = m value/l^p (|r|/l)^2 r/|r|,  0 at r = 0
 struct XspAttraction {
   static constexpr const char* title = "attraction to a centre";
+  static constexpr Potential potential = Potential::of_position;
   double value = 0;              ///< acceleration at distance 1 [m^(1+p)/s^2]; < 0 repels; off: 0
   double exponent = 0;           ///< p [1]
   double center[3] = {0, 0, 0};  ///< C [m]

@@ -15,6 +15,7 @@ namespace bs {
 /// the third axis of d = 3 has no walls.
 struct XspWalls {
   static constexpr const char* title = "walls that repel";
+  static constexpr Potential potential = Potential::of_position;
   double value = 0;                              ///< acceleration at gap 1 [m^(1+p)/s^2]; < 0 attracts; off: 0
   double exponent = 0;                           ///< p [1]
   double box[4] = {0, 642, 0, 550};              ///< xmin, xmax, ymin, ymax [m]; the default is the window of .xsp scenes

@@ -7,6 +7,7 @@
 #include <string>
 #include <variant>
 #include <vector>
+#include "model/incremental.hpp"
 #include "model/tangent.hpp"
 
 namespace bs {
@@ -93,6 +94,8 @@ class Model {
 
   /// What a condensed solve needs, renewed by every jacobian(); null: the model has no such form.
   virtual Tangent* tangent() { return nullptr; }
+  /// What the energy-based line search needs; null: the model has no such potential.
+  virtual Incremental* incremental() { return nullptr; }
   /// A matrix that multiplies by J without holding it, to be given to jacobian() in place of an assembled one; models with
   /// a tangent only.
   virtual PetscErrorCode create_shell(Mat*) { return 0; }

@@ -2,12 +2,10 @@
 #include <algorithm>
 #include <cmath>
 #include <cstring>
+#include "solve/search/searches.hpp"
 
 namespace bs {
 namespace {
-
-// A kinematic residual r is worth the force sigma r: the velocity it stands for, brought up within a step.
-double size_of_forces(const NewtonPolicy& self) { return std::max(self.sigma * self.first[0], self.first[1]); }
 
 bool below(const NewtonPolicy& self, const ResidualNorms& now, double rtol, double floors) {
   // a momentum residual that starts at nothing (free flight) is judged by the velocity error it makes, to 1e-4 rtol
@@ -20,7 +18,7 @@ bool below(const NewtonPolicy& self, const ResidualNorms& now, double rtol, doub
 /// Near rounding level, and no longer falling: no further iterate is any better.
 bool exhausted(const NewtonPolicy& self, const ResidualNorms& now, double rtol) {
   constexpr double NEAR = 100, ROUNDING = 1e-13;
-  const double size = ROUNDING * size_of_forces(self);
+  const double size = ROUNDING * self.size_of_forces();
   const bool near = below(self, now, rtol, NEAR) || (self.sigma * now[0] <= size && now[1] <= size);
   const bool falling = now[0] < 0.5 * self.previous[0] || now[1] < 0.5 * self.previous[1];
   return near && !falling;
@@ -67,6 +65,7 @@ PetscErrorCode test(SNES snes, PetscInt it, PetscReal xnorm, PetscReal snorm, Pe
     PetscReal h;
     PetscCall(TSGetTimeStep(self.ts, &h));
     self.sigma = 1 / h;
+    if (self.sigma != self.floor_sigma) PetscCall(self.estimate_floor(self.sigma));
     for (int k = 0; k < 2; ++k) self.first[k] = std::max(now[k], self.reference[k]);
     self.reference = {0, 0};
   }
@@ -80,68 +79,18 @@ PetscErrorCode test(SNES snes, PetscInt it, PetscReal xnorm, PetscReal snorm, Pe
   PetscFunctionReturn(0);
 }
 
-// phi = |(sigma F_x, F_v)| / max(sigma |F_x|, |F_v|) of the first iterate, where a part below its rounding errors counts as 0
-double merit(const NewtonPolicy& self, const ResidualNorms& now) {
-  const double kinematic = now[0] > self.floor[0] ? self.sigma * now[0] : 0;
-  const double momentum = now[1] > self.floor[1] ? now[1] : 0;
-  const double size = size_of_forces(self);
-  return std::hypot(kinematic, momentum) / (size > 0 ? size : 1);
-}
+}  // namespace
 
-// The first iterations take full steps, also uphill: through stiff springs a good step first raises the residual by
-// orders of magnitude, and searching for descent there costs ten times the iterations. What has not converged by then
-// (full Newton can cycle) goes on by backtracking on phi: phi(lambda) <= (1 - 1e-4 lambda) phi(0), the next lambda from the parabola through phi(0)^2,
-// its Newton slope -2 phi(0)^2 and phi(lambda)^2, within [0.1, 0.5] lambda.
-PetscErrorCode search(SNESLineSearch line, void* context) {
-  constexpr int TRIES = 30, BOLD = 10;
-  constexpr double UPHILL = 1e4;
-  constexpr double NOISE = 1e-12;
-  NewtonPolicy& self = *static_cast<NewtonPolicy*>(context);
-  SNES snes;
-  Vec X, F, Y, W, G;
-  PetscBool changed = PETSC_FALSE;
-  PetscReal fnorm = 0, xnorm, ynorm, lambda = 1;
-  ResidualNorms now;
+PetscErrorCode NewtonPolicy::estimate_floor(double of_sigma) {
+  Vec y;
+  PetscReal time;
   PetscFunctionBegin;
-  PetscCall(SNESLineSearchGetSNES(line, &snes));
-  PetscCall(SNESLineSearchGetVecs(line, &X, &F, &Y, &W, &G));
-  PetscCall(SNESLineSearchSetReason(line, SNES_LINESEARCH_SUCCEEDED));
-  PetscCall(SNESLineSearchPreCheck(line, X, Y, &changed));
-  PetscCall(self.model->residual_norms(F, &now));
-  const double start = merit(self, now);
-  PetscInt iteration;
-  PetscCall(SNESGetIterationNumber(snes, &iteration));
-  bool found = false;
-  for (int k = 0; k < TRIES && !found; ++k) {
-    PetscCall(VecWAXPY(W, -lambda, Y, X));
-    PetscCall(SNESComputeFunction(snes, W, G));
-    PetscCall(VecNorm(G, NORM_2, &fnorm));
-    double phi = INFINITY;
-    if (!PetscIsInfOrNanReal(fnorm)) {
-      PetscCall(self.model->residual_norms(G, &now));
-      phi = merit(self, now);
-    }
-    // at rounding level a direction is noise: take it, and let the convergence test judge
-    found = phi <= (1 - 1e-4 * lambda) * start || (start < NOISE && phi < 10 * NOISE);
-    found |= k == 0 && iteration < BOLD && phi < UPHILL;
-    if (found) break;
-    const double fit = std::isfinite(phi) ? lambda * lambda / (phi * phi / (start * start) - 1 + 2 * lambda) : 0.5 * lambda;
-    lambda = std::clamp(fit, 0.1 * lambda, 0.5 * lambda);
-  }
-  if (!found) {
-    PetscCall(SNESLineSearchSetReason(line, SNES_LINESEARCH_FAILED_REDUCT));
-    PetscFunctionReturn(0);
-  }
-  PetscCall(VecNorm(Y, NORM_2, &ynorm));
-  PetscCall(VecCopy(W, X));
-  PetscCall(VecCopy(G, F));
-  PetscCall(VecNorm(X, NORM_2, &xnorm));
-  PetscCall(SNESLineSearchSetLambda(line, lambda));
-  PetscCall(SNESLineSearchSetNorms(line, xnorm, fnorm, ynorm));
+  PetscCall(TSGetSolution(ts, &y));
+  PetscCall(TSGetTime(ts, &time));
+  PetscCall(model->residual_floor(time, y, of_sigma, form, &floor));
+  floor_sigma = of_sigma;
   PetscFunctionReturn(0);
 }
-
-}  // namespace
 
 PetscErrorCode NewtonPolicy::attach(TS stepper, SNES snes) {
   char type[64] = SNESNEWTONLS;
@@ -149,13 +98,13 @@ PetscErrorCode NewtonPolicy::attach(TS stepper, SNES snes) {
   PetscFunctionBegin;
   ts = stepper;
   PetscCall(SNESSetConvergenceTest(snes, test, this, nullptr));
+  PetscCall(set_search_policy(snes, this));
   PetscCall(PetscOptionsGetString(nullptr, nullptr, "-snes_type", type, sizeof(type), nullptr));
   PetscCall(PetscOptionsHasName(nullptr, nullptr, "-snes_linesearch_type", &given));
   if (given || std::strcmp(type, SNESNEWTONLS) != 0) PetscFunctionReturn(0);
   SNESLineSearch line;
   PetscCall(SNESGetLineSearch(snes, &line));
-  PetscCall(SNESLineSearchSetType(line, SNESLINESEARCHSHELL));
-  PetscCall(SNESLineSearchShellSetUserFunc(line, search, this));
+  PetscCall(SNESLineSearchSetType(line, "energy"));
   PetscFunctionReturn(0);
 }
 

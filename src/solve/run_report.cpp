@@ -78,6 +78,9 @@ PetscErrorCode Run::report(const std::string& outcome, const std::string& why) {
 std::vector<Tally> Run::tallies() const {
   std::vector<Tally> all = model_.tallies();
   if (context_.implicit && solver_tallies(ts_, &all)) all.clear();
+  const SearchTally& search = context_.newton.tally;
+  all.push_back({"search_cuts", "", search.cuts});
+  all.push_back({"search_uphill", "Newton directions led uphill in energy and were searched by residual norms", search.uphill});
   return all;
 }
 

@@ -67,7 +67,8 @@ PetscErrorCode Stepper::pre_step(TS ts) {
   const bool own = self->alpha_ && self->history_.steps() == 0;
   if (own != self->own_start_) PetscCall(TSSetMaxStepRejections(ts, own ? 0 : -1));
   self->own_start_ = own;
-  PetscCall(self->set_floor(ts));
+  // below the rounding errors of the residual no iteration can get
+  if (self->context_.implicit) PetscCall(self->context_.newton.estimate_floor(1.0 / self->planned_));
   PetscInt step;
   PetscCall(TSGetStepNumber(ts, &step));
   PetscCall(self->reuse_.before_step(ts, step, self->planned_));

@@ -70,7 +70,6 @@ class Stepper {
   PetscErrorCode repeat_start(TS ts, bool* again);
   PetscErrorCode prime_solvers(TS ts, double sigma_step);
   PetscErrorCode check_state(TS ts, bool* finite);
-  PetscErrorCode set_floor(TS ts);
   PetscErrorCode krylov_iterations(TS ts, PetscInt* count);
   void restore_step(bool landed, double taken, double* next);
   double next_output(double time) const;

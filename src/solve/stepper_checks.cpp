@@ -1,4 +1,4 @@
-// What stepping asks before and after a step: how small residuals can get, what the solvers did, whether the state is good.
+// What stepping asks before and after a step: what the solvers did, whether the state is good.
 #include <cmath>
 #include "base/fault.hpp"
 #include "solve/condensed/condensed.hpp"
@@ -7,18 +7,6 @@
 #include "solve/ts_queries.hpp"
 
 namespace bs {
-
-// Below the rounding errors of the residual no iteration can get: Newton is told how large they are at this step.
-PetscErrorCode Stepper::set_floor(TS ts) {
-  Vec y;
-  PetscReal time;
-  PetscFunctionBegin;
-  if (!context_.implicit) PetscFunctionReturn(0);
-  PetscCall(TSGetSolution(ts, &y));
-  PetscCall(TSGetTime(ts, &time));
-  PetscCall(model_.residual_floor(time, y, 1.0 / planned_, context_.form, &context_.newton.floor));
-  PetscFunctionReturn(0);
-}
 
 PetscErrorCode Stepper::repeat_start(TS ts, bool* again) {
   TSConvergedReason reason;

@@ -4,6 +4,7 @@
 #include "base/fault.hpp"
 #include "solve/condensed/condensed.hpp"
 #include "solve/linear_defaults.hpp"
+#include "solve/search/searches.hpp"
 #include "solve/stepping_check.hpp"
 
 namespace bs {
@@ -12,6 +13,7 @@ namespace {
 PetscErrorCode form_residual(TS, PetscReal t, Vec y, Vec ydot, Vec F, void* data) {
   TSContext* context = static_cast<TSContext*>(data);
   PetscFunctionBegin;
+  context->newton.residual_time = t;
   PetscCall(context->model->residual(t, y, ydot, context->form, F));
   PetscFunctionReturn(0);
 }
@@ -19,6 +21,8 @@ PetscErrorCode form_residual(TS, PetscReal t, Vec y, Vec ydot, Vec F, void* data
 PetscErrorCode form_jacobian(TS, PetscReal t, Vec y, Vec ydot, PetscReal sigma, Mat A, Mat P, void* data) {
   TSContext* context = static_cast<TSContext*>(data);
   PetscFunctionBegin;
+  context->newton.stage_time = t;
+  context->newton.stage_sigma = sigma;
   PetscCall(context->model->jacobian(t, y, ydot, sigma, context->form, P));
   if (A != P) {
     PetscCall(MatAssemblyBegin(A, MAT_FINAL_ASSEMBLY));
@@ -67,6 +71,10 @@ PetscErrorCode set_implicit(TS ts, Model& model, TSContext* context) {
   // must not pass for it, as it would with PETSc's stol of 1e-8.
   PetscCall(SNESSetTolerances(snes, 0.0, 1e-8, 1e-14, 50, PETSC_DEFAULT));
   context->newton.model = &model;
+  context->newton.form = context->form;
+  TSType type;
+  PetscCall(TSGetType(ts, &type));
+  context->newton.affine = context->form == Form::momentum && among(type, {TSBEULER, TSCN, TSTHETA, TSBDF});
   PetscCall(context->newton.attach(ts, snes));
   PetscCall(set_linear_defaults(ts, model, &context->newton));
   PetscFunctionReturn(0);
@@ -120,14 +128,10 @@ PetscErrorCode describe_solver(TS ts, const TSContext& context, std::string* lin
   SNESType snes_type;
   KSPType ksp_type;
   PCType pc_type;
-  SNESLineSearch search;
-  SNESLineSearchType search_type;
   PetscReal atol, rtol, stol;
   PetscInt maxit, maxf;
   PetscCall(TSGetSNES(ts, &snes));
   PetscCall(SNESGetType(snes, &snes_type));
-  PetscCall(SNESGetLineSearch(snes, &search));
-  PetscCall(SNESLineSearchGetType(search, &search_type));
   PetscCall(SNESGetTolerances(snes, &atol, &rtol, &stol, &maxit, &maxf));
   PetscCall(SNESGetKSP(snes, &ksp));
   PetscCall(KSPGetType(ksp, &ksp_type));
@@ -141,8 +145,9 @@ PetscErrorCode describe_solver(TS ts, const TSContext& context, std::string* lin
     *line += "; one linear solve a step (SNES ksponly); " + solver;
     PetscFunctionReturn(0);
   }
-  const char* search_name = !search_type ? "default" : std::string(search_type) == SNESLINESEARCHSHELL ? "full steps, then backtracking" : search_type;
-  *line += format("; SNES %s, line search %s, rtol %g of either residual; %s", snes_type, search_name, rtol, solver.c_str());
+  std::string search;
+  PetscCall(describe_search(snes, &search));
+  *line += format("; SNES %s, line search %s, rtol %g of either residual; %s", snes_type, search.c_str(), rtol, solver.c_str());
   PetscFunctionReturn(0);
 }
 

@@ -10,6 +10,12 @@ struct AxialDamper {
   static constexpr const char* title = "axial";
   static constexpr bool regular_at_zero = false;  ///< no direction at l = 0
 
+  /// Its direction moves with the ends: no potential of the velocities.
+  static constexpr bool dissipation_potential = false;
+  template <int d>
+  static double dissipation_beyond_slope(const double*, double) noexcept {
+    return 0;
+  }
   template <int d>
   static void force(const double* dx, double l, const double* w, double D, double* f) noexcept {
     const double q = D * (dot<d>(dx, w) / l) / l;

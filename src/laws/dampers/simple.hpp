@@ -1,5 +1,6 @@
 // Damper of the whole relative velocity of its two ends; it damps rotation, too.
 #pragma once
+#include "laws/vector.hpp"
 
 namespace bs {
 
@@ -8,6 +9,12 @@ struct SimpleDamper {
   static constexpr const char* title = "simple";
   static constexpr bool regular_at_zero = true;
 
+  /// R = D/2 |w|^2:  R(w + dw) - R(w) - R'(w).dw = D/2 |dw|^2
+  static constexpr bool dissipation_potential = true;
+  template <int d>
+  static double dissipation_beyond_slope(const double* dw, double D) noexcept {
+    return 0.5 * D * dot<d>(dw, dw);
+  }
   template <int d>
   static void force(const double*, double, const double* w, double D, double* f) noexcept {
     for (int i = 0; i < d; ++i) f[i] -= D * w[i];

@@ -8,6 +8,8 @@ struct HookeSpring {
   static constexpr const char* title = "hooke";
   static constexpr bool regular_at_zero = false;  ///< no direction at l = 0
   static double energy(double l, double k, double L) noexcept { return 0.5 * k * (l - L) * (l - L); }
+  /// e(l + s) - e(l) - T(l) s for a change of length s.
+  static double energy_beyond_slope(double s, double k, double) noexcept { return 0.5 * k * s * s; }
   static double tension(double l, double k, double L) noexcept { return k * (l - L); }
   static double tension_over_length(double l, double k, double L) noexcept { return k * (l - L) / l; }
   static double stiffness(double, double k, double) noexcept { return k; }

@@ -16,6 +16,21 @@ inline void spring_force(const double* dx, double l, double k, double L, double*
   for (int i = 0; i < d; ++i) f[i] -= q * dx[i];
 }
 
+/// e(x + dd) - e(x) - e'(x).dd = e(l + s) - e(l) - T s + T (s - u.dd), where the change of length s and
+/// s - u.dd = (|dd|^2 - s u.dd)/(2l + s) are free of cancellation. A law of zero rest length is linear in dx: K/2 |dd|^2.
+template <int d, class Law>
+inline double spring_energy_beyond_slope(const double* dx, double l, const double* dd, double k, double L) noexcept {
+  const double square = dot<d>(dd, dd);
+  if constexpr (Law::regular_at_zero) {
+    return 0.5 * k * square;
+  } else {
+    double after[d];
+    for (int i = 0; i < d; ++i) after[i] = dx[i] + dd[i];
+    const double sum = l + norm<d>(after), along = dot<d>(dx, dd) / l, s = (2 * l * along + square) / sum;
+    return Law::energy_beyond_slope(s, k, L) + Law::tension(l, k, L) * (square - s * along) / sum;
+  }
+}
+
 /// The two rates of a spring [N/m]: along it T', across it T/l.
 struct SpringTangent {
   double axial, transverse;

@@ -8,6 +8,8 @@ struct StrainSpring {
   static constexpr const char* title = "strain";
   static constexpr bool regular_at_zero = false;  ///< no direction at l = 0
   static double energy(double l, double K, double L) noexcept { return 0.5 * K / L * (l - L) * (l - L); }
+  /// e(l + s) - e(l) - T(l) s for a change of length s.
+  static double energy_beyond_slope(double s, double K, double L) noexcept { return 0.5 * K / L * s * s; }
   static double tension(double l, double K, double L) noexcept { return K * (l - L) / L; }
   static double tension_over_length(double l, double K, double L) noexcept { return K * (l - L) / (L * l); }
   static double stiffness(double, double K, double L) noexcept { return K / L; }

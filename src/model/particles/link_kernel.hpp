@@ -65,6 +65,13 @@ struct LinkKernel {
     return p.rest_length == 0 ? ZeroRestSpring::energy(g.length, p.stiffness, 0.0)
                               : Spring::energy(g.length, p.stiffness, p.rest_length);
   }
+  /// What the link adds to an incremental potential beyond its slope, for changes dd, dw of dx and w:
+  ///   sigma (e(dx + dd) - e(dx) - e'.dd) + R(w + dw) - R(w) - R'.dw
+  static double beyond_slope(const LinkGeometry<d>& g, const double* dd, const double* dw, const LinkParameters& p, double sigma) noexcept {
+    const double spring = p.rest_length == 0 ? spring_energy_beyond_slope<d, ZeroRestSpring>(g.dx, g.length, dd, p.stiffness, 0.0)
+                                             : spring_energy_beyond_slope<d, Spring>(g.dx, g.length, dd, p.stiffness, p.rest_length);
+    return sigma * spring + (p.damping != 0 ? Damper::template dissipation_beyond_slope<d>(dw, p.damping) : 0.0);
+  }
   /// Force per length along the spring, for estimates [N/m].
   static double rate(const LinkParameters& p) noexcept {
     return p.rest_length == 0 ? ZeroRestSpring::stiffness(1.0, p.stiffness, 0.0)

@@ -43,6 +43,7 @@ PetscErrorCode ParticleModel::create(MPI_Comm comm, Lattice&& lattice, std::uniq
   PetscCall(model->coupling_.create(model->net_));
   model->physics_ = create_physics(model->net_, model->laws_, model->motion_, model->pattern_);
   PetscCall(model->tangent_.create(model->net_, *model->physics_, model->pattern_, model->y0_, model->coupling_.active()));
+  PetscCall(model->potential_.create(model->net_, *model->physics_, model->y0_, model->coupling_.active()));
   model->force_.resize(static_cast<std::size_t>(model->net_.n * model->net_.dim));
   model->rates_ = model->physics_->rates();
   *out = std::move(model);

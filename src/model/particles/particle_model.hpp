@@ -6,6 +6,7 @@
 #include "model/particles/condensed/particle_tangent.hpp"
 #include "model/particles/coupling.hpp"
 #include "model/particles/local_state.hpp"
+#include "model/particles/particle_potential.hpp"
 #include "model/particles/physics.hpp"
 #include "model/particles/row_pattern.hpp"
 #include "model/particles/spring_strain.hpp"
@@ -30,6 +31,7 @@ class ParticleModel final : public Model {
   PetscErrorCode create_matrix(Mat* P) override;
   PetscErrorCode create_operator(Mat P, Form form, Mat* A) override;
   Tangent* tangent() override { return coupling_.active() ? nullptr : &tangent_; }
+  Incremental* incremental() override { return &potential_; }
   PetscErrorCode create_shell(Mat* P) override;
   PetscErrorCode residual_norms(Vec F, ResidualNorms* norms) override;
   PetscErrorCode residual_floor(double t, Vec y, double sigma, Form form, ResidualNorms* floor) override;
@@ -63,6 +65,7 @@ class ParticleModel final : public Model {
   bool store_strain_ = false;
   std::unique_ptr<Physics> physics_;
   ParticleTangent tangent_;
+  ParticlePotential potential_;
   std::vector<double> force_, rates_;
   VecHandle y0_, position_, velocity_;       ///< the latter two in the input's order
   ScatterHandle to_position_, to_velocity_;

@@ -2,9 +2,11 @@
 // and laws, so that the loops hold no switch.
 #pragma once
 #include <memory>
+#include <string>
 #include <vector>
 #include "laws/motion.hpp"
 #include "laws/registry.hpp"
+#include "model/incremental.hpp"
 #include "model/particles/condensed/block_rows.hpp"
 #include "model/particles/condensed/spring_matrix.hpp"
 #include "model/particles/coupling.hpp"
@@ -49,6 +51,12 @@ class Physics {
   virtual void multiply_law_damping(double t, const LocalState& state, const double* w, double* f) const = 0;
   /// Elastic energy counts half a spring from either end.
   virtual Energies energies(double t, const LocalState& state) const = 0;
+  /// This rank's share of what the incremental potential changes by beyond its slope along lambda `line` (gathered as a
+  /// direction), anchors at rest meanwhile: sum over particles, springs and laws of
+  ///   sigma/2 m |dv|^2 + sigma (E(x + dx) - E(x) - E'.dx) + R(v + dv) - R(v) - R'.dv
+  virtual PotentialChange beyond_slope(double t, const LocalState& state, const LocalState& line, double lambda, double sigma) const = 0;
+  /// Empty, or what of the springs and particle laws here has no potential.
+  virtual std::string lacks_potential() const = 0;
   /// size[i]: sum of the magnitudes of the particle laws' forces on owned particle i, which may cancel each other [N].
   virtual void law_sizes(double t, const LocalState& state, double* size) const = 0;
   /// Sum of the rates of the springs at every owned particle [N/m].

@@ -96,6 +96,9 @@ class PhysicsOf final : public Physics {
     return sum;
   }
 
+  PotentialChange beyond_slope(double t, const LocalState& state, const LocalState& line, double lambda, double sigma) const override;
+  std::string lacks_potential() const override;
+
   void law_sizes(double t, const LocalState& state, double* size) const override {
     for (PetscInt i = 0; i < net_.n; ++i) {
       size[i] = 0;
@@ -235,6 +238,8 @@ class PhysicsOf final : public Physics {
     subtract(panel, width, pattern_.self(i), self_K, self_D);
   }
 
+  template <class Law>
+  static void add_law(const Law& law, const Point<d>& point, const double* dx, const double* dv, double sigma, PotentialChange* sum);
   template <bool positive>
   void fill_springs(double t, const LocalState& state, double sigma, SpringMatrix* S) const;
   template <bool positive>
@@ -254,3 +259,4 @@ class PhysicsOf final : public Physics {
 }  // namespace bs
 
 #include "model/particles/condensed/physics_condensed.hpp"
+#include "model/particles/physics_potential.hpp"

@@ -50,6 +50,32 @@ inline bool add_plain_links(const Links& links, PetscInt i, const double* y, con
   return true;
 }
 
+/// What the energy of the links of owned particle i changes by beyond its slope when local states move by lambda `lines` [J];
+/// the formulas are those of spring_energy_beyond_slope.
+template <int d, class Spring>
+inline double plain_beyond_slope(const Links& links, PetscInt i, const double* y, const double* states, const double* lines, double lambda) {
+  const double *stiffness = links.stiffness.data(), *rest_length = links.rest_length.data();
+  const double* z = lines + static_cast<std::size_t>(i) * 2 * d;
+  double part[32], sum = 0;
+  for_plain_links<d>(
+      links, i, y, states,
+      [&](PetscInt k, PetscInt e, double before, const double* dx) {
+        const double* end_line = lines + static_cast<std::size_t>(links.other[e]) * 2 * d;
+        double square = 0, along = 0, after = 0;
+        for (int c = 0; c < d; ++c) {
+          const double dd = lambda * (z[c] - end_line[c]), there = dx[c] + dd;
+          square += dd * dd;
+          along += dx[c] * dd;
+          after += there * there;
+        }
+        const double l = std::sqrt(before), whole = l + std::sqrt(after), s = (2 * along + square) / whole;
+        part[k] = Spring::energy_beyond_slope(s, stiffness[e], rest_length[e]) +
+                  Spring::tension(l, stiffness[e], rest_length[e]) * (square - s * along / l) / whole;
+      },
+      [&](PetscInt k) { sum += part[k]; });
+  return sum;
+}
+
 /// Energy of the links of owned particle i [J].
 template <int d, class Spring>
 inline double plain_energy(const Links& links, PetscInt i, const double* y, const double* states) {

@@ -1,0 +1,13 @@
+// The search along a Newton direction by residual norms: bold at first, guarded later.
+#pragma once
+#include "solve/convergence.hpp"
+
+namespace bs {
+
+/// Collective. From the state and direction of `line`: full steps for the first iterations, then backtracking.
+PetscErrorCode guarded_search(SNESLineSearch line, const NewtonPolicy& newton);
+
+/// The same, backtracking from the first iteration on.
+PetscErrorCode cautious_search(SNESLineSearch line, const NewtonPolicy& newton);
+
+}  // namespace bs

@@ -1,0 +1,248 @@
+// The incremental potential Phi that the energy search goes by: its slope, its changes and what lacks it, against the energies
+// the program shows and dissipation potentials written out here.
+#include <catch2/catch.hpp>
+#include <cmath>
+#include <vector>
+
+#include "lattice/generator.hpp"
+#include "model/particles/particle_potential.hpp"
+
+using namespace bs;
+
+namespace {
+
+enum class Dampers { none, simple, axial };
+
+/// A lattice with every third spring without rest length, every fifth damped, four anchors that move, and every law that has
+/// a potential; two particles are fixed.
+struct Case {
+  Network net;
+  ParticleLaws laws;
+  Motion motion;
+  RowPattern pattern;
+  Coupling coupling;
+  std::unique_ptr<Physics> physics;
+  ParticlePotential potential;
+  VecHandle y, z;
+  double sigma = 20, t = 0.3;
+
+  Case(int d, SpringLaw law, Dampers dampers, bool all_laws, double stiffness = 60) {
+    int rank, size;
+    MPI_Comm_rank(PETSC_COMM_WORLD, &rank);
+    MPI_Comm_size(PETSC_COMM_WORLD, &size);
+    GeneratorSpec spec;
+    spec.type = d == 1 ? LatticeType::chain : d == 2 ? LatticeType::square : LatticeType::cubic;
+    spec.size = d == 1 ? std::vector<std::int64_t>{19} : d == 2 ? std::vector<std::int64_t>{5, 6} : std::vector<std::int64_t>{3, 4, 3};
+    spec.dim = d;
+    spec.particle_mass = 0.5;
+    spec.stiffness = {stiffness, 0.6 * stiffness, 0.4 * stiffness};
+    spec.fixed_particles = {0, 4};
+    Lattice lattice = generate(spec, rank, size);
+    lattice.spring_law = law;
+    lattice.damping_law = dampers == Dampers::axial ? DampingLaw::axial : DampingLaw::simple;
+    for (std::int64_t k = 0; k < lattice.springs.count; ++k) {
+      const std::int64_t row = lattice.springs.first + k;
+      if (all_laws && row % 3 == 0) lattice.rest_length[static_cast<std::size_t>(k)] = 0;
+      if (row % 5 == 0) lattice.damping[static_cast<std::size_t>(k)] = dampers == Dampers::none ? 0 : 3;
+    }
+    if (all_laws) add_anchors(d, split_rows(4, rank, size), dampers, &lattice);
+    if (all_laws) set_laws();
+    NetworkOptions options;
+    options.partition = 1;
+    REQUIRE(build_network(PETSC_COMM_WORLD, lattice, options, &net) == 0);
+    physics = create_physics(net, laws, motion, pattern);
+    for (VecHandle* vec : {&y, &z}) {
+      REQUIRE(VecCreateMPI(PETSC_COMM_WORLD, net.n * 2 * d, PETSC_DETERMINE, vec->out()) == 0);
+      REQUIRE(VecSetBlockSize(*vec, 2 * d) == 0);
+    }
+    REQUIRE(potential.create(net, *physics, y, false) == 0);
+  }
+
+  static void add_anchors(int d, Rows rows, Dampers dampers, Lattice* lattice) {
+    lattice->anchors = rows;
+    for (std::int64_t k = rows.first; k < rows.first + rows.count; ++k) {
+      lattice->anchor_particle.push_back(2 + 3 * k);
+      for (int c = 0; c < d; ++c) lattice->anchor_point.push_back(0.4 + 0.3 * static_cast<double>(k) - 0.7 * c);
+      lattice->anchor_stiffness.push_back(25);
+      lattice->anchor_rest_length.push_back(k == 1 ? 0.0 : 0.8);
+      lattice->anchor_damping.push_back(dampers == Dampers::none ? 0 : 2);
+    }
+  }
+
+  void set_laws() {
+    UniformGravity& gravity = std::get<UniformGravity>(laws);
+    gravity.g[0] = -9.81;
+    CentralGravity& central = std::get<CentralGravity>(laws);
+    central.G = 1;
+    central.M0 = 30;
+    for (double& c : central.x0) c = -4;
+    std::get<StokesDrag>(laws).D = 1.7;
+    std::get<MassDrag>(laws).c = 0.9;
+    ShapeDrag& shape = std::get<ShapeDrag>(laws);
+    shape.drag_coefficient = 0.5;
+    shape.rho = 1.2;
+    shape.area = 0.8;
+    shape.fluid[0] = 0.4;
+    XspAttraction& pull = std::get<XspAttraction>(laws);
+    pull.value = 2;
+    pull.exponent = 1.5;
+    for (double& c : pull.center) c = 9;
+    XspWalls& walls = std::get<XspWalls>(laws);
+    walls.value = 5;
+    walls.exponent = 2;
+    const double box[4] = {-6, 40, -7, 30};
+    std::copy_n(box, 4, walls.box);
+    for (bool& side : walls.sides) side = true;
+    motion.kind = Motion::Kind::sinusoid;
+    motion.frequency = 0.5;
+    for (double& c : motion.A) c = 0.3;
+  }
+
+  /// State, direction: z_x = z_v/sigma, zero at fixed particles. `way` picks one of many.
+  void set(int way, double size) {
+    const int d = net.dim;
+    PetscScalar *ay = nullptr, *az = nullptr;
+    REQUIRE(VecGetArray(y, &ay) == 0);
+    REQUIRE(VecGetArray(z, &az) == 0);
+    for (PetscInt i = 0; i < net.n; ++i)
+      for (int c = 0; c < d; ++c) {
+        const double row = static_cast<double>(net.row[i]) + 0.37 * way;
+        const PetscInt x = i * 2 * d + c;
+        ay[x] = net.held[i * d + c] + (net.fixed[i] ? 0 : 0.3 * std::sin(1.7 * row + c));
+        ay[x + d] = net.fixed[i] ? 0 : 2 * std::cos(0.9 * row - c);
+        az[x + d] = net.fixed[i] ? 0 : size * std::sin(2.3 * row + 1.1 * c + way);
+        az[x] = az[x + d] / sigma;
+      }
+    REQUIRE(VecRestoreArray(z, &az) == 0);
+    REQUIRE(VecRestoreArray(y, &ay) == 0);
+  }
+
+  double sum(double value) const {
+    MPI_Allreduce(MPI_IN_PLACE, &value, 1, MPI_DOUBLE, MPI_SUM, PETSC_COMM_WORLD);
+    return value;
+  }
+
+  /// b of Phi's b.v, any constant will do.
+  static double constant(std::int64_t row, int c) { return 3 * std::cos(1.3 * static_cast<double>(row) + c); }
+
+  /// Phi at y + lambda z from the observable energies and the dissipation potentials of simple dampers and drag.
+  double phi(double lambda) {
+    const int d = net.dim;
+    VecHandle at;
+    REQUIRE(VecDuplicate(y, at.out()) == 0);
+    REQUIRE(VecWAXPY(at, lambda, z, y) == 0);
+    LocalState state;
+    REQUIRE(state.create(net, y) == 0);
+    REQUIRE(state.gather(at) == 0);
+    const Energies e = physics->energies(t, state);
+    double total = sigma * (e.kinetic + e.elastic + e.field);
+    for (PetscInt i = 0; i < net.n; ++i) {
+      const double* v = state.at(i) + d;
+      for (PetscInt k = net.links.start[i]; k < net.links.start[i + 1]; ++k) total += 0.5 * damper(net.links, k, v, state.at(net.links.other[k]) + d);
+      if (net.fixed[i]) continue;
+      double own = 0, relative = 0;
+      const ShapeDrag& shape = std::get<ShapeDrag>(laws);
+      for (int c = 0; c < d; ++c) {
+        total += constant(net.row[i], c) * v[c];
+        own += v[c] * v[c];
+        relative += (v[c] - shape.fluid[c]) * (v[c] - shape.fluid[c]);
+      }
+      total += 0.5 * (std::get<StokesDrag>(laws).D + std::get<MassDrag>(laws).c * net.mass[i]) * own;
+      total += shape.rho * shape.area * shape.drag_coefficient * std::pow(relative, 1.5) / 6;
+    }
+    double rate[3];
+    motion.velocity(t, rate);
+    for (std::size_t k = 0; k < net.anchors.particle.size(); ++k)
+      total += damper(net.anchors, static_cast<PetscInt>(k), state.at(net.anchors.particle[k]) + d, rate);
+    return sum(total);
+  }
+
+  template <class Table>
+  double damper(const Table& table, PetscInt k, const double* v, const double* other) const {
+    double square = 0;
+    for (int c = 0; c < net.dim; ++c) square += (v[c] - other[c]) * (v[c] - other[c]);
+    return table.damping.empty() ? 0 : 0.5 * table.damping[static_cast<std::size_t>(k)] * square;
+  }
+
+  /// g.dv, g = sigma M v - f + b the condensed momentum residual.
+  double slope() {
+    const int d = net.dim;
+    LocalState state, line;
+    Singularity fault;
+    std::vector<double> f(static_cast<std::size_t>(net.n * d));
+    REQUIRE(state.create(net, y) == 0);
+    REQUIRE(line.create(net, y) == 0);
+    REQUIRE(state.gather(y) == 0);
+    REQUIRE(line.gather_direction(z) == 0);
+    for (const Part part : {Part::interior, Part::boundary}) physics->forces(part, t, state, coupling, f.data(), &fault);
+    CHECK(fault.kind == Singularity::none);
+    double total = 0;
+    for (PetscInt i = 0; i < net.n; ++i)
+      for (int c = 0; c < d && !net.fixed[i]; ++c)
+        total += (sigma * net.mass[i] * state.at(i)[d + c] - f[static_cast<std::size_t>(i * d + c)] + constant(net.row[i], c)) * line.at(i)[d + c];
+    return sum(total);
+  }
+
+  double beyond(double lambda) {
+    PotentialChange change;
+    REQUIRE(potential.beyond_slope(t, sigma, lambda, &change) == 0);
+    return change.value;
+  }
+};
+
+}  // namespace
+
+TEST_CASE("g.dv is the slope of the incremental potential") {
+  for (const int d : {1, 2, 3})
+    for (const SpringLaw law : {SpringLaw::hooke, SpringLaw::strain})
+      for (const Dampers dampers : {Dampers::none, Dampers::simple}) {
+        Case c(d, law, dampers, true);
+        CHECK(c.potential.lacks_potential().empty());
+        for (int way = 0; way < 8; ++way) {
+          c.set(way, 1.0);
+          const double h = 1e-3;
+          // two central differences of Phi: their error falls as h^4
+          const double wide = (c.phi(2 * h) - c.phi(-2 * h)) / (4 * h), narrow = (c.phi(h) - c.phi(-h)) / (2 * h);
+          const double slope = c.slope(), scale = std::abs(slope) + 1;
+          CHECK(std::abs((4 * narrow - wide) / 3 - slope) < 3e-8 * scale);
+        }
+      }
+}
+
+TEST_CASE("the change beyond the slope is that of the energies") {
+  for (const int d : {1, 2, 3})
+    for (const SpringLaw law : {SpringLaw::hooke, SpringLaw::strain}) {
+      Case c(d, law, Dampers::simple, true);
+      for (int way = 0; way < 4; ++way) {
+        c.set(way, 4.0);
+        REQUIRE(c.potential.follow(c.y, c.z) == 0);
+        const double start = c.phi(0), slope = c.slope();
+        for (const double lambda : {1.0, 0.37, -0.6, 2.5}) {
+          const double change = c.phi(lambda) - start - lambda * slope;
+          CHECK(std::abs(c.beyond(lambda) - change) < 1e-11 * (std::abs(start) + std::abs(lambda * slope) + std::abs(change)));
+        }
+      }
+    }
+}
+
+TEST_CASE("small changes keep their digits however stiff the springs") {
+  Case c(3, SpringLaw::hooke, Dampers::simple, false, 1e12);
+  c.set(1, 1.0);
+  REQUIRE(c.potential.follow(c.y, c.z) == 0);
+  // Phi is 1e13 here, and its rounding 1e-3; beyond the slope it changes by lambda^2 q (1 + O(lambda))
+  const double q = c.beyond(1e-5) / 1e-10;
+  for (const double lambda : {1e-7, 1e-9, 1e-11}) CHECK(c.beyond(lambda) / (lambda * lambda * q) == Approx(1).epsilon(1e-4));
+}
+
+TEST_CASE("what has no potential is named, on every rank") {
+  Case damped(2, SpringLaw::hooke, Dampers::axial, false);
+  CHECK(damped.potential.lacks_potential() == "damping along the springs");
+  Case still(2, SpringLaw::hooke, Dampers::none, false);
+  CHECK(still.potential.lacks_potential().empty());
+  Case sphere(2, SpringLaw::hooke, Dampers::none, false);
+  std::get<SphereDrag>(sphere.laws).on = true;
+  REQUIRE(sphere.potential.create(sphere.net, *sphere.physics, sphere.y, false) == 0);
+  CHECK(sphere.potential.lacks_potential() == "sphere drag");
+  REQUIRE(still.potential.create(still.net, *still.physics, still.y, true) == 0);
+  CHECK(still.potential.lacks_potential() == "a force that couples all particles");
+}
