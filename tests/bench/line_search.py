@@ -19,7 +19,7 @@ from program import environment, words
 from running import read_events
 import cases
 
-SEARCHES = ("energy",)
+SEARCHES = ("bt", "cp", "l2", "basic", "guarded", "energy")
 BLOCK = {"bs_lattice_type": "cubic", "bs_lattice_neighbors": 18, "bs_spring_law": "strain", "bs_lattice_stiffness": 250, "bs_gravity": (0, 0, -9.81),
          "bs_lattice_seed": 3}
 
