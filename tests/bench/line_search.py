@@ -5,6 +5,7 @@ import argparse
 import json
 import os
 import pathlib
+import resource
 import shutil
 import statistics
 import subprocess
@@ -102,14 +103,16 @@ def measure(program, options, search, folder, limit, repeats):
     given = dict(options, snes_linesearch_type=search, bs_report="r.json", bs_progress_interval=-1, bs_advise=False, log_view=":log.csv:ascii_csv")
     times = []
     while len(times) < repeats and (not times or times[0] < 2):
+        before = resource.getrusage(resource.RUSAGE_CHILDREN)
         try:
             done = subprocess.run([program] + words(given), cwd=folder, env=environment(1), timeout=limit, capture_output=True, text=True, errors="replace")
         except subprocess.TimeoutExpired:
             return {"outcome": f"not done in {limit:.0f} s"}
         if done.returncode not in (0, 3):
             raise SystemExit(f"exit code {done.returncode}: {done.stderr.strip()[-300:]}")
-        events = read_events(folder / "log.csv")
-        times.append(events["TSStep"]["time"])
+        after = resource.getrusage(resource.RUSAGE_CHILDREN)
+        times.append(after.ru_utime - before.ru_utime + after.ru_stime - before.ru_stime)
+    events = read_events(folder / "log.csv")
     r = json.loads((folder / "r.json").read_text())
     count = lambda name: events.get(name, {"count": 0})["count"]
     return {"outcome": r["outcome"], "newton": r["newton"], "residuals": count("BSForces"), "energies": count("BSPotential"), "krylov": r["krylov"], "steps": r["steps"],
@@ -119,16 +122,15 @@ def measure(program, options, search, folder, limit, repeats):
 def cell(row, best):
     if row["outcome"] != "ok":
         return row["outcome"]
-    rejected = f", {row['rejected']} cut" if row["rejected"] else ""
-    text = f"{row['newton']} ({row['seconds'] / best:.2g}{rejected})"
-    return f"**{text}**" if row["seconds"] <= 1.1 * best else text
+    text = f"{row['newton']} / {row['krylov']}" + (f" ({row['rejected']} cut)" if row["rejected"] else "")
+    return f"**{text}**" if row["newton"] <= 1.1 * best else text
 
 
 def table(results):
-    """Newton iterations of a run, in brackets its time over the fastest search's and the attempts that were rejected."""
+    """Newton / Krylov iterations of a run, in brackets the attempts at a step that were rejected."""
     lines = ["| case | " + " | ".join(SEARCHES) + " |", "|---" * (len(SEARCHES) + 1) + "|"]
     for name, rows in results.items():
-        best = min((r["seconds"] for r in rows.values() if r["outcome"] == "ok"), default=1.0)
+        best = min((r["newton"] for r in rows.values() if r["outcome"] == "ok"), default=0)
         lines.append(f"| {name} | " + " | ".join(cell(rows[s], best) for s in SEARCHES) + " |")
     lines += ["", "| all cases | " + " | ".join(SEARCHES) + " |", "|---" * (len(SEARCHES) + 1) + "|"]
     ratio = {s: [] for s in SEARCHES}
@@ -143,6 +145,7 @@ def table(results):
     total = lambda key: column(lambda s: str(sum(rows[s].get(key, 0) for rows in results.values())))
     for key, title in (("residuals", "residual evaluations"), ("energies", "energy evaluations"), ("krylov", "Krylov iterations"), ("rejected", "rejected attempts")):
         lines.append(f"| {title} | " + total(key) + " |")
+    lines.append("| processor time [s], start-up included | " + column(lambda s: f"{sum(rows[s].get('seconds', 0) for rows in results.values()):.3g}") + " |")
     lines.append("| runs that did not end well | " + column(lambda s: str(sum(rows[s]["outcome"] != "ok" for rows in results.values()))) + " |")
     return "\n".join(lines) + "\n"
 
@@ -164,11 +167,11 @@ def main():
             if a.filter not in name:
                 continue
             results[name] = {s: measure(program, options, s, folder, a.limit, a.repeats) for s in SEARCHES}
-            print(name + ": " + ", ".join(f"{s} {cell(r, 1.0)} E={r.get('energy', 0):.5g} u={r.get('uphill', 0)}" for s, r in results[name].items()), flush=True)
+            print(name + ": " + ", ".join(f"{s} {cell(r, 0)}" for s, r in results[name].items()), flush=True)
     text = table(results)
     (a.output / "line_search.json").write_text(json.dumps({"n": a.n, "limit": a.limit, "results": results}, indent=1) + "\n")
     (a.output / "line_search.md").write_text("# Line searches\n\nMeasured by `tests/bench/line_search.py`. " + " ".join(table.__doc__.split())
-                                            + f" Bold: within a tenth of the fastest. A run may take {a.limit:.0f} s.\n\n" + text)
+                                            + f" Bold: within a tenth of the fewest Newton iterations. A run may take {a.limit:.0f} s.\n\n" + text)
     print(text)
 
 

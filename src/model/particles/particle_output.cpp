@@ -21,7 +21,6 @@ const ParticleEvents& particle_events() {
     (void)PetscLogEventRegister("BSFactor", id, &e.factor);
     (void)PetscLogEventRegister("BSTriangles", id, &e.triangles);
     (void)PetscLogEventRegister("BSTangentMult", id, &e.tangent);
-    (void)PetscLogEventRegister("BSPotential", id, &e.line);
     return e;
   }();
   return events;

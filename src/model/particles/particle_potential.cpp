@@ -1,7 +1,21 @@
 #include "model/particles/particle_potential.hpp"
-#include "model/particles/events.hpp"
 
 namespace bs {
+namespace {
+
+/// BSPotential in -log_view; registered at first use.
+PetscLogEvent potential_event() {
+  static const PetscLogEvent event = [] {
+    PetscLogEvent e = 0;
+    PetscClassId id = 0;
+    (void)PetscClassIdRegister("BSPotential", &id);
+    (void)PetscLogEventRegister("BSPotential", id, &e);
+    return e;
+  }();
+  return event;
+}
+
+}  // namespace
 
 PetscErrorCode ParticlePotential::create(const Network& net, const Physics& physics, Vec layout, bool coupled) {
   PetscFunctionBegin;
@@ -51,12 +65,12 @@ PetscErrorCode ParticlePotential::follow(Vec y, Vec z) {
 
 PetscErrorCode ParticlePotential::beyond_slope(double t, double sigma, double lambda, PotentialChange* change) {
   PetscFunctionBegin;
-  PetscCall(PetscLogEventBegin(particle_events().line, nullptr, nullptr, nullptr, nullptr));
+  PetscCall(PetscLogEventBegin(potential_event(), nullptr, nullptr, nullptr, nullptr));
   *change = physics_->beyond_slope(t, state_, line_, lambda, sigma);
   double sums[2] = {change->value, change->noise};
   PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, sums, 2, MPI_DOUBLE, MPI_SUM, net_->comm));
   *change = {sums[0], sums[1]};
-  PetscCall(PetscLogEventEnd(particle_events().line, nullptr, nullptr, nullptr, nullptr));
+  PetscCall(PetscLogEventEnd(potential_event(), nullptr, nullptr, nullptr, nullptr));
   PetscFunctionReturn(0);
 }
 
