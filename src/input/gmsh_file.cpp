@@ -56,7 +56,7 @@ PetscErrorCode plex_from_gmsh(const std::string& path, DM* mesh, std::string* er
   for (int k = 0; k < 2; ++k)
     if (!set[k]) PetscCall(PetscOptionsClearValue(nullptr, defaults[k][0]));
   if (code) {
-    *mesh = nullptr;
+    PetscCall(DMDestroy(mesh));  // begun, not finished
     if (error->empty()) *error = format("error %d", code);
   }
   PetscFunctionReturn(0);
