@@ -1,80 +1,8 @@
 // The condensed matrix: its own storage against PETSc's, block by block; incomplete factors that must be exact.
-#include <catch2/catch.hpp>
-#include <cmath>
-#include <vector>
-
-#include "lattice/generator.hpp"
+#include "condensed_case.hpp"
 #include "model/particles/condensed/block_icc.hpp"
-#include "model/particles/condensed/particle_tangent.hpp"
 
 using namespace bs;
-
-namespace {
-
-/// A lattice of its own kind, moved out of shape so that springs are stretched and squeezed.
-struct Case {
-  Network net;
-  ParticleLaws laws;
-  Motion motion;
-  RowPattern pattern;
-  std::unique_ptr<Physics> physics;
-  ParticleTangent tangent;
-  VecHandle y;
-
-  Case(MPI_Comm comm, const GeneratorSpec& spec, double sigma) {
-    int rank, size;
-    MPI_Comm_rank(comm, &rank);
-    MPI_Comm_size(comm, &size);
-    Lattice lattice = generate(spec, rank, size);
-    NetworkOptions options;
-    options.partition = 1;
-    REQUIRE(build_network(comm, lattice, options, &net) == 0);
-    physics = create_physics(net, laws, motion, pattern);
-    const PetscInt d = net.dim;
-    REQUIRE(VecCreateMPI(comm, net.n * 2 * d, PETSC_DETERMINE, y.out()) == 0);
-    REQUIRE(VecSetBlockSize(y, 2 * d) == 0);
-    PetscScalar* a = nullptr;
-    REQUIRE(VecGetArray(y, &a) == 0);
-    for (PetscInt i = 0; i < net.n; ++i)
-      for (PetscInt c = 0; c < d; ++c) {
-        const double row = static_cast<double>(net.row[i]);
-        a[i * 2 * d + c] = net.held[i * d + c] + 0.05 * std::sin(1.7 * row + static_cast<double>(c));
-        a[i * 2 * d + d + c] = std::cos(0.9 * row - static_cast<double>(c));
-      }
-    REQUIRE(VecRestoreArray(y, &a) == 0);
-    REQUIRE(tangent.create(net, *physics, pattern, y, false) == 0);
-    REQUIRE(tangent.linearise(0.0, y, sigma, Form::momentum) == 0);
-  }
-};
-
-GeneratorSpec lattice(LatticeType type, std::vector<std::int64_t> size, int dim) {
-  GeneratorSpec spec;
-  spec.type = type;
-  spec.size = std::move(size);
-  spec.dim = dim;
-  spec.particle_mass = 0.5;
-  spec.stiffness = {70.0, 40.0, 20.0};
-  return spec;
-}
-
-double relative_difference(Vec a, Vec b) {
-  PetscReal size, difference;
-  REQUIRE(VecNorm(b, NORM_2, &size) == 0);
-  REQUIRE(VecAXPY(a, -1.0, b) == 0);
-  REQUIRE(VecNorm(a, NORM_2, &difference) == 0);
-  return difference / size;
-}
-
-/// A vector of numbers that depend on the particle, not on where it lives.
-void fill(const Network& net, Vec v) {
-  PetscScalar* a = nullptr;
-  REQUIRE(VecGetArray(v, &a) == 0);
-  for (PetscInt i = 0; i < net.n; ++i)
-    for (PetscInt c = 0; c < net.dim; ++c) a[i * net.dim + c] = std::sin(3.1 * static_cast<double>(net.row[i]) + 2.3 * static_cast<double>(c));
-  REQUIRE(VecRestoreArray(v, &a) == 0);
-}
-
-}  // namespace
 
 TEST_CASE("S multiplies alike in every storage") {
   for (const int d : {1, 2, 3}) {

@@ -20,6 +20,7 @@ const ParticleEvents& particle_events() {
     (void)PetscLogEventRegister("BSProduct", id, &e.product);
     (void)PetscLogEventRegister("BSFactor", id, &e.factor);
     (void)PetscLogEventRegister("BSTriangles", id, &e.triangles);
+    (void)PetscLogEventRegister("BSCoarse", id, &e.coarse);
     (void)PetscLogEventRegister("BSTangentMult", id, &e.tangent);
     return e;
   }();

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <limits>
 #include "base/fault.hpp"
+#include "model/particles/condensed/coarse_space.hpp"
 #include "model/particles/events.hpp"
 
 namespace bs {
@@ -18,6 +19,8 @@ struct BlockIcc {
   PetscReal shifted = 0;        ///< in force
   PetscInt shifts = 0;
   SpringMatrix* matrix = nullptr;
+  PetscInt coarse_unknowns = -1;  ///< at most; -1: by the lattice's size
+  CoarseSpace coarse;
 };
 
 /// Largest ratio of the diagonal blocks' sizes: above RATIO, single precision would lose the soft springs.
@@ -55,6 +58,7 @@ PetscErrorCode set_up(PC pc) {
     done = self->factor->factor(*self->matrix, diagonal, self->shifted);
     if (!done) ++self->shifts;
   }
+  PetscCall(self->coarse.create(*self->matrix, self->coarse_unknowns));
   PetscCall(PetscLogEventEnd(particle_events().factor, pc, nullptr, nullptr, nullptr));
   pc->failedreason = done ? PC_NOERROR : PC_FACTOR_NUMERIC_ZEROPIVOT;
   PetscFunctionReturn(0);
@@ -74,6 +78,7 @@ PetscErrorCode apply(PC pc, Vec r, Vec z) {
   const double area = static_cast<double>(self->matrix->dim() * self->matrix->dim());
   PetscCall(PetscLogFlops(4 * area * static_cast<double>(self->matrix->pattern().pairs() + self->matrix->pattern().n)));
   PetscCall(PetscLogEventEnd(particle_events().triangles, pc, r, z, nullptr));
+  PetscCall(self->coarse.add(r, z));
   PetscFunctionReturn(0);
 }
 
@@ -86,6 +91,8 @@ PetscErrorCode set_from_options(PC pc, PetscOptionItems* PetscOptionsObject) {
                               "", names, 3, names[self->precision], &self->precision, nullptr));
   PetscCall(PetscOptionsReal("-pc_bicc_shift", "part of the diagonal added where a pivot fails, then four times as much, and so on",
                              "", self->shift, &self->shift, nullptr));
+  PetscCall(PetscOptionsInt("-pc_bicc_coarse", "unknowns of the coarse grid at most, which corrects motions over many springs; 0: "
+                            "none, -1: one for 250 of the fine, at most 2500", "", self->coarse_unknowns, &self->coarse_unknowns, nullptr));
   PetscOptionsHeadEnd();
   PetscFunctionReturn(0);
 }
@@ -96,8 +103,10 @@ PetscErrorCode view(PC pc, PetscViewer viewer) {
   PetscFunctionBegin;
   PetscCall(PetscObjectTypeCompare(reinterpret_cast<PetscObject>(viewer), PETSCVIEWERASCII, &ascii));
   if (ascii)
-    PetscCall(PetscViewerASCIIPrintf(viewer, "  block incomplete Cholesky, no fill, factors in %s precision, shift %g, %" PetscInt_FMT " shifts so far\n",
-                                     self->in_single ? "single" : "double", static_cast<double>(self->shifted), self->shifts));
+    PetscCall(PetscViewerASCIIPrintf(viewer, "  block incomplete Cholesky, no fill, factors in %s precision, shift %g, %" PetscInt_FMT " shifts so far; "
+                                     "coarse grid of %" PetscInt_FMT " unknowns\n",
+                                     self->in_single ? "single" : "double", static_cast<double>(self->shifted), self->shifts,
+                                     self->coarse.active() ? self->coarse.unknowns() : 0));
   PetscFunctionReturn(0);
 }
 

@@ -60,6 +60,23 @@ PetscErrorCode SpringMatrix::create_vector(Vec* out) const {
   PetscFunctionReturn(0);
 }
 
+PetscErrorCode SpringMatrix::append_ghosts(std::vector<double>* values) {
+  const PetscScalar* a = nullptr;
+  PetscScalar* to = nullptr;
+  VecHandle owned;
+  PetscFunctionBegin;
+  PetscCall(create_vector(owned.out()));
+  PetscCall(VecGetArrayWrite(owned, &to));
+  std::copy(values->begin(), values->end(), to);
+  PetscCall(VecRestoreArrayWrite(owned, &to));
+  PetscCall(VecScatterBegin(scatter_, owned, ghost_values_, INSERT_VALUES, SCATTER_FORWARD));
+  PetscCall(VecScatterEnd(scatter_, owned, ghost_values_, INSERT_VALUES, SCATTER_FORWARD));
+  PetscCall(VecGetArrayRead(ghost_values_, &a));
+  values->insert(values->end(), a, a + net_->ghosts * dim_);
+  PetscCall(VecRestoreArrayRead(ghost_values_, &a));
+  PetscFunctionReturn(0);
+}
+
 void SpringMatrix::zero() {
   std::fill(node_.begin(), node_.end(), 0.0);
   std::fill(pair_.begin(), pair_.end(), 0.0F);

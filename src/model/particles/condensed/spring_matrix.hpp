@@ -49,6 +49,8 @@ class SpringMatrix {
   /// Collective. A MATSHELL that multiplies by this object, which must outlive it; `from` finds it again.
   PetscErrorCode create_shell(Mat* out);
   static SpringMatrix* from(Mat A);
+  /// Collective. Appends the ghosts' numbers to the owned particles', (n, d).
+  PetscErrorCode append_ghosts(std::vector<double>* values);
   /// Collective. A vector the matrix acts on.
   PetscErrorCode create_vector(Vec* out) const;
 

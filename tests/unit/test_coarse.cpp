@@ -1,0 +1,134 @@
+// The coarse grid of the condensed solve: what its hats can represent it must solve exactly, whatever S is.
+#include "condensed_case.hpp"
+#include "model/particles/condensed/coarse_space.hpp"
+
+using namespace bs;
+
+namespace {
+
+/// Displacements linear in where the particles started (or where `centre` of two tied ones is): the hats hold them.
+void linear(const Network& net, const std::vector<double>& points, Vec v) {
+  PetscScalar* a = nullptr;
+  const int d = net.dim;
+  REQUIRE(VecGetArrayWrite(v, &a) == 0);
+  for (PetscInt i = 0; i < net.n; ++i)
+    for (int c = 0; c < d; ++c) {
+      double u = 0.3 + c;
+      for (int k = 0; k < d; ++k) u += std::cos(2.0 * c + k) * points[static_cast<std::size_t>(i * d + k)];
+      a[i * d + c] = u;
+    }
+  REQUIRE(VecRestoreArrayWrite(v, &a) == 0);
+}
+
+struct Solved {
+  PetscInt unknowns;
+  double difference;
+};
+
+/// |z - Z E^-1 Z^T S z| / |z| for a z the hats hold, on a lattice of `size`.
+Solved solve_linear(const GeneratorSpec& spec, PetscInt unknowns) {
+  Case c(PETSC_COMM_WORLD, spec, 40.0);
+  MatHandle own;
+  VecHandle z, r, found;
+  REQUIRE(c.tangent.create(CondensedStorage::springs, own.out()) == 0);
+  REQUIRE(c.tangent.assemble(true, own) == 0);
+  SpringMatrix& S = *SpringMatrix::from(own);
+  REQUIRE(S.create_vector(z.out()) == 0);
+  REQUIRE(VecDuplicate(z, r.out()) == 0);
+  REQUIRE(VecDuplicate(z, found.out()) == 0);
+  linear(c.net, c.net.held, z);
+  REQUIRE(S.multiply(z, r) == 0);
+  REQUIRE(VecZeroEntries(found) == 0);
+  CoarseSpace coarse;
+  REQUIRE(coarse.create(S, unknowns) == 0);
+  REQUIRE(coarse.active());
+  REQUIRE(coarse.add(r, found) == 0);
+  return {coarse.unknowns(), relative_difference(found, z)};
+}
+
+}  // namespace
+
+TEST_CASE("A coarse grid solves what its hats hold") {
+  for (const int d : {1, 2, 3}) {
+    GeneratorSpec spec = d == 1 ? lattice(LatticeType::chain, {23}, 1) : d == 2 ? lattice(LatticeType::square, {9, 7}, 2) : lattice(LatticeType::cubic, {6, 5, 7}, 3);
+    spec.neighbors = d == 1 ? 0 : d == 2 ? 8 : 18;
+    for (const PetscInt unknowns : {d == 1 ? 6 : 24, d == 1 ? 12 : d == 2 ? 60 : 100}) {
+      const Solved solved = solve_linear(spec, unknowns);
+      INFO(d << " dimensions, " << solved.unknowns << " coarse unknowns");
+      CHECK(solved.unknowns <= unknowns);
+      CHECK(4 * solved.unknowns > unknowns);
+      CHECK(solved.difference < 1e-6);  // fractions and springs in single precision
+    }
+  }
+}
+
+TEST_CASE("A flat lattice in space has one layer of coarse nodes") {
+  GeneratorSpec spec = lattice(LatticeType::square, {9, 8}, 3);
+  spec.neighbors = 8;
+  const Solved solved = solve_linear(spec, 48);
+  CHECK(solved.unknowns == 48);  // 4 x 4 nodes
+  CHECK(solved.difference < 1e-6);
+}
+
+TEST_CASE("What is added is symmetric and positive") {
+  GeneratorSpec spec = lattice(LatticeType::cubic, {6, 6, 6}, 3);
+  spec.neighbors = 18;
+  spec.fixed_particles = {0, 7, 100};
+  Case c(PETSC_COMM_WORLD, spec, 40.0);
+  MatHandle own;
+  VecHandle p, q, Mp, Mq;
+  PetscScalar pMq, qMp, pMp;
+  REQUIRE(c.tangent.create(CondensedStorage::springs, own.out()) == 0);
+  REQUIRE(c.tangent.assemble(true, own) == 0);
+  SpringMatrix& S = *SpringMatrix::from(own);
+  for (VecHandle* v : {&p, &q, &Mp, &Mq}) REQUIRE(S.create_vector(v->out()) == 0);
+  fill(c.net, p);
+  REQUIRE(S.multiply(p, q) == 0);
+  REQUIRE(VecZeroEntries(Mp) == 0);
+  REQUIRE(VecZeroEntries(Mq) == 0);
+  CoarseSpace coarse;
+  REQUIRE(coarse.create(S, 81) == 0);
+  REQUIRE(coarse.add(p, Mp) == 0);
+  REQUIRE(coarse.add(q, Mq) == 0);
+  REQUIRE(VecDot(p, Mq, &pMq) == 0);
+  REQUIRE(VecDot(q, Mp, &qMp) == 0);
+  REQUIRE(VecDot(p, Mp, &pMp) == 0);
+  CHECK(std::abs(pMq - qMp) < 1e-12 * std::abs(pMq));
+  CHECK(pMp > 0);
+}
+
+TEST_CASE("A coarse motion does not strain springs much stiffer than the others") {
+  GeneratorSpec spec = lattice(LatticeType::cubic, {6, 6, 6}, 3);
+  spec.neighbors = 18;
+  spec.stiff_fraction = 0.01;
+  spec.stiff_factor = 1e5;
+  Case c(PETSC_COMM_SELF, spec, 40.0);
+  MatHandle own;
+  VecHandle r, z;
+  const PetscScalar* a = nullptr;
+  REQUIRE(c.tangent.create(CondensedStorage::springs, own.out()) == 0);
+  REQUIRE(c.tangent.assemble(true, own) == 0);
+  SpringMatrix& S = *SpringMatrix::from(own);
+  REQUIRE(S.create_vector(r.out()) == 0);
+  REQUIRE(VecDuplicate(r, z.out()) == 0);
+  fill(c.net, r);
+  CoarseSpace coarse;
+  REQUIRE(coarse.create(S, 192) == 0);
+  REQUIRE(coarse.add(r, z) == 0);
+  REQUIRE(VecGetArrayRead(z, &a) == 0);
+  int tied = 0;
+  double largest_soft = 0;
+  const Links& links = c.net.links;
+  for (PetscInt i = 0; i < c.net.n; ++i)
+    for (PetscInt e = links.start[i]; e < links.start[i + 1]; ++e) {
+      double apart = 0;
+      for (int k = 0; k < 3; ++k) apart = std::max(apart, std::abs(a[i * 3 + k] - a[links.other[e] * 3 + k]));
+      const bool stiff = links.stiffness[e] > 1e4;
+      if (stiff) CHECK(apart == 0);
+      tied += stiff;
+      largest_soft = std::max(largest_soft, stiff ? 0 : apart);
+    }
+  REQUIRE(VecRestoreArrayRead(z, &a) == 0);
+  CHECK(tied > 10);
+  CHECK(largest_soft > 0);
+}
