@@ -7,6 +7,7 @@ import os
 import pathlib
 import resource
 import shutil
+import signal
 import statistics
 import subprocess
 import sys
@@ -104,10 +105,10 @@ def measure(program, options, search, folder, limit, repeats):
     times = []
     while len(times) < repeats and (not times or times[0] < 2):
         before = resource.getrusage(resource.RUSAGE_CHILDREN)
-        try:
-            done = subprocess.run([program] + words(given), cwd=folder, env=environment(1), timeout=limit, capture_output=True, text=True, errors="replace")
-        except subprocess.TimeoutExpired:
-            return {"outcome": f"not done in {limit:.0f} s"}
+        done = subprocess.run([program] + words(given), cwd=folder, env=environment(1), capture_output=True, text=True, errors="replace",
+                              preexec_fn=lambda: resource.setrlimit(resource.RLIMIT_CPU, (limit, limit)))
+        if done.returncode == -signal.SIGKILL:
+            return {"outcome": f"not done in {limit} s"}
         if done.returncode not in (0, 3):
             raise SystemExit(f"exit code {done.returncode}: {done.stderr.strip()[-300:]}")
         after = resource.getrusage(resource.RUSAGE_CHILDREN)
@@ -156,7 +157,7 @@ def main():
     parser.add_argument("-o", "--output", type=pathlib.Path, default=HERE)
     parser.add_argument("--n", type=int, default=20, help="particles along an edge of B1 and B2; compressed blocks have half")
     parser.add_argument("--filter", default="", help="only cases whose name contains this")
-    parser.add_argument("--limit", type=float, default=60, help="seconds a run may take")
+    parser.add_argument("--limit", type=int, default=60, help="seconds of processor time a run may take")
     parser.add_argument("--repeats", type=int, default=3, help="runs of which the median counts, while they are short")
     a = parser.parse_args()
     program = os.path.abspath(shutil.which(a.program) or sys.exit(f"--program {a.program}: no such program"))
@@ -171,7 +172,7 @@ def main():
     text = table(results)
     (a.output / "line_search.json").write_text(json.dumps({"n": a.n, "limit": a.limit, "results": results}, indent=1) + "\n")
     (a.output / "line_search.md").write_text("# Line searches\n\nMeasured by `tests/bench/line_search.py`. " + " ".join(table.__doc__.split())
-                                            + f" Bold: within a tenth of the fewest Newton iterations. A run may take {a.limit:.0f} s.\n\n" + text)
+                                            + f" Bold: within a tenth of the fewest Newton iterations. A run may take {a.limit} s of processor time.\n\n" + text)
     print(text)
 
 

@@ -13,12 +13,14 @@ double merit(const NewtonPolicy& self, const ResidualNorms& now) {
   return std::hypot(kinematic, momentum) / (size > 0 ? size : 1);
 }
 
-// The first `bold` iterations take full steps, also uphill: through stiff springs a good step first raises the residual by
+}  // namespace
+
+// The first BOLD iterations take full steps, also uphill: through stiff springs a good step first raises the residual by
 // orders of magnitude, and searching for descent there costs ten times the iterations. What has not converged by then
 // (full Newton can cycle) goes on by backtracking on phi: phi(lambda) <= (1 - 1e-4 lambda) phi(0), the next lambda from the
 // parabola through phi(0)^2, its Newton slope -2 phi(0)^2 and phi(lambda)^2, within [0.1, 0.5] lambda.
-PetscErrorCode search(SNESLineSearch line, const NewtonPolicy& self, PetscInt bold) {
-  constexpr int TRIES = 30;
+PetscErrorCode guarded_search(SNESLineSearch line, const NewtonPolicy& self) {
+  constexpr int TRIES = 30, BOLD = 10;
   constexpr double UPHILL = 1e4, NOISE = 1e-12;
   SNES snes;
   Vec X, F, Y, W, G;
@@ -46,7 +48,7 @@ PetscErrorCode search(SNESLineSearch line, const NewtonPolicy& self, PetscInt bo
     }
     // at rounding level a direction is noise: take it, and let the convergence test judge
     found = phi <= (1 - 1e-4 * lambda) * start || (start < NOISE && phi < 10 * NOISE);
-    found |= k == 0 && iteration < bold && phi < UPHILL;
+    found |= k == 0 && iteration < BOLD && phi < UPHILL;
     if (found) break;
     const double fit = std::isfinite(phi) ? lambda * lambda / (phi * phi / (start * start) - 1 + 2 * lambda) : 0.5 * lambda;
     lambda = std::clamp(fit, 0.1 * lambda, 0.5 * lambda);
@@ -61,21 +63,6 @@ PetscErrorCode search(SNESLineSearch line, const NewtonPolicy& self, PetscInt bo
   PetscCall(VecNorm(X, NORM_2, &xnorm));
   PetscCall(SNESLineSearchSetLambda(line, lambda));
   PetscCall(SNESLineSearchSetNorms(line, xnorm, fnorm, ynorm));
-  PetscFunctionReturn(0);
-}
-
-}  // namespace
-
-PetscErrorCode guarded_search(SNESLineSearch line, const NewtonPolicy& newton) {
-  constexpr PetscInt BOLD = 10;
-  PetscFunctionBegin;
-  PetscCall(search(line, newton, BOLD));
-  PetscFunctionReturn(0);
-}
-
-PetscErrorCode cautious_search(SNESLineSearch line, const NewtonPolicy& newton) {
-  PetscFunctionBegin;
-  PetscCall(search(line, newton, 0));
   PetscFunctionReturn(0);
 }
 

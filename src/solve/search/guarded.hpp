@@ -7,7 +7,4 @@ namespace bs {
 /// Collective. From the state and direction of `line`: full steps for the first iterations, then backtracking.
 PetscErrorCode guarded_search(SNESLineSearch line, const NewtonPolicy& newton);
 
-/// The same, backtracking from the first iteration on.
-PetscErrorCode cautious_search(SNESLineSearch line, const NewtonPolicy& newton);
-
 }  // namespace bs

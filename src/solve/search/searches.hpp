@@ -1,6 +1,6 @@
 // The line searches of the program's own, types of SNESLineSearch beside PETSc's:
 //   guarded   by residual norms: full steps for ten iterations, then backtracking
-//   energy    by the incremental potential of the step (model/incremental.hpp)
+//   energy    by the incremental potential of the step (model/incremental.hpp), where forces have one; else guarded
 #pragma once
 #include "solve/convergence.hpp"
 
