@@ -151,6 +151,12 @@ def table(results):
     return "\n".join(lines) + "\n"
 
 
+def write(folder, results, limit):
+    (folder / "line_search.json").write_text(json.dumps({"limit": limit, "results": results}, indent=1) + "\n")
+    (folder / "line_search.md").write_text("# Line searches\n\nMeasured by `tests/bench/line_search.py`. " + " ".join(table.__doc__.split())
+                                           + f" Bold: within a tenth of the fewest Newton iterations. A run may take {limit} s of processor time.\n\n" + table(results))
+
+
 def main():
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--program", default=str(cases.REPO / "build" / "release" / "backspring"))
@@ -159,21 +165,23 @@ def main():
     parser.add_argument("--filter", default="", help="only cases whose name contains this")
     parser.add_argument("--limit", type=int, default=60, help="seconds of processor time a run may take")
     parser.add_argument("--repeats", type=int, default=3, help="runs of which the median counts, while they are short")
+    parser.add_argument("--keep", action="store_true", help="cases that line_search.json holds already are not measured again")
     a = parser.parse_args()
     program = os.path.abspath(shutil.which(a.program) or sys.exit(f"--program {a.program}: no such program"))
-    results = {}
+    saved = a.output / "line_search.json"
+    before = json.loads(saved.read_text()) if a.keep and saved.exists() else {}
+    results = before.get("results", {})
     with tempfile.TemporaryDirectory() as folder:
         folder = pathlib.Path(folder)
         for name, options in problems(folder, a.n):
             if a.filter not in name:
                 continue
+            if name in results:
+                continue
             results[name] = {s: measure(program, options, s, folder, a.limit, a.repeats) for s in SEARCHES}
             print(name + ": " + ", ".join(f"{s} {cell(r, 0)}" for s, r in results[name].items()), flush=True)
-    text = table(results)
-    (a.output / "line_search.json").write_text(json.dumps({"n": a.n, "limit": a.limit, "results": results}, indent=1) + "\n")
-    (a.output / "line_search.md").write_text("# Line searches\n\nMeasured by `tests/bench/line_search.py`. " + " ".join(table.__doc__.split())
-                                            + f" Bold: within a tenth of the fewest Newton iterations. A run may take {a.limit} s of processor time.\n\n" + text)
-    print(text)
+            write(a.output, results, a.limit)
+    print(table(results))
 
 
 if __name__ == "__main__":
