@@ -1,4 +1,5 @@
 #include <set>
+#include <vector>
 #include "base/fault.hpp"
 #include "checkpoint/checkpoint.hpp"
 #include "checkpoint/row_sum.hpp"
@@ -20,11 +21,11 @@ herr_t keep_attribute(hid_t object, const char* name, const H5A_info_t*, void* d
   const H5T_class_t kind = H5Tget_class(type);
   if (kind == H5T_INTEGER) return H5Aread(attribute, H5T_NATIVE_INT64, &facts.whole[name]);
   if (kind == H5T_FLOAT) return H5Aread(attribute, H5T_NATIVE_DOUBLE, &facts.real[name]);
-  if (kind != H5T_STRING || H5Tis_variable_str(type) <= 0) return 0;
-  char* text = nullptr;
-  if (H5Aread(attribute, type, &text) < 0) return -1;
-  if (text) facts.text[name] = std::string(text, strnlen(text, longest_text));
-  (void)H5Dvlen_reclaim(type, space, H5P_DEFAULT, &text);
+  const std::size_t size = H5Tget_size(type);
+  if (kind != H5T_STRING || H5Tis_variable_str(type) != 0 || size > longest_text) return 0;
+  std::vector<char> text(size + 1, '\0');
+  if (H5Aread(attribute, type, text.data()) < 0) return -1;
+  facts.text[name] = text.data();
   return 0;
 }
 

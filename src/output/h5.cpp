@@ -1,5 +1,7 @@
 #include "output/h5.hpp"
 
+#include <algorithm>
+
 namespace bs {
 
 static herr_t keep_text(unsigned, const H5E_error2_t* entry, void* text) {
@@ -71,6 +73,17 @@ PetscErrorCode put_attribute(hid_t object, const char* name, const std::string& 
   BS_H5(H5Tset_size(type, H5T_VARIABLE));
   BS_H5(H5Tset_cset(type, H5T_CSET_UTF8));
   PetscCall(put(object, name, type, type, space, &text));
+  PetscFunctionReturn(0);
+}
+
+PetscErrorCode put_text(hid_t object, const char* name, const std::string& value) {
+  PetscFunctionBegin;
+  H5 space(H5Screate(H5S_SCALAR), H5Sclose);
+  H5 type(H5Tcopy(H5T_C_S1), H5Tclose);
+  BS_H5(H5Tset_size(type, std::max<std::size_t>(1, value.size())));
+  BS_H5(H5Tset_strpad(type, H5T_STR_NULLPAD));
+  BS_H5(H5Tset_cset(type, H5T_CSET_UTF8));
+  PetscCall(put(object, name, type, type, space, value.c_str()));
   PetscFunctionReturn(0);
 }
 

@@ -57,6 +57,8 @@ PetscErrorCode put_attribute(hid_t object, const char* name, std::int64_t value)
 PetscErrorCode put_attribute(hid_t object, const char* name, double value);
 /// A string of variable length: readers take those of fixed length for bytes.
 PetscErrorCode put_attribute(hid_t object, const char* name, const std::string& value);
+/// A string of fixed length, which takes no part of HDF5's global heap: there a damaged byte can keep a reader forever.
+PetscErrorCode put_text(hid_t object, const char* name, const std::string& value);
 /// `count` copies of `word`, as an array of strings of fixed length.
 PetscErrorCode put_words(hid_t object, const char* name, const std::string& word, int count);
 /// A reference to the object at `path`.

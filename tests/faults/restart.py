@@ -138,7 +138,7 @@ def refusals(checks, folder):
     (folder / "bit").write_bytes(bytes(damaged))
     shutil.copy(folder / "ref", folder / "word")
     with h5py.File(folder / "word", "r+") as f:
-        f["options"].attrs["bs_gravity"] = "0,0,-9.91"
+        f["options"].attrs["bs_gravity"] = np.bytes_("0,0,-9.91")
     (folder / "half").write_bytes(kept[:len(kept) // 2])
     linear = dict(HEAT, bs_restart="ref")
     for name, options, words in (

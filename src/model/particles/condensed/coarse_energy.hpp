@@ -80,8 +80,8 @@ class CoarseEnergy {
 
   const CoarseGrid& grid_;
   double* E_;
-  PetscInt offset_[CORNERS], node_[2 * CORNERS];
-  double share_[2 * CORNERS + 8];
+  PetscInt offset_[CORNERS] = {}, node_[2 * CORNERS] = {};
+  double share_[2 * CORNERS + 8] = {};
 };
 
 }  // namespace bs
