@@ -1,4 +1,5 @@
 // backspring: implicit time stepping of mass-spring systems on PETSc.
+#include <dlfcn.h>
 #include <petscts.h>
 #include <csignal>
 #ifdef __GLIBC__
@@ -93,6 +94,13 @@ void return_freed_memory() {
 #endif
 }
 
+/// One thread a rank: OpenBLAS would start as many as there are cores, on every rank, each with a buffer of its own.
+void one_thread_for_blas() {
+  if (std::getenv("OPENBLAS_NUM_THREADS") || std::getenv("OMP_NUM_THREADS")) return;
+  using Setter = void (*)(int);
+  if (const auto set = reinterpret_cast<Setter>(dlsym(RTLD_DEFAULT, "openblas_set_num_threads"))) set(1);
+}
+
 }  // namespace
 
 int main(int argc, char** argv) {
@@ -105,6 +113,7 @@ int main(int argc, char** argv) {
   int provided = 0;
   if (MPI_Init_thread(&argc, &argv, MPI_THREAD_FUNNELED, &provided)) return static_cast<int>(bs::Exit::input);
   return_freed_memory();
+  one_thread_for_blas();
   const int code = refused(argc, argv) ? static_cast<int>(bs::Exit::input) : run_petsc(argc, argv);
   MPI_Finalize();
   return code;

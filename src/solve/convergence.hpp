@@ -22,6 +22,8 @@ struct PastEnergies {
   std::size_t next = 0;
   PetscInt uphill = 0;                  ///< directions that led uphill
   double highest() const { return std::max(0.0, *std::max_element(before.begin(), before.end())); }
+  /// Phi has changed by what nobody knows.
+  void forget() { before.fill(0); }
   /// Phi has changed by `change`.
   void moved(double change) {
     before[next] = 0;

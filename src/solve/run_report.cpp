@@ -40,7 +40,7 @@ PetscErrorCode Run::explain(TSConvergedReason reason, std::string* text) {
   *text = format("no step after t = %g s converged down to h = %g s (Newton: %s; TS: %s)", t, h,
                  SNESConvergedReasons[snes_reason], TSConvergedReasons[reason]);
   if (!fault.empty()) *text += "; " + fault;
-  *text += ": try a smaller -ts_dt, -snes_linesearch_type cp or a tighter -ksp_rtol; -snes_monitor -ksp_converged_reason show more";
+  *text += ": try a smaller -ts_dt, -snes_linesearch_type l2 or a tighter -ksp_rtol; -snes_monitor -ksp_converged_reason show more";
   PetscFunctionReturn(0);
 }
 

@@ -17,6 +17,7 @@ struct Search {
   Vec X = nullptr, F = nullptr, line = nullptr, W = nullptr, G = nullptr;
   double slope = 0;  ///< F_v . dv at lambda = 0
   double noise = 0;  ///< rounding error of the slope
+  PetscReal full = -1;  ///< |G| while W and G are the full step's
 };
 
 /// Sums over owned particles: a_v . b_v and b_v . b_v.
@@ -77,6 +78,11 @@ PetscErrorCode set_line(Search* s) {
 /// The trial state and its residual; `fnorm` not finite: a law has no value there.
 PetscErrorCode evaluate(Search* s, double lambda, PetscReal* fnorm) {
   PetscFunctionBegin;
+  if (lambda == 1 && s->full >= 0) {
+    *fnorm = s->full;
+    PetscFunctionReturn(0);
+  }
+  s->full = -1;
   if (lambda == 1) PetscCall(VecWAXPY(s->W, -1.0, s->Y, s->start));
   else PetscCall(VecWAXPY(s->W, lambda, s->line, s->X));
   PetscCall(SNESComputeFunction(s->snes, s->W, s->G));
@@ -180,6 +186,19 @@ PetscErrorCode climb(const Search& s, SNESLineSearch line) {
   PetscFunctionReturn(0);
 }
 
+/// W and G become Newton's iterate and residual.
+PetscErrorCode accept(SNESLineSearch line, const Search& s, Vec F, PetscReal lambda, PetscReal fnorm) {
+  PetscReal xnorm, ynorm;
+  PetscFunctionBegin;
+  PetscCall(VecNorm(s.Y, NORM_2, &ynorm));
+  PetscCall(VecCopy(s.W, s.start));
+  PetscCall(VecCopy(s.G, F));
+  PetscCall(VecNorm(s.start, NORM_2, &xnorm));
+  PetscCall(SNESLineSearchSetLambda(line, lambda));
+  PetscCall(SNESLineSearchSetNorms(line, xnorm, fnorm, ynorm));
+  PetscFunctionReturn(0);
+}
+
 }  // namespace
 
 std::string lacks_energy(const NewtonPolicy& newton) {
@@ -190,7 +209,7 @@ std::string lacks_energy(const NewtonPolicy& newton) {
 
 PetscErrorCode energy_search(SNESLineSearch line, NewtonPolicy& newton, const EnergyLimits& limits) {
   PetscBool changed = PETSC_FALSE;
-  PetscReal fnorm = 0, xnorm, ynorm, lambda = 1;
+  PetscReal fnorm = 0, lambda = 1;
   Vec F;
   PetscInt iteration;
   bool found = false;
@@ -205,6 +224,19 @@ PetscErrorCode energy_search(SNESLineSearch line, NewtonPolicy& newton, const En
   PetscCall(SNESLineSearchGetVecs(line, &s.start, &F, &s.Y, &s.W, &s.G));
   PetscCall(SNESLineSearchSetReason(line, SNES_LINESEARCH_SUCCEEDED));
   PetscCall(SNESLineSearchPreCheck(line, s.start, s.Y, &changed));
+  PetscCall(SNESGetIterationNumber(s.snes, &iteration));
+  if (iteration == 0) newton.past = {};
+  if (limits.damping == 1 && limits.unasked > 0) {
+    PetscReal before = 0;
+    PetscCall(SNESLineSearchGetNorms(line, nullptr, &before, nullptr));
+    PetscCall(evaluate(&s, lambda, &fnorm));
+    if (!PetscIsInfOrNanReal(fnorm)) s.full = fnorm;
+    if (s.full >= 0 && fnorm <= limits.unasked * before) {
+      newton.past.forget();
+      PetscCall(accept(line, s, F, lambda, fnorm));
+      PetscFunctionReturn(0);
+    }
+  }
   PetscCall(SNESLineSearchSetWorkVecs(line, 3));
   s.line = line->work[0];
   s.X = line->work[1];
@@ -212,8 +244,6 @@ PetscErrorCode energy_search(SNESLineSearch line, NewtonPolicy& newton, const En
   PetscCall(VecCopy(s.Y, s.line));
   PetscCall(VecCopy(s.start, s.X));
   PetscCall(VecCopy(F, s.F));
-  PetscCall(SNESGetIterationNumber(s.snes, &iteration));
-  if (iteration == 0) newton.past = {};
   PetscCall(set_line(&s));
   if (std::abs(s.slope) <= s.noise) {
     // at rounding level a direction is noise: take it, and let the convergence test judge
@@ -230,12 +260,7 @@ PetscErrorCode energy_search(SNESLineSearch line, NewtonPolicy& newton, const En
     PetscCall(SNESLineSearchSetReason(line, SNES_LINESEARCH_FAILED_REDUCT));
     PetscFunctionReturn(0);
   }
-  PetscCall(VecNorm(s.Y, NORM_2, &ynorm));
-  PetscCall(VecCopy(s.W, s.start));
-  PetscCall(VecCopy(s.G, F));
-  PetscCall(VecNorm(s.start, NORM_2, &xnorm));
-  PetscCall(SNESLineSearchSetLambda(line, lambda));
-  PetscCall(SNESLineSearchSetNorms(line, xnorm, fnorm, ynorm));
+  PetscCall(accept(line, s, F, lambda, fnorm));
   PetscFunctionReturn(0);
 }
 

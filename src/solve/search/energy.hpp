@@ -8,6 +8,7 @@ namespace bs {
 /// What bounds the search: PETSc's options -snes_linesearch_alpha, _damping, _minlambda, _max_it, _order.
 struct EnergyLimits {
   double alpha = 1e-4, damping = 1, min_lambda = 1e-12;
+  double unasked = 0.1;  ///< -snes_linesearch_unasked
   PetscInt most = 40, order = 3;
   PetscViewer monitor = nullptr;
 };
@@ -20,7 +21,8 @@ std::string lacks_energy(const NewtonPolicy& newton);
 ///   Phi(lambda) <= max Phi_k + alpha lambda g.dv,   g = F_v at X, dv the direction's velocity
 /// Through stiff springs a good step may raise Phi, and the next one more than makes up for it; following their curve with
 /// Phi falling at every step costs five times the iterations. Directions that do not lead downhill go to residual norms, the
-/// fifth of one solve fails.
+/// fifth of one solve fails. A full step
+/// that leaves so little of the residual as `unasked` says is taken: Newton has found its way.
 PetscErrorCode energy_search(SNESLineSearch line, NewtonPolicy& newton, const EnergyLimits& limits);
 
 }  // namespace bs

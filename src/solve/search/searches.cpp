@@ -57,6 +57,7 @@ PetscErrorCode energy_options(SNESLineSearch line, PetscOptionItems* PetscOption
   PetscFunctionBegin;
   PetscOptionsHeadBegin(PetscOptionsObject, "Line search by energy");
   PetscCall(PetscOptionsReal("-snes_linesearch_alpha", "part of the slope by which the energy must fall; without a potential residual norms serve", "", limits->alpha, &limits->alpha, nullptr));
+  PetscCall(PetscOptionsReal("-snes_linesearch_unasked", "a full step that leaves this part of the residual is taken without asking for the energy; 0: always ask", "", limits->unasked, &limits->unasked, nullptr));
   PetscOptionsHeadEnd();
   PetscFunctionReturn(0);
 }
