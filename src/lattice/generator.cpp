@@ -137,8 +137,20 @@ void add_spring(const Plan& plan, std::int64_t i, std::int64_t j, const Neighbou
   out->rest_length.push_back(plan.length(m) * spec.rest_length_factor);
 }
 
+/// Room for half of the neighbours of an inner particle each: pages nobody writes to cost nothing.
+void reserve_springs(const Plan& plan, Lattice* out) {
+  std::size_t most = 0;
+  for (const Site& kind : plan.stencil.kinds) most = std::max(most, kind.neighbours.size());
+  const std::size_t springs = (static_cast<std::size_t>(out->particles.count) + 1) * (most + 1) / 2;
+  out->pairs.reserve(2 * springs);
+  out->stiffness.reserve(springs);
+  out->damping.reserve(springs);
+  out->rest_length.reserve(springs);
+}
+
 void lay_springs(const Plan& plan, Lattice* out) {
   std::vector<std::pair<std::int64_t, const Neighbour*>> upper;  // j and how it was reached
+  reserve_springs(plan, out);
   for (std::int64_t i = out->particles.first; i < out->particles.first + out->particles.count; ++i) {
     const Place p = plan.place(i);
     upper.clear();

@@ -1,5 +1,6 @@
 // Sends records to ranks and receives those meant for this one.
 #pragma once
+#include <algorithm>
 #include <mpi.h>
 #include <numeric>
 #include <petscsys.h>
@@ -9,10 +10,9 @@
 namespace bs {
 
 /// Collective. make(k), k < count, goes to rank dest(k); `received` is ordered by sending rank, then by k, so the result is
-/// reproducible. Nothing but one buffer is held beside `received`; done() is called when make is no longer needed, for large
-/// inputs to be let go. Record must be trivially copyable.
-template <class Record, class Dest, class Make, class Done>
-PetscErrorCode exchange(MPI_Comm comm, std::size_t count, Dest&& dest, Make&& make, Done&& done, std::vector<Record>* received) {
+/// reproducible. Record must be trivially copyable.
+template <class Record, class Dest, class Make>
+PetscErrorCode exchange(MPI_Comm comm, std::size_t count, Dest&& dest, Make&& make, std::vector<Record>* received) {
   static_assert(std::is_trivially_copyable_v<Record>);
   PetscFunctionBegin;
   int size = 1;
@@ -26,7 +26,6 @@ PetscErrorCode exchange(MPI_Comm comm, std::size_t count, Dest&& dest, Make&& ma
   std::vector<Record> buffer(count);
   std::vector<int> at(send_start.begin(), send_start.end() - 1);
   for (std::size_t k = 0; k < count; ++k) buffer[at[dest(k)]++] = make(k);
-  done();
   if (size == 1) {
     *received = std::move(buffer);
     PetscFunctionReturn(0);
@@ -48,7 +47,24 @@ PetscErrorCode exchange(MPI_Comm comm, const std::vector<Record>& items, const s
                         std::vector<Record>* received) {
   PetscFunctionBegin;
   PetscCall(exchange(comm, items.size(), [&](std::size_t k) { return dest[k]; }, [&](std::size_t k) { return items[k]; },
-                     [] {}, received));
+                     received));
+  PetscFunctionReturn(0);
+}
+
+/// Collective. exchange() in slices of at most `slice` records a rank and turn, so that what is in transit stays small beside
+/// what is kept: take(received) is called once a slice, the same number of times on every rank.
+template <class Record, class Dest, class Make, class Take>
+PetscErrorCode exchange_in_slices(MPI_Comm comm, std::size_t count, std::size_t slice, Dest&& dest, Make&& make, Take&& take) {
+  PetscFunctionBegin;
+  unsigned long long turns = (count + slice - 1) / slice;
+  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &turns, 1, MPI_UNSIGNED_LONG_LONG, MPI_MAX, comm));
+  std::vector<Record> received;
+  for (unsigned long long turn = 0; turn < turns; ++turn) {
+    const std::size_t begin = std::min(count, static_cast<std::size_t>(turn) * slice), end = std::min(count, begin + slice);
+    PetscCall(exchange(comm, end - begin, [&](std::size_t k) { return dest(begin + k); },
+                       [&](std::size_t k) { return make(begin + k); }, &received));
+    PetscCall(take(received));
+  }
   PetscFunctionReturn(0);
 }
 

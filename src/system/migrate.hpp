@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <vector>
 #include "system/network.hpp"
+#include "system/partition.hpp"
 
 namespace bs {
 
@@ -40,14 +41,18 @@ struct Chunks {
 /// Collective. Where every rank's chunk of particles begins.
 PetscErrorCode gather_chunks(MPI_Comm comm, const Lattice& lattice, Chunks* chunks);
 
-/// Collective. Both ends of every spring, at the chunks that hold the ends, sorted; the couplings `options` asks for are
-/// added as springs without stiffness.
-PetscErrorCode collect_half_springs(MPI_Comm comm, const Lattice& lattice, const NetworkOptions& options, const Chunks& chunks,
-                                    std::vector<HalfSpring>* mine);
+/// Collective. The springs at each particle of this chunk, for the partitioner: symmetric, as it
+/// must be, and without the couplings of `options`, which tell nothing of what lies near what.
+PetscErrorCode collect_graph(MPI_Comm comm, const Lattice& lattice, const NetworkOptions& options, const Chunks& chunks,
+                             RowGraph* graph);
 
-/// Collective. Sends particles, their springs and anchors to their new owners `rank_of`; all come out sorted by row.
+/// Collective. Both ends of every spring at the new owners of the ends, sorted; rank_of[k] owns row k of this chunk. The
+/// couplings `options` asks for are added as springs without stiffness.
+PetscErrorCode collect_half_springs(MPI_Comm comm, const Lattice& lattice, const NetworkOptions& options, const Chunks& chunks,
+                                    const std::vector<int>& rank_of, std::vector<HalfSpring>* mine);
+
+/// Collective. Sends particles and anchors to their new owners; both come out sorted by row.
 PetscErrorCode migrate(MPI_Comm comm, const Lattice& lattice, const Chunks& chunks, const std::vector<int>& rank_of,
-                       std::vector<HalfSpring>* springs, std::vector<ParticleRecord>* particles,
-                       std::vector<AnchorRecord>* anchors);
+                       std::vector<ParticleRecord>* particles, std::vector<AnchorRecord>* anchors);
 
 }  // namespace bs

@@ -5,6 +5,7 @@
 #include <petscmat.h>
 #include <petscsf.h>
 #include "base/options.hpp"
+#include "base/release.hpp"
 #include "system/migrate.hpp"
 #include "system/partition.hpp"
 
@@ -23,6 +24,7 @@ PetscErrorCode order_locally(const std::vector<ParticleRecord>& particles, const
   std::iota(order->begin(), order->end(), 0);
   if (ordering != 0 || n < 3) PetscFunctionReturn(0);
   std::vector<PetscInt> ia(static_cast<std::size_t>(n) + 1, 0), ja;
+  ja.reserve(springs.size() + particles.size());
   for (PetscInt i = 0; i < n; ++i) {
     PetscInt last = -1;
     ja.push_back(i);
@@ -120,6 +122,8 @@ void lay_out(const std::vector<ParticleRecord>& particles, const std::vector<Hal
   const bool damped = std::any_of(springs.begin(), springs.end(), [](const HalfSpring& s) { return s.damping != 0; });
   if (damped) links.damping.reserve(springs.size());
   links.spring.reserve(springs.size());
+  links.start.reserve(order.size() + 1);
+  net->velocity.reserve(order.size() * d);
   for (const PetscInt k : order) {
     const ParticleRecord& p = particles[k];
     net->radius.push_back(p.radius);
@@ -148,24 +152,28 @@ void lay_out(const std::vector<ParticleRecord>& particles, const std::vector<Hal
   }
 }
 
-/// Which rank each particle of this chunk goes to, by the springs at it.
-PetscErrorCode assign_ranks(MPI_Comm comm, const Lattice& lattice, const std::vector<HalfSpring>& springs,
-                            const NetworkOptions& options, std::vector<int>* rank_of, Network* net) {
-  int size = 1;
-  PetscFunctionBegin;
-  PetscCallMPI(MPI_Comm_size(comm, &size));
-  RowGraph graph;
-  graph.start.assign(1, 0);
-  std::size_t e = 0;
-  for (std::int64_t k = 0; k < lattice.particles.count; ++k) {
-    for (; size > 1 && e < springs.size() && springs[e].self == lattice.particles.first + k; ++e) {
-      graph.other.push_back(springs[e].other);
-      graph.rate.push_back(springs[e].stiffness /
-                           (lattice.spring_law == SpringLaw::strain && springs[e].rest_length > 0 ? springs[e].rest_length : 1));
-    }
-    graph.start.push_back(static_cast<std::int64_t>(graph.other.size()));
+/// Rows at the other ends of `springs` that are none of `particles`, ascending.
+std::vector<std::int64_t> ghost_rows(const std::vector<ParticleRecord>& particles, const std::vector<HalfSpring>& springs) {
+  std::vector<std::int64_t> ghosts;
+  for (const HalfSpring& s : springs) {
+    const auto at = std::lower_bound(particles.begin(), particles.end(), s.other,
+                                     [](const ParticleRecord& p, std::int64_t r) { return p.row < r; });
+    if (at == particles.end() || at->row != s.other) ghosts.push_back(s.other);
   }
-  PetscCall(partition_rows(comm, lattice, graph, options.partition, rank_of, &net->partition));
+  std::sort(ghosts.begin(), ghosts.end());
+  ghosts.erase(std::unique(ghosts.begin(), ghosts.end()), ghosts.end());
+  return ghosts;
+}
+
+/// Which rank each particle of this chunk goes to, by the springs at it.
+PetscErrorCode assign_ranks(MPI_Comm comm, const Lattice& lattice, const NetworkOptions& options, const Chunks& chunks,
+                            std::vector<int>* rank_of, Network* net) {
+  bool by_graph = false;
+  PetscFunctionBegin;
+  PetscCall(needs_graph(comm, lattice, options.partition, &by_graph));
+  RowGraph graph;
+  if (by_graph) PetscCall(collect_graph(comm, lattice, options, chunks, &graph));
+  PetscCall(partition_rows(comm, lattice, &graph, options.partition, rank_of, &net->partition));
   PetscFunctionReturn(0);
 }
 
@@ -197,34 +205,26 @@ PetscErrorCode build_network(MPI_Comm comm, const Lattice& lattice, const Networ
   Chunks chunks;
   std::vector<HalfSpring> springs;
   PetscCall(gather_chunks(comm, lattice, &chunks));
-  PetscCall(collect_half_springs(comm, lattice, options, chunks, &springs));
   std::vector<int> rank_of;
-  PetscCall(assign_ranks(comm, lattice, springs, options, &rank_of, net));
+  PetscCall(assign_ranks(comm, lattice, options, chunks, &rank_of, net));
 
   std::vector<ParticleRecord> particles;
   std::vector<AnchorRecord> anchors;
-  PetscCall(migrate(comm, lattice, chunks, rank_of, &springs, &particles, &anchors));
+  PetscCall(collect_half_springs(comm, lattice, options, chunks, rank_of, &springs));
+  PetscCall(migrate(comm, lattice, chunks, rank_of, &particles, &anchors));
   const std::vector<PetscInt> start = row_starts(particles, springs);
   std::vector<PetscInt> order;
   PetscCall(order_locally(particles, springs, start, options.ordering, &order));
 
-  std::vector<std::int64_t> ghosts, owned;
-  for (const HalfSpring& s : springs) ghosts.push_back(s.other);
-  std::sort(ghosts.begin(), ghosts.end());
-  ghosts.erase(std::unique(ghosts.begin(), ghosts.end()), ghosts.end());
-  ghosts.erase(std::remove_if(ghosts.begin(), ghosts.end(), [&](std::int64_t row) {
-    const auto at = std::lower_bound(particles.begin(), particles.end(), row,
-                                     [](const ParticleRecord& p, std::int64_t r) { return p.row < r; });
-    return at != particles.end() && at->row == row;
-  }), ghosts.end());
+  const std::vector<std::int64_t> ghosts = ghost_rows(particles, springs);
   net->n = static_cast<PetscInt>(particles.size());
   net->ghosts = static_cast<PetscInt>(ghosts.size());
   PetscInt last = 0;
   PetscCallMPI(MPI_Scan(&net->n, &last, 1, MPIU_INT, MPI_SUM, comm));
   net->first = last - net->n;
   lay_out(particles, springs, anchors, start, order, ghosts, net);
-  owned = net->row;
-  PetscCall(look_up(comm, lattice, owned, ghosts, net));
+  release(springs);
+  PetscCall(look_up(comm, lattice, net->row, ghosts, net));
   std::int64_t fixed = 0;
   for (PetscInt i = 0; i < net->n; ++i) fixed += net->fixed[i];
   PetscCallMPI(MPI_Allreduce(&fixed, &net->fixed_total, 1, MPI_INT64_T, MPI_SUM, comm));

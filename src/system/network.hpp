@@ -56,6 +56,7 @@ struct NetworkOptions {
   int ordering = 0;                        ///< -bs_ordering: 0 rcm, 1 rows
   std::int64_t center_row = -1;            ///< a particle every other one feels: made known to all
   bool all_to_all = false;                 ///< couple every free particle with every other one
+  std::size_t slice = std::size_t{1} << 18;  ///< springs of a rank in transit at once
 };
 
 /// Collective. Divides the lattice among the ranks of `comm`, orders each part for cache and finds its ghosts.

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <limits>
 #include "base/handle.hpp"
+#include "base/release.hpp"
 
 namespace bs {
 namespace {
@@ -30,36 +31,39 @@ PetscErrorCode edge_weights(MPI_Comm comm, const RowGraph& graph, std::vector<Pe
     }
   PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, sums, 2, MPI_DOUBLE, MPI_SUM, comm));
   const double typical = sums[1] > 0 ? std::exp(sums[0] / sums[1]) : 1;
+  weights->reserve(graph.rate.size());
   for (const double rate : graph.rate) weights->push_back(static_cast<PetscInt>(std::clamp(std::round(rate / typical), 1.0, LARGEST)));
   PetscFunctionReturn(0);
 }
 
 /// Minimises the cut of the spring graph by MatPartitioning.
-PetscErrorCode by_graph(MPI_Comm comm, const Lattice& lattice, const RowGraph& graph, std::vector<int>* rank_of,
+PetscErrorCode by_graph(MPI_Comm comm, const Lattice& lattice, RowGraph* graph, std::vector<int>* rank_of,
                         std::string* used) {
   PetscFunctionBegin;
   const PetscInt n = static_cast<PetscInt>(lattice.particles.count);
   PetscInt *ia = nullptr, *ja = nullptr, *weight = nullptr;
   std::vector<PetscInt> weights;
-  PetscCall(edge_weights(comm, graph, &weights));
+  PetscCall(edge_weights(comm, *graph, &weights));
   PetscCall(PetscMalloc1(n + 1, &ia));
-  PetscCall(PetscMalloc1(graph.other.size() + 1, &ja));
-  PetscCall(PetscMalloc1(graph.other.size() + 1, &weight));
+  PetscCall(PetscMalloc1(graph->other.size() + 1, &ja));
+  PetscCall(PetscMalloc1(graph->other.size() + 1, &weight));
   PetscInt entries = 0;
   ia[0] = 0;
   for (PetscInt i = 0; i < n; ++i) {
     // springs are sorted by the other end: several between one pair stand side by side
     std::int64_t last = -1;
-    for (std::int64_t e = graph.start[i]; e < graph.start[i + 1]; ++e) {
-      if (graph.other[e] != last) {
+    for (std::int64_t e = graph->start[i]; e < graph->start[i + 1]; ++e) {
+      if (graph->other[e] != last) {
         weight[entries] = 0;
-        ja[entries++] = static_cast<PetscInt>(graph.other[e]);
+        ja[entries++] = static_cast<PetscInt>(graph->other[e]);
       }
       weight[entries - 1] += weights[static_cast<std::size_t>(e)];
-      last = graph.other[e];
+      last = graph->other[e];
     }
     ia[i + 1] = entries;
   }
+  *graph = {};
+  release(weights);
   MatHandle adjacency;
   PartitioningHandle partitioning;
   ISHandle target;
@@ -173,15 +177,25 @@ PetscErrorCode by_geometry(MPI_Comm comm, const Lattice& lattice, std::vector<in
 
 }  // namespace
 
-PetscErrorCode partition_rows(MPI_Comm comm, const Lattice& lattice, const RowGraph& graph, int kind,
-                              std::vector<int>* rank_of, std::string* used) {
+PetscErrorCode needs_graph(MPI_Comm comm, const Lattice& lattice, int kind, bool* needed) {
   int size = 1;
   PetscFunctionBegin;
   PetscCallMPI(MPI_Comm_size(comm, &size));
+  *needed = size > 1 && kind == 0 && HAVE_GRAPH && lattice.particles.total >= std::int64_t{8} * size;
+  PetscFunctionReturn(0);
+}
+
+PetscErrorCode partition_rows(MPI_Comm comm, const Lattice& lattice, RowGraph* graph, int kind,
+                              std::vector<int>* rank_of, std::string* used) {
+  int size = 1;
+  bool graph_needed = false;
+  PetscFunctionBegin;
+  PetscCallMPI(MPI_Comm_size(comm, &size));
+  PetscCall(needs_graph(comm, lattice, kind, &graph_needed));
   rank_of->assign(static_cast<std::size_t>(lattice.particles.count), 0);
   if (size == 1) {
     *used = "one rank";
-  } else if (kind == 0 && HAVE_GRAPH && lattice.particles.total >= std::int64_t{8} * size) {
+  } else if (graph_needed) {
     PetscCall(by_graph(comm, lattice, graph, rank_of, used));
   } else if (kind <= 1) {
     PetscCall(by_geometry(comm, lattice, rank_of));

@@ -14,9 +14,12 @@ struct RowGraph {
   std::vector<double> rate;  ///< of each spring [N/m]
 };
 
+/// Whether partition_rows() will look at the graph.
+PetscErrorCode needs_graph(MPI_Comm comm, const Lattice& lattice, int kind, bool* needed);
+
 /// Collective. rank_of[k]: the new owner of row particles.first + k. `kind` as NetworkOptions::partition; `used` tells
-/// which method ran.
-PetscErrorCode partition_rows(MPI_Comm comm, const Lattice& lattice, const RowGraph& graph, int kind,
+/// which method ran. The graph is let go of.
+PetscErrorCode partition_rows(MPI_Comm comm, const Lattice& lattice, RowGraph* graph, int kind,
                               std::vector<int>* rank_of, std::string* used);
 
 }  // namespace bs

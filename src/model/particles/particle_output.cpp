@@ -3,6 +3,7 @@
 #include <cmath>
 #include "base/fault.hpp"
 #include "base/options.hpp"
+#include "base/release.hpp"
 #include "model/particles/events.hpp"
 #include "model/particles/particle_model.hpp"
 
@@ -166,8 +167,8 @@ PetscErrorCode ParticleModel::constants(std::vector<Dataset>* out) {
     out->push_back({bonds + "_damping", s.first, s.total, 0, std::move(lattice_.damping)});
   }
   // the rest of the chunk lives on in the network
-  lattice_.position = {};
-  lattice_.velocity = {};
+  release(lattice_.position);
+  release(lattice_.velocity);
   PetscFunctionReturn(0);
 }
 

@@ -2,6 +2,7 @@
 #include <cmath>
 #include <limits>
 #include <vector>
+#include "base/release.hpp"
 #include "model/particles/condensed/block_icc.hpp"
 #include "model/particles/condensed/lanes.hpp"
 #include "model/particles/condensed/spring_product.hpp"
@@ -70,8 +71,8 @@ class BlockFactorOf final : public BlockFactor {
       for (int c = 0; c < area; ++c) inverse_[static_cast<std::size_t>(k) * area + c] = static_cast<Real>(block[c]);
       eliminate(k, block, slot);
     }
-    pivot_ = {};
-    size_ = {};
+    release(pivot_);
+    release(size_);
     return true;
   }
 

@@ -10,7 +10,9 @@ void SpringPattern::create(const Network& net) {
   const Links& links = net.links;
   n = net.n;
   ghosts = net.ghosts;
+  start.reserve(static_cast<std::size_t>(n) + 1);
   start.assign(1, 0);
+  other.reserve(links.other.size() / 2 + 1);  // each spring between free particles of this rank once
   cut_start.assign(1, 0);
   for (PetscInt i = 0; i < n; ++i) {
     PetscInt last = -1;  // parallel springs follow each other
@@ -28,6 +30,7 @@ void SpringPattern::create(const Network& net) {
     }
   }
   other.shrink_to_fit();
+  ghost.shrink_to_fit();
 }
 
 PetscErrorCode SpringMatrix::create(const Network& net) {

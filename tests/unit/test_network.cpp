@@ -1,0 +1,126 @@
+// The distributed lattice against a list of all its springs, which every rank makes for itself.
+#include <catch2/catch.hpp>
+#include <algorithm>
+#include <map>
+#include <tuple>
+#include <vector>
+#include "lattice/generator.hpp"
+#include "lattice/random.hpp"
+#include "system/network.hpp"
+
+using namespace bs;
+
+namespace {
+
+using End = std::tuple<std::int64_t, std::int64_t, double, double, double>;  // other's row, spring's row, k, L, D
+
+/// A cube with dampers, whose springs are shuffled over the ranks' chunks; every seventh is doubled.
+Lattice shuffled(int rank, int size) {
+  GeneratorSpec spec;
+  spec.type = LatticeType::cubic;
+  spec.size = {4, 5, 3};
+  spec.neighbors = 18;
+  spec.stiffness = {100, 60, 40};
+  spec.fixed_particles = {0, 7};
+  Lattice whole = generate(spec, 0, 1), l = generate(spec, rank, size);
+  std::vector<std::size_t> order(whole.stiffness.size());
+  for (std::size_t k = 0; k < order.size(); ++k) order[k] = k;
+  const auto key = [](std::size_t k) { return hash_uniform(5, Stream::perturbation, static_cast<std::int64_t>(k), 1); };
+  std::sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) { return key(a) < key(b); });
+  for (std::size_t k = 0, n = order.size(); k < n; k += 7) order.push_back(order[k]);
+  l.springs = split_rows(static_cast<std::int64_t>(order.size()), rank, size);
+  l.pairs.clear(), l.stiffness.clear(), l.rest_length.clear(), l.damping.clear();
+  for (std::int64_t row = l.springs.first; row < l.springs.first + l.springs.count; ++row) {
+    const std::size_t k = order[static_cast<std::size_t>(row)];
+    const bool turned = row % 2;
+    l.pairs.push_back(whole.pairs[2 * k + turned]);
+    l.pairs.push_back(whole.pairs[2 * k + !turned]);
+    l.stiffness.push_back(whole.stiffness[k] + static_cast<double>(row));
+    l.rest_length.push_back(whole.rest_length[k]);
+    l.damping.push_back(0.5 * static_cast<double>(row % 3));
+  }
+  return l;
+}
+
+std::map<std::int64_t, std::vector<End>> all_ends() {
+  const Lattice l = shuffled(0, 1);
+  std::map<std::int64_t, std::vector<End>> ends;
+  for (std::size_t half = 0; half < l.pairs.size(); ++half) {
+    const std::size_t k = half / 2;
+    ends[l.pairs[half]].emplace_back(l.pairs[half ^ 1], static_cast<std::int64_t>(k), l.stiffness[k], l.rest_length[k], l.damping[k]);
+  }
+  for (auto& [row, list] : ends) std::sort(list.begin(), list.end());
+  return ends;
+}
+
+/// Row in the input of every global index.
+std::vector<long long> rows_by_global(const Network& net) {
+  std::vector<long long> rows(static_cast<std::size_t>(net.total), 0);
+  for (PetscInt i = 0; i < net.n; ++i) rows[static_cast<std::size_t>(net.first + i)] = net.row[static_cast<std::size_t>(i)];
+  MPI_Allreduce(MPI_IN_PLACE, rows.data(), static_cast<int>(rows.size()), MPI_LONG_LONG, MPI_SUM, PETSC_COMM_WORLD);
+  return rows;
+}
+
+}  // namespace
+
+TEST_CASE("every particle has its springs, whatever the partition and the slices they travel in") {
+  int rank, size;
+  MPI_Comm_rank(PETSC_COMM_WORLD, &rank);
+  MPI_Comm_size(PETSC_COMM_WORLD, &size);
+  const Lattice lattice = shuffled(rank, size);
+  const auto ends = all_ends();
+  for (const int partition : {0, 1, 2})
+    for (const int ordering : {0, 1})
+      for (const std::size_t slice : {std::size_t{1} << 18, std::size_t{1}, std::size_t{23}}) {
+        CAPTURE(partition, ordering, slice);
+        NetworkOptions options;
+        options.partition = partition;
+        options.ordering = ordering;
+        options.slice = slice;
+        Network net;
+        REQUIRE(build_network(PETSC_COMM_WORLD, lattice, options, &net) == 0);
+        long long owned = net.n;
+        MPI_Allreduce(MPI_IN_PLACE, &owned, 1, MPI_LONG_LONG, MPI_SUM, PETSC_COMM_WORLD);
+        REQUIRE(owned == lattice.particles.total);
+        REQUIRE(net.fixed_total == 2);
+        const std::vector<long long> rows = rows_by_global(net);
+        REQUIRE(std::is_permutation(rows.begin(), rows.end(), [] {
+          std::vector<long long> all(60);
+          for (int k = 0; k < 60; ++k) all[static_cast<std::size_t>(k)] = k;
+          return all;
+        }().begin()));
+        bool same = true;
+        for (PetscInt i = 0; i < net.n; ++i) {
+          std::vector<End> found;
+          for (PetscInt e = net.links.start[i]; e < net.links.start[i + 1]; ++e)
+            found.emplace_back(rows[static_cast<std::size_t>(net.global[static_cast<std::size_t>(net.links.other[e])])], net.links.spring[e],
+                               net.links.stiffness[e], net.links.rest_length[e], net.links.damping[e]);
+          same = same && found == ends.at(net.row[static_cast<std::size_t>(i)]);  // and in this order
+        }
+        REQUIRE(same);
+        REQUIRE(static_cast<PetscInt>(net.global.size()) == net.n + net.ghosts);
+      }
+}
+
+TEST_CASE("couplings without springs reach every particle") {
+  int rank, size;
+  MPI_Comm_rank(PETSC_COMM_WORLD, &rank);
+  MPI_Comm_size(PETSC_COMM_WORLD, &size);
+  const Lattice lattice = shuffled(rank, size);
+  const auto ends = all_ends();
+  for (const bool all : {false, true}) {
+    NetworkOptions options;
+    options.slice = 11;
+    options.center_row = all ? -1 : 33;
+    options.all_to_all = all;
+    Network net;
+    REQUIRE(build_network(PETSC_COMM_WORLD, lattice, options, &net) == 0);
+    for (PetscInt i = 0; i < net.n; ++i) {
+      PetscInt couplings = 0;
+      for (PetscInt e = net.links.start[i]; e < net.links.start[i + 1]; ++e) couplings += net.links.spring[e] < 0;
+      const std::int64_t row = net.row[static_cast<std::size_t>(i)];
+      REQUIRE(couplings == (all ? 59 : row == 33 ? 0 : 1));
+      REQUIRE(net.links.start[i + 1] - net.links.start[i] == couplings + static_cast<PetscInt>(ends.at(row).size()));
+    }
+  }
+}
