@@ -3,7 +3,7 @@ import cases
 from running import steps_row
 
 UNKNOWN_NEED = 5000  # bytes per particle a run is taken to need before one was measured
-MANY = 200_000  # particles from which two steps are enough to time
+MANY = 2_000_000  # particles from which two steps are enough to time
 
 
 def free_memory():
