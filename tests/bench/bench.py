@@ -69,6 +69,7 @@ def read_arguments():
     parser.add_argument("--triad-elements", type=int, default=20_000_000, help="of each of STREAM's three arrays")
     parser.add_argument("--peers", default=str(cases.REPO / "build" / "peers"), help="folder the peers are built in")
     parser.add_argument("--folder", default=str(HERE), help="where results.json, results.md and results.png go")
+    parser.add_argument("--keep", action="store_true", help="keep what results.json holds of the sections that are not measured now")
     parser.add_argument("--scratch", default=None, help="folder for trajectories; the output section measures its disk (default: the system's)")
     return parser.parse_args()
 
@@ -116,6 +117,8 @@ def main():
     version = subprocess.run([arguments.program, "-bs_version"], capture_output=True, text=True).stdout.strip()
     results = {"date": datetime.date.today().isoformat(), "version": version, "machine": tables.machine(), "n": arguments.n, "repeats": arguments.repeats,
                "arguments": {k: v for k, v in vars(arguments).items() if k not in ("program", "peers", "folder", "scratch")}}
+    if arguments.keep and (folder / "results.json").exists():
+        results = dict(json.loads((folder / "results.json").read_text()), date=results["date"], version=version)
     with tempfile.TemporaryDirectory(prefix="bench_", dir=arguments.scratch) as scratch:
         context = Context(arguments, scratch)
         results["empty_bytes"] = {ranks: empty_run(context, ranks) for ranks in arguments.ranks}
