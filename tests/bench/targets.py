@@ -27,13 +27,15 @@ def kernel(results, name):
 
 
 def spread(results):
-    """Largest over smallest time per particle from 10^5 to 4.2 10^6 particles, the largest number of ranks."""
+    """(what, largest over smallest time per particle) from 10^5 to 4.2 10^6 particles, as far as measured, the largest
+    number of ranks."""
     rows = [r for r in results.get("sizes", []) if r.get("us_per_particle") and 9e4 <= r["particles"] <= 4.2e6]
-    if not rows:
-        return None
-    most = max(r["ranks"] for r in rows)
-    costs = [r["us_per_particle"] for r in rows if r["ranks"] == most]
-    return max(costs) / min(costs) if len(costs) > 1 else None
+    most = max((r["ranks"] for r in rows), default=1)
+    rows = sorted((r for r in rows if r["ranks"] == most), key=lambda r: r["particles"])
+    costs = [r["us_per_particle"] for r in rows]
+    reach = f"{rows[0]['particles']:,} to {rows[-1]['particles']:,}" if len(rows) > 1 else "10^5 to 4 10^6"
+    return (f"time per particle, {reach} particles at equal h omega, {most} rank(s): largest over smallest",
+            max(costs) / min(costs) if len(costs) > 1 else None)
 
 
 def converged(results, h):
@@ -101,7 +103,7 @@ def table(results):
         ("peak memory, largest B1 without factors", "<=", 1000, free, "bytes/particle"),
         ("B3, n = 160, 2 ranks: peak memory of a step", "<=", 24, largest(results, 160), "GB"),
         ("10^7 particles without factors, 2 ranks: peak memory of a step", "<=", 24, largest(results, 216), "GB"),
-        ("time per particle, 10^5 to 4 10^6 particles at equal h omega: largest over smallest", "<=", 1.5, spread(results), "x"),
+        (spread(results)[0], "<=", 1.5, spread(results)[1], "x"),
         ("a frame of 10^6 particles over the raw collective HDF5 write", "<=", 1.3, frame(results), "x"),
     ]
     out = []
