@@ -168,11 +168,11 @@ std::vector<std::int64_t> ghost_rows(const std::vector<ParticleRecord>& particle
 /// Which rank each particle of this chunk goes to, by the springs at it.
 PetscErrorCode assign_ranks(MPI_Comm comm, const Lattice& lattice, const NetworkOptions& options, const Chunks& chunks,
                             std::vector<int>* rank_of, Network* net) {
-  bool by_graph = false;
+  int size = 1;
   PetscFunctionBegin;
-  PetscCall(needs_graph(comm, lattice, options.partition, &by_graph));
+  PetscCallMPI(MPI_Comm_size(comm, &size));
   RowGraph graph;
-  if (by_graph) PetscCall(collect_graph(comm, lattice, options, chunks, &graph));
+  if (needs_graph(lattice, options.partition, size)) PetscCall(collect_graph(comm, lattice, options, chunks, &graph));
   PetscCall(partition_rows(comm, lattice, &graph, options.partition, rank_of, &net->partition));
   PetscFunctionReturn(0);
 }

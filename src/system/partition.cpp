@@ -177,25 +177,19 @@ PetscErrorCode by_geometry(MPI_Comm comm, const Lattice& lattice, std::vector<in
 
 }  // namespace
 
-PetscErrorCode needs_graph(MPI_Comm comm, const Lattice& lattice, int kind, bool* needed) {
-  int size = 1;
-  PetscFunctionBegin;
-  PetscCallMPI(MPI_Comm_size(comm, &size));
-  *needed = size > 1 && kind == 0 && HAVE_GRAPH && lattice.particles.total >= std::int64_t{8} * size;
-  PetscFunctionReturn(0);
+bool needs_graph(const Lattice& lattice, int kind, int size) {
+  return size > 1 && kind == 0 && HAVE_GRAPH && lattice.particles.total >= std::int64_t{8} * size;
 }
 
 PetscErrorCode partition_rows(MPI_Comm comm, const Lattice& lattice, RowGraph* graph, int kind,
                               std::vector<int>* rank_of, std::string* used) {
   int size = 1;
-  bool graph_needed = false;
   PetscFunctionBegin;
   PetscCallMPI(MPI_Comm_size(comm, &size));
-  PetscCall(needs_graph(comm, lattice, kind, &graph_needed));
   rank_of->assign(static_cast<std::size_t>(lattice.particles.count), 0);
   if (size == 1) {
     *used = "one rank";
-  } else if (graph_needed) {
+  } else if (needs_graph(lattice, kind, size)) {
     PetscCall(by_graph(comm, lattice, graph, rank_of, used));
   } else if (kind <= 1) {
     PetscCall(by_geometry(comm, lattice, rank_of));

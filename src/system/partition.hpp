@@ -14,8 +14,8 @@ struct RowGraph {
   std::vector<double> rate;  ///< of each spring [N/m]
 };
 
-/// Whether partition_rows() will look at the graph.
-PetscErrorCode needs_graph(MPI_Comm comm, const Lattice& lattice, int kind, bool* needed);
+/// Whether partition_rows() will look at the graph, on `size` ranks.
+bool needs_graph(const Lattice& lattice, int kind, int size);
 
 /// Collective. rank_of[k]: the new owner of row particles.first + k. `kind` as NetworkOptions::partition; `used` tells
 /// which method ran. The graph is let go of.
