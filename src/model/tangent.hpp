@@ -17,7 +17,7 @@ enum class CondensedStorage {
 class Tangent {
  public:
   virtual ~Tangent() = default;
-  /// Whether S is symmetric and holds all of J.
+  /// Whether S as assembled, which is symmetric, holds all of J; else multiply_condensed tells what it leaves out.
   virtual bool exact_symmetric() const = 0;
   virtual double sigma() const = 0;
   /// Space dimension: block size of S.
@@ -33,9 +33,11 @@ class Tangent {
   virtual PetscErrorCode expand(Vec r, Vec w, Vec z) = 0;
   /// Collective. A matrix for S, not yet assembled with values; with rigid body modes as near null space where it is AIJ.
   virtual PetscErrorCode create(CondensedStorage storage, Mat* S) = 0;
-  /// Collective. S into a matrix made by create. `positive`: springs under compression lose their negative transverse
-  /// rate, which makes S positive definite.
+  /// Collective. The symmetric part of S into a matrix made by create. `positive`: the negative transverse rates of springs
+  /// under compression are reversed and what else may be negative is left out, which makes S positive definite.
   virtual PetscErrorCode assemble(bool positive, Mat S) = 0;
+  /// Collective. y = S w exactly, with what the symmetric S of assemble leaves out; vectors of S.
+  virtual PetscErrorCode multiply_condensed(Vec w, Vec y) = 0;
 };
 
 /// Ties a tangent to a matrix, for preconditioners to find; it must outlive the matrix's use.

@@ -2,11 +2,15 @@
 #include <algorithm>
 #include <cmath>
 #include <cstring>
+#include "solve/condensed/condensed.hpp"
+#include "solve/search/energy.hpp"
 #include "solve/search/searches.hpp"
+#include "solve/ts_queries.hpp"
 
 namespace bs {
 namespace {
 
+/// Whether either part is below rtol of its first, or below `floors` times the rounding errors of the forces.
 bool below(const NewtonPolicy& self, const ResidualNorms& now, double rtol, double floors) {
   // a momentum residual that starts at nothing (free flight) is judged by the velocity error it makes, to 1e-4 rtol
   const double kinematic = std::max(self.first[0], self.first[1] / self.sigma);
@@ -15,7 +19,8 @@ bool below(const NewtonPolicy& self, const ResidualNorms& now, double rtol, doub
          now[1] <= std::max(rtol * momentum, floors * self.floor[1]);
 }
 
-/// Near rounding level, and no longer falling: no further iterate is any better.
+/// Near rounding level, and no longer falling: no further iterate is any better. The estimate of the rounding errors is a sum
+/// of the worst cases, which Newton may well get below; so what the residual does decides.
 bool exhausted(const NewtonPolicy& self, const ResidualNorms& now, double rtol) {
   constexpr double NEAR = 100, ROUNDING = 1e-13;
   const double size = ROUNDING * self.size_of_forces();
@@ -43,8 +48,28 @@ PetscErrorCode set_forcing(const NewtonPolicy& self, SNES snes, PetscInt it, con
   PetscFunctionReturn(0);
 }
 
-// Converged: every part has fallen by rtol or to its rounding errors, or all of F is below atol, or a whole Newton step
-// below stol of the state. Diverged: not finite, or grown by the divergence tolerance.
+// A step of nothing is no sign of convergence where the linear solver has done nothing (-ksp_rtol 1): the step decides only
+// where the residual, too, has fallen far.
+bool step_decides(const NewtonPolicy& self, const ResidualNorms& now) {
+  constexpr double FAR = 1e-4, NEAR = 100;
+  return below(self, now, FAR, NEAR);
+}
+
+// After a tangent that was not positive definite: is the next one worth being tried as it is? Near the minimum, where the
+// residual falls from one iterate to the next, or now and then.
+PetscErrorCode expect_definite(const NewtonPolicy& self, PetscInt it, const ResidualNorms& now) {
+  constexpr double FALLEN = 0.3;
+  constexpr PetscInt EVERY = 8;
+  PC pc;
+  PetscFunctionBegin;
+  const double here = std::max(self.sigma * now[0], now[1]), before = std::max(self.sigma * self.previous[0], self.previous[1]);
+  PetscCall(linear_solver_of(self.ts, nullptr, &pc));
+  PetscCall(condensed_expect_definite(pc, it > 0 && (here < FALLEN * before || it % EVERY == EVERY - 1)));
+  PetscFunctionReturn(0);
+}
+
+// Converged: every part has fallen by rtol, or to its rounding errors and falls no further, or all of F is below atol, or a
+// whole Newton step below stol of the state. Diverged: not finite, or grown by the divergence tolerance.
 PetscErrorCode test(SNES snes, PetscInt it, PetscReal xnorm, PetscReal snorm, PetscReal fnorm, SNESConvergedReason* reason,
                     void* context) {
   NewtonPolicy& self = *static_cast<NewtonPolicy*>(context);
@@ -71,10 +96,15 @@ PetscErrorCode test(SNES snes, PetscInt it, PetscReal xnorm, PetscReal snorm, Pe
   }
   const double whole = std::hypot(self.first[0], self.first[1]);
   if (fnorm < atol) *reason = SNES_CONVERGED_FNORM_ABS;
-  else if (below(self, now, it > 0 ? rtol : 0.0, 1.0) || (it > 1 && exhausted(self, now, rtol))) *reason = SNES_CONVERGED_FNORM_RELATIVE;
-  else if (it > 0 && snorm < stol * xnorm) *reason = SNES_CONVERGED_SNORM_RELATIVE;
+  else if (it > 0 ? below(self, now, rtol, 0.0) : below(self, now, 0.0, 1.0)) *reason = SNES_CONVERGED_FNORM_RELATIVE;
+  else if (it > 0 && exhausted(self, now, rtol)) {
+    *reason = SNES_CONVERGED_FNORM_RELATIVE;
+    ++self.at_floor;
+  }
+  else if (it > 0 && snorm < stol * xnorm) *reason = step_decides(self, now) ? SNES_CONVERGED_SNORM_RELATIVE : SNES_DIVERGED_LINEAR_SOLVE;
   else if (it > 0 && divtol > 0 && whole > 0 && fnorm > divtol * whole) *reason = SNES_DIVERGED_DTOL;
   if (*reason == SNES_CONVERGED_ITERATING && self.forcing) PetscCall(set_forcing(self, snes, it, now, rtol));
+  if (*reason == SNES_CONVERGED_ITERATING && self.directions) PetscCall(expect_definite(self, it, now));
   self.previous = now;
   PetscFunctionReturn(0);
 }
@@ -101,6 +131,9 @@ PetscErrorCode NewtonPolicy::attach(TS stepper, SNES snes) {
   PetscCall(set_search_policy(snes, this));
   PetscCall(PetscOptionsGetString(nullptr, nullptr, "-snes_type", type, sizeof(type), nullptr));
   PetscCall(PetscOptionsHasName(nullptr, nullptr, "-snes_linesearch_type", &given));
+  char search[64] = "energy";
+  PetscCall(PetscOptionsGetString(nullptr, nullptr, "-snes_linesearch_type", search, sizeof search, nullptr));
+  directions = std::strcmp(type, SNESNEWTONLS) == 0 && std::strcmp(search, "energy") == 0 && lacks_energy(*this).empty();
   if (given || std::strcmp(type, SNESNEWTONLS) != 0) PetscFunctionReturn(0);
   SNESLineSearch line;
   PetscCall(SNESGetLineSearch(snes, &line));

@@ -52,6 +52,9 @@ struct NewtonPolicy {
   double size_of_forces() const { return std::max(sigma * first[0], first[1]); }
   /// Whether linear solves are as loose as Newton allows (set for the iterative condensed solve).
   bool forcing = false;
+  /// Whether the search makes do with descent directions of the potential in place of solutions of Newton's system.
+  bool directions = false;
+  std::int64_t at_floor = 0;        ///< solves that ended at rounding level, above -snes_rtol
   /// Sets the test, and the line search unless -snes_linesearch_type or another -snes_type is asked for.
   PetscErrorCode attach(TS ts, SNES snes);
   /// Collective. Rounding errors near the state `ts` is at, for an attempt of 1/sigma [s].

@@ -37,17 +37,19 @@ PetscErrorCode set_defaults_of_linear_model(TS ts) {
 
 /// Particle systems: the condensed solve wherever the user left KSP and PC open; nothing under -snes_mf, which has no
 /// matrix to take it from.
-PetscErrorCode set_condensed_defaults(TS ts, Model& model, NewtonPolicy* newton) {
+PetscErrorCode set_condensed_defaults(TS ts, Model& model, NewtonPolicy* newton, Curvature curvature) {
   KSP ksp;
   PC pc;
   PetscFunctionBegin;
   if (given("-snes_mf") || pc_type_or("condensed") != "condensed") PetscFunctionReturn(0);
   PetscCall(linear_solver_of(ts, &ksp, &pc));
   PetscCall(PCSetType(pc, "condensed"));
-  PetscCall(condensed_set_tangent(pc, model.tangent()));
+  CondensedDemand demand;
+  demand.direction = newton->directions;
+  demand.curvature = curvature;
+  PetscCall(condensed_set_tangent(pc, model.tangent(), demand));
   const bool direct = model.tangent()->unknowns() <= DIRECT_UNKNOWNS && !given("-condensed_pc_type") && !given("-condensed_ksp_type");
-  const bool exact = (direct || model.tangent()->exact_symmetric()) && !given("-snes_mf_operator");
-  PetscCall(KSPSetType(ksp, exact ? KSPPREONLY : KSPFGMRES));
+  PetscCall(KSPSetType(ksp, given("-snes_mf_operator") ? KSPFGMRES : KSPPREONLY));
   PetscCall(KSPSetTolerances(ksp, 1e-8, PETSC_DEFAULT, PETSC_DEFAULT, PETSC_DEFAULT));
   newton->forcing = !direct && !given("-ksp_rtol") && !given("-snes_ksp_ew");
   PetscFunctionReturn(0);
@@ -100,17 +102,24 @@ PetscErrorCode solver_tallies(TS ts, std::vector<Tally>* out) {
   PetscCall(condensed_counts(pc, &condensed, &counts));
   if (!condensed) PetscFunctionReturn(0);
   out->push_back({"condensed_refreshed", "", counts.refreshed});
-  out->push_back({"indefinite", "condensed systems were not positive definite and went to the fallback solver", counts.indefinite});
+  out->push_back({"indefinite", "tangents were not positive definite", counts.indefinite});
+  out->push_back({"definite", "Newton directions were taken from the definite part of the tangent", counts.definite});
+  out->push_back({"unfinished", "Newton directions were taken before the linear solver had converged", counts.unfinished});
   out->push_back({"factor_shifts", "incomplete factorisations were repeated with a larger diagonal", counts.shifts});
   PetscFunctionReturn(0);
 }
 
 PetscErrorCode set_linear_defaults(TS ts, Model& model, NewtonPolicy* newton) {
   PetscInt unknowns = 0;
+  int curvature = 0;
   PetscFunctionBegin;
+  PetscCall(read_section(model.comm(), "Newton's tangent", [&](Section& o) {
+    o.choice("-bs_tangent", "tangent of Newton's directions under the line search energy: exact, definite (the negative transverse rates of "
+             "compressed springs are reversed), or auto: exact while it is positive definite", {"auto", "exact", "definite"}, curvature);
+  }));
   PetscCall(VecGetSize(model.initial_state(), &unknowns));
   if (model.linear()) PetscCall(set_defaults_of_linear_model(ts));
-  else if (model.tangent() && !given("-snes_fd") && !given("-snes_fd_color")) PetscCall(set_condensed_defaults(ts, model, newton));
+  else if (model.tangent() && !given("-snes_fd") && !given("-snes_fd_color")) PetscCall(set_condensed_defaults(ts, model, newton, static_cast<Curvature>(curvature)));
   else PetscCall(set_direct_or_gmres(ts, unknowns));
   PetscFunctionReturn(0);
 }

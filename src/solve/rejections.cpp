@@ -1,6 +1,7 @@
 #include "solve/rejections.hpp"
 #include <cstring>
 #include "base/fault.hpp"
+#include "solve/condensed/condensed.hpp"
 #include "solve/ts_queries.hpp"
 
 namespace bs {
@@ -94,8 +95,15 @@ PetscErrorCode RejectionWatch::look(TS ts) {
   PetscCall(TSGetSNESFailures(ts, &failures));
   if (rejected > rejected_ && !gave_up_) {
     std::size_t reason = ERROR_ESTIMATE;
-    if (failures > failures_) PetscCall(name_failure(ts, &reason));
-    else last_ = sentence_of(reason);
+    if (failures > failures_) {
+      // nothing that the failed attempt left in the solvers goes into the next one
+      PC pc;
+      PetscCall(name_failure(ts, &reason));
+      PetscCall(linear_solver_of(ts, nullptr, &pc));
+      PetscCall(condensed_renew(pc));
+    } else {
+      last_ = sentence_of(reason);
+    }
     tried_ = present_;
     last_reason_ = reason;
     ++counts_[reason];

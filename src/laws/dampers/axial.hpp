@@ -10,11 +10,13 @@ struct AxialDamper {
   static constexpr const char* title = "axial";
   static constexpr bool regular_at_zero = false;  ///< no direction at l = 0
 
-  /// Its direction moves with the ends: no potential of the velocities.
-  static constexpr bool dissipation_potential = false;
+  /// With the direction u held at the state searched from, R = D/2 (u.w)^2, whose slope there is the law's own force:
+  ///   R(w + dw) - R(w) - R'(w).dw = D/2 (u.dw)^2
+  /// The direction is renewed with every Newton iterate, so at convergence nothing is approximated.
   template <int d>
-  static double dissipation_beyond_slope(const double*, double) noexcept {
-    return 0;
+  static double dissipation_beyond_slope(const double* dx, double l, const double* dw, double D) noexcept {
+    const double along = dot<d>(dx, dw) / l;
+    return 0.5 * D * along * along;
   }
   template <int d>
   static void force(const double* dx, double l, const double* w, double D, double* f) noexcept {

@@ -10,9 +10,8 @@ struct SimpleDamper {
   static constexpr bool regular_at_zero = true;
 
   /// R = D/2 |w|^2:  R(w + dw) - R(w) - R'(w).dw = D/2 |dw|^2
-  static constexpr bool dissipation_potential = true;
   template <int d>
-  static double dissipation_beyond_slope(const double* dw, double D) noexcept {
+  static double dissipation_beyond_slope(const double*, double, const double* dw, double D) noexcept {
     return 0.5 * D * dot<d>(dw, dw);
   }
   template <int d>

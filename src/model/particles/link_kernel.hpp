@@ -46,7 +46,7 @@ struct LinkKernel {
     if (p.rest_length == 0) spring_dfdx<d, ZeroRestSpring>(g.dx, g.length, p.stiffness, 0.0, K);
     else spring_dfdx<d, Spring, positive>(g.dx, g.length, p.stiffness, p.rest_length, K);
     if (p.damping != 0) {
-      Damper::template dfdx<d>(g.dx, g.length, g.w, p.damping, K);
+      if constexpr (!positive) Damper::template dfdx<d>(g.dx, g.length, g.w, p.damping, K);
       Damper::template dfdv<d>(g.dx, g.length, p.damping, D);
     }
   }
@@ -70,7 +70,7 @@ struct LinkKernel {
   static double beyond_slope(const LinkGeometry<d>& g, const double* dd, const double* dw, const LinkParameters& p, double sigma) noexcept {
     const double spring = p.rest_length == 0 ? spring_energy_beyond_slope<d, ZeroRestSpring>(g.dx, g.length, dd, p.stiffness, 0.0)
                                              : spring_energy_beyond_slope<d, Spring>(g.dx, g.length, dd, p.stiffness, p.rest_length);
-    return sigma * spring + (p.damping != 0 ? Damper::template dissipation_beyond_slope<d>(dw, p.damping) : 0.0);
+    return sigma * spring + (p.damping != 0 ? Damper::template dissipation_beyond_slope<d>(g.dx, g.length, dw, p.damping) : 0.0);
   }
   /// Force per length along the spring, for estimates [N/m].
   static double rate(const LinkParameters& p) noexcept {

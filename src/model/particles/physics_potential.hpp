@@ -68,10 +68,6 @@ void PhysicsOf<d, Spring, Damper>::add_law(const Law& law, const Point<d>& point
 template <int d, class Spring, class Damper>
 std::string PhysicsOf<d, Spring, Damper>::lacks_potential() const {
   std::string what;
-  if constexpr (!Damper::dissipation_potential) {
-    const auto some = [](const std::vector<double>& c) { return std::any_of(c.begin(), c.end(), [](double D) { return D != 0; }); };
-    if (some(net_.links.damping) || some(net_.anchors.damping)) what = "damping along the springs";
-  }
   for_each_law(laws_, [&](const auto& law) {
     using Law = std::decay_t<decltype(law)>;
     if (law.active() && Law::potential == Potential::none) what = Law::title;

@@ -14,6 +14,7 @@ constexpr char TYPE[] = "condensed";
 
 struct Condensed {
   Tangent* tangent = nullptr;
+  CondensedDemand demand;
   InnerSolver inner;
   VecHandle b, w;
   CondensedCounts counts;
@@ -31,7 +32,7 @@ PetscErrorCode prepare(PC pc) {
   if (!self.inner.created()) {
     const char* prefix = nullptr;
     PetscCall(PCGetOptionsPrefix(pc, &prefix));
-    PetscCall(self.inner.create(*self.tangent, prefix));
+    PetscCall(self.inner.create(*self.tangent, self.demand, prefix));
     PetscCall(self.inner.create_vector(self.b.out()));
     PetscCall(self.inner.create_vector(self.w.out()));
   }
@@ -41,7 +42,8 @@ PetscErrorCode prepare(PC pc) {
 PetscErrorCode set_up(PC pc) {
   PetscFunctionBegin;
   PetscCall(prepare(pc));
-  PetscCall(data_of(pc).inner.assemble());
+  PetscCall(data_of(pc).inner.assemble(&data_of(pc).counts));
+  pc->failedreason = PC_NOERROR;
   PetscFunctionReturn(0);
 }
 
@@ -61,6 +63,13 @@ PetscErrorCode before_solve(PC pc, KSP outer, Vec, Vec) {
   PetscCall(PetscObjectTypeCompareAny(reinterpret_cast<PetscObject>(outer), &flexible, KSPFGMRES, KSPGCR, KSPRICHARDSON, ""));
   PetscCall(KSPGetTolerances(outer, &rtol, nullptr, nullptr, nullptr));
   data_of(pc).inner.set_tolerance(preonly ? rtol : flexible ? LOOSE_TOLERANCE : 0.1 * rtol);
+  PetscFunctionReturn(0);
+}
+
+/// A failed solve is told to the solve it belongs to, not to those after it.
+PetscErrorCode after_solve(PC pc, KSP, Vec, Vec) {
+  PetscFunctionBegin;
+  pc->failedreason = PC_NOERROR;
   PetscFunctionReturn(0);
 }
 
@@ -94,6 +103,7 @@ PetscErrorCode create(PC pc) {
   pc->ops->setup = set_up;
   pc->ops->setuponblocks = set_up_on_blocks;
   pc->ops->presolve = before_solve;
+  pc->ops->postsolve = after_solve;
   pc->ops->apply = apply;
   pc->ops->view = view;
   pc->ops->destroy = destroy;
@@ -125,11 +135,21 @@ PetscErrorCode condensed_counts(PC pc, bool* is, CondensedCounts* counts) {
   PetscFunctionReturn(0);
 }
 
-PetscErrorCode condensed_set_tangent(PC pc, Tangent* tangent) {
+PetscErrorCode condensed_set_tangent(PC pc, Tangent* tangent, const CondensedDemand& demand) {
   bool is = false;
   PetscFunctionBegin;
   PetscCall(is_condensed(pc, &is));
-  if (is) data_of(pc).tangent = tangent;
+  if (!is) PetscFunctionReturn(0);
+  data_of(pc).tangent = tangent;
+  data_of(pc).demand = demand;
+  PetscFunctionReturn(0);
+}
+
+PetscErrorCode condensed_expect_definite(PC pc, bool expected) {
+  bool is = false;
+  PetscFunctionBegin;
+  PetscCall(is_condensed(pc, &is));
+  if (is) data_of(pc).inner.expect_definite(expected);
   PetscFunctionReturn(0);
 }
 

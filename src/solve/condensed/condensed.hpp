@@ -8,10 +8,25 @@
 
 namespace bs {
 
+/// Which S a Newton direction is taken from.
+enum class Curvature { automatic, exact, definite };
+
+/// What the solve is for.
+struct CondensedDemand {
+  /// A descent direction of the step's potential is enough (the energy search makes the most of it); else S w = b is solved
+  /// whether S is definite or not.
+  bool direction = false;
+  /// For directions: exact: S as it is; definite: with what makes it positive definite; automatic: as it is while it is
+  /// positive definite.
+  Curvature curvature = Curvature::automatic;
+};
+
 struct CondensedCounts {
   PetscInt solves = 0, iterations = 0;  ///< of the inner KSP, fallbacks included
   PetscInt refreshed = 0;               ///< times the inner preconditioner was renewed
   PetscInt indefinite = 0;              ///< solves in which S turned out not to be positive definite
+  PetscInt definite = 0;                ///< solves with the definite part of S in its place
+  PetscInt unfinished = 0;              ///< directions taken when the iterations ran out
   PetscInt shifts = 0;                  ///< incomplete factorisations repeated with a larger diagonal
 };
 
@@ -21,8 +36,11 @@ PetscErrorCode register_condensed();
 /// Whether `pc` is of this type, and what it has done.
 PetscErrorCode condensed_counts(PC pc, bool* is, CondensedCounts* counts);
 
-/// Where the Jacobian comes from; must be given before `pc` is set up, unless P itself is tied to a tangent.
-PetscErrorCode condensed_set_tangent(PC pc, Tangent* tangent);
+/// Where the Jacobian comes from, and what for; must be given before `pc` is set up, unless P itself is tied to a tangent.
+PetscErrorCode condensed_set_tangent(PC pc, Tangent* tangent, const CondensedDemand& demand);
+
+/// Before a linearisation: whether S may be positive definite although the last one was not.
+PetscErrorCode condensed_expect_definite(PC pc, bool expected);
 
 /// The next solve renews the preconditioner, as the first one does: a run and its continuation then agree bit for bit.
 PetscErrorCode condensed_renew(PC pc);

@@ -7,11 +7,12 @@
 
 namespace bs {
 
-PetscErrorCode InnerSolver::create(Tangent& tangent, const char* outer_prefix) {
+PetscErrorCode InnerSolver::create(Tangent& tangent, const CondensedDemand& demand, const char* outer_prefix) {
   PetscReal refresh = refresh_;
   PetscBool given = PETSC_FALSE;
   PetscFunctionBegin;
   tangent_ = &tangent;
+  demand_ = demand;
   prefix_ = std::string(outer_prefix ? outer_prefix : "") + "condensed_";
   const char* const names[] = {"springs", "sbaij", "baij", "aij"};
   PetscInt chosen = -1;
@@ -38,8 +39,8 @@ PetscErrorCode InnerSolver::choose_storage() {
   PetscCall(KSPSetOptionsPrefix(ksp_, prefix_.c_str()));
   PetscCall(KSPGetPC(ksp_, &pc));
   PetscCall(PetscOptionsGetString(nullptr, prefix_.c_str(), "-pc_type", type, sizeof type, nullptr));
-  direct_ = tangent_->unknowns() <= DIRECT_UNKNOWNS;
   const std::string own = type;
+  direct_ = own.empty() ? tangent_->unknowns() <= DIRECT_UNKNOWNS : own == PCLU || own == PCCHOLESKY;
   const bool springs = own.empty() ? !direct_ : own == "bicc" || own == PCJACOBI || own == PCNONE;
   storage_ = springs ? CondensedStorage::springs : own == PCICC ? CondensedStorage::sbaij : CondensedStorage::aij;
   if (own_storage_ >= 0) storage_ = static_cast<CondensedStorage>(own_storage_);
@@ -51,23 +52,53 @@ PetscErrorCode InnerSolver::choose_storage() {
   PetscBool preonly = PETSC_FALSE;
   PetscCall(PetscObjectTypeCompare(reinterpret_cast<PetscObject>(ksp_.get()), KSPPREONLY, &preonly));
   direct_ = preonly;
+  PetscCall(ask_for_inertia());
+  PetscFunctionReturn(0);
+}
+
+/// MUMPS counts negative pivots only where it looks for null pivots, too, and keeps its last front on one rank.
+PetscErrorCode InnerSolver::ask_for_inertia() {
+  PC pc;
+  PCType type = nullptr;
+  MatSolverType solver = nullptr;
+  Mat factors = nullptr;
+  PetscFunctionBegin;
+  PetscCall(KSPGetPC(ksp_, &pc));
+  PetscCall(PCGetType(pc, &type));
+  if (std::string(type) != PCCHOLESKY || !demand_.direction) PetscFunctionReturn(0);
+  PetscCall(PCFactorGetMatSolverType(pc, &solver));
+  if (!solver || std::string(solver) != MATSOLVERMUMPS) PetscFunctionReturn(0);
+  PetscCall(PCFactorSetUpMatSolverType(pc));
+  PetscCall(PCFactorGetMatrix(pc, &factors));
+  PetscCall(MatMumpsSetIcntl(factors, 24, 1));
+  PetscCall(MatMumpsSetIcntl(factors, 13, 1));
+  PetscFunctionReturn(0);
+}
+
+// S is symmetric: Cholesky takes half the work of LU, and the signs of its pivots tell whether S is positive definite. PETSc's
+// own is quick to start and good enough for small matrices, MUMPS for larger ones and on several ranks.
+PetscErrorCode InnerSolver::set_direct(PC pc, PetscMPIInt ranks) {
+  constexpr PetscInt SMALL = 1000;
+  PetscFunctionBegin;
+  PetscCall(KSPSetType(ksp_, KSPPREONLY));
+  PetscCall(PCSetType(pc, PCCHOLESKY));
+  if (ranks > 1 || tangent_->unknowns() > SMALL) PetscCall(PCFactorSetMatSolverType(pc, MATSOLVERMUMPS));
+  else PetscCall(PCFactorSetMatOrderingType(pc, MATORDERINGND));
+  PetscCall(PCFactorSetZeroPivot(pc, PETSC_MACHINE_EPSILON * PETSC_MACHINE_EPSILON));
   PetscFunctionReturn(0);
 }
 
 PetscErrorCode InnerSolver::set_defaults() {
   PC pc;
   PetscMPIInt ranks;
-  const bool symmetric = tangent_->exact_symmetric();
   PetscFunctionBegin;
   PetscCall(KSPGetPC(ksp_, &pc));
   PetscCallMPI(MPI_Comm_size(tangent_->comm(), &ranks));
   if (direct_ && storage_ == CondensedStorage::aij) {
-    PetscCall(KSPSetType(ksp_, KSPPREONLY));
-    PetscCall(PCSetType(pc, PCLU));
-    if (ranks > 1 || tangent_->unknowns() > 1000) PetscCall(PCFactorSetMatSolverType(pc, MATSOLVERMUMPS));
+    PetscCall(set_direct(pc, ranks));
     PetscFunctionReturn(0);
   }
-  PetscCall(KSPSetType(ksp_, symmetric || storage_ == CondensedStorage::springs || storage_ == CondensedStorage::sbaij ? KSPCG : KSPGMRES));
+  PetscCall(KSPSetType(ksp_, KSPCG));
   // the residual Newton asked to shrink; some methods know another one only
   char own[64] = KSPCG;
   PetscCall(PetscOptionsGetString(nullptr, prefix_.c_str(), "-ksp_type", own, sizeof own, nullptr));
@@ -84,11 +115,19 @@ PetscErrorCode InnerSolver::create_vector(Vec* out) const {
   PetscFunctionReturn(0);
 }
 
-// A direct solver wants the matrix as it is; a Krylov method bears an old preconditioner until it costs more iterations
+void InnerSolver::renew() {
+  stale_ = true;
+  indefinite_ = false;
+  hope_ = true;
+}
+
+// A direct solver wants the matrix as it is; a Krylov method works with an old preconditioner until it costs more iterations
 // than a new one would.
-PetscErrorCode InnerSolver::assemble() {
+PetscErrorCode InnerSolver::linearise(bool definite) {
   PetscFunctionBegin;
-  PetscCall(tangent_->assemble(false, S_));
+  if (definite != definite_) stale_ = true;
+  definite_ = definite;
+  PetscCall(tangent_->assemble(definite, S_));
   const double sigma = tangent_->sigma();
   fresh_ = direct_ || refresh_ <= 0 || stale_ || std::abs(sigma - sigma_) > 0.1 * sigma_;
   if (fresh_) sigma_ = sigma;
@@ -96,6 +135,43 @@ PetscErrorCode InnerSolver::assemble() {
   PetscCall(KSPSetOperators(ksp_, S_, S_));
   PetscCall(KSPSetReusePreconditioner(ksp_, fresh_ ? PETSC_FALSE : PETSC_TRUE));
   PetscCall(KSPSetUp(ksp_));
+  PetscFunctionReturn(0);
+}
+
+/// Of a factored S; false where the factors do not tell.
+PetscErrorCode InnerSolver::has_negative_pivots(bool* has) const {
+  PC pc;
+  PetscBool cholesky = PETSC_FALSE;
+  PCFailedReason failed = PC_NOERROR;
+  Mat factors = nullptr;
+  PetscInt negative = 0, zero = 0, positive = 0;
+  PetscFunctionBegin;
+  *has = false;
+  PetscCall(KSPGetPC(ksp_, &pc));
+  PetscCall(PetscObjectTypeCompare(reinterpret_cast<PetscObject>(pc), PCCHOLESKY, &cholesky));
+  PetscCall(PCGetFailedReason(pc, &failed));
+  if (!cholesky || failed != PC_NOERROR) {
+    *has = cholesky && failed != PC_NOERROR;
+    PetscFunctionReturn(0);
+  }
+  PetscCall(PCFactorGetMatrix(pc, &factors));
+  PetscCall(MatGetInertia(factors, &negative, &zero, &positive));
+  *has = negative + zero > 0;
+  PetscFunctionReturn(0);
+}
+
+PetscErrorCode InnerSolver::assemble(CondensedCounts* counts) {
+  bool negative = false;
+  PetscFunctionBegin;
+  // where S itself has to be solved with, its signs do not matter
+  const bool definite = demand_.direction && (demand_.curvature == Curvature::definite || (may_modify() && !hope_));
+  PetscCall(linearise(definite));
+  if (direct_ && demand_.direction && !definite) {
+    PetscCall(has_negative_pivots(&negative));
+    indefinite_ = negative;
+    if (negative) ++counts->indefinite;
+    if (negative && may_modify()) PetscCall(linearise(true));
+  }
   PetscFunctionReturn(0);
 }
 
@@ -116,28 +192,68 @@ PetscErrorCode InnerSolver::run(KSP ksp, Vec b, Vec w, CondensedCounts* counts, 
   PetscFunctionReturn(0);
 }
 
+/// b.w > 0: w is a descent direction, since b is the negative gradient.
+PetscErrorCode InnerSolver::leads_downhill(Vec b, Vec w, bool* yes) const {
+  PetscScalar product = 0;
+  PetscFunctionBegin;
+  PetscCall(VecDot(b, w, &product));
+  *yes = product > 0;
+  PetscFunctionReturn(0);
+}
+
 PetscErrorCode InnerSolver::solve(Vec b, Vec w, CondensedCounts* counts, bool* solved) {
   KSPConvergedReason reason;
   PetscInt before = counts->iterations;
   PetscFunctionBegin;
   ++counts->solves;
-  if (fresh_) ++counts->refreshed;
-  PetscCall(run(ksp_, b, w, counts, &reason));
+  PetscCall(solve_definite(b, w, counts, &reason));
   *solved = reason > 0;
-  if (!*solved && !direct_) PetscCall(solve_indefinite(b, w, counts, solved));
+  bool finished = *solved;
+  if (reason == KSP_DIVERGED_ITS && demand_.direction) {
+    PetscCall(leads_downhill(b, w, solved));
+    if (*solved) ++counts->unfinished;
+  } else if (!*solved && !direct_ && !demand_.direction) {
+    PetscCall(solve_indefinite(b, w, counts, solved));
+  }
+  if (definite_) ++counts->definite;
+  if (*solved && !definite_ && !tangent_->exact_symmetric()) {
+    PetscInt its = 0;
+    PetscCall(correction_.apply(*tangent_, ksp_, rtol_, b, w, &its, &reason));
+    counts->iterations += its;
+    before += its;
+    if (reason < 0 && !demand_.direction) *solved = false;
+  }
   const double rate = static_cast<double>(counts->iterations - before) / std::max(1.0, -std::log10(rtol_));
   if (fresh_) rate_new_ = rate;
-  stale_ = !*solved || rate > refresh_ * rate_new_ + 1;
+  stale_ = stale_ || !finished || rate > refresh_ * rate_new_ + 1;
   fresh_ = false;
   PetscFunctionReturn(0);
 }
 
-// CG needs S positive definite. Where it is not (springs under compression, large steps), MINRES on S with the
-// preconditioner of the positive definite part.
+// Conjugate gradients stop at negative curvature. Where a direction is all that is asked for, the definite part of S takes
+// the place of S.
+PetscErrorCode InnerSolver::solve_definite(Vec b, Vec w, CondensedCounts* counts, KSPConvergedReason* reason) {
+  bool downhill = true;
+  PetscFunctionBegin;
+  if (fresh_) ++counts->refreshed;
+  PetscCall(run(ksp_, b, w, counts, reason));
+  if (direct_ || definite_) PetscFunctionReturn(0);
+  if (*reason > 0 && demand_.direction) PetscCall(leads_downhill(b, w, &downhill));
+  indefinite_ = !downhill || (*reason < 0 && *reason != KSP_DIVERGED_ITS);
+  if (!indefinite_) PetscFunctionReturn(0);
+  ++counts->indefinite;
+  if (!may_modify()) PetscFunctionReturn(0);
+  PetscCall(linearise(true));
+  ++counts->refreshed;
+  PetscCall(run(ksp_, b, w, counts, reason));
+  PetscFunctionReturn(0);
+}
+
+// Where S itself has to be solved with and is not positive definite (springs under compression, large steps), MINRES on S
+// with the preconditioner of its definite part.
 PetscErrorCode InnerSolver::solve_indefinite(Vec b, Vec w, CondensedCounts* counts, bool* solved) {
   KSPConvergedReason reason;
   PetscFunctionBegin;
-  ++counts->indefinite;
   if (!fallback_) {
     PC own, pc;
     PCType type;

@@ -1,15 +1,14 @@
-// The linear solver of S w = b: defaults by size, storage that follows the preconditioner, lagging, and what to do where S
+// The inner solver of the condensed solve: storage of S, its KSP and preconditioner, their renewal, and what to do where S
 // is not positive definite.
 #pragma once
 #include <petscksp.h>
 #include <string>
 #include "base/handle.hpp"
 #include "model/tangent.hpp"
+#include "solve/condensed/condensed.hpp"
+#include "solve/condensed/correction.hpp"
 
 namespace bs {
-
-using KSPHandle = Handle<KSP, KSPDestroy>;
-struct CondensedCounts;
 
 /// Relative tolerance of the inner solve under an outer Krylov method.
 inline constexpr double LOOSE_TOLERANCE = 1e-2;
@@ -20,16 +19,19 @@ inline constexpr PetscInt DIRECT_UNKNOWNS = 6000;
 class InnerSolver {
  public:
   /// Collective. Reads the options -<outer>condensed_*.
-  PetscErrorCode create(Tangent& tangent, const char* outer_prefix);
+  PetscErrorCode create(Tangent& tangent, const CondensedDemand& demand, const char* outer_prefix);
   bool created() const { return tangent_ != nullptr; }
   PetscErrorCode create_vector(Vec* out) const;
-  /// Collective. S at the tangent's present state; the preconditioner is renewed when it has aged.
-  PetscErrorCode assemble();
+  /// Collective. S, or its definite part, at the tangent's present state; the preconditioner is renewed when it has aged.
+  PetscErrorCode assemble(CondensedCounts* counts);
   PetscErrorCode set_up_on_blocks();
-  void renew() { stale_ = true; }
+  /// Nothing is kept from earlier solves.
+  void renew();
+  /// Whether the next linearisation is worth being tried as it is, after one that was not positive definite.
+  void expect_definite(bool expected) { hope_ = expected || !indefinite_; }
   /// Relative tolerance of the next solves; -condensed_ksp_rtol overrides it.
   void set_tolerance(double rtol) { rtol_ = rtol; }
-  /// Collective. solved: to the tolerance. Where S is indefinite the fallback solves, and is counted.
+  /// Collective. solved: w is what the demand asks for.
   PetscErrorCode solve(Vec b, Vec w, CondensedCounts* counts, bool* solved);
   PetscErrorCode view(PetscViewer viewer) const;
   PetscErrorCode describe(std::string* text) const;
@@ -37,17 +39,29 @@ class InnerSolver {
 
  private:
   PetscErrorCode set_defaults();
+  PetscErrorCode set_direct(PC pc, PetscMPIInt ranks);
   PetscErrorCode choose_storage();
+  PetscErrorCode ask_for_inertia();
+  PetscErrorCode linearise(bool definite);
+  PetscErrorCode has_negative_pivots(bool* has) const;
+  PetscErrorCode solve_definite(Vec b, Vec w, CondensedCounts* counts, KSPConvergedReason* reason);
   PetscErrorCode solve_indefinite(Vec b, Vec w, CondensedCounts* counts, bool* solved);
   PetscErrorCode run(KSP ksp, Vec b, Vec w, CondensedCounts* counts, KSPConvergedReason* reason);
+  PetscErrorCode leads_downhill(Vec b, Vec w, bool* yes) const;
+  bool may_modify() const { return demand_.direction && demand_.curvature == Curvature::automatic; }
   Tangent* tangent_ = nullptr;
+  CondensedDemand demand_;
   KSPHandle ksp_, fallback_;
   MatHandle S_, positive_;
+  ExactCorrection correction_;
   std::string prefix_;
   CondensedStorage storage_ = CondensedStorage::springs;
   int own_storage_ = -1;          ///< the user's choice
   bool own_rtol_ = false, direct_ = false;
   double rtol_ = 1e-5;
+  bool definite_ = false;         ///< S_ is the definite part
+  bool indefinite_ = false;       ///< the last S was not positive definite
+  bool hope_ = true;
   // the preconditioner's age: iterations per digit when it was new and at the last solve
   bool stale_ = true, fresh_ = false;
   double sigma_ = 0, rate_new_ = 0, refresh_ = 1.3;

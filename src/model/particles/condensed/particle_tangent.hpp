@@ -29,6 +29,7 @@ class ParticleTangent final : public Tangent {
   PetscErrorCode expand(Vec r, Vec w, Vec z) override;
   PetscErrorCode create(CondensedStorage storage, Mat* S) override;
   PetscErrorCode assemble(bool positive, Mat S) override;
+  PetscErrorCode multiply_condensed(Vec w, Vec y) override;
 
  private:
   PetscErrorCode set_rigid_modes(Mat S) const;
@@ -41,6 +42,7 @@ class ParticleTangent final : public Tangent {
   Form form_ = Form::momentum;
   LocalState state_, direction_;
   std::vector<double> force_;
+  VecHandle both_;                ///< (w/sigma, w) of multiply_condensed
   std::vector<std::unique_ptr<SpringMatrix>> matrices_;   ///< behind the shells handed out
 };
 

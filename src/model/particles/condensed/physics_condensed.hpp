@@ -7,13 +7,13 @@ namespace bs {
 
 namespace condensed {
 
-/// B += -(D + K/sigma) of one link.
+/// B += t I + (a - t) u u^T of one link, a and t its rates along and across: the part of -(D + K/sigma) that has this form.
 template <class Kernel, bool positive, int d>
 inline void add_link(const LinkGeometry<d>& g, const LinkParameters& p, double sigma, double* B) noexcept {
-  double K[d * d] = {}, D[d * d] = {};
-  Kernel::template tangent<positive>(g, p, K, D);
-  const double weight = 1 / sigma;
-  for (int k = 0; k < d * d; ++k) B[k] -= D[k] + weight * K[k];
+  const SpringTangent rate = Kernel::template rates<positive>(g, p, sigma);
+  double u[d];
+  for (int c = 0; c < d; ++c) u[c] = g.length > 0 ? g.dx[c] / g.length : 0;
+  add_tensor<d>(rate.transverse, rate.axial - rate.transverse, u, B);
 }
 
 /// Adds a link to the numbers (w, t) of its pair: B = t I + a u u^T, w = sqrt(a) u. Links of one pair share u. A damper's
@@ -109,7 +109,7 @@ PetscErrorCode PhysicsOf<d, Spring, Damper>::fill_rows(double t, const LocalStat
         }
     }
     for (int r = 0; r < d; ++r)
-      for (int c = 0; c < d; ++c) panel[r * width + pattern_.self(i) * d + c] += node[r * d + c];
+      for (int c = 0; c < d; ++c) panel[r * width + pattern_.self(i) * d + c] += 0.5 * (node[r * d + c] + node[c * d + r]);
     PetscCall(writer->write(i, panel.data()));
   }
   PetscFunctionReturn(0);
