@@ -106,6 +106,14 @@ class Model {
   /// The same norms of the rounding errors in the residual near y: below them no Newton iteration can get.
   virtual PetscErrorCode residual_floor(double t, Vec y, double sigma, Form form, ResidualNorms* floor) = 0;
 
+  /// Collective. The largest velocity error that F stands for in one particle alone, beyond its own rounding errors, and the
+  /// largest speed [m/s]: a 2-norm over everything does not see a light part beside a heavy or a stiff one. F is the
+  /// residual at y, sigma 1/h. Models without particles leave both 0.
+  virtual PetscErrorCode velocity_errors(Vec, Vec, double, Form, double* worst, double* fastest) {
+    *worst = *fastest = 0;
+    return 0;
+  }
+
   /// Whether F is linear in y and y': one linear solve a step is then enough.
   virtual bool linear() const { return false; }
   /// Collective, once, before the first evaluation. Told (exit 2) if the model has not got the form asked for.

@@ -34,7 +34,7 @@ class Tangent {
   /// Collective. A matrix for S, not yet assembled with values; with rigid body modes as near null space where it is AIJ.
   virtual PetscErrorCode create(CondensedStorage storage, Mat* S) = 0;
   /// Collective. The symmetric part of S into a matrix made by create. `positive`: the negative transverse rates of springs
-  /// under compression are reversed and what else may be negative is left out, which makes S positive definite.
+  /// under compression and what else may be negative are left out, which makes S positive definite.
   virtual PetscErrorCode assemble(bool positive, Mat S) = 0;
   /// Collective. y = S w exactly, with what the symmetric S of assemble leaves out; vectors of S.
   virtual PetscErrorCode multiply_condensed(Vec w, Vec y) = 0;

@@ -55,6 +55,20 @@ bool step_decides(const NewtonPolicy& self, const ResidualNorms& now) {
   return below(self, now, FAR, NEAR);
 }
 
+// The norms over everything may have converged for the sake of the heaviest or stiffest part alone: no particle may be left
+// with forces that stand for a velocity error of more than PART of the largest speed. One pass over two vectors, made only
+// where the norms are content.
+PetscErrorCode every_particle_has(const NewtonPolicy& self, SNES snes, Vec F, bool* has) {
+  constexpr double PART = 1e-6;
+  double worst = 0, fastest = 0;
+  Vec X;
+  PetscFunctionBegin;
+  PetscCall(SNESGetSolution(snes, &X));
+  PetscCall(self.model->velocity_errors(X, F, self.sigma, self.form, &worst, &fastest));
+  *has = worst <= PART * fastest;
+  PetscFunctionReturn(0);
+}
+
 // After a tangent that was not positive definite: is the next one worth being tried as it is? Near the minimum, where the
 // residual falls from one iterate to the next, or now and then.
 PetscErrorCode expect_definite(const NewtonPolicy& self, PetscInt it, const ResidualNorms& now) {
@@ -97,12 +111,16 @@ PetscErrorCode test(SNES snes, PetscInt it, PetscReal xnorm, PetscReal snorm, Pe
   const double whole = std::hypot(self.first[0], self.first[1]);
   if (fnorm < atol) *reason = SNES_CONVERGED_FNORM_ABS;
   else if (it > 0 ? below(self, now, rtol, 0.0) : below(self, now, 0.0, 1.0)) *reason = SNES_CONVERGED_FNORM_RELATIVE;
-  else if (it > 0 && exhausted(self, now, rtol)) {
-    *reason = SNES_CONVERGED_FNORM_RELATIVE;
-    ++self.at_floor;
-  }
+  else if (it > 0 && exhausted(self, now, rtol)) *reason = SNES_CONVERGED_FNORM_RELATIVE;
   else if (it > 0 && snorm < stol * xnorm) *reason = step_decides(self, now) ? SNES_CONVERGED_SNORM_RELATIVE : SNES_DIVERGED_LINEAR_SOLVE;
   else if (it > 0 && divtol > 0 && whole > 0 && fnorm > divtol * whole) *reason = SNES_DIVERGED_DTOL;
+  if (*reason == SNES_CONVERGED_FNORM_RELATIVE || *reason == SNES_CONVERGED_SNORM_RELATIVE) {
+    bool has = true;
+    PetscCall(every_particle_has(self, snes, F, &has));
+    if (!has) *reason = SNES_CONVERGED_ITERATING;
+    if (!has) ++self.uneven;
+    else if (it > 0 && !below(self, now, rtol, 0.0)) ++self.at_floor;
+  }
   if (*reason == SNES_CONVERGED_ITERATING && self.forcing) PetscCall(set_forcing(self, snes, it, now, rtol));
   if (*reason == SNES_CONVERGED_ITERATING && self.directions) PetscCall(expect_definite(self, it, now));
   self.previous = now;

@@ -114,8 +114,8 @@ PetscErrorCode set_linear_defaults(TS ts, Model& model, NewtonPolicy* newton) {
   int curvature = 0;
   PetscFunctionBegin;
   PetscCall(read_section(model.comm(), "Newton's tangent", [&](Section& o) {
-    o.choice("-bs_tangent", "tangent of Newton's directions under the line search energy: exact, definite (the negative transverse rates of "
-             "compressed springs are reversed), or auto: exact while it is positive definite", {"auto", "exact", "definite"}, curvature);
+    o.choice("-bs_tangent", "tangent of Newton's directions under the line search energy: exact, definite (without the negative transverse "
+             "rates of compressed springs), or auto: exact while it is positive definite", {"auto", "exact", "definite"}, curvature);
   }));
   PetscCall(VecGetSize(model.initial_state(), &unknowns));
   if (model.linear()) PetscCall(set_defaults_of_linear_model(ts));

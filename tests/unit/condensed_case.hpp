@@ -19,11 +19,15 @@ struct Case {
   ParticleTangent tangent;
   VecHandle y;
 
-  Case(MPI_Comm comm, const GeneratorSpec& spec, double sigma) {
+  Case(MPI_Comm comm, const GeneratorSpec& spec, double sigma, double axial_damping = 0) {
     int rank, size;
     MPI_Comm_rank(comm, &rank);
     MPI_Comm_size(comm, &size);
     Lattice lattice = generate(spec, rank, size);
+    if (axial_damping > 0) {
+      lattice.damping_law = DampingLaw::axial;
+      lattice.damping.assign(static_cast<std::size_t>(lattice.springs.count), axial_damping);
+    }
     NetworkOptions options;
     options.partition = 1;
     REQUIRE(build_network(comm, lattice, options, &net) == 0);

@@ -1,4 +1,5 @@
 // The condensed matrix: its own storage against PETSc's, block by block; incomplete factors that must be exact.
+#include <algorithm>
 #include "condensed_case.hpp"
 #include "model/particles/condensed/block_icc.hpp"
 
@@ -31,10 +32,11 @@ TEST_CASE("S multiplies alike in every storage") {
   }
 }
 
-TEST_CASE("S is what J leaves when positions are eliminated") {
+/// For any z, r = J z: the exact S (sigma z_x) must be the condensed right-hand side of r, and z come back from both.
+static void check_elimination(double axial_damping) {
   GeneratorSpec spec = lattice(LatticeType::cubic, {3, 4, 3}, 3);
   spec.neighbors = 18;
-  Case c(PETSC_COMM_WORLD, spec, 25.0);
+  Case c(PETSC_COMM_WORLD, spec, 25.0, axial_damping);
   const PetscInt d = 3;
   MatHandle S;
   VecHandle w, b, z, r, Sw;
@@ -44,7 +46,6 @@ TEST_CASE("S is what J leaves when positions are eliminated") {
   REQUIRE(VecDuplicate(b, Sw.out()) == 0);
   REQUIRE(VecDuplicate(c.y, z.out()) == 0);
   REQUIRE(VecDuplicate(c.y, r.out()) == 0);
-  // for any z: r = J z, then S (sigma z_x) must be the condensed right-hand side of r
   REQUIRE(c.tangent.multiply(c.y, r) == 0);
   REQUIRE(c.tangent.condense(r, b) == 0);
   const PetscScalar* ay = nullptr;
@@ -55,10 +56,61 @@ TEST_CASE("S is what J leaves when positions are eliminated") {
     for (PetscInt k = 0; k < d; ++k) aw[i * d + k] = 25.0 * ay[i * 2 * d + k];
   REQUIRE(VecRestoreArray(w, &aw) == 0);
   REQUIRE(VecRestoreArrayRead(c.y, &ay) == 0);
-  REQUIRE(MatMult(S, w, Sw) == 0);
+  REQUIRE(c.tangent.multiply_condensed(w, Sw) == 0);
   CHECK(relative_difference(Sw, b) < 1e-13);
   REQUIRE(c.tangent.expand(r, w, z) == 0);
   CHECK(relative_difference(z, c.y) < 1e-13);
+  // the assembled S holds all of it but what axial dampers owe to the places of their ends
+  fill(c.net, w);
+  REQUIRE(c.tangent.multiply_condensed(w, b) == 0);
+  REQUIRE(MatMult(S, w, Sw) == 0);
+  const double left_out = relative_difference(Sw, b);
+  CHECK(c.tangent.exact_symmetric() == (axial_damping == 0));
+  if (axial_damping == 0) CHECK(left_out < 1e-13);
+  else CHECK(left_out > 1e-4);
+}
+
+TEST_CASE("S is what J leaves when positions are eliminated") {
+  check_elimination(0);
+  check_elimination(3);
+}
+
+TEST_CASE("the definite part of S is positive definite where S is not") {
+  GeneratorSpec spec = lattice(LatticeType::cubic, {4, 3, 4}, 3);
+  spec.rest_length_factor = 6;
+  Case c(PETSC_COMM_WORLD, spec, 0.5, 2.0);
+  MatHandle S;
+  VecHandle w, Sw;
+  REQUIRE(c.tangent.create(CondensedStorage::aij, S.out()) == 0);
+  REQUIRE(MatCreateVecs(S, w.out(), Sw.out()) == 0);
+  double lowest[2];
+  for (const bool positive : {false, true}) {
+    REQUIRE(c.tangent.assemble(positive, S) == 0);
+    PetscBool symmetric = PETSC_FALSE;
+    REQUIRE(MatIsSymmetric(S, 1e-10, &symmetric) == 0);
+    CHECK(symmetric);
+    // the smallest Ritz value
+    KSP ksp;
+    PC pc;
+    REQUIRE(KSPCreate(PETSC_COMM_WORLD, &ksp) == 0);
+    REQUIRE(KSPSetOperators(ksp, S, S) == 0);
+    REQUIRE(KSPGetPC(ksp, &pc) == 0);
+    REQUIRE(PCSetType(pc, PCNONE) == 0);
+    REQUIRE(KSPSetType(ksp, KSPGMRES) == 0);
+    REQUIRE(KSPGMRESSetRestart(ksp, 200) == 0);
+    REQUIRE(KSPSetComputeEigenvalues(ksp, PETSC_TRUE) == 0);
+    REQUIRE(KSPSetTolerances(ksp, 1e-10, 0, 1e10, 150) == 0);
+    fill(c.net, w);
+    REQUIRE(KSPSolve(ksp, w, Sw) == 0);
+    std::vector<PetscReal> re(200), im(200);
+    PetscInt count = 0;
+    REQUIRE(KSPComputeEigenvalues(ksp, 200, re.data(), im.data(), &count) == 0);
+    REQUIRE(count > 0);
+    lowest[positive] = *std::min_element(re.begin(), re.begin() + count);
+    REQUIRE(KSPDestroy(&ksp) == 0);
+  }
+  CHECK(lowest[0] < 0);
+  CHECK(lowest[1] > 0);
 }
 
 /// z for which L D L^T z = S x + shift size x, on a chain, where nothing is left out of the factors; size: of a diagonal block.

@@ -36,15 +36,12 @@ struct SpringTangent {
   double axial, transverse;
 };
 
-/// What a negative transverse rate (compressed spring, l < L) is multiplied by where -df/dx has to be positive definite.
-/// With -1 a buckling mode moves by as much as it has moved already, where 0 would let nothing but mass hold it back.
-inline constexpr double REVERSED = -1.0;
-
-/// `positive`: a negative transverse rate is reversed, so that -df/dx is positive semidefinite.
+/// `positive`: a negative transverse rate (compressed spring, l < L) becomes 0, so that -df/dx is positive
+/// semidefinite.
 template <class Law, bool positive = false>
 inline SpringTangent spring_tangent(double l, double k, double L) noexcept {
   const double q = Law::tension_over_length(l, k, L);
-  return {Law::stiffness(l, k, L), positive && q < 0 ? REVERSED * q : q};
+  return {Law::stiffness(l, k, L), positive && q < 0 ? 0 : q};
 }
 
 /// B += df_i/dx_i = -(T' u u^T + (T/l)(I - u u^T)), d x d row-major; df_i/dx_j = -B.

@@ -34,6 +34,7 @@ class ParticleModel final : public Model {
   Incremental* incremental() override { return &potential_; }
   PetscErrorCode create_shell(Mat* P) override;
   PetscErrorCode residual_norms(Vec F, ResidualNorms* norms) override;
+  PetscErrorCode velocity_errors(Vec y, Vec F, double sigma, Form form, double* worst, double* fastest) override;
   PetscErrorCode residual_floor(double t, Vec y, double sigma, Form form, ResidualNorms* floor) override;
   PetscErrorCode observe(double t, Vec y, std::vector<Observable>* out) override;
   PetscErrorCode fields(double t, Vec y, std::vector<Field>* out) override;
@@ -67,6 +68,7 @@ class ParticleModel final : public Model {
   ParticleTangent tangent_;
   ParticlePotential potential_;
   std::vector<double> force_, rates_;
+  std::vector<double> rounding_;  ///< (n) velocity errors that rounding of the forces stands for [m/s], of the last floor
   VecHandle y0_, position_, velocity_;       ///< the latter two in the input's order
   ScatterHandle to_position_, to_velocity_;
   Singularity fault_;

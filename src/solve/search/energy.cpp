@@ -125,6 +125,36 @@ PetscErrorCode tell(const Search& s, double lambda, double change, const char* v
   PetscFunctionReturn(0);
 }
 
+// Beside a saddle of Phi a definite tangent leads away from it in steps that are far too short: Phi falls almost as steeply at
+// their end as at their start, that is beyond(lambda) is far below the -slope/2 of a step to the minimum. Such a step is
+// doubled while Phi falls.
+PetscErrorCode lengthen(Search* s, double beyond, Trial* now, PetscReal* fnorm) {
+  constexpr double SHORT = 1.0 / 6;
+  constexpr int MOST = 12;
+  PetscReal norm = 0;
+  PetscFunctionBegin;
+  if (beyond > -SHORT * now->lambda * s->slope) PetscFunctionReturn(0);
+  Trial longer = *now;
+  for (int k = 0; k < MOST; ++k) {
+    PotentialChange there;
+    const double lambda = 2 * longer.lambda;
+    PetscCall(s->potential.beyond_slope(s->newton.stage_time, s->newton.stage_sigma, lambda, &there));
+    const double change = lambda * s->slope + there.value;
+    if (!(change < longer.change)) break;
+    longer = {lambda, change};
+  }
+  if (longer.lambda == now->lambda) PetscFunctionReturn(0);
+  PetscCall(evaluate(s, longer.lambda, &norm));
+  if (PetscIsInfOrNanReal(norm)) {
+    PetscCall(evaluate(s, now->lambda, fnorm));
+    PetscFunctionReturn(0);
+  }
+  *now = longer;
+  *fnorm = norm;
+  PetscCall(tell(*s, now->lambda, now->change, "taken, lengthened"));
+  PetscFunctionReturn(0);
+}
+
 /// The first lambda that lowers Phi enough and whose state has a residual; W and G are of it.
 PetscErrorCode backtrack(Search* s, double* lambda, PetscReal* fnorm, bool* found) {
   Trial now, before;
@@ -148,6 +178,7 @@ PetscErrorCode backtrack(Search* s, double* lambda, PetscReal* fnorm, bool* foun
       }
     }
     PetscCall(tell(*s, now.lambda, now.change, lower ? "taken" : "refused"));
+    if (lower && k == 0 && !drowned) PetscCall(lengthen(s, beyond.value, &now, fnorm));
     if (lower) {
       s->newton.past.moved(now.change);
       *lambda = now.lambda;
