@@ -61,6 +61,7 @@ struct Plan {
   double step = 0;           ///< nominal [s]
   double real_stability = 0; ///< largest |h lambda| an explicit type bears for lambda < 0; 0: not looked at
   bool autonomous = false;   ///< the type loses its order where F depends on t
+  std::string type = {};     ///< the TS type's name
 };
 
 /// Something a model counted, for the summary and the report.
@@ -112,7 +113,7 @@ class Model {
   virtual PetscErrorCode prepare(const Plan&) { return 0; }
   /// Steps at the start that are to be taken by backward Euler (types of the theta family).
   virtual std::int64_t startup_steps() const { return 0; }
-  /// Collective, after the first set-up of the linear solver: told where its matrix is singular.
+  /// Collective, after the first set-up of the linear solver: told where its matrix is singular. Null: it has no matrix.
   virtual PetscErrorCode check_solver(KSP) { return 0; }
   virtual std::vector<Tally> tallies() const { return {}; }
 

@@ -62,14 +62,15 @@ PetscErrorCode RejectionWatch::attach(TS ts, double step_min, std::int64_t most)
   PetscFunctionReturn(0);
 }
 
-/// Once a step is given up nothing that its last solve finds is taken.
+/// Nothing is taken of a linear solve that left its residual, or that comes once a step is given up.
 PetscErrorCode RejectionWatch::check(TSAdapt adapt, TS, PetscReal, Vec, PetscBool* accept) {
   PetscContainer container = nullptr;
   void* self = nullptr;
   PetscFunctionBegin;
   PetscCall(PetscObjectQuery(reinterpret_cast<PetscObject>(adapt), "bs_rejections", reinterpret_cast<PetscObject*>(&container)));
   if (container) PetscCall(PetscContainerGetPointer(container, &self));
-  if (self && static_cast<RejectionWatch*>(self)->gave_up_) *accept = PETSC_FALSE;
+  const RejectionWatch* watch = static_cast<RejectionWatch*>(self);
+  if (watch && (watch->gave_up_ || watch->linear_.failed())) *accept = PETSC_FALSE;
   PetscFunctionReturn(0);
 }
 
@@ -95,7 +96,10 @@ PetscErrorCode RejectionWatch::look(TS ts) {
   if (rejected > rejected_ && !gave_up_) {
     std::size_t reason = ERROR_ESTIMATE;
     if (failures > failures_) PetscCall(name_failure(ts, &reason));
-    else last_ = sentence_of(reason);
+    else if (linear_.failed()) {
+      reason = LINEAR;
+      last_ = format("the linear solver left a residual of %.2g of its right side", linear_.residual());
+    } else last_ = sentence_of(reason);
     tried_ = present_;
     last_reason_ = reason;
     ++counts_[reason];

@@ -45,6 +45,13 @@ PetscErrorCode Stepper::attach(TS ts) {
   PetscFunctionReturn(0);
 }
 
+PetscErrorCode Stepper::attach_solvers(TS ts) {
+  PetscFunctionBegin;
+  PetscCall(reuse_.attach(ts, context_));
+  PetscCall(rejections_.attach_solvers(ts, context_));
+  PetscFunctionReturn(0);
+}
+
 /// Output times are start + k*interval, and the end of the run.
 double Stepper::next_output(double time) const {
   const double dt = options_.output_interval;

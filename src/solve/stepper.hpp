@@ -41,7 +41,7 @@ class Stepper {
   /// Hooks into `ts`, whose type, step and final time are set.
   PetscErrorCode attach(TS ts);
   /// Collective. Once the solvers are set up.
-  PetscErrorCode attach_solvers(TS ts) { return reuse_.attach(ts, context_); }
+  PetscErrorCode attach_solvers(TS ts);
   /// What a checkpoint of the last good state holds of the stepping.
   void save(Facts* facts, std::vector<NamedState>* states) const;
   /// Collective. After attach_solvers: `ts` goes on where `file` was written. `told` receives what is not as it was.
