@@ -54,6 +54,16 @@ struct StatePart {
   Vec vec;
 };
 
+/// The energies of one moment, and what feeds them. `inner` can grow only by what `field` loses and the rest supplies.
+struct EnergySupply {
+  double inner = 0;       ///< kinetic and elastic [J]
+  double field = 0;       ///< potential of outer fields [J]
+  double power = 0;       ///< sizes of the power of outer fields, couplings and the fluid's motion, added up [W]
+  double pull = 0;        ///< size of the force of driven anchors on the particles [N]
+  double shift[3] = {0, 0, 0}, speed = 0;  ///< of the driven anchors: displacement [m], size of its velocity [m/s]
+  double rounding = 0;    ///< what rounding alone may make of nothing [J]
+};
+
 /// What the run will ask of a model.
 struct Plan {
   bool implicit = true;
@@ -118,6 +128,11 @@ class Model {
   virtual std::vector<Tally> tallies() const { return {}; }
 
   virtual PetscErrorCode observe(double t, Vec y, std::vector<Observable>* out) = 0;
+  /// Collective. False: the model has no such energies.
+  virtual PetscErrorCode energy_supply(double, Vec, EnergySupply*, bool* has) {
+    *has = false;
+    return 0;
+  }
   /// Fields of the frame, filled from y.
   virtual PetscErrorCode fields(double t, Vec y, std::vector<Field>* out) = 0;
   /// Collective. The state y in the input's order, bit by bit: vectors the model owns, filled from y; and back.

@@ -153,7 +153,7 @@ PetscErrorCode RejectionWatch::end_step(TS ts) {
 const char* RejectionWatch::advice() const {
   switch (last_reason_) {
     case LINEAR: return "try -pc_type lu, a larger -ksp_max_it, or a smaller -ts_dt; -ksp_converged_reason shows more";
-    case DOMAIN_ERROR: return "try a smaller -ts_dt, keep the particles apart, or give the spring a rest length of 0";
+    case DOMAIN_ERROR: return last_ == sentence_of(DOMAIN_ERROR) ? "try a smaller -ts_dt" : "";  // a fault that has a name says it itself
     case ERROR_ESTIMATE: return "try a larger -ts_rtol or -ts_atol (-bs_atol_x, -bs_atol_v), or a smaller -bs_step_min; -ts_adapt_monitor shows more";
     default: return "try a smaller -ts_dt or -bs_step_min, -snes_linesearch_type l2, or a larger -snes_max_it; -snes_monitor shows more";
   }
