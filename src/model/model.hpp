@@ -54,6 +54,16 @@ struct StatePart {
   Vec vec;
 };
 
+/// The energies of one moment, and what feeds them. `inner` can grow only by what `field` loses and the rest supplies.
+struct EnergySupply {
+  double inner = 0;       ///< kinetic and elastic [J]
+  double field = 0;       ///< potential of outer fields [J]
+  double power = 0;       ///< sizes of the power of outer fields, couplings and the fluid's motion, added up [W]
+  double pull = 0;        ///< size of the force of driven anchors on the particles [N]
+  double shift[3] = {0, 0, 0}, speed = 0;  ///< of the driven anchors: displacement [m], size of its velocity [m/s]
+  double rounding = 0;    ///< what rounding alone may make of nothing [J]
+};
+
 /// What the run will ask of a model.
 struct Plan {
   bool implicit = true;
@@ -61,6 +71,7 @@ struct Plan {
   double step = 0;           ///< nominal [s]
   double real_stability = 0; ///< largest |h lambda| an explicit type bears for lambda < 0; 0: not looked at
   bool autonomous = false;   ///< the type loses its order where F depends on t
+  std::string type = {};     ///< the TS type's name
 };
 
 /// Something a model counted, for the summary and the report.
@@ -120,11 +131,16 @@ class Model {
   virtual PetscErrorCode prepare(const Plan&) { return 0; }
   /// Steps at the start that are to be taken by backward Euler (types of the theta family).
   virtual std::int64_t startup_steps() const { return 0; }
-  /// Collective, after the first set-up of the linear solver: told where its matrix is singular.
+  /// Collective, after the first set-up of the linear solver: told where its matrix is singular. Null: it has no matrix.
   virtual PetscErrorCode check_solver(KSP) { return 0; }
   virtual std::vector<Tally> tallies() const { return {}; }
 
   virtual PetscErrorCode observe(double t, Vec y, std::vector<Observable>* out) = 0;
+  /// Collective. False: the model has no such energies.
+  virtual PetscErrorCode energy_supply(double, Vec, EnergySupply*, bool* has) {
+    *has = false;
+    return 0;
+  }
   /// Fields of the frame, filled from y.
   virtual PetscErrorCode fields(double t, Vec y, std::vector<Field>* out) = 0;
   /// Collective. The state y in the input's order, bit by bit: vectors the model owns, filled from y; and back.

@@ -44,9 +44,10 @@ std::string progress_line(const RunState& state, double wall) {
 }
 
 std::string verdict_line(const RunState& state, double wall, bool ok) {
-  return format("backspring: %s t=%.17g steps=%lld rejected=%lld newton=%lld krylov=%lld wall=%.3f", ok ? "ok" : "failed",
-                state.time, (long long)state.steps, (long long)state.rejected, (long long)state.newton,
-                (long long)state.krylov, wall);
+  const std::string line = format("backspring: %s t=%.17g steps=%lld rejected=%lld newton=%lld krylov=%lld wall=%.3f", ok ? "ok" : "failed",
+                                  state.time, (long long)state.steps, (long long)state.rejected, (long long)state.newton,
+                                  (long long)state.krylov, wall);
+  return state.warnings > 0 ? line + format(" warnings=%lld", (long long)state.warnings) : line;
 }
 
 bool stdout_is_terminal() {

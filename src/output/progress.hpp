@@ -15,6 +15,7 @@ struct RunState {
   std::int64_t steps = 0, rejected = 0, newton = 0, krylov = 0;
   double energy = std::numeric_limits<double>::quiet_NaN();  ///< total, as last observed [J]; NaN: not shown
   std::string reasons;                 ///< of the rejections, in words; may be empty
+  std::int64_t warnings = 0;           ///< what the run met and went on with
 };
 
 /// "0.42 s", "1 min 05 s", "3 h 07 min", "2 d 04 h" of a wall time [s].
@@ -26,7 +27,8 @@ double time_left(const RunState& state, double wall);
 /// The line without "\r" or newline, e.g. "t = 0.5 s (50 %), step 100, Newton 210, Krylov 840, E = 1.25 J, 3 s left".
 std::string progress_line(const RunState& state, double wall);
 
-/// "backspring: ok t=... steps=... rejected=... newton=... krylov=... wall=..." ("failed" unless ok); wall in seconds.
+/// "backspring: ok t=... steps=... rejected=... newton=... krylov=... wall=..." ("failed" unless ok); wall in seconds; then
+/// " warnings=N" where there were any.
 std::string verdict_line(const RunState& state, double wall, bool ok);
 
 /// True if stdout ends in a terminal. Open MPI gives rank 0 a terminal of its own whatever mpirun's output is: then

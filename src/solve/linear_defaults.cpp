@@ -21,13 +21,21 @@ std::string pc_type_or(const char* otherwise) {
 }
 
 /// Linear models: the factorisation is reused, so LU pays at any size; by MUMPS, which pivots (algebraic equations leave
-/// zeros on the diagonal). Any other solver of the user's is to solve to ten digits: no Newton iteration mends its error.
+/// zeros on the diagonal). Any other solver of the user's is to solve to ten digits: no Newton iteration mends its error; so is
+/// GMRES under -snes_mf, which has no matrix to factor.
 PetscErrorCode set_defaults_of_linear_model(TS ts) {
   KSP ksp;
   PC pc;
   PetscFunctionBegin;
   PetscCall(linear_solver_of(ts, &ksp, &pc));
   PetscCall(KSPSetTolerances(ksp, 1e-10, PETSC_DEFAULT, PETSC_DEFAULT, PETSC_DEFAULT));
+  PetscBool matrix_free = PETSC_FALSE;
+  PetscCall(PetscOptionsGetBool(nullptr, nullptr, "-snes_mf", &matrix_free, nullptr));
+  if (matrix_free) {
+    PetscCall(KSPSetType(ksp, KSPGMRES));
+    PetscCall(PCSetType(pc, PCNONE));
+    PetscFunctionReturn(0);
+  }
   if (pc_type_or(PCLU) != PCLU || (given("-ksp_type") && !given("-pc_type"))) PetscFunctionReturn(0);
   PetscCall(KSPSetType(ksp, KSPPREONLY));
   PetscCall(PCSetType(pc, PCLU));

@@ -63,14 +63,15 @@ PetscErrorCode RejectionWatch::attach(TS ts, double step_min, std::int64_t most)
   PetscFunctionReturn(0);
 }
 
-/// Once a step is given up nothing that its last solve finds is taken.
+/// Nothing is taken of a linear solve that left its residual, or that comes once a step is given up.
 PetscErrorCode RejectionWatch::check(TSAdapt adapt, TS, PetscReal, Vec, PetscBool* accept) {
   PetscContainer container = nullptr;
   void* self = nullptr;
   PetscFunctionBegin;
   PetscCall(PetscObjectQuery(reinterpret_cast<PetscObject>(adapt), "bs_rejections", reinterpret_cast<PetscObject*>(&container)));
   if (container) PetscCall(PetscContainerGetPointer(container, &self));
-  if (self && static_cast<RejectionWatch*>(self)->gave_up_) *accept = PETSC_FALSE;
+  const RejectionWatch* watch = static_cast<RejectionWatch*>(self);
+  if (watch && (watch->gave_up_ || watch->linear_.failed())) *accept = PETSC_FALSE;
   PetscFunctionReturn(0);
 }
 
@@ -101,6 +102,9 @@ PetscErrorCode RejectionWatch::look(TS ts) {
       PetscCall(name_failure(ts, &reason));
       PetscCall(linear_solver_of(ts, nullptr, &pc));
       PetscCall(condensed_renew(pc));
+    } else if (linear_.failed()) {
+      reason = LINEAR;
+      last_ = format("the linear solver left a residual of %.2g of its right side", linear_.residual());
     } else {
       last_ = sentence_of(reason);
     }
@@ -157,7 +161,7 @@ PetscErrorCode RejectionWatch::end_step(TS ts) {
 const char* RejectionWatch::advice() const {
   switch (last_reason_) {
     case LINEAR: return "try -pc_type lu, a larger -ksp_max_it, or a smaller -ts_dt; -ksp_converged_reason shows more";
-    case DOMAIN_ERROR: return "try a smaller -ts_dt, keep the particles apart, or give the spring a rest length of 0";
+    case DOMAIN_ERROR: return last_ == sentence_of(DOMAIN_ERROR) ? "try a smaller -ts_dt" : "";  // a fault that has a name says it itself
     case ERROR_ESTIMATE: return "try a larger -ts_rtol or -ts_atol (-bs_atol_x, -bs_atol_v), or a smaller -bs_step_min; -ts_adapt_monitor shows more";
     default: return "try a smaller -ts_dt or -bs_step_min, -snes_linesearch_type l2, or a larger -snes_max_it; -snes_monitor shows more";
   }

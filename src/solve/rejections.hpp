@@ -7,6 +7,7 @@
 #include "checkpoint/facts.hpp"
 #include "model/model.hpp"
 #include "output/trajectory.hpp"
+#include "solve/linear_check.hpp"
 
 namespace bs {
 
@@ -20,6 +21,8 @@ class RejectionWatch {
   /// Hooks into `ts`. A step is given up when an attempt shorter than `step_min` [s] would follow, or after `most`
   /// rejections on end.
   PetscErrorCode attach(TS ts, double step_min, std::int64_t most);
+  /// Collective. Once the solvers are set up: linear solves are judged by their residuals, where the model is linear.
+  PetscErrorCode attach_solvers(TS ts, const TSContext& context) { return linear_.attach(ts, context); }
   /// Before a step of length h [s]; `again`: one that TS gave back after a rejected attempt.
   void begin_step(double h, bool again) {
     if (!again) in_a_row_ = 0;
@@ -52,6 +55,7 @@ class RejectionWatch {
   PetscErrorCode name_failure(TS ts, std::size_t* reason);
 
   Model& model_;
+  LinearCheck linear_;
   double step_min_ = 0, tried_ = 0, present_ = 0;  ///< present_: of the attempt under way
   std::int64_t most_ = 0, in_a_row_ = 0;
   PetscInt rejected_ = 0, failures_ = 0;  ///< of the TS, looked at so far

@@ -24,6 +24,8 @@ PetscErrorCode read_options(MPI_Comm comm, RunOptions* out) {
     o.real("-bs_step_min", "no attempt at a shorter step than this after a rejected one: the run ends, exit code 3; 0: any [s]", out->step.step_min, Range::nonnegative);
     o.integer("-bs_step_max_cuts", "rejected attempts at one step that are borne before the run ends, exit code 3", out->step.max_cuts, Range::nonnegative);
     o.real("-bs_step_first", "first step; 0: -ts_dt, or a thousandth of it where -ts_adapt_type works without an error estimate of it (beuler, cn, theta) [s]", out->step.first, Range::nonnegative);
+    o.real("-bs_energy_growth", "warn once, and go on, where kinetic and elastic energy are more than so many times (explicit types: ten times as "
+           "many) what the start, outer fields, driven anchors and the fluid have given; 0: never [1]", out->energy_growth, Range::nonnegative);
     if (out->step.cut >= 1) o.fail("option -bs_step_cut: give a number between 0 and 1, e.g. 0.25");
   }));
   PetscCall(read_tolerances(comm, &out->tolerances));
@@ -51,6 +53,7 @@ PetscErrorCode Run::set_up() {
       [this](PetscInt step, double time, Vec y) { return on_frame(step, time, y); }, [this]() { return on_save(); });
   PetscCall(stepper_->attach(ts_));
   PetscCall(model_.covers(end_));
+  if (!context_.implicit) watch_.set_explicit();
   PetscCall(reject_unknown_options(model_.comm()));
   std::string solver;
   PetscCall(describe_solver(ts_, context_, &solver));  // before -help ends: it reads the options of the inner solver
@@ -61,6 +64,7 @@ PetscErrorCode Run::set_up() {
   lines.push_back("solver: " + solver);
   if (options_.advise) PetscCall(bs::advise(model_, ts_, context_, &advice_));
   for (const std::string& line : advice_.lines()) lines.push_back(line);
+  if (options_.output.trajectory.file.empty()) lines.push_back("no trajectory is written: -bs_output F.h5md asks for one");
   PetscMPIInt size;
   PetscCallMPI(MPI_Comm_size(model_.comm(), &size));
   lines.insert(lines.begin(), format("backspring %s on %d rank%s", BS_VERSION, size, size > 1 ? "s" : ""));
@@ -114,12 +118,23 @@ PetscErrorCode Run::open_trajectory() {
 
 RunState Run::state() const {
   const RunCounts& c = stepper_->counts();
-  return {stepper_->good_time(), start_, end_, c.steps, c.rejected, c.newton, c.krylov, total_energy(last_), in_words(stepper_->rejections().counts())};
+  return {stepper_->good_time(), start_, end_, c.steps, c.rejected, c.newton, c.krylov, total_energy(last_), in_words(stepper_->rejections().counts()),
+          static_cast<std::int64_t>(warnings().size())};
 }
 
 PetscErrorCode Run::on_step(const StepRecord& record) {
   PetscFunctionBegin;
+  constexpr int MOST_ROWS = 4096;  // of the log that are held in memory: half a megabyte
+  Vec y;
   if (trajectory_) trajectory_->log_step(record);
+  if (trajectory_ && (++held_rows_ >= MOST_ROWS || stepper_->log_due())) {
+    set_phase(Exit::io);
+    PetscCall(trajectory_->flush());
+    set_phase(Exit::solve);
+    held_rows_ = 0;
+  }
+  PetscCall(TSGetSolution(ts_, &y));
+  PetscCall(watch_.look(static_cast<PetscInt>(record.step), record.time, y, false));
   progress_.update(state());
   PetscFunctionReturn(0);
 }
@@ -127,12 +142,14 @@ PetscErrorCode Run::on_step(const StepRecord& record) {
 PetscErrorCode Run::on_frame(PetscInt step, double time, Vec y) {
   PetscFunctionBegin;
   PetscCall(model_.observe(time, y, &last_));
+  PetscCall(watch_.look(step, time, y, true));
   if (first_.empty()) first_ = last_;
   if (trajectory_) {
     std::vector<Field> fields;
     PetscCall(model_.fields(time, y, &fields));
     set_phase(Exit::io);
     PetscCall(trajectory_->write_frame(step, time, fields, last_));
+    held_rows_ = 0;
     set_phase(Exit::solve);
   }
   PetscFunctionReturn(0);
@@ -178,8 +195,11 @@ PetscErrorCode Run::advance(int* exit_code) {
   PetscCall(TSGetSolution(ts_, &y));
   PetscCall(TSGetStepNumber(ts_, &first_step));
   set_phase(Exit::solve);
-  if (resumed_) PetscCall(model_.observe(stepper_->good_time(), y, &last_));
-  else PetscCall(on_frame(first_step, stepper_->good_time(), y));
+  if (resumed_) {
+    PetscCall(model_.observe(stepper_->good_time(), y, &last_));
+    PetscCall(watch_.look(first_step, stepper_->good_time(), y, true));
+  }
+  if (!resumed_) PetscCall(on_frame(first_step, stepper_->good_time(), y));
   if (first_.empty()) first_ = last_;
   PetscCall(TSSolve(ts_, nullptr));
   PetscCall(TSGetConvergedReason(ts_, &reason));
@@ -198,6 +218,9 @@ PetscErrorCode Run::conclude(TSConvergedReason reason, int* exit_code) {
     set_phase(Exit::io);
     PetscCall(trajectory_->close());
   }
+  // of a run before this one, whose trajectory is no more
+  if (!failed && !stepper_->signal() && trajectory_ && options_.output.trajectory.overwrite && options_.saving.restart.empty())
+    PetscCall(remove_stale_checkpoint(model_.comm(), options_.output.trajectory.file, options_.saving.file));
   PetscCall(report(failed ? "failed" : stepper_->signal() ? "stopped" : "ok", why));
   if (failed && !saved_.empty()) why += format("; the last good state is in %s (-bs_restart)", saved_.c_str());
   if (failed) PetscCall(tell(model_.comm(), Exit::solve, why));

@@ -4,6 +4,7 @@
 #include "output/progress.hpp"
 #include "output/settings.hpp"
 #include "solve/adviser.hpp"
+#include "solve/energy_watch.hpp"
 #include "solve/saving.hpp"
 #include "solve/stepper.hpp"
 #include "solve/tolerances.hpp"
@@ -15,6 +16,7 @@ struct RunOptions {
   OutputSettings output;
   StepOptions step;
   bool advise = true;
+  double energy_growth = 10;  ///< -bs_energy_growth
   SavingOptions saving;
   Tolerances tolerances;
 };
@@ -23,13 +25,14 @@ struct RunOptions {
 class Run {
  public:
   Run(Model& model, const RunOptions& options)
-      : model_(model), options_(options), progress_(model.comm(), options.output.progress_interval) {}
+      : model_(model), options_(options), progress_(model.comm(), options.output.progress_interval), watch_(model, options.energy_growth) {}
   PetscErrorCode set_up();
   PetscErrorCode advance(int* exit_code);
 
  private:
   PetscErrorCode on_step(const StepRecord& record);
   RunState state() const;
+  std::vector<std::string> warnings() const;
   PetscErrorCode on_frame(PetscInt step, double time, Vec y);
   PetscErrorCode on_save();
   PetscErrorCode take_up();
@@ -44,6 +47,7 @@ class Run {
   Model& model_;
   RunOptions options_;
   Progress progress_;
+  EnergyWatch watch_;
   TSContext context_;
   TSHandle ts_;
   std::unique_ptr<Stepper> stepper_;
@@ -54,6 +58,7 @@ class Run {
   std::string saved_;                    ///< where a failed run can be continued from
   std::vector<Observable> first_, last_;
   double start_ = 0, end_ = 0;
+  int held_rows_ = 0;                    ///< of the log, not yet written
 };
 
 /// Of a frame's observables [J]; NaN if they have none.

@@ -23,8 +23,9 @@ PetscErrorCode Run::explain(TSConvergedReason reason, std::string* text) {
   PetscCall(TSGetTimeStep(ts_, &h));
   const RejectionWatch& rejections = stepper_->rejections();
   if (rejections.gave_up()) {
-    *text = format("the step after t = %.10g s was rejected %lld times, down to h = %g s, the last time because %s: %s", t,
-                   static_cast<long long>(rejections.in_a_row()), rejections.last_attempt(), rejections.last().c_str(), rejections.advice());
+    *text = format("the step after t = %.10g s was rejected %lld times, down to h = %g s, the last time because %s%s%s", t,
+                   static_cast<long long>(rejections.in_a_row()), rejections.last_attempt(), rejections.last().c_str(),
+                   *rejections.advice() ? ": " : "", rejections.advice());
     PetscFunctionReturn(0);
   }
   if (!stepper_->trouble().empty() || !context_.implicit) {
@@ -39,9 +40,13 @@ PetscErrorCode Run::explain(TSConvergedReason reason, std::string* text) {
   PetscCall(SNESGetConvergedReason(snes, &snes_reason));
   *text = format("no step after t = %g s converged down to h = %g s (Newton: %s; TS: %s)", t, h,
                  SNESConvergedReasons[snes_reason], TSConvergedReasons[reason]);
-  if (!fault.empty()) *text += "; " + fault;
-  *text += ": try a smaller -ts_dt, -snes_linesearch_type l2 or a tighter -ksp_rtol; -snes_monitor -ksp_converged_reason show more";
+  *text += fault.empty() ? ": try a smaller -ts_dt, -snes_linesearch_type l2 or a tighter -ksp_rtol; -snes_monitor -ksp_converged_reason show more" : "; " + fault;
   PetscFunctionReturn(0);
+}
+
+/// What the run met on its way and went on with, as the report names it.
+std::vector<std::string> Run::warnings() const {
+  return watch_.grown() ? std::vector<std::string>{"energy_growth"} : std::vector<std::string>{};
 }
 
 PetscErrorCode Run::report(const std::string& outcome, const std::string& why) {
@@ -65,6 +70,7 @@ PetscErrorCode Run::report(const std::string& outcome, const std::string& why) {
     report.set("newton", static_cast<std::int64_t>(c.newton));
     report.set("krylov", static_cast<std::int64_t>(c.krylov));
     report.set("wall", progress_.wall());
+    report.set("warnings", warnings());
     advice_.put(&report);
     report.set("frames", trajectory_ ? trajectory_->frames() : std::int64_t{0});
     for (const Observable& o : first_) report.set("first_" + o.name, o.value);

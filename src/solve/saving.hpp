@@ -15,6 +15,10 @@ struct SavingOptions {
   std::string restart;       ///< -bs_restart; empty: from the start
 };
 
+/// Collective. TRAJECTORY.checkpoint and the one before it, which failed runs leave, are removed where they are checkpoints of this
+/// trajectory, but not `kept`.
+PetscErrorCode remove_stale_checkpoint(MPI_Comm comm, const std::string& trajectory, const std::string& kept);
+
 /// Collective. Reads the options; told (exit 2) where they contradict each other or the file cannot be written.
 PetscErrorCode read_saving_options(MPI_Comm comm, SavingOptions* options);
 

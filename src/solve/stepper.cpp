@@ -41,7 +41,14 @@ PetscErrorCode Stepper::attach(TS ts) {
   PetscCall(TSGetTimeStep(ts, &nominal_));
   good_time_ = start_;
   saved_ = next_ = nominal_;
-  saved_at_ = MPI_Wtime();
+  saved_at_ = logged_at_ = MPI_Wtime();
+  PetscFunctionReturn(0);
+}
+
+PetscErrorCode Stepper::attach_solvers(TS ts) {
+  PetscFunctionBegin;
+  PetscCall(reuse_.attach(ts, context_));
+  PetscCall(rejections_.attach_solvers(ts, context_));
   PetscFunctionReturn(0);
 }
 

@@ -41,7 +41,7 @@ class Stepper {
   /// Hooks into `ts`, whose type, step and final time are set.
   PetscErrorCode attach(TS ts);
   /// Collective. Once the solvers are set up.
-  PetscErrorCode attach_solvers(TS ts) { return reuse_.attach(ts, context_); }
+  PetscErrorCode attach_solvers(TS ts);
   /// What a checkpoint of the last good state holds of the stepping.
   void save(Facts* facts, std::vector<NamedState>* states) const;
   /// Collective. After attach_solvers: `ts` goes on where `file` was written. `told` receives what is not as it was.
@@ -56,6 +56,8 @@ class Stepper {
   /// Why the run ended early (empty: it did not).
   const std::string& trouble() const { return trouble_; }
   int signal() const { return signal_; }
+  /// Whether the log of steps has waited long enough (ten seconds); the same on every rank.
+  bool log_due() const { return log_due_; }
   /// Collective. No solver goes on with what it kept from earlier steps: after a checkpoint, so that the run and its
   /// continuation do the same.
   PetscErrorCode renew_solver(TS ts) const;
@@ -88,7 +90,8 @@ class Stepper {
   bool blind_ = false;    ///< the type's first step has no error estimate
   double start_ = 0, end_ = 0, nominal_ = 0, planned_ = 0, target_ = 0, good_time_ = 0, saved_ = 0, next_ = 0, first_ = 0;
   double saved_at_ = 0;  ///< wall clock of the last checkpoint
-  bool save_due_ = false;
+  bool save_due_ = false, log_due_ = false;
+  double logged_at_ = 0;  ///< wall clock when the log was last due
   bool landing_ = false;
   std::int64_t frame_ = 1, good_in_a_row_ = 0;
   RunCounts counts_;

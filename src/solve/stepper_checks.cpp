@@ -34,7 +34,7 @@ PetscErrorCode Stepper::krylov_iterations(TS ts, PetscInt* count) {
   PetscFunctionReturn(0);
 }
 
-/// One reduction a step: is the state finite everywhere, and has a signal come, is a checkpoint due?
+/// One reduction a step: is the state finite everywhere, and has a signal come, is a checkpoint due, or the log?
 PetscErrorCode Stepper::check_state(TS ts, bool* finite) {
   Vec y;
   const PetscScalar* ay = nullptr;
@@ -48,11 +48,15 @@ PetscErrorCode Stepper::check_state(TS ts, bool* finite) {
   for (PetscInt i = 0; i < n; ++i) sum += 0.0 * ay[i];
   PetscCall(VecRestoreArrayRead(y, &ay));
   const bool late = options_.save_minutes > 0 && MPI_Wtime() - saved_at_ >= 60 * options_.save_minutes;
-  int flags[3] = {std::isfinite(sum) ? 0 : 1, ending_signal(), late || take_checkpoint_signal() ? 1 : 0};
-  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, flags, 3, MPI_INT, MPI_MAX, model_.comm()));
+  constexpr double LOG_SECONDS = 10;
+  int flags[4] = {std::isfinite(sum) ? 0 : 1, ending_signal(), late || take_checkpoint_signal() ? 1 : 0,
+                  MPI_Wtime() - logged_at_ >= LOG_SECONDS ? 1 : 0};
+  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, flags, 4, MPI_INT, MPI_MAX, model_.comm()));
   *finite = flags[0] == 0;
   signal_ = flags[1];
   save_due_ = flags[2] != 0;
+  log_due_ = flags[3] != 0;
+  if (log_due_) logged_at_ = MPI_Wtime();
   PetscFunctionReturn(0);
 }
 

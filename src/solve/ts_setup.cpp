@@ -101,7 +101,7 @@ PetscErrorCode create_ts(Model& model, TSContext* context, TSHandle* ts) {
   PetscCall(TSSetErrorIfStepFails(*ts, PETSC_FALSE));
   PetscCall(TSSetFromOptions(*ts));
   PetscCall(check_stepping(*ts, context->implicit));
-  Plan plan{context->implicit, context->form, 0, among(type, {TSEULER}) ? 2.0 : 0.0, among(type, {TSROSW})};
+  Plan plan{context->implicit, context->form, 0, among(type, {TSEULER}) ? 2.0 : 0.0, among(type, {TSROSW}), type};
   PetscCall(TSGetTimeStep(*ts, &plan.step));
   PetscCall(model.prepare(plan));
   if (context->implicit) PetscCall(context->predictor.attach(*ts, model, &context->newton));

@@ -43,8 +43,8 @@ PetscErrorCode set_up_solvers(TS ts, TSContext& context) {
     PetscCall(KSPSetOperators(ksp, context.operator_, context.matrix));
     PetscCall(KSPSetUp(ksp));
     PetscCall(KSPSetUpOnBlocks(ksp));
-    PetscCall(context.model->check_solver(ksp));
   }
+  PetscCall(context.model->check_solver(shell ? nullptr : ksp));
   PetscFunctionReturn(0);
 }
 

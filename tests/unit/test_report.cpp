@@ -83,6 +83,8 @@ TEST_CASE("progress and verdict lines") {
   REQUIRE(progress_line(state, 5).find("left") == std::string::npos);
   REQUIRE(verdict_line(state, 1.5, true) == "backspring: ok t=3 steps=10 rejected=2 newton=21 krylov=84 wall=1.500");
   REQUIRE(verdict_line(state, 1.5, false).rfind("backspring: failed t=3 ", 0) == 0);
+  state.warnings = 1;
+  REQUIRE(verdict_line(state, 1.5, true) == "backspring: ok t=3 steps=10 rejected=2 newton=21 krylov=84 wall=1.500 warnings=1");
 }
 
 TEST_CASE("a plain line a step, and only the verdict where it is quiet") {

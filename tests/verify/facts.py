@@ -49,7 +49,7 @@ def oscillator_factors(checks, scratch, rows):
         s = System(start[:, None], 1 - start[:, None], m, anchors=anchors)
         with checks.group(f"oscillator {method}"):
             o = {**s.options(s.write(scratch / f"oscillator_{method}.h5")), **method_options(method, 1.0, 1, checks.ranks)}
-            r = checks.run(o, interval=1.0).trajectory
+            r = checks.run(o, interval=1.0, grows=True).trajectory
             y = np.stack([r.position[-1, :, 0], r.velocity[-1, :, 0]])
             for k, (_, hw, factor, phase) in enumerate(mine):
                 eigen = np.linalg.eigvals(y[:, 2 * k:2 * k + 2])

@@ -16,6 +16,7 @@ import numpy as np
 import scipy.io
 import scipy.linalg
 import scipy.sparse
+import scipy.sparse.linalg
 
 TYPES = {"be": {"ts_type": "beuler"}, "tr": {"ts_type": "cn"}, "fe": {"ts_type": "euler"},
          "tr_after_one_be_step": {"ts_type": "cn", "bs_linear_be_steps": 1}}
@@ -252,13 +253,159 @@ def check_formats(checks, folder):
     checks.below("operating point stays", relative(run.value, np.tile(np.linalg.solve(G, B[:, 0]), (len(run.value), 1))), 1e-12)
 
 
+def weierstrass(rng, n, index):
+    """(G, C) of a regular pencil of that index: P diag(A, I) Q and P diag(I, N) Q, N nilpotent with N^index = 0."""
+    m = n // 2
+    P, Q = (np.linalg.qr(rng.normal(size=(n, n)))[0] for _ in range(2))
+    N = np.zeros((m, m))
+    for k in range(index - 1):
+        N[k, k + 1] = 1
+    G = scipy.linalg.block_diag(np.diag(rng.uniform(1, 3, n - m)), np.eye(m))
+    return P @ G @ Q, P @ scipy.linalg.block_diag(np.eye(n - m), N) @ Q
+
+
+def circuits():
+    """name: (G, C, rows that are named, or None where the index is 1)."""
+    c, c2, L, L2, g = 1e-6, 3e-7, 1e-3, 2e-3, 1e-2
+    return {
+        # unknowns v1 iV: source u across a capacitor
+        "capacitor across a source": ([[0, 1], [1, 0]], [[c, 0], [0, 0]], "row 2"),
+        # v1 v2 iV: source - C1 - C2 - ground
+        "loop of capacitors and a source": ([[0, 0, 1], [0, 0, 0], [1, 0, 0]], [[c, -c, 0], [-c, c + c2, 0], [0, 0, 0]], "row 3"),
+        # v i1 i2: two inductors meet at a node with nothing else, g v1 elsewhere
+        "cut-set of inductors": ([[0, 1, 1], [-1, 0, 0], [-1, 0, 1 / g]], [[0, 0, 0], [0, L, 0], [0, 0, L2]], "row 1"),
+        # v i1 i2: the same with a resistor at the node
+        "inductors and a resistor at a node": ([[g, 1, 1], [-1, 0, 0], [-1, 0, 1 / g]], [[0, 0, 0], [0, L, 0], [0, 0, L2]], None),
+        # v i1 i2: a loop of inductors keeps its current: index 1
+        "loop of inductors": ([[g, 1, 1], [-1, 0, 0], [-1, 0, 0]], [[0, 0, 0], [0, L, 0], [0, 0, L2]], None),
+        # v1 v2: a capacitor between two resistors to ground: C is singular without an empty row
+        "floating capacitor": ([[g, 0], [0, 3 * g]], [[c, -c], [-c, c]], None),
+        "floating capacitors, a tiny one": ([[g, 0, 0], [0, g, 0], [0, 0, g]], [[c, -c, 0], [-c, c + 1e-18, -1e-18], [0, -1e-18, 1e-18]], None),
+    }
+
+
+def check_index(checks, folder):
+    """Index 2 is warned of, with the row; index 1 is not, whatever C looks like."""
+    stepping = {**TYPES["be"], "ts_dt": 1e-5, "ts_max_time": 5e-5, "bs_linear_source": "sine(1,1000)"}
+    smooth = {**stepping, "ts_dt": 0.01, "ts_max_time": 0.05}
+    for name, (G, C, named) in circuits().items():
+        B = np.zeros((len(G), 1))
+        B[-1 if named is None else 0 if "cut" in name else len(G) - 1] = 1
+        for ranks in (1, 3):
+            run = States(checks, {**write_system(folder, np.array(G, float), np.array(C, float), B), **stepping}, ranks=ranks)
+            said = "index 2 or more" in run.stderr
+            checks.true(f"{name}, {ranks} ranks", said == (named is not None) and (named is None or f"unknowns, {named} (" in run.stderr),
+                        run.stderr.strip()[:120])
+    rng = np.random.default_rng(7)
+    for index in (1, 1, 1, 2, 2, 3):
+        G, C = weierstrass(rng, 14, index)
+        run = States(checks, {**write_system(folder, G, C, rng.normal(size=(14, 1))), **smooth})
+        checks.true(f"random pencil of index {index}", ("index 2 or more" in run.stderr) == (index > 1), run.stderr.strip()[:60])
+    # a ladder of 3000 nodes, each tenth with a capacitor: many algebraic rows, index 1; one source across a capacitor makes it 2
+    n = 3000
+    G = scipy.sparse.diags([np.full(n - 1, -1.0), np.full(n, 2.0), np.full(n - 1, -1.0)], (-1, 0, 1)).tolil()
+    C = scipy.sparse.diags([(np.arange(n) % 10 == 0).astype(float)], [0]).tolil()
+    for name, expected in (("ladder", False), ("ladder with a source across a capacitor", True)):
+        if expected:
+            G.resize((n + 1, n + 1))
+            C.resize((n + 1, n + 1))
+            G[n, 50] = G[50, n] = 1
+        B = np.zeros((G.shape[0], 1))
+        B[-1] = 1
+        options = {}
+        for key, matrix in (("G", G), ("C", C), ("B", scipy.sparse.coo_matrix(B))):
+            scipy.io.mmwrite(pathlib.Path(folder) / f"{key}.mtx", matrix.tocoo(), precision=17)
+            options["bs_linear_" + key] = pathlib.Path(folder) / f"{key}.mtx"
+        run = States(checks, {**options, **stepping})
+        checks.true(f"{name} of {n} nodes", ("index 2 or more" in run.stderr) == expected, run.stderr.strip()[:60])
+
+
+def check_index_advice(checks, folder):
+    """What the warning says of the methods: the current -c u' of a source across a capacitor by beuler and bdf has their order."""
+    c, w = 1e-6, 2 * math.pi * 1000
+    system = write_system(folder, np.array([[0.0, 1], [1, 0]]), np.diag([c, 0.0]), np.array([[0.0], [1]]))
+    for kind, extra, order in (("beuler", {}, 1), ("bdf", {"ts_bdf_order": 2}, 2)):
+        steps, errors = [200, 400, 800], []
+        for n in steps:
+            run = States(checks, {**system, "bs_linear_source": "sine(1,1000)", "ts_type": kind, **extra, "ts_dt": 1e-3 / n, "ts_max_time": 1e-3})
+            exact_current = -c * w * np.cos(w * run.time)
+            errors.append(np.abs(run.value[10:, 1] - exact_current[10:]).max())
+        checks.near(f"order of {kind} in a derivative of the source", observed_orders([1 / n for n in steps], errors)[-1], order, 0.05)
+
+
+    run = States(checks, {**system, "bs_linear_source": "sine(1,1000)", "ts_type": "cn", "ts_dt": 1e-6, "ts_max_time": 1e-3})
+    off = run.value[-2:, 1] + c * w * np.cos(w * run.time[-2:])
+    checks.true("cn rings there", abs(off).min() > 0.5 * c * w and off[0] * off[1] < 0 and "cn loses its order in these, or rings" in run.stderr, str(off))
+
+
+def check_start_words(checks, folder):
+    """The warning of an inconsistent start names the method at work, and recommends what is not yet given."""
+    G, C, B, x0 = smooth_system()
+    C[3] = 0
+    system = {**write_system(folder, G, C, B, x0), "bs_linear_source": "sine(2,0.7,0.4)", "ts_dt": 0.02, "ts_max_time": 0.1}
+    for kind, extra, holds, lacks in (("cn", {}, ("cn keeps", "or -bs_linear_be_steps 1"), ()),
+                                      ("cn", {"bs_linear_be_steps": 1}, ("by backward Euler, jumps",), ("cn keeps", "be_steps")),
+                                      ("beuler", {}, ("the first step jumps",), ("cn", "be_steps")),
+                                      ("bdf", {}, ("the first step jumps",), ("cn", "be_steps")),
+                                      ("theta", {"ts_theta_theta": 0.5}, ("theta carries", "or -bs_linear_be_steps 1"), ("cn",))):
+        run = States(checks, {**system, "ts_type": kind, **extra})
+        checks.true(f"inconsistent start, {kind} {extra}", all(w in run.stderr for w in (*holds, "violates algebraic row 4", "-bs_linear_dc"))
+                    and not any(re.search(rf"\b{w}\b", run.stderr) for w in lacks), run.stderr.strip()[60:])
+    run = States(checks, {**system, "bs_linear_x0": None, "bs_linear_dc": True, "ts_type": "cn"})
+    checks.true("an operating point is not warned of", "violates" not in run.stderr, run.stderr)
+
+
+def check_solves(checks, folder):
+    """A linear solve that does not solve is refused or rejected; what solves agrees with LU."""
+    heat = {"bs_linear_type": "heat2d", "bs_linear_size": (20, 20), "bs_linear_source": "step(1)", "ts_type": "beuler", "ts_dt": 0.01,
+            "ts_max_time": 0.2}
+    n, size = 20, 1 / 21
+    K = scipy.sparse.diags([-np.ones(n - 1), np.full(n, 2.0), -np.ones(n - 1)], (-1, 0, 1))
+    A = (scipy.sparse.kron(scipy.sparse.eye(n), K) + scipy.sparse.kron(K, scipy.sparse.eye(n))).tocsc()
+    b = np.tile(np.eye(n)[0], n)
+    x = np.zeros(n * n)
+    for _ in range(20):
+        x = scipy.sparse.linalg.spsolve(A + scipy.sparse.eye(n * n, format="csc") * size ** 2 / 0.01, b + x * size ** 2 / 0.01)
+    for name, extra, ranks in (("LU", {}, 1), ("matrix-free", {"snes_mf": True}, 1), ("matrix-free, 2 ranks", {"snes_mf": True}, 2),
+                               ("gmres and ilu", {"ksp_type": "gmres", "pc_type": "ilu"}, 1),
+                               ("matrix-free with the matrix's LU", {"snes_mf_operator": True}, 1)):
+        run = States(checks, {**heat, **extra}, ranks=ranks)
+        checks.below(f"heat after 20 steps, {name}", relative(run.value[-1:], x[None]), 1e-8)
+        if extra.get("snes_mf"):
+            checks.true("the header says what solves", "KSP gmres, PC none" in run.stdout)
+    for name, extra in (("jacobi alone", {"pc_type": "jacobi"}), ("ilu alone", {"pc_type": "ilu"})):
+        for ranks in (1, 2):
+            more = {"pc_type": "bjacobi"} if ranks == 2 and "ilu" in name else {}
+            done = checks.run({"bs_model": "linear", **heat, "ksp_type": "preonly", **extra, **more}, ranks=ranks, expect=2)
+            checks.true(f"{name} is refused, {ranks} ranks", "they do not solve the linear system" in done.stderr and done.stderr.count("backspring: ") == 1,
+                        done.stderr.strip())
+    few = {"ksp_type": "richardson", "pc_type": "jacobi", "ksp_convergence_test": "skip", "ksp_max_it": 2}
+    done = checks.run({"bs_model": "linear", **heat, **few, "bs_step_max_cuts": 2}, expect=3)
+    checks.true("two iterations called converged are rejected", "the linear solver left a residual of" in done.stderr
+                and done.report["rejected_linear"] == done.report["rejected"] == 3, done.stderr.strip())
+    done = checks.run({"bs_model": "linear", **heat, "snes_mf": True, "ksp_type": "preonly", "bs_step_max_cuts": 2}, expect=3)
+    checks.true("no solver without a matrix is rejected", "the linear solver left a residual of" in done.stderr, done.stderr.strip())
+    mass = write_system(folder, np.eye(3), np.array([[2.0, 1, 0], [1, 3, 1], [0, 1, 4]]), np.ones((3, 1)))
+    done = checks.run({"bs_model": "linear", **mass, "bs_linear_source": "step(1)", "ts_type": "euler", "ts_dt": 0.01, "ts_max_time": 0.1,
+                       "linear_c_pc_type": "jacobi"}, expect=2)
+    checks.true("C by jacobi is refused", "-linear_c_pc_type lu" in done.stderr, done.stderr.strip())
+
+
+def check_remarks(checks):
+    for text, said in (("sine(0,3,200)", True), ("SIN(0 3 200)", False)):
+        run = States(checks, {"bs_linear_type": "rlc", "bs_linear_source": text, "ts_dt": 1e-4, "ts_max_time": 5e-4})
+        checks.true(f"{text}: amplitude of 0 {'' if said else 'not '}warned of", ("its amplitude is 0" in run.stderr) == said, run.stderr.strip()[:80])
+        checks.near(f"{text}: u", run.sources[:, 0], 0 if said else 3 * np.sin(2 * np.pi * 200 * run.time), 1e-13)
+
+
 def check_builtin(checks):
     for name, check in (("orders", check_orders), ("formulas", check_formulas), ("tank", check_tank), ("sources", check_sources),
-                        ("formats", check_formats)):
+                        ("formats", check_formats), ("index", check_index), ("index_advice", check_index_advice),
+                        ("start_words", check_start_words), ("solves", check_solves)):
         if checks.wants(name):
             with checks.group(name), tempfile.TemporaryDirectory() as folder:
                 check(checks, folder)
-    for name, check in (("factorisations", check_factorisations), ("ranks", check_ranks)):
+    for name, check in (("factorisations", check_factorisations), ("ranks", check_ranks), ("remarks", check_remarks)):
         if checks.wants(name):
             with checks.group(name):
                 check(checks)
@@ -318,6 +465,7 @@ def check_case(checks, folder):
         for how, source in sources.items():
             run = States(checks, {**files, **start, **source, **options})
             compare(checks, f"{folder.name} {file} {how}", run, table)
+            checks.true(f"{folder.name} {file} is not called of index 2", "index 2" not in run.stderr)
             if how == "waveform" and kind in ("be", "tr") and "fe" not in file:
                 check_residual(checks, folder, kind, run)
         run = States(checks, {**generator(p), **start, **sources["waveform"], **options})

@@ -174,7 +174,7 @@ def check_blowup(case):
     for method, h, step in zip(t["method"], t["h"], t["step_where_dx_exceeds_1e6_lattice_sizes"]):
         name = f"{case.name} {method} h={h:g} blow-up"
         with case.checks.group(name):
-            r = case.checks.run(case.options(method, h, int(step) + 1), interval=h, expect=None).trajectory
+            r = case.checks.run(case.options(method, h, int(step) + 1), interval=h, expect=None, grows=True).trajectory
             with np.errstate(invalid="ignore"):
                 far = ~(np.abs(r.position - r.position[0]).max(axis=(1, 2)) < 1e6 * case.size)
             case.checks.near(name, float(np.argmax(far)) if far.any() else math.inf, step, 1.0)

@@ -41,7 +41,7 @@ def check_read(checks, path, scene):
     name = f"{path.stem} as read"
     with checks.group(name):
         r = checks.run({"bs_lattice_file": path, "ts_type": "euler", "ts_dt": 1.0, "ts_max_time": 1.0, "ts_max_steps": 1},
-                       interval=1.0).trajectory
+                       interval=1.0, grows=True).trajectory
         ids = sorted(r.id.astype(int)) == sorted(scene.id)
         checks.true(f"{name}, ids", ids, f"{len(r.id)} particles, {len(scene.id)} masses in the file")
         if not ids:

@@ -111,11 +111,12 @@ def environment(ranks):
     return env
 
 
-def run(program, options, ranks=1, expect=0, timeout=600, interval=None, keep=()):
+def run(program, options, ranks=1, expect=0, timeout=600, interval=None, keep=(), grows=False):
     """Runs the program in a folder of its own and returns a Result.
 
     interval [s]: write a trajectory with that output interval. expect: the exit code, or None for any; another one
-    raises RunError with the end of what the program said. keep: names of files it writes, returned as bytes.
+    raises RunError with the end of what the program said; so does the warning of energy that grows without a drive, unless
+    `grows` (the run is meant to). keep: names of files it writes, returned as bytes.
     """
     with tempfile.TemporaryDirectory(prefix="backspring_") as folder:
         folder = pathlib.Path(folder)
@@ -132,6 +133,8 @@ def run(program, options, ranks=1, expect=0, timeout=600, interval=None, keep=()
         if expect is not None and done.returncode != expect:
             said = " / ".join((done.stdout + done.stderr).strip().splitlines()[-4:])
             raise RunError(f"exit code {done.returncode}, expected {expect}: {said} [{' '.join(command)}]")
+        if "energy grew" in done.stderr and not grows:
+            raise RunError(f"{done.stderr.strip()} [{' '.join(command)}]")
         try:
             report = json.loads((folder / "report.json").read_text()) if (folder / "report.json").exists() else None
             trajectory = Trajectory(folder / "run.h5md") if (folder / "run.h5md").exists() else None

@@ -10,7 +10,7 @@ def check_forces(case):
     s, name = case.system, f"{case.name} forces at the start"
     t = read_table(case.folder / "forces0.csv")
     with case.checks.group(name):
-        r = case.checks.run(case.options("fe", 1.0, 1), interval=1.0).trajectory
+        r = case.checks.run(case.options("fe", 1.0, 1), interval=1.0, grows=True).trajectory
         table = columns(t, ["fx", "fy", "fz"][:s.dim])
         off = np.abs(s.m[:, None] * (r.velocity[1] - r.velocity[0]) - table).max(axis=1)
         tolerance = 1e-14 * s.force_scale(s.x) + 1e-15 * s.m * np.abs(s.v).max()
@@ -26,7 +26,7 @@ def check_jacobian(case):
         return
     with case.checks.group(name):
         o = {**case.options("linbe", 1.0, 1), "ksp_view_mat": "binary:J.dat"}
-        J = petsc_matrix(case.checks.run(o, keep=["J.dat"]).files["J.dat"])
+        J = petsc_matrix(case.checks.run(o, keep=["J.dat"], grows=True).files["J.dat"])
         is_v = np.arange(len(J)) % (2 * d) >= d
         free = np.repeat(~s.fixed, d)
         def full(file):

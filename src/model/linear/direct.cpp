@@ -3,6 +3,7 @@
 #include <cmath>
 #include <string>
 #include <vector>
+#include "base/format.hpp"
 #include "base/handle.hpp"
 
 namespace bs {
@@ -14,11 +15,59 @@ PetscErrorCode create_direct(MPI_Comm comm, Mat A, const char* prefix, KSP* ksp)
   PetscCall(KSPSetOptionsPrefix(*ksp, prefix));
   PetscCall(KSPSetOperators(*ksp, A, A));
   PetscCall(KSPSetType(*ksp, KSPPREONLY));
+  PetscCall(KSPSetTolerances(*ksp, 1e-12, PETSC_DEFAULT, PETSC_DEFAULT, PETSC_DEFAULT));  // of what options put in its place
   PetscCall(KSPGetPC(*ksp, &pc));
   PetscCall(PCSetType(pc, PCLU));
   PetscCall(PCFactorSetMatSolverType(pc, MATSOLVERMUMPS));
   PetscCall(KSPSetFromOptions(*ksp));
   PetscCall(KSPSetUp(*ksp));
+  PetscFunctionReturn(0);
+}
+
+PetscErrorCode trial_residual(KSP ksp, double* left) {
+  PC pc;
+  Mat A;
+  PetscBool direct = PETSC_FALSE, alone = PETSC_FALSE;
+  PetscInt first, last;
+  PetscReal size;
+  PetscFunctionBegin;
+  *left = 0;
+  PetscCall(KSPGetPC(ksp, &pc));
+  PetscCall(PetscObjectTypeCompareAny(reinterpret_cast<PetscObject>(pc), &direct, PCLU, PCCHOLESKY, ""));
+  PetscCall(PetscObjectTypeCompare(reinterpret_cast<PetscObject>(ksp), KSPPREONLY, &alone));
+  if (direct || !alone) PetscFunctionReturn(0);
+  VecHandle b, x;
+  PetscScalar* ab;
+  PetscCall(KSPGetOperators(ksp, &A, nullptr));
+  PetscCall(MatCreateVecs(A, x.out(), b.out()));
+  PetscCall(VecGetOwnershipRange(b, &first, &last));
+  PetscCall(VecGetArrayWrite(b, &ab));
+  for (PetscInt i = first; i < last; ++i) ab[i - first] = 1 + 0.3 * std::sin(static_cast<double>(i));
+  PetscCall(VecRestoreArrayWrite(b, &ab));
+  PetscCall(KSPSolve(ksp, b, x));
+  PetscCall(VecNorm(b, NORM_2, &size));
+  VecHandle r;
+  PetscCall(VecDuplicate(b, r.out()));
+  PetscCall(MatMult(A, x, r));
+  PetscCall(VecAXPY(r, -1, b));
+  PetscCall(VecNorm(r, NORM_2, left));
+  *left = std::isfinite(*left) ? *left / size : 1e300;
+  PetscFunctionReturn(0);
+}
+
+PetscErrorCode refusal_of(KSP ksp, const char* prefix, std::string* text) {
+  constexpr double MOST = 1e-6;
+  double left = 0;
+  PC pc;
+  PCType type = nullptr;
+  PetscFunctionBegin;
+  text->clear();
+  PetscCall(trial_residual(ksp, &left));
+  if (left <= MOST) PetscFunctionReturn(0);
+  PetscCall(KSPGetPC(ksp, &pc));
+  PetscCall(PCGetType(pc, &type));
+  *text = format("options -%sksp_type preonly and -%spc_type %s: they do not solve the linear system, a trial left %.2g of its right side: "
+                 "give -%sksp_type gmres, or -%spc_type lu", prefix, prefix, type ? type : "", left, prefix, prefix);
   PetscFunctionReturn(0);
 }
 

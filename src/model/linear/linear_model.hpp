@@ -52,8 +52,10 @@ class LinearModel final : public Model {
   PetscErrorCode read(MPI_Comm comm);
   PetscErrorCode inspect_C();
   PetscErrorCode operating_point();
-  PetscErrorCode warn_inconsistent();
+  PetscErrorCode warn_inconsistent(const Plan& plan);
+  PetscErrorCode warn_index();
   PetscErrorCode warn_unstable(const Plan& plan);
+  PetscErrorCode require_solver(KSP ksp, const char* prefix);
   PetscErrorCode invert_C();
   PetscErrorCode apply_inverse_C(Vec x);
   PetscErrorCode set_sources(double t);
@@ -68,6 +70,7 @@ class LinearModel final : public Model {
   VecHandle u_, Bu_, work_, diagonal_C_;
   KSPHandle C_solver_;
   std::vector<Filling> filled_;
+  std::string type_;  ///< of the TS
 };
 
 }  // namespace bs

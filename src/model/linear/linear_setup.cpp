@@ -99,9 +99,20 @@ PetscErrorCode LinearModel::operating_point() {
   PetscCall(is_singular(ksp, &singular));
   if (singular)
     PetscCall(tell(comm_, Exit::input, "option -bs_linear_dc: G is singular, there is no operating point: give -bs_linear_x0 instead"));
+  PetscCall(require_solver(ksp, "linear_dc_"));
+  PetscCall(KSPSetErrorIfNotConverged(ksp, PETSC_TRUE));
   PetscCall(VecZeroEntries(work_));
   PetscCall(add_sources(start_, 1, work_));
   PetscCall(KSPSolve(ksp, work_, system_.x0));
+  PetscFunctionReturn(0);
+}
+
+/// Told (exit 2) where options made a solver of `ksp` that does not solve.
+PetscErrorCode LinearModel::require_solver(KSP ksp, const char* prefix) {
+  std::string refusal;
+  PetscFunctionBegin;
+  PetscCall(refusal_of(ksp, prefix, &refusal));
+  if (!refusal.empty()) PetscCall(tell(comm_, Exit::input, refusal));
   PetscFunctionReturn(0);
 }
 
@@ -112,97 +123,12 @@ PetscErrorCode LinearModel::invert_C() {
   if (zero_rows_ == 0) {
     PetscCall(create_direct(comm_, system_.C, "linear_c_", C_solver_.out()));
     PetscCall(is_singular(C_solver_, &singular));
+    if (!singular) PetscCall(require_solver(C_solver_, "linear_c_"));
+    PetscCall(KSPSetErrorIfNotConverged(C_solver_, PETSC_TRUE));
   }
   if (zero_rows_ > 0 || singular)
     PetscCall(tell(comm_, Exit::input, "C is singular" + (zero_rows_ > 0 ? format(" (%lld empty rows)", static_cast<long long>(zero_rows_)) : std::string()) +
                    ": explicit types and arkimex need C^-1; use -ts_type beuler, cn, theta or bdf"));
-  PetscFunctionReturn(0);
-}
-
-/// Where C has empty rows these are algebraic: G x = B u must hold in them at the start.
-PetscErrorCode LinearModel::warn_inconsistent() {
-  PetscInt first, last;
-  const PetscScalar* ar;
-  PetscFunctionBegin;
-  if (zero_rows_ == 0) PetscFunctionReturn(0);
-  VecHandle r;
-  PetscReal size;
-  PetscCall(VecDuplicate(system_.x0, r.out()));
-  PetscCall(MatMult(system_.G, system_.x0, r));
-  PetscCall(VecNorm(system_.x0, NORM_INFINITY, &size));
-  double scale = norm_G_ * size;
-  PetscCall(add_sources(start_, -1, r));
-  if (system_.B) {
-    PetscCall(VecNorm(Bu_, NORM_INFINITY, &size));
-    scale = std::max(scale, size);
-  }
-  PetscCall(VecGetOwnershipRange(r, &first, &last));
-  PetscCall(VecGetArrayRead(r, &ar));
-  struct { double size; int row; } worst = {0, 0};
-  for (PetscInt i = first; i < last; ++i) {
-    PetscInt n;
-    const PetscScalar* values;
-    bool empty = true;
-    PetscCall(MatGetRow(system_.C, i, &n, nullptr, &values));
-    for (PetscInt k = 0; k < n; ++k) empty = empty && values[k] == 0;
-    PetscCall(MatRestoreRow(system_.C, i, &n, nullptr, &values));
-    if (empty && std::abs(ar[i - first]) > worst.size) worst = {std::abs(ar[i - first]), static_cast<int>(i + 1)};
-  }
-  PetscCall(VecRestoreArrayRead(r, &ar));
-  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &worst, 1, MPI_DOUBLE_INT, MPI_MAXLOC, comm_));
-  if (worst.size > 1e-10 * scale)
-    PetscCall(warn(comm_, format("the initial state violates algebraic row %d by %g: the first steps jump, and cn keeps the violation with "
-                                 "changing sign; give -bs_linear_dc, a consistent -bs_linear_x0, or -bs_linear_be_steps 1", worst.row, worst.size)));
-  PetscFunctionReturn(0);
-}
-
-/// The largest |lambda| of C^-1 G by power iterations.
-PetscErrorCode LinearModel::warn_unstable(const Plan& plan) {
-  PetscRandom random;
-  PetscReal size = 0;
-  PetscFunctionBegin;
-  VecHandle x, y;
-  PetscCall(VecDuplicate(system_.x0, x.out()));
-  PetscCall(VecDuplicate(system_.x0, y.out()));
-  PetscCall(PetscRandomCreate(comm_, &random));
-  PetscCall(VecSetRandom(x, random));
-  PetscCall(PetscRandomDestroy(&random));
-  double product = 0;
-  constexpr int ITERATIONS = 40, COUNTED = 20;
-  for (int k = 0; k < ITERATIONS; ++k) {
-    PetscCall(VecNormalize(x, &size));
-    if (k >= ITERATIONS - COUNTED && size > 0) product += std::log(size) / COUNTED;
-    PetscCall(MatMult(system_.G, x, y));
-    PetscCall(apply_inverse_C(y));
-    PetscCall(VecCopy(y, x));
-  }
-  const double largest = size > 0 ? std::exp(product) : 0.0;
-  if (plan.step * largest > plan.real_stability)
-    PetscCall(warn(comm_, format("the step %g s is beyond the stability limit of forward Euler, about %g s (largest eigenvalue of C^-1 G: about "
-                                 "%g 1/s): the solution will grow without bound; lower -ts_dt or take -ts_type beuler", plan.step,
-                                 plan.real_stability / largest, largest)));
-  PetscFunctionReturn(0);
-}
-
-PetscErrorCode LinearModel::prepare(const Plan& plan) {
-  PetscFunctionBegin;
-  const bool velocity = plan.implicit && plan.form == Form::velocity;
-  if (!plan.implicit || velocity) PetscCall(invert_C());
-  if (velocity && !diagonal_) PetscCall(tell(comm_, Exit::input, "-ts_type arkimex needs a diagonal C here: use bdf, cn or theta"));
-  if (!plan.implicit && plan.real_stability > 0) PetscCall(warn_unstable(plan));
-  if (plan.autonomous && !sources_.constant())
-    PetscCall(warn(comm_, "this -ts_type loses its order where sources depend on time: its error may be larger than it says; use bdf or cn"));
-  PetscCall(warn_inconsistent());
-  PetscFunctionReturn(0);
-}
-
-PetscErrorCode LinearModel::check_solver(KSP ksp) {
-  bool singular = false;
-  PetscFunctionBegin;
-  PetscCall(is_singular(ksp, &singular));
-  if (singular)
-    PetscCall(tell(comm_, Exit::input, "sigma C + G is singular to working precision at this step: the pencil (G, C) determines no solution "
-                   "(a floating node, a loop of sources, an equation given twice?), or -ts_dt meets one of its eigenvalues"));
   PetscFunctionReturn(0);
 }
 

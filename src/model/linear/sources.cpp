@@ -32,6 +32,8 @@ PetscErrorCode Sources::read(MPI_Comm comm, std::int64_t columns, const std::str
                           : format("%zu sources for the %zu columns of B: give one a column%s", count(), wanted,
                                    file_.empty() ? ", separated by ';'" : " after the time");
   if (!error.empty()) PetscCall(tell(comm, Exit::input, error));
+  for (const Waveform& wave : waves_)
+    if (!wave.remark().empty()) PetscCall(warn(comm, "option -bs_linear_source: " + wave.remark()));
   PetscFunctionReturn(0);
 }
 

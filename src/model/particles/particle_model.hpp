@@ -37,6 +37,7 @@ class ParticleModel final : public Model {
   PetscErrorCode velocity_errors(Vec y, Vec F, double sigma, Form form, double* worst, double* fastest) override;
   PetscErrorCode residual_floor(double t, Vec y, double sigma, Form form, ResidualNorms* floor) override;
   PetscErrorCode observe(double t, Vec y, std::vector<Observable>* out) override;
+  PetscErrorCode energy_supply(double t, Vec y, EnergySupply* out, bool* has) override;
   PetscErrorCode fields(double t, Vec y, std::vector<Field>* out) override;
   PetscErrorCode gather_state(Vec y, std::vector<StatePart>* parts) override;
   PetscErrorCode scatter_state(Vec y) override;

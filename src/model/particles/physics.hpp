@@ -27,6 +27,12 @@ struct Energies {
   double kinetic = 0, elastic = 0, field = 0;
 };
 
+/// What acts from outside on this rank's particles.
+struct Supply {
+  double field = 0, coupling = 0, fluid = 0;  ///< power of laws with a potential, of forces that couple all, of the fluid's motion [W]
+  double pull[3] = {0, 0, 0};                 ///< force of the anchors on the particles [N]
+};
+
 /// Owned particles by what they are linked to: owned ones alone, or some ghost as well.
 enum class Part { interior, boundary };
 
@@ -51,6 +57,7 @@ class Physics {
   virtual void multiply_law_damping(double t, const LocalState& state, const double* w, double* f) const = 0;
   /// Elastic energy counts half a spring from either end.
   virtual Energies energies(double t, const LocalState& state) const = 0;
+  virtual Supply supply(double t, const LocalState& state, const Coupling& coupling) const = 0;
   /// This rank's share of what the incremental potential changes by beyond its slope along lambda `line` (gathered as a
   /// direction), anchors at rest meanwhile: sum over particles, springs and laws of
   ///   sigma/2 m |dv|^2 + sigma (E(x + dx) - E(x) - E'.dx) + R(v + dv) - R(v) - R'.dv

@@ -96,6 +96,7 @@ class PhysicsOf final : public Physics {
     return sum;
   }
 
+  Supply supply(double t, const LocalState& state, const Coupling& coupling) const override;
   PotentialChange beyond_slope(double t, const LocalState& state, const LocalState& line, double lambda, double sigma) const override;
   std::string lacks_potential() const override;
 
@@ -239,6 +240,8 @@ class PhysicsOf final : public Physics {
   }
 
   template <class Law>
+  static void add_supply(const Law& law, const Point<d>& point, Supply* sum);
+  template <class Law>
   static void add_law(const Law& law, const Point<d>& point, const double* dx, const double* dv, double sigma, PotentialChange* sum);
   template <bool positive>
   void fill_springs(double t, const LocalState& state, double sigma, SpringMatrix* S) const;
@@ -260,3 +263,4 @@ class PhysicsOf final : public Physics {
 
 #include "model/particles/condensed/physics_condensed.hpp"
 #include "model/particles/physics_potential.hpp"
+#include "model/particles/physics_supply.hpp"

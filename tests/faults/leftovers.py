@@ -1,0 +1,120 @@
+"""What a run leaves behind and says at its end: the log of steps, old checkpoints, the name of a singular law.
+
+  leftovers.py --program build/release/backspring
+"""
+import os
+import pathlib
+import shutil
+import subprocess
+import sys
+import tempfile
+import time
+
+sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1] / "verify"))
+import h5py  # noqa: E402
+from harness import Checks, write_lattice  # noqa: E402
+from program import environment, words  # noqa: E402
+
+SPRING = {"bs_lattice_type": "chain", "bs_lattice_size": 2, "bs_lattice_perturbation": 0.1, "ts_type": "symplectic", "ts_dt": 1e-3}
+
+
+def start(checks, folder, options, ranks=1, **keywords):
+    command = [checks.program, *words(options)]
+    return (["mpirun", "-n", str(ranks)] if ranks > 1 else []) + command, dict(cwd=folder, env=environment(ranks), text=True, **keywords)
+
+
+def finish(checks, folder, options, ranks=1):
+    command, how = start(checks, folder, options, ranks, capture_output=True, timeout=120)
+    return subprocess.run(command, **how)
+
+
+def check_log(checks, folder):
+    """Killed long before its second frame, a run has its rows in the file but for the last 4096 or the last ten seconds."""
+    command, how = start(checks, folder, {**SPRING, "ts_max_time": 1e9, "bs_output": "o.h5md", "bs_output_interval": 1e9,
+                                          "bs_progress_interval": 0}, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL)
+    run = subprocess.Popen(command, **how)
+    steps = 0
+    for line in run.stdout:
+        if line.startswith("t = "):
+            steps = int(line.split("step ")[1].split(",")[0])
+        if steps >= 20000:
+            break
+    run.kill()
+    run.wait()
+    with h5py.File(folder / "o.h5md") as f:
+        rows = f["backspring/log/step"][...]
+        frames = len(f["particles/trajectory/position/value"])
+        checks.true("the log is written by size", len(rows) >= steps - 4096 and list(rows) == list(range(1, len(rows) + 1)) and frames == 1,
+                    f"{len(rows)} rows of {steps} steps seen, {frames} frame")
+    # a step every few milliseconds: time comes first
+    slow = {"bs_lattice_type": "cubic", "bs_lattice_size": 24, "bs_lattice_perturbation": 0.05, "ts_type": "symplectic", "ts_dt": 1e-3}
+    for ranks in (1, 2):
+        command, how = start(checks, folder, {**slow, "ts_max_time": 1e9, "bs_output": f"slow{ranks}.h5md", "bs_output_interval": 1e9,
+                                              "bs_progress_interval": -1}, ranks, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+        run = subprocess.Popen(command, **how)
+        found, deadline = 0, time.time() + 60
+        while not found and time.time() < deadline:
+            time.sleep(1)
+            try:
+                copy = folder / "copy.h5md"
+                shutil.copyfile(folder / f"slow{ranks}.h5md", copy)
+                with h5py.File(copy) as f:
+                    found = len(f["backspring/log/step"])
+            except (OSError, KeyError):
+                continue
+        run.terminate()
+        run.wait()
+        checks.true(f"the log is written by time, {ranks} ranks", 0 < found < 100000, f"{found} rows")
+
+
+def check_checkpoints(checks, folder):
+    """A failed run's checkpoint goes when a later run overwrites the trajectory and succeeds; another's stays."""
+    position = [[0.0, 0.0], [1.0, 0.0]]
+    write_lattice(folder / "l.h5", position, 1.0, velocity=[[0, 0], [0.0, 5.0]], pairs=[[0, 1]], stiffness=1.0, rest_length=1.0)
+    good = {"bs_lattice_file": "l.h5", "bs_output": "o.h5md", "ts_dt": 0.01, "ts_max_time": 0.05}
+    bad = {**good, "ts_dt": 1.0, "ts_max_time": 2.0, "snes_max_it": 1, "snes_rtol": 1e-14, "snes_stol": 0, "bs_step_max_cuts": 0, "bs_overwrite": True}
+    left = folder / "o.h5md.checkpoint"
+    for ranks in (1, 2):
+        for _ in range(2):
+            done = finish(checks, folder, bad, ranks)
+        checks.true(f"a failed run leaves a checkpoint, {ranks} ranks", left.exists() and (folder / "o.h5md.checkpoint.previous").exists(),
+                    done.stderr.strip()[-100:])
+        done = finish(checks, folder, {**good, "bs_overwrite": True}, ranks)
+        checks.true(f"a later run that succeeds removes it, {ranks} ranks", done.returncode == 0 and not left.exists()
+                    and not (folder / "o.h5md.checkpoint.previous").exists(), done.stderr.strip()[-100:])
+    finish(checks, folder, bad)
+    for name, put in (("of another trajectory", lambda: (shutil.copy(left, folder / "mine"), shutil.copy(folder / "mine", folder / "p.h5md.checkpoint"))),
+                      ("that is no checkpoint", lambda: (folder / "p.h5md.checkpoint").write_text("notes")),
+                      ("that is a link", lambda: ((folder / "p.h5md.checkpoint").unlink(), os.symlink("mine", folder / "p.h5md.checkpoint"))),):
+        put()
+        done = finish(checks, folder, {**good, "bs_output": "p.h5md", "bs_overwrite": True})
+        checks.true(f"a file {name} stays", done.returncode == 0 and os.path.lexists(folder / "p.h5md.checkpoint"), done.stderr.strip()[-100:])
+    done = finish(checks, folder, {**good, "bs_overwrite": True, "bs_checkpoint": "o.h5md.checkpoint"})
+    checks.true("the checkpoint that was asked for stays", done.returncode == 0 and left.exists(), done.stderr.strip()[-100:])
+
+
+def check_words(checks, folder):
+    """A singular law is named; that nothing is written is said."""
+    write_lattice(folder / "fall.h5", [[0.0, 0.0], [3.0, 0.0]], 1.0)
+    for ranks in (1, 2):
+        done = finish(checks, folder, {"bs_lattice_file": "fall.h5", "bs_central_M0": 1.0, "bs_central_G": 1.0, "ts_max_steps": 3}, ranks)
+        said = [line for line in done.stderr.splitlines() if line.startswith("backspring: error")]
+        checks.true(f"central gravity is named, {ranks} ranks", done.returncode != 0 and len(said) == 1 and "particle 0" in said[0]
+                    and "central gravity has no value there: lower -ts_dt, or keep the particle away from -bs_central_point" in said[0]
+                    and "rest length" not in said[0], str(said))
+    for options, expected in ((SPRING, True), ({**SPRING, "bs_output": "w.h5md"}, False)):
+        done = finish(checks, folder, {**options, "ts_max_steps": 3})
+        checks.true(f"that nothing is written is {'' if expected else 'not '}said", ("no trajectory is written: -bs_output" in done.stdout) == expected)
+
+
+def main():
+    checks = Checks(__doc__.splitlines()[0])
+    for name, check in (("log", check_log), ("checkpoints", check_checkpoints), ("words", check_words)):
+        if checks.wants(name):
+            with checks.group(name), tempfile.TemporaryDirectory() as folder:
+                check(checks, pathlib.Path(folder))
+    checks.finish()
+
+
+if __name__ == "__main__":
+    main()
