@@ -1,7 +1,6 @@
-"""Frames of a trajectory in the formats of other programs: extended XYZ, LAMMPS data and dumps, GSD, VTU, VTP and PVD."""
+"""Frames of a trajectory in the formats of other programs: extended XYZ, GSD, VTU, VTP and PVD (LAMMPS: lammps_write.py)."""
 import base64
 import os
-import sys
 import warnings
 from pathlib import Path
 
@@ -41,42 +40,6 @@ def write_xyz(run, rows, path):
                     'pbc="F F F"\n')
             form = "X " + "%.17g " * reals.shape[1] + "%d %d\n"
             f.writelines(form % (*values, i, held) for values, i, held in zip(reals.tolist(), run.id.tolist(), run.fixed.tolist()))
-
-
-def write_data(run, row, path):
-    from lammps_data import write_lammps
-    springs = run.springs
-    if run.mass is None:
-        raise RunError(f"{run.path}: holds no masses, which a LAMMPS data file needs")
-    if len(springs) and springs.stiffness is None:
-        raise RunError(f"{run.path}: holds no stiffnesses, which a LAMMPS data file needs")
-    stiffness = springs.stiffness
-    if len(springs) and run.spring_law is None:
-        print(f"{run.path}: does not say which spring law, hooke is assumed", file=sys.stderr)
-    if run.spring_law == "strain":  # K in newtons: the rate is K/L; a rest length of 0 has the rate itself
-        stiffness = np.where(springs.rest_length > 0, stiffness / np.where(springs.rest_length > 0, springs.rest_length, 1.0), stiffness)
-    velocity = padded(run.velocity(row)) if run.velocities is not None else None
-    title = f"backspring {os.path.basename(run.path)}, t = {run.times[row]:.17g}, dampers left out"
-    write_lammps(path, title, padded(run.position(row)), velocity, run.mass, run.fixed, run.id, springs.pairs, stiffness,
-                 springs.rest_length)
-
-
-def write_dump(run, rows, path):
-    """A LAMMPS dump of all frames (.dump, .lammpstrj): OVITO, VMD, MDAnalysis, LAMMPS' rerun. It has steps, no times."""
-    moving = run.velocities is not None
-    columns = "id type x y z" + (" vx vy vz" if moving else "") + (" mass" if run.mass is not None else "")
-    kind = np.where(run.fixed, 2, 1)
-    with open(path, "w", encoding="utf-8") as f:
-        for row in rows:
-            parts = [padded(run.position(row))] + ([padded(run.velocity(row))] if moving else []) \
-                + ([run.mass[:, None]] if run.mass is not None else [])
-            low, high = parts[0].min(axis=0), parts[0].max(axis=0)
-            f.write(f"ITEM: TIMESTEP\n{run.step[row]}\nITEM: NUMBER OF ATOMS\n{run.particles}\n"
-                    "ITEM: BOX BOUNDS ss ss ss\n" + "".join(f"{a:.17g} {b:.17g}\n" for a, b in zip(low, high))
-                    + f"ITEM: ATOMS {columns}\n")
-            reals = np.concatenate(parts, axis=1)
-            form = "%d %d " + " ".join(["%.17g"] * reals.shape[1]) + "\n"
-            f.writelines(form % (i, t, *values) for i, t, values in zip(run.id.tolist(), kind.tolist(), reals.tolist()))
 
 
 def write_gsd(run, rows, path):
