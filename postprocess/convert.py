@@ -6,6 +6,7 @@
   postprocess/convert.py run.h5md -o run.xyz                        extended XYZ, all frames (OVITO, ASE)
   postprocess/convert.py run.h5md -o run.pvd --stride 10            series of VTU files (ParaView)
   postprocess/convert.py run.h5md -o run.lammpstrj                  LAMMPS dump, or .gsd: all frames (OVITO, VMD)
+  postprocess/convert.py run.h5md -o run_nm.h5md                    H5MD in nanometres: MDAnalysis with its defaults, VOTCA
   postprocess/convert.py run.h5md -o last.data                      LAMMPS data, VTU or VTP: one frame
   postprocess/convert.py last.vtu -o again.h5                       such a file as a lattice: springs and masses are in it
 
@@ -23,7 +24,7 @@ import h5py  # noqa: E402
 import numpy as np  # noqa: E402
 
 from backspring_io import RunError, open_run  # noqa: E402
-from exports import write_atomically, write_gsd, write_pvd, write_vtp, write_vtu, write_xyz  # noqa: E402
+from exports import write_atomically, write_gsd, write_nanometres, write_pvd, write_vtp, write_vtu, write_xyz  # noqa: E402
 from lammps_data import is_lammps  # noqa: E402
 from lammps_units import UNITS  # noqa: E402
 from lammps_write import write_data, write_dump  # noqa: E402
@@ -32,14 +33,24 @@ from lattices import FACES, need_meshio, to_lattice  # noqa: E402
 MESHES = (".vtk", ".vtu", ".obj", ".ply", ".stl", ".msh", ".off", ".xdmf")
 LAMMPS = (".data", ".lmp", ".lammps")
 LATTICES = (".h5", ".hdf5")
-SERIES = {".xyz": write_xyz, ".dump": write_dump, ".lammpstrj": write_dump, ".gsd": write_gsd, ".pvd": write_pvd}
+SERIES = {".xyz": write_xyz, ".dump": write_dump, ".lammpstrj": write_dump, ".gsd": write_gsd, ".pvd": write_pvd, ".h5md": write_nanometres}
 SINGLE = {".vtu": write_vtu, ".vtp": write_vtp, **dict.fromkeys(LAMMPS, write_data)}
+
+
+def units_of(run):
+    """The units that a trajectory says it is in (-bs_output_units); SI where it is silent."""
+    said = run.unit("position"), run.unit("time")
+    return {("Angstrom", "fs"): "real", ("Angstrom", "ps"): "metal", ("nm", "ns"): "nano"}.get(said, "si")
 
 
 def from_trajectory(args, ending):
     with open_run(args.input) as run:
         if run.kind != "particles":
             raise RunError(f"{args.input}: a linear system has no particles to convert")
+
+        def units(write):
+            return {"units": args.units or units_of(run)} if write in (write_data, write_nanometres) else {}
+
         if ending in SERIES:
             rows = run.pick(args.frames, args.stride)
             if ending == ".pvd":
@@ -47,13 +58,12 @@ def from_trajectory(args, ending):
                     need_meshio()
                 write_pvd(run, rows, args.output, "." + args.pieces)
             else:
-                write_atomically(args.output, lambda part: SERIES[ending](run, rows, part))
+                write_atomically(args.output, lambda part: SERIES[ending](run, rows, part, **units(SERIES[ending])))
             return f"{len(rows)} frames of {run.particles} particles"
         row = run.index(args.frame)
         if ending == ".vtu":
             need_meshio()
-        more = {"units": args.units or "si"} if SINGLE[ending] is write_data else {}
-        write_atomically(args.output, lambda part: SINGLE[ending](run, row, part, **more))
+        write_atomically(args.output, lambda part: SINGLE[ending](run, row, part, **units(SINGLE[ending])))
         return f"frame {row} of {run.particles} particles, {len(run.springs)} springs"
 
 
@@ -76,7 +86,7 @@ def parse(argv=None):
     mesh.add_argument("--rest_length", type=float, help="of every spring [m] (default: what the file says, else as they lie)")
     lammps = p.add_argument_group("LAMMPS data: springs are the harmonic bonds; mass, length and time stay in the file's units")
     lammps.add_argument("--units", choices=sorted(UNITS), help="units of the file, where it does not name them; energies are converted to mass "
-                        "length^2/time^2. Of a trajectory: units of the data file that is written (default si)")
+                        "length^2/time^2. Of a trajectory: what it is in (default: what it says, else si)")
     lammps.add_argument("--si", action="store_true", help="convert everything to kg, m and s")
     lammps.add_argument("--boundary", default="p,p,p", metavar="X,Y,Z", help="p: the box is periodic, bonds join nearest images; f: it is not "
                         "(default p,p,p, as in LAMMPS)")

@@ -1,12 +1,14 @@
-"""Frames of a trajectory in the formats of other programs: extended XYZ, GSD, VTU, VTP and PVD (LAMMPS: lammps_write.py)."""
+"""Frames of a trajectory in the formats of other programs: extended XYZ, H5MD in nanometres, GSD, VTU, VTP and PVD (LAMMPS: lammps_write.py)."""
 import base64
 import os
 import warnings
 from pathlib import Path
 
+import h5py
 import numpy as np
 
 from backspring_io import RunError
+from lammps_units import UNITS
 
 
 def write_atomically(path, write):
@@ -67,6 +69,33 @@ def write_gsd(run, rows, path):
                 frame.bonds.typeid = np.zeros(len(run.springs), dtype=np.uint32)
             frame.log["time"] = np.array([run.times[row]])
             out.append(frame)
+
+
+def write_nanometres(run, rows, path, units="si"):
+    """H5MD in nanometres, m/s and seconds, of three components: the length is one that MDAnalysis knows, and VOTCA's own."""
+    if UNITS[units] is None:
+        raise RunError("--units lj: relative units cannot be put in nanometres")
+    _, length, time = UNITS[units][:3]
+    count = len(rows)
+    with h5py.File(path, "w") as f:
+        f.create_group("h5md").attrs["version"] = np.array([1, 1], dtype=np.int32)
+        for name in ("author", "creator"):
+            f.create_group("h5md/" + name).attrs.update({"name": "backspring", "version": "convert.py"} if name == "creator" else {"name": "unknown"})
+        f.create_group("h5md/modules/units").attrs.update({"version": np.array([1, 0], dtype=np.int32), "system": "SI"})
+        group = f.create_group("particles/trajectory")
+        group.create_group("box").attrs.update({"dimension": 3, "boundary": np.array([b"none"] * 3)})
+        for name, unit, factor, of in (("position", "nm", length / 1e-9, run.position), ("velocity", "m s-1", length / time, run.velocity)):
+            if name == "position" or run.velocities is not None:
+                value = group.create_dataset(name + "/value", (count, run.particles, 3), dtype=float)
+                for k, row in enumerate(rows):
+                    value[k] = factor * padded(of(row))
+                value.attrs["unit"] = unit
+        group["position/time"], group["position/step"] = time * run.times[rows], run.step[rows]
+        group["position/time"].attrs["unit"] = "s"
+        group["box/edges/value"] = np.zeros((count, 3))
+        for other in ("velocity", "box/edges"):
+            if other in group:
+                group[other + "/time"], group[other + "/step"] = group["position/time"], group["position/step"]
 
 
 def fields(run, row):
