@@ -2,24 +2,23 @@
 
 Behind a figure stands a comment that says what it is and how far it may be off:
 
-    It loses 4.92 J<!-- figure: first(energy("pendulum_be")) - last(energy("pendulum_be")) --> within 4 s.
+    It loses 4.92 J<!-- figure: energy("run")[0] - energy("run")[-1] --> in 4 s.
 
 The figure is the last number before the comment, in the same paragraph. Without a tolerance it must be what is measured, rounded to
 its digits; `within 5 %`, `within 1e-12` (of its own unit) and `within a factor of 30` allow more, the last for figures that are rounding.
+Behind an indented block stands `<!-- printed -->` where every line of it must be one that the commands printed.
 The expression is Python, with numpy as np and the names below; "run" is run.h5md of that folder.
 """
-import json
 import math
 import pathlib
 import re
-import subprocess
-import sys
 
 import h5py
 import numpy as np
 from scipy.optimize import brentq
 
 COMMENT = re.compile(r"<!-- figure: (.*?)(?: within ([^>]*?))? -->", re.S)
+PRINTED = re.compile(r"((?:^    .*\n)+)\n?<!-- printed -->", re.M)
 NUMBER = re.compile(r"[-+]?\d[\d,]*(?:\.\d+)?(?:e[-+]?\d+)?")
 
 
@@ -57,13 +56,13 @@ def agrees(shown, measured, tolerance):
 class Folder:
     """What expressions may name, of the runs in a folder."""
 
-    def __init__(self, folder, program):
-        self.folder, self.program = pathlib.Path(folder), program
+    def __init__(self, folder):
+        self.folder = pathlib.Path(folder)
         self.names = {"np": np, "abs": abs, "min": min, "max": max, "sum": sum, "len": len}
         self.names.update({name: getattr(self, name) for name in dir(Folder) if not name.startswith("_") and name != "value"})
 
     def value(self, expression):
-        return float(eval(" ".join(expression.split()), {"__builtins__": {}}, self.names))  # the documents are the project's own
+        return float(eval(" ".join(expression.split()), dict(self.names)))  # the documents are the project's own
 
     def _read(self, run, path):
         with h5py.File(self.folder / (run if "." in run else run + ".h5md")) as f:
@@ -109,11 +108,6 @@ class Folder:
     def advice(self, run, name):
         return self._read(run, f"backspring/advice/{name}")[0]
 
-    def order(self, study, method, column=-1):
-        """A number of a method's row in the table that sweep.py printed last: -1 is the order."""
-        rows = [line.split() for line in (self.folder / study / "study.txt").read_text().splitlines()]
-        return float(next(r for r in rows if r and r[0] == method)[column])
-
     def bad_inputs(self):
         """How many tabulated inputs tests/README.md has, which its own test holds against the corpora."""
         text = (pathlib.Path(__file__).resolve().parents[1] / "README.md").read_text()
@@ -132,9 +126,9 @@ class Folder:
         return v
 
 
-def check(checks, name, text, folder, program):
-    """Every commented figure of a document."""
-    here = Folder(folder, program)
+def check(checks, name, text, folder, printed):
+    """Every commented figure of a document, and the blocks that its commands are said to have printed."""
+    here = Folder(folder)
     for line, shown, expression, tolerance in comments(text):
         label = f"{name} line {line}: {shown}"
         try:
@@ -144,3 +138,7 @@ def check(checks, name, text, folder, program):
             continue
         checks.true(label, shown is not None and agrees(shown, measured, tolerance),
                     f"measured {measured:.6g}" + (f", within {tolerance}" if tolerance else ", to its digits"))
+    lines = {" ".join(line.split()) for line in printed.splitlines()}
+    for block in PRINTED.finditer(text):
+        for row in block[1].splitlines():
+            checks.true(f"{name}: printed: {row.strip()[:60]}", " ".join(row.split()) in lines, "")
