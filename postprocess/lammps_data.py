@@ -32,9 +32,9 @@ def is_lammps(path):
     return any(len(w) == 2 and w[0].isdigit() and w[1] == "atoms" for w in lines)
 
 
-def read_lammps(path, style=None, units=None, boundary="p,p,p", coefficients=True):
+def read_lammps(path, style=None, units=None, boundary="p,p,p", coefficients=("stiffness", "rest_length")):
     """position (N, 3), velocity (N, 3) or None, mass (N) or None, ids (N), pairs (M, 2), stiffness (M) and rest_length (M) or None, units
-    or None, notes: lines for the user. Stiffnesses are in the file's mass/time^2. Without `coefficients`, Bond Coeffs are not read."""
+    or None, notes: lines for the user. Stiffnesses are in the file's mass/time^2. `coefficients`: what is wanted of Bond Coeffs."""
     try:
         return _read(path, style, units, lammps_box.periods(boundary), coefficients)
     except (ValueError, IndexError, OverflowError, EOFError, OSError) as error:
@@ -207,8 +207,10 @@ def _coefficients(path, data, sections, bonds, wanted):
     unknown = sorted(set(types) - set(table))
     if unknown:
         raise RunError(f"{path}: Bond Coeffs has no bond type {unknown[0]}")
-    if data.units is None:
+    if data.units is None and "stiffness" in wanted:
         raise RunError(f"{path}: does not say the units of its Bond Coeffs; add --units " + "|".join(lammps_units.UNITS)
                        + " (lj where all numbers fit together as they are)")
     found = np.array([table[t] for t in types])
-    data.stiffness, data.rest_length = 2.0 * lammps_units.factor(data.units) * found[:, 0], found[:, 1]
+    data.rest_length = found[:, 1]
+    if "stiffness" in wanted:
+        data.stiffness = 2.0 * lammps_units.factor(data.units) * found[:, 0]

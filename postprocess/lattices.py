@@ -27,8 +27,8 @@ def from_lammps(args):
     from lammps_data import read_lammps
     if args.merge:
         raise RunError("--merge is for meshes; atoms keep their identity")
-    given = args.stiffness is not None and args.rest_length is not None
-    data, out = read_lammps(args.input, args.atom_style, args.units, args.boundary, not given), Lattice()
+    wanted = [name for name in ("stiffness", "rest_length") if getattr(args, name) is None]
+    data, out = read_lammps(args.input, args.atom_style, args.units, args.boundary, wanted), Lattice()
     for name in ("notes", "position", "pairs", "velocity", "mass", "ids", "stiffness", "rest_length", "units"):
         setattr(out, name, getattr(data, name))
     out.merge_hint = ": their bond has no direction"

@@ -99,6 +99,8 @@ class Lammps(Case):
         self.refuses(path, "--units", "lj", "--si", says="lj are relative")
         self.refuses(self.write("data.v", data(title="LAMMPS data file, units = real")), "--units", "metal", says="says units = real, --units says metal")
         self.assertEqual(self.lattice(path, *MADE, "--rest_length", "2")["springs/stiffness"].tolist(), [7, 7])  # nothing of the file's is used
+        found = self.lattice(path, *MADE)  # but for the rest lengths
+        self.assertEqual((found["springs/stiffness"].tolist(), found["springs/rest_length"].tolist()), ([7, 7], [1, 1]))
 
     def test_springs_of_the_users(self):
         fene = data(coefficients="Bond Coeffs # fene\n\n1 30 1.5 1 1\n\n")
