@@ -1,6 +1,7 @@
 """LAMMPS data files: atoms and harmonic bonds. LAMMPS writes E = K (r - r0)^2, so the stiffness is k = 2 K."""
 import gzip
 import itertools
+import zlib
 
 import numpy as np
 
@@ -27,7 +28,7 @@ def is_lammps(path):
     try:
         with _open(path) as file:
             lines = [line.partition("#")[0].split() for line in itertools.islice(file, 200)]
-    except (OSError, EOFError):
+    except (OSError, EOFError, zlib.error):
         return False
     return any(len(w) == 2 and w[0].isdigit() and w[1] == "atoms" for w in lines)
 
@@ -37,7 +38,7 @@ def read_lammps(path, style=None, units=None, boundary="p,p,p", coefficients=("s
     or None, notes: lines for the user. Stiffnesses are in the file's mass/time^2. `coefficients`: what is wanted of Bond Coeffs."""
     try:
         return _read(path, style, units, lammps_box.periods(boundary), coefficients)
-    except (ValueError, IndexError, OverflowError, EOFError, OSError) as error:
+    except (ValueError, IndexError, OverflowError, EOFError, OSError, zlib.error) as error:
         raise RunError(f"{path}: malformed LAMMPS data ({error})") from None
 
 

@@ -387,7 +387,7 @@ class Converting(Case):
         strained = self.lattice(self.path("n.data"), "--spring_law", "strain")
         np.testing.assert_allclose(strained["springs/stiffness"], [20 * 1.0, 40])
         for before, after, says in (("1 1 7 3", "1 1 7 4", "no atom 4"), ("# harmonic", "# fene", "fene"),
-                                    ("1 10 1.0", "1 10 1.0 3", "not harmonic"), ("0.5 0 1", "0.5 zero 1", "not a row of numbers"),
+                                    ("1 10 1.0", "1 10 1.0 3", "not harmonic"), ("0.5 0 1", "0.5 zero 1", "'zero' in Atoms is not a number"),
                                     ("Atoms # bond", "Atom # bond", "no section Atoms"), ("3 1 2 0.5", "7 1 2 0.5", "twice")):
             self.assertIn(before, self.LAMMPS)
             path = self.write("bad.data", self.LAMMPS.replace(before, after))
