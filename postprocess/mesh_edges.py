@@ -70,6 +70,8 @@ def read_mesh(path):
         pairs = unique_edges(blocks)
     except RunError as error:
         raise RunError(f"{path}: {error}") from None
+    except (IndexError, ValueError) as error:
+        raise RunError(f"{path}: an element lacks nodes ({error})") from None
     if not len(pairs):
         raise RunError(f"{path}: holds no elements with edges, so there are no springs")
     if pairs.min() < 0 or pairs.max() >= len(points):

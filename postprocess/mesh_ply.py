@@ -74,7 +74,7 @@ def _binary(body, elements, order):
     at, tables = 0, {}
     for name, count, properties in elements:
         table, done = {p[0]: [] for p in properties}, 0
-        while done < count:
+        while done < count and properties:
             row = _row_type(body, at, properties, order, name)
             most = min(count - done, (len(body) - at) // row.itemsize)
             if most < 1:

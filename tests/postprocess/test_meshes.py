@@ -161,6 +161,7 @@ class Gmsh(Case):
         cubic = QUADRATIC.replace("2 1 9 1\n1 1 2 3 4 5 6", "1 1 26 1\n1 1 2 4 5")
         for text, says in ((GROUPS.replace("4.1 0 8", "4 0 8"), "Gmsh format 4 is not supported; write 4.1 or 2.2"), ("$NOD\n1\n1 0 0 0\n$ENDNOD\n", "not a Gmsh mesh"),
                            (GROUPS.split("$EndElements")[0], "no whole section $Elements"), (cubic, "elements of type line4 are not supported"),
+                           (GROUPS.replace("1 1 2\n", "1 1\n").replace("1 1 3\n", "1\n"), "m.msh: "),
                            (GROUPS.replace("2 1 0 2\n3", "2 1 1 2\n3"), "parametric")):
             self.refuses(self.write("m.msh", text), *MADE, says=says)
 
