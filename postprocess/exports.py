@@ -1,13 +1,14 @@
-"""Frames of a trajectory in the formats of other programs: extended XYZ, LAMMPS data and dumps, GSD, VTU, VTP and PVD."""
+"""Frames of a trajectory in the formats of other programs: extended XYZ, H5MD in nanometres, GSD, VTU, VTP and PVD (LAMMPS: lammps_write.py)."""
 import base64
 import os
-import sys
 import warnings
 from pathlib import Path
 
+import h5py
 import numpy as np
 
 from backspring_io import RunError
+from lammps_units import UNITS
 
 
 def write_atomically(path, write):
@@ -43,42 +44,6 @@ def write_xyz(run, rows, path):
             f.writelines(form % (*values, i, held) for values, i, held in zip(reals.tolist(), run.id.tolist(), run.fixed.tolist()))
 
 
-def write_data(run, row, path):
-    from lammps_data import write_lammps
-    springs = run.springs
-    if run.mass is None:
-        raise RunError(f"{run.path}: holds no masses, which a LAMMPS data file needs")
-    if len(springs) and springs.stiffness is None:
-        raise RunError(f"{run.path}: holds no stiffnesses, which a LAMMPS data file needs")
-    stiffness = springs.stiffness
-    if len(springs) and run.spring_law is None:
-        print(f"{run.path}: does not say which spring law, hooke is assumed", file=sys.stderr)
-    if run.spring_law == "strain":  # K in newtons: the rate is K/L; a rest length of 0 has the rate itself
-        stiffness = np.where(springs.rest_length > 0, stiffness / np.where(springs.rest_length > 0, springs.rest_length, 1.0), stiffness)
-    velocity = padded(run.velocity(row)) if run.velocities is not None else None
-    title = f"backspring {os.path.basename(run.path)}, t = {run.times[row]:.17g}, dampers left out"
-    write_lammps(path, title, padded(run.position(row)), velocity, run.mass, run.fixed, run.id, springs.pairs, stiffness,
-                 springs.rest_length)
-
-
-def write_dump(run, rows, path):
-    """A LAMMPS dump of all frames (.dump, .lammpstrj): OVITO, VMD, MDAnalysis, LAMMPS' rerun. It has steps, no times."""
-    moving = run.velocities is not None
-    columns = "id type x y z" + (" vx vy vz" if moving else "") + (" mass" if run.mass is not None else "")
-    kind = np.where(run.fixed, 2, 1)
-    with open(path, "w", encoding="utf-8") as f:
-        for row in rows:
-            parts = [padded(run.position(row))] + ([padded(run.velocity(row))] if moving else []) \
-                + ([run.mass[:, None]] if run.mass is not None else [])
-            low, high = parts[0].min(axis=0), parts[0].max(axis=0)
-            f.write(f"ITEM: TIMESTEP\n{run.step[row]}\nITEM: NUMBER OF ATOMS\n{run.particles}\n"
-                    "ITEM: BOX BOUNDS ss ss ss\n" + "".join(f"{a:.17g} {b:.17g}\n" for a, b in zip(low, high))
-                    + f"ITEM: ATOMS {columns}\n")
-            reals = np.concatenate(parts, axis=1)
-            form = "%d %d " + " ".join(["%.17g"] * reals.shape[1]) + "\n"
-            f.writelines(form % (i, t, *values) for i, t, values in zip(run.id.tolist(), kind.tolist(), reals.tolist()))
-
-
 def write_gsd(run, rows, path):
     """All frames with the bonds (HOOMD's schema, single precision: its own limit): OVITO, VMD, HOOMD-blue."""
     try:
@@ -104,6 +69,33 @@ def write_gsd(run, rows, path):
                 frame.bonds.typeid = np.zeros(len(run.springs), dtype=np.uint32)
             frame.log["time"] = np.array([run.times[row]])
             out.append(frame)
+
+
+def write_nanometres(run, rows, path, units="si"):
+    """H5MD in nanometres, m/s and seconds, of three components: the length is one that MDAnalysis knows, and VOTCA's own."""
+    if UNITS[units] is None:
+        raise RunError("--units lj: relative units cannot be put in nanometres")
+    _, length, time = UNITS[units][:3]
+    count = len(rows)
+    with h5py.File(path, "w") as f:
+        f.create_group("h5md").attrs["version"] = np.array([1, 1], dtype=np.int32)
+        for name in ("author", "creator"):
+            f.create_group("h5md/" + name).attrs.update({"name": "backspring", "version": "convert.py"} if name == "creator" else {"name": "unknown"})
+        f.create_group("h5md/modules/units").attrs.update({"version": np.array([1, 0], dtype=np.int32), "system": "SI"})
+        group = f.create_group("particles/trajectory")
+        group.create_group("box").attrs.update({"dimension": 3, "boundary": np.array([b"none"] * 3)})
+        for name, unit, factor, of in (("position", "nm", length / 1e-9, run.position), ("velocity", "m s-1", length / time, run.velocity)):
+            if name == "position" or run.velocities is not None:
+                value = group.create_dataset(name + "/value", (count, run.particles, 3), dtype=float)
+                for k, row in enumerate(rows):
+                    value[k] = factor * padded(of(row))
+                value.attrs["unit"] = unit
+        group["position/time"], group["position/step"] = time * run.times[rows], run.step[rows]
+        group["position/time"].attrs["unit"] = "s"
+        group["box/edges/value"] = np.zeros((count, 3))
+        for other in ("velocity", "box/edges"):
+            if other in group:
+                group[other + "/time"], group[other + "/step"] = group["position/time"], group["position/step"]
 
 
 def fields(run, row):

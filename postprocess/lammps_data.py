@@ -1,59 +1,87 @@
 """LAMMPS data files: atoms and harmonic bonds. LAMMPS writes E = K (r - r0)^2, so the stiffness is k = 2 K."""
+import gzip
+import itertools
+import zlib
+
 import numpy as np
 
+import lammps_box
+import lammps_units
 from backspring_io import RunError
 
-# Columns of "Atoms": position of type, of x, and their number without image flags
-STYLES = {"atomic": (1, 2, 5), "charge": (1, 3, 6), "bond": (2, 3, 6), "angle": (2, 3, 6), "molecular": (2, 3, 6),
-          "full": (2, 4, 7), "sphere": (1, 4, 7)}
-SECTIONS = ("Atoms", "Velocities", "Masses", "Bonds", "Bond Coeffs")
-CONSISTENT = ("lj", "si", "cgs", "micro", "nano")
+# Columns of "Atoms": place of the type, of x, and their number without image flags. Earlier ones are preferred where none is named.
+STYLES = {"atomic": (1, 2, 5), "bond": (2, 3, 6), "angle": (2, 3, 6), "molecular": (2, 3, 6), "full": (2, 4, 7), "charge": (1, 3, 6),
+          "sphere": (1, 4, 7), "ellipsoid": (1, 4, 7), "body": (1, 4, 7), "peri": (1, 4, 7), "dpd": (1, 3, 6), "mdpd": (1, 3, 6),
+          "edpd": (1, 4, 7), "line": (2, 5, 8), "tri": (2, 5, 8), "electron": (1, 5, 8), "sph": (1, 5, 8), "dipole": (1, 3, 9),
+          "spin": (1, 2, 9), "dielectric": (2, 4, 15), "wavepacket": (1, 8, 11), "bpm/sphere": (2, 5, 8)}
+GUESSED = ("atomic", "bond", "full", "charge")
+NUMBERS = ("Velocities", "Masses", "Bonds", "Bond Coeffs")  # sections whose rows must be numbers
+LEFT_OUT = ("angles", "dihedrals", "impropers")
 
 
 class Data:
     """What a data file says, in the order of its "Atoms": see read_lammps."""
 
 
-def read_lammps(path, style=None):
-    """position (N, 3), velocity (N, 3) or None, mass (N) or None, ids (N), pairs (M, 2), stiffness (M) and rest_length
-    (M) or None, notes: lines for the user."""
+def is_lammps(path):
+    """Whether the file has the header of a LAMMPS data file: "N atoms" within its first lines of text."""
     try:
-        return _read(path, style)
-    except (ValueError, IndexError, OverflowError) as error:
+        with _open(path) as file:
+            lines = [line.partition("#")[0].split() for line in itertools.islice(file, 200)]
+    except (OSError, EOFError, zlib.error):
+        return False
+    return any(len(w) == 2 and w[0].isdigit() and w[1] == "atoms" for w in lines)
+
+
+def read_lammps(path, style=None, units=None, boundary="p,p,p", coefficients=("stiffness", "rest_length")):
+    """position (N, 3), velocity (N, 3) or None, mass (N) or None, ids (N), pairs (M, 2), stiffness (M) and rest_length (M) or None, units
+    or None, notes: lines for the user. Stiffnesses are in the file's mass/time^2. `coefficients`: what is wanted of Bond Coeffs."""
+    try:
+        return _read(path, style, units, lammps_box.periods(boundary), coefficients)
+    except (ValueError, IndexError, OverflowError, EOFError, OSError, zlib.error) as error:
         raise RunError(f"{path}: malformed LAMMPS data ({error})") from None
 
 
-def _read(path, style):
+def _read(path, style, units, periodic, coefficients):
     header, sections = _split(path)
     data, data.notes = Data(), []
-    if "Atoms" not in sections or not sections["Atoms"][1]:
+    if not sections.get("Atoms", ("", []))[1]:
         raise RunError(f"{path}: no section Atoms; is this a LAMMPS data file?")
-    units = header["title"].partition("units = ")[2].split()[:1]
-    if units and units[0] not in CONSISTENT:
-        data.notes.append(f"units {units[0]}: force, mass, length and time do not fit together; numbers are taken as they are")
-    hint, lines = sections["Atoms"]
-    types, row_of = _atoms(path, data, lines, style or hint, header)
-    if "Masses" in sections:
-        table = {int(r[0]): float(r[1]) for _, r in sections["Masses"][1]}
-        unknown = sorted(set(types) - set(table))
-        if unknown:
-            raise RunError(f"{path}: Masses has no atom type {unknown[0]}")
-        data.mass = np.array([table[t] for t in types])
-    else:
-        data.mass = None
+    for name, counted in (("Atoms", "atoms"), ("Bonds", "bonds"), ("Velocities", "atoms")):
+        rows = len(sections.get(name, ("", []))[1])
+        if counted in header and rows != header[counted] and (rows or name == "Bonds"):
+            raise RunError(f"{path}: announces {header[counted]} {counted}, section {name} has {rows} rows"
+                           + ("; truncated?" if rows < header[counted] else ""))
+    _units(path, data, header, units)
+    types, row_of, images = _atoms(path, data, sections, style, header)
+    _masses(path, data, sections, types)
     data.velocity = None
     if "Velocities" in sections:
         data.velocity = np.zeros_like(data.position)
         for number, r in sections["Velocities"][1]:
             data.velocity[_row(path, number, row_of, r[0])] = [float(v) for v in r[1:4]]
-    _bonds(path, data, sections, row_of)
+    bonds = sections.get("Bonds", ("", []))[1]
+    data.pairs = np.array([[_row(path, n, row_of, w[2]), _row(path, n, row_of, w[3])] for n, w in bonds], dtype=np.int64).reshape(-1, 2)
+    data.position, cut = lammps_box.unwrap(lammps_box.edges(header), data.position, images, data.pairs, periodic,
+                                           lambda k: f"{path}:{bonds[k][0]}: the bond of atoms {bonds[k][1][2]} and {bonds[k][1][3]}")
+    if cut:
+        data.notes.append(f"{cut} bonds cross the periodic box, their molecules were put together (--boundary f,f,f: no periodic box)")
+    _coefficients(path, data, sections, bonds, coefficients)
+    left = [f"{header[k]} {k}" for k in LEFT_OUT if header.get(k)]
+    if left:
+        data.notes.append(f"{', '.join(left)} left out: only bonds become springs")
     return data
 
 
+def _open(path):
+    return gzip.open(path, "rt", encoding="utf-8", errors="replace") if path.endswith(".gz") \
+        else open(path, encoding="utf-8", errors="replace")
+
+
 def _split(path):
-    """Header {"title", "xlo xhi": (lo, hi), ...} and sections {name: (hint, [(line number, words)])}."""
+    """Header {"title", "atoms": N, ..., "x": (lo, hi), "tilt": (xy, xz, yz)} and sections {name: (hint, [(line number, words)])}."""
     header, sections, current = {"title": ""}, {}, None
-    with open(path, encoding="utf-8", errors="replace") as file:
+    with _open(path) as file:
         for number, line in enumerate(file, 1):
             text, _, comment = line.partition("#")
             words = text.split()
@@ -61,43 +89,87 @@ def _split(path):
                 header["title"] = line.strip()
             elif words and words[0][0].isalpha():
                 current = " ".join(words)
-                sections[current] = (comment.strip().split(" ")[0], [])
+                sections[current] = ((comment.split() or [""])[0].rstrip(":"), [])
             elif words and current:
                 sections[current][1].append((number, words))
-            elif words and words[-1] in ("xhi", "yhi", "zhi"):
-                header[words[-1][0]] = (float(words[0]), float(words[1]))
-    for name in SECTIONS:
+            elif words:
+                _heading(path, number, words, header)
+    for name in NUMBERS:
         for number, words in sections.get(name, ("", []))[1]:
             try:
-                [float(w) for w in words if not (name == "Bond Coeffs" and w[0].isalpha())]
+                [float(w) for k, w in enumerate(words) if not (k == 1 and name in ("Bond Coeffs", "Bonds") and w[0].isalpha())]
             except ValueError:
                 raise RunError(f"{path}:{number}: '{' '.join(words)[:60]}' in {name} is not a row of numbers") from None
     return header, sections
 
 
-def _atoms(path, data, lines, style, header):
+def _heading(path, number, words, header):
+    if words[-1] in ("avec", "bvec", "cvec"):
+        raise RunError(f"{path}:{number}: a general triclinic box ({words[-1]}); write the restricted one (write_data without "
+                       "triclinic/general)")
+    if words[-1] in ("xhi", "yhi", "zhi"):
+        header[words[-1][0]] = (float(words[0]), float(words[1]))
+    elif words[-3:] == ["xy", "xz", "yz"]:
+        header["tilt"] = tuple(float(w) for w in words[:3])
+    elif words[0].isdigit():
+        header[" ".join(words[1:])] = int(words[0])
+
+
+def _units(path, data, header, given):
+    said = (header["title"].partition("units = ")[2].split() or [None])[0]
+    said = said.rstrip(",") if said else None
+    if said and said not in lammps_units.UNITS:
+        raise RunError(f"{path}:1: units {said} are unknown; there are {', '.join(lammps_units.UNITS)}")
+    if given and said and given != said:
+        raise RunError(f"{path}:1: says units = {said}, --units says {given}")
+    data.units = given or said
+
+
+def _atoms(path, data, sections, style, header):
+    """Types, {id: row} and image flags; sets position and ids."""
+    hint, lines = sections["Atoms"]
+    names = {w[1]: int(w[0]) for _, w in sections.get("Atom Type Labels", ("", []))[1]}
+    style = style or (hint if hint in STYLES or hint in ("hybrid", "template") else "")
     width = len(lines[0][1])
-    if style not in STYLES:  # not said: by the number of columns, with or without three image flags
-        by_width = {5: "atomic", 8: "atomic", 6: "bond", 9: "bond", 7: "full", 10: "full"}
-        if style or width not in by_width:
-            raise RunError(f"{path}: atom style '{style}' with {width} columns is unknown; use --atom_style "
-                           + "|".join(STYLES))
-        style = by_width[width]
+    if not style:  # not said: by the number of columns, with or without three image flags
+        able = ("bond", "angle", "molecular", "full", "bpm/sphere") if header.get("bonds") else STYLES
+        fits = [s for s in able if width in (STYLES[s][2], STYLES[s][2] + 3) and _types_fit(lines, STYLES[s], names, header)]
+        if hint or not fits or fits[0] not in GUESSED:
+            raise RunError(f"{path}: Atoms " + (f"has the unknown style '{hint}'" if hint else f"does not name its style and has {width} columns")
+                           + ("; add --atom_style " + "|".join(fits) if fits else "; styles that can be read: hybrid, " + ", ".join(STYLES)))
+        style = fits[0]
         data.notes.append(f"Atoms does not name its style, read as {style} (--atom_style says otherwise)")
-    at_type, at_x, columns = STYLES[style]
+    if style == "template":
+        raise RunError(f"{path}: atom style template: the bonds are in a molecule file, not here; write the data file by atom style molecular")
+    if style != "hybrid" and style not in STYLES:
+        raise RunError(f"--atom_style {style}: unknown; there are hybrid, {', '.join(STYLES)}")
+    at_type, at_x, columns = STYLES.get(style, (1, 2, width))  # hybrid: id type x y z, then what its parts add, of unknown number
     for number, words in lines:
-        if len(words) not in (columns, columns + 3):
+        if len(words) != width or width not in (columns, columns + 3):
             raise RunError(f"{path}:{number}: {len(words)} columns, atom style {style} has {columns}, or {columns + 3} with image flags")
+    if style == "hybrid":
+        data.notes.append("atom style hybrid: image flags are not looked for, bonds say what belongs together")
     data.ids = np.array([int(w[0]) for _, w in lines])
     row_of = {int(i): k for k, i in enumerate(data.ids)}
     if len(row_of) < len(data.ids):
         raise RunError(f"{path}: Atoms names an id twice")
-    data.position = np.array([[float(v) for v in w[at_x:at_x + 3]] for _, w in lines])
-    for k, axis in enumerate("xyz"):  # image flags: unwrap periodic boxes
-        if axis in header:
-            flags = np.array([int(w[columns + k]) if len(w) > columns else 0 for _, w in lines])
-            data.position[:, k] += flags * (header[axis][1] - header[axis][0])
-    return [int(w[at_type]) for _, w in lines], row_of
+    data.position = np.array([[_real(path, n, v) for v in w[at_x:at_x + 3]] for n, w in lines])
+    images = np.array([[int(v) for v in w[columns:columns + 3]] or [0, 0, 0] for _, w in lines])
+    return [names.get(w[at_type]) or int(w[at_type]) for _, w in lines], row_of, images
+
+
+def _types_fit(lines, columns, names, header):
+    """Whether what would be types are types, and what would be image flags are whole numbers."""
+    at_type, _, count = columns
+    known = {str(k + 1) for k in range(header.get("atom types", 0))} | set(names)
+    return all(w[at_type] in known and all(v.lstrip("+-").isdigit() for v in w[count:]) for _, w in lines)
+
+
+def _real(path, number, word):
+    try:
+        return float(word)
+    except ValueError:
+        raise RunError(f"{path}:{number}: '{word}' in Atoms is not a number") from None
 
 
 def _row(path, number, row_of, word):
@@ -106,48 +178,40 @@ def _row(path, number, row_of, word):
     return row_of[int(word)]
 
 
-def _bonds(path, data, sections, row_of):
-    lines = sections.get("Bonds", ("", []))[1]
-    data.pairs = np.array([[_row(path, n, row_of, w[2]), _row(path, n, row_of, w[3])] for n, w in lines],
-                          dtype=np.int64).reshape(-1, 2)
+def _masses(path, data, sections, types):
+    data.mass = None
+    if "Masses" in sections:
+        table = {int(r[0]): float(r[1]) for _, r in sections["Masses"][1]}
+        unknown = sorted(set(types) - set(table))
+        if unknown:
+            raise RunError(f"{path}: Masses has no atom type {unknown[0]}")
+        data.mass = np.array([table[t] for t in types])
+
+
+def _coefficients(path, data, sections, bonds, wanted):
     data.stiffness = data.rest_length = None
-    if "Bond Coeffs" not in sections or not lines:
+    if not wanted or "Bond Coeffs" not in sections or not bonds:
         return
     hint, rows = sections["Bond Coeffs"]
+    names = {w[1]: int(w[0]) for _, w in sections.get("Bond Type Labels", ("", []))[1]}
+    types = [names.get(w[1]) or int(w[1]) for _, w in bonds]
     if hint and hint not in ("harmonic", "hybrid"):
-        raise RunError(f"{path}: bond style {hint} is not a spring; only harmonic is")
+        raise RunError(f"{path}: bond style {hint} is not a spring, only harmonic is; put springs in its place by --stiffness and --rest_length")
     table = {}
     for number, words in rows:
         style, numbers = (words[1], words[2:]) if words[1][0].isalpha() else ("harmonic", words[1:])
-        if style != "harmonic" or len(numbers) != 2:
-            raise RunError(f"{path}:{number}: bond coefficients '{' '.join(words)}' are not harmonic K r0")
-        table[int(words[0])] = (2.0 * float(numbers[0]), float(numbers[1]))
-    unknown = sorted({int(w[1]) for _, w in lines} - set(table))
+        kind = names.get(words[0]) or int(words[0])
+        if (style != "harmonic" or len(numbers) != 2) and kind in types:
+            raise RunError(f"{path}:{number}: bond coefficients '{' '.join(words)}' are not harmonic K r0; put springs in their place by "
+                           "--stiffness and --rest_length")
+        table[kind] = [float(v) for v in (*numbers, 0, 0)[:2]]
+    unknown = sorted(set(types) - set(table))
     if unknown:
         raise RunError(f"{path}: Bond Coeffs has no bond type {unknown[0]}")
-    coefficients = np.array([table[int(w[1])] for _, w in lines])
-    data.stiffness, data.rest_length = coefficients[:, 0], coefficients[:, 1]
-
-
-def write_lammps(path, title, position, velocity, mass, fixed, ids, pairs, stiffness, rest_length):
-    """A data file of atom style bond. Types gather equal masses (fixed atoms apart) and equal springs."""
-    kinds, atom_type = np.unique(np.stack([mass, fixed.astype(float)], axis=1), axis=0, return_inverse=True)
-    lo, hi = position.min(axis=0), position.max(axis=0)
-    margin = 0.5 * max(float((hi - lo).max()), 1e-6)
-    with open(path, "w", encoding="utf-8") as f:
-        f.write(f"{title}\n\n{len(position)} atoms\n{len(kinds)} atom types\n")
-        if len(pairs):
-            bonds, bond_type = np.unique(np.stack([0.5 * stiffness, rest_length], axis=1), axis=0, return_inverse=True)
-            f.write(f"{len(pairs)} bonds\n{len(bonds)} bond types\n")
-        f.write("\n" + "".join(f"{lo[k] - margin:.17g} {hi[k] + margin:.17g} {a}lo {a}hi\n" for k, a in enumerate("xyz")))
-        f.write("\nMasses\n\n" + "".join(f"{i + 1} {m:.17g}{'  # fixed' if held else ''}\n" for i, (m, held) in enumerate(kinds)))
-        if len(pairs):
-            f.write("\nBond Coeffs # harmonic\n\n" + "".join(f"{i + 1} {k:.17g} {r:.17g}\n" for i, (k, r) in enumerate(bonds)))
-        f.write("\nAtoms # bond\n\n")
-        f.writelines(f"{i} 1 {t + 1} {x[0]:.17g} {x[1]:.17g} {x[2]:.17g}\n" for i, t, x in zip(ids, atom_type, position))
-        if velocity is not None:
-            f.write("\nVelocities\n\n")
-            f.writelines(f"{i} {v[0]:.17g} {v[1]:.17g} {v[2]:.17g}\n" for i, v in zip(ids, velocity))
-        if len(pairs):
-            f.write("\nBonds\n\n")
-            f.writelines(f"{i + 1} {t + 1} {ids[a]} {ids[b]}\n" for i, (t, (a, b)) in enumerate(zip(bond_type, pairs)))
+    if data.units is None and "stiffness" in wanted:
+        raise RunError(f"{path}: does not say the units of its Bond Coeffs; add --units " + "|".join(lammps_units.UNITS)
+                       + " (lj where all numbers fit together as they are)")
+    found = np.array([table[t] for t in types])
+    data.rest_length = found[:, 1]
+    if "stiffness" in wanted:
+        data.stiffness = 2.0 * lammps_units.factor(data.units) * found[:, 0]

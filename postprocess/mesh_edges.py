@@ -6,6 +6,8 @@ import os
 import numpy as np
 
 from backspring_io import RunError
+from mesh_gmsh import bare_gmsh, reason
+from mesh_ply import read_ply
 
 # Edges of an element by its corner and mid-edge nodes; a mid-edge node splits the edge into two springs.
 LINE = [(0, 1)]
@@ -40,7 +42,7 @@ def unique_edges(blocks):
                 found.append(np.stack([ring[:len(ends)], ends], axis=1))
             continue
         if kind not in EDGES:
-            raise RunError(f"elements of type {kind} are not supported; there are {', '.join(EDGES)}, polygon")
+            raise RunError(f"elements of type {kind} are not supported; there are {', '.join(EDGES)}, polygon (Gmsh: Mesh.ElementOrder = 1 or 2)")
         nodes = np.asarray(nodes, dtype=np.int64)
         found += [nodes[:, edge] for edge in EDGES[kind]]
     pairs = np.sort(np.concatenate(found), axis=1)
@@ -49,10 +51,12 @@ def unique_edges(blocks):
 
 def read_mesh(path):
     """Points (N, 3), unique edges (M, 2), and {} or, of a mesh of lines alone with a field "stiffness" (as convert.py
-    writes it), what it says of the lattice: mass, velocity, fixed (N), stiffness, rest_length, damping (M)."""
+    writes it), what it says of the lattice: ids, mass, velocity, fixed (N), stiffness, rest_length, damping (M)."""
     fields = {}
     if path.lower().endswith(".obj"):
         points, blocks = _read_obj(path)
+    elif path.lower().endswith(".ply"):
+        points, blocks = read_ply(path)
     else:
         points, blocks, fields = _read_meshio(path)
     points = np.asarray(points, dtype=float)
@@ -66,6 +70,8 @@ def read_mesh(path):
         pairs = unique_edges(blocks)
     except RunError as error:
         raise RunError(f"{path}: {error}") from None
+    except (IndexError, ValueError) as error:
+        raise RunError(f"{path}: an element lacks nodes ({error})") from None
     if not len(pairs):
         raise RunError(f"{path}: holds no elements with edges, so there are no springs")
     if pairs.min() < 0 or pairs.max() >= len(points):
@@ -78,16 +84,20 @@ def read_mesh(path):
 def _read_meshio(path):
     import meshio
     said = io.StringIO()
-    try:  # meshio prints its complaints, and ends the process over some of them
-        with contextlib.redirect_stdout(said), contextlib.redirect_stderr(said):
-            mesh = meshio.read(path)
-    except (SystemExit, Exception) as error:
-        reason = str(error) if not isinstance(error, SystemExit) else ""
-        reason = (reason or said.getvalue()).strip().splitlines() or [type(error).__name__]
-        raise RunError(f"{path}: not readable as a {os.path.splitext(path)[1]} mesh ({reason[0][:120]})") from None
+    gmsh = path.lower().endswith(".msh")
+    with bare_gmsh(path) if gmsh else open(path, "rb") as file:
+        try:  # meshio prints its complaints, and ends the process over some of them
+            with contextlib.redirect_stdout(said), contextlib.redirect_stderr(said):
+                mesh = meshio.read(file.name)
+        except (SystemExit, Exception) as error:
+            text = str(error) if not isinstance(error, SystemExit) else ""
+            lines = (text or said.getvalue()).strip().splitlines() or [type(error).__name__]
+            raise RunError(f"{path}: not readable as a {os.path.splitext(path)[1]} mesh ({reason(lines[0])[:120]})") from None
     fields = {}
     if [block.type for block in mesh.cells] == ["line"] and "stiffness" in mesh.cell_data:
         fields = {k: np.asarray(mesh.point_data[k], dtype=float) for k in ("mass", "velocity", "fixed") if k in mesh.point_data}
+        if "id" in mesh.point_data:
+            fields["ids"] = np.asarray(mesh.point_data["id"]).reshape(-1).astype(np.int64)
         fields.update({k: np.asarray(mesh.cell_data[k][0], dtype=float) for k in ("stiffness", "rest_length", "damping") if k in mesh.cell_data})
     return mesh.points, [(block.type, block.data) for block in mesh.cells], fields
 

@@ -19,6 +19,7 @@ using DMHandle = Handle<DM, DMDestroy>;
 /// The whole mesh, on rank 0.
 struct Mesh {
   int dim = 0;
+  bool curved = false;              ///< elements have nodes besides their corners
   std::vector<double> position;     ///< (N, dim)
   std::vector<std::int64_t> pairs;  ///< (M, 2)
 };
@@ -132,6 +133,7 @@ PetscErrorCode read_here(const std::string& path, const GeneratorSpec& spec, Mes
                           "postprocess/convert.py", path.c_str(), error.c_str()));
     PetscFunctionReturn(0);
   }
+  mesh->curved = scan.curved;
   PetscCall(take_vertices(dm, mesh));
   PetscCall(take_edges(dm, mesh));
   if (mesh->pairs.empty())
@@ -185,10 +187,13 @@ PetscErrorCode read_gmsh(MPI_Comm comm, const std::string& path, const Generator
                                              "-bs_lattice_total_mass [kg]"));
   if (rank == 0) PetscCall(read_here(path, spec, &mesh, &fault));
   PetscCall(agree(comm, fault));
-  std::int64_t head[3] = {mesh.dim, mesh.dim ? static_cast<std::int64_t>(mesh.position.size()) / mesh.dim : 0,
-                          static_cast<std::int64_t>(mesh.pairs.size()) / 2};
-  PetscCallMPI(MPI_Bcast(head, 3, MPI_INT64_T, 0, comm));
+  std::int64_t head[4] = {mesh.dim, mesh.dim ? static_cast<std::int64_t>(mesh.position.size()) / mesh.dim : 0,
+                          static_cast<std::int64_t>(mesh.pairs.size()) / 2, mesh.curved};
+  PetscCallMPI(MPI_Bcast(head, 4, MPI_INT64_T, 0, comm));
   out->dim = static_cast<int>(head[0]);
+  if (head[3])
+    out->warnings.push_back(path + ": elements of second or higher order: nodes between their corners are left out, springs join the "
+                                   "corners; postprocess/convert.py keeps them as particles");
   PetscCall(check_sizes(comm, path, head[1], out->dim, head[2], 0));
   out->particles = split_rows(head[1], rank, size);
   out->springs = split_rows(head[2], rank, size);

@@ -169,6 +169,7 @@ class Scanner {
       if (k < shape.corners) used_[at] = true;
     }
     out_.dimension = std::max(out_.dimension, shape.dimension);
+    out_.curved = out_.curved || shape.nodes > shape.corners;
     if (shape.dimension == 1) out_.lines.push_back({tag, {ends[0], ends[1]}});
   }
   void elements2() {
@@ -223,7 +224,10 @@ std::string fault_of_gmsh(const std::string& text) {
       return "line 2: Gmsh format " + (v.empty() ? "without a version" : printable(v)) + "; write 2.2 or 4.1 (gmsh -save -format msh41)";
   }
   const auto has = [&text](const char* name) { return text.find(std::string("\n") + name) != std::string::npos; };
-  if (version[0] == '4' && !has("$Entities") && !has("$PartitionedEntities"))
+  if (has("$PartitionedEntities"))
+    return "a partitioned mesh of format 4.1 ($PartitionedEntities); write it without partitions, or make an .h5 of it by "
+           "postprocess/convert.py";
+  if (version[0] == '4' && !has("$Entities"))
     return "has no $Entities, which format 4.1 needs (meshio leaves them out); write it as Gmsh 2.2 (in meshio: gmsh22)";
   for (const char* const name : {"$Nodes", "$EndNodes", "$Elements", "$EndElements"})
     if (!has(name)) return std::string("has no ") + name + ": truncated, or not a whole mesh; write it anew";

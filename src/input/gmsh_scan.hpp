@@ -18,6 +18,7 @@ struct GmshScan {
   std::vector<std::int64_t> nodes;  ///< numbers of the nodes that are corners of elements, in the file's order
   std::vector<GmshLine> lines;      ///< line elements
   int dimension = 0;                ///< highest dimension of an element
+  bool curved = false;              ///< elements have nodes besides their corners
 };
 
 /// One line, without the file's name, that says why `text` is no Gmsh mesh of format 2.2 or 4.1; empty if nothing

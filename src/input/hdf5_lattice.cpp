@@ -130,7 +130,7 @@ PetscErrorCode read_particles(MPI_Comm comm, const Hdf5File& file, const Hdf5Lay
   }
   PetscCall(read_column(file, names.mass, rows, "N", false, 0, &l->mass));
   if (file.has(names.radius)) PetscCall(read_column(file, names.radius, rows, "N", false, 0, &l->radius));
-  if (!names.id.empty() && file.has(names.id)) PetscCall(read_integers(file, names.id, rows, &l->id));
+  if (file.has(names.id)) PetscCall(read_integers(file, names.id, rows, &l->id));
   PetscCall(read_fixed(comm, file, names.fixed, l));
   PetscFunctionReturn(0);
 }

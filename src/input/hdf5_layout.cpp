@@ -10,7 +10,7 @@ namespace bs {
 namespace {
 
 const Hdf5Layout lattice_names{false, "/particles/position", "/particles/velocity", "/particles/mass", "/particles/fixed",
-                          "/particles/radius", "", "/springs", "/springs/pairs", "/springs/stiffness",
+                          "/particles/radius", "/particles/id", "/springs", "/springs/pairs", "/springs/stiffness",
                           "/springs/rest_length", "/springs/damping"};
 const Hdf5Layout trajectory_names{true, "/particles/trajectory/position/value", "/particles/trajectory/velocity/value",
                              "/particles/trajectory/mass", "/particles/trajectory/fixed", "/particles/trajectory/radius",
@@ -72,7 +72,7 @@ PetscErrorCode read_laws(MPI_Comm comm, const Hdf5File& file, const Hdf5Layout& 
 
 void note_unknown_members(const Hdf5File& file, Lattice* l) {
   static const std::vector<std::pair<const char*, std::vector<std::string>>> known = {
-      {"/particles", {"position", "velocity", "mass", "fixed", "radius"}},
+      {"/particles", {"position", "velocity", "mass", "fixed", "radius", "id"}},
       {"/springs", {"pairs", "stiffness", "rest_length", "damping"}},
       {"/anchors", {"particle", "point", "stiffness", "rest_length", "damping"}}};
   for (const auto& [group, names] : known)

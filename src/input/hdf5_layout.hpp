@@ -8,7 +8,7 @@
 
 namespace bs {
 
-/// Where a kind of file keeps what; empty: nowhere.
+/// Where a kind of file keeps what.
 struct Hdf5Layout {
   bool trajectory;
   std::string position, velocity, mass, fixed, radius, id;

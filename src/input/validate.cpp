@@ -44,7 +44,7 @@ bool finite(const double* values, std::size_t count, double* bad) {
 
 void check_particle(const Lattice& l, const Place& place, std::int64_t k, Fault* fault) {
   const std::size_t d = at(l.dim);
-  const std::int64_t row = l.particles.first + k, id = number(l, k);
+  const std::int64_t row = l.particles.first + k, id = place.datasets ? row : number(l, k);
   const auto note = [&](const char* name, const char* what, double value, const char* remedy) {
     fault->note(row, place.row("particle", id, "/particles", name) + format(": %s %g; %s", what, value, remedy));
   };

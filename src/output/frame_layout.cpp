@@ -27,7 +27,7 @@ class ModernDatasets {
 }  // namespace
 
 PetscErrorCode Trajectory::Impl::put_unit(const std::string& dataset, const std::string& quantity) {
-  const std::string unit = unit_of_quantity(quantity);
+  const std::string unit = unit_of_quantity(quantity, options.units);
 
   PetscFunctionBegin;
   if (unit.empty()) PetscFunctionReturn(0);
@@ -61,7 +61,7 @@ PetscErrorCode Trajectory::Impl::create_values(const Field& field) {
   BS_H5(H5Pset_fill_time(list, H5D_FILL_TIME_NEVER));
   values.emplace_back(H5Dcreate2(file, path.c_str(), single ? H5T_IEEE_F32LE : H5T_IEEE_F64LE, space, H5P_DEFAULT, list, H5P_DEFAULT), H5Dclose);
   BS_H5(values.back());
-  if (options.units) PetscCall(put_unit(path, field.group.substr(field.group.rfind('/') + 1)));
+  PetscCall(put_unit(path, field.group.substr(field.group.rfind('/') + 1)));
   PetscFunctionReturn(0);
 }
 
@@ -75,7 +75,7 @@ PetscErrorCode Trajectory::Impl::create_log() {
     const bool real = std::string(name) == "time" || std::string(name) == "dt";
     log.emplace_back();
     PetscCall(log.back().create(comm, file, std::string("/backspring/log/") + name, !real, 0, log_chunk));
-    if (real && options.units) PetscCall(put_attribute(log.back().id(), "unit", std::string("s")));
+    if (real && options.units != OutputUnits::none) PetscCall(put_attribute(log.back().id(), "unit", unit_of_quantity("time", options.units)));
   }
   PetscFunctionReturn(0);
 }
@@ -89,7 +89,7 @@ PetscErrorCode Trajectory::Impl::link_clock(const std::string& group) {
   if (step.id() < 0) {
     PetscCall(step.create(comm, file, group + "/step", true, 0, frame_chunk));
     PetscCall(time.create(comm, file, group + "/time", false, 0, frame_chunk));
-    if (options.units) PetscCall(put_attribute(time.id(), "unit", unit_of_quantity("time")));
+    if (options.units != OutputUnits::none) PetscCall(put_attribute(time.id(), "unit", unit_of_quantity("time", options.units)));
   } else {
     BS_H5(H5Lcreate_hard(step.id(), ".", owner, "step", H5P_DEFAULT, H5P_DEFAULT));
     BS_H5(H5Lcreate_hard(time.id(), ".", owner, "time", H5P_DEFAULT, H5P_DEFAULT));
@@ -113,7 +113,7 @@ PetscErrorCode Trajectory::Impl::lay_out(const std::vector<Field>& fields, const
     names.push_back(observable.name);
     observables.emplace_back();
     PetscCall(observables.back().create(comm, file, group + "/value", false, width, frame_chunk));
-    if (options.units) PetscCall(put_unit(group + "/value", observable.name));
+    PetscCall(put_unit(group + "/value", observable.name));
   }
   if (columns > 0 && !fields.empty()) {
     PetscCall(link_clock("/particles/trajectory/box/edges"));

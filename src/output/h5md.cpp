@@ -85,24 +85,32 @@ PetscErrorCode write_parameters(hid_t file, MPI_Comm comm) {
   PetscFunctionReturn(0);
 }
 
-std::string unit_of_quantity(const std::string& name) {
-  static const std::map<std::string, std::string> units = {
-      {"position", "m"},
-      {"velocity", "m s-1"},
-      {"force", "kg m s-2"},
-      {"time", "s"},
-      {"mass", "kg"},
-      {"radius", "m"},
-      {"kinetic_energy", "kg m+2 s-2"},
-      {"potential_energy", "kg m+2 s-2"},
-      {"total_energy", "kg m+2 s-2"},
-      {"momentum", "kg m s-1"},
-      {"angular_momentum", "kg m+2 s-1"},
-      {"bonds_rest_length", "m"},
-      {"bonds_damping", "kg s-1"},
+std::string unit_of_quantity(const std::string& name, OutputUnits units) {
+  struct Base {
+    const char *mass, *length, *time;
   };
-  const auto at = units.find(name);
-  return at == units.end() ? std::string() : at->second;
+  static const Base bases[] = {{"", "", ""}, {"kg", "m", "s"}, {"u", "Angstrom", "fs"}, {"u", "Angstrom", "ps"}, {"ag", "nm", "ns"}};
+  struct Powers {
+    int mass, length, time;
+  };
+  static const std::map<std::string, Powers> powers = {
+      {"position", {0, 1, 0}},       {"velocity", {0, 1, -1}},         {"force", {1, 1, -2}},
+      {"time", {0, 0, 1}},           {"mass", {1, 0, 0}},              {"radius", {0, 1, 0}},
+      {"kinetic_energy", {1, 2, -2}}, {"potential_energy", {1, 2, -2}}, {"total_energy", {1, 2, -2}},
+      {"momentum", {1, 1, -1}},      {"angular_momentum", {1, 2, -1}}, {"bonds_rest_length", {0, 1, 0}},
+      {"bonds_damping", {1, 0, -1}},
+  };
+  const auto at = powers.find(name);
+  if (at == powers.end() || units == OutputUnits::none) return {};
+  const Base& base = bases[static_cast<int>(units)];
+  std::string text;
+  const auto add = [&text](const char* unit, int power) {
+    if (power) text += (text.empty() ? "" : " ") + std::string(unit) + (power == 1 ? "" : format("%+d", power));
+  };
+  add(base.mass, at->second.mass);
+  add(base.length, at->second.length);
+  add(base.time, at->second.time);
+  return text;
 }
 
 }  // namespace bs

@@ -5,6 +5,7 @@
 #include <string>
 
 #include "output/h5.hpp"
+#include "output/trajectory.hpp"
 
 namespace bs {
 
@@ -17,8 +18,8 @@ PetscErrorCode write_box(hid_t file, int dim);
 /// Collective. /parameters: versions and rank count; /parameters/options: every option in force, as strings.
 PetscErrorCode write_parameters(hid_t file, MPI_Comm comm);
 
-/// SI unit of a quantity by its name ("position", "kinetic_energy", ...) in H5MD's notation; empty if unknown.
-std::string unit_of_quantity(const std::string& name);
+/// Unit of a quantity by its name ("position", "kinetic_energy", ...) in H5MD's notation; empty if unknown or without units.
+std::string unit_of_quantity(const std::string& name, OutputUnits units);
 
 /// Every option in force, in the order of PETSc's table: name without dash, value.
 PetscErrorCode options_in_force(std::vector<std::pair<std::string, std::string>>* options);

@@ -8,7 +8,7 @@ namespace bs {
 PetscErrorCode read_output_settings(MPI_Comm comm, OutputSettings* settings) {
   TrajectoryOptions& file = settings->trajectory;
   std::int64_t pad = file.pad;
-  int units = file.units ? 1 : 0;
+  int units = static_cast<int>(file.units);
 
   PetscFunctionBegin;
   PetscCall(read_section(comm, "Output options", [&](Section& section) {
@@ -19,7 +19,8 @@ PetscErrorCode read_output_settings(MPI_Comm comm, OutputSettings* settings) {
                     "components written per particle, zeros appended (3: for readers that want x, y, z); 0: as many as "
                     "there are",
                     pad, Range::nonnegative);
-    section.choice("-bs_output_units", "unit attributes in the trajectory", {"none", "SI"}, units);
+    section.choice("-bs_output_units", "unit attributes in the trajectory, the numbers stay as they are: none; SI (kg, m, s); real (u, Angstrom, fs), metal (u, "
+                   "Angstrom, ps), nano (ag, nm, ns), whose lengths MDAnalysis knows", {"none", "SI", "real", "metal", "nano"}, units);
     section.flag("-bs_output_xdmf",
                  "TRAJECTORY.xdmf beside the trajectory, by which ParaView opens it (not for one dimension without "
                  "-bs_output_pad)",
@@ -31,7 +32,7 @@ PetscErrorCode read_output_settings(MPI_Comm comm, OutputSettings* settings) {
     if (pad > 1024) section.fail("option -bs_output_pad: " + std::to_string(pad) + " is too large: give 3");
   }));
   file.pad = static_cast<int>(pad);
-  file.units = units == 1;
+  file.units = static_cast<OutputUnits>(units);
   // A report that exists is replaced.
   if (!settings->report.empty()) PetscCall(require_writable(comm, settings->report, "-bs_report", true));
   PetscFunctionReturn(0);

@@ -33,26 +33,26 @@ static std::int64_t constant_bytes(const std::vector<Dataset>& constants) {
   return bytes;
 }
 
-static PetscErrorCode write_constants(hid_t file, const std::vector<Dataset>& constants, bool units) {
+static PetscErrorCode write_constants(hid_t file, const std::vector<Dataset>& constants, OutputUnits units) {
   PetscFunctionBegin;
   for (const Dataset& table : constants) {
     PetscCall(write_table(file, table));
-    const std::string unit = unit_of_quantity(table.path.substr(table.path.rfind('/') + 1));
+    const std::string unit = unit_of_quantity(table.path.substr(table.path.rfind('/') + 1), units);
     const bool bonds = table.path == "/connectivity/bonds";
-    if (!bonds && (!units || unit.empty())) continue;
+    if (!bonds && unit.empty()) continue;
     H5 set(H5Dopen2(file, table.path.c_str(), H5P_DEFAULT), H5Dclose);
     BS_H5(set);
     if (bonds && H5Lexists(file, "/particles", H5P_DEFAULT) > 0)
       PetscCall(put_reference(file, set, "particles_group", "/particles/trajectory"));
-    if (units && !unit.empty()) PetscCall(put_attribute(set, "unit", unit));
+    if (!unit.empty()) PetscCall(put_attribute(set, "unit", unit));
   }
   PetscFunctionReturn(0);
 }
 
-static PetscErrorCode write_head(hid_t file, MPI_Comm comm, int columns, bool units,
+static PetscErrorCode write_head(hid_t file, MPI_Comm comm, int columns, OutputUnits units,
                                  const std::vector<Dataset>& constants) {
   PetscFunctionBegin;
-  PetscCall(write_h5md(file, units));
+  PetscCall(write_h5md(file, units != OutputUnits::none));
   if (columns > 0) PetscCall(write_box(file, columns));
   PetscCall(write_parameters(file, comm));
   PetscCall(write_constants(file, constants, units));

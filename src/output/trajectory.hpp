@@ -9,10 +9,13 @@
 
 namespace bs {
 
+/// -bs_output_units: what the numbers are said to be in. The program never converts.
+enum class OutputUnits { none, SI, real, metal, nano };
+
 struct TrajectoryOptions {
   std::string file;          ///< -bs_output; empty: none is written
   int pad = 0;               ///< -bs_output_pad: components written per particle (0: the lattice's d)
-  bool units = false;        ///< -bs_output_units SI: unit attributes
+  OutputUnits units = OutputUnits::none;  ///< -bs_output_units: unit attributes
   bool overwrite = false;    ///< -bs_overwrite
   bool xdmf = true;          ///< -bs_output_xdmf: FILE.xdmf beside the file, for ParaView
 };

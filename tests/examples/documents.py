@@ -1,5 +1,6 @@
 #!/usr/bin/env python3
-"""The commands of the documents run as they stand: every ```sh block, in order, in a scratch copy's place; links lead somewhere."""
+"""The commands of the documents run as they stand: every ```sh block, in order, in a scratch copy's place; links lead somewhere; figures that
+are marked (figures.py) are what the commands gave."""
 import os
 import pathlib
 import re
@@ -10,9 +11,8 @@ import tempfile
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1] / "verify"))
 from harness import Checks, REPO
 from program import environment
+import figures
 import h5py
-import numpy as np
-from scipy.optimize import brentq
 
 WITH_COMMANDS = ("README.md", "options/README.md", "options/tutorial/README.md", "meshes/README.md")
 
@@ -62,23 +62,16 @@ def links(checks):
 
 
 def numbers(checks, folder):
-    """What the documents say of results, against closed forms and a loop of its own."""
-    def drag(v):
-        re = 2 * 0.01 * 0.9 * v / 1.693e-5
-        return 0.5 * 0.9 * np.pi * 1e-4 * (24 / re + 6 / (1 + np.sqrt(re)) + 0.4) * v * v
-
-    m, h, v = 0.003841120617789121, 0.25, [0.001] * 2
-    for _ in range(8):  # 2 s by forward Euler, and by backward Euler through bisection
-        v[0] += h * (9.8 - drag(v[0]) / m)
-        v[1] = brentq(lambda u, old=v[1]: u - old - h * (9.8 - drag(u) / m), v[1], v[1] + h * 9.8, xtol=1e-13)
-    with h5py.File(folder / "tutorial/fall_fe.h5md") as fe, h5py.File(folder / "tutorial/fall_be.h5md") as be:
-        found = [f["particles/trajectory/velocity/value"][8, 0, 0] for f in (fe, be)]
-    checks.near("tutorial: velocities after 2 s", found, v, 1e-6)
-    said = (REPO / "options/tutorial/README.md").read_text()
-    checks.true("tutorial: says them", f"backward Euler has {v[1]:.2f} m/s, forward Euler {v[0]:.2f} m/s" in said)
-    with h5py.File(folder / "tutorial/rlc_rings.h5md") as rings, h5py.File(folder / "tutorial/rlc_cured.h5md") as cured:
+    """What the tutorial says of results, against a loop of its own and closed forms; and that a wrong figure is seen."""
+    here = figures.Folder(folder)
+    for run, implicit in (("fall_be", 1), ("fall_fe", 0)):
+        checks.near(f"tutorial: {run} after 2 s", here.value(f'at("{run}", velocity("{run}"), 2)[0, 0]'), here.falling_sphere(8, 0.25, implicit), 1e-6)
+    with h5py.File(folder / "rlc_rings.h5md") as rings, h5py.File(folder / "rlc_cured.h5md") as cured:
         checks.near("tutorial: v1 rings between 0 and 2 V", rings["states/value"][:5, 0], [0, 2, 0, 2, 0], 1e-9)
         checks.near("tutorial: and does not after one step of backward Euler", cured["states/value"][1:, 0], 1, 1e-9)
+    for shown, measured, tolerance, same in (("15.82", 15.8249, None, True), ("15.82", 15.8251, None, False), ("1.4e-7", 2.7e-12, "a factor of 300", False),
+                                             ("3e-12", 2.7e-12, "a factor of 300", True), ("175", 180.0, "5 %", True), ("175", 190.0, "5 %", False)):
+        checks.true(f"a figure {shown} for {measured}: {'passes' if same else 'is seen'}", figures.agrees(shown, measured, tolerance) == same)
 
 
 def main():
@@ -88,9 +81,11 @@ def main():
         if checks.wants(name):
             with tempfile.TemporaryDirectory() as folder, checks.group(name):
                 scratch(pathlib.Path(folder), checks.program)
-                run_document(checks, name, folder)
+                printed = run_document(checks, name, folder)
+                inside = pathlib.Path(folder) / ("tutorial" if name == "options/tutorial/README.md" else ".")
+                figures.check(checks, name, (REPO / name).read_text(), inside, printed)
                 if name == "options/tutorial/README.md":
-                    numbers(checks, pathlib.Path(folder))
+                    numbers(checks, inside)
     checks.finish()
 
 

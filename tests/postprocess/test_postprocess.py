@@ -372,7 +372,7 @@ class Converting(Case):
             self.assertEqual(n, len(np.unique(tetra)))
             np.testing.assert_array_equal(lattice["particles/fixed"], lattice["particles/position"][:, 2] == 0)
 
-    LAMMPS = ("# LAMMPS data\n\n3 atoms\n2 bonds\n2 atom types\n2 bond types\n0 10 xlo xhi\n0 10 ylo yhi\n0 10 zlo zhi\n\nMasses\n\n"
+    LAMMPS = ("# LAMMPS data, units = lj\n\n3 atoms\n2 bonds\n2 atom types\n2 bond types\n0 10 xlo xhi\n0 10 ylo yhi\n0 10 zlo zhi\n\nMasses\n\n"
               "1 1.5\n2 2.5\n\nBond Coeffs # harmonic\n\n1 10 1.0\n2 20 0.0\n\nAtoms # bond\n\n7 1 1 9.5 0 0 0 0 0\n3 1 2 0.5 0 1 1 0 0\n"
               "5 1 1 0.25 2 0 1 0 0 # comment\n\nVelocities\n\n3 0 1 2\n7 3 4 5\n5 0 0 0\n\nBonds\n\n1 1 7 3\n2 2 3 5\n")
 
@@ -387,7 +387,7 @@ class Converting(Case):
         strained = self.lattice(self.path("n.data"), "--spring_law", "strain")
         np.testing.assert_allclose(strained["springs/stiffness"], [20 * 1.0, 40])
         for before, after, says in (("1 1 7 3", "1 1 7 4", "no atom 4"), ("# harmonic", "# fene", "fene"),
-                                    ("1 10 1.0", "1 10 1.0 3", "not harmonic"), ("0.5 0 1", "0.5 zero 1", "not a row of numbers"),
+                                    ("1 10 1.0", "1 10 1.0 3", "not harmonic"), ("0.5 0 1", "0.5 zero 1", "'zero' in Atoms is not a number"),
                                     ("Atoms # bond", "Atom # bond", "no section Atoms"), ("3 1 2 0.5", "7 1 2 0.5", "twice")):
             self.assertIn(before, self.LAMMPS)
             path = self.write("bad.data", self.LAMMPS.replace(before, after))
@@ -485,6 +485,7 @@ class Converting(Case):
             blocks = open(self.path("c.lammpstrj"), encoding="utf-8").read().split("ITEM: TIMESTEP\n")[1:]
             for k, block in zip((0, 2), blocks):
                 table = np.array([line.split() for line in block.split("mass\n")[1].splitlines()], dtype=float)
+                np.testing.assert_array_equal(table[:, 0], np.arange(1, 28))
                 np.testing.assert_array_equal(table[:, 2:5], run.position(k))
                 np.testing.assert_array_equal(table[:, 5:8], run.velocity(k))
                 self.assertEqual(int(block.split()[0]), run.step[k])
@@ -495,8 +496,8 @@ class Converting(Case):
             seen = MDAnalysis.Universe(self.path("c.lammpstrj"), format="LAMMPSDUMP", lammps_coordinate_convention="unscaled")
             self.assertEqual((len(seen.trajectory), seen.atoms.n_atoms), (2, 27))
             seen.trajectory[1]  # noqa: B018
-            x = run.position(2)  # MDAnalysis counts from the corner of the box
-            np.testing.assert_allclose(seen.atoms.positions, x - x.min(axis=0), rtol=1e-6, atol=1e-6)
+            x, seen_x = run.position(2), seen.atoms.positions  # MDAnalysis counts from the corner of the box
+            np.testing.assert_allclose(seen_x - seen_x.min(axis=0), x - x.min(axis=0), rtol=1e-6, atol=1e-6)
 
     @unittest.skipUnless(meshio, "no meshio")
     def test_vtu_and_pvd(self):

@@ -150,6 +150,7 @@ void write_lattice(const std::string& path, const Lattice& l, const Stored& as) 
     w.table("/particles/velocity", l.velocity, {n, d}, as.real);
     w.table("/particles/fixed", l.fixed, {n}, H5T_STD_U8LE);
     w.table("/particles/radius", l.radius, {n}, as.real);
+    if (!l.id.empty()) w.table("/particles/id", l.id, {n}, as.integer);
     w.table("/springs/rest_length", l.rest_length, {m}, as.real);
     w.table("/springs/damping", l.damping, {m}, as.real);
   }
@@ -202,7 +203,8 @@ TEST_CASE("an HDF5 lattice is read as it was written, whatever the ranks and the
   const std::string file = folder.path + "/lattice.h5";
   const int dim = GENERATE(1, 2, 3);
   const bool narrow = GENERATE(false, true);
-  const Lattice want = random_lattice(dim, 11, 17, 4);
+  Lattice want = random_lattice(dim, 11, 17, 4);
+  for (std::int64_t k = 0; k < 11; ++k) want.id.push_back(100 - 3 * k);
   Stored as;
   if (narrow) {
     as.real = H5T_IEEE_F32BE;
@@ -225,6 +227,7 @@ TEST_CASE("an HDF5 lattice is read as it was written, whatever the ranks and the
   CHECK(whole(got.velocity) == want.velocity);
   CHECK(whole(got.mass) == want.mass);
   CHECK(whole(got.radius) == want.radius);
+  CHECK(whole(got.id) == want.id);
   CHECK(whole(got.fixed) == want.fixed);
   CHECK(whole(got.pairs) == want.pairs);
   CHECK(whole(got.stiffness) == want.stiffness);
@@ -258,6 +261,7 @@ TEST_CASE("what an HDF5 lattice leaves out takes its default", "[input]") {
   CHECK(whole(got.damping) == std::vector<double>(23, 0.0));
   CHECK(whole(got.fixed) == std::vector<std::uint8_t>(10, 0));
   CHECK(got.radius.empty());
+  CHECK(got.id.empty());
   CHECK(got.spring_law == SpringLaw::hooke);
   CHECK(got.damping_law == DampingLaw::axial);
   CHECK_FALSE((got.spring_law_given || got.damping_law_given));
@@ -389,6 +393,16 @@ TEST_CASE("a Gmsh mesh gives a particle a vertex and a spring an edge", "[input]
   REQUIRE(load({{"-bs_lattice_file", line}, {"-bs_lattice_particle_mass", "3"}}, &got));
   CHECK(whole(got.position) == std::vector<double>{0, 0, 2, 0, 0, 0, 0, 2, 0, 1, 0, 0, 5, 5, 5});
   CHECK(edges(got).size() == 6 + 3);
+  CHECK(got.warnings.empty());
+  // a curved triangle: its corners alone are particles, which every rank says
+  if (rank_of(world) == 0)
+    std::ofstream(line) << "$MeshFormat\n2.2 0 8\n$EndMeshFormat\n$Nodes\n6\n1 0 0 0\n2 1 0 0\n3 0 1 0\n4 0.5 0 0\n5 0.5 0.5 0\n"
+                           "6 0 0.5 0\n$EndNodes\n$Elements\n1\n1 9 2 0 1 1 2 3 4 5 6\n$EndElements\n";
+  MPI_Barrier(world);
+  REQUIRE(load({{"-bs_lattice_file", line}, {"-bs_lattice_particle_mass", "3"}}, &got));
+  CHECK(whole(got.position) == std::vector<double>{0, 0, 0, 1, 0, 0, 0, 1, 0});
+  REQUIRE(got.warnings.size() == 1);
+  CHECK(got.warnings[0].find("second or higher order: nodes between their corners are left out") != std::string::npos);
   PetscBool left;
   PetscOptionsHasName(nullptr, nullptr, "-dm_plex_gmsh_spacedim", &left);
   CHECK(left == PETSC_FALSE);

@@ -1,10 +1,12 @@
 // A trajectory is written in parallel and read back on rank 0 by HDF5's serial interface.
+#include <array>
 #include <catch2/catch.hpp>
 
 #include <unistd.h>
 
 #include <cmath>
 #include <fstream>
+#include <map>
 
 #include "base/handle.hpp"
 #include "output/h5.hpp"
@@ -133,7 +135,7 @@ void require_rest(const Look& look) {
 }
 
 /// Writes `frames` frames in d dimensions.
-void write(const std::string& file, int d, int pad, bool units) {
+void write(const std::string& file, int d, int pad, OutputUnits units) {
   std::unique_ptr<Trajectory> out;
   TrajectoryOptions options;
   options.file = file;
@@ -189,14 +191,22 @@ TEST_CASE("a trajectory of 1, 2 or 3 dimensions is read back as written") {
   const int d = GENERATE(1, 2, 3), pad = GENERATE(0, 3);
   const std::string file = scratch("frames.h5md");
   REQUIRE(PetscOptionsSetValue(nullptr, "-bs_test_of_output", "-3.5") == 0);
-  write(file, d, pad, pad == 3);
+  const OutputUnits units = pad == 3 ? GENERATE(OutputUnits::SI, OutputUnits::metal, OutputUnits::nano) : OutputUnits::none;
+  write(file, d, pad, units);
   REQUIRE(PetscOptionsClearValue(nullptr, "-bs_test_of_output") == 0);
   if (rank_of(PETSC_COMM_WORLD) == 0) {
     const Look look(file);
     require_fields(look, d, pad ? pad : d);
     require_rest(look);
-    REQUIRE(look.text("/particles/trajectory/position/value", "unit") == (pad == 3 ? "m" : ""));
-    REQUIRE(look.text("/observables/kinetic_energy/time", "unit") == (pad == 3 ? "s" : ""));
+    const std::map<OutputUnits, std::array<const char*, 4>> expected = {{OutputUnits::none, {"", "", "", ""}},
+                                                                        {OutputUnits::SI, {"m", "m s-1", "s", "kg m+2 s-2"}},
+                                                                        {OutputUnits::metal, {"Angstrom", "Angstrom ps-1", "ps", "u Angstrom+2 ps-2"}},
+                                                                        {OutputUnits::nano, {"nm", "nm ns-1", "ns", "ag nm+2 ns-2"}}};
+    const auto& unit = expected.at(units);
+    REQUIRE(look.text("/particles/trajectory/position/value", "unit") == unit[0]);
+    REQUIRE(look.text("/particles/trajectory/velocity/value", "unit") == unit[1]);
+    REQUIRE(look.text("/observables/kinetic_energy/time", "unit") == unit[2]);
+    REQUIRE(look.text("/observables/kinetic_energy/value", "unit") == unit[3]);
     REQUIRE(H5Aexists_by_name(look.file, "/connectivity/bonds", "particles_group", H5P_DEFAULT) > 0);
   }
   remove_file(file);

@@ -265,6 +265,8 @@ MSH = {
     "msh: cut before the elements": (mesh(ELEMENTS, ""), "has no $Elements: truncated"),
     "msh: cut in the elements": (mesh("2 2 2 0 1 1 3 4\n$EndElements\n", ""), "has no $EndElements: truncated"),
     "msh: 4.1 without entities": (mesh("2.2 0 8", "4.1 0 8"), "has no $Entities"),
+    "msh: partitioned 4.1": (mesh("2.2 0 8\n$EndMeshFormat\n", "4.1 0 8\n$EndMeshFormat\n$Entities\n0 0 0 0\n$EndEntities\n$PartitionedEntities\n2\n0\n0 0 0 0\n"
+                                  "$EndPartitionedEntities\n"), "a partitioned mesh of format 4.1"),
     "msh: a word for a number": (mesh("3 1 1 1", "3 one 1 1"), "$Nodes lacks a number"),
     "msh: fewer nodes than it says": (mesh("$Nodes\n4", "$Nodes\n5"), "$Nodes lacks a number"),
     "msh: absurdly many nodes": (mesh("$Nodes\n4", "$Nodes\n2000000000"), "announces 2000000000 nodes"),

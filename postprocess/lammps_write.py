@@ -1,0 +1,91 @@
+"""Frames of a trajectory for LAMMPS: data files and dumps whose ids, types and box agree, in units of the user's choice."""
+import os
+import sys
+
+import numpy as np
+
+import lammps_units
+from backspring_io import RunError
+from exports import padded
+
+
+def atom_ids(run):
+    """The ids by which LAMMPS knows the particles: their own where these are positive and differ, else their rows, from 1."""
+    ids = run.id
+    if len(ids) and (ids.min() < 1 or len(np.unique(ids)) < len(ids)):
+        if not np.array_equal(ids, np.arange(len(ids))):
+            print(f"{run.path}: ids are not positive or not unique, particles are numbered by their rows, from 1", file=sys.stderr)
+        return np.arange(1, len(ids) + 1)
+    return ids
+
+
+def atom_types(run):
+    """Types (N) from 1 on, and their (mass, fixed): equal masses are one type, fixed particles apart."""
+    mass = np.ones(run.particles) if run.mass is None else run.mass
+    kinds, kind = np.unique(np.stack([mass, run.fixed.astype(float)], axis=1), axis=0, return_inverse=True)
+    return kind.reshape(-1) + 1, kinds
+
+
+def bounds(position):
+    """Lower and upper corner of a box about the frame that no bond is half as long as, so that LAMMPS may take it for periodic."""
+    low, high = position.min(axis=0), position.max(axis=0)
+    margin = 0.6 * max(float(np.linalg.norm(high - low)), 1e-6)
+    return low - margin, high + margin
+
+
+def rates(run):
+    """Spring rates k [N/m] of the trajectory's springs."""
+    springs = run.springs
+    if len(springs) and springs.stiffness is None:
+        raise RunError(f"{run.path}: holds no stiffnesses, which a LAMMPS data file needs")
+    if len(springs) and run.spring_law is None:
+        print(f"{run.path}: does not say which spring law, hooke is assumed", file=sys.stderr)
+    if run.spring_law == "strain":  # K in newtons: the rate is K/L; a rest length of 0 has the rate itself
+        return np.where(springs.rest_length > 0, springs.stiffness / np.where(springs.rest_length > 0, springs.rest_length, 1.0), springs.stiffness)
+    return springs.stiffness
+
+
+def write_data(run, row, path, units="si"):
+    """A data file of atom style bond and bond style harmonic, E = K (r - r0)^2, so K is half the rate."""
+    if run.mass is None:
+        raise RunError(f"{run.path}: holds no masses, which a LAMMPS data file needs")
+    position, ids, pairs, rest = padded(run.position(row)), atom_ids(run), run.springs.pairs, run.springs.rest_length
+    kind, kinds = atom_types(run)
+    low, high = bounds(position)
+    with open(path, "w", encoding="utf-8") as f:
+        f.write(f"backspring {os.path.basename(run.path)}, t = {run.times[row]:.17g}, dampers left out, units = {units}\n\n"
+                f"{len(position)} atoms\n{len(kinds)} atom types\n")
+        if len(pairs):
+            half = 0.5 * rates(run) / lammps_units.factor(units)
+            bonds, bond = np.unique(np.stack([half, rest], axis=1), axis=0, return_inverse=True)
+            f.write(f"{len(pairs)} bonds\n{len(bonds)} bond types\n")
+        f.write("\n" + "".join(f"{low[k]:.17g} {high[k]:.17g} {a}lo {a}hi\n" for k, a in enumerate("xyz")))
+        f.write("\nMasses\n\n" + "".join(f"{i + 1} {m:.17g}{'  # fixed' if held else ''}\n" for i, (m, held) in enumerate(kinds)))
+        if len(pairs):
+            f.write("\nBond Coeffs # harmonic\n\n" + "".join(f"{i + 1} {k:.17g} {r:.17g}\n" for i, (k, r) in enumerate(bonds)))
+        f.write("\nAtoms # bond\n\n")
+        f.writelines(f"{i} 1 {t} {x[0]:.17g} {x[1]:.17g} {x[2]:.17g}\n" for i, t, x in zip(ids, kind, position))
+        if run.velocities is not None:
+            f.write("\nVelocities\n\n")
+            f.writelines(f"{i} {v[0]:.17g} {v[1]:.17g} {v[2]:.17g}\n" for i, v in zip(ids, padded(run.velocity(row))))
+        if len(pairs):
+            f.write("\nBonds\n\n")
+            f.writelines(f"{i + 1} {t + 1} {ids[a]} {ids[b]}\n" for i, (t, (a, b)) in enumerate(zip(bond.reshape(-1), pairs)))
+
+
+def write_dump(run, rows, path):
+    """A LAMMPS dump of all frames (.dump, .lammpstrj): OVITO, VMD, MDAnalysis, LAMMPS' rerun. It has steps, no times."""
+    moving = run.velocities is not None
+    columns = "id type x y z" + (" vx vy vz" if moving else "") + (" mass" if run.mass is not None else "")
+    ids, kind = atom_ids(run), atom_types(run)[0]
+    with open(path, "w", encoding="utf-8") as f:
+        for row in rows:
+            parts = [padded(run.position(row))] + ([padded(run.velocity(row))] if moving else []) \
+                + ([run.mass[:, None]] if run.mass is not None else [])
+            low, high = bounds(parts[0])
+            f.write(f"ITEM: TIMESTEP\n{run.step[row]}\nITEM: NUMBER OF ATOMS\n{run.particles}\n"
+                    "ITEM: BOX BOUNDS ff ff ff\n" + "".join(f"{a:.17g} {b:.17g}\n" for a, b in zip(low, high))
+                    + f"ITEM: ATOMS {columns}\n")
+            reals = np.concatenate(parts, axis=1)
+            form = "%d %d " + " ".join(["%.17g"] * reals.shape[1]) + "\n"
+            f.writelines(form % (i, t, *values) for i, t, values in zip(ids.tolist(), kind.tolist(), reals.tolist()))

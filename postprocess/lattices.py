@@ -1,0 +1,174 @@
+"""Lattices of springs from meshes and LAMMPS data, as backspring reads them (meshes/README.md)."""
+import sys
+
+import h5py
+import numpy as np
+
+from backspring_io import RunError
+from exports import write_atomically
+
+FACES = {f"{axis}{end}": (k, end) for k, axis in enumerate("xyz") for end in ("min", "max")}
+
+
+def need_meshio():
+    try:
+        import meshio  # noqa: F401
+    except ImportError:
+        raise RunError("no meshio in this Python; install with: sudo apt-get install python3-meshio") from None
+
+
+class Lattice:
+    """Positions (N, 3), pairs (M, 2), and what the file says of the rest, None where it is silent."""
+    position = pairs = velocity = mass = ids = fixed = stiffness = rest_length = damping = units = None
+    notes, merge_hint = (), "; use --merge 1e-6"
+
+
+def from_lammps(args):
+    from lammps_data import read_lammps
+    if args.merge:
+        raise RunError("--merge is for meshes; atoms keep their identity")
+    wanted = [name for name in ("stiffness", "rest_length") if getattr(args, name) is None]
+    data, out = read_lammps(args.input, args.atom_style, args.units, args.boundary, wanted), Lattice()
+    for name in ("notes", "position", "pairs", "velocity", "mass", "ids", "stiffness", "rest_length", "units"):
+        setattr(out, name, getattr(data, name))
+    out.merge_hint = ": their bond has no direction"
+    if args.si:
+        _in_si(args.input, out)
+    if out.stiffness is not None and args.spring_law == "strain":
+        rest = out.rest_length if args.rest_length is None else np.full(len(out.pairs), args.rest_length)
+        out.stiffness = out.stiffness * np.where(rest > 0, rest, 1.0)  # K/L [N/m] in the file, K [N] in the lattice
+    return out
+
+
+def _in_si(path, lattice):
+    import lammps_units
+    if lattice.units is None:
+        raise RunError(f"{path}: does not say its units, so they cannot be converted to SI; add --units")
+    mass, length, time = lammps_units.to_si(lattice.units)
+    for name, unit in (("position", length), ("velocity", length / time), ("mass", mass), ("stiffness", mass / time ** 2),
+                       ("rest_length", length)):
+        if getattr(lattice, name) is not None:
+            setattr(lattice, name, getattr(lattice, name) * unit)
+    lattice.units = "si"
+
+
+def from_mesh(args):
+    need_meshio()
+    from mesh_edges import read_mesh
+    if args.units or args.si:
+        raise RunError("--units and --si are for LAMMPS data; a mesh is read as it is")
+    points, edges, said = read_mesh(args.input)
+    if said and args.merge:
+        raise RunError(f"{args.input}: is a lattice already; --merge is for meshes")
+    out = Lattice()
+    for name, values in said.items():
+        setattr(out, name, values)
+    out.position, out.pairs, kept = (points, edges, points) if said else tidy(points, edges, args.merge, args.keep_unused)
+    if len(kept) < len(points):
+        out.notes = [f"{len(points) - len(kept)} points merged or without springs left out"]
+    return out
+
+
+def tidy(position, pairs, merge, keep_unused):
+    """Merges points closer than `merge`, drops springs that became points or doubles, and points without springs.
+    Returns positions, pairs and the rows kept."""
+    kept = np.arange(len(position))
+    if merge > 0:
+        _, first, inverse = np.unique(np.round(position / merge).astype(np.int64), axis=0, return_index=True, return_inverse=True)
+        order = np.argsort(first)
+        rank = np.empty_like(order)
+        rank[order] = np.arange(len(order))
+        kept, pairs = first[order], np.sort(rank[inverse][pairs], axis=1)
+        pairs = np.unique(pairs[pairs[:, 0] != pairs[:, 1]], axis=0)
+    if not keep_unused:
+        used = np.zeros(len(kept), dtype=bool)
+        used[pairs.ravel()] = True
+        kept, pairs = kept[used], (np.cumsum(used) - 1)[pairs]
+    return position[kept], pairs, kept
+
+
+def reduce_dimension(lattice, dim, path):
+    """d as asked, else 2 where all z are equal and nothing moves along z, else 3. Components dropped must not vary."""
+    position, velocity = lattice.position, lattice.velocity
+    size = np.ptp(position, axis=0)
+    flat = size <= 1e-12 * max(size.max(), 1e-300)
+    still = np.ones(3, dtype=bool) if velocity is None else ~velocity.any(axis=0)
+    if dim is None:
+        dim = 2 if flat[2] and still[2] else 3
+    for k in range(dim, 3):
+        if not flat[k]:
+            raise RunError(f"{path}: --dim {dim} would drop {'xyz'[k]}, which varies; project the mesh first")
+        if not still[k]:
+            raise RunError(f"{path}: --dim {dim} would drop velocities along {'xyz'[k]}; write --dim {k + 1}")
+    lattice.position = position[:, :dim]
+    lattice.velocity = None if velocity is None else velocity[:, :dim]
+
+
+def fixed_mask(position, faces):
+    """Particles on the named faces of the bounding box, within 1e-6 of its size."""
+    mask = np.zeros(len(position), dtype=bool)
+    size = float(np.ptp(position, axis=0).max())
+    for name in faces:
+        axis, end = FACES.get(name, (9, ""))
+        if axis >= position.shape[1]:
+            raise RunError(f"--fixed {name}: write {', '.join(f for f in FACES if FACES[f][0] < position.shape[1])}")
+        column = position[:, axis]
+        mask |= np.abs(column - (column.min() if end == "min" else column.max())) <= 1e-6 * size
+    return mask
+
+
+def check_springs(path, lattice):
+    """A spring to itself or of no length has no direction."""
+    position, pairs, rest_length = lattice.position, lattice.pairs, lattice.rest_length
+    names = np.arange(len(position)) if lattice.ids is None else lattice.ids
+    itself = np.flatnonzero(pairs[:, 0] == pairs[:, 1])
+    if len(itself):
+        raise RunError(f"{path}: spring {itself[0]} joins point {names[pairs[itself[0], 0]]} to itself")
+    length = np.sqrt(((position[pairs[:, 1]] - position[pairs[:, 0]]) ** 2).sum(axis=1))
+    none = np.flatnonzero((length == 0) & (True if rest_length is None else rest_length > 0))
+    if len(none):
+        a, b = names[pairs[none[0]]]
+        raise RunError(f"{path}: points {a} and {b} lie at one place{lattice.merge_hint}")
+
+
+def write_lattice(path, lattice, spring_law="hooke", damping_law="axial"):
+    """The lattice as backspring reads it."""
+    held = lattice.fixed
+    with h5py.File(path, "w") as f:
+        f["particles/position"], f["particles/mass"] = lattice.position, lattice.mass
+        f["springs/pairs"], f["springs/stiffness"] = lattice.pairs.astype(np.int64), lattice.stiffness
+        for name, data in (("particles/velocity", lattice.velocity), ("particles/id", lattice.ids), ("springs/rest_length", lattice.rest_length),
+                           ("springs/damping", lattice.damping),
+                           ("particles/fixed", held.astype(np.uint8) if held is not None and held.any() else None)):
+            if data is not None:
+                f[name] = data
+        f.attrs["spring_law"], f.attrs["damping_law"] = spring_law, damping_law
+
+
+def to_lattice(args, lammps):
+    """Reads the mesh or the LAMMPS data, puts in what the options say, and writes the lattice; returns a line about it."""
+    lattice = from_lammps(args) if lammps else from_mesh(args)
+    count, springs = len(lattice.position), len(lattice.pairs)
+    for name, size in (("stiffness", springs), ("damping", springs), ("rest_length", springs), ("mass", count)):
+        if getattr(args, name) is not None:
+            setattr(lattice, name, np.full(size, getattr(args, name)))
+    if args.total_mass is not None:
+        lattice.mass = np.full(count, args.total_mass / count)
+    reduce_dimension(lattice, args.dim, args.input)
+    if lattice.stiffness is None and springs:
+        raise RunError(f"{args.input}: says nothing of stiffness; add --stiffness "
+                       + ("K [N]" if args.spring_law == "strain" else "k [N/m]"))
+    if lattice.mass is None:
+        raise RunError(f"{args.input}: says nothing of mass; add --mass m [kg] of a particle or --total_mass M [kg]")
+    check_springs(args.input, lattice)
+    held = np.zeros(count, bool) if lattice.fixed is None else lattice.fixed != 0
+    lattice.fixed = held | fixed_mask(lattice.position, args.fixed)
+    lattice.stiffness = np.zeros(0) if lattice.stiffness is None else lattice.stiffness
+    write_atomically(args.output, lambda part: write_lattice(part, lattice, args.spring_law, args.damping_law))
+    for note in lattice.notes:
+        print(f"convert.py: {args.input}: {note}", file=sys.stderr)
+    said = f"{count} particles ({int(lattice.fixed.sum())} fixed), {springs} springs, d = {lattice.position.shape[1]}"
+    if lattice.units:
+        import lammps_units
+        said += f", in {lammps_units.named(lattice.units)}"
+    return said

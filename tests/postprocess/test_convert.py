@@ -1,0 +1,148 @@
+#!/usr/bin/env python3
+"""convert.py on LAMMPS data made by hand: /usr/bin/python3 tests/postprocess/test_convert.py"""
+import contextlib
+import gzip
+import io
+import os
+import shutil
+import sys
+import tempfile
+import unittest
+
+import h5py
+import numpy as np
+
+HERE = os.path.dirname(os.path.abspath(__file__))
+sys.path[:0] = [HERE, os.path.join(os.path.dirname(os.path.dirname(HERE)), "postprocess")]
+import convert  # noqa: E402
+import synthetic  # noqa: E402
+from backspring_io import RunError  # noqa: E402
+
+MADE = ("--stiffness", "7", "--mass", "0.5")
+
+
+class Case(unittest.TestCase):
+    def setUp(self):
+        self.folder = tempfile.mkdtemp(prefix="backspring_")
+        self.addCleanup(shutil.rmtree, self.folder)
+
+    def write(self, name, data):
+        path = os.path.join(self.folder, name)
+        with open(path, "wb") as f:
+            f.write(data if isinstance(data, bytes) else data.encode())
+        return path
+
+    def lattice(self, path, *args):
+        """What the lattice holds, and what was said on the way."""
+        said, out = io.StringIO(), os.path.join(self.folder, "out.h5")
+        with contextlib.redirect_stdout(io.StringIO()), contextlib.redirect_stderr(said):
+            convert.main([path, "-o", out, *args])
+        with h5py.File(out, "r") as f:
+            found = {name: f[name][...] for group in ("particles", "springs") for name in (f"{group}/{k}" for k in f[group])}
+        found["said"] = said.getvalue()
+        return found
+
+    def refuses(self, path, *args, says):
+        with self.assertRaises(RunError) as caught:
+            self.lattice(path, *args)
+        self.assertIn(says, str(caught.exception))
+        self.assertNotIn("\n", str(caught.exception))
+
+
+def data(title="by hand, units = lj", box="0 10 xlo xhi\n0 10 ylo yhi\n0 10 zlo zhi\n", atoms="1 1 1 9.5 5 5\n2 1 1 0.5 5 5\n3 1 1 1.5 5 9.5\n",
+         bonds="1 1 1 2\n2 1 2 3\n", style=" # bond", coefficients="Bond Coeffs # harmonic\n\n1 10 1.0\n\n", more=""):
+    count = [len(t.splitlines()) for t in (atoms, bonds)]
+    return (f"{title}\n\n{count[0]} atoms\n{count[1]} bonds\n{more}1 atom types\n1 bond types\n{box}\nMasses\n\n1 12.0\n\n{coefficients}"
+            f"Atoms{style}\n\n{atoms}\nBonds\n\n{bonds}")
+
+
+class Lammps(Case):
+    def test_molecules_cut_by_the_box_are_put_together(self):
+        found = self.lattice(self.write("data.cut", data(atoms="1 1 1 9.5 5 5\n2 1 1 0.5 5 5\n3 1 1 1.5 5 5\n")))
+        np.testing.assert_allclose(found["particles/position"], [[9.5, 5], [10.5, 5], [11.5, 5]])
+        self.assertIn("1 bonds cross the periodic box", found["said"])
+        self.assertEqual(found["particles/id"].tolist(), [1, 2, 3])
+        open_box = self.lattice(self.write("data.cut", data(atoms="1 1 1 9.5 5 5\n2 1 1 0.5 5 5\n3 1 1 1.5 5 5\n")), "--boundary", "f,p,p")
+        np.testing.assert_allclose(open_box["particles/position"][:, 0], [9.5, 0.5, 1.5])  # the user knows better
+        self.assertEqual(open_box["said"], "")
+
+    def test_flags_and_bonds_that_disagree(self):
+        """LAMMPS takes a bond between nearest images whatever the flags say."""
+        atoms = "1 1 1 9.5 5 5 2 0 0\n2 1 1 0.5 5 5 0 0 0\n3 1 1 4 4 4 0 0 1\n"
+        found = self.lattice(self.write("data.x", data(atoms=atoms, bonds="1 1 2 1\n")))
+        np.testing.assert_allclose(found["particles/position"], [[-0.5, 5, 5], [0.5, 5, 5], [4, 4, 14]])
+
+    def test_tilted_box(self):
+        box = "0 10 xlo xhi\n0 10 ylo yhi\n0 10 zlo zhi\n2 -1 3 xy xz yz\n"
+        found = self.lattice(self.write("data.t", data(box=box, atoms="1 1 1 5 5 5 1 2 3\n2 1 1 6 5 5 1 2 3\n", bonds="1 1 1 2\n")), "--dim", "3")
+        np.testing.assert_allclose(found["particles/position"][0], [5 + 10 + 2 * 2 - 3, 5 + 20 + 3 * 3, 5 + 30])
+        found = self.lattice(self.write("data.t", data(box=box, atoms="1 1 1 5 9.9 5\n2 1 1 3 0.1 5\n", bonds="1 1 1 2\n")), "--dim", "3")
+        np.testing.assert_allclose(found["particles/position"][1], [3 + 2, 0.1 + 10, 5])
+
+    def test_networks_of_periodic_boxes_are_refused(self):
+        ring = data(atoms="".join(f"{i + 1} 1 1 {2.5 * i} 5 5\n" for i in range(4)), bonds="1 1 1 2\n2 1 2 3\n3 1 3 4\n4 1 4 1\n")
+        self.refuses(self.write("data.ring", ring), says="joins a molecule or network to its own image across the periodic box")
+        self.assertEqual(len(self.lattice(self.write("data.ring", ring), "--boundary", "f,f,f", "--dim", "3")["springs/pairs"]), 4)
+        self.refuses(self.write("data.ring", ring), "--boundary", "periodic", says="--boundary periodic: write p")
+
+    def test_units(self):
+        """K in kcal/mol per square angstrom, mass in g/mol, time in fs: 1 kcal/mol is 4184 J/mol."""
+        path = self.write("data.u", data(title="no units here"))
+        self.refuses(path, says="does not say the units of its Bond Coeffs; add --units")
+        for units, expected in (("lj", 20.0), ("real", 20 * 4184e-7), ("metal", 20 * 9648.53321233), ("nano", 20.0)):
+            np.testing.assert_allclose(self.lattice(path, "--units", units)["springs/stiffness"], expected, rtol=1e-10)
+        si = self.lattice(path, "--units", "real", "--si", "--dim", "3")
+        np.testing.assert_allclose(si["springs/stiffness"], 20 * 4184 / 6.02214076e23 / 1e-20, rtol=1e-12)
+        np.testing.assert_allclose(si["particles/mass"], 12e-3 / 6.02214076e23, rtol=1e-12)
+        np.testing.assert_allclose(si["particles/position"][2], [11.5e-10, 5e-10, 9.5e-10], rtol=1e-12)
+        np.testing.assert_allclose(si["springs/rest_length"], 1e-10, rtol=1e-12)
+        self.refuses(path, "--units", "lj", "--si", says="lj are relative")
+        self.refuses(self.write("data.v", data(title="LAMMPS data file, units = real")), "--units", "metal", says="says units = real, --units says metal")
+        self.assertEqual(self.lattice(path, *MADE, "--rest_length", "2")["springs/stiffness"].tolist(), [7, 7])  # nothing of the file's is used
+        found = self.lattice(path, *MADE)  # but for the rest lengths
+        self.assertEqual((found["springs/stiffness"].tolist(), found["springs/rest_length"].tolist()), ([7, 7], [1, 1]))
+
+    def test_springs_of_the_users(self):
+        fene = data(coefficients="Bond Coeffs # fene\n\n1 30 1.5 1 1\n\n")
+        path = self.write("data.fene", fene)
+        self.refuses(path, says="bond style fene is not a spring")
+        found = self.lattice(path, "--stiffness", "3", "--rest_length", "0.97")
+        np.testing.assert_array_equal(found["springs/rest_length"], [0.97, 0.97])
+        strain = self.lattice(path, "--stiffness", "3", "--rest_length", "0", "--spring_law", "strain")
+        np.testing.assert_array_equal((strain["springs/stiffness"], strain["springs/rest_length"]), ([3, 3], [0, 0]))
+        self.refuses(path, "--rest_length", "-1", says="--rest_length -1.0: must be 0 or more")
+
+    def test_styles_and_names(self):
+        """Without a hint, by what fits; with bonds only styles that have bonds; gzip; velocities along z keep three dimensions."""
+        found = self.lattice(self.write("water.init", data(style="", atoms="1 1 1 -0.8 9.5 5 5\n2 1 1 0.4 0.5 5 5\n3 1 1 .4 1 5 5\n")))
+        self.assertIn("read as full", found["said"])
+        found = self.lattice(self.write("data.gz", gzip.compress(data().encode())))
+        self.assertEqual(len(found["particles/mass"]), 3)
+        hybrid = data(style=" # hybrid", atoms="1 1 1 5 5 7 0 0\n2 1 2 5 5 8 0 0\n3 1 3 5 5 9 0 0\n")
+        np.testing.assert_allclose(self.lattice(self.write("data.h", hybrid))["particles/position"][:, 0], [1, 2, 3])
+        flat = data(atoms="1 1 1 1 5 0\n2 1 1 2 5 0\n3 1 1 3 5 0\n") + "\nVelocities\n\n1 0 0 2\n2 0 0 2\n3 0 0 2\n"
+        self.assertEqual(self.lattice(self.write("data.flat", flat))["particles/velocity"].shape, (3, 3))
+        labels = data().replace("Atoms", "Atom Type Labels\n\n1 C\n\nAtoms").replace(" 1 1 9.5", " 1 C 9.5")
+        self.assertEqual(self.lattice(self.write("data.label", labels))["particles/mass"].tolist(), [12, 12, 12])
+        self.assertIn("4 angles left out", self.lattice(self.write("data.a", data(more="4 angles\n")))["said"])
+        for change, says in ((("2 1 1 0.5 5 5\n", ""), "announces 3 atoms, section Atoms has 2 rows; truncated?"), (("# bond", "# smd"), "unknown style 'smd'"),
+                             (("# bond", "# template"), "molecule file"), (("10 xlo xhi", "10 xlo xhi\n1 2 3 avec"), "general triclinic"),
+                             (("0.5 5 5", "0.5 5 5 5 5 5 5 5"), "columns, atom style bond"), (("9.5 5 5", "0.5 5 5"), "1 and 2 lie at one place")):
+            self.assertIn(change[0], data())
+            self.refuses(self.write("data.bad", data().replace(*change)), says=says)
+
+    def test_trajectories_become_files_called_data(self):
+        run = synthetic.cube(os.path.join(self.folder, "c.h5md"), 3, frames=2)
+        out = os.path.join(self.folder, "data.cube")
+        with contextlib.redirect_stdout(io.StringIO()), contextlib.redirect_stderr(io.StringIO()):
+            convert.main([run, "-o", out, "--units", "metal"])
+        with open(out, encoding="utf-8") as f:
+            text = f.read()
+        rows = text.split("Atoms # bond\n\n")[1].split("\n\n")[0].splitlines()
+        self.assertEqual([r.split()[0] for r in rows], [str(i + 1) for i in range(27)])
+        self.assertIn("units = metal", text)
+        np.testing.assert_allclose(self.lattice(out)["springs/stiffness"], 50.0, rtol=1e-12)
+
+
+if __name__ == "__main__":
+    unittest.main(verbosity=1)

@@ -1,0 +1,170 @@
+#!/usr/bin/env python3
+"""convert.py on PLY and Gmsh meshes made by hand in the forms that others write: /usr/bin/python3 tests/postprocess/test_meshes.py"""
+import struct
+import unittest
+
+import numpy as np
+
+from test_convert import MADE, Case
+
+try:
+    import meshio
+except ImportError:
+    meshio = None
+
+PLY_HEAD = ("ply\nformat {form} 1.0\ncomment by hand\nobj_info nothing\nelement vertex 5\nproperty double x\nproperty double y\nproperty double z\n"
+            "property float nx\nproperty uchar red\nproperty float quality\nelement face 3\nproperty uchar flags\nproperty list uchar int vertex_indices\n"
+            "property list uchar float texcoord\nelement edge 1\nproperty int vertex1\nproperty int vertex2\nproperty uchar red\nelement camera 1\n"
+            "property float view_px\nend_header\n")
+POINTS = [(0, 0, 0), (1, 0, 0), (1, 1, 0), (0, 1, 0.5), (3, 3, 3)]
+FACES = [(0, 1, 2), (0, 2, 3), (0, 1, 2, 3)]
+EDGES = [(0, 1), (0, 2), (0, 3), (1, 2), (2, 3), (2, 4)]
+
+
+class Ply(Case):
+    def check(self, path, *args):
+        found = self.lattice(path, *MADE, *args)
+        np.testing.assert_array_equal(found["particles/position"], POINTS)
+        self.assertEqual([tuple(p) for p in found["springs/pairs"].tolist()], EDGES)
+
+    def binary(self, order):
+        out = PLY_HEAD.format(form={"<": "binary_little_endian", ">": "binary_big_endian"}[order]).encode()
+        out += b"".join(struct.pack(order + "dddfBf", *p, 0.5, 9, 0.1) for p in POINTS)
+        for face in FACES:
+            out += struct.pack(f"{order}BB{len(face)}i", 3, len(face), *face) + struct.pack(order + "B6f", 6, *range(6))
+        return out + struct.pack(order + "iiB", 2, 4, 0) + struct.pack(order + "f", 1.5)
+
+    def test_normals_colours_flags_texture_edges_cameras(self):
+        text = PLY_HEAD.format(form="ascii") + "".join(f"{x} {y} {z} 0.5 9 0.1\n" for x, y, z in POINTS)
+        text += "".join(f"3 {len(f)} {' '.join(map(str, f))} 6 0 1 2 3 4 5\n" for f in FACES) + "2 4 0\n1.5\n"
+        if not meshio:
+            self.skipTest("no meshio")
+        self.check(self.write("a.ply", text))
+        self.check(self.write("l.ply", self.binary("<")))
+        self.check(self.write("b.ply", self.binary(">")))
+        for raw in (self.binary("<")[:-30], text.encode()[:-20]):
+            self.refuses(self.write("cut.ply", raw), *MADE, says="ends early: truncated?")
+        self.refuses(self.write("s.ply", text.replace("element camera", "element tristrips")), *MADE, says="triangle strips")
+        self.refuses(self.write("n.ply", text.replace("3 4 0 1 2 3", "3 4 0 1 2 9")), *MADE, says="names point 9 of 5")
+        self.refuses(self.write("t.ply", text.replace("property float nx", "property quad nx")), *MADE, says="t.ply: malformed PLY")
+
+
+# Two triangles on a square in format 4.1 (form of Gmsh 4.8): the surface is in a physical group, the curve is not.
+GROUPS = """$MeshFormat
+4.1 0 8
+$EndMeshFormat
+$PhysicalNames
+1
+2 1 "sheet"
+$EndPhysicalNames
+$Entities
+0 1 1 0
+1 0 0 0 1 0 0 0 0
+1 0 0 0 1 1 0 1 1 1 1
+$EndEntities
+$Nodes
+2 4 1 4
+1 1 0 2
+1
+2
+0 0 0
+1 0 0
+2 1 0 2
+3
+4
+1 1 0
+0 1 0
+$EndNodes
+$Elements
+2 3 1 3
+1 1 1 1
+1 1 2
+2 1 2 2
+2 1 2 3
+3 1 3 4
+$EndElements
+"""
+# The same in two parts: the entities are those of parts, and have parents.
+PARTS = GROUPS.split("$Entities")[0] + """$Entities
+0 1 1 0
+1 0 0 0 1 0 0 0 0
+1 0 0 0 1 1 0 1 1 1 1
+$EndEntities
+$PartitionedEntities
+2
+0
+0 1 2 0
+2 1 1 1 1 0 0 0 1 0 0 0 0
+2 2 1 1 1 0 0 0 1 1 0 1 1 0
+3 2 1 1 2 0 0 0 1 1 0 1 1 0
+$EndPartitionedEntities
+$Nodes
+2 4 1 4
+1 2 0 2
+1
+2
+0 0 0
+1 0 0
+2 2 0 2
+3
+4
+1 1 0
+0 1 0
+$EndNodes
+$Elements
+3 3 1 3
+1 2 1 1
+1 1 2
+2 2 2 1
+2 1 2 3
+2 3 2 1
+3 1 3 4
+$EndElements
+"""
+QUADRATIC = GROUPS.split("$Nodes")[0] + """$Nodes
+1 6 1 6
+2 1 0 6
+1
+2
+3
+4
+5
+6
+0 0 0
+1 0 0
+0 1 0
+0.5 0 0
+0.5 0.5 0
+0 0.5 0
+$EndNodes
+$Elements
+1 1 1 1
+2 1 9 1
+1 1 2 3 4 5 6
+$EndElements
+"""
+
+
+@unittest.skipUnless(meshio, "no meshio")
+class Gmsh(Case):
+    def test_groups_on_some_entities_and_partitions(self):
+        for text in (GROUPS, PARTS):
+            found = self.lattice(self.write("m.msh", text), *MADE)
+            np.testing.assert_array_equal(found["particles/position"], [[0, 0], [1, 0], [1, 1], [0, 1]])
+            self.assertEqual(found["springs/pairs"].tolist(), [[0, 1], [0, 2], [0, 3], [1, 2], [2, 3]])
+
+    def test_second_order(self):
+        found = self.lattice(self.write("m.msh", QUADRATIC), *MADE)
+        self.assertEqual(found["springs/pairs"].tolist(), [[0, 3], [0, 5], [1, 3], [1, 4], [2, 4], [2, 5]])
+
+    def test_what_is_refused_by_name(self):
+        cubic = QUADRATIC.replace("2 1 9 1\n1 1 2 3 4 5 6", "1 1 26 1\n1 1 2 4 5")
+        for text, says in ((GROUPS.replace("4.1 0 8", "4 0 8"), "Gmsh format 4 is not supported; write 4.1 or 2.2"), ("$NOD\n1\n1 0 0 0\n$ENDNOD\n", "not a Gmsh mesh"),
+                           (GROUPS.split("$EndElements")[0], "no whole section $Elements"), (cubic, "elements of type line4 are not supported"),
+                           (GROUPS.replace("1 1 2\n", "1 1\n").replace("1 1 3\n", "1\n"), "m.msh: "),
+                           (GROUPS.replace("2 1 0 2\n3", "2 1 1 2\n3"), "parametric")):
+            self.refuses(self.write("m.msh", text), *MADE, says=says)
+
+
+if __name__ == "__main__":
+    unittest.main(verbosity=1)
