@@ -48,7 +48,7 @@ bool chooses_method(const std::string& name, const std::string& value) {
   if (std::any_of(std::begin(never), std::end(never), [&](const char* part) { return name.find(part) != std::string::npos; })) return false;
   // a type's name or numbers: nothing that names a file, viewer or library
   return std::all_of(value.begin(), value.end(), [](unsigned char c) { return std::isalnum(c) || std::strchr("_-+., ()", c); }) &&
-         lower(value) != "python";
+         lower(value).find("python") == std::string::npos;
 }
 
 /// Names of letters, digits and underscores: as they are printed, so they are.

@@ -128,16 +128,17 @@ std::string objection(const RunFiles& files, RunLock* lock, std::vector<std::str
                         {"-bs_report", files.report, files.overwrite},
                         {"-bs_checkpoint", files.checkpoint, files.overwrite || continued}};
   std::string fault = clash(files);
-  for (const bool locked : {false, true}) {  // once more with the lock: what another run has made until then
-    for (const Output& one : all)
-      if (fault.empty() && !one.path.empty()) fault = unwritable(one.path, one.option, one.overwrite);
-    if (fault.empty()) fault = not_ours(files);
-    for (const Output& one : all) {
-      std::string warning;
-      if (fault.empty() && !locked && !one.path.empty()) fault = lock->take(one.path, one.option, &warning);
-      if (!warning.empty()) warnings->push_back(warning);
-    }
+  for (const Output& one : all)
+    if (fault.empty() && !one.path.empty()) fault = unwritable(one.path, one.option, true);
+  // whether they exist is asked with the locks in hand: another run may be about to make them, and says who it is
+  for (const Output& one : all) {
+    std::string warning;
+    if (fault.empty() && !one.path.empty()) fault = lock->take(one.path, one.option, &warning);
+    if (!warning.empty()) warnings->push_back(warning);
   }
+  for (const Output& one : all)
+    if (fault.empty() && !one.path.empty()) fault = unwritable(one.path, one.option, one.overwrite);
+  if (fault.empty()) fault = not_ours(files);
   if (fault.empty() && warnings->empty())
     for (const Output& one : all)
       if (!one.path.empty()) remove_stale(real_name(one.path));

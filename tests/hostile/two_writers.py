@@ -20,7 +20,7 @@ LONG = dict(BLOCK, bs_lattice_size=(4, 4, 4), ts_type="symplectic", ts_dt=1e-3, 
 SHORT = dict(LONG, ts_max_time=1.0)
 
 
-def wait_for(path, seconds=30):
+def wait_for(path, seconds=120):
     end = time.monotonic() + seconds
     while not path.exists() and time.monotonic() < end:
         time.sleep(0.02)
@@ -55,6 +55,7 @@ def one_after_the_other(checks, folder):
             there = wait_for(folder / "o.h5md")
             owner = [first.pid] if ranks == 1 else children(first.pid, pathlib.Path(checks.program).name)
             checks.true(f"first run on {ranks} rank(s) writes", there and len(owner) == ranks, f"{owner}")
+            refused(checks, f"the same output, without -bs_overwrite ({ranks})", folder, dict(SHORT, bs_output="o.h5md"), owner)
             for name, options in (("the same output", {"bs_output": "o.h5md"}), ("./ before it", {"bs_output": "./o.h5md"}),
                                   ("by another way", {"bs_output": "way/sub/../o.h5md"}), ("the same checkpoint", {"bs_checkpoint": "ck"}),
                                   ("the same report", {"bs_report": "r.json"}), ("its output as a report", {"bs_report": "o.h5md"})):
