@@ -102,6 +102,7 @@ class Hdf5File {
   PetscErrorCode read_raw(const Table& table, std::int64_t first, std::int64_t count, int columns, hid_t type,
                           void* out) const;
   std::string fault_of(hid_t dataset, const std::string& path, const TableShape& shape, Table* out) const;
+  bool stay_within();  ///< makes links_, sets_, groups_
   std::string fault_of_place(hid_t dataset, const std::string& path) const;
   std::string fault_of_link(const std::string& path) const;
   QuietHdf5 quiet_;  // before file_: it must outlive it

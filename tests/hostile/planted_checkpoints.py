@@ -150,7 +150,7 @@ def tables(checks, folder):
 def long_values(checks, folder):
     """A waveform of more than 60,000 characters: continued as it was, on any ranks."""
     points = ",".join(f"{0.00002 * k:.6g},{np.sin(0.7 * k):.12f}" for k in range(5100))
-    options = {"bs_model": "linear", "bs_linear_type": "heat1d", "bs_linear_size": 10, "bs_linear_source": f"pwl({points})", "ts_dt": 0.001, "bs_progress_interval": -1}
+    options = {"bs_model": "linear", "bs_linear_type": "heat1d", "bs_linear_size": 10, "bs_linear_source": f"pwl({points})", "ts_dt": 0.001, "bs_output_interval": 0.01, "bs_progress_interval": -1}
     checks.true("the value is long", len(options["bs_linear_source"]) > 100000, f"{len(options['bs_linear_source'])} characters")
     code, _, err = run(checks, folder, dict(options, ts_max_time=0.1, bs_output="full.h5md"))
     checks.true("undisturbed", code == 0, err.strip()[:120])
