@@ -21,6 +21,11 @@ std::vector<std::string>& option_folders() {
   return folders;
 }
 
+std::vector<std::pair<std::string, std::string>>& inputs() {
+  static std::vector<std::pair<std::string, std::string>> files;
+  return files;
+}
+
 bool is_file(const std::string& name) {
   struct stat status;
   return stat(name.c_str(), &status) == 0 && !S_ISDIR(status.st_mode);
@@ -112,6 +117,17 @@ std::string find_option_files(int argc, char** argv) {
   }
   return {};
 }
+
+void note_input(const std::string& option, const std::string& path) {
+  for (auto& known : inputs())
+    if (known.first == option) {
+      known.second = path;
+      return;
+    }
+  inputs().emplace_back(option, path);
+}
+
+const std::vector<std::pair<std::string, std::string>>& input_files() { return inputs(); }
 
 std::string input_places(const std::string& name) {
   if (!name.empty() && name[0] == '/') return "look at the path";

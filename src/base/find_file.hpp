@@ -2,6 +2,7 @@
 #pragma once
 #include <petscsys.h>
 #include <string>
+#include <utility>
 #include <vector>
 
 namespace bs {
@@ -18,6 +19,10 @@ std::string find_option_files(int argc, char** argv);
 /// Collective. Replaces `name` of an input file that is no file by the first that is one: beside an option file given, in
 /// a shared folder, in meshes/ of one. Otherwise `name` stays as it is.
 PetscErrorCode find_input(MPI_Comm comm, std::string* name);
+
+/// Local. Remembers that `option` named the input `path` (as found); and what has been remembered, in order.
+void note_input(const std::string& option, const std::string& path);
+const std::vector<std::pair<std::string, std::string>>& input_files();
 
 /// Where find_input looks for `name`, in words.
 std::string input_places(const std::string& name);

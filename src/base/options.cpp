@@ -178,6 +178,7 @@ bool Section::file(const char* name, const char* help, std::string& value) {
   if (!text(name, help, value)) return false;
   const PetscErrorCode code = find_input(comm_, &value);
   if (code && !status_) status_ = code;
+  else note_input(name, value);
   return !code;
 }
 

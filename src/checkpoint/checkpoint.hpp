@@ -11,7 +11,7 @@
 namespace bs {
 
 /// The version of the layout this program writes; it reads this and older ones.
-constexpr std::int64_t CHECKPOINT_VERSION = 1;
+constexpr std::int64_t CHECKPOINT_VERSION = 2;
 
 /// A state to be written: its group and the vector in the solver's order (borrowed).
 struct NamedState {
@@ -50,8 +50,19 @@ class CheckpointFile {
   std::vector<std::pair<std::string, std::string>> options_;
 };
 
-/// Collective. Adds the options of the checkpoint -bs_restart names to those given: what is given wins.
+/// Collective. Adds the options of the checkpoint -bs_restart names to those given: what is given wins. Not taken, and named in a
+/// warning: options that write files or load libraries, and a trajectory or checkpoint that does not lie beside it.
 PetscErrorCode recall_options(MPI_Comm comm);
+
+/// Local. Whether recall_options() took the option (without its dash) from the checkpoint.
+bool is_recalled(const std::string& name);
+
+/// Collective. Adds to `inputs` a fingerprint of the contents of every table and text that an option names.
+PetscErrorCode fingerprint_inputs(MPI_Comm comm, Facts* inputs);
+
+/// Collective. `now`: from fingerprint_inputs(). Told (exit 2) if the contents of an input whose name was recalled are not what they were when `file` was
+/// written; warned of if its name was given anew.
+PetscErrorCode require_same_inputs(MPI_Comm comm, const CheckpointFile& file, const Facts& now);
 
 /// Collective. Warns of every option in force that is not what it was when `file` was written.
 PetscErrorCode tell_changed_options(MPI_Comm comm, const CheckpointFile& file);

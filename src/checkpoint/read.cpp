@@ -30,27 +30,36 @@ herr_t keep_attribute(hid_t object, const char* name, const H5A_info_t*, void* d
 }
 
 /// The attributes of `group`; false if it is not there or damaged.
-bool attributes_of(hid_t file, const char* group, Facts* facts) {
-  const Hdf5Id object(H5Gopen2(file, group, H5P_DEFAULT), H5Gclose);
+bool attributes_of(const Hdf5File& file, const char* group, Facts* facts) {
+  const Hdf5Id object = file.group(group);
   return object && H5Aiterate2(object, H5_INDEX_NAME, H5_ITER_INC, nullptr, keep_attribute, facts) >= 0;
+}
+
+/// The values of /options that are too long for attributes: datasets of one text. `bytes`: more than the file has cannot be true.
+bool long_texts_of(const Hdf5File& file, const std::string& group, std::int64_t bytes, Facts* facts) {
+  for (const std::string& name : file.members(group)) {
+    const Hdf5Id owner = file.group(group);
+    H5L_info_t link;
+    if (!owner || H5Lget_info(owner, name.c_str(), &link, H5P_DEFAULT) < 0 || link.type != H5L_TYPE_HARD) return false;
+    const Hdf5Id set(H5Dopen2(owner, name.c_str(), H5P_DEFAULT), H5Dclose);
+    if (!set) return false;
+    const Hdf5Id type(H5Dget_type(set), H5Tclose), space(H5Dget_space(set), H5Sclose), list(H5Dget_create_plist(set), H5Pclose);
+    if (!type || !space || !list || H5Tget_class(type) != H5T_STRING || H5Tis_variable_str(type) != 0) return false;
+    const std::size_t size = H5Tget_size(type);
+    if (H5Pget_layout(list) != H5D_CONTIGUOUS || H5Pget_external_count(list) != 0 || H5Sget_simple_extent_npoints(space) != 1 ||
+        static_cast<std::int64_t>(size) > bytes)
+      return false;
+    std::vector<char> text(size + 1, '\0');
+    if (H5Dread(set, type, H5S_ALL, H5S_ALL, H5P_DEFAULT, text.data()) < 0) return false;
+    facts->text[name] = text.data();
+  }
+  return true;
 }
 
 template <class Map>
 typename Map::mapped_type get(const Map& map, const char* name) {
   const auto at = map.find(name);
   return at == map.end() ? typename Map::mapped_type() : at->second;
-}
-
-/// Options that say where a run reads and writes, not what it computes.
-bool of_this_run_only(const std::string& name) {
-  static const std::set<std::string> names = {"bs_restart", "bs_overwrite", "options_file", "help", "bs_version", "bs_trace", "options_left"};
-  return names.count(name) > 0;
-}
-
-bool harmless(const std::string& name) {
-  for (const char* begin : {"bs_output", "bs_checkpoint", "bs_progress", "bs_report", "ts_max_time", "ts_max_steps", "log_"})
-    if (name.rfind(begin, 0) == 0) return true;
-  return name.find("monitor") != std::string::npos || name.find("view") != std::string::npos || of_this_run_only(name);
 }
 
 }  // namespace
@@ -68,14 +77,16 @@ PetscErrorCode CheckpointFile::open(MPI_Comm comm, const std::string& file) {
   name_ = file;
   PetscCall(file_.open(comm, file));
   // what the ranks find is the same: they read one file
-  if (!attributes_of(file_.id(), "/", &root)) PetscCall(damaged("damaged"));
+  if (!attributes_of(file_, "/", &root)) PetscCall(damaged("damaged"));
   if (get(root.text, "format") != "backspring checkpoint")
     PetscCall(tell(comm, Exit::input, file + ": is no checkpoint: give -bs_restart a file that -bs_checkpoint wrote"));
   const std::int64_t version = get(root.whole, "version");
   if (version > CHECKPOINT_VERSION)
     PetscCall(tell(comm, Exit::input, format("%s: a checkpoint of version %lld, by %s; this program reads up to version %lld: use a newer one",
                    file.c_str(), static_cast<long long>(version), get(root.text, "program").c_str(), static_cast<long long>(CHECKPOINT_VERSION))));
-  if (version < 1 || !attributes_of(file_.id(), "/run", &run_) || !attributes_of(file_.id(), "/options", &options)) PetscCall(damaged("damaged"));
+  if (version < 1 || !attributes_of(file_, "/run", &run_) || !attributes_of(file_, "/options", &options) ||
+      !long_texts_of(file_, "/options", file_.bytes(), &options))
+    PetscCall(damaged("damaged"));
   for (const auto& [group, facts] : {std::pair<std::string, const Facts*>{"run", &run_}, {"options", &options}})
     if (get(root.whole, (group + "_checksum").c_str()) != checksum(*facts)) PetscCall(damaged("/" + group + " does not match its checksum"));
   options_.assign(options.text.begin(), options.text.end());
@@ -88,7 +99,7 @@ PetscErrorCode CheckpointFile::require_same(Model& model) const {
   std::uint64_t fingerprint;
   std::string what;
   PetscFunctionBegin;
-  if (!attributes_of(file_.id(), "/system", &system)) PetscCall(damaged("damaged"));
+  if (!attributes_of(file_, "/system", &system)) PetscCall(damaged("damaged"));
   PetscCall(VecGetSize(model.initial_state(), &size));
   PetscCall(model.fingerprint(&fingerprint));
   if (get(system.text, "model") != model.name())
@@ -134,42 +145,9 @@ PetscErrorCode CheckpointFile::read(Model& model, const std::string& group, Vec 
   }
   std::uint64_t all = sum.value();
   PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &all, 1, MPI_UINT64_T, MPI_SUM, comm_));
-  if (!attributes_of(file_.id(), group.c_str(), &facts)) PetscCall(damaged("damaged"));
+  if (!attributes_of(file_, group.c_str(), &facts)) PetscCall(damaged("damaged"));
   if (static_cast<std::uint64_t>(get(facts.whole, "checksum")) != all) PetscCall(damaged(group + " does not match its checksum"));
   PetscCall(model.scatter_state(y));
-  PetscFunctionReturn(0);
-}
-
-PetscErrorCode recall_options(MPI_Comm comm) {
-  char file[PETSC_MAX_PATH_LEN] = "";
-  PetscBool given = PETSC_FALSE;
-  PetscFunctionBegin;
-  PetscCall(PetscOptionsGetString(nullptr, nullptr, "-bs_restart", file, sizeof file, &given));
-  if (!given || !*file) PetscFunctionReturn(0);
-  CheckpointFile checkpoint;
-  PetscCall(checkpoint.open(comm, file));
-  for (const auto& [name, value] : checkpoint.options()) {
-    PetscBool there = PETSC_FALSE;
-    const std::string key = "-" + name;
-    if (of_this_run_only(name)) continue;
-    PetscCall(PetscOptionsHasName(nullptr, nullptr, key.c_str(), &there));
-    if (!there) PetscCall(PetscOptionsSetValue(nullptr, key.c_str(), value.empty() ? nullptr : value.c_str()));
-  }
-  PetscFunctionReturn(0);
-}
-
-PetscErrorCode tell_changed_options(MPI_Comm comm, const CheckpointFile& file) {
-  std::vector<std::pair<std::string, std::string>> now;
-  PetscFunctionBegin;
-  PetscCall(options_in_force(&now));
-  const std::map<std::string, std::string> before(file.options().begin(), file.options().end());
-  const std::map<std::string, std::string> present(now.begin(), now.end());
-  for (const auto& [name, value] : present) {
-    const auto was = before.find(name);
-    if (harmless(name) || (was != before.end() && was->second == value)) continue;
-    const std::string old = was == before.end() ? "not given" : was->second;
-    PetscCall(warn(comm, "the run goes on with -" + name + " " + value + "; it was " + (old.empty() ? "given without a value" : old) + " when " + file.name() + " was written"));
-  }
   PetscFunctionReturn(0);
 }
 

@@ -5,6 +5,7 @@
 #include "base/fault.hpp"
 #include "checkpoint/checkpoint.hpp"
 #include "checkpoint/row_sum.hpp"
+#include "output/fresh_file.hpp"
 #include "output/h5.hpp"
 #include "output/h5md.hpp"
 #include "output/io_watch.hpp"
@@ -44,8 +45,26 @@ PetscErrorCode write_state(Model& model, hid_t file, const NamedState& state) {
   PetscFunctionReturn(0);
 }
 
+/// /options: a value that an attribute cannot hold (64 kB) is a dataset of one text.
+PetscErrorCode write_options(hid_t file, MPI_Comm comm, const Facts& table) {
+  constexpr std::size_t longest = 60000;
+  H5 given;
+  PetscMPIInt rank;
+  PetscFunctionBegin;
+  PetscCallMPI(MPI_Comm_rank(comm, &rank));
+  PetscCall(open_group(file, "/options", &given));
+  for (const auto& [name, value] : table.text) {
+    if (value.size() <= longest) {
+      PetscCall(put_text(given, name.c_str(), value));
+      continue;
+    }
+    PetscCall(write_table(file, {"/options/" + name, 0, 1, 0, Words{value.size(), rank == 0 ? value : std::string()}}));
+  }
+  PetscFunctionReturn(0);
+}
+
 PetscErrorCode write_facts(hid_t file, Model& model, const Facts& run) {
-  H5 root, group, given;
+  H5 root, group;
   Facts table;
   std::uint64_t fingerprint;
   std::vector<std::pair<std::string, std::string>> options;
@@ -67,23 +86,28 @@ PetscErrorCode write_facts(hid_t file, Model& model, const Facts& run) {
   for (const auto& [name, value] : run.whole) PetscCall(put_attribute(group, name.c_str(), value));
   for (const auto& [name, value] : run.text) PetscCall(put_text(group, name.c_str(), value));
   PetscCall(options_in_force(&options));
-  for (const auto& option : options) table.text[option.first] = option.second.substr(0, 60000);
-  PetscCall(open_group(file, "/options", &given));
-  for (const auto& [name, value] : table.text) PetscCall(put_text(given, name.c_str(), value));
+  for (const auto& [name, value] : options) table.text[name] = value;
+  PetscCall(write_options(file, model.comm(), table));
   PetscCall(put_attribute(root, "run_checksum", checksum(run)));
   PetscCall(put_attribute(root, "options_checksum", checksum(table)));
   PetscFunctionReturn(0);
 }
 
-PetscErrorCode write_file(Model& model, const std::string& name, const Facts& run, const std::vector<NamedState>& states,
-                          std::string* full) {
+PetscErrorCode write_file(Model& model, const std::string& target, const Facts& run, const std::vector<NamedState>& states,
+                          std::string* made, std::string* full) {
   PetscInt size;
+  FileIdentity identity;
   PetscFunctionBegin;
+  PetscCall(create_fresh_hdf5(model.comm(), target, made, &identity, full));
+  if (!full->empty()) PetscFunctionReturn(0);
+  const std::string& name = *made;
   PetscCall(VecGetSize(model.initial_state(), &size));
   H5 access(H5Pcreate(H5P_FILE_ACCESS), H5Pclose);
   BS_H5(H5Pset_fapl_mpio(access, model.comm(), MPI_INFO_NULL));
-  H5 file(H5Fcreate(name.c_str(), H5F_ACC_TRUNC, H5P_DEFAULT, access), H5Fclose);
+  H5 file(H5Fopen(name.c_str(), H5F_ACC_RDWR, access), H5Fclose);
   BS_H5(file);
+  PetscCall(confirm_identity(model.comm(), name, identity, full));
+  if (!full->empty()) PetscFunctionReturn(0);
   const std::int64_t bytes = 262144 + 8 * static_cast<std::int64_t>(states.size()) * size;
   PetscCall(reserve_space(model.comm(), name, bytes, full));
   if (!full->empty()) PetscFunctionReturn(0);
@@ -103,31 +127,38 @@ int sync(const std::string& path, int flags) {
 
 /// Puts `made` in the place of `file`, which goes on as `before`. errno; 0: done.
 int take_place(const std::string& made, const std::string& file, const std::string& before) {
-  const auto slash = file.rfind('/');
-  const std::string folder = slash == std::string::npos ? "." : slash == 0 ? "/" : file.substr(0, slash);
   if (const int why = sync(made, O_RDWR)) return why;
-  // a second name for the old one: `file` is there at every moment. Where a file system has no links it is copied by
-  // renaming, with a moment in which only `before` is there.
-  unlink(before.c_str());
-  if (link(file.c_str(), before.c_str()) != 0 && errno != ENOENT && rename(file.c_str(), before.c_str()) != 0) return errno;
+  // a second name for the old one, under which it takes the place of the one before: both are there at every moment. Where a
+  // file system has no links the old one is renamed, with a moment in which only `before` is there.
+  std::string second;
+  int handle = -1;
+  if (const int why = create_fresh(before, ".tmp", &second, &handle)) return why;
+  close(handle);
+  (void)unlink(second.c_str());  // the name is free, and nobody could foresee it
+  if (link(file.c_str(), second.c_str()) == 0) {
+    if (rename(second.c_str(), before.c_str()) != 0) return errno;
+    (void)unlink(second.c_str());  // renaming one name of a file to another of its names leaves both
+  } else if (errno != ENOENT && rename(file.c_str(), before.c_str()) != 0) {
+    return errno;
+  }
   if (rename(made.c_str(), file.c_str()) != 0) return errno;
-  (void)sync(folder, O_RDONLY | O_DIRECTORY);  // some file systems refuse
+  (void)sync(folder_of(file), O_RDONLY | O_DIRECTORY);  // some file systems refuse
   return 0;
 }
 
 }  // namespace
 
 PetscErrorCode write_checkpoint(Model& model, const std::string& file, const Facts& run, const std::vector<NamedState>& states) {
-  const std::string made = file + ".tmp";
-  std::string full;
+  const std::string target = real_name(file);
+  std::string made, full;
   PetscMPIInt rank;
   PetscFunctionBegin;
   PetscCallMPI(MPI_Comm_rank(model.comm(), &rank));
   const IoWatch watch("cannot write the checkpoint " + file, ": the one before it is intact");
-  PetscErrorCode code = write_file(model, made, run, states, &full);
+  PetscErrorCode code = write_file(model, target, run, states, &made, &full);
   int why = 0;
-  if (!code && full.empty() && rank == 0) why = take_place(made, file, previous_checkpoint(file));
-  if (rank == 0 && (code || !full.empty() || why)) unlink(made.c_str());
+  if (!code && full.empty() && rank == 0) why = take_place(made, target, previous_checkpoint(target));
+  if (rank == 0 && !made.empty() && (code || !full.empty() || why)) (void)unlink(made.c_str());
   PetscCallMPI(MPI_Bcast(&why, 1, MPI_INT, 0, model.comm()));
   if (why) full = std::strerror(why);
   if (!code && !full.empty()) code = tell(model.comm(), Exit::io, watch.sentence(full));

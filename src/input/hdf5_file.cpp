@@ -83,6 +83,7 @@ PetscErrorCode Hdf5File::open(MPI_Comm comm, const std::string& path) {
   PetscCall(agree(comm, fault));
   PetscCallMPI(MPI_Bcast(&bytes_, 1, MPI_INT64_T, 0, comm));
   const Hdf5Id access(H5Pcreate(H5P_FILE_ACCESS), H5Pclose);
+  if (!stay_within()) fault.note(0, path + ": HDF5 cannot be kept within the file (" + last_reason() + ")");
   const std::string place = path.size() == 1 ? "./" + path : path;  // Open MPI opens no name of one character
   if (H5Pset_fapl_mpio(access, comm, MPI_INFO_NULL) >= 0)
     file_ = Hdf5Id(H5Fopen(place.c_str(), H5F_ACC_RDONLY, access), H5Fclose);
@@ -93,9 +94,10 @@ PetscErrorCode Hdf5File::open(MPI_Comm comm, const std::string& path) {
 }
 
 bool Hdf5File::has(const std::string& path) const {
+  elsewhere_ = {};
   for (std::size_t slash = path.find('/', 1); slash != std::string::npos; slash = path.find('/', slash + 1))
-    if (H5Lexists(file_, path.substr(0, slash).c_str(), H5P_DEFAULT) <= 0) return false;
-  return H5Lexists(file_, path.c_str(), H5P_DEFAULT) > 0;
+    if (H5Lexists(file_, path.substr(0, slash).c_str(), links_) <= 0) return elsewhere_.second;  // what leads elsewhere is there, and refused
+  return H5Lexists(file_, path.c_str(), links_) > 0 || elsewhere_.second;
 }
 
 std::string Hdf5File::fault_of(hid_t dataset, const std::string& path, const TableShape& shape, Table* out) const {
@@ -140,11 +142,15 @@ PetscErrorCode Hdf5File::find(const std::string& path, const TableShape& shape, 
   PetscFunctionBegin;
   *out = Table{};
   out->path = path;
+  elsewhere_ = {};
   if (!has(path)) {
     fault.note(0, format("%s: has no dataset %s; write one of shape %s", name_.c_str(), path.c_str(), needed(shape).c_str()));
   } else {
-    out->dataset = Hdf5Id(H5Dopen2(file_, path.c_str(), H5P_DEFAULT), H5Dclose);
-    if (!out->dataset)
+    out->dataset = Hdf5Id(H5Dopen2(file_, path.c_str(), sets_), H5Dclose);
+    const std::string elsewhere = out->dataset ? fault_of_place(out->dataset, path) : elsewhere_.second ? fault_of_link(path) : "";
+    if (!elsewhere.empty())
+      fault.note(0, elsewhere);
+    else if (!out->dataset)
       fault.note(0, format("%s: %s is not a dataset that can be opened (%s); write one of shape %s", name_.c_str(),
                            path.c_str(), last_reason().c_str(), needed(shape).c_str()));
     else
@@ -225,7 +231,7 @@ std::vector<std::string> Hdf5File::members(const std::string& group) const {
     return 0;
   };
   if (group == "/" || has(group))
-    (void)H5Literate_by_name(file_, group.c_str(), H5_INDEX_NAME, H5_ITER_INC, nullptr, keep, &names, H5P_DEFAULT);
+    (void)H5Literate_by_name(file_, group.c_str(), H5_INDEX_NAME, H5_ITER_INC, nullptr, keep, &names, links_);
   return names;
 }
 

@@ -92,17 +92,27 @@ class Hdf5File {
   /// The links of a group; empty if there is no such group. Local, the same on every rank.
   std::vector<std::string> members(const std::string& group) const;
   hid_t id() const { return file_; }
+  std::int64_t bytes() const { return bytes_; }
+  /// A group, or none (id < 0) where it is not there or not in this file.
+  Hdf5Id group(const std::string& path) const;
+  /// Access lists for objects and links of this file: links to other files are not followed.
+  hid_t links() const { return links_; }
 
  private:
   PetscErrorCode read_raw(const Table& table, std::int64_t first, std::int64_t count, int columns, hid_t type,
                           void* out) const;
   std::string fault_of(hid_t dataset, const std::string& path, const TableShape& shape, Table* out) const;
+  bool stay_within();  ///< makes links_, sets_, groups_
+  std::string fault_of_place(hid_t dataset, const std::string& path) const;
+  std::string fault_of_link(const std::string& path) const;
   QuietHdf5 quiet_;  // before file_: it must outlive it
   ReadingFile reading_;
   MPI_Comm comm_ = MPI_COMM_NULL;
   std::string name_;
   std::int64_t bytes_ = 0;
   Hdf5Id file_;
+  Hdf5Id links_, sets_, groups_;                   ///< how links, datasets and groups are opened
+  mutable std::pair<std::string, bool> elsewhere_;  ///< the file that a link met last leads to, and whether one was met
 };
 
 }  // namespace bs

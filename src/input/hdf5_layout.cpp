@@ -47,7 +47,7 @@ const Hdf5Layout& layout_of(const Hdf5File& file) {
 }
 
 int box_dimension(const Hdf5File& file, int columns) {
-  const Hdf5Id attribute(H5Aopen_by_name(file.id(), "/particles/trajectory/box", "dimension", H5P_DEFAULT, H5P_DEFAULT),
+  const Hdf5Id attribute(H5Aopen_by_name(file.id(), "/particles/trajectory/box", "dimension", H5P_DEFAULT, file.links()),
                          H5Aclose);
   if (!attribute) return columns;
   const Hdf5Id type(H5Aget_type(attribute), H5Tclose), space(H5Aget_space(attribute), H5Sclose);

@@ -14,21 +14,31 @@ PetscErrorCode Trajectory::Impl::begin(MPI_Comm on, const TrajectoryOptions& giv
   PetscFunctionBegin;
   comm = on;
   options = given;
+  target = real_name(given.file);
   columns = dim == 0 || given.pad == 0 ? dim : given.pad;
   PetscCallMPI(MPI_Comm_rank(comm, &rank));
   if (rank == 0 && given.xdmf && dim > 0) xdmf = Xdmf(given.file);
   PetscFunctionReturn(0);
 }
 
-PetscErrorCode Trajectory::Impl::open(const std::string& path, bool again) {
+PetscErrorCode Trajectory::Impl::open(const std::string& name) {
   PetscFunctionBegin;
   PetscCall(PetscViewerCreate(comm, viewer.out()));
   PetscCall(PetscViewerSetType(viewer, PETSCVIEWERHDF5));
-  PetscCall(PetscViewerFileSetMode(viewer, again ? FILE_MODE_UPDATE : FILE_MODE_WRITE));
+  PetscCall(PetscViewerFileSetMode(viewer, FILE_MODE_UPDATE));
   PetscCall(PetscViewerHDF5SetBaseDimension2(viewer, PETSC_TRUE));  // d = 1: (T, N, 1)
   PetscCall(PetscViewerSetFromOptions(viewer));                    // -viewer_hdf5_collective, -viewer_hdf5_sp_output
-  PetscCall(PetscViewerFileSetName(viewer, path.c_str()));
+  PetscCall(PetscViewerFileSetName(viewer, name.c_str()));
   PetscCall(PetscViewerHDF5GetFileId(viewer, &file));
+  PetscFunctionReturn(0);
+}
+
+PetscErrorCode Trajectory::Impl::create(std::string* reason) {
+  PetscFunctionBegin;
+  PetscCall(create_fresh_hdf5(comm, target, &made, &identity, reason));
+  if (!reason->empty()) PetscFunctionReturn(0);
+  PetscCall(open(made));
+  PetscCall(confirm_identity(comm, made, identity, reason));
   PetscFunctionReturn(0);
 }
 
@@ -132,6 +142,7 @@ PetscErrorCode Trajectory::Impl::write(std::int64_t at, double now, const std::v
   if (!laid_out) PetscCall(frames == 0 ? lay_out(fields, given) : find_layout(fields, given));
   laid_out = true;
   PetscCall(check(fields, given));
+  PetscCall(cut_tail());
   PetscCall(frame_bytes(fields, given, &bytes));
   PetscCall(make_room(1, bytes));
   for (std::size_t i = 0; i < given.size(); ++i) PetscCall(observables[i].append(1, given[i].value.data()));
@@ -149,6 +160,7 @@ PetscErrorCode Trajectory::Impl::write(std::int64_t at, double now, const std::v
   ++frames;
   last_time = now;
   PetscCall(publish());
+  PetscCall(drop_kept());
   PetscCall(write_xdmf(false));
   PetscFunctionReturn(0);
 }
@@ -180,7 +192,7 @@ PetscErrorCode Trajectory::Impl::close() {
     PetscViewer last = viewer;
     PetscCall(PetscObjectReference(reinterpret_cast<PetscObject>(last)));
     viewer.reset();
-    if (!published && rank == 0) (void)std::remove(making_name().c_str());
+    if (!published && rank == 0 && !made.empty()) (void)std::remove(made.c_str());
     PetscCall(PetscViewerDestroy(&last));
   }
   PetscFunctionReturn(0);

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "base/handle.hpp"
+#include "output/fresh_file.hpp"
 #include "output/tables.hpp"
 #include "output/trajectory.hpp"
 #include "output/xdmf.hpp"
@@ -42,15 +43,23 @@ struct Trajectory::Impl {
   double last_time = 0;             ///< of the last frame
   bool laid_out = false;            ///< the columns are open
   bool published = false;           ///< the file has its name
+  std::string target;               ///< options.file, or where it leads as a link: the link stays
+  std::string made;                 ///< where the file is until its first frame is whole: whoever finds it by its name can read it
+  FileIdentity identity;            ///< of the file made, on rank 0
+  TrajectoryMark mark;              ///< where a continued trajectory goes on
+  std::int64_t old_frames = 0;      ///< frames it had when it was opened
+  bool tail = false;                ///< it still has what was written after the mark
+  std::string kept;                 ///< rank 0: the file that keeps what was cut until the next frame is whole
 
   /// All collective.
   PetscErrorCode begin(MPI_Comm on, const TrajectoryOptions& given, int dim);
-  PetscErrorCode open(const std::string& path, bool again);
-  /// Gives the file, written to its making_name() and whole on disk, its name, if it has not got it.
+  /// Opens `path` for writing.
+  PetscErrorCode open(const std::string& path);
+  /// Creates and opens the file under its temporary name. `reason`: why that cannot be.
+  PetscErrorCode create(std::string* reason);
+  /// Gives the file, whole on disk, its name, if it has not got it.
   PetscErrorCode publish();
-  /// Where the file is until its first frame is whole, so that whoever finds the file by its name can read it.
-  std::string making_name() const;
-  std::string path() const { return published ? options.file : making_name(); }
+  const std::string& path() const { return published ? target : made; }
   PetscErrorCode create_log();
   /// Groups, growing datasets without rows, and hard links of step and time: before the first frame's data.
   PetscErrorCode lay_out(const std::vector<Field>& fields, const std::vector<Observable>& given);
@@ -58,9 +67,12 @@ struct Trajectory::Impl {
   PetscErrorCode find_layout(const std::vector<Field>& fields, const std::vector<Observable>& given);
   PetscErrorCode open_log();
   /// Is it the file that stood at `mark`, or one that went on from there? `fault` receives why not.
-  PetscErrorCode recognise(const TrajectoryMark& mark, std::string* fault) const;
-  /// Takes frames and rows of the log after `mark` away.
-  PetscErrorCode cut_back(const TrajectoryMark& mark);
+  PetscErrorCode recognise(const TrajectoryMark& at, std::string* fault);
+  /// Before the first write to a continued trajectory: copies frames and rows of the log after the mark to a file beside it,
+  /// then takes them away.
+  PetscErrorCode cut_tail();
+  /// The first new frame is whole: what was cut goes.
+  PetscErrorCode drop_kept();
   PetscErrorCode check(const std::vector<Field>& fields, const std::vector<Observable>& given) const;
   /// Allocates what `more` frames (0 or 1) and the waiting rows of the log take, at most `bytes`.
   PetscErrorCode make_room(std::int64_t more, std::int64_t bytes);

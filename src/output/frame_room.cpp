@@ -93,7 +93,7 @@ PetscErrorCode Trajectory::Impl::leave_room(std::int64_t bytes) {
   int result = 0;
 
   PetscFunctionBegin;
-  if (rank == 0 && published) result = move_end(options.file, bytes);
+  if (rank == 0 && published) result = move_end(target, bytes);
   PetscCallMPI(MPI_Bcast(&result, 1, MPI_INT, 0, comm));
   PetscCheck(result == 0, PETSC_COMM_SELF, PETSC_ERR_FILE_WRITE, "%s", std::strerror(result));
   PetscFunctionReturn(0);

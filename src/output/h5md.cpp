@@ -63,7 +63,6 @@ PetscErrorCode options_in_force(std::vector<std::pair<std::string, std::string>>
 }
 
 PetscErrorCode write_parameters(hid_t file, MPI_Comm comm) {
-  constexpr std::size_t longest = 60000;  // an attribute holds less than 64 kB
   std::vector<std::pair<std::string, std::string>> options;
   std::map<std::string, std::string> table;
   PetscInt major, minor, subminor;
@@ -79,7 +78,7 @@ PetscErrorCode write_parameters(hid_t file, MPI_Comm comm) {
   PetscCall(put_attribute(group, "petsc_version", format("%d.%d.%d", (int)major, (int)minor, (int)subminor)));
   PetscCall(put_attribute(group, "ranks", static_cast<std::int64_t>(ranks)));
   PetscCall(options_in_force(&options));
-  for (const auto& option : options) table[option.first] = option.second.substr(0, longest);
+  for (const auto& option : options) table[option.first] = option.second;  // of variable length: no limit
   PetscCall(open_group(file, "/parameters/options", &given));
   for (const auto& option : table) PetscCall(put_attribute(given, option.first.c_str(), option.second));
   PetscFunctionReturn(0);

@@ -1,11 +1,10 @@
 #include "output/report.hpp"
 
-#include <cerrno>
 #include <cmath>
-#include <cstdio>
 #include <cstring>
 
 #include "base/fault.hpp"
+#include "output/fresh_file.hpp"
 
 namespace bs {
 
@@ -78,21 +77,7 @@ std::string Report::json() const {
   return out + (entries_.empty() ? "}" : "\n}");
 }
 
-/// errno of the attempt; 0 if the file is there.
-static int replace_file(const std::string& file, const std::string& text) {
-  const std::string temporary = file + ".tmp";
-  errno = 0;
-  std::FILE* handle = std::fopen(temporary.c_str(), "w");
-  if (!handle) return errno ? errno : EIO;
-  const bool written = std::fwrite(text.data(), 1, text.size(), handle) == text.size();
-  int result = written ? 0 : (errno ? errno : EIO);
-  if (std::fclose(handle) != 0 && !result) result = errno ? errno : EIO;
-  if (!result && std::rename(temporary.c_str(), file.c_str()) != 0) result = errno;
-  if (result) std::remove(temporary.c_str());
-  return result;
-}
-
-PetscErrorCode Report::write(MPI_Comm comm, const std::string& file) const {
+PetscErrorCode Report::write(MPI_Comm comm, const std::string& file, bool overwrite) const {
   PetscMPIInt rank;
   Fault fault;
 
@@ -100,7 +85,7 @@ PetscErrorCode Report::write(MPI_Comm comm, const std::string& file) const {
   if (file.empty()) PetscFunctionReturn(0);
   PetscCallMPI(MPI_Comm_rank(comm, &rank));
   if (rank == 0) {
-    const int result = replace_file(file, json() + "\n");
+    const int result = write_whole(real_name(file), json() + "\n", overwrite);
     if (result) fault.note(0, "cannot write the report " + file + ": " + std::strerror(result), Exit::io);
   }
   PetscCall(agree(comm, fault));

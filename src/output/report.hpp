@@ -24,9 +24,9 @@ class Report {
   void set(const std::string& key, const Report& inner);
   /// The object, indented by two blanks a level, without a newline at the end.
   std::string json() const;
-  /// Collective. Written by rank 0 under a temporary name and renamed, so that a reader sees all or nothing.
-  /// Told with Exit::io if that fails. Nothing is done for an empty file name.
-  PetscErrorCode write(MPI_Comm comm, const std::string& file) const;
+  /// Collective. Written by rank 0 under a temporary name and renamed, so that a reader sees all or nothing. What exists is
+  /// replaced only if `overwrite`. Told with Exit::io if that fails. Nothing is done for an empty file name.
+  PetscErrorCode write(MPI_Comm comm, const std::string& file, bool overwrite) const;
 
  private:
   void put(const std::string& key, std::string json_text);

@@ -1,71 +1,13 @@
 // A trajectory that exists is opened again and goes on behind a mark.
 #include "base/fault.hpp"
 #include "output/frame_file.hpp"
+#include "output/growing.hpp"
 #include "output/io_watch.hpp"
 #include "output/space.hpp"
 
 namespace bs {
 
 namespace {
-
-bool ends_in(const std::string& path, const std::string& tail) {
-  return path.size() >= tail.size() && path.compare(path.size() - tail.size(), tail.size(), tail) == 0;
-}
-
-/// Every link of the file, in the same order on every rank.
-std::vector<std::string> paths_of(hid_t file) {
-  std::vector<std::string> paths;
-  const auto keep = [](hid_t, const char* name, const H5L_info_t*, void* data) -> herr_t {
-    static_cast<std::vector<std::string>*>(data)->push_back(std::string("/") + name);
-    return 0;
-  };
-  (void)H5Lvisit(file, H5_INDEX_NAME, H5_ITER_INC, keep, &paths);
-  return paths;
-}
-
-/// A dataset that grows, and the rows it had at the mark.
-struct Growing {
-  std::string path;
-  bool clock;  ///< its length tells how many frames are whole
-  std::int64_t rows;
-};
-
-std::vector<Growing> growing_of(hid_t file, const TrajectoryMark& mark) {
-  std::vector<Growing> found;
-  for (const std::string& path : paths_of(file)) {
-    const bool log = path.rfind("/backspring/log/", 0) == 0;
-    const bool clock = !log && (ends_in(path, "/time") || ends_in(path, "/step"));
-    if (log || clock || ends_in(path, "/value")) found.push_back({path, clock, log ? mark.log_rows : mark.frames});
-  }
-  return found;
-}
-
-/// Rows of a dataset.
-PetscErrorCode count_rows(hid_t file, const std::string& path, std::int64_t* rows) {
-  hsize_t extent[H5S_MAX_RANK] = {0};
-
-  PetscFunctionBegin;
-  H5 set(H5Dopen2(file, path.c_str(), H5P_DEFAULT), H5Dclose);
-  BS_H5(set);
-  H5 space(H5Dget_space(set), H5Sclose);
-  BS_H5(H5Sget_simple_extent_dims(space, extent, nullptr));
-  *rows = static_cast<std::int64_t>(extent[0]);
-  PetscFunctionReturn(0);
-}
-
-PetscErrorCode shorten(hid_t file, const std::string& path, std::int64_t rows) {
-  hsize_t extent[H5S_MAX_RANK];
-
-  PetscFunctionBegin;
-  H5 set(H5Dopen2(file, path.c_str(), H5P_DEFAULT), H5Dclose);
-  BS_H5(set);
-  H5 space(H5Dget_space(set), H5Sclose);
-  BS_H5(H5Sget_simple_extent_dims(space, extent, nullptr));
-  if (static_cast<std::int64_t>(extent[0]) <= rows) PetscFunctionReturn(0);
-  extent[0] = static_cast<hsize_t>(rows);
-  BS_H5(H5Dset_extent(set, extent));
-  PetscFunctionReturn(0);
-}
 
 /// The time of frame `frame`, read by every rank.
 PetscErrorCode time_of_frame(hid_t file, const std::string& path, std::int64_t frame, double* time) {
@@ -82,36 +24,28 @@ PetscErrorCode time_of_frame(hid_t file, const std::string& path, std::int64_t f
 
 }  // namespace
 
-PetscErrorCode Trajectory::Impl::recognise(const TrajectoryMark& mark, std::string* fault) const {
+PetscErrorCode Trajectory::Impl::recognise(const TrajectoryMark& at, std::string* fault) {
   std::string clock;
   double there = 0;
 
   PetscFunctionBegin;
-  for (const Growing& set : growing_of(file, mark)) {
+  const std::vector<Growing> sets = growing_of(file, at, fault);
+  if (!fault->empty()) PetscFunctionReturn(0);
+  for (const Growing& set : sets) {
     std::int64_t found = 0;
     PetscCall(count_rows(file, set.path, &found));
     if (found < set.rows) {
       *fault = format("has %lld rows in %s where %lld were written", (long long)found, set.path.c_str(), (long long)set.rows);
       PetscFunctionReturn(0);
     }
-    if (set.clock && ends_in(set.path, "/time")) clock = set.path;
+    if (found > set.rows) tail = true;
+    if (set.times()) clock = set.path, old_frames = found;
   }
-  if (mark.frames > 0 && clock.empty()) *fault = "holds no frame";
-  if (mark.frames == 0 || clock.empty()) PetscFunctionReturn(0);
-  PetscCall(time_of_frame(file, clock, mark.frames - 1, &there));
-  if (there != mark.last_time)
-    *fault = format("has frame %lld at t = %.17g s where it was written at %.17g s", (long long)mark.frames - 1, there, mark.last_time);
-  PetscFunctionReturn(0);
-}
-
-PetscErrorCode Trajectory::Impl::cut_back(const TrajectoryMark& mark) {
-  PetscFunctionBegin;
-  // The clock first, and on disk: whoever trusts its length then finds every row, also if the run ends here.
-  for (const bool clock : {true, false}) {
-    for (const Growing& set : growing_of(file, mark))
-      if (set.clock == clock) PetscCall(shorten(file, set.path, set.rows));
-    BS_H5(H5Fflush(file, H5F_SCOPE_GLOBAL));
-  }
+  if (at.frames > 0 && clock.empty()) *fault = "holds no frame";
+  if (at.frames == 0 || clock.empty()) PetscFunctionReturn(0);
+  PetscCall(time_of_frame(file, clock, at.frames - 1, &there));
+  if (there != at.last_time)
+    *fault = format("has frame %lld at t = %.17g s where it was written at %.17g s", (long long)at.frames - 1, there, at.last_time);
   PetscFunctionReturn(0);
 }
 
@@ -145,7 +79,7 @@ PetscErrorCode Trajectory::Impl::find_layout(const std::vector<Field>& fields, c
   PetscFunctionReturn(0);
 }
 
-PetscErrorCode Trajectory::resume(MPI_Comm comm, const TrajectoryOptions& options, int dim, const TrajectoryMark& mark,
+PetscErrorCode Trajectory::resume(MPI_Comm comm, const TrajectoryOptions& options, int dim, const TrajectoryMark& at,
                                   std::unique_ptr<Trajectory>* out) {
   std::string fault;
 
@@ -156,17 +90,21 @@ PetscErrorCode Trajectory::resume(MPI_Comm comm, const TrajectoryOptions& option
   std::unique_ptr<Trajectory> made(new Trajectory());
   Impl& impl = *made->impl_;
   PetscCall(impl.begin(comm, options, dim));
-  impl.frames = mark.frames;
-  impl.log_rows = mark.log_rows;
-  impl.last_time = mark.last_time;
+  impl.mark = at;
+  impl.frames = at.frames;
+  impl.log_rows = at.log_rows;
+  impl.last_time = at.last_time;
   impl.published = true;
-  PetscErrorCode code = impl.open(options.file, true);
-  if (!code) code = impl.recognise(mark, &fault);
+  int readable = 0;
+  if (impl.rank == 0) readable = H5Fis_hdf5(impl.target.c_str()) > 0;
+  PetscCallMPI(MPI_Bcast(&readable, 1, MPI_INT, 0, comm));
+  PetscErrorCode code = 0;
+  if (!readable) fault = "is no HDF5 file";
+  else code = impl.open(impl.target);
+  if (!code && fault.empty()) code = impl.recognise(at, &fault);
   if (!code && !fault.empty())
     code = tell(comm, Exit::input, options.file + ": is not the trajectory this run wrote: it " + fault + ": give the one it wrote, or a new name");
-  if (!code) code = impl.cut_back(mark);
   if (!code) code = impl.open_log();
-  if (!code && H5Fflush(impl.file, H5F_SCOPE_GLOBAL) < 0) code = tell_alone(Exit::io, watch.sentence(h5_reason()));
   if (code) impl.usable = false;
   PetscCall(watch.settle(comm, code));
   *out = std::move(made);

@@ -1,7 +1,6 @@
 #include "output/settings.hpp"
 
 #include "base/options.hpp"
-#include "output/space.hpp"
 
 namespace bs {
 
@@ -25,7 +24,7 @@ PetscErrorCode read_output_settings(MPI_Comm comm, OutputSettings* settings) {
                  "TRAJECTORY.xdmf beside the trajectory, by which ParaView opens it (not for one dimension without "
                  "-bs_output_pad)",
                  file.xdmf);
-    section.flag("-bs_overwrite", "replace a trajectory that exists", file.overwrite);
+    section.flag("-bs_overwrite", "replace a trajectory, checkpoint or report that exists", file.overwrite);
     section.text("-bs_report", "closing report to write, JSON; none without", settings->report);
     section.real("-bs_progress_interval", "time between lines of progress; 0: every step; negative: quiet [s]",
                  settings->progress_interval);
@@ -33,8 +32,6 @@ PetscErrorCode read_output_settings(MPI_Comm comm, OutputSettings* settings) {
   }));
   file.pad = static_cast<int>(pad);
   file.units = static_cast<OutputUnits>(units);
-  // A report that exists is replaced.
-  if (!settings->report.empty()) PetscCall(require_writable(comm, settings->report, "-bs_report", true));
   PetscFunctionReturn(0);
 }
 

@@ -9,33 +9,47 @@
 #include <cstring>
 
 #include "base/fault.hpp"
+#include "output/fresh_file.hpp"
 
 namespace bs {
 
-static std::string folder_of(const std::string& file) {
-  const auto slash = file.rfind('/');
-  if (slash == std::string::npos) return ".";
-  return slash == 0 ? "/" : file.substr(0, slash);
+static const char* kind_of(mode_t mode) {
+  if (S_ISCHR(mode) || S_ISBLK(mode)) return "a device";
+  if (S_ISFIFO(mode)) return "a pipe";
+  return S_ISSOCK(mode) ? "a socket" : "no regular file";
 }
 
-/// What is wrong with writing `file`; empty if nothing.
-static std::string objection(const std::string& file, const char* name, bool overwrite) {
+/// Why the name of something that exists cannot be used; empty if it can.
+static std::string objection_to(const std::string& file, mode_t mode, const std::string& name, bool overwrite) {
+  if (S_ISDIR(mode)) return file + " is a folder: give the name of a file to " + name;
+  if (!S_ISREG(mode)) return file + " is " + kind_of(mode) + ": give the name of a file to " + name;
+  if (!overwrite) return file + " exists: give another " + name + " or add -bs_overwrite";
+  return {};
+}
+
+std::string unwritable(const std::string& file, const char* name, bool overwrite) {
   const std::string folder = folder_of(file);
   struct stat status;
   const bool exists = stat(file.c_str(), &status) == 0;
   if (exists) {
-    if (S_ISDIR(status.st_mode)) return file + " is a folder: give the name of a file to " + name;
-    if (!overwrite) return file + " exists: give another " + name + " or add -bs_overwrite";
+    const std::string fault = objection_to(file, status.st_mode, name, overwrite);
+    if (!fault.empty()) return fault;
+  } else if (lstat(file.c_str(), &status) == 0) {
+    return file + " is a link that leads nowhere: remove it, or give another " + name;
   } else if (stat(folder.c_str(), &status) != 0 || !S_ISDIR(status.st_mode)) {
     return "folder " + folder + " of " + name + " " + file + " does not exist: make it, or give another " + name;
   }
-  const int handle = open(file.c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0666);
-  if (handle >= 0) {
+  const std::string real = real_name(file);
+  std::string probe;
+  int handle = exists ? open(real.c_str(), O_RDWR | O_NOFOLLOW | O_NONBLOCK | O_CLOEXEC) : 0;
+  int why = handle < 0 ? errno : 0;
+  if (exists && handle >= 0) close(handle);
+  if (!why && !(why = create_fresh(real, ".tmp", &probe, &handle))) {
     close(handle);
-    if (!exists) unlink(file.c_str());
-    return {};
+    (void)unlink(probe.c_str());
   }
-  return "cannot write " + file + " into folder " + folder + ": " + std::strerror(errno) + ": give another " + name;
+  if (!why) return {};
+  return "cannot write " + file + " into folder " + folder + ": " + std::strerror(why) + ": give another " + name;
 }
 
 PetscErrorCode require_writable(MPI_Comm comm, const std::string& file, const char* name, bool overwrite) {
@@ -44,7 +58,7 @@ PetscErrorCode require_writable(MPI_Comm comm, const std::string& file, const ch
 
   PetscFunctionBegin;
   PetscCallMPI(MPI_Comm_rank(comm, &rank));
-  if (rank == 0) fault.text = objection(file, name, overwrite);
+  if (rank == 0) fault.text = unwritable(file, name, overwrite);
   PetscCall(agree(comm, fault));
   PetscFunctionReturn(0);
 }

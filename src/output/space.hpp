@@ -7,8 +7,11 @@
 
 namespace bs {
 
-/// Collective. Tells (exit 2) if `file`, given by option `name`, exists and may not be overwritten, or cannot be
-/// written. Leaves no file behind.
+/// Local. Why `file`, given by option `name`, cannot be written: it exists (and may not be overwritten), is a folder, a device, a
+/// pipe or a link to nothing, or its folder cannot be written to. Empty if it can. Leaves no file behind.
+std::string unwritable(const std::string& file, const char* name, bool overwrite);
+
+/// Collective. Tells (exit 2) what unwritable() says on rank 0.
 PetscErrorCode require_writable(MPI_Comm comm, const std::string& file, const char* name, bool overwrite);
 
 /// Collective. Reserves `bytes` on disk behind the end of `file` without changing its length; `reason` receives, on

@@ -1,9 +1,7 @@
 #include "output/trajectory.hpp"
 
 #include <cerrno>
-#include <cstdio>
 #include <cstring>
-#include <filesystem>
 
 #include "base/fault.hpp"
 #include "output/frame_file.hpp"
@@ -18,13 +16,13 @@ Trajectory::Trajectory() : impl_(std::make_unique<Impl>()) {}
 Trajectory::~Trajectory() {
   (void)PetscPushErrorHandler(PetscReturnErrorHandler, nullptr);
   std::int64_t bytes = 0;
-  if (impl_->viewer && impl_->usable && !impl_->frame_bytes({}, {}, &bytes) && !impl_->make_room(0, bytes) && !impl_->write_log())
+  if (impl_->viewer && impl_->usable && !impl_->tail && !impl_->frame_bytes({}, {}, &bytes) && !impl_->make_room(0, bytes) && !impl_->write_log())
     (void)impl_->publish();
   (void)impl_->close();
   (void)PetscPopErrorHandler();
 }
 
-std::int64_t Trajectory::frames() const { return impl_->frames; }
+std::int64_t Trajectory::frames() const { return impl_->tail ? impl_->old_frames : impl_->frames; }
 
 /// Bytes of the tables written once, and of the headers.
 static std::int64_t constant_bytes(const std::vector<Dataset>& constants) {
@@ -59,19 +57,20 @@ static PetscErrorCode write_head(hid_t file, MPI_Comm comm, int columns, OutputU
   PetscFunctionReturn(0);
 }
 
-std::string Trajectory::Impl::making_name() const {
-  std::error_code none;  // through a link: it stays, and the rename stays within one file system
-  const auto target = std::filesystem::canonical(options.file, none);
-  return (none ? options.file : target.string()) + ".tmp";
-}
-
 PetscErrorCode Trajectory::Impl::publish() {
-  const std::string made = making_name(), name = made.substr(0, made.size() - 4);
+  std::string reason;
   Fault fault;
 
   PetscFunctionBegin;
   if (published) PetscFunctionReturn(0);
-  if (rank == 0 && std::rename(made.c_str(), name.c_str()) != 0) fault.text = "cannot rename " + made + ": " + std::strerror(errno);
+  PetscCall(confirm_identity(comm, made, identity, &reason));
+  if (rank == 0 && reason.empty())
+    if (const int why = give_name(made, target, options.overwrite))
+      reason = why == EEXIST ? target + " has been made meanwhile" : std::string(std::strerror(why));
+  if (rank == 0 && !reason.empty()) {
+    fault.text = "cannot give the trajectory the name " + options.file + ": " + reason + ": the run ends, what it wrote is in " + made;
+    published = true;  // it is kept
+  }
   fault.exit = Exit::io;
   PetscCall(agree(comm, fault));
   published = true;
@@ -96,9 +95,8 @@ PetscErrorCode Trajectory::create(MPI_Comm comm, const TrajectoryOptions& option
   std::unique_ptr<Trajectory> made(new Trajectory());
   Impl& impl = *made->impl_;
   PetscCall(impl.begin(comm, options, dim));
-  const std::string making = impl.making_name();
-  code = impl.open(making, false);
-  if (!code) code = reserve_space(comm, making, constant_bytes(constants), &full);
+  code = impl.create(&full);
+  if (!code && full.empty()) code = reserve_space(comm, impl.made, constant_bytes(constants), &full);
   if (!code && !full.empty()) code = tell(comm, Exit::io, watch.sentence(full));
   if (!code) code = write_head(impl.file, comm, impl.columns, options.units, constants);
   if (!code) code = impl.create_log();
@@ -139,10 +137,16 @@ PetscErrorCode Trajectory::flush() {
 
   PetscFunctionBegin;
   if (!impl_->viewer || !impl_->usable) PetscFunctionReturn(0);
+  if (impl_->tail) {  // nothing of a continued file is touched for nothing
+    int waiting = static_cast<int>(!impl_->records.empty());
+    PetscCallMPI(MPI_Bcast(&waiting, 1, MPI_INT, 0, impl_->comm));
+    if (!waiting) PetscFunctionReturn(0);
+  }
   const IoWatch watch("cannot write the log of steps to " + impl_->options.file, ": all frames are intact");
   code = impl_->frame_bytes({}, {}, &bytes);
   if (!code) code = reserve_space(impl_->comm, impl_->path(), bytes, &full);
   if (!code && !full.empty()) code = tell(impl_->comm, Exit::io, watch.sentence(full));
+  if (!code) code = impl_->cut_tail();
   if (!code) code = impl_->make_room(0, bytes);
   if (!code) code = impl_->write_log();
   if (!code && H5Fflush(impl_->file, H5F_SCOPE_GLOBAL) < 0) code = tell_alone(Exit::io, watch.sentence(h5_reason()));

@@ -47,8 +47,9 @@ class Trajectory {
   /// An empty options.file makes *out null and no file.
   static PetscErrorCode create(MPI_Comm comm, const TrajectoryOptions& options, int dim,
                                const std::vector<Dataset>& constants, std::unique_ptr<Trajectory>* out);
-  /// Collective. Opens the file again at `mark`: frames and rows of the log written after it are taken away, and the
-  /// next frame follows. Told (exit 2) if the file is not the one marked.
+  /// Collective. Opens the file again at `mark`: the next frame follows there. Frames and rows of the log written after it stay
+  /// until something is to be written in their place, and in a file beside it until the first new frame is whole. Told
+  /// (exit 2) if the file is not the one marked.
   static PetscErrorCode resume(MPI_Comm comm, const TrajectoryOptions& options, int dim, const TrajectoryMark& mark,
                                std::unique_ptr<Trajectory>* out);
   /// Collective. Appends one frame; the first one fixes the set of fields and observables.
@@ -60,6 +61,7 @@ class Trajectory {
   PetscErrorCode flush();
   /// Collective. Flushes and closes; also done by the destructor, without telling errors.
   PetscErrorCode close();
+  /// Frames in the file.
   std::int64_t frames() const;
   /// Where it stands, once flushed; on rank 0 and on the others.
   TrajectoryMark mark() const;

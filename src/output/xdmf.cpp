@@ -1,10 +1,10 @@
 #include "output/xdmf.hpp"
 
-#include <cerrno>
-#include <cstdio>
 #include <cstring>
+#include <fstream>
 
 #include "base/fault.hpp"
+#include "output/fresh_file.hpp"
 
 namespace bs {
 
@@ -128,19 +128,20 @@ struct Contents {
   }
 };
 
-/// What went wrong; empty if the file was replaced.
-std::string replace_file(const std::string& file, const std::string& text) {
-  const std::string temporary = file + ".tmp";
-  std::FILE* handle = std::fopen(temporary.c_str(), "w");
-  bool good = handle && std::fwrite(text.data(), 1, text.size(), handle) == text.size();
-  if (handle && std::fclose(handle) != 0) good = false;
-  if (good && std::rename(temporary.c_str(), file.c_str()) == 0) return {};
-  const std::string reason = std::strerror(errno ? errno : EIO);
-  std::remove(temporary.c_str());
-  return reason;
-}
+const char* const head = "<?xml version=\"1.0\"?>\n<Xdmf Version=\"2.0\"><Domain>\n"
+                         "<Grid Name=\"trajectory\" GridType=\"Collection\" CollectionType=\"Temporal\">\n";
+
+std::string name_in_text(const std::string& trajectory) { return escaped(trajectory.substr(trajectory.rfind('/') + 1)); }
 
 }  // namespace
+
+bool is_sidecar(const std::string& file) {
+  std::string text(8192, '\0');
+  std::ifstream in(file, std::ios::binary);
+  in.read(text.data(), static_cast<std::streamsize>(text.size()));
+  text.resize(static_cast<std::size_t>(in.gcount()));
+  return text.rfind(head, 0) == 0 && text.find(":/particles/trajectory/position/value") != std::string::npos;
+}
 
 PetscErrorCode xdmf_text(hid_t file, const std::string& trajectory, std::string* text) {
   std::vector<double> times;
@@ -149,13 +150,12 @@ PetscErrorCode xdmf_text(hid_t file, const std::string& trajectory, std::string*
   PetscFunctionBegin;
   text->clear();
   // beside the trajectory: found wherever both are moved
-  PetscCall(contents.find(file, escaped(trajectory.substr(trajectory.rfind('/') + 1))));
+  PetscCall(contents.find(file, name_in_text(trajectory)));
   const Item& position = contents.position;
   if (position.path.empty() || position.shape[2] < 2 || position.shape[2] > 3) PetscFunctionReturn(0);
   PetscCall(read_times(file, &times));
   if (times.empty()) PetscFunctionReturn(0);
-  *text = "<?xml version=\"1.0\"?>\n<Xdmf Version=\"2.0\"><Domain>\n"
-          "<Grid Name=\"trajectory\" GridType=\"Collection\" CollectionType=\"Temporal\">\n";
+  *text = head;
   for (std::size_t k = 0; k < times.size(); ++k) *text += contents.frame(k, times[k]);
   *text += "</Grid>\n</Domain></Xdmf>\n";
   PetscFunctionReturn(0);
@@ -172,7 +172,8 @@ PetscErrorCode Xdmf::update(hid_t file, bool last, std::string* reason) {
   const std::int64_t due = described_ + (described_ > every_frame ? described_ / every_frame : 1);
   if (frames == described_ || (!last && frames < due)) PetscFunctionReturn(0);
   PetscCall(xdmf_text(file, trajectory_, &text));
-  if (!text.empty()) *reason = replace_file(name(), text);
+  if (!text.empty())
+    if (const int why = write_whole(name(), text, true)) *reason = std::strerror(why);
   described_ = frames;
   PetscFunctionReturn(0);
 }

@@ -26,6 +26,9 @@ class Xdmf {
   std::int64_t described_ = -1;  ///< frames in the present sidecar
 };
 
+/// Local. Whether `file` is a sidecar that this program wrote.
+bool is_sidecar(const std::string& file);
+
 /// The text of the sidecar; empty for a file without particles in two or three columns.
 PetscErrorCode xdmf_text(hid_t file, const std::string& trajectory, std::string* text);
 

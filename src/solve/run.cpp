@@ -2,6 +2,7 @@
 #include <unistd.h>
 #include "base/fault.hpp"
 #include "base/options.hpp"
+#include "output/claim.hpp"
 #include "solve/run_parts.hpp"
 
 namespace bs {
@@ -35,14 +36,34 @@ PetscErrorCode read_options(MPI_Comm comm, RunOptions* out) {
   PetscFunctionReturn(0);
 }
 
+PetscErrorCode claim_files(MPI_Comm comm, const RunOptions& options, Claim* claim) {
+  RunFiles files;
+  CheckpointFile checkpoint;
+  PetscFunctionBegin;
+  files.output = options.output.trajectory.file;
+  files.xdmf = options.output.trajectory.xdmf;
+  files.overwrite = options.output.trajectory.overwrite;
+  files.report = options.output.report;
+  files.checkpoint = options.saving.file;
+  files.restart = options.saving.restart;
+  if (!files.restart.empty()) {
+    PetscCall(checkpoint.open(comm, files.restart));
+    files.resumes = mark_of(checkpoint).frames > 0;
+  }
+  PetscCall(claim->take(comm, files));
+  PetscFunctionReturn(0);
+}
+
 }  // namespace
 
 PetscErrorCode Run::set_up() {
   PetscFunctionBegin;
+  PetscCall(fingerprint_inputs(model_.comm(), &inputs_));
   if (!options_.saving.restart.empty()) {
     restart_ = std::make_unique<CheckpointFile>();
     PetscCall(restart_->open(model_.comm(), options_.saving.restart));
     PetscCall(restart_->require_same(model_));
+    PetscCall(require_same_inputs(model_.comm(), *restart_, inputs_));
   }
   PetscCall(create_ts(model_, &context_, &ts_));
   PetscCall(set_tolerances(options_.tolerances, model_, ts_));
@@ -83,6 +104,7 @@ PetscErrorCode Run::take_up() {
   PetscFunctionBegin;
   PetscCall(stepper_->restore(ts_, *restart_, &changed));
   start_ = stepper_->start();
+  taken_up_ = stepper_->counts().steps;
   progress_.header({format("continued from %s: step %lld, t = %.17g s", options_.saving.restart.c_str(),
                            static_cast<long long>(stepper_->counts().steps), stepper_->good_time())});
   PetscCall(tell_changed_options(model_.comm(), *restart_));
@@ -162,23 +184,28 @@ PetscErrorCode Run::on_save() {
   if (options_.saving.file.empty()) PetscFunctionReturn(0);
   PetscCall(TSGetSolution(ts_, &y));
   PetscCall(flushed_mark(trajectory_.get(), &mark));
-  PetscCall(save_run(model_, *stepper_, ts_, y, options_.saving.file, options_.output.trajectory.file, mark));
+  PetscCall(save_run(model_, *stepper_, ts_, y, options_.saving.file, options_.output.trajectory.file, mark, inputs_));
   PetscFunctionReturn(0);
 }
 
-/// The last good state: a frame of its own if it has none, and a checkpoint, also of a failed run that was told of none.
-/// The checkpoint knows nothing of a frame between output times, which a continued run takes away.
+/// The last good state: a frame of its own if it has none, and a checkpoint, also of a failed run that was given no name for
+/// one. The checkpoint knows nothing of a frame between output times, which a continued run takes away. A continued run that
+/// took no step leaves the trajectory, and the checkpoint it came from, as they were.
 PetscErrorCode Run::save_last(bool failed) {
   TrajectoryMark mark;
   Vec y;
   PetscFunctionBegin;
   PetscCall(TSGetSolution(ts_, &y));
   PetscCall(flushed_mark(trajectory_.get(), &mark));
-  if (!stepper_->framed()) PetscCall(on_frame(stepper_->counts().steps, stepper_->good_time(), y));
+  if (!stepper_->framed() && !(resumed_ && idle())) PetscCall(on_frame(stepper_->counts().steps, stepper_->good_time(), y));
   std::string file = options_.saving.file;
   if (file.empty() && failed && trajectory_) file = options_.output.trajectory.file + ".checkpoint";
   if (file.empty()) PetscFunctionReturn(0);
-  PetscCall(save_run(model_, *stepper_, ts_, y, file, options_.output.trajectory.file, mark));
+  if (idle() && (options_.saving.file.empty() || file == options_.saving.restart)) {
+    saved_ = options_.saving.restart;
+    PetscFunctionReturn(0);
+  }
+  PetscCall(save_run(model_, *stepper_, ts_, y, file, options_.output.trajectory.file, mark, inputs_));
   saved_ = file;
   PetscFunctionReturn(0);
 }
@@ -230,8 +257,10 @@ PetscErrorCode Run::conclude(TSConvergedReason reason, int* exit_code) {
 
 PetscErrorCode run_model(Model& model, int* exit_code) {
   RunOptions options;
+  Claim claim;  // given up when the files are closed
   PetscFunctionBegin;
   PetscCall(read_options(model.comm(), &options));
+  PetscCall(claim_files(model.comm(), options, &claim));
   Run run(model, options);
   PetscCall(run.set_up());
   PetscCall(run.advance(exit_code));

@@ -38,6 +38,7 @@ class Run {
   PetscErrorCode take_up();
   PetscErrorCode open_trajectory();
   PetscErrorCode save_last(bool failed);
+  bool idle() const { return stepper_->counts().steps == taken_up_; }
   PetscErrorCode conclude(TSConvergedReason reason, int* exit_code);
   PetscErrorCode report(const std::string& outcome, const std::string& why);
   PetscErrorCode explain(TSConvergedReason reason, std::string* text);
@@ -55,6 +56,8 @@ class Run {
   Advice advice_;
   std::unique_ptr<CheckpointFile> restart_;
   bool resumed_ = false;                 ///< the trajectory goes on where the checkpoint left it
+  PetscInt taken_up_ = -1;               ///< steps at the checkpoint; -1: from the start
+  Facts inputs_;                         ///< fingerprints of the tables that options name
   std::string saved_;                    ///< where a failed run can be continued from
   std::vector<Observable> first_, last_;
   double start_ = 0, end_ = 0;

@@ -75,7 +75,7 @@ PetscErrorCode Run::report(const std::string& outcome, const std::string& why) {
     report.set("frames", trajectory_ ? trajectory_->frames() : std::int64_t{0});
     for (const Observable& o : first_) report.set("first_" + o.name, o.value);
     for (const Observable& o : last_) report.set("last_" + o.name, o.value);
-    PetscCall(report.write(model_.comm(), options_.output.report));
+    PetscCall(report.write(model_.comm(), options_.output.report, options_.output.trajectory.overwrite));
   }
   progress_.finish(state(), outcome == "ok", closing_lines());
   PetscFunctionReturn(0);

@@ -10,7 +10,6 @@
 namespace bs {
 
 PetscErrorCode read_saving_options(MPI_Comm comm, SavingOptions* options) {
-  bool overwrite = false;
   PetscFunctionBegin;
   PetscCall(read_section(comm, "Checkpoints", [&](Section& o) {
     o.text("-bs_checkpoint", "file to continue from: written at the end, on SIGTERM, SIGINT, SIGUSR1 and when a solve fails; none without", options->file);
@@ -20,10 +19,6 @@ PetscErrorCode read_saving_options(MPI_Comm comm, SavingOptions* options) {
     if (options->file.empty() && (options->every > 0 || options->minutes > 0))
       o.fail("options -bs_checkpoint_every and -bs_checkpoint_minutes: say with -bs_checkpoint which file to write");
   }));
-  PetscBool value = PETSC_FALSE;
-  PetscCall(PetscOptionsGetBool(nullptr, nullptr, "-bs_overwrite", &value, nullptr));
-  overwrite = value || !options->restart.empty();
-  if (!options->file.empty()) PetscCall(require_writable(comm, options->file, "-bs_checkpoint", overwrite));
   PetscFunctionReturn(0);
 }
 
@@ -37,8 +32,8 @@ PetscErrorCode flushed_mark(Trajectory* trajectory, TrajectoryMark* mark) {
 }
 
 PetscErrorCode save_run(Model& model, const Stepper& stepper, TS ts, Vec y, const std::string& file, const std::string& trajectory,
-                        const TrajectoryMark& mark) {
-  Facts run;
+                        const TrajectoryMark& mark, const Facts& inputs) {
+  Facts run = inputs;
   TSType type;
   std::vector<NamedState> states = {{"/state", y}};
   PetscFunctionBegin;

@@ -101,7 +101,7 @@ def problems(folder, n):
 
 def measure(program, options, search, folder, limit, repeats):
     """{outcome, newton, residuals, energies, krylov, steps, rejected, seconds, energy}"""
-    given = dict(options, snes_linesearch_type=search, bs_report="r.json", bs_progress_interval=-1, bs_advise=False, log_view=":log.csv:ascii_csv")
+    given = dict(options, snes_linesearch_type=search, bs_report="r.json", bs_overwrite=True, bs_progress_interval=-1, bs_advise=False, log_view=":log.csv:ascii_csv")
     times = []
     while len(times) < repeats and (not times or times[0] < 2):
         before = resource.getrusage(resource.RUSAGE_CHILDREN)

@@ -87,7 +87,7 @@ def floor(checks, folder):
                                      ("cap on cuts", {"snes_max_it": 1, "snes_rtol": 1e-13, "bs_step_max_cuts": 3}, "rejected 4 times")):
             for old in folder.glob("run*"):
                 old.unlink()
-            code, _, err = run(checks, folder, dict(BLOCK, ts_max_time=0.1, bs_output="run.h5md", bs_report="r.json", **options), ranks)
+            code, _, err = run(checks, folder, dict(BLOCK, ts_max_time=0.1, bs_output="run.h5md", bs_report="r.json", bs_overwrite=True, **options), ranks)
             lines, name = told(err), f"{kind}, {ranks} rank(s)"
             checks.true(f"{name}: exit 3, one line with time and remedy", code == 3 and len(lines) == 1 and words in lines[0] and "t = " in lines[0] and "try " in lines[0], f"exit {code} {' '.join(lines)[:200]}")
             saved = folder / "run.h5md.checkpoint"
@@ -122,7 +122,7 @@ def blind(checks, folder):
 
 def tolerances(checks, folder):
     """A tighter tolerance of x alone, of v alone, makes smaller steps; each acts on its own."""
-    base = dict(BLOCK, ts_type="bdf", ts_max_time=0.02, ts_rtol=1e-30, ts_atol=1.0, bs_report="r.json")
+    base = dict(BLOCK, ts_type="bdf", ts_max_time=0.02, ts_rtol=1e-30, ts_atol=1.0, bs_report="r.json", bs_overwrite=True)
     steps = {}
     for name, options in (("loose", {}), ("x", {"bs_atol_x": 1e-6}), ("v", {"bs_atol_v": 1e-3}), ("both", {"bs_atol_x": 1e-6, "bs_atol_v": 1e-3}),
                           ("as one", {"bs_atol_x": 1.0, "bs_atol_v": 1.0})):

@@ -37,7 +37,7 @@ TEST_CASE("the report appears under its name only when it is complete") {
   const std::string file = "/tmp/backspring_" + std::to_string(pid) + ".json";
   Report report;
   report.set("ok", false);
-  REQUIRE(report.write(PETSC_COMM_WORLD, file) == 0);
+  REQUIRE(report.write(PETSC_COMM_WORLD, file, false) == 0);
   std::stringstream text;
   text << std::ifstream(file).rdbuf();
   REQUIRE(text.str() == report.json() + "\n");
@@ -45,11 +45,11 @@ TEST_CASE("the report appears under its name only when it is complete") {
   MPI_Barrier(PETSC_COMM_WORLD);
   if (rank_of(PETSC_COMM_WORLD) == 0) unlink(file.c_str());
   Caught said;
-  REQUIRE(report.write(PETSC_COMM_WORLD, "/proc/nowhere/r.json") == ERR_TOLD);
+  REQUIRE(report.write(PETSC_COMM_WORLD, "/proc/nowhere/r.json", false) == ERR_TOLD);
   REQUIRE(told_exit() == Exit::io);
-  REQUIRE((said.text().find("cannot write the report /proc/nowhere/r.json") != std::string::npos) ==
+  REQUIRE((said.text().find("cannot write the report /proc/nowhere/r.json", false) != std::string::npos) ==
           (rank_of(PETSC_COMM_WORLD) == 0));
-  REQUIRE(report.write(PETSC_COMM_WORLD, "") == 0);
+  REQUIRE(report.write(PETSC_COMM_WORLD, "", false) == 0);
 }
 
 TEST_CASE("durations") {

@@ -60,6 +60,7 @@ PetscErrorCode ParticleModel::read_laws(const Lattice& lattice) {
     std::string text, error;
     CsvTable table;
     PetscCall(find_input(net_.comm, &motion_.table_file));
+    note_input("-bs_anchor_table", motion_.table_file);
     PetscCall(read_text_file(net_.comm, motion_.table_file, &text));
     if (!read_csv_table(text, motion_.table_file, 2, 1 + lattice.dim, &table, &error) ||
         !motion_.set_table(table, motion_.table_file, &error))

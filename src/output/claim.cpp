@@ -1,0 +1,183 @@
+#include "output/claim.hpp"
+
+#include <hdf5.h>
+#include <sys/stat.h>
+
+#include <cstdlib>
+#include <filesystem>
+#include <fstream>
+#include <sstream>
+#include <vector>
+
+#include "base/crash.hpp"
+#include "base/fault.hpp"
+#include "base/find_file.hpp"
+#include "output/fresh_file.hpp"
+#include "output/h5.hpp"
+#include "output/space.hpp"
+#include "output/xdmf.hpp"
+
+namespace bs {
+
+namespace {
+
+/// One file under one of its names.
+struct Named {
+  std::string option, path;
+  std::string given;   ///< the name that the option gave, where `path` is one the program makes of it
+  bool restart = false;  ///< what a checkpoint may be: the one before it
+  std::string text() const { return option + " " + (given.empty() ? path : given + " (with " + path + " beside it)"); }
+};
+
+/// The same for every spelling of one place, also of a file that is still to be made.
+std::string place_of(const std::string& path) {
+  std::error_code none;
+  const auto place = std::filesystem::weakly_canonical(std::filesystem::absolute(path, none), none);
+  return none ? path : place.string();
+}
+
+bool same_file(const std::string& a, const std::string& b) {
+  FileIdentity first, second;
+  if (identity_of(a, true, &first) && identity_of(b, true, &second)) return first == second;
+  return place_of(a) == place_of(b);
+}
+
+std::vector<Named> written(const RunFiles& files) {
+  std::vector<Named> all;
+  const auto add = [&all](const char* option, const std::string& path, std::initializer_list<const char*> beside, bool restart) {
+    if (path.empty()) return;
+    all.push_back({option, path, "", restart});
+    all.push_back({option, path + ".lock", path, false});
+    for (const char* ending : beside) all.push_back({option, path + ending, path, restart});
+  };
+  add("-bs_output", files.output, {}, false);
+  if (files.xdmf && !files.output.empty()) all.push_back({"-bs_output", files.output + ".xdmf", files.output, false});
+  if (files.checkpoint.empty() && !files.output.empty())
+    for (const char* ending : {".checkpoint", ".checkpoint.previous"}) all.push_back({"-bs_output", files.output + ending, files.output, true});
+  add("-bs_checkpoint", files.checkpoint, {".previous"}, true);
+  add("-bs_report", files.report, {}, false);
+  return all;
+}
+
+/// Option files, wherever they are named, and the inputs read so far.
+std::vector<Named> read_files(const RunFiles& files) {
+  std::vector<Named> all;
+  std::vector<std::string> words;
+  int argc = 0;
+  char** argv = nullptr;
+  if (PetscGetArgs(&argc, &argv) == 0) words.assign(argv, argv + argc);
+  if (const char* more = std::getenv("PETSC_OPTIONS")) {
+    std::istringstream in(more);
+    for (std::string word; in >> word;) words.push_back(word);
+  }
+  for (std::size_t k = 0; k + 1 < words.size(); ++k)
+    if (words[k] == "-options_file" || words[k] == "-options_file_yaml") all.push_back({words[k], words[k + 1], "", false});
+  for (const auto& [option, path] : input_files()) all.push_back({option, path, "", false});
+  if (!files.restart.empty()) all.push_back({"-bs_restart", files.restart, "", true});
+  return all;
+}
+
+/// Two names for one file; empty if there are none.
+std::string clash(const RunFiles& files) {
+  const std::vector<Named> outputs = written(files), inputs = read_files(files);
+  for (std::size_t i = 0; i < outputs.size(); ++i) {
+    for (const Named& input : inputs)
+      if (!(outputs[i].restart && input.restart) && same_file(outputs[i].path, input.path))
+        return outputs[i].text() + " and " + input.text() + " are one file: the run would destroy what it reads: give another " + outputs[i].option;
+    for (std::size_t k = 0; k < i; ++k)
+      if (outputs[i].path != outputs[k].path || outputs[i].option != outputs[k].option)
+        if (same_file(outputs[i].path, outputs[k].path))
+          return outputs[i].text() + " and " + outputs[k].text() + " are one file: give another " + outputs[i].option;
+  }
+  return {};
+}
+
+bool is_regular(const std::string& path, bool* there) {
+  struct stat status;
+  *there = lstat(path.c_str(), &status) == 0;
+  return *there && S_ISREG(status.st_mode);
+}
+
+/// Something that the program would replace without being asked, and did not write; empty if there is none.
+std::string not_ours(const RunFiles& files) {
+  const auto fault = [](const std::string& path, const char* what, const std::string& option, const std::string& remedy) {
+    return path + " exists and is not " + what + " of this program's: move it away, or give another " + option + remedy;
+  };
+  bool there = false;
+  const std::string sidecar = files.output + ".xdmf";
+  if (!files.output.empty() && files.xdmf && !(is_regular(sidecar, &there) && is_sidecar(sidecar)) && there)
+    return fault(sidecar, "a sidecar", "-bs_output", ", or -bs_output_xdmf false");
+  std::vector<Named> kept;
+  if (!files.checkpoint.empty()) kept.push_back({"-bs_checkpoint", real_name(files.checkpoint) + ".previous", "", false});
+  else if (!files.output.empty())
+    for (const char* ending : {".checkpoint", ".checkpoint.previous"}) kept.push_back({"-bs_output", files.output + ending, "", false});
+  for (const Named& one : kept)
+    if (!(is_regular(one.path, &there) && is_checkpoint(one.path)) && there) return fault(one.path, "a checkpoint", one.option, "");
+  return {};
+}
+
+/// Rank 0's part: what is wrong, or nothing.
+std::string objection(const RunFiles& files, RunLock* lock, std::vector<std::string>* warnings) {
+  const bool continued = !files.restart.empty() && is_checkpoint(files.checkpoint);
+  struct Output {
+    const char* option;
+    const std::string& path;
+    bool overwrite;
+  };
+  const Output all[] = {{"-bs_output", files.output, files.overwrite || files.resumes},
+                        {"-bs_report", files.report, files.overwrite},
+                        {"-bs_checkpoint", files.checkpoint, files.overwrite || continued}};
+  std::string fault = clash(files);
+  for (const Output& one : all)
+    if (fault.empty() && !one.path.empty()) fault = unwritable(one.path, one.option, true);
+  // whether they exist is asked with the locks in hand: another run may be about to make them, and says who it is
+  for (const Output& one : all) {
+    std::string warning;
+    if (fault.empty() && !one.path.empty()) fault = lock->take(one.path, one.option, &warning);
+    if (!warning.empty()) warnings->push_back(warning);
+  }
+  for (const Output& one : all)
+    if (fault.empty() && !one.path.empty()) fault = unwritable(one.path, one.option, one.overwrite);
+  if (fault.empty()) fault = not_ours(files);
+  if (fault.empty() && warnings->empty())
+    for (const Output& one : all)
+      if (!one.path.empty()) remove_stale(real_name(one.path));
+  return fault;
+}
+
+}  // namespace
+
+bool is_checkpoint(const std::string& file) {
+  bool there = false;
+  if (file.empty() || !is_regular(real_name(file), &there)) return false;
+  ReadingFile reading;
+  reading.begin(file);
+  if (H5Fis_hdf5(file.c_str()) <= 0) return false;
+  const H5 opened(H5Fopen(file.c_str(), H5F_ACC_RDONLY, H5P_DEFAULT), H5Fclose);
+  if (opened < 0 || H5Aexists(opened, "format") <= 0) return false;
+  const H5 attribute(H5Aopen(opened, "format", H5P_DEFAULT), H5Aclose);
+  const H5 type(H5Aget_type(attribute), H5Tclose), space(H5Aget_space(attribute), H5Sclose);
+  char text[64] = "";
+  if (attribute < 0 || H5Tget_class(type) != H5T_STRING || H5Tis_variable_str(type) != 0 || H5Tget_size(type) >= sizeof text ||
+      H5Sget_simple_extent_npoints(space) != 1 || H5Aread(attribute, type, text) < 0)
+    return false;
+  return std::string(text) == "backspring checkpoint";
+}
+
+PetscErrorCode Claim::take(MPI_Comm comm, const RunFiles& files) {
+  PetscMPIInt rank;
+  PetscBool help = PETSC_FALSE;
+  Fault fault;
+  std::vector<std::string> warnings;
+
+  PetscFunctionBegin;
+  PetscCall(PetscOptionsHasName(nullptr, nullptr, "-help", &help));
+  if (help) PetscFunctionReturn(0);
+  PetscCallMPI(MPI_Comm_rank(comm, &rank));
+  if (rank == 0) fault.text = objection(files, &lock_, &warnings);
+  PetscCall(agree(comm, fault));
+  for (const std::string& warning : warnings) PetscCall(warn(PETSC_COMM_SELF, warning));  // rank 0's
+  PetscFunctionReturn(0);
+}
+
+}  // namespace bs

@@ -1,0 +1,34 @@
+// The files a run will write: asked for before anything is computed, and kept for it alone while it lasts.
+#pragma once
+#include <petscsys.h>
+
+#include <string>
+
+#include "output/run_lock.hpp"
+
+namespace bs {
+
+/// What the options name; empty: none.
+struct RunFiles {
+  std::string output, checkpoint, report;
+  std::string restart;      ///< the checkpoint that is read
+  bool xdmf = true;         ///< output + ".xdmf" is kept, too
+  bool overwrite = false;   ///< -bs_overwrite
+  bool resumes = false;     ///< an output that exists is gone on with, not replaced
+};
+
+class Claim {
+ public:
+  /// Collective. Told (exit 2): two names for one file, among those written and against every input and option file; a
+  /// file that exists and may not be replaced, or is no file; what other people keep under a name the program gives by
+  /// itself (.xdmf, .previous, .checkpoint, .lock); another run that writes one of them.
+  PetscErrorCode take(MPI_Comm comm, const RunFiles& files);
+
+ private:
+  RunLock lock_;  ///< of rank 0
+};
+
+/// Local. Whether `file` is a checkpoint of this program's, by what HDF5 finds in it.
+bool is_checkpoint(const std::string& file);
+
+}  // namespace bs

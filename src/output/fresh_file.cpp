@@ -1,0 +1,172 @@
+#include "output/fresh_file.hpp"
+
+#include <dirent.h>
+#include <fcntl.h>
+#include <sys/random.h>
+#include <unistd.h>
+
+#include <cerrno>
+#include <cstdint>
+#include <cstdio>
+#include <cstring>
+#include <filesystem>
+#include <vector>
+
+#include "base/fault.hpp"
+#include "output/h5.hpp"
+
+namespace bs {
+
+namespace {
+
+constexpr std::size_t digits = 16;
+
+/// Writes all of it. errno, or 0.
+int write_all(int handle, const char* data, std::size_t size) {
+  while (size > 0) {
+    const ssize_t done = write(handle, data, size);
+    if (done < 0 && errno == EINTR) continue;
+    if (done <= 0) return done < 0 ? errno : EIO;
+    data += done;
+    size -= static_cast<std::size_t>(done);
+  }
+  return 0;
+}
+
+/// The bytes of an HDF5 file without content, made in memory: no name is opened for it. Empty if that fails.
+std::vector<char> empty_hdf5() {
+  std::vector<char> image;
+  const H5 access(H5Pcreate(H5P_FILE_ACCESS), H5Pclose);
+  if (H5Pset_fapl_core(access, 4096, 0) < 0) return image;
+  const H5 file(H5Fcreate("empty", H5F_ACC_TRUNC, H5P_DEFAULT, access), H5Fclose);
+  if (file < 0 || H5Fflush(file, H5F_SCOPE_GLOBAL) < 0) return image;
+  const ssize_t size = H5Fget_file_image(file, nullptr, 0);
+  if (size <= 0) return image;
+  image.resize(static_cast<std::size_t>(size));
+  if (H5Fget_file_image(file, image.data(), image.size()) != size) image.clear();
+  return image;
+}
+
+/// Rank 0's part of create_fresh_hdf5. errno, or 0.
+int create_empty_hdf5(const std::string& file, std::string* name, FileIdentity* identity) {
+  const std::vector<char> image = empty_hdf5();
+  struct stat status;
+  int handle = -1;
+  if (image.empty()) return EIO;
+  if (const int why = create_fresh(file, ".tmp", name, &handle)) return why;
+  int why = write_all(handle, image.data(), image.size());
+  if (!why && fstat(handle, &status) != 0) why = errno;
+  if (!why) *identity = {status.st_dev, status.st_ino};
+  if (close(handle) != 0 && !why) why = errno;
+  if (why) (void)unlink(name->c_str());
+  return why;
+}
+
+}  // namespace
+
+std::string folder_of(const std::string& file) {
+  const auto slash = file.rfind('/');
+  if (slash == std::string::npos) return ".";
+  return slash == 0 ? "/" : file.substr(0, slash);
+}
+
+std::string real_name(const std::string& file) {
+  struct stat status;
+  if (lstat(file.c_str(), &status) != 0 || !S_ISLNK(status.st_mode)) return file;
+  std::error_code none;
+  const auto target = std::filesystem::canonical(file, none);
+  return none ? file : target.string();
+}
+
+bool identity_of(const std::string& name, bool follow, FileIdentity* identity) {
+  struct stat status;
+  if ((follow ? stat(name.c_str(), &status) : lstat(name.c_str(), &status)) != 0) return false;
+  *identity = {status.st_dev, status.st_ino};
+  return true;
+}
+
+int create_fresh(const std::string& file, const char* ending, std::string* name, int* handle) {
+  for (int attempt = 0; attempt < 8; ++attempt) {
+    std::uint64_t chance = 0;
+    char text[digits + 1];
+    if (getrandom(&chance, sizeof chance, 0) != static_cast<ssize_t>(sizeof chance)) return errno ? errno : EIO;
+    std::snprintf(text, sizeof text, "%016llx", static_cast<unsigned long long>(chance));
+    *name = file + "." + text + ending;
+    *handle = open(name->c_str(), O_RDWR | O_CREAT | O_EXCL | O_NOFOLLOW | O_CLOEXEC, 0666);
+    if (*handle >= 0) return 0;
+    if (errno != EEXIST) return errno;
+  }
+  return EEXIST;
+}
+
+int give_name(const std::string& made, const std::string& file, bool replace) {
+  if (replace) return rename(made.c_str(), file.c_str()) == 0 ? 0 : errno;
+  if (renameat2(AT_FDCWD, made.c_str(), AT_FDCWD, file.c_str(), RENAME_NOREPLACE) == 0) return 0;
+  if (errno != EINVAL && errno != ENOSYS) return errno;
+  // a file system that cannot do it at once (NFS): a second name is never put in the place of another file
+  if (link(made.c_str(), file.c_str()) == 0) return unlink(made.c_str()) == 0 ? 0 : errno;
+  if (errno == EEXIST) return EEXIST;
+  if (access(file.c_str(), F_OK) == 0) return EEXIST;
+  return rename(made.c_str(), file.c_str()) == 0 ? 0 : errno;
+}
+
+int write_whole(const std::string& file, const std::string& text, bool replace) {
+  std::string made;
+  int handle = -1;
+  if (const int why = create_fresh(file, ".tmp", &made, &handle)) return why;
+  int why = write_all(handle, text.data(), text.size());
+  if (close(handle) != 0 && !why) why = errno;
+  if (!why) why = give_name(made, file, replace);
+  if (why) (void)unlink(made.c_str());
+  return why;
+}
+
+void remove_stale(const std::string& file) {
+  const std::string folder = folder_of(file), begin = file.substr(file.rfind('/') + 1) + ".", end = ".tmp";
+  DIR* entries = opendir(folder.c_str());
+  if (!entries) return;
+  while (const dirent* entry = readdir(entries)) {
+    const std::string name = entry->d_name;
+    if (name.size() != begin.size() + digits + end.size() || name.compare(0, begin.size(), begin) != 0) continue;
+    if (name.compare(begin.size() + digits, end.size(), end) != 0) continue;
+    if (name.find_first_not_of("0123456789abcdef", begin.size()) != begin.size() + digits) continue;
+    struct stat status;
+    const std::string path = folder + "/" + name;
+    if (lstat(path.c_str(), &status) == 0 && S_ISREG(status.st_mode) && status.st_uid == geteuid()) (void)unlink(path.c_str());
+  }
+  closedir(entries);
+}
+
+PetscErrorCode create_fresh_hdf5(MPI_Comm comm, const std::string& file, std::string* name, FileIdentity* identity, std::string* reason) {
+  PetscMPIInt rank;
+  int head[2] = {0, 0};  // errno, length of the name
+
+  PetscFunctionBegin;
+  PetscCallMPI(MPI_Comm_rank(comm, &rank));
+  if (rank == 0) {
+    head[0] = create_empty_hdf5(file, name, identity);
+    head[1] = static_cast<int>(name->size());
+  }
+  PetscCallMPI(MPI_Bcast(head, 2, MPI_INT, 0, comm));
+  name->resize(static_cast<std::size_t>(head[1]));
+  PetscCallMPI(MPI_Bcast(name->data(), head[1], MPI_CHAR, 0, comm));
+  *reason = head[0] ? std::strerror(head[0]) : "";
+  PetscFunctionReturn(0);
+}
+
+PetscErrorCode confirm_identity(MPI_Comm comm, const std::string& name, const FileIdentity& identity, std::string* reason) {
+  PetscMPIInt rank;
+  int same = 0;
+
+  PetscFunctionBegin;
+  PetscCallMPI(MPI_Comm_rank(comm, &rank));
+  if (rank == 0) {
+    FileIdentity present;
+    same = identity_of(name, false, &present) && present == identity;
+  }
+  PetscCallMPI(MPI_Bcast(&same, 1, MPI_INT, 0, comm));
+  *reason = same ? "" : "another file has been put in the place of " + name;
+  PetscFunctionReturn(0);
+}
+
+}  // namespace bs

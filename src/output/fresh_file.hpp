@@ -1,0 +1,49 @@
+// Files that are made under a name nobody can foresee and receive their own name once they are whole.
+//
+// A temporary name that can be guessed can be taken beforehand, by a second run or by somebody's symbolic link that leads
+// elsewhere. Here it holds 64 random bits, lies in the same folder, and is created with O_EXCL and O_NOFOLLOW.
+#pragma once
+#include <petscsys.h>
+#include <sys/stat.h>
+
+#include <string>
+
+namespace bs {
+
+/// A file, whatever its name is.
+struct FileIdentity {
+  dev_t device = 0;
+  ino_t inode = 0;
+  friend bool operator==(const FileIdentity& a, const FileIdentity& b) { return a.device == b.device && a.inode == b.inode; }
+};
+
+/// Local. "." or the part of `file` before its last slash.
+std::string folder_of(const std::string& file);
+
+/// Local. Where `file` leads if it is a symbolic link to something that exists; else `file`.
+std::string real_name(const std::string& file);
+
+/// Local. The identity behind a name (`follow`: through symbolic links); false if there is none.
+bool identity_of(const std::string& name, bool follow, FileIdentity* identity);
+
+/// Local. Creates FILE.<16 hexadecimal digits><ending>, open for reading and writing as `*handle`. errno, or 0.
+int create_fresh(const std::string& file, const char* ending, std::string* name, int* handle);
+
+/// Local. Gives `made` the name `file`. replace = false: only if nothing has that name (EEXIST). errno, or 0.
+int give_name(const std::string& made, const std::string& file, bool replace);
+
+/// Local. `file` becomes a file with this text: a reader sees all of it or what was there before. errno, or 0.
+int write_whole(const std::string& file, const std::string& text, bool replace);
+
+/// Local. Removes what killed runs left of FILE under names that create_fresh() made with the ending .tmp. To be called
+/// only while the lock of FILE is held.
+void remove_stale(const std::string& file);
+
+/// Collective. Rank 0 creates an HDF5 file without content under a fresh name (ending .tmp), which every rank then knows
+/// and opens by that name (MPI-IO has no other way). `reason`, on every rank: why it cannot be, or nothing.
+PetscErrorCode create_fresh_hdf5(MPI_Comm comm, const std::string& file, std::string* name, FileIdentity* identity, std::string* reason);
+
+/// Collective, after opening and before the first write. `reason`: the name leads to another file than the one created.
+PetscErrorCode confirm_identity(MPI_Comm comm, const std::string& name, const FileIdentity& identity, std::string* reason);
+
+}  // namespace bs
