@@ -113,6 +113,7 @@ PetscErrorCode Stepper::pre_stage(TS ts, PetscReal) {
   PetscCall(TSGetApplicationContext(ts, &context));
   Stepper* self = static_cast<Stepper*>(context);
   if (!self->history_.replaying()) PetscCall(self->rejections_.before_stage(ts));
+  PetscCall(self->context_.rosenbrock.before_stage(ts));
   PetscFunctionReturn(0);
 }
 

@@ -19,6 +19,7 @@ class LinearModel final : public Model {
   Vec initial_state() const override { return system_.x0; }
   std::vector<std::string> describe() const override;
   bool linear() const override { return true; }
+  bool time_dependent() const override { return !sources_.constant(); }
   PetscErrorCode prepare(const Plan& plan) override;
   std::int64_t startup_steps() const override { return startup_steps_; }
   PetscErrorCode check_solver(KSP ksp) override;
@@ -54,7 +55,7 @@ class LinearModel final : public Model {
   PetscErrorCode operating_point();
   PetscErrorCode warn_inconsistent();
   PetscErrorCode warn_unstable(const Plan& plan);
-  PetscErrorCode invert_C();
+  PetscErrorCode invert_C(const Plan& plan);
   PetscErrorCode apply_inverse_C(Vec x);
   PetscErrorCode set_sources(double t);
   PetscErrorCode add_sources(double t, double scale, Vec F);

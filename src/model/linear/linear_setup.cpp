@@ -105,7 +105,7 @@ PetscErrorCode LinearModel::operating_point() {
   PetscFunctionReturn(0);
 }
 
-PetscErrorCode LinearModel::invert_C() {
+PetscErrorCode LinearModel::invert_C(const Plan& plan) {
   bool singular = false;
   PetscFunctionBegin;
   if (diagonal_ && zero_rows_ == 0) PetscFunctionReturn(0);
@@ -115,7 +115,7 @@ PetscErrorCode LinearModel::invert_C() {
   }
   if (zero_rows_ > 0 || singular)
     PetscCall(tell(comm_, Exit::input, "C is singular" + (zero_rows_ > 0 ? format(" (%lld empty rows)", static_cast<long long>(zero_rows_)) : std::string()) +
-                   ": explicit types and arkimex need C^-1; use -ts_type beuler, cn, theta or bdf"));
+                   ": " + plan.method + " needs C^-1: use -ts_type beuler, cn, theta or bdf"));
   PetscFunctionReturn(0);
 }
 
@@ -187,11 +187,9 @@ PetscErrorCode LinearModel::warn_unstable(const Plan& plan) {
 PetscErrorCode LinearModel::prepare(const Plan& plan) {
   PetscFunctionBegin;
   const bool velocity = plan.implicit && plan.form == Form::velocity;
-  if (!plan.implicit || velocity) PetscCall(invert_C());
-  if (velocity && !diagonal_) PetscCall(tell(comm_, Exit::input, "-ts_type arkimex needs a diagonal C here: use bdf, cn or theta"));
+  if (!plan.implicit || velocity || !plan.descriptor) PetscCall(invert_C(plan));
+  if (velocity && !diagonal_) PetscCall(tell(comm_, Exit::input, plan.method + " needs a diagonal C here: use bdf, cn or theta"));
   if (!plan.implicit && plan.real_stability > 0) PetscCall(warn_unstable(plan));
-  if (plan.autonomous && !sources_.constant())
-    PetscCall(warn(comm_, "this -ts_type loses its order where sources depend on time: its error may be larger than it says; use bdf or cn"));
   PetscCall(warn_inconsistent());
   PetscFunctionReturn(0);
 }
