@@ -7,6 +7,7 @@
 #include "checkpoint/facts.hpp"
 #include "model/model.hpp"
 #include "output/trajectory.hpp"
+#include "solve/ts_queries.hpp"
 
 namespace bs {
 
@@ -20,10 +21,11 @@ class RejectionWatch {
   /// Hooks into `ts`. A step is given up when an attempt shorter than `step_min` [s] would follow, or after `most`
   /// rejections on end.
   PetscErrorCode attach(TS ts, double step_min, std::int64_t most);
-  /// Before a step of length h [s]; `again`: one that TS gave back after a rejected attempt.
-  void begin_step(double h, bool again) {
+  /// Before a step of length h from time t [s]; `again`: one that TS gave back after a rejected attempt.
+  void begin_step(double t, double h, bool again) {
     if (!again) in_a_row_ = 0;
     present_ = h;
+    resolution_ = time_resolution(t);
   }
   /// Collective. After TS gave a step back: the length of the next attempt, `cut` times the last one where TS has not
   /// shortened it; false: the step is given up.
@@ -53,6 +55,7 @@ class RejectionWatch {
 
   Model& model_;
   double step_min_ = 0, tried_ = 0, present_ = 0;  ///< present_: of the attempt under way
+  double resolution_ = 0;  ///< no attempt shorter than this can be told apart from the time it starts at [s]
   std::int64_t most_ = 0, in_a_row_ = 0;
   PetscInt rejected_ = 0, failures_ = 0;  ///< of the TS, looked at so far
   bool gave_up_ = false;

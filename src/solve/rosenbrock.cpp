@@ -11,6 +11,7 @@ struct Probe {
   std::vector<double> stages;        ///< u_i
   std::vector<bool> explicit_stage;  ///< such a stage asks for the Jacobian without its shift
   std::vector<double> shifts;        ///< sigma of the others
+  double earliest = 0;               ///< stage, in steps from the start of the step
   bool shiftless = false;
 };
 
@@ -32,7 +33,7 @@ PetscErrorCode probe_jacobian(TS, PetscReal, Vec, Vec, PetscReal sigma, Mat, Mat
   PetscFunctionReturn(0);
 }
 
-PetscErrorCode probe_stage(TS ts, PetscReal, PetscInt index, Vec* stages) {
+PetscErrorCode probe_stage(TS ts, PetscReal time, PetscInt index, Vec* stages) {
   Probe* probe = nullptr;
   const PetscScalar* value = nullptr;
   PetscFunctionBegin;
@@ -41,6 +42,7 @@ PetscErrorCode probe_stage(TS ts, PetscReal, PetscInt index, Vec* stages) {
   probe->stages.push_back(value[0]);
   PetscCall(VecRestoreArrayRead(stages[index], &value));
   probe->explicit_stage.push_back(probe->shiftless);
+  probe->earliest = std::min(probe->earliest, time);
   probe->shiftless = false;
   PetscFunctionReturn(0);
 }
@@ -89,6 +91,7 @@ PetscErrorCode RosenbrockStages::probe(const char* subtype) {
   Probe probe;
   PetscFunctionBegin;
   PetscCall(take_probe_step(subtype, &probe));
+  looks_back_ = probe.earliest < -1e-12;
   for (std::size_t i = 0; i < probe.stages.size(); ++i) {
     gamma_.push_back(probe.stages[i] - (probe.explicit_stage[i] ? 1 : 0));
     explicit_ = explicit_ || probe.explicit_stage[i];
@@ -168,6 +171,14 @@ PetscErrorCode RosenbrockStages::differentiate(TS ts) {
   PetscCall(VecRestoreArrayWrite(rate_, &rate));
   for (std::size_t k = 0; k < 5; ++k) PetscCall(VecRestoreArrayRead(trial_[k], &f[k]));
   fresh_ = true;
+  PetscFunctionReturn(0);
+}
+
+PetscErrorCode RosenbrockStages::limit_time(TS ts, PetscReal* t) {
+  PetscReal start;
+  PetscFunctionBegin;
+  PetscCall(TSGetTime(ts, &start));
+  *t = std::max(*t, start);
   PetscFunctionReturn(0);
 }
 

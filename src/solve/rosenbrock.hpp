@@ -18,6 +18,12 @@ class RosenbrockStages {
   bool active() const { return active_; }
   /// Whether a stage is explicit: it multiplies by the Jacobian's matrix, which must be there.
   bool has_explicit_stage() const { return explicit_; }
+  /// Whether the Jacobian is asked for at more than the first stage.
+  bool has_own_matrices() const { return explicit_ || uneven_; }
+  /// Whether a stage lies before the step.
+  bool looks_back() const { return looks_back_; }
+  /// Brings *t into the present step.
+  static PetscErrorCode limit_time(TS ts, PetscReal* t);
   /// Before each stage.
   PetscErrorCode before_stage(TS ts);
   /// Adds the term of the present stage to F.
@@ -31,6 +37,7 @@ class RosenbrockStages {
   Form form_ = Form::momentum;
   bool active_ = false, explicit_ = false;
   bool uneven_ = false;         ///< gamma_ii, and with it the shift sigma, differs from stage to stage
+  bool looks_back_ = false;
   bool fresh_ = false;          ///< rate_ is that of this attempt
   std::vector<double> gamma_;   ///< gamma_i
   std::size_t stage_ = 0;

@@ -14,6 +14,8 @@ namespace {
 PetscErrorCode form_residual(TS ts, PetscReal t, Vec y, Vec ydot, Vec F, void* data) {
   TSContext* context = static_cast<TSContext*>(data);
   PetscFunctionBegin;
+  // where F does not depend on t, times before the run must not show (grk4t and its like look back)
+  if (context->rosenbrock.looks_back()) PetscCall(context->rosenbrock.limit_time(ts, &t));
   context->newton.residual_time = t;
   PetscCall(context->model->residual(t, y, ydot, context->form, F));
   if (context->rosenbrock.active()) PetscCall(context->rosenbrock.add_time_term(ts, F));
@@ -54,8 +56,7 @@ PetscErrorCode choose_method(TS ts, const char* type, TSContext* context) {
   if (!context->method) PetscCall(TSSetFromOptions(ts));  // PETSc lists the subtypes it has
   if (!context->method)
     PetscCall(tell(PetscObjectComm(reinterpret_cast<PetscObject>(ts)), Exit::input,
-                   format("option %s: this program does not know the subtype: -help lists those of PETSc, tests/verify/every_type.py those tried",
-                          subtype_option(type))));
+                   format("option %s: a subtype this program does not know: options/reference lists those it does", subtype_option(type))));
   context->implicit = context->method->implicit();
   context->form = context->method->form;
   PetscFunctionReturn(0);
