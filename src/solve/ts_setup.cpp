@@ -5,8 +5,10 @@
 #include "solve/condensed/condensed.hpp"
 #include "solve/linear_defaults.hpp"
 #include "solve/method_check.hpp"
+#include "solve/pivots.hpp"
 #include "solve/search/searches.hpp"
 #include "solve/stepping_check.hpp"
+#include "solve/ts_queries.hpp"
 
 namespace bs {
 namespace {
@@ -111,6 +113,11 @@ PetscErrorCode create_ts(Model& model, TSContext* context, TSHandle* ts) {
   PetscCall(context->rosenbrock.attach(*ts, model, context->form));
   PetscCall(check_stepping(*ts, context->implicit));
   PetscCall(check_method(*ts, *context));
+  if (context->implicit) {
+    PC pc;
+    PetscCall(linear_solver_of(*ts, nullptr, &pc));
+    PetscCall(make_pivots_relative(pc, false));
+  }
   Plan plan{context->implicit, context->form, 0, among(type, {TSEULER}) ? 2.0 : 0.0, context->method->words(), context->method->descriptor >= context->method->order};
   PetscCall(TSGetTimeStep(*ts, &plan.step));
   PetscCall(model.prepare(plan));
