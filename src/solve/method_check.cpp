@@ -1,38 +1,36 @@
 #include "solve/method_check.hpp"
+#include <algorithm>
 #include <cmath>
+#include <initializer_list>
+#include <string>
 #include "base/fault.hpp"
 #include "solve/ts_queries.hpp"
 
 namespace bs {
 namespace {
 
-/// The first of `names` that is among the options and not "false"; empty if none is.
-PetscErrorCode given_of(std::initializer_list<const char*> names, std::string* out) {
+/// The first of `names` that is among the options; empty if none is. Switches count only where they are on.
+PetscErrorCode given_of(std::initializer_list<const char*> names, bool switches, std::string* out) {
   PetscFunctionBegin;
   for (const char* name : names) {
     PetscBool there = PETSC_FALSE, on = PETSC_TRUE;
     PetscCall(PetscOptionsHasName(nullptr, nullptr, name, &there));
-    if (!there || !out->empty()) continue;
-    char word[64] = "";
-    PetscCall(PetscOptionsGetString(nullptr, nullptr, name, word, sizeof word, nullptr));
-    if (*word && PetscOptionsStringToBool(word, &on)) on = PETSC_TRUE;
-    if (on) *out = name;
+    if (there && switches) PetscCall(PetscOptionsGetBool(nullptr, nullptr, name, &on, nullptr));
+    if (there && on && out->empty()) *out = name;
   }
   PetscFunctionReturn(0);
 }
 
 /// Options of TS that need what this program does not set up: PETSc crashes or stops at the first step.
 PetscErrorCode fault_of_options(std::string* fault) {
-  std::string name;
+  std::string estimate, times, parts;
   PetscFunctionBegin;
-  PetscCall(given_of({"-ts_convergence_estimate"}, &name));
-  if (!name.empty()) *fault = "option -ts_convergence_estimate: is not for this program: postprocess/sweep.py runs a study and shows the orders";
-  name.clear();
-  PetscCall(given_of({"-ts_time_span"}, &name));
-  if (!name.empty()) *fault = "option -ts_time_span: is not for this program: give -ts_init_time, -ts_max_time and -bs_output_interval";
-  name.clear();
-  PetscCall(given_of({"-ts_rk_multirate"}, &name));
-  if (!name.empty()) *fault = "option -ts_rk_multirate: needs a system split into fast and slow parts: leave it out";
+  PetscCall(given_of({"-ts_convergence_estimate"}, true, &estimate));
+  PetscCall(given_of({"-ts_time_span"}, false, &times));
+  PetscCall(given_of({"-ts_rk_multirate"}, true, &parts));
+  if (!estimate.empty()) *fault = "option -ts_convergence_estimate: is not for this program: postprocess/sweep.py runs a study and shows the orders";
+  else if (!times.empty()) *fault = "option -ts_time_span: is not for this program: give -ts_init_time, -ts_max_time and -bs_output_interval";
+  else if (!parts.empty()) *fault = "option -ts_rk_multirate: needs a system split into fast and slow parts: leave it out";
   PetscFunctionReturn(0);
 }
 
@@ -108,8 +106,8 @@ PetscErrorCode fault_of_rosw(const TSContext& context, bool once, std::string* f
   std::string name, differences;
   PetscFunctionBegin;
   if (!stages.active()) PetscFunctionReturn(0);
-  PetscCall(given_of({"-snes_mf", "-snes_mf_operator"}, &name));
-  PetscCall(given_of({"-snes_fd", "-snes_fd_color"}, &differences));
+  PetscCall(given_of({"-snes_mf", "-snes_mf_operator"}, true, &name));
+  PetscCall(given_of({"-snes_fd", "-snes_fd_color"}, true, &differences));
   const bool linear = context.model->linear();
   if (!linear && !once)
     *fault = "option -snes_type: " + words + " solves one linear system a stage, Newton's method would lower its order: leave the option out";

@@ -10,6 +10,9 @@ namespace {
 constexpr auto EXPLICIT = Method::Kind::explicit_, IMPLICIT = Method::Kind::implicit;
 constexpr auto MOMENTUM = Form::momentum, VELOCITY = Form::velocity;
 
+constexpr const char* BDF_START = "its first steps are of order 1 and 2";
+constexpr const char* LOOKS_BACK = "not where F depends on time";  // a stage at t - 2 h: refused
+
 // Types with an explicit stage read F as y' - G: they need the velocity form, F divided by M or C, which a singular C
 // does not allow.
 constexpr Method METHODS[] = {
@@ -19,10 +22,10 @@ constexpr Method METHODS[] = {
     {"theta", "", IMPLICIT, MOMENTUM, 2, 2, true, ""},
     {"bdf", "1", IMPLICIT, MOMENTUM, 1, 1, true, ""},
     {"bdf", "2", IMPLICIT, MOMENTUM, 2, 2, true, ""},
-    {"bdf", "3", IMPLICIT, MOMENTUM, 2, 2, true, ""},
-    {"bdf", "4", IMPLICIT, MOMENTUM, 2, 2, true, ""},
-    {"bdf", "5", IMPLICIT, MOMENTUM, 2, 2, true, ""},
-    {"bdf", "6", IMPLICIT, MOMENTUM, 2, 2, true, ""},
+    {"bdf", "3", IMPLICIT, MOMENTUM, 2, 2, true, BDF_START},
+    {"bdf", "4", IMPLICIT, MOMENTUM, 2, 2, true, BDF_START},
+    {"bdf", "5", IMPLICIT, MOMENTUM, 2, 2, true, BDF_START},
+    {"bdf", "6", IMPLICIT, MOMENTUM, 2, 2, true, BDF_START},
     {"alpha", "", IMPLICIT, MOMENTUM, 2, 2, true, ""},
     {"rosw", "theta1", IMPLICIT, MOMENTUM, 1, 1, false, ""},
     {"rosw", "theta2", IMPLICIT, MOMENTUM, 2, 2, false, ""},
@@ -36,21 +39,21 @@ constexpr Method METHODS[] = {
     {"rosw", "lassp3p4s2c", IMPLICIT, VELOCITY, 3, 0, true, ""},
     {"rosw", "llssp3p4s2c", IMPLICIT, VELOCITY, 3, 0, true, ""},
     {"rosw", "ark3", IMPLICIT, VELOCITY, 3, 0, true, ""},
-    {"rosw", "grk4t", IMPLICIT, MOMENTUM, 4, 4, true, ""},
-    {"rosw", "shamp4", IMPLICIT, MOMENTUM, 4, 4, true, ""},
-    {"rosw", "veldd4", IMPLICIT, MOMENTUM, 4, 4, true, ""},
-    {"rosw", "4l", IMPLICIT, MOMENTUM, 4, 4, true, ""},
-    {"arkimex", "1bee", IMPLICIT, MOMENTUM, 1, 1, true, ""},
+    {"rosw", "grk4t", IMPLICIT, MOMENTUM, 4, 4, true, LOOKS_BACK},
+    {"rosw", "shamp4", IMPLICIT, MOMENTUM, 4, 4, true, LOOKS_BACK},
+    {"rosw", "veldd4", IMPLICIT, MOMENTUM, 4, 4, true, LOOKS_BACK},
+    {"rosw", "4l", IMPLICIT, MOMENTUM, 4, 4, true, LOOKS_BACK},
+    {"arkimex", "1bee", IMPLICIT, MOMENTUM, 1, 1, true, "backward Euler over half steps"},
     {"arkimex", "l2", IMPLICIT, MOMENTUM, 2, 2, true, ""},
-    {"arkimex", "prssp2", IMPLICIT, MOMENTUM, 2, 2, true, ""},
+    {"arkimex", "prssp2", IMPLICIT, MOMENTUM, 2, 2, false, ""},
     {"arkimex", "a2", IMPLICIT, VELOCITY, 2, 0, true, ""},
     {"arkimex", "ars122", IMPLICIT, VELOCITY, 2, 0, true, ""},
     {"arkimex", "2c", IMPLICIT, VELOCITY, 2, 0, true, ""},
     {"arkimex", "2d", IMPLICIT, VELOCITY, 2, 0, true, ""},
     {"arkimex", "2e", IMPLICIT, VELOCITY, 2, 0, true, ""},
     {"arkimex", "3", IMPLICIT, VELOCITY, 3, 0, true, ""},
-    {"arkimex", "bpr3", IMPLICIT, VELOCITY, 3, 0, true, ""},
-    {"arkimex", "ars443", IMPLICIT, VELOCITY, 3, 0, true, ""},
+    {"arkimex", "bpr3", IMPLICIT, VELOCITY, 3, 0, false, ""},
+    {"arkimex", "ars443", IMPLICIT, VELOCITY, 3, 0, false, ""},
     {"arkimex", "4", IMPLICIT, VELOCITY, 4, 0, true, ""},
     {"arkimex", "5", IMPLICIT, VELOCITY, 5, 0, true, ""},
     {"symplectic", "", EXPLICIT, VELOCITY, 1, 0, false, ""},
@@ -116,6 +119,14 @@ PetscErrorCode asked_method(TS ts, const char* type, const Method** out) {
   // PETSc takes the names of subtypes in any case
   for (const Method& method : METHODS)
     if (std::string_view(method.type) == type && strcasecmp(method.subtype, subtype.c_str()) == 0) *out = &method;
+  PetscFunctionReturn(0);
+}
+
+PetscErrorCode observed_order(TS ts, const Method& method, PetscInt* order) {
+  PetscReal theta = 0.5;
+  PetscFunctionBegin;
+  if (std::string_view(method.type) == TSTHETA) PetscCall(TSThetaGetTheta(ts, &theta));
+  *order = theta == 0.5 ? method.order : 1;
   PetscFunctionReturn(0);
 }
 

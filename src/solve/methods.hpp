@@ -26,6 +26,9 @@ struct Method {
 /// subtype is looked up where no option names one.
 PetscErrorCode asked_method(TS ts, const char* type, const Method** out);
 
+/// The order of `method` with the parameters `ts` has: theta is of order 1 but for theta = 1/2.
+PetscErrorCode observed_order(TS ts, const Method& method, PetscInt* order);
+
 bool knows_type(const std::string& type);
 
 /// "beuler, cn, ...": the types of a kind, each once.

@@ -136,7 +136,12 @@ PetscErrorCode describe_solver(TS ts, const TSContext& context, std::string* lin
   const std::string control = adapt_type ? adapt_type : TSADAPTNONE;
   PetscReal h;
   PetscCall(TSGetTimeStep(ts, &h));
-  *line = format("%s (%s), %s h = %g s", type, context.implicit ? "implicit" : "explicit",
+  PetscInt order;
+  PetscCall(observed_order(ts, *context.method, &order));
+  const std::string name = *context.method->subtype ? std::string(type) + " " + context.method->subtype : type;
+  const std::string kind = format("%s, order %lld", context.implicit ? "implicit" : "explicit", static_cast<long long>(order)) +
+                           (*context.method->remark ? std::string(": ") + context.method->remark : "");
+  *line = format("%s (%s), %s h = %g s", name.c_str(), kind.c_str(),
                  control == TSADAPTNONE ? "fixed step" : ("steps by -ts_adapt_type " + control + ", first").c_str(), h);
   if (!context.implicit) PetscFunctionReturn(0);
   SNES snes;
