@@ -45,7 +45,7 @@ PetscErrorCode Stepper::attach(TS ts) {
   good_time_ = start_;
   saved_ = next_ = nominal_;
   saved_at_ = MPI_Wtime();
-  PetscCall(tell_lost_steps(start_));
+  PetscCall(tell_lost_steps(start_, options_.first > 0 ? std::min(options_.first, nominal_) : blind_ ? BLIND * nominal_ : nominal_));
   PetscFunctionReturn(0);
 }
 

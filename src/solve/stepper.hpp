@@ -71,7 +71,7 @@ class Stepper {
   PetscErrorCode accept_step(TS ts);
   PetscErrorCode repeat_start(TS ts, bool* again);
   std::string lost_steps(double t, double h) const;
-  PetscErrorCode tell_lost_steps(double t) const;
+  PetscErrorCode tell_lost_steps(double t, double h) const;
   PetscErrorCode prime_solvers(TS ts, double sigma_step);
   PetscErrorCode check_state(TS ts, bool* finite);
   PetscErrorCode krylov_iterations(TS ts, PetscInt* count);

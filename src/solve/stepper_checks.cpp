@@ -18,10 +18,10 @@ std::string Stepper::lost_steps(double t, double h) const {
          "let the clock start at 0 (-ts_init_time), or give a larger one";
 }
 
-/// Collective. Told (exit 2) where the run cannot go on from time t.
-PetscErrorCode Stepper::tell_lost_steps(double t) const {
+/// Collective. Told (exit 2) where the run cannot go on from time t by a step of h.
+PetscErrorCode Stepper::tell_lost_steps(double t, double h) const {
   PetscFunctionBegin;
-  const std::string fault = lost_steps(t, nominal_);
+  const std::string fault = lost_steps(t, h);
   if (!fault.empty()) PetscCall(tell(model_.comm(), Exit::input, fault));
   PetscFunctionReturn(0);
 }

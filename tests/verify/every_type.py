@@ -176,8 +176,22 @@ REFUSALS = {
     "rosw, -snes_mf": ({"ts_type": "rosw", "snes_mf": True}, "option -snes_mf:"),
     "rosw, -snes_fd with an explicit stage": ({"ts_type": "rosw", "ts_rosw_type": "ark3", "snes_fd": True}, "option -snes_fd:"),
     "a step below the clock": ({"ts_init_time": 1e9, "ts_max_time": 1.1e9, "ts_dt": 1e-9}, "a step of 1e-09 s is lost in the rounding"),
+    "a first step below the clock": ({"ts_init_time": 1, "ts_max_time": 2, "ts_adapt_type": "basic", "bs_step_first": 1e-14},
+                                     "a step of 1e-14 s is lost in the rounding"),
     "output times below the clock": ({"ts_init_time": 1, "ts_max_time": 2, "bs_output_interval": 1e-18}, "option -bs_output_interval: 1e-18 s is lost"),
 }
+
+
+def check_clock(checks):
+    """A run whose steps become too short for the time it is at ends; one that starts at 1e-5 s and steps by 1e-17 s counts right."""
+    late = checks.run({"bs_lattice_type": "chain", "bs_lattice_size": 5, "ts_adapt_type": "basic", "ts_dt": 1, "bs_step_first": 1,
+                       "ts_adapt_dt_max": 1e-13, "ts_max_time": 3}, expect=None)
+    checks.true("steps that shrink below the clock end the run", late.code == 3 and "a step of 1e-13 s is lost in the rounding of t = " in late.stderr,
+                f"exit code {late.code}: {late.stderr.strip().splitlines()[-1:]}")
+    o = {**CHAIN, "ts_dt": 1e-17, "ts_init_time": 1e-5, "ts_max_steps": 20, "bs_output_interval": 1e-17, "bs_output": "run.h5md"}
+    time = checks.run(o).trajectory.time
+    checks.true("20 steps of 1e-17 s at 1e-5 s are 20 frames, each later than the one before", len(time) == 21 and bool((np.diff(time) > 0).all()),
+                f"{len(time)} frames, {np.diff(time).min():.3g} to {np.diff(time).max():.3g} s apart")
 
 
 def check_scale(checks):
@@ -216,6 +230,9 @@ def main():
                         {**direct(checks.ranks), **o, "snes_type": "ksponly"}, STEPS[2], 2)
         checks.each([r for r in REFUSALS if checks.wants("refusals") or (checks.arguments.filter and checks.wants(r))],
                     lambda c, r: refused(c, r, {**CHAIN, **REFUSALS[r][0]}, REFUSALS[r][1]))
+        if checks.wants("clock"):
+            with checks.group("clock"):
+                check_clock(checks)
         if checks.wants("scale"):
             with checks.group("scale"):
                 check_scale(checks)
