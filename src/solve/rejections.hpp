@@ -25,7 +25,7 @@ class RejectionWatch {
   void begin_step(double t, double h, bool again) {
     if (!again) in_a_row_ = 0;
     present_ = h;
-    resolution_ = time_resolution(t);
+    resolution_ = time_rounding(t);
   }
   /// Collective. After TS gave a step back: the length of the next attempt, `cut` times the last one where TS has not
   /// shortened it; false: the step is given up.

@@ -10,9 +10,6 @@ constexpr double SAME = SAME_STEP;
 // Length of a step without error estimate, of the nominal one.
 constexpr double BLIND = 1e-3;
 
-/// By how much a sum of steps may miss a time t [s].
-double rounding(double t) { return 4 * PETSC_MACHINE_EPSILON * std::abs(t); }
-
 }  // namespace
 
 Stepper::Stepper(Model& model, TSContext& context, const StepOptions& options, OnStep on_step, OnFrame on_frame, OnSave on_save)
@@ -96,7 +93,7 @@ PetscErrorCode Stepper::choose_step(TS ts) {
   const double rest = target_ - time;
   saved_ = h;
   planned_ = h;
-  const double slack = rounding(target_);
+  const double slack = time_rounding(target_);
   landing_ = h >= rest * (1 - SAME) - slack;
   if (landing_ && h > rest * (1 + SAME) + slack) planned_ = rest;
   // two middling steps rather than a full one and a sliver, where the step is free
@@ -191,7 +188,7 @@ PetscErrorCode Stepper::accept_step(TS ts) {
   const double taken = time - before;
   const bool rejected_now = record.rejected > 0;
   if (rejected_now) good_in_a_row_ = 0;
-  const bool landed = landing_ && std::abs(time - target_) <= std::max(SAME * planned_, rounding(target_));
+  const bool landed = landing_ && std::abs(time - target_) <= std::max(SAME * planned_, time_rounding(target_));
   if (landed) {
     time = target_;
     PetscCall(TSSetTime(ts, time));
@@ -215,7 +212,7 @@ PetscErrorCode Stepper::accept_step(TS ts) {
     framed_ = true;
   }
   if (landed) ++frame_;
-  ending_ = finished ? "" : lost_steps(time, next);
+  ending_ = finished ? "" : lost_steps(time, next, time_rounding(time));
   if (finished) PetscCall(TSSetConvergedReason(ts, TS_CONVERGED_TIME));
   else if (!ending_.empty()) PetscCall(TSSetConvergedReason(ts, TS_DIVERGED_STEP_REJECTED));
   else if (signal_) PetscCall(TSSetConvergedReason(ts, TS_CONVERGED_USER));

@@ -70,7 +70,7 @@ class Stepper {
   PetscErrorCode choose_step(TS ts);
   PetscErrorCode accept_step(TS ts);
   PetscErrorCode repeat_start(TS ts, bool* again);
-  std::string lost_steps(double t, double h) const;
+  std::string lost_steps(double t, double h, double least) const;
   PetscErrorCode tell_lost_steps(double t, double h) const;
   PetscErrorCode prime_solvers(TS ts, double sigma_step);
   PetscErrorCode check_state(TS ts, bool* finite);
