@@ -70,8 +70,9 @@ struct Plan {
   Form form = Form::momentum;
   double step = 0;           ///< nominal [s]
   double real_stability = 0; ///< largest |h lambda| an explicit type bears for lambda < 0; 0: not looked at
-  bool autonomous = false;   ///< the type loses its order where F depends on t
   std::string type = {};     ///< the TS type's name
+  std::string method;        ///< the options that name the method
+  bool descriptor = true;    ///< whether it keeps its order where C is singular
 };
 
 /// Something a model counted, for the summary and the report.
@@ -127,6 +128,8 @@ class Model {
 
   /// Whether F is linear in y and y': one linear solve a step is then enough.
   virtual bool linear() const { return false; }
+  /// Whether F depends on t otherwise than through y.
+  virtual bool time_dependent() const { return false; }
   /// Collective, once, before the first evaluation. Told (exit 2) if the model has not got the form asked for.
   virtual PetscErrorCode prepare(const Plan&) { return 0; }
   /// Steps at the start that are to be taken by backward Euler (types of the theta family).

@@ -62,8 +62,15 @@ PetscErrorCode History::see_stage(TS ts, PetscReal time, Vec stage) {
   if (kind_ == Kind::alpha) {
     bool starting = false;
     PetscCall(is_alpha_starting(ts, &starting));
-    if (!starting || steps_ > 0) used_ = step;
-    else PetscCall(copy(stage, time < start + 1.5 * step ? &half_ : &second_));  // `step` is half of the step here
+    if (!starting) used_ = step;
+    else if (time < start + 1.5 * step) PetscCall(copy(stage, &half_));  // `step` is half of the step here
+    else PetscCall(copy(stage, &second_));
+    if (!starting) {
+      PetscCall(settle_rate(ts));
+      PetscFunctionReturn(0);
+    }
+    if (time < start + 1.5 * step) first_half_ = stage;
+    else PetscCall(correct_start(stage));
     PetscFunctionReturn(0);
   }
   used_ = step;
@@ -71,8 +78,36 @@ PetscErrorCode History::see_stage(TS ts, PetscReal time, Vec stage) {
   PetscFunctionReturn(0);
 }
 
+// PETSc's alpha starts with V0 = (-3 y0 + 4 a - b)/(h/2) from a = y(h/2), b = y(h) by backward Euler: twice dy/dt, which
+// leaves order 1, and 0 on algebraic equations, wherever V0 matters (a spectral radius below 1). It gets, in the places of a
+// and b, what gives V0 = (-3 y0 + 4 a - b)/h and the same second difference, from which it estimates its error:
+//   a' = (3 y0 + b)/4,   b' = (3 y0 - 4 a + 3 b)/2
+PetscErrorCode History::correct_start(Vec second) {
+  Vec y0 = past_.back().state;
+  PetscFunctionBegin;
+  PetscCall(VecAXPBYPCZ(first_half_, 0.75, 0.25, 0, y0, second_));
+  PetscCall(VecAXPBYPCZ(second, 1.5, -2, 1.5, y0, half_));
+  first_half_ = nullptr;
+  PetscFunctionReturn(0);
+}
+
+// alpha computes V1 along with the residual. SNES ksponly evaluates none at its solution, so that V1 would be that of its guess.
+PetscErrorCode History::settle_rate(TS ts) {
+  SNES snes;
+  Vec y;
+  PetscBool once = PETSC_FALSE;
+  PetscFunctionBegin;
+  PetscCall(TSGetSNES(ts, &snes));
+  PetscCall(PetscObjectTypeCompare(reinterpret_cast<PetscObject>(snes), SNESKSPONLY, &once));
+  if (!once) PetscFunctionReturn(0);
+  PetscCall(SNESGetSolution(snes, &y));
+  if (!residual_) PetscCall(VecDuplicate(y, residual_.out()));
+  PetscCall(SNESComputeFunction(snes, y, residual_));
+  PetscFunctionReturn(0);
+}
+
 // V1 = (y1 - y0)/(gamma h) + (1 - 1/gamma) V0, in the order of PETSc's own operations; at the start
-// V0 = (-3 y0 + 4 y(h/2) - y(h))/(h/2) from the two half steps.
+// V0 = (-3 y0 + 4 y(h/2) - y(h))/h from the two half steps.
 PetscErrorCode History::advance_rate(TS ts, Vec y) {
   PetscReal gamma;
   Vec y0 = last_start();
@@ -81,11 +116,10 @@ PetscErrorCode History::advance_rate(TS ts, Vec y) {
   if (!rate_) PetscCall(VecDuplicate(y, rate_.out()));
   if (!rate0_) PetscCall(VecDuplicate(y, rate0_.out()));
   if (steps_ == 0 && half_ && second_) {
-    const double half = used_ / 2;
     PetscCall(VecZeroEntries(rate0_));
-    PetscCall(VecAXPY(rate0_, -3 / half, y0));
-    PetscCall(VecAXPY(rate0_, +4 / half, half_));
-    PetscCall(VecAXPY(rate0_, -1 / half, second_));
+    PetscCall(VecAXPY(rate0_, -3 / used_, y0));
+    PetscCall(VecAXPY(rate0_, +4 / used_, half_));
+    PetscCall(VecAXPY(rate0_, -1 / used_, second_));
   } else {
     PetscCall(VecCopy(rate_, rate0_));
   }

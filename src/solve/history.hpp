@@ -42,6 +42,8 @@ class History {
   PetscErrorCode copy(Vec from, VecHandle* to) const;
   PetscErrorCode replay(TS ts);
   PetscErrorCode replay_rate(TS ts, double time, Vec y);
+  PetscErrorCode correct_start(Vec second);
+  PetscErrorCode settle_rate(TS ts);
   PetscErrorCode advance_rate(TS ts, Vec y);
 
   Kind kind_ = Kind::none;
@@ -52,6 +54,8 @@ class History {
   bool replaying_ = false;
   double used_ = 0;            ///< length of this attempt's step
   VecHandle half_, second_;    ///< the starting procedure's own states (bdf, alpha), of the first step
+  Vec first_half_ = nullptr;   ///< alpha's own vector of the first half step, while it starts; borrowed
+  VecHandle residual_;         ///< room
   VecHandle rate_, rate0_;     ///< dy/dt as alpha carries it, after and before the last step
 };
 

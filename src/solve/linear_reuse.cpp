@@ -1,6 +1,7 @@
 #include "solve/linear_reuse.hpp"
 #include <cmath>
 #include "base/fault.hpp"
+#include "solve/pivots.hpp"
 #include "solve/ts_queries.hpp"
 
 namespace bs {
@@ -63,6 +64,7 @@ PetscErrorCode LinearReuse::create_second(TS ts) {
   PetscCall(PCFactorGetMatSolverType(slots_[0].pc, &solver));
   if (solver) PetscCall(PCFactorSetMatSolverType(pc, solver));
   PetscCall(PCSetFromOptions(pc));
+  PetscCall(make_pivots_relative(pc, false));
   slots_[1].matrix = second_;
   PetscFunctionReturn(0);
 }

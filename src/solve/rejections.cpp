@@ -119,7 +119,7 @@ PetscErrorCode RejectionWatch::look(TS ts) {
 }
 
 bool RejectionWatch::enough(double next) const {
-  return next < step_min_ * (1 - SAME_STEP) || in_a_row_ > most_;
+  return next < step_min_ * (1 - SAME_STEP) || next < resolution_ || in_a_row_ > most_;
 }
 
 PetscErrorCode RejectionWatch::try_again(TS ts, double cut, bool* more) {

@@ -8,6 +8,7 @@
 #include "model/model.hpp"
 #include "output/trajectory.hpp"
 #include "solve/linear_check.hpp"
+#include "solve/ts_queries.hpp"
 
 namespace bs {
 
@@ -23,10 +24,11 @@ class RejectionWatch {
   PetscErrorCode attach(TS ts, double step_min, std::int64_t most);
   /// Collective. Once the solvers are set up: linear solves are judged by their residuals, where the model is linear.
   PetscErrorCode attach_solvers(TS ts, const TSContext& context) { return linear_.attach(ts, context); }
-  /// Before a step of length h [s]; `again`: one that TS gave back after a rejected attempt.
-  void begin_step(double h, bool again) {
+  /// Before a step of length h from time t [s]; `again`: one that TS gave back after a rejected attempt.
+  void begin_step(double t, double h, bool again) {
     if (!again) in_a_row_ = 0;
     present_ = h;
+    resolution_ = time_rounding(t);
   }
   /// Collective. After TS gave a step back: the length of the next attempt, `cut` times the last one where TS has not
   /// shortened it; false: the step is given up.
@@ -57,6 +59,7 @@ class RejectionWatch {
   Model& model_;
   LinearCheck linear_;
   double step_min_ = 0, tried_ = 0, present_ = 0;  ///< present_: of the attempt under way
+  double resolution_ = 0;  ///< no attempt shorter than this can be told apart from the time it starts at [s]
   std::int64_t most_ = 0, in_a_row_ = 0;
   PetscInt rejected_ = 0, failures_ = 0;  ///< of the TS, looked at so far
   bool gave_up_ = false;

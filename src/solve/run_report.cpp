@@ -22,6 +22,10 @@ PetscErrorCode Run::explain(TSConvergedReason reason, std::string* text) {
   PetscReal h;
   PetscCall(TSGetTimeStep(ts_, &h));
   const RejectionWatch& rejections = stepper_->rejections();
+  if (!stepper_->ending().empty()) {
+    *text = stepper_->ending();
+    PetscFunctionReturn(0);
+  }
   if (rejections.gave_up()) {
     *text = format("the step after t = %.10g s was rejected %lld times, down to h = %g s, the last time because %s%s%s", t,
                    static_cast<long long>(rejections.in_a_row()), rejections.last_attempt(), rejections.last().c_str(),

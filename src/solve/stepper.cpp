@@ -42,6 +42,7 @@ PetscErrorCode Stepper::attach(TS ts) {
   good_time_ = start_;
   saved_ = next_ = nominal_;
   saved_at_ = logged_at_ = MPI_Wtime();
+  PetscCall(tell_lost_steps(start_, options_.first > 0 ? std::min(options_.first, nominal_) : blind_ ? BLIND * nominal_ : nominal_));
   PetscFunctionReturn(0);
 }
 
@@ -68,7 +69,9 @@ PetscErrorCode Stepper::pre_step(TS ts) {
   PetscCall(TSGetApplicationContext(ts, &context));
   Stepper* self = static_cast<Stepper*>(context);
   PetscCall(self->choose_step(ts));
-  self->rejections_.begin_step(self->planned_, self->again_);
+  PetscReal time;
+  PetscCall(TSGetTime(ts, &time));
+  self->rejections_.begin_step(time, self->planned_, self->again_);
   self->again_ = false;
   // PETSc's alpha forgets the cut where its starting procedure fails: that step comes back after every rejection
   const bool own = self->alpha_ && self->history_.steps() == 0;
@@ -97,8 +100,9 @@ PetscErrorCode Stepper::choose_step(TS ts) {
   const double rest = target_ - time;
   saved_ = h;
   planned_ = h;
-  landing_ = h >= rest * (1 - SAME);
-  if (landing_ && h > rest * (1 + SAME)) planned_ = rest;
+  const double slack = time_rounding(target_);
+  landing_ = h >= rest * (1 - SAME) - slack;
+  if (landing_ && h > rest * (1 + SAME) + slack) planned_ = rest;
   // two middling steps rather than a full one and a sliver, where the step is free
   else if (adaptive_ && !landing_ && h > 0.5 * rest * (1 + SAME)) planned_ = 0.5 * rest;
   if (landing_ && planned_ < nominal_ * (1 - SAME) && !adaptive_ && saved_ >= nominal_ * (1 - SAME)) ++counts_.shortened;
@@ -120,6 +124,7 @@ PetscErrorCode Stepper::pre_stage(TS ts, PetscReal) {
   PetscCall(TSGetApplicationContext(ts, &context));
   Stepper* self = static_cast<Stepper*>(context);
   if (!self->history_.replaying()) PetscCall(self->rejections_.before_stage(ts));
+  PetscCall(self->context_.rosenbrock.before_stage(ts));
   PetscFunctionReturn(0);
 }
 
@@ -190,7 +195,7 @@ PetscErrorCode Stepper::accept_step(TS ts) {
   const double taken = time - before;
   const bool rejected_now = record.rejected > 0;
   if (rejected_now) good_in_a_row_ = 0;
-  const bool landed = landing_ && std::abs(time - target_) <= SAME * planned_;
+  const bool landed = landing_ && std::abs(time - target_) <= std::max(SAME * planned_, time_rounding(target_));
   if (landed) {
     time = target_;
     PetscCall(TSSetTime(ts, time));
@@ -214,7 +219,9 @@ PetscErrorCode Stepper::accept_step(TS ts) {
     framed_ = true;
   }
   if (landed) ++frame_;
+  ending_ = finished ? "" : lost_steps(time, next, time_rounding(time));
   if (finished) PetscCall(TSSetConvergedReason(ts, TS_CONVERGED_TIME));
+  else if (!ending_.empty()) PetscCall(TSSetConvergedReason(ts, TS_DIVERGED_STEP_REJECTED));
   else if (signal_) PetscCall(TSSetConvergedReason(ts, TS_CONVERGED_USER));
   // the end and a signal have a checkpoint of their own
   const bool by_count = options_.save_every > 0 && steps % options_.save_every == 0;

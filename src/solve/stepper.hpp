@@ -55,6 +55,8 @@ class Stepper {
   void set_framed(bool framed) { framed_ = framed; }
   /// Why the run ended early (empty: it did not).
   const std::string& trouble() const { return trouble_; }
+  /// Why no step can follow a good one (empty: one can).
+  const std::string& ending() const { return ending_; }
   int signal() const { return signal_; }
   /// Whether the log of steps has waited long enough (ten seconds); the same on every rank.
   bool log_due() const { return log_due_; }
@@ -70,6 +72,8 @@ class Stepper {
   PetscErrorCode choose_step(TS ts);
   PetscErrorCode accept_step(TS ts);
   PetscErrorCode repeat_start(TS ts, bool* again);
+  std::string lost_steps(double t, double h, double least) const;
+  PetscErrorCode tell_lost_steps(double t, double h) const;
   PetscErrorCode prime_solvers(TS ts, double sigma_step);
   PetscErrorCode check_state(TS ts, bool* finite);
   PetscErrorCode krylov_iterations(TS ts, PetscInt* count);
@@ -96,7 +100,7 @@ class Stepper {
   std::int64_t frame_ = 1, good_in_a_row_ = 0;
   RunCounts counts_;
   RejectionCounts rejected_before_{};
-  std::string trouble_;
+  std::string trouble_, ending_;
   int signal_ = 0;
   RunCounts base_;  ///< what TS had counted less than the run, when it was taken up
 };

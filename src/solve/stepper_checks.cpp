@@ -8,6 +8,24 @@
 
 namespace bs {
 
+/// What to say where steps of h, or output times, are shorter than the `least` that counts beside t; empty where they are not.
+std::string Stepper::lost_steps(double t, double h, double least) const {
+  const double interval = options_.output_interval;
+  if (h >= least && (interval <= 0 || interval >= least)) return {};
+  const bool step = h < least;
+  return format("%s %g s is lost in the rounding of t = %.10g s, beside which %g s is the least that counts: ",
+                step ? "a step of" : "option -bs_output_interval:", step ? h : interval, t, least) +
+         "let the clock start at 0 (-ts_init_time), or give a larger one";
+}
+
+/// Collective. Told (exit 2) where the run cannot go on from time t by a step of h.
+PetscErrorCode Stepper::tell_lost_steps(double t, double h) const {
+  PetscFunctionBegin;
+  const std::string fault = lost_steps(t, h, time_resolution(t));
+  if (!fault.empty()) PetscCall(tell(model_.comm(), Exit::input, fault));
+  PetscFunctionReturn(0);
+}
+
 PetscErrorCode Stepper::repeat_start(TS ts, bool* again) {
   TSConvergedReason reason;
   PetscFunctionBegin;

@@ -85,6 +85,7 @@ PetscErrorCode Stepper::restore(TS ts, const CheckpointFile& file, std::vector<s
   // the next output time is the first one after now
   if (options_.output_interval > 0)
     frame_ = static_cast<std::int64_t>(std::floor((good_time_ - start_) / options_.output_interval * (1 + 1e-14) + 1e-9)) + 1;
+  PetscCall(tell_lost_steps(good_time_, nominal_));
   PetscCall(TSSetTime(ts, good_time_));
   PetscCall(TSSetTimeStep(ts, next_));
   PetscCall(TSSetStepNumber(ts, counts_.steps));

@@ -4,23 +4,33 @@
 #include "base/fault.hpp"
 #include "solve/condensed/condensed.hpp"
 #include "solve/linear_defaults.hpp"
+#include "solve/method_check.hpp"
+#include "solve/pivots.hpp"
 #include "solve/search/searches.hpp"
 #include "solve/stepping_check.hpp"
+#include "solve/ts_queries.hpp"
 
 namespace bs {
 namespace {
 
-PetscErrorCode form_residual(TS, PetscReal t, Vec y, Vec ydot, Vec F, void* data) {
+PetscErrorCode form_residual(TS ts, PetscReal t, Vec y, Vec ydot, Vec F, void* data) {
   TSContext* context = static_cast<TSContext*>(data);
   PetscFunctionBegin;
+  // where F does not depend on t, times before the run must not show (grk4t and its like look back)
+  if (context->rosenbrock.looks_back()) PetscCall(context->rosenbrock.limit_time(ts, &t));
   context->newton.residual_time = t;
   PetscCall(context->model->residual(t, y, ydot, context->form, F));
+  if (context->rosenbrock.active()) PetscCall(context->rosenbrock.add_time_term(ts, F));
   PetscFunctionReturn(0);
 }
 
-PetscErrorCode form_jacobian(TS, PetscReal t, Vec y, Vec ydot, PetscReal sigma, Mat A, Mat P, void* data) {
+PetscErrorCode form_jacobian(TS ts, PetscReal t, Vec y, Vec ydot, PetscReal sigma, Mat A, Mat P, void* data) {
   TSContext* context = static_cast<TSContext*>(data);
   PetscFunctionBegin;
+  if (context->rosenbrock.active()) {  // all stages share the Jacobian of their step's start
+    PetscCall(TSGetTime(ts, &t));
+    PetscCall(TSGetSolution(ts, &y));
+  }
   context->newton.stage_time = t;
   context->newton.stage_sigma = sigma;
   PetscCall(context->model->jacobian(t, y, ydot, sigma, context->form, P));
@@ -41,19 +51,16 @@ bool among(const std::string& type, std::initializer_list<const char*> list) {
   return std::any_of(list.begin(), list.end(), [&](const char* name) { return type == name; });
 }
 
-/// Which form a TS type gets. Types with an explicit first stage read F as y' - G: they need the velocity form.
-PetscErrorCode choose_form(MPI_Comm comm, const std::string& type, TSContext* context) {
+/// The method asked for and the form of F it needs. Told (exit 2) where this program knows none by that name.
+PetscErrorCode choose_method(TS ts, const char* type, TSContext* context) {
   PetscFunctionBegin;
-  if (among(type, {TSEULER, TSRK, TSSSP, "symplectic"})) {
-    context->implicit = false;
-  } else if (among(type, {TSBEULER, TSCN, TSTHETA, TSBDF, TSALPHA, TSROSW})) {
-    context->form = Form::momentum;
-  } else if (among(type, {TSARKIMEX})) {
-    context->form = Form::velocity;
-  } else {
-    PetscCall(tell(comm, Exit::input, format("-ts_type %s is not one this program knows: use beuler, cn, theta, bdf, alpha, "
-                   "arkimex, rosw (implicit) or symplectic, euler, rk, ssp (explicit)", type.c_str())));
-  }
+  PetscCall(asked_method(ts, type, &context->method));
+  if (!context->method) PetscCall(TSSetFromOptions(ts));  // PETSc lists the subtypes it has
+  if (!context->method)
+    PetscCall(tell(PetscObjectComm(reinterpret_cast<PetscObject>(ts)), Exit::input,
+                   format("option %s: a subtype this program does not know: options/reference lists those it does", subtype_option(type))));
+  context->implicit = context->method->implicit();
+  context->form = context->method->form;
   PetscFunctionReturn(0);
 }
 
@@ -87,10 +94,13 @@ PetscErrorCode create_ts(Model& model, TSContext* context, TSHandle* ts) {
   PetscFunctionBegin;
   context->model = &model;
   PetscCall(PetscOptionsGetString(nullptr, nullptr, "-ts_type", type, sizeof(type), nullptr));
-  PetscCall(choose_form(model.comm(), type, context));
+  if (!knows_type(type))
+    PetscCall(tell(model.comm(), Exit::input, format("-ts_type %s is not one this program knows: use %s (implicit) or %s (explicit)", type,
+                   types_of(Method::Kind::implicit).c_str(), types_of(Method::Kind::explicit_).c_str())));
   PetscCall(TSCreate(model.comm(), ts->out()));
   PetscCall(TSSetProblemType(*ts, model.linear() ? TS_LINEAR : TS_NONLINEAR));
   PetscCall(TSSetType(*ts, type));
+  PetscCall(choose_method(*ts, type, context));
   PetscCall(TSSetSolution(*ts, model.initial_state()));
   if (context->implicit) PetscCall(set_implicit(*ts, model, context));
   else PetscCall(TSSetRHSFunction(*ts, nullptr, form_rhs, context));
@@ -100,8 +110,15 @@ PetscErrorCode create_ts(Model& model, TSContext* context, TSHandle* ts) {
   PetscCall(TSSetMaxSNESFailures(*ts, -1));
   PetscCall(TSSetErrorIfStepFails(*ts, PETSC_FALSE));
   PetscCall(TSSetFromOptions(*ts));
+  PetscCall(context->rosenbrock.attach(*ts, model, context->form));
   PetscCall(check_stepping(*ts, context->implicit));
-  Plan plan{context->implicit, context->form, 0, among(type, {TSEULER}) ? 2.0 : 0.0, among(type, {TSROSW}), type};
+  PetscCall(check_method(*ts, *context));
+  if (context->implicit) {
+    PC pc;
+    PetscCall(linear_solver_of(*ts, nullptr, &pc));
+    PetscCall(make_pivots_relative(pc, false));
+  }
+  Plan plan{context->implicit, context->form, 0, among(type, {TSEULER}) ? 2.0 : 0.0, type, context->method->words(), context->method->descriptor >= context->method->order};
   PetscCall(TSGetTimeStep(*ts, &plan.step));
   PetscCall(model.prepare(plan));
   if (context->implicit) PetscCall(context->predictor.attach(*ts, model, &context->newton));
@@ -119,7 +136,12 @@ PetscErrorCode describe_solver(TS ts, const TSContext& context, std::string* lin
   const std::string control = adapt_type ? adapt_type : TSADAPTNONE;
   PetscReal h;
   PetscCall(TSGetTimeStep(ts, &h));
-  *line = format("%s (%s), %s h = %g s", type, context.implicit ? "implicit" : "explicit",
+  PetscInt order;
+  PetscCall(observed_order(ts, *context.method, &order));
+  const std::string name = *context.method->subtype ? std::string(type) + " " + context.method->subtype : type;
+  const std::string kind = format("%s, order %lld", context.implicit ? "implicit" : "explicit", static_cast<long long>(order)) +
+                           (*context.method->remark ? std::string(": ") + context.method->remark : "");
+  *line = format("%s (%s), %s h = %g s", name.c_str(), kind.c_str(),
                  control == TSADAPTNONE ? "fixed step" : ("steps by -ts_adapt_type " + control + ", first").c_str(), h);
   if (!context.implicit) PetscFunctionReturn(0);
   SNES snes;

@@ -4,7 +4,9 @@
 #include "base/handle.hpp"
 #include "model/model.hpp"
 #include "solve/convergence.hpp"
+#include "solve/methods.hpp"
 #include "solve/predictor.hpp"
+#include "solve/rosenbrock.hpp"
 
 namespace bs {
 
@@ -13,6 +15,8 @@ struct TSContext {
   Model* model = nullptr;
   Form form = Form::momentum;
   bool implicit = true;
+  const Method* method = nullptr;  ///< set by create_ts
+  RosenbrockStages rosenbrock;
   NewtonPolicy newton;
   Predictor predictor;
   MatHandle operator_, matrix;  ///< Amat and Pmat of implicit types

@@ -2,6 +2,8 @@
 #include <algorithm>
 #include "base/fault.hpp"
 #include "solve/linear_reuse.hpp"
+#include "solve/pivots.hpp"
+#include "solve/ts_queries.hpp"
 #include "solve/ts_setup.hpp"
 
 namespace bs {
@@ -19,6 +21,7 @@ bool read_late(const std::string& name) {
 PetscErrorCode set_up_solvers(TS ts, TSContext& context) {
   SNES snes;
   KSP ksp;
+  PC pc;
   Vec y;
   PetscReal h, t;
   double sigma;
@@ -26,6 +29,7 @@ PetscErrorCode set_up_solvers(TS ts, TSContext& context) {
   PetscCall(TSSetUp(ts));
   PetscCall(TSGetSNES(ts, &snes));
   PetscCall(SNESGetKSP(snes, &ksp));
+  PetscCall(KSPGetPC(ksp, &pc));
   PetscCall(TSGetSolution(ts, &y));
   PetscCall(TSGetTimeStep(ts, &h));
   PetscCall(TSGetTime(ts, &t));
@@ -42,6 +46,7 @@ PetscErrorCode set_up_solvers(TS ts, TSContext& context) {
   if (!shell) {
     PetscCall(KSPSetOperators(ksp, context.operator_, context.matrix));
     PetscCall(KSPSetUp(ksp));
+    PetscCall(make_pivots_relative(pc, true));
     PetscCall(KSPSetUpOnBlocks(ksp));
   }
   PetscCall(context.model->check_solver(shell ? nullptr : ksp));
@@ -70,7 +75,13 @@ PetscErrorCode warn_unused_options(TS ts, TSContext& context) {
   PetscFunctionBegin;
   PetscCall(TSSetUp(ts));
   PetscCall(unused_options(&names));
-  if (context.implicit && (!names.empty() || context.model->linear())) {
+  bool blocks = false;
+  if (context.implicit) {
+    PC pc;
+    PetscCall(linear_solver_of(ts, nullptr, &pc));
+    PetscCall(has_blocks(pc, &blocks));
+  }
+  if (context.implicit && (!names.empty() || context.model->linear() || blocks)) {
     PetscCall(set_up_solvers(ts, context));
     PetscCall(unused_options(&names));
   }

@@ -90,11 +90,9 @@ PetscErrorCode LinearModel::warn_unstable(const Plan& plan) {
 PetscErrorCode LinearModel::prepare(const Plan& plan) {
   PetscFunctionBegin;
   const bool velocity = plan.implicit && plan.form == Form::velocity;
-  if (!plan.implicit || velocity) PetscCall(invert_C());
-  if (velocity && !diagonal_) PetscCall(tell(comm_, Exit::input, "-ts_type arkimex needs a diagonal C here: use bdf, cn or theta"));
+  if (!plan.implicit || velocity || !plan.descriptor) PetscCall(invert_C(plan));
+  if (velocity && !diagonal_) PetscCall(tell(comm_, Exit::input, plan.method + " needs a diagonal C here: use bdf, cn or theta"));
   if (!plan.implicit && plan.real_stability > 0) PetscCall(warn_unstable(plan));
-  if (plan.autonomous && !sources_.constant())
-    PetscCall(warn(comm_, "this -ts_type loses its order where sources depend on time: its error may be larger than it says; use bdf or cn"));
   PetscCall(warn_inconsistent(plan));
   type_ = plan.type;
   PetscFunctionReturn(0);

@@ -19,6 +19,7 @@ class LinearModel final : public Model {
   Vec initial_state() const override { return system_.x0; }
   std::vector<std::string> describe() const override;
   bool linear() const override { return true; }
+  bool time_dependent() const override { return !sources_.constant(); }
   PetscErrorCode prepare(const Plan& plan) override;
   std::int64_t startup_steps() const override { return startup_steps_; }
   PetscErrorCode check_solver(KSP ksp) override;
@@ -56,7 +57,7 @@ class LinearModel final : public Model {
   PetscErrorCode warn_index();
   PetscErrorCode warn_unstable(const Plan& plan);
   PetscErrorCode require_solver(KSP ksp, const char* prefix);
-  PetscErrorCode invert_C();
+  PetscErrorCode invert_C(const Plan& plan);
   PetscErrorCode apply_inverse_C(Vec x);
   PetscErrorCode set_sources(double t);
   PetscErrorCode add_sources(double t, double scale, Vec F);

@@ -116,7 +116,7 @@ PetscErrorCode LinearModel::require_solver(KSP ksp, const char* prefix) {
   PetscFunctionReturn(0);
 }
 
-PetscErrorCode LinearModel::invert_C() {
+PetscErrorCode LinearModel::invert_C(const Plan& plan) {
   bool singular = false;
   PetscFunctionBegin;
   if (diagonal_ && zero_rows_ == 0) PetscFunctionReturn(0);
@@ -128,7 +128,7 @@ PetscErrorCode LinearModel::invert_C() {
   }
   if (zero_rows_ > 0 || singular)
     PetscCall(tell(comm_, Exit::input, "C is singular" + (zero_rows_ > 0 ? format(" (%lld empty rows)", static_cast<long long>(zero_rows_)) : std::string()) +
-                   ": explicit types and arkimex need C^-1; use -ts_type beuler, cn, theta or bdf"));
+                   ": " + plan.method + " needs C^-1: use -ts_type beuler, cn, theta or bdf"));
   PetscFunctionReturn(0);
 }
 

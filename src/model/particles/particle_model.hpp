@@ -30,6 +30,7 @@ class ParticleModel final : public Model {
   PetscErrorCode rhs(double t, Vec y, Vec G) override;
   PetscErrorCode create_matrix(Mat* P) override;
   PetscErrorCode create_operator(Mat P, Form form, Mat* A) override;
+  bool time_dependent() const override { return motion_.active(); }
   Tangent* tangent() override { return coupling_.active() ? nullptr : &tangent_; }
   Incremental* incremental() override { return &potential_; }
   PetscErrorCode create_shell(Mat* P) override;

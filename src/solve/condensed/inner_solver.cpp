@@ -4,6 +4,7 @@
 #include "base/fault.hpp"
 #include "model/particles/condensed/block_icc.hpp"
 #include "solve/condensed/condensed.hpp"
+#include "solve/pivots.hpp"
 
 namespace bs {
 
@@ -134,7 +135,11 @@ PetscErrorCode InnerSolver::linearise(bool definite) {
   stale_ = false;
   PetscCall(KSPSetOperators(ksp_, S_, S_));
   PetscCall(KSPSetReusePreconditioner(ksp_, fresh_ ? PETSC_FALSE : PETSC_TRUE));
+  PC pc;
+  PetscCall(KSPGetPC(ksp_, &pc));
+  PetscCall(make_pivots_relative(pc, false));
   PetscCall(KSPSetUp(ksp_));
+  PetscCall(make_pivots_relative(pc, true));
   PetscFunctionReturn(0);
 }
 
