@@ -11,6 +11,7 @@
 #include <memory>
 #include <string>
 #include <vector>
+#include "base/blas_memory.hpp"
 #include "base/command_line.hpp"
 #include "base/crash.hpp"
 #include "base/fault.hpp"
@@ -74,6 +75,7 @@ int run_petsc(int argc, char** argv) {
   PetscErrorCode status = bs::install_error_handler();
   if (!status) status = bs::install_crash_handler();
   bs::catch_signals();
+  if (!status) status = bs::reserve_blas_memory();
   // a reader that hangs up (| head) is no reason for a stack trace
   std::signal(SIGPIPE, SIG_DFL);
   if (!status) status = run_program(&exit_code);
@@ -104,6 +106,9 @@ void one_thread_for_blas() {
 }  // namespace
 
 int main(int argc, char** argv) {
+  // Open MPI's shared file pointers, which nothing here uses, are tried whenever a file is opened; this kind of them
+  // overflows its buffer where the name has more than some 240 characters
+  setenv("OMPI_MCA_sharedfp", "^lockedfile", 0);
   // PTScotch's threads make partitions differ from run to run
   setenv("SCOTCH_PTHREAD_NUMBER", "1", 0);
   if (asks_version(argc, argv)) {
@@ -116,5 +121,6 @@ int main(int argc, char** argv) {
   one_thread_for_blas();
   const int code = refused(argc, argv) ? static_cast<int>(bs::Exit::input) : run_petsc(argc, argv);
   MPI_Finalize();
+  bs::expect_exit();
   return code;
 }

@@ -24,6 +24,9 @@ PetscErrorCode condensed_counts(PC pc, bool* is, CondensedCounts* counts);
 /// Where the Jacobian comes from; must be given before `pc` is set up, unless P itself is tied to a tangent.
 PetscErrorCode condensed_set_tangent(PC pc, Tangent* tangent);
 
+/// Not collective. Whether `pc` is of this type and its inner factorisation failed for want of memory.
+PetscErrorCode condensed_out_of_memory(PC pc, bool* yes);
+
 /// The next solve renews the preconditioner, as the first one does: a run and its continuation then agree bit for bit.
 PetscErrorCode condensed_renew(PC pc);
 
