@@ -2,6 +2,7 @@
 #include <algorithm>
 #include "base/fault.hpp"
 #include "solve/linear_reuse.hpp"
+#include "solve/ts_queries.hpp"
 #include "solve/ts_setup.hpp"
 
 namespace bs {
@@ -48,6 +49,28 @@ PetscErrorCode set_up_solvers(TS ts, TSContext& context) {
   PetscFunctionReturn(0);
 }
 
+/// Whether solvers of the user's own choice are worth setting up to see if they can be: what cannot work, some pair of
+/// matrix and preconditioner, is then refused before the first frame.
+PetscErrorCode worth_trying(TS ts, TSContext& context, bool* yes) {
+  constexpr PetscInt MOST = 60000;  // unknowns; above them the set-up may take long, and is left to the first step
+  PetscInt unknowns = 0;
+  PC pc;
+  PetscBool condensed = PETSC_FALSE;
+  PetscFunctionBegin;
+  *yes = false;
+  if (!context.implicit) PetscFunctionReturn(0);
+  PetscCall(linear_solver_of(ts, nullptr, &pc));
+  PetscCall(PetscObjectTypeCompare(reinterpret_cast<PetscObject>(pc), "condensed", &condensed));
+  if (condensed) PetscFunctionReturn(0);  // the age of its factors counts from their set-up
+  PetscCall(VecGetSize(context.model->initial_state(), &unknowns));
+  for (const char* name : {"-pc_type", "-ksp_type", "-mat_type", "-snes_type"}) {
+    PetscBool given = PETSC_FALSE;
+    PetscCall(PetscOptionsHasName(nullptr, nullptr, name, &given));
+    *yes = *yes || (given && unknowns <= MOST);
+  }
+  PetscFunctionReturn(0);
+}
+
 }  // namespace
 
 PetscErrorCode unused_options(std::vector<std::string>* names) {
@@ -70,7 +93,9 @@ PetscErrorCode warn_unused_options(TS ts, TSContext& context) {
   PetscFunctionBegin;
   PetscCall(TSSetUp(ts));
   PetscCall(unused_options(&names));
-  if (context.implicit && (!names.empty() || context.model->linear())) {
+  bool own_choice = false;
+  PetscCall(worth_trying(ts, context, &own_choice));
+  if (context.implicit && (!names.empty() || own_choice || context.model->linear())) {
     PetscCall(set_up_solvers(ts, context));
     PetscCall(unused_options(&names));
   }

@@ -102,7 +102,14 @@ PETSC = {
     "line search unknown": (words("-snes_linesearch_type", "magic"), "Unable to find requested Line Search type magic"),
     "ksp_type unknown": (words("-ksp_type", "magic"), "Unable to find requested KSP type magic"),
     "pc_type unknown": (words("-pc_type", "magic"), "Unable to find requested PC type magic"),
-    "mat_type unknown": (words("-mat_type", "magic"), "Unknown Mat type given: magic"),
+    "mat_type unknown": (words("-mat_type", "magic"), "option -mat_type: magic cannot hold the Jacobian of particles: give aij"),
+    "mat_type dense": (words("-mat_type", "dense"), "option -mat_type: dense cannot hold the Jacobian of particles: give aij"),
+    "mat_type sell": (words("-mat_type", "sell"), "option -mat_type: sell cannot hold"),
+    "mat_type blockmat": (words("-mat_type", "blockmat"), "option -mat_type: blockmat cannot hold"),
+    "mat_type preallocator": (words("-mat_type", "preallocator"), "option -mat_type: preallocator cannot hold"),
+    "mat_type scalapack": (words("-mat_type", "scalapack"), "option -mat_type: scalapack cannot hold"),
+    "mat_type sbaij": (words("-mat_type", "sbaij"), "option -mat_type: sbaij cannot hold"),
+    "mat_type without such a factorisation": (words("-mat_type", "is", "-ksp_type", "preonly", "-pc_type", "lu"), "Could not locate a solver type for factorization type LU"),
 }
 
 GOOD = {
@@ -112,6 +119,9 @@ GOOD = {
     "good: YAML, an option twice": option_file(GOOD_YAML + "bs_lattice_size: 7\n"),
     "good: opts": option_file("-bs_lattice_type chain # a comment\n-bs_lattice_size 5\n\n-ts_max_steps 1\n", "o.opts"),
     "good: negative numbers are values": words("-bs_lattice_dim", "2", "-bs_gravity", "-1,-9.81", "-ts_init_time", "-1", "-ts_max_time", "-0.5"),
+    "good: ILU on any number of ranks": words("-ksp_type", "gmres", "-pc_type", "ilu", "-pc_factor_levels", "1"),
+    "good: ICC inside the condensed solve on any number of ranks": words("-condensed_pc_type", "icc"),
+    "good: mat_type baij": words("-mat_type", "baij"),
     "good: upper case": words("-BS_STOKES_DRAG", "1"),
 }
 
