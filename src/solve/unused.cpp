@@ -35,6 +35,7 @@ PetscErrorCode set_up_solvers(TS ts, TSContext& context) {
   PetscCall(VecDuplicate(y, zero.out()));
   PetscCall(VecZeroEntries(zero));
   PetscCall(context.model->jacobian(t, y, zero, sigma, context.form, context.matrix));
+  PetscCall(SNESSetSolution(snes, zero));  // some types make their vectors like it
   PetscCall(SNESSetUp(snes));
   Mat A, P;
   PetscCall(SNESGetJacobian(snes, &A, &P, nullptr, nullptr));
