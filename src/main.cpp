@@ -51,6 +51,12 @@ bool asks_version(int argc, char** argv) {
   return false;
 }
 
+std::string fault_of_words(const std::string& where, const std::vector<std::string>& words) {
+  const std::vector<std::string> stray = bs::stray_words(words);
+  if (stray.empty()) return {};
+  return where + "'" + stray[0] + "' is neither an option nor the value of one: options begin with a dash, lists have no blanks, like 0,-9.81";
+}
+
 /// Whether rank 0 found the command line or an option file wrong, and said so.
 bool refused(int argc, char** argv) {
   int rank = 0, wrong = 0;
@@ -58,9 +64,8 @@ bool refused(int argc, char** argv) {
   std::string fault = bs::find_option_files(argc, argv);
   if (rank == 0) {
     if (fault.empty()) fault = bs::fault_of_option_files(argc, argv);
-    const std::vector<std::string> stray = bs::stray_words(argc, argv);
-    if (fault.empty() && !stray.empty())
-      fault = "'" + stray[0] + "' is neither an option nor the value of one: options begin with a dash, lists have no blanks, like 0,-9.81";
+    if (fault.empty()) fault = fault_of_words("", {argv + 1, argv + argc});
+    if (fault.empty()) fault = fault_of_words("PETSC_OPTIONS: ", bs::words_of_environment());
     if (!fault.empty()) bs::print_line("error", fault);
     wrong = !fault.empty();
   }

@@ -165,7 +165,7 @@ def fault_of_answer(program, case, folder, t, y):
         far = systems.exact(system, t)[-1]
         most = max(change, system.size(far - y[0]))
         off = system.size(y[-1] - far) / max(most, 1e-300)
-        bound = 2 * STEPS * case.h_omega ** (case.order + 1) + 1e-5
+        bound = 4 * STEPS * case.h_omega ** (case.order + 1) + 1e-5
         bound = max(bound, STEPS * case.h_omega) if case.order == 1 else bound
         return "" if off <= bound else f"off the exact solution by {off:.2g} of the motion, {bound:.2g} is the method's"
     code, said, _, direct = run(program, case, folder, {"snes_rtol": 1e-11, "ksp_type": "preonly", "pc_type": "lu", "pc_factor_mat_solver_type": "mumps"})

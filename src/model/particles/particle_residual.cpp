@@ -55,6 +55,7 @@ PetscErrorCode ParticleModel::last_fault(std::string* text) {
   const long long number = static_cast<long long>(row);
   if (low == Singularity::spring) *text = format("spring %lld met zero length, where its law has no direction", number);
   else if (low == Singularity::anchor) *text = format("anchor %lld met zero length, where its law has no direction", number);
+  else if (low == Singularity::state) *text = format("Newton or the step led to a state that is not finite, at particle %lld", number);
   else *text = format("a law of force is singular at particle %lld", number);
   PetscFunctionReturn(0);
 }
