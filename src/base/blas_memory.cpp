@@ -12,7 +12,7 @@ namespace bs {
 
 namespace {
 
-constexpr int SECONDS = 1;  // of processor time, for what takes a millisecond
+constexpr int SECONDS = 3;  // of processor time, for what takes a millisecond
 
 extern "C" void on_no_memory(int) {
   end_with_line("no memory for the work space of BLAS (128 MB in Debian's OpenBLAS): raise the memory limit (ulimit -d, "
