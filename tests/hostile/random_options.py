@@ -131,7 +131,7 @@ def run(program, case, folder, solver):
         process.terminate()
         try:
             said, _ = process.communicate(timeout=40)
-            return "slow" if "backspring: stopped t=" in said else None, said, None, None
+            return "slow" if "backspring: stopped t=" in said or "backspring: failed t=" in said else None, said, None, None
         except subprocess.TimeoutExpired:
             process.kill()
             said, _ = process.communicate()
@@ -149,7 +149,9 @@ def fault_of_end(code, said):
     errors = [line for line in said.splitlines() if line.startswith("backspring: error:")]
     if code is None:
         return f"did not end within {TIMEOUT} s"
-    if code not in (0, 2, 3, "slow"):
+    if code == "slow":
+        return ""
+    if code not in (0, 2, 3):
         return f"exit code {code}"
     if len(errors) != (1 if code in (2, 3) else 0):
         return f"exit code {code} with {len(errors)} lines of error"
