@@ -22,7 +22,7 @@ PetscErrorCode refuse_impossible_solvers(MPI_Comm comm) {
   PetscFunctionBegin;
   PetscCall(PetscOptionsGetString(nullptr, nullptr, "-snes_type", type, sizeof type, nullptr));
   const std::string snes = type;
-  for (const char* name : {"patch", "shell", "python", "multiblock"})
+  for (const char* name : {"patch", "shell", "python", "multiblock", "nasm", "aspin"})
     if (snes == name) PetscCall(tell(comm, Exit::input, "option -snes_type: " + snes + " wants a mesh or code of its own: give newtonls, newtontr, qn, ngmres, ..."));
   // the option would make another type of the matrix-free operator, too, which then has no entries
   PetscCall(PetscOptionsHasName(nullptr, nullptr, "-mat_type", &matrix));

@@ -122,7 +122,7 @@ def run(program, case, folder, solver):
     options = {**case.system.options(folder), **case.method, **solver}
     command = (["mpirun", "-n", str(case.ranks)] if case.ranks > 1 else []) + [str(program), *words(options)]
     (folder / "command").write_text(" ".join(command) + "\n")
-    slow = dict(environment(case.ranks), OMPI_MCA_odls_base_sigkill_timeout="30")  # a step may be finished after SIGTERM
+    slow = dict(environment(case.ranks), OMPI_MCA_odls_base_sigkill_timeout="5")  # a step may be finished after SIGTERM
     process = subprocess.Popen(command, cwd=folder, env=slow, stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=subprocess.STDOUT,
                                text=True, errors="replace")
     try:
