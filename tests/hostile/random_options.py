@@ -3,7 +3,7 @@
 
   random_options.py --program build/release/backspring [--count 60] [--seed 1] [--only N] [--jobs 2] [--verbose]
 
-Number N of a seed is always the same run. It must end within 60 s, or on SIGTERM then at the end of its present step ("slow"),
+Number N of a seed is always the same run. It must end within 60 s, or have taken steps until then and end on SIGTERM ("slow"),
 and in one of three ways: exit code 0 and a right answer;
 exit code 2 before the first step, or 3 with the frames before it, with exactly one line of error. Right means: of beuler, cn
 and theta every step solves its equation (the correction Newton would still make, by NumPy, is below 1e-4 of what the step
@@ -117,13 +117,21 @@ class Case:
         return f"{self.system.name}, h omega = {self.h_omega:.2g}, {self.ranks} rank(s): " + " ".join(words({**method, **self.solver}))
 
 
+def steps_taken(folder):
+    """Of a run that mpirun ended before it could say how far it came."""
+    try:
+        with h5py.File(folder / "run.h5md", "r") as file:
+            return len(file["backspring/log/step"])
+    except (OSError, KeyError):
+        return 0
+
+
 def run(program, case, folder, solver):
     """Exit code (None: no end), what was said, times and states of the frames (None: no file)."""
     options = {**case.system.options(folder), **case.method, **solver}
     command = (["mpirun", "-n", str(case.ranks)] if case.ranks > 1 else []) + [str(program), *words(options)]
     (folder / "command").write_text(" ".join(command) + "\n")
-    slow = dict(environment(case.ranks), OMPI_MCA_odls_base_sigkill_timeout="5")  # a step may be finished after SIGTERM
-    process = subprocess.Popen(command, cwd=folder, env=slow, stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=subprocess.STDOUT,
+    process = subprocess.Popen(command, cwd=folder, env=environment(case.ranks), stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=subprocess.STDOUT,
                                text=True, errors="replace")
     try:
         said, _ = process.communicate(timeout=TIMEOUT)
@@ -131,7 +139,7 @@ def run(program, case, folder, solver):
         process.terminate()
         try:
             said, _ = process.communicate(timeout=40)
-            return "slow" if "backspring: stopped t=" in said or "backspring: failed t=" in said else None, said, None, None
+            return "slow" if "backspring: stopped t=" in said or "backspring: failed t=" in said or steps_taken(folder) else None, said, None, None
         except subprocess.TimeoutExpired:
             process.kill()
             said, _ = process.communicate()
