@@ -11,6 +11,7 @@
 #include <memory>
 #include <string>
 #include <vector>
+#include "base/blas_memory.hpp"
 #include "base/command_line.hpp"
 #include "base/crash.hpp"
 #include "base/fault.hpp"
@@ -50,6 +51,12 @@ bool asks_version(int argc, char** argv) {
   return false;
 }
 
+std::string fault_of_words(const std::string& where, const std::vector<std::string>& words) {
+  const std::vector<std::string> stray = bs::stray_words(words);
+  if (stray.empty()) return {};
+  return where + "'" + stray[0] + "' is neither an option nor the value of one: options begin with a dash, lists have no blanks, like 0,-9.81";
+}
+
 /// Whether rank 0 found the command line or an option file wrong, and said so.
 bool refused(int argc, char** argv) {
   int rank = 0, wrong = 0;
@@ -57,9 +64,8 @@ bool refused(int argc, char** argv) {
   std::string fault = bs::find_option_files(argc, argv);
   if (rank == 0) {
     if (fault.empty()) fault = bs::fault_of_option_files(argc, argv);
-    const std::vector<std::string> stray = bs::stray_words(argc, argv);
-    if (fault.empty() && !stray.empty())
-      fault = "'" + stray[0] + "' is neither an option nor the value of one: options begin with a dash, lists have no blanks, like 0,-9.81";
+    if (fault.empty()) fault = fault_of_words("", {argv + 1, argv + argc});
+    if (fault.empty()) fault = fault_of_words("PETSC_OPTIONS: ", bs::words_of_environment());
     if (!fault.empty()) bs::print_line("error", fault);
     wrong = !fault.empty();
   }
@@ -74,6 +80,7 @@ int run_petsc(int argc, char** argv) {
   PetscErrorCode status = bs::install_error_handler();
   if (!status) status = bs::install_crash_handler();
   bs::catch_signals();
+  if (!status) status = bs::reserve_blas_memory();
   // a reader that hangs up (| head) is no reason for a stack trace
   std::signal(SIGPIPE, SIG_DFL);
   if (!status) status = run_program(&exit_code);
@@ -104,6 +111,9 @@ void one_thread_for_blas() {
 }  // namespace
 
 int main(int argc, char** argv) {
+  // Open MPI's shared file pointers, which nothing here uses, are tried whenever a file is opened; this kind of them
+  // overflows its buffer where the name has more than some 240 characters
+  setenv("OMPI_MCA_sharedfp", "^lockedfile", 0);
   // PTScotch's threads make partitions differ from run to run
   setenv("SCOTCH_PTHREAD_NUMBER", "1", 0);
   if (asks_version(argc, argv)) {
@@ -116,5 +126,6 @@ int main(int argc, char** argv) {
   one_thread_for_blas();
   const int code = refused(argc, argv) ? static_cast<int>(bs::Exit::input) : run_petsc(argc, argv);
   MPI_Finalize();
+  bs::expect_exit();
   return code;
 }

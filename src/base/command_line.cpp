@@ -111,10 +111,8 @@ std::string fault_of_yaml(const std::string& text, const std::string& name) {
 
 std::string fault_of_option_files(int argc, const char* const* argv) {
   std::vector<std::string> words(argv + 1, argv + argc);
-  if (const char* more = std::getenv("PETSC_OPTIONS")) {
-    std::istringstream in(more);
-    words.insert(words.end(), std::istream_iterator<std::string>(in), {});
-  }
+  const std::vector<std::string> more = words_of_environment();
+  words.insert(words.end(), more.begin(), more.end());
   for (const OptionFile& file : option_files(words)) {
     const std::string fault = fault_of_file(file);
     if (!fault.empty()) return fault;
@@ -122,13 +120,19 @@ std::string fault_of_option_files(int argc, const char* const* argv) {
   return {};
 }
 
-std::vector<std::string> stray_words(int argc, const char* const* argv) {
+std::vector<std::string> stray_words(const std::vector<std::string>& words) {
   std::vector<std::string> stray;
-  for (int k = 1; k < argc; ++k) {
-    if (!is_option(argv[k])) stray.emplace_back(argv[k]);
-    else if (k + 1 < argc && !is_option(argv[k + 1])) ++k;  // its value
+  for (std::size_t k = 0; k < words.size(); ++k) {
+    if (!is_option(words[k])) stray.push_back(words[k]);
+    else if (k + 1 < words.size() && !is_option(words[k + 1])) ++k;  // its value
   }
   return stray;
+}
+
+std::vector<std::string> words_of_environment() {
+  const char* const more = std::getenv("PETSC_OPTIONS");
+  std::istringstream in(more ? more : "");
+  return {std::istream_iterator<std::string>(in), {}};
 }
 
 }  // namespace bs

@@ -13,7 +13,10 @@ std::string fault_of_option_files(int argc, const char* const* argv);
 /// Local. One line about YAML text that PETSc would refuse or misread, beginning with `name` and the line; or nothing.
 std::string fault_of_yaml(const std::string& text, const std::string& name);
 
-/// Local. The words of the command line that are neither options nor values of one: PETSc passes over them silently.
-std::vector<std::string> stray_words(int argc, const char* const* argv);
+/// Local. Those of `words` that are neither options nor values of one: PETSc passes over them silently.
+std::vector<std::string> stray_words(const std::vector<std::string>& words);
+
+/// Local. The words of PETSC_OPTIONS.
+std::vector<std::string> words_of_environment();
 
 }  // namespace bs

@@ -3,6 +3,7 @@
 #include <unistd.h>
 
 #include <csignal>
+#include <cstdlib>
 #include <ctime>
 #include <exception>
 #include <initializer_list>
@@ -17,6 +18,7 @@ namespace {
 // What a signal handler may look at: plain memory, filled beforehand.
 char reading[512] = "";
 int rank = 0;
+bool leaving = false;        // the program's own end has begun
 alignas(16) char stack[1 << 16];  // a stack that has overflowed cannot carry the handler
 
 struct Crash {
@@ -39,14 +41,19 @@ void write_line(std::initializer_list<const char*> pieces) {
   (void)!write(STDERR_FILENO, line, used);
 }
 
+/// Mostly all ranks crash alike: rank 0 speaks, and its end is that of the others.
+void let_rank_0_speak(int seconds = 1) {
+  if (rank == 0) return;
+  (void)std::signal(SIGTERM, SIG_DFL);  // by which the launcher ends the others
+  const timespec wait = {seconds + rank / 20, (rank % 20) * 50000000L};
+  nanosleep(&wait, nullptr);
+}
+
 extern "C" void on_crash(int number) {
   const char* name = "signal";
   for (const Crash& crash : crashes)
     if (crash.signal == number) name = crash.name;
-  if (rank > 0) {  // mostly all ranks crash alike: rank 0 speaks, and its end is that of the others
-    const timespec wait = {1 + rank / 20, (rank % 20) * 50000000L};
-    nanosleep(&wait, nullptr);
-  }
+  let_rank_0_speak();
   // on the way out: the library that found the file damaged may still stumble over it while it closes it
   if (told_exit() != Exit::ok) _exit(static_cast<int>(told_exit()));
   if (*reading) {
@@ -63,7 +70,7 @@ extern "C" void on_crash(int number) {
   try {
     if (std::current_exception()) std::rethrow_exception(std::current_exception());
   } catch (const std::bad_alloc&) {
-    text = "no memory left: use more ranks, or a smaller system";
+    text = "no memory left: raise the memory limit, use more ranks, or a smaller system";
   } catch (const std::exception& error) {
     text = std::string("unexpected: ") + error.what();
   } catch (...) {
@@ -74,7 +81,26 @@ extern "C" void on_crash(int number) {
   _exit(static_cast<int>(present_phase()));
 }
 
+#ifdef __GLIBC__
+/// A library that calls exit(): the ordering PORD inside MUMPS does where its malloc fails.
+void on_foreign_exit(int status, void*) {
+  if (status == 0 || leaving || told_exit() != Exit::ok) return;
+  let_rank_0_speak();
+  write_line({"backspring: error: a library ended the program, most probably because no memory was left (its own words may "
+              "stand above): raise the memory limit, use more ranks, or a smaller system"});
+  _exit(static_cast<int>(present_phase()));
+}
+#endif
+
 }  // namespace
+
+void expect_exit() { leaving = true; }
+
+void end_with_line(const char* text, Exit exit) {
+  let_rank_0_speak(10);
+  write_line({"backspring: error: ", text});
+  _exit(static_cast<int>(exit));
+}
 
 PetscErrorCode install_crash_handler() {
   PetscBool trace = PETSC_FALSE;
@@ -83,6 +109,9 @@ PetscErrorCode install_crash_handler() {
   PetscCallMPI(MPI_Comm_rank(PETSC_COMM_WORLD, &rank));
   std::set_terminate(on_terminate);
   PetscCall(PetscOptionsGetBool(nullptr, nullptr, "-bs_trace", &trace, nullptr));
+#ifdef __GLIBC__
+  (void)on_exit(on_foreign_exit, nullptr);
+#endif
   if (trace) PetscFunctionReturn(0);
   stack_t own = {};
   own.ss_sp = stack;

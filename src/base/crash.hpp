@@ -2,6 +2,7 @@
 #pragma once
 #include <petscsys.h>
 #include <string>
+#include "base/fault.hpp"
 
 namespace bs {
 
@@ -10,6 +11,14 @@ namespace bs {
 /// told in one line and ends it with 128 + signal, or with Exit::input while a ReadingFile lives. With -bs_trace
 /// PETSc's own handler of signals, which prints its traceback, stays. Call after install_error_handler().
 PetscErrorCode install_crash_handler();
+
+/// The program ends by itself from here on. An exit() before that, by a library, is told in one line and ends with the exit
+/// code of the present phase.
+void expect_exit();
+
+/// From a signal handler: "backspring: error: TEXT" and an end at once. Mostly all ranks come here alike: rank 0 speaks first,
+/// and its end is that of the others.
+[[noreturn]] void end_with_line(const char* text, Exit exit);
 
 /// While it lives, a library at work on file `path` is to blame for a crash: HDF5 1.10 does not survive every
 /// damaged file. They do not nest: the first counts.

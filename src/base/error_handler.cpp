@@ -4,9 +4,11 @@
 
 #include <algorithm>
 #include <csignal>
+#include <cstdlib>
 #include <cstring>
 #include <sstream>
 
+#include "base/crash.hpp"
 #include "base/told.hpp"
 
 namespace bs {
@@ -51,6 +53,20 @@ std::string explained(const std::string& text, const char* function) {
   return name.empty() ? as_it_is : "option " + name + ": " + value + " is not a " + (whole ? "whole " : "") + "number: -help says what it means";
 }
 
+/// PETSc 3.18's allocator reports the caller's line number as the error code and its name as the message.
+bool is_of_memory(PetscErrorCode code, const char* function) {
+  const std::string name = function ? function : "";
+  return code == PETSC_ERR_MEM || name == "PetscMallocAlign" || name == "PetscReallocAlign" || name == "PetscTrMallocDefault";
+}
+
+/// Some of PETSc's messages tell how much was asked for: "Memory requested 1234".
+std::string of_memory(const char* message) {
+  std::string asked;
+  const char* const number = message ? std::strstr(message, "Memory requested ") : nullptr;
+  if (number) asked = format(" for %.3g MB more", std::strtod(number + std::strlen("Memory requested "), nullptr) / 1e6);
+  return "no memory left" + asked + ": raise the memory limit, use more ranks, or a smaller system";
+}
+
 PetscErrorCode handle(MPI_Comm comm, int line, const char* function, const char* file, PetscErrorCode code,
                       PetscErrorType type, const char* message, void* context) {
   if (code == ERR_TOLD) return code;
@@ -64,7 +80,7 @@ PetscErrorCode handle(MPI_Comm comm, int line, const char* function, const char*
   petsc_error = true;
   petsc_exit = phase;
 
-  (void)tell_alone(phase, explained(first_line(code, message), function));
+  (void)tell_alone(phase, is_of_memory(code, function) ? of_memory(message) : explained(first_line(code, message), function));
   return code;
 }
 
@@ -119,6 +135,7 @@ int finish(PetscErrorCode code) {
   // Traced by PETSc in its own words.
   PetscMPIInt size = 1;
   MPI_Comm_size(PETSC_COMM_WORLD, &size);
+  expect_exit();
   if (size > 1) MPI_Abort(PETSC_COMM_WORLD, static_cast<int>(petsc_exit));
   return static_cast<int>(petsc_exit);
 }

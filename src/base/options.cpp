@@ -170,6 +170,8 @@ bool Section::flag(const char* name, const char* help, bool& value) {
 bool Section::text(const char* name, const char* help, std::string& value) {
   std::string given;
   if (!find(name, help, value, &given)) return false;
+  if (given.empty()) fail(format("option %s: an empty value: give a word, or leave the option out", name));
+  if (status_) return false;
   value = given;
   return true;
 }

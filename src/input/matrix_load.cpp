@@ -3,10 +3,10 @@
 #include <cctype>
 #include <fstream>
 #include <sstream>
-#include "base/crash.hpp"
 #include "base/fault.hpp"
 #include "base/handle.hpp"
 #include "input/matrix_market.hpp"
+#include "input/petsc_binary.hpp"
 #include "input/text_file.hpp"
 #include "input/vector_csv.hpp"
 
@@ -91,7 +91,8 @@ PetscErrorCode hand_out(MPI_Comm comm, const std::vector<MatrixEntry>& piece, co
 }
 
 /// Piece after piece until rank 0 has read all or met a fault.
-PetscErrorCode stream(MPI_Comm comm, MatrixMarketReader& reader, const std::vector<PetscInt>& first, Entries* mine) {
+template <class Reader>
+PetscErrorCode stream(MPI_Comm comm, Reader& reader, const std::vector<PetscInt>& first, Entries* mine) {
   PetscMPIInt rank;
   PetscFunctionBegin;
   PetscCallMPI(MPI_Comm_rank(comm, &rank));
@@ -110,16 +111,15 @@ PetscErrorCode stream(MPI_Comm comm, MatrixMarketReader& reader, const std::vect
   PetscFunctionReturn(0);
 }
 
-PetscErrorCode load_market(MPI_Comm comm, const std::string& path, Mat* out) {
+/// Entries that rank 0 reads, spread over the ranks and summed where they repeat.
+template <class Reader>
+PetscErrorCode load_entries(MPI_Comm comm, const std::string& path, Reader& reader, Mat* out) {
   PetscMPIInt rank, size;
   std::int64_t sizes[2] = {0, 0};
   Fault fault;
   PetscFunctionBegin;
   PetscCallMPI(MPI_Comm_rank(comm, &rank));
   PetscCallMPI(MPI_Comm_size(comm, &size));
-  std::ifstream file;
-  if (rank == 0) file.open(path, std::ios::binary);
-  MatrixMarketReader reader(file, path);
   if (rank == 0) {
     if (!reader.open()) fault.note(reader.line(), reader.error());
     sizes[0] = reader.rows();
@@ -148,30 +148,35 @@ PetscErrorCode load_market(MPI_Comm comm, const std::string& path, Mat* out) {
   PetscFunctionReturn(0);
 }
 
-/// The class id at the head of a PETSc binary file: big-endian.
-PetscErrorCode check_binary(MPI_Comm comm, const std::string& path, const std::string& option, PetscInt wanted, const char* what) {
+/// The class id at the head of a PETSc binary file.
+PetscErrorCode check_binary(MPI_Comm comm, const std::string& path, const std::string& option, std::int64_t wanted, const char* what) {
   PetscMPIInt rank;
   Fault fault;
   PetscFunctionBegin;
   PetscCallMPI(MPI_Comm_rank(comm, &rank));
-  if (rank == 0) {
-    std::ifstream in(path, std::ios::binary);
-    unsigned char head[8] = {};
-    in.read(reinterpret_cast<char*>(head), sizeof head);
-    std::int64_t id = 0;
-    const std::size_t bytes = sizeof(PetscInt);
-    for (std::size_t k = 0; k < bytes; ++k) id = id * 256 + head[k];
-    if (in.gcount() < static_cast<std::streamsize>(bytes) || id != wanted)
-      fault.note(0, format("option %s: %s is neither Matrix Market text nor a PETSc binary %s of this PETSc's index size: begin "
-                           "text with '%%%%MatrixMarket matrix coordinate real general'", option.c_str(), path.c_str(), what));
-  }
+  if (rank == 0 && petsc_class_id(path, sizeof(PetscInt)) != wanted)
+    fault.note(0, format("option %s: %s is neither Matrix Market text nor a PETSc binary %s of this PETSc's index size: begin "
+                         "text with '%%%%MatrixMarket matrix coordinate real general'", option.c_str(), path.c_str(), what));
   PetscCall(agree(comm, fault));
   PetscFunctionReturn(0);
 }
 
-PetscErrorCode open_binary(MPI_Comm comm, const std::string& path, ViewerHandle* viewer) {
+/// Rank 0 reads, all get the values.
+PetscErrorCode load_binary_vector(MPI_Comm comm, const std::string& path, const std::string& option, std::vector<double>* values) {
+  PetscMPIInt rank;
+  Fault fault;
   PetscFunctionBegin;
-  PetscCall(PetscViewerBinaryOpen(comm, path.c_str(), FILE_MODE_READ, viewer->out()));
+  PetscCall(check_binary(comm, path, option, PETSC_VECTOR_CLASS_ID, "vector"));
+  PetscCallMPI(MPI_Comm_rank(comm, &rank));
+  if (rank == 0) {
+    const std::string error = read_petsc_vector(path, sizeof(PetscInt), values);
+    if (!error.empty()) fault.note(0, "option " + option + ": " + error);
+  }
+  PetscCall(agree(comm, fault));
+  std::int64_t count = static_cast<std::int64_t>(values->size());
+  PetscCallMPI(MPI_Bcast(&count, 1, MPI_INT64_T, 0, comm));
+  values->resize(static_cast<std::size_t>(count));
+  PetscCallMPI(MPI_Bcast(values->data(), static_cast<PetscMPIInt>(count), MPI_DOUBLE, 0, comm));
   PetscFunctionReturn(0);
 }
 
@@ -179,19 +184,20 @@ PetscErrorCode open_binary(MPI_Comm comm, const std::string& path, ViewerHandle*
 
 PetscErrorCode load_matrix(MPI_Comm comm, const std::string& path, const std::string& option, Mat* out) {
   bool text = false;
+  PetscMPIInt rank;
   PetscFunctionBegin;
+  PetscCallMPI(MPI_Comm_rank(comm, &rank));
   PetscCall(look(comm, path, option, &text));
   if (text || !is_binary(path)) {
-    PetscCall(load_market(comm, path, out));
+    std::ifstream file;
+    if (rank == 0) file.open(path, std::ios::binary);
+    MatrixMarketReader reader(file, path);
+    PetscCall(load_entries(comm, path, reader, out));
     PetscFunctionReturn(0);
   }
-  PetscCall(check_binary(comm, path, option, MAT_FILE_CLASSID, "matrix"));
-  ViewerHandle viewer;
-  const ReadingFile reading(path);
-  PetscCall(open_binary(comm, path, &viewer));
-  PetscCall(MatCreate(comm, out));
-  PetscCall(MatSetType(*out, MATAIJ));
-  PetscCall(MatLoad(*out, viewer));
+  PetscCall(check_binary(comm, path, option, PetscMatrixReader::CLASS_ID, "matrix"));
+  PetscMatrixReader reader(path, sizeof(PetscInt));
+  PetscCall(load_entries(comm, path, reader, out));
   PetscFunctionReturn(0);
 }
 
@@ -204,27 +210,16 @@ PetscErrorCode load_vector(MPI_Comm comm, const std::string& path, const std::st
   PetscCall(VecGetSize(x, &n));
   PetscCall(VecGetOwnershipRange(x, &first, &last));
   PetscCall(look(comm, path, option, &market));
-  if (!market && is_binary(path)) {
-    PetscCall(check_binary(comm, path, option, VEC_FILE_CLASSID, "vector"));
-    ViewerHandle viewer;
-    VecHandle read;
-    PetscInt size;
-    const ReadingFile reading(path);
-    PetscCall(open_binary(comm, path, &viewer));
-    PetscCall(VecCreate(comm, read.out()));
-    PetscCall(VecLoad(read, viewer));
-    PetscCall(VecGetSize(read, &size));
-    if (size != n)
-      PetscCall(tell(comm, Exit::input, format("option %s: %s has %lld entries for %lld states", option.c_str(), path.c_str(),
-                                               static_cast<long long>(size), static_cast<long long>(n))));
-    PetscCall(VecCopy(read, x));
-    PetscFunctionReturn(0);
-  }
   std::vector<double> values;
   std::string text;
-  PetscCall(read_text_file(comm, path, &text));
   std::string error;
-  if (market) {
+  const bool binary = !market && is_binary(path);
+  if (binary) PetscCall(load_binary_vector(comm, path, option, &values));
+  else PetscCall(read_text_file(comm, path, &text));
+  if (binary) {
+    if (values.size() != static_cast<std::size_t>(n))
+      error = format("%s has %zu entries for %lld states", path.c_str(), values.size(), static_cast<long long>(n));
+  } else if (market) {
     std::istringstream in(text);
     MatrixMarketReader reader(in, path);
     MatrixEntry entry;

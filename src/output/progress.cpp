@@ -43,8 +43,8 @@ std::string progress_line(const RunState& state, double wall) {
   return line;
 }
 
-std::string verdict_line(const RunState& state, double wall, bool ok) {
-  const std::string line = format("backspring: %s t=%.17g steps=%lld rejected=%lld newton=%lld krylov=%lld wall=%.3f", ok ? "ok" : "failed",
+std::string verdict_line(const RunState& state, double wall, const std::string& outcome) {
+  const std::string line = format("backspring: %s t=%.17g steps=%lld rejected=%lld newton=%lld krylov=%lld wall=%.3f", outcome.c_str(),
                                   state.time, (long long)state.steps, (long long)state.rejected, (long long)state.newton,
                                   (long long)state.krylov, wall);
   return state.warnings > 0 ? line + format(" warnings=%lld", (long long)state.warnings) : line;
@@ -113,12 +113,12 @@ void Progress::break_line() {
   width_ = 0;
 }
 
-void Progress::finish(const RunState& state, bool ok, const std::vector<std::string>& lines) {
+void Progress::finish(const RunState& state, const std::string& outcome, const std::vector<std::string>& lines) {
   if (!speaks_) return;
   const double at = wall();
   break_line();
   for (const std::string& line : lines) std::printf("%s\n", line.c_str());
-  std::printf("%s\n", verdict_line(state, at, ok).c_str());
+  std::printf("%s\n", verdict_line(state, at, outcome).c_str());
   std::fflush(stdout);
 }
 

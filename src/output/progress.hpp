@@ -27,9 +27,9 @@ double time_left(const RunState& state, double wall);
 /// The line without "\r" or newline, e.g. "t = 0.5 s (50 %), step 100, Newton 210, Krylov 840, E = 1.25 J, 3 s left".
 std::string progress_line(const RunState& state, double wall);
 
-/// "backspring: ok t=... steps=... rejected=... newton=... krylov=... wall=..." ("failed" unless ok); wall in seconds; then
-/// " warnings=N" where there were any.
-std::string verdict_line(const RunState& state, double wall, bool ok);
+/// "backspring: ok t=... steps=... rejected=... newton=... krylov=... wall=..."; outcome: ok, stopped (by a signal) or failed; wall in
+/// seconds; then " warnings=N" where there were any.
+std::string verdict_line(const RunState& state, double wall, const std::string& outcome);
 
 /// True if stdout ends in a terminal. Open MPI gives rank 0 a terminal of its own whatever mpirun's output is: then
 /// mpirun's own stdout decides.
@@ -45,7 +45,7 @@ class Progress {
   /// After every step; prints if it is time to. Costs a clock reading.
   void update(const RunState& state);
   /// `lines` of the summary, then the verdict line, which is printed however quiet the run is.
-  void finish(const RunState& state, bool ok, const std::vector<std::string>& lines);
+  void finish(const RunState& state, const std::string& outcome, const std::vector<std::string>& lines);
   /// Ends a line that is being rewritten, before something else is printed.
   void break_line();
   double wall() const;  ///< [s] since construction

@@ -3,6 +3,8 @@
 #include "base/options.hpp"
 #include "solve/condensed/condensed.hpp"
 #include "solve/condensed/inner_solver.hpp"
+#include "solve/serial_factors.hpp"
+#include "solve/solver_check.hpp"
 #include "solve/ts_queries.hpp"
 
 namespace bs {
@@ -126,6 +128,8 @@ PetscErrorCode set_linear_defaults(TS ts, Model& model, NewtonPolicy* newton) {
              "rates of compressed springs), or auto: exact while it is positive definite", {"auto", "exact", "definite"}, curvature);
   }));
   PetscCall(VecGetSize(model.initial_state(), &unknowns));
+  PetscCall(refuse_impossible_solvers(model.comm()));
+  for (const char* prefix : {"", "condensed_"}) PetscCall(split_serial_factors(model.comm(), prefix));
   if (model.linear()) PetscCall(set_defaults_of_linear_model(ts));
   else if (model.tangent() && !given("-snes_fd") && !given("-snes_fd_color")) PetscCall(set_condensed_defaults(ts, model, newton, static_cast<Curvature>(curvature)));
   else PetscCall(set_direct_or_gmres(ts, unknowns));

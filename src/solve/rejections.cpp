@@ -86,6 +86,9 @@ PetscErrorCode RejectionWatch::name_failure(TS ts, std::size_t* reason) {
   PetscCall(model_.last_fault(&fault));
   if (!fault.empty()) *reason = DOMAIN_ERROR;
   last_ = fault.empty() ? sentence_of(*reason) : fault;
+  if (*reason != LINEAR) PetscFunctionReturn(0);
+  PetscCall(linear_solver_lacks_memory(ts, &no_memory_));
+  if (no_memory_) last_ = "no memory was left for the factors of the linear solver";
   PetscFunctionReturn(0);
 }
 
@@ -119,7 +122,7 @@ PetscErrorCode RejectionWatch::look(TS ts) {
 }
 
 bool RejectionWatch::enough(double next) const {
-  return next < step_min_ * (1 - SAME_STEP) || next < resolution_ || in_a_row_ > most_;
+  return no_memory_ || next < step_min_ * (1 - SAME_STEP) || next < resolution_ || in_a_row_ > most_;
 }
 
 PetscErrorCode RejectionWatch::try_again(TS ts, double cut, bool* more) {
@@ -159,6 +162,7 @@ PetscErrorCode RejectionWatch::end_step(TS ts) {
 }
 
 const char* RejectionWatch::advice() const {
+  if (no_memory_) return "raise the memory limit, use more ranks, or an iterative solver (-condensed_pc_type bicc; -ksp_type gmres -pc_type bjacobi)";
   switch (last_reason_) {
     case LINEAR: return "try -pc_type lu, a larger -ksp_max_it, or a smaller -ts_dt; -ksp_converged_reason shows more";
     case DOMAIN_ERROR: return last_ == sentence_of(DOMAIN_ERROR) ? "try a smaller -ts_dt" : "";  // a fault that has a name says it itself

@@ -62,7 +62,7 @@ class RejectionWatch {
   double resolution_ = 0;  ///< no attempt shorter than this can be told apart from the time it starts at [s]
   std::int64_t most_ = 0, in_a_row_ = 0;
   PetscInt rejected_ = 0, failures_ = 0;  ///< of the TS, looked at so far
-  bool gave_up_ = false;
+  bool gave_up_ = false, no_memory_ = false;  ///< no_memory_: a shorter step would need as much
   RejectionCounts counts_{};
   std::string last_;
   std::size_t last_reason_ = 0;

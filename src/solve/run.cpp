@@ -54,6 +54,20 @@ PetscErrorCode claim_files(MPI_Comm comm, const RunOptions& options, Claim* clai
   PetscFunctionReturn(0);
 }
 
+/// A continued run begins where the checkpoint was written.
+PetscErrorCode refuse_new_start(MPI_Comm comm, const CheckpointFile& file) {
+  char given[64] = "";
+  PetscBool there = PETSC_FALSE;
+  PetscFunctionBegin;
+  PetscCall(PetscOptionsGetString(nullptr, nullptr, "-ts_init_time", given, sizeof given, &there));
+  bool same = !there;
+  for (const auto& [name, value] : file.options()) same = same || (name == "ts_init_time" && value == given);
+  if (!same)
+    PetscCall(tell(comm, Exit::input, format("option -ts_init_time: a continued run begins at the time of its checkpoint, %s: leave the option out",
+                                             file.name().c_str())));
+  PetscFunctionReturn(0);
+}
+
 }  // namespace
 
 PetscErrorCode Run::set_up() {
@@ -64,6 +78,7 @@ PetscErrorCode Run::set_up() {
     PetscCall(restart_->open(model_.comm(), options_.saving.restart));
     PetscCall(restart_->require_same(model_));
     PetscCall(require_same_inputs(model_.comm(), *restart_, inputs_));
+    PetscCall(refuse_new_start(model_.comm(), *restart_));
   }
   PetscCall(create_ts(model_, &context_, &ts_));
   PetscCall(set_tolerances(options_.tolerances, model_, ts_));

@@ -81,7 +81,7 @@ PetscErrorCode Run::report(const std::string& outcome, const std::string& why) {
     for (const Observable& o : last_) report.set("last_" + o.name, o.value);
     PetscCall(report.write(model_.comm(), options_.output.report, options_.output.trajectory.overwrite));
   }
-  progress_.finish(state(), outcome == "ok", closing_lines());
+  progress_.finish(state(), outcome, closing_lines());
   PetscFunctionReturn(0);
 }
 

@@ -3,8 +3,9 @@
 
 namespace bs {
 
-/// From now on SIGTERM and SIGINT end the run after the present step, SIGUSR1 asks for a checkpoint; taken over from
-/// whoever had them (PETSc ends the program at once).
+/// From now on SIGTERM and SIGINT end the run after the present step, a second one of them (0.2 s later, and not the first
+/// one passed on by mpirun) ends the process at once; SIGUSR1 asks for a checkpoint. Taken over from whoever had them (PETSc
+/// ends the program at once).
 void catch_signals();
 
 /// The signal that ends the run, on this process; 0: none.

@@ -38,6 +38,7 @@ PetscErrorCode set_up_solvers(TS ts, TSContext& context) {
   PetscCall(VecDuplicate(y, zero.out()));
   PetscCall(VecZeroEntries(zero));
   PetscCall(context.model->jacobian(t, y, zero, sigma, context.form, context.matrix));
+  PetscCall(SNESSetSolution(snes, zero));  // some types make their vectors like it
   PetscCall(SNESSetUp(snes));
   Mat A, P;
   PetscCall(SNESGetJacobian(snes, &A, &P, nullptr, nullptr));
@@ -50,6 +51,28 @@ PetscErrorCode set_up_solvers(TS ts, TSContext& context) {
     PetscCall(KSPSetUpOnBlocks(ksp));
   }
   PetscCall(context.model->check_solver(shell ? nullptr : ksp));
+  PetscFunctionReturn(0);
+}
+
+/// Whether solvers of the user's own choice are worth setting up to see if they can be: what cannot work, some pair of
+/// matrix and preconditioner, is then refused before the first frame.
+PetscErrorCode worth_trying(TS ts, TSContext& context, bool* yes) {
+  constexpr PetscInt MOST = 60000;  // unknowns; above them the set-up may take long, and is left to the first step
+  PetscInt unknowns = 0;
+  PC pc;
+  PetscBool condensed = PETSC_FALSE;
+  PetscFunctionBegin;
+  *yes = false;
+  if (!context.implicit) PetscFunctionReturn(0);
+  PetscCall(linear_solver_of(ts, nullptr, &pc));
+  PetscCall(PetscObjectTypeCompare(reinterpret_cast<PetscObject>(pc), "condensed", &condensed));
+  if (condensed) PetscFunctionReturn(0);  // the age of its factors counts from their set-up
+  PetscCall(VecGetSize(context.model->initial_state(), &unknowns));
+  for (const char* name : {"-pc_type", "-ksp_type", "-mat_type", "-snes_type"}) {
+    PetscBool given = PETSC_FALSE;
+    PetscCall(PetscOptionsHasName(nullptr, nullptr, name, &given));
+    *yes = *yes || (given && unknowns <= MOST);
+  }
   PetscFunctionReturn(0);
 }
 
@@ -75,13 +98,14 @@ PetscErrorCode warn_unused_options(TS ts, TSContext& context) {
   PetscFunctionBegin;
   PetscCall(TSSetUp(ts));
   PetscCall(unused_options(&names));
-  bool blocks = false;
+  bool blocks = false, own_choice = false;
   if (context.implicit) {
     PC pc;
     PetscCall(linear_solver_of(ts, nullptr, &pc));
     PetscCall(has_blocks(pc, &blocks));
   }
-  if (context.implicit && (!names.empty() || context.model->linear() || blocks)) {
+  PetscCall(worth_trying(ts, context, &own_choice));
+  if (context.implicit && (!names.empty() || own_choice || context.model->linear() || blocks)) {
     PetscCall(set_up_solvers(ts, context));
     PetscCall(unused_options(&names));
   }

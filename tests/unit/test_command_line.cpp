@@ -9,10 +9,7 @@
 using namespace bs;
 
 TEST_CASE("Words that are neither options nor values are found") {
-  const auto stray = [](std::vector<const char*> words) {
-    words.insert(words.begin(), "program");
-    return stray_words(static_cast<int>(words.size()), words.data());
-  };
+  const auto stray = [](const std::vector<std::string>& words) { return stray_words(words); };
   CHECK(stray({}).empty());
   CHECK(stray({"-bs_gravity", "0,-9.81", "-bs_overwrite", "-ts_dt", "-1e-3", "-ts_type"}).empty());
   CHECK(stray({"word", "-ts_dt", "1"}) == std::vector<std::string>{"word"});

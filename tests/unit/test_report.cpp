@@ -81,10 +81,10 @@ TEST_CASE("progress and verdict lines") {
   REQUIRE(progress_line(state, 5).find(", rejected 2, E = -1.25 J, ") != std::string::npos);
   state.time = 3;
   REQUIRE(progress_line(state, 5).find("left") == std::string::npos);
-  REQUIRE(verdict_line(state, 1.5, true) == "backspring: ok t=3 steps=10 rejected=2 newton=21 krylov=84 wall=1.500");
-  REQUIRE(verdict_line(state, 1.5, false).rfind("backspring: failed t=3 ", 0) == 0);
+  REQUIRE(verdict_line(state, 1.5, "ok") == "backspring: ok t=3 steps=10 rejected=2 newton=21 krylov=84 wall=1.500");
+  REQUIRE(verdict_line(state, 1.5, "failed").rfind("backspring: failed t=3 ", 0) == 0);
   state.warnings = 1;
-  REQUIRE(verdict_line(state, 1.5, true) == "backspring: ok t=3 steps=10 rejected=2 newton=21 krylov=84 wall=1.500 warnings=1");
+  REQUIRE(verdict_line(state, 1.5, "ok") == "backspring: ok t=3 steps=10 rejected=2 newton=21 krylov=84 wall=1.500 warnings=1");
 }
 
 TEST_CASE("a plain line a step, and only the verdict where it is quiet") {
@@ -95,7 +95,7 @@ TEST_CASE("a plain line a step, and only the verdict where it is quiet") {
   Progress progress(PETSC_COMM_WORLD, 0);
   progress.update(state);
   progress.update(state);
-  progress.finish(state, true, {"summary"});
+  progress.finish(state, "ok", {"summary"});
   std::istringstream lines(every.text());
   int count = 0;
   std::string line, last;
@@ -108,7 +108,7 @@ TEST_CASE("a plain line a step, and only the verdict where it is quiet") {
   Caught quiet(stdout);
   Progress silent(PETSC_COMM_WORLD, -1);
   silent.update(state);
-  silent.finish(state, false, {});
+  silent.finish(state, "failed", {});
   const std::string said = quiet.text();
   REQUIRE((said.rfind("backspring: failed ", 0) == 0) == first);
 }

@@ -50,6 +50,19 @@ def generator(*words, kind="beuler"):
     return lambda folder: ["-bs_model", "linear", *words, *STEP, kind]
 
 
+def petsc(rows=2, columns=2, lengths=(2, 2), at=(0, 1, 0, 1), values=(2, -1, -1, 2), count=None, more=b""):
+    """A PETSc binary matrix with 32-bit indices; by default the good G."""
+    head = (1211216, rows, columns, len(at) if count is None else count)
+    return system(G=struct.pack(f">{4 + len(lengths) + len(at)}i", *head, *lengths, *at) + struct.pack(f">{len(values)}d", *values) + more, ending="bin")
+
+
+def petsc_x0(*values, count=None):
+    def make(folder):
+        (folder / "x.bin").write_bytes(struct.pack(">2i", 1211214, len(values) if count is None else count) + struct.pack(f">{len(values)}d", *values))
+        return system("-bs_linear_x0", "x.bin")(folder)
+    return make
+
+
 MATRICES = {
     "G empty": (system(G=""), "begin the file with '%%MatrixMarket"),
     "G without banner": (first_line("2 2 4"), "no Matrix Market banner"),
@@ -81,6 +94,19 @@ MATRICES = {
     "zero bytes": (system(G=b"\0" * 4096), "no Matrix Market banner"),
     "PETSc binary, wrong class": (system(G=struct.pack(">4i", 1211214, 2, 0, 0), ending="bin"), "neither Matrix Market text nor a PETSc binary matrix"),
     "PETSc binary, empty": (system(G=b"", ending="petsc"), "neither Matrix Market text nor a PETSc binary matrix"),
+    "PETSc binary, column -1": (petsc(at=(0, -1, 0, 1)), "G.bin: row 1: column -1 (from 0) lies outside 2 x 2"),
+    "PETSc binary, column 2": (petsc(at=(0, 1, 0, 2)), "G.bin: row 2: column 2 (from 0) lies outside 2 x 2"),
+    "PETSc binary, column twice": (petsc(at=(0, 0, 0, 1)), "G.bin: row 1: column 0 (from 0) stands there twice"),
+    "PETSc binary, value nan": (petsc(values=(2, -1, float("nan"), 2)), "G.bin: row 2: the value in column 0 (from 0) is not finite"),
+    "PETSc binary, lengths do not add up": (petsc(lengths=(2, 1)), "G.bin: the lengths of its rows do not add up to its 4 entries"),
+    "PETSc binary, negative length": (petsc(lengths=(5, -1)), "G.bin: row 1 has 5 entries in 2 columns"),
+    "PETSc binary, absurd count": (petsc(count=2**31 - 1), "its head asks for"),
+    "PETSc binary, absurd rows": (petsc(rows=2**31 - 1), "its head asks for"),
+    "PETSc binary, negative size": (petsc(rows=-2), "they must be positive"),
+    "PETSc binary, dense": (petsc(count=-1), "G.bin: holds a dense matrix: save a sparse one"),
+    "PETSc binary, cut off": (petsc(values=(2, -1, -1)), "G.bin: has 64 bytes, its head asks for 72"),
+    "PETSc binary, more behind it": (petsc(more=b"1234"), "G.bin: has 76 bytes, its head asks for 72"),
+    "PETSc binary, not square": (petsc(columns=3), "G is 2 x 3: it must be square"),
     "no such file": (system("-bs_linear_G", "nowhere.mtx"), "nowhere.mtx: no such file"),
     "a folder": (system("-bs_linear_C", "."), "is a folder"),
     "fault after many entries": (coordinate("70000 70000 70001\n" + "".join(f"{k} {k} 1\n" for k in range(1, 70001)) + "1 0 1\n"), "line 70003"),
@@ -113,6 +139,12 @@ SYSTEMS = {
     "x0 too short": (system("-bs_linear_x0", "x.csv", extra={"x.csv": "1\n"}), "1 numbers for 2 states"),
     "x0 with a word": (system("-bs_linear_x0", "x.csv", extra={"x.csv": "1\ntwo\n"}), "line 2: 'two'"),
     "x0 Matrix Market, two columns": (system("-bs_linear_x0", "x.mtx", extra={"x.mtx": C}), "a vector has one"),
+    "x0 PETSc binary, value nan": (petsc_x0(1, float("nan")), "x.bin: value 2 is not finite"),
+    "x0 PETSc binary, value inf": (petsc_x0(float("inf"), 1), "x.bin: value 1 is not finite"),
+    "x0 PETSc binary, too short": (petsc_x0(1), "x.bin has 1 entries for 2 states"),
+    "x0 PETSc binary, cut off": (petsc_x0(1, count=2), "x.bin: has 16 bytes, its head asks for 24"),
+    "x0 PETSc binary, absurd length": (petsc_x0(1, 2, count=2**31 - 1), "its head asks for"),
+    "x0 PETSc binary, negative length": (petsc_x0(1, 2, count=-2), "x.bin: has 24 bytes"),
     "labels too few": (system("-bs_linear_labels", "l.txt", extra={"l.txt": "a\n"}), "has 1 lines for 2 states"),
     "size missing": (generator("-bs_linear_type", "rc_ladder"), "-bs_linear_size"),
     "size of rlc": (generator("-bs_linear_type", "rlc", "-bs_linear_size", "5"), "leave the size out"),
@@ -161,6 +193,8 @@ GOOD = {
     "good: table": table("0,1\n1,1\n"),
     "good: blanks and comments": coordinate("% hello\n\n  2   2  1 \r\n\t1 1 +1.5e0  \r\n% end\n\n"),
     "good: pattern": coordinate("2 2 2\n1 1\n2 2\n", GENERAL.replace("real", "pattern")),
+    "good: PETSc binary": petsc(),
+    "good: PETSc binary x0": petsc_x0(1, 2),
     "good: upper case": coordinate("2 2 1\n1 1 1\n", "%%MatrixMarket MATRIX Coordinate Real General\n"),
     "good: CG and algebraic multigrid": generator("-bs_linear_type", "heat2d", "-bs_linear_size", "20,20", "-ksp_type", "cg", "-pc_type", "gamg"),
 }

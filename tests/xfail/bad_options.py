@@ -6,6 +6,7 @@
 What is asked for is told in corpus.py. Options that PETSc knows and this run does not use are warned of before the first
 step. Ends with "N passed, N failed, 0 skipped"; exit code 0 or 1.
 """
+import subprocess
 import sys
 
 import corpus
@@ -22,6 +23,14 @@ def option_file(content, name="o.yaml", *more):
     def make(folder):
         (folder / name).write_bytes(content if isinstance(content, bytes) else content.encode())
         return ["-options_file", name, *more]
+    return make
+
+
+def restarted(*more):
+    """A maker of a run that goes on from a checkpoint."""
+    def make(folder):
+        subprocess.run([sys.argv[sys.argv.index("--program") + 1], *CHAIN, "-bs_checkpoint", str(folder / "c")], check=True, stdout=subprocess.DEVNULL)
+        return ["-bs_restart", str(folder / "c"), "-ts_max_steps", "2", *more]
     return make
 
 
@@ -75,6 +84,13 @@ PROGRAM = {
     "neither true nor false": (words("-bs_overwrite", "maybe"), "maybe is neither true nor false"),
     "outside 0 to 1": (words("-bs_step_cut", "1"), "option -bs_step_cut: give a number between 0 and 1"),
     "negative interval": (words("-bs_output_interval", "-1"), "-bs_output_interval: -1 is negative"),
+    "output without a name": (words("-bs_output", " "), "option -bs_output: an empty value"),
+    "fluid for Stokes drag": (words("-bs_stokes_drag", "1", "-bs_fluid_velocity", "1"), "option -bs_fluid_velocity is for sphere and shape drag"),
+    "fluid beyond the dimension": (words("-bs_lattice_dim", "2", "-bs_sphere_drag", "-bs_sphere_drag_rho", "1", "-bs_sphere_drag_mu", "1", "-bs_radius", "0.1",
+                                         "-bs_fluid_velocity", "1,0,5"), "option -bs_fluid_velocity has a component beyond the lattice's dimension 2"),
+    "central point beyond the dimension": (words("-bs_lattice_dim", "2", "-bs_central_G", "1", "-bs_central_M0", "1", "-bs_central_point", "9,9,5"),
+                                           "option -bs_central_point has a component beyond the lattice's dimension 2"),
+    "another start of a continued run": (restarted("-ts_init_time", "5"), "option -ts_init_time: a continued run begins at the time of its checkpoint"),
     "output in no folder": (words("-bs_output", "none/o.h5md"), "folder none of -bs_output none/o.h5md does not exist"),
     "report in no folder": (words("-bs_report", "none/r.json"), "folder none of -bs_report none/r.json does not exist"),
     "unknown model": (words("-bs_model", "fluid"), "option -bs_model: fluid does not exist"),
@@ -102,7 +118,16 @@ PETSC = {
     "line search unknown": (words("-snes_linesearch_type", "magic"), "Unable to find requested Line Search type magic"),
     "ksp_type unknown": (words("-ksp_type", "magic"), "Unable to find requested KSP type magic"),
     "pc_type unknown": (words("-pc_type", "magic"), "Unable to find requested PC type magic"),
-    "mat_type unknown": (words("-mat_type", "magic"), "Unknown Mat type given: magic"),
+    "mat_type unknown": (words("-mat_type", "magic"), "option -mat_type: magic cannot hold the Jacobian of particles: give aij"),
+    "mat_type dense": (words("-mat_type", "dense"), "option -mat_type: dense cannot hold the Jacobian of particles: give aij"),
+    "mat_type sell": (words("-mat_type", "sell"), "option -mat_type: sell cannot hold"),
+    "mat_type blockmat": (words("-mat_type", "blockmat"), "option -mat_type: blockmat cannot hold"),
+    "mat_type preallocator": (words("-mat_type", "preallocator"), "option -mat_type: preallocator cannot hold"),
+    "mat_type scalapack": (words("-mat_type", "scalapack"), "option -mat_type: scalapack cannot hold"),
+    "mat_type sbaij": (words("-mat_type", "sbaij"), "option -mat_type: sbaij cannot hold"),
+    "mat_type with -snes_mf_operator": (words("-mat_type", "is", "-snes_mf_operator"), "options -mat_type and -snes_mf_operator do not go together"),
+    "snes_type patch": (words("-snes_type", "patch"), "option -snes_type: patch wants a mesh"),
+    "mat_type without such a factorisation": (words("-mat_type", "is", "-ksp_type", "preonly", "-pc_type", "lu"), "Could not locate a solver type for factorization type LU"),
 }
 
 GOOD = {
@@ -112,6 +137,11 @@ GOOD = {
     "good: YAML, an option twice": option_file(GOOD_YAML + "bs_lattice_size: 7\n"),
     "good: opts": option_file("-bs_lattice_type chain # a comment\n-bs_lattice_size 5\n\n-ts_max_steps 1\n", "o.opts"),
     "good: negative numbers are values": words("-bs_lattice_dim", "2", "-bs_gravity", "-1,-9.81", "-ts_init_time", "-1", "-ts_max_time", "-0.5"),
+    "good: ILU on any number of ranks": words("-ksp_type", "gmres", "-pc_type", "ilu", "-pc_factor_levels", "1"),
+    "good: ICC inside the condensed solve on any number of ranks": words("-condensed_pc_type", "icc"),
+    "good: a continued run": restarted(),
+    "good: a constrained Newton without bounds": words("-bs_lattice_perturbation", "0.1", "-pc_type", "lu", "-ksp_type", "preonly", "-snes_type", "vinewtonrsls"),
+    "good: mat_type baij": words("-mat_type", "baij"),
     "good: upper case": words("-BS_STOKES_DRAG", "1"),
 }
 

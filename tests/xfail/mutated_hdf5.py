@@ -233,8 +233,8 @@ def check(name, number, most, arguments):
     return f"{name} {number}: {done}", wrong, code, line, said, memory
 
 
-def main():
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+def main(doc=__doc__):
+    parser = argparse.ArgumentParser(description=doc.splitlines()[0])
     parser.add_argument("--program", required=True, type=lambda path: pathlib.Path(path).resolve())
     parser.add_argument("--ranks", type=int, default=1)
     parser.add_argument("--count", type=int, default=60, help="changes to each file")

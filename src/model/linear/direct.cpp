@@ -4,6 +4,7 @@
 #include <string>
 #include <vector>
 #include "base/format.hpp"
+#include "base/fault.hpp"
 #include "base/handle.hpp"
 
 namespace bs {
@@ -84,10 +85,13 @@ PetscErrorCode is_singular(KSP ksp, bool* singular) {
   PetscCall(PetscObjectTypeCompare(reinterpret_cast<PetscObject>(ksp), KSPPREONLY, &alone));
   if (!direct || !alone) PetscFunctionReturn(0);
   PetscCall(PCGetFailedReason(pc, &reason));
-  int failed = reason != PC_NOERROR;
-  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &failed, 1, MPI_INT, MPI_MAX, PetscObjectComm(reinterpret_cast<PetscObject>(ksp))));
-  *singular = failed;
-  if (failed) PetscFunctionReturn(0);
+  int failed[2] = {reason != PC_NOERROR, reason == PC_FACTOR_OUTMEMORY};
+  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, failed, 2, MPI_INT, MPI_MAX, PetscObjectComm(reinterpret_cast<PetscObject>(ksp))));
+  if (failed[1])
+    PetscCall(tell(PetscObjectComm(reinterpret_cast<PetscObject>(ksp)), Exit::input, "no memory left for the factors of the sparse LU: raise "
+                   "the memory limit, use more ranks, or an iterative solver such as -ksp_type gmres -pc_type bjacobi"));
+  *singular = failed[0];
+  if (*singular) PetscFunctionReturn(0);
   // x_j = 1/|column j|: each contributes alike to b = A x
   PetscCall(KSPGetOperators(ksp, nullptr, &A));
   PetscCall(MatGetSize(A, nullptr, &n));

@@ -73,11 +73,22 @@ PetscErrorCode ParticleModel::read_laws(const Lattice& lattice) {
 PetscErrorCode ParticleModel::check_laws() const {
   Fault fault;
   PetscFunctionBegin;
-  const UniformGravity& gravity = std::get<UniformGravity>(laws_);
-  for (int c = net_.dim; c < 3; ++c)
-    if (gravity.g[c] != 0)
-      fault.note(-1, format("option -bs_gravity has a component beyond the lattice's dimension %d: give %d number%s", net_.dim,
-                            net_.dim, net_.dim > 1 ? "s" : ""));
+  const std::pair<const char*, const double*> vectors[] = {{"-bs_gravity", std::get<UniformGravity>(laws_).g},
+                                                           {"-bs_central_point", std::get<CentralGravity>(laws_).x0},
+                                                           {"-bs_fluid_velocity", std::get<SphereDrag>(laws_).fluid},
+                                                           {"-bs_attraction_center", std::get<XspAttraction>(laws_).center},
+                                                           {"-bs_anchor_velocity", motion_.c},
+                                                           {"-bs_anchor_amplitude", motion_.A}};
+  for (const auto& [name, value] : vectors)
+    for (int c = net_.dim; c < 3; ++c)
+      if (value[c] != 0)
+        fault.note(-1, format("option %s has a component beyond the lattice's dimension %d: give %d number%s", name, net_.dim, net_.dim,
+                              net_.dim > 1 ? "s" : ""));
+  PetscBool flows = PETSC_FALSE;
+  PetscCall(PetscOptionsHasName(nullptr, nullptr, "-bs_fluid_velocity", &flows));
+  if (flows && !std::get<SphereDrag>(laws_).active() && !std::get<ShapeDrag>(laws_).active())
+    fault.note(-1, "option -bs_fluid_velocity is for sphere and shape drag; -bs_stokes_drag and -bs_viscosity act against a fluid at rest: "
+                   "leave it out, or give -bs_sphere_drag or -bs_shape_drag");
   const SphereDrag& drag = std::get<SphereDrag>(laws_);
   if (drag.active() && drag.radius <= 0)
     for (PetscInt i = 0; i < net_.n; ++i)

@@ -17,7 +17,7 @@ namespace bs {
 
 /// What went wrong in a loop, where: the law has no value there.
 struct Singularity {
-  enum Kind { none, spring, anchor, particle } kind = none;
+  enum Kind { none, spring, anchor, particle, state } kind = none;  ///< state: that of a particle is not finite
   std::int64_t row = -1;   ///< row of the spring, anchor or particle in the input
   const char* law = "";    ///< title of the particle law
 };

@@ -163,6 +163,7 @@ class PhysicsOf final : public Physics {
       const LinkGeometry<d> g(y, state.at(links.other[e]));
       const LinkParameters p = parameters(links, e);
       if (Kernel::defined(g, p)) Kernel::force(g, p, f);
+      else if (std::isnan(g.length)) *found = {Singularity::state, net_.row[i], ""};
       else if (!net_.rest_at_zero_length) *found = {Singularity::spring, links.spring[e], ""};
     }
   }
@@ -174,6 +175,7 @@ class PhysicsOf final : public Physics {
       const LinkGeometry<d> g(y, end.y);
       const LinkParameters p = parameters(net_.anchors, k);
       if (Kernel::defined(g, p)) Kernel::force(g, p, f);
+      else if (std::isnan(g.length)) *found = {Singularity::state, net_.row[i], ""};
       else *found = {Singularity::anchor, net_.anchors.row[k], ""};
     }
   }

@@ -1,6 +1,8 @@
 #include "model/particles/row_pattern.hpp"
 #include <algorithm>
 #include <cstring>
+#include <string>
+#include "base/fault.hpp"
 
 namespace bs {
 
@@ -59,6 +61,7 @@ PetscErrorCode RowPattern::preallocate(const Network& net, Mat A) const {
 PetscErrorCode RowPattern::create_matrix(const Network& net, Mat* out) const {
   const PetscInt bs = 2 * net.dim;
   PetscFunctionBegin;
+  PetscCall(check_type(net.comm));
   PetscCall(MatCreate(net.comm, out));
   PetscCall(MatSetSizes(*out, net.n * bs, net.n * bs, PETSC_DETERMINE, PETSC_DETERMINE));
   PetscCall(MatSetBlockSize(*out, bs));
@@ -72,6 +75,24 @@ PetscErrorCode RowPattern::create_matrix(const Network& net, Mat* out) const {
   for (PetscInt i = 0; i < net.n; ++i) PetscCall(writer.write(i, 0.0, 1.0, zeros.data()));
   PetscCall(writer.end());
   PetscCall(MatSetOption(*out, MAT_NEW_NONZERO_LOCATION_ERR, PETSC_TRUE));
+  PetscFunctionReturn(0);
+}
+
+PetscErrorCode RowPattern::check_type(MPI_Comm comm) {
+  char type[64] = MATAIJ;
+  PetscMPIInt size;
+  PetscFunctionBegin;
+  PetscCallMPI(MPI_Comm_size(comm, &size));
+  PetscCall(PetscOptionsGetString(nullptr, nullptr, "-mat_type", type, sizeof type, nullptr));
+  const std::string given = type;
+  const bool one_rank = given.compare(0, 3, "seq") == 0, any = given.compare(0, 3, "mpi") == 0;
+  const std::string kind = one_rank || any ? given.substr(3) : given;
+  bool known = given == MATIS || given == MATHYPRE;
+  for (const char* name : {MATAIJ, MATBAIJ, MATAIJPERM, MATAIJSELL, MATAIJCRL}) known = known || kind == name;
+  if (!known)
+    PetscCall(tell(comm, Exit::input, "option -mat_type: " + given + " cannot hold the Jacobian of particles: give aij, baij, aijperm, aijsell, "
+                   "aijcrl, is or hypre"));
+  if (one_rank && size > 1) PetscCall(tell(comm, Exit::input, format("option -mat_type: %s is for one rank, these are %d: give %s", type, size, kind.c_str())));
   PetscFunctionReturn(0);
 }
 

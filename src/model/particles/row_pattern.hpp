@@ -27,6 +27,8 @@ class RowPattern {
 
  private:
   friend class RowWriter;
+  /// Collective. Told (exit 2) where -mat_type names one that cannot be filled row by row, or is for one rank.
+  static PetscErrorCode check_type(MPI_Comm comm);
   PetscErrorCode preallocate(const Network& net, Mat A) const;
   std::vector<PetscInt> start_, global_;            ///< compressed rows of global block columns
   std::vector<PetscInt> low_, own_, self_, slot_;

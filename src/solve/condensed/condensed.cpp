@@ -135,6 +135,13 @@ PetscErrorCode condensed_counts(PC pc, bool* is, CondensedCounts* counts) {
   PetscFunctionReturn(0);
 }
 
+PetscErrorCode condensed_out_of_memory(PC pc, bool* yes) {
+  PetscFunctionBegin;
+  PetscCall(is_condensed(pc, yes));
+  if (*yes) PetscCall(data_of(pc).inner.out_of_memory(yes));
+  PetscFunctionReturn(0);
+}
+
 PetscErrorCode condensed_set_tangent(PC pc, Tangent* tangent, const CondensedDemand& demand) {
   bool is = false;
   PetscFunctionBegin;

@@ -36,6 +36,8 @@ class InnerSolver {
   PetscErrorCode view(PetscViewer viewer) const;
   PetscErrorCode describe(std::string* text) const;
   PetscErrorCode add_shifts(CondensedCounts* counts) const;
+  /// Not collective. Whether a factorisation of S failed for want of memory.
+  PetscErrorCode out_of_memory(bool* yes) const;
 
  private:
   PetscErrorCode set_defaults();
