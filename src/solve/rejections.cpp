@@ -29,6 +29,20 @@ const char* sentence_of(std::size_t reason) {
   return words[reason];
 }
 
+/// rosw computes the Jacobian for the first stage and keeps it (a lag of -1) until the last one; a stage that fails leaves it
+/// kept, for all steps to come.
+PetscErrorCode forget_jacobian(TS ts) {
+  SNES snes;
+  PetscInt lag = 1;
+  PetscBool given = PETSC_FALSE;
+  PetscFunctionBegin;
+  PetscCall(TSGetSNES(ts, &snes));
+  PetscCall(SNESGetLagJacobian(snes, &lag));
+  PetscCall(PetscOptionsHasName(nullptr, nullptr, "-snes_lag_jacobian", &given));
+  if (lag == -1 && !given) PetscCall(SNESSetLagJacobian(snes, 1));
+  PetscFunctionReturn(0);
+}
+
 }  // namespace
 
 std::int64_t total(const RejectionCounts& counts) {
@@ -101,6 +115,7 @@ PetscErrorCode RejectionWatch::look(TS ts) {
       PetscCall(name_failure(ts, &reason));
       PetscCall(linear_solver_of(ts, nullptr, &pc));
       PetscCall(condensed_renew(pc));
+      PetscCall(forget_jacobian(ts));
     } else {
       last_ = sentence_of(reason);
     }
