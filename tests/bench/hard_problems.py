@@ -53,7 +53,7 @@ def folding_cloth(folder, large):
 def twisted_cloth(folder, large):
     """A strip whose ends are held two turns and 15 % of its length closer than they were, at rest: edges are pulled, the middle is
     pushed. Anchors can move an end along, not turn it, so that it starts twisted."""
-    nx, ny = (500, 200) if large else (50, 20)
+    nx, ny = (1000, 100) if large else (100, 10)
     rng = np.random.default_rng(2)
     at, classes = sheet(nx, ny)
     s, w = (a.ravel() for a in np.meshgrid(np.arange(nx) / (nx - 1), (np.arange(ny) / (ny - 1) - 0.5) * (ny - 1) / (nx - 1), indexing="ij"))
@@ -63,7 +63,7 @@ def twisted_cloth(folder, large):
     fixed = np.zeros(nx * ny, bool)
     fixed[at[[0, -1]].ravel()] = True
     x[~fixed] += 1e-3 / (nx - 1) * rng.standard_normal((np.count_nonzero(~fixed), 3))
-    file = write_sheet(folder, flat, x, classes, 0.2 / (nx * nx), fixed, (nx - 1) / 49)
+    file = write_sheet(folder, flat, x, classes, 0.2 / (nx * nx), fixed, (nx - 1) / 99)
     return Case("twisted cloth", {"bs_lattice_file": file, "bs_gravity": (0, 0, -9.81)}, nx * ny)
 
 
