@@ -160,7 +160,8 @@ def table(case, parts):
 HEAD = """# Hard cases
 
 Measured by `tests/bench/hard.py`; the cases are in `hard_problems.py`. Each takes a few steps of h, the shorter of 0.02 s and 300 times the largest
-stable explicit step that the program names at the start. Newton and Krylov iterations are those a step, "worst" the most Newton iterations of a step. "indefinite":
+stable explicit step that the program names at the start. Newton and Krylov iterations are those a step that was taken, "worst" the most Newton iterations of
+one, rejected attempts at it included. "indefinite":
 tangents that were not positive definite (before: linear solves that went to the fallback solver). "CPU s / s": user time
 a simulated second, start-up left out; bold where it is below symplectic Euler's at 0.9 of its largest stable step (less where that
 is not stable), measured in the same run. "momentum drift": against the largest sum of m |v|, where nothing acts from outside. "energy gained": above the first

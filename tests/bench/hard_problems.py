@@ -165,7 +165,7 @@ def b2(folder, large):
 def pulled_chain(folder, large):
     """A crooked chain in the plane, springs of 1e2 and 1e10 N/m in turn; one end is held, a long soft spring pulls the other."""
     n = 100_000 if large else 1000
-    x = np.column_stack([np.arange(n), 0.2 * np.sin(1.3 * np.arange(n))])
+    x = 0.01 * np.column_stack([np.arange(n), 0.2 * np.sin(1.3 * np.arange(n))])
     k = np.where(np.arange(n - 1) % 2 == 1, 1e10, 1e2)
     file = write_lattice(folder, x, 1.0, fixed=np.arange(n) == 0, pairs=np.column_stack([np.arange(n - 1), np.arange(1, n)]), stiffness=k,
                          spring_law="hooke", anchors={"particle": [n - 1], "point": [x[-1] + [100, 100]], "stiffness": [1.0], "rest_length": [0.0],
