@@ -35,10 +35,24 @@ def no_invention():
     assert all(measured is None and holds is None for _, _, measured, holds in targets.table({})), targets.table({})
 
 
+def hard_cases(program):
+    """One case of hard.py, two steps: every column is filled that its kind allows."""
+    with tempfile.TemporaryDirectory() as folder:
+        done = subprocess.run([sys.executable, str(HERE / "hard.py"), "--program", program, "-o", folder, "--filter", "chain", "--steps", "2", "--no-sweep",
+                               "--variants", "auto"], capture_output=True, text=True)
+        assert done.returncode == 0, done.stderr
+        case = json.loads((pathlib.Path(folder) / "hard.json").read_text())["sizes"]["small"]["pulled chain"]
+        row = case["variants"]["beuler, auto"]
+        assert row["outcome"] == "ok" and row["per_second"] > 0 and row["worst"] >= 1 and row["gain"] < 1e-9, row
+        assert abs(case["h"] / case["limit"] - 300) < 1e-6 and case["symplectic"]["per_second"] > 0, case
+        assert "pulled chain" in (pathlib.Path(folder) / "hard.md").read_text()
+
+
 def main():
     arguments = sys.argv[1:]
     closed_counts()
     no_invention()
+    hard_cases(arguments[arguments.index("--program") + 1])
     with tempfile.TemporaryDirectory() as folder:
         folder = pathlib.Path(folder)
         results, text = bench(folder, arguments + ["--n", "6", "--steps", "2", "--output-n", "6", "--sizes", "6", "--sections",
