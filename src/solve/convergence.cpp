@@ -82,6 +82,21 @@ PetscErrorCode expect_definite(const NewtonPolicy& self, PetscInt it, const Resi
   PetscFunctionReturn(0);
 }
 
+// Where many directions had to be taken from the definite part, the step spans many snaps from one shape to another, and
+// shorter steps, whose tangents are definite, cost less than the way down from one to the next.
+PetscErrorCode spans_too_much(NewtonPolicy* self, PetscInt it, bool* yes) {
+  constexpr PetscInt PATIENCE = 8;
+  CondensedCounts counts;
+  bool is = false;
+  PC pc;
+  PetscFunctionBegin;
+  PetscCall(linear_solver_of(self->ts, nullptr, &pc));
+  PetscCall(condensed_counts(pc, &is, &counts));
+  if (it == 0) self->definite_before = counts.definite;
+  *yes = counts.definite - self->definite_before >= PATIENCE;
+  PetscFunctionReturn(0);
+}
+
 // Converged: every part has fallen by rtol, or to its rounding errors and falls no further, or all of F is below atol, or a
 // whole Newton step below stol of the state. Diverged: not finite, or grown by the divergence tolerance.
 PetscErrorCode test(SNES snes, PetscInt it, PetscReal xnorm, PetscReal snorm, PetscReal fnorm, SNESConvergedReason* reason,
@@ -122,7 +137,12 @@ PetscErrorCode test(SNES snes, PetscInt it, PetscReal xnorm, PetscReal snorm, Pe
     else if (it > 0 && !below(self, now, rtol, 0.0)) ++self.at_floor;
   }
   if (*reason == SNES_CONVERGED_ITERATING && self.forcing) PetscCall(set_forcing(self, snes, it, now, rtol));
-  if (*reason == SNES_CONVERGED_ITERATING && self.directions) PetscCall(expect_definite(self, it, now));
+  if (*reason == SNES_CONVERGED_ITERATING && self.directions) {
+    bool much = false;
+    PetscCall(expect_definite(self, it, now));
+    PetscCall(spans_too_much(&self, it, &much));
+    if (much) *reason = SNES_DIVERGED_MAX_IT;
+  }
   self.previous = now;
   PetscFunctionReturn(0);
 }

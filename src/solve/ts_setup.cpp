@@ -76,7 +76,7 @@ PetscErrorCode set_implicit(TS ts, Model& model, TSContext* context) {
   PetscCall(TSGetSNES(ts, &snes));
   // Newton must earn its convergence by the residual, or by a whole step at rounding level; a line search that crawls
   // must not pass for it, as it would with PETSc's stol of 1e-8.
-  PetscCall(SNESSetTolerances(snes, 0.0, 1e-8, 1e-14, 100, PETSC_DEFAULT));
+  PetscCall(SNESSetTolerances(snes, 0.0, 1e-8, 1e-14, 50, PETSC_DEFAULT));
   context->newton.model = &model;
   context->newton.form = context->form;
   TSType type;
