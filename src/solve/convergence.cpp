@@ -56,16 +56,16 @@ bool step_decides(const NewtonPolicy& self, const ResidualNorms& now) {
 }
 
 // The norms over everything may have converged for the sake of the heaviest or stiffest part alone: no particle may be left
-// with forces that stand for a velocity error of more than PART of the largest speed. One pass over two vectors, made only
+// with forces that stand for a velocity error of more than PART of the largest speed, or a hundred rtol. One pass over two vectors, made only
 // where the norms are content.
-PetscErrorCode every_particle_has(const NewtonPolicy& self, SNES snes, Vec F, bool* has) {
+PetscErrorCode every_particle_has(const NewtonPolicy& self, SNES snes, Vec F, double rtol, bool* has) {
   constexpr double PART = 1e-6;
   double worst = 0, fastest = 0;
   Vec X;
   PetscFunctionBegin;
   PetscCall(SNESGetSolution(snes, &X));
   PetscCall(self.model->velocity_errors(X, F, self.sigma, self.form, &worst, &fastest));
-  *has = worst <= PART * fastest;
+  *has = worst <= std::max(PART, 100 * rtol) * fastest;
   PetscFunctionReturn(0);
 }
 
@@ -131,7 +131,7 @@ PetscErrorCode test(SNES snes, PetscInt it, PetscReal xnorm, PetscReal snorm, Pe
   else if (it > 0 && divtol > 0 && whole > 0 && fnorm > divtol * whole) *reason = SNES_DIVERGED_DTOL;
   if (*reason == SNES_CONVERGED_FNORM_RELATIVE || *reason == SNES_CONVERGED_SNORM_RELATIVE) {
     bool has = true;
-    PetscCall(every_particle_has(self, snes, F, &has));
+    PetscCall(every_particle_has(self, snes, F, rtol, &has));
     if (!has) *reason = SNES_CONVERGED_ITERATING;
     if (!has) ++self.uneven;
     else if (it > 0 && !below(self, now, rtol, 0.0)) ++self.at_floor;

@@ -84,7 +84,7 @@ def chain_modes(checks, scratch, n, K, L, spacing, m, along, across):
         s = chains(modes, n, K, L, spacing, m, amplitude, dim, axis)
         with checks.group(f"chain {label}"):
             o = {**s.options(s.write(scratch / f"{label}.h5")), **method_options("fe", 1.0, 1)}
-            q = -mode_amplitudes(checks.run(o, interval=1.0).trajectory.velocity - 0.0, modes, n, 0.0, axis)[-1] / amplitude
+            q = -mode_amplitudes(checks.run(o, interval=1.0, grows=True).trajectory.velocity - 0.0, modes, n, 0.0, axis)[-1] / amplitude
             # Rounding of K |d|/L relative to the restoring force m eigen amplitude; cubic terms across.
             tolerance = 1e-14 * K * spacing / L / (m * amplitude) + (10 * (amplitude / spacing) ** 2 * K / (m * L) if axis else 0)
             checks.near(f"chain {label} eigenvalues", q, eigen, tolerance)
@@ -144,7 +144,7 @@ def linear_energy(checks, scratch, system, table, h, steps):
     path = system.write(scratch / "net.h5")
     for k, method in enumerate(table["method"]):
         with checks.group(f"linear net {method}"):
-            r = checks.run({**system.options(path), **method_options(method, h, steps, checks.ranks)}, interval=h).trajectory
+            r = checks.run({**system.options(path), **method_options(method, h, steps, checks.ranks)}, interval=h, grows=method == "fe").trajectory
             e = np.ravel(r.observables["total_energy"])
             for at, column_name in ((0, "E0"), (1, "E1"), (steps, f"E{steps}")):
                 checks.near(f"linear net {method} {column_name}", e[at], table[column_name][k], 1e-12 * max(table["E0"][0], table[column_name][k]))

@@ -1,0 +1,73 @@
+#!/usr/bin/env python3
+"""When Newton may say that it has converged: not for a step of nothing, not for the heaviest or stiffest part alone, and not before
+the residual has ceased to fall at rounding level."""
+import pathlib
+import sys
+import tempfile
+
+sys.path.insert(0, str(pathlib.Path(__file__).resolve().parent))
+import numpy as np
+from harness import Checks, write_lattice
+
+NET = {"bs_lattice_type": "cubic", "bs_lattice_size": (5, 5, 5), "bs_lattice_perturbation": 0.1, "ts_max_steps": 20, "ts_dt": 0.01, "bs_energy_growth": 0}
+
+
+def steps_of_nothing(checks):
+    """Linear solvers that do nothing: the right answer, or an honest failure (exit code 3)."""
+    truth = checks.run(NET).report["last_total_energy"][0]
+    for label, options in (("ilu, absolute tolerance 1e10", {"ksp_type": "gmres", "pc_type": "ilu", "ksp_atol": 1e10}),
+                           ("relative tolerance 1", {"ksp_type": "gmres", "pc_type": "ilu", "ksp_rtol": 1}), ("lmvm", {"pc_type": "lmvm", "ksp_rtol": 1e-5})):
+        r = checks.run({**NET, **options}, expect=None)
+        wrong = abs(r.report["last_total_energy"][0] / truth - 1)
+        checks.true(f"{label}: right, or not ok", r.report["outcome"] == "failed" or wrong < 1e-4, f"{r.report['outcome']}, energy off by {wrong:.2g}")
+
+
+def net(n=6):
+    """A plane net whose sides are stretched, at rest."""
+    grid = np.array([[i, j] for i in range(n) for j in range(n)], dtype=float)
+    pairs = [[i * n + j, (i + a) * n + j + b] for i in range(n) for j in range(n) for a, b in ((1, 0), (0, 1)) if i + a < n and j + b < n]
+    return 1.1 * grid, pairs
+
+
+def beside(checks):
+    """The light net moves as if nothing else were there."""
+    x, pairs = net()
+    n, m = len(x), len(pairs)
+    other = {"heavy particle": ([[50.0, 0.0]], [1e12], [], [[3.0, 4.0]], []), "stiff pair": ([[50.0, 0.0], [51.001, 0.0]], [1.0, 1.0], [[n, n + 1]], [[0.0, 0.0]] * 2, [1e14])}
+    with tempfile.TemporaryDirectory() as folder:
+        folder = pathlib.Path(folder)
+        options = {"bs_gravity": (0, -9.81), "ts_dt": 0.05, "ts_max_time": 0.5, "bs_energy_growth": 0}
+        alone = write_lattice(folder / "net.h5", x, 0.1, pairs=pairs, stiffness=200.0, rest_length=1.0, spring_law="hooke")
+        truth = checks.run({**options, "bs_lattice_file": alone, "snes_rtol": 1e-12}, interval=0.5).trajectory.velocity[-1]
+        for name, (place, mass, more, speed, stiff) in other.items():
+            file = write_lattice(folder / "both.h5", np.vstack([x, place]), np.concatenate([np.full(n, 0.1), mass]), velocity=np.vstack([np.zeros((n, 2)), speed]),
+                                 pairs=pairs + more, stiffness=np.concatenate([np.full(m, 200.0), stiff]), rest_length=1.0, spring_law="hooke")
+            for ranks in (1, 2):
+                r = checks.run({**options, "bs_lattice_file": file}, ranks=ranks, interval=0.5)
+                off = np.abs(r.trajectory.velocity[-1][:n] - truth).max() / np.abs(truth).max()
+                checks.below(f"net beside a {name}, {ranks} rank(s)", off, 1e-5, f"{r.report['newton']} Newton iterations")
+
+
+def rounding_level(checks):
+    """Implicit midpoint on a stiff net: what a tighter tolerance would add is gone by default, too."""
+    x, pairs = net(8)
+    with tempfile.TemporaryDirectory() as folder:
+        file = write_lattice(pathlib.Path(folder) / "l.h5", 1 + x, 0.1, pairs=pairs, stiffness=1e7, rest_length=1.05, spring_law="hooke")
+        options = {"bs_lattice_file": file, "ts_type": "theta", "ts_theta_theta": 0.5, "ts_adapt_type": "none", "ts_dt": 1e-3, "ts_max_time": 0.01, "bs_energy_growth": 0}
+        loose, tight = (checks.run({**options, "snes_rtol": rtol}, interval=0.01) for rtol in (1e-8, 1e-13))
+        v = tight.trajectory.velocity[-1]
+        checks.below("stiff net, implicit midpoint", np.abs(loose.trajectory.velocity[-1] - v).max() / np.abs(v).max(), 1e-10, f"{loose.report['newton']} and {tight.report['newton']} Newton iterations")
+        checks.true("what ended at rounding level is counted", tight.report.get("newton_at_floor", 0) > 0)
+
+
+def main():
+    checks = Checks(__doc__)
+    for part in (steps_of_nothing, beside, rounding_level):
+        if checks.wants(part.__name__):
+            with checks.group(part.__name__):
+                part(checks)
+    checks.finish()
+
+
+if __name__ == "__main__":
+    main()
