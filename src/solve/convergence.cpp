@@ -82,8 +82,8 @@ PetscErrorCode expect_definite(const NewtonPolicy& self, PetscInt it, const Resi
   PetscFunctionReturn(0);
 }
 
-// Where many directions had to be taken from the definite part, the step spans many snaps from one shape to another, and
-// shorter steps, whose tangents are definite, cost less than the way down from one to the next.
+// Where many tangents were not positive definite, or many directions were taken from the definite part, the step spans many snaps
+// from one shape to another, and shorter steps, whose tangents are definite, cost less than the way down from one to the next.
 PetscErrorCode spans_too_much(NewtonPolicy* self, PetscInt it, bool* yes) {
   constexpr PetscInt PATIENCE = 8;
   CondensedCounts counts;
@@ -92,8 +92,11 @@ PetscErrorCode spans_too_much(NewtonPolicy* self, PetscInt it, bool* yes) {
   PetscFunctionBegin;
   PetscCall(linear_solver_of(self->ts, nullptr, &pc));
   PetscCall(condensed_counts(pc, &is, &counts));
-  if (it == 0) self->definite_before = counts.definite;
-  *yes = counts.definite - self->definite_before >= PATIENCE;
+  if (it == 0) {
+    self->definite_before = counts.definite;
+    self->indefinite_before = counts.indefinite;
+  }
+  *yes = counts.definite - self->definite_before >= PATIENCE || counts.indefinite - self->indefinite_before >= PATIENCE;
   PetscFunctionReturn(0);
 }
 

@@ -55,6 +55,7 @@ struct NewtonPolicy {
   /// Whether the search makes do with descent directions of the potential in place of solutions of Newton's system.
   bool directions = false;
   PetscInt definite_before = 0;     ///< directions from definite parts before this solve
+  PetscInt indefinite_before = 0;   ///< tangents that were not positive definite before it
   std::int64_t at_floor = 0;        ///< solves that ended at rounding level, above -snes_rtol
   std::int64_t uneven = 0;          ///< iterates that were good by the norms over everything, not for every particle
   /// Sets the test, and the line search unless -snes_linesearch_type or another -snes_type is asked for.

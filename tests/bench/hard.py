@@ -92,7 +92,7 @@ def measure(program, case, options, h, steps, folder, limit, start_up):
         (folder / name).unlink(missing_ok=True)
     given = dict(case.options, ts_dt=h, ts_max_time=steps * h, **options)
     row = {"command": " ".join(words(given)), "h": h}
-    given.update(bs_report="report.json", bs_progress_interval=-1, bs_advise=False, bs_output="run.h5md", bs_output_interval=steps * h / FRAMES,
+    given.update(bs_report="report.json", bs_overwrite=True, bs_progress_interval=-1, bs_advise=False, bs_output="run.h5md", bs_output_interval=steps * h / FRAMES,
                  bs_output_strain=False, bs_output_xdmf=False)
     code, seconds, stopped = run(program, given, folder, limit)
     row["seconds"] = max(seconds - start_up, 0.01)
@@ -126,7 +126,7 @@ def explicit(program, case, limit_step, folder, limit, start_up, wanted):
 
 def prepare(program, case, folder, limit):
     """(largest stable explicit step [s], user time of a run of one such step)"""
-    code, seconds, _ = run(program, dict(case.options, ts_type="symplectic", ts_dt=1e-9, ts_max_time=1e-9, bs_report="report.json", bs_progress_interval=-1), folder, limit)
+    code, seconds, _ = run(program, dict(case.options, ts_type="symplectic", ts_dt=1e-9, ts_max_time=1e-9, bs_report="report.json", bs_overwrite=True, bs_progress_interval=-1), folder, limit)
     if code != 0:
         raise SystemExit(f"{case.name}: " + (folder / "out.txt").read_text()[-300:])
     return json.loads((folder / "report.json").read_text())["largest_explicit_step"], seconds

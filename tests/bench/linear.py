@@ -23,7 +23,7 @@ def wall(program, n, steps, ranks, extra):
         report = pathlib.Path(folder) / "report.json"
         command = ([] if ranks == 1 else ["mpirun", "-n", str(ranks)]) + [
             program, "-options_file", str(REPO / "options" / "problems" / "bench_heat2d.yaml"), "-bs_linear_size", f"{n},{n}",
-            "-ts_max_steps", str(steps), "-bs_report", str(report), "-bs_progress_interval", "-1"] + extra
+            "-ts_max_steps", str(steps), "-bs_report", str(report), "-bs_overwrite", "-bs_progress_interval", "-1"] + extra
         subprocess.run(command, env=environment(ranks), check=True, stdout=subprocess.DEVNULL)
         return json.loads(report.read_text())
 

@@ -98,7 +98,7 @@ def program(context, options, ranks=1, output=False):
     """One run of the program: {report, events, s_per_step, wall, peak_bytes, last}."""
     with tempfile.TemporaryDirectory(prefix="bench_", dir=context.scratch) as folder:
         folder = pathlib.Path(folder)
-        given = dict(options, bs_report="report.json", bs_progress_interval=-1, log_view=":log.csv:ascii_csv")
+        given = dict(options, bs_report="report.json", bs_overwrite=True, bs_progress_interval=-1, log_view=":log.csv:ascii_csv")
         if output:
             given.update(bs_output="run.h5md", bs_output_interval=1e9)
         _, wall, peak = execute([context.program] + words(given), ranks, context.budget.limit(), folder)
