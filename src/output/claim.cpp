@@ -85,7 +85,9 @@ std::string clash(const RunFiles& files) {
       if (!(outputs[i].restart && input.restart) && same_file(outputs[i].path, input.path))
         return outputs[i].text() + " and " + input.text() + " are one file: the run would destroy what it reads: give another " + outputs[i].option;
     for (std::size_t k = 0; k < i; ++k)
-      if (outputs[i].path != outputs[k].path || outputs[i].option != outputs[k].option)
+      // a run killed while a checkpoint takes its place leaves one file under both names
+      if (outputs[i].option == outputs[k].option && outputs[i].path == outputs[k].path + ".previous") continue;
+      else if (outputs[i].path != outputs[k].path || outputs[i].option != outputs[k].option)
         if (same_file(outputs[i].path, outputs[k].path))
           return outputs[i].text() + " and " + outputs[k].text() + " are one file: give another " + outputs[i].option;
   }

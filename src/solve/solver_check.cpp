@@ -24,6 +24,11 @@ PetscErrorCode refuse_impossible_solvers(MPI_Comm comm) {
   const std::string snes = type;
   for (const char* name : {"patch", "shell", "python", "multiblock", "nasm", "aspin"})
     if (snes == name) PetscCall(tell(comm, Exit::input, "option -snes_type: " + snes + " wants a mesh or code of its own: give newtonls, newtontr, qn, ngmres, ..."));
+  if (snes == "ms") PetscCall(tell(comm, Exit::input, "option -snes_type: ms is a smoother that does not test for convergence: give newtonls, newtontr, qn, ngmres, ..."));
+  PetscBool scaled = PETSC_FALSE;
+  PetscCall(PetscOptionsHasName(nullptr, nullptr, "-ksp_diagonal_scale", &scaled));
+  if (scaled)
+    PetscCall(tell(comm, Exit::input, "option -ksp_diagonal_scale: the condensed solve takes the system as it is: leave the option out, or give it as -condensed_ksp_diagonal_scale"));
   // the option would make another type of the matrix-free operator, too, which then has no entries
   PetscCall(PetscOptionsHasName(nullptr, nullptr, "-mat_type", &matrix));
   PetscCall(is_on("-snes_mf", &free));

@@ -83,12 +83,12 @@ def check_checkpoints(checks, folder):
         checks.true(f"a later run that succeeds removes it, {ranks} ranks", done.returncode == 0 and not left.exists()
                     and not (folder / "o.h5md.checkpoint.previous").exists(), done.stderr.strip()[-100:])
     finish(checks, folder, bad)
-    for name, put in (("of another trajectory", lambda: (shutil.copy(left, folder / "mine"), shutil.copy(folder / "mine", folder / "p.h5md.checkpoint"))),
-                      ("that is no checkpoint", lambda: (folder / "p.h5md.checkpoint").write_text("notes")),
-                      ("that is a link", lambda: ((folder / "p.h5md.checkpoint").unlink(), os.symlink("mine", folder / "p.h5md.checkpoint"))),):
+    for name, code, put in (("of another trajectory", 0, lambda: (shutil.copy(left, folder / "mine"), shutil.copy(folder / "mine", folder / "p.h5md.checkpoint"))),
+                      ("that is no checkpoint", 2, lambda: (folder / "p.h5md.checkpoint").write_text("notes")),
+                      ("that is a link", 2, lambda: ((folder / "p.h5md.checkpoint").unlink(), os.symlink("mine", folder / "p.h5md.checkpoint"))),):
         put()
         done = finish(checks, folder, {**good, "bs_output": "p.h5md", "bs_overwrite": True})
-        checks.true(f"a file {name} stays", done.returncode == 0 and os.path.lexists(folder / "p.h5md.checkpoint"), done.stderr.strip()[-100:])
+        checks.true(f"a file {name} stays", done.returncode == code and os.path.lexists(folder / "p.h5md.checkpoint"), done.stderr.strip()[-100:])
     done = finish(checks, folder, {**good, "bs_overwrite": True, "bs_checkpoint": "o.h5md.checkpoint"})
     checks.true("the checkpoint that was asked for stays", done.returncode == 0 and left.exists(), done.stderr.strip()[-100:])
 

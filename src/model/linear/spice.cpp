@@ -115,7 +115,7 @@ bool is_spice_form(const std::string& inside) {
 
 std::string read_spice(const std::string& name, const std::string& inside, std::string* kind, std::vector<double>* p) {
   const Form* form = form_of(name);
-  if (!form) return "blanks between parameters belong to SPICE's SIN, PULSE, EXP and PWL: write " + name + "(...) with commas";
+  if (!form) return "blanks between parameters belong to SPICE's SIN, PULSE, EXP and PWL: write " + printable(name) + "(...) with commas";
   *kind = form->kind;
   const bool pairs = form->arguments.empty();
   const std::string wanted = usage(name, *form);

@@ -260,6 +260,7 @@ PetscErrorCode InnerSolver::solve_definite(Vec b, Vec w, CondensedCounts* counts
 PetscErrorCode InnerSolver::solve_indefinite(Vec b, Vec w, CondensedCounts* counts, bool* solved) {
   KSPConvergedReason reason;
   PetscFunctionBegin;
+  ++counts->indefinite;
   if (!fallback_) {
     PC own, pc;
     PCType type;
