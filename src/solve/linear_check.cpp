@@ -5,11 +5,34 @@
 
 namespace bs {
 
+namespace {
+
+/// Linear models; and where one linear solve is the stage (rosw, ksponly) by a solver of the user's choice. The condensed solve judges
+/// its own residual, of the system without positions.
+PetscErrorCode wants_check(TS ts, const TSContext& context, bool* wants) {
+  SNES snes;
+  PC pc;
+  PetscBool alone = PETSC_FALSE, condensed = PETSC_FALSE;
+  PetscFunctionBegin;
+  *wants = false;
+  if (!context.implicit) PetscFunctionReturn(0);
+  PetscCall(TSGetSNES(ts, &snes));
+  PetscCall(linear_solver_of(ts, nullptr, &pc));
+  PetscCall(PetscObjectTypeCompare(reinterpret_cast<PetscObject>(snes), SNESKSPONLY, &alone));
+  PetscCall(PetscObjectTypeCompare(reinterpret_cast<PetscObject>(pc), "condensed", &condensed));
+  *wants = context.model->linear() || (alone && !condensed);
+  PetscFunctionReturn(0);
+}
+
+}  // namespace
+
 PetscErrorCode LinearCheck::attach(TS ts, const TSContext& context) {
   KSP ksp;
   Vec y;
+  bool wants = false;
   PetscFunctionBegin;
-  if (!context.implicit || !context.model->linear()) PetscFunctionReturn(0);
+  PetscCall(wants_check(ts, context, &wants));
+  if (!wants) PetscFunctionReturn(0);
   context_ = &context;
   ts_ = ts;
   PetscCall(TSGetSolution(ts, &y));
@@ -46,11 +69,11 @@ PetscErrorCode LinearCheck::judge(KSP ksp, Vec b, Vec x) {
   PetscCall(VecNormEnd(b, NORM_2, &size));
   const double tolerance = alone ? LEAST : std::clamp(OF_TOLERANCE * rtol, LEAST, MOST);
   // what A y and the right side are rounded to: of the state, estimated before the step, and of x
-  if (left <= std::max(tolerance * size, ROUNDING * context_->newton.floor[0])) PetscFunctionReturn(0);
+  if (left <= std::max(tolerance * size, ROUNDING * std::hypot(context_->newton.floor[0], context_->newton.floor[1]))) PetscFunctionReturn(0);
   ResidualNorms floor;
   PetscCall(TSGetTimeStep(ts_, &h));
   PetscCall(context_->model->residual_floor(0, x, 1 / h, context_->form, &floor));
-  if (left <= ROUNDING * floor[0]) PetscFunctionReturn(0);
+  if (left <= ROUNDING * std::hypot(floor[0], floor[1])) PetscFunctionReturn(0);
   failed_ = true;
   residual_ = size > 0 ? left / size : left;
   PetscFunctionReturn(0);

@@ -9,7 +9,7 @@ namespace bs {
 /// 100 times the tolerance of an iterative solver where that is more, at most 0.1.
 class LinearCheck {
  public:
-  /// Collective. Nothing is done for models that are not linear. `context` must outlive the solver.
+  /// Collective. For linear models, and where one linear solve is a stage (rosw) by another solver than the condensed one. `context` must outlive the solver.
   PetscErrorCode attach(TS ts, const TSContext& context);
   /// Whether the last solve left too large a residual.
   bool failed() const { return failed_; }

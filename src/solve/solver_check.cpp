@@ -29,6 +29,11 @@ PetscErrorCode refuse_impossible_solvers(MPI_Comm comm) {
   PetscCall(PetscOptionsHasName(nullptr, nullptr, "-ksp_diagonal_scale", &scaled));
   if (scaled)
     PetscCall(tell(comm, Exit::input, "option -ksp_diagonal_scale: the condensed solve takes the system as it is: leave the option out, or give it as -condensed_ksp_diagonal_scale"));
+  char factors[64] = "", pc[64] = "";
+  PetscCall(PetscOptionsGetString(nullptr, nullptr, "-pc_factor_mat_solver_type", factors, sizeof factors, nullptr));
+  PetscCall(PetscOptionsGetString(nullptr, nullptr, "-pc_type", pc, sizeof pc, nullptr));
+  if (std::string(pc) == "ilu" && std::string(factors) == "superlu")
+    PetscCall(tell(comm, Exit::input, "options -pc_type ilu and -pc_factor_mat_solver_type superlu: the library aborts on them: give -pc_type lu, or leave the second out"));
   // the option would make another type of the matrix-free operator, too, which then has no entries
   PetscCall(PetscOptionsHasName(nullptr, nullptr, "-mat_type", &matrix));
   PetscCall(is_on("-snes_mf", &free));
