@@ -85,7 +85,7 @@ PetscErrorCode expect_definite(const NewtonPolicy& self, PetscInt it, const Resi
 // Where many tangents were not positive definite, or many directions were taken from the definite part, the step spans many snaps
 // from one shape to another, and shorter steps, whose tangents are definite, cost less than the way down from one to the next.
 PetscErrorCode spans_too_much(NewtonPolicy* self, PetscInt it, bool* yes) {
-  constexpr PetscInt PATIENCE = 8;
+  constexpr PetscInt DEFINITE = 8, INDEFINITE = 24;
   CondensedCounts counts;
   bool is = false;
   PC pc;
@@ -96,7 +96,7 @@ PetscErrorCode spans_too_much(NewtonPolicy* self, PetscInt it, bool* yes) {
     self->definite_before = counts.definite;
     self->indefinite_before = counts.indefinite;
   }
-  *yes = counts.definite - self->definite_before >= PATIENCE || counts.indefinite - self->indefinite_before >= PATIENCE;
+  *yes = counts.definite - self->definite_before >= DEFINITE || counts.indefinite - self->indefinite_before >= INDEFINITE;
   PetscFunctionReturn(0);
 }
 
@@ -144,7 +144,7 @@ PetscErrorCode test(SNES snes, PetscInt it, PetscReal xnorm, PetscReal snorm, Pe
     bool much = false;
     PetscCall(expect_definite(self, it, now));
     PetscCall(spans_too_much(&self, it, &much));
-    if (much) *reason = SNES_DIVERGED_MAX_IT;
+    if (much) *reason = SNES_DIVERGED_INNER;
   }
   self.previous = now;
   PetscFunctionReturn(0);

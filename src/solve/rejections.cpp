@@ -13,6 +13,7 @@ constexpr const char* SHORT[] = {"Newton diverged", "line search", "Newton itera
 std::size_t reason_of(SNESConvergedReason reason) {
   switch (reason) {
     case SNES_DIVERGED_LINE_SEARCH: return LINE_SEARCH;
+    case SNES_DIVERGED_INNER:
     case SNES_DIVERGED_MAX_IT:
     case SNES_DIVERGED_FUNCTION_COUNT: return ITERATIONS;
     case SNES_DIVERGED_LINEAR_SOLVE: return LINEAR;
@@ -86,6 +87,7 @@ PetscErrorCode RejectionWatch::name_failure(TS ts, std::size_t* reason) {
   PetscCall(model_.last_fault(&fault));
   if (!fault.empty()) *reason = DOMAIN_ERROR;
   last_ = fault.empty() ? sentence_of(*reason) : fault;
+  if (why == SNES_DIVERGED_INNER && fault.empty()) last_ = "too many tangents of one step were not positive definite (springs buckle)";
   if (*reason != LINEAR) PetscFunctionReturn(0);
   PetscCall(linear_solver_lacks_memory(ts, &no_memory_));
   if (no_memory_) last_ = "no memory was left for the factors of the linear solver";
