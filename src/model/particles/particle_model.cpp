@@ -76,7 +76,7 @@ PetscErrorCode ParticleModel::check_laws() const {
   const std::pair<const char*, const double*> vectors[] = {{"-bs_gravity", std::get<UniformGravity>(laws_).g},
                                                            {"-bs_central_point", std::get<CentralGravity>(laws_).x0},
                                                            {"-bs_fluid_velocity", std::get<SphereDrag>(laws_).fluid},
-                                                           {"-bs_attraction_center", std::get<XspAttraction>(laws_).center},
+                                                           {"-bs_xsp_attraction_center", std::get<XspAttraction>(laws_).center},
                                                            {"-bs_anchor_velocity", motion_.c},
                                                            {"-bs_anchor_amplitude", motion_.A}};
   for (const auto& [name, value] : vectors)
