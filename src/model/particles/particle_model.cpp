@@ -3,6 +3,7 @@
 #include <cmath>
 #include "base/fault.hpp"
 #include "base/find_file.hpp"
+#include "base/memory.hpp"
 #include "base/options.hpp"
 #include "input/text_file.hpp"
 #include "model/particles/events.hpp"
@@ -201,6 +202,8 @@ PetscErrorCode ParticleModel::jacobian(double t, Vec y, Vec, double sigma, Form 
 PetscErrorCode ParticleModel::create_matrix(Mat* P) {
   PetscFunctionBegin;
   if (!pattern_.created()) pattern_.create(net_);
+  PetscCall(reserve_memory(net_.comm, {"the assembled Jacobian of " + net_.source, pattern_.jacobian_bytes(net_.dim),
+                                       "-bs_operator shell or -snes_mf, which do without it"}));
   PetscCall(pattern_.create_matrix(net_, P));
   PetscCall(attach_tangent(*P, &tangent_));
   PetscFunctionReturn(0);
