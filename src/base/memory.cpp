@@ -72,12 +72,12 @@ std::string on_ranks(int count) { return count > 1 ? format("%d ranks on this ma
 std::string obstacle(double bytes, const MemoryRoom& own, const MemoryRoom& group, const MemoryRoom& machine, const Together& together,
                      const Trial& trial) {
   if (bytes > own.bytes) return own.bound + " leaves " + in_bytes(own.bytes) + ": raise it, use more ranks, ";
-  if (trial.failed()) return "the system gives no such amount (a limit, or vm.overcommit_memory): use more ranks on more machines, ";
   if (together.group_bytes > group.bytes)
     return "the memory limit of the control group " + group.bound + " leaves " + in_bytes(group.bytes) + ", which " + on_ranks(together.group_ranks) +
            ": raise it, use more machines, ";
   if (together.bytes > machine.bytes)
     return "the machine has " + in_bytes(machine.bytes) + " left (" + machine.bound + "), which " + on_ranks(together.ranks) + ": use more machines, ";
+  if (trial.failed()) return "the system gives no such amount (a limit, or vm.overcommit_memory): use more machines, ";
   return {};
 }
 
@@ -111,8 +111,8 @@ PetscErrorCode reserve_memory(MPI_Comm comm, const MemoryNeed& need) {
   Fault fault;
   if (!reason.empty())
     fault.note(rank, need.what + " needs at least " + in_bytes(need.bytes) + " of memory" + (size > 1 ? format(" on each of %d ranks", size) : "") + "; " +
-                         reason + (need.advice.empty() ? "a smaller system" : need.advice) +
-                         ", or -bs_memory_check false to try it all the same", present_phase());
+                         reason + (need.advice.empty() ? "take a smaller system" : need.advice) +
+                         ", or try it all the same with -bs_memory_check false", present_phase());
   PetscCall(agree(comm, fault));  // after which all trials are undone
   PetscFunctionReturn(0);
 }

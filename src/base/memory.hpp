@@ -9,7 +9,7 @@ namespace bs {
 struct MemoryNeed {
   std::string what;    ///< subject of "... needs at least 9.8 GB of memory"
   double bytes = 0;    ///< on this rank: a lower bound of what is new and held at one time, so that no run is refused that would end well
-  std::string advice;  ///< what else than more memory or ranks helps, or empty
+  std::string advice;  ///< what else than more memory or ranks helps, "give -pc_type jacobi", or empty
 };
 
 /// Collective. Told, with the exit code of the present phase, where some rank cannot have its part: a limit on the process

@@ -132,8 +132,8 @@ MemoryRoom group_room(const std::string& root, const std::string& cgroups, doubl
 }
 
 std::string in_bytes(double bytes) {
-  if (bytes < 1e9) return format("%.0f MB", bytes / 1e6);
-  return bytes < 1e12 ? format("%.3g GB", bytes / 1e9) : format("%.3g TB", bytes / 1e12);
+  if (bytes < 9.995e8) return format("%.0f MB", bytes / 1e6);
+  return bytes < 9.995e11 ? format("%.3g GB", bytes / 1e9) : format("%.3g TB", bytes / 1e12);
 }
 
 }  // namespace bs

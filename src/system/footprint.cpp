@@ -1,7 +1,7 @@
 #include "system/footprint.hpp"
 
-#include "base/memory.hpp"
 #include "base/format.hpp"
+#include "base/memory.hpp"
 #include "system/migrate.hpp"
 
 namespace bs {
@@ -32,9 +32,8 @@ PetscErrorCode reserve_lattice(MPI_Comm comm, const std::string& source, const L
   PetscFunctionBegin;
   PetscCallMPI(MPI_Comm_size(comm, &ranks));
   MemoryNeed need;
-  need.what = format("%s: reading %lld particles and %lld springs and dividing them among the ranks", source.c_str(),
-                     static_cast<long long>(size.particles), static_cast<long long>(size.springs));
-  if (ranks == 1) need.what = format("%s: setting up %lld particles and %lld springs", source.c_str(), static_cast<long long>(size.particles), static_cast<long long>(size.springs));
+  need.what = format("%s: setting up %lld particles and %lld springs", source.c_str(), static_cast<long long>(size.particles),
+                     static_cast<long long>(size.springs));
   need.bytes = lattice_bytes(size, ranks);
   PetscCall(reserve_memory(comm, need));
   PetscFunctionReturn(0);

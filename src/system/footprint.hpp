@@ -20,7 +20,9 @@ double chunk_bytes(const LatticeSize& size, int ranks);
 double network_bytes(const LatticeSize& size, int ranks);
 
 /// Both, with a tenth off the second for parts that are not of one size: what is asked for first. Counted by the arrays that are
-/// certainly held at one time. FIGURES
+/// certainly held at one time.
+/// Measured, cubic lattice of 40 x 40 x 40 with 552,240 springs: 118 MB on one rank, where a whole run with the default solver took 140 MB
+/// of data (VmData) more than one of 8 particles; 55 MB on each of 2 ranks, of 82 MB (100 MB with -ts_type euler).
 double lattice_bytes(const LatticeSize& size, int ranks);
 
 /// Collective. Checks that there is memory for it; `source` names it.

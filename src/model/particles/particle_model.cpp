@@ -203,7 +203,7 @@ PetscErrorCode ParticleModel::create_matrix(Mat* P) {
   PetscFunctionBegin;
   if (!pattern_.created()) pattern_.create(net_);
   PetscCall(reserve_memory(net_.comm, {"the assembled Jacobian of " + net_.source, pattern_.jacobian_bytes(net_.dim),
-                                       "-bs_operator shell or -snes_mf, which do without it"}));
+                                       "give -bs_operator shell or -snes_mf, which do without it"}));
   PetscCall(pattern_.create_matrix(net_, P));
   PetscCall(attach_tangent(*P, &tangent_));
   PetscFunctionReturn(0);

@@ -45,7 +45,7 @@ PetscErrorCode reserve_factor(PC pc, const SpringMatrix& S, bool single) {
   const double area = S.dim() * S.dim(), real = single ? sizeof(float) : sizeof(double);
   const double blocks = static_cast<double>(S.pattern().pairs()) + static_cast<double>(S.pattern().n);
   PetscCall(reserve_memory(PetscObjectComm(reinterpret_cast<PetscObject>(pc)),
-                           {"the incomplete Cholesky factorisation (-condensed_pc_type bicc)", blocks * area * real, "-condensed_pc_type jacobi"}));
+                           {"the incomplete Cholesky factorisation (-condensed_pc_type bicc)", blocks * area * real, "give -condensed_pc_type jacobi"}));
   PetscFunctionReturn(0);
 }
 

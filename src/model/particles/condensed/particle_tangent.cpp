@@ -176,7 +176,7 @@ PetscErrorCode ParticleTangent::create(CondensedStorage storage, Mat* S) {
   }
   if (!pattern_->created()) pattern_->create(*net_);
   PetscCall(reserve_memory(net_->comm, {"the condensed matrix of " + net_->source, block_matrix_bytes(*net_, *pattern_, storage),
-                                        "-condensed_mat_type springs, which takes less"}));
+                                        "give -condensed_mat_type springs, which takes less"}));
   PetscCall(create_block_matrix(*net_, *pattern_, storage, S));
   PetscCall(MatSetOption(*S, MAT_SYMMETRIC, PETSC_TRUE));
   if (storage == CondensedStorage::aij) PetscCall(set_rigid_modes(*S));
