@@ -1,5 +1,6 @@
 #include "base/memory_room.hpp"
 
+#include <sys/mman.h>
 #include <sys/resource.h>
 #ifdef __GLIBC__
 #include <malloc.h>
@@ -129,6 +130,18 @@ MemoryRoom group_room(const std::string& root, const std::string& cgroups, doubl
       look_upwards(root + "/memory", path, [&](const std::string& folder) { return room_of_v1(folder, free_swap); }, &room);
   }
   return room;
+}
+
+bool out_of_memory() {
+  constexpr std::size_t LEAST = 1 << 24;
+  void* const trial = mmap(nullptr, LEAST, PROT_READ | PROT_WRITE, MAP_PRIVATE | MAP_ANONYMOUS, -1, 0);
+  if (trial == MAP_FAILED) return true;
+  (void)munmap(trial, LEAST);
+  return false;
+}
+
+std::string if_out_of_memory() {
+  return out_of_memory() ? "; most probably for want of memory, less than 16 MB are left: raise the memory limit, or use more ranks" : "";
 }
 
 std::string in_bytes(double bytes) {

@@ -32,6 +32,12 @@ MemoryRoom machine_room(const std::string& meminfo);
 /// of /proc/self/cgroup; `root`: /sys/fs/cgroup. The bound names the group's folder: processes that share it share the room.
 MemoryRoom group_room(const std::string& root, const std::string& cgroups, double free_swap);
 
+/// Whether not even 16 MB are left: what a library failed at is then most probably for want of memory. May be asked in a signal handler.
+bool out_of_memory();
+
+/// Words to add to the reason a library gives: that memory is the likely one, where that is so.
+std::string if_out_of_memory();
+
 /// The number after "NAME:" or "NAME " at the beginning of a line; `otherwise` where there is none.
 double number_of(const std::string& text, const std::string& name, double otherwise);
 

@@ -133,6 +133,7 @@ TEST_CASE("a chunk takes the bytes of its arrays") {
 }
 
 TEST_CASE("what one rank cannot have is told once") {
+  const Handled handled;
   const int rank = rank_of(PETSC_COMM_WORLD), size = size_of(PETSC_COMM_WORLD);
   REQUIRE(reserve_memory(PETSC_COMM_WORLD, {"a little", 64e6, ""}) == 0);
   REQUIRE(reserve_memory(PETSC_COMM_WORLD, {"next to nothing", 1e3, ""}) == 0);
@@ -159,6 +160,7 @@ TEST_CASE("what one rank cannot have is told once") {
   REQUIRE(status == ERR_TOLD);
   REQUIRE(told_exit() == Exit::input);
   REQUIRE((text.find("(ulimit -v) leaves") != std::string::npos) == (rank == 0));
+  INFO(text);
   if (rank == 0) REQUIRE(text.find('\n') == text.size() - 1);
 #endif
   forget_faults();
