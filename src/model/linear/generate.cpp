@@ -26,8 +26,8 @@ PetscErrorCode start(MPI_Comm comm, PetscInt n, PetscInt width, LinearSystem* ou
   PetscMPIInt ranks;
   PetscFunctionBegin;
   PetscCallMPI(MPI_Comm_size(comm, &ranks));
-  // G, C, B and the matrix of a step, which has the entries of G; four vectors
-  const double entries = 2 * static_cast<double>(width) + 2, row = entries * (sizeof(PetscScalar) + sizeof(PetscInt)) + 4 * sizeof(PetscScalar);
+  // G, C, B and four vectors; the matrix of a step, which explicit types do without, asks for itself
+  const double entries = static_cast<double>(width) + 2, row = entries * (sizeof(PetscScalar) + sizeof(PetscInt)) + 4 * sizeof(PetscScalar);
   PetscCall(reserve_memory(comm, {format("a linear system of %lld states", static_cast<long long>(n)), static_cast<double>(n) * row / ranks, ""}));
   PetscCall(create(comm, n, n, width, &out->G));
   PetscCall(create(comm, n, n, 1, &out->C));
