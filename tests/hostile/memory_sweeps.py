@@ -22,7 +22,7 @@ SWEEPS = {
     "lattice, 24^3, explicit": [*CUBE, "24,24,24", "-ts_type", "euler", "-ts_dt", "1e-4"],
     "Jacobian, 20^3": [*CUBE, "20,20,20", "-pc_type", "jacobi", "-ksp_type", "gmres"],
     "HDF5": ["-bs_lattice_file", "l.h5md", "-ts_max_steps", "2"],
-    "heat 250 x 250": ["-bs_model", "linear", "-bs_linear_type", "heat2d", "-bs_linear_size", "250,250", "-bs_linear_source", "step(1)", "-ts_max_steps", "2"],
+    "heat 300 x 300": ["-bs_model", "linear", "-bs_linear_type", "heat2d", "-bs_linear_size", "300,300", "-bs_linear_source", "step(1)", "-ts_max_steps", "2"],
 }
 LONG_SWEEPS = ("lattice, 24^3, explicit", "Jacobian, 20^3")
 ULIMITS = {"-v": (resource.RLIMIT_AS, "VmPeak"), "-d": (resource.RLIMIT_DATA, "VmData")}
