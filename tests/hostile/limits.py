@@ -29,12 +29,12 @@ RUNS = {
 LIMITS = {"short": [100_000, 163_840, 180_000], "full": list(range(60_000, 290_000, 10_000)) + [163_840]}  # [kB] of data a process may have
 
 
-def start(program, ranks, words, folder, memory=None):
+def start(program, ranks, words, folder, memory=None, kind=resource.RLIMIT_DATA):
     environment = dict(os.environ, OMPI_MCA_rmaps_base_oversubscribe="1", OMP_NUM_THREADS="1", OPENBLAS_NUM_THREADS="1",
                        OMPI_MCA_hwloc_base_binding_policy="none")
     if os.geteuid() == 0:
         environment.update(OMPI_ALLOW_RUN_AS_ROOT="1", OMPI_ALLOW_RUN_AS_ROOT_CONFIRM="1")
-    limit = (lambda: resource.setrlimit(resource.RLIMIT_DATA, (memory, memory))) if memory else None
+    limit = (lambda: resource.setrlimit(kind, (memory, memory))) if memory else None
     launcher = ["mpirun", "-n", str(ranks)] if ranks > 1 else []
     return subprocess.Popen([*launcher, str(program), *map(str, words)], cwd=folder, env=environment, text=True, errors="replace",
                             stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, preexec_fn=limit)
@@ -49,8 +49,8 @@ def finish(process, seconds=60):
     return process.returncode, said
 
 
-def run(program, ranks, words, folder, memory=None):
-    return finish(start(program, ranks, words, folder, memory))
+def run(program, ranks, words, folder, memory=None, kind=resource.RLIMIT_DATA):
+    return finish(start(program, ranks, words, folder, memory, kind))
 
 
 def errors(said):
@@ -138,8 +138,9 @@ def cases(program, full):
     yield "SIGTERM sent double is one, and ends the run as stopped", sent_double(program)
 
 
-def main():
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+def main(cases, about):
+    """Runs the cases that the command line asks for; cases(program, full) gives names and checks."""
+    parser = argparse.ArgumentParser(description=about.splitlines()[0])
     parser.add_argument("--program", required=True, type=lambda path: pathlib.Path(path).resolve())
     parser.add_argument("--filter", default="")
     parser.add_argument("--full", action="store_true")
@@ -159,4 +160,4 @@ def main():
 
 
 if __name__ == "__main__":
-    sys.exit(main())
+    sys.exit(main(cases, __doc__))
