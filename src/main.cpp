@@ -25,6 +25,7 @@
 #include "solve/search/searches.hpp"
 #include "solve/signals.hpp"
 #include "solve/symplectic.hpp"
+#include "solve/verlet.hpp"
 
 namespace {
 
@@ -37,6 +38,7 @@ PetscErrorCode run_program(int* exit_code) {
   PetscFunctionBegin;
   std::unique_ptr<bs::Model> model;
   PetscCall(bs::register_symplectic());
+  PetscCall(bs::register_verlet());
   PetscCall(bs::register_condensed());
   PetscCall(bs::register_searches());
   PetscCall(bs::recall_options(PETSC_COMM_WORLD));

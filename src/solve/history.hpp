@@ -7,6 +7,7 @@
 #include <vector>
 #include "base/handle.hpp"
 #include "checkpoint/checkpoint.hpp"
+#include "solve/methods.hpp"
 
 namespace bs {
 
@@ -34,14 +35,14 @@ class History {
   PetscErrorCode restore(TS ts, Model& model, const CheckpointFile& file, std::string* told);
 
  private:
-  enum class Kind { none, theta, bdf, alpha };
+  using Kind = Memory;
   struct Past {
     double time = 0, step = 0;  ///< of the step that began here; its length
     VecHandle state;
   };
   PetscErrorCode copy(Vec from, VecHandle* to) const;
+  PetscErrorCode restore_acceleration(TS ts, Model& model, const CheckpointFile& file, std::string* told);
   PetscErrorCode replay(TS ts);
-  PetscErrorCode replay_rate(TS ts, double time, Vec y);
   PetscErrorCode correct_start(Vec second);
   PetscErrorCode settle_rate(TS ts);
   PetscErrorCode advance_rate(TS ts, Vec y);
@@ -56,6 +57,7 @@ class History {
   VecHandle half_, second_;    ///< the starting procedure's own states (bdf, alpha), of the first step
   Vec first_half_ = nullptr;   ///< alpha's own vector of the first half step, while it starts; borrowed
   VecHandle residual_;         ///< room
+  Vec kept_ = nullptr;         ///< the acceleration that the type carries; borrowed
   VecHandle rate_, rate0_;     ///< dy/dt as alpha carries it, after and before the last step
 };
 

@@ -60,7 +60,7 @@ PetscErrorCode fault_of_stages(TS ts, const Method& method, std::string* fault) 
   PetscInt stages;
   PetscBool given = PETSC_FALSE;
   PetscFunctionBegin;
-  if (std::string(method.type) != TSSSP) PetscFunctionReturn(0);
+  if (!method.is(TSSSP)) PetscFunctionReturn(0);
   PetscCall(TSSSPGetNumStages(ts, &stages));
   PetscCall(PetscOptionsHasName(nullptr, nullptr, "-ts_ssp_nstages", &given));
   const std::string subtype = method.subtype, what = format("option -ts_ssp_nstages: %lld: ", static_cast<long long>(stages));
@@ -74,7 +74,7 @@ PetscErrorCode fault_of_stages(TS ts, const Method& method, std::string* fault) 
 PetscErrorCode fault_of_alpha(TS ts, const Method& method, std::string* fault) {
   PetscReal m, f, gamma;
   PetscFunctionBegin;
-  if (std::string(method.type) != TSALPHA) PetscFunctionReturn(0);
+  if (!method.remembers(Memory::alpha)) PetscFunctionReturn(0);
   PetscCall(TSAlphaGetParams(ts, &m, &f, &gamma));
   const std::string what = format("alpha_m = %g, alpha_f = %g, gamma = %g: ", m, f, gamma);
   // gamma below 1/2 lets the start's error in dy/dt grow; below these bounds of alpha_m and alpha_f stiff parts do
@@ -127,7 +127,9 @@ PetscErrorCode check_method(TS ts, const TSContext& context) {
   const Method& method = *context.method;
   std::string fault;
   PetscFunctionBegin;
-  PetscCall(fault_of_options(&fault));
+  if (method.traits->second_order && context.model->dim() == 0)
+    fault = method.words() + " is for positions and velocities: use " + (method.implicit() ? "alpha" : "euler or rk") + " for a linear system";
+  if (fault.empty()) PetscCall(fault_of_options(&fault));
   if (fault.empty()) PetscCall(fault_of_adaptivity(ts, method, &fault));
   if (fault.empty()) PetscCall(fault_of_stages(ts, method, &fault));
   if (fault.empty()) PetscCall(fault_of_alpha(ts, method, &fault));

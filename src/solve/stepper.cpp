@@ -33,9 +33,7 @@ PetscErrorCode Stepper::attach(TS ts) {
   PetscCall(TSAdaptSetScaleSolveFailed(adapt, options_.cut));
   PetscCall(is_theta_family(ts, &theta));
   blind_ = adaptive_ && theta;
-  PetscBool alpha = PETSC_FALSE;
-  PetscCall(PetscObjectTypeCompare(reinterpret_cast<PetscObject>(ts), TSALPHA, &alpha));
-  alpha_ = alpha;
+  alpha_ = context_.method->remembers(Memory::alpha);
   PetscCall(TSGetTime(ts, &start_));
   PetscCall(TSGetMaxTime(ts, &end_));
   PetscCall(TSGetTimeStep(ts, &nominal_));
