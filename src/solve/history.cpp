@@ -47,6 +47,7 @@ PetscErrorCode History::begin_step(TS ts) {
   PetscCall(copy(y, &next.state));
   past_.push_back(std::move(next));
   open_ = true;
+  if (!starter_.active() && starts_accurately()) PetscCall(starter_.begin(ts, static_cast<PetscInt>(depth_)));
   PetscFunctionReturn(0);
 }
 
@@ -136,7 +137,12 @@ PetscErrorCode History::end_step(TS ts, Vec y) {
   if (kind_ == Kind::alpha) PetscCall(advance_rate(ts, y));
   ++steps_;
   open_ = false;
+  if (starter_.active() && !starts_accurately()) PetscCall(starter_.end());
   PetscFunctionReturn(0);
+}
+
+bool History::starts_accurately() const {
+  return kind_ == Kind::bdf && depth_ > 2 && steps_ + 2 < static_cast<std::int64_t>(depth_);
 }
 
 Vec History::before_last(double* step) const {

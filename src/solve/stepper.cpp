@@ -116,13 +116,14 @@ PetscErrorCode Stepper::post_step(TS ts) {
   PetscFunctionReturn(0);
 }
 
-PetscErrorCode Stepper::pre_stage(TS ts, PetscReal) {
+PetscErrorCode Stepper::pre_stage(TS ts, PetscReal time) {
   void* context = nullptr;
   PetscFunctionBegin;
   PetscCall(TSGetApplicationContext(ts, &context));
   Stepper* self = static_cast<Stepper*>(context);
   if (!self->history_.replaying()) PetscCall(self->rejections_.before_stage(ts));
   PetscCall(self->context_.rosenbrock.before_stage(ts));
+  self->history_.before_stage(time);
   PetscFunctionReturn(0);
 }
 

@@ -36,7 +36,7 @@ LOOKS_BACK = {("rosw", s) for s in ("grk4t", "shamp4", "veldd4", "4l")}
 SECOND_ORDER = ("symplectic", "verlet")
 # Numbers of steps at which the order shows, above rounding; by order where nothing is said.
 STEPS = {1: (400, 800), 2: (100, 200), 3: (80, 160), 4: (80, 160), 5: (40, 80), 6: (20, 40), 7: (20, 40), 8: (10, 20)}
-OWN_STEPS = {("rosw", "2p"): (800, 1600), ("rk", "5dp"): (80, 160), ("bdf", "6"): (40, 80)}
+OWN_STEPS = {("rosw", "2p"): (800, 1600), ("rk", "5dp"): (80, 160), ("bdf", "5"): (160, 320), ("bdf", "6"): (40, 80)}
 BAND = 0.25
 RLC = {"R": 20.0, "L": 1e-3, "C": 1e-6, "f": 5000.0, "T": 2e-4}
 

@@ -23,7 +23,7 @@ TYPES = [
     ("bdf 2", {"ts_type": "bdf", "ts_bdf_order": 2}, 2, 0.15, (100, 200, 400)),
     ("bdf 3", {"ts_type": "bdf", "ts_bdf_order": 3}, 3, 0.15, (100, 200, 400)),
     ("bdf 4", {"ts_type": "bdf", "ts_bdf_order": 4}, 4, 0.25, (80, 160, 320)),
-    ("bdf 5", {"ts_type": "bdf", "ts_bdf_order": 5}, 5, 0.25, (40, 80, 160)),
+    ("bdf 5", {"ts_type": "bdf", "ts_bdf_order": 5}, 5, 0.25, (160, 320, 640)),
     ("bdf 6", {"ts_type": "bdf", "ts_bdf_order": 6}, 6, 0.25, (40, 80, 160)),
     ("alpha", {"ts_type": "alpha"}, 2, 0.15, (50, 100, 200)),
     ("arkimex 3", {"ts_type": "arkimex"}, 3, 0.25, (40, 80, 160)),
