@@ -40,6 +40,7 @@ PetscErrorCode run_program(int* exit_code) {
   PetscCall(bs::register_symplectic());
   PetscCall(bs::register_verlet());
   PetscCall(bs::register_condensed());
+  PetscCall(bs::register_models());
   PetscCall(bs::register_searches());
   PetscCall(bs::recall_options(PETSC_COMM_WORLD));
   PetscCall(bs::create_model(PETSC_COMM_WORLD, &model));

@@ -1,10 +1,18 @@
 #include "model/create.hpp"
 #include "base/options.hpp"
 #include "input/load.hpp"
+#include "model/first_order.hpp"
 #include "model/linear/linear_model.hpp"
+#include "model/particles/condensed/block_icc.hpp"
 #include "model/particles/particle_model.hpp"
 
 namespace bs {
+
+PetscErrorCode register_models() {
+  PetscFunctionBegin;
+  PetscCall(register_block_icc());
+  PetscFunctionReturn(0);
+}
 
 PetscErrorCode create_model(MPI_Comm comm, std::unique_ptr<Model>* out) {
   int kind = 0;
@@ -18,7 +26,9 @@ PetscErrorCode create_model(MPI_Comm comm, std::unique_ptr<Model>* out) {
   }
   Lattice lattice;
   PetscCall(load_lattice(comm, &lattice));
-  PetscCall(ParticleModel::create(comm, std::move(lattice), out));
+  std::unique_ptr<Mechanics> particles;
+  PetscCall(ParticleModel::create(comm, std::move(lattice), &particles));
+  *out = std::make_unique<FirstOrder>(std::move(particles));
   PetscFunctionReturn(0);
 }
 

@@ -98,9 +98,9 @@ PetscErrorCode advise(Model& model, TS ts, const TSContext& context, Advice* out
   PetscFunctionBegin;
   *out = {};
   PetscCall(TSGetTimeStep(ts, &out->step));
-  if (model.dim() == 0) PetscFunctionReturn(0);
+  if (!model.mechanics()) PetscFunctionReturn(0);
   PetscCall(TSGetTime(ts, &time));
-  PetscCall(estimate_spectrum(model, time, model.initial_state(), &out->spectrum));
+  PetscCall(estimate_spectrum(*model.mechanics(), time, model.initial_state(), &out->spectrum));
   if (out->spectrum.omega_max <= 0) PetscFunctionReturn(0);
   out->explicit_step = limit(out->spectrum.omega_max, out->spectrum.damping, 2);
   // a type that adapts its step finds a stable and accurate one itself

@@ -110,8 +110,15 @@ PetscErrorCode view(PC pc, PetscViewer viewer) {
   PetscFunctionReturn(0);
 }
 
+PetscErrorCode factor_shifts(PC pc, PetscInt* count) {
+  PetscFunctionBegin;
+  *count = static_cast<const BlockIcc*>(pc->data)->shifts;
+  PetscFunctionReturn(0);
+}
+
 PetscErrorCode destroy(PC pc) {
   PetscFunctionBegin;
+  PetscCall(PetscObjectComposeFunction(reinterpret_cast<PetscObject>(pc), "BSFactorShifts_C", nullptr));
   delete static_cast<BlockIcc*>(pc->data);
   pc->data = nullptr;
   PetscFunctionReturn(0);
@@ -126,6 +133,7 @@ PetscErrorCode create(PC pc) {
   pc->ops->setfromoptions = set_from_options;
   pc->ops->view = view;
   pc->ops->destroy = destroy;
+  PetscCall(PetscObjectComposeFunction(reinterpret_cast<PetscObject>(pc), "BSFactorShifts_C", factor_shifts));
   PetscFunctionReturn(0);
 }
 
@@ -134,15 +142,6 @@ PetscErrorCode create(PC pc) {
 PetscErrorCode register_block_icc() {
   PetscFunctionBegin;
   PetscCall(PCRegister(TYPE, create));
-  PetscFunctionReturn(0);
-}
-
-PetscErrorCode block_icc_shifts(PC pc, PetscInt* count) {
-  PetscBool is = PETSC_FALSE;
-  PetscFunctionBegin;
-  *count = 0;
-  PetscCall(PetscObjectTypeCompare(reinterpret_cast<PetscObject>(pc), TYPE, &is));
-  if (is) *count = static_cast<const BlockIcc*>(pc->data)->shifts;
   PetscFunctionReturn(0);
 }
 
