@@ -4,6 +4,7 @@
 #include <initializer_list>
 #include <string>
 #include "base/fault.hpp"
+#include "solve/alpha2.hpp"
 #include "solve/ts_queries.hpp"
 
 namespace bs {
@@ -85,6 +86,19 @@ PetscErrorCode fault_of_alpha(TS ts, const Method& method, std::string* fault) {
   PetscFunctionReturn(0);
 }
 
+PetscErrorCode fault_of_alpha2(TS ts, const Method& method, std::string* fault) {
+  PetscFunctionBegin;
+  if (!method.is("alpha2")) PetscFunctionReturn(0);
+  const AlphaParameters p = alpha2_parameters(ts);
+  const std::string what = format("alpha_m = %g, alpha_f = %g, gamma = %g, beta = %g: ", p.m, p.f, p.gamma, p.beta);
+  const bool finite = std::isfinite(p.m) && std::isfinite(p.f) && std::isfinite(p.gamma) && std::isfinite(p.beta);
+  if (!finite || !(p.m >= p.f && p.f >= 0.5 && p.beta >= 0.25 + (p.m - p.f) / 2 - 1e-12))
+    *fault = what + "-ts_type alpha2 is stable where alpha_m >= alpha_f >= 1/2 and beta >= 1/4 + (alpha_m - alpha_f)/2: give -ts_alpha_radius, 0 to 1";
+  else if (std::abs(0.5 + p.m - p.f - p.gamma) > 1e-12)
+    *fault = what + "-ts_type alpha2 has order 2 only with gamma = 1/2 + alpha_m - alpha_f: give -ts_alpha_radius, 0 to 1, or use beuler";
+  PetscFunctionReturn(0);
+}
+
 /// One linear solve a step, or a stage, is right only with the Jacobian and the factors of that step.
 PetscErrorCode fault_of_lag(SNES snes, const std::string& method, std::string* fault) {
   PetscInt jacobian, preconditioner;
@@ -133,6 +147,7 @@ PetscErrorCode check_method(TS ts, const TSContext& context) {
   if (fault.empty()) PetscCall(fault_of_adaptivity(ts, method, &fault));
   if (fault.empty()) PetscCall(fault_of_stages(ts, method, &fault));
   if (fault.empty()) PetscCall(fault_of_alpha(ts, method, &fault));
+  if (fault.empty()) PetscCall(fault_of_alpha2(ts, method, &fault));
   if (fault.empty() && method.implicit()) {
     SNES snes;
     PetscBool once = PETSC_FALSE;

@@ -1,6 +1,7 @@
 #include "solve/methods.hpp"
 #include <strings.h>
 #include <cstring>
+#include "solve/alpha2.hpp"
 
 namespace bs {
 namespace {
@@ -17,6 +18,7 @@ constexpr TypeTraits CN{"cn", IMPLICIT, Memory::theta, "", true, false, 0, 0, 0}
 constexpr TypeTraits THETA{"theta", IMPLICIT, Memory::theta, "", true, false, 0, 0, 0};
 constexpr TypeTraits BDF{"bdf", IMPLICIT, Memory::bdf, "-ts_bdf_order", true, false, 0, 0, 0};
 constexpr TypeTraits ALPHA{"alpha", IMPLICIT, Memory::alpha, "", false, false, 0, 0, 0};
+constexpr TypeTraits ALPHA2{"alpha2", IMPLICIT, Memory::acceleration, "", false, true, 0, 0, 0};
 constexpr TypeTraits ROSW{"rosw", IMPLICIT, Memory::none, "-ts_rosw_type", false, false, 0, 0, 0};
 constexpr TypeTraits ARKIMEX{"arkimex", IMPLICIT, Memory::none, "-ts_arkimex_type", false, false, 0, 0, 0};
 constexpr TypeTraits SYMPLECTIC{"symplectic", EXPLICIT, Memory::none, "", false, true, 1, 2, 0};
@@ -42,6 +44,7 @@ constexpr Method METHODS[] = {
     {&BDF, "5", MOMENTUM, 5, 5, true, EXTRAPOLATED},
     {&BDF, "6", MOMENTUM, 6, 6, true, EXTRAPOLATED},
     {&ALPHA, "", MOMENTUM, 2, 2, true, ""},
+    {&ALPHA2, "", MOMENTUM, 2, 0, false, ""},
     {&ROSW, "theta1", MOMENTUM, 1, 1, false, ""},
     {&ROSW, "theta2", MOMENTUM, 2, 2, false, ""},
     {&ROSW, "2m", MOMENTUM, 2, 2, true, ""},
@@ -179,6 +182,7 @@ PetscErrorCode theta_of(TS ts, PetscReal* theta) {
   *theta = 1;
   PetscCall(method_of(ts, &method));
   if (method->remembers(Memory::theta)) PetscCall(TSThetaGetTheta(ts, theta));
+  if (method->traits == &ALPHA2) *theta = alpha2_parameters(ts).beta / alpha2_parameters(ts).gamma;
   PetscFunctionReturn(0);
 }
 

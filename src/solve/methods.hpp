@@ -54,7 +54,7 @@ PetscErrorCode asked_method(TS ts, const char* type, const Method** out);
 /// The method `ts` is of: its row in the table.
 PetscErrorCode method_of(TS ts, const Method** out);
 
-/// theta of the theta family: the part of a step's slope taken at its end; 1 of other types.
+/// 1/(sigma h) of the first matrix of a step of h: theta of the theta family, beta/gamma of alpha2, 1 of other types.
 PetscErrorCode theta_of(TS ts, PetscReal* theta);
 
 /// The order of `method` with the parameters `ts` has: theta is of order 1 but for theta = 1/2.

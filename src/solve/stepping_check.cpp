@@ -24,8 +24,11 @@ PetscErrorCode fault_of_times(TS ts, std::string* fault) {
 }
 
 PetscErrorCode fault_of_theta(TS ts, std::string* fault) {
+  const Method* method;
   PetscReal value;
   PetscFunctionBegin;
+  PetscCall(method_of(ts, &method));
+  if (!method->remembers(Memory::theta)) PetscFunctionReturn(0);
   PetscCall(theta_of(ts, &value));
   if (!(value > 0 && value <= 1)) *fault = format("option -ts_theta_theta: %g: give a number above 0 and at most 1", value);
   PetscFunctionReturn(0);

@@ -1,5 +1,6 @@
 #include "solve/ts_setup.hpp"
 #include "base/fault.hpp"
+#include "solve/alpha2.hpp"
 #include "solve/condensed/condensed.hpp"
 #include "solve/linear_defaults.hpp"
 #include "solve/method_check.hpp"
@@ -92,6 +93,7 @@ PetscErrorCode create_ts(Model& model, TSContext* context, TSHandle* ts) {
   PetscCall(TSSetProblemType(*ts, model.linear() ? TS_LINEAR : TS_NONLINEAR));
   PetscCall(TSSetType(*ts, type));
   PetscCall(choose_method(*ts, type, context));
+  if (context->method->is("alpha2")) PetscCall(alpha2_set_model(*ts, model));
   PetscCall(TSSetSolution(*ts, model.initial_state()));
   if (context->implicit) PetscCall(set_implicit(*ts, model, context));
   else PetscCall(TSSetRHSFunction(*ts, nullptr, form_rhs, context));

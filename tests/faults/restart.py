@@ -34,6 +34,8 @@ CASES = [
     ("arkimex", {"ts_type": "arkimex", "ts_adapt_type": "none"}, 1, 5, 0),
     ("alpha", {"ts_type": "alpha"}, 1, 13, 1e-10),
     ("alpha, damped, while it starts", {"ts_type": "alpha", "ts_alpha_radius": 0.5}, 1, 1, 1e-10),
+    ("alpha2, 3 ranks", {"ts_type": "alpha2"}, 3, 13, 0),
+    ("alpha2, damped, after its first step", {"ts_type": "alpha2", "ts_alpha_radius": 0.5}, 1, 1, 0),
     ("rk 5dp", {"ts_type": "rk", "ts_rk_type": "5dp", "ts_adapt_type": "none", "ts_dt": 0.001}, 1, 13, 1e-10),
     ("ssp", {"ts_type": "ssp", "ts_dt": 0.001}, 1, 13, 0),
     ("lattice of 4 ranks' size, LU of MUMPS", {"bs_lattice_size": (8, 8, 8)}, 1, 7, 0),

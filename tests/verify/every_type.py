@@ -20,7 +20,7 @@ from scipy.integrate import solve_ivp
 OPTION = {"rosw": "ts_rosw_type", "arkimex": "ts_arkimex_type", "rk": "ts_rk_type", "ssp": "ts_ssp_type", "bdf": "ts_bdf_order"}
 # Orders as PETSc's manual and the papers it names give them.
 PUBLISHED = {
-    ("beuler", ""): 1, ("cn", ""): 2, ("theta", ""): 2, ("alpha", ""): 2, ("euler", ""): 1, ("symplectic", ""): 1, ("verlet", ""): 2,
+    ("beuler", ""): 1, ("cn", ""): 2, ("theta", ""): 2, ("alpha", ""): 2, ("alpha2", ""): 2, ("euler", ""): 1, ("symplectic", ""): 1, ("verlet", ""): 2,
     **{("bdf", str(k)): k for k in range(1, 7)},
     **{("rosw", s): k for s, k in (("theta1", 1), ("theta2", 2), ("2m", 2), ("2p", 2), ("ra3pw", 3), ("ra34pw2", 3), ("rodas3", 3),
                                    ("sandu3", 3), ("assp3p3s1c", 3), ("lassp3p4s2c", 3), ("llssp3p4s2c", 3), ("ark3", 3),
@@ -33,7 +33,7 @@ PUBLISHED = {
 # The second stage of these is at t - 2 h in PETSc 3.18, before the step and before the start.
 LOOKS_BACK = {("rosw", s) for s in ("grk4t", "shamp4", "veldd4", "4l")}
 # Types for positions and velocities alone.
-SECOND_ORDER = ("symplectic", "verlet")
+SECOND_ORDER = ("symplectic", "verlet", "alpha2")
 # Numbers of steps at which the order shows, above rounding; by order where nothing is said.
 STEPS = {1: (400, 800), 2: (100, 200), 3: (80, 160), 4: (80, 160), 5: (40, 80), 6: (20, 40), 7: (20, 40), 8: (10, 20)}
 OWN_STEPS = {("rosw", "2p"): (800, 1600), ("rk", "5dp"): (80, 160), ("bdf", "5"): (160, 320), ("bdf", "6"): (40, 80)}
@@ -185,6 +185,9 @@ REFUSALS = {
     "rk104 of 4 stages": ({"ts_type": "ssp", "ts_ssp_type": "rk104", "ts_ssp_nstages": 4}, "rk104 has 10 stages"),
     "alpha, gamma 0": ({"ts_type": "alpha", "ts_alpha_gamma": 0}, "give -ts_alpha_radius"),
     "alpha of order 1": ({"ts_type": "alpha", "ts_alpha_alpha_m": 1, "ts_alpha_alpha_f": 1, "ts_alpha_gamma": 1}, "give -ts_alpha_radius"),
+    "alpha2, radius 2": ({"ts_type": "alpha2", "ts_alpha_radius": 2}, "give -ts_alpha_radius, 0 to 1"),
+    "alpha2, beta 0.2": ({"ts_type": "alpha2", "ts_alpha_beta": 0.2}, "give -ts_alpha_radius, 0 to 1"),
+    "alpha2 of order 1": ({"ts_type": "alpha2", "ts_alpha_gamma": 0.6}, "has order 2 only with gamma"),
     "rosw, lagged Jacobian": ({"ts_type": "rosw", "snes_lag_jacobian": 3}, "option -snes_lag_jacobian: 3"),
     "rosw, Jacobian of the first step": ({"ts_type": "rosw", "snes_lag_jacobian": -2}, "option -snes_lag_jacobian: -2"),
     "rosw, lagged preconditioner": ({"ts_type": "rosw", "snes_lag_preconditioner": 2}, "option -snes_lag_preconditioner: 2"),
@@ -244,6 +247,9 @@ def main():
         for radius in [r for r in ALPHAS if checks.wants(f"alpha {r}")]:
             o = {"ts_type": "alpha", "ts_alpha_radius": radius}
             check_order(checks, f"alpha, radius {radius}, on a driven lattice", problems["driven"], {**direct(checks.ranks), **o}, STEPS[2], 2)
+            check_order(checks, f"alpha2, radius {radius}, on a driven lattice", problems["driven"], {**direct(checks.ranks), **o, "ts_type": "alpha2"}, STEPS[2], 2)
+            check_order(checks, f"alpha2, radius {radius}, one linear solve a step", problems["driven"],
+                        {**direct(checks.ranks), **o, "ts_type": "alpha2", "snes_type": "ksponly"}, STEPS[2], 2)
             check_order(checks, f"alpha, radius {radius}, on a driven circuit", problems["circuit"], o, STEPS[2], 2)
             check_order(checks, f"alpha, radius {radius}, one linear solve a step", problems["driven"],
                         {**direct(checks.ranks), **o, "snes_type": "ksponly"}, STEPS[2], 2)
