@@ -22,11 +22,13 @@
 #include "base/told.hpp"
 #include "checkpoint/checkpoint.hpp"
 #include "model/create.hpp"
+#include "solve/alpha2.hpp"
 #include "solve/condensed/condensed.hpp"
 #include "solve/run.hpp"
 #include "solve/search/searches.hpp"
 #include "solve/signals.hpp"
 #include "solve/symplectic.hpp"
+#include "solve/verlet.hpp"
 
 namespace {
 
@@ -40,6 +42,8 @@ PetscErrorCode run_program(int* exit_code) {
   PetscFunctionBegin;
   std::unique_ptr<bs::Model> model;
   PetscCall(bs::register_symplectic());
+  PetscCall(bs::register_verlet());
+  PetscCall(bs::register_alpha2());
   PetscCall(bs::register_condensed());
   PetscCall(bs::register_models());
   PetscCall(bs::register_searches());

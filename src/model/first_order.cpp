@@ -63,6 +63,23 @@ PetscErrorCode FirstOrder::jacobian(double t, Vec y, Vec, double sigma, Form for
     PetscFunctionReturn(0);
   }
   PetscCall(own_->assemble_first_order(sigma, form == Form::momentum, P));
+  if (tangent_.inertia() != 1) PetscCall(add_inertia(sigma, form, P));
+  PetscFunctionReturn(0);
+}
+
+// (mu - sigma) M, or (mu - sigma), on the diagonal of the rows of v
+PetscErrorCode FirstOrder::add_inertia(double sigma, Form form, Mat P) {
+  const Layout at = own_->layout();
+  const double* masses = own_->masses().data();
+  PetscScalar* add = nullptr;
+  PetscFunctionBegin;
+  if (!diagonal_) PetscCall(VecDuplicate(initial_state(), diagonal_.out()));
+  PetscCall(VecZeroEntries(diagonal_));
+  PetscCall(VecGetArray(diagonal_, &add));
+  for (PetscInt i = 0; i < at.particles; ++i)
+    for (PetscInt c = 0; c < at.dim; ++c) add[at.v(i, c)] = (tangent_.inertia() - 1) * sigma * (form == Form::momentum ? masses[i] : 1.0);
+  PetscCall(VecRestoreArray(diagonal_, &add));
+  PetscCall(MatDiagonalSet(P, diagonal_, ADD_VALUES));
   PetscFunctionReturn(0);
 }
 

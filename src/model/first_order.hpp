@@ -16,6 +16,7 @@ class FirstOrder final : public Model {
   Mechanics* mechanics() override { return own_.get(); }
   PetscErrorCode residual(double t, Vec y, Vec ydot, Form form, Vec F) override;
   PetscErrorCode jacobian(double t, Vec y, Vec ydot, double sigma, Form form, Mat P) override;
+  void set_inertia(double ratio) override { tangent_.set_inertia(ratio); }
   PetscErrorCode rhs(double t, Vec y, Vec G) override;
   PetscErrorCode create_matrix(Mat* P) override;
   PetscErrorCode create_operator(Mat P, Form form, Mat* A) override;
@@ -48,6 +49,8 @@ class FirstOrder final : public Model {
  private:
   std::unique_ptr<Mechanics> own_;
   FirstOrderTangent tangent_;
+  PetscErrorCode add_inertia(double sigma, Form form, Mat P);
+  VecHandle diagonal_;            ///< room
   std::vector<double> rounding_;  ///< (n) velocity errors that rounding of the forces stands for [m/s], of the last floor
 };
 

@@ -33,7 +33,7 @@ PetscErrorCode FirstOrderTangent::create_shell(Mat* J) {
   PetscFunctionReturn(0);
 }
 
-// J z: scale M (sigma z_x - z_v) and scale (sigma M z_v - D z_v - K z_x); scale = 1 (momentum form), M^-1 (velocity form)
+// J z: scale M (sigma z_x - z_v) and scale (mu M z_v - D z_v - K z_x); scale = 1 (momentum form), M^-1 (velocity form)
 PetscErrorCode FirstOrderTangent::multiply(Vec z, Vec y) {
   const Layout& at = own_.layout();
   const std::vector<double>& masses = own_.masses();
@@ -49,7 +49,7 @@ PetscErrorCode FirstOrderTangent::multiply(Vec z, Vec y) {
     for (PetscInt c = 0; c < at.dim; ++c) {
       const PetscInt x = at.x(i, c), v = at.v(i, c);
       ay[x] = scale * m * (sigma_ * az[x] - az[v]);
-      ay[v] = scale * (sigma_ * m * az[v] - force_[static_cast<std::size_t>(i * at.dim + c)]);
+      ay[v] = scale * (inertia_ * sigma_ * m * az[v] - force_[static_cast<std::size_t>(i * at.dim + c)]);
     }
   }
   PetscCall(VecRestoreArrayWrite(y, &ay));
@@ -57,7 +57,7 @@ PetscErrorCode FirstOrderTangent::multiply(Vec z, Vec y) {
   PetscFunctionReturn(0);
 }
 
-// b = r_v + (sigma M - D) a
+// b = r_v + (mu M - D) a
 PetscErrorCode FirstOrderTangent::condense(Vec r, Vec b) {
   const Layout& at = own_.layout();
   const PetscInt d = at.dim;
@@ -75,7 +75,7 @@ PetscErrorCode FirstOrderTangent::condense(Vec r, Vec b) {
   PetscCall(VecGetArrayWrite(b, &ab));
   for (PetscInt i = 0; i < at.particles; ++i) {
     const double m = masses[i], scale = form_ == Form::momentum ? 1.0 : m;
-    for (PetscInt c = 0; c < d; ++c) ab[i * d + c] = scale * ar[at.v(i, c)] + sigma_ * m * a[i * d + c] - damping[i * d + c];
+    for (PetscInt c = 0; c < d; ++c) ab[i * d + c] = scale * ar[at.v(i, c)] + inertia_ * sigma_ * m * a[i * d + c] - damping[i * d + c];
   }
   PetscCall(VecRestoreArrayWrite(b, &ab));
   PetscCall(VecRestoreArrayRead(r, &ar));

@@ -13,6 +13,9 @@ class FirstOrderTangent final : public Tangent {
   explicit FirstOrderTangent(Linearisation& linearised) : own_(linearised) {}
   /// Collective. Linearises at y (a state vector) and remembers it.
   PetscErrorCode linearise(double t, Vec y, double sigma, Form form);
+  /// mu/sigma, where the rows of v have mu M in the place of sigma M (alpha2).
+  void set_inertia(double ratio) { inertia_ = ratio; }
+  double inertia() const { return inertia_; }
   /// Collective. A MATSHELL that multiplies by J.
   PetscErrorCode create_shell(Mat* J);
 
@@ -29,10 +32,10 @@ class FirstOrderTangent final : public Tangent {
   PetscErrorCode multiply_condensed(Vec w, Vec y) override { return own_.multiply(coefficients(), w, y); }
 
  private:
-  /// S = sigma M - D - K/sigma
-  Coefficients coefficients() const { return {sigma_, 1, 1 / sigma_}; }
+  /// S = mu M - D - K/sigma
+  Coefficients coefficients() const { return {inertia_ * sigma_, 1, 1 / sigma_}; }
   Linearisation& own_;
-  double sigma_ = 1;
+  double sigma_ = 1, inertia_ = 1;
   Form form_ = Form::momentum;
   std::vector<double> force_;
 };

@@ -38,6 +38,8 @@ class Model : public System {
   virtual PetscErrorCode residual(double t, Vec y, Vec ydot, Form form, Vec F) = 0;
   /// J = sigma dF/dy' + dF/dy into P (assembled).
   virtual PetscErrorCode jacobian(double t, Vec y, Vec ydot, double sigma, Form form, Mat P) = 0;
+  /// From now on J has `ratio` sigma for sigma in its rows of v, as second-order methods need; models of positions and velocities only.
+  virtual void set_inertia(double) {}
   /// G(t, y) of the explicit form.
   virtual PetscErrorCode rhs(double t, Vec y, Vec G) = 0;
   /// A matrix with the full pattern of J, assembled (explicit zeros included), of the type -mat_type asks for.

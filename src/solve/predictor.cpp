@@ -1,6 +1,7 @@
 #include "solve/predictor.hpp"
 #include <algorithm>
 #include <cmath>
+#include "solve/methods.hpp"
 #include "solve/ts_queries.hpp"
 
 namespace bs {
@@ -17,7 +18,7 @@ PetscErrorCode Predictor::attach(TS ts, Model& model, NewtonPolicy* newton) {
   PetscCall(is_theta_family(ts, &theta));
   active_ = theta && model.tangent();
   if (!active_) PetscFunctionReturn(0);
-  PetscCall(TSThetaGetTheta(ts, &value));
+  PetscCall(theta_of(ts, &value));
   PetscCall(PetscObjectTypeCompare(reinterpret_cast<PetscObject>(ts), TSBEULER, &is));
   if (!is) PetscCall(TSThetaGetEndpoint(ts, &end_point));
   theta_ = value;

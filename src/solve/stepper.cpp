@@ -33,9 +33,7 @@ PetscErrorCode Stepper::attach(TS ts) {
   PetscCall(TSAdaptSetScaleSolveFailed(adapt, options_.cut));
   PetscCall(is_theta_family(ts, &theta));
   blind_ = adaptive_ && theta;
-  PetscBool alpha = PETSC_FALSE;
-  PetscCall(PetscObjectTypeCompare(reinterpret_cast<PetscObject>(ts), TSALPHA, &alpha));
-  alpha_ = alpha;
+  alpha_ = context_.method->remembers(Memory::alpha);
   PetscCall(TSGetTime(ts, &start_));
   PetscCall(TSGetMaxTime(ts, &end_));
   PetscCall(TSGetTimeStep(ts, &nominal_));
@@ -118,13 +116,14 @@ PetscErrorCode Stepper::post_step(TS ts) {
   PetscFunctionReturn(0);
 }
 
-PetscErrorCode Stepper::pre_stage(TS ts, PetscReal) {
+PetscErrorCode Stepper::pre_stage(TS ts, PetscReal time) {
   void* context = nullptr;
   PetscFunctionBegin;
   PetscCall(TSGetApplicationContext(ts, &context));
   Stepper* self = static_cast<Stepper*>(context);
   if (!self->history_.replaying()) PetscCall(self->rejections_.before_stage(ts));
   PetscCall(self->context_.rosenbrock.before_stage(ts));
+  self->history_.before_stage(time);
   PetscFunctionReturn(0);
 }
 
