@@ -92,12 +92,23 @@ def too_long(program, option):
             yield f"exit code {code}, {len(errors(said))} lines of error", said
 
 
+def wait_for_handler(process, number, seconds=30):
+    """Until the program handles the signal (a busy machine may take seconds to start it), and a moment into its steps."""
+    end = time.monotonic() + seconds * SLOWER
+    while process.poll() is None and time.monotonic() < end:
+        caught = [line for line in pathlib.Path(f"/proc/{process.pid}/status").read_text().splitlines() if line.startswith("SigCgt")]
+        if caught and int(caught[0].split()[1], 16) >> (number - 1) & 1:
+            break
+        time.sleep(0.05)
+    time.sleep(1.5 * SLOWER)
+
+
 def twice(program, number):
     """A second signal half a second after the first, while a factorisation of many seconds is under way."""
     words = [*CUBE, "12,12,12", "-pc_type", "lu", "-ksp_type", "preonly", "-ts_max_time", "1e9", "-bs_progress_interval", "0"]
     with tempfile.TemporaryDirectory(prefix="hostile_") as folder:
         process = start(program, 1, words, folder)
-        time.sleep(1.5 * SLOWER)
+        wait_for_handler(process, number)
         process.send_signal(number)
         time.sleep(0.5)
         early = process.poll()
@@ -113,7 +124,7 @@ def sent_double(program):
     words = [*CHAIN[:4], "-ts_dt", "1e-4", "-ts_max_time", "1e6"]
     with tempfile.TemporaryDirectory(prefix="hostile_") as folder:
         process = start(program, 1, words, folder)
-        time.sleep(1.5 * SLOWER)
+        wait_for_handler(process, signal.SIGTERM)
         process.send_signal(signal.SIGTERM)
         process.send_signal(signal.SIGTERM)
         code, said = finish(process)
