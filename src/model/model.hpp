@@ -152,8 +152,10 @@ class Model {
   /// Collective. A number that tells this system from others: the same on any number of ranks, another one when a
   /// particle, spring or matrix entry changes. Forces that options name, which a run may change, do not count.
   virtual PetscErrorCode fingerprint(std::uint64_t* value) = 0;
-  /// Data written once per trajectory.
-  virtual PetscErrorCode constants(std::vector<Dataset>* out) = 0;
+  /// Collective. Data written once per trajectory, moved out of the model: it holds them no more.
+  virtual PetscErrorCode take_constants(std::vector<Dataset>* out) = 0;
+  /// The model lets go of what it has kept of its input for take_constants().
+  virtual void release_input() {}
   /// Collective. Data given over time (tables) must reach to t_end: told (exit 2) if they do not.
   virtual PetscErrorCode covers(double t_end) = 0;
   /// Collective. The fault met in the last evaluation on any rank (a spring of zero length, ...); empty if none.
