@@ -71,7 +71,7 @@ PetscErrorCode Predictor::predict(SNES snes, Vec X) {
   PetscCall(model_->residual_norms(F, &ahead));
   const double start = std::max(here[0] / (theta_ * h), here[1]), there = std::max(ahead[0] / (theta_ * h), ahead[1]);
   PetscCall(PetscInfo(snes, "residual at the last state %g, at the predicted one %g\n", start, there));
-  if (std::isfinite(there) && there < 0.5 * start) newton_->reference = here;
+  if (std::isfinite(there) && there < 0.5 * start) newton_->set_reference(here);
   else PetscCall(VecCopy(y, X));
   PetscFunctionReturn(0);
 }
