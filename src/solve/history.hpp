@@ -41,7 +41,6 @@ class History {
   };
   PetscErrorCode copy(Vec from, VecHandle* to) const;
   PetscErrorCode replay(TS ts);
-  PetscErrorCode replay_rate(TS ts, double time, Vec y);
   PetscErrorCode correct_start(Vec second);
   PetscErrorCode settle_rate(TS ts);
   PetscErrorCode advance_rate(TS ts, Vec y);
