@@ -27,6 +27,7 @@ class Run {
   PetscErrorCode say_header(const std::string& solver);
   PetscErrorCode prepare_solvers();
   PetscErrorCode take_up();
+  PetscErrorCode finds_trajectory(const TrajectoryMark& mark, bool* there) const;
   PetscErrorCode open_trajectory();
   PetscErrorCode save_last(bool failed);
   bool idle() const { return stepper_->counts().steps == taken_up_; }
@@ -47,7 +48,7 @@ class Run {
   Advice advice_;
   std::unique_ptr<CheckpointFile> restart_;
   bool resumed_ = false;                 ///< the trajectory goes on where the checkpoint left it
-  std::int64_t taken_up_ = -1;               ///< steps at the checkpoint; -1: from the start
+  std::int64_t taken_up_ = -1;           ///< steps at the checkpoint; -1: from the start
   Facts inputs_;                         ///< fingerprints of the tables that options name
   std::string last_checkpoint_;          ///< where a failed run can be continued from
   std::vector<Observable> first_, last_;
