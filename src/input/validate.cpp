@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "base/fault.hpp"
+#include "input/interactions.hpp"
 #include "input/remote.hpp"
 
 namespace bs {
@@ -206,6 +207,7 @@ static PetscErrorCode check_all(MPI_Comm comm, const Lattice& l, std::vector<dou
   PetscCall(check_values(comm, l));
   PetscCall(initial_lengths(comm, l, springs, &anchors));
   PetscCall(check_lengths(comm, l, *springs, anchors));
+  PetscCall(check_interactions(comm, l));
   PetscFunctionReturn(0);
 }
 
