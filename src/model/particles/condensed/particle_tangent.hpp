@@ -20,6 +20,7 @@ class ParticleTangent final : public Tangent {
   PetscErrorCode create_shell(Mat* J);
 
   bool exact_symmetric() const override { return !coupled_ && !axial_damping_; }
+  bool pairwise() const override { return net_->interactions.empty(); }
   double sigma() const override { return sigma_; }
   int dim() const override { return net_->dim; }
   MPI_Comm comm() const override { return net_->comm; }
