@@ -80,7 +80,7 @@ void check_row(const Lattice& l, const InteractionSchema& schema, const Interact
   if (bad < 0) return;
   const InteractionParameter& parameter = schema.parameters[static_cast<std::size_t>(bad)];
   fault->note(row, place(l, schema, row, parameter_path(schema, parameter, false)) +
-                       format("%s %.17g; %s", parameter.label, p[bad], remedy));
+                       format("%s %.16g; %s", parameter.label, p[bad], remedy));
 }
 
 /// Ends of this chunk's rows where they start.

@@ -169,7 +169,7 @@ void lay_springs(const Plan& plan, Lattice* out) {
 /// Angle springs over particle i and the next two along each axis.
 void lay_angles(const Plan& plan, Lattice* out) {
   if (plan.spec.angle_stiffness == 0) return;
-  out->interactions.resize(1);
+  out->interactions.resize(1);  // angle springs are the first kind
   InteractionRows& angles = out->interactions[0];
   for (std::int64_t i = out->particles.first; i < out->particles.first + out->particles.count; ++i)
     for (int k = 0; k < type_info(plan.spec.type).axes; ++k) {

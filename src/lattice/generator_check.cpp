@@ -102,7 +102,8 @@ std::string check_perturbation(const GeneratorSpec& spec) {
 std::string check_angles(const GeneratorSpec& spec) {
   const bool lines = spec.type == LatticeType::chain || spec.type == LatticeType::square || spec.type == LatticeType::cloth ||
                      spec.type == LatticeType::cubic;
-  if (spec.angle_stiffness == 0) return {};
+  if (spec.angle_stiffness == 0)
+    return spec.rest_angle == GeneratorSpec().rest_angle ? std::string() : "-bs_rest_angle is of springs that -bs_angle_stiffness makes: give it, too";
   if (!lines) return "-bs_angle_stiffness: a " + name_of(spec) + " lattice has no lines of neighbours along the axes: use chain, square, cloth or cubic";
   if (dimension(spec) < 2) return "-bs_angle_stiffness: one dimension has no angles: write -bs_lattice_dim 2 or 3";
   return first_of({check_number("-bs_angle_stiffness", spec.angle_stiffness, Need::nonnegative),

@@ -299,3 +299,63 @@ TEST_CASE("Phi of a lattice with angle springs changes as its energies do") {
     CHECK(change.value == Approx(expected).epsilon(1e-11));
   }
 }
+
+TEST_CASE("generated angle springs join three neighbours along each axis, whatever the ranks", "[generator]") {
+  GeneratorSpec spec = lattice(LatticeType::square, {4, 3}, 2);
+  spec.angle_stiffness = 5;
+  spec.rest_angle = 3;
+  // rows count along x first: 0 1 2 3 / 4 5 6 7 / 8 9 10 11
+  const std::vector<std::int64_t> expected = {0, 1, 2, 0, 4, 8, 1, 2, 3, 1, 5, 9, 2, 6, 10, 3, 7, 11, 4, 5, 6, 5, 6, 7, 8, 9, 10, 9, 10, 11};
+  for (const int size : {1, 2, 3, 5}) {
+    std::vector<std::int64_t> found;
+    for (int rank = 0; rank < size; ++rank) {
+      const Lattice part = generate(spec, rank, size);
+      REQUIRE(part.interactions.size() == 1);
+      const InteractionRows& rows = part.interactions[0];
+      CHECK(rows.rows.count * 3 == static_cast<std::int64_t>(rows.ends.size()));
+      REQUIRE(rows.parameter.size() == 2 * rows.ends.size() / 3);
+      for (std::size_t k = 0; k < rows.parameter.size(); ++k) CHECK(rows.parameter[k] == (k % 2 ? 3 : 5));
+      found.insert(found.end(), rows.ends.begin(), rows.ends.end());
+    }
+    CHECK(found == expected);
+  }
+  spec.angle_stiffness = 0;
+  CHECK(generate(spec, 0, 1).interactions.empty());
+  CHECK_FALSE(check(spec).empty());
+}
+
+TEST_CASE("couplings of angle springs leave ghosts and one link a pair", "[network]") {
+  GeneratorSpec spec = lattice(LatticeType::chain, {14}, 2);
+  spec.angle_stiffness = 1;
+  int rank, size;
+  MPI_Comm_rank(PETSC_COMM_WORLD, &rank);
+  MPI_Comm_size(PETSC_COMM_WORLD, &size);
+  Lattice chain = generate(spec, rank, size);
+  for (Rows* rows : {&chain.springs, &chain.interactions[0].rows}) {
+    rows->first = 0;
+    MPI_Exscan(&rows->count, &rows->first, 1, MPI_INT64_T, MPI_SUM, PETSC_COMM_WORLD);
+    MPI_Allreduce(&rows->count, &rows->total, 1, MPI_INT64_T, MPI_SUM, PETSC_COMM_WORLD);
+  }
+  Network net;
+  REQUIRE(build_network(PETSC_COMM_WORLD, chain, NetworkOptions{}, &net) == 0);
+  REQUIRE(net.interactions.size() == 1);
+  const InteractionTable& table = net.interactions[0];
+  CHECK(table.total == 12);
+  CHECK(std::is_sorted(table.row.begin(), table.row.end()));
+  std::int64_t owned = 0;
+  for (std::size_t k = 0; k < table.row.size(); ++k)
+    for (int e = 0; e < 3; ++e) {
+      const PetscInt i = table.end[k * 3 + static_cast<std::size_t>(e)];
+      REQUIRE(i < net.n + net.ghosts);
+      // positions tell which particle it is: spacing 1 along x
+      CHECK(net.held[i * 2] == Approx(static_cast<double>(table.row[k] + e)).margin(1e-12));
+      owned += i < net.n;
+    }
+  MPI_Allreduce(MPI_IN_PLACE, &owned, 1, MPI_INT64_T, MPI_SUM, PETSC_COMM_WORLD);
+  CHECK(owned == 36);
+  for (PetscInt i = 0; i < net.n; ++i) {
+    std::vector<PetscInt> others(net.links.other.begin() + net.links.start[i], net.links.other.begin() + net.links.start[i + 1]);
+    const std::int64_t row = net.row[i];
+    CHECK(static_cast<std::int64_t>(others.size()) == std::min<std::int64_t>(row, 2) + std::min<std::int64_t>(13 - row, 2));
+  }
+}

@@ -215,6 +215,52 @@ def ranks(checks, folder):
     checks.true("springs over every three along x and y", "110 angle springs" in one.stdout, "7 x 8 + 9 x 6 = 110")
 
 
+def advice(checks, folder):
+    """omega_max of a chain that bends faster than it stretches: the Ritz value plus its residual, 0 to 3 % above the exact one."""
+    for d in (2, 3):
+        chain, h = arc(d, 40, kappa=500.0, spread=0.1), 1e-5
+        n = len(chain.x)
+        K = np.zeros((n * d, n * d))
+        for k in range(n * d):
+            step = np.zeros(n * d)
+            step[k] = h
+            K[:, k] = (chain.force(chain.x - step.reshape(n, d)) - chain.force(chain.x + step.reshape(n, d))).ravel() / (2 * h)
+        free = np.repeat(chain.free, d)
+        root = np.sqrt(np.repeat(chain.m, d)[free])
+        exact = np.sqrt(np.linalg.eigvalsh(K[np.ix_(free, free)] / np.outer(root, root))[-1])
+        for ranks in (1, 3):
+            said = run(checks.program, dict(bs_lattice_file=chain.write(folder / "advice.h5"), ts_dt=1e-4, ts_max_steps=1), ranks=ranks).stdout
+            found = float(re.search(r"omega_max about (\S+) 1/s", said)[1])
+            checks.true(f"fastest oscillation, d = {d}, {ranks} rank(s)", 0.99 <= found / exact <= 1.06, f"{found} for {exact:.5g} 1/s")
+
+
+def large(checks, folder):
+    """Past the limit of direct solves: conjugate gradients with GAMG, and with bicc where asked for, reach the direct solve's motion."""
+    sheet = dict(bs_lattice_type="square", bs_lattice_neighbors=8, bs_lattice_dim=3, bs_lattice_size="84,84", bs_lattice_spacing=0.02,
+                 bs_lattice_particle_mass=1e-3, bs_lattice_perturbation=1e-4, bs_lattice_stiffness=200, bs_angle_stiffness=1e-2,
+                 bs_lattice_fixed="xmin", bs_gravity=(0, 0, -9.81), ts_dt=0.01, ts_max_time=0.02, snes_rtol=1e-10)
+    factored = dict(condensed_pc_type="cholesky", condensed_ksp_type="preonly", condensed_pc_factor_mat_solver_type="mumps")
+    expected = run(checks.program, dict(sheet, **factored), interval=0.02).trajectory.position[-1]
+    for name, options, ranks, words in (("the default", {}, 1, "cg + gamg on AIJ"), ("the default", {}, 2, "cg + gamg on AIJ"),
+                                        ("bicc", {"condensed_pc_type": "bicc"}, 2, "cg + bicc on springs")):
+        result = run(checks.program, dict(sheet, **options), ranks=ranks, interval=0.02)
+        checks.below(f"a sheet of 21168 unknowns by {name}, {ranks} rank(s)", np.abs(result.trajectory.position[-1] - expected).max(), 1e-9)
+        checks.true("the header names the solver", words in result.stdout, words)
+
+
+def singular(checks, folder):
+    """A step that ends where the law has no force: the run ends, and names spring and place. Other springs are not concerned."""
+    for name, x, v, words in (("straight, bent at rest", [[-1, 0, 0], [0, 0.5, 0], [1, 0, 0]], [0, -1, 0], "angle spring 1 met a straight angle"),
+                              ("folded", [[1, 0, 0], [0, 0.5, 0], [2, 0, 0]], [0, -1, 0], "angle spring 1 met an angle of 0"),
+                              ("an arm of no length", [[1, 0, 0], [0, 0.5, 0], [2, 1, 0]], [2, -1, 0], "angle spring 1 met an arm of zero length")):
+        far = np.array([[5, 0, 0], [6, 0.5, 0], [7, 0, 0]])
+        path = write_lattice(folder / "singular.h5", np.concatenate([far, x]), 1.0, velocity=[[0, 0, 0]] * 4 + [v, [0, 0, 0]],
+                             fixed=[1, 1, 1, 1, 0, 1], angles={"triples": [[0, 1, 2], [3, 4, 5]], "stiffness": 0.0, "rest_angle": 2.0})
+        for ranks in (1, 2, 3):
+            result = run(checks.program, dict(bs_lattice_file=path, ts_type="euler", ts_dt=0.5, ts_max_time=2.0), ranks=ranks, expect=3)
+            checks.true(f"{name}, {ranks} rank(s)", words in result.stdout + result.stderr, words)
+
+
 def states(path):
     with h5py.File(path) as f:
         return f["state/position"][...], f["state/velocity"][...]
@@ -301,7 +347,7 @@ run {round(T / h)}
 def main():
     checks = Checks(__doc__)
     with tempfile.TemporaryDirectory() as folder:
-        for group in (hencky, motions, orders, solvers, ranks, restarts, read_back, lammps):
+        for group in (hencky, motions, orders, solvers, ranks, advice, large, singular, restarts, read_back, lammps):
             if checks.wants(group.__name__):
                 with checks.group(group.__name__):
                     group(checks, pathlib.Path(folder))

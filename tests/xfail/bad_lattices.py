@@ -90,7 +90,7 @@ def sparse(name, shape, dtype, **how):
     """A maker of a lattice one of whose datasets only declares its size."""
     def make(folder):
         data = tables()
-        del data[name]
+        data.pop(name, None)
         write(folder / "l.h5", data)
         with h5py.File(folder / "l.h5", "a") as file:
             file.create_dataset(name, shape, dtype, **how)
@@ -360,11 +360,12 @@ OPTIONS = {
                                                    "-bs_anchor_rest_length", "0.5"), "its point is where particle 3"),
     "angle springs of a lattice without lines": (options("-bs_lattice_type", "fcc", "-bs_lattice_size", "3", "-bs_angle_stiffness", "1"),
                                                  "-bs_angle_stiffness: a fcc lattice has no lines"),
+    "rest angle of no springs": (options(*CHAIN, "-bs_rest_angle", "2"), "-bs_rest_angle is of springs that -bs_angle_stiffness makes"),
     "angle springs of a line": (options(*CHAIN, "-bs_angle_stiffness", "1"), "one dimension has no angles: write -bs_lattice_dim 2 or 3"),
     "negative angle stiffness of a chain": (options(*CHAIN, "-bs_lattice_dim", "2", "-bs_angle_stiffness", "-1"), "-bs_angle_stiffness"),
     "straight chain bent at rest in space": (options(*CHAIN, "-bs_lattice_dim", "3", "-bs_angle_stiffness", "1", "-bs_rest_angle", "2"),
                                              "angle spring 0: starts with a straight angle"),
-    "rest angle of a full turn": (options(*CHAIN, "-bs_lattice_dim", "2", "-bs_angle_stiffness", "1", "-bs_rest_angle", "6.3"), "rest angle 6.2999"),
+    "rest angle of a full turn": (options(*CHAIN, "-bs_lattice_dim", "2", "-bs_angle_stiffness", "1", "-bs_rest_angle", "6.3"), "rest angle 6.3; write"),
     "negative anchor damping": (options(*CHAIN, "-bs_anchor_particles", "3", "-bs_anchor_damping", "-1"), "-bs_anchor_damping"),
 }
 

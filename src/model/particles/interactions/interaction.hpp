@@ -48,10 +48,13 @@ class Interaction {
     }
   }
 
-  /// This rank's share [J]: every end counts alike.
+  /// This rank's share [J]: every end counts alike. Where a law has no energy (an angle between arms of no length), the force tells.
   double energy(const LocalState& state) const {
     double sum = 0;
-    traverse(state, [&](const Element& e) { sum += share(e) * Law::template energy<d>(e.x, e.p); });
+    traverse(state, [&](const Element& e) {
+      const double energy = Law::template energy<d>(e.x, e.p);
+      if (std::isfinite(energy)) sum += share(e) * energy;
+    });
     return sum;
   }
 
