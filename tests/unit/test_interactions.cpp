@@ -212,6 +212,7 @@ TEST_CASE("S of a lattice with angle springs multiplies alike in every storage")
     for (const bool chain : {true, false}) {
       Case c(PETSC_COMM_WORLD, with_angles(chain ? LatticeType::chain : d == 2 ? LatticeType::square : LatticeType::cloth,
                                            chain ? std::vector<std::int64_t>{19} : std::vector<std::int64_t>{6, 7}, d, 8.0), 40.0);
+      REQUIRE(c.net.interactions.size() == 1);
       MatHandle own;
       REQUIRE(c.tangent.create(CondensedStorage::springs, own.out()) == 0);
       VecHandle p, expected, found;
@@ -248,6 +249,7 @@ TEST_CASE("S of a lattice with angle springs multiplies alike in every storage")
 TEST_CASE("Phi of a lattice with angle springs changes as its energies do") {
   for (const int d : {2, 3}) {
     Case c(PETSC_COMM_WORLD, with_angles(LatticeType::cloth, {5, 6}, d == 2 ? 3 : d, 8.0), 40.0);
+    REQUIRE(c.net.interactions.size() == 1);
     const PetscInt dim = c.net.dim;
     ParticlePotential potential;
     LocalState state;
@@ -331,11 +333,7 @@ TEST_CASE("couplings of angle springs leave ghosts and one link a pair", "[netwo
   MPI_Comm_rank(PETSC_COMM_WORLD, &rank);
   MPI_Comm_size(PETSC_COMM_WORLD, &size);
   Lattice chain = generate(spec, rank, size);
-  for (Rows* rows : {&chain.springs, &chain.interactions[0].rows}) {
-    rows->first = 0;
-    MPI_Exscan(&rows->count, &rows->first, 1, MPI_INT64_T, MPI_SUM, PETSC_COMM_WORLD);
-    MPI_Allreduce(&rows->count, &rows->total, 1, MPI_INT64_T, MPI_SUM, PETSC_COMM_WORLD);
-  }
+  for (Rows* rows : {&chain.springs, &chain.interactions[0].rows}) REQUIRE(number_rows(PETSC_COMM_WORLD, rows) == 0);
   Network net;
   REQUIRE(build_network(PETSC_COMM_WORLD, chain, NetworkOptions{}, &net) == 0);
   REQUIRE(net.interactions.size() == 1);
