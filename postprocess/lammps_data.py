@@ -1,10 +1,11 @@
-"""LAMMPS data files: atoms and harmonic bonds. LAMMPS writes E = K (r - r0)^2, so the stiffness is k = 2 K."""
+"""LAMMPS data files: atoms, harmonic bonds and harmonic angles. LAMMPS writes E = K (r - r0)^2, so the stiffness is k = 2 K."""
 import gzip
 import itertools
 import zlib
 
 import numpy as np
 
+import lammps_angles
 import lammps_box
 import lammps_units
 from backspring_io import RunError
@@ -15,8 +16,8 @@ STYLES = {"atomic": (1, 2, 5), "bond": (2, 3, 6), "angle": (2, 3, 6), "molecular
           "edpd": (1, 4, 7), "line": (2, 5, 8), "tri": (2, 5, 8), "electron": (1, 5, 8), "sph": (1, 5, 8), "dipole": (1, 3, 9),
           "spin": (1, 2, 9), "dielectric": (2, 4, 15), "wavepacket": (1, 8, 11), "bpm/sphere": (2, 5, 8)}
 GUESSED = ("atomic", "bond", "full", "charge")
-NUMBERS = ("Velocities", "Masses", "Bonds", "Bond Coeffs")  # sections whose rows must be numbers
-LEFT_OUT = ("angles", "dihedrals", "impropers")
+NUMBERS = ("Velocities", "Masses", "Bonds", "Bond Coeffs", "Angles")  # sections whose rows must be numbers
+LEFT_OUT = ("dihedrals", "impropers")
 
 
 class Data:
@@ -35,7 +36,7 @@ def is_lammps(path):
 
 def read_lammps(path, style=None, units=None, boundary="p,p,p", coefficients=("stiffness", "rest_length")):
     """position (N, 3), velocity (N, 3) or None, mass (N) or None, ids (N), pairs (M, 2), stiffness (M) and rest_length (M) or None, units
-    or None, notes: lines for the user. Stiffnesses are in the file's mass/time^2. `coefficients`: what is wanted of Bond Coeffs."""
+    or None, angles: see lammps_angles, notes: lines for the user. Stiffnesses are in the file's mass/time^2. `coefficients`: what is wanted of Bond Coeffs."""
     try:
         return _read(path, style, units, lammps_box.periods(boundary), coefficients)
     except (ValueError, IndexError, OverflowError, EOFError, OSError, zlib.error) as error:
@@ -67,9 +68,10 @@ def _read(path, style, units, periodic, coefficients):
     if cut:
         data.notes.append(f"{cut} bonds cross the periodic box, their molecules were put together (--boundary f,f,f: no periodic box)")
     _coefficients(path, data, sections, bonds, coefficients)
+    lammps_angles.read_angles(path, data, header, sections, lambda number, word: _row(path, number, row_of, word))
     left = [f"{header[k]} {k}" for k in LEFT_OUT if header.get(k)]
     if left:
-        data.notes.append(f"{', '.join(left)} left out: only bonds become springs")
+        data.notes.append(f"{', '.join(left)} left out: only bonds and angles become springs")
     return data
 
 
@@ -97,7 +99,7 @@ def _split(path):
     for name in NUMBERS:
         for number, words in sections.get(name, ("", []))[1]:
             try:
-                [float(w) for k, w in enumerate(words) if not (k == 1 and name in ("Bond Coeffs", "Bonds") and w[0].isalpha())]
+                [float(w) for k, w in enumerate(words) if not (k == 1 and name in ("Bond Coeffs", "Bonds", "Angles") and w[0].isalpha())]
             except ValueError:
                 raise RunError(f"{path}:{number}: '{' '.join(words)[:60]}' in {name} is not a row of numbers") from None
     return header, sections

@@ -53,7 +53,7 @@ def write_data(run, row, path, units="si"):
     kind, kinds = atom_types(run)
     low, high = bounds(position)
     with open(path, "w", encoding="utf-8") as f:
-        f.write(f"backspring {os.path.basename(run.path)}, t = {run.times[row]:.17g}, dampers left out, units = {units}\n\n"
+        f.write(f"backspring {os.path.basename(run.path)}, t = {run.times[row]:.17g}, dampers and angle springs left out, units = {units}\n\n"
                 f"{len(position)} atoms\n{len(kinds)} atom types\n")
         if len(pairs):
             half = 0.5 * rates(run) / lammps_units.factor(units)

@@ -19,7 +19,7 @@ def need_meshio():
 
 class Lattice:
     """Positions (N, 3), pairs (M, 2), and what the file says of the rest, None where it is silent."""
-    position = pairs = velocity = mass = ids = fixed = stiffness = rest_length = damping = units = None
+    position = pairs = velocity = mass = ids = fixed = stiffness = rest_length = damping = units = angles = None
     notes, merge_hint = (), "; use --merge 1e-6"
 
 
@@ -29,7 +29,7 @@ def from_lammps(args):
         raise RunError("--merge is for meshes; atoms keep their identity")
     wanted = [name for name in ("stiffness", "rest_length") if getattr(args, name) is None]
     data, out = read_lammps(args.input, args.atom_style, args.units, args.boundary, wanted), Lattice()
-    for name in ("notes", "position", "pairs", "velocity", "mass", "ids", "stiffness", "rest_length", "units"):
+    for name in ("notes", "position", "pairs", "velocity", "mass", "ids", "stiffness", "rest_length", "units", "angles"):
         setattr(out, name, getattr(data, name))
     out.merge_hint = ": their bond has no direction"
     if args.si:
@@ -49,6 +49,8 @@ def _in_si(path, lattice):
                        ("rest_length", length)):
         if getattr(lattice, name) is not None:
             setattr(lattice, name, getattr(lattice, name) * unit)
+    if lattice.angles:
+        lattice.angles["stiffness"] *= mass * length ** 2 / time ** 2
     lattice.units = "si"
 
 
@@ -142,6 +144,8 @@ def write_lattice(path, lattice, spring_law="hooke", damping_law="axial"):
                            ("particles/fixed", held.astype(np.uint8) if held is not None and held.any() else None)):
             if data is not None:
                 f[name] = data
+        for name, data in (lattice.angles or {}).items():
+            f["angles/" + name] = data
         f.attrs["spring_law"], f.attrs["damping_law"] = spring_law, damping_law
 
 
@@ -155,6 +159,9 @@ def to_lattice(args, lammps):
     if args.total_mass is not None:
         lattice.mass = np.full(count, args.total_mass / count)
     reduce_dimension(lattice, args.dim, args.input)
+    if lattice.angles and lattice.position.shape[1] == 2:
+        import lammps_angles
+        lammps_angles.in_the_plane(lattice.position, lattice.angles)
     if lattice.stiffness is None and springs:
         raise RunError(f"{args.input}: says nothing of stiffness; add --stiffness "
                        + ("K [N]" if args.spring_law == "strain" else "k [N/m]"))
@@ -167,7 +174,8 @@ def to_lattice(args, lammps):
     write_atomically(args.output, lambda part: write_lattice(part, lattice, args.spring_law, args.damping_law))
     for note in lattice.notes:
         print(f"convert.py: {args.input}: {note}", file=sys.stderr)
-    said = f"{count} particles ({int(lattice.fixed.sum())} fixed), {springs} springs, d = {lattice.position.shape[1]}"
+    angles = f", {len(lattice.angles['triples'])} angle springs" if lattice.angles else ""
+    said = f"{count} particles ({int(lattice.fixed.sum())} fixed), {springs} springs{angles}, d = {lattice.position.shape[1]}"
     if lattice.units:
         import lammps_units
         said += f", in {lammps_units.named(lattice.units)}"

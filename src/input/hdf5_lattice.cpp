@@ -7,6 +7,7 @@
 #include "base/fault.hpp"
 #include "input/hdf5_file.hpp"
 #include "input/hdf5_layout.hpp"
+#include "input/interactions.hpp"
 #include "input/validate.hpp"
 #include "system/footprint.hpp"
 
@@ -186,6 +187,7 @@ PetscErrorCode read_hdf5_lattice(MPI_Comm comm, const std::string& path, Lattice
   PetscCall(read_particles(comm, file, names, position, out));
   PetscCall(read_springs(comm, file, names, pairs, out));
   PetscCall(read_anchors(file, anchors, out));
+  PetscCall(read_interactions(comm, file, names.trajectory, out));
   if (!names.trajectory) note_unknown_members(file, out);
   PetscFunctionReturn(0);
 }

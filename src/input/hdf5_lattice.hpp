@@ -12,9 +12,10 @@ namespace bs {
 /// /particles/position (N,d), /particles/mass (N); optional velocity (N,d), fixed (N) of 0 and 1, radius (N).
 /// /springs, optional: pairs (M,2) 0-based, stiffness (M); optional rest_length (M; absent: NaN), damping (M).
 /// /anchors, optional: particle (A), point (A,d), stiffness (A); optional rest_length (A; absent: 0), damping (A).
+/// /angles, optional: triples (A,3), the middle particle second, stiffness (A), rest_angle (A).
 /// Attributes of /: spring_law = strain | hooke, damping_law = axial | simple.
-/// A file with /particles/trajectory/position/value is a trajectory: its last frame, /connectivity/bonds, and
-/// the laws among its /parameters/options.
+/// A file with /particles/trajectory/position/value is a trajectory: its last frame, /connectivity/bonds,
+/// /connectivity/angles, and the laws among its /parameters/options.
 ///
 /// Errors (exit 2): what cannot be opened, shapes, types, sizes, unknown laws, `fixed` that is not 0 or 1, rest lengths
 /// that are not finite. Other values are left to validate().

@@ -74,7 +74,8 @@ void note_unknown_members(const Hdf5File& file, Lattice* l) {
   static const std::vector<std::pair<const char*, std::vector<std::string>>> known = {
       {"/particles", {"position", "velocity", "mass", "fixed", "radius", "id"}},
       {"/springs", {"pairs", "stiffness", "rest_length", "damping"}},
-      {"/anchors", {"particle", "point", "stiffness", "rest_length", "damping"}}};
+      {"/anchors", {"particle", "point", "stiffness", "rest_length", "damping"}},
+      {"/angles", {"triples", "stiffness", "rest_angle"}}};
   for (const auto& [group, names] : known)
     for (const std::string& name : file.members(group))
       if (std::find(names.begin(), names.end(), name) == names.end())

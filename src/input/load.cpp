@@ -166,6 +166,7 @@ PetscErrorCode load_lattice(MPI_Comm comm, Lattice* out) {
     PetscCall(load_generated(comm, options.generator, out));
   PetscCall(number_rows(comm, &out->springs));
   PetscCall(number_rows(comm, &out->anchors));
+  for (InteractionRows& kind : out->interactions) PetscCall(number_rows(comm, &kind.rows));
   if (options.spring_law >= 0) {
     out->spring_law = options.spring_law ? SpringLaw::strain : SpringLaw::hooke;
     out->spring_law_given = true;

@@ -5,6 +5,7 @@
 
 #include "base/fault.hpp"
 #include "base/memory_room.hpp"
+#include "input/interactions.hpp"
 #include "input/remote.hpp"
 #include "system/footprint.hpp"
 
@@ -209,6 +210,7 @@ static PetscErrorCode check_all(MPI_Comm comm, const Lattice& l, std::vector<dou
   PetscCall(check_values(comm, l));
   PetscCall(initial_lengths(comm, l, springs, &anchors));
   PetscCall(check_lengths(comm, l, *springs, anchors));
+  PetscCall(check_interactions(comm, l));
   PetscFunctionReturn(0);
 }
 

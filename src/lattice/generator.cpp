@@ -166,6 +166,26 @@ void lay_springs(const Plan& plan, Lattice* out) {
   out->springs.count = static_cast<std::int64_t>(out->stiffness.size());
 }
 
+/// Angle springs over particle i and the next two along each axis.
+void lay_angles(const Plan& plan, Lattice* out) {
+  if (plan.spec.angle_stiffness == 0) return;
+  out->interactions.resize(1);  // angle springs are the first kind
+  InteractionRows& angles = out->interactions[0];
+  for (std::int64_t i = out->particles.first; i < out->particles.first + out->particles.count; ++i)
+    for (int k = 0; k < type_info(plan.spec.type).axes; ++k) {
+      Place p = plan.place(i);
+      if (p.cell[k] + 2 >= plan.n[k]) continue;
+      angles.ends.push_back(i);
+      for (int step = 0; step < 2; ++step) {
+        ++p.cell[k];
+        angles.ends.push_back(plan.row(p));
+      }
+      angles.parameter.push_back(plan.spec.angle_stiffness);
+      angles.parameter.push_back(plan.spec.rest_angle);
+    }
+  angles.rows.count = static_cast<std::int64_t>(angles.ends.size() / 3);
+}
+
 std::string describe(const Plan& plan) {
   const TypeInfo& info = type_info(plan.spec.type);
   std::string text = std::string(info.name) + " lattice ";
@@ -199,6 +219,7 @@ Lattice generate(const GeneratorSpec& spec, int rank, int size) {
   out.mass.assign(count, mass_of_each(spec, plan.total));
   if (spec.radius > 0) out.radius.assign(count, spec.radius);
   lay_springs(plan, &out);
+  lay_angles(plan, &out);
   return out;
 }
 

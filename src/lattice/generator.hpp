@@ -30,6 +30,8 @@ struct GeneratorSpec {
   double radius = 0;                          ///< of each particle [m]; 0: not given
   std::vector<double> stiffness{1000.0};      ///< hooke [N/m], strain [N], per neighbour class
   std::vector<double> damping{0.0};           ///< [kg/s], per neighbour class
+  double angle_stiffness = 0;                 ///< of an angle spring over every three particles along a line [N m/rad^2]; 0: none
+  double rest_angle = 3.14159265358979323846; ///< of these [rad]
   std::vector<std::string> fixed;             ///< faces: xmin, xmax, ymin, ...
   std::vector<std::int64_t> fixed_particles;  ///< 0-based rows
   std::vector<double> velocity;               ///< uniform part u of v = u + A x, x unperturbed [m/s]
@@ -61,7 +63,8 @@ std::int64_t spring_count(const GeneratorSpec& spec);
 /// The chunk split_rows(particle_count(spec), rank, size) of the particles, and the springs whose lower end i lies in
 /// it, as pairs (i, j), i < j, in ascending order. Cells are numbered x fastest, the particles of a cell one after the
 /// other. springs.count is known here; springs.first and springs.total, which need the other ranks' counts, are left 0
-/// for the caller's exclusive scan and sum. Needs a spec that check() finds right and that is not none.
+/// for the caller's exclusive scan and sum. Angle springs, likewise, are those whose first particle lies in the chunk: particle by
+/// particle, along x, then y, then z. Needs a spec that check() finds right and that is not none.
 ///
 /// Spring (i, j) is stiff_factor times stiffer where hash_uniform(seed, Stream::stiff_springs, i, j) < stiff_fraction.
 /// Fixed particles are not perturbed, and their velocity is 0. Faces: the planes that bound the lattice, except that in
@@ -105,6 +108,9 @@ void GeneratorSpec::options(V& o) {
       "first); the last repeats [N/m, strain law: N]",
       3, stiffness);
   read_list(o, "-bs_lattice_damping", "damping of the same classes of springs [kg/s]", 3, damping);
+  o.real("-bs_angle_stiffness", "chain, square, cloth, cubic: stiffness of an angle spring over every three neighbours along a line, "
+         "0: none [N m/rad^2]", angle_stiffness);
+  o.real("-bs_rest_angle", "angle at which those springs rest, pi: a straight line [rad]", rest_angle);
   o.real("-bs_lattice_rest_length_factor", "rest length / unperturbed distance, >= 0", rest_length_factor);
   o.texts("-bs_lattice_fixed", "faces whose particles are fixed: xmin,xmax,ymin,ymax,zmin,zmax", fixed);
   o.integers("-bs_lattice_fixed_particles", "particles that are fixed, counted from 0", fixed_particles);

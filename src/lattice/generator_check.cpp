@@ -98,6 +98,18 @@ std::string check_perturbation(const GeneratorSpec& spec) {
          short_number(limit);
 }
 
+/// Rest angles are checked with those of files, when the dimension's own limits are known.
+std::string check_angles(const GeneratorSpec& spec) {
+  const bool lines = spec.type == LatticeType::chain || spec.type == LatticeType::square || spec.type == LatticeType::cloth ||
+                     spec.type == LatticeType::cubic;
+  if (spec.angle_stiffness == 0)
+    return spec.rest_angle == GeneratorSpec().rest_angle ? std::string() : "-bs_rest_angle is of springs that -bs_angle_stiffness makes: give it, too";
+  if (!lines) return "-bs_angle_stiffness: a " + name_of(spec) + " lattice has no lines of neighbours along the axes: use chain, square, cloth or cubic";
+  if (dimension(spec) < 2) return "-bs_angle_stiffness: one dimension has no angles: write -bs_lattice_dim 2 or 3";
+  return first_of({check_number("-bs_angle_stiffness", spec.angle_stiffness, Need::nonnegative),
+                   check_number("-bs_rest_angle", spec.rest_angle, Need::positive)});
+}
+
 }  // namespace
 
 std::string check_particle_data(const GeneratorSpec& spec, int dim, int axes, std::int64_t total) {
@@ -139,7 +151,7 @@ std::string check(const GeneratorSpec& spec) {
   if (spec.stiff_fraction > 1)
     return "-bs_lattice_stiff_fraction " + short_number(spec.stiff_fraction) + ": write a share from 0 to 1";
   return first_of(
-      {check_perturbation(spec), check_particle_data(spec, dimension(spec), info.axes, particle_count(spec))});
+      {check_perturbation(spec), check_angles(spec), check_particle_data(spec, dimension(spec), info.axes, particle_count(spec))});
 }
 
 }  // namespace bs

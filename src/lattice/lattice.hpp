@@ -19,6 +19,13 @@ inline Rows split_rows(std::int64_t total, int rank, int size) {
   return {rank * base + (rank < rest ? rank : rest), base + (rank < rest ? 1 : 0), total};
 }
 
+/// Rows of one kind of interaction of several particles; its law says how many ends and parameters a row has.
+struct InteractionRows {
+  Rows rows;
+  std::vector<std::int64_t> ends;  ///< (count, ends) rows of particles, 0-based
+  std::vector<double> parameter;   ///< (count, parameters)
+};
+
 enum class SpringLaw { hooke, strain };
 enum class DampingLaw { axial, simple };
 
@@ -45,6 +52,8 @@ struct Lattice {
   std::vector<std::int64_t> anchor_particle;  ///< (count)
   std::vector<double> anchor_point;           ///< (count, d)
   std::vector<double> anchor_stiffness, anchor_rest_length, anchor_damping;  ///< (count)
+  // interactions of several particles, by kind (laws/interactions/registry.hpp); kinds left out have no rows
+  std::vector<InteractionRows> interactions;
   // how the springs are to be understood
   SpringLaw spring_law = SpringLaw::hooke;
   DampingLaw damping_law = DampingLaw::axial;

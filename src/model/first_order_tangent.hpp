@@ -20,6 +20,7 @@ class FirstOrderTangent final : public Tangent {
   PetscErrorCode create_shell(Mat* J);
 
   bool exact_symmetric() const override { return own_.exact_symmetric(); }
+  bool pairwise() const override { return own_.pairwise(); }
   double sigma() const override { return sigma_; }
   int dim() const override { return static_cast<int>(own_.layout().dim); }
   MPI_Comm comm() const override { return own_.comm(); }

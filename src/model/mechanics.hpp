@@ -40,6 +40,8 @@ class Linearisation {
   virtual PetscErrorCode damping_force(const double* w, double* f) = 0;
   /// Whether the matrix of assemble(), which is symmetric, holds all of a M - b D - c K.
   virtual bool exact_symmetric() const = 0;
+  /// Whether all of it lies between two ends each, so that the storage by springs holds it without a sparse remainder.
+  virtual bool pairwise() const = 0;
   /// Collective. A matrix of d x d blocks for a M - b D - c K, without values; rigid body modes are its near null space where it
   /// is AIJ.
   virtual PetscErrorCode create(CondensedStorage storage, Mat* S) = 0;

@@ -14,6 +14,9 @@ class Tangent {
   virtual ~Tangent() = default;
   /// Whether S as assembled, which is symmetric, holds all of J; else multiply_condensed tells what it leaves out.
   virtual bool exact_symmetric() const = 0;
+  /// Whether every block of S comes from a pair of particles or from one; else the storage `springs` keeps a remainder, which its
+  /// preconditioner sees on the diagonal alone.
+  virtual bool pairwise() const { return true; }
   virtual double sigma() const = 0;
   /// Space dimension: block size of S.
   virtual int dim() const = 0;

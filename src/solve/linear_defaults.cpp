@@ -58,7 +58,7 @@ PetscErrorCode set_condensed_defaults(TS ts, Model& model, NewtonPolicy* newton,
   demand.direction = newton->settings().directions;
   demand.curvature = curvature;
   PetscCall(condensed_set_tangent(pc, model.tangent(), demand));
-  const bool direct = model.tangent()->unknowns() <= DIRECT_UNKNOWNS && !given("-condensed_pc_type") && !given("-condensed_ksp_type");
+  const bool direct = model.tangent()->unknowns() <= direct_unknowns(*model.tangent()) && !given("-condensed_pc_type") && !given("-condensed_ksp_type");
   PetscCall(KSPSetType(ksp, given("-snes_mf_operator") ? KSPFGMRES : KSPPREONLY));
   PetscCall(KSPSetTolerances(ksp, 1e-8, PETSC_DEFAULT, PETSC_DEFAULT, PETSC_DEFAULT));
   if (!direct && !given("-ksp_rtol") && !given("-snes_ksp_ew")) newton->loosen_linear_solves();

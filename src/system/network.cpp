@@ -6,6 +6,7 @@
 #include <petscsf.h>
 #include "base/options.hpp"
 #include "base/release.hpp"
+#include "system/interactions.hpp"
 #include "system/migrate.hpp"
 #include "system/partition.hpp"
 
@@ -210,6 +211,9 @@ PetscErrorCode build_network(MPI_Comm comm, const Lattice& lattice, const Networ
   std::vector<ParticleRecord> particles;
   std::vector<AnchorRecord> anchors;
   PetscCall(collect_half_springs(comm, lattice, options, chunks, rank_of, &springs));
+  std::vector<std::vector<InteractionRecord>> interactions;
+  PetscCall(collect_interactions(comm, lattice, chunks, rank_of, &interactions));
+  add_couplings(interactions, &springs);
   PetscCall(migrate(comm, lattice, chunks, rank_of, &particles, &anchors));
   const std::vector<PetscInt> start = row_starts(particles, springs);
   std::vector<PetscInt> order;
@@ -222,6 +226,7 @@ PetscErrorCode build_network(MPI_Comm comm, const Lattice& lattice, const Networ
   PetscCallMPI(MPI_Scan(&net->n, &last, 1, MPIU_INT, MPI_SUM, comm));
   net->first = last - net->n;
   lay_out(particles, springs, anchors, start, order, ghosts, net);
+  lay_out_interactions(lattice, interactions, ghosts, net);
   release(springs);
   PetscCall(look_up(comm, lattice, net->row, ghosts, net));
   std::int64_t fixed = 0;

@@ -28,6 +28,15 @@ struct Anchors {
   std::vector<std::int64_t> row;           ///< row in the input
 };
 
+/// Interactions of one kind with at least one owned end, ascending by row, so that sums over them are the same on any number
+/// of ranks. Every end is known: owned or a ghost.
+struct InteractionTable {
+  std::int64_t total = 0;                  ///< of all ranks
+  std::vector<PetscInt> end;               ///< (count, ends) local indices
+  std::vector<double> parameter;           ///< (count, parameters)
+  std::vector<std::int64_t> row;           ///< (count) row in the input
+};
+
 /// Unknowns are numbered by particle: block `global` of 2d numbers (x, v). Local particles: n owned, then ghosts.
 struct Network {
   MPI_Comm comm = MPI_COMM_NULL;
@@ -45,6 +54,7 @@ struct Network {
   std::vector<std::int64_t> row, id;       ///< row in the input and the user's number
   Links links;
   Anchors anchors;
+  std::vector<InteractionTable> interactions;  ///< by kind; empty where the lattice has none at all
   SpringLaw spring_law = SpringLaw::hooke;
   DampingLaw damping_law = DampingLaw::axial;
   bool rest_at_zero_length = false;

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <vector>
 
+#include "input/remote.hpp"
 #include "lattice/generator.hpp"
 #include "model/first_order_tangent.hpp"
 #include "model/particles/linearised_forces.hpp"
@@ -30,6 +31,7 @@ struct Case {
       lattice.damping_law = DampingLaw::axial;
       lattice.damping.assign(static_cast<std::size_t>(lattice.springs.count), axial_damping);
     }
+    for (InteractionRows& kind : lattice.interactions) REQUIRE(number_rows(comm, &kind.rows) == 0);
     NetworkOptions options;
     options.partition = 1;
     REQUIRE(build_network(comm, lattice, options, &net) == 0);

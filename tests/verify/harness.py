@@ -29,9 +29,10 @@ SKIPPED = 77
 
 
 def write_lattice(path, position, mass, velocity=None, fixed=None, radius=None, pairs=None, stiffness=None,
-                  rest_length=None, damping=None, anchors=None, spring_law=None, damping_law=None):
+                  rest_length=None, damping=None, anchors=None, spring_law=None, damping_law=None, angles=None):
     """Writes the HDF5 lattice. position (N, d), mass (N), pairs (M, 2) 0-based, anchors: dict of particle (A),
-    point (A, d), stiffness, rest_length, damping (A); what is None is left out."""
+    point (A, d), stiffness, rest_length, damping (A); angles: dict of triples (A, 3), stiffness, rest_angle (A); what is
+    None is left out."""
     position = np.asarray(position, float)
     with h5py.File(path, "w") as f:
         def put(name, value, kind=float):
@@ -50,6 +51,10 @@ def write_lattice(path, position, mass, velocity=None, fixed=None, radius=None, 
             put("anchors/particle", anchors["particle"], np.int64)
             for name in ("point", "stiffness", "rest_length", "damping"):
                 put("anchors/" + name, anchors.get(name))
+        if angles is not None and len(angles["triples"]):
+            put("angles/triples", angles["triples"], np.int64)
+            for name in ("stiffness", "rest_angle"):
+                put("angles/" + name, np.broadcast_to(np.asarray(angles[name], float), len(angles["triples"])))
         if spring_law:
             f.attrs["spring_law"] = spring_law
         if damping_law:

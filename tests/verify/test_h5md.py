@@ -127,6 +127,13 @@ def check_bonds(f, count):
     for name in c:
         if name.startswith("bonds_"):
             dataset(c, name, "f", (bonds.shape[0],))
+    if "angles" in c:
+        angles = dataset(c, "angles", "iu")
+        need(angles.ndim == 2 and angles.shape[1] == 3, f"/connectivity/angles has shape {angles.shape}")
+        need(angles.shape[0] == 0 or (angles[:].min() >= 0 and angles[:].max() < count), "/connectivity/angles names a particle that is not there")
+        need(address(f[attribute(angles, "particles_group")]) == address(f["particles/trajectory"]), "particles_group of /connectivity/angles")
+        for name in ("angles_stiffness", "angles_rest_angle"):
+            dataset(c, name, "f", (angles.shape[0],))
 
 
 def check_observables(f):

@@ -90,7 +90,7 @@ def sparse(name, shape, dtype, **how):
     """A maker of a lattice one of whose datasets only declares its size."""
     def make(folder):
         data = tables()
-        del data[name]
+        data.pop(name, None)
         write(folder / "l.h5", data)
         with h5py.File(folder / "l.h5", "a") as file:
             file.create_dataset(name, shape, dtype, **how)
@@ -213,6 +213,45 @@ HDF5 = {
 }
 
 
+def angles(change=None, options=()):
+    """A maker of the good lattice with three angle springs, `change(data)` applied."""
+    def add(data):
+        data["angles/triples"] = np.array([[0, 1, 2], [1, 2, 3], [2, 3, 4]])
+        data["angles/stiffness"] = np.full(3, 0.5)
+        data["angles/rest_angle"] = np.full(3, np.pi)
+        if change:
+            change(data)
+    return hdf5(add, options)
+
+
+def flat(data, at=slice(None)):
+    data["particles/position"][at, 1] = 0
+
+
+ANGLES = {
+    "angles without triples": (angles(drop("angles/triples")), "has no dataset /angles/triples; write one of shape (A, 3)"),
+    "angles without rest angles": (angles(drop("angles/rest_angle")), "has no dataset /angles/rest_angle"),
+    "triples of two": (angles(put("angles/triples", np.zeros((3, 2), int))), "/angles/triples: shape (3, 2), needs (A, 3)"),
+    "triples as floats": (angles(put("angles/triples", np.ones((3, 3)))), "holds floating-point numbers, needs integers"),
+    "too few angle stiffnesses": (angles(put("angles/stiffness", np.ones(2))), "/angles/stiffness: shape (2), needs (3)"),
+    "angle of nobody": (angles(put("angles/triples", 5, (1, 2))), "angle spring 1, /angles/triples: there is no particle 5; write 0 to 4"),
+    "angle of -1": (angles(put("angles/triples", -1, (2, 0))), "angle spring 2, /angles/triples: there is no particle -1"),
+    "angle with one particle twice": (angles(put("angles/triples", [1, 2, 1], 1)), "angle spring 1, /angles/triples: names particle 1 twice"),
+    "negative angle stiffness": (angles(put("angles/stiffness", -2, 1)), "angle spring 1, /angles/stiffness: angle stiffness -2; write a finite number >= 0"),
+    "infinite angle stiffness": (angles(put("angles/stiffness", np.inf, 1)), "angle spring 1, /angles/stiffness: angle stiffness inf"),
+    "NaN rest angle": (angles(put("angles/rest_angle", np.nan, 2)), "angle spring 2, /angles/rest_angle: rest angle nan"),
+    "rest angle beyond pi in space": (angles(put("angles/rest_angle", 3.5, 0)), "rest angle 3.5; write an angle > 0 and at most pi"),
+    "rest angle 0": (angles(put("angles/rest_angle", 0, 0)), "rest angle 0; write an angle > 0"),
+    "straight, bent at rest, in space": (angles(both(flat, put("angles/rest_angle", np.full(3, 2.0)))), "angle spring 0, /angles/triples: starts with a straight angle"),
+    "folded angle": (angles(both(flat, put("particles/position", [0.5, 0, 0], 2))), "angle spring 0, /angles/triples: starts with an angle of 0"),
+    "angle with an arm of no length": (angles(both(put("particles/position", [0, 0, 0], 1), drop("springs/pairs", "springs/stiffness"))),
+                                       "angle spring 0, /angles/triples: starts with an arm of zero length"),
+    "angles in one dimension": (angles(both(put("particles/position", np.arange(5.0)[:, None]), drop("anchors/point", "anchors/particle", "anchors/stiffness"))),
+                                "angle springs need a lattice of at least 2 dimensions, this one has 1"),
+    "declares angles it does not hold": (sparse("angles/triples", (10**9, 3), "i8"), "does not hold them"),
+}
+
+
 # --- text files -------------------------------------------------------------------------------------------------------
 
 def text(name, content, *options):
@@ -319,6 +358,14 @@ OPTIONS = {
     "anchors of nobody": (options(*CHAIN, "-bs_anchor_stiffness", "1"), "add -bs_anchor_particles"),
     "anchor with a rest length in place": (options(*CHAIN, "-bs_anchor_particles", "3", "-bs_anchor_stiffness", "1",
                                                    "-bs_anchor_rest_length", "0.5"), "its point is where particle 3"),
+    "angle springs of a lattice without lines": (options("-bs_lattice_type", "fcc", "-bs_lattice_size", "3", "-bs_angle_stiffness", "1"),
+                                                 "-bs_angle_stiffness: a fcc lattice has no lines"),
+    "rest angle of no springs": (options(*CHAIN, "-bs_rest_angle", "2"), "-bs_rest_angle is of springs that -bs_angle_stiffness makes"),
+    "angle springs of a line": (options(*CHAIN, "-bs_angle_stiffness", "1"), "one dimension has no angles: write -bs_lattice_dim 2 or 3"),
+    "negative angle stiffness of a chain": (options(*CHAIN, "-bs_lattice_dim", "2", "-bs_angle_stiffness", "-1"), "-bs_angle_stiffness"),
+    "straight chain bent at rest in space": (options(*CHAIN, "-bs_lattice_dim", "3", "-bs_angle_stiffness", "1", "-bs_rest_angle", "2"),
+                                             "angle spring 0: starts with a straight angle"),
+    "rest angle of a full turn": (options(*CHAIN, "-bs_lattice_dim", "2", "-bs_angle_stiffness", "1", "-bs_rest_angle", "6.3"), "rest angle 6.3; write"),
     "negative anchor damping": (options(*CHAIN, "-bs_anchor_particles", "3", "-bs_anchor_damping", "-1"), "-bs_anchor_damping"),
 }
 
@@ -328,13 +375,14 @@ GOOD = {
                                                   put("particles/fixed", np.array([1, 0, 0, 0, 1], bool)),
                                                   put("springs/rest_length", np.ones(4)), put("springs/damping", np.ones(4))),
                                              spring_law="strain", damping_law=np.bytes_("simple")),
+    "good: angles": angles(),
     "good: trajectory": trajectory(),
     "good: xsp": scene(),
     "good: msh": mesh(),
     "good: chain with anchors": options(*CHAIN, "-bs_anchor_particles", "0,4", "-bs_anchor_stiffness", "1"),
 }
 
-GROUPS = {"HDF5 lattice": HDF5, "XSpringies scene": XSP, "Gmsh mesh": MSH, "options of lattices": OPTIONS}
+GROUPS = {"HDF5 lattice": HDF5, "angle springs": ANGLES, "XSpringies scene": XSP, "Gmsh mesh": MSH, "options of lattices": OPTIONS}
 
 if __name__ == "__main__":
     sys.exit(corpus.main(__doc__, GROUPS, GOOD, step=STEP))

@@ -26,6 +26,7 @@ class LinearisedForces final : public Linearisation {
   PetscErrorCode change_of_force(Vec z, double* f) override;
   PetscErrorCode damping_force(const double* w, double* f) override;
   bool exact_symmetric() const override { return !coupled_ && !axial_damping_; }
+  bool pairwise() const override { return net_->interactions.empty(); }
   PetscErrorCode create(CondensedStorage storage, Mat* S) override;
   PetscErrorCode assemble(const Coefficients& abc, bool positive, Mat S) override;
 

@@ -5,6 +5,7 @@
 #include "base/options.hpp"
 #include "base/release.hpp"
 #include "model/particles/events.hpp"
+#include "model/particles/interactions/interaction_output.hpp"
 #include "model/particles/particle_model.hpp"
 
 namespace bs {
@@ -30,10 +31,10 @@ const ParticleEvents& particle_events() {
 
 std::vector<std::string> ParticleModel::describe() const {
   std::vector<std::string> lines;
-  lines.push_back(format("%lld particles (%lld fixed) in %d dimension%s, %lld springs, %lld anchors, from %s",
+  lines.push_back(format("%lld particles (%lld fixed) in %d dimension%s, %lld springs, %lld anchors%s, from %s",
                          static_cast<long long>(net_.total), static_cast<long long>(net_.fixed_total), net_.dim,
                          net_.dim > 1 ? "s" : "", static_cast<long long>(net_.springs_total),
-                         static_cast<long long>(net_.anchors_total), net_.source.c_str()));
+                         static_cast<long long>(net_.anchors_total), count_text(net_).c_str(), net_.source.c_str()));
   if (net_.springs_total + net_.anchors_total > 0)
     lines.push_back(format("springs: %s%s, damping: %s%s",
                            net_.spring_law == SpringLaw::strain ? "strain K (l/L - 1)" : "hooke k (l - L)",
@@ -166,6 +167,7 @@ PetscErrorCode ParticleModel::take_constants(std::vector<Dataset>* out) {
     out->push_back({bonds + "_rest_length", s.first, s.total, 0, std::move(lattice_.rest_length)});
     out->push_back({bonds + "_damping", s.first, s.total, 0, std::move(lattice_.damping)});
   }
+  move_to_datasets(&lattice_, out);
   PetscFunctionReturn(0);
 }
 

@@ -4,6 +4,7 @@
 #include <limits>
 #include "base/fault.hpp"
 #include "model/particles/events.hpp"
+#include "model/particles/interactions/with_interactions.hpp"
 #include "model/particles/particle_model.hpp"
 
 namespace bs {
@@ -74,6 +75,10 @@ PetscErrorCode ParticleModel::last_fault(std::string* text) {
                   ? static_cast<int>(std::find(titles.begin(), titles.end(), fault_.law) - titles.begin()) : 0;
   PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &which, 1, MPI_INT, MPI_MAX, net_.comm));
   const long long number = static_cast<long long>(row);
+  if (low == Singularity::interaction) {
+    PetscCall(interaction_fault(net_.comm, mine == row, fault_, text));
+    PetscFunctionReturn(0);
+  }
   if (low == Singularity::particle)
     *text = format("particle %lld met a place without a force, ", number) + advice_on(titles[static_cast<std::size_t>(which)]);
   else if (low == Singularity::state)

@@ -1,5 +1,6 @@
 // The state of a particle system in the input's order, and what tells its lattice from others.
 #include "checkpoint/row_sum.hpp"
+#include "model/particles/interactions/interaction_output.hpp"
 #include "model/particles/particle_model.hpp"
 
 namespace bs {
@@ -45,6 +46,7 @@ PetscErrorCode ParticleModel::take_fingerprint(const Lattice& lattice) {
   sum.add(11, a, 1, lattice.anchor_stiffness);
   sum.add(12, a, 1, lattice.anchor_rest_length);
   sum.add(13, a, 1, lattice.anchor_damping);
+  add_to_fingerprint(lattice, &sum);
   if (p == 0) {
     const std::int64_t laws[3] = {static_cast<std::int64_t>(lattice.spring_law), static_cast<std::int64_t>(lattice.damping_law),
                                   lattice.rest_at_zero_length ? 1 : 0};

@@ -1,6 +1,7 @@
 #include "model/particles/physics.hpp"
 #include "laws/dampers/axial.hpp"
 #include "laws/dampers/simple.hpp"
+#include "model/particles/interactions/with_interactions.hpp"
 #include "model/particles/physics_impl.hpp"
 
 namespace bs {
@@ -27,8 +28,8 @@ std::unique_ptr<Physics> create_physics(const Network& net, const ParticleLaws& 
                                         const RowPattern& pattern) {
   switch (net.dim) {
     case 1: return with_spring<1>(net, laws, motion, pattern);
-    case 2: return with_spring<2>(net, laws, motion, pattern);
-    default: return with_spring<3>(net, laws, motion, pattern);
+    case 2: return with_interactions(net, with_spring<2>(net, laws, motion, pattern));
+    default: return with_interactions(net, with_spring<3>(net, laws, motion, pattern));
   }
 }
 

@@ -18,9 +18,10 @@ namespace bs {
 
 /// What went wrong in a loop, where: the law has no value there.
 struct Singularity {
-  enum Kind { none, spring, anchor, particle, state } kind = none;  ///< state: that of a particle is not finite
-  std::int64_t row = -1;   ///< row of the spring, anchor or particle in the input
-  const char* law = "";    ///< title of the particle law
+  enum Kind { none, spring, anchor, particle, interaction, state } kind = none;  ///< state: that of a particle is not finite
+  std::int64_t row = -1;   ///< row of the spring, anchor, particle or interaction in the input
+  const char* law = "";    ///< title of the particle law or of the interaction's
+  const char* why = "";    ///< what an interaction met
 };
 
 /// Energies of this rank's share [J].

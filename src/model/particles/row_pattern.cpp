@@ -126,6 +126,11 @@ PetscErrorCode RowWriter::begin(Mat A) {
 
 PetscErrorCode RowWriter::write(PetscInt i, double sigma, double scale, const double* panel) {
   PetscFunctionBegin;
+  if (blocks_ && blocks_->count(i) > 0) {
+    sum_.assign(panel, panel + pattern_.count(i) * 2 * net_.dim * net_.dim);
+    blocks_->add_to_panel(net_, pattern_, i, 2 * net_.dim, sum_.data());
+    panel = sum_.data();
+  }
   if (direct_) write_direct(i, sigma, scale, panel);
   else PetscCall(write_generic(i, sigma, scale, panel));
   PetscFunctionReturn(0);

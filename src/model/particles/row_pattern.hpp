@@ -2,6 +2,7 @@
 #pragma once
 #include <petscmat.h>
 #include <vector>
+#include "model/particles/interactions/sparse_blocks.hpp"
 #include "system/network.hpp"
 
 namespace bs {
@@ -43,6 +44,8 @@ class RowWriter {
  public:
   RowWriter(const Network& net, const RowPattern& pattern) : net_(net), pattern_(pattern) {}
   PetscErrorCode begin(Mat A);
+  /// What is added to the x columns of the v rows written from now on; borrowed.
+  void add(const SparseBlocks* blocks) { blocks_ = blocks; }
   /// Row block of owned particle i: x rows scale*(sigma on x, -1 on v); v rows `panel` (d, count*2d) row-major.
   PetscErrorCode write(PetscInt i, double sigma, double scale, const double* panel);
   PetscErrorCode end();
@@ -57,6 +60,8 @@ class RowWriter {
   PetscScalar *diagonal_values_ = nullptr, *off_values_ = nullptr;
   const PetscInt *diagonal_rows_ = nullptr, *off_rows_ = nullptr;
   std::vector<PetscInt> columns_;
+  const SparseBlocks* blocks_ = nullptr;
+  std::vector<double> sum_;
 };
 
 }  // namespace bs

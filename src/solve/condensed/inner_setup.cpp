@@ -41,8 +41,8 @@ PetscErrorCode InnerSolver::choose_storage() {
   PetscCall(KSPGetPC(ksp_, &pc));
   PetscCall(PetscOptionsGetString(nullptr, prefix_.c_str(), "-pc_type", type, sizeof type, nullptr));
   const std::string own = type;
-  direct_ = own.empty() ? tangent_->unknowns() <= DIRECT_UNKNOWNS : own == PCLU || own == PCCHOLESKY;
-  const bool springs = own.empty() ? !direct_ : own == "bicc" || own == PCJACOBI || own == PCNONE;
+  direct_ = own.empty() ? tangent_->unknowns() <= direct_unknowns(*tangent_) : own == PCLU || own == PCCHOLESKY;
+  const bool springs = own.empty() ? !direct_ && tangent_->pairwise() : own == "bicc" || own == PCJACOBI || own == PCNONE;
   storage_ = springs ? CondensedStorage::springs : own == PCICC ? CondensedStorage::sbaij : CondensedStorage::aij;
   if (own_storage_ >= 0) storage_ = static_cast<CondensedStorage>(own_storage_);
   PetscCall(tangent_->create(storage_, S_.out()));
@@ -105,7 +105,7 @@ PetscErrorCode InnerSolver::set_defaults() {
   PetscCall(PetscOptionsGetString(nullptr, prefix_.c_str(), "-ksp_type", own, sizeof own, nullptr));
   if (std::string(own) == KSPCG) PetscCall(KSPSetNormType(ksp_, KSP_NORM_UNPRECONDITIONED));
   PetscCall(KSPSetTolerances(ksp_, rtol_, 0.0, 1e8, 2000));
-  PetscCall(PCSetType(pc, storage_ == CondensedStorage::springs ? "bicc" : PCBJACOBI));
+  PetscCall(PCSetType(pc, storage_ == CondensedStorage::springs ? "bicc" : tangent_->pairwise() ? PCBJACOBI : PCGAMG));
   if (storage_ == CondensedStorage::sbaij) PetscCall(PCSetType(pc, ranks > 1 ? PCBJACOBI : PCICC));
   PetscFunctionReturn(0);
 }

@@ -16,6 +16,11 @@ inline constexpr double LOOSE_TOLERANCE = 1e-2;
 /// Unknowns of S up to which it is solved by a sparse direct method.
 inline constexpr PetscInt DIRECT_UNKNOWNS = 6000;
 
+/// The same where S has blocks that no pair makes: stiff bending takes incomplete factors of pairs thousands of iterations.
+inline constexpr PetscInt DIRECT_UNKNOWNS_BENT = 20000;
+
+inline PetscInt direct_unknowns(const Tangent& tangent) { return tangent.pairwise() ? DIRECT_UNKNOWNS : DIRECT_UNKNOWNS_BENT; }
+
 class InnerSolver {
  public:
   /// Collective. Reads the options -<outer>condensed_*.

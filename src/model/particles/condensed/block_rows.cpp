@@ -76,6 +76,11 @@ PetscErrorCode BlockRowWriter::begin(Mat S) {
 
 PetscErrorCode BlockRowWriter::write(PetscInt i, const double* panel) {
   PetscFunctionBegin;
+  if (blocks_ && blocks_->count(i) > 0) {
+    sum_.assign(panel, panel + pattern_.count(i) * net_.dim * net_.dim);
+    blocks_->add_to_panel(net_, pattern_, i, net_.dim, sum_.data());
+    panel = sum_.data();
+  }
   switch (way_) {
     case Way::aij: write_aij(i, panel); break;
     case Way::baij: write_blocks(i, pattern_.low(i), panel); break;

@@ -19,6 +19,8 @@ class BlockRowWriter {
  public:
   BlockRowWriter(const Network& net, const RowPattern& pattern) : net_(net), pattern_(pattern) {}
   PetscErrorCode begin(Mat S);
+  /// What is added to the rows written from now on; borrowed.
+  void add(const SparseBlocks* blocks) { blocks_ = blocks; }
   /// `panel`: (d, count d) row-major, the blocks of row i side by side in the pattern's order.
   PetscErrorCode write(PetscInt i, const double* panel);
   PetscErrorCode end();
@@ -34,6 +36,8 @@ class BlockRowWriter {
   Mat matrix_ = nullptr, diagonal_ = nullptr, off_ = nullptr;
   PetscScalar *diagonal_values_ = nullptr, *off_values_ = nullptr;  ///< begin of the arrays
   PetscScalar *diagonal_at_ = nullptr, *off_at_ = nullptr;          ///< where the next row goes
+  const SparseBlocks* blocks_ = nullptr;
+  std::vector<double> sum_;
 };
 
 }  // namespace bs

@@ -84,6 +84,7 @@ PetscErrorCode CoarseSpace::create(SpringMatrix& S, PetscInt unknowns) {
 
   PetscFunctionBegin;
   active_ = false;
+  if (S.remainder().created()) PetscFunctionReturn(0);  // E would lack what R holds, and the correction be too large
   comm_ = net.comm;
   dim_ = net.dim;
   PetscCall(usual_size(S, &usual));

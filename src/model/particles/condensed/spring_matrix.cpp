@@ -107,6 +107,7 @@ PetscErrorCode product(const SpringMatrix& S, VecScatter scatter, Vec ghost_valu
   PetscCall(VecScatterEnd(scatter, p, ghost_values, INSERT_VALUES, SCATTER_FORWARD));
   PetscCall(VecGetArrayRead(ghost_values, &ag));
   multiply_cut<d>(pattern, S.cut(0), ap, ag, ay);
+  if (S.remainder().created()) S.remainder().multiply_add(ap, ag, ay);
   PetscCall(VecRestoreArrayRead(ghost_values, &ag));
   PetscCall(VecRestoreArrayWrite(y, &ay));
   PetscCall(VecRestoreArrayRead(p, &ap));
@@ -162,6 +163,7 @@ void SpringMatrix::diagonal_blocks(std::vector<double>* out) const {
   for (std::size_t r = 0; r < pattern_.cut_row.size(); ++r)
     for (PetscInt k = pattern_.cut_start[r]; k < pattern_.cut_start[r + 1]; ++k)
       add_block(cut(k), out->data() + pattern_.cut_row[r] * area_);
+  if (remainder_.created()) remainder_.add_diagonal(out);
 }
 
 PetscErrorCode SpringMatrix::diagonal(Vec out) const {

@@ -1,14 +1,16 @@
 // S = sigma M - D - K/sigma of a spring lattice, kept spring by spring in single precision:
-//   (S z)_i = A_i z_i + sum over linked pairs (i,j) of B_ij (z_i - z_j),   B_ij = t I + w w^T
+//   (S z)_i = A_i z_i + sum over linked pairs (i,j) of B_ij (z_i - z_j) + sum_j R_ij z_j,   B_ij = t I + w w^T
 // A pair takes d + 1 numbers: t acts across it, w along it. Their rounding changes each spring's tangent by 6e-8 of itself,
 // however stiff its neighbours are, and the matrix stays symmetric; A_i (mass, drag, anchors, springs to fixed particles)
-// is double. Products are summed in double.
+// is double. Products are summed in double. R holds what interactions of more than two ends add, d x d blocks in double; it takes
+// no memory where there are none.
 #pragma once
 #include <petscmat.h>
 #include <array>
 #include <vector>
 #include "base/handle.hpp"
 #include "base/huge_pages.hpp"
+#include "model/particles/interactions/sparse_blocks.hpp"
 #include "system/network.hpp"
 
 namespace bs {
@@ -38,12 +40,15 @@ class SpringMatrix {
   const float* pair(std::size_t k) const { return pair_.data() + k * width_; }
   const float* cut(std::size_t k) const { return cut_.data() + k * width_; }
   void zero();
+  /// R, not created where there is none.
+  SparseBlocks& remainder() { return remainder_; }
+  const SparseBlocks& remainder() const { return remainder_; }
 
   /// Collective. y = S p; vectors of block size d, laid out like the owned particles.
   PetscErrorCode multiply(Vec p, Vec y);
   /// Adds B (d x d) of a pair's numbers.
   void add_block(const float* pair, double* to) const;
-  /// The diagonal block of particle i: A_i + sum B_ij, d x d.
+  /// The diagonal block of particle i: A_i + sum B_ij + R_ii, d x d.
   void diagonal_blocks(std::vector<double>* out) const;
   PetscErrorCode diagonal(Vec out) const;
   /// Collective. A MATSHELL that multiplies by this object, which must outlive it; `from` finds it again.
@@ -61,6 +66,7 @@ class SpringMatrix {
   SpringPattern pattern_;
   HugeVector<double> node_;
   HugeVector<float> pair_, cut_;
+  SparseBlocks remainder_;
   HugeVector<double> sums_;      ///< what rows of a product add to later ones, padded
   VecHandle ghost_values_;
   ScatterHandle scatter_;

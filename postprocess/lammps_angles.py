@@ -1,0 +1,60 @@
+"""Angles of LAMMPS data files. LAMMPS writes E = K (theta - theta_0)^2 with theta_0 in degrees: the stiffness is kappa = 2 K."""
+import numpy as np
+
+import lammps_units
+from backspring_io import RunError
+
+
+class NotRead(Exception):
+    """Why the angles cannot become angle springs."""
+
+
+def read_angles(path, data, header, sections, row_of):
+    """Sets data.angles: {"triples" (A, 3), "stiffness" (A), "rest_angle" (A) [rad]}, or None; a note says why they are left out."""
+    data.angles = None
+    rows = sections.get("Angles", ("", []))[1]
+    if header.get("angles") and "Angles" not in sections:
+        data.notes.append(f"{header['angles']} angles left out: the file has no section Angles")
+        return
+    if header.get("angles", len(rows)) != len(rows):
+        raise RunError(f"{path}: announces {header.get('angles', 0)} angles, section Angles has {len(rows)} rows")
+    if not rows:
+        return
+    try:
+        found = _coefficients(data, sections, rows)
+    except NotRead as why:
+        data.notes.append(f"{len(rows)} angles left out: {why}")
+        return
+    triples = np.array([[row_of(number, word) for word in words[2:5]] for number, words in rows], dtype=np.int64)
+    data.angles = {"triples": triples, "stiffness": 2.0 * lammps_units.factor(data.units) * found[:, 0], "rest_angle": np.radians(found[:, 1])}
+
+
+def _coefficients(data, sections, rows):
+    """K and theta_0 [degree] of every angle."""
+    hint, lines = sections.get("Angle Coeffs", ("", []))
+    if not lines:
+        raise NotRead("the file has no Angle Coeffs (write_data of LAMMPS puts them in)")
+    if hint and hint not in ("harmonic", "hybrid"):
+        raise NotRead(f"angle style {hint} is no angle spring, only harmonic is")
+    names = {w[1]: int(w[0]) for _, w in sections.get("Angle Type Labels", ("", []))[1]}
+    types = [names.get(w[1]) or int(w[1]) for _, w in rows]
+    table = {}
+    for _, words in lines:
+        style, numbers = (words[1], words[2:]) if words[1][0].isalpha() else ("harmonic", words[1:])
+        kind = names.get(words[0]) or int(words[0])
+        if (style != "harmonic" or len(numbers) != 2) and kind in types:
+            raise NotRead(f"angle coefficients '{' '.join(words)}' are not harmonic K theta0")
+        table[kind] = [float(v) for v in (*numbers, 0, 0)[:2]]
+    unknown = sorted(set(types) - set(table))
+    if unknown:
+        raise NotRead(f"Angle Coeffs has no angle type {unknown[0]}")
+    if data.units is None:
+        raise NotRead("the file does not say the units of its Angle Coeffs; add --units")
+    return np.array([table[t] for t in types])
+
+
+def in_the_plane(position, angles):
+    """Triples turned so that their angle, counted counter-clockwise as backspring does in two dimensions, starts below pi."""
+    a, b, c = (position[angles["triples"][:, k]] for k in range(3))
+    clockwise = np.cross(a - b, c - b) < 0
+    angles["triples"][clockwise] = angles["triples"][clockwise][:, ::-1]

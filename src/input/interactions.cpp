@@ -1,0 +1,134 @@
+#include "input/interactions.hpp"
+
+#include <algorithm>
+#include <cinttypes>
+
+#include "base/fault.hpp"
+#include "input/remote.hpp"
+#include "laws/interactions/registry.hpp"
+
+namespace bs {
+
+std::string topology_path(const InteractionSchema& schema, bool trajectory) {
+  const std::string group = std::string(schema.group) + "s";
+  return trajectory ? "/connectivity/" + group : "/" + group + "/" + schema.topology;
+}
+
+std::string parameter_path(const InteractionSchema& schema, const InteractionParameter& parameter, bool trajectory) {
+  const std::string group = std::string(schema.group) + "s";
+  return trajectory ? "/connectivity/" + group + "_" + parameter.name : "/" + group + "/" + parameter.name;
+}
+
+namespace {
+
+PetscErrorCode read_kind(MPI_Comm comm, const Hdf5File& file, const InteractionSchema& schema, bool trajectory, const std::string& source,
+                         InteractionRows* out) {
+  PetscMPIInt rank, size;
+  Table topology;
+  TableShape shape;
+
+  PetscFunctionBegin;
+  PetscCallMPI(MPI_Comm_rank(comm, &rank));
+  PetscCallMPI(MPI_Comm_size(comm, &size));
+  shape.integers = true;
+  shape.row_name = "A";
+  shape.columns = schema.ends;
+  PetscCall(file.find(topology_path(schema, trajectory), shape, &topology));
+  PetscCall(file.require_data(topology));
+  if (topology.rows > PETSC_MAX_INT / schema.ends)
+    PetscCall(tell(comm, Exit::input, format("%s: %" PRId64 " %ss are more than PETSc's indices can count; use a PETSc with 64-bit indices "
+                                             "(cmake -DBS_PETSC_MODULE=PETSc64)", source.c_str(), topology.rows, schema.title)));
+  out->rows = split_rows(topology.rows, rank, size);
+  PetscCall(file.read(topology, out->rows.first, out->rows.count, 0, &out->ends));
+  const std::size_t width = schema.parameters.size();
+  out->parameter.resize(static_cast<std::size_t>(out->rows.count) * width);
+  for (std::size_t p = 0; p < width; ++p) {
+    Table table;
+    TableShape column;
+    std::vector<double> values;
+    column.rows = out->rows.total;
+    column.row_name = "A";
+    PetscCall(file.find(parameter_path(schema, schema.parameters[p], trajectory), column, &table));
+    PetscCall(file.read(table, out->rows.first, out->rows.count, 0, &values));
+    for (std::size_t k = 0; k < values.size(); ++k) out->parameter[k * width + p] = values[k];
+  }
+  PetscFunctionReturn(0);
+}
+
+/// Says where row `k` stands: "F: angle spring 3, /angles/stiffness".
+std::string place(const Lattice& l, const InteractionSchema& schema, std::int64_t row, const std::string& dataset) {
+  const std::size_t dot = l.source.rfind('.');
+  const bool datasets = dot != std::string::npos && (l.source.substr(dot) == ".h5" || l.source.substr(dot) == ".hdf5");
+  return l.source + ": " + schema.title + " " + std::to_string(row) + (datasets ? ", " + dataset : "") + ": ";
+}
+
+void check_row(const Lattice& l, const InteractionSchema& schema, const InteractionRows& from, std::size_t k, Fault* fault) {
+  const std::int64_t row = from.rows.first + static_cast<std::int64_t>(k), *end = &from.ends[k * static_cast<std::size_t>(schema.ends)];
+  const std::string ends = place(l, schema, row, topology_path(schema, false));
+  for (int a = 0; a < schema.ends; ++a) {
+    if (end[a] < 0 || end[a] >= l.particles.total) {
+      fault->note(row, ends + format("there is no particle %" PRId64 "; write 0 to %" PRId64 " (particles count from 0)", end[a],
+                                     l.particles.total - 1));
+      return;
+    }
+    if (std::count(end, end + a, end[a]) > 0)
+      fault->note(row, ends + format("names particle %" PRId64 " twice; give it %d different ends", end[a], schema.ends));
+  }
+  const double* p = &from.parameter[k * schema.parameters.size()];
+  const char* remedy = nullptr;
+  const int bad = schema.bad_parameter(p, l.dim, &remedy);
+  if (bad < 0) return;
+  const InteractionParameter& parameter = schema.parameters[static_cast<std::size_t>(bad)];
+  fault->note(row, place(l, schema, row, parameter_path(schema, parameter, false)) +
+                       format("%s %.16g; %s", parameter.label, p[bad], remedy));
+}
+
+/// Ends of this chunk's rows where they start.
+PetscErrorCode check_places(MPI_Comm comm, const Lattice& l, const InteractionSchema& schema, const InteractionRows& from) {
+  const std::size_t d = static_cast<std::size_t>(l.dim), ends = static_cast<std::size_t>(schema.ends);
+  std::vector<double> at;
+  std::vector<const double*> x(ends);
+  Fault fault;
+
+  PetscFunctionBegin;
+  PetscCall(fetch_rows(comm, l.particles, l.position, l.dim, from.ends, &at));
+  for (std::size_t k = 0; k < static_cast<std::size_t>(from.rows.count) && !fault; ++k) {
+    for (std::size_t a = 0; a < ends; ++a) x[a] = &at[(k * ends + a) * d];
+    const std::int64_t row = from.rows.first + static_cast<std::int64_t>(k);
+    if (const char* why = schema.fault(l.dim, x.data(), &from.parameter[k * schema.parameters.size()]))
+      fault.note(row, place(l, schema, row, topology_path(schema, false)) + "starts with " + why + "; move a particle or leave it out");
+  }
+  PetscCall(agree(comm, fault));
+  PetscFunctionReturn(0);
+}
+
+}  // namespace
+
+PetscErrorCode read_interactions(MPI_Comm comm, const Hdf5File& file, bool trajectory, Lattice* l) {
+  const std::vector<InteractionSchema>& schemas = interaction_schemas();
+
+  PetscFunctionBegin;
+  l->interactions.assign(schemas.size(), {});
+  for (std::size_t kind = 0; kind < schemas.size(); ++kind)
+    if (file.has(trajectory ? topology_path(schemas[kind], true) : std::string("/") + schemas[kind].group + "s"))
+      PetscCall(read_kind(comm, file, schemas[kind], trajectory, l->source, &l->interactions[kind]));
+  PetscFunctionReturn(0);
+}
+
+PetscErrorCode check_interactions(MPI_Comm comm, const Lattice& l) {
+  PetscFunctionBegin;
+  for (std::size_t kind = 0; kind < l.interactions.size(); ++kind) {
+    const InteractionSchema& schema = interaction_schemas()[kind];
+    const InteractionRows& from = l.interactions[kind];
+    Fault fault;
+    if (from.rows.total > 0 && l.dim < schema.least_dim)
+      PetscCall(tell(comm, Exit::input, format("%s: %ss need a lattice of at least %d dimensions, this one has %d; leave them out",
+                                               l.source.c_str(), schema.title, schema.least_dim, l.dim)));
+    for (std::size_t k = 0; k < static_cast<std::size_t>(from.rows.count) && !fault; ++k) check_row(l, schema, from, k, &fault);
+    PetscCall(agree(comm, fault));
+    if (from.rows.total > 0) PetscCall(check_places(comm, l, schema, from));
+  }
+  PetscFunctionReturn(0);
+}
+
+}  // namespace bs
