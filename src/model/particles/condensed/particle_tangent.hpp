@@ -19,7 +19,7 @@ class ParticleTangent final : public Tangent {
   /// Collective. A MATSHELL that multiplies by J.
   PetscErrorCode create_shell(Mat* J);
 
-  bool exact_symmetric() const override { return !coupled_ && !axial_damping_; }
+  bool exact_symmetric() const override { return !coupled_ && !axial_damping_ && !net_->softens; }
   double sigma() const override { return sigma_; }
   int dim() const override { return net_->dim; }
   MPI_Comm comm() const override { return net_->comm; }
