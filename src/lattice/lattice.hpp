@@ -27,6 +27,7 @@ enum class DampingLaw : int { axial, simple };
 /// A number of each spring that some law takes or carries.
 struct SpringColumn {
   std::string name;           ///< of the dataset /springs/NAME
+  std::string path;           ///< where it was read, or the option that gave it, for messages
   std::vector<double> value;  ///< (count of springs)
 };
 
