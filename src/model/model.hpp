@@ -5,6 +5,7 @@
 #include <array>
 #include <cstdint>
 #include <string>
+#include <utility>
 #include <variant>
 #include <vector>
 #include "model/incremental.hpp"
@@ -46,6 +47,7 @@ struct Dataset {
   std::int64_t first = 0, total = 0;
   int columns = 0;
   std::variant<std::vector<double>, std::vector<std::int64_t>, Words> rows;
+  std::vector<std::pair<std::string, std::string>> attributes = {};  ///< texts by name
 };
 
 /// A part of the state in the input's order: block size = columns, rows as in the input; borrowed.
@@ -149,6 +151,16 @@ class Model {
   /// Collective. The state y in the input's order, bit by bit: vectors the model owns, filled from y; and back.
   virtual PetscErrorCode gather_state(Vec y, std::vector<StatePart>* parts) = 0;
   virtual PetscErrorCode scatter_state(Vec y) = 0;
+  /// Collective. The state y at t is good and the next step begins with it: what the model carries from step to step, besides y,
+  /// becomes that of y. No other call changes it, so that a rejected attempt leaves nothing behind.
+  virtual PetscErrorCode accept(double, Vec) { return 0; }
+  /// Collective. What the model carries so, in the input's order, for a checkpoint: vectors the model owns, filled; and back. Empty:
+  /// nothing.
+  virtual PetscErrorCode gather_memory(std::vector<StatePart>* parts) {
+    parts->clear();
+    return 0;
+  }
+  virtual PetscErrorCode scatter_memory() { return 0; }
   /// Collective. A number that tells this system from others: the same on any number of ranks, another one when a
   /// particle, spring or matrix entry changes. Forces that options name, which a run may change, do not count.
   virtual PetscErrorCode fingerprint(std::uint64_t* value) = 0;

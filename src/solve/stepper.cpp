@@ -212,6 +212,7 @@ PetscErrorCode Stepper::accept_step(TS ts) {
   Vec y;
   PetscCall(TSGetSolution(ts, &y));
   PetscCall(history_.end_step(ts, y));
+  PetscCall(model_.accept(time, y));
   PetscCall(on_step_(record));
   const bool finished = landed && target_ >= end_;
   if (landed || options_.every_step) {

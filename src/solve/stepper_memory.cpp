@@ -67,6 +67,7 @@ PetscErrorCode Stepper::restore(TS ts, const CheckpointFile& file, std::vector<s
   PetscCall(prime_solvers(ts, run.real.at("first_step")));
   PetscCall(TSGetSolution(ts, &y));
   PetscCall(file.read(model_, "/state", y));
+  PetscCall(file.read_memory(model_));
   good_time_ = run.real.at("time");
   start_ = run.real.at("start");
   first_ = run.real.at("first_step");

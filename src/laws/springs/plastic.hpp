@@ -36,8 +36,10 @@ struct PlasticSpring : SpringLawTraits {
   }
   static double tension(double l, double k, double L, const double* p) noexcept { return k * (l - L - p[E] - flow(l, k, L, p)); }
   static double tension_over_length(double l, double k, double L, const double* p) noexcept { return tension(l, k, L, p) / l; }
+  /// Where a step that yielded ended, |x| = Y to rounding and T has two slopes: it is the elastic one, whatever the rounding.
   static double stiffness(double l, double k, double L, const double* p) noexcept {
-    return flow(l, k, L, p) != 0 ? k * p[H] / (k + p[H]) : k;
+    const double x = std::abs(k * (l - L - p[E]) - p[H] * p[E]);
+    return x - p[Y] > 1e-10 * (x + p[Y]) ? k * p[H] / (k + p[H]) : k;
   }
   static void commit(double l, double k, double L, double* p) noexcept {
     const double grown = flow(l, k, L, p);

@@ -9,6 +9,7 @@
 #include "model/particles/particle_potential.hpp"
 #include "model/particles/physics.hpp"
 #include "model/particles/row_pattern.hpp"
+#include "model/particles/spring_memory.hpp"
 #include "model/particles/spring_strain.hpp"
 #include "system/network.hpp"
 
@@ -42,6 +43,9 @@ class ParticleModel final : public Model {
   PetscErrorCode fields(double t, Vec y, std::vector<Field>* out) override;
   PetscErrorCode gather_state(Vec y, std::vector<StatePart>* parts) override;
   PetscErrorCode scatter_state(Vec y) override;
+  PetscErrorCode accept(double t, Vec y) override;
+  PetscErrorCode gather_memory(std::vector<StatePart>* parts) override;
+  PetscErrorCode scatter_memory() override;
   PetscErrorCode fingerprint(std::uint64_t* value) override;
   PetscErrorCode constants(std::vector<Dataset>* out) override;
   PetscErrorCode covers(double t_end) override;
@@ -55,6 +59,7 @@ class ParticleModel final : public Model {
   PetscErrorCode create_output();
   PetscErrorCode fill_output(Vec y);
   PetscErrorCode read_strain_option();
+  std::string spring_laws_in_words() const;
   PetscErrorCode compute_forces(double t, Vec y);
 
   Network net_;
@@ -65,6 +70,7 @@ class ParticleModel final : public Model {
   RowPattern pattern_;
   LocalState state_;
   SpringStrain strain_;
+  SpringMemory memory_;
   bool store_strain_ = false;
   std::unique_ptr<Physics> physics_;
   ParticleTangent tangent_;
