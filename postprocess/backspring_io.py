@@ -296,8 +296,19 @@ class Run:
 
     @property
     def spring_law(self):
-        """'strain' or 'hooke'; None where the file does not say."""
+        """The name of the law that all springs obey; None where the file does not say, or has a law for each (spring_laws)."""
         return self.parameters.get("bs_spring_law", self.parameters.get("spring_law"))
+
+    @property
+    def spring_laws(self):
+        """The name of each spring's law (M,); None where the file does not say."""
+        places = self._array(f"{BONDS}_law")
+        if places is None:
+            return None if self.spring_law is None else np.full(len(self.springs), self.spring_law)
+        names = text(self._get(f"{BONDS}_law").attrs.get("spring_laws", "")).split(",")
+        if places.size != len(self.springs) or places.min(initial=0) < 0 or places.max(initial=0) >= len(names):
+            raise self._error(f"{BONDS}_law does not name a law of attribute spring_laws for each of {len(self.springs)} springs")
+        return np.array(names)[places.reshape(-1).astype(np.int64)]
 
     def unit(self, name):
         """The unit of a quantity: what the file says, else SI; '' for what has none."""

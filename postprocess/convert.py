@@ -76,7 +76,8 @@ def parse(argv=None):
     mesh.add_argument("--damping", type=float, help="of every spring [kg/s] (default: none)")
     mesh.add_argument("--mass", type=float, help="of every particle [kg]")
     mesh.add_argument("--total_mass", type=float, help="of all particles, in equal shares [kg]")
-    mesh.add_argument("--spring_law", choices=("hooke", "strain"), default="hooke")
+    mesh.add_argument("--spring_law", choices=("hooke", "strain", "tension", "polynomial", "plastic"), default="hooke",
+                      help="what polynomial and plastic take besides is given by the program's options -bs_spring_...")
     mesh.add_argument("--damping_law", choices=("axial", "simple"), default="axial")
     mesh.add_argument("--fixed", type=lambda s: s.split(","), default=[], metavar="FACE,...",
                       help="faces of the bounding box held still: " + " ".join(FACES))

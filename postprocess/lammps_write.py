@@ -38,11 +38,17 @@ def rates(run):
     springs = run.springs
     if len(springs) and springs.stiffness is None:
         raise RunError(f"{run.path}: holds no stiffnesses, which a LAMMPS data file needs")
-    if len(springs) and run.spring_law is None:
+    laws = run.spring_laws
+    if len(springs) and laws is None:
         print(f"{run.path}: does not say which spring law, hooke is assumed", file=sys.stderr)
-    if run.spring_law == "strain":  # K in newtons: the rate is K/L; a rest length of 0 has the rate itself
-        return np.where(springs.rest_length > 0, springs.stiffness / np.where(springs.rest_length > 0, springs.rest_length, 1.0), springs.stiffness)
-    return springs.stiffness
+    if not len(springs) or laws is None:
+        return springs.stiffness
+    others = sorted(set(laws) - {"hooke", "strain"})
+    if others:
+        raise RunError(f"{run.path}: springs obey the law {', '.join(others)}, which LAMMPS's harmonic bonds are not: only hooke and strain can be written")
+    # strain: K in newtons, the rate is K/L; a rest length of 0 has the rate itself
+    rest = np.where((laws == "strain") & (springs.rest_length > 0), springs.rest_length, 1.0)
+    return springs.stiffness / rest
 
 
 def write_data(run, row, path, units="si"):

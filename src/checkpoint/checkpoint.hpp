@@ -39,9 +39,12 @@ class CheckpointFile {
   bool has(const std::string& group) const { return file_.has(group); }
   /// Collective. The state of `group` into y, in the solver's order. Told (exit 2) if damaged.
   PetscErrorCode read(Model& model, const std::string& group, Vec y) const;
+  /// Collective. What the model carries from step to step. Told (exit 2) if damaged.
+  PetscErrorCode read_memory(Model& model) const;
   const std::string& name() const { return name_; }
 
  private:
+  PetscErrorCode read_parts(const std::string& group, const std::vector<StatePart>& parts) const;
   PetscErrorCode damaged(const std::string& what) const;
   MPI_Comm comm_ = MPI_COMM_NULL;
   std::string name_;

@@ -120,10 +120,27 @@ PetscErrorCode CheckpointFile::require_same(Model& model) const {
 
 PetscErrorCode CheckpointFile::read(Model& model, const std::string& group, Vec y) const {
   std::vector<StatePart> parts;
+  PetscFunctionBegin;
+  PetscCall(model.gather_state(y, &parts));  // for their vectors
+  PetscCall(read_parts(group, parts));
+  PetscCall(model.scatter_state(y));
+  PetscFunctionReturn(0);
+}
+
+PetscErrorCode CheckpointFile::read_memory(Model& model) const {
+  std::vector<StatePart> parts;
+  PetscFunctionBegin;
+  PetscCall(model.gather_memory(&parts));  // for their vectors
+  if (parts.empty()) PetscFunctionReturn(0);
+  PetscCall(read_parts("/memory", parts));
+  PetscCall(model.scatter_memory());
+  PetscFunctionReturn(0);
+}
+
+PetscErrorCode CheckpointFile::read_parts(const std::string& group, const std::vector<StatePart>& parts) const {
   RowSum sum;
   Facts facts;
   PetscFunctionBegin;
-  PetscCall(model.gather_state(y, &parts));  // for their vectors
   for (std::size_t k = 0; k < parts.size(); ++k) {
     PetscInt first, last, total, columns;
     PetscCall(VecGetOwnershipRange(parts[k].vec, &first, &last));
@@ -147,7 +164,6 @@ PetscErrorCode CheckpointFile::read(Model& model, const std::string& group, Vec 
   PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &all, 1, MPI_UINT64_T, MPI_SUM, comm_));
   if (!attributes_of(file_, group.c_str(), &facts)) PetscCall(damaged("damaged"));
   if (static_cast<std::uint64_t>(get(facts.whole, "checksum")) != all) PetscCall(damaged(group + " does not match its checksum"));
-  PetscCall(model.scatter_state(y));
   PetscFunctionReturn(0);
 }
 

@@ -19,12 +19,10 @@ std::string previous_checkpoint(const std::string& file) { return file + ".previ
 namespace {
 
 /// GROUP/<part> of every part, GROUP's attribute `checksum`.
-PetscErrorCode write_state(Model& model, hid_t file, const NamedState& state) {
-  std::vector<StatePart> parts;
+PetscErrorCode write_parts(MPI_Comm comm, hid_t file, const std::string& name, const std::vector<StatePart>& parts) {
   H5 group;
   RowSum sum;
   PetscFunctionBegin;
-  PetscCall(model.gather_state(state.vec, &parts));
   for (std::size_t k = 0; k < parts.size(); ++k) {
     PetscInt first, last, total, columns;
     const PetscScalar* ay = nullptr;
@@ -32,15 +30,15 @@ PetscErrorCode write_state(Model& model, hid_t file, const NamedState& state) {
     PetscCall(VecGetSize(parts[k].vec, &total));
     PetscCall(VecGetBlockSize(parts[k].vec, &columns));
     PetscCall(VecGetArrayRead(parts[k].vec, &ay));
-    Dataset table{state.group + "/" + parts[k].name, first / columns, total / columns, static_cast<int>(columns),
+    Dataset table{name + "/" + parts[k].name, first / columns, total / columns, static_cast<int>(columns),
                   std::vector<double>(ay, ay + (last - first))};
     PetscCall(VecRestoreArrayRead(parts[k].vec, &ay));
     sum.add(k, first / columns, static_cast<int>(columns), std::get<std::vector<double>>(table.rows));
     PetscCall(write_table(file, table));
   }
   std::uint64_t all = sum.value();
-  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &all, 1, MPI_UINT64_T, MPI_SUM, model.comm()));
-  PetscCall(open_group(file, state.group, &group));
+  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &all, 1, MPI_UINT64_T, MPI_SUM, comm));
+  PetscCall(open_group(file, name, &group));
   PetscCall(put_attribute(group, "checksum", static_cast<std::int64_t>(all)));
   PetscFunctionReturn(0);
 }
@@ -108,11 +106,21 @@ PetscErrorCode write_file(Model& model, const std::string& target, const Facts& 
   BS_H5(file);
   PetscCall(confirm_identity(model.comm(), name, identity, full));
   if (!full->empty()) PetscFunctionReturn(0);
-  const std::int64_t bytes = 262144 + 8 * static_cast<std::int64_t>(states.size()) * size;
+  std::int64_t bytes = 262144 + 8 * static_cast<std::int64_t>(states.size()) * size;
+  std::vector<StatePart> parts, memory;
+  PetscCall(model.gather_memory(&memory));
+  for (const StatePart& part : memory) {
+    PetscCall(VecGetSize(part.vec, &size));
+    bytes += std::int64_t{8} * size;
+  }
   PetscCall(reserve_space(model.comm(), name, bytes, full));
   if (!full->empty()) PetscFunctionReturn(0);
   PetscCall(write_facts(file, model, run));
-  for (const NamedState& state : states) PetscCall(write_state(model, file, state));
+  for (const NamedState& state : states) {
+    PetscCall(model.gather_state(state.vec, &parts));
+    PetscCall(write_parts(model.comm(), file, state.group, parts));
+  }
+  if (!memory.empty()) PetscCall(write_parts(model.comm(), file, "/memory", memory));
   BS_H5(H5Fflush(file, H5F_SCOPE_GLOBAL));
   PetscFunctionReturn(0);
 }

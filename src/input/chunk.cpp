@@ -35,6 +35,9 @@ Lattice chunk_of(const Lattice& whole, int rank, int size) {
   l.stiffness = slice(whole.stiffness, s, 1);
   l.rest_length = slice(whole.rest_length, s, 1);
   l.damping = slice(whole.damping, s, 1);
+  l.law_by_row = whole.law_by_row;
+  l.spring_laws = slice(whole.spring_laws, s, 1);
+  for (const SpringColumn& one : whole.spring_columns) l.spring_columns.push_back({one.name, one.path, slice(one.value, s, 1)});
   l.anchors = a;
   l.anchor_particle = slice(whole.anchor_particle, a, 1);
   l.anchor_point = slice(whole.anchor_point, a, l.dim);

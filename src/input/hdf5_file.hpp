@@ -64,6 +64,9 @@ class Hdf5File {
                       std::vector<std::int64_t>* out) const;
   /// Collective. The text of a string attribute of object `path`; empty if there is no such attribute.
   PetscErrorCode text_attribute(const std::string& path, const std::string& name, std::string* out) const;
+  /// Collective. The words of a string attribute: a list of strings, or one string with commas between them; empty if there is no
+  /// such attribute.
+  PetscErrorCode words_attribute(const std::string& path, const std::string& name, std::vector<std::string>* out) const;
   /// The links of a group; empty if there is no such group. Local, the same on every rank.
   std::vector<std::string> members(const std::string& group) const;
   hid_t id() const { return file_; }

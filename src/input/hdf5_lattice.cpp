@@ -9,6 +9,7 @@
 #include "input/hdf5_layout.hpp"
 #include "input/interactions.hpp"
 #include "input/validate.hpp"
+#include "laws/springs/registry.hpp"
 #include "system/footprint.hpp"
 
 namespace bs {
@@ -138,6 +139,28 @@ PetscErrorCode read_particles(MPI_Comm comm, const Hdf5File& file, const Hdf5Lay
   PetscFunctionReturn(0);
 }
 
+/// What laws of springs take and carry, as far as the file holds it.
+PetscErrorCode read_spring_columns(const Hdf5File& file, const Hdf5Layout& names, Lattice* l) {
+  PetscFunctionBegin;
+  const auto read = [&](const std::string& name, const std::string& path, bool frames) {
+    Table table;
+    TableShape shape;
+    PetscFunctionBegin;
+    if (!file.has(path)) PetscFunctionReturn(0);
+    shape.rows = l->springs.total;
+    shape.row_name = "M";
+    shape.frames = frames;
+    SpringColumn column{name, path, {}};
+    PetscCall(file.find(path, shape, &table));
+    PetscCall(file.read(table, l->springs.first, l->springs.count, 0, &column.value));
+    l->spring_columns.push_back(std::move(column));
+    PetscFunctionReturn(0);
+  };
+  for (const SpringParameter& one : spring_parameters()) PetscCall(read(one.name, names.column(one.name), false));
+  for (const std::string& name : spring_histories()) PetscCall(read(name, names.history(name), names.trajectory));
+  PetscFunctionReturn(0);
+}
+
 PetscErrorCode read_springs(MPI_Comm comm, const Hdf5File& file, const Hdf5Layout& names, const Table& pairs, Lattice* l) {
   const Rows& rows = l->springs;
   const double nan = std::numeric_limits<double>::quiet_NaN();
@@ -149,6 +172,8 @@ PetscErrorCode read_springs(MPI_Comm comm, const Hdf5File& file, const Hdf5Layou
   PetscCall(read_column(file, names.damping, rows, "M", true, 0, &l->damping));
   PetscCall(read_column(file, names.rest_length, rows, "M", true, nan, &l->rest_length));
   if (file.has(names.rest_length)) PetscCall(reject_nan(comm, *l, names.rest_length));
+  PetscCall(read_row_laws(comm, file, names, l));
+  PetscCall(read_spring_columns(file, names, l));
   PetscFunctionReturn(0);
 }
 

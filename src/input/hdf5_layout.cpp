@@ -1,9 +1,12 @@
 #include "input/hdf5_layout.hpp"
 
 #include <algorithm>
+#include <cinttypes>
 #include <utility>
 
 #include "base/fault.hpp"
+#include "input/spring_options.hpp"
+#include "laws/springs/registry.hpp"
 
 namespace bs {
 
@@ -18,10 +21,10 @@ const Hdf5Layout trajectory_names{true, "/particles/trajectory/position/value", 
                              "/connectivity/bonds_stiffness", "/connectivity/bonds_rest_length",
                              "/connectivity/bonds_damping"};
 
-/// `index` receives the place of the law's name among two choices; `given` whether the file names one: an attribute of
+/// `index` receives the place of the law's name among the choices; `given` whether the file names one: an attribute of
 /// the root, or, in a trajectory, the option that was in force.
 PetscErrorCode read_law(MPI_Comm comm, const Hdf5File& file, const Hdf5Layout& layout, const std::string& source,
-                        const char* name, const char* const choices[2], int* index, bool* given) {
+                        const char* name, const std::vector<std::string>& choices, int* index, bool* given) {
   std::string text, attribute = name, owner = "/";
 
   PetscFunctionBegin;
@@ -32,11 +35,12 @@ PetscErrorCode read_law(MPI_Comm comm, const Hdf5File& file, const Hdf5Layout& l
     PetscCall(file.text_attribute(owner, attribute, &text));
   }
   *given = !text.empty();
-  *index = text == choices[1] ? 1 : 0;
-  if (*given && text != choices[0] && text != choices[1])
+  const auto at = std::find(choices.begin(), choices.end(), text);
+  if (*given && at == choices.end())
     PetscCall(tell(comm, Exit::input,
-                   format("%s: attribute %s of %s is '%s'; write %s or %s", source.c_str(), attribute.c_str(),
-                          owner.c_str(), text.c_str(), choices[0], choices[1])));
+                   format("%s: attribute %s of %s is '%s'; write ", source.c_str(), attribute.c_str(),
+                          owner.c_str(), text.c_str()) + alternatives(choices)));
+  *index = *given ? static_cast<int>(at - choices.begin()) : 0;
   PetscFunctionReturn(0);
 }
 
@@ -58,24 +62,67 @@ int box_dimension(const Hdf5File& file, int columns) {
 }
 
 PetscErrorCode read_laws(MPI_Comm comm, const Hdf5File& file, const Hdf5Layout& layout, Lattice* l) {
-  static const char* const spring_laws[2] = {"hooke", "strain"};
-  static const char* const damping_laws[2] = {"axial", "simple"};
   int spring = 0, damping = 0;
 
   PetscFunctionBegin;
-  PetscCall(read_law(comm, file, layout, l->source, "spring_law", spring_laws, &spring, &l->spring_law_given));
-  PetscCall(read_law(comm, file, layout, l->source, "damping_law", damping_laws, &damping, &l->damping_law_given));
-  l->spring_law = spring ? SpringLaw::strain : SpringLaw::hooke;
-  l->damping_law = damping ? DampingLaw::simple : DampingLaw::axial;
+  PetscCall(read_law(comm, file, layout, l->source, "spring_law", spring_law_names(), &spring, &l->spring_law_given));
+  PetscCall(read_law(comm, file, layout, l->source, "damping_law", damper_law_names(), &damping, &l->damping_law_given));
+  l->spring_law = static_cast<SpringLaw>(spring);
+  l->damping_law = static_cast<DampingLaw>(damping);
+  PetscFunctionReturn(0);
+}
+
+PetscErrorCode read_row_laws(MPI_Comm comm, const Hdf5File& file, const Hdf5Layout& layout, Lattice* l) {
+  const std::string path = layout.column("law"), owner = layout.trajectory ? path : "/";
+  const std::vector<std::string> known = spring_law_names();
+  std::vector<std::string> names;
+  std::vector<std::int64_t> given;
+  std::vector<std::uint8_t> place;
+  Table table;
+  TableShape shape;
+  Fault fault;
+
+  PetscFunctionBegin;
+  if (!file.has(path)) PetscFunctionReturn(0);
+  PetscCall(file.words_attribute(owner, "spring_laws", &names));
+  if (names.empty())
+    PetscCall(tell(comm, Exit::input, format("%s: %s is there, but attribute spring_laws of %s, which names its laws, is not; write it as a list of strings",
+                                             l->source.c_str(), path.c_str(), owner.c_str())));
+  for (const std::string& name : names) {
+    const auto at = std::find(known.begin(), known.end(), name);
+    if (at == known.end())
+      PetscCall(tell(comm, Exit::input, format("%s: attribute spring_laws of %s names '%s'; write ", l->source.c_str(), owner.c_str(), name.c_str()) +
+                                        alternatives(known)));
+    place.push_back(static_cast<std::uint8_t>(at - known.begin()));
+  }
+  shape.integers = true;
+  shape.rows = l->springs.total;
+  shape.row_name = "M";
+  PetscCall(file.find(path, shape, &table));
+  PetscCall(file.read(table, l->springs.first, l->springs.count, 0, &given));
+  const std::int64_t count = static_cast<std::int64_t>(place.size());
+  l->law_by_row = true;
+  l->spring_laws.assign(given.size(), 0);
+  for (std::size_t k = 0; k < given.size() && !fault; ++k) {
+    const std::int64_t row = l->springs.first + static_cast<std::int64_t>(k);
+    if (given[k] < 0 || given[k] >= count)
+      fault.note(row, format("%s: spring %" PRId64 ", %s: %" PRId64 " is no place in attribute spring_laws; write 0 to %" PRId64, l->source.c_str(), row,
+                             path.c_str(), given[k], count - 1));
+    else
+      l->spring_laws[k] = place[static_cast<std::size_t>(given[k])];
+  }
+  PetscCall(agree(comm, fault));
   PetscFunctionReturn(0);
 }
 
 void note_unknown_members(const Hdf5File& file, Lattice* l) {
-  static const std::vector<std::pair<const char*, std::vector<std::string>>> known = {
+  std::vector<std::pair<const char*, std::vector<std::string>>> known = {
       {"/particles", {"position", "velocity", "mass", "fixed", "radius", "id"}},
-      {"/springs", {"pairs", "stiffness", "rest_length", "damping"}},
       {"/anchors", {"particle", "point", "stiffness", "rest_length", "damping"}},
-      {"/angles", {"triples", "stiffness", "rest_angle"}}};
+      {"/angles", {"triples", "stiffness", "rest_angle"}},
+      {"/springs", {"pairs", "stiffness", "rest_length", "damping", "law"}}};
+  for (const SpringParameter& one : spring_parameters()) known.back().second.emplace_back(one.name);
+  for (const std::string& name : spring_histories()) known.back().second.push_back(name);
   for (const auto& [group, names] : known)
     for (const std::string& name : file.members(group))
       if (std::find(names.begin(), names.end(), name) == names.end())

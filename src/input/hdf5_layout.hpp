@@ -13,6 +13,9 @@ struct Hdf5Layout {
   bool trajectory;
   std::string position, velocity, mass, fixed, radius, id;
   std::string springs, pairs, stiffness, rest_length, damping;
+  /// Where springs keep other numbers than these: what laws take, and what they carry from step to step.
+  std::string column(const std::string& name) const { return (trajectory ? "/connectivity/bonds_" : "/springs/") + name; }
+  std::string history(const std::string& name) const { return trajectory ? "/backspring/" + name + "/value" : "/springs/" + name; }
 };
 
 /// The layout of `file`: a trajectory's where it has frames, else a lattice's.
@@ -23,6 +26,10 @@ int box_dimension(const Hdf5File& file, int columns);
 
 /// Collective. Sets the lattice's laws, and whether the file gives them. Error (exit 2): unknown law.
 PetscErrorCode read_laws(MPI_Comm comm, const Hdf5File& file, const Hdf5Layout& layout, Lattice* lattice);
+
+/// Collective. The law of each spring, where the file gives one, into the lattice's chunk; whose rows are known. Errors (exit 2):
+/// no names or unknown ones, numbers that name none.
+PetscErrorCode read_row_laws(MPI_Comm comm, const Hdf5File& file, const Hdf5Layout& layout, Lattice* lattice);
 
 /// Local. Warns of members of a lattice's groups that are none of the schema: a misspelt name of an optional dataset
 /// would otherwise go unseen.

@@ -9,6 +9,7 @@
 #include "input/gmsh.hpp"
 #include "input/hdf5_lattice.hpp"
 #include "input/remote.hpp"
+#include "input/spring_options.hpp"
 #include "input/text_file.hpp"
 #include "input/validate.hpp"
 #include "lattice/generator.hpp"
@@ -24,7 +25,7 @@ struct LatticeOptions {
   std::string file;
   bool file_given = false, width_given = false, height_given = false;
   double width = XSP_WIDTH, height = XSP_HEIGHT;  ///< window of an .xsp scene
-  int spring_law = -1, damping_law = -1;          ///< -1: not given
+  SpringOptions springs;
   GeneratorSpec generator;
   AnchorSpec anchors;
 
@@ -32,15 +33,9 @@ struct LatticeOptions {
 };
 
 void LatticeOptions::read(Section& section) {
-  int index = 0;
   file_given = section.file("-bs_lattice_file", "lattice to read: HDF5 (.h5, .hdf5, .h5md), XSpringies (.xsp), Gmsh (.msh)",
                             file);
-  if (section.choice("-bs_spring_law", "law of the springs: k (l - L), or K (l/L - 1)", {"hooke", "strain"}, index))
-    spring_law = index;
-  index = 0;
-  if (section.choice("-bs_damping_law", "damping along the spring only, or of the whole relative velocity",
-                     {"axial", "simple"}, index))
-    damping_law = index;
+  springs.read(section);
   width_given = section.real("-bs_lattice_width", "width of an .xsp scene's window [pixel]", width, Range::positive);
   height_given = section.real("-bs_lattice_height", "height of an .xsp scene's window [pixel]", height, Range::positive);
   generator.options(section);
@@ -167,16 +162,10 @@ PetscErrorCode load_lattice(MPI_Comm comm, Lattice* out) {
   PetscCall(number_rows(comm, &out->springs));
   PetscCall(number_rows(comm, &out->anchors));
   for (InteractionRows& kind : out->interactions) PetscCall(number_rows(comm, &kind.rows));
-  if (options.spring_law >= 0) {
-    out->spring_law = options.spring_law ? SpringLaw::strain : SpringLaw::hooke;
-    out->spring_law_given = true;
-  }
-  if (options.damping_law >= 0) {
-    out->damping_law = options.damping_law ? DampingLaw::simple : DampingLaw::axial;
-    out->damping_law_given = true;
-  }
+  PetscCall(settle_spring_laws(comm, options.springs, out));
   PetscCall(add_anchors(comm, options.anchors, out));
   PetscCall(validate_and_fill(comm, out));
+  PetscCall(check_rest_lengths(comm, *out));
   for (const std::string& warning : out->warnings) PetscCall(warn(comm, warning));
   PetscCall(put_implied_options(*out));
   PetscFunctionReturn(0);

@@ -26,8 +26,17 @@ struct InteractionRows {
   std::vector<double> parameter;   ///< (count, parameters)
 };
 
-enum class SpringLaw { hooke, strain };
-enum class DampingLaw { axial, simple };
+/// Places in the registry of laws (laws/springs/registry.hpp), of which there are more: these are named because the program asks
+/// for them.
+enum class SpringLaw : int { hooke, strain };
+enum class DampingLaw : int { axial, simple };
+
+/// A number of each spring that some law takes or carries.
+struct SpringColumn {
+  std::string name;           ///< of the dataset /springs/NAME
+  std::string path;           ///< where it was read, or the option that gave it, for messages
+  std::vector<double> value;  ///< (count of springs)
+};
 
 /// Units: SI unless the user thinks otherwise; the program never converts.
 struct Lattice {
@@ -47,6 +56,9 @@ struct Lattice {
   std::vector<double> stiffness;     ///< (count) hooke [N/m], strain [N], zero rest length [N/m]
   std::vector<double> rest_length;   ///< (count) [m]; NaN: the initial distance, filled in later
   std::vector<double> damping;       ///< (count) [kg/s]
+  bool law_by_row = false;           ///< spring_laws holds a law for each spring; the same on every rank
+  std::vector<std::uint8_t> spring_laws;    ///< (count) places in the registry, or empty: all obey spring_law
+  std::vector<SpringColumn> spring_columns; ///< the same names in the same order on every rank
   // springs to fixed points (or to points that move as given)
   Rows anchors;
   std::vector<std::int64_t> anchor_particle;  ///< (count)
@@ -55,7 +67,7 @@ struct Lattice {
   // interactions of several particles, by kind (laws/interactions/registry.hpp); kinds left out have no rows
   std::vector<InteractionRows> interactions;
   // how the springs are to be understood
-  SpringLaw spring_law = SpringLaw::hooke;
+  SpringLaw spring_law = SpringLaw::hooke;  ///< of springs without a law of their own, and of anchors
   DampingLaw damping_law = DampingLaw::axial;
   bool spring_law_given = false, damping_law_given = false;  ///< said by the file, not assumed
   bool rest_at_zero_length = false;  ///< a spring of zero length exerts no force instead of being an error

@@ -4,6 +4,7 @@
 #include <petscvec.h>
 #include <cstdint>
 #include <string>
+#include <utility>
 #include <variant>
 #include <vector>
 
@@ -35,6 +36,7 @@ struct Dataset {
   std::int64_t first = 0, total = 0;
   int columns = 0;
   std::variant<std::vector<double>, std::vector<std::int64_t>, Words> rows;
+  std::vector<std::pair<std::string, std::string>> attributes = {};  ///< texts by name
 };
 
 /// A part of the state in the input's order: block size = columns, rows as in the input; borrowed.
@@ -76,6 +78,13 @@ class System {
 
   /// Collective. The step to (t, y) counts: what depends on the past is brought up to it. Evaluations never change it.
   virtual PetscErrorCode accept(double, Vec) { return 0; }
+  /// Collective. What the system carries from step to step besides y, in the input's order, for a checkpoint: vectors the
+  /// system owns, filled; and back. Empty: nothing.
+  virtual PetscErrorCode gather_memory(std::vector<StatePart>* parts) {
+    parts->clear();
+    return 0;
+  }
+  virtual PetscErrorCode scatter_memory() { return 0; }
 
   virtual PetscErrorCode observe(double t, Vec y, std::vector<Observable>* out) = 0;
   /// Collective. False: the system has no such energies.

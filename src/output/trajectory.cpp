@@ -37,12 +37,13 @@ static PetscErrorCode write_constants(hid_t file, const std::vector<Dataset>& co
     PetscCall(write_table(file, table));
     const std::string unit = unit_of_quantity(table.path.substr(table.path.rfind('/') + 1), units);
     const bool bonds = table.path.rfind("/connectivity/", 0) == 0 && table.columns > 1;  // or angles
-    if (!bonds && unit.empty()) continue;
+    if (!bonds && unit.empty() && table.attributes.empty()) continue;
     H5 set(H5Dopen2(file, table.path.c_str(), H5P_DEFAULT), H5Dclose);
     BS_H5(set);
     if (bonds && H5Lexists(file, "/particles", H5P_DEFAULT) > 0)
       PetscCall(put_reference(file, set, "particles_group", "/particles/trajectory"));
     if (!unit.empty()) PetscCall(put_attribute(set, "unit", unit));
+    for (const auto& [name, text] : table.attributes) PetscCall(put_text(set, name.c_str(), text));
   }
   PetscFunctionReturn(0);
 }

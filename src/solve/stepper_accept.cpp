@@ -128,6 +128,7 @@ PetscErrorCode Stepper::keep_step(TS ts, StepRecord* record, bool* landed) {
   framed_ = false;
   PetscCall(TSGetSolution(ts, &y));
   PetscCall(history_.end_step(ts, y));
+  PetscCall(model_.accept(time, y));
   PetscFunctionReturn(0);
 }
 

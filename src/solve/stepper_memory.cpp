@@ -55,6 +55,7 @@ PetscErrorCode Stepper::restore(TS ts, const CheckpointFile& file, std::vector<s
   if (context_.implicit && run.real.at("first_step") > 0) PetscCall(factor_first_matrix(ts, context_, run.real.at("first_step")));
   PetscCall(TSGetSolution(ts, &y));
   PetscCall(file.read(model_, "/state", y));
+  PetscCall(file.read_memory(model_));
   good_time_ = run.real.at("time");
   clock_.restore(run, good_time_);
   const std::string changed = length_.restore(run);

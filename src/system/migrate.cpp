@@ -1,6 +1,7 @@
 #include "system/migrate.hpp"
 #include <tuple>
 #include "system/exchange.hpp"
+#include "system/spring_rows.hpp"
 
 namespace bs {
 
@@ -48,7 +49,7 @@ void for_each_coupling(const Lattice& lattice, const NetworkOptions& options, Ke
 /// An edge of the spring graph on its way to the partitioner.
 struct Edge {
   std::int64_t self, other;
-  double rate;  ///< k of hooke, K/L of the strain form [N/m]
+  double rate;  ///< by its law [N/m]
 };
 
 }  // namespace
@@ -57,14 +58,15 @@ PetscErrorCode collect_graph(MPI_Comm comm, const Lattice& lattice, const Networ
                              RowGraph* graph) {
   PetscFunctionBegin;
   const Halves halves{lattice};
-  const bool strain = lattice.spring_law == SpringLaw::strain;
-  const auto edge = [strain](const HalfSpring& s) {
-    return Edge{s.self, s.other, s.stiffness / (strain && s.rest_length > 0 ? s.rest_length : 1)};
+  const SpringRows rows(lattice);
+  const auto edge = [&](std::size_t half) {
+    const HalfSpring s = halves(half);
+    return Edge{s.self, s.other, rows.rate(half / 2)};
   };
   std::vector<Edge> edges;
   edges.reserve(halves.count() * 11 / 10);
   PetscCall(exchange_in_slices<Edge>(comm, halves.count(), options.slice, [&](std::size_t k) { return chunks.owner(halves.self(k)); },
-                                     [&](std::size_t k) { return edge(halves(k)); }, [&](const std::vector<Edge>& received) {
+                                     [&](std::size_t k) { return edge(k); }, [&](const std::vector<Edge>& received) {
     edges.insert(edges.end(), received.begin(), received.end());
     return PetscErrorCode(0);
   }));

@@ -9,6 +9,7 @@
 #include "system/interactions.hpp"
 #include "system/migrate.hpp"
 #include "system/partition.hpp"
+#include "system/spring_rows.hpp"
 
 namespace bs {
 namespace {
@@ -228,6 +229,7 @@ PetscErrorCode build_network(MPI_Comm comm, const Lattice& lattice, const Networ
   lay_out(particles, springs, anchors, start, order, ghosts, net);
   lay_out_interactions(lattice, interactions, ghosts, net);
   release(springs);
+  PetscCall(give_laws(comm, lattice, net));
   PetscCall(look_up(comm, lattice, net->row, ghosts, net));
   std::int64_t fixed = 0;
   for (PetscInt i = 0; i < net->n; ++i) fixed += net->fixed[i];

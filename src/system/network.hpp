@@ -18,6 +18,10 @@ struct Links {
   std::vector<double> stiffness, rest_length;
   std::vector<double> damping;             ///< empty where no spring of this rank has a damper
   std::vector<std::int64_t> spring;        ///< row in the input; -1: a coupling without a spring
+  // of lattices with more than Hooke's or the strain law
+  std::vector<std::uint8_t> law;           ///< place in the registry; empty: that of the network
+  std::vector<double> more;                ///< (links, width): the law's parameters, then its history
+  int width = 0;
 };
 
 /// Springs of owned particles to points.
@@ -26,6 +30,9 @@ struct Anchors {
   std::vector<double> point;               ///< (count, 3)
   std::vector<double> stiffness, rest_length, damping;
   std::vector<std::int64_t> row;           ///< row in the input
+  std::vector<std::uint8_t> law;           ///< as for links; laws of anchors take nothing more
+  std::vector<double> more;
+  int width = 0;
 };
 
 /// Interactions of one kind with at least one owned end, ascending by row, so that sums over them are the same on any number
@@ -56,6 +63,9 @@ struct Network {
   Anchors anchors;
   std::vector<InteractionTable> interactions;  ///< by kind; empty where the lattice has none at all
   SpringLaw spring_law = SpringLaw::hooke;
+  bool mixed = false;                      ///< laws are looked up link by link; the same on every rank, as the next two
+  bool softens = false;                    ///< some spring's law may
+  std::vector<std::uint8_t> laws;          ///< per place in the registry, where mixed: whether some spring obeys it
   DampingLaw damping_law = DampingLaw::axial;
   bool rest_at_zero_length = false;
   std::string source, partition;           ///< what it was made of; how it was divided

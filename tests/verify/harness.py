@@ -29,10 +29,10 @@ SKIPPED = 77
 
 
 def write_lattice(path, position, mass, velocity=None, fixed=None, radius=None, pairs=None, stiffness=None,
-                  rest_length=None, damping=None, anchors=None, spring_law=None, damping_law=None, angles=None):
+                  rest_length=None, damping=None, anchors=None, spring_law=None, damping_law=None, angles=None, laws=None, columns=None):
     """Writes the HDF5 lattice. position (N, d), mass (N), pairs (M, 2) 0-based, anchors: dict of particle (A),
-    point (A, d), stiffness, rest_length, damping (A); angles: dict of triples (A, 3), stiffness, rest_angle (A); what is
-    None is left out."""
+    point (A, d), stiffness, rest_length, damping (A); angles: dict of triples (A, 3), stiffness, rest_angle (A); laws: the name
+    of each spring's law (M); columns: dict of other datasets of the springs; what is None is left out."""
     position = np.asarray(position, float)
     with h5py.File(path, "w") as f:
         def put(name, value, kind=float):
@@ -47,6 +47,12 @@ def write_lattice(path, position, mass, velocity=None, fixed=None, radius=None, 
             put("springs/pairs", pairs, np.int64)
             for name, value in (("stiffness", stiffness), ("rest_length", rest_length), ("damping", damping)):
                 put("springs/" + name, None if value is None else np.broadcast_to(np.asarray(value, float), len(pairs)))
+            for name, value in (columns or {}).items():
+                put("springs/" + name, np.broadcast_to(np.asarray(value, float), len(pairs)))
+            if laws is not None:
+                names = sorted({str(law) for law in laws})
+                put("springs/law", [names.index(law) for law in laws], np.int64)
+                f.attrs["spring_laws"] = names
         if anchors is not None and len(anchors["particle"]):
             put("anchors/particle", anchors["particle"], np.int64)
             for name in ("point", "stiffness", "rest_length", "damping"):

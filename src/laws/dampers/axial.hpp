@@ -7,7 +7,7 @@ namespace bs {
 /// f_i = -D (u.w) u,  u = dx/l,  dx = x_i - x_j [d], w = v_i - v_j [d], l = |dx| > 0 (the caller sees to it), D [kg/s].
 /// The force on j and both derivatives by its state are the negatives. All functions ADD.
 struct AxialDamper {
-  static constexpr const char* title = "axial";
+  static constexpr const char* name = "axial", *title = "D (u.w) u";
   static constexpr bool regular_at_zero = false;  ///< no direction at l = 0
 
   /// With the direction u held at the state searched from, R = D/2 (u.w)^2, whose slope there is the law's own force:

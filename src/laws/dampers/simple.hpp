@@ -6,7 +6,7 @@ namespace bs {
 
 /// f_i = -D w,  w = v_i - v_j [d], D [kg/s]; dx and l as for AxialDamper, not used. All functions ADD.
 struct SimpleDamper {
-  static constexpr const char* title = "simple";
+  static constexpr const char* name = "simple", *title = "D w";
   static constexpr bool regular_at_zero = true;
 
   /// R = D/2 |w|^2:  R(w + dw) - R(w) - R'(w).dw = D/2 |dw|^2

@@ -1,10 +1,11 @@
 // Spring without a rest length: linear in the vector between its ends, so regular where they meet.
 #pragma once
+#include "laws/springs/law.hpp"
 
 namespace bs {
 
 /// Tension T = K l: K [N/m], length l [m]; the rest length is not used.
-struct ZeroRestSpring {
+struct ZeroRestSpring : SpringLawTraits {
   static constexpr const char* title = "zero rest length";
   static constexpr bool regular_at_zero = true;
   static double energy(double l, double K, double) noexcept { return 0.5 * K * l * l; }

@@ -25,7 +25,7 @@ class LinearisedForces final : public Linearisation {
   PetscErrorCode linearise(double t, Vec y) override;
   PetscErrorCode change_of_force(Vec z, double* f) override;
   PetscErrorCode damping_force(const double* w, double* f) override;
-  bool exact_symmetric() const override { return !coupled_ && !axial_damping_; }
+  bool exact_symmetric() const override { return !coupled_ && !axial_damping_ && !net_->softens; }
   bool pairwise() const override { return net_->interactions.empty(); }
   PetscErrorCode create(CondensedStorage storage, Mat* S) override;
   PetscErrorCode assemble(const Coefficients& abc, bool positive, Mat S) override;

@@ -6,6 +6,7 @@
 #include "base/memory.hpp"
 #include "base/options.hpp"
 #include "input/text_file.hpp"
+#include "laws/springs/registry.hpp"
 #include "model/particles/events.hpp"
 
 namespace bs {
@@ -30,8 +31,9 @@ PetscErrorCode ParticleModel::create(MPI_Comm comm, Lattice&& lattice, std::uniq
   NetworkOptions options;
   PetscCall(read_network_options(comm, &options));
   model->net_.comm = comm;
-  PetscCall(record_option("-bs_spring_law", lattice.spring_law == SpringLaw::strain ? "strain" : "hooke"));
-  PetscCall(record_option("-bs_damping_law", lattice.damping_law == DampingLaw::simple ? "simple" : "axial"));
+  // springs with a law each have it in the trajectory
+  if (!lattice.law_by_row) PetscCall(record_option("-bs_spring_law", spring_laws()[static_cast<std::size_t>(lattice.spring_law)].name));
+  PetscCall(record_option("-bs_damping_law", damper_laws()[static_cast<std::size_t>(lattice.damping_law)].first.c_str()));
   PetscCall(model->read_laws(lattice));
   PetscCall(model->coupling_.read_options(comm, lattice, &options));
   if (model->coupling_.has_center_particle()) std::get<XspAttraction>(model->laws_).value = 0;
@@ -41,8 +43,10 @@ PetscErrorCode ParticleModel::create(MPI_Comm comm, Lattice&& lattice, std::uniq
   model->lattice_ = std::move(lattice);
   PetscCall(model->create_state());
   PetscCall(model->read_strain_option());
+  PetscCall(model->memory_.create(model->net_, model->lattice_.springs));
   PetscCall(model->coupling_.create(model->net_));
   model->physics_ = create_physics(model->net_, model->laws_, model->motion_, model->pattern_);
+  PetscCall(model->accept(0.0, model->y0_));  // a spring that starts beyond its yield force has yielded
   PetscCall(model->linearised_.create(model->net_, *model->physics_, model->pattern_, model->y0_, model->coupling_.active()));
   PetscCall(model->potential_.create(model->net_, *model->physics_, model->y0_, model->coupling_.active()));
   model->force_.resize(static_cast<std::size_t>(model->net_.n * model->net_.dim));

@@ -9,6 +9,7 @@
 #include "model/particles/particle_potential.hpp"
 #include "model/particles/physics.hpp"
 #include "model/particles/row_pattern.hpp"
+#include "model/particles/spring_memory.hpp"
 #include "model/particles/spring_strain.hpp"
 #include "system/network.hpp"
 
@@ -41,6 +42,9 @@ class ParticleModel final : public Mechanics {
   PetscErrorCode fields(double t, Vec y, std::vector<Field>* out) override;
   PetscErrorCode gather_state(Vec y, std::vector<StatePart>* parts) override;
   PetscErrorCode scatter_state(Vec y) override;
+  PetscErrorCode accept(double t, Vec y) override;
+  PetscErrorCode gather_memory(std::vector<StatePart>* parts) override;
+  PetscErrorCode scatter_memory() override;
   PetscErrorCode fingerprint(std::uint64_t* value) override;
   PetscErrorCode take_constants(std::vector<Dataset>* out) override;
   void release_input() override;
@@ -55,6 +59,7 @@ class ParticleModel final : public Mechanics {
   PetscErrorCode create_output();
   PetscErrorCode fill_output(Vec y);
   PetscErrorCode read_strain_option();
+  std::string spring_laws_in_words() const;
 
   Network net_;
   Lattice lattice_;
@@ -65,6 +70,7 @@ class ParticleModel final : public Mechanics {
   Layout layout_;
   LocalState state_;
   SpringStrain strain_;
+  SpringMemory memory_;
   bool store_strain_ = false;
   std::unique_ptr<Physics> physics_;
   LinearisedForces linearised_;

@@ -4,9 +4,11 @@
 #include "base/fault.hpp"
 #include "base/options.hpp"
 #include "base/release.hpp"
+#include "laws/springs/registry.hpp"
 #include "model/particles/events.hpp"
 #include "model/particles/interactions/interaction_output.hpp"
 #include "model/particles/particle_model.hpp"
+#include "system/spring_rows.hpp"
 
 namespace bs {
 
@@ -29,6 +31,18 @@ const ParticleEvents& particle_events() {
   return events;
 }
 
+/// Name and formula of every law that some spring obeys, and of the anchors' where that is another one.
+std::string ParticleModel::spring_laws_in_words() const {
+  const auto words = [](std::size_t law) { return std::string(spring_laws()[law].name) + " " + spring_laws()[law].title; };
+  const std::size_t own = static_cast<std::size_t>(lattice_.spring_law), anchors = static_cast<std::size_t>(anchor_law(lattice_));
+  std::string text;
+  for (std::size_t law = 0; law < net_.laws.size(); ++law)
+    if (net_.laws[law]) text += (text.empty() ? "" : "; ") + words(law);
+  if (text.empty()) text = words(own) + (lattice_.spring_law_given ? "" : " (assumed)");
+  if (net_.mixed && net_.anchors_total > 0 && text != words(anchors)) text += "; anchors: " + words(anchors);
+  return text;
+}
+
 std::vector<std::string> ParticleModel::describe() const {
   std::vector<std::string> lines;
   lines.push_back(format("%lld particles (%lld fixed) in %d dimension%s, %lld springs, %lld anchors%s, from %s",
@@ -36,11 +50,8 @@ std::vector<std::string> ParticleModel::describe() const {
                          net_.dim > 1 ? "s" : "", static_cast<long long>(net_.springs_total),
                          static_cast<long long>(net_.anchors_total), count_text(net_).c_str(), net_.source.c_str()));
   if (net_.springs_total + net_.anchors_total > 0)
-    lines.push_back(format("springs: %s%s, damping: %s%s",
-                           net_.spring_law == SpringLaw::strain ? "strain K (l/L - 1)" : "hooke k (l - L)",
-                           lattice_.spring_law_given ? "" : " (assumed)",
-                           net_.damping_law == DampingLaw::simple ? "simple D w" : "axial D (u.w) u",
-                           lattice_.damping_law_given ? "" : " (assumed)"));
+    lines.push_back("springs: " + spring_laws_in_words() + ", damping: " + damper_laws()[static_cast<std::size_t>(net_.damping_law)].first + " " +
+                    damper_laws()[static_cast<std::size_t>(net_.damping_law)].second + (lattice_.damping_law_given ? "" : " (assumed)"));
   for_each_law(laws_, [&](const auto& law) {
     if (law.active()) lines.push_back("law: " + law.describe());
   });
@@ -76,6 +87,11 @@ PetscErrorCode ParticleModel::observe(double t, Vec y, std::vector<Observable>* 
   out->push_back({"elastic_energy", {sums[1]}});
   out->push_back({"potential_energy", {sums[1] + sums[2]}});
   out->push_back({"total_energy", {sums[0] + sums[1] + sums[2]}});
+  if (memory_.active()) {
+    double lost = 0;
+    PetscCall(memory_.dissipated(&lost));
+    out->push_back({"dissipated_energy", {lost}});
+  }
   out->push_back({"momentum", std::vector<double>(sums + 3, sums + 3 + d)});
   out->push_back({"angular_momentum", std::vector<double>(sums + 6, sums + 9)});
   PetscCall(PetscLogEventEnd(particle_events().energy, y, nullptr, nullptr, nullptr));
@@ -132,9 +148,12 @@ PetscErrorCode ParticleModel::fill_output(Vec y) {
 
 PetscErrorCode ParticleModel::fields(double, Vec y, std::vector<Field>* out) {
   Vec strains;
+  std::vector<StatePart> memory;
   PetscFunctionBegin;
   PetscCall(fill_output(y));
   *out = {{"/particles/trajectory/position", position_}, {"/particles/trajectory/velocity", velocity_}};
+  PetscCall(memory_.gather(&memory));
+  for (const StatePart& part : memory) out->push_back({"/backspring/" + part.name, part.vec, true});
   if (!store_strain_) PetscFunctionReturn(0);
   if (!strain_) PetscCall(strain_.create(net_, lattice_.springs));
   PetscCall(state_.gather(y));
@@ -166,6 +185,16 @@ PetscErrorCode ParticleModel::take_constants(std::vector<Dataset>* out) {
     out->push_back({bonds + "_stiffness", s.first, s.total, 0, std::move(lattice_.stiffness)});
     out->push_back({bonds + "_rest_length", s.first, s.total, 0, std::move(lattice_.rest_length)});
     out->push_back({bonds + "_damping", s.first, s.total, 0, std::move(lattice_.damping)});
+    const std::vector<std::string> histories = spring_histories();
+    for (SpringColumn& column : lattice_.spring_columns)
+      if (std::find(histories.begin(), histories.end(), column.name) == histories.end())
+        out->push_back({bonds + "_" + column.name, s.first, s.total, 0, std::move(column.value)});
+    if (lattice_.law_by_row) {
+      std::string names;
+      for (const std::string& name : spring_law_names()) names += (names.empty() ? "" : ",") + name;
+      out->push_back({bonds + "_law", s.first, s.total, 0, std::vector<std::int64_t>(lattice_.spring_laws.begin(), lattice_.spring_laws.end()),
+                      {{"spring_laws", names}}});
+    }
   }
   move_to_datasets(&lattice_, out);
   PetscFunctionReturn(0);

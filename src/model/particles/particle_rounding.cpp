@@ -22,7 +22,8 @@ PetscErrorCode ParticleModel::force_magnitudes(double t, Vec y, double* size) {
   PetscFunctionReturn(0);
 }
 
-// Displacements of 1e-10 of the places may come from rounding and from what Newton leaves.
+// Displacements of 1e-10 of the places may come from rounding and from what Newton leaves. Softening springs may have energies
+// below 0: motion can grow by as much.
 PetscErrorCode ParticleModel::energy_supply(double t, Vec y, EnergySupply* out, bool* has) {
   const PetscInt d = net_.dim;
   PetscFunctionBegin;
@@ -32,10 +33,10 @@ PetscErrorCode ParticleModel::energy_supply(double t, Vec y, EnergySupply* out, 
   if (coupling_.active()) PetscCall(coupling_.gather(net_, state_));
   const Energies e = physics_->energies(t, state_);
   const Supply s = physics_->supply(t, state_, coupling_);
-  double sums[9] = {e.kinetic + e.elastic, e.field, s.field, s.coupling, s.fluid, s.pull[0], s.pull[1], s.pull[2], 0};
+  double sums[10] = {e.kinetic + e.elastic, e.field, s.field, s.coupling, s.fluid, s.pull[0], s.pull[1], s.pull[2], 0, e.elastic};
   for (PetscInt i = 0; i < net_.n; ++i)
     for (PetscInt c = 0; c < d; ++c) sums[8] += 1e-20 * rates_[i] * state_.at(i)[c] * state_.at(i)[c];
-  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, sums, 9, MPI_DOUBLE, MPI_SUM, net_.comm));
+  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, sums, 10, MPI_DOUBLE, MPI_SUM, net_.comm));
   double ds[3];
   motion_.at(t, out->shift, ds);
   out->inner = sums[0];
@@ -43,7 +44,7 @@ PetscErrorCode ParticleModel::energy_supply(double t, Vec y, EnergySupply* out, 
   out->power = std::abs(sums[2]) + std::abs(sums[3]) + std::abs(sums[4]);
   out->pull = std::hypot(sums[5], sums[6], sums[7]);
   out->speed = std::hypot(ds[0], ds[1], ds[2]);
-  out->rounding = sums[8];
+  out->rounding = sums[8] + std::max(0.0, -sums[9]);
   PetscCall(PetscLogEventEnd(particle_events().energy, y, nullptr, nullptr, nullptr));
   PetscFunctionReturn(0);
 }

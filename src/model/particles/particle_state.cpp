@@ -1,4 +1,5 @@
 // The state of a particle system in the input's order, and what tells its lattice from others.
+#include <string>
 #include "checkpoint/row_sum.hpp"
 #include "model/particles/interactions/interaction_output.hpp"
 #include "model/particles/particle_model.hpp"
@@ -18,6 +19,26 @@ PetscErrorCode ParticleModel::scatter_state(Vec y) {
   PetscCall(VecScatterEnd(to_position_, position_, y, INSERT_VALUES, SCATTER_REVERSE));
   PetscCall(VecScatterBegin(to_velocity_, velocity_, y, INSERT_VALUES, SCATTER_REVERSE));
   PetscCall(VecScatterEnd(to_velocity_, velocity_, y, INSERT_VALUES, SCATTER_REVERSE));
+  PetscFunctionReturn(0);
+}
+
+PetscErrorCode ParticleModel::accept(double, Vec y) {
+  PetscFunctionBegin;
+  if (!memory_.active()) PetscFunctionReturn(0);
+  PetscCall(state_.gather(y));
+  physics_->commit(state_, &net_.links);
+  PetscFunctionReturn(0);
+}
+
+PetscErrorCode ParticleModel::gather_memory(std::vector<StatePart>* parts) {
+  PetscFunctionBegin;
+  PetscCall(memory_.gather(parts));
+  PetscFunctionReturn(0);
+}
+
+PetscErrorCode ParticleModel::scatter_memory() {
+  PetscFunctionBegin;
+  PetscCall(memory_.scatter());
   PetscFunctionReturn(0);
 }
 
@@ -47,6 +68,12 @@ PetscErrorCode ParticleModel::take_fingerprint(const Lattice& lattice) {
   sum.add(12, a, 1, lattice.anchor_rest_length);
   sum.add(13, a, 1, lattice.anchor_damping);
   add_to_fingerprint(lattice, &sum);
+  sum.add(15, s, 1, lattice.spring_laws);
+  for (const SpringColumn& column : lattice.spring_columns) {  // by name, whatever their order: a table's number is up to the caller
+    std::uint64_t table = 0;
+    for (const char c : column.name) table = 131 * table + static_cast<unsigned char>(c);
+    sum.add(1000 + table, s, 1, column.value);
+  }
   if (p == 0) {
     const std::int64_t laws[3] = {static_cast<std::int64_t>(lattice.spring_law), static_cast<std::int64_t>(lattice.damping_law),
                                   lattice.rest_at_zero_length ? 1 : 0};

@@ -57,6 +57,9 @@ class Physics {
   virtual void multiply_tangent(double t, const LocalState& state, const LocalState& z, double* f) const = 0;
   /// f += D w of the particle laws and anchors alone, w: (n, d). All of D where no spring has a damper.
   virtual void multiply_law_damping(double t, const LocalState& state, const double* w, double* f) const = 0;
+  /// What springs carry from step to step becomes that of `state`, the end of a good step. `links`: of the network given at
+  /// creation; no other function writes them.
+  virtual void commit(const LocalState& state, Links* links) const = 0;
   /// Elastic energy counts half a spring from either end.
   virtual Energies energies(double t, const LocalState& state) const = 0;
   virtual Supply supply(double t, const LocalState& state, const Coupling& coupling) const = 0;

@@ -29,7 +29,7 @@ class PhysicsOf final : public Physics {
     plain_.assign(static_cast<std::size_t>(net.n), 1);
     for (PetscInt i = 0; i < net.n; ++i)
       for (PetscInt e = net.links.start[i]; e < net.links.start[i + 1]; ++e)
-        if (net.links.spring[e] < 0 || net.links.rest_length[e] == 0 || (!net.links.damping.empty() && net.links.damping[e] != 0)) plain_[i] = 0;
+        if (Spring::mixed || net.links.spring[e] < 0 || net.links.rest_length[e] == 0 || (!net.links.damping.empty() && net.links.damping[e] != 0)) plain_[i] = 0;
   }
 
   void forces(Part part, double t, const LocalState& state, const Coupling& coupling, double* f, Singularity* fault) const override {
@@ -40,7 +40,7 @@ class PhysicsOf final : public Physics {
       if (net_.fixed[i]) continue;
       const double* y = state.at(i);
       Singularity found;
-      if (!plain_[i] || !add_plain_links<d, Spring>(net_.links, i, y, state.at(0), fi)) add_links(i, y, state, fi, &found);
+      if (!add_plain(i, y, state, fi)) add_links(i, y, state, fi, &found);
       add_anchors(i, y, shift, fi, &found);
       const Point<d> point{t, net_.mass[i], net_.radius[i], y, y + d};
       for_each_law(laws_, [&](const auto& law) {
@@ -78,7 +78,8 @@ class PhysicsOf final : public Physics {
     Energies sum;
     for (PetscInt i = 0; i < net_.n; ++i) {
       const double* y = state.at(i);
-      if (plain_[i]) sum.elastic += 0.5 * plain_energy<d, Spring>(net_.links, i, y, state.at(0));
+      if constexpr (!Spring::mixed)
+        if (plain_[i]) sum.elastic += 0.5 * plain_energy<d, Spring>(net_.links, i, y, state.at(0));
       for (PetscInt e = net_.links.start[i]; e < net_.links.start[i + 1] && !plain_[i]; ++e)
         sum.elastic += 0.5 * Kernel::energy({y, state.at(net_.links.other[e])}, parameters(net_.links, e));
       for (PetscInt a = anchor_start_[i]; a < anchor_start_[i + 1]; ++a) {
@@ -125,6 +126,19 @@ class PhysicsOf final : public Physics {
   void multiply_tangent(double t, const LocalState& state, const LocalState& z, double* f) const override;
   void multiply_law_damping(double t, const LocalState& state, const double* w, double* f) const override;
 
+  // Both copies of a spring, at its two ends, come to the same history in every bit, on whatever ranks they are: they begin with the
+  // same numbers, and l is the same from dx and from -dx, whose squares are equal.
+  void commit(const LocalState& state, Links* links) const override {
+    if constexpr (Spring::mixed)
+      for (PetscInt i = 0; i < net_.n; ++i)
+        for (PetscInt e = links->start[i]; e < links->start[i + 1]; ++e) {
+          if (links->spring[e] < 0) continue;
+          const LinkGeometry<d> g(state.at(i), state.at(links->other[e]));
+          Spring::commit(g.length, links->stiffness[e], links->rest_length[e], links->law[e], links->more.data() + static_cast<std::size_t>(e) * links->width);
+        }
+    else (void)state, (void)links;
+  }
+
   std::vector<double> rates() const override {
     std::vector<double> sum(static_cast<std::size_t>(net_.n), 0.0);
     for (PetscInt i = 0; i < net_.n; ++i)
@@ -152,8 +166,16 @@ class PhysicsOf final : public Physics {
   };
 
   template <class Table>
-  static LinkParameters parameters(const Table& table, PetscInt e) {
-    return {table.stiffness[e], table.rest_length[e], table.damping.empty() ? 0.0 : table.damping[e]};
+  static typename Kernel::Parameters parameters(const Table& table, PetscInt e) {
+    const LinkParameters p{table.stiffness[e], table.rest_length[e], table.damping.empty() ? 0.0 : table.damping[e]};
+    if constexpr (Spring::mixed) return {p, {table.law[e], table.more.data() + static_cast<std::size_t>(e) * table.width}};
+    else return p;
+  }
+
+  /// False, and f untouched, where links of particle i must be taken one by one.
+  bool add_plain(PetscInt i, const double* y, const LocalState& state, double* f) const {
+    if constexpr (Spring::mixed) return false;
+    else return plain_[i] && add_plain_links<d, Spring>(net_.links, i, y, state.at(0), f);
   }
 
   void add_links(PetscInt i, const double* y, const LocalState& state, double* f, Singularity* found) const {
@@ -161,7 +183,7 @@ class PhysicsOf final : public Physics {
     for (PetscInt e = links.start[i]; e < links.start[i + 1]; ++e) {
       if (links.spring[e] < 0) continue;
       const LinkGeometry<d> g(y, state.at(links.other[e]));
-      const LinkParameters p = parameters(links, e);
+      const auto p = parameters(links, e);
       if (Kernel::defined(g, p)) Kernel::force(g, p, f);
       else if (std::isnan(g.length)) *found = {Singularity::state, net_.row[i], ""};
       else if (!net_.rest_at_zero_length) *found = {Singularity::spring, links.spring[e], ""};
@@ -173,7 +195,7 @@ class PhysicsOf final : public Physics {
       const PetscInt k = anchor_order_[a];
       const typename AnchorShift::End end(shift, net_.anchors, k);
       const LinkGeometry<d> g(y, end.y);
-      const LinkParameters p = parameters(net_.anchors, k);
+      const auto p = parameters(net_.anchors, k);
       if (Kernel::defined(g, p)) Kernel::force(g, p, f);
       else if (std::isnan(g.length)) *found = {Singularity::state, net_.row[i], ""};
       else *found = {Singularity::anchor, net_.anchors.row[k], ""};
@@ -196,7 +218,7 @@ class PhysicsOf final : public Physics {
     for (PetscInt a = anchor_start_[i]; a < anchor_start_[i + 1]; ++a) {
       const typename AnchorShift::End end(shift, net_.anchors, anchor_order_[a]);
       const LinkGeometry<d> g(point.x, end.y);
-      const LinkParameters p = parameters(net_.anchors, anchor_order_[a]);
+      const auto p = parameters(net_.anchors, anchor_order_[a]);
       if (Kernel::defined(g, p)) Kernel::template tangent<positive>(g, p, K, D);
     }
     for_each_law(laws_, [&](const auto& law) {
@@ -216,7 +238,7 @@ class PhysicsOf final : public Physics {
       double K[d * d] = {}, D[d * d] = {};
       if (links.spring[e] >= 0) {
         const LinkGeometry<d> g(y, state.at(links.other[e]));
-        const LinkParameters p = parameters(links, e);
+        const auto p = parameters(links, e);
         if (!Kernel::defined(g, p)) continue;
         Kernel::tangent(g, p, K, D);
         for (int k = 0; k < d * d; ++k) {

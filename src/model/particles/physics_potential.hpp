@@ -16,7 +16,8 @@ PotentialChange PhysicsOf<d, Spring, Damper>::beyond_slope(double t, const Local
   for (PetscInt i = 0; i < net_.n; ++i) {
     const double *y = state.at(i), *z = line.at(i);
     double dd[d], dw[d], dx[d], dv[d];
-    if (plain_[i]) sum.value += 0.5 * sigma * plain_beyond_slope<d, Spring>(links, i, y, state.at(0), line.at(0), lambda);
+    if constexpr (!Spring::mixed)
+      if (plain_[i]) sum.value += 0.5 * sigma * plain_beyond_slope<d, Spring>(links, i, y, state.at(0), line.at(0), lambda);
     for (PetscInt e = links.start[i]; e < links.start[i + 1] && !plain_[i]; ++e) {
       const double* other = line.at(links.other[e]);
       for (int c = 0; c < d; ++c) {
@@ -24,7 +25,7 @@ PotentialChange PhysicsOf<d, Spring, Damper>::beyond_slope(double t, const Local
         dw[c] = lambda * (z[d + c] - other[d + c]);
       }
       const LinkGeometry<d> g(y, state.at(links.other[e]));
-      const LinkParameters p = parameters(links, e);
+      const auto p = parameters(links, e);
       if (links.spring[e] >= 0 && Kernel::defined(g, p)) sum.value += 0.5 * Kernel::beyond_slope(g, dd, dw, p, sigma);
     }
     if (net_.fixed[i]) continue;
@@ -36,7 +37,7 @@ PotentialChange PhysicsOf<d, Spring, Damper>::beyond_slope(double t, const Local
     for (PetscInt a = anchor_start_[i]; a < anchor_start_[i + 1]; ++a) {
       const typename AnchorShift::End end(shift, net_.anchors, anchor_order_[a]);
       const LinkGeometry<d> g(y, end.y);
-      const LinkParameters p = parameters(net_.anchors, anchor_order_[a]);
+      const auto p = parameters(net_.anchors, anchor_order_[a]);
       if (Kernel::defined(g, p)) sum.value += Kernel::beyond_slope(g, dx, dv, p, sigma);
     }
     const Point<d> point{t, net_.mass[i], net_.radius[i], y, y + d};

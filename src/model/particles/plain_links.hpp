@@ -69,7 +69,7 @@ inline double plain_beyond_slope(const Links& links, PetscInt i, const double* y
           after += there * there;
         }
         const double l = std::sqrt(before), whole = l + std::sqrt(after), s = (2 * along + square) / whole;
-        part[k] = Spring::energy_beyond_slope(s, stiffness[e], rest_length[e]) +
+        part[k] = Spring::energy_beyond_slope(l, s, stiffness[e], rest_length[e]) +
                   Spring::tension(l, stiffness[e], rest_length[e]) * (square - s * along / l) / whole;
       },
       [&](PetscInt k) { sum += part[k]; });

@@ -1,7 +1,7 @@
 // The strain of every spring, in the input's order: a field of the trajectory.
 #pragma once
 #include "model/particles/local_state.hpp"
-#include "system/network.hpp"
+#include "model/particles/spring_table.hpp"
 
 namespace bs {
 
@@ -11,13 +11,12 @@ class SpringStrain {
   PetscErrorCode create(const Network& net, const Rows& rows);
   /// Collective. Strains (springs) [1] of the states last gathered; NaN for springs of rest length 0. Borrowed.
   PetscErrorCode compute(const LocalState& state, Vec* strains);
-  explicit operator bool() const { return static_cast<bool>(strains_); }
+  explicit operator bool() const { return table_.created(); }
 
  private:
   const Network* net_ = nullptr;
-  std::vector<PetscInt> particle_, link_;  ///< per spring evaluated here: its owned end and its place in net.links
-  VecHandle local_, strains_;
-  ScatterHandle scatter_;
+  SpringTable table_;
+  VecHandle strains_;
 };
 
 }  // namespace bs

@@ -9,7 +9,7 @@ namespace condensed {
 
 /// B += t I + (a - t) u u^T of one link, a and t its rates along and across: the part of -(b D + c K) that has this form.
 template <class Kernel, bool positive, int d>
-inline void add_link(const LinkGeometry<d>& g, const LinkParameters& p, const Coefficients& abc, double* B) noexcept {
+inline void add_link(const LinkGeometry<d>& g, const typename Kernel::Parameters& p, const Coefficients& abc, double* B) noexcept {
   const SpringTangent rate = Kernel::template rates<positive>(g, p, abc.damping, abc.stiffness);
   double u[d];
   for (int c = 0; c < d; ++c) u[c] = g.length > 0 ? g.dx[c] / g.length : 0;
@@ -17,15 +17,16 @@ inline void add_link(const LinkGeometry<d>& g, const LinkParameters& p, const Co
 }
 
 /// Adds a link to the numbers (w, t) of its pair: B = t I + a u u^T, w = sqrt(a) u. Links of one pair share u. A damper's
-/// force also depends on where its ends are; what of that is not of this form is left out.
+/// force also depends on where its ends are; what of that is not of this form is left out, as are rates along that are less than
+/// those across (laws that soften): then B = t I, on a line with the rate along it.
 template <class Kernel, bool positive, int d>
-inline void add_to_pair(const LinkGeometry<d>& g, const LinkParameters& p, const Coefficients& abc, float* pair) noexcept {
+inline void add_to_pair(const LinkGeometry<d>& g, const typename Kernel::Parameters& p, const Coefficients& abc, float* pair) noexcept {
   const SpringTangent rate = Kernel::template rates<positive>(g, p, abc.damping, abc.stiffness);
   double along = rate.axial - rate.transverse;
   for (int c = 0; c < d; ++c) along += static_cast<double>(pair[c]) * static_cast<double>(pair[c]);
   const double scale = along > 0 && g.length > 0 ? std::sqrt(along) / g.length : 0;
   for (int c = 0; c < d; ++c) pair[c] = static_cast<float>(scale * g.dx[c]);
-  pair[d] += static_cast<float>(rate.transverse);
+  pair[d] += static_cast<float>(d == 1 && along < 0 ? rate.transverse + along : rate.transverse);
 }
 
 /// What goes into a symmetric matrix.
@@ -72,7 +73,7 @@ void PhysicsOf<d, Spring, Damper>::fill_springs(double t, const LocalState& stat
       if (!held && j != last) ++(j < net_.n ? pair : cut);
       if (!held) last = j;
       const LinkGeometry<d> g(y, state.at(j));
-      const LinkParameters p = parameters(links, e);
+      const auto p = parameters(links, e);
       if (!Kernel::defined(g, p)) continue;
       if (held) condensed::add_link<Kernel, positive, d>(g, p, abc, node);
       else condensed::add_to_pair<Kernel, positive, d>(g, p, abc, j < net_.n ? S->pair(pair) : S->cut(cut));
@@ -97,7 +98,7 @@ PetscErrorCode PhysicsOf<d, Spring, Damper>::fill_rows(double t, const LocalStat
     for (PetscInt e = links.start[i]; e < links.start[i + 1] && !net_.fixed[i]; ++e) {
       if (links.spring[e] < 0) continue;
       const LinkGeometry<d> g(state.at(i), state.at(links.other[e]));
-      const LinkParameters p = parameters(links, e);
+      const auto p = parameters(links, e);
       if (!Kernel::defined(g, p)) continue;
       double B[d * d] = {};
       condensed::add_link<Kernel, positive, d>(g, p, abc, B);
@@ -127,7 +128,7 @@ void PhysicsOf<d, Spring, Damper>::multiply_tangent(double t, const LocalState& 
     for (PetscInt e = links.start[i]; e < links.start[i + 1]; ++e) {
       if (links.spring[e] < 0) continue;
       const LinkGeometry<d> g(y, state.at(links.other[e]));
-      const LinkParameters p = parameters(links, e);
+      const auto p = parameters(links, e);
       if (!Kernel::defined(g, p)) continue;
       double K[d * d] = {}, D[d * d] = {};
       Kernel::tangent(g, p, K, D);

@@ -49,6 +49,7 @@ class WithInteractions final : public Physics {
   void multiply_law_damping(double t, const LocalState& state, const double* w, double* f) const override {
     pairs_->multiply_law_damping(t, state, w, f);
   }
+  void commit(const LocalState& state, Links* links) const override { pairs_->commit(state, links); }
   Energies energies(double t, const LocalState& state) const override {
     Energies sum = pairs_->energies(t, state);
     for_each([&](const auto& kind) { sum.elastic += kind.energy(state); });

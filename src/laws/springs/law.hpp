@@ -1,0 +1,47 @@
+// What every spring law says of itself besides its formulas (registry.hpp).
+#pragma once
+#include <array>
+
+namespace bs {
+
+/// A number of each spring beyond stiffness and rest length. `name` is that of the dataset /springs/NAME, of the trajectory's
+/// /connectivity/bonds_NAME and, for a whole lattice, of the option -bs_spring_NAME.
+struct SpringParameter {
+  const char *name, *meaning, *unit;
+  bool nonnegative;  ///< else any finite number
+  bool needed;       ///< else 0 where it is not given; of a law's parameters at least one must be
+};
+
+/// A number that a spring carries from step to step; 0 at first, or /springs/NAME. Written as /backspring/NAME.
+struct SpringHistory {
+  const char *name, *unit;
+};
+
+/// What holds unless a law says otherwise. A law has, for length l, stiffness k, rest length L and p = its parameters, then its
+/// history (no argument p where it has neither):
+///   energy(l, k, L, p), tension = dE/dl, tension_over_length, stiffness = dT/dl,
+///   energy_beyond_slope(l, s, k, L, p) = e(l + s) - e(l) - T(l) s, free of cancellation;
+/// a law with history also commit(l, k, L, p), which takes the state at l for the one the next step begins with, and
+/// dissipated(k, p), the energy [J] lost so far. Its other functions begin with the history as it was committed last: within a
+/// step T is a function of l alone, and e in energy_beyond_slope is its integral.
+struct SpringLawTraits {
+  static constexpr std::array<SpringParameter, 0> parameters{};
+  static constexpr std::array<SpringHistory, 0> history{};
+  static constexpr bool mixed = false;            ///< the law is looked up spring by spring
+  static constexpr bool regular_at_zero = false;  ///< else it has no direction at l = 0
+  static constexpr bool zero_rest = true;         ///< L = 0 is the linear law of zero rest length; else L = 0 is refused
+  static constexpr bool softens = false;          ///< the rate along the spring may be negative, or less than the one across it
+};
+
+template <class Law>
+constexpr bool takes_more = Law::parameters.size() + Law::history.size() > 0;
+
+/// Area under a tension that rises by `slope` per length between l + low and l + high, and not elsewhere, above its value at l:
+/// the integral of T(l + x) - T(l) over x from 0 to s.
+inline double ramp_beyond_slope(double s, double low, double high, double slope) noexcept {
+  const auto within = [&](double x) { return x < low ? low : x > high ? high : x; };
+  const double a = within(0), b = within(s), rise = b - a;
+  return slope * rise * (0.5 * rise + (s - b));
+}
+
+}  // namespace bs
