@@ -341,6 +341,15 @@ run {round(T / h)}
             checks.near(f"{name}: and the rest angles", f["angles/rest_angle"][...], chain.rest, 1e-15)
         for ranks, lattice in ((2, chain.write(folder / "lammps.h5")), (1, folder / "read.h5")):
             ours = run(checks.program, dict(TIGHT_RK, bs_lattice_file=lattice, ts_max_time=T), ranks=ranks, interval=T)
+            back = folder / "back.h5md"
+            if ranks == 1:  # a data file of the trajectory's start is the file it came from
+                run(checks.program, dict(bs_lattice_file=lattice, bs_output=back, bs_overwrite=True, ts_dt=1e-3, ts_max_steps=1))
+                for words in (("back.h5md", "-o", "again.data", "--units", "lj", "--frame", "0"), ("again.data", "-o", "again.h5")):
+                    subprocess.run([sys.executable, REPO / "postprocess/convert.py", *words], cwd=folder, check=True, capture_output=True, timeout=100)
+                with h5py.File(folder / "again.h5") as f:
+                    checks.true(f"{name}: a data file and back", np.array_equal(f["angles/triples"][...], chain.triples))
+                    checks.near(f"{name}: its stiffnesses", f["angles/stiffness"][...], chain.kappa, 1e-14)
+                    checks.near(f"{name}: its rest angles", f["angles/rest_angle"][...], chain.rest, 1e-15)
             checks.below(f"LAMMPS, {name} at rest, {lattice.name}: positions after it moved {moved:.2g}", np.abs(ours.trajectory.position[-1] - theirs).max(), 2e-7)
 
 
