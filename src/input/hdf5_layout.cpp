@@ -4,6 +4,7 @@
 #include <utility>
 
 #include "base/fault.hpp"
+#include "laws/interactions/registry.hpp"
 
 namespace bs {
 
@@ -74,9 +75,13 @@ void note_unknown_members(const Hdf5File& file, Lattice* l) {
   static const std::vector<std::pair<const char*, std::vector<std::string>>> known = {
       {"/particles", {"position", "velocity", "mass", "fixed", "radius", "id"}},
       {"/springs", {"pairs", "stiffness", "rest_length", "damping"}},
-      {"/anchors", {"particle", "point", "stiffness", "rest_length", "damping"}},
-      {"/angles", {"triples", "stiffness", "rest_angle"}}};
-  for (const auto& [group, names] : known)
+      {"/anchors", {"particle", "point", "stiffness", "rest_length", "damping"}}};
+  std::vector<std::pair<std::string, std::vector<std::string>>> groups(known.begin(), known.end());
+  for (const InteractionSchema& schema : interaction_schemas()) {
+    groups.push_back({std::string("/") + schema.group + "s", {schema.topology}});
+    for (const InteractionParameter& parameter : schema.parameters) groups.back().second.emplace_back(parameter.name);
+  }
+  for (const auto& [group, names] : groups)
     for (const std::string& name : file.members(group))
       if (std::find(names.begin(), names.end(), name) == names.end())
         l->warnings.push_back(l->source + ": " + group + "/" + name + " is not part of a lattice, it is ignored");
