@@ -57,6 +57,17 @@ def text(value):
     return value.decode(errors="replace") if isinstance(value, bytes) else str(value)
 
 
+@dataclass
+class Angles:
+    """Angle springs: rows of three particles, the middle one second."""
+    triples: np.ndarray     # (A, 3) int64
+    stiffness: np.ndarray   # (A,)
+    rest_angle: np.ndarray  # (A,) [rad]
+
+    def __len__(self):
+        return len(self.triples)
+
+
 class Run:
     """An open trajectory; use open_run."""
 
@@ -112,6 +123,12 @@ class Run:
             time.sleep(pause)
             self.close()
             self._file = _open(self.path)
+
+    @property
+    def angles(self):
+        """Angle springs, or None."""
+        triples = self._array("/connectivity/angles")
+        return None if triples is None else Angles(triples, self._array("/connectivity/angles_stiffness"), self._array("/connectivity/angles_rest_angle"))
 
     # ---- frames -------------------------------------------------------------------------------------------------
     def _read_frames(self):

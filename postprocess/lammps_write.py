@@ -52,24 +52,32 @@ def rates(run):
 
 
 def write_data(run, row, path, units="si"):
-    """A data file of atom style bond and bond style harmonic, E = K (r - r0)^2, so K is half the rate."""
+    """A data file of atom style bond (angle where there are angle springs), bond and angle style harmonic: E = K (r - r0)^2,
+    K (theta - theta0)^2, so K is half the rate. An angle of LAMMPS has no sign: one that rests beyond pi is seen from the other side."""
     if run.mass is None:
         raise RunError(f"{run.path}: holds no masses, which a LAMMPS data file needs")
     position, ids, pairs, rest = padded(run.position(row)), atom_ids(run), run.springs.pairs, run.springs.rest_length
     kind, kinds = atom_types(run)
     low, high = bounds(position)
+    angles = run.angles
     with open(path, "w", encoding="utf-8") as f:
-        f.write(f"backspring {os.path.basename(run.path)}, t = {run.times[row]:.17g}, dampers and angle springs left out, units = {units}\n\n"
+        f.write(f"backspring {os.path.basename(run.path)}, t = {run.times[row]:.17g}, dampers left out, units = {units}\n\n"
                 f"{len(position)} atoms\n{len(kinds)} atom types\n")
         if len(pairs):
             half = 0.5 * rates(run) / lammps_units.factor(units)
             bonds, bond = np.unique(np.stack([half, rest], axis=1), axis=0, return_inverse=True)
             f.write(f"{len(pairs)} bonds\n{len(bonds)} bond types\n")
+        if angles:
+            rest_angle = np.degrees(np.minimum(angles.rest_angle, 2 * np.pi - angles.rest_angle))
+            bends, bend = np.unique(np.stack([0.5 * angles.stiffness / lammps_units.factor(units), rest_angle], axis=1), axis=0, return_inverse=True)
+            f.write(f"{len(angles)} angles\n{len(bends)} angle types\n")
         f.write("\n" + "".join(f"{low[k]:.17g} {high[k]:.17g} {a}lo {a}hi\n" for k, a in enumerate("xyz")))
         f.write("\nMasses\n\n" + "".join(f"{i + 1} {m:.17g}{'  # fixed' if held else ''}\n" for i, (m, held) in enumerate(kinds)))
         if len(pairs):
             f.write("\nBond Coeffs # harmonic\n\n" + "".join(f"{i + 1} {k:.17g} {r:.17g}\n" for i, (k, r) in enumerate(bonds)))
-        f.write("\nAtoms # bond\n\n")
+        if angles:
+            f.write("\nAngle Coeffs # harmonic\n\n" + "".join(f"{i + 1} {k:.17g} {r:.17g}\n" for i, (k, r) in enumerate(bends)))
+        f.write(f"\nAtoms # {'angle' if angles else 'bond'}\n\n")
         f.writelines(f"{i} 1 {t} {x[0]:.17g} {x[1]:.17g} {x[2]:.17g}\n" for i, t, x in zip(ids, kind, position))
         if run.velocities is not None:
             f.write("\nVelocities\n\n")
@@ -77,6 +85,9 @@ def write_data(run, row, path, units="si"):
         if len(pairs):
             f.write("\nBonds\n\n")
             f.writelines(f"{i + 1} {t + 1} {ids[a]} {ids[b]}\n" for i, (t, (a, b)) in enumerate(zip(bond.reshape(-1), pairs)))
+        if angles:
+            f.write("\nAngles\n\n")
+            f.writelines(f"{i + 1} {t + 1} {ids[a]} {ids[b]} {ids[c]}\n" for i, (t, (a, b, c)) in enumerate(zip(bend.reshape(-1), angles.triples)))
 
 
 def write_dump(run, rows, path):

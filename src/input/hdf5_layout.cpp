@@ -6,6 +6,7 @@
 
 #include "base/fault.hpp"
 #include "input/spring_options.hpp"
+#include "laws/interactions/registry.hpp"
 #include "laws/springs/registry.hpp"
 
 namespace bs {
@@ -116,13 +117,16 @@ PetscErrorCode read_row_laws(MPI_Comm comm, const Hdf5File& file, const Hdf5Layo
 }
 
 void note_unknown_members(const Hdf5File& file, Lattice* l) {
-  std::vector<std::pair<const char*, std::vector<std::string>>> known = {
+  std::vector<std::pair<std::string, std::vector<std::string>>> known = {
       {"/particles", {"position", "velocity", "mass", "fixed", "radius", "id"}},
       {"/anchors", {"particle", "point", "stiffness", "rest_length", "damping"}},
-      {"/angles", {"triples", "stiffness", "rest_angle"}},
       {"/springs", {"pairs", "stiffness", "rest_length", "damping", "law"}}};
   for (const SpringParameter& one : spring_parameters()) known.back().second.emplace_back(one.name);
   for (const std::string& name : spring_histories()) known.back().second.push_back(name);
+  for (const InteractionSchema& schema : interaction_schemas()) {
+    known.push_back({std::string("/") + schema.group + "s", {schema.topology}});
+    for (const InteractionParameter& parameter : schema.parameters) known.back().second.emplace_back(parameter.name);
+  }
   for (const auto& [group, names] : known)
     for (const std::string& name : file.members(group))
       if (std::find(names.begin(), names.end(), name) == names.end())

@@ -38,7 +38,7 @@ class Case(unittest.TestCase):
         with contextlib.redirect_stdout(io.StringIO()), contextlib.redirect_stderr(said):
             convert.main([path, "-o", out, *args])
         with h5py.File(out, "r") as f:
-            found = {name: f[name][...] for group in ("particles", "springs") for name in (f"{group}/{k}" for k in f[group])}
+            found = {name: f[name][...] for group in ("particles", "springs", "angles") if group in f for name in (f"{group}/{k}" for k in f[group])}
         found["said"] = said.getvalue()
         return found
 
@@ -130,6 +130,33 @@ class Lammps(Case):
                              (("0.5 5 5", "0.5 5 5 5 5 5 5 5"), "columns, atom style bond"), (("9.5 5 5", "0.5 5 5"), "1 and 2 lie at one place")):
             self.assertIn(change[0], data())
             self.refuses(self.write("data.bad", data().replace(*change)), says=says)
+
+    def test_angles(self):
+        """E = K (theta - theta0)^2: kappa = 2 K, energies as for bonds; in the plane angles start below pi; what is no angle spring is named."""
+        def bent(coefficients="Angle Coeffs # harmonic\n\n1 6 120\n\n", title="by hand, units = lj", atoms="1 1 1 1 5 0\n2 1 1 2 5 0\n3 1 1 3 6 0\n", rows="1 1 1 2 3\n"):
+            return (data(title=title, atoms=atoms, more=f"{len(rows.splitlines())} angles\n1 angle types\n").replace("Atoms #", coefficients + "Atoms #")
+                    + f"\nAngles\n\n{rows}")
+        def found(**how):
+            return self.lattice(self.write("data.angle", bent(**how)), "--boundary", "f,f,f")
+        # from (1, 5) to (3, 6) about (2, 5) it is 225 degrees counter-clockwise: turned round
+        flat = found()
+        self.assertEqual(flat["angles/triples"].tolist(), [[2, 1, 0]])
+        np.testing.assert_allclose([flat["angles/stiffness"], flat["angles/rest_angle"]], [[12], [2 * np.pi / 3]], rtol=1e-15)
+        self.assertEqual(found(rows="1 1 3 2 1\n")["angles/triples"].tolist(), [[2, 1, 0]])
+        solid = found(atoms="1 1 1 1 5 0\n2 1 1 2 5 0\n3 1 1 3 6 1\n", title="by hand, units = real")
+        self.assertEqual(solid["angles/triples"].tolist(), [[0, 1, 2]])
+        np.testing.assert_allclose(solid["angles/stiffness"], 12 * 4.184e-4, rtol=1e-12)  # g/mol angstrom^2/fs^2 of a kcal/mol
+        si = self.lattice(self.write("data.si", bent(title="by hand, units = real")), "--boundary", "f,f,f", "--si")
+        np.testing.assert_allclose(si["angles/stiffness"], 12 * 4184 / 6.02214076e23, rtol=1e-12)
+        for how, says in (({"coefficients": ""}, "1 angles left out: the file has no Angle Coeffs"),
+                          ({"coefficients": "Angle Coeffs # cosine\n\n1 6\n\n"}, "angle style cosine is no angle spring"),
+                          ({"coefficients": "Angle Coeffs\n\n1 6 120 1 2\n\n"}, "are not harmonic K theta0"),
+                          ({"coefficients": "Angle Coeffs\n\n2 6 120\n\n"}, "Angle Coeffs has no angle type 1")):
+            left = found(**how)
+            self.assertIn(says, left["said"])
+            self.assertNotIn("angles/triples", left)
+        self.refuses(self.write("data.few", bent().replace("1 angles", "2 angles")), says="announces 2 angles, section Angles has 1 rows")
+        self.refuses(self.write("data.odd", bent(rows="1 1 1 2 9\n")), says="9")
 
     def test_trajectories_become_files_called_data(self):
         run = synthetic.cube(os.path.join(self.folder, "c.h5md"), 3, frames=2)

@@ -201,17 +201,16 @@ def solvers(checks, folder):
 
 
 def ranks(checks, folder):
-    """A sheet with bending stiffness: explicit runs agree on any ranks to the last digit but one, implicit ones to the tolerance."""
+    """A sheet with bending stiffness: explicit runs agree bit for bit on any ranks, implicit ones to the tolerance."""
     sheet = dict(bs_lattice_type="cloth", bs_lattice_size="9,8", bs_lattice_spacing=0.1, bs_lattice_particle_mass=0.02, bs_lattice_perturbation=0.01,
                  bs_lattice_fixed_particles="0,8", bs_lattice_stiffness=60, bs_angle_stiffness=0.05, bs_gravity=(0, 0, -9.81))
-    for name, options, tolerance in (("symplectic", {"ts_type": "symplectic", "ts_dt": 1e-3, "ts_max_time": 0.2}, 1e-14),
+    for name, options, tolerance in (("symplectic", {"ts_type": "symplectic", "ts_dt": 1e-3, "ts_max_time": 0.2}, 0.0),
                                      ("beuler", {"ts_type": "beuler", "ts_dt": 0.01, "ts_max_time": 0.2, "snes_rtol": 1e-12}, 1e-10)):
         one = run(checks.program, {**sheet, **options}, interval=0.2)
         for count in (2, 3):
             for partition in ("graph", "rows"):
                 many = run(checks.program, {**sheet, **options, "bs_partition": partition}, ranks=count, interval=0.2).trajectory
                 checks.below(f"{name} on 1 and {count} ranks, -bs_partition {partition}", np.abs(many.position[-1] - one.trajectory.position[-1]).max(), tolerance)
-        checks.true(f"{name}: the header counts them", "100 angle springs" in one.stdout or re.search(r"\d+ angle springs", one.stdout) is not None)
     checks.true("springs over every three along x and y", "110 angle springs" in one.stdout, "7 x 8 + 9 x 6 = 110")
 
 
@@ -341,6 +340,15 @@ run {round(T / h)}
             checks.near(f"{name}: and the rest angles", f["angles/rest_angle"][...], chain.rest, 1e-15)
         for ranks, lattice in ((2, chain.write(folder / "lammps.h5")), (1, folder / "read.h5")):
             ours = run(checks.program, dict(TIGHT_RK, bs_lattice_file=lattice, ts_max_time=T), ranks=ranks, interval=T)
+            back = folder / "back.h5md"
+            if ranks == 1:  # a data file of the trajectory's start is the file it came from
+                run(checks.program, dict(bs_lattice_file=lattice, bs_output=back, bs_overwrite=True, ts_dt=1e-3, ts_max_steps=1))
+                for words in (("back.h5md", "-o", "again.data", "--units", "lj", "--frame", "0"), ("again.data", "-o", "again.h5")):
+                    subprocess.run([sys.executable, REPO / "postprocess/convert.py", *words], cwd=folder, check=True, capture_output=True, timeout=100)
+                with h5py.File(folder / "again.h5") as f:
+                    checks.true(f"{name}: a data file and back", np.array_equal(f["angles/triples"][...], chain.triples))
+                    checks.near(f"{name}: its stiffnesses", f["angles/stiffness"][...], chain.kappa, 1e-14)
+                    checks.near(f"{name}: its rest angles", f["angles/rest_angle"][...], chain.rest, 1e-15)
             checks.below(f"LAMMPS, {name} at rest, {lattice.name}: positions after it moved {moved:.2g}", np.abs(ours.trajectory.position[-1] - theirs).max(), 2e-7)
 
 

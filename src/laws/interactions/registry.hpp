@@ -1,6 +1,7 @@
 // The laws of several ends. A new one is one header and one line here; its kind is its place in the list.
 #pragma once
 #include <tuple>
+#include <type_traits>
 #include <vector>
 
 #include "laws/interactions/angle_spring.hpp"
@@ -8,6 +9,7 @@
 namespace bs {
 
 using InteractionLaws = std::tuple<AngleSpring>;
+static_assert(std::is_same_v<std::tuple_element_t<0, InteractionLaws>, AngleSpring>, "generated lattices make angle springs by this place");
 
 /// One for each kind, in the list's order.
 inline const std::vector<InteractionSchema>& interaction_schemas() {
