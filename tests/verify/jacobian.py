@@ -59,7 +59,8 @@ def differences(checks, folder):
     for d in (1, 2, 3):
         for name, lattice, options in laws(d):
             path = cloud(folder, re.sub(r"\W", "_", name), d, "stiffness" in lattice, **lattice)
-            # a step that yielded ends on the edge of the elastic range, where differences may see either slope: iterates from there on
+            # a step that yielded ends on the edge of the elastic range, where differences may see either slope: later iterates, of which
+            # springs on a line, linear piece by piece, have few
             edges = "plastic" in (lattice.get("laws") or [lattice.get("spring_law")])
             result = run(checks.program, dict(options, bs_lattice_file=path, ts_dt=0.05, ts_max_steps=STEPS * (4 if edges else 1), ts_type="beuler",
                                               snes_test_jacobian=True, snes_monitor=True, ts_adapt_type="none"), ranks=checks.ranks)
@@ -70,7 +71,7 @@ def differences(checks, folder):
                 if error and not (edges and iteration == 0):
                     found.append(float(error[1]))
             # one-sided differences of step 1e-8 leave 1e-7; a wrong sign leaves 1e-2 and more
-            checks.true(f"{name}, d = {d}: {len(found)} states", len(found) >= STEPS and max(found) < 2e-6, f"{max(found, default=9):.1e}")
+            checks.true(f"{name}, d = {d}: {len(found)} states", len(found) >= (1 if edges and d == 1 else STEPS) and max(found) < 2e-6, f"{max(found, default=9):.1e}")
 
 
 def alternatives(checks, folder):
