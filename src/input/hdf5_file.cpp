@@ -4,6 +4,7 @@
 #include <cinttypes>
 
 #include "base/fault.hpp"
+#include "base/memory_room.hpp"
 #include "input/text_file.hpp"
 
 namespace bs {
@@ -18,7 +19,7 @@ std::string last_reason() {
     return 0;
   };
   (void)H5Ewalk2(H5E_DEFAULT, H5E_WALK_DOWNWARD, keep, &text);
-  return text.empty() ? "no reason given" : text;
+  return (text.empty() ? "no reason given" : text) + if_out_of_memory();
 }
 
 /// Looks at the file on one rank before all open it. Truncation shows only on opening.

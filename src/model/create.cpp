@@ -1,14 +1,24 @@
 #include "model/create.hpp"
+#include "base/memory.hpp"
 #include "base/options.hpp"
 #include "input/load.hpp"
+#include "model/first_order.hpp"
 #include "model/linear/linear_model.hpp"
+#include "model/particles/condensed/block_icc.hpp"
 #include "model/particles/particle_model.hpp"
 
 namespace bs {
 
+PetscErrorCode register_models() {
+  PetscFunctionBegin;
+  PetscCall(register_block_icc());
+  PetscFunctionReturn(0);
+}
+
 PetscErrorCode create_model(MPI_Comm comm, std::unique_ptr<Model>* out) {
   int kind = 0;
   PetscFunctionBegin;
+  PetscCall(read_memory_option(comm));
   PetscCall(read_section(comm, "Model", [&](Section& o) {
     o.choice("-bs_model", "what is advanced: particles, or a linear system (its options: -bs_model linear -help)", {"particles", "linear"}, kind);
   }));
@@ -18,7 +28,9 @@ PetscErrorCode create_model(MPI_Comm comm, std::unique_ptr<Model>* out) {
   }
   Lattice lattice;
   PetscCall(load_lattice(comm, &lattice));
-  PetscCall(ParticleModel::create(comm, std::move(lattice), out));
+  std::unique_ptr<Mechanics> particles;
+  PetscCall(ParticleModel::create(comm, std::move(lattice), &particles));
+  *out = std::make_unique<FirstOrder>(std::move(particles));
   PetscFunctionReturn(0);
 }
 

@@ -5,6 +5,9 @@
 
 namespace bs {
 
+/// Registers the preconditioners that models bring with them; once, after PetscInitialize.
+PetscErrorCode register_models();
+
 /// Collective. Reads -bs_model and creates the model it names from the options.
 PetscErrorCode create_model(MPI_Comm comm, std::unique_ptr<Model>* out);
 

@@ -1,16 +1,17 @@
-// The one interface between what is advanced (particles, linear systems) and how (solve/), and to what is written
-// (output/). A model knows nothing of TS types; callbacks of TS are thin wrappers around these methods.
+// The interface between what is advanced (first-order systems F(t, y, y') = 0) and how (solve/). A model knows nothing of TS
+// types; the callbacks of TS are thin wrappers around these methods.
 #pragma once
 #include <petscts.h>
 #include <array>
 #include <cstdint>
 #include <string>
-#include <variant>
-#include <vector>
 #include "model/incremental.hpp"
+#include "model/system.hpp"
 #include "model/tangent.hpp"
 
 namespace bs {
+
+class Mechanics;
 
 /// How an implicit TS type wants the residual.
 enum class Form {
@@ -19,50 +20,6 @@ enum class Form {
 };
 
 using ResidualNorms = std::array<double, 2>;
-
-/// A named quantity of one moment: one row of a frame.
-struct Observable {
-  std::string name;            ///< e.g. "kinetic_energy"
-  std::vector<double> value;   ///< the same on every rank; length 1 is written as a scalar
-};
-
-/// A vector that is written with every frame, in the input's order: block size = columns.
-struct Field {
-  std::string group;  ///< absolute path of the HDF5 group, e.g. "/particles/trajectory/position"
-  Vec vec;            ///< global Vec, block size d, rows in the input's order; borrowed
-  bool flat = false;  ///< block size 1 written as (T, N), not (T, N, 1)
-};
-
-/// Strings of one length (the same on every rank), padded with zeros, one behind the other.
-struct Words {
-  std::size_t width = 1;
-  std::string text;
-};
-
-/// Data written once: this rank's rows [first, first + rows) of a table of `total` rows and `columns` columns
-/// (columns = 0: a one-dimensional dataset).
-struct Dataset {
-  std::string path;
-  std::int64_t first = 0, total = 0;
-  int columns = 0;
-  std::variant<std::vector<double>, std::vector<std::int64_t>, Words> rows;
-};
-
-/// A part of the state in the input's order: block size = columns, rows as in the input; borrowed.
-struct StatePart {
-  std::string name;  ///< of a dataset
-  Vec vec;
-};
-
-/// The energies of one moment, and what feeds them. `inner` can grow only by what `field` loses and the rest supplies.
-struct EnergySupply {
-  double inner = 0;       ///< kinetic and elastic [J]
-  double field = 0;       ///< potential of outer fields [J]
-  double power = 0;       ///< sizes of the power of outer fields, couplings and the fluid's motion, added up [W]
-  double pull = 0;        ///< size of the force of driven anchors on the particles [N]
-  double shift[3] = {0, 0, 0}, speed = 0;  ///< of the driven anchors: displacement [m], size of its velocity [m/s]
-  double rounding = 0;    ///< what rounding alone may make of nothing [J]
-};
 
 /// What the run will ask of a model.
 struct Plan {
@@ -75,28 +32,14 @@ struct Plan {
   bool descriptor = true;    ///< whether it keeps its order where C is singular
 };
 
-/// Something a model counted, for the summary and the report.
-struct Tally {
-  std::string key, text;     ///< name in the report; words of the summary after the number; no text: in the report alone
-  std::int64_t count = 0;
-};
-
 /// A system of differential equations F(t, y, y') = 0 with its explicit form y' = G(t, y).
-class Model {
+class Model : public System {
  public:
-  virtual ~Model() = default;
-  virtual const char* name() const = 0;
-  /// Space dimension of its particles; 0: it has none.
-  virtual int dim() const { return 0; }
-  virtual MPI_Comm comm() const = 0;
-  /// The state at the start; borrowed.
-  virtual Vec initial_state() const = 0;
-  /// Lines of the header: what system, how many, which laws.
-  virtual std::vector<std::string> describe() const = 0;
-
   virtual PetscErrorCode residual(double t, Vec y, Vec ydot, Form form, Vec F) = 0;
   /// J = sigma dF/dy' + dF/dy into P (assembled).
   virtual PetscErrorCode jacobian(double t, Vec y, Vec ydot, double sigma, Form form, Mat P) = 0;
+  /// From now on J has `ratio` sigma for sigma in its rows of v, as second-order methods need; models of positions and velocities only.
+  virtual void set_inertia(double) {}
   /// G(t, y) of the explicit form.
   virtual PetscErrorCode rhs(double t, Vec y, Vec G) = 0;
   /// A matrix with the full pattern of J, assembled (explicit zeros included), of the type -mat_type asks for.
@@ -104,6 +47,8 @@ class Model {
   /// The operator that goes with P: P itself (referenced), or P plus what cannot be assembled.
   virtual PetscErrorCode create_operator(Mat P, Form form, Mat* A) = 0;
 
+  /// The second-order system M x'' = f behind a state y = (x, v); null: there is none.
+  virtual Mechanics* mechanics() { return nullptr; }
   /// What a condensed solve needs, renewed by every jacobian(); null: the model has no such form.
   virtual Tangent* tangent() { return nullptr; }
   /// What the energy-based line search needs; null: the model has no such potential.
@@ -128,38 +73,12 @@ class Model {
 
   /// Whether F is linear in y and y': one linear solve a step is then enough.
   virtual bool linear() const { return false; }
-  /// Whether F depends on t otherwise than through y.
-  virtual bool time_dependent() const { return false; }
-  /// Collective, once, before the first evaluation. Told (exit 2) if the model has not got the form asked for.
+  /// Collective, once, before the first evaluation. Ends the run (exit 2) if the model has not got the form asked for.
   virtual PetscErrorCode prepare(const Plan&) { return 0; }
   /// Steps at the start that are to be taken by backward Euler (types of the theta family).
   virtual std::int64_t startup_steps() const { return 0; }
-  /// Collective, after the first set-up of the linear solver: told where its matrix is singular. Null: it has no matrix.
+  /// Collective, after the first set-up of the linear solver: ends the run where its matrix is singular. Null: it has no matrix.
   virtual PetscErrorCode check_solver(KSP) { return 0; }
-  virtual std::vector<Tally> tallies() const { return {}; }
-
-  virtual PetscErrorCode observe(double t, Vec y, std::vector<Observable>* out) = 0;
-  /// Collective. False: the model has no such energies.
-  virtual PetscErrorCode energy_supply(double, Vec, EnergySupply*, bool* has) {
-    *has = false;
-    return 0;
-  }
-  /// Fields of the frame, filled from y.
-  virtual PetscErrorCode fields(double t, Vec y, std::vector<Field>* out) = 0;
-  /// Collective. The state y in the input's order, bit by bit: vectors the model owns, filled from y; and back.
-  virtual PetscErrorCode gather_state(Vec y, std::vector<StatePart>* parts) = 0;
-  virtual PetscErrorCode scatter_state(Vec y) = 0;
-  /// Collective. A number that tells this system from others: the same on any number of ranks, another one when a
-  /// particle, spring or matrix entry changes. Forces that options name, which a run may change, do not count.
-  virtual PetscErrorCode fingerprint(std::uint64_t* value) = 0;
-  /// Collective. Data written once per trajectory, moved out of the model: it holds them no more.
-  virtual PetscErrorCode take_constants(std::vector<Dataset>* out) = 0;
-  /// The model lets go of what it has kept of its input for take_constants().
-  virtual void release_input() {}
-  /// Collective. Data given over time (tables) must reach to t_end: told (exit 2) if they do not.
-  virtual PetscErrorCode covers(double t_end) = 0;
-  /// Collective. The fault met in the last evaluation on any rank (a spring of zero length, ...); empty if none.
-  virtual PetscErrorCode last_fault(std::string* text) = 0;
 };
 
 }  // namespace bs

@@ -4,14 +4,9 @@
 // where K = df/dx, D = df/dv.
 #pragma once
 #include <petscmat.h>
+#include "model/storage.hpp"
 
 namespace bs {
-
-/// How S is kept.
-enum class CondensedStorage {
-  springs,  ///< spring by spring, single precision, own kernels
-  sbaij, baij, aij
-};
 
 /// Belongs to a model; renewed whenever the model's Jacobian is evaluated.
 class Tangent {

@@ -13,29 +13,24 @@ constexpr double IMPLICIT_COST = 100;
 // phase of a second-order type is off by some 5 %.
 constexpr double FIRST_ORDER = 0.2, SECOND_ORDER = 0.8;
 
-// Symplectic Euler on x'' = -w^2 x - c x' is stable while (h w)^2 + 2 h c < 4, and h c < 2.
-double symplectic_limit(double w, double c) {
-  const double root = c + std::sqrt(c * c + 4 * w * w);
-  return root > 0 ? 4 / root : 0.0;
+// The largest h with (h w)^2 + k h c < 4 on x'' = -w^2 x - c x': k = 2 is symplectic Euler.
+double limit(double w, double c, double k) {
+  const double root = k * c + std::sqrt(k * c * k * c + 16 * w * w);
+  return root > 0 ? 8 / root : 0.0;
 }
 
-/// What `type` bears along the imaginary axis, as a part of the symplectic limit; 0: nothing without damping.
-double share_of_limit(const std::string& type) {
-  if (type == "symplectic") return 1.0;
-  return type == TSEULER ? 0.0 : 0.85;
-}
-
-std::string of_explicit(const Advice& a, const std::string& type) {
-  const double share = share_of_limit(type);
+std::string of_explicit(const Advice& a, const Method& method) {
+  const double share = method.traits->oscillation;
   if (share == 0 && a.spectrum.damping == 0)
-    return format("-ts_type %s lets undamped oscillations grow at any step: -ts_type symplectic does not", type.c_str());
-  if (share > 0 && a.step > a.explicit_step * share)
-    return format("h is above what -ts_type %s bears: -ts_dt %.2g, or an implicit type such as beuler", type.c_str(),
-                  0.9 * share * a.explicit_step);
+    return format("-ts_type %s lets undamped oscillations grow at any step: -ts_type symplectic does not", method.type());
+  const double most = method.traits->second_order ? limit(a.spectrum.omega_max, a.spectrum.damping, method.traits->damping)
+                                                  : share * a.explicit_step;
+  if (share > 0 && a.step > most)
+    return format("h is above what -ts_type %s bears: -ts_dt %.2g, or an implicit type such as beuler", method.type(), 0.9 * most);
   return {};
 }
 
-std::string of_implicit(const Advice& a, const std::string& type) {
+std::string of_implicit(const Advice& a, bool first_order) {
   std::string text;
   const double steps = std::ceil(a.step / (0.9 * a.explicit_step));
   if (steps <= 1)
@@ -43,7 +38,6 @@ std::string of_implicit(const Advice& a, const std::string& type) {
   else if (steps <= IMPLICIT_COST)
     text = format("%.0f steps of -ts_type symplectic -ts_dt %.2g should cost less than one of this type's", steps,
                   a.step / steps);
-  const bool first_order = type == TSBEULER;
   const double swing = a.step * a.spectrum.motion, bound = first_order ? FIRST_ORDER : SECOND_ORDER;
   if (swing > bound)
     text += format("%sh is long for the motion itself (rate %.3g 1/s, h times it %.2g): %s-ts_dt %.2g for accuracy",
@@ -100,22 +94,22 @@ PetscErrorCode read_advise(MPI_Comm comm, bool* wanted) {
 }
 
 PetscErrorCode advise(Model& model, TS ts, const TSContext& context, Advice* out) {
-  TSType type;
   PetscReal time;
   PetscFunctionBegin;
   *out = {};
   PetscCall(TSGetTimeStep(ts, &out->step));
-  if (model.dim() == 0) PetscFunctionReturn(0);
-  PetscCall(TSGetType(ts, &type));
+  if (!model.mechanics()) PetscFunctionReturn(0);
   PetscCall(TSGetTime(ts, &time));
-  PetscCall(estimate_spectrum(model, time, model.initial_state(), &out->spectrum));
+  PetscCall(estimate_spectrum(*model.mechanics(), time, model.initial_state(), &out->spectrum));
   if (out->spectrum.omega_max <= 0) PetscFunctionReturn(0);
-  out->explicit_step = symplectic_limit(out->spectrum.omega_max, out->spectrum.damping);
+  out->explicit_step = limit(out->spectrum.omega_max, out->spectrum.damping, 2);
   // a type that adapts its step finds a stable and accurate one itself
   bool adaptive = false;
   PetscCall(is_adaptive(ts, &adaptive));
   if (adaptive) PetscFunctionReturn(0);
-  out->hint = context.implicit ? of_implicit(*out, type) : of_explicit(*out, type);
+  PetscInt order;
+  PetscCall(observed_order(ts, *context.method, &order));
+  out->hint = context.implicit ? of_implicit(*out, order == 1) : of_explicit(*out, *context.method);
   PetscFunctionReturn(0);
 }
 

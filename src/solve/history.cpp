@@ -1,21 +1,18 @@
 #include "solve/history.hpp"
 #include <algorithm>
 #include "base/fault.hpp"
+#include "solve/kept_acceleration.hpp"
 #include "solve/replay.hpp"
 #include "solve/ts_queries.hpp"
 
 namespace bs {
 
 PetscErrorCode History::attach(TS ts) {
-  PetscBool bdf = PETSC_FALSE, alpha = PETSC_FALSE;
-  bool theta = false;
-  PetscObject object = reinterpret_cast<PetscObject>(ts);
+  const Method* method;
   PetscFunctionBegin;
-  PetscCall(is_theta_family(ts, &theta));
-  PetscCall(PetscObjectTypeCompare(object, TSBDF, &bdf));
-  PetscCall(PetscObjectTypeCompare(object, TSALPHA, &alpha));
-  kind_ = theta ? Kind::theta : bdf ? Kind::bdf : alpha ? Kind::alpha : Kind::none;
-  if (bdf) {
+  PetscCall(method_of(ts, &method));
+  kind_ = method->traits->memory;
+  if (kind_ == Kind::bdf) {
     PetscInt order;
     PetscCall(TSBDFGetOrder(ts, &order));
     depth_ = static_cast<std::size_t>(order);
@@ -50,6 +47,7 @@ PetscErrorCode History::begin_step(TS ts) {
   PetscCall(copy(y, &next.state));
   past_.push_back(std::move(next));
   open_ = true;
+  if (!starter_.active() && starts_accurately()) PetscCall(starter_.begin(ts, static_cast<PetscInt>(depth_)));
   PetscFunctionReturn(0);
 }
 
@@ -131,10 +129,20 @@ PetscErrorCode History::advance_rate(TS ts, Vec y) {
 PetscErrorCode History::end_step(TS ts, Vec y) {
   PetscFunctionBegin;
   past_.back().step = used_;
+  if (kind_ == Kind::acceleration) {
+    KeptAcceleration* own;
+    PetscCall(kept_acceleration(ts, &own));
+    kept_ = own->kept;
+  }
   if (kind_ == Kind::alpha) PetscCall(advance_rate(ts, y));
   ++steps_;
   open_ = false;
+  if (starter_.active() && !starts_accurately()) PetscCall(starter_.end());
   PetscFunctionReturn(0);
+}
+
+bool History::starts_accurately() const {
+  return kind_ == Kind::bdf && depth_ > 2 && steps_ + 2 < static_cast<std::int64_t>(depth_);
 }
 
 Vec History::before_last(double* step) const {
@@ -157,6 +165,7 @@ void History::save(Facts* facts, std::vector<NamedState>* states) const {
   // the starting procedure of bdf counts until the states that followed have replaced it
   if (kind_ == Kind::bdf && half_ && steps_ < static_cast<std::int64_t>(depth_)) states->push_back({"/history/half", half_});
   if (rate_) states->push_back({"/history/rate", rate_});
+  if (kept_) states->push_back({"/history/acceleration", kept_});
 }
 
 PetscErrorCode History::restore(TS ts, Model& model, const CheckpointFile& file, std::string* told) {
@@ -183,6 +192,7 @@ PetscErrorCode History::restore(TS ts, Model& model, const CheckpointFile& file,
       PetscCall(VecDuplicate(y, vec->out()));
       PetscCall(file.read(model, group, *vec));
     }
+  if (kind_ == Kind::acceleration) PetscCall(restore_acceleration(ts, model, file, told));
   if (kind_ == Kind::alpha && !rate_) *told = "what alpha carries from step to step is not in it";
   if (kind_ == Kind::bdf && past_.size() < depth_ && !half_) *told = format("it holds %zu states before the last, bdf needs %zu", past_.size(), depth_);
   if (!told->empty() || past_.empty()) {
@@ -196,11 +206,27 @@ PetscErrorCode History::restore(TS ts, Model& model, const CheckpointFile& file,
   PetscFunctionReturn(0);
 }
 
+/// The type's own vector, as it was.
+PetscErrorCode History::restore_acceleration(TS ts, Model& model, const CheckpointFile& file, std::string* told) {
+  KeptAcceleration* own;
+  PetscFunctionBegin;
+  if (!file.has("/history/acceleration")) {
+    *told = "the acceleration it carries from step to step is not in it";
+    PetscFunctionReturn(0);
+  }
+  PetscCall(TSSetUp(ts));
+  PetscCall(kept_acceleration(ts, &own));
+  PetscCall(file.read(model, "/history/acceleration", own->kept));
+  own->known = true;
+  kept_ = own->kept;
+  PetscFunctionReturn(0);
+}
+
 PetscErrorCode History::replay(TS ts) {
   PetscReal time, step;
   Vec y;
   PetscFunctionBegin;
-  if (kind_ == Kind::none) PetscFunctionReturn(0);
+  if (kind_ == Kind::none || kind_ == Kind::acceleration) PetscFunctionReturn(0);
   PetscCall(TSGetSolution(ts, &y));
   PetscCall(TSGetTime(ts, &time));
   PetscCall(TSGetTimeStep(ts, &step));

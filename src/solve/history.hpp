@@ -7,6 +7,8 @@
 #include <vector>
 #include "base/handle.hpp"
 #include "checkpoint/checkpoint.hpp"
+#include "solve/methods.hpp"
+#include "solve/starter.hpp"
 
 namespace bs {
 
@@ -18,6 +20,8 @@ class History {
   PetscErrorCode begin_step(TS ts);
   /// Collective. After a good step to state y.
   PetscErrorCode end_step(TS ts, Vec y);
+  /// Before a stage at `time`.
+  void before_stage(double time) { starter_.aim(time); }
   /// Collective. After a stage was solved for; of this attempt.
   PetscErrorCode see_stage(TS ts, PetscReal time, Vec stage);
   /// The state the present or last step began with; null before the first one.
@@ -34,13 +38,16 @@ class History {
   PetscErrorCode restore(TS ts, Model& model, const CheckpointFile& file, std::string* told);
 
  private:
-  enum class Kind { none, theta, bdf, alpha };
+  using Kind = Memory;
   struct Past {
     double time = 0, step = 0;  ///< of the step that began here; its length
     VecHandle state;
   };
   PetscErrorCode copy(Vec from, VecHandle* to) const;
+  PetscErrorCode restore_acceleration(TS ts, Model& model, const CheckpointFile& file, std::string* told);
   PetscErrorCode replay(TS ts);
+  /// Whether the present step is one of those that bdf of order 3 to 6 is helped with.
+  bool starts_accurately() const;
   PetscErrorCode correct_start(Vec second);
   PetscErrorCode settle_rate(TS ts);
   PetscErrorCode advance_rate(TS ts, Vec y);
@@ -54,7 +61,9 @@ class History {
   double used_ = 0;            ///< length of this attempt's step
   VecHandle half_, second_;    ///< the starting procedure's own states (bdf, alpha), of the first step
   Vec first_half_ = nullptr;   ///< alpha's own vector of the first half step, while it starts; borrowed
+  Starter starter_;            ///< of bdf
   VecHandle residual_;         ///< room
+  Vec kept_ = nullptr;         ///< the acceleration that the type carries; borrowed
   VecHandle rate_, rate0_;     ///< dy/dt as alpha carries it, after and before the last step
 };
 

@@ -1,17 +1,16 @@
 #include "solve/linear_reuse.hpp"
 #include <cmath>
 #include "base/fault.hpp"
+#include "solve/methods.hpp"
 #include "solve/pivots.hpp"
 #include "solve/ts_queries.hpp"
 
 namespace bs {
 
 PetscErrorCode shift_of_step(TS ts, double h, double* sigma) {
-  bool theta_family = false;
-  PetscReal theta = 1;
+  PetscReal theta;
   PetscFunctionBegin;
-  PetscCall(is_theta_family(ts, &theta_family));
-  if (theta_family) PetscCall(TSThetaGetTheta(ts, &theta));
+  PetscCall(theta_of(ts, &theta));
   *sigma = 1 / (theta * h);
   PetscFunctionReturn(0);
 }

@@ -4,6 +4,7 @@
 #include <initializer_list>
 #include <string>
 #include "base/fault.hpp"
+#include "solve/alpha2.hpp"
 #include "solve/ts_queries.hpp"
 
 namespace bs {
@@ -60,7 +61,7 @@ PetscErrorCode fault_of_stages(TS ts, const Method& method, std::string* fault) 
   PetscInt stages;
   PetscBool given = PETSC_FALSE;
   PetscFunctionBegin;
-  if (std::string(method.type) != TSSSP) PetscFunctionReturn(0);
+  if (!method.is(TSSSP)) PetscFunctionReturn(0);
   PetscCall(TSSSPGetNumStages(ts, &stages));
   PetscCall(PetscOptionsHasName(nullptr, nullptr, "-ts_ssp_nstages", &given));
   const std::string subtype = method.subtype, what = format("option -ts_ssp_nstages: %lld: ", static_cast<long long>(stages));
@@ -74,7 +75,7 @@ PetscErrorCode fault_of_stages(TS ts, const Method& method, std::string* fault) 
 PetscErrorCode fault_of_alpha(TS ts, const Method& method, std::string* fault) {
   PetscReal m, f, gamma;
   PetscFunctionBegin;
-  if (std::string(method.type) != TSALPHA) PetscFunctionReturn(0);
+  if (!method.remembers(Memory::alpha)) PetscFunctionReturn(0);
   PetscCall(TSAlphaGetParams(ts, &m, &f, &gamma));
   const std::string what = format("alpha_m = %g, alpha_f = %g, gamma = %g: ", m, f, gamma);
   // gamma below 1/2 lets the start's error in dy/dt grow; below these bounds of alpha_m and alpha_f stiff parts do
@@ -82,6 +83,19 @@ PetscErrorCode fault_of_alpha(TS ts, const Method& method, std::string* fault) {
     *fault = what + "-ts_type alpha is stable where alpha_m >= alpha_f >= 1/2 and gamma >= 1/2: give -ts_alpha_radius, 0 to 1";
   else if (std::abs(0.5 + m - f - gamma) > 1e-12)
     *fault = what + "-ts_type alpha has order 2 only with gamma = 1/2 + alpha_m - alpha_f: give -ts_alpha_radius, 0 to 1, or use beuler";
+  PetscFunctionReturn(0);
+}
+
+PetscErrorCode fault_of_alpha2(TS ts, const Method& method, std::string* fault) {
+  PetscFunctionBegin;
+  if (!method.is("alpha2")) PetscFunctionReturn(0);
+  const AlphaParameters p = alpha2_parameters(ts);
+  const std::string what = format("alpha_m = %g, alpha_f = %g, gamma = %g, beta = %g: ", p.m, p.f, p.gamma, p.beta);
+  const bool finite = std::isfinite(p.m) && std::isfinite(p.f) && std::isfinite(p.gamma) && std::isfinite(p.beta);
+  if (!finite || !(p.m >= p.f && p.f >= 0.5 && p.beta >= 0.25 + (p.m - p.f) / 2 - 1e-12))
+    *fault = what + "-ts_type alpha2 is stable where alpha_m >= alpha_f >= 1/2 and beta >= 1/4 + (alpha_m - alpha_f)/2: give -ts_alpha_radius, 0 to 1";
+  else if (std::abs(0.5 + p.m - p.f - p.gamma) > 1e-12)
+    *fault = what + "-ts_type alpha2 has order 2 only with gamma = 1/2 + alpha_m - alpha_f: give -ts_alpha_radius, 0 to 1, or use beuler";
   PetscFunctionReturn(0);
 }
 
@@ -127,10 +141,13 @@ PetscErrorCode check_method(TS ts, const TSContext& context) {
   const Method& method = *context.method;
   std::string fault;
   PetscFunctionBegin;
-  PetscCall(fault_of_options(&fault));
+  if (method.traits->second_order && context.model->dim() == 0)
+    fault = method.words() + " is for positions and velocities: use " + (method.implicit() ? "alpha" : "euler or rk") + " for a linear system";
+  if (fault.empty()) PetscCall(fault_of_options(&fault));
   if (fault.empty()) PetscCall(fault_of_adaptivity(ts, method, &fault));
   if (fault.empty()) PetscCall(fault_of_stages(ts, method, &fault));
   if (fault.empty()) PetscCall(fault_of_alpha(ts, method, &fault));
+  if (fault.empty()) PetscCall(fault_of_alpha2(ts, method, &fault));
   if (fault.empty() && method.implicit()) {
     SNES snes;
     PetscBool once = PETSC_FALSE;

@@ -1,6 +1,7 @@
 #include "solve/predictor.hpp"
 #include <algorithm>
 #include <cmath>
+#include "solve/methods.hpp"
 #include "solve/ts_queries.hpp"
 
 namespace bs {
@@ -16,7 +17,7 @@ PetscErrorCode Predictor::attach(TS ts, Model& model, NewtonPolicy* newton) {
   newton_ = newton;
   PetscCall(is_theta_family(ts, &theta));
   if (!theta || !model.tangent()) PetscFunctionReturn(0);
-  PetscCall(TSThetaGetTheta(ts, &value));
+  PetscCall(theta_of(ts, &value));
   PetscCall(PetscObjectTypeCompare(reinterpret_cast<PetscObject>(ts), TSBEULER, &is));
   if (!is) PetscCall(TSThetaGetEndpoint(ts, &end_point));
   theta_ = value;

@@ -2,6 +2,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include "solve/methods.hpp"
 
 namespace bs {
 namespace {
@@ -101,16 +102,14 @@ PetscErrorCode RosenbrockStages::probe(const char* subtype) {
 }
 
 PetscErrorCode RosenbrockStages::attach(TS ts, Model& model, Form form) {
-  PetscBool rosw = PETSC_FALSE;
-  TSRosWType subtype;
+  const Method* method;
   PetscFunctionBegin;
-  PetscCall(PetscObjectTypeCompare(reinterpret_cast<PetscObject>(ts), TSROSW, &rosw));
-  if (!rosw) PetscFunctionReturn(0);
+  PetscCall(method_of(ts, &method));
+  if (!method->is(TSROSW)) PetscFunctionReturn(0);
   model_ = &model;
   form_ = form;
   active_ = true;
-  PetscCall(TSRosWGetType(ts, &subtype));
-  PetscCall(probe(subtype));
+  PetscCall(probe(method->subtype));
   if (uneven_) PetscCall(TSRosWSetRecomputeJacobian(ts, PETSC_TRUE));
   if (!model.time_dependent()) PetscFunctionReturn(0);
   for (VecHandle* vec : {&rate_, &still_, &trial_[0], &trial_[1], &trial_[2], &trial_[3], &trial_[4]})

@@ -7,6 +7,7 @@
 #include <vector>
 #include "base/handle.hpp"
 #include "lattice/random.hpp"
+#include "model/mechanics.hpp"
 
 namespace bs {
 namespace {
@@ -17,7 +18,7 @@ using Values = std::vector<double>;
 class Operators {
  public:
   enum Kind { stiffness = 0, damping = 1 };
-  explicit Operators(Model& model) : model_(model) {}
+  explicit Operators(Mechanics& mechanics) : mechanics_(mechanics), at_(mechanics.layout()) {}
   /// Collective. Masses and forces at y; y must outlive the object.
   PetscErrorCode create(double t, Vec y);
   /// Collective. w = A q; both of length rows().
@@ -36,11 +37,11 @@ class Operators {
   PetscErrorCode forces(Vec y, Values* f);
   PetscErrorCode largest(const Values& a, double* size) const;
 
-  Model& model_;
+  Mechanics& mechanics_;
+  const Layout at_;
   double t_ = 0, length_ = 1, speed_ = 0, rate_ = 1;
   Vec y_ = nullptr;
-  VecHandle trial_, still_, residual_;
-  PetscInt d_ = 1;
+  VecHandle trial_;
   Values force_, root_;  ///< (n, d) forces at y; (n, d) sqrt(m)
   Values position_, velocity_;
   int evaluations_ = 0;
@@ -50,53 +51,35 @@ PetscErrorCode Operators::largest(const Values& a, double* size) const {
   PetscFunctionBegin;
   *size = 0;
   for (double value : a) *size = std::max(*size, std::abs(value));
-  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, size, 1, MPI_DOUBLE, MPI_MAX, model_.comm()));
+  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, size, 1, MPI_DOUBLE, MPI_MAX, mechanics_.comm()));
   PetscFunctionReturn(0);
 }
 
-// With v' = 0 the momentum residual is F_v = -f.
 PetscErrorCode Operators::forces(Vec y, Values* f) {
-  const PetscScalar* aF = nullptr;
+  const double* force = nullptr;
   PetscFunctionBegin;
-  PetscCall(model_.residual(t_, y, still_, Form::momentum, residual_));
+  PetscCall(mechanics_.force(t_, y, &force));
   ++evaluations_;
-  PetscCall(VecGetArrayRead(residual_, &aF));
-  for (std::size_t k = 0; k < f->size(); ++k) {
-    const std::size_t i = k / d_, c = k % d_;
-    (*f)[k] = -aF[(2 * i + 1) * d_ + c];
-  }
-  PetscCall(VecRestoreArrayRead(residual_, &aF));
+  f->assign(force, force + rows());
   PetscFunctionReturn(0);
 }
 
-// With x' = 1 + v the kinematic residual F_x = M (x' - v) is the mass of each particle.
 PetscErrorCode Operators::create(double t, Vec y) {
-  PetscScalar* a = nullptr;
-  const PetscScalar *ay = nullptr, *aF = nullptr;
-  PetscInt n = 0, bs = 1;
+  const PetscScalar* ay = nullptr;
   PetscFunctionBegin;
   t_ = t;
   y_ = y;
-  PetscCall(VecGetBlockSize(y, &bs));
-  PetscCall(VecGetLocalSize(y, &n));
-  d_ = bs / 2;
-  for (Values* v : {&force_, &root_, &position_, &velocity_}) v->assign(static_cast<std::size_t>(n / 2), 0.0);
-  for (VecHandle* v : {&trial_, &still_, &residual_}) PetscCall(VecDuplicate(y, v->out()));
+  for (Values* v : {&force_, &root_, &position_, &velocity_}) v->assign(static_cast<std::size_t>(at_.particles * at_.dim), 0.0);
+  PetscCall(VecDuplicate(y, trial_.out()));
   PetscCall(VecGetArrayRead(y, &ay));
-  PetscCall(VecGetArrayWrite(still_, &a));
-  for (std::size_t k = 0; k < force_.size(); ++k) {
-    const std::size_t x = k / d_ * bs + k % d_, v = x + d_;
-    position_[k] = ay[x];
-    velocity_[k] = ay[v];
-    a[x] = 1 + ay[v];
-    a[v] = 0;
-  }
-  PetscCall(VecRestoreArrayWrite(still_, &a));
+  for (PetscInt i = 0, k = 0; i < at_.particles; ++i)
+    for (PetscInt c = 0; c < at_.dim; ++c, ++k) {
+      position_[k] = ay[at_.x(i, c)];
+      velocity_[k] = ay[at_.v(i, c)];
+      root_[k] = std::sqrt(mechanics_.masses()[i]);
+    }
   PetscCall(VecRestoreArrayRead(y, &ay));
   PetscCall(forces(y, &force_));
-  PetscCall(VecGetArrayRead(residual_, &aF));
-  for (std::size_t k = 0; k < force_.size(); ++k) root_[k] = std::sqrt(std::max(0.0, aF[k / d_ * bs + k % d_]));
-  PetscCall(VecRestoreArrayRead(residual_, &aF));
   PetscCall(largest(position_, &length_));
   PetscCall(largest(velocity_, &speed_));
   if (length_ == 0) length_ = 1;
@@ -116,7 +99,8 @@ PetscErrorCode Operators::apply(Kind kind, const Values& q, Values* w) {
   const double e = size > 0 ? SMALL * scale / size : 0.0;
   PetscCall(VecCopy(y_, trial_));
   PetscCall(VecGetArray(trial_, &a));
-  for (std::size_t k = 0; k < q.size(); ++k) a[(2 * (k / d_) + kind) * d_ + k % d_] += e * (*w)[k];
+  for (PetscInt i = 0, k = 0; i < at_.particles; ++i)
+    for (PetscInt c = 0; c < at_.dim; ++c, ++k) a[kind == stiffness ? at_.x(i, c) : at_.v(i, c)] += e * (*w)[k];
   PetscCall(VecRestoreArray(trial_, &a));
   PetscCall(forces(trial_, w));
   for (std::size_t k = 0; k < q.size(); ++k)
@@ -128,7 +112,7 @@ PetscErrorCode Operators::dot(const Values& a, const Values& b, double* sum) con
   PetscFunctionBegin;
   *sum = 0;
   for (std::size_t k = 0; k < a.size(); ++k) *sum += a[k] * b[k];
-  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, sum, 1, MPI_DOUBLE, MPI_SUM, model_.comm()));
+  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, sum, 1, MPI_DOUBLE, MPI_SUM, mechanics_.comm()));
   PetscFunctionReturn(0);
 }
 
@@ -140,13 +124,13 @@ Values Operators::motion() const {
 
 Values Operators::start() const {
   Values q(rows());
-  for (std::size_t i = 0; i < rows(); i += d_) {
+  for (std::size_t i = 0; i < rows(); i += static_cast<std::size_t>(at_.dim)) {
     std::uint64_t bits = 0, z = 0;
-    for (std::size_t c = 0; c < static_cast<std::size_t>(d_); ++c) {
+    for (std::size_t c = 0; c < static_cast<std::size_t>(at_.dim); ++c) {
       std::memcpy(&bits, &position_[i + c], sizeof bits);
       z = splitmix64(z + bits);
     }
-    for (std::size_t c = 0; c < static_cast<std::size_t>(d_); ++c) {
+    for (std::size_t c = 0; c < static_cast<std::size_t>(at_.dim); ++c) {
       z = splitmix64(z);
       q[i + c] = static_cast<double>(z >> 11) * 0x1p-52 - 1;
     }
@@ -200,10 +184,10 @@ PetscErrorCode largest_eigenvalue(Operators& A, Operators::Kind kind, int steps,
 
 }  // namespace
 
-PetscErrorCode estimate_spectrum(Model& model, double t, Vec y, Spectrum* out) {
+PetscErrorCode estimate_spectrum(Mechanics& mechanics, double t, Vec y, Spectrum* out) {
   constexpr int STIFFNESS = 10, DAMPING = 3;
   constexpr double NOTHING = 1e-6;  // of omega_max: below differences' accuracy
-  Operators A(model);
+  Operators A(mechanics);
   double ritz = 0, error = 0, norm = 0, product = 0;
   PetscFunctionBegin;
   *out = {};

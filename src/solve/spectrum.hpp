@@ -1,7 +1,7 @@
-// How fast a model's particles can oscillate, from a few evaluations of its forces.
+// How fast a mechanical system can oscillate, from a few evaluations of its forces.
 #pragma once
 #include <petscvec.h>
-#include "model/model.hpp"
+#include "model/mechanics.hpp"
 
 namespace bs {
 
@@ -14,8 +14,7 @@ struct Spectrum {
   int evaluations = 0;   ///< of the forces: at most 15
 };
 
-/// Collective. `model` has particles, y is a state (x, v) of it with block size 2d; the residual's momentum form is called.
-/// The result is the same on any number of ranks up to rounding. Forces that are not finite nearby give zeros.
-PetscErrorCode estimate_spectrum(Model& model, double t, Vec y, Spectrum* out);
+/// Collective. y is a state of `mechanics`. The result is the same on any number of ranks up to rounding. Forces that are not finite nearby give zeros.
+PetscErrorCode estimate_spectrum(Mechanics& mechanics, double t, Vec y, Spectrum* out);
 
 }  // namespace bs

@@ -12,7 +12,6 @@ Stepper::Stepper(Model& model, TSContext& context, const StepOptions& options, O
 PetscErrorCode Stepper::attach(TS ts) {
   TSAdapt adapt;
   bool theta = false, adaptive = false;
-  PetscBool alpha = PETSC_FALSE;
   PetscReal start, end, nominal;
   PetscFunctionBegin;
   PetscCall(TSSetApplicationContext(ts, this));
@@ -27,8 +26,7 @@ PetscErrorCode Stepper::attach(TS ts) {
   PetscCall(TSAdaptSetScaleSolveFailed(adapt, options_.length.cut));
   PetscCall(is_adaptive(ts, &adaptive));
   PetscCall(is_theta_family(ts, &theta));
-  PetscCall(PetscObjectTypeCompare(reinterpret_cast<PetscObject>(ts), TSALPHA, &alpha));
-  alpha_ = alpha;
+  alpha_ = context_.method->remembers(Memory::alpha);
   PetscCall(TSGetTime(ts, &start));
   PetscCall(TSGetMaxTime(ts, &end));
   PetscCall(TSGetTimeStep(ts, &nominal));
@@ -63,13 +61,14 @@ PetscErrorCode Stepper::post_step(TS ts) {
   PetscFunctionReturn(0);
 }
 
-PetscErrorCode Stepper::pre_stage(TS ts, PetscReal) {
+PetscErrorCode Stepper::pre_stage(TS ts, PetscReal time) {
   void* context = nullptr;
   PetscFunctionBegin;
   PetscCall(TSGetApplicationContext(ts, &context));
   Stepper* self = static_cast<Stepper*>(context);
   if (!self->history_.replaying()) PetscCall(self->rejections_.before_stage(ts));
   PetscCall(self->context_.rosenbrock.before_stage(ts));
+  self->history_.before_stage(time);
   PetscFunctionReturn(0);
 }
 

@@ -2,6 +2,7 @@
 #include <cmath>
 #include <string>
 #include "base/fault.hpp"
+#include "solve/methods.hpp"
 
 namespace bs {
 namespace {
@@ -23,12 +24,12 @@ PetscErrorCode fault_of_times(TS ts, std::string* fault) {
 }
 
 PetscErrorCode fault_of_theta(TS ts, std::string* fault) {
-  PetscBool theta = PETSC_FALSE;
+  const Method* method;
   PetscReal value;
   PetscFunctionBegin;
-  PetscCall(PetscObjectTypeCompare(reinterpret_cast<PetscObject>(ts), TSTHETA, &theta));
-  if (!theta) PetscFunctionReturn(0);
-  PetscCall(TSThetaGetTheta(ts, &value));
+  PetscCall(method_of(ts, &method));
+  if (!method->remembers(Memory::theta)) PetscFunctionReturn(0);
+  PetscCall(theta_of(ts, &value));
   if (!(value > 0 && value <= 1)) *fault = format("option -ts_theta_theta: %g: give a number above 0 and at most 1", value);
   PetscFunctionReturn(0);
 }

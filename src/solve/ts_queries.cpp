@@ -1,14 +1,15 @@
 #include "solve/ts_queries.hpp"
 #include <string>
 #include "solve/condensed/condensed.hpp"
+#include "solve/methods.hpp"
 
 namespace bs {
 
 PetscErrorCode is_theta_family(TS ts, bool* yes) {
-  PetscBool found = PETSC_FALSE;
+  const Method* method;
   PetscFunctionBegin;
-  PetscCall(PetscObjectTypeCompareAny(reinterpret_cast<PetscObject>(ts), &found, TSTHETA, TSCN, TSBEULER, ""));
-  *yes = found;
+  PetscCall(method_of(ts, &method));
+  *yes = method->remembers(Memory::theta);
   PetscFunctionReturn(0);
 }
 
@@ -23,10 +24,11 @@ PetscErrorCode is_adaptive(TS ts, bool* yes) {
 }
 
 PetscErrorCode is_alpha_starting(TS ts, bool* yes) {
-  PetscBool alpha = PETSC_FALSE;
+  const Method* method;
   PetscReal m = 0, f = 0, gamma = 0;
   PetscFunctionBegin;
-  PetscCall(PetscObjectTypeCompare(reinterpret_cast<PetscObject>(ts), TSALPHA, &alpha));
+  PetscCall(method_of(ts, &method));
+  const bool alpha = method->remembers(Memory::alpha);
   if (alpha) PetscCall(TSAlphaGetParams(ts, &m, &f, &gamma));
   *yes = alpha && m == 1 && f == 1 && gamma == 1;
   PetscFunctionReturn(0);

@@ -1,7 +1,6 @@
 #include "solve/ts_setup.hpp"
-#include <algorithm>
-#include <array>
 #include "base/fault.hpp"
+#include "solve/alpha2.hpp"
 #include "solve/condensed/condensed.hpp"
 #include "solve/linear_defaults.hpp"
 #include "solve/method_check.hpp"
@@ -47,10 +46,6 @@ PetscErrorCode form_rhs(TS, PetscReal t, Vec y, Vec G, void* data) {
   PetscFunctionReturn(0);
 }
 
-bool among(const std::string& type, std::initializer_list<const char*> list) {
-  return std::any_of(list.begin(), list.end(), [&](const char* name) { return type == name; });
-}
-
 /// The method asked for and the form of F it needs. Told (exit 2) where this program knows none by that name.
 PetscErrorCode choose_method(TS ts, const char* type, TSContext* context) {
   PetscFunctionBegin;
@@ -80,9 +75,7 @@ PetscErrorCode set_implicit(TS ts, Model& model, TSContext* context) {
   NewtonSettings settings;
   settings.model = &model;
   settings.form = context->form;
-  TSType type;
-  PetscCall(TSGetType(ts, &type));
-  settings.affine = context->form == Form::momentum && among(type, {TSBEULER, TSCN, TSTHETA, TSBDF});
+  settings.affine = context->form == Form::momentum && context->method->traits->affine;
   PetscCall(context->newton.attach(ts, snes, settings));
   PetscCall(set_linear_defaults(ts, model, &context->newton));
   PetscFunctionReturn(0);
@@ -95,13 +88,13 @@ PetscErrorCode create_ts(Model& model, TSContext* context, TSHandle* ts) {
   PetscFunctionBegin;
   context->model = &model;
   PetscCall(PetscOptionsGetString(nullptr, nullptr, "-ts_type", type, sizeof(type), nullptr));
-  if (!knows_type(type))
-    PetscCall(tell(model.comm(), Exit::input, format("-ts_type %s is not one this program knows: use %s (implicit) or %s (explicit)", type,
-                   types_of(Method::Kind::implicit).c_str(), types_of(Method::Kind::explicit_).c_str())));
+  const std::string fault = fault_of_type(type);
+  if (!fault.empty()) PetscCall(tell(model.comm(), Exit::input, fault));
   PetscCall(TSCreate(model.comm(), ts->out()));
   PetscCall(TSSetProblemType(*ts, model.linear() ? TS_LINEAR : TS_NONLINEAR));
   PetscCall(TSSetType(*ts, type));
   PetscCall(choose_method(*ts, type, context));
+  if (context->method->is("alpha2")) PetscCall(alpha2_set_model(*ts, model));
   PetscCall(TSSetSolution(*ts, model.initial_state()));
   if (context->implicit) PetscCall(set_implicit(*ts, model, context));
   else PetscCall(TSSetRHSFunction(*ts, nullptr, form_rhs, context));
@@ -119,7 +112,8 @@ PetscErrorCode create_ts(Model& model, TSContext* context, TSHandle* ts) {
     PetscCall(linear_solver_of(*ts, nullptr, &pc));
     PetscCall(make_pivots_relative(pc, false));
   }
-  Plan plan{context->implicit, context->form, 0, among(type, {TSEULER}) ? 2.0 : 0.0, type, context->method->words(), context->method->descriptor >= context->method->order};
+  Plan plan{context->implicit, context->form, 0, context->method->traits->real, type, context->method->words(),
+            context->method->descriptor >= context->method->order};
   PetscCall(TSGetTimeStep(*ts, &plan.step));
   PetscCall(model.prepare(plan));
   if (context->implicit) PetscCall(context->predictor.attach(*ts, model, &context->newton));

@@ -20,15 +20,22 @@ CASES = [
     ("theta", {"ts_type": "theta"}, 1, 13, 0),
     ("euler", {"ts_type": "euler", "ts_dt": 0.001, "bs_output_interval": 0.0025}, 1, 13, 0),
     ("symplectic", {"ts_type": "symplectic", "ts_dt": 0.001}, 2, 13, 0),
+    ("verlet, 2 ranks", {"ts_type": "verlet", "ts_dt": 0.001}, 2, 13, 0),
+    ("verlet, dampers", {"ts_type": "verlet", "ts_dt": 0.001, "bs_lattice_damping": 0.5}, 1, 13, 0),
     ("rk 4", {"ts_type": "rk", "ts_rk_type": "4", "ts_adapt_type": "none", "ts_dt": 0.001}, 1, 13, 0),
     ("beuler, error control", {"ts_type": "beuler", "ts_adapt_type": "basic", "ts_rtol": 1e-3, "ts_atol": 1e-3}, 1, 13, 0),
     ("bdf 2", {"ts_type": "bdf", "ts_adapt_type": "none"}, 1, 13, 0),
     ("bdf 2, error control", {"ts_type": "bdf", "ts_rtol": 1e-3, "ts_atol": 1e-3}, 1, 13, 0),
     ("bdf 4, 2 ranks, while it starts", {"ts_type": "bdf", "ts_bdf_order": 4, "ts_adapt_type": "none", "bs_energy_growth": 0}, 2, 2, 0),
+    ("bdf 5, after its start", {"ts_type": "bdf", "ts_bdf_order": 5, "ts_adapt_type": "none", "ts_dt": 0.002}, 1, 7, 0),
+    ("bdf 6, in its first steps", {"ts_type": "bdf", "ts_bdf_order": 6, "ts_adapt_type": "none", "ts_dt": 0.002}, 1, 2, 0),
+    ("bdf 3, error control", {"ts_type": "bdf", "ts_bdf_order": 3, "ts_rtol": 1e-3, "ts_atol": 1e-3}, 1, 13, 0),
     ("rosw", {"ts_type": "rosw", "ts_adapt_type": "none"}, 1, 5, 0),
     ("arkimex", {"ts_type": "arkimex", "ts_adapt_type": "none"}, 1, 5, 0),
     ("alpha", {"ts_type": "alpha"}, 1, 13, 1e-10),
     ("alpha, damped, while it starts", {"ts_type": "alpha", "ts_alpha_radius": 0.5}, 1, 1, 1e-10),
+    ("alpha2, 3 ranks", {"ts_type": "alpha2"}, 3, 13, 0),
+    ("alpha2, damped, after its first step", {"ts_type": "alpha2", "ts_alpha_radius": 0.5}, 1, 1, 0),
     ("rk 5dp", {"ts_type": "rk", "ts_rk_type": "5dp", "ts_adapt_type": "none", "ts_dt": 0.001}, 1, 13, 1e-10),
     ("ssp", {"ts_type": "ssp", "ts_dt": 0.001}, 1, 13, 0),
     ("lattice of 4 ranks' size, LU of MUMPS", {"bs_lattice_size": (8, 8, 8)}, 1, 7, 0),
@@ -60,6 +67,8 @@ def methods(checks, folder):
             with checks.group(name):
                 compare(checks, folder, name, dict(BLOCK, ts_max_time=end, **options), ranks, stop, bound)
     compare(checks, folder, "linear system", HEAT, 1, 7, 0)
+    for stop in (2, 9):
+        compare(checks, folder, f"linear system, bdf 5, {stop} steps", dict(HEAT, ts_type="bdf", ts_bdf_order=5, ts_adapt_type="none"), 1, stop, 0)
     compare(checks, folder, "linear system, 2 ranks", HEAT, 2, 7, 1e-12)
     compare(checks, folder, "from 2 ranks to 3", dict(BLOCK, ts_max_time=0.3), 2, 13, 1e-9, again=3)
 

@@ -5,7 +5,8 @@
 #include <vector>
 
 #include "lattice/generator.hpp"
-#include "model/particles/condensed/particle_tangent.hpp"
+#include "model/first_order_tangent.hpp"
+#include "model/particles/linearised_forces.hpp"
 
 namespace bs {
 
@@ -16,7 +17,8 @@ struct Case {
   Motion motion;
   RowPattern pattern;
   std::unique_ptr<Physics> physics;
-  ParticleTangent tangent;
+  LinearisedForces linearised;
+  FirstOrderTangent tangent{linearised};
   VecHandle y;
 
   Case(MPI_Comm comm, const GeneratorSpec& spec, double sigma, double axial_damping = 0) {
@@ -44,7 +46,7 @@ struct Case {
         a[i * 2 * d + d + c] = std::cos(0.9 * row - static_cast<double>(c));
       }
     REQUIRE(VecRestoreArray(y, &a) == 0);
-    REQUIRE(tangent.create(net, *physics, pattern, y, false) == 0);
+    REQUIRE(linearised.create(net, *physics, pattern, y, false) == 0);
     REQUIRE(tangent.linearise(0.0, y, sigma, Form::momentum) == 0);
   }
 };

@@ -63,7 +63,7 @@ def closed_forms(checks, folder):
 
 
 def threshold(checks, folder):
-    """Symplectic Euler is bounded just below the step told and grows just above it."""
+    """Symplectic Euler is bounded just below the step told and grows just above it; verlet below and above its own."""
     pair = dict(position=[[0, 0], [1.01, 0]], mass=[1.0, 1.0], pairs=[[0, 1]], stiffness=8.0, rest_length=1.0)
     for damping in (0.0, 1.5):
         limit = advice(checks, folder, dict(pair, damping=damping)).report["largest_explicit_step"]
@@ -73,6 +73,14 @@ def threshold(checks, folder):
             grown = done.report["last_total_energy"][0] / done.report["first_total_energy"][0]
             checks.true(f"damping {damping}: {factor} of the step told", (grown < 100) == stable, f"energy by {grown:.3g}")
             checks.true(f"damping {damping}: {factor}: hint only above", ("is above what" in done.report["hint"]) != stable)
+        w, c = done.report["omega_max"], done.report["damping_rate_max"]
+        limit = 2 / (c + np.hypot(c, w))  # (h w)^2 + 4 h c = 4
+        for factor, stable in ((0.98, True), (1.02, False)):
+            h = factor * limit
+            done = advice(checks, folder, dict(pair, damping=damping), grows=not stable, ts_type="verlet", ts_dt=h, ts_max_steps=None, ts_max_time=200 * h)
+            grown = done.report["last_total_energy"][0] / done.report["first_total_energy"][0]
+            checks.true(f"verlet, damping {damping}: {factor} of its limit", (grown < 100) == stable, f"energy by {grown:.3g}")
+            checks.true(f"verlet, damping {damping}: {factor}: hint only above", ("is above what" in done.report["hint"]) != stable)
 
 
 def lattices(checks, folder):

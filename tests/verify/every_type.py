@@ -3,7 +3,7 @@ masses other than 1 whose anchors are driven (on one at rest where the subtype i
 descriptor system with a source that depends on time. What cannot be right is refused by name before the first step.
 
 The expected orders are those of the program's own table, src/solve/methods.cpp, which in turn must be what the methods'
-authors claim, PUBLISHED, but for what DEVIATIONS says. A subtype that PETSc names and the table does not know fails.
+authors claim, PUBLISHED. A type or subtype that PETSc names and the program neither runs nor refuses by name fails.
 """
 import pathlib
 import re
@@ -20,7 +20,7 @@ from scipy.integrate import solve_ivp
 OPTION = {"rosw": "ts_rosw_type", "arkimex": "ts_arkimex_type", "rk": "ts_rk_type", "ssp": "ts_ssp_type", "bdf": "ts_bdf_order"}
 # Orders as PETSc's manual and the papers it names give them.
 PUBLISHED = {
-    ("beuler", ""): 1, ("cn", ""): 2, ("theta", ""): 2, ("alpha", ""): 2, ("euler", ""): 1, ("symplectic", ""): 1,
+    ("beuler", ""): 1, ("cn", ""): 2, ("theta", ""): 2, ("alpha", ""): 2, ("alpha2", ""): 2, ("euler", ""): 1, ("symplectic", ""): 1, ("verlet", ""): 2,
     **{("bdf", str(k)): k for k in range(1, 7)},
     **{("rosw", s): k for s, k in (("theta1", 1), ("theta2", 2), ("2m", 2), ("2p", 2), ("ra3pw", 3), ("ra34pw2", 3), ("rodas3", 3),
                                    ("sandu3", 3), ("assp3p3s1c", 3), ("lassp3p4s2c", 3), ("llssp3p4s2c", 3), ("ark3", 3),
@@ -30,22 +30,37 @@ PUBLISHED = {
     **{("rk", s): k for s, k in (("1fe", 1), ("2a", 2), ("2b", 2), ("3", 3), ("3bs", 3), ("4", 4), ("5f", 5), ("5dp", 5), ("5bs", 5),
                                  ("6vr", 6), ("7vr", 7), ("8vr", 8))},
     **{("ssp", s): k for s, k in (("rks2", 2), ("rks3", 3), ("rk104", 4))}}
-# PETSc starts bdf by a step of order 1 and one of order 2.
-DEVIATIONS = {("bdf", str(k)): 2 for k in range(3, 7)}
 # The second stage of these is at t - 2 h in PETSc 3.18, before the step and before the start.
 LOOKS_BACK = {("rosw", s) for s in ("grk4t", "shamp4", "veldd4", "4l")}
+# Types for positions and velocities alone.
+SECOND_ORDER = ("symplectic", "verlet", "alpha2")
 # Numbers of steps at which the order shows, above rounding; by order where nothing is said.
 STEPS = {1: (400, 800), 2: (100, 200), 3: (80, 160), 4: (80, 160), 5: (40, 80), 6: (20, 40), 7: (20, 40), 8: (10, 20)}
-OWN_STEPS = {("rosw", "2p"): (800, 1600), ("rk", "5dp"): (80, 160), **{("bdf", str(k)): (400, 800) for k in range(4, 7)},
-             ("bdf", "3"): (1600, 3200)}
+OWN_STEPS = {("rosw", "2p"): (800, 1600), ("rk", "5dp"): (80, 160), ("bdf", "5"): (160, 320), ("bdf", "6"): (40, 80)}
 BAND = 0.25
 RLC = {"R": 20.0, "L": 1e-3, "C": 1e-6, "f": 5000.0, "T": 2e-4}
 
 
 def table():
     """{(type, subtype): (order, order on descriptor systems, has an error estimate, is implicit)} as the program has it."""
-    rows = re.findall(r'\{"(\w+)", "(\w*)", (\w+), \w+, (\d+), (\d+), (\w+), [^}]*\}', (REPO / "src/solve/methods.cpp").read_text())
-    return {(t, s): (int(order), int(descriptor), estimate == "true", kind == "IMPLICIT") for t, s, kind, order, descriptor, estimate in rows}
+    source = (REPO / "src/solve/methods.cpp").read_text()
+    implicit = {name: kind == "IMPLICIT" for name, kind in re.findall(r'TypeTraits \w+\{"(\w+)", (\w+),', source)}
+    rows = re.findall(r'\{&(\w+), "(\w*)", \w+, (\d+), (\d+), (\w+), [^}]*\}', source)
+    return {(t.lower(), s): (int(order), int(descriptor), estimate == "true", implicit[t.lower()]) for t, s, order, descriptor, estimate in rows}
+
+
+def refused_types():
+    """{type: words of its refusal} as the program has it."""
+    rows = re.findall(r'\{"(\w+)", (?:"([^"]*)"|NOT_BUILT), "[^"]*"\}', (REPO / "src/solve/methods.cpp").read_text())
+    return {name: reason or "is no part of this PETSc" for name, reason in rows}
+
+
+def types_of_petsc(checks):
+    """Those that PETSc has registered, as -help lists them, and those that its header names."""
+    line = [str(checks.program), *words({"bs_lattice_type": "chain", "bs_lattice_size": 4, "help": True})]
+    said = subprocess.run(line, env=environment(1), capture_output=True, text=True, timeout=120).stdout
+    found = re.search(r"-ts_type .*\(one of\) ([^()]*)", said)
+    return set(found.group(1).split()) if found else set()
 
 
 def named_by_petsc(checks, kind):
@@ -126,7 +141,7 @@ def check_method(checks, method, problems):
     name, options, counts = " ".join(method).strip(), options_of(method), OWN_STEPS.get(method, STEPS[order])
     solver = direct(checks.ranks) if implicit and method[0] != "rosw" else {}
     back = method in LOOKS_BACK
-    checks.true(f"{name} in the table", order == DEVIATIONS.get(method, PUBLISHED.get(method)), f"order {order}")
+    checks.true(f"{name} in the table", order == PUBLISHED.get(method), f"order {order}")
     check_order(checks, f"{name} on {'a lattice at rest' if back else 'a driven lattice'}", problems["still" if back else "driven"],
                 {**solver, **options}, counts, order)
     if back:
@@ -135,7 +150,9 @@ def check_method(checks, method, problems):
     if descriptor:
         check_order(checks, f"{name} on {'a circuit at u = 1' if back else 'a driven circuit'}",
                     problems["still circuit" if back else "circuit"], options, counts, descriptor)
-    elif method[0] != "symplectic":
+    elif method[0] in SECOND_ORDER:
+        refused(checks, f"{name} on a circuit", {**problems["circuit"].options, **options}, "is for positions and velocities", name)
+    else:
         refused(checks, f"{name} on a circuit with a singular C", {**problems["circuit"].options, **options}, "C is singular", name.split()[-1])
     adaptive = {**problems["still"].options, **options, "ts_adapt_type": "basic", "ts_max_steps": 2}
     if not estimate:
@@ -148,8 +165,8 @@ ALPHAS = (0.9, 0.5, 0.0)
 CHAIN = {"bs_lattice_type": "chain", "bs_lattice_size": 5, "ts_max_steps": 2}
 # what no method can go with, and what one of them cannot
 REFUSALS = {
-    **{f"-ts_type {t}": ({"ts_type": t}, f"-ts_type {t} is not one this program knows")
-       for t in ("eimex", "mimex", "glle", "glee", "irk", "mprk", "basicsymplectic", "pseudo", "discgrad", "python")},
+    **{f"-ts_type {t}": ({"ts_type": t}, f"-ts_type {t} {reason}: use ") for t, reason in refused_types().items()},
+    "-ts_type magic": ({"ts_type": "magic"}, "-ts_type magic is not one this program knows"),
     "adapter glee": ({"ts_adapt_type": "glee"}, "write basic, dsp or none"),
     "adapter cfl": ({"ts_adapt_type": "cfl"}, "write basic, dsp or none"),
     "adapter history": ({"ts_adapt_type": "history"}, "write basic, dsp or none"),
@@ -168,6 +185,9 @@ REFUSALS = {
     "rk104 of 4 stages": ({"ts_type": "ssp", "ts_ssp_type": "rk104", "ts_ssp_nstages": 4}, "rk104 has 10 stages"),
     "alpha, gamma 0": ({"ts_type": "alpha", "ts_alpha_gamma": 0}, "give -ts_alpha_radius"),
     "alpha of order 1": ({"ts_type": "alpha", "ts_alpha_alpha_m": 1, "ts_alpha_alpha_f": 1, "ts_alpha_gamma": 1}, "give -ts_alpha_radius"),
+    "alpha2, radius 2": ({"ts_type": "alpha2", "ts_alpha_radius": 2}, "give -ts_alpha_radius, 0 to 1"),
+    "alpha2, beta 0.2": ({"ts_type": "alpha2", "ts_alpha_beta": 0.2}, "give -ts_alpha_radius, 0 to 1"),
+    "alpha2 of order 1": ({"ts_type": "alpha2", "ts_alpha_gamma": 0.6}, "has order 2 only with gamma"),
     "rosw, lagged Jacobian": ({"ts_type": "rosw", "snes_lag_jacobian": 3}, "option -snes_lag_jacobian: 3"),
     "rosw, Jacobian of the first step": ({"ts_type": "rosw", "snes_lag_jacobian": -2}, "option -snes_lag_jacobian: -2"),
     "rosw, lagged preconditioner": ({"ts_type": "rosw", "snes_lag_preconditioner": 2}, "option -snes_lag_preconditioner: 2"),
@@ -218,6 +238,8 @@ def main():
         problems = {"driven": Lattice(scratch, True), "still": Lattice(scratch, False), "circuit": Circuit(scratch, True),
                     "still circuit": Circuit(scratch, False)}
         if checks.wants("table"):
+            types, here = types_of_petsc(checks), {t for t, _ in checks.table} | set(refused_types())
+            checks.true("every type of this PETSc is in the table or refused", bool(types) and types <= here, " ".join(sorted(types - here)) or f"{len(types)} types")
             for kind in ("rosw", "arkimex", "rk", "ssp"):
                 names = named_by_petsc(checks, kind)
                 checks.true(f"{kind}: the table has what PETSc names", names and names == {s for t, s in checks.table if t == kind}, " ".join(sorted(names)))
@@ -225,6 +247,9 @@ def main():
         for radius in [r for r in ALPHAS if checks.wants(f"alpha {r}")]:
             o = {"ts_type": "alpha", "ts_alpha_radius": radius}
             check_order(checks, f"alpha, radius {radius}, on a driven lattice", problems["driven"], {**direct(checks.ranks), **o}, STEPS[2], 2)
+            check_order(checks, f"alpha2, radius {radius}, on a driven lattice", problems["driven"], {**direct(checks.ranks), **o, "ts_type": "alpha2"}, STEPS[2], 2)
+            check_order(checks, f"alpha2, radius {radius}, one linear solve a step", problems["driven"],
+                        {**direct(checks.ranks), **o, "ts_type": "alpha2", "snes_type": "ksponly"}, STEPS[2], 2)
             check_order(checks, f"alpha, radius {radius}, on a driven circuit", problems["circuit"], o, STEPS[2], 2)
             check_order(checks, f"alpha, radius {radius}, one linear solve a step", problems["driven"],
                         {**direct(checks.ranks), **o, "snes_type": "ksponly"}, STEPS[2], 2)

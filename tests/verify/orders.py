@@ -12,7 +12,7 @@ T = 0.4
 RHO, MU = 1.3, 0.02
 AMPLITUDE, FREQUENCY, PHASE = np.array([0.08, -0.05]), 1.3, 0.4
 RADIUS = np.array([0.05, 0.08, 0.04, 0.06, 0.07])
-IMPLICIT = ("beuler", "cn", "theta", "bdf", "alpha", "arkimex", "rosw")
+IMPLICIT = ("beuler", "cn", "theta", "bdf", "alpha", "alpha2", "arkimex", "rosw")
 
 # name, options, order, band, numbers of steps. Higher orders need larger steps to stay above rounding.
 TYPES = [
@@ -21,15 +21,21 @@ TYPES = [
     ("theta midpoint", {"ts_type": "theta", "ts_theta_theta": 0.5, "ts_theta_endpoint": 0}, 2, 0.15, (50, 100, 200)),
     ("bdf 1", {"ts_type": "bdf", "ts_bdf_order": 1}, 1, 0.15, (200, 400, 800)),
     ("bdf 2", {"ts_type": "bdf", "ts_bdf_order": 2}, 2, 0.15, (100, 200, 400)),
-    # PETSc starts BDF by a half step of order 1 and a step of order 2, so orders above 2 are observed as 2 in the end.
-    ("bdf 3", {"ts_type": "bdf", "ts_bdf_order": 3}, 2, 0.15, (800, 1600, 3200)),
+    ("bdf 3", {"ts_type": "bdf", "ts_bdf_order": 3}, 3, 0.15, (100, 200, 400)),
+    ("bdf 4", {"ts_type": "bdf", "ts_bdf_order": 4}, 4, 0.25, (80, 160, 320)),
+    ("bdf 5", {"ts_type": "bdf", "ts_bdf_order": 5}, 5, 0.25, (160, 320, 640)),
+    ("bdf 6", {"ts_type": "bdf", "ts_bdf_order": 6}, 6, 0.25, (40, 80, 160)),
     ("alpha", {"ts_type": "alpha"}, 2, 0.15, (50, 100, 200)),
+    ("alpha2", {"ts_type": "alpha2"}, 2, 0.15, (50, 100, 200)),
+    ("alpha2, radius 0.5", {"ts_type": "alpha2", "ts_alpha_radius": 0.5}, 2, 0.15, (50, 100, 200)),
+    ("alpha2, radius 0", {"ts_type": "alpha2", "ts_alpha_radius": 0}, 2, 0.15, (100, 200, 400)),
     ("arkimex 3", {"ts_type": "arkimex"}, 3, 0.25, (40, 80, 160)),
     ("arkimex 2e", {"ts_type": "arkimex", "ts_arkimex_type": "2e"}, 2, 0.15, (50, 100, 200)),
     ("arkimex 4", {"ts_type": "arkimex", "ts_arkimex_type": "4"}, 4, 0.25, (40, 80, 160)),
     ("rosw ra34pw2", {"ts_type": "rosw", "ts_rosw_type": "ra34pw2"}, 3, 0.25, (40, 80, 160)),
     ("euler", {"ts_type": "euler"}, 1, 0.15, (200, 400, 800)),
     ("symplectic", {"ts_type": "symplectic"}, 1, 0.15, (200, 400, 800)),
+    ("verlet", {"ts_type": "verlet"}, 2, 0.15, (100, 200, 400)),
     ("rk 2b", {"ts_type": "rk", "ts_rk_type": "2b"}, 2, 0.15, (50, 100, 200)),
     ("rk 4", {"ts_type": "rk", "ts_rk_type": "4"}, 4, 0.25, (40, 80, 160)),
     ("rk 5dp", {"ts_type": "rk", "ts_rk_type": "5dp"}, 5, 0.25, (80, 160, 320)),

@@ -41,12 +41,12 @@ struct AxialDamper {
     for (int i = 0; i < d; ++i) u[i] = dx[i] / l;
     add_tensor<d>(0, -D, u, B);
   }
-  /// Adds to the rates of -(df/dv + df/dx / sigma) along and across the line: D u u^T + D (u.w) P / (l sigma); the rest of
-  /// df/dx has neither form.
+  /// Adds to the rates of -(b df/dv + c df/dx) along and across the line: b D u u^T + c D (u.w) P / l; the rest of df/dx has
+  /// neither form.
   template <int d, bool positive, class Rates>
-  static void add_rates(const double* dx, double l, const double* w, double D, double sigma, Rates* rate) noexcept {
-    rate->axial += D;
-    if constexpr (!positive) rate->transverse += D * (dot<d>(dx, w) / l) / (l * sigma);
+  static void add_rates(const double* dx, double l, const double* w, double D, double b, double c, Rates* rate) noexcept {
+    rate->axial += b * D;
+    if constexpr (!positive) rate->transverse += c * D * (dot<d>(dx, w) / l) / l;
   }
 };
 

@@ -25,11 +25,11 @@ struct SimpleDamper {
   static void dfdv(const double*, double, double D, double* B) noexcept {
     for (int i = 0; i < d; ++i) B[d * i + i] -= D;
   }
-  /// Adds to the rates of -df/dv along and across the line: D I.
+  /// Adds to the rates of -b df/dv along and across the line: b D I.
   template <int d, bool positive, class Rates>
-  static void add_rates(const double*, double, const double*, double D, double, Rates* rate) noexcept {
-    rate->axial += D;
-    rate->transverse += D;
+  static void add_rates(const double*, double, const double*, double D, double b, double, Rates* rate) noexcept {
+    rate->axial += b * D;
+    rate->transverse += b * D;
   }
 };
 

@@ -50,15 +50,15 @@ struct LinkKernel {
       Damper::template dfdv<d>(g.dx, g.length, p.damping, D);
     }
   }
-  /// Rates of the symmetric part of -(df/dv + df/dx / sigma) along and across the link [kg/s]; `positive` as above, and
-  /// without what a damper owes to its ends' places.
+  /// Rates of the symmetric part of -(b df/dv + c df/dx) along and across the link; `positive` as above, and without what a
+  /// damper owes to its ends' places.
   template <bool positive = false>
-  static SpringTangent rates(const LinkGeometry<d>& g, const LinkParameters& p, double sigma) noexcept {
+  static SpringTangent rates(const LinkGeometry<d>& g, const LinkParameters& p, double b, double c) noexcept {
     SpringTangent rate = p.rest_length == 0 ? spring_tangent<ZeroRestSpring>(g.length, p.stiffness, 0.0)
                                             : spring_tangent<Spring, positive>(g.length, p.stiffness, p.rest_length);
-    rate.axial /= sigma;
-    rate.transverse /= sigma;
-    if (p.damping != 0) Damper::template add_rates<d, positive>(g.dx, g.length, g.w, p.damping, sigma, &rate);
+    rate.axial *= c;
+    rate.transverse *= c;
+    if (p.damping != 0) Damper::template add_rates<d, positive>(g.dx, g.length, g.w, p.damping, b, c, &rate);
     return rate;
   }
   static double energy(const LinkGeometry<d>& g, const LinkParameters& p) noexcept {

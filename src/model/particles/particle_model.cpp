@@ -3,6 +3,7 @@
 #include <cmath>
 #include "base/fault.hpp"
 #include "base/find_file.hpp"
+#include "base/memory.hpp"
 #include "base/options.hpp"
 #include "input/text_file.hpp"
 #include "model/particles/events.hpp"
@@ -23,7 +24,7 @@ PetscErrorCode record_option(const char* name, const char* value) {
 
 }  // namespace
 
-PetscErrorCode ParticleModel::create(MPI_Comm comm, Lattice&& lattice, std::unique_ptr<Model>* out) {
+PetscErrorCode ParticleModel::create(MPI_Comm comm, Lattice&& lattice, std::unique_ptr<Mechanics>* out) {
   PetscFunctionBegin;
   auto model = std::make_unique<ParticleModel>();
   NetworkOptions options;
@@ -42,7 +43,7 @@ PetscErrorCode ParticleModel::create(MPI_Comm comm, Lattice&& lattice, std::uniq
   PetscCall(model->read_strain_option());
   PetscCall(model->coupling_.create(model->net_));
   model->physics_ = create_physics(model->net_, model->laws_, model->motion_, model->pattern_);
-  PetscCall(model->tangent_.create(model->net_, *model->physics_, model->pattern_, model->y0_, model->coupling_.active()));
+  PetscCall(model->linearised_.create(model->net_, *model->physics_, model->pattern_, model->y0_, model->coupling_.active()));
   PetscCall(model->potential_.create(model->net_, *model->physics_, model->y0_, model->coupling_.active()));
   model->force_.resize(static_cast<std::size_t>(model->net_.n * model->net_.dim));
   model->rates_ = model->physics_->rates();
@@ -76,7 +77,7 @@ PetscErrorCode ParticleModel::check_laws() const {
   const std::pair<const char*, const double*> vectors[] = {{"-bs_gravity", std::get<UniformGravity>(laws_).g},
                                                            {"-bs_central_point", std::get<CentralGravity>(laws_).x0},
                                                            {"-bs_fluid_velocity", std::get<SphereDrag>(laws_).fluid},
-                                                           {"-bs_attraction_center", std::get<XspAttraction>(laws_).center},
+                                                           {"-bs_xsp_attraction_center", std::get<XspAttraction>(laws_).center},
                                                            {"-bs_anchor_velocity", motion_.c},
                                                            {"-bs_anchor_amplitude", motion_.A}};
   for (const auto& [name, value] : vectors)
@@ -115,10 +116,11 @@ PetscErrorCode ParticleModel::create_state() {
     }
   PetscCall(VecRestoreArray(y0_, &ay));
   PetscCall(state_.create(net_, y0_));
+  layout_ = {d, net_.n};
   PetscFunctionReturn(0);
 }
 
-PetscErrorCode ParticleModel::compute_forces(double t, Vec y) {
+PetscErrorCode ParticleModel::force(double t, Vec y, const double** f) {
   PetscFunctionBegin;
   PetscCall(PetscLogEventBegin(particle_events().force, y, nullptr, nullptr, nullptr));
   fault_ = {};
@@ -129,93 +131,36 @@ PetscErrorCode ParticleModel::compute_forces(double t, Vec y) {
   PetscCall(coupling_.gather(net_, state_));
   if (coupling_.active()) physics_->forces(Part::interior, t, state_, coupling_, force_.data(), &fault_);
   physics_->forces(Part::boundary, t, state_, coupling_, force_.data(), &fault_);
+  *f = force_.data();
   PetscCall(PetscLogEventEnd(particle_events().force, y, nullptr, nullptr, nullptr));
   PetscFunctionReturn(0);
 }
 
-// Momentum form F_x = M (x' - v), F_v = M v' - f; velocity form: both divided by M. Fixed particles: f = 0.
-PetscErrorCode ParticleModel::residual(double t, Vec y, Vec ydot, Form form, Vec F) {
-  const PetscScalar *ay = nullptr, *ayd = nullptr;
-  PetscScalar* aF = nullptr;
-  const PetscInt d = net_.dim, bs = 2 * d;
-  PetscFunctionBegin;
-  PetscCall(compute_forces(t, y));
-  PetscCall(VecGetArrayRead(y, &ay));
-  PetscCall(VecGetArrayRead(ydot, &ayd));
-  PetscCall(VecGetArrayWrite(F, &aF));
-  for (PetscInt i = 0; i < net_.n; ++i) {
-    const double m = form == Form::momentum ? net_.mass[i] : 1.0;
-    const double scale = form == Form::momentum ? 1.0 : 1.0 / net_.mass[i];
-    for (PetscInt c = 0; c < d; ++c) {
-      const PetscInt x = i * bs + c, v = x + d;
-      aF[x] = m * (ayd[x] - ay[v]);
-      aF[v] = m * ayd[v] - scale * force_[i * d + c];
-    }
-  }
-  PetscCall(VecRestoreArrayWrite(F, &aF));
-  PetscCall(VecRestoreArrayRead(ydot, &ayd));
-  PetscCall(VecRestoreArrayRead(y, &ay));
-  PetscFunctionReturn(0);
-}
-
-// G = (v, M^-1 f)
-PetscErrorCode ParticleModel::rhs(double t, Vec y, Vec G) {
-  const PetscScalar* ay = nullptr;
-  PetscScalar* aG = nullptr;
-  const PetscInt d = net_.dim, bs = 2 * d;
-  PetscFunctionBegin;
-  PetscCall(compute_forces(t, y));
-  PetscCall(VecGetArrayRead(y, &ay));
-  PetscCall(VecGetArrayWrite(G, &aG));
-  for (PetscInt i = 0; i < net_.n; ++i)
-    for (PetscInt c = 0; c < d; ++c) {
-      aG[i * bs + c] = ay[i * bs + d + c];
-      aG[i * bs + d + c] = force_[i * d + c] / net_.mass[i];
-    }
-  PetscCall(VecRestoreArrayWrite(G, &aG));
-  PetscCall(VecRestoreArrayRead(y, &ay));
-  PetscFunctionReturn(0);
-}
-
-PetscErrorCode ParticleModel::jacobian(double t, Vec y, Vec, double sigma, Form form, Mat P) {
-  PetscBool shell = PETSC_FALSE;
-  PetscFunctionBegin;
-  PetscCall(tangent_.linearise(t, y, sigma, form));
-  PetscCall(PetscObjectTypeCompare(reinterpret_cast<PetscObject>(P), MATSHELL, &shell));
-  if (shell) {  // nothing to fill, but the preconditioner must know that J has changed
-    PetscCall(MatAssemblyBegin(P, MAT_FINAL_ASSEMBLY));
-    PetscCall(MatAssemblyEnd(P, MAT_FINAL_ASSEMBLY));
-    PetscFunctionReturn(0);
-  }
-  PetscCall(PetscLogEventBegin(particle_events().jacobian, P, nullptr, nullptr, nullptr));
-  const LocalState& state = tangent_.state();
-  PetscCall(coupling_.gather(net_, state));
-  RowWriter writer(net_, pattern_);
-  PetscCall(writer.begin(P));
-  PetscCall(physics_->jacobian(t, state, coupling_, sigma, form == Form::momentum, &writer));
-  PetscCall(writer.end());
-  PetscCall(PetscLogEventEnd(particle_events().jacobian, P, nullptr, nullptr, nullptr));
-  PetscFunctionReturn(0);
-}
-
-PetscErrorCode ParticleModel::create_matrix(Mat* P) {
+PetscErrorCode ParticleModel::create_first_order(Mat* J) {
   PetscFunctionBegin;
   if (!pattern_.created()) pattern_.create(net_);
-  PetscCall(pattern_.create_matrix(net_, P));
-  PetscCall(attach_tangent(*P, &tangent_));
+  PetscCall(reserve_memory(net_.comm, {"the assembled Jacobian of " + net_.source, pattern_.jacobian_bytes(net_.dim),
+                                       "give -bs_operator shell or -snes_mf, which do without it"}));
+  PetscCall(pattern_.create_matrix(net_, J));
   PetscFunctionReturn(0);
 }
 
-PetscErrorCode ParticleModel::create_shell(Mat* P) {
+PetscErrorCode ParticleModel::assemble_first_order(double sigma, bool momentum, Mat J) {
+  const LocalState& state = linearised_.state();
   PetscFunctionBegin;
-  PetscCall(tangent_.create_shell(P));
-  PetscCall(attach_tangent(*P, &tangent_));
+  PetscCall(PetscLogEventBegin(particle_events().jacobian, J, nullptr, nullptr, nullptr));
+  PetscCall(coupling_.gather(net_, state));
+  RowWriter writer(net_, pattern_);
+  PetscCall(writer.begin(J));
+  PetscCall(physics_->jacobian(linearised_.time(), state, coupling_, sigma, momentum, &writer));
+  PetscCall(writer.end());
+  PetscCall(PetscLogEventEnd(particle_events().jacobian, J, nullptr, nullptr, nullptr));
   PetscFunctionReturn(0);
 }
 
-PetscErrorCode ParticleModel::create_operator(Mat P, Form form, Mat* A) {
+PetscErrorCode ParticleModel::create_first_order_operator(Mat J, bool momentum, Mat* A) {
   PetscFunctionBegin;
-  PetscCall(coupling_.create_operator(net_, P, form == Form::momentum, A));
+  PetscCall(coupling_.create_operator(net_, J, momentum, A));
   PetscFunctionReturn(0);
 }
 

@@ -1,10 +1,10 @@
-// Particle systems M x'' = f(t, x, x') as a Model: state (x, v) interlaced by particle, block size 2d.
+// Particle systems as second-order systems M x'' = f(t, x, v): what is read, what acts, what is shown.
 #pragma once
 #include <memory>
 #include "lattice/lattice.hpp"
-#include "model/model.hpp"
-#include "model/particles/condensed/particle_tangent.hpp"
+#include "model/mechanics.hpp"
 #include "model/particles/coupling.hpp"
+#include "model/particles/linearised_forces.hpp"
 #include "model/particles/local_state.hpp"
 #include "model/particles/particle_potential.hpp"
 #include "model/particles/physics.hpp"
@@ -14,29 +14,28 @@
 
 namespace bs {
 
-class ParticleModel final : public Model {
+class ParticleModel final : public Mechanics {
  public:
   /// Collective. Reads the laws' options, distributes the lattice and sets the loops up. The lattice's chunk is kept
   /// until release_input() is called.
-  static PetscErrorCode create(MPI_Comm comm, Lattice&& lattice, std::unique_ptr<Model>* out);
+  static PetscErrorCode create(MPI_Comm comm, Lattice&& lattice, std::unique_ptr<Mechanics>* out);
 
   const char* name() const override { return "particles"; }
   int dim() const override { return net_.dim; }
   MPI_Comm comm() const override { return net_.comm; }
   Vec initial_state() const override { return y0_; }
   std::vector<std::string> describe() const override;
-  PetscErrorCode residual(double t, Vec y, Vec ydot, Form form, Vec F) override;
-  PetscErrorCode jacobian(double t, Vec y, Vec ydot, double sigma, Form form, Mat P) override;
-  PetscErrorCode rhs(double t, Vec y, Vec G) override;
-  PetscErrorCode create_matrix(Mat* P) override;
-  PetscErrorCode create_operator(Mat P, Form form, Mat* A) override;
+  const Layout& layout() const override { return layout_; }
+  const std::vector<double>& masses() const override { return net_.mass; }
+  PetscErrorCode force(double t, Vec y, const double** f) override;
+  PetscErrorCode force_magnitudes(double t, Vec y, double* size) override;
+  Linearisation& linearisation() override { return linearised_; }
+  bool couples_all() const override { return coupling_.active(); }
+  Incremental* potential() override { return &potential_; }
+  PetscErrorCode create_first_order(Mat* J) override;
+  PetscErrorCode assemble_first_order(double sigma, bool momentum, Mat J) override;
+  PetscErrorCode create_first_order_operator(Mat J, bool momentum, Mat* A) override;
   bool time_dependent() const override { return motion_.active(); }
-  Tangent* tangent() override { return coupling_.active() ? nullptr : &tangent_; }
-  Incremental* incremental() override { return &potential_; }
-  PetscErrorCode create_shell(Mat* P) override;
-  PetscErrorCode residual_norms(Vec F, ResidualNorms* norms) override;
-  PetscErrorCode velocity_errors(Vec y, Vec F, double sigma, Form form, double* worst, double* fastest) override;
-  PetscErrorCode residual_floor(double t, Vec y, double sigma, Form form, ResidualNorms* floor) override;
   PetscErrorCode observe(double t, Vec y, std::vector<Observable>* out) override;
   PetscErrorCode energy_supply(double t, Vec y, EnergySupply* out, bool* has) override;
   PetscErrorCode fields(double t, Vec y, std::vector<Field>* out) override;
@@ -56,7 +55,6 @@ class ParticleModel final : public Model {
   PetscErrorCode create_output();
   PetscErrorCode fill_output(Vec y);
   PetscErrorCode read_strain_option();
-  PetscErrorCode compute_forces(double t, Vec y);
 
   Network net_;
   Lattice lattice_;
@@ -64,14 +62,14 @@ class ParticleModel final : public Model {
   Motion motion_;
   Coupling coupling_;
   RowPattern pattern_;
+  Layout layout_;
   LocalState state_;
   SpringStrain strain_;
   bool store_strain_ = false;
   std::unique_ptr<Physics> physics_;
-  ParticleTangent tangent_;
+  LinearisedForces linearised_;
   ParticlePotential potential_;
   std::vector<double> force_, rates_;
-  std::vector<double> rounding_;  ///< (n) velocity errors that rounding of the forces stands for [m/s], of the last floor
   VecHandle y0_, position_, velocity_;       ///< the latter two in the input's order
   ScatterHandle to_position_, to_velocity_;
   Singularity fault_;

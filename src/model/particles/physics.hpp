@@ -7,6 +7,7 @@
 #include "laws/motion.hpp"
 #include "laws/registry.hpp"
 #include "model/incremental.hpp"
+#include "model/mechanics.hpp"
 #include "model/particles/condensed/block_rows.hpp"
 #include "model/particles/condensed/spring_matrix.hpp"
 #include "model/particles/coupling.hpp"
@@ -45,11 +46,11 @@ class Physics {
   /// Writes J = [sigma M, -M; -K, sigma M - D] (momentum form) or the same divided by M (velocity form).
   virtual PetscErrorCode jacobian(double t, const LocalState& state, const Coupling& coupling, double sigma, bool momentum,
                                   RowWriter* writer) const = 0;
-  /// S = sigma M - D - K/sigma spring by spring; what is not symmetric (axial dampers at work) is symmetrised. `positive`:
+  /// S = a M - b D - c K spring by spring; what is not symmetric (axial dampers at work) is symmetrised. `positive`:
   /// only what makes S positive definite.
-  virtual void condense_springs(double t, const LocalState& state, double sigma, bool positive, SpringMatrix* S) const = 0;
+  virtual void condense_springs(double t, const LocalState& state, const Coefficients& abc, bool positive, SpringMatrix* S) const = 0;
   /// The same by block rows, as it is; couplings of all particles are left out.
-  virtual PetscErrorCode condense_rows(double t, const LocalState& state, double sigma, bool positive,
+  virtual PetscErrorCode condense_rows(double t, const LocalState& state, const Coefficients& abc, bool positive,
                                        BlockRowWriter* writer) const = 0;
   /// f = K z_x + D z_v for every owned particle, overwritten; `z` is gathered, zero at fixed particles.
   virtual void multiply_tangent(double t, const LocalState& state, const LocalState& z, double* f) const = 0;

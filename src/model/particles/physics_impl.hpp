@@ -113,13 +113,13 @@ class PhysicsOf final : public Physics {
     }
   }
 
-  void condense_springs(double t, const LocalState& state, double sigma, bool positive, SpringMatrix* S) const override {
-    positive ? fill_springs<true>(t, state, sigma, S) : fill_springs<false>(t, state, sigma, S);
+  void condense_springs(double t, const LocalState& state, const Coefficients& abc, bool positive, SpringMatrix* S) const override {
+    positive ? fill_springs<true>(t, state, abc, S) : fill_springs<false>(t, state, abc, S);
   }
-  PetscErrorCode condense_rows(double t, const LocalState& state, double sigma, bool positive,
+  PetscErrorCode condense_rows(double t, const LocalState& state, const Coefficients& abc, bool positive,
                                BlockRowWriter* writer) const override {
     PetscFunctionBegin;
-    PetscCall(positive ? fill_rows<true>(t, state, sigma, writer) : fill_rows<false>(t, state, sigma, writer));
+    PetscCall(positive ? fill_rows<true>(t, state, abc, writer) : fill_rows<false>(t, state, abc, writer));
     PetscFunctionReturn(0);
   }
   void multiply_tangent(double t, const LocalState& state, const LocalState& z, double* f) const override;
@@ -246,11 +246,11 @@ class PhysicsOf final : public Physics {
   template <class Law>
   static void add_law(const Law& law, const Point<d>& point, const double* dx, const double* dv, double sigma, PotentialChange* sum);
   template <bool positive>
-  void fill_springs(double t, const LocalState& state, double sigma, SpringMatrix* S) const;
+  void fill_springs(double t, const LocalState& state, const Coefficients& abc, SpringMatrix* S) const;
   template <bool positive>
-  PetscErrorCode fill_rows(double t, const LocalState& state, double sigma, BlockRowWriter* writer) const;
+  PetscErrorCode fill_rows(double t, const LocalState& state, const Coefficients& abc, BlockRowWriter* writer) const;
   template <bool positive>
-  void node_block(PetscInt i, double t, const LocalState& state, const AnchorShift& shift, double sigma, double* A) const;
+  void node_block(PetscInt i, double t, const LocalState& state, const AnchorShift& shift, const Coefficients& abc, double* A) const;
 
   const Network& net_;
   const ParticleLaws& laws_;

@@ -4,7 +4,6 @@
 #include <string>
 #include "base/fault.hpp"
 #include "base/handle.hpp"
-#include "model/particles/condensed/block_icc.hpp"
 #include "solve/condensed/inner_solver.hpp"
 
 namespace bs {
@@ -123,7 +122,6 @@ PetscErrorCode is_condensed(PC pc, bool* is) {
 PetscErrorCode register_condensed() {
   PetscFunctionBegin;
   PetscCall(PCRegister(TYPE, create));
-  PetscCall(register_block_icc());
   PetscFunctionReturn(0);
 }
 

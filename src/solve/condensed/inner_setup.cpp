@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <cmath>
 #include "base/fault.hpp"
-#include "model/particles/condensed/block_icc.hpp"
 #include "solve/condensed/condensed.hpp"
 #include "solve/pivots.hpp"
 

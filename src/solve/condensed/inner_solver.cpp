@@ -2,7 +2,6 @@
 #include <algorithm>
 #include <cmath>
 #include "base/fault.hpp"
-#include "model/particles/condensed/block_icc.hpp"
 #include "solve/condensed/condensed.hpp"
 #include "solve/pivots.hpp"
 
@@ -181,7 +180,9 @@ PetscErrorCode InnerSolver::add_shifts(CondensedCounts* counts) const {
     PC pc;
     PetscInt shifts = 0;
     PetscCall(KSPGetPC(ksp, &pc));
-    PetscCall(block_icc_shifts(pc, &shifts));
+    PetscErrorCode (*factor_shifts)(PC, PetscInt*) = nullptr;
+    PetscCall(PetscObjectQueryFunction(reinterpret_cast<PetscObject>(pc), "BSFactorShifts_C", &factor_shifts));
+    if (factor_shifts) PetscCall(factor_shifts(pc, &shifts));
     counts->shifts += shifts;
   }
   PetscFunctionReturn(0);
@@ -200,7 +201,5 @@ PetscErrorCode InnerSolver::out_of_memory(bool* yes) const {
   }
   PetscFunctionReturn(0);
 }
-
-
 
 }  // namespace bs

@@ -22,10 +22,8 @@ class BlockFactor {
 /// `single_precision`: factors kept in single precision, sums in double. Stiffness ratios beyond about 1e5 need double.
 std::unique_ptr<BlockFactor> create_block_factor(int dim, bool single_precision);
 
-/// Registers the type "bicc" with PETSc; once, after PetscInitialize.
+/// Registers the type "bicc" with PETSc; once, after PetscInitialize. A PC of it composes "BSFactorShifts_C", a function
+/// PetscErrorCode (PC, PetscInt* count): the shifts its factorisations have needed so far.
 PetscErrorCode register_block_icc();
-
-/// Shifts the factorisations of this "bicc" have needed so far.
-PetscErrorCode block_icc_shifts(PC pc, PetscInt* count);
 
 }  // namespace bs

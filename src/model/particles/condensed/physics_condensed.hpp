@@ -7,10 +7,10 @@ namespace bs {
 
 namespace condensed {
 
-/// B += t I + (a - t) u u^T of one link, a and t its rates along and across: the part of -(D + K/sigma) that has this form.
+/// B += t I + (a - t) u u^T of one link, a and t its rates along and across: the part of -(b D + c K) that has this form.
 template <class Kernel, bool positive, int d>
-inline void add_link(const LinkGeometry<d>& g, const LinkParameters& p, double sigma, double* B) noexcept {
-  const SpringTangent rate = Kernel::template rates<positive>(g, p, sigma);
+inline void add_link(const LinkGeometry<d>& g, const LinkParameters& p, const Coefficients& abc, double* B) noexcept {
+  const SpringTangent rate = Kernel::template rates<positive>(g, p, abc.damping, abc.stiffness);
   double u[d];
   for (int c = 0; c < d; ++c) u[c] = g.length > 0 ? g.dx[c] / g.length : 0;
   add_tensor<d>(rate.transverse, rate.axial - rate.transverse, u, B);
@@ -19,8 +19,8 @@ inline void add_link(const LinkGeometry<d>& g, const LinkParameters& p, double s
 /// Adds a link to the numbers (w, t) of its pair: B = t I + a u u^T, w = sqrt(a) u. Links of one pair share u. A damper's
 /// force also depends on where its ends are; what of that is not of this form is left out.
 template <class Kernel, bool positive, int d>
-inline void add_to_pair(const LinkGeometry<d>& g, const LinkParameters& p, double sigma, float* pair) noexcept {
-  const SpringTangent rate = Kernel::template rates<positive>(g, p, sigma);
+inline void add_to_pair(const LinkGeometry<d>& g, const LinkParameters& p, const Coefficients& abc, float* pair) noexcept {
+  const SpringTangent rate = Kernel::template rates<positive>(g, p, abc.damping, abc.stiffness);
   double along = rate.axial - rate.transverse;
   for (int c = 0; c < d; ++c) along += static_cast<double>(pair[c]) * static_cast<double>(pair[c]);
   const double scale = along > 0 && g.length > 0 ? std::sqrt(along) / g.length : 0;
@@ -37,32 +37,32 @@ inline void add_symmetric(const double* B, Real* to) noexcept {
 
 }  // namespace condensed
 
-// A_i = sigma m_i - D_i - K_i/sigma of particle laws and anchors
+// A_i = a m_i - b D_i - c K_i of particle laws and anchors
 template <int d, class Spring, class Damper>
 template <bool positive>
 void PhysicsOf<d, Spring, Damper>::node_block(PetscInt i, double t, const LocalState& state, const AnchorShift& shift,
-                                              double sigma, double* A) const {
+                                              const Coefficients& abc, double* A) const {
   std::fill_n(A, d * d, 0.0);
-  for (int c = 0; c < d; ++c) A[c * (d + 1)] = sigma * net_.mass[i];
+  for (int c = 0; c < d; ++c) A[c * (d + 1)] = abc.mass * net_.mass[i];
   if (net_.fixed[i]) return;
   const double* y = state.at(i);
   const Point<d> point{t, net_.mass[i], net_.radius[i], y, y + d};
   double K[d * d] = {}, D[d * d] = {};
   add_node_tangent<positive>(i, point, shift, K, D);
-  for (int k = 0; k < d * d; ++k) A[k] -= D[k] + K[k] / sigma;
+  for (int k = 0; k < d * d; ++k) A[k] -= abc.damping * D[k] + abc.stiffness * K[k];
 }
 
 // Links of a row come in the pattern's order: each fills the next pair, or the one before it if it runs parallel.
 template <int d, class Spring, class Damper>
 template <bool positive>
-void PhysicsOf<d, Spring, Damper>::fill_springs(double t, const LocalState& state, double sigma, SpringMatrix* S) const {
+void PhysicsOf<d, Spring, Damper>::fill_springs(double t, const LocalState& state, const Coefficients& abc, SpringMatrix* S) const {
   const AnchorShift shift(motion_, t);
   const Links& links = net_.links;
   PetscInt pair = -1, cut = -1;
   S->zero();
   for (PetscInt i = 0; i < net_.n; ++i) {
     double node[d * d];
-    node_block<positive>(i, t, state, shift, sigma, node);
+    node_block<positive>(i, t, state, shift, abc, node);
     const double* y = state.at(i);
     PetscInt last = -1;
     for (PetscInt e = links.start[i]; e < links.start[i + 1] && !net_.fixed[i]; ++e) {
@@ -74,8 +74,8 @@ void PhysicsOf<d, Spring, Damper>::fill_springs(double t, const LocalState& stat
       const LinkGeometry<d> g(y, state.at(j));
       const LinkParameters p = parameters(links, e);
       if (!Kernel::defined(g, p)) continue;
-      if (held) condensed::add_link<Kernel, positive, d>(g, p, sigma, node);
-      else condensed::add_to_pair<Kernel, positive, d>(g, p, sigma, j < net_.n ? S->pair(pair) : S->cut(cut));
+      if (held) condensed::add_link<Kernel, positive, d>(g, p, abc, node);
+      else condensed::add_to_pair<Kernel, positive, d>(g, p, abc, j < net_.n ? S->pair(pair) : S->cut(cut));
     }
     condensed::add_symmetric<d>(node, S->node(i));
   }
@@ -83,7 +83,7 @@ void PhysicsOf<d, Spring, Damper>::fill_springs(double t, const LocalState& stat
 
 template <int d, class Spring, class Damper>
 template <bool positive>
-PetscErrorCode PhysicsOf<d, Spring, Damper>::fill_rows(double t, const LocalState& state, double sigma,
+PetscErrorCode PhysicsOf<d, Spring, Damper>::fill_rows(double t, const LocalState& state, const Coefficients& abc,
                                                        BlockRowWriter* writer) const {
   const AnchorShift shift(motion_, t);
   const Links& links = net_.links;
@@ -93,14 +93,14 @@ PetscErrorCode PhysicsOf<d, Spring, Damper>::fill_rows(double t, const LocalStat
     const PetscInt width = pattern_.count(i) * d;
     std::fill_n(panel.begin(), width * d, 0.0);
     double node[d * d];
-    node_block<positive>(i, t, state, shift, sigma, node);
+    node_block<positive>(i, t, state, shift, abc, node);
     for (PetscInt e = links.start[i]; e < links.start[i + 1] && !net_.fixed[i]; ++e) {
       if (links.spring[e] < 0) continue;
       const LinkGeometry<d> g(state.at(i), state.at(links.other[e]));
       const LinkParameters p = parameters(links, e);
       if (!Kernel::defined(g, p)) continue;
       double B[d * d] = {};
-      condensed::add_link<Kernel, positive, d>(g, p, sigma, B);
+      condensed::add_link<Kernel, positive, d>(g, p, abc, B);
       const PetscInt slot = pattern_.slot(e);
       for (int r = 0; r < d; ++r)
         for (int c = 0; c < d; ++c) {

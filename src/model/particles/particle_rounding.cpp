@@ -1,4 +1,4 @@
-// How large residuals of a particle system are, how small they can get, and what went wrong in one.
+// How precise the forces of a particle system are, what feeds its energies, and what went wrong in an evaluation.
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -8,71 +8,16 @@
 
 namespace bs {
 
-PetscErrorCode ParticleModel::residual_norms(Vec F, ResidualNorms* norms) {
-  const PetscScalar* aF = nullptr;
-  const PetscInt d = net_.dim, bs = 2 * d;
-  *norms = {0, 0};
-  PetscFunctionBegin;
-  PetscCall(VecGetArrayRead(F, &aF));
-  for (PetscInt i = 0; i < net_.n; ++i)
-    for (PetscInt c = 0; c < bs; ++c) (*norms)[c >= d] += aF[i * bs + c] * aF[i * bs + c];
-  PetscCall(VecRestoreArrayRead(F, &aF));
-  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, norms->data(), 2, MPI_DOUBLE, MPI_SUM, net_.comm));
-  for (double& norm : *norms) norm = std::sqrt(norm);
-  PetscFunctionReturn(0);
-}
-
-// A particle left with the forces F_v of the momentum form would be sigma m dv = F_v away from its velocity if no spring held
-// it, and F_x = m dv; what rounding errors of its own forces make of that is not counted.
-PetscErrorCode ParticleModel::velocity_errors(Vec y, Vec F, double sigma, Form form, double* worst, double* fastest) {
-  constexpr double NEAR = 100;
-  const PetscScalar *ay = nullptr, *aF = nullptr;
-  const PetscInt d = net_.dim, bs = 2 * d;
-  double high[2] = {0, 0};
-  PetscFunctionBegin;
-  PetscCall(VecGetArrayRead(y, &ay));
-  PetscCall(VecGetArrayRead(F, &aF));
-  for (PetscInt i = 0; i < net_.n; ++i) {
-    const double mass = form == Form::momentum ? net_.mass[i] : 1.0;
-    double error = 0, v = 0;
-    for (PetscInt c = 0; c < d; ++c) {
-      v = std::max(v, std::abs(ay[i * bs + d + c]));
-      error = std::max({error, std::abs(aF[i * bs + c]) / mass, std::abs(aF[i * bs + d + c]) / (sigma * mass)});
-    }
-    high[0] = std::max(high[0], error - NEAR * rounding_[static_cast<std::size_t>(i)]);
-    high[1] = std::max(high[1], v);
-  }
-  PetscCall(VecRestoreArrayRead(F, &aF));
-  PetscCall(VecRestoreArrayRead(y, &ay));
-  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, high, 2, MPI_DOUBLE, MPI_MAX, net_.comm));
-  *worst = high[0];
-  *fastest = high[1];
-  PetscFunctionReturn(0);
-}
-
-// Rounding of x alone moves the force on a particle by its springs' rates times eps |x|; of v, its momentum; and laws
-// that balance (weight and drag) leave the rounding of each.
-PetscErrorCode ParticleModel::residual_floor(double t, Vec y, double sigma, Form form, ResidualNorms* floor) {
+// Rounding of x alone moves the force on a particle by its springs' rates times eps |x|; and laws that balance (weight and
+// drag) leave the rounding of each.
+PetscErrorCode ParticleModel::force_magnitudes(double t, Vec y, double* size) {
   const PetscInt d = net_.dim;
-  *floor = {0, 0};
   PetscFunctionBegin;
   PetscCall(state_.gather(y));
-  std::vector<double> size(static_cast<std::size_t>(net_.n));
-  physics_->law_sizes(t, state_, size.data());
-  rounding_.assign(static_cast<std::size_t>(net_.n), 0.0);
+  std::vector<double> laws(static_cast<std::size_t>(net_.n));
+  physics_->law_sizes(t, state_, laws.data());
   for (PetscInt i = 0; i < net_.n; ++i)
-    for (PetscInt c = 0; c < d; ++c) {
-      const double x = std::abs(state_.at(i)[c]), v = std::abs(state_.at(i)[d + c]);
-      const double scale = form == Form::momentum ? 1.0 : 1.0 / net_.mass[i];
-      const double momentum = net_.fixed[i] ? 0.0 : scale * (2 * rates_[i] * x + net_.mass[i] * sigma * v + size[i]);
-      const double kinematic = scale * net_.mass[i] * (sigma * x + v);
-      double& rounding = rounding_[static_cast<std::size_t>(i)];
-      rounding = std::max(rounding, 2 * PETSC_MACHINE_EPSILON * std::max(momentum / sigma, kinematic) / (scale * net_.mass[i]));
-      (*floor)[0] += kinematic * kinematic;
-      (*floor)[1] += momentum * momentum;
-    }
-  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, floor->data(), 2, MPI_DOUBLE, MPI_SUM, net_.comm));
-  for (double& norm : *floor) norm = 2 * PETSC_MACHINE_EPSILON * std::sqrt(norm);
+    for (PetscInt c = 0; c < d; ++c) size[i * d + c] = net_.fixed[i] ? 0.0 : 2 * rates_[i] * std::abs(state_.at(i)[c]) + laws[i];
   PetscFunctionReturn(0);
 }
 

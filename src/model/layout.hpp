@@ -1,0 +1,18 @@
+// How the state y = (x, v) of a second-order system lies in its vector. Nothing else may know.
+#pragma once
+#include <petscsys.h>
+
+namespace bs {
+
+/// Position and velocity of particle i lie side by side: block i of 2d numbers is (x_i, v_i). Vectors over particles alone (a
+/// force, a velocity) have blocks of d numbers.
+struct Layout {
+  PetscInt dim = 0;        ///< d
+  PetscInt particles = 0;  ///< owned by this rank
+  PetscInt block() const noexcept { return 2 * dim; }
+  /// Index of component c of the position (the velocity) of owned particle i.
+  PetscInt x(PetscInt i, PetscInt c = 0) const noexcept { return i * 2 * dim + c; }
+  PetscInt v(PetscInt i, PetscInt c = 0) const noexcept { return i * 2 * dim + dim + c; }
+};
+
+}  // namespace bs
