@@ -16,7 +16,9 @@
 #include "base/crash.hpp"
 #include "base/fault.hpp"
 #include "base/find_file.hpp"
+#include "base/help.hpp"
 #include "base/options.hpp"
+#include "base/renamed.hpp"
 #include "base/told.hpp"
 #include "checkpoint/checkpoint.hpp"
 #include "model/create.hpp"
@@ -31,9 +33,10 @@
 namespace {
 
 const char HELP[] =
-    "backspring: mass-spring systems M x'' = f(t, x, x') by any PETSc time stepper.\n"
+    "backspring: implicit time integration of mass-spring systems M x'' = f(t, x, x') with PETSc\n"
     "  mpirun -n 2 backspring -options_file options/problems/cloth.yaml [any -bs_ -ts_ -snes_ -ksp_ -pc_ option]\n"
-    "Exit codes: 0 done, 2 bad input or options, 3 solve failed, 4 output failed, 130/143 stopped by a signal.\n\n";
+    "An option and its value are separated by a blank; components of a value by commas: -bs_gravity 0,-9.81\n"
+    "Exit codes: 0 done, 2 bad input or options, 3 solve failed, 4 output failed, 130/143 stopped by a signal\n\n";
 
 PetscErrorCode run_program(int* exit_code) {
   PetscFunctionBegin;
@@ -44,7 +47,9 @@ PetscErrorCode run_program(int* exit_code) {
   PetscCall(bs::register_condensed());
   PetscCall(bs::register_models());
   PetscCall(bs::register_searches());
+  PetscCall(bs::rename_old_options(PETSC_COMM_WORLD));
   PetscCall(bs::recall_options(PETSC_COMM_WORLD));
+  PetscCall(bs::rename_old_options(PETSC_COMM_WORLD));  // those of a checkpoint
   PetscCall(bs::create_model(PETSC_COMM_WORLD, &model));
   PetscCall(bs::run_model(*model, exit_code));
   PetscFunctionReturn(0);
@@ -57,6 +62,8 @@ bool asks_version(int argc, char** argv) {
 }
 
 std::string fault_of_words(const std::string& where, const std::vector<std::string>& words) {
+  const std::string form = bs::fault_of_form(words);
+  if (!form.empty()) return where + form;
   const std::vector<std::string> stray = bs::stray_words(words);
   if (stray.empty()) return {};
   return where + "'" + stray[0] + "' is neither an option nor the value of one: options begin with a dash, lists have no blanks, like 0,-9.81";
@@ -81,6 +88,7 @@ bool refused(int argc, char** argv) {
 int run_petsc(int argc, char** argv) {
   int exit_code = 0;
   bs::watch_start();
+  bs::collect_help(argc, argv);
   if (PetscInitialize(&argc, &argv, nullptr, HELP)) return static_cast<int>(bs::Exit::input);
   PetscErrorCode status = bs::install_error_handler();
   if (!status) status = bs::install_crash_handler();
@@ -89,6 +97,7 @@ int run_petsc(int argc, char** argv) {
   // a reader that hangs up (| head) is no reason for a stack trace
   std::signal(SIGPIPE, SIG_DFL);
   if (!status) status = run_program(&exit_code);
+  bs::print_help();
   const int failed = bs::finish(status);
   (void)PetscPopErrorHandler();  // else -malloc_dump would list it
   if (PetscFinalize() && !failed) return static_cast<int>(bs::Exit::io);
@@ -116,6 +125,7 @@ void one_thread_for_blas() {
 }  // namespace
 
 int main(int argc, char** argv) {
+  bs::translate_common_flags(argc, argv);
   // Open MPI's shared file pointers, which nothing here uses, are tried whenever a file is opened; this kind of them
   // overflows its buffer where the name has more than some 240 characters
   setenv("OMPI_MCA_sharedfp", "^lockedfile", 0);

@@ -4,7 +4,7 @@
   options/reference/make_reference.py --program build/release/backspring           writes the three below
   options/reference/make_reference.py --program build/release/backspring --check   exit code 1 if one is out of date
 
-options/reference/README.md (every option), backspring.1 beside it (the man page), and the table in the project's README.
+options/reference/README.md (every option), backspring.1 beside it (the man page), and the table of topics in options/README.md.
 """
 import argparse
 import pathlib
@@ -64,7 +64,7 @@ def shortened(names):
     return out
 
 
-def readme_table(found):
+def topics_table(found):
     rows = [f"| {title} | {', '.join(f'`{n}`' for n in shortened([name for name, _, _ in options]))} |" for title, options in found.items()]
     return "\n".join([BEGIN, "", "| topic | options |", "|---|---|", *rows, "", END])
 
@@ -112,13 +112,13 @@ def main():
     args = parser.parse_args()
     found = sections(args.program)
     version = subprocess.run([args.program, "-bs_version"], capture_output=True, text=True).stdout.split()[1]
-    front = ROOT / "README.md"
+    front = ROOT / "options/README.md"
     text = front.read_text()
     if BEGIN not in text or END not in text:
         sys.exit(f"{front}: has no lines '{BEGIN}' and '{END}'")
     head, rest = text.split(BEGIN)
     wanted = {HERE / "README.md": reference(found), HERE / "backspring.1": man_page(found, version),
-              front: head + readme_table(found) + rest.split(END)[1]}
+              front: head + topics_table(found) + rest.split(END)[1]}
     stale = [path for path, content in wanted.items() if not path.exists() or path.read_text() != content]
     for path in stale:
         if not args.check:

@@ -4,6 +4,7 @@
 #include <sys/stat.h>
 #include <yaml.h>
 
+#include <cctype>
 #include <cerrno>
 #include <cstdlib>
 #include <cstring>
@@ -127,6 +128,18 @@ std::vector<std::string> stray_words(const std::vector<std::string>& words) {
     else if (k + 1 < words.size() && !is_option(words[k + 1])) ++k;  // its value
   }
   return stray;
+}
+
+std::string fault_of_form(const std::vector<std::string>& words) {
+  for (const std::string& word : words) {
+    const std::size_t dashes = word.find_first_not_of('-'), equals = word.find('=');
+    if (dashes == 0 || dashes == std::string::npos || !std::isalpha(static_cast<unsigned char>(word[dashes]))) continue;
+    const std::string name = "-" + word.substr(dashes, equals == std::string::npos ? equals : equals - dashes);
+    if (equals != std::string::npos)
+      return "'" + word + "': an option and its value are separated by a blank: write " + name + " " + word.substr(equals + 1);
+    if (dashes > 1) return "'" + word + "': options begin with one dash: write " + name;
+  }
+  return {};
 }
 
 std::vector<std::string> words_of_environment() {

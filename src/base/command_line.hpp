@@ -16,6 +16,10 @@ std::string fault_of_yaml(const std::string& text, const std::string& name);
 /// Local. Those of `words` that are neither options nor values of one: PETSc passes over them silently.
 std::vector<std::string> stray_words(const std::vector<std::string>& words);
 
+/// Local. One line about the first of `words` that is an option written in the form of other programs, -option=value or
+/// --option; or nothing.
+std::string fault_of_form(const std::vector<std::string>& words);
+
 /// Local. The words of PETSC_OPTIONS.
 std::vector<std::string> words_of_environment();
 

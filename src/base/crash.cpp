@@ -9,6 +9,7 @@
 #include <initializer_list>
 #include <new>
 
+#include "base/memory_room.hpp"
 #include "base/told.hpp"
 
 namespace bs {
@@ -56,6 +57,10 @@ extern "C" void on_crash(int number) {
   let_rank_0_speak();
   // on the way out: the library that found the file damaged may still stumble over it while it closes it
   if (told_exit() != Exit::ok) _exit(static_cast<int>(told_exit()));
+  if (*reading && out_of_memory()) {
+    write_line({"backspring: error: ", reading, ": no memory left for the library that reads it: raise the memory limit, or use more ranks"});
+    _exit(static_cast<int>(Exit::input));
+  }
   if (*reading) {
     write_line({"backspring: error: ", reading, ": damaged: the library that reads it ended in a ", name, "; write the file anew"});
     _exit(static_cast<int>(Exit::input));

@@ -1,5 +1,6 @@
 // Owners of PETSc objects: destroyed when they go out of scope, moved but never copied.
 #pragma once
+#include <petscsf.h>
 #include <petscts.h>
 #include <utility>
 
@@ -41,6 +42,9 @@ using VecHandle = Handle<Vec, VecDestroy>;
 using MatHandle = Handle<Mat, MatDestroy>;
 using ISHandle = Handle<IS, ISDestroy>;
 using ScatterHandle = Handle<VecScatter, VecScatterDestroy>;
+using SFHandle = Handle<PetscSF, PetscSFDestroy>;
+using KSPHandle = Handle<KSP, KSPDestroy>;
+using PCHandle = Handle<PC, PCDestroy>;
 using TSHandle = Handle<TS, TSDestroy>;
 using ViewerHandle = Handle<PetscViewer, PetscViewerDestroy>;
 

@@ -14,9 +14,9 @@ constexpr std::size_t longest_text = 65536;
 /// One scalar attribute into `facts`; others are passed over.
 herr_t keep_attribute(hid_t object, const char* name, const H5A_info_t*, void* data) {
   Facts& facts = *static_cast<Facts*>(data);
-  const Hdf5Id attribute(H5Aopen(object, name, H5P_DEFAULT), H5Aclose);
+  const H5 attribute(H5Aopen(object, name, H5P_DEFAULT), H5Aclose);
   if (!attribute) return -1;
-  const Hdf5Id type(H5Aget_type(attribute), H5Tclose), space(H5Aget_space(attribute), H5Sclose);
+  const H5 type(H5Aget_type(attribute), H5Tclose), space(H5Aget_space(attribute), H5Sclose);
   if (!type || !space || H5Sget_simple_extent_npoints(space) != 1) return 0;
   const H5T_class_t kind = H5Tget_class(type);
   if (kind == H5T_INTEGER) return H5Aread(attribute, H5T_NATIVE_INT64, &facts.whole[name]);
@@ -31,19 +31,19 @@ herr_t keep_attribute(hid_t object, const char* name, const H5A_info_t*, void* d
 
 /// The attributes of `group`; false if it is not there or damaged.
 bool attributes_of(const Hdf5File& file, const char* group, Facts* facts) {
-  const Hdf5Id object = file.group(group);
+  const H5 object = file.group(group);
   return object && H5Aiterate2(object, H5_INDEX_NAME, H5_ITER_INC, nullptr, keep_attribute, facts) >= 0;
 }
 
 /// The values of /options that are too long for attributes: datasets of one text. `bytes`: more than the file has cannot be true.
 bool long_texts_of(const Hdf5File& file, const std::string& group, std::int64_t bytes, Facts* facts) {
   for (const std::string& name : file.members(group)) {
-    const Hdf5Id owner = file.group(group);
+    const H5 owner = file.group(group);
     H5L_info_t link;
     if (!owner || H5Lget_info(owner, name.c_str(), &link, H5P_DEFAULT) < 0 || link.type != H5L_TYPE_HARD) return false;
-    const Hdf5Id set(H5Dopen2(owner, name.c_str(), H5P_DEFAULT), H5Dclose);
+    const H5 set(H5Dopen2(owner, name.c_str(), H5P_DEFAULT), H5Dclose);
     if (!set) return false;
-    const Hdf5Id type(H5Dget_type(set), H5Tclose), space(H5Dget_space(set), H5Sclose), list(H5Dget_create_plist(set), H5Pclose);
+    const H5 type(H5Dget_type(set), H5Tclose), space(H5Dget_space(set), H5Sclose), list(H5Dget_create_plist(set), H5Pclose);
     if (!type || !space || !list || H5Tget_class(type) != H5T_STRING || H5Tis_variable_str(type) != 0) return false;
     const std::size_t size = H5Tget_size(type);
     if (H5Pget_layout(list) != H5D_CONTIGUOUS || H5Pget_external_count(list) != 0 || H5Sget_simple_extent_npoints(space) != 1 ||

@@ -9,6 +9,7 @@
 #include "input/gmsh_file.hpp"
 #include "input/gmsh_scan.hpp"
 #include "input/validate.hpp"
+#include "system/footprint.hpp"
 
 namespace bs {
 
@@ -195,6 +196,7 @@ PetscErrorCode read_gmsh(MPI_Comm comm, const std::string& path, const Generator
     out->warnings.push_back(path + ": elements of second or higher order: nodes between their corners are left out, springs join the "
                                    "corners; postprocess/convert.py keeps them as particles");
   PetscCall(check_sizes(comm, path, head[1], out->dim, head[2], 0));
+  PetscCall(reserve_lattice(comm, path, {head[1], head[2], 0, out->dim}));
   out->particles = split_rows(head[1], rank, size);
   out->springs = split_rows(head[2], rank, size);
   PetscCall(scatter_rows(comm, mesh.position, out->particles, out->dim, MPI_DOUBLE, &out->position));

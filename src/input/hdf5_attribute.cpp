@@ -12,7 +12,7 @@ constexpr std::size_t longest_text = 65536;
 
 /// Reads one string of `attribute`; false if it is not one string or cannot be read.
 bool read_text(hid_t attribute, std::string* out) {
-  const Hdf5Id type(H5Aget_type(attribute), H5Tclose), space(H5Aget_space(attribute), H5Sclose);
+  const H5 type(H5Aget_type(attribute), H5Tclose), space(H5Aget_space(attribute), H5Sclose);
   if (!type || !space || H5Tget_class(type) != H5T_STRING || H5Sget_simple_extent_npoints(space) != 1) return false;
   // The memory type copies the file's: HDF5 converts no character sets.
   if (H5Tis_variable_str(type) > 0) {
@@ -40,7 +40,7 @@ PetscErrorCode Hdf5File::text_attribute(const std::string& path, const std::stri
   PetscFunctionBegin;
   out->clear();
   if ((path == "/" || has(path)) && H5Aexists_by_name(file_, path.c_str(), name.c_str(), links_) > 0) {
-    const Hdf5Id attribute(H5Aopen_by_name(file_, path.c_str(), name.c_str(), H5P_DEFAULT, links_), H5Aclose);
+    const H5 attribute(H5Aopen_by_name(file_, path.c_str(), name.c_str(), H5P_DEFAULT, links_), H5Aclose);
     if (!attribute || !read_text(attribute, out))
       fault.note(0, format("%s: attribute %s of %s is not one string; write it as a string", name_.c_str(), name.c_str(),
                            path.c_str()));

@@ -4,6 +4,7 @@
 #include <cinttypes>
 
 #include "base/fault.hpp"
+#include "base/memory_room.hpp"
 #include "input/text_file.hpp"
 
 namespace bs {
@@ -18,7 +19,7 @@ std::string last_reason() {
     return 0;
   };
   (void)H5Ewalk2(H5E_DEFAULT, H5E_WALK_DOWNWARD, keep, &text);
-  return text.empty() ? "no reason given" : text;
+  return (text.empty() ? "no reason given" : text) + if_out_of_memory();
 }
 
 /// Looks at the file on one rank before all open it. Truncation shows only on opening.
@@ -29,7 +30,7 @@ void look(const std::string& path, std::int64_t* bytes, Fault* fault) {
   if (H5Fis_hdf5(path.c_str()) <= 0)
     return fault->note(0, format("%s: is not an HDF5 file (%lld bytes); write it anew, for instance with h5py", path.c_str(),
                                  found.bytes));
-  const Hdf5Id file(H5Fopen(path.c_str(), H5F_ACC_RDONLY, H5P_DEFAULT), H5Fclose);
+  const H5 file(H5Fopen(path.c_str(), H5F_ACC_RDONLY, H5P_DEFAULT), H5Fclose);
   if (!file)
     fault->note(0, format("%s: truncated or damaged HDF5 file (%s); write it anew", path.c_str(), last_reason().c_str()));
 }
@@ -62,7 +63,7 @@ const char* class_name(H5T_class_t type) {
 
 /// Most bytes of data that `dataset` can hold: deflate, the densest of HDF5's usual filters, packs 1032 to 1.
 double most_bytes(hid_t dataset, std::int64_t file_bytes) {
-  const Hdf5Id list(H5Dget_create_plist(dataset), H5Pclose);
+  const H5 list(H5Dget_create_plist(dataset), H5Pclose);
   const double stored = std::min(static_cast<double>(H5Dget_storage_size(dataset)), static_cast<double>(file_bytes));
   if (list && H5Pget_layout(list) == H5D_CHUNKED && H5Pget_nfilters(list) > 0) return 1032.0 * stored + 65536;
   return stored;
@@ -82,11 +83,11 @@ PetscErrorCode Hdf5File::open(MPI_Comm comm, const std::string& path) {
   if (rank == 0) look(path, &bytes_, &fault);
   PetscCall(agree(comm, fault));
   PetscCallMPI(MPI_Bcast(&bytes_, 1, MPI_INT64_T, 0, comm));
-  const Hdf5Id access(H5Pcreate(H5P_FILE_ACCESS), H5Pclose);
+  const H5 access(H5Pcreate(H5P_FILE_ACCESS), H5Pclose);
   if (!stay_within()) fault.note(0, path + ": HDF5 cannot be kept within the file (" + last_reason() + ")");
   const std::string place = path.size() == 1 ? "./" + path : path;  // Open MPI opens no name of one character
   if (H5Pset_fapl_mpio(access, comm, MPI_INFO_NULL) >= 0)
-    file_ = Hdf5Id(H5Fopen(place.c_str(), H5F_ACC_RDONLY, access), H5Fclose);
+    file_ = H5(H5Fopen(place.c_str(), H5F_ACC_RDONLY, access), H5Fclose);
   if (!file_)
     fault.note(0, format("%s: HDF5 cannot open it in parallel (%s)", path.c_str(), last_reason().c_str()));
   PetscCall(agree(comm, fault));
@@ -102,7 +103,7 @@ bool Hdf5File::has(const std::string& path) const {
 
 std::string Hdf5File::fault_of(hid_t dataset, const std::string& path, const TableShape& shape, Table* out) const {
   const std::string begin = name_ + ": " + path;
-  const Hdf5Id type(H5Dget_type(dataset), H5Tclose), space(H5Dget_space(dataset), H5Sclose);
+  const H5 type(H5Dget_type(dataset), H5Tclose), space(H5Dget_space(dataset), H5Sclose);
   if (!type || !space) return begin + ": damaged (" + last_reason() + "); write it anew";
 
   const H5T_class_t kind = H5Tget_class(type);
@@ -146,7 +147,7 @@ PetscErrorCode Hdf5File::find(const std::string& path, const TableShape& shape, 
   if (!has(path)) {
     fault.note(0, format("%s: has no dataset %s; write one of shape %s", name_.c_str(), path.c_str(), needed(shape).c_str()));
   } else {
-    out->dataset = Hdf5Id(H5Dopen2(file_, path.c_str(), sets_), H5Dclose);
+    out->dataset = H5(H5Dopen2(file_, path.c_str(), sets_), H5Dclose);
     const std::string elsewhere = out->dataset ? fault_of_place(out->dataset, path) : elsewhere_.second ? fault_of_link(path) : "";
     if (!elsewhere.empty())
       fault.note(0, elsewhere);
@@ -165,7 +166,7 @@ PetscErrorCode Hdf5File::require_data(const Table& table) const {
 
   PetscFunctionBegin;
   if (table.dataset) {
-    const Hdf5Id type(H5Dget_type(table.dataset), H5Tclose);
+    const H5 type(H5Dget_type(table.dataset), H5Tclose);
     const double declared = static_cast<double>(H5Tget_size(type)) * static_cast<double>(std::max<std::int64_t>(table.frames, 1)) *
                             static_cast<double>(table.rows) * std::max(table.columns, 1);
     if (declared > most_bytes(table.dataset, bytes_))
@@ -194,8 +195,8 @@ PetscErrorCode Hdf5File::read_raw(const Table& table, std::int64_t first, std::i
     block.push_back(static_cast<hsize_t>(columns));
   }
   if (count > 0) {
-    const Hdf5Id memory(H5Screate_simple(static_cast<int>(block.size()), block.data(), nullptr), H5Sclose);
-    const Hdf5Id file(H5Dget_space(table.dataset), H5Sclose);
+    const H5 memory(H5Screate_simple(static_cast<int>(block.size()), block.data(), nullptr), H5Sclose);
+    const H5 file(H5Dget_space(table.dataset), H5Sclose);
     // Independent transfer (the default): a rank that meets a damaged block cannot leave the others waiting.
     if (H5Sselect_hyperslab(file, H5S_SELECT_SET, start.data(), nullptr, block.data(), nullptr) < 0 ||
         H5Dread(table.dataset, type, memory, file, H5P_DEFAULT, out) < 0)

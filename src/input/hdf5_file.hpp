@@ -5,37 +5,12 @@
 #include <petscsys.h>
 #include <cstdint>
 #include <string>
-#include <utility>
 #include <vector>
 
 #include "base/crash.hpp"
+#include "base/h5_handle.hpp"
 
 namespace bs {
-
-/// Owns one HDF5 identifier.
-class Hdf5Id {
- public:
-  using Close = herr_t (*)(hid_t);
-  Hdf5Id() = default;
-  Hdf5Id(hid_t id, Close close) : id_(id), close_(close) {}
-  Hdf5Id(const Hdf5Id&) = delete;
-  Hdf5Id& operator=(const Hdf5Id&) = delete;
-  Hdf5Id(Hdf5Id&& other) noexcept : id_(std::exchange(other.id_, -1)), close_(other.close_) {}
-  Hdf5Id& operator=(Hdf5Id&& other) noexcept {
-    std::swap(id_, other.id_);
-    std::swap(close_, other.close_);
-    return *this;
-  }
-  ~Hdf5Id() {
-    if (id_ >= 0) (void)close_(id_);
-  }
-  operator hid_t() const { return id_; }
-  explicit operator bool() const { return id_ >= 0; }
-
- private:
-  hid_t id_ = -1;
-  Close close_ = nullptr;
-};
 
 /// Turns HDF5's error messages off while it lives.
 class QuietHdf5 {
@@ -66,7 +41,7 @@ struct TableShape {
 /// A dataset that was found to have the shape asked for.
 struct Table {
   std::string path;
-  Hdf5Id dataset;
+  H5 dataset;
   std::int64_t frames = 0, rows = 0;  ///< frames = 0: no such axis
   int columns = 0;                    ///< 0: one-dimensional
 };
@@ -94,7 +69,7 @@ class Hdf5File {
   hid_t id() const { return file_; }
   std::int64_t bytes() const { return bytes_; }
   /// A group, or none (id < 0) where it is not there or not in this file.
-  Hdf5Id group(const std::string& path) const;
+  H5 group(const std::string& path) const;
   /// Access lists for objects and links of this file: links to other files are not followed.
   hid_t links() const { return links_; }
 
@@ -110,8 +85,8 @@ class Hdf5File {
   MPI_Comm comm_ = MPI_COMM_NULL;
   std::string name_;
   std::int64_t bytes_ = 0;
-  Hdf5Id file_;
-  Hdf5Id links_, sets_, groups_;                   ///< how links, datasets and groups are opened
+  H5 file_;
+  H5 links_, sets_, groups_;                   ///< how links, datasets and groups are opened
   mutable std::pair<std::string, bool> elsewhere_;  ///< the file that a link met last leads to, and whether one was met
 };
 

@@ -8,6 +8,7 @@
 #include "input/hdf5_file.hpp"
 #include "input/hdf5_layout.hpp"
 #include "input/validate.hpp"
+#include "system/footprint.hpp"
 
 namespace bs {
 
@@ -106,6 +107,7 @@ PetscErrorCode read_sizes(MPI_Comm comm, const Hdf5File& file, const Hdf5Layout&
   PetscCall(check_sizes(comm, l->source, position->rows, l->dim, pairs->rows, anchors->rows));
   // Every other table is measured against these.
   for (const Table* table : {position, pairs, anchors}) PetscCall(file.require_data(*table));
+  PetscCall(reserve_lattice(comm, l->source, {position->rows, pairs->rows, anchors->rows, l->dim}));
   l->particles = split_rows(position->rows, rank, size);
   l->springs = split_rows(pairs->rows, rank, size);
   l->anchors = split_rows(anchors->rows, rank, size);

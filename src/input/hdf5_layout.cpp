@@ -47,10 +47,10 @@ const Hdf5Layout& layout_of(const Hdf5File& file) {
 }
 
 int box_dimension(const Hdf5File& file, int columns) {
-  const Hdf5Id attribute(H5Aopen_by_name(file.id(), "/particles/trajectory/box", "dimension", H5P_DEFAULT, file.links()),
+  const H5 attribute(H5Aopen_by_name(file.id(), "/particles/trajectory/box", "dimension", H5P_DEFAULT, file.links()),
                          H5Aclose);
   if (!attribute) return columns;
-  const Hdf5Id type(H5Aget_type(attribute), H5Tclose), space(H5Aget_space(attribute), H5Sclose);
+  const H5 type(H5Aget_type(attribute), H5Tclose), space(H5Aget_space(attribute), H5Sclose);
   int found = 0;
   const bool good = H5Tget_class(type) == H5T_INTEGER && H5Sget_simple_extent_npoints(space) == 1 &&
                     H5Aread(attribute, H5T_NATIVE_INT, &found) >= 0;

@@ -32,15 +32,15 @@ std::string missing_filter(hid_t list) {
 }  // namespace
 
 bool Hdf5File::stay_within() {
-  links_ = Hdf5Id(H5Pcreate(H5P_LINK_ACCESS), H5Pclose);
-  sets_ = Hdf5Id(H5Pcreate(H5P_DATASET_ACCESS), H5Pclose);
-  groups_ = Hdf5Id(H5Pcreate(H5P_GROUP_ACCESS), H5Pclose);
+  links_ = H5(H5Pcreate(H5P_LINK_ACCESS), H5Pclose);
+  sets_ = H5(H5Pcreate(H5P_DATASET_ACCESS), H5Pclose);
+  groups_ = H5(H5Pcreate(H5P_GROUP_ACCESS), H5Pclose);
   bool good = true;
   for (const hid_t list : {hid_t(links_), hid_t(sets_), hid_t(groups_)}) good = H5Pset_elink_cb(list, stop_at_link, &elsewhere_) >= 0 && good;
   return good;
 }
 
-Hdf5Id Hdf5File::group(const std::string& path) const { return Hdf5Id(H5Gopen2(file_, path.c_str(), groups_), H5Gclose); }
+H5 Hdf5File::group(const std::string& path) const { return H5(H5Gopen2(file_, path.c_str(), groups_), H5Gclose); }
 
 std::string Hdf5File::fault_of_link(const std::string& path) const {
   return format("%s: %s is a link to another file (%s): refused; copy what it leads to into the file", name_.c_str(), path.c_str(),
@@ -50,7 +50,7 @@ std::string Hdf5File::fault_of_link(const std::string& path) const {
 /// Numbers that lie in other files, or packed in a way that cannot be read.
 std::string Hdf5File::fault_of_place(hid_t dataset, const std::string& path) const {
   const std::string begin = name_ + ": " + path;
-  const Hdf5Id list(H5Dget_create_plist(dataset), H5Pclose);
+  const H5 list(H5Dget_create_plist(dataset), H5Pclose);
   if (!list) return begin + ": damaged; write it anew";
   char other[256] = "";
   if (H5Pget_external_count(list) > 0) {

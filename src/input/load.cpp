@@ -13,6 +13,7 @@
 #include "input/validate.hpp"
 #include "lattice/generator.hpp"
 #include "lattice/xsp.hpp"
+#include "system/footprint.hpp"
 
 namespace bs {
 
@@ -88,7 +89,8 @@ PetscErrorCode load_generated(MPI_Comm comm, const GeneratorSpec& spec, Lattice*
   const std::string fault = check(spec);
   if (!fault.empty()) PetscCall(tell(comm, Exit::input, fault));
   const std::string name = std::string("-bs_lattice_type ") + type_info(spec.type).name;
-  PetscCall(check_sizes(comm, name, particle_count(spec), dimension(spec), 0, 0));
+  PetscCall(check_sizes(comm, name, particle_count(spec), dimension(spec), spring_count(spec), 0));
+  PetscCall(reserve_lattice(comm, name, {particle_count(spec), spring_count(spec), 0, dimension(spec)}));
   PetscCallMPI(MPI_Comm_rank(comm, &rank));
   PetscCallMPI(MPI_Comm_size(comm, &size));
   *out = generate(spec, rank, size);

@@ -9,7 +9,6 @@ namespace bs {
 
 namespace {
 
-using SFHandle = Handle<PetscSF, PetscSFDestroy>;
 
 /// Rank and place on it of row `row`, where chunks are those of split_rows.
 PetscSFNode owner(std::int64_t row, std::int64_t total, int size) {

@@ -4,7 +4,9 @@
 #include <cmath>
 
 #include "base/fault.hpp"
+#include "base/memory_room.hpp"
 #include "input/remote.hpp"
+#include "system/footprint.hpp"
 
 namespace bs {
 
@@ -130,7 +132,8 @@ PetscErrorCode check_sizes(MPI_Comm comm, const std::string& source, std::int64_
   if (particles > most / (std::int64_t{2} * dim))
     PetscCall(tell(comm, Exit::input,
                    format("%s: %" PRId64 " particles in %d dimensions have more unknowns than PETSc's indices can count "
-                          "(%" PRId64 "); %s", source.c_str(), particles, dim, most, remedy)));
+                          "(%" PRId64 "); %s, and have at least %s of memory for setting them up", source.c_str(), particles, dim, most, remedy,
+                          in_bytes(lattice_bytes({particles, springs, anchors, dim}, 1)).c_str())));
   for (const std::int64_t count : {springs, anchors})
     if (count > most)
       PetscCall(tell(comm, Exit::input,

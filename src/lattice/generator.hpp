@@ -55,6 +55,8 @@ double repeated(const std::vector<double>& list, int k);
 
 /// Particles of the whole lattice; -1 where that overflows. Needs a type and one to three sizes >= 1.
 std::int64_t particle_count(const GeneratorSpec& spec);
+/// Springs of the whole lattice. Needs a spec that check() finds right and that is not none.
+std::int64_t spring_count(const GeneratorSpec& spec);
 
 /// The chunk split_rows(particle_count(spec), rank, size) of the particles, and the springs whose lower end i lies in
 /// it, as pairs (i, j), i < j, in ascending order. Cells are numbered x fastest, the particles of a cell one after the

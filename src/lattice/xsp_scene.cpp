@@ -75,23 +75,23 @@ void add_center(const XspScene& scene, const std::string& name, double width, do
   if (!scene.force[1].on && !scene.force[2].on) return;
   const auto row = scene.row_of.find(scene.center);
   if (row != scene.row_of.end()) {
-    out->implied_options.emplace_back("-bs_center_particle", std::to_string(row->second));
+    out->implied_options.emplace_back("-bs_xsp_center_particle", std::to_string(row->second));
     return;
   }
   if (scene.center != -1)
     out->warnings.push_back(name + ": cent " + std::to_string(scene.center) +
                             " names no mass: the middle of the window is the centre");
-  out->implied_options.emplace_back("-bs_attraction_center", pair_of(width / 2, height / 2));
+  out->implied_options.emplace_back("-bs_xsp_attraction_center", pair_of(width / 2, height / 2));
 }
 
 void add_walls(const XspScene& scene, double width, double height, Lattice* out) {
   if (!scene.force[3].on || std::none_of(scene.wall, scene.wall + 4, [](bool there) { return there; })) return;
   std::string sides;
   for (int k = 0; k < 4; ++k) sides += std::string(k ? "," : "") + (scene.wall[k] ? "1" : "0");
-  out->implied_options.emplace_back("-bs_walls", exact_number(scene.force[3].value));
-  out->implied_options.emplace_back("-bs_walls_exponent", exact_number(scene.force[3].misc));
-  out->implied_options.emplace_back("-bs_walls_sides", sides);
-  out->implied_options.emplace_back("-bs_walls_box", "0," + exact_number(width) + ",0," + exact_number(height));
+  out->implied_options.emplace_back("-bs_xsp_walls", exact_number(scene.force[3].value));
+  out->implied_options.emplace_back("-bs_xsp_walls_exponent", exact_number(scene.force[3].misc));
+  out->implied_options.emplace_back("-bs_xsp_walls_sides", sides);
+  out->implied_options.emplace_back("-bs_xsp_walls_box", "0," + exact_number(width) + ",0," + exact_number(height));
 }
 
 void add_forces(const XspScene& scene, const std::string& name, double width, double height, Lattice* out) {
@@ -104,12 +104,12 @@ void add_forces(const XspScene& scene, const std::string& name, double width, do
     options.emplace_back("-bs_gravity", pair_of(g * std::sin(w), -g * std::cos(w)));
   }
   if (scene.force[1].on) {
-    options.emplace_back("-bs_center_of_mass", exact_number(scene.force[1].value));
-    options.emplace_back("-bs_center_of_mass_damping", exact_number(scene.force[1].misc));
+    options.emplace_back("-bs_xsp_center_of_mass", exact_number(scene.force[1].value));
+    options.emplace_back("-bs_xsp_center_of_mass_damping", exact_number(scene.force[1].misc));
   }
   if (scene.force[2].on) {
-    options.emplace_back("-bs_attraction", exact_number(scene.force[2].value));
-    options.emplace_back("-bs_attraction_exponent", exact_number(scene.force[2].misc));
+    options.emplace_back("-bs_xsp_attraction", exact_number(scene.force[2].value));
+    options.emplace_back("-bs_xsp_attraction_exponent", exact_number(scene.force[2].misc));
   }
   add_center(scene, name, width, height, out);
   add_walls(scene, width, height, out);

@@ -24,12 +24,12 @@ struct XspAttraction {
   template <class V>
   void options(V& o) {
     const bool on =
-        o.real("-bs_attraction", "attraction to a centre, value/r^p: value, < 0 repels, 0: none [m^(1+p)/s^2]", value);
-    const bool power = o.real("-bs_attraction_exponent", "attraction: exponent p, any [1]", exponent);
-    // read by -bs_center_of_mass, too, so it may stand without an attraction
-    read_vector(o, "-bs_attraction_center", "centre x,y[,z] of -bs_attraction and -bs_center_of_mass, any [m]", center,
+        o.real("-bs_xsp_attraction", "attraction of XSpringies: acceleration value/r^p toward the centre at distances r beyond the radius + 1, value (r/l)^2/l^p inside, l = radius + 1; value < 0 repels, 0: none [pixel/s^2]", value);
+    const bool power = o.real("-bs_xsp_attraction_exponent", "attraction of XSpringies: exponent p [1]", exponent);
+    // read by -bs_xsp_center_of_mass, too, so it may stand without an attraction
+    read_vector(o, "-bs_xsp_attraction_center", "centre x,y[,z] of -bs_xsp_attraction and -bs_xsp_center_of_mass [pixel]", center,
                 components);
-    if (power) require(o, on, "-bs_attraction_exponent", "-bs_attraction");
+    if (power) require(o, on, "-bs_xsp_attraction_exponent", "-bs_xsp_attraction");
   }
   bool active() const noexcept { return value != 0; }
   std::string describe() const {

@@ -18,8 +18,8 @@ struct XspCenterOfMass {
 
   template <class V>
   void options(V& o) {
-    o.real("-bs_center_of_mass", "pull of the centre of mass to the centre: stiffness, < 0 repels [N/m]", value);
-    o.real("-bs_center_of_mass_damping", "damping of the centre of mass's velocity, any [kg/s]", damping);
+    o.real("-bs_xsp_center_of_mass", "force of XSpringies on the centre of mass toward the centre: stiffness, < 0 repels [N/m]", value);
+    o.real("-bs_xsp_center_of_mass_damping", "force of XSpringies on the centre of mass against its velocity: damping [kg/s]", damping);
   }
   bool active() const noexcept { return value != 0 || damping != 0; }
   std::string describe() const {

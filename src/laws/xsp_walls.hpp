@@ -23,25 +23,25 @@ struct XspWalls {
 
   template <class V>
   void options(V& o) {
-    o.real("-bs_walls", "walls repel, value/gap^p: value, < 0 attracts, 0: none [m^(1+p)/s^2]", value);
-    o.real("-bs_walls_exponent", "walls: exponent p, any [1]", exponent);
+    o.real("-bs_xsp_walls", "walls of XSpringies: acceleration value/max(1, gap)^p away from each wall, gap from the particle's rim, 0 behind the wall; value < 0 attracts, 0: none [pixel/s^2]", value);
+    o.real("-bs_xsp_walls_exponent", "walls of XSpringies: exponent p [1]", exponent);
     int count = 4;
-    o.reals("-bs_walls_box", "walls: places xmin,xmax,ymin,ymax, each min < max [m]", box, 4, &count);
+    o.reals("-bs_xsp_walls_box", "walls of XSpringies: positions xmin,xmax,ymin,ymax, each min < max [pixel]", box, 4, &count);
     if (count != 4 || !(box[0] < box[1]) || !(box[2] < box[3]))
-      o.fail("option -bs_walls_box: wants xmin < xmax and ymin < ymax: give four numbers xmin,xmax,ymin,ymax [m]");
+      o.fail("option -bs_xsp_walls_box: wants xmin < xmax and ymin < ymax: give four numbers xmin,xmax,ymin,ymax [m]");
     double given[4] = {double(sides[0]), double(sides[1]), double(sides[2]), double(sides[3])};
     count = 4;
-    o.reals("-bs_walls_sides", "walls: is there one at top,left,right,bottom, each 0 or 1", given, 4, &count);
+    o.reals("-bs_xsp_walls_sides", "walls of XSpringies: 1 where there is a wall at top,left,right,bottom, else 0", given, 4, &count);
     for (int i = 0; i < 4; ++i) {
       if (count != 4 || (given[i] != 0 && given[i] != 1))
-        o.fail("option -bs_walls_sides: wants four numbers, each 0 or 1: give top,left,right,bottom, e.g. 1,1,1,1");
+        o.fail("option -bs_xsp_walls_sides: wants four numbers, each 0 or 1: give top,left,right,bottom, e.g. 1,1,1,1");
       sides[i] = given[i] != 0;
     }
   }
   bool active() const noexcept { return value != 0 && (sides[0] || sides[1] || sides[2] || sides[3]); }
   std::string describe() const {
     constexpr const char* names[] = {"top", "left", "right", "bottom"};
-    std::string text = "walls repel " + short_number(value) + "/gap^" + short_number(exponent) + ":";
+    std::string text = "walls repel with " + short_number(value) + "/max(1, gap)^" + short_number(exponent) + " per mass:";
     for (int i = 0; i < 4; ++i)
       if (sides[i]) text += std::string(" ") + names[i];
     return text;

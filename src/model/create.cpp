@@ -1,4 +1,5 @@
 #include "model/create.hpp"
+#include "base/memory.hpp"
 #include "base/options.hpp"
 #include "input/load.hpp"
 #include "model/first_order.hpp"
@@ -17,6 +18,7 @@ PetscErrorCode register_models() {
 PetscErrorCode create_model(MPI_Comm comm, std::unique_ptr<Model>* out) {
   int kind = 0;
   PetscFunctionBegin;
+  PetscCall(read_memory_option(comm));
   PetscCall(read_section(comm, "Model", [&](Section& o) {
     o.choice("-bs_model", "what is advanced: particles, or a linear system (its options: -bs_model linear -help)", {"particles", "linear"}, kind);
   }));

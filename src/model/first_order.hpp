@@ -42,7 +42,8 @@ class FirstOrder final : public Model {
   PetscErrorCode gather_state(Vec y, std::vector<StatePart>* parts) override { return own_->gather_state(y, parts); }
   PetscErrorCode scatter_state(Vec y) override { return own_->scatter_state(y); }
   PetscErrorCode fingerprint(std::uint64_t* value) override { return own_->fingerprint(value); }
-  PetscErrorCode constants(std::vector<Dataset>* out) override { return own_->constants(out); }
+  PetscErrorCode take_constants(std::vector<Dataset>* out) override { return own_->take_constants(out); }
+  void release_input() override { own_->release_input(); }
   PetscErrorCode covers(double t_end) override { return own_->covers(t_end); }
   PetscErrorCode last_fault(std::string* text) override { return own_->last_fault(text); }
 

@@ -91,8 +91,10 @@ class System {
   /// Collective. A number that tells this system from others: the same on any number of ranks, another one when a
   /// particle, spring or matrix entry changes. Forces that options name, which a run may change, do not count.
   virtual PetscErrorCode fingerprint(std::uint64_t* value) = 0;
-  /// Data written once per trajectory.
-  virtual PetscErrorCode constants(std::vector<Dataset>* out) = 0;
+  /// Collective. Data written once per trajectory, moved out of the system: it holds them no more.
+  virtual PetscErrorCode take_constants(std::vector<Dataset>* out) = 0;
+  /// Frees what was kept of the input for take_constants().
+  virtual void release_input() {}
   /// Collective. Ends the run (exit 2) where data given over time (tables) do not reach to t_end.
   virtual PetscErrorCode covers(double t_end) = 0;
   /// Collective. The fault met in the last evaluation on any rank (a spring of zero length, ...); empty if none.

@@ -84,12 +84,14 @@ std::string clash(const RunFiles& files) {
     for (const Named& input : inputs)
       if (!(outputs[i].restart && input.restart) && same_file(outputs[i].path, input.path))
         return outputs[i].text() + " and " + input.text() + " are one file: the run would destroy what it reads: give another " + outputs[i].option;
-    for (std::size_t k = 0; k < i; ++k)
+    for (std::size_t k = 0; k < i; ++k) {
+      const Named &one = outputs[i], &other = outputs[k];
+      const bool same_option = one.option == other.option;
       // a run killed while a checkpoint takes its place leaves one file under both names
-      if (outputs[i].option == outputs[k].option && outputs[i].path == outputs[k].path + ".previous") continue;
-      else if (outputs[i].path != outputs[k].path || outputs[i].option != outputs[k].option)
-        if (same_file(outputs[i].path, outputs[k].path))
-          return outputs[i].text() + " and " + outputs[k].text() + " are one file: give another " + outputs[i].option;
+      const bool may_be_one = same_option && (one.path == other.path || one.path == other.path + ".previous");
+      if (!may_be_one && same_file(one.path, other.path))
+        return one.text() + " and " + other.text() + " are one file: give another " + one.option;
+    }
   }
   return {};
 }

@@ -124,9 +124,9 @@ PetscErrorCode Trajectory::Impl::write_log() {
   PetscCall(append(3, &StepRecord::newton, whole));
   PetscCall(append(4, &StepRecord::krylov, whole));
   PetscCall(append(5, &StepRecord::rejected, whole));
-  for (std::size_t k = 0; k < std::size(REJECTION_KEYS); ++k) {
+  for (std::size_t k = 0; k < std::size(REJECTION_REASONS); ++k) {
     for (std::size_t i = 0; i < records.size(); ++i) whole[i] = records[i].reasons[k];
-    PetscCall(log[6 + k].append(count, whole.data()));
+    PetscCall(log[std::size(STEP_COLUMNS) + k].append(count, whole.data()));
   }
   records.clear();
   log_rows += count;

@@ -13,9 +13,10 @@
 
 namespace bs {
 
-/// Columns of /backspring/log.
-inline constexpr const char* log_entries[] = {"step", "time", "dt", "newton", "krylov", "rejected",
-    "rejected_newton", "rejected_line_search", "rejected_iterations", "rejected_linear", "rejected_domain", "rejected_error"};
+/// Columns of /backspring/log before those of rejected attempts, "rejected_" and the reason's key each.
+inline constexpr const char* STEP_COLUMNS[] = {"step", "time", "dt", "newton", "krylov", "rejected"};
+/// All of them, in the order in which rows are written.
+std::vector<std::string> log_columns();
 
 inline constexpr int frame_chunk = 256;  ///< rows allocated at a time in datasets with one row a frame
 inline constexpr int log_chunk = 512;

@@ -65,16 +65,22 @@ PetscErrorCode Trajectory::Impl::create_values(const Field& field) {
   PetscFunctionReturn(0);
 }
 
+std::vector<std::string> log_columns() {
+  std::vector<std::string> names(std::begin(STEP_COLUMNS), std::end(STEP_COLUMNS));
+  for (const RejectionReason& reason : REJECTION_REASONS) names.push_back(std::string("rejected_") + reason.key);
+  return names;
+}
+
 PetscErrorCode Trajectory::Impl::create_log() {
   H5 group;
 
   PetscFunctionBegin;
   PetscCall(open_group(file, "/backspring/log", &group));
   const ModernDatasets modern(file);
-  for (const char* name : log_entries) {
-    const bool real = std::string(name) == "time" || std::string(name) == "dt";
+  for (const std::string& name : log_columns()) {
+    const bool real = name == "time" || name == "dt";
     log.emplace_back();
-    PetscCall(log.back().create(comm, file, std::string("/backspring/log/") + name, !real, 0, log_chunk));
+    PetscCall(log.back().create(comm, file, "/backspring/log/" + name, !real, 0, log_chunk));
     if (real && options.units != OutputUnits::none) PetscCall(put_attribute(log.back().id(), "unit", unit_of_quantity("time", options.units)));
   }
   PetscFunctionReturn(0);

@@ -1,43 +1,19 @@
-// Owners of HDF5 identifiers, attributes, and one form of error for HDF5's calls.
+// Attributes and groups of HDF5 files, and one form of error for HDF5's calls.
 #pragma once
 #include <hdf5.h>
 #include <petscsys.h>
 
 #include <cstdint>
 #include <string>
-#include <utility>
 #include <vector>
+
+#include "base/h5_handle.hpp"
 
 namespace bs {
 
 #if defined(PETSC_USE_COMPLEX)
 #error "the trajectory holds real numbers: build with a real PETSc"
 #endif
-
-/// Owns an HDF5 identifier, closed by `close` when it goes out of scope. A file cannot be closed while any is open.
-class H5 {
- public:
-  H5() = default;
-  H5(hid_t id, herr_t (*close)(hid_t)) : id_(id), close_(close) {}
-  H5(const H5&) = delete;
-  H5& operator=(const H5&) = delete;
-  H5(H5&& other) noexcept : id_(std::exchange(other.id_, -1)), close_(other.close_) {}
-  H5& operator=(H5&& other) noexcept {
-    std::swap(id_, other.id_);
-    std::swap(close_, other.close_);
-    return *this;
-  }
-  ~H5() { reset(); }
-  void reset() {
-    if (id_ >= 0) close_(id_);
-    id_ = -1;
-  }
-  operator hid_t() const { return id_; }
-
- private:
-  hid_t id_ = -1;
-  herr_t (*close_)(hid_t) = nullptr;
-};
 
 /// What HDF5 says of the call that failed last: the innermost entry of its error stack.
 std::string h5_reason();

@@ -3,6 +3,7 @@
 #include <cstring>
 
 #include "base/fault.hpp"
+#include "base/memory_room.hpp"
 #include "output/h5.hpp"
 
 namespace bs {
@@ -20,6 +21,7 @@ PetscErrorCode IoWatch::handle(MPI_Comm, int, const char*, const char*, PetscErr
   if (code == ERR_TOLD || type != PETSC_ERROR_INITIAL || !self->reason_.empty()) return code;
   const bool bare = !message || std::strstr(message, "Error in HDF5 call");
   self->reason_ = bare ? h5_reason() : std::string(message, std::strcspn(message, "\n"));
+  self->reason_ += if_out_of_memory();
   MPI_Comm_size(PETSC_COMM_WORLD, &size);
   return size > 1 ? tell_alone(Exit::io, self->sentence(self->reason_)) : code;
 }

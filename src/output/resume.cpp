@@ -51,9 +51,9 @@ PetscErrorCode Trajectory::Impl::recognise(const TrajectoryMark& at, std::string
 
 PetscErrorCode Trajectory::Impl::open_log() {
   PetscFunctionBegin;
-  for (const char* name : log_entries) {
+  for (const std::string& name : log_columns()) {
     log.emplace_back();
-    PetscCall(log.back().open(comm, file, std::string("/backspring/log/") + name, log_rows));
+    PetscCall(log.back().open(comm, file, "/backspring/log/" + name, log_rows));
   }
   PetscFunctionReturn(0);
 }

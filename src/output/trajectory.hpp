@@ -1,11 +1,11 @@
 // The HDF5 trajectory, H5MD 1.1: frames, observables, a log of steps, the options in force.
 #pragma once
-#include <array>
 #include <cstdint>
 #include <memory>
 #include <string>
 #include <vector>
 #include "model/model.hpp"
+#include "output/step_record.hpp"
 
 namespace bs {
 
@@ -24,18 +24,6 @@ struct TrajectoryOptions {
 struct TrajectoryMark {
   std::int64_t frames = 0, log_rows = 0;
   double last_time = 0;      ///< of the last of these frames [s]
-};
-
-/// Why an attempt at a step was rejected: what the columns rejected_* of the log are called, in this order.
-inline constexpr const char* REJECTION_KEYS[] = {"newton", "line_search", "iterations", "linear", "domain", "error"};
-using RejectionCounts = std::array<std::int64_t, 6>;
-
-/// One row of /backspring/log.
-struct StepRecord {
-  std::int64_t step = 0;
-  double time = 0, dt = 0;   ///< [s]
-  std::int64_t newton = 0, krylov = 0, rejected = 0;  ///< of this step alone
-  RejectionCounts reasons{};  ///< of its rejected attempts
 };
 
 /// Writes frames in parallel; every frame is on disk and readable before write_frame returns.

@@ -1,6 +1,7 @@
 #include "solve/linear_check.hpp"
 #include <algorithm>
 #include <cmath>
+#include "solve/condensed/condensed.hpp"
 #include "solve/ts_queries.hpp"
 
 namespace bs {
@@ -12,14 +13,16 @@ namespace {
 PetscErrorCode wants_check(TS ts, const TSContext& context, bool* wants) {
   SNES snes;
   PC pc;
-  PetscBool alone = PETSC_FALSE, condensed = PETSC_FALSE;
+  PetscBool alone = PETSC_FALSE;
+  bool condensed = false;
+  CondensedCounts counts;
   PetscFunctionBegin;
   *wants = false;
   if (!context.implicit) PetscFunctionReturn(0);
   PetscCall(TSGetSNES(ts, &snes));
   PetscCall(linear_solver_of(ts, nullptr, &pc));
   PetscCall(PetscObjectTypeCompare(reinterpret_cast<PetscObject>(snes), SNESKSPONLY, &alone));
-  PetscCall(PetscObjectTypeCompare(reinterpret_cast<PetscObject>(pc), "condensed", &condensed));
+  PetscCall(condensed_counts(pc, &condensed, &counts));
   *wants = context.model->linear() || (alone && !condensed);
   PetscFunctionReturn(0);
 }
@@ -69,7 +72,7 @@ PetscErrorCode LinearCheck::judge(KSP ksp, Vec b, Vec x) {
   PetscCall(VecNormEnd(b, NORM_2, &size));
   const double tolerance = alone ? LEAST : std::clamp(OF_TOLERANCE * rtol, LEAST, MOST);
   // what A y and the right side are rounded to: of the state, estimated before the step, and of x
-  if (left <= std::max(tolerance * size, ROUNDING * std::hypot(context_->newton.floor[0], context_->newton.floor[1]))) PetscFunctionReturn(0);
+  if (left <= std::max(tolerance * size, ROUNDING * std::hypot(context_->newton.floor()[0], context_->newton.floor()[1]))) PetscFunctionReturn(0);
   ResidualNorms floor;
   PetscCall(TSGetTimeStep(ts_, &h));
   PetscCall(context_->model->residual_floor(0, x, 1 / h, context_->form, &floor));

@@ -55,13 +55,13 @@ PetscErrorCode set_condensed_defaults(TS ts, Model& model, NewtonPolicy* newton,
   PetscCall(linear_solver_of(ts, &ksp, &pc));
   PetscCall(PCSetType(pc, "condensed"));
   CondensedDemand demand;
-  demand.direction = newton->directions;
+  demand.direction = newton->settings().directions;
   demand.curvature = curvature;
   PetscCall(condensed_set_tangent(pc, model.tangent(), demand));
   const bool direct = model.tangent()->unknowns() <= DIRECT_UNKNOWNS && !given("-condensed_pc_type") && !given("-condensed_ksp_type");
   PetscCall(KSPSetType(ksp, given("-snes_mf_operator") ? KSPFGMRES : KSPPREONLY));
   PetscCall(KSPSetTolerances(ksp, 1e-8, PETSC_DEFAULT, PETSC_DEFAULT, PETSC_DEFAULT));
-  newton->forcing = !direct && !given("-ksp_rtol") && !given("-snes_ksp_ew");
+  if (!direct && !given("-ksp_rtol") && !given("-snes_ksp_ew")) newton->loosen_linear_solves();
   PetscFunctionReturn(0);
 }
 

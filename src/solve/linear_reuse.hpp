@@ -14,7 +14,6 @@ class LinearReuse {
   PetscErrorCode before_step(TS ts, PetscInt step, double h);
 
  private:
-  using PCHandle = Handle<PC, PCDestroy>;
   struct Slot {
     Mat matrix = nullptr;  ///< borrowed
     PCHandle pc;

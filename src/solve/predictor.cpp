@@ -16,16 +16,14 @@ PetscErrorCode Predictor::attach(TS ts, Model& model, NewtonPolicy* newton) {
   model_ = &model;
   newton_ = newton;
   PetscCall(is_theta_family(ts, &theta));
-  active_ = theta && model.tangent();
-  if (!active_) PetscFunctionReturn(0);
+  if (!theta || !model.tangent()) PetscFunctionReturn(0);
   PetscCall(theta_of(ts, &value));
   PetscCall(PetscObjectTypeCompare(reinterpret_cast<PetscObject>(ts), TSBEULER, &is));
   if (!is) PetscCall(TSThetaGetEndpoint(ts, &end_point));
   theta_ = value;
   PetscCall(TSGetSNES(ts, &snes));
   PetscCall(PetscObjectTypeCompare(reinterpret_cast<PetscObject>(snes), SNESKSPONLY, &is));
-  active_ = end_point && !is;  // a single linear solve is meant to start from the last state
-  if (!active_) PetscFunctionReturn(0);
+  if (!end_point || is) PetscFunctionReturn(0);  // a single linear solve is meant to start from the last state
   PetscCall(SNESSetComputeInitialGuess(snes, guess, this));
   PetscFunctionReturn(0);
 }
@@ -71,7 +69,7 @@ PetscErrorCode Predictor::predict(SNES snes, Vec X) {
   PetscCall(model_->residual_norms(F, &ahead));
   const double start = std::max(here[0] / (theta_ * h), here[1]), there = std::max(ahead[0] / (theta_ * h), ahead[1]);
   PetscCall(PetscInfo(snes, "residual at the last state %g, at the predicted one %g\n", start, there));
-  if (std::isfinite(there) && there < 0.5 * start) newton_->reference = here;
+  if (std::isfinite(there) && there < 0.5 * start) newton_->set_reference(here);
   else PetscCall(VecCopy(y, X));
   PetscFunctionReturn(0);
 }

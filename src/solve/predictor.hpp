@@ -24,7 +24,6 @@ class Predictor {
   Model* model_ = nullptr;
   NewtonPolicy* newton_ = nullptr;
   const History* history_ = nullptr;
-  bool active_ = false;
   double theta_ = 1;
 };
 

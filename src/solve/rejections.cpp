@@ -7,10 +7,7 @@
 namespace bs {
 namespace {
 
-enum : std::size_t { NEWTON, LINE_SEARCH, ITERATIONS, LINEAR, DOMAIN_ERROR, ERROR_ESTIMATE };
-constexpr const char* SHORT[] = {"Newton diverged", "line search", "Newton iterations", "linear solver", "no finite force", "error estimate"};
-
-std::size_t reason_of(SNESConvergedReason reason) {
+Rejection reason_of(SNESConvergedReason reason) {
   switch (reason) {
     case SNES_DIVERGED_LINE_SEARCH: return LINE_SEARCH;
     case SNES_DIVERGED_INNER:
@@ -24,24 +21,12 @@ std::size_t reason_of(SNESConvergedReason reason) {
   }
 }
 
-const char* sentence_of(std::size_t reason) {
-  static const char* const words[] = {"Newton's residual grew without end", "the line search found no smaller residual", "Newton did not converge within -snes_max_it iterations",
-                                      "the linear solver failed", "a force was not finite", "the estimated error was above the tolerances"};
-  return words[reason];
-}
-
 }  // namespace
-
-std::int64_t total(const RejectionCounts& counts) {
-  std::int64_t sum = 0;
-  for (const std::int64_t count : counts) sum += count;
-  return sum;
-}
 
 std::string in_words(const RejectionCounts& counts) {
   std::string text;
   for (std::size_t k = 0; k < counts.size(); ++k)
-    if (counts[k] > 0) text += (text.empty() ? "" : ", ") + format("%lld %s", static_cast<long long>(counts[k]), SHORT[k]);
+    if (counts[k] > 0) text += (text.empty() ? "" : ", ") + format("%lld %s", static_cast<long long>(counts[k]), REJECTION_REASONS[k].word);
   return text;
 }
 
@@ -50,8 +35,7 @@ PetscErrorCode RejectionWatch::attach(TS ts, double step_min, std::int64_t most)
   PetscBool given = PETSC_FALSE;
   PetscContainer container;
   PetscFunctionBegin;
-  step_min_ = step_min;
-  most_ = most;
+  attempts_ = Attempts(step_min, most);
   // PETSc's own limit, ten a step, holds where it is named
   PetscCall(PetscOptionsHasName(nullptr, nullptr, "-ts_max_reject", &given));
   if (!given) PetscCall(TSSetMaxStepRejections(ts, -1));
@@ -76,55 +60,57 @@ PetscErrorCode RejectionWatch::check(TSAdapt adapt, TS, PetscReal, Vec, PetscBoo
   PetscFunctionReturn(0);
 }
 
-PetscErrorCode RejectionWatch::name_failure(TS ts, std::size_t* reason) {
+/// Of a stage that was not solved for.
+PetscErrorCode RejectionWatch::name_failure(TS ts) {
   SNES snes;
   SNESConvergedReason why;
   std::string fault;
   PetscFunctionBegin;
   PetscCall(TSGetSNES(ts, &snes));
   PetscCall(SNESGetConvergedReason(snes, &why));
-  *reason = reason_of(why);
+  last_reason_ = reason_of(why);
   PetscCall(model_.last_fault(&fault));
-  if (!fault.empty()) *reason = DOMAIN_ERROR;
-  last_ = fault.empty() ? sentence_of(*reason) : fault;
+  if (!fault.empty()) last_reason_ = DOMAIN_ERROR;
+  last_ = fault.empty() ? REJECTION_REASONS[last_reason_].sentence : fault;
   if (why == SNES_DIVERGED_INNER && fault.empty()) last_ = "too many tangents of one step were not positive definite (springs buckle)";
-  if (*reason != LINEAR) PetscFunctionReturn(0);
+  if (last_reason_ != LINEAR) PetscFunctionReturn(0);
   PetscCall(linear_solver_lacks_memory(ts, &no_memory_));
   if (no_memory_) last_ = "no memory was left for the factors of the linear solver";
   PetscFunctionReturn(0);
 }
 
+PetscErrorCode RejectionWatch::name_reason(TS ts, bool solve_failed) {
+  PC pc;
+  PetscFunctionBegin;
+  if (solve_failed) {
+    PetscCall(name_failure(ts));
+    // nothing that the failed attempt left in the solvers goes into the next one
+    PetscCall(linear_solver_of(ts, nullptr, &pc));
+    PetscCall(condensed_renew(pc));
+  } else if (linear_.failed()) {
+    last_reason_ = LINEAR;
+    last_ = format("the linear solver left a residual of %.2g of its right side", linear_.residual());
+  } else {
+    last_reason_ = ERROR_ESTIMATE;
+    last_ = REJECTION_REASONS[ERROR_ESTIMATE].sentence;
+  }
+  PetscFunctionReturn(0);
+}
+
+/// Whether TS has rejected an attempt since the last look, and why.
 PetscErrorCode RejectionWatch::look(TS ts) {
   PetscInt rejected, failures;
   PetscFunctionBegin;
   PetscCall(TSGetStepRejections(ts, &rejected));
   PetscCall(TSGetSNESFailures(ts, &failures));
   if (rejected > rejected_ && !gave_up_) {
-    std::size_t reason = ERROR_ESTIMATE;
-    if (failures > failures_) {
-      // nothing that the failed attempt left in the solvers goes into the next one
-      PC pc;
-      PetscCall(name_failure(ts, &reason));
-      PetscCall(linear_solver_of(ts, nullptr, &pc));
-      PetscCall(condensed_renew(pc));
-    } else if (linear_.failed()) {
-      reason = LINEAR;
-      last_ = format("the linear solver left a residual of %.2g of its right side", linear_.residual());
-    } else {
-      last_ = sentence_of(reason);
-    }
-    tried_ = present_;
-    last_reason_ = reason;
-    ++counts_[reason];
-    ++in_a_row_;
+    PetscCall(name_reason(ts, failures > failures_));
+    attempts_.reject();
+    ++counts_[last_reason_];
   }
   rejected_ = rejected;
   failures_ = failures;
   PetscFunctionReturn(0);
-}
-
-bool RejectionWatch::enough(double next) const {
-  return no_memory_ || next < step_min_ * (1 - SAME_STEP) || next < resolution_ || in_a_row_ > most_;
 }
 
 PetscErrorCode RejectionWatch::try_again(TS ts, double cut, bool* more) {
@@ -132,7 +118,7 @@ PetscErrorCode RejectionWatch::try_again(TS ts, double cut, bool* more) {
   PetscFunctionBegin;
   PetscCall(look(ts));
   PetscCall(TSGetTimeStep(ts, &h));
-  if (h > present_ * (1 - SAME_STEP)) h = present_ * cut;
+  h = attempts_.shorter(h, cut);
   gave_up_ = enough(h);
   *more = !gave_up_;
   PetscCall(TSSetTimeStep(ts, h));
@@ -142,15 +128,15 @@ PetscErrorCode RejectionWatch::try_again(TS ts, double cut, bool* more) {
 PetscErrorCode RejectionWatch::before_stage(TS ts) {
   PetscReal h;
   PetscFunctionBegin;
-  const std::int64_t before = in_a_row_;
+  const std::int64_t before = attempts_.in_a_row();
   PetscCall(look(ts));
-  if (in_a_row_ == before) PetscFunctionReturn(0);
+  if (attempts_.in_a_row() == before) PetscFunctionReturn(0);
   PetscCall(TSGetTimeStep(ts, &h));
   // alpha starts by two steps of half the length
   bool starting = false;
   PetscCall(is_alpha_starting(ts, &starting));
   if (starting) h *= 2;
-  present_ = h;
+  attempts_.go_on(h);
   if (!enough(h)) PetscFunctionReturn(0);
   gave_up_ = true;
   PetscCall(TSSetConvergedReason(ts, TS_DIVERGED_STEP_REJECTED));
@@ -165,21 +151,18 @@ PetscErrorCode RejectionWatch::end_step(TS ts) {
 
 const char* RejectionWatch::advice() const {
   if (no_memory_) return "raise the memory limit, use more ranks, or an iterative solver (-condensed_pc_type bicc; -ksp_type gmres -pc_type bjacobi)";
-  switch (last_reason_) {
-    case LINEAR: return "try -pc_type lu, a larger -ksp_max_it, or a smaller -ts_dt; -ksp_converged_reason shows more";
-    case DOMAIN_ERROR: return last_ == sentence_of(DOMAIN_ERROR) ? "try a smaller -ts_dt" : "";  // a fault that has a name says it itself
-    case ERROR_ESTIMATE: return "try a larger -ts_rtol or -ts_atol (-bs_atol_x, -bs_atol_v), or a smaller -bs_step_min; -ts_adapt_monitor shows more";
-    default: return "try a smaller -ts_dt or -bs_step_min, -snes_linesearch_type l2, or a larger -snes_max_it; -snes_monitor shows more";
-  }
+  // a fault that has a name says itself what to do
+  if (last_reason_ == DOMAIN_ERROR && last_ != REJECTION_REASONS[DOMAIN_ERROR].sentence) return "";
+  return REJECTION_REASONS[last_reason_].advice;
 }
 
 void RejectionWatch::save(Facts* facts) const {
-  for (std::size_t k = 0; k < counts_.size(); ++k) facts->whole[std::string("rejected_") + REJECTION_KEYS[k]] = counts_[k];
+  for (std::size_t k = 0; k < counts_.size(); ++k) facts->whole[std::string("rejected_") + REJECTION_REASONS[k].key] = counts_[k];
 }
 
 void RejectionWatch::restore(const Facts& facts) {
   for (std::size_t k = 0; k < counts_.size(); ++k) {
-    const auto at = facts.whole.find(std::string("rejected_") + REJECTION_KEYS[k]);
+    const auto at = facts.whole.find(std::string("rejected_") + REJECTION_REASONS[k].key);
     counts_[k] = at == facts.whole.end() ? 0 : at->second;
   }
 }

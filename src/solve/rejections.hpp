@@ -1,20 +1,18 @@
 // Attempts at a step that were rejected: counted by reason, and an end to them.
 #pragma once
 #include <petscts.h>
-#include <array>
 #include <cstdint>
 #include <string>
 #include "checkpoint/facts.hpp"
 #include "model/model.hpp"
-#include "output/trajectory.hpp"
+#include "output/rejection_reasons.hpp"
 #include "solve/linear_check.hpp"
-#include "solve/ts_queries.hpp"
+#include "solve/stepping/attempts.hpp"
 
 namespace bs {
 
 /// "2 line search, 1 error estimate"; empty if there are none.
 std::string in_words(const RejectionCounts& counts);
-std::int64_t total(const RejectionCounts& counts);
 
 class RejectionWatch {
  public:
@@ -25,11 +23,7 @@ class RejectionWatch {
   /// Collective. Once the solvers are set up: linear solves are judged by their residuals, where the model is linear.
   PetscErrorCode attach_solvers(TS ts, const TSContext& context) { return linear_.attach(ts, context); }
   /// Before a step of length h from time t [s]; `again`: one that TS gave back after a rejected attempt.
-  void begin_step(double t, double h, bool again) {
-    if (!again) in_a_row_ = 0;
-    present_ = h;
-    resolution_ = time_rounding(t);
-  }
+  void begin_step(double t, double h, bool again) { attempts_.begin(t, h, again); }
   /// Collective. After TS gave a step back: the length of the next attempt, `cut` times the last one where TS has not
   /// shortened it; false: the step is given up.
   PetscErrorCode try_again(TS ts, double cut, bool* more);
@@ -41,31 +35,30 @@ class RejectionWatch {
   const RejectionCounts& counts() const { return counts_; }
   void save(Facts* facts) const;
   void restore(const Facts& facts);
-  std::int64_t in_a_row() const { return in_a_row_; }
+  std::int64_t in_a_row() const { return attempts_.in_a_row(); }
   bool gave_up() const { return gave_up_; }
   /// Why the last attempt was rejected, in words.
   const std::string& last() const { return last_; }
   /// What to try against it.
   const char* advice() const;
   /// Length of the last attempt that was rejected [s].
-  double last_attempt() const { return tried_; }
+  double last_attempt() const { return attempts_.last_rejected(); }
 
  private:
   static PetscErrorCode check(TSAdapt adapt, TS ts, PetscReal time, Vec y, PetscBool* accept);
   PetscErrorCode look(TS ts);
-  bool enough(double next) const;
-  PetscErrorCode name_failure(TS ts, std::size_t* reason);
+  bool enough(double next) const { return no_memory_ || attempts_.spent(next); }
+  PetscErrorCode name_failure(TS ts);
+  PetscErrorCode name_reason(TS ts, bool solve_failed);
 
   Model& model_;
   LinearCheck linear_;
-  double step_min_ = 0, tried_ = 0, present_ = 0;  ///< present_: of the attempt under way
-  double resolution_ = 0;  ///< no attempt shorter than this can be told apart from the time it starts at [s]
-  std::int64_t most_ = 0, in_a_row_ = 0;
+  Attempts attempts_;
   PetscInt rejected_ = 0, failures_ = 0;  ///< of the TS, looked at so far
   bool gave_up_ = false, no_memory_ = false;  ///< no_memory_: a shorter step would need as much
   RejectionCounts counts_{};
   std::string last_;
-  std::size_t last_reason_ = 0;
+  Rejection last_reason_ = NEWTON;
 };
 
 }  // namespace bs

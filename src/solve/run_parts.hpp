@@ -2,24 +2,12 @@
 #pragma once
 #include <memory>
 #include "output/progress.hpp"
-#include "output/settings.hpp"
 #include "solve/adviser.hpp"
 #include "solve/energy_watch.hpp"
-#include "solve/saving.hpp"
-#include "solve/stepper.hpp"
-#include "solve/tolerances.hpp"
+#include "solve/run_options.hpp"
 #include "solve/ts_setup.hpp"
 
 namespace bs {
-
-struct RunOptions {
-  OutputSettings output;
-  StepOptions step;
-  bool advise = true;
-  double energy_growth = 10;  ///< -bs_energy_growth
-  SavingOptions saving;
-  Tolerances tolerances;
-};
 
 /// The run's moving parts, tied together by the stepper's callbacks.
 class Run {
@@ -35,7 +23,11 @@ class Run {
   std::vector<std::string> warnings() const;
   PetscErrorCode on_frame(PetscInt step, double time, Vec y);
   PetscErrorCode on_save();
+  PetscErrorCode open_restart();
+  PetscErrorCode say_header(const std::string& solver);
+  PetscErrorCode prepare_solvers();
   PetscErrorCode take_up();
+  PetscErrorCode finds_trajectory(const TrajectoryMark& mark, bool* there) const;
   PetscErrorCode open_trajectory();
   PetscErrorCode save_last(bool failed);
   bool idle() const { return stepper_->counts().steps == taken_up_; }
@@ -56,9 +48,9 @@ class Run {
   Advice advice_;
   std::unique_ptr<CheckpointFile> restart_;
   bool resumed_ = false;                 ///< the trajectory goes on where the checkpoint left it
-  PetscInt taken_up_ = -1;               ///< steps at the checkpoint; -1: from the start
+  std::int64_t taken_up_ = -1;           ///< steps at the checkpoint; -1: from the start
   Facts inputs_;                         ///< fingerprints of the tables that options name
-  std::string saved_;                    ///< where a failed run can be continued from
+  std::string last_checkpoint_;          ///< where a failed run can be continued from
   std::vector<Observable> first_, last_;
   double start_ = 0, end_ = 0;
   int held_rows_ = 0;                    ///< of the log, not yet written

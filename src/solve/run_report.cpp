@@ -4,6 +4,7 @@
 #include "output/report.hpp"
 #include "solve/linear_defaults.hpp"
 #include "solve/run_parts.hpp"
+#include "solve/unused.hpp"
 
 namespace bs {
 
@@ -69,8 +70,8 @@ PetscErrorCode Run::report(const std::string& outcome, const std::string& why) {
     for (const Tally& tally : tallies()) report.set(tally.key, tally.count);
     report.set("shortened_steps", static_cast<std::int64_t>(c.shortened));
     report.set("rejected", static_cast<std::int64_t>(c.rejected));
-    for (std::size_t k = 0; k < std::size(REJECTION_KEYS); ++k)
-      report.set(std::string("rejected_") + REJECTION_KEYS[k], stepper_->rejections().counts()[k]);
+    for (std::size_t k = 0; k < std::size(REJECTION_REASONS); ++k)
+      report.set(std::string("rejected_") + REJECTION_REASONS[k].key, stepper_->rejections().counts()[k]);
     report.set("newton", static_cast<std::int64_t>(c.newton));
     report.set("krylov", static_cast<std::int64_t>(c.krylov));
     report.set("wall", progress_.wall());
@@ -88,10 +89,10 @@ PetscErrorCode Run::report(const std::string& outcome, const std::string& why) {
 std::vector<Tally> Run::tallies() const {
   std::vector<Tally> all = model_.tallies();
   if (context_.implicit && solver_tallies(ts_, &all)) all.clear();
-  const SearchTally& search = context_.newton.tally;
+  const SearchMemory& search = context_.newton.search;
   all.push_back({"search_cuts", "", search.cuts});
-  all.push_back({"newton_at_floor", "Newton solves ended at the rounding errors of the forces, above -snes_rtol", context_.newton.at_floor});
-  all.push_back({"newton_uneven", "iterates were good by their norms, not yet for every particle", context_.newton.uneven});
+  all.push_back({"newton_at_floor", "Newton solves ended at the rounding errors of the forces, above -snes_rtol", context_.newton.at_floor()});
+  all.push_back({"newton_uneven", "iterates were good by their norms, not yet for every particle", context_.newton.uneven()});
   all.push_back({"search_uphill", "Newton directions led uphill in energy and were searched by residual norms", search.uphill});
   return all;
 }
@@ -113,6 +114,26 @@ std::vector<std::string> Run::closing_lines() const {
   if (!unused_options(&unused))
     for (const std::string& name : unused) lines.push_back("option " + name + " was never used");
   return lines;
+}
+
+PetscErrorCode Run::conclude(TSConvergedReason reason, int* exit_code) {
+  PetscFunctionBegin;
+  std::string why;
+  const bool failed = reason < 0;
+  if (failed) PetscCall(explain(reason, &why));
+  else if (stepper_->signal()) why = format("stopped by signal %d", stepper_->signal());
+  if (trajectory_) {
+    set_phase(Exit::io);
+    PetscCall(trajectory_->close());
+  }
+  // of a run before this one, whose trajectory is no more
+  if (!failed && !stepper_->signal() && trajectory_ && options_.output.trajectory.overwrite && options_.saving.restart.empty())
+    PetscCall(remove_stale_checkpoint(model_.comm(), options_.output.trajectory.file, options_.saving.file));
+  PetscCall(report(failed ? "failed" : stepper_->signal() ? "stopped" : "ok", why));
+  if (failed && !last_checkpoint_.empty()) why += format("; the last good state is in %s (-bs_restart)", last_checkpoint_.c_str());
+  if (failed) PetscCall(tell(model_.comm(), Exit::solve, why));
+  if (stepper_->signal()) *exit_code = 128 + stepper_->signal();
+  PetscFunctionReturn(0);
 }
 
 }  // namespace bs

@@ -1,37 +1,33 @@
-// Stepping policy around a TS: output times hit exactly, the nominal step restored after a shortened or rejected one,
-// every step checked before it counts.
+// Drives the steps of one TSSolve: output times hit exactly, the nominal step restored after a shortened or rejected one,
+// every step checked before it counts. What each step needs to know is kept by the parts in stepping/.
 #pragma once
 #include <petscts.h>
 #include <functional>
 #include <string>
 #include "model/model.hpp"
-#include "output/trajectory.hpp"
+#include "output/step_record.hpp"
 #include "solve/history.hpp"
 #include "solve/linear_reuse.hpp"
 #include "solve/rejections.hpp"
+#include "solve/stepping/output_clock.hpp"
+#include "solve/stepping/step_counts.hpp"
+#include "solve/stepping/step_length.hpp"
+#include "solve/stepping/wall_schedule.hpp"
 #include "solve/ts_setup.hpp"
 
 namespace bs {
 
 struct StepOptions {
+  StepRules length;
   double output_interval = 0;   ///< -bs_output_interval [s]; 0: no output times but the end
   bool every_step = false;      ///< a frame after every step
-  double cut = 0.25;            ///< -bs_step_cut: factor on h after a failed solve
-  std::int64_t grow_after = 3;  ///< -bs_step_grow_after: good steps before h grows back
-  double step_min = 0;          ///< -bs_step_min [s]: no attempt below it; 0: only max_cuts ends them
   std::int64_t max_cuts = 10;   ///< -bs_step_max_cuts: rejections of one step that are borne
-  double first = 0;             ///< -bs_step_first [s]; 0: chosen
   std::int64_t save_every = 0;  ///< -bs_checkpoint_every: steps between checkpoints; 0: not by steps
   double save_minutes = 0;      ///< -bs_checkpoint_minutes: wall-clock time between them; 0: not by the clock
 };
 
-/// What a run did, for the summary and the report.
-struct RunCounts {
-  PetscInt steps = 0, rejected = 0, newton = 0, krylov = 0, shortened = 0;
-};
-
-/// Drives the steps of one TSSolve. Callbacks: on_step after every good step, on_frame when an output time is reached,
-/// on_save, last of all, when a checkpoint is due.
+/// Callbacks: on_step after every good step, on_frame when an output time is reached, on_save, last of all, when a checkpoint
+/// is due.
 class Stepper {
  public:
   using OnStep = std::function<PetscErrorCode(const StepRecord&)>;
@@ -46,10 +42,10 @@ class Stepper {
   void save(Facts* facts, std::vector<NamedState>* states) const;
   /// Collective. After attach_solvers: `ts` goes on where `file` was written. `told` receives what is not as it was.
   PetscErrorCode restore(TS ts, const CheckpointFile& file, std::vector<std::string>* told);
-  const RunCounts& counts() const { return counts_; }
-  double start() const { return start_; }
-  /// Last time whose state is good, and whether its frame is written.
+  const RunCounts& counts() const { return counter_.counts(); }
+  double start() const { return clock_.start(); }
   const RejectionWatch& rejections() const { return rejections_; }
+  /// Last time whose state is good, and whether its frame is written.
   double good_time() const { return good_time_; }
   bool framed() const { return framed_; }
   void set_framed(bool framed) { framed_ = framed; }
@@ -57,52 +53,63 @@ class Stepper {
   const std::string& trouble() const { return trouble_; }
   /// Why no step can follow a good one (empty: one can).
   const std::string& ending() const { return ending_; }
-  int signal() const { return signal_; }
+  int signal() const { return now_.signal; }
   /// Whether the log of steps has waited long enough (ten seconds); the same on every rank.
-  bool log_due() const { return log_due_; }
+  bool log_due() const { return now_.log_due; }
   /// Collective. No solver goes on with what it kept from earlier steps: after a checkpoint, so that the run and its
   /// continuation do the same.
   PetscErrorCode renew_solver(TS ts) const;
 
  private:
+  /// What all ranks know of a step once it is done.
+  struct Verdict {
+    bool finite = true;                      ///< its state
+    int signal = 0;                          ///< that ends the run; 0: none
+    bool save_due = false, log_due = false;  ///< by the wall clock, or a signal that asks for a checkpoint
+  };
   static PetscErrorCode pre_step(TS ts);
   static PetscErrorCode post_step(TS ts);
   static PetscErrorCode pre_stage(TS ts, PetscReal time);
   static PetscErrorCode post_stage(TS ts, PetscReal time, PetscInt index, Vec* stages);
-  PetscErrorCode choose_step(TS ts);
+  PetscErrorCode begin_step(TS ts);
+  PetscErrorCode plan_length(TS ts);
+  PetscErrorCode take_over_cuts(TS ts);
   PetscErrorCode accept_step(TS ts);
   PetscErrorCode repeat_start(TS ts, bool* again);
-  std::string lost_steps(double t, double h, double least) const;
+  PetscErrorCode count_step(TS ts, StepRecord* record);
+  PetscErrorCode is_good(TS ts, bool* good);
+  PetscErrorCode agree_on_verdict(TS ts);
+  PetscErrorCode keep_step(TS ts, StepRecord* record, bool* landed);
+  PetscErrorCode write_frame_if_due(TS ts, const StepRecord& record, bool landed);
+  PetscErrorCode decide_what_follows(TS ts, double time, bool finished);
+  PetscErrorCode save_if_due(std::int64_t step, bool finished);
   PetscErrorCode tell_lost_steps(double t, double h) const;
-  PetscErrorCode prime_solvers(TS ts, double sigma_step);
-  PetscErrorCode check_state(TS ts, bool* finite);
-  PetscErrorCode krylov_iterations(TS ts, PetscInt* count);
-  void restore_step(bool landed, double taken, double* next);
-  double next_output(double time) const;
+  PetscErrorCode krylov_iterations(TS ts, PetscInt* count) const;
+  PetscErrorCode require_facts(const CheckpointFile& file) const;
+  PetscErrorCode restore_method(TS ts, const CheckpointFile& file, std::vector<std::string>* told);
 
   Model& model_;
   TSContext& context_;
   StepOptions options_;
-  LinearReuse reuse_;
   OnStep on_step_;
   OnFrame on_frame_;
   OnSave on_save_;
-  History history_;
+
+  OutputClock clock_;
+  StepLength length_;
+  StepCounter counter_;
+  WallSchedule schedule_;
   RejectionWatch rejections_;
-  bool adaptive_ = false, framed_ = true;
-  bool alpha_ = false, own_start_ = false, again_ = false;  ///< own_start_: this step's cuts are ours; again_: it is repeated
-  bool blind_ = false;    ///< the type's first step has no error estimate
-  double start_ = 0, end_ = 0, nominal_ = 0, planned_ = 0, target_ = 0, good_time_ = 0, saved_ = 0, next_ = 0, first_ = 0;
-  double saved_at_ = 0;  ///< wall clock of the last checkpoint
-  bool save_due_ = false, log_due_ = false;
-  double logged_at_ = 0;  ///< wall clock when the log was last due
-  bool landing_ = false;
-  std::int64_t frame_ = 1, good_in_a_row_ = 0;
-  RunCounts counts_;
-  RejectionCounts rejected_before_{};
+  History history_;
+  LinearReuse reuse_;
+
+  bool alpha_ = false;          ///< the type is alpha, which forgets the cut where its starting procedure fails
+  bool cuts_are_ours_ = false;  ///< the present step is that procedure: the stepper cuts and repeats it
+  bool repeated_ = false;       ///< the next step is the last one again
+  double good_time_ = 0;
+  bool framed_ = true;
+  Verdict now_;
   std::string trouble_, ending_;
-  int signal_ = 0;
-  RunCounts base_;  ///< what TS had counted less than the run, when it was taken up
 };
 
 }  // namespace bs

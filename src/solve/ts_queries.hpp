@@ -1,18 +1,9 @@
 // Questions about a TS that several parts of the solver ask.
 #pragma once
 #include <petscts.h>
-#include <cmath>
+#include "solve/stepping/rounding.hpp"
 
 namespace bs {
-
-// Steps that differ by less than this, relatively, are the same up to rounding.
-inline constexpr double SAME_STEP = 1e-9;
-
-/// Steps shorter than this cannot be added to a time t but for a thousandth of their length [s].
-inline double time_resolution(double t) { return 1000 * PETSC_MACHINE_EPSILON * std::abs(t); }
-
-/// By how much a sum of steps may miss a time t; attempts shorter than this do not move it [s].
-inline double time_rounding(double t) { return 4 * PETSC_MACHINE_EPSILON * std::abs(t); }
 
 /// Whether the type is beuler, cn or theta.
 PetscErrorCode is_theta_family(TS ts, bool* yes);

@@ -17,7 +17,7 @@ PetscErrorCode form_residual(TS ts, PetscReal t, Vec y, Vec ydot, Vec F, void* d
   PetscFunctionBegin;
   // where F does not depend on t, times before the run must not show (grk4t and its like look back)
   if (context->rosenbrock.looks_back()) PetscCall(context->rosenbrock.limit_time(ts, &t));
-  context->newton.residual_time = t;
+  context->newton.stage.residual_time = t;
   PetscCall(context->model->residual(t, y, ydot, context->form, F));
   if (context->rosenbrock.active()) PetscCall(context->rosenbrock.add_time_term(ts, F));
   PetscFunctionReturn(0);
@@ -30,8 +30,8 @@ PetscErrorCode form_jacobian(TS ts, PetscReal t, Vec y, Vec ydot, PetscReal sigm
     PetscCall(TSGetTime(ts, &t));
     PetscCall(TSGetSolution(ts, &y));
   }
-  context->newton.stage_time = t;
-  context->newton.stage_sigma = sigma;
+  context->newton.stage.time = t;
+  context->newton.stage.sigma = sigma;
   PetscCall(context->model->jacobian(t, y, ydot, sigma, context->form, P));
   if (A != P) {
     PetscCall(MatAssemblyBegin(A, MAT_FINAL_ASSEMBLY));
@@ -72,10 +72,11 @@ PetscErrorCode set_implicit(TS ts, Model& model, TSContext* context) {
   // Newton must earn its convergence by the residual, or by a whole step at rounding level; a line search that crawls
   // must not pass for it, as it would with PETSc's stol of 1e-8.
   PetscCall(SNESSetTolerances(snes, 0.0, 1e-8, 1e-14, 50, PETSC_DEFAULT));
-  context->newton.model = &model;
-  context->newton.form = context->form;
-  context->newton.affine = context->form == Form::momentum && context->method->traits->affine;
-  PetscCall(context->newton.attach(ts, snes));
+  NewtonSettings settings;
+  settings.model = &model;
+  settings.form = context->form;
+  settings.affine = context->form == Form::momentum && context->method->traits->affine;
+  PetscCall(context->newton.attach(ts, snes, settings));
   PetscCall(set_linear_defaults(ts, model, &context->newton));
   PetscFunctionReturn(0);
 }
@@ -116,6 +117,15 @@ PetscErrorCode create_ts(Model& model, TSContext* context, TSHandle* ts) {
   PetscCall(TSGetTimeStep(*ts, &plan.step));
   PetscCall(model.prepare(plan));
   if (context->implicit) PetscCall(context->predictor.attach(*ts, model, &context->newton));
+  PetscFunctionReturn(0);
+}
+
+PetscErrorCode create_inner_solver(TS ts, const TSContext& context) {
+  PC pc;
+  PetscFunctionBegin;
+  if (!context.implicit) PetscFunctionReturn(0);
+  PetscCall(linear_solver_of(ts, nullptr, &pc));
+  PetscCall(condensed_create_inner(pc));
   PetscFunctionReturn(0);
 }
 

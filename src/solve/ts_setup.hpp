@@ -26,14 +26,10 @@ struct TSContext {
 /// cannot advance this model is told (exit 2).
 PetscErrorCode create_ts(Model& model, TSContext* context, TSHandle* ts);
 
+/// Collective. The solver inside a condensed solve, if there is one, is created and reads its options.
+PetscErrorCode create_inner_solver(TS ts, const TSContext& context);
+
 /// One line on the solver in force: TS type, adaptivity, SNES, KSP, PC.
 PetscErrorCode describe_solver(TS ts, const TSContext& context, std::string* line);
-
-/// Collective. Sets SNES, KSP and PC up for the initial state where options are left that only they can consume, then
-/// warns about every option nobody asked for.
-PetscErrorCode warn_unused_options(TS ts, TSContext& context);
-
-/// Names of options never used so far, without those PETSc reads only at the end.
-PetscErrorCode unused_options(std::vector<std::string>* names);
 
 }  // namespace bs

@@ -12,7 +12,6 @@
 namespace bs {
 namespace {
 
-using SFHandle = Handle<PetscSF, PetscSFDestroy>;
 using LayoutHandle = Handle<PetscLayout, PetscLayoutDestroy>;
 
 /// Reverse Cuthill-McKee order of the springs among owned particles: position -> index in `particles`.

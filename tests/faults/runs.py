@@ -1,8 +1,10 @@
 """Runs of the program in one folder, and what their files hold: shared by the tests of faults and restarts."""
+import argparse
 import os
 import pathlib
 import subprocess
 import sys
+import tempfile
 
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1] / "verify"))
 import h5py
@@ -75,3 +77,20 @@ def frames(path):
 
 def told(err):
     return [line for line in err.splitlines() if line.startswith("backspring: error:")]
+
+
+def run_parts(title, parts, library=None, with_library=()):
+    """A test's main: each part that the command line asks for, in a folder of its own. `library`: an option that names a shared library,
+    which the parts `with_library` are given."""
+    given = None
+    if library:
+        parser = argparse.ArgumentParser(add_help=False)
+        parser.add_argument(library, dest="library", required=True)
+        mine, rest = parser.parse_known_args()
+        given, sys.argv[1:] = mine.library, rest
+    checks = Checks(title)
+    for part in parts:
+        if checks.wants(part.__name__):
+            with tempfile.TemporaryDirectory() as folder, checks.group(part.__name__):
+                part(checks, pathlib.Path(folder), *([given] if part in with_library else []))
+    checks.finish()

@@ -3,12 +3,11 @@
 import json
 import pathlib
 import sys
-import tempfile
 
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parent))
 import h5py
 import numpy as np
-from runs import BLOCK, Checks, frames, run, told, write_lattice
+from runs import BLOCK, frames, run, run_parts, told, write_lattice
 
 # one way to make each kind of failure happen in a block of springs that is otherwise well
 FAILURES = [
@@ -134,14 +133,5 @@ def tolerances(checks, folder):
     checks.true("a linear system has no x and v", code == 2 and "go with particles" in "".join(told(err)), err.strip()[-120:])
 
 
-def main():
-    checks = Checks(__doc__)
-    for part in (counted, every_type, floor, blind, tolerances):
-        if checks.wants(part.__name__):
-            with tempfile.TemporaryDirectory() as folder, checks.group(part.__name__):
-                part(checks, pathlib.Path(folder))
-    checks.finish()
-
-
 if __name__ == "__main__":
-    main()
+    run_parts(__doc__, (counted, every_type, floor, blind, tolerances))

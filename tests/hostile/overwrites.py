@@ -1,20 +1,18 @@
 #!/usr/bin/env python3
 """What a run must not write over: its own inputs, its other outputs, what other people keep, devices; and, when it is continued, the
 frames that came after the checkpoint, until it has a frame to put in their place. --kill: the library that kills at counted writes."""
-import argparse
 import os
 import pathlib
 import shutil
 import stat
 import subprocess
 import sys
-import tempfile
 import time
 
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1] / "faults"))
 import h5py
 import numpy as np
-from runs import BLOCK, Checks, content, difference, frames, run, start, told, write_lattice
+from runs import BLOCK, content, difference, frames, run, run_parts, start, told, write_lattice
 
 SHORT = {"bs_lattice_type": "chain", "bs_lattice_size": 5, "ts_dt": 0.01, "ts_max_time": 0.05, "bs_progress_interval": -1, "bs_advise": False}
 VALUE = b"something of value\n"
@@ -192,18 +190,5 @@ def killed_while_cutting(checks, folder, shim):
     checks.true(f"kills at {len(moments)} writes: {seen}", not faults and min(seen.values()) > 0, str(faults)[:200])
 
 
-def main():
-    parser = argparse.ArgumentParser(add_help=False)
-    parser.add_argument("--kill", required=True)
-    mine, rest = parser.parse_known_args()
-    sys.argv[1:] = rest
-    checks = Checks(__doc__)
-    for part, arguments in ((one_file, []), (others, []), (reports, []), (no_files, []), (kept_tail, []), (killed_while_cutting, [mine.kill])):
-        if checks.wants(part.__name__):
-            with tempfile.TemporaryDirectory() as folder, checks.group(part.__name__):
-                part(checks, pathlib.Path(folder), *arguments)
-    checks.finish()
-
-
 if __name__ == "__main__":
-    main()
+    run_parts(__doc__, (one_file, others, reports, no_files, kept_tail, killed_while_cutting), library="--kill", with_library=(killed_while_cutting,))

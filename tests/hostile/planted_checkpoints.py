@@ -4,12 +4,11 @@ import os
 import pathlib
 import shutil
 import sys
-import tempfile
 
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1] / "faults"))
 import h5py
 import numpy as np
-from runs import BLOCK, Checks, difference, frames, run, told, write_lattice
+from runs import BLOCK, difference, frames, run, run_parts, told, write_lattice
 
 RUN = dict(BLOCK, bs_lattice_size=(3, 3, 3), ts_max_time=0.1, bs_output="o.h5md", bs_checkpoint="ck", ksp_rtol=1e-9, condensed_pc_type="lu", condensed_pc_factor_mat_ordering_type="natural")
 VALUE = b"something of value\n"
@@ -166,14 +165,5 @@ def long_values(checks, folder):
         checks.true("the trajectory tells it whole, too", (there.decode() if isinstance(there, bytes) else there) == options["bs_linear_source"], f"{len(there)} characters")
 
 
-def main():
-    checks = Checks(__doc__)
-    for part in (attacks, taken, elsewhere, tables, long_values):
-        if checks.wants(part.__name__):
-            with tempfile.TemporaryDirectory() as folder, checks.group(part.__name__):
-                part(checks, pathlib.Path(folder))
-    checks.finish()
-
-
 if __name__ == "__main__":
-    main()
+    run_parts(__doc__, (attacks, taken, elsewhere, tables, long_values))

@@ -1,17 +1,15 @@
 #!/usr/bin/env python3
 """Links planted where a run will write, and input files whose numbers lie in other files: nothing is followed.
 --shim: the library that notes and swaps the files a run creates."""
-import argparse
 import os
 import pathlib
 import re
 import sys
-import tempfile
 
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1] / "faults"))
 import h5py
 import numpy as np
-from runs import BLOCK, Checks, frames, run, told, write_lattice
+from runs import BLOCK, frames, run, run_parts, told, write_lattice
 
 RUN = dict(BLOCK, bs_lattice_size=(3, 3, 3), ts_max_time=0.1, bs_output="o.h5md", bs_checkpoint="ck", bs_checkpoint_every=3, bs_report="r.json")
 VALUE = b"something of value\n"
@@ -190,18 +188,5 @@ def continued(checks, folder):
             checks.true(f"a checkpoint with a link at {part}, {ranks} rank(s): exit 2", code == 2 and len(told(err)) == 1, f"exit {code}: {err.strip()[:160]}")
 
 
-def main():
-    parser = argparse.ArgumentParser(add_help=False)
-    parser.add_argument("--shim", required=True)
-    mine, rest = parser.parse_known_args()
-    sys.argv[1:] = rest
-    checks = Checks(__doc__)
-    for part, arguments in ((guessed_names, []), (planted_names, []), (created, [mine.shim]), (swapped, [mine.shim]), (inputs, []), (continued, [])):
-        if checks.wants(part.__name__):
-            with tempfile.TemporaryDirectory() as folder, checks.group(part.__name__):
-                part(checks, pathlib.Path(folder), *arguments)
-    checks.finish()
-
-
 if __name__ == "__main__":
-    main()
+    run_parts(__doc__, (guessed_names, planted_names, created, swapped, inputs, continued), library="--shim", with_library=(created, swapped,))

@@ -1,20 +1,18 @@
 #!/usr/bin/env python3
 """Two runs that want to write one file: the second ends with exit 2 and names the first; what is written is the first one's.
 --shim: the library that makes locks fail."""
-import argparse
 import os
 import pathlib
 import signal
 import socket
 import subprocess
 import sys
-import tempfile
 import time
 
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1] / "faults"))
 import h5py
 from crashes import children
-from runs import BLOCK, Checks, content, difference, frames, run, start, told
+from runs import BLOCK, content, difference, frames, run, run_parts, start, told
 
 LONG = dict(BLOCK, bs_lattice_size=(4, 4, 4), ts_type="symplectic", ts_dt=1e-3, ts_max_time=1e4, bs_output_interval=0.05)
 SHORT = dict(LONG, ts_max_time=1.0)
@@ -131,18 +129,5 @@ def no_locks(checks, folder, shim):
     first.communicate()
 
 
-def main():
-    parser = argparse.ArgumentParser(add_help=False)
-    parser.add_argument("--shim", required=True)
-    mine, rest = parser.parse_known_args()
-    sys.argv[1:] = rest
-    checks = Checks(__doc__)
-    for part, arguments in ((one_after_the_other, []), (killed, []), (at_once, []), (restarts, []), (no_locks, [mine.shim])):
-        if checks.wants(part.__name__):
-            with tempfile.TemporaryDirectory() as folder, checks.group(part.__name__):
-                part(checks, pathlib.Path(folder), *arguments)
-    checks.finish()
-
-
 if __name__ == "__main__":
-    main()
+    run_parts(__doc__, (one_after_the_other, killed, at_once, restarts, no_locks), library="--shim", with_library=(no_locks,))

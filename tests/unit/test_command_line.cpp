@@ -16,6 +16,13 @@ TEST_CASE("Words that are neither options nor values are found") {
   CHECK(stray({"-bs_gravity", "0,", "-9.81", "-help", "a", "b", ""}) == std::vector<std::string>{"-9.81", "b", ""});
 }
 
+TEST_CASE("Options written as other programs want them are explained") {
+  CHECK(fault_of_form({"-bs_gravity", "0,-9.81", "-ts_dt", "1e-3", "-1", "--", "a=b", "-bs_linear_source", "sine(a=1)"}).empty());
+  CHECK_THAT(fault_of_form({"-ts_dt=0.1"}), Catch::Contains("write -ts_dt 0.1"));
+  CHECK_THAT(fault_of_form({"-x", "--bs_gravity"}), Catch::Contains("write -bs_gravity"));
+  CHECK_THAT(fault_of_form({"--bs_gravity=0,-1"}), Catch::Contains("write -bs_gravity 0,-1"));
+}
+
 TEST_CASE("YAML that PETSc would refuse is told with its line") {
   CHECK(fault_of_yaml("", "f").empty());
   CHECK(fault_of_yaml("# only a comment\n", "f").empty());

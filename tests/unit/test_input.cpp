@@ -108,20 +108,20 @@ class Writer {
   explicit Writer(const std::string& path) : file_(H5Fcreate(path.c_str(), H5F_ACC_TRUNC, H5P_DEFAULT, H5P_DEFAULT), H5Fclose) {}
   template <class T>
   void table(const std::string& path, const std::vector<T>& values, std::vector<hsize_t> dims, hid_t stored) {
-    const Hdf5Id groups(H5Pcreate(H5P_LINK_CREATE), H5Pclose);
+    const H5 groups(H5Pcreate(H5P_LINK_CREATE), H5Pclose);
     H5Pset_create_intermediate_group(groups, 1);
-    const Hdf5Id space(H5Screate_simple(static_cast<int>(dims.size()), dims.data(), nullptr), H5Sclose);
-    const Hdf5Id data(H5Dcreate2(file_, path.c_str(), stored, space, groups, H5P_DEFAULT, H5P_DEFAULT), H5Dclose);
+    const H5 space(H5Screate_simple(static_cast<int>(dims.size()), dims.data(), nullptr), H5Sclose);
+    const H5 data(H5Dcreate2(file_, path.c_str(), stored, space, groups, H5P_DEFAULT, H5P_DEFAULT), H5Dclose);
     const hid_t memory = std::is_same_v<T, double>         ? H5T_NATIVE_DOUBLE
                          : std::is_same_v<T, std::int64_t> ? H5T_NATIVE_INT64
                                                            : H5T_NATIVE_UINT8;
     H5Dwrite(data, memory, H5S_ALL, H5S_ALL, H5P_DEFAULT, values.data());
   }
   void attribute(const char* name, const char* text, bool variable) {
-    const Hdf5Id type(H5Tcopy(H5T_C_S1), H5Tclose), space(H5Screate(H5S_SCALAR), H5Sclose);
+    const H5 type(H5Tcopy(H5T_C_S1), H5Tclose), space(H5Screate(H5S_SCALAR), H5Sclose);
     H5Tset_size(type, variable ? H5T_VARIABLE : std::char_traits<char>::length(text) + 1);
     if (variable) H5Tset_cset(type, H5T_CSET_UTF8);
-    const Hdf5Id made(H5Acreate2(file_, name, type, space, H5P_DEFAULT, H5P_DEFAULT), H5Aclose);
+    const H5 made(H5Acreate2(file_, name, type, space, H5P_DEFAULT, H5P_DEFAULT), H5Aclose);
     if (variable)
       H5Awrite(made, type, &text);
     else
@@ -129,7 +129,7 @@ class Writer {
   }
 
  private:
-  Hdf5Id file_;
+  H5 file_;
 };
 
 struct Stored {

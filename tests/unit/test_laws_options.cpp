@@ -109,20 +109,20 @@ TEST_CASE("options of shape drag: every shape has its coefficient") {
 
 TEST_CASE("options of the laws of .xsp scenes") {
   const auto pull = accepted<XspAttraction>(
-      {{"-bs_attraction", "100"}, {"-bs_attraction_exponent", "2"}, {"-bs_attraction_center", "321,275"}});
+      {{"-bs_xsp_attraction", "100"}, {"-bs_xsp_attraction_exponent", "2"}, {"-bs_xsp_attraction_center", "321,275"}});
   REQUIRE((pull.active() && pull.value == 100 && pull.exponent == 2 && pull.center[0] == 321 && pull.center[1] == 275));
   const auto walls =
-      accepted<XspWalls>({{"-bs_walls", "5000"}, {"-bs_walls_exponent", "1"}, {"-bs_walls_sides", "1,0,0,1"}});
+      accepted<XspWalls>({{"-bs_xsp_walls", "5000"}, {"-bs_xsp_walls_exponent", "1"}, {"-bs_xsp_walls_sides", "1,0,0,1"}});
   REQUIRE((walls.active() && walls.value == 5000 && walls.exponent == 1 && walls.box[1] == 642 && walls.box[3] == 550));
   REQUIRE((walls.sides[0] && !walls.sides[1] && !walls.sides[2] && walls.sides[3]));
   REQUIRE(walls.describe().find("top bottom") != std::string::npos);
-  REQUIRE_FALSE(accepted<XspWalls>({{"-bs_walls", "5000"}}).active());  // no wall is there
-  REQUIRE(accepted<XspWalls>({{"-bs_walls_box", "-1,1,-2,2"}}).box[2] == -2);
-  refused<XspWalls>({{"-bs_walls_box", "0,642"}}, "-bs_walls_box");
-  refused<XspWalls>({{"-bs_walls_box", "1,0,0,1"}}, "-bs_walls_box");
-  refused<XspWalls>({{"-bs_walls_sides", "1,1,1"}}, "-bs_walls_sides");
-  refused<XspWalls>({{"-bs_walls_sides", "1,1,2,1"}}, "-bs_walls_sides");
-  const auto whole = accepted<XspCenterOfMass>({{"-bs_center_of_mass", "10"}, {"-bs_center_of_mass_damping", "2"}});
+  REQUIRE_FALSE(accepted<XspWalls>({{"-bs_xsp_walls", "5000"}}).active());  // no wall is there
+  REQUIRE(accepted<XspWalls>({{"-bs_xsp_walls_box", "-1,1,-2,2"}}).box[2] == -2);
+  refused<XspWalls>({{"-bs_xsp_walls_box", "0,642"}}, "-bs_xsp_walls_box");
+  refused<XspWalls>({{"-bs_xsp_walls_box", "1,0,0,1"}}, "-bs_xsp_walls_box");
+  refused<XspWalls>({{"-bs_xsp_walls_sides", "1,1,1"}}, "-bs_xsp_walls_sides");
+  refused<XspWalls>({{"-bs_xsp_walls_sides", "1,1,2,1"}}, "-bs_xsp_walls_sides");
+  const auto whole = accepted<XspCenterOfMass>({{"-bs_xsp_center_of_mass", "10"}, {"-bs_xsp_center_of_mass_damping", "2"}});
   REQUIRE((whole.active() && whole.value == 10 && whole.damping == 2));
 }
 

@@ -102,10 +102,10 @@ TEST_CASE("forces of a scene become options", "[xsp]") {
   CHECK(g[1] == Approx(-9.5 * std::sqrt(0.75)).epsilon(1e-15));
   o.erase("-bs_gravity");
   const std::map<std::string, std::string> rest = {
-      {"-bs_viscosity", "0.25"},       {"-bs_center_of_mass", "5"},        {"-bs_center_of_mass_damping", "2"},
-      {"-bs_attraction", "100"},       {"-bs_attraction_exponent", "0.5"}, {"-bs_center_particle", "1"},
-      {"-bs_walls", "10000"},          {"-bs_walls_exponent", "1"},        {"-bs_walls_sides", "1,0,0,1"},
-      {"-bs_walls_box", "0,642,0,550"}};
+      {"-bs_viscosity", "0.25"},       {"-bs_xsp_center_of_mass", "5"},        {"-bs_xsp_center_of_mass_damping", "2"},
+      {"-bs_xsp_attraction", "100"},       {"-bs_xsp_attraction_exponent", "0.5"}, {"-bs_xsp_center_particle", "1"},
+      {"-bs_xsp_walls", "10000"},          {"-bs_xsp_walls_exponent", "1"},        {"-bs_xsp_walls_sides", "1,0,0,1"},
+      {"-bs_xsp_walls_box", "0,642,0,550"}};
   CHECK(numbers(o["-ts_dt"]) == std::vector<double>{0.02});
   o.erase("-ts_dt");
   CHECK(o == rest);
@@ -121,10 +121,10 @@ TEST_CASE("only forces that are on are implied", "[xsp]") {
   CHECK(options_of(parse(mass + "frce 0 1 10 0\n"))["-bs_gravity"] == "0,-10");
   CHECK(numbers(options_of(parse(mass + "frce 0 1 10 90\n"))["-bs_gravity"])[0] == 10);
   // the centre: the window's middle unless a mass is named
-  CHECK(options_of(parse(mass + "frce 1 1 1 1\ncent -1\n"))["-bs_attraction_center"] == "321,275");
-  CHECK(options_of(parse(mass + "frce 2 1 1 1\n"))["-bs_attraction_center"] == "321,275");
+  CHECK(options_of(parse(mass + "frce 1 1 1 1\ncent -1\n"))["-bs_xsp_attraction_center"] == "321,275");
+  CHECK(options_of(parse(mass + "frce 2 1 1 1\n"))["-bs_xsp_attraction_center"] == "321,275");
   const Lattice lost = parse(mass + "frce 2 1 1 1\ncent 5\n");
-  CHECK(options_of(lost)["-bs_attraction_center"] == "321,275");
+  CHECK(options_of(lost)["-bs_xsp_attraction_center"] == "321,275");
   REQUIRE(lost.warnings.size() == 1);
   CHECK_THAT(lost.warnings[0], Catch::Contains("cent 5 names no mass"));
   // the last record of a force counts

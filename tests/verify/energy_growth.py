@@ -70,8 +70,8 @@ def check_quiet(checks):
                                           "bs_shape_drag_area": 0.1, "bs_fluid_velocity": (20, 0, 0), "ts_dt": 0.05, "ts_max_time": 5},
             "fall from rest by forward Euler": {"bs_lattice_type": "chain", "bs_lattice_size": 3, "bs_gravity": -9.81, "ts_type": "euler",
                                                 "ts_dt": 1e-3, "ts_max_time": 1},
-            "pull of the centre of mass outwards": {**BLOCK, "bs_lattice_perturbation": 0, "bs_center_of_mass": -50,
-                                                    "bs_attraction_center": (5, 5, 5), "ts_dt": 0.01, "ts_max_time": 2},
+            "pull of the centre of mass outwards": {**BLOCK, "bs_lattice_perturbation": 0, "bs_xsp_center_of_mass": -50,
+                                                    "bs_xsp_attraction_center": (5, 5, 5), "ts_dt": 0.01, "ts_max_time": 2},
             "a block at rest": {**BLOCK, "bs_lattice_perturbation": 0, "bs_lattice_origin": (1e3, 1e3, 1e3), "ts_dt": 0.1, "ts_max_time": 5},
             "cloth": {**CLOTH, "bs_lattice_stiffness": 1e3}}
         for name, options in cases.items():

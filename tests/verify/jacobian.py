@@ -40,11 +40,11 @@ def laws(d):
     yield "shape drag", {}, {"bs_shape_drag": "cube", "bs_shape_drag_rho": 900.0, "bs_shape_drag_area": 0.01,
                              "bs_fluid_velocity": zero}
     if d == 2:
-        yield "attraction", {}, {"bs_attraction": 300.0, "bs_attraction_exponent": 1.5, "bs_attraction_center": (-3, 1)}
-        yield "attraction to a particle", {}, {"bs_attraction": 300.0, "bs_attraction_exponent": 1.5, "bs_center_particle": 2}
-        yield "centre of mass", {}, {"bs_center_of_mass": 40.0, "bs_center_of_mass_damping": 7.0}
-        yield "centre of mass, to a particle", {}, {"bs_center_of_mass": 40.0, "bs_center_of_mass_damping": 7.0, "bs_center_particle": 1}
-        yield "walls", {}, {"bs_walls": 500.0, "bs_walls_exponent": 1.0, "bs_walls_box": (-20, 40, -20, 40), "bs_walls_sides": (1, 1, 1, 1)}
+        yield "attraction", {}, {"bs_xsp_attraction": 300.0, "bs_xsp_attraction_exponent": 1.5, "bs_xsp_attraction_center": (-3, 1)}
+        yield "attraction to a particle", {}, {"bs_xsp_attraction": 300.0, "bs_xsp_attraction_exponent": 1.5, "bs_xsp_center_particle": 2}
+        yield "centre of mass", {}, {"bs_xsp_center_of_mass": 40.0, "bs_xsp_center_of_mass_damping": 7.0}
+        yield "centre of mass, to a particle", {}, {"bs_xsp_center_of_mass": 40.0, "bs_xsp_center_of_mass_damping": 7.0, "bs_xsp_center_particle": 1}
+        yield "walls", {}, {"bs_xsp_walls": 500.0, "bs_xsp_walls_exponent": 1.0, "bs_xsp_walls_box": (-20, 40, -20, 40), "bs_xsp_walls_sides": (1, 1, 1, 1)}
 
 
 def differences(checks, folder):
@@ -61,7 +61,7 @@ def differences(checks, folder):
 def alternatives(checks, folder):
     """Matrix-free and coloured Jacobians, Krylov solvers and the low-rank operator reach the direct solve's motion."""
     path = cloud(folder, "alternatives", 2, True, stiffness=30.0, damping=2.0, spring_law="strain")
-    base = dict(bs_lattice_file=path, bs_gravity=(0, -9.8), bs_center_of_mass=40.0, bs_center_of_mass_damping=7.0, ts_dt=0.05,
+    base = dict(bs_lattice_file=path, bs_gravity=(0, -9.8), bs_xsp_center_of_mass=40.0, bs_xsp_center_of_mass_damping=7.0, ts_dt=0.05,
                 ts_max_time=0.5, ts_type="beuler")
     expected = run(checks.program, base, interval=0.5, ranks=checks.ranks).trajectory.position[-1]
     for name, options in (("-snes_mf", {"snes_mf": True}), ("-snes_mf_operator", {"snes_mf_operator": True}),

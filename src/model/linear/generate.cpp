@@ -1,6 +1,7 @@
 // Built-in linear systems.
 #include <cmath>
 #include "base/fault.hpp"
+#include "base/memory.hpp"
 #include "model/linear/system.hpp"
 
 namespace bs {
@@ -22,7 +23,12 @@ PetscErrorCode finish(Mat A) {
 }
 
 PetscErrorCode start(MPI_Comm comm, PetscInt n, PetscInt width, LinearSystem* out) {
+  PetscMPIInt ranks;
   PetscFunctionBegin;
+  PetscCallMPI(MPI_Comm_size(comm, &ranks));
+  // G, C, B and four vectors; the matrix of a step, which explicit types do without, asks for itself
+  const double entries = static_cast<double>(width) + 2, row = entries * (sizeof(PetscScalar) + sizeof(PetscInt)) + 4 * sizeof(PetscScalar);
+  PetscCall(reserve_memory(comm, {format("a linear system of %lld states", static_cast<long long>(n)), static_cast<double>(n) * row / ranks, ""}));
   PetscCall(create(comm, n, n, width, &out->G));
   PetscCall(create(comm, n, n, 1, &out->C));
   PetscCall(create(comm, n, 1, 1, &out->B));

@@ -2,6 +2,7 @@
 #include <petsc/private/petscimpl.h>
 #include <cmath>
 #include "base/fault.hpp"
+#include "base/memory.hpp"
 
 namespace bs {
 
@@ -92,6 +93,9 @@ PetscErrorCode LinearModel::jacobian(double, Vec, Vec, double sigma, Form form, 
 PetscErrorCode LinearModel::create_matrix(Mat* P) {
   PetscInt n, local;
   PetscFunctionBegin;
+  MatInfo info;
+  PetscCall(MatGetInfo(system_.G, MAT_LOCAL, &info));
+  PetscCall(reserve_memory(comm_, {"the matrix of a step of " + system_.origin, info.nz_used * (sizeof(PetscScalar) + sizeof(PetscInt)), ""}));
   // the whole diagonal, so that incomplete factorisations find it
   MatHandle diagonal;
   PetscCall(MatGetSize(system_.G, &n, nullptr));

@@ -7,7 +7,6 @@
 
 namespace bs {
 
-using KSPHandle = Handle<KSP, KSPDestroy>;
 
 class LinearModel final : public Model {
  public:
@@ -38,7 +37,7 @@ class LinearModel final : public Model {
   PetscErrorCode gather_state(Vec y, std::vector<StatePart>* parts) override;
   PetscErrorCode scatter_state(Vec y) override;
   PetscErrorCode fingerprint(std::uint64_t* value) override;
-  PetscErrorCode constants(std::vector<Dataset>* out) override;
+  PetscErrorCode take_constants(std::vector<Dataset>* out) override;
   PetscErrorCode covers(double t_end) override;
   PetscErrorCode last_fault(std::string* text) override;
 

@@ -50,7 +50,7 @@ PetscErrorCode LinearModel::fields(double t, Vec y, std::vector<Field>* out) {
   PetscFunctionReturn(0);
 }
 
-PetscErrorCode LinearModel::constants(std::vector<Dataset>* out) {
+PetscErrorCode LinearModel::take_constants(std::vector<Dataset>* out) {
   PetscInt n, first;
   unsigned long long width = 0;
   PetscFunctionBegin;

@@ -9,13 +9,13 @@ PetscErrorCode Coupling::read_options(MPI_Comm comm, const Lattice& lattice, Net
   PetscCall(read_section(comm, "Forces that couple all particles", [&](Section& o) {
     mass_.options(o);
     pull_.options(o);
-    o.integer("-bs_center_particle", "row of the particle that is the centre of -bs_center_of_mass and -bs_attraction, "
-              "0-based; -1: the point -bs_attraction_center", center_row_);
-    o.integer("-bs_dense_coupling_max", "particles up to which -bs_center_of_mass is assembled as a dense matrix; above, "
+    o.integer("-bs_xsp_center_particle", "row of the particle that is the centre of -bs_xsp_center_of_mass and -bs_xsp_attraction, "
+              "0-based; -1: the point -bs_xsp_attraction_center", center_row_);
+    o.integer("-bs_dense_coupling_max", "particles up to which -bs_xsp_center_of_mass is assembled as a dense matrix; above, "
               "it is a low-rank operator beside the sparse one", dense_max_, Range::nonnegative);
   }));
   if (center_row_ < -1 || center_row_ >= lattice.particles.total)
-    PetscCall(tell(comm, Exit::input, format("option -bs_center_particle: %lld is no row of the %lld particles: give 0 to %lld, "
+    PetscCall(tell(comm, Exit::input, format("option -bs_xsp_center_particle: %lld is no row of the %lld particles: give 0 to %lld, "
                    "or -1 for a point", static_cast<long long>(center_row_), static_cast<long long>(lattice.particles.total),
                    static_cast<long long>(lattice.particles.total - 1))));
   dense_ = lattice.particles.total <= dense_max_;

@@ -1,5 +1,6 @@
 #include "model/particles/linearised_forces.hpp"
 #include <algorithm>
+#include "base/memory.hpp"
 #include "model/particles/events.hpp"
 
 namespace bs {
@@ -67,6 +68,8 @@ PetscErrorCode LinearisedForces::create(CondensedStorage storage, Mat* S) {
     PetscFunctionReturn(0);
   }
   if (!pattern_->created()) pattern_->create(*net_);
+  PetscCall(reserve_memory(net_->comm, {"the condensed matrix of " + net_->source, block_matrix_bytes(*net_, *pattern_, storage),
+                                        "give -condensed_mat_type springs, which takes less"}));
   PetscCall(create_block_matrix(*net_, *pattern_, storage, S));
   PetscCall(MatSetOption(*S, MAT_SYMMETRIC, PETSC_TRUE));
   if (storage == CondensedStorage::aij) PetscCall(set_rigid_modes(*S));

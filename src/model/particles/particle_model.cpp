@@ -3,6 +3,7 @@
 #include <cmath>
 #include "base/fault.hpp"
 #include "base/find_file.hpp"
+#include "base/memory.hpp"
 #include "base/options.hpp"
 #include "input/text_file.hpp"
 #include "model/particles/events.hpp"
@@ -76,7 +77,7 @@ PetscErrorCode ParticleModel::check_laws() const {
   const std::pair<const char*, const double*> vectors[] = {{"-bs_gravity", std::get<UniformGravity>(laws_).g},
                                                            {"-bs_central_point", std::get<CentralGravity>(laws_).x0},
                                                            {"-bs_fluid_velocity", std::get<SphereDrag>(laws_).fluid},
-                                                           {"-bs_attraction_center", std::get<XspAttraction>(laws_).center},
+                                                           {"-bs_xsp_attraction_center", std::get<XspAttraction>(laws_).center},
                                                            {"-bs_anchor_velocity", motion_.c},
                                                            {"-bs_anchor_amplitude", motion_.A}};
   for (const auto& [name, value] : vectors)
@@ -138,6 +139,8 @@ PetscErrorCode ParticleModel::force(double t, Vec y, const double** f) {
 PetscErrorCode ParticleModel::create_first_order(Mat* J) {
   PetscFunctionBegin;
   if (!pattern_.created()) pattern_.create(net_);
+  PetscCall(reserve_memory(net_.comm, {"the assembled Jacobian of " + net_.source, pattern_.jacobian_bytes(net_.dim),
+                                       "give -bs_operator shell or -snes_mf, which do without it"}));
   PetscCall(pattern_.create_matrix(net_, J));
   PetscFunctionReturn(0);
 }

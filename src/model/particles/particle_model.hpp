@@ -17,7 +17,7 @@ namespace bs {
 class ParticleModel final : public Mechanics {
  public:
   /// Collective. Reads the laws' options, distributes the lattice and sets the loops up. The lattice's chunk is kept
-  /// until constants() has been called.
+  /// until release_input() is called.
   static PetscErrorCode create(MPI_Comm comm, Lattice&& lattice, std::unique_ptr<Mechanics>* out);
 
   const char* name() const override { return "particles"; }
@@ -42,7 +42,8 @@ class ParticleModel final : public Mechanics {
   PetscErrorCode gather_state(Vec y, std::vector<StatePart>* parts) override;
   PetscErrorCode scatter_state(Vec y) override;
   PetscErrorCode fingerprint(std::uint64_t* value) override;
-  PetscErrorCode constants(std::vector<Dataset>* out) override;
+  PetscErrorCode take_constants(std::vector<Dataset>* out) override;
+  void release_input() override;
   PetscErrorCode covers(double t_end) override;
   PetscErrorCode last_fault(std::string* text) override;
 

@@ -142,7 +142,7 @@ PetscErrorCode ParticleModel::fields(double, Vec y, std::vector<Field>* out) {
   PetscFunctionReturn(0);
 }
 
-PetscErrorCode ParticleModel::constants(std::vector<Dataset>* out) {
+PetscErrorCode ParticleModel::take_constants(std::vector<Dataset>* out) {
   PetscFunctionBegin;
   const Rows& p = lattice_.particles;
   const Rows& s = lattice_.springs;
@@ -166,10 +166,16 @@ PetscErrorCode ParticleModel::constants(std::vector<Dataset>* out) {
     out->push_back({bonds + "_rest_length", s.first, s.total, 0, std::move(lattice_.rest_length)});
     out->push_back({bonds + "_damping", s.first, s.total, 0, std::move(lattice_.damping)});
   }
-  // the rest of the chunk lives on in the network
-  release(lattice_.position);
-  release(lattice_.velocity);
   PetscFunctionReturn(0);
+}
+
+/// What the run needs of the chunk lives on in the network; counts and shares of rows stay.
+void ParticleModel::release_input() {
+  for (std::vector<double>* table : {&lattice_.position, &lattice_.velocity, &lattice_.mass, &lattice_.radius, &lattice_.stiffness,
+                                     &lattice_.rest_length, &lattice_.damping})
+    release(*table);
+  release(lattice_.id);
+  release(lattice_.pairs);
 }
 
 PetscErrorCode ParticleModel::covers(double t_end) {

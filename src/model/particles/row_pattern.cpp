@@ -37,6 +37,11 @@ void RowPattern::create(const Network& net) {
   }
 }
 
+double RowPattern::jacobian_bytes(int dim) const {
+  const double rows = static_cast<double>(self_.size()) * dim, entries = 2 * rows + 2.0 * dim * dim * static_cast<double>(blocks());
+  return entries * (sizeof(PetscScalar) + sizeof(PetscInt)) + 2 * rows * sizeof(PetscInt);
+}
+
 PetscErrorCode RowPattern::preallocate(const Network& net, Mat A) const {
   const PetscInt d = net.dim, bs = 2 * d;
   PetscFunctionBegin;

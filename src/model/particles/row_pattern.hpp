@@ -21,6 +21,9 @@ class RowPattern {
   PetscInt own(PetscInt i) const { return own_[i]; }
   /// Global block columns of row i, count(i) of them.
   const PetscInt* columns(PetscInt i) const { return global_.data() + start_[i]; }
+  /// Blocks of this rank's rows, and what the entries of the Jacobian as AIJ take [bytes], which other types do not undercut.
+  PetscInt blocks() const { return start_.back(); }
+  double jacobian_bytes(int dim) const;
   bool created() const { return !start_.empty(); }
   /// Collective. A matrix with this pattern, assembled with zeros; its type is AIJ unless -mat_type says otherwise.
   PetscErrorCode create_matrix(const Network& net, Mat* out) const;

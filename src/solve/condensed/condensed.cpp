@@ -166,14 +166,20 @@ PetscErrorCode condensed_renew(PC pc) {
   PetscFunctionReturn(0);
 }
 
+PetscErrorCode condensed_create_inner(PC pc) {
+  bool is = false;
+  PetscFunctionBegin;
+  PetscCall(is_condensed(pc, &is));
+  if (is) PetscCall(prepare(pc));
+  PetscFunctionReturn(0);
+}
+
 PetscErrorCode condensed_describe(PC pc, std::string* text) {
   bool is = false;
   PetscFunctionBegin;
   PetscCall(is_condensed(pc, &is));
   text->clear();
-  if (!is) PetscFunctionReturn(0);
-  PetscCall(prepare(pc));
-  PetscCall(data_of(pc).inner.describe(text));
+  if (is) PetscCall(data_of(pc).inner.describe(text));
   PetscFunctionReturn(0);
 }
 

@@ -48,7 +48,10 @@ PetscErrorCode condensed_out_of_memory(PC pc, bool* yes);
 /// The next solve renews the preconditioner, as the first one does: a run and its continuation then agree bit for bit.
 PetscErrorCode condensed_renew(PC pc);
 
-/// A few words on the inner solver in force (once it is set up).
+/// Collective. Creates the inner solver of a `pc` of this type, whose options it reads; the first set-up does it otherwise.
+PetscErrorCode condensed_create_inner(PC pc);
+
+/// A few words on the inner solver in force; empty before it is created.
 PetscErrorCode condensed_describe(PC pc, std::string* text);
 
 }  // namespace bs

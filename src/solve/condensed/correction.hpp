@@ -7,7 +7,6 @@
 
 namespace bs {
 
-using KSPHandle = Handle<KSP, KSPDestroy>;
 
 class ExactCorrection {
  public:

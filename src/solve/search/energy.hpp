@@ -14,7 +14,7 @@ struct EnergyLimits {
 };
 
 /// Empty, or why the step has no potential to search by: residual norms serve then.
-std::string lacks_energy(const NewtonPolicy& newton);
+std::string lacks_energy(const NewtonSettings& settings);
 
 /// Collective. Along X - lambda Y, brought to where F_x = 0, to a lambda at which Phi is below its highest value at the
 /// last iterates by alpha of its slope (Grippo, Lampariello and Lucidi's rule):

@@ -5,11 +5,11 @@
 namespace bs {
 namespace {
 
-// phi = |(sigma F_x, F_v)| / max(sigma |F_x|, |F_v|) of the first iterate, where a part below its rounding errors counts as 0
+// phi = |(F_x/h, F_v)| / max(|F_x|/h, |F_v|) of the first iterate, where a part below its rounding errors counts as 0
 double merit(const NewtonPolicy& self, const ResidualNorms& now) {
-  const double kinematic = now[0] > self.floor[0] ? self.sigma * now[0] : 0;
-  const double momentum = now[1] > self.floor[1] ? now[1] : 0;
-  const double size = self.size_of_forces();
+  const double kinematic = now[0] > self.floor()[0] ? self.solve().inverse_h * now[0] : 0;
+  const double momentum = now[1] > self.floor()[1] ? now[1] : 0;
+  const double size = self.solve().size_of_forces();
   return std::hypot(kinematic, momentum) / (size > 0 ? size : 1);
 }
 
@@ -32,7 +32,7 @@ PetscErrorCode guarded_search(SNESLineSearch line, const NewtonPolicy& self) {
   PetscCall(SNESLineSearchGetVecs(line, &X, &F, &Y, &W, &G));
   PetscCall(SNESLineSearchSetReason(line, SNES_LINESEARCH_SUCCEEDED));
   PetscCall(SNESLineSearchPreCheck(line, X, Y, &changed));
-  PetscCall(self.model->residual_norms(F, &now));
+  PetscCall(self.model().residual_norms(F, &now));
   const double start = merit(self, now);
   PetscInt iteration;
   PetscCall(SNESGetIterationNumber(snes, &iteration));
@@ -43,7 +43,7 @@ PetscErrorCode guarded_search(SNESLineSearch line, const NewtonPolicy& self) {
     PetscCall(VecNorm(G, NORM_2, &fnorm));
     double phi = INFINITY;
     if (!PetscIsInfOrNanReal(fnorm)) {
-      PetscCall(self.model->residual_norms(G, &now));
+      PetscCall(self.model().residual_norms(G, &now));
       phi = merit(self, now);
     }
     // at rounding level a direction is noise: take it, and let the convergence test judge

@@ -110,7 +110,7 @@ PetscErrorCode describe_search(SNES snes, std::string* text) {
   if (*text != ENERGY) PetscFunctionReturn(0);
   NewtonPolicy* newton = nullptr;
   PetscCall(policy_of(line, &newton));
-  const std::string lack = lacks_energy(*newton);
+  const std::string lack = lacks_energy(newton->settings());
   if (!lack.empty()) *text += " (residual norms: " + lack + " has no potential)";
   PetscFunctionReturn(0);
 }

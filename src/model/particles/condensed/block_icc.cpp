@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <limits>
 #include "base/fault.hpp"
+#include "base/memory.hpp"
 #include "model/particles/condensed/coarse_space.hpp"
 #include "model/particles/events.hpp"
 
@@ -38,6 +39,16 @@ bool wants_double(const SpringMatrix& S, const std::vector<double>& blocks) {
   return high > RATIO * low;
 }
 
+/// Collective.
+PetscErrorCode reserve_factor(PC pc, const SpringMatrix& S, bool single) {
+  PetscFunctionBegin;
+  const double area = S.dim() * S.dim(), real = single ? sizeof(float) : sizeof(double);
+  const double blocks = static_cast<double>(S.pattern().pairs()) + static_cast<double>(S.pattern().n);
+  PetscCall(reserve_memory(PetscObjectComm(reinterpret_cast<PetscObject>(pc)),
+                           {"the incomplete Cholesky factorisation (-condensed_pc_type bicc)", blocks * area * real, "give -condensed_pc_type jacobi"}));
+  PetscFunctionReturn(0);
+}
+
 PetscErrorCode set_up(PC pc) {
   BlockIcc* self = static_cast<BlockIcc*>(pc->data);
   PetscFunctionBegin;
@@ -48,6 +59,7 @@ PetscErrorCode set_up(PC pc) {
   std::vector<double> diagonal;
   self->matrix->diagonal_blocks(&diagonal);
   const bool single = self->precision == 1 || (self->precision == 0 && self->in_single && !wants_double(*self->matrix, diagonal));
+  if (!self->factor) PetscCall(reserve_factor(pc, *self->matrix, single));  // on all ranks at once; the precision is each rank's own
   if (!self->factor || single != self->in_single)
     self->factor = create_block_factor(self->matrix->dim(), single);
   self->in_single = single;

@@ -10,6 +10,13 @@ MatType type_of(CondensedStorage storage) {
 
 }  // namespace
 
+double block_matrix_bytes(const Network& net, const RowPattern& pattern, CondensedStorage storage) {
+  const double area = net.dim * net.dim, blocks = static_cast<double>(pattern.blocks());
+  if (storage == CondensedStorage::aij) return blocks * area * (sizeof(PetscScalar) + sizeof(PetscInt));
+  // sbaij leaves the blocks below the diagonal out
+  return (storage == CondensedStorage::sbaij ? 0.5 : 1.0) * blocks * (area * sizeof(MatScalar) + sizeof(PetscInt));
+}
+
 PetscErrorCode create_block_matrix(const Network& net, const RowPattern& pattern, CondensedStorage storage, Mat* out) {
   const PetscInt d = net.dim;
   PetscFunctionBegin;

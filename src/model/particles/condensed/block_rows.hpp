@@ -7,6 +7,9 @@
 
 namespace bs {
 
+/// What the entries of such a matrix take on this rank [bytes].
+double block_matrix_bytes(const Network& net, const RowPattern& pattern, CondensedStorage storage);
+
 /// Collective. An assembled matrix of zeros with one d x d block per entry of the pattern. Its type is the storage's.
 PetscErrorCode create_block_matrix(const Network& net, const RowPattern& pattern, CondensedStorage storage, Mat* out);
 

@@ -1,5 +1,6 @@
 #include "model/particles/condensed/spring_matrix.hpp"
 #include <algorithm>
+#include "base/memory.hpp"
 #include "model/particles/condensed/lanes.hpp"
 #include "model/particles/condensed/spring_product.hpp"
 #include "model/particles/events.hpp"
@@ -40,10 +41,13 @@ PetscErrorCode SpringMatrix::create(const Network& net) {
   area_ = static_cast<std::size_t>(dim_ * dim_);
   width_ = static_cast<std::size_t>(dim_ + 1);
   pattern_.create(net);
+  const std::size_t lanes = dim_ == 3 ? 4 : static_cast<std::size_t>(dim_);
+  const double rows = static_cast<double>(net.n), pairs = static_cast<double>(pattern_.pairs() + pattern_.ghost.size());
+  PetscCall(reserve_memory(net.comm, {"the condensed matrix, spring by spring, of " + net.source,
+                                      rows * static_cast<double>((area_ + lanes) * sizeof(double)) + pairs * static_cast<double>(width_ * sizeof(float)), ""}));
   node_.assign(static_cast<std::size_t>(net.n) * area_ + 1, 0.0);  // read in whole registers: one number behind the last
   pair_.assign(pattern_.pairs() * width_, 0.0F);
   cut_.assign(pattern_.ghost.size() * width_, 0.0F);
-  const std::size_t lanes = dim_ == 3 ? 4 : static_cast<std::size_t>(dim_);
   sums_.assign(static_cast<std::size_t>(net.n) * lanes, 0.0);
   VecHandle layout;
   PetscCall(create_vector(layout.out()));

@@ -1,0 +1,34 @@
+// The owner of an HDF5 identifier.
+#pragma once
+#include <hdf5.h>
+#include <utility>
+
+namespace bs {
+
+/// Owns an HDF5 identifier, closed by `close` when it goes out of scope. A file cannot be closed while any is open.
+class H5 {
+ public:
+  H5() = default;
+  H5(hid_t id, herr_t (*close)(hid_t)) : id_(id), close_(close) {}
+  H5(const H5&) = delete;
+  H5& operator=(const H5&) = delete;
+  H5(H5&& other) noexcept : id_(std::exchange(other.id_, -1)), close_(other.close_) {}
+  H5& operator=(H5&& other) noexcept {
+    std::swap(id_, other.id_);
+    std::swap(close_, other.close_);
+    return *this;
+  }
+  ~H5() { reset(); }
+  void reset() {
+    if (id_ >= 0) close_(id_);
+    id_ = -1;
+  }
+  operator hid_t() const { return id_; }
+  explicit operator bool() const { return id_ >= 0; }
+
+ private:
+  hid_t id_ = -1;
+  herr_t (*close_)(hid_t) = nullptr;
+};
+
+}  // namespace bs

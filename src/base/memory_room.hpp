@@ -1,0 +1,50 @@
+// How much memory this process may still take: its own limits, those of its control group, and what the machine has left.
+#pragma once
+#include <limits>
+#include <string>
+
+namespace bs {
+
+/// Bytes that something leaves, and its name for messages. Nothing bounds: infinity.
+struct MemoryRoom {
+  double bytes = std::numeric_limits<double>::infinity();
+  std::string bound;
+};
+
+/// What the process holds [bytes], of /proc/self/status; 0 where that cannot be read, which errs to the side of more room.
+struct MemoryUse {
+  double addresses = 0;  ///< VmSize: what ulimit -v counts
+  double data = 0;       ///< VmData: what ulimit -d counts
+  double reusable = 0;   ///< freed memory that malloc has kept, a part of both
+};
+MemoryUse memory_use();
+
+/// What a limit leaves to one that holds `used`, of which `reusable` serves again.
+double left_of(double limit, double used, double reusable);
+
+/// The tighter one of ulimit -v and ulimit -d.
+MemoryRoom process_room(const MemoryUse& use);
+
+/// What the machine has without taking anything from other processes, MemAvailable + SwapFree, of the text of /proc/meminfo.
+MemoryRoom machine_room(const std::string& meminfo);
+
+/// What the control group of a process and the groups above it leave (file cache and free swap count as room), for the text
+/// of /proc/self/cgroup; `root`: /sys/fs/cgroup. The bound names the group's folder: processes that share it share the room.
+MemoryRoom group_room(const std::string& root, const std::string& cgroups, double free_swap);
+
+/// Whether not even 16 MB are left: what a library failed at is then most probably for want of memory. May be asked in a signal handler.
+bool out_of_memory();
+
+/// Words to add to the reason a library gives: that memory is the likely one, where that is so.
+std::string if_out_of_memory();
+
+/// The number after "NAME:" or "NAME " at the beginning of a line; `otherwise` where there is none.
+double number_of(const std::string& text, const std::string& name, double otherwise);
+
+/// The contents of a small file; empty where it cannot be read.
+std::string contents_of(const std::string& path);
+
+/// "512 MB", "9.83 GB", "2.41 TB".
+std::string in_bytes(double bytes);
+
+}  // namespace bs

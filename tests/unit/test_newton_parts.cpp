@@ -1,0 +1,51 @@
+// What Newton and its line search remember: energies of past iterates, the stage, the size of the first residual.
+#include <catch2/catch.hpp>
+
+#include "solve/convergence.hpp"
+
+using namespace bs;
+
+TEST_CASE("the search compares with the highest of the last eight energies") {
+  PastEnergies past;
+  REQUIRE(past.highest() == 0);  // Phi now
+  past.moved(-5);                // Phi was 5 above what it is now
+  REQUIRE(past.highest() == 5);
+  past.moved(3);                 // it went up again: the first iterate is 2 above
+  REQUIRE(past.highest() == 2);
+  past.moved(4);                 // above all before it
+  REQUIRE(past.highest() == 0);
+  past.forget();
+  REQUIRE(past.highest() == 0);
+  past.moved(-1);
+  REQUIRE(past.highest() == 1);
+}
+
+TEST_CASE("an energy is forgotten after eight more") {
+  PastEnergies past;
+  past.moved(-100);
+  for (std::size_t k = 1; k < PastEnergies::MEMORY; ++k) {
+    past.moved(0);
+    REQUIRE(past.highest() == 100);
+  }
+  past.moved(0);
+  REQUIRE(past.highest() == 0);
+}
+
+TEST_CASE("a Jacobian belongs to a stage by its time") {
+  NewtonStage stage;
+  REQUIRE_FALSE(stage.has_jacobian());  // there was none
+  stage.residual_time = stage.time = 0.5;
+  stage.sigma = 10;
+  REQUIRE(stage.has_jacobian());
+  stage.residual_time = 0.6;  // the residual is of the next stage
+  REQUIRE_FALSE(stage.has_jacobian());
+}
+
+TEST_CASE("a kinematic residual counts by the velocity it stands for") {
+  NewtonSolve solve;
+  solve.inverse_h = 100;
+  solve.first = {2, 30};
+  REQUIRE(solve.size_of_forces() == 200);
+  solve.first = {0.1, 30};
+  REQUIRE(solve.size_of_forces() == 30);
+}
