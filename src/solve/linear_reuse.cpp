@@ -16,12 +16,11 @@ PetscErrorCode shift_of_step(TS ts, double h, double* sigma) {
 }
 
 PetscErrorCode LinearReuse::attach(TS ts, TSContext& context) {
-  bool theta_family = false;
   bool adaptive = false;
   PetscFunctionBegin;
   context_ = &context;
   startup_ = context.model->startup_steps();
-  PetscCall(is_theta_family(ts, &theta_family));
+  const bool theta_family = context.method->remembers(Memory::theta);
   if (startup_ > 0 && !theta_family)
     PetscCall(tell(context.model->comm(), Exit::input, "option -bs_linear_be_steps: goes with -ts_type cn, theta or beuler"));
   if (!context.implicit || !context.model->linear() || !theta_family) PetscFunctionReturn(0);

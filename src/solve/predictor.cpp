@@ -8,15 +8,15 @@ namespace bs {
 
 PetscErrorCode Predictor::attach(TS ts, Model& model, NewtonPolicy* newton) {
   PetscBool end_point = PETSC_TRUE, is = PETSC_FALSE;
-  bool theta = false;
+  const Method* method;
   PetscReal value = 1;
   SNES snes;
   PetscFunctionBegin;
   ts_ = ts;
   model_ = &model;
   newton_ = newton;
-  PetscCall(is_theta_family(ts, &theta));
-  if (!theta || !model.tangent()) PetscFunctionReturn(0);
+  PetscCall(method_of(ts, &method));
+  if (!method->remembers(Memory::theta) || !model.tangent()) PetscFunctionReturn(0);
   PetscCall(theta_of(ts, &value));
   PetscCall(PetscObjectTypeCompare(reinterpret_cast<PetscObject>(ts), TSBEULER, &is));
   if (!is) PetscCall(TSThetaGetEndpoint(ts, &end_point));

@@ -11,7 +11,7 @@ Stepper::Stepper(Model& model, TSContext& context, const StepOptions& options, O
 
 PetscErrorCode Stepper::attach(TS ts) {
   TSAdapt adapt;
-  bool theta = false, adaptive = false;
+  bool adaptive = false;
   PetscReal start, end, nominal;
   PetscFunctionBegin;
   PetscCall(TSSetApplicationContext(ts, this));
@@ -25,13 +25,12 @@ PetscErrorCode Stepper::attach(TS ts) {
   PetscCall(TSGetAdapt(ts, &adapt));
   PetscCall(TSAdaptSetScaleSolveFailed(adapt, options_.length.cut));
   PetscCall(is_adaptive(ts, &adaptive));
-  PetscCall(is_theta_family(ts, &theta));
   alpha_ = context_.method->remembers(Memory::alpha);
   PetscCall(TSGetTime(ts, &start));
   PetscCall(TSGetMaxTime(ts, &end));
   PetscCall(TSGetTimeStep(ts, &nominal));
   clock_ = OutputClock(start, end, options_.output_interval);
-  length_ = StepLength(options_.length, nominal, adaptive, adaptive && theta);
+  length_ = StepLength(options_.length, nominal, adaptive, adaptive && context_.method->remembers(Memory::theta));
   schedule_ = WallSchedule(options_.save_minutes, MPI_Wtime());
   good_time_ = start;
   PetscCall(tell_lost_steps(start, length_.first_attempt()));

@@ -5,14 +5,6 @@
 
 namespace bs {
 
-PetscErrorCode is_theta_family(TS ts, bool* yes) {
-  const Method* method;
-  PetscFunctionBegin;
-  PetscCall(method_of(ts, &method));
-  *yes = method->remembers(Memory::theta);
-  PetscFunctionReturn(0);
-}
-
 PetscErrorCode is_adaptive(TS ts, bool* yes) {
   TSAdapt adapt;
   TSAdaptType type = nullptr;

@@ -5,9 +5,6 @@
 
 namespace bs {
 
-/// Whether the type is beuler, cn or theta.
-PetscErrorCode is_theta_family(TS ts, bool* yes);
-
 /// Whether steps follow an error estimate (-ts_adapt_type other than none).
 PetscErrorCode is_adaptive(TS ts, bool* yes);
 

@@ -67,8 +67,9 @@ def methods(checks, folder):
             with checks.group(name):
                 compare(checks, folder, name, dict(BLOCK, ts_max_time=end, **options), ranks, stop, bound)
     compare(checks, folder, "linear system", HEAT, 1, 7, 0)
-    for stop in (2, 9):
-        compare(checks, folder, f"linear system, bdf 5, {stop} steps", dict(HEAT, ts_type="bdf", ts_bdf_order=5, ts_adapt_type="none"), 1, stop, 0)
+    # the matrix is that of the first sigma, which from step to step differs by rounding
+    compare(checks, folder, "linear system, bdf 5, in its first steps", dict(HEAT, ts_type="bdf", ts_bdf_order=5, ts_adapt_type="none"), 1, 2, 1e-12)
+    compare(checks, folder, "linear system, bdf 5, after its start", dict(HEAT, ts_type="bdf", ts_bdf_order=5, ts_adapt_type="none"), 1, 9, 1e-12)
     compare(checks, folder, "linear system, 2 ranks", HEAT, 2, 7, 1e-12)
     compare(checks, folder, "from 2 ranks to 3", dict(BLOCK, ts_max_time=0.3), 2, 13, 1e-9, again=3)
 

@@ -36,6 +36,7 @@ SAME = 1e-3     # of a step by two solvers, of the step's change
 TYPES = [({"ts_type": "beuler"}, 1), ({"ts_type": "cn"}, 2), ({"ts_type": "theta", "ts_theta_theta": 0.5, "ts_theta_endpoint": 0}, 2),
          ({"ts_type": "theta", "ts_theta_theta": 0.7, "ts_theta_endpoint": 1}, 1), ({"ts_type": "alpha"}, 2),
          ({"ts_type": "alpha", "ts_alpha_radius": 0.5}, 2), ({"ts_type": "euler"}, 1), ({"ts_type": "symplectic"}, 1)]
+TYPES += [({"ts_type": "alpha2"}, 2), ({"ts_type": "alpha2", "ts_alpha_radius": 0.5}, 2), ({"ts_type": "verlet"}, 2)]
 TYPES += [({"ts_type": "bdf", "ts_bdf_order": k}, min(k, 2)) for k in range(1, 7)]
 TYPES += [({"ts_type": "rosw", "ts_rosw_type": k}, 2 if k != "theta1" else 1) for k in
           ("2m", "2p", "ra3pw", "ra34pw2", "rodas3", "sandu3", "assp3p3s1c", "lassp3p4s2c", "lasspl2", "ark3", "theta1", "theta2", "grk4t", "shamp4", "veldd4", "4l")]
@@ -43,7 +44,7 @@ TYPES += [({"ts_type": "arkimex", "ts_arkimex_type": k}, 1 if k == "1bee" else 2
 TYPES += [({"ts_type": "rk", "ts_rk_type": k}, 1 if k == "1fe" else 2) for k in ("1fe", "2a", "2b", "3", "3bs", "4", "5f", "5dp", "5bs", "6vr", "7vr", "8vr")]
 TYPES += [({"ts_type": "ssp", "ts_ssp_type": k}, 2) for k in ("rks2", "rks3", "rk104")]
 
-EXPLICIT = ("euler", "symplectic", "rk", "ssp")
+EXPLICIT = ("euler", "symplectic", "verlet", "rk", "ssp")
 
 SNES = ["newtonls", "newtonls", "newtonls", "newtontr", "ksponly", "qn", "ncg", "ngmres", "nrichardson", "anderson", "fas", "ngs", "nasm", "aspin",
         "composite", "ms", "vinewtonrsls", "vinewtonssls", "newtontrdc", "patch", "shell", "python"]
