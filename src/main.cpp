@@ -21,14 +21,14 @@
 #include "base/renamed.hpp"
 #include "base/told.hpp"
 #include "checkpoint/checkpoint.hpp"
-#include "model/create.hpp"
-#include "solve/alpha2.hpp"
-#include "solve/condensed/condensed.hpp"
-#include "solve/run.hpp"
-#include "solve/search/searches.hpp"
-#include "solve/signals.hpp"
-#include "solve/symplectic.hpp"
-#include "solve/verlet.hpp"
+#include "solvers/condensed/condensed.hpp"
+#include "solvers/newton/search/searches.hpp"
+#include "systems/create.hpp"
+#include "tasks/run.hpp"
+#include "tasks/signals.hpp"
+#include "time/alpha2.hpp"
+#include "time/symplectic.hpp"
+#include "time/verlet.hpp"
 
 namespace {
 

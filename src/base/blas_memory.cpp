@@ -15,8 +15,10 @@ namespace {
 constexpr int SECONDS = 3;  // of processor time, for what takes a millisecond
 
 extern "C" void on_no_memory(int) {
-  end_with_line("no memory for the work space of BLAS (128 MB in Debian's OpenBLAS): raise the memory limit (ulimit -d, "
-                "ulimit -v, that of the job), or run fewer ranks on this machine", Exit::input);
+  end_with_line(
+      "no memory for the work space of BLAS (128 MB in Debian's OpenBLAS): raise the memory limit (ulimit -d, "
+      "ulimit -v, that of the job), or run fewer ranks on this machine",
+      Exit::input);
 }
 
 /// A Cholesky factorisation too large for the kernels that need no work space.

@@ -104,8 +104,7 @@ std::string fault_of_yaml(const std::string& text, const std::string& name) {
   yaml_node_t* const root = yaml_document_get_root_node(&document);
   if (root && root->type != YAML_MAPPING_NODE)
     fault = format(" line %zu: holds no options; write 'name: value' a line, the name without its dash", root->start_mark.line + 1);
-  else if (root)
-    fault = fault_of_node(&document, *root, false, &budget);
+  else if (root) fault = fault_of_node(&document, *root, false, &budget);
   yaml_document_delete(&document);
   return fault.empty() ? fault : name + fault;
 }

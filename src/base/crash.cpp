@@ -19,7 +19,7 @@ namespace {
 // What a signal handler may look at: plain memory, filled beforehand.
 char reading[512] = "";
 int rank = 0;
-bool leaving = false;        // the program's own end has begun
+bool leaving = false;             // the program's own end has begun
 alignas(16) char stack[1 << 16];  // a stack that has overflowed cannot carry the handler
 
 struct Crash {
@@ -91,8 +91,9 @@ extern "C" void on_crash(int number) {
 void on_foreign_exit(int status, void*) {
   if (status == 0 || leaving || told_exit() != Exit::ok) return;
   let_rank_0_speak();
-  write_line({"backspring: error: a library ended the program, most probably because no memory was left (its own words may "
-              "stand above): raise the memory limit, use more ranks, or a smaller system"});
+  write_line(
+      {"backspring: error: a library ended the program, most probably because no memory was left (its own words may "
+       "stand above): raise the memory limit, use more ranks, or a smaller system"});
   _exit(static_cast<int>(present_phase()));
 }
 #endif

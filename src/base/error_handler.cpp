@@ -67,8 +67,8 @@ std::string of_memory(const char* message) {
   return "no memory left" + asked + ": raise the memory limit, use more ranks, or a smaller system";
 }
 
-PetscErrorCode handle(MPI_Comm comm, int line, const char* function, const char* file, PetscErrorCode code,
-                      PetscErrorType type, const char* message, void* context) {
+PetscErrorCode handle(MPI_Comm comm, int line, const char* function, const char* file, PetscErrorCode code, PetscErrorType type, const char* message,
+                      void* context) {
   if (code == ERR_TOLD) return code;
   if (trace) {
     if (!petsc_error) petsc_exit = phase;

@@ -21,7 +21,8 @@ void Fault::note(std::int64_t at, std::string what, Exit code) {
 void print_line(const char* kind, const std::string& text) {
   std::string line = std::string("backspring: ") + kind + ": " + text;
   // A file name may hold anything; the line stays one line.
-  std::replace_if(line.begin(), line.end(), [](unsigned char c) { return c < 0x20 || c == 0x7f; }, ' ');
+  std::replace_if(
+      line.begin(), line.end(), [](unsigned char c) { return c < 0x20 || c == 0x7f; }, ' ');
   line += '\n';
   std::fflush(stdout);
   std::fwrite(line.data(), 1, line.size(), stderr);

@@ -27,9 +27,7 @@ PetscErrorCode collect(FILE* file, const char* format, va_list arguments) {
 }
 
 /// A title begins a section: it stands at the margin and ends with a colon.
-bool is_title(const std::string& line) {
-  return !line.empty() && line[0] != ' ' && line[0] != '-' && line.back() == ':';
-}
+bool is_title(const std::string& line) { return !line.empty() && line[0] != ' ' && line[0] != '-' && line.back() == ':'; }
 
 std::vector<std::string> sections_of(const std::string& text) {
   std::vector<std::string> sections(1);
@@ -72,7 +70,9 @@ void print_help() {
   print(sections[0].substr(0, sections[0].find("\n----")) + "\n");
   for (std::size_t k = 1; k < sections.size(); ++k)
     if (sections[k].find("\n  -bs_") != std::string::npos) print(sections[k]);
-  std::puts("\nOptions of PETSc that this run can use (https://petsc.org has their manual)\n===========================================================================");
+  std::puts(
+      "\nOptions of PETSc that this run can use (https://petsc.org has their "
+      "manual)\n===========================================================================");
   for (std::size_t k = 1; k < sections.size(); ++k)
     if (sections[k].find("\n  -bs_") == std::string::npos) print(sections[k]);
   collected.clear();

@@ -76,7 +76,8 @@ std::string obstacle(double bytes, const MemoryRoom& own, const MemoryRoom& grou
     return "the memory limit of the control group " + group.bound + " leaves " + in_bytes(group.bytes) + ", which " + on_ranks(together.group_ranks) +
            ": raise it, use more machines, ";
   if (together.bytes > machine.bytes)
-    return "the machine has " + in_bytes(machine.bytes) + " left (" + machine.bound + "), which " + on_ranks(together.ranks) + ": use more machines, ";
+    return "the machine has " + in_bytes(machine.bytes) + " left (" + machine.bound + "), which " + on_ranks(together.ranks) +
+           ": use more machines, ";
   if (trial.failed()) return "the system gives no such amount (a limit, or vm.overcommit_memory): use more machines, ";
   return {};
 }
@@ -110,9 +111,10 @@ PetscErrorCode reserve_memory(MPI_Comm comm, const MemoryNeed& need) {
   const std::string reason = obstacle(need.bytes, process_room(use), group, machine_room(meminfo), together, trial);
   Fault fault;
   if (!reason.empty())
-    fault.note(rank, need.what + " needs at least " + in_bytes(need.bytes) + " of memory" + (size > 1 ? format(" on each of %d ranks", size) : "") + "; " +
-                         reason + (need.advice.empty() ? "take a smaller system" : need.advice) +
-                         ", or try it all the same with -bs_memory_check false", present_phase());
+    fault.note(rank,
+               need.what + " needs at least " + in_bytes(need.bytes) + " of memory" + (size > 1 ? format(" on each of %d ranks", size) : "") + "; " +
+                   reason + (need.advice.empty() ? "take a smaller system" : need.advice) + ", or try it all the same with -bs_memory_check false",
+               present_phase());
   PetscCall(agree(comm, fault));  // after which all trials are undone
   PetscFunctionReturn(0);
 }

@@ -125,9 +125,11 @@ MemoryRoom group_room(const std::string& root, const std::string& cgroups, doubl
     if (first == std::string::npos || second == std::string::npos) continue;
     const std::string controllers = "," + line.substr(first + 1, second - first - 1) + ",", path = line.substr(second + 1);
     if (controllers == ",,")
-      look_upwards(root, path, [&](const std::string& folder) { return room_of_v2(folder, free_swap); }, &room);
+      look_upwards(
+          root, path, [&](const std::string& folder) { return room_of_v2(folder, free_swap); }, &room);
     else if (controllers.find(",memory,") != std::string::npos)
-      look_upwards(root + "/memory", path, [&](const std::string& folder) { return room_of_v1(folder, free_swap); }, &room);
+      look_upwards(
+          root + "/memory", path, [&](const std::string& folder) { return room_of_v1(folder, free_swap); }, &room);
   }
   return room;
 }

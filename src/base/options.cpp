@@ -45,8 +45,7 @@ void Section::fail(const std::string& text) {
 }
 
 void Section::refuse(const char* name, const std::string& value, const std::string& why, const std::string& remedy) {
-  fail(format("option %s: %s %s: %s", name, value.empty() ? "an empty value" : value.c_str(), why.c_str(),
-              remedy.c_str()));
+  fail(format("option %s: %s %s: %s", name, value.empty() ? "an empty value" : value.c_str(), why.c_str(), remedy.c_str()));
 }
 
 /// Registers and explains the option; true and `value` if it is given. `bare`: it may come without a value.
@@ -111,8 +110,7 @@ bool Section::reals(const char* name, const char* help, double* values, int max,
   if (!find(name, help, list(values, static_cast<std::size_t>(max), shown), &text)) return false;
   const std::vector<std::string> words = split(text, ',');
   if (words.size() > static_cast<std::size_t>(max)) {
-    refuse(name, text, format("are %zu numbers", words.size()),
-           format("give at most %d, separated by commas", max) + unit_of(help));
+    refuse(name, text, format("are %zu numbers", words.size()), format("give at most %d, separated by commas", max) + unit_of(help));
     return false;
   }
   std::vector<double> read(words.size());
@@ -127,10 +125,8 @@ bool Section::integer(const char* name, const char* help, std::int64_t& value, R
   std::string text;
   std::int64_t n = 0;
   if (!find(name, help, std::to_string(value), &text) || !integer_of(name, help, text, &n)) return false;
-  if (range == Range::positive && n <= 0)
-    refuse(name, text, "is not positive", "give a whole number > 0" + unit_of(help));
-  if (range == Range::nonnegative && n < 0)
-    refuse(name, text, "is negative", "give a whole number >= 0" + unit_of(help));
+  if (range == Range::positive && n <= 0) refuse(name, text, "is not positive", "give a whole number > 0" + unit_of(help));
+  if (range == Range::nonnegative && n < 0) refuse(name, text, "is negative", "give a whole number >= 0" + unit_of(help));
   if (status_) return false;
   value = n;
   return true;
@@ -186,8 +182,7 @@ bool Section::file(const char* name, const char* help, std::string& value) {
 
 bool Section::texts(const char* name, const char* help, std::vector<std::string>& values) {
   std::string given;
-  if (!find(name, help, list(values.data(), values.size(), [](const std::string& s) { return s; }), &given))
-    return false;
+  if (!find(name, help, list(values.data(), values.size(), [](const std::string& s) { return s; }), &given)) return false;
   values = given.empty() ? std::vector<std::string>() : split(given, ',');
   return true;
 }
@@ -198,8 +193,8 @@ bool Section::choice(const char* name, const char* help, const std::vector<std::
   const std::string explained = std::string(help) + " (one of " + all + ")";
   const bool set = index >= 0 && index < static_cast<int>(choices.size());
   if (!find(name, explained.c_str(), set ? choices[static_cast<std::size_t>(index)] : "", &given)) return false;
-  const auto at = std::find_if(choices.begin(), choices.end(),
-                               [&given](const std::string& word) { return !strcasecmp(word.c_str(), given.c_str()); });
+  const auto at =
+      std::find_if(choices.begin(), choices.end(), [&given](const std::string& word) { return !strcasecmp(word.c_str(), given.c_str()); });
   if (at == choices.end()) {
     refuse(name, given, "does not exist", "give one of " + all);
     return false;

@@ -6,7 +6,7 @@
 #include <vector>
 #include "checkpoint/facts.hpp"
 #include "input/hdf5_file.hpp"
-#include "model/model.hpp"
+#include "systems/model.hpp"
 
 namespace bs {
 
@@ -63,8 +63,8 @@ bool is_recalled(const std::string& name);
 /// Collective. Adds to `inputs` a fingerprint of the contents of every table and text that an option names.
 PetscErrorCode fingerprint_inputs(MPI_Comm comm, Facts* inputs);
 
-/// Collective. `now`: from fingerprint_inputs(). Told (exit 2) if the contents of an input whose name was recalled are not what they were when `file` was
-/// written; warned of if its name was given anew.
+/// Collective. `now`: from fingerprint_inputs(). Told (exit 2) if the contents of an input whose name was recalled are not what they were when `file`
+/// was written; warned of if its name was given anew.
 PetscErrorCode require_same_inputs(MPI_Comm comm, const CheckpointFile& file, const Facts& now);
 
 /// Collective. Warns of every option in force that is not what it was when `file` was written.

@@ -58,8 +58,9 @@ PetscErrorCode require_same_inputs(MPI_Comm comm, const CheckpointFile& file, co
     const auto was = file.run().whole.find(name), is = now.whole.find(name);
     if (was == file.run().whole.end() || is == now.whole.end() || was->second == is->second) continue;
     if (is_recalled(option.substr(1)))
-      PetscCall(tell(comm, Exit::input, option + " " + path + ": its contents have changed since " + file.name() +
-                     " was written: put back what it was, or give " + option + " anew to go on with what it is now"));
+      PetscCall(tell(comm, Exit::input,
+                     option + " " + path + ": its contents have changed since " + file.name() + " was written: put back what it was, or give " +
+                         option + " anew to go on with what it is now"));
     PetscCall(warn(comm, "the run goes on with other contents of " + option + " " + path + " than when " + file.name() + " was written"));
   }
   PetscFunctionReturn(0);

@@ -82,8 +82,9 @@ PetscErrorCode CheckpointFile::open(MPI_Comm comm, const std::string& file) {
     PetscCall(tell(comm, Exit::input, file + ": is no checkpoint: give -bs_restart a file that -bs_checkpoint wrote"));
   const std::int64_t version = get(root.whole, "version");
   if (version > CHECKPOINT_VERSION)
-    PetscCall(tell(comm, Exit::input, format("%s: a checkpoint of version %lld, by %s; this program reads up to version %lld: use a newer one",
-                   file.c_str(), static_cast<long long>(version), get(root.text, "program").c_str(), static_cast<long long>(CHECKPOINT_VERSION))));
+    PetscCall(tell(comm, Exit::input,
+                   format("%s: a checkpoint of version %lld, by %s; this program reads up to version %lld: use a newer one", file.c_str(),
+                          static_cast<long long>(version), get(root.text, "program").c_str(), static_cast<long long>(CHECKPOINT_VERSION))));
   if (version < 1 || !attributes_of(file_, "/run", &run_) || !attributes_of(file_, "/options", &options) ||
       !long_texts_of(file_, "/options", file_.bytes(), &options))
     PetscCall(damaged("damaged"));
@@ -102,14 +103,15 @@ PetscErrorCode CheckpointFile::require_same(Model& model) const {
   if (!attributes_of(file_, "/system", &system)) PetscCall(damaged("damaged"));
   PetscCall(VecGetSize(model.initial_state(), &size));
   PetscCall(model.fingerprint(&fingerprint));
-  if (get(system.text, "model") != model.name())
-    what = "of a model of kind " + get(system.text, "model") + ", not " + model.name();
+  if (get(system.text, "model") != model.name()) what = "of a model of kind " + get(system.text, "model") + ", not " + model.name();
   else if (get(system.whole, "dimension") != model.dim())
     what = format("of a lattice in %lld dimensions, not %d", static_cast<long long>(get(system.whole, "dimension")), model.dim());
   else if (get(system.whole, "unknowns") != size)
-    what = model.dim() > 0 ? format("of %lld particles, not %lld", static_cast<long long>(get(system.whole, "unknowns") / (std::int64_t{2} * model.dim())),
-                                    static_cast<long long>(size / (std::int64_t{2} * model.dim())))
-                           : format("of a system of %lld unknowns, not %lld", static_cast<long long>(get(system.whole, "unknowns")), static_cast<long long>(size));
+    what =
+        model.dim() > 0
+            ? format("of %lld particles, not %lld", static_cast<long long>(get(system.whole, "unknowns") / (std::int64_t{2} * model.dim())),
+                     static_cast<long long>(size / (std::int64_t{2} * model.dim())))
+            : format("of a system of %lld unknowns, not %lld", static_cast<long long>(get(system.whole, "unknowns")), static_cast<long long>(size));
   else if (static_cast<std::uint64_t>(get(system.whole, "fingerprint")) != fingerprint)
     what = model.dim() > 0 ? "of another lattice of the same size: a particle, spring or law of the springs has changed"
                            : "of another system of the same size: G, C, B or a source's column has changed";

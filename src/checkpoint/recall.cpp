@@ -27,7 +27,8 @@ std::string lower(std::string text) {
 
 /// Options of one run that no other wants to know of.
 bool of_this_run_only(const std::string& name) {
-  static const std::set<std::string> names = {"bs_restart", "bs_overwrite", "options_file", "options_file_yaml", "help", "bs_version", "bs_trace", "options_left"};
+  static const std::set<std::string> names = {"bs_restart", "bs_overwrite", "options_file", "options_file_yaml",
+                                              "help",       "bs_version",   "bs_trace",     "options_left"};
   return names.count(name) > 0;
 }
 
@@ -40,10 +41,12 @@ bool harmless(const std::string& name) {
 /// PETSc's options that choose and tune methods. Of its thousands these are let in, not others kept out: any viewer can write
 /// (-ksp_view ascii:F, -snes_monitor F, -ts_converged_reason hdf5:F), and other names load code or keep state in files.
 bool chooses_method(const std::string& name, const std::string& value) {
-  static const char* const begins[] = {"ts_", "snes_", "ksp_", "pc_", "mat_", "vec_", "condensed_", "sub_", "mg_", "npc_", "fieldsplit_", "est_", "esteig_", "matptap_", "matmatmult_", "matproduct_"};
-  static const char* const never[] = {"view", "monitor", "reason", "file", "dirname", "directory", "tmpdir", "path", "dump", "print", "log", "info", "debug", "trace", "save", "trajectory",
-                                      "load", "library", "plugin", "python", "draw", "plot", "record", "history", "ascii", "binary", "hdf5", "socket",
-                                      "saws", "command", "exec", "script", "matlab", "ooc", "icntl_22"};
+  static const char* const begins[] = {"ts_", "snes_", "ksp_",        "pc_",  "mat_",    "vec_",     "condensed_",  "sub_",
+                                       "mg_", "npc_",  "fieldsplit_", "est_", "esteig_", "matptap_", "matmatmult_", "matproduct_"};
+  static const char* const never[] = {"view",   "monitor", "reason",  "file",  "dirname", "directory", "tmpdir",     "path",    "dump",
+                                      "print",  "log",     "info",    "debug", "trace",   "save",      "trajectory", "load",    "library",
+                                      "plugin", "python",  "draw",    "plot",  "record",  "history",   "ascii",      "binary",  "hdf5",
+                                      "socket", "saws",    "command", "exec",  "script",  "matlab",    "ooc",        "icntl_22"};
   if (std::none_of(std::begin(begins), std::end(begins), [&](const char* begin) { return name.rfind(begin, 0) == 0; })) return false;
   if (std::any_of(std::begin(never), std::end(never), [&](const char* part) { return name.find(part) != std::string::npos; })) return false;
   // a type's name or numbers: nothing that names a file, viewer or library
@@ -125,8 +128,9 @@ PetscErrorCode recall_options(MPI_Comm comm) {
     recalled().insert(lower(name));
   }
   if (!left_out.empty())
-    PetscCall(warn(comm, std::string(file) + ": not taken from it: " + left_out + ": options that write files or load libraries count only where they are "
-                         "given anew; a trajectory and a checkpoint also where they lie beside it"));
+    PetscCall(warn(comm, std::string(file) + ": not taken from it: " + left_out +
+                             ": options that write files or load libraries count only where they are "
+                             "given anew; a trajectory and a checkpoint also where they lie beside it"));
   PetscFunctionReturn(0);
 }
 
@@ -140,7 +144,8 @@ PetscErrorCode tell_changed_options(MPI_Comm comm, const CheckpointFile& file) {
     const auto was = before.find(name);
     if (harmless(name) || (was != before.end() && was->second == value)) continue;
     const std::string old = was == before.end() ? "not given" : was->second;
-    PetscCall(warn(comm, "the run goes on with -" + name + " " + value + "; it was " + (old.empty() ? "given without a value" : old) + " when " + file.name() + " was written"));
+    PetscCall(warn(comm, "the run goes on with -" + name + " " + value + "; it was " + (old.empty() ? "given without a value" : old) + " when " +
+                             file.name() + " was written"));
   }
   PetscFunctionReturn(0);
 }

@@ -91,8 +91,8 @@ PetscErrorCode write_facts(hid_t file, Model& model, const Facts& run) {
   PetscFunctionReturn(0);
 }
 
-PetscErrorCode write_file(Model& model, const std::string& target, const Facts& run, const std::vector<NamedState>& states,
-                          std::string* made, std::string* full) {
+PetscErrorCode write_file(Model& model, const std::string& target, const Facts& run, const std::vector<NamedState>& states, std::string* made,
+                          std::string* full) {
   PetscInt size;
   FileIdentity identity;
   PetscFunctionBegin;

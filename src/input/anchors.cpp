@@ -11,11 +11,9 @@ void AnchorSpec::options(Section& section) {
   double values[3] = {0, 0, 0};
   int count = 0;
   section.integers("-bs_anchor_particles", "particles held by a spring to a fixed point, counted from 0", particles);
-  if (section.reals("-bs_anchor_point", "that point, the same for all (absent: each particle's initial place) [m]", values,
-                    3, &count))
+  if (section.reals("-bs_anchor_point", "that point, the same for all (absent: each particle's initial place) [m]", values, 3, &count))
     point.assign(values, values + count);
-  section.real("-bs_anchor_stiffness", "stiffness of those springs [N/m, strain law with a rest length: N]", stiffness,
-               Range::nonnegative);
+  section.real("-bs_anchor_stiffness", "stiffness of those springs [N/m, strain law with a rest length: N]", stiffness, Range::nonnegative);
   section.real("-bs_anchor_rest_length", "rest length of those springs [m]", rest_length, Range::nonnegative);
   section.real("-bs_anchor_damping", "damping of those springs [kg/s]", damping, Range::nonnegative);
 }
@@ -28,12 +26,10 @@ static std::string fault_of(const AnchorSpec& spec, const Lattice& l) {
   }
   for (const std::int64_t i : spec.particles)
     if (i < 0 || i >= l.particles.total)
-      return format("-bs_anchor_particles %" PRId64 ": there is no such particle; write numbers from 0 to %" PRId64, i,
-                    l.particles.total - 1);
+      return format("-bs_anchor_particles %" PRId64 ": there is no such particle; write numbers from 0 to %" PRId64, i, l.particles.total - 1);
   if (!spec.point.empty() && static_cast<int>(spec.point.size()) != l.dim)
     return format("-bs_anchor_point has %zu numbers: write %d, as the lattice has d = %d", spec.point.size(), l.dim, l.dim);
-  if (spec.stiffness <= 0 && spec.damping <= 0)
-    return "-bs_anchor_particles needs springs; add -bs_anchor_stiffness (or -bs_anchor_damping) > 0";
+  if (spec.stiffness <= 0 && spec.damping <= 0) return "-bs_anchor_particles needs springs; add -bs_anchor_stiffness (or -bs_anchor_damping) > 0";
   return {};
 }
 

@@ -9,7 +9,7 @@
 #include "input/gmsh_file.hpp"
 #include "input/gmsh_scan.hpp"
 #include "input/validate.hpp"
-#include "system/footprint.hpp"
+#include "network/footprint.hpp"
 
 namespace bs {
 
@@ -97,8 +97,7 @@ std::string drop_components(Mesh* mesh, int dim) {
   const double size = *std::max_element(extent, extent + 3);
   for (std::size_t k = d; k < old; ++k)
     if (extent[k] > 1e-12 * size)
-      return format("-bs_lattice_dim %d drops %c, which varies by %g over the mesh; write -bs_lattice_dim %zu", dim,
-                    "xyz"[k], extent[k], k + 1);
+      return format("-bs_lattice_dim %d drops %c, which varies by %g over the mesh; write -bs_lattice_dim %zu", dim, "xyz"[k], extent[k], k + 1);
   for (std::size_t p = 0; p < count; ++p)
     for (std::size_t k = 0; k < d; ++k) mesh->position[p * d + k] = mesh->position[p * old + k];
   mesh->position.resize(count * d);
@@ -131,16 +130,15 @@ PetscErrorCode read_here(const std::string& path, const GeneratorSpec& spec, Mes
   PetscCall(plex_from_gmsh(path, dm.out(), &error));
   if (!dm) {
     fault->note(0, format("%s: DMPlex cannot read this mesh (%s); write it anew by Gmsh, or make an .h5 of it by "
-                          "postprocess/convert.py", path.c_str(), error.c_str()));
+                          "postprocess/convert.py",
+                          path.c_str(), error.c_str()));
     PetscFunctionReturn(0);
   }
   mesh->curved = scan.curved;
   PetscCall(take_vertices(dm, mesh));
   PetscCall(take_edges(dm, mesh));
-  if (mesh->pairs.empty())
-    error = "has no elements with edges; write lines, triangles, tetrahedra or other elements";
-  else
-    error = lone_line(scan, static_cast<std::int64_t>(mesh->position.size()) / mesh->dim, mesh->pairs);
+  if (mesh->pairs.empty()) error = "has no elements with edges; write lines, triangles, tetrahedra or other elements";
+  else error = lone_line(scan, static_cast<std::int64_t>(mesh->position.size()) / mesh->dim, mesh->pairs);
   if (error.empty()) error = drop_components(mesh, spec.dim > 0 ? spec.dim : mesh->dim);
   if (!error.empty()) fault->note(0, path + ": " + error);
   PetscFunctionReturn(0);
@@ -148,8 +146,7 @@ PetscErrorCode read_here(const std::string& path, const GeneratorSpec& spec, Mes
 
 /// Hands each rank its rows of a table (total, width) of rank 0.
 template <class T>
-PetscErrorCode scatter_rows(MPI_Comm comm, const std::vector<T>& all, const Rows& rows, int width, MPI_Datatype type,
-                            std::vector<T>* mine) {
+PetscErrorCode scatter_rows(MPI_Comm comm, const std::vector<T>& all, const Rows& rows, int width, MPI_Datatype type, std::vector<T>* mine) {
   PetscMPIInt size;
   MPI_Datatype row;
   std::vector<PetscMPIInt> counts, starts;
@@ -164,8 +161,7 @@ PetscErrorCode scatter_rows(MPI_Comm comm, const std::vector<T>& all, const Rows
   mine->resize(static_cast<std::size_t>(rows.count * width));
   PetscCallMPI(MPI_Type_contiguous(width, type, &row));
   PetscCallMPI(MPI_Type_commit(&row));
-  PetscCallMPI(MPI_Scatterv(all.data(), counts.data(), starts.data(), row, mine->data(),
-                            static_cast<PetscMPIInt>(rows.count), row, 0, comm));
+  PetscCallMPI(MPI_Scatterv(all.data(), counts.data(), starts.data(), row, mine->data(), static_cast<PetscMPIInt>(rows.count), row, 0, comm));
   PetscCallMPI(MPI_Type_free(&row));
   PetscFunctionReturn(0);
 }
@@ -184,8 +180,9 @@ PetscErrorCode read_gmsh(MPI_Comm comm, const std::string& path, const Generator
   PetscCallMPI(MPI_Comm_rank(comm, &rank));
   PetscCallMPI(MPI_Comm_size(comm, &size));
   if (spec.particle_mass == 0 && spec.total_mass == 0)
-    PetscCall(tell(comm, Exit::input, path + ": a mesh has no masses; write -bs_lattice_particle_mass or "
-                                             "-bs_lattice_total_mass [kg]"));
+    PetscCall(tell(comm, Exit::input,
+                   path + ": a mesh has no masses; write -bs_lattice_particle_mass or "
+                          "-bs_lattice_total_mass [kg]"));
   if (rank == 0) PetscCall(read_here(path, spec, &mesh, &fault));
   PetscCall(agree(comm, fault));
   std::int64_t head[4] = {mesh.dim, mesh.dim ? static_cast<std::int64_t>(mesh.position.size()) / mesh.dim : 0,
@@ -193,8 +190,9 @@ PetscErrorCode read_gmsh(MPI_Comm comm, const std::string& path, const Generator
   PetscCallMPI(MPI_Bcast(head, 4, MPI_INT64_T, 0, comm));
   out->dim = static_cast<int>(head[0]);
   if (head[3])
-    out->warnings.push_back(path + ": elements of second or higher order: nodes between their corners are left out, springs join the "
-                                   "corners; postprocess/convert.py keeps them as particles");
+    out->warnings.push_back(path +
+                            ": elements of second or higher order: nodes between their corners are left out, springs join the "
+                            "corners; postprocess/convert.py keeps them as particles");
   PetscCall(check_sizes(comm, path, head[1], out->dim, head[2], 0));
   PetscCall(reserve_lattice(comm, path, {head[1], head[2], 0, out->dim}));
   out->particles = split_rows(head[1], rank, size);
@@ -209,8 +207,7 @@ PetscErrorCode read_gmsh(MPI_Comm comm, const std::string& path, const Generator
   out->stiffness.assign(m, repeated(spec.stiffness, 0));
   out->damping.assign(m, repeated(spec.damping, 0));
   PetscCall(initial_lengths(comm, *out, &springs, &anchors));
-  for (const double length : springs)
-    out->rest_length.push_back(length > 0 ? spec.rest_length_factor * length : NAN);
+  for (const double length : springs) out->rest_length.push_back(length > 0 ? spec.rest_length_factor * length : NAN);
   PetscFunctionReturn(0);
 }
 

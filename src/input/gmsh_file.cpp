@@ -13,8 +13,7 @@ namespace bs {
 namespace {
 
 /// Keeps PETSc's first message instead of printing it.
-PetscErrorCode keep_message(MPI_Comm, int, const char*, const char*, PetscErrorCode code, PetscErrorType type,
-                            const char* message, void* context) {
+PetscErrorCode keep_message(MPI_Comm, int, const char*, const char*, PetscErrorCode code, PetscErrorType type, const char* message, void* context) {
   auto* text = static_cast<std::string*>(context);
   if (type == PETSC_ERROR_INITIAL && text->empty() && message) *text = message;
   return code;

@@ -3,8 +3,8 @@
 #include <algorithm>
 #include <cerrno>
 #include <cinttypes>
-#include <cstdlib>
 #include <cstdio>
+#include <cstdlib>
 #include <cstring>
 #include <utility>
 
@@ -117,8 +117,7 @@ class Scanner {
   }
   /// A count must not exceed what the rest of the file can hold.
   bool plausible(std::int64_t count, const char* what) {
-    if (in_.good() && (count < 0 || static_cast<std::uint64_t>(count) > in_.left()))
-      fail(format("announces %" PRId64 " %s", count, what));
+    if (in_.good() && (count < 0 || static_cast<std::uint64_t>(count) > in_.left())) fail(format("announces %" PRId64 " %s", count, what));
     return ok();
   }
   void nodes2() {
@@ -164,8 +163,7 @@ class Scanner {
       const std::size_t at = place(ends[k]);
       if (at == sorted_.size() || sorted_[at] != ends[k])
         return fail(format("element %" PRId64 " lies on node %" PRId64 ", which is not in $Nodes", tag, ends[k]));
-      if (std::find(ends, ends + k, ends[k]) != ends + k)
-        return fail(format("element %" PRId64 " lies twice on node %" PRId64, tag, ends[k]));
+      if (std::find(ends, ends + k, ends[k]) != ends + k) return fail(format("element %" PRId64 " lies twice on node %" PRId64, tag, ends[k]));
       if (k < shape.corners) used_[at] = true;
     }
     out_.dimension = std::max(out_.dimension, shape.dimension);
@@ -261,8 +259,10 @@ std::string lone_line(const GmshScan& scan, std::int64_t vertices, const std::ve
     std::int64_t end[2];
     for (int k = 0; k < 2; ++k) end[k] = std::lower_bound(rows.begin(), rows.end(), Edge(line.ends[k], 0))->second;
     if (!std::binary_search(edges.begin(), edges.end(), Edge(std::minmax(end[0], end[1]))))
-      return format("line element %" PRId64 " (nodes %" PRId64 " and %" PRId64 ") is no edge of the other elements and would "
-                    "be lost; make an .h5 of the mesh by postprocess/convert.py", line.element, line.ends[0], line.ends[1]);
+      return format("line element %" PRId64 " (nodes %" PRId64 " and %" PRId64
+                    ") is no edge of the other elements and would "
+                    "be lost; make an .h5 of the mesh by postprocess/convert.py",
+                    line.element, line.ends[0], line.ends[1]);
   }
   return {};
 }

@@ -78,8 +78,7 @@ PetscErrorCode Hdf5File::text_attribute(const std::string& path, const std::stri
   if ((path == "/" || has(path)) && H5Aexists_by_name(file_, path.c_str(), name.c_str(), links_) > 0) {
     const H5 attribute(H5Aopen_by_name(file_, path.c_str(), name.c_str(), H5P_DEFAULT, links_), H5Aclose);
     if (!attribute || !read_text(attribute, out))
-      fault.note(0, format("%s: attribute %s of %s is not one string; write it as a string", name_.c_str(), name.c_str(),
-                           path.c_str()));
+      fault.note(0, format("%s: attribute %s of %s is not one string; write it as a string", name_.c_str(), name.c_str(), path.c_str()));
   } else if (elsewhere_.second) {
     fault.note(0, fault_of_link(path));
   }

@@ -28,11 +28,9 @@ void look(const std::string& path, std::int64_t* bytes, Fault* fault) {
   *bytes = found.bytes;
   if (!found.error.empty()) return fault->note(0, found.error);
   if (H5Fis_hdf5(path.c_str()) <= 0)
-    return fault->note(0, format("%s: is not an HDF5 file (%lld bytes); write it anew, for instance with h5py", path.c_str(),
-                                 found.bytes));
+    return fault->note(0, format("%s: is not an HDF5 file (%lld bytes); write it anew, for instance with h5py", path.c_str(), found.bytes));
   const H5 file(H5Fopen(path.c_str(), H5F_ACC_RDONLY, H5P_DEFAULT), H5Fclose);
-  if (!file)
-    fault->note(0, format("%s: truncated or damaged HDF5 file (%s); write it anew", path.c_str(), last_reason().c_str()));
+  if (!file) fault->note(0, format("%s: truncated or damaged HDF5 file (%s); write it anew", path.c_str(), last_reason().c_str()));
 }
 
 std::string join(const std::vector<std::string>& words) {
@@ -86,10 +84,8 @@ PetscErrorCode Hdf5File::open(MPI_Comm comm, const std::string& path) {
   const H5 access(H5Pcreate(H5P_FILE_ACCESS), H5Pclose);
   if (!stay_within()) fault.note(0, path + ": HDF5 cannot be kept within the file (" + last_reason() + ")");
   const std::string place = path.size() == 1 ? "./" + path : path;  // Open MPI opens no name of one character
-  if (H5Pset_fapl_mpio(access, comm, MPI_INFO_NULL) >= 0)
-    file_ = H5(H5Fopen(place.c_str(), H5F_ACC_RDONLY, access), H5Fclose);
-  if (!file_)
-    fault.note(0, format("%s: HDF5 cannot open it in parallel (%s)", path.c_str(), last_reason().c_str()));
+  if (H5Pset_fapl_mpio(access, comm, MPI_INFO_NULL) >= 0) file_ = H5(H5Fopen(place.c_str(), H5F_ACC_RDONLY, access), H5Fclose);
+  if (!file_) fault.note(0, format("%s: HDF5 cannot open it in parallel (%s)", path.c_str(), last_reason().c_str()));
   PetscCall(agree(comm, fault));
   PetscFunctionReturn(0);
 }
@@ -120,8 +116,7 @@ std::string Hdf5File::fault_of(hid_t dataset, const std::string& path, const Tab
   for (const hsize_t n : dims) found.push_back(std::to_string(n));
   const std::string wrong = begin + ": shape " + join(found) + ", needs " + needed(shape);
   const std::size_t row_axis = shape.frames ? 1 : 0;
-  if (H5Sget_simple_extent_type(space) != H5S_SIMPLE || dims.size() != row_axis + 1 + (shape.columns != 0 ? 1 : 0))
-    return wrong;
+  if (H5Sget_simple_extent_type(space) != H5S_SIMPLE || dims.size() != row_axis + 1 + (shape.columns != 0 ? 1 : 0)) return wrong;
   out->rows = static_cast<std::int64_t>(dims[row_axis]);
   if (shape.frames) {
     out->frames = static_cast<std::int64_t>(dims[0]);
@@ -130,8 +125,7 @@ std::string Hdf5File::fault_of(hid_t dataset, const std::string& path, const Tab
   if (out->rows < 0 || (shape.rows != TableShape::any && out->rows != shape.rows)) return wrong;
   if (shape.columns != 0) {
     const hsize_t columns = dims.back();
-    if (shape.columns == TableShape::any ? columns < 1 || columns > 3 : columns != static_cast<hsize_t>(shape.columns))
-      return wrong;
+    if (shape.columns == TableShape::any ? columns < 1 || columns > 3 : columns != static_cast<hsize_t>(shape.columns)) return wrong;
     out->columns = static_cast<int>(columns);
   }
   return {};
@@ -149,13 +143,11 @@ PetscErrorCode Hdf5File::find(const std::string& path, const TableShape& shape, 
   } else {
     out->dataset = H5(H5Dopen2(file_, path.c_str(), sets_), H5Dclose);
     const std::string elsewhere = out->dataset ? fault_of_place(out->dataset, path) : elsewhere_.second ? fault_of_link(path) : "";
-    if (!elsewhere.empty())
-      fault.note(0, elsewhere);
+    if (!elsewhere.empty()) fault.note(0, elsewhere);
     else if (!out->dataset)
-      fault.note(0, format("%s: %s is not a dataset that can be opened (%s); write one of shape %s", name_.c_str(),
-                           path.c_str(), last_reason().c_str(), needed(shape).c_str()));
-    else
-      fault.note(0, fault_of(out->dataset, path, shape, out));
+      fault.note(0, format("%s: %s is not a dataset that can be opened (%s); write one of shape %s", name_.c_str(), path.c_str(),
+                           last_reason().c_str(), needed(shape).c_str()));
+    else fault.note(0, fault_of(out->dataset, path, shape, out));
   }
   PetscCall(agree(comm_, fault));
   PetscFunctionReturn(0);
@@ -171,15 +163,14 @@ PetscErrorCode Hdf5File::require_data(const Table& table) const {
                             static_cast<double>(table.rows) * std::max(table.columns, 1);
     if (declared > most_bytes(table.dataset, bytes_))
       fault.note(0, format("%s: %s declares %" PRId64 " rows (%.0f bytes), the file (%" PRId64 " bytes) does not hold them: "
-                           "never written, truncated or damaged; write it anew", name_.c_str(), table.path.c_str(),
-                           table.rows, declared, bytes_));
+                           "never written, truncated or damaged; write it anew",
+                           name_.c_str(), table.path.c_str(), table.rows, declared, bytes_));
   }
   PetscCall(agree(comm_, fault));
   PetscFunctionReturn(0);
 }
 
-PetscErrorCode Hdf5File::read_raw(const Table& table, std::int64_t first, std::int64_t count, int columns, hid_t type,
-                                  void* out) const {
+PetscErrorCode Hdf5File::read_raw(const Table& table, std::int64_t first, std::int64_t count, int columns, hid_t type, void* out) const {
   std::vector<hsize_t> start, block;
   Fault fault;
 
@@ -200,15 +191,14 @@ PetscErrorCode Hdf5File::read_raw(const Table& table, std::int64_t first, std::i
     // Independent transfer (the default): a rank that meets a damaged block cannot leave the others waiting.
     if (H5Sselect_hyperslab(file, H5S_SELECT_SET, start.data(), nullptr, block.data(), nullptr) < 0 ||
         H5Dread(table.dataset, type, memory, file, H5P_DEFAULT, out) < 0)
-      fault.note(first, format("%s: %s: rows %" PRId64 " to %" PRId64 " cannot be read (%s); write the file anew",
-                               name_.c_str(), table.path.c_str(), first, first + count - 1, last_reason().c_str()));
+      fault.note(first, format("%s: %s: rows %" PRId64 " to %" PRId64 " cannot be read (%s); write the file anew", name_.c_str(), table.path.c_str(),
+                               first, first + count - 1, last_reason().c_str()));
   }
   PetscCall(agree(comm_, fault));
   PetscFunctionReturn(0);
 }
 
-PetscErrorCode Hdf5File::read(const Table& table, std::int64_t first, std::int64_t count, int columns,
-                              std::vector<double>* out) const {
+PetscErrorCode Hdf5File::read(const Table& table, std::int64_t first, std::int64_t count, int columns, std::vector<double>* out) const {
   PetscFunctionBegin;
   if (columns == 0) columns = std::max(table.columns, 1);
   out->assign(static_cast<std::size_t>(count * columns), 0.0);
@@ -216,8 +206,7 @@ PetscErrorCode Hdf5File::read(const Table& table, std::int64_t first, std::int64
   PetscFunctionReturn(0);
 }
 
-PetscErrorCode Hdf5File::read(const Table& table, std::int64_t first, std::int64_t count, int columns,
-                              std::vector<std::int64_t>* out) const {
+PetscErrorCode Hdf5File::read(const Table& table, std::int64_t first, std::int64_t count, int columns, std::vector<std::int64_t>* out) const {
   PetscFunctionBegin;
   if (columns == 0) columns = std::max(table.columns, 1);
   out->assign(static_cast<std::size_t>(count * columns), 0);
@@ -231,8 +220,7 @@ std::vector<std::string> Hdf5File::members(const std::string& group) const {
     static_cast<std::vector<std::string>*>(data)->push_back(name);
     return 0;
   };
-  if (group == "/" || has(group))
-    (void)H5Literate_by_name(file_, group.c_str(), H5_INDEX_NAME, H5_ITER_INC, nullptr, keep, &names, links_);
+  if (group == "/" || has(group)) (void)H5Literate_by_name(file_, group.c_str(), H5_INDEX_NAME, H5_ITER_INC, nullptr, keep, &names, links_);
   return names;
 }
 

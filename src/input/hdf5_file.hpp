@@ -31,11 +31,11 @@ class QuietHdf5 {
 /// What a table must look like: [frames,] rows [, columns].
 struct TableShape {
   static constexpr std::int64_t any = -1;
-  bool integers = false;      ///< integers, else integers or floating-point numbers
-  std::int64_t rows = any;    ///< any: this table says how many there are
-  std::string row_name = "N"; ///< how messages call the number of rows
-  int columns = 0;            ///< 0: one-dimensional; any: 1, 2 or 3
-  bool frames = false;        ///< a first axis of frames, at least one; the last is read
+  bool integers = false;       ///< integers, else integers or floating-point numbers
+  std::int64_t rows = any;     ///< any: this table says how many there are
+  std::string row_name = "N";  ///< how messages call the number of rows
+  int columns = 0;             ///< 0: one-dimensional; any: 1, 2 or 3
+  bool frames = false;         ///< a first axis of frames, at least one; the last is read
 };
 
 /// A dataset that was found to have the shape asked for.
@@ -58,10 +58,8 @@ class Hdf5File {
   /// rows rule what is allocated.
   PetscErrorCode require_data(const Table& table) const;
   /// Collective. This rank's rows [first, first + count) of `table`, its first `columns` columns (0: all).
-  PetscErrorCode read(const Table& table, std::int64_t first, std::int64_t count, int columns,
-                      std::vector<double>* out) const;
-  PetscErrorCode read(const Table& table, std::int64_t first, std::int64_t count, int columns,
-                      std::vector<std::int64_t>* out) const;
+  PetscErrorCode read(const Table& table, std::int64_t first, std::int64_t count, int columns, std::vector<double>* out) const;
+  PetscErrorCode read(const Table& table, std::int64_t first, std::int64_t count, int columns, std::vector<std::int64_t>* out) const;
   /// Collective. The text of a string attribute of object `path`; empty if there is no such attribute.
   PetscErrorCode text_attribute(const std::string& path, const std::string& name, std::string* out) const;
   /// Collective. The words of a string attribute: a list of strings, or one string with commas between them; empty if there is no
@@ -77,8 +75,7 @@ class Hdf5File {
   hid_t links() const { return links_; }
 
  private:
-  PetscErrorCode read_raw(const Table& table, std::int64_t first, std::int64_t count, int columns, hid_t type,
-                          void* out) const;
+  PetscErrorCode read_raw(const Table& table, std::int64_t first, std::int64_t count, int columns, hid_t type, void* out) const;
   std::string fault_of(hid_t dataset, const std::string& path, const TableShape& shape, Table* out) const;
   bool stay_within();  ///< makes links_, sets_, groups_
   std::string fault_of_place(hid_t dataset, const std::string& path) const;
@@ -89,7 +86,7 @@ class Hdf5File {
   std::string name_;
   std::int64_t bytes_ = 0;
   H5 file_;
-  H5 links_, sets_, groups_;                   ///< how links, datasets and groups are opened
+  H5 links_, sets_, groups_;                        ///< how links, datasets and groups are opened
   mutable std::pair<std::string, bool> elsewhere_;  ///< the file that a link met last leads to, and whether one was met
 };
 

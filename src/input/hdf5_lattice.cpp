@@ -9,16 +9,16 @@
 #include "input/hdf5_layout.hpp"
 #include "input/interactions.hpp"
 #include "input/validate.hpp"
-#include "laws/springs/registry.hpp"
-#include "system/footprint.hpp"
+#include "network/footprint.hpp"
+#include "physics/pair/springs/registry.hpp"
 
 namespace bs {
 
 namespace {
 
 /// Reads a column of `rows.total` numbers; where it is optional and absent, `missing` fills it.
-PetscErrorCode read_column(const Hdf5File& file, const std::string& path, const Rows& rows, const char* row_name,
-                           bool optional, double missing, std::vector<double>* out) {
+PetscErrorCode read_column(const Hdf5File& file, const std::string& path, const Rows& rows, const char* row_name, bool optional, double missing,
+                           std::vector<double>* out) {
   Table table;
   TableShape shape;
 
@@ -34,8 +34,7 @@ PetscErrorCode read_column(const Hdf5File& file, const std::string& path, const 
   PetscFunctionReturn(0);
 }
 
-PetscErrorCode read_integers(const Hdf5File& file, const std::string& path, const Rows& rows,
-                             std::vector<std::int64_t>* out) {
+PetscErrorCode read_integers(const Hdf5File& file, const std::string& path, const Rows& rows, std::vector<std::int64_t>* out) {
   Table table;
   TableShape shape;
 
@@ -56,7 +55,8 @@ PetscErrorCode reject_nan(MPI_Comm comm, const Lattice& l, const std::string& pa
     if (!std::isfinite(l.rest_length[k])) {
       const std::int64_t row = l.springs.first + static_cast<std::int64_t>(k);
       fault.note(row, format("%s: spring %" PRId64 ", %s: rest length %g; write a finite length >= 0 [m], or leave the "
-                             "dataset out for the initial distances", l.source.c_str(), row, path.c_str(), l.rest_length[k]));
+                             "dataset out for the initial distances",
+                             l.source.c_str(), row, path.c_str(), l.rest_length[k]));
     }
   PetscCall(agree(comm, fault));
   PetscFunctionReturn(0);
@@ -73,8 +73,8 @@ PetscErrorCode read_fixed(MPI_Comm comm, const Hdf5File& file, const std::string
   for (std::size_t k = 0; k < flags.size() && !fault; ++k) {
     const std::int64_t row = l->particles.first + static_cast<std::int64_t>(k);
     if (flags[k] != 0 && flags[k] != 1)
-      fault.note(row, format("%s: particle %" PRId64 ", %s: %" PRId64 "; write 1 (fixed) or 0 (free)", l->source.c_str(),
-                             row, path.c_str(), flags[k]));
+      fault.note(row,
+                 format("%s: particle %" PRId64 ", %s: %" PRId64 "; write 1 (fixed) or 0 (free)", l->source.c_str(), row, path.c_str(), flags[k]));
     l->fixed[k] = flags[k] != 0;
   }
   PetscCall(agree(comm, fault));
@@ -82,8 +82,7 @@ PetscErrorCode read_fixed(MPI_Comm comm, const Hdf5File& file, const std::string
 }
 
 /// Finds the two or three tables that say how many rows there are, and checks the numbers before anything is read.
-PetscErrorCode read_sizes(MPI_Comm comm, const Hdf5File& file, const Hdf5Layout& names, Lattice* l, Table* position,
-                          Table* pairs, Table* anchors) {
+PetscErrorCode read_sizes(MPI_Comm comm, const Hdf5File& file, const Hdf5Layout& names, Lattice* l, Table* position, Table* pairs, Table* anchors) {
   PetscMPIInt rank, size;
   TableShape points, ends, particle;
 

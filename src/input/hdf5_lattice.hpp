@@ -12,10 +12,10 @@ namespace bs {
 /// /particles/position (N,d), /particles/mass (N); optional velocity (N,d), fixed (N) of 0 and 1, radius (N).
 /// /springs, optional: pairs (M,2) 0-based, stiffness (M); optional rest_length (M; absent: NaN), damping (M).
 /// Optional, too: law (M), places in the list of names that is the attribute spring_laws of /; columns (M) of what the laws take
-/// and carry, by their names in laws/springs/registry.hpp (stiffness_2, yield_force, plastic_stretch, ...).
+/// and carry, by their names in physics/pair/springs/registry.hpp (stiffness_2, yield_force, plastic_stretch, ...).
 /// /anchors, optional: particle (A), point (A,d), stiffness (A); optional rest_length (A; absent: 0), damping (A).
 /// /angles, optional: triples (A,3), the middle particle second, stiffness (A), rest_angle (A).
-/// Attributes of /: spring_law and damping_law, names from laws/springs/registry.hpp.
+/// Attributes of /: spring_law and damping_law, names from physics/pair/springs/registry.hpp.
 /// A file with /particles/trajectory/position/value is a trajectory: its last frame, /connectivity/bonds,
 /// /connectivity/angles, and the laws among its /parameters/options, or of each spring in /connectivity/bonds_law.
 ///

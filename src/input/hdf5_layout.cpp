@@ -6,26 +6,33 @@
 
 #include "base/fault.hpp"
 #include "input/spring_options.hpp"
-#include "laws/interactions/registry.hpp"
-#include "laws/springs/registry.hpp"
+#include "physics/interactions/registry.hpp"
+#include "physics/pair/springs/registry.hpp"
 
 namespace bs {
 
 namespace {
 
-const Hdf5Layout lattice_names{false, "/particles/position", "/particles/velocity", "/particles/mass", "/particles/fixed",
-                          "/particles/radius", "/particles/id", "/springs", "/springs/pairs", "/springs/stiffness",
-                          "/springs/rest_length", "/springs/damping"};
-const Hdf5Layout trajectory_names{true, "/particles/trajectory/position/value", "/particles/trajectory/velocity/value",
-                             "/particles/trajectory/mass", "/particles/trajectory/fixed", "/particles/trajectory/radius",
-                             "/particles/trajectory/id", "/connectivity/bonds", "/connectivity/bonds",
-                             "/connectivity/bonds_stiffness", "/connectivity/bonds_rest_length",
-                             "/connectivity/bonds_damping"};
+const Hdf5Layout lattice_names{
+    false,      "/particles/position", "/particles/velocity", "/particles/mass",      "/particles/fixed", "/particles/radius", "/particles/id",
+    "/springs", "/springs/pairs",      "/springs/stiffness",  "/springs/rest_length", "/springs/damping"};
+const Hdf5Layout trajectory_names{true,
+                                  "/particles/trajectory/position/value",
+                                  "/particles/trajectory/velocity/value",
+                                  "/particles/trajectory/mass",
+                                  "/particles/trajectory/fixed",
+                                  "/particles/trajectory/radius",
+                                  "/particles/trajectory/id",
+                                  "/connectivity/bonds",
+                                  "/connectivity/bonds",
+                                  "/connectivity/bonds_stiffness",
+                                  "/connectivity/bonds_rest_length",
+                                  "/connectivity/bonds_damping"};
 
 /// `index` receives the place of the law's name among the choices; `given` whether the file names one: an attribute of
 /// the root, or, in a trajectory, the option that was in force.
-PetscErrorCode read_law(MPI_Comm comm, const Hdf5File& file, const Hdf5Layout& layout, const std::string& source,
-                        const char* name, const std::vector<std::string>& choices, int* index, bool* given) {
+PetscErrorCode read_law(MPI_Comm comm, const Hdf5File& file, const Hdf5Layout& layout, const std::string& source, const char* name,
+                        const std::vector<std::string>& choices, int* index, bool* given) {
   std::string text, attribute = name, owner = "/";
 
   PetscFunctionBegin;
@@ -38,27 +45,23 @@ PetscErrorCode read_law(MPI_Comm comm, const Hdf5File& file, const Hdf5Layout& l
   *given = !text.empty();
   const auto at = std::find(choices.begin(), choices.end(), text);
   if (*given && at == choices.end())
-    PetscCall(tell(comm, Exit::input,
-                   format("%s: attribute %s of %s is '%s'; write ", source.c_str(), attribute.c_str(),
-                          owner.c_str(), text.c_str()) + alternatives(choices)));
+    PetscCall(tell(
+        comm, Exit::input,
+        format("%s: attribute %s of %s is '%s'; write ", source.c_str(), attribute.c_str(), owner.c_str(), text.c_str()) + alternatives(choices)));
   *index = *given ? static_cast<int>(at - choices.begin()) : 0;
   PetscFunctionReturn(0);
 }
 
 }  // namespace
 
-const Hdf5Layout& layout_of(const Hdf5File& file) {
-  return file.has(trajectory_names.position) ? trajectory_names : lattice_names;
-}
+const Hdf5Layout& layout_of(const Hdf5File& file) { return file.has(trajectory_names.position) ? trajectory_names : lattice_names; }
 
 int box_dimension(const Hdf5File& file, int columns) {
-  const H5 attribute(H5Aopen_by_name(file.id(), "/particles/trajectory/box", "dimension", H5P_DEFAULT, file.links()),
-                         H5Aclose);
+  const H5 attribute(H5Aopen_by_name(file.id(), "/particles/trajectory/box", "dimension", H5P_DEFAULT, file.links()), H5Aclose);
   if (!attribute) return columns;
   const H5 type(H5Aget_type(attribute), H5Tclose), space(H5Aget_space(attribute), H5Sclose);
   int found = 0;
-  const bool good = H5Tget_class(type) == H5T_INTEGER && H5Sget_simple_extent_npoints(space) == 1 &&
-                    H5Aread(attribute, H5T_NATIVE_INT, &found) >= 0;
+  const bool good = H5Tget_class(type) == H5T_INTEGER && H5Sget_simple_extent_npoints(space) == 1 && H5Aread(attribute, H5T_NATIVE_INT, &found) >= 0;
   return good && found >= 1 && found < columns ? found : columns;
 }
 
@@ -87,13 +90,15 @@ PetscErrorCode read_row_laws(MPI_Comm comm, const Hdf5File& file, const Hdf5Layo
   if (!file.has(path)) PetscFunctionReturn(0);
   PetscCall(file.words_attribute(owner, "spring_laws", &names));
   if (names.empty())
-    PetscCall(tell(comm, Exit::input, format("%s: %s is there, but attribute spring_laws of %s, which names its laws, is not; write it as a list of strings",
-                                             l->source.c_str(), path.c_str(), owner.c_str())));
+    PetscCall(tell(comm, Exit::input,
+                   format("%s: %s is there, but attribute spring_laws of %s, which names its laws, is not; write it as a list of strings",
+                          l->source.c_str(), path.c_str(), owner.c_str())));
   for (const std::string& name : names) {
     const auto at = std::find(known.begin(), known.end(), name);
     if (at == known.end())
-      PetscCall(tell(comm, Exit::input, format("%s: attribute spring_laws of %s names '%s'; write ", l->source.c_str(), owner.c_str(), name.c_str()) +
-                                        alternatives(known)));
+      PetscCall(
+          tell(comm, Exit::input,
+               format("%s: attribute spring_laws of %s names '%s'; write ", l->source.c_str(), owner.c_str(), name.c_str()) + alternatives(known)));
     place.push_back(static_cast<std::uint8_t>(at - known.begin()));
   }
   shape.integers = true;
@@ -107,20 +112,18 @@ PetscErrorCode read_row_laws(MPI_Comm comm, const Hdf5File& file, const Hdf5Layo
   for (std::size_t k = 0; k < given.size() && !fault; ++k) {
     const std::int64_t row = l->springs.first + static_cast<std::int64_t>(k);
     if (given[k] < 0 || given[k] >= count)
-      fault.note(row, format("%s: spring %" PRId64 ", %s: %" PRId64 " is no place in attribute spring_laws; write 0 to %" PRId64, l->source.c_str(), row,
-                             path.c_str(), given[k], count - 1));
-    else
-      l->spring_laws[k] = place[static_cast<std::size_t>(given[k])];
+      fault.note(row, format("%s: spring %" PRId64 ", %s: %" PRId64 " is no place in attribute spring_laws; write 0 to %" PRId64, l->source.c_str(),
+                             row, path.c_str(), given[k], count - 1));
+    else l->spring_laws[k] = place[static_cast<std::size_t>(given[k])];
   }
   PetscCall(agree(comm, fault));
   PetscFunctionReturn(0);
 }
 
 void note_unknown_members(const Hdf5File& file, Lattice* l) {
-  std::vector<std::pair<std::string, std::vector<std::string>>> known = {
-      {"/particles", {"position", "velocity", "mass", "fixed", "radius", "id"}},
-      {"/anchors", {"particle", "point", "stiffness", "rest_length", "damping"}},
-      {"/springs", {"pairs", "stiffness", "rest_length", "damping", "law"}}};
+  std::vector<std::pair<std::string, std::vector<std::string>>> known = {{"/particles", {"position", "velocity", "mass", "fixed", "radius", "id"}},
+                                                                         {"/anchors", {"particle", "point", "stiffness", "rest_length", "damping"}},
+                                                                         {"/springs", {"pairs", "stiffness", "rest_length", "damping", "law"}}};
   for (const SpringParameter& one : spring_parameters()) known.back().second.emplace_back(one.name);
   for (const std::string& name : spring_histories()) known.back().second.push_back(name);
   for (const InteractionSchema& schema : interaction_schemas()) {

@@ -65,7 +65,8 @@ std::string Hdf5File::fault_of_place(hid_t dataset, const std::string& path) con
         return begin + ": is a virtual dataset with a source in another file (" + other + "): refused; write the numbers into the file";
   }
   const std::string filter = missing_filter(list);
-  if (!filter.empty()) return begin + ": is compressed by the filter " + filter + ", which cannot be read here; write it with gzip, or without compression";
+  if (!filter.empty())
+    return begin + ": is compressed by the filter " + filter + ", which cannot be read here; write it with gzip, or without compression";
   return {};
 }
 

@@ -5,7 +5,7 @@
 
 #include "base/fault.hpp"
 #include "input/remote.hpp"
-#include "laws/interactions/registry.hpp"
+#include "physics/interactions/registry.hpp"
 
 namespace bs {
 
@@ -36,8 +36,10 @@ PetscErrorCode read_kind(MPI_Comm comm, const Hdf5File& file, const InteractionS
   PetscCall(file.find(topology_path(schema, trajectory), shape, &topology));
   PetscCall(file.require_data(topology));
   if (topology.rows > PETSC_MAX_INT / schema.ends)
-    PetscCall(tell(comm, Exit::input, format("%s: %" PRId64 " %ss are more than PETSc's indices can count; use a PETSc with 64-bit indices "
-                                             "(cmake -DBS_PETSC_MODULE=PETSc64)", source.c_str(), topology.rows, schema.title)));
+    PetscCall(tell(comm, Exit::input,
+                   format("%s: %" PRId64 " %ss are more than PETSc's indices can count; use a PETSc with 64-bit indices "
+                          "(cmake -DBS_PETSC_MODULE=PETSc64)",
+                          source.c_str(), topology.rows, schema.title)));
   out->rows = split_rows(topology.rows, rank, size);
   PetscCall(file.read(topology, out->rows.first, out->rows.count, 0, &out->ends));
   const std::size_t width = schema.parameters.size();
@@ -67,8 +69,8 @@ void check_row(const Lattice& l, const InteractionSchema& schema, const Interact
   const std::string ends = place(l, schema, row, topology_path(schema, false));
   for (int a = 0; a < schema.ends; ++a) {
     if (end[a] < 0 || end[a] >= l.particles.total) {
-      fault->note(row, ends + format("there is no particle %" PRId64 "; write 0 to %" PRId64 " (particles count from 0)", end[a],
-                                     l.particles.total - 1));
+      fault->note(row,
+                  ends + format("there is no particle %" PRId64 "; write 0 to %" PRId64 " (particles count from 0)", end[a], l.particles.total - 1));
       return;
     }
     if (std::count(end, end + a, end[a]) > 0)
@@ -79,8 +81,7 @@ void check_row(const Lattice& l, const InteractionSchema& schema, const Interact
   const int bad = schema.bad_parameter(p, l.dim, &remedy);
   if (bad < 0) return;
   const InteractionParameter& parameter = schema.parameters[static_cast<std::size_t>(bad)];
-  fault->note(row, place(l, schema, row, parameter_path(schema, parameter, false)) +
-                       format("%s %.16g; %s", parameter.label, p[bad], remedy));
+  fault->note(row, place(l, schema, row, parameter_path(schema, parameter, false)) + format("%s %.16g; %s", parameter.label, p[bad], remedy));
 }
 
 /// Ends of this chunk's rows where they start.
@@ -122,8 +123,9 @@ PetscErrorCode check_interactions(MPI_Comm comm, const Lattice& l) {
     const InteractionRows& from = l.interactions[kind];
     Fault fault;
     if (from.rows.total > 0 && l.dim < schema.least_dim)
-      PetscCall(tell(comm, Exit::input, format("%s: %ss need a lattice of at least %d dimensions, this one has %d; leave them out",
-                                               l.source.c_str(), schema.title, schema.least_dim, l.dim)));
+      PetscCall(tell(comm, Exit::input,
+                     format("%s: %ss need a lattice of at least %d dimensions, this one has %d; leave them out", l.source.c_str(), schema.title,
+                            schema.least_dim, l.dim)));
     for (std::size_t k = 0; k < static_cast<std::size_t>(from.rows.count) && !fault; ++k) check_row(l, schema, from, k, &fault);
     PetscCall(agree(comm, fault));
     if (from.rows.total > 0) PetscCall(check_places(comm, l, schema, from));

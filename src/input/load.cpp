@@ -14,7 +14,7 @@
 #include "input/validate.hpp"
 #include "lattice/generator.hpp"
 #include "lattice/xsp.hpp"
-#include "system/footprint.hpp"
+#include "network/footprint.hpp"
 
 namespace bs {
 
@@ -33,8 +33,7 @@ struct LatticeOptions {
 };
 
 void LatticeOptions::read(Section& section) {
-  file_given = section.file("-bs_lattice_file", "lattice to read: HDF5 (.h5, .hdf5, .h5md), XSpringies (.xsp), Gmsh (.msh)",
-                            file);
+  file_given = section.file("-bs_lattice_file", "lattice to read: HDF5 (.h5, .hdf5, .h5md), XSpringies (.xsp), Gmsh (.msh)", file);
   springs.read(section);
   width_given = section.real("-bs_lattice_width", "width of an .xsp scene's window [pixel]", width, Range::positive);
   height_given = section.real("-bs_lattice_height", "height of an .xsp scene's window [pixel]", height, Range::positive);
@@ -65,15 +64,15 @@ PetscErrorCode check_source(MPI_Comm comm, const LatticeOptions& options) {
   const bool generated = options.generator.type != LatticeType::none;
 
   PetscFunctionBegin;
-  if (options.file_given && options.file.empty())
-    PetscCall(tell(comm, Exit::input, "-bs_lattice_file names no file; write its path"));
+  if (options.file_given && options.file.empty()) PetscCall(tell(comm, Exit::input, "-bs_lattice_file names no file; write its path"));
   if (options.file_given && generated)
     PetscCall(tell(comm, Exit::input,
-                   format("-bs_lattice_file %s and -bs_lattice_type %s are both given; write one of them",
-                          options.file.c_str(), type_info(options.generator.type).name)));
+                   format("-bs_lattice_file %s and -bs_lattice_type %s are both given; write one of them", options.file.c_str(),
+                          type_info(options.generator.type).name)));
   if (!options.file_given && !generated)
-    PetscCall(tell(comm, Exit::input, "no lattice is given; write -bs_lattice_file FILE (.h5, .xsp, .msh) or "
-                                      "-bs_lattice_type chain|square|triangular|cloth|cubic|bcc|fcc"));
+    PetscCall(tell(comm, Exit::input,
+                   "no lattice is given; write -bs_lattice_file FILE (.h5, .xsp, .msh) or "
+                   "-bs_lattice_type chain|square|triangular|cloth|cubic|bcc|fcc"));
   PetscFunctionReturn(0);
 }
 
@@ -99,8 +98,7 @@ PetscErrorCode load_xsp(MPI_Comm comm, const LatticeOptions& options, Lattice* o
 
   PetscFunctionBegin;
   PetscCall(read_text_file(comm, options.file, &text));
-  if (!parse_xsp(text, options.file, options.width, options.height, &whole, &error))
-    PetscCall(tell(comm, Exit::input, error));
+  if (!parse_xsp(text, options.file, options.width, options.height, &whole, &error)) PetscCall(tell(comm, Exit::input, error));
   PetscCallMPI(MPI_Comm_rank(comm, &rank));
   PetscCallMPI(MPI_Comm_size(comm, &size));
   *out = chunk_of(whole, rank, size);
@@ -114,19 +112,15 @@ PetscErrorCode load_file(MPI_Comm comm, const LatticeOptions& options, Lattice* 
 
   PetscFunctionBegin;
   if (dim < 0) PetscCall(tell(comm, Exit::input, "-bs_lattice_dim: write 1, 2 or 3"));
-  if (xsp)
-    PetscCall(load_xsp(comm, options, out));
-  else if (msh)
-    PetscCall(read_gmsh(comm, file, options.generator, out));
-  else if (ends_with(file, ".h5") || ends_with(file, ".hdf5") || ends_with(file, ".h5md"))
-    PetscCall(read_hdf5_lattice(comm, file, out));
+  if (xsp) PetscCall(load_xsp(comm, options, out));
+  else if (msh) PetscCall(read_gmsh(comm, file, options.generator, out));
+  else if (ends_with(file, ".h5") || ends_with(file, ".hdf5") || ends_with(file, ".h5md")) PetscCall(read_hdf5_lattice(comm, file, out));
   else
     PetscCall(tell(comm, Exit::input,
                    file + ": unknown ending; lattices are read from .h5, .hdf5, .h5md, .xsp and .msh files; "
                           "postprocess/convert.py makes an .h5 of VTK, VTU, OBJ, PLY and LAMMPS data"));
   if (dim > 0 && dim != out->dim)
-    PetscCall(tell(comm, Exit::input, format("%s: -bs_lattice_dim %d: the file has d = %d; leave the option out",
-                                             file.c_str(), dim, out->dim)));
+    PetscCall(tell(comm, Exit::input, format("%s: -bs_lattice_dim %d: the file has d = %d; leave the option out", file.c_str(), dim, out->dim)));
   if (!xsp && (options.width_given || options.height_given))
     PetscCall(warn(comm, file + ": -bs_lattice_width and -bs_lattice_height are for .xsp files: ignored"));
   PetscCall(warn_of_idle_options(comm, file, msh));
@@ -155,10 +149,8 @@ PetscErrorCode load_lattice(MPI_Comm comm, Lattice* out) {
   PetscCall(read_section(comm, "Lattice: particles and springs", [&options](Section& s) { options.read(s); }));
   PetscCall(stand_in_for_help(&options));
   PetscCall(check_source(comm, options));
-  if (options.file_given)
-    PetscCall(load_file(comm, options, out));
-  else
-    PetscCall(load_generated(comm, options.generator, out));
+  if (options.file_given) PetscCall(load_file(comm, options, out));
+  else PetscCall(load_generated(comm, options.generator, out));
   PetscCall(number_rows(comm, &out->springs));
   PetscCall(number_rows(comm, &out->anchors));
   for (InteractionRows& kind : out->interactions) PetscCall(number_rows(comm, &kind.rows));

@@ -156,7 +156,8 @@ PetscErrorCode check_binary(MPI_Comm comm, const std::string& path, const std::s
   PetscCallMPI(MPI_Comm_rank(comm, &rank));
   if (rank == 0 && petsc_class_id(path, sizeof(PetscInt)) != wanted)
     fault.note(0, format("option %s: %s is neither Matrix Market text nor a PETSc binary %s of this PETSc's index size: begin "
-                         "text with '%%%%MatrixMarket matrix coordinate real general'", option.c_str(), path.c_str(), what));
+                         "text with '%%%%MatrixMarket matrix coordinate real general'",
+                         option.c_str(), path.c_str(), what));
   PetscCall(agree(comm, fault));
   PetscFunctionReturn(0);
 }
@@ -201,8 +202,7 @@ PetscErrorCode load_matrix(MPI_Comm comm, const std::string& path, const std::st
   PetscFunctionReturn(0);
 }
 
-PetscErrorCode load_vector(MPI_Comm comm, const std::string& path, const std::string& option, Vec x,
-                           std::vector<std::string>* names) {
+PetscErrorCode load_vector(MPI_Comm comm, const std::string& path, const std::string& option, Vec x, std::vector<std::string>* names) {
   bool market = false;
   PetscInt n, first, last;
   PetscFunctionBegin;

@@ -72,8 +72,7 @@ bool MatrixMarketReader::read_banner() {
   std::istringstream words(std::string(at_, end_));
   std::string banner, object, layout, field, symmetry;
   words >> banner >> object >> layout >> field >> symmetry;
-  if (lower(banner) != "%%matrixmarket" || lower(object) != "matrix")
-    return fail("no Matrix Market banner: " + example);
+  if (lower(banner) != "%%matrixmarket" || lower(object) != "matrix") return fail("no Matrix Market banner: " + example);
   layout = lower(layout);
   field = lower(field);
   symmetry = lower(symmetry);
@@ -85,8 +84,7 @@ bool MatrixMarketReader::read_banner() {
   if (pattern_ && array_) return fail("an array has no pattern: write real, or coordinate");
   if (symmetry == "symmetric") symmetry_ = Symmetry::symmetric;
   else if (symmetry == "skew-symmetric") symmetry_ = Symmetry::skew;
-  else if (symmetry != "general")
-    return fail("symmetry '" + printable(symmetry) + "': write general, symmetric or skew-symmetric");
+  else if (symmetry != "general") return fail("symmetry '" + printable(symmetry) + "': write general, symmetric or skew-symmetric");
   return true;
 }
 
@@ -116,8 +114,7 @@ void MatrixMarketReader::mirror(const MatrixEntry& entry) {
 bool MatrixMarketReader::check_end() {
   ended_ = true;
   skip_blanks(&at_, end_);
-  if (at_ < end_ || next_content())
-    return fail("more entries than the " + number(done_) + " that the line of sizes announces: mend that number");
+  if (at_ < end_ || next_content()) return fail("more entries than the " + number(done_) + " that the line of sizes announces: mend that number");
   return false;
 }
 
@@ -133,8 +130,7 @@ bool MatrixMarketReader::next(MatrixEntry* entry) {
 
 bool MatrixMarketReader::next_coordinate(MatrixEntry* entry) {
   if (done_ == count_) return check_end();
-  if (!next_content())
-    return fail("the file ends after " + number(done_) + " of " + number(count_) + " entries: is it complete?");
+  if (!next_content()) return fail("the file ends after " + number(done_) + " of " + number(count_) + " entries: is it complete?");
   std::int64_t i = 0, j = 0;
   double value = 1;
   const bool read = take(&at_, end_, &i) && take(&at_, end_, &j) && (pattern_ || take(&at_, end_, &value));
@@ -145,8 +141,7 @@ bool MatrixMarketReader::next_coordinate(MatrixEntry* entry) {
     return fail("entry (" + number(i) + ", " + number(j) + ") lies outside " + number(rows_) + " x " + number(columns_) +
                 ": rows and columns count from 1");
   if (!std::isfinite(value)) return fail("the value is not finite");
-  if (symmetry_ != Symmetry::general && i < j)
-    return fail("entry above the diagonal of a symmetric matrix: write the lower triangle only");
+  if (symmetry_ != Symmetry::general && i < j) return fail("entry above the diagonal of a symmetric matrix: write the lower triangle only");
   if (symmetry_ == Symmetry::skew && i == j) return fail("a skew-symmetric matrix has no diagonal: leave it out");
   *entry = {i - 1, j - 1, value};
   ++done_;

@@ -40,7 +40,8 @@ std::int64_t size_of(std::ifstream& in) {
 
 /// What is wrong where a file of `bytes` should have `wanted`.
 std::string wrong_size(std::int64_t bytes, double wanted) {
-  return "has " + number(bytes) + " bytes, its head asks for " + (wanted < 9e15 ? number(static_cast<std::int64_t>(wanted)) : "more than there can be") +
+  return "has " + number(bytes) + " bytes, its head asks for " +
+         (wanted < 9e15 ? number(static_cast<std::int64_t>(wanted)) : "more than there can be") +
          ": it is damaged, not complete, of complex numbers, or holds more than one object";
 }
 

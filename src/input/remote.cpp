@@ -9,7 +9,6 @@ namespace bs {
 
 namespace {
 
-
 /// Rank and place on it of row `row`, where chunks are those of split_rows.
 PetscSFNode owner(std::int64_t row, std::int64_t total, int size) {
   const std::int64_t base = total / size, rest = total % size, longer = rest * (base + 1);
@@ -28,8 +27,8 @@ bool here(const Rows& rows, std::int64_t row) { return row >= rows.first && row 
 
 }  // namespace
 
-PetscErrorCode fetch_rows(MPI_Comm comm, const Rows& rows, const std::vector<double>& values, int width,
-                          const std::vector<std::int64_t>& wanted, std::vector<double>* out) {
+PetscErrorCode fetch_rows(MPI_Comm comm, const Rows& rows, const std::vector<double>& values, int width, const std::vector<std::int64_t>& wanted,
+                          std::vector<double>* out) {
   PetscMPIInt size;
   SFHandle sf;
   MPI_Datatype unit;
@@ -47,8 +46,8 @@ PetscErrorCode fetch_rows(MPI_Comm comm, const Rows& rows, const std::vector<dou
   std::vector<double> got(remote.size() * w);
 
   PetscCall(PetscSFCreate(comm, sf.out()));
-  PetscCall(PetscSFSetGraph(sf, static_cast<PetscInt>(rows.count), static_cast<PetscInt>(remote.size()), nullptr,
-                            PETSC_COPY_VALUES, nodes.data(), PETSC_COPY_VALUES));
+  PetscCall(PetscSFSetGraph(sf, static_cast<PetscInt>(rows.count), static_cast<PetscInt>(remote.size()), nullptr, PETSC_COPY_VALUES, nodes.data(),
+                            PETSC_COPY_VALUES));
   PetscCallMPI(MPI_Type_contiguous(width, MPI_DOUBLE, &unit));
   PetscCallMPI(MPI_Type_commit(&unit));
   PetscCall(PetscSFBcastBegin(sf, unit, values.data(), got.data(), MPI_REPLACE));

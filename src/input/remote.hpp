@@ -10,8 +10,8 @@ namespace bs {
 
 /// Collective. out (wanted.size(), width) receives the rows `wanted` (each in [0, rows.total), any order, repeats
 /// allowed) of a table (rows.total, width) of which each rank holds the chunk of split_rows in `values`.
-PetscErrorCode fetch_rows(MPI_Comm comm, const Rows& rows, const std::vector<double>& values, int width,
-                          const std::vector<std::int64_t>& wanted, std::vector<double>* out);
+PetscErrorCode fetch_rows(MPI_Comm comm, const Rows& rows, const std::vector<double>& values, int width, const std::vector<std::int64_t>& wanted,
+                          std::vector<double>* out);
 
 /// Collective. Sets first and total of `rows` from the counts of all ranks, in rank order.
 PetscErrorCode number_rows(MPI_Comm comm, Rows* rows);

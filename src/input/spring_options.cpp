@@ -5,7 +5,7 @@
 #include <cmath>
 
 #include "base/fault.hpp"
-#include "laws/springs/registry.hpp"
+#include "physics/pair/springs/registry.hpp"
 
 namespace bs {
 
@@ -26,8 +26,8 @@ void SpringOptions::read(Section& section) {
     damping_law = index;
   for (const SpringParameter& one : spring_parameters()) {
     Constant constant{one, std::string("-bs_spring_") + one.name};
-    const std::string help = std::string(one.meaning) + ", the same for all springs; a lattice's own /springs/" + one.name +
-                             " goes before it [" + one.unit + "]";
+    const std::string help =
+        std::string(one.meaning) + ", the same for all springs; a lattice's own /springs/" + one.name + " goes before it [" + one.unit + "]";
     constant.given = section.real(constant.option.c_str(), help.c_str(), constant.value, one.nonnegative ? Range::nonnegative : Range::any);
     constants.push_back(constant);
   }
@@ -37,9 +37,7 @@ namespace {
 
 using Used = std::vector<std::uint8_t>;
 
-std::size_t law_of(const Lattice& l, std::size_t k) {
-  return l.law_by_row ? l.spring_laws[k] : static_cast<std::size_t>(l.spring_law);
-}
+std::size_t law_of(const Lattice& l, std::size_t k) { return l.law_by_row ? l.spring_laws[k] : static_cast<std::size_t>(l.spring_law); }
 
 const SpringColumn* column_of(const Lattice& l, const std::string& name) {
   for (const SpringColumn& one : l.spring_columns)
@@ -101,8 +99,9 @@ PetscErrorCode require_numbers(MPI_Comm comm, const Used& used, const Lattice& l
     for (const SpringParameter& one : law.parameters) some = some || column_of(l, one.name);
     for (const SpringParameter& one : law.parameters) {
       if (!used[k] || column_of(l, one.name) || (some && !one.needed)) continue;
-      PetscCall(tell(comm, Exit::input, format("%s: springs obey the law %s, which needs %s: give -bs_spring_%s, or the dataset /springs/%s [%s]",
-                                               l.source.c_str(), law.name, one.name, one.name, one.name, one.unit)));
+      PetscCall(tell(comm, Exit::input,
+                     format("%s: springs obey the law %s, which needs %s: give -bs_spring_%s, or the dataset /springs/%s [%s]", l.source.c_str(),
+                            law.name, one.name, one.name, one.name, one.unit)));
     }
   }
   PetscFunctionReturn(0);
@@ -142,8 +141,9 @@ PetscErrorCode settle_spring_laws(MPI_Comm comm, const SpringOptions& options, L
   PetscFunctionBegin;
   if (options.spring_law >= 0) {
     if (l->law_by_row)
-      PetscCall(tell(comm, Exit::input, format("option -bs_spring_law %s: %s has a law for each spring: leave the option out",
-                                               spring_laws()[static_cast<std::size_t>(options.spring_law)].name, l->source.c_str())));
+      PetscCall(tell(comm, Exit::input,
+                     format("option -bs_spring_law %s: %s has a law for each spring: leave the option out",
+                            spring_laws()[static_cast<std::size_t>(options.spring_law)].name, l->source.c_str())));
     l->spring_law = static_cast<SpringLaw>(options.spring_law);
     l->spring_law_given = true;
   }
@@ -165,8 +165,8 @@ PetscErrorCode check_rest_lengths(MPI_Comm comm, const Lattice& l) {
     const SpringLawInfo& law = spring_laws()[law_of(l, k)];
     const std::int64_t row = l.springs.first + static_cast<std::int64_t>(k);
     if (l.rest_length[k] == 0 && !law.zero_rest)
-      fault.note(row, format("%s: spring %" PRId64 ": rest length 0, where the law %s has no direction: write a length > 0 [m]", l.source.c_str(), row,
-                             law.name));
+      fault.note(row, format("%s: spring %" PRId64 ": rest length 0, where the law %s has no direction: write a length > 0 [m]", l.source.c_str(),
+                             row, law.name));
   }
   PetscCall(agree(comm, fault));
   PetscFunctionReturn(0);

@@ -6,7 +6,7 @@
 
 #include "base/options.hpp"
 #include "lattice/lattice.hpp"
-#include "laws/springs/law.hpp"
+#include "physics/pair/springs/law.hpp"
 
 namespace bs {
 

@@ -20,8 +20,8 @@ void read_here(const std::string& path, std::string* text, Fault* fault) {
   const FileLook look = look_at_file(path);
   if (!look.error.empty()) return fault->note(0, look.error);
   if (look.bytes > max_text_bytes)
-    return fault->note(0, format("%s: %lld bytes, more than the 1 GB a text file may have; write the lattice as HDF5 (.h5)",
-                                 path.c_str(), look.bytes));
+    return fault->note(0,
+                       format("%s: %lld bytes, more than the 1 GB a text file may have; write the lattice as HDF5 (.h5)", path.c_str(), look.bytes));
   try {
     text->resize(static_cast<std::size_t>(look.bytes));
   } catch (const std::bad_alloc&) {
@@ -30,8 +30,7 @@ void read_here(const std::string& path, std::string* text, Fault* fault) {
   std::ifstream in(path, std::ios::binary);
   in.read(text->data(), look.bytes);
   if (in.gcount() != look.bytes)
-    fault->note(0, format("%s: read %lld of its %lld bytes; look at the disk", path.c_str(),
-                          static_cast<long long>(in.gcount()), look.bytes));
+    fault->note(0, format("%s: read %lld of its %lld bytes; look at the disk", path.c_str(), static_cast<long long>(in.gcount()), look.bytes));
 }
 
 }  // namespace
@@ -40,14 +39,11 @@ FileLook look_at_file(const std::string& path) {
   FileLook look;
   struct stat info = {};
   if (stat(path.c_str(), &info) != 0)
-    look.error = errno == ENOENT ? path + ": no such file; " + input_places(path)
-                                 : format("%s: cannot be read (%s)", path.c_str(), std::strerror(errno));
-  else if (S_ISDIR(info.st_mode))
-    look.error = format("%s: is a folder; name a file in it", path.c_str());
-  else if (!S_ISREG(info.st_mode))
-    look.error = format("%s: is not a regular file", path.c_str());
-  else if (!std::ifstream(path))
-    look.error = format("%s: cannot be opened; look at its permissions (chmod +r)", path.c_str());
+    look.error =
+        errno == ENOENT ? path + ": no such file; " + input_places(path) : format("%s: cannot be read (%s)", path.c_str(), std::strerror(errno));
+  else if (S_ISDIR(info.st_mode)) look.error = format("%s: is a folder; name a file in it", path.c_str());
+  else if (!S_ISREG(info.st_mode)) look.error = format("%s: is not a regular file", path.c_str());
+  else if (!std::ifstream(path)) look.error = format("%s: cannot be opened; look at its permissions (chmod +r)", path.c_str());
   look.bytes = static_cast<long long>(info.st_size);
   return look;
 }

@@ -7,8 +7,8 @@ namespace bs {
 
 /// What a look at a path on this rank found.
 struct FileLook {
-  std::string error;       ///< one line, empty if it is a readable file
-  long long bytes = 0;     ///< its size
+  std::string error;    ///< one line, empty if it is a readable file
+  long long bytes = 0;  ///< its size
 };
 
 /// Local. Whether `path` is a file that can be read, and its size.

@@ -7,7 +7,7 @@
 #include "base/memory_room.hpp"
 #include "input/interactions.hpp"
 #include "input/remote.hpp"
-#include "system/footprint.hpp"
+#include "network/footprint.hpp"
 
 namespace bs {
 
@@ -31,9 +31,7 @@ struct Place {
 };
 
 /// The k-th particle's number as the user knows it.
-std::int64_t number(const Lattice& lattice, std::int64_t k) {
-  return lattice.id.empty() ? lattice.particles.first + k : lattice.id[at(k)];
-}
+std::int64_t number(const Lattice& lattice, std::int64_t k) { return lattice.id.empty() ? lattice.particles.first + k : lattice.id[at(k)]; }
 
 /// Whether every one of the `count` numbers from `values` is finite; `bad` receives the first that is not.
 bool finite(const double* values, std::size_t count, double* bad) {
@@ -62,25 +60,23 @@ void check_particle(const Lattice& l, const Place& place, std::int64_t k, Fault*
 }
 
 /// Stiffness, rest length (NaN passes where `nan_rest`) and damping of a spring or an anchor.
-void check_numbers(const Place& place, const char* what, const char* group, std::int64_t row, double stiffness,
-                   double rest, bool nan_rest, double damping, Fault* fault) {
+void check_numbers(const Place& place, const char* what, const char* group, std::int64_t row, double stiffness, double rest, bool nan_rest,
+                   double damping, Fault* fault) {
   const auto note = [&](const char* name, const char* label, double value, const char* remedy) {
     fault->note(row, place.row(what, row, group, name) + format(": %s %g; %s", label, value, remedy));
   };
   if (!(std::isfinite(stiffness) && stiffness >= 0)) note("stiffness", "stiffness", stiffness, "write a finite number >= 0");
   if (!(std::isfinite(rest) && rest >= 0) && !(nan_rest && std::isnan(rest)))
     note("rest_length", "rest length", rest, "write a finite length >= 0 [m] (0: the zero-rest-length law)");
-  if (!(std::isfinite(damping) && damping >= 0))
-    note("damping", "damping", damping, "write a finite number >= 0 [kg/s]");
+  if (!(std::isfinite(damping) && damping >= 0)) note("damping", "damping", damping, "write a finite number >= 0 [kg/s]");
 }
 
 /// Whether particle `end` exists; else says so.
-bool exists(const Lattice& l, const Place& place, const char* what, const char* group, const char* name, std::int64_t row,
-            std::int64_t end, Fault* fault) {
+bool exists(const Lattice& l, const Place& place, const char* what, const char* group, const char* name, std::int64_t row, std::int64_t end,
+            Fault* fault) {
   if (end >= 0 && end < l.particles.total) return true;
   fault->note(row, place.row(what, row, group, name) +
-                       format(": there is no particle %" PRId64 "; write 0 to %" PRId64 " (particles count from 0)", end,
-                              l.particles.total - 1));
+                       format(": there is no particle %" PRId64 "; write 0 to %" PRId64 " (particles count from 0)", end, l.particles.total - 1));
   return false;
 }
 
@@ -89,8 +85,8 @@ void check_spring(const Lattice& l, const Place& place, std::int64_t k, Fault* f
   if (!exists(l, place, "spring", "/springs", "pairs", row, i, fault)) return;
   if (!exists(l, place, "spring", "/springs", "pairs", row, j, fault)) return;
   if (i == j)
-    fault->note(row, place.row("spring", row, "/springs", "pairs") +
-                         format(": joins particle %" PRId64 " to itself; give it two ends or leave it out", i));
+    fault->note(
+        row, place.row("spring", row, "/springs", "pairs") + format(": joins particle %" PRId64 " to itself; give it two ends or leave it out", i));
   check_numbers(place, "spring", "/springs", row, l.stiffness[at(k)], l.rest_length[at(k)], true, l.damping[at(k)], fault);
 }
 
@@ -100,10 +96,8 @@ void check_anchor(const Lattice& l, const Place& place, std::int64_t k, Fault* f
   double bad = 0;
   if (!exists(l, place, "anchor", "/anchors", "particle", row, l.anchor_particle[at(k)], fault)) return;
   if (!finite(&l.anchor_point[at(k) * d], d, &bad))
-    fault->note(row, place.row("anchor", row, "/anchors", "point") +
-                         format(": point %g; write finite coordinates [m]", bad));
-  check_numbers(place, "anchor", "/anchors", row, l.anchor_stiffness[at(k)], l.anchor_rest_length[at(k)], false,
-                l.anchor_damping[at(k)], fault);
+    fault->note(row, place.row("anchor", row, "/anchors", "point") + format(": point %g; write finite coordinates [m]", bad));
+  check_numbers(place, "anchor", "/anchors", row, l.anchor_stiffness[at(k)], l.anchor_rest_length[at(k)], false, l.anchor_damping[at(k)], fault);
 }
 
 double distance(const double* a, const double* b, int dim) {
@@ -116,15 +110,13 @@ double distance(const double* a, const double* b, int dim) {
 std::string fault_of_zero_length(const Lattice& l, double rest, double damping) {
   if (std::isnan(rest)) return "so the initial distance cannot be its rest length; give it a rest length or move an end";
   if (rest != 0) return format("its rest length is %g; move an end, or write rest length 0", rest);
-  if (damping > 0 && l.damping_law == DampingLaw::axial)
-    return "so its axial damping has no direction; write -bs_damping_law simple, or damping 0";
+  if (damping > 0 && l.damping_law == DampingLaw::axial) return "so its axial damping has no direction; write -bs_damping_law simple, or damping 0";
   return {};
 }
 
 }  // namespace
 
-PetscErrorCode check_sizes(MPI_Comm comm, const std::string& source, std::int64_t particles, int dim,
-                           std::int64_t springs, std::int64_t anchors) {
+PetscErrorCode check_sizes(MPI_Comm comm, const std::string& source, std::int64_t particles, int dim, std::int64_t springs, std::int64_t anchors) {
   const std::int64_t most = PETSC_MAX_INT;
   const char* const remedy = "use a PETSc with 64-bit indices (cmake -DBS_PETSC_MODULE=PETSc64)";
 
@@ -133,13 +125,13 @@ PetscErrorCode check_sizes(MPI_Comm comm, const std::string& source, std::int64_
   if (particles > most / (std::int64_t{2} * dim))
     PetscCall(tell(comm, Exit::input,
                    format("%s: %" PRId64 " particles in %d dimensions have more unknowns than PETSc's indices can count "
-                          "(%" PRId64 "); %s, and have at least %s of memory for setting them up", source.c_str(), particles, dim, most, remedy,
-                          in_bytes(lattice_bytes({particles, springs, anchors, dim}, 1)).c_str())));
+                          "(%" PRId64 "); %s, and have at least %s of memory for setting them up",
+                          source.c_str(), particles, dim, most, remedy, in_bytes(lattice_bytes({particles, springs, anchors, dim}, 1)).c_str())));
   for (const std::int64_t count : {springs, anchors})
     if (count > most)
-      PetscCall(tell(comm, Exit::input,
-                     format("%s: %" PRId64 " springs are more than PETSc's indices can count (%" PRId64 "); %s",
-                            source.c_str(), count, most, remedy)));
+      PetscCall(
+          tell(comm, Exit::input,
+               format("%s: %" PRId64 " springs are more than PETSc's indices can count (%" PRId64 "); %s", source.c_str(), count, most, remedy)));
   PetscFunctionReturn(0);
 }
 
@@ -157,25 +149,21 @@ PetscErrorCode check_values(MPI_Comm comm, const Lattice& l) {
   PetscFunctionReturn(0);
 }
 
-PetscErrorCode initial_lengths(MPI_Comm comm, const Lattice& l, std::vector<double>* springs,
-                               std::vector<double>* anchors) {
+PetscErrorCode initial_lengths(MPI_Comm comm, const Lattice& l, std::vector<double>* springs, std::vector<double>* anchors) {
   const std::size_t d = at(l.dim);
   std::vector<double> ends;
 
   PetscFunctionBegin;
   PetscCall(fetch_rows(comm, l.particles, l.position, l.dim, l.pairs, &ends));
   springs->resize(at(l.springs.count));
-  for (std::size_t k = 0; k < springs->size(); ++k)
-    (*springs)[k] = distance(&ends[2 * k * d], &ends[(2 * k + 1) * d], l.dim);
+  for (std::size_t k = 0; k < springs->size(); ++k) (*springs)[k] = distance(&ends[2 * k * d], &ends[(2 * k + 1) * d], l.dim);
   PetscCall(fetch_rows(comm, l.particles, l.position, l.dim, l.anchor_particle, &ends));
   anchors->resize(at(l.anchors.count));
-  for (std::size_t k = 0; k < anchors->size(); ++k)
-    (*anchors)[k] = distance(&ends[k * d], &l.anchor_point[k * d], l.dim);
+  for (std::size_t k = 0; k < anchors->size(); ++k) (*anchors)[k] = distance(&ends[k * d], &l.anchor_point[k * d], l.dim);
   PetscFunctionReturn(0);
 }
 
-PetscErrorCode check_lengths(MPI_Comm comm, const Lattice& l, const std::vector<double>& springs,
-                             const std::vector<double>& anchors) {
+PetscErrorCode check_lengths(MPI_Comm comm, const Lattice& l, const std::vector<double>& springs, const std::vector<double>& anchors) {
   const Place place(l);
   Fault of_spring, of_anchor;
 
@@ -186,7 +174,8 @@ PetscErrorCode check_lengths(MPI_Comm comm, const Lattice& l, const std::vector<
     const std::int64_t row = l.springs.first + static_cast<std::int64_t>(k);
     if (!text.empty() && !of_spring)
       of_spring.note(row, format("%s: spring %" PRId64 ": its ends, particles %" PRId64 " and %" PRId64 " (from 0), are at "
-                                 "one place, %s", l.source.c_str(), row, l.pairs[2 * k], l.pairs[2 * k + 1], text.c_str()));
+                                 "one place, %s",
+                                 l.source.c_str(), row, l.pairs[2 * k], l.pairs[2 * k + 1], text.c_str()));
   }
   PetscCall(agree(comm, of_spring));
   for (std::size_t k = 0; k < anchors.size(); ++k) {
@@ -194,8 +183,8 @@ PetscErrorCode check_lengths(MPI_Comm comm, const Lattice& l, const std::vector<
     const std::string text = fault_of_zero_length(l, l.anchor_rest_length[k], l.anchor_damping[k]);
     const std::int64_t row = l.anchors.first + static_cast<std::int64_t>(k);
     if (!text.empty() && !of_anchor)
-      of_anchor.note(row, format("%s: anchor %" PRId64 ": its point is where particle %" PRId64 " (from 0) is, %s",
-                                 l.source.c_str(), row, l.anchor_particle[k], text.c_str()));
+      of_anchor.note(row, format("%s: anchor %" PRId64 ": its point is where particle %" PRId64 " (from 0) is, %s", l.source.c_str(), row,
+                                 l.anchor_particle[k], text.c_str()));
   }
   PetscCall(agree(comm, of_anchor));
   PetscFunctionReturn(0);

@@ -7,8 +7,7 @@
 
 namespace bs {
 
-std::string read_vector_csv(const std::string& text, const std::string& name, std::vector<double>* values,
-                            std::vector<std::string>* names) {
+std::string read_vector_csv(const std::string& text, const std::string& name, std::vector<double>* values, std::vector<std::string>* names) {
   std::istringstream in(text);
   std::string row;
   long long line = 0;

@@ -85,8 +85,7 @@ class Reader {
       if (count < most_ && !read_field(field, count)) return;
     const bool same = table.columns == 0 || count == table.columns;
     if (count < least_ || count > most_ || !same) {
-      const std::string wanted =
-          table.columns > 0 ? std::to_string(table.columns) + ", as in the rows above" : columns_text();
+      const std::string wanted = table.columns > 0 ? std::to_string(table.columns) + ", as in the rows above" : columns_text();
       return fail(std::to_string(count) + (count == 1 ? " number" : " numbers") + " in the row: write " + wanted);
     }
     table.columns = count;
@@ -108,8 +107,7 @@ class Reader {
       table.values.push_back(value);
       return true;
     }
-    const std::string shown =
-        "column " + std::to_string(column + 1) + " '" + printable(std::string(field.substr(0, 60))) + "' ";
+    const std::string shown = "column " + std::to_string(column + 1) + " '" + printable(std::string(field.substr(0, 60))) + "' ";
     if (parsed == Parsed::not_finite) fail(shown + "is not finite: write a finite number");
     if (parsed == Parsed::out_of_range) fail(shown + "is out of the range of a double: write a number within it");
     if (parsed == Parsed::none)
@@ -133,8 +131,7 @@ class Reader {
 
 }  // namespace
 
-bool read_csv_table(const std::string& text, const std::string& name, int columns_min, int columns_max, CsvTable* out,
-                    std::string* error) {
+bool read_csv_table(const std::string& text, const std::string& name, int columns_min, int columns_max, CsvTable* out, std::string* error) {
   Reader reader(name, columns_min, columns_max);
   reader.read(text);
   *error = reader.error;

@@ -18,7 +18,6 @@ struct CsvTable {
 /// passed over. All rows have the same number of columns, from columns_min to columns_max.
 /// Returns false and one line in `error`, with `name` (of the file), the line and the remedy, if the text is otherwise;
 /// `out` is then empty.
-bool read_csv_table(const std::string& text, const std::string& name, int columns_min, int columns_max, CsvTable* out,
-                    std::string* error);
+bool read_csv_table(const std::string& text, const std::string& name, int columns_min, int columns_max, CsvTable* out, std::string* error);
 
 }  // namespace bs

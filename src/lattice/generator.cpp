@@ -10,9 +10,7 @@ namespace bs {
 
 int dimension(const GeneratorSpec& spec) { return spec.dim > 0 ? spec.dim : type_info(spec.type).dim_default; }
 
-double repeated(const std::vector<double>& list, int k) {
-  return list[std::min(static_cast<std::size_t>(k), list.size() - 1)];
-}
+double repeated(const std::vector<double>& list, int k) { return list[std::min(static_cast<std::size_t>(k), list.size() - 1)]; }
 
 double mass_of_each(const GeneratorSpec& spec, std::int64_t total) {
   if (spec.total_mass > 0) return spec.total_mass / static_cast<double>(total);
@@ -37,8 +35,7 @@ struct Place {
 struct Plan {
   explicit Plan(const GeneratorSpec& given) : spec(given), dim(dimension(given)), total(particle_count(given)) {
     const TypeInfo& info = type_info(spec.type);
-    stencil =
-        make_stencil(spec.type, shell_count(spec.type, spec.neighbors > 0 ? spec.neighbors : info.neighbors_default));
+    stencil = make_stencil(spec.type, shell_count(spec.type, spec.neighbors > 0 ? spec.neighbors : info.neighbors_default));
     for (int k = 0; k < 3; ++k) {
       n[k] = cells(spec, k);
       spacing[k] = repeated(spec.spacing, k);
@@ -55,12 +52,8 @@ struct Plan {
     p.cell[2] = row / n[0] / n[1];
     return p;
   }
-  std::int64_t row(const Place& p) const {
-    return ((p.cell[2] * n[1] + p.cell[1]) * n[0] + p.cell[0]) * stencil.sites + p.site;
-  }
-  const Site& kind(const Place& p) const {
-    return stencil.kinds[static_cast<std::size_t>(stencil.staggered ? p.cell[1] % 2 : p.site)];
-  }
+  std::int64_t row(const Place& p) const { return ((p.cell[2] * n[1] + p.cell[1]) * n[0] + p.cell[0]) * stencil.sites + p.site; }
+  const Site& kind(const Place& p) const { return stencil.kinds[static_cast<std::size_t>(stencil.staggered ? p.cell[1] % 2 : p.site)]; }
   /// Unperturbed position along axis k.
   double position(const Place& p, int k) const {
     return origin[k] + (static_cast<double>(p.cell[k]) * stencil.edge[k] + kind(p).shift[k]) * spacing[k];
@@ -105,8 +98,7 @@ void fix_particles(const Plan& plan, Lattice* out) {
   out->fixed.assign(static_cast<std::size_t>(out->particles.count), 0);
   // Rows of the triangular lattice begin and end half a spacing inside the box by turns.
   const Faces along_x = faces & 3u;
-  apply_faces(along_x, plan.box(), plan.stencil.staggered ? plan.spacing[0] / 2 : 0.0, plan.dim, out->position,
-              &out->fixed);
+  apply_faces(along_x, plan.box(), plan.stencil.staggered ? plan.spacing[0] / 2 : 0.0, plan.dim, out->position, &out->fixed);
   apply_faces(faces & ~along_x, plan.box(), 0.0, plan.dim, out->position, &out->fixed);
   apply_fixed_particles(plan.spec.fixed_particles, out->particles, &out->fixed);
 }
@@ -120,16 +112,14 @@ void perturb(const Plan& plan, Lattice* out) {
     if (out->fixed[i]) continue;
     const std::int64_t row = out->particles.first + static_cast<std::int64_t>(i);
     for (std::size_t k = 0; k < d; ++k)
-      out->position[i * d + k] +=
-          amplitude * (2 * hash_uniform(plan.spec.seed, Stream::perturbation, row, static_cast<std::int64_t>(k)) - 1);
+      out->position[i * d + k] += amplitude * (2 * hash_uniform(plan.spec.seed, Stream::perturbation, row, static_cast<std::int64_t>(k)) - 1);
   }
 }
 
 /// The spring of particle i with its upper neighbour j.
 void add_spring(const Plan& plan, std::int64_t i, std::int64_t j, const Neighbour& m, Lattice* out) {
   const GeneratorSpec& spec = plan.spec;
-  const bool stiff =
-      spec.stiff_fraction > 0 && hash_uniform(spec.seed, Stream::stiff_springs, i, j) < spec.stiff_fraction;
+  const bool stiff = spec.stiff_fraction > 0 && hash_uniform(spec.seed, Stream::stiff_springs, i, j) < spec.stiff_fraction;
   out->pairs.push_back(i);
   out->pairs.push_back(j);
   out->stiffness.push_back(repeated(spec.stiffness, m.shell) * (stiff ? spec.stiff_factor : 1.0));

@@ -15,27 +15,27 @@ namespace bs {
 /// files that carry no such data, too.
 struct GeneratorSpec {
   LatticeType type = LatticeType::none;
-  std::vector<std::int64_t> size;             ///< particles (bcc, fcc: cubic cells of 2, 4 particles) along x[, y[, z]]
-  int dim = 0;                                ///< d; 0: the type's default
-  std::vector<double> spacing{1.0};           ///< along x[, y[, z]] [m]; bcc, fcc: edge of the cubic cell
-  int neighbors = 0;                          ///< springs of an inner particle; 0: the type's default
-  double rest_length_factor = 1;              ///< rest length = unperturbed distance times this
-  double perturbation = 0;                    ///< largest random shift of a free particle along each axis [m]
-  std::int64_t seed = 1;                      ///< of the perturbation and of the choice of stiff springs
-  std::vector<double> origin;                 ///< lower corner [m]
-  double stiff_fraction = 0;                  ///< share of springs made stiffer, 0 to 1
-  double stiff_factor = 1;                    ///< how many times stiffer
-  double total_mass = 0;                      ///< shared evenly by all particles, fixed ones too [kg]; 0: not given
-  double particle_mass = 0;                   ///< of each particle [kg]; 0: from the total mass, else 1
-  double radius = 0;                          ///< of each particle [m]; 0: not given
-  std::vector<double> stiffness{1000.0};      ///< hooke [N/m], strain [N], per neighbour class
-  std::vector<double> damping{0.0};           ///< [kg/s], per neighbour class
-  double angle_stiffness = 0;                 ///< of an angle spring over every three particles along a line [N m/rad^2]; 0: none
-  double rest_angle = 3.14159265358979323846; ///< of these [rad]
-  std::vector<std::string> fixed;             ///< faces: xmin, xmax, ymin, ...
-  std::vector<std::int64_t> fixed_particles;  ///< 0-based rows
-  std::vector<double> velocity;               ///< uniform part u of v = u + A x, x unperturbed [m/s]
-  std::vector<double> velocity_gradient;      ///< A (d, d) row by row [1/s], or empty
+  std::vector<std::int64_t> size;              ///< particles (bcc, fcc: cubic cells of 2, 4 particles) along x[, y[, z]]
+  int dim = 0;                                 ///< d; 0: the type's default
+  std::vector<double> spacing{1.0};            ///< along x[, y[, z]] [m]; bcc, fcc: edge of the cubic cell
+  int neighbors = 0;                           ///< springs of an inner particle; 0: the type's default
+  double rest_length_factor = 1;               ///< rest length = unperturbed distance times this
+  double perturbation = 0;                     ///< largest random shift of a free particle along each axis [m]
+  std::int64_t seed = 1;                       ///< of the perturbation and of the choice of stiff springs
+  std::vector<double> origin;                  ///< lower corner [m]
+  double stiff_fraction = 0;                   ///< share of springs made stiffer, 0 to 1
+  double stiff_factor = 1;                     ///< how many times stiffer
+  double total_mass = 0;                       ///< shared evenly by all particles, fixed ones too [kg]; 0: not given
+  double particle_mass = 0;                    ///< of each particle [kg]; 0: from the total mass, else 1
+  double radius = 0;                           ///< of each particle [m]; 0: not given
+  std::vector<double> stiffness{1000.0};       ///< hooke [N/m], strain [N], per neighbour class
+  std::vector<double> damping{0.0};            ///< [kg/s], per neighbour class
+  double angle_stiffness = 0;                  ///< of an angle spring over every three particles along a line [N m/rad^2]; 0: none
+  double rest_angle = 3.14159265358979323846;  ///< of these [rad]
+  std::vector<std::string> fixed;              ///< faces: xmin, xmax, ymin, ...
+  std::vector<std::int64_t> fixed_particles;   ///< 0-based rows
+  std::vector<double> velocity;                ///< uniform part u of v = u + A x, x unperturbed [m/s]
+  std::vector<double> velocity_gradient;       ///< A (d, d) row by row [1/s], or empty
 
   /// Reads the -bs_lattice_ options; V is bs::Section or has the same readers.
   template <class V>
@@ -76,8 +76,7 @@ template <class V>
 void read_list(V& o, const char* name, const char* help, int max, std::vector<double>& list) {
   double values[9] = {};
   int count = 0;
-  for (; count < static_cast<int>(list.size()) && count < max; ++count)
-    values[count] = list[static_cast<std::size_t>(count)];
+  for (; count < static_cast<int>(list.size()) && count < max; ++count) values[count] = list[static_cast<std::size_t>(count)];
   if (o.reals(name, help, values, max, &count)) list.assign(values, values + count);
 }
 
@@ -85,11 +84,9 @@ template <class V>
 void GeneratorSpec::options(V& o) {
   int index = static_cast<int>(type);
   std::int64_t d = dim, n = neighbors;
-  if (o.choice("-bs_lattice_type", "regular lattice to generate", lattice_type_names(), index))
-    type = static_cast<LatticeType>(index);
+  if (o.choice("-bs_lattice_type", "regular lattice to generate", lattice_type_names(), index)) type = static_cast<LatticeType>(index);
   o.integers("-bs_lattice_size", "particles (bcc, fcc: cubic cells) along x[,y[,z]]; the last number repeats", size);
-  if (o.integer("-bs_lattice_dim", "dimensions d of space, 1 to 3 (0: the type's own)", d))
-    dim = d < 0 || d > 3 ? -1 : static_cast<int>(d);
+  if (o.integer("-bs_lattice_dim", "dimensions d of space, 1 to 3 (0: the type's own)", d)) dim = d < 0 || d > 3 ? -1 : static_cast<int>(d);
   read_list(o, "-bs_lattice_spacing", "distance of neighbours along x[,y[,z]]; bcc, fcc: cell edge [m]", 3, spacing);
   if (o.integer("-bs_lattice_neighbors",
                 "springs of an inner particle (0: the type's own): square 4, 8; cloth 4, 8, 12; cubic 6, 18, 26; "
@@ -97,19 +94,18 @@ void GeneratorSpec::options(V& o) {
                 n))
     neighbors = n < 0 || n > 100 ? -1 : static_cast<int>(n);
   // 0 means not given; a 0 that was written is turned into what check() refuses.
-  if (o.real("-bs_lattice_total_mass", "mass of the whole, shared evenly [kg]", total_mass) && total_mass == 0)
-    total_mass = -1;
-  if (o.real("-bs_lattice_particle_mass", "mass of each particle, 1 where no mass is given [kg]", particle_mass) &&
-      particle_mass == 0)
+  if (o.real("-bs_lattice_total_mass", "mass of the whole, shared evenly [kg]", total_mass) && total_mass == 0) total_mass = -1;
+  if (o.real("-bs_lattice_particle_mass", "mass of each particle, 1 where no mass is given [kg]", particle_mass) && particle_mass == 0)
     particle_mass = -1;
-  read_list(
-      o, "-bs_lattice_stiffness",
-      "stiffness of axis, face diagonal, body diagonal springs (cloth: structural, shear, bend; bcc, fcc: nearest "
-      "first); the last repeats [N/m, strain law: N]",
-      3, stiffness);
+  read_list(o, "-bs_lattice_stiffness",
+            "stiffness of axis, face diagonal, body diagonal springs (cloth: structural, shear, bend; bcc, fcc: nearest "
+            "first); the last repeats [N/m, strain law: N]",
+            3, stiffness);
   read_list(o, "-bs_lattice_damping", "damping of the same classes of springs [kg/s]", 3, damping);
-  o.real("-bs_angle_stiffness", "chain, square, cloth, cubic: stiffness of an angle spring over every three neighbours along a line, "
-         "0: none [N m/rad^2]", angle_stiffness);
+  o.real("-bs_angle_stiffness",
+         "chain, square, cloth, cubic: stiffness of an angle spring over every three neighbours along a line, "
+         "0: none [N m/rad^2]",
+         angle_stiffness);
   o.real("-bs_rest_angle", "angle at which those springs rest, pi: a straight line [rad]", rest_angle);
   o.real("-bs_lattice_rest_length_factor", "rest length / unperturbed distance, >= 0", rest_length_factor);
   o.texts("-bs_lattice_fixed", "faces whose particles are fixed: xmin,xmax,ymin,ymax,zmin,zmax", fixed);
@@ -118,8 +114,7 @@ void GeneratorSpec::options(V& o) {
   o.integer("-bs_lattice_seed", "seed of the perturbation and of the stiff springs", seed);
   read_list(o, "-bs_lattice_origin", "lower corner of the lattice [m]", 3, origin);
   read_list(o, "-bs_lattice_velocity", "initial velocity u of v = u + A x [m/s]", 3, velocity);
-  read_list(o, "-bs_lattice_velocity_gradient", "A of v = u + A x, x unperturbed: d x d numbers, row by row [1/s]", 9,
-            velocity_gradient);
+  read_list(o, "-bs_lattice_velocity_gradient", "A of v = u + A x, x unperturbed: d x d numbers, row by row [1/s]", 9, velocity_gradient);
   o.real("-bs_lattice_radius", "radius of each particle (0: none given) [m]", radius);
   o.real("-bs_lattice_stiff_fraction", "share of springs, chosen at random, made stiffer, 0 to 1", stiff_fraction);
   o.real("-bs_lattice_stiff_factor", "how many times stiffer those are", stiff_factor);

@@ -17,20 +17,17 @@ bool holds(double value, Need need) {
   return std::isfinite(value) && (need == Need::finite || value > 0 || (need == Need::nonnegative && value == 0));
 }
 
-const char* words(Need need) {
-  return need == Need::finite ? "a finite number" : need == Need::positive ? "a number > 0" : "a number >= 0";
-}
+const char* words(Need need) { return need == Need::finite ? "a finite number" : need == Need::positive ? "a number > 0" : "a number >= 0"; }
 
 std::string check_number(const char* option, double value, Need need) {
   if (holds(value, need)) return {};
   return std::string(option) + " " + short_number(value) + ": write " + words(need);
 }
 
-std::string check_list(const char* option, const std::vector<double>& list, std::size_t least, std::size_t most,
-                       Need need) {
+std::string check_list(const char* option, const std::vector<double>& list, std::size_t least, std::size_t most, Need need) {
   if (list.size() < least || list.size() > most)
-    return std::string(option) + " has " + std::to_string(list.size()) + " numbers: write " +
-           (least == most ? "" : std::to_string(least) + " to ") + std::to_string(most);
+    return std::string(option) + " has " + std::to_string(list.size()) + " numbers: write " + (least == most ? "" : std::to_string(least) + " to ") +
+           std::to_string(most);
   for (const double value : list)
     if (!holds(value, need)) return check_number(option, value, need);
   return {};
@@ -48,13 +45,12 @@ std::string name_of(const GeneratorSpec& spec) { return type_info(spec.type).nam
 std::string check_size(const GeneratorSpec& spec) {
   const int axes = type_info(spec.type).axes;
   if (spec.size.empty())
-    return std::string("-bs_lattice_size is missing: write how many particles along ") +
-           (axes == 1   ? "x, as in -bs_lattice_size 10"
-            : axes == 2 ? "x,y, as in -bs_lattice_size 20,10"
-                        : "x,y,z, as in -bs_lattice_size 10,10,10");
+    return std::string("-bs_lattice_size is missing: write how many particles along ") + (axes == 1   ? "x, as in -bs_lattice_size 10"
+                                                                                          : axes == 2 ? "x,y, as in -bs_lattice_size 20,10"
+                                                                                                      : "x,y,z, as in -bs_lattice_size 10,10,10");
   if (static_cast<int>(spec.size.size()) > axes)
-    return "-bs_lattice_size has " + std::to_string(spec.size.size()) + " numbers: a " + name_of(spec) +
-           " lattice takes " + (axes == 1 ? "one" : "up to " + std::to_string(axes));
+    return "-bs_lattice_size has " + std::to_string(spec.size.size()) + " numbers: a " + name_of(spec) + " lattice takes " +
+           (axes == 1 ? "one" : "up to " + std::to_string(axes));
   for (const std::int64_t n : spec.size)
     if (n < 1) return "-bs_lattice_size " + std::to_string(n) + ": write whole numbers >= 1";
   // Room for 26 springs a particle.
@@ -68,8 +64,7 @@ std::string check_dim(const GeneratorSpec& spec) {
   const TypeInfo& info = type_info(spec.type);
   if (spec.dim == 0 || (spec.dim >= info.dim_min && spec.dim <= info.dim_max)) return {};
   std::string allowed = std::to_string(info.dim_min);
-  for (int d = info.dim_min + 1; d <= info.dim_max; ++d)
-    allowed += (d == info.dim_max ? " or " : ", ") + std::to_string(d);
+  for (int d = info.dim_min + 1; d <= info.dim_max; ++d) allowed += (d == info.dim_max ? " or " : ", ") + std::to_string(d);
   return std::string("-bs_lattice_dim: a ") + info.name + " lattice lives in d = " + allowed;
 }
 
@@ -83,8 +78,7 @@ std::string check_neighbors(const GeneratorSpec& spec) {
 
 /// Two particles can meet only if their shifts, 2 amplitude apart at most along each axis, span their offset.
 std::string check_perturbation(const GeneratorSpec& spec) {
-  if (!holds(spec.perturbation, Need::nonnegative))
-    return check_number("-bs_lattice_perturbation", spec.perturbation, Need::nonnegative);
+  if (!holds(spec.perturbation, Need::nonnegative)) return check_number("-bs_lattice_perturbation", spec.perturbation, Need::nonnegative);
   double limit = std::numeric_limits<double>::infinity();
   const Stencil stencil = make_stencil(spec.type, static_cast<int>(type_info(spec.type).shells.size()));
   for (const Site& kind : stencil.kinds)
@@ -94,17 +88,18 @@ std::string check_perturbation(const GeneratorSpec& spec) {
       limit = std::min(limit, widest / 2);
     }
   if (spec.perturbation < limit) return {};
-  return "-bs_lattice_perturbation " + short_number(spec.perturbation) + ": neighbours could meet; write less than " +
-         short_number(limit);
+  return "-bs_lattice_perturbation " + short_number(spec.perturbation) + ": neighbours could meet; write less than " + short_number(limit);
 }
 
 /// Rest angles are checked with those of files, when the dimension's own limits are known.
 std::string check_angles(const GeneratorSpec& spec) {
-  const bool lines = spec.type == LatticeType::chain || spec.type == LatticeType::square || spec.type == LatticeType::cloth ||
-                     spec.type == LatticeType::cubic;
+  const bool lines =
+      spec.type == LatticeType::chain || spec.type == LatticeType::square || spec.type == LatticeType::cloth || spec.type == LatticeType::cubic;
   if (spec.angle_stiffness == 0)
-    return spec.rest_angle == GeneratorSpec().rest_angle ? std::string() : "-bs_rest_angle is of springs that -bs_angle_stiffness makes: give it, too";
-  if (!lines) return "-bs_angle_stiffness: a " + name_of(spec) + " lattice has no lines of neighbours along the axes: use chain, square, cloth or cubic";
+    return spec.rest_angle == GeneratorSpec().rest_angle ? std::string()
+                                                         : "-bs_rest_angle is of springs that -bs_angle_stiffness makes: give it, too";
+  if (!lines)
+    return "-bs_angle_stiffness: a " + name_of(spec) + " lattice has no lines of neighbours along the axes: use chain, square, cloth or cubic";
   if (dimension(spec) < 2) return "-bs_angle_stiffness: one dimension has no angles: write -bs_lattice_dim 2 or 3";
   return first_of({check_number("-bs_angle_stiffness", spec.angle_stiffness, Need::nonnegative),
                    check_number("-bs_rest_angle", spec.rest_angle, Need::positive)});
@@ -122,36 +117,32 @@ std::string check_particle_data(const GeneratorSpec& spec, int dim, int axes, st
     return "-bs_lattice_particle_mass must be > 0 and finite: write the mass of each particle in kg";
   for (const std::int64_t id : spec.fixed_particles)
     if (id < 0 || id >= total)
-      return "-bs_lattice_fixed_particles " + std::to_string(id) +
-             ": there is no such particle; write numbers from 0 to " + std::to_string(total - 1);
+      return "-bs_lattice_fixed_particles " + std::to_string(id) + ": there is no such particle; write numbers from 0 to " +
+             std::to_string(total - 1);
   if (!spec.velocity_gradient.empty() && spec.velocity_gradient.size() != d * d)
-    return "-bs_lattice_velocity_gradient has " + std::to_string(spec.velocity_gradient.size()) + " numbers: write " +
-           std::to_string(d * d) + ", A row by row";
+    return "-bs_lattice_velocity_gradient has " + std::to_string(spec.velocity_gradient.size()) + " numbers: write " + std::to_string(d * d) +
+           ", A row by row";
   Faces faces = 0;
   return first_of({check_number("-bs_lattice_radius", spec.radius, Need::nonnegative),
                    check_list("-bs_lattice_stiffness", spec.stiffness, 1, 3, Need::nonnegative),
                    check_list("-bs_lattice_damping", spec.damping, 1, 3, Need::nonnegative),
                    check_list("-bs_lattice_velocity", spec.velocity, 0, d, Need::finite),
-                   check_list("-bs_lattice_velocity_gradient", spec.velocity_gradient, 0, 9, Need::finite),
-                   parse_faces(spec.fixed, axes, &faces)});
+                   check_list("-bs_lattice_velocity_gradient", spec.velocity_gradient, 0, 9, Need::finite), parse_faces(spec.fixed, axes, &faces)});
 }
 
 std::string check(const GeneratorSpec& spec) {
   if (spec.type == LatticeType::none) return {};
   const TypeInfo& info = type_info(spec.type);
   const std::size_t axes = static_cast<std::size_t>(info.axes);
-  const std::string shape = first_of(
-      {check_size(spec), check_dim(spec), check_neighbors(spec),
-       check_list("-bs_lattice_spacing", spec.spacing, 1, axes, Need::positive),
-       check_list("-bs_lattice_origin", spec.origin, 0, static_cast<std::size_t>(dimension(spec)), Need::finite),
-       check_number("-bs_lattice_rest_length_factor", spec.rest_length_factor, Need::nonnegative),
-       check_number("-bs_lattice_stiff_fraction", spec.stiff_fraction, Need::nonnegative),
-       check_number("-bs_lattice_stiff_factor", spec.stiff_factor, Need::nonnegative)});
+  const std::string shape =
+      first_of({check_size(spec), check_dim(spec), check_neighbors(spec), check_list("-bs_lattice_spacing", spec.spacing, 1, axes, Need::positive),
+                check_list("-bs_lattice_origin", spec.origin, 0, static_cast<std::size_t>(dimension(spec)), Need::finite),
+                check_number("-bs_lattice_rest_length_factor", spec.rest_length_factor, Need::nonnegative),
+                check_number("-bs_lattice_stiff_fraction", spec.stiff_fraction, Need::nonnegative),
+                check_number("-bs_lattice_stiff_factor", spec.stiff_factor, Need::nonnegative)});
   if (!shape.empty()) return shape;
-  if (spec.stiff_fraction > 1)
-    return "-bs_lattice_stiff_fraction " + short_number(spec.stiff_fraction) + ": write a share from 0 to 1";
-  return first_of(
-      {check_perturbation(spec), check_angles(spec), check_particle_data(spec, dimension(spec), info.axes, particle_count(spec))});
+  if (spec.stiff_fraction > 1) return "-bs_lattice_stiff_fraction " + short_number(spec.stiff_fraction) + ": write a share from 0 to 1";
+  return first_of({check_perturbation(spec), check_angles(spec), check_particle_data(spec, dimension(spec), info.axes, particle_count(spec))});
 }
 
 }  // namespace bs

@@ -25,8 +25,7 @@ std::string parse_faces(const std::vector<std::string>& names, int axes, Faces* 
   return {};
 }
 
-void apply_faces(Faces faces, const Box& box, double depth, int dim, const std::vector<double>& position,
-                 std::vector<std::uint8_t>* fixed) {
+void apply_faces(Faces faces, const Box& box, double depth, int dim, const std::vector<double>& position, std::vector<std::uint8_t>* fixed) {
   for (int k = 0; k < dim; ++k) {
     const bool lower = faces >> (2 * k) & 1u, upper = faces >> (2 * k + 1) & 1u;
     if (!lower && !upper) continue;
@@ -44,9 +43,8 @@ void apply_fixed_particles(const std::vector<std::int64_t>& ids, const Rows& row
     if (id >= rows.first && id - rows.first < rows.count) (*fixed)[static_cast<std::size_t>(id - rows.first)] = 1;
 }
 
-void apply_velocity(const std::vector<double>& u, const std::vector<double>& gradient, int dim,
-                    const std::vector<double>& position, const std::vector<std::uint8_t>& fixed,
-                    std::vector<double>* velocity) {
+void apply_velocity(const std::vector<double>& u, const std::vector<double>& gradient, int dim, const std::vector<double>& position,
+                    const std::vector<std::uint8_t>& fixed, std::vector<double>* velocity) {
   const std::size_t d = static_cast<std::size_t>(dim), n = position.size() / d;
   velocity->assign(n * d, 0.0);
   for (std::size_t p = 0; p < n; ++p) {

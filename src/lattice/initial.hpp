@@ -22,16 +22,14 @@ std::string parse_faces(const std::vector<std::string>& names, int axes, Faces* 
 
 /// Sets fixed[p] = 1 for each particle not more than `depth` [m] inside one of `faces` (plus rounding);
 /// position is (n, dim), fixed (n).
-void apply_faces(Faces faces, const Box& box, double depth, int dim, const std::vector<double>& position,
-                 std::vector<std::uint8_t>* fixed);
+void apply_faces(Faces faces, const Box& box, double depth, int dim, const std::vector<double>& position, std::vector<std::uint8_t>* fixed);
 
 /// Sets fixed = 1 for the global rows in `ids` that lie in the chunk `rows`; others are passed over.
 void apply_fixed_particles(const std::vector<std::int64_t>& ids, const Rows& rows, std::vector<std::uint8_t>* fixed);
 
 /// v = u + A x [m/s], 0 for fixed particles. position and velocity are (n, dim), `u` up to dim numbers (the rest 0),
 /// `gradient` A is (dim, dim) row by row [1/s] or empty; `fixed` (n) or empty.
-void apply_velocity(const std::vector<double>& u, const std::vector<double>& gradient, int dim,
-                    const std::vector<double>& position, const std::vector<std::uint8_t>& fixed,
-                    std::vector<double>* velocity);
+void apply_velocity(const std::vector<double>& u, const std::vector<double>& gradient, int dim, const std::vector<double>& position,
+                    const std::vector<std::uint8_t>& fixed, std::vector<double>* velocity);
 
 }  // namespace bs

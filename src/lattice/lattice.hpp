@@ -26,7 +26,7 @@ struct InteractionRows {
   std::vector<double> parameter;   ///< (count, parameters)
 };
 
-/// Places in the registry of laws (laws/springs/registry.hpp), of which there are more: these are named because the program asks
+/// Places in the registry of laws (physics/pair/springs/registry.hpp), of which there are more: these are named because the program asks
 /// for them.
 enum class SpringLaw : int { hooke, strain };
 enum class DampingLaw : int { axial, simple };
@@ -40,37 +40,37 @@ struct SpringColumn {
 
 /// Units: SI unless the user thinks otherwise; the program never converts.
 struct Lattice {
-  int dim = 3;                   ///< d = 1, 2, 3
-  std::string source;            ///< file or generator, for messages
+  int dim = 3;         ///< d = 1, 2, 3
+  std::string source;  ///< file or generator, for messages
   // particles
   Rows particles;
-  std::vector<double> position;  ///< (count, d)
-  std::vector<double> velocity;  ///< (count, d)
-  std::vector<double> mass;      ///< (count)
-  std::vector<double> radius;    ///< (count), or empty: not given
+  std::vector<double> position;     ///< (count, d)
+  std::vector<double> velocity;     ///< (count, d)
+  std::vector<double> mass;         ///< (count)
+  std::vector<double> radius;       ///< (count), or empty: not given
   std::vector<std::uint8_t> fixed;  ///< (count) 1: fixed
-  std::vector<std::int64_t> id;  ///< (count) the user's numbers, or empty: the row's index, 0-based
+  std::vector<std::int64_t> id;     ///< (count) the user's numbers, or empty: the row's index, 0-based
   // springs; ends are rows of the whole lattice, 0-based
   Rows springs;
-  std::vector<std::int64_t> pairs;   ///< (count, 2)
-  std::vector<double> stiffness;     ///< (count) hooke [N/m], strain [N], zero rest length [N/m]
-  std::vector<double> rest_length;   ///< (count) [m]; NaN: the initial distance, filled in later
-  std::vector<double> damping;       ///< (count) [kg/s]
-  bool law_by_row = false;           ///< spring_laws holds a law for each spring; the same on every rank
-  std::vector<std::uint8_t> spring_laws;    ///< (count) places in the registry, or empty: all obey spring_law
-  std::vector<SpringColumn> spring_columns; ///< the same names in the same order on every rank
+  std::vector<std::int64_t> pairs;           ///< (count, 2)
+  std::vector<double> stiffness;             ///< (count) hooke [N/m], strain [N], zero rest length [N/m]
+  std::vector<double> rest_length;           ///< (count) [m]; NaN: the initial distance, filled in later
+  std::vector<double> damping;               ///< (count) [kg/s]
+  bool law_by_row = false;                   ///< spring_laws holds a law for each spring; the same on every rank
+  std::vector<std::uint8_t> spring_laws;     ///< (count) places in the registry, or empty: all obey spring_law
+  std::vector<SpringColumn> spring_columns;  ///< the same names in the same order on every rank
   // springs to fixed points (or to points that move as given)
   Rows anchors;
-  std::vector<std::int64_t> anchor_particle;  ///< (count)
-  std::vector<double> anchor_point;           ///< (count, d)
+  std::vector<std::int64_t> anchor_particle;                                 ///< (count)
+  std::vector<double> anchor_point;                                          ///< (count, d)
   std::vector<double> anchor_stiffness, anchor_rest_length, anchor_damping;  ///< (count)
-  // interactions of several particles, by kind (laws/interactions/registry.hpp); kinds left out have no rows
+  // interactions of several particles, by kind (physics/interactions/registry.hpp); kinds left out have no rows
   std::vector<InteractionRows> interactions;
   // how the springs are to be understood
   SpringLaw spring_law = SpringLaw::hooke;  ///< of springs without a law of their own, and of anchors
   DampingLaw damping_law = DampingLaw::axial;
   bool spring_law_given = false, damping_law_given = false;  ///< said by the file, not assumed
-  bool rest_at_zero_length = false;  ///< a spring of zero length exerts no force instead of being an error
+  bool rest_at_zero_length = false;                          ///< a spring of zero length exerts no force instead of being an error
   /// Options the input implies ("-bs_gravity", "0,-9.8"): put in force where the user set none. Values by %.17g.
   std::vector<std::pair<std::string, std::string>> implied_options;
   std::vector<std::string> warnings;  ///< one line each, told once

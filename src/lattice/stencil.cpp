@@ -23,8 +23,7 @@ const TypeInfo& type_info(LatticeType type) {
 const std::vector<std::string>& lattice_type_names() {
   static const std::vector<std::string> names = [] {
     std::vector<std::string> all;
-    for (int t = 0; t <= static_cast<int>(LatticeType::fcc); ++t)
-      all.emplace_back(type_info(static_cast<LatticeType>(t)).name);
+    for (int t = 0; t <= static_cast<int>(LatticeType::fcc); ++t) all.emplace_back(type_info(static_cast<LatticeType>(t)).name);
     return all;
   }();
   return names;
@@ -67,8 +66,7 @@ int shell_of(const TypeInfo& info, int shells, double r2) {
 /// Appends the neighbours of kind `from` that lie `cell` cells away.
 void look_at_cell(const TypeInfo& info, int shells, const int (&cell)[3], std::size_t from, Stencil* s) {
   for (int site = 0; site < s->sites; ++site) {
-    const std::size_t kind =
-        s->staggered ? (from + static_cast<std::size_t>(cell[1] & 1)) % 2 : static_cast<std::size_t>(site);
+    const std::size_t kind = s->staggered ? (from + static_cast<std::size_t>(cell[1] & 1)) % 2 : static_cast<std::size_t>(site);
     Neighbour n{{cell[0], cell[1], cell[2]}, site, 0, {}};
     double r2 = 0;
     for (int k = 0; k < 3; ++k) {

@@ -28,8 +28,7 @@ class XspParser {
     }
     if (!error_.empty()) return false;
     if (line_ == 0) return fail("the file is empty: an XSpringies scene begins with #1.0", 1);
-    if (scene_.masses.empty())
-      return fail("the scene has no mass: write at least one 'mass id x y vx vy mass elasticity'");
+    if (scene_.masses.empty()) return fail("the scene has no mass: write at least one 'mass id x y vx vy mass elasticity'");
     return true;
   }
 
@@ -52,8 +51,7 @@ class XspParser {
 
   void read_line(const std::string& line) {
     if (line_ == 1) {
-      if (line.compare(0, 4, "#1.0") != 0)
-        fail("the file begins with '" + printable(line) + "': an XSpringies scene begins with #1.0");
+      if (line.compare(0, 4, "#1.0") != 0) fail("the file begins with '" + printable(line) + "': an XSpringies scene begins with #1.0");
       return;
     }
     split(line);
@@ -61,10 +59,9 @@ class XspParser {
     for (const Record* r = records_; r->word; ++r) {
       if (words_[0] != r->word) continue;
       if (words_.size() < r->least + 1)
-        fail(words_[0] + " has " + std::to_string(words_.size() - 1) + " of its " + std::to_string(r->least) +
-             " numbers: write '" + words_[0] + " " + r->numbers + "'");
-      else if (r->take)
-        (this->*r->take)();
+        fail(words_[0] + " has " + std::to_string(words_.size() - 1) + " of its " + std::to_string(r->least) + " numbers: write '" + words_[0] + " " +
+             r->numbers + "'");
+      else if (r->take) (this->*r->take)();
       return;
     }
     note_unknown(words_[0]);
@@ -96,15 +93,12 @@ class XspParser {
     if (word.size() > 1 && word[0] == '+' && word[1] != '-') ++begin;
     T value{};
     const auto [end, code] = std::from_chars(begin, word.data() + word.size(), value);
-    if (code == std::errc() && end == word.data() + word.size() && std::isfinite(static_cast<double>(value)))
-      return value;
+    if (code == std::errc() && end == word.data() + word.size() && std::isfinite(static_cast<double>(value))) return value;
     fail(words_[0] + ": " + what + " is '" + printable(word) + "': write " + kind);
     return T{};
   }
   double real(std::size_t k, const char* what) { return number<double>(k, what, "a finite number"); }
-  std::int64_t integer(std::size_t k, const char* what) {
-    return number<std::int64_t>(k, what, "a whole number of at most 18 digits");
-  }
+  std::int64_t integer(std::size_t k, const char* what) { return number<std::int64_t>(k, what, "a whole number of at most 18 digits"); }
   double nonnegative(std::size_t k, const char* what) {
     const double value = real(k, what);
     if (value < 0) fail(words_[0] + ": " + what + " is " + printable(words_[k]) + ": write a number >= 0");
@@ -120,24 +114,21 @@ class XspParser {
     }
     const auto [at, fresh] = scene_.row_of.emplace(m.id, static_cast<std::int64_t>(scene_.masses.size()));
     if (!fresh)
-      fail("mass " + std::to_string(m.id) + " was given on line " +
-           std::to_string(scene_.masses[static_cast<std::size_t>(at->second)].line) + " already: write another id");
+      fail("mass " + std::to_string(m.id) + " was given on line " + std::to_string(scene_.masses[static_cast<std::size_t>(at->second)].line) +
+           " already: write another id");
     scene_.masses.push_back(m);
   }
 
   void take_spring() {
-    scene_.springs.push_back({integer(1, "id"), integer(2, "first mass"), integer(3, "second mass"), line_,
-                              nonnegative(4, "stiffness"), nonnegative(5, "damping"), nonnegative(6, "rest length")});
+    scene_.springs.push_back({integer(1, "id"), integer(2, "first mass"), integer(3, "second mass"), line_, nonnegative(4, "stiffness"),
+                              nonnegative(5, "damping"), nonnegative(6, "rest length")});
   }
 
   void take_force() {
     const std::int64_t k = integer(1, "number of the force");
-    const XspForce force{integer(2, "switch") > 0, words_.size() > 3 ? real(3, "value") : 0.0,
-                         words_.size() > 4 ? real(4, "misc") : 0.0};
-    if (k >= 0 && k <= 4)
-      scene_.force[k] = force;
-    else
-      note_unknown("frce " + std::to_string(k));
+    const XspForce force{integer(2, "switch") > 0, words_.size() > 3 ? real(3, "value") : 0.0, words_.size() > 4 ? real(4, "misc") : 0.0};
+    if (k >= 0 && k <= 4) scene_.force[k] = force;
+    else note_unknown("frce " + std::to_string(k));
   }
 
   void take_center() { scene_.center = integer(1, "id"); }
@@ -179,11 +170,9 @@ const XspParser::Record XspParser::records_[] = {{"mass", 7, "id x y vx vy mass 
 
 }  // namespace
 
-bool parse_xsp(const std::string& text, const std::string& name, double width, double height, Lattice* out,
-               std::string* error) {
+bool parse_xsp(const std::string& text, const std::string& name, double width, double height, Lattice* out, std::string* error) {
   if (!(width > 0 && height > 0 && std::isfinite(width) && std::isfinite(height))) {
-    *error =
-        name + ": the window is " + short_number(width) + " x " + short_number(height) + " pixels: both must be > 0";
+    *error = name + ": the window is " + short_number(width) + " x " + short_number(height) + " pixels: both must be > 0";
     return false;
   }
   XspParser parser(name);

@@ -14,7 +14,6 @@ constexpr double XSP_WIDTH = 642, XSP_HEIGHT = 550;
 /// the order of the file's mass records, the file's ids in out->id, forces that are on as out->implied_options. A mass
 /// < 0 in the file is a fixed particle of that size, 0 is 1; springs to unknown masses or from a mass to itself are
 /// dropped with a warning. On failure returns false and sets `*error` to one line "name:line: what is wrong".
-bool parse_xsp(const std::string& text, const std::string& name, double width, double height, Lattice* out,
-               std::string* error);
+bool parse_xsp(const std::string& text, const std::string& name, double width, double height, Lattice* out, std::string* error);
 
 }  // namespace bs

@@ -39,8 +39,7 @@ struct Dropped {
   }
   void warn(const std::string& name, const std::string& reason, Lattice* out) const {
     if (count == 0) return;
-    out->warnings.push_back(name + ":" + std::to_string(first->line) + ": spring " + std::to_string(first->id) + " " +
-                            reason + ": dropped" +
+    out->warnings.push_back(name + ":" + std::to_string(first->line) + ": spring " + std::to_string(first->id) + " " + reason + ": dropped" +
                             (count > 1 ? ", and " + std::to_string(count - 1) + " more like it" : std::string()));
   }
 };
@@ -79,8 +78,7 @@ void add_center(const XspScene& scene, const std::string& name, double width, do
     return;
   }
   if (scene.center != -1)
-    out->warnings.push_back(name + ": cent " + std::to_string(scene.center) +
-                            " names no mass: the middle of the window is the centre");
+    out->warnings.push_back(name + ": cent " + std::to_string(scene.center) + " names no mass: the middle of the window is the centre");
   out->implied_options.emplace_back("-bs_xsp_attraction_center", pair_of(width / 2, height / 2));
 }
 

@@ -24,7 +24,7 @@ namespace {
 /// One file under one of its names.
 struct Named {
   std::string option, path;
-  std::string given;   ///< the name that the option gave, where `path` is one the program makes of it
+  std::string given;     ///< the name that the option gave, where `path` is one the program makes of it
   bool restart = false;  ///< what a checkpoint may be: the one before it
   std::string text() const { return option + " " + (given.empty() ? path : given + " (with " + path + " beside it)"); }
 };
@@ -89,8 +89,7 @@ std::string clash(const RunFiles& files) {
       const bool same_option = one.option == other.option;
       // a run killed while a checkpoint takes its place leaves one file under both names
       const bool may_be_one = same_option && (one.path == other.path || one.path == other.path + ".previous");
-      if (!may_be_one && same_file(one.path, other.path))
-        return one.text() + " and " + other.text() + " are one file: give another " + one.option;
+      if (!may_be_one && same_file(one.path, other.path)) return one.text() + " and " + other.text() + " are one file: give another " + one.option;
     }
   }
   return {};

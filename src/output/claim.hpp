@@ -11,10 +11,10 @@ namespace bs {
 /// What the options name; empty: none.
 struct RunFiles {
   std::string output, checkpoint, report;
-  std::string restart;      ///< the checkpoint that is read
-  bool xdmf = true;         ///< output + ".xdmf" is kept, too
-  bool overwrite = false;   ///< -bs_overwrite
-  bool resumes = false;     ///< an output that exists is gone on with, not replaced
+  std::string restart;     ///< the checkpoint that is read
+  bool xdmf = true;        ///< output + ".xdmf" is kept, too
+  bool overwrite = false;  ///< -bs_overwrite
+  bool resumes = false;    ///< an output that exists is gone on with, not replaced
 };
 
 class Claim {

@@ -48,10 +48,12 @@ bool copy_rows(hid_t from, hid_t to, const std::string& path, hsize_t first, hsi
   hsize_t at[H5S_MAX_RANK] = {0};
   for (hsize_t k = first; k < last; ++k) {
     at[0] = k;
-    if (H5Sselect_hyperslab(space, H5S_SELECT_SET, at, nullptr, extent, nullptr) < 0 || H5Dread(set, type, memory, space, H5P_DEFAULT, row.data()) < 0)
+    if (H5Sselect_hyperslab(space, H5S_SELECT_SET, at, nullptr, extent, nullptr) < 0 ||
+        H5Dread(set, type, memory, space, H5P_DEFAULT, row.data()) < 0)
       return true;  // half a frame of a killed run
     at[0] = k - first;
-    if (H5Sselect_hyperslab(wide, H5S_SELECT_SET, at, nullptr, extent, nullptr) < 0 || H5Dwrite(made, type, memory, wide, H5P_DEFAULT, row.data()) < 0)
+    if (H5Sselect_hyperslab(wide, H5S_SELECT_SET, at, nullptr, extent, nullptr) < 0 ||
+        H5Dwrite(made, type, memory, wide, H5P_DEFAULT, row.data()) < 0)
       return false;
   }
   return true;
@@ -107,8 +109,10 @@ PetscErrorCode Trajectory::Impl::cut_tail() {
     std::string reason;
     kept = keep_tail(target, mark, &reason);
     if (!reason.empty())
-      fault.note(0, "cannot keep what " + options.file + " holds after the checkpoint until the next frame is written: " + reason +
-                        ": the trajectory is as it was", Exit::io);
+      fault.note(0,
+                 "cannot keep what " + options.file + " holds after the checkpoint until the next frame is written: " + reason +
+                     ": the trajectory is as it was",
+                 Exit::io);
   }
   PetscCall(agree(comm, fault));
   // The clock first, and on disk: whoever trusts its length then finds every row, also if the run ends here.

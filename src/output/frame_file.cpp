@@ -27,7 +27,7 @@ PetscErrorCode Trajectory::Impl::open(const std::string& name) {
   PetscCall(PetscViewerSetType(viewer, PETSCVIEWERHDF5));
   PetscCall(PetscViewerFileSetMode(viewer, FILE_MODE_UPDATE));
   PetscCall(PetscViewerHDF5SetBaseDimension2(viewer, PETSC_TRUE));  // d = 1: (T, N, 1)
-  PetscCall(PetscViewerSetFromOptions(viewer));                    // -viewer_hdf5_collective, -viewer_hdf5_sp_output
+  PetscCall(PetscViewerSetFromOptions(viewer));                     // -viewer_hdf5_collective, -viewer_hdf5_sp_output
   PetscCall(PetscViewerFileSetName(viewer, name.c_str()));
   PetscCall(PetscViewerHDF5GetFileId(viewer, &file));
   PetscFunctionReturn(0);
@@ -47,12 +47,12 @@ PetscErrorCode Trajectory::Impl::check(const std::vector<Field>& fields, const s
   PetscCheck(fields.size() == groups.size() && given.size() == names.size(), PETSC_COMM_SELF, PETSC_ERR_ARG_SIZ,
              "a frame needs the fields and observables of the first one");
   for (std::size_t i = 0; i < fields.size(); ++i)
-    PetscCheck(fields[i].group == groups[i], PETSC_COMM_SELF, PETSC_ERR_ARG_WRONG, "field %s where %s was",
-               fields[i].group.c_str(), groups[i].c_str());
+    PetscCheck(fields[i].group == groups[i], PETSC_COMM_SELF, PETSC_ERR_ARG_WRONG, "field %s where %s was", fields[i].group.c_str(),
+               groups[i].c_str());
   for (std::size_t i = 0; i < given.size(); ++i) {
     const std::size_t width = observables[i].width() > 0 ? static_cast<std::size_t>(observables[i].width()) : 1;
-    PetscCheck(given[i].name == names[i] && given[i].value.size() == width, PETSC_COMM_SELF, PETSC_ERR_ARG_WRONG,
-               "observable %s where %s was", given[i].name.c_str(), names[i].c_str());
+    PetscCheck(given[i].name == names[i] && given[i].value.size() == width, PETSC_COMM_SELF, PETSC_ERR_ARG_WRONG, "observable %s where %s was",
+               given[i].name.c_str(), names[i].c_str());
   }
   PetscFunctionReturn(0);
 }
@@ -133,8 +133,7 @@ PetscErrorCode Trajectory::Impl::write_log() {
   PetscFunctionReturn(0);
 }
 
-PetscErrorCode Trajectory::Impl::write(std::int64_t at, double now, const std::vector<Field>& fields,
-                                       const std::vector<Observable>& given) {
+PetscErrorCode Trajectory::Impl::write(std::int64_t at, double now, const std::vector<Field>& fields, const std::vector<Observable>& given) {
   const std::vector<double> open_box(static_cast<std::size_t>(columns), 0.0);
   std::int64_t bytes = 0;
 

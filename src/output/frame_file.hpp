@@ -31,10 +31,10 @@ struct Trajectory::Impl {
   std::int64_t frames = 0;
   bool usable = true;  ///< false after a failed write: only to be closed
 
-  std::vector<std::string> groups;       ///< of the fields, in the order of the first frame
-  std::vector<VecHandle> padded;         ///< per field; empty unless components are appended
-  std::vector<std::string> names;        ///< of the observables
-  std::vector<H5> values;                ///< per field, the dataset its frames are in
+  std::vector<std::string> groups;  ///< of the fields, in the order of the first frame
+  std::vector<VecHandle> padded;    ///< per field; empty unless components are appended
+  std::vector<std::string> names;   ///< of the observables
+  std::vector<H5> values;           ///< per field, the dataset its frames are in
   std::vector<Column> observables;
   Column step, time, edges;
   std::vector<Column> log;
@@ -79,15 +79,13 @@ struct Trajectory::Impl {
   PetscErrorCode make_room(std::int64_t more, std::int64_t bytes);
   /// Lets the stored end lie at least `bytes` behind what was allocated at the last flush.
   PetscErrorCode leave_room(std::int64_t bytes);
-  PetscErrorCode write(std::int64_t at, double now, const std::vector<Field>& fields,
-                       const std::vector<Observable>& given);
+  PetscErrorCode write(std::int64_t at, double now, const std::vector<Field>& fields, const std::vector<Observable>& given);
   PetscErrorCode write_log();
   /// Not collective. Brings the sidecar up to date; what hinders that is warned of once and does not end the run.
   PetscErrorCode write_xdmf(bool last);
   PetscErrorCode write_field(std::size_t index, const Field& field);
   /// Upper bound of what a frame adds to the file [bytes].
-  PetscErrorCode frame_bytes(const std::vector<Field>& fields, const std::vector<Observable>& given,
-                             std::int64_t* bytes) const;
+  PetscErrorCode frame_bytes(const std::vector<Field>& fields, const std::vector<Observable>& given, std::int64_t* bytes) const;
   PetscErrorCode put_unit(const std::string& dataset, const std::string& quantity);
   /// Closes datasets and file.
   PetscErrorCode close();

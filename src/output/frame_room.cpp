@@ -58,8 +58,7 @@ PetscErrorCode extend(hid_t set, std::int64_t frames) {
 
 }  // namespace
 
-PetscErrorCode Trajectory::Impl::frame_bytes(const std::vector<Field>& fields, const std::vector<Observable>& given,
-                                             std::int64_t* bytes) const {
+PetscErrorCode Trajectory::Impl::frame_bytes(const std::vector<Field>& fields, const std::vector<Observable>& given, std::int64_t* bytes) const {
   std::int64_t pending = static_cast<std::int64_t>(records.size()), width = 0;
 
   PetscFunctionBegin;

@@ -19,8 +19,8 @@ namespace bs {
 std::string h5_reason();
 
 /// A failed HDF5 call becomes a PETSc error with HDF5's own reason.
-#define BS_H5(call)                                                                          \
-  do {                                                                                       \
+#define BS_H5(call)                                                                         \
+  do {                                                                                      \
     if ((call) < 0) SETERRQ(PETSC_COMM_SELF, PETSC_ERR_LIB, "%s", bs::h5_reason().c_str()); \
   } while (0)
 

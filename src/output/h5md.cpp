@@ -93,13 +93,26 @@ std::string unit_of_quantity(const std::string& name, OutputUnits units) {
     int mass, length, time;
   };
   static const std::map<std::string, Powers> powers = {
-      {"position", {0, 1, 0}},       {"velocity", {0, 1, -1}},         {"force", {1, 1, -2}},
-      {"time", {0, 0, 1}},           {"mass", {1, 0, 0}},              {"radius", {0, 1, 0}},
-      {"kinetic_energy", {1, 2, -2}}, {"potential_energy", {1, 2, -2}}, {"total_energy", {1, 2, -2}},
-      {"momentum", {1, 1, -1}},      {"angular_momentum", {1, 2, -1}}, {"bonds_rest_length", {0, 1, 0}},
-      {"bonds_damping", {1, 0, -1}},  {"bonds_stiffness_2", {1, -1, -2}}, {"bonds_stiffness_3", {1, -2, -2}},
-      {"bonds_yield_force", {1, 1, -2}}, {"bonds_hardening", {1, 0, -2}}, {"plastic_stretch", {0, 1, 0}},
-      {"plastic_path", {0, 1, 0}},   {"dissipated_energy", {1, 2, -2}},
+      {"position", {0, 1, 0}},
+      {"velocity", {0, 1, -1}},
+      {"force", {1, 1, -2}},
+      {"time", {0, 0, 1}},
+      {"mass", {1, 0, 0}},
+      {"radius", {0, 1, 0}},
+      {"kinetic_energy", {1, 2, -2}},
+      {"potential_energy", {1, 2, -2}},
+      {"total_energy", {1, 2, -2}},
+      {"momentum", {1, 1, -1}},
+      {"angular_momentum", {1, 2, -1}},
+      {"bonds_rest_length", {0, 1, 0}},
+      {"bonds_damping", {1, 0, -1}},
+      {"bonds_stiffness_2", {1, -1, -2}},
+      {"bonds_stiffness_3", {1, -2, -2}},
+      {"bonds_yield_force", {1, 1, -2}},
+      {"bonds_hardening", {1, 0, -2}},
+      {"plastic_stretch", {0, 1, 0}},
+      {"plastic_path", {0, 1, 0}},
+      {"dissipated_energy", {1, 2, -2}},
   };
   const auto at = powers.find(name);
   if (at == powers.end() || units == OutputUnits::none) return {};

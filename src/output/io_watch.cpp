@@ -14,8 +14,7 @@ IoWatch::IoWatch(std::string before, std::string after) : before_(std::move(befo
 
 IoWatch::~IoWatch() { (void)PetscPopErrorHandler(); }
 
-PetscErrorCode IoWatch::handle(MPI_Comm, int, const char*, const char*, PetscErrorCode code, PetscErrorType type,
-                               const char* message, void* watch) {
+PetscErrorCode IoWatch::handle(MPI_Comm, int, const char*, const char*, PetscErrorCode code, PetscErrorType type, const char* message, void* watch) {
   auto* self = static_cast<IoWatch*>(watch);
   PetscMPIInt size = 1;
   if (code == ERR_TOLD || type != PETSC_ERROR_INITIAL || !self->reason_.empty()) return code;

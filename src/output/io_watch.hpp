@@ -21,8 +21,7 @@ class IoWatch {
   PetscErrorCode settle(MPI_Comm comm, PetscErrorCode code) const;
 
  private:
-  static PetscErrorCode handle(MPI_Comm, int, const char*, const char*, PetscErrorCode code, PetscErrorType type,
-                               const char* message, void* watch);
+  static PetscErrorCode handle(MPI_Comm, int, const char*, const char*, PetscErrorCode code, PetscErrorType type, const char* message, void* watch);
   std::string before_, after_, reason_;
 };
 

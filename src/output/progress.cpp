@@ -33,8 +33,7 @@ std::string progress_line(const RunState& state, double wall) {
   std::string line = format("t = %.6g s", state.time);
   // Rounded down: 100 % means the end.
   if (span > 0) line += format(" (%.0f %%)", std::floor(100 * (state.time - state.start) / span + 1e-9));
-  line += format(", step %lld, Newton %lld, Krylov %lld", (long long)state.steps, (long long)state.newton,
-                 (long long)state.krylov);
+  line += format(", step %lld, Newton %lld, Krylov %lld", (long long)state.steps, (long long)state.newton, (long long)state.krylov);
   if (state.rejected > 0) line += format(", rejected %lld", (long long)state.rejected);
   if (state.rejected > 0 && !state.reasons.empty()) line += " (" + state.reasons + ")";
   if (!std::isnan(state.energy)) line += format(", E = %.6g J", state.energy);
@@ -44,9 +43,8 @@ std::string progress_line(const RunState& state, double wall) {
 }
 
 std::string verdict_line(const RunState& state, double wall, const std::string& outcome) {
-  const std::string line = format("backspring: %s t=%.17g steps=%lld rejected=%lld newton=%lld krylov=%lld wall=%.3f", outcome.c_str(),
-                                  state.time, (long long)state.steps, (long long)state.rejected, (long long)state.newton,
-                                  (long long)state.krylov, wall);
+  const std::string line = format("backspring: %s t=%.17g steps=%lld rejected=%lld newton=%lld krylov=%lld wall=%.3f", outcome.c_str(), state.time,
+                                  (long long)state.steps, (long long)state.rejected, (long long)state.newton, (long long)state.krylov, wall);
   return state.warnings > 0 ? line + format(" warnings=%lld", (long long)state.warnings) : line;
 }
 

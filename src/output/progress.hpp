@@ -14,8 +14,8 @@ struct RunState {
   double time = 0, start = 0, end = 0;  ///< simulated [s]
   std::int64_t steps = 0, rejected = 0, newton = 0, krylov = 0;
   double energy = std::numeric_limits<double>::quiet_NaN();  ///< total, as last observed [J]; NaN: not shown
-  std::string reasons;                 ///< of the rejections, in words; may be empty
-  std::int64_t warnings = 0;           ///< what the run met and went on with
+  std::string reasons;                                       ///< of the rejections, in words; may be empty
+  std::int64_t warnings = 0;                                 ///< what the run met and went on with
 };
 
 /// "0.42 s", "1 min 05 s", "3 h 07 min", "2 d 04 h" of a wall time [s].

@@ -60,9 +60,7 @@ void Report::set(const std::string& key, std::int64_t value) { put(key, std::to_
 void Report::set(const std::string& key, bool value) { put(key, value ? "true" : "false"); }
 void Report::set(const std::string& key, const std::string& value) { put(key, json_string(value)); }
 void Report::set(const std::string& key, const std::vector<double>& values) { put(key, array_of(values, json_number)); }
-void Report::set(const std::string& key, const std::vector<std::string>& values) {
-  put(key, array_of(values, json_string));
-}
+void Report::set(const std::string& key, const std::vector<std::string>& values) { put(key, array_of(values, json_string)); }
 
 void Report::set(const std::string& key, const Report& inner) {
   std::string text = inner.json();
@@ -72,8 +70,7 @@ void Report::set(const std::string& key, const Report& inner) {
 
 std::string Report::json() const {
   std::string out = "{";
-  for (const auto& entry : entries_)
-    out += (out.size() > 1 ? ",\n  " : "\n  ") + json_string(entry.first) + ": " + entry.second;
+  for (const auto& entry : entries_) out += (out.size() > 1 ? ",\n  " : "\n  ") + json_string(entry.first) + ": " + entry.second;
   return out + (entries_.empty() ? "}" : "\n}");
 }
 

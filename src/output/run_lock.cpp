@@ -125,7 +125,8 @@ std::string RunLock::take(const std::string& file, const char* option, std::stri
         continue;
       }
       if (errno == EWOULDBLOCK) return give_up(busy(handle, file, option));
-      *warning = path + ": this file system has no locks (" + std::strerror(errno) + "): another host's run with the same " + option + " is not noticed";
+      *warning =
+          path + ": this file system has no locks (" + std::strerror(errno) + "): another host's run with the same " + option + " is not noticed";
       if (owner_lives(handle)) return give_up(busy(handle, file, option));
     }
     // whoever held it may have removed the name on the way out: then this lock is on a file that nobody else finds

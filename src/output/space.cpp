@@ -73,8 +73,7 @@ static int try_reserve(const std::string& file, std::int64_t bytes) {
   if (!result && fallocate(handle, FALLOC_FL_KEEP_SIZE, status.st_size, bytes)) result = errno;
   if (result == EOPNOTSUPP || result == ENOSYS) {
     result = 0;
-    if (fstatvfs(handle, &room) == 0 &&
-        static_cast<double>(room.f_bavail) * static_cast<double>(room.f_frsize) < static_cast<double>(bytes))
+    if (fstatvfs(handle, &room) == 0 && static_cast<double>(room.f_bavail) * static_cast<double>(room.f_frsize) < static_cast<double>(bytes))
       result = ENOSPC;
   }
   close(handle);

@@ -8,9 +8,9 @@ namespace bs {
 /// One row of /backspring/log.
 struct StepRecord {
   std::int64_t step = 0;
-  double time = 0, dt = 0;   ///< [s]
+  double time = 0, dt = 0;                            ///< [s]
   std::int64_t newton = 0, krylov = 0, rejected = 0;  ///< of this step alone
-  RejectionCounts reasons{};  ///< of its rejected attempts
+  RejectionCounts reasons{};                          ///< of its rejected attempts
 };
 
 }  // namespace bs

@@ -129,10 +129,10 @@ PetscErrorCode write_table(hid_t file, const Dataset& table) {
   const hsize_t rows = content.entries / static_cast<std::size_t>(std::max(1, table.columns));
 
   PetscFunctionBegin;
-  PetscCheck(table.path.size() > 1 && table.path[0] == '/', PETSC_COMM_SELF, PETSC_ERR_ARG_WRONG,
-             "dataset path %s is not absolute", table.path.c_str());
-  PetscCheck(table.first + static_cast<std::int64_t>(rows) <= table.total, PETSC_COMM_SELF, PETSC_ERR_ARG_SIZ,
-             "%s: more rows than the table has", table.path.c_str());
+  PetscCheck(table.path.size() > 1 && table.path[0] == '/', PETSC_COMM_SELF, PETSC_ERR_ARG_WRONG, "dataset path %s is not absolute",
+             table.path.c_str());
+  PetscCheck(table.first + static_cast<std::int64_t>(rows) <= table.total, PETSC_COMM_SELF, PETSC_ERR_ARG_SIZ, "%s: more rows than the table has",
+             table.path.c_str());
   const auto slash = table.path.rfind('/');
   if (slash > 0) {
     H5 group;

@@ -4,8 +4,8 @@
 
 #include <string>
 
-#include "model/model.hpp"
 #include "output/h5.hpp"
+#include "systems/model.hpp"
 
 namespace bs {
 

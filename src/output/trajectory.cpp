@@ -40,16 +40,14 @@ static PetscErrorCode write_constants(hid_t file, const std::vector<Dataset>& co
     if (!bonds && unit.empty() && table.attributes.empty()) continue;
     H5 set(H5Dopen2(file, table.path.c_str(), H5P_DEFAULT), H5Dclose);
     BS_H5(set);
-    if (bonds && H5Lexists(file, "/particles", H5P_DEFAULT) > 0)
-      PetscCall(put_reference(file, set, "particles_group", "/particles/trajectory"));
+    if (bonds && H5Lexists(file, "/particles", H5P_DEFAULT) > 0) PetscCall(put_reference(file, set, "particles_group", "/particles/trajectory"));
     if (!unit.empty()) PetscCall(put_attribute(set, "unit", unit));
     for (const auto& [name, text] : table.attributes) PetscCall(put_text(set, name.c_str(), text));
   }
   PetscFunctionReturn(0);
 }
 
-static PetscErrorCode write_head(hid_t file, MPI_Comm comm, int columns, OutputUnits units,
-                                 const std::vector<Dataset>& constants) {
+static PetscErrorCode write_head(hid_t file, MPI_Comm comm, int columns, OutputUnits units, const std::vector<Dataset>& constants) {
   PetscFunctionBegin;
   PetscCall(write_h5md(file, units != OutputUnits::none));
   if (columns > 0) PetscCall(write_box(file, columns));
@@ -78,8 +76,8 @@ PetscErrorCode Trajectory::Impl::publish() {
   PetscFunctionReturn(0);
 }
 
-PetscErrorCode Trajectory::create(MPI_Comm comm, const TrajectoryOptions& options, int dim,
-                                  const std::vector<Dataset>& constants, std::unique_ptr<Trajectory>* out) {
+PetscErrorCode Trajectory::create(MPI_Comm comm, const TrajectoryOptions& options, int dim, const std::vector<Dataset>& constants,
+                                  std::unique_ptr<Trajectory>* out) {
   std::string full;
   PetscErrorCode code;
 
@@ -87,8 +85,7 @@ PetscErrorCode Trajectory::create(MPI_Comm comm, const TrajectoryOptions& option
   out->reset();
   if (options.file.empty()) PetscFunctionReturn(0);
   if (options.pad != 0 && options.pad < dim) {
-    const std::string text = format("option -bs_output_pad: %d columns do not hold %d components: give 0 or a number >= %d",
-                                    options.pad, dim, dim);
+    const std::string text = format("option -bs_output_pad: %d columns do not hold %d components: give 0 or a number >= %d", options.pad, dim, dim);
     PetscFunctionReturn(tell(comm, Exit::input, text));
   }
   PetscCall(require_writable(comm, options.file, "-bs_output", options.overwrite));
@@ -108,16 +105,14 @@ PetscErrorCode Trajectory::create(MPI_Comm comm, const TrajectoryOptions& option
   PetscFunctionReturn(0);
 }
 
-PetscErrorCode Trajectory::write_frame(std::int64_t step, double time, const std::vector<Field>& fields,
-                                       const std::vector<Observable>& observables) {
+PetscErrorCode Trajectory::write_frame(std::int64_t step, double time, const std::vector<Field>& fields, const std::vector<Observable>& observables) {
   std::string full;
   std::int64_t bytes = 0;
   PetscErrorCode code;
 
   PetscFunctionBegin;
   PetscCheck(impl_->viewer && impl_->usable, PETSC_COMM_SELF, PETSC_ERR_ORDER, "the file is closed");
-  const IoWatch watch(format("cannot write frame %lld to %s", (long long)impl_->frames, impl_->options.file.c_str()),
-                      ": earlier frames are intact");
+  const IoWatch watch(format("cannot write frame %lld to %s", (long long)impl_->frames, impl_->options.file.c_str()), ": earlier frames are intact");
   code = impl_->frame_bytes(fields, observables, &bytes);
   if (!code) code = reserve_space(impl_->comm, impl_->path(), bytes, &full);
   if (!code && !full.empty()) code = tell(impl_->comm, Exit::io, watch.sentence(full));

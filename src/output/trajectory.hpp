@@ -4,8 +4,8 @@
 #include <memory>
 #include <string>
 #include <vector>
-#include "model/model.hpp"
 #include "output/step_record.hpp"
+#include "systems/model.hpp"
 
 namespace bs {
 
@@ -13,17 +13,17 @@ namespace bs {
 enum class OutputUnits { none, SI, real, metal, nano };
 
 struct TrajectoryOptions {
-  std::string file;          ///< -bs_output; empty: none is written
-  int pad = 0;               ///< -bs_output_pad: components written per particle (0: the lattice's d)
+  std::string file;                       ///< -bs_output; empty: none is written
+  int pad = 0;                            ///< -bs_output_pad: components written per particle (0: the lattice's d)
   OutputUnits units = OutputUnits::none;  ///< -bs_output_units: unit attributes
-  bool overwrite = false;    ///< -bs_overwrite
-  bool xdmf = true;          ///< -bs_output_xdmf: FILE.xdmf beside the file, for ParaView
+  bool overwrite = false;                 ///< -bs_overwrite
+  bool xdmf = true;                       ///< -bs_output_xdmf: FILE.xdmf beside the file, for ParaView
 };
 
 /// How far a trajectory had been written at some moment.
 struct TrajectoryMark {
   std::int64_t frames = 0, log_rows = 0;
-  double last_time = 0;      ///< of the last of these frames [s]
+  double last_time = 0;  ///< of the last of these frames [s]
 };
 
 /// Writes frames in parallel; every frame is on disk and readable before write_frame returns.
@@ -33,16 +33,15 @@ class Trajectory {
   /// Collective. Creates the file: /h5md, /particles/trajectory/box (dimension = dim, boundary none),
   /// constants, /parameters. `dim` is the space dimension, 0 for models without particles (no /particles then).
   /// An empty options.file makes *out null and no file.
-  static PetscErrorCode create(MPI_Comm comm, const TrajectoryOptions& options, int dim,
-                               const std::vector<Dataset>& constants, std::unique_ptr<Trajectory>* out);
+  static PetscErrorCode create(MPI_Comm comm, const TrajectoryOptions& options, int dim, const std::vector<Dataset>& constants,
+                               std::unique_ptr<Trajectory>* out);
   /// Collective. Opens the file again at `mark`: the next frame follows there. Frames and rows of the log written after it stay
   /// until something is to be written in their place, and in a file beside it until the first new frame is whole. Told
   /// (exit 2) if the file is not the one marked.
   static PetscErrorCode resume(MPI_Comm comm, const TrajectoryOptions& options, int dim, const TrajectoryMark& mark,
                                std::unique_ptr<Trajectory>* out);
   /// Collective. Appends one frame; the first one fixes the set of fields and observables.
-  PetscErrorCode write_frame(std::int64_t step, double time, const std::vector<Field>& fields,
-                             const std::vector<Observable>& observables);
+  PetscErrorCode write_frame(std::int64_t step, double time, const std::vector<Field>& fields, const std::vector<Observable>& observables);
   /// Not collective: buffered (what rank 0 says), and written with the next frame or flush.
   void log_step(const StepRecord& record);
   /// Collective. Writes what is buffered.

@@ -14,9 +14,9 @@ constexpr std::int64_t every_frame = 50;
 
 /// What a DataItem says of a dataset.
 struct Item {
-  std::string path;             ///< FILE:/group/value, empty: not there
+  std::string path;  ///< FILE:/group/value, empty: not there
   std::vector<hsize_t> shape;
-  std::size_t bytes = 8;        ///< of a number
+  std::size_t bytes = 8;  ///< of a number
   bool integer = false;
 };
 
@@ -63,8 +63,8 @@ PetscErrorCode read_times(hid_t file, std::vector<double>* times) {
 }
 
 std::string opening(const Item& item, const std::string& dimensions, const char* kind) {
-  return format("<DataItem%s Dimensions=\"%s\" Format=\"HDF\" NumberType=\"%s\" Precision=\"%zu\">", kind,
-                dimensions.c_str(), item.integer ? "Int" : "Float", item.bytes);
+  return format("<DataItem%s Dimensions=\"%s\" Format=\"HDF\" NumberType=\"%s\" Precision=\"%zu\">", kind, dimensions.c_str(),
+                item.integer ? "Int" : "Float", item.bytes);
 }
 
 std::string whole(const Item& item) { return opening(item, joined(item.shape), "") + item.path + "</DataItem>"; }
@@ -77,14 +77,12 @@ std::string slab(const Item& item, std::size_t k) {
   for (std::size_t i = 1; i < item.shape.size(); ++i) start += " 0", ones += " 1";
   const std::string words = start + ":" + ones + ":" + count + ":" + joined(item.shape);
   return opening(item, joined(item.shape, 1), " Type=\"HyperSlab\"") + item.path + "|" + words +
-         format("<DataItem Dimensions=\"3 %zu\" Format=\"XML\">%s %s %s</DataItem>", item.shape.size(), start.c_str(),
-                ones.c_str(), count.c_str()) +
+         format("<DataItem Dimensions=\"3 %zu\" Format=\"XML\">%s %s %s</DataItem>", item.shape.size(), start.c_str(), ones.c_str(), count.c_str()) +
          whole(item) + "</DataItem>";
 }
 
 std::string attribute(const char* name, const char* type, const char* center, const std::string& data) {
-  return format("<Attribute Name=\"%s\" AttributeType=\"%s\" Center=\"%s\">", name, type, center) + data +
-         "</Attribute>\n";
+  return format("<Attribute Name=\"%s\" AttributeType=\"%s\" Center=\"%s\">", name, type, center) + data + "</Attribute>\n";
 }
 
 /// The datasets of a trajectory that a viewer can show.
@@ -118,7 +116,8 @@ struct Contents {
                     static_cast<unsigned long long>(position.shape[1]));
     else
       out += format("<Topology TopologyType=\"Polyline\" NodesPerElement=\"2\" NumberOfElements=\"%llu\">",
-                    static_cast<unsigned long long>(bonds.shape[0])) + whole(bonds) + "</Topology>\n";
+                    static_cast<unsigned long long>(bonds.shape[0])) +
+             whole(bonds) + "</Topology>\n";
     out += format("<Geometry GeometryType=\"%s\">", position.shape[2] == 2 ? "XY" : "XYZ") + slab(position, k) + "</Geometry>\n";
     if (!velocity.path.empty()) out += attribute("velocity", "Vector", "Node", slab(velocity, k));
     for (const auto& [name, item] : of_particles) out += attribute(name, "Scalar", "Node", whole(item));
@@ -128,8 +127,9 @@ struct Contents {
   }
 };
 
-const char* const head = "<?xml version=\"1.0\"?>\n<Xdmf Version=\"2.0\"><Domain>\n"
-                         "<Grid Name=\"trajectory\" GridType=\"Collection\" CollectionType=\"Temporal\">\n";
+const char* const head =
+    "<?xml version=\"1.0\"?>\n<Xdmf Version=\"2.0\"><Domain>\n"
+    "<Grid Name=\"trajectory\" GridType=\"Collection\" CollectionType=\"Temporal\">\n";
 
 std::string name_in_text(const std::string& trajectory) { return escaped(trajectory.substr(trajectory.rfind('/') + 1)); }
 

@@ -26,6 +26,4 @@ inline void require_finite(const std::vector<double>& values) {
   for (const double value : values) require(std::isfinite(value), "numbers are finite");
 }
 
-inline std::string text_of(const std::uint8_t* data, std::size_t size) {
-  return std::string(reinterpret_cast<const char*>(data), size);
-}
+inline std::string text_of(const std::uint8_t* data, std::size_t size) { return std::string(reinterpret_cast<const char*>(data), size); }

@@ -21,8 +21,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
     for (const std::int64_t end : line.ends) require(std::binary_search(sorted.begin(), sorted.end(), end), "lines end at nodes");
   // with the edges 0-1, 1-2, ...: a message or none, never more
   std::vector<std::int64_t> pairs;
-  for (std::size_t k = 1; k < scan.nodes.size(); ++k)
-    pairs.insert(pairs.end(), {static_cast<std::int64_t>(k) - 1, static_cast<std::int64_t>(k)});
+  for (std::size_t k = 1; k < scan.nodes.size(); ++k) pairs.insert(pairs.end(), {static_cast<std::int64_t>(k) - 1, static_cast<std::int64_t>(k)});
   const std::string lone = bs::lone_line(scan, static_cast<std::int64_t>(scan.nodes.size()), pairs);
   if (!lone.empty()) require_message(lone, "line element ");
   return 0;

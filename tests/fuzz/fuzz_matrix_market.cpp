@@ -13,8 +13,7 @@ void read_matrix(const std::string& text) {
     bs::MatrixEntry entry;
     std::size_t count = 0;
     while (reader.next(&entry)) {
-      require(entry.row >= 0 && entry.row < reader.rows() && entry.column >= 0 && entry.column < reader.columns(),
-              "entries lie in the matrix");
+      require(entry.row >= 0 && entry.row < reader.rows() && entry.column >= 0 && entry.column < reader.columns(), "entries lie in the matrix");
       require(std::isfinite(entry.value), "numbers are finite");
       require(++count <= 2 * text.size(), "no more entries than the text can hold");
     }

@@ -6,8 +6,8 @@
 
 #include "input/remote.hpp"
 #include "lattice/generator.hpp"
-#include "model/first_order_tangent.hpp"
-#include "model/particles/linearised_forces.hpp"
+#include "systems/first_order_tangent.hpp"
+#include "systems/particles/linearised_forces.hpp"
 
 namespace bs {
 

@@ -9,7 +9,7 @@
 #include <string>
 #include <vector>
 
-#include "laws/point.hpp"
+#include "physics/body/point.hpp"
 
 namespace law_tests {
 

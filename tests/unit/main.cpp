@@ -1,7 +1,7 @@
 // Runner of the unit tests: PETSc is started once; a failure on any rank fails the run.
 #define CATCH_CONFIG_RUNNER
-#include <catch2/catch.hpp>
 #include <petscsys.h>
+#include <catch2/catch.hpp>
 
 int main(int argc, char** argv) {
   // Catch's flags are not PETSc's: PETSc sees an empty command line.

@@ -1,6 +1,6 @@
 // The coarse grid of the condensed solve: what its hats can represent it must solve exactly, whatever S is.
 #include "condensed_case.hpp"
-#include "model/particles/condensed/coarse_space.hpp"
+#include "systems/particles/condensed/coarse_space.hpp"
 
 using namespace bs;
 
@@ -51,7 +51,9 @@ Solved solve_linear(const GeneratorSpec& spec, PetscInt unknowns) {
 
 TEST_CASE("A coarse grid solves what its hats hold") {
   for (const int d : {1, 2, 3}) {
-    GeneratorSpec spec = d == 1 ? lattice(LatticeType::chain, {23}, 1) : d == 2 ? lattice(LatticeType::square, {9, 7}, 2) : lattice(LatticeType::cubic, {6, 5, 7}, 3);
+    GeneratorSpec spec = d == 1   ? lattice(LatticeType::chain, {23}, 1)
+                         : d == 2 ? lattice(LatticeType::square, {9, 7}, 2)
+                                  : lattice(LatticeType::cubic, {6, 5, 7}, 3);
     spec.neighbors = d == 1 ? 0 : d == 2 ? 8 : 18;
     for (const PetscInt unknowns : {d == 1 ? 6 : 24, d == 1 ? 12 : d == 2 ? 60 : 100}) {
       const Solved solved = solve_linear(spec, unknowns);

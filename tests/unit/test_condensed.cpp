@@ -1,13 +1,15 @@
 // The condensed matrix: its own storage against PETSc's, block by block; incomplete factors that must be exact.
 #include <algorithm>
 #include "condensed_case.hpp"
-#include "model/particles/condensed/block_icc.hpp"
+#include "systems/particles/condensed/block_icc.hpp"
 
 using namespace bs;
 
 TEST_CASE("S multiplies alike in every storage") {
   for (const int d : {1, 2, 3}) {
-    GeneratorSpec spec = d == 1 ? lattice(LatticeType::chain, {17}, 1) : d == 2 ? lattice(LatticeType::square, {7, 6}, 2) : lattice(LatticeType::cubic, {4, 5, 4}, 3);
+    GeneratorSpec spec = d == 1   ? lattice(LatticeType::chain, {17}, 1)
+                         : d == 2 ? lattice(LatticeType::square, {7, 6}, 2)
+                                  : lattice(LatticeType::cubic, {4, 5, 4}, 3);
     spec.neighbors = d == 1 ? 0 : d == 2 ? 8 : 18;
     spec.fixed_particles = {0, 3};
     Case c(PETSC_COMM_WORLD, spec, 40.0);

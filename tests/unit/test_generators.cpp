@@ -25,8 +25,7 @@ GeneratorSpec make(LatticeType type, std::vector<I> size, int neighbors = 0, int
 double distance(const Lattice& l, I i, I j) {
   double r2 = 0;
   for (int k = 0; k < l.dim; ++k) {
-    const double dx =
-        l.position[static_cast<std::size_t>(i * l.dim + k)] - l.position[static_cast<std::size_t>(j * l.dim + k)];
+    const double dx = l.position[static_cast<std::size_t>(i * l.dim + k)] - l.position[static_cast<std::size_t>(j * l.dim + k)];
     r2 += dx * dx;
   }
   return std::sqrt(r2);
@@ -147,26 +146,25 @@ TEST_CASE("numbers of particles and springs follow the closed formulas", "[gener
     GeneratorSpec spec;
     I particles, springs;
   };
-  const std::vector<Row> rows = {
-      {make(LatticeType::chain, {x}), x, x - 1},
-      {make(LatticeType::chain, {1}), 1, 0},
-      {make(LatticeType::square, {x, y}, 4), x * y, structural},
-      {make(LatticeType::square, {x, y}, 8), x * y, structural + shear},
-      // along the rows, and two from each particle to the next row but one at the end of each pair of rows
-      {make(LatticeType::triangular, {x, y}), x * y, (x - 1) * y + (2 * x - 1) * (y - 1)},
-      {make(LatticeType::cloth, {x, y}), x * y, structural + shear + bend},
-      {make(LatticeType::cubic, {x, y, z}, 6), x * y * z, axis},
-      {make(LatticeType::cubic, {x, y, z}, 18), x * y * z, axis + face},
-      {make(LatticeType::cubic, {x, y, z}, 26), x * y * z, axis + face + body},
-      // each body centre but the outer ones has 8 corners; a cell's centre sees the corners of cells up to one further
-      {make(LatticeType::bcc, {x, y, z}, 8), 2 * x * y * z, (2 * x - 1) * (2 * y - 1) * (2 * z - 1)},
-      {make(LatticeType::bcc, {x, y, z}, 14), 2 * x * y * z, (2 * x - 1) * (2 * y - 1) * (2 * z - 1) + 2 * axis},
-      // in each plane of two axes, corners and face centres make a square lattice of half diagonals
-      {make(LatticeType::fcc, {x, y, z}, 12), 4 * x * y * z,
-       2 * ((2 * x - 1) * (2 * y - 1) * z + (2 * x - 1) * (2 * z - 1) * y + (2 * y - 1) * (2 * z - 1) * x)},
-      {make(LatticeType::fcc, {x, y, z}, 18), 4 * x * y * z,
-       2 * ((2 * x - 1) * (2 * y - 1) * z + (2 * x - 1) * (2 * z - 1) * y + (2 * y - 1) * (2 * z - 1) * x) + 4 * axis},
-      {make(LatticeType::cubic, {40}, 18), 64000, 552240}};
+  const std::vector<Row> rows = {{make(LatticeType::chain, {x}), x, x - 1},
+                                 {make(LatticeType::chain, {1}), 1, 0},
+                                 {make(LatticeType::square, {x, y}, 4), x * y, structural},
+                                 {make(LatticeType::square, {x, y}, 8), x * y, structural + shear},
+                                 // along the rows, and two from each particle to the next row but one at the end of each pair of rows
+                                 {make(LatticeType::triangular, {x, y}), x * y, (x - 1) * y + (2 * x - 1) * (y - 1)},
+                                 {make(LatticeType::cloth, {x, y}), x * y, structural + shear + bend},
+                                 {make(LatticeType::cubic, {x, y, z}, 6), x * y * z, axis},
+                                 {make(LatticeType::cubic, {x, y, z}, 18), x * y * z, axis + face},
+                                 {make(LatticeType::cubic, {x, y, z}, 26), x * y * z, axis + face + body},
+                                 // each body centre but the outer ones has 8 corners; a cell's centre sees the corners of cells up to one further
+                                 {make(LatticeType::bcc, {x, y, z}, 8), 2 * x * y * z, (2 * x - 1) * (2 * y - 1) * (2 * z - 1)},
+                                 {make(LatticeType::bcc, {x, y, z}, 14), 2 * x * y * z, (2 * x - 1) * (2 * y - 1) * (2 * z - 1) + 2 * axis},
+                                 // in each plane of two axes, corners and face centres make a square lattice of half diagonals
+                                 {make(LatticeType::fcc, {x, y, z}, 12), 4 * x * y * z,
+                                  2 * ((2 * x - 1) * (2 * y - 1) * z + (2 * x - 1) * (2 * z - 1) * y + (2 * y - 1) * (2 * z - 1) * x)},
+                                 {make(LatticeType::fcc, {x, y, z}, 18), 4 * x * y * z,
+                                  2 * ((2 * x - 1) * (2 * y - 1) * z + (2 * x - 1) * (2 * z - 1) * y + (2 * y - 1) * (2 * z - 1) * x) + 4 * axis},
+                                 {make(LatticeType::cubic, {40}, 18), 64000, 552240}};
   for (const Row& row : rows) {
     REQUIRE(check(row.spec).empty());
     const Lattice l = generate(row.spec, 0, 1);
@@ -205,8 +203,7 @@ TEST_CASE("a lattice does not depend on the number of ranks", "[generator]") {
   }
 }
 
-TEST_CASE("a perturbation stays within its amplitude, follows the seed, and leaves fixed particles alone",
-          "[generator]") {
+TEST_CASE("a perturbation stays within its amplitude, follows the seed, and leaves fixed particles alone", "[generator]") {
   GeneratorSpec spec = make(LatticeType::cubic, {9, 8, 7});
   const Lattice plain = generate(spec, 0, 1);
   spec.perturbation = 0.25;
@@ -290,8 +287,7 @@ TEST_CASE("fixed faces and particles", "[generator]") {
     const Lattice l = generate(spec, 0, 1);
     CAPTURE(l.source, row.faces);
     CHECK(std::count(l.fixed.begin(), l.fixed.end(), 1) == row.count);
-    for (std::size_t p = 0; p < l.fixed.size(); ++p)
-      REQUIRE(l.velocity[p * static_cast<std::size_t>(l.dim)] == (l.fixed[p] ? 0.0 : 1.0));
+    for (std::size_t p = 0; p < l.fixed.size(); ++p) REQUIRE(l.velocity[p * static_cast<std::size_t>(l.dim)] == (l.fixed[p] ? 0.0 : 1.0));
   }
   GeneratorSpec spec = make(LatticeType::chain, {9});
   spec.fixed_particles = {4, 0, 4};
@@ -311,8 +307,7 @@ TEST_CASE("positions are numbered x fastest", "[generator]") {
         CHECK(l.position[3 * p + 1] == Approx(-1 + 3.0 * static_cast<double>(y)));
         CHECK(l.position[3 * p + 2] == Approx(5.0 * static_cast<double>(z)));
       }
-  for (std::size_t p = 0; p < l.rest_length.size(); ++p)
-    CHECK(l.rest_length[p] == Approx(distance(l, l.pairs[2 * p], l.pairs[2 * p + 1])));
+  for (std::size_t p = 0; p < l.rest_length.size(); ++p) CHECK(l.rest_length[p] == Approx(distance(l, l.pairs[2 * p], l.pairs[2 * p + 1])));
 }
 
 TEST_CASE("a skew velocity field is a rigid motion, and momentum is mass times the centre's velocity", "[generator]") {
@@ -326,8 +321,7 @@ TEST_CASE("a skew velocity field is a rigid motion, and momentum is mass times t
   for (std::size_t p = 0; p < l.stiffness.size(); ++p) {
     double rate = 0;  // d.dv: no spring changes its length
     for (std::size_t k = 0; k < 3; ++k) {
-      const std::size_t i = static_cast<std::size_t>(3 * l.pairs[2 * p]) + k,
-                        j = static_cast<std::size_t>(3 * l.pairs[2 * p + 1]) + k;
+      const std::size_t i = static_cast<std::size_t>(3 * l.pairs[2 * p]) + k, j = static_cast<std::size_t>(3 * l.pairs[2 * p + 1]) + k;
       rate += (l.position[i] - l.position[j]) * (l.velocity[i] - l.velocity[j]);
     }
     REQUIRE(std::abs(rate) < 1e-12);

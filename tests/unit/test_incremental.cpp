@@ -6,8 +6,8 @@
 
 #include "input/remote.hpp"
 #include "lattice/generator.hpp"
-#include "laws/springs/registry.hpp"
-#include "model/particles/particle_potential.hpp"
+#include "physics/pair/springs/registry.hpp"
+#include "systems/particles/particle_potential.hpp"
 
 using namespace bs;
 
@@ -172,7 +172,8 @@ struct Case {
     double total = sigma * (e.kinetic + e.elastic + e.field);
     for (PetscInt i = 0; i < net.n; ++i) {
       const double* v = state.at(i) + d;
-      for (PetscInt k = net.links.start[i]; k < net.links.start[i + 1]; ++k) total += 0.5 * damper(net.links, k, v, state.at(net.links.other[k]) + d, base.at(i), base.at(net.links.other[k]));
+      for (PetscInt k = net.links.start[i]; k < net.links.start[i + 1]; ++k)
+        total += 0.5 * damper(net.links, k, v, state.at(net.links.other[k]) + d, base.at(i), base.at(net.links.other[k]));
       if (net.fixed[i]) continue;
       double own = 0, relative = 0;
       const ShapeDrag& shape = std::get<ShapeDrag>(laws);
@@ -253,8 +254,8 @@ TEST_CASE("g.dv is the slope of the incremental potential") {
 
 TEST_CASE("the change beyond the slope is that of the energies") {
   for (const int d : {1, 2, 3})
-    for (const auto& [dampers, law] : {std::pair{Dampers::simple, SpringLaw::hooke}, {Dampers::axial, SpringLaw::strain}, {Dampers::simple, EVERY},
-                                       {Dampers::axial, EVERY}}) {
+    for (const auto& [dampers, law] :
+         {std::pair{Dampers::simple, SpringLaw::hooke}, {Dampers::axial, SpringLaw::strain}, {Dampers::simple, EVERY}, {Dampers::axial, EVERY}}) {
       Case c(d, law, dampers, true);
       for (int way = 0; way < 4; ++way) {
         c.set(way, 4.0);

@@ -1,6 +1,6 @@
 // Lattices from files and options: what the ranks read together is what was written, and faults are told once.
-#include <catch2/catch.hpp>
 #include <hdf5.h>
+#include <catch2/catch.hpp>
 #include <cmath>
 #include <cstdlib>
 #include <filesystem>
@@ -112,9 +112,7 @@ class Writer {
     H5Pset_create_intermediate_group(groups, 1);
     const H5 space(H5Screate_simple(static_cast<int>(dims.size()), dims.data(), nullptr), H5Sclose);
     const H5 data(H5Dcreate2(file_, path.c_str(), stored, space, groups, H5P_DEFAULT, H5P_DEFAULT), H5Dclose);
-    const hid_t memory = std::is_same_v<T, double>         ? H5T_NATIVE_DOUBLE
-                         : std::is_same_v<T, std::int64_t> ? H5T_NATIVE_INT64
-                                                           : H5T_NATIVE_UINT8;
+    const hid_t memory = std::is_same_v<T, double> ? H5T_NATIVE_DOUBLE : std::is_same_v<T, std::int64_t> ? H5T_NATIVE_INT64 : H5T_NATIVE_UINT8;
     H5Dwrite(data, memory, H5S_ALL, H5S_ALL, H5P_DEFAULT, values.data());
   }
   void attribute(const char* name, const char* text, bool variable) {
@@ -122,10 +120,8 @@ class Writer {
     H5Tset_size(type, variable ? H5T_VARIABLE : std::char_traits<char>::length(text) + 1);
     if (variable) H5Tset_cset(type, H5T_CSET_UTF8);
     const H5 made(H5Acreate2(file_, name, type, space, H5P_DEFAULT, H5P_DEFAULT), H5Aclose);
-    if (variable)
-      H5Awrite(made, type, &text);
-    else
-      H5Awrite(made, type, text);
+    if (variable) H5Awrite(made, type, &text);
+    else H5Awrite(made, type, text);
   }
 
  private:
@@ -139,8 +135,8 @@ struct Stored {
 };
 
 void write_lattice(const std::string& path, const Lattice& l, const Stored& as) {
-  const auto n = static_cast<hsize_t>(l.particles.total), m = static_cast<hsize_t>(l.springs.total),
-             a = static_cast<hsize_t>(l.anchors.total), d = static_cast<hsize_t>(l.dim);
+  const auto n = static_cast<hsize_t>(l.particles.total), m = static_cast<hsize_t>(l.springs.total), a = static_cast<hsize_t>(l.anchors.total),
+             d = static_cast<hsize_t>(l.dim);
   Writer w(path);
   w.table("/particles/position", l.position, {n, d}, as.real);
   w.table("/particles/mass", l.mass, {n}, as.real);
@@ -171,8 +167,8 @@ std::vector<double> initial_distances(const Lattice& l) {
   for (std::size_t s = 0; s < l.stiffness.size(); ++s) {
     double square = 0;
     for (std::size_t k = 0; k < d; ++k)
-      square += std::pow(l.position[static_cast<std::size_t>(l.pairs[2 * s]) * d + k] -
-                             l.position[static_cast<std::size_t>(l.pairs[2 * s + 1]) * d + k], 2);
+      square += std::pow(
+          l.position[static_cast<std::size_t>(l.pairs[2 * s]) * d + k] - l.position[static_cast<std::size_t>(l.pairs[2 * s + 1]) * d + k], 2);
     lengths.push_back(std::sqrt(square));
   }
   return lengths;
@@ -368,8 +364,7 @@ TEST_CASE("a Gmsh mesh gives a particle a vertex and a spring an edge", "[input]
   using Edges = std::map<std::pair<std::int64_t, std::int64_t>, double>;
 
   Lattice got;
-  REQUIRE(load({{"-bs_lattice_file", cloth}, {"-bs_lattice_total_mass", "2"}, {"-bs_lattice_stiffness", "7"},
-                {"-bs_lattice_fixed", "xmin"}}, &got));
+  REQUIRE(load({{"-bs_lattice_file", cloth}, {"-bs_lattice_total_mass", "2"}, {"-bs_lattice_stiffness", "7"}, {"-bs_lattice_fixed", "xmin"}}, &got));
   CHECK(got.dim == 3);
   check_chunk(got.particles, 4);
   CHECK(whole(got.position) == std::vector<double>{0, 0, 0, 3, 0, 4, 3, 1, 4, 0, 1, 0});
@@ -457,15 +452,12 @@ TEST_CASE("a generated lattice's springs are numbered over the ranks", "[input]"
 TEST_CASE("rows of other ranks are fetched in any order", "[input]") {
   const Rows rows = split_rows(13, rank_of(world), size_of(world));
   std::vector<double> mine;
-  for (std::int64_t r = rows.first; r < rows.first + rows.count; ++r)
-    mine.insert(mine.end(), {static_cast<double>(r), static_cast<double>(r * r)});
+  for (std::int64_t r = rows.first; r < rows.first + rows.count; ++r) mine.insert(mine.end(), {static_cast<double>(r), static_cast<double>(r * r)});
   const std::vector<std::int64_t> wanted = {12, 0, 5, 5, 11, 0};
   std::vector<double> got;
   REQUIRE(fetch_rows(world, rows, mine, 2, rank_of(world) == 0 ? wanted : std::vector<std::int64_t>{3}, &got) == 0);
-  if (rank_of(world) == 0)
-    CHECK(got == std::vector<double>{12, 144, 0, 0, 5, 25, 5, 25, 11, 121, 0, 0});
-  else
-    CHECK(got == std::vector<double>{3, 9});
+  if (rank_of(world) == 0) CHECK(got == std::vector<double>{12, 144, 0, 0, 5, 25, 5, 25, 11, 121, 0, 0});
+  else CHECK(got == std::vector<double>{3, 9});
 }
 
 TEST_CASE("the first faulty row of the whole lattice is told, by one rank, once", "[input]") {
@@ -474,14 +466,22 @@ TEST_CASE("the first faulty row of the whole lattice is told, by one rank, once"
     const char* says;
   };
   const Case cases[] = {
-      {[](Lattice& l) { l.mass[10] = 0; l.mass[3] = -1; }, "particle 3: mass -1"},
+      {[](Lattice& l) {
+         l.mass[10] = 0;
+         l.mass[3] = -1;
+       },
+       "particle 3: mass -1"},
       {[](Lattice& l) { l.position[2 * 6 + 1] = NAN; }, "particle 6: position"},
       {[](Lattice& l) { l.velocity[2 * 6] = INFINITY; }, "particle 6: velocity inf"},
       {[](Lattice& l) { l.radius[9] = -2; }, "particle 9: radius -2"},
       {[](Lattice& l) { l.pairs[2 * 5] = 11; }, "spring 5: there is no particle 11; write 0 to 10"},
       {[](Lattice& l) { l.pairs[2 * 5 + 1] = -1; }, "spring 5: there is no particle -1"},
       {[](Lattice& l) { l.pairs[2 * 7] = l.pairs[2 * 7 + 1]; }, "spring 7: joins particle"},
-      {[](Lattice& l) { l.rest_length[16] = -0.5; l.stiffness[1] = -4; }, "spring 1: stiffness -4"},
+      {[](Lattice& l) {
+         l.rest_length[16] = -0.5;
+         l.stiffness[1] = -4;
+       },
+       "spring 1: stiffness -4"},
       {[](Lattice& l) { l.rest_length[16] = -0.5; }, "spring 16: rest length -0.5"},
       {[](Lattice& l) { l.damping[2] = INFINITY; }, "spring 2: damping inf"},
       {[](Lattice& l) { l.anchor_particle[3] = 99; }, "anchor 3: there is no particle 99"},
@@ -490,12 +490,14 @@ TEST_CASE("the first faulty row of the whole lattice is told, by one rank, once"
       {[](Lattice& l) {
          const auto i = static_cast<std::size_t>(l.pairs[26]), j = static_cast<std::size_t>(l.pairs[27]);
          for (std::size_t k = 0; k < 2; ++k) l.position[2 * i + k] = l.position[2 * j + k];
-       }, "are at one place, its rest length is"},
+       },
+       "are at one place, its rest length is"},
       {[](Lattice& l) {
          const auto i = static_cast<std::size_t>(l.anchor_particle[1]);
          for (std::size_t k = 0; k < 2; ++k) l.anchor_point[2 + k] = l.position[2 * i + k];
          l.anchor_rest_length[1] = 0;
-       }, "write -bs_damping_law simple, or damping 0"},
+       },
+       "write -bs_damping_law simple, or damping 0"},
   };
   for (const Case& one : cases) {
     Lattice l = random_lattice(2, 11, 17, 4);

@@ -2,9 +2,9 @@
 #include <algorithm>
 #include <random>
 #include "condensed_case.hpp"
-#include "laws/interactions/angle_spring.hpp"
 #include "laws_common.hpp"
-#include "model/particles/particle_potential.hpp"
+#include "physics/triple/angle_spring.hpp"
+#include "systems/particles/particle_potential.hpp"
 
 using namespace bs;
 using law_tests::Dice;
@@ -210,8 +210,12 @@ TEST_CASE("a straight angle spring bends alike in every direction, and keeps its
 TEST_CASE("S of a lattice with angle springs multiplies alike in every storage") {
   for (const int d : {2, 3}) {
     for (const bool chain : {true, false}) {
-      Case c(PETSC_COMM_WORLD, with_angles(chain ? LatticeType::chain : d == 2 ? LatticeType::square : LatticeType::cloth,
-                                           chain ? std::vector<std::int64_t>{19} : std::vector<std::int64_t>{6, 7}, d, 8.0), 40.0);
+      Case c(PETSC_COMM_WORLD,
+             with_angles(chain    ? LatticeType::chain
+                         : d == 2 ? LatticeType::square
+                                  : LatticeType::cloth,
+                         chain ? std::vector<std::int64_t>{19} : std::vector<std::int64_t>{6, 7}, d, 8.0),
+             40.0);
       REQUIRE(c.net.interactions.size() == 1);
       MatHandle own;
       REQUIRE(c.tangent.create(CondensedStorage::springs, own.out()) == 0);

@@ -1,6 +1,6 @@
 // Stokes drag, viscosity, sphere drag, shape drag.
-#include "laws/registry.hpp"
 #include "laws_common.hpp"
+#include "physics/body/registry.hpp"
 
 using namespace bs;
 using namespace law_tests;

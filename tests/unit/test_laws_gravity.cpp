@@ -1,6 +1,6 @@
 // Uniform and central gravity, and what holds for every particle law.
-#include "laws/registry.hpp"
 #include "laws_common.hpp"
+#include "physics/body/registry.hpp"
 
 using namespace bs;
 using namespace law_tests;

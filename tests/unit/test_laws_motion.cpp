@@ -1,7 +1,7 @@
 // Motion of anchor points, and the tables it may come from.
 #include "base/options.hpp"
-#include "laws/motion.hpp"
 #include "laws_common.hpp"
+#include "physics/whole/motion.hpp"
 
 using namespace bs;
 using namespace law_tests;
@@ -122,8 +122,7 @@ TEST_CASE("csv: what is read") {
   CsvTable table;
   std::string error;
   const std::string forms[] = {"0,1.5\n1,-2e-3\n", "time [s],x\r\n0,1.5\r\n1,-2e-3\r\n",
-                               "\xEF\xBB\xBF# of a run\n\n  t x\n 0 \t +1.5 # start\n1 , -0.002",
-                               "t;x\n0 1.5\n\n1 -.2e-2\n#end"};
+                               "\xEF\xBB\xBF# of a run\n\n  t x\n 0 \t +1.5 # start\n1 , -0.002", "t;x\n0 1.5\n\n1 -.2e-2\n#end"};
   for (const std::string& text : forms) {
     INFO(text);
     REQUIRE(read_csv_table(text, "t.csv", 2, 4, &table, &error));
@@ -179,8 +178,7 @@ TEST_CASE("csv: random text is read or refused, never more") {
   int read = 0;
   for (int n = 0; n < 20000; ++n) {
     std::string text;
-    for (auto k = random() % 24; k > 0; --k)
-      text += random() % 50 ? letters[random() % letters.size()] : static_cast<char>(random() % 256);
+    for (auto k = random() % 24; k > 0; --k) text += random() % 50 ? letters[random() % letters.size()] : static_cast<char>(random() % 256);
     CsvTable table;
     std::string error;
     if (!read_csv_table(text, "r.csv", 1, 3, &table, &error)) {
@@ -191,8 +189,7 @@ TEST_CASE("csv: random text is read or refused, never more") {
     REQUIRE((table.rows() > 0 && table.values.size() == table.rows() * static_cast<std::size_t>(table.columns)));
     for (std::size_t k = 0; k < table.values.size(); ++k) REQUIRE(std::isfinite(table.values[k]));
     for (std::size_t k = 1; k < table.rows(); ++k)
-      REQUIRE(table.values[k * static_cast<std::size_t>(table.columns)] >
-              table.values[(k - 1) * static_cast<std::size_t>(table.columns)]);
+      REQUIRE(table.values[k * static_cast<std::size_t>(table.columns)] > table.values[(k - 1) * static_cast<std::size_t>(table.columns)]);
   }
   REQUIRE(read > 100);
 }

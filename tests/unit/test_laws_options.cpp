@@ -1,9 +1,9 @@
 // Options of the laws, read the way the program reads them.
 #include "base/options.hpp"
-#include "laws/motion.hpp"
-#include "laws/registry.hpp"
-#include "laws/xsp_center_of_mass.hpp"
 #include "laws_common.hpp"
+#include "physics/body/registry.hpp"
+#include "physics/whole/motion.hpp"
+#include "physics/whole/xsp_center_of_mass.hpp"
 #include "spoken.hpp"
 
 using namespace bs;
@@ -90,16 +90,13 @@ TEST_CASE("options of shape drag: every shape has its coefficient") {
                                                   {"streamlined_body", 0.04},
                                                   {"streamlined_half_body", 0.09}};
   for (const auto& [name, coefficient] : table) {
-    const auto law =
-        accepted<ShapeDrag>({{"-bs_shape_drag", name}, {"-bs_shape_drag_rho", "1.2"}, {"-bs_shape_drag_area", "0.5"}});
+    const auto law = accepted<ShapeDrag>({{"-bs_shape_drag", name}, {"-bs_shape_drag_rho", "1.2"}, {"-bs_shape_drag_area", "0.5"}});
     REQUIRE(law.drag_coefficient == coefficient);
     REQUIRE(law.active() == (coefficient > 0));
     REQUIRE(law.describe().find(name) != std::string::npos);
   }
-  const auto own = accepted<ShapeDrag>({{"-bs_shape_drag_coefficient", "0.33"},
-                                        {"-bs_shape_drag_rho", "1.2"},
-                                        {"-bs_shape_drag_area", "0.5"},
-                                        {"-bs_fluid_velocity", "3"}});
+  const auto own = accepted<ShapeDrag>(
+      {{"-bs_shape_drag_coefficient", "0.33"}, {"-bs_shape_drag_rho", "1.2"}, {"-bs_shape_drag_area", "0.5"}, {"-bs_fluid_velocity", "3"}});
   REQUIRE((own.active() && own.drag_coefficient == 0.33 && own.fluid[0] == 3));
   refused<ShapeDrag>({{"-bs_shape_drag", "brick"}}, "streamlined_half_body");
   refused<ShapeDrag>({{"-bs_shape_drag", "cube"}, {"-bs_shape_drag_rho", "1"}}, "-bs_shape_drag_area");
@@ -108,11 +105,10 @@ TEST_CASE("options of shape drag: every shape has its coefficient") {
 }
 
 TEST_CASE("options of the laws of .xsp scenes") {
-  const auto pull = accepted<XspAttraction>(
-      {{"-bs_xsp_attraction", "100"}, {"-bs_xsp_attraction_exponent", "2"}, {"-bs_xsp_attraction_center", "321,275"}});
+  const auto pull =
+      accepted<XspAttraction>({{"-bs_xsp_attraction", "100"}, {"-bs_xsp_attraction_exponent", "2"}, {"-bs_xsp_attraction_center", "321,275"}});
   REQUIRE((pull.active() && pull.value == 100 && pull.exponent == 2 && pull.center[0] == 321 && pull.center[1] == 275));
-  const auto walls =
-      accepted<XspWalls>({{"-bs_xsp_walls", "5000"}, {"-bs_xsp_walls_exponent", "1"}, {"-bs_xsp_walls_sides", "1,0,0,1"}});
+  const auto walls = accepted<XspWalls>({{"-bs_xsp_walls", "5000"}, {"-bs_xsp_walls_exponent", "1"}, {"-bs_xsp_walls_sides", "1,0,0,1"}});
   REQUIRE((walls.active() && walls.value == 5000 && walls.exponent == 1 && walls.box[1] == 642 && walls.box[3] == 550));
   REQUIRE((walls.sides[0] && !walls.sides[1] && !walls.sides[2] && walls.sides[3]));
   REQUIRE(walls.describe().find("top bottom") != std::string::npos);
@@ -131,10 +127,8 @@ TEST_CASE("options of the motion of anchor points") {
   const auto steady = accepted<Motion>({{"-bs_anchor_motion", "velocity"}, {"-bs_anchor_velocity", "1,-2"}});
   REQUIRE((steady.kind == Motion::Kind::velocity && steady.c[1] == -2));
   REQUIRE(steady.describe() == "anchor points move at (1, -2) m/s");
-  const auto wave = accepted<Motion>({{"-bs_anchor_motion", "sinusoid"},
-                                      {"-bs_anchor_amplitude", "0,0.5"},
-                                      {"-bs_anchor_frequency", "2"},
-                                      {"-bs_anchor_phase", "1.5"}});
+  const auto wave = accepted<Motion>(
+      {{"-bs_anchor_motion", "sinusoid"}, {"-bs_anchor_amplitude", "0,0.5"}, {"-bs_anchor_frequency", "2"}, {"-bs_anchor_phase", "1.5"}});
   REQUIRE((wave.kind == Motion::Kind::sinusoid && wave.A[1] == 0.5 && wave.frequency == 2 && wave.phase == 1.5));
   REQUIRE(wave.describe().find("(0, 0.5) m at 2 Hz") != std::string::npos);
   const auto table = accepted<Motion>({{"-bs_anchor_motion", "table"}, {"-bs_anchor_table", "drive.csv"}});

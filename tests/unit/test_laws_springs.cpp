@@ -1,8 +1,8 @@
 // Springs and dampers.
-#include "laws/dampers/axial.hpp"
-#include "laws/dampers/simple.hpp"
-#include "laws/springs/spring.hpp"
 #include "laws_common.hpp"
+#include "physics/pair/dampers/axial.hpp"
+#include "physics/pair/dampers/simple.hpp"
+#include "physics/pair/springs/spring.hpp"
 
 using namespace bs;
 using namespace law_tests;

@@ -1,7 +1,7 @@
 // The laws of .xsp scenes: attraction to a centre, walls, pull of the centre of mass.
-#include "laws/registry.hpp"
-#include "laws/xsp_center_of_mass.hpp"
 #include "laws_common.hpp"
+#include "physics/body/registry.hpp"
+#include "physics/whole/xsp_center_of_mass.hpp"
 
 using namespace bs;
 using namespace law_tests;
@@ -51,9 +51,7 @@ void check_attraction(unsigned seed) {
     double K[d * d] = {};
     XspAttraction::attraction_dfdx<d>(s.m, law.value, law.exponent, s.x, law.center, K);
     for (double& k : K) k = -k;
-    const auto force = [&](double* out) {
-      XspAttraction::attraction_force<d>(s.m, law.value, law.exponent, s.x, law.center, out);
-    };
+    const auto force = [&](double* out) { XspAttraction::attraction_force<d>(s.m, law.value, law.exponent, s.x, law.center, out); };
     require_close(K, differences(law.center, d, d, 2e-3, force), 1e-9, largest(f, d));
   }
 }
@@ -76,8 +74,7 @@ void check_walls(unsigned seed) {
     while (!smooth) {
       smooth = true;
       for (int i = 0; i < d; ++i) s.x[i] = dice.between(-11, 11);
-      for (int i = 0; i < std::min(d, 2); ++i)
-        smooth = smooth && clear(s.x[i] - box[2 * i] - radius) && clear(box[2 * i + 1] - radius - s.x[i]);
+      for (int i = 0; i < std::min(d, 2); ++i) smooth = smooth && clear(s.x[i] - box[2 * i] - radius) && clear(box[2 * i + 1] - radius - s.x[i]);
     }
     // behind a wall there is neither force nor change of energy, but the energy of the other walls goes on
     check_law<d>(law, s, true, 1e-3);

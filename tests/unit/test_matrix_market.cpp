@@ -5,8 +5,8 @@
 #include <vector>
 #include "base/handle.hpp"
 #include "input/matrix_load.hpp"
-#include "input/vector_csv.hpp"
 #include "input/matrix_market.hpp"
+#include "input/vector_csv.hpp"
 #include "spoken.hpp"
 
 namespace {
@@ -48,7 +48,7 @@ TEST_CASE("Matrix Market layouts") {
   const Dense general = {{1, 0, -2.5}, {0, 0, 3}};
   CHECK(good(BANNER + "coordinate real general\n2 3 3\n1 1 1\n1 3 -2.5\n2 3 3\n") == general);
   CHECK(good(BANNER + "array real general\n2 3\n1\n0\n0\n0\n-2.5\n3\n") == general);
-  CHECK(good(BANNER + "array real general\n2 3\n1 0 0\n0 -2.5 3") == general);  // several a line, no end of line
+  CHECK(good(BANNER + "array real general\n2 3\n1 0 0\n0 -2.5 3") == general);                          // several a line, no end of line
   CHECK(good(BANNER + "coordinate integer general\n2 2 2\n2 1 7\n2 1 -3\n") == Dense{{0, 0}, {4, 0}});  // repeated: added
   CHECK(good(BANNER + "coordinate pattern general\n2 2 1\n1 2\n") == Dense{{0, 1}, {0, 0}});
   CHECK(good(BANNER + "coordinate real symmetric\n2 2 2\n1 1 4\n2 1 5\n") == Dense{{4, 5}, {5, 0}});

@@ -11,8 +11,8 @@
 #include "base/memory_room.hpp"
 #include "base/told.hpp"
 #include "lattice/generator.hpp"
+#include "network/footprint.hpp"
 #include "spoken.hpp"
-#include "system/footprint.hpp"
 
 using namespace bs;
 
@@ -110,8 +110,8 @@ TEST_CASE("bytes in words") {
 }
 
 TEST_CASE("springs are counted before they are laid") {
-  for (const LatticeType type : {LatticeType::chain, LatticeType::square, LatticeType::triangular, LatticeType::cloth, LatticeType::cubic, LatticeType::bcc,
-                                 LatticeType::fcc})
+  for (const LatticeType type :
+       {LatticeType::chain, LatticeType::square, LatticeType::triangular, LatticeType::cloth, LatticeType::cubic, LatticeType::bcc, LatticeType::fcc})
     for (const int neighbors : type_info(type).neighbors)
       for (const std::int64_t n : {1, 2, 5}) {
         std::vector<std::int64_t> size{n, 4, 3};
@@ -125,8 +125,8 @@ TEST_CASE("springs are counted before they are laid") {
 TEST_CASE("a chunk takes the bytes of its arrays") {
   const Lattice l = generate(spec_of(LatticeType::cubic, {6, 5, 4}, 0), 0, 1);
   const auto bytes = [](const auto& list) { return static_cast<double>(list.size() * sizeof(list[0])); };
-  const double held = bytes(l.position) + bytes(l.velocity) + bytes(l.mass) + bytes(l.fixed) + bytes(l.pairs) + bytes(l.stiffness) + bytes(l.rest_length) +
-                      bytes(l.damping);
+  const double held = bytes(l.position) + bytes(l.velocity) + bytes(l.mass) + bytes(l.fixed) + bytes(l.pairs) + bytes(l.stiffness) +
+                      bytes(l.rest_length) + bytes(l.damping);
   REQUIRE(chunk_bytes({l.particles.count, l.springs.count, 0, 3}, 1) == held);
   REQUIRE(chunk_bytes({l.particles.count, l.springs.count, 0, 3}, 4) == held / 4);
   REQUIRE(lattice_bytes({l.particles.count, l.springs.count, 0, 3}, 1) > held);

@@ -1,12 +1,12 @@
 // The distributed lattice against a list of all its springs, which every rank makes for itself.
-#include <catch2/catch.hpp>
 #include <algorithm>
+#include <catch2/catch.hpp>
 #include <map>
 #include <tuple>
 #include <vector>
 #include "lattice/generator.hpp"
 #include "lattice/random.hpp"
-#include "system/network.hpp"
+#include "network/network.hpp"
 
 using namespace bs;
 
@@ -84,11 +84,13 @@ TEST_CASE("every particle has its springs, whatever the partition and the slices
         REQUIRE(owned == lattice.particles.total);
         REQUIRE(net.fixed_total == 2);
         const std::vector<long long> rows = rows_by_global(net);
-        REQUIRE(std::is_permutation(rows.begin(), rows.end(), [] {
-          std::vector<long long> all(60);
-          for (int k = 0; k < 60; ++k) all[static_cast<std::size_t>(k)] = k;
-          return all;
-        }().begin()));
+        REQUIRE(std::is_permutation(rows.begin(), rows.end(),
+                                    [] {
+                                      std::vector<long long> all(60);
+                                      for (int k = 0; k < 60; ++k) all[static_cast<std::size_t>(k)] = k;
+                                      return all;
+                                    }()
+                                        .begin()));
         bool same = true;
         for (PetscInt i = 0; i < net.n; ++i) {
           std::vector<End> found;

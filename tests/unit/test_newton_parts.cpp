@@ -1,7 +1,7 @@
 // What Newton and its line search remember: energies of past iterates, the stage, the size of the first residual.
 #include <catch2/catch.hpp>
 
-#include "solve/convergence.hpp"
+#include "solvers/newton/convergence.hpp"
 
 using namespace bs;
 
@@ -10,9 +10,9 @@ TEST_CASE("the search compares with the highest of the last eight energies") {
   REQUIRE(past.highest() == 0);  // Phi now
   past.moved(-5);                // Phi was 5 above what it is now
   REQUIRE(past.highest() == 5);
-  past.moved(3);                 // it went up again: the first iterate is 2 above
+  past.moved(3);  // it went up again: the first iterate is 2 above
   REQUIRE(past.highest() == 2);
-  past.moved(4);                 // above all before it
+  past.moved(4);  // above all before it
   REQUIRE(past.highest() == 0);
   past.forget();
   REQUIRE(past.highest() == 0);

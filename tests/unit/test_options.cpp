@@ -38,10 +38,8 @@ std::string said_of(const char* name, const char* value, const std::function<voi
 
 /// The same on rank 0; other ranks only know that something was told.
 void require_said(const std::string& said, const std::string& line) {
-  if (rank_of(PETSC_COMM_WORLD) == 0)
-    REQUIRE(said == "backspring: error: " + line + "\n");
-  else
-    REQUIRE(said == "told");
+  if (rank_of(PETSC_COMM_WORLD) == 0) REQUIRE(said == "backspring: error: " + line + "\n");
+  else REQUIRE(said == "told");
 }
 
 }  // namespace
@@ -76,20 +74,16 @@ TEST_CASE("whole numbers and lists") {
   const auto vector = [&](Section& s) { s.reals("-bs_test_v", "a velocity [m/s]", v, 3, &count); };
   REQUIRE(said_of("-bs_test_n", "9007199254740993", whole).empty());  // 2^53 + 1: no double has passed
   REQUIRE(n == 9007199254740993);
-  require_said(said_of("-bs_test_n", "1.5", whole),
-               "option -bs_test_n: 1.5 is not a whole number: give a whole number");
-  require_said(said_of("-bs_test_n", "99999999999999999999", whole),
-               "option -bs_test_n: 99999999999999999999 is too large: give a whole number");
+  require_said(said_of("-bs_test_n", "1.5", whole), "option -bs_test_n: 1.5 is not a whole number: give a whole number");
+  require_said(said_of("-bs_test_n", "99999999999999999999", whole), "option -bs_test_n: 99999999999999999999 is too large: give a whole number");
   require_said(said_of("-bs_test_n", "0", whole), "option -bs_test_n: 0 is not positive: give a whole number > 0");
   REQUIRE(said_of("-bs_test_n", "4, 5,-6", many).empty());
   REQUIRE(sizes == std::vector<std::int64_t>{4, 5, -6});
   REQUIRE(said_of("-bs_test_v", "-1,-2e-3", vector).empty());
   REQUIRE(count == 2);
   REQUIRE((v[0] == -1 && v[1] == -2e-3 && v[2] == 3));
-  require_said(said_of("-bs_test_v", "1,2,3,4", vector),
-               "option -bs_test_v: 1,2,3,4 are 4 numbers: give at most 3, separated by commas [m/s]");
-  require_said(said_of("-bs_test_v", "1,,3", vector),
-               "option -bs_test_v: an empty value is not a number: give a number [m/s]");
+  require_said(said_of("-bs_test_v", "1,2,3,4", vector), "option -bs_test_v: 1,2,3,4 are 4 numbers: give at most 3, separated by commas [m/s]");
+  require_said(said_of("-bs_test_v", "1,,3", vector), "option -bs_test_v: an empty value is not a number: give a number [m/s]");
 }
 
 TEST_CASE("flags, words and choices") {
@@ -107,8 +101,7 @@ TEST_CASE("flags, words and choices") {
                "option -bs_test_flag: maybe is neither true nor false: give true, false or nothing (true)");
   REQUIRE(said_of("-bs_test_law", "Strain", chosen).empty());
   REQUIRE(law == 1);
-  require_said(said_of("-bs_test_law", "springy", chosen),
-               "option -bs_test_law: springy does not exist: give one of hooke, strain");
+  require_said(said_of("-bs_test_law", "springy", chosen), "option -bs_test_law: springy does not exist: give one of hooke, strain");
   REQUIRE(said_of("-bs_test_file", "-3.h5", [&](Section& s) { s.text("-bs_test_file", "a file", file); }).empty());
   REQUIRE(file == "-3.h5");
   REQUIRE(said_of("-bs_test_words", "a, b", [&](Section& s) { s.texts("-bs_test_words", "words", words); }).empty());
@@ -170,8 +163,7 @@ TEST_CASE("an option nobody asked for is answered with the nearest name") {
   REQUIRE(rejected("-BS_TEST_GRAVITY", "-9.8").empty());
   REQUIRE(gravity == -9.8);
   REQUIRE(rejected("-not_ours", "-bs_test_gravty").empty());
-  require_said(rejected("-bs_test_gravty", "-1"),
-               "option -bs_test_gravty does not exist: did you mean -bs_test_gravity?");
+  require_said(rejected("-bs_test_gravty", "-1"), "option -bs_test_gravty does not exist: did you mean -bs_test_gravity?");
   require_said(rejected("-bs_zzzzzzzz", "1"), "option -bs_zzzzzzzz does not exist: -help lists the options");
   REQUIRE(known_options().count("-bs_test_gravity") == 1);
 }

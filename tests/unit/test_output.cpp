@@ -107,8 +107,7 @@ void require_fields(const Look& look, int d, int columns) {
     for (int t = 0; t < frames; ++t)
       for (int i = 0; i < particles; ++i)
         for (int c = 0; c < columns; ++c)
-          REQUIRE(got[static_cast<std::size_t>((t * particles + i) * columns + c)] ==
-                  (c < d ? sign * position_at(t, i, c) : 0.0));
+          REQUIRE(got[static_cast<std::size_t>((t * particles + i) * columns + c)] == (c < d ? sign * position_at(t, i, c) : 0.0));
   }
 }
 
@@ -117,8 +116,7 @@ void require_rest(const Look& look) {
   REQUIRE(look.values(position + "time") == std::vector<double>{0, 0.5, 1});
   REQUIRE(look.values(position + "step") == std::vector<double>{0, 10, 20});
   for (const char* other : {"/particles/trajectory/velocity/", "/observables/kinetic_energy/", "/observables/momentum/"})
-    for (const char* clock : {"step", "time"})
-      REQUIRE(look.address(std::string(other) + clock) == look.address(position + clock));
+    for (const char* clock : {"step", "time"}) REQUIRE(look.address(std::string(other) + clock) == look.address(position + clock));
   REQUIRE(look.values(energy + "value") == std::vector<double>{0, 2, 4});
   REQUIRE(look.shape("/observables/momentum/value") == std::vector<hsize_t>{frames, 2});
   REQUIRE(look.values("/observables/momentum/value") == std::vector<double>{0, 1, 1, 2, 2, 3});
@@ -159,8 +157,7 @@ void write(const std::string& file, int d, int pad, OutputUnits units) {
     fill(v, d, t, -1);
     log();
     log();
-    REQUIRE(out->write_frame(10 * t, 0.5 * t,
-                             {{"/particles/trajectory/position", x}, {"/particles/trajectory/velocity", v}},
+    REQUIRE(out->write_frame(10 * t, 0.5 * t, {{"/particles/trajectory/position", x}, {"/particles/trajectory/velocity", v}},
                              {{"kinetic_energy", {2.0 * t}}, {"momentum", {1.0 * t, t + 1.0}}}) == 0);
     REQUIRE(out->frames() == t + 1);
   }
@@ -198,10 +195,11 @@ TEST_CASE("a trajectory of 1, 2 or 3 dimensions is read back as written") {
     const Look look(file);
     require_fields(look, d, pad ? pad : d);
     require_rest(look);
-    const std::map<OutputUnits, std::array<const char*, 4>> expected = {{OutputUnits::none, {"", "", "", ""}},
-                                                                        {OutputUnits::SI, {"m", "m s-1", "s", "kg m+2 s-2"}},
-                                                                        {OutputUnits::metal, {"Angstrom", "Angstrom ps-1", "ps", "u Angstrom+2 ps-2"}},
-                                                                        {OutputUnits::nano, {"nm", "nm ns-1", "ns", "ag nm+2 ns-2"}}};
+    const std::map<OutputUnits, std::array<const char*, 4>> expected = {
+        {OutputUnits::none, {"", "", "", ""}},
+        {OutputUnits::SI, {"m", "m s-1", "s", "kg m+2 s-2"}},
+        {OutputUnits::metal, {"Angstrom", "Angstrom ps-1", "ps", "u Angstrom+2 ps-2"}},
+        {OutputUnits::nano, {"nm", "nm ns-1", "ns", "ag nm+2 ns-2"}}};
     const auto& unit = expected.at(units);
     REQUIRE(look.text("/particles/trajectory/position/value", "unit") == unit[0]);
     REQUIRE(look.text("/particles/trajectory/velocity/value", "unit") == unit[1]);
@@ -240,9 +238,7 @@ TEST_CASE("refused trajectories") {
   MPI_Barrier(PETSC_COMM_WORLD);
   Caught exists;
   REQUIRE(Trajectory::create(PETSC_COMM_WORLD, options, 3, {}, &out) == ERR_TOLD);
-  REQUIRE(exists.text() == (first ? "backspring: error: " + options.file +
-                                        " exists: give another -bs_output or add -bs_overwrite\n"
-                                  : ""));
+  REQUIRE(exists.text() == (first ? "backspring: error: " + options.file + " exists: give another -bs_output or add -bs_overwrite\n" : ""));
   REQUIRE(told_exit() == Exit::input);
   std::string kept;
   std::ifstream(options.file) >> kept;
@@ -278,9 +274,9 @@ TEST_CASE("a frame that cannot be written is told with its number") {
   REQUIRE(out->write_frame(1, 1, {{"/particles/trajectory/position", x}}, {}) == ERR_TOLD);
   const std::string text = said.text();
   REQUIRE(told_exit() == Exit::io);
-  REQUIRE(text == (rank_of(PETSC_COMM_WORLD) == 0 ? "backspring: error: cannot write frame 1 to " + file +
-                                                        ": No such file or directory: earlier frames are intact\n"
-                                                  : ""));
+  REQUIRE(text == (rank_of(PETSC_COMM_WORLD) == 0
+                       ? "backspring: error: cannot write frame 1 to " + file + ": No such file or directory: earlier frames are intact\n"
+                       : ""));
   REQUIRE(out->frames() == 1);
   REQUIRE(out->close() == 0);
 }

@@ -1,10 +1,10 @@
 // Output times, what rounding leaves of them, and what falls due by the wall clock.
 #include <catch2/catch.hpp>
 
-#include "solve/stepping/attempts.hpp"
-#include "solve/stepping/output_clock.hpp"
-#include "solve/stepping/rounding.hpp"
-#include "solve/stepping/wall_schedule.hpp"
+#include "time/stepping/attempts.hpp"
+#include "time/stepping/output_clock.hpp"
+#include "time/stepping/rounding.hpp"
+#include "time/stepping/wall_schedule.hpp"
 
 using namespace bs;
 

@@ -3,8 +3,8 @@
 #include <set>
 
 #include "lattice/lattice.hpp"
-#include "laws/springs/mixed.hpp"
 #include "laws_common.hpp"
+#include "physics/pair/springs/mixed.hpp"
 
 using namespace bs;
 using namespace law_tests;
@@ -83,7 +83,8 @@ void check_state(int place, Sample s, Dice& dice, Met* met) {
   const double T = with<Law>(s, [&](auto... p) { return Law::tension(s.l, s.k, s.L, p...); });
   const double rate = with<Law>(s, [&](auto... p) { return Law::stiffness(s.l, s.k, s.L, p...); });
   require_close(&T, differences(&at, 1, 1, h, [&](double* e) { *e = static_cast<double>(potential(place, s, at)); }), 2e-9, s.k * s.L);
-  require_close(&rate, differences(&at, 1, 1, h, [&](double* t) { *t = with<Law>(s, [&](auto... p) { return Law::tension(at, s.k, s.L, p...); }); }), 1e-9, s.k);
+  require_close(&rate, differences(&at, 1, 1, h, [&](double* t) { *t = with<Law>(s, [&](auto... p) { return Law::tension(at, s.k, s.L, p...); }); }),
+                1e-9, s.k);
   REQUIRE(with<Law>(s, [&](auto... p) { return Law::tension_over_length(s.l, s.k, s.L, p...); }) == Approx(T / s.l).epsilon(1e-14));
   double B[d * d] = {}, P[d * d] = {};
   with<Law>(s, [&](auto... p) { return spring_dfdx<d, Law>(dx, s.l, s.k, s.L, B, p...), 0; });

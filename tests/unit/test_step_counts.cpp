@@ -4,8 +4,8 @@
 #include <set>
 
 #include "output/frame_file.hpp"
-#include "solve/rejections.hpp"
-#include "solve/stepping/step_counts.hpp"
+#include "time/rejections.hpp"
+#include "time/stepping/step_counts.hpp"
 
 using namespace bs;
 

@@ -3,8 +3,8 @@
 
 #include <cmath>
 
-#include "solve/stepping/output_clock.hpp"
-#include "solve/stepping/step_length.hpp"
+#include "time/stepping/output_clock.hpp"
+#include "time/stepping/step_length.hpp"
 
 using namespace bs;
 

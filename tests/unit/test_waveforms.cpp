@@ -2,7 +2,7 @@
 #include <catch2/catch.hpp>
 #include <cmath>
 #include <random>
-#include "model/linear/waveform.hpp"
+#include "systems/linear/waveform.hpp"
 
 namespace {
 
@@ -77,16 +77,31 @@ TEST_CASE("Sine, exponential, piecewise linear") {
 // times and values of v(1) from ngspice 39.3: "V1 1 0 TEXT", "R1 1 0 1", ".tran TSTEP TSTOP", then `ngspice -b` with
 // "write" at numdgt=15; rise and fall 0, which ngspice would replace by TSTEP, are not among them
 TEST_CASE("SPICE's form: the values of ngspice") {
-  struct Case { const char* text; std::vector<std::pair<double, double>> values; };
+  struct Case {
+    const char* text;
+    std::vector<std::pair<double, double>> values;
+  };
   const Case cases[] = {
-      {"SIN(0.5 2 1k 0.2m 300 30)", {{0.0001056, 1.5}, {0.0002256, 1.75481726907701}, {0.0005056, 1.67256465766279},
-                                     {0.000765600000000001, -0.858835474510468}, {0.000985600000000001, -0.659042423452262}}},
+      {"SIN(0.5 2 1k 0.2m 300 30)",
+       {{0.0001056, 1.5},
+        {0.0002256, 1.75481726907701},
+        {0.0005056, 1.67256465766279},
+        {0.000765600000000001, -0.858835474510468},
+        {0.000985600000000001, -0.659042423452262}}},
       {"sine( 1 -2m 2MEGHz )", {{1.028e-07, 0.998077322738146}, {2.028e-07, 0.998882077258588}, {4.028e-07, 1.00187919414821}}},
-      {"PULSE(1 5 0.1m 0.1m 0.2m 0.3m 1m)", {{5.632e-05, 1}, {0.000135, 2.4}, {0.000325, 5}, {0.000575, 3.5}, {0.000925, 1},
-                                             {0.001115, 1.6}, {0.001625, 2.5}, {0.001975, 1}, {0.002175, 4}}},
+      {"PULSE(1 5 0.1m 0.1m 0.2m 0.3m 1m)",
+       {{5.632e-05, 1},
+        {0.000135, 2.4},
+        {0.000325, 5},
+        {0.000575, 3.5},
+        {0.000925, 1},
+        {0.001115, 1.6},
+        {0.001625, 2.5},
+        {0.001975, 1},
+        {0.002175, 4}}},
       {"Pulse (-1 1V 0.2ms 10us 20us)", {{0.0001014, -1}, {0.0002035, -0.299999999999999}, {0.0002975, 1}, {0.000497500000000001, 1}}},
-      {"EXP(1 4 0.1m 0.2m 0.5m 0.1m)", {{5.12e-05, 1}, {0.0002012, 2.19129288548847}, {0.0004512, 3.4817967355773},
-                                        {0.0007012, 1.25269517434905}, {0.0009512, 0.990392741466117}}},
+      {"EXP(1 4 0.1m 0.2m 0.5m 0.1m)",
+       {{5.12e-05, 1}, {0.0002012, 2.19129288548847}, {0.0004512, 3.4817967355773}, {0.0007012, 1.25269517434905}, {0.0009512, 0.990392741466117}}},
       {"PWL(0.1m 2, 0.3m 5, 0.6m -1)", {{5.12e-05, 2}, {0.000225, 3.875}, {0.000375, 3.5}, {0.000525, 0.499999999999999}, {0.000875, -1}}}};
   for (const Case& c : cases)
     for (const auto& [t, value] : c.values) {
@@ -97,9 +112,10 @@ TEST_CASE("SPICE's form: the values of ngspice") {
 
 // the same, of PWL(0 NUMBER 1m NUMBER)
 TEST_CASE("SPICE's numbers: suffixes and units") {
-  const std::pair<const char*, double> numbers[] = {{"1A", 1}, {"2MIL", 5.08e-5}, {"3MEG", 3e6}, {"3megohm", 3e6}, {"5mV", 5e-3}, {"5M", 5e-3},
-      {"2kHz", 2e3}, {"1F", 1e-15}, {"7Volt", 7}, {"1e3k", 1e6}, {"4T", 4e12}, {"4G", 4e9}, {"4u", 4e-6}, {"4n", 4e-9}, {"4p", 4e-12},
-      {".5", .5}, {"5.", 5}, {"1e-3s", 1e-3}, {"2Ohm", 2}, {"+3", 3}, {"-2m", -2e-3}};
+  const std::pair<const char*, double> numbers[] = {{"1A", 1},     {"2MIL", 5.08e-5}, {"3MEG", 3e6}, {"3megohm", 3e6}, {"5mV", 5e-3}, {"5M", 5e-3},
+                                                    {"2kHz", 2e3}, {"1F", 1e-15},     {"7Volt", 7},  {"1e3k", 1e6},    {"4T", 4e12},  {"4G", 4e9},
+                                                    {"4u", 4e-6},  {"4n", 4e-9},      {"4p", 4e-12}, {".5", .5},       {"5.", 5},     {"1e-3s", 1e-3},
+                                                    {"2Ohm", 2},   {"+3", 3},         {"-2m", -2e-3}};
   for (const auto& [text, value] : numbers) {
     INFO(text);
     CHECK(wave("PWL(0 " + std::string(text) + " 1 0)").at(0) == Approx(value).epsilon(1e-15));
@@ -131,7 +147,8 @@ TEST_CASE("SPICE's form: commas keep the program's order, and what SPICE would f
 TEST_CASE("An amplitude of 0 is remarked on") {
   CHECK_THAT(wave("sine(0,3,200)").remark(), Catch::Contains("its amplitude is 0") && Catch::Contains("SIN(VO VA FREQ)"));
   CHECK_THAT(wave("SIN(1 0 50)").remark(), Catch::Contains("it is 1 at all times"));
-  for (const char* text : {"step(0)", "pulse(0,5,1,1)", "PULSE(2 2 0 0 0 1)", "exp(1,1,0,1)"}) CHECK_THAT(wave(text).remark(), Catch::Contains("amplitude"));
+  for (const char* text : {"step(0)", "pulse(0,5,1,1)", "PULSE(2 2 0 0 0 1)", "exp(1,1,0,1)"})
+    CHECK_THAT(wave(text).remark(), Catch::Contains("amplitude"));
   CHECK_THAT(wave("sine(3,0)").remark(), Catch::Contains("its frequency is 0"));
   for (const char* text : {"sine(1,3,200)", "step(1)", "0", "SIN(0 1 50)", "pwl(0,0,1,0)", "constant(0)"}) CHECK(wave(text).remark() == "");
 }
@@ -155,8 +172,14 @@ TEST_CASE("Several waveforms, and faults that say what to write") {
 TEST_CASE("Any text is read or refused, and what is read is finite") {
   std::mt19937 random(5);
   const std::string letters = "stepulinxcoa()=,;.-+0123456789e mMk";
-  const char* const seeds[] = {"pulse(amp=5,t0=1,rise=1,width=2,fall=1,period=9)", "exp(0,1,0,1)", "pwl(0,0,1,1)", "sine(1,2)", "step(1)", "SIN(0 3 20 1 5 90)",
-                                "PULSE(0 5 1m 1u 1u 2m 4m)", "EXP(0 1 0 1 2 1)"};
+  const char* const seeds[] = {"pulse(amp=5,t0=1,rise=1,width=2,fall=1,period=9)",
+                               "exp(0,1,0,1)",
+                               "pwl(0,0,1,1)",
+                               "sine(1,2)",
+                               "step(1)",
+                               "SIN(0 3 20 1 5 90)",
+                               "PULSE(0 5 1m 1u 1u 2m 4m)",
+                               "EXP(0 1 0 1 2 1)"};
   int read = 0;
   for (int k = 0; k < 20000; ++k) {
     std::string text = seeds[random() % 8];

@@ -32,9 +32,7 @@ Lattice parse(const std::string& text) {
   return out;
 }
 
-std::map<std::string, std::string> options_of(const Lattice& l) {
-  return {l.implied_options.begin(), l.implied_options.end()};
-}
+std::map<std::string, std::string> options_of(const Lattice& l) { return {l.implied_options.begin(), l.implied_options.end()}; }
 
 /// Numbers of a list "1,2,3".
 std::vector<double> numbers(const std::string& list) {
@@ -102,7 +100,7 @@ TEST_CASE("forces of a scene become options", "[xsp]") {
   CHECK(g[1] == Approx(-9.5 * std::sqrt(0.75)).epsilon(1e-15));
   o.erase("-bs_gravity");
   const std::map<std::string, std::string> rest = {
-      {"-bs_viscosity", "0.25"},       {"-bs_xsp_center_of_mass", "5"},        {"-bs_xsp_center_of_mass_damping", "2"},
+      {"-bs_viscosity", "0.25"},           {"-bs_xsp_center_of_mass", "5"},        {"-bs_xsp_center_of_mass_damping", "2"},
       {"-bs_xsp_attraction", "100"},       {"-bs_xsp_attraction_exponent", "0.5"}, {"-bs_xsp_center_particle", "1"},
       {"-bs_xsp_walls", "10000"},          {"-bs_xsp_walls_exponent", "1"},        {"-bs_xsp_walls_sides", "1,0,0,1"},
       {"-bs_xsp_walls_box", "0,642,0,550"}};
@@ -114,8 +112,7 @@ TEST_CASE("forces of a scene become options", "[xsp]") {
 TEST_CASE("only forces that are on are implied", "[xsp]") {
   const std::string mass = "#1.0\nmass 1 1 1 0 0 1 1\n";
   CHECK(parse(mass).implied_options.empty());
-  CHECK(parse(mass + "cent 1\nfrce 0 0 10 0\nfrce 1 0 5 2\nfrce 2 0 10 0\nfrce 3 -1 1 1\nvisc 0\nwall 1 1 1 1\n")
-            .implied_options.empty());
+  CHECK(parse(mass + "cent 1\nfrce 0 0 10 0\nfrce 1 0 5 2\nfrce 2 0 10 0\nfrce 3 -1 1 1\nvisc 0\nwall 1 1 1 1\n").implied_options.empty());
   CHECK(parse(mass + "frce 3 1 1 1\nwall 0 0 0 0\n").implied_options.empty());  // no wall to repel from
   // down is exactly down
   CHECK(options_of(parse(mass + "frce 0 1 10 0\n"))["-bs_gravity"] == "0,-10");
@@ -142,8 +139,7 @@ TEST_CASE("what is passed over in a scene is said, each once", "[xsp]") {
   REQUIRE(l.warnings.size() == 4);
   CHECK(l.warnings[0] == "scene.xsp:28: spring 3 ends at mass 99, which does not exist: dropped, and 1 more like it");
   CHECK(l.warnings[1] == "scene.xsp:30: spring 5 joins mass 7 to itself: dropped");
-  CHECK(l.warnings[2] ==
-        "scene.xsp: ignored, as not modelled: bounces (walls: top, bottom), stickiness (stck 3), collisions (frce 4)");
+  CHECK(l.warnings[2] == "scene.xsp: ignored, as not modelled: bounces (walls: top, bottom), stickiness (stck 3), collisions (frce 4)");
   CHECK(l.warnings[3] == "scene.xsp:31: unknown records passed over: what huh");
   CHECK(parse("#1.0\nmass 1 1 1 0 0 1 1\nwall 0 0 0 0\nstck 0\nfrce 4 0 0 0").warnings.empty());
 }
@@ -155,12 +151,10 @@ TEST_CASE("faults of a scene name the line and the remedy", "[xsp]") {
   const std::string head = "#1.0\nmass 1 1 1 0 0 1 1\n";
   const std::vector<Row> rows = {
       {"", "scene.xsp:1: the file is empty"},
-      {"mass 1 1 1 0 0 1 1\n",
-       "scene.xsp:1: the file begins with 'mass 1 1 1 0 0 1 1': an XSpringies scene begins with #1.0"},
+      {"mass 1 1 1 0 0 1 1\n", "scene.xsp:1: the file begins with 'mass 1 1 1 0 0 1 1': an XSpringies scene begins with #1.0"},
       {"\x89HDF\r\n", "scene.xsp:1: the file begins with '?HDF?'"},
       {"#1.0\ncent -1\n", "scene.xsp:2: the scene has no mass"},
-      {head + "mass 2 1 1 0 0 1\n",
-       "scene.xsp:3: mass has 6 of its 7 numbers: write 'mass id x y vx vy mass elasticity'"},
+      {head + "mass 2 1 1 0 0 1\n", "scene.xsp:3: mass has 6 of its 7 numbers: write 'mass id x y vx vy mass elasticity'"},
       {head + "mass", "scene.xsp:3: mass has 0 of its 7"},
       {head + "mass 1 2 2 0 0 1 1\n", "scene.xsp:3: mass 1 was given on line 2 already: write another id"},
       {head + "mass 1.5 2 2 0 0 1 1\n", "scene.xsp:3: mass: id is '1.5': write a whole number"},
@@ -207,12 +201,9 @@ TEST_CASE("damaged scenes are read or refused, never worse", "[xsp]") {
     std::string text = whole;
     for (unsigned hit = 0; hit <= random() % 4; ++hit) {
       const std::size_t at = random() % text.size();
-      if (random() % 4 == 0)
-        text.resize(at + 1);
-      else if (random() % 2)
-        text[at] = pieces[random() % pieces.size()];
-      else
-        text.insert(at, random() % 3, static_cast<char>(random() % 256));
+      if (random() % 4 == 0) text.resize(at + 1);
+      else if (random() % 2) text[at] = pieces[random() % pieces.size()];
+      else text.insert(at, random() % 3, static_cast<char>(random() % 256));
     }
     Lattice l;
     std::string error;
@@ -250,10 +241,8 @@ TEST_CASE("the net of our own", "[xsp]") {
     if (l.fixed[p]) fixed.push_back(static_cast<std::int64_t>(p));
   CHECK(fixed == std::vector<std::int64_t>{0, 11});
   for (std::size_t s = 0; s < l.rest_length.size(); ++s) {
-    const std::size_t i = static_cast<std::size_t>(2 * l.pairs[2 * s]),
-                      j = static_cast<std::size_t>(2 * l.pairs[2 * s + 1]);
-    REQUIRE(std::hypot(l.position[i] - l.position[j], l.position[i + 1] - l.position[j + 1]) ==
-            Approx(l.rest_length[s]));
+    const std::size_t i = static_cast<std::size_t>(2 * l.pairs[2 * s]), j = static_cast<std::size_t>(2 * l.pairs[2 * s + 1]);
+    REQUIRE(std::hypot(l.position[i] - l.position[j], l.position[i + 1] - l.position[j + 1]) == Approx(l.rest_length[s]));
   }
   auto o = options_of(l);
   CHECK(o["-bs_gravity"] == "0,-10");
@@ -312,8 +301,7 @@ TEST_CASE("scenes that people made", "[xsp]") {
     std::int64_t fixed_read = 0;
     double mass_read = 0, stiffness_read = 0, rest_read = 0;
     for (std::size_t p = 0; p < l.mass.size(); ++p) fixed_read += l.fixed[p], mass_read += l.mass[p];
-    for (std::size_t s = 0; s < l.stiffness.size(); ++s)
-      stiffness_read += l.stiffness[s], rest_read += l.rest_length[s];
+    for (std::size_t s = 0; s < l.stiffness.size(); ++s) stiffness_read += l.stiffness[s], rest_read += l.rest_length[s];
     CHECK(fixed_read == fixed);
     CHECK(mass_read == Approx(mass).epsilon(1e-13));
     CHECK(stiffness_read == Approx(stiffness).epsilon(1e-13));

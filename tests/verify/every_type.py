@@ -2,7 +2,7 @@
 masses other than 1 whose anchors are driven (on one at rest where the subtype is refused with driven ones), and on a
 descriptor system with a source that depends on time. What cannot be right is refused by name before the first step.
 
-The expected orders are those of the program's own table, src/solve/methods.cpp, which in turn must be what the methods'
+The expected orders are those of the program's own table, src/time/methods.cpp, which in turn must be what the methods'
 authors claim, PUBLISHED. A type or subtype that PETSc names and the program neither runs nor refuses by name fails.
 """
 import pathlib
@@ -43,7 +43,7 @@ RLC = {"R": 20.0, "L": 1e-3, "C": 1e-6, "f": 5000.0, "T": 2e-4}
 
 def table():
     """{(type, subtype): (order, order on descriptor systems, has an error estimate, is implicit)} as the program has it."""
-    source = (REPO / "src/solve/methods.cpp").read_text()
+    source = (REPO / "src/time/methods.cpp").read_text()
     implicit = {name: kind == "IMPLICIT" for name, kind in re.findall(r'TypeTraits \w+\{"(\w+)", (\w+),', source)}
     rows = re.findall(r'\{&(\w+), "(\w*)", \w+, (\d+), (\d+), (\w+), [^}]*\}', source)
     return {(t.lower(), s): (int(order), int(descriptor), estimate == "true", implicit[t.lower()]) for t, s, order, descriptor, estimate in rows}
@@ -51,7 +51,7 @@ def table():
 
 def refused_types():
     """{type: words of its refusal} as the program has it."""
-    rows = re.findall(r'\{"(\w+)", (?:"([^"]*)"|NOT_BUILT), "[^"]*"\}', (REPO / "src/solve/methods.cpp").read_text())
+    rows = re.findall(r'\{"(\w+)", (?:"([^"]*)"|NOT_BUILT), "[^"]*"\}', (REPO / "src/time/methods.cpp").read_text())
     return {name: reason or "is no part of this PETSc" for name, reason in rows}
 
 

@@ -5,7 +5,7 @@
 
 #include "base/fault.hpp"
 #include "base/options.hpp"
-#include "model/create.hpp"
+#include "systems/create.hpp"
 
 static PetscErrorCode run() {
   std::unique_ptr<bs::Model> model;

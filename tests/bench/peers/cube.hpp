@@ -14,11 +14,11 @@ using Values = std::vector<double>;
 struct Cube {
   int n = 0;
   std::size_t particles = 0;
-  double mass = 0;                        ///< of each particle [kg]
-  std::vector<int> i, j;                  ///< ends of each spring
-  Values K, L;                            ///< [N], rest length [m]
+  double mass = 0;        ///< of each particle [kg]
+  std::vector<int> i, j;  ///< ends of each spring
+  Values K, L;            ///< [N], rest length [m]
   std::vector<std::uint8_t> fixed;
-  Values x, v;                            ///< (particles, 3) at the start
+  Values x, v;  ///< (particles, 3) at the start
 };
 
 constexpr double GRAVITY = -9.81;  // along z [m/s^2]
@@ -40,9 +40,7 @@ class Arguments {
 };
 
 /// Seconds since some moment.
-inline double now() {
-  return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
-}
+inline double now() { return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count(); }
 
 double median(Values values);
 

@@ -27,8 +27,7 @@ static int right_side(realtype, N_Vector y, N_Vector ydot, void* data) {
 }
 
 int main(int argc, char** argv) {
-  const peers::Arguments given(argc, argv, {{"n", 12}, {"time", 0.05}, {"stiff", 0}, {"adams", 0}, {"rtol", 1e-4}, {"atol", 1e-6},
-                                            {"limit", 1e9}});
+  const peers::Arguments given(argc, argv, {{"n", 12}, {"time", 0.05}, {"stiff", 0}, {"adams", 0}, {"rtol", 1e-4}, {"atol", 1e-6}, {"limit", 1e9}});
   const peers::Cube cube = peers::make_cube(given.whole("n"), given["stiff"] != 0);
   const std::size_t half = 3 * cube.particles;
   SUNContext context;
@@ -42,8 +41,8 @@ int main(int argc, char** argv) {
   System system{&cube, start + given["limit"]};
   SUNLinearSolver linear = nullptr;
   SUNNonlinearSolver nonlinear = nullptr;
-  if (CVodeInit(memory, right_side, 0.0, y) || CVodeSStolerances(memory, given["rtol"], given["atol"]) ||
-      CVodeSetUserData(memory, &system) || CVodeSetMaxNumSteps(memory, 100000000))
+  if (CVodeInit(memory, right_side, 0.0, y) || CVodeSStolerances(memory, given["rtol"], given["atol"]) || CVodeSetUserData(memory, &system) ||
+      CVodeSetMaxNumSteps(memory, 100000000))
     return 1;
   if (adams) {
     nonlinear = SUNNonlinSol_FixedPoint(y, 0, context);
@@ -64,9 +63,14 @@ int main(int argc, char** argv) {
     CVodeGetNumLinIters(memory, &krylov);
     CVodeGetNumLinRhsEvals(memory, &products);
   }
-  peers::print_json({{"seconds", seconds}, {"steps", static_cast<double>(steps)}, {"newton", static_cast<double>(newton)},
-              {"krylov", static_cast<double>(krylov)}, {"evaluations", static_cast<double>(evaluations + products)},
-              {"reached", reached}, {"converged", status >= 0}}, N_VGetArrayPointer(y) + half - 3);
+  peers::print_json({{"seconds", seconds},
+                     {"steps", static_cast<double>(steps)},
+                     {"newton", static_cast<double>(newton)},
+                     {"krylov", static_cast<double>(krylov)},
+                     {"evaluations", static_cast<double>(evaluations + products)},
+                     {"reached", reached},
+                     {"converged", status >= 0}},
+                    N_VGetArrayPointer(y) + half - 3);
   CVodeFree(&memory);
   if (linear) SUNLinSolFree(linear);
   if (nonlinear) SUNNonlinSolFree(nonlinear);

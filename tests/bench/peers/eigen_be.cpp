@@ -119,15 +119,18 @@ int run(const peers::Arguments& given, const Cube& cube) {
     step(cube, tangent, solver, given["h"], given["rtol"], x, v, counts);
     seconds.push_back(peers::now() - before);
   }
-  peers::print_json({{"s_per_step", peers::median(seconds)}, {"steps", static_cast<double>(seconds.size())},
-              {"newton", static_cast<double>(counts.newton)}, {"krylov", static_cast<double>(counts.krylov)},
-              {"converged", counts.converged}}, x.data() + x.size() - 3);
+  peers::print_json({{"s_per_step", peers::median(seconds)},
+                     {"steps", static_cast<double>(seconds.size())},
+                     {"newton", static_cast<double>(counts.newton)},
+                     {"krylov", static_cast<double>(counts.krylov)},
+                     {"converged", counts.converged}},
+                    x.data() + x.size() - 3);
   return 0;
 }
 
 int main(int argc, char** argv) {
-  const peers::Arguments given(argc, argv, {{"n", 12}, {"h", 0.01}, {"steps", 5}, {"stiff", 0}, {"ic", 0}, {"rtol", 1e-6},
-                                            {"linear", 1e-4}, {"limit", 1e9}});
+  const peers::Arguments given(argc, argv,
+                               {{"n", 12}, {"h", 0.01}, {"steps", 5}, {"stiff", 0}, {"ic", 0}, {"rtol", 1e-6}, {"linear", 1e-4}, {"limit", 1e9}});
   const Cube cube = peers::make_cube(given.whole("n"), given["stiff"] != 0);
   constexpr int BOTH = Eigen::Lower | Eigen::Upper;
   if (given["ic"] != 0) return run<Eigen::ConjugateGradient<Matrix, BOTH, Eigen::IncompleteCholesky<double>>>(given, cube);

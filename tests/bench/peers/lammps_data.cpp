@@ -19,8 +19,7 @@ int main(int argc, char** argv) {
   for (std::size_t p = 0; p < cube.particles; ++p)
     std::printf("%zu 1 %d %.17g %.17g %.17g\n", p + 1, cube.fixed[p] ? 2 : 1, cube.x[3 * p], cube.x[3 * p + 1], cube.x[3 * p + 2]);
   std::printf("\nVelocities\n\n");
-  for (std::size_t p = 0; p < cube.particles; ++p)
-    std::printf("%zu %.17g %.17g %.17g\n", p + 1, cube.v[3 * p], cube.v[3 * p + 1], cube.v[3 * p + 2]);
+  for (std::size_t p = 0; p < cube.particles; ++p) std::printf("%zu %.17g %.17g %.17g\n", p + 1, cube.v[3 * p], cube.v[3 * p + 1], cube.v[3 * p + 2]);
   std::printf("\nBonds\n\n");
   for (std::size_t s = 0; s < cube.i.size(); ++s)
     std::printf("%zu %d %d %d\n", s + 1, types[{0.5 * cube.K[s] / cube.L[s], cube.L[s]}], cube.i[s] + 1, cube.j[s] + 1);

@@ -29,8 +29,7 @@ class Hdf5Writer final : public Writer {
     H5Pset_fill_time(create, H5D_FILL_TIME_NEVER);
     const hsize_t size[3] = {static_cast<hsize_t>(slab.frames), static_cast<hsize_t>(slab.total), 3};
     space_ = H5Screate_simple(3, size, nullptr);
-    for (int k = 0; k < 2; ++k)
-      set_[k] = H5Dcreate2(file_, k ? "velocity" : "position", H5T_NATIVE_DOUBLE, space_, H5P_DEFAULT, create, H5P_DEFAULT);
+    for (int k = 0; k < 2; ++k) set_[k] = H5Dcreate2(file_, k ? "velocity" : "position", H5T_NATIVE_DOUBLE, space_, H5P_DEFAULT, create, H5P_DEFAULT);
     const hsize_t mine[2] = {static_cast<hsize_t>(slab.count), 3};
     memory_ = H5Screate_simple(2, mine, nullptr);
     transfer_ = H5Pcreate(H5P_DATASET_XFER);

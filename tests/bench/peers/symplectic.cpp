@@ -48,6 +48,11 @@ int main(int argc, char** argv) {
     }
   }
   const double seconds = peers::now() - start;
-  peers::print_json({{"seconds", seconds}, {"steps", steps}, {"h", h}, {"omega_max", omega}, {"springs", static_cast<double>(cube.i.size())},
-              {"springs_per_s", static_cast<double>(cube.i.size()) * steps / seconds}}, &cube.x[cube.x.size() - 3]);
+  peers::print_json({{"seconds", seconds},
+                     {"steps", steps},
+                     {"h", h},
+                     {"omega_max", omega},
+                     {"springs", static_cast<double>(cube.i.size())},
+                     {"springs_per_s", static_cast<double>(cube.i.size()) * steps / seconds}},
+                    &cube.x[cube.x.size() - 3]);
 }

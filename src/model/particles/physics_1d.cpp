@@ -1,7 +1,0 @@
-#include "model/particles/physics_create_impl.hpp"
-
-namespace bs {
-
-template std::unique_ptr<Physics> create_physics_of<1>(const Network&, const ParticleLaws&, const Motion&, const RowPattern&);
-
-}  // namespace bs

@@ -1,0 +1,155 @@
+#include "network/migrate.hpp"
+#include <tuple>
+#include "network/exchange.hpp"
+#include "network/spring_rows.hpp"
+
+namespace bs {
+
+PetscErrorCode gather_chunks(MPI_Comm comm, const Lattice& lattice, Chunks* chunks) {
+  int size = 1;
+  PetscFunctionBegin;
+  PetscCallMPI(MPI_Comm_size(comm, &size));
+  chunks->begin.resize(static_cast<std::size_t>(size) + 1);
+  const long long first = lattice.particles.first;
+  std::vector<long long> all(static_cast<std::size_t>(size));
+  PetscCallMPI(MPI_Allgather(&first, 1, MPI_LONG_LONG, all.data(), 1, MPI_LONG_LONG, comm));
+  std::copy(all.begin(), all.end(), chunks->begin.begin());
+  chunks->begin.back() = lattice.particles.total;
+  PetscFunctionReturn(0);
+}
+
+namespace {
+
+/// Springs as seen from their two ends: half spring 2 k + side of this rank's chunk.
+struct Halves {
+  const Lattice& lattice;
+  std::size_t count() const { return 2 * static_cast<std::size_t>(lattice.springs.count); }
+  std::int64_t self(std::size_t half) const { return lattice.pairs[half]; }
+  HalfSpring operator()(std::size_t half) const {
+    const std::size_t k = half / 2;
+    return {lattice.pairs[half],  lattice.pairs[half ^ 1], lattice.springs.first + static_cast<std::int64_t>(k),
+            lattice.stiffness[k], lattice.rest_length[k],  lattice.damping[k]};
+  }
+};
+
+/// keep(coupling) for each coupling without a spring that `options` asks for, at this chunk's particles.
+template <class Keep>
+void for_each_coupling(const Lattice& lattice, const NetworkOptions& options, Keep&& keep) {
+  for (std::int64_t k = 0; k < lattice.particles.count; ++k) {
+    const std::int64_t self = lattice.particles.first + k;
+    if (options.all_to_all) {
+      for (std::int64_t other = 0; other < lattice.particles.total; ++other)
+        if (other != self) keep(HalfSpring{self, other, -1, 0, 0, 0});
+    } else if (options.center_row >= 0 && options.center_row != self) {
+      keep(HalfSpring{self, options.center_row, -1, 0, 0, 0});
+    }
+  }
+}
+
+/// An edge of the spring graph on its way to the partitioner.
+struct Edge {
+  std::int64_t self, other;
+  double rate;  ///< by its law [N/m]
+};
+
+}  // namespace
+
+PetscErrorCode collect_graph(MPI_Comm comm, const Lattice& lattice, const NetworkOptions& options, const Chunks& chunks, RowGraph* graph) {
+  PetscFunctionBegin;
+  const Halves halves{lattice};
+  const SpringRows rows(lattice);
+  const auto edge = [&](std::size_t half) {
+    const HalfSpring s = halves(half);
+    return Edge{s.self, s.other, rows.rate(half / 2)};
+  };
+  std::vector<Edge> edges;
+  edges.reserve(halves.count() * 11 / 10);
+  PetscCall(exchange_in_slices<Edge>(
+      comm, halves.count(), options.slice, [&](std::size_t k) { return chunks.owner(halves.self(k)); }, [&](std::size_t k) { return edge(k); },
+      [&](const std::vector<Edge>& received) {
+        edges.insert(edges.end(), received.begin(), received.end());
+        return PetscErrorCode(0);
+      }));
+  std::sort(edges.begin(), edges.end(),
+            [](const Edge& a, const Edge& b) { return std::tie(a.self, a.other, a.rate) < std::tie(b.self, b.other, b.rate); });
+  graph->start.assign(1, 0);
+  graph->other.reserve(edges.size());
+  graph->rate.reserve(edges.size());
+  for (std::int64_t k = 0; k < lattice.particles.count; ++k) {
+    for (std::size_t e = graph->other.size(); e < edges.size() && edges[e].self == lattice.particles.first + k; ++e) {
+      graph->other.push_back(edges[e].other);
+      graph->rate.push_back(edges[e].rate);
+    }
+    graph->start.push_back(static_cast<std::int64_t>(graph->other.size()));
+  }
+  PetscFunctionReturn(0);
+}
+
+// By way of the chunks that hold the ends, since only those know the new owners.
+PetscErrorCode collect_half_springs(MPI_Comm comm, const Lattice& lattice, const NetworkOptions& options, const Chunks& chunks,
+                                    const std::vector<int>& rank_of, std::vector<HalfSpring>* mine) {
+  int size = 1;
+  PetscFunctionBegin;
+  PetscCallMPI(MPI_Comm_size(comm, &size));
+  const Halves halves{lattice};
+  const std::int64_t first = lattice.particles.first;
+  const auto owner = [&](const HalfSpring& s) { return rank_of[static_cast<std::size_t>(s.self - first)]; };
+  const auto forward = [&](const std::vector<HalfSpring>& items) {
+    std::vector<HalfSpring> received;
+    PetscFunctionBegin;
+    PetscCall(exchange(
+        comm, items.size(), [&](std::size_t k) { return owner(items[k]); }, [&](std::size_t k) { return items[k]; }, &received));
+    mine->insert(mine->end(), received.begin(), received.end());
+    PetscFunctionReturn(0);
+  };
+  // a tenth more than the average; pages nobody writes to cost nothing
+  mine->reserve(static_cast<std::size_t>(2 * lattice.springs.total / size * (size > 1 ? 11 : 10) / 10));
+  if (size == 1)
+    for (std::size_t k = 0; k < halves.count(); ++k) mine->push_back(halves(k));
+  else
+    PetscCall(exchange_in_slices<HalfSpring>(
+        comm, halves.count(), options.slice, [&](std::size_t k) { return chunks.owner(halves.self(k)); }, halves, forward));
+  std::vector<HalfSpring> couplings;
+  for_each_coupling(lattice, options, [&](const HalfSpring& s) { couplings.push_back(s); });
+  PetscCall(forward(couplings));
+  std::sort(mine->begin(), mine->end(), before);
+  PetscFunctionReturn(0);
+}
+
+PetscErrorCode migrate(MPI_Comm comm, const Lattice& lattice, const Chunks& chunks, const std::vector<int>& rank_of,
+                       std::vector<ParticleRecord>* particles, std::vector<AnchorRecord>* anchors) {
+  const std::int64_t first = lattice.particles.first;
+  const int d = lattice.dim;
+  PetscFunctionBegin;
+  std::vector<ParticleRecord> sent(static_cast<std::size_t>(lattice.particles.count));
+  for (std::int64_t k = 0; k < lattice.particles.count; ++k) {
+    ParticleRecord& p = sent[k];
+    p = {first + k,       lattice.id.empty() ? first + k : lattice.id[k],
+         lattice.mass[k], lattice.radius.empty() ? 0.0 : lattice.radius[k],
+         {0, 0, 0},       {0, 0, 0},
+         lattice.fixed[k]};
+    for (int c = 0; c < d; ++c) p.x[c] = lattice.position[k * d + c];
+    for (int c = 0; c < d; ++c) p.v[c] = p.fixed ? 0.0 : lattice.velocity[k * d + c];
+  }
+  PetscCall(exchange(comm, sent, rank_of, particles));
+  std::sort(particles->begin(), particles->end(), [](const auto& a, const auto& b) { return a.row < b.row; });
+
+  std::vector<AnchorRecord> near, there(static_cast<std::size_t>(lattice.anchors.count));
+  std::vector<int> dest(there.size(), 0);
+  for (std::int64_t k = 0; k < lattice.anchors.count; ++k) {
+    AnchorRecord& a = there[k];
+    a = {lattice.anchor_particle[k],  lattice.anchors.first + k,     {0, 0, 0},
+         lattice.anchor_stiffness[k], lattice.anchor_rest_length[k], lattice.anchor_damping[k]};
+    for (int c = 0; c < d; ++c) a.point[c] = lattice.anchor_point[k * d + c];
+    dest[k] = chunks.owner(a.particle);
+  }
+  PetscCall(exchange(comm, there, dest, &near));
+  dest.assign(near.size(), 0);
+  for (std::size_t k = 0; k < near.size(); ++k) dest[k] = rank_of[near[k].particle - first];
+  PetscCall(exchange(comm, near, dest, anchors));
+  std::sort(anchors->begin(), anchors->end(),
+            [](const auto& a, const auto& b) { return a.particle != b.particle ? a.particle < b.particle : a.row < b.row; });
+  PetscFunctionReturn(0);
+}
+
+}  // namespace bs

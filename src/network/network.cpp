@@ -1,0 +1,239 @@
+#include "network/network.hpp"
+#include <petscmat.h>
+#include <petscsf.h>
+#include <algorithm>
+#include <array>
+#include <numeric>
+#include "base/options.hpp"
+#include "base/release.hpp"
+#include "network/interactions.hpp"
+#include "network/migrate.hpp"
+#include "network/partition.hpp"
+#include "network/spring_rows.hpp"
+
+namespace bs {
+namespace {
+
+using LayoutHandle = Handle<PetscLayout, PetscLayoutDestroy>;
+
+/// Reverse Cuthill-McKee order of the springs among owned particles: position -> index in `particles`.
+PetscErrorCode order_locally(const std::vector<ParticleRecord>& particles, const std::vector<HalfSpring>& springs, const std::vector<PetscInt>& start,
+                             int ordering, std::vector<PetscInt>* order) {
+  const PetscInt n = static_cast<PetscInt>(particles.size());
+  PetscFunctionBegin;
+  order->resize(particles.size());
+  std::iota(order->begin(), order->end(), 0);
+  if (ordering != 0 || n < 3) PetscFunctionReturn(0);
+  std::vector<PetscInt> ia(static_cast<std::size_t>(n) + 1, 0), ja;
+  ja.reserve(springs.size() + particles.size());
+  for (PetscInt i = 0; i < n; ++i) {
+    PetscInt last = -1;
+    ja.push_back(i);
+    const std::size_t begin = ja.size() - 1;
+    for (PetscInt e = start[i]; e < start[i + 1]; ++e) {
+      const auto at = std::lower_bound(particles.begin(), particles.end(), springs[e].other,
+                                       [](const ParticleRecord& p, std::int64_t row) { return p.row < row; });
+      if (springs[e].spring < 0 || at == particles.end() || at->row != springs[e].other) continue;
+      const PetscInt j = static_cast<PetscInt>(at - particles.begin());
+      if (j != last) ja.push_back(j);
+      last = j;
+    }
+    std::sort(ja.begin() + begin, ja.end());
+    ia[i + 1] = static_cast<PetscInt>(ja.size());
+  }
+  std::vector<PetscScalar> ones(ja.size(), 1);
+  MatHandle graph;
+  ISHandle rows, columns;
+  PetscCall(MatCreateSeqAIJWithArrays(PETSC_COMM_SELF, n, n, ia.data(), ja.data(), ones.data(), graph.out()));
+  PetscCall(MatGetOrdering(graph, MATORDERINGRCM, rows.out(), columns.out()));
+  const PetscInt* index = nullptr;
+  PetscCall(ISGetIndices(rows, &index));
+  order->assign(index, index + n);
+  PetscCall(ISRestoreIndices(rows, &index));
+  PetscFunctionReturn(0);
+}
+
+/// Global index, whether fixed and where it starts, of the particles in `rows`: asked of the chunks of the input.
+PetscErrorCode look_up(MPI_Comm comm, const Lattice& lattice, const std::vector<std::int64_t>& owned, const std::vector<std::int64_t>& ghosts,
+                       Network* net) {
+  const PetscInt count = static_cast<PetscInt>(lattice.particles.count);
+  const int d = lattice.dim;
+  PetscFunctionBegin;
+  LayoutHandle layout;
+  PetscCall(PetscLayoutCreateFromSizes(comm, count, PETSC_DECIDE, 1, layout.out()));
+  std::vector<PetscInt> rows(owned.begin(), owned.end());
+  SFHandle mine, all;
+  PetscCall(PetscSFCreate(comm, mine.out()));
+  PetscCall(PetscSFSetGraphLayout(mine, layout, static_cast<PetscInt>(rows.size()), nullptr, PETSC_COPY_VALUES, rows.data()));
+  std::vector<PetscInt> global_of(static_cast<std::size_t>(count)), numbers(owned.size());
+  std::iota(numbers.begin(), numbers.end(), net->first);
+  PetscCall(PetscSFReduceBegin(mine, MPIU_INT, numbers.data(), global_of.data(), MPI_REPLACE));
+  PetscCall(PetscSFReduceEnd(mine, MPIU_INT, numbers.data(), global_of.data(), MPI_REPLACE));
+
+  rows.insert(rows.end(), ghosts.begin(), ghosts.end());
+  PetscCall(PetscSFCreate(comm, all.out()));
+  PetscCall(PetscSFSetGraphLayout(all, layout, static_cast<PetscInt>(rows.size()), nullptr, PETSC_COPY_VALUES, rows.data()));
+  net->global.resize(rows.size());
+  net->fixed.resize(rows.size());
+  net->held.resize(rows.size() * d);
+  net->mass.resize(rows.size());
+  PetscCall(PetscSFBcastBegin(all, MPIU_INT, global_of.data(), net->global.data(), MPI_REPLACE));
+  PetscCall(PetscSFBcastEnd(all, MPIU_INT, global_of.data(), net->global.data(), MPI_REPLACE));
+  PetscCall(PetscSFBcastBegin(all, MPI_UNSIGNED_CHAR, lattice.fixed.data(), net->fixed.data(), MPI_REPLACE));
+  PetscCall(PetscSFBcastEnd(all, MPI_UNSIGNED_CHAR, lattice.fixed.data(), net->fixed.data(), MPI_REPLACE));
+  PetscCall(PetscSFBcastBegin(all, MPI_DOUBLE, lattice.mass.data(), net->mass.data(), MPI_REPLACE));
+  PetscCall(PetscSFBcastEnd(all, MPI_DOUBLE, lattice.mass.data(), net->mass.data(), MPI_REPLACE));
+  MPI_Datatype point;
+  PetscCallMPI(MPI_Type_contiguous(d, MPI_DOUBLE, &point));
+  PetscCallMPI(MPI_Type_commit(&point));
+  PetscCall(PetscSFBcastBegin(all, point, lattice.position.data(), net->held.data(), MPI_REPLACE));
+  PetscCall(PetscSFBcastEnd(all, point, lattice.position.data(), net->held.data(), MPI_REPLACE));
+  PetscCallMPI(MPI_Type_free(&point));
+  PetscFunctionReturn(0);
+}
+
+/// Rows of `springs` that begin each particle; particles and springs are sorted by row.
+std::vector<PetscInt> row_starts(const std::vector<ParticleRecord>& particles, const std::vector<HalfSpring>& springs) {
+  std::vector<PetscInt> start(particles.size() + 1, 0);
+  std::size_t e = 0;
+  for (std::size_t i = 0; i < particles.size(); ++i) {
+    while (e < springs.size() && springs[e].self == particles[i].row) ++e;
+    start[i + 1] = static_cast<PetscInt>(e);
+  }
+  return start;
+}
+
+/// Fills the owned part of `net` in the order given.
+void lay_out(const std::vector<ParticleRecord>& particles, const std::vector<HalfSpring>& springs, const std::vector<AnchorRecord>& anchors,
+             const std::vector<PetscInt>& start, const std::vector<PetscInt>& order, const std::vector<std::int64_t>& ghosts, Network* net) {
+  const int d = net->dim;
+  std::vector<PetscInt> place(order.size());
+  for (std::size_t i = 0; i < order.size(); ++i) place[order[i]] = static_cast<PetscInt>(i);
+  auto owned_index = [&](std::int64_t row) -> PetscInt {
+    const auto at = std::lower_bound(particles.begin(), particles.end(), row, [](const ParticleRecord& p, std::int64_t r) { return p.row < r; });
+    return at != particles.end() && at->row == row ? place[at - particles.begin()] : -1;
+  };
+  Links& links = net->links;
+  links.start.assign(1, 0);
+  links.other.reserve(springs.size());
+  links.stiffness.reserve(springs.size());
+  links.rest_length.reserve(springs.size());
+  const bool damped = std::any_of(springs.begin(), springs.end(), [](const HalfSpring& s) { return s.damping != 0; });
+  if (damped) links.damping.reserve(springs.size());
+  links.spring.reserve(springs.size());
+  links.start.reserve(order.size() + 1);
+  net->velocity.reserve(order.size() * d);
+  for (const PetscInt k : order) {
+    const ParticleRecord& p = particles[k];
+    net->radius.push_back(p.radius);
+    net->id.push_back(p.id);
+    net->row.push_back(p.row);
+    for (int c = 0; c < d; ++c) net->velocity.push_back(p.v[c]);
+    for (PetscInt e = start[k]; e < start[k + 1]; ++e) {
+      const HalfSpring& s = springs[e];
+      PetscInt j = owned_index(s.other);
+      if (j < 0) j = net->n + static_cast<PetscInt>(std::lower_bound(ghosts.begin(), ghosts.end(), s.other) - ghosts.begin());
+      links.other.push_back(j);
+      links.stiffness.push_back(s.stiffness);
+      links.rest_length.push_back(s.rest_length);
+      if (damped) links.damping.push_back(s.damping);
+      links.spring.push_back(s.spring);
+    }
+    links.start.push_back(static_cast<PetscInt>(links.other.size()));
+  }
+  for (const AnchorRecord& a : anchors) {
+    net->anchors.particle.push_back(owned_index(a.particle));
+    net->anchors.point.insert(net->anchors.point.end(), a.point, a.point + 3);
+    net->anchors.stiffness.push_back(a.stiffness);
+    net->anchors.rest_length.push_back(a.rest_length);
+    net->anchors.damping.push_back(a.damping);
+    net->anchors.row.push_back(a.row);
+  }
+}
+
+/// Rows at the other ends of `springs` that are none of `particles`, ascending.
+std::vector<std::int64_t> ghost_rows(const std::vector<ParticleRecord>& particles, const std::vector<HalfSpring>& springs) {
+  std::vector<std::int64_t> ghosts;
+  for (const HalfSpring& s : springs) {
+    const auto at = std::lower_bound(particles.begin(), particles.end(), s.other, [](const ParticleRecord& p, std::int64_t r) { return p.row < r; });
+    if (at == particles.end() || at->row != s.other) ghosts.push_back(s.other);
+  }
+  std::sort(ghosts.begin(), ghosts.end());
+  ghosts.erase(std::unique(ghosts.begin(), ghosts.end()), ghosts.end());
+  return ghosts;
+}
+
+/// Which rank each particle of this chunk goes to, by the springs at it.
+PetscErrorCode assign_ranks(MPI_Comm comm, const Lattice& lattice, const NetworkOptions& options, const Chunks& chunks, std::vector<int>* rank_of,
+                            Network* net) {
+  int size = 1;
+  PetscFunctionBegin;
+  PetscCallMPI(MPI_Comm_size(comm, &size));
+  RowGraph graph;
+  if (needs_graph(lattice, options.partition, size)) PetscCall(collect_graph(comm, lattice, options, chunks, &graph));
+  PetscCall(partition_rows(comm, lattice, &graph, options.partition, rank_of, &net->partition));
+  PetscFunctionReturn(0);
+}
+
+}  // namespace
+
+PetscErrorCode read_network_options(MPI_Comm comm, NetworkOptions* out) {
+  PetscFunctionBegin;
+  PetscCall(read_section(comm, "Parallel layout", [&](Section& o) {
+    o.choice("-bs_partition",
+             "how particles are divided among ranks: graph (MatPartitioning, least cut springs), "
+             "geometric (coordinate bisection) or rows (the input's order)",
+             {"graph", "geometric", "rows"}, out->partition);
+    o.choice("-bs_ordering", "order of a rank's particles: rcm (reverse Cuthill-McKee, for cache) or rows (the input's)", {"rcm", "rows"},
+             out->ordering);
+  }));
+  PetscFunctionReturn(0);
+}
+
+PetscErrorCode build_network(MPI_Comm comm, const Lattice& lattice, const NetworkOptions& options, Network* net) {
+  PetscFunctionBegin;
+  net->comm = comm;
+  net->dim = lattice.dim;
+  net->total = static_cast<PetscInt>(lattice.particles.total);
+  net->springs_total = lattice.springs.total;
+  net->anchors_total = lattice.anchors.total;
+  net->spring_law = lattice.spring_law;
+  net->damping_law = lattice.damping_law;
+  net->rest_at_zero_length = lattice.rest_at_zero_length;
+  net->source = lattice.source;
+
+  Chunks chunks;
+  std::vector<HalfSpring> springs;
+  PetscCall(gather_chunks(comm, lattice, &chunks));
+  std::vector<int> rank_of;
+  PetscCall(assign_ranks(comm, lattice, options, chunks, &rank_of, net));
+
+  std::vector<ParticleRecord> particles;
+  std::vector<AnchorRecord> anchors;
+  PetscCall(collect_half_springs(comm, lattice, options, chunks, rank_of, &springs));
+  std::vector<std::vector<InteractionRecord>> interactions;
+  PetscCall(collect_interactions(comm, lattice, chunks, rank_of, &interactions));
+  add_couplings(interactions, &springs);
+  PetscCall(migrate(comm, lattice, chunks, rank_of, &particles, &anchors));
+  const std::vector<PetscInt> start = row_starts(particles, springs);
+  std::vector<PetscInt> order;
+  PetscCall(order_locally(particles, springs, start, options.ordering, &order));
+
+  const std::vector<std::int64_t> ghosts = ghost_rows(particles, springs);
+  net->n = static_cast<PetscInt>(particles.size());
+  net->ghosts = static_cast<PetscInt>(ghosts.size());
+  PetscInt last = 0;
+  PetscCallMPI(MPI_Scan(&net->n, &last, 1, MPIU_INT, MPI_SUM, comm));
+  net->first = last - net->n;
+  lay_out(particles, springs, anchors, start, order, ghosts, net);
+  lay_out_interactions(lattice, interactions, ghosts, net);
+  release(springs);
+  PetscCall(give_laws(comm, lattice, net));
+  PetscCall(look_up(comm, lattice, net->row, ghosts, net));
+  std::int64_t fixed = 0;
+  for (PetscInt i = 0; i < net->n; ++i) fixed += net->fixed[i];
+  PetscCallMPI(MPI_Allreduce(&fixed, &net->fixed_total, 1, MPI_INT64_T, MPI_SUM, comm));
+  PetscFunctionReturn(0);
+}
+
+}  // namespace bs

@@ -1,0 +1,89 @@
+// The distributed lattice: which rank owns which particle, in what local order, and what it must know of others.
+#pragma once
+#include <petscis.h>
+#include <cstdint>
+#include <string>
+#include <vector>
+#include "base/handle.hpp"
+#include "lattice/lattice.hpp"
+
+namespace bs {
+
+/// Springs seen from their owned end, in compressed rows: those of particle i are [start[i], start[i+1]), ascending by
+/// the other end's row in the input, then by spring, so that sums over them are the same on any number of ranks.
+/// A spring between two owned particles appears twice; one cut by a rank boundary once on either side.
+struct Links {
+  std::vector<PetscInt> start;  ///< (n + 1)
+  std::vector<PetscInt> other;  ///< local index of the other end; >= n: a ghost
+  std::vector<double> stiffness, rest_length;
+  std::vector<double> damping;       ///< empty where no spring of this rank has a damper
+  std::vector<std::int64_t> spring;  ///< row in the input; -1: a coupling without a spring
+  // of lattices with more than Hooke's or the strain law
+  std::vector<std::uint8_t> law;  ///< place in the registry; empty: that of the network
+  std::vector<double> more;       ///< (links, width): the law's parameters, then its history
+  int width = 0;
+};
+
+/// Springs of owned particles to points.
+struct Anchors {
+  std::vector<PetscInt> particle;  ///< local index
+  std::vector<double> point;       ///< (count, 3)
+  std::vector<double> stiffness, rest_length, damping;
+  std::vector<std::int64_t> row;  ///< row in the input
+  std::vector<std::uint8_t> law;  ///< as for links; laws of anchors take nothing more
+  std::vector<double> more;
+  int width = 0;
+};
+
+/// Interactions of one kind with at least one owned end, ascending by row, so that sums over them are the same on any number
+/// of ranks. Every end is known: owned or a ghost.
+struct InteractionTable {
+  std::int64_t total = 0;         ///< of all ranks
+  std::vector<PetscInt> end;      ///< (count, ends) local indices
+  std::vector<double> parameter;  ///< (count, parameters)
+  std::vector<std::int64_t> row;  ///< (count) row in the input
+};
+
+/// Unknowns are numbered by particle: block `global` of 2d numbers (x, v). Local particles: n owned, then ghosts.
+struct Network {
+  MPI_Comm comm = MPI_COMM_NULL;
+  int dim = 3;
+  PetscInt n = 0, ghosts = 0, total = 0;  ///< particles
+  PetscInt first = 0;                     ///< global index of the first owned particle
+  std::int64_t springs_total = 0, anchors_total = 0, fixed_total = 0;
+  // owned and ghosts
+  std::vector<PetscInt> global;
+  std::vector<std::uint8_t> fixed;
+  std::vector<double> held;  ///< (n + ghosts, d): where a particle starts; fixed ones stay there
+  std::vector<double> mass;
+  // owned
+  std::vector<double> radius, velocity;  ///< (n), (n, d)
+  std::vector<std::int64_t> row, id;     ///< row in the input and the user's number
+  Links links;
+  Anchors anchors;
+  std::vector<InteractionTable> interactions;  ///< by kind; empty where the lattice has none at all
+  SpringLaw spring_law = SpringLaw::hooke;
+  bool mixed = false;              ///< laws are looked up link by link; the same on every rank, as the next two
+  bool softens = false;            ///< some spring's law may
+  std::vector<std::uint8_t> laws;  ///< per place in the registry, where mixed: whether some spring obeys it
+  DampingLaw damping_law = DampingLaw::axial;
+  bool rest_at_zero_length = false;
+  std::string source, partition;  ///< what it was made of; how it was divided
+};
+
+struct NetworkOptions {
+  int partition = 0;                         ///< -bs_partition: 0 graph, 1 geometric, 2 rows
+  int ordering = 0;                          ///< -bs_ordering: 0 rcm, 1 rows
+  std::int64_t center_row = -1;              ///< a particle every other one feels: made known to all
+  bool all_to_all = false;                   ///< couple every free particle with every other one
+  std::size_t slice = std::size_t{1} << 18;  ///< springs of a rank in transit at once
+};
+
+/// Collective. Divides the lattice among the ranks of `comm`, orders each part for cache and finds its ghosts.
+/// Needs sum(particles)*2d to fit PetscInt, which the readers have checked.
+PetscErrorCode build_network(MPI_Comm comm, const Lattice& lattice, const NetworkOptions& options, Network* out);
+
+/// Collective. Reads -bs_partition and -bs_ordering.
+PetscErrorCode read_network_options(MPI_Comm comm, NetworkOptions* out);
+
+}  // namespace bs

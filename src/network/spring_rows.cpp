@@ -1,0 +1,105 @@
+#include "network/spring_rows.hpp"
+#include <petscsf.h>
+#include <algorithm>
+#include "physics/pair/springs/mixed.hpp"
+
+namespace bs {
+
+SpringRows::SpringRows(const Lattice& lattice) : lattice_(lattice) {
+  const auto column = [&](const char* name) -> const double* {
+    for (const SpringColumn& one : lattice.spring_columns)
+      if (one.name == name) return one.value.data();
+    return nullptr;
+  };
+  for (const SpringLawInfo& law : spring_laws()) {
+    columns_.emplace_back();
+    for (const SpringParameter& one : law.parameters) columns_.back().push_back(column(one.name));
+    for (const SpringHistory& one : law.history) columns_.back().push_back(column(one.name));
+  }
+}
+
+void SpringRows::fill(std::size_t k, double* more) const {
+  for (const double* column : columns_[static_cast<std::size_t>(law(k))]) *more++ = column ? column[k] : 0.0;
+}
+
+double SpringRows::rate(std::size_t k) const {
+  double more[SPRING_WIDTH] = {};
+  fill(k, more);
+  double rate = 0;
+  with_spring_law(law(k), [&](auto law) {
+    using Law = decltype(law);
+    if constexpr (takes_more<Law>) rate = spring_rate<Law>(lattice_.stiffness[k], lattice_.rest_length[k], static_cast<const double*>(more));
+    else rate = spring_rate<Law>(lattice_.stiffness[k], lattice_.rest_length[k]);
+  });
+  return rate;
+}
+
+int anchor_law(const Lattice& lattice) {
+  const int law = static_cast<int>(lattice.spring_law);
+  return spring_laws()[static_cast<std::size_t>(law)].width() == 0 ? law : static_cast<int>(SpringLaw::hooke);
+}
+
+namespace {
+
+/// What one spring's row is in transit: its law, then what that takes.
+PetscErrorCode fetch(MPI_Comm comm, const Lattice& lattice, Network* net) {
+  using SFHandle = Handle<PetscSF, PetscSFDestroy>;
+  using LayoutHandle = Handle<PetscLayout, PetscLayoutDestroy>;
+  Links& links = net->links;
+  const SpringRows rows(lattice);
+  constexpr std::size_t unit = SPRING_WIDTH + 1;
+  const std::size_t chunk = static_cast<std::size_t>(lattice.springs.count);
+  std::vector<double> given(chunk * unit, 0.0), got(links.spring.size() * unit, 0.0);
+  std::vector<PetscInt> here, there;
+  MPI_Datatype type;
+  LayoutHandle layout;
+  SFHandle sf;
+  PetscFunctionBegin;
+  for (std::size_t k = 0; k < chunk; ++k) {
+    given[k * unit] = rows.law(k);
+    rows.fill(k, &given[k * unit + 1]);
+  }
+  for (std::size_t e = 0; e < links.spring.size(); ++e)
+    if (links.spring[e] >= 0) {
+      here.push_back(static_cast<PetscInt>(e));
+      there.push_back(static_cast<PetscInt>(links.spring[e]));
+    }
+  PetscCall(PetscLayoutCreateFromSizes(comm, static_cast<PetscInt>(chunk), PETSC_DECIDE, 1, layout.out()));
+  PetscCall(PetscSFCreate(comm, sf.out()));
+  PetscCall(PetscSFSetGraphLayout(sf, layout, static_cast<PetscInt>(here.size()), here.data(), PETSC_COPY_VALUES, there.data()));
+  PetscCallMPI(MPI_Type_contiguous(static_cast<PetscMPIInt>(unit), MPI_DOUBLE, &type));
+  PetscCallMPI(MPI_Type_commit(&type));
+  PetscCall(PetscSFBcastBegin(sf, type, given.data(), got.data(), MPI_REPLACE));
+  PetscCall(PetscSFBcastEnd(sf, type, given.data(), got.data(), MPI_REPLACE));
+  PetscCallMPI(MPI_Type_free(&type));
+  net->laws.assign(spring_laws().size(), 0);
+  for (std::size_t e = 0; e < links.spring.size(); ++e) {
+    links.law.push_back(static_cast<std::uint8_t>(got[e * unit]));
+    if (links.spring[e] >= 0) net->laws[links.law.back()] = 1;
+  }
+  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, net->laws.data(), static_cast<PetscMPIInt>(net->laws.size()), MPI_UINT8_T, MPI_MAX, comm));
+  for (std::size_t law = 0; law < net->laws.size(); ++law) {
+    if (!net->laws[law]) continue;
+    links.width = std::max(links.width, static_cast<int>(spring_laws()[law].width()));
+    net->softens = net->softens || spring_laws()[law].softens;
+  }
+  const std::size_t width = static_cast<std::size_t>(links.width);
+  links.more.reserve(links.spring.size() * width);
+  for (std::size_t e = 0; e < links.spring.size(); ++e)
+    links.more.insert(links.more.end(), got.begin() + static_cast<std::ptrdiff_t>(e * unit + 1),
+                      got.begin() + static_cast<std::ptrdiff_t>(e * unit + 1 + width));
+  PetscFunctionReturn(0);
+}
+
+}  // namespace
+
+PetscErrorCode give_laws(MPI_Comm comm, const Lattice& lattice, Network* net) {
+  PetscFunctionBegin;
+  net->mixed = lattice.law_by_row || (lattice.spring_law != SpringLaw::hooke && lattice.spring_law != SpringLaw::strain);
+  if (!net->mixed) PetscFunctionReturn(0);
+  PetscCall(fetch(comm, lattice, net));
+  net->anchors.law.assign(net->anchors.particle.size(), static_cast<std::uint8_t>(anchor_law(lattice)));
+  PetscFunctionReturn(0);
+}
+
+}  // namespace bs

@@ -1,0 +1,24 @@
+// The particle laws. A new law is one header and one line here.
+#pragma once
+#include <tuple>
+
+#include "physics/body/central_gravity.hpp"
+#include "physics/body/mass_drag.hpp"
+#include "physics/body/shape_drag.hpp"
+#include "physics/body/sphere_drag.hpp"
+#include "physics/body/stokes_drag.hpp"
+#include "physics/body/uniform_gravity.hpp"
+#include "physics/body/xsp_attraction.hpp"
+#include "physics/body/xsp_walls.hpp"
+
+namespace bs {
+
+using ParticleLaws = std::tuple<UniformGravity, CentralGravity, StokesDrag, MassDrag, SphereDrag, ShapeDrag, XspAttraction, XspWalls>;
+
+/// Calls f(law) for each law in the tuple, in its order; `laws` may be const.
+template <class Laws, class F>
+void for_each_law(Laws& laws, F&& f) {
+  std::apply([&](auto&... law) { (f(law), ...); }, laws);
+}
+
+}  // namespace bs

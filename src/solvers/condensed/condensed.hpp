@@ -1,0 +1,57 @@
+// The preconditioner "condensed": positions are eliminated from a Newton correction, the velocities solved for,
+//   S w = b,  S = sigma M - D - K/sigma
+// by an inner KSP with the prefix condensed_. Half the unknowns and a symmetric matrix. With an exact inner solve it is the
+// inverse of the Jacobian: the outer KSP is then preonly, and the outer tolerance is handed to the inner solve.
+#pragma once
+#include <petscts.h>
+#include "systems/tangent.hpp"
+
+namespace bs {
+
+/// Which S a Newton direction is taken from.
+enum class Curvature { automatic, exact, definite };
+
+/// What the solve is for.
+struct CondensedDemand {
+  /// A descent direction of the step's potential is enough (the energy search makes the most of it); else S w = b is solved
+  /// whether S is definite or not.
+  bool direction = false;
+  /// For directions: exact: S as it is; definite: with what makes it positive definite; automatic: as it is while it is
+  /// positive definite.
+  Curvature curvature = Curvature::automatic;
+};
+
+struct CondensedCounts {
+  PetscInt solves = 0, iterations = 0;  ///< of the inner KSP, fallbacks included
+  PetscInt refreshed = 0;               ///< times the inner preconditioner was renewed
+  PetscInt indefinite = 0;              ///< solves in which S turned out not to be positive definite
+  PetscInt definite = 0;                ///< solves with the definite part of S in its place
+  PetscInt unfinished = 0;              ///< directions taken when the iterations ran out
+  PetscInt shifts = 0;                  ///< incomplete factorisations repeated with a larger diagonal
+};
+
+/// Registers the type "condensed" with PETSc; once, after PetscInitialize.
+PetscErrorCode register_condensed();
+
+/// Whether `pc` is of this type, and what it has done.
+PetscErrorCode condensed_counts(PC pc, bool* is, CondensedCounts* counts);
+
+/// Where the Jacobian comes from, and what for; must be given before `pc` is set up, unless P itself is tied to a tangent.
+PetscErrorCode condensed_set_tangent(PC pc, Tangent* tangent, const CondensedDemand& demand);
+
+/// Before a linearisation: whether S may be positive definite although the last one was not.
+PetscErrorCode condensed_expect_definite(PC pc, bool expected);
+
+/// Not collective. Whether `pc` is of this type and its inner factorisation failed for want of memory.
+PetscErrorCode condensed_out_of_memory(PC pc, bool* yes);
+
+/// The next solve renews the preconditioner, as the first one does: a run and its continuation then agree bit for bit.
+PetscErrorCode condensed_renew(PC pc);
+
+/// Collective. Creates the inner solver of a `pc` of this type, whose options it reads; the first set-up does it otherwise.
+PetscErrorCode condensed_create_inner(PC pc);
+
+/// A few words on the inner solver in force; empty before it is created.
+PetscErrorCode condensed_describe(PC pc, std::string* text);
+
+}  // namespace bs

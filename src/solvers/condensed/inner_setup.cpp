@@ -1,0 +1,147 @@
+// The inner solver from its options: storage of S, solver, preconditioner, and what the header says of them.
+#include <algorithm>
+#include <cmath>
+#include "base/fault.hpp"
+#include "solvers/condensed/condensed.hpp"
+#include "solvers/condensed/inner_solver.hpp"
+#include "solvers/pivots.hpp"
+
+namespace bs {
+
+PetscErrorCode InnerSolver::create(Tangent& tangent, const CondensedDemand& demand, const char* outer_prefix) {
+  PetscReal refresh = refresh_;
+  PetscBool given = PETSC_FALSE;
+  PetscFunctionBegin;
+  tangent_ = &tangent;
+  demand_ = demand;
+  prefix_ = std::string(outer_prefix ? outer_prefix : "") + "condensed_";
+  const char* const names[] = {"springs", "sbaij", "baij", "aij"};
+  PetscInt chosen = -1;
+  PetscOptionsBegin(tangent.comm(), prefix_.c_str(), "Condensed solve of S w = b, S = sigma M - D - K/sigma", "PC");
+  PetscCall(PetscOptionsReal("-refresh",
+                             "renew the preconditioner when a solve takes this many times the iterations per digit of "
+                             "a new one; 0: always [1]",
+                             "", refresh, &refresh, nullptr));
+  PetscCall(PetscOptionsEList("-mat_type",
+                              "how S is kept: springs (single precision, own kernels) or a PETSc matrix; the default "
+                              "follows -condensed_pc_type",
+                              "", names, 4, "springs", &chosen, &given));
+  PetscOptionsEnd();
+  if (given) own_storage_ = static_cast<int>(chosen);
+  refresh_ = refresh;
+  PetscCall(PetscOptionsHasName(nullptr, prefix_.c_str(), "-ksp_rtol", &given));
+  own_rtol_ = given;
+  PetscCall(choose_storage());
+  PetscFunctionReturn(0);
+}
+
+/// Type names first, since the storage of S depends on them; then S, then every other option.
+PetscErrorCode InnerSolver::choose_storage() {
+  char type[64] = "";
+  PC pc;
+  PetscFunctionBegin;
+  PetscCall(KSPCreate(tangent_->comm(), ksp_.out()));
+  PetscCall(KSPSetOptionsPrefix(ksp_, prefix_.c_str()));
+  PetscCall(KSPGetPC(ksp_, &pc));
+  PetscCall(PetscOptionsGetString(nullptr, prefix_.c_str(), "-pc_type", type, sizeof type, nullptr));
+  const std::string own = type;
+  direct_ = own.empty() ? tangent_->unknowns() <= direct_unknowns(*tangent_) : own == PCLU || own == PCCHOLESKY;
+  const bool springs = own.empty() ? !direct_ && tangent_->pairwise() : own == "bicc" || own == PCJACOBI || own == PCNONE;
+  storage_ = springs ? CondensedStorage::springs : own == PCICC ? CondensedStorage::sbaij : CondensedStorage::aij;
+  if (own_storage_ >= 0) storage_ = static_cast<CondensedStorage>(own_storage_);
+  PetscCall(tangent_->create(storage_, S_.out()));
+  PetscCall(MatSetOptionsPrefix(S_, prefix_.c_str()));
+  PetscCall(KSPSetOperators(ksp_, S_, S_));
+  PetscCall(set_defaults());
+  PetscCall(KSPSetFromOptions(ksp_));
+  PetscBool preonly = PETSC_FALSE;
+  PetscCall(PetscObjectTypeCompare(reinterpret_cast<PetscObject>(ksp_.get()), KSPPREONLY, &preonly));
+  direct_ = preonly;
+  PetscCall(ask_for_inertia());
+  PetscFunctionReturn(0);
+}
+
+/// MUMPS counts negative pivots only where it looks for null pivots, too, and keeps its last front on one rank.
+PetscErrorCode InnerSolver::ask_for_inertia() {
+  PC pc;
+  PCType type = nullptr;
+  MatSolverType solver = nullptr;
+  Mat factors = nullptr;
+  PetscFunctionBegin;
+  PetscCall(KSPGetPC(ksp_, &pc));
+  PetscCall(PCGetType(pc, &type));
+  if (std::string(type) != PCCHOLESKY || !demand_.direction) PetscFunctionReturn(0);
+  PetscCall(PCFactorGetMatSolverType(pc, &solver));
+  if (!solver || std::string(solver) != MATSOLVERMUMPS) PetscFunctionReturn(0);
+  PetscCall(PCFactorSetUpMatSolverType(pc));
+  PetscCall(PCFactorGetMatrix(pc, &factors));
+  PetscCall(MatMumpsSetIcntl(factors, 24, 1));
+  PetscCall(MatMumpsSetIcntl(factors, 13, 1));
+  PetscFunctionReturn(0);
+}
+
+// S is symmetric: Cholesky takes half the work of LU, and the signs of its pivots tell whether S is positive definite. PETSc's
+// own is quick to start and good enough for small matrices, MUMPS for larger ones and on several ranks.
+PetscErrorCode InnerSolver::set_direct(PC pc, PetscMPIInt ranks) {
+  constexpr PetscInt SMALL = 1000;
+  PetscFunctionBegin;
+  PetscCall(KSPSetType(ksp_, KSPPREONLY));
+  PetscCall(PCSetType(pc, PCCHOLESKY));
+  if (ranks > 1 || tangent_->unknowns() > SMALL) PetscCall(PCFactorSetMatSolverType(pc, MATSOLVERMUMPS));
+  else PetscCall(PCFactorSetMatOrderingType(pc, MATORDERINGND));
+  PetscCall(PCFactorSetZeroPivot(pc, PETSC_MACHINE_EPSILON * PETSC_MACHINE_EPSILON));
+  PetscFunctionReturn(0);
+}
+
+PetscErrorCode InnerSolver::set_defaults() {
+  PC pc;
+  PetscMPIInt ranks;
+  PetscFunctionBegin;
+  PetscCall(KSPGetPC(ksp_, &pc));
+  PetscCallMPI(MPI_Comm_size(tangent_->comm(), &ranks));
+  if (direct_ && storage_ == CondensedStorage::aij) {
+    PetscCall(set_direct(pc, ranks));
+    PetscFunctionReturn(0);
+  }
+  PetscCall(KSPSetType(ksp_, KSPCG));
+  // the residual Newton asked to shrink; some methods know another one only
+  char own[64] = KSPCG;
+  PetscCall(PetscOptionsGetString(nullptr, prefix_.c_str(), "-ksp_type", own, sizeof own, nullptr));
+  if (std::string(own) == KSPCG) PetscCall(KSPSetNormType(ksp_, KSP_NORM_UNPRECONDITIONED));
+  PetscCall(KSPSetTolerances(ksp_, rtol_, 0.0, 1e8, 2000));
+  PetscCall(PCSetType(pc, storage_ == CondensedStorage::springs ? "bicc" : tangent_->pairwise() ? PCBJACOBI : PCGAMG));
+  if (storage_ == CondensedStorage::sbaij) PetscCall(PCSetType(pc, ranks > 1 ? PCBJACOBI : PCICC));
+  PetscFunctionReturn(0);
+}
+
+PetscErrorCode InnerSolver::create_vector(Vec* out) const {
+  PetscFunctionBegin;
+  PetscCall(MatCreateVecs(S_, out, nullptr));
+  PetscFunctionReturn(0);
+}
+
+PetscErrorCode InnerSolver::view(PetscViewer viewer) const {
+  PetscFunctionBegin;
+  if (!ksp_) PetscFunctionReturn(0);
+  PetscCall(PetscViewerASCIIPushTab(viewer));
+  PetscCall(PetscViewerASCIIPrintf(viewer, "S = sigma M - D - K/sigma is solved by\n"));
+  PetscCall(KSPView(ksp_, viewer));
+  PetscCall(PetscViewerASCIIPopTab(viewer));
+  PetscFunctionReturn(0);
+}
+
+PetscErrorCode InnerSolver::describe(std::string* text) const {
+  KSPType ksp_type;
+  PCType pc_type;
+  PC pc;
+  const char* const names[] = {"springs, single precision", "SBAIJ", "BAIJ", "AIJ"};
+  PetscFunctionBegin;
+  if (!ksp_) PetscFunctionReturn(0);
+  PetscCall(KSPGetType(ksp_, &ksp_type));
+  PetscCall(KSPGetPC(ksp_, &pc));
+  PetscCall(PCGetType(pc, &pc_type));
+  *text = format("%s + %s on %s", ksp_type, pc_type, names[static_cast<int>(storage_)]);
+  PetscFunctionReturn(0);
+}
+
+}  // namespace bs

@@ -1,0 +1,205 @@
+#include "solvers/condensed/inner_solver.hpp"
+#include <algorithm>
+#include <cmath>
+#include "base/fault.hpp"
+#include "solvers/condensed/condensed.hpp"
+#include "solvers/pivots.hpp"
+
+namespace bs {
+
+void InnerSolver::renew() {
+  stale_ = true;
+  indefinite_ = false;
+  hope_ = true;
+}
+
+// A direct solver wants the matrix as it is; a Krylov method works with an old preconditioner until it costs more iterations
+// than a new one would.
+PetscErrorCode InnerSolver::linearise(bool definite) {
+  PetscFunctionBegin;
+  if (definite != definite_) stale_ = true;
+  definite_ = definite;
+  PetscCall(tangent_->assemble(definite, S_));
+  const double sigma = tangent_->sigma();
+  fresh_ = direct_ || refresh_ <= 0 || stale_ || std::abs(sigma - sigma_) > 0.1 * sigma_;
+  if (fresh_) sigma_ = sigma;
+  stale_ = false;
+  PetscCall(KSPSetOperators(ksp_, S_, S_));
+  PetscCall(KSPSetReusePreconditioner(ksp_, fresh_ ? PETSC_FALSE : PETSC_TRUE));
+  PC pc;
+  PetscCall(KSPGetPC(ksp_, &pc));
+  PetscCall(make_pivots_relative(pc, false));
+  PetscCall(KSPSetUp(ksp_));
+  PetscCall(make_pivots_relative(pc, true));
+  PetscFunctionReturn(0);
+}
+
+/// Of a factored S; false where the factors do not tell.
+PetscErrorCode InnerSolver::has_negative_pivots(bool* has) const {
+  PC pc;
+  PetscBool cholesky = PETSC_FALSE;
+  PCFailedReason failed = PC_NOERROR;
+  Mat factors = nullptr;
+  PetscInt negative = 0, zero = 0, positive = 0;
+  PetscFunctionBegin;
+  *has = false;
+  PetscCall(KSPGetPC(ksp_, &pc));
+  PetscCall(PetscObjectTypeCompare(reinterpret_cast<PetscObject>(pc), PCCHOLESKY, &cholesky));
+  PetscCall(PCGetFailedReason(pc, &failed));
+  if (!cholesky || failed != PC_NOERROR) {
+    *has = cholesky && failed != PC_NOERROR;
+    PetscFunctionReturn(0);
+  }
+  PetscCall(PCFactorGetMatrix(pc, &factors));
+  PetscCall(MatGetInertia(factors, &negative, &zero, &positive));
+  *has = negative + zero > 0;
+  PetscFunctionReturn(0);
+}
+
+PetscErrorCode InnerSolver::assemble(CondensedCounts* counts) {
+  bool negative = false;
+  PetscFunctionBegin;
+  // where S itself has to be solved with, its signs do not matter
+  const bool definite = demand_.direction && (demand_.curvature == Curvature::definite || (may_modify() && !hope_));
+  PetscCall(linearise(definite));
+  if (direct_ && demand_.direction && !definite) {
+    PetscCall(has_negative_pivots(&negative));
+    if (negative) ++counts->indefinite;
+  }
+  indefinite_ = negative;
+  PetscFunctionReturn(0);
+}
+
+PetscErrorCode InnerSolver::set_up_on_blocks() {
+  PetscFunctionBegin;
+  PetscCall(KSPSetUpOnBlocks(ksp_));
+  PetscFunctionReturn(0);
+}
+
+PetscErrorCode InnerSolver::run(KSP ksp, Vec b, Vec w, CondensedCounts* counts, KSPConvergedReason* reason) {
+  PetscInt its = 0;
+  PetscFunctionBegin;
+  if (!own_rtol_) PetscCall(KSPSetTolerances(ksp, rtol_, PETSC_DEFAULT, PETSC_DEFAULT, PETSC_DEFAULT));
+  PetscCall(KSPSolve(ksp, b, w));
+  PetscCall(KSPGetConvergedReason(ksp, reason));
+  PetscCall(KSPGetIterationNumber(ksp, &its));
+  counts->iterations += its;
+  PetscFunctionReturn(0);
+}
+
+/// b.w > 0: w is a descent direction, since b is the negative gradient.
+PetscErrorCode InnerSolver::leads_downhill(Vec b, Vec w, bool* yes) const {
+  PetscScalar product = 0;
+  PetscFunctionBegin;
+  PetscCall(VecDot(b, w, &product));
+  *yes = product > 0;
+  PetscFunctionReturn(0);
+}
+
+PetscErrorCode InnerSolver::solve(Vec b, Vec w, CondensedCounts* counts, bool* solved) {
+  KSPConvergedReason reason;
+  PetscInt before = counts->iterations;
+  PetscFunctionBegin;
+  ++counts->solves;
+  PetscCall(solve_definite(b, w, counts, &reason));
+  *solved = reason > 0;
+  bool finished = *solved;
+  if (reason == KSP_DIVERGED_ITS && demand_.direction) {
+    PetscCall(leads_downhill(b, w, solved));
+    if (*solved) ++counts->unfinished;
+  } else if (!*solved && !direct_ && !demand_.direction) {
+    PetscCall(solve_indefinite(b, w, counts, solved));
+  }
+  if (definite_) ++counts->definite;
+  if (*solved && !definite_ && !tangent_->exact_symmetric()) {
+    PetscInt its = 0;
+    PetscCall(correction_.apply(*tangent_, ksp_, rtol_, b, w, &its, &reason));
+    counts->iterations += its;
+    before += its;
+    if (reason < 0 && !demand_.direction) *solved = false;
+  }
+  const double rate = static_cast<double>(counts->iterations - before) / std::max(1.0, -std::log10(rtol_));
+  if (fresh_) rate_new_ = rate;
+  stale_ = stale_ || !finished || rate > refresh_ * rate_new_ + 1;
+  fresh_ = false;
+  PetscFunctionReturn(0);
+}
+
+// A direct solver solves with an indefinite S as well, and what it gives may be a descent direction all the same, which
+// leads to the nearest root in fewer iterations than any other: a symmetric lattice under pressure stays symmetric.
+// Conjugate gradients stop at negative curvature. Where Newton's own direction leads uphill or cannot be had, and a direction is
+// all that is asked for, the definite part of S takes the place of S.
+PetscErrorCode InnerSolver::solve_definite(Vec b, Vec w, CondensedCounts* counts, KSPConvergedReason* reason) {
+  bool downhill = true;
+  PetscFunctionBegin;
+  if (fresh_) ++counts->refreshed;
+  PetscCall(run(ksp_, b, w, counts, reason));
+  if (definite_ || !demand_.direction || (direct_ && !indefinite_)) PetscFunctionReturn(0);
+  if (*reason > 0) PetscCall(leads_downhill(b, w, &downhill));
+  indefinite_ = !downhill || (*reason < 0 && *reason != KSP_DIVERGED_ITS);
+  if (!indefinite_) PetscFunctionReturn(0);
+  if (!direct_) ++counts->indefinite;
+  if (!may_modify()) PetscFunctionReturn(0);
+  PetscCall(linearise(true));
+  ++counts->refreshed;
+  PetscCall(run(ksp_, b, w, counts, reason));
+  PetscFunctionReturn(0);
+}
+
+// Where S itself has to be solved with and is not positive definite (springs under compression, large steps), MINRES on S
+// with the preconditioner of its definite part.
+PetscErrorCode InnerSolver::solve_indefinite(Vec b, Vec w, CondensedCounts* counts, bool* solved) {
+  KSPConvergedReason reason;
+  PetscFunctionBegin;
+  ++counts->indefinite;
+  if (!fallback_) {
+    PC own, pc;
+    PCType type;
+    PetscCall(tangent_->create(storage_, positive_.out()));
+    PetscCall(KSPCreate(tangent_->comm(), fallback_.out()));
+    PetscCall(KSPSetOptionsPrefix(fallback_, (prefix_ + "fallback_").c_str()));
+    PetscCall(KSPSetType(fallback_, KSPMINRES));
+    PetscCall(KSPSetTolerances(fallback_, rtol_, 0.0, 1e8, 4000));
+    PetscCall(KSPGetPC(ksp_, &own));
+    PetscCall(PCGetType(own, &type));
+    PetscCall(KSPGetPC(fallback_, &pc));
+    PetscCall(PCSetType(pc, type));
+    PetscCall(KSPSetFromOptions(fallback_));
+  }
+  PetscCall(tangent_->assemble(true, positive_));
+  PetscCall(KSPSetOperators(fallback_, S_, positive_));
+  PetscCall(run(fallback_, b, w, counts, &reason));
+  *solved = reason > 0;
+  PetscFunctionReturn(0);
+}
+
+PetscErrorCode InnerSolver::add_shifts(CondensedCounts* counts) const {
+  PetscFunctionBegin;
+  for (KSP ksp : {ksp_.get(), fallback_.get()}) {
+    if (!ksp) continue;
+    PC pc;
+    PetscInt shifts = 0;
+    PetscCall(KSPGetPC(ksp, &pc));
+    PetscErrorCode (*factor_shifts)(PC, PetscInt*) = nullptr;
+    PetscCall(PetscObjectQueryFunction(reinterpret_cast<PetscObject>(pc), "BSFactorShifts_C", &factor_shifts));
+    if (factor_shifts) PetscCall(factor_shifts(pc, &shifts));
+    counts->shifts += shifts;
+  }
+  PetscFunctionReturn(0);
+}
+
+PetscErrorCode InnerSolver::out_of_memory(bool* yes) const {
+  PetscFunctionBegin;
+  *yes = false;
+  for (KSP ksp : {ksp_.get(), fallback_.get()}) {
+    if (!ksp) continue;
+    PC pc;
+    PCFailedReason reason;
+    PetscCall(KSPGetPC(ksp, &pc));
+    PetscCall(PCGetFailedReasonRank(pc, &reason));
+    *yes = *yes || reason == PC_FACTOR_OUTMEMORY;
+  }
+  PetscFunctionReturn(0);
+}
+
+}  // namespace bs

@@ -1,0 +1,77 @@
+// The inner solver of the condensed solve: storage of S, its KSP and preconditioner, their renewal, and what to do where S
+// is not positive definite.
+#pragma once
+#include <petscksp.h>
+#include <string>
+#include "base/handle.hpp"
+#include "solvers/condensed/condensed.hpp"
+#include "solvers/condensed/correction.hpp"
+#include "systems/tangent.hpp"
+
+namespace bs {
+
+/// Relative tolerance of the inner solve under an outer Krylov method.
+inline constexpr double LOOSE_TOLERANCE = 1e-2;
+
+/// Unknowns of S up to which it is solved by a sparse direct method.
+inline constexpr PetscInt DIRECT_UNKNOWNS = 6000;
+
+/// The same where S has blocks that no pair makes: stiff bending takes incomplete factors of pairs thousands of iterations.
+inline constexpr PetscInt DIRECT_UNKNOWNS_BENT = 20000;
+
+inline PetscInt direct_unknowns(const Tangent& tangent) { return tangent.pairwise() ? DIRECT_UNKNOWNS : DIRECT_UNKNOWNS_BENT; }
+
+class InnerSolver {
+ public:
+  /// Collective. Reads the options -<outer>condensed_*.
+  PetscErrorCode create(Tangent& tangent, const CondensedDemand& demand, const char* outer_prefix);
+  bool created() const { return tangent_ != nullptr; }
+  PetscErrorCode create_vector(Vec* out) const;
+  /// Collective. S, or its definite part, at the tangent's present state; the preconditioner is renewed when it has aged.
+  PetscErrorCode assemble(CondensedCounts* counts);
+  PetscErrorCode set_up_on_blocks();
+  /// Nothing is kept from earlier solves.
+  void renew();
+  /// Whether the next linearisation is worth being tried as it is, after one that was not positive definite.
+  void expect_definite(bool expected) { hope_ = expected || !indefinite_; }
+  /// Relative tolerance of the next solves; -condensed_ksp_rtol overrides it.
+  void set_tolerance(double rtol) { rtol_ = rtol; }
+  /// Collective. solved: w is what the demand asks for.
+  PetscErrorCode solve(Vec b, Vec w, CondensedCounts* counts, bool* solved);
+  PetscErrorCode view(PetscViewer viewer) const;
+  PetscErrorCode describe(std::string* text) const;
+  PetscErrorCode add_shifts(CondensedCounts* counts) const;
+  /// Not collective. Whether a factorisation of S failed for want of memory.
+  PetscErrorCode out_of_memory(bool* yes) const;
+
+ private:
+  PetscErrorCode set_defaults();
+  PetscErrorCode set_direct(PC pc, PetscMPIInt ranks);
+  PetscErrorCode choose_storage();
+  PetscErrorCode ask_for_inertia();
+  PetscErrorCode linearise(bool definite);
+  PetscErrorCode has_negative_pivots(bool* has) const;
+  PetscErrorCode solve_definite(Vec b, Vec w, CondensedCounts* counts, KSPConvergedReason* reason);
+  PetscErrorCode solve_indefinite(Vec b, Vec w, CondensedCounts* counts, bool* solved);
+  PetscErrorCode run(KSP ksp, Vec b, Vec w, CondensedCounts* counts, KSPConvergedReason* reason);
+  PetscErrorCode leads_downhill(Vec b, Vec w, bool* yes) const;
+  bool may_modify() const { return demand_.direction && demand_.curvature == Curvature::automatic; }
+  Tangent* tangent_ = nullptr;
+  CondensedDemand demand_;
+  KSPHandle ksp_, fallback_;
+  MatHandle S_, positive_;
+  ExactCorrection correction_;
+  std::string prefix_;
+  CondensedStorage storage_ = CondensedStorage::springs;
+  int own_storage_ = -1;  ///< the user's choice
+  bool own_rtol_ = false, direct_ = false;
+  double rtol_ = 1e-5;
+  bool definite_ = false;    ///< S_ is the definite part
+  bool indefinite_ = false;  ///< the last S was not positive definite
+  bool hope_ = true;
+  // the preconditioner's age: iterations per digit when it was new and at the last solve
+  bool stale_ = true, fresh_ = false;
+  double sigma_ = 0, rate_new_ = 0, refresh_ = 1.3;
+};
+
+}  // namespace bs

@@ -1,0 +1,144 @@
+#include "solvers/linear_defaults.hpp"
+#include <string>
+#include "base/options.hpp"
+#include "solvers/condensed/condensed.hpp"
+#include "solvers/condensed/inner_solver.hpp"
+#include "solvers/serial_factors.hpp"
+#include "solvers/solver_check.hpp"
+#include "time/ts_queries.hpp"
+
+namespace bs {
+namespace {
+
+bool given(const char* option) {
+  PetscBool found = PETSC_FALSE;
+  return !PetscOptionsHasName(nullptr, nullptr, option, &found) && found;
+}
+
+/// -pc_type, or `otherwise`.
+std::string pc_type_or(const char* otherwise) {
+  char type[64] = "";
+  PetscBool found = PETSC_FALSE;
+  return !PetscOptionsGetString(nullptr, nullptr, "-pc_type", type, sizeof type, &found) && found ? type : otherwise;
+}
+
+/// Linear models: the factorisation is reused, so LU pays at any size; by MUMPS, which pivots (algebraic equations leave
+/// zeros on the diagonal). Any other solver of the user's is to solve to ten digits: no Newton iteration mends its error; so is
+/// GMRES under -snes_mf, which has no matrix to factor.
+PetscErrorCode set_defaults_of_linear_model(TS ts) {
+  KSP ksp;
+  PC pc;
+  PetscFunctionBegin;
+  PetscCall(linear_solver_of(ts, &ksp, &pc));
+  PetscCall(KSPSetTolerances(ksp, 1e-10, PETSC_DEFAULT, PETSC_DEFAULT, PETSC_DEFAULT));
+  PetscBool matrix_free = PETSC_FALSE;
+  PetscCall(PetscOptionsGetBool(nullptr, nullptr, "-snes_mf", &matrix_free, nullptr));
+  if (matrix_free) {
+    PetscCall(KSPSetType(ksp, KSPGMRES));
+    PetscCall(PCSetType(pc, PCNONE));
+    PetscFunctionReturn(0);
+  }
+  if (pc_type_or(PCLU) != PCLU || (given("-ksp_type") && !given("-pc_type"))) PetscFunctionReturn(0);
+  PetscCall(KSPSetType(ksp, KSPPREONLY));
+  PetscCall(PCSetType(pc, PCLU));
+  PetscCall(PCFactorSetMatSolverType(pc, MATSOLVERMUMPS));
+  PetscFunctionReturn(0);
+}
+
+/// Particle systems: the condensed solve wherever the user left KSP and PC open; nothing under -snes_mf, which has no
+/// matrix to take it from.
+PetscErrorCode set_condensed_defaults(TS ts, Model& model, NewtonPolicy* newton, Curvature curvature) {
+  KSP ksp;
+  PC pc;
+  PetscFunctionBegin;
+  if (given("-snes_mf") || pc_type_or("condensed") != "condensed") PetscFunctionReturn(0);
+  PetscCall(linear_solver_of(ts, &ksp, &pc));
+  PetscCall(PCSetType(pc, "condensed"));
+  CondensedDemand demand;
+  demand.direction = newton->settings().directions;
+  demand.curvature = curvature;
+  PetscCall(condensed_set_tangent(pc, model.tangent(), demand));
+  const bool direct =
+      model.tangent()->unknowns() <= direct_unknowns(*model.tangent()) && !given("-condensed_pc_type") && !given("-condensed_ksp_type");
+  PetscCall(KSPSetType(ksp, given("-snes_mf_operator") ? KSPFGMRES : KSPPREONLY));
+  PetscCall(KSPSetTolerances(ksp, 1e-8, PETSC_DEFAULT, PETSC_DEFAULT, PETSC_DEFAULT));
+  if (!direct && !given("-ksp_rtol") && !given("-snes_ksp_ew")) newton->loosen_linear_solves();
+  PetscFunctionReturn(0);
+}
+
+/// Direct solves for small systems, where the user left both KSP and PC open and asked for no matrix-free Newton.
+PetscErrorCode set_direct_or_gmres(TS ts, PetscInt unknowns) {
+  constexpr PetscInt SMALL = 12000;  // below, a sparse LU costs less than the Krylov iterations it saves
+  PetscFunctionBegin;
+  for (const char* name : {"-ksp_type", "-pc_type", "-snes_mf", "-snes_mf_operator"})
+    if (given(name)) PetscFunctionReturn(0);
+  if (unknowns > SMALL) PetscFunctionReturn(0);
+  KSP ksp;
+  PC pc;
+  PetscMPIInt size;
+  PetscCall(linear_solver_of(ts, &ksp, &pc));
+  PetscCall(KSPSetType(ksp, KSPPREONLY));
+  PetscCall(PCSetType(pc, PCLU));
+  PetscCallMPI(MPI_Comm_size(PetscObjectComm(reinterpret_cast<PetscObject>(ts)), &size));
+  if (size > 1 || unknowns > 2000) PetscCall(PCFactorSetMatSolverType(pc, MATSOLVERMUMPS));
+  PetscFunctionReturn(0);
+}
+
+}  // namespace
+
+PetscErrorCode needs_matrix(Model& model, bool* yes) {
+  constexpr PetscInt LARGE = 60000;  // unknowns from which the shell saves memory worth having
+  PetscInt unknowns = 0;
+  int chosen = 0;
+  PetscFunctionBegin;
+  const std::string pc = pc_type_or("condensed");
+  PetscCall(read_section(model.comm(), "Linear solver", [&](Section& o) {
+    o.choice("-bs_operator",
+             "how implicit types hold the Jacobian of a particle system: an assembled matrix, a shell that multiplies "
+             "without one, or auto: a shell from 60,000 unknowns on, unless an option needs the matrix's entries",
+             {"auto", "assembled", "shell"}, chosen);
+  }));
+  PetscCall(VecGetSize(model.initial_state(), &unknowns));
+  *yes = !model.tangent() || chosen == 1 || given("-mat_type") || given("-snes_fd") || given("-snes_fd_color") || given("-snes_test_jacobian") ||
+         (pc != "condensed" && pc != PCNONE);
+  if (!*yes && chosen == 0) *yes = unknowns < LARGE;
+  PetscFunctionReturn(0);
+}
+
+PetscErrorCode solver_tallies(TS ts, std::vector<Tally>* out) {
+  PC pc;
+  bool condensed = false;
+  CondensedCounts counts;
+  PetscFunctionBegin;
+  PetscCall(linear_solver_of(ts, nullptr, &pc));
+  PetscCall(condensed_counts(pc, &condensed, &counts));
+  if (!condensed) PetscFunctionReturn(0);
+  out->push_back({"condensed_refreshed", "", counts.refreshed});
+  out->push_back({"indefinite", "tangents were not positive definite", counts.indefinite});
+  out->push_back({"definite", "Newton directions were taken from the definite part of the tangent", counts.definite});
+  out->push_back({"unfinished", "Newton directions were taken before the linear solver had converged", counts.unfinished});
+  out->push_back({"factor_shifts", "incomplete factorisations were repeated with a larger diagonal", counts.shifts});
+  PetscFunctionReturn(0);
+}
+
+PetscErrorCode set_linear_defaults(TS ts, Model& model, NewtonPolicy* newton) {
+  PetscInt unknowns = 0;
+  int curvature = 0;
+  PetscFunctionBegin;
+  PetscCall(read_section(model.comm(), "Newton's tangent", [&](Section& o) {
+    o.choice("-bs_tangent",
+             "tangent of Newton's directions under the line search energy: exact, definite (without the negative transverse "
+             "rates of compressed springs), or auto: exact while it is positive definite",
+             {"auto", "exact", "definite"}, curvature);
+  }));
+  PetscCall(VecGetSize(model.initial_state(), &unknowns));
+  PetscCall(refuse_impossible_solvers(model.comm()));
+  for (const char* prefix : {"", "condensed_"}) PetscCall(split_serial_factors(model.comm(), prefix));
+  if (model.linear()) PetscCall(set_defaults_of_linear_model(ts));
+  else if (model.tangent() && !given("-snes_fd") && !given("-snes_fd_color"))
+    PetscCall(set_condensed_defaults(ts, model, newton, static_cast<Curvature>(curvature)));
+  else PetscCall(set_direct_or_gmres(ts, unknowns));
+  PetscFunctionReturn(0);
+}
+
+}  // namespace bs

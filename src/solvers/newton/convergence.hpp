@@ -1,0 +1,112 @@
+// When Newton has converged: the kinematic and the momentum residual are judged apart, since their units differ.
+#pragma once
+#include <petscts.h>
+#include <algorithm>
+#include <array>
+#include <cstdint>
+#include "systems/model.hpp"
+
+namespace bs {
+
+/// How Newton goes about it; set once, before the first solve.
+struct NewtonSettings {
+  Model* model = nullptr;
+  Form form = Form::momentum;
+  bool affine = false;  ///< the type solves F(t, y, sigma y + c) = b for y in momentum form
+  /// Whether the search makes do with descent directions of the potential in place of solutions of Newton's system.
+  bool directions = false;
+  /// Whether linear solves are as loose as Newton allows (set for the iterative condensed solve).
+  bool forcing = false;
+};
+
+/// What Newton knows of one solve. Written by NewtonPolicy alone.
+struct NewtonSolve {
+  ResidualNorms first = {0, 0};     ///< residual at the first iterate, or where the step began if that is larger
+  ResidualNorms previous = {0, 0};  ///< at the iterate before this one
+  ResidualNorms floor = {0, 0};     ///< rounding errors of the residual
+  double inverse_h = 1;             ///< 1/h of this attempt [1/s]: makes the kinematic residual a force
+  PetscInt definite_before = 0;     ///< directions from definite parts before this solve
+  PetscInt indefinite_before = 0;   ///< tangents that were not positive definite before it
+  /// Largest force the first residual stands for [N]: a kinematic residual r is worth r/h, the velocity it stands
+  /// for brought up within a step.
+  double size_of_forces() const { return std::max(inverse_h * first[0], first[1]); }
+};
+
+/// What Newton knows of the stage it solves for. Written by the callbacks of the residual and the Jacobian alone.
+struct NewtonStage {
+  double residual_time = 0;    ///< of the last residual
+  double time = 0, sigma = 0;  ///< of the last Jacobian, and its shift; sigma 0: there was none
+  /// Whether the last Jacobian is of the stage whose residual was the last.
+  bool has_jacobian() const { return sigma > 0 && time == residual_time; }
+};
+
+/// What the energy search remembers of one solve.
+struct PastEnergies {
+  static constexpr std::size_t MEMORY = 8;
+  std::array<double, MEMORY> before{};  ///< Phi at the last iterates, or the first, less Phi now
+  std::size_t next = 0;
+  PetscInt uphill = 0;  ///< directions that led uphill
+  double highest() const { return std::max(0.0, *std::max_element(before.begin(), before.end())); }
+  /// Phi has changed by what nobody knows.
+  void forget() { before.fill(0); }
+  /// Phi has changed by `change`.
+  void moved(double change) {
+    before[next] = 0;
+    next = (next + 1) % MEMORY;
+    for (double& value : before) value -= change;
+  }
+};
+
+/// What the energy search keeps. Written by search/energy.cpp alone.
+struct SearchMemory {
+  PastEnergies past;
+  std::int64_t cuts = 0;    ///< trials refused
+  std::int64_t uphill = 0;  ///< directions along which the potential does not fall: searched by residual norms
+};
+
+/// Convergence test of one SNES, and what its line search has to know; must outlive it.
+class NewtonPolicy {
+ public:
+  NewtonStage stage;
+  SearchMemory search;
+
+  /// Sets the test, and the line search unless -snes_linesearch_type or another -snes_type is asked for.
+  /// `settings.directions` is found out here.
+  PetscErrorCode attach(TS ts, SNES snes, const NewtonSettings& settings);
+  void loosen_linear_solves() { settings_.forcing = true; }
+  const NewtonSettings& settings() const { return settings_; }
+  const NewtonSolve& solve() const { return solve_; }
+  Model& model() const { return *settings_.model; }
+  /// Rounding errors of the residual, as estimated last.
+  const ResidualNorms& floor() const { return solve_.floor; }
+  /// Collective. Rounding errors near the state `ts` is at, for an attempt of length 1/inverse_h [s]: before every attempt.
+  PetscErrorCode estimate_floor(double inverse_h);
+  /// The next solve does not start where the step began: the residual there.
+  void set_reference(const ResidualNorms& norms) { reference_ = norms; }
+  std::int64_t at_floor() const { return at_floor_; }  ///< solves that ended at rounding level, above -snes_rtol
+  std::int64_t uneven() const { return uneven_; }      ///< iterates that were good by the norms over everything, not for every particle
+
+ private:
+  struct Norms;  ///< what SNES hands to its convergence test
+  static PetscErrorCode test(SNES snes, PetscInt it, PetscReal xnorm, PetscReal snorm, PetscReal fnorm, SNESConvergedReason* reason, void* self);
+  PetscErrorCode judge(SNES snes, const Norms& at, SNESConvergedReason* reason);
+  PetscErrorCode begin_solve(const ResidualNorms& now);
+  SNESConvergedReason verdict(const Norms& at, const ResidualNorms& now) const;
+  PetscErrorCode confirm(SNES snes, const Norms& at, const ResidualNorms& now, SNESConvergedReason* reason);
+  PetscErrorCode every_particle_has(SNES snes, double rtol, bool* has) const;
+  PetscErrorCode set_forcing(SNES snes, PetscInt it, const ResidualNorms& now, double rtol) const;
+  PetscErrorCode guide_directions(PetscInt it, const ResidualNorms& now, bool* spans_too_much);
+  bool below(const ResidualNorms& now, double rtol, double floors) const;
+  bool exhausted(const ResidualNorms& now, double rtol) const;
+  bool step_decides(const ResidualNorms& now) const;
+  double as_force(const ResidualNorms& norms) const { return std::max(solve_.inverse_h * norms[0], norms[1]); }
+
+  NewtonSettings settings_;
+  NewtonSolve solve_;
+  TS ts_ = nullptr;
+  ResidualNorms reference_ = {0, 0};  ///< residual where the step began, if Newton starts elsewhere (0: it does not)
+  double floor_inverse_h_ = 0;        ///< 1/h the rounding errors were estimated for [1/s]
+  std::int64_t at_floor_ = 0, uneven_ = 0;
+};
+
+}  // namespace bs

@@ -1,0 +1,22 @@
+// The linear solver before the first step: its factors, whether they can be made at all, whether the system is regular.
+#pragma once
+#include "time/ts_setup.hpp"
+
+namespace bs {
+
+/// Collective. The Jacobian at the state and time `ts` is at, for a step of h [s], becomes the linear solver's matrix, and its
+/// factors are made; nothing under -snes_mf, which has no matrix.
+PetscErrorCode factor_first_matrix(TS ts, TSContext& context, double h);
+
+/// Collective. Whether the solvers are to be set up before the first step: for the sake of options that inner solvers have still to
+/// read (`unread`), of blocks with solvers of their own, of a choice of the user's that may not work, or of a linear
+/// system, which may be singular.
+PetscErrorCode wants_solvers_early(TS ts, const TSContext& context, bool unread, bool* wants);
+
+/// Collective. Sets SNES, KSP and PC up with the first matrix, those of blocks included.
+PetscErrorCode set_up_solvers(TS ts, TSContext& context);
+
+/// Collective, once the solvers are set up. Told (exit 2) where the model finds the first matrix singular.
+PetscErrorCode check_first_matrix(TS ts, TSContext& context);
+
+}  // namespace bs

@@ -1,0 +1,37 @@
+#include "systems/create.hpp"
+#include "base/memory.hpp"
+#include "base/options.hpp"
+#include "input/load.hpp"
+#include "systems/first_order.hpp"
+#include "systems/linear/linear_model.hpp"
+#include "systems/particles/condensed/block_icc.hpp"
+#include "systems/particles/particle_model.hpp"
+
+namespace bs {
+
+PetscErrorCode register_models() {
+  PetscFunctionBegin;
+  PetscCall(register_block_icc());
+  PetscFunctionReturn(0);
+}
+
+PetscErrorCode create_model(MPI_Comm comm, std::unique_ptr<Model>* out) {
+  int kind = 0;
+  PetscFunctionBegin;
+  PetscCall(read_memory_option(comm));
+  PetscCall(read_section(comm, "Model", [&](Section& o) {
+    o.choice("-bs_model", "what is advanced: particles, or a linear system (its options: -bs_model linear -help)", {"particles", "linear"}, kind);
+  }));
+  if (kind == 1) {
+    PetscCall(LinearModel::create(comm, out));
+    PetscFunctionReturn(0);
+  }
+  Lattice lattice;
+  PetscCall(load_lattice(comm, &lattice));
+  std::unique_ptr<Mechanics> particles;
+  PetscCall(ParticleModel::create(comm, std::move(lattice), &particles));
+  *out = std::make_unique<FirstOrder>(std::move(particles));
+  PetscFunctionReturn(0);
+}
+
+}  // namespace bs

@@ -1,0 +1,14 @@
+// From options to a model.
+#pragma once
+#include <memory>
+#include "systems/model.hpp"
+
+namespace bs {
+
+/// Registers the preconditioners that models bring with them; once, after PetscInitialize.
+PetscErrorCode register_models();
+
+/// Collective. Reads -bs_model and creates the model it names from the options.
+PetscErrorCode create_model(MPI_Comm comm, std::unique_ptr<Model>* out);
+
+}  // namespace bs

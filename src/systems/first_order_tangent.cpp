@@ -1,0 +1,108 @@
+#include "systems/first_order_tangent.hpp"
+#include "base/handle.hpp"
+
+namespace bs {
+namespace {
+
+PetscErrorCode shell_multiply(Mat J, Vec z, Vec y) {
+  FirstOrderTangent* self = nullptr;
+  PetscFunctionBegin;
+  PetscCall(MatShellGetContext(J, &self));
+  PetscCall(self->multiply(z, y));
+  PetscFunctionReturn(0);
+}
+
+}  // namespace
+
+PetscErrorCode FirstOrderTangent::linearise(double t, Vec y, double sigma, Form form) {
+  PetscFunctionBegin;
+  sigma_ = sigma;
+  form_ = form;
+  PetscCall(own_.linearise(t, y));
+  PetscFunctionReturn(0);
+}
+
+PetscErrorCode FirstOrderTangent::create_shell(Mat* J) {
+  PetscInt local = 0;
+  PetscFunctionBegin;
+  PetscCall(VecGetLocalSize(own_.state_vector(), &local));
+  PetscCall(MatCreateShell(comm(), local, local, PETSC_DETERMINE, PETSC_DETERMINE, this, J));
+  PetscCall(MatSetBlockSize(*J, own_.layout().block()));
+  PetscCall(MatSetVecType(*J, VECSTANDARD));
+  PetscCall(MatShellSetOperation(*J, MATOP_MULT, reinterpret_cast<void (*)()>(shell_multiply)));
+  PetscFunctionReturn(0);
+}
+
+// J z: scale M (sigma z_x - z_v) and scale (mu M z_v - D z_v - K z_x); scale = 1 (momentum form), M^-1 (velocity form)
+PetscErrorCode FirstOrderTangent::multiply(Vec z, Vec y) {
+  const Layout& at = own_.layout();
+  const std::vector<double>& masses = own_.masses();
+  const PetscScalar* az = nullptr;
+  PetscScalar* ay = nullptr;
+  PetscFunctionBegin;
+  force_.resize(static_cast<std::size_t>(at.particles * at.dim));
+  PetscCall(own_.change_of_force(z, force_.data()));
+  PetscCall(VecGetArrayRead(z, &az));
+  PetscCall(VecGetArrayWrite(y, &ay));
+  for (PetscInt i = 0; i < at.particles; ++i) {
+    const double m = masses[static_cast<std::size_t>(i)], scale = form_ == Form::momentum ? 1.0 : 1.0 / m;
+    for (PetscInt c = 0; c < at.dim; ++c) {
+      const PetscInt x = at.x(i, c), v = at.v(i, c);
+      ay[x] = scale * m * (sigma_ * az[x] - az[v]);
+      ay[v] = scale * (inertia_ * sigma_ * m * az[v] - force_[static_cast<std::size_t>(i * at.dim + c)]);
+    }
+  }
+  PetscCall(VecRestoreArrayWrite(y, &ay));
+  PetscCall(VecRestoreArrayRead(z, &az));
+  PetscFunctionReturn(0);
+}
+
+// b = r_v + (mu M - D) a
+PetscErrorCode FirstOrderTangent::condense(Vec r, Vec b) {
+  const Layout& at = own_.layout();
+  const PetscInt d = at.dim;
+  const std::vector<double>& masses = own_.masses();
+  const PetscScalar* ar = nullptr;
+  PetscScalar* ab = nullptr;
+  PetscFunctionBegin;
+  std::vector<double>& damping = force_;
+  damping.assign(static_cast<std::size_t>(at.particles * d), 0.0);
+  std::vector<double> a(damping.size());
+  PetscCall(VecGetArrayRead(r, &ar));
+  for (PetscInt i = 0; i < at.particles; ++i)
+    for (PetscInt c = 0; c < d; ++c) a[i * d + c] = ar[at.x(i, c)] / (form_ == Form::momentum ? masses[i] : 1.0);
+  PetscCall(own_.damping_force(a.data(), damping.data()));
+  PetscCall(VecGetArrayWrite(b, &ab));
+  for (PetscInt i = 0; i < at.particles; ++i) {
+    const double m = masses[i], scale = form_ == Form::momentum ? 1.0 : m;
+    for (PetscInt c = 0; c < d; ++c) ab[i * d + c] = scale * ar[at.v(i, c)] + inertia_ * sigma_ * m * a[i * d + c] - damping[i * d + c];
+  }
+  PetscCall(VecRestoreArrayWrite(b, &ab));
+  PetscCall(VecRestoreArrayRead(r, &ar));
+  PetscFunctionReturn(0);
+}
+
+// z_x = w/sigma,   z_v = w - a
+PetscErrorCode FirstOrderTangent::expand(Vec r, Vec w, Vec z) {
+  const Layout& at = own_.layout();
+  const PetscInt d = at.dim;
+  const std::vector<double>& masses = own_.masses();
+  const PetscScalar *ar = nullptr, *aw = nullptr;
+  PetscScalar* az = nullptr;
+  PetscFunctionBegin;
+  PetscCall(VecGetArrayRead(r, &ar));
+  PetscCall(VecGetArrayRead(w, &aw));
+  PetscCall(VecGetArrayWrite(z, &az));
+  for (PetscInt i = 0; i < at.particles; ++i)
+    for (PetscInt c = 0; c < d; ++c) {
+      const double a = ar[at.x(i, c)] / (form_ == Form::momentum ? masses[i] : 1.0);
+      az[at.x(i, c)] = aw[i * d + c] / sigma_;
+      az[at.v(i, c)] = aw[i * d + c] - a;
+    }
+  PetscCall(VecRestoreArrayWrite(z, &az));
+  PetscCall(VecRestoreArrayRead(w, &aw));
+  PetscCall(VecRestoreArrayRead(r, &ar));
+  PetscFunctionReturn(0);
+}
+
+}  // namespace bs

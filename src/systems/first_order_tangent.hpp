@@ -1,0 +1,44 @@
+// J of the first-order form of a linearised second-order system, and what a condensed solve makes of it.
+#pragma once
+#include <vector>
+#include "systems/mechanics.hpp"
+#include "systems/model.hpp"
+#include "systems/tangent.hpp"
+
+namespace bs {
+
+class FirstOrderTangent final : public Tangent {
+ public:
+  /// `linearised` must outlive the object.
+  explicit FirstOrderTangent(Linearisation& linearised) : own_(linearised) {}
+  /// Collective. Linearises at y (a state vector) and remembers it.
+  PetscErrorCode linearise(double t, Vec y, double sigma, Form form);
+  /// mu/sigma, where the rows of v have mu M in the place of sigma M (alpha2).
+  void set_inertia(double ratio) { inertia_ = ratio; }
+  double inertia() const { return inertia_; }
+  /// Collective. A MATSHELL that multiplies by J.
+  PetscErrorCode create_shell(Mat* J);
+
+  bool exact_symmetric() const override { return own_.exact_symmetric(); }
+  bool pairwise() const override { return own_.pairwise(); }
+  double sigma() const override { return sigma_; }
+  int dim() const override { return static_cast<int>(own_.layout().dim); }
+  MPI_Comm comm() const override { return own_.comm(); }
+  PetscInt unknowns() const override { return own_.unknowns(); }
+  PetscErrorCode multiply(Vec z, Vec y) override;
+  PetscErrorCode condense(Vec r, Vec b) override;
+  PetscErrorCode expand(Vec r, Vec w, Vec z) override;
+  PetscErrorCode create(CondensedStorage storage, Mat* S) override { return own_.create(storage, S); }
+  PetscErrorCode assemble(bool positive, Mat S) override { return own_.assemble(coefficients(), positive, S); }
+  PetscErrorCode multiply_condensed(Vec w, Vec y) override { return own_.multiply(coefficients(), w, y); }
+
+ private:
+  /// S = mu M - D - K/sigma
+  Coefficients coefficients() const { return {inertia_ * sigma_, 1, 1 / sigma_}; }
+  Linearisation& own_;
+  double sigma_ = 1, inertia_ = 1;
+  Form form_ = Form::momentum;
+  std::vector<double> force_;
+};
+
+}  // namespace bs

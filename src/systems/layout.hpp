@@ -1,0 +1,32 @@
+// How the state y = (x, v) of a second-order system lies in its vector. Nothing else may know.
+#pragma once
+#include <petscvec.h>
+
+namespace bs {
+
+/// Position and velocity of particle i lie side by side: block i of 2d numbers is (x_i, v_i). Vectors over particles alone (a
+/// force, a velocity) have blocks of d numbers.
+struct Layout {
+  PetscInt dim = 0;        ///< d
+  PetscInt particles = 0;  ///< owned by this rank
+  PetscInt block() const noexcept { return 2 * dim; }
+  /// Index of component c of the position (the velocity) of owned particle i.
+  PetscInt x(PetscInt i, PetscInt c = 0) const noexcept { return i * 2 * dim + c; }
+  PetscInt v(PetscInt i, PetscInt c = 0) const noexcept { return i * 2 * dim + dim + c; }
+  /// Calls f(index of a component of a position, index of that of the velocity) for every component of every owned particle.
+  template <class F>
+  void for_each(F&& f) const {
+    for (PetscInt i = 0; i < particles; ++i)
+      for (PetscInt c = 0; c < dim; ++c) f(x(i, c), v(i, c));
+  }
+};
+
+/// Of a vector that is laid out as a state: its block size is 2d.
+inline Layout layout_of(Vec y) {
+  PetscInt n = 0, block = 2;
+  (void)VecGetLocalSize(y, &n);
+  (void)VecGetBlockSize(y, &block);
+  return {block / 2, n / block};
+}
+
+}  // namespace bs

@@ -1,0 +1,41 @@
+// Sources over time as users of SPICE know them. No PETSc.
+#pragma once
+#include <string>
+#include <vector>
+
+namespace bs {
+
+/// One source u(t). Where it jumps it already has its new value at the time of the jump: a step with t0 = 0 is on at
+/// t = 0. Times that differ from a knot by 1e-10 of it count as the knot (a run's times are sums of steps).
+class Waveform {
+ public:
+  enum class Kind { constant, step, pulse, sine, exponential, piecewise };
+  double at(double t) const;
+  /// Whether it has one value for all t >= 0.
+  bool constant() const;
+  /// A sentence where it is constant though its name says otherwise (an amplitude of 0); empty if there is nothing to say.
+  std::string remark() const;
+  const std::string& text() const { return text_; }  ///< as it was given
+
+ private:
+  friend std::string read_waveform(const std::string& text, Waveform* out);
+  Kind kind_ = Kind::constant;
+  std::vector<double> p_;  ///< the kind's parameters in the order of waveform_help()
+  std::string text_;
+};
+
+/// Reads NAME(values or key=value, ...), for example pulse(amp=5,t0=2e-4,rise=1e-4,width=6e-4,fall=2e-4) or
+/// sine(1,50); a number alone is constant; SPICE's form with blanks: SIN(0 1 50) (systems/linear/spice.hpp). Returns one line of error, empty if all
+/// is well.
+std::string read_waveform(const std::string& text, Waveform* out);
+
+/// Waveforms separated by ';'.
+std::string read_waveforms(const std::string& text, std::vector<Waveform>* out);
+
+/// `t`, moved onto `knot` if it is that but for rounding.
+double snap(double t, double knot);
+
+/// The grammar, for -help.
+const char* waveform_help();
+
+}  // namespace bs

@@ -1,0 +1,83 @@
+// Second-order systems M x'' = f(t, x, v): what they are, and nothing about how they are advanced. M is diagonal, the state is
+// y = (x, v) in the order of layout.hpp, K = df/dx, D = df/dv. Time stepping needs (a, b, c) = (sigma, 1, 1/sigma) of
+// a M - b D - c K, equilibria (0, 0, 1), modes (1, 0, 0) and (0, 0, 1).
+#pragma once
+#include <petscmat.h>
+#include <vector>
+#include "base/handle.hpp"
+#include "systems/incremental.hpp"
+#include "systems/layout.hpp"
+#include "systems/storage.hpp"
+#include "systems/system.hpp"
+
+namespace bs {
+
+/// Of the matrix a M - b D - c K.
+struct Coefficients {
+  double mass = 0, damping = 0, stiffness = 0;  ///< a, b, c
+  bool operator==(const Coefficients& other) const { return mass == other.mass && damping == other.damping && stiffness == other.stiffness; }
+};
+
+/// A second-order system linearised at one state.
+class Linearisation {
+ public:
+  virtual ~Linearisation() = default;
+  virtual MPI_Comm comm() const = 0;
+  virtual const Layout& layout() const = 0;
+  /// A vector laid out as a state; borrowed.
+  virtual Vec state_vector() const = 0;
+  /// Global number of unknowns x.
+  virtual PetscInt unknowns() const = 0;
+  /// Masses of the owned particles [kg], (n) or longer; fixed ones have theirs, too.
+  virtual const std::vector<double>& masses() const = 0;
+  /// Collective. Linearises at (t, y); y is copied.
+  virtual PetscErrorCode linearise(double t, Vec y) = 0;
+  /// Collective. f = K z_x + D z_v exactly, (n, d), zero at fixed particles; z is laid out as a state.
+  virtual PetscErrorCode change_of_force(Vec z, double* f) = 0;
+  /// Collective. f = D w exactly; w, f: (n, d).
+  virtual PetscErrorCode damping_force(const double* w, double* f) = 0;
+  /// Whether the matrix of assemble(), which is symmetric, holds all of a M - b D - c K.
+  virtual bool exact_symmetric() const = 0;
+  /// Whether all of it lies between two ends each, so that the storage by springs holds it without a sparse remainder.
+  virtual bool pairwise() const = 0;
+  /// Collective. A matrix of d x d blocks for a M - b D - c K, without values; rigid body modes are its near null space where it
+  /// is AIJ.
+  virtual PetscErrorCode create(CondensedStorage storage, Mat* S) = 0;
+  /// Collective. The symmetric part of a M - b D - c K into a matrix made by create(). `positive`: without what may make it
+  /// indefinite, the negative transverse rates of compressed springs above all.
+  virtual PetscErrorCode assemble(const Coefficients& coefficients, bool positive, Mat S) = 0;
+
+  /// Collective. out = (a M - b D - c K) z exactly, without a matrix; z, out: blocks of d.
+  PetscErrorCode multiply(const Coefficients& coefficients, Vec z, Vec out);
+
+ private:
+  VecHandle room_;  ///< (c z, b z), made at first use
+  std::vector<double> force_;
+};
+
+class Mechanics : public System {
+ public:
+  virtual const Layout& layout() const = 0;
+  /// Masses of the owned particles [kg], (n) or longer.
+  virtual const std::vector<double>& masses() const = 0;
+  /// Collective. f(t, x, v) [N] of the owned particles, (n, d), zero at fixed ones, where they are held at x; borrowed until
+  /// the next call. Not finite where a law has no value: last_fault() says which.
+  virtual PetscErrorCode force(double t, Vec y, const double** f) = 0;
+  /// Collective. size: (n, d), magnitudes that add up to the force on each particle and may cancel: rounding errors of the
+  /// force are this times the machine's precision [N].
+  virtual PetscErrorCode force_magnitudes(double t, Vec y, double* size) = 0;
+  virtual Linearisation& linearisation() = 0;
+  /// Whether some force couples all particles with one another; the matrices of linearisation() leave it out.
+  virtual bool couples_all() const = 0;
+  /// The energies along a line of states.
+  virtual Incremental* potential() = 0;
+
+  /// Collective. The matrix J = [sigma M, -M; -K, sigma M - D] of F_x = M (x' - v), F_v = M v' - f in the order of the state, or
+  /// J divided by M, at the state of linearisation().
+  virtual PetscErrorCode create_first_order(Mat* J) = 0;
+  virtual PetscErrorCode assemble_first_order(double sigma, bool momentum, Mat J) = 0;
+  /// The operator that goes with J: J itself (referenced), or J plus forces that couple all.
+  virtual PetscErrorCode create_first_order_operator(Mat J, bool momentum, Mat* A) = 0;
+};
+
+}  // namespace bs

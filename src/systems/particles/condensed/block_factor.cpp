@@ -1,0 +1,190 @@
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <vector>
+#include "base/release.hpp"
+#include "systems/particles/condensed/block_icc.hpp"
+#include "systems/particles/condensed/lanes.hpp"
+#include "systems/particles/condensed/spring_product.hpp"
+
+namespace bs {
+namespace {
+
+/// Inverse of a symmetric positive definite d x d block by its Cholesky factor; false where a pivot is not above `least`.
+template <int d>
+bool invert(const double* A, double least, double* inverse) noexcept {
+  double L[d * d] = {}, M[d * d] = {};
+  for (int j = 0; j < d; ++j) {
+    double pivot = A[j * d + j];
+    for (int k = 0; k < j; ++k) pivot -= L[j * d + k] * L[j * d + k];
+    if (!(pivot > least)) return false;
+    L[j * d + j] = std::sqrt(pivot);
+    for (int i = j + 1; i < d; ++i) {
+      double sum = A[i * d + j];
+      for (int k = 0; k < j; ++k) sum -= L[i * d + k] * L[j * d + k];
+      L[i * d + j] = sum / L[j * d + j];
+    }
+  }
+  for (int j = 0; j < d; ++j) {  // M = L^-1
+    M[j * d + j] = 1 / L[j * d + j];
+    for (int i = j + 1; i < d; ++i) {
+      double sum = 0;
+      for (int k = j; k < i; ++k) sum -= L[i * d + k] * M[k * d + j];
+      M[i * d + j] = sum / L[i * d + i];
+    }
+  }
+  for (int i = 0; i < d; ++i)
+    for (int j = 0; j < d; ++j) {
+      double sum = 0;
+      for (int k = std::max(i, j); k < d; ++k) sum += M[k * d + i] * M[k * d + j];
+      inverse[i * d + j] = sum;
+    }
+  return true;
+}
+
+template <int d, class Real>
+class BlockFactorOf final : public BlockFactor {
+ public:
+  bool factor(const SpringMatrix& S, const std::vector<double>& diagonal, double shift) override {
+    pattern_ = &S.pattern();
+    const std::size_t n = static_cast<std::size_t>(pattern_->n), pairs = pattern_->pairs();
+    inverse_.resize(n * area + 4);
+    upper_.resize(pairs * area + 4);
+    work_.resize(n * W);
+    pivot_ = diagonal;
+    double block[area];
+    for (std::size_t k = 0; k < pairs; ++k) {
+      std::fill_n(block, area, 0.0);
+      S.add_block(S.pair(k), block);
+      for (int c = 0; c < area; ++c) upper_[k * area + c] = static_cast<Real>(-block[c]);
+    }
+    size_.assign(n, 0.0F);
+    for (std::size_t i = 0; i < n; ++i)
+      for (int c = 0; c < d; ++c) size_[i] = std::max(size_[i], static_cast<float>(std::abs(pivot_[i * area + c * (d + 1)])));
+    std::vector<PetscInt> slot(n, -1);
+    for (PetscInt k = 0; k < pattern_->n; ++k) {
+      double* P = pivot_.data() + static_cast<std::size_t>(k) * area;
+      // what elimination left must be more than the rounding of what it took away
+      const double least = 4 * static_cast<double>(std::numeric_limits<Real>::epsilon()) * size_[k];
+      for (int c = 0; c < d; ++c) P[c * (d + 1)] += shift * size_[k];
+      if (!invert<d>(P, least, block)) return false;
+      for (int c = 0; c < area; ++c) inverse_[static_cast<std::size_t>(k) * area + c] = static_cast<Real>(block[c]);
+      eliminate(k, block, slot);
+    }
+    release(pivot_);
+    release(size_);
+    return true;
+  }
+
+  // forward (D + U^T) t = r, backward x = t - D^-1 U x
+  void solve(const double* r, double* z) override {
+    std::fill(work_.begin(), work_.end(), 0.0);
+    forward(r);
+    backward(z);
+  }
+
+ private:
+  static constexpr int area = d * d, W = LANES<d>;
+
+  // t_i = D_i^-1 (r_i - sum of what rows before i took from it), then t_j -= U_ij^T t_i by rows of U
+  void forward(const double* r) noexcept {
+    const PetscInt n = pattern_->n, *start = pattern_->start.data(), *other = pattern_->other.data();
+    const Points<d> right(r, n);
+    const Real *upper = upper_.data(), *inverse = inverse_.data();
+    double* t = work_.data();
+    for (PetscInt i = 0; i < n; ++i) {
+      double* ti = t + static_cast<std::size_t>(i) * W;
+      const lanes::Vector<d> w = times<d>(inverse + static_cast<std::size_t>(i) * area, right[i] + lanes::load<d>(ti));
+      lanes::store<d>(w, ti);
+      lanes::Vector<d> part[d];
+      for (int c = 0; c < d; ++c) part[c] = lanes::splat<d>(w[c]);
+      const PetscInt end = start[i + 1];
+      for (PetscInt k = start[i]; k < end; ++k) {
+        const Real* U = upper + static_cast<std::size_t>(k) * area;
+        __builtin_prefetch(U + AHEAD);
+        double* tj = t + static_cast<std::size_t>(other[k]) * W;
+        lanes::Vector<d> sum = lanes::load<d>(tj);
+        for (int c = 0; c < d; ++c) sum -= lanes::load<d>(U + c * d) * part[c];
+        lanes::store<d>(sum, tj);
+      }
+    }
+  }
+
+  // x_i = t_i - D_i^-1 sum_j U_ij x_j; products with the rows of U are summed lane by lane, added up once a row
+  void backward(double* z) noexcept {
+    const PetscInt n = pattern_->n, *start = pattern_->start.data(), *other = pattern_->other.data();
+    const Real *upper = upper_.data(), *inverse = inverse_.data();
+    double* t = work_.data();
+    for (PetscInt i = n - 1; i >= 0; --i) {
+      lanes::Vector<d> row[d] = {};
+      const PetscInt end = start[i + 1];
+      for (PetscInt k = start[i]; k < end; ++k) {
+        const Real* U = upper + static_cast<std::size_t>(k) * area;
+        __builtin_prefetch(U - AHEAD);  // rows are read from the last to the first
+        const lanes::Vector<d> x = lanes::load<d>(t + static_cast<std::size_t>(other[k]) * W);
+        for (int c = 0; c < d; ++c) row[c] += lanes::load<d>(U + c * d) * x;
+      }
+      lanes::Vector<d> q = lanes::splat<d>(0.0);
+      for (int c = 0; c < d; ++c)
+        for (int lane = 0; lane < d; ++lane) q[c] += row[c][lane];
+      double* ti = t + static_cast<std::size_t>(i) * W;
+      const lanes::Vector<d> x = lanes::load<d>(ti) - times<d>(inverse + static_cast<std::size_t>(i) * area, q);
+      lanes::store<d>(x, ti);
+      put<d>(x, z + static_cast<std::size_t>(i) * d);
+    }
+  }
+
+  // S_ij -= U_ki^T D_k^-1 U_kj for every pair (i, j) of k's upper neighbours that is itself linked, and i = j
+  void eliminate(PetscInt k, const double* inverse, std::vector<PetscInt>& slot) {
+    const PetscInt begin = pattern_->start[k], end = pattern_->start[k + 1];
+    for (PetscInt a = begin; a < end; ++a) slot[pattern_->other[a]] = a;
+    for (PetscInt a = begin; a < end; ++a) {
+      const PetscInt i = pattern_->other[a];
+      const Real* Ui = upper_.data() + static_cast<std::size_t>(a) * area;
+      double T[area];
+      for (int r = 0; r < d; ++r)
+        for (int c = 0; c < d; ++c) {
+          T[r * d + c] = 0;
+          for (int m = 0; m < d; ++m) T[r * d + c] += static_cast<double>(Ui[m * d + r]) * inverse[m * d + c];
+        }
+      subtract(T, Ui, pivot_.data() + static_cast<std::size_t>(i) * area);
+      for (PetscInt c = pattern_->start[i]; c < pattern_->start[i + 1]; ++c) {
+        const PetscInt b = slot[pattern_->other[c]];
+        if (b >= 0) subtract(T, upper_.data() + static_cast<std::size_t>(b) * area, upper_.data() + static_cast<std::size_t>(c) * area);
+      }
+    }
+    for (PetscInt a = begin; a < end; ++a) slot[pattern_->other[a]] = -1;
+  }
+
+  template <class Target>
+  static void subtract(const double* T, const Real* U, Target* to) noexcept {
+    for (int r = 0; r < d; ++r)
+      for (int c = 0; c < d; ++c) {
+        double sum = 0;
+        for (int m = 0; m < d; ++m) sum += T[r * d + m] * static_cast<double>(U[m * d + c]);
+        to[r * d + c] = static_cast<Target>(static_cast<double>(to[r * d + c]) - sum);
+      }
+  }
+
+  const SpringPattern* pattern_ = nullptr;
+  static constexpr int AHEAD = 1024 / sizeof(Real);  ///< numbers prefetched ahead
+  HugeVector<Real> upper_, inverse_;
+  std::vector<double> pivot_;
+  HugeVector<double> work_;
+  std::vector<float> size_;  ///< of the diagonal blocks before elimination
+};
+
+template <class Real>
+std::unique_ptr<BlockFactor> create(int dim) {
+  if (dim == 1) return std::make_unique<BlockFactorOf<1, Real>>();
+  if (dim == 2) return std::make_unique<BlockFactorOf<2, Real>>();
+  return std::make_unique<BlockFactorOf<3, Real>>();
+}
+
+}  // namespace
+
+std::unique_ptr<BlockFactor> create_block_factor(int dim, bool single_precision) {
+  return single_precision ? create<float>(dim) : create<double>(dim);
+}
+
+}  // namespace bs

@@ -1,0 +1,162 @@
+#include "systems/particles/condensed/block_icc.hpp"
+#include <petsc/private/pcimpl.h>
+#include <algorithm>
+#include <limits>
+#include "base/fault.hpp"
+#include "base/memory.hpp"
+#include "systems/particles/condensed/coarse_space.hpp"
+#include "systems/particles/events.hpp"
+
+namespace bs {
+namespace {
+
+constexpr char TYPE[] = "bicc";
+
+struct BlockIcc {
+  std::unique_ptr<BlockFactor> factor;
+  PetscInt precision = 0;  ///< 0 auto, 1 single, 2 double
+  bool in_single = true;
+  PetscReal shift = 1e-3;  ///< of the diagonal, first tried where a pivot fails
+  PetscReal shifted = 0;   ///< in force
+  PetscInt shifts = 0;
+  SpringMatrix* matrix = nullptr;
+  PetscInt coarse_unknowns = -1;  ///< at most; -1: by the lattice's size
+  CoarseSpace coarse;
+};
+
+/// Largest ratio of the diagonal blocks' sizes: above RATIO, single precision would lose the soft springs.
+bool wants_double(const SpringMatrix& S, const std::vector<double>& blocks) {
+  constexpr double RATIO = 1e5;
+  const int d = S.dim();
+  double low = std::numeric_limits<double>::max(), high = 0;
+  for (PetscInt i = 0; i < S.pattern().n; ++i) {
+    if (S.network().fixed[i]) continue;  // tied to nothing
+    double size = 0;
+    for (int c = 0; c < d; ++c) size = std::max(size, std::abs(blocks[static_cast<std::size_t>(i) * d * d + c * (d + 1)]));
+    low = std::min(low, size);
+    high = std::max(high, size);
+  }
+  return high > RATIO * low;
+}
+
+/// Collective.
+PetscErrorCode reserve_factor(PC pc, const SpringMatrix& S, bool single) {
+  PetscFunctionBegin;
+  const double area = S.dim() * S.dim(), real = single ? sizeof(float) : sizeof(double);
+  const double blocks = static_cast<double>(S.pattern().pairs()) + static_cast<double>(S.pattern().n);
+  PetscCall(reserve_memory(PetscObjectComm(reinterpret_cast<PetscObject>(pc)), {"the incomplete Cholesky factorisation (-condensed_pc_type bicc)",
+                                                                                blocks * area * real, "give -condensed_pc_type jacobi"}));
+  PetscFunctionReturn(0);
+}
+
+PetscErrorCode set_up(PC pc) {
+  BlockIcc* self = static_cast<BlockIcc*>(pc->data);
+  PetscFunctionBegin;
+  self->matrix = SpringMatrix::from(pc->pmat);
+  PetscCheck(self->matrix, PetscObjectComm(reinterpret_cast<PetscObject>(pc)), PETSC_ERR_SUP,
+             "-pc_type bicc factors matrices of springs only (-condensed_mat_type springs)");
+  PetscCall(PetscLogEventBegin(particle_events().factor, pc, nullptr, nullptr, nullptr));
+  std::vector<double> diagonal;
+  self->matrix->diagonal_blocks(&diagonal);
+  const bool single = self->precision == 1 || (self->precision == 0 && self->in_single && !wants_double(*self->matrix, diagonal));
+  if (!self->factor) PetscCall(reserve_factor(pc, *self->matrix, single));  // on all ranks at once; the precision is each rank's own
+  if (!self->factor || single != self->in_single) self->factor = create_block_factor(self->matrix->dim(), single);
+  self->in_single = single;
+  constexpr int TRIES = 12;
+  bool done = false;
+  for (int k = 0; k < TRIES && !done; ++k) {
+    self->shifted = k == 0 ? 0 : k == 1 ? self->shift : 4 * self->shifted;
+    done = self->factor->factor(*self->matrix, diagonal, self->shifted);
+    if (!done) ++self->shifts;
+  }
+  PetscCall(self->coarse.create(*self->matrix, self->coarse_unknowns));
+  PetscCall(PetscLogEventEnd(particle_events().factor, pc, nullptr, nullptr, nullptr));
+  pc->failedreason = done ? PC_NOERROR : PC_FACTOR_NUMERIC_ZEROPIVOT;
+  PetscFunctionReturn(0);
+}
+
+PetscErrorCode apply(PC pc, Vec r, Vec z) {
+  BlockIcc* self = static_cast<BlockIcc*>(pc->data);
+  const PetscScalar* ar = nullptr;
+  PetscScalar* az = nullptr;
+  PetscFunctionBegin;
+  PetscCall(PetscLogEventBegin(particle_events().triangles, pc, r, z, nullptr));
+  PetscCall(VecGetArrayRead(r, &ar));
+  PetscCall(VecGetArrayWrite(z, &az));
+  self->factor->solve(ar, az);
+  PetscCall(VecRestoreArrayWrite(z, &az));
+  PetscCall(VecRestoreArrayRead(r, &ar));
+  const double area = static_cast<double>(self->matrix->dim() * self->matrix->dim());
+  PetscCall(PetscLogFlops(4 * area * static_cast<double>(self->matrix->pattern().pairs() + self->matrix->pattern().n)));
+  PetscCall(PetscLogEventEnd(particle_events().triangles, pc, r, z, nullptr));
+  PetscCall(self->coarse.add(r, z));
+  PetscFunctionReturn(0);
+}
+
+PetscErrorCode set_from_options(PC pc, PetscOptionItems* PetscOptionsObject) {
+  BlockIcc* self = static_cast<BlockIcc*>(pc->data);
+  const char* const names[] = {"auto", "single", "double"};
+  PetscFunctionBegin;
+  PetscOptionsHeadBegin(PetscOptionsObject, "Block incomplete Cholesky of a spring matrix");
+  PetscCall(PetscOptionsEList("-pc_bicc_precision", "precision the factors are kept in; auto: single unless stiffnesses differ by 1e5", "", names, 3,
+                              names[self->precision], &self->precision, nullptr));
+  PetscCall(PetscOptionsReal("-pc_bicc_shift", "part of the diagonal added where a pivot fails, then four times as much, and so on", "", self->shift,
+                             &self->shift, nullptr));
+  PetscCall(PetscOptionsInt("-pc_bicc_coarse",
+                            "unknowns of the coarse grid at most, which corrects motions over many springs; 0: "
+                            "none, -1: one for 250 of the fine, at most 2500",
+                            "", self->coarse_unknowns, &self->coarse_unknowns, nullptr));
+  PetscOptionsHeadEnd();
+  PetscFunctionReturn(0);
+}
+
+PetscErrorCode view(PC pc, PetscViewer viewer) {
+  const BlockIcc* self = static_cast<const BlockIcc*>(pc->data);
+  PetscBool ascii = PETSC_FALSE;
+  PetscFunctionBegin;
+  PetscCall(PetscObjectTypeCompare(reinterpret_cast<PetscObject>(viewer), PETSCVIEWERASCII, &ascii));
+  if (ascii)
+    PetscCall(PetscViewerASCIIPrintf(viewer,
+                                     "  block incomplete Cholesky, no fill, factors in %s precision, shift %g, %" PetscInt_FMT " shifts so far; "
+                                     "coarse grid of %" PetscInt_FMT " unknowns\n",
+                                     self->in_single ? "single" : "double", static_cast<double>(self->shifted), self->shifts,
+                                     self->coarse.active() ? self->coarse.unknowns() : 0));
+  PetscFunctionReturn(0);
+}
+
+PetscErrorCode factor_shifts(PC pc, PetscInt* count) {
+  PetscFunctionBegin;
+  *count = static_cast<const BlockIcc*>(pc->data)->shifts;
+  PetscFunctionReturn(0);
+}
+
+PetscErrorCode destroy(PC pc) {
+  PetscFunctionBegin;
+  PetscCall(PetscObjectComposeFunction(reinterpret_cast<PetscObject>(pc), "BSFactorShifts_C", nullptr));
+  delete static_cast<BlockIcc*>(pc->data);
+  pc->data = nullptr;
+  PetscFunctionReturn(0);
+}
+
+PetscErrorCode create(PC pc) {
+  PetscFunctionBegin;
+  pc->data = new BlockIcc;
+  pc->ops->setup = set_up;
+  pc->ops->apply = apply;
+  pc->ops->applytranspose = apply;
+  pc->ops->setfromoptions = set_from_options;
+  pc->ops->view = view;
+  pc->ops->destroy = destroy;
+  PetscCall(PetscObjectComposeFunction(reinterpret_cast<PetscObject>(pc), "BSFactorShifts_C", factor_shifts));
+  PetscFunctionReturn(0);
+}
+
+}  // namespace
+
+PetscErrorCode register_block_icc() {
+  PetscFunctionBegin;
+  PetscCall(PCRegister(TYPE, create));
+  PetscFunctionReturn(0);
+}
+
+}  // namespace bs

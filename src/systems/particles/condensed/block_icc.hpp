@@ -1,0 +1,29 @@
+// Incomplete Cholesky factors of S by d x d blocks, without fill, on the springs' own pattern:
+//   S ~ (D + U)^T D^-1 (D + U),  U_ij on the pairs i < j
+// A registered preconditioner ("bicc") for matrices of springs; each rank factors its own part.
+#pragma once
+#include <petscpc.h>
+#include <memory>
+#include "systems/particles/condensed/spring_matrix.hpp"
+
+namespace bs {
+
+/// Factors in one precision; chosen by dimension and precision once.
+class BlockFactor {
+ public:
+  virtual ~BlockFactor() = default;
+  /// Factors S with shift times the size of each diagonal block added to its diagonal; `diagonal`: S's diagonal blocks.
+  /// False where a pivot is not positive definite.
+  virtual bool factor(const SpringMatrix& S, const std::vector<double>& diagonal, double shift) = 0;
+  /// Solves with the factors; r and z: (n, d) of the owned particles.
+  virtual void solve(const double* r, double* z) = 0;
+};
+
+/// `single_precision`: factors kept in single precision, sums in double. Stiffness ratios beyond about 1e5 need double.
+std::unique_ptr<BlockFactor> create_block_factor(int dim, bool single_precision);
+
+/// Registers the type "bicc" with PETSc; once, after PetscInitialize. A PC of it composes "BSFactorShifts_C", a function
+/// PetscErrorCode (PC, PetscInt* count): the shifts its factorisations have needed so far.
+PetscErrorCode register_block_icc();
+
+}  // namespace bs

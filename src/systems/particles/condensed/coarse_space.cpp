@@ -1,0 +1,166 @@
+#include "systems/particles/condensed/coarse_space.hpp"
+#include <petscblaslapack.h>
+#include <cmath>
+#include <numeric>
+#include "systems/particles/condensed/coarse_energy.hpp"
+#include "systems/particles/events.hpp"
+
+namespace bs {
+
+namespace {
+
+constexpr double STIFF = 100;     // times the usual spring: a coarse motion must not strain it
+constexpr PetscInt CLUSTER = 64;  // particles tied together at most
+constexpr PetscInt FINE = 250;    // unknowns of S a coarse one stands for, and MOST of these
+constexpr PetscInt MOST = 2500;
+
+/// Particles tied by stiff springs: a forest over the owned ones.
+class Clusters {
+ public:
+  explicit Clusters(PetscInt n) : above_(static_cast<std::size_t>(n)), size_(static_cast<std::size_t>(n), 1) {
+    std::iota(above_.begin(), above_.end(), 0);
+  }
+  PetscInt top(PetscInt i) {
+    while (above_[i] != i) i = above_[i] = above_[above_[i]];
+    return i;
+  }
+  void join(PetscInt i, PetscInt j) {
+    i = top(i);
+    j = top(j);
+    if (i == j || size_[i] + size_[j] > CLUSTER) return;
+    if (size_[i] < size_[j]) std::swap(i, j);
+    above_[j] = i;
+    size_[i] += size_[j];
+  }
+  PetscInt size(PetscInt i) { return size_[top(i)]; }
+
+ private:
+  std::vector<PetscInt> above_, size_;
+};
+
+/// Trace of B = t I + w w^T, without t's multiplicity.
+double size_of(const float* pair, int d) {
+  double sum = static_cast<double>(pair[d]);
+  for (int c = 0; c < d; ++c) sum += static_cast<double>(pair[c]) * static_cast<double>(pair[c]);
+  return sum;
+}
+
+/// Collective. The geometric mean of the pairs' sizes.
+PetscErrorCode usual_size(const SpringMatrix& S, double* usual) {
+  double sum[2] = {0, 0};
+  PetscFunctionBegin;
+  for (std::size_t k = 0; k < S.pattern().pairs(); ++k) {
+    const double size = size_of(S.pair(k), S.dim());
+    if (size > 0) sum[0] += std::log(size), sum[1] += 1;
+  }
+  PetscCall(MPIU_Allreduce(MPI_IN_PLACE, sum, 2, MPI_DOUBLE, MPI_SUM, S.network().comm));
+  *usual = sum[1] > 0 ? std::exp(sum[0] / sum[1]) : 0;
+  PetscFunctionReturn(0);
+}
+
+/// Where each owned particle counts as being: its start, or the centre of those it is tied to.
+std::vector<double> tied_points(const SpringMatrix& S, double usual) {
+  const SpringPattern& pattern = S.pattern();
+  const Network& net = S.network();
+  const int d = net.dim;
+  Clusters clusters(net.n);
+  for (PetscInt i = 0; i < net.n; ++i)
+    for (PetscInt k = pattern.start[i]; k < pattern.start[i + 1]; ++k)
+      if (size_of(S.pair(static_cast<std::size_t>(k)), d) > STIFF * usual) clusters.join(i, pattern.other[k]);
+  std::vector<double> centre(static_cast<std::size_t>(net.n * d), 0.0), points(centre.size());
+  for (PetscInt i = 0; i < net.n; ++i)
+    for (int c = 0; c < d; ++c) centre[clusters.top(i) * d + c] += net.held[i * d + c] / static_cast<double>(clusters.size(i));
+  for (PetscInt i = 0; i < net.n; ++i)
+    for (int c = 0; c < d; ++c) points[i * d + c] = centre[clusters.top(i) * d + c];
+  return points;
+}
+
+}  // namespace
+
+PetscErrorCode CoarseSpace::create(SpringMatrix& S, PetscInt unknowns) {
+  const Network& net = S.network();
+  const PetscInt wanted = unknowns >= 0 ? unknowns : std::min(MOST, net.total * net.dim / FINE);
+  double usual = 0;
+
+  PetscFunctionBegin;
+  active_ = false;
+  if (S.remainder().created()) PetscFunctionReturn(0);  // E would lack what R holds, and the correction be too large
+  comm_ = net.comm;
+  dim_ = net.dim;
+  PetscCall(usual_size(S, &usual));
+  std::vector<double> points = tied_points(S, usual);
+  PetscCall(S.append_ghosts(&points));
+  PetscCall(grid_.create(comm_, dim_, net.n, points, net.fixed, wanted / dim_));
+  if (grid_.nodes() == 0) PetscFunctionReturn(0);
+  std::vector<double> E(8 * static_cast<std::size_t>(grid_.nodes()) * static_cast<std::size_t>(grid_.nodes()), 0.0);
+  if (dim_ == 1) CoarseEnergy<1>(grid_, &E).sum(S);
+  else if (dim_ == 2) CoarseEnergy<2>(grid_, &E).sum(S);
+  else CoarseEnergy<3>(grid_, &E).sum(S);
+  PetscCall(invert(&E));
+  PetscFunctionReturn(0);
+}
+
+/// Sums E over the ranks and inverts it.
+PetscErrorCode CoarseSpace::invert(std::vector<double>* E) {
+  const std::size_t size = static_cast<std::size_t>(unknowns()), nodes = static_cast<std::size_t>(grid_.nodes()), d = static_cast<std::size_t>(dim_);
+  PetscBLASInt order = static_cast<PetscBLASInt>(size), info = 0;
+
+  PetscFunctionBegin;
+  PetscCall(MPIU_Allreduce(MPI_IN_PLACE, E->data(), static_cast<PetscMPIInt>(E->size()), MPI_DOUBLE, MPI_SUM, comm_));
+  inverse_.assign(size * size, 0.0);
+  const auto set = [&](std::size_t row, std::size_t column, double value) { inverse_[row * size + column] = inverse_[column * size + row] = value; };
+  for (std::size_t a = 0; a < nodes; ++a)
+    for (std::size_t b = a; b < nodes; ++b) {
+      const double* from = E->data() + 8 * (a * nodes + b);
+      for (std::size_t r = 0, k = 0; r < d; ++r)
+        for (std::size_t c = r; c < d; ++c, ++k) {
+          set(a * d + r, b * d + c, from[k]);
+          set(a * d + c, b * d + r, from[k]);
+        }
+    }
+  for (std::size_t k = 0; k < size; ++k)
+    if (inverse_[k * size + k] == 0) inverse_[k * size + k] = 1;  // no particle is near this node
+  PetscCallBLAS("LAPACKpotrf", LAPACKpotrf_("L", &order, inverse_.data(), &order, &info));
+  if (info == 0) PetscCallBLAS("LAPACKpotri", LAPACKpotri_("L", &order, inverse_.data(), &order, &info));
+  active_ = info == 0;
+  for (std::size_t r = 0; r < size; ++r)
+    for (std::size_t c = r + 1; c < size; ++c) inverse_[c * size + r] = inverse_[r * size + c];
+  PetscFunctionReturn(0);
+}
+
+PetscErrorCode CoarseSpace::add(Vec r, Vec z) {
+  const std::size_t width = dim_ == 3 ? 4 : static_cast<std::size_t>(dim_), d = static_cast<std::size_t>(dim_);
+  const std::size_t nodes = static_cast<std::size_t>(grid_.nodes()), size = nodes * d;
+  const PetscScalar* ar = nullptr;
+  PetscScalar* az = nullptr;
+
+  PetscFunctionBegin;
+  if (!active_) PetscFunctionReturn(0);
+  PetscCall(PetscLogEventBegin(particle_events().coarse, r, z, nullptr, nullptr));
+  lanes_.assign(nodes * width, 0.0);
+  PetscCall(VecGetArrayRead(r, &ar));
+  if (d == 1) grid_.restrict_to<1>(ar, lanes_.data());
+  else if (d == 2) grid_.restrict_to<2>(ar, lanes_.data());
+  else grid_.restrict_to<3>(ar, lanes_.data());
+  PetscCall(VecRestoreArrayRead(r, &ar));
+  in_.resize(size);
+  out_.assign(size, 0.0);
+  for (std::size_t k = 0; k < size; ++k) in_[k] = lanes_[k / d * width + k % d];
+  PetscCall(MPIU_Allreduce(MPI_IN_PLACE, in_.data(), static_cast<PetscMPIInt>(size), MPI_DOUBLE, MPI_SUM, comm_));
+  // Not BLAS, which would start threads on cores that other ranks use.
+  double* out = out_.data();
+  for (std::size_t column = 0; column < size; ++column) {
+    const double* from = inverse_.data() + column * size;
+    for (std::size_t row = 0; row < size; ++row) out[row] += from[row] * in_[column];
+  }
+  for (std::size_t k = 0; k < size; ++k) lanes_[k / d * width + k % d] = out_[k];
+  PetscCall(VecGetArray(z, &az));
+  if (d == 1) grid_.prolong<1>(lanes_.data(), az);
+  else if (d == 2) grid_.prolong<2>(lanes_.data(), az);
+  else grid_.prolong<3>(lanes_.data(), az);
+  PetscCall(VecRestoreArray(z, &az));
+  PetscCall(PetscLogEventEnd(particle_events().coarse, r, z, nullptr, nullptr));
+  PetscFunctionReturn(0);
+}
+
+}  // namespace bs

@@ -1,0 +1,33 @@
+// What incomplete factors cannot see: motions that reach over many springs. With the hats Z of a coarse grid over the
+// lattice as it started,
+//   z += Z E^-1 Z^T r,   E = Z^T S Z
+// Particles tied by springs much stiffer than the others share the values at their centre, so that no coarse motion
+// strains such a spring. E is small and dense; its inverse is kept on every rank.
+#pragma once
+#include <vector>
+#include "systems/particles/condensed/coarse_grid.hpp"
+#include "systems/particles/condensed/spring_matrix.hpp"
+
+namespace bs {
+
+class CoarseSpace {
+ public:
+  /// Collective. Of the present S, with at most `unknowns` coarse unknowns; -1: by the lattice's size.
+  PetscErrorCode create(SpringMatrix& S, PetscInt unknowns);
+  /// False where E is not positive definite or there is nothing to gain; then add() does nothing.
+  bool active() const { return active_; }
+  PetscInt unknowns() const { return grid_.nodes() * dim_; }
+  /// Collective. z += Z E^-1 Z^T r; vectors of block size d of the owned particles.
+  PetscErrorCode add(Vec r, Vec z);
+
+ private:
+  PetscErrorCode invert(std::vector<double>* E);
+  MPI_Comm comm_ = MPI_COMM_NULL;
+  int dim_ = 3;
+  bool active_ = false;
+  CoarseGrid grid_;
+  std::vector<double> inverse_;           ///< (unknowns, unknowns)
+  std::vector<double> lanes_, in_, out_;  ///< of one product
+};
+
+}  // namespace bs

@@ -1,0 +1,161 @@
+// The loops of PhysicsOf that make S and multiply by the tangent; included by physics_impl.hpp alone.
+#pragma once
+#include <algorithm>
+#include "systems/particles/physics_impl.hpp"
+
+namespace bs {
+
+namespace condensed {
+
+/// B += t I + (a - t) u u^T of one link, a and t its rates along and across: the part of -(b D + c K) that has this form.
+template <class Kernel, bool positive, int d>
+inline void add_link(const LinkGeometry<d>& g, const typename Kernel::Parameters& p, const Coefficients& abc, double* B) noexcept {
+  const SpringTangent rate = Kernel::template rates<positive>(g, p, abc.damping, abc.stiffness);
+  double u[d];
+  for (int c = 0; c < d; ++c) u[c] = g.length > 0 ? g.dx[c] / g.length : 0;
+  add_tensor<d>(rate.transverse, rate.axial - rate.transverse, u, B);
+}
+
+/// Adds a link to the numbers (w, t) of its pair: B = t I + a u u^T, w = sqrt(a) u. Links of one pair share u. A damper's
+/// force also depends on where its ends are; what of that is not of this form is left out, as are rates along that are less than
+/// those across (laws that soften): then B = t I, on a line with the rate along it.
+template <class Kernel, bool positive, int d>
+inline void add_to_pair(const LinkGeometry<d>& g, const typename Kernel::Parameters& p, const Coefficients& abc, float* pair) noexcept {
+  const SpringTangent rate = Kernel::template rates<positive>(g, p, abc.damping, abc.stiffness);
+  double along = rate.axial - rate.transverse;
+  for (int c = 0; c < d; ++c) along += static_cast<double>(pair[c]) * static_cast<double>(pair[c]);
+  const double scale = along > 0 && g.length > 0 ? std::sqrt(along) / g.length : 0;
+  for (int c = 0; c < d; ++c) pair[c] = static_cast<float>(scale * g.dx[c]);
+  pair[d] += static_cast<float>(d == 1 && along < 0 ? rate.transverse + along : rate.transverse);
+}
+
+/// What goes into a symmetric matrix.
+template <int d, class Real>
+inline void add_symmetric(const double* B, Real* to) noexcept {
+  for (int r = 0; r < d; ++r)
+    for (int c = 0; c < d; ++c) to[r * d + c] += static_cast<Real>(0.5 * (B[r * d + c] + B[c * d + r]));
+}
+
+}  // namespace condensed
+
+// A_i = a m_i - b D_i - c K_i of particle laws and anchors
+template <int d, class Spring, class Damper>
+template <bool positive>
+void PhysicsOf<d, Spring, Damper>::node_block(PetscInt i, double t, const LocalState& state, const AnchorShift& shift, const Coefficients& abc,
+                                              double* A) const {
+  std::fill_n(A, d * d, 0.0);
+  for (int c = 0; c < d; ++c) A[c * (d + 1)] = abc.mass * net_.mass[i];
+  if (net_.fixed[i]) return;
+  const double* y = state.at(i);
+  const Point<d> point{t, net_.mass[i], net_.radius[i], y, y + d};
+  double K[d * d] = {}, D[d * d] = {};
+  add_node_tangent<positive>(i, point, shift, K, D);
+  for (int k = 0; k < d * d; ++k) A[k] -= abc.damping * D[k] + abc.stiffness * K[k];
+}
+
+// Links of a row come in the pattern's order: each fills the next pair, or the one before it if it runs parallel.
+template <int d, class Spring, class Damper>
+template <bool positive>
+void PhysicsOf<d, Spring, Damper>::fill_springs(double t, const LocalState& state, const Coefficients& abc, SpringMatrix* S) const {
+  const AnchorShift shift(motion_, t);
+  const Links& links = net_.links;
+  PetscInt pair = -1, cut = -1;
+  S->zero();
+  for (PetscInt i = 0; i < net_.n; ++i) {
+    double node[d * d];
+    node_block<positive>(i, t, state, shift, abc, node);
+    const double* y = state.at(i);
+    PetscInt last = -1;
+    for (PetscInt e = links.start[i]; e < links.start[i + 1] && !net_.fixed[i]; ++e) {
+      const PetscInt j = links.other[e];
+      const bool held = net_.fixed[j];
+      if (links.spring[e] < 0 || (!held && j < i)) continue;
+      if (!held && j != last) ++(j < net_.n ? pair : cut);
+      if (!held) last = j;
+      const LinkGeometry<d> g(y, state.at(j));
+      const auto p = parameters(links, e);
+      if (!Kernel::defined(g, p)) continue;
+      if (held) condensed::add_link<Kernel, positive, d>(g, p, abc, node);
+      else condensed::add_to_pair<Kernel, positive, d>(g, p, abc, j < net_.n ? S->pair(pair) : S->cut(cut));
+    }
+    condensed::add_symmetric<d>(node, S->node(i));
+  }
+}
+
+template <int d, class Spring, class Damper>
+template <bool positive>
+PetscErrorCode PhysicsOf<d, Spring, Damper>::fill_rows(double t, const LocalState& state, const Coefficients& abc, BlockRowWriter* writer) const {
+  const AnchorShift shift(motion_, t);
+  const Links& links = net_.links;
+  std::vector<double> panel(static_cast<std::size_t>(pattern_.widest() * d * d));
+  PetscFunctionBegin;
+  for (PetscInt i = 0; i < net_.n; ++i) {
+    const PetscInt width = pattern_.count(i) * d;
+    std::fill_n(panel.begin(), width * d, 0.0);
+    double node[d * d];
+    node_block<positive>(i, t, state, shift, abc, node);
+    for (PetscInt e = links.start[i]; e < links.start[i + 1] && !net_.fixed[i]; ++e) {
+      if (links.spring[e] < 0) continue;
+      const LinkGeometry<d> g(state.at(i), state.at(links.other[e]));
+      const auto p = parameters(links, e);
+      if (!Kernel::defined(g, p)) continue;
+      double B[d * d] = {};
+      condensed::add_link<Kernel, positive, d>(g, p, abc, B);
+      const PetscInt slot = pattern_.slot(e);
+      for (int r = 0; r < d; ++r)
+        for (int c = 0; c < d; ++c) {
+          node[r * d + c] += B[r * d + c];
+          if (slot >= 0) panel[r * width + slot * d + c] -= B[r * d + c];
+        }
+    }
+    for (int r = 0; r < d; ++r)
+      for (int c = 0; c < d; ++c) panel[r * width + pattern_.self(i) * d + c] += 0.5 * (node[r * d + c] + node[c * d + r]);
+    PetscCall(writer->write(i, panel.data()));
+  }
+  PetscFunctionReturn(0);
+}
+
+template <int d, class Spring, class Damper>
+void PhysicsOf<d, Spring, Damper>::multiply_tangent(double t, const LocalState& state, const LocalState& z, double* f) const {
+  const AnchorShift shift(motion_, t);
+  const Links& links = net_.links;
+  for (PetscInt i = 0; i < net_.n; ++i) {
+    double* fi = f + i * d;
+    std::fill_n(fi, d, 0.0);
+    if (net_.fixed[i]) continue;
+    const double *y = state.at(i), *zi = z.at(i);
+    for (PetscInt e = links.start[i]; e < links.start[i + 1]; ++e) {
+      if (links.spring[e] < 0) continue;
+      const LinkGeometry<d> g(y, state.at(links.other[e]));
+      const auto p = parameters(links, e);
+      if (!Kernel::defined(g, p)) continue;
+      double K[d * d] = {}, D[d * d] = {};
+      Kernel::tangent(g, p, K, D);
+      const double* zj = z.at(links.other[e]);
+      for (int r = 0; r < d; ++r)
+        for (int c = 0; c < d; ++c) fi[r] += K[r * d + c] * (zi[c] - zj[c]) + D[r * d + c] * (zi[d + c] - zj[d + c]);
+    }
+    // a node block with sigma = 1 and without mass, for K and D apart
+    double K[d * d] = {}, D[d * d] = {};
+    const Point<d> point{t, net_.mass[i], net_.radius[i], y, y + d};
+    add_node_tangent<false>(i, point, shift, K, D);
+    for (int r = 0; r < d; ++r)
+      for (int c = 0; c < d; ++c) fi[r] += K[r * d + c] * zi[c] + D[r * d + c] * zi[d + c];
+  }
+}
+
+template <int d, class Spring, class Damper>
+void PhysicsOf<d, Spring, Damper>::multiply_law_damping(double t, const LocalState& state, const double* w, double* f) const {
+  const AnchorShift shift(motion_, t);
+  for (PetscInt i = 0; i < net_.n; ++i) {
+    if (net_.fixed[i]) continue;
+    const double* y = state.at(i);
+    const Point<d> point{t, net_.mass[i], net_.radius[i], y, y + d};
+    double K[d * d] = {}, D[d * d] = {};
+    add_node_tangent<false>(i, point, shift, K, D);
+    for (int r = 0; r < d; ++r)
+      for (int c = 0; c < d; ++c) f[i * d + r] += D[r * d + c] * w[i * d + c];
+  }
+}
+
+}  // namespace bs

@@ -1,0 +1,75 @@
+// S = sigma M - D - K/sigma of a spring lattice, kept spring by spring in single precision:
+//   (S z)_i = A_i z_i + sum over linked pairs (i,j) of B_ij (z_i - z_j) + sum_j R_ij z_j,   B_ij = t I + w w^T
+// A pair takes d + 1 numbers: t acts across it, w along it. Their rounding changes each spring's tangent by 6e-8 of itself,
+// however stiff its neighbours are, and the matrix stays symmetric; A_i (mass, drag, anchors, springs to fixed particles)
+// is double. Products are summed in double. R holds what interactions of more than two ends add, d x d blocks in double; it takes
+// no memory where there are none.
+#pragma once
+#include <petscmat.h>
+#include <array>
+#include <vector>
+#include "base/handle.hpp"
+#include "base/huge_pages.hpp"
+#include "network/network.hpp"
+#include "systems/particles/interactions/sparse_blocks.hpp"
+
+namespace bs {
+
+/// Which pairs of free particles are linked, each owned pair once, at its lower end.
+struct SpringPattern {
+  HugeVector<PetscInt> start, other;                ///< owned pairs (i, j > i): compressed rows (n + 1), (pairs)
+  std::vector<PetscInt> cut_row, cut_start, ghost;  ///< pairs cut by the rank boundary: rows that have any, their ghosts (from 0)
+  PetscInt n = 0, ghosts = 0;
+  void create(const Network& net);
+  std::size_t pairs() const { return other.size(); }
+};
+
+class SpringMatrix {
+ public:
+  /// Collective. `net` must outlive the object. Values are zero.
+  PetscErrorCode create(const Network& net);
+  int dim() const { return dim_; }
+  const SpringPattern& pattern() const { return pattern_; }
+  const Network& network() const { return *net_; }
+
+  /// The values: (w, t) of pair k in the pattern's order, the symmetric A_i (d x d) of particle i.
+  double* node(PetscInt i) { return node_.data() + static_cast<std::size_t>(i) * area_; }
+  float* pair(std::size_t k) { return pair_.data() + k * width_; }
+  float* cut(std::size_t k) { return cut_.data() + k * width_; }
+  const double* node(PetscInt i) const { return node_.data() + static_cast<std::size_t>(i) * area_; }
+  const float* pair(std::size_t k) const { return pair_.data() + k * width_; }
+  const float* cut(std::size_t k) const { return cut_.data() + k * width_; }
+  void zero();
+  /// R, not created where there is none.
+  SparseBlocks& remainder() { return remainder_; }
+  const SparseBlocks& remainder() const { return remainder_; }
+
+  /// Collective. y = S p; vectors of block size d, laid out like the owned particles.
+  PetscErrorCode multiply(Vec p, Vec y);
+  /// Adds B (d x d) of a pair's numbers.
+  void add_block(const float* pair, double* to) const;
+  /// The diagonal block of particle i: A_i + sum B_ij + R_ii, d x d.
+  void diagonal_blocks(std::vector<double>* out) const;
+  PetscErrorCode diagonal(Vec out) const;
+  /// Collective. A MATSHELL that multiplies by this object, which must outlive it; `from` finds it again.
+  PetscErrorCode create_shell(Mat* out);
+  static SpringMatrix* from(Mat A);
+  /// Collective. Appends the ghosts' numbers to the owned particles', (n, d).
+  PetscErrorCode append_ghosts(std::vector<double>* values);
+  /// Collective. A vector the matrix acts on.
+  PetscErrorCode create_vector(Vec* out) const;
+
+ private:
+  const Network* net_ = nullptr;
+  int dim_ = 3;
+  std::size_t area_ = 9, width_ = 4;
+  SpringPattern pattern_;
+  HugeVector<double> node_;
+  HugeVector<float> pair_, cut_;
+  SparseBlocks remainder_;
+  HugeVector<double> sums_;  ///< what rows of a product add to later ones, padded
+  VecHandle ghost_values_;
+  ScatterHandle scatter_;
+};
+
+}  // namespace bs

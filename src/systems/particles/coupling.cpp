@@ -1,0 +1,116 @@
+#include "systems/particles/coupling.hpp"
+#include "base/fault.hpp"
+#include "base/options.hpp"
+
+namespace bs {
+
+PetscErrorCode Coupling::read_options(MPI_Comm comm, const Lattice& lattice, NetworkOptions* network) {
+  PetscFunctionBegin;
+  PetscCall(read_section(comm, "Forces that couple all particles", [&](Section& o) {
+    mass_.options(o);
+    pull_.options(o);
+    o.integer("-bs_xsp_center_particle",
+              "row of the particle that is the centre of -bs_xsp_center_of_mass and -bs_xsp_attraction, "
+              "0-based; -1: the point -bs_xsp_attraction_center",
+              center_row_);
+    o.integer("-bs_dense_coupling_max",
+              "particles up to which -bs_xsp_center_of_mass is assembled as a dense matrix; above, "
+              "it is a low-rank operator beside the sparse one",
+              dense_max_, Range::nonnegative);
+  }));
+  if (center_row_ < -1 || center_row_ >= lattice.particles.total)
+    PetscCall(tell(comm, Exit::input,
+                   format("option -bs_xsp_center_particle: %lld is no row of the %lld particles: give 0 to %lld, "
+                          "or -1 for a point",
+                          static_cast<long long>(center_row_), static_cast<long long>(lattice.particles.total),
+                          static_cast<long long>(lattice.particles.total - 1))));
+  dense_ = lattice.particles.total <= dense_max_;
+  network->all_to_all = mass_.active() && dense_;
+  network->center_row = mass_.active() || attracts() ? center_row_ : -1;
+  PetscFunctionReturn(0);
+}
+
+PetscErrorCode Coupling::create(const Network& net) {
+  PetscFunctionBegin;
+  masses_ = &net.mass;
+  for (int c = 0; c < 3; ++c) C_[c] = pull_.center[c];
+  selected_.assign(static_cast<std::size_t>(net.n + net.ghosts), 0);
+  double sum = 0;
+  std::int64_t owned_center = -1;
+  for (PetscInt i = 0; i < net.n; ++i)
+    if (net.row[i] == center_row_) owned_center = net.global[i];
+  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &owned_center, 1, MPI_INT64_T, MPI_MAX, net.comm));
+  for (PetscInt i = 0; i < net.n + net.ghosts; ++i) {
+    if (owned_center >= 0 && net.global[i] == owned_center) center_ = i;
+    selected_[i] = !net.fixed[i] && i != center_;
+    if (i < net.n && selected_[i]) sum += net.mass[i];
+  }
+  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &sum, 1, MPI_DOUBLE, MPI_SUM, net.comm));
+  S_ = sum > 0 ? sum : 1;
+  PetscFunctionReturn(0);
+}
+
+// X = sum m x / S, V = sum m v / S over the selected particles
+PetscErrorCode Coupling::gather(const Network& net, const LocalState& state) {
+  PetscFunctionBegin;
+  if (center_ >= 0)
+    for (int c = 0; c < net.dim; ++c) C_[c] = state.at(center_)[c];
+  if (!mass_.active()) PetscFunctionReturn(0);
+  double sums[6] = {0, 0, 0, 0, 0, 0};
+  for (PetscInt i = 0; i < net.n; ++i) {
+    if (!selected_[i]) continue;
+    for (int c = 0; c < net.dim; ++c) {
+      sums[c] += net.mass[i] * state.at(i)[c];
+      // NOLINTNEXTLINE(clang-analyzer-core.uninitialized.Assign): dim is at most 3
+      sums[3 + c] += net.mass[i] * state.at(i)[net.dim + c];
+    }
+  }
+  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, sums, 6, MPI_DOUBLE, MPI_SUM, net.comm));
+  for (int c = 0; c < 3; ++c) {
+    X_[c] = sums[c] / S_;
+    V_[c] = sums[3 + c] / S_;
+  }
+  PetscFunctionReturn(0);
+}
+
+std::string Coupling::describe() const {
+  std::string text;
+  if (mass_.active()) text += mass_.describe() + (dense_ ? ", assembled" : ", low-rank operator");
+  if (attracts()) text += (text.empty() ? "" : "; ") + pull_.describe();
+  if (center_row_ >= 0) text += format("; the centre is the particle in row %lld", static_cast<long long>(center_row_));
+  return text;
+}
+
+// J = P + U W^T, one column per direction k:
+// U: m_i (momentum) or 1 (velocity) at v_i of selected i;  W: value m_j/S^2 at x_j, damping m_j/S^2 at v_j, -value/S at x_C
+PetscErrorCode Coupling::create_operator(const Network& net, Mat P, bool momentum, Mat* A) const {
+  const PetscInt d = net.dim, bs = 2 * d;
+  PetscFunctionBegin;
+  if (!mass_.active() || dense_) {
+    PetscCall(PetscObjectReference(reinterpret_cast<PetscObject>(P)));
+    *A = P;
+    PetscFunctionReturn(0);
+  }
+  MatHandle U, W;
+  for (MatHandle* M : {&U, &W}) PetscCall(MatCreateDense(net.comm, net.n * bs, PETSC_DECIDE, PETSC_DETERMINE, d, nullptr, M->out()));
+  for (PetscInt i = 0; i < net.n; ++i) {
+    for (PetscInt k = 0; k < d; ++k) {
+      const PetscInt x = net.global[i] * bs + k, v = x + d;
+      if (selected_[i]) {
+        PetscCall(MatSetValue(U, v, k, momentum ? net.mass[i] : 1.0, INSERT_VALUES));
+        PetscCall(MatSetValue(W, x, k, mass_.value * net.mass[i] / (S_ * S_), INSERT_VALUES));
+        PetscCall(MatSetValue(W, v, k, mass_.damping * net.mass[i] / (S_ * S_), INSERT_VALUES));
+      } else if (i == center_ && !net.fixed[i]) {
+        PetscCall(MatSetValue(W, x, k, -mass_.value / S_, INSERT_VALUES));
+      }
+    }
+  }
+  for (Mat M : {U.get(), W.get()}) {
+    PetscCall(MatAssemblyBegin(M, MAT_FINAL_ASSEMBLY));
+    PetscCall(MatAssemblyEnd(M, MAT_FINAL_ASSEMBLY));
+  }
+  PetscCall(MatCreateLRC(P, U, nullptr, W, A));
+  PetscFunctionReturn(0);
+}
+
+}  // namespace bs

@@ -1,0 +1,157 @@
+// One kind of interaction in d dimensions: the loop over its elements, and what is made of it. Every use is a visitor of the
+// elements; a law says nothing but what one element does.
+#pragma once
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <vector>
+#include "systems/particles/interactions/sparse_blocks.hpp"
+#include "systems/particles/physics.hpp"
+
+namespace bs {
+
+/// Elements are visited by ascending row; each adds to the ends this rank owns.
+template <class Law, int d>
+class Interaction {
+ public:
+  static constexpr int N = Law::ends;
+  /// One element: where its ends are, local indices of them, its parameters.
+  struct Element {
+    const double* x[N];
+    const PetscInt* end;
+    const double* p;
+    std::int64_t row;
+  };
+
+  /// `boundary`: whether an owned particle is linked to a ghost.
+  Interaction(const Network& net, const InteractionTable& table, const std::vector<std::uint8_t>& boundary)
+      : net_(net), table_(table), boundary_(boundary) {
+    for (std::size_t k = 0; k < table.row.size(); ++k)
+      for (const bool cut : {false, true}) {
+        const PetscInt* end = table.end.data() + k * N;
+        if (std::any_of(end, end + N, [&](PetscInt i) { return i < net.n && (boundary[i] != 0) == cut; })) part_[cut].push_back(k);
+      }
+  }
+
+  void add_forces(Part part, const LocalState& state, double* f, Singularity* fault) const {
+    const bool cut = part == Part::boundary;
+    for (const std::size_t k : part_[cut]) {
+      const Element e = element(k, [&](PetscInt i) { return state.at(i); });
+      const char* why = Law::template fault<d>(e.x, e.p);
+      double force[N * d];
+      if (!why) Law::template force<d>(e.x, e.p, force);
+      else std::fill_n(force, N * d, std::numeric_limits<double>::infinity());
+      if (why && fault->kind == Singularity::none) *fault = describe(e, why);
+      for (int a = 0; a < N; ++a)
+        if (acts_on(e.end[a]) && (boundary_[e.end[a]] != 0) == cut)
+          for (int c = 0; c < d; ++c) f[e.end[a] * d + c] += force[a * d + c];
+    }
+  }
+
+  /// This rank's share [J]: every end counts alike. Where a law has no energy (an angle between arms of no length), the force tells.
+  double energy(const LocalState& state) const {
+    double sum = 0;
+    traverse(state, [&](const Element& e) {
+      const double energy = Law::template energy<d>(e.x, e.p);
+      if (std::isfinite(energy)) sum += share(e) * energy;
+    });
+    return sum;
+  }
+
+  /// This rank's share of E(x + lambda line) - E(x) - its slope [J].
+  double beyond_slope(const LocalState& state, const LocalState& line, double lambda) const {
+    double sum = 0;
+    traverse(state, [&](const Element& e) {
+      if (Law::template fault<d>(e.x, e.p)) return;
+      double step[N * d];
+      const double* dx[N];
+      for (int a = 0; a < N; ++a) {
+        for (int c = 0; c < d; ++c) step[a * d + c] = lambda * line.at(e.end[a])[c];
+        dx[a] = step + a * d;
+      }
+      sum += share(e) * Law::template energy_beyond_slope<d>(e.x, dx, e.p);
+    });
+    return sum;
+  }
+
+  /// f += K z_x
+  void multiply_tangent(const LocalState& state, const LocalState& z, double* f) const {
+    traverse_tangents<false>(state, [&](const Element& e, int a, int b, const double* K) {
+      if (acts_on(e.end[a]))
+        for (int r = 0; r < d; ++r)
+          for (int c = 0; c < d; ++c) f[e.end[a] * d + r] += K[r * N * d + c] * z.at(e.end[b])[c];
+    });
+  }
+
+  /// Blocks of K between owned ends and all ends, neither fixed: where they lie, and factor K added to them.
+  void join(std::vector<std::pair<PetscInt, PetscInt>>* joins) const {
+    for (std::size_t k = 0; k < table_.row.size(); ++k)
+      for (int a = 0; a < N; ++a)
+        for (int b = 0; b < N; ++b)
+          if (const PetscInt* end = table_.end.data() + k * N; acts_on(end[a]) && !net_.fixed[end[b]]) joins->emplace_back(end[a], end[b]);
+  }
+  template <bool positive>
+  void add_blocks(const LocalState& state, double factor, SparseBlocks* blocks) const {
+    traverse_tangents<positive>(state, [&](const Element& e, int a, int b, const double* K) {
+      if (!acts_on(e.end[a]) || net_.fixed[e.end[b]]) return;
+      double* to = blocks->block(blocks->find(e.end[a], e.end[b]));
+      for (int r = 0; r < d; ++r)
+        for (int c = 0; c < d; ++c) to[r * d + c] += factor * K[r * N * d + c];
+    });
+  }
+
+  /// Adds sizes of -df_i/dx_i where the particles start [N/m].
+  void add_rates(std::vector<double>* sum) const {
+    for (std::size_t k = 0; k < table_.row.size(); ++k) {
+      const Element e = element(k, [&](PetscInt i) { return net_.held.data() + i * d; });
+      double rate[N];
+      Law::template rates<d>(e.x, e.p, rate);
+      for (int a = 0; a < N; ++a)
+        if (acts_on(e.end[a])) (*sum)[e.end[a]] += rate[a];
+    }
+  }
+
+ private:
+  template <class At>
+  Element element(std::size_t k, At&& at) const {
+    Element e;
+    e.end = table_.end.data() + k * N;
+    e.p = table_.parameter.data() + k * Law::parameters;
+    e.row = table_.row[k];
+    for (int a = 0; a < N; ++a) e.x[a] = at(e.end[a]);
+    return e;
+  }
+  template <class Visit>
+  void traverse(const LocalState& state, Visit&& visit) const {
+    for (std::size_t k = 0; k < table_.row.size(); ++k) visit(element(k, [&](PetscInt i) { return state.at(i); }));
+  }
+  /// visit(element, a, b, df_a/dx_b), rows of the block N d numbers apart.
+  template <bool positive, class Visit>
+  void traverse_tangents(const LocalState& state, Visit&& visit) const {
+    double K[N * d * N * d];
+    traverse(state, [&](const Element& e) {
+      if (Law::template fault<d>(e.x, e.p)) return;
+      Law::template tangent<d, positive>(e.x, e.p, K);
+      for (int a = 0; a < N; ++a)
+        for (int b = 0; b < N; ++b) visit(e, a, b, K + a * d * N * d + b * d);
+    });
+  }
+  bool acts_on(PetscInt i) const { return i < net_.n && !net_.fixed[i]; }
+  double share(const Element& e) const {
+    return static_cast<double>(std::count_if(e.end, e.end + N, [&](PetscInt i) { return i < net_.n; })) / N;
+  }
+  Singularity describe(const Element& e, const char* why) const {
+    for (int a = 0; a < N; ++a)
+      for (int c = 0; c < d; ++c)
+        if (!std::isfinite(e.x[a][c]))
+          return {Singularity::state, net_.row[*std::find_if(e.end, e.end + N, [&](PetscInt i) { return i < net_.n; })], "", ""};
+    return {Singularity::interaction, e.row, Law::title, why};
+  }
+
+  const Network& net_;
+  const InteractionTable& table_;
+  const std::vector<std::uint8_t>& boundary_;
+  std::vector<std::size_t> part_[2];  ///< elements with an end in either Part
+};
+
+}  // namespace bs

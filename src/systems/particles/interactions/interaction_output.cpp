@@ -1,0 +1,43 @@
+// What a frame file and a fingerprint hold of interactions.
+#include "systems/particles/interactions/interaction_output.hpp"
+#include "checkpoint/row_sum.hpp"
+#include "input/interactions.hpp"
+#include "physics/interactions/registry.hpp"
+
+namespace bs {
+
+void add_to_fingerprint(const Lattice& lattice, RowSum* sum) {
+  constexpr std::uint64_t FIRST = 32;  // tables below are the springs' and particles'
+  for (std::size_t kind = 0; kind < lattice.interactions.size(); ++kind) {
+    const InteractionSchema& schema = interaction_schemas()[kind];
+    const InteractionRows& from = lattice.interactions[kind];
+    sum->add(FIRST + 2 * kind, from.rows.first, schema.ends, from.ends);
+    sum->add(FIRST + 2 * kind + 1, from.rows.first, static_cast<int>(schema.parameters.size()), from.parameter);
+  }
+}
+
+void move_to_datasets(Lattice* lattice, std::vector<Dataset>* out) {
+  for (std::size_t kind = 0; kind < lattice->interactions.size(); ++kind) {
+    const InteractionSchema& schema = interaction_schemas()[kind];
+    InteractionRows& from = lattice->interactions[kind];
+    const Rows rows = from.rows;
+    if (rows.total == 0) continue;
+    const std::size_t width = schema.parameters.size();
+    for (std::size_t p = 0; p < width; ++p) {
+      std::vector<double> column(static_cast<std::size_t>(rows.count));
+      for (std::size_t k = 0; k < column.size(); ++k) column[k] = from.parameter[k * width + p];
+      out->push_back({parameter_path(schema, schema.parameters[p], true), rows.first, rows.total, 0, std::move(column)});
+    }
+    out->push_back({topology_path(schema, true), rows.first, rows.total, schema.ends, std::move(from.ends)});
+  }
+  lattice->interactions.clear();
+}
+
+std::string count_text(const Network& net) {
+  std::string text;
+  for (std::size_t kind = 0; kind < net.interactions.size(); ++kind)
+    if (net.interactions[kind].total > 0) text += ", " + std::to_string(net.interactions[kind].total) + " " + interaction_schemas()[kind].title + "s";
+  return text;
+}
+
+}  // namespace bs

@@ -1,0 +1,112 @@
+#include "systems/particles/linearised_forces.hpp"
+#include <algorithm>
+#include "base/memory.hpp"
+#include "systems/particles/events.hpp"
+
+namespace bs {
+
+PetscErrorCode LinearisedForces::create(const Network& net, const Physics& physics, RowPattern& pattern, Vec layout, bool coupled) {
+  PetscFunctionBegin;
+  net_ = &net;
+  physics_ = &physics;
+  pattern_ = &pattern;
+  vector_ = layout;
+  at_ = {net.dim, net.n};
+  coupled_ = coupled;
+  const auto some = [](const std::vector<double>& values) { return std::any_of(values.begin(), values.end(), [](double c) { return c != 0; }); };
+  int damped = some(net.links.damping) || some(net.anchors.damping);
+  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &damped, 1, MPI_INT, MPI_MAX, net.comm));
+  damped_ = damped != 0;
+  axial_damping_ = damped_ && net.damping_law == DampingLaw::axial;
+  PetscCall(state_.create(net, layout));
+  PetscFunctionReturn(0);
+}
+
+PetscErrorCode LinearisedForces::linearise(double t, Vec y) {
+  PetscFunctionBegin;
+  t_ = t;
+  PetscCall(state_.gather(y));
+  PetscFunctionReturn(0);
+}
+
+PetscErrorCode LinearisedForces::change_of_force(Vec z, double* f) {
+  PetscFunctionBegin;
+  PetscCall(PetscLogEventBegin(particle_events().tangent, z, nullptr, nullptr, nullptr));
+  if (!direction_.created()) PetscCall(direction_.create(*net_, vector_));
+  PetscCall(direction_.gather_direction(z));
+  physics_->multiply_tangent(t_, state_, direction_, f);
+  PetscCall(PetscLogEventEnd(particle_events().tangent, z, nullptr, nullptr, nullptr));
+  PetscFunctionReturn(0);
+}
+
+PetscErrorCode LinearisedForces::damping_force(const double* w, double* f) {
+  const PetscInt d = net_->dim;
+  PetscScalar* a = nullptr;
+  PetscFunctionBegin;
+  std::fill_n(f, net_->n * d, 0.0);
+  if (!damped_) {  // no spring has a damper: nothing of other particles is needed
+    physics_->multiply_law_damping(t_, state_, w, f);
+    PetscFunctionReturn(0);
+  }
+  if (!only_velocity_) PetscCall(VecDuplicate(vector_, only_velocity_.out()));
+  PetscCall(VecZeroEntries(only_velocity_));
+  PetscCall(VecGetArray(only_velocity_, &a));
+  for (PetscInt i = 0; i < net_->n; ++i) std::copy_n(w + i * d, d, a + at_.v(i));
+  PetscCall(VecRestoreArray(only_velocity_, &a));
+  PetscCall(change_of_force(only_velocity_, f));
+  PetscFunctionReturn(0);
+}
+
+PetscErrorCode LinearisedForces::create(CondensedStorage storage, Mat* S) {
+  PetscFunctionBegin;
+  if (storage == CondensedStorage::springs) {
+    matrices_.push_back(std::make_unique<SpringMatrix>());
+    PetscCall(matrices_.back()->create(*net_));
+    PetscCall(matrices_.back()->create_shell(S));
+    PetscFunctionReturn(0);
+  }
+  if (!pattern_->created()) pattern_->create(*net_);
+  PetscCall(reserve_memory(net_->comm, {"the condensed matrix of " + net_->source, block_matrix_bytes(*net_, *pattern_, storage),
+                                        "give -condensed_mat_type springs, which takes less"}));
+  PetscCall(create_block_matrix(*net_, *pattern_, storage, S));
+  PetscCall(MatSetOption(*S, MAT_SYMMETRIC, PETSC_TRUE));
+  if (storage == CondensedStorage::aij) PetscCall(set_rigid_modes(*S));
+  PetscFunctionReturn(0);
+}
+
+/// Translations and rotations of the state linearised at, which springs alone do not resist.
+PetscErrorCode LinearisedForces::set_rigid_modes(Mat S) const {
+  const PetscInt d = net_->dim;
+  PetscScalar* a = nullptr;
+  VecHandle points;
+  MatNullSpace modes = nullptr;
+  PetscFunctionBegin;
+  PetscCall(MatCreateVecs(S, points.out(), nullptr));
+  PetscCall(VecSetBlockSize(points, d));
+  PetscCall(VecGetArrayWrite(points, &a));
+  for (PetscInt i = 0; i < net_->n; ++i) std::copy_n(state_.at(i), d, a + i * d);
+  PetscCall(VecRestoreArrayWrite(points, &a));
+  PetscCall(MatNullSpaceCreateRigidBody(points, &modes));
+  PetscCall(MatSetNearNullSpace(S, modes));
+  PetscCall(MatNullSpaceDestroy(&modes));
+  PetscFunctionReturn(0);
+}
+
+PetscErrorCode LinearisedForces::assemble(const Coefficients& abc, bool positive, Mat S) {
+  PetscFunctionBegin;
+  PetscCall(PetscLogEventBegin(particle_events().condense, S, nullptr, nullptr, nullptr));
+  if (SpringMatrix* springs = SpringMatrix::from(S)) {
+    physics_->condense_springs(t_, state_, abc, positive, springs);
+    PetscCall(MatAssemblyBegin(S, MAT_FINAL_ASSEMBLY));
+    PetscCall(MatAssemblyEnd(S, MAT_FINAL_ASSEMBLY));
+  } else {
+    BlockRowWriter writer(*net_, *pattern_);
+    PetscCall(writer.begin(S));
+    PetscCall(physics_->condense_rows(t_, state_, abc, positive, &writer));
+    PetscCall(writer.end());
+  }
+  PetscCall(PetscLogEventEnd(particle_events().condense, S, nullptr, nullptr, nullptr));
+  PetscFunctionReturn(0);
+}
+
+}  // namespace bs

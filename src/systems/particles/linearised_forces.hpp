@@ -1,0 +1,47 @@
+// The forces of a particle system linearised at one state: a M - b D - c K in the storage asked for, and products without a
+// matrix.
+#pragma once
+#include <memory>
+#include <vector>
+#include "systems/mechanics.hpp"
+#include "systems/particles/condensed/spring_matrix.hpp"
+#include "systems/particles/physics.hpp"
+
+namespace bs {
+
+class LinearisedForces final : public Linearisation {
+ public:
+  /// Collective. The arguments must outlive the object; `coupled`: some force couples all particles.
+  PetscErrorCode create(const Network& net, const Physics& physics, RowPattern& pattern, Vec layout, bool coupled);
+  /// The state linearised at, and its time.
+  const LocalState& state() const { return state_; }
+  double time() const { return t_; }
+
+  MPI_Comm comm() const override { return net_->comm; }
+  const Layout& layout() const override { return at_; }
+  Vec state_vector() const override { return vector_; }
+  PetscInt unknowns() const override { return net_->total * net_->dim; }
+  const std::vector<double>& masses() const override { return net_->mass; }
+  PetscErrorCode linearise(double t, Vec y) override;
+  PetscErrorCode change_of_force(Vec z, double* f) override;
+  PetscErrorCode damping_force(const double* w, double* f) override;
+  bool exact_symmetric() const override { return !coupled_ && !axial_damping_ && !net_->softens; }
+  bool pairwise() const override { return net_->interactions.empty(); }
+  PetscErrorCode create(CondensedStorage storage, Mat* S) override;
+  PetscErrorCode assemble(const Coefficients& abc, bool positive, Mat S) override;
+
+ private:
+  PetscErrorCode set_rigid_modes(Mat S) const;
+  const Network* net_ = nullptr;
+  const Physics* physics_ = nullptr;
+  RowPattern* pattern_ = nullptr;
+  Layout at_;
+  Vec vector_ = nullptr;
+  bool coupled_ = false, damped_ = false, axial_damping_ = false;
+  double t_ = 0;
+  LocalState state_, direction_;
+  VecHandle only_velocity_;                              ///< (0, w) of damping_force
+  std::vector<std::unique_ptr<SpringMatrix>> matrices_;  ///< behind the shells handed out
+};
+
+}  // namespace bs

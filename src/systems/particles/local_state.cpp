@@ -1,0 +1,66 @@
+#include "systems/particles/local_state.hpp"
+#include <algorithm>
+
+namespace bs {
+
+PetscErrorCode LocalState::create(const Network& net, Vec layout) {
+  PetscFunctionBegin;
+  net_ = &net;
+  width_ = 2 * static_cast<std::size_t>(net.dim);
+  values_.assign(static_cast<std::size_t>(net.n + net.ghosts) * width_, 0.0);
+  fixed_.clear();
+  for (PetscInt i = 0; i < net.n + net.ghosts; ++i)
+    if (net.fixed[i]) fixed_.push_back(i);
+  const PetscInt bs = static_cast<PetscInt>(width_);
+  // the scatter writes straight behind the owned states
+  PetscCall(
+      VecCreateSeqWithArray(PETSC_COMM_SELF, bs, net.ghosts * bs, values_.data() + static_cast<std::size_t>(net.n) * width_, ghost_values_.out()));
+  ISHandle from;
+  PetscCall(ISCreateBlock(net.comm, bs, net.ghosts, net.global.data() + net.n, PETSC_COPY_VALUES, from.out()));
+  PetscCall(VecScatterCreate(layout, from, ghost_values_, nullptr, scatter_.out()));
+  PetscFunctionReturn(0);
+}
+
+PetscErrorCode LocalState::gather_direction(Vec z) {
+  PetscFunctionBegin;
+  PetscCall(gather(z));
+  for (const PetscInt i : fixed_) std::fill_n(values_.begin() + static_cast<std::ptrdiff_t>(static_cast<std::size_t>(i) * width_), width_, 0.0);
+  PetscFunctionReturn(0);
+}
+
+PetscErrorCode LocalState::gather(Vec y) {
+  PetscFunctionBegin;
+  PetscCall(gather_begin(y));
+  PetscCall(gather_end(y));
+  PetscFunctionReturn(0);
+}
+
+PetscErrorCode LocalState::gather_begin(Vec y) {
+  const PetscScalar* ay = nullptr;
+  PetscFunctionBegin;
+  PetscCall(VecScatterBegin(scatter_, y, ghost_values_, INSERT_VALUES, SCATTER_FORWARD));
+  PetscCall(VecGetArrayRead(y, &ay));
+  std::copy_n(ay, static_cast<std::size_t>(net_->n) * width_, values_.begin());
+  PetscCall(VecRestoreArrayRead(y, &ay));
+  hold(0, net_->n);
+  PetscFunctionReturn(0);
+}
+
+PetscErrorCode LocalState::gather_end(Vec y) {
+  PetscFunctionBegin;
+  PetscCall(VecScatterEnd(scatter_, y, ghost_values_, INSERT_VALUES, SCATTER_FORWARD));
+  hold(net_->n, net_->n + net_->ghosts);
+  PetscFunctionReturn(0);
+}
+
+/// Fixed particles among [first, last) stand where they started.
+void LocalState::hold(PetscInt first, PetscInt last) {
+  const std::size_t d = width_ / 2;
+  for (auto at = std::lower_bound(fixed_.begin(), fixed_.end(), first); at != fixed_.end() && *at < last; ++at) {
+    double* state = values_.data() + static_cast<std::size_t>(*at) * width_;
+    std::copy_n(net_->held.begin() + static_cast<std::ptrdiff_t>(static_cast<std::size_t>(*at) * d), d, state);
+    std::fill_n(state + d, d, 0.0);
+  }
+}
+
+}  // namespace bs

@@ -1,0 +1,35 @@
+// The state of this rank's particles and of their ghosts, side by side.
+#pragma once
+#include <vector>
+#include "network/network.hpp"
+
+namespace bs {
+
+/// Holds (x, v) of every local particle, block 2d each: owned first, then ghosts. Fixed particles stand where they
+/// started, at rest, whatever the vector says, so that forces do not depend on their entries.
+class LocalState {
+ public:
+  /// Collective. `net` must outlive the object; `layout` is a state vector.
+  PetscErrorCode create(const Network& net, Vec layout);
+  /// Collective. Fills the local states from y by one scatter.
+  PetscErrorCode gather(Vec y);
+  /// The same in two: owned states are there after the first, ghosts after the second.
+  PetscErrorCode gather_begin(Vec y);
+  PetscErrorCode gather_end(Vec y);
+  /// The same for a direction: zero at fixed particles.
+  PetscErrorCode gather_direction(Vec z);
+  bool created() const { return net_ != nullptr; }
+  /// 2d numbers (x, v) of local particle i.
+  const double* at(PetscInt i) const { return values_.data() + static_cast<std::size_t>(i) * width_; }
+
+ private:
+  void hold(PetscInt first, PetscInt last);
+  const Network* net_ = nullptr;
+  std::size_t width_ = 0;
+  VecHandle ghost_values_;
+  ScatterHandle scatter_;
+  std::vector<double> values_;
+  std::vector<PetscInt> fixed_;  ///< local indices of fixed particles, ascending
+};
+
+}  // namespace bs

@@ -1,0 +1,169 @@
+#include "systems/particles/particle_model.hpp"
+#include <algorithm>
+#include <cmath>
+#include "base/fault.hpp"
+#include "base/find_file.hpp"
+#include "base/memory.hpp"
+#include "base/options.hpp"
+#include "input/text_file.hpp"
+#include "physics/pair/springs/registry.hpp"
+#include "systems/particles/events.hpp"
+
+namespace bs {
+
+namespace {
+
+/// A trajectory that is read back as a lattice must know its laws: what the input said is put among the options.
+PetscErrorCode record_option(const char* name, const char* value) {
+  PetscBool given = PETSC_FALSE;
+  PetscFunctionBegin;
+  PetscCall(PetscOptionsHasName(nullptr, nullptr, name, &given));
+  if (!given) PetscCall(PetscOptionsSetValue(nullptr, name, value));
+  PetscCall(PetscOptionsHasName(nullptr, nullptr, name, &given));  // asked for: not an unused option
+  PetscFunctionReturn(0);
+}
+
+}  // namespace
+
+PetscErrorCode ParticleModel::create(MPI_Comm comm, Lattice&& lattice, std::unique_ptr<Mechanics>* out) {
+  PetscFunctionBegin;
+  auto model = std::make_unique<ParticleModel>();
+  NetworkOptions options;
+  PetscCall(read_network_options(comm, &options));
+  model->net_.comm = comm;
+  // springs with a law each have it in the trajectory
+  if (!lattice.law_by_row) PetscCall(record_option("-bs_spring_law", spring_laws()[static_cast<std::size_t>(lattice.spring_law)].name));
+  PetscCall(record_option("-bs_damping_law", damper_laws()[static_cast<std::size_t>(lattice.damping_law)].first.c_str()));
+  PetscCall(model->read_laws(lattice));
+  PetscCall(model->coupling_.read_options(comm, lattice, &options));
+  if (model->coupling_.has_center_particle()) std::get<XspAttraction>(model->laws_).value = 0;
+  PetscCall(model->take_fingerprint(lattice));
+  PetscCall(build_network(comm, lattice, options, &model->net_));
+  PetscCall(model->check_laws());
+  model->lattice_ = std::move(lattice);
+  PetscCall(model->create_state());
+  PetscCall(model->read_strain_option());
+  PetscCall(model->memory_.create(model->net_, model->lattice_.springs));
+  PetscCall(model->coupling_.create(model->net_));
+  model->physics_ = create_physics(model->net_, model->laws_, model->motion_, model->pattern_);
+  PetscCall(model->accept(0.0, model->y0_));  // a spring that starts beyond its yield force has yielded
+  PetscCall(model->linearised_.create(model->net_, *model->physics_, model->pattern_, model->y0_, model->coupling_.active()));
+  PetscCall(model->potential_.create(model->net_, *model->physics_, model->y0_, model->coupling_.active()));
+  model->force_.resize(static_cast<std::size_t>(model->net_.n * model->net_.dim));
+  model->rates_ = model->physics_->rates();
+  *out = std::move(model);
+  PetscFunctionReturn(0);
+}
+
+PetscErrorCode ParticleModel::read_laws(const Lattice& lattice) {
+  PetscFunctionBegin;
+  PetscCall(read_section(net_.comm, "Forces on particles", [&](Section& o) { for_each_law(laws_, [&](auto& law) { law.options(o); }); }));
+  PetscCall(read_section(net_.comm, "Motion of anchor points", [&](Section& o) { motion_.options(o); }));
+  if (motion_.kind == Motion::Kind::table) {
+    std::string text, error;
+    CsvTable table;
+    PetscCall(find_input(net_.comm, &motion_.table_file));
+    note_input("-bs_anchor_table", motion_.table_file);
+    PetscCall(read_text_file(net_.comm, motion_.table_file, &text));
+    if (!read_csv_table(text, motion_.table_file, 2, 1 + lattice.dim, &table, &error) || !motion_.set_table(table, motion_.table_file, &error))
+      PetscCall(tell(net_.comm, Exit::input, error));
+  }
+  PetscFunctionReturn(0);
+}
+
+/// What single options cannot know: the dimension and the particles.
+PetscErrorCode ParticleModel::check_laws() const {
+  Fault fault;
+  PetscFunctionBegin;
+  const std::pair<const char*, const double*> vectors[] = {{"-bs_gravity", std::get<UniformGravity>(laws_).g},
+                                                           {"-bs_central_point", std::get<CentralGravity>(laws_).x0},
+                                                           {"-bs_fluid_velocity", std::get<SphereDrag>(laws_).fluid},
+                                                           {"-bs_xsp_attraction_center", std::get<XspAttraction>(laws_).center},
+                                                           {"-bs_anchor_velocity", motion_.c},
+                                                           {"-bs_anchor_amplitude", motion_.A}};
+  for (const auto& [name, value] : vectors)
+    for (int c = net_.dim; c < 3; ++c)
+      if (value[c] != 0)
+        fault.note(-1, format("option %s has a component beyond the lattice's dimension %d: give %d number%s", name, net_.dim, net_.dim,
+                              net_.dim > 1 ? "s" : ""));
+  PetscBool flows = PETSC_FALSE;
+  PetscCall(PetscOptionsHasName(nullptr, nullptr, "-bs_fluid_velocity", &flows));
+  if (flows && !std::get<SphereDrag>(laws_).active() && !std::get<ShapeDrag>(laws_).active())
+    fault.note(-1,
+               "option -bs_fluid_velocity is for sphere and shape drag; -bs_stokes_drag and -bs_viscosity act against a fluid at rest: "
+               "leave it out, or give -bs_sphere_drag or -bs_shape_drag");
+  const SphereDrag& drag = std::get<SphereDrag>(laws_);
+  if (drag.active() && drag.radius <= 0)
+    for (PetscInt i = 0; i < net_.n; ++i)
+      if (net_.radius[i] <= 0)
+        fault.note(net_.row[i], format("particle %lld has no radius, which sphere drag needs: give -bs_radius or the lattice's radii",
+                                       static_cast<long long>(net_.row[i])));
+  PetscCall(agree(net_.comm, fault));
+  PetscFunctionReturn(0);
+}
+
+PetscErrorCode ParticleModel::create_state() {
+  const PetscInt d = net_.dim, bs = 2 * d;
+  PetscScalar* ay = nullptr;
+  PetscFunctionBegin;
+  PetscCall(VecCreate(net_.comm, y0_.out()));
+  PetscCall(VecSetSizes(y0_, net_.n * bs, PETSC_DETERMINE));
+  PetscCall(VecSetBlockSize(y0_, bs));
+  PetscCall(VecSetType(y0_, VECSTANDARD));
+  PetscCall(VecGetArray(y0_, &ay));
+  for (PetscInt i = 0; i < net_.n; ++i)
+    for (PetscInt c = 0; c < d; ++c) {
+      ay[i * bs + c] = net_.held[i * d + c];
+      ay[i * bs + d + c] = net_.velocity[i * d + c];
+    }
+  PetscCall(VecRestoreArray(y0_, &ay));
+  PetscCall(state_.create(net_, y0_));
+  layout_ = {d, net_.n};
+  PetscFunctionReturn(0);
+}
+
+PetscErrorCode ParticleModel::force(double t, Vec y, const double** f) {
+  PetscFunctionBegin;
+  PetscCall(PetscLogEventBegin(particle_events().force, y, nullptr, nullptr, nullptr));
+  fault_ = {};
+  PetscCall(state_.gather_begin(y));
+  // ghosts travel meanwhile; a force that couples all with all needs them first
+  if (!coupling_.active()) physics_->forces(Part::interior, t, state_, coupling_, force_.data(), &fault_);
+  PetscCall(state_.gather_end(y));
+  PetscCall(coupling_.gather(net_, state_));
+  if (coupling_.active()) physics_->forces(Part::interior, t, state_, coupling_, force_.data(), &fault_);
+  physics_->forces(Part::boundary, t, state_, coupling_, force_.data(), &fault_);
+  *f = force_.data();
+  PetscCall(PetscLogEventEnd(particle_events().force, y, nullptr, nullptr, nullptr));
+  PetscFunctionReturn(0);
+}
+
+PetscErrorCode ParticleModel::create_first_order(Mat* J) {
+  PetscFunctionBegin;
+  if (!pattern_.created()) pattern_.create(net_);
+  PetscCall(reserve_memory(net_.comm, {"the assembled Jacobian of " + net_.source, pattern_.jacobian_bytes(net_.dim),
+                                       "give -bs_operator shell or -snes_mf, which do without it"}));
+  PetscCall(pattern_.create_matrix(net_, J));
+  PetscFunctionReturn(0);
+}
+
+PetscErrorCode ParticleModel::assemble_first_order(double sigma, bool momentum, Mat J) {
+  const LocalState& state = linearised_.state();
+  PetscFunctionBegin;
+  PetscCall(PetscLogEventBegin(particle_events().jacobian, J, nullptr, nullptr, nullptr));
+  PetscCall(coupling_.gather(net_, state));
+  RowWriter writer(net_, pattern_);
+  PetscCall(writer.begin(J));
+  PetscCall(physics_->jacobian(linearised_.time(), state, coupling_, sigma, momentum, &writer));
+  PetscCall(writer.end());
+  PetscCall(PetscLogEventEnd(particle_events().jacobian, J, nullptr, nullptr, nullptr));
+  PetscFunctionReturn(0);
+}
+
+PetscErrorCode ParticleModel::create_first_order_operator(Mat J, bool momentum, Mat* A) {
+  PetscFunctionBegin;
+  PetscCall(coupling_.create_operator(net_, J, momentum, A));
+  PetscFunctionReturn(0);
+}
+
+}  // namespace bs

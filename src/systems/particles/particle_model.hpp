@@ -1,0 +1,85 @@
+// Particle systems as second-order systems M x'' = f(t, x, v): what is read, what acts, what is shown.
+#pragma once
+#include <memory>
+#include "lattice/lattice.hpp"
+#include "network/network.hpp"
+#include "systems/mechanics.hpp"
+#include "systems/particles/coupling.hpp"
+#include "systems/particles/linearised_forces.hpp"
+#include "systems/particles/local_state.hpp"
+#include "systems/particles/particle_potential.hpp"
+#include "systems/particles/physics.hpp"
+#include "systems/particles/row_pattern.hpp"
+#include "systems/particles/spring_memory.hpp"
+#include "systems/particles/spring_strain.hpp"
+
+namespace bs {
+
+class ParticleModel final : public Mechanics {
+ public:
+  /// Collective. Reads the laws' options, distributes the lattice and sets the loops up. The lattice's chunk is kept
+  /// until release_input() is called.
+  static PetscErrorCode create(MPI_Comm comm, Lattice&& lattice, std::unique_ptr<Mechanics>* out);
+
+  const char* name() const override { return "particles"; }
+  int dim() const override { return net_.dim; }
+  MPI_Comm comm() const override { return net_.comm; }
+  Vec initial_state() const override { return y0_; }
+  std::vector<std::string> describe() const override;
+  const Layout& layout() const override { return layout_; }
+  const std::vector<double>& masses() const override { return net_.mass; }
+  PetscErrorCode force(double t, Vec y, const double** f) override;
+  PetscErrorCode force_magnitudes(double t, Vec y, double* size) override;
+  Linearisation& linearisation() override { return linearised_; }
+  bool couples_all() const override { return coupling_.active(); }
+  Incremental* potential() override { return &potential_; }
+  PetscErrorCode create_first_order(Mat* J) override;
+  PetscErrorCode assemble_first_order(double sigma, bool momentum, Mat J) override;
+  PetscErrorCode create_first_order_operator(Mat J, bool momentum, Mat* A) override;
+  bool time_dependent() const override { return motion_.active(); }
+  PetscErrorCode observe(double t, Vec y, std::vector<Observable>* out) override;
+  PetscErrorCode energy_supply(double t, Vec y, EnergySupply* out, bool* has) override;
+  PetscErrorCode fields(double t, Vec y, std::vector<Field>* out) override;
+  PetscErrorCode gather_state(Vec y, std::vector<StatePart>* parts) override;
+  PetscErrorCode scatter_state(Vec y) override;
+  PetscErrorCode accept(double t, Vec y) override;
+  PetscErrorCode gather_memory(std::vector<StatePart>* parts) override;
+  PetscErrorCode scatter_memory() override;
+  PetscErrorCode fingerprint(std::uint64_t* value) override;
+  PetscErrorCode take_constants(std::vector<Dataset>* out) override;
+  void release_input() override;
+  PetscErrorCode covers(double t_end) override;
+  PetscErrorCode last_fault(std::string* text) override;
+
+ private:
+  PetscErrorCode read_laws(const Lattice& lattice);
+  PetscErrorCode check_laws() const;
+  PetscErrorCode take_fingerprint(const Lattice& lattice);
+  PetscErrorCode create_state();
+  PetscErrorCode create_output();
+  PetscErrorCode fill_output(Vec y);
+  PetscErrorCode read_strain_option();
+  std::string spring_laws_in_words() const;
+
+  Network net_;
+  Lattice lattice_;
+  ParticleLaws laws_;
+  Motion motion_;
+  Coupling coupling_;
+  RowPattern pattern_;
+  Layout layout_;
+  LocalState state_;
+  SpringStrain strain_;
+  SpringMemory memory_;
+  bool store_strain_ = false;
+  std::unique_ptr<Physics> physics_;
+  LinearisedForces linearised_;
+  ParticlePotential potential_;
+  std::vector<double> force_, rates_;
+  VecHandle y0_, position_, velocity_;  ///< the latter two in the input's order
+  ScatterHandle to_position_, to_velocity_;
+  Singularity fault_;
+  std::uint64_t fingerprint_ = 0;  ///< of the lattice, summed over the ranks
+};
+
+}  // namespace bs

@@ -1,0 +1,224 @@
+// What a particle system shows: header lines, observables, fields of a frame, constant data.
+#include <algorithm>
+#include <cmath>
+#include "base/fault.hpp"
+#include "base/options.hpp"
+#include "base/release.hpp"
+#include "network/spring_rows.hpp"
+#include "physics/pair/springs/registry.hpp"
+#include "systems/particles/events.hpp"
+#include "systems/particles/interactions/interaction_output.hpp"
+#include "systems/particles/particle_model.hpp"
+
+namespace bs {
+
+const ParticleEvents& particle_events() {
+  static const ParticleEvents events = [] {
+    ParticleEvents e;
+    PetscClassId id = 0;
+    (void)PetscClassIdRegister("BSParticles", &id);
+    (void)PetscLogEventRegister("BSForces", id, &e.force);
+    (void)PetscLogEventRegister("BSJacobian", id, &e.jacobian);
+    (void)PetscLogEventRegister("BSEnergies", id, &e.energy);
+    (void)PetscLogEventRegister("BSCondense", id, &e.condense);
+    (void)PetscLogEventRegister("BSProduct", id, &e.product);
+    (void)PetscLogEventRegister("BSFactor", id, &e.factor);
+    (void)PetscLogEventRegister("BSTriangles", id, &e.triangles);
+    (void)PetscLogEventRegister("BSCoarse", id, &e.coarse);
+    (void)PetscLogEventRegister("BSTangentMult", id, &e.tangent);
+    return e;
+  }();
+  return events;
+}
+
+/// Name and formula of every law that some spring obeys, and of the anchors' where that is another one.
+std::string ParticleModel::spring_laws_in_words() const {
+  const auto words = [](std::size_t law) { return std::string(spring_laws()[law].name) + " " + spring_laws()[law].title; };
+  const std::size_t own = static_cast<std::size_t>(lattice_.spring_law), anchors = static_cast<std::size_t>(anchor_law(lattice_));
+  std::string text;
+  for (std::size_t law = 0; law < net_.laws.size(); ++law)
+    if (net_.laws[law]) text += (text.empty() ? "" : "; ") + words(law);
+  if (text.empty()) text = words(own) + (lattice_.spring_law_given ? "" : " (assumed)");
+  if (net_.mixed && net_.anchors_total > 0 && text != words(anchors)) text += "; anchors: " + words(anchors);
+  return text;
+}
+
+std::vector<std::string> ParticleModel::describe() const {
+  std::vector<std::string> lines;
+  lines.push_back(format("%lld particles (%lld fixed) in %d dimension%s, %lld springs, %lld anchors%s, from %s", static_cast<long long>(net_.total),
+                         static_cast<long long>(net_.fixed_total), net_.dim, net_.dim > 1 ? "s" : "", static_cast<long long>(net_.springs_total),
+                         static_cast<long long>(net_.anchors_total), count_text(net_).c_str(), net_.source.c_str()));
+  if (net_.springs_total + net_.anchors_total > 0)
+    lines.push_back("springs: " + spring_laws_in_words() + ", damping: " + damper_laws()[static_cast<std::size_t>(net_.damping_law)].first + " " +
+                    damper_laws()[static_cast<std::size_t>(net_.damping_law)].second + (lattice_.damping_law_given ? "" : " (assumed)"));
+  for_each_law(laws_, [&](const auto& law) {
+    if (law.active()) lines.push_back("law: " + law.describe());
+  });
+  if (net_.anchors_total > 0 && motion_.active()) lines.push_back("anchors: " + motion_.describe());
+  if (coupling_.active()) lines.push_back("law: " + coupling_.describe());
+  lines.push_back("divided among ranks by " + net_.partition);
+  return lines;
+}
+
+PetscErrorCode ParticleModel::observe(double t, Vec y, std::vector<Observable>* out) {
+  const PetscInt d = net_.dim;
+  PetscFunctionBegin;
+  PetscCall(PetscLogEventBegin(particle_events().energy, y, nullptr, nullptr, nullptr));
+  PetscCall(state_.gather(y));
+  const Energies e = physics_->energies(t, state_);
+  // energies, momentum p = sum m v, angular momentum L = sum x cross m v about the origin; of free particles
+  double sums[9] = {e.kinetic, e.elastic, e.field, 0, 0, 0, 0, 0, 0};
+  for (PetscInt i = 0; i < net_.n; ++i) {
+    if (net_.fixed[i]) continue;
+    double x[3] = {0, 0, 0}, p[3] = {0, 0, 0};
+    for (PetscInt c = 0; c < d; ++c) {
+      x[c] = state_.at(i)[c];
+      p[c] = net_.mass[i] * state_.at(i)[d + c];
+    }
+    for (int c = 0; c < 3; ++c) {
+      sums[3 + c] += p[c];
+      sums[6 + c] += x[(c + 1) % 3] * p[(c + 2) % 3] - x[(c + 2) % 3] * p[(c + 1) % 3];
+    }
+  }
+  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, sums, 9, MPI_DOUBLE, MPI_SUM, net_.comm));
+  out->clear();
+  out->push_back({"kinetic_energy", {sums[0]}});
+  out->push_back({"elastic_energy", {sums[1]}});
+  out->push_back({"potential_energy", {sums[1] + sums[2]}});
+  out->push_back({"total_energy", {sums[0] + sums[1] + sums[2]}});
+  if (memory_.active()) {
+    double lost = 0;
+    PetscCall(memory_.dissipated(&lost));
+    out->push_back({"dissipated_energy", {lost}});
+  }
+  out->push_back({"momentum", std::vector<double>(sums + 3, sums + 3 + d)});
+  out->push_back({"angular_momentum", std::vector<double>(sums + 6, sums + 9)});
+  PetscCall(PetscLogEventEnd(particle_events().energy, y, nullptr, nullptr, nullptr));
+  PetscFunctionReturn(0);
+}
+
+PetscErrorCode ParticleModel::read_strain_option() {
+  constexpr std::int64_t many = 1000000;  // springs: a frame of their strains is 8 MB
+  PetscFunctionBegin;
+  store_strain_ = net_.springs_total <= many;
+  PetscCall(read_section(net_.comm, "Fields of a frame", [&](Section& o) {
+    o.flag("-bs_output_strain", "strain (l - L)/L of every spring in every frame; default: up to a million springs [1]", store_strain_);
+  }));
+  store_strain_ = store_strain_ && net_.springs_total > 0;
+  PetscFunctionReturn(0);
+}
+
+/// Vectors in the input's order, and the scatters that fill them; once, for the first frame that is written.
+PetscErrorCode ParticleModel::create_output() {
+  const PetscInt d = net_.dim;
+  PetscFunctionBegin;
+  if (position_) PetscFunctionReturn(0);
+  PetscInt rows = static_cast<PetscInt>(lattice_.particles.count);
+  std::vector<PetscInt> x_blocks, v_blocks, target(net_.row.begin(), net_.row.end());
+  for (PetscInt i = 0; i < net_.n; ++i) {
+    x_blocks.push_back(2 * net_.global[i]);
+    v_blocks.push_back(2 * net_.global[i] + 1);
+  }
+  for (VecHandle* vec : {&position_, &velocity_}) {
+    PetscCall(VecCreate(net_.comm, vec->out()));
+    PetscCall(VecSetSizes(*vec, rows * d, PETSC_DETERMINE));
+    PetscCall(VecSetBlockSize(*vec, d));
+    PetscCall(VecSetType(*vec, VECSTANDARD));
+  }
+  ISHandle x_from, v_from, to;
+  PetscCall(ISCreateBlock(net_.comm, d, net_.n, x_blocks.data(), PETSC_COPY_VALUES, x_from.out()));
+  PetscCall(ISCreateBlock(net_.comm, d, net_.n, v_blocks.data(), PETSC_COPY_VALUES, v_from.out()));
+  PetscCall(ISCreateBlock(net_.comm, d, net_.n, target.data(), PETSC_COPY_VALUES, to.out()));
+  PetscCall(VecScatterCreate(y0_, x_from, position_, to, to_position_.out()));
+  PetscCall(VecScatterCreate(y0_, v_from, velocity_, to, to_velocity_.out()));
+  PetscFunctionReturn(0);
+}
+
+/// position_ and velocity_ from y.
+PetscErrorCode ParticleModel::fill_output(Vec y) {
+  PetscFunctionBegin;
+  PetscCall(create_output());
+  PetscCall(VecScatterBegin(to_position_, y, position_, INSERT_VALUES, SCATTER_FORWARD));
+  PetscCall(VecScatterEnd(to_position_, y, position_, INSERT_VALUES, SCATTER_FORWARD));
+  PetscCall(VecScatterBegin(to_velocity_, y, velocity_, INSERT_VALUES, SCATTER_FORWARD));
+  PetscCall(VecScatterEnd(to_velocity_, y, velocity_, INSERT_VALUES, SCATTER_FORWARD));
+  PetscFunctionReturn(0);
+}
+
+PetscErrorCode ParticleModel::fields(double, Vec y, std::vector<Field>* out) {
+  Vec strains;
+  std::vector<StatePart> memory;
+  PetscFunctionBegin;
+  PetscCall(fill_output(y));
+  *out = {{"/particles/trajectory/position", position_}, {"/particles/trajectory/velocity", velocity_}};
+  PetscCall(memory_.gather(&memory));
+  for (const StatePart& part : memory) out->push_back({"/backspring/" + part.name, part.vec, true});
+  if (!store_strain_) PetscFunctionReturn(0);
+  if (!strain_) PetscCall(strain_.create(net_, lattice_.springs));
+  PetscCall(state_.gather(y));
+  PetscCall(strain_.compute(state_, &strains));
+  out->push_back({"/backspring/strain", strains, true});
+  PetscFunctionReturn(0);
+}
+
+PetscErrorCode ParticleModel::take_constants(std::vector<Dataset>* out) {
+  PetscFunctionBegin;
+  const Rows& p = lattice_.particles;
+  const Rows& s = lattice_.springs;
+  if (lattice_.id.empty()) {
+    lattice_.id.resize(static_cast<std::size_t>(p.count));
+    for (std::int64_t k = 0; k < p.count; ++k) lattice_.id[k] = p.first + k;
+  }
+  const std::string particles = "/particles/trajectory/", bonds = "/connectivity/bonds";
+  out->clear();
+  out->push_back({particles + "mass", p.first, p.total, 0, std::move(lattice_.mass)});
+  out->push_back({particles + "id", p.first, p.total, 0, std::move(lattice_.id)});
+  out->push_back({particles + "fixed", p.first, p.total, 0, std::vector<std::int64_t>(lattice_.fixed.begin(), lattice_.fixed.end())});
+  // every rank must name the same datasets, also one that holds no particle
+  int radius = lattice_.radius.empty() ? 0 : 1;
+  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &radius, 1, MPI_INT, MPI_MAX, net_.comm));
+  if (radius) out->push_back({particles + "radius", p.first, p.total, 0, std::move(lattice_.radius)});
+  if (s.total > 0) {
+    out->push_back({bonds, s.first, s.total, 2, std::move(lattice_.pairs)});
+    out->push_back({bonds + "_stiffness", s.first, s.total, 0, std::move(lattice_.stiffness)});
+    out->push_back({bonds + "_rest_length", s.first, s.total, 0, std::move(lattice_.rest_length)});
+    out->push_back({bonds + "_damping", s.first, s.total, 0, std::move(lattice_.damping)});
+    const std::vector<std::string> histories = spring_histories();
+    for (SpringColumn& column : lattice_.spring_columns)
+      if (std::find(histories.begin(), histories.end(), column.name) == histories.end())
+        out->push_back({bonds + "_" + column.name, s.first, s.total, 0, std::move(column.value)});
+    if (lattice_.law_by_row) {
+      std::string names;
+      for (const std::string& name : spring_law_names()) names += (names.empty() ? "" : ",") + name;
+      out->push_back({bonds + "_law",
+                      s.first,
+                      s.total,
+                      0,
+                      std::vector<std::int64_t>(lattice_.spring_laws.begin(), lattice_.spring_laws.end()),
+                      {{"spring_laws", names}}});
+    }
+  }
+  move_to_datasets(&lattice_, out);
+  PetscFunctionReturn(0);
+}
+
+/// What the run needs of the chunk lives on in the network; counts and shares of rows stay.
+void ParticleModel::release_input() {
+  for (std::vector<double>* table :
+       {&lattice_.position, &lattice_.velocity, &lattice_.mass, &lattice_.radius, &lattice_.stiffness, &lattice_.rest_length, &lattice_.damping})
+    release(*table);
+  release(lattice_.id);
+  release(lattice_.pairs);
+}
+
+PetscErrorCode ParticleModel::covers(double t_end) {
+  PetscFunctionBegin;
+  if (net_.anchors_total > 0 && !motion_.covers(t_end))
+    PetscCall(tell(net_.comm, Exit::input,
+                   format("the table of -bs_anchor_table does not reach from t = 0 to the end of the run, "
+                          "t = %g s: add rows or lower -ts_max_time",
+                          t_end)));
+  PetscFunctionReturn(0);
+}
+
+}  // namespace bs

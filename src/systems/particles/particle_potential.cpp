@@ -1,0 +1,77 @@
+#include "systems/particles/particle_potential.hpp"
+
+namespace bs {
+namespace {
+
+/// BSPotential in -log_view; registered at first use.
+PetscLogEvent potential_event() {
+  static const PetscLogEvent event = [] {
+    PetscLogEvent e = 0;
+    PetscClassId id = 0;
+    (void)PetscClassIdRegister("BSPotential", &id);
+    (void)PetscLogEventRegister("BSPotential", id, &e);
+    return e;
+  }();
+  return event;
+}
+
+}  // namespace
+
+PetscErrorCode ParticlePotential::create(const Network& net, const Physics& physics, Vec layout, bool coupled) {
+  PetscFunctionBegin;
+  net_ = &net;
+  physics_ = &physics;
+  layout_ = layout;
+  lacks_ = coupled ? "a force that couples all particles" : physics.lacks_potential();
+  // dampers may sit on one rank alone, which then speaks for all
+  char text[64] = "";
+  PetscMPIInt rank, low, size;
+  PetscCallMPI(MPI_Comm_rank(net.comm, &rank));
+  PetscCallMPI(MPI_Comm_size(net.comm, &size));
+  const PetscMPIInt mine = lacks_.empty() ? size : rank;
+  PetscCallMPI(MPI_Allreduce(&mine, &low, 1, MPI_INT, MPI_MIN, net.comm));
+  if (low == size) PetscFunctionReturn(0);
+  PetscCall(PetscStrncpy(text, lacks_.c_str(), sizeof text));
+  PetscCallMPI(MPI_Bcast(text, sizeof text, MPI_CHAR, low, net.comm));
+  lacks_ = text;
+  PetscFunctionReturn(0);
+}
+
+// F_x = M (x' - v)
+PetscErrorCode ParticlePotential::add_kinematic(Vec F, Vec y) {
+  const Layout at{net_->dim, net_->n};
+  const PetscScalar* aF = nullptr;
+  PetscScalar* ay = nullptr;
+  PetscFunctionBegin;
+  PetscCall(VecGetArrayRead(F, &aF));
+  PetscCall(VecGetArray(y, &ay));
+  for (PetscInt i = 0; i < net_->n; ++i)
+    for (PetscInt c = 0; c < at.dim; ++c) ay[at.v(i, c)] += aF[at.x(i, c)] / net_->mass[i];
+  PetscCall(VecRestoreArray(y, &ay));
+  PetscCall(VecRestoreArrayRead(F, &aF));
+  PetscFunctionReturn(0);
+}
+
+PetscErrorCode ParticlePotential::follow(Vec y, Vec z) {
+  PetscFunctionBegin;
+  if (!state_.created()) {
+    PetscCall(state_.create(*net_, layout_));
+    PetscCall(line_.create(*net_, layout_));
+  }
+  PetscCall(state_.gather(y));
+  PetscCall(line_.gather_direction(z));
+  PetscFunctionReturn(0);
+}
+
+PetscErrorCode ParticlePotential::beyond_slope(double t, double sigma, double lambda, PotentialChange* change) {
+  PetscFunctionBegin;
+  PetscCall(PetscLogEventBegin(potential_event(), nullptr, nullptr, nullptr, nullptr));
+  *change = physics_->beyond_slope(t, state_, line_, lambda, sigma);
+  double sums[2] = {change->value, change->noise};
+  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, sums, 2, MPI_DOUBLE, MPI_SUM, net_->comm));
+  *change = {sums[0], sums[1]};
+  PetscCall(PetscLogEventEnd(potential_event(), nullptr, nullptr, nullptr, nullptr));
+  PetscFunctionReturn(0);
+}
+
+}  // namespace bs

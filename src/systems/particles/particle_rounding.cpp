@@ -1,0 +1,92 @@
+// How precise the forces of a particle system are, what feeds its energies, and what went wrong in an evaluation.
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include "base/fault.hpp"
+#include "systems/particles/events.hpp"
+#include "systems/particles/interactions/with_interactions.hpp"
+#include "systems/particles/particle_model.hpp"
+
+namespace bs {
+
+// Rounding of x alone moves the force on a particle by its springs' rates times eps |x|; and laws that balance (weight and
+// drag) leave the rounding of each.
+PetscErrorCode ParticleModel::force_magnitudes(double t, Vec y, double* size) {
+  const PetscInt d = net_.dim;
+  PetscFunctionBegin;
+  PetscCall(state_.gather(y));
+  std::vector<double> laws(static_cast<std::size_t>(net_.n));
+  physics_->law_sizes(t, state_, laws.data());
+  for (PetscInt i = 0; i < net_.n; ++i)
+    for (PetscInt c = 0; c < d; ++c) size[i * d + c] = net_.fixed[i] ? 0.0 : 2 * rates_[i] * std::abs(state_.at(i)[c]) + laws[i];
+  PetscFunctionReturn(0);
+}
+
+// Displacements of 1e-10 of the places may come from rounding and from what Newton leaves. Softening springs may have energies
+// below 0: motion can grow by as much.
+PetscErrorCode ParticleModel::energy_supply(double t, Vec y, EnergySupply* out, bool* has) {
+  const PetscInt d = net_.dim;
+  PetscFunctionBegin;
+  *has = true;
+  PetscCall(PetscLogEventBegin(particle_events().energy, y, nullptr, nullptr, nullptr));
+  PetscCall(state_.gather(y));
+  if (coupling_.active()) PetscCall(coupling_.gather(net_, state_));
+  const Energies e = physics_->energies(t, state_);
+  const Supply s = physics_->supply(t, state_, coupling_);
+  double sums[10] = {e.kinetic + e.elastic, e.field, s.field, s.coupling, s.fluid, s.pull[0], s.pull[1], s.pull[2], 0, e.elastic};
+  for (PetscInt i = 0; i < net_.n; ++i)
+    for (PetscInt c = 0; c < d; ++c) sums[8] += 1e-20 * rates_[i] * state_.at(i)[c] * state_.at(i)[c];
+  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, sums, 10, MPI_DOUBLE, MPI_SUM, net_.comm));
+  double ds[3];
+  motion_.at(t, out->shift, ds);
+  out->inner = sums[0];
+  out->field = sums[1];
+  out->power = std::abs(sums[2]) + std::abs(sums[3]) + std::abs(sums[4]);
+  out->pull = std::hypot(sums[5], sums[6], sums[7]);
+  out->speed = std::hypot(ds[0], ds[1], ds[2]);
+  out->rounding = sums[8] + std::max(0.0, -sums[9]);
+  PetscCall(PetscLogEventEnd(particle_events().energy, y, nullptr, nullptr, nullptr));
+  PetscFunctionReturn(0);
+}
+
+namespace {
+
+/// What to do about a law that has no value at some place.
+std::string advice_on(const std::string& law) {
+  const bool central = law == CentralGravity::title;
+  return law + " has no value there: lower -ts_dt, or keep the particle away from " + (central ? "-bs_central_point" : "its centre");
+}
+
+}  // namespace
+
+/// The smallest row of the gravest kind speaks for all ranks.
+PetscErrorCode ParticleModel::last_fault(std::string* text) {
+  PetscFunctionBegin;
+  std::int64_t key[2] = {fault_.kind == Singularity::none ? 99 : fault_.kind, fault_.row}, low = 0;
+  PetscCallMPI(MPI_Allreduce(&key[0], &low, 1, MPI_INT64_T, MPI_MIN, net_.comm));
+  text->clear();
+  if (low == 99) PetscFunctionReturn(0);
+  std::int64_t row = key[0] == low ? key[1] : std::numeric_limits<std::int64_t>::max();
+  const std::int64_t mine = row;
+  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &row, 1, MPI_INT64_T, MPI_MIN, net_.comm));
+  // its owner knows which law it was, by its place in the list
+  std::vector<std::string> titles;
+  for_each_law(laws_, [&](const auto& law) { titles.push_back(law.title); });
+  int which =
+      mine == row && low == Singularity::particle ? static_cast<int>(std::find(titles.begin(), titles.end(), fault_.law) - titles.begin()) : 0;
+  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &which, 1, MPI_INT, MPI_MAX, net_.comm));
+  const long long number = static_cast<long long>(row);
+  if (low == Singularity::interaction) {
+    PetscCall(interaction_fault(net_.comm, mine == row, fault_, text));
+    PetscFunctionReturn(0);
+  }
+  if (low == Singularity::particle)
+    *text = format("particle %lld met a place without a force, ", number) + advice_on(titles[static_cast<std::size_t>(which)]);
+  else if (low == Singularity::state) *text = format("Newton or the step led to a state that is not finite, at particle %lld", number);
+  else
+    *text = format("%s %lld met zero length, where its law has no direction: lower -ts_dt, keep its ends apart, or give it a rest length of 0",
+                   low == Singularity::spring ? "spring" : "anchor", number);
+  PetscFunctionReturn(0);
+}
+
+}  // namespace bs

@@ -1,0 +1,88 @@
+// The state of a particle system in the input's order, and what tells its lattice from others.
+#include <string>
+#include "checkpoint/row_sum.hpp"
+#include "systems/particles/interactions/interaction_output.hpp"
+#include "systems/particles/particle_model.hpp"
+
+namespace bs {
+
+PetscErrorCode ParticleModel::gather_state(Vec y, std::vector<StatePart>* parts) {
+  PetscFunctionBegin;
+  PetscCall(fill_output(y));
+  *parts = {{"position", position_}, {"velocity", velocity_}};
+  PetscFunctionReturn(0);
+}
+
+PetscErrorCode ParticleModel::scatter_state(Vec y) {
+  PetscFunctionBegin;
+  PetscCall(VecScatterBegin(to_position_, position_, y, INSERT_VALUES, SCATTER_REVERSE));
+  PetscCall(VecScatterEnd(to_position_, position_, y, INSERT_VALUES, SCATTER_REVERSE));
+  PetscCall(VecScatterBegin(to_velocity_, velocity_, y, INSERT_VALUES, SCATTER_REVERSE));
+  PetscCall(VecScatterEnd(to_velocity_, velocity_, y, INSERT_VALUES, SCATTER_REVERSE));
+  PetscFunctionReturn(0);
+}
+
+PetscErrorCode ParticleModel::accept(double, Vec y) {
+  PetscFunctionBegin;
+  if (!memory_.active()) PetscFunctionReturn(0);
+  PetscCall(state_.gather(y));
+  physics_->commit(state_, &net_.links);
+  PetscFunctionReturn(0);
+}
+
+PetscErrorCode ParticleModel::gather_memory(std::vector<StatePart>* parts) {
+  PetscFunctionBegin;
+  PetscCall(memory_.gather(parts));
+  PetscFunctionReturn(0);
+}
+
+PetscErrorCode ParticleModel::scatter_memory() {
+  PetscFunctionBegin;
+  PetscCall(memory_.scatter());
+  PetscFunctionReturn(0);
+}
+
+PetscErrorCode ParticleModel::fingerprint(std::uint64_t* value) {
+  PetscFunctionBegin;
+  *value = fingerprint_;
+  PetscFunctionReturn(0);
+}
+
+PetscErrorCode ParticleModel::take_fingerprint(const Lattice& lattice) {
+  PetscFunctionBegin;
+  const std::int64_t p = lattice.particles.first, s = lattice.springs.first, a = lattice.anchors.first;
+  const int d = lattice.dim;
+  RowSum sum;
+  sum.add(0, p, d, lattice.position);
+  sum.add(1, p, d, lattice.velocity);
+  sum.add(2, p, 1, lattice.mass);
+  sum.add(3, p, 1, lattice.radius);
+  sum.add(4, p, 1, lattice.fixed);
+  sum.add(5, s, 2, lattice.pairs);
+  sum.add(6, s, 1, lattice.stiffness);
+  sum.add(7, s, 1, lattice.rest_length);
+  sum.add(8, s, 1, lattice.damping);
+  sum.add(9, a, 1, lattice.anchor_particle);
+  sum.add(10, a, d, lattice.anchor_point);
+  sum.add(11, a, 1, lattice.anchor_stiffness);
+  sum.add(12, a, 1, lattice.anchor_rest_length);
+  sum.add(13, a, 1, lattice.anchor_damping);
+  add_to_fingerprint(lattice, &sum);
+  sum.add(15, s, 1, lattice.spring_laws);
+  for (const SpringColumn& column : lattice.spring_columns) {  // by name, whatever their order: a table's number is up to the caller
+    std::uint64_t table = 0;
+    for (const char c : column.name) table = 131 * table + static_cast<unsigned char>(c);
+    sum.add(1000 + table, s, 1, column.value);
+  }
+  if (p == 0) {
+    const std::int64_t laws[3] = {static_cast<std::int64_t>(lattice.spring_law), static_cast<std::int64_t>(lattice.damping_law),
+                                  lattice.rest_at_zero_length ? 1 : 0};
+    // the first rank speaks for all; chunks before the first particle are empty
+    if (lattice.particles.count > 0 || lattice.particles.total == 0) sum.add(14, 0, 1, 3, laws);
+  }
+  fingerprint_ = sum.value();
+  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &fingerprint_, 1, MPI_UINT64_T, MPI_SUM, net_.comm));
+  PetscFunctionReturn(0);
+}
+
+}  // namespace bs

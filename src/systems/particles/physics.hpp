@@ -1,0 +1,80 @@
+// All that acts on particles, as one set of loops over the particles this rank owns. Chosen once per run by dimension
+// and laws, so that the loops hold no switch.
+#pragma once
+#include <memory>
+#include <string>
+#include <vector>
+#include "physics/body/registry.hpp"
+#include "physics/whole/motion.hpp"
+#include "systems/incremental.hpp"
+#include "systems/mechanics.hpp"
+#include "systems/particles/condensed/block_rows.hpp"
+#include "systems/particles/condensed/spring_matrix.hpp"
+#include "systems/particles/coupling.hpp"
+#include "systems/particles/local_state.hpp"
+#include "systems/particles/row_pattern.hpp"
+
+namespace bs {
+
+/// What went wrong in a loop, where: the law has no value there.
+struct Singularity {
+  enum Kind { none, spring, anchor, particle, interaction, state } kind = none;  ///< state: that of a particle is not finite
+  std::int64_t row = -1;                                                         ///< row of the spring, anchor, particle or interaction in the input
+  const char* law = "";                                                          ///< title of the particle law or of the interaction's
+  const char* why = "";                                                          ///< what an interaction met
+};
+
+/// Energies of this rank's share [J].
+struct Energies {
+  double kinetic = 0, elastic = 0, field = 0;
+};
+
+/// What acts from outside on this rank's particles.
+struct Supply {
+  double field = 0, coupling = 0, fluid = 0;  ///< power of laws with a potential, of forces that couple all, of the fluid's motion [W]
+  double pull[3] = {0, 0, 0};                 ///< force of the anchors on the particles [N]
+};
+
+/// Owned particles by what they are linked to: owned ones alone, or some ghost as well.
+enum class Part { interior, boundary };
+
+/// Forces are of every owned particle, zero on fixed ones; `state` is gathered, `t` the time of evaluation.
+class Physics {
+ public:
+  virtual ~Physics() = default;
+  /// f: (n, d), overwritten where the particles of `part` are. The first singularity met is kept in `fault`; the particle's force is then not finite.
+  virtual void forces(Part part, double t, const LocalState& state, const Coupling& coupling, double* f, Singularity* fault) const = 0;
+  /// Writes J = [sigma M, -M; -K, sigma M - D] (momentum form) or the same divided by M (velocity form).
+  virtual PetscErrorCode jacobian(double t, const LocalState& state, const Coupling& coupling, double sigma, bool momentum,
+                                  RowWriter* writer) const = 0;
+  /// S = a M - b D - c K spring by spring; what is not symmetric (axial dampers at work) is symmetrised. `positive`:
+  /// only what makes S positive definite.
+  virtual void condense_springs(double t, const LocalState& state, const Coefficients& abc, bool positive, SpringMatrix* S) const = 0;
+  /// The same by block rows, as it is; couplings of all particles are left out.
+  virtual PetscErrorCode condense_rows(double t, const LocalState& state, const Coefficients& abc, bool positive, BlockRowWriter* writer) const = 0;
+  /// f = K z_x + D z_v for every owned particle, overwritten; `z` is gathered, zero at fixed particles.
+  virtual void multiply_tangent(double t, const LocalState& state, const LocalState& z, double* f) const = 0;
+  /// f += D w of the particle laws and anchors alone, w: (n, d). All of D where no spring has a damper.
+  virtual void multiply_law_damping(double t, const LocalState& state, const double* w, double* f) const = 0;
+  /// What springs carry from step to step becomes that of `state`, the end of a good step. `links`: of the network given at
+  /// creation; no other function writes them.
+  virtual void commit(const LocalState& state, Links* links) const = 0;
+  /// Elastic energy counts half a spring from either end.
+  virtual Energies energies(double t, const LocalState& state) const = 0;
+  virtual Supply supply(double t, const LocalState& state, const Coupling& coupling) const = 0;
+  /// This rank's share of what the incremental potential changes by beyond its slope along lambda `line` (gathered as a
+  /// direction), anchors at rest meanwhile: sum over particles, springs and laws of
+  ///   sigma/2 m |dv|^2 + sigma (E(x + dx) - E(x) - E'.dx) + R(v + dv) - R(v) - R'.dv
+  virtual PotentialChange beyond_slope(double t, const LocalState& state, const LocalState& line, double lambda, double sigma) const = 0;
+  /// Empty, or what of the springs and particle laws here has no potential.
+  virtual std::string lacks_potential() const = 0;
+  /// size[i]: sum of the magnitudes of the particle laws' forces on owned particle i, which may cancel each other [N].
+  virtual void law_sizes(double t, const LocalState& state, double* size) const = 0;
+  /// Sum of the rates of the springs at every owned particle [N/m].
+  virtual std::vector<double> rates() const = 0;
+};
+
+/// `net`, `laws`, `motion` and `pattern` must outlive the result.
+std::unique_ptr<Physics> create_physics(const Network& net, const ParticleLaws& laws, const Motion& motion, const RowPattern& pattern);
+
+}  // namespace bs

@@ -1,0 +1,7 @@
+#include "systems/particles/physics_create_impl.hpp"
+
+namespace bs {
+
+template std::unique_ptr<Physics> create_physics_of<1>(const Network&, const ParticleLaws&, const Motion&, const RowPattern&);
+
+}  // namespace bs

@@ -1,0 +1,289 @@
+// The loops behind Physics, for one dimension and one pair of spring and damping laws.
+#pragma once
+#include <algorithm>
+#include <limits>
+#include "systems/particles/link_kernel.hpp"
+#include "systems/particles/physics.hpp"
+#include "systems/particles/plain_links.hpp"
+
+namespace bs {
+
+template <int d, class Spring, class Damper>
+class PhysicsOf final : public Physics {
+ public:
+  using Kernel = LinkKernel<d, Spring, Damper>;
+  PhysicsOf(const Network& net, const ParticleLaws& laws, const Motion& motion, const RowPattern& pattern)
+      : net_(net), laws_(laws), motion_(motion), pattern_(pattern) {
+    const PetscInt count = static_cast<PetscInt>(net.anchors.particle.size());
+    anchor_start_.assign(static_cast<std::size_t>(net.n) + 1, 0);
+    anchor_order_.resize(static_cast<std::size_t>(count));
+    for (PetscInt i : net.anchors.particle) ++anchor_start_[i + 1];
+    for (PetscInt i = 0; i < net.n; ++i) anchor_start_[i + 1] += anchor_start_[i];
+    std::vector<PetscInt> at(anchor_start_.begin(), anchor_start_.end() - 1);
+    for (PetscInt k = 0; k < count; ++k) anchor_order_[at[net.anchors.particle[k]]++] = k;
+    for (PetscInt i = 0; i < net.n; ++i) {
+      const auto begin = net.links.other.begin() + net.links.start[i], end = net.links.other.begin() + net.links.start[i + 1];
+      const bool cut = std::any_of(begin, end, [&](PetscInt j) { return j >= net.n; });
+      rows_[static_cast<int>(cut ? Part::boundary : Part::interior)].push_back(i);
+    }
+    plain_.assign(static_cast<std::size_t>(net.n), 1);
+    for (PetscInt i = 0; i < net.n; ++i)
+      for (PetscInt e = net.links.start[i]; e < net.links.start[i + 1]; ++e)
+        if (Spring::mixed || net.links.spring[e] < 0 || net.links.rest_length[e] == 0 || (!net.links.damping.empty() && net.links.damping[e] != 0))
+          plain_[i] = 0;
+  }
+
+  void forces(Part part, double t, const LocalState& state, const Coupling& coupling, double* f, Singularity* fault) const override {
+    const AnchorShift shift(motion_, t);
+    for (const PetscInt i : rows_[static_cast<int>(part)]) {
+      double* fi = f + i * d;
+      std::fill_n(fi, d, 0.0);
+      if (net_.fixed[i]) continue;
+      const double* y = state.at(i);
+      Singularity found;
+      if (!add_plain(i, y, state, fi)) add_links(i, y, state, fi, &found);
+      add_anchors(i, y, shift, fi, &found);
+      const Point<d> point{t, net_.mass[i], net_.radius[i], y, y + d};
+      for_each_law(laws_, [&](const auto& law) {
+        if (law.active() && !law.template force<d>(point, fi)) found = {Singularity::particle, net_.row[i], law.title};
+      });
+      coupling.add_force<d>(i, point, fi);
+      if (found.kind != Singularity::none) {
+        if (fault->kind == Singularity::none) *fault = found;
+        std::fill_n(fi, d, std::numeric_limits<double>::infinity());
+      }
+    }
+  }
+
+  PetscErrorCode jacobian(double t, const LocalState& state, const Coupling& coupling, double sigma, bool momentum,
+                          RowWriter* writer) const override {
+    const AnchorShift shift(motion_, t);
+    std::vector<double> panel(static_cast<std::size_t>(pattern_.widest() * 2 * d * d));
+    PetscFunctionBegin;
+    for (PetscInt i = 0; i < net_.n; ++i) {
+      const PetscInt width = pattern_.count(i) * 2 * d;
+      std::fill_n(panel.begin(), width * d, 0.0);
+      if (!net_.fixed[i]) add_tangents(i, t, state, coupling, shift, panel.data(), width);
+      const double scale = momentum ? 1.0 : 1.0 / net_.mass[i];
+      if (!momentum)
+        for (PetscInt k = 0; k < width * d; ++k) panel[k] *= scale;
+      for (int k = 0; k < d; ++k) panel[k * width + pattern_.self(i) * 2 * d + d + k] += sigma * (momentum ? net_.mass[i] : 1.0);
+      PetscCall(writer->write(i, sigma, momentum ? net_.mass[i] : 1.0, panel.data()));
+    }
+    PetscFunctionReturn(0);
+  }
+
+  Energies energies(double t, const LocalState& state) const override {
+    const AnchorShift shift(motion_, t);
+    Energies sum;
+    for (PetscInt i = 0; i < net_.n; ++i) {
+      const double* y = state.at(i);
+      if constexpr (!Spring::mixed)
+        if (plain_[i]) sum.elastic += 0.5 * plain_energy<d, Spring>(net_.links, i, y, state.at(0));
+      for (PetscInt e = net_.links.start[i]; e < net_.links.start[i + 1] && !plain_[i]; ++e)
+        sum.elastic += 0.5 * Kernel::energy({y, state.at(net_.links.other[e])}, parameters(net_.links, e));
+      for (PetscInt a = anchor_start_[i]; a < anchor_start_[i + 1]; ++a) {
+        const PetscInt k = anchor_order_[a];
+        const typename AnchorShift::End end(shift, net_.anchors, k);
+        sum.elastic += Kernel::energy({y, end.y}, parameters(net_.anchors, k));
+      }
+      if (net_.fixed[i]) continue;
+      for (int c = 0; c < d; ++c) sum.kinetic += 0.5 * net_.mass[i] * y[d + c] * y[d + c];
+      const Point<d> point{t, net_.mass[i], net_.radius[i], y, y + d};
+      for_each_law(laws_, [&](const auto& law) {
+        if (law.active()) sum.field += law.template energy<d>(point);
+      });
+    }
+    return sum;
+  }
+
+  Supply supply(double t, const LocalState& state, const Coupling& coupling) const override;
+  PotentialChange beyond_slope(double t, const LocalState& state, const LocalState& line, double lambda, double sigma) const override;
+  std::string lacks_potential() const override;
+
+  void law_sizes(double t, const LocalState& state, double* size) const override {
+    for (PetscInt i = 0; i < net_.n; ++i) {
+      size[i] = 0;
+      if (net_.fixed[i]) continue;
+      const double* y = state.at(i);
+      const Point<d> point{t, net_.mass[i], net_.radius[i], y, y + d};
+      for_each_law(laws_, [&](const auto& law) {
+        double f[d] = {};
+        if (law.active() && law.template force<d>(point, f)) size[i] += norm<d>(f);
+      });
+    }
+  }
+
+  void condense_springs(double t, const LocalState& state, const Coefficients& abc, bool positive, SpringMatrix* S) const override {
+    positive ? fill_springs<true>(t, state, abc, S) : fill_springs<false>(t, state, abc, S);
+  }
+  PetscErrorCode condense_rows(double t, const LocalState& state, const Coefficients& abc, bool positive, BlockRowWriter* writer) const override {
+    PetscFunctionBegin;
+    PetscCall(positive ? fill_rows<true>(t, state, abc, writer) : fill_rows<false>(t, state, abc, writer));
+    PetscFunctionReturn(0);
+  }
+  void multiply_tangent(double t, const LocalState& state, const LocalState& z, double* f) const override;
+  void multiply_law_damping(double t, const LocalState& state, const double* w, double* f) const override;
+
+  // Both copies of a spring, at its two ends, come to the same history in every bit, on whatever ranks they are: they begin with the
+  // same numbers, and l is the same from dx and from -dx, whose squares are equal.
+  void commit(const LocalState& state, Links* links) const override {
+    if constexpr (Spring::mixed)
+      for (PetscInt i = 0; i < net_.n; ++i)
+        for (PetscInt e = links->start[i]; e < links->start[i + 1]; ++e) {
+          if (links->spring[e] < 0) continue;
+          const LinkGeometry<d> g(state.at(i), state.at(links->other[e]));
+          Spring::commit(g.length, links->stiffness[e], links->rest_length[e], links->law[e],
+                         links->more.data() + static_cast<std::size_t>(e) * links->width);
+        }
+    else (void)state, (void)links;
+  }
+
+  std::vector<double> rates() const override {
+    std::vector<double> sum(static_cast<std::size_t>(net_.n), 0.0);
+    for (PetscInt i = 0; i < net_.n; ++i)
+      for (PetscInt e = net_.links.start[i]; e < net_.links.start[i + 1]; ++e) sum[i] += Kernel::rate(parameters(net_.links, e));
+    for (std::size_t k = 0; k < net_.anchors.particle.size(); ++k)
+      sum[net_.anchors.particle[k]] += Kernel::rate(parameters(net_.anchors, static_cast<PetscInt>(k)));
+    return sum;
+  }
+
+ private:
+  /// Displacement and velocity all anchors share at one moment.
+  struct AnchorShift {
+    double s[3] = {0, 0, 0}, ds[3] = {0, 0, 0};
+    AnchorShift(const Motion& motion, double t) { motion.at(t, s, ds); }
+    struct End {
+      double y[2 * d];
+      End(const AnchorShift& shift, const Anchors& anchors, PetscInt k) {
+        for (int c = 0; c < d; ++c) {
+          y[c] = anchors.point[k * 3 + c] + shift.s[c];
+          y[d + c] = shift.ds[c];
+        }
+      }
+    };
+  };
+
+  template <class Table>
+  static typename Kernel::Parameters parameters(const Table& table, PetscInt e) {
+    const LinkParameters p{table.stiffness[e], table.rest_length[e], table.damping.empty() ? 0.0 : table.damping[e]};
+    if constexpr (Spring::mixed) return {p, {table.law[e], table.more.data() + static_cast<std::size_t>(e) * table.width}};
+    else return p;
+  }
+
+  /// False, and f untouched, where links of particle i must be taken one by one.
+  bool add_plain(PetscInt i, const double* y, const LocalState& state, double* f) const {
+    if constexpr (Spring::mixed) return false;
+    else return plain_[i] && add_plain_links<d, Spring>(net_.links, i, y, state.at(0), f);
+  }
+
+  void add_links(PetscInt i, const double* y, const LocalState& state, double* f, Singularity* found) const {
+    const Links& links = net_.links;
+    for (PetscInt e = links.start[i]; e < links.start[i + 1]; ++e) {
+      if (links.spring[e] < 0) continue;
+      const LinkGeometry<d> g(y, state.at(links.other[e]));
+      const auto p = parameters(links, e);
+      if (Kernel::defined(g, p)) Kernel::force(g, p, f);
+      else if (std::isnan(g.length)) *found = {Singularity::state, net_.row[i], ""};
+      else if (!net_.rest_at_zero_length) *found = {Singularity::spring, links.spring[e], ""};
+    }
+  }
+
+  void add_anchors(PetscInt i, const double* y, const AnchorShift& shift, double* f, Singularity* found) const {
+    for (PetscInt a = anchor_start_[i]; a < anchor_start_[i + 1]; ++a) {
+      const PetscInt k = anchor_order_[a];
+      const typename AnchorShift::End end(shift, net_.anchors, k);
+      const LinkGeometry<d> g(y, end.y);
+      const auto p = parameters(net_.anchors, k);
+      if (Kernel::defined(g, p)) Kernel::force(g, p, f);
+      else if (std::isnan(g.length)) *found = {Singularity::state, net_.row[i], ""};
+      else *found = {Singularity::anchor, net_.anchors.row[k], ""};
+    }
+  }
+
+  // Panel rows are -df_i/dx_j and -df_i/dv_j, side by side for every column j. D null: no part by velocity.
+  static void subtract(double* panel, PetscInt width, PetscInt slot, const double* K, const double* D) {
+    for (int r = 0; r < d; ++r) {
+      double* row = panel + r * width + slot * 2 * d;
+      for (int c = 0; c < d; ++c) row[c] -= K[r * d + c];
+      if (D)
+        for (int c = 0; c < d; ++c) row[d + c] -= D[r * d + c];
+    }
+  }
+
+  // K += df_i/dx_i, D += df_i/dv_i of anchors and particle laws. `positive`: without what may make -K indefinite.
+  template <bool positive>
+  void add_node_tangent(PetscInt i, const Point<d>& point, const AnchorShift& shift, double* K, double* D) const {
+    for (PetscInt a = anchor_start_[i]; a < anchor_start_[i + 1]; ++a) {
+      const typename AnchorShift::End end(shift, net_.anchors, anchor_order_[a]);
+      const LinkGeometry<d> g(point.x, end.y);
+      const auto p = parameters(net_.anchors, anchor_order_[a]);
+      if (Kernel::defined(g, p)) Kernel::template tangent<positive>(g, p, K, D);
+    }
+    for_each_law(laws_, [&](const auto& law) {
+      if (!law.active()) return;
+      if constexpr (!positive) law.template dfdx<d>(point, K);
+      law.template dfdv<d>(point, D);
+    });
+  }
+
+  void add_tangents(PetscInt i, double t, const LocalState& state, const Coupling& coupling, const AnchorShift& shift, double* panel,
+                    PetscInt width) const {
+    const Links& links = net_.links;
+    const double* y = state.at(i);
+    const Point<d> point{t, net_.mass[i], net_.radius[i], y, y + d};
+    double self_K[d * d] = {}, self_D[d * d] = {};
+    for (PetscInt e = links.start[i]; e < links.start[i + 1]; ++e) {
+      double K[d * d] = {}, D[d * d] = {};
+      if (links.spring[e] >= 0) {
+        const LinkGeometry<d> g(y, state.at(links.other[e]));
+        const auto p = parameters(links, e);
+        if (!Kernel::defined(g, p)) continue;
+        Kernel::tangent(g, p, K, D);
+        for (int k = 0; k < d * d; ++k) {
+          self_K[k] += K[k];
+          K[k] = -K[k];
+        }
+        if (p.damping == 0) {
+          if (pattern_.slot(e) >= 0) subtract(panel, width, pattern_.slot(e), K, nullptr);
+          continue;
+        }
+        for (int k = 0; k < d * d; ++k) {
+          self_D[k] += D[k];
+          D[k] = -D[k];
+        }
+      } else {
+        coupling.add_cross<d>(i, links.other[e], point, K, D);
+      }
+      if (pattern_.slot(e) >= 0) subtract(panel, width, pattern_.slot(e), K, D);
+    }
+    add_node_tangent<false>(i, point, shift, self_K, self_D);
+    coupling.add_self<d>(i, point, self_K, self_D);
+    subtract(panel, width, pattern_.self(i), self_K, self_D);
+  }
+
+  template <class Law>
+  static void add_supply(const Law& law, const Point<d>& point, Supply* sum);
+  template <class Law>
+  static void add_law(const Law& law, const Point<d>& point, const double* dx, const double* dv, double sigma, PotentialChange* sum);
+  template <bool positive>
+  void fill_springs(double t, const LocalState& state, const Coefficients& abc, SpringMatrix* S) const;
+  template <bool positive>
+  PetscErrorCode fill_rows(double t, const LocalState& state, const Coefficients& abc, BlockRowWriter* writer) const;
+  template <bool positive>
+  void node_block(PetscInt i, double t, const LocalState& state, const AnchorShift& shift, const Coefficients& abc, double* A) const;
+
+  const Network& net_;
+  const ParticleLaws& laws_;
+  const Motion& motion_;
+  const RowPattern& pattern_;
+  std::vector<PetscInt> anchor_start_, anchor_order_;
+  std::vector<PetscInt> rows_[2];    ///< owned particles of either Part, ascending
+  std::vector<std::uint8_t> plain_;  ///< (n) particles on springs alone, without dampers or zero rest lengths
+};
+
+}  // namespace bs
+
+#include "systems/particles/condensed/physics_condensed.hpp"
+#include "systems/particles/physics_potential.hpp"
+#include "systems/particles/physics_supply.hpp"

@@ -1,0 +1,67 @@
+// Which blocks a particle's rows of the Jacobian hold, and how they are written into a matrix.
+#pragma once
+#include <petscmat.h>
+#include <vector>
+#include "network/network.hpp"
+#include "systems/particles/interactions/sparse_blocks.hpp"
+
+namespace bs {
+
+/// Columns of one block row per owned particle: itself and every particle linked to it that is not fixed, ascending by
+/// global index: first `low` ghosts, then `own` owned ones, then ghosts again. Rows of x hold two numbers only.
+class RowPattern {
+ public:
+  void create(const Network& net);
+  PetscInt count(PetscInt i) const { return start_[i + 1] - start_[i]; }
+  /// Position of the particle's own block, and of the one that link e touches (-1: a fixed particle, dropped).
+  PetscInt self(PetscInt i) const { return self_[i]; }
+  PetscInt slot(PetscInt e) const { return slot_[e]; }
+  PetscInt widest() const { return widest_; }
+  /// Ghost columns before the owned ones, and how many those are.
+  PetscInt low(PetscInt i) const { return low_[i]; }
+  PetscInt own(PetscInt i) const { return own_[i]; }
+  /// Global block columns of row i, count(i) of them.
+  const PetscInt* columns(PetscInt i) const { return global_.data() + start_[i]; }
+  /// Blocks of this rank's rows, and what the entries of the Jacobian as AIJ take [bytes], which other types do not undercut.
+  PetscInt blocks() const { return start_.back(); }
+  double jacobian_bytes(int dim) const;
+  bool created() const { return !start_.empty(); }
+  /// Collective. A matrix with this pattern, assembled with zeros; its type is AIJ unless -mat_type says otherwise.
+  PetscErrorCode create_matrix(const Network& net, Mat* out) const;
+
+ private:
+  friend class RowWriter;
+  /// Collective. Told (exit 2) where -mat_type names one that cannot be filled row by row, or is for one rank.
+  static PetscErrorCode check_type(MPI_Comm comm);
+  PetscErrorCode preallocate(const Network& net, Mat A) const;
+  std::vector<PetscInt> start_, global_;  ///< compressed rows of global block columns
+  std::vector<PetscInt> low_, own_, self_, slot_;
+  PetscInt widest_ = 0;
+};
+
+/// Writes whole block rows. AIJ matrices are written straight into their arrays, others through MatSetValues.
+class RowWriter {
+ public:
+  RowWriter(const Network& net, const RowPattern& pattern) : net_(net), pattern_(pattern) {}
+  PetscErrorCode begin(Mat A);
+  /// What is added to the x columns of the v rows written from now on; borrowed.
+  void add(const SparseBlocks* blocks) { blocks_ = blocks; }
+  /// Row block of owned particle i: x rows scale*(sigma on x, -1 on v); v rows `panel` (d, count*2d) row-major.
+  PetscErrorCode write(PetscInt i, double sigma, double scale, const double* panel);
+  PetscErrorCode end();
+
+ private:
+  void write_direct(PetscInt i, double sigma, double scale, const double* panel);
+  PetscErrorCode write_generic(PetscInt i, double sigma, double scale, const double* panel);
+  const Network& net_;
+  const RowPattern& pattern_;
+  Mat matrix_ = nullptr, diagonal_ = nullptr, off_ = nullptr;
+  bool direct_ = false;
+  PetscScalar *diagonal_values_ = nullptr, *off_values_ = nullptr;
+  const PetscInt *diagonal_rows_ = nullptr, *off_rows_ = nullptr;
+  std::vector<PetscInt> columns_;
+  const SparseBlocks* blocks_ = nullptr;
+  std::vector<double> sum_;
+};
+
+}  // namespace bs

@@ -1,0 +1,68 @@
+#include "systems/particles/spring_memory.hpp"
+#include "physics/pair/springs/mixed.hpp"
+
+namespace bs {
+
+PetscErrorCode SpringMemory::create(Network& net, const Rows& rows) {
+  PetscFunctionBegin;
+  net_ = &net;
+  if (!net.mixed) PetscFunctionReturn(0);
+  for (const std::string& name : spring_histories()) {
+    Number number{name, std::vector<int>(spring_laws().size(), -1), {}};
+    bool carried = false;
+    for (std::size_t law = 0; law < spring_laws().size(); ++law) {
+      const SpringLawInfo& info = spring_laws()[law];
+      for (std::size_t k = 0; k < info.history.size(); ++k)
+        if (net.laws[law] && name == info.history[k].name) {
+          number.place[law] = static_cast<int>(info.parameters.size() + k);
+          carried = true;
+        }
+    }
+    if (carried) numbers_.push_back(std::move(number));
+  }
+  if (active()) PetscCall(table_.create(net, rows));
+  PetscFunctionReturn(0);
+}
+
+double* SpringMemory::find(const Number& number, PetscInt link) const {
+  Links& links = net_->links;
+  const int place = number.place[links.law[link]];
+  return place < 0 ? nullptr : links.more.data() + static_cast<std::size_t>(link) * links.width + place;
+}
+
+PetscErrorCode SpringMemory::gather(std::vector<StatePart>* parts) {
+  PetscFunctionBegin;
+  parts->clear();
+  for (Number& number : numbers_) {
+    const auto value = [&](PetscInt, PetscInt link) {
+      const double* at = find(number, link);
+      return at ? *at : 0.0;
+    };
+    PetscCall(table_.gather(value, &number.rows));
+    parts->push_back({number.name, number.rows});
+  }
+  PetscFunctionReturn(0);
+}
+
+PetscErrorCode SpringMemory::scatter() {
+  PetscFunctionBegin;
+  for (Number& number : numbers_)
+    PetscCall(table_.spread(number.rows, [&](PetscInt link, double value) {
+      if (double* at = find(number, link)) *at = value;
+    }));
+  PetscFunctionReturn(0);
+}
+
+// half a spring from either end
+PetscErrorCode SpringMemory::dissipated(double* energy) const {
+  const Links& links = net_->links;
+  PetscFunctionBegin;
+  *energy = 0;
+  for (std::size_t e = 0; e < links.law.size(); ++e)
+    if (links.spring[e] >= 0)
+      *energy += 0.5 * MixedSpring::dissipated(links.stiffness[e], {links.law[e], links.more.data() + e * static_cast<std::size_t>(links.width)});
+  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, energy, 1, MPI_DOUBLE, MPI_SUM, net_->comm));
+  PetscFunctionReturn(0);
+}
+
+}  // namespace bs

@@ -1,0 +1,36 @@
+// What springs carry from step to step (plastic stretch, ...): into frames and checkpoints, and back.
+#pragma once
+#include <string>
+#include <vector>
+#include "systems/model.hpp"
+#include "systems/particles/spring_table.hpp"
+
+namespace bs {
+
+class SpringMemory {
+ public:
+  /// Collective. `net` must outlive the object; `rows`: this rank's springs in the input's order.
+  PetscErrorCode create(Network& net, const Rows& rows);
+  /// Whether some spring of some rank has a law with history.
+  bool active() const { return !numbers_.empty(); }
+  /// Collective. The numbers by name, 0 where a spring's law has none of that name; vectors borrowed.
+  PetscErrorCode gather(std::vector<StatePart>* parts);
+  /// Collective. The vectors that gather() handed out, filled anew, into the network: both ends of a spring get the same bits.
+  PetscErrorCode scatter();
+  /// Collective. Energy lost so far [J].
+  PetscErrorCode dissipated(double* energy) const;
+
+ private:
+  struct Number {
+    std::string name;
+    std::vector<int> place;  ///< per law: where it stands among what the law takes; -1: nowhere
+    VecHandle rows;
+  };
+  /// The number's place in net.links.more; null where the link's law has none.
+  double* find(const Number& number, PetscInt link) const;
+  Network* net_ = nullptr;
+  SpringTable table_;
+  std::vector<Number> numbers_;
+};
+
+}  // namespace bs

@@ -1,0 +1,113 @@
+// What every system that is advanced in time shows, saves and says of itself, whatever its equations: for output/, checkpoint/
+// and the header of a run.
+#pragma once
+#include <petscvec.h>
+#include <cstdint>
+#include <string>
+#include <utility>
+#include <variant>
+#include <vector>
+
+namespace bs {
+
+/// A named quantity of one moment: one row of a frame.
+struct Observable {
+  std::string name;           ///< e.g. "kinetic_energy"
+  std::vector<double> value;  ///< the same on every rank; length 1 is written as a scalar
+};
+
+/// A vector that is written with every frame, in the input's order: block size = columns.
+struct Field {
+  std::string group;  ///< absolute path of the HDF5 group, e.g. "/particles/trajectory/position"
+  Vec vec;            ///< global Vec, block size d, rows in the input's order; borrowed
+  bool flat = false;  ///< block size 1 written as (T, N), not (T, N, 1)
+};
+
+/// Strings of one length (the same on every rank), padded with zeros, one behind the other.
+struct Words {
+  std::size_t width = 1;
+  std::string text;
+};
+
+/// Data written once: this rank's rows [first, first + rows) of a table of `total` rows and `columns` columns
+/// (columns = 0: a one-dimensional dataset).
+struct Dataset {
+  std::string path;
+  std::int64_t first = 0, total = 0;
+  int columns = 0;
+  std::variant<std::vector<double>, std::vector<std::int64_t>, Words> rows;
+  std::vector<std::pair<std::string, std::string>> attributes = {};  ///< texts by name
+};
+
+/// A part of the state in the input's order: block size = columns, rows as in the input; borrowed.
+struct StatePart {
+  std::string name;  ///< of a dataset
+  Vec vec;
+};
+
+/// The energies of one moment, and what feeds them. `inner` can grow only by what `field` loses and the rest supplies.
+struct EnergySupply {
+  double inner = 0;                        ///< kinetic and elastic [J]
+  double field = 0;                        ///< potential of outer fields [J]
+  double power = 0;                        ///< sizes of the power of outer fields, couplings and the fluid's motion, added up [W]
+  double pull = 0;                         ///< size of the force of driven anchors on the particles [N]
+  double shift[3] = {0, 0, 0}, speed = 0;  ///< of the driven anchors: displacement [m], size of its velocity [m/s]
+  double rounding = 0;                     ///< what rounding alone may make of nothing [J]
+};
+
+/// Something a model counted, for the summary and the report.
+struct Tally {
+  std::string key, text;  ///< name in the report; words of the summary after the number; no text: in the report alone
+  std::int64_t count = 0;
+};
+
+class System {
+ public:
+  virtual ~System() = default;
+  virtual const char* name() const = 0;
+  /// Space dimension of its particles; 0: it has none.
+  virtual int dim() const { return 0; }
+  virtual MPI_Comm comm() const = 0;
+  /// The state at the start; borrowed.
+  virtual Vec initial_state() const = 0;
+  /// Lines of the header: what system, how many, which laws.
+  virtual std::vector<std::string> describe() const = 0;
+  /// Whether its forces or sources depend on t otherwise than through the state.
+  virtual bool time_dependent() const { return false; }
+  virtual std::vector<Tally> tallies() const { return {}; }
+
+  /// Collective. The step to (t, y) counts: what depends on the past is brought up to it. Evaluations never change it.
+  virtual PetscErrorCode accept(double, Vec) { return 0; }
+  /// Collective. What the system carries from step to step besides y, in the input's order, for a checkpoint: vectors the
+  /// system owns, filled; and back. Empty: nothing.
+  virtual PetscErrorCode gather_memory(std::vector<StatePart>* parts) {
+    parts->clear();
+    return 0;
+  }
+  virtual PetscErrorCode scatter_memory() { return 0; }
+
+  virtual PetscErrorCode observe(double t, Vec y, std::vector<Observable>* out) = 0;
+  /// Collective. False: the system has no such energies.
+  virtual PetscErrorCode energy_supply(double, Vec, EnergySupply*, bool* has) {
+    *has = false;
+    return 0;
+  }
+  /// Fields of the frame, filled from y.
+  virtual PetscErrorCode fields(double t, Vec y, std::vector<Field>* out) = 0;
+  /// Collective. The state y in the input's order, bit by bit: vectors the system owns, filled from y; and back.
+  virtual PetscErrorCode gather_state(Vec y, std::vector<StatePart>* parts) = 0;
+  virtual PetscErrorCode scatter_state(Vec y) = 0;
+  /// Collective. A number that tells this system from others: the same on any number of ranks, another one when a
+  /// particle, spring or matrix entry changes. Forces that options name, which a run may change, do not count.
+  virtual PetscErrorCode fingerprint(std::uint64_t* value) = 0;
+  /// Collective. Data written once per trajectory, moved out of the system: it holds them no more.
+  virtual PetscErrorCode take_constants(std::vector<Dataset>* out) = 0;
+  /// Frees what was kept of the input for take_constants().
+  virtual void release_input() {}
+  /// Collective. Ends the run (exit 2) where data given over time (tables) do not reach to t_end.
+  virtual PetscErrorCode covers(double t_end) = 0;
+  /// Collective. The fault met in the last evaluation on any rank (a spring of zero length, ...); empty if none.
+  virtual PetscErrorCode last_fault(std::string* text) = 0;
+};
+
+}  // namespace bs

@@ -1,0 +1,111 @@
+#include "tasks/adviser.hpp"
+#include <cmath>
+#include "base/fault.hpp"
+#include "base/options.hpp"
+#include "time/ts_queries.hpp"
+
+namespace bs {
+namespace {
+
+// Rule of thumb: an implicit step of a lattice costs as much as so many evaluations of its forces.
+constexpr double IMPLICIT_COST = 100;
+// h times the rate of the present motion: above, backward Euler takes more than 2 % of its amplitude a step, and the
+// phase of a second-order type is off by some 5 %.
+constexpr double FIRST_ORDER = 0.2, SECOND_ORDER = 0.8;
+
+// The largest h with (h w)^2 + k h c < 4 on x'' = -w^2 x - c x': k = 2 is symplectic Euler.
+double limit(double w, double c, double k) {
+  const double root = k * c + std::sqrt(k * c * k * c + 16 * w * w);
+  return root > 0 ? 8 / root : 0.0;
+}
+
+std::string of_explicit(const Advice& a, const Method& method) {
+  const double share = method.traits->oscillation;
+  if (share == 0 && a.spectrum.damping == 0)
+    return format("-ts_type %s lets undamped oscillations grow at any step: -ts_type symplectic does not", method.type());
+  const double most = method.traits->second_order ? limit(a.spectrum.omega_max, a.spectrum.damping, method.traits->damping) : share * a.explicit_step;
+  if (share > 0 && a.step > most)
+    return format("h is above what -ts_type %s bears: -ts_dt %.2g, or an implicit type such as beuler", method.type(), 0.9 * most);
+  return {};
+}
+
+std::string of_implicit(const Advice& a, bool first_order) {
+  std::string text;
+  const double steps = std::ceil(a.step / (0.9 * a.explicit_step));
+  if (steps <= 1) text = "-ts_type symplectic is stable at this step, too, and should cost less";
+  else if (steps <= IMPLICIT_COST)
+    text = format("%.0f steps of -ts_type symplectic -ts_dt %.2g should cost less than one of this type's", steps, a.step / steps);
+  const double swing = a.step * a.spectrum.motion, bound = first_order ? FIRST_ORDER : SECOND_ORDER;
+  if (swing > bound)
+    text += format("%sh is long for the motion itself (rate %.3g 1/s, h times it %.2g): %s-ts_dt %.2g for accuracy", text.empty() ? "" : "; ",
+                   a.spectrum.motion, swing, first_order ? "a type of higher order such as bdf, or " : "", a.step * bound / swing);
+  return text;
+}
+
+}  // namespace
+
+std::vector<std::string> Advice::lines() const {
+  std::vector<std::string> out;
+  if (explicit_step <= 0) return out;
+  std::string text = format("fastest oscillation: omega_max about %.3g 1/s, h omega_max = %.3g", spectrum.omega_max, step * spectrum.omega_max);
+  if (spectrum.damping > 0) text += format(", damping rate up to %.3g 1/s", spectrum.damping);
+  out.push_back(text + format("; largest stable explicit step %.3g s (symplectic)", explicit_step));
+  if (!hint.empty()) out.push_back("hint: " + hint);
+  return out;
+}
+
+void Advice::put(Report* report) const {
+  if (explicit_step <= 0) return;
+  report->set("omega_max", spectrum.omega_max);
+  report->set("omega_max_ritz", spectrum.omega_ritz);
+  report->set("h_omega_max", step * spectrum.omega_max);
+  report->set("damping_rate_max", spectrum.damping);
+  report->set("motion_rate", spectrum.motion);
+  report->set("largest_explicit_step", explicit_step);
+  report->set("advice_evaluations", spectrum.evaluations);
+  report->set("hint", hint);
+}
+
+void Advice::put(PetscMPIInt rank, std::vector<Dataset>* constants) const {
+  if (explicit_step <= 0) return;
+  const std::pair<const char*, double> figures[] = {{"omega_max", spectrum.omega_max},
+                                                    {"h_omega_max", step * spectrum.omega_max},
+                                                    {"damping_rate_max", spectrum.damping},
+                                                    {"motion_rate", spectrum.motion},
+                                                    {"largest_explicit_step", explicit_step}};
+  for (const auto& [name, value] : figures) {
+    std::vector<double> mine;
+    if (rank == 0) mine.push_back(value);
+    constants->push_back({std::string("/backspring/advice/") + name, rank == 0 ? 0 : 1, 1, 0, std::move(mine)});
+  }
+}
+
+PetscErrorCode read_advise(MPI_Comm comm, bool* wanted) {
+  PetscFunctionBegin;
+  PetscCall(read_section(comm, "Advice", [&](Section& o) {
+    o.flag("-bs_advise", "estimate the fastest oscillation at the start and say what step and type suit it", *wanted);
+  }));
+  PetscFunctionReturn(0);
+}
+
+PetscErrorCode advise(Model& model, TS ts, const TSContext& context, Advice* out) {
+  PetscReal time;
+  PetscFunctionBegin;
+  *out = {};
+  PetscCall(TSGetTimeStep(ts, &out->step));
+  if (!model.mechanics()) PetscFunctionReturn(0);
+  PetscCall(TSGetTime(ts, &time));
+  PetscCall(estimate_spectrum(*model.mechanics(), time, model.initial_state(), &out->spectrum));
+  if (out->spectrum.omega_max <= 0) PetscFunctionReturn(0);
+  out->explicit_step = limit(out->spectrum.omega_max, out->spectrum.damping, 2);
+  // a type that adapts its step finds a stable and accurate one itself
+  bool adaptive = false;
+  PetscCall(is_adaptive(ts, &adaptive));
+  if (adaptive) PetscFunctionReturn(0);
+  PetscInt order;
+  PetscCall(observed_order(ts, *context.method, &order));
+  out->hint = context.implicit ? of_implicit(*out, order == 1) : of_explicit(*out, *context.method);
+  PetscFunctionReturn(0);
+}
+
+}  // namespace bs

@@ -1,0 +1,31 @@
+// At the start of a run: how the step compares with the fastest oscillation, and whether another one would serve better.
+#pragma once
+#include <string>
+#include <vector>
+#include "output/report.hpp"
+#include "tasks/spectrum.hpp"
+#include "time/ts_setup.hpp"
+
+namespace bs {
+
+struct Advice {
+  Spectrum spectrum;
+  double step = 0;           ///< h, nominal [s]
+  double explicit_step = 0;  ///< largest stable step of symplectic Euler [s]; 0: nothing to say
+  std::string hint;          ///< one line, or empty
+  /// Lines of the header; none where there is nothing to say.
+  std::vector<std::string> lines() const;
+  /// Keys of the closing report; none where there is nothing to say.
+  void put(Report* report) const;
+  /// The same figures for the trajectory, under /backspring/advice; `rank` 0 holds them.
+  void put(PetscMPIInt rank, std::vector<Dataset>* constants) const;
+};
+
+/// Reads -bs_advise (on by default).
+PetscErrorCode read_advise(MPI_Comm comm, bool* wanted);
+
+/// Collective. Looks at `model` around its initial state with at most 15 evaluations of the forces; says nothing on models
+/// without particles or without oscillations. Call once the TS is set up.
+PetscErrorCode advise(Model& model, TS ts, const TSContext& context, Advice* out);
+
+}  // namespace bs

@@ -1,0 +1,124 @@
+#include "tasks/run.hpp"
+#include "base/fault.hpp"
+#include "tasks/run_parts.hpp"
+
+namespace bs {
+
+RunState Run::state() const {
+  const RunCounts& c = stepper_->counts();
+  return {stepper_->good_time(),
+          start_,
+          end_,
+          c.steps,
+          c.rejected,
+          c.newton,
+          c.krylov,
+          total_energy(last_),
+          in_words(stepper_->rejections().counts()),
+          static_cast<std::int64_t>(warnings().size())};
+}
+
+PetscErrorCode Run::on_step(const StepRecord& record) {
+  PetscFunctionBegin;
+  constexpr int MOST_ROWS = 4096;  // of the log that are held in memory: half a megabyte
+  Vec y;
+  if (trajectory_) trajectory_->log_step(record);
+  if (trajectory_ && (++held_rows_ >= MOST_ROWS || stepper_->log_due())) {
+    set_phase(Exit::io);
+    PetscCall(trajectory_->flush());
+    set_phase(Exit::solve);
+    held_rows_ = 0;
+  }
+  PetscCall(TSGetSolution(ts_, &y));
+  PetscCall(watch_.look(static_cast<PetscInt>(record.step), record.time, y, false));
+  progress_.update(state());
+  PetscFunctionReturn(0);
+}
+
+PetscErrorCode Run::on_frame(PetscInt step, double time, Vec y) {
+  PetscFunctionBegin;
+  PetscCall(model_.observe(time, y, &last_));
+  PetscCall(watch_.look(step, time, y, true));
+  if (first_.empty()) first_ = last_;
+  if (trajectory_) {
+    std::vector<Field> fields;
+    PetscCall(model_.fields(time, y, &fields));
+    set_phase(Exit::io);
+    PetscCall(trajectory_->write_frame(step, time, fields, last_));
+    held_rows_ = 0;
+    set_phase(Exit::solve);
+  }
+  PetscFunctionReturn(0);
+}
+
+PetscErrorCode Run::on_save() {
+  TrajectoryMark mark;
+  Vec y;
+  PetscFunctionBegin;
+  if (options_.saving.file.empty()) PetscFunctionReturn(0);
+  PetscCall(TSGetSolution(ts_, &y));
+  PetscCall(flushed_mark(trajectory_.get(), &mark));
+  PetscCall(save_run(model_, *stepper_, ts_, y, options_.saving.file, options_.output.trajectory.file, mark, inputs_));
+  PetscFunctionReturn(0);
+}
+
+/// The last good state: a frame of its own if it has none, and a checkpoint, also of a failed run that was given no name for
+/// one. The checkpoint knows nothing of a frame between output times, which a continued run takes away. A continued run that
+/// took no step leaves the trajectory, and the checkpoint it came from, as they were.
+PetscErrorCode Run::save_last(bool failed) {
+  TrajectoryMark mark;
+  Vec y;
+  PetscFunctionBegin;
+  PetscCall(TSGetSolution(ts_, &y));
+  PetscCall(flushed_mark(trajectory_.get(), &mark));
+  if (!stepper_->framed() && !(resumed_ && idle())) PetscCall(on_frame(static_cast<PetscInt>(stepper_->counts().steps), stepper_->good_time(), y));
+  std::string file = options_.saving.file;
+  if (file.empty() && failed && trajectory_) file = options_.output.trajectory.file + ".checkpoint";
+  if (file.empty()) PetscFunctionReturn(0);
+  if (idle() && (options_.saving.file.empty() || file == options_.saving.restart)) {
+    last_checkpoint_ = options_.saving.restart;
+    PetscFunctionReturn(0);
+  }
+  PetscCall(save_run(model_, *stepper_, ts_, y, file, options_.output.trajectory.file, mark, inputs_));
+  last_checkpoint_ = file;
+  PetscFunctionReturn(0);
+}
+
+PetscErrorCode Run::advance(int* exit_code) {
+  Vec y;
+  PetscInt first_step;
+  TSConvergedReason reason;
+  PetscFunctionBegin;
+  *exit_code = 0;
+  PetscBool help = PETSC_FALSE;
+  PetscCall(PetscOptionsHasName(nullptr, nullptr, "-help", &help));
+  if (help) PetscFunctionReturn(0);
+  PetscCall(TSGetSolution(ts_, &y));
+  PetscCall(TSGetStepNumber(ts_, &first_step));
+  set_phase(Exit::solve);
+  if (resumed_) {
+    PetscCall(model_.observe(stepper_->good_time(), y, &last_));
+    PetscCall(watch_.look(first_step, stepper_->good_time(), y, true));
+  }
+  if (!resumed_) PetscCall(on_frame(first_step, stepper_->good_time(), y));
+  if (first_.empty()) first_ = last_;
+  PetscCall(TSSolve(ts_, nullptr));
+  PetscCall(TSGetConvergedReason(ts_, &reason));
+  PetscCall(save_last(reason < 0));
+  PetscCall(conclude(reason, exit_code));
+  PetscFunctionReturn(0);
+}
+
+PetscErrorCode run_model(Model& model, int* exit_code) {
+  RunOptions options;
+  Claim claim;  // given up when the files are closed
+  PetscFunctionBegin;
+  PetscCall(read_run_options(model.comm(), &options));
+  PetscCall(claim_files(model.comm(), options, &claim));
+  Run run(model, options);
+  PetscCall(run.set_up());
+  PetscCall(run.advance(exit_code));
+  PetscFunctionReturn(0);
+}
+
+}  // namespace bs

@@ -1,0 +1,70 @@
+// What the options say of a run, and the files it may write.
+#include "tasks/run_options.hpp"
+#include "base/fault.hpp"
+#include "base/options.hpp"
+#include "checkpoint/checkpoint.hpp"
+
+namespace bs {
+namespace {
+
+PetscErrorCode read_step_options(MPI_Comm comm, RunOptions* out) {
+  PetscFunctionBegin;
+  PetscCall(read_section(comm, "Stepping", [&](Section& o) {
+    o.real("-bs_step_cut", "factor on the step after a failed solve, between 0 and 1", out->step.length.cut, Range::positive);
+    o.integer("-bs_step_grow_after", "good steps before a cut step grows back toward -ts_dt", out->step.length.grow_after, Range::positive);
+    o.real("-bs_step_min", "no attempt at a shorter step than this after a rejected one: the run ends, exit code 3; 0: any [s]",
+           out->step.length.least, Range::nonnegative);
+    o.integer("-bs_step_max_cuts", "rejected attempts at one step that are borne before the run ends, exit code 3", out->step.max_cuts,
+              Range::nonnegative);
+    o.real("-bs_step_first",
+           "first step; 0: -ts_dt, or a thousandth of it where -ts_adapt_type works without an error estimate of it (beuler, cn, theta) [s]",
+           out->step.length.first, Range::nonnegative);
+    o.real("-bs_energy_growth",
+           "warn once, and go on, where kinetic and elastic energy are more than so many times (explicit types: ten times as "
+           "many) what the start, outer fields, driven anchors and the fluid have given; 0: never [1]",
+           out->energy_growth, Range::nonnegative);
+    if (out->step.length.cut >= 1) o.fail("option -bs_step_cut: give a number between 0 and 1, e.g. 0.25");
+  }));
+  PetscFunctionReturn(0);
+}
+
+}  // namespace
+
+PetscErrorCode read_run_options(MPI_Comm comm, RunOptions* out) {
+  PetscFunctionBegin;
+  PetscCall(read_output_settings(comm, &out->output));
+  out->step.output_interval = out->output.interval;
+  out->step.every_step = out->output.interval == 0 && !out->output.trajectory.file.empty();
+  PetscCall(read_advise(comm, &out->advise));
+  PetscCall(read_section(comm, "Program", [&](Section& o) {
+    bool version = false, trace = false;
+    o.flag("-bs_version", "print the version and end", version);
+    o.flag("-bs_trace", "errors with PETSc's full traceback, for developers", trace);
+  }));
+  PetscCall(read_step_options(comm, out));
+  PetscCall(read_tolerances(comm, &out->tolerances));
+  PetscCall(read_saving_options(comm, &out->saving));
+  out->step.save_every = out->saving.every;
+  out->step.save_minutes = out->saving.minutes;
+  PetscFunctionReturn(0);
+}
+
+PetscErrorCode claim_files(MPI_Comm comm, const RunOptions& options, Claim* claim) {
+  RunFiles files;
+  CheckpointFile checkpoint;
+  PetscFunctionBegin;
+  files.output = options.output.trajectory.file;
+  files.xdmf = options.output.trajectory.xdmf;
+  files.overwrite = options.output.trajectory.overwrite;
+  files.report = options.output.report;
+  files.checkpoint = options.saving.file;
+  files.restart = options.saving.restart;
+  if (!files.restart.empty()) {
+    PetscCall(checkpoint.open(comm, files.restart));
+    files.resumes = mark_of(checkpoint).frames > 0;
+  }
+  PetscCall(claim->take(comm, files));
+  PetscFunctionReturn(0);
+}
+
+}  // namespace bs

@@ -1,0 +1,62 @@
+// One run from its options to its closing report: the parts behind run_model.
+#pragma once
+#include <memory>
+#include "output/progress.hpp"
+#include "tasks/adviser.hpp"
+#include "tasks/run_options.hpp"
+#include "time/energy_watch.hpp"
+#include "time/ts_setup.hpp"
+
+namespace bs {
+
+/// The run's moving parts, tied together by the stepper's callbacks.
+class Run {
+ public:
+  Run(Model& model, const RunOptions& options)
+      : model_(model), options_(options), progress_(model.comm(), options.output.progress_interval), watch_(model, options.energy_growth) {}
+  PetscErrorCode set_up();
+  PetscErrorCode advance(int* exit_code);
+
+ private:
+  PetscErrorCode on_step(const StepRecord& record);
+  RunState state() const;
+  std::vector<std::string> warnings() const;
+  PetscErrorCode on_frame(PetscInt step, double time, Vec y);
+  PetscErrorCode on_save();
+  PetscErrorCode open_restart();
+  PetscErrorCode say_header(const std::string& solver);
+  PetscErrorCode prepare_solvers();
+  PetscErrorCode take_up();
+  PetscErrorCode finds_trajectory(const TrajectoryMark& mark, bool* there) const;
+  PetscErrorCode open_trajectory();
+  PetscErrorCode save_last(bool failed);
+  bool idle() const { return stepper_->counts().steps == taken_up_; }
+  PetscErrorCode conclude(TSConvergedReason reason, int* exit_code);
+  PetscErrorCode report(const std::string& outcome, const std::string& why);
+  PetscErrorCode explain(TSConvergedReason reason, std::string* text);
+  std::vector<std::string> closing_lines() const;
+  std::vector<Tally> tallies() const;
+
+  Model& model_;
+  RunOptions options_;
+  Progress progress_;
+  EnergyWatch watch_;
+  TSContext context_;
+  TSHandle ts_;
+  std::unique_ptr<Stepper> stepper_;
+  std::unique_ptr<Trajectory> trajectory_;
+  Advice advice_;
+  std::unique_ptr<CheckpointFile> restart_;
+  bool resumed_ = false;         ///< the trajectory goes on where the checkpoint left it
+  std::int64_t taken_up_ = -1;   ///< steps at the checkpoint; -1: from the start
+  Facts inputs_;                 ///< fingerprints of the tables that options name
+  std::string last_checkpoint_;  ///< where a failed run can be continued from
+  std::vector<Observable> first_, last_;
+  double start_ = 0, end_ = 0;
+  int held_rows_ = 0;  ///< of the log, not yet written
+};
+
+/// Of a frame's observables [J]; NaN if they have none.
+double total_energy(const std::vector<Observable>& observables);
+
+}  // namespace bs

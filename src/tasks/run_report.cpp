@@ -1,0 +1,139 @@
+// How a run ended: in the user's words, in the summary, in the report.
+#include <cmath>
+#include "base/fault.hpp"
+#include "output/report.hpp"
+#include "solvers/linear_defaults.hpp"
+#include "tasks/run_parts.hpp"
+#include "tasks/unused.hpp"
+
+namespace bs {
+
+double total_energy(const std::vector<Observable>& observables) {
+  for (const Observable& o : observables)
+    if (o.name == "total_energy") return o.value[0];
+  return NAN;
+}
+
+/// Why the solver gave up, in the user's words, and what to try.
+PetscErrorCode Run::explain(TSConvergedReason reason, std::string* text) {
+  PetscFunctionBegin;
+  std::string fault;
+  PetscCall(model_.last_fault(&fault));
+  const double t = stepper_->good_time();
+  PetscReal h;
+  PetscCall(TSGetTimeStep(ts_, &h));
+  const RejectionWatch& rejections = stepper_->rejections();
+  if (!stepper_->ending().empty()) {
+    *text = stepper_->ending();
+    PetscFunctionReturn(0);
+  }
+  if (rejections.gave_up()) {
+    *text = format("the step after t = %.10g s was rejected %lld times, down to h = %g s, the last time because %s%s%s", t,
+                   static_cast<long long>(rejections.in_a_row()), rejections.last_attempt(), rejections.last().c_str(),
+                   *rejections.advice() ? ": " : "", rejections.advice());
+    PetscFunctionReturn(0);
+  }
+  if (!stepper_->trouble().empty() || !context_.implicit) {
+    *text = format("the step after t = %g s gave no finite state", t);
+    if (!fault.empty()) *text += ": " + fault;
+    else *text += format(": try -ts_dt below %g, or an implicit -ts_type such as beuler", h);
+    PetscFunctionReturn(0);
+  }
+  SNES snes;
+  SNESConvergedReason snes_reason;
+  PetscCall(TSGetSNES(ts_, &snes));
+  PetscCall(SNESGetConvergedReason(snes, &snes_reason));
+  *text = format("no step after t = %g s converged down to h = %g s (Newton: %s; TS: %s)", t, h, SNESConvergedReasons[snes_reason],
+                 TSConvergedReasons[reason]);
+  *text += fault.empty() ? ": try a smaller -ts_dt, -snes_linesearch_type l2 or a tighter -ksp_rtol; -snes_monitor -ksp_converged_reason show more"
+                         : "; " + fault;
+  PetscFunctionReturn(0);
+}
+
+/// What the run met on its way and went on with, as the report names it.
+std::vector<std::string> Run::warnings() const { return watch_.grown() ? std::vector<std::string>{"energy_growth"} : std::vector<std::string>{}; }
+
+PetscErrorCode Run::report(const std::string& outcome, const std::string& why) {
+  const RunCounts& c = stepper_->counts();
+  PetscMPIInt size;
+  PetscFunctionBegin;
+  PetscCallMPI(MPI_Comm_size(model_.comm(), &size));
+  if (!options_.output.report.empty()) {
+    Report report;
+    report.set("outcome", outcome);
+    report.set("reason", why);
+    report.set("model", std::string(model_.name()));
+    report.set("ranks", static_cast<std::int64_t>(size));
+    report.set("t", stepper_->good_time());
+    report.set("steps", static_cast<std::int64_t>(c.steps));
+    for (const Tally& tally : tallies()) report.set(tally.key, tally.count);
+    report.set("shortened_steps", static_cast<std::int64_t>(c.shortened));
+    report.set("rejected", static_cast<std::int64_t>(c.rejected));
+    for (std::size_t k = 0; k < std::size(REJECTION_REASONS); ++k)
+      report.set(std::string("rejected_") + REJECTION_REASONS[k].key, stepper_->rejections().counts()[k]);
+    report.set("newton", static_cast<std::int64_t>(c.newton));
+    report.set("krylov", static_cast<std::int64_t>(c.krylov));
+    report.set("wall", progress_.wall());
+    report.set("warnings", warnings());
+    advice_.put(&report);
+    report.set("frames", trajectory_ ? trajectory_->frames() : std::int64_t{0});
+    for (const Observable& o : first_) report.set("first_" + o.name, o.value);
+    for (const Observable& o : last_) report.set("last_" + o.name, o.value);
+    PetscCall(report.write(model_.comm(), options_.output.report, options_.output.trajectory.overwrite));
+  }
+  progress_.finish(state(), outcome, closing_lines());
+  PetscFunctionReturn(0);
+}
+
+std::vector<Tally> Run::tallies() const {
+  std::vector<Tally> all = model_.tallies();
+  if (context_.implicit && solver_tallies(ts_, &all)) all.clear();
+  const SearchMemory& search = context_.newton.search;
+  all.push_back({"search_cuts", "", search.cuts});
+  all.push_back({"newton_at_floor", "Newton solves ended at the rounding errors of the forces, above -snes_rtol", context_.newton.at_floor()});
+  all.push_back({"newton_uneven", "iterates were good by their norms, not yet for every particle", context_.newton.uneven()});
+  all.push_back({"search_uphill", "Newton directions led uphill in energy and were searched by residual norms", search.uphill});
+  return all;
+}
+
+std::vector<std::string> Run::closing_lines() const {
+  std::vector<std::string> lines;
+  const RunCounts& c = stepper_->counts();
+  const double before = total_energy(first_), after = total_energy(last_);
+  if (std::isfinite(before)) lines.push_back(format("total energy %.6g J -> %.6g J", before, after));
+  for (const Tally& tally : tallies())
+    if (tally.count > 0 && !tally.text.empty()) lines.push_back(format("%lld %s", static_cast<long long>(tally.count), tally.text.c_str()));
+  if (c.shortened) lines.push_back(format("%lld steps shortened to hit output times", static_cast<long long>(c.shortened)));
+  if (c.rejected)
+    lines.push_back(format("%lld attempts rejected and repeated with a smaller step: %s", static_cast<long long>(c.rejected),
+                           in_words(stepper_->rejections().counts()).c_str()));
+  if (!stepper_->rejections().last().empty()) lines.push_back("the last rejection: " + stepper_->rejections().last());
+  if (trajectory_)
+    lines.push_back(format("%lld frames in %s", static_cast<long long>(trajectory_->frames()), options_.output.trajectory.file.c_str()));
+  std::vector<std::string> unused;
+  if (!unused_options(&unused))
+    for (const std::string& name : unused) lines.push_back("option " + name + " was never used");
+  return lines;
+}
+
+PetscErrorCode Run::conclude(TSConvergedReason reason, int* exit_code) {
+  PetscFunctionBegin;
+  std::string why;
+  const bool failed = reason < 0;
+  if (failed) PetscCall(explain(reason, &why));
+  else if (stepper_->signal()) why = format("stopped by signal %d", stepper_->signal());
+  if (trajectory_) {
+    set_phase(Exit::io);
+    PetscCall(trajectory_->close());
+  }
+  // of a run before this one, whose trajectory is no more
+  if (!failed && !stepper_->signal() && trajectory_ && options_.output.trajectory.overwrite && options_.saving.restart.empty())
+    PetscCall(remove_stale_checkpoint(model_.comm(), options_.output.trajectory.file, options_.saving.file));
+  PetscCall(report(failed ? "failed" : stepper_->signal() ? "stopped" : "ok", why));
+  if (failed && !last_checkpoint_.empty()) why += format("; the last good state is in %s (-bs_restart)", last_checkpoint_.c_str());
+  if (failed) PetscCall(tell(model_.comm(), Exit::solve, why));
+  if (stepper_->signal()) *exit_code = 128 + stepper_->signal();
+  PetscFunctionReturn(0);
+}
+
+}  // namespace bs

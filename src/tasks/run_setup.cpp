@@ -1,0 +1,148 @@
+// A run before its first step: checkpoint, TS, header, solvers, trajectory.
+#include <unistd.h>
+#include "base/fault.hpp"
+#include "base/options.hpp"
+#include "solvers/solver_setup.hpp"
+#include "tasks/run_parts.hpp"
+#include "tasks/unused.hpp"
+
+namespace bs {
+namespace {
+
+/// A continued run begins where the checkpoint was written.
+PetscErrorCode refuse_new_start(MPI_Comm comm, const CheckpointFile& file) {
+  char given[64] = "";
+  PetscBool there = PETSC_FALSE;
+  PetscFunctionBegin;
+  PetscCall(PetscOptionsGetString(nullptr, nullptr, "-ts_init_time", given, sizeof given, &there));
+  bool same = !there;
+  for (const auto& [name, value] : file.options()) same = same || (name == "ts_init_time" && value == given);
+  if (!same)
+    PetscCall(
+        tell(comm, Exit::input,
+             format("option -ts_init_time: a continued run begins at the time of its checkpoint, %s: leave the option out", file.name().c_str())));
+  PetscFunctionReturn(0);
+}
+
+}  // namespace
+
+/// The checkpoint to go on from, if there is one: of the same system and inputs.
+PetscErrorCode Run::open_restart() {
+  PetscFunctionBegin;
+  if (options_.saving.restart.empty()) PetscFunctionReturn(0);
+  restart_ = std::make_unique<CheckpointFile>();
+  PetscCall(restart_->open(model_.comm(), options_.saving.restart));
+  PetscCall(restart_->require_same(model_));
+  PetscCall(require_same_inputs(model_.comm(), *restart_, inputs_));
+  PetscCall(refuse_new_start(model_.comm(), *restart_));
+  PetscFunctionReturn(0);
+}
+
+PetscErrorCode Run::say_header(const std::string& solver) {
+  PetscMPIInt size;
+  PetscFunctionBegin;
+  PetscCallMPI(MPI_Comm_size(model_.comm(), &size));
+  std::vector<std::string> lines = model_.describe();
+  lines.insert(lines.begin(), format("backspring %s on %d rank%s", BS_VERSION, size, size > 1 ? "s" : ""));
+  lines.push_back("solver: " + solver);
+  if (options_.advise) PetscCall(bs::advise(model_, ts_, context_, &advice_));
+  for (const std::string& line : advice_.lines()) lines.push_back(line);
+  if (options_.output.trajectory.file.empty()) lines.push_back("no trajectory is written: -bs_output F.h5md asks for one");
+  progress_.header(lines);
+  PetscFunctionReturn(0);
+}
+
+/// Sets the solvers up where something about them has to come out before the first step, then warns of options nobody read.
+PetscErrorCode Run::prepare_solvers() {
+  std::vector<std::string> unread;
+  bool early = false;
+  PetscFunctionBegin;
+  PetscCall(TSSetUp(ts_));
+  PetscCall(unused_options(&unread));
+  PetscCall(wants_solvers_early(ts_, context_, !unread.empty(), &early));
+  if (early) {
+    PetscCall(set_up_solvers(ts_, context_));
+    PetscCall(check_first_matrix(ts_, context_));
+  }
+  PetscCall(warn_unused_options(model_.comm()));
+  PetscCall(stepper_->attach_solvers(ts_));
+  PetscFunctionReturn(0);
+}
+
+PetscErrorCode Run::set_up() {
+  std::string solver;
+  PetscBool help = PETSC_FALSE;
+  PetscFunctionBegin;
+  PetscCall(fingerprint_inputs(model_.comm(), &inputs_));
+  PetscCall(open_restart());
+  PetscCall(create_ts(model_, &context_, &ts_));
+  PetscCall(set_tolerances(options_.tolerances, model_, ts_));
+  PetscCall(TSGetTime(ts_, &start_));
+  PetscCall(TSGetMaxTime(ts_, &end_));
+  stepper_ = std::make_unique<Stepper>(
+      model_, context_, options_.step, [this](const StepRecord& r) { return on_step(r); },
+      [this](PetscInt step, double time, Vec y) { return on_frame(step, time, y); }, [this]() { return on_save(); });
+  PetscCall(stepper_->attach(ts_));
+  PetscCall(model_.covers(end_));
+  if (!context_.implicit) watch_.set_explicit();
+  PetscCall(reject_unknown_options(model_.comm()));
+  PetscCall(create_inner_solver(ts_, context_));  // before -help ends: it reads options
+  PetscCall(describe_solver(ts_, context_, &solver));
+  PetscCall(PetscOptionsHasName(nullptr, nullptr, "-help", &help));
+  if (help) PetscFunctionReturn(0);
+  PetscCall(say_header(solver));
+  PetscCall(prepare_solvers());
+  if (restart_) PetscCall(take_up());
+  PetscCall(open_trajectory());
+  restart_.reset();
+  PetscFunctionReturn(0);
+}
+
+/// Goes on from a checkpoint; says what is not as it was.
+PetscErrorCode Run::take_up() {
+  std::vector<std::string> changed;
+  PetscFunctionBegin;
+  PetscCall(stepper_->restore(ts_, *restart_, &changed));
+  start_ = stepper_->start();
+  taken_up_ = stepper_->counts().steps;
+  progress_.header({format("continued from %s: step %lld, t = %.17g s", options_.saving.restart.c_str(),
+                           static_cast<long long>(stepper_->counts().steps), stepper_->good_time())});
+  PetscCall(tell_changed_options(model_.comm(), *restart_));
+  for (const std::string& line : changed) PetscCall(warn(model_.comm(), options_.saving.restart + ": " + line));
+  PetscFunctionReturn(0);
+}
+
+/// Whether the trajectory that `mark` is of is there to be gone on with.
+PetscErrorCode Run::finds_trajectory(const TrajectoryMark& mark, bool* there) const {
+  int found = 0;
+  PetscMPIInt rank;
+  PetscFunctionBegin;
+  PetscCallMPI(MPI_Comm_rank(model_.comm(), &rank));
+  if (rank == 0) found = access(options_.output.trajectory.file.c_str(), F_OK) == 0;
+  PetscCallMPI(MPI_Bcast(&found, 1, MPI_INT, 0, model_.comm()));
+  *there = found && mark.frames > 0;
+  PetscFunctionReturn(0);
+}
+
+PetscErrorCode Run::open_trajectory() {
+  const TrajectoryOptions& options = options_.output.trajectory;
+  const TrajectoryMark mark = restart_ ? mark_of(*restart_) : TrajectoryMark{};
+  std::vector<Dataset> constants;
+  PetscMPIInt rank;
+  PetscFunctionBegin;
+  if (!options.file.empty()) PetscCall(finds_trajectory(mark, &resumed_));
+  if (!options.file.empty() && !resumed_) PetscCall(model_.take_constants(&constants));
+  model_.release_input();
+  if (options.file.empty()) PetscFunctionReturn(0);
+  if (resumed_) {
+    PetscCall(Trajectory::resume(model_.comm(), options, model_.dim(), mark, &trajectory_));
+    stepper_->set_framed(mark.last_time == stepper_->good_time());
+    PetscFunctionReturn(0);
+  }
+  PetscCallMPI(MPI_Comm_rank(model_.comm(), &rank));
+  advice_.put(rank, &constants);
+  PetscCall(Trajectory::create(model_.comm(), options, model_.dim(), constants, &trajectory_));
+  PetscFunctionReturn(0);
+}
+
+}  // namespace bs

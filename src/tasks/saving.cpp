@@ -1,0 +1,99 @@
+#include "tasks/saving.hpp"
+#include <algorithm>
+#include <filesystem>
+#include "base/fault.hpp"
+#include "base/options.hpp"
+#include "output/h5.hpp"
+#include "output/space.hpp"
+#include "time/stepper.hpp"
+
+namespace bs {
+
+PetscErrorCode read_saving_options(MPI_Comm comm, SavingOptions* options) {
+  PetscFunctionBegin;
+  PetscCall(read_section(comm, "Checkpoints", [&](Section& o) {
+    o.text("-bs_checkpoint", "file to continue from: written at the end, on SIGTERM, SIGINT, SIGUSR1 and when a solve fails; none without",
+           options->file);
+    o.integer("-bs_checkpoint_every", "and every so many steps; 0: not by steps", options->every, Range::nonnegative);
+    o.real("-bs_checkpoint_minutes", "and after so much wall-clock time; 0: not by the clock [min]", options->minutes, Range::nonnegative);
+    o.text("-bs_restart", "checkpoint to continue from; its options are in force where none is given", options->restart);
+    if (options->file.empty() && (options->every > 0 || options->minutes > 0))
+      o.fail("options -bs_checkpoint_every and -bs_checkpoint_minutes: say with -bs_checkpoint which file to write");
+  }));
+  PetscFunctionReturn(0);
+}
+
+PetscErrorCode flushed_mark(Trajectory* trajectory, TrajectoryMark* mark) {
+  PetscFunctionBegin;
+  *mark = {};
+  if (!trajectory) PetscFunctionReturn(0);
+  PetscCall(trajectory->flush());
+  *mark = trajectory->mark();
+  PetscFunctionReturn(0);
+}
+
+PetscErrorCode save_run(Model& model, const Stepper& stepper, TS ts, Vec y, const std::string& file, const std::string& trajectory,
+                        const TrajectoryMark& mark, const Facts& inputs) {
+  Facts run = inputs;
+  TSType type;
+  std::vector<NamedState> states = {{"/state", y}};
+  PetscFunctionBegin;
+  PetscCall(TSGetType(ts, &type));
+  run.text["ts_type"] = type;
+  run.text["trajectory"] = trajectory;
+  run.whole["frames"] = mark.frames;
+  run.whole["log_rows"] = mark.log_rows;
+  run.real["last_frame_time"] = mark.last_time;
+  stepper.save(&run, &states);
+  set_phase(Exit::io);
+  PetscCall(write_checkpoint(model, file, run, states));
+  PetscCall(stepper.renew_solver(ts));
+  set_phase(Exit::solve);
+  PetscFunctionReturn(0);
+}
+
+namespace {
+
+/// A text attribute of an object in an open file; empty if there is none of fixed length.
+std::string text_of(hid_t file, const char* object, const char* name) {
+  if (H5Aexists_by_name(file, object, name, H5P_DEFAULT) <= 0) return {};
+  const H5 attribute(H5Aopen_by_name(file, object, name, H5P_DEFAULT, H5P_DEFAULT), H5Aclose);
+  const H5 type(attribute >= 0 ? H5Aget_type(attribute) : -1, H5Tclose), space(attribute >= 0 ? H5Aget_space(attribute) : -1, H5Sclose);
+  if (type < 0 || space < 0 || H5Tget_class(type) != H5T_STRING || H5Tis_variable_str(type) != 0 || H5Sget_simple_extent_npoints(space) != 1)
+    return {};
+  std::string text(std::min<std::size_t>(H5Tget_size(type), 65536), '\0');
+  if (H5Tget_size(type) > text.size() || H5Aread(attribute, type, text.data()) < 0) return {};
+  return text.substr(0, text.find('\0'));
+}
+
+bool is_checkpoint_of(const std::string& file, const std::string& trajectory) {
+  std::error_code none;
+  if (!std::filesystem::is_regular_file(std::filesystem::symlink_status(file, none)) || H5Fis_hdf5(file.c_str()) <= 0) return false;
+  const H5 opened(H5Fopen(file.c_str(), H5F_ACC_RDONLY, H5P_DEFAULT), H5Fclose);
+  if (opened < 0 || text_of(opened, "/", "format") != "backspring checkpoint" || H5Lexists(opened, "/run", H5P_DEFAULT) <= 0) return false;
+  const std::string named = text_of(opened, "/run", "trajectory");
+  return named == trajectory || std::filesystem::equivalent(named, trajectory, none);
+}
+
+}  // namespace
+
+PetscErrorCode remove_stale_checkpoint(MPI_Comm comm, const std::string& trajectory, const std::string& kept) {
+  PetscMPIInt rank;
+  PetscFunctionBegin;
+  PetscCallMPI(MPI_Comm_rank(comm, &rank));
+  const std::string stale = trajectory + ".checkpoint";
+  if (rank != 0 || stale == kept) PetscFunctionReturn(0);
+  std::error_code none;
+  if (!kept.empty() && std::filesystem::equivalent(stale, kept, none)) PetscFunctionReturn(0);
+  for (const std::string& file : {stale, previous_checkpoint(stale)})
+    if (is_checkpoint_of(file, trajectory)) std::filesystem::remove(file, none);
+  PetscFunctionReturn(0);
+}
+
+TrajectoryMark mark_of(const CheckpointFile& file) {
+  const Facts& run = file.run();
+  const auto whole = [&](const char* name) { return run.whole.count(name) ? run.whole.at(name) : 0; };
+  return {whole("frames"), whole("log_rows"), run.real.count("last_frame_time") ? run.real.at("last_frame_time") : 0.0};
+}
+
+}  // namespace bs

@@ -1,0 +1,57 @@
+#include "time/energy_watch.hpp"
+#include <algorithm>
+#include <cmath>
+#include "base/fault.hpp"
+
+namespace bs {
+namespace {
+
+// An undamped oscillator at h omega by symplectic Euler swings in energy by up to 1/(1 - h omega/2): 10 at 0.9 of its limit.
+constexpr double EXPLICIT = 10;
+constexpr PetscInt FIRST_EXPLICIT = 8, FIRST_IMPLICIT = 32;
+
+}  // namespace
+
+void EnergyWatch::set_explicit() {
+  explicit_ = true;
+  factor_ *= EXPLICIT;
+}
+
+/// By a hash of the number, the same in a run and its continuation.
+bool EnergyWatch::chosen(PetscInt step) const {
+  const std::uint64_t hash = static_cast<std::uint64_t>(step) * 0x9E3779B97F4A7C15u;
+  return step <= (explicit_ ? FIRST_EXPLICIT : FIRST_IMPLICIT) || (hash >> 40) % (explicit_ ? 128 : 4) == 0;
+}
+
+PetscErrorCode EnergyWatch::look(PetscInt step, double t, Vec y, bool certainly) {
+  EnergySupply now;
+  PetscFunctionBegin;
+  if (factor_ <= 0 || !active_ || grown_) PetscFunctionReturn(0);
+  if (begun_ ? t == time_ || !(certainly || chosen(step)) : false) PetscFunctionReturn(0);
+  PetscCall(model_.energy_supply(t, y, &now, &active_));
+  if (!active_) PetscFunctionReturn(0);
+  if (!begun_) {
+    start_ = now.inner;
+    field_ = now.field;
+  } else {
+    const double direct = std::hypot(now.shift[0] - last_.shift[0], now.shift[1] - last_.shift[1], now.shift[2] - last_.shift[2]);
+    const double path = std::max(direct, std::max(now.speed, last_.speed) * (t - time_));
+    supplied_ += std::max(now.power, last_.power) * (t - time_) + std::max(now.pull, last_.pull) * path;
+    released_ = std::max(released_, field_ - now.field);
+  }
+  begun_ = true;
+  time_ = t;
+  last_ = now;
+  const double budget = start_ + released_ + supplied_ + now.rounding;
+  if (std::isfinite(now.inner) && !(now.inner > factor_ * budget)) PetscFunctionReturn(0);
+  grown_ = true;
+  PetscCall(
+      warn(model_.comm(), format("energy grew beyond what drives it, first seen at step %lld, t = %.6g s: %.3g J of motion and strain, more than %g "
+                                 "times the %.3g J that its start, fields, driven anchors and the fluid have given: %s",
+                                 static_cast<long long>(step), t, now.inner, factor_, budget,
+                                 explicit_ ? "lower -ts_dt below the largest stable step, or take an implicit -ts_type such as beuler"
+                                           : "lower -ts_dt, and leave out options that end Newton early (-snes_type ksponly, a loose -snes_rtol)")));
+  PetscFunctionReturn(0);
+}
+
+}  // namespace bs

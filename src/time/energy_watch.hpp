@@ -1,0 +1,33 @@
+// Growth of energy that nothing drives: a step too long for its method, or linear solves that are no step of Newton's.
+#pragma once
+#include <cstdint>
+#include <string>
+#include "systems/model.hpp"
+
+namespace bs {
+
+/// Kinetic and elastic energy may not be more than `factor` times what there was and what has come:
+///   inner(t) <= factor (inner(0) + max (field(0) - field(s)) + sum of (power dt + pull |shift's path|) + rounding),   s <= t
+/// power and pull are the larger of the two ends of every stretch between two looks, and count whatever their sign: this errs to the
+/// quiet side. Looked at are the first 32 steps, then every 4th on average (explicit types: 8, and every 128th), irregularly, so
+/// that no drive is in step with it, and every frame.
+class EnergyWatch {
+ public:
+  /// `factor` 0: nothing is watched.
+  EnergyWatch(Model& model, double factor) : model_(model), factor_(factor) {}
+  void set_explicit();
+  /// Collective. After step `step` that ended at `t`; `certainly`: whether or not it is one to be looked at. Warns once.
+  PetscErrorCode look(PetscInt step, double t, Vec y, bool certainly);
+  bool grown() const { return grown_; }
+
+ private:
+  bool chosen(PetscInt step) const;
+
+  Model& model_;
+  double factor_;
+  bool explicit_ = false, active_ = true, begun_ = false, grown_ = false;
+  double time_ = 0, supplied_ = 0, start_ = 0, released_ = 0, field_ = 0;
+  EnergySupply last_;
+};
+
+}  // namespace bs

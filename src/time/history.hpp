@@ -1,0 +1,70 @@
+// What a time-stepping method remembers of earlier steps. PETSc gives no access to its own memory of them, so the states
+// a method would need are kept beside it, and given back to a new TS by steps whose solver knows the answer.
+#pragma once
+#include <petscts.h>
+#include <cstdint>
+#include <string>
+#include <vector>
+#include "base/handle.hpp"
+#include "checkpoint/checkpoint.hpp"
+#include "time/methods.hpp"
+#include "time/starter.hpp"
+
+namespace bs {
+
+class History {
+ public:
+  /// Collective. Once the type of `ts` is set; hooks into its stages.
+  PetscErrorCode attach(TS ts);
+  /// Collective. Before a step: its start is kept.
+  PetscErrorCode begin_step(TS ts);
+  /// Collective. After a good step to state y.
+  PetscErrorCode end_step(TS ts, Vec y);
+  /// Before a stage at `time`.
+  void before_stage(double time) { starter_.aim(time); }
+  /// Collective. After a stage was solved for; of this attempt.
+  PetscErrorCode see_stage(TS ts, PetscReal time, Vec stage);
+  /// The state the present or last step began with; null before the first one.
+  std::int64_t steps() const { return steps_; }  ///< since the method began afresh
+  bool replaying() const { return replaying_; }
+  /// During a step: the state the last good step began with and that step's length; null where there was none.
+  Vec before_last(double* step) const;
+  Vec last_start() const { return past_.empty() ? nullptr : past_.back().state.get(); }
+
+  /// What a checkpoint holds of it, between two steps.
+  void save(Facts* facts, std::vector<NamedState>* states) const;
+  /// Collective. Gives `ts`, which is set up and stands at (time, y), the memory of the run in `file`. `told` receives
+  /// what could not be given back; empty if all was.
+  PetscErrorCode restore(TS ts, Model& model, const CheckpointFile& file, std::string* told);
+
+ private:
+  using Kind = Memory;
+  struct Past {
+    double time = 0, step = 0;  ///< of the step that began here; its length
+    VecHandle state;
+  };
+  PetscErrorCode copy(Vec from, VecHandle* to) const;
+  PetscErrorCode restore_acceleration(TS ts, Model& model, const CheckpointFile& file, std::string* told);
+  PetscErrorCode replay(TS ts);
+  /// Whether the present step is one of those that bdf of order 3 to 6 is helped with.
+  bool starts_accurately() const;
+  PetscErrorCode correct_start(Vec second);
+  PetscErrorCode settle_rate(TS ts);
+  PetscErrorCode advance_rate(TS ts, Vec y);
+
+  Kind kind_ = Kind::none;
+  std::size_t depth_ = 1;   ///< starts of good steps that are needed
+  bool open_ = false;       ///< the newest start is of a step not yet done
+  std::int64_t steps_ = 0;  ///< since the method began afresh
+  std::vector<Past> past_;  ///< oldest first; up to depth_ + 1
+  bool replaying_ = false;
+  double used_ = 0;           ///< length of this attempt's step
+  VecHandle half_, second_;   ///< the starting procedure's own states (bdf, alpha), of the first step
+  Vec first_half_ = nullptr;  ///< alpha's own vector of the first half step, while it starts; borrowed
+  Starter starter_;           ///< of bdf
+  VecHandle residual_;        ///< room
+  Vec kept_ = nullptr;        ///< the acceleration that the type carries; borrowed
+  VecHandle rate_, rate0_;    ///< dy/dt as alpha carries it, after and before the last step
+};
+
+}  // namespace bs

@@ -1,0 +1,90 @@
+#include "time/linear_reuse.hpp"
+#include <cmath>
+#include "base/fault.hpp"
+#include "solvers/pivots.hpp"
+#include "time/methods.hpp"
+#include "time/ts_queries.hpp"
+
+namespace bs {
+
+PetscErrorCode shift_of_step(TS ts, double h, double* sigma) {
+  PetscReal theta;
+  PetscFunctionBegin;
+  PetscCall(theta_of(ts, &theta));
+  *sigma = 1 / (theta * h);
+  PetscFunctionReturn(0);
+}
+
+PetscErrorCode LinearReuse::attach(TS ts, TSContext& context) {
+  bool adaptive = false;
+  PetscFunctionBegin;
+  context_ = &context;
+  startup_ = context.model->startup_steps();
+  const bool theta_family = context.method->remembers(Memory::theta);
+  if (startup_ > 0 && !theta_family)
+    PetscCall(tell(context.model->comm(), Exit::input, "option -bs_linear_be_steps: goes with -ts_type cn, theta or beuler"));
+  if (!context.implicit || !context.model->linear() || !theta_family) PetscFunctionReturn(0);
+  PetscCall(TSThetaGetTheta(ts, &theta_));
+  now_ = theta_;
+  PetscCall(TSGetTimeStep(ts, &nominal_));
+  PetscCall(is_adaptive(ts, &adaptive));
+  SNES snes;
+  PC pc;
+  Mat A, P;
+  PetscCall(TSGetSNES(ts, &snes));
+  PetscCall(SNESGetJacobian(snes, &A, &P, nullptr, nullptr));
+  PetscCall(linear_solver_of(ts, nullptr, &pc));
+  PetscCall(PetscObjectReference(reinterpret_cast<PetscObject>(pc)));
+  *slots_[0].pc.out() = pc;
+  slots_[0].matrix = context.matrix;
+  // a free step seldom comes back to a length it had; a matrix-free operator has no matrix to keep
+  active_ = !adaptive && A == P && P == context.matrix.get();
+  PetscFunctionReturn(0);
+}
+
+PetscErrorCode LinearReuse::create_second(TS ts) {
+  SNES snes;
+  KSP ksp;
+  const char* prefix = nullptr;
+  PCType type = nullptr;
+  MatSolverType solver = nullptr;
+  PC pc;
+  PetscFunctionBegin;
+  PetscCall(TSGetSNES(ts, &snes));
+  PetscCall(SNESGetKSP(snes, &ksp));
+  PetscCall(MatDuplicate(context_->matrix, MAT_SHARE_NONZERO_PATTERN, second_.out()));
+  PetscCall(PCGetType(slots_[0].pc, &type));
+  PetscCall(PCGetOptionsPrefix(slots_[0].pc, &prefix));
+  PetscCall(PCCreate(PetscObjectComm(reinterpret_cast<PetscObject>(ts)), &pc));
+  *slots_[1].pc.out() = pc;
+  PetscCall(PCSetOptionsPrefix(pc, prefix));
+  PetscCall(PCSetType(pc, type));
+  PetscCall(PCFactorGetMatSolverType(slots_[0].pc, &solver));
+  if (solver) PetscCall(PCFactorSetMatSolverType(pc, solver));
+  PetscCall(PCSetFromOptions(pc));
+  PetscCall(make_pivots_relative(pc, false));
+  slots_[1].matrix = second_;
+  PetscFunctionReturn(0);
+}
+
+PetscErrorCode LinearReuse::before_step(TS ts, PetscInt step, double h) {
+  PetscFunctionBegin;
+  if (startup_ > 0) {
+    const double theta = step < startup_ ? 1.0 : theta_;
+    if (theta != now_) PetscCall(TSThetaSetTheta(ts, theta));
+    now_ = theta;
+  }
+  if (!active_) PetscFunctionReturn(0);
+  const double length = now_ * h, usual = theta_ * nominal_;
+  const int wanted = std::abs(length - usual) <= 1e-12 * usual ? 0 : 1;
+  if (wanted == used_) PetscFunctionReturn(0);
+  if (!second_) PetscCall(create_second(ts));
+  KSP ksp;
+  PetscCall(TSSetIJacobian(ts, slots_[wanted].matrix, slots_[wanted].matrix, nullptr, nullptr));
+  PetscCall(linear_solver_of(ts, &ksp, nullptr));
+  PetscCall(KSPSetPC(ksp, slots_[wanted].pc));
+  used_ = wanted;
+  PetscFunctionReturn(0);
+}
+
+}  // namespace bs

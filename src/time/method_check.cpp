@@ -1,0 +1,165 @@
+#include "time/method_check.hpp"
+#include <algorithm>
+#include <cmath>
+#include <initializer_list>
+#include <string>
+#include "base/fault.hpp"
+#include "time/alpha2.hpp"
+#include "time/ts_queries.hpp"
+
+namespace bs {
+namespace {
+
+/// The first of `names` that is among the options; empty if none is. Switches count only where they are on.
+PetscErrorCode given_of(std::initializer_list<const char*> names, bool switches, std::string* out) {
+  PetscFunctionBegin;
+  for (const char* name : names) {
+    PetscBool there = PETSC_FALSE, on = PETSC_TRUE;
+    PetscCall(PetscOptionsHasName(nullptr, nullptr, name, &there));
+    if (there && switches) PetscCall(PetscOptionsGetBool(nullptr, nullptr, name, &on, nullptr));
+    if (there && on && out->empty()) *out = name;
+  }
+  PetscFunctionReturn(0);
+}
+
+/// Options of TS that need what this program does not set up: PETSc crashes or stops at the first step.
+PetscErrorCode fault_of_options(std::string* fault) {
+  std::string estimate, times, parts;
+  PetscFunctionBegin;
+  PetscCall(given_of({"-ts_convergence_estimate"}, true, &estimate));
+  PetscCall(given_of({"-ts_time_span"}, false, &times));
+  PetscCall(given_of({"-ts_rk_multirate"}, true, &parts));
+  if (!estimate.empty()) *fault = "option -ts_convergence_estimate: is not for this program: postprocess/sweep.py runs a study and shows the orders";
+  else if (!times.empty()) *fault = "option -ts_time_span: is not for this program: give -ts_init_time, -ts_max_time and -bs_output_interval";
+  else if (!parts.empty()) *fault = "option -ts_rk_multirate: needs a system split into fast and slow parts: leave it out";
+  PetscFunctionReturn(0);
+}
+
+/// Steps that follow an error estimate need one. A type that has none keeps its step, unless adaptivity was asked for.
+PetscErrorCode fault_of_adaptivity(TS ts, const Method& method, std::string* fault) {
+  TSAdapt adapt;
+  TSAdaptType type = nullptr;
+  PetscBool given = PETSC_FALSE;
+  bool adaptive = false;
+  PetscFunctionBegin;
+  PetscCall(TSGetAdapt(ts, &adapt));
+  PetscCall(TSAdaptGetType(adapt, &type));
+  PetscCall(is_adaptive(ts, &adaptive));
+  if (!adaptive) PetscFunctionReturn(0);
+  const std::string name = type;
+  PetscCall(PetscOptionsHasName(nullptr, nullptr, "-ts_adapt_type", &given));
+  if (name != TSADAPTBASIC && name != TSADAPTDSP)
+    *fault = "option -ts_adapt_type: " + name + " needs what this program does not give it: write basic, dsp or none";
+  else if (!method.estimate && given)
+    *fault = "option -ts_adapt_type: " + name + ": " + method.words() +
+             " does not estimate its error, so that its step cannot follow it: leave the option out";
+  else if (!method.estimate) PetscCall(TSAdaptSetType(adapt, TSADAPTNONE));
+  PetscFunctionReturn(0);
+}
+
+PetscErrorCode fault_of_stages(TS ts, const Method& method, std::string* fault) {
+  PetscInt stages;
+  PetscBool given = PETSC_FALSE;
+  PetscFunctionBegin;
+  if (!method.is(TSSSP)) PetscFunctionReturn(0);
+  PetscCall(TSSSPGetNumStages(ts, &stages));
+  PetscCall(PetscOptionsHasName(nullptr, nullptr, "-ts_ssp_nstages", &given));
+  const std::string subtype = method.subtype, what = format("option -ts_ssp_nstages: %lld: ", static_cast<long long>(stages));
+  const auto root = static_cast<PetscInt>(std::lround(std::sqrt(static_cast<double>(std::max<PetscInt>(stages, 0)))));
+  if (subtype == TSSSPRKS2 && stages < 2) *fault = what + "rks2 needs 2 or more stages";
+  else if (subtype == TSSSPRKS3 && (stages < 4 || root * root != stages)) *fault = what + "rks3 needs a square number of stages: 4, 9, 16, ...";
+  else if (subtype == TSSSPRK104 && given && stages != 10) *fault = what + "rk104 has 10 stages: leave the option out";
+  PetscFunctionReturn(0);
+}
+
+PetscErrorCode fault_of_alpha(TS ts, const Method& method, std::string* fault) {
+  PetscReal m, f, gamma;
+  PetscFunctionBegin;
+  if (!method.remembers(Memory::alpha)) PetscFunctionReturn(0);
+  PetscCall(TSAlphaGetParams(ts, &m, &f, &gamma));
+  const std::string what = format("alpha_m = %g, alpha_f = %g, gamma = %g: ", m, f, gamma);
+  // gamma below 1/2 lets the start's error in dy/dt grow; below these bounds of alpha_m and alpha_f stiff parts do
+  if (!(m >= f && f >= 0.5 && gamma >= 0.5) || !std::isfinite(m) || !std::isfinite(gamma))
+    *fault = what + "-ts_type alpha is stable where alpha_m >= alpha_f >= 1/2 and gamma >= 1/2: give -ts_alpha_radius, 0 to 1";
+  else if (std::abs(0.5 + m - f - gamma) > 1e-12)
+    *fault = what + "-ts_type alpha has order 2 only with gamma = 1/2 + alpha_m - alpha_f: give -ts_alpha_radius, 0 to 1, or use beuler";
+  PetscFunctionReturn(0);
+}
+
+PetscErrorCode fault_of_alpha2(TS ts, const Method& method, std::string* fault) {
+  PetscFunctionBegin;
+  if (!method.is("alpha2")) PetscFunctionReturn(0);
+  const AlphaParameters p = alpha2_parameters(ts);
+  const std::string what = format("alpha_m = %g, alpha_f = %g, gamma = %g, beta = %g: ", p.m, p.f, p.gamma, p.beta);
+  const bool finite = std::isfinite(p.m) && std::isfinite(p.f) && std::isfinite(p.gamma) && std::isfinite(p.beta);
+  if (!finite || !(p.m >= p.f && p.f >= 0.5 && p.beta >= 0.25 + (p.m - p.f) / 2 - 1e-12))
+    *fault =
+        what + "-ts_type alpha2 is stable where alpha_m >= alpha_f >= 1/2 and beta >= 1/4 + (alpha_m - alpha_f)/2: give -ts_alpha_radius, 0 to 1";
+  else if (std::abs(0.5 + p.m - p.f - p.gamma) > 1e-12)
+    *fault = what + "-ts_type alpha2 has order 2 only with gamma = 1/2 + alpha_m - alpha_f: give -ts_alpha_radius, 0 to 1, or use beuler";
+  PetscFunctionReturn(0);
+}
+
+/// One linear solve a step, or a stage, is right only with the Jacobian and the factors of that step.
+PetscErrorCode fault_of_lag(SNES snes, const std::string& method, std::string* fault) {
+  PetscInt jacobian, preconditioner;
+  PetscFunctionBegin;
+  PetscCall(SNESGetLagJacobian(snes, &jacobian));
+  PetscCall(SNESGetLagPreconditioner(snes, &preconditioner));
+  const bool first = jacobian != 1;
+  if (first || preconditioner != 1)
+    *fault = format("option -snes_lag_%s: %lld: ", first ? "jacobian" : "preconditioner", static_cast<long long>(first ? jacobian : preconditioner)) +
+             method + " solves one linear system and needs its own Jacobian: leave the option out";
+  PetscFunctionReturn(0);
+}
+
+/// The stages of rosw are linear systems with the Jacobian at the start of the step; Newton's method on them, or a Jacobian
+/// taken elsewhere, makes another method of lower order.
+PetscErrorCode fault_of_rosw(const TSContext& context, bool once, std::string* fault) {
+  const RosenbrockStages& stages = context.rosenbrock;
+  const std::string words = context.method->words();
+  std::string name, differences;
+  PetscFunctionBegin;
+  if (!stages.active()) PetscFunctionReturn(0);
+  PetscCall(given_of({"-snes_mf", "-snes_mf_operator"}, true, &name));
+  PetscCall(given_of({"-snes_fd", "-snes_fd_color"}, true, &differences));
+  const bool linear = context.model->linear();
+  if (!linear && !once)
+    *fault = "option -snes_type: " + words + " solves one linear system a stage, Newton's method would lower its order: leave the option out";
+  else if (!name.empty() && (!linear || stages.has_explicit_stage()))
+    *fault = "option " + name + ": " + words + " needs the Jacobian at the start of the step, not where its stages are: leave the option out";
+  else if (!differences.empty() && stages.has_own_matrices())
+    *fault = "option " + differences + ": the stages of " + words + " need the program's own Jacobian: leave the option out, or take ra34pw2";
+  else if (stages.looks_back() && context.model->time_dependent())
+    *fault = words +
+             " evaluates the forces or sources at a time before its step (t - 2 h in PETSc's tableau), where they may be others: "
+             "use -ts_rosw_type ra34pw2 or sandu3, or -ts_type arkimex -ts_arkimex_type 4";
+  PetscFunctionReturn(0);
+}
+
+}  // namespace
+
+PetscErrorCode check_method(TS ts, const TSContext& context) {
+  const Method& method = *context.method;
+  std::string fault;
+  PetscFunctionBegin;
+  if (method.traits->second_order && context.model->dim() == 0)
+    fault = method.words() + " is for positions and velocities: use " + (method.implicit() ? "alpha" : "euler or rk") + " for a linear system";
+  if (fault.empty()) PetscCall(fault_of_options(&fault));
+  if (fault.empty()) PetscCall(fault_of_adaptivity(ts, method, &fault));
+  if (fault.empty()) PetscCall(fault_of_stages(ts, method, &fault));
+  if (fault.empty()) PetscCall(fault_of_alpha(ts, method, &fault));
+  if (fault.empty()) PetscCall(fault_of_alpha2(ts, method, &fault));
+  if (fault.empty() && method.implicit()) {
+    SNES snes;
+    PetscBool once = PETSC_FALSE;
+    PetscCall(TSGetSNES(ts, &snes));
+    PetscCall(PetscObjectTypeCompare(reinterpret_cast<PetscObject>(snes), SNESKSPONLY, &once));
+    if (once || context.rosenbrock.active()) PetscCall(fault_of_lag(snes, method.words(), &fault));
+    if (fault.empty()) PetscCall(fault_of_rosw(context, once, &fault));
+  }
+  if (!fault.empty()) PetscCall(tell(context.model->comm(), Exit::input, fault));
+  PetscFunctionReturn(0);
+}
+
+}  // namespace bs

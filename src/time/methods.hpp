@@ -1,0 +1,72 @@
+// What the program knows of every time-stepping method of PETSc and of its own: one row a type, one a type and subtype.
+#pragma once
+#include <petscts.h>
+#include <string>
+#include "systems/model.hpp"
+
+namespace bs {
+
+/// What a type carries from step to step beside the state.
+enum class Memory {
+  none,
+  theta,        ///< the state before the last, from which it estimates its error
+  bdf,          ///< as many states as its order
+  alpha,        ///< dy/dt
+  acceleration  ///< x'', or what it takes for it
+};
+
+/// What all subtypes of a type have in common.
+struct TypeTraits {
+  /// Whether F is solved for: an explicit type evaluates y' = G(t, y).
+  enum class Kind { explicit_, implicit };
+  const char* name;  ///< -ts_type
+  Kind kind;
+  Memory memory;
+  const char* option;  ///< that names a subtype; "": there is none
+  bool affine;         ///< every solve is for F(t, y, sigma y + c) = b at the end of a step or stage, in momentum form
+  bool second_order;   ///< needs positions and velocities
+  double oscillation;  ///< explicit types: largest h omega on x'' = -omega^2 x, of that of symplectic (2)
+  double damping;      ///< explicit types of second order: k in (h omega)^2 + k h c < 4 on x'' = -omega^2 x - c x'
+  double real;         ///< explicit types: largest |h lambda| for lambda < 0; 0: not looked at
+};
+
+struct Method {
+  using Kind = TypeTraits::Kind;
+  const TypeTraits* traits;
+  const char* subtype;  ///< -ts_rk_type, -ts_ssp_type, -ts_arkimex_type, -ts_rosw_type, -ts_bdf_order; "": there is none
+  Form form;            ///< how an implicit type must be given F
+  int order;            ///< observed on particle systems, driven and not
+  int descriptor;       ///< observed on systems G x + C x' = B u(t) with a singular C; 0: no such systems
+  bool estimate;        ///< whether it estimates the error of its step: -ts_adapt_type works
+  const char* remark;   ///< what the header says of it; "": nothing
+  const char* type() const { return traits->name; }
+  bool implicit() const { return traits->kind == Kind::implicit; }
+  bool remembers(Memory memory) const { return traits->memory == memory; }
+  bool is(const char* type) const;
+  /// "-ts_type rosw -ts_rosw_type ark3"
+  std::string words() const;
+};
+
+/// The method the options ask for; null if the subtype is not in the table. `type` is that of `ts`, whose subtype is
+/// looked up where no option names one.
+PetscErrorCode asked_method(TS ts, const char* type, const Method** out);
+
+/// The method `ts` is of: its row in the table.
+PetscErrorCode method_of(TS ts, const Method** out);
+
+/// 1/(sigma h) of the first matrix of a step of h: theta of the theta family, beta/gamma of alpha2, 1 of other types.
+PetscErrorCode theta_of(TS ts, PetscReal* theta);
+
+/// The order of `method` with the parameters `ts` has: theta is of order 1 but for theta = 1/2.
+PetscErrorCode observed_order(TS ts, const Method& method, PetscInt* order);
+
+/// Why the type cannot be taken, in one line that says what to write instead; empty if it can.
+std::string fault_of_type(const std::string& type);
+
+/// The option that names a type's subtype, "" if it has none.
+const char* subtype_option(const std::string& type);
+
+/// "beuler, cn, ...": the types of a kind, each once.
+std::string types_of(Method::Kind kind);
+
+}  // namespace bs

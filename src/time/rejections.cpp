@@ -1,0 +1,170 @@
+#include "time/rejections.hpp"
+#include <cstring>
+#include "base/fault.hpp"
+#include "solvers/condensed/condensed.hpp"
+#include "time/ts_queries.hpp"
+
+namespace bs {
+namespace {
+
+Rejection reason_of(SNESConvergedReason reason) {
+  switch (reason) {
+    case SNES_DIVERGED_LINE_SEARCH: return LINE_SEARCH;
+    case SNES_DIVERGED_INNER:
+    case SNES_DIVERGED_MAX_IT:
+    case SNES_DIVERGED_FUNCTION_COUNT: return ITERATIONS;
+    case SNES_DIVERGED_LINEAR_SOLVE: return LINEAR;
+    case SNES_DIVERGED_FNORM_NAN:
+    case SNES_DIVERGED_FUNCTION_DOMAIN:
+    case SNES_DIVERGED_JACOBIAN_DOMAIN: return DOMAIN_ERROR;
+    default: return NEWTON;
+  }
+}
+
+}  // namespace
+
+std::string in_words(const RejectionCounts& counts) {
+  std::string text;
+  for (std::size_t k = 0; k < counts.size(); ++k)
+    if (counts[k] > 0) text += (text.empty() ? "" : ", ") + format("%lld %s", static_cast<long long>(counts[k]), REJECTION_REASONS[k].word);
+  return text;
+}
+
+PetscErrorCode RejectionWatch::attach(TS ts, double step_min, std::int64_t most) {
+  TSAdapt adapt;
+  PetscBool given = PETSC_FALSE;
+  PetscContainer container;
+  PetscFunctionBegin;
+  attempts_ = Attempts(step_min, most);
+  // PETSc's own limit, ten a step, holds where it is named
+  PetscCall(PetscOptionsHasName(nullptr, nullptr, "-ts_max_reject", &given));
+  if (!given) PetscCall(TSSetMaxStepRejections(ts, -1));
+  PetscCall(TSGetAdapt(ts, &adapt));
+  PetscCall(TSAdaptSetCheckStage(adapt, check));
+  PetscCall(PetscContainerCreate(PetscObjectComm(reinterpret_cast<PetscObject>(ts)), &container));
+  PetscCall(PetscContainerSetPointer(container, this));
+  PetscCall(PetscObjectCompose(reinterpret_cast<PetscObject>(adapt), "bs_rejections", reinterpret_cast<PetscObject>(container)));
+  PetscCall(PetscContainerDestroy(&container));
+  PetscFunctionReturn(0);
+}
+
+/// Nothing is taken of a linear solve that left its residual, or that comes once a step is given up.
+PetscErrorCode RejectionWatch::check(TSAdapt adapt, TS, PetscReal, Vec, PetscBool* accept) {
+  PetscContainer container = nullptr;
+  void* self = nullptr;
+  PetscFunctionBegin;
+  PetscCall(PetscObjectQuery(reinterpret_cast<PetscObject>(adapt), "bs_rejections", reinterpret_cast<PetscObject*>(&container)));
+  if (container) PetscCall(PetscContainerGetPointer(container, &self));
+  const RejectionWatch* watch = static_cast<RejectionWatch*>(self);
+  if (watch && (watch->gave_up_ || watch->linear_.failed())) *accept = PETSC_FALSE;
+  PetscFunctionReturn(0);
+}
+
+/// Of a stage that was not solved for.
+PetscErrorCode RejectionWatch::name_failure(TS ts) {
+  SNES snes;
+  SNESConvergedReason why;
+  std::string fault;
+  PetscFunctionBegin;
+  PetscCall(TSGetSNES(ts, &snes));
+  PetscCall(SNESGetConvergedReason(snes, &why));
+  last_reason_ = reason_of(why);
+  PetscCall(model_.last_fault(&fault));
+  if (!fault.empty()) last_reason_ = DOMAIN_ERROR;
+  last_ = fault.empty() ? REJECTION_REASONS[last_reason_].sentence : fault;
+  if (why == SNES_DIVERGED_INNER && fault.empty()) last_ = "too many tangents of one step were not positive definite (springs buckle)";
+  if (last_reason_ != LINEAR) PetscFunctionReturn(0);
+  PetscCall(linear_solver_lacks_memory(ts, &no_memory_));
+  if (no_memory_) last_ = "no memory was left for the factors of the linear solver";
+  PetscFunctionReturn(0);
+}
+
+PetscErrorCode RejectionWatch::name_reason(TS ts, bool solve_failed) {
+  PC pc;
+  PetscFunctionBegin;
+  if (solve_failed) {
+    PetscCall(name_failure(ts));
+    // nothing that the failed attempt left in the solvers goes into the next one
+    PetscCall(linear_solver_of(ts, nullptr, &pc));
+    PetscCall(condensed_renew(pc));
+  } else if (linear_.failed()) {
+    last_reason_ = LINEAR;
+    last_ = format("the linear solver left a residual of %.2g of its right side", linear_.residual());
+  } else {
+    last_reason_ = ERROR_ESTIMATE;
+    last_ = REJECTION_REASONS[ERROR_ESTIMATE].sentence;
+  }
+  PetscFunctionReturn(0);
+}
+
+/// Whether TS has rejected an attempt since the last look, and why.
+PetscErrorCode RejectionWatch::look(TS ts) {
+  PetscInt rejected, failures;
+  PetscFunctionBegin;
+  PetscCall(TSGetStepRejections(ts, &rejected));
+  PetscCall(TSGetSNESFailures(ts, &failures));
+  if (rejected > rejected_ && !gave_up_) {
+    PetscCall(name_reason(ts, failures > failures_));
+    attempts_.reject();
+    ++counts_[last_reason_];
+  }
+  rejected_ = rejected;
+  failures_ = failures;
+  PetscFunctionReturn(0);
+}
+
+PetscErrorCode RejectionWatch::try_again(TS ts, double cut, bool* more) {
+  PetscReal h;
+  PetscFunctionBegin;
+  PetscCall(look(ts));
+  PetscCall(TSGetTimeStep(ts, &h));
+  h = attempts_.shorter(h, cut);
+  gave_up_ = enough(h);
+  *more = !gave_up_;
+  PetscCall(TSSetTimeStep(ts, h));
+  PetscFunctionReturn(0);
+}
+
+PetscErrorCode RejectionWatch::before_stage(TS ts) {
+  PetscReal h;
+  PetscFunctionBegin;
+  const std::int64_t before = attempts_.in_a_row();
+  PetscCall(look(ts));
+  if (attempts_.in_a_row() == before) PetscFunctionReturn(0);
+  PetscCall(TSGetTimeStep(ts, &h));
+  // alpha starts by two steps of half the length
+  bool starting = false;
+  PetscCall(is_alpha_starting(ts, &starting));
+  if (starting) h *= 2;
+  attempts_.go_on(h);
+  if (!enough(h)) PetscFunctionReturn(0);
+  gave_up_ = true;
+  PetscCall(TSSetConvergedReason(ts, TS_DIVERGED_STEP_REJECTED));
+  PetscFunctionReturn(0);
+}
+
+PetscErrorCode RejectionWatch::end_step(TS ts) {
+  PetscFunctionBegin;
+  PetscCall(look(ts));
+  PetscFunctionReturn(0);
+}
+
+const char* RejectionWatch::advice() const {
+  if (no_memory_) return "raise the memory limit, use more ranks, or an iterative solver (-condensed_pc_type bicc; -ksp_type gmres -pc_type bjacobi)";
+  // a fault that has a name says itself what to do
+  if (last_reason_ == DOMAIN_ERROR && last_ != REJECTION_REASONS[DOMAIN_ERROR].sentence) return "";
+  return REJECTION_REASONS[last_reason_].advice;
+}
+
+void RejectionWatch::save(Facts* facts) const {
+  for (std::size_t k = 0; k < counts_.size(); ++k) facts->whole[std::string("rejected_") + REJECTION_REASONS[k].key] = counts_[k];
+}
+
+void RejectionWatch::restore(const Facts& facts) {
+  for (std::size_t k = 0; k < counts_.size(); ++k) {
+    const auto at = facts.whole.find(std::string("rejected_") + REJECTION_REASONS[k].key);
+    counts_[k] = at == facts.whole.end() ? 0 : at->second;
+  }
+}
+
+}  // namespace bs

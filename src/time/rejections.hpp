@@ -1,0 +1,64 @@
+// Attempts at a step that were rejected: counted by reason, and an end to them.
+#pragma once
+#include <petscts.h>
+#include <cstdint>
+#include <string>
+#include "checkpoint/facts.hpp"
+#include "output/rejection_reasons.hpp"
+#include "solvers/linear_check.hpp"
+#include "systems/model.hpp"
+#include "time/stepping/attempts.hpp"
+
+namespace bs {
+
+/// "2 line search, 1 error estimate"; empty if there are none.
+std::string in_words(const RejectionCounts& counts);
+
+class RejectionWatch {
+ public:
+  explicit RejectionWatch(Model& model) : model_(model) {}
+  /// Hooks into `ts`. A step is given up when an attempt shorter than `step_min` [s] would follow, or after `most`
+  /// rejections on end.
+  PetscErrorCode attach(TS ts, double step_min, std::int64_t most);
+  /// Collective. Once the solvers are set up: linear solves are judged by their residuals, where the model is linear.
+  PetscErrorCode attach_solvers(TS ts, const TSContext& context) { return linear_.attach(ts, context); }
+  /// Before a step of length h from time t [s]; `again`: one that TS gave back after a rejected attempt.
+  void begin_step(double t, double h, bool again) { attempts_.begin(t, h, again); }
+  /// Collective. After TS gave a step back: the length of the next attempt, `cut` times the last one where TS has not
+  /// shortened it; false: the step is given up.
+  PetscErrorCode try_again(TS ts, double cut, bool* more);
+  /// Collective. Before a stage is solved for: was the attempt before this one rejected, and is it enough?
+  PetscErrorCode before_stage(TS ts);
+  /// Collective. After a step, good or not: counts what is left.
+  PetscErrorCode end_step(TS ts);
+  /// Since the run began; `restore` sets them.
+  const RejectionCounts& counts() const { return counts_; }
+  void save(Facts* facts) const;
+  void restore(const Facts& facts);
+  std::int64_t in_a_row() const { return attempts_.in_a_row(); }
+  bool gave_up() const { return gave_up_; }
+  /// Why the last attempt was rejected, in words.
+  const std::string& last() const { return last_; }
+  /// What to try against it.
+  const char* advice() const;
+  /// Length of the last attempt that was rejected [s].
+  double last_attempt() const { return attempts_.last_rejected(); }
+
+ private:
+  static PetscErrorCode check(TSAdapt adapt, TS ts, PetscReal time, Vec y, PetscBool* accept);
+  PetscErrorCode look(TS ts);
+  bool enough(double next) const { return no_memory_ || attempts_.spent(next); }
+  PetscErrorCode name_failure(TS ts);
+  PetscErrorCode name_reason(TS ts, bool solve_failed);
+
+  Model& model_;
+  LinearCheck linear_;
+  Attempts attempts_;
+  PetscInt rejected_ = 0, failures_ = 0;      ///< of the TS, looked at so far
+  bool gave_up_ = false, no_memory_ = false;  ///< no_memory_: a shorter step would need as much
+  RejectionCounts counts_{};
+  std::string last_;
+  Rejection last_reason_ = NEWTON;
+};
+
+}  // namespace bs

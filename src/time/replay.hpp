@@ -1,0 +1,35 @@
+// Steps of a TS whose outcome is known: they fill its memory of earlier steps.
+#pragma once
+#include <petscts.h>
+#include <vector>
+#include "base/handle.hpp"
+
+namespace bs {
+
+using SNESHandle = Handle<SNES, SNESDestroy>;
+
+class Replay {
+ public:
+  /// Collective. Keeps the state of `ts` and puts a solver in place of its own that takes answers from a list.
+  PetscErrorCode begin(TS ts);
+  /// The state `ts` had.
+  Vec present() const { return present_; }
+  /// Collective. The step of length h from (time, y) to `end`; `half`: what its starting procedure finds first, or null.
+  PetscErrorCode step(double time, double h, Vec y, Vec half, Vec end);
+  /// Collective. One of alpha, started afresh, whose rate dy/dt afterwards is `rate`: y + scale*rate is its end.
+  PetscErrorCode step_to_rate(double time, double h, Vec y, double scale, Vec rate);
+  /// Collective. Everything as it was, but for the memory.
+  PetscErrorCode end(double time, double h);
+
+ private:
+  static PetscErrorCode answer(SNES snes, Vec x);
+  PetscErrorCode take(double time, double h, Vec y);
+  TS ts_ = nullptr;
+  SNESHandle own_, knowing_;
+  VecHandle present_, end_, residual_;
+  std::vector<Vec> answers_;  ///< in the order they are asked for; null: the guess itself
+  std::size_t asked_ = 0;
+  PetscInt steps_ = 0;
+};
+
+}  // namespace bs

@@ -1,0 +1,136 @@
+#include "time/starter.hpp"
+#include <petsc/private/snesimpl.h>
+#include <petsc/private/tsimpl.h>
+
+namespace bs {
+
+PetscErrorCode Starter::begin(TS ts, PetscInt order) {
+  SNES snes;
+  KSP ksp;
+  DM dm;
+  Vec y;
+  PetscFunctionBegin;
+  ts_ = ts;
+  columns_ = static_cast<int>(order) - 1;
+  PetscCall(TSGetSNES(ts, &snes));
+  PetscCall(PetscObjectReference(reinterpret_cast<PetscObject>(snes)));
+  *own_.out() = snes;
+  PetscCall(SNESCreate(PetscObjectComm(reinterpret_cast<PetscObject>(ts)), starting_.out()));
+  PetscCall(SNESSetType(starting_, SNESSHELL));
+  PetscCall(SNESShellSetContext(starting_, this));
+  PetscCall(SNESShellSetSolve(starting_, solve));
+  PetscCall(TSGetDM(ts, &dm));
+  PetscCall(SNESSetDM(starting_, dm));
+  PetscCall(SNESGetKSP(snes, &ksp));  // who asks for the linear solver of `ts` gets the one that works
+  PetscCall(SNESSetKSP(starting_, ksp));
+  PetscCall(TSGetSolution(ts, &y));
+  for (VecHandle* vec : {&before_, &rate_, &sum_}) PetscCall(VecDuplicate(y, vec->out()));
+  PetscCall(TSSetSNES(ts, starting_));
+  PetscFunctionReturn(0);
+}
+
+PetscErrorCode Starter::end() {
+  PetscFunctionBegin;
+  PetscCall(TSSetSNES(ts_, own_));
+  *this = Starter();
+  PetscFunctionReturn(0);
+}
+
+PetscErrorCode Starter::slope(Vec x) {
+  PetscFunctionBegin;
+  PetscCall(VecWAXPY(rate_, -1, before_, x));
+  PetscCall(VecScale(rate_, 1 / part_));
+  PetscFunctionReturn(0);
+}
+
+// F(t, x, (x - x_0)/part)
+PetscErrorCode Starter::residual(SNES, Vec x, Vec F, void* self) {
+  Starter* starter = static_cast<Starter*>(self);
+  PetscFunctionBegin;
+  PetscCall(starter->slope(x));
+  PetscCall(TSComputeIFunction(starter->ts_, starter->time_, x, starter->rate_, F, PETSC_FALSE));
+  PetscFunctionReturn(0);
+}
+
+PetscErrorCode Starter::jacobian(SNES, Vec x, Mat A, Mat P, void* self) {
+  Starter* starter = static_cast<Starter*>(self);
+  PetscFunctionBegin;
+  PetscCall(starter->slope(x));
+  PetscCall(TSComputeIJacobian(starter->ts_, starter->time_, x, starter->rate_, 1 / starter->part_, A, P, PETSC_FALSE));
+  PetscFunctionReturn(0);
+}
+
+/// Backward Euler from before_ to x at time_, both of this part.
+PetscErrorCode Starter::take_part(Vec x, bool* good) {
+  SNESConvergedReason reason;
+  PetscInt newton, krylov;
+  PetscBool accepted = PETSC_TRUE;
+  PetscFunctionBegin;
+  PetscCall(VecCopy(before_, x));
+  PetscCall(SNESSolve(own_, nullptr, x));
+  PetscCall(SNESGetConvergedReason(own_, &reason));
+  PetscCall(SNESGetIterationNumber(own_, &newton));
+  PetscCall(SNESGetLinearSolveIterations(own_, &krylov));
+  newton_ += newton;
+  krylov_ += krylov;
+  if (reason > 0 && ts_->adapt->checkstage) PetscCall(ts_->adapt->checkstage(ts_->adapt, ts_, time_, x, &accepted));
+  *good = reason > 0 && accepted;
+  PetscCall(SNESSetConvergedReason(starting_, *good || reason < 0 ? reason : SNES_DIVERGED_LINEAR_SOLVE));
+  PetscFunctionReturn(0);
+}
+
+/// T_j for j = count.
+PetscErrorCode Starter::take_parts(Vec x, int count, bool* good) {
+  PetscReal start;
+  Vec y;
+  PetscFunctionBegin;
+  PetscCall(TSGetTime(ts_, &start));
+  PetscCall(TSGetSolution(ts_, &y));
+  part_ = (goal_ - start) / count;
+  PetscCall(VecCopy(y, before_));
+  for (int k = 1; k <= count; ++k) {
+    time_ = k == count ? goal_ : start + k * part_;
+    PetscCall(take_part(x, good));
+    if (!*good) break;
+    PetscCall(VecCopy(x, before_));
+  }
+  PetscFunctionReturn(0);
+}
+
+PetscErrorCode Starter::extrapolate(Vec x, bool* good) {
+  PetscFunctionBegin;
+  PetscCall(VecZeroEntries(sum_));
+  for (int j = 1; j <= columns_; ++j) {
+    double weight = 1;
+    for (int i = 1; i <= columns_; ++i)
+      if (i != j) weight *= static_cast<double>(j) / (j - i);
+    PetscCall(take_parts(x, j, good));
+    if (!*good) PetscFunctionReturn(0);
+    PetscCall(VecAXPY(sum_, weight, x));
+  }
+  PetscCall(VecCopy(sum_, x));
+  PetscFunctionReturn(0);
+}
+
+PetscErrorCode Starter::solve(SNES snes, Vec x) {
+  void* context = nullptr;
+  bool good = false;
+  PetscErrorCode (*jacobian_of)(SNES, Vec, Mat, Mat, void*) = nullptr;
+  PetscFunctionBegin;
+  PetscCall(SNESShellGetContext(snes, &context));
+  Starter* self = static_cast<Starter*>(context);
+  self->newton_ = self->krylov_ = 0;
+  PetscCall(SNESGetJacobian(self->own_, nullptr, nullptr, &jacobian_of, nullptr));
+  const bool ours = jacobian_of == SNESTSFormJacobian;  // not where differences stand in for it
+  PetscCall(SNESSetFunction(self->own_, nullptr, residual, self));
+  if (ours) PetscCall(SNESSetJacobian(self->own_, nullptr, nullptr, jacobian, self));
+  PetscCall(self->extrapolate(x, &good));
+  PetscCall(SNESSetFunction(self->own_, nullptr, SNESTSFormFunction, self->ts_));
+  if (ours) PetscCall(SNESSetJacobian(self->own_, nullptr, nullptr, SNESTSFormJacobian, self->ts_));
+  // what TS adds to its counts
+  snes->iter = self->newton_;
+  snes->linear_its = self->krylov_;
+  PetscFunctionReturn(0);
+}
+
+}  // namespace bs

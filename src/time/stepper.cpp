@@ -1,0 +1,132 @@
+// The hooks of TS, and what happens before a step; stepper_accept.cpp: after it.
+#include "time/stepper.hpp"
+#include "base/fault.hpp"
+#include "time/ts_queries.hpp"
+
+namespace bs {
+
+Stepper::Stepper(Model& model, TSContext& context, const StepOptions& options, OnStep on_step, OnFrame on_frame, OnSave on_save)
+    : model_(model),
+      context_(context),
+      options_(options),
+      on_step_(std::move(on_step)),
+      on_frame_(std::move(on_frame)),
+      on_save_(std::move(on_save)),
+      rejections_(model) {}
+
+PetscErrorCode Stepper::attach(TS ts) {
+  TSAdapt adapt;
+  bool adaptive = false;
+  PetscReal start, end, nominal;
+  PetscFunctionBegin;
+  PetscCall(TSSetApplicationContext(ts, this));
+  PetscCall(TSSetPreStep(ts, pre_step));
+  PetscCall(TSSetPostStep(ts, post_step));
+  PetscCall(TSSetPreStage(ts, pre_stage));
+  PetscCall(TSSetPostStage(ts, post_stage));
+  PetscCall(rejections_.attach(ts, options_.length.least, options_.max_cuts));
+  PetscCall(history_.attach(ts));
+  context_.predictor.set_history(&history_);
+  PetscCall(TSGetAdapt(ts, &adapt));
+  PetscCall(TSAdaptSetScaleSolveFailed(adapt, options_.length.cut));
+  PetscCall(is_adaptive(ts, &adaptive));
+  alpha_ = context_.method->remembers(Memory::alpha);
+  PetscCall(TSGetTime(ts, &start));
+  PetscCall(TSGetMaxTime(ts, &end));
+  PetscCall(TSGetTimeStep(ts, &nominal));
+  clock_ = OutputClock(start, end, options_.output_interval);
+  length_ = StepLength(options_.length, nominal, adaptive, adaptive && context_.method->remembers(Memory::theta));
+  schedule_ = WallSchedule(options_.save_minutes, MPI_Wtime());
+  good_time_ = start;
+  PetscCall(tell_lost_steps(start, length_.first_attempt()));
+  PetscFunctionReturn(0);
+}
+
+PetscErrorCode Stepper::attach_solvers(TS ts) {
+  PetscFunctionBegin;
+  PetscCall(reuse_.attach(ts, context_));
+  PetscCall(rejections_.attach_solvers(ts, context_));
+  PetscFunctionReturn(0);
+}
+
+PetscErrorCode Stepper::pre_step(TS ts) {
+  void* context = nullptr;
+  PetscFunctionBegin;
+  PetscCall(TSGetApplicationContext(ts, &context));
+  PetscCall(static_cast<Stepper*>(context)->begin_step(ts));
+  PetscFunctionReturn(0);
+}
+
+PetscErrorCode Stepper::post_step(TS ts) {
+  void* context = nullptr;
+  PetscFunctionBegin;
+  PetscCall(TSGetApplicationContext(ts, &context));
+  PetscCall(static_cast<Stepper*>(context)->accept_step(ts));
+  PetscFunctionReturn(0);
+}
+
+PetscErrorCode Stepper::pre_stage(TS ts, PetscReal time) {
+  void* context = nullptr;
+  PetscFunctionBegin;
+  PetscCall(TSGetApplicationContext(ts, &context));
+  Stepper* self = static_cast<Stepper*>(context);
+  if (!self->history_.replaying()) PetscCall(self->rejections_.before_stage(ts));
+  PetscCall(self->context_.rosenbrock.before_stage(ts));
+  self->history_.before_stage(time);
+  PetscFunctionReturn(0);
+}
+
+PetscErrorCode Stepper::post_stage(TS ts, PetscReal time, PetscInt index, Vec* stages) {
+  void* context = nullptr;
+  PetscFunctionBegin;
+  PetscCall(TSGetApplicationContext(ts, &context));
+  PetscCall(static_cast<Stepper*>(context)->history_.see_stage(ts, time, stages[index]));
+  PetscFunctionReturn(0);
+}
+
+PetscErrorCode Stepper::begin_step(TS ts) {
+  PetscReal time;
+  PetscInt step;
+  PetscFunctionBegin;
+  PetscCall(plan_length(ts));
+  PetscCall(TSGetTime(ts, &time));
+  rejections_.begin_step(time, length_.planned(), repeated_);
+  repeated_ = false;
+  PetscCall(take_over_cuts(ts));
+  // below the rounding errors of the residual no iteration can get
+  if (context_.implicit) PetscCall(context_.newton.estimate_floor(1.0 / length_.planned()));
+  PetscCall(TSGetStepNumber(ts, &step));
+  PetscCall(reuse_.before_step(ts, step, length_.planned()));
+  PetscCall(history_.begin_step(ts));
+  PetscFunctionReturn(0);
+}
+
+PetscErrorCode Stepper::plan_length(TS ts) {
+  PetscReal time, proposed;
+  PetscFunctionBegin;
+  PetscCall(TSGetTime(ts, &time));
+  PetscCall(TSGetTimeStep(ts, &proposed));
+  length_.plan(time, clock_.next(time), proposed, history_.steps() == 0);
+  if (length_.shortened()) counter_.add_shortened();
+  PetscCall(TSSetTimeStep(ts, length_.planned()));
+  PetscFunctionReturn(0);
+}
+
+/// PETSc's alpha forgets the cut where its starting procedure fails: that step comes back after every rejection.
+PetscErrorCode Stepper::take_over_cuts(TS ts) {
+  PetscFunctionBegin;
+  const bool ours = alpha_ && history_.steps() == 0;
+  if (ours != cuts_are_ours_) PetscCall(TSSetMaxStepRejections(ts, ours ? 0 : -1));
+  cuts_are_ours_ = ours;
+  PetscFunctionReturn(0);
+}
+
+/// Collective. Told (exit 2) where the run cannot go on from time t by a step of h.
+PetscErrorCode Stepper::tell_lost_steps(double t, double h) const {
+  PetscFunctionBegin;
+  const std::string fault = lost_in_rounding(t, h, clock_.interval(), time_resolution(t));
+  if (!fault.empty()) PetscCall(tell(model_.comm(), Exit::input, fault));
+  PetscFunctionReturn(0);
+}
+
+}  // namespace bs

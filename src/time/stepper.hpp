@@ -1,0 +1,115 @@
+// Drives the steps of one TSSolve: output times hit exactly, the nominal step restored after a shortened or rejected one,
+// every step checked before it counts. What each step needs to know is kept by the parts in stepping/.
+#pragma once
+#include <petscts.h>
+#include <functional>
+#include <string>
+#include "output/step_record.hpp"
+#include "systems/model.hpp"
+#include "time/history.hpp"
+#include "time/linear_reuse.hpp"
+#include "time/rejections.hpp"
+#include "time/stepping/output_clock.hpp"
+#include "time/stepping/step_counts.hpp"
+#include "time/stepping/step_length.hpp"
+#include "time/stepping/wall_schedule.hpp"
+#include "time/ts_setup.hpp"
+
+namespace bs {
+
+struct StepOptions {
+  StepRules length;
+  double output_interval = 0;   ///< -bs_output_interval [s]; 0: no output times but the end
+  bool every_step = false;      ///< a frame after every step
+  std::int64_t max_cuts = 10;   ///< -bs_step_max_cuts: rejections of one step that are borne
+  std::int64_t save_every = 0;  ///< -bs_checkpoint_every: steps between checkpoints; 0: not by steps
+  double save_minutes = 0;      ///< -bs_checkpoint_minutes: wall-clock time between them; 0: not by the clock
+};
+
+/// Callbacks: on_step after every good step, on_frame when an output time is reached, on_save, last of all, when a checkpoint
+/// is due.
+class Stepper {
+ public:
+  using OnStep = std::function<PetscErrorCode(const StepRecord&)>;
+  using OnFrame = std::function<PetscErrorCode(PetscInt step, double time, Vec)>;
+  using OnSave = std::function<PetscErrorCode()>;
+  Stepper(Model& model, TSContext& context, const StepOptions& options, OnStep on_step, OnFrame on_frame, OnSave on_save);
+  /// Hooks into `ts`, whose type, step and final time are set.
+  PetscErrorCode attach(TS ts);
+  /// Collective. Once the solvers are set up.
+  PetscErrorCode attach_solvers(TS ts);
+  /// What a checkpoint of the last good state holds of the stepping.
+  void save(Facts* facts, std::vector<NamedState>* states) const;
+  /// Collective. After attach_solvers: `ts` goes on where `file` was written. `told` receives what is not as it was.
+  PetscErrorCode restore(TS ts, const CheckpointFile& file, std::vector<std::string>* told);
+  const RunCounts& counts() const { return counter_.counts(); }
+  double start() const { return clock_.start(); }
+  const RejectionWatch& rejections() const { return rejections_; }
+  /// Last time whose state is good, and whether its frame is written.
+  double good_time() const { return good_time_; }
+  bool framed() const { return framed_; }
+  void set_framed(bool framed) { framed_ = framed; }
+  /// Why the run ended early (empty: it did not).
+  const std::string& trouble() const { return trouble_; }
+  /// Why no step can follow a good one (empty: one can).
+  const std::string& ending() const { return ending_; }
+  int signal() const { return now_.signal; }
+  /// Whether the log of steps has waited long enough (ten seconds); the same on every rank.
+  bool log_due() const { return now_.log_due; }
+  /// Collective. No solver goes on with what it kept from earlier steps: after a checkpoint, so that the run and its
+  /// continuation do the same.
+  PetscErrorCode renew_solver(TS ts) const;
+
+ private:
+  /// What all ranks know of a step once it is done.
+  struct Verdict {
+    bool finite = true;                      ///< its state
+    int signal = 0;                          ///< that ends the run; 0: none
+    bool save_due = false, log_due = false;  ///< by the wall clock, or a signal that asks for a checkpoint
+  };
+  static PetscErrorCode pre_step(TS ts);
+  static PetscErrorCode post_step(TS ts);
+  static PetscErrorCode pre_stage(TS ts, PetscReal time);
+  static PetscErrorCode post_stage(TS ts, PetscReal time, PetscInt index, Vec* stages);
+  PetscErrorCode begin_step(TS ts);
+  PetscErrorCode plan_length(TS ts);
+  PetscErrorCode take_over_cuts(TS ts);
+  PetscErrorCode accept_step(TS ts);
+  PetscErrorCode repeat_start(TS ts, bool* again);
+  PetscErrorCode count_step(TS ts, StepRecord* record);
+  PetscErrorCode is_good(TS ts, bool* good);
+  PetscErrorCode agree_on_verdict(TS ts);
+  PetscErrorCode keep_step(TS ts, StepRecord* record, bool* landed);
+  PetscErrorCode write_frame_if_due(TS ts, const StepRecord& record, bool landed);
+  PetscErrorCode decide_what_follows(TS ts, double time, bool finished);
+  PetscErrorCode save_if_due(std::int64_t step, bool finished);
+  PetscErrorCode tell_lost_steps(double t, double h) const;
+  PetscErrorCode krylov_iterations(TS ts, PetscInt* count) const;
+  PetscErrorCode require_facts(const CheckpointFile& file) const;
+  PetscErrorCode restore_method(TS ts, const CheckpointFile& file, std::vector<std::string>* told);
+
+  Model& model_;
+  TSContext& context_;
+  StepOptions options_;
+  OnStep on_step_;
+  OnFrame on_frame_;
+  OnSave on_save_;
+
+  OutputClock clock_;
+  StepLength length_;
+  StepCounter counter_;
+  WallSchedule schedule_;
+  RejectionWatch rejections_;
+  History history_;
+  LinearReuse reuse_;
+
+  bool alpha_ = false;          ///< the type is alpha, which forgets the cut where its starting procedure fails
+  bool cuts_are_ours_ = false;  ///< the present step is that procedure: the stepper cuts and repeats it
+  bool repeated_ = false;       ///< the next step is the last one again
+  double good_time_ = 0;
+  bool framed_ = true;
+  Verdict now_;
+  std::string trouble_, ending_;
+};
+
+}  // namespace bs

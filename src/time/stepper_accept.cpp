@@ -1,0 +1,165 @@
+// After a step: whether it is good, what is kept of it, and what follows.
+#include <cmath>
+#include "solvers/condensed/condensed.hpp"
+#include "tasks/signals.hpp"
+#include "time/stepper.hpp"
+#include "time/ts_queries.hpp"
+
+namespace bs {
+
+PetscErrorCode Stepper::accept_step(TS ts) {
+  StepRecord record;
+  bool again = false, good = false, landed = false;
+  PetscFunctionBegin;
+  PetscCall(repeat_start(ts, &again));
+  if (again) PetscFunctionReturn(0);
+  PetscCall(count_step(ts, &record));
+  PetscCall(is_good(ts, &good));
+  if (!good) PetscFunctionReturn(0);
+  PetscCall(keep_step(ts, &record, &landed));
+  const bool finished = landed && clock_.is_end(record.time);
+  PetscCall(on_step_(record));
+  PetscCall(write_frame_if_due(ts, record, landed));
+  if (landed) clock_.pass();
+  PetscCall(decide_what_follows(ts, record.time, finished));
+  PetscCall(save_if_due(record.step, finished));
+  PetscFunctionReturn(0);
+}
+
+PetscErrorCode Stepper::repeat_start(TS ts, bool* again) {
+  TSConvergedReason reason;
+  PetscFunctionBegin;
+  *again = false;
+  PetscCall(TSGetConvergedReason(ts, &reason));
+  if (!cuts_are_ours_ || reason != TS_DIVERGED_STEP_REJECTED) PetscFunctionReturn(0);
+  PetscCall(rejections_.try_again(ts, options_.length.cut, again));
+  repeated_ = *again;
+  if (*again) PetscCall(TSSetConvergedReason(ts, TS_CONVERGED_ITERATING));
+  PetscFunctionReturn(0);
+}
+
+/// Iterations and rejections of the step, good or not.
+PetscErrorCode Stepper::count_step(TS ts, StepRecord* record) {
+  PetscInt newton, krylov;
+  PetscFunctionBegin;
+  PetscCall(TSGetSNESIterations(ts, &newton));
+  PetscCall(krylov_iterations(ts, &krylov));
+  PetscCall(rejections_.end_step(ts));
+  counter_.count(newton, krylov, rejections_.counts(), record);
+  PetscFunctionReturn(0);
+}
+
+/// Iterations on the linear systems; of a condensed solve those inside it.
+PetscErrorCode Stepper::krylov_iterations(TS ts, PetscInt* count) const {
+  PC pc;
+  CondensedCounts inner;
+  bool condensed = false;
+  PetscFunctionBegin;
+  PetscCall(TSGetKSPIterations(ts, count));
+  if (!context_.implicit) PetscFunctionReturn(0);
+  PetscCall(linear_solver_of(ts, nullptr, &pc));
+  PetscCall(condensed_counts(pc, &condensed, &inner));
+  if (condensed) *count = inner.iterations;
+  PetscFunctionReturn(0);
+}
+
+/// Whether TS has made the step, to a state that is finite everywhere; if it is not, the last good state comes back.
+PetscErrorCode Stepper::is_good(TS ts, bool* good) {
+  TSConvergedReason reason;
+  Vec y;
+  PetscFunctionBegin;
+  *good = false;
+  PetscCall(TSGetConvergedReason(ts, &reason));
+  if (reason < 0) PetscFunctionReturn(0);
+  PetscCall(agree_on_verdict(ts));
+  *good = now_.finite;
+  if (now_.finite) PetscFunctionReturn(0);
+  // a type that cannot cut its step has overwritten it
+  PetscCall(TSGetSolution(ts, &y));
+  PetscCall(VecCopy(history_.last_start(), y));
+  trouble_ = "the state overflowed";
+  PetscCall(TSSetConvergedReason(ts, TS_DIVERGED_STEP_REJECTED));
+  PetscFunctionReturn(0);
+}
+
+/// One reduction a step: is the state finite everywhere, and has a signal come, is a checkpoint due, or the log?
+PetscErrorCode Stepper::agree_on_verdict(TS ts) {
+  Vec y;
+  const PetscScalar* ay = nullptr;
+  PetscInt n = 0;
+  PetscFunctionBegin;
+  PetscCall(TSGetSolution(ts, &y));
+  PetscCall(VecGetLocalSize(y, &n));
+  PetscCall(VecGetArrayRead(y, &ay));
+  // a sum is finite only if its terms are: no branch in the loop
+  double sum = 0;
+  for (PetscInt i = 0; i < n; ++i) sum += 0.0 * ay[i];
+  PetscCall(VecRestoreArrayRead(y, &ay));
+  const bool late = schedule_.save_due(MPI_Wtime()), asked = late || take_checkpoint_signal();
+  int flags[4] = {std::isfinite(sum) ? 0 : 1, ending_signal(), asked ? 1 : 0, schedule_.log_due(MPI_Wtime()) ? 1 : 0};
+  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, flags, 4, MPI_INT, MPI_MAX, model_.comm()));
+  now_ = {flags[0] == 0, flags[1], flags[2] != 0, flags[3] != 0};
+  if (now_.log_due) schedule_.logged(MPI_Wtime());
+  PetscFunctionReturn(0);
+}
+
+/// The step counts from here on; its time, where it has landed, is the output time itself. TS gets the length of the next one.
+PetscErrorCode Stepper::keep_step(TS ts, StepRecord* record, bool* landed) {
+  PetscInt steps;
+  PetscReal time, before, proposed;
+  Vec y;
+  PetscFunctionBegin;
+  PetscCall(TSGetStepNumber(ts, &steps));
+  PetscCall(TSGetTime(ts, &time));
+  PetscCall(TSGetPrevTime(ts, &before));
+  PetscCall(TSGetTimeStep(ts, &proposed));
+  const double taken = time - before;
+  *landed = length_.has_landed(time);
+  if (*landed) {
+    time = length_.target();
+    PetscCall(TSSetTime(ts, time));
+  }
+  length_.follow(taken, *landed, record->rejected > 0, proposed);
+  PetscCall(TSSetTimeStep(ts, length_.next()));
+  counter_.set_steps(steps);
+  record->step = steps;
+  record->time = good_time_ = time;
+  record->dt = length_.recorded(taken);
+  framed_ = false;
+  PetscCall(TSGetSolution(ts, &y));
+  PetscCall(history_.end_step(ts, y));
+  PetscCall(model_.accept(time, y));
+  PetscFunctionReturn(0);
+}
+
+PetscErrorCode Stepper::write_frame_if_due(TS ts, const StepRecord& record, bool landed) {
+  Vec y;
+  PetscFunctionBegin;
+  if (!landed && !options_.every_step) PetscFunctionReturn(0);
+  PetscCall(TSGetSolution(ts, &y));
+  PetscCall(on_frame_(static_cast<PetscInt>(record.step), record.time, y));
+  framed_ = true;
+  PetscFunctionReturn(0);
+}
+
+/// Whether TSSolve goes on.
+PetscErrorCode Stepper::decide_what_follows(TS ts, double time, bool finished) {
+  PetscFunctionBegin;
+  ending_ = finished ? "" : lost_in_rounding(time, length_.next(), clock_.interval(), time_rounding(time));
+  if (finished) PetscCall(TSSetConvergedReason(ts, TS_CONVERGED_TIME));
+  else if (!ending_.empty()) PetscCall(TSSetConvergedReason(ts, TS_DIVERGED_STEP_REJECTED));
+  else if (now_.signal) PetscCall(TSSetConvergedReason(ts, TS_CONVERGED_USER));
+  PetscFunctionReturn(0);
+}
+
+/// A checkpoint by the count of steps, the wall clock or a signal; the end, and a signal that ends the run, have one of their own.
+PetscErrorCode Stepper::save_if_due(std::int64_t step, bool finished) {
+  PetscFunctionBegin;
+  const bool by_count = options_.save_every > 0 && step % options_.save_every == 0;
+  if (!(by_count || now_.save_due) || finished || now_.signal) PetscFunctionReturn(0);
+  PetscCall(on_save_());
+  schedule_.saved(MPI_Wtime());
+  PetscFunctionReturn(0);
+}
+
+}  // namespace bs

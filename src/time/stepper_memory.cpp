@@ -1,0 +1,86 @@
+// What stepping remembers from step to step, into a checkpoint and out of it.
+#include <cmath>
+#include "base/fault.hpp"
+#include "solvers/condensed/condensed.hpp"
+#include "solvers/solver_setup.hpp"
+#include "time/stepper.hpp"
+#include "time/ts_queries.hpp"
+
+namespace bs {
+
+void Stepper::save(Facts* facts, std::vector<NamedState>* states) const {
+  facts->real["time"] = good_time_;
+  clock_.save(facts);
+  length_.save(facts);
+  counter_.save(facts);
+  rejections_.save(facts);
+  history_.save(facts, states);
+}
+
+/// Told (exit 2) where a fact is missing that no run can go on without.
+PetscErrorCode Stepper::require_facts(const CheckpointFile& file) const {
+  PetscFunctionBegin;
+  const Facts& run = file.run();
+  const auto require = [&](bool there, const char* name) {
+    return there ? 0 : tell(model_.comm(), Exit::input, file.name() + ": damaged: it does not say its " + name + ": start anew");
+  };
+  for (const char* name : {"time", "start", "nominal_step", "next_step", "first_step"})
+    PetscCall(require(run.real.count(name) && std::isfinite(run.real.at(name)), name));
+  for (const char* name : {"step", "rejected", "newton", "krylov", "shortened", "good_in_a_row"}) PetscCall(require(run.whole.count(name), name));
+  PetscFunctionReturn(0);
+}
+
+/// What the method remembers of its last steps; a solver that is shown their answers counts iterations which are no step's.
+PetscErrorCode Stepper::restore_method(TS ts, const CheckpointFile& file, std::vector<std::string>* told) {
+  TSType type;
+  std::string forgotten;
+  PetscFunctionBegin;
+  const Facts& run = file.run();
+  PetscCall(TSGetType(ts, &type));
+  const auto was = run.text.find("ts_type");
+  if (was == run.text.end() || was->second != type)
+    told->push_back(format("the method is %s; it was %s: it starts afresh", type, was == run.text.end() ? "?" : was->second.c_str()));
+  else PetscCall(history_.restore(ts, model_, file, &forgotten));
+  if (!forgotten.empty()) told->push_back(format("%s starts afresh: ", type) + forgotten);
+  PetscFunctionReturn(0);
+}
+
+PetscErrorCode Stepper::restore(TS ts, const CheckpointFile& file, std::vector<std::string>* told) {
+  Vec y;
+  PetscInt newton, krylov;
+  PetscFunctionBegin;
+  const Facts& run = file.run();
+  PetscCall(require_facts(file));
+  // a direct solver chooses its pivots' order at the first matrix it meets: it must be the one it met when the run began, or
+  // the numbers differ in their last digits
+  if (context_.implicit && run.real.at("first_step") > 0) PetscCall(factor_first_matrix(ts, context_, run.real.at("first_step")));
+  PetscCall(TSGetSolution(ts, &y));
+  PetscCall(file.read(model_, "/state", y));
+  PetscCall(file.read_memory(model_));
+  good_time_ = run.real.at("time");
+  clock_.restore(run, good_time_);
+  const std::string changed = length_.restore(run);
+  if (!changed.empty()) told->push_back(changed);
+  PetscCall(tell_lost_steps(good_time_, length_.nominal()));
+  PetscCall(TSSetTime(ts, good_time_));
+  PetscCall(TSSetTimeStep(ts, length_.next()));
+  PetscCall(TSSetStepNumber(ts, static_cast<PetscInt>(run.whole.at("step"))));
+  PetscCall(restore_method(ts, file, told));
+  PetscCall(TSGetSNESIterations(ts, &newton));
+  PetscCall(krylov_iterations(ts, &krylov));
+  rejections_.restore(run);
+  counter_.restore(run, newton, krylov, rejections_.counts());
+  PetscCall(renew_solver(ts));
+  PetscFunctionReturn(0);
+}
+
+PetscErrorCode Stepper::renew_solver(TS ts) const {
+  PC pc;
+  PetscFunctionBegin;
+  if (!context_.implicit) PetscFunctionReturn(0);
+  PetscCall(linear_solver_of(ts, nullptr, &pc));
+  PetscCall(condensed_renew(pc));
+  PetscFunctionReturn(0);
+}
+
+}  // namespace bs

@@ -1,0 +1,14 @@
+#include "time/stepping/rounding.hpp"
+#include "base/format.hpp"
+
+namespace bs {
+
+std::string lost_in_rounding(double t, double h, double interval, double least) {
+  if (h >= least && (interval <= 0 || interval >= least)) return {};
+  const bool step = h < least;
+  return format("%s %g s is lost in the rounding of t = %.10g s, beside which %g s is the least that counts: ",
+                step ? "a step of" : "option -bs_output_interval:", step ? h : interval, t, least) +
+         "let the clock start at 0 (-ts_init_time), or give a larger one";
+}
+
+}  // namespace bs

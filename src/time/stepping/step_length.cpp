@@ -1,0 +1,70 @@
+#include "time/stepping/step_length.hpp"
+#include <algorithm>
+#include <cmath>
+#include "base/format.hpp"
+#include "time/stepping/rounding.hpp"
+
+namespace bs {
+namespace {
+
+constexpr double SAME = SAME_STEP;
+constexpr double BLIND = 1e-3;  // length of a step without error estimate, of the nominal one
+
+}  // namespace
+
+double StepLength::start_length() const { return rules_.first > 0 ? rules_.first : BLIND * nominal_; }
+
+double StepLength::first_attempt() const { return blind_ || rules_.first > 0 ? std::min(start_length(), nominal_) : nominal_; }
+
+void StepLength::plan(double time, double target, double proposed, bool fresh) {
+  wanted_ = proposed;
+  // without an estimate a method starts where nothing can go wrong unseen
+  if (fresh && (blind_ || rules_.first > 0)) wanted_ = std::min(proposed, start_length());
+  else if (adaptive_) wanted_ = std::max(proposed, rules_.least);
+  target_ = target;
+  planned_ = wanted_;
+  const double rest = target - time, slack = time_rounding(target);
+  landing_ = wanted_ >= rest * (1 - SAME) - slack;
+  if (landing_ && wanted_ > rest * (1 + SAME) + slack) planned_ = rest;
+  // two middling steps rather than a full one and a sliver, where the step is free
+  else if (adaptive_ && !landing_ && wanted_ > 0.5 * rest * (1 + SAME)) planned_ = 0.5 * rest;
+  if (first_planned_ == 0) first_planned_ = planned_;
+}
+
+bool StepLength::shortened() const { return landing_ && planned_ < nominal_ * (1 - SAME) && !adaptive_ && wanted_ >= nominal_ * (1 - SAME); }
+
+bool StepLength::has_landed(double time) const { return landing_ && std::abs(time - target_) <= std::max(SAME * planned_, time_rounding(target_)); }
+
+double StepLength::recorded(double taken) const { return std::abs(taken - planned_) <= SAME * planned_ ? planned_ : taken; }
+
+void StepLength::follow(double taken, bool landed, bool rejected, double proposed) {
+  if (rejected) good_in_a_row_ = 0;
+  if (!adaptive_) next_ = grown_back(taken);
+  else next_ = landed && taken < wanted_ ? std::max(proposed, wanted_) : proposed;
+}
+
+double StepLength::grown_back(double taken) {
+  const double next = taken < planned_ * (1 - SAME) ? taken : wanted_;
+  if (next >= nominal_ * (1 - SAME)) return nominal_;
+  if (++good_in_a_row_ < rules_.grow_after) return next;
+  good_in_a_row_ = 0;
+  return std::min(nominal_, next / rules_.cut);
+}
+
+void StepLength::save(Facts* facts) const {
+  facts->real["nominal_step"] = nominal_;
+  facts->real["next_step"] = next_;
+  facts->real["first_step"] = first_planned_;
+  facts->whole["good_in_a_row"] = good_in_a_row_;
+}
+
+std::string StepLength::restore(const Facts& facts) {
+  const double was = facts.real.at("nominal_step");
+  first_planned_ = facts.real.at("first_step");
+  good_in_a_row_ = facts.whole.at("good_in_a_row");
+  const bool same = std::abs(was - nominal_) <= 1e-14 * nominal_;
+  next_ = same ? facts.real.at("next_step") : nominal_;
+  return same ? std::string() : format("the step is -ts_dt %g; it was %g", nominal_, was);
+}
+
+}  // namespace bs

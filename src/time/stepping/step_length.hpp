@@ -1,0 +1,60 @@
+// How long the next step is: the nominal length, shortened to land on an output time, cut after a rejection and grown back.
+#pragma once
+#include <cstdint>
+#include <string>
+#include "checkpoint/facts.hpp"
+
+namespace bs {
+
+struct StepRules {
+  double cut = 0.25;            ///< -bs_step_cut: factor on h after a failed solve
+  std::int64_t grow_after = 3;  ///< -bs_step_grow_after: good steps before h grows back
+  double least = 0;             ///< -bs_step_min [s]: no attempt below it; 0: only -bs_step_max_cuts ends them
+  double first = 0;             ///< -bs_step_first [s]; 0: chosen
+};
+
+/// One step is planned by plan(); the method may take less of it, after rejections; follow() then says what comes next.
+class StepLength {
+ public:
+  StepLength() = default;
+  /// `adaptive`: the method chooses its steps by an error estimate; `blind`: it has no estimate of its first step.
+  StepLength(const StepRules& rules, double nominal, bool adaptive, bool blind)
+      : rules_(rules), nominal_(nominal), wanted_(nominal), next_(nominal), adaptive_(adaptive), blind_(blind) {}
+  double nominal() const { return nominal_; }
+  double next() const { return next_; }
+  /// Of the very first attempt, but for output times [s].
+  double first_attempt() const;
+  /// The step from `time` to `target`, the next output time, at most. `proposed`: the method's own choice; `fresh`: the method
+  /// has no step behind it. One that would pass the target is shortened; one that would miss it by rounding is kept.
+  void plan(double time, double target, double proposed, bool fresh);
+  double planned() const { return planned_; }
+  double target() const { return target_; }
+  /// Whether the planned step of a constant length is shorter only to land.
+  bool shortened() const;
+  /// Whether the good step that ended at `time` has landed on the target, up to rounding.
+  bool has_landed(double time) const;
+  /// The length to be recorded for a step whose ends are `taken` apart: the planned one, but for rounding.
+  double recorded(double taken) const;
+  /// After a good step of length `taken`; `rejected`: attempts at it were; `proposed`: the method's choice for the next one. The
+  /// length from before a landing comes back; after cuts it grows by 1/cut every few good steps.
+  void follow(double taken, bool landed, bool rejected, double proposed);
+  void save(Facts* facts) const;
+  /// Returns what is not as it was, in words.
+  std::string restore(const Facts& facts);
+
+ private:
+  double start_length() const;
+  double grown_back(double taken);
+
+  StepRules rules_;
+  double nominal_ = 0;               ///< -ts_dt
+  double wanted_ = 0;                ///< of the present step, if no output time were in its way
+  double planned_ = 0, target_ = 0;  ///< the present step's length, and the output time ahead of it
+  double next_ = 0;                  ///< of the step after the last good one
+  double first_planned_ = 0;         ///< of the run's first step; 0: there was none yet
+  bool adaptive_ = false, blind_ = false;
+  bool landing_ = false;            ///< the present step ends at the target
+  std::int64_t good_in_a_row_ = 0;  ///< good steps since a rejection, or since the last growth
+};
+
+}  // namespace bs

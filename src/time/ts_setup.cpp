@@ -1,0 +1,185 @@
+#include "time/ts_setup.hpp"
+#include "base/fault.hpp"
+#include "solvers/condensed/condensed.hpp"
+#include "solvers/linear_defaults.hpp"
+#include "solvers/newton/search/searches.hpp"
+#include "solvers/pivots.hpp"
+#include "time/alpha2.hpp"
+#include "time/method_check.hpp"
+#include "time/stepping_check.hpp"
+#include "time/ts_queries.hpp"
+
+namespace bs {
+namespace {
+
+PetscErrorCode form_residual(TS ts, PetscReal t, Vec y, Vec ydot, Vec F, void* data) {
+  TSContext* context = static_cast<TSContext*>(data);
+  PetscFunctionBegin;
+  // where F does not depend on t, times before the run must not show (grk4t and its like look back)
+  if (context->rosenbrock.looks_back()) PetscCall(context->rosenbrock.limit_time(ts, &t));
+  context->newton.stage.residual_time = t;
+  PetscCall(context->model->residual(t, y, ydot, context->form, F));
+  if (context->rosenbrock.active()) PetscCall(context->rosenbrock.add_time_term(ts, F));
+  PetscFunctionReturn(0);
+}
+
+PetscErrorCode form_jacobian(TS ts, PetscReal t, Vec y, Vec ydot, PetscReal sigma, Mat A, Mat P, void* data) {
+  TSContext* context = static_cast<TSContext*>(data);
+  PetscFunctionBegin;
+  if (context->rosenbrock.active()) {  // all stages share the Jacobian of their step's start
+    PetscCall(TSGetTime(ts, &t));
+    PetscCall(TSGetSolution(ts, &y));
+  }
+  context->newton.stage.time = t;
+  context->newton.stage.sigma = sigma;
+  PetscCall(context->model->jacobian(t, y, ydot, sigma, context->form, P));
+  if (A != P) {
+    PetscCall(MatAssemblyBegin(A, MAT_FINAL_ASSEMBLY));
+    PetscCall(MatAssemblyEnd(A, MAT_FINAL_ASSEMBLY));
+  }
+  PetscFunctionReturn(0);
+}
+
+PetscErrorCode form_rhs(TS, PetscReal t, Vec y, Vec G, void* data) {
+  PetscFunctionBegin;
+  PetscCall(static_cast<TSContext*>(data)->model->rhs(t, y, G));
+  PetscFunctionReturn(0);
+}
+
+/// The method asked for and the form of F it needs. Told (exit 2) where this program knows none by that name.
+PetscErrorCode choose_method(TS ts, const char* type, TSContext* context) {
+  PetscFunctionBegin;
+  PetscCall(asked_method(ts, type, &context->method));
+  if (!context->method) PetscCall(TSSetFromOptions(ts));  // PETSc lists the subtypes it has
+  if (!context->method)
+    PetscCall(tell(PetscObjectComm(reinterpret_cast<PetscObject>(ts)), Exit::input,
+                   format("option %s: a subtype this program does not know: options/reference lists those it does", subtype_option(type))));
+  context->implicit = context->method->implicit();
+  context->form = context->method->form;
+  PetscFunctionReturn(0);
+}
+
+PetscErrorCode set_implicit(TS ts, Model& model, TSContext* context) {
+  SNES snes;
+  PetscFunctionBegin;
+  bool assembled = true;
+  PetscCall(needs_matrix(model, &assembled));
+  PetscCall(assembled ? model.create_matrix(context->matrix.out()) : model.create_shell(context->matrix.out()));
+  PetscCall(model.create_operator(context->matrix, context->form, context->operator_.out()));
+  PetscCall(TSSetIFunction(ts, nullptr, form_residual, context));
+  PetscCall(TSSetIJacobian(ts, context->operator_, context->matrix, form_jacobian, context));
+  PetscCall(TSGetSNES(ts, &snes));
+  // Newton must earn its convergence by the residual, or by a whole step at rounding level; a line search that crawls
+  // must not pass for it, as it would with PETSc's stol of 1e-8.
+  PetscCall(SNESSetTolerances(snes, 0.0, 1e-8, 1e-14, 50, PETSC_DEFAULT));
+  NewtonSettings settings;
+  settings.model = &model;
+  settings.form = context->form;
+  settings.affine = context->form == Form::momentum && context->method->traits->affine;
+  PetscCall(context->newton.attach(ts, snes, settings));
+  PetscCall(set_linear_defaults(ts, model, &context->newton));
+  PetscFunctionReturn(0);
+}
+
+}  // namespace
+
+PetscErrorCode create_ts(Model& model, TSContext* context, TSHandle* ts) {
+  char type[64] = TSBEULER;
+  PetscFunctionBegin;
+  context->model = &model;
+  PetscCall(PetscOptionsGetString(nullptr, nullptr, "-ts_type", type, sizeof(type), nullptr));
+  const std::string fault = fault_of_type(type);
+  if (!fault.empty()) PetscCall(tell(model.comm(), Exit::input, fault));
+  PetscCall(TSCreate(model.comm(), ts->out()));
+  PetscCall(TSSetProblemType(*ts, model.linear() ? TS_LINEAR : TS_NONLINEAR));
+  PetscCall(TSSetType(*ts, type));
+  PetscCall(choose_method(*ts, type, context));
+  if (context->method->is("alpha2")) PetscCall(alpha2_set_model(*ts, model));
+  PetscCall(TSSetSolution(*ts, model.initial_state()));
+  if (context->implicit) PetscCall(set_implicit(*ts, model, context));
+  else PetscCall(TSSetRHSFunction(*ts, nullptr, form_rhs, context));
+  PetscCall(TSSetTimeStep(*ts, 0.01));
+  PetscCall(TSSetMaxTime(*ts, 1.0));
+  PetscCall(TSSetExactFinalTime(*ts, TS_EXACTFINALTIME_STEPOVER));
+  PetscCall(TSSetMaxSNESFailures(*ts, -1));
+  PetscCall(TSSetErrorIfStepFails(*ts, PETSC_FALSE));
+  PetscCall(TSSetFromOptions(*ts));
+  PetscCall(context->rosenbrock.attach(*ts, model, context->form));
+  PetscCall(check_stepping(*ts, context->implicit));
+  PetscCall(check_method(*ts, *context));
+  if (context->implicit) {
+    PC pc;
+    PetscCall(linear_solver_of(*ts, nullptr, &pc));
+    PetscCall(make_pivots_relative(pc, false));
+  }
+  Plan plan{context->implicit,
+            context->form,
+            0,
+            context->method->traits->real,
+            type,
+            context->method->words(),
+            context->method->descriptor >= context->method->order};
+  PetscCall(TSGetTimeStep(*ts, &plan.step));
+  PetscCall(model.prepare(plan));
+  if (context->implicit) PetscCall(context->predictor.attach(*ts, model, &context->newton));
+  PetscFunctionReturn(0);
+}
+
+PetscErrorCode create_inner_solver(TS ts, const TSContext& context) {
+  PC pc;
+  PetscFunctionBegin;
+  if (!context.implicit) PetscFunctionReturn(0);
+  PetscCall(linear_solver_of(ts, nullptr, &pc));
+  PetscCall(condensed_create_inner(pc));
+  PetscFunctionReturn(0);
+}
+
+PetscErrorCode describe_solver(TS ts, const TSContext& context, std::string* line) {
+  TSType type;
+  TSAdapt adapt;
+  TSAdaptType adapt_type;
+  PetscFunctionBegin;
+  PetscCall(TSGetType(ts, &type));
+  PetscCall(TSGetAdapt(ts, &adapt));
+  PetscCall(TSAdaptGetType(adapt, &adapt_type));
+  const std::string control = adapt_type ? adapt_type : TSADAPTNONE;
+  PetscReal h;
+  PetscCall(TSGetTimeStep(ts, &h));
+  PetscInt order;
+  PetscCall(observed_order(ts, *context.method, &order));
+  const std::string name = *context.method->subtype ? std::string(type) + " " + context.method->subtype : type;
+  const std::string kind = format("%s, order %lld", context.implicit ? "implicit" : "explicit", static_cast<long long>(order)) +
+                           (*context.method->remark ? std::string(": ") + context.method->remark : "");
+  *line = format("%s (%s), %s h = %g s", name.c_str(), kind.c_str(),
+                 control == TSADAPTNONE ? "fixed step" : ("steps by -ts_adapt_type " + control + ", first").c_str(), h);
+  if (!context.implicit) PetscFunctionReturn(0);
+  SNES snes;
+  KSP ksp;
+  PC pc;
+  SNESType snes_type;
+  KSPType ksp_type;
+  PCType pc_type;
+  PetscReal atol, rtol, stol;
+  PetscInt maxit, maxf;
+  PetscCall(TSGetSNES(ts, &snes));
+  PetscCall(SNESGetType(snes, &snes_type));
+  PetscCall(SNESGetTolerances(snes, &atol, &rtol, &stol, &maxit, &maxf));
+  PetscCall(SNESGetKSP(snes, &ksp));
+  PetscCall(KSPGetType(ksp, &ksp_type));
+  PetscCall(KSPGetPC(ksp, &pc));
+  PetscCall(PCGetType(pc, &pc_type));
+  std::string inner;
+  PetscCall(condensed_describe(pc, &inner));
+  const std::string solver =
+      format("KSP %s, PC %s", ksp_type ? ksp_type : "gmres", pc_type ? pc_type : "default") + (inner.empty() ? "" : " (" + inner + ")");
+  if (std::string(snes_type) == SNESKSPONLY) {
+    *line += "; one linear solve a step (SNES ksponly); " + solver;
+    PetscFunctionReturn(0);
+  }
+  std::string search;
+  PetscCall(describe_search(snes, &search));
+  *line += format("; SNES %s, line search %s, rtol %g of either residual; %s", snes_type, search.c_str(), rtol, solver.c_str());
+  PetscFunctionReturn(0);
+}
+
+}  // namespace bs

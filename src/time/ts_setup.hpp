@@ -1,0 +1,35 @@
+// A TS for a model: type, form of the equations, callbacks and the program's own defaults.
+#pragma once
+#include <string>
+#include "base/handle.hpp"
+#include "solvers/newton/convergence.hpp"
+#include "solvers/newton/predictor.hpp"
+#include "systems/model.hpp"
+#include "time/methods.hpp"
+#include "time/rosenbrock.hpp"
+
+namespace bs {
+
+/// What the callbacks of one TS need; must outlive it.
+struct TSContext {
+  Model* model = nullptr;
+  Form form = Form::momentum;
+  bool implicit = true;
+  const Method* method = nullptr;  ///< set by create_ts
+  RosenbrockStages rosenbrock;
+  NewtonPolicy newton;
+  Predictor predictor;
+  MatHandle operator_, matrix;  ///< Amat and Pmat of implicit types
+};
+
+/// Collective. Creates `ts` at the model's initial state; options override every default set here. An -ts_type that
+/// cannot advance this model is told (exit 2).
+PetscErrorCode create_ts(Model& model, TSContext* context, TSHandle* ts);
+
+/// Collective. The solver inside a condensed solve, if there is one, is created and reads its options.
+PetscErrorCode create_inner_solver(TS ts, const TSContext& context);
+
+/// One line on the solver in force: TS type, adaptivity, SNES, KSP, PC.
+PetscErrorCode describe_solver(TS ts, const TSContext& context, std::string* line);
+
+}  // namespace bs
