@@ -3,19 +3,29 @@
 find_program(BS_CLANG_TIDY NAMES clang-tidy clang-tidy-14)
 find_program(BS_RUN_CLANG_TIDY NAMES run-clang-tidy run-clang-tidy-14)
 find_program(BS_CPPCHECK cppcheck)
+find_program(BS_CLANG_FORMAT NAMES clang-format clang-format-14)
 find_program(BS_GCOVR gcovr)
 
 # Without its tools a target says what to install.
-foreach(tool BS_CLANG_TIDY BS_RUN_CLANG_TIDY BS_CPPCHECK BS_GCOVR)
+foreach(tool BS_CLANG_TIDY BS_RUN_CLANG_TIDY BS_CPPCHECK BS_CLANG_FORMAT BS_GCOVR)
   if(NOT ${tool})
-    set(${tool} ${CMAKE_COMMAND} -E false "apt install clang-tidy cppcheck gcovr")
+    set(${tool} ${CMAKE_COMMAND} -E false "apt install clang-format clang-tidy cppcheck gcovr")
   endif()
 endforeach()
 
 # The fuzzers are a project of their own, which the compilation database does not know.
 file(GLOB BS_LINTED_ALONE CONFIGURE_DEPENDS ${CMAKE_SOURCE_DIR}/tests/fuzz/*.cpp ${CMAKE_SOURCE_DIR}/tests/sanitize/*.cpp)
 cmake_host_system_information(RESULT BS_CORES QUERY NUMBER_OF_LOGICAL_CORES)
+file(GLOB_RECURSE BS_FORMATTED CONFIGURE_DEPENDS ${CMAKE_SOURCE_DIR}/src/*.cpp ${CMAKE_SOURCE_DIR}/src/*.hpp ${CMAKE_SOURCE_DIR}/src/*.cxx
+     ${CMAKE_SOURCE_DIR}/tests/*.cpp ${CMAKE_SOURCE_DIR}/tests/*.hpp)
+add_custom_target(format VERBATIM COMMAND ${BS_CLANG_FORMAT} -i ${BS_FORMATTED} COMMENT "clang-format")
+if(BS_BUILD_TESTS)
+  add_test(NAME format COMMAND ${BS_CLANG_FORMAT} --dry-run --Werror ${BS_FORMATTED})
+  set_tests_properties(format PROPERTIES TIMEOUT 120 LABELS lint)
+endif()
+
 add_custom_target(lint VERBATIM
+  COMMAND ${BS_CLANG_FORMAT} --dry-run --Werror ${BS_FORMATTED}
   COMMAND ${BS_CPPCHECK} -j ${BS_CORES} --enable=warning,performance,portability,style --std=c++17 --language=c++ --quiet --error-exitcode=1
           --suppressions-list=${CMAKE_SOURCE_DIR}/.cppcheck -I${CMAKE_SOURCE_DIR}/src
           "--template={file}:{line}: {id}: {message}" ${CMAKE_SOURCE_DIR}/src ${CMAKE_SOURCE_DIR}/tests
