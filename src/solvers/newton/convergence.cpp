@@ -81,7 +81,7 @@ PetscErrorCode NewtonPolicy::every_particle_has(SNES snes, double rtol, bool* ha
 // from one shape to another, and shorter steps, whose tangents are definite, cost less than the way down from one to the next.
 PetscErrorCode NewtonPolicy::guide_directions(PetscInt it, const ResidualNorms& now, bool* spans_too_much) {
   constexpr double FALLEN = 0.3;
-  constexpr PetscInt EVERY = 8, MOST_DEFINITE = 8, MOST_INDEFINITE = 24;
+  constexpr PetscInt EVERY = 8, MOST_DEFINITE = 8, MOST_INDEFINITE = 6;
   CondensedCounts counts;
   bool is = false;
   PC pc;
