@@ -88,7 +88,7 @@ PetscErrorCode read_memory_option(MPI_Comm comm) {
   PetscFunctionBegin;
   checks = true;
   PetscCall(read_section(comm, "Memory", [](Section& o) {
-    o.flag("-bs_memory_check", "refuse to begin what needs more memory than limits and machine leave; false: try it all the same", checks);
+    o.flag("-bs_memory_check", "refuse a run that needs more memory than the limits and the machine leave; false: start it anyway", checks);
   }));
   PetscFunctionReturn(0);
 }

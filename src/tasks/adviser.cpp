@@ -83,7 +83,7 @@ void Advice::put(PetscMPIInt rank, std::vector<Dataset>* constants) const {
 PetscErrorCode read_advise(MPI_Comm comm, bool* wanted) {
   PetscFunctionBegin;
   PetscCall(read_section(comm, "Advice", [&](Section& o) {
-    o.flag("-bs_advise", "estimate the fastest oscillation at the start and say what step and type suit it", *wanted);
+    o.flag("-bs_advise", "estimate the fastest oscillation at the start and recommend a step and a -ts_type for it", *wanted);
   }));
   PetscFunctionReturn(0);
 }

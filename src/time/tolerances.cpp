@@ -44,9 +44,9 @@ PetscErrorCode read_tolerances(MPI_Comm comm, Tolerances* out) {
   PetscFunctionBegin;
   PetscCall(read_section(comm, "Error control", [&](Section& o) {
     o.real("-bs_atol_x", "error-controlled steps: absolute tolerance of positions; 0: -ts_atol [m]", out->atol_x, Range::nonnegative);
-    o.real("-bs_atol_v", "the same of velocities; 0: -ts_atol [m/s]", out->atol_v, Range::nonnegative);
-    o.real("-bs_rtol_x", "relative tolerance of positions; 0: -ts_rtol", out->rtol_x, Range::nonnegative);
-    o.real("-bs_rtol_v", "the same of velocities; 0: -ts_rtol", out->rtol_v, Range::nonnegative);
+    o.real("-bs_atol_v", "error-controlled steps: absolute tolerance of velocities; 0: -ts_atol [m/s]", out->atol_v, Range::nonnegative);
+    o.real("-bs_rtol_x", "error-controlled steps: relative tolerance of positions; 0: -ts_rtol", out->rtol_x, Range::nonnegative);
+    o.real("-bs_rtol_v", "error-controlled steps: relative tolerance of velocities; 0: -ts_rtol", out->rtol_v, Range::nonnegative);
   }));
   PetscFunctionReturn(0);
 }

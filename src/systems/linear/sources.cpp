@@ -7,9 +7,9 @@ namespace bs {
 
 void Sources::options(Section& o) {
   o.text("-bs_linear_source", waveform_help(), text_);
-  o.file("-bs_linear_source_table", "CSV file t,u1,u2,... with a column for every column of B", file_);
-  o.choice("-bs_linear_source_table_kind", "between the table's times: linear, or step (a value holds until the next time)", {"linear", "step"},
-           hold_);
+  o.file("-bs_linear_source_table", "CSV file with columns t,u1,u2,..., one u for every column of B", file_);
+  o.choice("-bs_linear_source_table_kind",
+           "values between the times of the table: linear (interpolated), or step (a value holds until the next time)", {"linear", "step"}, hold_);
 }
 
 PetscErrorCode Sources::read(MPI_Comm comm, std::int64_t columns, const std::string& preset) {

@@ -56,11 +56,12 @@ PetscErrorCode energy_options(SNESLineSearch line, PetscOptionItems* PetscOption
   EnergyLimits* limits = static_cast<EnergyLimits*>(line->data);
   PetscFunctionBegin;
   PetscOptionsHeadBegin(PetscOptionsObject, "Line search by energy");
-  PetscCall(PetscOptionsReal("-snes_linesearch_alpha", "part of the slope by which the energy must fall; without a potential residual norms serve",
-                             "", limits->alpha, &limits->alpha, nullptr));
+  PetscCall(PetscOptionsReal("-snes_linesearch_alpha",
+                             "fraction of the slope by which the energy must decrease; forces without a potential are searched by residual norms", "",
+                             limits->alpha, &limits->alpha, nullptr));
   PetscCall(PetscOptionsReal("-snes_linesearch_unasked",
-                             "a full step that leaves this part of the residual is taken without asking for the energy; 0: always ask", "",
-                             limits->unasked, &limits->unasked, nullptr));
+                             "a full step that reduces the residual to this fraction is accepted without computing the energy; 0: compute it always",
+                             "", limits->unasked, &limits->unasked, nullptr));
   PetscOptionsHeadEnd();
   PetscFunctionReturn(0);
 }
