@@ -27,11 +27,11 @@ std::string read_gmsh_text(const std::string& path, std::string* text) {
   try {
     text->resize(static_cast<std::size_t>(look.bytes));
   } catch (const std::bad_alloc&) {
-    return format("%s: no memory for its %lld bytes", path.c_str(), look.bytes);
+    return format("%s: not enough memory for its %lld bytes", path.c_str(), look.bytes);
   }
   std::ifstream in(path, std::ios::binary);
   in.read(text->data(), look.bytes);
-  if (in.gcount() != look.bytes) return path + ": cannot be read to its end; look at the disk";
+  if (in.gcount() != look.bytes) return path + ": cannot be read to its end; check the disk";
   return {};
 }
 

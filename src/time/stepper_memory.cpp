@@ -22,7 +22,7 @@ PetscErrorCode Stepper::require_facts(const CheckpointFile& file) const {
   PetscFunctionBegin;
   const Facts& run = file.run();
   const auto require = [&](bool there, const char* name) {
-    return there ? 0 : tell(model_.comm(), Exit::input, file.name() + ": damaged: it does not say its " + name + ": start anew");
+    return there ? 0 : tell(model_.comm(), Exit::input, file.name() + ": damaged: it lacks its " + name + ": start a new run");
   };
   for (const char* name : {"time", "start", "nominal_step", "next_step", "first_step"})
     PetscCall(require(run.real.count(name) && std::isfinite(run.real.at(name)), name));

@@ -61,8 +61,8 @@ PetscErrorCode set_tolerances(const Tolerances& t, const Model& model, TS ts) {
   PetscCall(check(t, adaptive, atol, rtol, model.comm()));
   if (!t.given()) PetscFunctionReturn(0);
   if (model.dim() == 0)
-    PetscCall(
-        tell(model.comm(), Exit::input, "options -bs_atol_x, -bs_atol_v, -bs_rtol_x, -bs_rtol_v go with particles: give -ts_atol and -ts_rtol"));
+    PetscCall(tell(model.comm(), Exit::input,
+                   "options -bs_atol_x, -bs_atol_v, -bs_rtol_x, -bs_rtol_v apply to particles only: give -ts_atol and -ts_rtol"));
   PetscCall(VecDuplicate(model.initial_state(), vatol.out()));
   PetscCall(VecDuplicate(model.initial_state(), vrtol.out()));
   PetscCall(fill(vatol, t.atol_x > 0 ? t.atol_x : atol, t.atol_v > 0 ? t.atol_v : atol));

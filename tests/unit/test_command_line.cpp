@@ -27,7 +27,7 @@ TEST_CASE("YAML that PETSc would refuse is told with its line") {
   CHECK(fault_of_yaml("", "f").empty());
   CHECK(fault_of_yaml("# only a comment\n", "f").empty());
   CHECK(fault_of_yaml("a: 1\nb: [1, 2]\nc: {d: x, e: }\nf: &g 3\nh: *g\n", "f").empty());
-  CHECK_THAT(fault_of_yaml("a: 1\nb: 2: 3\n", "f"), Catch::StartsWith("f line 2: no YAML (mapping values are not allowed"));
+  CHECK_THAT(fault_of_yaml("a: 1\nb: 2: 3\n", "f"), Catch::StartsWith("f line 2: not valid YAML (mapping values are not allowed"));
   CHECK_THAT(fault_of_yaml("a: 1\n- b\n", "f"), Catch::StartsWith("f line 2: no YAML"));
   CHECK_THAT(fault_of_yaml("a b\n", "f"), Catch::StartsWith("f line 1: holds no options"));
   CHECK_THAT(fault_of_yaml("\na:\n  - [1]\n", "f"), Catch::StartsWith("f line 3: a list in a list"));

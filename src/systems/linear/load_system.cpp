@@ -88,10 +88,12 @@ PetscErrorCode check_rows(MPI_Comm comm, const LinearSystem& s) {
       PetscCall(MatRestoreRow(A, i, &count, nullptr, &values));
     }
     if (sum == 0)
-      fault.note(i, (s.origin.empty() ? "" : s.origin + ": ") +
-                        format("the pencil sC + G is singular: row %lld of both G and C is empty, so that it determines nothing: "
-                               "take this state out or give it an equation",
-                               static_cast<long long>(i) + 1));
+      fault.note(
+          i,
+          (s.origin.empty() ? "" : s.origin + ": ") +
+              format(
+                  "the pencil sC + G is singular: row %lld of both G and C is empty and determines nothing: remove this state or give it an equation",
+                  static_cast<long long>(i) + 1));
   }
   PetscCall(agree(comm, fault));
   PetscFunctionReturn(0);

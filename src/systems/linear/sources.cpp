@@ -28,7 +28,7 @@ PetscErrorCode Sources::read(MPI_Comm comm, std::int64_t columns, const std::str
   const auto wanted = static_cast<std::size_t>(columns);
   if (error.empty() && count() != wanted)
     error = count() == 0  ? format("B has %zu columns and no source is given: add -bs_linear_source \"step(1)\" or -bs_linear_source_table", wanted)
-            : wanted == 0 ? std::string("a source is given but no B says where it acts: add -bs_linear_B, or leave the source out")
+            : wanted == 0 ? std::string("a source is given, but no matrix B says where it acts: add -bs_linear_B, or leave the source out")
                           : format("%zu sources for the %zu columns of B: give one a column%s", count(), wanted,
                                    file_.empty() ? ", separated by ';'" : " after the time");
   if (!error.empty()) PetscCall(tell(comm, Exit::input, error));

@@ -18,7 +18,7 @@ PetscErrorCode policy_of(SNESLineSearch line, NewtonPolicy** newton) {
   PetscCall(SNESLineSearchGetSNES(line, &snes));
   PetscCall(PetscObjectQuery(reinterpret_cast<PetscObject>(snes), POLICY, reinterpret_cast<PetscObject*>(&holder)));
   PetscCheck(holder, PetscObjectComm(reinterpret_cast<PetscObject>(line)), PETSC_ERR_ARG_WRONGSTATE,
-             "line searches guarded and energy serve the time stepper's own Newton alone");
+             "the line searches guarded and energy work only within the time stepper's own Newton solver");
   PetscCall(PetscContainerGetPointer(holder, &found));
   *newton = static_cast<NewtonPolicy*>(found);
   PetscFunctionReturn(0);
