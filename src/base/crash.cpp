@@ -42,7 +42,7 @@ void write_line(std::initializer_list<const char*> pieces) {
   (void)!write(STDERR_FILENO, line, used);
 }
 
-/// Mostly all ranks crash alike: rank 0 speaks, and its end is that of the others.
+/// Mostly all ranks crash alike: rank 0 reports, and its end is that of the others.
 void let_rank_0_speak(int seconds = 1) {
   if (rank == 0) return;
   (void)std::signal(SIGTERM, SIG_DFL);  // by which the launcher ends the others

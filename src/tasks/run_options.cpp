@@ -1,4 +1,4 @@
-// What the options say of a run, and the files it may write.
+// The settings of a run from the options, and the files that it may write.
 #include "tasks/run_options.hpp"
 #include "base/fault.hpp"
 #include "base/options.hpp"

@@ -110,11 +110,11 @@ def words(checks, folder):
     said = checks.run({**cube, "ts_dt": 0.01}).stdout
     checks.true("short implicit step: explicit is cheaper", "hint: 2 steps of -ts_type symplectic" in said, said[-300:])
     said = checks.run({**cube, "ts_dt": 10.0, "bs_gravity": None}).stdout
-    checks.true("long implicit step: accuracy", "long for the motion" in said and "steps of -ts_type" not in said)
+    checks.true("long implicit step: accuracy", "long for resolving the motion" in said and "steps of -ts_type" not in said)
     said = checks.run({**cube, "ts_dt": 1e-3}).stdout
     checks.true("step within the limit", "hint: -ts_type symplectic is stable at this step" in said)
     said = checks.run({**cube, "ts_dt": 0.01, "ts_type": "euler"}).stdout
-    checks.true("euler without damping", "grow at any step" in said)
+    checks.true("euler without damping", "amplifies undamped oscillations at any step" in said)
     said = checks.run({**cube, "ts_dt": 0.01, "ts_type": "bdf"}).stdout
     checks.true("steps that adapt: no hint", "omega_max" in said and "hint" not in said)
     said = checks.run({**cube, "ts_dt": 0.01, "ts_type": "bdf", "ts_adapt_type": "none"}).stdout

@@ -59,7 +59,7 @@ std::string advice_on(const std::string& law) {
 
 }  // namespace
 
-/// The smallest row of the gravest kind speaks for all ranks.
+/// The fault of the most severe kind with the smallest row is reported for all ranks.
 PetscErrorCode ParticleModel::last_fault(std::string* text) {
   PetscFunctionBegin;
   std::int64_t key[2] = {fault_.kind == Singularity::none ? 99 : fault_.kind, fault_.row}, low = 0;

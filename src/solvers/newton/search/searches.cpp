@@ -61,7 +61,7 @@ PetscErrorCode energy_options(SNESLineSearch line, PetscOptionItems* PetscOption
                              limits->alpha, &limits->alpha, nullptr));
   PetscCall(PetscOptionsReal("-snes_linesearch_unasked",
                              "a full step that reduces the residual to this fraction is accepted without computing the energy; 0: compute it always",
-                             "", limits->unasked, &limits->unasked, nullptr));
+                             "", limits->full_step, &limits->full_step, nullptr));
   PetscOptionsHeadEnd();
   PetscFunctionReturn(0);
 }
