@@ -91,7 +91,7 @@ PetscErrorCode tell_alone(Exit exit, const std::string& text) {
   MPI_Comm_rank(PETSC_COMM_WORLD, &rank);
   MPI_Comm_size(PETSC_COMM_WORLD, &size);
   if (rank > 0) {
-    // Rank 0 speaks and aborts if it met the error too; else the lowest of the others does.
+    // Rank 0 reports and aborts if it met the error too; else the lowest of the others does.
     std::signal(SIGTERM, SIG_DFL);
     usleep(1000000u + 50000u * static_cast<unsigned>(std::min(rank, 40)));
   }

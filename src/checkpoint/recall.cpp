@@ -1,5 +1,5 @@
-// Which options of a checkpoint a continued run takes. A checkpoint may come from somebody else: what it says must not make
-// this run write a file that nobody named, or load a library.
+// Which options of a checkpoint a continued run takes. A checkpoint may come from another user: its options must not make
+// this run write a file that the user did not name, or load a library.
 #include <sys/stat.h>
 #include <algorithm>
 #include <cctype>

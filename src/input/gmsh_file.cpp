@@ -36,7 +36,7 @@ std::string read_gmsh_text(const std::string& path, std::string* text) {
 }
 
 PetscErrorCode plex_from_gmsh(const std::string& path, DM* mesh, std::string* error) {
-  // Left to itself DMPlex takes the elements' dimension, and drops the z of a cloth without a word; of curved elements
+  // Left to itself DMPlex takes the elements' dimension, and silently drops the z of a cloth; of curved elements
   // it keeps no coordinates of the corners.
   static const char* const defaults[2][2] = {{"-dm_plex_gmsh_spacedim", "3"}, {"-dm_plex_gmsh_highorder", "0"}};
   PetscBool set[2];

@@ -51,7 +51,7 @@ class Progress {
   double wall() const;  ///< [s] since construction
 
  private:
-  bool speaks_, terminal_;
+  bool prints_, terminal_;
   double interval_, started_, last_ = 0;
   std::size_t width_ = 0;  ///< of the line being rewritten; 0: none
 };

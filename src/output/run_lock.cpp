@@ -129,7 +129,7 @@ std::string RunLock::take(const std::string& file, const char* option, std::stri
           path + ": this file system has no locks (" + std::strerror(errno) + "): another host's run with the same " + option + " is not noticed";
       if (owner_lives(handle)) return give_up(busy(handle, file, option));
     }
-    // whoever held it may have removed the name on the way out: then this lock is on a file that nobody else finds
+    // whoever held it may have removed the name on the way out: then this lock is on a file that no other run finds
     FileIdentity present;
     const FileIdentity mine{status.st_dev, status.st_ino};
     if (!identity_of(path, false, &present) || !(present == mine)) {

@@ -52,7 +52,7 @@ PetscErrorCode Run::say_header(const std::string& solver) {
   PetscFunctionReturn(0);
 }
 
-/// Sets the solvers up where something about them has to come out before the first step, then warns of options nobody read.
+/// Sets the solvers up where something about them has to come out before the first step, then warns of unused options.
 PetscErrorCode Run::prepare_solvers() {
   std::vector<std::string> unread;
   bool early = false;

@@ -17,7 +17,7 @@ void Stepper::save(Facts* facts, std::vector<NamedState>* states) const {
   history_.save(facts, states);
 }
 
-/// Told (exit 2) where a fact is missing that no run can go on without.
+/// Ends the run with exit code 2 if a fact is missing without which no run can continue.
 PetscErrorCode Stepper::require_facts(const CheckpointFile& file) const {
   PetscFunctionBegin;
   const Facts& run = file.run();

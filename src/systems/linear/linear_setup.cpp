@@ -106,7 +106,7 @@ PetscErrorCode LinearModel::operating_point() {
   PetscFunctionReturn(0);
 }
 
-/// Told (exit 2) where options made a solver of `ksp` that does not solve.
+/// Ends the run with exit code 2 if the options make `ksp` a solver that does not solve the system.
 PetscErrorCode LinearModel::require_solver(KSP ksp, const char* prefix) {
   std::string refusal;
   PetscFunctionBegin;
