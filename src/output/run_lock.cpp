@@ -71,7 +71,7 @@ std::string busy(int handle, const std::string& file, const char* option) {
   for (int k = 0; k < 20 && !read_owner(text_of(handle), &owner); ++k) nanosleep(&tenth, nullptr);  // it is just writing
   const std::string who = owner.process > 0 ? format("process %ld on host %s since %s", owner.process, owner.host.c_str(), owner.since.c_str())
                                             : "which does not identify itself";
-  return file + ": another run is writing it, " + who + ": wait for its end, or give another " + option;
+  return file + ": another run writes it, " + who + ": wait for its end, or give another " + option;
 }
 
 int write_owner(int handle) {
