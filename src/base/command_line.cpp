@@ -79,12 +79,12 @@ std::string fault_of_file(const OptionFile& file) {
   const char* const name = file.path.c_str();
   if (file.path.empty() || file.path[0] == '$' || file.path[0] == '~') return {};  // PETSc resolves these
   if (stat(name, &info) != 0) {
-    if (errno == ENOENT) return format("option file %s: no such file; look at the path, it counts from the folder the run starts in", name);
+    if (errno == ENOENT) return format("option file %s: no such file; check the path, which is relative to the folder in which the run starts", name);
     return format("option file %s: cannot be read (%s)", name, std::strerror(errno));
   }
   if (S_ISDIR(info.st_mode)) return format("option file %s: is a folder; name a file in it", name);
   std::ifstream in(file.path, std::ios::binary);
-  if (!in) return format("option file %s: cannot be opened; look at its permissions (chmod +r)", name);
+  if (!in) return format("option file %s: cannot be opened; check its permissions (chmod +r)", name);
   if (!file.yaml || !S_ISREG(info.st_mode)) return {};
   return fault_of_yaml(std::string(std::istreambuf_iterator<char>(in), {}), "option file " + file.path);
 }
@@ -93,11 +93,11 @@ std::string fault_of_file(const OptionFile& file) {
 
 std::string fault_of_yaml(const std::string& text, const std::string& name) {
   const std::unique_ptr<yaml_parser_t, ParserDelete> parser(new yaml_parser_t());
-  if (!yaml_parser_initialize(parser.get())) return name + ": no memory for it";
+  if (!yaml_parser_initialize(parser.get())) return name + ": not enough memory to read it";
   yaml_parser_set_input_string(parser.get(), reinterpret_cast<const unsigned char*>(text.data()), text.size());
   yaml_document_t document;
   if (!yaml_parser_load(parser.get(), &document))
-    return name + format(" line %zu: no YAML (%s); write 'name: value' a line, lists as [1, 2]", parser->problem_mark.line + 1,
+    return name + format(" line %zu: not valid YAML (%s); write 'name: value' a line, lists as [1, 2]", parser->problem_mark.line + 1,
                          parser->problem ? parser->problem : "no reason given");
   std::string fault;
   int budget = 10000;

@@ -1,4 +1,4 @@
-// What PETSc takes on trust on the command line and in option files is looked at before it reads them.
+// Checks of the command line and of option files, which PETSc itself does not check, before it reads them.
 #pragma once
 #include <string>
 #include <vector>
@@ -13,7 +13,7 @@ std::string fault_of_option_files(int argc, const char* const* argv);
 /// Local. One line about YAML text that PETSc would refuse or misread, beginning with `name` and the line; or nothing.
 std::string fault_of_yaml(const std::string& text, const std::string& name);
 
-/// Local. Those of `words` that are neither options nor values of one: PETSc passes over them silently.
+/// Local. Those of `words` that are neither options nor values of one: PETSc ignores them silently.
 std::vector<std::string> stray_words(const std::vector<std::string>& words);
 
 /// Local. One line about the first of `words` that is an option written in the form of other programs, -option=value or

@@ -42,7 +42,7 @@ void write_line(std::initializer_list<const char*> pieces) {
   (void)!write(STDERR_FILENO, line, used);
 }
 
-/// Mostly all ranks crash alike: rank 0 speaks, and its end is that of the others.
+/// Mostly all ranks crash alike: rank 0 reports, and its end is that of the others.
 void let_rank_0_speak(int seconds = 1) {
   if (rank == 0) return;
   (void)std::signal(SIGTERM, SIG_DFL);  // by which the launcher ends the others
@@ -62,10 +62,10 @@ extern "C" void on_crash(int number) {
     _exit(static_cast<int>(Exit::input));
   }
   if (*reading) {
-    write_line({"backspring: error: ", reading, ": damaged: the library that reads it ended in a ", name, "; write the file anew"});
+    write_line({"backspring: error: ", reading, ": damaged: the library that reads it ended in a ", name, "; write the file again"});
     _exit(static_cast<int>(Exit::input));
   }
-  write_line({"backspring: error: ", name, " inside the program: a fault of its own; -bs_trace shows where, please report it"});
+  write_line({"backspring: error: ", name, " inside the program: this is a bug of backspring; -bs_trace shows where, please report it"});
   _exit(128 + number);
 }
 
@@ -92,8 +92,8 @@ void on_foreign_exit(int status, void*) {
   if (status == 0 || leaving || told_exit() != Exit::ok) return;
   let_rank_0_speak();
   write_line(
-      {"backspring: error: a library ended the program, most probably because no memory was left (its own words may "
-       "stand above): raise the memory limit, use more ranks, or a smaller system"});
+      {"backspring: error: a library ended the program, most probably because it ran out of memory (its own message may stand above): raise the "
+       "memory limit, use more ranks, or a smaller system"});
   _exit(static_cast<int>(present_phase()));
 }
 #endif

@@ -1,4 +1,4 @@
-// The last net: what no code expected still ends in one line and an exit code.
+// The last safety net: unexpected exceptions and crashes also end with one line and an exit code.
 #pragma once
 #include <petscsys.h>
 #include <string>
@@ -6,22 +6,22 @@
 
 namespace bs {
 
-/// Local. From here on an exception that nobody catches (std::bad_alloc above all) is told in one line and ends the
+/// Local. From here on an uncaught exception (most often std::bad_alloc) is reported in one line and ends the
 /// program with the exit code of the present phase, on all ranks; a crash (SIGSEGV, SIGBUS, SIGFPE, SIGILL, SIGABRT) is
-/// told in one line and ends it with 128 + signal, or with Exit::input while a ReadingFile lives. With -bs_trace
+/// reported in one line and ends it with 128 + signal, or with Exit::input while a ReadingFile exists. With -bs_trace
 /// PETSc's own handler of signals, which prints its traceback, stays. Call after install_error_handler().
 PetscErrorCode install_crash_handler();
 
-/// The program ends by itself from here on. An exit() before that, by a library, is told in one line and ends with the exit
+/// To be called when the program ends normally. An exit() before that, by a library, is reported in one line and ends with the exit
 /// code of the present phase.
 void expect_exit();
 
-/// From a signal handler: "backspring: error: TEXT" and an end at once. Mostly all ranks come here alike: rank 0 speaks first,
-/// and its end is that of the others.
+/// From a signal handler: prints "backspring: error: TEXT" and ends at once. Usually all ranks arrive here: rank 0 prints first,
+/// and its exit ends the others.
 [[noreturn]] void end_with_line(const char* text, Exit exit);
 
-/// While it lives, a library at work on file `path` is to blame for a crash: HDF5 1.10 does not survive every
-/// damaged file. They do not nest: the first counts.
+/// While it exists, a crash is attributed to the library that reads file `path`: HDF5 1.10 crashes on some
+/// damaged files. Objects do not nest: the first one counts.
 class ReadingFile {
  public:
   ReadingFile() = default;

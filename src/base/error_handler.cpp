@@ -38,7 +38,7 @@ std::string explained(const std::string& text, const char* function) {
   const std::size_t from = sizeof begin - 1, to = text.find(" has no ");
   if (text.compare(0, from, begin) != 0 || to == std::string::npos) {
     for (const char* refusal : {"Unable to find requested", "Unknown option", "Unknown TSAdapt", "Unknown Mat type"})
-      if (text.compare(0, std::strlen(refusal), refusal) == 0) return as_it_is + ": -help lists what there is";
+      if (text.compare(0, std::strlen(refusal), refusal) == 0) return as_it_is + ": -help lists the valid names";
     return as_it_is;
   }
   const std::string value = text.substr(from, to - from);
@@ -50,7 +50,7 @@ std::string explained(const std::string& text, const char* function) {
     if (word == value && !before.empty() && before[0] == '-') name = before;
   (void)PetscFree(all);
   const bool whole = text.find("integer") != std::string::npos;
-  return name.empty() ? as_it_is : "option " + name + ": " + value + " is not a " + (whole ? "whole " : "") + "number: -help says what it means";
+  return name.empty() ? as_it_is : "option " + name + ": " + value + " is not a " + (whole ? "whole " : "") + "number: -help explains the option";
 }
 
 /// PETSc 3.18's allocator reports the caller's line number as the error code and its name as the message.
@@ -91,7 +91,7 @@ PetscErrorCode tell_alone(Exit exit, const std::string& text) {
   MPI_Comm_rank(PETSC_COMM_WORLD, &rank);
   MPI_Comm_size(PETSC_COMM_WORLD, &size);
   if (rank > 0) {
-    // Rank 0 speaks and aborts if it met the error too; else the lowest of the others does.
+    // Rank 0 reports and aborts if it met the error too; else the lowest of the others does.
     std::signal(SIGTERM, SIG_DFL);
     usleep(1000000u + 50000u * static_cast<unsigned>(std::min(rank, 40)));
   }

@@ -130,7 +130,7 @@ void note_input(const std::string& option, const std::string& path) {
 const std::vector<std::pair<std::string, std::string>>& input_files() { return inputs(); }
 
 std::string input_places(const std::string& name) {
-  if (!name.empty() && name[0] == '/') return "look at the path";
+  if (!name.empty() && name[0] == '/') return "check the path";
   std::string text = "looked for in this folder";
   if (!option_folders().empty()) text += ", beside the option files";
   for (const std::string& folder : shared_folders()) text += ", in " + folder + " and its meshes/";

@@ -1,4 +1,4 @@
-// Files by name: what comes with the program (option files, meshes) is found from any folder.
+// Search for files by name: those installed with the program (option files, meshes) are found from any folder.
 #pragma once
 #include <petscsys.h>
 #include <string>
@@ -13,7 +13,7 @@ std::vector<std::string> shared_folders();
 
 /// Before PetscInitialize, on every rank. Replaces NAME of every "-options_file NAME" (and -options_file_yaml) that does
 /// not exist by the first that is a file among FOLDER/NAME and FOLDER/{options,options/problems,options/solvers}/NAME of
-/// the shared folders, NAME with and without .yaml. Returns what to tell of one that is not found; empty if all are.
+/// the shared folders, NAME with and without .yaml. Returns the error message for one that is not found; empty if all are.
 std::string find_option_files(int argc, char** argv);
 
 /// Collective. Replaces `name` of an input file that is no file by the first that is one: beside an option file given, in

@@ -88,7 +88,7 @@ PetscErrorCode read_memory_option(MPI_Comm comm) {
   PetscFunctionBegin;
   checks = true;
   PetscCall(read_section(comm, "Memory", [](Section& o) {
-    o.flag("-bs_memory_check", "refuse to begin what needs more memory than limits and machine leave; false: try it all the same", checks);
+    o.flag("-bs_memory_check", "refuse a run that needs more memory than the limits and the machine leave; false: start it anyway", checks);
   }));
   PetscFunctionReturn(0);
 }
@@ -113,7 +113,7 @@ PetscErrorCode reserve_memory(MPI_Comm comm, const MemoryNeed& need) {
   if (!reason.empty())
     fault.note(rank,
                need.what + " needs at least " + in_bytes(need.bytes) + " of memory" + (size > 1 ? format(" on each of %d ranks", size) : "") + "; " +
-                   reason + (need.advice.empty() ? "take a smaller system" : need.advice) + ", or try it all the same with -bs_memory_check false",
+                   reason + (need.advice.empty() ? "take a smaller system" : need.advice) + ", or start it anyway with -bs_memory_check false",
                present_phase());
   PetscCall(agree(comm, fault));  // after which all trials are undone
   PetscFunctionReturn(0);

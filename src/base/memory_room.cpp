@@ -143,7 +143,7 @@ bool out_of_memory() {
 }
 
 std::string if_out_of_memory() {
-  return out_of_memory() ? "; most probably for want of memory, less than 16 MB are left: raise the memory limit, or use more ranks" : "";
+  return out_of_memory() ? "; most probably for lack of memory, as less than 16 MB are left: raise the memory limit, or use more ranks" : "";
 }
 
 std::string in_bytes(double bytes) {

@@ -1,4 +1,4 @@
-// How much memory this process may still take: its own limits, those of its control group, and what the machine has left.
+// How much memory this process can still allocate: its own limits, those of its control group, and what the machine has left.
 #pragma once
 #include <limits>
 #include <string>
@@ -11,7 +11,7 @@ struct MemoryRoom {
   std::string bound;
 };
 
-/// What the process holds [bytes], of /proc/self/status; 0 where that cannot be read, which errs to the side of more room.
+/// What the process holds [bytes], of /proc/self/status; 0 where that cannot be read, so that the room is overestimated.
 struct MemoryUse {
   double addresses = 0;  ///< VmSize: what ulimit -v counts
   double data = 0;       ///< VmData: what ulimit -d counts
@@ -19,7 +19,7 @@ struct MemoryUse {
 };
 MemoryUse memory_use();
 
-/// What a limit leaves to one that holds `used`, of which `reusable` serves again.
+/// What a limit leaves to a process that holds `used`, of which `reusable` can be used again.
 double left_of(double limit, double used, double reusable);
 
 /// The tighter one of ulimit -v and ulimit -d.
@@ -32,10 +32,10 @@ MemoryRoom machine_room(const std::string& meminfo);
 /// of /proc/self/cgroup; `root`: /sys/fs/cgroup. The bound names the group's folder: processes that share it share the room.
 MemoryRoom group_room(const std::string& root, const std::string& cgroups, double free_swap);
 
-/// Whether not even 16 MB are left: what a library failed at is then most probably for want of memory. May be asked in a signal handler.
+/// Whether less than 16 MB are left, so that a library's failure is most probably due to lack of memory. Safe in a signal handler.
 bool out_of_memory();
 
-/// Words to add to the reason a library gives: that memory is the likely one, where that is so.
+/// Text to append to the reason a library gives: lack of memory, where that is the likely cause.
 std::string if_out_of_memory();
 
 /// The number after "NAME:" or "NAME " at the beginning of a line; `otherwise` where there is none.

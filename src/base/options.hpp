@@ -1,4 +1,4 @@
-// One way to read options: each is named, explained with its unit, checked for range, and remembered, so that a
+// Reading of options: each has a name, a help text with its unit and a range check, and is recorded, so that a
 // misspelt -bs_ option can be answered with the nearest name.
 #pragma once
 #include <petscsys.h>
@@ -62,7 +62,7 @@ PetscErrorCode read_section(MPI_Comm comm, const char* title, Body&& body) {
 /// Names (with the leading dash) of every option read through a Section so far.
 const std::set<std::string>& known_options();
 
-/// Collective. An option that begins with -bs_ and was never asked for is an error that suggests the nearest name.
+/// Collective. An option that begins with -bs_ and that no reader knows is an error that suggests the nearest name.
 /// Call after every reader has run.
 PetscErrorCode reject_unknown_options(MPI_Comm comm);
 

@@ -1,4 +1,4 @@
-// Gives a container's memory back: `v = {}` would empty a vector and keep its memory.
+// Releases a container's memory: `v = {}` would empty a vector and keep its memory.
 #pragma once
 
 namespace bs {

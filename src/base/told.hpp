@@ -1,4 +1,4 @@
-// Shared by fault.cpp, error_handler.cpp and their tests: the voice of the program.
+// Shared by fault.cpp, error_handler.cpp and their tests: how messages are printed.
 #pragma once
 #include <string>
 
@@ -9,10 +9,10 @@ namespace bs {
 /// "backspring: KIND: TEXT" on stderr as one line, control characters blanked.
 void print_line(const char* kind, const std::string& text);
 
-/// Remembers that a fault with this exit code has been told.
+/// Records that a fault with this exit code has been reported.
 void mark_told(Exit exit);
 
-/// As if nothing had happened yet: for tests.
+/// Resets that record, for tests.
 void forget_faults();
 
 }  // namespace bs

@@ -15,7 +15,7 @@ PetscErrorCode reject_unknown_options(MPI_Comm comm) {
   std::string unknown;
 
   PetscFunctionBegin;
-  // What nobody asked for: names as PETSc parsed them, so that values beginning with '-' are not taken for names.
+  // Options that no reader knows: names as PETSc parsed them, so that values beginning with '-' are not taken for names.
   PetscCall(PetscOptionsLeftGet(nullptr, &count, &names, &values));
   for (PetscInt i = 0; i < count && unknown.empty(); ++i)
     if (strncasecmp(names[i], "bs_", 3) == 0) unknown = std::string("-") + names[i];

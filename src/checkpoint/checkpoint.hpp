@@ -1,4 +1,4 @@
-// The file a run can be continued from (layout: README.md).
+// Checkpoint files, from which a run can be continued (layout: README.md).
 #pragma once
 #include <cstdint>
 #include <string>
@@ -23,23 +23,23 @@ struct NamedState {
 std::string previous_checkpoint(const std::string& file);
 
 /// Collective. Writes to a temporary name, flushes to disk, keeps what `file` was as previous_checkpoint(file), then
-/// renames: at every moment a whole checkpoint is there. Told (exit 4) if that fails; what was there stays.
+/// renames: a complete checkpoint exists at every moment. A failure ends the run with exit code 4 and keeps the old file.
 PetscErrorCode write_checkpoint(Model& model, const std::string& file, const Facts& run, const std::vector<NamedState>& states);
 
 /// A checkpoint that is read.
 class CheckpointFile {
  public:
-  /// Collective. Told (exit 2): missing, damaged, not a checkpoint, of a newer version.
+  /// Collective. Ends the run with exit code 2 if the file is missing, damaged, not a checkpoint, or of a newer version.
   PetscErrorCode open(MPI_Comm comm, const std::string& file);
-  /// Collective. Told (exit 2) if it was written for another model, dimension, number of rows, or lattice.
+  /// Collective. Ends the run with exit code 2 if it was written for another model, dimension, number of rows, or lattice.
   PetscErrorCode require_same(Model& model) const;
   const Facts& run() const { return run_; }
   /// Options in force when it was written, without dashes.
   const std::vector<std::pair<std::string, std::string>>& options() const { return options_; }
   bool has(const std::string& group) const { return file_.has(group); }
-  /// Collective. The state of `group` into y, in the solver's order. Told (exit 2) if damaged.
+  /// Collective. The state of `group` into y, in the solver's order. Ends the run with exit code 2 if it is damaged.
   PetscErrorCode read(Model& model, const std::string& group, Vec y) const;
-  /// Collective. What the model carries from step to step. Told (exit 2) if damaged.
+  /// Collective. What the model carries from step to step. Ends the run with exit code 2 if it is damaged.
   PetscErrorCode read_memory(Model& model) const;
   const std::string& name() const { return name_; }
 
@@ -53,7 +53,7 @@ class CheckpointFile {
   std::vector<std::pair<std::string, std::string>> options_;
 };
 
-/// Collective. Adds the options of the checkpoint -bs_restart names to those given: what is given wins. Not taken, and named in a
+/// Collective. Adds the options of the checkpoint named by -bs_restart to those given, which take precedence. Not taken over, and named in a
 /// warning: options that write files or load libraries, and a trajectory or checkpoint that does not lie beside it.
 PetscErrorCode recall_options(MPI_Comm comm);
 
@@ -63,8 +63,8 @@ bool is_recalled(const std::string& name);
 /// Collective. Adds to `inputs` a fingerprint of the contents of every table and text that an option names.
 PetscErrorCode fingerprint_inputs(MPI_Comm comm, Facts* inputs);
 
-/// Collective. `now`: from fingerprint_inputs(). Told (exit 2) if the contents of an input whose name was recalled are not what they were when `file`
-/// was written; warned of if its name was given anew.
+/// Collective. `now`: from fingerprint_inputs(). Exit code 2 if the contents of an input whose name was recalled have changed since `file`
+/// was written; only a warning if its name was given again.
 PetscErrorCode require_same_inputs(MPI_Comm comm, const CheckpointFile& file, const Facts& now);
 
 /// Collective. Warns of every option in force that is not what it was when `file` was written.

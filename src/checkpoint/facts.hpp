@@ -1,4 +1,4 @@
-// Named numbers and words: what a checkpoint says besides its vectors.
+// Named numbers and texts that a checkpoint holds besides its vectors.
 #pragma once
 #include <cstdint>
 #include <cstring>

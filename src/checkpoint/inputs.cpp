@@ -59,9 +59,9 @@ PetscErrorCode require_same_inputs(MPI_Comm comm, const CheckpointFile& file, co
     if (was == file.run().whole.end() || is == now.whole.end() || was->second == is->second) continue;
     if (is_recalled(option.substr(1)))
       PetscCall(tell(comm, Exit::input,
-                     option + " " + path + ": its contents have changed since " + file.name() + " was written: put back what it was, or give " +
-                         option + " anew to go on with what it is now"));
-    PetscCall(warn(comm, "the run goes on with other contents of " + option + " " + path + " than when " + file.name() + " was written"));
+                     option + " " + path + ": its contents have changed since " + file.name() + " was written: restore them, or give " + option +
+                         " again to continue with the present contents"));
+    PetscCall(warn(comm, "the run continues with other contents of " + option + " " + path + " than when " + file.name() + " was written"));
   }
   PetscFunctionReturn(0);
 }

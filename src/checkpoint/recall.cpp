@@ -1,5 +1,5 @@
-// Which options of a checkpoint a continued run takes. A checkpoint may come from somebody else: what it says must not make
-// this run write a file that nobody named, or load a library.
+// Which options of a checkpoint a continued run takes. A checkpoint may come from another user: its options must not make
+// this run write a file that the user did not name, or load a library.
 #include <sys/stat.h>
 #include <algorithm>
 #include <cctype>
@@ -128,9 +128,9 @@ PetscErrorCode recall_options(MPI_Comm comm) {
     recalled().insert(lower(name));
   }
   if (!left_out.empty())
-    PetscCall(warn(comm, std::string(file) + ": not taken from it: " + left_out +
-                             ": options that write files or load libraries count only where they are "
-                             "given anew; a trajectory and a checkpoint also where they lie beside it"));
+    PetscCall(warn(comm, std::string(file) + ": not taken over from it: " + left_out +
+                             ": options that write files or load libraries apply only if they are given again; those of the trajectory and the "
+                             "checkpoint also if these lie beside it"));
   PetscFunctionReturn(0);
 }
 
@@ -144,7 +144,7 @@ PetscErrorCode tell_changed_options(MPI_Comm comm, const CheckpointFile& file) {
     const auto was = before.find(name);
     if (harmless(name) || (was != before.end() && was->second == value)) continue;
     const std::string old = was == before.end() ? "not given" : was->second;
-    PetscCall(warn(comm, "the run goes on with -" + name + " " + value + "; it was " + (old.empty() ? "given without a value" : old) + " when " +
+    PetscCall(warn(comm, "the run continues with -" + name + " " + value + "; it was " + (old.empty() ? "given without a value" : old) + " when " +
                              file.name() + " was written"));
   }
   PetscFunctionReturn(0);

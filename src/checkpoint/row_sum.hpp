@@ -8,7 +8,7 @@
 namespace bs {
 
 /// Sum over all rows, modulo 2^64, of a hash of (table, row, bits of the row's numbers). Add the sums of all ranks.
-/// Not made against forgery.
+/// It does not protect against forgery.
 class RowSum {
  public:
   /// Rows [first, first + rows) of table `table`, `columns` numbers each.

@@ -142,7 +142,7 @@ int take_place(const std::string& made, const std::string& file, const std::stri
   int handle = -1;
   if (const int why = create_fresh(before, ".tmp", &second, &handle)) return why;
   close(handle);
-  (void)unlink(second.c_str());  // the name is free, and nobody could foresee it
+  (void)unlink(second.c_str());  // the name is free and was unpredictable
   if (link(file.c_str(), second.c_str()) == 0) {
     if (rename(second.c_str(), before.c_str()) != 0) return errno;
     (void)unlink(second.c_str());  // renaming one name of a file to another of its names leaves both

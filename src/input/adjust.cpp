@@ -62,7 +62,7 @@ PetscErrorCode warn_of_idle_options(MPI_Comm comm, const std::string& source, bo
     PetscCall(PetscOptionsHasName(nullptr, nullptr, name, &set));
     if (set) idle += (idle.empty() ? "" : ", ") + std::string(name);
   }
-  if (!idle.empty()) PetscCall(warn(comm, source + ": the file has its own; ignored: " + idle));
+  if (!idle.empty()) PetscCall(warn(comm, source + ": the file has its own values; ignored: " + idle));
   PetscFunctionReturn(0);
 }
 

@@ -10,12 +10,13 @@ namespace bs {
 void AnchorSpec::options(Section& section) {
   double values[3] = {0, 0, 0};
   int count = 0;
-  section.integers("-bs_anchor_particles", "particles held by a spring to a fixed point, counted from 0", particles);
-  if (section.reals("-bs_anchor_point", "that point, the same for all (absent: each particle's initial place) [m]", values, 3, &count))
+  section.integers("-bs_anchor_particles", "indices of particles tied by a spring to an anchor point, counted from 0", particles);
+  if (section.reals("-bs_anchor_point", "anchor point, the same for all these particles (default: the initial position of each) [m]", values, 3,
+                    &count))
     point.assign(values, values + count);
-  section.real("-bs_anchor_stiffness", "stiffness of those springs [N/m, strain law with a rest length: N]", stiffness, Range::nonnegative);
-  section.real("-bs_anchor_rest_length", "rest length of those springs [m]", rest_length, Range::nonnegative);
-  section.real("-bs_anchor_damping", "damping of those springs [kg/s]", damping, Range::nonnegative);
+  section.real("-bs_anchor_stiffness", "stiffness of the anchor springs [N/m, strain law with a rest length: N]", stiffness, Range::nonnegative);
+  section.real("-bs_anchor_rest_length", "rest length of the anchor springs [m]", rest_length, Range::nonnegative);
+  section.real("-bs_anchor_damping", "damping of the anchor springs [kg/s]", damping, Range::nonnegative);
 }
 
 /// What is wrong with `spec` for this lattice; empty if nothing.

@@ -129,7 +129,7 @@ PetscErrorCode read_here(const std::string& path, const GeneratorSpec& spec, Mes
   if (*fault) PetscFunctionReturn(0);
   PetscCall(plex_from_gmsh(path, dm.out(), &error));
   if (!dm) {
-    fault->note(0, format("%s: DMPlex cannot read this mesh (%s); write it anew by Gmsh, or make an .h5 of it by "
+    fault->note(0, format("%s: DMPlex cannot read this mesh (%s); write it again by Gmsh, or make an .h5 of it by "
                           "postprocess/convert.py",
                           path.c_str(), error.c_str()));
     PetscFunctionReturn(0);

@@ -27,16 +27,16 @@ std::string read_gmsh_text(const std::string& path, std::string* text) {
   try {
     text->resize(static_cast<std::size_t>(look.bytes));
   } catch (const std::bad_alloc&) {
-    return format("%s: no memory for its %lld bytes", path.c_str(), look.bytes);
+    return format("%s: not enough memory for its %lld bytes", path.c_str(), look.bytes);
   }
   std::ifstream in(path, std::ios::binary);
   in.read(text->data(), look.bytes);
-  if (in.gcount() != look.bytes) return path + ": cannot be read to its end; look at the disk";
+  if (in.gcount() != look.bytes) return path + ": cannot be read to its end; check the disk";
   return {};
 }
 
 PetscErrorCode plex_from_gmsh(const std::string& path, DM* mesh, std::string* error) {
-  // Left to itself DMPlex takes the elements' dimension, and drops the z of a cloth without a word; of curved elements
+  // Left to itself DMPlex takes the elements' dimension, and silently drops the z of a cloth; of curved elements
   // it keeps no coordinates of the corners.
   static const char* const defaults[2][2] = {{"-dm_plex_gmsh_spacedim", "3"}, {"-dm_plex_gmsh_highorder", "0"}};
   PetscBool set[2];

@@ -1,4 +1,4 @@
-// What can be told about a Gmsh file before DMPlex reads it, and the reading itself, on one rank.
+// Checks of a Gmsh file before DMPlex reads it, and the reading itself, on one rank.
 #pragma once
 #include <petscdmplex.h>
 #include <string>

@@ -100,10 +100,10 @@ class Scanner {
   Scanner(const std::string& text, bool binary, bool v4) : in_(text, binary, v4), binary_(binary), v4_(v4) {}
   GmshScan run() {
     if (in_.section("$Nodes")) v4_ ? nodes4() : nodes2();
-    if (!in_.good()) fail("$Nodes lacks a number where one must be");
+    if (!in_.good()) fail("$Nodes lacks a number where one is required");
     if (ok()) index_nodes();
     if (ok() && in_.section("$Elements")) v4_ ? elements4() : elements2();
-    if (!in_.good()) fail("$Elements lacks a number where one must be");
+    if (!in_.good()) fail("$Elements lacks a number where one is required");
     for (std::size_t k = 0; ok() && k < tags_.size(); ++k)
       if (used_[place(tags_[k])]) out_.nodes.push_back(tags_[k]);
     out_.complete = ok();
@@ -113,7 +113,7 @@ class Scanner {
  private:
   bool ok() const { return out_.fault.empty() && understood_ && in_.good(); }
   void fail(const std::string& text) {
-    if (out_.fault.empty()) out_.fault = text + "; write it anew";
+    if (out_.fault.empty()) out_.fault = text + "; write it again";
   }
   /// A count must not exceed what the rest of the file can hold.
   bool plausible(std::int64_t count, const char* what) {
@@ -228,7 +228,7 @@ std::string fault_of_gmsh(const std::string& text) {
   if (version[0] == '4' && !has("$Entities"))
     return "has no $Entities, which format 4.1 needs (meshio leaves them out); write it as Gmsh 2.2 (in meshio: gmsh22)";
   for (const char* const name : {"$Nodes", "$EndNodes", "$Elements", "$EndElements"})
-    if (!has(name)) return std::string("has no ") + name + ": truncated, or not a whole mesh; write it anew";
+    if (!has(name)) return std::string("has no ") + name + ": truncated, or not a whole mesh; write it again";
   return {};
 }
 
@@ -260,7 +260,7 @@ std::string lone_line(const GmshScan& scan, std::int64_t vertices, const std::ve
     for (int k = 0; k < 2; ++k) end[k] = std::lower_bound(rows.begin(), rows.end(), Edge(line.ends[k], 0))->second;
     if (!std::binary_search(edges.begin(), edges.end(), Edge(std::minmax(end[0], end[1]))))
       return format("line element %" PRId64 " (nodes %" PRId64 " and %" PRId64
-                    ") is no edge of the other elements and would "
+                    ") is not an edge of the other elements and would "
                     "be lost; make an .h5 of the mesh by postprocess/convert.py",
                     line.element, line.ends[0], line.ends[1]);
   }

@@ -28,9 +28,9 @@ void look(const std::string& path, std::int64_t* bytes, Fault* fault) {
   *bytes = found.bytes;
   if (!found.error.empty()) return fault->note(0, found.error);
   if (H5Fis_hdf5(path.c_str()) <= 0)
-    return fault->note(0, format("%s: is not an HDF5 file (%lld bytes); write it anew, for instance with h5py", path.c_str(), found.bytes));
+    return fault->note(0, format("%s: is not an HDF5 file (%lld bytes); write it again, for instance with h5py", path.c_str(), found.bytes));
   const H5 file(H5Fopen(path.c_str(), H5F_ACC_RDONLY, H5P_DEFAULT), H5Fclose);
-  if (!file) fault->note(0, format("%s: truncated or damaged HDF5 file (%s); write it anew", path.c_str(), last_reason().c_str()));
+  if (!file) fault->note(0, format("%s: truncated or damaged HDF5 file (%s); write it again", path.c_str(), last_reason().c_str()));
 }
 
 std::string join(const std::vector<std::string>& words) {
@@ -100,7 +100,7 @@ bool Hdf5File::has(const std::string& path) const {
 std::string Hdf5File::fault_of(hid_t dataset, const std::string& path, const TableShape& shape, Table* out) const {
   const std::string begin = name_ + ": " + path;
   const H5 type(H5Dget_type(dataset), H5Tclose), space(H5Dget_space(dataset), H5Sclose);
-  if (!type || !space) return begin + ": damaged (" + last_reason() + "); write it anew";
+  if (!type || !space) return begin + ": damaged (" + last_reason() + "); write it again";
 
   const H5T_class_t kind = H5Tget_class(type);
   const bool integers = kind == H5T_INTEGER || kind == H5T_ENUM;  // h5py writes bool as an enumeration
@@ -163,7 +163,7 @@ PetscErrorCode Hdf5File::require_data(const Table& table) const {
                             static_cast<double>(table.rows) * std::max(table.columns, 1);
     if (declared > most_bytes(table.dataset, bytes_))
       fault.note(0, format("%s: %s declares %" PRId64 " rows (%.0f bytes), the file (%" PRId64 " bytes) does not hold them: "
-                           "never written, truncated or damaged; write it anew",
+                           "never written, truncated or damaged; write it again",
                            name_.c_str(), table.path.c_str(), table.rows, declared, bytes_));
   }
   PetscCall(agree(comm_, fault));
@@ -191,7 +191,7 @@ PetscErrorCode Hdf5File::read_raw(const Table& table, std::int64_t first, std::i
     // Independent transfer (the default): a rank that meets a damaged block cannot leave the others waiting.
     if (H5Sselect_hyperslab(file, H5S_SELECT_SET, start.data(), nullptr, block.data(), nullptr) < 0 ||
         H5Dread(table.dataset, type, memory, file, H5P_DEFAULT, out) < 0)
-      fault.note(first, format("%s: %s: rows %" PRId64 " to %" PRId64 " cannot be read (%s); write the file anew", name_.c_str(), table.path.c_str(),
+      fault.note(first, format("%s: %s: rows %" PRId64 " to %" PRId64 " cannot be read (%s); write the file again", name_.c_str(), table.path.c_str(),
                                first, first + count - 1, last_reason().c_str()));
   }
   PetscCall(agree(comm_, fault));

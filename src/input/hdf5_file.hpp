@@ -1,5 +1,5 @@
 // Reading an HDF5 file in parallel: tables whose shape, type and size are checked before anything is allocated, and
-// rows by hyperslabs. HDF5's own messages stay silent; what is wrong is told in one line (exit 2).
+// rows by hyperslabs. HDF5's own messages are suppressed; an error is reported in one line and ends the run with exit code 2.
 #pragma once
 #include <hdf5.h>
 #include <petscsys.h>

@@ -112,8 +112,8 @@ PetscErrorCode read_row_laws(MPI_Comm comm, const Hdf5File& file, const Hdf5Layo
   for (std::size_t k = 0; k < given.size() && !fault; ++k) {
     const std::int64_t row = l->springs.first + static_cast<std::int64_t>(k);
     if (given[k] < 0 || given[k] >= count)
-      fault.note(row, format("%s: spring %" PRId64 ", %s: %" PRId64 " is no place in attribute spring_laws; write 0 to %" PRId64, l->source.c_str(),
-                             row, path.c_str(), given[k], count - 1));
+      fault.note(row, format("%s: spring %" PRId64 ", %s: %" PRId64 " is not an index of attribute spring_laws; write 0 to %" PRId64,
+                             l->source.c_str(), row, path.c_str(), given[k], count - 1));
     else l->spring_laws[k] = place[static_cast<std::size_t>(given[k])];
   }
   PetscCall(agree(comm, fault));

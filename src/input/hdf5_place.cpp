@@ -43,7 +43,7 @@ bool Hdf5File::stay_within() {
 H5 Hdf5File::group(const std::string& path) const { return H5(H5Gopen2(file_, path.c_str(), groups_), H5Gclose); }
 
 std::string Hdf5File::fault_of_link(const std::string& path) const {
-  return format("%s: %s is a link to another file (%s): refused; copy what it leads to into the file", name_.c_str(), path.c_str(),
+  return format("%s: %s is a link to another file (%s): refused; copy the data it points to into the file", name_.c_str(), path.c_str(),
                 elsewhere_.first.c_str());
 }
 
@@ -51,11 +51,11 @@ std::string Hdf5File::fault_of_link(const std::string& path) const {
 std::string Hdf5File::fault_of_place(hid_t dataset, const std::string& path) const {
   const std::string begin = name_ + ": " + path;
   const H5 list(H5Dget_create_plist(dataset), H5Pclose);
-  if (!list) return begin + ": damaged; write it anew";
+  if (!list) return begin + ": damaged; write it again";
   char other[256] = "";
   if (H5Pget_external_count(list) > 0) {
     (void)H5Pget_external(list, 0, sizeof other - 1, other, nullptr, nullptr);
-    return begin + ": its numbers lie in another file (external storage, " + other + "): refused; write them into the file";
+    return begin + ": its data are stored in another file (external storage, " + other + "): refused; write them into the file";
   }
   if (H5Pget_layout(list) == H5D_VIRTUAL) {
     std::size_t sources = 0;

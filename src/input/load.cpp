@@ -33,10 +33,10 @@ struct LatticeOptions {
 };
 
 void LatticeOptions::read(Section& section) {
-  file_given = section.file("-bs_lattice_file", "lattice to read: HDF5 (.h5, .hdf5, .h5md), XSpringies (.xsp), Gmsh (.msh)", file);
+  file_given = section.file("-bs_lattice_file", "lattice file to read: HDF5 (.h5, .hdf5, .h5md), XSpringies (.xsp), Gmsh (.msh)", file);
   springs.read(section);
-  width_given = section.real("-bs_lattice_width", "width of an .xsp scene's window [pixel]", width, Range::positive);
-  height_given = section.real("-bs_lattice_height", "height of an .xsp scene's window [pixel]", height, Range::positive);
+  width_given = section.real("-bs_lattice_width", "width of the window of an .xsp scene [pixel]", width, Range::positive);
+  height_given = section.real("-bs_lattice_height", "height of the window of an .xsp scene [pixel]", height, Range::positive);
   generator.options(section);
   anchors.options(section);
 }

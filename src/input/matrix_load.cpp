@@ -125,7 +125,7 @@ PetscErrorCode load_entries(MPI_Comm comm, const std::string& path, Reader& read
     sizes[0] = reader.rows();
     sizes[1] = reader.columns();
     if (std::max(sizes[0], sizes[1]) > PETSC_MAX_INT / 2)
-      fault.note(reader.line(), path + ": too many rows or columns for this PETSc: use one with 64-bit indices");
+      fault.note(reader.line(), path + ": too many rows or columns for this PETSc: use a build with 64-bit indices");
   }
   PetscCall(agree(comm, fault));
   PetscCallMPI(MPI_Bcast(sizes, 2, MPI_INT64_T, 0, comm));

@@ -7,7 +7,7 @@
 namespace bs {
 
 /// Collective. `path`: Matrix Market text (.mtx, or a first line that begins with %%MatrixMarket) or PETSc binary
-/// (.bin, .petsc, .dat). Rank 0 reads it and hands each piece of it to the owners of its rows at once. `option` is named in messages. Told (exit 2)
+/// (.bin, .petsc, .dat). Rank 0 reads it and hands each piece of it to the owners of its rows at once. `option` is named in messages. Exit code 2
 /// if it cannot be read.
 PetscErrorCode load_matrix(MPI_Comm comm, const std::string& path, const std::string& option, Mat* out);
 

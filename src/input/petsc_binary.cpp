@@ -54,7 +54,7 @@ std::int64_t petsc_class_id(const std::string& path, int index_bytes) {
 }
 
 bool PetscMatrixReader::fail(const std::string& what) {
-  if (error_.empty()) error_ = name_ + ": " + what + "; write it anew, in PETSc by MatView";
+  if (error_.empty()) error_ = name_ + ": " + what + "; write it again, in PETSc by MatView";
   return false;
 }
 
@@ -117,7 +117,7 @@ bool PetscMatrixReader::next(MatrixEntry* entry) {
 }
 
 std::string read_petsc_vector(const std::string& path, int index_bytes, std::vector<double>* values) {
-  const std::string anew = "; write it anew, in PETSc by VecView";
+  const std::string anew = "; write it again, in PETSc by VecView";
   std::ifstream in(path, std::ios::binary);
   std::vector<std::int64_t> head;
   const std::int64_t bytes = size_of(in);

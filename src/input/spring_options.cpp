@@ -19,15 +19,16 @@ void SpringOptions::read(Section& section) {
   std::string formulas;
   int index = 0;
   for (const SpringLawInfo& law : spring_laws()) formulas += (formulas.empty() ? "" : "; ") + std::string(law.name) + " " + law.title;
-  if (section.choice("-bs_spring_law", ("law of the springs, tension at length l: " + formulas).c_str(), spring_law_names(), index))
+  if (section.choice("-bs_spring_law", ("spring law, with the tension at length l: " + formulas).c_str(), spring_law_names(), index))
     spring_law = index;
   index = 0;
-  if (section.choice("-bs_damping_law", "damping along the spring only, or of the whole relative velocity", damper_law_names(), index))
+  if (section.choice("-bs_damping_law", "relative velocity that a spring damps: axial, its component along the spring only; simple, all of it",
+                     damper_law_names(), index))
     damping_law = index;
   for (const SpringParameter& one : spring_parameters()) {
     Constant constant{one, std::string("-bs_spring_") + one.name};
-    const std::string help =
-        std::string(one.meaning) + ", the same for all springs; a lattice's own /springs/" + one.name + " goes before it [" + one.unit + "]";
+    const std::string help = std::string(one.meaning) + ", the same for all springs; the dataset /springs/" + one.name +
+                             " of a lattice file takes precedence [" + one.unit + "]";
     constant.given = section.real(constant.option.c_str(), help.c_str(), constant.value, one.nonnegative ? Range::nonnegative : Range::any);
     constants.push_back(constant);
   }

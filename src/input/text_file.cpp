@@ -25,12 +25,12 @@ void read_here(const std::string& path, std::string* text, Fault* fault) {
   try {
     text->resize(static_cast<std::size_t>(look.bytes));
   } catch (const std::bad_alloc&) {
-    return fault->note(0, format("%s: no memory for its %lld bytes", path.c_str(), look.bytes));
+    return fault->note(0, format("%s: not enough memory for its %lld bytes", path.c_str(), look.bytes));
   }
   std::ifstream in(path, std::ios::binary);
   in.read(text->data(), look.bytes);
   if (in.gcount() != look.bytes)
-    fault->note(0, format("%s: read %lld of its %lld bytes; look at the disk", path.c_str(), static_cast<long long>(in.gcount()), look.bytes));
+    fault->note(0, format("%s: read %lld of its %lld bytes; check the disk", path.c_str(), static_cast<long long>(in.gcount()), look.bytes));
 }
 
 }  // namespace
@@ -43,7 +43,7 @@ FileLook look_at_file(const std::string& path) {
         errno == ENOENT ? path + ": no such file; " + input_places(path) : format("%s: cannot be read (%s)", path.c_str(), std::strerror(errno));
   else if (S_ISDIR(info.st_mode)) look.error = format("%s: is a folder; name a file in it", path.c_str());
   else if (!S_ISREG(info.st_mode)) look.error = format("%s: is not a regular file", path.c_str());
-  else if (!std::ifstream(path)) look.error = format("%s: cannot be opened; look at its permissions (chmod +r)", path.c_str());
+  else if (!std::ifstream(path)) look.error = format("%s: cannot be opened; check its permissions (chmod +r)", path.c_str());
   look.bytes = static_cast<long long>(info.st_size);
   return look;
 }

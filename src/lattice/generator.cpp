@@ -127,7 +127,7 @@ void add_spring(const Plan& plan, std::int64_t i, std::int64_t j, const Neighbou
   out->rest_length.push_back(plan.length(m) * spec.rest_length_factor);
 }
 
-/// Room for half of the neighbours of an inner particle each: pages nobody writes to cost nothing.
+/// Room for half of the neighbours of an inner particle each: untouched pages cost nothing.
 void reserve_springs(const Plan& plan, Lattice* out) {
   std::size_t most = 0;
   for (const Site& kind : plan.stencil.kinds) most = std::max(most, kind.neighbours.size());

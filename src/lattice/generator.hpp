@@ -20,7 +20,7 @@ struct GeneratorSpec {
   std::vector<double> spacing{1.0};            ///< along x[, y[, z]] [m]; bcc, fcc: edge of the cubic cell
   int neighbors = 0;                           ///< springs of an inner particle; 0: the type's default
   double rest_length_factor = 1;               ///< rest length = unperturbed distance times this
-  double perturbation = 0;                     ///< largest random shift of a free particle along each axis [m]
+  double perturbation = 0;                     ///< largest random displacement of a free particle along each axis [m]
   std::int64_t seed = 1;                       ///< of the perturbation and of the choice of stiff springs
   std::vector<double> origin;                  ///< lower corner [m]
   double stiff_fraction = 0;                   ///< share of springs made stiffer, 0 to 1
@@ -85,39 +85,42 @@ void GeneratorSpec::options(V& o) {
   int index = static_cast<int>(type);
   std::int64_t d = dim, n = neighbors;
   if (o.choice("-bs_lattice_type", "regular lattice to generate", lattice_type_names(), index)) type = static_cast<LatticeType>(index);
-  o.integers("-bs_lattice_size", "particles (bcc, fcc: cubic cells) along x[,y[,z]]; the last number repeats", size);
-  if (o.integer("-bs_lattice_dim", "dimensions d of space, 1 to 3 (0: the type's own)", d)) dim = d < 0 || d > 3 ? -1 : static_cast<int>(d);
-  read_list(o, "-bs_lattice_spacing", "distance of neighbours along x[,y[,z]]; bcc, fcc: cell edge [m]", 3, spacing);
+  o.integers("-bs_lattice_size", "number of particles (bcc, fcc: of cubic cells) along x[,y[,z]]; the last number also applies to the axes after it",
+             size);
+  if (o.integer("-bs_lattice_dim", "dimension d of space, 1 to 3 (0: the default of the lattice type)", d))
+    dim = d < 0 || d > 3 ? -1 : static_cast<int>(d);
+  read_list(o, "-bs_lattice_spacing", "distance between neighbours along x[,y[,z]]; bcc, fcc: edge of a cubic cell [m]", 3, spacing);
   if (o.integer("-bs_lattice_neighbors",
-                "springs of an inner particle (0: the type's own): square 4, 8; cloth 4, 8, 12; cubic 6, 18, 26; "
+                "number of springs at an inner particle (0: the default of the lattice type): square 4, 8; cloth 4, 8, 12; cubic 6, 18, 26; "
                 "bcc 8, 14; fcc 12, 18",
                 n))
     neighbors = n < 0 || n > 100 ? -1 : static_cast<int>(n);
   // 0 means not given; a 0 that was written is turned into what check() refuses.
-  if (o.real("-bs_lattice_total_mass", "mass of the whole, shared evenly [kg]", total_mass) && total_mass == 0) total_mass = -1;
-  if (o.real("-bs_lattice_particle_mass", "mass of each particle, 1 where no mass is given [kg]", particle_mass) && particle_mass == 0)
+  if (o.real("-bs_lattice_total_mass", "total mass of the lattice, divided equally among its particles [kg]", total_mass) && total_mass == 0)
+    total_mass = -1;
+  if (o.real("-bs_lattice_particle_mass", "mass of each particle; 1 if neither mass is given [kg]", particle_mass) && particle_mass == 0)
     particle_mass = -1;
   read_list(o, "-bs_lattice_stiffness",
-            "stiffness of axis, face diagonal, body diagonal springs (cloth: structural, shear, bend; bcc, fcc: nearest "
-            "first); the last repeats [N/m, strain law: N]",
+            "stiffness of the springs along axes, face diagonals and body diagonals (cloth: structural, shear and bending springs; bcc, fcc: nearest "
+            "neighbours first); the last number also applies to the classes after it [N/m, strain law: N]",
             3, stiffness);
-  read_list(o, "-bs_lattice_damping", "damping of the same classes of springs [kg/s]", 3, damping);
+  read_list(o, "-bs_lattice_damping", "damping of the springs, by the same classes as -bs_lattice_stiffness [kg/s]", 3, damping);
   o.real("-bs_angle_stiffness",
-         "chain, square, cloth, cubic: stiffness of an angle spring over every three neighbours along a line, "
-         "0: none [N m/rad^2]",
+         "chain, square, cloth, cubic: stiffness of the angle spring at every three consecutive particles of a line; 0: no angle springs [N m/rad^2]",
          angle_stiffness);
-  o.real("-bs_rest_angle", "angle at which those springs rest, pi: a straight line [rad]", rest_angle);
-  o.real("-bs_lattice_rest_length_factor", "rest length / unperturbed distance, >= 0", rest_length_factor);
-  o.texts("-bs_lattice_fixed", "faces whose particles are fixed: xmin,xmax,ymin,ymax,zmin,zmax", fixed);
-  o.integers("-bs_lattice_fixed_particles", "particles that are fixed, counted from 0", fixed_particles);
-  o.real("-bs_lattice_perturbation", "largest random shift of a free particle along each axis [m]", perturbation);
-  o.integer("-bs_lattice_seed", "seed of the perturbation and of the stiff springs", seed);
+  o.real("-bs_rest_angle", "rest angle of the springs of -bs_angle_stiffness; pi: a straight line [rad]", rest_angle);
+  o.real("-bs_lattice_rest_length_factor", "ratio of rest length to unperturbed distance, >= 0", rest_length_factor);
+  o.texts("-bs_lattice_fixed", "faces of the lattice whose particles are fixed: xmin,xmax,ymin,ymax,zmin,zmax", fixed);
+  o.integers("-bs_lattice_fixed_particles", "indices of fixed particles, counted from 0", fixed_particles);
+  o.real("-bs_lattice_perturbation", "largest random displacement of a free particle along each axis [m]", perturbation);
+  o.integer("-bs_lattice_seed", "seed of the random perturbation and of the random choice of stiffer springs", seed);
   read_list(o, "-bs_lattice_origin", "lower corner of the lattice [m]", 3, origin);
-  read_list(o, "-bs_lattice_velocity", "initial velocity u of v = u + A x [m/s]", 3, velocity);
-  read_list(o, "-bs_lattice_velocity_gradient", "A of v = u + A x, x unperturbed: d x d numbers, row by row [1/s]", 9, velocity_gradient);
-  o.real("-bs_lattice_radius", "radius of each particle (0: none given) [m]", radius);
-  o.real("-bs_lattice_stiff_fraction", "share of springs, chosen at random, made stiffer, 0 to 1", stiff_fraction);
-  o.real("-bs_lattice_stiff_factor", "how many times stiffer those are", stiff_factor);
+  read_list(o, "-bs_lattice_velocity", "vector u of the initial velocity v = u + A x [m/s]", 3, velocity);
+  read_list(o, "-bs_lattice_velocity_gradient",
+            "matrix A of the initial velocity v = u + A x at the unperturbed position x: d x d numbers, row by row [1/s]", 9, velocity_gradient);
+  o.real("-bs_lattice_radius", "radius of each particle (0: no radius) [m]", radius);
+  o.real("-bs_lattice_stiff_fraction", "fraction of the springs, chosen at random, that are made stiffer, 0 to 1", stiff_fraction);
+  o.real("-bs_lattice_stiff_factor", "factor on the stiffness of the springs chosen by -bs_lattice_stiff_fraction", stiff_factor);
 }
 
 }  // namespace bs

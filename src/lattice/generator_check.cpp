@@ -56,7 +56,7 @@ std::string check_size(const GeneratorSpec& spec) {
   // Room for 26 springs a particle.
   const std::int64_t total = particle_count(spec);
   if (total < 0 || total > std::numeric_limits<std::int64_t>::max() / 32)
-    return "-bs_lattice_size: so many particles cannot be counted in 64 bits: write smaller numbers";
+    return "-bs_lattice_size: this number of particles exceeds 64 bits: write smaller numbers";
   return {};
 }
 
@@ -65,7 +65,7 @@ std::string check_dim(const GeneratorSpec& spec) {
   if (spec.dim == 0 || (spec.dim >= info.dim_min && spec.dim <= info.dim_max)) return {};
   std::string allowed = std::to_string(info.dim_min);
   for (int d = info.dim_min + 1; d <= info.dim_max; ++d) allowed += (d == info.dim_max ? " or " : ", ") + std::to_string(d);
-  return std::string("-bs_lattice_dim: a ") + info.name + " lattice lives in d = " + allowed;
+  return std::string("-bs_lattice_dim: a ") + info.name + " lattice needs d = " + allowed;
 }
 
 std::string check_neighbors(const GeneratorSpec& spec) {
@@ -97,7 +97,7 @@ std::string check_angles(const GeneratorSpec& spec) {
       spec.type == LatticeType::chain || spec.type == LatticeType::square || spec.type == LatticeType::cloth || spec.type == LatticeType::cubic;
   if (spec.angle_stiffness == 0)
     return spec.rest_angle == GeneratorSpec().rest_angle ? std::string()
-                                                         : "-bs_rest_angle is of springs that -bs_angle_stiffness makes: give it, too";
+                                                         : "-bs_rest_angle needs the angle springs of -bs_angle_stiffness: give that option, too";
   if (!lines)
     return "-bs_angle_stiffness: a " + name_of(spec) + " lattice has no lines of neighbours along the axes: use chain, square, cloth or cubic";
   if (dimension(spec) < 2) return "-bs_angle_stiffness: one dimension has no angles: write -bs_lattice_dim 2 or 3";

@@ -73,7 +73,7 @@ struct Lattice {
   bool rest_at_zero_length = false;                          ///< a spring of zero length exerts no force instead of being an error
   /// Options the input implies ("-bs_gravity", "0,-9.8"): put in force where the user set none. Values by %.17g.
   std::vector<std::pair<std::string, std::string>> implied_options;
-  std::vector<std::string> warnings;  ///< one line each, told once
+  std::vector<std::string> warnings;  ///< one line each, reported once
 };
 
 }  // namespace bs

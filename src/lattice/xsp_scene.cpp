@@ -130,7 +130,7 @@ void add_warnings(const XspScene& scene, const std::string& name, Lattice* out) 
     out->warnings.push_back(line);
   }
   if (!scene.unknown_words.empty()) {
-    std::string line = name + ":" + std::to_string(scene.unknown_line) + ": unknown records passed over:";
+    std::string line = name + ":" + std::to_string(scene.unknown_line) + ": unknown records skipped:";
     for (const std::string& word : scene.unknown_words) line += " " + word;
     out->warnings.push_back(line);
   }

@@ -19,7 +19,7 @@ double chunk_bytes(const LatticeSize& size, int ranks);
 /// sent and once in place, and the particles [bytes].
 double network_bytes(const LatticeSize& size, int ranks);
 
-/// Both, with a tenth off the second for parts that are not of one size: what is asked for first. Counted by the arrays that are
+/// Both, with a tenth off the second for parts of unequal size: the amount that is checked first. Counted by the arrays that are
 /// certainly held at one time.
 /// Measured, cubic lattice of 40 x 40 x 40 with 552,240 springs: 118 MB on one rank, where a whole run with the default solver took 140 MB
 /// of data (VmData) more than one of 8 particles; 55 MB on each of 2 ranks, of 82 MB (100 MB with -ts_type euler).

@@ -102,7 +102,7 @@ PetscErrorCode collect_half_springs(MPI_Comm comm, const Lattice& lattice, const
     mine->insert(mine->end(), received.begin(), received.end());
     PetscFunctionReturn(0);
   };
-  // a tenth more than the average; pages nobody writes to cost nothing
+  // a tenth more than the average; untouched pages cost nothing
   mine->reserve(static_cast<std::size_t>(2 * lattice.springs.total / size * (size > 1 ? 11 : 10) / 10));
   if (size == 1)
     for (std::size_t k = 0; k < halves.count(); ++k) mine->push_back(halves(k));

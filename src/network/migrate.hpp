@@ -40,7 +40,7 @@ struct Chunks {
 PetscErrorCode gather_chunks(MPI_Comm comm, const Lattice& lattice, Chunks* chunks);
 
 /// Collective. The springs at each particle of this chunk, for the partitioner: symmetric, as it
-/// must be, and without the couplings of `options`, which tell nothing of what lies near what.
+/// must be, and without the couplings of `options`, which carry no information on neighbourhood.
 PetscErrorCode collect_graph(MPI_Comm comm, const Lattice& lattice, const NetworkOptions& options, const Chunks& chunks, RowGraph* graph);
 
 /// Collective. Both ends of every spring at the new owners of the ends, sorted; rank_of[k] owns row k of this chunk. The

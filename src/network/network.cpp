@@ -181,11 +181,11 @@ PetscErrorCode read_network_options(MPI_Comm comm, NetworkOptions* out) {
   PetscFunctionBegin;
   PetscCall(read_section(comm, "Parallel layout", [&](Section& o) {
     o.choice("-bs_partition",
-             "how particles are divided among ranks: graph (MatPartitioning, least cut springs), "
-             "geometric (coordinate bisection) or rows (the input's order)",
+             "how particles are divided among ranks: graph (MatPartitioning, few springs cut), geometric (coordinate bisection) or rows (order of "
+             "the input)",
              {"graph", "geometric", "rows"}, out->partition);
-    o.choice("-bs_ordering", "order of a rank's particles: rcm (reverse Cuthill-McKee, for cache) or rows (the input's)", {"rcm", "rows"},
-             out->ordering);
+    o.choice("-bs_ordering", "order of the particles on a rank: rcm (reverse Cuthill-McKee, for use of the cache) or rows (order of the input)",
+             {"rcm", "rows"}, out->ordering);
   }));
   PetscFunctionReturn(0);
 }

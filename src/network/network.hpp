@@ -1,4 +1,4 @@
-// The distributed lattice: which rank owns which particle, in what local order, and what it must know of others.
+// The distributed lattice: which rank owns which particle, in what local order, and which particles of other ranks it uses.
 #pragma once
 #include <petscis.h>
 #include <cstdint>

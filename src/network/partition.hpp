@@ -18,7 +18,7 @@ struct RowGraph {
 bool needs_graph(const Lattice& lattice, int kind, int size);
 
 /// Collective. rank_of[k]: the new owner of row particles.first + k. `kind` as NetworkOptions::partition; `used` tells
-/// which method ran. The graph is let go of.
+/// which method ran. The graph is released.
 PetscErrorCode partition_rows(MPI_Comm comm, const Lattice& lattice, RowGraph* graph, int kind, std::vector<int>* rank_of, std::string* used);
 
 }  // namespace bs

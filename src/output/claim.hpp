@@ -1,4 +1,4 @@
-// The files a run will write: asked for before anything is computed, and kept for it alone while it lasts.
+// The files that a run will write: checked before anything is computed, and locked while the run lasts.
 #pragma once
 #include <petscsys.h>
 
@@ -14,14 +14,14 @@ struct RunFiles {
   std::string restart;     ///< the checkpoint that is read
   bool xdmf = true;        ///< output + ".xdmf" is kept, too
   bool overwrite = false;  ///< -bs_overwrite
-  bool resumes = false;    ///< an output that exists is gone on with, not replaced
+  bool resumes = false;    ///< an existing output is continued, not replaced
 };
 
 class Claim {
  public:
-  /// Collective. Told (exit 2): two names for one file, among those written and against every input and option file; a
-  /// file that exists and may not be replaced, or is no file; what other people keep under a name the program gives by
-  /// itself (.xdmf, .previous, .checkpoint, .lock); another run that writes one of them.
+  /// Collective. Ends the run with exit code 2 for: two names for one file, among those written and against every input and option file; a
+  /// file that exists and may not be replaced, or is not a regular file; foreign files under a name that the program derives
+  /// by itself (.xdmf, .previous, .checkpoint, .lock); another run that writes one of them.
   PetscErrorCode take(MPI_Comm comm, const RunFiles& files);
 
  private:

@@ -45,7 +45,7 @@ struct Trajectory::Impl {
   bool laid_out = false;            ///< the columns are open
   bool published = false;           ///< the file has its name
   std::string target;               ///< options.file, or where it leads as a link: the link stays
-  std::string made;                 ///< where the file is until its first frame is whole: whoever finds it by its name can read it
+  std::string made;                 ///< where the file is until its first frame is whole: a file that has its final name is readable
   FileIdentity identity;            ///< of the file made, on rank 0
   TrajectoryMark mark;              ///< where a continued trajectory goes on
   std::int64_t old_frames = 0;      ///< frames it had when it was opened
@@ -81,7 +81,7 @@ struct Trajectory::Impl {
   PetscErrorCode leave_room(std::int64_t bytes);
   PetscErrorCode write(std::int64_t at, double now, const std::vector<Field>& fields, const std::vector<Observable>& given);
   PetscErrorCode write_log();
-  /// Not collective. Brings the sidecar up to date; what hinders that is warned of once and does not end the run.
+  /// Not collective. Brings the sidecar up to date; a failure causes one warning and does not end the run.
   PetscErrorCode write_xdmf(bool last);
   PetscErrorCode write_field(std::size_t index, const Field& field);
   /// Upper bound of what a frame adds to the file [bytes].

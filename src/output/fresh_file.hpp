@@ -1,6 +1,6 @@
-// Files that are made under a name nobody can foresee and receive their own name once they are whole.
+// Files that are created under an unpredictable name and receive their final name once they are complete.
 //
-// A temporary name that can be guessed can be taken beforehand, by a second run or by somebody's symbolic link that leads
+// A temporary name that can be guessed can be taken beforehand, by a second run or by a planted symbolic link that leads
 // elsewhere. Here it holds 64 random bits, lies in the same folder, and is created with O_EXCL and O_NOFOLLOW.
 #pragma once
 #include <petscsys.h>
@@ -35,7 +35,7 @@ int give_name(const std::string& made, const std::string& file, bool replace);
 /// Local. `file` becomes a file with this text: a reader sees all of it or what was there before. errno, or 0.
 int write_whole(const std::string& file, const std::string& text, bool replace);
 
-/// Local. Removes what killed runs left of FILE under names that create_fresh() made with the ending .tmp. To be called
+/// Local. Removes files that killed runs left of FILE under names that create_fresh() made with the ending .tmp. To be called
 /// only while the lock of FILE is held.
 void remove_stale(const std::string& file);
 

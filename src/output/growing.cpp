@@ -45,7 +45,7 @@ std::vector<Growing> growing_of(hid_t file, const TrajectoryMark& mark, std::str
     const bool log = path.rfind("/backspring/log/", 0) == 0;
     const bool clock = !log && (ends_in(path, "/time") || ends_in(path, "/step"));
     if (!log && !clock && !ends_in(path, "/value")) continue;
-    if (fault->empty() && !in_chunks(file, path)) *fault = "keeps " + path + " elsewhere than in chunks of its own";
+    if (fault->empty() && !in_chunks(file, path)) *fault = "keeps " + path + " outside chunks of the file itself";
     found.push_back({path, log, clock, log ? mark.log_rows : mark.frames});
   }
   return found;

@@ -15,7 +15,7 @@ namespace bs {
 #error "the trajectory holds real numbers: build with a real PETSc"
 #endif
 
-/// What HDF5 says of the call that failed last: the innermost entry of its error stack.
+/// HDF5's message on the last failed call: the innermost entry of its error stack.
 std::string h5_reason();
 
 /// A failed HDF5 call becomes a PETSc error with HDF5's own reason.
@@ -31,7 +31,7 @@ PetscErrorCode open_group(hid_t file, const std::string& path, H5* group);
 PetscErrorCode put_attribute(hid_t object, const char* name, const std::vector<std::int32_t>& values);
 PetscErrorCode put_attribute(hid_t object, const char* name, std::int64_t value);
 PetscErrorCode put_attribute(hid_t object, const char* name, double value);
-/// A string of variable length: readers take those of fixed length for bytes.
+/// A string of variable length: readers treat those of fixed length as bytes.
 PetscErrorCode put_attribute(hid_t object, const char* name, const std::string& value);
 /// A string of fixed length, which takes no part of HDF5's global heap: there a damaged byte can keep a reader forever.
 PetscErrorCode put_text(hid_t object, const char* name, const std::string& value);

@@ -72,20 +72,20 @@ static double now() { return MPI_Wtime(); }
 Progress::Progress(MPI_Comm comm, double interval) : interval_(interval), started_(now()) {
   PetscMPIInt rank = 0;
   MPI_Comm_rank(comm, &rank);
-  speaks_ = rank == 0;
-  terminal_ = speaks_ && stdout_is_terminal();
+  prints_ = rank == 0;
+  terminal_ = prints_ && stdout_is_terminal();
 }
 
 double Progress::wall() const { return now() - started_; }
 
 void Progress::header(const std::vector<std::string>& lines) const {
-  if (!speaks_) return;
+  if (!prints_) return;
   for (const std::string& line : lines) std::printf("%s\n", line.c_str());
   std::fflush(stdout);
 }
 
 void Progress::update(const RunState& state) {
-  if (!speaks_ || interval_ < 0) return;
+  if (!prints_ || interval_ < 0) return;
   const double at = wall();
   const bool rewrite = terminal_ && interval_ > 0;
   if (interval_ > 0 && at - last_ < (rewrite ? std::min(0.1, interval_) : interval_)) return;
@@ -112,7 +112,7 @@ void Progress::break_line() {
 }
 
 void Progress::finish(const RunState& state, const std::string& outcome, const std::vector<std::string>& lines) {
-  if (!speaks_) return;
+  if (!prints_) return;
   const double at = wall();
   break_line();
   for (const std::string& line : lines) std::printf("%s\n", line.c_str());

@@ -1,4 +1,4 @@
-// What a person sees while the program runs. Only rank 0 prints, on stdout.
+// Output on the terminal while the program runs. Only rank 0 prints, on stdout.
 #pragma once
 #include <petscsys.h>
 
@@ -15,7 +15,7 @@ struct RunState {
   std::int64_t steps = 0, rejected = 0, newton = 0, krylov = 0;
   double energy = std::numeric_limits<double>::quiet_NaN();  ///< total, as last observed [J]; NaN: not shown
   std::string reasons;                                       ///< of the rejections, in words; may be empty
-  std::int64_t warnings = 0;                                 ///< what the run met and went on with
+  std::int64_t warnings = 0;                                 ///< warnings after which the run continued
 };
 
 /// "0.42 s", "1 min 05 s", "3 h 07 min", "2 d 04 h" of a wall time [s].
@@ -51,7 +51,7 @@ class Progress {
   double wall() const;  ///< [s] since construction
 
  private:
-  bool speaks_, terminal_;
+  bool prints_, terminal_;
   double interval_, started_, last_ = 0;
   std::size_t width_ = 0;  ///< of the line being rewritten; 0: none
 };

@@ -20,7 +20,7 @@ inline constexpr const char* NEWTON_ADVICE =
 
 /// In the order of Rejection.
 inline constexpr RejectionReason REJECTION_REASONS[] = {
-    {"newton", "Newton diverged", "Newton's residual grew without end", NEWTON_ADVICE},
+    {"newton", "Newton diverged", "Newton's residual grew without bound", NEWTON_ADVICE},
     {"line_search", "line search", "the line search found no smaller residual", NEWTON_ADVICE},
     {"iterations", "Newton iterations", "Newton did not converge within -snes_max_it iterations", NEWTON_ADVICE},
     {"linear", "linear solver", "the linear solver failed",

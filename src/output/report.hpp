@@ -24,8 +24,8 @@ class Report {
   void set(const std::string& key, const Report& inner);
   /// The object, indented by two blanks a level, without a newline at the end.
   std::string json() const;
-  /// Collective. Written by rank 0 under a temporary name and renamed, so that a reader sees all or nothing. What exists is
-  /// replaced only if `overwrite`. Told with Exit::io if that fails. Nothing is done for an empty file name.
+  /// Collective. Written by rank 0 under a temporary name and renamed, so that a reader sees all or nothing. An existing file is
+  /// replaced only if `overwrite`. A failure is reported with Exit::io. Nothing is done for an empty file name.
   PetscErrorCode write(MPI_Comm comm, const std::string& file, bool overwrite) const;
 
  private:
@@ -33,7 +33,7 @@ class Report {
   std::vector<std::pair<std::string, std::string>> entries_;
 };
 
-/// "text" in quotes, escaped as JSON wants it; bytes that are not UTF-8 become "?".
+/// "text" in quotes, escaped as JSON requires; bytes that are not UTF-8 become "?".
 std::string json_string(const std::string& text);
 
 /// 17 significant digits, so that the same number is read back; null unless finite.

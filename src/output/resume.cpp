@@ -99,7 +99,7 @@ PetscErrorCode Trajectory::resume(MPI_Comm comm, const TrajectoryOptions& option
   if (impl.rank == 0) readable = H5Fis_hdf5(impl.target.c_str()) > 0;
   PetscCallMPI(MPI_Bcast(&readable, 1, MPI_INT, 0, comm));
   PetscErrorCode code = 0;
-  if (!readable) fault = "is no HDF5 file";
+  if (!readable) fault = "is not an HDF5 file";
   else code = impl.open(impl.target);
   if (!code && fault.empty()) code = impl.recognise(at, &fault);
   if (!code && !fault.empty())

@@ -70,7 +70,7 @@ std::string busy(int handle, const std::string& file, const char* option) {
   const timespec tenth = {0, 100000000};
   for (int k = 0; k < 20 && !read_owner(text_of(handle), &owner); ++k) nanosleep(&tenth, nullptr);  // it is just writing
   const std::string who = owner.process > 0 ? format("process %ld on host %s since %s", owner.process, owner.host.c_str(), owner.since.c_str())
-                                            : "which does not say who it is";
+                                            : "which does not identify itself";
   return file + ": another run writes it, " + who + ": wait for its end, or give another " + option;
 }
 
@@ -129,7 +129,7 @@ std::string RunLock::take(const std::string& file, const char* option, std::stri
           path + ": this file system has no locks (" + std::strerror(errno) + "): another host's run with the same " + option + " is not noticed";
       if (owner_lives(handle)) return give_up(busy(handle, file, option));
     }
-    // whoever held it may have removed the name on the way out: then this lock is on a file that nobody else finds
+    // whoever held it may have removed the name on the way out: then this lock is on a file that no other run finds
     FileIdentity present;
     const FileIdentity mine{status.st_dev, status.st_ino};
     if (!identity_of(path, false, &present) || !(present == mine)) {
@@ -140,7 +140,7 @@ std::string RunLock::take(const std::string& file, const char* option, std::stri
     held_.push_back({path, handle});
     return {};
   }
-  return "cannot get the lock " + path + ": other runs take it again and again: give another " + option;
+  return "cannot get the lock " + path + ": other runs keep taking it: give another " + option;
 }
 
 RunLock::~RunLock() {

@@ -1,6 +1,6 @@
 // One writer per file: an advisory lock on FILE.lock, held by one process for the life of the run.
 //
-// The lock is on a file of its own, so that readers of FILE (HDF5 locks what it opens) are not kept out. It is flock(2)'s:
+// The lock is on a file of its own, so that readers of FILE (HDF5 locks what it opens) are not blocked. It is a lock of flock(2):
 // the system frees it when the process ends, however it ends, and NFS clients carry it to the server, so that it holds
 // between hosts. A run that is killed leaves FILE.lock, unlocked; the next run takes it over.
 #pragma once
@@ -17,7 +17,7 @@ class RunLock {
   /// Removes the lock files and frees the locks.
   ~RunLock();
   /// Local; to be called on one rank. Takes the lock of `file`, given by `option`. Returns what is wrong (another run holds it:
-  /// its host and process; the lock file is somebody else's), or nothing. `warning`: a file system without locks.
+  /// its host and process; the lock file belongs to another user), or nothing. `warning`: a file system without locks.
   std::string take(const std::string& file, const char* option, std::string* warning);
 
  private:

@@ -13,7 +13,7 @@ struct OutputSettings {
   double progress_interval = 5;  ///< -bs_progress_interval [s]
 };
 
-/// Collective. Reads the options; whether the files can be written is asked by Claim.
+/// Collective. Reads the options; Claim checks whether the files can be written.
 PetscErrorCode read_output_settings(MPI_Comm comm, OutputSettings* settings);
 
 }  // namespace bs

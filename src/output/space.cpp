@@ -35,7 +35,7 @@ std::string unwritable(const std::string& file, const char* name, bool overwrite
     const std::string fault = objection_to(file, status.st_mode, name, overwrite);
     if (!fault.empty()) return fault;
   } else if (lstat(file.c_str(), &status) == 0) {
-    return file + " is a link that leads nowhere: remove it, or give another " + name;
+    return file + " is a dangling symbolic link: remove it, or give another " + name;
   } else if (stat(folder.c_str(), &status) != 0 || !S_ISDIR(status.st_mode)) {
     return "folder " + folder + " of " + name + " " + file + " does not exist: make it, or give another " + name;
   }

@@ -1,4 +1,4 @@
-// Can it be written? Asked before anything is computed, and before each frame.
+// Checks that a file can be written, before anything is computed and before each frame.
 #pragma once
 #include <petscsys.h>
 
@@ -11,7 +11,7 @@ namespace bs {
 /// pipe or a link to nothing, or its folder cannot be written to. Empty if it can. Leaves no file behind.
 std::string unwritable(const std::string& file, const char* name, bool overwrite);
 
-/// Collective. Tells (exit 2) what unwritable() says on rank 0.
+/// Collective. Reports what unwritable() returns on rank 0 and ends the run with exit code 2.
 PetscErrorCode require_writable(MPI_Comm comm, const std::string& file, const char* name, bool overwrite);
 
 /// Collective. Reserves `bytes` on disk behind the end of `file` without changing its length; `reason` receives, on

@@ -38,7 +38,7 @@ PetscErrorCode Column::open(MPI_Comm comm, hid_t file, const std::string& path, 
   BS_H5(set_);
   H5 space(H5Dget_space(set_), H5Sclose), type(H5Dget_type(set_), H5Tclose);
   const int rank = H5Sget_simple_extent_ndims(space);
-  PetscCheck(rank == 1 || rank == 2, PETSC_COMM_SELF, PETSC_ERR_FILE_UNEXPECTED, "%s is no column", path.c_str());
+  PetscCheck(rank == 1 || rank == 2, PETSC_COMM_SELF, PETSC_ERR_FILE_UNEXPECTED, "%s is not a column", path.c_str());
   BS_H5(H5Sget_simple_extent_dims(space, extent, nullptr));
   integer_ = H5Tget_class(type) == H5T_INTEGER;
   width_ = rank == 2 ? static_cast<int>(extent[1]) : 0;

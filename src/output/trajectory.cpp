@@ -65,7 +65,7 @@ PetscErrorCode Trajectory::Impl::publish() {
   PetscCall(confirm_identity(comm, made, identity, &reason));
   if (rank == 0 && reason.empty())
     if (const int why = give_name(made, target, options.overwrite))
-      reason = why == EEXIST ? target + " has been made meanwhile" : std::string(std::strerror(why));
+      reason = why == EEXIST ? target + " has been created meanwhile" : std::string(std::strerror(why));
   if (rank == 0 && !reason.empty()) {
     fault.text = "cannot give the trajectory the name " + options.file + ": " + reason + ": the run ends, what it wrote is in " + made;
     published = true;  // it is kept

@@ -9,7 +9,7 @@
 
 namespace bs {
 
-/// -bs_output_units: what the numbers are said to be in. The program never converts.
+/// -bs_output_units: the units stated for the numbers. The program never converts.
 enum class OutputUnits { none, SI, real, metal, nano };
 
 struct TrajectoryOptions {
@@ -27,7 +27,7 @@ struct TrajectoryMark {
 };
 
 /// Writes frames in parallel; every frame is on disk and readable before write_frame returns.
-/// Faults (exists already, missing folder, disk full) are told with Exit::io or Exit::input and return ERR_TOLD.
+/// Faults (exists already, missing folder, disk full) are reported with Exit::io or Exit::input and return ERR_TOLD.
 class Trajectory {
  public:
   /// Collective. Creates the file: /h5md, /particles/trajectory/box (dimension = dim, boundary none),
@@ -36,8 +36,8 @@ class Trajectory {
   static PetscErrorCode create(MPI_Comm comm, const TrajectoryOptions& options, int dim, const std::vector<Dataset>& constants,
                                std::unique_ptr<Trajectory>* out);
   /// Collective. Opens the file again at `mark`: the next frame follows there. Frames and rows of the log written after it stay
-  /// until something is to be written in their place, and in a file beside it until the first new frame is whole. Told
-  /// (exit 2) if the file is not the one marked.
+  /// until something is written in their place, and in a file beside it until the first new frame is complete. Ends the run with
+  /// exit code 2 if the file is not the one marked.
   static PetscErrorCode resume(MPI_Comm comm, const TrajectoryOptions& options, int dim, const TrajectoryMark& mark,
                                std::unique_ptr<Trajectory>* out);
   /// Collective. Appends one frame; the first one fixes the set of fields and observables.
@@ -46,7 +46,7 @@ class Trajectory {
   void log_step(const StepRecord& record);
   /// Collective. Writes what is buffered.
   PetscErrorCode flush();
-  /// Collective. Flushes and closes; also done by the destructor, without telling errors.
+  /// Collective. Flushes and closes; also done by the destructor, without reporting errors.
   PetscErrorCode close();
   /// Frames in the file.
   std::int64_t frames() const;

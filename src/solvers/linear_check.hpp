@@ -1,11 +1,11 @@
-// Linear models: whether a linear solve has solved its system. Newton's iterations end by the residual; where one linear
-// solve is the step, only its own residual can tell.
+// Linear models: a check that a linear solve has solved its system. Newton's iterations end by the residual; where one linear
+// solve is the whole step, only its own residual can show it.
 #pragma once
 #include "time/ts_setup.hpp"
 
 namespace bs {
 
-/// After every linear solve that calls itself converged, with one product:  |b - A x| <= tol |b|, or rounding errors. tol is 1e-6, or
+/// After every linear solve that reports convergence, with one product:  |b - A x| <= tol |b|, or rounding errors. tol is 1e-6, or
 /// 100 times the tolerance of an iterative solver where that is more, at most 0.1.
 class LinearCheck {
  public:

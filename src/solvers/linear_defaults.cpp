@@ -94,8 +94,8 @@ PetscErrorCode needs_matrix(Model& model, bool* yes) {
   const std::string pc = pc_type_or("condensed");
   PetscCall(read_section(model.comm(), "Linear solver", [&](Section& o) {
     o.choice("-bs_operator",
-             "how implicit types hold the Jacobian of a particle system: an assembled matrix, a shell that multiplies "
-             "without one, or auto: a shell from 60,000 unknowns on, unless an option needs the matrix's entries",
+             "how implicit types represent the Jacobian of a particle system: as an assembled matrix, as a matrix-free shell, or auto: a shell from "
+             "60,000 unknowns on, unless an option needs the entries of the matrix",
              {"auto", "assembled", "shell"}, chosen);
   }));
   PetscCall(VecGetSize(model.initial_state(), &unknowns));
@@ -127,8 +127,8 @@ PetscErrorCode set_linear_defaults(TS ts, Model& model, NewtonPolicy* newton) {
   PetscFunctionBegin;
   PetscCall(read_section(model.comm(), "Newton's tangent", [&](Section& o) {
     o.choice("-bs_tangent",
-             "tangent of Newton's directions under the line search energy: exact, definite (without the negative transverse "
-             "rates of compressed springs), or auto: exact while it is positive definite",
+             "tangent that determines Newton's directions with the line search energy: exact, definite (without the negative transverse stiffness of "
+             "compressed springs), or auto: exact as long as it is positive definite",
              {"auto", "exact", "definite"}, curvature);
   }));
   PetscCall(VecGetSize(model.initial_state(), &unknowns));

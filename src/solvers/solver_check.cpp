@@ -24,7 +24,7 @@ PetscErrorCode refuse_impossible_solvers(MPI_Comm comm) {
   const std::string snes = type;
   for (const char* name : {"patch", "shell", "python", "multiblock", "nasm", "aspin"})
     if (snes == name)
-      PetscCall(tell(comm, Exit::input, "option -snes_type: " + snes + " wants a mesh or code of its own: give newtonls, newtontr, qn, ngmres, ..."));
+      PetscCall(tell(comm, Exit::input, "option -snes_type: " + snes + " needs a mesh or user code: give newtonls, newtontr, qn, ngmres, ..."));
   if (snes == "ms")
     PetscCall(
         tell(comm, Exit::input, "option -snes_type: ms is a smoother that does not test for convergence: give newtonls, newtontr, qn, ngmres, ..."));
@@ -32,7 +32,7 @@ PetscErrorCode refuse_impossible_solvers(MPI_Comm comm) {
   PetscCall(PetscOptionsHasName(nullptr, nullptr, "-ksp_diagonal_scale", &scaled));
   if (scaled)
     PetscCall(tell(comm, Exit::input,
-                   "option -ksp_diagonal_scale: the condensed solve takes the system as it is: leave the option out, or give it as "
+                   "option -ksp_diagonal_scale: the condensed solve does not scale its system: leave the option out, or give it as "
                    "-condensed_ksp_diagonal_scale"));
   char factors[64] = "", pc[64] = "";
   PetscCall(PetscOptionsGetString(nullptr, nullptr, "-pc_factor_mat_solver_type", factors, sizeof factors, nullptr));
@@ -47,7 +47,7 @@ PetscErrorCode refuse_impossible_solvers(MPI_Comm comm) {
   PetscCall(is_on("-snes_mf_operator", &free_operator));
   if (matrix && (free || free_operator))
     PetscCall(tell(comm, Exit::input,
-                   std::string("options -mat_type and ") + (free ? "-snes_mf" : "-snes_mf_operator") + " do not go together: leave one of them out"));
+                   std::string("options -mat_type and ") + (free ? "-snes_mf" : "-snes_mf_operator") + " cannot be combined: leave one of them out"));
   PetscFunctionReturn(0);
 }
 

@@ -1,4 +1,4 @@
-// The linear solver before the first step: its factors, whether they can be made at all, whether the system is regular.
+// Set-up of the linear solver before the first step: whether its factors can be computed and the system is regular.
 #pragma once
 #include "time/ts_setup.hpp"
 
@@ -16,7 +16,7 @@ PetscErrorCode wants_solvers_early(TS ts, const TSContext& context, bool unread,
 /// Collective. Sets SNES, KSP and PC up with the first matrix, those of blocks included.
 PetscErrorCode set_up_solvers(TS ts, TSContext& context);
 
-/// Collective, once the solvers are set up. Told (exit 2) where the model finds the first matrix singular.
+/// Collective, once the solvers are set up. Ends the run with exit code 2 if the model finds the first matrix singular.
 PetscErrorCode check_first_matrix(TS ts, TSContext& context);
 
 }  // namespace bs

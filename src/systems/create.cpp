@@ -20,7 +20,7 @@ PetscErrorCode create_model(MPI_Comm comm, std::unique_ptr<Model>* out) {
   PetscFunctionBegin;
   PetscCall(read_memory_option(comm));
   PetscCall(read_section(comm, "Model", [&](Section& o) {
-    o.choice("-bs_model", "what is advanced: particles, or a linear system (its options: -bs_model linear -help)", {"particles", "linear"}, kind);
+    o.choice("-bs_model", "system to integrate: particles, or a linear system (its options: -bs_model linear -help)", {"particles", "linear"}, kind);
   }));
   if (kind == 1) {
     PetscCall(LinearModel::create(comm, out));

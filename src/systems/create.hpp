@@ -1,4 +1,4 @@
-// From options to a model.
+// Creation of a model from the options.
 #pragma once
 #include <memory>
 #include "systems/model.hpp"

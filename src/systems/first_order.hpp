@@ -27,7 +27,7 @@ class FirstOrder final : public Model {
   PetscErrorCode residual_floor(double t, Vec y, double sigma, Form form, ResidualNorms* floor) override;
   PetscErrorCode velocity_errors(Vec y, Vec F, double sigma, Form form, double* worst, double* fastest) override;
 
-  // what the second-order system says of itself
+  // forwarded to the second-order system
   const char* name() const override { return own_->name(); }
   int dim() const override { return own_->dim(); }
   MPI_Comm comm() const override { return own_->comm(); }

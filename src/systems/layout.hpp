@@ -1,4 +1,4 @@
-// How the state y = (x, v) of a second-order system lies in its vector. Nothing else may know.
+// The layout of the state y = (x, v) of a second-order system in its vector. Only this header defines it.
 #pragma once
 #include <petscvec.h>
 

@@ -1,4 +1,4 @@
-// Second-order systems M x'' = f(t, x, v): what they are, and nothing about how they are advanced. M is diagonal, the state is
+// Second-order systems M x'' = f(t, x, v), independently of how they are integrated in time. M is diagonal, the state is
 // y = (x, v) in the order of layout.hpp, K = df/dx, D = df/dv. Time stepping needs (a, b, c) = (sigma, 1, 1/sigma) of
 // a M - b D - c K, equilibria (0, 0, 1), modes (1, 0, 0) and (0, 0, 1).
 #pragma once
@@ -44,7 +44,7 @@ class Linearisation {
   /// is AIJ.
   virtual PetscErrorCode create(CondensedStorage storage, Mat* S) = 0;
   /// Collective. The symmetric part of a M - b D - c K into a matrix made by create(). `positive`: without what may make it
-  /// indefinite, the negative transverse rates of compressed springs above all.
+  /// indefinite, mainly the negative transverse stiffness of compressed springs.
   virtual PetscErrorCode assemble(const Coefficients& coefficients, bool positive, Mat S) = 0;
 
   /// Collective. out = (a M - b D - c K) z exactly, without a matrix; z, out: blocks of d.

@@ -1,5 +1,5 @@
-// The interface between what is advanced (first-order systems F(t, y, y') = 0) and how (solvers/, time/). A model knows nothing of TS
-// types; the callbacks of TS are thin wrappers around these methods.
+// The interface between the systems that are integrated (first-order form F(t, y, y') = 0) and the methods (solvers/, time/). A model does not depend
+// on TS types; the callbacks of TS are thin wrappers around these methods.
 #pragma once
 #include <petscts.h>
 #include <array>
@@ -13,7 +13,7 @@ namespace bs {
 
 class Mechanics;
 
-/// How an implicit TS type wants the residual.
+/// The form of the residual that an implicit TS type needs.
 enum class Form {
   momentum,  ///< F_x = M (x' - v), F_v = M v' - f(t, x, v); keeps the v-block symmetric
   velocity   ///< F_x = x' - v, F_v = v' - M^-1 f; for types that need F = y' - G, arkimex among them
@@ -21,12 +21,12 @@ enum class Form {
 
 using ResidualNorms = std::array<double, 2>;
 
-/// What the run will ask of a model.
+/// What a run requires of a model.
 struct Plan {
   bool implicit = true;
   Form form = Form::momentum;
   double step = 0;            ///< nominal [s]
-  double real_stability = 0;  ///< largest |h lambda| an explicit type bears for lambda < 0; 0: not looked at
+  double real_stability = 0;  ///< largest |h lambda| at which an explicit type is stable for lambda < 0; 0: not checked
   std::string type = {};      ///< the TS type's name
   std::string method;         ///< the options that name the method
   bool descriptor = true;     ///< whether it keeps its order where C is singular
@@ -60,7 +60,7 @@ class Model : public System {
   /// 2-norms of the parts of a residual that are judged apart (kinematic [kg m/s], momentum [N]); a model of one kind
   /// leaves the second 0.
   virtual PetscErrorCode residual_norms(Vec F, ResidualNorms* norms) = 0;
-  /// The same norms of the rounding errors in the residual near y: below them no Newton iteration can get.
+  /// The same norms of the rounding errors in the residual near y: no Newton iteration can reduce the residual below them.
   virtual PetscErrorCode residual_floor(double t, Vec y, double sigma, Form form, ResidualNorms* floor) = 0;
 
   /// Collective. The largest velocity error that F stands for in one particle alone, beyond its own rounding errors, and the
@@ -73,7 +73,7 @@ class Model : public System {
 
   /// Whether F is linear in y and y': one linear solve a step is then enough.
   virtual bool linear() const { return false; }
-  /// Collective, once, before the first evaluation. Ends the run (exit 2) if the model has not got the form asked for.
+  /// Collective, once, before the first evaluation. Ends the run with exit code 2 if the model does not have the required form.
   virtual PetscErrorCode prepare(const Plan&) { return 0; }
   /// Steps at the start that are to be taken by backward Euler (types of the theta family).
   virtual std::int64_t startup_steps() const { return 0; }

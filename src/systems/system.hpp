@@ -1,4 +1,4 @@
-// What every system that is advanced in time shows, saves and says of itself, whatever its equations: for output/, checkpoint/
+// What every system that is integrated in time provides for output, checkpoints and headers, whatever its equations: for output/, checkpoint/
 // and the header of a run.
 #pragma once
 #include <petscvec.h>
@@ -52,7 +52,7 @@ struct EnergySupply {
   double power = 0;                        ///< sizes of the power of outer fields, couplings and the fluid's motion, added up [W]
   double pull = 0;                         ///< size of the force of driven anchors on the particles [N]
   double shift[3] = {0, 0, 0}, speed = 0;  ///< of the driven anchors: displacement [m], size of its velocity [m/s]
-  double rounding = 0;                     ///< what rounding alone may make of nothing [J]
+  double rounding = 0;                     ///< energy that rounding errors alone may produce [J]
 };
 
 /// Something a model counted, for the summary and the report.
@@ -76,7 +76,7 @@ class System {
   virtual bool time_dependent() const { return false; }
   virtual std::vector<Tally> tallies() const { return {}; }
 
-  /// Collective. The step to (t, y) counts: what depends on the past is brought up to it. Evaluations never change it.
+  /// Collective. The step to (t, y) is accepted: quantities that depend on the past are updated to it. Evaluations never change them.
   virtual PetscErrorCode accept(double, Vec) { return 0; }
   /// Collective. What the system carries from step to step besides y, in the input's order, for a checkpoint: vectors the
   /// system owns, filled; and back. Empty: nothing.
@@ -97,14 +97,14 @@ class System {
   /// Collective. The state y in the input's order, bit by bit: vectors the system owns, filled from y; and back.
   virtual PetscErrorCode gather_state(Vec y, std::vector<StatePart>* parts) = 0;
   virtual PetscErrorCode scatter_state(Vec y) = 0;
-  /// Collective. A number that tells this system from others: the same on any number of ranks, another one when a
-  /// particle, spring or matrix entry changes. Forces that options name, which a run may change, do not count.
+  /// Collective. A number that identifies this system: the same on any number of ranks, and it differs when a
+  /// particle, spring or matrix entry changes. Forces set by options, which a run may change, are not included.
   virtual PetscErrorCode fingerprint(std::uint64_t* value) = 0;
-  /// Collective. Data written once per trajectory, moved out of the system: it holds them no more.
+  /// Collective. Data written once per trajectory, moved out of the system, which no longer holds them.
   virtual PetscErrorCode take_constants(std::vector<Dataset>* out) = 0;
   /// Frees what was kept of the input for take_constants().
   virtual void release_input() {}
-  /// Collective. Ends the run (exit 2) where data given over time (tables) do not reach to t_end.
+  /// Collective. Ends the run with exit code 2 if data given over time (tables) do not extend to t_end.
   virtual PetscErrorCode covers(double t_end) = 0;
   /// Collective. The fault met in the last evaluation on any rank (a spring of zero length, ...); empty if none.
   virtual PetscErrorCode last_fault(std::string* text) = 0;

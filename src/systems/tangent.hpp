@@ -12,7 +12,7 @@ namespace bs {
 class Tangent {
  public:
   virtual ~Tangent() = default;
-  /// Whether S as assembled, which is symmetric, holds all of J; else multiply_condensed tells what it leaves out.
+  /// Whether S as assembled, which is symmetric, holds all of J; else multiply_condensed includes what it leaves out.
   virtual bool exact_symmetric() const = 0;
   /// Whether every block of S comes from a pair of particles or from one; else the storage `springs` keeps a remainder, which its
   /// preconditioner sees on the diagonal alone.
@@ -31,7 +31,7 @@ class Tangent {
   virtual PetscErrorCode expand(Vec r, Vec w, Vec z) = 0;
   /// Collective. A matrix for S, not yet assembled with values; with rigid body modes as near null space where it is AIJ.
   virtual PetscErrorCode create(CondensedStorage storage, Mat* S) = 0;
-  /// Collective. The symmetric part of S into a matrix made by create. `positive`: the negative transverse rates of springs
+  /// Collective. The symmetric part of S into a matrix made by create. `positive`: the negative transverse stiffness of springs
   /// under compression and what else may be negative are left out, which makes S positive definite.
   virtual PetscErrorCode assemble(bool positive, Mat S) = 0;
   /// Collective. y = S w exactly, with what the symmetric S of assemble leaves out; vectors of S.

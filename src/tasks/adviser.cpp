@@ -22,10 +22,10 @@ double limit(double w, double c, double k) {
 std::string of_explicit(const Advice& a, const Method& method) {
   const double share = method.traits->oscillation;
   if (share == 0 && a.spectrum.damping == 0)
-    return format("-ts_type %s lets undamped oscillations grow at any step: -ts_type symplectic does not", method.type());
+    return format("-ts_type %s amplifies undamped oscillations at any step: take -ts_type symplectic, which does not", method.type());
   const double most = method.traits->second_order ? limit(a.spectrum.omega_max, a.spectrum.damping, method.traits->damping) : share * a.explicit_step;
   if (share > 0 && a.step > most)
-    return format("h is above what -ts_type %s bears: -ts_dt %.2g, or an implicit type such as beuler", method.type(), 0.9 * most);
+    return format("h exceeds the stability limit of -ts_type %s: take -ts_dt %.2g, or an implicit type such as beuler", method.type(), 0.9 * most);
   return {};
 }
 
@@ -34,10 +34,10 @@ std::string of_implicit(const Advice& a, bool first_order) {
   const double steps = std::ceil(a.step / (0.9 * a.explicit_step));
   if (steps <= 1) text = "-ts_type symplectic is stable at this step, too, and should cost less";
   else if (steps <= IMPLICIT_COST)
-    text = format("%.0f steps of -ts_type symplectic -ts_dt %.2g should cost less than one of this type's", steps, a.step / steps);
+    text = format("%.0f steps of -ts_type symplectic -ts_dt %.2g should cost less than one step of this type", steps, a.step / steps);
   const double swing = a.step * a.spectrum.motion, bound = first_order ? FIRST_ORDER : SECOND_ORDER;
   if (swing > bound)
-    text += format("%sh is long for the motion itself (rate %.3g 1/s, h times it %.2g): %s-ts_dt %.2g for accuracy", text.empty() ? "" : "; ",
+    text += format("%sh is long for resolving the motion (rate %.3g 1/s, h times it %.2g): %s-ts_dt %.2g for accuracy", text.empty() ? "" : "; ",
                    a.spectrum.motion, swing, first_order ? "a type of higher order such as bdf, or " : "", a.step * bound / swing);
   return text;
 }
@@ -83,7 +83,7 @@ void Advice::put(PetscMPIInt rank, std::vector<Dataset>* constants) const {
 PetscErrorCode read_advise(MPI_Comm comm, bool* wanted) {
   PetscFunctionBegin;
   PetscCall(read_section(comm, "Advice", [&](Section& o) {
-    o.flag("-bs_advise", "estimate the fastest oscillation at the start and say what step and type suit it", *wanted);
+    o.flag("-bs_advise", "estimate the fastest oscillation at the start and recommend a step and a -ts_type for it", *wanted);
   }));
   PetscFunctionReturn(0);
 }

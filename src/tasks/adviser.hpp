@@ -1,4 +1,4 @@
-// At the start of a run: how the step compares with the fastest oscillation, and whether another one would serve better.
+// At the start of a run: how the step compares with the fastest oscillation, and whether another one would be better.
 #pragma once
 #include <string>
 #include <vector>
@@ -24,7 +24,7 @@ struct Advice {
 /// Reads -bs_advise (on by default).
 PetscErrorCode read_advise(MPI_Comm comm, bool* wanted);
 
-/// Collective. Looks at `model` around its initial state with at most 15 evaluations of the forces; says nothing on models
+/// Collective. Looks at `model` around its initial state with at most 15 evaluations of the forces; reports nothing for models
 /// without particles or without oscillations. Call once the TS is set up.
 PetscErrorCode advise(Model& model, TS ts, const TSContext& context, Advice* out);
 

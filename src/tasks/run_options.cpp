@@ -1,4 +1,4 @@
-// What the options say of a run, and the files it may write.
+// The settings of a run from the options, and the files that it may write.
 #include "tasks/run_options.hpp"
 #include "base/fault.hpp"
 #include "base/options.hpp"
@@ -10,18 +10,19 @@ namespace {
 PetscErrorCode read_step_options(MPI_Comm comm, RunOptions* out) {
   PetscFunctionBegin;
   PetscCall(read_section(comm, "Stepping", [&](Section& o) {
-    o.real("-bs_step_cut", "factor on the step after a failed solve, between 0 and 1", out->step.length.cut, Range::positive);
-    o.integer("-bs_step_grow_after", "good steps before a cut step grows back toward -ts_dt", out->step.length.grow_after, Range::positive);
-    o.real("-bs_step_min", "no attempt at a shorter step than this after a rejected one: the run ends, exit code 3; 0: any [s]",
+    o.real("-bs_step_cut", "factor by which the step is multiplied after a failed solve, between 0 and 1", out->step.length.cut, Range::positive);
+    o.integer("-bs_step_grow_after", "number of accepted steps after which a reduced step grows back toward -ts_dt", out->step.length.grow_after,
+              Range::positive);
+    o.real("-bs_step_min", "shortest step tried after a rejection; if a shorter one is needed, the run ends with exit code 3; 0: no limit [s]",
            out->step.length.least, Range::nonnegative);
-    o.integer("-bs_step_max_cuts", "rejected attempts at one step that are borne before the run ends, exit code 3", out->step.max_cuts,
-              Range::nonnegative);
+    o.integer("-bs_step_max_cuts", "rejections allowed per step; one more ends the run with exit code 3", out->step.max_cuts, Range::nonnegative);
     o.real("-bs_step_first",
-           "first step; 0: -ts_dt, or a thousandth of it where -ts_adapt_type works without an error estimate of it (beuler, cn, theta) [s]",
+           "length of the first step; 0: -ts_dt, or a thousandth of it where -ts_adapt_type has no error estimate for the first step (beuler, cn, "
+           "theta) [s]",
            out->step.length.first, Range::nonnegative);
     o.real("-bs_energy_growth",
-           "warn once, and go on, where kinetic and elastic energy are more than so many times (explicit types: ten times as "
-           "many) what the start, outer fields, driven anchors and the fluid have given; 0: never [1]",
+           "warn once, without ending the run, when the kinetic and elastic energy exceeds the energy supplied by the initial state, external "
+           "fields, driven anchors and the fluid by this factor (explicit types: by ten times this factor); 0: never [1]",
            out->energy_growth, Range::nonnegative);
     if (out->step.length.cut >= 1) o.fail("option -bs_step_cut: give a number between 0 and 1, e.g. 0.25");
   }));
@@ -38,8 +39,8 @@ PetscErrorCode read_run_options(MPI_Comm comm, RunOptions* out) {
   PetscCall(read_advise(comm, &out->advise));
   PetscCall(read_section(comm, "Program", [&](Section& o) {
     bool version = false, trace = false;
-    o.flag("-bs_version", "print the version and end", version);
-    o.flag("-bs_trace", "errors with PETSc's full traceback, for developers", trace);
+    o.flag("-bs_version", "print the version and exit", version);
+    o.flag("-bs_trace", "report errors with PETSc's full traceback, for developers", trace);
   }));
   PetscCall(read_step_options(comm, out));
   PetscCall(read_tolerances(comm, &out->tolerances));

@@ -1,4 +1,4 @@
-// What the options say of a run, and the files it may write.
+// The settings of a run from the options, and the files that it may write.
 #pragma once
 #include "output/claim.hpp"
 #include "output/settings.hpp"
@@ -18,10 +18,10 @@ struct RunOptions {
   Tolerances tolerances;
 };
 
-/// Collective. Reads them; told (exit 2) where they contradict each other.
+/// Collective. Reads them; ends the run with exit code 2 if they contradict each other.
 PetscErrorCode read_run_options(MPI_Comm comm, RunOptions* out);
 
-/// Collective. The run's files become its own until `claim` goes. Told (exit 2) where that cannot be.
+/// Collective. Reserves the run's files until `claim` is destroyed. Ends the run with exit code 2 if that fails.
 PetscErrorCode claim_files(MPI_Comm comm, const RunOptions& options, Claim* claim);
 
 }  // namespace bs

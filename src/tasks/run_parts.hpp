@@ -9,7 +9,7 @@
 
 namespace bs {
 
-/// The run's moving parts, tied together by the stepper's callbacks.
+/// The components of a run, connected by the stepper's callbacks.
 class Run {
  public:
   Run(Model& model, const RunOptions& options)

@@ -90,8 +90,10 @@ std::vector<Tally> Run::tallies() const {
   if (context_.implicit && solver_tallies(ts_, &all)) all.clear();
   const SearchMemory& search = context_.newton.search;
   all.push_back({"search_cuts", "", search.cuts});
-  all.push_back({"newton_at_floor", "Newton solves ended at the rounding errors of the forces, above -snes_rtol", context_.newton.at_floor()});
-  all.push_back({"newton_uneven", "iterates were good by their norms, not yet for every particle", context_.newton.uneven()});
+  all.push_back(
+      {"newton_at_floor", "Newton solves ended at the rounding errors of the forces, before reaching -snes_rtol", context_.newton.at_floor()});
+  all.push_back(
+      {"newton_uneven", "iterates met the tolerance in the norm over all particles, but not yet for each of them", context_.newton.uneven()});
   all.push_back({"search_uphill", "Newton directions led uphill in energy and were searched by residual norms", search.uphill});
   return all;
 }

@@ -47,12 +47,12 @@ PetscErrorCode Run::say_header(const std::string& solver) {
   lines.push_back("solver: " + solver);
   if (options_.advise) PetscCall(bs::advise(model_, ts_, context_, &advice_));
   for (const std::string& line : advice_.lines()) lines.push_back(line);
-  if (options_.output.trajectory.file.empty()) lines.push_back("no trajectory is written: -bs_output F.h5md asks for one");
+  if (options_.output.trajectory.file.empty()) lines.push_back("no trajectory is written: give -bs_output F.h5md to write one");
   progress_.header(lines);
   PetscFunctionReturn(0);
 }
 
-/// Sets the solvers up where something about them has to come out before the first step, then warns of options nobody read.
+/// Sets the solvers up where something about them has to come out before the first step, then warns of unused options.
 PetscErrorCode Run::prepare_solvers() {
   std::vector<std::string> unread;
   bool early = false;

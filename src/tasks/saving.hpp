@@ -19,14 +19,14 @@ struct SavingOptions {
 /// trajectory, but not `kept`.
 PetscErrorCode remove_stale_checkpoint(MPI_Comm comm, const std::string& trajectory, const std::string& kept);
 
-/// Collective. Reads the options; told (exit 2) where they contradict each other.
+/// Collective. Reads the options; ends the run with exit code 2 if they contradict each other.
 PetscErrorCode read_saving_options(MPI_Comm comm, SavingOptions* options);
 
 /// Collective. What is on disk of the trajectory, after a flush; of no trajectory: nothing.
 PetscErrorCode flushed_mark(Trajectory* trajectory, TrajectoryMark* mark);
 
 /// Collective. Writes the last good state `y` of `stepper`, where the trajectory stood then and the fingerprints of the run's
-/// inputs. Told (exit 4).
+/// inputs. A failure ends the run with exit code 4.
 PetscErrorCode save_run(Model& model, const Stepper& stepper, TS ts, Vec y, const std::string& file, const std::string& trajectory,
                         const TrajectoryMark& mark, const Facts& inputs);
 

@@ -32,7 +32,7 @@ extern "C" void on_ending(int number, siginfo_t* info, void*) {
     clock_gettime(CLOCK_MONOTONIC, &first_at);
     ending = number;
   } else if (!same_order(info->si_pid)) {
-    static const char said[] = "backspring: a second signal: ended at once, without the last frame and checkpoint\n";
+    static const char said[] = "backspring: a second signal: the run ends at once, without the last frame and checkpoint\n";
     (void)!write(STDERR_FILENO, said, sizeof said - 1);
     _exit(128 + number);
   }

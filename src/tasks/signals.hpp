@@ -4,7 +4,7 @@
 namespace bs {
 
 /// From now on SIGTERM and SIGINT end the run after the present step, a second one of them (0.2 s later, and not the first
-/// one passed on by mpirun) ends the process at once; SIGUSR1 asks for a checkpoint. Taken over from whoever had them (PETSc
+/// one passed on by mpirun) ends the process at once; SIGUSR1 asks for a checkpoint. These replace the previous handlers (PETSc
 /// ends the program at once).
 void catch_signals();
 

@@ -5,7 +5,7 @@
 
 namespace bs {
 
-/// Of M x'' = f(t, x, x') near a state, with K = -df/dx and D = -df/dv. A rate that cannot be had is 0.
+/// Of M x'' = f(t, x, x') near a state, with K = -df/dx and D = -df/dv. A rate that cannot be determined is 0.
 struct Spectrum {
   double omega_max = 0;   ///< bound of sqrt(largest eigenvalue of M^-1 K): Ritz value plus its residual [1/s]
   double omega_ritz = 0;  ///< the Ritz value alone: never above the exact one [1/s]

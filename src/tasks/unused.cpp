@@ -35,7 +35,7 @@ PetscErrorCode warn_unused_options(MPI_Comm comm) {
   PetscFunctionBegin;
   PetscCall(unused_options(&names));
   for (const std::string& name : names)
-    PetscCall(warn(comm, "option " + name + " is not used by this run: misspelt, or of a solver that is not chosen"));
+    PetscCall(warn(comm, "option " + name + " is not used by this run: it is misspelt, or belongs to a solver that is not chosen"));
   PetscFunctionReturn(0);
 }
 

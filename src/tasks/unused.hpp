@@ -1,4 +1,4 @@
-// Options that nobody asked for: told before the first step, and again at the end.
+// Options that no part of the program has read: reported before the first step, and again at the end.
 #pragma once
 #include <petscsys.h>
 #include <string>

@@ -176,8 +176,9 @@ PetscErrorCode options_of_alpha2(TS ts, PetscOptionItems* PetscOptionsObject) {
   PetscOptionsHeadBegin(PetscOptionsObject, "Generalised-alpha method for second-order systems");
   PetscCall(PetscOptionsReal("-ts_alpha_radius", "Spectral radius at infinite frequency, 0 to 1", "TSAlpha2SetRadius", radius, &radius, &given));
   if (given) p = of_radius(radius);
-  PetscCall(PetscOptionsReal("-ts_alpha_alpha_m", "Part of a step at which accelerations are taken", "TSAlpha2SetParams", p.m, &p.m, nullptr));
-  PetscCall(PetscOptionsReal("-ts_alpha_alpha_f", "Part of a step at which forces are taken", "TSAlpha2SetParams", p.f, &p.f, nullptr));
+  PetscCall(
+      PetscOptionsReal("-ts_alpha_alpha_m", "Fraction of a step at which accelerations are evaluated", "TSAlpha2SetParams", p.m, &p.m, nullptr));
+  PetscCall(PetscOptionsReal("-ts_alpha_alpha_f", "Fraction of a step at which forces are evaluated", "TSAlpha2SetParams", p.f, &p.f, nullptr));
   PetscCall(PetscOptionsReal("-ts_alpha_gamma", "gamma of Newmark's velocities", "TSAlpha2SetParams", p.gamma, &p.gamma, nullptr));
   PetscCall(PetscOptionsReal("-ts_alpha_beta", "beta of Newmark's positions", "TSAlpha2SetParams", p.beta, &p.beta, nullptr));
   PetscOptionsHeadEnd();

@@ -46,8 +46,8 @@ PetscErrorCode EnergyWatch::look(PetscInt step, double t, Vec y, bool certainly)
   if (std::isfinite(now.inner) && !(now.inner > factor_ * budget)) PetscFunctionReturn(0);
   grown_ = true;
   PetscCall(
-      warn(model_.comm(), format("energy grew beyond what drives it, first seen at step %lld, t = %.6g s: %.3g J of motion and strain, more than %g "
-                                 "times the %.3g J that its start, fields, driven anchors and the fluid have given: %s",
+      warn(model_.comm(), format("energy grew beyond what drives it, first seen at step %lld, t = %.6g s: %.3g J of kinetic and elastic energy, more "
+                                 "than %g times the %.3g J supplied by the initial state, fields, driven anchors and the fluid: %s",
                                  static_cast<long long>(step), t, now.inner, factor_, budget,
                                  explicit_ ? "lower -ts_dt below the largest stable step, or take an implicit -ts_type such as beuler"
                                            : "lower -ts_dt, and leave out options that end Newton early (-snes_type ksponly, a loose -snes_rtol)")));

@@ -1,4 +1,4 @@
-// Growth of energy that nothing drives: a step too long for its method, or linear solves that are no step of Newton's.
+// Detection of energy growth without a source: a step too long for its method, or inaccurate linear solves in Newton's method.
 #pragma once
 #include <cstdint>
 #include <string>
@@ -8,12 +8,12 @@ namespace bs {
 
 /// Kinetic and elastic energy may not be more than `factor` times what there was and what has come:
 ///   inner(t) <= factor (inner(0) + max (field(0) - field(s)) + sum of (power dt + pull |shift's path|) + rounding),   s <= t
-/// power and pull are the larger of the two ends of every stretch between two looks, and count whatever their sign: this errs to the
-/// quiet side. Looked at are the first 32 steps, then every 4th on average (explicit types: 8, and every 128th), irregularly, so
-/// that no drive is in step with it, and every frame.
+/// power and pull are the larger of the two ends of every stretch between two looks, and are counted whatever their sign, so that the watch may warn
+/// too late, but not too early. It checks the first 32 steps, then every 4th on average (explicit types: 8, and every 128th), irregularly, so that no
+/// drive is in step with it, and every frame.
 class EnergyWatch {
  public:
-  /// `factor` 0: nothing is watched.
+  /// `factor` 0: no check is made.
   EnergyWatch(Model& model, double factor) : model_(model), factor_(factor) {}
   void set_explicit();
   /// Collective. After step `step` that ended at `t`; `certainly`: whether or not it is one to be looked at. Warns once.

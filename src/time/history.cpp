@@ -191,9 +191,9 @@ PetscErrorCode History::restore(TS ts, Model& model, const CheckpointFile& file,
       PetscCall(file.read(model, group, *vec));
     }
   if (kind_ == Kind::acceleration) PetscCall(restore_acceleration(ts, model, file, told));
-  if (kind_ == Kind::alpha && !rate_) *told = "what alpha carries from step to step is not in it";
+  if (kind_ == Kind::alpha && !rate_) *told = "the checkpoint lacks the rate that alpha carries from step to step";
   if (kind_ == Kind::bdf && past_.size() < depth_ && !half_)
-    *told = format("it holds %zu states before the last, bdf needs %zu", past_.size(), depth_);
+    *told = format("the checkpoint holds %zu states before the last, bdf needs %zu", past_.size(), depth_);
   if (!told->empty() || past_.empty()) {
     past_.clear();
     steps_ = 0;
@@ -210,7 +210,7 @@ PetscErrorCode History::restore_acceleration(TS ts, Model& model, const Checkpoi
   KeptAcceleration* own;
   PetscFunctionBegin;
   if (!file.has("/history/acceleration")) {
-    *told = "the acceleration it carries from step to step is not in it";
+    *told = "the checkpoint lacks the acceleration that the method carries from step to step";
     PetscFunctionReturn(0);
   }
   PetscCall(TSSetUp(ts));

@@ -1,4 +1,4 @@
-// What a time-stepping method remembers of earlier steps. PETSc gives no access to its own memory of them, so the states
+// The history of earlier steps that a time-stepping method uses. PETSc gives no access to its own memory of them, so the states
 // a method would need are kept beside it, and given back to a new TS by steps whose solver knows the answer.
 #pragma once
 #include <petscts.h>
@@ -25,7 +25,7 @@ class History {
   /// Collective. After a stage was solved for; of this attempt.
   PetscErrorCode see_stage(TS ts, PetscReal time, Vec stage);
   /// The state the present or last step began with; null before the first one.
-  std::int64_t steps() const { return steps_; }  ///< since the method began afresh
+  std::int64_t steps() const { return steps_; }  ///< since the method last started without history
   bool replaying() const { return replaying_; }
   /// During a step: the state the last good step began with and that step's length; null where there was none.
   Vec before_last(double* step) const;
@@ -46,7 +46,7 @@ class History {
   PetscErrorCode copy(Vec from, VecHandle* to) const;
   PetscErrorCode restore_acceleration(TS ts, Model& model, const CheckpointFile& file, std::string* told);
   PetscErrorCode replay(TS ts);
-  /// Whether the present step is one of those that bdf of order 3 to 6 is helped with.
+  /// Whether the present step is one of the first steps of bdf of order 3 to 6, which Starter computes.
   bool starts_accurately() const;
   PetscErrorCode correct_start(Vec second);
   PetscErrorCode settle_rate(TS ts);
@@ -55,7 +55,7 @@ class History {
   Kind kind_ = Kind::none;
   std::size_t depth_ = 1;   ///< starts of good steps that are needed
   bool open_ = false;       ///< the newest start is of a step not yet done
-  std::int64_t steps_ = 0;  ///< since the method began afresh
+  std::int64_t steps_ = 0;  ///< since the method last started without history
   std::vector<Past> past_;  ///< oldest first; up to depth_ + 1
   bool replaying_ = false;
   double used_ = 0;           ///< length of this attempt's step

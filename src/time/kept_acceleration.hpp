@@ -1,4 +1,4 @@
-// What the program's own TS types carry from step to step, for checkpoints.
+// The data that the program's own TS types carry from step to step, for checkpoints.
 #pragma once
 #include <petscts.h>
 
@@ -6,7 +6,7 @@ namespace bs {
 
 /// The data of a TS whose type has Memory::acceleration begins with it.
 struct KeptAcceleration {
-  Vec kept = nullptr;  ///< (., a_n) at the present state, of the type; a step that comes to nothing leaves its entries alone
+  Vec kept = nullptr;  ///< (., a_n) at the present state, of the type; a failed step leaves its entries unchanged
   bool known = false;  ///< whether it is: not before the first step
 };
 

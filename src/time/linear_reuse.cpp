@@ -22,7 +22,7 @@ PetscErrorCode LinearReuse::attach(TS ts, TSContext& context) {
   startup_ = context.model->startup_steps();
   const bool theta_family = context.method->remembers(Memory::theta);
   if (startup_ > 0 && !theta_family)
-    PetscCall(tell(context.model->comm(), Exit::input, "option -bs_linear_be_steps: goes with -ts_type cn, theta or beuler"));
+    PetscCall(tell(context.model->comm(), Exit::input, "option -bs_linear_be_steps: needs -ts_type cn, theta or beuler"));
   if (!context.implicit || !context.model->linear() || !theta_family) PetscFunctionReturn(0);
   PetscCall(TSThetaGetTheta(ts, &theta_));
   now_ = theta_;

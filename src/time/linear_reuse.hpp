@@ -7,7 +7,7 @@ namespace bs {
 
 class LinearReuse {
  public:
-  /// Collective. After the solvers are set up. Told (exit 2) where the model wants backward Euler first and the type is
+  /// Collective. After the solvers are set up. Ends the run with exit code 2 if the model requires initial steps of backward Euler and the type is
   /// not of the theta family. Nothing is done for models that are not linear.
   PetscErrorCode attach(TS ts, TSContext& context);
   /// Collective. Before step `step` (0: the first) of length h [s]: its theta, matrix and preconditioner.

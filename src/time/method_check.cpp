@@ -49,10 +49,10 @@ PetscErrorCode fault_of_adaptivity(TS ts, const Method& method, std::string* fau
   const std::string name = type;
   PetscCall(PetscOptionsHasName(nullptr, nullptr, "-ts_adapt_type", &given));
   if (name != TSADAPTBASIC && name != TSADAPTDSP)
-    *fault = "option -ts_adapt_type: " + name + " needs what this program does not give it: write basic, dsp or none";
+    *fault = "option -ts_adapt_type: " + name + " needs data that this program does not provide: write basic, dsp or none";
   else if (!method.estimate && given)
     *fault = "option -ts_adapt_type: " + name + ": " + method.words() +
-             " does not estimate its error, so that its step cannot follow it: leave the option out";
+             " does not estimate its error, so its step cannot be adapted to it: leave the option out";
   else if (!method.estimate) PetscCall(TSAdaptSetType(adapt, TSADAPTNONE));
   PetscFunctionReturn(0);
 }
@@ -144,7 +144,7 @@ PetscErrorCode check_method(TS ts, const TSContext& context) {
   std::string fault;
   PetscFunctionBegin;
   if (method.traits->second_order && context.model->dim() == 0)
-    fault = method.words() + " is for positions and velocities: use " + (method.implicit() ? "alpha" : "euler or rk") + " for a linear system";
+    fault = method.words() + " needs positions and velocities: use " + (method.implicit() ? "alpha" : "euler or rk") + " for a linear system";
   if (fault.empty()) PetscCall(fault_of_options(&fault));
   if (fault.empty()) PetscCall(fault_of_adaptivity(ts, method, &fault));
   if (fault.empty()) PetscCall(fault_of_stages(ts, method, &fault));

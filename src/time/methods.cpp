@@ -98,19 +98,20 @@ struct Refusal {
   const char *type, *reason, *instead;
 };
 
-constexpr const char* NOT_BUILT = "is no part of this PETSc";
+constexpr const char* NOT_BUILT = "is not part of this PETSc";
 
 // The types of PETSc 3.18 that are not in the table, and what keeps each out.
 constexpr Refusal REFUSED[] = {
     {"basicsymplectic", "splits the state into two vectors and gives the forces no velocity, which drag and dampers need", "symplectic or verlet"},
-    {"discgrad", "needs the motion as y' = S(y) grad H(y), which drag, dampers and driven anchors have not, and sets S up for one rank", "cn"},
-    {"eimex", "goes on after a solve that failed, with a step of another length", "bdf or rosw"},
-    {"glee", "begins a new step with every attempt at one, and keeps a second solution that no checkpoint can hold", "rk"},
-    {"glle", "chooses steps and orders itself, past output times, and takes a solve that failed for a good one", "bdf"},
-    {"irk", "takes the result of a step without asking whether Newton converged", "rosw or arkimex"},
-    {"mimex", "needs fields of a PetscDS, some implicit and some explicit, which a lattice has not", "arkimex"},
-    {"mprk", "needs the state split into parts with fast and slow forces of their own", "rk"},
-    {"pseudo", "chooses its steps by the fall of the residual on the way to a steady state: its times mean nothing", "beuler with drag"},
+    {"discgrad", "needs the motion as y' = S(y) grad H(y), which drag, dampers and driven anchors do not allow, and sets up S for one rank only",
+     "cn"},
+    {"eimex", "continues after a failed solve, with a step of another length", "bdf or rosw"},
+    {"glee", "treats every attempt as a new step, and keeps a second solution that no checkpoint can hold", "rk"},
+    {"glle", "chooses steps and orders itself, past output times, and accepts failed solves", "bdf"},
+    {"irk", "accepts the result of a step without checking that Newton converged", "rosw or arkimex"},
+    {"mimex", "needs fields of a PetscDS, some implicit and some explicit, which a lattice does not have", "arkimex"},
+    {"mprk", "needs the state split into parts with separate fast and slow forces", "rk"},
+    {"pseudo", "chooses its steps by the decrease of the residual toward a steady state, so that its times have no meaning", "beuler with drag"},
     {"python", "runs a Python script inside the program, which is built without Python", "another type"},
     {"radau5", NOT_BUILT, "bdf or rosw"},
     {"sundials", NOT_BUILT, "bdf"},

@@ -1,4 +1,4 @@
-// What the program knows of every time-stepping method of PETSc and of its own: one row a type, one a type and subtype.
+// The table of time-stepping methods, those of PETSc and the program's own: one row per type, and one per type and subtype.
 #pragma once
 #include <petscts.h>
 #include <string>
@@ -12,7 +12,7 @@ enum class Memory {
   theta,        ///< the state before the last, from which it estimates its error
   bdf,          ///< as many states as its order
   alpha,        ///< dy/dt
-  acceleration  ///< x'', or what it takes for it
+  acceleration  ///< x'', or its approximation
 };
 
 /// What all subtypes of a type have in common.
@@ -38,7 +38,7 @@ struct Method {
   int order;            ///< observed on particle systems, driven and not
   int descriptor;       ///< observed on systems G x + C x' = B u(t) with a singular C; 0: no such systems
   bool estimate;        ///< whether it estimates the error of its step: -ts_adapt_type works
-  const char* remark;   ///< what the header says of it; "": nothing
+  const char* remark;   ///< remark for the header; "": none
   const char* type() const { return traits->name; }
   bool implicit() const { return traits->kind == Kind::implicit; }
   bool remembers(Memory memory) const { return traits->memory == memory; }

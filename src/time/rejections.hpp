@@ -1,4 +1,4 @@
-// Attempts at a step that were rejected: counted by reason, and an end to them.
+// Rejected attempts at a step: counted by reason, and limited in number.
 #pragma once
 #include <petscts.h>
 #include <cstdint>
@@ -18,7 +18,7 @@ class RejectionWatch {
  public:
   explicit RejectionWatch(Model& model) : model_(model) {}
   /// Hooks into `ts`. A step is given up when an attempt shorter than `step_min` [s] would follow, or after `most`
-  /// rejections on end.
+  /// rejections in a row.
   PetscErrorCode attach(TS ts, double step_min, std::int64_t most);
   /// Collective. Once the solvers are set up: linear solves are judged by their residuals, where the model is linear.
   PetscErrorCode attach_solvers(TS ts, const TSContext& context) { return linear_.attach(ts, context); }
@@ -27,7 +27,7 @@ class RejectionWatch {
   /// Collective. After TS gave a step back: the length of the next attempt, `cut` times the last one where TS has not
   /// shortened it; false: the step is given up.
   PetscErrorCode try_again(TS ts, double cut, bool* more);
-  /// Collective. Before a stage is solved for: was the attempt before this one rejected, and is it enough?
+  /// Collective. Before a stage is solved for: whether the attempt before this one was rejected, and whether the limit is reached.
   PetscErrorCode before_stage(TS ts);
   /// Collective. After a step, good or not: counts what is left.
   PetscErrorCode end_step(TS ts);

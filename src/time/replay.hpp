@@ -1,4 +1,4 @@
-// Steps of a TS whose outcome is known: they fill its memory of earlier steps.
+// Replay of known steps in a TS, to restore its history of earlier steps.
 #pragma once
 #include <petscts.h>
 #include <vector>

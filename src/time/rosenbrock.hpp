@@ -1,4 +1,4 @@
-// What PETSc's rosw leaves open: the time derivative of F in every stage, and one Jacobian for all stages of a step.
+// Additions to PETSc's rosw: the time derivative of F in every stage, and one Jacobian for all stages of a step.
 #pragma once
 #include <petscts.h>
 #include <vector>
@@ -18,7 +18,7 @@ class RosenbrockStages {
   bool active() const { return active_; }
   /// Whether a stage is explicit: it multiplies by the Jacobian's matrix, which must be there.
   bool has_explicit_stage() const { return explicit_; }
-  /// Whether the Jacobian is asked for at more than the first stage.
+  /// Whether the Jacobian is evaluated at more than the first stage.
   bool has_own_matrices() const { return explicit_ || uneven_; }
   /// Whether a stage lies before the step.
   bool looks_back() const { return looks_back_; }

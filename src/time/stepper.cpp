@@ -121,7 +121,7 @@ PetscErrorCode Stepper::take_over_cuts(TS ts) {
   PetscFunctionReturn(0);
 }
 
-/// Collective. Told (exit 2) where the run cannot go on from time t by a step of h.
+/// Collective. Ends the run with exit code 2 if it cannot continue from time t by a step of h.
 PetscErrorCode Stepper::tell_lost_steps(double t, double h) const {
   PetscFunctionBegin;
   const std::string fault = lost_in_rounding(t, h, clock_.interval(), time_resolution(t));

@@ -21,9 +21,9 @@ struct StepOptions {
   StepRules length;
   double output_interval = 0;   ///< -bs_output_interval [s]; 0: no output times but the end
   bool every_step = false;      ///< a frame after every step
-  std::int64_t max_cuts = 10;   ///< -bs_step_max_cuts: rejections of one step that are borne
-  std::int64_t save_every = 0;  ///< -bs_checkpoint_every: steps between checkpoints; 0: not by steps
-  double save_minutes = 0;      ///< -bs_checkpoint_minutes: wall-clock time between them; 0: not by the clock
+  std::int64_t max_cuts = 10;   ///< -bs_step_max_cuts: rejections allowed per step
+  std::int64_t save_every = 0;  ///< -bs_checkpoint_every: steps between checkpoints; 0: none by steps
+  double save_minutes = 0;      ///< -bs_checkpoint_minutes: wall-clock time between them; 0: none by the clock
 };
 
 /// Callbacks: on_step after every good step, on_frame when an output time is reached, on_save, last of all, when a checkpoint
@@ -40,7 +40,7 @@ class Stepper {
   PetscErrorCode attach_solvers(TS ts);
   /// What a checkpoint of the last good state holds of the stepping.
   void save(Facts* facts, std::vector<NamedState>* states) const;
-  /// Collective. After attach_solvers: `ts` goes on where `file` was written. `told` receives what is not as it was.
+  /// Collective. After attach_solvers: `ts` goes on where `file` was written. `told` receives what could not be restored.
   PetscErrorCode restore(TS ts, const CheckpointFile& file, std::vector<std::string>* told);
   const RunCounts& counts() const { return counter_.counts(); }
   double start() const { return clock_.start(); }
@@ -54,14 +54,14 @@ class Stepper {
   /// Why no step can follow a good one (empty: one can).
   const std::string& ending() const { return ending_; }
   int signal() const { return now_.signal; }
-  /// Whether the log of steps has waited long enough (ten seconds); the same on every rank.
+  /// Whether the log of steps is due to be written (after ten seconds); the same on every rank.
   bool log_due() const { return now_.log_due; }
-  /// Collective. No solver goes on with what it kept from earlier steps: after a checkpoint, so that the run and its
+  /// Collective. Discards what the solvers kept from earlier steps: after a checkpoint, so that the run and its
   /// continuation do the same.
   PetscErrorCode renew_solver(TS ts) const;
 
  private:
-  /// What all ranks know of a step once it is done.
+  /// The outcome of a finished step, the same on all ranks.
   struct Verdict {
     bool finite = true;                      ///< its state
     int signal = 0;                          ///< that ends the run; 0: none

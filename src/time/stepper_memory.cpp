@@ -17,12 +17,12 @@ void Stepper::save(Facts* facts, std::vector<NamedState>* states) const {
   history_.save(facts, states);
 }
 
-/// Told (exit 2) where a fact is missing that no run can go on without.
+/// Ends the run with exit code 2 if a fact is missing without which no run can continue.
 PetscErrorCode Stepper::require_facts(const CheckpointFile& file) const {
   PetscFunctionBegin;
   const Facts& run = file.run();
   const auto require = [&](bool there, const char* name) {
-    return there ? 0 : tell(model_.comm(), Exit::input, file.name() + ": damaged: it does not say its " + name + ": start anew");
+    return there ? 0 : tell(model_.comm(), Exit::input, file.name() + ": damaged: it lacks its " + name + ": start a new run");
   };
   for (const char* name : {"time", "start", "nominal_step", "next_step", "first_step"})
     PetscCall(require(run.real.count(name) && std::isfinite(run.real.at(name)), name));

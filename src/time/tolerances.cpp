@@ -44,9 +44,9 @@ PetscErrorCode read_tolerances(MPI_Comm comm, Tolerances* out) {
   PetscFunctionBegin;
   PetscCall(read_section(comm, "Error control", [&](Section& o) {
     o.real("-bs_atol_x", "error-controlled steps: absolute tolerance of positions; 0: -ts_atol [m]", out->atol_x, Range::nonnegative);
-    o.real("-bs_atol_v", "the same of velocities; 0: -ts_atol [m/s]", out->atol_v, Range::nonnegative);
-    o.real("-bs_rtol_x", "relative tolerance of positions; 0: -ts_rtol", out->rtol_x, Range::nonnegative);
-    o.real("-bs_rtol_v", "the same of velocities; 0: -ts_rtol", out->rtol_v, Range::nonnegative);
+    o.real("-bs_atol_v", "error-controlled steps: absolute tolerance of velocities; 0: -ts_atol [m/s]", out->atol_v, Range::nonnegative);
+    o.real("-bs_rtol_x", "error-controlled steps: relative tolerance of positions; 0: -ts_rtol", out->rtol_x, Range::nonnegative);
+    o.real("-bs_rtol_v", "error-controlled steps: relative tolerance of velocities; 0: -ts_rtol", out->rtol_v, Range::nonnegative);
   }));
   PetscFunctionReturn(0);
 }
@@ -61,8 +61,8 @@ PetscErrorCode set_tolerances(const Tolerances& t, const Model& model, TS ts) {
   PetscCall(check(t, adaptive, atol, rtol, model.comm()));
   if (!t.given()) PetscFunctionReturn(0);
   if (model.dim() == 0)
-    PetscCall(
-        tell(model.comm(), Exit::input, "options -bs_atol_x, -bs_atol_v, -bs_rtol_x, -bs_rtol_v go with particles: give -ts_atol and -ts_rtol"));
+    PetscCall(tell(model.comm(), Exit::input,
+                   "options -bs_atol_x, -bs_atol_v, -bs_rtol_x, -bs_rtol_v apply to particles only: give -ts_atol and -ts_rtol"));
   PetscCall(VecDuplicate(model.initial_state(), vatol.out()));
   PetscCall(VecDuplicate(model.initial_state(), vrtol.out()));
   PetscCall(fill(vatol, t.atol_x > 0 ? t.atol_x : atol, t.atol_v > 0 ? t.atol_v : atol));

@@ -14,7 +14,7 @@ struct Tolerances {
 /// Reads the options.
 PetscErrorCode read_tolerances(MPI_Comm comm, Tolerances* out);
 
-/// Collective. Puts them in force on `ts`, whose own tolerances are set. Told (exit 2) for a model without particles.
+/// Collective. Applies them to `ts`, whose own tolerances are set. Ends the run with exit code 2 for a model without particles.
 PetscErrorCode set_tolerances(const Tolerances& tolerances, const Model& model, TS ts);
 
 }  // namespace bs

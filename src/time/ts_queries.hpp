@@ -1,4 +1,4 @@
-// Questions about a TS that several parts of the solver ask.
+// Queries on a TS that several parts of the solver need.
 #pragma once
 #include <petscts.h>
 #include "time/stepping/rounding.hpp"
@@ -14,7 +14,7 @@ PetscErrorCode is_alpha_starting(TS ts, bool* yes);
 /// The linear solver of an implicit type and its preconditioner, both borrowed; either may be null.
 PetscErrorCode linear_solver_of(TS ts, KSP* ksp, PC* pc);
 
-/// Collective. Whether the last set-up of the linear solver failed, on any rank, for want of memory.
+/// Collective. Whether the last set-up of the linear solver failed, on any rank, for lack of memory.
 PetscErrorCode linear_solver_lacks_memory(TS ts, bool* yes);
 
 }  // namespace bs

@@ -46,7 +46,7 @@ PetscErrorCode form_rhs(TS, PetscReal t, Vec y, Vec G, void* data) {
   PetscFunctionReturn(0);
 }
 
-/// The method asked for and the form of F it needs. Told (exit 2) where this program knows none by that name.
+/// The method asked for and the form of F it needs. Ends the run with exit code 2 if there is none of that name.
 PetscErrorCode choose_method(TS ts, const char* type, TSContext* context) {
   PetscFunctionBegin;
   PetscCall(asked_method(ts, type, &context->method));

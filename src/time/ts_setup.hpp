@@ -23,7 +23,7 @@ struct TSContext {
 };
 
 /// Collective. Creates `ts` at the model's initial state; options override every default set here. An -ts_type that
-/// cannot advance this model is told (exit 2).
+/// cannot advance this model ends the run with exit code 2.
 PetscErrorCode create_ts(Model& model, TSContext* context, TSHandle* ts);
 
 /// Collective. The solver inside a condensed solve, if there is one, is created and reads its options.

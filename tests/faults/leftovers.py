@@ -104,7 +104,7 @@ def check_words(checks, folder):
                     and "rest length" not in said[0], str(said))
     for options, expected in ((SPRING, True), ({**SPRING, "bs_output": "w.h5md"}, False)):
         done = finish(checks, folder, {**options, "ts_max_steps": 3})
-        checks.true(f"that nothing is written is {'' if expected else 'not '}said", ("no trajectory is written: -bs_output" in done.stdout) == expected)
+        checks.true(f"that nothing is written is {'' if expected else 'not '}said", ("no trajectory is written: give -bs_output" in done.stdout) == expected)
 
 
 def main():

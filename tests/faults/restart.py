@@ -161,7 +161,7 @@ def refusals(checks, folder):
             ("a flipped bit", {"bs_restart": "bit"}, "checksum"),
             ("an option changed in the file", {"bs_restart": "word"}, "/options does not match its checksum"),
             ("half a file", {"bs_restart": "half"}, "truncated or damaged"),
-            ("no checkpoint but a trajectory", {"bs_restart": "ref.h5md"}, "is no checkpoint"),
+            ("no checkpoint but a trajectory", {"bs_restart": "ref.h5md"}, "is not a checkpoint"),
             ("no such file", {"bs_restart": "nothing"}, "no such file"),
             ("a trajectory of another run", {"bs_restart": "ref", "bs_output": "other.h5md"}, "not the trajectory this run wrote"),
             ("a schedule without a file", {"bs_checkpoint_every": 3, **base, "bs_output": None}, "-bs_checkpoint which file"),

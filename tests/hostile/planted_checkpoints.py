@@ -12,7 +12,7 @@ from runs import BLOCK, difference, frames, run, run_parts, told, write_lattice
 
 RUN = dict(BLOCK, bs_lattice_size=(3, 3, 3), ts_max_time=0.1, bs_output="o.h5md", bs_checkpoint="ck", ksp_rtol=1e-9, condensed_pc_type="lu", condensed_pc_factor_mat_ordering_type="natural")
 VALUE = b"something of value\n"
-LEFT = "not taken from it"
+LEFT = "not taken over from it"
 
 
 def forge(path, options):

@@ -27,13 +27,13 @@ TEST_CASE("YAML that PETSc would refuse is told with its line") {
   CHECK(fault_of_yaml("", "f").empty());
   CHECK(fault_of_yaml("# only a comment\n", "f").empty());
   CHECK(fault_of_yaml("a: 1\nb: [1, 2]\nc: {d: x, e: }\nf: &g 3\nh: *g\n", "f").empty());
-  CHECK_THAT(fault_of_yaml("a: 1\nb: 2: 3\n", "f"), Catch::StartsWith("f line 2: no YAML (mapping values are not allowed"));
-  CHECK_THAT(fault_of_yaml("a: 1\n- b\n", "f"), Catch::StartsWith("f line 2: no YAML"));
+  CHECK_THAT(fault_of_yaml("a: 1\nb: 2: 3\n", "f"), Catch::StartsWith("f line 2: not valid YAML (mapping values are not allowed"));
+  CHECK_THAT(fault_of_yaml("a: 1\n- b\n", "f"), Catch::StartsWith("f line 2: not valid YAML"));
   CHECK_THAT(fault_of_yaml("a b\n", "f"), Catch::StartsWith("f line 1: holds no options"));
   CHECK_THAT(fault_of_yaml("\na:\n  - [1]\n", "f"), Catch::StartsWith("f line 3: a list in a list"));
   CHECK_THAT(fault_of_yaml("a: 1\n? [x]\n: 2\n", "f"), Catch::StartsWith("f line 2: a name must be a word"));
   CHECK_THAT(fault_of_yaml("a: &a {b: *a}\n", "f"), Catch::Contains("aliases that never end"));
-  CHECK_THAT(fault_of_yaml(std::string("\0\1\2", 3), "f"), Catch::StartsWith("f line 1: no YAML"));
+  CHECK_THAT(fault_of_yaml(std::string("\0\1\2", 3), "f"), Catch::StartsWith("f line 1: not valid YAML"));
 }
 
 TEST_CASE("Option files are looked at where the command line and PETSC_OPTIONS name them") {

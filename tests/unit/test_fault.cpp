@@ -110,7 +110,7 @@ TEST_CASE("a PETSc error is one line with the phase's exit code") {
   set_phase(Exit::solve);
   Caught said;
   const PetscErrorCode code = wrong_type();
-  REQUIRE(said.text() == "backspring: error: Unable to find requested KSP type nonsense (in KSPSetType): -help lists what there is\n");
+  REQUIRE(said.text() == "backspring: error: Unable to find requested KSP type nonsense (in KSPSetType): -help lists the valid names\n");
   REQUIRE(code == PETSC_ERR_ARG_UNKNOWN_TYPE);
   set_phase(Exit::io);
   REQUIRE(finish(code) == 3);

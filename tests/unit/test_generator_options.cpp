@@ -46,12 +46,12 @@ TEST_CASE("a bad description is answered with its remedy", "[generator]") {
                                   },
                                   "64 bits"},
                                  {[](S* s) { s->size = {I(1) << 21}; }, "64 bits"},
-                                 {[](S* s) { s->dim = 2; }, "lives in d = 3"},
-                                 {[](S* s) { s->dim = -1; }, "lives in d = 3"},
+                                 {[](S* s) { s->dim = 2; }, "needs d = 3"},
+                                 {[](S* s) { s->dim = -1; }, "needs d = 3"},
                                  {[](S* s) {
                                     s->type = LatticeType::cloth, s->size = {4, 4}, s->dim = 1;
                                   },
-                                  "lives in d = 2 or 3"},
+                                  "needs d = 2 or 3"},
                                  {[](S* s) { s->neighbors = 8; }, "6 or 18 or 26 neighbours"},
                                  {[](S* s) { s->neighbors = -1; }, "6 or 18 or 26 neighbours"},
                                  {[](S* s) {

@@ -138,7 +138,7 @@ TEST_CASE("SPICE's form: commas keep the program's order, and what SPICE would f
   CHECK_THAT(fault("EXP(0 3 0 1m)"), Catch::Contains("TD2 is missing"));
   CHECK_THAT(fault("PULSE(0 5 0 1m 1m 1m 2m)"), Catch::Contains("period is shorter"));
   CHECK_THAT(fault("PULSE(0 5 0 0 0 1m 2m 7)"), Catch::Contains("too many parameters"));
-  CHECK_THAT(fault("PWL(0 1 2)"), Catch::Contains("no pairs"));
+  CHECK_THAT(fault("PWL(0 1 2)"), Catch::Contains("do not form pairs"));
   CHECK_THAT(fault("PWL(1m 1 0.9m 2)"), Catch::Contains("is not after the one before"));
   CHECK_THAT(fault("SFFM(0 1 1k 5 100)"), Catch::Contains("SIN, PULSE, EXP and PWL"));
   CHECK_THAT(fault("step(1 2)"), Catch::Contains("with commas"));
@@ -164,7 +164,7 @@ TEST_CASE("Several waveforms, and faults that say what to write") {
   for (const char* text : {"sine(1,01e308,1)", "1e308", "1e999", "step(1e-300)", "pwl(0,1,1e200,1)"})
     CHECK_THAT(fault(text), Catch::Contains("is out of range: write 0, or a number of 1e-100 to 1e100"));
   CHECK_THAT(fault("exp(0,1,2,1,1,1)"), Catch::Contains("t2 lies before t1"));
-  CHECK_THAT(fault("pwl()"), Catch::Contains("no pairs"));
+  CHECK_THAT(fault("pwl()"), Catch::Contains("do not form pairs"));
   CHECK_THAT(fault(""), Catch::Contains("write a number"));
   CHECK_THAT(fault("("), Catch::Contains("write a number"));
 }

@@ -140,7 +140,7 @@ TEST_CASE("what is passed over in a scene is said, each once", "[xsp]") {
   CHECK(l.warnings[0] == "scene.xsp:28: spring 3 ends at mass 99, which does not exist: dropped, and 1 more like it");
   CHECK(l.warnings[1] == "scene.xsp:30: spring 5 joins mass 7 to itself: dropped");
   CHECK(l.warnings[2] == "scene.xsp: ignored, as not modelled: bounces (walls: top, bottom), stickiness (stck 3), collisions (frce 4)");
-  CHECK(l.warnings[3] == "scene.xsp:31: unknown records passed over: what huh");
+  CHECK(l.warnings[3] == "scene.xsp:31: unknown records skipped: what huh");
   CHECK(parse("#1.0\nmass 1 1 1 0 0 1 1\nwall 0 0 0 0\nstck 0\nfrce 4 0 0 0").warnings.empty());
 }
 

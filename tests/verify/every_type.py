@@ -52,7 +52,7 @@ def table():
 def refused_types():
     """{type: words of its refusal} as the program has it."""
     rows = re.findall(r'\{"(\w+)", (?:"([^"]*)"|NOT_BUILT), "[^"]*"\}', (REPO / "src/time/methods.cpp").read_text())
-    return {name: reason or "is no part of this PETSc" for name, reason in rows}
+    return {name: reason or "is not part of this PETSc" for name, reason in rows}
 
 
 def types_of_petsc(checks):
@@ -151,7 +151,7 @@ def check_method(checks, method, problems):
         check_order(checks, f"{name} on {'a circuit at u = 1' if back else 'a driven circuit'}",
                     problems["still circuit" if back else "circuit"], options, counts, descriptor)
     elif method[0] in SECOND_ORDER:
-        refused(checks, f"{name} on a circuit", {**problems["circuit"].options, **options}, "is for positions and velocities", name)
+        refused(checks, f"{name} on a circuit", {**problems["circuit"].options, **options}, "needs positions and velocities", name)
     else:
         refused(checks, f"{name} on a circuit with a singular C", {**problems["circuit"].options, **options}, "C is singular", name.split()[-1])
     adaptive = {**problems["still"].options, **options, "ts_adapt_type": "basic", "ts_max_steps": 2}

@@ -21,9 +21,9 @@ struct CentralGravity {
   template <class V>
   void options(V& o) {
     using R = RangeOf<V>;
-    const bool constant = o.real("-bs_central_G", "constant of gravitation G, >= 0 [m^3/(kg s^2)]", G, R::nonnegative);
-    const bool mass = o.real("-bs_central_M0", "mass M0 that attracts every particle, >= 0, 0: none [kg]", M0, R::nonnegative);
-    const bool point = read_vector(o, "-bs_central_point", "place x,y[,z] of the mass M0, any [m]", x0, components);
+    const bool constant = o.real("-bs_central_G", "gravitational constant G, >= 0 [m^3/(kg s^2)]", G, R::nonnegative);
+    const bool mass = o.real("-bs_central_M0", "mass M0 that attracts every particle, >= 0; 0: none [kg]", M0, R::nonnegative);
+    const bool point = read_vector(o, "-bs_central_point", "position x,y[,z] of the mass M0 [m]", x0, components);
     if (constant) require(o, mass, "-bs_central_G", "-bs_central_M0");
     if (point) require(o, mass, "-bs_central_point", "-bs_central_M0");
   }

@@ -33,7 +33,7 @@ bool read_vector(V& o, const char* name, const char* help, double (&values)[3], 
   return true;
 }
 
-/// An option that only works together with another must not be passed over in silence.
+/// An option that only works together with another must not be ignored silently.
 template <class V>
 void require(V& o, bool given, const char* user, const char* needed) {
   if (!given) o.fail(std::string("option ") + user + " needs " + needed + ": give it too");

@@ -16,7 +16,7 @@ struct MassDrag {
 
   template <class V>
   void options(V& o) {
-    o.real("-bs_viscosity", "drag per unit mass -c m v: rate c, >= 0, 0: none [1/s]", c, RangeOf<V>::nonnegative);
+    o.real("-bs_viscosity", "rate c of the drag force -c m v, proportional to mass, >= 0; 0: none [1/s]", c, RangeOf<V>::nonnegative);
   }
   bool active() const noexcept { return c != 0; }
   std::string describe() const { return "viscosity c = " + short_number(c) + " 1/s"; }

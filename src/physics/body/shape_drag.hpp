@@ -42,13 +42,13 @@ struct ShapeDrag {
     using R = RangeOf<V>;
     std::vector<std::string> names;
     for (const Shape& s : shapes) names.emplace_back(s.name);
-    const bool named = o.choice("-bs_shape_drag", "quadratic drag with the measured coefficient of a shape", names, shape);
+    const bool named = o.choice("-bs_shape_drag", "quadratic drag force with the measured drag coefficient of a shape", names, shape);
     drag_coefficient = shapes[shape].drag_coefficient;
-    const bool own =
-        o.real("-bs_shape_drag_coefficient", "shape drag: coefficient C_D in place of a shape's, >= 0 [1]", drag_coefficient, R::nonnegative);
+    const bool own = o.real("-bs_shape_drag_coefficient", "shape drag: drag coefficient C_D used instead of that of a named shape, >= 0 [1]",
+                            drag_coefficient, R::nonnegative);
     const bool density = o.real("-bs_shape_drag_rho", "shape drag: density of the fluid, > 0 [kg/m^3]", rho, R::positive);
     const bool frontal = o.real("-bs_shape_drag_area", "shape drag: frontal area of a particle, > 0 [m^2]", area, R::positive);
-    read_vector(o, "-bs_fluid_velocity", "velocity x[,y[,z]] of the fluid, for sphere and shape drag, any [m/s]", fluid, components);
+    read_vector(o, "-bs_fluid_velocity", "velocity x[,y[,z]] of the fluid, for sphere and shape drag [m/s]", fluid, components);
     const bool said = named || own;
     if (density) require(o, said, "-bs_shape_drag_rho", "-bs_shape_drag or -bs_shape_drag_coefficient");
     if (frontal) require(o, said, "-bs_shape_drag_area", "-bs_shape_drag or -bs_shape_drag_coefficient");

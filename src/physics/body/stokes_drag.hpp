@@ -16,7 +16,7 @@ struct StokesDrag {
 
   template <class V>
   void options(V& o) {
-    o.real("-bs_stokes_drag", "linear drag -D v: coefficient D, >= 0, 0: none [kg/s]", D, RangeOf<V>::nonnegative);
+    o.real("-bs_stokes_drag", "coefficient D of the linear drag force -D v, >= 0; 0: none [kg/s]", D, RangeOf<V>::nonnegative);
   }
   bool active() const noexcept { return D != 0; }
   std::string describe() const { return "Stokes drag D = " + short_number(D) + " kg/s"; }

@@ -17,7 +17,7 @@ struct UniformGravity {
 
   template <class V>
   void options(V& o) {
-    read_vector(o, "-bs_gravity", "uniform gravity gx[,gy[,gz]], any [m/s^2]", g, components);
+    read_vector(o, "-bs_gravity", "uniform gravitational acceleration gx[,gy[,gz]] [m/s^2]", g, components);
   }
   bool active() const noexcept { return g[0] != 0 || g[1] != 0 || g[2] != 0; }
   std::string describe() const { return "uniform gravity g = " + vector_text(g, components) + " m/s^2"; }

@@ -25,7 +25,7 @@ struct XspAttraction {
   void options(V& o) {
     const bool on = o.real("-bs_xsp_attraction",
                            "attraction of XSpringies: acceleration value/r^p toward the centre at distances r beyond the radius + 1, value "
-                           "(r/l)^2/l^p inside, l = radius + 1; value < 0 repels, 0: none [pixel/s^2]",
+                           "(r/l)^2/l^p inside, l = radius + 1; a negative value repels, 0: none [pixel/s^2]",
                            value);
     const bool power = o.real("-bs_xsp_attraction_exponent", "attraction of XSpringies: exponent p [1]", exponent);
     // read by -bs_xsp_center_of_mass, too, so it may stand without an attraction

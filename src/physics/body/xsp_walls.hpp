@@ -14,7 +14,7 @@ namespace bs {
 /// gap = distance of the particle's centre from the wall, less its radius (from its mass). d = 1 has no top and bottom;
 /// the third axis of d = 3 has no walls.
 struct XspWalls {
-  static constexpr const char* title = "walls that repel";
+  static constexpr const char* title = "repelling walls";
   static constexpr Potential potential = Potential::of_position;
   double value = 0;                              ///< acceleration at gap 1 [m^(1+p)/s^2]; < 0 attracts; off: 0
   double exponent = 0;                           ///< p [1]
@@ -24,20 +24,21 @@ struct XspWalls {
   template <class V>
   void options(V& o) {
     o.real("-bs_xsp_walls",
-           "walls of XSpringies: acceleration value/max(1, gap)^p away from each wall, gap from the particle's rim, 0 behind the wall; value < 0 "
-           "attracts, 0: none [pixel/s^2]",
+           "walls of XSpringies: acceleration value/max(1, gap)^p away from each wall, with the gap measured from the particle's rim, 0 behind the "
+           "wall; a negative value attracts, 0: none [pixel/s^2]",
            value);
     o.real("-bs_xsp_walls_exponent", "walls of XSpringies: exponent p [1]", exponent);
     int count = 4;
     o.reals("-bs_xsp_walls_box", "walls of XSpringies: positions xmin,xmax,ymin,ymax, each min < max [pixel]", box, 4, &count);
     if (count != 4 || !(box[0] < box[1]) || !(box[2] < box[3]))
-      o.fail("option -bs_xsp_walls_box: wants xmin < xmax and ymin < ymax: give four numbers xmin,xmax,ymin,ymax [m]");
+      o.fail("option -bs_xsp_walls_box: needs xmin < xmax and ymin < ymax: give four numbers xmin,xmax,ymin,ymax [m]");
     double given[4] = {double(sides[0]), double(sides[1]), double(sides[2]), double(sides[3])};
     count = 4;
-    o.reals("-bs_xsp_walls_sides", "walls of XSpringies: 1 where there is a wall at top,left,right,bottom, else 0", given, 4, &count);
+    o.reals("-bs_xsp_walls_sides", "walls of XSpringies: four numbers top,left,right,bottom, 1 for a wall on that side, 0 for none", given, 4,
+            &count);
     for (int i = 0; i < 4; ++i) {
       if (count != 4 || (given[i] != 0 && given[i] != 1))
-        o.fail("option -bs_xsp_walls_sides: wants four numbers, each 0 or 1: give top,left,right,bottom, e.g. 1,1,1,1");
+        o.fail("option -bs_xsp_walls_sides: needs four numbers, each 0 or 1: give top,left,right,bottom, e.g. 1,1,1,1");
       sides[i] = given[i] != 0;
     }
   }

@@ -1,4 +1,4 @@
-// What a law of several ends (2, 3, 4, ...) says of itself. Its numbers come from a table of named parameters; its functions see
+// The data that a law of several ends (2, 3, 4, ...) provides. Its numbers come from a table of named parameters; its functions see
 // the places of all its ends at once.
 //
 //   ends, parameters                how many; schema(): names, units, what is impossible

@@ -129,17 +129,16 @@ void Motion::options(V& o) {
   using R = RangeOf<V>;
   int index = static_cast<int>(kind);
   const bool said =
-      o.choice("-bs_anchor_motion", "how anchor points move from their places in the lattice", {"fixed", "velocity", "sinusoid", "table"}, index);
+      o.choice("-bs_anchor_motion", "how anchor points move from their positions in the lattice", {"fixed", "velocity", "sinusoid", "table"}, index);
   kind = static_cast<Kind>(index);
   int of_c = components, of_A = components;
-  const bool rate = read_vector(o, "-bs_anchor_velocity", "anchor motion velocity: x[,y[,z]], any [m/s]", c, of_c);
-  const bool width = read_vector(o, "-bs_anchor_amplitude",
-                                 "anchor motion sinusoid: amplitude x[,y[,z]] of "
-                                 "A sin(2 pi f t + phase), any [m]",
-                                 A, of_A);
+  const bool rate = read_vector(o, "-bs_anchor_velocity", "anchor motion velocity: components x[,y[,z]] [m/s]", c, of_c);
+  const bool width =
+      read_vector(o, "-bs_anchor_amplitude", "anchor motion sinusoid: amplitude A, x[,y[,z]], of A sin(2 pi f t + phase) [m]", A, of_A);
   const bool pace = o.real("-bs_anchor_frequency", "anchor motion sinusoid: frequency f, >= 0 [Hz]", frequency, R::nonnegative);
-  const bool angle = o.real("-bs_anchor_phase", "anchor motion sinusoid: phase, 0 starts at no displacement [rad]", phase);
-  const bool file = o.text("-bs_anchor_table", "anchor motion table: CSV file of t,x[,y[,z]], displacements [s, m]", table_file);
+  const bool angle = o.real("-bs_anchor_phase", "anchor motion sinusoid: phase; with 0 the motion starts at zero displacement [rad]", phase);
+  const bool file =
+      o.text("-bs_anchor_table", "anchor motion table: CSV file with a time and a displacement in each row, t,x[,y[,z]] [s, m]", table_file);
   components = kind == Kind::velocity ? of_c : of_A;
   if (rate) require(o, said, "-bs_anchor_velocity", "-bs_anchor_motion velocity");
   if (width) require(o, said, "-bs_anchor_amplitude", "-bs_anchor_motion sinusoid");

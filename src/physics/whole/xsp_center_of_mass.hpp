@@ -18,8 +18,9 @@ struct XspCenterOfMass {
 
   template <class V>
   void options(V& o) {
-    o.real("-bs_xsp_center_of_mass", "force of XSpringies on the centre of mass toward the centre: stiffness, < 0 repels [N/m]", value);
-    o.real("-bs_xsp_center_of_mass_damping", "force of XSpringies on the centre of mass against its velocity: damping [kg/s]", damping);
+    o.real("-bs_xsp_center_of_mass", "XSpringies force that pulls the centre of mass toward the centre: stiffness; a negative value repels [N/m]",
+           value);
+    o.real("-bs_xsp_center_of_mass_damping", "XSpringies force against the velocity of the centre of mass: damping [kg/s]", damping);
   }
   bool active() const noexcept { return value != 0 || damping != 0; }
   std::string describe() const { return "pull of the centre of mass " + short_number(value) + " N/m, damping " + short_number(damping) + " kg/s"; }

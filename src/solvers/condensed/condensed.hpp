@@ -42,7 +42,7 @@ PetscErrorCode condensed_set_tangent(PC pc, Tangent* tangent, const CondensedDem
 /// Before a linearisation: whether S may be positive definite although the last one was not.
 PetscErrorCode condensed_expect_definite(PC pc, bool expected);
 
-/// Not collective. Whether `pc` is of this type and its inner factorisation failed for want of memory.
+/// Not collective. Whether `pc` is of this type and its inner factorisation failed for lack of memory.
 PetscErrorCode condensed_out_of_memory(PC pc, bool* yes);
 
 /// The next solve renews the preconditioner, as the first one does: a run and its continuation then agree bit for bit.

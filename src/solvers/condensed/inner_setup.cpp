@@ -18,13 +18,11 @@ PetscErrorCode InnerSolver::create(Tangent& tangent, const CondensedDemand& dema
   const char* const names[] = {"springs", "sbaij", "baij", "aij"};
   PetscInt chosen = -1;
   PetscOptionsBegin(tangent.comm(), prefix_.c_str(), "Condensed solve of S w = b, S = sigma M - D - K/sigma", "PC");
-  PetscCall(PetscOptionsReal("-refresh",
-                             "renew the preconditioner when a solve takes this many times the iterations per digit of "
-                             "a new one; 0: always [1]",
-                             "", refresh, &refresh, nullptr));
+  PetscCall(PetscOptionsReal(
+      "-refresh", "renew the preconditioner when a solve takes this many times the iterations per digit that it took with a new one; 0: always [1]",
+      "", refresh, &refresh, nullptr));
   PetscCall(PetscOptionsEList("-mat_type",
-                              "how S is kept: springs (single precision, own kernels) or a PETSc matrix; the default "
-                              "follows -condensed_pc_type",
+                              "storage of S: springs (single precision, own kernels) or a PETSc matrix; the default depends on -condensed_pc_type",
                               "", names, 4, "springs", &chosen, &given));
   PetscOptionsEnd();
   if (given) own_storage_ = static_cast<int>(chosen);

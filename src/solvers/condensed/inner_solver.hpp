@@ -41,7 +41,7 @@ class InnerSolver {
   PetscErrorCode view(PetscViewer viewer) const;
   PetscErrorCode describe(std::string* text) const;
   PetscErrorCode add_shifts(CondensedCounts* counts) const;
-  /// Not collective. Whether a factorisation of S failed for want of memory.
+  /// Not collective. Whether a factorisation of S failed for lack of memory.
   PetscErrorCode out_of_memory(bool* yes) const;
 
  private:

@@ -1,4 +1,4 @@
-// When Newton has converged: the kinematic and the momentum residual are judged apart, since their units differ.
+// The convergence test of Newton's method: the kinematic and the momentum residual are tested separately, since their units differ.
 #pragma once
 #include <petscts.h>
 #include <algorithm>
@@ -8,18 +8,18 @@
 
 namespace bs {
 
-/// How Newton goes about it; set once, before the first solve.
+/// Settings of Newton's method; set once, before the first solve.
 struct NewtonSettings {
   Model* model = nullptr;
   Form form = Form::momentum;
   bool affine = false;  ///< the type solves F(t, y, sigma y + c) = b for y in momentum form
-  /// Whether the search makes do with descent directions of the potential in place of solutions of Newton's system.
+  /// Whether descent directions of the potential are sufficient for the search, instead of solutions of Newton's system.
   bool directions = false;
   /// Whether linear solves are as loose as Newton allows (set for the iterative condensed solve).
   bool forcing = false;
 };
 
-/// What Newton knows of one solve. Written by NewtonPolicy alone.
+/// Data of one Newton solve. Written by NewtonPolicy only.
 struct NewtonSolve {
   ResidualNorms first = {0, 0};     ///< residual at the first iterate, or where the step began if that is larger
   ResidualNorms previous = {0, 0};  ///< at the iterate before this one
@@ -32,7 +32,7 @@ struct NewtonSolve {
   double size_of_forces() const { return std::max(inverse_h * first[0], first[1]); }
 };
 
-/// What Newton knows of the stage it solves for. Written by the callbacks of the residual and the Jacobian alone.
+/// Data of the stage that is solved for. Written by the callbacks of the residual and the Jacobian only.
 struct NewtonStage {
   double residual_time = 0;    ///< of the last residual
   double time = 0, sigma = 0;  ///< of the last Jacobian, and its shift; sigma 0: there was none
@@ -40,14 +40,14 @@ struct NewtonStage {
   bool has_jacobian() const { return sigma > 0 && time == residual_time; }
 };
 
-/// What the energy search remembers of one solve.
+/// Data of the energy search that last for one solve.
 struct PastEnergies {
   static constexpr std::size_t MEMORY = 8;
   std::array<double, MEMORY> before{};  ///< Phi at the last iterates, or the first, less Phi now
   std::size_t next = 0;
   PetscInt uphill = 0;  ///< directions that led uphill
   double highest() const { return std::max(0.0, *std::max_element(before.begin(), before.end())); }
-  /// Phi has changed by what nobody knows.
+  /// Phi has changed by an unknown amount.
   void forget() { before.fill(0); }
   /// Phi has changed by `change`.
   void moved(double change) {
@@ -57,21 +57,21 @@ struct PastEnergies {
   }
 };
 
-/// What the energy search keeps. Written by search/energy.cpp alone.
+/// State of the energy search. Written by search/energy.cpp only.
 struct SearchMemory {
   PastEnergies past;
   std::int64_t cuts = 0;    ///< trials refused
   std::int64_t uphill = 0;  ///< directions along which the potential does not fall: searched by residual norms
 };
 
-/// Convergence test of one SNES, and what its line search has to know; must outlive it.
+/// Convergence test of one SNES, and the data that its line search needs; must outlive it.
 class NewtonPolicy {
  public:
   NewtonStage stage;
   SearchMemory search;
 
-  /// Sets the test, and the line search unless -snes_linesearch_type or another -snes_type is asked for.
-  /// `settings.directions` is found out here.
+  /// Sets the test, and the line search unless -snes_linesearch_type or another -snes_type is given.
+  /// `settings.directions` is determined here.
   PetscErrorCode attach(TS ts, SNES snes, const NewtonSettings& settings);
   void loosen_linear_solves() { settings_.forcing = true; }
   const NewtonSettings& settings() const { return settings_; }

@@ -1,4 +1,4 @@
-// Where Newton starts: at the last state, or at the state the last two velocities point to where that is closer.
+// The initial guess of Newton's method: at the last state, or at the state the last two velocities point to where that is closer.
 #pragma once
 #include <petscts.h>
 #include "solvers/newton/convergence.hpp"

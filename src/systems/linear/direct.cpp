@@ -68,7 +68,7 @@ PetscErrorCode refusal_of(KSP ksp, const char* prefix, std::string* text) {
   PetscCall(KSPGetPC(ksp, &pc));
   PetscCall(PCGetType(pc, &type));
   *text = format(
-      "options -%sksp_type preonly and -%spc_type %s: they do not solve the linear system, a trial left %.2g of its right side: "
+      "options -%sksp_type preonly and -%spc_type %s: they do not solve the linear system, a trial left a residual of %.2g of its right side: "
       "give -%sksp_type gmres, or -%spc_type lu",
       prefix, prefix, type ? type : "", left, prefix, prefix);
   PetscFunctionReturn(0);

@@ -1,4 +1,4 @@
-// Direct solvers: one that pivots, and the question whether it met a singular matrix.
+// Direct solvers: one with pivoting, and a test for singular matrices.
 #pragma once
 #include <petscksp.h>
 #include <string>

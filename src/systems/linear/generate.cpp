@@ -124,9 +124,9 @@ PetscErrorCode generate_system(MPI_Comm comm, const SystemOptions& o, LinearSyst
   std::string error;
   if (o.size.size() != wanted)
     error = wanted == 0 ? std::string("has five states: leave the size out")
-                        : format("wants %zu number%s: write -bs_linear_size %s", wanted, wanted > 1 ? "s" : "", wanted > 1 ? "100,100" : "100");
+                        : format("needs %zu number%s: write -bs_linear_size %s", wanted, wanted > 1 ? "s" : "", wanted > 1 ? "100,100" : "100");
   for (const std::int64_t k : o.size)
-    if (k < 1) error = "wants positive numbers";
+    if (k < 1) error = "needs positive numbers";
   if (error.empty() && unknowns > static_cast<double>(PETSC_MAX_INT) / 5) error = "is too large for this PETSc's indices";
   if (!error.empty()) PetscCall(tell(comm, Exit::input, format("option -bs_linear_size: %s %s", names[o.type], error.c_str())));
   const PetscInt n = o.size.empty() ? 5 : static_cast<PetscInt>(o.size[0]);

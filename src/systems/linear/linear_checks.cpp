@@ -131,7 +131,7 @@ PetscErrorCode LinearModel::check_solver(KSP ksp) {
   if (singular)
     PetscCall(tell(comm_, Exit::input,
                    system_.origin + ": sigma C + G is singular to working precision at this step: the pencil (G, C) determines no solution "
-                                    "(a floating node, a loop of sources, an equation given twice?), or -ts_dt meets one of its eigenvalues"));
+                                    "(a floating node, a loop of sources, a duplicate equation?), or -ts_dt meets one of its eigenvalues"));
   if (ksp) PetscCall(require_solver(ksp, ""));
   PetscCall(warn_index());
   PetscFunctionReturn(0);

@@ -9,7 +9,7 @@ namespace bs {
 
 class LinearModel final : public Model {
  public:
-  /// Collective. Reads options and system; told (exit 2) where they do not fit together.
+  /// Collective. Reads options and system; ends the run with exit code 2 if they do not fit together.
   static PetscErrorCode create(MPI_Comm comm, std::unique_ptr<Model>* out);
 
   const char* name() const override { return "linear"; }

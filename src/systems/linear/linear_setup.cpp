@@ -25,9 +25,9 @@ PetscErrorCode LinearModel::read(MPI_Comm comm) {
   PetscCall(read_section(comm, "Linear system G x + C x' = B u(t)", [&](Section& o) {
     options.read(o, help);
     sources_.options(o);
-    o.flag("-bs_linear_dc", "start from the operating point: solve G x = B u at the start", dc_);
-    o.integer("-bs_linear_be_steps", "steps at the start by backward Euler, before cn or theta: damps the ringing after a jump", startup_steps_,
-              Range::nonnegative);
+    o.flag("-bs_linear_dc", "start from the operating point: solve G x = B u at the initial time", dc_);
+    o.integer("-bs_linear_be_steps", "number of initial steps by backward Euler, before cn or theta; they damp the ringing after a jump",
+              startup_steps_, Range::nonnegative);
     if (dc_ && !options.x0.empty()) o.fail("options -bs_linear_dc and -bs_linear_x0: give one of them");
   }));
   PetscCall(PetscOptionsGetReal(nullptr, nullptr, "-ts_init_time", &start_, nullptr));
@@ -106,7 +106,7 @@ PetscErrorCode LinearModel::operating_point() {
   PetscFunctionReturn(0);
 }
 
-/// Told (exit 2) where options made a solver of `ksp` that does not solve.
+/// Ends the run with exit code 2 if the options make `ksp` a solver that does not solve the system.
 PetscErrorCode LinearModel::require_solver(KSP ksp, const char* prefix) {
   std::string refusal;
   PetscFunctionBegin;

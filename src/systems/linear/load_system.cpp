@@ -9,19 +9,21 @@ namespace bs {
 
 void SystemOptions::read(Section& o, bool help) {
   o.file("-bs_linear_G", "matrix G of G x + C x' = B u(t): Matrix Market text or PETSc binary (.bin, .petsc, .dat)", G);
-  o.file("-bs_linear_C", "matrix C, may be singular", C);
-  o.file("-bs_linear_B", "matrix B, a column for every source", B);
-  o.choice("-bs_linear_type", "where the matrices come from: files, or a built-in system", {"files", "rc_ladder", "rlc", "heat1d", "heat2d"}, type);
+  o.file("-bs_linear_C", "matrix C, which may be singular", C);
+  o.file("-bs_linear_B", "matrix B, with one column for every source", B);
+  o.choice("-bs_linear_type", "origin of the matrices: files, or a built-in system", {"files", "rc_ladder", "rlc", "heat1d", "heat2d"}, type);
   o.integers("-bs_linear_size", "rc_ladder, heat1d: number of states; heat2d: cells along x,y", size);
-  resistance_given =
-      o.real("-bs_linear_resistance", "rc_ladder: of the first resistor, default 100; rlc: default 20 [ohm]", resistance, Range::positive);
-  capacitance_given = o.real("-bs_linear_capacitance", "rc_ladder: mean, default 1e-8; rlc: default 1e-6 [F]", capacitance, Range::positive);
-  o.real("-bs_linear_inductance", "rlc [H]", inductance, Range::positive);
-  o.real("-bs_linear_vary", "rc_ladder: R_i = R (1 + vary sin 1.7 i), C_i = C (1 + vary cos 0.9 i), below 1", vary, Range::nonnegative);
+  resistance_given = o.real("-bs_linear_resistance", "resistance; rc_ladder: of the first resistor, default 100; rlc: default 20 [ohm]", resistance,
+                            Range::positive);
+  capacitance_given =
+      o.real("-bs_linear_capacitance", "capacitance; rc_ladder: mean value, default 1e-8; rlc: default 1e-6 [F]", capacitance, Range::positive);
+  o.real("-bs_linear_inductance", "rlc: inductance [H]", inductance, Range::positive);
+  o.real("-bs_linear_vary", "rc_ladder: relative variation vary, below 1, of R_i = R (1 + vary sin 1.7 i) and C_i = C (1 + vary cos 0.9 i)", vary,
+         Range::nonnegative);
   o.real("-bs_linear_conductivity", "heat1d, heat2d: kappa of T' = kappa Laplace T on the unit interval or square [1/s]", conductivity,
          Range::positive);
-  o.file("-bs_linear_x0", "state at the start: Matrix Market, PETSc binary, or CSV (a number, or name,value a line); default 0", x0);
-  o.file("-bs_linear_labels", "text file with a name for every state, one a line", labels);
+  o.file("-bs_linear_x0", "initial state: Matrix Market, PETSc binary, or CSV (on each line a number, or name,value); default 0", x0);
+  o.file("-bs_linear_labels", "text file with a name for every state, one per line", labels);
   if (help && type == 0 && (G.empty() || C.empty())) type = 2;
   if (vary >= 1) o.fail("option -bs_linear_vary: give a number below 1, or some resistance is not positive");
   if (type > 0 && !(G + C + B).empty()) o.fail("option -bs_linear_type: a built-in system takes no -bs_linear_G, -bs_linear_C, -bs_linear_B");
@@ -86,10 +88,12 @@ PetscErrorCode check_rows(MPI_Comm comm, const LinearSystem& s) {
       PetscCall(MatRestoreRow(A, i, &count, nullptr, &values));
     }
     if (sum == 0)
-      fault.note(i, (s.origin.empty() ? "" : s.origin + ": ") +
-                        format("the pencil sC + G is singular: row %lld of both G and C is empty, so that it determines nothing: "
-                               "take this state out or give it an equation",
-                               static_cast<long long>(i) + 1));
+      fault.note(
+          i,
+          (s.origin.empty() ? "" : s.origin + ": ") +
+              format(
+                  "the pencil sC + G is singular: row %lld of both G and C is empty and determines nothing: remove this state or give it an equation",
+                  static_cast<long long>(i) + 1));
   }
   PetscCall(agree(comm, fault));
   PetscFunctionReturn(0);

@@ -68,7 +68,7 @@ std::string usage(const Shape& shape) {
 
 std::string read_pwl(const std::vector<std::string>& words, std::vector<double>* p) {
   const std::string wanted = "write pwl(t1,v1,t2,v2,...) with increasing times";
-  if (words.size() < 2 || words.size() % 2) return std::to_string(words.size()) + " numbers are no pairs of time and value: " + wanted;
+  if (words.size() < 2 || words.size() % 2) return std::to_string(words.size()) + " numbers do not form pairs of time and value: " + wanted;
   for (std::size_t k = 0; k < words.size(); ++k) {
     double value = 0;
     const std::string refused = read_number(words[k], &value);
@@ -183,12 +183,12 @@ std::string read_waveforms(const std::string& text, std::vector<Waveform>* out) 
 }
 
 const char* waveform_help() {
-  return "u(t), one waveform a column of B separated by ';': constant(value), step(amp,t0,offset), "
-         "pulse(amp,t0,rise,width,fall,offset,period) with width of the flat top, sine(amp,freq,phase,offset,delay,damping) with phase "
+  return "u(t): one waveform for every column of B, separated by ';': constant(value), step(amp,t0,offset), "
+         "pulse(amp,t0,rise,width,fall,offset,period) where width is that of the flat top, sine(amp,freq,phase,offset,delay,damping) with phase "
          "in rad and damping in 1/s, exp(v1,v2,t1,tau1,t2,tau2), pwl(t1,v1,t2,v2,...); parameters in this order or by name: "
-         "pulse(amp=5,t0=1e-3,width=2e-3). A step is on at its t0. With blanks in place of commas arguments have SPICE's order "
-         "and suffixes (k, m, MEG, 5mV): SIN(VO VA FREQ TD THETA PHASE) with the phase in degrees, PULSE(V1 V2 TD TR TF PW PER), "
-         "EXP(V1 V2 TD1 TAU1 TD2 TAU2), PWL(T1 V1 T2 V2 ...), in capitals or not";
+         "pulse(amp=5,t0=1e-3,width=2e-3). A step has its new value at t0 itself. With blanks instead of commas, arguments follow SPICE's order and "
+         "may have its suffixes (k, m, MEG, 5mV): SIN(VO VA FREQ TD THETA PHASE) with the phase in degrees, PULSE(V1 V2 TD TR TF PW PER), "
+         "EXP(V1 V2 TD1 TAU1 TD2 TAU2), PWL(T1 V1 T2 V2 ...), in upper or lower case";
 }
 
 }  // namespace bs

@@ -7,9 +7,9 @@ namespace bs {
 
 void Sources::options(Section& o) {
   o.text("-bs_linear_source", waveform_help(), text_);
-  o.file("-bs_linear_source_table", "CSV file t,u1,u2,... with a column for every column of B", file_);
-  o.choice("-bs_linear_source_table_kind", "between the table's times: linear, or step (a value holds until the next time)", {"linear", "step"},
-           hold_);
+  o.file("-bs_linear_source_table", "CSV file with columns t,u1,u2,..., one u for every column of B", file_);
+  o.choice("-bs_linear_source_table_kind",
+           "values between the times of the table: linear (interpolated), or step (a value holds until the next time)", {"linear", "step"}, hold_);
 }
 
 PetscErrorCode Sources::read(MPI_Comm comm, std::int64_t columns, const std::string& preset) {
@@ -28,7 +28,7 @@ PetscErrorCode Sources::read(MPI_Comm comm, std::int64_t columns, const std::str
   const auto wanted = static_cast<std::size_t>(columns);
   if (error.empty() && count() != wanted)
     error = count() == 0  ? format("B has %zu columns and no source is given: add -bs_linear_source \"step(1)\" or -bs_linear_source_table", wanted)
-            : wanted == 0 ? std::string("a source is given but no B says where it acts: add -bs_linear_B, or leave the source out")
+            : wanted == 0 ? std::string("a source is given, but no matrix B says where it acts: add -bs_linear_B, or leave the source out")
                           : format("%zu sources for the %zu columns of B: give one a column%s", count(), wanted,
                                    file_.empty() ? ", separated by ';'" : " after the time");
   if (!error.empty()) PetscCall(tell(comm, Exit::input, error));

@@ -13,7 +13,7 @@ class Sources {
  public:
   void options(Section& section);
   /// Collective. Reads what the options name, for `columns` columns of B; `preset` where no option was given (may be
-  /// empty: then a source must be given if B has columns). Told (exit 2) if the numbers do not match.
+  /// empty: then a source must be given if B has columns). Ends the run with exit code 2 if the numbers do not match.
   PetscErrorCode read(MPI_Comm comm, std::int64_t columns, const std::string& preset);
   std::size_t count() const { return waves_.empty() ? columns_ : waves_.size(); }
   /// u_k(t). A table holds its first and last value outside its times (covers() refuses such runs).

@@ -25,7 +25,7 @@ struct SystemOptions {
   void read(Section& section, bool help);
 };
 
-/// Collective. Builds or reads the system; sizes are checked, rows that are empty in G and C are told (exit 2).
+/// Collective. Builds or reads the system; wrong sizes, and rows that are empty in both G and C, end the run with exit code 2.
 PetscErrorCode load_system(MPI_Comm comm, const SystemOptions& options, LinearSystem* out);
 
 /// Collective. G, C, B, labels of a built-in system.

@@ -80,8 +80,8 @@ std::string Waveform::remark() const {
   std::string text = "source '" + printable(text_) + "': its " + what + " is 0, so that it is " + short_number(at(0)) + " at all times: write " +
                      short_number(at(0)) + " if that is meant";
   if (text_.find(',') != std::string::npos && (sine || kind_ == Kind::pulse))
-    text += sine ? "; with commas the amplitude comes first, SPICE's order SIN(VO VA FREQ) is written with blanks"
-                 : "; with commas the amplitude comes first, SPICE's order PULSE(V1 V2 TD TR TF PW PER) is written with blanks";
+    text += sine ? "; with commas the amplitude comes first; SPICE's order SIN(VO VA FREQ) is written with blanks"
+                 : "; with commas the amplitude comes first; SPICE's order PULSE(V1 V2 TD TR TF PW PER) is written with blanks";
   return text;
 }
 

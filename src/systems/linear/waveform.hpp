@@ -1,4 +1,4 @@
-// Sources over time as users of SPICE know them. No PETSc.
+// Sources over time, as in SPICE. No PETSc.
 #pragma once
 #include <string>
 #include <vector>
@@ -13,7 +13,7 @@ class Waveform {
   double at(double t) const;
   /// Whether it has one value for all t >= 0.
   bool constant() const;
-  /// A sentence where it is constant though its name says otherwise (an amplitude of 0); empty if there is nothing to say.
+  /// A sentence where it is constant though its name says otherwise (an amplitude of 0); empty if there is nothing to report.
   std::string remark() const;
   const std::string& text() const { return text_; }  ///< as it was given
 

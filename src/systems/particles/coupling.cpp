@@ -10,17 +10,17 @@ PetscErrorCode Coupling::read_options(MPI_Comm comm, const Lattice& lattice, Net
     mass_.options(o);
     pull_.options(o);
     o.integer("-bs_xsp_center_particle",
-              "row of the particle that is the centre of -bs_xsp_center_of_mass and -bs_xsp_attraction, "
-              "0-based; -1: the point -bs_xsp_attraction_center",
+              "row, counted from 0, of the particle that serves as centre of -bs_xsp_center_of_mass and -bs_xsp_attraction; -1: the point given by "
+              "-bs_xsp_attraction_center",
               center_row_);
     o.integer("-bs_dense_coupling_max",
-              "particles up to which -bs_xsp_center_of_mass is assembled as a dense matrix; above, "
-              "it is a low-rank operator beside the sparse one",
+              "largest number of particles for which the Jacobian of -bs_xsp_center_of_mass is assembled as a dense matrix; above it, a low-rank "
+              "operator is added to the sparse matrix",
               dense_max_, Range::nonnegative);
   }));
   if (center_row_ < -1 || center_row_ >= lattice.particles.total)
     PetscCall(tell(comm, Exit::input,
-                   format("option -bs_xsp_center_particle: %lld is no row of the %lld particles: give 0 to %lld, "
+                   format("option -bs_xsp_center_particle: %lld is not a row of the %lld particles: give 0 to %lld, "
                           "or -1 for a point",
                           static_cast<long long>(center_row_), static_cast<long long>(lattice.particles.total),
                           static_cast<long long>(lattice.particles.total - 1))));

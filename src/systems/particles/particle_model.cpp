@@ -90,7 +90,7 @@ PetscErrorCode ParticleModel::check_laws() const {
   PetscCall(PetscOptionsHasName(nullptr, nullptr, "-bs_fluid_velocity", &flows));
   if (flows && !std::get<SphereDrag>(laws_).active() && !std::get<ShapeDrag>(laws_).active())
     fault.note(-1,
-               "option -bs_fluid_velocity is for sphere and shape drag; -bs_stokes_drag and -bs_viscosity act against a fluid at rest: "
+               "option -bs_fluid_velocity applies to sphere and shape drag; -bs_stokes_drag and -bs_viscosity assume a fluid at rest: "
                "leave it out, or give -bs_sphere_drag or -bs_shape_drag");
   const SphereDrag& drag = std::get<SphereDrag>(laws_);
   if (drag.active() && drag.radius <= 0)
@@ -142,7 +142,7 @@ PetscErrorCode ParticleModel::create_first_order(Mat* J) {
   PetscFunctionBegin;
   if (!pattern_.created()) pattern_.create(net_);
   PetscCall(reserve_memory(net_.comm, {"the assembled Jacobian of " + net_.source, pattern_.jacobian_bytes(net_.dim),
-                                       "give -bs_operator shell or -snes_mf, which do without it"}));
+                                       "give -bs_operator shell or -snes_mf, which do not need it"}));
   PetscCall(pattern_.create_matrix(net_, J));
   PetscFunctionReturn(0);
 }

@@ -102,7 +102,8 @@ PetscErrorCode ParticleModel::read_strain_option() {
   PetscFunctionBegin;
   store_strain_ = net_.springs_total <= many;
   PetscCall(read_section(net_.comm, "Fields of a frame", [&](Section& o) {
-    o.flag("-bs_output_strain", "strain (l - L)/L of every spring in every frame; default: up to a million springs [1]", store_strain_);
+    o.flag("-bs_output_strain", "write the strain (l - L)/L of every spring to every frame; default: true up to a million springs [1]",
+           store_strain_);
   }));
   store_strain_ = store_strain_ && net_.springs_total > 0;
   PetscFunctionReturn(0);

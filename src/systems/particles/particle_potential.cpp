@@ -23,7 +23,7 @@ PetscErrorCode ParticlePotential::create(const Network& net, const Physics& phys
   physics_ = &physics;
   layout_ = layout;
   lacks_ = coupled ? "a force that couples all particles" : physics.lacks_potential();
-  // dampers may sit on one rank alone, which then speaks for all
+  // dampers may be on one rank only, whose answer then holds for all
   char text[64] = "";
   PetscMPIInt rank, low, size;
   PetscCallMPI(MPI_Comm_rank(net.comm, &rank));

@@ -59,7 +59,7 @@ std::string advice_on(const std::string& law) {
 
 }  // namespace
 
-/// The smallest row of the gravest kind speaks for all ranks.
+/// The fault of the most severe kind with the smallest row is reported for all ranks.
 PetscErrorCode ParticleModel::last_fault(std::string* text) {
   PetscFunctionBegin;
   std::int64_t key[2] = {fault_.kind == Singularity::none ? 99 : fault_.kind, fault_.row}, low = 0;
@@ -81,10 +81,10 @@ PetscErrorCode ParticleModel::last_fault(std::string* text) {
     PetscFunctionReturn(0);
   }
   if (low == Singularity::particle)
-    *text = format("particle %lld met a place without a force, ", number) + advice_on(titles[static_cast<std::size_t>(which)]);
-  else if (low == Singularity::state) *text = format("Newton or the step led to a state that is not finite, at particle %lld", number);
+    *text = format("particle %lld reached a position where a force is not defined: ", number) + advice_on(titles[static_cast<std::size_t>(which)]);
+  else if (low == Singularity::state) *text = format("Newton's method or the step produced a state that is not finite, at particle %lld", number);
   else
-    *text = format("%s %lld met zero length, where its law has no direction: lower -ts_dt, keep its ends apart, or give it a rest length of 0",
+    *text = format("%s %lld reached zero length, where its law has no direction: lower -ts_dt, keep its ends apart, or give it a rest length of 0",
                    low == Singularity::spring ? "spring" : "anchor", number);
   PetscFunctionReturn(0);
 }

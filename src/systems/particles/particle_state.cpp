@@ -77,7 +77,7 @@ PetscErrorCode ParticleModel::take_fingerprint(const Lattice& lattice) {
   if (p == 0) {
     const std::int64_t laws[3] = {static_cast<std::int64_t>(lattice.spring_law), static_cast<std::int64_t>(lattice.damping_law),
                                   lattice.rest_at_zero_length ? 1 : 0};
-    // the first rank speaks for all; chunks before the first particle are empty
+    // the first rank's value is used; chunks before the first particle are empty
     if (lattice.particles.count > 0 || lattice.particles.total == 0) sum.add(14, 0, 1, 3, laws);
   }
   fingerprint_ = sum.value();

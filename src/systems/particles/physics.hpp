@@ -1,4 +1,4 @@
-// All that acts on particles, as one set of loops over the particles this rank owns. Chosen once per run by dimension
+// All forces on particles, as one set of loops over the particles that this rank owns. Chosen once per run by dimension
 // and laws, so that the loops hold no switch.
 #pragma once
 #include <memory>
@@ -16,7 +16,7 @@
 
 namespace bs {
 
-/// What went wrong in a loop, where: the law has no value there.
+/// The fault met in a loop and its place: a law has no value there.
 struct Singularity {
   enum Kind { none, spring, anchor, particle, interaction, state } kind = none;  ///< state: that of a particle is not finite
   std::int64_t row = -1;                                                         ///< row of the spring, anchor, particle or interaction in the input

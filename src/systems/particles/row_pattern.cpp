@@ -100,7 +100,7 @@ PetscErrorCode RowPattern::check_type(MPI_Comm comm) {
                        " cannot hold the Jacobian of particles: give aij, baij, aijperm, aijsell, "
                        "aijcrl, is or hypre"));
   if (one_rank && size > 1)
-    PetscCall(tell(comm, Exit::input, format("option -mat_type: %s is for one rank, these are %d: give %s", type, size, kind.c_str())));
+    PetscCall(tell(comm, Exit::input, format("option -mat_type: %s works on one rank only, this run has %d: give %s", type, size, kind.c_str())));
   PetscFunctionReturn(0);
 }
 

@@ -31,7 +31,7 @@ class RowPattern {
 
  private:
   friend class RowWriter;
-  /// Collective. Told (exit 2) where -mat_type names one that cannot be filled row by row, or is for one rank.
+  /// Collective. Ends the run with exit code 2 if -mat_type names a type that cannot be filled row by row, or works on one rank only.
   static PetscErrorCode check_type(MPI_Comm comm);
   PetscErrorCode preallocate(const Network& net, Mat A) const;
   std::vector<PetscInt> start_, global_;  ///< compressed rows of global block columns

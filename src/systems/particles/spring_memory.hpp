@@ -1,4 +1,4 @@
-// What springs carry from step to step (plastic stretch, ...): into frames and checkpoints, and back.
+// Internal variables of springs (plastic stretch, ...): written to frames and checkpoints, and restored.
 #pragma once
 #include <string>
 #include <vector>
@@ -15,7 +15,7 @@ class SpringMemory {
   bool active() const { return !numbers_.empty(); }
   /// Collective. The numbers by name, 0 where a spring's law has none of that name; vectors borrowed.
   PetscErrorCode gather(std::vector<StatePart>* parts);
-  /// Collective. The vectors that gather() handed out, filled anew, into the network: both ends of a spring get the same bits.
+  /// Collective. The vectors that gather() handed out, refilled, into the network: both ends of a spring get the same bits.
   PetscErrorCode scatter();
   /// Collective. Energy lost so far [J].
   PetscErrorCode dissipated(double* energy) const;

@@ -32,7 +32,7 @@ class Attempts {
 
  private:
   double least_ = 0, present_ = 0, rejected_ = 0;
-  double resolution_ = 0;  ///< no attempt shorter than this can be told apart from the time it starts at [s]
+  double resolution_ = 0;  ///< a shorter attempt does not change the time it starts at [s]
   std::int64_t most_ = 0, in_a_row_ = 0;
 };
 

@@ -8,7 +8,7 @@ std::string lost_in_rounding(double t, double h, double interval, double least) 
   const bool step = h < least;
   return format("%s %g s is lost in the rounding of t = %.10g s, beside which %g s is the least that counts: ",
                 step ? "a step of" : "option -bs_output_interval:", step ? h : interval, t, least) +
-         "let the clock start at 0 (-ts_init_time), or give a larger one";
+         "let the time start at 0 (-ts_init_time), or give a larger one";
 }
 
 }  // namespace bs

@@ -1,4 +1,4 @@
-// What every spring law says of itself besides its formulas (registry.hpp).
+// The data that every spring law provides besides its formulas (registry.hpp).
 #pragma once
 #include <array>
 

@@ -106,11 +106,11 @@ PetscErrorCode try_full_step(EnergyLine* s, SNESLineSearch line, PetscReal* fnor
   PetscReal before = 0;
   PetscFunctionBegin;
   *taken = false;
-  if (s->limits.damping != 1 || s->limits.unasked <= 0) PetscFunctionReturn(0);
+  if (s->limits.damping != 1 || s->limits.full_step <= 0) PetscFunctionReturn(0);
   PetscCall(SNESLineSearchGetNorms(line, nullptr, &before, nullptr));
   PetscCall(s->evaluate(1, fnorm));
   if (!PetscIsInfOrNanReal(*fnorm)) s->full = *fnorm;
-  *taken = s->full >= 0 && *fnorm <= s->limits.unasked * before;
+  *taken = s->full >= 0 && *fnorm <= s->limits.full_step * before;
   PetscFunctionReturn(0);
 }
 

@@ -1,4 +1,4 @@
-// The search along a Newton direction by residual norms: bold at first, guarded later.
+// The search along a Newton direction by residual norms: full steps at first, backtracking later.
 #pragma once
 #include "solvers/newton/convergence.hpp"
 

@@ -18,7 +18,7 @@ PetscErrorCode policy_of(SNESLineSearch line, NewtonPolicy** newton) {
   PetscCall(SNESLineSearchGetSNES(line, &snes));
   PetscCall(PetscObjectQuery(reinterpret_cast<PetscObject>(snes), POLICY, reinterpret_cast<PetscObject*>(&holder)));
   PetscCheck(holder, PetscObjectComm(reinterpret_cast<PetscObject>(line)), PETSC_ERR_ARG_WRONGSTATE,
-             "line searches guarded and energy serve the time stepper's own Newton alone");
+             "the line searches guarded and energy work only within the time stepper's own Newton solver");
   PetscCall(PetscContainerGetPointer(holder, &found));
   *newton = static_cast<NewtonPolicy*>(found);
   PetscFunctionReturn(0);
@@ -56,11 +56,12 @@ PetscErrorCode energy_options(SNESLineSearch line, PetscOptionItems* PetscOption
   EnergyLimits* limits = static_cast<EnergyLimits*>(line->data);
   PetscFunctionBegin;
   PetscOptionsHeadBegin(PetscOptionsObject, "Line search by energy");
-  PetscCall(PetscOptionsReal("-snes_linesearch_alpha", "part of the slope by which the energy must fall; without a potential residual norms serve",
-                             "", limits->alpha, &limits->alpha, nullptr));
+  PetscCall(PetscOptionsReal("-snes_linesearch_alpha",
+                             "fraction of the slope by which the energy must decrease; forces without a potential are searched by residual norms", "",
+                             limits->alpha, &limits->alpha, nullptr));
   PetscCall(PetscOptionsReal("-snes_linesearch_unasked",
-                             "a full step that leaves this part of the residual is taken without asking for the energy; 0: always ask", "",
-                             limits->unasked, &limits->unasked, nullptr));
+                             "a full step that reduces the residual to this fraction is accepted without computing the energy; 0: compute it always",
+                             "", limits->full_step, &limits->full_step, nullptr));
   PetscOptionsHeadEnd();
   PetscFunctionReturn(0);
 }

@@ -9,7 +9,7 @@ namespace bs {
 /// Registers the types with PETSc; once, after PetscInitialize.
 PetscErrorCode register_searches();
 
-/// The searches of `snes` ask `newton`, which must outlive it.
+/// The searches of `snes` use `newton`, which must outlive it.
 PetscErrorCode set_search_policy(SNES snes, NewtonPolicy* newton);
 
 /// A word or two on the search in force.

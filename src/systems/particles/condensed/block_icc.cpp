@@ -98,13 +98,13 @@ PetscErrorCode set_from_options(PC pc, PetscOptionItems* PetscOptionsObject) {
   const char* const names[] = {"auto", "single", "double"};
   PetscFunctionBegin;
   PetscOptionsHeadBegin(PetscOptionsObject, "Block incomplete Cholesky of a spring matrix");
-  PetscCall(PetscOptionsEList("-pc_bicc_precision", "precision the factors are kept in; auto: single unless stiffnesses differ by 1e5", "", names, 3,
-                              names[self->precision], &self->precision, nullptr));
-  PetscCall(PetscOptionsReal("-pc_bicc_shift", "part of the diagonal added where a pivot fails, then four times as much, and so on", "", self->shift,
-                             &self->shift, nullptr));
+  PetscCall(PetscOptionsEList("-pc_bicc_precision", "precision in which the factors are stored; auto: single unless stiffnesses differ by 1e5", "",
+                              names, 3, names[self->precision], &self->precision, nullptr));
+  PetscCall(PetscOptionsReal("-pc_bicc_shift", "fraction of the diagonal that is added when a pivot fails, multiplied by four at every repetition",
+                             "", self->shift, &self->shift, nullptr));
   PetscCall(PetscOptionsInt("-pc_bicc_coarse",
-                            "unknowns of the coarse grid at most, which corrects motions over many springs; 0: "
-                            "none, -1: one for 250 of the fine, at most 2500",
+                            "largest number of unknowns of the coarse grid, which corrects motions over many springs; 0: no coarse grid, -1: one "
+                            "unknown for 250 of the fine grid, at most 2500",
                             "", self->coarse_unknowns, &self->coarse_unknowns, nullptr));
   PetscOptionsHeadEnd();
   PetscFunctionReturn(0);

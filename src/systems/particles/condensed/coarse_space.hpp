@@ -1,4 +1,4 @@
-// What incomplete factors cannot see: motions that reach over many springs. With the hats Z of a coarse grid over the
+// The correction of motions over many springs, which incomplete factors do not resolve. With the hats Z of a coarse grid over the
 // lattice as it started,
 //   z += Z E^-1 Z^T r,   E = Z^T S Z
 // Particles tied by springs much stiffer than the others share the values at their centre, so that no coarse motion

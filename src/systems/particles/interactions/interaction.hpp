@@ -1,5 +1,5 @@
 // One kind of interaction in d dimensions: the loop over its elements, and what is made of it. Every use is a visitor of the
-// elements; a law says nothing but what one element does.
+// elements; a law describes a single element only.
 #pragma once
 #include <algorithm>
 #include <cmath>
@@ -48,7 +48,7 @@ class Interaction {
     }
   }
 
-  /// This rank's share [J]: every end counts alike. Where a law has no energy (an angle between arms of no length), the force tells.
+  /// This rank's share [J]: every end counts alike. Where a law has no energy (an angle between arms of zero length), the force reports it.
   double energy(const LocalState& state) const {
     double sum = 0;
     traverse(state, [&](const Element& e) {

@@ -1,4 +1,4 @@
-// Interactions in what is written: constant datasets, the fingerprint, the header.
+// Interactions in the output: constant datasets, the fingerprint, the header.
 #pragma once
 #include <string>
 #include <vector>

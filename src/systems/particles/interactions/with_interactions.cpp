@@ -117,7 +117,7 @@ std::unique_ptr<Physics> with_interactions(const Network& net, std::unique_ptr<P
   return make<3>(net, std::move(pairs), InteractionLaws{});
 }
 
-/// The rank of the lowest number speaks.
+/// The lowest rank reports.
 PetscErrorCode interaction_fault(MPI_Comm comm, bool mine, const Singularity& fault, std::string* text) {
   char words[512] = "";
   int rank, size, speaker;

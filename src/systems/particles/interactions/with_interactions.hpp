@@ -8,7 +8,7 @@ namespace bs {
 /// The loops of `pairs` and those over the network's interactions; `pairs` itself where it has none.
 std::unique_ptr<Physics> with_interactions(const Network& net, std::unique_ptr<Physics> pairs);
 
-/// Collective. The words for an interaction without a force; `mine`: it is this rank that met it (one at least does).
+/// Collective. The message for an interaction without a force; `mine`: it occurred on this rank (at least one has it).
 PetscErrorCode interaction_fault(MPI_Comm comm, bool mine, const Singularity& fault, std::string* text);
 
 }  // namespace bs
