@@ -169,7 +169,7 @@ SOURCES = {
     "negative rise": (system(source="pulse(1,0,-1,1)"), "rise = -1"),
     "period too short": (system(source="pulse(amp=1,width=2,period=1)"), "period is shorter"),
     "exp tau 0": (system(source="exp(0,1,0,0)"), "must be positive"),
-    "pwl odd": (system(source="pwl(0,1,2)"), "no pairs"),
+    "pwl odd": (system(source="pwl(0,1,2)"), "do not form pairs"),
     "pwl backwards": (system(source="pwl(1,0,0,1)"), "is not after"),
     "nothing after ;": (system(source="step(1);"), "write a number, or one of"),
     "table ends early": (table("t,u\n0,1\n0.5,1\n"), "the table reaches from t = 0 to 0.5 s"),
