@@ -37,7 +37,9 @@ PetscErrorCode adjust_lattice(MPI_Comm comm, const GeneratorSpec& spec, Lattice*
     apply_faces(faces, box, 0, l->dim, l->position, &l->fixed);
   }
   apply_fixed_particles(spec.fixed_particles, l->particles, &l->fixed);
-  if (spec.radius > 0) l->radius.assign(static_cast<std::size_t>(l->particles.count), spec.radius);
+  if (spec.radius > 0)
+    set_column(&l->particle_columns,
+               {"radius", "-bs_lattice_radius", std::vector<double>(static_cast<std::size_t>(l->particles.count), spec.radius)});
   if (!spec.velocity.empty() || !spec.velocity_gradient.empty())
     apply_velocity(spec.velocity, spec.velocity_gradient, l->dim, l->position, l->fixed, &l->velocity);
   const std::size_t d = static_cast<std::size_t>(l->dim);

@@ -27,9 +27,9 @@ Lattice chunk_of(const Lattice& whole, int rank, int size) {
   l.position = slice(whole.position, p, l.dim);
   l.velocity = slice(whole.velocity, p, l.dim);
   l.mass = slice(whole.mass, p, 1);
-  l.radius = slice(whole.radius, p, 1);
   l.fixed = slice(whole.fixed, p, 1);
   l.id = slice(whole.id, p, 1);
+  for (const Column& one : whole.particle_columns) l.particle_columns.push_back({one.name, one.path, slice(one.value, p, 1)});
   l.springs = s;
   l.pairs = slice(whole.pairs, s, 2);
   l.stiffness = slice(whole.stiffness, s, 1);
@@ -37,7 +37,7 @@ Lattice chunk_of(const Lattice& whole, int rank, int size) {
   l.damping = slice(whole.damping, s, 1);
   l.law_by_row = whole.law_by_row;
   l.spring_laws = slice(whole.spring_laws, s, 1);
-  for (const SpringColumn& one : whole.spring_columns) l.spring_columns.push_back({one.name, one.path, slice(one.value, s, 1)});
+  for (const Column& one : whole.spring_columns) l.spring_columns.push_back({one.name, one.path, slice(one.value, s, 1)});
   l.anchors = a;
   l.anchor_particle = slice(whole.anchor_particle, a, 1);
   l.anchor_point = slice(whole.anchor_point, a, l.dim);

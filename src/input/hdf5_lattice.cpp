@@ -10,6 +10,7 @@
 #include "input/interactions.hpp"
 #include "input/validate.hpp"
 #include "network/footprint.hpp"
+#include "physics/body/columns.hpp"
 #include "physics/pair/springs/registry.hpp"
 
 namespace bs {
@@ -31,6 +32,22 @@ PetscErrorCode read_column(const Hdf5File& file, const std::string& path, const 
   shape.row_name = row_name;
   PetscCall(file.find(path, shape, &table));
   PetscCall(file.read(table, rows.first, rows.count, 0, out));
+  PetscFunctionReturn(0);
+}
+
+/// Reads `column` from its path and keeps it, where the file holds it; `frames`: the last of its frames.
+PetscErrorCode add_column(const Hdf5File& file, Column column, const Rows& rows, const char* row_name, bool frames, std::vector<Column>* out) {
+  Table table;
+  TableShape shape;
+
+  PetscFunctionBegin;
+  if (!file.has(column.path)) PetscFunctionReturn(0);
+  shape.rows = rows.total;
+  shape.row_name = row_name;
+  shape.frames = frames;
+  PetscCall(file.find(column.path, shape, &table));
+  PetscCall(file.read(table, rows.first, rows.count, 0, &column.value));
+  out->push_back(std::move(column));
   PetscFunctionReturn(0);
 }
 
@@ -132,7 +149,8 @@ PetscErrorCode read_particles(MPI_Comm comm, const Hdf5File& file, const Hdf5Lay
     l->velocity.assign(l->position.size(), 0.0);
   }
   PetscCall(read_column(file, names.mass, rows, "N", false, 0, &l->mass));
-  if (file.has(names.radius)) PetscCall(read_column(file, names.radius, rows, "N", false, 0, &l->radius));
+  for (const ParticleParameter& one : particle_parameters)
+    PetscCall(add_column(file, {one.name, names.particle_column(one.name), {}}, rows, "N", false, &l->particle_columns));
   if (file.has(names.id)) PetscCall(read_integers(file, names.id, rows, &l->id));
   PetscCall(read_fixed(comm, file, names.fixed, l));
   PetscFunctionReturn(0);
@@ -141,22 +159,10 @@ PetscErrorCode read_particles(MPI_Comm comm, const Hdf5File& file, const Hdf5Lay
 /// What laws of springs take and carry, as far as the file holds it.
 PetscErrorCode read_spring_columns(const Hdf5File& file, const Hdf5Layout& names, Lattice* l) {
   PetscFunctionBegin;
-  const auto read = [&](const std::string& name, const std::string& path, bool frames) {
-    Table table;
-    TableShape shape;
-    PetscFunctionBegin;
-    if (!file.has(path)) PetscFunctionReturn(0);
-    shape.rows = l->springs.total;
-    shape.row_name = "M";
-    shape.frames = frames;
-    SpringColumn column{name, path, {}};
-    PetscCall(file.find(path, shape, &table));
-    PetscCall(file.read(table, l->springs.first, l->springs.count, 0, &column.value));
-    l->spring_columns.push_back(std::move(column));
-    PetscFunctionReturn(0);
-  };
-  for (const SpringParameter& one : spring_parameters()) PetscCall(read(one.name, names.column(one.name), false));
-  for (const std::string& name : spring_histories()) PetscCall(read(name, names.history(name), names.trajectory));
+  for (const SpringParameter& one : spring_parameters())
+    PetscCall(add_column(file, {one.name, names.column(one.name), {}}, l->springs, "M", false, &l->spring_columns));
+  for (const std::string& name : spring_histories())
+    PetscCall(add_column(file, {name, names.history(name), {}}, l->springs, "M", names.trajectory, &l->spring_columns));
   PetscFunctionReturn(0);
 }
 

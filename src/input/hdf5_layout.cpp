@@ -6,6 +6,7 @@
 
 #include "base/fault.hpp"
 #include "input/spring_options.hpp"
+#include "physics/body/columns.hpp"
 #include "physics/interactions/registry.hpp"
 #include "physics/pair/springs/registry.hpp"
 
@@ -13,15 +14,13 @@ namespace bs {
 
 namespace {
 
-const Hdf5Layout lattice_names{
-    false,      "/particles/position", "/particles/velocity", "/particles/mass",      "/particles/fixed", "/particles/radius", "/particles/id",
-    "/springs", "/springs/pairs",      "/springs/stiffness",  "/springs/rest_length", "/springs/damping"};
+const Hdf5Layout lattice_names{false,      "/particles/position", "/particles/velocity", "/particles/mass",      "/particles/fixed", "/particles/id",
+                               "/springs", "/springs/pairs",      "/springs/stiffness",  "/springs/rest_length", "/springs/damping"};
 const Hdf5Layout trajectory_names{true,
                                   "/particles/trajectory/position/value",
                                   "/particles/trajectory/velocity/value",
                                   "/particles/trajectory/mass",
                                   "/particles/trajectory/fixed",
-                                  "/particles/trajectory/radius",
                                   "/particles/trajectory/id",
                                   "/connectivity/bonds",
                                   "/connectivity/bonds",
@@ -121,9 +120,10 @@ PetscErrorCode read_row_laws(MPI_Comm comm, const Hdf5File& file, const Hdf5Layo
 }
 
 void note_unknown_members(const Hdf5File& file, Lattice* l) {
-  std::vector<std::pair<std::string, std::vector<std::string>>> known = {{"/particles", {"position", "velocity", "mass", "fixed", "radius", "id"}},
+  std::vector<std::pair<std::string, std::vector<std::string>>> known = {{"/particles", {"position", "velocity", "mass", "fixed", "id"}},
                                                                          {"/anchors", {"particle", "point", "stiffness", "rest_length", "damping"}},
                                                                          {"/springs", {"pairs", "stiffness", "rest_length", "damping", "law"}}};
+  for (const ParticleParameter& one : particle_parameters) known.front().second.emplace_back(one.name);
   for (const SpringParameter& one : spring_parameters()) known.back().second.emplace_back(one.name);
   for (const std::string& name : spring_histories()) known.back().second.push_back(name);
   for (const InteractionSchema& schema : interaction_schemas()) {

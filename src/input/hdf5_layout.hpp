@@ -11,8 +11,10 @@ namespace bs {
 /// Where a kind of file keeps what.
 struct Hdf5Layout {
   bool trajectory;
-  std::string position, velocity, mass, fixed, radius, id;
+  std::string position, velocity, mass, fixed, id;
   std::string springs, pairs, stiffness, rest_length, damping;
+  /// Where particles keep other numbers than these (physics/body/columns.hpp).
+  std::string particle_column(const std::string& name) const { return (trajectory ? "/particles/trajectory/" : "/particles/") + name; }
   /// Where springs keep other numbers than these: what laws take, and what they carry from step to step.
   std::string column(const std::string& name) const { return (trajectory ? "/connectivity/bonds_" : "/springs/") + name; }
   std::string history(const std::string& name) const { return trajectory ? "/backspring/" + name + "/value" : "/springs/" + name; }

@@ -40,11 +40,7 @@ using Used = std::vector<std::uint8_t>;
 
 std::size_t law_of(const Lattice& l, std::size_t k) { return l.law_by_row ? l.spring_laws[k] : static_cast<std::size_t>(l.spring_law); }
 
-const SpringColumn* column_of(const Lattice& l, const std::string& name) {
-  for (const SpringColumn& one : l.spring_columns)
-    if (one.name == name) return &one;
-  return nullptr;
-}
+const Column* column_of(const Lattice& l, const std::string& name) { return find_column(l.spring_columns, name); }
 
 template <class List>
 bool holds(const List& list, const std::string& name) {
@@ -71,8 +67,8 @@ PetscErrorCode find_used(MPI_Comm comm, const Lattice& l, Used* used) {
 /// Columns that no spring takes are dropped; constants become columns.
 PetscErrorCode take_numbers(MPI_Comm comm, const SpringOptions& options, const Used& used, Lattice* l) {
   PetscFunctionBegin;
-  std::vector<SpringColumn> kept;
-  for (SpringColumn& one : l->spring_columns) {
+  std::vector<Column> kept;
+  for (Column& one : l->spring_columns) {
     if (some_takes(used, one.name)) kept.push_back(std::move(one));
     else l->warnings.push_back(l->source + ": " + one.path + ": no spring obeys a law that takes it, it is ignored");
   }
@@ -82,7 +78,7 @@ PetscErrorCode take_numbers(MPI_Comm comm, const SpringOptions& options, const U
     if (!constant.given) continue;
     if (!some_takes(used, name)) {
       PetscCall(warn(comm, "option " + constant.option + ": no spring obeys a law that takes it: ignored"));
-    } else if (const SpringColumn* own = column_of(*l, name)) {
+    } else if (const Column* own = column_of(*l, name)) {
       PetscCall(warn(comm, l->source + ": has its own " + own->path + "; ignored: " + constant.option));
     } else {
       l->spring_columns.push_back({name, constant.option, std::vector<double>(static_cast<std::size_t>(l->springs.count), constant.value)});
@@ -112,7 +108,7 @@ PetscErrorCode require_numbers(MPI_Comm comm, const Used& used, const Lattice& l
 PetscErrorCode check_columns(MPI_Comm comm, Lattice* l) {
   Fault fault;
   PetscFunctionBegin;
-  for (SpringColumn& column : l->spring_columns)
+  for (Column& column : l->spring_columns)
     for (std::size_t k = 0; k < column.value.size(); ++k) {
       const SpringLawInfo& law = spring_laws()[law_of(*l, k)];
       double& value = column.value[k];

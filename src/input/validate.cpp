@@ -8,6 +8,7 @@
 #include "input/interactions.hpp"
 #include "input/remote.hpp"
 #include "network/footprint.hpp"
+#include "physics/body/columns.hpp"
 
 namespace bs {
 
@@ -55,8 +56,13 @@ void check_particle(const Lattice& l, const Place& place, std::int64_t k, Fault*
   const double mass = l.mass[at(k)];
   if (!(std::isfinite(mass) && mass > 0))
     note("mass", "mass", mass, "write a finite mass > 0 [kg]; a particle that must not move is marked as fixed");
-  if (!l.radius.empty() && !(std::isfinite(l.radius[at(k)]) && l.radius[at(k)] >= 0))
-    note("radius", "radius", l.radius[at(k)], "write a finite radius >= 0 [m]");
+  for (const Column& column : l.particle_columns) {
+    const ParticleParameter& one = particle_parameters[particle_parameter(column.name)];
+    const double value = column.value[at(k)];
+    if (std::isfinite(value) && (value >= 0 || !one.nonnegative)) continue;
+    fault->note(row, l.source + ": particle " + std::to_string(id) + (column.path.empty() ? "" : ", " + column.path) +
+                         format(": %s %g; write a finite %s%s [%s]", one.name, value, one.name, one.nonnegative ? " >= 0" : "", one.unit));
+  }
 }
 
 /// Stiffness, rest length (NaN passes where `nan_rest`) and damping of a spring or an anchor.

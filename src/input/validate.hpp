@@ -12,7 +12,7 @@ namespace bs {
 /// Collective, the same arguments on every rank. Whether the numbers of rows fit PETSc's indices (and are not 0).
 PetscErrorCode check_sizes(MPI_Comm comm, const std::string& source, std::int64_t particles, int dim, std::int64_t springs, std::int64_t anchors);
 
-/// Collective. Chunk-local checks: finite positions and velocities, mass > 0, radius >= 0, ends of springs and anchors
+/// Collective. Chunk-local checks: finite positions and velocities, mass > 0, columns in their range, ends of springs and anchors
 /// that exist and differ, stiffness, damping, rest length >= 0 and finite (NaN of a spring: the initial distance).
 PetscErrorCode check_values(MPI_Comm comm, const Lattice& lattice);
 

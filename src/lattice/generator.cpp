@@ -207,7 +207,7 @@ Lattice generate(const GeneratorSpec& spec, int rank, int size) {
   perturb(plan, &out);
   const std::size_t count = static_cast<std::size_t>(out.particles.count);
   out.mass.assign(count, mass_of_each(spec, plan.total));
-  if (spec.radius > 0) out.radius.assign(count, spec.radius);
+  if (spec.radius > 0) out.particle_columns.push_back({"radius", "-bs_lattice_radius", std::vector<double>(count, spec.radius)});
   lay_springs(plan, &out);
   lay_angles(plan, &out);
   return out;

@@ -31,12 +31,29 @@ struct InteractionRows {
 enum class SpringLaw : int { hooke, strain };
 enum class DampingLaw : int { axial, simple };
 
-/// A number of each spring that some law takes or carries.
-struct SpringColumn {
-  std::string name;           ///< of the dataset /springs/NAME
+/// A number of each particle or spring that some law takes or carries.
+struct Column {
+  std::string name;           ///< of the dataset /particles/NAME or /springs/NAME
   std::string path;           ///< where it was read, or the option that gave it, for messages
-  std::vector<double> value;  ///< (count of springs)
+  std::vector<double> value;  ///< (count of rows)
 };
+
+/// The column of that name, or null.
+inline const Column* find_column(const std::vector<Column>& columns, const std::string& name) {
+  for (const Column& one : columns)
+    if (one.name == name) return &one;
+  return nullptr;
+}
+
+/// Puts `column` in the place of that of its name, or at the end.
+inline void set_column(std::vector<Column>* columns, Column column) {
+  for (Column& one : *columns)
+    if (one.name == column.name) {
+      one = std::move(column);
+      return;
+    }
+  columns->push_back(std::move(column));
+}
 
 /// Units: SI unless the user thinks otherwise; the program never converts.
 struct Lattice {
@@ -44,21 +61,21 @@ struct Lattice {
   std::string source;  ///< file or generator, for messages
   // particles
   Rows particles;
-  std::vector<double> position;     ///< (count, d)
-  std::vector<double> velocity;     ///< (count, d)
-  std::vector<double> mass;         ///< (count)
-  std::vector<double> radius;       ///< (count), or empty: not given
-  std::vector<std::uint8_t> fixed;  ///< (count) 1: fixed
-  std::vector<std::int64_t> id;     ///< (count) the user's numbers, or empty: the row's index, 0-based
+  std::vector<double> position;          ///< (count, d)
+  std::vector<double> velocity;          ///< (count, d)
+  std::vector<double> mass;              ///< (count)
+  std::vector<std::uint8_t> fixed;       ///< (count) 1: fixed
+  std::vector<std::int64_t> id;          ///< (count) the user's numbers, or empty: the row's index, 0-based
+  std::vector<Column> particle_columns;  ///< of physics/body/columns.hpp; the same names in the same order on every rank
   // springs; ends are rows of the whole lattice, 0-based
   Rows springs;
-  std::vector<std::int64_t> pairs;           ///< (count, 2)
-  std::vector<double> stiffness;             ///< (count) hooke [N/m], strain [N], zero rest length [N/m]
-  std::vector<double> rest_length;           ///< (count) [m]; NaN: the initial distance, filled in later
-  std::vector<double> damping;               ///< (count) [kg/s]
-  bool law_by_row = false;                   ///< spring_laws holds a law for each spring; the same on every rank
-  std::vector<std::uint8_t> spring_laws;     ///< (count) places in the registry, or empty: all obey spring_law
-  std::vector<SpringColumn> spring_columns;  ///< the same names in the same order on every rank
+  std::vector<std::int64_t> pairs;        ///< (count, 2)
+  std::vector<double> stiffness;          ///< (count) hooke [N/m], strain [N], zero rest length [N/m]
+  std::vector<double> rest_length;        ///< (count) [m]; NaN: the initial distance, filled in later
+  std::vector<double> damping;            ///< (count) [kg/s]
+  bool law_by_row = false;                ///< spring_laws holds a law for each spring; the same on every rank
+  std::vector<std::uint8_t> spring_laws;  ///< (count) places in the registry, or empty: all obey spring_law
+  std::vector<Column> spring_columns;     ///< the same names in the same order on every rank
   // springs to fixed points (or to points that move as given)
   Rows anchors;
   std::vector<std::int64_t> anchor_particle;                                 ///< (count)

@@ -17,6 +17,7 @@ namespace {
 
 void add_masses(const XspScene& scene, Lattice* out) {
   const std::int64_t n = static_cast<std::int64_t>(scene.masses.size());
+  Column radius{"radius", "", {}};
   out->particles = {0, n, n};
   for (const XspMass& m : scene.masses) {
     const bool fixed = m.mass < 0;
@@ -25,9 +26,10 @@ void add_masses(const XspScene& scene, Lattice* out) {
     out->position.insert(out->position.end(), {m.x, m.y});
     out->velocity.insert(out->velocity.end(), {fixed ? 0.0 : m.vx, fixed ? 0.0 : m.vy});
     out->mass.push_back(mass);
-    out->radius.push_back(xsp_radius(mass));
+    radius.value.push_back(xsp_radius(mass));
     out->fixed.push_back(fixed ? 1 : 0);
   }
+  out->particle_columns.push_back(std::move(radius));
 }
 
 /// Springs dropped for one reason: how many, and the first of them.

@@ -18,7 +18,7 @@ double chunk_bytes(const LatticeSize& size, int ranks) {
 
 double network_bytes(const LatticeSize& size, int ranks) {
   constexpr double NUMBER = sizeof(double), LINK = sizeof(PetscInt) + 2 * NUMBER + sizeof(std::int64_t);
-  const double particle = sizeof(ParticleRecord) + 2 * sizeof(std::int64_t) + (1 + size.dim) * NUMBER;  // radius, velocity
+  const double particle = sizeof(ParticleRecord) + 2 * sizeof(std::int64_t) + size.dim * NUMBER;  // velocity
   const double half = sizeof(HalfSpring) + LINK;
   return (static_cast<double>(size.particles) * particle + 2 * static_cast<double>(size.springs) * half) / ranks;
 }

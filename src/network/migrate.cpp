@@ -124,10 +124,7 @@ PetscErrorCode migrate(MPI_Comm comm, const Lattice& lattice, const Chunks& chun
   std::vector<ParticleRecord> sent(static_cast<std::size_t>(lattice.particles.count));
   for (std::int64_t k = 0; k < lattice.particles.count; ++k) {
     ParticleRecord& p = sent[k];
-    p = {first + k,       lattice.id.empty() ? first + k : lattice.id[k],
-         lattice.mass[k], lattice.radius.empty() ? 0.0 : lattice.radius[k],
-         {0, 0, 0},       {0, 0, 0},
-         lattice.fixed[k]};
+    p = {first + k, lattice.id.empty() ? first + k : lattice.id[k], lattice.mass[k], {0, 0, 0}, {0, 0, 0}, lattice.fixed[k]};
     for (int c = 0; c < d; ++c) p.x[c] = lattice.position[k * d + c];
     for (int c = 0; c < d; ++c) p.v[c] = p.fixed ? 0.0 : lattice.velocity[k * d + c];
   }

@@ -16,7 +16,7 @@ struct HalfSpring {
 };
 struct ParticleRecord {
   std::int64_t row, id;
-  double mass, radius, x[3], v[3];
+  double mass, x[3], v[3];
   int fixed;
 };
 struct AnchorRecord {

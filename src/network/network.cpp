@@ -8,6 +8,7 @@
 #include "base/release.hpp"
 #include "network/interactions.hpp"
 #include "network/migrate.hpp"
+#include "network/particle_rows.hpp"
 #include "network/partition.hpp"
 #include "network/spring_rows.hpp"
 
@@ -125,7 +126,6 @@ void lay_out(const std::vector<ParticleRecord>& particles, const std::vector<Hal
   net->velocity.reserve(order.size() * d);
   for (const PetscInt k : order) {
     const ParticleRecord& p = particles[k];
-    net->radius.push_back(p.radius);
     net->id.push_back(p.id);
     net->row.push_back(p.row);
     for (int c = 0; c < d; ++c) net->velocity.push_back(p.v[c]);
@@ -229,6 +229,7 @@ PetscErrorCode build_network(MPI_Comm comm, const Lattice& lattice, const Networ
   lay_out_interactions(lattice, interactions, ghosts, net);
   release(springs);
   PetscCall(give_laws(comm, lattice, net));
+  PetscCall(give_columns(comm, lattice, net));
   PetscCall(look_up(comm, lattice, net->row, ghosts, net));
   std::int64_t fixed = 0;
   for (PetscInt i = 0; i < net->n; ++i) fixed += net->fixed[i];

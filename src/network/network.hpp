@@ -6,6 +6,7 @@
 #include <vector>
 #include "base/handle.hpp"
 #include "lattice/lattice.hpp"
+#include "physics/body/columns.hpp"
 
 namespace bs {
 
@@ -57,8 +58,9 @@ struct Network {
   std::vector<double> held;  ///< (n + ghosts, d): where a particle starts; fixed ones stay there
   std::vector<double> mass;
   // owned
-  std::vector<double> radius, velocity;  ///< (n), (n, d)
-  std::vector<std::int64_t> row, id;     ///< row in the input and the user's number
+  std::vector<double> velocity;       ///< (n, d)
+  ParticleColumns columns;            ///< what the lattice gives of physics/body/columns.hpp
+  std::vector<std::int64_t> row, id;  ///< row in the input and the user's number
   Links links;
   Anchors anchors;
   std::vector<InteractionTable> interactions;  ///< by kind; empty where the lattice has none at all

@@ -7,9 +7,8 @@ namespace bs {
 
 SpringRows::SpringRows(const Lattice& lattice) : lattice_(lattice) {
   const auto column = [&](const char* name) -> const double* {
-    for (const SpringColumn& one : lattice.spring_columns)
-      if (one.name == name) return one.value.data();
-    return nullptr;
+    const Column* found = find_column(lattice.spring_columns, name);
+    return found ? found->value.data() : nullptr;
   };
   for (const SpringLawInfo& law : spring_laws()) {
     columns_.emplace_back();

@@ -84,21 +84,30 @@ PetscErrorCode write_parameters(hid_t file, MPI_Comm comm) {
   PetscFunctionReturn(0);
 }
 
-std::string unit_of_quantity(const std::string& name, OutputUnits units) {
+std::string unit_of(const Powers& powers, OutputUnits units) {
   struct Base {
     const char *mass, *length, *time;
   };
   static const Base bases[] = {{"", "", ""}, {"kg", "m", "s"}, {"u", "Angstrom", "fs"}, {"u", "Angstrom", "ps"}, {"ag", "nm", "ns"}};
-  struct Powers {
-    int mass, length, time;
+  if (units == OutputUnits::none) return {};
+  const Base& base = bases[static_cast<int>(units)];
+  std::string text;
+  const auto add = [&text](const char* unit, int power) {
+    if (power) text += (text.empty() ? "" : " ") + std::string(unit) + (power == 1 ? "" : format("%+d", power));
   };
+  add(base.mass, powers.mass);
+  add(base.length, powers.length);
+  add(base.time, powers.time);
+  return text;
+}
+
+std::string unit_of_quantity(const std::string& name, OutputUnits units) {
   static const std::map<std::string, Powers> powers = {
       {"position", {0, 1, 0}},
       {"velocity", {0, 1, -1}},
       {"force", {1, 1, -2}},
       {"time", {0, 0, 1}},
       {"mass", {1, 0, 0}},
-      {"radius", {0, 1, 0}},
       {"kinetic_energy", {1, 2, -2}},
       {"potential_energy", {1, 2, -2}},
       {"total_energy", {1, 2, -2}},
@@ -115,16 +124,7 @@ std::string unit_of_quantity(const std::string& name, OutputUnits units) {
       {"dissipated_energy", {1, 2, -2}},
   };
   const auto at = powers.find(name);
-  if (at == powers.end() || units == OutputUnits::none) return {};
-  const Base& base = bases[static_cast<int>(units)];
-  std::string text;
-  const auto add = [&text](const char* unit, int power) {
-    if (power) text += (text.empty() ? "" : " ") + std::string(unit) + (power == 1 ? "" : format("%+d", power));
-  };
-  add(base.mass, at->second.mass);
-  add(base.length, at->second.length);
-  add(base.time, at->second.time);
-  return text;
+  return at == powers.end() ? std::string() : unit_of(at->second, units);
 }
 
 }  // namespace bs

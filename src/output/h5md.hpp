@@ -4,6 +4,7 @@
 
 #include <string>
 
+#include "base/powers.hpp"
 #include "output/h5.hpp"
 #include "output/trajectory.hpp"
 
@@ -17,6 +18,9 @@ PetscErrorCode write_box(hid_t file, int dim);
 
 /// Collective. /parameters: versions and rank count; /parameters/options: every option in force, as strings.
 PetscErrorCode write_parameters(hid_t file, MPI_Comm comm);
+
+/// Unit of that dimension in H5MD's notation; empty without units.
+std::string unit_of(const Powers& powers, OutputUnits units);
 
 /// Unit of a quantity by its name ("position", "kinetic_energy", ...) in H5MD's notation; empty if unknown or without units.
 std::string unit_of_quantity(const std::string& name, OutputUnits units);

@@ -35,7 +35,8 @@ static PetscErrorCode write_constants(hid_t file, const std::vector<Dataset>& co
   PetscFunctionBegin;
   for (const Dataset& table : constants) {
     PetscCall(write_table(file, table));
-    const std::string unit = unit_of_quantity(table.path.substr(table.path.rfind('/') + 1), units);
+    std::string unit = unit_of(table.powers, units);
+    if (unit.empty()) unit = unit_of_quantity(table.path.substr(table.path.rfind('/') + 1), units);
     const bool bonds = table.path.rfind("/connectivity/", 0) == 0 && table.columns > 1;  // or angles
     if (!bonds && unit.empty() && table.attributes.empty()) continue;
     H5 set(H5Dopen2(file, table.path.c_str(), H5P_DEFAULT), H5Dclose);

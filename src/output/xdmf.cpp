@@ -1,5 +1,6 @@
 #include "output/xdmf.hpp"
 
+#include <algorithm>
 #include <cstring>
 #include <fstream>
 
@@ -50,6 +51,20 @@ PetscErrorCode describe(hid_t file, const std::string& name, const std::string& 
   PetscFunctionReturn(0);
 }
 
+/// Names of the datasets, not groups, in `group`: mass, id and fixed, then the others.
+std::vector<std::string> constants(hid_t file, const std::string& group) {
+  std::vector<std::string> names = {"mass", "id", "fixed"};
+  const auto keep = [](hid_t at, const char* name, const H5L_info_t* link, void* data) -> herr_t {
+    if (link->type != H5L_TYPE_HARD) return 0;
+    auto& known = *static_cast<std::vector<std::string>*>(data);
+    const H5 object(H5Oopen(at, name, H5P_DEFAULT), H5Oclose);
+    if (H5Iget_type(object) == H5I_DATASET && std::find(known.begin(), known.end(), name) == known.end()) known.emplace_back(name);
+    return 0;
+  };
+  (void)H5Literate_by_name(file, group.c_str(), H5_INDEX_NAME, H5_ITER_INC, nullptr, keep, &names, H5P_DEFAULT);
+  return names;
+}
+
 PetscErrorCode read_times(hid_t file, std::vector<double>* times) {
   PetscFunctionBegin;
   times->clear();
@@ -81,14 +96,14 @@ std::string slab(const Item& item, std::size_t k) {
          whole(item) + "</DataItem>";
 }
 
-std::string attribute(const char* name, const char* type, const char* center, const std::string& data) {
-  return format("<Attribute Name=\"%s\" AttributeType=\"%s\" Center=\"%s\">", name, type, center) + data + "</Attribute>\n";
+std::string attribute(const std::string& name, const char* type, const char* center, const std::string& data) {
+  return format("<Attribute Name=\"%s\" AttributeType=\"%s\" Center=\"%s\">", name.c_str(), type, center) + data + "</Attribute>\n";
 }
 
 /// The datasets of a trajectory that a viewer can show.
 struct Contents {
   Item position, velocity, bonds, strain;
-  std::vector<std::pair<const char*, Item>> of_particles, of_springs;
+  std::vector<std::pair<std::string, Item>> of_particles, of_springs;
 
   PetscErrorCode find(hid_t file, const std::string& name) {
     const std::string particles = "/particles/trajectory/", bonds_path = "/connectivity/bonds";
@@ -98,7 +113,7 @@ struct Contents {
     PetscCall(describe(file, name, particles + "velocity/value", &velocity));
     PetscCall(describe(file, name, bonds_path, &bonds));
     PetscCall(describe(file, name, "/backspring/strain/value", &strain));
-    for (const char* constant : {"mass", "id", "fixed", "radius"}) {
+    for (const std::string& constant : constants(file, particles.substr(0, particles.size() - 1))) {
       PetscCall(describe(file, name, particles + constant, &item));
       if (!item.path.empty()) of_particles.emplace_back(constant, item);
     }

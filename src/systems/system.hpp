@@ -7,6 +7,7 @@
 #include <utility>
 #include <variant>
 #include <vector>
+#include "base/powers.hpp"
 
 namespace bs {
 
@@ -37,6 +38,7 @@ struct Dataset {
   int columns = 0;
   std::variant<std::vector<double>, std::vector<std::int64_t>, Words> rows;
   std::vector<std::pair<std::string, std::string>> attributes = {};  ///< texts by name
+  Powers powers = {};                                                ///< of its unit, where the name does not say it
 };
 
 /// A part of the state in the input's order: block size = columns, rows as in the input; borrowed.

@@ -1,6 +1,7 @@
 // What the tests of force laws share: random states, and derivatives by differences to check the exact ones against.
 #pragma once
 #include <algorithm>
+#include <array>
 #include <catch2/catch.hpp>
 #include <cmath>
 #include <fstream>
@@ -37,15 +38,37 @@ class Dice {
   std::mt19937_64 engine_;
 };
 
+/// A lattice has every column of the list, in its order.
+inline const bs::ColumnPlaces& all_columns() {
+  static const bs::ColumnPlaces places = [] {
+    bs::ColumnPlaces all{};
+    for (std::size_t k = 0; k < all.size(); ++k) all[k] = static_cast<int>(k);
+    return all;
+  }();
+  return places;
+}
+/// A lattice has radii alone.
+inline const bs::ColumnPlaces& radius_alone() {
+  static const bs::ColumnPlaces places = [] {
+    bs::ColumnPlaces one = bs::no_columns;
+    one[bs::particle_parameter("radius")] = 0;
+    return one;
+  }();
+  return places;
+}
+
 /// Random particle: |v| from 0.2 to 3, x anywhere within `box` of the origin.
 template <int d>
 struct State {
   double x[d] = {}, v[d] = {}, m, a;
+  std::array<double, std::size(bs::particle_parameters)> own{};  ///< its other numbers; the radius is `a`
   State(Dice& dice, double box) : m(dice.between(0.1, 5)), a(dice.between(0.01, 0.2)) {
     for (double& c : x) c = dice.between(-box, box);
     dice.direction<d>(dice.between(0.2, 3), v);
+    for (double& number : own) number = 0.1 + std::abs(x[0]);
+    own[bs::particle_parameter("radius")] = a;
   }
-  bs::Point<d> point() const { return {0.25, m, a, x, v}; }
+  bs::Point<d> point() const { return {0.25, m, {own.data(), &all_columns()}, x, v}; }
 };
 
 /// df/dz_j by central differences of fourth order: (8 (f(+h) - f(-h)) - (f(+2h) - f(-2h)))/(12 h).

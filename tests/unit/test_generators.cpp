@@ -54,7 +54,8 @@ Lattice gather(const GeneratorSpec& spec, int ranks) {
     append(&all.position, part.position);
     append(&all.velocity, part.velocity);
     append(&all.mass, part.mass);
-    append(&all.radius, part.radius);
+    all.particle_columns.resize(part.particle_columns.size());
+    for (std::size_t c = 0; c < part.particle_columns.size(); ++c) append(&all.particle_columns[c].value, part.particle_columns[c].value);
     append(&all.fixed, part.fixed);
     append(&all.pairs, part.pairs);
     append(&all.stiffness, part.stiffness);
@@ -193,7 +194,8 @@ TEST_CASE("a lattice does not depend on the number of ranks", "[generator]") {
       CHECK(parts.position == whole.position);
       CHECK(parts.velocity == whole.velocity);
       CHECK(parts.mass == whole.mass);
-      CHECK(parts.radius == whole.radius);
+      REQUIRE((parts.particle_columns.size() == 1 && whole.particle_columns.size() == 1));
+      CHECK(parts.particle_columns[0].value == whole.particle_columns[0].value);
       CHECK(parts.fixed == whole.fixed);
       CHECK(parts.pairs == whole.pairs);
       CHECK(parts.stiffness == whole.stiffness);

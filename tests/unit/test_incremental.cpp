@@ -30,6 +30,9 @@ void give_columns(Lattice* l) {
   column("plastic_stretch", [](std::int64_t row) { return 0.1 * std::sin(5.0 * static_cast<double>(row)); });
 }
 
+/// The drag coefficient of each particle.
+double drag_of(std::int64_t row) { return 0.3 * static_cast<double>(row % 5); }
+
 /// A lattice with every third spring without rest length, every fifth damped, four anchors that move, and every law that has
 /// a potential; two particles are fixed.
 struct Case {
@@ -56,6 +59,8 @@ struct Case {
     spec.fixed_particles = {0, 4};
     Lattice lattice = generate(spec, rank, size);
     REQUIRE(number_rows(PETSC_COMM_WORLD, &lattice.springs) == 0);
+    lattice.particle_columns.push_back({"drag", "", {}});
+    for (std::int64_t k = 0; k < lattice.particles.count; ++k) lattice.particle_columns.back().value.push_back(drag_of(lattice.particles.first + k));
     lattice.spring_law = law == EVERY ? SpringLaw::hooke : law;
     if (law == EVERY || law == POLYNOMIAL) give_columns(&lattice);
     lattice.law_by_row = law == EVERY;
@@ -100,6 +105,7 @@ struct Case {
     for (double& c : central.x0) c = -4;
     std::get<StokesDrag>(laws).D = 1.7;
     std::get<MassDrag>(laws).c = 0.9;
+    std::get<ParticleDrag>(laws).given = true;
     ShapeDrag& shape = std::get<ShapeDrag>(laws);
     shape.drag_coefficient = 0.5;
     shape.rho = 1.2;
@@ -182,7 +188,10 @@ struct Case {
         own += v[c] * v[c];
         relative += (v[c] - shape.fluid[c]) * (v[c] - shape.fluid[c]);
       }
-      total += 0.5 * (std::get<StokesDrag>(laws).D + std::get<MassDrag>(laws).c * net.mass[i]) * own;
+      total +=
+          0.5 *
+          (std::get<StokesDrag>(laws).D + std::get<MassDrag>(laws).c * net.mass[i] + (std::get<ParticleDrag>(laws).given ? drag_of(net.row[i]) : 0)) *
+          own;
       total += shape.rho * shape.area * shape.drag_coefficient * std::pow(relative, 1.5) / 6;
     }
     double rate[3], shift[3], end[3];

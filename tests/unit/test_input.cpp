@@ -15,6 +15,7 @@
 #include "input/remote.hpp"
 #include "input/text_file.hpp"
 #include "input/validate.hpp"
+#include "physics/body/columns.hpp"
 #include "spoken.hpp"
 
 using namespace bs;
@@ -79,9 +80,10 @@ Lattice random_lattice(int dim, std::int64_t n, std::int64_t m, std::int64_t a) 
   l.springs.total = m;
   l.anchors.total = a;
   for (std::int64_t i = 0; i < n * dim; ++i) l.position.push_back(number(-5, 5));
+  for (const ParticleParameter& one : particle_parameters) l.particle_columns.push_back({one.name, std::string("/particles/") + one.name, {}});
   for (std::int64_t i = 0; i < n; ++i) {
     l.mass.push_back(number(0.5, 2));
-    l.radius.push_back(number(0, 1));
+    for (Column& column : l.particle_columns) column.value.push_back(number(0, 1));
     l.fixed.push_back(i % 3 == 1);
     for (int k = 0; k < dim; ++k) l.velocity.push_back(l.fixed.back() ? 0 : number(-1, 1));
   }
@@ -130,7 +132,7 @@ class Writer {
 
 struct Stored {
   hid_t real = H5T_IEEE_F64LE, integer = H5T_STD_I64LE;
-  bool optional = true;  ///< velocity, fixed, radius, rest_length, damping
+  bool optional = true;  ///< velocity, fixed, columns, rest_length, damping
   const char *spring_law = nullptr, *damping_law = nullptr;
 };
 
@@ -145,7 +147,7 @@ void write_lattice(const std::string& path, const Lattice& l, const Stored& as) 
   if (as.optional) {
     w.table("/particles/velocity", l.velocity, {n, d}, as.real);
     w.table("/particles/fixed", l.fixed, {n}, H5T_STD_U8LE);
-    w.table("/particles/radius", l.radius, {n}, as.real);
+    for (const Column& column : l.particle_columns) w.table(column.path, column.value, {n}, as.real);
     if (!l.id.empty()) w.table("/particles/id", l.id, {n}, as.integer);
     w.table("/springs/rest_length", l.rest_length, {m}, as.real);
     w.table("/springs/damping", l.damping, {m}, as.real);
@@ -222,7 +224,12 @@ TEST_CASE("an HDF5 lattice is read as it was written, whatever the ranks and the
   CHECK(whole(got.position) == want.position);
   CHECK(whole(got.velocity) == want.velocity);
   CHECK(whole(got.mass) == want.mass);
-  CHECK(whole(got.radius) == want.radius);
+  REQUIRE(got.particle_columns.size() == std::size(particle_parameters));
+  for (std::size_t c = 0; c < got.particle_columns.size(); ++c) {
+    CHECK(got.particle_columns[c].name == particle_parameters[c].name);
+    CHECK(got.particle_columns[c].path == want.particle_columns[c].path);
+    CHECK(whole(got.particle_columns[c].value) == want.particle_columns[c].value);
+  }
   CHECK(whole(got.id) == want.id);
   CHECK(whole(got.fixed) == want.fixed);
   CHECK(whole(got.pairs) == want.pairs);
@@ -256,7 +263,7 @@ TEST_CASE("what an HDF5 lattice leaves out takes its default", "[input]") {
   CHECK(whole(got.velocity) == std::vector<double>(30, 0.0));
   CHECK(whole(got.damping) == std::vector<double>(23, 0.0));
   CHECK(whole(got.fixed) == std::vector<std::uint8_t>(10, 0));
-  CHECK(got.radius.empty());
+  CHECK(got.particle_columns.empty());
   CHECK(got.id.empty());
   CHECK(got.spring_law == SpringLaw::hooke);
   CHECK(got.damping_law == DampingLaw::axial);
@@ -473,7 +480,12 @@ TEST_CASE("the first faulty row of the whole lattice is told, by one rank, once"
        "particle 3: mass -1"},
       {[](Lattice& l) { l.position[2 * 6 + 1] = NAN; }, "particle 6: position"},
       {[](Lattice& l) { l.velocity[2 * 6] = INFINITY; }, "particle 6: velocity inf"},
-      {[](Lattice& l) { l.radius[9] = -2; }, "particle 9: radius -2"},
+      {[](Lattice& l) { l.particle_columns[0].value[9] = -2; }, "particle 9, /particles/radius: radius -2; write a finite radius >= 0 [m]"},
+      {[](Lattice& l) {
+         l.particle_columns[1].value[8] = NAN;
+         l.particle_columns[1].value[7] = -0.5;
+       },
+       "particle 7, /particles/drag: drag -0.5; write a finite drag >= 0 [kg/s]"},
       {[](Lattice& l) { l.pairs[2 * 5] = 11; }, "spring 5: there is no particle 11; write 0 to 10"},
       {[](Lattice& l) { l.pairs[2 * 5 + 1] = -1; }, "spring 5: there is no particle -1"},
       {[](Lattice& l) { l.pairs[2 * 7] = l.pairs[2 * 7 + 1]; }, "spring 7: joins particle"},

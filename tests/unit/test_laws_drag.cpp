@@ -49,6 +49,12 @@ void check_drag(unsigned seed) {
     viscous.c = dice.between(0.1, 4);
     check_law<d>(viscous, State<d>(dice, 1), false);
 
+    State<d> dragged(dice, 1);
+    ParticleDrag of_each;
+    of_each.given = true;
+    dragged.own[ParticleDrag::column] = dice.between(0.1, 4);
+    check_law<d>(of_each, dragged, false);
+
     const SphereDrag sphere = random_fluid<d>(dice);
     State<d> s(dice, 1);  // its v is taken relative to the fluid, 0.2 at least: differences stay clear of the root at 0
     for (int i = 0; i < d; ++i) s.v[i] += sphere.fluid[i];
@@ -103,8 +109,8 @@ void check_falling(const char* file, const SphereDrag& law, double a, double den
   for (const auto& row : rows) {
     const double u = row[0], x = 0;
     double f = m * g, D = 0;
-    REQUIRE(law.force<1>({0, m, a, &x, &u}, &f));
-    law.dfdv<1>({0, m, a, &x, &u}, &D);
+    REQUIRE(law.force<1>({0, m, {&a, &radius_alone()}, &x, &u}, &f));
+    law.dfdv<1>({0, m, {&a, &radius_alone()}, &x, &u}, &D);
     INFO("u = " << u);
     REQUIRE(2 * a * law.rho * u / law.mu == Approx(row[1]).epsilon(1e-14));
     REQUIRE(f / m == Approx(row[2]).epsilon(1e-13).margin(1e-13 * g));
@@ -130,18 +136,18 @@ TEST_CASE("sphere drag is the textbook's away from rest, whichever way the ball 
   const SphereDrag law = classic_air();
   for (const double speed : {1e-6, 5e-4, 0.01, 1.0, 24.0, 60.0})
     for (const double u : {speed, -speed}) {
-      const double x = 0;
+      const double x = 0, a = 0.01;
       double f = 0;
-      REQUIRE(law.force<1>({0, 1, 0.01, &x, &u}, &f));
-      REQUIRE(f == Approx(-textbook_drag(law, 0.01, u)).epsilon(1e-14));
+      REQUIRE(law.force<1>({0, 1, {&a, &radius_alone()}, &x, &u}, &f));
+      REQUIRE(f == Approx(-textbook_drag(law, a, u)).epsilon(1e-14));
     }
 }
 
 TEST_CASE("sphere drag balances weight at the terminal velocity of the classic case") {
   const double a = 0.01, m = ball_mass(a, 917), g = 9.8, x = 0, u = 24.66337697900565;
   double f = m * g, D = 0;
-  REQUIRE(classic_air().force<1>({0, m, a, &x, &u}, &f));
-  classic_air().dfdv<1>({0, m, a, &x, &u}, &D);
+  REQUIRE(classic_air().force<1>({0, m, {&a, &radius_alone()}, &x, &u}, &f));
+  classic_air().dfdv<1>({0, m, {&a, &radius_alone()}, &x, &u}, &D);
   REQUIRE(std::abs(f) <= 1e-14 * m * g);
   REQUIRE(D / m == Approx(-0.777259).epsilon(1e-6));  // rate at which it is approached
 }
@@ -149,10 +155,12 @@ TEST_CASE("sphere drag balances weight at the terminal velocity of the classic c
 TEST_CASE("sphere drag takes the particle's own radius first") {
   SphereDrag law = classic_air();
   law.radius = 0.02;
-  const double x = 0, u = 1.5;
-  double own = 0, given = 0;
-  law.force<1>({0, 1, 0.01, &x, &u}, &own);
-  law.force<1>({0, 1, 0, &x, &u}, &given);
+  const double x = 0, u = 1.5, a = 0.01, none = 0;
+  double own = 0, given = 0, without = 0;
+  law.force<1>({0, 1, {&a, &radius_alone()}, &x, &u}, &own);
+  law.force<1>({0, 1, {&none, &radius_alone()}, &x, &u}, &without);
+  REQUIRE(without == Approx(-textbook_drag(law, 0.02, u)).epsilon(1e-14));
+  law.force<1>({0, 1, {}, &x, &u}, &given);
   REQUIRE(own == Approx(-textbook_drag(law, 0.01, u)).epsilon(1e-14));
   REQUIRE(given == Approx(-textbook_drag(law, 0.02, u)).epsilon(1e-14));
 }
@@ -166,6 +174,24 @@ TEST_CASE("sphere drag agrees with the oracles of free fall") {
   check_falling("A_freefall/droplet/jacobian.csv", mist, 1e-4, 1000, 9.8);
 }
 
+TEST_CASE("drag of each particle is its own coefficient's, and 0 without one") {
+  const ParticleDrag law;
+  const double x[2] = {0, 0}, v[2] = {3, -4}, dv[2] = {0.5, 2}, c[2] = {0.01, 0.7};
+  REQUIRE_FALSE(law.active());
+  double f[2] = {0, 0}, A[4] = {0, 0, 0, 0};
+  const Point<2> p{0, 1, {c, &all_columns()}, x, v};
+  REQUIRE((ParticleDrag::column == 1 && p.column(0) == 0.01 && p.column(1) == 0.7));
+  REQUIRE(law.force<2>(p, f));
+  law.dfdv<2>(p, A);
+  REQUIRE((f[0] == Approx(-2.1).epsilon(1e-15) && f[1] == Approx(2.8).epsilon(1e-15)));
+  REQUIRE((A[0] == -0.7 && A[1] == 0 && A[2] == 0 && A[3] == -0.7));
+  const auto R = [&](double s) { return 0.5 * c[1] * (std::pow(v[0] + s * dv[0], 2) + std::pow(v[1] + s * dv[1], 2)); };
+  REQUIRE(law.dissipation_beyond_slope<2>(p, dv) == Approx(R(1) - R(0) + f[0] * dv[0] + f[1] * dv[1]).epsilon(1e-13));
+  f[0] = f[1] = 0;
+  REQUIRE(law.force<2>({0, 1, {c, &radius_alone()}, x, v}, f));  // a lattice without the column
+  REQUIRE((f[0] == 0 && f[1] == 0));
+}
+
 TEST_CASE("shape drag at rest is nothing, and half the density times C_D A at 1 m/s") {
   ShapeDrag law;
   law.rho = 1.2;
@@ -173,10 +199,10 @@ TEST_CASE("shape drag at rest is nothing, and half the density times C_D A at 1 
   law.drag_coefficient = 1.05;
   const double x[2] = {0, 0}, still[2] = {0, 0}, slow[2] = {0.6, -0.8};
   double f[2] = {0, 0}, D[4] = {0, 0, 0, 0};
-  REQUIRE(law.force<2>({0, 1, 0, x, still}, f));
-  law.dfdv<2>({0, 1, 0, x, still}, D);
+  REQUIRE(law.force<2>({0, 1, {}, x, still}, f));
+  law.dfdv<2>({0, 1, {}, x, still}, D);
   REQUIRE((f[0] == 0 && f[1] == 0 && largest(D, 4) == 0));
-  REQUIRE(law.force<2>({0, 1, 0, x, slow}, f));
+  REQUIRE(law.force<2>({0, 1, {}, x, slow}, f));
   REQUIRE(f[0] == Approx(-0.5 * 1.2 * 0.3 * 1.05 * 0.6).epsilon(1e-14));
   REQUIRE(f[1] == Approx(0.5 * 1.2 * 0.3 * 1.05 * 0.8).epsilon(1e-14));
 }

@@ -42,14 +42,14 @@ TEST_CASE("central gravity has the weight of the Earth's surface and no value at
   REQUIRE(law.active());
   const double x[3] = {0, 0, 6.371e6}, v[3] = {0, 0, 0};
   double f[3] = {0, 0, 0};
-  REQUIRE(law.force<3>({0, 2.0, 0, x, v}, f));
+  REQUIRE(law.force<3>({0, 2.0, {}, x, v}, f));
   REQUIRE(f[2] == Approx(-2.0 * 6.6743e-11 * 5.9722e24 / (6.371e6 * 6.371e6)).epsilon(1e-14));
   REQUIRE(f[2] == Approx(-2.0 * 9.82).epsilon(1e-3));
   for (const double tiny : {0.0, 1e-200}) {
     const double at[3] = {tiny, 0, 0};
     double g[3] = {1, 2, 3}, K[9] = {4};
-    REQUIRE_FALSE(law.force<3>({0, 2.0, 0, at, v}, g));
-    law.dfdx<3>({0, 2.0, 0, at, v}, K);
+    REQUIRE_FALSE(law.force<3>({0, 2.0, {}, at, v}, g));
+    law.dfdx<3>({0, 2.0, {}, at, v}, K);
     REQUIRE((g[0] == 1 && g[1] == 2 && g[2] == 3 && K[0] == 4 && K[4] == 0));
   }
 }

@@ -104,13 +104,13 @@ TEST_CASE("xsp attraction is continuous at l and nothing at the centre") {
   const double v[2] = {0, 0}, m = 1, l = xsp_radius(m) + 1;
   double before[2] = {0, 0}, after[2] = {0, 0}, f[2] = {0, 0}, K[4] = {0, 0, 0, 0};
   const double in[2] = {l * (1 - 1e-12), 0}, out[2] = {l * (1 + 1e-12), 0}, at[2] = {0, 0};
-  REQUIRE(law.force<2>({0, m, 0, in, v}, before));
-  REQUIRE(law.force<2>({0, m, 0, out, v}, after));
+  REQUIRE(law.force<2>({0, m, {}, in, v}, before));
+  REQUIRE(law.force<2>({0, m, {}, out, v}, after));
   REQUIRE(before[0] == Approx(after[0]).epsilon(1e-11));
   REQUIRE(before[0] == Approx(-7 / (l * l)).epsilon(1e-11));
-  REQUIRE(law.energy<2>({0, m, 0, in, v}) == Approx(law.energy<2>({0, m, 0, out, v})).margin(1e-10));
-  REQUIRE(law.force<2>({0, m, 0, at, v}, f));
-  law.dfdx<2>({0, m, 0, at, v}, K);
+  REQUIRE(law.energy<2>({0, m, {}, in, v}) == Approx(law.energy<2>({0, m, {}, out, v})).margin(1e-10));
+  REQUIRE(law.force<2>({0, m, {}, at, v}, f));
+  law.dfdx<2>({0, m, {}, at, v}, K);
   REQUIRE((f[0] == 0 && f[1] == 0 && largest(K, 4) == 0));
 }
 
@@ -137,7 +137,7 @@ TEST_CASE("xsp walls push away, each along its own axis, from gap 0 on") {
     law.sides[c.side] = true;
     const double x[2] = {c.x, c.y};
     double f[2] = {0, 0};
-    REQUIRE(law.force<2>({0, m, 0, x, v}, f));
+    REQUIRE(law.force<2>({0, m, {}, x, v}, f));
     REQUIRE(f[0] == Approx(c.fx * m * 100 / 4).margin(1e-12));
     REQUIRE(f[1] == Approx(c.fy * m * 100 / 4).margin(1e-12));
   }
@@ -148,7 +148,7 @@ TEST_CASE("xsp walls push away, each along its own axis, from gap 0 on") {
   for (const double gap : {0.0, 0.5, 1.0}) {
     const double x[2] = {radius + gap, 0};
     double f[2] = {0, 0};
-    REQUIRE(law.force<2>({0, m, 0, x, v}, f));
+    REQUIRE(law.force<2>({0, m, {}, x, v}, f));
     REQUIRE(f[0] == Approx(m * 100));
   }
 }

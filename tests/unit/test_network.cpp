@@ -104,6 +104,36 @@ TEST_CASE("every particle has its springs, whatever the partition and the slices
       }
 }
 
+TEST_CASE("particles have the numbers of their columns, on whatever rank, and no memory for those the lattice lacks") {
+  int rank, size;
+  MPI_Comm_rank(PETSC_COMM_WORLD, &rank);
+  MPI_Comm_size(PETSC_COMM_WORLD, &size);
+  const auto value = [](std::size_t k, std::int64_t row) { return static_cast<double>(100 * (k + 1)) + static_cast<double>(row); };
+  constexpr std::size_t count = std::size(particle_parameters);
+  for (unsigned given = 0; given < 1u << count; ++given) {
+    Lattice lattice = shuffled(rank, size);
+    for (std::size_t k = count; k-- > 0;) {  // in another order than the list's
+      if (!(given >> k & 1)) continue;
+      lattice.particle_columns.push_back({particle_parameters[k].name, "", {}});
+      for (std::int64_t i = 0; i < lattice.particles.count; ++i)
+        lattice.particle_columns.back().value.push_back(value(k, lattice.particles.first + i));
+    }
+    for (const int partition : {0, 1, 2}) {
+      CAPTURE(given, partition);
+      NetworkOptions options;
+      options.partition = partition;
+      Network net;
+      REQUIRE(build_network(PETSC_COMM_WORLD, lattice, options, &net) == 0);
+      REQUIRE(net.columns.given.size() == lattice.particle_columns.size() * static_cast<std::size_t>(net.n));
+      bool same = true;
+      for (PetscInt i = 0; i < net.n; ++i)
+        for (std::size_t k = 0; k < count; ++k)
+          same = same && net.columns(i)[k] == (given >> k & 1 ? value(k, net.row[static_cast<std::size_t>(i)]) : particle_parameters[k].missing);
+      REQUIRE(same);
+    }
+  }
+}
+
 TEST_CASE("couplings without springs reach every particle") {
   int rank, size;
   MPI_Comm_rank(PETSC_COMM_WORLD, &rank);

@@ -76,7 +76,8 @@ TEST_CASE("a scene with every record", "[xsp]") {
   CHECK(l.mass == std::vector<double>{4, 2.5, 1});
   CHECK(l.fixed == std::vector<std::uint8_t>{1, 0, 0});
   // trunc(2 ln(4 m + 1)): 2 ln 17 = 5.67, 2 ln 11 = 4.80, 2 ln 5 = 3.22
-  CHECK(l.radius == std::vector<double>{5, 4, 3});
+  REQUIRE(find_column(l.particle_columns, "radius"));
+  CHECK(find_column(l.particle_columns, "radius")->value == std::vector<double>{5, 4, 3});
   CHECK(l.springs.count == 3);
   CHECK(l.springs.total == 3);
   CHECK(l.pairs == std::vector<std::int64_t>{0, 1, 2, 0, 0, 1});

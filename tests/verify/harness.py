@@ -29,10 +29,10 @@ SKIPPED = 77
 
 
 def write_lattice(path, position, mass, velocity=None, fixed=None, radius=None, pairs=None, stiffness=None,
-                  rest_length=None, damping=None, anchors=None, spring_law=None, damping_law=None, angles=None, laws=None, columns=None):
+                  rest_length=None, damping=None, anchors=None, spring_law=None, damping_law=None, angles=None, laws=None, columns=None, particle_columns=None):
     """Writes the HDF5 lattice. position (N, d), mass (N), pairs (M, 2) 0-based, anchors: dict of particle (A),
     point (A, d), stiffness, rest_length, damping (A); angles: dict of triples (A, 3), stiffness, rest_angle (A); laws: the name
-    of each spring's law (M); columns: dict of other datasets of the springs; what is None is left out."""
+    of each spring's law (M); columns, particle_columns: dicts of other datasets of the springs and of the particles; what is None is left out."""
     position = np.asarray(position, float)
     with h5py.File(path, "w") as f:
         def put(name, value, kind=float):
@@ -43,6 +43,8 @@ def write_lattice(path, position, mass, velocity=None, fixed=None, radius=None, 
         put("particles/mass", np.broadcast_to(np.asarray(mass, float), len(position)))
         put("particles/fixed", fixed, np.uint8)
         put("particles/radius", radius)
+        for name, value in (particle_columns or {}).items():
+            put("particles/" + name, value)
         if pairs is not None and len(pairs):
             put("springs/pairs", pairs, np.int64)
             for name, value in (("stiffness", stiffness), ("rest_length", rest_length), ("damping", damping)):

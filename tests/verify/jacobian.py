@@ -43,6 +43,7 @@ def laws(d):
                                                   "bs_anchor_frequency": 3.0}
     yield "central gravity", {}, {"bs_central_G": 1.0, "bs_central_M0": 50.0, "bs_central_point": (-4.0,) * d}
     yield "Stokes drag", {}, {"bs_stokes_drag": 3.0}
+    yield "drag of each particle", {"particle_columns": {"drag": np.linspace(0, 6, 7)}}, {"bs_stokes_drag": 0.5}
     yield "drag per mass", {}, {"bs_viscosity": 2.0}
     yield "sphere drag", {}, {"bs_sphere_drag": True, "bs_sphere_drag_rho": 900.0, "bs_sphere_drag_mu": 1.0, "bs_fluid_velocity": some}
     yield "shape drag", {}, {"bs_shape_drag": "cube", "bs_shape_drag_rho": 900.0, "bs_shape_drag_area": 0.01,

@@ -176,6 +176,11 @@ HDF5 = {
     "negative mass": (hdf5(put("particles/mass", -1, 0)), "particle 0, /particles/mass: mass -1"),
     "NaN mass": (hdf5(put("particles/mass", np.nan, 2)), "particle 2, /particles/mass: mass nan"),
     "negative radius": (hdf5(put("particles/radius", np.full(5, -0.1))), "particle 0, /particles/radius: radius -0.1"),
+    "negative drag": (hdf5(put("particles/drag", np.array([1, 0, 2, -0.25, 1]))), "particle 3, /particles/drag: drag -0.25; write a finite drag >= 0 [kg/s]"),
+    "NaN drag": (hdf5(put("particles/drag", np.array([1, np.nan, 2, 0, 1]))), "particle 1, /particles/drag: drag nan"),
+    "too many drag coefficients": (hdf5(put("particles/drag", np.ones(6))), "/particles/drag: shape (6), needs (5)"),
+    "drag of two columns": (hdf5(put("particles/drag", np.ones((5, 2)))), "/particles/drag: shape (5, 2), needs (5)"),
+    "drag as text": (hdf5(put("particles/drag", np.full(5, b"1"))), "/particles/drag: holds strings, needs numbers"),
     "spring to nobody": (hdf5(put("springs/pairs", 5, (3, 1))), "spring 3, /springs/pairs: there is no particle 5; write 0 to 4"),
     "spring to -1": (hdf5(put("springs/pairs", -1, (1, 0))), "spring 1, /springs/pairs: there is no particle -1"),
     "end beyond 64 bits": (hdf5(put("springs/pairs", np.full((4, 2), 2**64 - 1, "u8"))), "spring 0, /springs/pairs: there is no"),
@@ -397,7 +402,7 @@ OPTIONS = {
 
 GOOD = {
     "good: HDF5": hdf5(),
-    "good: HDF5, all that is optional": hdf5(both(put("particles/velocity", np.zeros((5, 3))), put("particles/radius", np.ones(5)),
+    "good: HDF5, all that is optional": hdf5(both(put("particles/velocity", np.zeros((5, 3))), put("particles/radius", np.ones(5)), put("particles/drag", np.ones(5)),
                                                   put("particles/fixed", np.array([1, 0, 0, 0, 1], bool)),
                                                   put("springs/rest_length", np.ones(4)), put("springs/damping", np.ones(4))),
                                              spring_law="strain", damping_law=np.bytes_("simple")),

@@ -1,9 +1,12 @@
 // The particle laws. A new law is one header and one line here.
 #pragma once
 #include <tuple>
+#include <type_traits>
+#include <utility>
 
 #include "physics/body/central_gravity.hpp"
 #include "physics/body/mass_drag.hpp"
+#include "physics/body/particle_drag.hpp"
 #include "physics/body/shape_drag.hpp"
 #include "physics/body/sphere_drag.hpp"
 #include "physics/body/stokes_drag.hpp"
@@ -13,7 +16,13 @@
 
 namespace bs {
 
-using ParticleLaws = std::tuple<UniformGravity, CentralGravity, StokesDrag, MassDrag, SphereDrag, ShapeDrag, XspAttraction, XspWalls>;
+using ParticleLaws = std::tuple<UniformGravity, CentralGravity, StokesDrag, MassDrag, ParticleDrag, SphereDrag, ShapeDrag, XspAttraction, XspWalls>;
+
+/// Whether a law acts wherever a lattice has its `column`; the law is told by its `given`.
+template <class Law, class = void>
+struct acts_by_column : std::false_type {};
+template <class Law>
+struct acts_by_column<Law, std::void_t<decltype(std::declval<Law&>().given)>> : std::true_type {};
 
 /// Calls f(law) for each law in the tuple, in its order; `laws` may be const.
 template <class Laws, class F>

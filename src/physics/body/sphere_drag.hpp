@@ -15,6 +15,7 @@ namespace bs {
 struct SphereDrag {
   static constexpr const char* title = "sphere drag";
   static constexpr Potential potential = Potential::none;
+  static constexpr std::size_t column = particle_parameter("radius");
   bool on = false;
   double rho = 0;               ///< density of the fluid [kg/m^3]
   double mu = 0;                ///< dynamic viscosity of the fluid [Pa s]
@@ -76,7 +77,7 @@ struct SphereDrag {
   Coefficients coefficients(const Point<d>& p, double* u) const noexcept {
     constexpr double pi = 3.14159265358979323846;
     for (int i = 0; i < d; ++i) u[i] = p.v[i] - fluid[i];
-    const double a = p.a > 0 ? p.a : radius, s = norm<d>(u);
+    const double own = p.column(column), a = own > 0 ? own : radius, s = norm<d>(u);
     const double root = std::sqrt(2 * a * rho * s / mu);  // sqrt(Re)
     const double k = 0.5 * rho * pi * a * a, w = 1 / (1 + root);
     // h'(s) = 6/(1 + sqrt(Re)) - 3 sqrt(Re)/(1 + sqrt(Re))^2 + 0.4, because s d(sqrt(Re))/ds = sqrt(Re)/2

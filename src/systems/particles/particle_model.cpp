@@ -58,6 +58,10 @@ PetscErrorCode ParticleModel::create(MPI_Comm comm, Lattice&& lattice, std::uniq
 PetscErrorCode ParticleModel::read_laws(const Lattice& lattice) {
   PetscFunctionBegin;
   PetscCall(read_section(net_.comm, "Forces on particles", [&](Section& o) { for_each_law(laws_, [&](auto& law) { law.options(o); }); }));
+  for_each_law(laws_, [&](auto& law) {
+    using Law = std::decay_t<decltype(law)>;
+    if constexpr (acts_by_column<Law>::value) law.given = find_column(lattice.particle_columns, particle_parameters[Law::column].name) != nullptr;
+  });
   PetscCall(read_section(net_.comm, "Motion of anchor points", [&](Section& o) { motion_.options(o); }));
   if (motion_.kind == Motion::Kind::table) {
     std::string text, error;
@@ -95,7 +99,7 @@ PetscErrorCode ParticleModel::check_laws() const {
   const SphereDrag& drag = std::get<SphereDrag>(laws_);
   if (drag.active() && drag.radius <= 0)
     for (PetscInt i = 0; i < net_.n; ++i)
-      if (net_.radius[i] <= 0)
+      if (net_.columns(i)[SphereDrag::column] <= 0)
         fault.note(net_.row[i], format("particle %lld has no radius, which sphere drag needs: give -bs_radius or the lattice's radii",
                                        static_cast<long long>(net_.row[i])));
   PetscCall(agree(net_.comm, fault));

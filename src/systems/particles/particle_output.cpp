@@ -175,17 +175,17 @@ PetscErrorCode ParticleModel::take_constants(std::vector<Dataset>* out) {
   out->push_back({particles + "mass", p.first, p.total, 0, std::move(lattice_.mass)});
   out->push_back({particles + "id", p.first, p.total, 0, std::move(lattice_.id)});
   out->push_back({particles + "fixed", p.first, p.total, 0, std::vector<std::int64_t>(lattice_.fixed.begin(), lattice_.fixed.end())});
-  // every rank must name the same datasets, also one that holds no particle
-  int radius = lattice_.radius.empty() ? 0 : 1;
-  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &radius, 1, MPI_INT, MPI_MAX, net_.comm));
-  if (radius) out->push_back({particles + "radius", p.first, p.total, 0, std::move(lattice_.radius)});
+  for (Column& column : lattice_.particle_columns) {
+    const Powers powers = particle_parameters[particle_parameter(column.name)].powers;
+    out->push_back({particles + column.name, p.first, p.total, 0, std::move(column.value), {}, powers});
+  }
   if (s.total > 0) {
     out->push_back({bonds, s.first, s.total, 2, std::move(lattice_.pairs)});
     out->push_back({bonds + "_stiffness", s.first, s.total, 0, std::move(lattice_.stiffness)});
     out->push_back({bonds + "_rest_length", s.first, s.total, 0, std::move(lattice_.rest_length)});
     out->push_back({bonds + "_damping", s.first, s.total, 0, std::move(lattice_.damping)});
     const std::vector<std::string> histories = spring_histories();
-    for (SpringColumn& column : lattice_.spring_columns)
+    for (Column& column : lattice_.spring_columns)
       if (std::find(histories.begin(), histories.end(), column.name) == histories.end())
         out->push_back({bonds + "_" + column.name, s.first, s.total, 0, std::move(column.value)});
     if (lattice_.law_by_row) {
@@ -206,8 +206,9 @@ PetscErrorCode ParticleModel::take_constants(std::vector<Dataset>* out) {
 /// What the run needs of the chunk lives on in the network; counts and shares of rows stay.
 void ParticleModel::release_input() {
   for (std::vector<double>* table :
-       {&lattice_.position, &lattice_.velocity, &lattice_.mass, &lattice_.radius, &lattice_.stiffness, &lattice_.rest_length, &lattice_.damping})
+       {&lattice_.position, &lattice_.velocity, &lattice_.mass, &lattice_.stiffness, &lattice_.rest_length, &lattice_.damping})
     release(*table);
+  release(lattice_.particle_columns);
   release(lattice_.id);
   release(lattice_.pairs);
 }

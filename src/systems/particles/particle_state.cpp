@@ -48,6 +48,13 @@ PetscErrorCode ParticleModel::fingerprint(std::uint64_t* value) {
   PetscFunctionReturn(0);
 }
 
+/// A table's number by its name, so that the order of columns does not matter.
+static std::uint64_t table_of(const std::string& name) {
+  std::uint64_t table = 0;
+  for (const char c : name) table = 131 * table + static_cast<unsigned char>(c);
+  return table;
+}
+
 PetscErrorCode ParticleModel::take_fingerprint(const Lattice& lattice) {
   PetscFunctionBegin;
   const std::int64_t p = lattice.particles.first, s = lattice.springs.first, a = lattice.anchors.first;
@@ -56,7 +63,6 @@ PetscErrorCode ParticleModel::take_fingerprint(const Lattice& lattice) {
   sum.add(0, p, d, lattice.position);
   sum.add(1, p, d, lattice.velocity);
   sum.add(2, p, 1, lattice.mass);
-  sum.add(3, p, 1, lattice.radius);
   sum.add(4, p, 1, lattice.fixed);
   sum.add(5, s, 2, lattice.pairs);
   sum.add(6, s, 1, lattice.stiffness);
@@ -69,10 +75,10 @@ PetscErrorCode ParticleModel::take_fingerprint(const Lattice& lattice) {
   sum.add(13, a, 1, lattice.anchor_damping);
   add_to_fingerprint(lattice, &sum);
   sum.add(15, s, 1, lattice.spring_laws);
-  for (const SpringColumn& column : lattice.spring_columns) {  // by name, whatever their order: a table's number is up to the caller
-    std::uint64_t table = 0;
-    for (const char c : column.name) table = 131 * table + static_cast<unsigned char>(c);
-    sum.add(1000 + table, s, 1, column.value);
+  for (const Column& column : lattice.spring_columns) sum.add(1000 + table_of(column.name), s, 1, column.value);
+  for (const Column& column : lattice.particle_columns) {
+    const std::uint64_t table = particle_parameters[particle_parameter(column.name)].table;
+    sum.add(table ? table : (std::uint64_t{1} << 63) + table_of(column.name), p, 1, column.value);
   }
   if (p == 0) {
     const std::int64_t laws[3] = {static_cast<std::int64_t>(lattice.spring_law), static_cast<std::int64_t>(lattice.damping_law),

@@ -43,7 +43,7 @@ class PhysicsOf final : public Physics {
       Singularity found;
       if (!add_plain(i, y, state, fi)) add_links(i, y, state, fi, &found);
       add_anchors(i, y, shift, fi, &found);
-      const Point<d> point{t, net_.mass[i], net_.radius[i], y, y + d};
+      const Point<d> point{t, net_.mass[i], net_.columns(i), y, y + d};
       for_each_law(laws_, [&](const auto& law) {
         if (law.active() && !law.template force<d>(point, fi)) found = {Singularity::particle, net_.row[i], law.title};
       });
@@ -89,7 +89,7 @@ class PhysicsOf final : public Physics {
       }
       if (net_.fixed[i]) continue;
       for (int c = 0; c < d; ++c) sum.kinetic += 0.5 * net_.mass[i] * y[d + c] * y[d + c];
-      const Point<d> point{t, net_.mass[i], net_.radius[i], y, y + d};
+      const Point<d> point{t, net_.mass[i], net_.columns(i), y, y + d};
       for_each_law(laws_, [&](const auto& law) {
         if (law.active()) sum.field += law.template energy<d>(point);
       });
@@ -106,7 +106,7 @@ class PhysicsOf final : public Physics {
       size[i] = 0;
       if (net_.fixed[i]) continue;
       const double* y = state.at(i);
-      const Point<d> point{t, net_.mass[i], net_.radius[i], y, y + d};
+      const Point<d> point{t, net_.mass[i], net_.columns(i), y, y + d};
       for_each_law(laws_, [&](const auto& law) {
         double f[d] = {};
         if (law.active() && law.template force<d>(point, f)) size[i] += norm<d>(f);
@@ -231,7 +231,7 @@ class PhysicsOf final : public Physics {
                     PetscInt width) const {
     const Links& links = net_.links;
     const double* y = state.at(i);
-    const Point<d> point{t, net_.mass[i], net_.radius[i], y, y + d};
+    const Point<d> point{t, net_.mass[i], net_.columns(i), y, y + d};
     double self_K[d * d] = {}, self_D[d * d] = {};
     for (PetscInt e = links.start[i]; e < links.start[i + 1]; ++e) {
       double K[d * d] = {}, D[d * d] = {};

@@ -40,7 +40,7 @@ PotentialChange PhysicsOf<d, Spring, Damper>::beyond_slope(double t, const Local
       const auto p = parameters(net_.anchors, anchor_order_[a]);
       if (Kernel::defined(g, p)) sum.value += Kernel::beyond_slope(g, dx, dv, p, sigma);
     }
-    const Point<d> point{t, net_.mass[i], net_.radius[i], y, y + d};
+    const Point<d> point{t, net_.mass[i], net_.columns(i), y, y + d};
     for_each_law(laws_, [&](const auto& law) {
       if (law.active()) add_law(law, point, dx, dv, sigma, &sum);
     });
@@ -58,7 +58,7 @@ void PhysicsOf<d, Spring, Damper>::add_law(const Law& law, const Point<d>& point
     // a difference of energies: their rounding errors stay
     double after[d], f[d] = {};
     for (int c = 0; c < d; ++c) after[c] = point.x[c] + dx[c];
-    const Point<d> there{point.t, point.m, point.a, after, point.v};
+    const Point<d> there{point.t, point.m, point.own, after, point.v};
     const double before_energy = law.template energy<d>(point), after_energy = law.template energy<d>(there);
     const bool has = law.template force<d>(point, f);
     sum->value += has ? sigma * (after_energy - before_energy + dot<d>(f, dx)) : std::numeric_limits<double>::infinity();

@@ -31,7 +31,7 @@ Supply PhysicsOf<d, Spring, Damper>::supply(double t, const LocalState& state, c
   for (PetscInt i = 0; i < net_.n; ++i) {
     if (net_.fixed[i]) continue;
     const double* y = state.at(i);
-    const Point<d> point{t, net_.mass[i], net_.radius[i], y, y + d};
+    const Point<d> point{t, net_.mass[i], net_.columns(i), y, y + d};
     for_each_law(laws_, [&](const auto& law) {
       if (law.active()) add_supply(law, point, &sum);
     });

@@ -47,7 +47,7 @@ void PhysicsOf<d, Spring, Damper>::node_block(PetscInt i, double t, const LocalS
   for (int c = 0; c < d; ++c) A[c * (d + 1)] = abc.mass * net_.mass[i];
   if (net_.fixed[i]) return;
   const double* y = state.at(i);
-  const Point<d> point{t, net_.mass[i], net_.radius[i], y, y + d};
+  const Point<d> point{t, net_.mass[i], net_.columns(i), y, y + d};
   double K[d * d] = {}, D[d * d] = {};
   add_node_tangent<positive>(i, point, shift, K, D);
   for (int k = 0; k < d * d; ++k) A[k] -= abc.damping * D[k] + abc.stiffness * K[k];
@@ -137,7 +137,7 @@ void PhysicsOf<d, Spring, Damper>::multiply_tangent(double t, const LocalState& 
     }
     // a node block with sigma = 1 and without mass, for K and D apart
     double K[d * d] = {}, D[d * d] = {};
-    const Point<d> point{t, net_.mass[i], net_.radius[i], y, y + d};
+    const Point<d> point{t, net_.mass[i], net_.columns(i), y, y + d};
     add_node_tangent<false>(i, point, shift, K, D);
     for (int r = 0; r < d; ++r)
       for (int c = 0; c < d; ++c) fi[r] += K[r * d + c] * zi[c] + D[r * d + c] * zi[d + c];
@@ -150,7 +150,7 @@ void PhysicsOf<d, Spring, Damper>::multiply_law_damping(double t, const LocalSta
   for (PetscInt i = 0; i < net_.n; ++i) {
     if (net_.fixed[i]) continue;
     const double* y = state.at(i);
-    const Point<d> point{t, net_.mass[i], net_.radius[i], y, y + d};
+    const Point<d> point{t, net_.mass[i], net_.columns(i), y, y + d};
     double K[d * d] = {}, D[d * d] = {};
     add_node_tangent<false>(i, point, shift, K, D);
     for (int r = 0; r < d; ++r)

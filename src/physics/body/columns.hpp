@@ -1,0 +1,67 @@
+// The numbers of each particle beside its mass, position and velocity, by name. A new one is one line here and its use in a law: reader,
+// validation, distribution, fingerprint and trajectory take names, ranges, units and defaults from this list.
+#pragma once
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <iterator>
+#include <stdexcept>
+#include <string_view>
+#include <vector>
+#include "base/powers.hpp"
+
+namespace bs {
+
+/// A number of each particle. `name` is that of the dataset /particles/NAME and of the trajectory's /particles/trajectory/NAME.
+struct ParticleParameter {
+  const char *name, *unit;
+  Powers powers;        ///< what `unit` is made of
+  bool nonnegative;     ///< else any finite number
+  double missing;       ///< of every particle, where the lattice has no such column
+  std::uint64_t table;  ///< number in the fingerprints of checkpoints; 0: made of the name
+};
+
+inline constexpr ParticleParameter particle_parameters[] = {
+    {"radius", "m", {0, 1, 0}, true, 0.0, 3},
+    {"drag", "kg/s", {1, 0, -1}, true, 0.0, 0},
+};
+
+/// The place of `name` in the list; a law that misspells it does not compile.
+constexpr std::size_t particle_parameter(std::string_view name) {
+  for (std::size_t k = 0; k < std::size(particle_parameters); ++k)
+    if (name == particle_parameters[k].name) return k;
+  throw std::out_of_range("no such number of a particle");
+}
+
+/// Where each number of the list stands among those that a lattice gives; -1: nowhere.
+using ColumnPlaces = std::array<int, std::size(particle_parameters)>;
+
+constexpr ColumnPlaces make_no_columns() {
+  ColumnPlaces places{};
+  for (std::size_t k = 0; k < places.size(); ++k) places[k] = -1;
+  return places;
+}
+inline constexpr ColumnPlaces no_columns = make_no_columns();
+
+/// The numbers of one particle.
+struct ParticleNumbers {
+  const double* given = nullptr;
+  const ColumnPlaces* places = &no_columns;
+  double operator[](std::size_t k) const noexcept {
+    const int at = (*places)[k];
+    return at < 0 ? particle_parameters[k].missing : given[at];
+  }
+};
+
+/// The numbers of all particles of a rank, as far as the lattice gives them.
+struct ParticleColumns {
+  ColumnPlaces places = no_columns;
+  std::size_t width = 0;
+  std::vector<double> given;  ///< (n, width): particle by particle
+  template <class Index>
+  ParticleNumbers operator()(Index i) const noexcept {
+    return {given.data() + static_cast<std::size_t>(i) * width, &places};
+  }
+};
+
+}  // namespace bs
