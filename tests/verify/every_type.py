@@ -45,13 +45,13 @@ def table():
     """{(type, subtype): (order, order on descriptor systems, has an error estimate, is implicit)} as the program has it."""
     source = (REPO / "src/time/methods.cpp").read_text()
     implicit = {name: kind == "IMPLICIT" for name, kind in re.findall(r'TypeTraits \w+\{"(\w+)", (\w+),', source)}
-    rows = re.findall(r'\{&(\w+), "(\w*)", \w+, (\d+), (\d+), (\w+), [^}]*\}', source)
+    rows = re.findall(r'\{&(\w+),\s*"(\w*)",\s*\w+,\s*(\d+),\s*(\d+),\s*(\w+),\s[^}]*\}', source)
     return {(t.lower(), s): (int(order), int(descriptor), estimate == "true", implicit[t.lower()]) for t, s, order, descriptor, estimate in rows}
 
 
 def refused_types():
     """{type: words of its refusal} as the program has it."""
-    rows = re.findall(r'\{"(\w+)", (?:"([^"]*)"|NOT_BUILT), "[^"]*"\}', (REPO / "src/time/methods.cpp").read_text())
+    rows = re.findall(r'\{"(\w+)",\s*(?:"([^"]*)"|NOT_BUILT),\s*"[^"]*"\}', (REPO / "src/time/methods.cpp").read_text())
     return {name: reason or "is not part of this PETSc" for name, reason in rows}
 
 
