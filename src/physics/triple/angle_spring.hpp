@@ -158,7 +158,7 @@ struct AngleSpring {
         int least = 0;
         for (int c = 1; c < 3; ++c)
           if (std::abs(ua[c]) < std::abs(ua[least])) least = c;
-        for (int c = 0; c < 3; ++c) n[c] = c == least;
+        for (int c = 0; c < 3; ++c) n[c] = c == least ? 1.0 : 0.0;
       }
       for (int turns = 0; turns < 2; ++turns) {
         const double along = dot<3>(n, ua);

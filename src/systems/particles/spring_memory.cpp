@@ -46,7 +46,7 @@ PetscErrorCode SpringMemory::gather(std::vector<StatePart>* parts) {
 
 PetscErrorCode SpringMemory::scatter() {
   PetscFunctionBegin;
-  for (Number& number : numbers_)
+  for (const Number& number : numbers_)
     PetscCall(table_.spread(number.rows, [&](PetscInt link, double value) {
       if (double* at = find(number, link)) *at = value;
     }));
