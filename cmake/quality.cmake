@@ -19,7 +19,7 @@ cmake_host_system_information(RESULT BS_CORES QUERY NUMBER_OF_LOGICAL_CORES)
 file(GLOB_RECURSE BS_FORMATTED CONFIGURE_DEPENDS ${CMAKE_SOURCE_DIR}/src/*.cpp ${CMAKE_SOURCE_DIR}/src/*.hpp ${CMAKE_SOURCE_DIR}/src/*.cxx
      ${CMAKE_SOURCE_DIR}/tests/*.cpp ${CMAKE_SOURCE_DIR}/tests/*.hpp)
 add_custom_target(format VERBATIM COMMAND ${BS_CLANG_FORMAT} -i ${BS_FORMATTED} COMMENT "clang-format")
-if(BS_BUILD_TESTS)
+if(BS_TESTS)
   add_test(NAME format COMMAND ${BS_CLANG_FORMAT} --dry-run --Werror ${BS_FORMATTED})
   set_tests_properties(format PROPERTIES TIMEOUT 120 LABELS lint)
 endif()
