@@ -24,8 +24,8 @@
 #include "solvers/condensed/condensed.hpp"
 #include "solvers/newton/search/searches.hpp"
 #include "systems/create.hpp"
-#include "tasks/run.hpp"
 #include "tasks/signals.hpp"
+#include "tasks/tasks.hpp"
 #include "time/alpha2.hpp"
 #include "time/symplectic.hpp"
 #include "time/verlet.hpp"
@@ -41,6 +41,7 @@ const char HELP[] =
 PetscErrorCode run_program(int* exit_code) {
   PetscFunctionBegin;
   std::unique_ptr<bs::Model> model;
+  const bs::Task* task = nullptr;
   PetscCall(bs::register_symplectic());
   PetscCall(bs::register_verlet());
   PetscCall(bs::register_alpha2());
@@ -50,8 +51,9 @@ PetscErrorCode run_program(int* exit_code) {
   PetscCall(bs::rename_old_options(PETSC_COMM_WORLD));
   PetscCall(bs::recall_options(PETSC_COMM_WORLD));
   PetscCall(bs::rename_old_options(PETSC_COMM_WORLD));  // those of a checkpoint
+  PetscCall(bs::read_task(PETSC_COMM_WORLD, &task));
   PetscCall(bs::create_model(PETSC_COMM_WORLD, &model));
-  PetscCall(bs::run_model(*model, exit_code));
+  PetscCall(task->run(std::move(model), exit_code));
   PetscFunctionReturn(0);
 }
 

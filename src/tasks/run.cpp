@@ -121,4 +121,10 @@ PetscErrorCode run_model(Model& model, int* exit_code) {
   PetscFunctionReturn(0);
 }
 
+PetscErrorCode run_dynamics(std::unique_ptr<Model> model, int* exit_code) {
+  PetscFunctionBegin;
+  PetscCall(run_model(*model, exit_code));
+  PetscFunctionReturn(0);
+}
+
 }  // namespace bs

@@ -93,6 +93,8 @@ PROGRAM = {
     "another start of a continued run": (restarted("-ts_init_time", "5"), "option -ts_init_time: a continued run begins at the time of its checkpoint"),
     "output in no folder": (words("-bs_output", "none/o.h5md"), "folder none of -bs_output none/o.h5md does not exist"),
     "report in no folder": (words("-bs_report", "none/r.json"), "folder none of -bs_report none/r.json does not exist"),
+    "unknown task": (words("-bs_task", "statistics"), "option -bs_task: statistics does not exist"),
+    "task not built": (words("-bs_task", "statics"), "option -bs_task statics: this version has no such task yet"),
     "unknown model": (words("-bs_model", "fluid"), "option -bs_model: fluid does not exist"),
 }
 

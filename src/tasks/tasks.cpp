@@ -1,0 +1,34 @@
+#include "tasks/tasks.hpp"
+#include <string>
+#include "base/options.hpp"
+#include "tasks/run.hpp"
+
+namespace bs {
+
+const std::vector<Task>& tasks() {
+  static const std::vector<Task> all = {
+      {"dynamics", "motion in time", run_dynamics},
+      {"statics", "equilibria under loads that grow in steps", nullptr},
+  };
+  return all;
+}
+
+PetscErrorCode read_task(MPI_Comm comm, const Task** task) {
+  int chosen = 0;
+  std::string list;
+  std::vector<std::string> names;
+  PetscFunctionBegin;
+  for (const Task& each : tasks()) {
+    list += (list.empty() ? "" : "; ") + std::string(each.name) + ": " + each.what;
+    names.emplace_back(each.name);
+  }
+  PetscCall(read_section(comm, "Task", [&](Section& o) {
+    o.choice("-bs_task", ("what is computed (" + list + ")").c_str(), names, chosen);
+    const Task& one = tasks()[static_cast<std::size_t>(chosen)];
+    if (!one.run) o.fail(std::string("option -bs_task ") + one.name + ": this version has no such task yet: write dynamics, or leave the option out");
+  }));
+  *task = &tasks()[static_cast<std::size_t>(chosen)];
+  PetscFunctionReturn(0);
+}
+
+}  // namespace bs
