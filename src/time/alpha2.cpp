@@ -1,8 +1,8 @@
 #include "time/alpha2.hpp"
-#include <petsc/private/tsimpl.h>
+#include <array>
 #include <utility>
 #include "systems/layout.hpp"
-#include "time/kept_acceleration.hpp"
+#include "time/own_type.hpp"
 
 namespace bs {
 namespace {
@@ -13,9 +13,10 @@ struct Alpha2 : KeptAcceleration {
   Vec next = nullptr;  ///< (., a_{n+1}); the one before survives a step that comes to nothing
   Vec start = nullptr, end = nullptr;
   Vec stage = nullptr, rate = nullptr;  ///< y_f; (x', v') that makes F the equations
+  std::array<Vec*, 6> vectors() { return {&kept, &next, &start, &end, &stage, &rate}; }
 };
 
-Alpha2* data_of(TS ts) { return static_cast<Alpha2*>(static_cast<KeptAcceleration*>(ts->data)); }
+Alpha2* data_of(TS ts) { return OwnType<Alpha2>::of(ts); }
 
 AlphaParameters of_radius(PetscReal rho) {
   AlphaParameters p;
@@ -159,9 +160,7 @@ PetscErrorCode step_alpha2(TS ts) {
 PetscErrorCode set_up_alpha2(TS ts) {
   Alpha2* self = data_of(ts);
   PetscFunctionBegin;
-  for (Vec* vec : {&self->kept, &self->next, &self->start, &self->end, &self->stage, &self->rate}) PetscCall(VecDuplicate(ts->vec_sol, vec));
-  PetscCall(TSGetAdapt(ts, &ts->adapt));
-  PetscCall(TSAdaptCandidatesClear(ts->adapt));
+  PetscCall(OwnType<Alpha2>::set_up(ts));
   PetscCall(TSGetSNES(ts, &ts->snes));
   // mu/sigma
   if (self->model) self->model->set_inertia(self->p.m * self->p.beta / (self->p.f * PetscSqr(self->p.gamma)));
@@ -185,34 +184,13 @@ PetscErrorCode options_of_alpha2(TS ts, PetscOptionItems* PetscOptionsObject) {
   PetscFunctionReturn(0);
 }
 
-PetscErrorCode reset_alpha2(TS ts) {
-  Alpha2* self = data_of(ts);
-  PetscFunctionBegin;
-  for (Vec* vec : {&self->kept, &self->next, &self->start, &self->end, &self->stage, &self->rate}) PetscCall(VecDestroy(vec));
-  self->known = false;
-  PetscFunctionReturn(0);
-}
-
-PetscErrorCode destroy_alpha2(TS ts) {
-  PetscFunctionBegin;
-  PetscCall(reset_alpha2(ts));
-  delete data_of(ts);
-  ts->data = nullptr;
-  PetscFunctionReturn(0);
-}
-
 PetscErrorCode create_alpha2(TS ts) {
   PetscFunctionBegin;
-  ts->data = static_cast<KeptAcceleration*>(new Alpha2);
+  PetscCall(OwnType<Alpha2>::create(ts, step_alpha2, true));
   ts->ops->setup = set_up_alpha2;
-  ts->ops->step = step_alpha2;
-  ts->ops->reset = reset_alpha2;
-  ts->ops->destroy = destroy_alpha2;
   ts->ops->setfromoptions = options_of_alpha2;
   ts->ops->snesfunction = form_function;
   ts->ops->snesjacobian = form_jacobian;
-  ts->default_adapt_type = TSADAPTNONE;
-  ts->usessnes = PETSC_TRUE;
   PetscFunctionReturn(0);
 }
 

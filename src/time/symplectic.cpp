@@ -1,12 +1,14 @@
 #include "time/symplectic.hpp"
-#include <petsc/private/tsimpl.h>
+#include <array>
 #include "systems/layout.hpp"
+#include "time/own_type.hpp"
 
 namespace bs {
 namespace {
 
-struct Symplectic {
+struct Symplectic : KeptAcceleration {  // of which it keeps none
   Vec update = nullptr;
+  std::array<Vec*, 1> vectors() { return {&update}; }
 };
 
 // v_{n+1} = v_n + h M^-1 f(t_n, x_n, v_n),  x_{n+1} = x_n + h v_{n+1}
@@ -26,7 +28,7 @@ PetscErrorCode advance(Vec y, Vec G, PetscReal h) {
 }
 
 PetscErrorCode step_symplectic(TS ts) {
-  Symplectic* self = static_cast<Symplectic*>(ts->data);
+  Symplectic* self = OwnType<Symplectic>::of(ts);
   PetscBool accept = PETSC_TRUE;
   PetscReal next = ts->time_step;
   PetscFunctionBegin;
@@ -41,42 +43,20 @@ PetscErrorCode step_symplectic(TS ts) {
 }
 
 PetscErrorCode set_up_symplectic(TS ts) {
-  Symplectic* self = static_cast<Symplectic*>(ts->data);
   PetscInt bs = 1;
   PetscFunctionBegin;
   PetscCall(TSCheckImplicitTerm(ts));
   PetscCall(VecGetBlockSize(ts->vec_sol, &bs));
   PetscCheck(bs % 2 == 0, PetscObjectComm(reinterpret_cast<PetscObject>(ts)), PETSC_ERR_ARG_INCOMP,
              "-ts_type symplectic needs a state of positions and velocities");
-  PetscCall(VecDuplicate(ts->vec_sol, &self->update));
-  PetscCall(TSGetAdapt(ts, &ts->adapt));
-  PetscCall(TSAdaptCandidatesClear(ts->adapt));
-  PetscFunctionReturn(0);
-}
-
-PetscErrorCode reset_symplectic(TS ts) {
-  PetscFunctionBegin;
-  PetscCall(VecDestroy(&static_cast<Symplectic*>(ts->data)->update));
-  PetscFunctionReturn(0);
-}
-
-PetscErrorCode destroy_symplectic(TS ts) {
-  PetscFunctionBegin;
-  PetscCall(reset_symplectic(ts));
-  delete static_cast<Symplectic*>(ts->data);
-  ts->data = nullptr;
+  PetscCall(OwnType<Symplectic>::set_up(ts));
   PetscFunctionReturn(0);
 }
 
 PetscErrorCode create_symplectic(TS ts) {
   PetscFunctionBegin;
-  ts->data = new Symplectic;
+  PetscCall(OwnType<Symplectic>::create(ts, step_symplectic, false));
   ts->ops->setup = set_up_symplectic;
-  ts->ops->step = step_symplectic;
-  ts->ops->reset = reset_symplectic;
-  ts->ops->destroy = destroy_symplectic;
-  ts->default_adapt_type = TSADAPTNONE;
-  ts->usessnes = PETSC_FALSE;
   PetscFunctionReturn(0);
 }
 

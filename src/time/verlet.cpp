@@ -1,8 +1,8 @@
 #include "time/verlet.hpp"
-#include <petsc/private/tsimpl.h>
+#include <array>
 #include <utility>
 #include "systems/layout.hpp"
-#include "time/kept_acceleration.hpp"
+#include "time/own_type.hpp"
 
 namespace bs {
 namespace {
@@ -10,9 +10,8 @@ namespace {
 struct Verlet : KeptAcceleration {
   Vec next = nullptr;   ///< (., a_{n+1}); the one before survives a step that comes to nothing
   Vec trial = nullptr;  ///< what a_{n+1} is taken at
+  std::array<Vec*, 3> vectors() { return {&kept, &next, &trial}; }
 };
-
-Verlet* data_of(TS ts) { return static_cast<Verlet*>(static_cast<KeptAcceleration*>(ts->data)); }
 
 // v_h = v_n + h/2 a_n and x_{n+1} = x_n + h v_h into y, x_{n+1} and v_h + h/2 a_n into trial
 PetscErrorCode kick_and_drift(Vec y, Vec kept, PetscReal h, Vec trial) {
@@ -48,7 +47,7 @@ PetscErrorCode kick(Vec y, Vec kept, PetscReal h) {
 }
 
 PetscErrorCode step_verlet(TS ts) {
-  Verlet* self = data_of(ts);
+  Verlet* self = OwnType<Verlet>::of(ts);
   PetscBool accept = PETSC_TRUE;
   const PetscReal h = ts->time_step;
   PetscReal next = h;
@@ -68,44 +67,16 @@ PetscErrorCode step_verlet(TS ts) {
 }
 
 PetscErrorCode set_up_verlet(TS ts) {
-  Verlet* self = data_of(ts);
   PetscFunctionBegin;
   PetscCall(TSCheckImplicitTerm(ts));
-  PetscCall(VecDuplicate(ts->vec_sol, &self->kept));
-  PetscCall(VecDuplicate(ts->vec_sol, &self->next));
-  PetscCall(VecDuplicate(ts->vec_sol, &self->trial));
-  PetscCall(TSGetAdapt(ts, &ts->adapt));
-  PetscCall(TSAdaptCandidatesClear(ts->adapt));
-  PetscFunctionReturn(0);
-}
-
-PetscErrorCode reset_verlet(TS ts) {
-  Verlet* self = data_of(ts);
-  PetscFunctionBegin;
-  PetscCall(VecDestroy(&self->kept));
-  PetscCall(VecDestroy(&self->next));
-  PetscCall(VecDestroy(&self->trial));
-  self->known = false;
-  PetscFunctionReturn(0);
-}
-
-PetscErrorCode destroy_verlet(TS ts) {
-  PetscFunctionBegin;
-  PetscCall(reset_verlet(ts));
-  delete data_of(ts);
-  ts->data = nullptr;
+  PetscCall(OwnType<Verlet>::set_up(ts));
   PetscFunctionReturn(0);
 }
 
 PetscErrorCode create_verlet(TS ts) {
   PetscFunctionBegin;
-  ts->data = static_cast<KeptAcceleration*>(new Verlet);
+  PetscCall(OwnType<Verlet>::create(ts, step_verlet, false));
   ts->ops->setup = set_up_verlet;
-  ts->ops->step = step_verlet;
-  ts->ops->reset = reset_verlet;
-  ts->ops->destroy = destroy_verlet;
-  ts->default_adapt_type = TSADAPTNONE;
-  ts->usessnes = PETSC_FALSE;
   PetscFunctionReturn(0);
 }
 
