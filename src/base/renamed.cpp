@@ -21,6 +21,7 @@ constexpr Renamed TABLE[] = {
     {"-bs_walls_box", "-bs_xsp_walls_box"},
     {"-bs_walls_exponent", "-bs_xsp_walls_exponent"},
     {"-bs_walls_sides", "-bs_xsp_walls_sides"},
+    {"-snes_linesearch_unasked", "-snes_linesearch_full_step_rtol"},
 };
 
 }  // namespace

@@ -13,7 +13,7 @@ from harness import Checks, write_lattice
 # springs without rest length, simple dampers, drag and weight: forces are linear, Phi is quadratic
 QUADRATIC = {"bs_lattice_type": "square", "bs_lattice_size": (5, 4), "bs_lattice_fixed": "xmin", "bs_lattice_rest_length_factor": 0, "bs_lattice_stiffness": 70,
              "bs_lattice_damping": 0.8, "bs_damping_law": "simple", "bs_lattice_velocity": (0.3, -1), "bs_gravity": (0.5, -9.81), "bs_stokes_drag": 0.4, "bs_viscosity": 0.3,
-             "ts_dt": 0.05, "ts_max_time": 0.2, "snes_linesearch_monitor": True, "snes_linesearch_unasked": 0, "snes_max_it": 8}
+             "ts_dt": 0.05, "ts_max_time": 0.2, "snes_linesearch_monitor": True, "snes_linesearch_full_step_rtol": 0, "snes_max_it": 8}
 CROOKED = {"bs_lattice_type": "cubic", "bs_lattice_size": (5, 4, 4), "bs_lattice_spacing": 0.2, "bs_lattice_fixed": "zmin", "bs_spring_law": "strain", "bs_lattice_stiffness": 400,
            "bs_lattice_perturbation": 0.06, "bs_lattice_stiff_fraction": 0.1, "bs_lattice_stiff_factor": 100, "bs_gravity": (0, 0, -9.81), "bs_stokes_drag": 0.1, "ts_dt": 0.02, "ts_max_time": 0.2, "snes_rtol": 1e-12}
 TYPES = {"beuler": {}, "cn": {}, "theta 0.5": {"ts_type": "theta"}, "theta 0.7 with end points": {"ts_type": "theta", "ts_theta_theta": 0.7, "ts_theta_endpoint": 1},

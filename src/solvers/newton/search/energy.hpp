@@ -8,7 +8,7 @@ namespace bs {
 /// What bounds the search: PETSc's options -snes_linesearch_alpha, _damping, _minlambda, _max_it, _order.
 struct EnergyLimits {
   double alpha = 1e-4, damping = 1, min_lambda = 1e-12;
-  double full_step = 0.1;  ///< -snes_linesearch_unasked
+  double full_step = 0.1;  ///< -snes_linesearch_full_step_rtol
   PetscInt most = 40, order = 3;
   PetscViewer monitor = nullptr;
 };
