@@ -50,8 +50,9 @@ void Section::refuse(const char* name, const std::string& value, const std::stri
 
 /// Registers and explains the option; true and `value` if it is given. `bare`: it may come without a value.
 bool Section::find(const char* name, const char* help, const std::string& present, std::string* value, bool* bare) {
+  static std::set<std::string> described;  // an option that two laws read is listed once
   known().insert(name);
-  if (items_->printhelp && items_->count == 1 && !items_->alreadyprinted) {
+  if (items_->printhelp && items_->count == 1 && !items_->alreadyprinted && described.insert(name).second) {
     const PetscErrorCode code = (*PetscHelpPrintf)(comm_, "  %s: <%s>: %s\n", name, present.c_str(), help);
     if (code && !status_) status_ = code;
   }
