@@ -29,6 +29,7 @@ class FirstOrderTangent final : public Tangent {
   PetscErrorCode condense(Vec r, Vec b) override;
   PetscErrorCode expand(Vec r, Vec w, Vec z) override;
   PetscErrorCode create(CondensedStorage storage, Mat* S) override { return own_.create(storage, S); }
+  PetscErrorCode set_rigid_modes(Mat S) override { return own_.set_rigid_modes(S); }
   PetscErrorCode assemble(bool positive, Mat S) override { return own_.assemble(coefficients(), positive, S); }
   PetscErrorCode multiply_condensed(Vec w, Vec y) override { return own_.multiply(coefficients(), w, y); }
 

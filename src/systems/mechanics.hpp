@@ -43,6 +43,8 @@ class Linearisation {
   /// Collective. A matrix of d x d blocks for a M - b D - c K, without values; rigid body modes are its near null space where it
   /// is AIJ.
   virtual PetscErrorCode create(CondensedStorage storage, Mat* S) = 0;
+  /// Collective. The rigid body modes of an AIJ matrix become those of the state linearised at; before that they are of the start.
+  virtual PetscErrorCode set_rigid_modes(Mat S) = 0;
   /// Collective. The symmetric part of a M - b D - c K into a matrix made by create(). `positive`: without what may make it
   /// indefinite, mainly the negative transverse stiffness of compressed springs.
   virtual PetscErrorCode assemble(const Coefficients& coefficients, bool positive, Mat S) = 0;

@@ -31,6 +31,8 @@ class Tangent {
   virtual PetscErrorCode expand(Vec r, Vec w, Vec z) = 0;
   /// Collective. A matrix for S, not yet assembled with values; with rigid body modes as near null space where it is AIJ.
   virtual PetscErrorCode create(CondensedStorage storage, Mat* S) = 0;
+  /// Collective. The rigid body modes of an AIJ matrix become those of the present state; create() takes those of the start.
+  virtual PetscErrorCode set_rigid_modes(Mat S) = 0;
   /// Collective. The symmetric part of S into a matrix made by create. `positive`: the negative transverse stiffness of springs
   /// under compression and what else may be negative are left out, which makes S positive definite.
   virtual PetscErrorCode assemble(bool positive, Mat S) = 0;

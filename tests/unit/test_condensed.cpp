@@ -173,3 +173,60 @@ TEST_CASE("an indefinite tangent is refused by the factors until the shift is la
       CHECK(worst < (single ? 1e-4 : 1e-11));
     }
 }
+
+/// The modes given to multigrid with S, on every rank; what they do to pairs of particles is checked for owned ones.
+static void check_rigid_modes(const GeneratorSpec& spec, PetscInt expected) {
+  Case c(PETSC_COMM_WORLD, spec, 40.0);
+  const PetscInt d = c.net.dim;
+  LinearisedForces before;  // not linearised at anything, as when the header describes the solver
+  REQUIRE(before.create(c.net, *c.physics, c.pattern, c.y, false) == 0);
+  for (Linearisation* forces : {static_cast<Linearisation*>(&before), static_cast<Linearisation*>(&c.linearised)}) {
+    CAPTURE(d, forces == &before);
+    const auto at = [&](PetscInt i) { return forces == &before ? c.net.held.data() + i * d : c.linearised.state().at(i); };
+    MatHandle S;
+    MatNullSpace space = nullptr;
+    PetscBool constant = PETSC_TRUE;
+    PetscInt count = 0;
+    const Vec* modes = nullptr;
+    REQUIRE(forces->create(CondensedStorage::aij, S.out()) == 0);
+    REQUIRE(MatGetNearNullSpace(S, &space) == 0);
+    REQUIRE((space != nullptr) == (expected > 0));
+    if (space) REQUIRE(MatNullSpaceGetVecs(space, &constant, &count, &modes) == 0);
+    REQUIRE(count == expected);
+    for (PetscInt k = 0; k < count; ++k) {
+      for (PetscInt l = 0; l <= k; ++l) {
+        PetscScalar product = 0;
+        REQUIRE(VecDot(modes[k], modes[l], &product) == 0);
+        CHECK(std::abs(product - (k == l)) < 1e-12);
+      }
+      const PetscScalar* u = nullptr;
+      REQUIRE(VecGetArrayRead(modes[k], &u) == 0);
+      double worst = 0;
+      for (PetscInt i = 0; i < c.net.n; ++i)
+        for (PetscInt j = 0; j < c.net.n; ++j) {
+          if (c.net.fixed[i])
+            for (PetscInt a = 0; a < d; ++a) worst = std::max(worst, std::abs(u[i * d + a]));
+          if (c.net.fixed[i] || c.net.fixed[j]) continue;
+          double change = 0;  // of half the squared distance
+          for (PetscInt a = 0; a < d; ++a) change += (u[i * d + a] - u[j * d + a]) * (at(i)[a] - at(j)[a]);
+          worst = std::max(worst, std::abs(change));
+        }
+      REQUIRE(VecRestoreArrayRead(modes[k], &u) == 0);
+      CHECK(worst < 1e-12);
+    }
+  }
+}
+
+TEST_CASE("multigrid is told the rotations of the lattice, too, and that fixed particles do not move") {
+  check_rigid_modes(lattice(LatticeType::chain, {9}, 1), 1);
+  GeneratorSpec net = lattice(LatticeType::square, {5, 4}, 2), block = lattice(LatticeType::cubic, {3, 4, 3}, 3);
+  check_rigid_modes(net, 3);
+  net.fixed_particles = {2, 7};
+  check_rigid_modes(net, 3);
+  check_rigid_modes(block, 6);
+  block.fixed_particles = {0, 1, 2, 3, 11};
+  check_rigid_modes(block, 6);
+  GeneratorSpec held = lattice(LatticeType::chain, {2}, 2);
+  held.fixed_particles = {0, 1};
+  check_rigid_modes(held, 0);
+}

@@ -9,8 +9,33 @@ namespace bs {
 
 void InnerSolver::renew() {
   stale_ = true;
+  rebuild_ = true;
   indefinite_ = false;
   hope_ = true;
+}
+
+// Multigrid is built upon the rigid modes of the state it is built at: a body that has turned by a right angle has other rotations.
+// GAMG keeps its interpolation for life; only a new PC makes a new one.
+PetscErrorCode InnerSolver::build_hierarchy() {
+  PC old;
+  PCHandle fresh;
+  PetscBool gamg = PETSC_FALSE;
+  PetscFunctionBegin;
+  rebuild_ = false;
+  PetscCall(tangent_->set_rigid_modes(S_));
+  PetscCall(KSPGetPC(ksp_, &old));
+  PetscCall(PetscObjectTypeCompare(reinterpret_cast<PetscObject>(old), PCGAMG, &gamg));
+  if (!gamg || !built_) {
+    built_ = true;
+    PetscFunctionReturn(0);
+  }
+  PetscCall(PCCreate(tangent_->comm(), fresh.out()));
+  PetscCall(PCSetOptionsPrefix(fresh, prefix_.c_str()));
+  PetscCall(PCSetType(fresh, PCGAMG));
+  PetscCall(PCSetOperators(fresh, S_, S_));
+  PetscCall(PCSetFromOptions(fresh));
+  PetscCall(KSPSetPC(ksp_, fresh));
+  PetscFunctionReturn(0);
 }
 
 // A direct solver wants the matrix as it is; a Krylov method works with an old preconditioner until it costs more iterations
@@ -24,6 +49,7 @@ PetscErrorCode InnerSolver::linearise(bool definite) {
   fresh_ = direct_ || refresh_ <= 0 || stale_ || std::abs(sigma - sigma_) > 0.1 * sigma_;
   if (fresh_) sigma_ = sigma;
   stale_ = false;
+  if (fresh_ && rebuild_ && storage_ == CondensedStorage::aij && !direct_) PetscCall(build_hierarchy());
   PetscCall(KSPSetOperators(ksp_, S_, S_));
   PetscCall(KSPSetReusePreconditioner(ksp_, fresh_ ? PETSC_FALSE : PETSC_TRUE));
   PC pc;
@@ -120,7 +146,9 @@ PetscErrorCode InnerSolver::solve(Vec b, Vec w, CondensedCounts* counts, bool* s
   }
   const double rate = static_cast<double>(counts->iterations - before) / std::max(1.0, -std::log10(rtol_));
   if (fresh_) rate_new_ = rate;
-  stale_ = stale_ || !finished || rate > refresh_ * rate_new_ + 1;
+  const bool aged = !finished || rate > refresh_ * rate_new_ + 1;
+  stale_ = stale_ || aged;
+  rebuild_ = rebuild_ || aged;
   fresh_ = false;
   PetscFunctionReturn(0);
 }

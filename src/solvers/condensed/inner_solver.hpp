@@ -50,6 +50,7 @@ class InnerSolver {
   PetscErrorCode choose_storage();
   PetscErrorCode ask_for_inertia();
   PetscErrorCode linearise(bool definite);
+  PetscErrorCode build_hierarchy();
   PetscErrorCode has_negative_pivots(bool* has) const;
   PetscErrorCode solve_definite(Vec b, Vec w, CondensedCounts* counts, KSPConvergedReason* reason);
   PetscErrorCode solve_indefinite(Vec b, Vec w, CondensedCounts* counts, bool* solved);
@@ -71,6 +72,7 @@ class InnerSolver {
   bool hope_ = true;
   // the preconditioner's age: iterations per digit when it was new and at the last solve
   bool stale_ = true, fresh_ = false;
+  bool rebuild_ = true, built_ = false;  ///< levels of a multigrid method, too, which otherwise keeps its interpolation
   double sigma_ = 0, rate_new_ = 0, refresh_ = 1.3;
 };
 

@@ -1,6 +1,7 @@
 #include "systems/particles/linearised_forces.hpp"
 #include <algorithm>
 #include "base/memory.hpp"
+#include "systems/particles/condensed/rigid_modes.hpp"
 #include "systems/particles/events.hpp"
 
 namespace bs {
@@ -25,6 +26,7 @@ PetscErrorCode LinearisedForces::create(const Network& net, const Physics& physi
 PetscErrorCode LinearisedForces::linearise(double t, Vec y) {
   PetscFunctionBegin;
   t_ = t;
+  linearised_ = true;
   PetscCall(state_.gather(y));
   PetscFunctionReturn(0);
 }
@@ -74,21 +76,14 @@ PetscErrorCode LinearisedForces::create(CondensedStorage storage, Mat* S) {
   PetscFunctionReturn(0);
 }
 
-/// Translations and rotations of the state linearised at, which springs alone do not resist.
-PetscErrorCode LinearisedForces::set_rigid_modes(Mat S) const {
-  const PetscInt d = net_->dim;
-  PetscScalar* a = nullptr;
-  VecHandle points;
-  MatNullSpace modes = nullptr;
+PetscErrorCode LinearisedForces::set_rigid_modes(Mat S) {
   PetscFunctionBegin;
-  PetscCall(MatCreateVecs(S, points.out(), nullptr));
-  PetscCall(VecSetBlockSize(points, d));
-  PetscCall(VecGetArrayWrite(points, &a));
-  for (PetscInt i = 0; i < net_->n; ++i) std::copy_n(state_.at(i), d, a + i * d);
-  PetscCall(VecRestoreArrayWrite(points, &a));
-  PetscCall(MatNullSpaceCreateRigidBody(points, &modes));
-  PetscCall(MatSetNearNullSpace(S, modes));
-  PetscCall(MatNullSpaceDestroy(&modes));
+  if (linearised_)
+    PetscCall(bs::set_rigid_modes(
+        *net_, [&](PetscInt i) { return state_.at(i); }, S));
+  else
+    PetscCall(bs::set_rigid_modes(
+        *net_, [&](PetscInt i) { return net_->held.data() + i * net_->dim; }, S));
   PetscFunctionReturn(0);
 }
 

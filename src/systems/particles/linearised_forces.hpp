@@ -28,16 +28,17 @@ class LinearisedForces final : public Linearisation {
   bool exact_symmetric() const override { return !coupled_ && !axial_damping_ && !net_->softens; }
   bool pairwise() const override { return net_->interactions.empty(); }
   PetscErrorCode create(CondensedStorage storage, Mat* S) override;
+  PetscErrorCode set_rigid_modes(Mat S) override;
   PetscErrorCode assemble(const Coefficients& abc, bool positive, Mat S) override;
 
  private:
-  PetscErrorCode set_rigid_modes(Mat S) const;
   const Network* net_ = nullptr;
   const Physics* physics_ = nullptr;
   RowPattern* pattern_ = nullptr;
   Layout at_;
   Vec vector_ = nullptr;
   bool coupled_ = false, damped_ = false, axial_damping_ = false;
+  bool linearised_ = false;  ///< state_ has been given
   double t_ = 0;
   LocalState state_, direction_;
   VecHandle only_velocity_;                              ///< (0, w) of damping_force
