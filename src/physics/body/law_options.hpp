@@ -33,6 +33,12 @@ bool read_vector(V& o, const char* name, const char* help, double (&values)[3], 
   return true;
 }
 
+/// The velocity of the fluid, which several laws take.
+template <class V>
+void read_fluid(V& o, double (&velocity)[3], int& count) {
+  read_vector(o, "-bs_fluid_velocity", "velocity x[,y[,z]] of the fluid, for sphere and shape drag [m/s]", velocity, count);
+}
+
 /// An option that only works together with another must not be ignored silently.
 template <class V>
 void require(V& o, bool given, const char* user, const char* needed) {

@@ -48,7 +48,7 @@ struct ShapeDrag {
                             drag_coefficient, R::nonnegative);
     const bool density = o.real("-bs_shape_drag_rho", "shape drag: density of the fluid, > 0 [kg/m^3]", rho, R::positive);
     const bool frontal = o.real("-bs_shape_drag_area", "shape drag: frontal area of a particle, > 0 [m^2]", area, R::positive);
-    read_vector(o, "-bs_fluid_velocity", "velocity x[,y[,z]] of the fluid, for sphere and shape drag [m/s]", fluid, components);
+    read_fluid(o, fluid, components);
     const bool said = named || own;
     if (density) require(o, said, "-bs_shape_drag_rho", "-bs_shape_drag or -bs_shape_drag_coefficient");
     if (frontal) require(o, said, "-bs_shape_drag_area", "-bs_shape_drag or -bs_shape_drag_coefficient");

@@ -29,7 +29,7 @@ struct SphereDrag {
     const bool said = o.flag("-bs_sphere_drag", "drag force on a sphere, with the drag coefficient C_D = 24/Re + 6/(1+sqrt(Re)) + 0.4", on);
     const bool density = o.real("-bs_sphere_drag_rho", "sphere drag: density of the fluid, >= 0 [kg/m^3]", rho, R::nonnegative);
     const bool viscosity = o.real("-bs_sphere_drag_mu", "sphere drag: viscosity of the fluid, > 0 [Pa s]", mu, R::positive);
-    read_vector(o, "-bs_fluid_velocity", "velocity x[,y[,z]] of the fluid, for sphere and shape drag [m/s]", fluid, components);
+    read_fluid(o, fluid, components);
     o.real("-bs_radius", "radius of the particles for which the lattice gives none, >= 0 [m]", radius, R::nonnegative);
     if (density) require(o, said, "-bs_sphere_drag_rho", "-bs_sphere_drag");
     if (viscosity) require(o, said, "-bs_sphere_drag_mu", "-bs_sphere_drag");
