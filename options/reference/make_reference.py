@@ -16,12 +16,13 @@ HERE = pathlib.Path(__file__).resolve().parent
 ROOT = HERE.parents[1]
 BEGIN, END = "<!-- options: written by options/reference/make_reference.py -->", "<!-- end of options -->"
 OF_LINEAR = ["-bs_model", "linear"]
+OF_STATICS = ["-bs_task", "statics"]
 
 
 def sections(program):
-    """{title: [(name, default, meaning)]} of both kinds of model, every option once, in the order of -help."""
+    """{title: [(name, default, meaning)]} of every task and both kinds of model, every option once, in the order of -help."""
     found, seen = {}, set()
-    for arguments in ([], OF_LINEAR):
+    for arguments in ([], OF_STATICS, OF_LINEAR):
         done = subprocess.run([program, *arguments, "-help"], capture_output=True, text=True, timeout=60)
         if done.returncode:
             sys.exit(f"{program} {' '.join(arguments)} -help ended with {done.returncode}: {done.stderr.strip()[-200:]}")
@@ -44,7 +45,7 @@ def cell(text):
 
 def reference(found):
     out = ["# Every option of backspring", "",
-           "Written by `make_reference.py` from `backspring -help` and `backspring -bs_model linear -help`; a test holds it to them.",
+           "Written by `make_reference.py` from `backspring -help`, with `-bs_task statics` and with `-bs_model linear`; a test holds it to them.",
            "Options of PETSc itself (`-ts_*`, `-snes_*`, `-ksp_*`, `-pc_*`, `-mat_*`, `-log_view`, ...) are in the same output of `-help`",
            "and in PETSc's manual. Units stand in brackets. [The man page](backspring.1) has the same list.", ""]
     for title, options in found.items():

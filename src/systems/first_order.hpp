@@ -9,11 +9,12 @@
 
 namespace bs {
 
-class FirstOrder final : public Model {
+class FirstOrder : public Model {
  public:
   explicit FirstOrder(std::unique_ptr<Mechanics> mechanics);
 
   Mechanics* mechanics() override { return own_.get(); }
+  std::unique_ptr<Mechanics> take_mechanics() override { return std::move(own_); }
   PetscErrorCode residual(double t, Vec y, Vec ydot, Form form, Vec F) override;
   PetscErrorCode jacobian(double t, Vec y, Vec ydot, double sigma, Form form, Mat P) override;
   void set_inertia(double ratio) override { tangent_.set_inertia(ratio); }
@@ -49,9 +50,11 @@ class FirstOrder final : public Model {
   PetscErrorCode covers(double t_end) override { return own_->covers(t_end); }
   PetscErrorCode last_fault(std::string* text) override { return own_->last_fault(text); }
 
- private:
+ protected:
   std::unique_ptr<Mechanics> own_;
   FirstOrderTangent tangent_;
+
+ private:
   PetscErrorCode add_inertia(double sigma, Form form, Mat P);
   VecHandle diagonal_;            ///< room
   std::vector<double> rounding_;  ///< (n) velocity errors that rounding of the forces stands for [m/s], of the last floor

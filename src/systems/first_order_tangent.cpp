@@ -33,7 +33,24 @@ PetscErrorCode FirstOrderTangent::create_shell(Mat* J) {
   PetscFunctionReturn(0);
 }
 
-// J z: scale M (sigma z_x - z_v) and scale (mu M z_v - D z_v - K z_x); scale = 1 (momentum form), M^-1 (velocity form)
+/// K z_x + D z_v; of an equilibrium K z_x.
+PetscErrorCode FirstOrderTangent::change_of_force(Vec z) {
+  PetscScalar* a = nullptr;
+  PetscFunctionBegin;
+  if (static_) {
+    if (!places_) PetscCall(VecDuplicate(own_.state_vector(), places_.out()));
+    PetscCall(VecCopy(z, places_));
+    PetscCall(VecGetArray(places_, &a));
+    own_.layout().for_each([&](PetscInt, PetscInt v) { a[v] = 0; });
+    PetscCall(VecRestoreArray(places_, &a));
+    z = places_;
+  }
+  PetscCall(own_.change_of_force(z, force_.data()));
+  PetscFunctionReturn(0);
+}
+
+// J z: scale M (sigma z_x - z_v) and scale (mu M z_v - D z_v - K z_x); scale = 1 (momentum form), M^-1 (velocity form); of an
+// equilibrium the latter is shift M z_x - K z_x
 PetscErrorCode FirstOrderTangent::multiply(Vec z, Vec y) {
   const Layout& at = own_.layout();
   const std::vector<double>& masses = own_.masses();
@@ -41,7 +58,7 @@ PetscErrorCode FirstOrderTangent::multiply(Vec z, Vec y) {
   PetscScalar* ay = nullptr;
   PetscFunctionBegin;
   force_.resize(static_cast<std::size_t>(at.particles * at.dim));
-  PetscCall(own_.change_of_force(z, force_.data()));
+  PetscCall(change_of_force(z));
   PetscCall(VecGetArrayRead(z, &az));
   PetscCall(VecGetArrayWrite(y, &ay));
   for (PetscInt i = 0; i < at.particles; ++i) {
@@ -49,7 +66,7 @@ PetscErrorCode FirstOrderTangent::multiply(Vec z, Vec y) {
     for (PetscInt c = 0; c < at.dim; ++c) {
       const PetscInt x = at.x(i, c), v = at.v(i, c);
       ay[x] = scale * m * (sigma_ * az[x] - az[v]);
-      ay[v] = scale * (inertia_ * sigma_ * m * az[v] - force_[static_cast<std::size_t>(i * at.dim + c)]);
+      ay[v] = scale * (row_of_v(m, az[x], az[v]) - force_[static_cast<std::size_t>(i * at.dim + c)]);
     }
   }
   PetscCall(VecRestoreArrayWrite(y, &ay));
@@ -57,7 +74,7 @@ PetscErrorCode FirstOrderTangent::multiply(Vec z, Vec y) {
   PetscFunctionReturn(0);
 }
 
-// b = r_v + (mu M - D) a
+// b = r_v + (mu M - D) a; of an equilibrium r_v
 PetscErrorCode FirstOrderTangent::condense(Vec r, Vec b) {
   const Layout& at = own_.layout();
   const PetscInt d = at.dim;
@@ -69,9 +86,9 @@ PetscErrorCode FirstOrderTangent::condense(Vec r, Vec b) {
   damping.assign(static_cast<std::size_t>(at.particles * d), 0.0);
   std::vector<double> a(damping.size());
   PetscCall(VecGetArrayRead(r, &ar));
-  for (PetscInt i = 0; i < at.particles; ++i)
+  for (PetscInt i = 0; i < at.particles && !static_; ++i)
     for (PetscInt c = 0; c < d; ++c) a[i * d + c] = ar[at.x(i, c)] / (form_ == Form::momentum ? masses[i] : 1.0);
-  PetscCall(own_.damping_force(a.data(), damping.data()));
+  if (!static_) PetscCall(own_.damping_force(a.data(), damping.data()));
   PetscCall(VecGetArrayWrite(b, &ab));
   for (PetscInt i = 0; i < at.particles; ++i) {
     const double m = masses[i], scale = form_ == Form::momentum ? 1.0 : m;

@@ -16,6 +16,12 @@ class FirstOrderTangent final : public Tangent {
   /// mu/sigma, where the rows of v have mu M in the place of sigma M (alpha2).
   void set_inertia(double ratio) { inertia_ = ratio; }
   double inertia() const { return inertia_; }
+  /// Of an equilibrium: the rows of v are (shift M - K) z_x, without inertia and damping; shift >= 0 [1/s^2] regularises what no spring
+  /// holds.
+  void set_static(double shift) {
+    static_ = true;
+    shift_ = shift;
+  }
   /// Collective. A MATSHELL that multiplies by J.
   PetscErrorCode create_shell(Mat* J);
 
@@ -34,10 +40,16 @@ class FirstOrderTangent final : public Tangent {
   PetscErrorCode multiply_condensed(Vec w, Vec y) override { return own_.multiply(coefficients(), w, y); }
 
  private:
-  /// S = mu M - D - K/sigma
-  Coefficients coefficients() const { return {inertia_ * sigma_, 1, 1 / sigma_}; }
+  /// S = mu M - D - K/sigma, or (shift M - K)/sigma
+  Coefficients coefficients() const {
+    return static_ ? Coefficients{shift_ / sigma_, 0, 1 / sigma_} : Coefficients{inertia_ * sigma_, 1, 1 / sigma_};
+  }
+  PetscErrorCode change_of_force(Vec z);
+  double row_of_v(double m, double zx, double zv) const { return m * (static_ ? shift_ * zx : inertia_ * sigma_ * zv); }
   Linearisation& own_;
-  double sigma_ = 1, inertia_ = 1;
+  double sigma_ = 1, inertia_ = 1, shift_ = 0;
+  bool static_ = false;
+  VecHandle places_;  ///< room
   Form form_ = Form::momentum;
   std::vector<double> force_;
 };

@@ -1,6 +1,9 @@
 #include "systems/mechanics.hpp"
+#include "systems/model.hpp"
 
 namespace bs {
+
+std::unique_ptr<Mechanics> Model::take_mechanics() { return nullptr; }
 
 PetscErrorCode Linearisation::multiply(const Coefficients& k, Vec z, Vec out) {
   const Layout& at = layout();

@@ -57,8 +57,23 @@ class Linearisation {
   std::vector<double> force_;
 };
 
+/// How far the loads of a static analysis are applied. Each factor is 1 in dynamics.
+struct Loads {
+  double gravity = 1, force = 1;
+  bool at_rest = false;               ///< what is driven has the positions of its motion, not the velocities
+  bool anchors_at_full_load = false;  ///< driven anchors stand where they are at t = 1
+};
+
 class Mechanics : public System {
  public:
+  /// The factors of the evaluations that follow.
+  virtual void set_loads(const Loads&) {}
+  /// Collective. Ends the run with exit code 2 where loads that do not depend on place or time act on particles that nothing holds, as
+  /// they stand; else `free`: how many bodies are tied to no fixed particle and no anchor.
+  virtual PetscErrorCode count_free_bodies(PetscInt* free) {
+    *free = 0;
+    return 0;
+  }
   virtual const Layout& layout() const = 0;
   /// Masses of the owned particles [kg], (n) or longer.
   virtual const std::vector<double>& masses() const = 0;

@@ -4,6 +4,7 @@
 #include <petscts.h>
 #include <array>
 #include <cstdint>
+#include <memory>
 #include <string>
 #include "systems/incremental.hpp"
 #include "systems/system.hpp"
@@ -49,6 +50,8 @@ class Model : public System {
 
   /// The second-order system M x'' = f behind a state y = (x, v); null: there is none.
   virtual Mechanics* mechanics() { return nullptr; }
+  /// Takes it out, for another model to be made of it; this one is of no use afterwards.
+  virtual std::unique_ptr<Mechanics> take_mechanics();
   /// What a condensed solve needs, renewed by every jacobian(); null: the model has no such form.
   virtual Tangent* tangent() { return nullptr; }
   /// What the energy-based line search needs; null: the model has no such potential.

@@ -15,7 +15,8 @@ RunState Run::state() const {
           c.krylov,
           total_energy(last_),
           in_words(stepper_->rejections().counts()),
-          static_cast<std::int64_t>(warnings().size())};
+          static_cast<std::int64_t>(warnings().size()),
+          hooks_.loads};
 }
 
 PetscErrorCode Run::on_step(const StepRecord& record) {
@@ -35,9 +36,16 @@ PetscErrorCode Run::on_step(const StepRecord& record) {
   PetscFunctionReturn(0);
 }
 
-PetscErrorCode Run::on_frame(PetscInt step, double time, Vec y) {
+PetscErrorCode Run::observe(double time, Vec y) {
   PetscFunctionBegin;
   PetscCall(model_.observe(time, y, &last_));
+  if (hooks_.observe) PetscCall(hooks_.observe(time, y, &last_));
+  PetscFunctionReturn(0);
+}
+
+PetscErrorCode Run::on_frame(PetscInt step, double time, Vec y) {
+  PetscFunctionBegin;
+  PetscCall(observe(time, y));
   PetscCall(watch_.look(step, time, y, true));
   if (first_.empty()) first_ = last_;
   if (trajectory_) {
@@ -97,7 +105,7 @@ PetscErrorCode Run::advance(int* exit_code) {
   PetscCall(TSGetStepNumber(ts_, &first_step));
   set_phase(Exit::solve);
   if (resumed_) {
-    PetscCall(model_.observe(stepper_->good_time(), y, &last_));
+    PetscCall(observe(stepper_->good_time(), y));
     PetscCall(watch_.look(first_step, stepper_->good_time(), y, true));
   }
   if (!resumed_) PetscCall(on_frame(first_step, stepper_->good_time(), y));

@@ -1,5 +1,6 @@
 // One run from its options to its closing report: the parts behind run_model.
 #pragma once
+#include <functional>
 #include <memory>
 #include "output/progress.hpp"
 #include "tasks/adviser.hpp"
@@ -9,11 +10,26 @@
 
 namespace bs {
 
+/// What a task changes in a run. The default is dynamics.
+struct RunHooks {
+  bool loads = false;                                                                   ///< its time is a load factor
+  Pace pace;                                                                            ///< defaults of the stepping
+  std::string method;                                                                   ///< of the header, in place of the TS type's
+  std::function<PetscErrorCode(TS, TSContext&)> attach;                                 ///< once the TS is made, before its options are in force
+  std::function<PetscErrorCode(double time, Vec y, std::vector<Observable>*)> observe;  ///< adds to a frame's observables
+  std::function<PetscErrorCode(std::vector<Tally>*)> count;                             ///< adds to the summary and the report
+  std::function<std::vector<std::string>()> warnings;                                   ///< as the report names them
+};
+
 /// The components of a run, connected by the stepper's callbacks.
 class Run {
  public:
-  Run(Model& model, const RunOptions& options)
-      : model_(model), options_(options), progress_(model.comm(), options.output.progress_interval), watch_(model, options.energy_growth) {}
+  Run(Model& model, const RunOptions& options, RunHooks hooks = {})
+      : model_(model),
+        options_(options),
+        hooks_(std::move(hooks)),
+        progress_(model.comm(), options.output.progress_interval),
+        watch_(model, options.energy_growth) {}
   PetscErrorCode set_up();
   PetscErrorCode advance(int* exit_code);
 
@@ -21,6 +37,7 @@ class Run {
   PetscErrorCode on_step(const StepRecord& record);
   RunState state() const;
   std::vector<std::string> warnings() const;
+  PetscErrorCode observe(double time, Vec y);
   PetscErrorCode on_frame(PetscInt step, double time, Vec y);
   PetscErrorCode on_save();
   PetscErrorCode open_restart();
@@ -39,6 +56,7 @@ class Run {
 
   Model& model_;
   RunOptions options_;
+  RunHooks hooks_;
   Progress progress_;
   EnergyWatch watch_;
   TSContext context_;

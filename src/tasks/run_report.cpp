@@ -28,9 +28,11 @@ PetscErrorCode Run::explain(TSConvergedReason reason, std::string* text) {
     PetscFunctionReturn(0);
   }
   if (rejections.gave_up()) {
-    *text = format("the step after t = %.10g s was rejected %lld times, down to h = %g s, the last time because %s%s%s", t,
-                   static_cast<long long>(rejections.in_a_row()), rejections.last_attempt(), rejections.last().c_str(),
-                   *rejections.advice() ? ": " : "", rejections.advice());
+    const char* advice = hooks_.loads ? "-snes_monitor -snes_linesearch_monitor show more" : rejections.advice();
+    *text =
+        format(hooks_.loads ? "the load step after load factor %.10g was rejected %lld times, down to a step of %g, the last time because %s%s%s"
+                            : "the step after t = %.10g s was rejected %lld times, down to h = %g s, the last time because %s%s%s",
+               t, static_cast<long long>(rejections.in_a_row()), rejections.last_attempt(), rejections.last().c_str(), *advice ? ": " : "", advice);
     PetscFunctionReturn(0);
   }
   if (!stepper_->trouble().empty() || !context_.implicit) {
@@ -51,7 +53,11 @@ PetscErrorCode Run::explain(TSConvergedReason reason, std::string* text) {
 }
 
 /// What the run met on its way and went on with, as the report names it.
-std::vector<std::string> Run::warnings() const { return watch_.grown() ? std::vector<std::string>{"energy_growth"} : std::vector<std::string>{}; }
+std::vector<std::string> Run::warnings() const {
+  std::vector<std::string> all = hooks_.warnings ? hooks_.warnings() : std::vector<std::string>{};
+  if (watch_.grown()) all.emplace_back("energy_growth");
+  return all;
+}
 
 PetscErrorCode Run::report(const std::string& outcome, const std::string& why) {
   const RunCounts& c = stepper_->counts();
@@ -88,6 +94,7 @@ PetscErrorCode Run::report(const std::string& outcome, const std::string& why) {
 std::vector<Tally> Run::tallies() const {
   std::vector<Tally> all = model_.tallies();
   if (context_.implicit && solver_tallies(ts_, &all)) all.clear();
+  if (hooks_.count && hooks_.count(&all)) all.clear();
   const SearchMemory& search = context_.newton.search;
   all.push_back({"search_cuts", "", search.cuts});
   all.push_back(

@@ -44,7 +44,8 @@ PetscErrorCode Run::say_header(const std::string& solver) {
   PetscCallMPI(MPI_Comm_size(model_.comm(), &size));
   std::vector<std::string> lines = model_.describe();
   lines.insert(lines.begin(), format("backspring %s on %d rank%s", BS_VERSION, size, size > 1 ? "s" : ""));
-  lines.push_back("solver: " + solver);
+  const std::size_t search = solver.find("; SNES");
+  lines.push_back("solver: " + (hooks_.method.empty() || search == std::string::npos ? solver : hooks_.method + solver.substr(search)));
   if (options_.advise) PetscCall(bs::advise(model_, ts_, context_, &advice_));
   for (const std::string& line : advice_.lines()) lines.push_back(line);
   if (options_.output.trajectory.file.empty()) lines.push_back("no trajectory is written: give -bs_output F.h5md to write one");
@@ -75,7 +76,9 @@ PetscErrorCode Run::set_up() {
   PetscFunctionBegin;
   PetscCall(fingerprint_inputs(model_.comm(), &inputs_));
   PetscCall(open_restart());
+  context_.pace = hooks_.pace;
   PetscCall(create_ts(model_, &context_, &ts_));
+  if (hooks_.attach) PetscCall(hooks_.attach(ts_, context_));
   PetscCall(set_tolerances(options_.tolerances, model_, ts_));
   PetscCall(TSGetTime(ts_, &start_));
   PetscCall(TSGetMaxTime(ts_, &end_));

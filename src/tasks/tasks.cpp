@@ -2,13 +2,14 @@
 #include <string>
 #include "base/options.hpp"
 #include "tasks/run.hpp"
+#include "tasks/statics.hpp"
 
 namespace bs {
 
 const std::vector<Task>& tasks() {
   static const std::vector<Task> all = {
       {"dynamics", "motion in time", run_dynamics},
-      {"statics", "equilibria under loads that grow in steps", nullptr},
+      {"statics", "equilibria under loads that grow in steps", run_statics},
   };
   return all;
 }

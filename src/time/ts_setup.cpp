@@ -71,7 +71,7 @@ PetscErrorCode set_implicit(TS ts, Model& model, TSContext* context) {
   PetscCall(TSGetSNES(ts, &snes));
   // Newton must earn its convergence by the residual, or by a whole step at rounding level; a line search that crawls
   // must not pass for it, as it would with PETSc's stol of 1e-8.
-  PetscCall(SNESSetTolerances(snes, 0.0, 1e-8, 1e-14, 50, PETSC_DEFAULT));
+  PetscCall(SNESSetTolerances(snes, 0.0, context->pace.rtol, 1e-14, 50, PETSC_DEFAULT));
   NewtonSettings settings;
   settings.model = &model;
   settings.form = context->form;
@@ -98,8 +98,8 @@ PetscErrorCode create_ts(Model& model, TSContext* context, TSHandle* ts) {
   PetscCall(TSSetSolution(*ts, model.initial_state()));
   if (context->implicit) PetscCall(set_implicit(*ts, model, context));
   else PetscCall(TSSetRHSFunction(*ts, nullptr, form_rhs, context));
-  PetscCall(TSSetTimeStep(*ts, 0.01));
-  PetscCall(TSSetMaxTime(*ts, 1.0));
+  PetscCall(TSSetTimeStep(*ts, context->pace.step));
+  PetscCall(TSSetMaxTime(*ts, context->pace.end));
   PetscCall(TSSetExactFinalTime(*ts, TS_EXACTFINALTIME_STEPOVER));
   PetscCall(TSSetMaxSNESFailures(*ts, -1));
   PetscCall(TSSetErrorIfStepFails(*ts, PETSC_FALSE));

@@ -10,8 +10,15 @@
 
 namespace bs {
 
+/// What a run has where the options leave it open; of load steps, in units of the load factor.
+struct Pace {
+  double step = 0.01, end = 1;  ///< -ts_dt, -ts_max_time [s]
+  double rtol = 1e-8;           ///< -snes_rtol
+};
+
 /// What the callbacks of one TS need; must outlive it.
 struct TSContext {
+  Pace pace;
   Model* model = nullptr;
   Form form = Form::momentum;
   bool implicit = true;

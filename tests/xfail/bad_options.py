@@ -94,7 +94,13 @@ PROGRAM = {
     "output in no folder": (words("-bs_output", "none/o.h5md"), "folder none of -bs_output none/o.h5md does not exist"),
     "report in no folder": (words("-bs_report", "none/r.json"), "folder none of -bs_report none/r.json does not exist"),
     "unknown task": (words("-bs_task", "statistics"), "option -bs_task: statistics does not exist"),
-    "task not built": (words("-bs_task", "statics"), "option -bs_task statics: this version has no such task yet"),
+    "statics: time step": (words("-bs_task", "statics", "-ts_dt", "1"), "option -ts_dt does not go with -bs_task statics: load steps are numbered"),
+    "statics: TS type": (words("-bs_task", "statics", "-ts_type", "cn"), "option -ts_type does not go with -bs_task statics"),
+    "statics: preconditioner": (words("-bs_task", "statics", "-pc_type", "lu"), "choose the linear solver by -condensed_pc_type"),
+    "statics: no load steps": (words("-bs_task", "statics", "-bs_load_steps", "0"), "option -bs_load_steps"),
+    "statics: unknown load": (words("-bs_task", "statics", "-bs_load_scale", "gravity,wind"), "option -bs_load_scale: wind is no load"),
+    "statics: free and driven": (words("-bs_task", "statics", "-bs_gravity", "1"), "nothing holds particle 0 and what is tied to it against its loads"),
+    "statics of a linear system": (lambda folder: ["-bs_task", "statics", "-bs_model", "linear", "-bs_linear_generate", "heat2d"], "linear"),
     "unknown model": (words("-bs_model", "fluid"), "option -bs_model: fluid does not exist"),
 }
 

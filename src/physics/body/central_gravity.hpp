@@ -9,7 +9,7 @@
 
 namespace bs {
 
-/// f = -G m M0 r/|r|^3,  E = -G m M0/|r|,  r = x - x0; singular at r = 0
+/// f = -s G m M0 r/|r|^3,  E = -s G m M0/|r|,  r = x - x0; singular at r = 0;  s = 1, but in load steps
 struct CentralGravity {
   static constexpr const char* title = "central gravity";
   static constexpr Potential potential = Potential::of_position;
@@ -17,6 +17,7 @@ struct CentralGravity {
   double M0 = 0;             ///< central mass [kg]; off: 0
   double x0[3] = {0, 0, 0};  ///< its place [m]
   int components = 1;        ///< how many of x0 were given
+  double load = 1;           ///< s, the factor of the load step
 
   template <class V>
   void options(V& o) {
@@ -33,13 +34,13 @@ struct CentralGravity {
   template <int d>
   double energy(const Point<d>& p) const noexcept {
     double r[d];
-    return -G * M0 * p.m / distance<d>(p, r);
+    return -load * G * M0 * p.m / distance<d>(p, r);
   }
   template <int d>
   bool force(const Point<d>& p, double* f) const noexcept {
     double r[d];
     const double l = distance<d>(p, r);
-    const double q = G * M0 * p.m / (l * l * l);
+    const double q = load * G * M0 * p.m / (l * l * l);
     if (!std::isfinite(q)) return false;
     for (int i = 0; i < d; ++i) f[i] -= q * r[i];
     return true;
@@ -49,7 +50,7 @@ struct CentralGravity {
   void dfdx(const Point<d>& p, double* K) const noexcept {
     double r[d];
     const double l = distance<d>(p, r);
-    const double q = G * M0 * p.m / (l * l * l);
+    const double q = load * G * M0 * p.m / (l * l * l);
     if (!std::isfinite(q)) return;
     for (int i = 0; i < d; ++i) r[i] /= l;
     add_tensor<d>(-q, 3 * q, r, K);

@@ -8,12 +8,13 @@
 
 namespace bs {
 
-/// f = m g,  E = -m g.x
+/// f = s m g,  E = -s m g.x;  s = 1, but in load steps
 struct UniformGravity {
   static constexpr const char* title = "uniform gravity";
   static constexpr Potential potential = Potential::linear;
   double g[3] = {0, 0, 0};  ///< acceleration [m/s^2]; off: 0 (standard gravity of the Earth: 9.80665)
   int components = 1;       ///< how many of g were given
+  double load = 1;          ///< s, the factor of the load step
 
   template <class V>
   void options(V& o) {
@@ -24,11 +25,11 @@ struct UniformGravity {
 
   template <int d>
   double energy(const Point<d>& p) const noexcept {
-    return -p.m * dot<d>(g, p.x);
+    return -load * p.m * dot<d>(g, p.x);
   }
   template <int d>
   bool force(const Point<d>& p, double* f) const noexcept {
-    for (int i = 0; i < d; ++i) f[i] += p.m * g[i];
+    for (int i = 0; i < d; ++i) f[i] += load * p.m * g[i];
     return true;
   }
   template <int d>

@@ -27,6 +27,8 @@ struct Motion {
   double frequency = 0;       ///< f [Hz]
   double phase = 0;           ///< [rad]
   int components = 1;         ///< how many of c or A were given
+  bool at_rest = false;       ///< statics: displacements as at t, velocities 0
+  bool at_full_load = false;  ///< statics that does not scale them: displacements as at t = 1, whatever t is
   std::string table_file;     ///< its text is to be read with read_csv_table and handed to set_table
   std::vector<double> time;   ///< rows of the table, increasing, at least two [s]
   std::vector<double> shift;  ///< (rows, 3) displacement [m]
@@ -71,6 +73,7 @@ constexpr double two_pi = 6.28318530717958647692;
 
 inline void Motion::displacement(double t, double* s) const noexcept {
   for (int i = 0; i < 3; ++i) s[i] = 0;
+  if (at_full_load) t = 1;
   if (kind == Kind::velocity)
     for (int i = 0; i < 3; ++i) s[i] = c[i] * t;
   if (kind == Kind::sinusoid)
@@ -84,6 +87,7 @@ inline void Motion::displacement(double t, double* s) const noexcept {
 
 inline void Motion::velocity(double t, double* s) const noexcept {
   for (int i = 0; i < 3; ++i) s[i] = 0;
+  if (at_rest) return;
   if (kind == Kind::velocity)
     for (int i = 0; i < 3; ++i) s[i] = c[i];
   if (kind == Kind::sinusoid)

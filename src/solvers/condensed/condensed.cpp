@@ -173,6 +173,17 @@ PetscErrorCode condensed_create_inner(PC pc) {
   PetscFunctionReturn(0);
 }
 
+PetscErrorCode condensed_negative_pivots(PC pc, PetscInt* count) {
+  bool is = false;
+  PetscFunctionBegin;
+  *count = -1;
+  PetscCall(is_condensed(pc, &is));
+  if (!is) PetscFunctionReturn(0);
+  PetscCall(prepare(pc));
+  PetscCall(data_of(pc).inner.negative_pivots(count));
+  PetscFunctionReturn(0);
+}
+
 PetscErrorCode condensed_describe(PC pc, std::string* text) {
   bool is = false;
   PetscFunctionBegin;

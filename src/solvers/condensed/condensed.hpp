@@ -51,6 +51,9 @@ PetscErrorCode condensed_renew(PC pc);
 /// Collective. Creates the inner solver of a `pc` of this type, whose options it reads; the first set-up does it otherwise.
 PetscErrorCode condensed_create_inner(PC pc);
 
+/// Collective. How many negative eigenvalues S has at the tangent's present state; -1: `pc` is not of this type, or its solver does not tell.
+PetscErrorCode condensed_negative_pivots(PC pc, PetscInt* count);
+
 /// A few words on the inner solver in force; empty before it is created.
 PetscErrorCode condensed_describe(PC pc, std::string* text);
 

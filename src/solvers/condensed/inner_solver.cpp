@@ -60,8 +60,8 @@ PetscErrorCode InnerSolver::linearise(bool definite) {
   PetscFunctionReturn(0);
 }
 
-/// Of a factored S; false where the factors do not tell.
-PetscErrorCode InnerSolver::has_negative_pivots(bool* has) const {
+/// Of a factored S; -1 and false where the factors do not tell. A pivot of 0 counts for `has`.
+PetscErrorCode InnerSolver::count_negative_pivots(PetscInt* count, bool* has) const {
   PC pc;
   PetscBool cholesky = PETSC_FALSE;
   PCFailedReason failed = PC_NOERROR;
@@ -69,6 +69,7 @@ PetscErrorCode InnerSolver::has_negative_pivots(bool* has) const {
   PetscInt negative = 0, zero = 0, positive = 0;
   PetscFunctionBegin;
   *has = false;
+  *count = -1;
   PetscCall(KSPGetPC(ksp_, &pc));
   PetscCall(PetscObjectTypeCompare(reinterpret_cast<PetscObject>(pc), PCCHOLESKY, &cholesky));
   PetscCall(PCGetFailedReason(pc, &failed));
@@ -78,7 +79,19 @@ PetscErrorCode InnerSolver::has_negative_pivots(bool* has) const {
   }
   PetscCall(PCFactorGetMatrix(pc, &factors));
   PetscCall(MatGetInertia(factors, &negative, &zero, &positive));
+  *count = negative;
   *has = negative + zero > 0;
+  PetscFunctionReturn(0);
+}
+
+PetscErrorCode InnerSolver::negative_pivots(PetscInt* count) {
+  bool has = false;
+  PetscFunctionBegin;
+  *count = -1;
+  if (!direct_) PetscFunctionReturn(0);
+  PetscCall(linearise(false));
+  PetscCall(count_negative_pivots(count, &has));
+  stale_ = true;
   PetscFunctionReturn(0);
 }
 
@@ -89,7 +102,8 @@ PetscErrorCode InnerSolver::assemble(CondensedCounts* counts) {
   const bool definite = demand_.direction && (demand_.curvature == Curvature::definite || (may_modify() && !hope_));
   PetscCall(linearise(definite));
   if (direct_ && demand_.direction && !definite) {
-    PetscCall(has_negative_pivots(&negative));
+    PetscInt count = 0;
+    PetscCall(count_negative_pivots(&count, &negative));
     if (negative) ++counts->indefinite;
   }
   indefinite_ = negative;

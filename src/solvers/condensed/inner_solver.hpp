@@ -38,6 +38,8 @@ class InnerSolver {
   void set_tolerance(double rtol) { rtol_ = rtol; }
   /// Collective. solved: w is what the demand asks for.
   PetscErrorCode solve(Vec b, Vec w, CondensedCounts* counts, bool* solved);
+  /// Collective. Of S as it is at the tangent's present state, factored for this; -1: the solver is not direct, or its factors do not tell.
+  PetscErrorCode negative_pivots(PetscInt* count);
   PetscErrorCode view(PetscViewer viewer) const;
   PetscErrorCode describe(std::string* text) const;
   PetscErrorCode add_shifts(CondensedCounts* counts) const;
@@ -51,7 +53,7 @@ class InnerSolver {
   PetscErrorCode ask_for_inertia();
   PetscErrorCode linearise(bool definite);
   PetscErrorCode build_hierarchy();
-  PetscErrorCode has_negative_pivots(bool* has) const;
+  PetscErrorCode count_negative_pivots(PetscInt* count, bool* has) const;
   PetscErrorCode solve_definite(Vec b, Vec w, CondensedCounts* counts, KSPConvergedReason* reason);
   PetscErrorCode solve_indefinite(Vec b, Vec w, CondensedCounts* counts, bool* solved);
   PetscErrorCode run(KSP ksp, Vec b, Vec w, CondensedCounts* counts, KSPConvergedReason* reason);

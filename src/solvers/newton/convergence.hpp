@@ -74,6 +74,8 @@ class NewtonPolicy {
   /// `settings.directions` is determined here.
   PetscErrorCode attach(TS ts, SNES snes, const NewtonSettings& settings);
   void loosen_linear_solves() { settings_.forcing = true; }
+  /// Whether solves go on however many tangents are not positive definite (pseudo time), instead of asking for a shorter step.
+  void persist(bool on) { persists_ = on; }
   const NewtonSettings& settings() const { return settings_; }
   const NewtonSolve& solve() const { return solve_; }
   Model& model() const { return *settings_.model; }
@@ -107,6 +109,7 @@ class NewtonPolicy {
   ResidualNorms reference_ = {0, 0};  ///< residual where the step began, if Newton starts elsewhere (0: it does not)
   double floor_inverse_h_ = 0;        ///< 1/h the rounding errors were estimated for [1/s]
   std::int64_t at_floor_ = 0, uneven_ = 0;
+  bool persists_ = false;
 };
 
 }  // namespace bs

@@ -37,6 +37,8 @@ class ParticleModel final : public Mechanics {
   PetscErrorCode assemble_first_order(double sigma, bool momentum, Mat J) override;
   PetscErrorCode create_first_order_operator(Mat J, bool momentum, Mat* A) override;
   bool time_dependent() const override { return motion_.active(); }
+  void set_loads(const Loads& loads) override;
+  PetscErrorCode count_free_bodies(PetscInt* free) override;
   PetscErrorCode observe(double t, Vec y, std::vector<Observable>* out) override;
   PetscErrorCode energy_supply(double t, Vec y, EnergySupply* out, bool* has) override;
   PetscErrorCode fields(double t, Vec y, std::vector<Field>* out) override;

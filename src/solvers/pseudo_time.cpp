@@ -1,0 +1,87 @@
+#include "solvers/pseudo_time.hpp"
+#include <petsc/private/snesimpl.h>
+#include "solvers/condensed/condensed.hpp"
+#include "time/ts_queries.hpp"
+
+namespace bs {
+namespace {
+
+constexpr const char* MARK = "bs_pseudo_time";
+
+}  // namespace
+
+PetscErrorCode PseudoTime::attach(TS ts, TSContext& context, Equilibrium& model, double nominal) {
+  SNES snes;
+  PetscContainer holder;
+  PetscBool newton = PETSC_FALSE;
+  PetscFunctionBegin;
+  ts_ = ts;
+  context_ = &context;
+  model_ = &model;
+  nominal_ = nominal;
+  PetscCall(TSGetSNES(ts, &snes));
+  PetscCall(PetscObjectTypeCompare(reinterpret_cast<PetscObject>(snes), SNESNEWTONLS, &newton));
+  if (!newton) PetscFunctionReturn(0);
+  PetscCall(PetscContainerCreate(PetscObjectComm(reinterpret_cast<PetscObject>(snes)), &holder));
+  PetscCall(PetscContainerSetPointer(holder, this));
+  PetscCall(PetscObjectCompose(reinterpret_cast<PetscObject>(snes), MARK, reinterpret_cast<PetscObject>(holder)));
+  PetscCall(PetscContainerDestroy(&holder));
+  newton_ = snes->ops->solve;
+  snes->ops->solve = solve;
+  PetscFunctionReturn(0);
+}
+
+PetscErrorCode PseudoTime::solve(SNES snes) {
+  PetscContainer holder = nullptr;
+  void* self = nullptr;
+  PetscFunctionBegin;
+  PetscCall(PetscObjectQuery(reinterpret_cast<PetscObject>(snes), MARK, reinterpret_cast<PetscObject*>(&holder)));
+  PetscCall(PetscContainerGetPointer(holder, &self));
+  PetscCall(static_cast<PseudoTime*>(self)->solve_or_continue(snes));
+  PetscFunctionReturn(0);
+}
+
+PetscErrorCode PseudoTime::solve_or_continue(SNES snes) {
+  constexpr double SHORT = 1.0 / 60;
+  PetscReal h, from;
+  SNESConvergedReason reason;
+  PetscFunctionBegin;
+  PetscCall(newton_(snes));
+  PetscCall(SNESGetConvergedReason(snes, &reason));
+  PetscCall(TSGetTimeStep(ts_, &h));
+  PetscCall(TSGetTime(ts_, &from));
+  if (reason >= 0 || h > SHORT * nominal_ || from == tried_) PetscFunctionReturn(0);
+  tried_ = from;
+  PetscCall(continue_from_start(snes));
+  PetscFunctionReturn(0);
+}
+
+PetscErrorCode PseudoTime::continue_from_start(SNES snes) {
+  constexpr PetscInt MOST = 500;
+  constexpr double PART = 1;
+  PetscInt most = 0;
+  PC pc;
+  Vec y, X;
+  SNESConvergedReason reason;
+  PetscFunctionBegin;
+  PetscCall(TSGetSolution(ts_, &y));
+  PetscCall(SNESGetSolution(snes, &X));
+  PetscCall(VecCopy(y, X));
+  PetscCall(linear_solver_of(ts_, nullptr, &pc));
+  PetscCall(condensed_renew(pc));
+  PetscCall(SNESGetTolerances(snes, nullptr, nullptr, nullptr, &most, nullptr));
+  PetscCall(SNESSetTolerances(snes, PETSC_DEFAULT, PETSC_DEFAULT, PETSC_DEFAULT, MOST, PETSC_DEFAULT));
+  context_->newton.persist(true);
+  model_->set_pseudo_time(PART);
+  snes->vec_func_init_set = PETSC_FALSE;
+  PetscCall(newton_(snes));
+  model_->set_pseudo_time(0);
+  context_->newton.persist(false);
+  PetscCall(SNESSetTolerances(snes, PETSC_DEFAULT, PETSC_DEFAULT, PETSC_DEFAULT, most, PETSC_DEFAULT));
+  PetscCall(SNESGetConvergedReason(snes, &reason));
+  if (reason > 0) ++solves_;
+  PetscCall(condensed_renew(pc));
+  PetscFunctionReturn(0);
+}
+
+}  // namespace bs

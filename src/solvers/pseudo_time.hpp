@@ -1,0 +1,33 @@
+// Pseudo-transient continuation: what Newton's method for an equilibrium does where it has failed.
+#pragma once
+#include <petscts.h>
+#include "systems/equilibrium.hpp"
+#include "time/ts_setup.hpp"
+
+namespace bs {
+
+/// A solve that has failed, of a load step that has been cut to a 60th of its length, is repeated from the last equilibrium by steps of
+/// pseudo time h_k (one Newton correction of backward Euler each, at rest in between):
+///   (M/h_k^2 - K) z = f,   1/h_k^2 = (mean squared frequency) |f_k|/|f_0|
+/// with the energy search, which makes every step go downhill: it ends in a minimum of the energy, which may be far from the last one.
+class PseudoTime {
+ public:
+  /// Collective. Once the options of `ts` are read; the arguments must outlive the solver.
+  PetscErrorCode attach(TS ts, TSContext& context, Equilibrium& model, double nominal);
+  std::int64_t solves() const { return solves_; }  ///< that ended in an equilibrium
+
+ private:
+  static PetscErrorCode solve(SNES snes);
+  PetscErrorCode solve_or_continue(SNES snes);
+  PetscErrorCode continue_from_start(SNES snes);
+
+  TS ts_ = nullptr;
+  TSContext* context_ = nullptr;
+  Equilibrium* model_ = nullptr;
+  double nominal_ = 0;
+  double tried_ = -1;  ///< load factor from which the last one started: none is repeated from the same state
+  PetscErrorCode (*newton_)(SNES) = nullptr;
+  std::int64_t solves_ = 0;
+};
+
+}  // namespace bs

@@ -1,0 +1,255 @@
+#include "systems/equilibrium.hpp"
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+namespace bs {
+
+/// The energy along a line of positions: v and the line's velocity are 0, so that of Phi only sigma E is left.
+class Equilibrium::Potential final : public Incremental {
+ public:
+  Potential(Equilibrium& self, Incremental& energy) : self_(self), energy_(energy) {}
+  std::string lacks_potential() const override { return energy_.lacks_potential(); }
+  PetscErrorCode add_kinematic(Vec F, Vec y) override { return energy_.add_kinematic(F, y); }
+  PetscErrorCode follow(Vec y, Vec z) override {
+    PetscScalar* a = nullptr;
+    PetscFunctionBegin;
+    if (!line_) PetscCall(VecDuplicate(z, line_.out()));
+    PetscCall(VecCopy(z, line_));
+    PetscCall(VecGetArray(line_, &a));
+    layout_of(z).for_each([&](PetscInt, PetscInt v) { a[v] = 0; });
+    PetscCall(VecRestoreArray(line_, &a));
+    PetscCall(self_.at_rest(y));
+    PetscCall(energy_.follow(self_.rest_, line_));
+    PetscFunctionReturn(0);
+  }
+  PetscErrorCode beyond_slope(double t, double sigma, double lambda, PotentialChange* change) override {
+    double time = 0;
+    PetscFunctionBegin;
+    self_.load(self_.factor(t), &time);
+    PetscCall(energy_.beyond_slope(time, sigma, lambda, change));
+    PetscFunctionReturn(0);
+  }
+
+ private:
+  Equilibrium& self_;
+  Incremental& energy_;
+  VecHandle line_;
+};
+
+Equilibrium::Equilibrium(std::unique_ptr<Mechanics> mechanics, const LoadRules& rules)
+    : FirstOrder(std::move(mechanics)), rules_(rules), factor_(std::numeric_limits<double>::quiet_NaN()) {
+  tangent_.set_static(0);
+}
+
+PetscErrorCode Equilibrium::begin() {
+  PetscScalar* a = nullptr;
+  double time = 0;
+  PetscFunctionBegin;
+  PetscCall(VecDuplicate(initial_state(), rest_.out()));
+  PetscCall(VecGetArray(initial_state(), &a));
+  own_->layout().for_each([&](PetscInt, PetscInt v) { a[v] = 0; });
+  PetscCall(VecRestoreArray(initial_state(), &a));
+  load(1, &time);
+  PetscCall(own_->count_free_bodies(&free_));
+  PetscFunctionReturn(0);
+}
+
+double Equilibrium::factor(double t) const { return std::isnan(factor_) ? t : factor_; }
+
+void Equilibrium::load(double s, double* time) {
+  Loads loads;
+  loads.gravity = rules_.gravity ? s : 1;
+  loads.force = rules_.force ? s : 1;
+  loads.at_rest = true;
+  loads.anchors_at_full_load = !rules_.anchors;
+  own_->set_loads(loads);
+  *time = s;
+}
+
+Incremental* Equilibrium::incremental() {
+  if (!own_->potential()) return nullptr;
+  if (!potential_) potential_ = std::make_shared<Potential>(*this, *own_->potential());
+  return potential_.get();
+}
+
+PetscErrorCode Equilibrium::at_rest(Vec y) {
+  PetscScalar* a = nullptr;
+  PetscFunctionBegin;
+  PetscCall(VecCopy(y, rest_));
+  PetscCall(VecGetArray(rest_, &a));
+  own_->layout().for_each([&](PetscInt, PetscInt v) { a[v] = 0; });
+  PetscCall(VecRestoreArray(rest_, &a));
+  PetscFunctionReturn(0);
+}
+
+PetscErrorCode Equilibrium::residual(double t, Vec y, Vec ydot, Form, Vec F) {
+  const Layout at = own_->layout();
+  const double *force = nullptr, *masses = own_->masses().data();
+  const PetscScalar *ay = nullptr, *ayd = nullptr;
+  PetscScalar* aF = nullptr;
+  double time = 0;
+  PetscFunctionBegin;
+  PetscCall(at_rest(y));
+  load(factor(t), &time);
+  PetscCall(own_->force(time, rest_, &force));
+  PetscCall(VecGetArrayRead(y, &ay));
+  PetscCall(VecGetArrayRead(ydot, &ayd));
+  PetscCall(VecGetArrayWrite(F, &aF));
+  for (PetscInt i = 0; i < at.particles; ++i)
+    for (PetscInt c = 0; c < at.dim; ++c) {
+      aF[at.x(i, c)] = masses[i] * (ayd[at.x(i, c)] - ay[at.v(i, c)]);
+      aF[at.v(i, c)] = -force[i * at.dim + c];
+    }
+  PetscCall(VecRestoreArrayWrite(F, &aF));
+  PetscCall(VecRestoreArrayRead(ydot, &ayd));
+  PetscCall(VecRestoreArrayRead(y, &ay));
+  PetscFunctionReturn(0);
+}
+
+// -z.Kz/z.Mz of a z of 1 and -1, which excites all frequencies alike: that of the stiffer springs, times their number
+PetscErrorCode Equilibrium::mean_rate(double* rate) {
+  const Layout at = own_->layout();
+  const double* masses = own_->masses().data();
+  std::vector<double> f(static_cast<std::size_t>(at.particles * at.dim));
+  PetscScalar* a = nullptr;
+  PetscInt first = 0;
+  double sums[2] = {0, 0};
+  VecHandle z;
+  PetscFunctionBegin;
+  PetscCall(VecDuplicate(rest_, z.out()));
+  PetscCall(VecZeroEntries(z));
+  PetscCall(VecGetOwnershipRange(z, &first, nullptr));
+  const auto sign = [&](PetscInt k) { return ((static_cast<std::uint64_t>(first + k) * 0x9E3779B97F4A7C15ULL) >> 63) ? 1.0 : -1.0; };
+  PetscCall(VecGetArray(z, &a));
+  at.for_each([&](PetscInt x, PetscInt) { a[x] = sign(x); });
+  PetscCall(VecRestoreArray(z, &a));
+  PetscCall(own_->linearisation().change_of_force(z, f.data()));
+  for (PetscInt i = 0; i < at.particles; ++i)
+    for (PetscInt c = 0; c < at.dim; ++c) {
+      sums[0] += std::abs(f[static_cast<std::size_t>(i * at.dim + c)]);
+      sums[1] += masses[i];
+    }
+  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, sums, 2, MPI_DOUBLE, MPI_SUM, comm()));
+  *rate = sums[0] > 0 && std::isfinite(sums[0]) ? sums[0] / sums[1] : 1;
+  PetscFunctionReturn(0);
+}
+
+// The shift of every solve is far below the stiffness of any structure that is held and above rounding: Newton's method then converges with
+// a factor of 1e-10 / (lowest stiffness of a mode, relative to the mean one), and motions that cost no energy are made only as far as
+// rounding errors of the forces push: 1e-16 / 1e-10 of the other ones. Where bodies are free, nothing else holds them: 1e-6.
+PetscErrorCode Equilibrium::jacobian(double t, Vec y, Vec, double sigma, Form form, Mat P) {
+  constexpr double LEAST = 1e-10, LEAST_OF_FREE = 1e-6;
+  double time = 0, rate = 0;
+  PetscFunctionBegin;
+  PetscCall(at_rest(y));
+  load(factor(t), &time);
+  PetscCall(tangent_.linearise(time, rest_, sigma, form));
+  if (floor_ == 0 || pseudo_ > 0) {
+    PetscCall(mean_rate(&rate));
+    if (floor_ == 0) floor_ = (free_ > 0 ? LEAST_OF_FREE : LEAST) * rate;
+  }
+  const double part = pseudo_ > 0 && first_ > 0 ? pseudo_ * rate * std::min(1.0, last_ / first_) : 0;
+  tangent_.set_static(std::max(part, floor_));
+  PetscCall(MatAssemblyBegin(P, MAT_FINAL_ASSEMBLY));
+  PetscCall(MatAssemblyEnd(P, MAT_FINAL_ASSEMBLY));
+  PetscFunctionReturn(0);
+}
+
+PetscErrorCode Equilibrium::linearise_sharply(double t, Vec y, Mat P) {
+  constexpr double PART = 1e-4;
+  PetscFunctionBegin;
+  PetscCall(jacobian(t, y, nullptr, 1, Form::momentum, P));
+  tangent_.set_static(PART * floor_);
+  PetscFunctionReturn(0);
+}
+
+void Equilibrium::set_pseudo_time(double part) {
+  pseudo_ = part;
+  first_ = 0;
+}
+
+// central differences: exact but for rounding where f is linear in s, and only the speed of the corrector depends on them
+PetscErrorCode Equilibrium::load_direction(double t, Vec y, Vec q) {
+  constexpr double DS = 1e-3;
+  const Layout at = own_->layout();
+  const double s = factor(t), *force = nullptr;
+  PetscScalar* a = nullptr;
+  double time = 0;
+  PetscFunctionBegin;
+  PetscCall(at_rest(y));
+  PetscCall(VecZeroEntries(q));
+  for (const double side : {1.0, -1.0}) {
+    load(s + side * DS, &time);
+    PetscCall(own_->force(time, rest_, &force));
+    PetscCall(VecGetArray(q, &a));
+    for (PetscInt i = 0; i < at.particles; ++i)
+      for (PetscInt c = 0; c < at.dim; ++c) a[at.v(i, c)] += side * force[i * at.dim + c] / (2 * DS);
+    PetscCall(VecRestoreArray(q, &a));
+  }
+  load(s, &time);
+  PetscFunctionReturn(0);
+}
+
+PetscErrorCode Equilibrium::residual_norms(Vec F, ResidualNorms* norms) {
+  PetscFunctionBegin;
+  PetscCall(FirstOrder::residual_norms(F, norms));
+  (*norms)[0] = 0;  // v is only a prediction
+  last_ = (*norms)[1];
+  if (first_ == 0) first_ = last_;
+  PetscFunctionReturn(0);
+}
+
+PetscErrorCode Equilibrium::residual_floor(double t, Vec y, double, Form, ResidualNorms* floor) {
+  const Layout at = own_->layout();
+  double time = 0, sum = 0;
+  PetscFunctionBegin;
+  std::vector<double> size(static_cast<std::size_t>(at.particles * at.dim));
+  PetscCall(at_rest(y));
+  load(factor(t), &time);
+  PetscCall(own_->force_magnitudes(time, rest_, size.data()));
+  for (const double each : size) sum += each * each;
+  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &sum, 1, MPI_DOUBLE, MPI_SUM, comm()));
+  *floor = {0, 2 * PETSC_MACHINE_EPSILON * std::sqrt(sum)};
+  PetscFunctionReturn(0);
+}
+
+PetscErrorCode Equilibrium::velocity_errors(Vec, Vec, double, Form, double* worst, double* fastest) {
+  *worst = *fastest = 0;
+  return 0;
+}
+
+PetscErrorCode Equilibrium::accept(double t, Vec y) {
+  double time = 0;
+  PetscFunctionBegin;
+  PetscCall(at_rest(y));
+  load(factor(t), &time);
+  PetscCall(own_->accept(time, rest_));
+  PetscFunctionReturn(0);
+}
+
+PetscErrorCode Equilibrium::observe(double t, Vec y, std::vector<Observable>* out) {
+  double time = 0;
+  PetscFunctionBegin;
+  PetscCall(at_rest(y));
+  load(factor(t), &time);
+  PetscCall(own_->observe(time, rest_, out));
+  out->push_back({"load_factor", {factor(t)}});
+  PetscFunctionReturn(0);
+}
+
+PetscErrorCode Equilibrium::energy_supply(double, Vec, EnergySupply*, bool* has) {
+  *has = false;
+  return 0;
+}
+
+PetscErrorCode Equilibrium::fields(double t, Vec y, std::vector<Field>* out) {
+  double time = 0;
+  PetscFunctionBegin;
+  PetscCall(at_rest(y));
+  load(factor(t), &time);
+  PetscCall(own_->fields(time, rest_, out));
+  PetscFunctionReturn(0);
+}
+
+}  // namespace bs

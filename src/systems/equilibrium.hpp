@@ -1,0 +1,65 @@
+// The equilibria f(s, x, 0) = 0 of a second-order system under loads of factor s, in the form that TS steps through: its time is the load
+// factor, its steps are load steps, and v = dx/ds only serves to predict the next state.
+#pragma once
+#include <memory>
+#include "systems/first_order.hpp"
+
+namespace bs {
+
+/// Which loads grow with the factor; the others act in full from the start.
+struct LoadRules {
+  bool gravity = true, force = true, anchors = true, driven = true;
+};
+
+/// F_x = M (x' - v), F_v = -f(s, x, 0): what beuler makes of it is Newton's method for f = 0 at s, and the momentum residual is the gradient of
+///   Phi = sigma E(s, x)
+/// so that the convergence test, the energy search and the condensed solve of dynamics serve here too. S = (shift M - K)/sigma.
+class Equilibrium final : public FirstOrder {
+ public:
+  Equilibrium(std::unique_ptr<Mechanics> mechanics, const LoadRules& rules);
+  /// Collective. Velocities become 0; ends the run with exit code 2 where loads drive what nothing holds.
+  PetscErrorCode begin();
+  /// Bodies that are tied to nothing: their rigid motions stay as they are, M-orthogonal to every correction.
+  PetscInt free_bodies() const { return free_; }
+
+  /// From now on the corrections of Newton's method are those of a step of pseudo time: shift is `part` of the mean squared frequency times
+  /// |f|/|f of the first evaluation|, but at least that of every solve; 0: ends that.
+  void set_pseudo_time(double part);
+  /// Collective. The tangent at (t, y), with a shift so small that it does not hide a negative eigenvalue: for its inertia.
+  PetscErrorCode linearise_sharply(double t, Vec y, Mat P);
+
+  /// From now on s is this, whatever the time is (arc length); NaN: the time again.
+  void set_factor(double s) { factor_ = s; }
+  double factor(double t) const;
+  /// Collective. q = df/ds at y, as a residual is laid out: (0, q).
+  PetscErrorCode load_direction(double t, Vec y, Vec q);
+
+  PetscErrorCode residual(double t, Vec y, Vec ydot, Form form, Vec F) override;
+  PetscErrorCode jacobian(double t, Vec y, Vec ydot, double sigma, Form form, Mat P) override;
+  PetscErrorCode create_matrix(Mat* P) override { return create_shell(P); }
+  Incremental* incremental() override;
+  bool time_dependent() const override { return true; }
+  PetscErrorCode residual_norms(Vec F, ResidualNorms* norms) override;
+  PetscErrorCode residual_floor(double t, Vec y, double sigma, Form form, ResidualNorms* floor) override;
+  /// Forces are judged by their norms alone.
+  PetscErrorCode velocity_errors(Vec, Vec, double, Form, double* worst, double* fastest) override;
+  PetscErrorCode accept(double t, Vec y) override;
+  PetscErrorCode observe(double t, Vec y, std::vector<Observable>* out) override;
+  PetscErrorCode energy_supply(double t, Vec y, EnergySupply* out, bool* has) override;
+  PetscErrorCode fields(double t, Vec y, std::vector<Field>* out) override;
+
+ private:
+  class Potential;
+  PetscErrorCode at_rest(Vec y);
+  /// Sets the loads of factor s; `time`: that of what is driven.
+  void load(double s, double* time);
+  PetscErrorCode mean_rate(double* rate);
+
+  LoadRules rules_;
+  std::shared_ptr<Potential> potential_;
+  VecHandle rest_;  ///< (x, 0)
+  double factor_, floor_ = 0, pseudo_ = 0, first_ = 0, last_ = 0;
+  PetscInt free_ = 0;
+};
+
+}  // namespace bs

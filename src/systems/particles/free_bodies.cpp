@@ -1,0 +1,183 @@
+#include "systems/particles/free_bodies.hpp"
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <numeric>
+#include "base/fault.hpp"
+#include "systems/particles/particle_model.hpp"
+
+namespace bs {
+namespace {
+
+/// Sets of local particles that are linked on this rank.
+class Sets {
+ public:
+  explicit Sets(PetscInt count) : parent_(static_cast<std::size_t>(count)) { std::iota(parent_.begin(), parent_.end(), 0); }
+  PetscInt root(PetscInt i) {
+    while (parent_[i] != i) i = parent_[i] = parent_[parent_[i]];
+    return i;
+  }
+  void join(PetscInt i, PetscInt j) {
+    i = root(i);
+    j = root(j);
+    parent_[std::max(i, j)] = std::min(i, j);
+  }
+
+ private:
+  std::vector<PetscInt> parent_;
+};
+
+/// A number of every particle, with copies of those of ghosts.
+struct Labels {
+  VecHandle owned, ghosts;
+  ScatterHandle scatter;
+
+  PetscErrorCode create(const Network& net) {
+    ISHandle from;
+    PetscFunctionBegin;
+    PetscCall(VecCreateMPI(net.comm, net.n, PETSC_DETERMINE, owned.out()));
+    PetscCall(VecCreateSeq(PETSC_COMM_SELF, net.ghosts, ghosts.out()));
+    PetscCall(ISCreateGeneral(net.comm, net.ghosts, net.global.data() + net.n, PETSC_COPY_VALUES, from.out()));
+    PetscCall(VecScatterCreate(owned, from, ghosts, nullptr, scatter.out()));
+    PetscFunctionReturn(0);
+  }
+};
+
+/// Free particles that are linked on this rank; what couples without a spring (angle springs) links, too.
+Sets local_sets(const Network& net) {
+  Sets sets(net.n + net.ghosts);
+  for (PetscInt i = 0; i < net.n; ++i)
+    for (PetscInt e = net.links.start[i]; e < net.links.start[i + 1] && !net.fixed[i]; ++e)
+      if (!net.fixed[net.links.other[e]]) sets.join(i, net.links.other[e]);
+  return sets;
+}
+
+/// Collective. label: (n) the smallest global index in the particle's body, the same on every rank that has a part of it.
+PetscErrorCode label_bodies(const Network& net, Labels* labels, std::vector<double>* label) {
+  Sets sets = local_sets(net);
+  const PetscInt count = net.n + net.ghosts;
+  std::vector<double> low(static_cast<std::size_t>(count));
+  int changed = 1;
+  PetscFunctionBegin;
+  for (PetscInt i = 0; i < count; ++i) low[i] = static_cast<double>(net.global[i]);
+  while (changed) {
+    changed = 0;
+    for (PetscInt i = 0; i < count; ++i) {
+      double& root = low[sets.root(i)];
+      root = std::min(root, low[i]);
+    }
+    for (PetscInt i = 0; i < count; ++i) low[i] = low[sets.root(i)];
+    PetscScalar* a = nullptr;
+    const PetscScalar* b = nullptr;
+    PetscCall(VecGetArrayWrite(labels->owned, &a));
+    std::copy_n(low.begin(), net.n, a);
+    PetscCall(VecRestoreArrayWrite(labels->owned, &a));
+    PetscCall(VecScatterBegin(labels->scatter, labels->owned, labels->ghosts, INSERT_VALUES, SCATTER_FORWARD));
+    PetscCall(VecScatterEnd(labels->scatter, labels->owned, labels->ghosts, INSERT_VALUES, SCATTER_FORWARD));
+    PetscCall(VecGetArrayRead(labels->ghosts, &b));
+    for (PetscInt g = 0; g < net.ghosts; ++g)
+      if (b[g] < low[net.n + g]) {
+        low[net.n + g] = b[g];
+        changed = 1;
+      }
+    PetscCall(VecRestoreArrayRead(labels->ghosts, &b));
+    PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &changed, 1, MPI_INT, MPI_MAX, net.comm));
+  }
+  label->assign(low.begin(), low.begin() + net.n);
+  PetscFunctionReturn(0);
+}
+
+/// Whether something beyond the body holds each owned particle.
+std::vector<std::uint8_t> held_particles(const Network& net) {
+  std::vector<std::uint8_t> held(static_cast<std::size_t>(net.n), 0);
+  for (PetscInt i = 0; i < net.n; ++i)
+    for (PetscInt e = net.links.start[i]; e < net.links.start[i + 1]; ++e)
+      if (net.fixed[net.links.other[e]]) held[i] = 1;
+  for (const PetscInt i : net.anchors.particle) held[i] = 1;
+  return held;
+}
+
+}  // namespace
+
+PetscErrorCode find_free_bodies(const Network& net, const std::vector<double>& load, FreeBodies* out) {
+  Labels labels;
+  std::vector<double> label;
+  const PetscInt d = net.dim;
+  std::vector<VecHandle> sums(static_cast<std::size_t>(d) + 2);  // load, sizes of the loads, and what holds the body
+  PetscFunctionBegin;
+  PetscCall(labels.create(net));
+  PetscCall(label_bodies(net, &labels, &label));
+  const std::vector<std::uint8_t> held = held_particles(net);
+  for (std::size_t k = 0; k < sums.size(); ++k) {
+    const PetscInt c = static_cast<PetscInt>(k);
+    PetscCall(VecDuplicate(labels.owned, sums[k].out()));
+    PetscCall(VecZeroEntries(sums[k]));
+    for (PetscInt i = 0; i < net.n; ++i) {
+      double value = c == d + 1 ? held[i] : 0;
+      for (PetscInt q = 0; q < d && c <= d; ++q)
+        if (q == c || c == d) value += c == d ? std::abs(load[i * d + q]) : load[i * d + q];
+      if (net.fixed[i] || value == 0) continue;
+      PetscCall(VecSetValue(sums[k], static_cast<PetscInt>(label[i]), value, ADD_VALUES));
+    }
+    PetscCall(VecAssemblyBegin(sums[k]));
+    PetscCall(VecAssemblyEnd(sums[k]));
+  }
+  std::vector<const PetscScalar*> a(sums.size());
+  for (std::size_t k = 0; k < sums.size(); ++k) PetscCall(VecGetArrayRead(sums[k], &a[k]));
+  std::int64_t row = std::numeric_limits<std::int64_t>::max();
+  PetscInt count = 0;
+  for (PetscInt i = 0; i < net.n; ++i) {
+    if (net.fixed[i] || static_cast<PetscInt>(label[i]) != net.global[i] || a.back()[i] > 0) continue;
+    ++count;
+    double whole = 0;
+    for (PetscInt c = 0; c < d; ++c) whole += std::abs(a[static_cast<std::size_t>(c)][i]);
+    if (whole > 1e-12 * a[static_cast<std::size_t>(d)][i]) row = std::min(row, net.row[i]);
+  }
+  for (std::size_t k = 0; k < sums.size(); ++k) PetscCall(VecRestoreArrayRead(sums[k], &a[k]));
+  PetscCallMPI(MPI_Allreduce(&count, &out->count, 1, MPIU_INT, MPI_SUM, net.comm));
+  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &row, 1, MPI_INT64_T, MPI_MIN, net.comm));
+  out->driven_row = row == std::numeric_limits<std::int64_t>::max() ? -1 : row;
+  PetscFunctionReturn(0);
+}
+
+void ParticleModel::set_loads(const Loads& loads) {
+  std::get<UniformGravity>(laws_).load = std::get<CentralGravity>(laws_).load = loads.gravity;
+  motion_.at_rest = loads.at_rest;
+  motion_.at_full_load = loads.anchors_at_full_load;
+}
+
+// A law whose force depends on the place (attraction, walls) may hold a body; drag does not.
+PetscErrorCode ParticleModel::count_free_bodies(PetscInt* free) {
+  const PetscInt d = net_.dim;
+  bool may_hold = coupling_.active();
+  std::vector<double> load(static_cast<std::size_t>(net_.n * d), 0.0);
+  FreeBodies bodies;
+  PetscFunctionBegin;
+  const auto add = [&](const auto& law, PetscInt i) {
+    const double zero[3] = {0, 0, 0};
+    const auto at = [&](auto dim) {
+      (void)law.template force<decltype(dim)::value>({0, net_.mass[i], net_.columns(i), zero, zero}, load.data() + i * d);
+    };
+    if (d == 1) at(std::integral_constant<int, 1>{});
+    else if (d == 2) at(std::integral_constant<int, 2>{});
+    else at(std::integral_constant<int, 3>{});
+  };
+  for_each_law(laws_, [&](const auto& law) {
+    using Law = std::decay_t<decltype(law)>;
+    if (!law.active()) return;
+    if (Law::potential == Potential::linear)
+      for (PetscInt i = 0; i < net_.n; ++i) add(law, i);
+    else may_hold = may_hold || Law::potential != Potential::of_velocity;
+  });
+  PetscCall(find_free_bodies(net_, load, &bodies));
+  *free = bodies.count;
+  if (bodies.driven_row >= 0 && !may_hold)
+    PetscCall(
+        tell(net_.comm, Exit::input,
+             format("nothing holds particle %lld and what is tied to it against its loads: there is no equilibrium; fix a particle of it, tie it "
+                    "to an anchor, or leave the load out",
+                    static_cast<long long>(bodies.driven_row))));
+  PetscFunctionReturn(0);
+}
+
+}  // namespace bs

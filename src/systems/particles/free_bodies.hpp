@@ -1,0 +1,17 @@
+// Bodies that nothing holds: particles tied to one another, but to no fixed particle and no anchor.
+#pragma once
+#include <cstdint>
+#include <vector>
+#include "network/network.hpp"
+
+namespace bs {
+
+struct FreeBodies {
+  PetscInt count = 0;
+  std::int64_t driven_row = -1;  ///< row in the input of a particle of one that is driven: the smallest body's mark; -1: none is
+};
+
+/// Collective. `load`: (n, d) forces that depend on neither place nor time; a body is driven where theirs add up to more than rounding.
+PetscErrorCode find_free_bodies(const Network& net, const std::vector<double>& load, FreeBodies* out);
+
+}  // namespace bs

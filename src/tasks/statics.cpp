@@ -1,0 +1,156 @@
+#include "tasks/statics.hpp"
+#include <algorithm>
+#include <string>
+#include "base/fault.hpp"
+#include "base/options.hpp"
+#include "solvers/condensed/condensed.hpp"
+#include "solvers/pseudo_time.hpp"
+#include "systems/equilibrium.hpp"
+#include "tasks/run_parts.hpp"
+#include "time/ts_queries.hpp"
+
+namespace bs {
+namespace {
+
+struct LoadOptions {
+  std::int64_t steps = 1;
+  LoadRules rules;
+};
+
+PetscErrorCode read_load_options(MPI_Comm comm, LoadOptions* out) {
+  std::vector<std::string> scaled;
+  PetscFunctionBegin;
+  PetscCall(read_section(comm, "Loads (-bs_task statics)", [&](Section& o) {
+    o.integer("-bs_load_steps", "number of load steps from the load factor 0 to 1", out->steps, Range::positive);
+    const bool given = o.texts("-bs_load_scale",
+                               "loads that the load factor multiplies: gravity (uniform and central), force (of each particle), anchors and driven "
+                               "(prescribed motions, which are where they would be at t = the load factor in seconds), none; the others act in full "
+                               "from the start; default: all",
+                               scaled);
+    if (!given) return;
+    out->rules = {false, false, false, false};
+    for (const std::string& word : scaled) {
+      if (word == "gravity") out->rules.gravity = true;
+      else if (word == "force") out->rules.force = true;
+      else if (word == "anchors") out->rules.anchors = true;
+      else if (word == "driven") out->rules.driven = true;
+      else if (word != "none") o.fail("option -bs_load_scale: " + word + " is no load: give some of gravity, force, anchors, driven, or none");
+    }
+  }));
+  PetscFunctionReturn(0);
+}
+
+/// Options of time stepping and of solvers that have no meaning here.
+PetscErrorCode refuse_options_of_dynamics(MPI_Comm comm) {
+  const std::pair<const char*, const char*> others[] = {
+      {"-ts_type", "there is no time to be stepped: leave it out"},
+      {"-ts_dt", "load steps are numbered: give -bs_load_steps"},
+      {"-ts_max_time", "the load factor ends at 1: scale the loads themselves"},
+      {"-ts_init_time", "the load factor begins at 0: leave it out"},
+      {"-ts_adapt_type", "load steps are cut where Newton's method fails: leave it out"},
+      {"-snes_mf", "the tangent is needed: leave it out"},
+      {"-snes_fd", "the tangent is known: leave it out"},
+      {"-snes_fd_color", "the tangent is known: leave it out"},
+      {"-mat_type", "the tangent is never assembled as a whole: give -condensed_mat_type"},
+  };
+  PetscFunctionBegin;
+  for (const auto& [name, instead] : others) {
+    PetscBool given = PETSC_FALSE;
+    PetscCall(PetscOptionsHasName(nullptr, nullptr, name, &given));
+    if (given) PetscCall(tell(comm, Exit::input, std::string("option ") + name + " does not go with -bs_task statics: " + instead));
+  }
+  char type[64] = "condensed";
+  PetscCall(PetscOptionsGetString(nullptr, nullptr, "-pc_type", type, sizeof type, nullptr));
+  if (std::string(type) != "condensed")
+    PetscCall(tell(comm, Exit::input,
+                   std::string("option -pc_type ") + type +
+                       " does not go with -bs_task statics: choose the linear solver by -condensed_pc_type and "
+                       "-condensed_ksp_type"));
+  PetscFunctionReturn(0);
+}
+
+/// What statics adds to a run: load steps for time steps, the fallback, and the signs of the tangent's pivots.
+class StaticRun {
+ public:
+  StaticRun(Equilibrium& model, const LoadOptions& options) : model_(model), options_(options) {}
+  RunHooks hooks();
+
+ private:
+  PetscErrorCode observe(double factor, Vec y, std::vector<Observable>* out);
+  PetscErrorCode count(std::vector<Tally>* out) const;
+
+  Equilibrium& model_;
+  LoadOptions options_;
+  PseudoTime pseudo_;
+  TS ts_ = nullptr;
+  TSContext* context_ = nullptr;
+  std::int64_t unstable_ = 0;  ///< equilibria whose tangent had some
+};
+
+RunHooks StaticRun::hooks() {
+  const double step = 1.0 / static_cast<double>(options_.steps);
+  RunHooks hooks;
+  hooks.loads = true;
+  hooks.pace = {step, 1, 1e-12};
+  hooks.method = format("statics, load steps of %.6g", step);
+  hooks.attach = [this, step](TS ts, TSContext& context) {
+    ts_ = ts;
+    context_ = &context;
+    return pseudo_.attach(ts, context, model_, step);
+  };
+  hooks.observe = [this](double factor, Vec y, std::vector<Observable>* out) { return observe(factor, y, out); };
+  hooks.count = [this](std::vector<Tally>* out) { return count(out); };
+  return hooks;
+}
+
+/// The tangent at the equilibrium itself: Newton's last one is of the iterate before it.
+PetscErrorCode StaticRun::observe(double factor, Vec y, std::vector<Observable>* out) {
+  PC pc;
+  PetscInt negative = -1;
+  PetscFunctionBegin;
+  PetscCall(linear_solver_of(ts_, nullptr, &pc));
+  PetscCall(model_.linearise_sharply(factor, y, context_->matrix));
+  PetscCall(condensed_negative_pivots(pc, &negative));
+  if (negative > 0 && factor > 0) ++unstable_;
+  out->push_back({"negative_pivots", {static_cast<double>(negative)}});
+  PetscFunctionReturn(0);
+}
+
+PetscErrorCode StaticRun::count(std::vector<Tally>* out) const {
+  PetscFunctionBegin;
+  out->push_back({"free_bodies", "bodies are tied to nothing: their rigid motions stay as they are", model_.free_bodies()});
+  out->push_back({"pseudo_transient",
+                  "load steps ended by pseudo-transient continuation, where Newton's method had failed: the shape may have jumped",
+                  pseudo_.solves()});
+  out->push_back({"unstable", "equilibria are unstable: the tangent there has negative pivots", unstable_});
+  PetscFunctionReturn(0);
+}
+
+}  // namespace
+
+PetscErrorCode run_statics(std::unique_ptr<Model> model, int* exit_code) {
+  RunOptions options;
+  LoadOptions loads;
+  Claim claim;  // given up when the files are closed
+  PetscFunctionBegin;
+  const MPI_Comm comm = model->comm();
+  PetscCall(read_load_options(comm, &loads));
+  PetscCall(refuse_options_of_dynamics(comm));
+  PetscCall(read_run_options(comm, &options));
+  if (!model->tangent())
+    PetscCall(tell(comm, Exit::input,
+                   model->mechanics() ? "-bs_task statics: a force that couples all particles has no tangent of its own: leave the force out"
+                                      : "-bs_task statics: a linear system has no equilibria under loads: leave -bs_task out"));
+  Equilibrium equilibrium(model->take_mechanics(), loads.rules);
+  PetscCall(equilibrium.begin());
+  options.advise = false;
+  options.energy_growth = 0;
+  PetscCall(claim_files(comm, options, &claim));
+  StaticRun statics(equilibrium, loads);
+  Run run(equilibrium, options, statics.hooks());
+  PetscCall(run.set_up());
+  PetscCall(run.advance(exit_code));
+  PetscFunctionReturn(0);
+}
+
+}  // namespace bs
