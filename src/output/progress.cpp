@@ -30,10 +30,11 @@ double time_left(const RunState& state, double wall) {
 
 std::string progress_line(const RunState& state, double wall) {
   const double span = state.end - state.start;
-  std::string line = format(state.loads ? "load factor %.6g" : "t = %.6g s", state.time);
+  std::string line = state.clock ? format("%s %.6g", state.clock, state.time) : format("t = %.6g s", state.time);
   // Rounded down: 100 % means the end.
   if (span > 0) line += format(" (%.0f %%)", std::floor(100 * (state.time - state.start) / span + 1e-9));
-  line += format(", %s %lld, Newton %lld, Krylov %lld", state.loads ? "load step" : "step", (long long)state.steps, (long long)state.newton, (long long)state.krylov);
+  line += format(", %s %lld, Newton %lld, Krylov %lld", state.clock ? "load step" : "step", (long long)state.steps, (long long)state.newton,
+                 (long long)state.krylov);
   if (state.rejected > 0) line += format(", rejected %lld", (long long)state.rejected);
   if (state.rejected > 0 && !state.reasons.empty()) line += " (" + state.reasons + ")";
   if (!std::isnan(state.energy)) line += format(", E = %.6g J", state.energy);

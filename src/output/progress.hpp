@@ -16,7 +16,7 @@ struct RunState {
   double energy = std::numeric_limits<double>::quiet_NaN();  ///< total, as last observed [J]; NaN: not shown
   std::string reasons;                                       ///< of the rejections, in words; may be empty
   std::int64_t warnings = 0;                                 ///< warnings after which the run continued
-  bool loads = false;                                        ///< time is a load factor
+  const char* clock = nullptr;                               ///< what stands for the time where load steps are taken
 };
 
 /// "0.42 s", "1 min 05 s", "3 h 07 min", "2 d 04 h" of a wall time [s].

@@ -1,5 +1,8 @@
 #include "tasks/run.hpp"
+#include <algorithm>
+#include <cmath>
 #include "base/fault.hpp"
+#include "systems/mechanics.hpp"
 #include "tasks/run_parts.hpp"
 
 namespace bs {
@@ -16,7 +19,7 @@ RunState Run::state() const {
           total_energy(last_),
           in_words(stepper_->rejections().counts()),
           static_cast<std::int64_t>(warnings().size()),
-          hooks_.loads};
+          hooks_.loads ? hooks_.clock : nullptr};
 }
 
 PetscErrorCode Run::on_step(const StepRecord& record) {
@@ -33,6 +36,33 @@ PetscErrorCode Run::on_step(const StepRecord& record) {
   PetscCall(TSGetSolution(ts_, &y));
   PetscCall(watch_.look(static_cast<PetscInt>(record.step), record.time, y, false));
   progress_.update(state());
+  if (options_.rest > 0) PetscCall(end_at_rest(record.time, y));
+  if (hooks_.done && hooks_.done()) PetscCall(TSSetConvergedReason(ts_, TS_CONVERGED_USER));
+  PetscFunctionReturn(0);
+}
+
+/// Both must have fallen: what swings has no velocity at one moment and no force at another.
+PetscErrorCode Run::end_at_rest(double time, Vec y) {
+  Mechanics* mechanics = model_.mechanics();
+  const PetscScalar* a = nullptr;
+  const double* f = nullptr;
+  double sums[2] = {0, 0};
+  PetscFunctionBegin;
+  const Layout at = mechanics->layout();
+  const std::vector<double>& masses = mechanics->masses();
+  PetscCall(mechanics->force(time, y, &f));
+  PetscCall(VecGetArrayRead(y, &a));
+  for (PetscInt i = 0; i < at.particles; ++i)
+    for (PetscInt c = 0; c < at.dim; ++c) {
+      sums[0] += f[i * at.dim + c] * f[i * at.dim + c];
+      sums[1] += masses[static_cast<std::size_t>(i)] * a[at.v(i, c)] * a[at.v(i, c)];
+    }
+  PetscCall(VecRestoreArrayRead(y, &a));
+  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, sums, 2, MPI_DOUBLE, MPI_SUM, model_.comm()));
+  most_force_ = std::max(most_force_, std::sqrt(sums[0]));
+  most_speed_ = std::max(most_speed_, std::sqrt(sums[1]));
+  rests_ = std::sqrt(sums[0]) <= options_.rest * most_force_ && std::sqrt(sums[1]) <= options_.rest * most_speed_;
+  if (rests_) PetscCall(TSSetConvergedReason(ts_, TS_CONVERGED_USER));
   PetscFunctionReturn(0);
 }
 
@@ -80,6 +110,7 @@ PetscErrorCode Run::save_last(bool failed) {
   PetscCall(TSGetSolution(ts_, &y));
   PetscCall(flushed_mark(trajectory_.get(), &mark));
   if (!stepper_->framed() && !(resumed_ && idle())) PetscCall(on_frame(static_cast<PetscInt>(stepper_->counts().steps), stepper_->good_time(), y));
+  if (!hooks_.checkpoints) PetscFunctionReturn(0);
   std::string file = options_.saving.file;
   if (file.empty() && failed && trajectory_) file = options_.output.trajectory.file + ".checkpoint";
   if (file.empty()) PetscFunctionReturn(0);
@@ -122,6 +153,7 @@ PetscErrorCode run_model(Model& model, int* exit_code) {
   Claim claim;  // given up when the files are closed
   PetscFunctionBegin;
   PetscCall(read_run_options(model.comm(), &options));
+  if (options.rest > 0 && !model.mechanics()) PetscCall(tell(model.comm(), Exit::input, "option -bs_stop_at_rest is for particles: leave it out"));
   PetscCall(claim_files(model.comm(), options, &claim));
   Run run(model, options);
   PetscCall(run.set_up());

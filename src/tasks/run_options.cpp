@@ -20,10 +20,15 @@ PetscErrorCode read_step_options(MPI_Comm comm, RunOptions* out) {
            "length of the first step; 0: -ts_dt, or a thousandth of it where -ts_adapt_type has no error estimate for the first step (beuler, cn, "
            "theta) [s]",
            out->step.length.first, Range::nonnegative);
+    o.real("-bs_stop_at_rest",
+           "end the run when the forces on the free particles and their velocities (2-norms, the latter weighted by sqrt(mass)) have fallen to this "
+           "fraction of their largest values since the run, or its continuation, began; 0: never [1]",
+           out->rest, Range::nonnegative);
     o.real("-bs_energy_growth",
            "warn once, without ending the run, when the kinetic and elastic energy exceeds the energy supplied by the initial state, external "
            "fields, driven anchors and the fluid by this factor (explicit types: by ten times this factor); 0: never [1]",
            out->energy_growth, Range::nonnegative);
+    if (out->rest >= 1) o.fail("option -bs_stop_at_rest: give a number between 0 and 1, e.g. 1e-8");
     if (out->step.length.cut >= 1) o.fail("option -bs_step_cut: give a number between 0 and 1, e.g. 0.25");
   }));
   PetscFunctionReturn(0);

@@ -14,10 +14,14 @@ namespace bs {
 struct RunHooks {
   bool loads = false;                                                                   ///< its time is a load factor
   Pace pace;                                                                            ///< defaults of the stepping
+  std::string until = "; SNES";                                                         ///< what of the header's line on the solver stays begins here
   std::string method;                                                                   ///< of the header, in place of the TS type's
   std::function<PetscErrorCode(TS, TSContext&)> attach;                                 ///< once the TS is made, before its options are in force
   std::function<PetscErrorCode(double time, Vec y, std::vector<Observable>*)> observe;  ///< adds to a frame's observables
   std::function<PetscErrorCode(std::vector<Tally>*)> count;                             ///< adds to the summary and the report
+  std::function<bool()> done;                                                           ///< asked after every step: whether the run ends with it
+  bool checkpoints = true;                                                              ///< whether its states can be continued
+  const char* clock = "load factor";                                                    ///< what its time is, if it has load steps
   std::function<std::vector<std::string>()> warnings;                                   ///< as the report names them
 };
 
@@ -37,6 +41,7 @@ class Run {
   PetscErrorCode on_step(const StepRecord& record);
   RunState state() const;
   std::vector<std::string> warnings() const;
+  PetscErrorCode end_at_rest(double time, Vec y);
   PetscErrorCode observe(double time, Vec y);
   PetscErrorCode on_frame(PetscInt step, double time, Vec y);
   PetscErrorCode on_save();
@@ -71,7 +76,9 @@ class Run {
   std::string last_checkpoint_;  ///< where a failed run can be continued from
   std::vector<Observable> first_, last_;
   double start_ = 0, end_ = 0;
-  int held_rows_ = 0;  ///< of the log, not yet written
+  int held_rows_ = 0;                       ///< of the log, not yet written
+  double most_force_ = 0, most_speed_ = 0;  ///< 2-norms of f and of sqrt(M) v, since the run began
+  bool rests_ = false;
 };
 
 /// Of a frame's observables [J]; NaN if they have none.

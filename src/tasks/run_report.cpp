@@ -29,10 +29,10 @@ PetscErrorCode Run::explain(TSConvergedReason reason, std::string* text) {
   }
   if (rejections.gave_up()) {
     const char* advice = hooks_.loads ? "-snes_monitor -snes_linesearch_monitor show more" : rejections.advice();
-    *text =
-        format(hooks_.loads ? "the load step after load factor %.10g was rejected %lld times, down to a step of %g, the last time because %s%s%s"
-                            : "the step after t = %.10g s was rejected %lld times, down to h = %g s, the last time because %s%s%s",
-               t, static_cast<long long>(rejections.in_a_row()), rejections.last_attempt(), rejections.last().c_str(), *advice ? ": " : "", advice);
+    const std::string after = hooks_.loads ? format("the load step after %s %.10g", hooks_.clock, t) : format("the step after t = %.10g s", t);
+    *text = format("%s was rejected %lld times, down to %s = %g%s, the last time because %s%s%s", after.c_str(),
+                   static_cast<long long>(rejections.in_a_row()), hooks_.loads ? "a step" : "h", rejections.last_attempt(), hooks_.loads ? "" : " s",
+                   rejections.last().c_str(), *advice ? ": " : "", advice);
     PetscFunctionReturn(0);
   }
   if (!stepper_->trouble().empty() || !context_.implicit) {
@@ -112,6 +112,7 @@ std::vector<std::string> Run::closing_lines() const {
   if (std::isfinite(before)) lines.push_back(format("total energy %.6g J -> %.6g J", before, after));
   for (const Tally& tally : tallies())
     if (tally.count > 0 && !tally.text.empty()) lines.push_back(format("%lld %s", static_cast<long long>(tally.count), tally.text.c_str()));
+  if (rests_) lines.push_back(format("ended at rest, at t = %.10g s", stepper_->good_time()));
   if (c.shortened) lines.push_back(format("%lld steps shortened to hit output times", static_cast<long long>(c.shortened)));
   if (c.rejected)
     lines.push_back(format("%lld attempts rejected and repeated with a smaller step: %s", static_cast<long long>(c.rejected),

@@ -44,7 +44,7 @@ PetscErrorCode Run::say_header(const std::string& solver) {
   PetscCallMPI(MPI_Comm_size(model_.comm(), &size));
   std::vector<std::string> lines = model_.describe();
   lines.insert(lines.begin(), format("backspring %s on %d rank%s", BS_VERSION, size, size > 1 ? "s" : ""));
-  const std::size_t search = solver.find("; SNES");
+  const std::size_t search = solver.find(hooks_.until);
   lines.push_back("solver: " + (hooks_.method.empty() || search == std::string::npos ? solver : hooks_.method + solver.substr(search)));
   if (options_.advise) PetscCall(bs::advise(model_, ts_, context_, &advice_));
   for (const std::string& line : advice_.lines()) lines.push_back(line);

@@ -60,6 +60,34 @@ def von_mises(checks, folder):
     checks.near("and after", r.position[over, 2, 1], [brentq(lambda h: load_of(h) - 0.02 * s, -0.6, -0.3, xtol=1e-15) for s in r.time[over]], 1e-12)
 
 
+def arc_length(checks, folder):
+    """The truss along its whole path: up to the limit load, back through its negative and up again, to twice the limit load."""
+    run = statics(checks, truss(folder), 20, bs_gravity="0,-0.02", bs_load_control="arc")
+    r = run.trajectory
+    factor, height = r.observables["load_factor"].ravel(), r.position[:, 2, 1]
+    checks.near("path by arc length: load of the two bars at every height", 0.02 * factor, load_of(height), 1e-14)
+    checks.near("its highest load before the end is the limit load", 0.02 * factor[height > 0].max(), 0.00994991696, 1e-5)
+    checks.near("and its lowest the negative one", 0.02 * factor.min(), -0.00994991696, 1e-5)
+    checks.near("it ends at the load factor 1", float(factor[-1]), 1.0, 0)
+    pivots = r.observables["negative_pivots"].ravel()
+    checks.true("one negative pivot between the limit points, none elsewhere", bool(np.array_equal(pivots[1:], (np.abs(height[1:]) < 0.17159).astype(float))),
+                f"{pivots.sum():g} of {len(pivots)}")
+    checks.true("turns are counted", run.report["turns"] == 2 and run.report["inertia_changes"] == 2, f"{run.report['turns']}, {run.report['inertia_changes']}")
+    chain = folder / "chain.h5"
+    if not chain.exists():
+        hanging_chain(checks, folder)
+    one, other = (statics(checks, chain, 5, bs_gravity="0,-9.81", **more).trajectory for more in ({}, {"bs_load_control": "arc"}))
+    checks.near("a chain by arc length and by load", other.position[-1], one.position[-1], 1e-12)
+
+
+def rest(checks, folder):
+    """A damped oscillator ends where its force and velocity have fallen far enough, which its closed form says."""
+    path = write_lattice(folder / "one.h5", [[0.0], [1.5]], 1.0, fixed=[1, 0], pairs=[[0, 1]], stiffness=4.0, rest_length=1.0, damping=1.0)
+    run = checks.run({"bs_lattice_file": path, "ts_type": "cn", "ts_dt": 0.01, "ts_max_time": 1000, "bs_stop_at_rest": 1e-6}, interval=1)
+    checks.below("a damped oscillator ends at rest", abs(run.report["t"] + 2 * np.log(1e-6)), 2.0, "near 27.6 s")
+    checks.true("said in the summary", "ended at rest" in run.stdout)
+
+
 def column(checks, folder):
     """Hencky's column: rigid links with elastic hinges, both ends pinned, buckles at 4 kappa/a sin^2(pi/2n)."""
     n, a, kappa, k, critical = 8, 0.5, 3.0, 1e7, 0.913445609864564
@@ -214,7 +242,7 @@ def main():
     checks = Checks("statics")
     with tempfile.TemporaryDirectory() as scratch:
         folder = pathlib.Path(scratch)
-        for part in (hanging_chain, von_mises, column, moduli, cubic, derivative, slow_motion, loose, crushed, continued):
+        for part in (hanging_chain, von_mises, arc_length, rest, column, moduli, cubic, derivative, slow_motion, loose, crushed, continued):
             if checks.wants(part.__name__):
                 with checks.group(part.__name__):
                     part(checks, folder)

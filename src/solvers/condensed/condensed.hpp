@@ -19,6 +19,8 @@ struct CondensedDemand {
   /// For directions: exact: S as it is; definite: with what makes it positive definite; automatic: as it is while it is
   /// positive definite.
   Curvature curvature = Curvature::automatic;
+  /// The signs of the pivots are wanted, where the solver is direct; they always are for directions.
+  bool inertia = false;
 };
 
 struct CondensedCounts {

@@ -68,7 +68,7 @@ PetscErrorCode InnerSolver::ask_for_inertia() {
   PetscFunctionBegin;
   PetscCall(KSPGetPC(ksp_, &pc));
   PetscCall(PCGetType(pc, &type));
-  if (std::string(type) != PCCHOLESKY || !demand_.direction) PetscFunctionReturn(0);
+  if (std::string(type) != PCCHOLESKY || (!demand_.direction && !demand_.inertia)) PetscFunctionReturn(0);
   PetscCall(PCFactorGetMatSolverType(pc, &solver));
   if (!solver || std::string(solver) != MATSOLVERMUMPS) PetscFunctionReturn(0);
   PetscCall(PCFactorSetUpMatSolverType(pc));

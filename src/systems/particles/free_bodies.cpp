@@ -99,6 +99,34 @@ std::vector<std::uint8_t> held_particles(const Network& net) {
 
 }  // namespace
 
+namespace {
+
+/// Collective. The smallest row in the input among the particles of driven bodies; -1: there are none. `driven`: 1 at the label of each.
+PetscErrorCode smallest_row(const Network& net, const std::vector<double>& label, Vec driven, std::int64_t* row) {
+  constexpr std::int64_t NONE = std::numeric_limits<std::int64_t>::max();
+  const PetscScalar* a = nullptr;
+  VecHandle mine;
+  ISHandle from;
+  ScatterHandle scatter;
+  PetscFunctionBegin;
+  const std::vector<PetscInt> at(label.begin(), label.end());
+  PetscCall(VecCreateSeq(PETSC_COMM_SELF, net.n, mine.out()));
+  PetscCall(ISCreateGeneral(net.comm, net.n, at.data(), PETSC_COPY_VALUES, from.out()));
+  PetscCall(VecScatterCreate(driven, from, mine, nullptr, scatter.out()));
+  PetscCall(VecScatterBegin(scatter, driven, mine, INSERT_VALUES, SCATTER_FORWARD));
+  PetscCall(VecScatterEnd(scatter, driven, mine, INSERT_VALUES, SCATTER_FORWARD));
+  *row = NONE;
+  PetscCall(VecGetArrayRead(mine, &a));
+  for (PetscInt i = 0; i < net.n; ++i)
+    if (!net.fixed[i] && a[i] > 0) *row = std::min(*row, net.row[i]);
+  PetscCall(VecRestoreArrayRead(mine, &a));
+  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, row, 1, MPI_INT64_T, MPI_MIN, net.comm));
+  if (*row == NONE) *row = -1;
+  PetscFunctionReturn(0);
+}
+
+}  // namespace
+
 PetscErrorCode find_free_bodies(const Network& net, const std::vector<double>& load, FreeBodies* out) {
   Labels labels;
   std::vector<double> label;
@@ -124,19 +152,23 @@ PetscErrorCode find_free_bodies(const Network& net, const std::vector<double>& l
   }
   std::vector<const PetscScalar*> a(sums.size());
   for (std::size_t k = 0; k < sums.size(); ++k) PetscCall(VecGetArrayRead(sums[k], &a[k]));
-  std::int64_t row = std::numeric_limits<std::int64_t>::max();
+  VecHandle driven;
+  PetscScalar* flag = nullptr;
   PetscInt count = 0;
+  PetscCall(VecDuplicate(labels.owned, driven.out()));
+  PetscCall(VecZeroEntries(driven));
+  PetscCall(VecGetArray(driven, &flag));
   for (PetscInt i = 0; i < net.n; ++i) {
     if (net.fixed[i] || static_cast<PetscInt>(label[i]) != net.global[i] || a.back()[i] > 0) continue;
     ++count;
     double whole = 0;
     for (PetscInt c = 0; c < d; ++c) whole += std::abs(a[static_cast<std::size_t>(c)][i]);
-    if (whole > 1e-12 * a[static_cast<std::size_t>(d)][i]) row = std::min(row, net.row[i]);
+    if (whole > 1e-12 * a[static_cast<std::size_t>(d)][i]) flag[i] = 1;
   }
+  PetscCall(VecRestoreArray(driven, &flag));
   for (std::size_t k = 0; k < sums.size(); ++k) PetscCall(VecRestoreArrayRead(sums[k], &a[k]));
   PetscCallMPI(MPI_Allreduce(&count, &out->count, 1, MPIU_INT, MPI_SUM, net.comm));
-  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &row, 1, MPI_INT64_T, MPI_MIN, net.comm));
-  out->driven_row = row == std::numeric_limits<std::int64_t>::max() ? -1 : row;
+  PetscCall(smallest_row(net, label, driven, &out->driven_row));
   PetscFunctionReturn(0);
 }
 

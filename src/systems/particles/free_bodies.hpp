@@ -8,7 +8,7 @@ namespace bs {
 
 struct FreeBodies {
   PetscInt count = 0;
-  std::int64_t driven_row = -1;  ///< row in the input of a particle of one that is driven: the smallest body's mark; -1: none is
+  std::int64_t driven_row = -1;  ///< smallest row in the input of a particle of a body that is driven; -1: none is
 };
 
 /// Collective. `load`: (n, d) forces that depend on neither place nor time; a body is driven where theirs add up to more than rounding.
