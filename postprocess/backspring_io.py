@@ -125,6 +125,11 @@ class Run:
             self._file = _open(self.path)
 
     @property
+    def has_modes(self):
+        """Whether modes of free vibration are there (-bs_task modes)."""
+        return self._get("/modes/omega_squared") is not None
+
+    @property
     def angles(self):
         """Angle springs, or None."""
         triples = self._array("/connectivity/angles")

@@ -3,6 +3,7 @@
 
   postprocess/convert.py bunny.ply -o bunny.h5 --stiffness 100 --total_mass 0.5 --fixed zmin
   postprocess/convert.py data.network -o network.h5 --units lj      LAMMPS: springs and masses are in the file
+  postprocess/convert.py 1ubi.pdb -o 1ubi.h5 --cutoff 15            C-alpha atoms, springs between all closer than that
   postprocess/convert.py run.h5md -o run.xyz                        extended XYZ, all frames (OVITO, ASE)
   postprocess/convert.py run.h5md -o run.pvd --stride 10            series of VTU files (ParaView)
   postprocess/convert.py run.h5md -o run.lammpstrj                  LAMMPS dump, or .gsd: all frames (OVITO, VMD)
@@ -33,6 +34,7 @@ from lattices import FACES, need_meshio, to_lattice  # noqa: E402
 MESHES = (".vtk", ".vtu", ".obj", ".ply", ".stl", ".msh", ".off", ".xdmf")
 LAMMPS = (".data", ".lmp", ".lammps")
 LATTICES = (".h5", ".hdf5")
+PROTEINS = (".pdb", ".ent")
 SERIES = {".xyz": write_xyz, ".dump": write_dump, ".lammpstrj": write_dump, ".gsd": write_gsd, ".pvd": write_pvd, ".h5md": write_nanometres}
 SINGLE = {".vtu": write_vtu, ".vtp": write_vtp, **dict.fromkeys(LAMMPS, write_data)}
 
@@ -69,7 +71,7 @@ def from_trajectory(args, ending):
 
 def parse(argv=None):
     p = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    p.add_argument("input", help="mesh " + " ".join(MESHES) + ", LAMMPS data of any name, or trajectory")
+    p.add_argument("input", help="mesh " + " ".join(MESHES) + ", LAMMPS data of any name, PDB file, or trajectory")
     p.add_argument("-o", "--output", required=True, help="lattice .h5; of a trajectory: " + " ".join([*SERIES, *SINGLE]))
     mesh = p.add_argument_group("meshes to lattices: springs are the unique edges of the elements, at rest as they lie")
     mesh.add_argument("--stiffness", type=float, help="of every spring: k [N/m] under hooke, K [N] under strain")
@@ -92,6 +94,11 @@ def parse(argv=None):
     lammps.add_argument("--boundary", default="p,p,p", metavar="X,Y,Z", help="p: the box is periodic, bonds join nearest images; f: it is not "
                         "(default p,p,p, as in LAMMPS)")
     lammps.add_argument("--atom_style", help="atom style where the file does not name it")
+    protein = p.add_argument_group("PDB files: an elastic network of C-alpha atoms, in angstrom; mass and stiffness 1 unless they are given")
+    protein.add_argument("--cutoff", type=float, help="springs join atoms not farther apart than this [angstrom] (default 15)")
+    protein.add_argument("--chain", metavar="A,B", help="chains to take (default all)")
+    protein.add_argument("--model", type=int, help="model to take, from 1 (default 1)")
+    protein.add_argument("--altloc", metavar="A", help="of alternative places the one with this letter (default: the first of each residue)")
     run = p.add_argument_group("trajectories")
     run.add_argument("--frames", metavar="A:B", help="of a series, B excluded (default all)")
     run.add_argument("--stride", type=int, default=1, help="every STRIDE-th frame of a series")
@@ -108,18 +115,21 @@ def main(argv=None):
         raise RunError(f"{args.output}: no such folder")
     if os.path.exists(args.output) and os.path.samefile(args.input, args.output):
         raise RunError(f"{args.output}: is the input, too")
-    for name in ("stiffness", "damping", "mass", "total_mass", "merge", "rest_length"):
+    for name in ("stiffness", "damping", "mass", "total_mass", "merge", "rest_length", "cutoff"):
         value = getattr(args, name)
-        if value is not None and not (np.isfinite(value) and (value > 0 if "mass" in name else value >= 0)):
-            raise RunError(f"--{name} {value}: must be " + ("positive" if "mass" in name else "0 or more"))
+        if value is not None and not (np.isfinite(value) and (value > 0 if "mass" in name or name == "cutoff" else value >= 0)):
+            raise RunError(f"--{name} {value}: must be " + ("positive" if "mass" in name or name == "cutoff" else "0 or more"))
     source, target = (os.path.splitext(name)[1].lower() for name in (args.input, args.output))
     source, target = (".data" if os.path.basename(name).startswith("data.") and ending not in MESHES + tuple(SERIES) + LATTICES else ending
                       for name, ending in ((args.input, source), (args.output, target)))
-    lammps = source in LAMMPS or not h5py.is_hdf5(args.input) and source not in MESHES and is_lammps(args.input)
-    if lammps or source in MESHES:
+    lammps = source in LAMMPS or not h5py.is_hdf5(args.input) and source not in MESHES + PROTEINS and is_lammps(args.input)
+    protein = source in PROTEINS
+    if not protein and any(getattr(args, name) is not None for name in ("cutoff", "chain", "model", "altloc")):
+        raise RunError(f"{args.input}: --cutoff, --chain, --model and --altloc are for PDB files ({' '.join(PROTEINS)})")
+    if lammps or protein or source in MESHES:
         if target not in LATTICES:
             raise RunError(f"{args.output}: a mesh becomes a lattice; end the output in {' or '.join(LATTICES)}")
-        said = to_lattice(args, lammps)
+        said = to_lattice(args, "lammps" if lammps else "protein" if protein else "mesh")
     elif not h5py.is_hdf5(args.input):
         raise RunError(f"{args.input}: neither a trajectory (HDF5), nor LAMMPS data, nor a mesh ending in {' '.join(MESHES)}")
     elif target not in SERIES and target not in SINGLE:

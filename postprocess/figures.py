@@ -4,6 +4,7 @@ import numpy as np
 from figure_style import COLORS, DASHES, axis_label, finish, missing, width
 from figures_motion import paths, phase, sources, state, states
 from figures_steps import iterations, steps
+from modes import bfactor, dos, spectrum
 from scene import sample
 
 TIMES = ["#a9c6e4", "#5c94cc", "#1f5fa8", "#0b2f5c"]  # early to late
@@ -179,5 +180,6 @@ def histogram(ax, runs, labels, args):
 
 KINDS = {"energy": energy, "budget": budget, "drift": drift, "momentum": momentum, "angular_momentum": angular_momentum,
          "strain": strain, "histogram": histogram, "steps": steps, "iterations": iterations, "paths": paths, "phase": phase,
-         "state": state, "states": states, "sources": sources}
+         "state": state, "states": states, "sources": sources,
+         "spectrum": spectrum, "dos": dos, "bfactor": bfactor}
 BY_RUN = ("state", "budget")  # one panel for every run

@@ -40,6 +40,24 @@ def from_lammps(args):
     return out
 
 
+def from_protein(args):
+    import protein
+    if args.merge or args.units or args.si:
+        raise RunError("--merge, --units and --si are not for PDB files, which are in angstrom")
+    chains = None if args.chain is None else args.chain.split(",")
+    read = protein.read_pdb(args.input, chains, 1 if args.model is None else args.model, args.altloc)
+    out = Lattice()
+    out.position, out.pairs, out.notes = read.position, protein.network(read.position, 15.0 if args.cutoff is None else args.cutoff), read.notes
+    out.merge_hint = ""
+    if all(word.isdigit() for word in read.serial) and len(set(read.serial)) == len(read.serial):
+        out.ids = np.array([int(word) for word in read.serial], np.int64)
+    ends = out.position[out.pairs]
+    out.rest_length = np.sqrt(((ends[:, 1] - ends[:, 0]) ** 2).sum(axis=1))
+    out.stiffness, out.mass = np.ones(len(out.pairs)), np.ones(len(out.position))
+    args.dim = args.dim or 3
+    return out
+
+
 def _in_si(path, lattice):
     import lammps_units
     if lattice.units is None:
@@ -149,9 +167,9 @@ def write_lattice(path, lattice, spring_law="hooke", damping_law="axial"):
         f.attrs["spring_law"], f.attrs["damping_law"] = spring_law, damping_law
 
 
-def to_lattice(args, lammps):
-    """Reads the mesh or the LAMMPS data, puts in what the options say, and writes the lattice; returns a line about it."""
-    lattice = from_lammps(args) if lammps else from_mesh(args)
+def to_lattice(args, kind):
+    """Reads the input, `kind` of lammps, protein or mesh, puts in what the options say, and writes the lattice; returns a line about it."""
+    lattice = {"lammps": from_lammps, "protein": from_protein, "mesh": from_mesh}[kind](args)
     count, springs = len(lattice.position), len(lattice.pairs)
     for name, size in (("stiffness", springs), ("damping", springs), ("rest_length", springs), ("mass", count)):
         if getattr(args, name) is not None:

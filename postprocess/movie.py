@@ -3,6 +3,7 @@
 
   postprocess/movie.py run.h5md -o film.mp4
   postprocess/movie.py run.h5md -o turn.mp4 --turn 90 --zoom 1.2 --theme dark
+  postprocess/movie.py modes.h5md -o mode.mp4 --mode 7                 a mode of free vibration, one period
   postprocess/movie.py run.h5md -o still.png --frame -1 --theme dark --elev 30 --azim -50
 """
 import argparse
@@ -22,6 +23,7 @@ import numpy as np  # noqa: E402
 
 from backspring_io import RunError, open_run  # noqa: E402
 from camera import AXES  # noqa: E402
+from modes import ModeRun  # noqa: E402
 from scene import Scene  # noqa: E402
 from scene_marks import THEMES  # noqa: E402
 
@@ -140,6 +142,8 @@ def parse(argv=None):
     p.add_argument("--frame", type=int, default=-1, help="frame of a still; negative: from the end (default -1)")
     p.add_argument("--frames", metavar="A:B", help="frames of a film, B excluded (default all)")
     p.add_argument("--stride", type=int, default=1, help="every STRIDE-th frame (default 1)")
+    p.add_argument("--mode", type=int, metavar="K", help="film of mode K (from 0) of -bs_task modes: one period")
+    p.add_argument("--amplitude", type=float, default=0.1, help="largest displacement of --mode, of the lattice's size (default 0.1)")
     p.add_argument("--every", type=float, metavar="DT", help="one picture per DT of simulated time")
     p.add_argument("--fps", type=float, default=25, help="pictures a second (default 25)")
     p.add_argument("--size", default="1280x720", metavar="WxH", help="pixels (default 1280x720)")
@@ -176,6 +180,8 @@ def check(args):
     if not (64 <= width <= 16384 and 64 <= height <= 16384 and args.fps > 0 and args.dpi > 0 and args.max_springs > 0
             and args.zoom > 0):
         raise RunError("--size must lie between 64 and 16384 pixels; --fps, --dpi, --zoom and --max_springs must be positive")
+    if not 0 < args.amplitude < 1e6:
+        raise RunError("--amplitude must be positive")
     if args.limits is not None and (len(args.limits) != 2 or not args.limits[0] < args.limits[1]):
         raise RunError("--limits A:B wants A < B")
     return width + width % 2, height + height % 2, ending
@@ -184,7 +190,7 @@ def check(args):
 def main(argv=None):
     args = parse(argv)
     width, height, ending = check(args)
-    with open_run(args.file) as run:
+    with (open_run(args.file) if args.mode is None else ModeRun(args.file, args.mode, args.amplitude)) as run:
         if run.kind != "particles":
             raise RunError(f"{args.file}: a linear system has nothing to film; use plot.py")
         is_still = ending in STILLS

@@ -49,6 +49,8 @@ def run_labels(runs):
 
 
 def default_kinds(runs):
+    if runs[0].has_modes:
+        return ["state", "spectrum", "dos"]
     if runs[0].kind == "linear":
         return ["states"] + (["sources"] if runs[0].sources.value is not None else [])
     if len(runs) > 1:
@@ -118,6 +120,7 @@ def parse(argv=None):
     p.add_argument("--elev", type=float, default=18, help="elevation of the eye [degree] (default 18)")
     p.add_argument("--azim", type=float, default=-60, help="azimuth of the eye [degree] (default -60)")
     p.add_argument("--max_springs", type=int, default=20000, help="more springs than this are drawn as discs (default 20000)")
+    p.add_argument("--pdb", help="PDB file whose B-factors bfactor is compared with")
     p.add_argument("--size", type=lambda s: tuple(float(v) for v in s.split("x")), metavar="WxH", help="size of the sheet [inch]")
     p.add_argument("--dpi", type=float, default=200, help="pixels per inch (default 200)")
     args = p.parse_args(argv)

@@ -147,4 +147,40 @@ PetscErrorCode write_table(hid_t file, const Dataset& table) {
   PetscFunctionReturn(0);
 }
 
+PetscErrorCode create_pages(hid_t file, const std::string& path, std::int64_t count, std::int64_t rows, std::int64_t columns, H5* set) {
+  const hsize_t extent[3] = {static_cast<hsize_t>(count), static_cast<hsize_t>(rows), static_cast<hsize_t>(columns)};
+  H5 group;
+
+  PetscFunctionBegin;
+  PetscCall(open_group(file, path.substr(0, path.rfind('/')), &group));
+  H5 space(H5Screate_simple(3, extent, nullptr), H5Sclose), list(H5Pcreate(H5P_DATASET_CREATE), H5Pclose);
+  BS_H5(H5Pset_fill_time(list, H5D_FILL_TIME_NEVER));
+  *set = H5(H5Dcreate2(file, path.c_str(), H5T_IEEE_F64LE, space, H5P_DEFAULT, list, H5P_DEFAULT), H5Dclose);
+  BS_H5(*set);
+  PetscFunctionReturn(0);
+}
+
+PetscErrorCode write_page(hid_t set, std::int64_t k, Vec vec) {
+  constexpr hsize_t slice_numbers = hsize_t(1) << 25;  // MPI-IO counts bytes in 32 bits
+  const PetscScalar* a = nullptr;
+  PetscInt block = 1, first = 0, n = 0;
+
+  PetscFunctionBegin;
+  PetscCall(VecGetBlockSize(vec, &block));
+  PetscCall(VecGetOwnershipRange(vec, &first, nullptr));
+  PetscCall(VecGetLocalSize(vec, &n));
+  PetscCall(VecGetArrayRead(vec, &a));
+  H5 space(H5Dget_space(set), H5Sclose);
+  const hsize_t columns = static_cast<hsize_t>(block), rows = static_cast<hsize_t>(n) / columns, slice = slice_numbers / columns;
+  for (hsize_t done = 0; done < rows; done += slice) {
+    const hsize_t start[3] = {static_cast<hsize_t>(k), static_cast<hsize_t>(first) / columns + done, 0};
+    const hsize_t size[3] = {1, std::min(slice, rows - done), columns};
+    H5 memory(H5Screate_simple(3, size, nullptr), H5Sclose);
+    BS_H5(H5Sselect_hyperslab(space, H5S_SELECT_SET, start, nullptr, size, nullptr));
+    BS_H5(H5Dwrite(set, H5T_NATIVE_DOUBLE, memory, space, H5P_DEFAULT, a + done * columns));
+  }
+  PetscCall(VecRestoreArrayRead(vec, &a));
+  PetscFunctionReturn(0);
+}
+
 }  // namespace bs

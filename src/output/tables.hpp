@@ -30,6 +30,12 @@ class Column {
   hsize_t rows_ = 0;
 };
 
+/// Collective. A dataset (count, rows, columns) of float64 that write_page() fills; the groups above it are created.
+PetscErrorCode create_pages(hid_t file, const std::string& path, std::int64_t count, std::int64_t rows, std::int64_t columns, H5* set);
+
+/// Page k of it from a vector whose block size is the number of columns, each rank its rows.
+PetscErrorCode write_page(hid_t set, std::int64_t k, Vec vec);
+
 /// Collective. Writes a table in parallel, each rank its rows; the groups above it are created.
 PetscErrorCode write_table(hid_t file, const Dataset& table);
 

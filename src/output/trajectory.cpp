@@ -106,6 +106,31 @@ PetscErrorCode Trajectory::create(MPI_Comm comm, const TrajectoryOptions& option
   PetscFunctionReturn(0);
 }
 
+PetscErrorCode Trajectory::write_pages(const std::string& path, std::int64_t count, const std::function<PetscErrorCode(std::int64_t, Vec*)>& page) {
+  std::string full;
+  PetscErrorCode code = 0;
+  PetscInt size = 0, block = 1;
+  H5 set;
+  Vec vec;
+
+  PetscFunctionBegin;
+  const IoWatch watch("cannot write " + path + " to " + impl_->options.file, "");
+  for (std::int64_t k = 0; k < count && !code; ++k) {
+    PetscCall(page(k, &vec));
+    if (k == 0) {
+      PetscCall(VecGetSize(vec, &size));
+      PetscCall(VecGetBlockSize(vec, &block));
+      code = reserve_space(impl_->comm, impl_->path(), 8 * count * size + 65536, &full);
+      if (!code && !full.empty()) code = tell(impl_->comm, Exit::io, watch.sentence(full));
+      if (!code) code = create_pages(impl_->file, path, count, size / block, block, &set);
+    }
+    if (!code) code = write_page(set, k, vec);
+  }
+  if (code) impl_->usable = false;
+  PetscCall(watch.settle(impl_->comm, code));
+  PetscFunctionReturn(0);
+}
+
 PetscErrorCode Trajectory::write_frame(std::int64_t step, double time, const std::vector<Field>& fields, const std::vector<Observable>& observables) {
   std::string full;
   std::int64_t bytes = 0;

@@ -1,6 +1,7 @@
 // The HDF5 trajectory, H5MD 1.1: frames, observables, a log of steps, the options in force.
 #pragma once
 #include <cstdint>
+#include <functional>
 #include <memory>
 #include <string>
 #include <vector>
@@ -40,6 +41,9 @@ class Trajectory {
   /// exit code 2 if the file is not the one marked.
   static PetscErrorCode resume(MPI_Comm comm, const TrajectoryOptions& options, int dim, const TrajectoryMark& mark,
                                std::unique_ptr<Trajectory>* out);
+  /// Collective, before the first frame. A dataset (count, rows, columns), in the input's order: `page(k, &vec)` gives page k, which is
+  /// borrowed until the next call; block size = columns.
+  PetscErrorCode write_pages(const std::string& path, std::int64_t count, const std::function<PetscErrorCode(std::int64_t, Vec*)>& page);
   /// Collective. Appends one frame; the first one fixes the set of fields and observables.
   PetscErrorCode write_frame(std::int64_t step, double time, const std::vector<Field>& fields, const std::vector<Observable>& observables);
   /// Not collective: buffered (what rank 0 says), and written with the next frame or flush.

@@ -30,6 +30,8 @@ class Linearisation {
   virtual PetscInt unknowns() const = 0;
   /// Masses of the owned particles [kg], (n) or longer; fixed ones have theirs, too.
   virtual const std::vector<double>& masses() const = 0;
+  /// Whether component c of owned particle i can move.
+  virtual bool moves(PetscInt i, PetscInt c) const = 0;
   /// Collective. Linearises at (t, y); y is copied.
   virtual PetscErrorCode linearise(double t, Vec y) = 0;
   /// Collective. f = K z_x + D z_v exactly, (n, d), zero at fixed particles; z is laid out as a state.

@@ -3,6 +3,7 @@
 #include "base/fault.hpp"
 #include "base/options.hpp"
 #include "checkpoint/checkpoint.hpp"
+#include "tasks/matrices.hpp"
 
 namespace bs {
 namespace {
@@ -50,6 +51,7 @@ PetscErrorCode read_run_options(MPI_Comm comm, RunOptions* out) {
   PetscCall(read_step_options(comm, out));
   PetscCall(read_tolerances(comm, &out->tolerances));
   PetscCall(read_saving_options(comm, &out->saving));
+  PetscCall(read_matrix_options(comm));
   out->step.save_every = out->saving.every;
   out->step.save_minutes = out->saving.minutes;
   PetscFunctionReturn(0);

@@ -3,6 +3,7 @@
 #include "base/fault.hpp"
 #include "base/options.hpp"
 #include "solvers/solver_setup.hpp"
+#include "tasks/matrices.hpp"
 #include "tasks/run_parts.hpp"
 #include "tasks/unused.hpp"
 
@@ -96,6 +97,9 @@ PetscErrorCode Run::set_up() {
   PetscCall(say_header(solver));
   PetscCall(prepare_solvers());
   if (restart_) PetscCall(take_up());
+  Vec y;
+  PetscCall(TSGetSolution(ts_, &y));
+  PetscCall(write_matrices(model_, stepper_->good_time(), y, options_.output.trajectory.overwrite));
   PetscCall(open_trajectory());
   restart_.reset();
   PetscFunctionReturn(0);

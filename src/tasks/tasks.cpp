@@ -1,6 +1,7 @@
 #include "tasks/tasks.hpp"
 #include <string>
 #include "base/options.hpp"
+#include "tasks/modes.hpp"
 #include "tasks/run.hpp"
 #include "tasks/statics.hpp"
 
@@ -10,6 +11,7 @@ const std::vector<Task>& tasks() {
   static const std::vector<Task> all = {
       {"dynamics", "motion in time", run_dynamics},
       {"statics", "equilibria under loads that grow in steps", run_statics},
+      {"modes", "free vibrations about the start: omega^2 and shapes", run_modes},
   };
   return all;
 }
@@ -28,6 +30,7 @@ PetscErrorCode read_task(MPI_Comm comm, const Task** task) {
     const Task& one = tasks()[static_cast<std::size_t>(chosen)];
     if (!one.run) o.fail(std::string("option -bs_task ") + one.name + ": this version has no such task yet: write dynamics, or leave the option out");
   }));
+  PetscCall(read_mode_options(comm, tasks()[static_cast<std::size_t>(chosen)].run == run_modes));
   *task = &tasks()[static_cast<std::size_t>(chosen)];
   PetscFunctionReturn(0);
 }

@@ -107,6 +107,17 @@ PROGRAM = {
     "statics: unknown load": (words("-bs_task", "statics", "-bs_load_scale", "gravity,wind"), "option -bs_load_scale: wind is no load"),
     "statics: free and driven": (words("-bs_task", "statics", "-bs_gravity", "1"), "nothing holds particle 0 and what is tied to it against its loads"),
     "statics of a linear system": (lambda folder: ["-bs_task", "statics", "-bs_model", "linear", "-bs_linear_generate", "heat2d"], "linear"),
+    "modes of no task": (words("-bs_modes", "3"), "options -bs_modes...: give -bs_task modes with them"),
+    "no modes": (words("-bs_task", "modes", "-bs_modes", "0"), "option -bs_modes: 0 is not positive"),
+    "modes near nothing": (words("-bs_task", "modes", "-bs_modes_which", "target"), "say with -bs_modes_target near which omega^2"),
+    "a target of the smallest modes": (words("-bs_task", "modes", "-bs_modes_target", "3"), "option -bs_modes_target: give -bs_modes_which target with it"),
+    "modes of circuits": (words("-bs_task", "modes", "-bs_model", "linear", "-bs_linear_type", "rc_ladder", "-bs_linear_size", "3"), "system has no masses"),
+    "modes where nothing can move": (words("-bs_task", "modes", "-bs_lattice_fixed_particles", "0,1,2,3,4"), "option -bs_task modes: no particle can move"),
+    "modes of all-to-all forces": (words("-bs_task", "modes", "-bs_xsp_center_of_mass", "1"), "option -bs_task modes: forces that couple all particles"),
+    "matrices in no folder": (words("-bs_write_matrices", "none/m"), "folder none of -bs_write_matrices none/m_M.mtx does not exist"),
+    "matrices of circuits": (lambda folder: ["-bs_write_matrices", "m", "-bs_model", "linear", "-bs_linear_type", "rc_ladder", "-bs_linear_size", "3", "-ts_max_steps", "1"], "system has no forces"),
+    "matrices of all-to-all forces": (words("-bs_write_matrices", "m", "-bs_xsp_center_of_mass", "1"), "forces that couple all particles have no sparse matrix"),
+    "modes with checkpoints": (words("-bs_task", "modes", "-bs_checkpoint", "c"), "-bs_task modes has no steps to save"),
     "unknown model": (words("-bs_model", "fluid"), "option -bs_model: fluid does not exist"),
 }
 

@@ -1,0 +1,124 @@
+// Which eigensolver, and its settings.
+#include <algorithm>
+#include <cmath>
+#include "base/fault.hpp"
+#include "solvers/eigen/mode_solver.hpp"
+
+namespace bs {
+namespace {
+
+/// One test for all: small omega^2 relative to their size, those near zero relative to a millionth of the mean of A's diagonal.
+PetscErrorCode relative_error(EPS, PetscScalar value, PetscScalar, PetscReal residual, PetscReal* error, void* size) {
+  *error = residual / std::max(std::abs(value), 1e-6 * *static_cast<const double*>(size));
+  return 0;
+}
+
+}  // namespace
+
+/// Cholesky by MUMPS, whose pivots' signs are counted.
+PetscErrorCode ModeSolver::set_sparse_factors(KSP ksp) const {
+  PC pc;
+  Mat factors = nullptr;
+  PetscFunctionBegin;
+  PetscCall(KSPSetType(ksp, KSPPREONLY));
+  PetscCall(KSPGetPC(ksp, &pc));
+  PetscCall(PCSetType(pc, PCCHOLESKY));
+  PetscCall(PCFactorSetMatSolverType(pc, MATSOLVERMUMPS));
+  PetscCall(PCFactorSetUpMatSolverType(pc));
+  PetscCall(PCFactorGetMatrix(pc, &factors));
+  PetscCall(MatMumpsSetIcntl(factors, 24, 1));
+  PetscCall(MatMumpsSetIcntl(factors, 13, 1));
+  PetscFunctionReturn(0);
+}
+
+PetscErrorCode ModeSolver::choose() {
+  constexpr PetscInt DENSE = 400, DENSE_MANY = 3000, DIRECT = 20000, DIRECT_FLAT = 400000;
+  const PetscInt n = form_.unknowns();
+  PetscFunctionBegin;
+  // a Davidson method needs room for a basis of several times the modes
+  if (request_.method == ModeRequest::iterative && n <= std::max<PetscInt>(60, 4 * request_.count)) request_.method = ModeRequest::dense;
+  if (request_.method != ModeRequest::automatic) PetscFunctionReturn(0);
+  const bool flat = form_.linearised().layout().dim < 3, pairs = form_.linearised().pairwise();
+  if (n <= DENSE || (n <= DENSE_MANY && request_.count > n / 4)) request_.method = ModeRequest::dense;
+  else request_.method = n <= (flat || !pairs ? DIRECT_FLAT : DIRECT) ? ModeRequest::direct : ModeRequest::iterative;
+  PetscFunctionReturn(0);
+}
+
+PetscErrorCode ModeSolver::create_dense() {
+  PetscFunctionBegin;
+  PetscCall(form_.assemble(A_.out()));
+  PetscCall(EPSSetType(eps_, EPSLAPACK));
+  PetscFunctionReturn(0);
+}
+
+PetscErrorCode ModeSolver::create_direct() {
+  ST st;
+  KSP ksp;
+  PetscFunctionBegin;
+  PetscCall(form_.assemble(A_.out()));
+  PetscCall(EPSSetType(eps_, EPSKRYLOVSCHUR));
+  if (request_.which == ModeRequest::largest) {
+    PetscCall(EPSSetWhichEigenpairs(eps_, EPS_LARGEST_REAL));
+    PetscFunctionReturn(0);
+  }
+  PetscCall(EPSGetST(eps_, &st));
+  PetscCall(STSetType(st, STSINVERT));
+  PetscCall(STGetKSP(st, &ksp));
+  PetscCall(EPSSetOperators(eps_, A_, nullptr));
+  PetscCall(KSPSetOperators(ksp, A_, A_));  // MUMPS is set up for a matrix of this type; STSetUp gives the shifted one
+  PetscCall(set_sparse_factors(ksp));
+  PetscFunctionReturn(0);
+}
+
+PetscErrorCode ModeSolver::create_iterative() {
+  constexpr double SHIFT = 1e-6;
+  constexpr PetscInt BASIS = 14;  // vectors beyond the modes: each is kept with its product; more take memory and hardly fewer iterations
+  ST st;
+  KSP ksp;
+  PC pc;
+  PetscFunctionBegin;
+  PetscCall(form_.create_operator(A_.out()));
+  if (request_.which == ModeRequest::largest) {
+    PetscCall(EPSSetType(eps_, EPSKRYLOVSCHUR));
+    PetscCall(EPSSetWhichEigenpairs(eps_, EPS_LARGEST_REAL));
+    PetscFunctionReturn(0);
+  }
+  PetscCall(EPSSetType(eps_, EPSGD));
+  PetscCall(EPSSetWhichEigenpairs(eps_, EPS_SMALLEST_REAL));
+  PetscCall(EPSSetDimensions(eps_, request_.count, std::min(form_.unknowns(), request_.count + BASIS), PETSC_DEFAULT));
+  PetscCall(EPSGetST(eps_, &st));
+  PetscCall(STSetType(st, STPRECOND));
+  PetscCall(STGetKSP(st, &ksp));
+  PetscCall(KSPSetType(ksp, KSPPREONLY));
+  PetscCall(KSPGetPC(ksp, &pc));
+  PetscCall(form_.create_preconditioner(SHIFT * size_, pc));
+  PetscFunctionReturn(0);
+}
+
+PetscErrorCode ModeSolver::create(std::string* method) {
+  EPSType type = nullptr;
+  PetscFunctionBegin;
+  PetscCall(choose());
+  PetscCall(EPSCreate(form_.comm(), eps_.out()));
+  PetscCall(form_.create_vector(diagonal_.out()));
+  if (request_.method == ModeRequest::iterative) {
+    PetscCall(form_.diagonal(diagonal_));
+    PetscCall(measure());
+    PetscCall(create_iterative());
+  } else {
+    PetscCall(request_.method == ModeRequest::dense ? create_dense() : create_direct());
+    PetscCall(MatGetDiagonal(A_, diagonal_));
+    PetscCall(measure());
+  }
+  PetscCall(EPSSetOperators(eps_, A_, nullptr));
+  PetscCall(EPSSetProblemType(eps_, EPS_HEP));
+  if (request_.method != ModeRequest::dense) PetscCall(EPSSetConvergenceTestFunction(eps_, relative_error, &size_, nullptr));
+  PetscCall(EPSSetFromOptions(eps_));
+  PetscCall(EPSGetDimensions(eps_, nullptr, &basis_, &projected_));
+  PetscCall(EPSGetType(eps_, &type));
+  const char* const how[] = {"", " (dense)", " (shift and invert by MUMPS)", " (block factors and a coarse grid)"};
+  *method = std::string(type) + how[request_.method];
+  PetscFunctionReturn(0);
+}
+
+}  // namespace bs

@@ -1,0 +1,122 @@
+#include "solvers/eigen/rigid_motions.hpp"
+#include <petscblaslapack.h>
+#include <cmath>
+
+namespace bs {
+namespace {
+
+using Vectors = std::vector<VecHandle>;
+
+/// Centre of the particles and the mean distance from it, of all ranks.
+PetscErrorCode measure(const Layout& at, MPI_Comm comm, const PetscScalar* y, double* centre, double* radius) {
+  double sums[5] = {0, 0, 0, 0, static_cast<double>(at.particles)};
+  PetscFunctionBegin;
+  for (PetscInt i = 0; i < at.particles; ++i)
+    for (PetscInt c = 0; c < at.dim; ++c) sums[c] += y[at.x(i, c)];
+  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, sums, 5, MPI_DOUBLE, MPI_SUM, comm));
+  for (int c = 0; c < 3; ++c) centre[c] = sums[c] / sums[4];
+  for (PetscInt i = 0; i < at.particles; ++i)
+    for (PetscInt c = 0; c < at.dim; ++c) sums[3] += std::abs(y[at.x(i, c)] - centre[c]);
+  PetscCallMPI(MPI_Allreduce(&sums[3], radius, 1, MPI_DOUBLE, MPI_SUM, comm));
+  *radius /= sums[4];
+  PetscFunctionReturn(0);
+}
+
+/// Adds u to the orthonormal set unless it is a sum of what is there.
+PetscErrorCode take(Vec u, Vectors* set) {
+  constexpr double NOTHING = 1e-8;
+  PetscReal before = 0, after = 0;
+  PetscFunctionBegin;
+  PetscCall(VecNorm(u, NORM_2, &before));
+  if (before == 0) PetscFunctionReturn(0);
+  for (int twice = 0; twice < 2; ++twice)
+    for (const VecHandle& other : *set) {
+      PetscScalar share = 0;
+      PetscCall(VecDot(u, other, &share));
+      PetscCall(VecAXPY(u, -share, other));
+    }
+  PetscCall(VecNorm(u, NORM_2, &after));
+  if (after <= NOTHING * before) PetscFunctionReturn(0);
+  PetscCall(VecScale(u, 1 / after));
+  set->emplace_back();
+  PetscCall(VecDuplicate(u, set->back().out()));
+  PetscCall(VecCopy(u, set->back()));
+  PetscFunctionReturn(0);
+}
+
+/// Translations, then rotations about the centre, of the components that can move.
+PetscErrorCode all_rigid(const StandardForm& form, Vec y, Vectors* set) {
+  const Layout& at = form.linearised().layout();
+  const PetscScalar* ay = nullptr;
+  double centre[3] = {0, 0, 0}, radius = 0;
+  VecHandle q, u;
+  PetscFunctionBegin;
+  PetscCall(form.create_full(q.out()));
+  PetscCall(form.create_vector(u.out()));
+  PetscCall(VecGetArrayRead(y, &ay));
+  PetscCall(measure(at, form.comm(), ay, centre, &radius));
+  const PetscInt d = at.dim, turns = d * (d - 1) / 2;
+  for (PetscInt k = 0; k < d + (radius > 0 ? turns : 0); ++k) {
+    const PetscInt a = k - d == 2 ? 1 : 0, b = k - d == 0 ? 1 : 2;  // the plane of rotation k - d: xy, xz, yz
+    PetscScalar* aq = nullptr;
+    PetscCall(VecZeroEntries(q));
+    PetscCall(VecGetArray(q, &aq));
+    for (PetscInt i = 0; i < at.particles; ++i) {
+      if (k < d) {
+        aq[i * d + k] = 1;
+        continue;
+      }
+      aq[i * d + a] = -(ay[at.x(i, b)] - centre[b]) / radius;
+      aq[i * d + b] = (ay[at.x(i, a)] - centre[a]) / radius;
+    }
+    PetscCall(VecRestoreArray(q, &aq));
+    PetscCall(form.weigh(q, u));
+    PetscCall(take(u, set));
+  }
+  PetscCall(VecRestoreArrayRead(y, &ay));
+  PetscFunctionReturn(0);
+}
+
+/// Eigenvectors of the small symmetric T (n, n), column by column in its place.
+PetscErrorCode diagonalise(std::vector<double>* T, PetscBLASInt n) {
+  std::vector<double> values(static_cast<std::size_t>(n)), work(static_cast<std::size_t>(8 * n));
+  PetscBLASInt room = 8 * n, info = 0;
+  PetscFunctionBegin;
+  PetscCallBLAS("LAPACKsyev", LAPACKsyev_("V", "U", &n, T->data(), &n, values.data(), work.data(), &room, &info));
+  PetscCheck(info == 0, PETSC_COMM_SELF, PETSC_ERR_LIB, "LAPACK's syev failed");
+  PetscFunctionReturn(0);
+}
+
+}  // namespace
+
+PetscErrorCode rigid_motions(StandardForm& form, Vec y, Vec diagonal, Vectors* u) {
+  constexpr double NOTHING = 1e-11;  // of the forces single particles would feel
+  Vectors set;
+  VecHandle sum, force, each;
+  PetscFunctionBegin;
+  u->clear();
+  PetscCall(all_rigid(form, y, &set));
+  const std::size_t n = set.size();
+  std::vector<double> T(n * n);
+  PetscCall(form.create_vector(sum.out()));
+  PetscCall(form.create_vector(force.out()));
+  PetscCall(form.create_vector(each.out()));
+  for (std::size_t k = 0; k < n; ++k) {
+    PetscCall(form.multiply(set[k], force));
+    for (std::size_t l = 0; l < n; ++l) PetscCall(VecDot(force, set[l], &T[k * n + l]));
+  }
+  if (n > 0) PetscCall(diagonalise(&T, static_cast<PetscBLASInt>(n)));
+  for (std::size_t k = 0; k < n; ++k) {
+    PetscReal size = 0, left = 0;
+    PetscCall(VecZeroEntries(sum));
+    for (std::size_t l = 0; l < n; ++l) PetscCall(VecAXPY(sum, T[k * n + l], set[l]));
+    PetscCall(form.multiply(sum, force));
+    PetscCall(VecPointwiseMult(each, diagonal, sum));
+    PetscCall(VecNorm(force, NORM_2, &left));
+    PetscCall(VecNorm(each, NORM_2, &size));
+    if (left <= NOTHING * size) PetscCall(take(sum, u));
+  }
+  PetscFunctionReturn(0);
+}
+
+}  // namespace bs

@@ -1,0 +1,213 @@
+#include "solvers/eigen/standard_form.hpp"
+#include <cmath>
+
+namespace bs {
+
+PetscErrorCode StandardForm::create(Linearisation& linearised) {
+  const Layout& at = linearised.layout();
+  const std::vector<double>& m = linearised.masses();
+  PetscFunctionBegin;
+  lin_ = &linearised;
+  at_.clear();
+  root_.clear();
+  for (PetscInt i = 0; i < at.particles; ++i)
+    for (PetscInt c = 0; c < at.dim; ++c) {
+      if (!linearised.moves(i, c)) continue;
+      at_.push_back(i * at.dim + c);
+      root_.push_back(std::sqrt(m[static_cast<std::size_t>(i)]));
+    }
+  total_ = static_cast<PetscInt>(at_.size());
+  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &total_, 1, MPIU_INT, MPI_SUM, comm()));
+  PetscCall(create_full(full_.out()));
+  PetscCall(create_full(other_.out()));
+  PetscFunctionReturn(0);
+}
+
+PetscErrorCode StandardForm::create_vector(Vec* u) const {
+  PetscFunctionBegin;
+  PetscCall(VecCreate(comm(), u));
+  PetscCall(VecSetSizes(*u, static_cast<PetscInt>(at_.size()), total_));
+  PetscCall(VecSetType(*u, VECSTANDARD));
+  PetscFunctionReturn(0);
+}
+
+PetscErrorCode StandardForm::create_full(Vec* z) const {
+  const Layout& at = lin_->layout();
+  PetscFunctionBegin;
+  PetscCall(VecCreate(comm(), z));
+  PetscCall(VecSetSizes(*z, at.particles * at.dim, PETSC_DETERMINE));
+  PetscCall(VecSetBlockSize(*z, at.dim));
+  PetscCall(VecSetType(*z, VECSTANDARD));
+  PetscFunctionReturn(0);
+}
+
+PetscErrorCode StandardForm::shape(Vec u, Vec q) const {
+  const PetscScalar* from = nullptr;
+  PetscScalar* to = nullptr;
+  PetscFunctionBegin;
+  PetscCall(VecZeroEntries(q));
+  PetscCall(VecGetArrayRead(u, &from));
+  PetscCall(VecGetArray(q, &to));
+  for (std::size_t k = 0; k < at_.size(); ++k) to[at_[k]] = from[k] / root_[k];
+  PetscCall(VecRestoreArray(q, &to));
+  PetscCall(VecRestoreArrayRead(u, &from));
+  PetscFunctionReturn(0);
+}
+
+PetscErrorCode StandardForm::weigh(Vec q, Vec u) const {
+  const PetscScalar* from = nullptr;
+  PetscScalar* to = nullptr;
+  PetscFunctionBegin;
+  PetscCall(VecGetArrayRead(q, &from));
+  PetscCall(VecGetArrayWrite(u, &to));
+  for (std::size_t k = 0; k < at_.size(); ++k) to[k] = from[at_[k]] * root_[k];
+  PetscCall(VecRestoreArrayWrite(u, &to));
+  PetscCall(VecRestoreArrayRead(q, &from));
+  PetscFunctionReturn(0);
+}
+
+PetscErrorCode StandardForm::multiply(Vec u, Vec v) {
+  PetscFunctionBegin;
+  PetscCall(shape(u, full_));
+  PetscCall(lin_->multiply({0, 0, 1}, full_, other_));
+  PetscCall(weigh_force(v));
+  PetscFunctionReturn(0);
+}
+
+PetscErrorCode StandardForm::multiply_stored(Vec u, Vec v) {
+  PetscFunctionBegin;
+  PetscCall(shape(u, full_));
+  PetscCall(MatMult(stored_, full_, other_));
+  PetscCall(weigh_force(v));
+  PetscFunctionReturn(0);
+}
+
+/// v = M^-1/2 f of the force in other_.
+PetscErrorCode StandardForm::weigh_force(Vec v) const {
+  const PetscScalar* from = nullptr;
+  PetscScalar* to = nullptr;
+  PetscFunctionBegin;
+  PetscCall(VecGetArrayRead(other_, &from));
+  PetscCall(VecGetArrayWrite(v, &to));
+  for (std::size_t k = 0; k < at_.size(); ++k) to[k] = from[at_[k]] / root_[k];
+  PetscCall(VecRestoreArrayWrite(v, &to));
+  PetscCall(VecRestoreArrayRead(other_, &from));
+  PetscFunctionReturn(0);
+}
+
+static PetscErrorCode shell_multiply(Mat A, Vec u, Vec v) {
+  StandardForm* self = nullptr;
+  PetscFunctionBegin;
+  PetscCall(MatShellGetContext(A, &self));
+  PetscCall(self->multiply_stored(u, v));
+  PetscFunctionReturn(0);
+}
+
+static PetscErrorCode shell_diagonal(Mat A, Vec out) {
+  StandardForm* self = nullptr;
+  PetscFunctionBegin;
+  PetscCall(MatShellGetContext(A, &self));
+  PetscCall(self->diagonal(out));
+  PetscFunctionReturn(0);
+}
+
+PetscErrorCode StandardForm::create_operator(Mat* A) {
+  const PetscInt local = static_cast<PetscInt>(at_.size());
+  PetscFunctionBegin;
+  PetscCall(lin_->create(CondensedStorage::sbaij, stored_.out()));
+  PetscCall(lin_->assemble({0, 0, 1}, false, stored_));
+  PetscCall(MatCreateShell(comm(), local, local, total_, total_, this, A));
+  PetscCall(MatSetVecType(*A, VECSTANDARD));
+  PetscCall(MatShellSetOperation(*A, MATOP_MULT, reinterpret_cast<void (*)()>(shell_multiply)));
+  PetscCall(MatShellSetOperation(*A, MATOP_MULT_TRANSPOSE, reinterpret_cast<void (*)()>(shell_multiply)));
+  PetscCall(MatShellSetOperation(*A, MATOP_GET_DIAGONAL, reinterpret_cast<void (*)()>(shell_diagonal)));
+  PetscCall(MatSetOption(*A, MAT_SYMMETRIC, PETSC_TRUE));
+  PetscFunctionReturn(0);
+}
+
+PetscErrorCode StandardForm::assemble(Mat* A) const {
+  MatHandle S;
+  VecHandle scale;
+  PetscScalar* a = nullptr;
+  PetscInt first = 0;
+  PetscFunctionBegin;
+  PetscCall(lin_->create(CondensedStorage::aij, S.out()));
+  PetscCall(lin_->assemble({0, 0, 1}, false, S));
+  PetscCall(MatSetNearNullSpace(S, nullptr));
+  PetscCall(MatGetOwnershipRange(S, &first, nullptr));
+  if (total_ == lin_->unknowns()) {
+    PetscCall(PetscObjectReference(reinterpret_cast<PetscObject>(S.get())));
+    *A = S;
+  } else {
+    std::vector<PetscInt> rows;
+    for (const PetscInt k : at_) rows.push_back(first + k);
+    ISHandle kept;
+    PetscCall(ISCreateGeneral(comm(), static_cast<PetscInt>(rows.size()), rows.data(), PETSC_COPY_VALUES, kept.out()));
+    PetscCall(MatCreateSubMatrix(S, kept, kept, MAT_INITIAL_MATRIX, A));
+  }
+  PetscCall(create_vector(scale.out()));
+  PetscCall(VecGetArrayWrite(scale, &a));
+  for (std::size_t k = 0; k < root_.size(); ++k) a[k] = 1 / root_[k];
+  PetscCall(VecRestoreArrayWrite(scale, &a));
+  PetscCall(MatDiagonalScale(*A, scale, scale));
+  PetscCall(MatSetOption(*A, MAT_SYMMETRIC, PETSC_TRUE));
+  PetscFunctionReturn(0);
+}
+
+PetscErrorCode StandardForm::create_springs() {
+  PetscFunctionBegin;
+  if (!springs_) PetscCall(lin_->create(CondensedStorage::springs, springs_.out()));
+  PetscFunctionReturn(0);
+}
+
+PetscErrorCode StandardForm::diagonal(Vec out) {
+  const PetscScalar* from = nullptr;
+  PetscScalar* to = nullptr;
+  PetscFunctionBegin;
+  PetscCall(create_springs());
+  if (!inverse_) PetscCall(lin_->assemble({0, 0, 1}, false, springs_));
+  PetscCall(MatGetDiagonal(springs_, other_));
+  PetscCall(VecGetArrayRead(other_, &from));
+  PetscCall(VecGetArrayWrite(out, &to));
+  for (std::size_t k = 0; k < at_.size(); ++k) to[k] = from[at_[k]] / (root_[k] * root_[k]);
+  PetscCall(VecRestoreArrayWrite(out, &to));
+  PetscCall(VecRestoreArrayRead(other_, &from));
+  PetscFunctionReturn(0);
+}
+
+/// z = M^1/2 P^-1 M^1/2 r
+PetscErrorCode apply_inverse(PC pc, Vec r, Vec z) {
+  StandardForm* self = nullptr;
+  const PetscScalar* from = nullptr;
+  PetscScalar* to = nullptr;
+  PetscFunctionBegin;
+  PetscCall(PCShellGetContext(pc, &self));
+  PetscCall(VecZeroEntries(self->full_));
+  PetscCall(VecGetArrayRead(r, &from));
+  PetscCall(VecGetArray(self->full_, &to));
+  for (std::size_t k = 0; k < self->at_.size(); ++k) to[self->at_[k]] = from[k] * self->root_[k];
+  PetscCall(VecRestoreArray(self->full_, &to));
+  PetscCall(VecRestoreArrayRead(r, &from));
+  PetscCall(PCApply(self->inverse_, self->full_, self->other_));
+  PetscCall(self->weigh(self->other_, z));
+  PetscFunctionReturn(0);
+}
+
+PetscErrorCode StandardForm::create_preconditioner(double shift, PC pc) {
+  PetscFunctionBegin;
+  PetscCall(create_springs());
+  PetscCall(lin_->assemble({shift, 0, 1}, true, springs_));
+  PetscCall(PCCreate(comm(), inverse_.out()));
+  PetscCall(PCSetOptionsPrefix(inverse_, "modes_"));
+  PetscCall(PCSetOperators(inverse_, springs_, springs_));
+  PetscCall(PCSetType(inverse_, "bicc"));
+  PetscCall(PCSetFromOptions(inverse_));
+  PetscCall(PCSetUp(inverse_));
+  PetscCall(PCSetType(pc, PCSHELL));
+  PetscCall(PCShellSetContext(pc, this));
+  PetscCall(PCShellSetApply(pc, apply_inverse));
+  PetscCall(PCShellSetName(pc, "bicc"));
+  PetscFunctionReturn(0);
+}
+
+}  // namespace bs

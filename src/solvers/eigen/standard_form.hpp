@@ -1,0 +1,53 @@
+// The free vibrations -K q = omega^2 M q of a linearised system as a standard symmetric problem,
+//   A u = omega^2 u,   A = M^-1/2 (-K) M^-1/2,   u = M^1/2 q,
+// over the components that can move: fixed ones have no row. u of length 1 is q with q.M q = 1.
+#pragma once
+#include <petscksp.h>
+#include <vector>
+#include "base/handle.hpp"
+#include "systems/mechanics.hpp"
+
+namespace bs {
+
+class StandardForm {
+ public:
+  /// Collective. `linearised`, which must outlive the object, is linearised at the state of interest already.
+  PetscErrorCode create(Linearisation& linearised);
+  MPI_Comm comm() const { return lin_->comm(); }
+  Linearisation& linearised() const { return *lin_; }
+  /// Rows of A, of all ranks.
+  PetscInt unknowns() const { return total_; }
+  /// Collective. A vector u; or one over all components, blocks of d.
+  PetscErrorCode create_vector(Vec* u) const;
+  PetscErrorCode create_full(Vec* z) const;
+  /// q = M^-1/2 u, zero at fixed particles.
+  PetscErrorCode shape(Vec u, Vec q) const;
+  /// u = M^1/2 q of the components that can move.
+  PetscErrorCode weigh(Vec q, Vec u) const;
+  /// Collective. v = A u exactly, without a matrix.
+  PetscErrorCode multiply(Vec u, Vec v);
+  /// Collective. A MATSHELL that multiplies by A, K being stored by symmetric blocks.
+  PetscErrorCode create_operator(Mat* A);
+  /// Collective. v = A u by the stored K.
+  PetscErrorCode multiply_stored(Vec u, Vec v);
+  /// Collective. A as an AIJ matrix.
+  PetscErrorCode assemble(Mat* A) const;
+  /// Collective. The diagonal of A, and the approximate inverse of its definite part plus `shift` by block factors and a
+  /// coarse grid, as a PC without matrix.
+  PetscErrorCode create_preconditioner(double shift, PC pc);
+  PetscErrorCode diagonal(Vec out);
+
+ private:
+  friend PetscErrorCode apply_inverse(PC pc, Vec r, Vec z);
+  PetscErrorCode create_springs();
+  PetscErrorCode weigh_force(Vec v) const;
+  Linearisation* lin_ = nullptr;
+  std::vector<PetscInt> at_;  ///< place of component k among this rank's n d
+  std::vector<double> root_;  ///< sqrt(m) of component k
+  PetscInt total_ = 0;
+  VecHandle full_, other_;
+  MatHandle springs_, stored_;
+  PCHandle inverse_;
+};
+
+}  // namespace bs

@@ -1,0 +1,15 @@
+// M, K = df/dx and D = df/dv as files, for other programs: -bs_write_matrices.
+#pragma once
+#include <string>
+#include "systems/model.hpp"
+
+namespace bs {
+
+/// Collective. Reads -bs_write_matrices; once, for every task.
+PetscErrorCode read_matrix_options(MPI_Comm comm);
+
+/// Collective. Writes the matrices of `model` at (t, y), if that is asked for. A model that has none, or a file that cannot be written,
+/// ends the run with exit code 2; a failure while writing with 4.
+PetscErrorCode write_matrices(Model& model, double t, Vec y, bool overwrite);
+
+}  // namespace bs

@@ -1,0 +1,194 @@
+#include "tasks/modes.hpp"
+#include <algorithm>
+#include <cmath>
+#include "base/fault.hpp"
+#include "base/options.hpp"
+#include "tasks/matrices.hpp"
+#include "tasks/modes_parts.hpp"
+#include "tasks/unused.hpp"
+
+namespace bs {
+namespace {
+
+/// Read by every task, used by run_modes.
+ModeRequest& request_of_options() {
+  static ModeRequest request;
+  return request;
+}
+
+/// Why the free vibrations of `model` cannot be had; empty where they can.
+std::string unsuited(Model& model) {
+  Mechanics* mechanics = model.mechanics();
+  if (!mechanics)
+    return std::string("option -bs_task modes: a ") + model.name() + " system has no masses: give -bs_model particles, or -bs_task dynamics";
+  if (mechanics->couples_all())
+    return "option -bs_task modes: forces that couple all particles have no sparse matrix: leave them out, or give -bs_task dynamics";
+  return {};
+}
+
+/// Options of the motion in time and its solvers, which a file of options may hold for another task.
+bool of_dynamics(const std::string& name) {
+  for (const char* begin : {"-ts_", "-snes_", "-ksp_", "-pc_", "-condensed_", "-sub_", "-mat_"})
+    if (name.rfind(begin, 0) == 0) return true;
+  return false;
+}
+
+}  // namespace
+
+PetscErrorCode read_mode_options(MPI_Comm comm, bool chosen) {
+  ModeRequest& request = request_of_options();
+  std::int64_t count = 10;
+  PetscFunctionBegin;
+  PetscCall(read_section(comm, "Modes", [&](Section& o) {
+    bool given = o.integer("-bs_modes", "number K of modes of free vibration to compute, with -bs_task modes", count, Range::positive);
+    given = o.choice("-bs_modes_which",
+                     "which of the squares omega^2 of the circular frequencies: the K smallest, the K largest, or the K nearest to "
+                     "-bs_modes_target; written in ascending order",
+                     {"smallest", "largest", "target"}, request.which) ||
+            given;
+    const bool near = o.real("-bs_modes_target", "square omega^2 of a circular frequency near which modes are sought [1/s^2]", request.near);
+    int rigid = 0;
+    given = o.choice("-bs_modes_rigid",
+                     "modes with omega^2 = 0, motions as a rigid body and mechanisms: drop: counted, but not among the K; keep: among "
+                     "the K",
+                     {"drop", "keep"}, rigid) ||
+            given;
+    request.keep_rigid = rigid == 1;
+    given = o.choice("-bs_modes_solver",
+                     "auto: by size; dense: LAPACK; direct: Krylov-Schur with shift and invert by MUMPS; iterative: generalised Davidson "
+                     "with block factors and a coarse grid (-eps_... and -st_... tune them)",
+                     {"auto", "dense", "direct", "iterative"}, request.method) ||
+            given;
+    if (near && request.which != ModeRequest::target) o.fail("option -bs_modes_target: give -bs_modes_which target with it");
+    if (!near && request.which == ModeRequest::target) o.fail("option -bs_modes_which target: say with -bs_modes_target near which omega^2 [1/s^2]");
+    if ((given || near) && !chosen) o.fail("options -bs_modes...: give -bs_task modes with them");
+    if (count > PETSC_MAX_INT) o.fail(format("option -bs_modes: %lld is too large", static_cast<long long>(count)));
+  }));
+  request.count = static_cast<PetscInt>(count);
+  PetscFunctionReturn(0);
+}
+
+/// About the positions at the start, at rest.
+PetscErrorCode ModesRun::linearise() {
+  Mechanics& mechanics = *model_.mechanics();
+  const Layout& at = mechanics.layout();
+  PetscScalar* a = nullptr;
+  PetscFunctionBegin;
+  PetscCall(PetscOptionsGetReal(nullptr, nullptr, "-ts_init_time", &time_, nullptr));
+  PetscCall(VecDuplicate(model_.initial_state(), y_.out()));
+  PetscCall(VecCopy(model_.initial_state(), y_));
+  PetscCall(VecGetArray(y_, &a));
+  for (PetscInt i = 0; i < at.particles; ++i)
+    for (PetscInt c = 0; c < at.dim; ++c) a[at.v(i, c)] = 0;
+  PetscCall(VecRestoreArray(y_, &a));
+  PetscCall(look_at_forces());
+  PetscCall(mechanics.linearisation().linearise(time_, y_));
+  PetscCall(form_.create(mechanics.linearisation()));
+  if (form_.unknowns() == 0)
+    PetscCall(tell(model_.comm(), Exit::input, "option -bs_task modes: no particle can move: leave some free (particles/fixed, -bs_lattice_fixed)"));
+  PetscCall(look_at_damping());
+  PetscFunctionReturn(0);
+}
+
+/// Whether forces have values here, and how far from equilibrium this is.
+PetscErrorCode ModesRun::look_at_forces() {
+  Mechanics& mechanics = *model_.mechanics();
+  const Layout& at = mechanics.layout();
+  const double* f = nullptr;
+  std::string fault;
+  double most[2] = {0, 0};
+  PetscFunctionBegin;
+  PetscCall(mechanics.force(time_, y_, &f));
+  for (PetscInt k = 0; k < at.particles * at.dim; ++k) most[0] = std::max(most[0], std::abs(f[k]));
+  PetscCall(model_.last_fault(&fault));
+  if (!fault.empty()) PetscCall(tell(model_.comm(), Exit::input, "option -bs_task modes: the start has no stiffness: " + fault));
+  std::vector<double> size(static_cast<std::size_t>(at.particles * at.dim), 0.0);
+  PetscCall(mechanics.force_magnitudes(time_, y_, size.data()));
+  for (const double s : size) most[1] = std::max(most[1], s);
+  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, most, 2, MPI_DOUBLE, MPI_MAX, model_.comm()));
+  largest_force_ = most[0];
+  force_size_ = most[1];
+  PetscFunctionReturn(0);
+}
+
+PetscErrorCode ModesRun::look_at_damping() {
+  const Layout& at = form_.linearised().layout();
+  std::vector<double> w(static_cast<std::size_t>(at.particles * at.dim)), f(w.size(), 0.0);
+  PetscFunctionBegin;
+  for (std::size_t k = 0; k < w.size(); ++k) w[k] = static_cast<double>((7 * k + 3) % 11) - 5.0;
+  PetscCall(form_.linearised().damping_force(w.data(), f.data()));
+  int some = std::any_of(f.begin(), f.end(), [](double value) { return value != 0; });
+  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &some, 1, MPI_INT, MPI_MAX, model_.comm()));
+  damped_ = some != 0;
+  PetscFunctionReturn(0);
+}
+
+PetscErrorCode ModesRun::say_header(const std::string& method) {
+  PetscMPIInt size;
+  PetscFunctionBegin;
+  PetscCallMPI(MPI_Comm_size(model_.comm(), &size));
+  std::vector<std::string> lines = model_.describe();
+  lines.insert(lines.begin(), format("backspring %s on %d rank%s", BS_VERSION, size, size > 1 ? "s" : ""));
+  lines.push_back(format("modes: the %lld %s omega^2 of -K q = omega^2 M q about the start, %lld unknowns", static_cast<long long>(request_.count),
+                         request_.which == ModeRequest::smallest  ? "smallest"
+                         : request_.which == ModeRequest::largest ? "largest"
+                                                                  : format("(nearest to %g)", request_.near).c_str(),
+                         static_cast<long long>(form_.unknowns())));
+  lines.push_back("eigensolver: " + method);
+  if (damped_) lines.push_back("damping is left out: the modes are those of M and K alone");
+  constexpr double REST = 1e-6;
+  if (largest_force_ > REST * force_size_)
+    lines.push_back(format("the start is no equilibrium: forces up to %g N are left, and the modes are those of its K all the same", largest_force_));
+  if (options_.output.trajectory.file.empty()) lines.push_back("the modes are not written: give -bs_output F.h5md to write them");
+  progress_.header(lines);
+  PetscFunctionReturn(0);
+}
+
+PetscErrorCode ModesRun::run() {
+  std::string method, why;
+  PetscBool help = PETSC_FALSE;
+  PetscFunctionBegin;
+  PetscCall(linearise());
+  ModeSolver solver(form_, y_, request_);
+  PetscCall(reject_unknown_options(model_.comm()));
+  PetscCall(solver.create(&method));
+  PetscCall(PetscOptionsHasName(nullptr, nullptr, "-help", &help));
+  if (help) PetscFunctionReturn(0);
+  PetscCall(say_header(method));
+  PetscCall(write_matrices(model_, time_, y_, options_.output.trajectory.overwrite));
+  std::vector<std::string> unused;
+  PetscCall(unused_options(&unused));
+  for (const std::string& name : unused)
+    if (!of_dynamics(name)) PetscCall(warn(model_.comm(), "option " + name + " is not used by this run: it is misspelt, or belongs to another task"));
+  set_phase(Exit::solve);
+  PetscCall(solver.solve(&modes_, &why));
+  modes_.method = method;
+  if (why.empty()) {
+    PetscCall(weigh_up());
+    PetscCall(write());
+  }
+  PetscCall(conclude(why));
+  PetscFunctionReturn(0);
+}
+
+PetscErrorCode run_modes(std::unique_ptr<Model> model, int* exit_code) {
+  RunOptions options;
+  Claim claim;  // given up when the files are closed
+  PetscFunctionBegin;
+  *exit_code = 0;
+  PetscCall(read_run_options(model->comm(), &options));
+  const std::string why = unsuited(*model);
+  if (!why.empty()) PetscCall(tell(model->comm(), Exit::input, why));
+  if (!options.saving.restart.empty() || !options.saving.file.empty())
+    PetscCall(tell(model->comm(), Exit::input, "options -bs_checkpoint and -bs_restart: -bs_task modes has no steps to save: leave them out"));
+  PetscCall(claim_files(model->comm(), options, &claim));
+  PetscCall(SlepcInitialize(nullptr, nullptr, nullptr, nullptr));
+  {
+    ModesRun run(*model, options, request_of_options());
+    PetscCall(run.run());
+  }
+  PetscCall(SlepcFinalize());
+  PetscFunctionReturn(0);
+}
+
+}  // namespace bs

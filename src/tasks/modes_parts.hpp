@@ -1,0 +1,47 @@
+// The parts behind run_modes.
+#pragma once
+#include <string>
+#include <vector>
+#include "output/progress.hpp"
+#include "output/trajectory.hpp"
+#include "solvers/eigen/mode_solver.hpp"
+#include "tasks/run_options.hpp"
+
+namespace bs {
+
+class ModesRun {
+ public:
+  ModesRun(Model& model, const RunOptions& options, const ModeRequest& request)
+      : model_(model), options_(options), request_(request), progress_(model.comm(), options.output.progress_interval) {}
+  PetscErrorCode run();
+
+ private:
+  PetscErrorCode linearise();
+  PetscErrorCode look_at_forces();
+  PetscErrorCode look_at_damping();
+  PetscErrorCode say_header(const std::string& method);
+  PetscErrorCode weigh_up();
+  PetscErrorCode page(std::size_t k, Vec* out);
+  PetscErrorCode fluctuations(std::vector<Dataset>* constants);
+  PetscErrorCode write();
+  PetscErrorCode conclude(const std::string& why);
+  PetscErrorCode report(const std::string& outcome, const std::string& why);
+  std::vector<std::string> lines() const;
+
+  Model& model_;
+  RunOptions options_;
+  ModeRequest request_;
+  Progress progress_;
+  StandardForm form_;
+  VecHandle y_;      ///< the state linearised at: (x, 0)
+  VecHandle shape_;  ///< of one mode, over all components
+  VecHandle state_;  ///< a mode in the place of positions, on its way to the input's order
+  Modes modes_;
+  double time_ = 0;
+  double largest_force_ = 0, force_size_ = 0;  ///< of single particles [N]; the second without cancellation
+  bool damped_ = false;
+  std::vector<double> participation_;  ///< (K, d) effective masses [kg]
+  double mass_ = 0;                    ///< of the particles that can move [kg]
+};
+
+}  // namespace bs

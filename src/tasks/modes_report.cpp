@@ -1,0 +1,214 @@
+// What becomes of computed modes: participation, datasets, summary and report.
+#include <algorithm>
+#include <cmath>
+#include "base/fault.hpp"
+#include "output/report.hpp"
+#include "tasks/modes_parts.hpp"
+
+namespace bs {
+
+/// Effective masses: (sum over particles of m q_c)^2, which over all modes adds up to the mass that can move.
+PetscErrorCode ModesRun::weigh_up() {
+  const Linearisation& lin = form_.linearised();
+  const Layout& at = lin.layout();
+  const std::vector<double>& m = lin.masses();
+  PetscFunctionBegin;
+  PetscCall(form_.create_full(shape_.out()));
+  for (PetscInt i = 0; i < at.particles; ++i) mass_ += lin.moves(i, 0) ? m[static_cast<std::size_t>(i)] : 0.0;
+  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &mass_, 1, MPI_DOUBLE, MPI_SUM, model_.comm()));
+  participation_.assign(modes_.mode.size() * static_cast<std::size_t>(at.dim), 0.0);
+  for (std::size_t k = 0; k < modes_.mode.size(); ++k) {
+    const PetscScalar* q = nullptr;
+    PetscCall(form_.shape(modes_.mode[k].u, shape_));
+    PetscCall(VecGetArrayRead(shape_, &q));
+    for (PetscInt i = 0; i < at.particles; ++i)
+      for (PetscInt c = 0; c < at.dim; ++c) participation_[k * at.dim + c] += m[static_cast<std::size_t>(i)] * q[i * at.dim + c];
+    PetscCall(VecRestoreArrayRead(shape_, &q));
+  }
+  const PetscMPIInt count = static_cast<PetscMPIInt>(participation_.size());
+  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, participation_.data(), count, MPI_DOUBLE, MPI_SUM, model_.comm()));
+  for (double& value : participation_) value *= value;
+  PetscFunctionReturn(0);
+}
+
+/// Mode k in the input's order, its largest component (the first of those as large) positive; borrowed.
+PetscErrorCode ModesRun::page(std::size_t k, Vec* out) {
+  constexpr double AS_LARGE = 1 - 1e-6;
+  const Layout& at = form_.linearised().layout();
+  std::vector<StatePart> parts;
+  const PetscScalar *from = nullptr, *q = nullptr;
+  PetscScalar* to = nullptr;
+  PetscReal most = 0;
+  PetscInt first = 0, n = 0;
+  PetscFunctionBegin;
+  if (!state_) PetscCall(VecDuplicate(y_, state_.out()));
+  PetscCall(form_.shape(modes_.mode[k].u, shape_));
+  PetscCall(VecZeroEntries(state_));
+  PetscCall(VecGetArrayRead(shape_, &from));
+  PetscCall(VecGetArray(state_, &to));
+  for (PetscInt i = 0; i < at.particles; ++i)
+    for (PetscInt c = 0; c < at.dim; ++c) to[at.x(i, c)] = from[i * at.dim + c];
+  PetscCall(VecRestoreArray(state_, &to));
+  PetscCall(VecRestoreArrayRead(shape_, &from));
+  PetscCall(model_.gather_state(state_, &parts));
+  *out = parts[0].vec;
+  PetscCall(VecNorm(*out, NORM_INFINITY, &most));
+  PetscCall(VecGetOwnershipRange(*out, &first, nullptr));
+  PetscCall(VecGetLocalSize(*out, &n));
+  PetscCall(VecGetArrayRead(*out, &q));
+  PetscInt place[2] = {PETSC_MAX_INT, PETSC_MAX_INT};  // of the first such component; the same if it is negative
+  for (PetscInt i = 0; i < n && place[0] == PETSC_MAX_INT; ++i)
+    if (std::abs(q[i]) >= AS_LARGE * most) {
+      place[0] = first + i;
+      if (q[i] < 0) place[1] = first + i;
+    }
+  PetscCall(VecRestoreArrayRead(*out, &q));
+  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, place, 2, MPIU_INT, MPI_MIN, model_.comm()));
+  if (place[0] == place[1]) PetscCall(VecScale(*out, -1.0));
+  PetscFunctionReturn(0);
+}
+
+/// sum over the modes of |q_i|^2/omega^2: the mean square of particle i's displacement at kT = 1 J, as far as these modes go.
+PetscErrorCode ModesRun::fluctuations(std::vector<Dataset>* constants) {
+  const PetscInt d = form_.linearised().layout().dim;
+  std::vector<double> sum;
+  std::int64_t first = 0, total = 0;
+  PetscFunctionBegin;
+  for (std::size_t k = 0; k < modes_.mode.size(); ++k) {
+    const Mode& mode = modes_.mode[k];
+    Vec q;
+    PetscInt n = 0, at = 0, all = 0;
+    const PetscScalar* a = nullptr;
+    PetscCall(page(k, &q));
+    PetscCall(VecGetLocalSize(q, &n));
+    PetscCall(VecGetSize(q, &all));
+    PetscCall(VecGetOwnershipRange(q, &at, nullptr));
+    first = at / d;
+    total = all / d;
+    sum.resize(static_cast<std::size_t>(n / d), 0.0);
+    if (mode.zero || mode.omega_squared <= 0) continue;
+    PetscCall(VecGetArrayRead(q, &a));
+    for (PetscInt i = 0; i < n; ++i) sum[static_cast<std::size_t>(i / d)] += a[i] * a[i] / mode.omega_squared;
+    PetscCall(VecRestoreArrayRead(q, &a));
+  }
+  constants->push_back({"/modes/fluctuation", first, total, 0, std::move(sum), {{"meaning", "mean square displacement at kT = 1 J by these modes"}}});
+  PetscFunctionReturn(0);
+}
+
+PetscErrorCode ModesRun::write() {
+  const TrajectoryOptions& options = options_.output.trajectory;
+  const std::int64_t count = static_cast<std::int64_t>(modes_.mode.size());
+  const int d = static_cast<int>(form_.linearised().layout().dim);
+  std::vector<Dataset> constants;
+  std::vector<Field> fields;
+  std::vector<Observable> observables;
+  std::unique_ptr<Trajectory> file;
+  std::vector<double> squared, residual;
+  PetscMPIInt rank;
+  PetscFunctionBegin;
+  if (options.file.empty() || count == 0) PetscFunctionReturn(0);
+  PetscCallMPI(MPI_Comm_rank(model_.comm(), &rank));
+  PetscCall(model_.take_constants(&constants));
+  model_.release_input();
+  PetscCall(fluctuations(&constants));
+  for (const Mode& mode : modes_.mode) {
+    squared.push_back(mode.omega_squared);
+    residual.push_back(mode.residual);
+  }
+  if (rank != 0) {  // each row is written by one rank
+    squared.clear();
+    residual.clear();
+    participation_.clear();
+  }
+  constants.push_back({"/modes/omega_squared", 0, count, 0, squared, {{"meaning", "eigenvalues of -K q = omega^2 M q"}}});
+  constants.push_back({"/modes/residual", 0, count, 0, residual, {{"meaning", "bound of the error of omega_squared"}}});
+  constants.push_back({"/modes/participation", 0, count, d, participation_, {{"meaning", "effective mass in each direction"}}});
+  set_phase(Exit::io);
+  PetscCall(Trajectory::create(model_.comm(), options, model_.dim(), constants, &file));
+  PetscCall(file->write_pages("/modes/shape", count, [this](std::int64_t k, Vec* out) { return page(static_cast<std::size_t>(k), out); }));
+  PetscCall(model_.observe(time_, y_, &observables));
+  PetscCall(model_.fields(time_, y_, &fields));
+  PetscCall(file->write_frame(0, time_, fields, observables));
+  PetscCall(file->close());
+  set_phase(Exit::solve);
+  PetscFunctionReturn(0);
+}
+
+std::vector<std::string> ModesRun::lines() const {
+  std::vector<std::string> all;
+  const auto number = [](PetscInt n) { return static_cast<long long>(n); };
+  constexpr std::size_t SHOWN = 12;
+  for (std::size_t k = 0; k < modes_.mode.size() && k < SHOWN; ++k) {
+    const Mode& mode = modes_.mode[k];
+    const double w = mode.omega_squared;
+    all.push_back(format("mode %zu: omega^2 = %.10g 1/s^2, %s, residual %.1e", k, w,
+                         mode.zero ? "omega = 0"
+                         : w < 0   ? format("grows as exp(%.6g t)", std::sqrt(-w)).c_str()
+                                   : format("f = %.6g Hz", std::sqrt(w) / (2 * M_PI)).c_str(),
+                         mode.residual));
+  }
+  if (modes_.mode.size() > SHOWN) all.push_back(format("... and %zu more", modes_.mode.size() - SHOWN));
+  if (modes_.zero > 0)
+    all.push_back(format("%lld modes have omega^2 = 0, %lld of them motions of the whole as a rigid body%s", number(modes_.zero),
+                         number(modes_.rigid), request_.keep_rigid ? "" : "; they are not among the modes above"));
+  if (modes_.counted) all.push_back("no mode is missing among them, as the signs of the factors show");
+  return all;
+}
+
+PetscErrorCode ModesRun::report(const std::string& outcome, const std::string& why) {
+  PetscMPIInt size;
+  PetscFunctionBegin;
+  if (options_.output.report.empty()) PetscFunctionReturn(0);
+  PetscCallMPI(MPI_Comm_size(model_.comm(), &size));
+  Report report;
+  double worst = 0;
+  std::vector<double> squared;
+  for (const Mode& mode : modes_.mode) {
+    squared.push_back(mode.omega_squared);
+    worst = std::max(worst, mode.residual);
+  }
+  report.set("outcome", outcome);
+  report.set("reason", why);
+  report.set("task", "modes");
+  report.set("model", std::string(model_.name()));
+  report.set("ranks", static_cast<std::int64_t>(size));
+  report.set("method", modes_.method);
+  report.set("modes", static_cast<std::int64_t>(modes_.mode.size()));
+  report.set("omega_squared", squared);
+  report.set("largest_residual", worst);
+  report.set("zero_modes", static_cast<std::int64_t>(modes_.zero));
+  report.set("rigid_motions", static_cast<std::int64_t>(modes_.rigid));
+  report.set("unstable_modes", static_cast<std::int64_t>(modes_.unstable));
+  report.set("counted", modes_.counted);
+  report.set("iterations", static_cast<std::int64_t>(modes_.iterations));
+  report.set("moving_mass", mass_);
+  report.set("largest_force", largest_force_);
+  report.set("frames", static_cast<std::int64_t>(options_.output.trajectory.file.empty() || modes_.mode.empty() ? 0 : 1));
+  report.set("wall", progress_.wall());
+  std::vector<std::string> warnings;
+  if (modes_.unstable > 0) warnings.push_back("unstable");
+  report.set("warnings", warnings);
+  PetscCall(report.write(model_.comm(), options_.output.report, options_.output.trajectory.overwrite));
+  PetscFunctionReturn(0);
+}
+
+PetscErrorCode ModesRun::conclude(const std::string& why) {
+  PetscFunctionBegin;
+  const long long found = static_cast<long long>(modes_.mode.size()), asked = static_cast<long long>(request_.count);
+  if (why.empty() && found < asked)
+    PetscCall(warn(model_.comm(), format("the system has %lld modes%s, fewer than the %lld of -bs_modes: all of them are given", found,
+                                         request_.keep_rigid ? "" : " with omega^2 other than 0", asked)));
+  if (modes_.unstable > 0)
+    PetscCall(warn(model_.comm(), format("%lld modes have omega^2 < 0: the start is unstable, and small motions along them grow",
+                                         static_cast<long long>(modes_.unstable))));
+  PetscCall(report(why.empty() ? "ok" : "failed", why));
+  std::vector<std::string> said = why.empty() ? lines() : std::vector<std::string>{};
+  said.push_back(format("backspring: %s modes=%lld zero=%lld unstable=%lld iterations=%lld wall=%.3f%s", why.empty() ? "ok" : "failed", found,
+                        static_cast<long long>(modes_.zero), static_cast<long long>(modes_.unstable), static_cast<long long>(modes_.iterations),
+                        progress_.wall(), modes_.unstable > 0 ? " warnings=1" : ""));
+  progress_.header(said);
+  if (!why.empty()) PetscCall(tell(model_.comm(), Exit::solve, why));
+  PetscFunctionReturn(0);
+}
+
+}  // namespace bs
