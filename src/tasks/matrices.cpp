@@ -188,9 +188,23 @@ PetscErrorCode read_matrix_options(MPI_Comm comm) {
   PetscCall(read_section(comm, "Matrices", [&](Section& o) {
     o.text("-bs_write_matrices",
            "prefix P of files P_M, P_K and P_D, each as .mtx (Matrix Market) and .petsc (PETSc binary): masses, K = df/dx and D = df/dv of "
-           "M x'' = f at the start, in the input's order, without rows and columns of fixed particles; default: none are written",
+           "M x'' = f at the start (-bs_task statics: at the last equilibrium), in the input's order, without rows and columns of fixed particles; "
+           "default: none are written",
            prefix());
   }));
+  PetscFunctionReturn(0);
+}
+
+PetscErrorCode at_rest(Model& model, Vec y, Vec* out) {
+  const Layout& at = model.mechanics()->layout();
+  PetscScalar* a = nullptr;
+  PetscFunctionBegin;
+  PetscCall(VecDuplicate(y, out));
+  PetscCall(VecCopy(y, *out));
+  PetscCall(VecGetArray(*out, &a));
+  for (PetscInt i = 0; i < at.particles; ++i)
+    for (PetscInt c = 0; c < at.dim; ++c) a[at.v(i, c)] = 0;
+  PetscCall(VecRestoreArray(*out, &a));
   PetscFunctionReturn(0);
 }
 

@@ -5,6 +5,7 @@
 #include "base/options.hpp"
 #include "tasks/matrices.hpp"
 #include "tasks/modes_parts.hpp"
+#include "tasks/statics.hpp"
 #include "tasks/unused.hpp"
 
 namespace bs {
@@ -14,6 +15,25 @@ namespace {
 ModeRequest& request_of_options() {
   static ModeRequest request;
   return request;
+}
+
+/// -bs_modes_about: 0 the start, 1 the equilibrium.
+int& about() {
+  static int where = 0;
+  return where;
+}
+
+/// Options of the eigensolver count as used: what comes before it would warn of them.
+PetscErrorCode spare_eigensolver() {
+  std::vector<std::string> names;
+  PetscFunctionBegin;
+  PetscCall(unused_options(&names));
+  for (const std::string& name : names) {
+    PetscBool given = PETSC_FALSE;
+    for (const char* begin : {"-eps_", "-st_", "-modes_", "-bv_", "-ds_"})
+      if (name.rfind(begin, 0) == 0) PetscCall(PetscOptionsHasName(nullptr, nullptr, name.c_str(), &given));
+  }
+  PetscFunctionReturn(0);
 }
 
 /// Why the free vibrations of `model` cannot be had; empty where they can.
@@ -59,6 +79,11 @@ PetscErrorCode read_mode_options(MPI_Comm comm, bool chosen) {
                      "with block factors and a coarse grid (-eps_... and -st_... tune them)",
                      {"auto", "dense", "direct", "iterative"}, request.method) ||
             given;
+    given = o.choice("-bs_modes_about",
+                     "state that the system vibrates about: start, or equilibrium under the full loads, which -bs_task statics would find "
+                     "(its options -bs_load_... apply)",
+                     {"start", "equilibrium"}, about()) ||
+            given;
     if (near && request.which != ModeRequest::target) o.fail("option -bs_modes_target: give -bs_modes_which target with it");
     if (!near && request.which == ModeRequest::target) o.fail("option -bs_modes_which target: say with -bs_modes_target near which omega^2 [1/s^2]");
     if ((given || near) && !chosen) o.fail("options -bs_modes...: give -bs_task modes with them");
@@ -68,19 +93,9 @@ PetscErrorCode read_mode_options(MPI_Comm comm, bool chosen) {
   PetscFunctionReturn(0);
 }
 
-/// About the positions at the start, at rest.
 PetscErrorCode ModesRun::linearise() {
   Mechanics& mechanics = *model_.mechanics();
-  const Layout& at = mechanics.layout();
-  PetscScalar* a = nullptr;
   PetscFunctionBegin;
-  PetscCall(PetscOptionsGetReal(nullptr, nullptr, "-ts_init_time", &time_, nullptr));
-  PetscCall(VecDuplicate(model_.initial_state(), y_.out()));
-  PetscCall(VecCopy(model_.initial_state(), y_));
-  PetscCall(VecGetArray(y_, &a));
-  for (PetscInt i = 0; i < at.particles; ++i)
-    for (PetscInt c = 0; c < at.dim; ++c) a[at.v(i, c)] = 0;
-  PetscCall(VecRestoreArray(y_, &a));
   PetscCall(look_at_forces());
   PetscCall(mechanics.linearisation().linearise(time_, y_));
   PetscCall(form_.create(mechanics.linearisation()));
@@ -101,7 +116,7 @@ PetscErrorCode ModesRun::look_at_forces() {
   PetscCall(mechanics.force(time_, y_, &f));
   for (PetscInt k = 0; k < at.particles * at.dim; ++k) most[0] = std::max(most[0], std::abs(f[k]));
   PetscCall(model_.last_fault(&fault));
-  if (!fault.empty()) PetscCall(tell(model_.comm(), Exit::input, "option -bs_task modes: the start has no stiffness: " + fault));
+  if (!fault.empty()) PetscCall(tell(model_.comm(), Exit::input, "option -bs_task modes: this state has no stiffness: " + fault));
   std::vector<double> size(static_cast<std::size_t>(at.particles * at.dim), 0.0);
   PetscCall(mechanics.force_magnitudes(time_, y_, size.data()));
   for (const double s : size) most[1] = std::max(most[1], s);
@@ -129,16 +144,17 @@ PetscErrorCode ModesRun::say_header(const std::string& method) {
   PetscCallMPI(MPI_Comm_size(model_.comm(), &size));
   std::vector<std::string> lines = model_.describe();
   lines.insert(lines.begin(), format("backspring %s on %d rank%s", BS_VERSION, size, size > 1 ? "s" : ""));
-  lines.push_back(format("modes: the %lld %s omega^2 of -K q = omega^2 M q about the start, %lld unknowns", static_cast<long long>(request_.count),
+  lines.push_back(format("modes: the %lld %s omega^2 of -K q = omega^2 M q about the %s, %lld unknowns", static_cast<long long>(request_.count),
                          request_.which == ModeRequest::smallest  ? "smallest"
                          : request_.which == ModeRequest::largest ? "largest"
                                                                   : format("(nearest to %g)", request_.near).c_str(),
-                         static_cast<long long>(form_.unknowns())));
+                         about() == 1 ? "equilibrium" : "start", static_cast<long long>(form_.unknowns())));
   lines.push_back("eigensolver: " + method);
   if (damped_) lines.push_back("damping is left out: the modes are those of M and K alone");
   constexpr double REST = 1e-6;
   if (largest_force_ > REST * force_size_)
-    lines.push_back(format("the start is no equilibrium: forces up to %g N are left, and the modes are those of its K all the same", largest_force_));
+    lines.push_back(
+        format("this state is no equilibrium: forces up to %g N are left, and the modes are those of its K all the same", largest_force_));
   if (options_.output.trajectory.file.empty()) lines.push_back("the modes are not written: give -bs_output F.h5md to write them");
   progress_.header(lines);
   PetscFunctionReturn(0);
@@ -182,9 +198,22 @@ PetscErrorCode run_modes(std::unique_ptr<Model> model, int* exit_code) {
   if (!options.saving.restart.empty() || !options.saving.file.empty())
     PetscCall(tell(model->comm(), Exit::input, "options -bs_checkpoint and -bs_restart: -bs_task modes has no steps to save: leave them out"));
   PetscCall(claim_files(model->comm(), options, &claim));
+  std::unique_ptr<Model> there;
+  VecHandle y;
+  double time = 0;
+  if (about() == 1) {
+    PetscCall(spare_eigensolver());
+    PetscCall(settle(std::move(model), options, &there, y.out(), exit_code));
+    if (*exit_code) PetscFunctionReturn(0);
+    time = 1;
+  } else {
+    there = std::move(model);
+    PetscCall(PetscOptionsGetReal(nullptr, nullptr, "-ts_init_time", &time, nullptr));
+    PetscCall(at_rest(*there, there->initial_state(), y.out()));
+  }
   PetscCall(SlepcInitialize(nullptr, nullptr, nullptr, nullptr));
   {
-    ModesRun run(*model, options, request_of_options());
+    ModesRun run(*there, options, request_of_options(), time, y);
     PetscCall(run.run());
   }
   PetscCall(SlepcFinalize());

@@ -11,8 +11,9 @@ namespace bs {
 
 class ModesRun {
  public:
-  ModesRun(Model& model, const RunOptions& options, const ModeRequest& request)
-      : model_(model), options_(options), request_(request), progress_(model.comm(), options.output.progress_interval) {}
+  /// `y`: the state linearised at, at rest; it must outlive the object.
+  ModesRun(Model& model, const RunOptions& options, const ModeRequest& request, double time, Vec y)
+      : model_(model), options_(options), request_(request), progress_(model.comm(), options.output.progress_interval), y_(y), time_(time) {}
   PetscErrorCode run();
 
  private:
@@ -32,12 +33,12 @@ class ModesRun {
   RunOptions options_;
   ModeRequest request_;
   Progress progress_;
+  Vec y_;  ///< (x, 0)
+  double time_;
   StandardForm form_;
-  VecHandle y_;      ///< the state linearised at: (x, 0)
   VecHandle shape_;  ///< of one mode, over all components
   VecHandle state_;  ///< a mode in the place of positions, on its way to the input's order
   Modes modes_;
-  double time_ = 0;
   double largest_force_ = 0, force_size_ = 0;  ///< of single particles [N]; the second without cancellation
   bool damped_ = false;
   std::vector<double> participation_;  ///< (K, d) effective masses [kg]

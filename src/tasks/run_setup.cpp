@@ -97,9 +97,11 @@ PetscErrorCode Run::set_up() {
   PetscCall(say_header(solver));
   PetscCall(prepare_solvers());
   if (restart_) PetscCall(take_up());
-  Vec y;
-  PetscCall(TSGetSolution(ts_, &y));
-  PetscCall(write_matrices(model_, stepper_->good_time(), y, options_.output.trajectory.overwrite));
+  if (!hooks_.loads) {
+    Vec y;
+    PetscCall(TSGetSolution(ts_, &y));
+    PetscCall(write_matrices(model_, stepper_->good_time(), y, options_.output.trajectory.overwrite));
+  }
   PetscCall(open_trajectory());
   restart_.reset();
   PetscFunctionReturn(0);

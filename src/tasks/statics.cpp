@@ -7,6 +7,7 @@
 #include "solvers/condensed/condensed.hpp"
 #include "solvers/pseudo_time.hpp"
 #include "systems/equilibrium.hpp"
+#include "tasks/matrices.hpp"
 #include "tasks/run_parts.hpp"
 #include "time/ts_queries.hpp"
 
@@ -175,31 +176,77 @@ PetscErrorCode StaticRun::count(std::vector<Tally>* out) const {
   PetscFunctionReturn(0);
 }
 
+/// The model of equilibria of `model`, whose loads may have them.
+PetscErrorCode prepare(std::unique_ptr<Model> model, const LoadOptions& loads, RunOptions* options, std::unique_ptr<Equilibrium>* out) {
+  PetscFunctionBegin;
+  if (!model->tangent())
+    PetscCall(tell(model->comm(), Exit::input,
+                   model->mechanics() ? "-bs_task statics: a force that couples all particles has no tangent of its own: leave the force out"
+                                      : "-bs_task statics: a linear system has no equilibria under loads: leave -bs_task out"));
+  *out = std::make_unique<Equilibrium>(model->take_mechanics(), loads.rules);
+  PetscCall((*out)->begin());
+  options->advise = false;
+  options->energy_growth = 0;
+  PetscFunctionReturn(0);
+}
+
+/// The run; `last` receives the state of the last frame, an equilibrium, or null under -help.
+PetscErrorCode run_loads(Equilibrium& equilibrium, const RunOptions& options, const LoadOptions& loads, VecHandle* last, int* exit_code) {
+  PetscFunctionBegin;
+  StaticRun statics(equilibrium, loads);
+  RunHooks hooks = statics.hooks();
+  const auto observe = hooks.observe;
+  hooks.observe = [&observe, last](double factor, Vec y, std::vector<Observable>* out) {
+    PetscFunctionBegin;
+    PetscCall(observe(factor, y, out));
+    if (!*last) PetscCall(VecDuplicate(y, last->out()));
+    PetscCall(VecCopy(y, *last));
+    PetscFunctionReturn(0);
+  };
+  Run run(equilibrium, options, hooks);
+  PetscCall(run.set_up());
+  PetscCall(run.advance(exit_code));
+  PetscFunctionReturn(0);
+}
+
 }  // namespace
 
 PetscErrorCode run_statics(std::unique_ptr<Model> model, int* exit_code) {
   RunOptions options;
   LoadOptions loads;
   Claim claim;  // given up when the files are closed
+  std::unique_ptr<Equilibrium> equilibrium;
+  VecHandle last, rest;
   PetscFunctionBegin;
   const MPI_Comm comm = model->comm();
   PetscCall(read_load_options(comm, &loads));
   PetscCall(refuse_options_of_dynamics(comm));
   if (loads.arc) PetscCall(refuse_checkpoints(comm));
   PetscCall(read_run_options(comm, &options));
-  if (!model->tangent())
-    PetscCall(tell(comm, Exit::input,
-                   model->mechanics() ? "-bs_task statics: a force that couples all particles has no tangent of its own: leave the force out"
-                                      : "-bs_task statics: a linear system has no equilibria under loads: leave -bs_task out"));
-  Equilibrium equilibrium(model->take_mechanics(), loads.rules);
-  PetscCall(equilibrium.begin());
-  options.advise = false;
-  options.energy_growth = 0;
+  PetscCall(prepare(std::move(model), loads, &options, &equilibrium));
   PetscCall(claim_files(comm, options, &claim));
-  StaticRun statics(equilibrium, loads);
-  Run run(equilibrium, options, statics.hooks());
-  PetscCall(run.set_up());
-  PetscCall(run.advance(exit_code));
+  PetscCall(run_loads(*equilibrium, options, loads, &last, exit_code));
+  if (!last) PetscFunctionReturn(0);
+  PetscCall(at_rest(*equilibrium, last, rest.out()));
+  PetscCall(write_matrices(*equilibrium, equilibrium->factor(1), rest, options.output.trajectory.overwrite));
+  PetscFunctionReturn(0);
+}
+
+PetscErrorCode settle(std::unique_ptr<Model> model, const RunOptions& given, std::unique_ptr<Model>* settled, Vec* y, int* exit_code) {
+  RunOptions options = given;
+  LoadOptions loads;
+  std::unique_ptr<Equilibrium> equilibrium;
+  VecHandle last;
+  PetscFunctionBegin;
+  const MPI_Comm comm = model->comm();
+  PetscCall(read_load_options(comm, &loads));
+  PetscCall(refuse_options_of_dynamics(comm));
+  PetscCall(prepare(std::move(model), loads, &options, &equilibrium));
+  options.output.trajectory.file.clear();
+  options.output.report.clear();
+  PetscCall(run_loads(*equilibrium, options, loads, &last, exit_code));
+  PetscCall(at_rest(*equilibrium, last ? last.get() : equilibrium->initial_state(), y));
+  *settled = std::move(equilibrium);
   PetscFunctionReturn(0);
 }
 

@@ -78,6 +78,10 @@ def main():
         files = checks.run({"bs_lattice_file": still, "bs_task": "modes", "bs_modes": 24, "bs_write_matrices": "out"}, keep=FILES).files
         K, M = (mmread(io.BytesIO(files[f"out_{name}.mtx"])).toarray() for name in "KM")
         checks.near("omega^2 of the written matrices", Modes(checks, still, 24).omega_squared, eigh(-K, M, eigvals_only=True), 1e-10)
+        hung = write_lattice(pathlib.Path(folder) / "hung.h5", [[0.0, 0.0], [0.0, -1.0]], 2.0, fixed=[1, 0], pairs=[[0, 1]], stiffness=50.0, rest_length=1.0)
+        files = checks.run({"bs_lattice_file": hung, "bs_task": "statics", "bs_gravity": (0.0, -9.81), "bs_write_matrices": "out"}, keep=FILES).files
+        K = mmread(io.BytesIO(files["out_K.mtx"])).toarray()
+        checks.near("K at the equilibrium of a hung mass", K, -np.diag([2 * 9.81 / (1 + 2 * 9.81 / 50), 50.0]), 1e-8)
     checks.finish()
 
 

@@ -195,6 +195,17 @@ def check_buckling(checks, folder):
                         (got.report["unstable_modes"] == 1) == unstable and ("unstable" in got.stderr) == unstable)
 
 
+def check_equilibrium(checks, folder):
+    """A mass hanging on a spring, l = L + m g/k: it swings with omega^2 = g/l and bounces with k/m; at the start it does neither."""
+    k, L, m, g = 50.0, 1.0, 2.0, 9.81
+    lattice = write_lattice(folder / "hung.h5", [[0.0, 0.0], [0.0, -1.0]], m, fixed=[1, 0], pairs=[[0, 1]], stiffness=k, rest_length=L)
+    for ranks in (1, 2):
+        got = Modes(checks, lattice, 2, ranks=ranks, bs_gravity=(0.0, -g), bs_modes_about="equilibrium")
+        checks.near(f"about the equilibrium, {ranks} ranks", got.omega_squared, [g / (L + m * g / k), k / m], 1e-9)
+    start = Modes(checks, lattice, 2, bs_gravity=(0.0, -g))
+    checks.true("about the start: no equilibrium, one motion without stiffness", "no equilibrium" in start.stdout and start.report["zero_modes"] == 1)
+
+
 def check_masses(checks, folder):
     """Two masses 24 orders of magnitude apart: the product of the two omega^2 is 3 k^2/(m_1 m_2)."""
     for masses in ((1e-12, 1e12), (1e-12, 1e-12), (1e12, 1e12)):
