@@ -1,4 +1,3 @@
-#include <fcntl.h>
 #include <unistd.h>
 #include <cerrno>
 #include <cstring>
@@ -113,7 +112,7 @@ PetscErrorCode write_file(Model& model, const std::string& target, const Facts& 
     PetscCall(VecGetSize(part.vec, &size));
     bytes += std::int64_t{8} * size;
   }
-  PetscCall(reserve_space(model.comm(), name, bytes, full));
+  PetscCall(reserve_space(model.comm(), name, -1, bytes, full));
   if (!full->empty()) PetscFunctionReturn(0);
   PetscCall(write_facts(file, model, run));
   for (const NamedState& state : states) {
@@ -125,17 +124,9 @@ PetscErrorCode write_file(Model& model, const std::string& target, const Facts& 
   PetscFunctionReturn(0);
 }
 
-int sync(const std::string& path, int flags) {
-  const int handle = open(path.c_str(), flags | O_CLOEXEC);
-  if (handle < 0) return errno;
-  const int result = fsync(handle) ? errno : 0;
-  close(handle);
-  return result;
-}
-
 /// Puts `made` in the place of `file`, which goes on as `before`. errno; 0: done.
 int take_place(const std::string& made, const std::string& file, const std::string& before) {
-  if (const int why = sync(made, O_RDWR)) return why;
+  if (const int why = bring_to_disk(made)) return why;
   // a second name for the old one, under which it takes the place of the one before: both are there at every moment. Where a
   // file system has no links the old one is renamed, with a moment in which only `before` is there.
   std::string second;
@@ -150,7 +141,7 @@ int take_place(const std::string& made, const std::string& file, const std::stri
     return errno;
   }
   if (rename(made.c_str(), file.c_str()) != 0) return errno;
-  (void)sync(folder_of(file), O_RDONLY | O_DIRECTORY);  // some file systems refuse
+  (void)bring_to_disk(folder_of(file));  // some file systems refuse
   return 0;
 }
 

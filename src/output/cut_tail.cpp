@@ -88,7 +88,9 @@ std::string keep_tail(const std::string& trajectory, const TrajectoryMark& mark,
     // the file that was just created, not whatever its name leads to by now
     const std::string place = "/proc/self/fd/" + std::to_string(handle);
     const H5 to(H5Fcreate(place.c_str(), H5F_ACC_TRUNC, H5P_DEFAULT, H5P_DEFAULT), H5Fclose);
-    const H5 from(H5Fopen(trajectory.c_str(), H5F_ACC_RDONLY, H5P_DEFAULT), H5Fclose);
+    const H5 access(H5Pcreate(H5P_FILE_ACCESS), H5Pclose);
+    (void)H5Pset_file_locking(access, 0, 1);  // as it is open for writing, too
+    const H5 from(H5Fopen(trajectory.c_str(), H5F_ACC_RDONLY, access), H5Fclose);
     good = to >= 0 && from >= 0 && copy_tail(from, to, mark);
     if (!good) *reason = h5_reason();
   }
@@ -99,9 +101,21 @@ std::string keep_tail(const std::string& trajectory, const TrajectoryMark& mark,
   return {};
 }
 
+/// The clock first, and written: whoever trusts its length then finds every row, also if the run ends here.
+PetscErrorCode Trajectory::Impl::shorten_to_mark() {
+  std::string outside;
+
+  PetscFunctionBegin;
+  for (const bool clock : {true, false}) {
+    for (const Growing& set : growing_of(file, mark, &outside))
+      if (set.clock == clock) PetscCall(shorten(file, set.path, set.rows));
+    BS_H5(H5Fflush(file, H5F_SCOPE_GLOBAL));
+  }
+  PetscFunctionReturn(0);
+}
+
 PetscErrorCode Trajectory::Impl::cut_tail() {
   Fault fault;
-  std::string outside;
 
   PetscFunctionBegin;
   if (!tail) PetscFunctionReturn(0);
@@ -115,12 +129,7 @@ PetscErrorCode Trajectory::Impl::cut_tail() {
                  Exit::io);
   }
   PetscCall(agree(comm, fault));
-  // The clock first, and on disk: whoever trusts its length then finds every row, also if the run ends here.
-  for (const bool clock : {true, false}) {
-    for (const Growing& set : growing_of(file, mark, &outside))
-      if (set.clock == clock) PetscCall(shorten(file, set.path, set.rows));
-    BS_H5(H5Fflush(file, H5F_SCOPE_GLOBAL));
-  }
+  if (writer) PetscCall(shorten_to_mark());
   tail = false;
   PetscFunctionReturn(0);
 }

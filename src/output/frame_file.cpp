@@ -1,35 +1,53 @@
-// How one frame reaches the file. Order (README.md): room for all of it; observables, log, edges; then the fields, each
-// followed by PETSc's flush; step and time last, and a flush. So whoever trusts len(time) finds every row of every dataset.
+// How frames reach the file. Order (README.md): room for all of them; observables, log, edges and fields, and a flush; step and
+// time last, and a flush. So whoever trusts len(time) finds every row of every dataset.
 #include "output/frame_file.hpp"
 
 #include <cstdio>
+#include <cstring>
 #include <iterator>
 
 #include "base/fault.hpp"
-#include "output/h5md.hpp"
+#include "output/frame_room.hpp"
+#include "output/h5.hpp"
 
 namespace bs {
 
-PetscErrorCode Trajectory::Impl::begin(MPI_Comm on, const TrajectoryOptions& given, int dim) {
+namespace {
+
+constexpr std::int64_t most_gathered = 1 << 17;  // numbers of a state that rank 0 writes for all
+
+}  // namespace
+
+PetscErrorCode Trajectory::Impl::begin(MPI_Comm on, const TrajectoryOptions& given, int dim, std::int64_t numbers) {
+  PetscMPIInt ranks;
+  PetscBool sp = PETSC_FALSE;
+
   PetscFunctionBegin;
   comm = on;
   options = given;
   target = real_name(given.file);
   columns = dim == 0 || given.pad == 0 ? dim : given.pad;
   PetscCallMPI(MPI_Comm_rank(comm, &rank));
+  PetscCallMPI(MPI_Comm_size(comm, &ranks));
+  shared = ranks > 1 && numbers > most_gathered;
+  gathers = ranks > 1 && !shared;
+  writer = shared || rank == 0;
+  io = shared ? comm : PETSC_COMM_SELF;
+  PetscCall(PetscOptionsGetBool(nullptr, nullptr, "-viewer_hdf5_sp_output", &sp, nullptr));
+  single = sp;
   if (rank == 0 && given.xdmf && dim > 0) xdmf = Xdmf(given.file);
   PetscFunctionReturn(0);
 }
 
 PetscErrorCode Trajectory::Impl::open(const std::string& name) {
   PetscFunctionBegin;
-  PetscCall(PetscViewerCreate(comm, viewer.out()));
-  PetscCall(PetscViewerSetType(viewer, PETSCVIEWERHDF5));
-  PetscCall(PetscViewerFileSetMode(viewer, FILE_MODE_UPDATE));
-  PetscCall(PetscViewerHDF5SetBaseDimension2(viewer, PETSC_TRUE));  // d = 1: (T, N, 1)
-  PetscCall(PetscViewerSetFromOptions(viewer));                     // -viewer_hdf5_collective, -viewer_hdf5_sp_output
-  PetscCall(PetscViewerFileSetName(viewer, name.c_str()));
-  PetscCall(PetscViewerHDF5GetFileId(viewer, &file));
+  H5 access(H5Pcreate(H5P_FILE_ACCESS), H5Pclose);
+  if (shared) BS_H5(H5Pset_fapl_mpio(access, comm, MPI_INFO_NULL));
+  BS_H5(H5Pset_file_locking(access, 0, 1));  // readers open it while the run goes on; other runs are kept out by RunLock
+  file = H5(H5Fopen(name.c_str(), H5F_ACC_RDWR, access), H5Fclose);
+  BS_H5(file);
+  transfer = H5(H5Pcreate(H5P_DATASET_XFER), H5Pclose);
+  if (shared) BS_H5(H5Pset_dxpl_mpio(transfer, H5FD_MPIO_COLLECTIVE));
   PetscFunctionReturn(0);
 }
 
@@ -37,86 +55,59 @@ PetscErrorCode Trajectory::Impl::create(std::string* reason) {
   PetscFunctionBegin;
   PetscCall(create_fresh_hdf5(comm, target, &made, &identity, reason));
   if (!reason->empty()) PetscFunctionReturn(0);
-  PetscCall(open(made));
+  if (writer) PetscCall(open(made));
   PetscCall(confirm_identity(comm, made, identity, reason));
+  named = false;
   PetscFunctionReturn(0);
 }
 
-PetscErrorCode Trajectory::Impl::check(const std::vector<Field>& fields, const std::vector<Observable>& given) const {
+PetscErrorCode Trajectory::Impl::describe(const std::vector<Field>& given, const std::vector<Observable>& observed) {
   PetscFunctionBegin;
-  PetscCheck(fields.size() == groups.size() && given.size() == names.size(), PETSC_COMM_SELF, PETSC_ERR_ARG_SIZ,
+  fields.resize(given.size());
+  for (std::size_t i = 0; i < given.size(); ++i) PetscCall(fields[i].describe(given[i], columns));
+  for (const Observable& o : observed) observables.push_back({o.name, static_cast<int>(o.value.size()), {}, {}});
+  frame_size = 16;
+  for (const FieldColumn& field : fields) frame_size += field.size();
+  for (const ObservableColumn& o : observables) frame_size += std::int64_t{8} * o.width;
+  described = true;
+  PetscFunctionReturn(0);
+}
+
+PetscErrorCode Trajectory::Impl::check(const std::vector<Field>& given, const std::vector<Observable>& observed) const {
+  PetscFunctionBegin;
+  PetscCheck(given.size() == fields.size() && observed.size() == observables.size(), PETSC_COMM_SELF, PETSC_ERR_ARG_SIZ,
              "a frame needs the fields and observables of the first one");
-  for (std::size_t i = 0; i < fields.size(); ++i)
-    PetscCheck(fields[i].group == groups[i], PETSC_COMM_SELF, PETSC_ERR_ARG_WRONG, "field %s where %s was", fields[i].group.c_str(),
-               groups[i].c_str());
-  for (std::size_t i = 0; i < given.size(); ++i) {
-    const std::size_t width = observables[i].width() > 0 ? static_cast<std::size_t>(observables[i].width()) : 1;
-    PetscCheck(given[i].name == names[i] && given[i].value.size() == width, PETSC_COMM_SELF, PETSC_ERR_ARG_WRONG, "observable %s where %s was",
-               given[i].name.c_str(), names[i].c_str());
-  }
+  for (std::size_t i = 0; i < given.size(); ++i)
+    PetscCheck(given[i].group == fields[i].group(), PETSC_COMM_SELF, PETSC_ERR_ARG_WRONG, "field %s where %s was", given[i].group.c_str(),
+               fields[i].group().c_str());
+  for (std::size_t i = 0; i < observed.size(); ++i)
+    PetscCheck(observed[i].name == observables[i].name && observed[i].value.size() == static_cast<std::size_t>(observables[i].width), PETSC_COMM_SELF,
+               PETSC_ERR_ARG_WRONG, "observable %s where %s was", observed[i].name.c_str(), observables[i].name.c_str());
   PetscFunctionReturn(0);
 }
 
-/// `vec` with zero components appended to each row, where the file has more columns than it has components.
-PetscErrorCode Trajectory::Impl::pad(std::size_t index, Vec vec, Vec* out) {
-  PetscInt block, local;
-  const PetscScalar* from;
-  PetscScalar* to;
-
+PetscErrorCode Trajectory::Impl::take(std::int64_t at, double now, const std::vector<Field>& given, const std::vector<Observable>& observed) {
   PetscFunctionBegin;
-  *out = vec;
-  PetscCall(VecGetBlockSize(vec, &block));
-  if (width_of(groups[index], block) == block) PetscFunctionReturn(0);
-  PetscCall(VecGetLocalSize(vec, &local));
-  const PetscInt rows = local / block, wide = columns;
-  if (!padded[index]) {
-    PetscCall(VecCreate(comm, padded[index].out()));
-    PetscCall(VecSetSizes(padded[index], rows * wide, PETSC_DETERMINE));
-    PetscCall(VecSetBlockSize(padded[index], wide));
-    PetscCall(VecSetType(padded[index], VECSTANDARD));
-    PetscCall(VecSet(padded[index], 0));
-  }
-  PetscCall(VecGetArrayRead(vec, &from));
-  PetscCall(VecGetArray(padded[index], &to));
-  for (PetscInt i = 0; i < rows; ++i)
-    for (PetscInt c = 0; c < block; ++c) to[i * wide + c] = from[i * block + c];
-  PetscCall(VecRestoreArray(padded[index], &to));
-  PetscCall(VecRestoreArrayRead(vec, &from));
-  *out = padded[index];
+  if (!described) PetscCall(describe(given, observed));
+  PetscCall(check(given, observed));
+  const bool large = steps.empty() && 2 * frame_size > most_waiting && !gathers;
+  for (std::size_t i = 0; i < given.size(); ++i) PetscCall(fields[i].take(given[i].vec, !large));
+  for (std::size_t i = 0; i < observed.size(); ++i)
+    observables[i].waiting.insert(observables[i].waiting.end(), observed[i].value.begin(), observed[i].value.end());
+  steps.push_back(at);
+  times.push_back(now);
   PetscFunctionReturn(0);
 }
 
-PetscErrorCode Trajectory::Impl::write_field(std::size_t index, const Field& field) {
-  const char* name;
-  Vec vec;
-
-  PetscFunctionBegin;
-  PetscCall(pad(index, field.vec, &vec));
-  PetscCall(PetscObjectGetName(reinterpret_cast<PetscObject>(vec), &name));
-  const std::string before = name;
-  PetscCall(PetscObjectSetName(reinterpret_cast<PetscObject>(vec), "value"));
-  PetscCall(PetscViewerHDF5PushGroup(viewer, field.group.c_str()));
-  PetscCall(PetscViewerHDF5PushTimestepping(viewer));
-  PetscCall(PetscViewerHDF5SetTimestep(viewer, static_cast<PetscInt>(frames)));
-  PetscCall(PetscViewerHDF5SetBaseDimension2(viewer, field.flat ? PETSC_FALSE : PETSC_TRUE));
-  PetscCall(VecView(vec, viewer));
-  PetscCall(PetscViewerHDF5PopTimestepping(viewer));
-  PetscCall(PetscViewerHDF5PopGroup(viewer));
-  PetscCall(PetscObjectSetName(reinterpret_cast<PetscObject>(vec), before.c_str()));
-  PetscFunctionReturn(0);
-}
-
-PetscErrorCode Trajectory::Impl::write_log() {
+PetscErrorCode Trajectory::Impl::put_log(std::int64_t rows) {
   std::vector<std::int64_t> whole(records.size());
   std::vector<double> real(records.size());
-  std::int64_t count = static_cast<std::int64_t>(records.size());
 
   PetscFunctionBegin;
-  PetscCallMPI(MPI_Bcast(&count, 1, MPI_INT64_T, 0, comm));
-  if (count == 0) PetscFunctionReturn(0);
+  if (rows == 0) PetscFunctionReturn(0);
   const auto append = [&](std::size_t column, auto member, auto& buffer) {
     for (std::size_t i = 0; i < records.size(); ++i) buffer[i] = records[i].*member;
-    return log[column].append(count, buffer.data());
+    return log[column].append(rows, buffer.data());
   };
   PetscCall(append(0, &StepRecord::step, whole));
   PetscCall(append(1, &StepRecord::time, real));
@@ -126,41 +117,89 @@ PetscErrorCode Trajectory::Impl::write_log() {
   PetscCall(append(5, &StepRecord::rejected, whole));
   for (std::size_t k = 0; k < std::size(REJECTION_REASONS); ++k) {
     for (std::size_t i = 0; i < records.size(); ++i) whole[i] = records[i].reasons[k];
-    PetscCall(log[std::size(STEP_COLUMNS) + k].append(count, whole.data()));
+    PetscCall(log[std::size(STEP_COLUMNS) + k].append(rows, whole.data()));
   }
-  records.clear();
-  log_rows += count;
   PetscFunctionReturn(0);
 }
 
-PetscErrorCode Trajectory::Impl::write(std::int64_t at, double now, const std::vector<Field>& fields, const std::vector<Observable>& given) {
-  const std::vector<double> open_box(static_cast<std::size_t>(columns), 0.0);
-  std::int64_t bytes = 0;
+PetscErrorCode Trajectory::Impl::put(std::int64_t first, std::int64_t count, std::int64_t rows) {
+  const std::vector<double> open_box(static_cast<std::size_t>(count * columns), 0.0);
 
   PetscFunctionBegin;
-  if (!laid_out) PetscCall(frames == 0 ? lay_out(fields, given) : find_layout(fields, given));
-  laid_out = true;
-  PetscCall(check(fields, given));
-  PetscCall(cut_tail());
-  PetscCall(frame_bytes(fields, given, &bytes));
-  PetscCall(make_room(1, bytes));
-  for (std::size_t i = 0; i < given.size(); ++i) PetscCall(observables[i].append(1, given[i].value.data()));
-  if (edges.id() >= 0) PetscCall(edges.append(1, open_box.data()));
-  PetscCall(write_log());
-  if (fields.empty()) BS_H5(H5Fflush(file, H5F_SCOPE_GLOBAL));
-  for (std::size_t i = 0; i < fields.size(); ++i) PetscCall(write_field(i, fields[i]));
-  if (step.id() >= 0) {
-    // Their length says that the frame is whole, so they could not be lengthened before.
-    if (frames % frame_chunk == 0) PetscCall(leave_room(bytes));
-    PetscCall(step.append(1, &at));
-    PetscCall(time.append(1, &now));
-  }
+  if (count > 0 && !laid_out) PetscCall(frames == 0 ? lay_out() : find_layout());
+  laid_out = laid_out || count > 0;
+  PetscCall(make_room(count, rows));
+  for (ObservableColumn& o : observables)
+    if (count > 0) PetscCall(o.column.append(count, o.waiting.data() + first * o.width));
+  if (edges.id() >= 0) PetscCall(edges.append(count, open_box.data()));
+  PetscCall(put_log(rows));
+  if (count > 0)
+    for (FieldColumn& field : fields) PetscCall(field.write(frames, first, count, transfer));
   BS_H5(H5Fflush(file, H5F_SCOPE_GLOBAL));
-  ++frames;
-  last_time = now;
+  if (count == 0 || step.id() < 0) PetscFunctionReturn(0);
+  // Their length says that the frames are whole, so they could not be lengthened before.
+  PetscCall(step.extend(count));
+  PetscCall(time.extend(count));
+  PetscCall(leave_room(0));
+  PetscCall(step.append(count, steps.data() + first));
+  PetscCall(time.append(count, times.data() + first));
+  BS_H5(H5Fflush(file, H5F_SCOPE_GLOBAL));
+  PetscFunctionReturn(0);
+}
+
+PetscErrorCode Trajectory::Impl::forget(std::int64_t count) {
+  PetscFunctionBegin;
+  for (FieldColumn& field : fields) PetscCall(field.done(count));
+  for (ObservableColumn& o : observables) o.waiting.erase(o.waiting.begin(), o.waiting.begin() + count * o.width);
+  steps.erase(steps.begin(), steps.begin() + count);
+  times.erase(times.begin(), times.begin() + count);
+  PetscFunctionReturn(0);
+}
+
+PetscErrorCode Trajectory::Impl::write_out(std::string* full) {
+  std::int64_t rows = static_cast<std::int64_t>(records.size()), done = 0;
+  const std::int64_t waiting = static_cast<std::int64_t>(steps.size());
+
+  PetscFunctionBegin;
+  full->clear();
+  PetscCallMPI(MPI_Bcast(&rows, 1, MPI_INT64_T, 0, comm));
+  if (waiting == 0 && rows == 0) PetscFunctionReturn(0);
+  if (gathers && waiting > 0)
+    for (FieldColumn& field : fields) PetscCall(field.gather(comm, waiting));
+  while (done < waiting || rows > 0) {
+    std::int64_t count = waiting - done;
+    PetscCall(reserve(count, rows, full));
+    if (!full->empty() && count > 1) PetscCall(reserve(count = 1, rows, full));  // those for which there is room
+    if (!full->empty()) break;
+    PetscCall(cut_tail());
+    if (writer) PetscCall(put(done, count, rows));
+    log_rows += rows;
+    frames += count;
+    done += count;
+    if (count > 0) last_time = times[static_cast<std::size_t>(done - 1)];
+    records.clear();
+    rows = 0;
+    unsynced = !shared;
+  }
+  PetscCall(forget(done));
   PetscCall(publish());
-  PetscCall(drop_kept());
-  PetscCall(write_xdmf(false));
+  if (done > 0) PetscCall(drop_kept());
+  if (done > 0) PetscCall(write_xdmf(false));
+  PetscFunctionReturn(0);
+}
+
+PetscErrorCode Trajectory::Impl::synchronise(bool name) {
+  int why = 0;
+
+  PetscFunctionBegin;
+  if (rank == 0 && unsynced) why = bring_to_disk(path());
+  if (name && published && !named) {
+    if (rank == 0) (void)bring_to_disk(folder_of(target));  // some file systems refuse
+    named = true;
+  }
+  PetscCallMPI(MPI_Bcast(&why, 1, MPI_INT, 0, comm));
+  PetscCheck(why == 0, PETSC_COMM_SELF, PETSC_ERR_FILE_WRITE, "%s", std::strerror(why));
+  unsynced = false;
   PetscFunctionReturn(0);
 }
 
@@ -177,23 +216,29 @@ PetscErrorCode Trajectory::Impl::write_xdmf(bool last) {
 }
 
 PetscErrorCode Trajectory::Impl::close() {
+  std::int64_t end = 0;
+
   PetscFunctionBegin;
   if (usable) PetscCall(write_xdmf(true));
-  observables.clear();
-  values.clear();
+  for (FieldColumn& field : fields) field.close();
+  for (ObservableColumn& o : observables) o.column = Column();
   log.clear();
   step = Column();
   time = Column();
   edges = Column();
-  file = -1;
-  if (viewer) {
+  if (holds()) {
+    end = usable ? allocated() : 0;
     // A handle drops errors; here the last words of the file are at stake.
-    PetscViewer last = viewer;
-    PetscCall(PetscObjectReference(reinterpret_cast<PetscObject>(last)));
-    viewer.reset();
-    if (!published && rank == 0 && !made.empty()) (void)std::remove(made.c_str());
-    PetscCall(PetscViewerDestroy(&last));
+    const hid_t last = file;
+    BS_H5(H5Iinc_ref(last));
+    file.reset();
+    if (usable && rank == 0 && end > 0) (void)store_end(path(), end);
+    BS_H5(H5Fclose(last));
+    if (usable && rank == 0) (void)cut_behind_end(path());
   }
+  if (!published && rank == 0 && !made.empty()) (void)std::remove(made.c_str());
+  if (published && usable) PetscCall(synchronise(false));
+  usable = false;
   PetscFunctionReturn(0);
 }
 

@@ -1,13 +1,11 @@
-// What Trajectory holds: the open file and its growing datasets.
+// What Trajectory holds: the open file, its growing datasets, and what waits to be written to them.
 #pragma once
-#include <petscviewerhdf5.h>
-
 #include <string>
 #include <vector>
 
-#include "base/handle.hpp"
+#include "output/frame_columns.hpp"
 #include "output/fresh_file.hpp"
-#include "output/tables.hpp"
+#include "output/growing.hpp"
 #include "output/trajectory.hpp"
 #include "output/xdmf.hpp"
 
@@ -18,84 +16,112 @@ inline constexpr const char* STEP_COLUMNS[] = {"step", "time", "dt", "newton", "
 /// All of them, in the order in which rows are written.
 std::vector<std::string> log_columns();
 
-inline constexpr int frame_chunk = 256;  ///< rows allocated at a time in datasets with one row a frame
-inline constexpr int log_chunk = 512;
+inline constexpr int column_chunk = 128;  ///< rows allocated at a time in datasets with one row a frame or step
+
+inline constexpr std::int64_t most_waiting = 1 << 22;  ///< bytes of frames in memory, all ranks together
 
 struct Trajectory::Impl {
   MPI_Comm comm = MPI_COMM_NULL;
-  TrajectoryOptions options;
-  int columns = 0;  ///< components written per particle; 0 without particles
   PetscMPIInt rank = 0;
-  ViewerHandle viewer;
-  hid_t file = -1;  ///< the viewer's, borrowed
-  std::int64_t frames = 0;
-  bool usable = true;  ///< false after a failed write: only to be closed
+  TrajectoryOptions options;
+  int columns = 0;              ///< components written per particle; 0 without particles
+  bool shared = false;          ///< all ranks have the file open and write by MPI-IO; else rank 0 alone, for all
+  bool gathers = false;         ///< rank 0 alone, of several
+  bool writer = false;          ///< this rank has it open
+  MPI_Comm io = MPI_COMM_NULL;  ///< the ranks that have it open; of a rank that has not: itself
+  bool single = false;          ///< -viewer_hdf5_sp_output: fields in single precision
+  H5 file, transfer;
+  std::int64_t frames = 0;  ///< written
+  bool usable = true;       ///< false after a failed write: only to be closed
 
-  std::vector<std::string> groups;  ///< of the fields, in the order of the first frame
-  std::vector<VecHandle> padded;    ///< per field; empty unless components are appended
-  std::vector<std::string> names;   ///< of the observables
-  std::vector<H5> values;           ///< per field, the dataset its frames are in
-  std::vector<Column> observables;
+  std::int64_t frame_size = 0;  ///< bytes of a frame's fields and observables, of all ranks
+  std::vector<FieldColumn> fields;
+  std::vector<ObservableColumn> observables;
   Column step, time, edges;
+  std::vector<std::int64_t> steps;  ///< of the frames that wait; the same on every rank
+  std::vector<double> times;
   std::vector<Column> log;
   std::vector<StepRecord> records;  ///< not written yet; rank 0 only
   Xdmf xdmf;                        ///< rank 0 only
   std::int64_t log_rows = 0;        ///< written
-  double last_time = 0;             ///< of the last frame
+  double last_time = 0;             ///< of the last frame written
+  bool described = false;           ///< fields and observables are known
   bool laid_out = false;            ///< the columns are open
   bool published = false;           ///< the file has its name
+  bool unsynced = false;            ///< it has changed since it was last brought to disk
+  bool named = true;                ///< its name is on disk, too
   std::string target;               ///< options.file, or where it leads as a link: the link stays
   std::string made;                 ///< where the file is until its first frame is whole: a file that has its final name is readable
   FileIdentity identity;            ///< of the file made, on rank 0
   TrajectoryMark mark;              ///< where a continued trajectory goes on
   std::int64_t old_frames = 0;      ///< frames it had when it was opened
   bool tail = false;                ///< it still has what was written after the mark
+  std::int64_t room_end = 0;        ///< where the room ends that was made for what is being written
   std::string kept;                 ///< rank 0: the file that keeps what was cut until the next frame is whole
 
-  /// All collective.
-  PetscErrorCode begin(MPI_Comm on, const TrajectoryOptions& given, int dim);
-  /// Opens `path` for writing.
-  PetscErrorCode open(const std::string& path);
+  // Collective over comm:
+  /// `numbers`: of the state, by which it is decided who writes.
+  PetscErrorCode begin(MPI_Comm on, const TrajectoryOptions& given, int dim, std::int64_t numbers);
   /// Creates and opens the file under its temporary name. `reason`: why that cannot be.
   PetscErrorCode create(std::string* reason);
-  /// Gives the file, whole on disk, its name, if it has not got it.
+  /// Gives the file, whole, its name, if it has not got it.
   PetscErrorCode publish();
-  const std::string& path() const { return published ? target : made; }
-  PetscErrorCode create_log();
-  /// Groups, growing datasets without rows, and hard links of step and time: before the first frame's data.
-  PetscErrorCode lay_out(const std::vector<Field>& fields, const std::vector<Observable>& given);
-  /// The same of a file that has them.
-  PetscErrorCode find_layout(const std::vector<Field>& fields, const std::vector<Observable>& given);
-  PetscErrorCode open_log();
   /// Is it the file that stood at `mark`, or one that went on from there? `fault` receives why not.
   PetscErrorCode recognise(const TrajectoryMark& at, std::string* fault);
   /// Before the first write to a continued trajectory: copies frames and rows of the log after the mark to a file beside it,
   /// then takes them away.
   PetscErrorCode cut_tail();
-  /// The first new frame is whole: what was cut goes.
-  PetscErrorCode drop_kept();
-  PetscErrorCode check(const std::vector<Field>& fields, const std::vector<Observable>& given) const;
-  /// Allocates what `more` frames (0 or 1) and the waiting rows of the log take, at most `bytes`.
-  PetscErrorCode make_room(std::int64_t more, std::int64_t bytes);
-  /// Lets the stored end lie at least `bytes` behind what was allocated at the last flush.
-  PetscErrorCode leave_room(std::int64_t bytes);
-  PetscErrorCode write(std::int64_t at, double now, const std::vector<Field>& fields, const std::vector<Observable>& given);
-  PetscErrorCode write_log();
-  /// Not collective. Brings the sidecar up to date; a failure causes one warning and does not end the run.
-  PetscErrorCode write_xdmf(bool last);
-  PetscErrorCode write_field(std::size_t index, const Field& field);
-  /// Upper bound of what a frame adds to the file [bytes].
-  PetscErrorCode frame_bytes(const std::vector<Field>& fields, const std::vector<Observable>& given, std::int64_t* bytes) const;
-  PetscErrorCode put_unit(const std::string& dataset, const std::string& quantity);
+  /// Keeps a frame until it is written; one that is large is not copied.
+  PetscErrorCode take(std::int64_t at, double now, const std::vector<Field>& given, const std::vector<Observable>& observed);
+  /// Writes the frames and rows of the log that wait, if there are any, by one extension of the datasets. `full`: why there is no room for the frame
+  /// that is now the next one; what came before is written.
+  PetscErrorCode write_out(std::string* full);
+  /// Brings what is written to disk; `name`: also that the file has its name, where that is not there yet (file systems with a
+  /// journal bring it along).
+  PetscErrorCode synchronise(bool name);
   /// Closes datasets and file.
   PetscErrorCode close();
 
+  /// Whether one more frame may wait beside those that do; never where frames are large.
+  bool has_space() const { return (static_cast<std::int64_t>(steps.size()) + 1) * frame_size <= most_waiting; }
+  /// Everything but frames. The tables of the ranks are gathered first where rank 0 writes for all.
+  PetscErrorCode write_head(std::vector<Dataset> constants);
+
+  /// Upper bound of what frames and rows of the log add to the file [bytes].
+  std::int64_t frame_bytes(std::int64_t count, std::int64_t rows = 0) const;
+  const std::string& path() const { return published ? target : made; }
+  bool holds() const { return writer && file >= 0; }
+
+  // Collective over io:
+  PetscErrorCode open(const std::string& path);
+  PetscErrorCode create_log();
+  PetscErrorCode open_log();
+  /// Groups, growing datasets without rows, and hard links of step and time: before the first frame's data.
+  PetscErrorCode lay_out();
+  /// The same of a file that has them.
+  PetscErrorCode find_layout();
+  PetscErrorCode put_unit(const std::string& dataset, const std::string& quantity);
+  /// Lets the stored end lie at byte `end` or later, and behind everything that is allocated.
+  PetscErrorCode leave_room(std::int64_t end);
+  /// Where what is allocated ends.
+  std::int64_t allocated() const;
+
  private:
+  PetscErrorCode describe(const std::vector<Field>& given, const std::vector<Observable>& observed);
+  PetscErrorCode check(const std::vector<Field>& given, const std::vector<Observable>& observed) const;
   PetscErrorCode link_clock(const std::string& group);
-  PetscErrorCode create_values(const Field& field);
-  /// Numbers a row has in the file, of a field with `block` a row.
-  PetscInt width_of(const std::string& group, PetscInt block) const;
-  PetscErrorCode pad(std::size_t index, Vec vec, Vec* out);
+  PetscErrorCode match(const TrajectoryMark& at, std::string* fault);
+  PetscErrorCode reserve(std::int64_t count, std::int64_t rows, std::string* full);
+  /// Writes `count` of the waiting frames from number `first` on, and the rows of the log.
+  PetscErrorCode put(std::int64_t first, std::int64_t count, std::int64_t rows);
+  PetscErrorCode make_room(std::int64_t count, std::int64_t rows);
+  PetscErrorCode put_log(std::int64_t rows);
+  PetscErrorCode forget(std::int64_t count);
+  PetscErrorCode shorten_to_mark();
+  /// The first new frame is whole: what was cut goes.
+  PetscErrorCode drop_kept();
+  /// Not collective. Brings the sidecar up to date; a failure causes one warning and does not end the run.
+  PetscErrorCode write_xdmf(bool last);
 };
 
 }  // namespace bs

@@ -121,6 +121,14 @@ int write_whole(const std::string& file, const std::string& text, bool replace) 
   return why;
 }
 
+int bring_to_disk(const std::string& path) {
+  const int handle = open(path.c_str(), O_RDONLY | O_CLOEXEC);
+  if (handle < 0) return errno;
+  const int result = fsync(handle) ? errno : 0;
+  close(handle);
+  return result;
+}
+
 void remove_stale(const std::string& file) {
   const std::string folder = folder_of(file), begin = file.substr(file.rfind('/') + 1) + ".", end = ".tmp";
   DIR* entries = opendir(folder.c_str());

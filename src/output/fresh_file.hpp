@@ -35,6 +35,9 @@ int give_name(const std::string& made, const std::string& file, bool replace);
 /// Local. `file` becomes a file with this text: a reader sees all of it or what was there before. errno, or 0.
 int write_whole(const std::string& file, const std::string& text, bool replace);
 
+/// Local. A file or folder is on disk when this returns. errno, or 0.
+int bring_to_disk(const std::string& path);
+
 /// Local. Removes files that killed runs left of FILE under names that create_fresh() made with the ending .tmp. To be called
 /// only while the lock of FILE is held.
 void remove_stale(const std::string& file);

@@ -7,7 +7,7 @@
 
 namespace bs {
 
-PetscErrorCode write_h5md(hid_t file, bool units) {
+PetscErrorCode write_h5md(hid_t file, MPI_Comm comm, bool units) {
   char user[256] = "";
   H5 root, author, creator, module;
 
@@ -16,7 +16,7 @@ PetscErrorCode write_h5md(hid_t file, bool units) {
   PetscCall(put_attribute(root, "version", std::vector<std::int32_t>{1, 1}));
   PetscCall(PetscGetUserName(user, sizeof user));
   // Attributes must be the same on every rank, whatever the machines call the user.
-  PetscCallMPI(MPI_Bcast(user, static_cast<PetscMPIInt>(sizeof user), MPI_CHAR, 0, PETSC_COMM_WORLD));
+  PetscCallMPI(MPI_Bcast(user, static_cast<PetscMPIInt>(sizeof user), MPI_CHAR, 0, comm));
   PetscCall(open_group(file, "/h5md/author", &author));
   PetscCall(put_attribute(author, "name", std::string(*user ? user : "unknown")));
   PetscCall(open_group(file, "/h5md/creator", &creator));
@@ -62,15 +62,13 @@ PetscErrorCode options_in_force(std::vector<std::pair<std::string, std::string>>
   PetscFunctionReturn(0);
 }
 
-PetscErrorCode write_parameters(hid_t file, MPI_Comm comm) {
+PetscErrorCode write_parameters(hid_t file, PetscMPIInt ranks) {
   std::vector<std::pair<std::string, std::string>> options;
   std::map<std::string, std::string> table;
   PetscInt major, minor, subminor;
-  PetscMPIInt ranks;
   H5 group, given;
 
   PetscFunctionBegin;
-  PetscCallMPI(MPI_Comm_size(comm, &ranks));
   PetscCall(PetscGetVersionNumber(&major, &minor, &subminor, nullptr));
   PetscCall(open_group(file, "/parameters", &group));
   PetscCall(put_attribute(group, "program", std::string("backspring")));

@@ -10,14 +10,14 @@
 
 namespace bs {
 
-/// Collective. /h5md, and with `units` its module of units (system SI).
-PetscErrorCode write_h5md(hid_t file, bool units);
+/// Collective over `comm`, as everything here: the ranks that have the file open. /h5md, and with `units` its module of units (system SI).
+PetscErrorCode write_h5md(hid_t file, MPI_Comm comm, bool units);
 
 /// Collective. /particles/trajectory/box of `dim` dimensions, boundary none.
 PetscErrorCode write_box(hid_t file, int dim);
 
-/// Collective. /parameters: versions and rank count; /parameters/options: every option in force, as strings.
-PetscErrorCode write_parameters(hid_t file, MPI_Comm comm);
+/// Collective. /parameters: versions and the run's `ranks`; /parameters/options: every option in force, as strings.
+PetscErrorCode write_parameters(hid_t file, PetscMPIInt ranks);
 
 /// Unit of that dimension in H5MD's notation; empty without units.
 std::string unit_of(const Powers& powers, OutputUnits units);

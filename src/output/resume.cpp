@@ -24,7 +24,7 @@ PetscErrorCode time_of_frame(hid_t file, const std::string& path, std::int64_t f
 
 }  // namespace
 
-PetscErrorCode Trajectory::Impl::recognise(const TrajectoryMark& at, std::string* fault) {
+PetscErrorCode Trajectory::Impl::match(const TrajectoryMark& at, std::string* fault) {
   std::string clock;
   double there = 0;
 
@@ -49,37 +49,40 @@ PetscErrorCode Trajectory::Impl::recognise(const TrajectoryMark& at, std::string
   PetscFunctionReturn(0);
 }
 
+PetscErrorCode Trajectory::Impl::recognise(const TrajectoryMark& at, std::string* fault) {
+  PetscFunctionBegin;
+  if (writer) PetscCall(match(at, fault));
+  std::int64_t found[3] = {tail ? 1 : 0, old_frames, static_cast<std::int64_t>(fault->size())};
+  PetscCallMPI(MPI_Bcast(found, 3, MPI_INT64_T, 0, comm));
+  tail = found[0] != 0;
+  old_frames = found[1];
+  fault->resize(static_cast<std::size_t>(found[2]));
+  PetscCallMPI(MPI_Bcast(fault->data(), static_cast<PetscMPIInt>(fault->size()), MPI_CHAR, 0, comm));
+  PetscFunctionReturn(0);
+}
+
 PetscErrorCode Trajectory::Impl::open_log() {
   PetscFunctionBegin;
   for (const std::string& name : log_columns()) {
     log.emplace_back();
-    PetscCall(log.back().open(comm, file, "/backspring/log/" + name, log_rows));
+    PetscCall(log.back().open(io, file, "/backspring/log/" + name, log_rows));
   }
   PetscFunctionReturn(0);
 }
 
-PetscErrorCode Trajectory::Impl::find_layout(const std::vector<Field>& fields, const std::vector<Observable>& given) {
+PetscErrorCode Trajectory::Impl::find_layout() {
   PetscFunctionBegin;
-  for (const Field& field : fields) {
-    groups.push_back(field.group);
-    padded.emplace_back();
-    values.emplace_back(H5Dopen2(file, (field.group + "/value").c_str(), H5P_DEFAULT), H5Dclose);
-    BS_H5(values.back());
-  }
-  for (const Observable& observable : given) {
-    names.push_back(observable.name);
-    observables.emplace_back();
-    PetscCall(observables.back().open(comm, file, "/observables/" + observable.name + "/value", frames));
-  }
-  if (columns > 0 && !fields.empty()) PetscCall(edges.open(comm, file, "/particles/trajectory/box/edges/value", frames));
-  if (fields.empty() && given.empty()) PetscFunctionReturn(0);
-  const std::string owner = fields.empty() ? "/observables/" + given[0].name : fields[0].group;
-  PetscCall(step.open(comm, file, owner + "/step", frames));
-  PetscCall(time.open(comm, file, owner + "/time", frames));
+  for (FieldColumn& field : fields) PetscCall(field.open(file));
+  for (ObservableColumn& o : observables) PetscCall(o.column.open(io, file, "/observables/" + o.name + "/value", frames));
+  if (columns > 0 && !fields.empty()) PetscCall(edges.open(io, file, "/particles/trajectory/box/edges/value", frames));
+  if (fields.empty() && observables.empty()) PetscFunctionReturn(0);
+  const std::string owner = fields.empty() ? "/observables/" + observables[0].name : fields[0].group();
+  PetscCall(step.open(io, file, owner + "/step", frames));
+  PetscCall(time.open(io, file, owner + "/time", frames));
   PetscFunctionReturn(0);
 }
 
-PetscErrorCode Trajectory::resume(MPI_Comm comm, const TrajectoryOptions& options, int dim, const TrajectoryMark& at,
+PetscErrorCode Trajectory::resume(MPI_Comm comm, const TrajectoryOptions& options, int dim, std::int64_t numbers, const TrajectoryMark& at,
                                   std::unique_ptr<Trajectory>* out) {
   std::string fault;
 
@@ -89,7 +92,7 @@ PetscErrorCode Trajectory::resume(MPI_Comm comm, const TrajectoryOptions& option
   const IoWatch watch("cannot open " + options.file + " again", ": give another -bs_output, and the run goes on there");
   std::unique_ptr<Trajectory> made(new Trajectory());
   Impl& impl = *made->impl_;
-  PetscCall(impl.begin(comm, options, dim));
+  PetscCall(impl.begin(comm, options, dim, numbers));
   impl.mark = at;
   impl.frames = at.frames;
   impl.log_rows = at.log_rows;
@@ -100,11 +103,11 @@ PetscErrorCode Trajectory::resume(MPI_Comm comm, const TrajectoryOptions& option
   PetscCallMPI(MPI_Bcast(&readable, 1, MPI_INT, 0, comm));
   PetscErrorCode code = 0;
   if (!readable) fault = "is not an HDF5 file";
-  else code = impl.open(impl.target);
+  else if (impl.writer) code = impl.open(impl.target);
   if (!code && fault.empty()) code = impl.recognise(at, &fault);
   if (!code && !fault.empty())
     code = tell(comm, Exit::input, options.file + ": is not the trajectory this run wrote: it " + fault + ": give the one it wrote, or a new name");
-  if (!code) code = impl.open_log();
+  if (!code && impl.writer) code = impl.open_log();
   if (code) impl.usable = false;
   PetscCall(watch.settle(comm, code));
   *out = std::move(made);

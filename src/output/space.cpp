@@ -64,13 +64,13 @@ PetscErrorCode require_writable(MPI_Comm comm, const std::string& file, const ch
 }
 
 /// errno of the attempt to reserve; 0 if there is room.
-static int try_reserve(const std::string& file, std::int64_t bytes) {
+static int try_reserve(const std::string& file, std::int64_t from, std::int64_t bytes) {
   struct stat status;
   struct statvfs room;
   const int handle = open(file.c_str(), O_RDWR | O_CLOEXEC);
   if (handle < 0) return errno;
   int result = fstat(handle, &status) ? errno : 0;
-  if (!result && fallocate(handle, FALLOC_FL_KEEP_SIZE, status.st_size, bytes)) result = errno;
+  if (!result && fallocate(handle, FALLOC_FL_KEEP_SIZE, from < 0 ? status.st_size : from, bytes)) result = errno;
   if (result == EOPNOTSUPP || result == ENOSYS) {
     result = 0;
     if (fstatvfs(handle, &room) == 0 && static_cast<double>(room.f_bavail) * static_cast<double>(room.f_frsize) < static_cast<double>(bytes))
@@ -80,13 +80,13 @@ static int try_reserve(const std::string& file, std::int64_t bytes) {
   return result;
 }
 
-PetscErrorCode reserve_space(MPI_Comm comm, const std::string& file, std::int64_t bytes, std::string* reason) {
+PetscErrorCode reserve_space(MPI_Comm comm, const std::string& file, std::int64_t from, std::int64_t bytes, std::string* reason) {
   PetscMPIInt rank;
   int result = 0;
 
   PetscFunctionBegin;
   PetscCallMPI(MPI_Comm_rank(comm, &rank));
-  if (rank == 0) result = try_reserve(file, bytes);
+  if (rank == 0) result = try_reserve(file, from, bytes);
   PetscCallMPI(MPI_Bcast(&result, 1, MPI_INT, 0, comm));
   *reason = result ? std::strerror(result) : "";
   PetscFunctionReturn(0);

@@ -14,9 +14,9 @@ std::string unwritable(const std::string& file, const char* name, bool overwrite
 /// Collective. Reports what unwritable() returns on rank 0 and ends the run with exit code 2.
 PetscErrorCode require_writable(MPI_Comm comm, const std::string& file, const char* name, bool overwrite);
 
-/// Collective. Reserves `bytes` on disk behind the end of `file` without changing its length; `reason` receives, on
-/// every rank, why that is impossible (disk full, quota), or nothing. A file system that cannot reserve is asked for
+/// Collective. Reserves `bytes` on disk behind byte `from` of `file` (as rank 0 has it; negative: its end) without changing its length;
+/// `reason` receives, on every rank, why that is impossible (disk full, quota), or nothing. A file system that cannot reserve is asked for
 /// its free space instead.
-PetscErrorCode reserve_space(MPI_Comm comm, const std::string& file, std::int64_t bytes, std::string* reason);
+PetscErrorCode reserve_space(MPI_Comm comm, const std::string& file, std::int64_t from, std::int64_t bytes, std::string* reason);
 
 }  // namespace bs

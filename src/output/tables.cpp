@@ -1,6 +1,7 @@
 #include "output/tables.hpp"
 
 #include <algorithm>
+#include <numeric>
 
 namespace bs {
 
@@ -20,6 +21,7 @@ PetscErrorCode Column::create(MPI_Comm comm, hid_t file, const std::string& path
   BS_H5(space);
   H5 list(H5Pcreate(H5P_DATASET_CREATE), H5Pclose);
   BS_H5(H5Pset_chunk(list, rank, piece));
+  BS_H5(H5Pset_alloc_time(list, H5D_ALLOC_TIME_EARLY));  // before the first byte is written: see frame_room.cpp
   const hid_t type = integer ? H5T_STD_I64LE : H5T_IEEE_F64LE;
   set_ = H5(H5Dcreate2(file, path.c_str(), type, space, H5P_DEFAULT, list, H5P_DEFAULT), H5Dclose);
   BS_H5(set_);
@@ -122,6 +124,35 @@ struct Content {
 };
 
 }  // namespace
+
+/// `rows` of all ranks behind each other on rank 0.
+template <class T>
+static PetscErrorCode gather(MPI_Comm comm, MPI_Datatype type, T* rows) {
+  PetscMPIInt rank, ranks;
+
+  PetscFunctionBegin;
+  PetscCallMPI(MPI_Comm_rank(comm, &rank));
+  PetscCallMPI(MPI_Comm_size(comm, &ranks));
+  const int mine = static_cast<int>(rows->size());
+  std::vector<int> counts(rank == 0 ? static_cast<std::size_t>(ranks) : 0), starts(counts.size());
+  PetscCallMPI(MPI_Gather(&mine, 1, MPI_INT, counts.data(), 1, MPI_INT, 0, comm));
+  std::partial_sum(counts.begin(), counts.end(), starts.begin());
+  T all;
+  if (rank == 0) all.resize(static_cast<std::size_t>(starts.back()));
+  for (std::size_t k = 0; k < starts.size(); ++k) starts[k] -= counts[k];
+  PetscCallMPI(MPI_Gatherv(rows->data(), mine, type, all.data(), counts.data(), starts.data(), type, 0, comm));
+  *rows = std::move(all);
+  PetscFunctionReturn(0);
+}
+
+PetscErrorCode gather_table(MPI_Comm comm, Dataset* table) {
+  PetscFunctionBegin;
+  if (Words* words = std::get_if<Words>(&table->rows)) PetscCall(gather(comm, MPI_CHAR, &words->text));
+  else if (auto* whole = std::get_if<std::vector<std::int64_t>>(&table->rows)) PetscCall(gather(comm, MPI_INT64_T, whole));
+  else PetscCall(gather(comm, MPI_DOUBLE, &std::get<std::vector<double>>(table->rows)));
+  table->first = 0;
+  PetscFunctionReturn(0);
+}
 
 PetscErrorCode write_table(hid_t file, const Dataset& table) {
   const Content content(table);

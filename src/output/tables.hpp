@@ -36,6 +36,9 @@ PetscErrorCode create_pages(hid_t file, const std::string& path, std::int64_t co
 /// Page k of it from a vector whose block size is the number of columns, each rank its rows.
 PetscErrorCode write_page(hid_t set, std::int64_t k, Vec vec);
 
+/// Collective. Rank 0 receives the rows of all ranks; the others keep none.
+PetscErrorCode gather_table(MPI_Comm comm, Dataset* table);
+
 /// Collective. Writes a table in parallel, each rank its rows; the groups above it are created.
 PetscErrorCode write_table(hid_t file, const Dataset& table);
 

@@ -1,5 +1,7 @@
 #include "output/trajectory.hpp"
 
+#include <unistd.h>
+
 #include <cerrno>
 #include <cstring>
 
@@ -15,14 +17,16 @@ Trajectory::Trajectory() : impl_(std::make_unique<Impl>()) {}
 
 Trajectory::~Trajectory() {
   (void)PetscPushErrorHandler(PetscReturnErrorHandler, nullptr);
-  std::int64_t bytes = 0;
-  if (impl_->viewer && impl_->usable && !impl_->tail && !impl_->frame_bytes({}, {}, &bytes) && !impl_->make_room(0, bytes) && !impl_->write_log())
-    (void)impl_->publish();
+  std::string full;
+  if (impl_->usable && impl_->comm != MPI_COMM_NULL && !impl_->tail) (void)impl_->write_out(&full);
   (void)impl_->close();
   (void)PetscPopErrorHandler();
 }
 
-std::int64_t Trajectory::frames() const { return impl_->tail ? impl_->old_frames : impl_->frames; }
+std::int64_t Trajectory::frames() const {
+  const std::int64_t waiting = impl_->usable ? static_cast<std::int64_t>(impl_->steps.size()) : 0;
+  return impl_->tail && waiting == 0 ? impl_->old_frames : impl_->frames + waiting;
+}
 
 /// Bytes of the tables written once, and of the headers.
 static std::int64_t constant_bytes(const std::vector<Dataset>& constants) {
@@ -48,12 +52,20 @@ static PetscErrorCode write_constants(hid_t file, const std::vector<Dataset>& co
   PetscFunctionReturn(0);
 }
 
-static PetscErrorCode write_head(hid_t file, MPI_Comm comm, int columns, OutputUnits units, const std::vector<Dataset>& constants) {
+PetscErrorCode Trajectory::Impl::write_head(std::vector<Dataset> constants) {
+  PetscMPIInt ranks;
+
   PetscFunctionBegin;
-  PetscCall(write_h5md(file, units != OutputUnits::none));
+  PetscCallMPI(MPI_Comm_size(comm, &ranks));
+  if (gathers)
+    for (Dataset& table : constants) PetscCall(gather_table(comm, &table));
+  if (!writer) PetscFunctionReturn(0);
+  PetscCall(write_h5md(file, io, options.units != OutputUnits::none));
   if (columns > 0) PetscCall(write_box(file, columns));
-  PetscCall(write_parameters(file, comm));
-  PetscCall(write_constants(file, constants, units));
+  PetscCall(write_parameters(file, ranks));
+  PetscCall(write_constants(file, constants, options.units));
+  PetscCall(create_log());
+  BS_H5(H5Fflush(file, H5F_SCOPE_GLOBAL));
   PetscFunctionReturn(0);
 }
 
@@ -64,6 +76,8 @@ PetscErrorCode Trajectory::Impl::publish() {
   PetscFunctionBegin;
   if (published) PetscFunctionReturn(0);
   PetscCall(confirm_identity(comm, made, identity, &reason));
+  if (rank == 0 && reason.empty() && options.overwrite && access(target.c_str(), F_OK) == 0)
+    if (const int why = bring_to_disk(made)) reason = std::strerror(why);  // before what it takes the place of is gone
   if (rank == 0 && reason.empty())
     if (const int why = give_name(made, target, options.overwrite))
       reason = why == EEXIST ? target + " has been created meanwhile" : std::string(std::strerror(why));
@@ -77,8 +91,8 @@ PetscErrorCode Trajectory::Impl::publish() {
   PetscFunctionReturn(0);
 }
 
-PetscErrorCode Trajectory::create(MPI_Comm comm, const TrajectoryOptions& options, int dim, const std::vector<Dataset>& constants,
-                                  std::unique_ptr<Trajectory>* out) {
+PetscErrorCode Trajectory::create(MPI_Comm comm, const TrajectoryOptions& options, int dim, std::int64_t numbers,
+                                  const std::vector<Dataset>& constants, std::unique_ptr<Trajectory>* out) {
   std::string full;
   PetscErrorCode code;
 
@@ -93,13 +107,11 @@ PetscErrorCode Trajectory::create(MPI_Comm comm, const TrajectoryOptions& option
   const IoWatch watch("cannot create " + options.file, "");
   std::unique_ptr<Trajectory> made(new Trajectory());
   Impl& impl = *made->impl_;
-  PetscCall(impl.begin(comm, options, dim));
+  PetscCall(impl.begin(comm, options, dim, numbers));
   code = impl.create(&full);
-  if (!code && full.empty()) code = reserve_space(comm, impl.made, constant_bytes(constants), &full);
+  if (!code && full.empty()) code = reserve_space(comm, impl.made, -1, constant_bytes(constants), &full);
   if (!code && !full.empty()) code = tell(comm, Exit::io, watch.sentence(full));
-  if (!code) code = write_head(impl.file, comm, impl.columns, options.units, constants);
-  if (!code) code = impl.create_log();
-  if (!code && H5Fflush(impl.file, H5F_SCOPE_GLOBAL) < 0) code = tell_alone(Exit::io, watch.sentence(h5_reason()));
+  if (!code) code = impl.write_head(constants);
   if (code) impl.usable = false;
   PetscCall(watch.settle(comm, code));
   *out = std::move(made);
@@ -114,13 +126,14 @@ PetscErrorCode Trajectory::write_pages(const std::string& path, std::int64_t cou
   Vec vec;
 
   PetscFunctionBegin;
+  PetscCheck(!impl_->gathers, impl_->comm, PETSC_ERR_ORDER, "rank 0 alone has the file open");
   const IoWatch watch("cannot write " + path + " to " + impl_->options.file, "");
   for (std::int64_t k = 0; k < count && !code; ++k) {
     PetscCall(page(k, &vec));
     if (k == 0) {
       PetscCall(VecGetSize(vec, &size));
       PetscCall(VecGetBlockSize(vec, &block));
-      code = reserve_space(impl_->comm, impl_->path(), 8 * count * size + 65536, &full);
+      code = reserve_space(impl_->comm, impl_->path(), -1, 8 * count * size + 65536, &full);
       if (!code && !full.empty()) code = tell(impl_->comm, Exit::io, watch.sentence(full));
       if (!code) code = create_pages(impl_->file, path, count, size / block, block, &set);
     }
@@ -132,19 +145,16 @@ PetscErrorCode Trajectory::write_pages(const std::string& path, std::int64_t cou
 }
 
 PetscErrorCode Trajectory::write_frame(std::int64_t step, double time, const std::vector<Field>& fields, const std::vector<Observable>& observables) {
-  std::string full;
-  std::int64_t bytes = 0;
   PetscErrorCode code;
 
   PetscFunctionBegin;
-  PetscCheck(impl_->viewer && impl_->usable, PETSC_COMM_SELF, PETSC_ERR_ORDER, "the file is closed");
-  const IoWatch watch(format("cannot write frame %lld to %s", (long long)impl_->frames, impl_->options.file.c_str()), ": earlier frames are intact");
-  code = impl_->frame_bytes(fields, observables, &bytes);
-  if (!code) code = reserve_space(impl_->comm, impl_->path(), bytes, &full);
-  if (!code && !full.empty()) code = tell(impl_->comm, Exit::io, watch.sentence(full));
-  if (!code) code = impl_->write(step, time, fields, observables);
+  PetscCheck(impl_->usable, PETSC_COMM_SELF, PETSC_ERR_ORDER, "the file is closed");
+  const IoWatch watch(format("cannot keep frame %lld for %s", (long long)frames(), impl_->options.file.c_str()), ": earlier frames are intact");
+  code = impl_->take(step, time, fields, observables);
   if (code) impl_->usable = false;
   PetscCall(watch.settle(impl_->comm, code));
+  if (impl_->options.flush == 0) PetscCall(flush());
+  else if (impl_->frames == 0 || !impl_->has_space()) PetscCall(write_waiting());
   PetscFunctionReturn(0);
 }
 
@@ -152,27 +162,32 @@ void Trajectory::log_step(const StepRecord& record) {
   if (impl_->rank == 0) impl_->records.push_back(record);
 }
 
-PetscErrorCode Trajectory::flush() {
+PetscErrorCode Trajectory::write_waiting() {
   std::string full;
-  std::int64_t bytes = 0;
   PetscErrorCode code;
 
   PetscFunctionBegin;
-  if (!impl_->viewer || !impl_->usable) PetscFunctionReturn(0);
-  if (impl_->tail) {  // nothing of a continued file is touched for nothing
-    int waiting = static_cast<int>(!impl_->records.empty());
-    PetscCallMPI(MPI_Bcast(&waiting, 1, MPI_INT, 0, impl_->comm));
-    if (!waiting) PetscFunctionReturn(0);
-  }
-  const IoWatch watch("cannot write the log of steps to " + impl_->options.file, ": all frames are intact");
-  code = impl_->frame_bytes({}, {}, &bytes);
-  if (!code) code = reserve_space(impl_->comm, impl_->path(), bytes, &full);
-  if (!code && !full.empty()) code = tell(impl_->comm, Exit::io, watch.sentence(full));
-  if (!code) code = impl_->cut_tail();
-  if (!code) code = impl_->make_room(0, bytes);
-  if (!code) code = impl_->write_log();
-  if (!code && H5Fflush(impl_->file, H5F_SCOPE_GLOBAL) < 0) code = tell_alone(Exit::io, watch.sentence(h5_reason()));
-  if (!code) code = impl_->publish();
+  if (!impl_->usable) PetscFunctionReturn(0);
+  const std::string& file = impl_->options.file;
+  const bool frames = !impl_->steps.empty();
+  const auto number = [&] { return format("cannot write frame %lld to %s", (long long)impl_->frames, file.c_str()); };
+  const std::string rest = frames ? ": earlier frames are intact" : ": all frames are intact";
+  const IoWatch watch(frames ? number() : "cannot write the log of steps to " + file, rest);
+  code = impl_->write_out(&full);
+  if (!code && !full.empty()) code = tell(impl_->comm, Exit::io, frames ? number() + ": " + full + rest : watch.sentence(full));
+  if (code) impl_->usable = false;
+  PetscCall(watch.settle(impl_->comm, code));
+  PetscFunctionReturn(0);
+}
+
+PetscErrorCode Trajectory::flush() {
+  PetscErrorCode code = 0;
+
+  PetscFunctionBegin;
+  PetscCall(write_waiting());
+  if (!impl_->usable) PetscFunctionReturn(0);
+  const IoWatch watch("cannot bring " + impl_->options.file + " to disk", "");
+  code = impl_->synchronise(true);
   if (code) impl_->usable = false;
   PetscCall(watch.settle(impl_->comm, code));
   PetscFunctionReturn(0);
@@ -180,7 +195,7 @@ PetscErrorCode Trajectory::flush() {
 
 PetscErrorCode Trajectory::close() {
   PetscFunctionBegin;
-  PetscCall(flush());
+  PetscCall(write_waiting());
   const IoWatch watch("cannot close " + impl_->options.file, "");
   const PetscErrorCode code = impl_->close();
   PetscCall(watch.settle(impl_->comm, code));

@@ -18,6 +18,7 @@ struct TrajectoryOptions {
   int pad = 0;                            ///< -bs_output_pad: components written per particle (0: the lattice's d)
   OutputUnits units = OutputUnits::none;  ///< -bs_output_units: unit attributes
   bool overwrite = false;                 ///< -bs_overwrite
+  double flush = 2;                       ///< -bs_output_flush: longest wall-clock time between flushes [s]; 0: a flush every frame
   bool xdmf = true;                       ///< -bs_output_xdmf: FILE.xdmf beside the file, for ParaView
 };
 
@@ -27,34 +28,38 @@ struct TrajectoryMark {
   double last_time = 0;  ///< of the last of these frames [s]
 };
 
-/// Writes frames in parallel; every frame is on disk and readable before write_frame returns.
+/// Writes frames, large ones in parallel. Small ones wait in memory (up to 4 MB), so that several are written at once; with
+/// options.flush = 0 every frame is on disk and readable before write_frame returns.
 /// Faults (exists already, missing folder, disk full) are reported with Exit::io or Exit::input and return ERR_TOLD.
 class Trajectory {
  public:
   /// Collective. Creates the file: /h5md, /particles/trajectory/box (dimension = dim, boundary none),
-  /// constants, /parameters. `dim` is the space dimension, 0 for models without particles (no /particles then).
+  /// constants, /parameters. `dim` is the space dimension, 0 for models without particles (no /particles then). Frames of
+  /// systems of many `numbers` are written by all ranks, others by rank 0.
   /// An empty options.file makes *out null and no file.
-  static PetscErrorCode create(MPI_Comm comm, const TrajectoryOptions& options, int dim, const std::vector<Dataset>& constants,
+  static PetscErrorCode create(MPI_Comm comm, const TrajectoryOptions& options, int dim, std::int64_t numbers, const std::vector<Dataset>& constants,
                                std::unique_ptr<Trajectory>* out);
   /// Collective. Opens the file again at `mark`: the next frame follows there. Frames and rows of the log written after it stay
   /// until something is written in their place, and in a file beside it until the first new frame is complete. Ends the run with
   /// exit code 2 if the file is not the one marked.
-  static PetscErrorCode resume(MPI_Comm comm, const TrajectoryOptions& options, int dim, const TrajectoryMark& mark,
+  static PetscErrorCode resume(MPI_Comm comm, const TrajectoryOptions& options, int dim, std::int64_t numbers, const TrajectoryMark& mark,
                                std::unique_ptr<Trajectory>* out);
   /// Collective, before the first frame. A dataset (count, rows, columns), in the input's order: `page(k, &vec)` gives page k, which is
-  /// borrowed until the next call; block size = columns.
+  /// borrowed until the next call; block size = columns. All ranks must have the file open: `numbers` is large, or there is one rank.
   PetscErrorCode write_pages(const std::string& path, std::int64_t count, const std::function<PetscErrorCode(std::int64_t, Vec*)>& page);
-  /// Collective. Appends one frame; the first one fixes the set of fields and observables.
+  /// Collective. Appends one frame; the first one, which is written at once, fixes the set of fields and observables.
   PetscErrorCode write_frame(std::int64_t step, double time, const std::vector<Field>& fields, const std::vector<Observable>& observables);
   /// Not collective: buffered (what rank 0 says), and written with the next frame or flush.
   void log_step(const StepRecord& record);
-  /// Collective. Writes what is buffered.
+  /// Collective. Writes what waits: no kill loses it any more, and readers see it.
+  PetscErrorCode write_waiting();
+  /// Collective. The same, and brings it to disk: no failure of power does, either.
   PetscErrorCode flush();
   /// Collective. Flushes and closes; also done by the destructor, without reporting errors.
   PetscErrorCode close();
-  /// Frames in the file.
+  /// Frames in the file, and those that wait.
   std::int64_t frames() const;
-  /// Where it stands, once flushed; on rank 0 and on the others.
+  /// What is written of it; on rank 0 and on the others.
   TrajectoryMark mark() const;
   ~Trajectory();
 

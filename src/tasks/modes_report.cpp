@@ -1,6 +1,7 @@
 // What becomes of computed modes: participation, datasets, summary and report.
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include "base/fault.hpp"
 #include "output/report.hpp"
 #include "tasks/modes_parts.hpp"
@@ -124,7 +125,7 @@ PetscErrorCode ModesRun::write() {
   constants.push_back({"/modes/residual", 0, count, 0, residual, {{"meaning", "bound of the error of omega_squared"}}});
   constants.push_back({"/modes/participation", 0, count, d, participation_, {{"meaning", "effective mass in each direction"}}});
   set_phase(Exit::io);
-  PetscCall(Trajectory::create(model_.comm(), options, model_.dim(), constants, &file));
+  PetscCall(Trajectory::create(model_.comm(), options, model_.dim(), std::numeric_limits<std::int64_t>::max(), constants, &file));
   PetscCall(file->write_pages("/modes/shape", count, [this](std::int64_t k, Vec* out) { return page(static_cast<std::size_t>(k), out); }));
   PetscCall(model_.observe(time_, y_, &observables));
   PetscCall(model_.fields(time_, y_, &fields));

@@ -27,9 +27,9 @@ PetscErrorCode Run::on_step(const StepRecord& record) {
   constexpr int MOST_ROWS = 4096;  // of the log that are held in memory: half a megabyte
   Vec y;
   if (trajectory_) trajectory_->log_step(record);
-  if (trajectory_ && (++held_rows_ >= MOST_ROWS || stepper_->log_due())) {
+  if (trajectory_ && ++held_rows_ >= MOST_ROWS) {
     set_phase(Exit::io);
-    PetscCall(trajectory_->flush());
+    PetscCall(trajectory_->write_waiting());
     set_phase(Exit::solve);
     held_rows_ = 0;
   }
@@ -83,9 +83,18 @@ PetscErrorCode Run::on_frame(PetscInt step, double time, Vec y) {
     PetscCall(model_.fields(time, y, &fields));
     set_phase(Exit::io);
     PetscCall(trajectory_->write_frame(step, time, fields, last_));
-    held_rows_ = 0;
     set_phase(Exit::solve);
   }
+  PetscFunctionReturn(0);
+}
+
+PetscErrorCode Run::on_flush() {
+  PetscFunctionBegin;
+  if (!trajectory_) PetscFunctionReturn(0);
+  set_phase(Exit::io);
+  PetscCall(trajectory_->flush());
+  set_phase(Exit::solve);
+  held_rows_ = 0;
   PetscFunctionReturn(0);
 }
 

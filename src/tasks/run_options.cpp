@@ -54,6 +54,7 @@ PetscErrorCode read_run_options(MPI_Comm comm, RunOptions* out) {
   PetscCall(read_matrix_options(comm));
   out->step.save_every = out->saving.every;
   out->step.save_minutes = out->saving.minutes;
+  out->step.flush_seconds = out->output.trajectory.flush;
   PetscFunctionReturn(0);
 }
 

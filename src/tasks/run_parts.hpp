@@ -44,8 +44,10 @@ class Run {
   PetscErrorCode end_at_rest(double time, Vec y);
   PetscErrorCode observe(double time, Vec y);
   PetscErrorCode on_frame(PetscInt step, double time, Vec y);
+  PetscErrorCode on_flush();
   PetscErrorCode on_save();
   PetscErrorCode open_restart();
+  PetscErrorCode choose_interval();
   PetscErrorCode say_header(const std::string& solver);
   PetscErrorCode prepare_solvers();
   PetscErrorCode take_up();
@@ -76,6 +78,7 @@ class Run {
   std::string last_checkpoint_;  ///< where a failed run can be continued from
   std::vector<Observable> first_, last_;
   double start_ = 0, end_ = 0;
+  std::string interval_note_;               ///< of the header, where the distance of frames was chosen
   int held_rows_ = 0;                       ///< of the log, not yet written
   double most_force_ = 0, most_speed_ = 0;  ///< 2-norms of f and of sqrt(M) v, since the run began
   bool rests_ = false;

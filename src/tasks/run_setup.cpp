@@ -1,5 +1,7 @@
 // A run before its first step: checkpoint, TS, header, solvers, trajectory.
 #include <unistd.h>
+#include <algorithm>
+#include <cmath>
 #include "base/fault.hpp"
 #include "base/options.hpp"
 #include "solvers/solver_setup.hpp"
@@ -49,8 +51,32 @@ PetscErrorCode Run::say_header(const std::string& solver) {
   lines.push_back("solver: " + (hooks_.method.empty() || search == std::string::npos ? solver : hooks_.method + solver.substr(search)));
   if (options_.advise) PetscCall(bs::advise(model_, ts_, context_, &advice_));
   for (const std::string& line : advice_.lines()) lines.push_back(line);
+  if (!interval_note_.empty()) lines.push_back(interval_note_);
   if (options_.output.trajectory.file.empty()) lines.push_back("no trajectory is written: give -bs_output F.h5md to write one");
   progress_.header(lines);
+  PetscFunctionReturn(0);
+}
+
+/// Linear systems have small frames and many short steps: where no interval is given and more than MOST_FRAMES steps are to come, the
+/// frames are some steps apart. It becomes the option's value, so that a continued run has the same.
+PetscErrorCode Run::choose_interval() {
+  constexpr double MOST_FRAMES = 2000;
+  PetscBool given = PETSC_FALSE;
+  PetscInt limit, done;
+  double h;
+  PetscFunctionBegin;
+  PetscCall(PetscOptionsHasName(nullptr, nullptr, "-bs_output_interval", &given));
+  if (given || !model_.linear() || !options_.step.every_step) PetscFunctionReturn(0);
+  PetscCall(TSGetTimeStep(ts_, &h));
+  PetscCall(TSGetMaxSteps(ts_, &limit));
+  PetscCall(TSGetStepNumber(ts_, &done));
+  const double steps = std::min((end_ - start_) / h, static_cast<double>(limit - done)), apart = std::ceil(steps / MOST_FRAMES - 1e-9);
+  if (!std::isfinite(apart) || apart < 2) PetscFunctionReturn(0);
+  options_.step.output_interval = apart * h;
+  options_.step.every_step = false;
+  PetscCall(PetscOptionsSetValue(nullptr, "-bs_output_interval", format("%.17g", apart * h).c_str()));
+  PetscCall(PetscOptionsGetReal(nullptr, nullptr, "-bs_output_interval", &h, nullptr));  // it is in use
+  interval_note_ = format("frames: one every %.0f steps, %g s; -bs_output_interval gives another distance, 0 a frame at every step", apart, h);
   PetscFunctionReturn(0);
 }
 
@@ -83,9 +109,11 @@ PetscErrorCode Run::set_up() {
   PetscCall(set_tolerances(options_.tolerances, model_, ts_));
   PetscCall(TSGetTime(ts_, &start_));
   PetscCall(TSGetMaxTime(ts_, &end_));
+  PetscCall(choose_interval());
   stepper_ = std::make_unique<Stepper>(
       model_, context_, options_.step, [this](const StepRecord& r) { return on_step(r); },
-      [this](PetscInt step, double time, Vec y) { return on_frame(step, time, y); }, [this]() { return on_save(); });
+      [this](PetscInt step, double time, Vec y) { return on_frame(step, time, y); }, [this]() { return on_flush(); },
+      [this]() { return on_save(); });
   PetscCall(stepper_->attach(ts_));
   PetscCall(model_.covers(end_));
   if (!context_.implicit) watch_.set_explicit();
@@ -138,19 +166,21 @@ PetscErrorCode Run::open_trajectory() {
   const TrajectoryMark mark = restart_ ? mark_of(*restart_) : TrajectoryMark{};
   std::vector<Dataset> constants;
   PetscMPIInt rank;
+  PetscInt numbers;
   PetscFunctionBegin;
+  PetscCall(VecGetSize(model_.initial_state(), &numbers));
   if (!options.file.empty()) PetscCall(finds_trajectory(mark, &resumed_));
   if (!options.file.empty() && !resumed_) PetscCall(model_.take_constants(&constants));
   model_.release_input();
   if (options.file.empty()) PetscFunctionReturn(0);
   if (resumed_) {
-    PetscCall(Trajectory::resume(model_.comm(), options, model_.dim(), mark, &trajectory_));
+    PetscCall(Trajectory::resume(model_.comm(), options, model_.dim(), numbers, mark, &trajectory_));
     stepper_->set_framed(mark.last_time == stepper_->good_time());
     PetscFunctionReturn(0);
   }
   PetscCallMPI(MPI_Comm_rank(model_.comm(), &rank));
   advice_.put(rank, &constants);
-  PetscCall(Trajectory::create(model_.comm(), options, model_.dim(), constants, &trajectory_));
+  PetscCall(Trajectory::create(model_.comm(), options, model_.dim(), numbers, constants, &trajectory_));
   PetscFunctionReturn(0);
 }
 

@@ -5,12 +5,13 @@
 
 namespace bs {
 
-Stepper::Stepper(Model& model, TSContext& context, const StepOptions& options, OnStep on_step, OnFrame on_frame, OnSave on_save)
+Stepper::Stepper(Model& model, TSContext& context, const StepOptions& options, OnStep on_step, OnFrame on_frame, OnFlush on_flush, OnSave on_save)
     : model_(model),
       context_(context),
       options_(options),
       on_step_(std::move(on_step)),
       on_frame_(std::move(on_frame)),
+      on_flush_(std::move(on_flush)),
       on_save_(std::move(on_save)),
       rejections_(model) {}
 
@@ -36,7 +37,7 @@ PetscErrorCode Stepper::attach(TS ts) {
   PetscCall(TSGetTimeStep(ts, &nominal));
   clock_ = OutputClock(start, end, options_.output_interval);
   length_ = StepLength(options_.length, nominal, adaptive, adaptive && context_.method->remembers(Memory::theta));
-  schedule_ = WallSchedule(options_.save_minutes, MPI_Wtime());
+  schedule_ = WallSchedule(options_.save_minutes, options_.flush_seconds, MPI_Wtime());
   good_time_ = start;
   PetscCall(tell_lost_steps(start, length_.first_attempt()));
   PetscFunctionReturn(0);

@@ -24,16 +24,18 @@ struct StepOptions {
   std::int64_t max_cuts = 10;   ///< -bs_step_max_cuts: rejections allowed per step
   std::int64_t save_every = 0;  ///< -bs_checkpoint_every: steps between checkpoints; 0: none by steps
   double save_minutes = 0;      ///< -bs_checkpoint_minutes: wall-clock time between them; 0: none by the clock
+  double flush_seconds = 2;     ///< -bs_output_flush
 };
 
-/// Callbacks: on_step after every good step, on_frame when an output time is reached, on_save, last of all, when a checkpoint
-/// is due.
+/// Callbacks: on_step after every good step, on_frame when an output time is reached, on_flush when frames and log have waited
+/// for long enough, on_save, last of all, when a checkpoint is due.
 class Stepper {
  public:
   using OnStep = std::function<PetscErrorCode(const StepRecord&)>;
   using OnFrame = std::function<PetscErrorCode(PetscInt step, double time, Vec)>;
+  using OnFlush = std::function<PetscErrorCode()>;
   using OnSave = std::function<PetscErrorCode()>;
-  Stepper(Model& model, TSContext& context, const StepOptions& options, OnStep on_step, OnFrame on_frame, OnSave on_save);
+  Stepper(Model& model, TSContext& context, const StepOptions& options, OnStep on_step, OnFrame on_frame, OnFlush on_flush, OnSave on_save);
   /// Hooks into `ts`, whose type, step and final time are set.
   PetscErrorCode attach(TS ts);
   /// Collective. Once the solvers are set up.
@@ -54,8 +56,8 @@ class Stepper {
   /// Why no step can follow a good one (empty: one can).
   const std::string& ending() const { return ending_; }
   int signal() const { return now_.signal; }
-  /// Whether the log of steps is due to be written (after ten seconds); the same on every rank.
-  bool log_due() const { return now_.log_due; }
+  /// Whether what waits is due to be written, after StepOptions::flush_seconds; the same on every rank.
+  bool flush_due() const { return now_.flush_due; }
   /// Collective. Discards what the solvers kept from earlier steps: after a checkpoint, so that the run and its
   /// continuation do the same.
   PetscErrorCode renew_solver(TS ts) const;
@@ -65,7 +67,7 @@ class Stepper {
   struct Verdict {
     bool finite = true;                      ///< its state
     int signal = 0;                          ///< that ends the run; 0: none
-    bool save_due = false, log_due = false;  ///< by the wall clock, or a signal that asks for a checkpoint
+    bool save_due = false, flush_due = false;  ///< by the wall clock, or a signal that asks for a checkpoint
   };
   static PetscErrorCode pre_step(TS ts);
   static PetscErrorCode post_step(TS ts);
@@ -93,6 +95,7 @@ class Stepper {
   StepOptions options_;
   OnStep on_step_;
   OnFrame on_frame_;
+  OnFlush on_flush_;
   OnSave on_save_;
 
   OutputClock clock_;

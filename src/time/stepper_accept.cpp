@@ -20,6 +20,7 @@ PetscErrorCode Stepper::accept_step(TS ts) {
   const bool finished = landed && clock_.is_end(record.time);
   PetscCall(on_step_(record));
   PetscCall(write_frame_if_due(ts, record, landed));
+  if (now_.flush_due) PetscCall(on_flush_());
   if (landed) clock_.pass();
   PetscCall(decide_what_follows(ts, record.time, finished));
   PetscCall(save_if_due(record.step, finished));
@@ -82,7 +83,7 @@ PetscErrorCode Stepper::is_good(TS ts, bool* good) {
   PetscFunctionReturn(0);
 }
 
-/// One reduction a step: is the state finite everywhere, and has a signal come, is a checkpoint due, or the log?
+/// One reduction a step: is the state finite everywhere, and has a signal come, is a checkpoint due, or a flush?
 PetscErrorCode Stepper::agree_on_verdict(TS ts) {
   Vec y;
   const PetscScalar* ay = nullptr;
@@ -96,10 +97,10 @@ PetscErrorCode Stepper::agree_on_verdict(TS ts) {
   for (PetscInt i = 0; i < n; ++i) sum += 0.0 * ay[i];
   PetscCall(VecRestoreArrayRead(y, &ay));
   const bool late = schedule_.save_due(MPI_Wtime()), asked = late || take_checkpoint_signal();
-  int flags[4] = {std::isfinite(sum) ? 0 : 1, ending_signal(), asked ? 1 : 0, schedule_.log_due(MPI_Wtime()) ? 1 : 0};
+  int flags[4] = {std::isfinite(sum) ? 0 : 1, ending_signal(), asked ? 1 : 0, schedule_.flush_due(MPI_Wtime()) ? 1 : 0};
   PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, flags, 4, MPI_INT, MPI_MAX, model_.comm()));
   now_ = {flags[0] == 0, flags[1], flags[2] != 0, flags[3] != 0};
-  if (now_.log_due) schedule_.logged(MPI_Wtime());
+  if (now_.flush_due) schedule_.flushed(MPI_Wtime());
   PetscFunctionReturn(0);
 }
 

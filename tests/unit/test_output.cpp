@@ -133,17 +133,18 @@ void require_rest(const Look& look) {
 }
 
 /// Writes `frames` frames in d dimensions.
-void write(const std::string& file, int d, int pad, OutputUnits units) {
+void write(const std::string& file, int d, int pad, OutputUnits units, double flush, std::int64_t numbers) {
   std::unique_ptr<Trajectory> out;
   TrajectoryOptions options;
   options.file = file;
   options.pad = pad;
   options.units = units;
+  options.flush = flush;
   options.overwrite = true;
   VecHandle x, v;
   make_vec(d, &x);
   make_vec(d, &v);
-  REQUIRE(Trajectory::create(PETSC_COMM_WORLD, options, d, constants(), &out) == 0);
+  REQUIRE(Trajectory::create(PETSC_COMM_WORLD, options, d, numbers, constants(), &out) == 0);
   std::int64_t step = 0;
   const auto log = [&] {
     StepRecord record;
@@ -186,10 +187,12 @@ void remove_file(const std::string& file) {
 TEST_CASE("a trajectory of 1, 2 or 3 dimensions is read back as written") {
   const Handled handled;
   const int d = GENERATE(1, 2, 3), pad = GENERATE(0, 3);
+  const double flush = GENERATE(0.0, 2.0);
+  const std::int64_t numbers = GENERATE(0, 1000000);  // written by rank 0, by all
   const std::string file = scratch("frames.h5md");
   REQUIRE(PetscOptionsSetValue(nullptr, "-bs_test_of_output", "-3.5") == 0);
   const OutputUnits units = pad == 3 ? GENERATE(OutputUnits::SI, OutputUnits::metal, OutputUnits::nano) : OutputUnits::none;
-  write(file, d, pad, units);
+  write(file, d, pad, units, flush, numbers);
   REQUIRE(PetscOptionsClearValue(nullptr, "-bs_test_of_output") == 0);
   if (rank_of(PETSC_COMM_WORLD) == 0) {
     const Look look(file);
@@ -216,7 +219,7 @@ TEST_CASE("a model without particles has no /particles") {
   TrajectoryOptions options;
   options.file = file;
   std::unique_ptr<Trajectory> out;
-  REQUIRE(Trajectory::create(PETSC_COMM_WORLD, options, 0, {}, &out) == 0);
+  REQUIRE(Trajectory::create(PETSC_COMM_WORLD, options, 0, 0, {}, &out) == 0);
   REQUIRE(out->write_frame(4, 0.25, {}, {{"charge", {7.5}}}) == 0);
   out.reset();
   if (rank_of(PETSC_COMM_WORLD) == 0) {
@@ -237,7 +240,7 @@ TEST_CASE("refused trajectories") {
   if (first) std::ofstream(options.file) << "keep";
   MPI_Barrier(PETSC_COMM_WORLD);
   Caught exists;
-  REQUIRE(Trajectory::create(PETSC_COMM_WORLD, options, 3, {}, &out) == ERR_TOLD);
+  REQUIRE(Trajectory::create(PETSC_COMM_WORLD, options, 3, 0, {}, &out) == ERR_TOLD);
   REQUIRE(exists.text() == (first ? "backspring: error: " + options.file + " exists: give another -bs_output or add -bs_overwrite\n" : ""));
   REQUIRE(told_exit() == Exit::input);
   std::string kept;
@@ -247,12 +250,12 @@ TEST_CASE("refused trajectories") {
 
   options.file = scratch("nowhere") + "/a.h5md";
   Caught folder;
-  REQUIRE(Trajectory::create(PETSC_COMM_WORLD, options, 3, {}, &out) == ERR_TOLD);
+  REQUIRE(Trajectory::create(PETSC_COMM_WORLD, options, 3, 0, {}, &out) == ERR_TOLD);
   REQUIRE((folder.text().find("folder " + scratch("nowhere") + " of -bs_output") != std::string::npos) == first);
   options.file = scratch("pad.h5md");
   options.pad = 2;
   Caught pad;
-  REQUIRE(Trajectory::create(PETSC_COMM_WORLD, options, 3, {}, &out) == ERR_TOLD);
+  REQUIRE(Trajectory::create(PETSC_COMM_WORLD, options, 3, 0, {}, &out) == ERR_TOLD);
   REQUIRE((pad.text().find("-bs_output_pad: 2 columns do not hold 3") != std::string::npos) == first);
   REQUIRE(access(options.file.c_str(), F_OK) != 0);
 }
@@ -263,10 +266,11 @@ TEST_CASE("a frame that cannot be written is told with its number") {
   std::unique_ptr<Trajectory> out;
   TrajectoryOptions options;
   options.file = file;
+  options.flush = 0;
   VecHandle x;
   make_vec(3, &x);
   fill(x, 3, 0, 1);
-  REQUIRE(Trajectory::create(PETSC_COMM_WORLD, options, 3, {}, &out) == 0);
+  REQUIRE(Trajectory::create(PETSC_COMM_WORLD, options, 3, 0, {}, &out) == 0);
   REQUIRE(out->write_frame(0, 0, {{"/particles/trajectory/position", x}}, {}) == 0);
   // The file is taken away: nothing can be reserved for it any more.
   remove_file(file);

@@ -105,14 +105,14 @@ TEST_CASE("an attempt that nobody has shortened is cut") {
 }
 
 TEST_CASE("checkpoints and the log fall due by the wall clock") {
-  WallSchedule schedule(2.0, 1000.0);
+  WallSchedule schedule(2.0, 10.0, 1000.0);
   REQUIRE_FALSE(schedule.save_due(1119.9));
   REQUIRE(schedule.save_due(1120.0));
   schedule.saved(1120.0);
   REQUIRE_FALSE(schedule.save_due(1239.0));
-  REQUIRE_FALSE(schedule.log_due(1009.0));
-  REQUIRE(schedule.log_due(1010.0));
-  schedule.logged(1010.0);
-  REQUIRE_FALSE(schedule.log_due(1019.0));
-  REQUIRE_FALSE(WallSchedule(0.0, 0.0).save_due(1e9));
+  REQUIRE_FALSE(schedule.flush_due(1009.0));
+  REQUIRE(schedule.flush_due(1010.0));
+  schedule.flushed(1010.0);
+  REQUIRE_FALSE(schedule.flush_due(1019.0));
+  REQUIRE_FALSE(WallSchedule(0.0, 2.0, 0.0).save_due(1e9));
 }

@@ -1,0 +1,58 @@
+// The growing datasets of a trajectory, and the rows of them that wait in memory to be written together.
+#pragma once
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "output/tables.hpp"
+#include "systems/model.hpp"
+
+namespace bs {
+
+/// Rows of `value` in GROUP, one frame after the other; what of them waits is this rank's rows alone.
+class FieldColumn {
+ public:
+  /// `columns`: numbers written per particle at least (zeros are appended). Nothing of the file is touched.
+  PetscErrorCode describe(const Field& field, PetscInt columns);
+  /// On the ranks that have the file open: makes GROUP/value without rows (chunks of several frames where these are small, of one
+  /// otherwise, and then not filled with zeros before they are written), or opens it.
+  PetscErrorCode create(hid_t file, bool single);
+  PetscErrorCode open(hid_t file);
+  const std::string& group() const { return group_; }
+  hid_t id() const { return set_; }
+  /// Bytes of a frame.
+  std::int64_t size() const { return std::int64_t{8} * total_ * width_; }
+  /// Bytes of `frames` frames in the file at most, with what chunks hold besides.
+  std::int64_t bytes(std::int64_t frames) const;
+  /// Local. Keeps a copy of the frame, or (not `copy`, and nothing is to be appended to its rows) where it is until done().
+  PetscErrorCode take(Vec vec, bool copy);
+  /// Collective. Rank 0 receives the rows of all ranks of the `frames` that wait.
+  PetscErrorCode gather(MPI_Comm comm, std::int64_t frames);
+  PetscErrorCode extend(std::int64_t frames);
+  /// Writes `count` of the waiting frames, from number `first` on, as frames `at`, ... of the file.
+  PetscErrorCode write(std::int64_t at, std::int64_t first, std::int64_t count, hid_t transfer);
+  /// The first `count` waiting frames are written.
+  PetscErrorCode done(std::int64_t count);
+  void close() { set_.reset(); }
+
+ private:
+  std::string group_;
+  PetscInt first_ = 0, rows_ = 0, total_ = 0;  ///< of this rank, of all
+  PetscInt block_ = 1, width_ = 1;             ///< numbers of a row in the Vec, and in the file
+  bool flat_ = false;                          ///< rows of one number have no axis of their own
+  H5 set_;
+  std::vector<double> waiting_;  ///< frames x rows x width
+  std::vector<double> all_;      ///< rank 0: the same of all ranks, once gathered
+  Vec direct_ = nullptr;         ///< borrowed: the frame itself
+  bool gathered_ = false;
+};
+
+/// One observable, the same on every rank.
+struct ObservableColumn {
+  std::string name;
+  int width = 1;
+  Column column;
+  std::vector<double> waiting;
+};
+
+}  // namespace bs
