@@ -9,12 +9,25 @@
 #include "base/fault.hpp"
 #include "output/frame_room.hpp"
 #include "output/h5.hpp"
+#include "output/last_write.hpp"
 
 namespace bs {
 
 namespace {
 
 constexpr std::int64_t most_gathered = 1 << 17;  // numbers of a state that rank 0 writes for all
+
+/// The log event of everything that writes.
+PetscLogEvent write_event() {
+  static const PetscLogEvent event = [] {
+    PetscClassId id = 0;
+    PetscLogEvent made = 0;
+    (void)PetscClassIdRegister("BSOutput", &id);
+    (void)PetscLogEventRegister("BSWrite", id, &made);
+    return made;
+  }();
+  return event;
+}
 
 }  // namespace
 
@@ -43,7 +56,8 @@ PetscErrorCode Trajectory::Impl::open(const std::string& name) {
   PetscFunctionBegin;
   H5 access(H5Pcreate(H5P_FILE_ACCESS), H5Pclose);
   if (shared) BS_H5(H5Pset_fapl_mpio(access, comm, MPI_INFO_NULL));
-  BS_H5(H5Pset_file_locking(access, 0, 1));  // readers open it while the run goes on; other runs are kept out by RunLock
+  else PetscCall(use_last_write(access));
+  BS_H5(H5Pset_file_locking(access, 0, 1));  // readers open it while the run goes on; RunLock keeps other runs out
   file = H5(H5Fopen(name.c_str(), H5F_ACC_RDWR, access), H5Fclose);
   BS_H5(file);
   transfer = H5(H5Pcreate(H5P_DATASET_XFER), H5Pclose);
@@ -127,6 +141,7 @@ PetscErrorCode Trajectory::Impl::put(std::int64_t first, std::int64_t count, std
 
   PetscFunctionBegin;
   if (count > 0 && !laid_out) PetscCall(frames == 0 ? lay_out() : find_layout());
+  if (count > 0 && !laid_out && !shared && time.id() >= 0) PetscCall(write_last(file, time.id()));
   laid_out = laid_out || count > 0;
   PetscCall(make_room(count, rows));
   for (ObservableColumn& o : observables)
@@ -164,6 +179,7 @@ PetscErrorCode Trajectory::Impl::write_out(std::string* full) {
   full->clear();
   PetscCallMPI(MPI_Bcast(&rows, 1, MPI_INT64_T, 0, comm));
   if (waiting == 0 && rows == 0) PetscFunctionReturn(0);
+  PetscCall(PetscLogEventBegin(write_event(), nullptr, nullptr, nullptr, nullptr));
   if (gathers && waiting > 0)
     for (FieldColumn& field : fields) PetscCall(field.gather(comm, waiting));
   while (done < waiting || rows > 0) {
@@ -185,6 +201,7 @@ PetscErrorCode Trajectory::Impl::write_out(std::string* full) {
   PetscCall(publish());
   if (done > 0) PetscCall(drop_kept());
   if (done > 0) PetscCall(write_xdmf(false));
+  PetscCall(PetscLogEventEnd(write_event(), nullptr, nullptr, nullptr, nullptr));
   PetscFunctionReturn(0);
 }
 

@@ -20,6 +20,9 @@ inline constexpr int column_chunk = 128;  ///< rows allocated at a time in datas
 
 inline constexpr std::int64_t most_waiting = 1 << 22;  ///< bytes of frames in memory, all ranks together
 
+/// The same of the clock where ranks write together: MPI-IO has no write that is last, and at a new chunk a kill could come between two.
+inline constexpr int shared_clock_chunk = 4096;
+
 struct Trajectory::Impl {
   MPI_Comm comm = MPI_COMM_NULL;
   PetscMPIInt rank = 0;

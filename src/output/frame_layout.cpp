@@ -63,8 +63,9 @@ PetscErrorCode Trajectory::Impl::link_clock(const std::string& group) {
   PetscFunctionBegin;
   PetscCall(open_group(file, group, &owner));
   if (step.id() < 0) {
-    PetscCall(step.create(io, file, group + "/step", true, 0, column_chunk));
-    PetscCall(time.create(io, file, group + "/time", false, 0, column_chunk));
+    const int chunk = shared ? shared_clock_chunk : column_chunk;
+    PetscCall(step.create(io, file, group + "/step", true, 0, chunk));
+    PetscCall(time.create(io, file, group + "/time", false, 0, chunk));
     if (options.units != OutputUnits::none) PetscCall(put_attribute(time.id(), "unit", unit_of_quantity("time", options.units)));
   } else {
     BS_H5(H5Lcreate_hard(step.id(), ".", owner, "step", H5P_DEFAULT, H5P_DEFAULT));

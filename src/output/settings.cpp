@@ -12,8 +12,11 @@ PetscErrorCode read_output_settings(MPI_Comm comm, OutputSettings* settings) {
   PetscFunctionBegin;
   PetscCall(read_section(comm, "Output options", [&](Section& section) {
     section.text("-bs_output", "trajectory file to write, in the H5MD format of HDF5 (suffix .h5md); default: none is written", file.file);
-    section.real("-bs_output_interval", "simulated time between frames; 0: a frame at every step; default: 0, and for linear systems of more than 2000 steps as many steps as "
-                 "give at most 2000 frames [s]", settings->interval, Range::nonnegative);
+    section.real(
+        "-bs_output_interval",
+        "simulated time between frames; 0: a frame at every step; default: 0, and for linear systems of more than 2000 steps as many steps as "
+        "give at most 2000 frames [s]",
+        settings->interval, Range::nonnegative);
     section.real("-bs_output_flush",
                  "longest wall-clock time for which frames and the log of steps wait in memory before they are written and brought to disk, beside "
                  "the time of a step; 0: every frame at once [s]",

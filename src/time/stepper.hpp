@@ -65,8 +65,8 @@ class Stepper {
  private:
   /// The outcome of a finished step, the same on all ranks.
   struct Verdict {
-    bool finite = true;                      ///< its state
-    int signal = 0;                          ///< that ends the run; 0: none
+    bool finite = true;                        ///< its state
+    int signal = 0;                            ///< that ends the run; 0: none
     bool save_due = false, flush_due = false;  ///< by the wall clock, or a signal that asks for a checkpoint
   };
   static PetscErrorCode pre_step(TS ts);

@@ -5,6 +5,7 @@
 import os
 import pathlib
 import shutil
+import signal
 import subprocess
 import sys
 import tempfile
@@ -67,6 +68,56 @@ def check_log(checks, folder):
         checks.true(f"the log is written by time, {ranks} ranks", 0 < found < 100000, f"{found} rows")
 
 
+def last_frame(path):
+    with h5py.File(path) as f:
+        return f["particles/trajectory/position/time"][-1], len(f["particles/trajectory/position/time"])
+
+
+def check_flush(checks, folder):
+    """Killed, a run has the frames it told of more than -bs_output_flush seconds ago, with 0 all that it told of; a signal flushes."""
+    base = {**SPRING, "ts_dt": 1e-3, "ts_max_time": 1e9, "bs_output_interval": 0.05, "bs_progress_interval": 0, "bs_overwrite": True}
+    for flush, after in ((0, 1.5), (None, 5), (0.5, 2.5)):
+        for ranks in (1, 2):
+            options = {**base, "bs_output": "f.h5md", **({} if flush is None else {"bs_output_flush": flush})}
+            command, how = start(checks, folder, options, ranks, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, bufsize=1)
+            run = subprocess.Popen(command, **how)
+            told, begun = [], None
+            for line in run.stdout:
+                if not line.startswith("t = "):
+                    continue
+                now = time.monotonic()
+                begun = begun or now
+                told.append((now, float(line.split()[2])))
+                if now - begun > after and told[-1][1] > 0.2:
+                    break
+            run.kill()
+            run.wait()
+            time.sleep(0.5)  # mpirun's ranks end, too
+            held, count = last_frame(folder / "f.h5md")
+            # a line is printed before the frame of its step is written: that of the last line may be under way
+            wait = (2 if flush is None else flush) + 0.5 * (flush != 0)
+            due = [t for when, t in told[:-1] if when < told[-1][0] - wait]
+            checks.true(f"flush {flush}, {ranks} ranks: frames up to t = {held:.3f} are there", count > 2 and held >= due[-1] - 0.0511,
+                        f"{count} frames, {due[-1]:.3f} was told {wait} s before the kill")
+    quick = {**base, "bs_output": "s.h5md", "bs_progress_interval": -1, "bs_output_flush": 1e6, "bs_checkpoint": "s.ck"}
+    command, how = start(checks, folder, quick, 1, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+    run = subprocess.Popen(command, **how)
+    while not (folder / "s.h5md").exists() and run.poll() is None:
+        time.sleep(0.05)
+    time.sleep(0.5)
+    before = last_frame(folder / "s.h5md")[1]
+    run.send_signal(signal.SIGUSR1)  # a checkpoint, and the run goes on
+    while not (folder / "s.ck").exists() and run.poll() is None:
+        time.sleep(0.05)
+    at_checkpoint = last_frame(folder / "s.h5md")[1]
+    with h5py.File(folder / "s.ck") as f:
+        marked = int(f["run"].attrs["frames"])
+    checks.true("a checkpoint counts no frame that is not written", marked <= at_checkpoint and before < marked, f"{before} {marked} {at_checkpoint}")
+    run.terminate()
+    run.wait()
+    checks.true("a signal flushes", last_frame(folder / "s.h5md")[1] > at_checkpoint, f"{last_frame(folder / 's.h5md')} after {at_checkpoint}")
+
+
 def check_checkpoints(checks, folder):
     """A failed run's checkpoint goes when a later run overwrites the trajectory and succeeds; another's stays."""
     position = [[0.0, 0.0], [1.0, 0.0]]
@@ -109,7 +160,7 @@ def check_words(checks, folder):
 
 def main():
     checks = Checks(__doc__.splitlines()[0])
-    for name, check in (("log", check_log), ("checkpoints", check_checkpoints), ("words", check_words)):
+    for name, check in (("log", check_log), ("flush", check_flush), ("checkpoints", check_checkpoints), ("words", check_words)):
         if checks.wants(name):
             with checks.group(name), tempfile.TemporaryDirectory() as folder:
                 check(checks, pathlib.Path(folder))

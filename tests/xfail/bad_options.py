@@ -84,6 +84,8 @@ PROGRAM = {
     "neither true nor false": (words("-bs_overwrite", "maybe"), "maybe is neither true nor false"),
     "outside 0 to 1": (words("-bs_step_cut", "1"), "option -bs_step_cut: give a number between 0 and 1"),
     "negative interval": (words("-bs_output_interval", "-1"), "-bs_output_interval: -1 is negative"),
+    "negative flush": (words("-bs_output_flush", "-0.5"), "-bs_output_flush: -0.5 is negative"),
+    "flush without a number": (words("-bs_output_flush", "often"), "-bs_output_flush"),
     "output without a name": (words("-bs_output", " "), "option -bs_output: an empty value"),
     "fluid for Stokes drag": (words("-bs_stokes_drag", "1", "-bs_fluid_velocity", "1"), "option -bs_fluid_velocity applies to sphere and shape drag"),
     "fluid beyond the dimension": (words("-bs_lattice_dim", "2", "-bs_sphere_drag", "-bs_sphere_drag_rho", "1", "-bs_sphere_drag_mu", "1", "-bs_radius", "0.1",

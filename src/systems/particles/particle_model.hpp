@@ -62,6 +62,7 @@ class ParticleModel final : public Mechanics {
   PetscErrorCode fill_output(Vec y);
   PetscErrorCode read_strain_option();
   std::string spring_laws_in_words() const;
+  const Energies& energies_at(double t, Vec y);
 
   Network net_;
   Lattice lattice_;
@@ -81,6 +82,12 @@ class ParticleModel final : public Mechanics {
   VecHandle y0_, position_, velocity_;  ///< the latter two in the input's order
   ScatterHandle to_position_, to_velocity_;
   Singularity fault_;
+  struct {
+    PetscObjectId vec = 0;
+    PetscObjectState state = 0;
+    double time = 0;
+    Energies energies;
+  } known_;                        ///< this rank's energies of the state they were computed for last
   std::uint64_t fingerprint_ = 0;  ///< of the lattice, summed over the ranks
 };
 

@@ -1,4 +1,5 @@
 // What a particle system shows: header lines, observables, fields of a frame, constant data.
+#include <petsc/private/petscimpl.h>
 #include <algorithm>
 #include <cmath>
 #include "base/fault.hpp"
@@ -60,12 +61,23 @@ std::vector<std::string> ParticleModel::describe() const {
   return lines;
 }
 
+/// This rank's energies of y, which state_ holds: a frame's observables and what watches the energy ask for those of the same state.
+const Energies& ParticleModel::energies_at(double t, Vec y) {
+  PetscObjectId vec = 0;
+  PetscObjectState state = 0;
+  (void)PetscObjectGetId(reinterpret_cast<PetscObject>(y), &vec);
+  (void)PetscObjectStateGet(reinterpret_cast<PetscObject>(y), &state);
+  const bool same = known_.vec == vec && known_.state == state && known_.time == t;
+  if (!same || memory_.active()) known_ = {vec, state, t, physics_->energies(t, state_)};  // histories change beside the state
+  return known_.energies;
+}
+
 PetscErrorCode ParticleModel::observe(double t, Vec y, std::vector<Observable>* out) {
   const PetscInt d = net_.dim;
   PetscFunctionBegin;
   PetscCall(PetscLogEventBegin(particle_events().energy, y, nullptr, nullptr, nullptr));
   PetscCall(state_.gather(y));
-  const Energies e = physics_->energies(t, state_);
+  const Energies e = energies_at(t, y);
   // energies, momentum p = sum m v, angular momentum L = sum x cross m v about the origin; of free particles
   double sums[9] = {e.kinetic, e.elastic, e.field, 0, 0, 0, 0, 0, 0};
   for (PetscInt i = 0; i < net_.n; ++i) {

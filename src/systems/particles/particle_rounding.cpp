@@ -31,7 +31,7 @@ PetscErrorCode ParticleModel::energy_supply(double t, Vec y, EnergySupply* out, 
   PetscCall(PetscLogEventBegin(particle_events().energy, y, nullptr, nullptr, nullptr));
   PetscCall(state_.gather(y));
   if (coupling_.active()) PetscCall(coupling_.gather(net_, state_));
-  const Energies e = physics_->energies(t, state_);
+  const Energies e = energies_at(t, y);
   const Supply s = physics_->supply(t, state_, coupling_);
   double sums[10] = {e.kinetic + e.elastic, e.field, s.field, s.coupling, s.fluid, s.pull[0], s.pull[1], s.pull[2], 0, e.elastic};
   for (PetscInt i = 0; i < net_.n; ++i)
