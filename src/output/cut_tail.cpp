@@ -9,6 +9,7 @@
 #include "base/fault.hpp"
 #include "output/frame_file.hpp"
 #include "output/growing.hpp"
+#include "output/last_write.hpp"
 
 namespace bs {
 
@@ -104,12 +105,18 @@ std::string keep_tail(const std::string& trajectory, const TrajectoryMark& mark,
 /// The clock first, and written: whoever trusts its length then finds every row, also if the run ends here.
 PetscErrorCode Trajectory::Impl::shorten_to_mark() {
   std::string outside;
+  H5 clock;
 
   PetscFunctionBegin;
-  for (const bool clock : {true, false}) {
-    for (const Growing& set : growing_of(file, mark, &outside))
-      if (set.clock == clock) PetscCall(shorten(file, set.path, set.rows));
+  const std::vector<Growing> sets = growing_of(file, mark, &outside);
+  for (const Growing& set : sets)
+    if (set.times() && !shared && clock < 0) clock = H5(H5Dopen2(file, set.path.c_str(), H5P_DEFAULT), H5Dclose);
+  if (clock >= 0) PetscCall(write_header(file, clock, Order::first));
+  for (const bool times : {true, false}) {
+    for (const Growing& set : sets)
+      if (set.clock == times) PetscCall(shorten(file, set.path, set.rows));
     BS_H5(H5Fflush(file, H5F_SCOPE_GLOBAL));
+    if (clock >= 0) PetscCall(write_header(file, clock, Order::last));
   }
   PetscFunctionReturn(0);
 }

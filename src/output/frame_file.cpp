@@ -141,7 +141,7 @@ PetscErrorCode Trajectory::Impl::put(std::int64_t first, std::int64_t count, std
 
   PetscFunctionBegin;
   if (count > 0 && !laid_out) PetscCall(frames == 0 ? lay_out() : find_layout());
-  if (count > 0 && !laid_out && !shared && time.id() >= 0) PetscCall(write_last(file, time.id()));
+  if (count > 0 && !laid_out && !shared && time.id() >= 0) PetscCall(write_header(file, time.id(), Order::last));
   laid_out = laid_out || count > 0;
   PetscCall(make_room(count, rows));
   for (ObservableColumn& o : observables)

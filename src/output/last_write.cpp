@@ -23,8 +23,9 @@ struct Held {
 struct File {
   H5FD_t base;  ///< HDF5's own part comes first
   int handle;
-  haddr_t allocated, written;    ///< ends
-  haddr_t last_begin, last_end;  ///< the range that is written last
+  haddr_t allocated, written;  ///< ends
+  haddr_t begin, end;          ///< the range that is written last
+  bool first;                  ///< or first: all else waits for the flush
   std::vector<Held>* held;
   dev_t device;
   ino_t inode;
@@ -127,7 +128,8 @@ herr_t write_some(H5FD_t* base, H5FD_mem_t, hid_t, haddr_t at, std::size_t size,
   File* file = of(base);
   const auto* from = static_cast<const char*>(buffer);
   file->written = std::max<haddr_t>(file->written, at + size);
-  if (at < file->last_end && at + size > file->last_begin) {
+  const bool within = at < file->end && at + size > file->begin;
+  if (within != file->first) {
     file->held->push_back({at, std::vector<char>(from, from + size)});
     return 0;
   }
@@ -179,7 +181,7 @@ PetscErrorCode use_last_write(hid_t access) {
   PetscFunctionReturn(0);
 }
 
-PetscErrorCode write_last(hid_t file, hid_t object) {
+PetscErrorCode write_header(hid_t file, hid_t object, Order order) {
   void* handle = nullptr;
   H5O_info_t info;
 
@@ -187,8 +189,9 @@ PetscErrorCode write_last(hid_t file, hid_t object) {
   BS_H5(H5Oget_info2(object, &info, H5O_INFO_BASIC | H5O_INFO_HDR));
   BS_H5(H5Fget_vfd_handle(file, H5P_DEFAULT, &handle));
   File* own = of(static_cast<H5FD_t*>(handle));
-  own->last_begin = info.addr;
-  own->last_end = info.addr + 1;  // the header's first part, where the length is
+  own->first = order == Order::first;
+  own->begin = info.addr;
+  own->end = info.addr + 1;  // the header's first part, where the length is
   PetscFunctionReturn(0);
 }
 

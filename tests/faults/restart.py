@@ -78,7 +78,7 @@ def signals(checks, folder):
     """TERM and INT stop after the step and leave a checkpoint, USR1 leaves one and the run goes on; alone and under mpirun.
     Open MPI passes a TERM on after odls_base_sigkill_timeout seconds and kills after as many again."""
     wait = {"OMPI_MCA_odls_base_sigkill_timeout": "5"}
-    short = dict(BLOCK, bs_lattice_size=(4, 4, 4), ts_max_time=3, bs_output_xdmf=False, bs_checkpoint="sig", bs_overwrite=True)
+    short = dict(BLOCK, bs_lattice_size=(4, 4, 4), ts_max_time=3, bs_output_xdmf=False, bs_checkpoint="sig", bs_overwrite=True, bs_output_flush=0)
     code, _, err = run(checks, folder, dict(short, bs_output="full.h5md"))
     checks.true("signals: undisturbed", code == 0, err.strip()[:120])
     with h5py.File(folder / "sig") as f:
