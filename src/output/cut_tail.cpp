@@ -112,9 +112,9 @@ PetscErrorCode Trajectory::Impl::shorten_to_mark() {
   for (const Growing& set : sets)
     if (set.times() && !shared && clock < 0) clock = H5(H5Dopen2(file, set.path.c_str(), H5P_DEFAULT), H5Dclose);
   if (clock >= 0) PetscCall(write_header(file, clock, Order::first));
-  for (const bool times : {true, false}) {
+  for (const bool of_clock : {true, false}) {
     for (const Growing& set : sets)
-      if (set.clock == times) PetscCall(shorten(file, set.path, set.rows));
+      if (set.clock == of_clock) PetscCall(shorten(file, set.path, set.rows));
     BS_H5(H5Fflush(file, H5F_SCOPE_GLOBAL));
     if (clock >= 0) PetscCall(write_header(file, clock, Order::last));
   }
