@@ -316,6 +316,13 @@ class Run:
             self._cache["parameters"] = found
         return self._cache["parameters"]
 
+    def group(self, name):
+        """Rows of the particles of a group."""
+        rows = self._array(f"/groups/{name}")
+        if rows is None:
+            raise self._error(f"has no group {name}; it has {', '.join(self._file.get('/groups', {})) or 'none'}")
+        return rows.reshape(-1).astype(np.int64)
+
     @property
     def spring_law(self):
         """The name of the law that all springs obey; None where the file does not say, or has a law for each (spring_laws)."""
@@ -357,7 +364,11 @@ class Run:
     def _observables(self):
         if "observables" not in self._cache:
             found, times = {}, self.times
-            for name, item in self._file.get("/observables", {}).items():
+            items = dict(self._file.get("/observables", {}).items())
+            for name, item in list(items.items()):  # reaction/NAME and work/NAME lie one level deeper
+                if isinstance(item, h5py.Group) and "value" not in item:
+                    items.update({f"{name}/{own}": inner for own, inner in item.items()})
+            for name, item in items.items():
                 value = self._array(f"/observables/{name}/value") if isinstance(item, h5py.Group) else None
                 if value is not None and value.ndim and len(value):
                     flat = value.reshape(len(value), -1).astype(float)

@@ -5,6 +5,7 @@ from figure_style import COLORS, DASHES, axis_label, finish, missing, width
 from figures_motion import paths, phase, sources, state, states
 from figures_steps import iterations, steps
 from modes import bfactor, dos, spectrum
+from figures_supports import force, work_of
 from scene import sample
 
 TIMES = ["#a9c6e4", "#5c94cc", "#1f5fa8", "#0b2f5c"]  # early to late
@@ -31,7 +32,8 @@ def parts_of(run):
 
 
 def energy(ax, runs, labels, args):
-    """Energies over time; of a single run also what was lost since the start, E(0) - E."""
+    """Energies over time; of a single run also what was lost since the start, E(0) + W - E, with the work W of what is
+    driven."""
     several = len(runs) > 1
     if not any(parts_of(run) for run in runs):
         return missing(ax, "energies")
@@ -45,7 +47,11 @@ def energy(ax, runs, labels, args):
                     color=COLORS[i % len(COLORS)] if several else color, lw=width(i, several) if several or name == "total" else 1.1)
         if not several and "total" in seen:
             total = run.series["total_energy"]
-            ax.plot(run.observable_times, total[0] - total, color="#8a8a8a", lw=1.1, label="lost, $E_0-E$")
+            work = work_of(run)
+            if np.any(work):
+                ax.plot(run.observable_times, work, color=COLORS[4], lw=1.1, label="work done on it, $W$")
+            ax.plot(run.observable_times, total[0] + work - total, color="#8a8a8a", lw=1.1,
+                    label="lost, $E_0+W-E$" if np.any(work) else "lost, $E_0-E$")
     if several:
         for name, dash in seen.items():
             ax.plot([], [], ls=dash, color="#555555", label=name)
@@ -57,7 +63,7 @@ def energy(ax, runs, labels, args):
 
 def budget(ax, runs, labels, args):
     """Where the energy of one run (runs[0]) is: kinetic, elastic, potential above its lowest value, and lost, stacked. The upper
-    edge is level as long as nothing does work on the system."""
+    edge is level as long as nothing does work on the system; the work of what is driven is what it rises by."""
     run = runs[0]
     parts = [p for p in parts_of(run) if p[0] != "total"]
     total = run.series.get("total_energy")
@@ -69,13 +75,17 @@ def budget(ax, runs, labels, args):
         names.append(name)
         values.append(value - low)
         colors.append(color)
-    lost = total[0] - total
+    work = work_of(run)
+    lost = total[0] + work - total
     if lost.min() < -1e-3 * max(np.sum(values, axis=0).max(), 1e-300):
         gained = -np.minimum(lost, 0)
         ax.plot(run.observable_times, np.sum(values, axis=0) - gained, color="#222222", lw=0.9, ls=DASHES[1], label="without energy gained")
     lost = np.maximum(lost, 0)
     if lost.max() > 1e-6 * max(np.sum(values, axis=0).max(), 1e-300):
         names, values, colors = names + ["lost"], values + [lost], colors + ["#b5b5b5"]
+    if np.any(work):
+        ax.plot(run.observable_times, np.sum([v for n, v in zip(names, values) if n != "lost"], axis=0)[0] + work, color="#222222", lw=1.1,
+                label="start and work done")
     ax.stackplot(run.observable_times, *values, labels=names, colors=colors, alpha=0.85, lw=0)
     ax.set_ylim(0, 1.28 * np.sum(values, axis=0).max())
     finish(ax, run, axis_label("energy", run.unit("total_energy")), legend=False)
@@ -85,7 +95,7 @@ def budget(ax, runs, labels, args):
 
 
 def drift(ax, runs, labels, args):
-    """Change of total energy since the first frame, relative to the energy in motion: the largest kinetic energy or the
+    """Change of total energy since the first frame, less the work of what is driven, relative to the energy in motion: the largest kinetic energy or the
     range of the potential, which do not depend on where the potential is zero."""
     drawn = False
     for i, run in enumerate(runs):
@@ -96,7 +106,7 @@ def drift(ax, runs, labels, args):
         scale = max([abs(total[0])] if kinetic is None or potential is None else [kinetic.max(), np.ptp(potential)])
         if scale > 0:
             drawn = True
-            ax.plot(run.observable_times, (total - total[0]) / scale, color=COLORS[i % len(COLORS)], lw=width(i, len(runs) > 1))
+            ax.plot(run.observable_times, (total - total[0] - work_of(run)) / scale, color=COLORS[i % len(COLORS)], lw=width(i, len(runs) > 1))
     if not drawn:
         return missing(ax, "total energy")
     ax.axhline(0, color="#999999", lw=0.6)
@@ -178,7 +188,7 @@ def histogram(ax, runs, labels, args):
         ax.set_title(f"$t$ = {runs[0].times[runs[0].index(args.frame)]:.3g} {runs[0].unit('time')}", loc="left")
 
 
-KINDS = {"energy": energy, "budget": budget, "drift": drift, "momentum": momentum, "angular_momentum": angular_momentum,
+KINDS = {"energy": energy, "budget": budget, "force": force, "drift": drift, "momentum": momentum, "angular_momentum": angular_momentum,
          "strain": strain, "histogram": histogram, "steps": steps, "iterations": iterations, "paths": paths, "phase": phase,
          "state": state, "states": states, "sources": sources,
          "spectrum": spectrum, "dos": dos, "bfactor": bfactor}

@@ -32,10 +32,9 @@ PetscErrorCode adjust_lattice(MPI_Comm comm, const GeneratorSpec& spec, Lattice*
   if (fault.empty()) fault = parse_faces(spec.fixed, l->dim, &faces);
   if (!fault.empty()) PetscCall(tell(comm, Exit::input, l->source + ": " + fault));
   if (l->fixed.empty()) l->fixed.assign(static_cast<std::size_t>(l->particles.count), 0);
-  if (faces) {
-    PetscCall(bounding_box(comm, *l, &box));
-    apply_faces(faces, box, 0, l->dim, l->position, &l->fixed);
-  }
+  if (faces || !spec.groups.empty()) PetscCall(bounding_box(comm, *l, &box));
+  if (faces) apply_faces(faces, box, 0, l->dim, l->position, &l->fixed);
+  choose_groups(spec.groups, box, 0, l);
   apply_fixed_particles(spec.fixed_particles, l->particles, &l->fixed);
   if (spec.radius > 0)
     set_column(&l->particle_columns,

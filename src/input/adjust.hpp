@@ -7,7 +7,7 @@
 
 namespace bs {
 
-/// Collective. Fixes more particles (faces of the bounding box, single ones), gives all a radius, replaces the initial
+/// Collective. Adds the groups of `spec`, fixes more particles (faces of the bounding box, single ones), gives all a radius, replaces the initial
 /// velocities, each where `spec` asks for it; fixed particles are at rest whatever the file says. Errors (exit 2): see check_particle_data.
 PetscErrorCode adjust_lattice(MPI_Comm comm, const GeneratorSpec& spec, Lattice* lattice);
 

@@ -11,6 +11,7 @@ void AnchorSpec::options(Section& section) {
   double values[3] = {0, 0, 0};
   int count = 0;
   section.integers("-bs_anchor_particles", "indices of particles tied by a spring to an anchor point, counted from 0", particles);
+  section.text("-bs_anchor_group", "group whose particles are tied by a spring to an anchor point each, beside those of -bs_anchor_particles", group);
   if (section.reals("-bs_anchor_point", "anchor point, the same for all these particles (default: the initial position of each) [m]", values, 3,
                     &count))
     point.assign(values, values + count);
@@ -23,7 +24,7 @@ void AnchorSpec::options(Section& section) {
 static std::string fault_of(const AnchorSpec& spec, const Lattice& l) {
   if (spec.particles.empty()) {
     const bool other = !spec.point.empty() || spec.stiffness > 0 || spec.rest_length > 0 || spec.damping > 0;
-    return other ? "-bs_anchor_ options name no particles; add -bs_anchor_particles i,j,..." : "";
+    return other ? "-bs_anchor_ options name no particles; add -bs_anchor_particles i,j,... or -bs_anchor_group NAME" : "";
   }
   for (const std::int64_t i : spec.particles)
     if (i < 0 || i >= l.particles.total)
@@ -34,12 +35,44 @@ static std::string fault_of(const AnchorSpec& spec, const Lattice& l) {
   return {};
 }
 
-PetscErrorCode add_anchors(MPI_Comm comm, const AnchorSpec& spec, Lattice* l) {
+/// The particles of the spec's group, by row, behind those it names.
+static PetscErrorCode add_members(MPI_Comm comm, const Lattice& l, AnchorSpec* spec) {
+  PetscMPIInt size;
+  std::string known;
+  std::vector<std::int64_t> rows;
+
+  PetscFunctionBegin;
+  if (spec->group.empty()) PetscFunctionReturn(0);
+  const Group* group = nullptr;
+  for (const Group& one : l.groups) {
+    if (one.name == spec->group) group = &one;
+    known += (known.empty() ? "" : ", ") + one.name;
+  }
+  if (!group)
+    PetscCall(tell(comm, Exit::input,
+                   "option -bs_anchor_group: there is no group " + spec->group + ": choose its particles by -bs_group_" + spec->group +
+                       (known.empty() ? "" : ", or name one of " + known)));
+  for (std::size_t p = 0; p < group->member.size(); ++p)
+    if (group->member[p]) rows.push_back(l.particles.first + static_cast<std::int64_t>(p));
+  PetscCallMPI(MPI_Comm_size(comm, &size));
+  std::vector<int> counts(static_cast<std::size_t>(size)), starts(counts.size() + 1, 0);
+  const int count = static_cast<int>(rows.size());
+  PetscCallMPI(MPI_Allgather(&count, 1, MPI_INT, counts.data(), 1, MPI_INT, comm));
+  for (std::size_t r = 0; r < counts.size(); ++r) starts[r + 1] = starts[r] + counts[r];
+  std::vector<std::int64_t> all(static_cast<std::size_t>(starts.back()));
+  PetscCallMPI(MPI_Allgatherv(rows.data(), count, MPI_INT64_T, all.data(), counts.data(), starts.data(), MPI_INT64_T, comm));
+  spec->particles.insert(spec->particles.end(), all.begin(), all.end());
+  PetscFunctionReturn(0);
+}
+
+PetscErrorCode add_anchors(MPI_Comm comm, const AnchorSpec& given, Lattice* l) {
   PetscMPIInt rank, size;
   std::vector<std::int64_t> mine;
   std::vector<double> points;
+  AnchorSpec spec = given;
 
   PetscFunctionBegin;
+  PetscCall(add_members(comm, *l, &spec));
   const std::string fault = fault_of(spec, *l);
   if (!fault.empty()) PetscCall(tell(comm, Exit::input, fault));
   PetscCallMPI(MPI_Comm_rank(comm, &rank));

@@ -7,6 +7,7 @@
 #include "input/adjust.hpp"
 #include "input/anchors.hpp"
 #include "input/gmsh.hpp"
+#include "input/groups.hpp"
 #include "input/hdf5_lattice.hpp"
 #include "input/remote.hpp"
 #include "input/spring_options.hpp"
@@ -28,6 +29,7 @@ struct LatticeOptions {
   SpringOptions springs;
   GeneratorSpec generator;
   AnchorSpec anchors;
+  GroupTexts groups;
 
   void read(Section& section);
 };
@@ -39,6 +41,7 @@ void LatticeOptions::read(Section& section) {
   height_given = section.real("-bs_lattice_height", "height of the window of an .xsp scene [pixel]", height, Range::positive);
   generator.options(section);
   anchors.options(section);
+  read_group_options(section, &groups);
 }
 
 bool ends_with(const std::string& text, const char* ending) {
@@ -76,12 +79,14 @@ PetscErrorCode check_source(MPI_Comm comm, const LatticeOptions& options) {
   PetscFunctionReturn(0);
 }
 
-PetscErrorCode load_generated(MPI_Comm comm, const GeneratorSpec& spec, Lattice* out) {
+PetscErrorCode load_generated(MPI_Comm comm, const LatticeOptions& options, Lattice* out) {
   PetscMPIInt rank, size;
 
   PetscFunctionBegin;
+  GeneratorSpec spec = options.generator;
   const std::string fault = check(spec);
   if (!fault.empty()) PetscCall(tell(comm, Exit::input, fault));
+  PetscCall(parse_groups(comm, options.groups, dimension(spec), type_info(spec.type).axes, particle_count(spec), &spec.groups));
   const std::string name = std::string("-bs_lattice_type ") + type_info(spec.type).name;
   PetscCall(check_sizes(comm, name, particle_count(spec), dimension(spec), spring_count(spec), 0));
   PetscCall(reserve_lattice(comm, name, {particle_count(spec), spring_count(spec), 0, dimension(spec)}));
@@ -124,7 +129,9 @@ PetscErrorCode load_file(MPI_Comm comm, const LatticeOptions& options, Lattice* 
   if (!xsp && (options.width_given || options.height_given))
     PetscCall(warn(comm, file + ": -bs_lattice_width and -bs_lattice_height are for .xsp files: ignored"));
   PetscCall(warn_of_idle_options(comm, file, msh));
-  PetscCall(adjust_lattice(comm, options.generator, out));
+  GeneratorSpec spec = options.generator;
+  PetscCall(parse_groups(comm, options.groups, out->dim, out->dim, out->particles.total, &spec.groups));
+  PetscCall(adjust_lattice(comm, spec, out));
   PetscFunctionReturn(0);
 }
 
@@ -150,7 +157,8 @@ PetscErrorCode load_lattice(MPI_Comm comm, Lattice* out) {
   PetscCall(stand_in_for_help(&options));
   PetscCall(check_source(comm, options));
   if (options.file_given) PetscCall(load_file(comm, options, out));
-  else PetscCall(load_generated(comm, options.generator, out));
+  else PetscCall(load_generated(comm, options, out));
+  PetscCall(refuse_empty_groups(comm, *out));
   PetscCall(number_rows(comm, &out->springs));
   PetscCall(number_rows(comm, &out->anchors));
   for (InteractionRows& kind : out->interactions) PetscCall(number_rows(comm, &kind.rows));

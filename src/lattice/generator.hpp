@@ -4,6 +4,7 @@
 #include <string>
 #include <vector>
 
+#include "lattice/groups.hpp"
 #include "lattice/initial.hpp"
 #include "lattice/lattice.hpp"
 #include "lattice/stencil.hpp"
@@ -34,6 +35,7 @@ struct GeneratorSpec {
   double rest_angle = 3.14159265358979323846;  ///< of these [rad]
   std::vector<std::string> fixed;              ///< faces: xmin, xmax, ymin, ...
   std::vector<std::int64_t> fixed_particles;   ///< 0-based rows
+  std::vector<GroupSpec> groups;               ///< read by input/groups
   std::vector<double> velocity;                ///< uniform part u of v = u + A x, x unperturbed [m/s]
   std::vector<double> velocity_gradient;       ///< A (d, d) row by row [1/s], or empty
 

@@ -55,6 +55,12 @@ inline void set_column(std::vector<Column>* columns, Column column) {
   columns->push_back(std::move(column));
 }
 
+/// Particles chosen under a name.
+struct Group {
+  std::string name;
+  std::vector<std::uint8_t> member;  ///< (count of particles) 1: it belongs to the group
+};
+
 /// Units: SI unless the user thinks otherwise; the program never converts.
 struct Lattice {
   int dim = 3;         ///< d = 1, 2, 3
@@ -64,9 +70,10 @@ struct Lattice {
   std::vector<double> position;          ///< (count, d)
   std::vector<double> velocity;          ///< (count, d)
   std::vector<double> mass;              ///< (count)
-  std::vector<std::uint8_t> fixed;       ///< (count) 1: fixed
+  std::vector<std::uint8_t> fixed;       ///< (count) 1: fixed; while the network is built, 2: moves as given
   std::vector<std::int64_t> id;          ///< (count) the user's numbers, or empty: the row's index, 0-based
   std::vector<Column> particle_columns;  ///< of physics/body/columns.hpp; the same names in the same order on every rank
+  std::vector<Group> groups;             ///< the same names in the same order on every rank
   // springs; ends are rows of the whole lattice, 0-based
   Rows springs;
   std::vector<std::int64_t> pairs;        ///< (count, 2)

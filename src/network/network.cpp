@@ -90,6 +90,17 @@ PetscErrorCode look_up(MPI_Comm comm, const Lattice& lattice, const std::vector<
   PetscCall(PetscSFBcastBegin(all, point, lattice.position.data(), net->held.data(), MPI_REPLACE));
   PetscCall(PetscSFBcastEnd(all, point, lattice.position.data(), net->held.data(), MPI_REPLACE));
   PetscCallMPI(MPI_Type_free(&point));
+  std::vector<std::uint8_t> chosen(rows.size());
+  for (const Group& group : lattice.groups) {
+    NetworkGroup found{group.name, 0, {}};
+    PetscCall(PetscSFBcastBegin(all, MPI_UNSIGNED_CHAR, group.member.data(), chosen.data(), MPI_REPLACE));
+    PetscCall(PetscSFBcastEnd(all, MPI_UNSIGNED_CHAR, group.member.data(), chosen.data(), MPI_REPLACE));
+    for (std::size_t i = 0; i < chosen.size(); ++i)
+      if (chosen[i]) found.member.push_back(static_cast<PetscInt>(i));
+    found.total = std::count(chosen.begin(), chosen.begin() + static_cast<std::ptrdiff_t>(owned.size()), 1);
+    PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &found.total, 1, MPI_INT64_T, MPI_SUM, comm));
+    net->groups.push_back(std::move(found));
+  }
   PetscFunctionReturn(0);
 }
 
@@ -232,7 +243,7 @@ PetscErrorCode build_network(MPI_Comm comm, const Lattice& lattice, const Networ
   PetscCall(give_columns(comm, lattice, net));
   PetscCall(look_up(comm, lattice, net->row, ghosts, net));
   std::int64_t fixed = 0;
-  for (PetscInt i = 0; i < net->n; ++i) fixed += net->fixed[i];
+  for (PetscInt i = 0; i < net->n; ++i) fixed += net->fixed[i] != 0;
   PetscCallMPI(MPI_Allreduce(&fixed, &net->fixed_total, 1, MPI_INT64_T, MPI_SUM, comm));
   PetscFunctionReturn(0);
 }

@@ -45,6 +45,15 @@ struct InteractionTable {
   std::vector<std::int64_t> row;  ///< (count) row in the input
 };
 
+/// Some particles of a lattice under a name.
+struct NetworkGroup {
+  std::string name;
+  std::int64_t total = 0;        ///< members on all ranks
+  std::vector<PetscInt> member;  ///< local indices, ascending: owned ones and ghosts
+};
+
+class Supports;
+
 /// Unknowns are numbered by particle: block `global` of 2d numbers (x, v). Local particles: n owned, then ghosts.
 struct Network {
   MPI_Comm comm = MPI_COMM_NULL;
@@ -54,9 +63,11 @@ struct Network {
   std::int64_t springs_total = 0, anchors_total = 0, fixed_total = 0;
   // owned and ghosts
   std::vector<PetscInt> global;
-  std::vector<std::uint8_t> fixed;
-  std::vector<double> held;  ///< (n + ghosts, d): where a particle starts; fixed ones stay there
+  std::vector<std::uint8_t> fixed;  ///< 0: free, at least in part; 1: fixed; 2: all its components move as given
+  std::vector<double> held;         ///< (n + ghosts, d): where a particle starts; fixed ones stay there
   std::vector<double> mass;
+  std::vector<NetworkGroup> groups;    ///< the same names in the same order on every rank
+  const Supports* supports = nullptr;  ///< what moves as given (systems/particles/supports.hpp); null: nothing does
   // owned
   std::vector<double> velocity;       ///< (n, d)
   ParticleColumns columns;            ///< what the lattice gives of physics/body/columns.hpp

@@ -121,7 +121,8 @@ std::string unit_of_quantity(const std::string& name, OutputUnits units) {
       {"plastic_path", {0, 1, 0}},
       {"dissipated_energy", {1, 2, -2}},
   };
-  const auto at = powers.find(name);
+  const std::string kind = name.rfind("reaction/", 0) == 0 ? "force" : name.rfind("work/", 0) == 0 ? "total_energy" : name;
+  const auto at = powers.find(kind);
   return at == powers.end() ? std::string() : unit_of(at->second, units);
 }
 

@@ -63,6 +63,7 @@ void Equilibrium::load(double s, double* time) {
   loads.force = rules_.force ? s : 1;
   loads.at_rest = true;
   loads.anchors_at_full_load = !rules_.anchors;
+  loads.driven_at_full_load = !rules_.driven;
   own_->set_loads(loads);
   *time = s;
 }

@@ -64,6 +64,7 @@ struct Loads {
   double gravity = 1, force = 1;
   bool at_rest = false;               ///< what is driven has the positions of its motion, not the velocities
   bool anchors_at_full_load = false;  ///< driven anchors stand where they are at t = 1
+  bool driven_at_full_load = false;   ///< driven groups likewise
 };
 
 class Mechanics : public System {

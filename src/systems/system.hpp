@@ -3,6 +3,7 @@
 #pragma once
 #include <petscvec.h>
 #include <cstdint>
+#include <map>
 #include <string>
 #include <utility>
 #include <variant>
@@ -54,6 +55,7 @@ struct EnergySupply {
   double power = 0;                        ///< sizes of the power of outer fields, couplings and the fluid's motion, added up [W]
   double pull = 0;                         ///< size of the force of driven anchors on the particles [N]
   double shift[3] = {0, 0, 0}, speed = 0;  ///< of the driven anchors: displacement [m], size of its velocity [m/s]
+  double work = 0;                         ///< of driven particles since the run began, sizes of every step's, added up [J]
   double rounding = 0;                     ///< energy that rounding errors alone may produce [J]
 };
 
@@ -87,6 +89,10 @@ class System {
     return 0;
   }
   virtual PetscErrorCode scatter_memory() { return 0; }
+
+  /// Sums over the run so far, by name, the same on every rank, for a checkpoint; and back: those that it holds.
+  virtual void save_sums(std::map<std::string, double>*) const {}
+  virtual void restore_sums(const std::map<std::string, double>&) {}
 
   virtual PetscErrorCode observe(double t, Vec y, std::vector<Observable>* out) = 0;
   /// Collective. False: the system has no such energies.

@@ -27,7 +27,7 @@ PetscErrorCode read_step_options(MPI_Comm comm, RunOptions* out) {
            out->rest, Range::nonnegative);
     o.real("-bs_energy_growth",
            "warn once, without ending the run, when the kinetic and elastic energy exceeds the energy supplied by the initial state, external "
-           "fields, driven anchors and the fluid by this factor (explicit types: by ten times this factor); 0: never [1]",
+           "fields, driven anchors and groups and the fluid by this factor (explicit types: by ten times this factor); 0: never [1]",
            out->energy_growth, Range::nonnegative);
     if (out->rest >= 1) o.fail("option -bs_stop_at_rest: give a number between 0 and 1, e.g. 1e-8");
     if (out->step.length.cut >= 1) o.fail("option -bs_step_cut: give a number between 0 and 1, e.g. 0.25");

@@ -36,7 +36,7 @@ PetscErrorCode EnergyWatch::look(PetscInt step, double t, Vec y, bool certainly)
   } else {
     const double direct = std::hypot(now.shift[0] - last_.shift[0], now.shift[1] - last_.shift[1], now.shift[2] - last_.shift[2]);
     const double path = std::max(direct, std::max(now.speed, last_.speed) * (t - time_));
-    supplied_ += std::max(now.power, last_.power) * (t - time_) + std::max(now.pull, last_.pull) * path;
+    supplied_ += std::max(now.power, last_.power) * (t - time_) + std::max(now.pull, last_.pull) * path + (now.work - last_.work);
     released_ = std::max(released_, field_ - now.field);
   }
   begun_ = true;
@@ -47,7 +47,7 @@ PetscErrorCode EnergyWatch::look(PetscInt step, double t, Vec y, bool certainly)
   grown_ = true;
   PetscCall(
       warn(model_.comm(), format("energy grew beyond what drives it, first seen at step %lld, t = %.6g s: %.3g J of kinetic and elastic energy, more "
-                                 "than %g times the %.3g J supplied by the initial state, fields, driven anchors and the fluid: %s",
+                                 "than %g times the %.3g J supplied by the initial state, fields, driven anchors and groups and the fluid: %s",
                                  static_cast<long long>(step), t, now.inner, factor_, budget,
                                  explicit_ ? "lower -ts_dt below the largest stable step, or take an implicit -ts_type such as beuler"
                                            : "lower -ts_dt, and leave out options that end Newton early (-snes_type ksponly, a loose -snes_rtol)")));

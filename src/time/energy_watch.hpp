@@ -7,7 +7,8 @@
 namespace bs {
 
 /// Kinetic and elastic energy may not be more than `factor` times what there was and what has come:
-///   inner(t) <= factor (inner(0) + max (field(0) - field(s)) + sum of (power dt + pull |shift's path|) + rounding),   s <= t
+///   inner(t) <= factor (inner(0) + max (field(0) - field(s)) + sum of (power dt + pull |shift's path| + |work of driven groups|) + rounding),   s <=
+///   t
 /// power and pull are the larger of the two ends of every stretch between two looks, and are counted whatever their sign, so that the watch may warn
 /// too late, but not too early. It checks the first 32 steps, then every 4th on average (explicit types: 8, and every 128th), irregularly, so that no
 /// drive is in step with it, and every frame.

@@ -15,6 +15,7 @@ void Stepper::save(Facts* facts, std::vector<NamedState>* states) const {
   counter_.save(facts);
   rejections_.save(facts);
   history_.save(facts, states);
+  model_.save_sums(&facts->real);
 }
 
 /// Ends the run with exit code 2 if a fact is missing without which no run can continue.
@@ -57,6 +58,7 @@ PetscErrorCode Stepper::restore(TS ts, const CheckpointFile& file, std::vector<s
   PetscCall(TSGetSolution(ts, &y));
   PetscCall(file.read(model_, "/state", y));
   PetscCall(file.read_memory(model_));
+  model_.restore_sums(run.real);
   good_time_ = run.real.at("time");
   clock_.restore(run, good_time_);
   const std::string changed = length_.restore(run);

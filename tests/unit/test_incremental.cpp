@@ -162,9 +162,9 @@ struct Case {
     REQUIRE(VecWAXPY(at, lambda, z, y) == 0);
     LocalState state, base;
     REQUIRE(state.create(net, y) == 0);
-    REQUIRE(state.gather(at) == 0);
+    REQUIRE(state.gather(0.0, at) == 0);
     REQUIRE(base.create(net, y) == 0);
-    REQUIRE(base.gather(y) == 0);
+    REQUIRE(base.gather(0.0, y) == 0);
     Energies e = physics->energies(t, state);
     // what yielding springs lose on the way from their last history belongs to the potential; half from either end
     for (PetscInt i = 0; i < net.n && net.mixed; ++i)
@@ -224,7 +224,7 @@ struct Case {
     std::vector<double> f(static_cast<std::size_t>(net.n * d));
     REQUIRE(state.create(net, y) == 0);
     REQUIRE(line.create(net, y) == 0);
-    REQUIRE(state.gather(y) == 0);
+    REQUIRE(state.gather(0.0, y) == 0);
     REQUIRE(line.gather_direction(z) == 0);
     for (const Part part : {Part::interior, Part::boundary}) physics->forces(part, t, state, coupling, f.data(), &fault);
     CHECK(fault.kind == Singularity::none);
@@ -307,7 +307,7 @@ TEST_CASE("both ends of a spring commit the same history, on any ranks") {
     double moved = 0;
     for (int way = 0; way < 12; ++way) {
       c.set(way, 1.0);
-      REQUIRE(state.gather(c.y) == 0);
+      REQUIRE(state.gather(0.0, c.y) == 0);
       c.physics->commit(state, &c.net.links);
     }
     const Links& links = c.net.links;

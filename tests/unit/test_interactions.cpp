@@ -274,7 +274,7 @@ TEST_CASE("Phi of a lattice with angle springs changes as its energies do") {
     // elastic energies at x, and at x + lambda z; the slope is the force's
     Coupling coupling;
     const auto elastic = [&](Vec y) {
-      REQUIRE(state.gather(y) == 0);
+      REQUIRE(state.gather(0.0, y) == 0);
       double sum = c.physics->energies(0, state).elastic;
       MPI_Allreduce(MPI_IN_PLACE, &sum, 1, MPI_DOUBLE, MPI_SUM, PETSC_COMM_WORLD);
       return sum;
@@ -282,7 +282,7 @@ TEST_CASE("Phi of a lattice with angle springs changes as its energies do") {
     const double lambda = 0.02, before = elastic(c.y);
     std::vector<double> f(static_cast<std::size_t>(c.net.n * dim));
     Singularity fault;
-    REQUIRE(state.gather(c.y) == 0);
+    REQUIRE(state.gather(0.0, c.y) == 0);
     REQUIRE(coupling.create(c.net) == 0);
     for (const Part part : {Part::interior, Part::boundary}) c.physics->forces(part, 0, state, coupling, f.data(), &fault);
     CHECK(fault.kind == Singularity::none);

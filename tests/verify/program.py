@@ -56,7 +56,9 @@ class Trajectory:
             self.step = group["position/step"][...].ravel()
             self.id = group["id"][...].ravel()
             self.mass = group["mass"][...].ravel()
-            self.observables = {name: o["value"][...] for name, o in f.get("observables", {}).items()}
+            self.observables = {name: o["value"][...] for name, o in f.get("observables", {}).items() if "value" in o}
+            for kind in ("reaction", "work"):
+                self.observables.update({f"{kind}/{name}": o["value"][...] for name, o in f.get(f"observables/{kind}", {}).items()})
             self.log = {}
             if "backspring/log" in f:
                 log = f["backspring/log"]

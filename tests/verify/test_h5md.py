@@ -137,7 +137,10 @@ def check_bonds(f, count):
 
 
 def check_observables(f):
-    for name, group in f.get("observables", {}).items():
+    items = dict(f.get("observables", {}).items())
+    for kind in ("reaction", "work"):  # by group of particles
+        items.update({f"{kind}/{name}": group for name, group in items.pop(kind, {}).items()})
+    for name, group in items.items():
         need(isinstance(group, h5py.Group) and set(group) == {"value", "step", "time"},
              f"/observables/{name} is not a group of value, step and time")
         shape = group["value"].shape

@@ -179,7 +179,44 @@ UNUSED = {
     "unused: no such prefix": (words("-snse_rtol", "1e-3"), "option -snse_rtol is not used by this run"),
 }
 
-GROUPS = {"option files": FILES, "options of the program": PROGRAM, "options of PETSc": PETSC}
+ENDS = ("-bs_lattice_dim", "2", "-bs_group_right", "xmax")
+
+SUPPORTS = {
+    "group by no face": (words("-bs_group_a", "xmid"), "option -bs_group_a: 'xmid' chooses no particles: write faces"),
+    "group on a missing axis": (words("-bs_group_a", "ymin"), "option -bs_group_a: 'ymin' chooses no particles"),
+    "group of rows that are not there": (words("-bs_group_a", "ids:0,9"), "option -bs_group_a: ids: there is no particle 9: write rows from 0 to 4"),
+    "group of rows backwards": (words("-bs_group_a", "ids:3-1"), "option -bs_group_a: ids: '3-1' is no row of particles"),
+    "group without rows": (words("-bs_group_a", "ids:"), "ids: '' is no row of particles: write rows and ranges such as ids:0,5,7-12"),
+    "group in half a box": (words("-bs_group_a", "box:0"), "option -bs_group_a: box: needs"),
+    "empty group": (words("-bs_lattice_dim", "1", "-bs_group_a", "box:10,11"), "group a of chain lattice 5, 2 neighbours has no particles: choose some by -bs_group_a"),
+    "group without a name": (words("-bs_group_", "xmin"), "is no name of a group: write letters, digits and underscores"),
+    "group named anchors": (words("-bs_group_anchors", "xmin"), "a group is named anchors, as the springs to given points are: give it another name"),
+    "anchors of no group": (words("-bs_anchor_group", "a", "-bs_anchor_stiffness", "1"), "option -bs_anchor_group: there is no group a: choose its particles by -bs_group_a"),
+    "motion of no group": (words(*ENDS, "-bs_motion_left", "fixed"), "option -bs_motion_left: there is no group left: choose its particles by -bs_group_left, or name one of right"),
+    "motion without any group": (words("-bs_motion_left", "fixed"), "option -bs_motion_left: there is no group left: choose its particles by -bs_group_left"),
+    "motion unknown": (words(*ENDS, "-bs_motion_right", "shaken"), "option -bs_motion_right: 'shaken' is no motion: write fixed, velocity:VX,VY,VZ"),
+    "motion of too few numbers": (words(*ENDS, "-bs_motion_right", "velocity:1"), "option -bs_motion_right: velocity: needs 2 numbers [m/s]"),
+    "motion of words": (words(*ENDS, "-bs_motion_right", "velocity:1,fast"), "option -bs_motion_right: '1,fast' are not finite numbers"),
+    "motion that is not finite": (words(*ENDS, "-bs_motion_right", "velocity:1,inf"), "'1,inf' are not finite numbers"),
+    "rotation without a point": (words(*ENDS, "-bs_motion_right", "rotation:1"), "rotation: write the angular velocity and a point, rotation:W,CX,CY"),
+    "rotation on a line": (words("-bs_lattice_dim", "1", "-bs_group_right", "xmax", "-bs_motion_right", "rotation:1,0"), "rotation: one dimension has no rotations"),
+    "component that is not there": (words(*ENDS, "-bs_motion_right", "z=fixed"), "option -bs_motion_right: the lattice has no component z"),
+    "component twice": (words(*ENDS, "-bs_motion_right", "x=fixed,x=free"), "component x is given twice"),
+    "component unknown": (words(*ENDS, "-bs_motion_right", "x=still"), "'still' is no motion of a component: write free, fixed, velocity:V"),
+    "nothing held": (words(*ENDS, "-bs_motion_right", "x=free,y=free"), "option -bs_motion_right: no component is held"),
+    "expression of nothing known": (words(*ENDS, "-bs_motion_right", "x=expression:q*t"), "'q*t': q is unknown: write an expression in t [s] and the initial position"),
+    "expression that is none": (words(*ENDS, "-bs_motion_right", "x=expression:(t"), "'(t' is no expression: write one in t, x0, y0 and z0"),
+    "table of a motion missing": (words(*ENDS, "-bs_motion_right", "table:none.csv"), "none.csv: no such file"),
+    "fixed and driven": (words(*ENDS, "-bs_lattice_fixed", "xmax", "-bs_motion_right", "velocity:1,0"),
+                         "particle 4 is fixed, but belongs to the group right, which -bs_motion_right moves: take it out of one of them"),
+    "driven twice": (words(*ENDS, "-bs_group_last", "ids:4", "-bs_motion_right", "velocity:1,0", "-bs_motion_last", "x=fixed"),
+                     "whose motions both hold its component x: let one of them leave it free"),
+    "driven where the method looks back": (words(*ENDS, "-bs_motion_right", "velocity:1,0", "-ts_type", "rosw", "-ts_rosw_type", "grk4t"),
+                                           "evaluates the forces or sources at a time before its step"),
+}
+
+GROUPS = {"option files": FILES, "options of the program": PROGRAM, "options of PETSc": PETSC,
+          "groups and motions": SUPPORTS}
 
 if __name__ == "__main__":
     sys.exit(corpus.main(__doc__, GROUPS, GOOD, UNUSED))

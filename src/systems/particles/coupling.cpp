@@ -1,6 +1,7 @@
 #include "systems/particles/coupling.hpp"
 #include "base/fault.hpp"
 #include "base/options.hpp"
+#include "systems/particles/supports.hpp"
 
 namespace bs {
 
@@ -94,7 +95,9 @@ PetscErrorCode Coupling::create_operator(const Network& net, Mat P, bool momentu
   MatHandle U, W;
   for (MatHandle* M : {&U, &W}) PetscCall(MatCreateDense(net.comm, net.n * bs, PETSC_DECIDE, PETSC_DETERMINE, d, nullptr, M->out()));
   for (PetscInt i = 0; i < net.n; ++i) {
+    const int held = net.supports ? net.supports->rolling(net.global[i]) : 0;
     for (PetscInt k = 0; k < d; ++k) {
+      if (held >> k & 1) continue;
       const PetscInt x = net.global[i] * bs + k, v = x + d;
       if (selected_[i]) {
         PetscCall(MatSetValue(U, v, k, momentum ? net.mass[i] : 1.0, INSERT_VALUES));

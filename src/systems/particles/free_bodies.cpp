@@ -5,6 +5,7 @@
 #include <numeric>
 #include "base/fault.hpp"
 #include "systems/particles/particle_model.hpp"
+#include "systems/particles/supports.hpp"
 
 namespace bs {
 namespace {
@@ -94,6 +95,8 @@ std::vector<std::uint8_t> held_particles(const Network& net) {
     for (PetscInt e = net.links.start[i]; e < net.links.start[i + 1]; ++e)
       if (net.fixed[net.links.other[e]]) held[i] = 1;
   for (const PetscInt i : net.anchors.particle) held[i] = 1;
+  for (PetscInt i = 0; i < net.n && net.supports; ++i)
+    if (net.supports->rolling(net.global[i])) held[i] = 1;
   return held;
 }
 
@@ -176,6 +179,7 @@ void ParticleModel::set_loads(const Loads& loads) {
   std::get<UniformGravity>(laws_).load = std::get<CentralGravity>(laws_).load = loads.gravity;
   motion_.at_rest = loads.at_rest;
   motion_.at_full_load = loads.anchors_at_full_load;
+  supports_.set_static(loads.at_rest, loads.driven_at_full_load);
 }
 
 // A law whose force depends on the place (attraction, walls) may hold a body; drag does not.

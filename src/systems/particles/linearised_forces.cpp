@@ -3,6 +3,7 @@
 #include "base/memory.hpp"
 #include "systems/particles/condensed/rigid_modes.hpp"
 #include "systems/particles/events.hpp"
+#include "systems/particles/supports.hpp"
 
 namespace bs {
 
@@ -23,11 +24,16 @@ PetscErrorCode LinearisedForces::create(const Network& net, const Physics& physi
   PetscFunctionReturn(0);
 }
 
+bool LinearisedForces::moves(PetscInt i, PetscInt c) const {
+  if (net_->fixed[static_cast<std::size_t>(i)]) return false;
+  return !net_->supports || !(net_->supports->rolling(net_->global[static_cast<std::size_t>(i)]) >> c & 1);
+}
+
 PetscErrorCode LinearisedForces::linearise(double t, Vec y) {
   PetscFunctionBegin;
   t_ = t;
   linearised_ = true;
-  PetscCall(state_.gather(y));
+  PetscCall(state_.gather(t, y));
   PetscFunctionReturn(0);
 }
 
@@ -37,6 +43,7 @@ PetscErrorCode LinearisedForces::change_of_force(Vec z, double* f) {
   if (!direction_.created()) PetscCall(direction_.create(*net_, vector_));
   PetscCall(direction_.gather_direction(z));
   physics_->multiply_tangent(t_, state_, direction_, f);
+  if (net_->supports) net_->supports->clear(0, net_->n, 1, f);
   PetscCall(PetscLogEventEnd(particle_events().tangent, z, nullptr, nullptr, nullptr));
   PetscFunctionReturn(0);
 }
@@ -47,7 +54,14 @@ PetscErrorCode LinearisedForces::damping_force(const double* w, double* f) {
   PetscFunctionBegin;
   std::fill_n(f, net_->n * d, 0.0);
   if (!damped_) {  // no spring has a damper: nothing of other particles is needed
+    std::vector<double> free;
+    if (net_->supports && net_->supports->rolls()) {
+      free.assign(w, w + net_->n * d);
+      net_->supports->clear(0, net_->n, 1, free.data());
+      w = free.data();
+    }
     physics_->multiply_law_damping(t_, state_, w, f);
+    if (net_->supports) net_->supports->clear(0, net_->n, 1, f);
     PetscFunctionReturn(0);
   }
   if (!only_velocity_) PetscCall(VecDuplicate(vector_, only_velocity_.out()));
@@ -91,11 +105,13 @@ PetscErrorCode LinearisedForces::assemble(const Coefficients& abc, bool positive
   PetscFunctionBegin;
   PetscCall(PetscLogEventBegin(particle_events().condense, S, nullptr, nullptr, nullptr));
   if (SpringMatrix* springs = SpringMatrix::from(S)) {
+    springs->set_inertia(abc.mass);
     physics_->condense_springs(t_, state_, abc, positive, springs);
     PetscCall(MatAssemblyBegin(S, MAT_FINAL_ASSEMBLY));
     PetscCall(MatAssemblyEnd(S, MAT_FINAL_ASSEMBLY));
   } else {
     BlockRowWriter writer(*net_, *pattern_);
+    writer.set_inertia(abc.mass);
     PetscCall(writer.begin(S));
     PetscCall(physics_->condense_rows(t_, state_, abc, positive, &writer));
     PetscCall(writer.end());

@@ -1,5 +1,6 @@
 #include "systems/particles/local_state.hpp"
 #include <algorithm>
+#include "systems/particles/supports.hpp"
 
 namespace bs {
 
@@ -23,44 +24,63 @@ PetscErrorCode LocalState::create(const Network& net, Vec layout) {
 
 PetscErrorCode LocalState::gather_direction(Vec z) {
   PetscFunctionBegin;
-  PetscCall(gather(z));
+  PetscCall(scatter_begin(z));
+  PetscCall(scatter_end(z));
   for (const PetscInt i : fixed_) std::fill_n(values_.begin() + static_cast<std::ptrdiff_t>(static_cast<std::size_t>(i) * width_), width_, 0.0);
+  if (net_->supports) net_->supports->clear(0, net_->n + net_->ghosts, 2, values_.data());
   PetscFunctionReturn(0);
 }
 
-PetscErrorCode LocalState::gather(Vec y) {
+PetscErrorCode LocalState::gather(double t, Vec y) {
   PetscFunctionBegin;
-  PetscCall(gather_begin(y));
-  PetscCall(gather_end(y));
+  PetscCall(gather_begin(t, y));
+  PetscCall(gather_end(t, y));
   PetscFunctionReturn(0);
 }
 
-PetscErrorCode LocalState::gather_begin(Vec y) {
+PetscErrorCode LocalState::gather_begin(double t, Vec y) {
+  PetscFunctionBegin;
+  PetscCall(scatter_begin(y));
+  hold(t, 0, net_->n);
+  PetscFunctionReturn(0);
+}
+
+PetscErrorCode LocalState::gather_end(double t, Vec y) {
+  PetscFunctionBegin;
+  PetscCall(scatter_end(y));
+  hold(t, net_->n, net_->n + net_->ghosts);
+  PetscFunctionReturn(0);
+}
+
+PetscErrorCode LocalState::scatter_begin(Vec y) {
   const PetscScalar* ay = nullptr;
   PetscFunctionBegin;
   PetscCall(VecScatterBegin(scatter_, y, ghost_values_, INSERT_VALUES, SCATTER_FORWARD));
   PetscCall(VecGetArrayRead(y, &ay));
   std::copy_n(ay, static_cast<std::size_t>(net_->n) * width_, values_.begin());
   PetscCall(VecRestoreArrayRead(y, &ay));
-  hold(0, net_->n);
   PetscFunctionReturn(0);
 }
 
-PetscErrorCode LocalState::gather_end(Vec y) {
+PetscErrorCode LocalState::scatter_end(Vec y) {
   PetscFunctionBegin;
   PetscCall(VecScatterEnd(scatter_, y, ghost_values_, INSERT_VALUES, SCATTER_FORWARD));
-  hold(net_->n, net_->n + net_->ghosts);
   PetscFunctionReturn(0);
 }
 
-/// Fixed particles among [first, last) stand where they started.
-void LocalState::hold(PetscInt first, PetscInt last) {
+void LocalState::drive_to(double t) {
+  if (net_->supports) net_->supports->place(t, 0, net_->n + net_->ghosts, values_.data());
+}
+
+/// Fixed particles among [first, last) stand where they started, driven ones where they are at time t.
+void LocalState::hold(double t, PetscInt first, PetscInt last) {
   const std::size_t d = width_ / 2;
   for (auto at = std::lower_bound(fixed_.begin(), fixed_.end(), first); at != fixed_.end() && *at < last; ++at) {
     double* state = values_.data() + static_cast<std::size_t>(*at) * width_;
     std::copy_n(net_->held.begin() + static_cast<std::ptrdiff_t>(static_cast<std::size_t>(*at) * d), d, state);
     std::fill_n(state + d, d, 0.0);
   }
+  if (net_->supports) net_->supports->place(t, first, last, values_.data());
 }
 
 }  // namespace bs

@@ -6,24 +6,29 @@
 namespace bs {
 
 /// Holds (x, v) of every local particle, block 2d each: owned first, then ghosts. Fixed particles stand where they
-/// started, at rest, whatever the vector says, so that forces do not depend on their entries.
+/// started, at rest, and what is driven is where its motion takes it, whatever the vector says, so that forces do not depend on
+/// their entries.
 class LocalState {
  public:
   /// Collective. `net` must outlive the object; `layout` is a state vector.
   PetscErrorCode create(const Network& net, Vec layout);
-  /// Collective. Fills the local states from y by one scatter.
-  PetscErrorCode gather(Vec y);
+  /// Collective. Fills the local states of time t from y by one scatter.
+  PetscErrorCode gather(double t, Vec y);
   /// The same in two: owned states are there after the first, ghosts after the second.
-  PetscErrorCode gather_begin(Vec y);
-  PetscErrorCode gather_end(Vec y);
-  /// The same for a direction: zero at fixed particles.
+  PetscErrorCode gather_begin(double t, Vec y);
+  PetscErrorCode gather_end(double t, Vec y);
+  /// What is driven, of the state gathered last, is moved to where it is at time t.
+  void drive_to(double t);
+  /// The same for a direction: zero where components are held.
   PetscErrorCode gather_direction(Vec z);
   bool created() const { return net_ != nullptr; }
   /// 2d numbers (x, v) of local particle i.
   const double* at(PetscInt i) const { return values_.data() + static_cast<std::size_t>(i) * width_; }
 
  private:
-  void hold(PetscInt first, PetscInt last);
+  PetscErrorCode scatter_begin(Vec y);
+  PetscErrorCode scatter_end(Vec y);
+  void hold(double t, PetscInt first, PetscInt last);
   const Network* net_ = nullptr;
   std::size_t width_ = 0;
   VecHandle ghost_values_;

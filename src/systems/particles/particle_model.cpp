@@ -37,8 +37,13 @@ PetscErrorCode ParticleModel::create(MPI_Comm comm, Lattice&& lattice, std::uniq
   PetscCall(model->read_laws(lattice));
   PetscCall(model->coupling_.read_options(comm, lattice, &options));
   if (model->coupling_.has_center_particle()) std::get<XspAttraction>(model->laws_).value = 0;
-  PetscCall(model->take_fingerprint(lattice));
+  std::vector<std::uint8_t> fixed = lattice.fixed;
+  PetscCall(model->supports_.read(comm, &lattice));
+  PetscCall(model->take_fingerprint(lattice, fixed));
   PetscCall(build_network(comm, lattice, options, &model->net_));
+  lattice.fixed = std::move(fixed);
+  PetscCall(model->supports_.create(model->net_));
+  if (model->supports_.active()) model->net_.supports = &model->supports_;
   PetscCall(model->check_laws());
   model->lattice_ = std::move(lattice);
   PetscCall(model->create_state());
@@ -49,6 +54,7 @@ PetscErrorCode ParticleModel::create(MPI_Comm comm, Lattice&& lattice, std::uniq
   PetscCall(model->accept(0.0, model->y0_));  // a spring that starts beyond its yield force has yielded
   PetscCall(model->linearised_.create(model->net_, *model->physics_, model->pattern_, model->y0_, model->coupling_.active()));
   PetscCall(model->potential_.create(model->net_, *model->physics_, model->y0_, model->coupling_.active()));
+  PetscCall(model->ledger_.create(model->net_, model->supports_, *model->physics_, model->motion_));
   model->force_.resize(static_cast<std::size_t>(model->net_.n * model->net_.dim));
   model->rates_ = model->physics_->rates();
   *out = std::move(model);
@@ -121,8 +127,23 @@ PetscErrorCode ParticleModel::create_state() {
       ay[i * bs + d + c] = net_.velocity[i * d + c];
     }
   PetscCall(VecRestoreArray(y0_, &ay));
+  PetscCall(hold_start());
   PetscCall(state_.create(net_, y0_));
   layout_ = {d, net_.n};
+  PetscFunctionReturn(0);
+}
+
+/// Held components have no velocity in y, whatever the input says.
+PetscErrorCode ParticleModel::hold_start() {
+  const PetscInt d = net_.dim;
+  PetscScalar* ay = nullptr;
+  PetscFunctionBegin;
+  if (!supports_.active()) PetscFunctionReturn(0);
+  PetscCall(VecGetArray(y0_, &ay));
+  for (const Supports::Hold& hold : supports_.holds())
+    for (PetscInt c = 0; c < d && hold.particle < net_.n; ++c)
+      if (hold.mask >> c & 1) ay[hold.particle * 2 * d + d + c] = 0;
+  PetscCall(VecRestoreArray(y0_, &ay));
   PetscFunctionReturn(0);
 }
 
@@ -130,13 +151,14 @@ PetscErrorCode ParticleModel::force(double t, Vec y, const double** f) {
   PetscFunctionBegin;
   PetscCall(PetscLogEventBegin(particle_events().force, y, nullptr, nullptr, nullptr));
   fault_ = {};
-  PetscCall(state_.gather_begin(y));
+  PetscCall(state_.gather_begin(t, y));
   // ghosts travel meanwhile; a force that couples all with all needs them first
   if (!coupling_.active()) physics_->forces(Part::interior, t, state_, coupling_, force_.data(), &fault_);
-  PetscCall(state_.gather_end(y));
+  PetscCall(state_.gather_end(t, y));
   PetscCall(coupling_.gather(net_, state_));
   if (coupling_.active()) physics_->forces(Part::interior, t, state_, coupling_, force_.data(), &fault_);
   physics_->forces(Part::boundary, t, state_, coupling_, force_.data(), &fault_);
+  if (supports_.active()) supports_.clear(0, net_.n, 1, force_.data());
   *f = force_.data();
   PetscCall(PetscLogEventEnd(particle_events().force, y, nullptr, nullptr, nullptr));
   PetscFunctionReturn(0);

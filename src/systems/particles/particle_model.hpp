@@ -12,6 +12,8 @@
 #include "systems/particles/row_pattern.hpp"
 #include "systems/particles/spring_memory.hpp"
 #include "systems/particles/spring_strain.hpp"
+#include "systems/particles/support_ledger.hpp"
+#include "systems/particles/supports.hpp"
 
 namespace bs {
 
@@ -36,9 +38,11 @@ class ParticleModel final : public Mechanics {
   PetscErrorCode create_first_order(Mat* J) override;
   PetscErrorCode assemble_first_order(double sigma, bool momentum, Mat J) override;
   PetscErrorCode create_first_order_operator(Mat J, bool momentum, Mat* A) override;
-  bool time_dependent() const override { return motion_.active(); }
+  bool time_dependent() const override { return motion_.active() || supports_.moving(); }
   void set_loads(const Loads& loads) override;
   PetscErrorCode count_free_bodies(PetscInt* free) override;
+  void save_sums(std::map<std::string, double>* sums) const override { ledger_.save(sums); }
+  void restore_sums(const std::map<std::string, double>& sums) override { ledger_.restore(sums); }
   PetscErrorCode observe(double t, Vec y, std::vector<Observable>* out) override;
   PetscErrorCode energy_supply(double t, Vec y, EnergySupply* out, bool* has) override;
   PetscErrorCode fields(double t, Vec y, std::vector<Field>* out) override;
@@ -56,10 +60,13 @@ class ParticleModel final : public Mechanics {
  private:
   PetscErrorCode read_laws(const Lattice& lattice);
   PetscErrorCode check_laws() const;
-  PetscErrorCode take_fingerprint(const Lattice& lattice);
+  PetscErrorCode take_fingerprint(const Lattice& lattice, const std::vector<std::uint8_t>& fixed);
   PetscErrorCode create_state();
+  PetscErrorCode hold_start();
+  PetscErrorCode add_groups(std::vector<Dataset>* out) const;
   PetscErrorCode create_output();
   PetscErrorCode fill_output(Vec y);
+  PetscErrorCode show_held(double t, Vec y, Vec* shown);
   PetscErrorCode read_strain_option();
   std::string spring_laws_in_words() const;
   const Energies& energies_at(double t, Vec y);
@@ -75,11 +82,13 @@ class ParticleModel final : public Mechanics {
   SpringStrain strain_;
   SpringMemory memory_;
   bool store_strain_ = false;
+  Supports supports_;
   std::unique_ptr<Physics> physics_;
+  SupportLedger ledger_;
   LinearisedForces linearised_;
   ParticlePotential potential_;
   std::vector<double> force_, rates_;
-  VecHandle y0_, position_, velocity_;  ///< the latter two in the input's order
+  VecHandle y0_, shown_, position_, velocity_;  ///< the last two in the input's order
   ScatterHandle to_position_, to_velocity_;
   Singularity fault_;
   struct {

@@ -46,15 +46,17 @@ std::string ParticleModel::spring_laws_in_words() const {
 
 std::vector<std::string> ParticleModel::describe() const {
   std::vector<std::string> lines;
-  lines.push_back(format("%lld particles (%lld fixed) in %d dimension%s, %lld springs, %lld anchors%s, from %s", static_cast<long long>(net_.total),
-                         static_cast<long long>(net_.fixed_total), net_.dim, net_.dim > 1 ? "s" : "", static_cast<long long>(net_.springs_total),
-                         static_cast<long long>(net_.anchors_total), count_text(net_).c_str(), net_.source.c_str()));
+  lines.push_back(format("%lld particles (%lld fixed%s) in %d dimension%s, %lld springs, %lld anchors%s, from %s", static_cast<long long>(net_.total),
+                         static_cast<long long>(net_.fixed_total), supports_.moving() ? " or driven" : "", net_.dim, net_.dim > 1 ? "s" : "",
+                         static_cast<long long>(net_.springs_total), static_cast<long long>(net_.anchors_total), count_text(net_).c_str(),
+                         net_.source.c_str()));
   if (net_.springs_total + net_.anchors_total > 0)
     lines.push_back("springs: " + spring_laws_in_words() + ", damping: " + damper_laws()[static_cast<std::size_t>(net_.damping_law)].first + " " +
                     damper_laws()[static_cast<std::size_t>(net_.damping_law)].second + (lattice_.damping_law_given ? "" : " (assumed)"));
   for_each_law(laws_, [&](const auto& law) {
     if (law.active()) lines.push_back("law: " + law.describe());
   });
+  for (const std::string& line : supports_.describe()) lines.push_back(line);
   if (net_.anchors_total > 0 && motion_.active()) lines.push_back("anchors: " + motion_.describe());
   if (coupling_.active()) lines.push_back("law: " + coupling_.describe());
   lines.push_back("divided among ranks by " + net_.partition);
@@ -76,12 +78,12 @@ PetscErrorCode ParticleModel::observe(double t, Vec y, std::vector<Observable>* 
   const PetscInt d = net_.dim;
   PetscFunctionBegin;
   PetscCall(PetscLogEventBegin(particle_events().energy, y, nullptr, nullptr, nullptr));
-  PetscCall(state_.gather(y));
+  PetscCall(state_.gather(t, y));
   const Energies e = energies_at(t, y);
-  // energies, momentum p = sum m v, angular momentum L = sum x cross m v about the origin; of free particles
+  // energies, momentum p = sum m v, angular momentum L = sum x cross m v about the origin; of all that moves
   double sums[9] = {e.kinetic, e.elastic, e.field, 0, 0, 0, 0, 0, 0};
   for (PetscInt i = 0; i < net_.n; ++i) {
-    if (net_.fixed[i]) continue;
+    if (net_.fixed[i] == 1) continue;
     double x[3] = {0, 0, 0}, p[3] = {0, 0, 0};
     for (PetscInt c = 0; c < d; ++c) {
       x[c] = state_.at(i)[c];
@@ -105,6 +107,11 @@ PetscErrorCode ParticleModel::observe(double t, Vec y, std::vector<Observable>* 
   }
   out->push_back({"momentum", std::vector<double>(sums + 3, sums + 3 + d)});
   out->push_back({"angular_momentum", std::vector<double>(sums + 6, sums + 9)});
+  if (ledger_.reports() || ledger_.works()) {
+    PetscCall(coupling_.gather(net_, state_));
+    ledger_.begin(t, state_, coupling_);
+    PetscCall(ledger_.observe(t, state_, coupling_, out));
+  }
   PetscCall(PetscLogEventEnd(particle_events().energy, y, nullptr, nullptr, nullptr));
   PetscFunctionReturn(0);
 }
@@ -158,19 +165,50 @@ PetscErrorCode ParticleModel::fill_output(Vec y) {
   PetscFunctionReturn(0);
 }
 
-PetscErrorCode ParticleModel::fields(double, Vec y, std::vector<Field>* out) {
-  Vec strains;
+/// y with what is held where it is at time t; y itself where nothing is.
+PetscErrorCode ParticleModel::show_held(double t, Vec y, Vec* shown) {
+  PetscScalar* a = nullptr;
+  PetscFunctionBegin;
+  *shown = y;
+  if (!supports_.active()) PetscFunctionReturn(0);
+  if (!shown_) PetscCall(VecDuplicate(y0_, shown_.out()));
+  PetscCall(VecCopy(y, shown_));
+  PetscCall(VecGetArray(shown_, &a));
+  supports_.place(t, 0, net_.n, a);
+  PetscCall(VecRestoreArray(shown_, &a));
+  *shown = shown_;
+  PetscFunctionReturn(0);
+}
+
+PetscErrorCode ParticleModel::fields(double t, Vec y, std::vector<Field>* out) {
+  Vec strains, shown;
   std::vector<StatePart> memory;
   PetscFunctionBegin;
-  PetscCall(fill_output(y));
+  PetscCall(show_held(t, y, &shown));
+  PetscCall(fill_output(shown));
   *out = {{"/particles/trajectory/position", position_}, {"/particles/trajectory/velocity", velocity_}};
   PetscCall(memory_.gather(&memory));
   for (const StatePart& part : memory) out->push_back({"/backspring/" + part.name, part.vec, true});
   if (!store_strain_) PetscFunctionReturn(0);
   if (!strain_) PetscCall(strain_.create(net_, lattice_.springs));
-  PetscCall(state_.gather(y));
+  PetscCall(state_.gather(t, y));
   PetscCall(strain_.compute(state_, &strains));
   out->push_back({"/backspring/strain", strains, true});
+  PetscFunctionReturn(0);
+}
+
+/// /groups/NAME: the rows of the particles of every group.
+PetscErrorCode ParticleModel::add_groups(std::vector<Dataset>* out) const {
+  PetscFunctionBegin;
+  for (const Group& group : lattice_.groups) {
+    std::vector<std::int64_t> rows;
+    for (std::size_t p = 0; p < group.member.size(); ++p)
+      if (group.member[p]) rows.push_back(lattice_.particles.first + static_cast<std::int64_t>(p));
+    std::int64_t count = static_cast<std::int64_t>(rows.size()), sums[2] = {0, 0};
+    PetscCallMPI(MPI_Scan(&count, &sums[0], 1, MPI_INT64_T, MPI_SUM, net_.comm));
+    PetscCallMPI(MPI_Allreduce(&count, &sums[1], 1, MPI_INT64_T, MPI_SUM, net_.comm));
+    out->push_back({"/groups/" + group.name, sums[0] - count, sums[1], 0, std::move(rows)});
+  }
   PetscFunctionReturn(0);
 }
 
@@ -211,6 +249,7 @@ PetscErrorCode ParticleModel::take_constants(std::vector<Dataset>* out) {
                       {{"spring_laws", names}}});
     }
   }
+  PetscCall(add_groups(out));
   move_to_datasets(&lattice_, out);
   PetscFunctionReturn(0);
 }
@@ -232,6 +271,7 @@ PetscErrorCode ParticleModel::covers(double t_end) {
                    format("the table of -bs_anchor_table does not reach from t = 0 to the end of the run, "
                           "t = %g s: add rows or lower -ts_max_time",
                           t_end)));
+  if (supports_.active()) PetscCall(supports_.covers(t_end));
   PetscFunctionReturn(0);
 }
 

@@ -58,7 +58,7 @@ PetscErrorCode ParticlePotential::follow(Vec y, Vec z) {
     PetscCall(state_.create(*net_, layout_));
     PetscCall(line_.create(*net_, layout_));
   }
-  PetscCall(state_.gather(y));
+  PetscCall(state_.gather(0.0, y));  // driven particles: beyond_slope knows the time
   PetscCall(line_.gather_direction(z));
   PetscFunctionReturn(0);
 }
@@ -66,6 +66,7 @@ PetscErrorCode ParticlePotential::follow(Vec y, Vec z) {
 PetscErrorCode ParticlePotential::beyond_slope(double t, double sigma, double lambda, PotentialChange* change) {
   PetscFunctionBegin;
   PetscCall(PetscLogEventBegin(potential_event(), nullptr, nullptr, nullptr, nullptr));
+  state_.drive_to(t);
   *change = physics_->beyond_slope(t, state_, line_, lambda, sigma);
   double sums[2] = {change->value, change->noise};
   PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, sums, 2, MPI_DOUBLE, MPI_SUM, net_->comm));

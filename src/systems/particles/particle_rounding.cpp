@@ -14,11 +14,12 @@ namespace bs {
 PetscErrorCode ParticleModel::force_magnitudes(double t, Vec y, double* size) {
   const PetscInt d = net_.dim;
   PetscFunctionBegin;
-  PetscCall(state_.gather(y));
+  PetscCall(state_.gather(t, y));
   std::vector<double> laws(static_cast<std::size_t>(net_.n));
   physics_->law_sizes(t, state_, laws.data());
   for (PetscInt i = 0; i < net_.n; ++i)
     for (PetscInt c = 0; c < d; ++c) size[i * d + c] = net_.fixed[i] ? 0.0 : 2 * rates_[i] * std::abs(state_.at(i)[c]) + laws[i];
+  if (supports_.active()) supports_.clear(0, net_.n, 1, size);
   PetscFunctionReturn(0);
 }
 
@@ -29,7 +30,7 @@ PetscErrorCode ParticleModel::energy_supply(double t, Vec y, EnergySupply* out, 
   PetscFunctionBegin;
   *has = true;
   PetscCall(PetscLogEventBegin(particle_events().energy, y, nullptr, nullptr, nullptr));
-  PetscCall(state_.gather(y));
+  PetscCall(state_.gather(t, y));
   if (coupling_.active()) PetscCall(coupling_.gather(net_, state_));
   const Energies e = energies_at(t, y);
   const Supply s = physics_->supply(t, state_, coupling_);
@@ -44,6 +45,7 @@ PetscErrorCode ParticleModel::energy_supply(double t, Vec y, EnergySupply* out, 
   out->power = std::abs(sums[2]) + std::abs(sums[3]) + std::abs(sums[4]);
   out->pull = std::hypot(sums[5], sums[6], sums[7]);
   out->speed = std::hypot(ds[0], ds[1], ds[2]);
+  out->work = ledger_.path();
   out->rounding = sums[8] + std::max(0.0, -sums[9]);
   PetscCall(PetscLogEventEnd(particle_events().energy, y, nullptr, nullptr, nullptr));
   PetscFunctionReturn(0);

@@ -22,11 +22,13 @@ PetscErrorCode ParticleModel::scatter_state(Vec y) {
   PetscFunctionReturn(0);
 }
 
-PetscErrorCode ParticleModel::accept(double, Vec y) {
+PetscErrorCode ParticleModel::accept(double t, Vec y) {
   PetscFunctionBegin;
-  if (!memory_.active()) PetscFunctionReturn(0);
-  PetscCall(state_.gather(y));
-  physics_->commit(state_, &net_.links);
+  if (!memory_.active() && !ledger_.works()) PetscFunctionReturn(0);
+  PetscCall(state_.gather(t, y));
+  if (memory_.active()) physics_->commit(state_, &net_.links);
+  PetscCall(coupling_.gather(net_, state_));
+  PetscCall(ledger_.advance(t, state_, coupling_));
   PetscFunctionReturn(0);
 }
 
@@ -55,7 +57,7 @@ static std::uint64_t table_of(const std::string& name) {
   return table;
 }
 
-PetscErrorCode ParticleModel::take_fingerprint(const Lattice& lattice) {
+PetscErrorCode ParticleModel::take_fingerprint(const Lattice& lattice, const std::vector<std::uint8_t>& fixed) {
   PetscFunctionBegin;
   const std::int64_t p = lattice.particles.first, s = lattice.springs.first, a = lattice.anchors.first;
   const int d = lattice.dim;
@@ -63,7 +65,7 @@ PetscErrorCode ParticleModel::take_fingerprint(const Lattice& lattice) {
   sum.add(0, p, d, lattice.position);
   sum.add(1, p, d, lattice.velocity);
   sum.add(2, p, 1, lattice.mass);
-  sum.add(4, p, 1, lattice.fixed);
+  sum.add(4, p, 1, fixed);
   sum.add(5, s, 2, lattice.pairs);
   sum.add(6, s, 1, lattice.stiffness);
   sum.add(7, s, 1, lattice.rest_length);
@@ -80,6 +82,7 @@ PetscErrorCode ParticleModel::take_fingerprint(const Lattice& lattice) {
     const std::uint64_t table = particle_parameters[particle_parameter(column.name)].table;
     sum.add(table ? table : (std::uint64_t{1} << 63) + table_of(column.name), p, 1, column.value);
   }
+  if (supports_.active()) sum.add(16, p, 1, supports_.take_held_bits());  // the state of a checkpoint says nothing of what was held
   if (p == 0) {
     const std::int64_t laws[3] = {static_cast<std::int64_t>(lattice.spring_law), static_cast<std::int64_t>(lattice.damping_law),
                                   lattice.rest_at_zero_length ? 1 : 0};

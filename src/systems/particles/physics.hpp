@@ -44,6 +44,10 @@ class Physics {
   virtual ~Physics() = default;
   /// f: (n, d), overwritten where the particles of `part` are. The first singularity met is kept in `fault`; the particle's force is then not finite.
   virtual void forces(Part part, double t, const LocalState& state, const Coupling& coupling, double* f, Singularity* fault) const = 0;
+  /// The same of some owned particles, whatever holds them: f: (which, d), all laws included.
+  virtual void forces_on(const std::vector<PetscInt>& which, double t, const LocalState& state, const Coupling& coupling, double* f) const = 0;
+  /// Adds the force of this rank's anchors on their particles to sum[d].
+  virtual void pull(double t, const LocalState& state, double* sum) const = 0;
   /// Writes J = [sigma M, -M; -K, sigma M - D] (momentum form) or the same divided by M (velocity form).
   virtual PetscErrorCode jacobian(double t, const LocalState& state, const Coupling& coupling, double sigma, bool momentum,
                                   RowWriter* writer) const = 0;

@@ -39,20 +39,24 @@ class PhysicsOf final : public Physics {
       double* fi = f + i * d;
       std::fill_n(fi, d, 0.0);
       if (net_.fixed[i]) continue;
-      const double* y = state.at(i);
-      Singularity found;
-      if (!add_plain(i, y, state, fi)) add_links(i, y, state, fi, &found);
-      add_anchors(i, y, shift, fi, &found);
-      const Point<d> point{t, net_.mass[i], net_.columns(i), y, y + d};
-      for_each_law(laws_, [&](const auto& law) {
-        if (law.active() && !law.template force<d>(point, fi)) found = {Singularity::particle, net_.row[i], law.title};
-      });
-      coupling.add_force<d>(i, point, fi);
+      const Singularity found = force_on(i, t, state, coupling, shift, fi);
       if (found.kind != Singularity::none) {
         if (fault->kind == Singularity::none) *fault = found;
         std::fill_n(fi, d, std::numeric_limits<double>::infinity());
       }
     }
+  }
+
+  void forces_on(const std::vector<PetscInt>& which, double t, const LocalState& state, const Coupling& coupling, double* f) const override {
+    const AnchorShift shift(motion_, t);
+    std::fill_n(f, which.size() * d, 0.0);
+    for (std::size_t k = 0; k < which.size(); ++k) (void)force_on(which[k], t, state, coupling, shift, f + k * d);
+  }
+
+  void pull(double t, const LocalState& state, double* sum) const override {
+    const AnchorShift shift(motion_, t);
+    Singularity none;
+    for (PetscInt i = 0; i < net_.n; ++i) add_anchors(i, state.at(i), shift, sum, &none);
   }
 
   PetscErrorCode jacobian(double t, const LocalState& state, const Coupling& coupling, double sigma, bool momentum, RowWriter* writer) const override;
@@ -71,7 +75,7 @@ class PhysicsOf final : public Physics {
         const typename AnchorShift::End end(shift, net_.anchors, k);
         sum.elastic += Kernel::energy({y, end.y}, parameters(net_.anchors, k));
       }
-      if (net_.fixed[i]) continue;
+      if (net_.fixed[i] == 1) continue;  // at rest: driven ones have energies that change
       for (int c = 0; c < d; ++c) sum.kinetic += 0.5 * net_.mass[i] * y[d + c] * y[d + c];
       const Point<d> point{t, net_.mass[i], net_.columns(i), y, y + d};
       for_each_law(laws_, [&](const auto& law) {
@@ -159,6 +163,20 @@ class PhysicsOf final : public Physics {
   bool add_plain(PetscInt i, const double* y, const LocalState& state, double* f) const {
     if constexpr (Spring::mixed) return false;
     else return plain_[i] && add_plain_links<d, Spring>(net_.links, i, y, state.at(0), f);
+  }
+
+  /// Adds the force on owned particle i to fi[d], whatever holds it.
+  Singularity force_on(PetscInt i, double t, const LocalState& state, const Coupling& coupling, const AnchorShift& shift, double* fi) const {
+    const double* y = state.at(i);
+    Singularity found;
+    if (!add_plain(i, y, state, fi)) add_links(i, y, state, fi, &found);
+    add_anchors(i, y, shift, fi, &found);
+    const Point<d> point{t, net_.mass[i], net_.columns(i), y, y + d};
+    for_each_law(laws_, [&](const auto& law) {
+      if (law.active() && !law.template force<d>(point, fi)) found = {Singularity::particle, net_.row[i], law.title};
+    });
+    coupling.add_force<d>(i, point, fi);
+    return found;
   }
 
   void add_links(PetscInt i, const double* y, const LocalState& state, double* f, Singularity* found) const {

@@ -29,7 +29,7 @@ Supply PhysicsOf<d, Spring, Damper>::supply(double t, const LocalState& state, c
   const AnchorShift shift(motion_, t);
   Supply sum;
   for (PetscInt i = 0; i < net_.n; ++i) {
-    if (net_.fixed[i]) continue;
+    if (net_.fixed[i] == 1) continue;
     const double* y = state.at(i);
     const Point<d> point{t, net_.mass[i], net_.columns(i), y, y + d};
     for_each_law(laws_, [&](const auto& law) {

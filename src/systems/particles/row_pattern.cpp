@@ -3,6 +3,7 @@
 #include <cstring>
 #include <string>
 #include "base/fault.hpp"
+#include "systems/particles/supports.hpp"
 
 namespace bs {
 
@@ -132,6 +133,11 @@ PetscErrorCode RowWriter::write(PetscInt i, double sigma, double scale, const do
   if (blocks_ && blocks_->count(i) > 0) {
     sum_.assign(panel, panel + pattern_.count(i) * 2 * net_.dim * net_.dim);
     blocks_->add_to_panel(net_, pattern_, i, 2 * net_.dim, sum_.data());
+    panel = sum_.data();
+  }
+  if (net_.supports && net_.supports->rolls()) {
+    if (panel != sum_.data()) sum_.assign(panel, panel + pattern_.count(i) * 2 * net_.dim * net_.dim);
+    net_.supports->hold_rows(i, pattern_.columns(i), pattern_.count(i), 2 * net_.dim, sigma * scale, sum_.data());
     panel = sum_.data();
   }
   if (direct_) write_direct(i, sigma, scale, panel);

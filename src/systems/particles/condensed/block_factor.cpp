@@ -6,6 +6,7 @@
 #include "systems/particles/condensed/block_icc.hpp"
 #include "systems/particles/condensed/lanes.hpp"
 #include "systems/particles/condensed/spring_product.hpp"
+#include "systems/particles/supports.hpp"
 
 namespace bs {
 namespace {
@@ -53,9 +54,15 @@ class BlockFactorOf final : public BlockFactor {
     work_.resize(n * W);
     pivot_ = diagonal;
     double block[area];
+    const bool rolls = S.network().supports && S.network().supports->rolls();
+    PetscInt row = 0;
     for (std::size_t k = 0; k < pairs; ++k) {
       std::fill_n(block, area, 0.0);
       S.add_block(S.pair(k), block);
+      if (rolls) {
+        while (pattern_->start[row + 1] <= static_cast<PetscInt>(k)) ++row;
+        S.hold_block(row, pattern_->other[k], block);
+      }
       for (int c = 0; c < area; ++c) upper_[k * area + c] = static_cast<Real>(-block[c]);
     }
     size_.assign(n, 0.0F);

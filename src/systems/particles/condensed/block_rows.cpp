@@ -1,5 +1,6 @@
 #include "systems/particles/condensed/block_rows.hpp"
 #include <cstring>
+#include "systems/particles/supports.hpp"
 
 namespace bs {
 namespace {
@@ -79,6 +80,11 @@ PetscErrorCode BlockRowWriter::write(PetscInt i, const double* panel) {
   if (blocks_ && blocks_->count(i) > 0) {
     sum_.assign(panel, panel + pattern_.count(i) * net_.dim * net_.dim);
     blocks_->add_to_panel(net_, pattern_, i, net_.dim, sum_.data());
+    panel = sum_.data();
+  }
+  if (net_.supports && net_.supports->rolls()) {
+    if (panel != sum_.data()) sum_.assign(panel, panel + pattern_.count(i) * net_.dim * net_.dim);
+    net_.supports->hold_rows(i, pattern_.columns(i), pattern_.count(i), net_.dim, Supports::on_diagonal(inertia_, net_.mass[i]), sum_.data());
     panel = sum_.data();
   }
   switch (way_) {

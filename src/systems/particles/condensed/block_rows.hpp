@@ -21,6 +21,8 @@ class BlockRowWriter {
   PetscErrorCode begin(Mat S);
   /// What is added to the rows written from now on; borrowed.
   void add(const SparseBlocks* blocks) { blocks_ = blocks; }
+  /// a of a M - b D - c K: what held components keep on the diagonal.
+  void set_inertia(double a) { inertia_ = a; }
   /// `panel`: (d, count d) row-major, the blocks of row i side by side in the pattern's order.
   PetscErrorCode write(PetscInt i, const double* panel);
   PetscErrorCode end();
@@ -38,6 +40,7 @@ class BlockRowWriter {
   PetscScalar *diagonal_at_ = nullptr, *off_at_ = nullptr;          ///< where the next row goes
   const SparseBlocks* blocks_ = nullptr;
   std::vector<double> sum_;
+  double inertia_ = 0;
 };
 
 }  // namespace bs

@@ -4,6 +4,7 @@
 #include <numeric>
 #include "systems/particles/condensed/coarse_energy.hpp"
 #include "systems/particles/events.hpp"
+#include "systems/particles/supports.hpp"
 
 namespace bs {
 
@@ -84,7 +85,8 @@ PetscErrorCode CoarseSpace::create(SpringMatrix& S, PetscInt unknowns) {
 
   PetscFunctionBegin;
   active_ = false;
-  if (S.remainder().created()) PetscFunctionReturn(0);  // E would lack what R holds, and the correction be too large
+  if (net.supports && net.supports->rolls()) PetscFunctionReturn(0);  // E would take rollers for free
+  if (S.remainder().created()) PetscFunctionReturn(0);                // E would lack what R holds, and the correction be too large
   comm_ = net.comm;
   dim_ = net.dim;
   PetscCall(usual_size(S, &usual));

@@ -3,6 +3,7 @@
 #include <array>
 #include <vector>
 #include "base/handle.hpp"
+#include "systems/particles/supports.hpp"
 
 namespace bs {
 namespace {
@@ -41,6 +42,7 @@ PetscErrorCode fill_mode(const Network& net, const Position& position, const dou
     u[i * d + a] = centre[b] - position(i)[b];
     u[i * d + b] = position(i)[a] - centre[a];
   }
+  if (net.supports) net.supports->clear(0, net.n, 1, u);
   PetscCall(VecRestoreArray(mode, &u));
   PetscFunctionReturn(0);
 }

@@ -4,6 +4,7 @@
 #include "systems/particles/condensed/lanes.hpp"
 #include "systems/particles/condensed/spring_product.hpp"
 #include "systems/particles/events.hpp"
+#include "systems/particles/supports.hpp"
 
 namespace bs {
 
@@ -136,14 +137,53 @@ constexpr char MARK[] = "bs_spring_matrix";
 }  // namespace
 
 PetscErrorCode SpringMatrix::multiply(Vec p, Vec y) {
+  const Supports* supports = net_->supports && net_->supports->rolls() ? net_->supports : nullptr;
+  const Vec given = p;
+  PetscScalar* a = nullptr;
   PetscFunctionBegin;
   PetscCall(PetscLogEventBegin(particle_events().product, p, y, nullptr, nullptr));
+  if (supports) {
+    if (!free_) PetscCall(VecDuplicate(p, free_.out()));
+    PetscCall(VecCopy(p, free_));
+    PetscCall(VecGetArray(free_, &a));
+    supports->clear(0, net_->n, 1, a);
+    PetscCall(VecRestoreArray(free_, &a));
+    p = free_;
+  }
   if (dim_ == 1) PetscCall(product<1>(*this, scatter_, ghost_values_, &sums_, p, y));
   else if (dim_ == 2) PetscCall(product<2>(*this, scatter_, ghost_values_, &sums_, p, y));
   else PetscCall(product<3>(*this, scatter_, ghost_values_, &sums_, p, y));
+  if (supports) PetscCall(hold_product(given, y));
   PetscCall(PetscLogFlops(8.0 * dim_ * static_cast<double>(pattern_.pairs())));
   PetscCall(PetscLogEventEnd(particle_events().product, p, y, nullptr, nullptr));
   PetscFunctionReturn(0);
+}
+
+PetscErrorCode SpringMatrix::hold_product(Vec p, Vec y) const {
+  const PetscScalar* ap = nullptr;
+  PetscScalar* ay = nullptr;
+  PetscFunctionBegin;
+  PetscCall(VecGetArrayRead(p, &ap));
+  PetscCall(VecGetArray(y, &ay));
+  for (const Supports::Hold& hold : net_->supports->holds()) {
+    if (hold.particle >= net_->n) break;
+    for (int c = 0; c < dim_ && !net_->fixed[hold.particle]; ++c)
+      if (hold.mask >> c & 1)
+        ay[hold.particle * dim_ + c] = Supports::on_diagonal(inertia_, net_->mass[hold.particle]) * ap[hold.particle * dim_ + c];
+  }
+  PetscCall(VecRestoreArray(y, &ay));
+  PetscCall(VecRestoreArrayRead(p, &ap));
+  PetscFunctionReturn(0);
+}
+
+void SpringMatrix::hold_block(PetscInt i, PetscInt j, double* block) const {
+  if (!net_->supports || !net_->supports->rolls()) return;
+  const std::uint8_t rows = net_->supports->rolling(net_->global[i]), columns = net_->supports->rolling(net_->global[j]);
+  for (int r = 0; r < dim_; ++r)
+    for (int c = 0; c < dim_; ++c) {
+      if (!((rows >> r & 1) || (columns >> c & 1))) continue;
+      block[r * dim_ + c] = i == j && r == c ? Supports::on_diagonal(inertia_, net_->mass[i]) : 0;
+    }
 }
 
 void SpringMatrix::add_block(const float* pair, double* to) const {
@@ -164,6 +204,8 @@ void SpringMatrix::diagonal_blocks(std::vector<double>* out) const {
   for (std::size_t r = 0; r < pattern_.cut_row.size(); ++r)
     for (PetscInt k = pattern_.cut_start[r]; k < pattern_.cut_start[r + 1]; ++k) add_block(cut(k), out->data() + pattern_.cut_row[r] * area_);
   if (remainder_.created()) remainder_.add_diagonal(out);
+  if (net_->supports && net_->supports->rolls())
+    for (PetscInt i = 0; i < pattern_.n; ++i) hold_block(i, i, out->data() + static_cast<std::size_t>(i) * area_);
 }
 
 PetscErrorCode SpringMatrix::diagonal(Vec out) const {

@@ -44,6 +44,10 @@ class SpringMatrix {
   SparseBlocks& remainder() { return remainder_; }
   const SparseBlocks& remainder() const { return remainder_; }
 
+  /// a of a M - b D - c K: what held components of rollers keep on the diagonal; their rows and columns are 0 otherwise.
+  void set_inertia(double a) { inertia_ = a; }
+  /// Makes rows and columns of held components 0 in the block between owned particle i and local particle j.
+  void hold_block(PetscInt i, PetscInt j, double* block) const;
   /// Collective. y = S p; vectors of block size d, laid out like the owned particles.
   PetscErrorCode multiply(Vec p, Vec y);
   /// Adds B (d x d) of a pair's numbers.
@@ -60,6 +64,7 @@ class SpringMatrix {
   PetscErrorCode create_vector(Vec* out) const;
 
  private:
+  PetscErrorCode hold_product(Vec p, Vec y) const;
   const Network* net_ = nullptr;
   int dim_ = 3;
   std::size_t area_ = 9, width_ = 4;
@@ -68,6 +73,8 @@ class SpringMatrix {
   HugeVector<float> pair_, cut_;
   SparseBlocks remainder_;
   HugeVector<double> sums_;  ///< what rows of a product add to later ones, padded
+  double inertia_ = 0;
+  VecHandle free_;  ///< room: a vector without held components
   VecHandle ghost_values_;
   ScatterHandle scatter_;
 };

@@ -48,6 +48,20 @@ class Interaction {
     }
   }
 
+  /// Adds the forces on the particles `which`, owned and ascending, whatever holds them; f: (which, d).
+  void add_forces_on(const std::vector<PetscInt>& which, const LocalState& state, double* f) const {
+    traverse(state, [&](const Element& e) {
+      double force[N * d];
+      if (Law::template fault<d>(e.x, e.p)) return;
+      Law::template force<d>(e.x, e.p, force);
+      for (int a = 0; a < N; ++a) {
+        const auto at = std::lower_bound(which.begin(), which.end(), e.end[a]);
+        if (at == which.end() || *at != e.end[a]) continue;
+        for (int c = 0; c < d; ++c) f[static_cast<std::size_t>(at - which.begin()) * d + c] += force[a * d + c];
+      }
+    });
+  }
+
   /// This rank's share [J]: every end counts alike. Where a law has no energy (an angle between arms of zero length), the force reports it.
   double energy(const LocalState& state) const {
     double sum = 0;

@@ -17,6 +17,11 @@ class WithInteractions final : public Physics {
     pairs_->forces(part, t, state, coupling, f, fault);
     for_each([&](const auto& kind) { kind.add_forces(part, state, f, fault); });
   }
+  void forces_on(const std::vector<PetscInt>& which, double t, const LocalState& state, const Coupling& coupling, double* f) const override {
+    pairs_->forces_on(which, t, state, coupling, f);
+    for_each([&](const auto& kind) { kind.add_forces_on(which, state, f); });
+  }
+  void pull(double t, const LocalState& state, double* sum) const override { pairs_->pull(t, state, sum); }
   PetscErrorCode jacobian(double t, const LocalState& state, const Coupling& coupling, double sigma, bool momentum,
                           RowWriter* writer) const override {
     PetscFunctionBegin;

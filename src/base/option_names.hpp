@@ -1,0 +1,13 @@
+// Options whose names the user makes up.
+#pragma once
+#include <petscsys.h>
+#include <string>
+#include <vector>
+
+namespace bs {
+
+/// What follows `begin` (without the dash) in the names of the options that begin with it and are given, in their order in PETSc's
+/// table, which is the same on every rank.
+PetscErrorCode option_endings(const std::string& begin, std::vector<std::string>* endings);
+
+}  // namespace bs

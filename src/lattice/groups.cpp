@@ -1,0 +1,122 @@
+#include "lattice/groups.hpp"
+
+#include <algorithm>
+#include <cctype>
+#include <cerrno>
+#include <cmath>
+#include <cstdlib>
+
+namespace bs {
+
+namespace {
+
+/// The words of `text` between commas.
+std::vector<std::string> split(const std::string& text) {
+  std::vector<std::string> words(1);
+  for (const char c : text)
+    if (c == ',') words.emplace_back();
+    else words.back() += c;
+  return words;
+}
+
+bool read_real(const std::string& word, double* value) {
+  char* end = nullptr;
+  *value = std::strtod(word.c_str(), &end);
+  return !word.empty() && *end == 0 && std::isfinite(*value);
+}
+
+bool read_row(const std::string& word, std::int64_t* value) {
+  if (word.empty() || word.size() > 18 || !std::all_of(word.begin(), word.end(), [](unsigned char c) { return std::isdigit(c); })) return false;
+  *value = std::strtoll(word.c_str(), nullptr, 10);
+  return true;
+}
+
+/// A row, or two with a hyphen between them.
+bool read_range(const std::string& word, std::pair<std::int64_t, std::int64_t>* range) {
+  const std::size_t hyphen = word.find('-');
+  if (hyphen == std::string::npos) {
+    if (!read_row(word, &range->first)) return false;
+    range->second = range->first;
+    return true;
+  }
+  return read_row(word.substr(0, hyphen), &range->first) && read_row(word.substr(hyphen + 1), &range->second) && range->first <= range->second;
+}
+
+/// The numbers of a box from words[*at] on.
+std::string parse_box(const std::vector<std::string>& words, const std::string& first, int dim, std::size_t* at, GroupSpec* out) {
+  std::array<double, 6> box{};
+  std::string word = first;
+  for (int k = 0; k < 2 * dim; ++k) {
+    double value = 0;
+    if (k > 0 && ++*at < words.size()) word = words[*at];
+    if (*at >= words.size() || !read_real(word, &value))
+      return "box: needs " + std::to_string(2 * dim) + " numbers [m], the lower corner's and the upper corner's coordinates: write " +
+             (dim == 1   ? "box:X0,X1"
+              : dim == 2 ? "box:X0,Y0,X1,Y1"
+                         : "box:X0,Y0,Z0,X1,Y1,Z1");
+    box[static_cast<std::size_t>(k < dim ? k : 3 + k - dim)] = value;
+  }
+  out->boxes.push_back(box);
+  return {};
+}
+
+std::string parse_rows(const std::vector<std::string>& words, const std::string& first, std::int64_t total, std::size_t* at, GroupSpec* out) {
+  std::string word = first;
+  for (;;) {
+    std::pair<std::int64_t, std::int64_t> range;
+    if (!read_range(word, &range)) return "ids: '" + word + "' is no row of particles: write rows and ranges such as ids:0,5,7-12";
+    if (range.second >= total)
+      return "ids: there is no particle " + std::to_string(range.second) + ": write rows from 0 to " + std::to_string(total - 1);
+    out->ranges.push_back(range);
+    if (*at + 1 >= words.size() || words[*at + 1].empty() || !std::isdigit(static_cast<unsigned char>(words[*at + 1][0]))) return {};
+    word = words[++*at];
+  }
+}
+
+}  // namespace
+
+bool is_group_name(const std::string& name) {
+  return !name.empty() && std::isalpha(static_cast<unsigned char>(name[0])) &&
+         std::all_of(name.begin(), name.end(), [](unsigned char c) { return std::isalnum(c) || c == '_'; });
+}
+
+std::string parse_group(const std::string& text, int dim, int axes, std::int64_t total, GroupSpec* out) {
+  const std::vector<std::string> words = split(text);
+  for (std::size_t at = 0; at < words.size(); ++at) {
+    const std::string& word = words[at];
+    std::string fault;
+    Faces face = 0;
+    if (word == "all") out->all = true;
+    else if (word.rfind("box:", 0) == 0) fault = parse_box(words, word.substr(4), dim, &at, out);
+    else if (word.rfind("ids:", 0) == 0) fault = parse_rows(words, word.substr(4), total, &at, out);
+    else if (parse_faces({word}, axes, &face).empty()) out->faces |= face;
+    else
+      fault = "'" + word + "' chooses no particles: write faces (xmin" + (axes > 1 ? ", xmax, ymin" : ", xmax") + (axes > 1 ? ", ...)" : ")") +
+              ", box:LOW,HIGH corners, ids:0,5,7-12 or all, with commas between them";
+    if (!fault.empty()) return fault;
+  }
+  return {};
+}
+
+void choose_groups(const std::vector<GroupSpec>& specs, const Box& box, double depth, Lattice* l) {
+  const std::size_t d = static_cast<std::size_t>(l->dim), count = static_cast<std::size_t>(l->particles.count);
+  for (const GroupSpec& spec : specs) {
+    Group group{spec.name, std::vector<std::uint8_t>(count, spec.all ? 1 : 0)};
+    apply_faces(spec.faces & 3u, box, depth, l->dim, l->position, &group.member);
+    apply_faces(spec.faces & ~3u, box, 0, l->dim, l->position, &group.member);
+    for (const auto& [first, last] : spec.ranges)
+      for (std::int64_t row = std::max(first, l->particles.first); row <= last && row < l->particles.first + l->particles.count; ++row)
+        group.member[static_cast<std::size_t>(row - l->particles.first)] = 1;
+    for (const std::array<double, 6>& inner : spec.boxes)
+      for (std::size_t p = 0; p < count; ++p) {
+        bool inside = true;
+        for (std::size_t c = 0; c < d; ++c) inside = inside && l->position[p * d + c] >= inner[c] && l->position[p * d + c] <= inner[3 + c];
+        if (inside) group.member[p] = 1;
+      }
+    const auto old = std::find_if(l->groups.begin(), l->groups.end(), [&](const Group& one) { return one.name == spec.name; });
+    if (old != l->groups.end()) *old = std::move(group);
+    else l->groups.push_back(std::move(group));
+  }
+}
+
+}  // namespace bs

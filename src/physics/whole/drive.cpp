@@ -1,0 +1,255 @@
+#include "physics/whole/drive.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdlib>
+
+namespace bs {
+
+namespace {
+
+constexpr double TWO_PI = 6.28318530717958647692;
+const char* const FORMS =
+    "write fixed, velocity:VX,VY,VZ, rotation:W,CX,CY (in space rotation:W,CX,CY,CZ,AX,AY,AZ), table:FILE, or components such as "
+    "x=velocity:0.1,y=free";
+const char* const COMPONENTS = "write free, fixed, velocity:V, sinusoid:A,F,PHASE, table:FILE or expression:TEXT";
+
+/// Numbers between commas; false if one of them is none.
+bool read_numbers(const std::string& text, std::vector<double>* out) {
+  const char* at = text.c_str();
+  for (;; ++at) {
+    char* end = nullptr;
+    out->push_back(std::strtod(at, &end));
+    if (end == at || !std::isfinite(out->back())) return false;
+    at = end;
+    if (*at == 0) return true;
+    if (*at != ',') return false;
+  }
+}
+
+/// Splits "KIND:REST".
+std::string kind_of(const std::string& text, std::string* rest) {
+  const std::size_t colon = text.find(':');
+  *rest = colon == std::string::npos ? "" : text.substr(colon + 1);
+  return text.substr(0, colon);
+}
+
+/// Where the next component begins: ",x=", ",y=" or ",z=" at `from` or after it.
+std::size_t next_component(const std::string& text, std::size_t from) {
+  for (std::size_t k = from; k + 2 < text.size(); ++k)
+    if (text[k] == ',' && text[k + 1] >= 'x' && text[k + 1] <= 'z' && text[k + 2] == '=' && (k + 3 >= text.size() || text[k + 3] != '=')) return k;
+  return text.size();
+}
+
+}  // namespace
+
+bool Drive::parse(const std::string& text, int dim, std::string* error) {
+  text_ = text;
+  dim_ = dim;
+  std::string rest;
+  if (text.size() < 2 || text[1] != '=') {
+    const std::string kind = kind_of(text, &rest);
+    std::vector<double> numbers;
+    if (kind == "table" && !rest.empty()) {
+      tables_.emplace_back(rest, dim);
+      table_of_.push_back(-1);
+      for (int c = 0; c < dim; ++c) component_[c].kind = Kind::table;
+    } else if (!rest.empty() && !read_numbers(rest, &numbers)) {
+      *error = "'" + rest + "' are not finite numbers: " + FORMS;
+      return false;
+    } else if (!parse_whole(kind, numbers, error)) {
+      return false;
+    }
+    settle();
+    return true;
+  }
+  bool seen[3] = {false, false, false};
+  for (std::size_t at = 0; at < text.size();) {
+    const int c = text[at] - 'x';
+    if (c < 0 || c >= dim || text[at + 1] != '=' || seen[c]) {
+      *error = seen[std::clamp(c, 0, 2)] ? std::string("component ") + text[at] + " is given twice: write each once"
+                                         : "the lattice has no component " + std::string(1, text[at]) + ": " + FORMS;
+      return false;
+    }
+    seen[c] = true;
+    const std::size_t end = next_component(text, at + 2);
+    const std::size_t before = tables_.size();
+    if (!parse_component(text.substr(at + 2, end - at - 2), &component_[c], error)) return false;
+    if (tables_.size() > before) table_of_.push_back(c);
+    at = end + 1;
+  }
+  settle();
+  if (held_ != 0) return true;
+  *error = std::string("no component is held: leave the option out, or ") + COMPONENTS;
+  return false;
+}
+
+void Drive::settle() {
+  for (int c = 0; c < dim_; ++c) {
+    const Kind kind = component_[c].kind;
+    if (rotation_ || kind != Kind::free) held_ |= static_cast<std::uint8_t>(1 << c);
+    if (rotation_ || (kind != Kind::free && kind != Kind::fixed)) moving_ |= static_cast<std::uint8_t>(1 << c);
+  }
+}
+
+bool Drive::parse_whole(const std::string& kind, const std::vector<double>& numbers, std::string* error) {
+  if (kind == "rotation") return parse_rotation(numbers, error);
+  if (kind == "fixed" && numbers.empty()) {
+    for (int c = 0; c < dim_; ++c) component_[c].kind = Kind::fixed;
+    return true;
+  }
+  if (kind == "velocity") {
+    if (static_cast<int>(numbers.size()) != dim_) {
+      *error = "velocity: needs " + std::to_string(dim_) + " numbers [m/s], one for each component: " + FORMS;
+      return false;
+    }
+    for (int c = 0; c < dim_; ++c) {
+      component_[c].kind = Kind::velocity;
+      component_[c].rate = numbers[static_cast<std::size_t>(c)];
+    }
+    return true;
+  }
+  *error = "'" + text_ + "' is no motion: " + FORMS;
+  return false;
+}
+
+bool Drive::parse_rotation(const std::vector<double>& n, std::string* error) {
+  if (dim_ < 2 || n.size() != (dim_ == 2 ? 3u : 7u)) {
+    *error = dim_ == 1   ? "rotation: one dimension has no rotations: write velocity:V"
+             : dim_ == 2 ? "rotation: write the angular velocity and a point, rotation:W,CX,CY [rad/s, m]"
+                         : "rotation: write the angular velocity, a point and an axis, rotation:W,CX,CY,CZ,AX,AY,AZ [rad/s, m]";
+    return false;
+  }
+  rotation_ = true;
+  omega_ = n[0];
+  for (std::size_t c = 0; c < static_cast<std::size_t>(dim_); ++c) center_[c] = n[1 + c];
+  if (dim_ == 2) return true;
+  const double length = std::hypot(n[4], n[5], n[6]);
+  if (!(length > 0)) {
+    *error = "rotation: the axis has no direction: write three numbers that are not all 0";
+    return false;
+  }
+  for (std::size_t c = 0; c < 3; ++c) axis_[c] = n[4 + c] / length;
+  return true;
+}
+
+bool Drive::parse_component(const std::string& text, Component* out, std::string* error) {
+  std::string rest;
+  std::vector<double> n;
+  const std::string kind = kind_of(text, &rest);
+  if (kind == "expression") {
+    out->kind = Kind::expression;
+    return out->expression.parse(rest, error);
+  }
+  if (kind == "table" && !rest.empty()) {
+    out->kind = Kind::table;
+    tables_.emplace_back(rest, 1);
+    return true;
+  }
+  const bool numbers = rest.empty() || read_numbers(rest, &n);
+  if (kind == "free" && n.empty()) out->kind = Kind::free;
+  else if (kind == "fixed" && n.empty()) out->kind = Kind::fixed;
+  else if (kind == "velocity" && n.size() == 1) out->kind = Kind::velocity;
+  else if (kind == "sinusoid" && (n.size() == 2 || n.size() == 3)) out->kind = Kind::sinusoid;
+  else {
+    *error = "'" + text + "' is no motion of a component: " + COMPONENTS;
+    return false;
+  }
+  if (!numbers) {
+    *error = "'" + rest + "' are not finite numbers: " + COMPONENTS;
+    return false;
+  }
+  if (out->kind == Kind::velocity) out->rate = n[0];
+  if (out->kind == Kind::sinusoid) {
+    out->amplitude = n[0];
+    out->frequency = n[1];
+    out->phase = n.size() > 2 ? n[2] : 0;
+  }
+  return true;
+}
+
+bool Drive::set_table(std::size_t k, const CsvTable& table, std::string* error) {
+  const std::size_t rows = table.rows(), columns = static_cast<std::size_t>(table.columns);
+  if (rows < 2) {
+    *error = tables_[k].first + ": a motion needs two rows or more: add rows, or write fixed";
+    return false;
+  }
+  for (std::size_t c = 0; c < static_cast<std::size_t>(tables_[k].second); ++c) {
+    Component& one = component_[table_of_[k] < 0 ? c : static_cast<std::size_t>(table_of_[k])];
+    for (std::size_t row = 0; row < rows; ++row) {
+      one.time.push_back(table.values[row * columns]);
+      one.shift.push_back(1 + c < columns ? table.values[row * columns + 1 + c] : 0.0);
+      if (row > 0 && !std::isfinite((one.shift[row] - one.shift[row - 1]) / (one.time[row] - one.time[row - 1]))) {
+        *error = tables_[k].first + ": the velocity between two rows is not finite: give rows further apart in time, or nearer in place";
+        return false;
+      }
+    }
+  }
+  return true;
+}
+
+/// Displacement, velocity and acceleration of one component into s[3].
+void Drive::follow(const Component& one, double t, const double* x0, double* s) {
+  s[0] = s[1] = s[2] = 0;
+  if (one.kind == Kind::velocity) {
+    s[0] = one.rate * t;
+    s[1] = one.rate;
+  } else if (one.kind == Kind::sinusoid) {
+    const double w = TWO_PI * one.frequency, angle = w * t + one.phase;
+    s[0] = one.amplitude * std::sin(angle);
+    s[1] = one.amplitude * w * std::cos(angle);
+    s[2] = -w * w * s[0];
+  } else if (one.kind == Kind::expression) {
+    one.expression.at(t, x0, s);
+  } else if (one.kind == Kind::table) {
+    const std::vector<double>&time = one.time, &shift = one.shift;
+    const auto after = std::upper_bound(time.begin(), time.end(), t) - time.begin();
+    const std::size_t k = static_cast<std::size_t>(std::clamp<std::ptrdiff_t>(after - 1, 0, static_cast<std::ptrdiff_t>(time.size()) - 2));
+    const double slope = (shift[k + 1] - shift[k]) / (time[k + 1] - time[k]), slack = 1e-9 * (time.back() - time.front());
+    // from the left end only: exact there, so the last row is taken by itself
+    s[0] = t >= time.back() ? shift.back() : t <= time.front() ? shift.front() : shift[k] + (t - time[k]) * slope;
+    s[1] = t < time.front() - slack || t > time.back() + slack ? 0 : slope;
+  }
+}
+
+// X = c + (A.r) A + cos (r - (A.r) A) + sin A x r,  r = x0 - c
+void Drive::rotate(double t, const double* x0, double* x, double* v, double* a) const {
+  double r[3] = {0, 0, 0}, along = 0;
+  for (int c = 0; c < dim_; ++c) r[c] = x0[c] - center_[c];
+  for (int c = 0; c < 3; ++c) along += axis_[c] * r[c];
+  const double cosine = std::cos(omega_ * t), sine = std::sin(omega_ * t);
+  for (int c = 0; c < dim_; ++c) {
+    const int p = (c + 1) % 3, q = (c + 2) % 3;
+    const double turned = axis_[p] * r[q] - axis_[q] * r[p], across = r[c] - along * axis_[c];
+    x[c] = center_[c] + along * axis_[c] + cosine * across + sine * turned;
+    v[c] = omega_ * (cosine * turned - sine * across);
+    a[c] = -omega_ * omega_ * (cosine * across + sine * turned);
+  }
+}
+
+void Drive::at(double t, const double* x0, double* x, double* v, double* a) const {
+  if (rotation_) {
+    rotate(t, x0, x, v, a);
+    return;
+  }
+  double start[3] = {0, 0, 0}, s[3];
+  std::copy_n(x0, dim_, start);
+  for (int c = 0; c < dim_; ++c) {
+    if (component_[c].kind == Kind::free) continue;
+    follow(component_[c], t, start, s);
+    x[c] = start[c] + s[0];
+    v[c] = s[1];
+    a[c] = s[2];
+  }
+}
+
+bool Drive::covers(double t) const {
+  for (const Component& one : component_) {
+    if (one.kind != Kind::table) continue;
+    const double slack = 1e-9 * (one.time.back() - one.time.front());
+    if (t < one.time.front() - slack || t > one.time.back() + slack) return false;
+  }
+  return true;
+}
+
+}  // namespace bs

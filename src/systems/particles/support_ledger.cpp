@@ -1,0 +1,135 @@
+#include "systems/particles/support_ledger.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <numeric>
+
+namespace bs {
+
+PetscErrorCode SupportLedger::create(const Network& net, const Supports& supports, const Physics& physics, const Motion& anchors) {
+  PetscFunctionBegin;
+  net_ = &net;
+  supports_ = &supports;
+  physics_ = &physics;
+  anchors_ = &anchors;
+  if (!net.groups.empty())
+    for (PetscInt i = 0; i < net.n; ++i)
+      if (const std::uint8_t mask = supports.mask(i)) {
+        which_.push_back(i);
+        mask_.push_back(mask);
+      }
+  for (const NetworkGroup& group : net.groups) {
+    GroupRows rows{group.name, {}};
+    for (const PetscInt i : group.member) {
+      const auto at = std::lower_bound(which_.begin(), which_.end(), i);
+      if (at != which_.end() && *at == i) rows.rows.push_back(static_cast<std::size_t>(at - which_.begin()));
+    }
+    int some = !rows.rows.empty();
+    PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &some, 1, MPI_INT, MPI_MAX, net.comm));
+    if (some) groups_.push_back(std::move(rows));
+  }
+  for (const Supports::Moved& one : supports.motions()) {
+    place_.push_back(one.drive.moving() ? static_cast<int>(names_.size()) : -1);
+    if (one.drive.moving()) names_.push_back(net.groups[one.group].name);
+  }
+  for (std::size_t k = 0; k < supports.holds().size(); ++k) {
+    const Supports::Hold& hold = supports.holds()[k];
+    if (hold.particle >= net.n || place_[static_cast<std::size_t>(hold.motion)] < 0) continue;
+    moved_.push_back(k);
+    row_.push_back(static_cast<std::size_t>(std::lower_bound(which_.begin(), which_.end(), hold.particle) - which_.begin()));
+  }
+  if (anchors.active() && net.anchors_total > 0) names_.emplace_back("anchors");
+  work_.assign(names_.size(), 0.0);
+  PetscFunctionReturn(0);
+}
+
+void SupportLedger::take(double t, const LocalState& state, const Coupling& coupling, Moment* out) const {
+  const std::size_t d = static_cast<std::size_t>(net_->dim);
+  out->force.resize(which_.size() * d);
+  physics_->forces_on(which_, t, state, coupling, out->force.data());
+  out->x.resize(moved_.size() * d);
+  out->v.resize(out->x.size());
+  for (std::size_t k = 0; k < moved_.size(); ++k)
+    supports_->at(supports_->holds()[moved_[k]], t, out->x.data() + k * d, out->v.data() + k * d, nullptr);
+  double rate[3];
+  anchors_->at(t, out->shift, rate);
+  std::fill_n(out->pull, 3, 0.0);
+  if (anchors_->active()) physics_->pull(t, state, out->pull);
+}
+
+void SupportLedger::begin(double t, const LocalState& state, const Coupling& coupling) {
+  if (!works() || begun_) return;
+  take(t, state, coupling, &last_);
+  begun_ = true;
+}
+
+PetscErrorCode SupportLedger::advance(double t, const LocalState& state, const Coupling& coupling) {
+  Moment now;
+  std::vector<double> step(work_.size(), 0.0);
+  PetscFunctionBegin;
+  if (!works() || !begun_) PetscFunctionReturn(0);
+  const std::size_t d = static_cast<std::size_t>(net_->dim);
+  take(t, state, coupling, &now);
+  for (std::size_t k = 0; k < moved_.size(); ++k) {
+    const Supports::Hold& hold = supports_->holds()[moved_[k]];
+    double& work = step[static_cast<std::size_t>(place_[static_cast<std::size_t>(hold.motion)])];
+    for (std::size_t c = 0; c < d; ++c) {
+      if (!(hold.mask >> c & 1)) continue;
+      const std::size_t f = row_[k] * d + c, at = k * d + c;
+      work -= 0.5 * (last_.force[f] + now.force[f]) * (now.x[at] - last_.x[at]);
+      work += 0.5 * net_->mass[hold.particle] * (now.v[at] - last_.v[at]) * (now.v[at] + last_.v[at]);
+    }
+  }
+  if (anchors_->active() && net_->anchors_total > 0)
+    for (std::size_t c = 0; c < d; ++c) step.back() += 0.5 * (last_.pull[c] + now.pull[c]) * (now.shift[c] - last_.shift[c]);
+  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, step.data(), static_cast<PetscMPIInt>(step.size()), MPI_DOUBLE, MPI_SUM, net_->comm));
+  for (std::size_t k = 0; k < step.size(); ++k) {
+    work_[k] += step[k];
+    path_ += std::abs(step[k]);
+  }
+  last_ = std::move(now);
+  PetscFunctionReturn(0);
+}
+
+PetscErrorCode SupportLedger::observe(double t, const LocalState& state, const Coupling& coupling, std::vector<Observable>* out) {
+  const std::size_t d = static_cast<std::size_t>(net_->dim);
+  PetscFunctionBegin;
+  std::vector<double> force(which_.size() * d), sums(groups_.size() * d, 0.0);
+  if (reports()) {
+    physics_->forces_on(which_, t, state, coupling, force.data());
+    for (double& f : force) f = -f;
+    for (const Supports::Hold& hold : supports_->holds()) {
+      if (hold.particle >= net_->n) break;
+      double x[3] = {0, 0, 0}, v[3] = {0, 0, 0}, a[3] = {0, 0, 0};
+      supports_->at(hold, t, x, v, a);
+      const auto row = static_cast<std::size_t>(std::lower_bound(which_.begin(), which_.end(), hold.particle) - which_.begin());
+      for (std::size_t c = 0; c < d; ++c) force[row * d + c] += net_->mass[hold.particle] * a[c];
+    }
+    for (std::size_t g = 0; g < groups_.size(); ++g)
+      for (const std::size_t row : groups_[g].rows)
+        for (std::size_t c = 0; c < d; ++c)
+          if (mask_[row] >> c & 1) sums[g * d + c] += force[row * d + c];
+    PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, sums.data(), static_cast<PetscMPIInt>(sums.size()), MPI_DOUBLE, MPI_SUM, net_->comm));
+  }
+  for (std::size_t g = 0; g < groups_.size(); ++g)
+    out->push_back({"reaction/" + groups_[g].name,
+                    std::vector<double>(sums.begin() + static_cast<std::ptrdiff_t>(g * d), sums.begin() + static_cast<std::ptrdiff_t>((g + 1) * d))});
+  for (std::size_t k = 0; k < names_.size(); ++k) out->push_back({"work/" + names_[k], {work_[k]}});
+  PetscFunctionReturn(0);
+}
+
+double SupportLedger::total() const { return std::accumulate(work_.begin(), work_.end(), 0.0); }
+
+void SupportLedger::save(std::map<std::string, double>* sums) const {
+  for (std::size_t k = 0; k < names_.size(); ++k) (*sums)["work_" + names_[k]] = work_[k];
+}
+
+void SupportLedger::restore(const std::map<std::string, double>& sums) {
+  for (std::size_t k = 0; k < names_.size(); ++k) {
+    const auto at = sums.find("work_" + names_[k]);
+    work_[k] = at == sums.end() ? 0 : at->second;
+  }
+  begun_ = false;
+}
+
+}  // namespace bs

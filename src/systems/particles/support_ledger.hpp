@@ -1,0 +1,70 @@
+// The forces that supports exert on groups, and the work that what moves does.
+#pragma once
+#include <map>
+#include <string>
+#include <vector>
+
+#include "systems/particles/physics.hpp"
+#include "systems/particles/supports.hpp"
+
+namespace bs {
+
+/// A support exerts on a held component of a particle the force that Newton's law leaves to it,
+///   R = m A - f
+/// f what springs, particle laws and couplings exert and A the given acceleration; the reaction of a group is its sum. Of component c moved by
+/// X(t) from step n to step n + 1 the work is
+///   W = sum of -(f_n + f_{n+1})/2 (X_{n+1} - X_n) + m (V_{n+1}^2 - V_n^2)/2
+/// which for springs with linear forces is what their energies and the trapezoidal rule's kinetic energy change by. Driven anchors
+/// likewise, with the force of all their springs.
+class SupportLedger {
+ public:
+  /// Collective. The arguments must outlive the object; `anchors`: anchor points move.
+  PetscErrorCode create(const Network& net, const Supports& supports, const Physics& physics, const Motion& anchors);
+  /// Whether there is anything to report, or anything that does work.
+  bool reports() const { return !groups_.empty(); }
+  bool works() const { return !names_.empty(); }
+
+  /// Collective. The state at (t, y) is what work is counted from, unless counting has begun.
+  void begin(double t, const LocalState& state, const Coupling& coupling);
+  /// Collective. Counts the work up to an accepted step.
+  PetscErrorCode advance(double t, const LocalState& state, const Coupling& coupling);
+  /// Collective. reaction/NAME (d numbers) of every group with a held component, work/NAME of what moves.
+  PetscErrorCode observe(double t, const LocalState& state, const Coupling& coupling, std::vector<Observable>* out);
+  /// Sizes of the work of all steps of this run, added up [J].
+  double path() const { return path_; }
+  /// Sum of the works [J].
+  double total() const;
+  /// The works so far by name, for a checkpoint, and back: those that it holds.
+  void save(std::map<std::string, double>* sums) const;
+  void restore(const std::map<std::string, double>& sums);
+
+ private:
+  /// Forces of the moment and, for holds that move, where they are.
+  struct Moment {
+    std::vector<double> force;  ///< (which, d)
+    std::vector<double> x, v;   ///< (holds that move, d)
+    double pull[3] = {0, 0, 0}, shift[3] = {0, 0, 0};
+  };
+  void take(double t, const LocalState& state, const Coupling& coupling, Moment* out) const;
+  struct GroupRows {
+    std::string name;
+    std::vector<std::size_t> rows;  ///< among which_
+  };
+
+  const Network* net_ = nullptr;
+  const Supports* supports_ = nullptr;
+  const Physics* physics_ = nullptr;
+  const Motion* anchors_ = nullptr;
+  std::vector<PetscInt> which_;  ///< owned particles with a held component
+  std::vector<std::uint8_t> mask_;
+  std::vector<GroupRows> groups_;
+  std::vector<std::size_t> moved_, row_;  ///< holds that move, of owned particles, and their places among which_
+  std::vector<std::string> names_;        ///< of what does work
+  std::vector<int> place_;                ///< of a motion's work among them
+  std::vector<double> work_;
+  bool begun_ = false;
+  double path_ = 0;
+  Moment last_;
+};
+
+}  // namespace bs
