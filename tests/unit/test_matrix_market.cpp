@@ -30,7 +30,7 @@ Dense read(const std::string& text, std::string* error) {
 Dense good(const std::string& text) {
   std::string error;
   const Dense m = read(text, &error);
-  REQUIRE(error == "");
+  REQUIRE(error.empty());
   return m;
 }
 
@@ -103,12 +103,12 @@ TEST_CASE("Matrix Market: a damaged file gives a matrix or one line of error") {
 TEST_CASE("Vectors as CSV") {
   std::vector<double> values;
   std::vector<std::string> names;
-  CHECK(bs::read_vector_csv("name,value\nv1,1.5\n# c\nv2,-2\n", "x.csv", &values, &names) == "");
+  CHECK(bs::read_vector_csv("name,value\nv1,1.5\n# c\nv2,-2\n", "x.csv", &values, &names).empty());
   CHECK(values == std::vector<double>{1.5, -2});
   CHECK(names == std::vector<std::string>{"v1", "v2"});
   values.clear();
   names.clear();
-  CHECK(bs::read_vector_csv("1\n2\n", "x.csv", &values, &names) == "");
+  CHECK(bs::read_vector_csv("1\n2\n", "x.csv", &values, &names).empty());
   CHECK(values == std::vector<double>{1, 2});
   CHECK(names.empty());
   CHECK_THAT(bs::read_vector_csv("1\nx\n", "x.csv", &values, &names), Catch::Contains("x.csv line 2"));

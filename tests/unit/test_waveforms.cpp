@@ -8,7 +8,7 @@ namespace {
 
 bs::Waveform wave(const std::string& text) {
   bs::Waveform w;
-  REQUIRE(bs::read_waveform(text, &w) == "");
+  REQUIRE(bs::read_waveform(text, &w).empty());
   return w;
 }
 
@@ -150,12 +150,12 @@ TEST_CASE("An amplitude of 0 is remarked on") {
   for (const char* text : {"step(0)", "pulse(0,5,1,1)", "PULSE(2 2 0 0 0 1)", "exp(1,1,0,1)"})
     CHECK_THAT(wave(text).remark(), Catch::Contains("amplitude"));
   CHECK_THAT(wave("sine(3,0)").remark(), Catch::Contains("its frequency is 0"));
-  for (const char* text : {"sine(1,3,200)", "step(1)", "0", "SIN(0 1 50)", "pwl(0,0,1,0)", "constant(0)"}) CHECK(wave(text).remark() == "");
+  for (const char* text : {"sine(1,3,200)", "step(1)", "0", "SIN(0 1 50)", "pwl(0,0,1,0)", "constant(0)"}) CHECK(wave(text).remark().empty());
 }
 
 TEST_CASE("Several waveforms, and faults that say what to write") {
   std::vector<bs::Waveform> list;
-  CHECK(bs::read_waveforms("step(1); sine(1,2) ;3", &list) == "");
+  CHECK(bs::read_waveforms("step(1); sine(1,2) ;3", &list).empty());
   CHECK(list.size() == 3);
   CHECK_THAT(fault("stp(1)"), Catch::Contains("did you mean step?"));
   CHECK_THAT(fault("pulse(1)"), Catch::Contains("width is missing: write pulse(amp=..,t0=..,rise=..,width=.."));

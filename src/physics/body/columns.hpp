@@ -49,7 +49,7 @@ struct ParticleNumbers {
   const ColumnPlaces* places = &no_columns;
   double operator[](std::size_t k) const noexcept {
     const int at = (*places)[k];
-    return at < 0 ? particle_parameters[k].missing : given[at];
+    return at < 0 || !given ? particle_parameters[k].missing : given[at];
   }
 };
 
