@@ -1,7 +1,8 @@
 #include "systems/particles/linearised_forces.hpp"
 #include <algorithm>
 #include "base/memory.hpp"
-#include "systems/particles/condensed/rigid_modes.hpp"
+#include "systems/particles/condensed/fill.hpp"
+#include "systems/particles/condensed/near_null_space.hpp"
 #include "systems/particles/events.hpp"
 
 namespace bs {
@@ -73,6 +74,13 @@ PetscErrorCode LinearisedForces::create(CondensedStorage storage, Mat* S) {
   PetscCall(create_block_matrix(*net_, *pattern_, storage, S));
   PetscCall(MatSetOption(*S, MAT_SYMMETRIC, PETSC_TRUE));
   if (storage == CondensedStorage::aij) PetscCall(set_rigid_modes(*S));
+  PetscFunctionReturn(0);
+}
+
+PetscErrorCode LinearisedForces::factor_flops(double* flops) {
+  PetscFunctionBegin;
+  if (flops_ < 0) PetscCall(predict_factor_flops(*net_, &flops_));
+  *flops = flops_;
   PetscFunctionReturn(0);
 }
 
