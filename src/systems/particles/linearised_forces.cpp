@@ -38,6 +38,8 @@ PetscErrorCode LinearisedForces::change_of_force(Vec z, double* f) {
   if (!direction_.created()) PetscCall(direction_.create(*net_, vector_));
   PetscCall(direction_.gather_direction(z));
   physics_->multiply_tangent(t_, state_, direction_, f);
+  // of a spring at one end: distance and length 3d, rates 10, t dz + w (w.dz) 7d
+  PetscCall(PetscLogFlops((10.0 * net_->dim + 10) * static_cast<double>(net_->links.other.size())));
   PetscCall(PetscLogEventEnd(particle_events().tangent, z, nullptr, nullptr, nullptr));
   PetscFunctionReturn(0);
 }
@@ -108,6 +110,9 @@ PetscErrorCode LinearisedForces::assemble(const Coefficients& abc, bool positive
     PetscCall(physics_->condense_rows(t_, state_, abc, positive, &writer));
     PetscCall(writer.end());
   }
+  // of a spring at one end: distance and length 3d, t and w 10 + d; by rows t I + w w^T and its place in two blocks, too
+  const double d = net_->dim, blocks = SpringMatrix::from(S) ? 0 : 4 * d * d;
+  PetscCall(PetscLogFlops((blocks + 4 * d + 10) * static_cast<double>(net_->links.other.size())));
   PetscCall(PetscLogEventEnd(particle_events().condense, S, nullptr, nullptr, nullptr));
   PetscFunctionReturn(0);
 }
