@@ -9,8 +9,9 @@
 namespace bs {
 namespace {
 
-// PTScotch in the 64-bit-index PETSc of Debian is the 32-bit library: it crashes.
-#if defined(PETSC_HAVE_PTSCOTCH) && !defined(PETSC_USE_64BIT_INDICES)
+// PTScotch in the 64-bit-index PETSc of Debian is the 32-bit library: it crashes. ParMETIS, which Debian's has not, comes first where there is
+// one, as in PETSc itself; nobody has tried it with this program yet.
+#if defined(PETSC_HAVE_PARMETIS) || (defined(PETSC_HAVE_PTSCOTCH) && !defined(PETSC_USE_64BIT_INDICES))
 constexpr bool HAVE_GRAPH = true;
 #else
 constexpr bool HAVE_GRAPH = false;
@@ -36,13 +37,29 @@ PetscErrorCode edge_weights(MPI_Comm comm, const RowGraph& graph, std::vector<Pe
   PetscFunctionReturn(0);
 }
 
-/// Minimises the cut of the spring graph by MatPartitioning.
+/// Work of a particle: vectors take as long as about OWN springs, then its own springs. Null where the sum would not fit the partitioner's
+/// integers. The result belongs to PETSc's allocator.
+PetscErrorCode vertex_weights(MPI_Comm comm, const RowGraph& graph, PetscInt n, PetscInt** weights) {
+  constexpr PetscInt OWN = 12;
+  constexpr double MOST = 1e9;
+  PetscFunctionBegin;
+  double sum = static_cast<double>(OWN) * static_cast<double>(n) + static_cast<double>(graph.other.size());
+  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &sum, 1, MPI_DOUBLE, MPI_SUM, comm));
+  *weights = nullptr;
+  if (sum > MOST) PetscFunctionReturn(0);
+  PetscCall(PetscMalloc1(n + 1, weights));
+  for (PetscInt i = 0; i < n; ++i) (*weights)[i] = OWN + static_cast<PetscInt>(graph.start[i + 1] - graph.start[i]);
+  PetscFunctionReturn(0);
+}
+
+/// Minimises the cut of the spring graph by MatPartitioning, with equal shares of the work.
 PetscErrorCode by_graph(MPI_Comm comm, const Lattice& lattice, RowGraph* graph, std::vector<int>* rank_of, std::string* used) {
   PetscFunctionBegin;
   const PetscInt n = static_cast<PetscInt>(lattice.particles.count);
-  PetscInt *ia = nullptr, *ja = nullptr, *weight = nullptr;
+  PetscInt *ia = nullptr, *ja = nullptr, *weight = nullptr, *work = nullptr;
   std::vector<PetscInt> weights;
   PetscCall(edge_weights(comm, *graph, &weights));
+  PetscCall(vertex_weights(comm, *graph, n, &work));
   PetscCall(PetscMalloc1(n + 1, &ia));
   PetscCall(PetscMalloc1(graph->other.size() + 1, &ja));
   PetscCall(PetscMalloc1(graph->other.size() + 1, &weight));
@@ -70,6 +87,7 @@ PetscErrorCode by_graph(MPI_Comm comm, const Lattice& lattice, RowGraph* graph, 
   PetscCall(MatPartitioningCreate(comm, partitioning.out()));
   PetscCall(MatPartitioningSetAdjacency(partitioning, adjacency));
   PetscCall(MatPartitioningSetUseEdgeWeights(partitioning, PETSC_TRUE));
+  if (work) PetscCall(MatPartitioningSetVertexWeights(partitioning, work));  // which frees it
   PetscCall(MatPartitioningSetFromOptions(partitioning));
   PetscCall(MatPartitioningApply(partitioning, target.out()));
   const PetscInt* rank = nullptr;

@@ -1,8 +1,8 @@
 #include "solvers/linear_defaults.hpp"
 #include <string>
 #include "base/options.hpp"
+#include "solvers/condensed/choice.hpp"
 #include "solvers/condensed/condensed.hpp"
-#include "solvers/condensed/inner_solver.hpp"
 #include "solvers/serial_factors.hpp"
 #include "solvers/solver_check.hpp"
 #include "time/ts_queries.hpp"
@@ -58,11 +58,44 @@ PetscErrorCode set_condensed_defaults(TS ts, Model& model, NewtonPolicy* newton,
   demand.direction = newton->settings().directions;
   demand.curvature = curvature;
   PetscCall(condensed_set_tangent(pc, model.tangent(), demand));
-  const bool direct =
-      model.tangent()->unknowns() <= direct_unknowns(*model.tangent()) && !given("-condensed_pc_type") && !given("-condensed_ksp_type");
+  DirectChoice choice;
+  if (!given("-condensed_pc_type") && !given("-condensed_ksp_type")) PetscCall(choose_direct(*model.tangent(), &choice));
   PetscCall(KSPSetType(ksp, given("-snes_mf_operator") ? KSPFGMRES : KSPPREONLY));
   PetscCall(KSPSetTolerances(ksp, 1e-8, PETSC_DEFAULT, PETSC_DEFAULT, PETSC_DEFAULT));
-  if (!direct && !given("-ksp_rtol") && !given("-snes_ksp_ew")) newton->loosen_linear_solves();
+  // nor is a direct solve better than its iterations for what the symmetric S leaves out
+  if (!(choice.direct && model.tangent()->exact_symmetric()) && !given("-ksp_rtol") && !given("-snes_ksp_ew")) newton->loosen_linear_solves();
+  PetscFunctionReturn(0);
+}
+
+PetscErrorCode set_unless_given(const char* option, const char* value) {
+  PetscFunctionBegin;
+  if (!given(option)) PetscCall(PetscOptionsSetValue(nullptr, option, value));
+  PetscFunctionReturn(0);
+}
+
+/// -pc_type fieldsplit of particles: the splits position and velocity, S = sigma M - D - K/sigma in the place of the second (M is diagonal, so that
+/// PETSc's selfp gives S itself) and a flexible method around them, unless the user names other ones. Fields are numbered 0 to 2d - 1.
+PetscErrorCode set_split_defaults(TS ts, Model& model) {
+  KSP ksp;
+  PC pc;
+  const PetscInt d = model.dim(), fields[] = {0, 1, 2, 3, 4, 5};
+  PetscFunctionBegin;
+  if (pc_type_or("") != PCFIELDSPLIT) PetscFunctionReturn(0);
+  PetscCall(linear_solver_of(ts, &ksp, &pc));
+  PetscCall(PCSetType(pc, PCFIELDSPLIT));
+  PetscCall(PCFieldSplitSetDMSplits(pc, PETSC_FALSE));  // the DM that TS makes knows no fields, and PETSc crashes on that
+  if (given("-pc_fieldsplit_block_size")) PetscFunctionReturn(0);
+  PetscCall(PCFieldSplitSetBlockSize(pc, 2 * d));
+  PetscCall(KSPSetType(ksp, KSPFGMRES));
+  for (const char* name :
+       {"-pc_fieldsplit_0_fields", "-pc_fieldsplit_default", "-pc_fieldsplit_detect_saddle_point", "-pc_fieldsplit_detect_coupling"})
+    if (given(name)) PetscFunctionReturn(0);
+  PetscCall(PCFieldSplitSetType(pc, PC_COMPOSITE_SCHUR));
+  PetscCall(PCFieldSplitSetSchurPre(pc, PC_FIELDSPLIT_SCHUR_PRE_SELFP, nullptr));
+  PetscCall(PCFieldSplitSetFields(pc, "position", d, fields, fields));
+  PetscCall(PCFieldSplitSetFields(pc, "velocity", d, fields + d, fields + d));
+  PetscCall(set_unless_given("-fieldsplit_position_ksp_type", KSPPREONLY));
+  PetscCall(set_unless_given("-fieldsplit_position_pc_type", PCJACOBI));
   PetscFunctionReturn(0);
 }
 
@@ -117,6 +150,8 @@ PetscErrorCode solver_tallies(TS ts, std::vector<Tally>* out) {
   out->push_back({"indefinite", "tangents were not positive definite", counts.indefinite});
   out->push_back({"definite", "Newton directions were taken from the definite part of the tangent", counts.definite});
   out->push_back({"unfinished", "Newton directions were taken before the linear solver had converged", counts.unfinished});
+  out->push_back({"exhausted", "linear solves failed because their iterations ran out", counts.exhausted});
+  out->push_back({"broken_down", "linear solves broke down for another reason than an indefinite tangent", counts.broken});
   out->push_back({"factor_shifts", "incomplete factorisations were repeated with a larger diagonal", counts.shifts});
   PetscFunctionReturn(0);
 }
@@ -134,6 +169,7 @@ PetscErrorCode set_linear_defaults(TS ts, Model& model, NewtonPolicy* newton) {
   PetscCall(VecGetSize(model.initial_state(), &unknowns));
   PetscCall(refuse_impossible_solvers(model.comm()));
   for (const char* prefix : {"", "condensed_"}) PetscCall(split_serial_factors(model.comm(), prefix));
+  if (model.tangent()) PetscCall(set_split_defaults(ts, model));
   if (model.linear()) PetscCall(set_defaults_of_linear_model(ts));
   else if (model.tangent() && !given("-snes_fd") && !given("-snes_fd_color"))
     PetscCall(set_condensed_defaults(ts, model, newton, static_cast<Curvature>(curvature)));

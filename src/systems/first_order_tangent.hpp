@@ -27,6 +27,7 @@ class FirstOrderTangent final : public Tangent {
 
   bool exact_symmetric() const override { return own_.exact_symmetric(); }
   bool pairwise() const override { return own_.pairwise(); }
+  bool has_inertia() const override { return !static_; }
   double sigma() const override { return sigma_; }
   int dim() const override { return static_cast<int>(own_.layout().dim); }
   MPI_Comm comm() const override { return own_.comm(); }
@@ -35,6 +36,7 @@ class FirstOrderTangent final : public Tangent {
   PetscErrorCode condense(Vec r, Vec b) override;
   PetscErrorCode expand(Vec r, Vec w, Vec z) override;
   PetscErrorCode create(CondensedStorage storage, Mat* S) override { return own_.create(storage, S); }
+  PetscErrorCode factor_flops(double* flops) override { return own_.factor_flops(flops); }
   PetscErrorCode set_rigid_modes(Mat S) override { return own_.set_rigid_modes(S); }
   PetscErrorCode assemble(bool positive, Mat S) override { return own_.assemble(coefficients(), positive, S); }
   PetscErrorCode multiply_condensed(Vec w, Vec y) override { return own_.multiply(coefficients(), w, y); }

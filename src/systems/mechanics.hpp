@@ -45,6 +45,9 @@ class Linearisation {
   /// Collective. A matrix of d x d blocks for a M - b D - c K, without values; rigid body modes are its near null space where it
   /// is AIJ.
   virtual PetscErrorCode create(CondensedStorage storage, Mat* S) = 0;
+  /// Collective. Predicted floating-point operations of a sparse Cholesky factorisation of that matrix, the same on any number of ranks;
+  /// for small systems: the whole graph is looked at by one rank.
+  virtual PetscErrorCode factor_flops(double* flops) = 0;
   /// Collective. The rigid body modes of an AIJ matrix become those of the state linearised at; before that they are of the start.
   virtual PetscErrorCode set_rigid_modes(Mat S) = 0;
   /// Collective. The symmetric part of a M - b D - c K into a matrix made by create(). `positive`: without what may make it

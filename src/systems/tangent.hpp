@@ -17,6 +17,8 @@ class Tangent {
   /// Whether every block of S comes from a pair of particles or from one; else the storage `springs` keeps a remainder, which its
   /// preconditioner sees on the diagonal alone.
   virtual bool pairwise() const { return true; }
+  /// Whether masses make S better conditioned; at equilibria it is -K/sigma, and the signs of its pivots are looked at.
+  virtual bool has_inertia() const { return true; }
   virtual double sigma() const = 0;
   /// Space dimension: block size of S.
   virtual int dim() const = 0;
@@ -31,6 +33,9 @@ class Tangent {
   virtual PetscErrorCode expand(Vec r, Vec w, Vec z) = 0;
   /// Collective. A matrix for S, not yet assembled with values; with rigid body modes as near null space where it is AIJ.
   virtual PetscErrorCode create(CondensedStorage storage, Mat* S) = 0;
+  /// Collective. Predicted floating-point operations of a sparse Cholesky factorisation of S, the same on any number of ranks; for small
+  /// systems.
+  virtual PetscErrorCode factor_flops(double* flops) = 0;
   /// Collective. The rigid body modes of an AIJ matrix become those of the present state; create() takes those of the start.
   virtual PetscErrorCode set_rigid_modes(Mat S) = 0;
   /// Collective. The symmetric part of S into a matrix made by create. `positive`: the negative transverse stiffness of springs

@@ -75,6 +75,7 @@ class Run {
   bool resumed_ = false;         ///< the trajectory goes on where the checkpoint left it
   std::int64_t taken_up_ = -1;   ///< steps at the checkpoint; -1: from the start
   Facts inputs_;                 ///< fingerprints of the tables that options name
+  std::string solver_;           ///< as the header describes it
   std::string last_checkpoint_;  ///< where a failed run can be continued from
   std::vector<Observable> first_, last_;
   double start_ = 0, end_ = 0;

@@ -69,6 +69,7 @@ PetscErrorCode Run::report(const std::string& outcome, const std::string& why) {
     report.set("outcome", outcome);
     report.set("reason", why);
     report.set("model", std::string(model_.name()));
+    report.set("solver", solver_);
     report.set("ranks", static_cast<std::int64_t>(size));
     report.set("t", stepper_->good_time());
     report.set("steps", static_cast<std::int64_t>(c.steps));

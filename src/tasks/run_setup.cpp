@@ -121,6 +121,7 @@ PetscErrorCode Run::set_up() {
   PetscCall(describe_solver(ts_, context_, &solver));
   PetscCall(PetscOptionsHasName(nullptr, nullptr, "-help", &help));
   if (help) PetscFunctionReturn(0);
+  solver_ = solver;
   PetscCall(say_header(solver));
   PetscCall(prepare_solvers());
   if (restart_) PetscCall(take_up());

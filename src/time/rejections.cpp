@@ -73,7 +73,13 @@ PetscErrorCode RejectionWatch::name_failure(TS ts) {
   if (!fault.empty()) last_reason_ = DOMAIN_ERROR;
   last_ = fault.empty() ? REJECTION_REASONS[last_reason_].sentence : fault;
   if (why == SNES_DIVERGED_INNER && fault.empty()) last_ = "too many tangents of one step were not positive definite (springs buckle)";
+  if (why == SNES_DIVERGED_FUNCTION_COUNT && fault.empty()) last_ = "Newton did not converge within -snes_max_funcs evaluations of the residual";
   if (last_reason_ != LINEAR) PetscFunctionReturn(0);
+  PC pc;
+  std::string failure;
+  PetscCall(linear_solver_of(ts, nullptr, &pc));
+  PetscCall(condensed_failure(pc, &failure));
+  if (!failure.empty()) last_ = failure;
   PetscCall(linear_solver_lacks_memory(ts, &no_memory_));
   if (no_memory_) last_ = "no memory was left for the factors of the linear solver";
   PetscFunctionReturn(0);

@@ -230,3 +230,18 @@ TEST_CASE("multigrid is told the rotations of the lattice, too, and that fixed p
   held.fixed_particles = {0, 1};
   check_rigid_modes(held, 0);
 }
+
+TEST_CASE("velocities of other ranks' particles travel only where dampers need them") {
+  for (const double damping : {0.0, 2.0}) {
+    Case c(PETSC_COMM_WORLD, lattice(LatticeType::cubic, {4, 3, 5}, 3), 40.0, damping);
+    double worst = 0, fastest = 0;
+    for (PetscInt i = c.net.n; i < c.net.n + c.net.ghosts; ++i)
+      for (int k = 0; k < 3; ++k) {
+        worst = std::max(worst, std::abs(c.linearised.state().at(i)[k] - c.net.held[i * 3 + k]));
+        fastest = std::max(fastest, std::abs(c.linearised.state().at(i)[3 + k]));
+      }
+    CAPTURE(damping, c.net.ghosts);
+    CHECK(worst <= 0.05);
+    if (c.net.ghosts > 0) CHECK((fastest > 0.1) == (damping > 0));
+  }
+}

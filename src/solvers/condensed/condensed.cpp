@@ -139,6 +139,14 @@ PetscErrorCode condensed_out_of_memory(PC pc, bool* yes) {
   PetscFunctionReturn(0);
 }
 
+PetscErrorCode condensed_failure(PC pc, std::string* text) {
+  bool is = false;
+  PetscFunctionBegin;
+  PetscCall(is_condensed(pc, &is));
+  *text = is ? data_of(pc).inner.failure() : "";
+  PetscFunctionReturn(0);
+}
+
 PetscErrorCode condensed_set_tangent(PC pc, Tangent* tangent, const CondensedDemand& demand) {
   bool is = false;
   PetscFunctionBegin;

@@ -4,6 +4,7 @@
 // inverse of the Jacobian: the outer KSP is then preonly, and the outer tolerance is handed to the inner solve.
 #pragma once
 #include <petscts.h>
+#include <string>
 #include "systems/tangent.hpp"
 
 namespace bs {
@@ -29,6 +30,8 @@ struct CondensedCounts {
   PetscInt indefinite = 0;              ///< solves in which S turned out not to be positive definite
   PetscInt definite = 0;                ///< solves with the definite part of S in its place
   PetscInt unfinished = 0;              ///< directions taken when the iterations ran out
+  PetscInt exhausted = 0;               ///< solves that failed because the iterations ran out
+  PetscInt broken = 0;                  ///< solves that broke down for another reason than an indefinite S
   PetscInt shifts = 0;                  ///< incomplete factorisations repeated with a larger diagonal
 };
 
@@ -46,6 +49,9 @@ PetscErrorCode condensed_expect_definite(PC pc, bool expected);
 
 /// Not collective. Whether `pc` is of this type and its inner factorisation failed for lack of memory.
 PetscErrorCode condensed_out_of_memory(PC pc, bool* yes);
+
+/// Not collective. What the last solve of a `pc` of this type failed of; empty where it did not, or where S was not positive definite.
+PetscErrorCode condensed_failure(PC pc, std::string* text);
 
 /// The next solve renews the preconditioner, as the first one does: a run and its continuation then agree bit for bit.
 PetscErrorCode condensed_renew(PC pc);

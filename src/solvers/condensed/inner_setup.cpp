@@ -2,6 +2,7 @@
 #include <algorithm>
 #include <cmath>
 #include "base/fault.hpp"
+#include "solvers/condensed/choice.hpp"
 #include "solvers/condensed/condensed.hpp"
 #include "solvers/condensed/inner_solver.hpp"
 #include "solvers/pivots.hpp"
@@ -43,7 +44,17 @@ PetscErrorCode InnerSolver::choose_storage() {
   PetscCall(KSPGetPC(ksp_, &pc));
   PetscCall(PetscOptionsGetString(nullptr, prefix_.c_str(), "-pc_type", type, sizeof type, nullptr));
   const std::string own = type;
-  direct_ = own.empty() ? tangent_->unknowns() <= direct_unknowns(*tangent_) : own == PCLU || own == PCCHOLESKY;
+  PetscBool method = PETSC_FALSE;
+  char krylov[64] = KSPPREONLY;
+  PetscCall(PetscOptionsGetString(nullptr, prefix_.c_str(), "-ksp_type", krylov, sizeof krylov, &method));
+  direct_ = own == PCLU || own == PCCHOLESKY;
+  if (own.empty() && std::string(krylov) == KSPPREONLY) {
+    DirectChoice choice;
+    PetscCall(choose_direct(*tangent_, &choice));
+    direct_ = choice.direct || method;
+    flops_ = choice.flops;
+    if (!method) why_ = choice.words();
+  }
   const bool springs = own.empty() ? !direct_ && tangent_->pairwise() : own == "bicc" || own == PCJACOBI || own == PCNONE;
   storage_ = springs ? CondensedStorage::springs : own == PCICC ? CondensedStorage::sbaij : CondensedStorage::aij;
   if (own_storage_ >= 0) storage_ = static_cast<CondensedStorage>(own_storage_);
@@ -79,13 +90,15 @@ PetscErrorCode InnerSolver::ask_for_inertia() {
 }
 
 // S is symmetric: Cholesky takes half the work of LU, and the signs of its pivots tell whether S is positive definite. PETSc's
-// own is quick to start and good enough for small matrices, MUMPS for larger ones and on several ranks.
-PetscErrorCode InnerSolver::set_direct(PC pc, PetscMPIInt ranks) {
+// own is quick to start and good enough for small matrices and little fill (a chain), MUMPS for larger ones and on several ranks.
+PetscErrorCode InnerSolver::set_direct(PC pc, PCType type, PetscMPIInt ranks) {
   constexpr PetscInt SMALL = 1000;
+  constexpr double THIN = 500;  // operations for each unknown
   PetscFunctionBegin;
   PetscCall(KSPSetType(ksp_, KSPPREONLY));
-  PetscCall(PCSetType(pc, PCCHOLESKY));
-  if (ranks > 1 || tangent_->unknowns() > SMALL) PetscCall(PCFactorSetMatSolverType(pc, MATSOLVERMUMPS));
+  PetscCall(PCSetType(pc, type));
+  const bool thin = flops_ >= 0 && flops_ <= THIN * static_cast<double>(tangent_->unknowns());
+  if (ranks > 1 || (tangent_->unknowns() > SMALL && !thin)) PetscCall(PCFactorSetMatSolverType(pc, MATSOLVERMUMPS));
   else PetscCall(PCFactorSetMatOrderingType(pc, MATORDERINGND));
   PetscCall(PCFactorSetZeroPivot(pc, PETSC_MACHINE_EPSILON * PETSC_MACHINE_EPSILON));
   PetscFunctionReturn(0);
@@ -98,7 +111,9 @@ PetscErrorCode InnerSolver::set_defaults() {
   PetscCall(KSPGetPC(ksp_, &pc));
   PetscCallMPI(MPI_Comm_size(tangent_->comm(), &ranks));
   if (direct_ && storage_ == CondensedStorage::aij) {
-    PetscCall(set_direct(pc, ranks));
+    char type[64] = PCCHOLESKY;
+    PetscCall(PetscOptionsGetString(nullptr, prefix_.c_str(), "-pc_type", type, sizeof type, nullptr));
+    PetscCall(set_direct(pc, type, ranks));
     PetscFunctionReturn(0);
   }
   PetscCall(KSPSetType(ksp_, KSPCG));
@@ -138,7 +153,7 @@ PetscErrorCode InnerSolver::describe(std::string* text) const {
   PetscCall(KSPGetType(ksp_, &ksp_type));
   PetscCall(KSPGetPC(ksp_, &pc));
   PetscCall(PCGetType(pc, &pc_type));
-  *text = format("%s + %s on %s", ksp_type, pc_type, names[static_cast<int>(storage_)]);
+  *text = format("%s + %s on %s%s%s", ksp_type, pc_type, names[static_cast<int>(storage_)], why_.empty() ? "" : "; ", why_.c_str());
   PetscFunctionReturn(0);
 }
 

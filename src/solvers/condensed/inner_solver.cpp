@@ -8,8 +8,7 @@
 namespace bs {
 
 void InnerSolver::renew() {
-  stale_ = true;
-  rebuild_ = true;
+  renew_factors();
   indefinite_ = false;
   hope_ = true;
 }
@@ -136,20 +135,55 @@ PetscErrorCode InnerSolver::leads_downhill(Vec b, Vec w, bool* yes) const {
   PetscFunctionReturn(0);
 }
 
+// What S has nothing to do with: the iterations ran out before the factors, which may have aged, were good enough. The iterate is kept and
+// gone on from with new ones.
+PetscErrorCode InnerSolver::go_on(Vec b, Vec w, CondensedCounts* counts, KSPConvergedReason* reason) {
+  PetscFunctionBegin;
+  renew_factors();
+  PetscCall(linearise(definite_));
+  ++counts->refreshed;
+  PetscCall(KSPSetInitialGuessNonzero(ksp_, PETSC_TRUE));
+  PetscCall(run(ksp_, b, w, counts, reason));
+  PetscCall(KSPSetInitialGuessNonzero(ksp_, PETSC_FALSE));
+  PetscFunctionReturn(0);
+}
+
+/// What becomes of a solve that ended for `reason`, by the reason.
+PetscErrorCode InnerSolver::conclude(Vec b, Vec w, CondensedCounts* counts, KSPConvergedReason reason, bool* solved) {
+  PetscFunctionBegin;
+  *solved = reason > 0;
+  failed_ = reason;
+  if (reason == KSP_DIVERGED_ITS && demand_.direction) {
+    PetscCall(leads_downhill(b, w, solved));
+    if (*solved) ++counts->unfinished;
+  } else if (reason < 0 && reason != KSP_DIVERGED_ITS && !direct_ && !demand_.direction) {
+    if (reason == KSP_DIVERGED_INDEFINITE_MAT) ++counts->indefinite;
+    PetscCall(solve_indefinite(b, w, counts, solved));
+  }
+  if (*solved) failed_ = KSP_CONVERGED_ITERATING;
+  else if (failed_ == KSP_DIVERGED_ITS) ++counts->exhausted;
+  else if (failed_ != KSP_DIVERGED_INDEFINITE_MAT) ++counts->broken;
+  PetscFunctionReturn(0);
+}
+
+std::string InnerSolver::failure() const {
+  if (failed_ >= 0 || failed_ == KSP_DIVERGED_INDEFINITE_MAT) return "";
+  if (failed_ != KSP_DIVERGED_ITS) return format("the linear solver broke down (%s)", KSPConvergedReasons[failed_]);
+  PetscInt most = 0;
+  (void)KSPGetTolerances(ksp_, nullptr, nullptr, nullptr, &most);
+  return format("the linear solver ran out of its %lld iterations (-%sksp_max_it)", static_cast<long long>(most), prefix_.c_str());
+}
+
 PetscErrorCode InnerSolver::solve(Vec b, Vec w, CondensedCounts* counts, bool* solved) {
   KSPConvergedReason reason;
   PetscInt before = counts->iterations;
   PetscFunctionBegin;
   ++counts->solves;
+  const bool aged = !fresh_;
   PetscCall(solve_definite(b, w, counts, &reason));
-  *solved = reason > 0;
-  bool finished = *solved;
-  if (reason == KSP_DIVERGED_ITS && demand_.direction) {
-    PetscCall(leads_downhill(b, w, solved));
-    if (*solved) ++counts->unfinished;
-  } else if (!*solved && !direct_ && !demand_.direction) {
-    PetscCall(solve_indefinite(b, w, counts, solved));
-  }
+  if (reason == KSP_DIVERGED_ITS && aged && !demand_.direction) PetscCall(go_on(b, w, counts, &reason));
+  const bool finished = reason > 0;
+  PetscCall(conclude(b, w, counts, reason, solved));
   if (definite_) ++counts->definite;
   if (*solved && !definite_ && !tangent_->exact_symmetric()) {
     PetscInt its = 0;
@@ -160,9 +194,7 @@ PetscErrorCode InnerSolver::solve(Vec b, Vec w, CondensedCounts* counts, bool* s
   }
   const double rate = static_cast<double>(counts->iterations - before) / std::max(1.0, -std::log10(rtol_));
   if (fresh_) rate_new_ = rate;
-  const bool aged = !finished || rate > refresh_ * rate_new_ + 1;
-  stale_ = stale_ || aged;
-  rebuild_ = rebuild_ || aged;
+  if (!finished || rate > refresh_ * rate_new_ + 1) renew_factors();
   fresh_ = false;
   PetscFunctionReturn(0);
 }
@@ -178,10 +210,12 @@ PetscErrorCode InnerSolver::solve_definite(Vec b, Vec w, CondensedCounts* counts
   PetscCall(run(ksp_, b, w, counts, reason));
   if (definite_ || !demand_.direction || (direct_ && !indefinite_)) PetscFunctionReturn(0);
   if (*reason > 0) PetscCall(leads_downhill(b, w, &downhill));
-  indefinite_ = !downhill || (*reason < 0 && *reason != KSP_DIVERGED_ITS);
-  if (!indefinite_) PetscFunctionReturn(0);
-  if (!direct_) ++counts->indefinite;
+  indefinite_ = !downhill || *reason == KSP_DIVERGED_INDEFINITE_MAT;
+  const bool broken = *reason < 0 && *reason != KSP_DIVERGED_ITS && !indefinite_;
+  if (!indefinite_ && !broken) PetscFunctionReturn(0);
+  if (indefinite_ && !direct_) ++counts->indefinite;
   if (!may_modify()) PetscFunctionReturn(0);
+  if (broken) ++counts->broken;
   PetscCall(linearise(true));
   ++counts->refreshed;
   PetscCall(run(ksp_, b, w, counts, reason));
@@ -193,7 +227,6 @@ PetscErrorCode InnerSolver::solve_definite(Vec b, Vec w, CondensedCounts* counts
 PetscErrorCode InnerSolver::solve_indefinite(Vec b, Vec w, CondensedCounts* counts, bool* solved) {
   KSPConvergedReason reason;
   PetscFunctionBegin;
-  ++counts->indefinite;
   if (!fallback_) {
     PC own, pc;
     PCType type;

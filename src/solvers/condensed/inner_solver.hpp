@@ -13,14 +13,6 @@ namespace bs {
 /// Relative tolerance of the inner solve under an outer Krylov method.
 inline constexpr double LOOSE_TOLERANCE = 1e-2;
 
-/// Unknowns of S up to which it is solved by a sparse direct method.
-inline constexpr PetscInt DIRECT_UNKNOWNS = 6000;
-
-/// The same where S has blocks that no pair makes: stiff bending takes incomplete factors of pairs thousands of iterations.
-inline constexpr PetscInt DIRECT_UNKNOWNS_BENT = 20000;
-
-inline PetscInt direct_unknowns(const Tangent& tangent) { return tangent.pairwise() ? DIRECT_UNKNOWNS : DIRECT_UNKNOWNS_BENT; }
-
 class InnerSolver {
  public:
   /// Collective. Reads the options -<outer>condensed_*.
@@ -43,17 +35,22 @@ class InnerSolver {
   PetscErrorCode view(PetscViewer viewer) const;
   PetscErrorCode describe(std::string* text) const;
   PetscErrorCode add_shifts(CondensedCounts* counts) const;
+  /// What the last solve failed of; empty where it did not, or where S was not positive definite.
+  std::string failure() const;
   /// Not collective. Whether a factorisation of S failed for lack of memory.
   PetscErrorCode out_of_memory(bool* yes) const;
 
  private:
+  void renew_factors() { stale_ = rebuild_ = true; }
   PetscErrorCode set_defaults();
-  PetscErrorCode set_direct(PC pc, PetscMPIInt ranks);
+  PetscErrorCode set_direct(PC pc, PCType type, PetscMPIInt ranks);
   PetscErrorCode choose_storage();
   PetscErrorCode ask_for_inertia();
   PetscErrorCode linearise(bool definite);
   PetscErrorCode build_hierarchy();
   PetscErrorCode count_negative_pivots(PetscInt* count, bool* has) const;
+  PetscErrorCode go_on(Vec b, Vec w, CondensedCounts* counts, KSPConvergedReason* reason);
+  PetscErrorCode conclude(Vec b, Vec w, CondensedCounts* counts, KSPConvergedReason reason, bool* solved);
   PetscErrorCode solve_definite(Vec b, Vec w, CondensedCounts* counts, KSPConvergedReason* reason);
   PetscErrorCode solve_indefinite(Vec b, Vec w, CondensedCounts* counts, bool* solved);
   PetscErrorCode run(KSP ksp, Vec b, Vec w, CondensedCounts* counts, KSPConvergedReason* reason);
@@ -68,10 +65,13 @@ class InnerSolver {
   CondensedStorage storage_ = CondensedStorage::springs;
   int own_storage_ = -1;  ///< the user's choice
   bool own_rtol_ = false, direct_ = false;
+  std::string why_;    ///< it is direct, or is not
+  double flops_ = -1;  ///< predicted of a factorisation; negative: not asked for
   double rtol_ = 1e-5;
   bool definite_ = false;    ///< S_ is the definite part
   bool indefinite_ = false;  ///< the last S was not positive definite
   bool hope_ = true;
+  KSPConvergedReason failed_ = KSP_CONVERGED_ITERATING;  ///< of the last solve; positive or 0: none
   // the preconditioner's age: iterations per digit when it was new and at the last solve
   bool stale_ = true, fresh_ = false;
   bool rebuild_ = true, built_ = false;  ///< levels of a multigrid method, too, which otherwise keeps its interpolation

@@ -149,6 +149,16 @@ PetscErrorCode NewtonPolicy::confirm(SNES snes, const Norms& at, const ResidualN
   PetscFunctionReturn(0);
 }
 
+/// -snes_max_funcs: evaluations of the residual in one solve.
+PetscErrorCode NewtonPolicy::limit_evaluations(SNES snes, SNESConvergedReason* reason) const {
+  PetscInt done = 0, most = 0;
+  PetscFunctionBegin;
+  PetscCall(SNESGetNumberFunctionEvals(snes, &done));
+  PetscCall(SNESGetTolerances(snes, nullptr, nullptr, nullptr, nullptr, &most));
+  if (most >= 0 && done >= most) *reason = SNES_DIVERGED_FUNCTION_COUNT;
+  PetscFunctionReturn(0);
+}
+
 PetscErrorCode NewtonPolicy::judge(SNES snes, const Norms& at, SNESConvergedReason* reason) {
   Vec F;
   ResidualNorms now;
@@ -164,6 +174,7 @@ PetscErrorCode NewtonPolicy::judge(SNES snes, const Norms& at, SNESConvergedReas
   if (*reason == SNES_CONVERGED_ITERATING && settings_.forcing) PetscCall(set_forcing(snes, at.it, now, at.rtol));
   if (*reason == SNES_CONVERGED_ITERATING && settings_.directions) PetscCall(guide_directions(at.it, now, &too_much));
   if (too_much && !persists_) *reason = SNES_DIVERGED_INNER;
+  if (*reason == SNES_CONVERGED_ITERATING) PetscCall(limit_evaluations(snes, reason));
   solve_.previous = now;
   PetscFunctionReturn(0);
 }

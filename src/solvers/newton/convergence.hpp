@@ -94,6 +94,7 @@ class NewtonPolicy {
   PetscErrorCode judge(SNES snes, const Norms& at, SNESConvergedReason* reason);
   PetscErrorCode begin_solve(const ResidualNorms& now);
   SNESConvergedReason verdict(const Norms& at, const ResidualNorms& now) const;
+  PetscErrorCode limit_evaluations(SNES snes, SNESConvergedReason* reason) const;
   PetscErrorCode confirm(SNES snes, const Norms& at, const ResidualNorms& now, SNESConvergedReason* reason);
   PetscErrorCode every_particle_has(SNES snes, double rtol, bool* has) const;
   PetscErrorCode set_forcing(SNES snes, PetscInt it, const ResidualNorms& now, double rtol) const;

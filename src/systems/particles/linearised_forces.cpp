@@ -1,7 +1,8 @@
 #include "systems/particles/linearised_forces.hpp"
 #include <algorithm>
 #include "base/memory.hpp"
-#include "systems/particles/condensed/rigid_modes.hpp"
+#include "systems/particles/condensed/fill.hpp"
+#include "systems/particles/condensed/near_null_space.hpp"
 #include "systems/particles/events.hpp"
 #include "systems/particles/supports.hpp"
 
@@ -44,6 +45,8 @@ PetscErrorCode LinearisedForces::change_of_force(Vec z, double* f) {
   PetscCall(direction_.gather_direction(z));
   physics_->multiply_tangent(t_, state_, direction_, f);
   if (net_->supports) net_->supports->clear(0, net_->n, 1, f);
+  // of a spring at one end: distance and length 3d, rates 10, t dz + w (w.dz) 7d
+  PetscCall(PetscLogFlops((10.0 * net_->dim + 10) * static_cast<double>(net_->links.other.size())));
   PetscCall(PetscLogEventEnd(particle_events().tangent, z, nullptr, nullptr, nullptr));
   PetscFunctionReturn(0);
 }
@@ -90,6 +93,13 @@ PetscErrorCode LinearisedForces::create(CondensedStorage storage, Mat* S) {
   PetscFunctionReturn(0);
 }
 
+PetscErrorCode LinearisedForces::factor_flops(double* flops) {
+  PetscFunctionBegin;
+  if (flops_ < 0) PetscCall(predict_factor_flops(*net_, &flops_));
+  *flops = flops_;
+  PetscFunctionReturn(0);
+}
+
 PetscErrorCode LinearisedForces::set_rigid_modes(Mat S) {
   PetscFunctionBegin;
   if (linearised_)
@@ -116,6 +126,9 @@ PetscErrorCode LinearisedForces::assemble(const Coefficients& abc, bool positive
     PetscCall(physics_->condense_rows(t_, state_, abc, positive, &writer));
     PetscCall(writer.end());
   }
+  // of a spring at one end: distance and length 3d, t and w 10 + d; by rows t I + w w^T and its place in two blocks, too
+  const double d = net_->dim, blocks = SpringMatrix::from(S) ? 0 : 4 * d * d;
+  PetscCall(PetscLogFlops((blocks + 4 * d + 10) * static_cast<double>(net_->links.other.size())));
   PetscCall(PetscLogEventEnd(particle_events().condense, S, nullptr, nullptr, nullptr));
   PetscFunctionReturn(0);
 }

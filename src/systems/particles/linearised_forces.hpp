@@ -29,6 +29,7 @@ class LinearisedForces final : public Linearisation {
   bool exact_symmetric() const override { return !coupled_ && !axial_damping_ && !net_->softens; }
   bool pairwise() const override { return net_->interactions.empty(); }
   PetscErrorCode create(CondensedStorage storage, Mat* S) override;
+  PetscErrorCode factor_flops(double* flops) override;
   PetscErrorCode set_rigid_modes(Mat S) override;
   PetscErrorCode assemble(const Coefficients& abc, bool positive, Mat S) override;
 
@@ -39,6 +40,7 @@ class LinearisedForces final : public Linearisation {
   Layout at_;
   Vec vector_ = nullptr;
   bool coupled_ = false, damped_ = false, axial_damping_ = false;
+  double flops_ = -1;        ///< of a factorisation; negative: not counted yet
   bool linearised_ = false;  ///< state_ has been given
   double t_ = 0;
   LocalState state_, direction_;

@@ -3,6 +3,21 @@
 #include "systems/particles/supports.hpp"
 
 namespace bs {
+namespace {
+
+/// Collective. Whether the velocity of one particle acts on another: dampers along springs, and what else may couple them.
+PetscErrorCode velocities_couple(const Network& net, bool* yes) {
+  const auto damps = [](double c) { return c != 0; };
+  const auto no_spring = [](std::int64_t row) { return row < 0; };
+  PetscFunctionBegin;
+  int couple = std::any_of(net.links.damping.begin(), net.links.damping.end(), damps) ||
+               std::any_of(net.links.spring.begin(), net.links.spring.end(), no_spring) || !net.interactions.empty();
+  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &couple, 1, MPI_INT, MPI_MAX, net.comm));
+  *yes = couple != 0;
+  PetscFunctionReturn(0);
+}
+
+}  // namespace
 
 PetscErrorCode LocalState::create(const Network& net, Vec layout) {
   PetscFunctionBegin;
@@ -16,9 +31,19 @@ PetscErrorCode LocalState::create(const Network& net, Vec layout) {
   // the scatter writes straight behind the owned states
   PetscCall(
       VecCreateSeqWithArray(PETSC_COMM_SELF, bs, net.ghosts * bs, values_.data() + static_cast<std::size_t>(net.n) * width_, ghost_values_.out()));
-  ISHandle from;
-  PetscCall(ISCreateBlock(net.comm, bs, net.ghosts, net.global.data() + net.n, PETSC_COPY_VALUES, from.out()));
-  PetscCall(VecScatterCreate(layout, from, ghost_values_, nullptr, scatter_.out()));
+  bool velocities = true;
+  PetscCall(velocities_couple(net, &velocities));
+  // positions are every second block of d
+  const PetscInt stride = velocities ? 1 : 2, block = bs / stride;
+  std::vector<PetscInt> there(static_cast<std::size_t>(net.ghosts)), here(there.size());
+  for (PetscInt k = 0; k < net.ghosts; ++k) {
+    there[k] = stride * net.global[net.n + k];
+    here[k] = stride * k;
+  }
+  ISHandle from, to;
+  PetscCall(ISCreateBlock(net.comm, block, net.ghosts, there.data(), PETSC_COPY_VALUES, from.out()));
+  PetscCall(ISCreateBlock(PETSC_COMM_SELF, block, net.ghosts, here.data(), PETSC_COPY_VALUES, to.out()));
+  PetscCall(VecScatterCreate(layout, from, ghost_values_, to, scatter_.out()));
   PetscFunctionReturn(0);
 }
 

@@ -7,7 +7,7 @@ namespace bs {
 
 /// Holds (x, v) of every local particle, block 2d each: owned first, then ghosts. Fixed particles stand where they
 /// started, at rest, and what is driven is where its motion takes it, whatever the vector says, so that forces do not depend on
-/// their entries.
+/// their entries. Ghosts have v = 0 where no damper needs it: only positions travel then.
 class LocalState {
  public:
   /// Collective. `net` must outlive the object; `layout` is a state vector.

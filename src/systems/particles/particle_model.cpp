@@ -160,6 +160,8 @@ PetscErrorCode ParticleModel::force(double t, Vec y, const double** f) {
   physics_->forces(Part::boundary, t, state_, coupling_, force_.data(), &fault_);
   if (supports_.active()) supports_.clear(0, net_.n, 1, force_.data());
   *f = force_.data();
+  // of a spring at one end: distance and length 3d, the law 6, its share 2d
+  PetscCall(PetscLogFlops((5.0 * net_.dim + 6) * static_cast<double>(net_.links.other.size())));
   PetscCall(PetscLogEventEnd(particle_events().force, y, nullptr, nullptr, nullptr));
   PetscFunctionReturn(0);
 }
@@ -182,6 +184,8 @@ PetscErrorCode ParticleModel::assemble_first_order(double sigma, bool momentum, 
   PetscCall(writer.begin(J));
   PetscCall(physics_->jacobian(linearised_.time(), state, coupling_, sigma, momentum, &writer));
   PetscCall(writer.end());
+  // of a spring at one end: distance and length 3d, rates 10, t I + w w^T and its place in two blocks 4d^2
+  PetscCall(PetscLogFlops((4.0 * net_.dim * net_.dim + 3.0 * net_.dim + 10) * static_cast<double>(net_.links.other.size())));
   PetscCall(PetscLogEventEnd(particle_events().jacobian, J, nullptr, nullptr, nullptr));
   PetscFunctionReturn(0);
 }

@@ -1,4 +1,4 @@
-#include "systems/particles/condensed/rigid_modes.hpp"
+#include "systems/particles/condensed/near_null_space.hpp"
 #include <algorithm>
 #include <array>
 #include <vector>

@@ -1,0 +1,101 @@
+#!/usr/bin/env python3
+"""Which linear solver is chosen where the user leaves it open, or names half of it; and what is said when it fails."""
+import re
+
+import numpy as np
+from condensed import BLOCK, REFERENCE
+from harness import Checks
+from program import run
+
+CUBE = dict(BLOCK, bs_lattice_size="10,10,10", ts_dt=0.02, ts_max_time=0.06)
+CHAIN = dict(bs_lattice_type="chain", bs_lattice_size=1200, bs_lattice_dim=3, bs_lattice_spacing=0.05, bs_lattice_particle_mass=0.01,
+             bs_lattice_stiffness=3000, bs_lattice_fixed="xmin", bs_gravity="0,-9.81,0", ts_dt=0.01, ts_max_time=0.03)
+NET = dict(bs_lattice_type="square", bs_lattice_size="20,20", bs_lattice_dim=2, bs_lattice_spacing=0.05, bs_lattice_particle_mass=0.01,
+           bs_lattice_stiffness=300, bs_lattice_fixed="ymax", bs_gravity="0,-9.81", ts_dt=0.01, ts_max_time=0.03)
+
+
+def solver_of(result):
+    return re.search(r"PC condensed \((.*)\)", result.report["solver"]).group(1)
+
+
+def by_fill(checks):
+    """Direct where the factors are cheap, whatever the number of unknowns; the same on any number of ranks."""
+    for name, base, expected in (("cube of 10^3", CUBE, "cg + bicc"), ("chain of 1,200", CHAIN, "preonly + cholesky"), ("net of 20^2", NET, "preonly + cholesky")):
+        said = {ranks: solver_of(run(checks.program, base, ranks=ranks)) for ranks in (1, 2, 3)}
+        checks.true(f"{name}: {expected}", said[1].startswith(expected), said[1])
+        checks.true(f"{name}: the same on 1, 2 and 3 ranks", len(set(said.values())) == 1, str(said))
+
+
+def predicted_fill(checks):
+    """A chain under nested dissection: factors of n log n entries at most; a cube of n^3: about 10 times more for twice the particles."""
+    flops = {}
+    for n in (6, 8, 10):
+        said = solver_of(run(checks.program, dict(CUBE, bs_lattice_size=f"{n},{n},{n}", bs_lattice_fixed=None)))
+        flops[n] = float(re.search(r"([0-9.e+]+) Mflop", said).group(1)) * 1e6
+    order = np.log(flops[10] / flops[6]) / np.log(10**3 / 6**3)
+    checks.true("cube: work grows with the square of the unknowns or a little more", 1.8 < order < 2.7, f"order {order:.2f}")
+    # no ordering does less than factor the last separator, a plane of 10 x 10 particles
+    checks.true("cube: more than its middle plane alone", flops[10] > 300**3 / 3, f"{flops[10]:.3g}")
+    said = solver_of(run(checks.program, CHAIN))
+    chain = float(re.search(r"([0-9.e+]+) Mflop", said).group(1)) * 1e6
+    checks.true("chain: two to four blocks a column", 1200 * 3 * 6**2 * 0.9 < chain < 1200 * 3 * 12**2, f"{chain:.3g}")
+
+
+def half_named(checks):
+    """A preconditioner that does not factor is used by conjugate gradients at any size."""
+    base = dict(CUBE, ts_max_time=0.2)
+    exact = run(checks.program, dict(base, condensed_pc_type="cholesky")).report["newton"]
+    for pc in ("bicc", "gamg", "hypre", "sor", "jacobi"):
+        result = run(checks.program, dict(base, condensed_pc_type=pc))
+        checks.true(f"-condensed_pc_type {pc}: cg", solver_of(result).startswith("cg + "), solver_of(result))
+        checks.true(f"-condensed_pc_type {pc}: few more Newton iterations than Cholesky", result.report["newton"] <= 1.6 * exact,
+                    f"{result.report['newton']}, {exact}")
+    result = run(checks.program, dict(base, condensed_ksp_type="cg"))
+    checks.true("-condensed_ksp_type cg: not around a direct solver", solver_of(result).startswith("cg + bicc"), solver_of(result))
+    result = run(checks.program, dict(base, condensed_ksp_type="preonly"))
+    checks.true("-condensed_ksp_type preonly: a direct solver", solver_of(result).startswith("preonly + cholesky"), solver_of(result))
+
+
+def out_of_iterations(checks):
+    """Iterations that run out are not a tangent that is not positive definite, and are named."""
+    base = dict(CUBE, ts_type="rosw", ts_adapt_type="none", ts_max_time=0.02, condensed_pc_type="jacobi", ksp_rtol=1e-10, condensed_ksp_max_it=2,
+                bs_step_min=0.01)
+    for ranks in (1, 3):
+        result = run(checks.program, base, ranks=ranks, expect=3)
+        checks.true(f"{ranks} ranks: named", "ran out of its 2 iterations (-condensed_ksp_max_it)" in result.stderr, result.stderr.strip()[-200:])
+        checks.true(f"{ranks} ranks: counted", result.report["exhausted"] > 0 and result.report["indefinite"] == 0,
+                    f"exhausted {result.report['exhausted']}, indefinite {result.report['indefinite']}")
+
+
+def evaluations(checks):
+    """-snes_max_funcs ends Newton's method."""
+    few = run(checks.program, dict(CUBE, snes_max_funcs=2, bs_step_min=0.015), expect=3)
+    checks.true("-snes_max_funcs 2 is named", "-snes_max_funcs" in few.stderr, few.stderr.strip()[-200:])
+    many = run(checks.program, dict(CUBE, snes_max_funcs=1000))
+    checks.true("-snes_max_funcs 1000: no rejections", many.report["rejected"] == 0, str(many.report["rejected"]))
+
+
+def splits(checks):
+    """-pc_type fieldsplit: named splits, numbered ones, PETSc's defaults."""
+    base = dict(BLOCK, ts_dt=0.02, ts_max_time=0.06, snes_rtol=1e-11)
+    expected = run(checks.program, dict(base, **REFERENCE), interval=0.06).trajectory.position[-1]
+    for name, options in (("by itself", {}), ("numbered", {"pc_fieldsplit_0_fields": "0,1,2", "pc_fieldsplit_1_fields": "3,4,5"}),
+                          ("with a block size", {"pc_fieldsplit_block_size": 6, "pc_fieldsplit_0_fields": "0,1,2", "pc_fieldsplit_1_fields": "3,4,5"}),
+                          ("named", {"fieldsplit_velocity_ksp_type": "cg", "fieldsplit_velocity_pc_type": "gamg"}),
+                          ("multiplicative", {"pc_fieldsplit_type": "multiplicative"}), ("of every number", {"pc_fieldsplit_default": True})):
+        for ranks in (1, 3):
+            result = run(checks.program, dict(base, pc_type="fieldsplit", **options), interval=0.06, ranks=ranks)
+            checks.below(f"fieldsplit {name}, {ranks} ranks", np.abs(result.trajectory.position[-1] - expected).max(), 1e-9)
+            checks.true(f"fieldsplit {name}, {ranks} ranks: no option is called unused", "not used" not in result.stderr, result.stderr.strip()[-200:])
+
+
+def main():
+    checks = Checks(__doc__)
+    for group in (by_fill, predicted_fill, half_named, out_of_iterations, evaluations, splits):
+        if checks.wants(group.__name__):
+            group(checks)
+    checks.finish()
+
+
+if __name__ == "__main__":
+    main()
