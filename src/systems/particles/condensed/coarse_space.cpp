@@ -51,7 +51,7 @@ PetscErrorCode CoarseSpace::create(SpringMatrix& S, PetscInt unknowns, const cha
   PetscCall(MatGetSize(E, &unknowns_, nullptr));
   if (unknowns_ == 0) PetscFunctionReturn(0);
   PetscCall(MatCreateVecs(E, in_.out(), out_.out()));
-  if (!solver_) PetscCall(choose_solver(net.comm, prefix));
+  PetscCall(choose_solver(net.comm, prefix));  // anew: the number of groups may have changed
   if (!exact_) PetscCall(set_near_null_space(E));
   PetscCall(KSPSetOperators(solver_, E, E));
   PetscCall(KSPSetUp(solver_));
