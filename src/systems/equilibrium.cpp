@@ -60,7 +60,6 @@ double Equilibrium::factor(double t) const { return std::isnan(factor_) ? t : fa
 void Equilibrium::load(double s, double* time) {
   Loads loads;
   loads.gravity = rules_.gravity ? s : 1;
-  loads.force = rules_.force ? s : 1;
   loads.at_rest = true;
   loads.anchors_at_full_load = !rules_.anchors;
   loads.driven_at_full_load = !rules_.driven;

@@ -8,7 +8,7 @@ namespace bs {
 
 /// Which loads grow with the factor; the others act in full from the start.
 struct LoadRules {
-  bool gravity = true, force = true, anchors = true, driven = true;
+  bool gravity = true, anchors = true, driven = true;
 };
 
 /// F_x = M (x' - v), F_v = -f(s, x, 0): what beuler makes of it is Newton's method for f = 0 at s, and the momentum residual is the gradient of

@@ -62,9 +62,9 @@ class Linearisation {
   std::vector<double> force_;
 };
 
-/// How far the loads of a static analysis are applied. Each factor is 1 in dynamics.
+/// How far the loads of a static analysis are applied. The factor is 1 in dynamics.
 struct Loads {
-  double gravity = 1, force = 1;
+  double gravity = 1;
   bool at_rest = false;               ///< what is driven has the positions of its motion, not the velocities
   bool anchors_at_full_load = false;  ///< driven anchors stand where they are at t = 1
   bool driven_at_full_load = false;   ///< driven groups likewise
