@@ -117,7 +117,6 @@ PetscErrorCode LinearisedForces::assemble(const Coefficients& abc, bool positive
   if (SpringMatrix* springs = SpringMatrix::from(S)) {
     springs->set_inertia(abc.mass);
     physics_->condense_springs(t_, state_, abc, positive, springs);
-    for (PetscInt i = 0; i < net_->n; ++i) std::copy_n(state_.at(i), net_->dim, springs->points().data() + i * net_->dim);
     PetscCall(MatAssemblyBegin(S, MAT_FINAL_ASSEMBLY));
     PetscCall(MatAssemblyEnd(S, MAT_FINAL_ASSEMBLY));
   } else {

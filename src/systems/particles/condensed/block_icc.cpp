@@ -1,6 +1,5 @@
 #include "systems/particles/condensed/block_icc.hpp"
 #include <petsc/private/pcimpl.h>
-#include <petscksp.h>
 #include <algorithm>
 #include <limits>
 #include "base/fault.hpp"
@@ -23,11 +22,6 @@ struct BlockIcc {
   SpringMatrix* matrix = nullptr;
   PetscInt coarse_unknowns = -1;  ///< at most; -1: by the lattice's size
   CoarseSpace coarse;
-  PetscInt coupling = 2;   ///< of the two: 0 added, 1 symmetric, 2 by projection where that is exact
-  bool started = false;    ///< conjugate gradients start from Q b
-  bool projected = false;  ///< and no residual has a part in the coarse space
-  PetscInt version = -1;   ///< of the matrix E was made of
-  VecHandle residual, step;
 };
 
 /// Largest ratio of the diagonal blocks' sizes: above RATIO, single precision would lose the soft springs.
@@ -70,22 +64,18 @@ PetscErrorCode set_up(PC pc) {
   self->in_single = single;
   constexpr int TRIES = 12;
   bool done = false;
-  self->version = self->matrix->version();
   for (int k = 0; k < TRIES && !done; ++k) {
     self->shifted = k == 0 ? 0 : k == 1 ? self->shift : 4 * self->shifted;
     done = self->factor->factor(*self->matrix, diagonal, self->shifted);
     if (!done) ++self->shifts;
   }
-  const char* prefix = nullptr;
-  PetscCall(PCGetOptionsPrefix(pc, &prefix));
-  PetscCall(self->coarse.create(*self->matrix, self->coarse_unknowns, ((prefix ? prefix : "") + std::string("pc_bicc_")).c_str()));
+  PetscCall(self->coarse.create(*self->matrix, self->coarse_unknowns));
   PetscCall(PetscLogEventEnd(particle_events().factor, pc, nullptr, nullptr, nullptr));
   pc->failedreason = done ? PC_NOERROR : PC_FACTOR_NUMERIC_ZEROPIVOT;
   PetscFunctionReturn(0);
 }
 
-/// z = M^-1 r with the factors of this rank's part.
-PetscErrorCode solve_triangles(PC pc, Vec r, Vec z) {
+PetscErrorCode apply(PC pc, Vec r, Vec z) {
   BlockIcc* self = static_cast<BlockIcc*>(pc->data);
   const PetscScalar* ar = nullptr;
   PetscScalar* az = nullptr;
@@ -99,88 +89,13 @@ PetscErrorCode solve_triangles(PC pc, Vec r, Vec z) {
   const double area = static_cast<double>(self->matrix->dim() * self->matrix->dim());
   PetscCall(PetscLogFlops(4 * area * static_cast<double>(self->matrix->pattern().pairs() + self->matrix->pattern().n)));
   PetscCall(PetscLogEventEnd(particle_events().triangles, pc, r, z, nullptr));
-  PetscFunctionReturn(0);
-}
-
-PetscErrorCode create_work(BlockIcc* self, Vec like) {
-  PetscFunctionBegin;
-  for (VecHandle* v : {&self->residual, &self->step})
-    if (!*v) PetscCall(VecDuplicate(like, v->out()));
-  PetscFunctionReturn(0);
-}
-
-/// out = r - S z
-PetscErrorCode left_over(SpringMatrix& S, Vec r, Vec z, Vec out) {
-  PetscFunctionBegin;
-  PetscCall(S.multiply(z, out));
-  PetscCall(VecAYPX(out, -1.0, r));
-  PetscFunctionReturn(0);
-}
-
-// With Q = Z E^-1 Z^T and the factors M:
-//   added      z = (M^-1 + Q) r
-//   symmetric  z = Q r + (I - Q S) M^-1 (I - S Q) r
-//   projected  the same where Q r = 0, which conjugate gradients keep once it is so:  z = (I - Q S) M^-1 r + Q r
-PetscErrorCode apply(PC pc, Vec r, Vec z) {
-  BlockIcc* self = static_cast<BlockIcc*>(pc->data);
-  PetscFunctionBegin;
-  if (!self->coarse.active() || self->coupling == 0) {
-    PetscCall(solve_triangles(pc, r, z));
-    PetscCall(self->coarse.add(r, z));
-    PetscFunctionReturn(0);
-  }
-  PetscCall(create_work(self, r));
-  if (self->projected) {
-    PetscCall(solve_triangles(pc, r, z));
-    PetscCall(left_over(*self->matrix, r, z, self->residual));
-    PetscCall(self->coarse.add(self->residual, z));
-    PetscFunctionReturn(0);
-  }
-  PetscCall(VecZeroEntries(z));
   PetscCall(self->coarse.add(r, z));
-  PetscCall(left_over(*self->matrix, r, z, self->residual));
-  PetscCall(solve_triangles(pc, self->residual, self->step));
-  PetscCall(VecAXPY(z, 1.0, self->step));
-  PetscCall(left_over(*self->matrix, r, z, self->residual));
-  PetscCall(self->coarse.add(self->residual, z));
-  PetscFunctionReturn(0);
-}
-
-/// Conjugate gradients start from x = Q b, so that no residual has a part in the coarse space. That is so as far as E is Z^T S Z of the
-/// present S. Where E is older, what a second Q leaves of b tells how far it is: CG with the projection would lose its way.
-PetscErrorCode before_solve(PC pc, KSP ksp, Vec b, Vec x) {
-  constexpr PetscReal NEAR = 0.02;  // of the energy; at 0.1 a plate that bends took 2000 iterations for 30
-  BlockIcc* self = static_cast<BlockIcc*>(pc->data);
-  PetscBool cg = PETSC_FALSE, guessed = PETSC_FALSE;
-  PetscReal all = 0, left = 0;
-  PetscFunctionBegin;
-  PetscCall(PetscObjectTypeCompare(reinterpret_cast<PetscObject>(ksp), KSPCG, &cg));
-  PetscCall(KSPGetInitialGuessNonzero(ksp, &guessed));
-  self->started = self->projected = cg && !guessed && self->coupling == 2 && self->coarse.active() && self->coarse.exact();
-  if (!self->projected) PetscFunctionReturn(0);
-  PetscCall(VecZeroEntries(x));
-  PetscCall(self->coarse.add(b, x, &all));
-  if (self->matrix->version() != self->version) {
-    PetscCall(create_work(self, b));
-    PetscCall(left_over(*self->matrix, b, x, self->residual));
-    PetscCall(self->coarse.add(self->residual, x, &left));
-    self->projected = left <= NEAR * all;
-  }
-  PetscCall(KSPSetInitialGuessNonzero(ksp, PETSC_TRUE));
-  PetscFunctionReturn(0);
-}
-
-PetscErrorCode after_solve(PC pc, KSP ksp, Vec, Vec) {
-  BlockIcc* self = static_cast<BlockIcc*>(pc->data);
-  PetscFunctionBegin;
-  if (self->started) PetscCall(KSPSetInitialGuessNonzero(ksp, PETSC_FALSE));
-  self->started = self->projected = false;
   PetscFunctionReturn(0);
 }
 
 PetscErrorCode set_from_options(PC pc, PetscOptionItems* PetscOptionsObject) {
   BlockIcc* self = static_cast<BlockIcc*>(pc->data);
-  const char *const names[] = {"auto", "single", "double"}, *const couplings[] = {"added", "symmetric", "projected"};
+  const char* const names[] = {"auto", "single", "double"};
   PetscFunctionBegin;
   PetscOptionsHeadBegin(PetscOptionsObject, "Block incomplete Cholesky of a spring matrix");
   PetscCall(PetscOptionsEList("-pc_bicc_precision", "precision in which the factors are stored; auto: single unless stiffnesses differ by 1e5", "",
@@ -188,14 +103,9 @@ PetscErrorCode set_from_options(PC pc, PetscOptionItems* PetscOptionsObject) {
   PetscCall(PetscOptionsReal("-pc_bicc_shift", "fraction of the diagonal that is added when a pivot fails, multiplied by four at every repetition",
                              "", self->shift, &self->shift, nullptr));
   PetscCall(PetscOptionsInt("-pc_bicc_coarse",
-                            "largest number of unknowns of the coarse space, the rigid motions of groups of particles; 0: no coarse space, -1: "
-                            "by the number of particles",
+                            "largest number of unknowns of the coarse grid, which corrects motions over many springs; 0: no coarse grid, -1: one "
+                            "unknown for 250 of the fine grid, at most 2500",
                             "", self->coarse_unknowns, &self->coarse_unknowns, nullptr));
-  PetscCall(
-      PetscOptionsEList("-pc_bicc_coupling",
-                        "how factors and coarse space work together: added; symmetric, one after the other; projected: the same at the cost of one "
-                        "product less, under conjugate gradients",
-                        "", couplings, 3, couplings[self->coupling], &self->coupling, nullptr));
   PetscOptionsHeadEnd();
   PetscFunctionReturn(0);
 }
@@ -207,9 +117,10 @@ PetscErrorCode view(PC pc, PetscViewer viewer) {
   PetscCall(PetscObjectTypeCompare(reinterpret_cast<PetscObject>(viewer), PETSCVIEWERASCII, &ascii));
   if (ascii)
     PetscCall(PetscViewerASCIIPrintf(viewer,
-                                     "  block incomplete Cholesky, no fill, factors in %s precision, shift %g, %" PetscInt_FMT " shifts so far\n",
-                                     self->in_single ? "single" : "double", static_cast<double>(self->shifted), self->shifts));
-  PetscCall(self->coarse.view(viewer));
+                                     "  block incomplete Cholesky, no fill, factors in %s precision, shift %g, %" PetscInt_FMT " shifts so far; "
+                                     "coarse grid of %" PetscInt_FMT " unknowns\n",
+                                     self->in_single ? "single" : "double", static_cast<double>(self->shifted), self->shifts,
+                                     self->coarse.active() ? self->coarse.unknowns() : 0));
   PetscFunctionReturn(0);
 }
 
@@ -233,8 +144,6 @@ PetscErrorCode create(PC pc) {
   pc->ops->setup = set_up;
   pc->ops->apply = apply;
   pc->ops->applytranspose = apply;
-  pc->ops->presolve = before_solve;
-  pc->ops->postsolve = after_solve;
   pc->ops->setfromoptions = set_from_options;
   pc->ops->view = view;
   pc->ops->destroy = destroy;

@@ -1,8 +1,8 @@
 #include "systems/particles/condensed/coarse_space.hpp"
-#include <algorithm>
+#include <petscblaslapack.h>
 #include <cmath>
-#include <string>
-#include "systems/particles/condensed/coarse_matrix.hpp"
+#include <numeric>
+#include "systems/particles/condensed/coarse_energy.hpp"
 #include "systems/particles/events.hpp"
 #include "systems/particles/supports.hpp"
 
@@ -10,18 +10,48 @@ namespace bs {
 
 namespace {
 
-constexpr double STIFF = 100;         // times the usual spring: a coarse motion must not strain it
-constexpr PetscInt FINE = 60;         // unknowns of S a coarse one stands for
-constexpr int BLENDS = 1;             // steps by which groups are made to overlap: a second one saves few iterations
-constexpr PetscInt REDUNDANT = 2000;  // unknowns up to which every rank solves with E by itself
-constexpr PetscInt DIRECT = 100000;   // and up to which E is factored
+constexpr double STIFF = 100;     // times the usual spring: a coarse motion must not strain it
+constexpr PetscInt CLUSTER = 64;  // particles tied together at most
+constexpr PetscInt FINE = 250;    // unknowns of S a coarse one stands for, and MOST of these
+constexpr PetscInt MOST = 2500;
+
+/// Particles tied by stiff springs: a forest over the owned ones.
+class Clusters {
+ public:
+  explicit Clusters(PetscInt n) : above_(static_cast<std::size_t>(n)), size_(static_cast<std::size_t>(n), 1) {
+    std::iota(above_.begin(), above_.end(), 0);
+  }
+  PetscInt top(PetscInt i) {
+    while (above_[i] != i) i = above_[i] = above_[above_[i]];
+    return i;
+  }
+  void join(PetscInt i, PetscInt j) {
+    i = top(i);
+    j = top(j);
+    if (i == j || size_[i] + size_[j] > CLUSTER) return;
+    if (size_[i] < size_[j]) std::swap(i, j);
+    above_[j] = i;
+    size_[i] += size_[j];
+  }
+  PetscInt size(PetscInt i) { return size_[top(i)]; }
+
+ private:
+  std::vector<PetscInt> above_, size_;
+};
+
+/// Trace of B = t I + w w^T, without t's multiplicity.
+double size_of(const float* pair, int d) {
+  double sum = static_cast<double>(pair[d]);
+  for (int c = 0; c < d; ++c) sum += static_cast<double>(pair[c]) * static_cast<double>(pair[c]);
+  return sum;
+}
 
 /// Collective. The geometric mean of the pairs' sizes.
 PetscErrorCode usual_size(const SpringMatrix& S, double* usual) {
   double sum[2] = {0, 0};
   PetscFunctionBegin;
   for (std::size_t k = 0; k < S.pattern().pairs(); ++k) {
-    const double size = size_of_pair(S.pair(k), S.dim());
+    const double size = size_of(S.pair(k), S.dim());
     if (size > 0) sum[0] += std::log(size), sum[1] += 1;
   }
   PetscCall(MPIU_Allreduce(MPI_IN_PLACE, sum, 2, MPI_DOUBLE, MPI_SUM, S.network().comm));
@@ -29,135 +59,109 @@ PetscErrorCode usual_size(const SpringMatrix& S, double* usual) {
   PetscFunctionReturn(0);
 }
 
+/// Where each owned particle counts as being: its start, or the centre of those it is tied to.
+std::vector<double> tied_points(const SpringMatrix& S, double usual) {
+  const SpringPattern& pattern = S.pattern();
+  const Network& net = S.network();
+  const int d = net.dim;
+  Clusters clusters(net.n);
+  for (PetscInt i = 0; i < net.n; ++i)
+    for (PetscInt k = pattern.start[i]; k < pattern.start[i + 1]; ++k)
+      if (size_of(S.pair(static_cast<std::size_t>(k)), d) > STIFF * usual) clusters.join(i, pattern.other[k]);
+  std::vector<double> centre(static_cast<std::size_t>(net.n * d), 0.0), points(centre.size());
+  for (PetscInt i = 0; i < net.n; ++i)
+    for (int c = 0; c < d; ++c) centre[clusters.top(i) * d + c] += net.held[i * d + c] / static_cast<double>(clusters.size(i));
+  for (PetscInt i = 0; i < net.n; ++i)
+    for (int c = 0; c < d; ++c) points[i * d + c] = centre[clusters.top(i) * d + c];
+  return points;
+}
+
 }  // namespace
 
-PetscErrorCode CoarseSpace::create(SpringMatrix& S, PetscInt unknowns, const char* prefix) {
+PetscErrorCode CoarseSpace::create(SpringMatrix& S, PetscInt unknowns) {
   const Network& net = S.network();
-  const int width = rigid_width(net.dim);
-  const PetscInt free = net.total - static_cast<PetscInt>(net.fixed_total);
+  const PetscInt wanted = unknowns >= 0 ? unknowns : std::min(MOST, net.total * net.dim / FINE);
   double usual = 0;
-  MatHandle E;
 
   PetscFunctionBegin;
   active_ = false;
-  unknowns_ = 0;
   if (net.supports && net.supports->rolls()) PetscFunctionReturn(0);  // E would take rollers for free
-  // E would lack what R holds, and the correction be too large
-  if (S.remainder().created() || unknowns == 0 || free == 0) PetscFunctionReturn(0);
-  PetscInt particles = FINE * width / net.dim;
-  if (unknowns > 0) particles = std::max(particles, (free * width + unknowns - 1) / unknowns);
+  if (S.remainder().created()) PetscFunctionReturn(0);                // E would lack what R holds, and the correction be too large
+  comm_ = net.comm;
+  dim_ = net.dim;
   PetscCall(usual_size(S, &usual));
-  groups_.create(S, STIFF * usual, particles, BLENDS);
-  motions_.create(net.dim, S.points(), groups_);
-  PetscCall(create_coarse_matrix(S, motions_, E.out()));
-  PetscCall(MatGetSize(E, &unknowns_, nullptr));
-  if (unknowns_ == 0) PetscFunctionReturn(0);
-  PetscCall(MatCreateVecs(E, in_.out(), out_.out()));
-  PetscCall(choose_solver(net.comm, prefix));  // anew: the number of groups may have changed
-  if (!exact_) PetscCall(set_near_null_space(E));
-  PetscCall(KSPSetOperators(solver_, E, E));
-  PetscCall(KSPSetUp(solver_));
-  PC pc;
-  PCFailedReason failed;
-  PetscCall(KSPGetPC(solver_, &pc));
-  PetscCall(PCGetFailedReason(pc, &failed));
-  active_ = failed == PC_NOERROR;
+  std::vector<double> points = tied_points(S, usual);
+  PetscCall(S.append_ghosts(&points));
+  PetscCall(grid_.create(comm_, dim_, net.n, points, net.fixed, wanted / dim_));
+  if (grid_.nodes() == 0) PetscFunctionReturn(0);
+  std::vector<double> E(8 * static_cast<std::size_t>(grid_.nodes()) * static_cast<std::size_t>(grid_.nodes()), 0.0);
+  if (dim_ == 1) CoarseEnergy<1>(grid_, &E).sum(S);
+  else if (dim_ == 2) CoarseEnergy<2>(grid_, &E).sum(S);
+  else CoarseEnergy<3>(grid_, &E).sum(S);
+  PetscCall(invert(&E));
   PetscFunctionReturn(0);
 }
 
-PetscErrorCode CoarseSpace::choose_solver(MPI_Comm comm, const char* prefix) {
-  PetscMPIInt ranks;
-  PC pc;
+/// Sums E over the ranks and inverts it.
+PetscErrorCode CoarseSpace::invert(std::vector<double>* E) {
+  const std::size_t size = static_cast<std::size_t>(unknowns()), nodes = static_cast<std::size_t>(grid_.nodes()), d = static_cast<std::size_t>(dim_);
+  PetscBLASInt order = static_cast<PetscBLASInt>(size), info = 0;
+
   PetscFunctionBegin;
-  PetscCallMPI(MPI_Comm_size(comm, &ranks));
-  PetscCall(KSPCreate(comm, solver_.out()));
-  PetscCall(KSPSetOptionsPrefix(solver_, ((prefix ? prefix : "") + std::string("coarse_")).c_str()));
-  PetscCall(KSPSetErrorIfNotConverged(solver_, PETSC_FALSE));
-  PetscCall(KSPGetPC(solver_, &pc));
-  PetscCall(KSPSetType(solver_, KSPPREONLY));
-  if (unknowns_ <= DIRECT) {
-    if (ranks > 1 && unknowns_ <= REDUNDANT) {
-      PetscCall(PCSetType(pc, PCREDUNDANT));
-    } else {
-      PetscCall(PCSetType(pc, PCCHOLESKY));
-      PetscCall(PCFactorSetMatSolverType(pc, MATSOLVERMUMPS));
+  PetscCall(MPIU_Allreduce(MPI_IN_PLACE, E->data(), static_cast<PetscMPIInt>(E->size()), MPI_DOUBLE, MPI_SUM, comm_));
+  inverse_.assign(size * size, 0.0);
+  const auto set = [&](std::size_t row, std::size_t column, double value) { inverse_[row * size + column] = inverse_[column * size + row] = value; };
+  for (std::size_t a = 0; a < nodes; ++a)
+    for (std::size_t b = a; b < nodes; ++b) {
+      const double* from = E->data() + 8 * (a * nodes + b);
+      for (std::size_t r = 0, k = 0; r < d; ++r)
+        for (std::size_t c = r; c < d; ++c, ++k) {
+          set(a * d + r, b * d + c, from[k]);
+          set(a * d + c, b * d + r, from[k]);
+        }
     }
-  } else {
-    PetscCall(PCSetType(pc, PCGAMG));
-  }
-  PetscCall(KSPSetFromOptions(solver_));
-  PCType type;
-  PetscCall(PCGetType(pc, &type));
-  exact_ = std::string(type) == PCCHOLESKY || std::string(type) == PCLU || std::string(type) == PCREDUNDANT;
+  for (std::size_t k = 0; k < size; ++k)
+    if (inverse_[k * size + k] == 0) inverse_[k * size + k] = 1;  // no particle is near this node
+  PetscCallBLAS("LAPACKpotrf", LAPACKpotrf_("L", &order, inverse_.data(), &order, &info));
+  if (info == 0) PetscCallBLAS("LAPACKpotri", LAPACKpotri_("L", &order, inverse_.data(), &order, &info));
+  active_ = info == 0;
+  for (std::size_t r = 0; r < size; ++r)
+    for (std::size_t c = r + 1; c < size; ++c) inverse_[c * size + r] = inverse_[r * size + c];
   PetscFunctionReturn(0);
 }
 
-/// What algebraic multigrid must represent: the rigid motions of all groups together.
-PetscErrorCode CoarseSpace::set_near_null_space(Mat E) const {
-  const int width = rigid_width(motions_.dim());
-  MatNullSpace space = nullptr;
-  std::vector<VecHandle> motions(static_cast<std::size_t>(width));
-  std::vector<Vec> vectors;
-  PetscFunctionBegin;
-  for (int k = 0; k < width; ++k) {
-    Vec v = nullptr;
-    PetscScalar* a = nullptr;
-    PetscCall(VecDuplicate(in_, motions[static_cast<std::size_t>(k)].out()));
-    v = motions[static_cast<std::size_t>(k)];
-    PetscCall(VecGetArrayWrite(v, &a));
-    motions_.whole_motion(k, a);
-    PetscCall(VecRestoreArrayWrite(v, &a));
-    for (Vec before : vectors) {  // orthonormal, as MatNullSpaceCreate wants them
-      PetscScalar product = 0;
-      PetscCall(VecDot(v, before, &product));
-      PetscCall(VecAXPY(v, -product, before));
-    }
-    PetscReal length = 0;
-    PetscCall(VecNormalize(v, &length));
-    if (length > 0) vectors.push_back(v);
-  }
-  PetscCall(MatNullSpaceCreate(PetscObjectComm(reinterpret_cast<PetscObject>(E)), PETSC_FALSE, static_cast<PetscInt>(vectors.size()), vectors.data(),
-                               &space));
-  PetscCall(MatSetNearNullSpace(E, space));
-  PetscCall(MatNullSpaceDestroy(&space));
-  PetscFunctionReturn(0);
-}
-
-PetscErrorCode CoarseSpace::add(Vec r, Vec z, PetscReal* energy) {
-  const PetscScalar* from = nullptr;
-  PetscScalar* to = nullptr;
+PetscErrorCode CoarseSpace::add(Vec r, Vec z) {
+  const std::size_t width = dim_ == 3 ? 4 : static_cast<std::size_t>(dim_), d = static_cast<std::size_t>(dim_);
+  const std::size_t nodes = static_cast<std::size_t>(grid_.nodes()), size = nodes * d;
+  const PetscScalar* ar = nullptr;
+  PetscScalar* az = nullptr;
 
   PetscFunctionBegin;
-  if (energy) *energy = 0;
   if (!active_) PetscFunctionReturn(0);
   PetscCall(PetscLogEventBegin(particle_events().coarse, r, z, nullptr, nullptr));
-  PetscCall(VecGetArrayRead(r, &from));
-  PetscCall(VecGetArrayWrite(in_, &to));
-  motions_.restrict_to(from, to);
-  PetscCall(VecRestoreArrayWrite(in_, &to));
-  PetscCall(VecRestoreArrayRead(r, &from));
-  PetscCall(KSPSolve(solver_, in_, out_));
-  if (energy) {
-    PetscScalar product = 0;
-    PetscCall(VecDot(in_, out_, &product));
-    *energy = PetscRealPart(product);
+  lanes_.assign(nodes * width, 0.0);
+  PetscCall(VecGetArrayRead(r, &ar));
+  if (d == 1) grid_.restrict_to<1>(ar, lanes_.data());
+  else if (d == 2) grid_.restrict_to<2>(ar, lanes_.data());
+  else grid_.restrict_to<3>(ar, lanes_.data());
+  PetscCall(VecRestoreArrayRead(r, &ar));
+  in_.resize(size);
+  out_.assign(size, 0.0);
+  for (std::size_t k = 0; k < size; ++k) in_[k] = lanes_[k / d * width + k % d];
+  PetscCall(MPIU_Allreduce(MPI_IN_PLACE, in_.data(), static_cast<PetscMPIInt>(size), MPI_DOUBLE, MPI_SUM, comm_));
+  // Not BLAS, which would start threads on cores that other ranks use.
+  double* out = out_.data();
+  for (std::size_t column = 0; column < size; ++column) {
+    const double* from = inverse_.data() + column * size;
+    for (std::size_t row = 0; row < size; ++row) out[row] += from[row] * in_[column];
   }
-  PetscCall(VecGetArrayRead(out_, &from));
-  PetscCall(VecGetArray(z, &to));
-  motions_.prolong(from, to);
-  PetscCall(VecRestoreArray(z, &to));
-  PetscCall(VecRestoreArrayRead(out_, &from));
+  for (std::size_t k = 0; k < size; ++k) lanes_[k / d * width + k % d] = out_[k];
+  PetscCall(VecGetArray(z, &az));
+  if (d == 1) grid_.prolong<1>(lanes_.data(), az);
+  else if (d == 2) grid_.prolong<2>(lanes_.data(), az);
+  else grid_.prolong<3>(lanes_.data(), az);
+  PetscCall(VecRestoreArray(z, &az));
   PetscCall(PetscLogEventEnd(particle_events().coarse, r, z, nullptr, nullptr));
-  PetscFunctionReturn(0);
-}
-
-PetscErrorCode CoarseSpace::view(PetscViewer viewer) const {
-  PetscFunctionBegin;
-  if (!active_) PetscFunctionReturn(0);
-  PetscCall(PetscViewerASCIIPushTab(viewer));
-  PetscCall(PetscViewerASCIIPrintf(viewer, "coarse space: rigid motions of groups of particles, %" PetscInt_FMT " unknowns, solved by\n", unknowns_));
-  PetscCall(KSPView(solver_, viewer));
-  PetscCall(PetscViewerASCIIPopTab(viewer));
   PetscFunctionReturn(0);
 }
 

@@ -44,14 +44,12 @@ PetscErrorCode SpringMatrix::create(const Network& net) {
   pattern_.create(net);
   const std::size_t lanes = dim_ == 3 ? 4 : static_cast<std::size_t>(dim_);
   const double rows = static_cast<double>(net.n), pairs = static_cast<double>(pattern_.pairs() + pattern_.ghost.size());
-  PetscCall(reserve_memory(net.comm, {"the condensed matrix, spring by spring, of " + net.source,
-                                      rows * static_cast<double>((area_ + lanes + static_cast<std::size_t>(dim_)) * sizeof(double)) +
-                                          pairs * static_cast<double>(width_ * sizeof(float)),
-                                      ""}));
+  PetscCall(reserve_memory(net.comm,
+                           {"the condensed matrix, spring by spring, of " + net.source,
+                            rows * static_cast<double>((area_ + lanes) * sizeof(double)) + pairs * static_cast<double>(width_ * sizeof(float)), ""}));
   node_.assign(static_cast<std::size_t>(net.n) * area_ + 1, 0.0);  // read in whole registers: one number behind the last
   pair_.assign(pattern_.pairs() * width_, 0.0F);
   cut_.assign(pattern_.ghost.size() * width_, 0.0F);
-  points_.assign(net.held.begin(), net.held.begin() + net.n * dim_);
   sums_.assign(static_cast<std::size_t>(net.n) * lanes, 0.0);
   VecHandle layout;
   PetscCall(create_vector(layout.out()));
@@ -89,7 +87,6 @@ PetscErrorCode SpringMatrix::append_ghosts(std::vector<double>* values) {
 }
 
 void SpringMatrix::zero() {
-  ++version_;
   std::fill(node_.begin(), node_.end(), 0.0);
   std::fill(pair_.begin(), pair_.end(), 0.0F);
   std::fill(cut_.begin(), cut_.end(), 0.0F);

@@ -40,11 +40,6 @@ class SpringMatrix {
   const float* pair(std::size_t k) const { return pair_.data() + k * width_; }
   const float* cut(std::size_t k) const { return cut_.data() + k * width_; }
   void zero();
-  /// Changes whenever the values do.
-  PetscInt version() const { return version_; }
-  /// Where the owned particles are in the state S was made of, (n, d).
-  std::vector<double>& points() { return points_; }
-  const std::vector<double>& points() const { return points_; }
   /// R, not created where there is none.
   SparseBlocks& remainder() { return remainder_; }
   const SparseBlocks& remainder() const { return remainder_; }
@@ -72,13 +67,11 @@ class SpringMatrix {
   PetscErrorCode hold_product(Vec p, Vec y) const;
   const Network* net_ = nullptr;
   int dim_ = 3;
-  PetscInt version_ = 0;
   std::size_t area_ = 9, width_ = 4;
   SpringPattern pattern_;
   HugeVector<double> node_;
   HugeVector<float> pair_, cut_;
   SparseBlocks remainder_;
-  std::vector<double> points_;
   HugeVector<double> sums_;  ///< what rows of a product add to later ones, padded
   double inertia_ = 0;
   VecHandle free_;  ///< room: a vector without held components

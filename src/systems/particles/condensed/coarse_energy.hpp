@@ -1,0 +1,86 @@
+// E = Z^T S Z of a coarse grid, spring by spring.
+#pragma once
+#include <algorithm>
+#include <cstring>
+#include <vector>
+#include "systems/particles/condensed/coarse_grid.hpp"
+#include "systems/particles/condensed/lanes.hpp"
+#include "systems/particles/condensed/spring_matrix.hpp"
+
+namespace bs {
+
+/// Sums symmetric d x d blocks into E: the upper triangle of a block in the first d (d+1)/2 of 8 numbers, blocks (a, b)
+/// with a <= b in a (nodes, nodes) table.
+template <int d>
+class CoarseEnergy {
+ public:
+  static constexpr int CORNERS = 1 << d;
+  typedef typename lanes::Register<double, 8>::type Block;
+
+  CoarseEnergy(const CoarseGrid& grid, std::vector<double>* E) : grid_(grid), E_(E->data()) { grid.offsets<d>(offset_); }
+
+  // E_ab = sum_i Z_ia Z_ib A_i + sum_ij (Z_ia - Z_ja) (Z_ib - Z_jb) B_ij,  i and j free
+  void sum(const SpringMatrix& S) {
+    const SpringPattern& pattern = S.pattern();
+    for (PetscInt i = 0; i < pattern.n; ++i) {
+      if (grid_.cell(i) < 0) continue;
+      place(i, 0, 1);
+      const double* A = S.node(i);
+      add(CORNERS, packed([A](int r, int c) { return A[r * d + c]; }));
+      for (PetscInt k = pattern.start[i]; k < pattern.start[i + 1]; ++k) add_pair(i, pattern.other[k], S.pair(static_cast<std::size_t>(k)), 1);
+    }
+    for (std::size_t r = 0; r < pattern.cut_row.size(); ++r)  // met on both ranks: half on each
+      for (PetscInt k = pattern.cut_start[r]; k < pattern.cut_start[r + 1]; ++k)
+        add_pair(pattern.cut_row[r], pattern.n + pattern.ghost[k], S.cut(static_cast<std::size_t>(k)), 0.5);
+  }
+
+ private:
+  template <class Entry>
+  static Block packed(Entry entry) noexcept {
+    Block B = {};
+    for (int r = 0, k = 0; r < d; ++r)
+      for (int c = r; c < d; ++c) B[k++] = entry(r, c);
+    return B;
+  }
+  void place(PetscInt i, int from, double sign) noexcept {
+    grid_.shares<d>(i, share_ + from);
+    for (int k = 0; k < CORNERS; ++k) {
+      node_[from + k] = grid_.cell(i) + offset_[k];
+      share_[from + k] *= sign;
+    }
+  }
+  void add_pair(PetscInt i, PetscInt j, const float* pair, double part) noexcept {
+    place(i, 0, 1);
+    place(j, CORNERS, -1);
+    int entries = 2 * CORNERS;
+    if (grid_.cell(i) == grid_.cell(j)) {
+      double largest = 0;
+      for (int k = 0; k < CORNERS; ++k) largest = std::max(largest, std::abs(share_[k] += share_[CORNERS + k]));
+      if (largest == 0) return;  // tied to each other
+      entries = CORNERS;
+    }
+    add(entries, packed([=](int r, int c) {
+          const double across = r == c ? static_cast<double>(pair[d]) : 0;
+          return part * (static_cast<double>(pair[r]) * static_cast<double>(pair[c]) + across);
+        }));
+  }
+  void add(int entries, const Block& B) noexcept {
+    for (int p = 0; p < entries; ++p)
+      for (int q = p; q < entries; ++q) {
+        const double both = share_[p] * share_[q] * (p != q && node_[p] == node_[q] ? 2 : 1);
+        double* at = E_ + 8 * (static_cast<std::size_t>(std::min(node_[p], node_[q])) * static_cast<std::size_t>(grid_.nodes()) +
+                               static_cast<std::size_t>(std::max(node_[p], node_[q])));
+        Block sum;
+        std::memcpy(&sum, at, sizeof sum);
+        sum += B * both;
+        std::memcpy(at, &sum, sizeof sum);
+      }
+  }
+
+  const CoarseGrid& grid_;
+  double* E_;
+  PetscInt offset_[CORNERS] = {}, node_[2 * CORNERS] = {};
+  double share_[2 * CORNERS + 8] = {};
+};
+
+}  // namespace bs
