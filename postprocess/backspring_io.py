@@ -22,7 +22,8 @@ from lazy import Frames  # noqa: E402
 PARTICLES = "/particles/trajectory"
 BONDS = "/connectivity/bonds"
 SI = {"time": "s", "position": "m", "velocity": "m/s", "kinetic_energy": "J", "potential_energy": "J",
-      "total_energy": "J", "momentum": "kg m/s", "angular_momentum": "kg m²/s", "mass": "kg"}
+      "total_energy": "J", "momentum": "kg m/s", "angular_momentum": "kg m²/s", "mass": "kg",
+      "reaction": "N", "work": "J"}
 
 
 class RunError(Exception):
@@ -344,7 +345,7 @@ class Run:
         group = PARTICLES if name in ("position", "velocity") else "/observables"
         owner = self._get(f"{PARTICLES}/position/time" if name == "time" else f"{group}/{name}/value")
         said = owner.attrs.get("unit") if owner is not None else None
-        return text(said) if said is not None else SI.get(name, "")
+        return text(said) if said is not None else SI.get(name.partition("/")[0], "")
 
     @property
     def units(self):
