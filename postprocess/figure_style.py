@@ -17,6 +17,9 @@ def axis_label(name, unit):
 
 
 def time_label(run):
+    """The times of a static analysis are its load factors."""
+    if "load_factor" in run.series and list(run.series["load_factor"]) == list(run.observable_times):
+        return "load factor"
     return axis_label("time $t$", run.unit("time"))
 
 

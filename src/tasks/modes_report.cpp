@@ -152,7 +152,7 @@ std::vector<std::string> ModesRun::lines() const {
   if (modes_.zero > 0)
     all.push_back(format("%lld modes have omega^2 = 0, %lld of them motions of the whole as a rigid body%s", number(modes_.zero),
                          number(modes_.rigid), request_.keep_rigid ? "" : "; they are not among the modes above"));
-  if (modes_.counted) all.push_back("no mode is missing among them, as the signs of the factors show");
+  if (modes_.counted) all.push_back("no mode is missing among them");
   return all;
 }
 
