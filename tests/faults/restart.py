@@ -38,7 +38,7 @@ CASES = [
     ("alpha2, damped, after its first step", {"ts_type": "alpha2", "ts_alpha_radius": 0.5}, 1, 1, 0),
     ("rk 5dp", {"ts_type": "rk", "ts_rk_type": "5dp", "ts_adapt_type": "none", "ts_dt": 0.001}, 1, 13, 1e-10),
     ("ssp", {"ts_type": "ssp", "ts_dt": 0.001}, 1, 13, 0),
-    ("lattice of 4 ranks' size, LU of MUMPS", {"bs_lattice_size": (8, 8, 8)}, 1, 7, 0),
+    ("512 particles, Cholesky of MUMPS", {"bs_lattice_size": (8, 8, 8), "condensed_pc_type": "cholesky"}, 1, 7, 0),
 ]
 
 HEAT = {"bs_model": "linear", "bs_linear_type": "heat1d", "bs_linear_size": 60, "bs_linear_source": "step(1)", "ts_type": "cn", "ts_dt": 0.001, "ts_max_time": 0.03,
