@@ -28,6 +28,12 @@ double time_left(const RunState& state, double wall) {
   return done > 0 && rest >= 0 ? wall * (rest / done) : std::numeric_limits<double>::quiet_NaN();
 }
 
+std::string program_line(MPI_Comm comm) {
+  PetscMPIInt size = 1;
+  (void)MPI_Comm_size(comm, &size);
+  return format("backspring %s on %d rank%s", BS_VERSION, size, size > 1 ? "s" : "");
+}
+
 std::string progress_line(const RunState& state, double wall) {
   const double span = state.end - state.start;
   std::string line = state.clock ? format("%s %.6g", state.clock, state.time) : format("t = %.6g s", state.time);

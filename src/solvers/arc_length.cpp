@@ -1,20 +1,13 @@
 #include "solvers/arc_length.hpp"
-#include <petsc/private/snesimpl.h>
 #include <cmath>
 #include "solvers/condensed/condensed.hpp"
+#include "solvers/own_solve.hpp"
 #include "time/ts_queries.hpp"
 
 namespace bs {
-namespace {
-
-constexpr const char* MARK = "bs_arc_length";
-
-}  // namespace
-
 PetscErrorCode ArcLength::attach(TS ts, TSContext& context, Equilibrium& model, double nominal, double end) {
   SNES snes;
   PC pc;
-  PetscContainer holder;
   PetscFunctionBegin;
   ts_ = ts;
   context_ = &context;
@@ -30,21 +23,7 @@ PetscErrorCode ArcLength::attach(TS ts, TSContext& context, Equilibrium& model, 
   PetscCall(condensed_set_tangent(pc, model.tangent(), demand));
   context.newton.persist(true);
   for (VecHandle* vec : {&start_, &tangent_, &way_, &q_, &zq_, &zf_}) PetscCall(VecDuplicate(model.initial_state(), vec->out()));
-  PetscCall(PetscContainerCreate(PetscObjectComm(reinterpret_cast<PetscObject>(snes)), &holder));
-  PetscCall(PetscContainerSetPointer(holder, this));
-  PetscCall(PetscObjectCompose(reinterpret_cast<PetscObject>(snes), MARK, reinterpret_cast<PetscObject>(holder)));
-  PetscCall(PetscContainerDestroy(&holder));
-  snes->ops->solve = solve;
-  PetscFunctionReturn(0);
-}
-
-PetscErrorCode ArcLength::solve(SNES snes) {
-  PetscContainer holder = nullptr;
-  void* self = nullptr;
-  PetscFunctionBegin;
-  PetscCall(PetscObjectQuery(reinterpret_cast<PetscObject>(snes), MARK, reinterpret_cast<PetscObject*>(&holder)));
-  PetscCall(PetscContainerGetPointer(holder, &self));
-  PetscCall(static_cast<ArcLength*>(self)->step(snes));
+  PetscCall(attach_own_solve(snes, this));
   PetscFunctionReturn(0);
 }
 
@@ -189,7 +168,7 @@ PetscErrorCode ArcLength::correct(SNES snes, Vec X, Vec F) {
   PetscFunctionReturn(0);
 }
 
-PetscErrorCode ArcLength::step(SNES snes) {
+PetscErrorCode ArcLength::solve(SNES snes) {
   constexpr PetscInt MOST = 15;
   Vec X = snes->vec_sol, F = snes->vec_func;
   bool solved = false;

@@ -17,13 +17,13 @@ class ArcLength {
  public:
   /// Collective. Once the options of `ts` are read; the arguments must outlive the solver. The path ends at the factor `end`.
   PetscErrorCode attach(TS ts, TSContext& context, Equilibrium& model, double nominal, double end);
+  /// Collective. One step of the path, in the place of SNES's solve.
+  PetscErrorCode solve(SNES snes);
   /// Of the last solve.
   double factor() const { return now_; }
   bool at_end() const { return arrived_; }
 
  private:
-  static PetscErrorCode solve(SNES snes);
-  PetscErrorCode step(SNES snes);
   PetscErrorCode begin(SNES snes, Vec X);
   PetscErrorCode linear_solves(SNES snes, Vec X, Vec F, bool* solved);
   PetscErrorCode predict(SNES snes, Vec X, bool* solved);

@@ -1,18 +1,11 @@
 #include "solvers/pseudo_time.hpp"
-#include <petsc/private/snesimpl.h>
 #include "solvers/condensed/condensed.hpp"
+#include "solvers/own_solve.hpp"
 #include "time/ts_queries.hpp"
 
 namespace bs {
-namespace {
-
-constexpr const char* MARK = "bs_pseudo_time";
-
-}  // namespace
-
 PetscErrorCode PseudoTime::attach(TS ts, TSContext& context, Equilibrium& model, double nominal) {
   SNES snes;
-  PetscContainer holder;
   PetscBool newton = PETSC_FALSE;
   PetscFunctionBegin;
   ts_ = ts;
@@ -22,26 +15,11 @@ PetscErrorCode PseudoTime::attach(TS ts, TSContext& context, Equilibrium& model,
   PetscCall(TSGetSNES(ts, &snes));
   PetscCall(PetscObjectTypeCompare(reinterpret_cast<PetscObject>(snes), SNESNEWTONLS, &newton));
   if (!newton) PetscFunctionReturn(0);
-  PetscCall(PetscContainerCreate(PetscObjectComm(reinterpret_cast<PetscObject>(snes)), &holder));
-  PetscCall(PetscContainerSetPointer(holder, this));
-  PetscCall(PetscObjectCompose(reinterpret_cast<PetscObject>(snes), MARK, reinterpret_cast<PetscObject>(holder)));
-  PetscCall(PetscContainerDestroy(&holder));
-  newton_ = snes->ops->solve;
-  snes->ops->solve = solve;
+  PetscCall(attach_own_solve(snes, this, &newton_));
   PetscFunctionReturn(0);
 }
 
 PetscErrorCode PseudoTime::solve(SNES snes) {
-  PetscContainer holder = nullptr;
-  void* self = nullptr;
-  PetscFunctionBegin;
-  PetscCall(PetscObjectQuery(reinterpret_cast<PetscObject>(snes), MARK, reinterpret_cast<PetscObject*>(&holder)));
-  PetscCall(PetscContainerGetPointer(holder, &self));
-  PetscCall(static_cast<PseudoTime*>(self)->solve_or_continue(snes));
-  PetscFunctionReturn(0);
-}
-
-PetscErrorCode PseudoTime::solve_or_continue(SNES snes) {
   constexpr double SHORT = 1.0 / 60;
   PetscReal h, from;
   SNESConvergedReason reason;

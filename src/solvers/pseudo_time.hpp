@@ -14,11 +14,11 @@ class PseudoTime {
  public:
   /// Collective. Once the options of `ts` are read; the arguments must outlive the solver.
   PetscErrorCode attach(TS ts, TSContext& context, Equilibrium& model, double nominal);
+  /// Collective. Newton's method, and pseudo time where it fails, in the place of SNES's solve.
+  PetscErrorCode solve(SNES snes);
   std::int64_t solves() const { return solves_; }  ///< that ended in an equilibrium
 
  private:
-  static PetscErrorCode solve(SNES snes);
-  PetscErrorCode solve_or_continue(SNES snes);
   PetscErrorCode continue_from_start(SNES snes);
 
   TS ts_ = nullptr;

@@ -12,22 +12,19 @@ class Equilibrium::Potential final : public Incremental {
   std::string lacks_potential() const override { return energy_.lacks_potential(); }
   PetscErrorCode add_kinematic(Vec F, Vec y) override { return energy_.add_kinematic(F, y); }
   PetscErrorCode follow(Vec y, Vec z) override {
-    PetscScalar* a = nullptr;
     PetscFunctionBegin;
     if (!line_) PetscCall(VecDuplicate(z, line_.out()));
     PetscCall(VecCopy(z, line_));
-    PetscCall(VecGetArray(line_, &a));
-    layout_of(z).for_each([&](PetscInt, PetscInt v) { a[v] = 0; });
-    PetscCall(VecRestoreArray(line_, &a));
+    PetscCall(zero_velocities(line_));
     PetscCall(self_.at_rest(y));
     PetscCall(energy_.follow(self_.rest_, line_));
     PetscFunctionReturn(0);
   }
   PetscErrorCode beyond_slope(double t, double sigma, double lambda, PotentialChange* change) override {
-    double time = 0;
+    const double s = self_.factor(t);
     PetscFunctionBegin;
-    self_.load(self_.factor(t), &time);
-    PetscCall(energy_.beyond_slope(time, sigma, lambda, change));
+    self_.load(s);
+    PetscCall(energy_.beyond_slope(s, sigma, lambda, change));
     PetscFunctionReturn(0);
   }
 
@@ -43,28 +40,23 @@ Equilibrium::Equilibrium(std::unique_ptr<Mechanics> mechanics, const LoadRules& 
 }
 
 PetscErrorCode Equilibrium::begin() {
-  PetscScalar* a = nullptr;
-  double time = 0;
   PetscFunctionBegin;
   PetscCall(VecDuplicate(initial_state(), rest_.out()));
-  PetscCall(VecGetArray(initial_state(), &a));
-  own_->layout().for_each([&](PetscInt, PetscInt v) { a[v] = 0; });
-  PetscCall(VecRestoreArray(initial_state(), &a));
-  load(1, &time);
+  PetscCall(zero_velocities(initial_state()));
+  load(1);
   PetscCall(own_->count_free_bodies(&free_));
   PetscFunctionReturn(0);
 }
 
 double Equilibrium::factor(double t) const { return std::isnan(factor_) ? t : factor_; }
 
-void Equilibrium::load(double s, double* time) {
+void Equilibrium::load(double s) {
   Loads loads;
   loads.gravity = rules_.gravity ? s : 1;
   loads.at_rest = true;
   loads.anchors_at_full_load = !rules_.anchors;
   loads.driven_at_full_load = !rules_.driven;
   own_->set_loads(loads);
-  *time = s;
 }
 
 Incremental* Equilibrium::incremental() {
@@ -74,12 +66,17 @@ Incremental* Equilibrium::incremental() {
 }
 
 PetscErrorCode Equilibrium::at_rest(Vec y) {
-  PetscScalar* a = nullptr;
   PetscFunctionBegin;
   PetscCall(VecCopy(y, rest_));
-  PetscCall(VecGetArray(rest_, &a));
-  own_->layout().for_each([&](PetscInt, PetscInt v) { a[v] = 0; });
-  PetscCall(VecRestoreArray(rest_, &a));
+  PetscCall(zero_velocities(rest_));
+  PetscFunctionReturn(0);
+}
+
+PetscErrorCode Equilibrium::stand(double t, Vec y, double* s) {
+  PetscFunctionBegin;
+  *s = factor(t);
+  load(*s);
+  PetscCall(at_rest(y));
   PetscFunctionReturn(0);
 }
 
@@ -88,11 +85,10 @@ PetscErrorCode Equilibrium::residual(double t, Vec y, Vec ydot, Form, Vec F) {
   const double *force = nullptr, *masses = own_->masses().data();
   const PetscScalar *ay = nullptr, *ayd = nullptr;
   PetscScalar* aF = nullptr;
-  double time = 0;
+  double s = 0;
   PetscFunctionBegin;
-  PetscCall(at_rest(y));
-  load(factor(t), &time);
-  PetscCall(own_->force(time, rest_, &force));
+  PetscCall(stand(t, y, &s));
+  PetscCall(own_->force(s, rest_, &force));
   PetscCall(VecGetArrayRead(y, &ay));
   PetscCall(VecGetArrayRead(ydot, &ayd));
   PetscCall(VecGetArrayWrite(F, &aF));
@@ -140,11 +136,10 @@ PetscErrorCode Equilibrium::mean_rate(double* rate) {
 // rounding errors of the forces push: 1e-16 / 1e-10 of the other ones. Where bodies are free, nothing else holds them: 1e-6.
 PetscErrorCode Equilibrium::jacobian(double t, Vec y, Vec, double sigma, Form form, Mat P) {
   constexpr double LEAST = 1e-10, LEAST_OF_FREE = 1e-6;
-  double time = 0, rate = 0;
+  double s = 0, rate = 0;
   PetscFunctionBegin;
-  PetscCall(at_rest(y));
-  load(factor(t), &time);
-  PetscCall(tangent_.linearise(time, rest_, sigma, form));
+  PetscCall(stand(t, y, &s));
+  PetscCall(tangent_.linearise(s, rest_, sigma, form));
   if (floor_ == 0 || pseudo_ > 0) {
     PetscCall(mean_rate(&rate));
     if (floor_ == 0) floor_ = (free_ > 0 ? LEAST_OF_FREE : LEAST) * rate;
@@ -173,21 +168,21 @@ void Equilibrium::set_pseudo_time(double part) {
 PetscErrorCode Equilibrium::load_direction(double t, Vec y, Vec q) {
   constexpr double DS = 1e-3;
   const Layout at = own_->layout();
-  const double s = factor(t), *force = nullptr;
+  const double* force = nullptr;
   PetscScalar* a = nullptr;
-  double time = 0;
+  double s = 0;
   PetscFunctionBegin;
-  PetscCall(at_rest(y));
+  PetscCall(stand(t, y, &s));
   PetscCall(VecZeroEntries(q));
   for (const double side : {1.0, -1.0}) {
-    load(s + side * DS, &time);
-    PetscCall(own_->force(time, rest_, &force));
+    load(s + side * DS);
+    PetscCall(own_->force(s + side * DS, rest_, &force));
     PetscCall(VecGetArray(q, &a));
     for (PetscInt i = 0; i < at.particles; ++i)
       for (PetscInt c = 0; c < at.dim; ++c) a[at.v(i, c)] += side * force[i * at.dim + c] / (2 * DS);
     PetscCall(VecRestoreArray(q, &a));
   }
-  load(s, &time);
+  load(s);
   PetscFunctionReturn(0);
 }
 
@@ -202,12 +197,11 @@ PetscErrorCode Equilibrium::residual_norms(Vec F, ResidualNorms* norms) {
 
 PetscErrorCode Equilibrium::residual_floor(double t, Vec y, double, Form, ResidualNorms* floor) {
   const Layout at = own_->layout();
-  double time = 0, sum = 0;
+  double s = 0, sum = 0;
   PetscFunctionBegin;
   std::vector<double> size(static_cast<std::size_t>(at.particles * at.dim));
-  PetscCall(at_rest(y));
-  load(factor(t), &time);
-  PetscCall(own_->force_magnitudes(time, rest_, size.data()));
+  PetscCall(stand(t, y, &s));
+  PetscCall(own_->force_magnitudes(s, rest_, size.data()));
   for (const double each : size) sum += each * each;
   PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &sum, 1, MPI_DOUBLE, MPI_SUM, comm()));
   *floor = {0, 2 * PETSC_MACHINE_EPSILON * std::sqrt(sum)};
@@ -220,21 +214,19 @@ PetscErrorCode Equilibrium::velocity_errors(Vec, Vec, double, Form, double* wors
 }
 
 PetscErrorCode Equilibrium::accept(double t, Vec y) {
-  double time = 0;
+  double s = 0;
   PetscFunctionBegin;
-  PetscCall(at_rest(y));
-  load(factor(t), &time);
-  PetscCall(own_->accept(time, rest_));
+  PetscCall(stand(t, y, &s));
+  PetscCall(own_->accept(s, rest_));
   PetscFunctionReturn(0);
 }
 
 PetscErrorCode Equilibrium::observe(double t, Vec y, std::vector<Observable>* out) {
-  double time = 0;
+  double s = 0;
   PetscFunctionBegin;
-  PetscCall(at_rest(y));
-  load(factor(t), &time);
-  PetscCall(own_->observe(time, rest_, out));
-  out->push_back({"load_factor", {factor(t)}});
+  PetscCall(stand(t, y, &s));
+  PetscCall(own_->observe(s, rest_, out));
+  out->push_back({"load_factor", {s}});
   PetscFunctionReturn(0);
 }
 
@@ -244,11 +236,10 @@ PetscErrorCode Equilibrium::energy_supply(double, Vec, EnergySupply*, bool* has)
 }
 
 PetscErrorCode Equilibrium::fields(double t, Vec y, std::vector<Field>* out) {
-  double time = 0;
+  double s = 0;
   PetscFunctionBegin;
-  PetscCall(at_rest(y));
-  load(factor(t), &time);
-  PetscCall(own_->fields(time, rest_, out));
+  PetscCall(stand(t, y, &s));
+  PetscCall(own_->fields(s, rest_, out));
   PetscFunctionReturn(0);
 }
 

@@ -50,9 +50,12 @@ class Equilibrium final : public FirstOrder {
 
  private:
   class Potential;
+  /// rest_ becomes y without its velocities.
   PetscErrorCode at_rest(Vec y);
-  /// Sets the loads of factor s; `time`: that of what is driven.
-  void load(double s, double* time);
+  /// Sets the loads of factor s, which is also the time of what is driven.
+  void load(double s);
+  /// Both, at the factor s of time t.
+  PetscErrorCode stand(double t, Vec y, double* s);
   PetscErrorCode mean_rate(double* rate);
 
   LoadRules rules_;

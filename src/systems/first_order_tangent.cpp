@@ -35,14 +35,11 @@ PetscErrorCode FirstOrderTangent::create_shell(Mat* J) {
 
 /// K z_x + D z_v; of an equilibrium K z_x.
 PetscErrorCode FirstOrderTangent::change_of_force(Vec z) {
-  PetscScalar* a = nullptr;
   PetscFunctionBegin;
   if (static_) {
     if (!places_) PetscCall(VecDuplicate(own_.state_vector(), places_.out()));
     PetscCall(VecCopy(z, places_));
-    PetscCall(VecGetArray(places_, &a));
-    own_.layout().for_each([&](PetscInt, PetscInt v) { a[v] = 0; });
-    PetscCall(VecRestoreArray(places_, &a));
+    PetscCall(zero_velocities(places_));
     z = places_;
   }
   PetscCall(own_.change_of_force(z, force_.data()));

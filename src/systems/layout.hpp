@@ -29,4 +29,14 @@ inline Layout layout_of(Vec y) {
   return {block / 2, n / block};
 }
 
+/// The velocities of a state become 0.
+inline PetscErrorCode zero_velocities(Vec y) {
+  PetscScalar* a = nullptr;
+  PetscFunctionBegin;
+  PetscCall(VecGetArray(y, &a));
+  layout_of(y).for_each([&](PetscInt, PetscInt v) { a[v] = 0; });
+  PetscCall(VecRestoreArray(y, &a));
+  PetscFunctionReturn(0);
+}
+
 }  // namespace bs

@@ -195,16 +195,11 @@ PetscErrorCode read_matrix_options(MPI_Comm comm) {
   PetscFunctionReturn(0);
 }
 
-PetscErrorCode at_rest(Model& model, Vec y, Vec* out) {
-  const Layout& at = model.mechanics()->layout();
-  PetscScalar* a = nullptr;
+PetscErrorCode at_rest(Vec y, Vec* out) {
   PetscFunctionBegin;
   PetscCall(VecDuplicate(y, out));
   PetscCall(VecCopy(y, *out));
-  PetscCall(VecGetArray(*out, &a));
-  for (PetscInt i = 0; i < at.particles; ++i)
-    for (PetscInt c = 0; c < at.dim; ++c) a[at.v(i, c)] = 0;
-  PetscCall(VecRestoreArray(*out, &a));
+  PetscCall(zero_velocities(*out));
   PetscFunctionReturn(0);
 }
 

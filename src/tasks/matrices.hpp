@@ -9,7 +9,7 @@ namespace bs {
 PetscErrorCode read_matrix_options(MPI_Comm comm);
 
 /// Collective. A new vector: the state y with velocities of 0.
-PetscErrorCode at_rest(Model& model, Vec y, Vec* out);
+PetscErrorCode at_rest(Vec y, Vec* out);
 
 /// Collective. Writes the matrices of `model` at (t, y), if that is asked for. A model that has none, or a file that cannot be written,
 /// ends the run with exit code 2; a failure while writing with 4.

@@ -139,11 +139,9 @@ PetscErrorCode ModesRun::look_at_damping() {
 }
 
 PetscErrorCode ModesRun::say_header(const std::string& method) {
-  PetscMPIInt size;
   PetscFunctionBegin;
-  PetscCallMPI(MPI_Comm_size(model_.comm(), &size));
   std::vector<std::string> lines = model_.describe();
-  lines.insert(lines.begin(), format("backspring %s on %d rank%s", BS_VERSION, size, size > 1 ? "s" : ""));
+  lines.insert(lines.begin(), program_line(model_.comm()));
   lines.push_back(format("modes: the %lld %s omega^2 of -K q = omega^2 M q about the %s, %lld unknowns", static_cast<long long>(request_.count),
                          request_.which == ModeRequest::smallest  ? "smallest"
                          : request_.which == ModeRequest::largest ? "largest"
@@ -209,7 +207,7 @@ PetscErrorCode run_modes(std::unique_ptr<Model> model, int* exit_code) {
   } else {
     there = std::move(model);
     PetscCall(PetscOptionsGetReal(nullptr, nullptr, "-ts_init_time", &time, nullptr));
-    PetscCall(at_rest(*there, there->initial_state(), y.out()));
+    PetscCall(at_rest(there->initial_state(), y.out()));
   }
   PetscCall(SlepcInitialize(nullptr, nullptr, nullptr, nullptr));
   {

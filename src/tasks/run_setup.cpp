@@ -42,11 +42,9 @@ PetscErrorCode Run::open_restart() {
 }
 
 PetscErrorCode Run::say_header(const std::string& solver) {
-  PetscMPIInt size;
   PetscFunctionBegin;
-  PetscCallMPI(MPI_Comm_size(model_.comm(), &size));
   std::vector<std::string> lines = model_.describe();
-  lines.insert(lines.begin(), format("backspring %s on %d rank%s", BS_VERSION, size, size > 1 ? "s" : ""));
+  lines.insert(lines.begin(), program_line(model_.comm()));
   const std::size_t search = solver.find(hooks_.until);
   lines.push_back("solver: " + (hooks_.method.empty() || search == std::string::npos ? solver : hooks_.method + solver.substr(search)));
   if (options_.advise) PetscCall(bs::advise(model_, ts_, context_, &advice_));

@@ -226,7 +226,7 @@ PetscErrorCode run_statics(std::unique_ptr<Model> model, int* exit_code) {
   PetscCall(claim_files(comm, options, &claim));
   PetscCall(run_loads(*equilibrium, options, loads, &last, exit_code));
   if (!last) PetscFunctionReturn(0);
-  PetscCall(at_rest(*equilibrium, last, rest.out()));
+  PetscCall(at_rest(last, rest.out()));
   PetscCall(write_matrices(*equilibrium, equilibrium->factor(1), rest, options.output.trajectory.overwrite));
   PetscFunctionReturn(0);
 }
@@ -244,7 +244,7 @@ PetscErrorCode settle(std::unique_ptr<Model> model, const RunOptions& given, std
   options.output.trajectory.file.clear();
   options.output.report.clear();
   PetscCall(run_loads(*equilibrium, options, loads, &last, exit_code));
-  PetscCall(at_rest(*equilibrium, last ? last.get() : equilibrium->initial_state(), y));
+  PetscCall(at_rest(last ? last.get() : equilibrium->initial_state(), y));
   *settled = std::move(equilibrium);
   PetscFunctionReturn(0);
 }

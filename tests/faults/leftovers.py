@@ -78,7 +78,8 @@ def check_flush(checks, folder):
     base = {**SPRING, "ts_dt": 1e-3, "ts_max_time": 1e9, "bs_output_interval": 0.05, "bs_progress_interval": 0, "bs_overwrite": True}
     for flush, after in ((0, 1.5), (None, 5), (0.5, 2.5)):
         for ranks in (1, 2):
-            options = {**base, "bs_output": "f.h5md", **({} if flush is None else {"bs_output_flush": flush})}
+            name = f"f_{flush}_{ranks}.h5md"  # its own: ranks outlive a killed mpirun for a while, and hold their file
+            options = {**base, "bs_output": name, **({} if flush is None else {"bs_output_flush": flush})}
             command, how = start(checks, folder, options, ranks, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, bufsize=1)
             run = subprocess.Popen(command, **how)
             told, begun = [], None
@@ -93,7 +94,7 @@ def check_flush(checks, folder):
             run.kill()
             run.wait()
             time.sleep(0.5)  # mpirun's ranks end, too
-            held, count = last_frame(folder / "f.h5md")
+            held, count = last_frame(folder / name)
             # a line is printed before the frame of its step is written: that of the last line may be under way
             wait = (2 if flush is None else flush) + 0.5 * (flush != 0)
             due = [t for when, t in told[:-1] if when < told[-1][0] - wait]

@@ -153,7 +153,7 @@ def kept_tail(checks, folder):
 def killed_while_cutting(checks, folder, shim):
     """SIGKILL at each of the first writes of a continued run: the old frames are in the trajectory or in the file beside it, or the
     new frame is whole."""
-    options = dict(BLOCK, bs_lattice_size=(3, 3, 3), ts_max_time=0.5, bs_output="o.h5md", bs_checkpoint="ck", bs_checkpoint_every=16, bs_output_xdmf=False)
+    options = dict(BLOCK, bs_lattice_size=(3, 3, 3), ts_max_time=0.5, bs_output="o.h5md", bs_checkpoint="ck", bs_checkpoint_every=16, bs_output_xdmf=False, bs_output_flush=0)
     run(checks, folder, options)
     whole = content(folder / "o.h5md")
     kept = {name: (folder / name).read_bytes() for name in ("o.h5md", "ck", "ck.previous")}

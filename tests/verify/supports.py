@@ -191,7 +191,8 @@ def continued(checks):
     """Stopped and continued, in every bit, work included."""
     base = {"bs_lattice_type": "square", "bs_lattice_size": 6, "bs_lattice_dim": 2, "bs_lattice_stiffness": 100, "ts_dt": 0.02, "bs_group_left": "xmin",
             "bs_group_right": "xmax", "bs_group_top": "ids:33", "bs_motion_left": "fixed", "bs_motion_right": "x=sinusoid:0.1,0.5,y=free",
-            "bs_motion_top": "x=expression:0.1*sin(t)", "bs_output": "r.h5md", "bs_overwrite": True, "ts_adapt_type": "none"}
+            "bs_motion_top": "x=expression:0.1*sin(t)", "bs_output": "r.h5md", "bs_overwrite": True, "ts_adapt_type": "none",
+            "condensed_pc_type": "bicc"}  # MUMPS on several ranks does not repeat its last digits
     for kind in ("cn", "bdf", "alpha2", "verlet"):
         with tempfile.TemporaryDirectory() as whole, tempfile.TemporaryDirectory() as parts:
             mpi = ["mpirun", "--oversubscribe", "-n", str(checks.ranks)] if checks.ranks > 1 else []
