@@ -1,5 +1,6 @@
 // The coarse grid of the condensed solve: what its hats can represent it must solve exactly, whatever S is.
 #include "condensed_case.hpp"
+#include "systems/particles/condensed/block_icc.hpp"
 #include "systems/particles/condensed/coarse_space.hpp"
 
 using namespace bs;
@@ -134,4 +135,54 @@ TEST_CASE("A coarse motion does not strain springs much stiffer than the others"
   REQUIRE(VecRestoreArrayRead(z, &a) == 0);
   CHECK(tied > 10);
   CHECK(largest_soft > 0);
+}
+
+TEST_CASE("The operations of a coarse grid are those counted by hand") {
+  Case c(PETSC_COMM_SELF, lattice(LatticeType::chain, {9}, 1), 40.0);
+  MatHandle own;
+  VecHandle r, z;
+  PetscLogDouble before, made, added;
+  REQUIRE(c.tangent.create(CondensedStorage::springs, own.out()) == 0);
+  REQUIRE(c.tangent.assemble(true, own) == 0);
+  SpringMatrix& S = *SpringMatrix::from(own);
+  REQUIRE(S.create_vector(r.out()) == 0);
+  REQUIRE(VecDuplicate(r, z.out()) == 0);
+  CoarseSpace coarse;
+  REQUIRE(PetscGetFlops(&before) == 0);
+  REQUIRE(coarse.create(S, 3) == 0);
+  REQUIRE(PetscGetFlops(&made) == 0);
+  REQUIRE(coarse.add(r, z) == 0);
+  REQUIRE(PetscGetFlops(&added) == 0);
+  REQUIRE(coarse.active());
+  // nine particles and seven springs in two cells have 3 pairs of their 2 corners each, the spring between the cells 10 of its 4, 3 operations
+  // a pair; factors and inverse of 3 x 3
+  CHECK(made - before == 3 * ((9 + 7) * 3 + 10) + 27);
+  // a share and two products, added, of each particle in either direction; 3 x 3 products, added
+  CHECK(added - made == 2 * 9 * (1 + 4) + 18);
+}
+
+TEST_CASE("The operations of the block factors are those counted by hand") {
+  // a chain has no triangles; four particles, each linked to the others, have four
+  GeneratorSpec square = lattice(LatticeType::square, {2, 2}, 2);
+  square.neighbors = 8;
+  const struct {
+    GeneratorSpec spec;
+    PetscLogDouble flops;  // 2 d^2 a pair, d^3 a pivot, 2 d^3 for each of two products a pair and one a triangle
+  } cases[] = {{lattice(LatticeType::chain, {9}, 1), 2 * 8 + 9 + 2 * 2 * 8}, {square, 8 * 6 + 8 * 4 + 16 * (2 * 6 + 4)}};
+  REQUIRE(register_block_icc() == 0);
+  for (const auto& [spec, flops] : cases) {
+    Case c(PETSC_COMM_SELF, spec, 40.0);
+    MatHandle own;
+    PCHandle pc;
+    PetscLogDouble before, after;
+    REQUIRE(c.tangent.create(CondensedStorage::springs, own.out()) == 0);
+    REQUIRE(c.tangent.assemble(true, own) == 0);
+    REQUIRE(PCCreate(PETSC_COMM_SELF, pc.out()) == 0);
+    REQUIRE(PCSetType(pc, "bicc") == 0);
+    REQUIRE(PCSetOperators(pc, own, own) == 0);
+    REQUIRE(PetscGetFlops(&before) == 0);
+    REQUIRE(PCSetUp(pc) == 0);
+    REQUIRE(PetscGetFlops(&after) == 0);
+    CHECK(after - before == flops);
+  }
 }

@@ -25,6 +25,7 @@ const ParticleEvents& particle_events() {
     (void)PetscLogEventRegister("BSProduct", id, &e.product);
     (void)PetscLogEventRegister("BSFactor", id, &e.factor);
     (void)PetscLogEventRegister("BSTriangles", id, &e.triangles);
+    (void)PetscLogEventRegister("BSCoarseSetUp", id, &e.coarse_set_up);
     (void)PetscLogEventRegister("BSCoarse", id, &e.coarse);
     (void)PetscLogEventRegister("BSTangentMult", id, &e.tangent);
     return e;

@@ -56,6 +56,7 @@ class BlockFactorOf final : public BlockFactor {
     double block[area];
     const bool rolls = S.network().supports && S.network().supports->rolls();
     PetscInt row = 0;
+    flops_ = 2.0 * area * static_cast<double>(pairs);  // t I + w w^T of each pair
     for (std::size_t k = 0; k < pairs; ++k) {
       std::fill_n(block, area, 0.0);
       S.add_block(S.pair(k), block);
@@ -82,6 +83,8 @@ class BlockFactorOf final : public BlockFactor {
     release(size_);
     return true;
   }
+
+  double flops() const override { return flops_; }
 
   // forward (D + U^T) t = r, backward x = t - D^-1 U x
   void solve(const double* r, double* z) override {
@@ -144,6 +147,7 @@ class BlockFactorOf final : public BlockFactor {
   // S_ij -= U_ki^T D_k^-1 U_kj for every pair (i, j) of k's upper neighbours that is itself linked, and i = j
   void eliminate(PetscInt k, const double* inverse, std::vector<PetscInt>& slot) {
     const PetscInt begin = pattern_->start[k], end = pattern_->start[k + 1];
+    PetscInt products = 2 * (end - begin);  // of d x d blocks: T and the pivot of each neighbour, then the linked pairs among them
     for (PetscInt a = begin; a < end; ++a) slot[pattern_->other[a]] = a;
     for (PetscInt a = begin; a < end; ++a) {
       const PetscInt i = pattern_->other[a];
@@ -157,10 +161,13 @@ class BlockFactorOf final : public BlockFactor {
       subtract(T, Ui, pivot_.data() + static_cast<std::size_t>(i) * area);
       for (PetscInt c = pattern_->start[i]; c < pattern_->start[i + 1]; ++c) {
         const PetscInt b = slot[pattern_->other[c]];
-        if (b >= 0) subtract(T, upper_.data() + static_cast<std::size_t>(b) * area, upper_.data() + static_cast<std::size_t>(c) * area);
+        if (b < 0) continue;
+        ++products;
+        subtract(T, upper_.data() + static_cast<std::size_t>(b) * area, upper_.data() + static_cast<std::size_t>(c) * area);
       }
     }
     for (PetscInt a = begin; a < end; ++a) slot[pattern_->other[a]] = -1;
+    flops_ += d * area * (1.0 + 2.0 * static_cast<double>(products));  // a pivot's inverse takes d^3, a product of blocks 2 d^3
   }
 
   template <class Target>
@@ -174,6 +181,7 @@ class BlockFactorOf final : public BlockFactor {
   }
 
   const SpringPattern* pattern_ = nullptr;
+  double flops_ = 0;
   static constexpr int AHEAD = 1024 / sizeof(Real);  ///< numbers prefetched ahead
   HugeVector<Real> upper_, inverse_;
   std::vector<double> pivot_;

@@ -68,6 +68,7 @@ PetscErrorCode set_up(PC pc) {
     self->shifted = k == 0 ? 0 : k == 1 ? self->shift : 4 * self->shifted;
     done = self->factor->factor(*self->matrix, diagonal, self->shifted);
     if (!done) ++self->shifts;
+    PetscCall(PetscLogFlops(self->factor->flops()));
   }
   PetscCall(self->coarse.create(*self->matrix, self->coarse_unknowns));
   PetscCall(PetscLogEventEnd(particle_events().factor, pc, nullptr, nullptr, nullptr));

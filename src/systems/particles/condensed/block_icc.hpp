@@ -15,6 +15,8 @@ class BlockFactor {
   /// Factors S with shift times the size of each diagonal block added to its diagonal; `diagonal`: S's diagonal blocks.
   /// False where a pivot is not positive definite.
   virtual bool factor(const SpringMatrix& S, const std::vector<double>& diagonal, double shift) = 0;
+  /// Floating-point operations of the last factorisation.
+  virtual double flops() const = 0;
   /// Solves with the factors; r and z: (n, d) of the owned particles.
   virtual void solve(const double* r, double* z) = 0;
 };

@@ -34,6 +34,9 @@ class CoarseEnergy {
         add_pair(pattern.cut_row[r], pattern.n + pattern.ghost[k], S.cut(static_cast<std::size_t>(k)), 0.5);
   }
 
+  /// Floating-point operations of the sum: of each pair of corners a product of shares, and its product with the upper triangle, added.
+  double flops() const noexcept { return (1.0 + d * (d + 1)) * updates_; }
+
  private:
   template <class Entry>
   static Block packed(Entry entry) noexcept {
@@ -65,6 +68,7 @@ class CoarseEnergy {
         }));
   }
   void add(int entries, const Block& B) noexcept {
+    updates_ += 0.5 * entries * (entries + 1);
     for (int p = 0; p < entries; ++p)
       for (int q = p; q < entries; ++q) {
         const double both = share_[p] * share_[q] * (p != q && node_[p] == node_[q] ? 2 : 1);
@@ -79,6 +83,7 @@ class CoarseEnergy {
 
   const CoarseGrid& grid_;
   double* E_;
+  double updates_ = 0;
   PetscInt offset_[CORNERS] = {}, node_[2 * CORNERS] = {};
   double share_[2 * CORNERS + 8] = {};
 };

@@ -56,6 +56,7 @@ void CoarseGrid::place(int dim, const std::vector<double>& points, const std::ve
     }
     cell_[i] = static_cast<std::int32_t>(at);
   }
+  particles_ = static_cast<PetscInt>(std::count(fixed.begin(), fixed.begin() + n_, 0));
 }
 
 template <int d>

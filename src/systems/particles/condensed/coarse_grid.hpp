@@ -13,6 +13,8 @@ class CoarseGrid {
   PetscErrorCode create(MPI_Comm comm, int dim, PetscInt n, const std::vector<double>& points, const std::vector<std::uint8_t>& fixed,
                         PetscInt nodes);
   PetscInt nodes() const { return nodes_; }
+  /// Owned particles that take part.
+  PetscInt particles() const { return particles_; }
   /// The lowest node of the cell particle i is in; -1: it takes no part.
   PetscInt cell(PetscInt i) const { return cell_[static_cast<std::size_t>(i)]; }
   /// The 2^d nodes of a cell are cell + offset[k].
@@ -31,7 +33,7 @@ class CoarseGrid {
 
  private:
   void place(int dim, const std::vector<double>& points, const std::vector<std::uint8_t>& fixed, const double* low, double width);
-  PetscInt n_ = 0, nodes_ = 0, count_[3] = {1, 1, 1};
+  PetscInt n_ = 0, nodes_ = 0, particles_ = 0, count_[3] = {1, 1, 1};
   std::vector<std::int32_t> cell_;
   std::vector<float> fraction_;  ///< (n + ghosts, d): where in the cell, 0 to 1
 };

@@ -76,9 +76,25 @@ std::vector<double> tied_points(const SpringMatrix& S, double usual) {
   return points;
 }
 
+/// E of one dimension, and the floating-point operations it took.
+template <int d>
+double sum_energy(const CoarseGrid& grid, const SpringMatrix& S, std::vector<double>* E) {
+  CoarseEnergy<d> energy(grid, E);
+  energy.sum(S);
+  return energy.flops();
+}
+
 }  // namespace
 
 PetscErrorCode CoarseSpace::create(SpringMatrix& S, PetscInt unknowns) {
+  PetscFunctionBegin;
+  PetscCall(PetscLogEventBegin(particle_events().coarse_set_up, nullptr, nullptr, nullptr, nullptr));
+  PetscCall(make(S, unknowns));
+  PetscCall(PetscLogEventEnd(particle_events().coarse_set_up, nullptr, nullptr, nullptr, nullptr));
+  PetscFunctionReturn(0);
+}
+
+PetscErrorCode CoarseSpace::make(SpringMatrix& S, PetscInt unknowns) {
   const Network& net = S.network();
   const PetscInt wanted = unknowns >= 0 ? unknowns : std::min(MOST, net.total * net.dim / FINE);
   double usual = 0;
@@ -95,9 +111,8 @@ PetscErrorCode CoarseSpace::create(SpringMatrix& S, PetscInt unknowns) {
   PetscCall(grid_.create(comm_, dim_, net.n, points, net.fixed, wanted / dim_));
   if (grid_.nodes() == 0) PetscFunctionReturn(0);
   std::vector<double> E(8 * static_cast<std::size_t>(grid_.nodes()) * static_cast<std::size_t>(grid_.nodes()), 0.0);
-  if (dim_ == 1) CoarseEnergy<1>(grid_, &E).sum(S);
-  else if (dim_ == 2) CoarseEnergy<2>(grid_, &E).sum(S);
-  else CoarseEnergy<3>(grid_, &E).sum(S);
+  const double flops = dim_ == 1 ? sum_energy<1>(grid_, S, &E) : dim_ == 2 ? sum_energy<2>(grid_, S, &E) : sum_energy<3>(grid_, S, &E);
+  PetscCall(PetscLogFlops(flops));
   PetscCall(invert(&E));
   PetscFunctionReturn(0);
 }
@@ -125,6 +140,7 @@ PetscErrorCode CoarseSpace::invert(std::vector<double>* E) {
   PetscCallBLAS("LAPACKpotrf", LAPACKpotrf_("L", &order, inverse_.data(), &order, &info));
   if (info == 0) PetscCallBLAS("LAPACKpotri", LAPACKpotri_("L", &order, inverse_.data(), &order, &info));
   active_ = info == 0;
+  PetscCall(PetscLogFlops(std::pow(static_cast<double>(size), 3)));  // factors size^3/3, their inverse and its product 2 size^3/3
   for (std::size_t r = 0; r < size; ++r)
     for (std::size_t c = r + 1; c < size; ++c) inverse_[c * size + r] = inverse_[r * size + c];
   PetscFunctionReturn(0);
@@ -161,6 +177,9 @@ PetscErrorCode CoarseSpace::add(Vec r, Vec z) {
   else if (d == 2) grid_.prolong<2>(lanes_.data(), az);
   else grid_.prolong<3>(lanes_.data(), az);
   PetscCall(VecRestoreArray(z, &az));
+  // of a particle, in each direction: its shares in 2^d corners, and their products with d components, added; of E^-1: 2 size^2
+  const double corners = static_cast<double>(1 << dim_), all = static_cast<double>(size);
+  PetscCall(PetscLogFlops(2 * static_cast<double>(grid_.particles()) * (2 * corners - 3 + 2 * corners * dim_) + 2 * all * all));
   PetscCall(PetscLogEventEnd(particle_events().coarse, r, z, nullptr, nullptr));
   PetscFunctionReturn(0);
 }
