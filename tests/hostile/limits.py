@@ -19,9 +19,10 @@ import time
 SLOWER = int(os.environ.get("BS_SLOWER", 1))
 CHAIN = ["-bs_lattice_type", "chain", "-bs_lattice_size", "5", "-ts_max_steps", "2"]
 CUBE = ["-bs_lattice_type", "cubic", "-bs_lattice_perturbation", "0.1", "-ts_max_steps", "2", "-bs_lattice_size"]
-# What is held is different: block factors and BLAS, MUMPS on S, PETSc's LU on J, MUMPS and its orderings on a linear system.
+# What is held is different: block factors and BLAS, a large coarse grid, MUMPS on S, PETSc's LU on J, MUMPS and its orderings on a linear system.
 RUNS = {
     "condensed, 24^3": [*CUBE, "24,24,24"],
+    "coarse grid of 17,496 unknowns": [*CUBE, "24,24,24", "-condensed_pc_bicc_coarse", "20000"],
     "direct, 12^3": [*CUBE, "12,12,12"],
     "PETSc's LU, 8^3": [*CUBE, "8,8,8", "-pc_type", "lu", "-ksp_type", "preonly"],
     "heat 200 x 200": ["-bs_model", "linear", "-bs_linear_type", "heat2d", "-bs_linear_size", "200,200", "-bs_linear_source", "step(1)", "-ts_max_steps", "2"],

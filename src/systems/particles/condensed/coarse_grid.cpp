@@ -26,13 +26,14 @@ PetscErrorCode CoarseGrid::create(MPI_Comm comm, int dim, PetscInt n, const std:
   PetscCall(MPIU_Allreduce(MPI_IN_PLACE, high, dim, MPI_DOUBLE, MPI_MAX, comm));
   for (int c = 0; c < dim; ++c) longest = std::max(longest, high[c] - low[c]);
   for (int cells = 1; longest > 0 && cells <= nodes; ++cells) {
-    PetscInt all = 1, count[3] = {1, 1, 1};
+    double all = 1;
+    PetscInt count[3] = {1, 1, 1};
     for (int c = 0; c < dim; ++c) {
       count[c] = 1 + static_cast<PetscInt>(std::ceil((high[c] - low[c]) / longest * cells - 1e-9));
-      all *= count[c];
+      all *= static_cast<double>(count[c]);
     }
-    if (all > nodes) break;
-    nodes_ = all;
+    if (all > static_cast<double>(nodes)) break;
+    nodes_ = static_cast<PetscInt>(all);
     width = longest / cells;
     std::copy_n(count, 3, count_);
   }

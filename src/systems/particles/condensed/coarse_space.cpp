@@ -2,6 +2,8 @@
 #include <petscblaslapack.h>
 #include <cmath>
 #include <numeric>
+#include "base/long_sum.hpp"
+#include "base/memory.hpp"
 #include "systems/particles/condensed/coarse_energy.hpp"
 #include "systems/particles/events.hpp"
 #include "systems/particles/supports.hpp"
@@ -94,9 +96,19 @@ PetscErrorCode CoarseSpace::create(SpringMatrix& S, PetscInt unknowns) {
   PetscFunctionReturn(0);
 }
 
+/// Collective. E by blocks and its inverse, on every rank; not asked again while their size stays.
+PetscErrorCode CoarseSpace::reserve() const {
+  const double size = static_cast<double>(unknowns()), blocks = static_cast<double>(grid_.nodes()) * static_cast<double>(grid_.nodes());
+  PetscFunctionBegin;
+  if (inverse_.size() == static_cast<std::size_t>(unknowns()) * static_cast<std::size_t>(unknowns())) PetscFunctionReturn(0);
+  PetscCall(reserve_memory(comm_, {"the coarse grid (-condensed_pc_bicc_coarse)", (8 * blocks + size * size) * sizeof(double),
+                                   "give -condensed_pc_bicc_coarse a smaller number"}));
+  PetscFunctionReturn(0);
+}
+
 PetscErrorCode CoarseSpace::make(SpringMatrix& S, PetscInt unknowns) {
   const Network& net = S.network();
-  const PetscInt wanted = unknowns >= 0 ? unknowns : std::min(MOST, net.total * net.dim / FINE);
+  const PetscInt all = net.total * net.dim, wanted = unknowns >= 0 ? std::min(unknowns, all) : std::min(MOST, all / FINE);
   double usual = 0;
 
   PetscFunctionBegin;
@@ -110,6 +122,7 @@ PetscErrorCode CoarseSpace::make(SpringMatrix& S, PetscInt unknowns) {
   PetscCall(S.append_ghosts(&points));
   PetscCall(grid_.create(comm_, dim_, net.n, points, net.fixed, wanted / dim_));
   if (grid_.nodes() == 0) PetscFunctionReturn(0);
+  PetscCall(reserve());
   std::vector<double> E(8 * static_cast<std::size_t>(grid_.nodes()) * static_cast<std::size_t>(grid_.nodes()), 0.0);
   const double flops = dim_ == 1 ? sum_energy<1>(grid_, S, &E) : dim_ == 2 ? sum_energy<2>(grid_, S, &E) : sum_energy<3>(grid_, S, &E);
   PetscCall(PetscLogFlops(flops));
@@ -120,10 +133,11 @@ PetscErrorCode CoarseSpace::make(SpringMatrix& S, PetscInt unknowns) {
 /// Sums E over the ranks and inverts it.
 PetscErrorCode CoarseSpace::invert(std::vector<double>* E) {
   const std::size_t size = static_cast<std::size_t>(unknowns()), nodes = static_cast<std::size_t>(grid_.nodes()), d = static_cast<std::size_t>(dim_);
-  PetscBLASInt order = static_cast<PetscBLASInt>(size), info = 0;
+  PetscBLASInt order = 0, info = 0;
 
   PetscFunctionBegin;
-  PetscCall(MPIU_Allreduce(MPI_IN_PLACE, E->data(), static_cast<PetscMPIInt>(E->size()), MPI_DOUBLE, MPI_SUM, comm_));
+  PetscCall(PetscBLASIntCast(unknowns(), &order));
+  PetscCall(sum_over_ranks(comm_, E->data(), E->size()));
   inverse_.assign(size * size, 0.0);
   const auto set = [&](std::size_t row, std::size_t column, double value) { inverse_[row * size + column] = inverse_[column * size + row] = value; };
   for (std::size_t a = 0; a < nodes; ++a)
@@ -164,7 +178,7 @@ PetscErrorCode CoarseSpace::add(Vec r, Vec z) {
   in_.resize(size);
   out_.assign(size, 0.0);
   for (std::size_t k = 0; k < size; ++k) in_[k] = lanes_[k / d * width + k % d];
-  PetscCall(MPIU_Allreduce(MPI_IN_PLACE, in_.data(), static_cast<PetscMPIInt>(size), MPI_DOUBLE, MPI_SUM, comm_));
+  PetscCall(sum_over_ranks(comm_, in_.data(), size));
   // Not BLAS, which would start threads on cores that other ranks use.
   double* out = out_.data();
   for (std::size_t column = 0; column < size; ++column) {

@@ -21,6 +21,7 @@ class CoarseSpace {
   PetscErrorCode add(Vec r, Vec z);
 
  private:
+  PetscErrorCode reserve() const;
   PetscErrorCode make(SpringMatrix& S, PetscInt unknowns);
   PetscErrorCode invert(std::vector<double>* E);
   MPI_Comm comm_ = MPI_COMM_NULL;

@@ -1,0 +1,21 @@
+// Sums over the ranks in several reductions are those of one.
+#include <catch2/catch.hpp>
+#include <vector>
+#include "base/long_sum.hpp"
+
+using namespace bs;
+
+TEST_CASE("Sums in pieces") {
+  PetscMPIInt rank, size;
+  REQUIRE(MPI_Comm_rank(PETSC_COMM_WORLD, &rank) == 0);
+  REQUIRE(MPI_Comm_size(PETSC_COMM_WORLD, &size) == 0);
+  for (const std::size_t count : {0U, 1U, 6U, 7U, 8U})
+    for (const std::size_t piece : {1U, 3U, 7U, 100U}) {
+      std::vector<double> values(count + 1, -5.0);
+      for (std::size_t k = 0; k < count; ++k) values[k] = static_cast<double>(k) + 100.0 * rank;
+      REQUIRE(sum_over_ranks(PETSC_COMM_WORLD, values.data(), count, piece) == 0);
+      INFO(count << " numbers in pieces of " << piece);
+      for (std::size_t k = 0; k < count; ++k) CHECK(values[k] == size * static_cast<double>(k) + 50.0 * size * (size - 1));
+      CHECK(values[count] == -5.0);
+    }
+}
