@@ -8,6 +8,7 @@
 #include "lattice/generator.hpp"
 #include "systems/first_order_tangent.hpp"
 #include "systems/particles/linearised_forces.hpp"
+#include "systems/particles/supports.hpp"
 
 namespace bs {
 
@@ -16,13 +17,15 @@ struct Case {
   Network net;
   ParticleLaws laws;
   Motion motion;
+  Supports supports;
   RowPattern pattern;
   std::unique_ptr<Physics> physics;
   LinearisedForces linearised;
   FirstOrderTangent tangent{linearised};
   VecHandle y;
 
-  Case(MPI_Comm comm, const GeneratorSpec& spec, double sigma, double axial_damping = 0) {
+  /// `rolling`: particles of the group "rolling", which -bs_motion_rolling holds.
+  Case(MPI_Comm comm, const GeneratorSpec& spec, double sigma, double axial_damping = 0, bool (*rolling)(std::int64_t row) = nullptr) {
     int rank, size;
     MPI_Comm_rank(comm, &rank);
     MPI_Comm_size(comm, &size);
@@ -32,9 +35,19 @@ struct Case {
       lattice.damping.assign(static_cast<std::size_t>(lattice.springs.count), axial_damping);
     }
     for (InteractionRows& kind : lattice.interactions) REQUIRE(number_rows(comm, &kind.rows) == 0);
+    if (rolling) {
+      Group group{"rolling", std::vector<std::uint8_t>(static_cast<std::size_t>(lattice.particles.count), 0)};
+      for (std::int64_t k = 0; k < lattice.particles.count; ++k) group.member[static_cast<std::size_t>(k)] = rolling(lattice.particles.first + k);
+      lattice.groups.push_back(group);
+      REQUIRE(supports.read(comm, &lattice) == 0);
+    }
     NetworkOptions options;
     options.partition = 1;
     REQUIRE(build_network(comm, lattice, options, &net) == 0);
+    if (rolling) {
+      REQUIRE(supports.create(net) == 0);
+      net.supports = &supports;
+    }
     physics = create_physics(net, laws, motion, pattern);
     const PetscInt d = net.dim;
     REQUIRE(VecCreateMPI(comm, net.n * 2 * d, PETSC_DETERMINE, y.out()) == 0);

@@ -80,8 +80,8 @@ std::vector<double> tied_points(const SpringMatrix& S, double usual) {
 
 /// E of one dimension, and the floating-point operations it took.
 template <int d>
-double sum_energy(const CoarseGrid& grid, const SpringMatrix& S, std::vector<double>* E) {
-  CoarseEnergy<d> energy(grid, E);
+double sum_energy(const CoarseGrid& grid, const SpringMatrix& S, std::vector<double>* E, std::vector<double>* rolling) {
+  CoarseEnergy<d> energy(grid, E, rolling);
   energy.sum(S);
   return energy.flops();
 }
@@ -96,12 +96,12 @@ PetscErrorCode CoarseSpace::create(SpringMatrix& S, PetscInt unknowns) {
   PetscFunctionReturn(0);
 }
 
-/// Collective. E by blocks and its inverse, on every rank; not asked again while their size stays.
+/// Collective. E by blocks, what rollers add to it and its inverse, on every rank; not asked again while their size stays.
 PetscErrorCode CoarseSpace::reserve() const {
   const double size = static_cast<double>(unknowns()), blocks = static_cast<double>(grid_.nodes()) * static_cast<double>(grid_.nodes());
   PetscFunctionBegin;
   if (inverse_.size() == static_cast<std::size_t>(unknowns()) * static_cast<std::size_t>(unknowns())) PetscFunctionReturn(0);
-  PetscCall(reserve_memory(comm_, {"the coarse grid (-condensed_pc_bicc_coarse)", (8 * blocks + size * size) * sizeof(double),
+  PetscCall(reserve_memory(comm_, {"the coarse grid (-condensed_pc_bicc_coarse)", (8 * blocks + (supports_ ? 2 : 1) * size * size) * sizeof(double),
                                    "give -condensed_pc_bicc_coarse a smaller number"}));
   PetscFunctionReturn(0);
 }
@@ -113,10 +113,11 @@ PetscErrorCode CoarseSpace::make(SpringMatrix& S, PetscInt unknowns) {
 
   PetscFunctionBegin;
   active_ = false;
-  if (net.supports && net.supports->rolls()) PetscFunctionReturn(0);  // E would take rollers for free
-  if (S.remainder().created()) PetscFunctionReturn(0);                // E would lack what R holds, and the correction be too large
+  if (S.remainder().created()) PetscFunctionReturn(0);  // E would lack what R holds, and the correction be too large
   comm_ = net.comm;
   dim_ = net.dim;
+  owned_ = net.n;
+  supports_ = net.supports && net.supports->rolls() ? net.supports : nullptr;
   PetscCall(usual_size(S, &usual));
   std::vector<double> points = tied_points(S, usual);
   PetscCall(S.append_ghosts(&points));
@@ -124,14 +125,18 @@ PetscErrorCode CoarseSpace::make(SpringMatrix& S, PetscInt unknowns) {
   if (grid_.nodes() == 0) PetscFunctionReturn(0);
   PetscCall(reserve());
   std::vector<double> E(8 * static_cast<std::size_t>(grid_.nodes()) * static_cast<std::size_t>(grid_.nodes()), 0.0);
-  const double flops = dim_ == 1 ? sum_energy<1>(grid_, S, &E) : dim_ == 2 ? sum_energy<2>(grid_, S, &E) : sum_energy<3>(grid_, S, &E);
+  std::vector<double> rolling;
+  if (supports_) rolling.assign(static_cast<std::size_t>(this->unknowns()) * static_cast<std::size_t>(this->unknowns()), 0.0);
+  const double flops = dim_ == 1   ? sum_energy<1>(grid_, S, &E, &rolling)
+                       : dim_ == 2 ? sum_energy<2>(grid_, S, &E, &rolling)
+                                   : sum_energy<3>(grid_, S, &E, &rolling);
   PetscCall(PetscLogFlops(flops));
-  PetscCall(invert(&E));
+  PetscCall(invert(&E, &rolling));
   PetscFunctionReturn(0);
 }
 
 /// Sums E over the ranks and inverts it.
-PetscErrorCode CoarseSpace::invert(std::vector<double>* E) {
+PetscErrorCode CoarseSpace::invert(std::vector<double>* E, std::vector<double>* rolling) {
   const std::size_t size = static_cast<std::size_t>(unknowns()), nodes = static_cast<std::size_t>(grid_.nodes()), d = static_cast<std::size_t>(dim_);
   PetscBLASInt order = 0, info = 0;
 
@@ -149,6 +154,8 @@ PetscErrorCode CoarseSpace::invert(std::vector<double>* E) {
           set(a * d + c, b * d + r, from[k]);
         }
     }
+  PetscCall(sum_over_ranks(comm_, rolling->data(), rolling->size()));
+  for (std::size_t k = 0; k < rolling->size(); ++k) inverse_[k] += (*rolling)[k];
   for (std::size_t k = 0; k < size; ++k)
     if (inverse_[k * size + k] == 0) inverse_[k * size + k] = 1;  // no particle is near this node
   PetscCallBLAS("LAPACKpotrf", LAPACKpotrf_("L", &order, inverse_.data(), &order, &info));
@@ -158,6 +165,21 @@ PetscErrorCode CoarseSpace::invert(std::vector<double>* E) {
   for (std::size_t r = 0; r < size; ++r)
     for (std::size_t c = r + 1; c < size; ++c) inverse_[c * size + r] = inverse_[r * size + c];
   PetscFunctionReturn(0);
+}
+
+/// Owned rollers' held components of z, kept before and put back after a correction that must leave them alone.
+void CoarseSpace::keep_held(double* z, bool restore) {
+  std::size_t at = 0;
+  if (!restore) kept_.clear();
+  for (const Supports::Hold& hold : supports_->holds()) {
+    if (hold.particle >= owned_) break;
+    for (int c = 0; c < dim_; ++c) {
+      if (!(hold.mask >> c & 1)) continue;
+      double& value = z[hold.particle * dim_ + c];
+      if (restore) value = kept_[at++];
+      else kept_.push_back(value);
+    }
+  }
 }
 
 PetscErrorCode CoarseSpace::add(Vec r, Vec z) {
@@ -171,9 +193,15 @@ PetscErrorCode CoarseSpace::add(Vec r, Vec z) {
   PetscCall(PetscLogEventBegin(particle_events().coarse, r, z, nullptr, nullptr));
   lanes_.assign(nodes * width, 0.0);
   PetscCall(VecGetArrayRead(r, &ar));
-  if (d == 1) grid_.restrict_to<1>(ar, lanes_.data());
-  else if (d == 2) grid_.restrict_to<2>(ar, lanes_.data());
-  else grid_.restrict_to<3>(ar, lanes_.data());
+  const double* free = ar;
+  if (supports_) {
+    free_.assign(ar, ar + static_cast<std::size_t>(owned_) * d);
+    supports_->clear(0, owned_, 1, free_.data());
+    free = free_.data();
+  }
+  if (d == 1) grid_.restrict_to<1>(free, lanes_.data());
+  else if (d == 2) grid_.restrict_to<2>(free, lanes_.data());
+  else grid_.restrict_to<3>(free, lanes_.data());
   PetscCall(VecRestoreArrayRead(r, &ar));
   in_.resize(size);
   out_.assign(size, 0.0);
@@ -187,9 +215,11 @@ PetscErrorCode CoarseSpace::add(Vec r, Vec z) {
   }
   for (std::size_t k = 0; k < size; ++k) lanes_[k / d * width + k % d] = out_[k];
   PetscCall(VecGetArray(z, &az));
+  if (supports_) keep_held(az, false);
   if (d == 1) grid_.prolong<1>(lanes_.data(), az);
   else if (d == 2) grid_.prolong<2>(lanes_.data(), az);
   else grid_.prolong<3>(lanes_.data(), az);
+  if (supports_) keep_held(az, true);
   PetscCall(VecRestoreArray(z, &az));
   // of a particle, in each direction: its shares in 2^d corners, and their products with d components, added; of E^-1: 2 size^2
   const double corners = static_cast<double>(1 << dim_), all = static_cast<double>(size);

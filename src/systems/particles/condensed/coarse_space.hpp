@@ -2,7 +2,8 @@
 // lattice as it started,
 //   z += Z E^-1 Z^T r,   E = Z^T S Z
 // Particles tied by springs much stiffer than the others share the values at their centre, so that no coarse motion
-// strains such a spring. E is small and dense; its inverse is kept on every rank.
+// strains such a spring. Held components of rollers have no share in any hat, as fixed particles have none. E is small and dense; its inverse is kept
+// on every rank.
 #pragma once
 #include <vector>
 #include "systems/particles/condensed/coarse_grid.hpp"
@@ -23,13 +24,17 @@ class CoarseSpace {
  private:
   PetscErrorCode reserve() const;
   PetscErrorCode make(SpringMatrix& S, PetscInt unknowns);
-  PetscErrorCode invert(std::vector<double>* E);
+  PetscErrorCode invert(std::vector<double>* E, std::vector<double>* rolling);
+  void keep_held(double* z, bool restore);
   MPI_Comm comm_ = MPI_COMM_NULL;
   int dim_ = 3;
   bool active_ = false;
+  const Supports* supports_ = nullptr;  ///< where there are rollers
+  PetscInt owned_ = 0;
   CoarseGrid grid_;
   std::vector<double> inverse_;           ///< (unknowns, unknowns)
   std::vector<double> lanes_, in_, out_;  ///< of one product
+  std::vector<double> free_, kept_;       ///< with rollers: r without held components, and what these have in z
 };
 
 }  // namespace bs
