@@ -89,6 +89,7 @@ struct Trajectory::Impl {
   bool has_space() const { return (static_cast<std::int64_t>(steps.size()) + 1) * frame_size <= most_waiting; }
   /// Everything but frames. The tables of the ranks are gathered first where rank 0 writes for all.
   PetscErrorCode write_head(std::vector<Dataset> constants);
+  PetscErrorCode replace_table(Dataset table);
 
   /// Upper bound of what frames and rows of the log add to the file [bytes].
   std::int64_t frame_bytes(std::int64_t count, std::int64_t rows = 0) const;

@@ -178,6 +178,16 @@ PetscErrorCode write_table(hid_t file, const Dataset& table) {
   PetscFunctionReturn(0);
 }
 
+PetscErrorCode refill_table(hid_t file, const Dataset& table) {
+  const Content content(table);
+
+  PetscFunctionBegin;
+  H5 set(H5Dopen2(file, table.path.c_str(), H5P_DEFAULT), H5Dclose);
+  BS_H5(set);
+  PetscCall(write_slices(set, content.memory, table, content.data, content.entries / static_cast<std::size_t>(std::max(1, table.columns))));
+  PetscFunctionReturn(0);
+}
+
 PetscErrorCode create_pages(hid_t file, const std::string& path, std::int64_t count, std::int64_t rows, std::int64_t columns, H5* set) {
   const hsize_t extent[3] = {static_cast<hsize_t>(count), static_cast<hsize_t>(rows), static_cast<hsize_t>(columns)};
   H5 group;

@@ -42,4 +42,7 @@ PetscErrorCode gather_table(MPI_Comm comm, Dataset* table);
 /// Collective. Writes a table in parallel, each rank its rows; the groups above it are created.
 PetscErrorCode write_table(hid_t file, const Dataset& table);
 
+/// Collective. The same into the dataset that is there, which has the table's shape.
+PetscErrorCode refill_table(hid_t file, const Dataset& table);
+
 }  // namespace bs

@@ -69,6 +69,25 @@ PetscErrorCode Trajectory::Impl::write_head(std::vector<Dataset> constants) {
   PetscFunctionReturn(0);
 }
 
+PetscErrorCode Trajectory::Impl::replace_table(Dataset table) {
+  H5 group;
+
+  PetscFunctionBegin;
+  if (gathers) PetscCall(gather_table(comm, &table));
+  if (!writer) PetscFunctionReturn(0);
+  PetscCall(open_group(file, table.path.substr(0, table.path.rfind('/')), &group));
+  htri_t there = H5Lexists(file, table.path.c_str(), H5P_DEFAULT);
+  BS_H5(there);
+  if (there && mark.frames > 0) {  // that of the run before it may be another one
+    BS_H5(H5Ldelete(file, table.path.c_str(), H5P_DEFAULT));
+    there = 0;
+  }
+  if (there) PetscCall(refill_table(file, table));
+  else PetscCall(write_constants(file, {table}, options.units));
+  BS_H5(H5Fflush(file, H5F_SCOPE_GLOBAL));
+  PetscFunctionReturn(0);
+}
+
 PetscErrorCode Trajectory::Impl::publish() {
   std::string reason;
   Fault fault;
@@ -155,6 +174,23 @@ PetscErrorCode Trajectory::write_frame(std::int64_t step, double time, const std
   PetscCall(watch.settle(impl_->comm, code));
   if (impl_->options.flush == 0) PetscCall(flush());
   else if (impl_->frames == 0 || !impl_->has_space()) PetscCall(write_waiting());
+  PetscFunctionReturn(0);
+}
+
+PetscErrorCode Trajectory::write_table(const Dataset& table) {
+  std::string full;
+  PetscErrorCode code;
+
+  PetscFunctionBegin;
+  PetscCall(write_waiting());
+  if (!impl_->usable) PetscFunctionReturn(0);
+  const IoWatch watch("cannot write " + table.path + " to " + impl_->options.file, ": all frames are intact");
+  code = reserve_space(impl_->comm, impl_->path(), -1, constant_bytes({table}), &full);
+  if (!code && !full.empty()) code = tell(impl_->comm, Exit::io, watch.sentence(full));
+  if (!code) code = impl_->replace_table(table);
+  if (code) impl_->usable = false;
+  else impl_->unsynced = true;
+  PetscCall(watch.settle(impl_->comm, code));
   PetscFunctionReturn(0);
 }
 

@@ -49,6 +49,8 @@ class Trajectory {
   PetscErrorCode write_pages(const std::string& path, std::int64_t count, const std::function<PetscErrorCode(std::int64_t, Vec*)>& page);
   /// Collective. Appends one frame; the first one, which is written at once, fixes the set of fields and observables.
   PetscErrorCode write_frame(std::int64_t step, double time, const std::vector<Field>& fields, const std::vector<Observable>& observables);
+  /// Collective. Gives a table its values, in the place of those that it was created with; it is made where the file has no such one.
+  PetscErrorCode write_table(const Dataset& table);
   /// Not collective: buffered (what rank 0 says), and written with the next frame or flush.
   void log_step(const StepRecord& record);
   /// Collective. Writes what waits: no kill loses it any more, and readers see it.

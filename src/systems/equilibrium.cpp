@@ -152,10 +152,9 @@ PetscErrorCode Equilibrium::jacobian(double t, Vec y, Vec, double sigma, Form fo
 }
 
 PetscErrorCode Equilibrium::linearise_sharply(double t, Vec y, Mat P) {
-  constexpr double PART = 1e-4;
   PetscFunctionBegin;
   PetscCall(jacobian(t, y, nullptr, 1, Form::momentum, P));
-  tangent_.set_static(PART * floor_);
+  tangent_.set_static(sharp_shift());
   PetscFunctionReturn(0);
 }
 

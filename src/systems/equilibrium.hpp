@@ -27,6 +27,8 @@ class Equilibrium final : public FirstOrder {
   void set_pseudo_time(double part);
   /// Collective. The tangent at (t, y), with a shift so small that it does not hide a negative eigenvalue: for its inertia.
   PetscErrorCode linearise_sharply(double t, Vec y, Mat P);
+  /// That shift, once there is one [1/s^2].
+  double sharp_shift() const { return SHARP * floor_; }
 
   /// From now on s is this, whatever the time is (arc length); NaN: the time again.
   void set_factor(double s) { factor_ = s; }
@@ -49,6 +51,7 @@ class Equilibrium final : public FirstOrder {
   PetscErrorCode fields(double t, Vec y, std::vector<Field>* out) override;
 
  private:
+  static constexpr double SHARP = 1e-4;  ///< of the shift of a solve
   class Potential;
   /// rest_ becomes y without its velocities.
   PetscErrorCode at_rest(Vec y);

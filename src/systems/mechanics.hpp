@@ -70,8 +70,17 @@ struct Loads {
   bool driven_at_full_load = false;   ///< driven groups likewise
 };
 
+/// Particles under a name that options or the input give them.
+struct ParticleGroup {
+  std::string name;
+  std::int64_t total = 0;        ///< members on all ranks
+  std::vector<PetscInt> member;  ///< owned particles, by their places on this rank
+};
+
 class Mechanics : public System {
  public:
+  /// Named sets of its particles: the same names in the same order on every rank.
+  virtual std::vector<ParticleGroup> groups() const { return {}; }
   /// The factors of the evaluations that follow.
   virtual void set_loads(const Loads&) {}
   /// Collective. Ends the run with exit code 2 where loads that do not depend on place or time act on particles that nothing holds, as

@@ -4,6 +4,7 @@
 #include <memory>
 #include "output/progress.hpp"
 #include "tasks/adviser.hpp"
+#include "tasks/findings.hpp"
 #include "tasks/run_options.hpp"
 #include "time/energy_watch.hpp"
 #include "time/ts_setup.hpp"
@@ -19,6 +20,8 @@ struct RunHooks {
   std::function<PetscErrorCode(TS, TSContext&)> attach;                                 ///< once the TS is made, before its options are in force
   std::function<PetscErrorCode(double time, Vec y, std::vector<Observable>*)> observe;  ///< adds to a frame's observables
   std::function<PetscErrorCode(std::vector<Tally>*)> count;                             ///< adds to the summary and the report
+  std::function<void(PetscMPIInt rank, std::vector<Dataset>*)> tables;                  ///< adds to a trajectory what `find` gives values
+  std::function<PetscErrorCode(double time, Vec y, Findings*)> find;                    ///< computes at the last state of a run that went well
   std::function<bool()> done;                                                           ///< asked after every step: whether the run ends with it
   bool checkpoints = true;                                                              ///< whether its states can be continued
   const char* clock = "load factor";                                                    ///< what its time is, if it has load steps
@@ -55,6 +58,7 @@ class Run {
   PetscErrorCode open_trajectory();
   PetscErrorCode save_last(bool failed);
   bool idle() const { return stepper_->counts().steps == taken_up_; }
+  PetscErrorCode find_out();
   PetscErrorCode conclude(TSConvergedReason reason, int* exit_code);
   PetscErrorCode report(const std::string& outcome, const std::string& why);
   PetscErrorCode explain(TSConvergedReason reason, std::string* text);
@@ -83,6 +87,7 @@ class Run {
   int held_rows_ = 0;                       ///< of the log, not yet written
   double most_force_ = 0, most_speed_ = 0;  ///< 2-norms of f and of sqrt(M) v, since the run began
   bool rests_ = false;
+  Findings findings_;
 };
 
 /// Of a frame's observables [J]; NaN if they have none.

@@ -86,6 +86,7 @@ PetscErrorCode Run::report(const std::string& outcome, const std::string& why) {
     report.set("frames", trajectory_ ? trajectory_->frames() : std::int64_t{0});
     for (const Observable& o : first_) report.set("first_" + o.name, o.value);
     for (const Observable& o : last_) report.set("last_" + o.name, o.value);
+    for (const auto& [key, entry] : findings_.entries) report.set(key, entry);
     PetscCall(report.write(model_.comm(), options_.output.report, options_.output.trajectory.overwrite));
   }
   progress_.finish(state(), outcome, closing_lines());
@@ -113,6 +114,7 @@ std::vector<std::string> Run::closing_lines() const {
   if (std::isfinite(before)) lines.push_back(format("total energy %.6g J -> %.6g J", before, after));
   for (const Tally& tally : tallies())
     if (tally.count > 0 && !tally.text.empty()) lines.push_back(format("%lld %s", static_cast<long long>(tally.count), tally.text.c_str()));
+  lines.insert(lines.end(), findings_.lines.begin(), findings_.lines.end());
   if (rests_) lines.push_back(format("ended at rest, at t = %.10g s", stepper_->good_time()));
   if (c.shortened) lines.push_back(format("%lld steps shortened to hit output times", static_cast<long long>(c.shortened)));
   if (c.rejected)
@@ -127,12 +129,28 @@ std::vector<std::string> Run::closing_lines() const {
   return lines;
 }
 
+/// What the task asks for at the last state. A continued run that took no step has the tables of the run before it.
+PetscErrorCode Run::find_out() {
+  Vec y;
+  PetscFunctionBegin;
+  if (!hooks_.find) PetscFunctionReturn(0);
+  PetscCall(TSGetSolution(ts_, &y));
+  PetscCall(hooks_.find(stepper_->good_time(), y, &findings_));
+  set_phase(Exit::io);
+  for (const Dataset& table : findings_.tables)
+    if (trajectory_ && !(resumed_ && idle())) PetscCall(trajectory_->write_table(table));
+  set_phase(Exit::solve);
+  PetscFunctionReturn(0);
+}
+
 PetscErrorCode Run::conclude(TSConvergedReason reason, int* exit_code) {
   PetscFunctionBegin;
   std::string why;
-  const bool failed = reason < 0;
-  if (failed) PetscCall(explain(reason, &why));
+  if (reason < 0) PetscCall(explain(reason, &why));
   else if (stepper_->signal()) why = format("stopped by signal %d", stepper_->signal());
+  else PetscCall(find_out());
+  const bool failed = reason < 0 || !findings_.why.empty();
+  if (reason >= 0 && failed) why = findings_.why;
   if (trajectory_) {
     set_phase(Exit::io);
     PetscCall(trajectory_->close());

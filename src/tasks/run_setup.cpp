@@ -178,6 +178,7 @@ PetscErrorCode Run::open_trajectory() {
   }
   PetscCallMPI(MPI_Comm_rank(model_.comm(), &rank));
   advice_.put(rank, &constants);
+  if (hooks_.tables) hooks_.tables(rank, &constants);
   PetscCall(Trajectory::create(model_.comm(), options, model_.dim(), numbers, constants, &trajectory_));
   PetscFunctionReturn(0);
 }

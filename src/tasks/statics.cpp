@@ -1,12 +1,12 @@
 #include "tasks/statics.hpp"
-#include <algorithm>
 #include <string>
 #include "base/fault.hpp"
-#include "base/options.hpp"
 #include "solvers/arc_length.hpp"
 #include "solvers/condensed/condensed.hpp"
 #include "solvers/pseudo_time.hpp"
 #include "systems/equilibrium.hpp"
+#include "tasks/compliance.hpp"
+#include "tasks/load_options.hpp"
 #include "tasks/matrices.hpp"
 #include "tasks/run_parts.hpp"
 #include "time/ts_queries.hpp"
@@ -14,94 +14,10 @@
 namespace bs {
 namespace {
 
-struct LoadOptions {
-  std::int64_t steps = 1, arc_steps = 1000;
-  bool arc = false;
-  double end = 1;
-  LoadRules rules;
-};
-
-PetscErrorCode read_load_options(MPI_Comm comm, LoadOptions* out) {
-  std::vector<std::string> scaled;
-  int control = 0;
-  PetscFunctionBegin;
-  PetscCall(read_section(comm, "Loads (-bs_task statics)", [&](Section& o) {
-    o.integer("-bs_load_steps", "number of load steps from the load factor 0 to 1; by arc length, 1 over what the first step adds", out->steps,
-              Range::positive);
-    o.choice(
-        "-bs_load_control",
-        "what is given of a load step: load, its load factor; arc, the length of its way in positions and load factor, so that the load factor may "
-        "fall beyond a limit load",
-        {"load", "arc"}, control);
-    o.real("-bs_arc_end", "load factor at which a path by arc length ends [1]", out->end);
-    o.integer("-bs_arc_steps", "number of steps of undiminished length after which a path by arc length ends at the latest", out->arc_steps,
-              Range::positive);
-    out->arc = control == 1;
-    if (out->end == 0) o.fail("option -bs_arc_end: the path begins at the load factor 0: give another one");
-    const bool given = o.texts("-bs_load_scale",
-                               "loads that the load factor multiplies: gravity (uniform and central), anchors and driven "
-                               "(prescribed motions, which are where they would be at t = the load factor in seconds), none; the others act in full "
-                               "from the start; default: all",
-                               scaled);
-    if (!given) return;
-    out->rules = {false, false, false};
-    for (const std::string& word : scaled) {
-      if (word == "gravity") out->rules.gravity = true;
-      else if (word == "anchors") out->rules.anchors = true;
-      else if (word == "driven") out->rules.driven = true;
-      else if (word != "none") o.fail("option -bs_load_scale: " + word + " is no load: give some of gravity, anchors, driven, or none");
-    }
-  }));
-  PetscFunctionReturn(0);
-}
-
-/// Options of time stepping and of solvers that have no meaning here.
-PetscErrorCode refuse_options_of_dynamics(MPI_Comm comm) {
-  const std::pair<const char*, const char*> others[] = {
-      {"-ts_type", "there is no time to be stepped: leave it out"},
-      {"-ts_dt", "load steps are numbered: give -bs_load_steps"},
-      {"-ts_max_time", "the load factor ends at 1: scale the loads themselves"},
-      {"-ts_init_time", "the load factor begins at 0: leave it out"},
-      {"-ts_adapt_type", "load steps are cut where Newton's method fails: leave it out"},
-      {"-bs_stop_at_rest", "every state is at rest: leave it out"},
-      {"-snes_mf", "the tangent is needed: leave it out"},
-      {"-snes_fd", "the tangent is known: leave it out"},
-      {"-snes_fd_color", "the tangent is known: leave it out"},
-      {"-mat_type", "the tangent is never assembled as a whole: give -condensed_mat_type"},
-  };
-  PetscFunctionBegin;
-  for (const auto& [name, instead] : others) {
-    PetscBool given = PETSC_FALSE;
-    PetscCall(PetscOptionsHasName(nullptr, nullptr, name, &given));
-    if (given) PetscCall(tell(comm, Exit::input, std::string("option ") + name + " does not go with -bs_task statics: " + instead));
-  }
-  char type[64] = "condensed";
-  PetscCall(PetscOptionsGetString(nullptr, nullptr, "-pc_type", type, sizeof type, nullptr));
-  if (std::string(type) != "condensed")
-    PetscCall(tell(comm, Exit::input,
-                   std::string("option -pc_type ") + type +
-                       " does not go with -bs_task statics: choose the linear solver by -condensed_pc_type and "
-                       "-condensed_ksp_type"));
-  PetscFunctionReturn(0);
-}
-
-/// The tangent and the length of the path are not kept in files.
-PetscErrorCode refuse_checkpoints(MPI_Comm comm) {
-  PetscFunctionBegin;
-  for (const char* name : {"-bs_checkpoint", "-bs_restart"}) {
-    PetscBool given = PETSC_FALSE;
-    PetscCall(PetscOptionsHasName(nullptr, nullptr, name, &given));
-    if (given)
-      PetscCall(tell(comm, Exit::input,
-                     std::string("option ") + name + " does not go with -bs_load_control arc: a path cannot be continued; leave it out"));
-  }
-  PetscFunctionReturn(0);
-}
-
 /// What statics adds to a run: load steps for time steps, the fallback, and the signs of the tangent's pivots.
 class StaticRun {
  public:
-  StaticRun(Equilibrium& model, const LoadOptions& options) : model_(model), options_(options) {}
+  StaticRun(Equilibrium& model, const LoadOptions& options, Compliance* compliance) : model_(model), options_(options), compliance_(compliance) {}
   RunHooks hooks();
 
  private:
@@ -110,6 +26,7 @@ class StaticRun {
 
   Equilibrium& model_;
   LoadOptions options_;
+  Compliance* compliance_;  ///< null: not wanted
   PseudoTime pseudo_;
   ArcLength arc_;
   TS ts_ = nullptr;
@@ -134,6 +51,10 @@ RunHooks StaticRun::hooks() {
   };
   hooks.observe = [this](double factor, Vec y, std::vector<Observable>* out) { return observe(factor, y, out); };
   hooks.count = [this](std::vector<Tally>* out) { return count(out); };
+  if (compliance_) {
+    hooks.tables = [this](PetscMPIInt rank, std::vector<Dataset>* all) { all->push_back(compliance_->table(rank)); };
+    hooks.find = [this](double factor, Vec y, Findings* out) { return compliance_->find(ts_, context_->matrix, model_, factor, y, out); };
+  }
   if (!options_.arc) return hooks;
   hooks.pace.end = step * static_cast<double>(options_.arc_steps);
   hooks.method = format("statics by arc length, first step %.6g", step);
@@ -190,9 +111,10 @@ PetscErrorCode prepare(std::unique_ptr<Model> model, const LoadOptions& loads, R
 }
 
 /// The run; `last` receives the state of the last frame, an equilibrium, or null under -help.
-PetscErrorCode run_loads(Equilibrium& equilibrium, const RunOptions& options, const LoadOptions& loads, VecHandle* last, int* exit_code) {
+PetscErrorCode run_loads(Equilibrium& equilibrium, const RunOptions& options, const LoadOptions& loads, Compliance* compliance, VecHandle* last,
+                         int* exit_code) {
   PetscFunctionBegin;
-  StaticRun statics(equilibrium, loads);
+  StaticRun statics(equilibrium, loads, compliance);
   RunHooks hooks = statics.hooks();
   const auto observe = hooks.observe;
   hooks.observe = [&observe, last](double factor, Vec y, std::vector<Observable>* out) {
@@ -215,6 +137,7 @@ PetscErrorCode run_statics(std::unique_ptr<Model> model, int* exit_code) {
   LoadOptions loads;
   Claim claim;  // given up when the files are closed
   std::unique_ptr<Equilibrium> equilibrium;
+  Compliance compliance;
   VecHandle last, rest;
   PetscFunctionBegin;
   const MPI_Comm comm = model->comm();
@@ -223,8 +146,9 @@ PetscErrorCode run_statics(std::unique_ptr<Model> model, int* exit_code) {
   if (loads.arc) PetscCall(refuse_checkpoints(comm));
   PetscCall(read_run_options(comm, &options));
   PetscCall(prepare(std::move(model), loads, &options, &equilibrium));
+  PetscCall(compliance.read(*equilibrium));
   PetscCall(claim_files(comm, options, &claim));
-  PetscCall(run_loads(*equilibrium, options, loads, &last, exit_code));
+  PetscCall(run_loads(*equilibrium, options, loads, compliance.wanted() ? &compliance : nullptr, &last, exit_code));
   if (!last) PetscFunctionReturn(0);
   PetscCall(at_rest(last, rest.out()));
   PetscCall(write_matrices(*equilibrium, equilibrium->factor(1), rest, options.output.trajectory.overwrite));
@@ -243,7 +167,7 @@ PetscErrorCode settle(std::unique_ptr<Model> model, const RunOptions& given, std
   PetscCall(prepare(std::move(model), loads, &options, &equilibrium));
   options.output.trajectory.file.clear();
   options.output.report.clear();
-  PetscCall(run_loads(*equilibrium, options, loads, &last, exit_code));
+  PetscCall(run_loads(*equilibrium, options, loads, nullptr, &last, exit_code));
   PetscCall(at_rest(last ? last.get() : equilibrium->initial_state(), y));
   *settled = std::move(equilibrium);
   PetscFunctionReturn(0);

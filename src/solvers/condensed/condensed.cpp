@@ -154,6 +154,7 @@ PetscErrorCode condensed_set_tangent(PC pc, Tangent* tangent, const CondensedDem
   if (!is) PetscFunctionReturn(0);
   data_of(pc).tangent = tangent;
   data_of(pc).demand = demand;
+  data_of(pc).inner.set_demand(demand);
   PetscFunctionReturn(0);
 }
 

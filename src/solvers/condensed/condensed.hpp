@@ -41,7 +41,8 @@ PetscErrorCode register_condensed();
 /// Whether `pc` is of this type, and what it has done.
 PetscErrorCode condensed_counts(PC pc, bool* is, CondensedCounts* counts);
 
-/// Where the Jacobian comes from, and what for; must be given before `pc` is set up, unless P itself is tied to a tangent.
+/// Where the Jacobian comes from, and what for; must be given before `pc` is set up, unless P itself is tied to a tangent. What for may
+/// change between solves; whether the signs of the pivots are wanted may not.
 PetscErrorCode condensed_set_tangent(PC pc, Tangent* tangent, const CondensedDemand& demand);
 
 /// Before a linearisation: whether S may be positive definite although the last one was not.

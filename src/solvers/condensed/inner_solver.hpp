@@ -17,6 +17,7 @@ class InnerSolver {
  public:
   /// Collective. Reads the options -<outer>condensed_*.
   PetscErrorCode create(Tangent& tangent, const CondensedDemand& demand, const char* outer_prefix);
+  void set_demand(const CondensedDemand& demand) { demand_ = demand; }
   bool created() const { return tangent_ != nullptr; }
   PetscErrorCode create_vector(Vec* out) const;
   /// Collective. S, or its definite part, at the tangent's present state; the preconditioner is renewed when it has aged.

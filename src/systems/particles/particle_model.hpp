@@ -30,6 +30,7 @@ class ParticleModel final : public Mechanics {
   std::vector<std::string> describe() const override;
   const Layout& layout() const override { return layout_; }
   const std::vector<double>& masses() const override { return net_.mass; }
+  std::vector<ParticleGroup> groups() const override;
   PetscErrorCode force(double t, Vec y, const double** f) override;
   PetscErrorCode force_magnitudes(double t, Vec y, double* size) override;
   Linearisation& linearisation() override { return linearised_; }

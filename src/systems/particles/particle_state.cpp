@@ -1,10 +1,20 @@
 // The state of a particle system in the input's order, and what tells its lattice from others.
+#include <algorithm>
 #include <string>
 #include "checkpoint/row_sum.hpp"
 #include "systems/particles/interactions/interaction_output.hpp"
 #include "systems/particles/particle_model.hpp"
 
 namespace bs {
+
+std::vector<ParticleGroup> ParticleModel::groups() const {
+  std::vector<ParticleGroup> all;
+  for (const NetworkGroup& group : net_.groups) {
+    const auto ghosts = std::lower_bound(group.member.begin(), group.member.end(), net_.n);
+    all.push_back({group.name, group.total, {group.member.begin(), ghosts}});
+  }
+  return all;
+}
 
 PetscErrorCode ParticleModel::gather_state(Vec y, std::vector<StatePart>* parts) {
   PetscFunctionBegin;

@@ -1,0 +1,193 @@
+#include "tasks/compliance.hpp"
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include "base/fault.hpp"
+#include "base/options.hpp"
+#include "solvers/condensed/condensed.hpp"
+#include "time/ts_queries.hpp"
+
+namespace bs {
+
+PetscErrorCode Compliance::read(Equilibrium& model) {
+  const std::vector<ParticleGroup> all = model.mechanics()->groups();
+  std::vector<std::string> names;
+  PetscFunctionBegin;
+  PetscCall(read_section(model.comm(), "Compliance (-bs_task statics)", [&](Section& o) {
+    o.texts("-bs_compliance_groups",
+            "names of groups whose compliance at the last equilibrium is computed: the mean displacement of each along every axis [m] under a force "
+            "of 1 N "
+            "on each along every axis, spread evenly over its particles; written to the report and to /compliance of -bs_output",
+            names);
+    std::string known;
+    for (const ParticleGroup& group : all) known += (known.empty() ? "" : ", ") + group.name;
+    for (const std::string& name : names) {
+      const auto at = std::find_if(all.begin(), all.end(), [&](const ParticleGroup& one) { return one.name == name; });
+      if (at == all.end())
+        o.fail("option -bs_compliance_groups: there is no group " + name + ": choose its particles by -bs_group_" + name +
+               (known.empty() ? "" : ", or name some of " + known));
+      else if (std::any_of(groups_.begin(), groups_.end(), [&](const ParticleGroup& one) { return one.name == name; }))
+        o.fail("option -bs_compliance_groups: the group " + name + " is named twice: name it once");
+      else groups_.push_back(*at);
+    }
+    if (wanted() && model.free_bodies() > 0)
+      o.fail(format(
+          "option -bs_compliance_groups: bodies that are tied to nothing (%lld of them) yield to loads without end: fix a particle of each, tie "
+          "it to an anchor, or leave the option out",
+          static_cast<long long>(model.free_bodies())));
+  }));
+  dim_ = model.dim();
+  const std::size_t size = groups_.size() * static_cast<std::size_t>(dim_);
+  value_.assign(size * size, std::numeric_limits<double>::quiet_NaN());
+  PetscFunctionReturn(0);
+}
+
+Dataset Compliance::table(PetscMPIInt rank) const {
+  std::string names;
+  for (const ParticleGroup& group : groups_) names += (names.empty() ? "" : ",") + group.name;
+  const int size = static_cast<int>(groups_.size()) * dim_;
+  return {"/compliance/matrix",
+          0,
+          size,
+          size,
+          rank == 0 ? value_ : std::vector<double>{},  // its rows are written by one rank
+          {{"groups", names}, {"meaning", "mean displacement of each group along each axis per unit force on each group along each axis"}},
+          {-1, 0, 2}};
+}
+
+PetscErrorCode Compliance::set_load(Mechanics& mechanics, std::size_t group, PetscInt component, Vec load) const {
+  const Layout& at = mechanics.layout();
+  PetscScalar* a = nullptr;
+  PetscFunctionBegin;
+  PetscCall(VecZeroEntries(load));
+  PetscCall(VecGetArray(load, &a));
+  for (const PetscInt i : groups_[group].member)
+    if (mechanics.linearisation().moves(i, component)) a[at.v(i, component)] = 1 / static_cast<double>(groups_[group].total);
+  PetscCall(VecRestoreArray(load, &a));
+  PetscFunctionReturn(0);
+}
+
+/// Whether the stiffness of the motion u, u.f/u.Mu, is told from the shift of the solve: what nothing resists has no other one.
+PetscErrorCode Compliance::is_resisted(Equilibrium& model, Vec load, Vec u, bool* yes) const {
+  constexpr double TOLD = 10;
+  const Layout at = layout_of(u);
+  const std::vector<double>& masses = model.mechanics()->masses();
+  const PetscScalar *af = nullptr, *au = nullptr;
+  double sums[2] = {0, 0};
+  PetscFunctionBegin;
+  PetscCall(VecGetArrayRead(load, &af));
+  PetscCall(VecGetArrayRead(u, &au));
+  for (PetscInt i = 0; i < at.particles; ++i)
+    for (PetscInt c = 0; c < at.dim; ++c) {
+      sums[0] += af[at.v(i, c)] * au[at.x(i, c)];
+      sums[1] += masses[static_cast<std::size_t>(i)] * au[at.x(i, c)] * au[at.x(i, c)];
+    }
+  PetscCall(VecRestoreArrayRead(u, &au));
+  PetscCall(VecRestoreArrayRead(load, &af));
+  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, sums, 2, MPI_DOUBLE, MPI_SUM, model.comm()));
+  *yes = std::abs(sums[0]) > TOLD * model.sharp_shift() * sums[1];
+  PetscFunctionReturn(0);
+}
+
+// u <- u + (shift M - K)^-1 r,  r = f + K u with the exact K, until r is down to rounding: neither the shift nor the precision in which the
+// matrix is stored is left in u.
+PetscErrorCode Compliance::displace(KSP ksp, Equilibrium& model, Vec load, Vec u, bool* borne) {
+  constexpr double DONE = 1e-13, GOOD = 1e-7, SLOW = 0.5;
+  constexpr int MOST = 50;
+  Linearisation& lin = model.mechanics()->linearisation();
+  const Layout& at = lin.layout();
+  PetscReal first = 0, size = 0, before = 0;
+  PetscFunctionBegin;
+  force_.resize(static_cast<std::size_t>(at.particles * at.dim));
+  PetscCall(VecZeroEntries(u));
+  PetscCall(VecCopy(load, r_));
+  PetscCall(VecNorm(load, NORM_2, &first));
+  *borne = true;
+  if (first == 0) PetscFunctionReturn(0);  // its supports bear all of it
+  size = before = first;
+  for (int pass = 0; pass < MOST && size > DONE * first && (pass == 0 || size <= SLOW * before); ++pass) {
+    PetscScalar* r = nullptr;
+    PetscCall(KSPSolve(ksp, r_, z_));
+    PetscCall(VecAXPY(u, 1.0, z_));
+    PetscCall(zero_velocities(u));
+    PetscCall(lin.change_of_force(u, force_.data()));
+    PetscCall(VecCopy(load, r_));
+    PetscCall(VecGetArray(r_, &r));
+    for (PetscInt i = 0; i < at.particles; ++i)
+      for (PetscInt c = 0; c < at.dim; ++c) r[at.v(i, c)] += force_[static_cast<std::size_t>(i * at.dim + c)];
+    PetscCall(VecRestoreArray(r_, &r));
+    before = size;
+    PetscCall(VecNorm(r_, NORM_2, &size));
+  }
+  *borne = size <= GOOD * first;
+  if (*borne) PetscCall(is_resisted(model, load, u, borne));
+  PetscFunctionReturn(0);
+}
+
+/// Column `column` of C.
+PetscErrorCode Compliance::add_means(MPI_Comm comm, Vec u, std::size_t column) {
+  const Layout at = layout_of(u);
+  const std::size_t d = static_cast<std::size_t>(dim_), size = groups_.size() * d;
+  std::vector<double> sums(size, 0.0);
+  const PetscScalar* a = nullptr;
+  PetscFunctionBegin;
+  PetscCall(VecGetArrayRead(u, &a));
+  for (std::size_t g = 0; g < groups_.size(); ++g)
+    for (const PetscInt i : groups_[g].member)
+      for (std::size_t c = 0; c < d; ++c) sums[g * d + c] += a[at.x(i, static_cast<PetscInt>(c))];
+  PetscCall(VecRestoreArrayRead(u, &a));
+  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, sums.data(), static_cast<PetscMPIInt>(size), MPI_DOUBLE, MPI_SUM, comm));
+  for (std::size_t k = 0; k < size; ++k) value_[k * size + column] = sums[k] / static_cast<double>(groups_[k / d].total);
+  PetscFunctionReturn(0);
+}
+
+void Compliance::put(PetscMPIInt rank, Findings* out) const {
+  const std::size_t d = static_cast<std::size_t>(dim_), size = groups_.size() * d;
+  Report entry;
+  std::vector<std::string> names;
+  for (std::size_t g = 0; g < groups_.size(); ++g) {
+    std::string text = "compliance of " + groups_[g].name + " [m/N]:";
+    for (std::size_t c = 0; c < d; ++c) text += format(" %c %.6g", 'x' + static_cast<int>(c), value_[(g * d + c) * (size + 1)]);
+    out->lines.push_back(text);
+    names.push_back(groups_[g].name);
+  }
+  entry.set("groups", names);
+  entry.set("matrix", value_);
+  out->entries.emplace_back("compliance", entry);
+  out->tables.push_back(table(rank));
+}
+
+PetscErrorCode Compliance::find(TS ts, Mat J, Equilibrium& model, double t, Vec y, Findings* out) {
+  constexpr double RTOL = 1e-10;
+  KSP ksp;
+  PC pc;
+  VecHandle load, u;
+  PetscMPIInt rank;
+  PetscFunctionBegin;
+  PetscCallMPI(MPI_Comm_rank(model.comm(), &rank));
+  PetscCall(linear_solver_of(ts, &ksp, &pc));
+  PetscCall(condensed_set_tangent(pc, model.tangent(), {}));  // S itself is solved with, definite or not
+  PetscCall(condensed_renew(pc));
+  PetscCall(model.linearise_sharply(t, y, J));
+  PetscCall(KSPSetOperators(ksp, J, J));
+  PetscCall(KSPSetTolerances(ksp, RTOL, PETSC_DEFAULT, PETSC_DEFAULT, PETSC_DEFAULT));
+  for (VecHandle* vec : {&load, &u, &r_, &z_}) PetscCall(VecDuplicate(y, vec->out()));
+  for (std::size_t g = 0; g < groups_.size(); ++g)
+    for (int c = 0; c < dim_; ++c) {
+      bool borne = false;
+      PetscCall(set_load(*model.mechanics(), g, c, load));
+      PetscCall(displace(ksp, model, load, u, &borne));
+      if (!borne) {
+        out->why = format(
+            "option -bs_compliance_groups: no displacement bears a load on the group %s along %c: a motion of the structure meets no resistance, "
+            "or too little for this linear solver; hold it by fixed particles or anchors, or give -condensed_pc_type cholesky",
+            groups_[g].name.c_str(), 'x' + c);
+        PetscFunctionReturn(0);
+      }
+      PetscCall(add_means(model.comm(), u, g * static_cast<std::size_t>(dim_) + static_cast<std::size_t>(c)));
+    }
+  put(rank, out);
+  PetscFunctionReturn(0);
+}
+
+}  // namespace bs

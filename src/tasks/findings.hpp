@@ -1,0 +1,18 @@
+// What a task computes at the last state of a run, for its report, its trajectory and its summary.
+#pragma once
+#include <string>
+#include <utility>
+#include <vector>
+#include "output/report.hpp"
+#include "systems/system.hpp"
+
+namespace bs {
+
+struct Findings {
+  std::string why;                                      ///< it could not be had; empty where it could
+  std::vector<Dataset> tables;                          ///< of the trajectory, which has them already, without values
+  std::vector<std::pair<std::string, Report>> entries;  ///< of the report
+  std::vector<std::string> lines;                       ///< of the summary
+};
+
+}  // namespace bs
