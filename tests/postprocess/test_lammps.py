@@ -188,6 +188,35 @@ def moved(checks, folder):
         checks.near("units real: energy in kcal/mol, there and back", back[0][0, 1], tables[0][0, 1], 1e-8)
 
 
+def driven(checks, folder):
+    """A lattice held at one end and driven at the other, sideways too: fix setforce and fix move against groups and their motions by velocity Verlet,
+    which is the scheme of both."""
+    speed, amplitude, frequency, dt, steps = 0.4, 0.3, 0.8, 0.005, 400
+    motion = f"x=velocity:{speed},y=sinusoid:{amplitude},{frequency},z=fixed"
+    lattice = ["-bs_lattice_type", "cubic", "-bs_lattice_size", "6,3,3", "-bs_lattice_neighbors", "18", "-bs_lattice_stiffness", "40", "-bs_lattice_particle_mass",
+               "0.7", "-bs_lattice_perturbation", "0.05", "-bs_lattice_velocity", "0,0,0.3", "-bs_group_wall", "xmin", "-bs_group_end", "xmax"]
+    subprocess.run([checks.program, *lattice, "-bs_motion_wall", "fixed", "-bs_motion_end", motion, "-ts_type", "verlet", "-ts_dt", repr(dt), "-ts_max_time", repr(dt * steps),
+                    "-bs_output", "driven.h5md", "-bs_output_interval", repr(dt * steps / 4), "-bs_overwrite", "-bs_progress_interval", "-1"],
+                   cwd=folder, env=environment(1), check=True, capture_output=True, timeout=120)
+    convert(checks, folder, "driven.h5md", "-o", "data.driven", "--frame", 0)
+    with h5py.File(folder / "driven.h5md") as f:
+        x, rows = f["particles/trajectory/position/value"][...], {name: f["groups/" + name][...] + 1 for name in ("wall", "end")}
+    groups = "".join(f"group {name} id {' '.join(map(str, ids))}\n" for name, ids in rows.items())
+    good, _ = lammps(checks, folder, head("si", reach=6) + "read_data data.driven\n" + TAIL + groups + "group free subtract all wall end\nvelocity wall set 0 0 0\n"
+                     "fix 1 free nve\nfix 2 wall nve\nfix 3 wall setforce 0 0 0\n"
+                     f"variable px equal {speed}*step*dt\nvariable vx equal {speed}\n"
+                     f"variable py equal {amplitude}*sin({2 * np.pi * frequency:.17g}*step*dt)\nvariable vy equal {2 * np.pi * frequency * amplitude:.17g}*cos({2 * np.pi * frequency:.17g}*step*dt)\n"
+                     "variable none equal 0\nfix 4 end move variable v_px v_py v_none v_vx v_vy v_none\n"
+                     + DUMP.replace("custom 1", f"custom {steps // 4}") + f"thermo {steps}\ntimestep {dt!r}\nrun {steps}\n")
+    if not good:
+        return
+    theirs = np.array([frame[:, 1:4] for frame in dumped(folder / "out.dump")])
+    checks.true("driven lattice: all frames", theirs.shape == x.shape, f"{theirs.shape}, {x.shape}")
+    checks.near("driven lattice: positions at every frame", theirs, x, 1e-10)
+    inner = np.setdiff1d(np.arange(x.shape[1]), np.concatenate([rows["wall"], rows["end"]]) - 1)
+    checks.below("which is far enough to tell", 0.2, np.abs(x[-1, inner] - x[0, inner]).max())
+
+
 def main():
     checks = Checks(__doc__)
     if not shutil.which("lmp"):
@@ -203,6 +232,9 @@ def main():
         for style in UNITS if checks.wants("units") else ():
             with checks.group(f"units {style}"):
                 units(checks, folder, style)
+        if checks.wants("driven"):
+            with checks.group("driven"):
+                driven(checks, folder)
         if checks.wants("import"):
             with checks.group("import"):
                 imported(checks, folder)

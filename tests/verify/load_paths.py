@@ -1,0 +1,121 @@
+#!/usr/bin/env python3
+"""Load paths of -bs_task statics against closed forms: springs that yield, unload and yield the other way, loads and motions that the load factor
+scales or leaves alone, and the signs of the pivots along the path of a column through its buckling loads."""
+import io
+import pathlib
+import tempfile
+
+import h5py
+import numpy as np
+from harness import Checks, write_lattice
+from scipy.optimize import brentq
+
+
+class Series:
+    """Elastic-plastic springs in series. With the force P, |P - H e| <= Y: e is moved as little as that needs, and s = P/k + e."""
+
+    def __init__(self, k, Y, H):
+        self.k, self.Y, self.H = k, Y, H
+        self.e, self.lost = np.zeros(len(k)), 0.0
+
+    def stretches(self, P):
+        return P / self.k + np.clip(self.e, (P - self.Y) / self.H, (P + self.Y) / self.H)
+
+    def pull(self, total):
+        """The force at this total stretch, and what each spring bears of it."""
+        P = brentq(lambda force: self.stretches(force).sum() - total, -100, 100, xtol=1e-15, rtol=1e-15)
+        s = self.stretches(P)
+        before, self.e = self.e, s - P / self.k
+        self.lost += np.sum(self.Y * np.abs(self.e - before))
+        return P, s
+
+
+def plastic(checks, folder):
+    """Four springs in series, whose end is pulled past the yield forces, pushed back past them and pulled again, in 40 load steps."""
+    rng, n, steps = np.random.default_rng(6), 4, 40
+    k, Y, H = rng.uniform(50, 100, n), rng.uniform(1, 3, n), rng.uniform(5, 30, n)
+    at = np.arange(n + 1)
+    path = write_lattice(folder / "series.h5", at[:, None] * 1.0, 1.0, fixed=at == 0, pairs=np.stack([at[:-1], at[1:]], 1), stiffness=k, rest_length=1.0,
+                         spring_law="plastic", columns={"yield_force": Y, "hardening": H})
+    with h5py.File(path, "r+") as f:
+        f["groups/end"], f["groups/middle"] = [n], [2]
+    motion = "x=expression:0.8*sin(2.25*pi*t)"
+    run = checks.run({"bs_task": "statics", "bs_lattice_file": path, "bs_load_steps": steps, "bs_motion_end": motion, "bs_compliance_groups": "middle",
+                      "bs_output": "p.h5md"}, keep=("p.h5md",))
+    with h5py.File(io.BytesIO(run.files["p.h5md"])) as f:
+        s = f["particles/trajectory/position/time"][...]
+        x, e = f["particles/trajectory/position/value"][:, :, 0], f["backspring/plastic_stretch/value"][...]
+        force, lost = f["observables/reaction/end/value"][...].ravel(), f["observables/dissipated_energy/value"][...].ravel()
+    model = Series(k, Y, H)
+    forces, stretches, plastics, losts = [], [], [], []
+    for total in 0.8 * np.sin(2.25 * np.pi * s):
+        P, stretch = model.pull(total)
+        forces.append(P), stretches.append(stretch), plastics.append(model.e), losts.append(model.lost)
+    checks.near("plastic springs: force of the driven end at every load step", force, forces, 1e-10)
+    checks.near("plastic springs: stretches", np.diff(x, axis=1) - 1, stretches, 1e-11)
+    checks.near("plastic springs: plastic stretches", e, plastics, 1e-11)
+    checks.near("plastic springs: energy dissipated", lost, losts, 1e-10)
+    plastics = np.array(plastics)
+    checks.true("all yield, and all yield the other way", bool(np.all(plastics.max(0) > 0.02) and np.all(plastics.min(0) < -0.02)))
+    checks.near("compliance: they unload elastically", run.report["compliance"]["matrix"][0], 1 / (1 / np.sum(1 / k[:2]) + 1 / np.sum(1 / k[2:])), 1e-12)
+
+
+def scaled(checks, folder):
+    """A mass hung between a wall and an anchor that moves, x = x0 + (k_a A(s) + m g(s))/(k + k_a): what -bs_load_scale names grows with s, the
+    other acts in full."""
+    k, ka, m, g = 30.0, 12.0, 2.0, 1.7
+    path = write_lattice(folder / "anchored.h5", [[0.0], [1.0]], m, fixed=[1, 0], pairs=[[0, 1]], stiffness=k, rest_length=1.0,
+                         anchors={"particle": [1], "point": [[1.0]], "stiffness": [ka], "rest_length": [0.0], "damping": [0.0]})
+    path_of = {"velocity": ({"bs_anchor_motion": "velocity", "bs_anchor_velocity": 0.25}, lambda t: 0.25 * t),
+               "sinusoid": ({"bs_anchor_motion": "sinusoid", "bs_anchor_amplitude": 0.4, "bs_anchor_frequency": 0.6}, lambda t: 0.4 * np.sin(1.2 * np.pi * t))}
+    for motion, (options, place) in path_of.items():
+        for scale, of_anchor, of_weight in ((None, True, True), ("anchors", True, False), ("gravity", False, True), ("anchors,gravity", True, True), ("none", False, False)):
+            r = checks.run({"bs_task": "statics", "bs_lattice_file": path, "bs_load_steps": 8, "bs_gravity": g, "bs_load_scale": scale, **options}, interval=0).trajectory
+            s = r.time[1:]
+            exact = 1 + (ka * place(s if of_anchor else 1 + 0 * s) + m * g * (s if of_weight else 1)) / (k + ka)
+            checks.near(f"anchors by {motion}, scaled: {scale or 'all'}", r.position[1:, 1, 0], exact, 1e-13)
+    with h5py.File(path, "r+") as f:
+        f["groups/wall"] = [0]
+        f["particles/fixed"][...] = 0
+    for scale, of_wall in (("driven", True), ("gravity", False)):
+        r = checks.run({"bs_task": "statics", "bs_lattice_file": path, "bs_load_steps": 8, "bs_load_scale": scale, "bs_motion_wall": "velocity:0.3"}, interval=0).trajectory
+        s = r.time[1:] if of_wall else 1.0
+        checks.near(f"a driven wall, scaled: {scale}", r.position[1:, 1, 0], 1 + k * 0.3 * s / (k + ka) + 0 * r.time[1:], 1e-13)
+
+
+def branches(checks, folder):
+    """Hencky's column, links of stiffness k with elastic hinges kappa, compressed along its axis: it stays straight, and at the load P there are as
+    many negative pivots as there are modes m with 4 kappa sin^2(pi m/2n) < P a, a the length of a compressed link."""
+    n, a, kappa, k = 8, 0.5, 3.0, 1e5
+    at = np.arange(n + 1)
+    angles = {"triples": np.stack([at[:-2], at[1:-1], at[2:]], 1), "stiffness": kappa, "rest_angle": np.pi}
+    path = write_lattice(folder / "column.h5", np.stack([a * at, 0 * at], 1), 1.0, fixed=at == 0, pairs=np.stack([at[:-1], at[1:]], 1), stiffness=k, rest_length=a,
+                         angles=angles)
+    with h5py.File(path, "r+") as f:
+        f["groups/end"] = [n]
+    most = 10.0
+    for control, more in (("arc", {"bs_load_control": "arc"}), ("load", {})):
+        run = checks.run({"bs_task": "statics", "bs_lattice_file": path, "bs_load_steps": 25, "bs_motion_end": f"velocity:{-most * n / k:.17g},0", **more}, interval=0)
+        r = run.trajectory
+        P = -r.observables["reaction/end"][1:, 0]
+        length = np.linalg.norm(np.diff(r.position[1:], axis=1), axis=2)
+        checks.near(f"column by {control}: all links bear the load", P[:, None] / k, a - length, 1e-13)
+        exact = [sum(4 * kappa * np.sin(np.pi * m / (2 * n)) ** 2 < force * (a - force / k) for m in range(1, n)) for force in P]
+        seen = r.observables["negative_pivots"].ravel()[1:]
+        checks.true(f"column by {control}: negative pivots at every load", bool(np.array_equal(seen, exact)), f"{seen.astype(int).tolist()} for {exact}")
+        checks.true(f"column by {control}: it passes three branch points, and they are counted", max(exact) == 3 == run.report["inertia_changes"] and run.report["turns"] == 0,
+                    f"{run.report['inertia_changes']} changes, {run.report['turns']} turns")
+
+
+def main():
+    checks = Checks("load paths")
+    with tempfile.TemporaryDirectory() as scratch:
+        for part in (plastic, scaled, branches):
+            if checks.wants(part.__name__):
+                with checks.group(part.__name__):
+                    part(checks, pathlib.Path(scratch))
+    checks.finish()
+
+
+if __name__ == "__main__":
+    main()
