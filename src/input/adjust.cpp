@@ -36,6 +36,7 @@ PetscErrorCode adjust_lattice(MPI_Comm comm, const GeneratorSpec& spec, Lattice*
   if (faces) apply_faces(faces, box, 0, l->dim, l->position, &l->fixed);
   choose_groups(spec.groups, box, 0, l);
   apply_fixed_particles(spec.fixed_particles, l->particles, &l->fixed);
+  fix_groups(spec.fixed_groups, l);
   if (spec.radius > 0)
     set_column(&l->particle_columns,
                {"radius", "-bs_lattice_radius", std::vector<double>(static_cast<std::size_t>(l->particles.count), spec.radius)});

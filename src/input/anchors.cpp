@@ -1,8 +1,10 @@
 #include "input/anchors.hpp"
 
+#include <algorithm>
 #include <cinttypes>
 
 #include "base/fault.hpp"
+#include "input/groups.hpp"
 #include "input/remote.hpp"
 
 namespace bs {
@@ -38,20 +40,12 @@ static std::string fault_of(const AnchorSpec& spec, const Lattice& l) {
 /// The particles of the spec's group, by row, behind those it names.
 static PetscErrorCode add_members(MPI_Comm comm, const Lattice& l, AnchorSpec* spec) {
   PetscMPIInt size;
-  std::string known;
   std::vector<std::int64_t> rows;
 
   PetscFunctionBegin;
   if (spec->group.empty()) PetscFunctionReturn(0);
-  const Group* group = nullptr;
-  for (const Group& one : l.groups) {
-    if (one.name == spec->group) group = &one;
-    known += (known.empty() ? "" : ", ") + one.name;
-  }
-  if (!group)
-    PetscCall(tell(comm, Exit::input,
-                   "option -bs_anchor_group: there is no group " + spec->group + ": choose its particles by -bs_group_" + spec->group +
-                       (known.empty() ? "" : ", or name one of " + known)));
+  PetscCall(require_groups(comm, "-bs_anchor_group", {spec->group}, l));
+  const auto group = std::find_if(l.groups.begin(), l.groups.end(), [&](const Group& one) { return one.name == spec->group; });
   for (std::size_t p = 0; p < group->member.size(); ++p)
     if (group->member[p]) rows.push_back(l.particles.first + static_cast<std::int64_t>(p));
   PetscCallMPI(MPI_Comm_size(comm, &size));

@@ -72,6 +72,23 @@ PetscErrorCode read_hdf5_groups(MPI_Comm comm, const Hdf5File& file, Lattice* l)
   PetscFunctionReturn(0);
 }
 
+PetscErrorCode require_groups(MPI_Comm comm, const std::string& option, const std::vector<std::string>& names, const Lattice& l) {
+  PetscFunctionBegin;
+  for (const std::string& name : names) {
+    bool there = false;
+    std::string known;
+    for (const Group& one : l.groups) {
+      there = there || one.name == name;
+      known += (known.empty() ? "" : ", ") + one.name;
+    }
+    if (!there)
+      PetscCall(tell(comm, Exit::input,
+                     "option " + option + ": there is no group " + name + ": choose its particles by -bs_group_" + name +
+                         (known.empty() ? "" : ", or name one of " + known)));
+  }
+  PetscFunctionReturn(0);
+}
+
 PetscErrorCode refuse_empty_groups(MPI_Comm comm, const Lattice& l) {
   PetscFunctionBegin;
   for (const Group& group : l.groups) {

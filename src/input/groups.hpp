@@ -26,6 +26,9 @@ PetscErrorCode parse_groups(MPI_Comm comm, const GroupTexts& texts, int dim, int
 /// names that are none, rows that are not there.
 PetscErrorCode read_hdf5_groups(MPI_Comm comm, const Hdf5File& file, Lattice* lattice);
 
+/// Collective. Error (exit 2): the lattice has no group of one of these names, which `option` gives.
+PetscErrorCode require_groups(MPI_Comm comm, const std::string& option, const std::vector<std::string>& names, const Lattice& lattice);
+
 /// Collective. Error (exit 2): a group without particles.
 PetscErrorCode refuse_empty_groups(MPI_Comm comm, const Lattice& lattice);
 

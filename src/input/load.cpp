@@ -159,6 +159,7 @@ PetscErrorCode load_lattice(MPI_Comm comm, Lattice* out) {
   if (options.file_given) PetscCall(load_file(comm, options, out));
   else PetscCall(load_generated(comm, options, out));
   PetscCall(refuse_empty_groups(comm, *out));
+  PetscCall(require_groups(comm, "-bs_lattice_fixed_groups", options.generator.fixed_groups, *out));
   PetscCall(number_rows(comm, &out->springs));
   PetscCall(number_rows(comm, &out->anchors));
   for (InteractionRows& kind : out->interactions) PetscCall(number_rows(comm, &kind.rows));

@@ -205,6 +205,7 @@ Lattice generate(const GeneratorSpec& spec, int rank, int size) {
   fix_particles(plan, &out);
   // Rows of the triangular lattice begin and end half a spacing inside the box by turns.
   choose_groups(spec.groups, plan.box(), plan.stencil.staggered ? plan.spacing[0] / 2 : 0.0, &out);
+  fix_groups(spec.fixed_groups, &out);
   apply_velocity(spec.velocity, spec.velocity_gradient, plan.dim, out.position, out.fixed, &out.velocity);
   perturb(plan, &out);
   const std::size_t count = static_cast<std::size_t>(out.particles.count);

@@ -35,6 +35,7 @@ struct GeneratorSpec {
   double rest_angle = 3.14159265358979323846;  ///< of these [rad]
   std::vector<std::string> fixed;              ///< faces: xmin, xmax, ymin, ...
   std::vector<std::int64_t> fixed_particles;   ///< 0-based rows
+  std::vector<std::string> fixed_groups;       ///< names of groups
   std::vector<GroupSpec> groups;               ///< read by input/groups
   std::vector<double> velocity;                ///< uniform part u of v = u + A x, x unperturbed [m/s]
   std::vector<double> velocity_gradient;       ///< A (d, d) row by row [1/s], or empty
@@ -114,6 +115,7 @@ void GeneratorSpec::options(V& o) {
   o.real("-bs_lattice_rest_length_factor", "ratio of rest length to unperturbed distance, >= 0", rest_length_factor);
   o.texts("-bs_lattice_fixed", "faces of the lattice whose particles are fixed: xmin,xmax,ymin,ymax,zmin,zmax", fixed);
   o.integers("-bs_lattice_fixed_particles", "indices of fixed particles, counted from 0", fixed_particles);
+  o.texts("-bs_lattice_fixed_groups", "names of groups (-bs_group_NAME, or of the lattice file) whose particles are fixed", fixed_groups);
   o.real("-bs_lattice_perturbation", "largest random displacement of a free particle along each axis [m]", perturbation);
   o.integer("-bs_lattice_seed", "seed of the random perturbation and of the random choice of stiffer springs", seed);
   read_list(o, "-bs_lattice_origin", "lower corner of the lattice [m]", 3, origin);

@@ -119,4 +119,11 @@ void choose_groups(const std::vector<GroupSpec>& specs, const Box& box, double d
   }
 }
 
+void fix_groups(const std::vector<std::string>& names, Lattice* l) {
+  for (const Group& group : l->groups)
+    if (std::find(names.begin(), names.end(), group.name) != names.end())
+      for (std::size_t p = 0; p < group.member.size(); ++p)
+        if (group.member[p]) l->fixed[p] = 1;
+}
+
 }  // namespace bs

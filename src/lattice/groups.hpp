@@ -36,4 +36,7 @@ std::string parse_group(const std::string& text, int dim, int axes, std::int64_t
 /// particles, `depth` [m] how far inside it those of the faces xmin and xmax may be.
 void choose_groups(const std::vector<GroupSpec>& specs, const Box& box, double depth, Lattice* lattice);
 
+/// Fixes the members of the groups of these names; names that no group has are left to require_groups().
+void fix_groups(const std::vector<std::string>& names, Lattice* lattice);
+
 }  // namespace bs

@@ -140,7 +140,7 @@ TEST_CASE("options fill the description", "[generator]") {
   FakeSection none;
   spec.options(none);
   CHECK(spec.type == LatticeType::none);
-  CHECK(none.asked.size() == 22);
+  CHECK(none.asked.size() == 23);
 
   FakeSection some;
   some.words = {{"-bs_lattice_type", {"bcc"}}, {"-bs_lattice_fixed", {"xmin", "zmax"}}};

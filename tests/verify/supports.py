@@ -91,6 +91,26 @@ def same_motions(checks):
     checks.near("expression of the place", place.position[:, :, 0], np.array([[0, 1 + 0.1 * t] for t in place.time]), 1e-15)
 
 
+def fixed_groups(checks):
+    """-bs_lattice_fixed_groups fixes what -bs_lattice_fixed and a file's column do, to the bit: generated and disordered, and from a file."""
+    base = {"bs_gravity": (0, -2), "ts_type": "verlet", "ts_dt": 0.01, "ts_max_time": 0.5}
+    lattice = {**base, "bs_lattice_type": "triangular", "bs_lattice_size": "7,5", "bs_lattice_perturbation": 0.1, "bs_lattice_velocity": (0.3, 0.1)}
+    by_face = checks.run({**lattice, "bs_lattice_fixed": "xmin,ymax"}, interval=0.5).trajectory
+    by_group = checks.run({**lattice, "bs_group_a": "xmin", "bs_group_b": "ymax", "bs_group_c": "xmax", "bs_lattice_fixed_groups": "a,b"}, interval=0.5).trajectory
+    checks.near("fixed groups and faces", by_group.position, by_face.position, 0)
+    x, pairs, k, rest, m = net()
+    with tempfile.TemporaryDirectory() as scratch:
+        path = pathlib.Path(scratch) / "net.h5"
+        write_lattice(path, x, m, velocity=0 * x + 0.1, fixed=np.arange(16) % 4 == 0, pairs=pairs, stiffness=k, rest_length=rest)
+        by_column = checks.run({**base, "bs_lattice_file": path}, interval=0.5).trajectory
+        with h5py.File(path, "r+") as f:
+            f["groups/left"] = np.arange(0, 16, 4)
+            f["particles/fixed"][...] = 0
+        by_group = checks.run({**base, "bs_lattice_file": path, "bs_lattice_fixed_groups": "left"}, interval=0.5).trajectory
+    checks.near("fixed groups and a column of a file", by_group.position, by_column.position, 0)
+    checks.true("the rest moves", np.abs(by_group.position[-1] - by_group.position[0]).max() > 0.05)
+
+
 def net():
     """A triangulated net in the plane with unequal springs and masses."""
     rng = np.random.default_rng(5)
@@ -239,7 +259,7 @@ def ranks_agree(checks):
 def main():
     checks = Checks("driven, rolling and fixed groups")
     turning_end(checks)
-    for name, part in (("motions", same_motions), ("rollers", rolling_net), ("coarse grid", coarse_grid), ("balance", chain_in_balance), ("restart", continued), ("ranks", ranks_agree)):
+    for name, part in (("motions", same_motions), ("fixed", fixed_groups), ("rollers", rolling_net), ("coarse grid", coarse_grid), ("balance", chain_in_balance), ("restart", continued), ("ranks", ranks_agree)):
         if checks.wants(name):
             with checks.group(name):
                 part(checks)

@@ -197,6 +197,8 @@ SUPPORTS = {
     "compliance of a group twice": (words(*ENDS, "-bs_task", "statics", "-bs_lattice_fixed", "xmin", "-bs_compliance_groups", "right,right"), "the group right is named twice: name it once"),
     "compliance of what is free": (words(*ENDS, "-bs_task", "statics", "-bs_compliance_groups", "right"),
                                    "option -bs_compliance_groups: bodies that are tied to nothing (1 of them) yield to loads without end: fix a particle of each"),
+    "fixed group that is none": (words(*ENDS, "-bs_lattice_fixed_groups", "right,left"),
+                                 "option -bs_lattice_fixed_groups: there is no group left: choose its particles by -bs_group_left, or name one of right"),
     "motion of no group": (words(*ENDS, "-bs_motion_left", "fixed"), "option -bs_motion_left: there is no group left: choose its particles by -bs_group_left, or name one of right"),
     "motion without any group": (words("-bs_motion_left", "fixed"), "option -bs_motion_left: there is no group left: choose its particles by -bs_group_left"),
     "motion unknown": (words(*ENDS, "-bs_motion_right", "shaken"), "option -bs_motion_right: 'shaken' is no motion: write fixed, velocity:VX,VY,VZ"),
