@@ -2,13 +2,17 @@
 """Equilibria beside SciPy, and how the iterations of the linear solver grow with the lattice. Writes statics.json and statics.md into this folder
 (or -o FOLDER).
 
-  statics.py --program build/release/backspring [--sizes 10,20,40] [-o FOLDER]
+  statics.py --program build/release/backspring [--sizes 10,20,40] [--part net|cube] [-o FOLDER]
 
 The net: 60 x 60 particles of a triangular lattice, a tenth of the bonds removed, its left and right columns held 5 % further apart than they were, the rest where it
 was. SciPy: Newton's method with the exact tangent, sparse LU (SuperLU, by its default ordering and by the fastest found) and a search by the energy, on the same
-net to the same tolerance. User times of the processes, less that of a run of three particles; reading and writing are the program's alone. The cube: the lattice of B1 (26 neighbours), two faces held 10 % further apart."""
+net to the same tolerance. User times of the processes, less that of a run of three particles; reading and writing are the program's alone. The cube: the lattice of B1 (26 neighbours), two faces held 10 % further apart ("stretched"), or hung by one face under
+a weight of 0.1 k a along each row of particles ("hung"); the residual is that of forces summed by NumPy at the positions written, over the 2-norm of the loads: the forces on the free
+particles at the start. Memory is the largest resident set of the process; beside it that of two steps of backward Euler from the same start."""
 import argparse
+import contextlib
 import json
+import os
 import pathlib
 import resource
 import subprocess
@@ -41,7 +45,7 @@ def diluted_net(n=60, removed=0.1, pull=0.05):
 
 
 def cube(n, stretch=0.1):
-    """B1's block: n^3 particles, springs to 26 neighbours, two faces held apart."""
+    """B1's block: n^3 particles, springs to 26 neighbours; two faces held apart, or without stretch one held."""
     i = np.stack([q.ravel() for q in np.meshgrid(*3 * [np.arange(n)], indexing="ij")], 1).astype(float)
     pairs = []
     at = np.arange(n**3).reshape(n, n, n)
@@ -51,10 +55,23 @@ def cube(n, stretch=0.1):
         pairs.append(np.stack([at[low].ravel(), at[high].ravel()], 1))
     pairs = np.concatenate(pairs)
     rest = np.linalg.norm(i[pairs[:, 1]] - i[pairs[:, 0]], axis=1)
-    held = (i[:, 0] == 0) | (i[:, 0] == n - 1)
+    held = (i[:, 0] == 0) | ((i[:, 0] == n - 1) & (stretch > 0))
     x = i.copy()
     x[i[:, 0] == n - 1, 0] += stretch * (n - 1)
     return x, held, pairs, rest
+
+
+def size_of_forces(x, held, pairs, rest, weight):
+    """2-norm of the forces on the free particles of unit springs."""
+    f = np.zeros_like(x)
+    f[:, 0] = weight
+    for first in range(0, len(pairs), 1 << 20):
+        part = pairs[first:first + (1 << 20)]
+        u = x[part[:, 1]] - x[part[:, 0]]
+        u *= (1 - rest[first:first + (1 << 20)] / np.linalg.norm(u, axis=1))[:, None]
+        for c in range(3):
+            f[:, c] += np.bincount(part[:, 0], u[:, c], len(x)) - np.bincount(part[:, 1], u[:, c], len(x))
+    return float(np.linalg.norm(f[~held]))
 
 
 class Scipy:
@@ -150,12 +167,39 @@ def net_row(program, folder, label, *more):
             "energy": report["last_elastic_energy"][0], "force": float(np.linalg.norm(Scipy(x, held, pairs).forces(y)[0]))}
 
 
-def cube_row(program, folder, n):
-    x, held, pairs, rest = cube(n)
+def peak(command, folder):
+    """(largest resident set [MB], seconds, user time [s]) of a process; the system's own figure of a child begins with that of this one, so the
+    program's is asked for while it runs."""
+    started, most = time.time(), 0
+    process = subprocess.Popen(command, cwd=folder, env=environment(1), stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True)
+    while os.waitid(os.P_PID, process.pid, os.WEXITED | os.WNOWAIT | os.WNOHANG) is None:
+        with contextlib.suppress(OSError):
+            status = pathlib.Path(f"/proc/{process.pid}/status").read_text()
+            if os.readlink(f"/proc/{process.pid}/exe") == os.path.realpath(command[0]) and "VmHWM" in status:
+                most = max(most, int(status.split("VmHWM:")[1].split()[0]) / 1024)
+        time.sleep(0.005)
+    said = process.stderr.read()
+    _, status, used = os.wait4(process.pid, 0)
+    process.returncode = os.waitstatus_to_exitcode(status)
+    if process.returncode:
+        sys.exit(f"exit code {process.returncode}: {said.strip()[-300:]}")
+    return most, time.time() - started, used.ru_utime
+
+
+def cube_row(program, folder, n, load):
+    x, held, pairs, rest = cube(n, 0.1 if load == "stretched" else 0.0)
+    weight = 0.1 / n if load == "hung" else 0.0
     path = write_lattice(folder / "cube.h5", x, 1.0, fixed=held, pairs=pairs, stiffness=1.0, rest_length=rest)
-    used, wall, report, _ = solve(program, path, folder, "-bs_output_strain", "false")
-    return {"n": n, "springs": len(pairs), "user": used, "wall": wall, "newton": report["newton"], "krylov": report["krylov"],
-            "krylov_a_newton": report["krylov"] / max(1, report["newton"])}
+    common = [program, "-bs_lattice_file", str(path), "-bs_output_strain", "false", "-bs_gravity", f"{weight!r},0,0", "-bs_output", "s.h5md", "-bs_overwrite",
+              "-bs_report", "s.json", "-bs_progress_interval", "-1"]
+    memory, wall, used = peak([*common, "-bs_task", "statics", "-snes_rtol", str(TOLERANCE)], folder)
+    report = json.loads((folder / "s.json").read_text())
+    with h5py.File(folder / "s.h5md") as f:
+        y = f["particles/trajectory/position/value"][-1]
+    left = size_of_forces(y, held, pairs, rest, weight) / size_of_forces(x, held, pairs, rest, weight)
+    moving, _, _ = peak([*common, "-ts_dt", "0.1", "-ts_max_time", "0.2", "-bs_output_interval", "0.2"], folder)
+    return {"load": load, "n": n, "particles": n**3, "springs": len(pairs), "user": used, "wall": wall, "newton": report["newton"], "krylov": report["krylov"],
+            "krylov_a_newton": report["krylov"] / max(1, report["newton"]), "residual": left, "memory": memory, "memory_of_dynamics": moving}
 
 
 def document(found):
@@ -167,9 +211,12 @@ def document(found):
         lines.append(f"| {r['solver']} | {r['user']:.3f} | {r['user'] / default:.2f} | {r['user'] / best:.2f} | {r['newton']} | {r['krylov']} |")
     for r in found["scipy"]:
         lines.append(f"| SciPy, {r['label']} | {r['user']:.3f} | {r['user'] / default:.2f} | {r['user'] / best:.2f} | {r['newton']} | - |")
-    lines += ["", "## B1's cube stretched by 10 %", "", "| n | springs | user time [s] | Newton | Krylov | Krylov a Newton iteration |", "|---|---|---|---|---|---|"]
-    for r in found["cube"]:
-        lines.append(f"| {r['n']} | {r['springs']:,} | {r['user']:.1f} | {r['newton']} | {r['krylov']} | {r['krylov_a_newton']:.1f} |")
+    for load, title in (("stretched", "B1's cube stretched by 10 %"), ("hung", "B1's cube hung by one face")):
+        lines += ["", f"## {title}", "", "| n | springs | user time [s] | Newton | Krylov | Krylov a Newton iteration | residual | memory a particle [kB] | of dynamics |",
+                  "|---|---|---|---|---|---|---|---|---|"]
+        for r in (row for row in found["cube"] if row["load"] == load):
+            lines.append(f"| {r['n']} | {r['springs']:,} | {r['user']:.1f} | {r['newton']} | {r['krylov']} | {r['krylov_a_newton']:.1f} | {r['residual']:.1e} | "
+                         f"{r['memory'] * 1.048576e3 / r['particles']:.2f} | {r['memory'] / r['memory_of_dynamics']:.2f} |")
     return "\n".join(lines) + "\n"
 
 
@@ -177,19 +224,22 @@ def main():
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--program", default=str(HERE.parents[1] / "build" / "release" / "backspring"))
     parser.add_argument("--sizes", default="10,20,40")
+    parser.add_argument("--part", choices=("net", "cube"), help="measures this alone and keeps what the files hold of the other")
     parser.add_argument("-o", type=pathlib.Path, default=HERE)
     arguments = parser.parse_args()
-    found = {"net": [], "cube": []}
+    found = json.loads((arguments.o / "statics.json").read_text()) if arguments.part else {}
+    found.update({"net": [], "cube": []} if not arguments.part else {arguments.part: []})
     with tempfile.TemporaryDirectory() as scratch:
         folder, program = pathlib.Path(scratch), str(pathlib.Path(arguments.program).resolve())
-        for label, more in (("default", ()), ("direct", ("-condensed_ksp_type", "preonly", "-condensed_pc_type", "cholesky",
+        for label, more in () if arguments.part == "cube" else (("default", ()), ("direct", ("-condensed_ksp_type", "preonly", "-condensed_pc_type", "cholesky",
                                                          "-condensed_pc_factor_mat_solver_type", "mumps"))):
             found["net"].append(net_row(program, folder, label, *more))
             print(found["net"][-1], flush=True)
-        found["scipy"] = scipy_rows(folder)
-        print(found["scipy"], flush=True)
-        for n in map(int, arguments.sizes.split(",")):
-            found["cube"].append(cube_row(program, folder, n))
+        if arguments.part != "cube":
+            found["scipy"] = scipy_rows(folder)
+            print(found["scipy"], flush=True)
+        for load, n in () if arguments.part == "net" else [(load, int(n)) for load in ("stretched", "hung") for n in arguments.sizes.split(",")]:
+            found["cube"].append(cube_row(program, folder, n, load))
             print(found["cube"][-1], flush=True)
     (arguments.o / "statics.json").write_text(json.dumps(found, indent=1) + "\n")
     (arguments.o / "statics.md").write_text(document(found))
