@@ -6,6 +6,7 @@
 #include "systems/particles/condensed/block_icc.hpp"
 #include "systems/particles/condensed/lanes.hpp"
 #include "systems/particles/condensed/spring_product.hpp"
+#include "systems/particles/condensed/stiff_fill.hpp"
 #include "systems/particles/supports.hpp"
 
 namespace bs {
@@ -47,30 +48,31 @@ template <int d, class Real>
 class BlockFactorOf final : public BlockFactor {
  public:
   bool factor(const SpringMatrix& S, const std::vector<double>& diagonal, double shift) override {
-    pattern_ = &S.pattern();
-    const std::size_t n = static_cast<std::size_t>(pattern_->n), pairs = pattern_->pairs();
+    if (made_for_ != &S) lay_out(S);
+    const std::size_t n = static_cast<std::size_t>(n_), pairs = static_cast<std::size_t>(start_[n_]);
     inverse_.resize(n * area + 4);
     upper_.resize(pairs * area + 4);
     work_.resize(n * W);
     pivot_ = diagonal;
     double block[area];
     const bool rolls = S.network().supports && S.network().supports->rolls();
-    PetscInt row = 0;
-    flops_ = 2.0 * area * static_cast<double>(pairs);  // t I + w w^T of each pair
-    for (std::size_t k = 0; k < pairs; ++k) {
-      std::fill_n(block, area, 0.0);
-      S.add_block(S.pair(k), block);
-      if (rolls) {
-        while (pattern_->start[row + 1] <= static_cast<PetscInt>(k)) ++row;
-        S.hold_block(row, pattern_->other[k], block);
+    flops_ = 2.0 * area * static_cast<double>(S.pattern().pairs());  // t I + w w^T of each pair
+    for (PetscInt i = 0; i < n_; ++i) {
+      const PetscInt from = S.pattern().start[i], count = S.pattern().start[i + 1] - from;
+      Real* to = upper_.data() + static_cast<std::size_t>(start_[i]) * area;
+      for (PetscInt k = 0; k < count; ++k, to += area) {
+        std::fill_n(block, area, 0.0);
+        S.add_block(S.pair(static_cast<std::size_t>(from + k)), block);
+        if (rolls) S.hold_block(i, other_[start_[i] + k], block);
+        for (int c = 0; c < area; ++c) to[c] = static_cast<Real>(-block[c]);
       }
-      for (int c = 0; c < area; ++c) upper_[k * area + c] = static_cast<Real>(-block[c]);
+      std::fill(to, upper_.data() + static_cast<std::size_t>(start_[i + 1]) * area, Real(0));
     }
     size_.assign(n, 0.0F);
     for (std::size_t i = 0; i < n; ++i)
       for (int c = 0; c < d; ++c) size_[i] = std::max(size_[i], static_cast<float>(std::abs(pivot_[i * area + c * (d + 1)])));
     std::vector<PetscInt> slot(n, -1);
-    for (PetscInt k = 0; k < pattern_->n; ++k) {
+    for (PetscInt k = 0; k < n_; ++k) {
       double* P = pivot_.data() + static_cast<std::size_t>(k) * area;
       // what elimination left must be more than the rounding of what it took away
       const double least = 4 * static_cast<double>(std::numeric_limits<Real>::epsilon()) * size_[k];
@@ -96,9 +98,19 @@ class BlockFactorOf final : public BlockFactor {
  private:
   static constexpr int area = d * d, W = LANES<d>;
 
+  /// The pattern, by the springs as they are now; it stays.
+  void lay_out(const SpringMatrix& S) {
+    constexpr double MOST = 1;
+    const bool filled = add_stiff_fill(S, MOST, &fill_);
+    made_for_ = &S;
+    n_ = S.pattern().n;
+    start_ = filled ? fill_.start.data() : S.pattern().start.data();
+    other_ = filled ? fill_.other.data() : S.pattern().other.data();
+  }
+
   // t_i = D_i^-1 (r_i - sum of what rows before i took from it), then t_j -= U_ij^T t_i by rows of U
   void forward(const double* r) noexcept {
-    const PetscInt n = pattern_->n, *start = pattern_->start.data(), *other = pattern_->other.data();
+    const PetscInt n = n_, *start = start_, *other = other_;
     const Points<d> right(r, n);
     const Real *upper = upper_.data(), *inverse = inverse_.data();
     double* t = work_.data();
@@ -122,7 +134,7 @@ class BlockFactorOf final : public BlockFactor {
 
   // x_i = t_i - D_i^-1 sum_j U_ij x_j; products with the rows of U are summed lane by lane, added up once a row
   void backward(double* z) noexcept {
-    const PetscInt n = pattern_->n, *start = pattern_->start.data(), *other = pattern_->other.data();
+    const PetscInt n = n_, *start = start_, *other = other_;
     const Real *upper = upper_.data(), *inverse = inverse_.data();
     double* t = work_.data();
     for (PetscInt i = n - 1; i >= 0; --i) {
@@ -146,11 +158,11 @@ class BlockFactorOf final : public BlockFactor {
 
   // S_ij -= U_ki^T D_k^-1 U_kj for every pair (i, j) of k's upper neighbours that is itself linked, and i = j
   void eliminate(PetscInt k, const double* inverse, std::vector<PetscInt>& slot) {
-    const PetscInt begin = pattern_->start[k], end = pattern_->start[k + 1];
+    const PetscInt begin = start_[k], end = start_[k + 1];
     PetscInt products = 2 * (end - begin);  // of d x d blocks: T and the pivot of each neighbour, then the linked pairs among them
-    for (PetscInt a = begin; a < end; ++a) slot[pattern_->other[a]] = a;
+    for (PetscInt a = begin; a < end; ++a) slot[other_[a]] = a;
     for (PetscInt a = begin; a < end; ++a) {
-      const PetscInt i = pattern_->other[a];
+      const PetscInt i = other_[a];
       const Real* Ui = upper_.data() + static_cast<std::size_t>(a) * area;
       double T[area];
       for (int r = 0; r < d; ++r)
@@ -159,14 +171,14 @@ class BlockFactorOf final : public BlockFactor {
           for (int m = 0; m < d; ++m) T[r * d + c] += static_cast<double>(Ui[m * d + r]) * inverse[m * d + c];
         }
       subtract(T, Ui, pivot_.data() + static_cast<std::size_t>(i) * area);
-      for (PetscInt c = pattern_->start[i]; c < pattern_->start[i + 1]; ++c) {
-        const PetscInt b = slot[pattern_->other[c]];
+      for (PetscInt c = start_[i]; c < start_[i + 1]; ++c) {
+        const PetscInt b = slot[other_[c]];
         if (b < 0) continue;
         ++products;
         subtract(T, upper_.data() + static_cast<std::size_t>(b) * area, upper_.data() + static_cast<std::size_t>(c) * area);
       }
     }
-    for (PetscInt a = begin; a < end; ++a) slot[pattern_->other[a]] = -1;
+    for (PetscInt a = begin; a < end; ++a) slot[other_[a]] = -1;
     flops_ += d * area * (1.0 + 2.0 * static_cast<double>(products));  // a pivot's inverse takes d^3, a product of blocks 2 d^3
   }
 
@@ -180,7 +192,10 @@ class BlockFactorOf final : public BlockFactor {
       }
   }
 
-  const SpringPattern* pattern_ = nullptr;
+  const SpringMatrix* made_for_ = nullptr;
+  PetscInt n_ = 0;
+  const PetscInt *start_ = nullptr, *other_ = nullptr;  ///< of the matrix's pattern, or of fill_
+  FillPattern fill_;
   double flops_ = 0;
   static constexpr int AHEAD = 1024 / sizeof(Real);  ///< numbers prefetched ahead
   HugeVector<Real> upper_, inverse_;
