@@ -1,12 +1,14 @@
 #!/usr/bin/env python3
 """The condensed solve against the full Jacobian factored: every TS type, storage and preconditioner, indefinite systems."""
 import pathlib
+import subprocess
 import tempfile
 
-import numpy as np
+import h5py
 from harness import Checks
 from jacobian import cloud
-from program import run
+import numpy as np
+from program import environment, run, words
 
 REFERENCE = {"pc_type": "lu", "ksp_type": "preonly", "pc_factor_mat_solver_type": "mumps", "bs_operator": "assembled"}
 OPTIONS = pathlib.Path(__file__).resolve().parents[2] / "options" / "problems"
@@ -127,6 +129,34 @@ def stiff_chains(checks):
     checks.true("chains of stiff springs", report["krylov"] < 30 * report["newton"], f"{report['krylov']} iterations in {report['newton']} solves")
 
 
+def thin(checks):
+    """A beam of 800 particles, whose coarse grid consists of rigid motions: against factors of the full Jacobian, moving far, with dampers that make S
+    unsymmetric, on rollers; the same on any ranks; continued in every bit."""
+    beam = dict(BLOCK, bs_lattice_size="4,4,50", bs_lattice_velocity_gradient="0,0,1,0,0,0,0,0,0", ts_dt=0.1, ts_max_time=0.4)
+    rigid = dict(ITERATIVE, ksp_rtol=1e-8)
+    for name, more in (("a beam", {}), ("a beam with axial dampers", {"bs_lattice_damping": 3, "bs_damping_law": "axial"}),
+                       ("a beam on rollers", {"bs_group_side": "xmin", "bs_motion_side": "x=fixed,y=free,z=free"}),
+                       ("a beam with few groups", {"condensed_pc_bicc_coarse": 30})):
+        for ranks in (1, 3):
+            result = compare(checks, f"{name}, {ranks} ranks", dict(beam, **more), rigid, 1e-8, ranks)
+            checks.true(f"{name}, {ranks} ranks: rigid motions", "rigid motions" in result.report["solver"], result.report["solver"])
+    counts = [last(checks, dict(beam, **rigid, condensed_pc_bicc_coarse_space=space))[1].report["krylov"] for space in ("rigid", "hats")]
+    checks.true("a beam: rigid motions take fewer iterations than hats", 2 * counts[0] < counts[1], f"{counts[0]} and {counts[1]}")
+    for ranks in (1, 3):
+        continued(checks, dict(beam, **ITERATIVE), ranks)
+
+
+def continued(checks, options, ranks):
+    launcher = ["mpirun", "--oversubscribe", "-n", str(ranks)] if ranks > 1 else []
+    start = words({**options, "bs_output": "r.h5md", "bs_overwrite": True, "bs_checkpoint": "c", "bs_checkpoint_every": 2})
+    with tempfile.TemporaryDirectory() as whole, tempfile.TemporaryDirectory() as parts:
+        for folder, more in ((whole, start), (parts, [*start, "-ts_max_steps", "2"]), (parts, ["-bs_restart", "c", "-ts_max_steps", "1000"])):
+            subprocess.run([*launcher, checks.program, *more], cwd=folder, env=environment(ranks), check=True, capture_output=True, timeout=120)
+        with h5py.File(pathlib.Path(whole) / "r.h5md") as a, h5py.File(pathlib.Path(parts) / "r.h5md") as b:
+            frames = [f["particles/trajectory/position/value"][...] for f in (a, b)]
+    checks.true(f"a beam continued in every bit, {ranks} ranks", frames[0].shape == frames[1].shape and np.array_equal(*frames))
+
+
 def rigid_modes(checks):
     """Multigrid on a hanging beam knows its rotations: it takes a third of the iterations it takes with translations alone (349)."""
     beam = dict(BLOCK, bs_lattice_size="4,4,120", bs_lattice_spacing=0.025, bs_lattice_fixed="zmax", bs_lattice_stiffness=250,
@@ -144,6 +174,7 @@ def main():
         types(checks)
         storages(checks)
         rigid_modes(checks)
+        thin(checks)
         operators(checks)
         matrix_free(checks)
         dampers(checks, folder)

@@ -153,7 +153,12 @@ PetscErrorCode InnerSolver::describe(std::string* text) const {
   PetscCall(KSPGetType(ksp_, &ksp_type));
   PetscCall(KSPGetPC(ksp_, &pc));
   PetscCall(PCGetType(pc, &pc_type));
-  *text = format("%s + %s on %s%s%s", ksp_type, pc_type, names[static_cast<int>(storage_)], why_.empty() ? "" : "; ", why_.c_str());
+  PetscErrorCode (*coarse_words)(PC, const char**) = nullptr;
+  const char* coarse = "";
+  PetscCall(PetscObjectQueryFunction(reinterpret_cast<PetscObject>(pc), "BSCoarseWords_C", &coarse_words));
+  if (coarse_words) PetscCall(coarse_words(pc, &coarse));
+  *text = format("%s + %s%s%s on %s%s%s", ksp_type, pc_type, *coarse ? " with " : "", coarse, names[static_cast<int>(storage_)],
+                 why_.empty() ? "" : "; ", why_.c_str());
   PetscFunctionReturn(0);
 }
 

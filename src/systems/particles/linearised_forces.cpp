@@ -81,6 +81,7 @@ PetscErrorCode LinearisedForces::create(CondensedStorage storage, Mat* S) {
   if (storage == CondensedStorage::springs) {
     matrices_.push_back(std::make_unique<SpringMatrix>());
     PetscCall(matrices_.back()->create(*net_));
+    matrices_.back()->set_state(&state_);
     PetscCall(matrices_.back()->create_shell(S));
     PetscFunctionReturn(0);
   }

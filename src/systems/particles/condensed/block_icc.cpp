@@ -4,7 +4,9 @@
 #include <limits>
 #include "base/fault.hpp"
 #include "base/memory.hpp"
+#include "systems/particles/condensed/coarse_choice.hpp"
 #include "systems/particles/condensed/coarse_space.hpp"
+#include "systems/particles/condensed/rigid_space.hpp"
 #include "systems/particles/events.hpp"
 
 namespace bs {
@@ -21,8 +23,22 @@ struct BlockIcc {
   PetscInt shifts = 0;
   SpringMatrix* matrix = nullptr;
   PetscInt coarse_unknowns = -1;  ///< at most; -1: by the lattice's size
-  CoarseSpace coarse;
+  PetscInt space = 2;             ///< 0 hats, 1 rigid, 2 auto: until it is chosen
+  CoarseSpace hats;
+  RigidSpace rigid;
+  VecHandle residual, step;  ///< room, with rigid motions
 };
+
+/// Collective. Replaces auto by what suits the lattice.
+PetscErrorCode choose_space(BlockIcc* self, const Network& net) {
+  bool rigid = false;
+  PetscFunctionBegin;
+  if (self->space == 2) {
+    PetscCall(prefers_rigid_motions(net, &rigid));
+    self->space = rigid;
+  }
+  PetscFunctionReturn(0);
+}
 
 /// Largest ratio of the diagonal blocks' sizes: above RATIO, single precision would lose the soft springs.
 bool wants_double(const SpringMatrix& S, const std::vector<double>& blocks) {
@@ -49,6 +65,17 @@ PetscErrorCode reserve_factor(PC pc, const SpringMatrix& S, bool single) {
   PetscFunctionReturn(0);
 }
 
+PetscErrorCode set_up_coarse(PC pc) {
+  BlockIcc* self = static_cast<BlockIcc*>(pc->data);
+  const char* prefix = nullptr;
+  PetscFunctionBegin;
+  PetscCall(choose_space(self, self->matrix->network()));
+  PetscCall(PCGetOptionsPrefix(pc, &prefix));
+  if (self->space == 1) PetscCall(self->rigid.create(*self->matrix, self->coarse_unknowns, (prefix ? prefix : "") + std::string("pc_bicc_")));
+  else PetscCall(self->hats.create(*self->matrix, self->coarse_unknowns));
+  PetscFunctionReturn(0);
+}
+
 PetscErrorCode set_up(PC pc) {
   BlockIcc* self = static_cast<BlockIcc*>(pc->data);
   PetscFunctionBegin;
@@ -70,13 +97,14 @@ PetscErrorCode set_up(PC pc) {
     if (!done) ++self->shifts;
     PetscCall(PetscLogFlops(self->factor->flops()));
   }
-  PetscCall(self->coarse.create(*self->matrix, self->coarse_unknowns));
+  PetscCall(set_up_coarse(pc));
   PetscCall(PetscLogEventEnd(particle_events().factor, pc, nullptr, nullptr, nullptr));
   pc->failedreason = done ? PC_NOERROR : PC_FACTOR_NUMERIC_ZEROPIVOT;
   PetscFunctionReturn(0);
 }
 
-PetscErrorCode apply(PC pc, Vec r, Vec z) {
+/// z = M^-1 r with the factors of this rank's part.
+PetscErrorCode solve_triangles(PC pc, Vec r, Vec z) {
   BlockIcc* self = static_cast<BlockIcc*>(pc->data);
   const PetscScalar* ar = nullptr;
   PetscScalar* az = nullptr;
@@ -90,13 +118,37 @@ PetscErrorCode apply(PC pc, Vec r, Vec z) {
   const double area = static_cast<double>(self->matrix->dim() * self->matrix->dim());
   PetscCall(PetscLogFlops(4 * area * static_cast<double>(self->matrix->pattern().pairs() + self->matrix->pattern().n)));
   PetscCall(PetscLogEventEnd(particle_events().triangles, pc, r, z, nullptr));
-  PetscCall(self->coarse.add(r, z));
+  PetscFunctionReturn(0);
+}
+
+// With the factors M and Q = Z E^-1 Z^T
+//   hats   z = (M^-1 + Q) r
+//   rigid  z = Q r + (I - Q S) M^-1 (I - S Q) r, positive definite however old Q is
+PetscErrorCode apply(PC pc, Vec r, Vec z) {
+  BlockIcc* self = static_cast<BlockIcc*>(pc->data);
+  PetscFunctionBegin;
+  if (!self->rigid.active()) {
+    PetscCall(solve_triangles(pc, r, z));
+    PetscCall(self->hats.add(r, z));
+    PetscFunctionReturn(0);
+  }
+  for (VecHandle* v : {&self->residual, &self->step})
+    if (!*v) PetscCall(VecDuplicate(r, v->out()));
+  PetscCall(VecZeroEntries(z));
+  PetscCall(self->rigid.add(r, z));
+  PetscCall(self->matrix->multiply(z, self->residual));
+  PetscCall(VecAYPX(self->residual, -1.0, r));
+  PetscCall(solve_triangles(pc, self->residual, self->step));
+  PetscCall(VecAXPY(z, 1.0, self->step));
+  PetscCall(self->matrix->multiply(self->step, self->residual));
+  PetscCall(VecScale(self->residual, -1.0));
+  PetscCall(self->rigid.add(self->residual, z));
   PetscFunctionReturn(0);
 }
 
 PetscErrorCode set_from_options(PC pc, PetscOptionItems* PetscOptionsObject) {
   BlockIcc* self = static_cast<BlockIcc*>(pc->data);
-  const char* const names[] = {"auto", "single", "double"};
+  const char *const names[] = {"auto", "single", "double"}, *const spaces[] = {"hats", "rigid", "auto"};
   PetscFunctionBegin;
   PetscOptionsHeadBegin(PetscOptionsObject, "Block incomplete Cholesky of a spring matrix");
   PetscCall(PetscOptionsEList("-pc_bicc_precision", "precision in which the factors are stored; auto: single unless stiffnesses differ by 1e5", "",
@@ -105,8 +157,13 @@ PetscErrorCode set_from_options(PC pc, PetscOptionItems* PetscOptionsObject) {
                              "", self->shift, &self->shift, nullptr));
   PetscCall(PetscOptionsInt("-pc_bicc_coarse",
                             "largest number of unknowns of the coarse grid, which corrects motions over many springs; 0: no coarse grid, -1: one "
-                            "unknown for 250 of the fine grid, at most 2500",
+                            "unknown for 250 of the fine grid, at most 2500 (hats), or for 60, at most 20000 (rigid)",
                             "", self->coarse_unknowns, &self->coarse_unknowns, nullptr));
+  PetscCall(
+      PetscOptionsEList("-pc_bicc_coarse_space",
+                        "functions of the coarse grid; hats: linear between its nodes, rigid: translations and rotations of groups of particles, "
+                        "auto: rigid where a body is at least 10 times as long as it is thick and stiffnesses differ by a factor of 100 at most",
+                        "", spaces, 3, spaces[self->space], &self->space, nullptr));
   PetscOptionsHeadEnd();
   PetscFunctionReturn(0);
 }
@@ -119,9 +176,12 @@ PetscErrorCode view(PC pc, PetscViewer viewer) {
   if (ascii)
     PetscCall(PetscViewerASCIIPrintf(viewer,
                                      "  block incomplete Cholesky, no fill, factors in %s precision, shift %g, %" PetscInt_FMT " shifts so far; "
-                                     "coarse grid of %" PetscInt_FMT " unknowns\n",
+                                     "coarse grid of %" PetscInt_FMT " unknowns (%s)\n",
                                      self->in_single ? "single" : "double", static_cast<double>(self->shifted), self->shifts,
-                                     self->coarse.active() ? self->coarse.unknowns() : 0));
+                                     self->rigid.active()  ? self->rigid.unknowns()
+                                     : self->hats.active() ? self->hats.unknowns()
+                                                           : 0,
+                                     self->space == 1 ? "rigid motions of groups" : "hats"));
   PetscFunctionReturn(0);
 }
 
@@ -131,8 +191,18 @@ PetscErrorCode factor_shifts(PC pc, PetscInt* count) {
   PetscFunctionReturn(0);
 }
 
+PetscErrorCode coarse_words(PC pc, const char** words) {
+  BlockIcc* self = static_cast<BlockIcc*>(pc->data);
+  const SpringMatrix* S = pc->pmat ? SpringMatrix::from(pc->pmat) : nullptr;
+  PetscFunctionBegin;
+  if (S) PetscCall(choose_space(self, S->network()));
+  *words = self->space == 1 && self->coarse_unknowns != 0 ? "rigid motions of groups" : "";
+  PetscFunctionReturn(0);
+}
+
 PetscErrorCode destroy(PC pc) {
   PetscFunctionBegin;
+  PetscCall(PetscObjectComposeFunction(reinterpret_cast<PetscObject>(pc), "BSCoarseWords_C", nullptr));
   PetscCall(PetscObjectComposeFunction(reinterpret_cast<PetscObject>(pc), "BSFactorShifts_C", nullptr));
   delete static_cast<BlockIcc*>(pc->data);
   pc->data = nullptr;
@@ -149,6 +219,7 @@ PetscErrorCode create(PC pc) {
   pc->ops->view = view;
   pc->ops->destroy = destroy;
   PetscCall(PetscObjectComposeFunction(reinterpret_cast<PetscObject>(pc), "BSFactorShifts_C", factor_shifts));
+  PetscCall(PetscObjectComposeFunction(reinterpret_cast<PetscObject>(pc), "BSCoarseWords_C", coarse_words));
   PetscFunctionReturn(0);
 }
 

@@ -4,6 +4,7 @@
 #include "systems/particles/condensed/lanes.hpp"
 #include "systems/particles/condensed/spring_product.hpp"
 #include "systems/particles/events.hpp"
+#include "systems/particles/local_state.hpp"
 #include "systems/particles/supports.hpp"
 
 namespace bs {
@@ -84,6 +85,12 @@ PetscErrorCode SpringMatrix::append_ghosts(std::vector<double>* values) {
   values->insert(values->end(), a, a + net_->ghosts * dim_);
   PetscCall(VecRestoreArrayRead(ghost_values_, &a));
   PetscFunctionReturn(0);
+}
+
+std::vector<double> SpringMatrix::positions() const {
+  std::vector<double> points(static_cast<std::size_t>(net_->n * dim_));
+  for (PetscInt i = 0; i < net_->n; ++i) std::copy_n(state_->at(i), dim_, points.data() + i * dim_);
+  return points;
 }
 
 void SpringMatrix::zero() {

@@ -15,6 +15,8 @@
 
 namespace bs {
 
+class LocalState;
+
 /// Which pairs of free particles are linked, each owned pair once, at its lower end.
 struct SpringPattern {
   HugeVector<PetscInt> start, other;                ///< owned pairs (i, j > i): compressed rows (n + 1), (pairs)
@@ -44,6 +46,11 @@ class SpringMatrix {
   SparseBlocks& remainder() { return remainder_; }
   const SparseBlocks& remainder() const { return remainder_; }
 
+  /// What the positions that S is made of are read from; borrowed.
+  void set_state(const LocalState* state) { state_ = state; }
+  /// Where the owned particles are in that state, (n, d).
+  std::vector<double> positions() const;
+
   /// a of a M - b D - c K: what held components of rollers keep on the diagonal; their rows and columns are 0 otherwise.
   void set_inertia(double a) { inertia_ = a; }
   /// Makes rows and columns of held components 0 in the block between owned particle i and local particle j.
@@ -66,6 +73,7 @@ class SpringMatrix {
  private:
   PetscErrorCode hold_product(Vec p, Vec y) const;
   const Network* net_ = nullptr;
+  const LocalState* state_ = nullptr;
   int dim_ = 3;
   std::size_t area_ = 9, width_ = 4;
   SpringPattern pattern_;

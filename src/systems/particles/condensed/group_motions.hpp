@@ -1,0 +1,70 @@
+// Translations and rotations of groups of particles that overlap: the columns of a coarse space Z. A group has `width` unknowns, d
+// translations first; with its shares s_ia in groups a particle moves by
+//   z_i = sum_a s_ia (T_a + sum_k w_ak q_ak x (x_i - c_a))
+// q_ak: the principal axes of the group, of length 1/(its radius about them); an axis that no particle is off has q = 0.
+#pragma once
+#include <petscsys.h>
+#include <cstdint>
+#include <vector>
+#include "systems/particles/condensed/aggregates.hpp"
+
+namespace bs {
+
+/// Unknowns of a rigid body in d dimensions: 1, 3, 6.
+inline constexpr int rigid_width(int d) { return d * (d + 1) / 2; }
+
+class GroupMotions {
+ public:
+  /// points: (n, d) where particles are. `groups` must outlive the object.
+  void create(int dim, const std::vector<double>& points, const Aggregates& groups);
+  int dim() const { return dim_; }
+  PetscInt groups() const { return groups_->count(); }
+  PetscInt unknowns() const { return groups() * rigid_width(dim_); }
+  const Shares& shares() const { return groups_->shares(); }
+  const double* point(PetscInt i) const { return points_.data() + static_cast<std::size_t>(i) * static_cast<std::size_t>(dim_); }
+  const double* centre(PetscInt a) const { return centre_.data() + static_cast<std::size_t>(a) * static_cast<std::size_t>(dim_); }
+  /// q_k (3 x 3, rows k) of a group; in two dimensions its first number.
+  const double* axes(PetscInt a) const { return axes_.data() + static_cast<std::size_t>(a) * 9; }
+  /// Z_ia / s_ia, d x width, row-major.
+  template <int d>
+  void columns(PetscInt i, PetscInt a, double* z) const noexcept {
+    const std::size_t at = static_cast<std::size_t>(i) * d, group = static_cast<std::size_t>(a);
+    double lever[d];
+    for (int c = 0; c < d; ++c) lever[c] = points_[at + c] - centre_[group * d + c];
+    rigid_columns<d>(lever, axes_.data() + group * 9, z);
+  }
+  /// The same of any particle, at r [m] from the centre of a group with these axes.
+  template <int d>
+  static void rigid_columns(const double* r, const double* axes, double* z) noexcept {
+    constexpr int width = rigid_width(d);
+    for (int k = 0; k < d * width; ++k) z[k] = 0;
+    for (int c = 0; c < d; ++c) z[c * width + c] = 1;
+    if constexpr (d == 2) {
+      z[2] = -axes[0] * r[1];
+      z[width + 2] = axes[0] * r[0];
+    }
+    if constexpr (d == 3)
+      for (int k = 0; k < 3; ++k) {
+        const double* q = axes + 3 * k;
+        z[3 + k] = q[1] * r[2] - q[2] * r[1];
+        z[width + 3 + k] = q[2] * r[0] - q[0] * r[2];
+        z[2 * width + 3 + k] = q[0] * r[1] - q[1] * r[0];
+      }
+  }
+
+  /// coarse = Z^T r and z += Z coarse over the owned particles; r, z: (n, d), coarse: (groups, width).
+  void restrict_to(const double* r, double* coarse) const;
+  void prolong(const double* coarse, double* z) const;
+
+ private:
+  template <int d>
+  void restrict_of(const double* r, double* coarse) const;
+  template <int d>
+  void prolong_of(const double* coarse, double* z) const;
+  int dim_ = 3;
+  const Aggregates* groups_ = nullptr;
+  std::vector<double> points_, centre_, axes_;
+  mutable std::vector<double> whole_;  ///< (groups, 8): force and moment about the origin, or velocity there and spin
+};
+
+}  // namespace bs

@@ -1,0 +1,41 @@
+// The correction of motions over many springs for thin bodies, in whose bending hats on a coarse grid are much too stiff: with rigid motions Z
+// of groups of particles where they are at present,
+//   z += Z E^-1 Z^T r,   E = Z^T S Z
+// E is sparse, since only groups that touch are coupled; its factors are kept on every rank. Groups belong to one rank and overlap
+// those of the same rank alone.
+#pragma once
+#include <petscksp.h>
+#include <string>
+#include <vector>
+#include "base/handle.hpp"
+#include "systems/particles/condensed/aggregates.hpp"
+#include "systems/particles/condensed/group_motions.hpp"
+#include "systems/particles/condensed/spring_matrix.hpp"
+
+namespace bs {
+
+class RigidSpace {
+ public:
+  /// Collective. Of the present S, with about `unknowns` coarse unknowns at most; -1: by the number of particles. `prefix`: of the options of
+  /// the solver of E.
+  PetscErrorCode create(SpringMatrix& S, PetscInt unknowns, const std::string& prefix);
+  /// False where E cannot be factored or there is nothing to gain; then add() does nothing.
+  bool active() const { return active_; }
+  PetscInt unknowns() const { return unknowns_; }
+  /// Collective. z += Z E^-1 Z^T r; vectors of block size d of the owned particles.
+  PetscErrorCode add(Vec r, Vec z);
+
+ private:
+  PetscErrorCode make(SpringMatrix& S, PetscInt unknowns, const std::string& prefix);
+  PetscErrorCode factor(Mat E, const std::string& prefix);
+  const Network* net_ = nullptr;
+  bool active_ = false, grouped_ = false;
+  PetscInt unknowns_ = 0;
+  Aggregates groups_;
+  GroupMotions motions_;
+  PCHandle factors_;
+  VecHandle in_, out_;
+  std::vector<double> free_, moved_;  ///< with rollers: r and what is added, without held components
+};
+
+}  // namespace bs
