@@ -189,7 +189,7 @@ PetscErrorCode Trajectory::write_table(const Dataset& table) {
   if (!code && !full.empty()) code = tell(impl_->comm, Exit::io, watch.sentence(full));
   if (!code) code = impl_->replace_table(table);
   if (code) impl_->usable = false;
-  else impl_->unsynced = true;
+  else impl_->unsynced = !impl_->shared;
   PetscCall(watch.settle(impl_->comm, code));
   PetscFunctionReturn(0);
 }

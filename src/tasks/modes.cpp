@@ -174,8 +174,10 @@ PetscErrorCode ModesRun::run() {
   PetscCall(unused_options(&unused));
   for (const std::string& name : unused)
     if (!of_dynamics(name)) PetscCall(warn(model_.comm(), "option " + name + " is not used by this run: it is misspelt, or belongs to another task"));
+  PetscCall(open_file());
   set_phase(Exit::solve);
   PetscCall(solver.solve(&modes_, &why));
+  solver.release();
   modes_.method = method;
   if (why.empty()) {
     PetscCall(weigh_up());

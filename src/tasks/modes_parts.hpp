@@ -1,5 +1,6 @@
 // The parts behind run_modes.
 #pragma once
+#include <memory>
 #include <string>
 #include <vector>
 #include "output/progress.hpp"
@@ -24,6 +25,7 @@ class ModesRun {
   PetscErrorCode weigh_up();
   PetscErrorCode page(std::size_t k, Vec* out);
   PetscErrorCode fluctuations(std::vector<Dataset>* constants);
+  PetscErrorCode open_file();
   PetscErrorCode write();
   PetscErrorCode conclude(const std::string& why);
   PetscErrorCode report(const std::string& outcome, const std::string& why);
@@ -39,6 +41,7 @@ class ModesRun {
   VecHandle shape_;  ///< of one mode, over all components
   VecHandle state_;  ///< a mode in the place of positions, on its way to the input's order
   Modes modes_;
+  std::unique_ptr<Trajectory> file_;           ///< null: none is wanted
   double largest_force_ = 0, force_size_ = 0;  ///< of single particles [N]; the second without cancellation
   bool damped_ = false;
   std::vector<double> participation_;  ///< (K, d) effective masses [kg]

@@ -96,22 +96,32 @@ PetscErrorCode ModesRun::fluctuations(std::vector<Dataset>* constants) {
   PetscFunctionReturn(0);
 }
 
-PetscErrorCode ModesRun::write() {
+/// The file with what it holds of the lattice, which the search for modes then has the memory of. Without a frame it does not stay.
+PetscErrorCode ModesRun::open_file() {
   const TrajectoryOptions& options = options_.output.trajectory;
+  std::vector<Dataset> constants;
+  PetscFunctionBegin;
+  if (!options.file.empty()) {
+    set_phase(Exit::io);
+    PetscCall(model_.take_constants(&constants));
+    PetscCall(Trajectory::create(model_.comm(), options, model_.dim(), std::numeric_limits<std::int64_t>::max(), constants, &file_));
+  }
+  model_.release_input();
+  PetscFunctionReturn(0);
+}
+
+PetscErrorCode ModesRun::write() {
   const std::int64_t count = static_cast<std::int64_t>(modes_.mode.size());
   const int d = static_cast<int>(form_.linearised().layout().dim);
-  std::vector<Dataset> constants;
+  std::vector<Dataset> tables;
   std::vector<Field> fields;
   std::vector<Observable> observables;
-  std::unique_ptr<Trajectory> file;
   std::vector<double> squared, residual;
   PetscMPIInt rank;
   PetscFunctionBegin;
-  if (options.file.empty() || count == 0) PetscFunctionReturn(0);
+  if (!file_ || count == 0) PetscFunctionReturn(0);
   PetscCallMPI(MPI_Comm_rank(model_.comm(), &rank));
-  PetscCall(model_.take_constants(&constants));
-  model_.release_input();
-  PetscCall(fluctuations(&constants));
+  PetscCall(fluctuations(&tables));
   for (const Mode& mode : modes_.mode) {
     squared.push_back(mode.omega_squared);
     residual.push_back(mode.residual);
@@ -121,16 +131,16 @@ PetscErrorCode ModesRun::write() {
     residual.clear();
     participation_.clear();
   }
-  constants.push_back({"/modes/omega_squared", 0, count, 0, squared, {{"meaning", "eigenvalues of -K q = omega^2 M q"}}});
-  constants.push_back({"/modes/residual", 0, count, 0, residual, {{"meaning", "bound of the error of omega_squared"}}});
-  constants.push_back({"/modes/participation", 0, count, d, participation_, {{"meaning", "effective mass in each direction"}}});
+  tables.push_back({"/modes/omega_squared", 0, count, 0, squared, {{"meaning", "eigenvalues of -K q = omega^2 M q"}}});
+  tables.push_back({"/modes/residual", 0, count, 0, residual, {{"meaning", "bound of the error of omega_squared"}}});
+  tables.push_back({"/modes/participation", 0, count, d, participation_, {{"meaning", "effective mass in each direction"}}});
   set_phase(Exit::io);
-  PetscCall(Trajectory::create(model_.comm(), options, model_.dim(), std::numeric_limits<std::int64_t>::max(), constants, &file));
-  PetscCall(file->write_pages("/modes/shape", count, [this](std::int64_t k, Vec* out) { return page(static_cast<std::size_t>(k), out); }));
+  for (const Dataset& table : tables) PetscCall(file_->write_table(table));
+  PetscCall(file_->write_pages("/modes/shape", count, [this](std::int64_t k, Vec* out) { return page(static_cast<std::size_t>(k), out); }));
   PetscCall(model_.observe(time_, y_, &observables));
   PetscCall(model_.fields(time_, y_, &fields));
-  PetscCall(file->write_frame(0, time_, fields, observables));
-  PetscCall(file->close());
+  PetscCall(file_->write_frame(0, time_, fields, observables));
+  PetscCall(file_->close());
   set_phase(Exit::solve);
   PetscFunctionReturn(0);
 }

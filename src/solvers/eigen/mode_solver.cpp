@@ -198,6 +198,12 @@ void ModeSolver::finish(Modes* out) {
   out->mode = std::move(kept);
 }
 
+void ModeSolver::release() {
+  eps_.reset();
+  A_.reset();
+  form_.release_matrices();
+}
+
 PetscErrorCode ModeSolver::solve(Modes* out, std::string* why) {
   constexpr int PASSES = 20;
   const bool direct = request_.method == ModeRequest::direct && request_.which == ModeRequest::smallest;

@@ -45,6 +45,8 @@ class ModeSolver {
   /// Collective. Fewer than asked for are given where the system has no more. `why` says what is wrong where the solver
   /// did not find all of them.
   PetscErrorCode solve(Modes* out, std::string* why);
+  /// Frees the basis, matrices and factors of the search; the modes stay.
+  void release();
 
  private:
   PetscErrorCode choose();

@@ -175,6 +175,12 @@ PetscErrorCode StandardForm::diagonal(Vec out) {
   PetscFunctionReturn(0);
 }
 
+void StandardForm::release_matrices() {
+  inverse_.reset();
+  springs_.reset();
+  stored_.reset();
+}
+
 /// z = M^1/2 P^-1 M^1/2 r
 PetscErrorCode apply_inverse(PC pc, Vec r, Vec z) {
   StandardForm* self = nullptr;

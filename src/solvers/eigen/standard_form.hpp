@@ -36,6 +36,8 @@ class StandardForm {
   /// coarse grid, as a PC without matrix.
   PetscErrorCode create_preconditioner(double shift, PC pc);
   PetscErrorCode diagonal(Vec out);
+  /// Frees the matrices behind the operator and the preconditioner, which are of no use afterwards.
+  void release_matrices();
 
  private:
   friend PetscErrorCode apply_inverse(PC pc, Vec r, Vec z);
