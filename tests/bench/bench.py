@@ -16,6 +16,7 @@ import time
 import traceback
 
 import cases
+import coarse
 import kernels
 import output
 import peers
@@ -26,7 +27,7 @@ from running import Budget, Failed, program
 
 HERE = pathlib.Path(__file__).resolve().parent
 # In this order, with the share of the time each may claim; what one leaves over the later ones get.
-SECTIONS = {"steps": 7, "kernels": 1, "peers": 4, "weak": 1, "sizes": 4, "without_factors": 1, "output": 1, "large": 4}
+SECTIONS = {"steps": 7, "kernels": 1, "peers": 4, "weak": 1, "coarse": 1, "sizes": 4, "without_factors": 1, "output": 1, "large": 4}
 
 
 class Context:
@@ -87,7 +88,7 @@ def run_sections(context, wanted, results):
     missing = peers.build(context) if needs_peers else {}
     runners = {"steps": lambda: steps.run(context), "kernels": lambda: kernels.run(context),
                "peers": lambda: peers.accurate(context, missing) + peers.implicit(context, missing),
-               "weak": lambda: scaling.weak(context), "sizes": lambda: scaling.sizes(context),
+               "weak": lambda: scaling.weak(context), "coarse": lambda: coarse.run(context), "sizes": lambda: scaling.sizes(context),
                "without_factors": lambda: scaling.without_factors(context), "output": lambda: output.run(context, missing),
                "large": lambda: scaling.large(context)}
     wanted = [name for name in SECTIONS if name in wanted]

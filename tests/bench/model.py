@@ -8,6 +8,8 @@ import json
 import math
 import sys
 
+import coarse
+
 
 def counted_row(results):
     """The run whose messages are counted: default options, most ranks, most particles; with the particles in a plane
@@ -42,29 +44,93 @@ def step_time(particles, ranks, seconds_per_particle, counted, latency, bandwidt
     return work, exchange, reduction
 
 
+def coarse_rates(times):
+    """Seconds an application takes for each squared unknown of the coarse grid, a set-up for each cubed one: by the difference of a large and a small
+    grid over the same lattice, in which what every particle does is the same."""
+    small, large = sorted(times, key=lambda row: row["unknowns"])
+    slope = lambda key, power: max(0.0, (large[key] - small[key]) / (large["unknowns"] ** power - small["unknowns"] ** power))
+    return {"application": slope("s_per_application", 2), "set_up": slope("s_per_set_up", 3)}
+
+
+def coarse_bytes(unknowns):
+    """Of each rank: E^-1, and E by blocks of 8 numbers while it is made."""
+    return 8 * unknowns**2 + 64 * (unknowns // 3) ** 2
+
+
+def coarse_time(unknowns, rates, counted, bandwidth):
+    """Seconds of one step: products with E^-1, its making, and what of both is summed over the ranks (each number sent and received once)."""
+    work = counted["applications"] * rates["application"] * unknowns**2 + counted["set_ups"] * rates["set_up"] * unknowns**3
+    summed = counted["applications"] * 8 * unknowns + counted["set_ups"] * 64 * (unknowns // 3) ** 2
+    return work, 2 * summed / bandwidth
+
+
+def growth(iterations, ranks):
+    """Krylov iterations on the most ranks over those on `ranks`: with the coarse grid, and without it on the most."""
+    rows = sorted(iterations, key=lambda row: row["ranks"])
+    base = next((row for row in rows if row["ranks"] == ranks), rows[0])["krylov"]
+    return rows[-1]["krylov"] / base, rows[-1]["krylov_without"] / base
+
+
+def coarse_part(results, row):
+    """What is known of the coarse grid beside `row`: {rates, applications and set-ups a step, growth, shares}; None where it was not measured."""
+    measured = results.get("coarse") or {}
+    if not measured.get("times"):
+        return None
+    events, steps = row["events"], row["steps"]
+    count = lambda *names: next((events[name]["count"] for name in names if name in events), 0) / steps
+    time = lambda name: events.get(name, {"time": 0.0})["time"] / steps
+    return {"rates": coarse_rates(measured["times"]), "applications": count("BSCoarse"), "set_ups": count("BSCoarseSetUp", "BSFactor"),
+            "growth": growth(measured["iterations"], row["ranks"]), "rows": measured["iterations"],
+            "share": min(1.0, (time("BSProduct") + time("BSTriangles") + time("BSCoarse")) / row["s_per_step"])}
+
+
+def total_time(particles, ranks, each, counted, part, more, latency, bandwidth):
+    """(work, coarse grid, halo, reductions) [s] of a step that takes `more` times the Krylov iterations counted."""
+    work, exchange, reduction = step_time(particles, ranks, each, counted, latency, bandwidth)
+    if not part:
+        return work, 0.0, exchange, reduction
+    made, sent = coarse_time(coarse.unknowns(particles), part["rates"], dict(part, applications=part["applications"] * more), bandwidth)
+    return work * (1 + part["share"] * (more - 1)), made + sent, exchange * more, reduction * more
+
+
 def report(results, particles=1e9, ranks=(100, 1000, 10000, 100000), latency=2e-6, bandwidth=5e8):
     """Lines of markdown; None where no run on several ranks was counted. latency [s] and bandwidth [bytes/s] of a rank."""
     row = counted_row(results)
     if row is None:
         return None
-    counted = volumes(row)
+    counted, part = volumes(row), coarse_part(results, row)
+    own = coarse.unknowns(row["particles"])
+    replicated = coarse_time(own, part["rates"], part, bandwidth)[0] if part else 0.0
     # all cores of the measuring machine were busy: memory bandwidth was shared as it will be there
-    each = row["s_per_step"] * row["ranks"] / row["particles"]
+    each = max(0.0, row["s_per_step"] - replicated) * row["ranks"] / row["particles"]
     empty = {int(key): size for key, size in results["empty_bytes"].items()}
-    memory = max(0.0, row["peak_bytes"] - empty.get(row["ranks"], 0)) / row["particles"]
+    memory = max(0.0, row["peak_bytes"] - empty.get(row["ranks"], 0) - row["ranks"] * coarse_bytes(own)) / row["particles"]
     exponent = math.log10(particles)
     name = f"10^{exponent:.0f}" if abs(exponent - round(exponent)) < 1e-9 else f"{particles:.3g}"
     lines = [f"Counted in '{row['label']}' on {row['ranks']} ranks: {counted['exchanges']:.0f} halo exchanges a step of "
              f"{counted['bytes']:.1f} bytes per particle on the cut, {counted['reductions']:.0f} all-reduces,",
-             f"{1e6 * each:.3g} us of one core per particle, {row['krylov']:.3g} Krylov iterations.", "",
-             f"{name} particles at the same h omega_max and Krylov iterations; assumed: latency {latency:g} s, {bandwidth:g} bytes/s a rank.", "",
-             "| ranks | particles/rank | GB/rank | work [s] | halo [s] | reductions [s] | s/step | efficiency |", "|" + "---|" * 8]
+             f"{1e6 * each:.3g} us of one core per particle, {row['krylov']:.3g} Krylov iterations.", ""]
+    lines += coarse_lines(part, particles) + [f"{name} particles at the same h omega_max; assumed: latency {latency:g} s, {bandwidth:g} bytes/s a rank.", ""]
+    lines += ["| ranks | particles/rank | GB/rank | work [s] | coarse grid [s] | halo [s] | reductions [s] | s/step | efficiency | s/step at most |", "|" + "---|" * 10]
     for count in ranks:
-        work, exchange, reduction = step_time(particles, count, each, counted, latency, bandwidth)
-        total = work + exchange + reduction
-        lines.append(f"| {count} | {particles / count:,.0f} | {memory * particles / count / 1e9:.3g} | {work:.3g} | {exchange:.3g} | {reduction:.3g} | "
-                     f"{total:.3g} | {100 * work / total:.0f} % |")
+        shown, most = (total_time(particles, count, each, counted, part, more, latency, bandwidth) for more in (part["growth"] if part else (1, 1)))
+        gigabytes = (memory * particles / count + coarse_bytes(coarse.unknowns(particles))) / 1e9
+        lines.append(f"| {count} | {particles / count:,.0f} | {gigabytes:.3g} | " + " | ".join(f"{value:.3g}" for value in shown) +
+                     f" | {sum(shown):.3g} | {100 * each * particles / count / sum(shown):.0f} % | {f'{sum(most):.3g}' if part else 'not measured'} |")
     return lines + [""]
+
+
+def coarse_lines(part, particles):
+    if not part:
+        return ["**The coarse grid's time and the growth of iterations were not measured (section coarse): neither is in the table.**", ""]
+    rows = part["rows"]
+    words = lambda key: ", ".join(f"{row[key]:.1f}" for row in rows)
+    size = coarse.unknowns(particles)
+    return [f"Krylov iterations a step of {rows[0]['particles']:,} particles a rank on {', '.join(str(row['ranks']) for row in rows)} ranks: {words('krylov')}; without "
+            f"the coarse grid {words('krylov_without')}. The table takes {part['growth'][0]:.2f} times those of the run counted, its last column, for a coarse grid "
+            f"that no longer helps, {part['growth'][1]:.2f} times.", "",
+            f"The coarse grid has {size} unknowns, on every rank {coarse_bytes(size) / 1e6:.0f} MB; {1e3 * part['rates']['application'] * size**2:.3g} ms an application, "
+            f"{part['rates']['set_up'] * size**3:.3g} s a set-up; {part['applications']:.3g} and {part['set_ups']:.3g} of them a step.", ""]
 
 
 def main():

@@ -9,6 +9,8 @@ import tempfile
 HERE = pathlib.Path(__file__).resolve().parent
 sys.path.insert(0, str(HERE))
 import cases
+import coarse
+import model
 import targets
 
 BENCH = [sys.executable, str(HERE / "bench.py"), "--repeats", "1", "--budget", "100", "--triad-elements", "1000000"]
@@ -35,6 +37,46 @@ def no_invention():
     assert all(measured is None and holds is None for _, _, measured, holds in targets.table({})), targets.table({})
 
 
+def close(found, expected, what):
+    assert abs(found - expected) <= 1e-12 * abs(expected), (what, found, expected)
+
+
+def past_one_machine():
+    """The model of larger machines against figures worked out by hand, and the size of the coarse grid as the program has it."""
+    # 64,000 particles: 768 unknowns wanted, 256 nodes, 6^3 of them; 10^9: 2,500, 833, 9^3; 2,000: 24, 8, 2^3; 1,000: 12, 4, none
+    assert [coarse.unknowns(n) for n in (64000, 1e9, 2000, 1000)] == [648, 2187, 24, 0]
+    times = [{"unknowns": 100, "s_per_application": 3e-4, "s_per_set_up": 0.1}, {"unknowns": 1000, "s_per_application": 1.29e-3, "s_per_set_up": 1.099}]
+    rates = model.coarse_rates(times)
+    close(rates["application"], 9.9e-4 / 990000, "an application")
+    close(rates["set_up"], 0.999 / 999e6, "a set-up")
+    counted = {"applications": 20, "set_ups": 0.5}
+    made, sent = model.coarse_time(2187, {"application": 1e-9, "set_up": 1e-9}, counted, 5e8)
+    close(made, 20 * 1e-9 * 4782969 + 0.5 * 1e-9 * 10460353203, "the coarse grid's work")
+    close(sent, 2 * (20 * 17496 + 0.5 * 64 * 531441) / 5e8, "the coarse grid's sums")
+    assert model.coarse_bytes(2187) == 8 * 4782969 + 64 * 531441
+    rows = [{"ranks": r, "particles": 1000 * r, "krylov": k, "krylov_without": w} for r, k, w in ((1, 10.0, 12.0), (2, 12.0, 18.0), (8, 15.0, 30.0))]
+    assert model.growth(rows, 2) == (1.25, 2.5) and model.growth(rows, 4) == (1.5, 3.0)
+    event = lambda count, time: {"count": count, "time": time, "messages": 0.0, "bytes": 0.0, "reductions": 0.0}
+    row = {"label": "a run", "ranks": 2, "particles": 2000, "steps": 2, "s_per_step": 1.0, "krylov": 12.0, "peak_bytes": 5e6,
+           "events": {"TSStep": dict(event(2, 2.0), messages=80.0, bytes=6400.0, reductions=60.0), "BSProduct": event(30, 0.4), "BSTriangles": event(30, 0.5),
+                      "BSCoarse": event(40, 0.1), "BSCoarseSetUp": event(1, 0.1)}}
+    results = {"weak": [row], "empty_bytes": {"2": 0}, "coarse": {"times": times, "iterations": rows}}
+    part = model.coarse_part(results, row)
+    close(part["share"], 0.5, "share of the Krylov iterations")
+    assert (part["applications"], part["set_ups"]) == (20, 0.5)
+    lines = model.report(results, particles=1e9, ranks=(1000,), latency=0.0)
+    cells = [float(cell.strip(" %")) for cell in lines[-2].strip("|").replace(",", "").split("|")]
+    # on 1000 ranks 10^6 particles each; the run's own coarse grid of 24 unknowns is taken from its second a step
+    each = (1 - 20 * rates["application"] * 576 - 0.5 * rates["set_up"] * 13824) / 1000
+    assert abs(cells[3] / (1e6 * each * (1 + 0.5 * 0.25)) - 1) < 1e-2, (cells, each)
+    made, sent = model.coarse_time(2187, rates, {"applications": 25, "set_ups": 0.5}, 5e8)
+    assert abs(cells[4] / (made + sent) - 1) < 1e-2, (cells, made, sent)
+    assert abs(cells[2] / (1e-9 * ((5e6 - 2 * model.coarse_bytes(24)) / 2000 * 1e6 + model.coarse_bytes(2187))) - 1) < 1e-2, cells
+    assert abs(cells[-1] / (1e6 * each * (1 + 0.5 * 1.5)) - 1) < 1e-2, cells
+    del results["coarse"]
+    assert any("not measured" in line for line in model.report(results))
+
+
 def hard_cases(program):
     """One case of hard.py, two steps: every column is filled that its kind allows."""
     with tempfile.TemporaryDirectory() as folder:
@@ -52,6 +94,7 @@ def main():
     arguments = sys.argv[1:]
     closed_counts()
     no_invention()
+    past_one_machine()
     hard_cases(arguments[arguments.index("--program") + 1])
     with tempfile.TemporaryDirectory() as folder:
         folder = pathlib.Path(folder)
@@ -65,10 +108,11 @@ def main():
         assert "## Targets" in text and "The targets are for n = 40" in text
         built = [row for row in results["peers"] if "last" in row]
         assert len(results["checks"]) >= len(built) - 2 and any(row["peer"].startswith("symplectic") for row in built)
-        results, _ = bench(folder, arguments + ["--n", "4", "--steps", "1", "--sections", "weak"], "2")
+        results, _ = bench(folder, arguments + ["--n", "4", "--steps", "1", "--sections", "weak,coarse"], "2")
         assert "s_per_step" in results["weak"][0], results["weak"]
+        assert results["coarse"]["iterations"][-1]["ranks"] == 8 and results["coarse"]["times"][1]["unknowns"] == 2187, results["coarse"]
         modelled = subprocess.run([sys.executable, str(HERE / "model.py"), str(folder / "results.json")], capture_output=True, text=True)
-        assert modelled.returncode == 0 and "10^9" in modelled.stdout, modelled.stdout + modelled.stderr
+        assert modelled.returncode == 0 and "10^9" in modelled.stdout and "2187 unknowns" in modelled.stdout, modelled.stdout + modelled.stderr
     print("bench: ok")
 
 
