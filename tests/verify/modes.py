@@ -8,6 +8,8 @@ import h5py
 import numpy as np
 from harness import REPO, Checks, read_table, write_lattice
 from scipy.linalg import eigh
+from scipy.sparse import csc_matrix
+from scipy.sparse.linalg import eigsh
 from scipy.spatial import cKDTree
 
 RUNS = (("dense", 1), ("dense", 3), ("direct", 1), ("direct", 2), ("direct", 3), ("iterative", 1), ("iterative", 2), ("iterative", 3))
@@ -162,6 +164,24 @@ def check_floppy(checks, folder):
             checks.near(f"floppy net, {solver}, {ranks} ranks: the first omega^2 other than 0", got.omega_squared, values[zero:zero + 5], 1e-10)
             checks.true(f"floppy net, {solver}, {ranks} ranks: {zero} zero modes, 3 of them rigid",
                         (got.report["zero_modes"], got.report["rigid_motions"]) == (zero, 3), str(got.report["zero_modes"]))
+
+
+def check_beam(checks, folder):
+    """A thin body, whose lowest modes bend: the search is preconditioned by rigid motions of groups."""
+    x = grid((3, 4, 80))
+    pairs, held = near_pairs(x, 1.5), x[:, 2] == 0
+    lattice = write_lattice(folder / "beam.h5", x, 1.0, fixed=held, pairs=pairs, stiffness=1.0, rest_length=np.linalg.norm(x[pairs[:, 0]] - x[pairs[:, 1]], axis=1),
+                            spring_law="hooke")
+    u = x[pairs[:, 1]] - x[pairs[:, 0]]
+    u /= np.linalg.norm(u, axis=1)[:, None]
+    rows = np.repeat(np.arange(len(pairs)), 6)
+    columns = np.concatenate([3 * pairs[:, :1] + np.arange(3), 3 * pairs[:, 1:] + np.arange(3)], axis=1).ravel()
+    strain = csc_matrix((np.concatenate([-u, u], axis=1).ravel(), (rows, columns)), shape=(len(pairs), x.size))[:, np.repeat(~held, 3)]
+    exact = np.sort(eigsh(csc_matrix(strain.T @ strain), 6, sigma=0, return_eigenvectors=False))
+    for ranks in (1, 3):
+        got = Modes(checks, lattice, 6, ranks=ranks, bs_modes_solver="iterative")
+        checks.near(f"a beam, {ranks} ranks", got.omega_squared / exact, 1.0, 1e-8)
+        checks.true(f"a beam, {ranks} ranks: iterations", got.report["iterations"] < 1000, f"{got.report['iterations']}")
 
 
 def check_pendulum(checks, folder):
