@@ -37,10 +37,21 @@ class Springs:
     stiffness: np.ndarray = None       # (M,) or None: not in the file
     rest_length: np.ndarray = None     # (M,)
     damping: np.ndarray = None         # (M,)
+    shift: np.ndarray = None           # (M, d) boxes the second end is in; None: no periodic box
     rest_length_assumed: bool = False  # True: the file has none, lengths of the first frame are used
 
     def __len__(self):
         return len(self.pairs)
+
+    @property
+    def inside(self):
+        """(M,) whether a spring stays within the periodic box, so that a line between its ends shows it."""
+        return np.ones(len(self.pairs), bool) if self.shift is None else ~self.shift.any(axis=1)
+
+    @property
+    def lines(self):
+        """pairs with a point in the place of every line across a periodic box."""
+        return np.where(self.inside[:, None], self.pairs, self.pairs[:, :1])
 
 
 @dataclass
@@ -290,15 +301,25 @@ class Run:
             if data is not None and data.size != len(pairs):
                 raise self._error(f"{BONDS}_{name} has {data.size} rows for {len(pairs)} springs")
             columns[name] = None if data is None else data.astype(float).reshape(-1)
-        springs = Springs(pairs, **columns)
+        shift = self._array(f"{BONDS}_shift")
+        springs = Springs(pairs, **columns, shift=None if shift is None else shift.astype(np.int64))
+        self._cache["springs"] = springs  # lengths() looks at it
         if springs.rest_length is None:
-            springs.rest_length, springs.rest_length_assumed = self.lengths(0, pairs), True
+            springs.rest_length, springs.rest_length_assumed = self.lengths(0), True
         return springs
 
-    def lengths(self, frame, pairs=None):
-        """Lengths (M,) of the springs [m]."""
-        x, pairs = self.position(frame), self.springs.pairs if pairs is None else pairs
-        return np.sqrt(((x[pairs[:, 1]] - x[pairs[:, 0]]) ** 2).sum(axis=1))
+    def box_edges(self, frame):
+        """Edge vectors (d, d) of the box of a frame as rows [m]."""
+        edges = np.asarray(self._get(f"{PARTICLES}/box/edges/value")[frame], float)
+        return (np.diag(edges) if edges.ndim == 1 else edges)[:self.dim, :self.dim]
+
+    def lengths(self, frame):
+        """Lengths (M,) of the springs [m], to the image of the second end that they join."""
+        x, springs = self.position(frame), self.springs
+        apart = x[springs.pairs[:, 1]] - x[springs.pairs[:, 0]]
+        if springs.shift is not None:
+            apart = apart + springs.shift @ self.box_edges(frame)
+        return np.sqrt((apart ** 2).sum(axis=1))
 
     def strains(self, frame):
         """Strains (M,) = (l - L)/L; NaN where the rest length L is 0."""

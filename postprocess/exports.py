@@ -65,8 +65,9 @@ def write_gsd(run, rows, path):
             if run.mass is not None:
                 frame.particles.mass = run.mass
             if len(run.springs):
-                frame.bonds.N, frame.bonds.types, frame.bonds.group = len(run.springs), ["spring"], run.springs.pairs
-                frame.bonds.typeid = np.zeros(len(run.springs), dtype=np.uint32)
+                inside = run.springs.inside
+                frame.bonds.N, frame.bonds.types, frame.bonds.group = inside.sum(), ["spring"], run.springs.pairs[inside]
+                frame.bonds.typeid = np.zeros(inside.sum(), dtype=np.uint32)
             frame.log["time"] = np.array([run.times[row]])
             out.append(frame)
 
@@ -116,7 +117,7 @@ def write_vtu(run, row, path):
     """Springs as lines, particles as points, with their fields."""
     import meshio
     points, data = fields(run, row)
-    cells = [("line", run.springs.pairs)] if len(run.springs) else [("vertex", np.arange(run.particles)[:, None])]
+    cells = [("line", run.springs.lines)] if len(run.springs) else [("vertex", np.arange(run.particles)[:, None])]
     meshio.write(path, meshio.Mesh(padded(run.position(row)), cells, point_data=points, cell_data={k: [v] for k, v in data.items()}),
                  file_format="vtu")
 
@@ -135,7 +136,7 @@ def write_vtp(run, row, path):
     """The same as VTK PolyData: lines, or vertices where there are no springs."""
     points, data = fields(run, row)
     count = len(run.springs) or run.particles
-    corners, kind = (run.springs.pairs.ravel(), "Lines") if len(run.springs) else (np.arange(count), "Verts")
+    corners, kind = (run.springs.lines.ravel(), "Lines") if len(run.springs) else (np.arange(count), "Verts")
     ends = np.arange(1, count + 1, dtype=np.int64) * (2 if kind == "Lines" else 1)
     sections = [("PointData", "".join(_array(k, v) for k, v in points.items())), ("CellData", "".join(_array(k, v) for k, v in data.items())),
                 ("Points", _array("Points", padded(run.position(row)))),

@@ -56,6 +56,8 @@ def write_data(run, row, path, units="si"):
     K (theta - theta0)^2, so K is half the rate. An angle of LAMMPS has no sign: one that rests beyond pi is seen from the other side."""
     if run.mass is None:
         raise RunError(f"{run.path}: holds no masses, which a LAMMPS data file needs")
+    if not run.springs.inside.all():
+        raise RunError(f"{run.path}: springs join images across a periodic box, which LAMMPS data files of this program do not have yet: write .dump, .gsd or .vtu")
     position, ids, pairs, rest = padded(run.position(row)), atom_ids(run), run.springs.pairs, run.springs.rest_length
     kind, kinds = atom_types(run)
     low, high = bounds(position)

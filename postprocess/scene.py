@@ -30,9 +30,9 @@ class Scene:
         self.draw = draw if draw != "auto" else ("springs" if 0 < len(pairs) <= max_springs else "particles")
         if not len(pairs):
             self.draw = "particles"
-        self.drawn = np.arange(len(pairs))
+        self.drawn = np.flatnonzero(run.springs.inside)  # lines across a periodic box would hide the rest
         if self.draw == "springs" and len(pairs) > max_springs:  # asked for lines: an even choice of the springs
-            self.drawn = np.unique(np.linspace(0, len(pairs) - 1, max_springs).astype(np.int64))
+            self.drawn = self.drawn[np.unique(np.linspace(0, len(self.drawn) - 1, max_springs).astype(np.int64))]
         self.color = self._color(color)
         budget = max(2, int(4e7 // max(1, run.particles)))
         seen = sample(rows, min(200, budget))

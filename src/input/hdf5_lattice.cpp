@@ -5,6 +5,7 @@
 #include <limits>
 
 #include "base/fault.hpp"
+#include "input/box.hpp"
 #include "input/groups.hpp"
 #include "input/hdf5_file.hpp"
 #include "input/hdf5_layout.hpp"
@@ -217,6 +218,7 @@ PetscErrorCode read_hdf5_lattice(MPI_Comm comm, const std::string& path, Lattice
   PetscCall(read_laws(comm, file, names, out));
   PetscCall(read_particles(comm, file, names, position, out));
   PetscCall(read_springs(comm, file, names, pairs, out));
+  PetscCall(read_hdf5_box(comm, file, names, out));
   PetscCall(read_anchors(file, anchors, out));
   PetscCall(read_hdf5_groups(comm, file, out));
   PetscCall(read_interactions(comm, file, names.trajectory, out));

@@ -120,10 +120,12 @@ PetscErrorCode read_row_laws(MPI_Comm comm, const Hdf5File& file, const Hdf5Layo
 }
 
 void note_unknown_members(const Hdf5File& file, Lattice* l) {
-  std::vector<std::pair<std::string, std::vector<std::string>>> known = {{"/particles", {"position", "velocity", "mass", "fixed", "id"}},
-                                                                         {"/anchors", {"particle", "point", "stiffness", "rest_length", "damping"}},
-                                                                         {"/springs", {"pairs", "stiffness", "rest_length", "damping", "law"}}};
-  for (const ParticleParameter& one : particle_parameters) known.front().second.emplace_back(one.name);
+  std::vector<std::pair<std::string, std::vector<std::string>>> known = {
+      {"/box", {"edges"}},
+      {"/particles", {"position", "velocity", "mass", "fixed", "id"}},
+      {"/anchors", {"particle", "point", "stiffness", "rest_length", "damping"}},
+      {"/springs", {"pairs", "stiffness", "rest_length", "damping", "law", "shift"}}};
+  for (const ParticleParameter& one : particle_parameters) known[1].second.emplace_back(one.name);
   for (const SpringParameter& one : spring_parameters()) known.back().second.emplace_back(one.name);
   for (const std::string& name : spring_histories()) known.back().second.push_back(name);
   for (const InteractionSchema& schema : interaction_schemas()) {

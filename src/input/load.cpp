@@ -6,6 +6,7 @@
 #include "base/options.hpp"
 #include "input/adjust.hpp"
 #include "input/anchors.hpp"
+#include "input/box.hpp"
 #include "input/gmsh.hpp"
 #include "input/groups.hpp"
 #include "input/hdf5_lattice.hpp"
@@ -165,6 +166,7 @@ PetscErrorCode load_lattice(MPI_Comm comm, Lattice* out) {
   for (InteractionRows& kind : out->interactions) PetscCall(number_rows(comm, &kind.rows));
   PetscCall(settle_spring_laws(comm, options.springs, out));
   PetscCall(add_anchors(comm, options.anchors, out));
+  PetscCall(settle_shifts(comm, out));
   PetscCall(validate_and_fill(comm, out));
   PetscCall(check_rest_lengths(comm, *out));
   for (const std::string& warning : out->warnings) PetscCall(warn(comm, warning));

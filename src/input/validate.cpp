@@ -90,7 +90,9 @@ void check_spring(const Lattice& l, const Place& place, std::int64_t k, Fault* f
   const std::int64_t row = l.springs.first + k, i = l.pairs[2 * at(k)], j = l.pairs[2 * at(k) + 1];
   if (!exists(l, place, "spring", "/springs", "pairs", row, i, fault)) return;
   if (!exists(l, place, "spring", "/springs", "pairs", row, j, fault)) return;
-  if (i == j)
+  bool apart = i != j;  // or joined to an image of itself
+  for (int c = 0; c < l.dim && !l.shift.empty(); ++c) apart = apart || l.shift[at(k * l.dim + c)] != 0;
+  if (!apart)
     fault->note(
         row, place.row("spring", row, "/springs", "pairs") + format(": joins particle %" PRId64 " to itself; give it two ends or leave it out", i));
   check_numbers(place, "spring", "/springs", row, l.stiffness[at(k)], l.rest_length[at(k)], true, l.damping[at(k)], fault);
@@ -162,6 +164,8 @@ PetscErrorCode initial_lengths(MPI_Comm comm, const Lattice& l, std::vector<doub
   PetscFunctionBegin;
   PetscCall(fetch_rows(comm, l.particles, l.position, l.dim, l.pairs, &ends));
   springs->resize(at(l.springs.count));
+  for (std::size_t k = 0; k < l.shift.size(); ++k)  // the second ends' images
+    for (std::size_t c = 0; c < d; ++c) ends[(2 * (k / d) + 1) * d + c] += static_cast<double>(l.shift[k]) * l.box.edges[k % d * d + c];
   for (std::size_t k = 0; k < springs->size(); ++k) (*springs)[k] = distance(&ends[2 * k * d], &ends[(2 * k + 1) * d], l.dim);
   PetscCall(fetch_rows(comm, l.particles, l.position, l.dim, l.anchor_particle, &ends));
   anchors->resize(at(l.anchors.count));

@@ -2,7 +2,9 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 #include <limits>
+#include <tuple>
 
 #include "lattice/random.hpp"
 
@@ -57,6 +59,31 @@ struct Plan {
   /// Unperturbed position along axis k.
   double position(const Place& p, int k) const {
     return origin[k] + (static_cast<double>(p.cell[k]) * stencil.edge[k] + kind(p).shift[k]) * spacing[k];
+  }
+  /// The box that repeats the lattice along the periodic axes; along the others it is as large as the lattice.
+  PeriodicBox repeated_box() const {
+    PeriodicBox b;
+    if (spec.periodic.empty()) return b;
+    for (int k = 0; k < dim; ++k) {
+      b.periodic[k] = periodic(k);
+      b.edges[static_cast<std::size_t>(k * dim + k)] = std::max<double>(static_cast<double>(n[k]) * stencil.edge[k], 1) * spacing[k];
+    }
+    return b;
+  }
+  bool periodic(int k) const { return spec.periodic.find(static_cast<char>('x' + k)) != std::string::npos; }
+  /// Takes a place that a neighbour lies at into the lattice; `shift`: the boxes it was away. False: it is no place of it.
+  bool take_in(Place* q, int* shift) const {
+    for (int k = 0; k < 3; ++k) {
+      shift[k] = 0;
+      if (periodic(k)) {
+        const std::int64_t box = q->cell[k] >= 0 ? q->cell[k] / n[k] : -((n[k] - 1 - q->cell[k]) / n[k]);
+        q->cell[k] -= box * n[k];
+        shift[k] = static_cast<int>(box);
+      } else if (q->cell[k] < 0 || q->cell[k] >= n[k]) {
+        return false;
+      }
+    }
+    return true;
   }
   double length(const Neighbour& m) const {
     double r2 = 0;
@@ -138,20 +165,34 @@ void reserve_springs(const Plan& plan, Lattice* out) {
   out->rest_length.reserve(springs);
 }
 
+/// A neighbour at which a spring is laid: the particle, how it was reached, and the box it is in.
+struct Upper {
+  std::int64_t row;
+  const Neighbour* way;
+  int shift[3];
+  /// Of the two directions of a spring one is upward: to the higher row, and among images of one particle by the way there.
+  bool above(std::int64_t i) const { return row != i ? row > i : std::lexicographical_compare(std::begin(NONE), std::end(NONE), shift, shift + 3); }
+  static constexpr int NONE[3] = {0, 0, 0};
+};
+
 void lay_springs(const Plan& plan, Lattice* out) {
-  std::vector<std::pair<std::int64_t, const Neighbour*>> upper;  // j and how it was reached
+  std::vector<Upper> upper;
   reserve_springs(plan, out);
   for (std::int64_t i = out->particles.first; i < out->particles.first + out->particles.count; ++i) {
     const Place p = plan.place(i);
     upper.clear();
     for (const Neighbour& m : plan.kind(p).neighbours) {
       Place q{{p.cell[0] + m.cell[0], p.cell[1] + m.cell[1], p.cell[2] + m.cell[2]}, m.site};
-      bool inside = true;
-      for (int k = 0; k < 3; ++k) inside = inside && q.cell[k] >= 0 && q.cell[k] < plan.n[k];
-      if (inside && plan.row(q) > i) upper.emplace_back(plan.row(q), &m);
+      Upper there{0, &m, {0, 0, 0}};
+      if (!plan.take_in(&q, there.shift)) continue;
+      there.row = plan.row(q);
+      if (there.above(i)) upper.push_back(there);
     }
-    std::sort(upper.begin(), upper.end());
-    for (const auto& [j, m] : upper) add_spring(plan, i, j, *m, out);
+    std::sort(upper.begin(), upper.end(), [](const Upper& a, const Upper& b) { return std::tie(a.row, a.way) < std::tie(b.row, b.way); });
+    for (const Upper& one : upper) {
+      add_spring(plan, i, one.row, *one.way, out);
+      for (int k = 0; k < plan.dim && out->box.active(); ++k) out->shift.push_back(one.shift[k]);
+    }
   }
   out->springs.count = static_cast<std::int64_t>(out->stiffness.size());
 }
@@ -211,6 +252,7 @@ Lattice generate(const GeneratorSpec& spec, int rank, int size) {
   const std::size_t count = static_cast<std::size_t>(out.particles.count);
   out.mass.assign(count, mass_of_each(spec, plan.total));
   if (spec.radius > 0) out.particle_columns.push_back({"radius", "-bs_lattice_radius", std::vector<double>(count, spec.radius)});
+  out.box = plan.repeated_box();
   lay_springs(plan, &out);
   lay_angles(plan, &out);
   return out;

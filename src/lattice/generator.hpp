@@ -31,6 +31,7 @@ struct GeneratorSpec {
   double radius = 0;                           ///< of each particle [m]; 0: not given
   std::vector<double> stiffness{1000.0};       ///< hooke [N/m], strain [N], per neighbour class
   std::vector<double> damping{0.0};            ///< [kg/s], per neighbour class
+  std::string periodic;                        ///< axes along which the lattice is repeated, of x, y, z
   double angle_stiffness = 0;                  ///< of an angle spring over every three particles along a line [N m/rad^2]; 0: none
   double rest_angle = 3.14159265358979323846;  ///< of these [rad]
   std::vector<std::string> fixed;              ///< faces: xmin, xmax, ymin, ...
@@ -113,6 +114,8 @@ void GeneratorSpec::options(V& o) {
          angle_stiffness);
   o.real("-bs_rest_angle", "rest angle of the springs of -bs_angle_stiffness; pi: a straight line [rad]", rest_angle);
   o.real("-bs_lattice_rest_length_factor", "ratio of rest length to unperturbed distance, >= 0", rest_length_factor);
+  o.text("-bs_lattice_periodic", "axes along which the lattice is repeated periodically, e.g. x, xy or xyz: springs join its opposite faces",
+         periodic);
   o.texts("-bs_lattice_fixed", "faces of the lattice whose particles are fixed: xmin,xmax,ymin,ymax,zmin,zmax", fixed);
   o.integers("-bs_lattice_fixed_particles", "indices of fixed particles, counted from 0", fixed_particles);
   o.texts("-bs_lattice_fixed_groups", "names of groups (-bs_group_NAME, or of the lattice file) whose particles are fixed", fixed_groups);

@@ -76,6 +76,26 @@ std::string check_neighbors(const GeneratorSpec& spec) {
   return std::string("-bs_lattice_neighbors: a ") + info.name + " lattice has " + allowed + " neighbours";
 }
 
+/// Repeated along axes the lattice has; of the triangular one, whose rows are shifted by turns, by an even number of rows.
+std::string check_periodic(const GeneratorSpec& spec) {
+  const TypeInfo& info = type_info(spec.type);
+  if (spec.periodic.empty()) return {};
+  for (std::size_t at = 0; at < spec.periodic.size(); ++at) {
+    const int k = spec.periodic[at] - 'x';
+    if (k < 0 || k >= info.axes || spec.periodic.find(spec.periodic[at]) != at)
+      return "-bs_lattice_periodic " + spec.periodic + ": a " + name_of(spec) + " lattice is repeated along " +
+             (info.axes == 1   ? std::string("x: write x")
+              : info.axes == 2 ? std::string("x and y: write x, y or xy")
+                               : std::string("x, y and z: write some of these, as in xyz"));
+  }
+  const std::int64_t rows = info.axes > 1 ? spec.size[std::min<std::size_t>(1, spec.size.size() - 1)] : 0;
+  if (spec.type == LatticeType::triangular && spec.periodic.find('y') != std::string::npos && rows % 2)
+    return "-bs_lattice_periodic " + spec.periodic + ": " + std::to_string(rows) +
+           " rows of a triangular lattice do not repeat along y, since every second one is shifted: write an even number of rows in -bs_lattice_size";
+  if (spec.angle_stiffness != 0) return "-bs_lattice_periodic: angle springs do not go with a periodic box: leave out -bs_angle_stiffness";
+  return {};
+}
+
 /// Two particles can meet only if their shifts, 2 amplitude apart at most along each axis, span their offset.
 std::string check_perturbation(const GeneratorSpec& spec) {
   if (!holds(spec.perturbation, Need::nonnegative)) return check_number("-bs_lattice_perturbation", spec.perturbation, Need::nonnegative);
@@ -134,12 +154,12 @@ std::string check(const GeneratorSpec& spec) {
   if (spec.type == LatticeType::none) return {};
   const TypeInfo& info = type_info(spec.type);
   const std::size_t axes = static_cast<std::size_t>(info.axes);
-  const std::string shape =
-      first_of({check_size(spec), check_dim(spec), check_neighbors(spec), check_list("-bs_lattice_spacing", spec.spacing, 1, axes, Need::positive),
-                check_list("-bs_lattice_origin", spec.origin, 0, static_cast<std::size_t>(dimension(spec)), Need::finite),
-                check_number("-bs_lattice_rest_length_factor", spec.rest_length_factor, Need::nonnegative),
-                check_number("-bs_lattice_stiff_fraction", spec.stiff_fraction, Need::nonnegative),
-                check_number("-bs_lattice_stiff_factor", spec.stiff_factor, Need::nonnegative)});
+  const std::string shape = first_of({check_size(spec), check_dim(spec), check_neighbors(spec), check_periodic(spec),
+                                      check_list("-bs_lattice_spacing", spec.spacing, 1, axes, Need::positive),
+                                      check_list("-bs_lattice_origin", spec.origin, 0, static_cast<std::size_t>(dimension(spec)), Need::finite),
+                                      check_number("-bs_lattice_rest_length_factor", spec.rest_length_factor, Need::nonnegative),
+                                      check_number("-bs_lattice_stiff_fraction", spec.stiff_fraction, Need::nonnegative),
+                                      check_number("-bs_lattice_stiff_factor", spec.stiff_factor, Need::nonnegative)});
   if (!shape.empty()) return shape;
   if (spec.stiff_fraction > 1) return "-bs_lattice_stiff_fraction " + short_number(spec.stiff_fraction) + ": write a share from 0 to 1";
   return first_of({check_perturbation(spec), check_angles(spec), check_particle_data(spec, dimension(spec), info.axes, particle_count(spec))});

@@ -5,6 +5,7 @@
 #include <string>
 #include <utility>
 #include <vector>
+#include "lattice/box.hpp"
 
 namespace bs {
 
@@ -80,6 +81,8 @@ struct Lattice {
   std::vector<double> stiffness;          ///< (count) hooke [N/m], strain [N], zero rest length [N/m]
   std::vector<double> rest_length;        ///< (count) [m]; NaN: the initial distance, filled in later
   std::vector<double> damping;            ///< (count) [kg/s]
+  PeriodicBox box;                        ///< the same on every rank
+  std::vector<std::int64_t> shift;        ///< (count, d) the box the second end is in; empty: no periodic box
   bool law_by_row = false;                ///< spring_laws holds a law for each spring; the same on every rank
   std::vector<std::uint8_t> spring_laws;  ///< (count) places in the registry, or empty: all obey spring_law
   std::vector<Column> spring_columns;     ///< the same names in the same order on every rank

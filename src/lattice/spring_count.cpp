@@ -12,9 +12,11 @@ std::int64_t cells(const GeneratorSpec& spec, int k) {
   return spec.size[std::min(static_cast<std::size_t>(k), spec.size.size() - 1)];
 }
 
-/// Of the cells 0 to n - 1, those whose neighbour `step` further on is one of them; with `parity` 0 or 1 only even or odd ones.
-std::int64_t inside(std::int64_t n, std::int64_t step, int parity = -1) {
-  const std::int64_t first = std::max<std::int64_t>(0, -step), end = std::min(n, n - step);
+/// Of the cells 0 to n - 1, those whose neighbour `step` further on is one of them, or an image of one; with `parity` 0 or 1 only even or odd ones.
+std::int64_t inside(const GeneratorSpec& spec, int k, std::int64_t step, int parity = -1) {
+  const std::int64_t n = cells(spec, k);
+  const bool periodic = spec.periodic.find(static_cast<char>('x' + k)) != std::string::npos;
+  const std::int64_t first = periodic ? 0 : std::max<std::int64_t>(0, -step), end = periodic ? n : std::min(n, n - step);
   if (end <= first) return 0;
   if (parity < 0) return end - first;
   return (end + 1 - parity) / 2 - (first + 1 - parity) / 2;
@@ -28,8 +30,7 @@ std::int64_t spring_count(const GeneratorSpec& spec) {
   std::int64_t ends = 0;
   for (std::size_t kind = 0; kind < stencil.kinds.size(); ++kind)
     for (const Neighbour& m : stencil.kinds[kind].neighbours)
-      ends += inside(cells(spec, 0), m.cell[0]) * inside(cells(spec, 1), m.cell[1], stencil.staggered ? static_cast<int>(kind) : -1) *
-              inside(cells(spec, 2), m.cell[2]);
+      ends += inside(spec, 0, m.cell[0]) * inside(spec, 1, m.cell[1], stencil.staggered ? static_cast<int>(kind) : -1) * inside(spec, 2, m.cell[2]);
   return ends / 2;
 }
 

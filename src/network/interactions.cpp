@@ -49,7 +49,7 @@ void add_couplings(const std::vector<std::vector<InteractionRecord>>& kinds, std
   for (std::size_t kind = 0; kind < kinds.size(); ++kind)
     for (const InteractionRecord& record : kinds[kind])
       for (int e = 0; e < interaction_schemas()[kind].ends; ++e)
-        if (e != record.owned) springs->push_back({record.end[record.owned], record.end[e], WANTED, 0, 0, 0});
+        if (e != record.owned) springs->push_back({record.end[record.owned], image::key(record.end[e]), WANTED, 0, 0, 0});
   if (springs->size() == before_these) return;
   std::sort(springs->begin(), springs->end(), before);
   std::size_t kept = 0;
@@ -72,7 +72,7 @@ void lay_out_interactions(const Lattice& lattice, const std::vector<std::vector<
   const auto local = [&](std::int64_t row) {
     const auto at = std::lower_bound(owned.begin(), owned.end(), std::make_pair(row, PetscInt(0)));
     if (at != owned.end() && at->first == row) return at->second;
-    return net->n + static_cast<PetscInt>(std::lower_bound(ghosts.begin(), ghosts.end(), row) - ghosts.begin());
+    return net->n + static_cast<PetscInt>(std::lower_bound(ghosts.begin(), ghosts.end(), image::key(row)) - ghosts.begin());
   };
   net->interactions.assign(kinds.size(), {});
   for (std::size_t kind = 0; kind < kinds.size(); ++kind) {

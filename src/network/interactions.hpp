@@ -22,7 +22,7 @@ PetscErrorCode collect_interactions(MPI_Comm comm, const Lattice& lattice, const
 /// matrices are made by half springs.
 void add_couplings(const std::vector<std::vector<InteractionRecord>>& kinds, std::vector<HalfSpring>* springs);
 
-/// The tables of a network that is laid out: `ghosts` are its ghosts' rows, ascending.
+/// The tables of a network that is laid out: `ghosts` are its ghosts' keys, ascending.
 void lay_out_interactions(const Lattice& lattice, const std::vector<std::vector<InteractionRecord>>& kinds, const std::vector<std::int64_t>& ghosts,
                           Network* net);
 

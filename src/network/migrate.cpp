@@ -25,10 +25,16 @@ struct Halves {
   const Lattice& lattice;
   std::size_t count() const { return 2 * static_cast<std::size_t>(lattice.springs.count); }
   std::int64_t self(std::size_t half) const { return lattice.pairs[half]; }
+  /// The first end seen from the second lies the other way.
+  std::int64_t other(std::size_t half) const {
+    const std::int64_t row = lattice.pairs[half ^ 1];
+    if (lattice.shift.empty()) return image::key(row);
+    return image::key(row, lattice.shift.data() + half / 2 * static_cast<std::size_t>(lattice.dim), lattice.dim, half % 2 ? -1 : 1);
+  }
   HalfSpring operator()(std::size_t half) const {
     const std::size_t k = half / 2;
-    return {lattice.pairs[half],  lattice.pairs[half ^ 1], lattice.springs.first + static_cast<std::int64_t>(k),
-            lattice.stiffness[k], lattice.rest_length[k],  lattice.damping[k]};
+    return {lattice.pairs[half],    other(half),       lattice.springs.first + static_cast<std::int64_t>(k), lattice.stiffness[k],
+            lattice.rest_length[k], lattice.damping[k]};
   }
 };
 
@@ -39,9 +45,9 @@ void for_each_coupling(const Lattice& lattice, const NetworkOptions& options, Ke
     const std::int64_t self = lattice.particles.first + k;
     if (options.all_to_all) {
       for (std::int64_t other = 0; other < lattice.particles.total; ++other)
-        if (other != self) keep(HalfSpring{self, other, -1, 0, 0, 0});
+        if (other != self) keep(HalfSpring{self, image::key(other), -1, 0, 0, 0});
     } else if (options.center_row >= 0 && options.center_row != self) {
-      keep(HalfSpring{self, options.center_row, -1, 0, 0, 0});
+      keep(HalfSpring{self, image::key(options.center_row), -1, 0, 0, 0});
     }
   }
 }
@@ -60,7 +66,7 @@ PetscErrorCode collect_graph(MPI_Comm comm, const Lattice& lattice, const Networ
   const SpringRows rows(lattice);
   const auto edge = [&](std::size_t half) {
     const HalfSpring s = halves(half);
-    return Edge{s.self, s.other, rows.rate(half / 2)};
+    return Edge{s.self, image::row(s.other), rows.rate(half / 2)};
   };
   std::vector<Edge> edges;
   edges.reserve(halves.count() * 11 / 10);
@@ -75,8 +81,10 @@ PetscErrorCode collect_graph(MPI_Comm comm, const Lattice& lattice, const Networ
   graph->start.assign(1, 0);
   graph->other.reserve(edges.size());
   graph->rate.reserve(edges.size());
+  std::size_t e = 0;
   for (std::int64_t k = 0; k < lattice.particles.count; ++k) {
-    for (std::size_t e = graph->other.size(); e < edges.size() && edges[e].self == lattice.particles.first + k; ++e) {
+    for (; e < edges.size() && edges[e].self == lattice.particles.first + k; ++e) {
+      if (edges[e].other == edges[e].self) continue;  // an image of its own
       graph->other.push_back(edges[e].other);
       graph->rate.push_back(edges[e].rate);
     }

@@ -4,12 +4,13 @@
 #include <algorithm>
 #include <cstdint>
 #include <vector>
+#include "network/image.hpp"
 #include "network/network.hpp"
 #include "network/partition.hpp"
 
 namespace bs {
 
-/// A spring seen from one end.
+/// A spring seen from one end. self: a row; other: a key (image.hpp).
 struct HalfSpring {
   std::int64_t self, other, spring;
   double stiffness, rest_length, damping;

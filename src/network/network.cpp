@@ -32,11 +32,12 @@ PetscErrorCode order_locally(const std::vector<ParticleRecord>& particles, const
     ja.push_back(i);
     const std::size_t begin = ja.size() - 1;
     for (PetscInt e = start[i]; e < start[i + 1]; ++e) {
-      const auto at = std::lower_bound(particles.begin(), particles.end(), springs[e].other,
-                                       [](const ParticleRecord& p, std::int64_t row) { return p.row < row; });
-      if (springs[e].spring < 0 || at == particles.end() || at->row != springs[e].other) continue;
+      const std::int64_t other = image::row(springs[e].other);
+      const auto at =
+          std::lower_bound(particles.begin(), particles.end(), other, [](const ParticleRecord& p, std::int64_t row) { return p.row < row; });
+      if (springs[e].spring < 0 || at == particles.end() || at->row != other) continue;
       const PetscInt j = static_cast<PetscInt>(at - particles.begin());
-      if (j != last) ja.push_back(j);
+      if (j != last && j != i) ja.push_back(j);
       last = j;
     }
     std::sort(ja.begin() + begin, ja.end());
@@ -71,7 +72,10 @@ PetscErrorCode look_up(MPI_Comm comm, const Lattice& lattice, const std::vector<
   PetscCall(PetscSFReduceBegin(mine, MPIU_INT, numbers.data(), global_of.data(), MPI_REPLACE));
   PetscCall(PetscSFReduceEnd(mine, MPIU_INT, numbers.data(), global_of.data(), MPI_REPLACE));
 
-  rows.insert(rows.end(), ghosts.begin(), ghosts.end());
+  for (const std::int64_t ghost : ghosts) {
+    rows.push_back(static_cast<PetscInt>(image::row(ghost)));
+    for (int k = 0; k < d && net->box.active(); ++k) net->image.push_back(image::shift(ghost, k));
+  }
   PetscCall(PetscSFCreate(comm, all.out()));
   PetscCall(PetscSFSetGraphLayout(all, layout, static_cast<PetscInt>(rows.size()), nullptr, PETSC_COPY_VALUES, rows.data()));
   net->global.resize(rows.size());
@@ -121,7 +125,7 @@ void lay_out(const std::vector<ParticleRecord>& particles, const std::vector<Hal
   const int d = net->dim;
   std::vector<PetscInt> place(order.size());
   for (std::size_t i = 0; i < order.size(); ++i) place[order[i]] = static_cast<PetscInt>(i);
-  auto owned_index = [&](std::int64_t row) -> PetscInt {
+  const auto owned_index = [&](std::int64_t row) -> PetscInt {
     const auto at = std::lower_bound(particles.begin(), particles.end(), row, [](const ParticleRecord& p, std::int64_t r) { return p.row < r; });
     return at != particles.end() && at->row == row ? place[at - particles.begin()] : -1;
   };
@@ -142,7 +146,7 @@ void lay_out(const std::vector<ParticleRecord>& particles, const std::vector<Hal
     for (int c = 0; c < d; ++c) net->velocity.push_back(p.v[c]);
     for (PetscInt e = start[k]; e < start[k + 1]; ++e) {
       const HalfSpring& s = springs[e];
-      PetscInt j = owned_index(s.other);
+      PetscInt j = image::shifted(s.other) ? -1 : owned_index(image::row(s.other));
       if (j < 0) j = net->n + static_cast<PetscInt>(std::lower_bound(ghosts.begin(), ghosts.end(), s.other) - ghosts.begin());
       links.other.push_back(j);
       links.stiffness.push_back(s.stiffness);
@@ -162,12 +166,13 @@ void lay_out(const std::vector<ParticleRecord>& particles, const std::vector<Hal
   }
 }
 
-/// Rows at the other ends of `springs` that are none of `particles`, ascending.
-std::vector<std::int64_t> ghost_rows(const std::vector<ParticleRecord>& particles, const std::vector<HalfSpring>& springs) {
+/// Keys of the other ends of `springs` that are none of `particles`, ascending.
+std::vector<std::int64_t> ghost_keys(const std::vector<ParticleRecord>& particles, const std::vector<HalfSpring>& springs) {
   std::vector<std::int64_t> ghosts;
   for (const HalfSpring& s : springs) {
-    const auto at = std::lower_bound(particles.begin(), particles.end(), s.other, [](const ParticleRecord& p, std::int64_t r) { return p.row < r; });
-    if (at == particles.end() || at->row != s.other) ghosts.push_back(s.other);
+    const std::int64_t row = image::row(s.other);
+    const auto at = std::lower_bound(particles.begin(), particles.end(), row, [](const ParticleRecord& p, std::int64_t r) { return p.row < r; });
+    if (image::shifted(s.other) || at == particles.end() || at->row != row) ghosts.push_back(s.other);
   }
   std::sort(ghosts.begin(), ghosts.end());
   ghosts.erase(std::unique(ghosts.begin(), ghosts.end()), ghosts.end());
@@ -212,6 +217,7 @@ PetscErrorCode build_network(MPI_Comm comm, const Lattice& lattice, const Networ
   net->damping_law = lattice.damping_law;
   net->rest_at_zero_length = lattice.rest_at_zero_length;
   net->source = lattice.source;
+  net->box = lattice.box;
 
   Chunks chunks;
   std::vector<HalfSpring> springs;
@@ -230,7 +236,7 @@ PetscErrorCode build_network(MPI_Comm comm, const Lattice& lattice, const Networ
   std::vector<PetscInt> order;
   PetscCall(order_locally(particles, springs, start, options.ordering, &order));
 
-  const std::vector<std::int64_t> ghosts = ghost_rows(particles, springs);
+  const std::vector<std::int64_t> ghosts = ghost_keys(particles, springs);
   net->n = static_cast<PetscInt>(particles.size());
   net->ghosts = static_cast<PetscInt>(ghosts.size());
   PetscInt last = 0;

@@ -53,8 +53,10 @@ struct NetworkGroup {
 };
 
 class Supports;
+class Cell;
 
-/// Unknowns are numbered by particle: block `global` of 2d numbers (x, v). Local particles: n owned, then ghosts.
+/// Unknowns are numbered by particle: block `global` of 2d numbers (x, v). Local particles: n owned, then ghosts: particles of other
+/// ranks and, in a periodic box, images of any; an image has the global index of its particle.
 struct Network {
   MPI_Comm comm = MPI_COMM_NULL;
   int dim = 3;
@@ -66,8 +68,11 @@ struct Network {
   std::vector<std::uint8_t> fixed;  ///< 0: free, at least in part; 1: fixed; 2: all its components move as given
   std::vector<double> held;         ///< (n + ghosts, d): where a particle starts; fixed ones stay there
   std::vector<double> mass;
+  PeriodicBox box;
+  std::vector<int> image;              ///< (ghosts, d): the box a ghost is in; empty: no periodic box
   std::vector<NetworkGroup> groups;    ///< the same names in the same order on every rank
   const Supports* supports = nullptr;  ///< what moves as given (systems/particles/supports.hpp); null: nothing does
+  const Cell* cell = nullptr;          ///< the box in the course of time (systems/particles/cell.hpp); null: none
   // owned
   std::vector<double> velocity;       ///< (n, d)
   ParticleColumns columns;            ///< what the lattice gives of physics/body/columns.hpp
@@ -82,6 +87,9 @@ struct Network {
   DampingLaw damping_law = DampingLaw::axial;
   bool rest_at_zero_length = false;
   std::string source, partition;  ///< what it was made of; how it was divided
+
+  /// Whether local particle j is an image of owned particle i: a spring between them keeps its length whatever moves.
+  bool own_image(PetscInt i, PetscInt j) const { return j >= n && global[j] == global[i]; }
 };
 
 struct NetworkOptions {

@@ -51,8 +51,14 @@ class FieldColumn {
 struct ObservableColumn {
   std::string name;
   int width = 1;
+  int columns = 0;  ///< of the matrix that it is; 0: none
   Column column;
   std::vector<double> waiting;
+  /// Absolute names are paths of their own.
+  std::string group() const { return name.front() == '/' ? name : "/observables/" + name; }
 };
+
+/// Group of the box' edges, which a model with a periodic box observes.
+inline const char* const BOX_EDGES = "/particles/trajectory/box/edges";
 
 }  // namespace bs

@@ -75,11 +75,30 @@ PetscErrorCode Trajectory::Impl::create(std::string* reason) {
   PetscFunctionReturn(0);
 }
 
+/// Edges of a box get zeros where positions do.
+std::vector<double> Trajectory::Impl::padded(const Observable& o) const {
+  if (o.name != BOX_EDGES) return o.value;
+  const std::size_t D = static_cast<std::size_t>(columns);
+  if (o.columns == 0) {
+    std::vector<double> row = o.value;
+    row.resize(D, 0.0);
+    return row;
+  }
+  const std::size_t d = static_cast<std::size_t>(o.columns);
+  std::vector<double> row(D * D, 0.0);
+  for (std::size_t k = 0; k < d; ++k)
+    std::copy_n(o.value.begin() + static_cast<std::ptrdiff_t>(k * d), d, row.begin() + static_cast<std::ptrdiff_t>(k * D));
+  return row;
+}
+
 PetscErrorCode Trajectory::Impl::describe(const std::vector<Field>& given, const std::vector<Observable>& observed) {
   PetscFunctionBegin;
   fields.resize(given.size());
   for (std::size_t i = 0; i < given.size(); ++i) PetscCall(fields[i].describe(given[i], columns));
-  for (const Observable& o : observed) observables.push_back({o.name, static_cast<int>(o.value.size()), {}, {}});
+  for (const Observable& o : observed) {
+    const int columns_of = o.name == BOX_EDGES && o.columns > 0 ? columns : o.columns;
+    observables.push_back({o.name, static_cast<int>(padded(o).size()), columns_of, {}, {}});
+  }
   frame_size = 16;
   for (const FieldColumn& field : fields) frame_size += field.size();
   for (const ObservableColumn& o : observables) frame_size += std::int64_t{8} * o.width;
@@ -95,8 +114,8 @@ PetscErrorCode Trajectory::Impl::check(const std::vector<Field>& given, const st
     PetscCheck(given[i].group == fields[i].group(), PETSC_COMM_SELF, PETSC_ERR_ARG_WRONG, "field %s where %s was", given[i].group.c_str(),
                fields[i].group().c_str());
   for (std::size_t i = 0; i < observed.size(); ++i)
-    PetscCheck(observed[i].name == observables[i].name && observed[i].value.size() == static_cast<std::size_t>(observables[i].width), PETSC_COMM_SELF,
-               PETSC_ERR_ARG_WRONG, "observable %s where %s was", observed[i].name.c_str(), observables[i].name.c_str());
+    PetscCheck(observed[i].name == observables[i].name && padded(observed[i]).size() == static_cast<std::size_t>(observables[i].width),
+               PETSC_COMM_SELF, PETSC_ERR_ARG_WRONG, "observable %s where %s was", observed[i].name.c_str(), observables[i].name.c_str());
   PetscFunctionReturn(0);
 }
 
@@ -106,8 +125,10 @@ PetscErrorCode Trajectory::Impl::take(std::int64_t at, double now, const std::ve
   PetscCall(check(given, observed));
   const bool large = steps.empty() && 2 * frame_size > most_waiting && !gathers;
   for (std::size_t i = 0; i < given.size(); ++i) PetscCall(fields[i].take(given[i].vec, !large));
-  for (std::size_t i = 0; i < observed.size(); ++i)
-    observables[i].waiting.insert(observables[i].waiting.end(), observed[i].value.begin(), observed[i].value.end());
+  for (std::size_t i = 0; i < observed.size(); ++i) {
+    const std::vector<double> row = padded(observed[i]);
+    observables[i].waiting.insert(observables[i].waiting.end(), row.begin(), row.end());
+  }
   steps.push_back(at);
   times.push_back(now);
   PetscFunctionReturn(0);

@@ -111,6 +111,7 @@ struct Trajectory::Impl {
   std::int64_t allocated() const;
 
  private:
+  std::vector<double> padded(const Observable& o) const;
   PetscErrorCode describe(const std::vector<Field>& given, const std::vector<Observable>& observed);
   PetscErrorCode check(const std::vector<Field>& given, const std::vector<Observable>& observed) const;
   PetscErrorCode link_clock(const std::string& group);

@@ -83,12 +83,13 @@ PetscErrorCode Trajectory::Impl::lay_out() {
     PetscCall(put_unit(field.group() + "/value", field.group().substr(field.group().rfind('/') + 1)));
   }
   for (ObservableColumn& o : observables) {
-    const std::string group = "/observables/" + o.name;
+    const std::string group = o.group();
     PetscCall(link_clock(group));
-    PetscCall(o.column.create(io, file, group + "/value", false, o.width == 1 ? 0 : o.width, column_chunk));
+    PetscCall(o.column.create(io, file, group + "/value", false, o.width == 1 && o.columns == 0 && o.name != BOX_EDGES ? 0 : o.width, column_chunk,
+                              o.columns));
     PetscCall(put_unit(group + "/value", o.name));
   }
-  if (columns > 0 && !fields.empty()) {
+  if (columns > 0 && !fields.empty() && options.boundary.empty()) {
     PetscCall(link_clock("/particles/trajectory/box/edges"));
     PetscCall(edges.create(io, file, "/particles/trajectory/box/edges/value", false, columns, column_chunk));
   }

@@ -87,15 +87,20 @@ PetscErrorCode put_text(hid_t object, const char* name, const std::string& value
   PetscFunctionReturn(0);
 }
 
-PetscErrorCode put_words(hid_t object, const char* name, const std::string& word, int count) {
-  const hsize_t length = static_cast<hsize_t>(count);
+PetscErrorCode put_words(hid_t object, const char* name, const std::vector<std::string>& words) {
+  const hsize_t length = static_cast<hsize_t>(words.size());
+  std::size_t width = 1;
   std::string all;
 
   PetscFunctionBegin;
-  for (int i = 0; i < count; ++i) all += word;
+  for (const std::string& word : words) width = std::max(width, word.size());
+  for (std::string word : words) {
+    word.resize(width, '\0');
+    all += word;
+  }
   H5 space(H5Screate_simple(1, &length, nullptr), H5Sclose);
   H5 type(H5Tcopy(H5T_C_S1), H5Tclose);
-  BS_H5(H5Tset_size(type, word.size()));
+  BS_H5(H5Tset_size(type, width));
   BS_H5(H5Tset_strpad(type, H5T_STR_NULLPAD));
   PetscCall(put(object, name, type, type, space, all.data()));
   PetscFunctionReturn(0);

@@ -36,7 +36,7 @@ PetscErrorCode put_attribute(hid_t object, const char* name, const std::string& 
 /// A string of fixed length, which takes no part of HDF5's global heap: there a damaged byte can keep a reader forever.
 PetscErrorCode put_text(hid_t object, const char* name, const std::string& value);
 /// `count` copies of `word`, as an array of strings of fixed length.
-PetscErrorCode put_words(hid_t object, const char* name, const std::string& word, int count);
+PetscErrorCode put_words(hid_t object, const char* name, const std::vector<std::string>& words);
 /// A reference to the object at `path`.
 PetscErrorCode put_reference(hid_t file, hid_t object, const char* name, const std::string& path);
 

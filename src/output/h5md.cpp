@@ -30,13 +30,14 @@ PetscErrorCode write_h5md(hid_t file, MPI_Comm comm, bool units) {
   PetscFunctionReturn(0);
 }
 
-PetscErrorCode write_box(hid_t file, int dim) {
+PetscErrorCode write_box(hid_t file, int dim, std::vector<std::string> boundary) {
   H5 box;
 
   PetscFunctionBegin;
   PetscCall(open_group(file, "/particles/trajectory/box", &box));
   PetscCall(put_attribute(box, "dimension", static_cast<std::int64_t>(dim)));
-  PetscCall(put_words(box, "boundary", "none", dim));
+  boundary.resize(static_cast<std::size_t>(dim), "none");
+  PetscCall(put_words(box, "boundary", boundary));
   PetscFunctionReturn(0);
 }
 

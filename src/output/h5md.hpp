@@ -13,8 +13,8 @@ namespace bs {
 /// Collective over `comm`, as everything here: the ranks that have the file open. /h5md, and with `units` its module of units (system SI).
 PetscErrorCode write_h5md(hid_t file, MPI_Comm comm, bool units);
 
-/// Collective. /particles/trajectory/box of `dim` dimensions, boundary none.
-PetscErrorCode write_box(hid_t file, int dim);
+/// Collective. /particles/trajectory/box of `dim` dimensions; boundary: along each edge, none where it says nothing.
+PetscErrorCode write_box(hid_t file, int dim, std::vector<std::string> boundary);
 
 /// Collective. /parameters: versions and the run's `ranks`; /parameters/options: every option in force, as strings.
 PetscErrorCode write_parameters(hid_t file, PetscMPIInt ranks);

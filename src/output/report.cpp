@@ -60,6 +60,9 @@ void Report::set(const std::string& key, std::int64_t value) { put(key, std::to_
 void Report::set(const std::string& key, bool value) { put(key, value ? "true" : "false"); }
 void Report::set(const std::string& key, const std::string& value) { put(key, json_string(value)); }
 void Report::set(const std::string& key, const std::vector<double>& values) { put(key, array_of(values, json_number)); }
+void Report::set(const std::string& key, const std::vector<std::vector<double>>& rows) {
+  put(key, array_of(rows, [](const std::vector<double>& row) { return array_of(row, json_number); }));
+}
 void Report::set(const std::string& key, const std::vector<std::string>& values) { put(key, array_of(values, json_string)); }
 
 void Report::set(const std::string& key, const Report& inner) {

@@ -19,6 +19,7 @@ class Report {
   void set(const std::string& key, const std::string& value);
   void set(const std::string& key, const char* value) { set(key, std::string(value)); }
   void set(const std::string& key, const std::vector<double>& values);
+  void set(const std::string& key, const std::vector<std::vector<double>>& rows);
   void set(const std::string& key, const std::vector<std::string>& values);
   /// An object within the object.
   void set(const std::string& key, const Report& inner);

@@ -73,10 +73,10 @@ PetscErrorCode Trajectory::Impl::open_log() {
 PetscErrorCode Trajectory::Impl::find_layout() {
   PetscFunctionBegin;
   for (FieldColumn& field : fields) PetscCall(field.open(file));
-  for (ObservableColumn& o : observables) PetscCall(o.column.open(io, file, "/observables/" + o.name + "/value", frames));
-  if (columns > 0 && !fields.empty()) PetscCall(edges.open(io, file, "/particles/trajectory/box/edges/value", frames));
+  for (ObservableColumn& o : observables) PetscCall(o.column.open(io, file, o.group() + "/value", frames));
+  if (columns > 0 && !fields.empty() && options.boundary.empty()) PetscCall(edges.open(io, file, "/particles/trajectory/box/edges/value", frames));
   if (fields.empty() && observables.empty()) PetscFunctionReturn(0);
-  const std::string owner = fields.empty() ? "/observables/" + observables[0].name : fields[0].group();
+  const std::string owner = fields.empty() ? observables[0].group() : fields[0].group();
   PetscCall(step.open(io, file, owner + "/step", frames));
   PetscCall(time.open(io, file, owner + "/time", frames));
   PetscFunctionReturn(0);

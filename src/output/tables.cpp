@@ -5,22 +5,27 @@
 
 namespace bs {
 
-PetscErrorCode Column::create(MPI_Comm comm, hid_t file, const std::string& path, bool integer, int width, int chunk) {
-  const hsize_t columns = static_cast<hsize_t>(width);
-  const hsize_t one[2] = {1, columns}, none[2] = {0, columns}, most[2] = {H5S_UNLIMITED, columns};
-  const hsize_t piece[2] = {static_cast<hsize_t>(chunk), columns};
-  const int rank = width > 0 ? 2 : 1;
+void Column::settle(int width, int columns) {
+  width_ = width;
+  rank_ = width == 0 ? 1 : columns == 0 ? 2 : 3;
+  shape_[1] = static_cast<hsize_t>(columns > 0 ? width / columns : width);
+  shape_[2] = static_cast<hsize_t>(columns);
+}
+
+PetscErrorCode Column::create(MPI_Comm comm, hid_t file, const std::string& path, bool integer, int width, int chunk, int columns) {
   PetscMPIInt me;
 
   PetscFunctionBegin;
+  settle(width, columns);
+  const hsize_t one[3] = {1, shape_[1], shape_[2]}, none[3] = {0, shape_[1], shape_[2]}, most[3] = {H5S_UNLIMITED, shape_[1], shape_[2]};
+  const hsize_t piece[3] = {static_cast<hsize_t>(chunk), shape_[1], shape_[2]};
   PetscCallMPI(MPI_Comm_rank(comm, &me));
   writer_ = me == 0;
   integer_ = integer;
-  width_ = width;
-  H5 space(H5Screate_simple(rank, one, most), H5Sclose);
+  H5 space(H5Screate_simple(rank_, one, most), H5Sclose);
   BS_H5(space);
   H5 list(H5Pcreate(H5P_DATASET_CREATE), H5Pclose);
-  BS_H5(H5Pset_chunk(list, rank, piece));
+  BS_H5(H5Pset_chunk(list, rank_, piece));
   BS_H5(H5Pset_alloc_time(list, H5D_ALLOC_TIME_EARLY));  // before the first byte is written: see frame_room.cpp
   const hid_t type = integer ? H5T_STD_I64LE : H5T_IEEE_F64LE;
   set_ = H5(H5Dcreate2(file, path.c_str(), type, space, H5P_DEFAULT, list, H5P_DEFAULT), H5Dclose);
@@ -30,7 +35,7 @@ PetscErrorCode Column::create(MPI_Comm comm, hid_t file, const std::string& path
 }
 
 PetscErrorCode Column::open(MPI_Comm comm, hid_t file, const std::string& path, std::int64_t rows) {
-  hsize_t extent[2] = {0, 0};
+  hsize_t extent[3] = {0, 0, 0};
   PetscMPIInt me;
 
   PetscFunctionBegin;
@@ -40,16 +45,16 @@ PetscErrorCode Column::open(MPI_Comm comm, hid_t file, const std::string& path, 
   BS_H5(set_);
   H5 space(H5Dget_space(set_), H5Sclose), type(H5Dget_type(set_), H5Tclose);
   const int rank = H5Sget_simple_extent_ndims(space);
-  PetscCheck(rank == 1 || rank == 2, PETSC_COMM_SELF, PETSC_ERR_FILE_UNEXPECTED, "%s is not a column", path.c_str());
+  PetscCheck(rank >= 1 && rank <= 3, PETSC_COMM_SELF, PETSC_ERR_FILE_UNEXPECTED, "%s is not a column", path.c_str());
   BS_H5(H5Sget_simple_extent_dims(space, extent, nullptr));
   integer_ = H5Tget_class(type) == H5T_INTEGER;
-  width_ = rank == 2 ? static_cast<int>(extent[1]) : 0;
+  settle(rank == 1 ? 0 : static_cast<int>(rank == 2 ? extent[1] : extent[1] * extent[2]), rank == 3 ? static_cast<int>(extent[2]) : 0);
   rows_ = static_cast<hsize_t>(rows);
   PetscFunctionReturn(0);
 }
 
 PetscErrorCode Column::extend(std::int64_t count) {
-  const hsize_t extent[2] = {rows_ + static_cast<hsize_t>(count), static_cast<hsize_t>(width_)};
+  const hsize_t extent[3] = {rows_ + static_cast<hsize_t>(count), shape_[1], shape_[2]};
 
   PetscFunctionBegin;
   if (count > 0) BS_H5(H5Dset_extent(set_, extent));
@@ -57,8 +62,8 @@ PetscErrorCode Column::extend(std::int64_t count) {
 }
 
 PetscErrorCode Column::append(std::int64_t count, const void* data) {
-  const hsize_t columns = static_cast<hsize_t>(width_), more = static_cast<hsize_t>(count);
-  const hsize_t start[2] = {rows_, 0}, size[2] = {more, columns};
+  const hsize_t more = static_cast<hsize_t>(count);
+  const hsize_t start[3] = {rows_, 0, 0}, size[3] = {more, shape_[1], shape_[2]};
 
   PetscFunctionBegin;
   if (count == 0) PetscFunctionReturn(0);
@@ -68,7 +73,7 @@ PetscErrorCode Column::append(std::int64_t count, const void* data) {
   if (!writer_) PetscFunctionReturn(0);
   H5 file_space(H5Dget_space(set_), H5Sclose);
   BS_H5(H5Sselect_hyperslab(file_space, H5S_SELECT_SET, start, nullptr, size, nullptr));
-  H5 memory(H5Screate_simple(width_ > 0 ? 2 : 1, size, nullptr), H5Sclose);
+  H5 memory(H5Screate_simple(rank_, size, nullptr), H5Sclose);
   BS_H5(H5Dwrite(set_, integer_ ? H5T_NATIVE_INT64 : H5T_NATIVE_DOUBLE, memory, file_space, H5P_DEFAULT, data));
   PetscFunctionReturn(0);
 }

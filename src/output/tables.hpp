@@ -9,11 +9,12 @@
 
 namespace bs {
 
-/// A dataset (T) or (T, width) that grows by rows of float64 or int64, written by rank 0 of comm.
+/// A dataset (T), (T, width) or (T, width / columns, columns) that grows by rows of float64 or int64, written by rank 0 of comm.
 class Column {
  public:
-  /// Collective. width 0: one-dimensional. The group above must exist. `chunk`: rows allocated at a time.
-  PetscErrorCode create(MPI_Comm comm, hid_t file, const std::string& path, bool integer, int width, int chunk);
+  /// Collective. width 0: one-dimensional; columns: of the matrix that a row is, 0: it is none. The group above must exist. `chunk`: rows allocated
+  /// at a time.
+  PetscErrorCode create(MPI_Comm comm, hid_t file, const std::string& path, bool integer, int width, int chunk, int columns = 0);
   /// Collective. Opens a column that exists; its next row is number `rows`.
   PetscErrorCode open(MPI_Comm comm, hid_t file, const std::string& path, std::int64_t rows);
   /// Collective. Allocates `count` rows more, which append() then fills.
@@ -26,6 +27,9 @@ class Column {
  private:
   H5 set_;
   bool writer_ = false, integer_ = false;
+  void settle(int width, int columns);
+  int rank_ = 1;
+  hsize_t shape_[3] = {0, 0, 0};  ///< of a row, from the second place on
   int width_ = 0;
   hsize_t rows_ = 0;
 };

@@ -61,7 +61,7 @@ PetscErrorCode Trajectory::Impl::write_head(std::vector<Dataset> constants) {
     for (Dataset& table : constants) PetscCall(gather_table(comm, &table));
   if (!writer) PetscFunctionReturn(0);
   PetscCall(write_h5md(file, io, options.units != OutputUnits::none));
-  if (columns > 0) PetscCall(write_box(file, columns));
+  if (columns > 0) PetscCall(write_box(file, columns, options.boundary));
   PetscCall(write_parameters(file, ranks));
   PetscCall(write_constants(file, constants, options.units));
   PetscCall(create_log());

@@ -19,6 +19,7 @@ struct TrajectoryOptions {
   OutputUnits units = OutputUnits::none;  ///< -bs_output_units: unit attributes
   bool overwrite = false;                 ///< -bs_overwrite
   double flush = 2;                       ///< -bs_output_flush: longest wall-clock time between flushes [s]; 0: a flush every frame
+  std::vector<std::string> boundary;      ///< of the box along each edge (System::boundary); empty: none
   bool xdmf = true;                       ///< -bs_output_xdmf: FILE.xdmf beside the file, for ParaView
 };
 

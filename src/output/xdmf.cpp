@@ -111,7 +111,8 @@ struct Contents {
     PetscFunctionBegin;
     PetscCall(describe(file, name, particles + "position/value", &position));
     PetscCall(describe(file, name, particles + "velocity/value", &velocity));
-    PetscCall(describe(file, name, bonds_path, &bonds));
+    PetscCall(describe(file, name, bonds_path + "_drawn", &bonds));  // of a periodic box: without lines across it
+    if (bonds.path.empty()) PetscCall(describe(file, name, bonds_path, &bonds));
     PetscCall(describe(file, name, "/backspring/strain/value", &strain));
     for (const std::string& constant : constants(file, particles.substr(0, particles.size() - 1))) {
       PetscCall(describe(file, name, particles + constant, &item));

@@ -43,6 +43,7 @@ PetscErrorCode Equilibrium::begin() {
   PetscFunctionBegin;
   PetscCall(VecDuplicate(initial_state(), rest_.out()));
   PetscCall(zero_velocities(initial_state()));
+  if (rules_.box) PetscCall(own_->add_flow(initial_state()));
   load(1);
   PetscCall(own_->count_free_bodies(&free_));
   PetscFunctionReturn(0);
@@ -56,6 +57,7 @@ void Equilibrium::load(double s) {
   loads.at_rest = true;
   loads.anchors_at_full_load = !rules_.anchors;
   loads.driven_at_full_load = !rules_.driven;
+  loads.box_at_full_load = !rules_.box;
   own_->set_loads(loads);
 }
 

@@ -8,7 +8,7 @@ namespace bs {
 
 /// Which loads grow with the factor; the others act in full from the start.
 struct LoadRules {
-  bool gravity = true, anchors = true, driven = true;
+  bool gravity = true, anchors = true, driven = true, box = true;
 };
 
 /// F_x = M (x' - v), F_v = -f(s, x, 0): what beuler makes of it is Newton's method for f = 0 at s, and the momentum residual is the gradient of
@@ -17,7 +17,8 @@ struct LoadRules {
 class Equilibrium final : public FirstOrder {
  public:
   Equilibrium(std::unique_ptr<Mechanics> mechanics, const LoadRules& rules);
-  /// Collective. Velocities become 0; ends the run with exit code 2 where loads drive what nothing holds.
+  /// Collective. Velocities become those of a box that the load factor strains, else 0; ends the run with exit code 2 where loads drive what nothing
+  /// holds.
   PetscErrorCode begin();
   /// Bodies that are tied to nothing: their rigid motions stay as they are, M-orthogonal to every correction.
   PetscInt free_bodies() const { return free_; }

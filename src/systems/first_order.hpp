@@ -31,6 +31,7 @@ class FirstOrder : public Model {
   // forwarded to the second-order system
   const char* name() const override { return own_->name(); }
   int dim() const override { return own_->dim(); }
+  std::vector<std::string> boundary() const override { return own_->boundary(); }
   MPI_Comm comm() const override { return own_->comm(); }
   Vec initial_state() const override { return own_->initial_state(); }
   std::vector<std::string> describe() const override { return own_->describe(); }

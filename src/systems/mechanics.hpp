@@ -8,6 +8,7 @@
 #include "systems/incremental.hpp"
 #include "systems/layout.hpp"
 #include "systems/storage.hpp"
+#include "systems/strain_response.hpp"
 #include "systems/system.hpp"
 
 namespace bs {
@@ -68,6 +69,7 @@ struct Loads {
   bool at_rest = false;               ///< what is driven has the positions of its motion, not the velocities
   bool anchors_at_full_load = false;  ///< driven anchors stand where they are at t = 1
   bool driven_at_full_load = false;   ///< driven groups likewise
+  bool box_at_full_load = false;      ///< the periodic box likewise
 };
 
 /// Particles under a name that options or the input give them.
@@ -89,6 +91,14 @@ class Mechanics : public System {
     *free = 0;
     return 0;
   }
+  /// Collective. At (t, y); `out` says of a system without a periodic box that it has none.
+  virtual PetscErrorCode strain_response(double, Vec, StrainResponse* out) {
+    *out = {};
+    return 0;
+  }
+  /// Whether a box that changes carries all particles along; then adds its velocity at their places in y, as it is at t = 0, to theirs.
+  virtual bool flows() const { return false; }
+  virtual PetscErrorCode add_flow(Vec) { return 0; }
   virtual const Layout& layout() const = 0;
   /// Masses of the owned particles [kg], (n) or longer.
   virtual const std::vector<double>& masses() const = 0;

@@ -16,6 +16,7 @@ namespace bs {
 struct Observable {
   std::string name;           ///< e.g. "kinetic_energy"
   std::vector<double> value;  ///< the same on every rank; length 1 is written as a scalar
+  int columns = 0;            ///< of a matrix written row by row as such; 0: it is none
 };
 
 /// A vector that is written with every frame, in the input's order: block size = columns.
@@ -71,6 +72,8 @@ class System {
   virtual const char* name() const = 0;
   /// Space dimension of its particles; 0: it has none.
   virtual int dim() const { return 0; }
+  /// "periodic" or "none" along each edge of the box of its particles; empty: there is none.
+  virtual std::vector<std::string> boundary() const { return {}; }
   virtual MPI_Comm comm() const = 0;
   /// The state at the start; borrowed.
   virtual Vec initial_state() const = 0;

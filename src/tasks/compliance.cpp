@@ -4,8 +4,7 @@
 #include <limits>
 #include "base/fault.hpp"
 #include "base/options.hpp"
-#include "solvers/condensed/condensed.hpp"
-#include "time/ts_queries.hpp"
+#include "tasks/tangent_solve.hpp"
 
 namespace bs {
 
@@ -89,41 +88,6 @@ PetscErrorCode Compliance::is_resisted(Equilibrium& model, Vec load, Vec u, bool
   PetscFunctionReturn(0);
 }
 
-// u <- u + (shift M - K)^-1 r,  r = f + K u with the exact K, until r is down to rounding: neither the shift nor the precision in which the
-// matrix is stored is left in u.
-PetscErrorCode Compliance::displace(KSP ksp, Equilibrium& model, Vec load, Vec u, bool* borne) {
-  constexpr double DONE = 1e-13, GOOD = 1e-7, SLOW = 0.5;
-  constexpr int MOST = 50;
-  Linearisation& lin = model.mechanics()->linearisation();
-  const Layout& at = lin.layout();
-  PetscReal first = 0, size = 0, before = 0;
-  PetscFunctionBegin;
-  force_.resize(static_cast<std::size_t>(at.particles * at.dim));
-  PetscCall(VecZeroEntries(u));
-  PetscCall(VecCopy(load, r_));
-  PetscCall(VecNorm(load, NORM_2, &first));
-  *borne = true;
-  if (first == 0) PetscFunctionReturn(0);  // its supports bear all of it
-  size = before = first;
-  for (int pass = 0; pass < MOST && size > DONE * first && (pass == 0 || size <= SLOW * before); ++pass) {
-    PetscScalar* r = nullptr;
-    PetscCall(KSPSolve(ksp, r_, z_));
-    PetscCall(VecAXPY(u, 1.0, z_));
-    PetscCall(zero_velocities(u));
-    PetscCall(lin.change_of_force(u, force_.data()));
-    PetscCall(VecCopy(load, r_));
-    PetscCall(VecGetArray(r_, &r));
-    for (PetscInt i = 0; i < at.particles; ++i)
-      for (PetscInt c = 0; c < at.dim; ++c) r[at.v(i, c)] += force_[static_cast<std::size_t>(i * at.dim + c)];
-    PetscCall(VecRestoreArray(r_, &r));
-    before = size;
-    PetscCall(VecNorm(r_, NORM_2, &size));
-  }
-  *borne = size <= GOOD * first;
-  if (*borne) PetscCall(is_resisted(model, load, u, borne));
-  PetscFunctionReturn(0);
-}
-
 /// Column `column` of C.
 PetscErrorCode Compliance::add_means(MPI_Comm comm, Vec u, std::size_t column) {
   const Layout at = layout_of(u);
@@ -158,25 +122,22 @@ void Compliance::put(PetscMPIInt rank, Findings* out) const {
 }
 
 PetscErrorCode Compliance::find(TS ts, Mat J, Equilibrium& model, double t, Vec y, Findings* out) {
-  constexpr double RTOL = 1e-10;
-  KSP ksp;
-  PC pc;
+  constexpr double GOOD = 1e-7;
   VecHandle load, u;
   PetscMPIInt rank;
+  TangentSolve solve;
   PetscFunctionBegin;
   PetscCallMPI(MPI_Comm_rank(model.comm(), &rank));
-  PetscCall(linear_solver_of(ts, &ksp, &pc));
-  PetscCall(condensed_set_tangent(pc, model.tangent(), {}));  // S itself is solved with, definite or not
-  PetscCall(condensed_renew(pc));
-  PetscCall(model.linearise_sharply(t, y, J));
-  PetscCall(KSPSetOperators(ksp, J, J));
-  PetscCall(KSPSetTolerances(ksp, RTOL, PETSC_DEFAULT, PETSC_DEFAULT, PETSC_DEFAULT));
-  for (VecHandle* vec : {&load, &u, &r_, &z_}) PetscCall(VecDuplicate(y, vec->out()));
+  PetscCall(solve.prepare(ts, J, model, t, y));
+  for (VecHandle* vec : {&load, &u}) PetscCall(VecDuplicate(y, vec->out()));
   for (std::size_t g = 0; g < groups_.size(); ++g)
     for (int c = 0; c < dim_; ++c) {
       bool borne = false;
       PetscCall(set_load(*model.mechanics(), g, c, load));
-      PetscCall(displace(ksp, model, load, u, &borne));
+      double left = 0;
+      PetscCall(solve.solve(load, u, &left));
+      borne = left <= GOOD;
+      if (borne && left >= 0) PetscCall(is_resisted(model, load, u, &borne));
       if (!borne) {
         out->why = format(
             "option -bs_compliance_groups: no displacement bears a load on the group %s along %c: a motion of the structure meets no resistance, "

@@ -25,7 +25,6 @@ class Compliance {
 
  private:
   PetscErrorCode set_load(Mechanics& mechanics, std::size_t group, PetscInt component, Vec load) const;
-  PetscErrorCode displace(KSP ksp, Equilibrium& model, Vec load, Vec u, bool* borne);
   PetscErrorCode is_resisted(Equilibrium& model, Vec load, Vec u, bool* yes) const;
   PetscErrorCode add_means(MPI_Comm comm, Vec u, std::size_t column);
   void put(PetscMPIInt rank, Findings* out) const;
@@ -33,8 +32,6 @@ class Compliance {
   std::vector<ParticleGroup> groups_;
   int dim_ = 0;
   std::vector<double> value_;  ///< (groups d, groups d), row by row; NaN before it is known
-  VecHandle r_, z_;
-  std::vector<double> force_;
 };
 
 }  // namespace bs

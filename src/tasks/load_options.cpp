@@ -26,16 +26,19 @@ PetscErrorCode read_load_options(MPI_Comm comm, LoadOptions* out) {
     if (out->end == 0) o.fail("option -bs_arc_end: the path begins at the load factor 0: give another one");
     const bool given = o.texts("-bs_load_scale",
                                "loads that the load factor multiplies: gravity (uniform and central), anchors and driven "
-                               "(prescribed motions, which are where they would be at t = the load factor in seconds), none; the others act in full "
+                               "(prescribed motions, which are where they would be at t = the load factor in seconds), box (the strain of a periodic "
+                               "box, likewise), none; the "
+                               "others act in full "
                                "from the start; default: all",
                                scaled);
     if (!given) return;
-    out->rules = {false, false, false};
+    out->rules = {false, false, false, false};
     for (const std::string& word : scaled) {
       if (word == "gravity") out->rules.gravity = true;
       else if (word == "anchors") out->rules.anchors = true;
       else if (word == "driven") out->rules.driven = true;
-      else if (word != "none") o.fail("option -bs_load_scale: " + word + " is no load: give some of gravity, anchors, driven, or none");
+      else if (word == "box") out->rules.box = true;
+      else if (word != "none") o.fail("option -bs_load_scale: " + word + " is no load: give some of gravity, anchors, driven, box, or none");
     }
   }));
   PetscFunctionReturn(0);

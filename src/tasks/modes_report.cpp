@@ -98,9 +98,10 @@ PetscErrorCode ModesRun::fluctuations(std::vector<Dataset>* constants) {
 
 /// The file with what it holds of the lattice, which the search for modes then has the memory of. Without a frame it does not stay.
 PetscErrorCode ModesRun::open_file() {
-  const TrajectoryOptions& options = options_.output.trajectory;
+  TrajectoryOptions options = options_.output.trajectory;
   std::vector<Dataset> constants;
   PetscFunctionBegin;
+  options.boundary = model_.boundary();
   if (!options.file.empty()) {
     set_phase(Exit::io);
     PetscCall(model_.take_constants(&constants));

@@ -160,7 +160,8 @@ PetscErrorCode Run::finds_trajectory(const TrajectoryMark& mark, bool* there) co
 }
 
 PetscErrorCode Run::open_trajectory() {
-  const TrajectoryOptions& options = options_.output.trajectory;
+  TrajectoryOptions options = options_.output.trajectory;
+  options.boundary = model_.boundary();
   const TrajectoryMark mark = restart_ ? mark_of(*restart_) : TrajectoryMark{};
   std::vector<Dataset> constants;
   PetscMPIInt rank;

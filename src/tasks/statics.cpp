@@ -8,25 +8,34 @@
 #include "tasks/compliance.hpp"
 #include "tasks/load_options.hpp"
 #include "tasks/matrices.hpp"
+#include "tasks/moduli.hpp"
 #include "tasks/run_parts.hpp"
 #include "time/ts_queries.hpp"
 
 namespace bs {
 namespace {
 
+/// What is computed at the last equilibrium, where it is wanted.
+struct AtTheEnd {
+  Compliance compliance;
+  Moduli moduli;
+  bool wanted() const { return compliance.wanted() || moduli.wanted(); }
+};
+
 /// What statics adds to a run: load steps for time steps, the fallback, and the signs of the tangent's pivots.
 class StaticRun {
  public:
-  StaticRun(Equilibrium& model, const LoadOptions& options, Compliance* compliance) : model_(model), options_(options), compliance_(compliance) {}
+  StaticRun(Equilibrium& model, const LoadOptions& options, AtTheEnd* end) : model_(model), options_(options), end_(end) {}
   RunHooks hooks();
 
  private:
   PetscErrorCode observe(double factor, Vec y, std::vector<Observable>* out);
   PetscErrorCode count(std::vector<Tally>* out) const;
+  PetscErrorCode find(double factor, Vec y, Findings* out);
 
   Equilibrium& model_;
   LoadOptions options_;
-  Compliance* compliance_;  ///< null: not wanted
+  AtTheEnd* end_;  ///< null: nothing is wanted
   PseudoTime pseudo_;
   ArcLength arc_;
   TS ts_ = nullptr;
@@ -51,9 +60,12 @@ RunHooks StaticRun::hooks() {
   };
   hooks.observe = [this](double factor, Vec y, std::vector<Observable>* out) { return observe(factor, y, out); };
   hooks.count = [this](std::vector<Tally>* out) { return count(out); };
-  if (compliance_) {
-    hooks.tables = [this](PetscMPIInt rank, std::vector<Dataset>* all) { all->push_back(compliance_->table(rank)); };
-    hooks.find = [this](double factor, Vec y, Findings* out) { return compliance_->find(ts_, context_->matrix, model_, factor, y, out); };
+  if (end_ && end_->wanted()) {
+    hooks.tables = [this](PetscMPIInt rank, std::vector<Dataset>* all) {
+      if (end_->compliance.wanted()) all->push_back(end_->compliance.table(rank));
+      if (end_->moduli.wanted()) all->push_back(end_->moduli.table(rank));
+    };
+    hooks.find = [this](double factor, Vec y, Findings* out) { return find(factor, y, out); };
   }
   if (!options_.arc) return hooks;
   hooks.pace.end = step * static_cast<double>(options_.arc_steps);
@@ -84,6 +96,13 @@ PetscErrorCode StaticRun::observe(double factor, Vec y, std::vector<Observable>*
   PetscFunctionReturn(0);
 }
 
+PetscErrorCode StaticRun::find(double factor, Vec y, Findings* out) {
+  PetscFunctionBegin;
+  if (end_->compliance.wanted()) PetscCall(end_->compliance.find(ts_, context_->matrix, model_, factor, y, out));
+  if (end_->moduli.wanted() && out->why.empty()) PetscCall(end_->moduli.find(ts_, context_->matrix, model_, factor, y, out));
+  PetscFunctionReturn(0);
+}
+
 PetscErrorCode StaticRun::count(std::vector<Tally>* out) const {
   PetscFunctionBegin;
   out->push_back({"free_bodies", "bodies are tied to nothing: their rigid motions stay as they are", model_.free_bodies()});
@@ -111,10 +130,10 @@ PetscErrorCode prepare(std::unique_ptr<Model> model, const LoadOptions& loads, R
 }
 
 /// The run; `last` receives the state of the last frame, an equilibrium, or null under -help.
-PetscErrorCode run_loads(Equilibrium& equilibrium, const RunOptions& options, const LoadOptions& loads, Compliance* compliance, VecHandle* last,
+PetscErrorCode run_loads(Equilibrium& equilibrium, const RunOptions& options, const LoadOptions& loads, AtTheEnd* end, VecHandle* last,
                          int* exit_code) {
   PetscFunctionBegin;
-  StaticRun statics(equilibrium, loads, compliance);
+  StaticRun statics(equilibrium, loads, end);
   RunHooks hooks = statics.hooks();
   const auto observe = hooks.observe;
   hooks.observe = [&observe, last](double factor, Vec y, std::vector<Observable>* out) {
@@ -132,12 +151,13 @@ PetscErrorCode run_loads(Equilibrium& equilibrium, const RunOptions& options, co
 
 }  // namespace
 
-PetscErrorCode run_statics(std::unique_ptr<Model> model, int* exit_code) {
+/// `moduli`: they are found, too.
+static PetscErrorCode run_equilibria(std::unique_ptr<Model> model, bool moduli, int* exit_code) {
   RunOptions options;
   LoadOptions loads;
   Claim claim;  // given up when the files are closed
   std::unique_ptr<Equilibrium> equilibrium;
-  Compliance compliance;
+  AtTheEnd end;
   VecHandle last, rest;
   PetscFunctionBegin;
   const MPI_Comm comm = model->comm();
@@ -146,12 +166,25 @@ PetscErrorCode run_statics(std::unique_ptr<Model> model, int* exit_code) {
   if (loads.arc) PetscCall(refuse_checkpoints(comm));
   PetscCall(read_run_options(comm, &options));
   PetscCall(prepare(std::move(model), loads, &options, &equilibrium));
-  PetscCall(compliance.read(*equilibrium));
+  PetscCall(end.compliance.read(*equilibrium));
+  if (moduli) PetscCall(end.moduli.begin(*equilibrium));
   PetscCall(claim_files(comm, options, &claim));
-  PetscCall(run_loads(*equilibrium, options, loads, compliance.wanted() ? &compliance : nullptr, &last, exit_code));
+  PetscCall(run_loads(*equilibrium, options, loads, &end, &last, exit_code));
   if (!last) PetscFunctionReturn(0);
   PetscCall(at_rest(last, rest.out()));
   PetscCall(write_matrices(*equilibrium, equilibrium->factor(1), rest, options.output.trajectory.overwrite));
+  PetscFunctionReturn(0);
+}
+
+PetscErrorCode run_statics(std::unique_ptr<Model> model, int* exit_code) {
+  PetscFunctionBegin;
+  PetscCall(run_equilibria(std::move(model), false, exit_code));
+  PetscFunctionReturn(0);
+}
+
+PetscErrorCode run_moduli(std::unique_ptr<Model> model, int* exit_code) {
+  PetscFunctionBegin;
+  PetscCall(run_equilibria(std::move(model), true, exit_code));
   PetscFunctionReturn(0);
 }
 

@@ -11,6 +11,7 @@ const std::vector<Task>& tasks() {
   static const std::vector<Task> all = {
       {"dynamics", "motion in time", run_dynamics},
       {"statics", "equilibria under loads that grow in steps", run_statics},
+      {"moduli", "equilibria as in statics, and the stiffness tensor of a periodic lattice at the last one", run_moduli},
       {"modes", "free vibrations about the start: omega^2 and shapes", run_modes},
   };
   return all;

@@ -121,6 +121,10 @@ struct FakeSection {
   }
   bool integer(const char* n, const char*, I& v) { return has(n) && (v = static_cast<I>(numbers[n].at(0)), true); }
   bool integers(const char* n, const char*, std::vector<I>& v) { return has(n) && (v.assign(numbers[n].begin(), numbers[n].end()), true); }
+  bool text(const char* n, const char*, std::string& v) {
+    asked.insert(n);
+    return words.count(n) > 0 && (v = words[n].at(0), true);
+  }
   bool texts(const char* n, const char*, std::vector<std::string>& v) {
     asked.insert(n);
     return words.count(n) > 0 && (v = words[n], true);
@@ -140,7 +144,7 @@ TEST_CASE("options fill the description", "[generator]") {
   FakeSection none;
   spec.options(none);
   CHECK(spec.type == LatticeType::none);
-  CHECK(none.asked.size() == 23);
+  CHECK(none.asked.size() == 24);
 
   FakeSection some;
   some.words = {{"-bs_lattice_type", {"bcc"}}, {"-bs_lattice_fixed", {"xmin", "zmax"}}};

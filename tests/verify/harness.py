@@ -29,10 +29,12 @@ SKIPPED = 77
 
 
 def write_lattice(path, position, mass, velocity=None, fixed=None, radius=None, pairs=None, stiffness=None,
-                  rest_length=None, damping=None, anchors=None, spring_law=None, damping_law=None, angles=None, laws=None, columns=None, particle_columns=None):
+                  rest_length=None, damping=None, anchors=None, spring_law=None, damping_law=None, angles=None, laws=None, columns=None, particle_columns=None,
+                  box=None, boundary=None, shift=None):
     """Writes the HDF5 lattice. position (N, d), mass (N), pairs (M, 2) 0-based, anchors: dict of particle (A),
     point (A, d), stiffness, rest_length, damping (A); angles: dict of triples (A, 3), stiffness, rest_angle (A); laws: the name
-    of each spring's law (M); columns, particle_columns: dicts of other datasets of the springs and of the particles; what is None is left out."""
+    of each spring's law (M); columns, particle_columns: dicts of other datasets of the springs and of the particles; box: edges (d, d) of a
+    periodic box, boundary: words along them (all periodic), shift: the box of each spring's second end (M, d); what is None is left out."""
     position = np.asarray(position, float)
     with h5py.File(path, "w") as f:
         def put(name, value, kind=float):
@@ -55,6 +57,11 @@ def write_lattice(path, position, mass, velocity=None, fixed=None, radius=None, 
                 names = sorted({str(law) for law in laws})
                 put("springs/law", [names.index(law) for law in laws], np.int64)
                 f.attrs["spring_laws"] = names
+        if box is not None:
+            put("box/edges", box)
+            f["box"].attrs["dimension"] = position.shape[1]
+            f["box"].attrs["boundary"] = list(boundary or ["periodic"] * position.shape[1])
+        put("springs/shift", shift, np.int64)
         if anchors is not None and len(anchors["particle"]):
             put("anchors/particle", anchors["particle"], np.int64)
             for name in ("point", "stiffness", "rest_length", "damping"):

@@ -256,6 +256,24 @@ def angles(change=None, options=()):
     return hdf5(add, options)
 
 
+def boxed(change=None, boundary=("periodic",) * 3, options=()):
+    """A maker of the good lattice in a periodic box of 6 x 4 x 4, `change(data)` applied."""
+    def make(folder):
+        data = tables()
+        data["box/edges"] = np.diag([6.0, 4, 4])
+        if change:
+            change(data)
+        write(folder / "l.h5", data)
+        with h5py.File(folder / "l.h5", "a") as file:
+            file.require_group("box").attrs["boundary"] = list(boundary)
+        return ["-bs_lattice_file", folder / "l.h5", *options]
+    return make
+
+
+def unshifted(data):
+    data["springs/shift"] = np.zeros((4, 3), int)
+
+
 def flat(data, at=slice(None)):
     data["particles/position"][at, 1] = 0
 
@@ -410,6 +428,8 @@ GOOD = {
                                                   put("springs/rest_length", np.ones(4)), put("springs/damping", np.ones(4))),
                                              spring_law="strain", damping_law=np.bytes_("simple")),
     "good: angles": angles(),
+    "good: periodic box": boxed(),
+    "good: periodic box, strained": boxed(unshifted, options=("-bs_box_strain", "xy=velocity:0.1")),
     "good: HDF5, laws by name": hdf5(both(put("springs/law", np.array([0, 1, 2, 3])), put("springs/stiffness_3", np.ones(4)), put("springs/yield_force", np.ones(4)),
                                           put("springs/plastic_stretch", np.array([np.nan, 0, 0, 0.1]))), spring_laws=["strain", "tension", "polynomial", "plastic"]),
     "good: polynomial chain": options(*CHAIN, "-bs_spring_law", "polynomial", "-bs_spring_stiffness_2", "0.25"),
@@ -419,7 +439,32 @@ GOOD = {
     "good: chain with anchors": options(*CHAIN, "-bs_anchor_particles", "0,4", "-bs_anchor_stiffness", "1"),
 }
 
-GROUPS = {"HDF5 lattice": HDF5, "angle springs": ANGLES, "XSpringies scene": XSP, "Gmsh mesh": MSH, "options of lattices": OPTIONS}
+PERIODIC = ("-bs_lattice_type", "triangular", "-bs_lattice_size", "4,4")
+BOX = {
+    "boundary of one word": (boxed(boundary=("periodic",)), "attribute boundary of /box has 1 words; write 3, periodic or none along each edge"),
+    "boundary unknown": (boxed(boundary=("periodic", "open", "none")), "attribute boundary of /box has 'open'; write periodic or none"),
+    "no edges": (boxed(drop("box/edges")), "/box/edges is missing; write the edge vectors of the periodic box as rows [m]"),
+    "edges in a row": (boxed(put("box/edges", np.ones((2, 3)))), "/box/edges has the wrong shape; write (3, 3)"),
+    "edges in a plane": (boxed(put("box/edges", np.ones((3, 3)))), "/box/edges: the edges span no volume"),
+    "edges that are not finite": (boxed(put("box/edges", np.diag([6.0, 4, np.nan]))), "/box/edges: the edges span no volume"),
+    "shifts of another d": (boxed(put("springs/shift", np.zeros((4, 2), int))), "/springs/shift: shape (4, 2), needs (4, 3)"),
+    "shift too far": (boxed(both(unshifted, put("springs/shift", 64, (1, 0)))), "spring 1, /springs/shift: a shift of 64 boxes; write -63 to 63"),
+    "shift along an open edge": (boxed(both(unshifted, put("springs/shift", 1, (2, 1))), ("periodic", "none", "periodic")), "spring 2, /springs/shift: a shift of 1 boxes; write 0 along edges that are not periodic"),
+    "two images equally near": (boxed(put("springs/pairs", [0, 3], 0)), "spring 0: two images of particle 3 are equally near to particle 0, so it is not known which one it joins; write /springs/shift"),
+    "particle joined to itself": (boxed(both(unshifted, put("springs/pairs", [1, 1], 1))), "joins particle 1 to itself"),
+    "angle springs in a box": (boxed(lambda data: data.update({"angles/triples": np.array([[0, 1, 2]]), "angles/stiffness": np.ones(1), "angles/rest_angle": np.full(1, np.pi)})),
+                               "angle springs do not go with a periodic box; leave out one of them"),
+    "repeated along an axis it has not": (options(*PERIODIC, "-bs_lattice_periodic", "z"), "-bs_lattice_periodic z: a triangular lattice is repeated along x and y: write x, y or xy"),
+    "repeated along one axis twice": (options(*PERIODIC, "-bs_lattice_periodic", "xx"), "-bs_lattice_periodic xx"),
+    "odd number of shifted rows": (options("-bs_lattice_type", "triangular", "-bs_lattice_size", "4,5", "-bs_lattice_periodic", "xy"), "5 rows of a triangular lattice do not repeat along y"),
+    "strain without a box": (options(*PERIODIC, "-bs_box_strain", "xy=velocity:1"), "option -bs_box_strain: triangular lattice 4 x 4, 6 neighbours has no periodic box"),
+    "strain of a missing component": (options(*PERIODIC, "-bs_lattice_periodic", "xy", "-bs_box_strain", "xz=velocity:1"), "option -bs_box_strain: xz: the lattice has 2 dimensions"),
+    "strain without a component": (options(*PERIODIC, "-bs_lattice_periodic", "xy", "-bs_box_strain", "velocity:1"), "option -bs_box_strain: 'velocity:1': write components such as xy=velocity:0.01"),
+    "strain given twice": (options(*PERIODIC, "-bs_lattice_periodic", "xy", "-bs_box_strain", "xy=velocity:1,xy=velocity:2"), "option -bs_box_strain: xy: the component is given twice"),
+    "strain that is none": (options(*PERIODIC, "-bs_lattice_periodic", "xy", "-bs_box_strain", "xy=fast"), "option -bs_box_strain: xy: 'fast' is no motion of a component"),
+}
+
+GROUPS = {"periodic boxes": BOX, "HDF5 lattice": HDF5, "angle springs": ANGLES, "XSpringies scene": XSP, "Gmsh mesh": MSH, "options of lattices": OPTIONS}
 
 if __name__ == "__main__":
     sys.exit(corpus.main(__doc__, GROUPS, GOOD, step=STEP))

@@ -2,6 +2,7 @@
 #include <algorithm>
 #include <cmath>
 #include "systems/layout.hpp"
+#include "systems/mechanics.hpp"
 #include "time/methods.hpp"
 #include "time/ts_queries.hpp"
 
@@ -43,14 +44,16 @@ PetscErrorCode Predictor::predict(SNES snes, Vec X) {
   Vec F, y;
   PetscFunctionBegin;
   Vec before = history_ && !history_->replaying() ? history_->before_last(&last_h) : nullptr;
-  if (!before) PetscFunctionReturn(0);
+  const bool first = !before && model_->mechanics() && model_->mechanics()->flows();  // before the first step, too
+  if (!before && !first) PetscFunctionReturn(0);
   ResidualNorms here, ahead;
   PetscCall(TSGetTimeStep(ts_, &h));
   PetscCall(TSGetSolution(ts_, &y));
   PetscCall(SNESGetFunction(snes, &F, nullptr, nullptr));  // room that Newton fills anew
   PetscCall(SNESComputeFunction(snes, X, F));
   PetscCall(model_->residual_norms(F, &here));
-  const double ratio = h / last_h;
+  const double ratio = first ? 0 : h / last_h;
+  if (first) before = y;
   PetscCall(VecGetArrayRead(before, &a0));
   PetscCall(VecGetArrayRead(y, &a1));
   PetscCall(VecGetArray(X, &at));

@@ -1,5 +1,6 @@
 #include "systems/particles/local_state.hpp"
 #include <algorithm>
+#include "systems/particles/cell.hpp"
 #include "systems/particles/supports.hpp"
 
 namespace bs {
@@ -31,10 +32,9 @@ PetscErrorCode LocalState::create(const Network& net, Vec layout) {
   // the scatter writes straight behind the owned states
   PetscCall(
       VecCreateSeqWithArray(PETSC_COMM_SELF, bs, net.ghosts * bs, values_.data() + static_cast<std::size_t>(net.n) * width_, ghost_values_.out()));
-  bool velocities = true;
-  PetscCall(velocities_couple(net, &velocities));
+  PetscCall(velocities_couple(net, &velocities_));
   // positions are every second block of d
-  const PetscInt stride = velocities ? 1 : 2, block = bs / stride;
+  const PetscInt stride = velocities_ ? 1 : 2, block = bs / stride;
   std::vector<PetscInt> there(static_cast<std::size_t>(net.ghosts)), here(there.size());
   for (PetscInt k = 0; k < net.ghosts; ++k) {
     there[k] = stride * net.global[net.n + k];
@@ -74,6 +74,8 @@ PetscErrorCode LocalState::gather_end(double t, Vec y) {
   PetscFunctionBegin;
   PetscCall(scatter_end(y));
   hold(t, net_->n, net_->n + net_->ghosts);
+  if (net_->cell) net_->cell->shift_images(t, 1, velocities_, values_.data());
+  time_ = t;
   PetscFunctionReturn(0);
 }
 
@@ -94,7 +96,10 @@ PetscErrorCode LocalState::scatter_end(Vec y) {
 }
 
 void LocalState::drive_to(double t) {
+  if (net_->cell) net_->cell->shift_images(time_, -1, velocities_, values_.data());
   if (net_->supports) net_->supports->place(t, 0, net_->n + net_->ghosts, values_.data());
+  if (net_->cell) net_->cell->shift_images(t, 1, velocities_, values_.data());
+  time_ = t;
 }
 
 /// Fixed particles among [first, last) stand where they started, driven ones where they are at time t.

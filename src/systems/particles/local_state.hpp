@@ -19,10 +19,10 @@ class LocalState {
   PetscErrorCode gather_end(double t, Vec y);
   /// What is driven, of the state gathered last, is moved to where it is at time t.
   void drive_to(double t);
-  /// The same for a direction: zero where components are held.
+  /// The same for a direction: zero where components are held; images move as their particles do.
   PetscErrorCode gather_direction(Vec z);
   bool created() const { return net_ != nullptr; }
-  /// 2d numbers (x, v) of local particle i.
+  /// 2d numbers (x, v) of local particle i. Images stand where they are, not where their particles are.
   const double* at(PetscInt i) const { return values_.data() + static_cast<std::size_t>(i) * width_; }
 
  private:
@@ -34,6 +34,8 @@ class LocalState {
   VecHandle ghost_values_;
   ScatterHandle scatter_;
   std::vector<double> values_;
+  bool velocities_ = true;       ///< of ghosts travel
+  double time_ = 0;              ///< of the images' displacements
   std::vector<PetscInt> fixed_;  ///< local indices of fixed particles, ascending
 };
 

@@ -39,11 +39,16 @@ PetscErrorCode ParticleModel::create(MPI_Comm comm, Lattice&& lattice, std::uniq
   if (model->coupling_.has_center_particle()) std::get<XspAttraction>(model->laws_).value = 0;
   std::vector<std::uint8_t> fixed = lattice.fixed;
   PetscCall(model->supports_.read(comm, &lattice));
+  PetscCall(model->cell_.read(comm, lattice));
   PetscCall(model->take_fingerprint(lattice, fixed));
   PetscCall(build_network(comm, lattice, options, &model->net_));
   lattice.fixed = std::move(fixed);
   PetscCall(model->supports_.create(model->net_));
   if (model->supports_.active()) model->net_.supports = &model->supports_;
+  if (model->net_.box.active()) {
+    model->cell_.create(model->net_);
+    model->net_.cell = &model->cell_;
+  }
   PetscCall(model->check_laws());
   model->lattice_ = std::move(lattice);
   PetscCall(model->create_state());
@@ -54,7 +59,7 @@ PetscErrorCode ParticleModel::create(MPI_Comm comm, Lattice&& lattice, std::uniq
   PetscCall(model->accept(0.0, model->y0_));  // a spring that starts beyond its yield force has yielded
   PetscCall(model->linearised_.create(model->net_, *model->physics_, model->pattern_, model->y0_, model->coupling_.active()));
   PetscCall(model->potential_.create(model->net_, *model->physics_, model->y0_, model->coupling_.active()));
-  PetscCall(model->ledger_.create(model->net_, model->supports_, *model->physics_, model->motion_));
+  PetscCall(model->ledger_.create(model->net_, model->supports_, *model->physics_, model->motion_, model->cell_));
   model->force_.resize(static_cast<std::size_t>(model->net_.n * model->net_.dim));
   model->rates_ = model->physics_->rates();
   *out = std::move(model);
@@ -127,6 +132,7 @@ PetscErrorCode ParticleModel::create_state() {
       ay[i * bs + d + c] = net_.velocity[i * d + c];
     }
   PetscCall(VecRestoreArray(y0_, &ay));
+  PetscCall(add_flow(y0_));
   PetscCall(hold_start());
   PetscCall(state_.create(net_, y0_));
   layout_ = {d, net_.n};

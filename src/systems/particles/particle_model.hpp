@@ -4,6 +4,7 @@
 #include "lattice/lattice.hpp"
 #include "network/network.hpp"
 #include "systems/mechanics.hpp"
+#include "systems/particles/cell.hpp"
 #include "systems/particles/coupling.hpp"
 #include "systems/particles/linearised_forces.hpp"
 #include "systems/particles/local_state.hpp"
@@ -25,6 +26,7 @@ class ParticleModel final : public Mechanics {
 
   const char* name() const override { return "particles"; }
   int dim() const override { return net_.dim; }
+  std::vector<std::string> boundary() const override;
   MPI_Comm comm() const override { return net_.comm; }
   Vec initial_state() const override { return y0_; }
   std::vector<std::string> describe() const override;
@@ -39,7 +41,10 @@ class ParticleModel final : public Mechanics {
   PetscErrorCode create_first_order(Mat* J) override;
   PetscErrorCode assemble_first_order(double sigma, bool momentum, Mat J) override;
   PetscErrorCode create_first_order_operator(Mat J, bool momentum, Mat* A) override;
-  bool time_dependent() const override { return motion_.active() || supports_.moving(); }
+  bool flows() const override { return cell_.moving(); }
+  PetscErrorCode add_flow(Vec y) override;
+  PetscErrorCode strain_response(double t, Vec y, StrainResponse* out) override;
+  bool time_dependent() const override { return motion_.active() || supports_.moving() || cell_.moving(); }
   void set_loads(const Loads& loads) override;
   PetscErrorCode count_free_bodies(PetscInt* free) override;
   void save_sums(std::map<std::string, double>* sums) const override { ledger_.save(sums); }
@@ -65,6 +70,8 @@ class ParticleModel final : public Mechanics {
   PetscErrorCode create_state();
   PetscErrorCode hold_start();
   PetscErrorCode add_groups(std::vector<Dataset>* out) const;
+  PetscErrorCode observe_box(double t, std::vector<Observable>* out);
+  void add_shifts(const std::string& bonds, std::vector<Dataset>* out);
   PetscErrorCode create_output();
   PetscErrorCode fill_output(Vec y);
   PetscErrorCode show_held(double t, Vec y, Vec* shown);
@@ -84,6 +91,7 @@ class ParticleModel final : public Mechanics {
   SpringMemory memory_;
   bool store_strain_ = false;
   Supports supports_;
+  Cell cell_;
   std::unique_ptr<Physics> physics_;
   SupportLedger ledger_;
   LinearisedForces linearised_;

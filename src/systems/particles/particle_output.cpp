@@ -58,6 +58,7 @@ std::vector<std::string> ParticleModel::describe() const {
     if (law.active()) lines.push_back("law: " + law.describe());
   });
   for (const std::string& line : supports_.describe()) lines.push_back(line);
+  for (const std::string& line : cell_.describe()) lines.push_back(line);
   if (net_.anchors_total > 0 && motion_.active()) lines.push_back("anchors: " + motion_.describe());
   if (coupling_.active()) lines.push_back("law: " + coupling_.describe());
   lines.push_back("divided among ranks by " + net_.partition);
@@ -113,6 +114,7 @@ PetscErrorCode ParticleModel::observe(double t, Vec y, std::vector<Observable>* 
     ledger_.begin(t, state_, coupling_);
     PetscCall(ledger_.observe(t, state_, coupling_, out));
   }
+  if (cell_.active()) PetscCall(observe_box(t, out));
   PetscCall(PetscLogEventEnd(particle_events().energy, y, nullptr, nullptr, nullptr));
   PetscFunctionReturn(0);
 }
@@ -231,10 +233,11 @@ PetscErrorCode ParticleModel::take_constants(std::vector<Dataset>* out) {
     out->push_back({particles + column.name, p.first, p.total, 0, std::move(column.value), {}, powers});
   }
   if (s.total > 0) {
-    out->push_back({bonds, s.first, s.total, 2, std::move(lattice_.pairs)});
+    out->push_back({bonds, s.first, s.total, 2, lattice_.shift.empty() ? std::move(lattice_.pairs) : lattice_.pairs});
     out->push_back({bonds + "_stiffness", s.first, s.total, 0, std::move(lattice_.stiffness)});
     out->push_back({bonds + "_rest_length", s.first, s.total, 0, std::move(lattice_.rest_length)});
     out->push_back({bonds + "_damping", s.first, s.total, 0, std::move(lattice_.damping)});
+    add_shifts(bonds, out);
     const std::vector<std::string> histories = spring_histories();
     for (Column& column : lattice_.spring_columns)
       if (std::find(histories.begin(), histories.end(), column.name) == histories.end())
@@ -273,6 +276,7 @@ PetscErrorCode ParticleModel::covers(double t_end) {
                           "t = %g s: add rows or lower -ts_max_time",
                           t_end)));
   if (supports_.active()) PetscCall(supports_.covers(t_end));
+  if (cell_.active()) PetscCall(cell_.covers(t_end));
   PetscFunctionReturn(0);
 }
 

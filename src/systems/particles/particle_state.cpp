@@ -87,6 +87,7 @@ PetscErrorCode ParticleModel::take_fingerprint(const Lattice& lattice, const std
   sum.add(13, a, 1, lattice.anchor_damping);
   add_to_fingerprint(lattice, &sum);
   sum.add(15, s, 1, lattice.spring_laws);
+  sum.add(17, s, d, lattice.shift);
   for (const Column& column : lattice.spring_columns) sum.add(1000 + table_of(column.name), s, 1, column.value);
   for (const Column& column : lattice.particle_columns) {
     const std::uint64_t table = particle_parameters[particle_parameter(column.name)].table;
@@ -98,6 +99,8 @@ PetscErrorCode ParticleModel::take_fingerprint(const Lattice& lattice, const std
                                   lattice.rest_at_zero_length ? 1 : 0};
     // the first rank's value is used; chunks before the first particle are empty
     if (lattice.particles.count > 0 || lattice.particles.total == 0) sum.add(14, 0, 1, 3, laws);
+    if (lattice.particles.count > 0 && lattice.box.active())
+      sum.add(18, 0, 1, std::vector<double>(lattice.box.edges.begin(), lattice.box.edges.begin() + static_cast<std::ptrdiff_t>(d) * d));
   }
   fingerprint_ = sum.value();
   PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &fingerprint_, 1, MPI_UINT64_T, MPI_SUM, net_.comm));

@@ -35,6 +35,12 @@ struct Supply {
   double pull[3] = {0, 0, 0};                 ///< force of the anchors on the particles [N]
 };
 
+/// This rank's share of sums over the springs of a periodic box, with force f and x_i - x_j = dx at one end.
+struct BoxForces {
+  double virial[9] = {};  ///< -sum of f dx over springs, symmetric part, (d, d) [J]
+  double pull[9] = {};    ///< row k: the force with which images shifted along edge k are held, times their shifts [N]
+};
+
 /// Owned particles by what they are linked to: owned ones alone, or some ghost as well.
 enum class Part { interior, boundary };
 
@@ -65,6 +71,10 @@ class Physics {
   virtual void commit(const LocalState& state, Links* links) const = 0;
   /// Elastic energy counts half a spring from either end.
   virtual Energies energies(double t, const LocalState& state) const = 0;
+  /// Adds the springs' share to force and affine, which have their sizes.
+  virtual void strain_response(const LocalState& state, StrainResponse* sum) const = 0;
+  /// Adds to `sum`; springs alone, with their dampers.
+  virtual void box_forces(const LocalState& state, BoxForces* sum) const = 0;
   virtual Supply supply(double t, const LocalState& state, const Coupling& coupling) const = 0;
   /// This rank's share of what the incremental potential changes by beyond its slope along lambda `line` (gathered as a
   /// direction), anchors at rest meanwhile: sum over particles, springs and laws of

@@ -85,6 +85,8 @@ class PhysicsOf final : public Physics {
     return sum;
   }
 
+  void strain_response(const LocalState& state, StrainResponse* sum) const override;
+  void box_forces(const LocalState& state, BoxForces* sum) const override;
   Supply supply(double t, const LocalState& state, const Coupling& coupling) const override;
   PotentialChange beyond_slope(double t, const LocalState& state, const LocalState& line, double lambda, double sigma) const override;
   std::string lacks_potential() const override;
@@ -245,6 +247,7 @@ class PhysicsOf final : public Physics {
 }  // namespace bs
 
 #include "systems/particles/condensed/physics_condensed.hpp"
+#include "systems/particles/physics_box.hpp"
 #include "systems/particles/physics_jacobian.hpp"
 #include "systems/particles/physics_potential.hpp"
 #include "systems/particles/physics_supply.hpp"

@@ -6,7 +6,7 @@
 
 namespace bs {
 
-PetscErrorCode SupportLedger::create(const Network& net, const Supports& supports, const Physics& physics, const Motion& anchors) {
+PetscErrorCode SupportLedger::create(const Network& net, const Supports& supports, const Physics& physics, const Motion& anchors, const Cell& cell) {
   PetscFunctionBegin;
   net_ = &net;
   supports_ = &supports;
@@ -38,6 +38,10 @@ PetscErrorCode SupportLedger::create(const Network& net, const Supports& support
     moved_.push_back(k);
     row_.push_back(static_cast<std::size_t>(std::lower_bound(which_.begin(), which_.end(), hold.particle) - which_.begin()));
   }
+  if (cell.moving()) {
+    cell_ = &cell;
+    names_.emplace_back("box");
+  }
   if (anchors.active() && net.anchors_total > 0) names_.emplace_back("anchors");
   work_.assign(names_.size(), 0.0);
   PetscFunctionReturn(0);
@@ -55,6 +59,10 @@ void SupportLedger::take(double t, const LocalState& state, const Coupling& coup
   anchors_->at(t, out->shift, rate);
   std::fill_n(out->pull, 3, 0.0);
   if (anchors_->active()) physics_->pull(t, state, out->pull);
+  if (!cell_) return;
+  out->box = {};
+  physics_->box_forces(state, &out->box);
+  cell_->edges(t, out->edges, nullptr);
 }
 
 void SupportLedger::begin(double t, const LocalState& state, const Coupling& coupling) {
@@ -80,7 +88,10 @@ PetscErrorCode SupportLedger::advance(double t, const LocalState& state, const C
       work += 0.5 * net_->mass[hold.particle] * (now.v[at] - last_.v[at]) * (now.v[at] + last_.v[at]);
     }
   }
-  if (anchors_->active() && net_->anchors_total > 0)
+  const bool anchored = anchors_->active() && net_->anchors_total > 0;
+  for (std::size_t c = 0; c < d * d && cell_; ++c)
+    step[step.size() - (anchored ? 2 : 1)] += 0.5 * (last_.box.pull[c] + now.box.pull[c]) * (now.edges[c] - last_.edges[c]);
+  if (anchored)
     for (std::size_t c = 0; c < d; ++c) step.back() += 0.5 * (last_.pull[c] + now.pull[c]) * (now.shift[c] - last_.shift[c]);
   PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, step.data(), static_cast<PetscMPIInt>(step.size()), MPI_DOUBLE, MPI_SUM, net_->comm));
   for (std::size_t k = 0; k < step.size(); ++k) {

@@ -4,6 +4,7 @@
 #include <string>
 #include <vector>
 
+#include "systems/particles/cell.hpp"
 #include "systems/particles/physics.hpp"
 #include "systems/particles/supports.hpp"
 
@@ -15,11 +16,12 @@ namespace bs {
 /// X(t) from step n to step n + 1 the work is
 ///   W = sum of -(f_n + f_{n+1})/2 (X_{n+1} - X_n) + m (V_{n+1}^2 - V_n^2)/2
 /// which for springs with linear forces is what their energies and the trapezoidal rule's kinetic energy change by. Driven anchors
-/// likewise, with the force of all their springs.
+/// likewise, with the force of all their springs; and a box whose edges e_k move, with the forces F_k that hold the images shifted along them: the
+/// sum of (F_k,n + F_k,{n+1})/2 (e_k,{n+1} - e_k,n).
 class SupportLedger {
  public:
   /// Collective. The arguments must outlive the object; `anchors`: anchor points move.
-  PetscErrorCode create(const Network& net, const Supports& supports, const Physics& physics, const Motion& anchors);
+  PetscErrorCode create(const Network& net, const Supports& supports, const Physics& physics, const Motion& anchors, const Cell& cell);
   /// Whether there is anything to report, or anything that does work.
   bool reports() const { return !groups_.empty(); }
   bool works() const { return !names_.empty(); }
@@ -44,6 +46,8 @@ class SupportLedger {
     std::vector<double> force;  ///< (which, d)
     std::vector<double> x, v;   ///< (holds that move, d)
     double pull[3] = {0, 0, 0}, shift[3] = {0, 0, 0};
+    BoxForces box;  ///< this rank's share
+    double edges[9] = {};
   };
   void take(double t, const LocalState& state, const Coupling& coupling, Moment* out) const;
   struct GroupRows {
@@ -55,6 +59,7 @@ class SupportLedger {
   const Supports* supports_ = nullptr;
   const Physics* physics_ = nullptr;
   const Motion* anchors_ = nullptr;
+  const Cell* cell_ = nullptr;   ///< null: it does no work
   std::vector<PetscInt> which_;  ///< owned particles with a held component
   std::vector<std::uint8_t> mask_;
   std::vector<GroupRows> groups_;

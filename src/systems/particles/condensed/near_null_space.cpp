@@ -68,7 +68,7 @@ PetscErrorCode orthonormalise(std::vector<Vec>& others, Vec mode, double size, b
 }  // namespace
 
 PetscErrorCode set_rigid_modes(const Network& net, const Position& position, Mat S) {
-  const int d = net.dim, count = d * (d + 1) / 2;
+  const int d = net.dim, count = net.box.active() ? d : d * (d + 1) / 2;  // a periodic box does not turn
   double centre[3], size = 0;
   std::vector<VecHandle> owned;
   std::vector<Vec> modes;

@@ -69,7 +69,7 @@ void PhysicsOf<d, Spring, Damper>::fill_springs(double t, const LocalState& stat
     for (PetscInt e = links.start[i]; e < links.start[i + 1] && !net_.fixed[i]; ++e) {
       const PetscInt j = links.other[e];
       const bool held = net_.fixed[j];
-      if (links.spring[e] < 0 || (!held && j < i)) continue;
+      if (links.spring[e] < 0 || (!held && (j < i || net_.own_image(i, j)))) continue;
       if (!held && j != last) ++(j < net_.n ? pair : cut);
       if (!held) last = j;
       const LinkGeometry<d> g(y, state.at(j));

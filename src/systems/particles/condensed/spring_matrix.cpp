@@ -21,7 +21,7 @@ void SpringPattern::create(const Network& net) {
     PetscInt last = -1;  // parallel springs follow each other
     for (PetscInt e = links.start[i]; e < links.start[i + 1] && !net.fixed[i]; ++e) {
       const PetscInt j = links.other[e];
-      if (links.spring[e] < 0 || net.fixed[j] || j < i || j == last) continue;
+      if (links.spring[e] < 0 || net.fixed[j] || j < i || j == last || net.own_image(i, j)) continue;
       if (j < n) other.push_back(j);
       else ghost.push_back(j - n);
       last = j;

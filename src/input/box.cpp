@@ -1,0 +1,162 @@
+#include "input/box.hpp"
+
+#include <cinttypes>
+#include <cmath>
+
+#include "base/fault.hpp"
+#include "input/remote.hpp"
+#include "network/image.hpp"
+
+namespace bs {
+
+namespace {
+
+std::size_t at(std::int64_t row) { return static_cast<std::size_t>(row); }
+
+PetscErrorCode read_boundary(MPI_Comm comm, const Hdf5File& file, const std::string& group, Lattice* l) {
+  std::vector<std::string> words;
+
+  PetscFunctionBegin;
+  PetscCall(file.words_attribute(group, "boundary", &words));
+  // of a trajectory padded to three components the first d count
+  if (words.empty() || static_cast<int>(words.size()) < l->dim)
+    PetscCall(tell(comm, Exit::input,
+                   format("%s: attribute boundary of %s has %d words; write %d, periodic or none along each edge", l->source.c_str(), group.c_str(),
+                          static_cast<int>(words.size()), l->dim)));
+  for (int k = 0; k < l->dim; ++k) {
+    const std::string& word = words[at(k)];
+    if (word != "periodic" && word != "none")
+      PetscCall(tell(comm, Exit::input, l->source + ": attribute boundary of " + group + " has '" + word + "'; write periodic or none"));
+    l->box.periodic[k] = word == "periodic";
+  }
+  PetscFunctionReturn(0);
+}
+
+/// (d, d), or (d) the lengths of orthogonal edges; of a trajectory the last frame of (T, D, D) or (T, D).
+PetscErrorCode read_edges(MPI_Comm comm, const Hdf5File& file, const std::string& path, bool frames, Lattice* l) {
+  const int d = l->dim;
+  double inverse[9];
+
+  PetscFunctionBegin;
+  if (!file.has(path))
+    PetscCall(tell(comm, Exit::input, l->source + ": " + path + " is missing; write the edge vectors of the periodic box as rows [m]"));
+  const H5 set(H5Dopen2(file.id(), path.c_str(), H5P_DEFAULT), H5Dclose);
+  const H5 space(set < 0 ? H5I_INVALID_HID : H5Dget_space(set), H5Sclose);
+  hsize_t extent[H5S_MAX_RANK] = {0};
+  const int rank = space < 0 ? -1 : H5Sget_simple_extent_dims(space, extent, nullptr), lead = frames ? 1 : 0;
+  const hsize_t D = rank > lead ? extent[lead] : 0;
+  const bool square = rank == lead + 2 && extent[lead + 1] == D, flat = rank == lead + 1;
+  if (!(square || flat) || D < static_cast<hsize_t>(d) || D > 3 || (frames && extent[0] == 0) || (!frames && D != static_cast<hsize_t>(d)))
+    PetscCall(tell(
+        comm, Exit::input,
+        format("%s: %s has the wrong shape; write (%d, %d), rows the edge vectors of the periodic box [m]", l->source.c_str(), path.c_str(), d, d)));
+  hsize_t count = 1;
+  for (int k = 0; k < rank; ++k) count *= extent[k];
+  std::vector<double> all(static_cast<std::size_t>(count), NAN);
+  (void)H5Dread(set, H5T_NATIVE_DOUBLE, H5S_ALL, H5S_ALL, H5P_DEFAULT, all.data());
+  const double* last = all.data() + all.size() - static_cast<std::size_t>(square ? D * D : D);
+  for (int k = 0; k < d; ++k)
+    for (int c = 0; c < d; ++c) l->box.edges[at(k * d + c)] = square ? last[at(k) * D + at(c)] : k == c ? last[k] : 0.0;
+  // an edge along which nothing is repeated may be left 0
+  for (int k = 0; k < d; ++k) {
+    double size = 0;
+    for (int c = 0; c < d; ++c) size += std::abs(l->box.edges[at(k * d + c)]);
+    if (size == 0 && !l->box.periodic[k]) l->box.edges[at(k * d + k)] = 1;
+  }
+  if (!invert_edges(l->box.edges.data(), d, inverse))
+    PetscCall(tell(comm, Exit::input,
+                   l->source + ": " + path + ": the edges span no volume; write finite vectors [m] that do not lie in one plane or line"));
+  PetscFunctionReturn(0);
+}
+
+PetscErrorCode read_shifts(MPI_Comm comm, const Hdf5File& file, const std::string& path, Lattice* l) {
+  Table table;
+  TableShape shape;
+  Fault fault;
+
+  PetscFunctionBegin;
+  if (!file.has(path) || l->springs.total == 0) PetscFunctionReturn(0);
+  shape.integers = true;
+  shape.rows = l->springs.total;
+  shape.row_name = "M";
+  shape.columns = l->dim;
+  PetscCall(file.find(path, shape, &table));
+  PetscCall(file.read(table, l->springs.first, l->springs.count, 0, &l->shift));
+  for (std::size_t k = 0; k < l->shift.size() && !fault; ++k) {
+    const std::int64_t row = l->springs.first + static_cast<std::int64_t>(k) / l->dim, s = l->shift[k];
+    const bool open = !l->box.periodic[k % at(l->dim)];
+    if (std::abs(s) > image::MOST || (open && s != 0))
+      fault.note(row, format("%s: spring %" PRId64 ", %s: a shift of %" PRId64 " boxes; write %s", l->source.c_str(), row, path.c_str(), s,
+                             open ? "0 along edges that are not periodic" : "-63 to 63"));
+  }
+  PetscCall(agree(comm, fault));
+  PetscFunctionReturn(0);
+}
+
+}  // namespace
+
+PetscErrorCode read_hdf5_box(MPI_Comm comm, const Hdf5File& file, const Hdf5Layout& names, Lattice* l) {
+  const std::string group = names.trajectory ? "/particles/trajectory/box" : "/box";
+
+  PetscFunctionBegin;
+  if (!file.has(group)) PetscFunctionReturn(0);
+  PetscCall(read_boundary(comm, file, group, l));
+  if (!l->box.active()) PetscFunctionReturn(0);
+  PetscCall(read_edges(comm, file, group + (names.trajectory ? "/edges/value" : "/edges"), names.trajectory, l));
+  PetscCall(read_shifts(comm, file, names.column("shift"), l));
+  PetscFunctionReturn(0);
+}
+
+/// Nearest images; a tie has no answer.
+static PetscErrorCode find_shifts(MPI_Comm comm, Lattice* l) {
+  const std::size_t d = at(l->dim);
+  std::vector<double> ends;
+  double inverse[9];
+  Fault fault;
+
+  PetscFunctionBegin;
+  for (std::size_t k = 0; k < l->pairs.size() && !fault; ++k)
+    if (l->pairs[k] < 0 || l->pairs[k] >= l->particles.total) fault.note(0, "");  // told later, with its place
+  int wrong = static_cast<bool>(fault);
+  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &wrong, 1, MPI_INT, MPI_MAX, comm));
+  l->shift.assign(at(l->springs.count) * d, 0);
+  if (wrong) PetscFunctionReturn(0);
+  PetscCall(fetch_rows(comm, l->particles, l->position, l->dim, l->pairs, &ends));
+  (void)invert_edges(l->box.edges.data(), l->dim, inverse);
+  for (std::size_t k = 0; k < at(l->springs.count); ++k) {
+    double dx[3] = {0, 0, 0}, square = 0;
+    int shift[3] = {0, 0, 0};
+    if (l->pairs[2 * k] == l->pairs[2 * k + 1]) continue;  // refused below
+    for (std::size_t c = 0; c < d; ++c) {
+      dx[c] = ends[(2 * k + 1) * d + c] - ends[2 * k * d + c];
+      square += l->box.edges[c * d + c] * l->box.edges[c * d + c];
+    }
+    const std::int64_t row = l->springs.first + static_cast<std::int64_t>(k);
+    if (nearest_image(l->box, inverse, l->dim, dx, shift) < 1e-9 * square && !fault)
+      fault.note(row, format("%s: spring %" PRId64 ": two images of particle %" PRId64 " are equally near to particle %" PRId64
+                             ", so it is not known which one it joins; write /springs/shift",
+                             l->source.c_str(), row, l->pairs[2 * k + 1], l->pairs[2 * k]));
+    for (std::size_t c = 0; c < d; ++c) {
+      if (std::abs(shift[c]) > image::MOST && !fault)
+        fault.note(row, format("%s: spring %" PRId64 ": its ends are more than 63 boxes apart; write positions nearer to each other",
+                               l->source.c_str(), row));
+      l->shift[k * d + c] = shift[c];
+    }
+  }
+  PetscCall(agree(comm, fault));
+  PetscFunctionReturn(0);
+}
+
+PetscErrorCode settle_shifts(MPI_Comm comm, Lattice* l) {
+  std::int64_t given = static_cast<std::int64_t>(l->shift.size()), triples = 0;
+
+  PetscFunctionBegin;
+  if (!l->box.active()) PetscFunctionReturn(0);
+  for (const InteractionRows& rows : l->interactions) triples += rows.rows.total;
+  if (triples > 0) PetscCall(tell(comm, Exit::input, l->source + ": angle springs do not go with a periodic box; leave out one of them"));
+  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &given, 1, MPI_INT64_T, MPI_SUM, comm));
+  if (given == 0 && l->springs.total > 0) PetscCall(find_shifts(comm, l));
+  PetscFunctionReturn(0);
+}
+
+}  // namespace bs

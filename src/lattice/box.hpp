@@ -1,0 +1,94 @@
+// A periodic box: what lies in it is repeated along some of its edges.
+#pragma once
+#include <array>
+#include <cmath>
+
+namespace bs {
+
+/// d edge vectors e_k, rows of `edges`, not necessarily orthogonal; space is repeated along those whose direction is periodic. The image of
+/// a point in the box s = (s_1, ..., s_d) lies sum of s_k e_k further on.
+struct PeriodicBox {
+  bool periodic[3] = {false, false, false};
+  std::array<double, 9> edges{};  ///< (d, d), row k: e_k [m]
+  bool active() const { return periodic[0] || periodic[1] || periodic[2]; }
+  bool orthogonal(int d) const {
+    for (int k = 0; k < d; ++k)
+      for (int c = 0; c < d; ++c)
+        if (k != c && edges[static_cast<std::size_t>(k * d + c)] != 0) return false;
+    return true;
+  }
+};
+
+/// Volume (area, length) that d edge vectors span: |det|.
+inline double box_volume(const double* e, int d) {
+  if (d == 1) return std::abs(e[0]);
+  if (d == 2) return std::abs(e[0] * e[3] - e[1] * e[2]);
+  return std::abs(e[0] * (e[4] * e[8] - e[5] * e[7]) - e[1] * (e[3] * e[8] - e[5] * e[6]) + e[2] * (e[3] * e[7] - e[4] * e[6]));
+}
+
+/// `out` (d, d) such that x = sum of r_k e_k has r_k = sum of x_c out[c * d + k]; false where the edges span no volume.
+inline bool invert_edges(const double* e, int d, double* out) {
+  const double volume = box_volume(e, d);
+  double size = 1;
+  for (int k = 0; k < d; ++k) {
+    double square = 0;
+    for (int c = 0; c < d; ++c) square += e[k * d + c] * e[k * d + c];
+    size *= std::sqrt(square);
+  }
+  if (!(volume > 1e-12 * size) || !std::isfinite(volume)) return false;
+  if (d == 1) {
+    out[0] = 1 / e[0];
+  } else if (d == 2) {
+    const double det = e[0] * e[3] - e[1] * e[2];
+    out[0] = e[3] / det, out[1] = -e[1] / det, out[2] = -e[2] / det, out[3] = e[0] / det;
+  } else {
+    for (int k = 0; k < 3; ++k) {
+      const double *a = e + (k + 1) % 3 * 3, *b = e + (k + 2) % 3 * 3;
+      const double normal[3] = {a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]};
+      const double height = normal[0] * e[k * 3] + normal[1] * e[k * 3 + 1] + normal[2] * e[k * 3 + 2];
+      for (int c = 0; c < 3; ++c) out[c * 3 + k] = normal[c] / height;
+    }
+  }
+  return true;
+}
+
+/// The two of dx + sum of s_k e_k, over the shifts s near its reduced coordinates, that are shortest: s of the first into `shift`; returned is how
+/// much shorter its square is than that of the second (infinity: there is no second). inverse: of invert_edges.
+inline double nearest_image(const PeriodicBox& box, const double* inverse, int d, const double* dx, int* shift) {
+  int middle[3] = {0, 0, 0};
+  for (int k = 0; k < d; ++k) {
+    double r = 0;
+    for (int c = 0; c < d; ++c) r += dx[c] * inverse[c * d + k];
+    if (box.periodic[k]) middle[k] = -static_cast<int>(std::lround(r));
+  }
+  double best = INFINITY, second = INFINITY;
+  const int reach[3] = {box.periodic[0], box.periodic[1], box.periodic[2]};
+  for (bool moved = true; moved;) {  // along with edges that are not periodic the start may be further away
+    moved = false;
+    const int start[3] = {middle[0], middle[1], middle[2]};
+    best = second = INFINITY;
+    for (int a = -reach[0]; a <= reach[0]; ++a)
+      for (int b = -reach[1]; b <= reach[1]; ++b)
+        for (int c = -reach[2]; c <= reach[2]; ++c) {
+          const int s[3] = {start[0] + a, start[1] + b, start[2] + c};
+          double square = 0;
+          for (int q = 0; q < d; ++q) {
+            double x = dx[q];
+            for (int k = 0; k < d; ++k) x += s[k] * box.edges[static_cast<std::size_t>(k * d + q)];
+            square += x * x;
+          }
+          if (square < best) {
+            second = best;
+            best = square;
+            for (int k = 0; k < 3; ++k) middle[k] = s[k];
+          } else if (square < second) {
+            second = square;
+          }
+        }
+    for (int k = 0; k < 3; ++k) moved = moved || middle[k] != start[k];
+  }
+  for (int k = 0; k < d; ++k) shift[k] = middle[k];
+  return second - best;
+}
+
+}  // namespace bs

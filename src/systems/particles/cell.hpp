@@ -1,0 +1,61 @@
+// The periodic box in the course of time.
+#pragma once
+#include <petscsys.h>
+#include <string>
+#include <vector>
+
+#include "network/network.hpp"
+#include "physics/whole/drive.hpp"
+
+namespace bs {
+
+/// The box is strained homogeneously as given: its edges are
+///   e_k(t) = F(t) E_k,   F = I + G(t)
+/// with E_k those of the lattice and G_ab(t) the components that -bs_box_strain prescribes: G_xx the stretch along x, G_xy the displacement along x
+/// per distance along y (simple shear). An image s of a particle at x with velocity v is at x + sum of s_k e_k and moves with
+/// v + sum of s_k e_k'.
+class Cell {
+ public:
+  /// Collective. Reads -bs_box_strain. Errors (exit 2): a lattice without a periodic box, texts that are no motion.
+  PetscErrorCode read(MPI_Comm comm, const Lattice& lattice);
+  /// The images among the ghosts of `net`, which must outlive the object.
+  void create(const Network& net);
+
+  bool active() const { return net_ != nullptr; }
+  /// Whether the box changes in time.
+  bool moving() const;
+  /// Edges (d, d) and their rates of change at time t; `rates` may be null.
+  void edges(double t, double* edges, double* rates) const;
+  /// F' F^-1 (d, d), row-major: the velocity gradient of the flow that the box prescribes.
+  void velocity_gradient(double t, double* L) const;
+  /// Whether its edges are not along the axes, or are going to be.
+  bool triclinic() const;
+  /// Volume (area, length) at time t.
+  double volume(double t) const;
+  /// Adds the displacement of their images at time t to ghosts' states, 2d numbers (x, v) each, n + ghosts of them; `sign` -1 takes it away.
+  void shift_images(double t, double sign, bool velocities, double* states) const;
+  /// For equilibria, whose time is a load factor: rates are 0 from now on; `full_load`: the box is as at t = 1.
+  void set_static(bool at_rest, bool full_load) {
+    at_rest_ = at_rest;
+    full_load_ = full_load;
+  }
+  /// Collective. Ends the run with exit code 2 where a table does not reach t_end.
+  PetscErrorCode covers(double t_end) const;
+  std::vector<std::string> describe() const;
+
+ private:
+  struct Component {
+    int row, column;
+    Drive drive;
+  };
+  PetscErrorCode read_component(MPI_Comm comm, const std::string& name, const std::string& text);
+  void gradient(double t, double* F, double* rate) const;
+  const Network* net_ = nullptr;
+  int dim_ = 3;
+  PeriodicBox box_;
+  std::vector<Component> components_;
+  std::vector<PetscInt> images_;  ///< ghosts that are images, by local index
+  bool at_rest_ = false, full_load_ = false;
+};
+
+}  // namespace bs

@@ -1,0 +1,110 @@
+// A particle system in its periodic box: what the box shows, and how it carries the particles along.
+#include <cmath>
+#include "systems/particles/particle_model.hpp"
+
+namespace bs {
+
+std::vector<std::string> ParticleModel::boundary() const {
+  std::vector<std::string> words;
+  if (!net_.box.active()) return words;
+  for (int k = 0; k < net_.dim; ++k) words.emplace_back(net_.box.periodic[k] ? "periodic" : "none");
+  return words;
+}
+
+/// The edges and the stress, tension positive, of the state that state_ holds:
+///   sigma = (sum of (T/l) dx dx over springs - sum of m c c over particles) / V,   c = v - F' F^-1 x
+/// by the components xx; xx, yy, xy; or xx, yy, zz, yz, xz, xy.
+PetscErrorCode ParticleModel::observe_box(double t, std::vector<Observable>* out) {
+  const int d = net_.dim;
+  double edges[9], L[9];
+  BoxForces sums;
+  PetscFunctionBegin;
+  cell_.edges(t, edges, nullptr);
+  cell_.velocity_gradient(t, L);
+  physics_->box_forces(state_, &sums);
+  double* sigma = sums.virial;
+  for (PetscInt i = 0; i < net_.n; ++i) {
+    if (net_.fixed[i] == 1) continue;
+    const double* y = state_.at(i);
+    double c[3] = {0, 0, 0};
+    for (int r = 0; r < d; ++r) {
+      c[r] = y[d + r];
+      for (int q = 0; q < d; ++q) c[r] -= L[r * d + q] * y[q];
+    }
+    for (int r = 0; r < d; ++r)
+      for (int q = 0; q < d; ++q) sigma[r * d + q] -= net_.mass[i] * c[r] * c[q];
+  }
+  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, sigma, 9, MPI_DOUBLE, MPI_SUM, net_.comm));
+  const double volume = cell_.volume(t);
+  std::vector<double> stress;
+  for (int r = 0; r < d; ++r) stress.push_back(sigma[r * d + r] / volume);
+  for (int k = d == 3 ? 0 : 2; k < 3 && d > 1; ++k) stress.push_back(sigma[(k + 1) % 3 * d + (k + 2) % 3] / volume);
+  out->push_back({"stress", stress});
+  const int columns = cell_.triclinic() ? d : 0;
+  std::vector<double> shown;
+  for (int k = 0; k < d; ++k)
+    for (int c = 0; c < d; ++c)
+      if (columns > 0 || k == c) shown.push_back(edges[k * d + c]);
+  out->push_back({"/particles/trajectory/box/edges", shown, columns});
+  PetscFunctionReturn(0);
+}
+
+// v += F' F^-1 x
+PetscErrorCode ParticleModel::add_flow(Vec y) {
+  const PetscInt d = net_.dim;
+  PetscScalar* ay = nullptr;
+  double L[9];
+  PetscFunctionBegin;
+  if (!cell_.moving()) PetscFunctionReturn(0);
+  cell_.velocity_gradient(0, L);
+  PetscCall(VecGetArray(y, &ay));
+  for (PetscInt i = 0; i < net_.n; ++i)
+    for (PetscInt r = 0; r < d && !net_.fixed[i]; ++r)
+      for (PetscInt c = 0; c < d; ++c) ay[i * 2 * d + d + r] += L[r * d + c] * ay[i * 2 * d + c];
+  PetscCall(VecRestoreArray(y, &ay));
+  PetscFunctionReturn(0);
+}
+
+PetscErrorCode ParticleModel::strain_response(double t, Vec y, StrainResponse* out) {
+  const int d = net_.dim, q = d * (d + 1) / 2;
+  BoxForces sums;
+  double e[9];
+  PetscFunctionBegin;
+  *out = {};
+  if (!cell_.active()) PetscFunctionReturn(0);
+  out->count = q;
+  out->volume = cell_.volume(t);
+  if (net_.fixed_total > 0 || supports_.active()) out->held = "fixed or driven particles";
+  else if (net_.anchors_total > 0) out->held = "anchors";
+  PetscCall(state_.gather(t, y));
+  out->force.assign(static_cast<std::size_t>(q) * static_cast<std::size_t>(net_.n * d), 0.0);
+  out->affine.assign(static_cast<std::size_t>(q * q), 0.0);
+  out->size.assign(static_cast<std::size_t>(q), 0.0);
+  physics_->strain_response(state_, out);
+  physics_->box_forces(state_, &sums);
+  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, out->affine.data(), q * q, MPI_DOUBLE, MPI_SUM, net_.comm));
+  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, out->size.data(), q, MPI_DOUBLE, MPI_SUM, net_.comm));
+  for (double& square : out->size) square = std::sqrt(square);
+  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, sums.virial, 9, MPI_DOUBLE, MPI_SUM, net_.comm));
+  for (int a = 0; a < q; ++a) {
+    double work = 0;
+    unit_strain(d, a, e);
+    for (int k = 0; k < d * d; ++k) work += e[k] * sums.virial[k];
+    out->stress.push_back(work / out->volume);
+  }
+  PetscFunctionReturn(0);
+}
+
+/// Shifts, and the springs as they are drawn: a line across the whole box becomes a point.
+void ParticleModel::add_shifts(const std::string& bonds, std::vector<Dataset>* out) {
+  const Rows& s = lattice_.springs;
+  const std::size_t d = static_cast<std::size_t>(net_.dim);
+  if (!net_.box.active()) return;
+  std::vector<std::int64_t> drawn = std::move(lattice_.pairs);
+  for (std::size_t k = 0; k < lattice_.shift.size(); ++k)
+    if (lattice_.shift[k] != 0) drawn[2 * (k / d) + 1] = drawn[2 * (k / d)];
+  out->push_back({bonds + "_drawn", s.first, s.total, 2, std::move(drawn)});
+  out->push_back({bonds + "_shift", s.first, s.total, net_.dim, std::move(lattice_.shift)});
+}
+
+}  // namespace bs

@@ -1,0 +1,31 @@
+// What a homogeneous strain of a periodic box does to a mechanical system at one state.
+#pragma once
+#include <string>
+#include <vector>
+
+namespace bs {
+
+/// For each of the q = d(d+1)/2 strains e_a (xx; xx, yy, xy; xx, yy, zz, yz, xz, xy, engineering shears) that carry all particles and their
+/// images along, x -> (I + e) x.
+struct StrainResponse {
+  int count = 0;               ///< q; 0: the system has no periodic box
+  double volume = 0;           ///< of the box
+  std::vector<double> force;   ///< (q, n, d): d f_i/d e_a of the owned particles [N]
+  std::vector<double> affine;  ///< (q, q): d2 E/(d e_a d e_b), of all ranks [J]
+  std::vector<double> size;    ///< (q): root of the sum of squares of what single springs add to the force, of all ranks [N]
+  std::vector<double> stress;  ///< (q): dE/d e_a / volume, of all ranks
+  std::string held;            ///< what keeps particles from following; empty: nothing does
+};
+
+/// Strain a of dimension d as a symmetric matrix, row by row.
+inline void unit_strain(int d, int a, double* e) {
+  for (int k = 0; k < d * d; ++k) e[k] = 0;
+  if (a < d) {
+    e[a * (d + 1)] = 1;
+    return;
+  }
+  const int k = d == 2 ? 2 : a - d, r = (k + 1) % 3, c = (k + 2) % 3;  // yz, xz, xy
+  e[r * d + c] = e[c * d + r] = 0.5;
+}
+
+}  // namespace bs

@@ -1,0 +1,32 @@
+// Elastic moduli of a periodic lattice: -bs_task moduli.
+#pragma once
+#include <petscts.h>
+#include <vector>
+#include "systems/equilibrium.hpp"
+#include "tasks/findings.hpp"
+
+namespace bs {
+
+/// The stiffness of the equilibrium at hand, its stresses included: the second derivatives of the energy by homogeneous strains x -> (I + e) x, all
+/// particles relaxed,
+///   C_ab = (d2 E/(d e_a d e_b) - X_a.(-K)^-1 X_b)/V,   X_a = df/d e_a at particles that follow the strain, K = df/dx
+/// by the components xx; xx, yy, xy; or xx, yy, zz, yz, xz, xy with engineering shears [N/m^(d-1)]. Parts that no load reaches move
+/// without a force: they carry nothing.
+class Moduli {
+ public:
+  /// Collective. Errors (exit 2): no periodic box, or particles that are held.
+  PetscErrorCode begin(Equilibrium& model);
+  bool wanted() const { return count_ > 0; }
+  /// The table of a trajectory, whose numbers are known only at the end: NaN before.
+  Dataset table(PetscMPIInt rank) const;
+  /// Collective. At the equilibrium y of time t, by the linear solver of `ts` with the matrix J.
+  PetscErrorCode find(TS ts, Mat J, Equilibrium& model, double t, Vec y, Findings* out);
+
+ private:
+  PetscErrorCode relax(TS ts, Mat J, Equilibrium& model, double t, Vec y, const StrainResponse& strained, double* left);
+  void put(PetscMPIInt rank, const StrainResponse& strained, Findings* out) const;
+  int count_ = 0;
+  std::vector<double> value_;  ///< (q, q), row by row
+};
+
+}  // namespace bs

@@ -1,0 +1,25 @@
+// Linear systems with the exact tangent of an equilibrium.
+#pragma once
+#include <petscts.h>
+#include <vector>
+#include "systems/equilibrium.hpp"
+
+namespace bs {
+
+/// K u = -f with K = df/dx, by the linear solver of a static run.
+class TangentSolve {
+ public:
+  /// Collective. Linearises `model` at the equilibrium y of time t, with the matrix J of `ts`; the model must outlive the object.
+  PetscErrorCode prepare(TS ts, Mat J, Equilibrium& model, double t, Vec y);
+  /// Collective. load and u are laid out as states: f stands in the places of v, u in those of x. left: |f + K u|/|f|, of the best that rounding
+  /// allows; -1: f is 0, and so is u.
+  PetscErrorCode solve(Vec load, Vec u, double* left);
+
+ private:
+  Equilibrium* model_ = nullptr;
+  KSP ksp_ = nullptr;
+  VecHandle r_, z_;
+  std::vector<double> force_;
+};
+
+}  // namespace bs
