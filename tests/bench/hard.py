@@ -60,7 +60,7 @@ def run(program, options, folder, limit):
 def read_frames(path):
     """{energy (T), motion (T): kinetic and elastic, momentum (T, d), largest: sum of m |v| at its largest; newton, krylov (steps)}"""
     with h5py.File(path, "r") as f:
-        o = {name: g["value"][...] for name, g in f["observables"].items()}
+        o = {name: g["value"][...] for name, g in f["observables"].items() if "value" in g}
         p = f["particles/trajectory"]
         mass = p["mass"][...].ravel()
         with np.errstate(over="ignore"):
