@@ -35,7 +35,7 @@ PetscErrorCode read_boundary(MPI_Comm comm, const Hdf5File& file, const std::str
 /// (d, d), or (d) the lengths of orthogonal edges; of a trajectory the last frame of (T, D, D) or (T, D).
 PetscErrorCode read_edges(MPI_Comm comm, const Hdf5File& file, const std::string& path, bool frames, Lattice* l) {
   const int d = l->dim;
-  double inverse[9];
+  double inverse[9] = {};
 
   PetscFunctionBegin;
   if (!file.has(path))
@@ -111,7 +111,7 @@ PetscErrorCode read_hdf5_box(MPI_Comm comm, const Hdf5File& file, const Hdf5Layo
 static PetscErrorCode find_shifts(MPI_Comm comm, Lattice* l) {
   const std::size_t d = at(l->dim);
   std::vector<double> ends;
-  double inverse[9];
+  double inverse[9] = {};
   Fault fault;
 
   PetscFunctionBegin;

@@ -241,7 +241,7 @@ def large(checks, folder):
     factored = dict(condensed_pc_type="cholesky", condensed_ksp_type="preonly", condensed_pc_factor_mat_solver_type="mumps")
     expected = run(checks.program, dict(sheet, **factored), interval=0.02).trajectory.position[-1]
     for name, options, ranks, words in (("the default", {}, 1, "cg + gamg on AIJ"), ("the default", {}, 2, "cg + gamg on AIJ"),
-                                        ("bicc", {"condensed_pc_type": "bicc"}, 2, "cg + bicc on springs")):
+                                        ("bicc", {"condensed_pc_type": "bicc"}, 2, "cg + bicc with rigid motions of groups on springs")):
         result = run(checks.program, dict(sheet, **options), ranks=ranks, interval=0.02)
         checks.below(f"a sheet of 21168 unknowns by {name}, {ranks} rank(s)", np.abs(result.trajectory.position[-1] - expected).max(), 1e-9)
         checks.true("the header names the solver", words in result.stdout, words)
