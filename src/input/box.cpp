@@ -13,11 +13,13 @@ namespace {
 
 std::size_t at(std::int64_t row) { return static_cast<std::size_t>(row); }
 
-PetscErrorCode read_boundary(MPI_Comm comm, const Hdf5File& file, const std::string& group, Lattice* l) {
+/// A trajectory that says nothing has no periodic box.
+PetscErrorCode read_boundary(MPI_Comm comm, const Hdf5File& file, const std::string& group, bool trajectory, Lattice* l) {
   std::vector<std::string> words;
 
   PetscFunctionBegin;
   PetscCall(file.words_attribute(group, "boundary", &words));
+  if (words.empty() && trajectory) PetscFunctionReturn(0);
   // of a trajectory padded to three components the first d count
   if (words.empty() || static_cast<int>(words.size()) < l->dim)
     PetscCall(tell(comm, Exit::input,
@@ -100,7 +102,7 @@ PetscErrorCode read_hdf5_box(MPI_Comm comm, const Hdf5File& file, const Hdf5Layo
 
   PetscFunctionBegin;
   if (!file.has(group)) PetscFunctionReturn(0);
-  PetscCall(read_boundary(comm, file, group, l));
+  PetscCall(read_boundary(comm, file, group, names.trajectory, l));
   if (!l->box.active()) PetscFunctionReturn(0);
   PetscCall(read_edges(comm, file, group + (names.trajectory ? "/edges/value" : "/edges"), names.trajectory, l));
   PetscCall(read_shifts(comm, file, names.column("shift"), l));
