@@ -13,7 +13,7 @@ import coarse
 import model
 import targets
 
-BENCH = [sys.executable, str(HERE / "bench.py"), "--repeats", "1", "--budget", "100", "--triad-elements", "1000000"]
+BENCH = [sys.executable, str(HERE / "bench.py"), "--repeats", "1", "--budget", "200", "--triad-elements", "1000000"]
 
 
 def bench(folder, arguments, ranks):

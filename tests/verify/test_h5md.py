@@ -96,9 +96,9 @@ def check_particles(f):
     need("box" in p, "no group /particles/trajectory/box")
     dim = int(attribute(p["box"], "dimension"))
     boundary = [text(b) for b in attribute(p["box"], "boundary")]
-    need(boundary == ["none"] * dim, f"box: boundary {boundary} in {dim} dimensions")
-    if "edges" in p["box"]:
-        need(p["box/edges/value"].shape[1:] == (dim,), f"box/edges/value has shape {p['box/edges/value'].shape}")
+    need(len(boundary) == dim and set(boundary) <= {"none", "periodic"}, f"box: boundary {boundary} in {dim} dimensions")
+    if "edges" in p["box"] or "periodic" in boundary:
+        need(p["box/edges/value"].shape[1:] in ((dim,), (dim, dim)), f"box/edges/value has shape {p['box/edges/value'].shape}")
     need("position" in p, "no group /particles/trajectory/position")
     shape = p["position/value"].shape
     need(len(shape) == 3 and shape[2] == dim, f"position/value has shape {shape} in {dim} dimensions")
