@@ -71,7 +71,8 @@ PetscErrorCode read_edges(MPI_Comm comm, const Hdf5File& file, const std::string
   PetscFunctionReturn(0);
 }
 
-PetscErrorCode read_shifts(MPI_Comm comm, const Hdf5File& file, const std::string& path, Lattice* l) {
+/// `padded`: their rows may be shorter than d.
+PetscErrorCode read_shifts(MPI_Comm comm, const Hdf5File& file, const std::string& path, bool padded, Lattice* l) {
   Table table;
   TableShape shape;
   Fault fault;
@@ -81,9 +82,15 @@ PetscErrorCode read_shifts(MPI_Comm comm, const Hdf5File& file, const std::strin
   shape.integers = true;
   shape.rows = l->springs.total;
   shape.row_name = "M";
-  shape.columns = l->dim;
+  shape.columns = padded ? TableShape::any : l->dim;
   PetscCall(file.find(path, shape, &table));
   PetscCall(file.read(table, l->springs.first, l->springs.count, 0, &l->shift));
+  if (table.columns < l->dim) {  // positions have components of 0 appended
+    const std::size_t width = at(table.columns), d = at(l->dim);
+    std::vector<std::int64_t> wide(at(l->springs.count) * d, 0);
+    for (std::size_t k = 0; k < l->shift.size(); ++k) wide[k / width * d + k % width] = l->shift[k];
+    l->shift = std::move(wide);
+  }
   for (std::size_t k = 0; k < l->shift.size() && !fault; ++k) {
     const std::int64_t row = l->springs.first + static_cast<std::int64_t>(k) / l->dim, s = l->shift[k];
     const bool open = !l->box.periodic[k % at(l->dim)];
@@ -105,7 +112,7 @@ PetscErrorCode read_hdf5_box(MPI_Comm comm, const Hdf5File& file, const Hdf5Layo
   PetscCall(read_boundary(comm, file, group, names.trajectory, l));
   if (!l->box.active()) PetscFunctionReturn(0);
   PetscCall(read_edges(comm, file, group + (names.trajectory ? "/edges/value" : "/edges"), names.trajectory, l));
-  PetscCall(read_shifts(comm, file, names.column("shift"), l));
+  PetscCall(read_shifts(comm, file, names.column("shift"), names.trajectory, l));
   PetscFunctionReturn(0);
 }
 

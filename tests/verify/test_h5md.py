@@ -126,7 +126,8 @@ def check_bonds(f, count):
          f"particles_group of /connectivity/bonds is {group.name}")
     for name in c:
         if name.startswith("bonds_"):
-            dataset(c, name, "iu" if name == "bonds_law" else "f", (bonds.shape[0],))
+            width = {"bonds_drawn": (2,), "bonds_shift": c[name].shape[1:]}.get(name, ())
+            dataset(c, name, "iu" if name == "bonds_law" or width else "f", (bonds.shape[0], *width))
     if "angles" in c:
         angles = dataset(c, "angles", "iu")
         need(angles.ndim == 2 and angles.shape[1] == 3, f"/connectivity/angles has shape {angles.shape}")
