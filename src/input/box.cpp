@@ -1,5 +1,6 @@
 #include "input/box.hpp"
 
+#include <algorithm>
 #include <cinttypes>
 #include <cmath>
 
@@ -52,13 +53,16 @@ PetscErrorCode read_edges(MPI_Comm comm, const Hdf5File& file, const std::string
     PetscCall(tell(
         comm, Exit::input,
         format("%s: %s has the wrong shape; write (%d, %d), rows the edge vectors of the periodic box [m]", l->source.c_str(), path.c_str(), d, d)));
-  hsize_t count = 1;
-  for (int k = 0; k < rank; ++k) count *= extent[k];
-  std::vector<double> all(static_cast<std::size_t>(count), NAN);
-  (void)H5Dread(set, H5T_NATIVE_DOUBLE, H5S_ALL, H5S_ALL, H5P_DEFAULT, all.data());
-  const double* last = all.data() + all.size() - static_cast<std::size_t>(square ? D * D : D);
+  Table table;
+  TableShape shape;
+  shape.rows = static_cast<std::int64_t>(D);
+  shape.columns = square ? static_cast<int>(D) : 0;
+  shape.frames = frames;
+  std::vector<double> last;
+  PetscCall(file.find(path, shape, &table));
+  PetscCall(file.read(table, 0, shape.rows, 0, &last));
   for (int k = 0; k < d; ++k)
-    for (int c = 0; c < d; ++c) l->box.edges[at(k * d + c)] = square ? last[at(k) * D + at(c)] : k == c ? last[k] : 0.0;
+    for (int c = 0; c < d; ++c) l->box.edges[at(k * d + c)] = square ? last[at(k) * D + at(c)] : k == c ? last[at(k)] : 0.0;
   // an edge along which nothing is repeated may be left 0
   for (int k = 0; k < d; ++k) {
     double size = 0;
@@ -124,9 +128,8 @@ static PetscErrorCode find_shifts(MPI_Comm comm, Lattice* l) {
   Fault fault;
 
   PetscFunctionBegin;
-  for (std::size_t k = 0; k < l->pairs.size() && !fault; ++k)
-    if (l->pairs[k] < 0 || l->pairs[k] >= l->particles.total) fault.note(0, "");  // told later, with its place
-  int wrong = static_cast<bool>(fault);
+  // an end that is not there is told later, with its place
+  int wrong = std::any_of(l->pairs.begin(), l->pairs.end(), [&](std::int64_t row) { return row < 0 || row >= l->particles.total; });
   PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &wrong, 1, MPI_INT, MPI_MAX, comm));
   l->shift.assign(at(l->springs.count) * d, 0);
   if (wrong) PetscFunctionReturn(0);

@@ -65,17 +65,16 @@ struct Plan {
     PeriodicBox b;
     if (spec.periodic.empty()) return b;
     for (int k = 0; k < dim; ++k) {
-      b.periodic[k] = periodic(k);
+      b.periodic[k] = spec.repeats(k);
       b.edges[static_cast<std::size_t>(k * dim + k)] = std::max<double>(static_cast<double>(n[k]) * stencil.edge[k], 1) * spacing[k];
     }
     return b;
   }
-  bool periodic(int k) const { return spec.periodic.find(static_cast<char>('x' + k)) != std::string::npos; }
   /// Takes a place that a neighbour lies at into the lattice; `shift`: the boxes it was away. False: it is no place of it.
   bool take_in(Place* q, int* shift) const {
     for (int k = 0; k < 3; ++k) {
       shift[k] = 0;
-      if (periodic(k)) {
+      if (spec.repeats(k)) {
         const std::int64_t box = q->cell[k] >= 0 ? q->cell[k] / n[k] : -((n[k] - 1 - q->cell[k]) / n[k]);
         q->cell[k] -= box * n[k];
         shift[k] = static_cast<int>(box);

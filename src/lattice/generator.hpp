@@ -41,6 +41,8 @@ struct GeneratorSpec {
   std::vector<double> velocity;                ///< uniform part u of v = u + A x, x unperturbed [m/s]
   std::vector<double> velocity_gradient;       ///< A (d, d) row by row [1/s], or empty
 
+  /// Whether the lattice is repeated along axis k.
+  bool repeats(int k) const { return periodic.find(static_cast<char>('x' + k)) != std::string::npos; }
   /// Reads the -bs_lattice_ options; V is bs::Section or has the same readers.
   template <class V>
   void options(V& o);

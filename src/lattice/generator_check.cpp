@@ -89,7 +89,7 @@ std::string check_periodic(const GeneratorSpec& spec) {
                                : std::string("x, y and z: write some of these, as in xyz"));
   }
   const std::int64_t rows = info.axes > 1 ? spec.size[std::min<std::size_t>(1, spec.size.size() - 1)] : 0;
-  if (spec.type == LatticeType::triangular && spec.periodic.find('y') != std::string::npos && rows % 2)
+  if (spec.type == LatticeType::triangular && spec.repeats(1) && rows % 2)
     return "-bs_lattice_periodic " + spec.periodic + ": " + std::to_string(rows) +
            " rows of a triangular lattice do not repeat along y, since every second one is shifted: write an even number of rows in -bs_lattice_size";
   if (spec.angle_stiffness != 0) return "-bs_lattice_periodic: angle springs do not go with a periodic box: leave out -bs_angle_stiffness";

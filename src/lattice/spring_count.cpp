@@ -15,7 +15,7 @@ std::int64_t cells(const GeneratorSpec& spec, int k) {
 /// Of the cells 0 to n - 1, those whose neighbour `step` further on is one of them, or an image of one; with `parity` 0 or 1 only even or odd ones.
 std::int64_t inside(const GeneratorSpec& spec, int k, std::int64_t step, int parity = -1) {
   const std::int64_t n = cells(spec, k);
-  const bool periodic = spec.periodic.find(static_cast<char>('x' + k)) != std::string::npos;
+  const bool periodic = spec.repeats(k);
   const std::int64_t first = periodic ? 0 : std::max<std::int64_t>(0, -step), end = periodic ? n : std::min(n, n - step);
   if (end <= first) return 0;
   if (parity < 0) return end - first;

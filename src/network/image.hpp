@@ -9,7 +9,6 @@ namespace bs {
 namespace image {
 
 constexpr int BITS = 7, SHIFT_BITS = 3 * BITS, MOST = 63;
-constexpr std::int64_t MOST_ROWS = std::int64_t{1} << (63 - SHIFT_BITS);
 
 /// 0, 1, -1, 2, -2, ... become 0, 1, 2, 3, 4, ...
 inline std::int64_t fold(std::int64_t s) { return s > 0 ? 2 * s - 1 : -2 * s; }

@@ -58,7 +58,4 @@ struct ObservableColumn {
   std::string group() const { return name.front() == '/' ? name : "/observables/" + name; }
 };
 
-/// Group of the box' edges, which a model with a periodic box observes.
-inline const char* const BOX_EDGES = "/particles/trajectory/box/edges";
-
 }  // namespace bs

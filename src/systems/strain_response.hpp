@@ -28,4 +28,17 @@ inline void unit_strain(int d, int a, double* e) {
   e[r * d + c] = e[c * d + r] = 0.5;
 }
 
+/// The same components of a symmetric tensor (d, d), divided by `volume`: e_a : T / V.
+inline std::vector<double> stress_components(int d, const double* tensor, double volume) {
+  std::vector<double> out;
+  double e[9];
+  for (int a = 0; a < d * (d + 1) / 2; ++a) {
+    double sum = 0;
+    unit_strain(d, a, e);
+    for (int k = 0; k < d * d; ++k) sum += e[k] * tensor[k];
+    out.push_back(sum / volume);
+  }
+  return out;
+}
+
 }  // namespace bs

@@ -19,6 +19,9 @@ struct Observable {
   int columns = 0;            ///< of a matrix written row by row as such; 0: it is none
 };
 
+/// Name of the observable that holds the edges of a periodic box: its group in the trajectory.
+inline const char* const BOX_EDGES = "/particles/trajectory/box/edges";
+
 /// A vector that is written with every frame, in the input's order: block size = columns.
 struct Field {
   std::string group;  ///< absolute path of the HDF5 group, e.g. "/particles/trajectory/position"

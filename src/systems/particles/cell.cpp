@@ -3,9 +3,8 @@
 #include <algorithm>
 
 #include "base/fault.hpp"
-#include "base/find_file.hpp"
 #include "base/options.hpp"
-#include "input/text_file.hpp"
+#include "systems/particles/drive_tables.hpp"
 
 namespace bs {
 
@@ -56,14 +55,7 @@ PetscErrorCode Cell::read_component(MPI_Comm comm, const std::string& name, cons
   if (std::any_of(components_.begin(), components_.end(), [&](const Component& c) { return c.row == one.row && c.column == one.column; }))
     PetscCall(tell(comm, Exit::input, option + "the component is given twice: write each once"));
   if (!one.drive.parse("x=" + text, 1, &error)) PetscCall(tell(comm, Exit::input, option + error));
-  for (std::size_t k = 0; k < one.drive.tables().size(); ++k) {
-    std::string file = one.drive.tables()[k].first, content;
-    CsvTable table;
-    PetscCall(find_input(comm, &file));
-    note_input("-bs_box_strain", file);
-    PetscCall(read_text_file(comm, file, &content));
-    if (!read_csv_table(content, file, 2, 2, &table, &error) || !one.drive.set_table(k, table, &error)) PetscCall(tell(comm, Exit::input, error));
-  }
+  PetscCall(read_drive_tables(comm, "-bs_box_strain", &one.drive));
   components_.push_back(std::move(one));
   PetscFunctionReturn(0);
 }

@@ -2,31 +2,13 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <numeric>
+#include "base/disjoint_sets.hpp"
 #include "base/fault.hpp"
 #include "systems/particles/particle_model.hpp"
 #include "systems/particles/supports.hpp"
 
 namespace bs {
 namespace {
-
-/// Sets of local particles that are linked on this rank.
-class Sets {
- public:
-  explicit Sets(PetscInt count) : parent_(static_cast<std::size_t>(count)) { std::iota(parent_.begin(), parent_.end(), 0); }
-  PetscInt root(PetscInt i) {
-    while (parent_[i] != i) i = parent_[i] = parent_[parent_[i]];
-    return i;
-  }
-  void join(PetscInt i, PetscInt j) {
-    i = root(i);
-    j = root(j);
-    parent_[std::max(i, j)] = std::min(i, j);
-  }
-
- private:
-  std::vector<PetscInt> parent_;
-};
 
 /// A number of every particle, with copies of those of ghosts.
 struct Labels {
@@ -45,8 +27,8 @@ struct Labels {
 };
 
 /// Free particles that are linked on this rank; what couples without a spring (angle springs) links, too.
-Sets local_sets(const Network& net) {
-  Sets sets(net.n + net.ghosts);
+DisjointSets local_sets(const Network& net) {
+  DisjointSets sets(net.n + net.ghosts);
   for (PetscInt i = 0; i < net.n; ++i)
     for (PetscInt e = net.links.start[i]; e < net.links.start[i + 1] && !net.fixed[i]; ++e)
       if (!net.fixed[net.links.other[e]]) sets.join(i, net.links.other[e]);
@@ -55,7 +37,7 @@ Sets local_sets(const Network& net) {
 
 /// Collective. label: (n) the smallest global index in the particle's body, the same on every rank that has a part of it.
 PetscErrorCode label_bodies(const Network& net, Labels* labels, std::vector<double>* label) {
-  Sets sets = local_sets(net);
+  DisjointSets sets = local_sets(net);
   const PetscInt count = net.n + net.ghosts;
   std::vector<double> low(static_cast<std::size_t>(count));
   int changed = 1;
@@ -64,10 +46,10 @@ PetscErrorCode label_bodies(const Network& net, Labels* labels, std::vector<doub
   while (changed) {
     changed = 0;
     for (PetscInt i = 0; i < count; ++i) {
-      double& root = low[sets.root(i)];
+      double& root = low[sets.top(i)];
       root = std::min(root, low[i]);
     }
-    for (PetscInt i = 0; i < count; ++i) low[i] = low[sets.root(i)];
+    for (PetscInt i = 0; i < count; ++i) low[i] = low[sets.top(i)];
     PetscScalar* a = nullptr;
     const PetscScalar* b = nullptr;
     PetscCall(VecGetArrayWrite(labels->owned, &a));

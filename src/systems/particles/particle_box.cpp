@@ -35,17 +35,13 @@ PetscErrorCode ParticleModel::observe_box(double t, std::vector<Observable>* out
       for (int q = 0; q < d; ++q) sigma[r * d + q] -= net_.mass[i] * c[r] * c[q];
   }
   PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, sigma, 9, MPI_DOUBLE, MPI_SUM, net_.comm));
-  const double volume = cell_.volume(t);
-  std::vector<double> stress;
-  for (int r = 0; r < d; ++r) stress.push_back(sigma[r * d + r] / volume);
-  for (int k = d == 3 ? 0 : 2; k < 3 && d > 1; ++k) stress.push_back(sigma[(k + 1) % 3 * d + (k + 2) % 3] / volume);
-  out->push_back({"stress", stress});
+  out->push_back({"stress", stress_components(d, sigma, cell_.volume(t))});
   const int columns = cell_.triclinic() ? d : 0;
   std::vector<double> shown;
   for (int k = 0; k < d; ++k)
     for (int c = 0; c < d; ++c)
       if (columns > 0 || k == c) shown.push_back(edges[k * d + c]);
-  out->push_back({"/particles/trajectory/box/edges", shown, columns});
+  out->push_back({BOX_EDGES, shown, columns});
   PetscFunctionReturn(0);
 }
 
@@ -68,7 +64,6 @@ PetscErrorCode ParticleModel::add_flow(Vec y) {
 PetscErrorCode ParticleModel::strain_response(double t, Vec y, StrainResponse* out) {
   const int d = net_.dim, q = d * (d + 1) / 2;
   BoxForces sums;
-  double e[9];
   PetscFunctionBegin;
   *out = {};
   if (!cell_.active()) PetscFunctionReturn(0);
@@ -86,12 +81,7 @@ PetscErrorCode ParticleModel::strain_response(double t, Vec y, StrainResponse* o
   PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, out->size.data(), q, MPI_DOUBLE, MPI_SUM, net_.comm));
   for (double& square : out->size) square = std::sqrt(square);
   PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, sums.virial, 9, MPI_DOUBLE, MPI_SUM, net_.comm));
-  for (int a = 0; a < q; ++a) {
-    double work = 0;
-    unit_strain(d, a, e);
-    for (int k = 0; k < d * d; ++k) work += e[k] * sums.virial[k];
-    out->stress.push_back(work / out->volume);
-  }
+  out->stress = stress_components(d, sums.virial, out->volume);
   PetscFunctionReturn(0);
 }
 

@@ -4,10 +4,9 @@
 #include <cctype>
 
 #include "base/fault.hpp"
-#include "base/find_file.hpp"
 #include "base/option_names.hpp"
 #include "base/options.hpp"
-#include "input/text_file.hpp"
+#include "systems/particles/drive_tables.hpp"
 
 namespace bs {
 
@@ -70,15 +69,7 @@ PetscErrorCode Supports::read_motion(MPI_Comm comm, const Lattice& l, std::size_
   PetscFunctionBegin;
   moved.group = group;
   if (!moved.drive.parse(text, l.dim, &error)) PetscCall(tell(comm, Exit::input, "option " + option + ": " + error));
-  for (std::size_t k = 0; k < moved.drive.tables().size(); ++k) {
-    std::string file = moved.drive.tables()[k].first, content;
-    CsvTable table;
-    PetscCall(find_input(comm, &file));
-    note_input(option, file);
-    PetscCall(read_text_file(comm, file, &content));
-    if (!read_csv_table(content, file, 2, 1 + moved.drive.tables()[k].second, &table, &error) || !moved.drive.set_table(k, table, &error))
-      PetscCall(tell(comm, Exit::input, error));
-  }
+  PetscCall(read_drive_tables(comm, option, &moved.drive));
   motions_.push_back(std::move(moved));
   PetscFunctionReturn(0);
 }

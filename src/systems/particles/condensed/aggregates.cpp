@@ -1,36 +1,11 @@
 #include "systems/particles/condensed/aggregates.hpp"
 #include <algorithm>
 #include <cmath>
-#include <numeric>
+#include "base/disjoint_sets.hpp"
 
 namespace bs {
 
 namespace {
-
-/// Disjoint sets of 0 .. n-1; `most`: members of one at most.
-class Sets {
- public:
-  Sets(PetscInt n, PetscInt most) : above_(static_cast<std::size_t>(n)), size_(static_cast<std::size_t>(n), 1), most_(most) {
-    std::iota(above_.begin(), above_.end(), 0);
-  }
-  PetscInt top(PetscInt i) {
-    while (above_[i] != i) i = above_[i] = above_[above_[i]];
-    return i;
-  }
-  void join(PetscInt i, PetscInt j) {
-    i = top(i);
-    j = top(j);
-    if (i == j || size_[i] + size_[j] > most_) return;
-    if (size_[i] < size_[j]) std::swap(i, j);
-    above_[j] = i;
-    size_[i] += size_[j];
-  }
-  PetscInt size(PetscInt i) { return size_[top(i)]; }
-
- private:
-  std::vector<PetscInt> above_, size_;
-  PetscInt most_;
-};
 
 /// Where to divide members[begin, end), so that about `share` of them come first: at one of the larger gaps near by, so that no layer
 /// of a lattice is cut; `begin` where all are in one place.
@@ -115,7 +90,7 @@ void Aggregates::part(const SpringMatrix& S, PetscInt particles) {
 void Aggregates::connect(const SpringMatrix& S, PetscInt least) {
   const SpringPattern& pattern = S.pattern();
   const PetscInt n = pattern.n;
-  Sets sets(n, n);
+  DisjointSets sets(n);
   const auto pairs = [&](auto use) {
     for (PetscInt i = 0; i < n; ++i)
       for (PetscInt k = pattern.start[i]; k < pattern.start[i + 1]; ++k) use(i, pattern.other[k]);

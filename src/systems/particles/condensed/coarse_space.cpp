@@ -1,7 +1,7 @@
 #include "systems/particles/condensed/coarse_space.hpp"
 #include <petscblaslapack.h>
 #include <cmath>
-#include <numeric>
+#include "base/disjoint_sets.hpp"
 #include "base/long_sum.hpp"
 #include "base/memory.hpp"
 #include "systems/particles/condensed/coarse_energy.hpp"
@@ -17,43 +17,12 @@ constexpr PetscInt CLUSTER = 64;  // particles tied together at most
 constexpr PetscInt FINE = 250;    // unknowns of S a coarse one stands for, and MOST of these
 constexpr PetscInt MOST = 2500;
 
-/// Particles tied by stiff springs: a forest over the owned ones.
-class Clusters {
- public:
-  explicit Clusters(PetscInt n) : above_(static_cast<std::size_t>(n)), size_(static_cast<std::size_t>(n), 1) {
-    std::iota(above_.begin(), above_.end(), 0);
-  }
-  PetscInt top(PetscInt i) {
-    while (above_[i] != i) i = above_[i] = above_[above_[i]];
-    return i;
-  }
-  void join(PetscInt i, PetscInt j) {
-    i = top(i);
-    j = top(j);
-    if (i == j || size_[i] + size_[j] > CLUSTER) return;
-    if (size_[i] < size_[j]) std::swap(i, j);
-    above_[j] = i;
-    size_[i] += size_[j];
-  }
-  PetscInt size(PetscInt i) { return size_[top(i)]; }
-
- private:
-  std::vector<PetscInt> above_, size_;
-};
-
-/// Trace of B = t I + w w^T, without t's multiplicity.
-double size_of(const float* pair, int d) {
-  double sum = static_cast<double>(pair[d]);
-  for (int c = 0; c < d; ++c) sum += static_cast<double>(pair[c]) * static_cast<double>(pair[c]);
-  return sum;
-}
-
 /// Collective. The geometric mean of the pairs' sizes.
 PetscErrorCode usual_size(const SpringMatrix& S, double* usual) {
   double sum[2] = {0, 0};
   PetscFunctionBegin;
   for (std::size_t k = 0; k < S.pattern().pairs(); ++k) {
-    const double size = size_of(S.pair(k), S.dim());
+    const double size = S.pair_size(k);
     if (size > 0) sum[0] += std::log(size), sum[1] += 1;
   }
   PetscCall(MPIU_Allreduce(MPI_IN_PLACE, sum, 2, MPI_DOUBLE, MPI_SUM, S.network().comm));
@@ -66,10 +35,10 @@ std::vector<double> tied_points(const SpringMatrix& S, double usual) {
   const SpringPattern& pattern = S.pattern();
   const Network& net = S.network();
   const int d = net.dim;
-  Clusters clusters(net.n);
+  DisjointSets clusters(net.n, CLUSTER);
   for (PetscInt i = 0; i < net.n; ++i)
     for (PetscInt k = pattern.start[i]; k < pattern.start[i + 1]; ++k)
-      if (size_of(S.pair(static_cast<std::size_t>(k)), d) > STIFF * usual) clusters.join(i, pattern.other[k]);
+      if (S.pair_size(static_cast<std::size_t>(k)) > STIFF * usual) clusters.join(i, pattern.other[k]);
   std::vector<double> centre(static_cast<std::size_t>(net.n * d), 0.0), points(centre.size());
   for (PetscInt i = 0; i < net.n; ++i)
     for (int c = 0; c < d; ++c) centre[clusters.top(i) * d + c] += net.held[i * d + c] / static_cast<double>(clusters.size(i));

@@ -41,6 +41,13 @@ class SpringMatrix {
   const double* node(PetscInt i) const { return node_.data() + static_cast<std::size_t>(i) * area_; }
   const float* pair(std::size_t k) const { return pair_.data() + k * width_; }
   const float* cut(std::size_t k) const { return cut_.data() + k * width_; }
+  /// Trace of B = t I + w w^T of pair k, without t's multiplicity.
+  double pair_size(std::size_t k) const {
+    const float* numbers = pair(k);
+    double sum = static_cast<double>(numbers[dim_]);
+    for (int c = 0; c < dim_; ++c) sum += static_cast<double>(numbers[c]) * static_cast<double>(numbers[c]);
+    return sum;
+  }
   void zero();
   /// R, not created where there is none.
   SparseBlocks& remainder() { return remainder_; }

@@ -10,20 +10,13 @@ struct Entry {
   bool stiff;
 };
 
-/// Trace of B = t I + w w^T, without t's multiplicity.
-double size_of(const float* pair, int d) {
-  double sum = static_cast<double>(pair[d]);
-  for (int c = 0; c < d; ++c) sum += static_cast<double>(pair[c]) * static_cast<double>(pair[c]);
-  return sum;
-}
-
 /// Which pairs are stiff; empty: none.
 std::vector<std::uint8_t> stiff_pairs(const SpringMatrix& S) {
   constexpr double STIFF = 100;  // times the mean
   const std::size_t pairs = S.pattern().pairs();
   double sum = 0, count = 0, largest = 0;
   for (std::size_t k = 0; k < pairs; ++k) {
-    const double size = size_of(S.pair(k), S.dim());
+    const double size = S.pair_size(k);
     if (size > 0) sum += std::log(size), ++count;
     largest = std::max(largest, size);
   }
@@ -31,7 +24,7 @@ std::vector<std::uint8_t> stiff_pairs(const SpringMatrix& S) {
   if (count == 0) return stiff;
   const double least = STIFF * std::exp(sum / count);
   if (largest <= least) return stiff;
-  for (std::size_t k = 0; k < pairs; ++k) stiff.push_back(size_of(S.pair(k), S.dim()) > least);
+  for (std::size_t k = 0; k < pairs; ++k) stiff.push_back(S.pair_size(k) > least);
   return stiff;
 }
 
