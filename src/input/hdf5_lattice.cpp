@@ -13,6 +13,7 @@
 #include "input/validate.hpp"
 #include "network/footprint.hpp"
 #include "physics/body/columns.hpp"
+#include "physics/pair/break_limits.hpp"
 #include "physics/pair/springs/registry.hpp"
 
 namespace bs {
@@ -165,6 +166,9 @@ PetscErrorCode read_spring_columns(const Hdf5File& file, const Hdf5Layout& names
     PetscCall(add_column(file, {one.name, names.column(one.name), {}}, l->springs, "M", false, &l->spring_columns));
   for (const std::string& name : spring_histories())
     PetscCall(add_column(file, {name, names.history(name), {}}, l->springs, "M", names.trajectory, &l->spring_columns));
+  for (const BreakLimit& one : break_limits)
+    PetscCall(add_column(file, {one.name, names.column(one.name), {}}, l->springs, "M", false, &l->break_columns));
+  PetscCall(add_column(file, {BROKEN, names.history(BROKEN), {}}, l->springs, "M", names.trajectory, &l->break_columns));
   PetscFunctionReturn(0);
 }
 

@@ -8,6 +8,7 @@
 #include "input/spring_options.hpp"
 #include "physics/body/columns.hpp"
 #include "physics/interactions/registry.hpp"
+#include "physics/pair/break_limits.hpp"
 #include "physics/pair/springs/registry.hpp"
 
 namespace bs {
@@ -128,6 +129,8 @@ void note_unknown_members(const Hdf5File& file, Lattice* l) {
   for (const ParticleParameter& one : particle_parameters) known[1].second.emplace_back(one.name);
   for (const SpringParameter& one : spring_parameters()) known.back().second.emplace_back(one.name);
   for (const std::string& name : spring_histories()) known.back().second.push_back(name);
+  for (const BreakLimit& one : break_limits) known.back().second.emplace_back(one.name);
+  known.back().second.emplace_back(BROKEN);
   for (const InteractionSchema& schema : interaction_schemas()) {
     known.push_back({std::string("/") + schema.group + "s", {schema.topology}});
     for (const InteractionParameter& parameter : schema.parameters) known.back().second.emplace_back(parameter.name);

@@ -23,6 +23,8 @@ struct Links {
   std::vector<std::uint8_t> law;  ///< place in the registry; empty: that of the network
   std::vector<double> more;       ///< (links, width): the law's parameters, then its history
   int width = 0;
+  std::vector<std::uint8_t> broken;  ///< 1: the spring exists no more, its numbers are 0; empty: none can break
+  bool is_broken(PetscInt e) const { return !broken.empty() && broken[static_cast<std::size_t>(e)]; }
 };
 
 /// Springs of owned particles to points.

@@ -121,6 +121,8 @@ std::string unit_of_quantity(const std::string& name, OutputUnits units) {
       {"plastic_stretch", {0, 1, 0}},
       {"plastic_path", {0, 1, 0}},
       {"dissipated_energy", {1, 2, -2}},
+      {"broken_energy", {1, 2, -2}},
+      {"released_energy", {1, 2, -2}},
   };
   const std::string kind = name.rfind("reaction/", 0) == 0 ? "force" : name.rfind("work/", 0) == 0 ? "total_energy" : name;
   const auto at = powers.find(kind);

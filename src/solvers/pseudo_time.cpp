@@ -1,4 +1,5 @@
 #include "solvers/pseudo_time.hpp"
+#include <petsc/private/tsimpl.h>
 #include "solvers/condensed/condensed.hpp"
 #include "solvers/own_solve.hpp"
 #include "time/ts_queries.hpp"
@@ -28,9 +29,32 @@ PetscErrorCode PseudoTime::solve(SNES snes) {
   PetscCall(SNESGetConvergedReason(snes, &reason));
   PetscCall(TSGetTimeStep(ts_, &h));
   PetscCall(TSGetTime(ts_, &from));
-  if (reason >= 0 || h > SHORT * nominal_ || from == tried_) PetscFunctionReturn(0);
-  tried_ = from;
+  if (reason >= 0) PetscFunctionReturn(0);
+  if (!relaxing_ && (h > SHORT * nominal_ || from == tried_)) PetscFunctionReturn(0);
+  if (!relaxing_) tried_ = from;
   PetscCall(continue_from_start(snes));
+  PetscFunctionReturn(0);
+}
+
+// The stage of the last step is solved again: its residual does not depend on where the step came from. Newton starts at y, not where the
+// predictor would.
+PetscErrorCode PseudoTime::relax(Vec y, bool* good) {
+  SNES snes;
+  SNESConvergedReason reason;
+  PetscFunctionBegin;
+  PetscCall(TSGetSNES(ts_, &snes));
+  if (!room_) PetscCall(VecDuplicate(y, room_.out()));
+  PetscCall(VecCopy(y, room_));
+  const auto guess = snes->ops->computeinitialguess;
+  snes->ops->computeinitialguess = nullptr;
+  relaxing_ = true;
+  PetscCall(SNESSolve(snes, nullptr, room_));
+  relaxing_ = false;
+  snes->ops->computeinitialguess = guess;
+  PetscCall(SNESGetConvergedReason(snes, &reason));
+  ts_->snes_its += snes->iter;
+  *good = reason > 0;
+  if (*good) PetscCall(VecCopy(room_, y));
   PetscFunctionReturn(0);
 }
 

@@ -16,6 +16,8 @@ class PseudoTime {
   PetscErrorCode attach(TS ts, TSContext& context, Equilibrium& model, double nominal);
   /// Collective. Newton's method, and pseudo time where it fails, in the place of SNES's solve.
   PetscErrorCode solve(SNES snes);
+  /// Collective, between two steps. From y, where parts of the system broke, to the equilibrium of the same loads; y stays where that is not found.
+  PetscErrorCode relax(Vec y, bool* good);
   std::int64_t solves() const { return solves_; }  ///< that ended in an equilibrium
 
  private:
@@ -26,6 +28,8 @@ class PseudoTime {
   Equilibrium* model_ = nullptr;
   double nominal_ = 0;
   double tried_ = -1;  ///< load factor from which the last one started: none is repeated from the same state
+  bool relaxing_ = false;
+  VecHandle room_;
   PetscErrorCode (*newton_)(SNES) = nullptr;
   std::int64_t solves_ = 0;
 };

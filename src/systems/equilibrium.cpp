@@ -2,6 +2,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include "systems/breaks.hpp"
 
 namespace bs {
 
@@ -135,19 +136,25 @@ PetscErrorCode Equilibrium::mean_rate(double* rate) {
 
 // The shift of every solve is far below the stiffness of any structure that is held and above rounding: Newton's method then converges with
 // a factor of 1e-10 / (lowest stiffness of a mode, relative to the mean one), and motions that cost no energy are made only as far as
-// rounding errors of the forces push: 1e-16 / 1e-10 of the other ones. Where bodies are free, nothing else holds them: 1e-6.
-PetscErrorCode Equilibrium::jacobian(double t, Vec y, Vec, double sigma, Form form, Mat P) {
+// rounding errors of the forces push: 1e-16 / 1e-10 of the other ones. Where bodies are free, or broken springs may have set some free,
+// nothing else holds them: 1e-6.
+double Equilibrium::least_shift() const {
   constexpr double LEAST = 1e-10, LEAST_OF_FREE = 1e-6;
+  const Breaks* breaks = own_->breaks();
+  return (free_ > 0 || (breaks && breaks->any()) ? LEAST_OF_FREE : LEAST) * rate_;
+}
+
+PetscErrorCode Equilibrium::jacobian(double t, Vec y, Vec, double sigma, Form form, Mat P) {
   double s = 0, rate = 0;
   PetscFunctionBegin;
   PetscCall(stand(t, y, &s));
   PetscCall(tangent_.linearise(s, rest_, sigma, form));
-  if (floor_ == 0 || pseudo_ > 0) {
+  if (rate_ == 0 || pseudo_ > 0) {
     PetscCall(mean_rate(&rate));
-    if (floor_ == 0) floor_ = (free_ > 0 ? LEAST_OF_FREE : LEAST) * rate;
+    if (rate_ == 0) rate_ = rate;
   }
   const double part = pseudo_ > 0 && first_ > 0 ? pseudo_ * rate * std::min(1.0, last_ / first_) : 0;
-  tangent_.set_static(std::max(part, floor_));
+  tangent_.set_static(std::max(part, least_shift()));
   PetscCall(MatAssemblyBegin(P, MAT_FINAL_ASSEMBLY));
   PetscCall(MatAssemblyEnd(P, MAT_FINAL_ASSEMBLY));
   PetscFunctionReturn(0);

@@ -29,7 +29,7 @@ class Equilibrium final : public FirstOrder {
   /// Collective. The tangent at (t, y), with a shift so small that it does not hide a negative eigenvalue: for its inertia.
   PetscErrorCode linearise_sharply(double t, Vec y, Mat P);
   /// That shift, once there is one [1/s^2].
-  double sharp_shift() const { return SHARP * floor_; }
+  double sharp_shift() const { return SHARP * least_shift(); }
 
   /// From now on s is this, whatever the time is (arc length); NaN: the time again.
   void set_factor(double s) { factor_ = s; }
@@ -61,11 +61,14 @@ class Equilibrium final : public FirstOrder {
   /// Both, at the factor s of time t.
   PetscErrorCode stand(double t, Vec y, double* s);
   PetscErrorCode mean_rate(double* rate);
+  /// Of a solve [1/s^2].
+  double least_shift() const;
 
   LoadRules rules_;
   std::shared_ptr<Potential> potential_;
-  VecHandle rest_;  ///< (x, 0)
-  double factor_, floor_ = 0, pseudo_ = 0, first_ = 0, last_ = 0;
+  VecHandle rest_;   ///< (x, 0)
+  double rate_ = 0;  ///< mean squared frequency at the first linearisation [1/s^2]
+  double factor_, pseudo_ = 0, first_ = 0, last_ = 0;
   PetscInt free_ = 0;
 };
 

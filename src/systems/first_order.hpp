@@ -37,6 +37,7 @@ class FirstOrder : public Model {
   std::vector<std::string> describe() const override { return own_->describe(); }
   bool time_dependent() const override { return own_->time_dependent(); }
   std::vector<Tally> tallies() const override { return own_->tallies(); }
+  Breaks* breaks() override { return own_->breaks(); }
   PetscErrorCode accept(double t, Vec y) override { return own_->accept(t, y); }
   PetscErrorCode gather_memory(std::vector<StatePart>* parts) override { return own_->gather_memory(parts); }
   PetscErrorCode scatter_memory() override { return own_->scatter_memory(); }

@@ -69,9 +69,13 @@ struct Tally {
   std::int64_t count = 0;
 };
 
+class Breaks;
+
 class System {
  public:
   virtual ~System() = default;
+  /// What of it breaks; null: nothing.
+  virtual Breaks* breaks() { return nullptr; }
   virtual const char* name() const = 0;
   /// Space dimension of its particles; 0: it has none.
   virtual int dim() const { return 0; }

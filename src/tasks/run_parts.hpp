@@ -22,6 +22,7 @@ struct RunHooks {
   std::function<PetscErrorCode(std::vector<Tally>*)> count;                             ///< adds to the summary and the report
   std::function<void(PetscMPIInt rank, std::vector<Dataset>*)> tables;                  ///< adds to a trajectory what `find` gives values
   std::function<PetscErrorCode(double time, Vec y, Findings*)> find;                    ///< computes at the last state of a run that went well
+  Stepper::OnBreak settle;                                                              ///< when parts of the system broke
   std::function<bool()> done;                                                           ///< asked after every step: whether the run ends with it
   bool checkpoints = true;                                                              ///< whether its states can be continued
   const char* clock = "load factor";                                                    ///< what its time is, if it has load steps
@@ -59,6 +60,7 @@ class Run {
   PetscErrorCode save_last(bool failed);
   bool idle() const { return stepper_->counts().steps == taken_up_; }
   PetscErrorCode find_out();
+  PetscErrorCode write_breaks();
   PetscErrorCode conclude(TSConvergedReason reason, int* exit_code);
   PetscErrorCode report(const std::string& outcome, const std::string& why);
   PetscErrorCode explain(TSConvergedReason reason, std::string* text);

@@ -3,6 +3,7 @@
 #include "base/fault.hpp"
 #include "output/report.hpp"
 #include "solvers/linear_defaults.hpp"
+#include "systems/breaks.hpp"
 #include "tasks/run_parts.hpp"
 #include "tasks/unused.hpp"
 
@@ -144,6 +145,18 @@ PetscErrorCode Run::find_out() {
   PetscFunctionReturn(0);
 }
 
+/// The list of what broke, whatever the outcome.
+PetscErrorCode Run::write_breaks() {
+  std::vector<Dataset> tables;
+  PetscFunctionBegin;
+  if (!trajectory_ || !model_.breaks() || (resumed_ && idle())) PetscFunctionReturn(0);
+  PetscCall(model_.breaks()->tables(&tables));
+  set_phase(Exit::io);
+  for (const Dataset& table : tables) PetscCall(trajectory_->write_table(table));
+  set_phase(Exit::solve);
+  PetscFunctionReturn(0);
+}
+
 PetscErrorCode Run::conclude(TSConvergedReason reason, int* exit_code) {
   PetscFunctionBegin;
   std::string why;
@@ -152,6 +165,7 @@ PetscErrorCode Run::conclude(TSConvergedReason reason, int* exit_code) {
   else PetscCall(find_out());
   const bool failed = reason < 0 || !findings_.why.empty();
   if (reason >= 0 && failed) why = findings_.why;
+  PetscCall(write_breaks());
   if (trajectory_) {
     set_phase(Exit::io);
     PetscCall(trajectory_->close());

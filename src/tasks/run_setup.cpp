@@ -111,6 +111,7 @@ PetscErrorCode Run::set_up() {
   stepper_ = std::make_unique<Stepper>(
       model_, context_, options_.step, [this](const StepRecord& r) { return on_step(r); },
       [this](PetscInt step, double time, Vec y) { return on_frame(step, time, y); }, [this]() { return on_flush(); }, [this]() { return on_save(); });
+  if (hooks_.settle) stepper_->set_on_break(hooks_.settle);
   PetscCall(stepper_->attach(ts_));
   PetscCall(model_.covers(end_));
   if (!context_.implicit) watch_.set_explicit();

@@ -4,6 +4,7 @@
 #include "solvers/arc_length.hpp"
 #include "solvers/condensed/condensed.hpp"
 #include "solvers/pseudo_time.hpp"
+#include "systems/breaks.hpp"
 #include "systems/equilibrium.hpp"
 #include "tasks/compliance.hpp"
 #include "tasks/load_options.hpp"
@@ -32,6 +33,8 @@ class StaticRun {
   PetscErrorCode observe(double factor, Vec y, std::vector<Observable>* out);
   PetscErrorCode count(std::vector<Tally>* out) const;
   PetscErrorCode find(double factor, Vec y, Findings* out);
+  PetscErrorCode settle(double factor, Vec y, std::string* lost);
+  PetscErrorCode potential_energy(double factor, Vec y, double* energy);
 
   Equilibrium& model_;
   LoadOptions options_;
@@ -67,6 +70,7 @@ RunHooks StaticRun::hooks() {
     };
     hooks.find = [this](double factor, Vec y, Findings* out) { return find(factor, y, out); };
   }
+  if (model_.breaks()) hooks.settle = [this](double factor, Vec y, std::string* lost) { return settle(factor, y, lost); };
   if (!options_.arc) return hooks;
   hooks.pace.end = step * static_cast<double>(options_.arc_steps);
   hooks.method = format("statics by arc length, first step %.6g", step);
@@ -93,6 +97,48 @@ PetscErrorCode StaticRun::observe(double factor, Vec y, std::vector<Observable>*
   last_factor_ = s;
   if (way != 0) last_way_ = way;
   out->push_back({"negative_pivots", {static_cast<double>(negative)}});
+  PetscFunctionReturn(0);
+}
+
+PetscErrorCode StaticRun::potential_energy(double factor, Vec y, double* energy) {
+  std::vector<Observable> all;
+  PetscFunctionBegin;
+  PetscCall(model_.observe(factor, y, &all));
+  *energy = 0;
+  for (const Observable& one : all)
+    if (one.name == "potential_energy") *energy = one.value[0];
+  PetscFunctionReturn(0);
+}
+
+/// At constant load, from equilibrium to equilibrium until nothing breaks any more: an avalanche.
+PetscErrorCode StaticRun::settle(double factor, Vec y, std::string* lost) {
+  Breaks& breaks = *model_.breaks();
+  std::int64_t broken = 0;
+  VecHandle before;
+  PetscFunctionBegin;
+  PetscCall(VecDuplicate(y, before.out()));
+  PetscCall(VecCopy(y, before));
+  while (breaks.broke() > 0) {
+    double had = 0, has = 0;
+    bool good = false;
+    broken += breaks.broke();
+    PetscCall(potential_energy(factor, y, &had));
+    PetscCall(pseudo_.relax(y, &good));
+    if (!good) {
+      breaks.revert();
+      PetscCall(VecCopy(before, y));
+      *lost = format(
+          "at load factor %.10g no equilibrium was found after %lld springs had broken: follow the break in time (-bs_task dynamics), or "
+          "remove loads that act on loose parts",
+          factor, static_cast<long long>(broken));
+      PetscFunctionReturn(0);
+    }
+    PetscCall(potential_energy(factor, y, &has));
+    breaks.release(had - has);
+    PetscCall(model_.accept(factor, y));
+  }
+  breaks.mark();
+  PetscCall(zero_velocities(y));  // they led to the state before the break
   PetscFunctionReturn(0);
 }
 
@@ -164,6 +210,9 @@ static PetscErrorCode run_equilibria(std::unique_ptr<Model> model, bool moduli, 
   PetscCall(read_load_options(comm, &loads));
   PetscCall(refuse_options_of_dynamics(comm));
   if (loads.arc) PetscCall(refuse_checkpoints(comm));
+  if (loads.arc && model->breaks())
+    PetscCall(
+        tell(comm, Exit::input, "-bs_load_control arc: springs that break are for load steps: leave the option out, or the limits of springs"));
   PetscCall(read_run_options(comm, &options));
   PetscCall(prepare(std::move(model), loads, &options, &equilibrium));
   PetscCall(end.compliance.read(*equilibrium));

@@ -44,6 +44,10 @@ class Stepper {
   void save(Facts* facts, std::vector<NamedState>* states) const;
   /// Collective. After attach_solvers: `ts` goes on where `file` was written. `told` receives what could not be restored.
   PetscErrorCode restore(TS ts, const CheckpointFile& file, std::vector<std::string>* told);
+  /// Called when parts of the system broke at an accepted state: makes it a state that the task can go on from, or says in `lost` why it cannot;
+  /// then the run fails, and y must be the last good state.
+  using OnBreak = std::function<PetscErrorCode(double time, Vec y, std::string* lost)>;
+  void set_on_break(OnBreak on_break) { on_break_ = std::move(on_break); }
   const RunCounts& counts() const { return counter_.counts(); }
   double start() const { return clock_.start(); }
   const RejectionWatch& rejections() const { return rejections_; }
@@ -82,6 +86,7 @@ class Stepper {
   PetscErrorCode is_good(TS ts, bool* good);
   PetscErrorCode agree_on_verdict(TS ts);
   PetscErrorCode keep_step(TS ts, StepRecord* record, bool* landed);
+  PetscErrorCode after_break(TS ts, double time, Vec y);
   PetscErrorCode write_frame_if_due(TS ts, const StepRecord& record, bool landed);
   PetscErrorCode decide_what_follows(TS ts, double time, bool finished);
   PetscErrorCode save_if_due(std::int64_t step, bool finished);
@@ -97,6 +102,7 @@ class Stepper {
   OnFrame on_frame_;
   OnFlush on_flush_;
   OnSave on_save_;
+  OnBreak on_break_;
 
   OutputClock clock_;
   StepLength length_;
@@ -112,7 +118,7 @@ class Stepper {
   double good_time_ = 0;
   bool framed_ = true;
   Verdict now_;
-  std::string trouble_, ending_;
+  std::string trouble_, ending_, lost_;
 };
 
 }  // namespace bs

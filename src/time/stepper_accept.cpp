@@ -1,7 +1,9 @@
 // After a step: whether it is good, what is kept of it, and what follows.
 #include <cmath>
 #include "solvers/condensed/condensed.hpp"
+#include "systems/breaks.hpp"
 #include "tasks/signals.hpp"
+#include "time/kept_acceleration.hpp"
 #include "time/stepper.hpp"
 #include "time/ts_queries.hpp"
 
@@ -128,8 +130,23 @@ PetscErrorCode Stepper::keep_step(TS ts, StepRecord* record, bool* landed) {
   record->dt = length_.recorded(taken);
   framed_ = false;
   PetscCall(TSGetSolution(ts, &y));
-  PetscCall(history_.end_step(ts, y));
   PetscCall(model_.accept(time, y));
+  if (model_.breaks() && model_.breaks()->broke() > 0) PetscCall(after_break(ts, time, y));
+  PetscCall(history_.end_step(ts, y));
+  PetscFunctionReturn(0);
+}
+
+/// Forces are others from here on: what a method keeps of them is evaluated again.
+PetscErrorCode Stepper::after_break(TS ts, double time, Vec y) {
+  KeptAcceleration* own;
+  PetscFunctionBegin;
+  if (on_break_) PetscCall(on_break_(time, y, &lost_));
+  if (context_.method->remembers(Memory::acceleration)) {
+    PetscCall(kept_acceleration(ts, &own));
+    PetscCall(model_.rhs(time, y, own->kept));
+  } else if (!context_.implicit) {
+    PetscCall(TSRestartStep(ts));  // types whose last stage is the next step's first
+  }
   PetscFunctionReturn(0);
 }
 
@@ -146,8 +163,8 @@ PetscErrorCode Stepper::write_frame_if_due(TS ts, const StepRecord& record, bool
 /// Whether TSSolve goes on.
 PetscErrorCode Stepper::decide_what_follows(TS ts, double time, bool finished) {
   PetscFunctionBegin;
-  ending_ = finished ? "" : lost_in_rounding(time, length_.next(), clock_.interval(), time_rounding(time));
-  if (finished) PetscCall(TSSetConvergedReason(ts, TS_CONVERGED_TIME));
+  ending_ = !lost_.empty() ? lost_ : finished ? "" : lost_in_rounding(time, length_.next(), clock_.interval(), time_rounding(time));
+  if (finished && lost_.empty()) PetscCall(TSSetConvergedReason(ts, TS_CONVERGED_TIME));
   else if (!ending_.empty()) PetscCall(TSSetConvergedReason(ts, TS_DIVERGED_STEP_REJECTED));
   else if (now_.signal) PetscCall(TSSetConvergedReason(ts, TS_CONVERGED_USER));
   PetscFunctionReturn(0);

@@ -68,6 +68,23 @@ def check_log(checks, folder):
         checks.true(f"the log is written by time, {ranks} ranks", 0 < found < 100000, f"{found} rows")
 
 
+def wait_for_ranks(word, limit=60):
+    """Ranks outlive a killed mpirun for a while, and go on writing: returns when no process has `word` on its command line."""
+    def alive():
+        for entry in pathlib.Path("/proc").glob("[0-9]*"):
+            try:
+                if word.encode() in (entry / "cmdline").read_bytes().split(b"\0"):
+                    return True
+            except OSError:
+                continue  # it has ended meanwhile
+        return False
+    end = time.monotonic() + limit
+    while alive():
+        if time.monotonic() > end:
+            raise TimeoutError(f"processes with {word} on their command line do not end")
+        time.sleep(0.05)
+
+
 def last_frame(path):
     with h5py.File(path) as f:
         return f["particles/trajectory/position/time"][-1], len(f["particles/trajectory/position/time"])
@@ -93,7 +110,7 @@ def check_flush(checks, folder):
                     break
             run.kill()
             run.wait()
-            time.sleep(0.5)  # mpirun's ranks end, too
+            wait_for_ranks(name)
             held, count = last_frame(folder / name)
             # a line is printed before the frame of its step is written: that of the last line may be under way
             wait = (2 if flush is None else flush) + 0.5 * (flush != 0)

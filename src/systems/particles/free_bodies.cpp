@@ -163,6 +163,7 @@ void ParticleModel::set_loads(const Loads& loads) {
   motion_.at_full_load = loads.anchors_at_full_load;
   supports_.set_static(loads.at_rest, loads.driven_at_full_load);
   cell_.set_static(loads.at_rest, loads.box_at_full_load);
+  loads_ = loads.at_rest;
 }
 
 // A law whose force depends on the place (attraction, walls) may hold a body; drag does not.

@@ -82,6 +82,16 @@ struct LinkKernel {
     if (p.rest_length == 0) return ZeroRestSpring::energy(g.length, p.stiffness, 0.0);
     return p.with_more([&](const auto&... more) { return Spring::energy(g.length, p.stiffness, p.rest_length, more...); });
   }
+  /// Of the spring alone, positive where it pulls [N].
+  static double tension(const LinkGeometry<d>& g, const Parameters& p) noexcept {
+    if (p.rest_length == 0) return ZeroRestSpring::tension(g.length, p.stiffness, 0.0);
+    return p.with_more([&](const auto&... more) { return Spring::tension(g.length, p.stiffness, p.rest_length, more...); });
+  }
+  /// Energy that the spring has lost so far [J].
+  static double dissipated(const Parameters& p) noexcept {
+    if constexpr (Spring::mixed) return Spring::dissipated(p.stiffness, p.row);
+    else return 0 * p.stiffness;
+  }
   /// What the link adds to an incremental potential beyond its slope, for changes dd, dw of dx and w:
   ///   sigma (e(dx + dd) - e(dx) - e'.dd) + R(w + dw) - R(w) - R'.dw
   static double beyond_slope(const LinkGeometry<d>& g, const double* dd, const double* dw, const Parameters& p, double sigma) noexcept {

@@ -40,6 +40,7 @@ PetscErrorCode ParticleModel::create(MPI_Comm comm, Lattice&& lattice, std::uniq
   std::vector<std::uint8_t> fixed = lattice.fixed;
   PetscCall(model->supports_.read(comm, &lattice));
   PetscCall(model->cell_.read(comm, lattice));
+  PetscCall(model->breaking_.read(comm, lattice));
   PetscCall(model->take_fingerprint(lattice, fixed));
   PetscCall(build_network(comm, lattice, options, &model->net_));
   lattice.fixed = std::move(fixed);
@@ -55,8 +56,9 @@ PetscErrorCode ParticleModel::create(MPI_Comm comm, Lattice&& lattice, std::uniq
   PetscCall(model->read_strain_option());
   PetscCall(model->memory_.create(model->net_, model->lattice_.springs));
   PetscCall(model->coupling_.create(model->net_));
+  PetscCall(model->breaking_.create(model->net_, model->lattice_));
   model->physics_ = create_physics(model->net_, model->laws_, model->motion_, model->pattern_);
-  PetscCall(model->accept(0.0, model->y0_));  // a spring that starts beyond its yield force has yielded
+  PetscCall(model->commit_start());
   PetscCall(model->linearised_.create(model->net_, *model->physics_, model->pattern_, model->y0_, model->coupling_.active()));
   PetscCall(model->potential_.create(model->net_, *model->physics_, model->y0_, model->coupling_.active()));
   PetscCall(model->ledger_.create(model->net_, model->supports_, *model->physics_, model->motion_, model->cell_));
@@ -150,6 +152,15 @@ PetscErrorCode ParticleModel::hold_start() {
     for (PetscInt c = 0; c < d && hold.particle < net_.n; ++c)
       if (hold.mask >> c & 1) ay[hold.particle * 2 * d + d + c] = 0;
   PetscCall(VecRestoreArray(y0_, &ay));
+  PetscFunctionReturn(0);
+}
+
+/// A spring that starts beyond its yield force has yielded.
+PetscErrorCode ParticleModel::commit_start() {
+  PetscFunctionBegin;
+  if (!memory_.active()) PetscFunctionReturn(0);
+  PetscCall(state_.gather(0.0, y0_));
+  physics_->commit(state_, &net_.links);
   PetscFunctionReturn(0);
 }
 

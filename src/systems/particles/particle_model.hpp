@@ -4,6 +4,7 @@
 #include "lattice/lattice.hpp"
 #include "network/network.hpp"
 #include "systems/mechanics.hpp"
+#include "systems/particles/breaking/breaking.hpp"
 #include "systems/particles/cell.hpp"
 #include "systems/particles/coupling.hpp"
 #include "systems/particles/linearised_forces.hpp"
@@ -47,8 +48,10 @@ class ParticleModel final : public Mechanics {
   bool time_dependent() const override { return motion_.active() || supports_.moving() || cell_.moving(); }
   void set_loads(const Loads& loads) override;
   PetscErrorCode count_free_bodies(PetscInt* free) override;
-  void save_sums(std::map<std::string, double>* sums) const override { ledger_.save(sums); }
-  void restore_sums(const std::map<std::string, double>& sums) override { ledger_.restore(sums); }
+  Breaks* breaks() override { return breaking_.active() ? &breaking_ : nullptr; }
+  std::vector<Tally> tallies() const override { return breaking_.tallies(); }
+  void save_sums(std::map<std::string, double>* sums) const override;
+  void restore_sums(const std::map<std::string, double>& sums) override;
   PetscErrorCode observe(double t, Vec y, std::vector<Observable>* out) override;
   PetscErrorCode energy_supply(double t, Vec y, EnergySupply* out, bool* has) override;
   PetscErrorCode fields(double t, Vec y, std::vector<Field>* out) override;
@@ -69,6 +72,7 @@ class ParticleModel final : public Mechanics {
   PetscErrorCode take_fingerprint(const Lattice& lattice, const std::vector<std::uint8_t>& fixed);
   PetscErrorCode create_state();
   PetscErrorCode hold_start();
+  PetscErrorCode commit_start();
   PetscErrorCode add_groups(std::vector<Dataset>* out) const;
   PetscErrorCode observe_box(double t, std::vector<Observable>* out);
   void add_shifts(const std::string& bonds, std::vector<Dataset>* out);
@@ -92,6 +96,8 @@ class ParticleModel final : public Mechanics {
   bool store_strain_ = false;
   Supports supports_;
   Cell cell_;
+  Breaking breaking_;
+  bool loads_ = false;  ///< the evaluations that follow are of statics, whose time is the load factor
   std::unique_ptr<Physics> physics_;
   SupportLedger ledger_;
   LinearisedForces linearised_;

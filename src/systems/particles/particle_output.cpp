@@ -57,6 +57,7 @@ std::vector<std::string> ParticleModel::describe() const {
   for_each_law(laws_, [&](const auto& law) {
     if (law.active()) lines.push_back("law: " + law.describe());
   });
+  if (breaking_.active()) lines.push_back(breaking_.describe(lattice_));
   for (const std::string& line : supports_.describe()) lines.push_back(line);
   for (const std::string& line : cell_.describe()) lines.push_back(line);
   if (net_.anchors_total > 0 && motion_.active()) lines.push_back("anchors: " + motion_.describe());
@@ -105,8 +106,9 @@ PetscErrorCode ParticleModel::observe(double t, Vec y, std::vector<Observable>* 
   if (memory_.active()) {
     double lost = 0;
     PetscCall(memory_.dissipated(&lost));
-    out->push_back({"dissipated_energy", {lost}});
+    out->push_back({"dissipated_energy", {lost + breaking_.dissipated()}});
   }
+  PetscCall(breaking_.observe(loads_, out));
   out->push_back({"momentum", std::vector<double>(sums + 3, sums + 3 + d)});
   out->push_back({"angular_momentum", std::vector<double>(sums + 6, sums + 9)});
   if (ledger_.reports() || ledger_.works()) {
@@ -192,6 +194,11 @@ PetscErrorCode ParticleModel::fields(double t, Vec y, std::vector<Field>* out) {
   *out = {{"/particles/trajectory/position", position_}, {"/particles/trajectory/velocity", velocity_}};
   PetscCall(memory_.gather(&memory));
   for (const StatePart& part : memory) out->push_back({"/backspring/" + part.name, part.vec, true});
+  if (breaking_.active()) {
+    Vec broken;
+    PetscCall(breaking_.flags(&broken));
+    out->push_back({std::string("/backspring/") + BROKEN, broken, true});
+  }
   if (!store_strain_) PetscFunctionReturn(0);
   if (!strain_) PetscCall(strain_.create(net_, lattice_.springs));
   PetscCall(state_.gather(t, y));
@@ -242,6 +249,7 @@ PetscErrorCode ParticleModel::take_constants(std::vector<Dataset>* out) {
     for (Column& column : lattice_.spring_columns)
       if (std::find(histories.begin(), histories.end(), column.name) == histories.end())
         out->push_back({bonds + "_" + column.name, s.first, s.total, 0, std::move(column.value)});
+    Breaking::put_limits(&lattice_, out);
     if (lattice_.law_by_row) {
       std::string names;
       for (const std::string& name : spring_law_names()) names += (names.empty() ? "" : ",") + name;
@@ -264,6 +272,7 @@ void ParticleModel::release_input() {
        {&lattice_.position, &lattice_.velocity, &lattice_.mass, &lattice_.stiffness, &lattice_.rest_length, &lattice_.damping})
     release(*table);
   release(lattice_.particle_columns);
+  release(lattice_.break_columns);
   release(lattice_.id);
   release(lattice_.pairs);
 }

@@ -34,23 +34,39 @@ PetscErrorCode ParticleModel::scatter_state(Vec y) {
 
 PetscErrorCode ParticleModel::accept(double t, Vec y) {
   PetscFunctionBegin;
-  if (!memory_.active() && !ledger_.works()) PetscFunctionReturn(0);
+  if (!memory_.active() && !ledger_.works() && !breaking_.active()) PetscFunctionReturn(0);
   PetscCall(state_.gather(t, y));
   if (memory_.active()) physics_->commit(state_, &net_.links);
   PetscCall(coupling_.gather(net_, state_));
   PetscCall(ledger_.advance(t, state_, coupling_));
+  PetscCall(breaking_.look(t, loads_ ? t : 1, loads_, state_, *physics_));
+  if (breaking_.broke() == 0) PetscFunctionReturn(0);
+  known_.vec = 0;  // the energies are others
+  ledger_.renew(t, state_, coupling_);
   PetscFunctionReturn(0);
+}
+
+void ParticleModel::save_sums(std::map<std::string, double>* sums) const {
+  ledger_.save(sums);
+  breaking_.save(sums);
+}
+
+void ParticleModel::restore_sums(const std::map<std::string, double>& sums) {
+  ledger_.restore(sums);
+  breaking_.restore(sums);
 }
 
 PetscErrorCode ParticleModel::gather_memory(std::vector<StatePart>* parts) {
   PetscFunctionBegin;
   PetscCall(memory_.gather(parts));
+  PetscCall(breaking_.gather(parts));
   PetscFunctionReturn(0);
 }
 
 PetscErrorCode ParticleModel::scatter_memory() {
   PetscFunctionBegin;
   PetscCall(memory_.scatter());
+  PetscCall(breaking_.scatter());
   PetscFunctionReturn(0);
 }
 
@@ -89,6 +105,7 @@ PetscErrorCode ParticleModel::take_fingerprint(const Lattice& lattice, const std
   sum.add(15, s, 1, lattice.spring_laws);
   sum.add(17, s, d, lattice.shift);
   for (const Column& column : lattice.spring_columns) sum.add(1000 + table_of(column.name), s, 1, column.value);
+  for (const Column& column : lattice.break_columns) sum.add(1000 + table_of(column.name), s, 1, column.value);
   for (const Column& column : lattice.particle_columns) {
     const std::uint64_t table = particle_parameters[particle_parameter(column.name)].table;
     sum.add(table ? table : (std::uint64_t{1} << 63) + table_of(column.name), p, 1, column.value);

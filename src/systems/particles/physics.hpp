@@ -41,6 +41,11 @@ struct BoxForces {
   double pull[9] = {};    ///< row k: the force with which images shifted along edge k are held, times their shifts [N]
 };
 
+/// A spring as it is: length [m], tension [N], stored energy and what it has lost so far [J].
+struct LinkMeasures {
+  double length, tension, energy, dissipated;
+};
+
 /// Owned particles by what they are linked to: owned ones alone, or some ghost as well.
 enum class Part { interior, boundary };
 
@@ -69,6 +74,8 @@ class Physics {
   /// What springs carry from step to step becomes that of `state`, the end of a good step. `links`: of the network given at
   /// creation; no other function writes them.
   virtual void commit(const LocalState& state, Links* links) const = 0;
+  /// Of the spring of link e at owned particle i.
+  virtual LinkMeasures measure(const LocalState& state, PetscInt i, PetscInt e) const = 0;
   /// Elastic energy counts half a spring from either end.
   virtual Energies energies(double t, const LocalState& state) const = 0;
   /// Adds the springs' share to force and affine, which have their sizes.

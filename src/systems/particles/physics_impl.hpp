@@ -129,6 +129,12 @@ class PhysicsOf final : public Physics {
     else (void)state, (void)links;
   }
 
+  LinkMeasures measure(const LocalState& state, PetscInt i, PetscInt e) const override {
+    const LinkGeometry<d> g(state.at(i), state.at(net_.links.other[e]));
+    const auto p = parameters(net_.links, e);
+    return {g.length, Kernel::tension(g, p), Kernel::energy(g, p), Kernel::dissipated(p)};
+  }
+
   std::vector<double> rates() const override {
     std::vector<double> sum(static_cast<std::size_t>(net_.n), 0.0);
     for (PetscInt i = 0; i < net_.n; ++i)
@@ -189,7 +195,7 @@ class PhysicsOf final : public Physics {
       const auto p = parameters(links, e);
       if (Kernel::defined(g, p)) Kernel::force(g, p, f);
       else if (std::isnan(g.length)) *found = {Singularity::state, net_.row[i], ""};
-      else if (!net_.rest_at_zero_length) *found = {Singularity::spring, links.spring[e], ""};
+      else if (!net_.rest_at_zero_length && !links.is_broken(e)) *found = {Singularity::spring, links.spring[e], ""};
     }
   }
 

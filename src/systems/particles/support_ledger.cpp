@@ -71,6 +71,10 @@ void SupportLedger::begin(double t, const LocalState& state, const Coupling& cou
   begun_ = true;
 }
 
+void SupportLedger::renew(double t, const LocalState& state, const Coupling& coupling) {
+  if (works() && begun_) take(t, state, coupling, &last_);
+}
+
 PetscErrorCode SupportLedger::advance(double t, const LocalState& state, const Coupling& coupling) {
   Moment now;
   std::vector<double> step(work_.size(), 0.0);

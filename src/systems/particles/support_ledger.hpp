@@ -30,6 +30,8 @@ class SupportLedger {
   void begin(double t, const LocalState& state, const Coupling& coupling);
   /// Collective. Counts the work up to an accepted step.
   PetscErrorCode advance(double t, const LocalState& state, const Coupling& coupling);
+  /// The forces are others from here on, at the state of the last advance(): springs broke.
+  void renew(double t, const LocalState& state, const Coupling& coupling);
   /// Collective. reaction/NAME (d numbers) of every group with a held component, work/NAME of what moves.
   PetscErrorCode observe(double t, const LocalState& state, const Coupling& coupling, std::vector<Observable>* out);
   /// Sizes of the work of all steps of this run, added up [J].

@@ -55,6 +55,7 @@ class WithInteractions final : public Physics {
     pairs_->multiply_law_damping(t, state, w, f);
   }
   void commit(const LocalState& state, Links* links) const override { pairs_->commit(state, links); }
+  LinkMeasures measure(const LocalState& state, PetscInt i, PetscInt e) const override { return pairs_->measure(state, i, e); }
   Energies energies(double t, const LocalState& state) const override {
     Energies sum = pairs_->energies(t, state);
     for_each([&](const auto& kind) { sum.elastic += kind.energy(state); });

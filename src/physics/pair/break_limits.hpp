@@ -1,0 +1,24 @@
+// What a spring can bear, by name: for the readers of lattices and options and for the criterion of breaking.
+#pragma once
+#include "base/powers.hpp"
+
+namespace bs {
+
+/// A limit of each spring. `name` is that of the dataset /springs/NAME and of the trajectory's /connectivity/bonds_NAME.
+struct BreakLimit {
+  const char *name, *option, *meaning, *unit;
+  Powers powers;  ///< what `unit` is made of
+};
+
+enum { BREAK_STRAIN, BREAK_FORCE, BREAK_ENERGY, BREAK_LIMITS };
+
+inline constexpr BreakLimit break_limits[BREAK_LIMITS] = {
+    {"critical_strain", "-bs_break_strain", "strain |l - L|/L", "1", {0, 0, 0}},
+    {"critical_force", "-bs_break_force", "force along the spring without its damper's", "N", {1, 1, -2}},
+    {"critical_energy", "-bs_break_energy", "elastic energy", "J", {1, 2, -2}},
+};
+
+/// Dataset /springs/broken and field /backspring/broken: 1 where a spring is broken, 0 elsewhere.
+inline constexpr const char* BROKEN = "broken";
+
+}  // namespace bs

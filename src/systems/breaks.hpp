@@ -1,0 +1,27 @@
+// Parts of a system that break at accepted states: for time stepping, load steps and the trajectory.
+#pragma once
+#include <petscsys.h>
+#include <cstdint>
+#include <vector>
+#include "systems/system.hpp"
+
+namespace bs {
+
+class Breaks {
+ public:
+  virtual ~Breaks() = default;
+  /// How many parts the last System::accept() broke: forces are others than before. The same on every rank.
+  virtual std::int64_t broke() const = 0;
+  /// Whether any part is broken.
+  virtual bool any() const = 0;
+  /// From here on revert() takes back what breaks.
+  virtual void mark() = 0;
+  /// Parts that broke since mark() are whole again.
+  virtual void revert() = 0;
+  /// Books energy that was neither stored nor broken when equilibrium was restored after a break [J].
+  virtual void release(double energy) = 0;
+  /// Collective. The list of what broke, for the end of a trajectory.
+  virtual PetscErrorCode tables(std::vector<Dataset>* out) const = 0;
+};
+
+}  // namespace bs
