@@ -1,4 +1,4 @@
-"""The box of a LAMMPS file: molecules put together again where its faces cut them."""
+"""The box of a LAMMPS file: molecules put together again where its faces cut them, networks without ends left in it; boxes of trajectories as LAMMPS has them."""
 import numpy as np
 
 from backspring_io import RunError
@@ -32,21 +32,20 @@ def nearest(cell, difference, periodic):
     return images
 
 
-def unwrap(cell, position, images, pairs, periodic, where):
-    """Positions (N, 3) outside of the box, and the number of bonds that its faces cut. `images` are the file's flags; along bonds, which
-    LAMMPS takes between nearest images, they are set anew where the flags say otherwise. where(row): the bond's place, for a message."""
+def unwrap(cell, position, images, pairs, periodic):
+    """Positions (N, 3) outside of the box, the number of bonds that its faces cut, and None; or, where bonds join a molecule or network to its own image, the
+    images (M, 3) of second ends that they join instead. `images` are the file's flags; along bonds, which LAMMPS takes between nearest images, they are set
+    anew where the flags say otherwise and the molecule ends."""
     images = images.copy()
     placed = position + images @ cell
     steps = nearest(cell, placed[pairs[:, 1]] - placed[pairs[:, 0]], periodic)
     cut = np.flatnonzero(steps.any(axis=1))
     if not len(cut):
-        return placed, 0
+        return placed, 0, None
     shift = _walk(len(position), pairs, steps, pairs[cut, 0])
-    wrong = np.flatnonzero((shift[pairs[:, 1]] - shift[pairs[:, 0]] != steps).any(axis=1))
-    if len(wrong):
-        raise RunError(f"{where(wrong[0])} joins a molecule or network to its own image across the periodic box; periodic boxes are not "
-                       "supported yet (if the box is not periodic, add --boundary f,f,f)")
-    return position + (images + shift) @ cell, len(cut)
+    if (shift[pairs[:, 1]] - shift[pairs[:, 0]] != steps).any():
+        return placed, len(cut), steps
+    return position + (images + shift) @ cell, len(cut), None
 
 
 def _walk(count, pairs, steps, roots):
@@ -68,3 +67,86 @@ def _walk(count, pairs, steps, roots):
                     shift[other[k]] = (x + step[k][0], y + step[k][1], z + step[k][2])
                     waiting.append(other[k])
     return np.array([s or (0, 0, 0) for s in shift], dtype=np.int64)
+
+
+def periodic(run):
+    """[bool] * 3: along which edges of its box the lattice of a trajectory is repeated."""
+    words = np.atleast_1d(run._file["particles/trajectory/box"].attrs.get("boundary", [])) if "particles/trajectory/box" in run._file else []
+    return ([w in (b"periodic", "periodic") for w in words][:run.dim] + [False] * 3)[:3]
+
+
+def triclinic(run):
+    """Whether the edges of its box are not along the axes in some frame."""
+    edges = run._file.get("particles/trajectory/box/edges/value")
+    return edges is not None and edges.ndim == 3
+
+
+class Frame:
+    """A frame in the box that LAMMPS takes: its lower corner, edges (3, 3) as rows a = (lx, 0, 0), b = (xy, ly, 0), c = (xz, yz, lz) with tilts of half a
+    length at most, which axes are periodic; positions (N, 3) in it, velocities (N, 3) or None, image flags (N, 3)."""
+    low = cell = periodic = position = velocity = images = None
+
+
+def frame_of(run, row, margins):
+    """`margins`: (lower, upper) corner of an open box about positions. What is given for axes along which nothing is repeated."""
+    from exports import padded
+    out = Frame()
+    x, d = padded(run.position(row)), run.dim
+    out.velocity = padded(run.velocity(row)) if run.velocities is not None else None
+    out.periodic = np.array(periodic(run))
+    if not out.periodic.any():
+        out.low, high = margins(x)
+        out.cell, out.position, out.images = np.diag(high - out.low), x, np.zeros(x.shape, np.int64)
+        return out
+    cell = np.eye(3)
+    cell[:d, :d] = run.box_edges(row)
+    turn = _turn(cell)
+    cell, x = cell @ turn, x @ turn
+    out.velocity = None if out.velocity is None else out.velocity @ turn
+    joined = _spring_vectors(run, cell, x)
+    out.low, high = margins(x)
+    for k in range(3):
+        if not out.periodic[k]:
+            cell[k] = np.where(np.arange(3) == k, high[k] - out.low[k], 0)
+    for k in (1, 2):
+        for l in range(k - 1, -1, -1):  # the same lattice of boxes by edges that lean less
+            if out.periodic[l] and out.periodic[k]:
+                cell[k] -= np.round(cell[k, l] / cell[l, l]) * cell[l]
+    _check_springs(run, cell, x, out.periodic, joined)
+    out.low = np.where(out.periodic, 0, out.low)
+    place = (x - out.low) @ np.linalg.inv(cell)
+    out.images = np.where(out.periodic, np.floor(place), 0).astype(np.int64)
+    out.cell, out.position = cell, x - out.images @ cell
+    return out
+
+
+def _turn(cell):
+    """The rotation (3, 3), x -> x @ turn, that lays the first edge along x and the second into the plane of x and y."""
+    if not np.triu(cell, 1).any() and (np.diag(cell) > 0).all():
+        return np.eye(3)
+    turn, upper = np.linalg.qr(cell.T)
+    turn = turn * np.sign(np.diag(upper))
+    if np.linalg.det(turn) < 0:
+        raise RunError("the edges of the periodic box are left-handed, which LAMMPS does not have: exchange two of them")
+    return turn
+
+
+def _spring_vectors(run, cell, position):
+    """(M, 3): from the first end of each spring to the image of the second that it joins."""
+    springs = run.springs
+    apart = position[springs.pairs[:, 1]] - position[springs.pairs[:, 0]]
+    return apart if springs.shift is None else apart + np.pad(springs.shift, ((0, 0), (0, 3 - springs.shift.shape[1]))) @ cell
+
+
+def _check_springs(run, cell, position, periodic, joined):
+    """LAMMPS joins nearest images."""
+    pairs = run.springs.pairs
+    if not len(pairs):
+        return
+    apart = position[pairs[:, 1]] - position[pairs[:, 0]]
+    seen = apart + nearest(cell, apart, periodic) @ cell
+    wrong = np.flatnonzero((np.abs(seen - joined) > 1e-6 * np.abs(cell).max()).any(axis=1))
+    if len(wrong):
+        a, b = pairs[wrong[0]]
+        raise RunError(f"{run.path}: spring {wrong[0]} does not join the nearest images of particles {a} and {b}, and LAMMPS has no other bonds: repeat the lattice, "
+                       "so that its box is larger than two springs")

@@ -36,7 +36,7 @@ def is_lammps(path):
 
 def read_lammps(path, style=None, units=None, boundary="p,p,p", coefficients=("stiffness", "rest_length")):
     """position (N, 3), velocity (N, 3) or None, mass (N) or None, ids (N), pairs (M, 2), stiffness (M) and rest_length (M) or None, units
-    or None, angles: see lammps_angles, notes: lines for the user. Stiffnesses are in the file's mass/time^2. `coefficients`: what is wanted of Bond Coeffs."""
+    or None, angles: see lammps_angles, box: None, or edges (3, 3) and which axes are periodic, with shift (M, 3) the images of second ends; notes: lines for the user. Stiffnesses are in the file's mass/time^2. `coefficients`: what is wanted of Bond Coeffs."""
     try:
         return _read(path, style, units, lammps_box.periods(boundary), coefficients)
     except (ValueError, IndexError, OverflowError, EOFError, OSError, zlib.error) as error:
@@ -63,9 +63,12 @@ def _read(path, style, units, periodic, coefficients):
             data.velocity[_row(path, number, row_of, r[0])] = [float(v) for v in r[1:4]]
     bonds = sections.get("Bonds", ("", []))[1]
     data.pairs = np.array([[_row(path, n, row_of, w[2]), _row(path, n, row_of, w[3])] for n, w in bonds], dtype=np.int64).reshape(-1, 2)
-    data.position, cut = lammps_box.unwrap(lammps_box.edges(header), data.position, images, data.pairs, periodic,
-                                           lambda k: f"{path}:{bonds[k][0]}: the bond of atoms {bonds[k][1][2]} and {bonds[k][1][3]}")
-    if cut:
+    cell = lammps_box.edges(header)
+    data.position, cut, data.shift = lammps_box.unwrap(cell, data.position, images, data.pairs, periodic)
+    data.box = None if data.shift is None else (cell, periodic)
+    if data.box:
+        data.notes.append(f"{cut} bonds cross the periodic box and join networks to their own images: the lattice is periodic (--boundary f,f,f: no periodic box)")
+    elif cut:
         data.notes.append(f"{cut} bonds cross the periodic box, their molecules were put together (--boundary f,f,f: no periodic box)")
     _coefficients(path, data, sections, bonds, coefficients)
     lammps_angles.read_angles(path, data, header, sections, lambda number, word: _row(path, number, row_of, word))

@@ -6,7 +6,7 @@ import numpy as np
 
 import lammps_units
 from backspring_io import RunError
-from exports import padded
+from lammps_box import frame_of, periodic, triclinic
 
 
 def atom_ids(run):
@@ -56,14 +56,13 @@ def write_data(run, row, path, units="si"):
     K (theta - theta0)^2, so K is half the rate. An angle of LAMMPS has no sign: one that rests beyond pi is seen from the other side."""
     if run.mass is None:
         raise RunError(f"{run.path}: holds no masses, which a LAMMPS data file needs")
-    if not run.springs.inside.all():
-        raise RunError(f"{run.path}: springs join images across a periodic box, which LAMMPS data files of this program do not have yet: write .dump, .gsd or .vtu")
-    position, ids, pairs, rest = padded(run.position(row)), atom_ids(run), run.springs.pairs, run.springs.rest_length
+    ids, pairs, rest = atom_ids(run), run.springs.pairs, run.springs.rest_length
+    frame = frame_of(run, row, bounds)
+    position, high = frame.position, frame.low + np.diag(frame.cell)
     kind, kinds = atom_types(run)
-    low, high = bounds(position)
     angles = run.angles
     with open(path, "w", encoding="utf-8") as f:
-        f.write(f"backspring {os.path.basename(run.path)}, t = {run.times[row]:.17g}, dampers left out, units = {units}\n\n"
+        f.write(f"backspring {os.path.basename(run.path)}, t = {run.times[row]:.17g}, dampers left out, units = {units}{boundary(frame)}\n\n"
                 f"{len(position)} atoms\n{len(kinds)} atom types\n")
         if len(pairs):
             half = 0.5 * rates(run) / lammps_units.factor(units)
@@ -73,17 +72,20 @@ def write_data(run, row, path, units="si"):
             rest_angle = np.degrees(np.minimum(angles.rest_angle, 2 * np.pi - angles.rest_angle))
             bends, bend = np.unique(np.stack([0.5 * angles.stiffness / lammps_units.factor(units), rest_angle], axis=1), axis=0, return_inverse=True)
             f.write(f"{len(angles)} angles\n{len(bends)} angle types\n")
-        f.write("\n" + "".join(f"{low[k]:.17g} {high[k]:.17g} {a}lo {a}hi\n" for k, a in enumerate("xyz")))
+        f.write("\n" + "".join(f"{frame.low[k]:.17g} {high[k]:.17g} {a}lo {a}hi\n" for k, a in enumerate("xyz")))
+        if triclinic(run):
+            f.write(f"{frame.cell[1, 0]:.17g} {frame.cell[2, 0]:.17g} {frame.cell[2, 1]:.17g} xy xz yz\n")
         f.write("\nMasses\n\n" + "".join(f"{i + 1} {m:.17g}{'  # fixed' if held else ''}\n" for i, (m, held) in enumerate(kinds)))
         if len(pairs):
             f.write("\nBond Coeffs # harmonic\n\n" + "".join(f"{i + 1} {k:.17g} {r:.17g}\n" for i, (k, r) in enumerate(bonds)))
         if angles:
             f.write("\nAngle Coeffs # harmonic\n\n" + "".join(f"{i + 1} {k:.17g} {r:.17g}\n" for i, (k, r) in enumerate(bends)))
         f.write(f"\nAtoms # {'angle' if angles else 'bond'}\n\n")
-        f.writelines(f"{i} 1 {t} {x[0]:.17g} {x[1]:.17g} {x[2]:.17g}\n" for i, t, x in zip(ids, kind, position))
-        if run.velocities is not None:
+        flags = [f" {n[0]} {n[1]} {n[2]}" if frame.periodic.any() else "" for n in frame.images]
+        f.writelines(f"{i} 1 {t} {x[0]:.17g} {x[1]:.17g} {x[2]:.17g}{n}\n" for i, t, x, n in zip(ids, kind, position, flags))
+        if frame.velocity is not None:
             f.write("\nVelocities\n\n")
-            f.writelines(f"{i} {v[0]:.17g} {v[1]:.17g} {v[2]:.17g}\n" for i, v in zip(ids, padded(run.velocity(row))))
+            f.writelines(f"{i} {v[0]:.17g} {v[1]:.17g} {v[2]:.17g}\n" for i, v in zip(ids, frame.velocity))
         if len(pairs):
             f.write("\nBonds\n\n")
             f.writelines(f"{i + 1} {t + 1} {ids[a]} {ids[b]}\n" for i, (t, (a, b)) in enumerate(zip(bond.reshape(-1), pairs)))
@@ -92,19 +94,33 @@ def write_data(run, row, path, units="si"):
             f.writelines(f"{i + 1} {t + 1} {ids[a]} {ids[b]} {ids[c]}\n" for i, (t, (a, b, c)) in enumerate(zip(bend.reshape(-1), angles.triples)))
 
 
+def boundary(frame):
+    """What LAMMPS' command says of a periodic box."""
+    return ", boundary " + " ".join("p" if one else "f" for one in frame.periodic) if frame.periodic.any() else ""
+
+
+def _box_of_dump(frame, tilted):
+    """Lines "ITEM: BOX BOUNDS ...": of a tilted box the bounds are those of what encloses it."""
+    words = " ".join("pp" if one else "ff" for one in frame.periodic)
+    low, high, (xy, xz, yz) = frame.low.copy(), frame.low + np.diag(frame.cell), frame.cell[[1, 2, 2], [0, 0, 1]]
+    if not tilted:
+        return f"ITEM: BOX BOUNDS {words}\n" + "".join(f"{a:.17g} {b:.17g}\n" for a, b in zip(low, high))
+    low[0], high[0] = low[0] + min(0, xy, xz, xy + xz), high[0] + max(0, xy, xz, xy + xz)
+    low[1], high[1] = low[1] + min(0, yz), high[1] + max(0, yz)
+    return f"ITEM: BOX BOUNDS xy xz yz {words}\n" + "".join(f"{a:.17g} {b:.17g} {t:.17g}\n" for a, b, t in zip(low, high, (xy, xz, yz)))
+
+
 def write_dump(run, rows, path):
     """A LAMMPS dump of all frames (.dump, .lammpstrj): OVITO, VMD, MDAnalysis, LAMMPS' rerun. It has steps, no times."""
-    moving = run.velocities is not None
-    columns = "id type x y z" + (" vx vy vz" if moving else "") + (" mass" if run.mass is not None else "")
+    moving, wrapped = run.velocities is not None, any(periodic(run))
+    columns = "id type x y z" + (" vx vy vz" if moving else "") + (" mass" if run.mass is not None else "") + (" ix iy iz" if wrapped else "")
     ids, kind = atom_ids(run), atom_types(run)[0]
     with open(path, "w", encoding="utf-8") as f:
         for row in rows:
-            parts = [padded(run.position(row))] + ([padded(run.velocity(row))] if moving else []) \
-                + ([run.mass[:, None]] if run.mass is not None else [])
-            low, high = bounds(parts[0])
-            f.write(f"ITEM: TIMESTEP\n{run.step[row]}\nITEM: NUMBER OF ATOMS\n{run.particles}\n"
-                    "ITEM: BOX BOUNDS ff ff ff\n" + "".join(f"{a:.17g} {b:.17g}\n" for a, b in zip(low, high))
-                    + f"ITEM: ATOMS {columns}\n")
+            frame = frame_of(run, row, bounds)
+            parts = [frame.position] + ([frame.velocity] if moving else []) + ([run.mass[:, None]] if run.mass is not None else [])
+            f.write(f"ITEM: TIMESTEP\n{run.step[row]}\nITEM: NUMBER OF ATOMS\n{run.particles}\n" + _box_of_dump(frame, triclinic(run)) + f"ITEM: ATOMS {columns}\n")
             reals = np.concatenate(parts, axis=1)
-            form = "%d %d " + " ".join(["%.17g"] * reals.shape[1]) + "\n"
-            f.writelines(form % (i, t, *values) for i, t, values in zip(ids.tolist(), kind.tolist(), reals.tolist()))
+            form = "%d %d " + " ".join(["%.17g"] * reals.shape[1]) + (" %d %d %d" if wrapped else "") + "\n"
+            images = frame.images.tolist() if wrapped else [[]] * len(reals)
+            f.writelines(form % (i, t, *values, *n) for i, t, values, n in zip(ids.tolist(), kind.tolist(), reals.tolist(), images))

@@ -19,7 +19,7 @@ def need_meshio():
 
 class Lattice:
     """Positions (N, 3), pairs (M, 2), and what the file says of the rest, None where it is silent."""
-    position = pairs = velocity = mass = ids = fixed = stiffness = rest_length = damping = units = angles = None
+    position = pairs = velocity = mass = ids = fixed = stiffness = rest_length = damping = units = angles = box = shift = None
     notes, merge_hint = (), "; use --merge 1e-6"
 
 
@@ -29,7 +29,7 @@ def from_lammps(args):
         raise RunError("--merge is for meshes; atoms keep their identity")
     wanted = [name for name in ("stiffness", "rest_length") if getattr(args, name) is None]
     data, out = read_lammps(args.input, args.atom_style, args.units, args.boundary, wanted), Lattice()
-    for name in ("notes", "position", "pairs", "velocity", "mass", "ids", "stiffness", "rest_length", "units", "angles"):
+    for name in ("notes", "position", "pairs", "velocity", "mass", "ids", "stiffness", "rest_length", "units", "angles", "box", "shift"):
         setattr(out, name, getattr(data, name))
     out.merge_hint = ": their bond has no direction"
     if args.si:
@@ -67,6 +67,8 @@ def _in_si(path, lattice):
                        ("rest_length", length)):
         if getattr(lattice, name) is not None:
             setattr(lattice, name, getattr(lattice, name) * unit)
+    if lattice.box:
+        lattice.box = (lattice.box[0] * length, lattice.box[1])
     if lattice.angles:
         lattice.angles["stiffness"] *= mass * length ** 2 / time ** 2
     lattice.units = "si"
@@ -120,6 +122,11 @@ def reduce_dimension(lattice, dim, path):
             raise RunError(f"{path}: --dim {dim} would drop {'xyz'[k]}, which varies; project the mesh first")
         if not still[k]:
             raise RunError(f"{path}: --dim {dim} would drop velocities along {'xyz'[k]}; write --dim {k + 1}")
+    if lattice.box:
+        edges, periodic = lattice.box
+        if edges[dim:, :dim].any():
+            raise RunError(f"{path}: --dim {dim} would drop an edge of the box that leans along {'xyz'[:dim]}; write --dim 3")
+        lattice.box, lattice.shift = (edges[:dim, :dim], periodic[:dim]), lattice.shift[:, :dim]
     lattice.position = position[:, :dim]
     lattice.velocity = None if velocity is None else velocity[:, :dim]
 
@@ -141,10 +148,11 @@ def check_springs(path, lattice):
     """A spring to itself or of no length has no direction."""
     position, pairs, rest_length = lattice.position, lattice.pairs, lattice.rest_length
     names = np.arange(len(position)) if lattice.ids is None else lattice.ids
+    across = 0 if lattice.box is None else lattice.shift @ lattice.box[0]
     itself = np.flatnonzero(pairs[:, 0] == pairs[:, 1])
     if len(itself):
         raise RunError(f"{path}: spring {itself[0]} joins point {names[pairs[itself[0], 0]]} to itself")
-    length = np.sqrt(((position[pairs[:, 1]] - position[pairs[:, 0]]) ** 2).sum(axis=1))
+    length = np.sqrt(((position[pairs[:, 1]] - position[pairs[:, 0]] + across) ** 2).sum(axis=1))
     none = np.flatnonzero((length == 0) & (True if rest_length is None else rest_length > 0))
     if len(none):
         a, b = names[pairs[none[0]]]
@@ -162,6 +170,10 @@ def write_lattice(path, lattice, spring_law="hooke", damping_law="axial"):
                            ("particles/fixed", held.astype(np.uint8) if held is not None and held.any() else None)):
             if data is not None:
                 f[name] = data
+        if lattice.box:
+            edges, periodic = lattice.box
+            f["box/edges"], f["springs/shift"] = edges, lattice.shift
+            f["box"].attrs["dimension"], f["box"].attrs["boundary"] = len(edges), ["periodic" if one else "none" for one in periodic]
         for name, data in (lattice.angles or {}).items():
             f["angles/" + name] = data
         f.attrs["spring_law"], f.attrs["damping_law"] = spring_law, damping_law
@@ -180,6 +192,8 @@ def to_lattice(args, kind):
     if lattice.angles and lattice.position.shape[1] == 2:
         import lammps_angles
         lammps_angles.in_the_plane(lattice.position, lattice.angles)
+    if lattice.box and lattice.angles:
+        raise RunError(f"{args.input}: harmonic angles do not go with a network that is joined to its own image across the periodic box: leave them out, or add --boundary f,f,f")
     if lattice.stiffness is None and springs:
         raise RunError(f"{args.input}: says nothing of stiffness; add --stiffness "
                        + ("K [N]" if args.spring_law == "strain" else "k [N/m]"))

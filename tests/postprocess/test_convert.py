@@ -38,7 +38,7 @@ class Case(unittest.TestCase):
         with contextlib.redirect_stdout(io.StringIO()), contextlib.redirect_stderr(said):
             convert.main([path, "-o", out, *args])
         with h5py.File(out, "r") as f:
-            found = {name: f[name][...] for group in ("particles", "springs", "angles") if group in f for name in (f"{group}/{k}" for k in f[group])}
+            found = {name: f[name][...] for group in ("particles", "springs", "angles", "box") if group in f for name in (f"{group}/{k}" for k in f[group])}
         found["said"] = said.getvalue()
         return found
 
@@ -79,9 +79,14 @@ class Lammps(Case):
         found = self.lattice(self.write("data.t", data(box=box, atoms="1 1 1 5 9.9 5\n2 1 1 3 0.1 5\n", bonds="1 1 1 2\n")), "--dim", "3")
         np.testing.assert_allclose(found["particles/position"][1], [3 + 2, 0.1 + 10, 5])
 
-    def test_networks_of_periodic_boxes_are_refused(self):
+    def test_networks_of_periodic_boxes_keep_the_box(self):
         ring = data(atoms="".join(f"{i + 1} 1 1 {2.5 * i} 5 5\n" for i in range(4)), bonds="1 1 1 2\n2 1 2 3\n3 1 3 4\n4 1 4 1\n")
-        self.refuses(self.write("data.ring", ring), says="joins a molecule or network to its own image across the periodic box")
+        found = self.lattice(self.write("data.ring", ring), "--dim", "3")
+        np.testing.assert_array_equal(found["springs/shift"], [[0, 0, 0], [0, 0, 0], [0, 0, 0], [1, 0, 0]])
+        np.testing.assert_array_equal(found["box/edges"], np.diag([10.0, 10, 10]))
+        self.assertIn("the lattice is periodic", found["said"])
+        flat = self.lattice(self.write("data.ring", ring), "--boundary", "p,p,f", "--dim", "2")
+        np.testing.assert_array_equal(flat["springs/shift"], [[0, 0], [0, 0], [0, 0], [1, 0]])
         self.assertEqual(len(self.lattice(self.write("data.ring", ring), "--boundary", "f,f,f", "--dim", "3")["springs/pairs"]), 4)
         self.refuses(self.write("data.ring", ring), "--boundary", "periodic", says="--boundary periodic: write p")
 

@@ -1,6 +1,7 @@
 #!/usr/bin/env python3
 """convert.py against LAMMPS itself: what it writes LAMMPS reads, and finds the same energies, forces, positions; what LAMMPS writes
 becomes a lattice that moves as LAMMPS' atoms do. Skipped where there is no lmp (apt install lammps)."""
+import json
 import pathlib
 import re
 import shutil
@@ -188,6 +189,45 @@ def moved(checks, folder):
         checks.near("units real: energy in kcal/mol, there and back", back[0][0, 1], tables[0][0, 1], 1e-8)
 
 
+def endless(checks, folder, name, lattice, strain):
+    """A net without ends in a box that is strained: every frame's energy and forces in LAMMPS; its data file read back, in a periodic box again."""
+    subprocess.run([checks.program, *lattice, "-bs_box_strain", strain, "-ts_type", "cn", "-ts_dt", "0.02", "-ts_max_time", "0.4", "-snes_rtol", "1e-12", "-bs_output", "net.h5md",
+                    "-bs_output_interval", "0.2", "-bs_overwrite", "-bs_progress_interval", "-1"], cwd=folder, env=environment(1), check=True, capture_output=True, timeout=120)
+    convert(checks, folder, "net.h5md", "-o", "data.net", "--frame", 2)
+    convert(checks, folder, "net.h5md", "-o", "net.lammpstrj")
+    with h5py.File(folder / "net.h5md") as f:
+        x, elastic, kinetic = (f[n][...] for n in ("particles/trajectory/position/value", "observables/elastic_energy/value", "observables/kinetic_energy/value"))
+        box = f["particles/trajectory/box"]
+        words = " ".join("p" if w == b"periodic" or w == "periodic" else "f" for w in box.attrs["boundary"])
+        edges, shift, pairs, k, rest = box["edges/value"][...], *(f["connectivity/bonds" + n][...] for n in ("_shift", "", "_stiffness", "_rest_length"))
+    words = " ".join([*words.split(), "f", "f"][:3])
+    cell = edges[2] if edges.ndim == 3 else np.diag(edges[2])
+    good, tables = lammps(checks, folder, head("si", words, reach=2.5) + "special_bonds lj/coul 1 1 1\nbox tilt large\nread_data data.net\n" + TAIL + DUMP + "run 0\nundump 1\n"
+                          + "rerun net.lammpstrj dump x y z vx vy vz box yes\n")
+    if not good:
+        return
+    checks.near(f"{name}: energies of the frame", tables[0][0, 1:], [elastic[2], kinetic[2]], 1e-10 * (elastic[2] + kinetic[2]))
+    checks.near(f"{name}: energies of every frame of the dump", tables[1][:, 1:], np.stack([elastic, kinetic], axis=1), 1e-10 * (elastic + kinetic).max())
+    r = x[2][pairs[:, 1]] - x[2][pairs[:, 0]] + shift @ cell
+    length = np.linalg.norm(r, axis=1)
+    f = np.zeros_like(x[2])
+    np.add.at(f, pairs[:, 0], (k * (length - rest) / length)[:, None] * r)
+    np.add.at(f, pairs[:, 1], -(k * (length - rest) / length)[:, None] * r)
+    theirs = dumped(folder / "out.dump")[0][:, 4:]
+    turned = np.linalg.norm(theirs, axis=1)  # the box may have been turned
+    checks.near(f"{name}: sizes of the forces", turned, np.linalg.norm(f, axis=1), 1e-10 * np.abs(f).max())
+    if not np.triu(cell, 1).any():
+        checks.near(f"{name}: forces", theirs[:, :f.shape[1]], f, 1e-10 * np.abs(f).max())
+    convert(checks, folder, "data.net", "-o", "back.h5", "--boundary", words.replace(" ", ","), "--units", "si", "--dim", x.shape[2])
+    back = subprocess.run([checks.program, "-bs_lattice_file", "back.h5", "-ts_max_steps", "1", "-ts_dt", "1e-9", "-bs_report", "back.json", "-bs_overwrite"], cwd=folder,
+                          env=environment(1), capture_output=True, text=True, timeout=120)
+    checks.true(f"{name}: read back", back.returncode == 0, back.stderr.strip()[-200:])
+    report = json.loads((folder / "back.json").read_text())
+    checks.near(f"{name}: energy there and back", report["first_elastic_energy"][0], elastic[2], 1e-10 * elastic[2])
+    stress = report["first_stress"]
+    checks.true(f"{name}: in a periodic box", len(stress) == x.shape[2] * (x.shape[2] + 1) // 2)
+
+
 def driven(checks, folder):
     """A lattice held at one end and driven at the other, sideways too: fix setforce and fix move against groups and their motions by velocity Verlet,
     which is the scheme of both."""
@@ -235,6 +275,22 @@ def main():
         if checks.wants("driven"):
             with checks.group("driven"):
                 driven(checks, folder)
+        cube = ["-bs_lattice_type", "cubic", "-bs_lattice_size", "4,5,4", "-bs_lattice_periodic", "xyz", "-bs_lattice_perturbation", "0.1", "-bs_lattice_spacing", "1",
+                "-bs_lattice_stiffness", "30", "-bs_lattice_velocity", "0.3,0.1,0"]
+        net = ["-bs_lattice_type", "triangular", "-bs_lattice_dim", "2", "-bs_lattice_size", "6,6", "-bs_lattice_periodic", "xy", "-bs_lattice_perturbation", "0.1",
+               "-bs_lattice_spacing", "1", "-bs_lattice_stiffness", "30"]
+        for what, lattice, strain in (("sheared cube", cube, "xy=velocity:0.3,xz=velocity:-0.2,yz=velocity:0.1"), ("turned cube", cube, "yx=velocity:0.5,zx=velocity:0.2"),
+                                      ("sheared far", cube, "xy=velocity:2,xx=velocity:0.1"), ("net of two dimensions", net, "xy=velocity:0.2,yy=velocity:0.1"),
+                                      ("periodic along x alone", [*cube, "-bs_lattice_periodic", "x"], "xx=velocity:0.2"),
+                                      ("periodic along x and y", [*cube, "-bs_lattice_periodic", "xy"], "xy=velocity:0.2")):
+            if checks.wants("periodic"):
+                with checks.group(what):
+                    endless(checks, folder, what, lattice, strain)
+        if checks.wants("periodic"):
+            subprocess.run([checks.program, *net, "-bs_lattice_size", "2,2", "-bs_lattice_perturbation", "0", "-ts_max_steps", "1", "-bs_output", "small.h5md"], cwd=folder, env=environment(1), check=True,
+                           capture_output=True, timeout=120)
+            done = subprocess.run([sys.executable, REPO / "postprocess/convert.py", "small.h5md", "-o", "data.small"], cwd=folder, capture_output=True, text=True, timeout=120)
+            checks.true("springs that LAMMPS does not have are refused", done.returncode != 0 and "does not join the nearest images" in done.stderr, done.stderr.strip()[-200:])
         if checks.wants("import"):
             with checks.group("import"):
                 imported(checks, folder)
