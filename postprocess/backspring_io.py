@@ -321,11 +321,17 @@ class Run:
             apart = apart + springs.shift @ self.box_edges(frame)
         return np.sqrt((apart ** 2).sum(axis=1))
 
+    def broken(self, frame):
+        """Which springs (M,) are broken; None in a run whose springs cannot break."""
+        flags = self._get("/backspring/broken/value")
+        return None if flags is None else np.asarray(flags[frame]) != 0
+
     def strains(self, frame):
-        """Strains (M,) = (l - L)/L; NaN where the rest length L is 0."""
-        rest = self.springs.rest_length
+        """Strains (M,) = (l - L)/L; NaN where the rest length L is 0 and where the spring is broken."""
+        rest, broken = self.springs.rest_length, self.broken(frame)
+        whole = rest > 0 if broken is None else (rest > 0) & ~broken
         with np.errstate(divide="ignore", invalid="ignore"):
-            return np.where(rest > 0, (self.lengths(frame) - rest) / rest, np.nan)
+            return np.where(whole, (self.lengths(frame) - rest) / rest, np.nan)
 
     @property
     def parameters(self):

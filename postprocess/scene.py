@@ -200,9 +200,12 @@ class Scene:
         return float(np.median(lengths)) * self.points_per_unit(ax)
 
     def _draw_springs(self, ax, row, plane, depth):
-        pairs = self.run.springs.pairs[self.drawn]
-        middle = 0.5 * (depth[pairs[:, 0]] + depth[pairs[:, 1]])
+        pairs, broken = self.run.springs.pairs[self.drawn], self.run.broken(row)
         values = None if self.color == "none" else self._spring_values(row)
+        if broken is not None:
+            whole = ~broken[self.drawn]
+            pairs, values = pairs[whole], None if values is None else values[whole]
+        middle = 0.5 * (depth[pairs[:, 0]] + depth[pairs[:, 1]])
         rgb = self._rgb(values, len(pairs))
         order = np.argsort(middle) if self.run.dim == 3 else np.argsort(np.abs(values), kind="stable") \
             if self.color == "strain" else np.arange(len(pairs))

@@ -102,7 +102,7 @@ std::string attribute(const std::string& name, const char* type, const char* cen
 
 /// The datasets of a trajectory that a viewer can show.
 struct Contents {
-  Item position, velocity, bonds, strain;
+  Item position, velocity, bonds, strain, broken;
   std::vector<std::pair<std::string, Item>> of_particles, of_springs;
 
   PetscErrorCode find(hid_t file, const std::string& name) {
@@ -114,6 +114,7 @@ struct Contents {
     PetscCall(describe(file, name, bonds_path + "_drawn", &bonds));  // of a periodic box: without lines across it
     if (bonds.path.empty()) PetscCall(describe(file, name, bonds_path, &bonds));
     PetscCall(describe(file, name, "/backspring/strain/value", &strain));
+    PetscCall(describe(file, name, "/backspring/broken/value", &broken));
     for (const std::string& constant : constants(file, particles.substr(0, particles.size() - 1))) {
       PetscCall(describe(file, name, particles + constant, &item));
       if (!item.path.empty()) of_particles.emplace_back(constant, item);
@@ -138,6 +139,7 @@ struct Contents {
     if (!velocity.path.empty()) out += attribute("velocity", "Vector", "Node", slab(velocity, k));
     for (const auto& [name, item] : of_particles) out += attribute(name, "Scalar", "Node", whole(item));
     if (!strain.path.empty()) out += attribute("strain", "Scalar", "Cell", slab(strain, k));
+    if (!broken.path.empty()) out += attribute("broken", "Scalar", "Cell", slab(broken, k));
     for (const auto& [name, item] : of_springs) out += attribute(name, "Scalar", "Cell", whole(item));
     return out + "</Grid>\n";
   }

@@ -1,5 +1,6 @@
 #include "solvers/pseudo_time.hpp"
 #include <petsc/private/tsimpl.h>
+#include <algorithm>
 #include "solvers/condensed/condensed.hpp"
 #include "solvers/own_solve.hpp"
 #include "time/ts_queries.hpp"
@@ -29,16 +30,16 @@ PetscErrorCode PseudoTime::solve(SNES snes) {
   PetscCall(SNESGetConvergedReason(snes, &reason));
   PetscCall(TSGetTimeStep(ts_, &h));
   PetscCall(TSGetTime(ts_, &from));
-  if (reason >= 0) PetscFunctionReturn(0);
-  if (!relaxing_ && (h > SHORT * nominal_ || from == tried_)) PetscFunctionReturn(0);
-  if (!relaxing_) tried_ = from;
+  if (reason >= 0 || fallback_ == Fallback::never) PetscFunctionReturn(0);
+  if (fallback_ == Fallback::late && (h > SHORT * nominal_ || from == tried_)) PetscFunctionReturn(0);
+  if (fallback_ == Fallback::late) tried_ = from;
   PetscCall(continue_from_start(snes));
   PetscFunctionReturn(0);
 }
 
 // The stage of the last step is solved again: its residual does not depend on where the step came from. Newton starts at y, not where the
 // predictor would.
-PetscErrorCode PseudoTime::relax(Vec y, bool* good) {
+PetscErrorCode PseudoTime::solve_from(Vec y, bool* good) {
   SNES snes;
   SNESConvergedReason reason;
   PetscFunctionBegin;
@@ -47,14 +48,39 @@ PetscErrorCode PseudoTime::relax(Vec y, bool* good) {
   PetscCall(VecCopy(y, room_));
   const auto guess = snes->ops->computeinitialguess;
   snes->ops->computeinitialguess = nullptr;
-  relaxing_ = true;
   PetscCall(SNESSolve(snes, nullptr, room_));
-  relaxing_ = false;
   snes->ops->computeinitialguess = guess;
   PetscCall(SNESGetConvergedReason(snes, &reason));
   ts_->snes_its += snes->iter;
   *good = reason > 0;
   if (*good) PetscCall(VecCopy(room_, y));
+  PetscFunctionReturn(0);
+}
+
+PetscErrorCode PseudoTime::relax(Vec y, bool* good) {
+  PetscFunctionBegin;
+  fallback_ = Fallback::always;
+  PetscCall(solve_from(y, good));
+  fallback_ = Fallback::late;
+  PetscFunctionReturn(0);
+}
+
+// Newton's convergence test takes the step's length from TS; what statics needs of rtol is more than a motion does.
+PetscErrorCode PseudoTime::advance(double h, Vec y, bool* good) {
+  constexpr double RTOL = 1e-8;
+  PetscReal of_loads, rtol;
+  SNES snes;
+  PetscFunctionBegin;
+  PetscCall(TSGetSNES(ts_, &snes));
+  PetscCall(SNESGetTolerances(snes, nullptr, &rtol, nullptr, nullptr, nullptr));
+  PetscCall(TSGetTimeStep(ts_, &of_loads));
+  PetscCall(TSSetTimeStep(ts_, h));
+  PetscCall(SNESSetTolerances(snes, PETSC_DEFAULT, std::max(rtol, RTOL), PETSC_DEFAULT, PETSC_DEFAULT, PETSC_DEFAULT));
+  fallback_ = Fallback::never;
+  PetscCall(solve_from(y, good));
+  fallback_ = Fallback::late;
+  PetscCall(SNESSetTolerances(snes, PETSC_DEFAULT, rtol, PETSC_DEFAULT, PETSC_DEFAULT, PETSC_DEFAULT));
+  PetscCall(TSSetTimeStep(ts_, of_loads));
   PetscFunctionReturn(0);
 }
 

@@ -18,17 +18,20 @@ class PseudoTime {
   PetscErrorCode solve(SNES snes);
   /// Collective, between two steps. From y, where parts of the system broke, to the equilibrium of the same loads; y stays where that is not found.
   PetscErrorCode relax(Vec y, bool* good);
+  /// Collective. A step of h [s] of the motion that the model is set to, from y; without fallback.
+  PetscErrorCode advance(double h, Vec y, bool* good);
   std::int64_t solves() const { return solves_; }  ///< that ended in an equilibrium
 
  private:
   PetscErrorCode continue_from_start(SNES snes);
+  PetscErrorCode solve_from(Vec y, bool* good);
 
   TS ts_ = nullptr;
   TSContext* context_ = nullptr;
   Equilibrium* model_ = nullptr;
   double nominal_ = 0;
   double tried_ = -1;  ///< load factor from which the last one started: none is repeated from the same state
-  bool relaxing_ = false;
+  enum class Fallback { late, always, never } fallback_ = Fallback::late;  ///< late: of steps that have been cut
   VecHandle room_;
   PetscErrorCode (*newton_)(SNES) = nullptr;
   std::int64_t solves_ = 0;

@@ -14,6 +14,10 @@ class Equilibrium::Potential final : public Incremental {
   PetscErrorCode add_kinematic(Vec F, Vec y) override { return energy_.add_kinematic(F, y); }
   PetscErrorCode follow(Vec y, Vec z) override {
     PetscFunctionBegin;
+    if (self_.moves()) {
+      PetscCall(energy_.follow(y, z));
+      PetscFunctionReturn(0);
+    }
     if (!line_) PetscCall(VecDuplicate(z, line_.out()));
     PetscCall(VecCopy(z, line_));
     PetscCall(zero_velocities(line_));
@@ -25,7 +29,7 @@ class Equilibrium::Potential final : public Incremental {
     const double s = self_.factor(t);
     PetscFunctionBegin;
     self_.load(s);
-    PetscCall(energy_.beyond_slope(s, sigma, lambda, change));
+    PetscCall(energy_.beyond_slope(s, self_.moves() ? 1 / self_.step_ : sigma, lambda, change));
     PetscFunctionReturn(0);
   }
 
@@ -71,7 +75,27 @@ Incremental* Equilibrium::incremental() {
 PetscErrorCode Equilibrium::at_rest(Vec y) {
   PetscFunctionBegin;
   PetscCall(VecCopy(y, rest_));
-  PetscCall(zero_velocities(rest_));
+  if (!moves()) PetscCall(zero_velocities(rest_));
+  PetscFunctionReturn(0);
+}
+
+PetscErrorCode Equilibrium::set_motion(double h, Vec y) {
+  PetscFunctionBegin;
+  step_ = h;
+  if (!moves()) PetscFunctionReturn(0);
+  if (!from_) PetscCall(VecDuplicate(y, from_.out()));
+  if (!flow_) PetscCall(VecDuplicate(y, flow_.out()));
+  PetscCall(VecCopy(y, from_));
+  tangent_.set_dynamic();
+  PetscFunctionReturn(0);
+}
+
+// y' = (y - y_n)/h, whatever the steps of the load are
+PetscErrorCode Equilibrium::momentum(double s, Vec y, Vec F) {
+  PetscFunctionBegin;
+  PetscCall(VecWAXPY(flow_, -1.0, from_, y));
+  PetscCall(VecScale(flow_, 1 / step_));
+  PetscCall(FirstOrder::residual(s, y, flow_, Form::momentum, F));
   PetscFunctionReturn(0);
 }
 
@@ -91,6 +115,10 @@ PetscErrorCode Equilibrium::residual(double t, Vec y, Vec ydot, Form, Vec F) {
   double s = 0;
   PetscFunctionBegin;
   PetscCall(stand(t, y, &s));
+  if (moves()) {
+    PetscCall(momentum(s, y, F));
+    PetscFunctionReturn(0);
+  }
   PetscCall(own_->force(s, rest_, &force));
   PetscCall(VecGetArrayRead(y, &ay));
   PetscCall(VecGetArrayRead(ydot, &ayd));
@@ -148,7 +176,12 @@ PetscErrorCode Equilibrium::jacobian(double t, Vec y, Vec, double sigma, Form fo
   double s = 0, rate = 0;
   PetscFunctionBegin;
   PetscCall(stand(t, y, &s));
-  PetscCall(tangent_.linearise(s, rest_, sigma, form));
+  PetscCall(tangent_.linearise(s, rest_, moves() ? 1 / step_ : sigma, form));
+  if (moves()) {
+    PetscCall(MatAssemblyBegin(P, MAT_FINAL_ASSEMBLY));
+    PetscCall(MatAssemblyEnd(P, MAT_FINAL_ASSEMBLY));
+    PetscFunctionReturn(0);
+  }
   if (rate_ == 0 || pseudo_ > 0) {
     PetscCall(mean_rate(&rate));
     if (rate_ == 0) rate_ = rate;
@@ -197,18 +230,23 @@ PetscErrorCode Equilibrium::load_direction(double t, Vec y, Vec q) {
 PetscErrorCode Equilibrium::residual_norms(Vec F, ResidualNorms* norms) {
   PetscFunctionBegin;
   PetscCall(FirstOrder::residual_norms(F, norms));
+  if (moves()) PetscFunctionReturn(0);
   (*norms)[0] = 0;  // v is only a prediction
   last_ = (*norms)[1];
   if (first_ == 0) first_ = last_;
   PetscFunctionReturn(0);
 }
 
-PetscErrorCode Equilibrium::residual_floor(double t, Vec y, double, Form, ResidualNorms* floor) {
+PetscErrorCode Equilibrium::residual_floor(double t, Vec y, double, Form form, ResidualNorms* floor) {
   const Layout at = own_->layout();
   double s = 0, sum = 0;
   PetscFunctionBegin;
   std::vector<double> size(static_cast<std::size_t>(at.particles * at.dim));
   PetscCall(stand(t, y, &s));
+  if (moves()) {
+    PetscCall(FirstOrder::residual_floor(s, y, 1 / step_, form, floor));
+    PetscFunctionReturn(0);
+  }
   PetscCall(own_->force_magnitudes(s, rest_, size.data()));
   for (const double each : size) sum += each * each;
   PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &sum, 1, MPI_DOUBLE, MPI_SUM, comm()));
@@ -216,9 +254,11 @@ PetscErrorCode Equilibrium::residual_floor(double t, Vec y, double, Form, Residu
   PetscFunctionReturn(0);
 }
 
-PetscErrorCode Equilibrium::velocity_errors(Vec, Vec, double, Form, double* worst, double* fastest) {
+PetscErrorCode Equilibrium::velocity_errors(Vec y, Vec F, double, Form form, double* worst, double* fastest) {
+  PetscFunctionBegin;
   *worst = *fastest = 0;
-  return 0;
+  if (moves()) PetscCall(FirstOrder::velocity_errors(y, F, 1 / step_, form, worst, fastest));
+  PetscFunctionReturn(0);
 }
 
 PetscErrorCode Equilibrium::accept(double t, Vec y) {

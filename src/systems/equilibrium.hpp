@@ -31,6 +31,12 @@ class Equilibrium final : public FirstOrder {
   /// That shift, once there is one [1/s^2].
   double sharp_shift() const { return SHARP * least_shift(); }
 
+  /// From now on a solve is a step of backward Euler of h [s] from y, with inertia and damping, at the loads of the factor that it is solved for, and
+  /// what is observed moves; h = 0: ends that.
+  PetscErrorCode set_motion(double h, Vec y);
+  /// Mean squared frequency at the first linearisation [1/s^2]; 0: there has been none.
+  double mean_squared_frequency() const { return rate_; }
+
   /// From now on s is this, whatever the time is (arc length); NaN: the time again.
   void set_factor(double s) { factor_ = s; }
   double factor(double t) const;
@@ -45,7 +51,7 @@ class Equilibrium final : public FirstOrder {
   PetscErrorCode residual_norms(Vec F, ResidualNorms* norms) override;
   PetscErrorCode residual_floor(double t, Vec y, double sigma, Form form, ResidualNorms* floor) override;
   /// Forces are judged by their norms alone.
-  PetscErrorCode velocity_errors(Vec, Vec, double, Form, double* worst, double* fastest) override;
+  PetscErrorCode velocity_errors(Vec y, Vec F, double sigma, Form form, double* worst, double* fastest) override;
   PetscErrorCode accept(double t, Vec y) override;
   PetscErrorCode observe(double t, Vec y, std::vector<Observable>* out) override;
   PetscErrorCode energy_supply(double t, Vec y, EnergySupply* out, bool* has) override;
@@ -61,13 +67,17 @@ class Equilibrium final : public FirstOrder {
   /// Both, at the factor s of time t.
   PetscErrorCode stand(double t, Vec y, double* s);
   PetscErrorCode mean_rate(double* rate);
+  bool moves() const { return step_ > 0; }
+  PetscErrorCode momentum(double s, Vec y, Vec F);
   /// Of a solve [1/s^2].
   double least_shift() const;
 
   LoadRules rules_;
   std::shared_ptr<Potential> potential_;
-  VecHandle rest_;   ///< (x, 0)
-  double rate_ = 0;  ///< mean squared frequency at the first linearisation [1/s^2]
+  VecHandle rest_;         ///< (x, 0); in motion (x, v)
+  double step_ = 0;        ///< of a motion [s]; 0: there is none
+  VecHandle from_, flow_;  ///< where its step began; room for y'
+  double rate_ = 0;        ///< mean squared frequency at the first linearisation [1/s^2]
   double factor_, pseudo_ = 0, first_ = 0, last_ = 0;
   PetscInt free_ = 0;
 };

@@ -22,6 +22,7 @@ class FirstOrderTangent final : public Tangent {
     static_ = true;
     shift_ = shift;
   }
+  void set_dynamic() { static_ = false; }
   /// Collective. A MATSHELL that multiplies by J.
   PetscErrorCode create_shell(Mat* J);
 

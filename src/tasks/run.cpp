@@ -2,6 +2,7 @@
 #include <algorithm>
 #include <cmath>
 #include "base/fault.hpp"
+#include "systems/breaks.hpp"
 #include "systems/mechanics.hpp"
 #include "tasks/run_parts.hpp"
 
@@ -82,11 +83,14 @@ PetscErrorCode Run::on_frame(PetscInt step, double time, Vec y) {
     std::vector<Field> fields;
     PetscCall(model_.fields(time, y, &fields));
     set_phase(Exit::io);
-    PetscCall(trajectory_->write_frame(step, time, fields, last_));
+    PetscCall(trajectory_->write_frame(step, shown_time(time), fields, last_));
     set_phase(Exit::solve);
   }
   PetscFunctionReturn(0);
 }
+
+/// Of statics with motions at constant load: time has passed in them.
+double Run::shown_time(double time) const { return time + (hooks_.loads && model_.breaks() ? model_.breaks()->motion() : 0); }
 
 PetscErrorCode Run::on_flush() {
   PetscFunctionBegin;

@@ -48,6 +48,7 @@ class Run {
   PetscErrorCode end_at_rest(double time, Vec y);
   PetscErrorCode observe(double time, Vec y);
   PetscErrorCode on_frame(PetscInt step, double time, Vec y);
+  double shown_time(double time) const;
   PetscErrorCode on_flush();
   PetscErrorCode on_save();
   PetscErrorCode open_restart();

@@ -6,6 +6,7 @@
 #include "solvers/pseudo_time.hpp"
 #include "systems/breaks.hpp"
 #include "systems/equilibrium.hpp"
+#include "tasks/avalanche.hpp"
 #include "tasks/compliance.hpp"
 #include "tasks/load_options.hpp"
 #include "tasks/matrices.hpp"
@@ -26,21 +27,22 @@ struct AtTheEnd {
 /// What statics adds to a run: load steps for time steps, the fallback, and the signs of the tangent's pivots.
 class StaticRun {
  public:
-  StaticRun(Equilibrium& model, const LoadOptions& options, AtTheEnd* end) : model_(model), options_(options), end_(end) {}
+  StaticRun(Equilibrium& model, const LoadOptions& options, AtTheEnd* end)
+      : model_(model), options_(options), end_(end), avalanche_(model, pseudo_) {}
+  PetscErrorCode read() { return avalanche_.read(); }
   RunHooks hooks();
 
  private:
   PetscErrorCode observe(double factor, Vec y, std::vector<Observable>* out);
   PetscErrorCode count(std::vector<Tally>* out) const;
   PetscErrorCode find(double factor, Vec y, Findings* out);
-  PetscErrorCode settle(double factor, Vec y, std::string* lost);
-  PetscErrorCode potential_energy(double factor, Vec y, double* energy);
 
   Equilibrium& model_;
   LoadOptions options_;
   AtTheEnd* end_;  ///< null: nothing is wanted
   PseudoTime pseudo_;
   ArcLength arc_;
+  Avalanche avalanche_;
   TS ts_ = nullptr;
   TSContext* context_ = nullptr;
   std::int64_t unstable_ = 0;  ///< equilibria whose tangent had some
@@ -70,7 +72,10 @@ RunHooks StaticRun::hooks() {
     };
     hooks.find = [this](double factor, Vec y, Findings* out) { return find(factor, y, out); };
   }
-  if (model_.breaks()) hooks.settle = [this](double factor, Vec y, std::string* lost) { return settle(factor, y, lost); };
+  if (model_.breaks())
+    hooks.settle = [this](double factor, Vec y, const Avalanche::Frame& frame, std::string* lost) {
+      return avalanche_.settle(factor, y, frame, lost);
+    };
   if (!options_.arc) return hooks;
   hooks.pace.end = step * static_cast<double>(options_.arc_steps);
   hooks.method = format("statics by arc length, first step %.6g", step);
@@ -97,48 +102,6 @@ PetscErrorCode StaticRun::observe(double factor, Vec y, std::vector<Observable>*
   last_factor_ = s;
   if (way != 0) last_way_ = way;
   out->push_back({"negative_pivots", {static_cast<double>(negative)}});
-  PetscFunctionReturn(0);
-}
-
-PetscErrorCode StaticRun::potential_energy(double factor, Vec y, double* energy) {
-  std::vector<Observable> all;
-  PetscFunctionBegin;
-  PetscCall(model_.observe(factor, y, &all));
-  *energy = 0;
-  for (const Observable& one : all)
-    if (one.name == "potential_energy") *energy = one.value[0];
-  PetscFunctionReturn(0);
-}
-
-/// At constant load, from equilibrium to equilibrium until nothing breaks any more: an avalanche.
-PetscErrorCode StaticRun::settle(double factor, Vec y, std::string* lost) {
-  Breaks& breaks = *model_.breaks();
-  std::int64_t broken = 0;
-  VecHandle before;
-  PetscFunctionBegin;
-  PetscCall(VecDuplicate(y, before.out()));
-  PetscCall(VecCopy(y, before));
-  while (breaks.broke() > 0) {
-    double had = 0, has = 0;
-    bool good = false;
-    broken += breaks.broke();
-    PetscCall(potential_energy(factor, y, &had));
-    PetscCall(pseudo_.relax(y, &good));
-    if (!good) {
-      breaks.revert();
-      PetscCall(VecCopy(before, y));
-      *lost = format(
-          "at load factor %.10g no equilibrium was found after %lld springs had broken: follow the break in time (-bs_task dynamics), or "
-          "remove loads that act on loose parts",
-          factor, static_cast<long long>(broken));
-      PetscFunctionReturn(0);
-    }
-    PetscCall(potential_energy(factor, y, &has));
-    breaks.release(had - has);
-    PetscCall(model_.accept(factor, y));
-  }
-  breaks.mark();
-  PetscCall(zero_velocities(y));  // they led to the state before the break
   PetscFunctionReturn(0);
 }
 
@@ -180,6 +143,7 @@ PetscErrorCode run_loads(Equilibrium& equilibrium, const RunOptions& options, co
                          int* exit_code) {
   PetscFunctionBegin;
   StaticRun statics(equilibrium, loads, end);
+  PetscCall(statics.read());
   RunHooks hooks = statics.hooks();
   const auto observe = hooks.observe;
   hooks.observe = [&observe, last](double factor, Vec y, std::vector<Observable>* out) {
@@ -211,8 +175,7 @@ static PetscErrorCode run_equilibria(std::unique_ptr<Model> model, bool moduli, 
   PetscCall(refuse_options_of_dynamics(comm));
   if (loads.arc) PetscCall(refuse_checkpoints(comm));
   if (loads.arc && model->breaks())
-    PetscCall(
-        tell(comm, Exit::input, "-bs_load_control arc: springs that break are for load steps: leave the option out, or the limits of springs"));
+    PetscCall(tell(comm, Exit::input, "-bs_load_control arc: springs that break are for load steps: leave the option out, or the limits of springs"));
   PetscCall(read_run_options(comm, &options));
   PetscCall(prepare(std::move(model), loads, &options, &equilibrium));
   PetscCall(end.compliance.read(*equilibrium));

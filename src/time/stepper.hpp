@@ -44,9 +44,9 @@ class Stepper {
   void save(Facts* facts, std::vector<NamedState>* states) const;
   /// Collective. After attach_solvers: `ts` goes on where `file` was written. `told` receives what could not be restored.
   PetscErrorCode restore(TS ts, const CheckpointFile& file, std::vector<std::string>* told);
-  /// Called when parts of the system broke at an accepted state: makes it a state that the task can go on from, or says in `lost` why it cannot;
-  /// then the run fails, and y must be the last good state.
-  using OnBreak = std::function<PetscErrorCode(double time, Vec y, std::string* lost)>;
+  /// Called when parts of the system broke at an accepted state: makes it a state that the task can go on from, or says in `lost` why it
+  /// cannot; then the run fails, and y must be the last good state. `frame` writes a frame of what lies between.
+  using OnBreak = std::function<PetscErrorCode(double time, Vec y, const std::function<PetscErrorCode(Vec)>& frame, std::string* lost)>;
   void set_on_break(OnBreak on_break) { on_break_ = std::move(on_break); }
   const RunCounts& counts() const { return counter_.counts(); }
   double start() const { return clock_.start(); }

@@ -140,7 +140,12 @@ PetscErrorCode Stepper::keep_step(TS ts, StepRecord* record, bool* landed) {
 PetscErrorCode Stepper::after_break(TS ts, double time, Vec y) {
   KeptAcceleration* own;
   PetscFunctionBegin;
-  if (on_break_) PetscCall(on_break_(time, y, &lost_));
+  const auto frame = [&](Vec between) { return on_frame_(static_cast<PetscInt>(counter_.counts().steps), time, between); };
+  if (on_break_) {
+    PetscCall(on_break_(time, y, frame, &lost_));
+    int signal = std::max(now_.signal, ending_signal());
+    PetscCallMPI(MPI_Allreduce(&signal, &now_.signal, 1, MPI_INT, MPI_MAX, model_.comm()));
+  }
   if (context_.method->remembers(Memory::acceleration)) {
     PetscCall(kept_acceleration(ts, &own));
     PetscCall(model_.rhs(time, y, own->kept));

@@ -19,7 +19,7 @@ PetscErrorCode SpringStrain::compute(const LocalState& state, Vec* strains) {
     const double rest = net_->links.rest_length[e];
     double square = 0;
     for (int c = 0; c < net_->dim; ++c) square += (b[c] - a[c]) * (b[c] - a[c]);
-    return rest > 0 ? (std::sqrt(square) - rest) / rest : std::numeric_limits<double>::quiet_NaN();
+    return rest > 0 && !net_->links.is_broken(e) ? (std::sqrt(square) - rest) / rest : std::numeric_limits<double>::quiet_NaN();
   };
   PetscCall(table_.gather(strain, &strains_));
   *strains = strains_;

@@ -29,6 +29,7 @@ PetscErrorCode Breaking::create(Network& net, const Lattice& lattice) {
   std::sort(links_by_row_.begin(), links_by_row_.end());
   PetscCall(name_ends());
   PetscCall(give_limits(lattice));
+  if (rules_.notched) PetscCall(cut_notch());
   mark();
   PetscFunctionReturn(0);
 }
@@ -95,6 +96,30 @@ PetscErrorCode Breaking::give_limits(const Lattice& lattice) {
   PetscFunctionReturn(0);
 }
 
+// The ends of either line lie on both sides of the other. Ends are taken by their global numbers, so that both ranks of a cut spring agree.
+PetscErrorCode Breaking::cut_notch() {
+  const Links& links = net_->links;
+  const double *a = rules_.notch, *b = rules_.notch + 2;
+  const auto side = [](const double* p, const double* q, const double* r) { return (q[0] - p[0]) * (r[1] - p[1]) - (q[1] - p[1]) * (r[0] - p[0]); };
+  std::int64_t count = 0;
+  PetscFunctionBegin;
+  for (PetscInt i = 0; i < net_->n; ++i)
+    for (PetscInt e = links.start[i]; e < links.start[i + 1]; ++e) {
+      const PetscInt j = links.other[e];
+      if (links.spring[e] < 0) continue;
+      const bool first = net_->global[i] < net_->global[j];
+      const double *p = net_->held.data() + 2 * static_cast<std::size_t>(first ? i : j),
+                   *q = net_->held.data() + 2 * static_cast<std::size_t>(first ? j : i);
+      if ((side(a, b, p) < 0) == (side(a, b, q) < 0) || (side(p, q, a) < 0) == (side(p, q, b) < 0)) continue;
+      cut(e);
+      ++count;
+    }
+  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &count, 1, MPI_INT64_T, MPI_SUM, net_->comm));
+  if (count == 0) PetscCall(tell(net_->comm, Exit::input, "option -bs_break_notch: no spring crosses that line: give a line through the lattice"));
+  given_broken_ = true;
+  PetscFunctionReturn(0);
+}
+
 double Breaking::limit(std::size_t k, int which) const {
   const double own = column_[which].empty() ? rules_.limit[which] : column_[which][k];
   return factor_.empty() ? own : own * factor_[k];
@@ -128,7 +153,7 @@ void Breaking::judge(double t, double load, const LocalState& state, const Physi
     const std::int64_t a = end_row_[static_cast<std::size_t>(i)], b = end_row_[static_cast<std::size_t>(links.other[e])];
     one.ends[0] = std::min(a, b);
     one.ends[1] = std::max(a, b);
-    one.time = t;
+    one.time = t + sums_.motion;
     one.load = load;
     one.strain = rest > 0 ? (m.length - rest) / rest : NAN;
     one.energy = m.energy;

@@ -38,6 +38,8 @@ class Breaking final : public Breaks {
   void mark() override;
   void revert() override;
   void release(double energy) override { sums_.released += energy; }
+  void add_motion(double seconds) override { sums_.motion += seconds; }
+  double motion() const override { return sums_.motion; }
   /// /events/broken/time, load, spring, ends, strain, energy, avalanche; on rank 0.
   PetscErrorCode tables(std::vector<Dataset>* out) const override;
   /// Plastic work of springs before they broke [J].
@@ -68,6 +70,7 @@ class Breaking final : public Breaks {
   struct Sums {
     std::int64_t broken = 0, avalanches = 0, size = 0, largest = 0;  ///< size: of the present avalanche
     double energy = 0, dissipated = 0, released = 0;                 ///< [J]
+    double motion = 0;                                               ///< [s]
     double last = -1;                                                ///< time of the last break
     std::int64_t running = 0;                                        ///< 1: the last look broke something
   };
@@ -78,6 +81,7 @@ class Breaking final : public Breaks {
   };
   PetscErrorCode give_limits(const Lattice& lattice);
   PetscErrorCode name_ends();
+  PetscErrorCode cut_notch();
   double limit(std::size_t k, int which) const;
   double excess_of(std::size_t k, const LinkMeasures& m) const;
   void judge(double t, double load, const LocalState& state, const Physics& physics, std::vector<Found>* found) const;

@@ -50,11 +50,17 @@ PetscErrorCode BreakRules::read(MPI_Comm comm, const Lattice& lattice) {
         weibull, this);
     read_scatter(o, "-bs_break_uniform", "scatter of the limits, W,SEED: each is multiplied by a number between 1 - W and 1 + W; default: none [1]",
                  uniform, this);
+    int count = 0;
+    notched =
+        o.reals("-bs_break_notch", "x,y,x,y of a line, the springs across which are broken from the start; default: none [m]", notch, 4, &count);
+    if (notched && count != 4) o.fail("option -bs_break_notch: give four numbers, the ends of a line, as in 0,0.5,0.3,0.5 [m]");
     o.texts("-bs_break_spare", "groups of particles whose springs do not break, separated by commas; default: none", spared);
     for (const std::string& name : spared)
       if (std::none_of(lattice.groups.begin(), lattice.groups.end(), [&](const Group& g) { return g.name == name; }))
         o.fail("option -bs_break_spare: there is no group " + name + ": write names of groups of the lattice or of -bs_lattice_groups");
   }));
+  if (notched && (lattice.dim != 2 || lattice.box.active()))
+    PetscCall(tell(comm, Exit::input, "option -bs_break_notch: notches are for lattices in 2 dimensions without a periodic box: leave it out"));
   side = static_cast<Side>(chosen);
   worst = which == 1;
   PetscFunctionReturn(0);
@@ -64,7 +70,7 @@ bool BreakRules::active(const Lattice& lattice) const {
   if (lattice.springs.total == 0) return false;
   for (const double value : limit)
     if (std::isfinite(value)) return true;
-  return !lattice.break_columns.empty();
+  return notched || !lattice.break_columns.empty();
 }
 
 double BreakRules::factor(std::int64_t row) const {

@@ -22,6 +22,8 @@ struct BreakRules {
   double width = 0;        ///< Weibull modulus, or half width of the uniform distribution
   std::int64_t seed = 0;
   std::vector<std::string> spared;  ///< groups whose springs do not break
+  bool notched = false;
+  double notch[4] = {0, 0, 0, 0};  ///< from (x, y) to (x, y) [m]: springs that cross it at the start are broken
 
   /// Collective. Reads the -bs_break_ options. Errors (exit 2): values out of range; groups that the lattice has not.
   PetscErrorCode read(MPI_Comm comm, const Lattice& lattice);

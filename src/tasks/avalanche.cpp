@@ -1,0 +1,144 @@
+#include "tasks/avalanche.hpp"
+#include <algorithm>
+#include <cmath>
+#include "base/fault.hpp"
+#include "base/options.hpp"
+#include "tasks/signals.hpp"
+
+namespace bs {
+
+PetscErrorCode Avalanche::read() {
+  int chosen = 0;
+  PetscFunctionBegin;
+  PetscCall(read_section(model_.comm(), "After a break in statics", [&](Section& o) {
+    o.choice("-bs_break_follow",
+             "what follows a break at an equilibrium: statics, the next equilibrium of the same loads without inertia; dynamics, the motion that the "
+             "break "
+             "sets going, by backward Euler at constant load, until it has come to rest",
+             {"statics", "dynamics"}, chosen);
+    o.real("-bs_break_dt", "time step of that motion; 0: one over the root mean squared frequency of the lattice [s]", options_.step,
+           Range::nonnegative);
+    o.integer("-bs_break_max_steps", "steps after which a motion that has not come to rest is ended by a search for an equilibrium", options_.most,
+              Range::positive);
+    o.real("-bs_break_output_interval", "time between frames of the motion; 0: none [s]", options_.interval, Range::nonnegative);
+  }));
+  options_.dynamics = chosen == 1;
+  PetscFunctionReturn(0);
+}
+
+/// A long avalanche does not keep a run from being stopped.
+PetscErrorCode Avalanche::look_for_signal() {
+  int signal = ending_signal();
+  PetscFunctionBegin;
+  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &signal, 1, MPI_INT, MPI_MAX, model_.comm()));
+  interrupted_ = signal != 0;
+  PetscFunctionReturn(0);
+}
+
+PetscErrorCode Avalanche::energies(double factor, Vec y, double* potential, double* kinetic) {
+  std::vector<Observable> all;
+  PetscFunctionBegin;
+  PetscCall(model_.observe(factor, y, &all));
+  *potential = *kinetic = 0;
+  for (const Observable& one : all) {
+    if (one.name == "potential_energy") *potential = one.value[0];
+    if (one.name == "kinetic_energy") *kinetic = one.value[0];
+  }
+  PetscFunctionReturn(0);
+}
+
+/// To the next equilibrium; then what is past its limits there breaks.
+PetscErrorCode Avalanche::relax(double factor, Vec y, bool* good) {
+  double had = 0, has = 0, kinetic = 0;
+  PetscFunctionBegin;
+  PetscCall(energies(factor, y, &had, &kinetic));
+  PetscCall(solver_.relax(y, good));
+  if (!*good) PetscFunctionReturn(0);
+  PetscCall(energies(factor, y, &has, &kinetic));
+  model_.breaks()->release(had - has);
+  PetscCall(model_.accept(factor, y));
+  PetscFunctionReturn(0);
+}
+
+/// One step; y stays where Newton's method fails.
+PetscErrorCode Avalanche::move(double factor, double h, Vec y, bool* good) {
+  double had = 0, has = 0, was = 0, is = 0;
+  PetscFunctionBegin;
+  PetscCall(model_.set_motion(h, y));
+  PetscCall(energies(factor, y, &had, &was));
+  PetscCall(solver_.advance(h, y, good));
+  if (!*good) PetscFunctionReturn(0);
+  PetscCall(energies(factor, y, &has, &is));
+  model_.breaks()->release(had + was - has - is);
+  model_.breaks()->add_motion(h);
+  PetscCall(model_.accept(factor, y));
+  PetscFunctionReturn(0);
+}
+
+/// At first with steps that resolve the motion. Where nothing has broken for a while they grow, so that backward Euler's own damping brings to rest
+/// what still swings; a break makes them short again. What is left at the end goes when the equilibrium is looked for.
+PetscErrorCode Avalanche::follow(double factor, Vec y, const Frame& frame, bool* good) {
+  constexpr double LEFT = 1e-3, GROWTH = 1.25;
+  constexpr int QUIET = 100, MOST_CUTS = 20;
+  Breaks& breaks = *model_.breaks();
+  const double nominal = options_.step > 0 ? options_.step : 1 / std::sqrt(model_.mean_squared_frequency());
+  double h = nominal, most = 0, kinetic = 0, potential = 0;
+  int quiet = 0, cuts = 0;
+  PetscFunctionBegin;
+  PetscCall(zero_velocities(y));
+  next_frame_ = breaks.motion() + options_.interval;
+  for (std::int64_t step = 0; step < options_.most && cuts <= MOST_CUTS; ++step) {
+    PetscCall(move(factor, h, y, good));
+    PetscCall(look_for_signal());
+    if (interrupted_) break;
+    cuts = *good ? 0 : cuts + 1;
+    if (!*good) {
+      h /= 2;
+      continue;
+    }
+    PetscCall(energies(factor, y, &potential, &kinetic));
+    most = std::max(most, kinetic);
+    quiet = breaks.broke() > 0 ? 0 : quiet + 1;
+    h = quiet < QUIET ? std::min(nominal, 2 * h) : GROWTH * h;
+    if (options_.interval > 0 && breaks.motion() >= next_frame_ * (1 - 1e-12)) {
+      PetscCall(frame(y));
+      next_frame_ = breaks.motion() + options_.interval;
+    }
+    if (quiet >= QUIET && kinetic <= LEFT * most) break;
+  }
+  PetscCall(energies(factor, y, &potential, &kinetic));
+  breaks.release(kinetic);
+  PetscCall(model_.set_motion(0, y));
+  PetscCall(zero_velocities(y));
+  PetscFunctionReturn(0);
+}
+
+PetscErrorCode Avalanche::settle(double factor, Vec y, const Frame& frame, std::string* lost) {
+  Breaks& breaks = *model_.breaks();
+  std::int64_t broken = 0;
+  VecHandle before;
+  PetscFunctionBegin;
+  PetscCall(VecDuplicate(y, before.out()));
+  PetscCall(VecCopy(y, before));
+  while (breaks.broke() > 0) {
+    bool good = true;
+    broken += breaks.broke();
+    if (options_.dynamics) PetscCall(follow(factor, y, frame, &good));
+    if (!interrupted_) PetscCall(relax(factor, y, &good));
+    PetscCall(look_for_signal());
+    if (good && !interrupted_) continue;
+    breaks.revert();
+    PetscCall(VecCopy(before, y));
+    if (interrupted_) PetscFunctionReturn(0);
+    *lost = format(
+        "at load factor %.10g no equilibrium was found after %lld springs had broken: compute the motion (-bs_task dynamics), or remove loads "
+        "that act on loose parts",
+        factor, static_cast<long long>(broken));
+    PetscFunctionReturn(0);
+  }
+  breaks.mark();
+  PetscCall(zero_velocities(y));  // they led to the state before the break
+  PetscFunctionReturn(0);
+}
+
+}  // namespace bs

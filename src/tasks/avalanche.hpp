@@ -1,0 +1,42 @@
+// What follows a break in statics: from equilibrium to equilibrium at constant load, or in motion until it has come to rest.
+#pragma once
+#include <functional>
+#include <string>
+#include "solvers/pseudo_time.hpp"
+#include "systems/breaks.hpp"
+#include "systems/equilibrium.hpp"
+
+namespace bs {
+
+struct AvalancheOptions {
+  bool dynamics = false;       ///< -bs_break_follow
+  double step = 0;             ///< -bs_break_dt [s]; 0: one over the root mean squared frequency
+  std::int64_t most = 100000;  ///< -bs_break_max_steps
+  double interval = 0;         ///< -bs_break_output_interval [s]; 0: no frames of the motion
+};
+
+class Avalanche {
+ public:
+  using Frame = std::function<PetscErrorCode(Vec)>;
+  Avalanche(Equilibrium& model, PseudoTime& solver) : model_(model), solver_(solver) {}
+  /// Collective. Reads the options.
+  PetscErrorCode read();
+  /// Collective, after the system broke at the equilibrium y of that factor. y becomes one at which nothing breaks; or stays, whole again, and
+  /// `lost` says why there is none; also on a signal that ends the run, with nothing in `lost`.
+  PetscErrorCode settle(double factor, Vec y, const Frame& frame, std::string* lost);
+
+ private:
+  PetscErrorCode relax(double factor, Vec y, bool* good);
+  PetscErrorCode follow(double factor, Vec y, const Frame& frame, bool* good);
+  PetscErrorCode move(double factor, double h, Vec y, bool* good);
+  PetscErrorCode look_for_signal();
+  PetscErrorCode energies(double factor, Vec y, double* potential, double* kinetic);
+
+  Equilibrium& model_;
+  PseudoTime& solver_;
+  AvalancheOptions options_;
+  bool interrupted_ = false;  ///< by a signal that ends the run: the state before the avalanche is the last good one
+  double next_frame_ = 0;     ///< of the motion [s]
+};
+
+}  // namespace bs
