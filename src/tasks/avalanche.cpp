@@ -75,19 +75,23 @@ PetscErrorCode Avalanche::move(double factor, double h, Vec y, bool* good) {
   PetscFunctionReturn(0);
 }
 
-/// At first with steps that resolve the motion. Where nothing has broken for a while they grow, so that backward Euler's own damping brings to rest
-/// what still swings; a break makes them short again. What is left at the end goes when the equilibrium is looked for.
+/// At first with steps that resolve the motion. Where nothing has broken for 100 over the root mean squared frequency they grow, so that backward
+/// Euler's own damping brings to rest what still swings; a break makes them short again. What is left at the end goes when the equilibrium is
+/// looked for.
 PetscErrorCode Avalanche::follow(double factor, Vec y, const Frame& frame, bool* good) {
-  constexpr double LEFT = 1e-3, GROWTH = 1.25;
-  constexpr int QUIET = 100, MOST_CUTS = 20;
+  constexpr double LEFT = 1e-3, GROWTH = 1.25, QUIET = 100;
+  constexpr int MOST_CUTS = 20;
   Breaks& breaks = *model_.breaks();
-  const double nominal = options_.step > 0 ? options_.step : 1 / std::sqrt(model_.mean_squared_frequency());
-  double h = nominal, most = 0, kinetic = 0, potential = 0;
-  int quiet = 0, cuts = 0;
+  const double period = 1 / std::sqrt(model_.mean_squared_frequency()), nominal = options_.step > 0 ? options_.step : period;
+  double h = nominal, most = 0, kinetic = 0, potential = 0, last_break = breaks.motion(), next_frame = last_break + options_.interval;
+  int cuts = 0;
   PetscFunctionBegin;
   PetscCall(zero_velocities(y));
-  next_frame_ = breaks.motion() + options_.interval;
   for (std::int64_t step = 0; step < options_.most && cuts <= MOST_CUTS; ++step) {
+    if (options_.interval > 0 && breaks.motion() >= next_frame * (1 - 1e-12)) {
+      PetscCall(frame(y));
+      next_frame = breaks.motion() + options_.interval;
+    }
     PetscCall(move(factor, h, y, good));
     PetscCall(look_for_signal());
     if (interrupted_) break;
@@ -98,13 +102,10 @@ PetscErrorCode Avalanche::follow(double factor, Vec y, const Frame& frame, bool*
     }
     PetscCall(energies(factor, y, &potential, &kinetic));
     most = std::max(most, kinetic);
-    quiet = breaks.broke() > 0 ? 0 : quiet + 1;
-    h = quiet < QUIET ? std::min(nominal, 2 * h) : GROWTH * h;
-    if (options_.interval > 0 && breaks.motion() >= next_frame_ * (1 - 1e-12)) {
-      PetscCall(frame(y));
-      next_frame_ = breaks.motion() + options_.interval;
-    }
-    if (quiet >= QUIET && kinetic <= LEFT * most) break;
+    if (breaks.broke() > 0) last_break = breaks.motion();
+    const bool quiet = breaks.motion() - last_break >= QUIET * period;
+    h = quiet ? GROWTH * h : std::min(nominal, 2 * h);
+    if (quiet && kinetic <= LEFT * most) break;
   }
   PetscCall(energies(factor, y, &potential, &kinetic));
   breaks.release(kinetic);

@@ -36,7 +36,6 @@ class Avalanche {
   PseudoTime& solver_;
   AvalancheOptions options_;
   bool interrupted_ = false;  ///< by a signal that ends the run: the state before the avalanche is the last good one
-  double next_frame_ = 0;     ///< of the motion [s]
 };
 
 }  // namespace bs

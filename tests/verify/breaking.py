@@ -328,6 +328,33 @@ def continued(checks, folder):
     checks.true("and nothing breaks anew without limits", back.report["broken_springs"] == 0)
 
 
+def followed(checks, folder):
+    """Two fibres hold a weight that grows; when the weaker one breaks at load F, the other one is stretched to F/k at rest, but to 2 F/k - F/2k by the weight's
+    inertia: a limit between the two is reached in motion alone. Then the weight falls onto a third fibre, slack until then, that holds it."""
+    x = [[0.0], [0.0], [-3.0], [1.0]]
+    write_lattice(folder / "l.h5", x, 1.0, fixed=[1, 1, 1, 0], pairs=[[0, 3], [1, 3], [2, 3]], stiffness=[1.0, 1.0, 0.5], rest_length=[1.0, 1.0, 5.0], laws=["hooke", "hooke", "tension"],
+                  columns={"critical_strain": [0.1, 0.24, np.inf]})
+    base = {"bs_task": "statics", "bs_load_steps": 40, "bs_lattice_file": str(folder / "l.h5"), "bs_gravity": 0.21, "bs_output_interval": 0.025, "snes_rtol": 1e-12}
+    still = ran(checks, folder, base)
+    checks.true("at rest the second fibre holds", list(events(folder)["spring"]) == [0] and still.report["broken_springs"] == 1)
+    ran(checks, folder, {**base, "bs_break_follow": "dynamics", "bs_break_dt": 0.01, "bs_break_output_interval": 0.5})
+    found = events(folder)
+    checks.true("in motion it breaks in the same avalanche", list(found["spring"]) == [0, 1] and list(found["avalanche"]) == [0, 0], f"{found['strain']}")
+    # u = F/k - F/2k cos t from rest at F/2k, omega = 1: where u = 0.24
+    F = 0.21 * found["load"][0]
+    when = math.acos((F - 0.24) / (F / 2))
+    checks.near("after the time that the free vibration takes to its limit", found["time"][1] - found["time"][0], when, 0.03)
+    with h5py.File(folder / "b.h5md") as f:
+        o = {name: f[f"observables/{name}/value"][...] for name in ("kinetic_energy", "potential_energy", "broken_energy", "released_energy", "load_factor")}
+        place = f["particles/trajectory/position/value"][:, list(f["particles/trajectory/id"][...]).index(3), 0]
+        clock = f["particles/trajectory/position/time"][...]
+    checks.near("it comes to rest on the third fibre", place[-1], 2 + 0.21 / 0.5, 1e-8)
+    checks.true("frames of the motion: their times and places", np.all(np.diff(clock) > 0) and np.count_nonzero(o["kinetic_energy"] > 1e-6) > 3, f"{len(clock)} frames")
+    during = np.flatnonzero(np.abs(o["load_factor"] - found["load"][0]) < 1e-12)
+    books = (o["kinetic_energy"] + o["potential_energy"] + o["broken_energy"] + o["released_energy"])[during]
+    checks.below("what is stored, broken, released and moves is the same all through the motion", np.ptp(books), 1e-10)
+
+
 def griffith(checks, folder):
     """A strip with a long crack along which springs may break, pulled in load steps. At Griffith's strain eps_c sqrt(2 k a/(C22 H)), C22 = 3 sqrt(3) k/4,
     the energy that a step of the crack sets free is that of the two springs it breaks; the lattice holds the crack until the first spring ahead of it is
@@ -369,7 +396,7 @@ def griffith(checks, folder):
 
 def main():
     checks = Checks(__doc__)
-    for part in (bundle, torn_in_statics, torn_in_time, every_method, energy_balance, continued, griffith):
+    for part in (bundle, torn_in_statics, torn_in_time, every_method, energy_balance, continued, followed, griffith):
         if checks.wants(part.__name__):
             with checks.group(part.__name__), tempfile.TemporaryDirectory() as folder:
                 part(checks, pathlib.Path(folder))
