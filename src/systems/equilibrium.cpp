@@ -227,6 +227,27 @@ PetscErrorCode Equilibrium::load_direction(double t, Vec y, Vec q) {
   PetscFunctionReturn(0);
 }
 
+PetscErrorCode Equilibrium::strain_response(double t, Vec y, StrainResponse* out) {
+  double s = 0;
+  PetscFunctionBegin;
+  PetscCall(stand(t, y, &s));
+  PetscCall(own_->strain_response(s, rest_, out));
+  PetscFunctionReturn(0);
+}
+
+std::vector<FreeStrain> Equilibrium::free_strains(double t) {
+  const double s = factor(t);
+  load(s);
+  return own_->free_strains(s);
+}
+
+PetscErrorCode Equilibrium::last_fault(std::string* text) {
+  PetscFunctionBegin;
+  PetscCall(own_->last_fault(text));
+  if (text->empty()) *text = trouble_;
+  PetscFunctionReturn(0);
+}
+
 PetscErrorCode Equilibrium::residual_norms(Vec F, ResidualNorms* norms) {
   PetscFunctionBegin;
   PetscCall(FirstOrder::residual_norms(F, norms));

@@ -2,6 +2,7 @@
 // factor, its steps are load steps, and v = dx/ds only serves to predict the next state.
 #pragma once
 #include <memory>
+#include <string>
 #include "systems/first_order.hpp"
 
 namespace bs {
@@ -42,6 +43,11 @@ class Equilibrium final : public FirstOrder {
   double factor(double t) const;
   /// Collective. q = df/ds at y, as a residual is laid out: (0, q).
   PetscErrorCode load_direction(double t, Vec y, Vec q);
+  /// Collective. Of the lattice at rest at (t, y); and the free strains of its box, with the stresses given at t.
+  PetscErrorCode strain_response(double t, Vec y, StrainResponse* out);
+  std::vector<FreeStrain> free_strains(double t);
+  /// What a task found wrong with the last solve: the model's fault from now on; empty: nothing.
+  void set_trouble(const std::string& text) { trouble_ = text; }
 
   PetscErrorCode residual(double t, Vec y, Vec ydot, Form form, Vec F) override;
   PetscErrorCode jacobian(double t, Vec y, Vec ydot, double sigma, Form form, Mat P) override;
@@ -56,6 +62,7 @@ class Equilibrium final : public FirstOrder {
   PetscErrorCode observe(double t, Vec y, std::vector<Observable>* out) override;
   PetscErrorCode energy_supply(double t, Vec y, EnergySupply* out, bool* has) override;
   PetscErrorCode fields(double t, Vec y, std::vector<Field>* out) override;
+  PetscErrorCode last_fault(std::string* text) override;
 
  private:
   static constexpr double SHARP = 1e-4;  ///< of the shift of a solve
@@ -80,6 +87,7 @@ class Equilibrium final : public FirstOrder {
   double rate_ = 0;        ///< mean squared frequency at the first linearisation [1/s^2]
   double factor_, pseudo_ = 0, first_ = 0, last_ = 0;
   PetscInt free_ = 0;
+  std::string trouble_;
 };
 
 }  // namespace bs

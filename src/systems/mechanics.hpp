@@ -96,6 +96,9 @@ class Mechanics : public System {
     *out = {};
     return 0;
   }
+  /// Components of the box' strain that are free, with the stresses given at time t; and their strains.
+  virtual std::vector<FreeStrain> free_strains(double) const { return {}; }
+  virtual void set_free_strains(const std::vector<double>&) {}
   /// Whether a box that changes carries all particles along; then adds its velocity at their places in y, as it is at t = 0, to theirs.
   virtual bool flows() const { return false; }
   virtual PetscErrorCode add_flow(Vec) { return 0; }

@@ -14,8 +14,22 @@ struct StrainResponse {
   std::vector<double> affine;  ///< (q, q): d2 E/(d e_a d e_b), of all ranks [J]
   std::vector<double> size;    ///< (q): root of the sum of squares of what single springs add to the force, of all ranks [N]
   std::vector<double> stress;  ///< (q): dE/d e_a / volume, of all ranks
+  double gradient[9] = {0};    ///< F of the box, (d, d) row by row
   std::string held;            ///< what keeps particles from following; empty: nothing does
 };
+
+/// A component of the strain F - I of a periodic box that is free under a given stress.
+struct FreeStrain {
+  int row = 0, column = 0;
+  double strain = 0;  ///< now
+  double stress = 0;  ///< given, component (row, column) [N/m^(d-1)]
+};
+
+/// "xy" of (0, 1).
+inline std::string component_name(int row, int column) { return {static_cast<char>('x' + row), static_cast<char>('x' + column)}; }
+
+/// Place of the component (row, column) of a symmetric tensor among xx; xx, yy, xy; or xx, yy, zz, yz, xz, xy.
+inline int component_place(int d, int row, int column) { return row == column ? row : d == 2 ? 2 : 6 - row - column; }
 
 /// Strain a of dimension d as a symmetric matrix, row by row.
 inline void unit_strain(int d, int a, double* e) {

@@ -3,6 +3,7 @@
 #include <cmath>
 #include "base/fault.hpp"
 #include "base/options.hpp"
+#include "tasks/box_stress.hpp"
 #include "tasks/matrices.hpp"
 #include "tasks/modes_parts.hpp"
 #include "tasks/statics.hpp"
@@ -207,6 +208,7 @@ PetscErrorCode run_modes(std::unique_ptr<Model> model, int* exit_code) {
     if (*exit_code) PetscFunctionReturn(0);
     time = 1;
   } else {
+    PetscCall(refuse_box_stress(*model, "-bs_modes_about start"));
     there = std::move(model);
     PetscCall(PetscOptionsGetReal(nullptr, nullptr, "-ts_init_time", &time, nullptr));
     PetscCall(at_rest(there->initial_state(), y.out()));

@@ -23,7 +23,6 @@ class Moduli {
   PetscErrorCode find(TS ts, Mat J, Equilibrium& model, double t, Vec y, Findings* out);
 
  private:
-  PetscErrorCode relax(TS ts, Mat J, Equilibrium& model, double t, Vec y, const StrainResponse& strained, double* left);
   void put(PetscMPIInt rank, const StrainResponse& strained, Findings* out) const;
   int count_ = 0;
   std::vector<double> value_;  ///< (q, q), row by row

@@ -4,6 +4,7 @@
 #include "base/fault.hpp"
 #include "systems/breaks.hpp"
 #include "systems/mechanics.hpp"
+#include "tasks/box_stress.hpp"
 #include "tasks/run_parts.hpp"
 
 namespace bs {
@@ -176,6 +177,7 @@ PetscErrorCode run_model(Model& model, int* exit_code) {
 
 PetscErrorCode run_dynamics(std::unique_ptr<Model> model, int* exit_code) {
   PetscFunctionBegin;
+  PetscCall(refuse_box_stress(*model, "-bs_task dynamics"));
   PetscCall(run_model(*model, exit_code));
   PetscFunctionReturn(0);
 }

@@ -7,6 +7,7 @@
 #include "systems/breaks.hpp"
 #include "systems/equilibrium.hpp"
 #include "tasks/avalanche.hpp"
+#include "tasks/box_stress.hpp"
 #include "tasks/compliance.hpp"
 #include "tasks/load_options.hpp"
 #include "tasks/matrices.hpp"
@@ -29,10 +30,12 @@ class StaticRun {
  public:
   StaticRun(Equilibrium& model, const LoadOptions& options, AtTheEnd* end)
       : model_(model), options_(options), end_(end), avalanche_(model, pseudo_) {}
-  PetscErrorCode read() { return avalanche_.read(); }
+  /// Collective. Reads the options of its parts.
+  PetscErrorCode read();
   RunHooks hooks();
 
  private:
+  PetscErrorCode attach(TS ts, TSContext& context, double step);
   PetscErrorCode observe(double factor, Vec y, std::vector<Observable>* out);
   PetscErrorCode count(std::vector<Tally>* out) const;
   PetscErrorCode find(double factor, Vec y, Findings* out);
@@ -40,6 +43,7 @@ class StaticRun {
   Equilibrium& model_;
   LoadOptions options_;
   AtTheEnd* end_;  ///< null: nothing is wanted
+  BoxStress box_;
   PseudoTime pseudo_;
   ArcLength arc_;
   Avalanche avalanche_;
@@ -52,6 +56,13 @@ class StaticRun {
   double last_factor_ = 0, last_way_ = 0;
 };
 
+PetscErrorCode StaticRun::read() {
+  PetscFunctionBegin;
+  PetscCall(avalanche_.read());
+  PetscCall(box_.begin(model_, options_.arc));
+  PetscFunctionReturn(0);
+}
+
 RunHooks StaticRun::hooks() {
   const double step = 1.0 / static_cast<double>(options_.steps);
   RunHooks hooks;
@@ -61,7 +72,7 @@ RunHooks StaticRun::hooks() {
   hooks.attach = [this, step](TS ts, TSContext& context) {
     ts_ = ts;
     context_ = &context;
-    return options_.arc ? arc_.attach(ts, context, model_, step, options_.end) : pseudo_.attach(ts, context, model_, step);
+    return attach(ts, context, step);
   };
   hooks.observe = [this](double factor, Vec y, std::vector<Observable>* out) { return observe(factor, y, out); };
   hooks.count = [this](std::vector<Tally>* out) { return count(out); };
@@ -70,8 +81,8 @@ RunHooks StaticRun::hooks() {
       if (end_->compliance.wanted()) all->push_back(end_->compliance.table(rank));
       if (end_->moduli.wanted()) all->push_back(end_->moduli.table(rank));
     };
-    hooks.find = [this](double factor, Vec y, Findings* out) { return find(factor, y, out); };
   }
+  if (box_.active() || (end_ && end_->wanted())) hooks.find = [this](double factor, Vec y, Findings* out) { return find(factor, y, out); };
   if (model_.breaks())
     hooks.settle = [this](double factor, Vec y, const Avalanche::Frame& frame, std::string* lost) {
       return avalanche_.settle(factor, y, frame, lost);
@@ -84,6 +95,17 @@ RunHooks StaticRun::hooks() {
   hooks.checkpoints = false;
   hooks.done = [this] { return arc_.at_end(); };
   return hooks;
+}
+
+PetscErrorCode StaticRun::attach(TS ts, TSContext& context, double step) {
+  PetscFunctionBegin;
+  if (options_.arc) {
+    PetscCall(arc_.attach(ts, context, model_, step, options_.end));
+    PetscFunctionReturn(0);
+  }
+  PetscCall(pseudo_.attach(ts, context, model_, step));
+  if (box_.active()) PetscCall(box_.attach(ts, context, model_, [this](SNES snes) { return pseudo_.solve(snes); }));
+  PetscFunctionReturn(0);
 }
 
 /// The tangent at the equilibrium itself: Newton's last one is of the iterate before it.
@@ -107,6 +129,8 @@ PetscErrorCode StaticRun::observe(double factor, Vec y, std::vector<Observable>*
 
 PetscErrorCode StaticRun::find(double factor, Vec y, Findings* out) {
   PetscFunctionBegin;
+  if (box_.active()) box_.put(model_, factor, out);
+  if (!end_) PetscFunctionReturn(0);
   if (end_->compliance.wanted()) PetscCall(end_->compliance.find(ts_, context_->matrix, model_, factor, y, out));
   if (end_->moduli.wanted() && out->why.empty()) PetscCall(end_->moduli.find(ts_, context_->matrix, model_, factor, y, out));
   PetscFunctionReturn(0);
@@ -118,6 +142,7 @@ PetscErrorCode StaticRun::count(std::vector<Tally>* out) const {
   out->push_back({"pseudo_transient",
                   "load steps ended by pseudo-transient continuation, where Newton's method had failed: the shape may have jumped",
                   pseudo_.solves()});
+  out->push_back({"box_corrections", "changes of the box to meet the stresses of -bs_box_stress", box_.corrections()});
   out->push_back({"turns", "times the load factor turned round: limit points", turns_});
   out->push_back({"inertia_changes", "times the number of negative pivots changed: limit points and branch points lie there", changes_});
   out->push_back({"unstable", "equilibria are unstable: the tangent there has negative pivots", unstable_});

@@ -10,12 +10,24 @@ PetscErrorCode TangentSolve::prepare(TS ts, Mat J, Equilibrium& model, double t,
   PetscFunctionBegin;
   model_ = &model;
   PetscCall(linear_solver_of(ts, &ksp_, &pc));
+  PetscCall(condensed_demand(pc, &demand_));
+  PetscCall(KSPGetTolerances(ksp_, &rtol_, nullptr, nullptr, nullptr));
   PetscCall(condensed_set_tangent(pc, model.tangent(), {}));  // S itself is solved with, definite or not
   PetscCall(condensed_renew(pc));
   PetscCall(model.linearise_sharply(t, y, J));
   PetscCall(KSPSetOperators(ksp_, J, J));
   PetscCall(KSPSetTolerances(ksp_, RTOL, PETSC_DEFAULT, PETSC_DEFAULT, PETSC_DEFAULT));
   for (VecHandle* vec : {&r_, &z_}) PetscCall(VecDuplicate(y, vec->out()));
+  PetscFunctionReturn(0);
+}
+
+PetscErrorCode TangentSolve::give_back() {
+  PC pc;
+  PetscFunctionBegin;
+  PetscCall(KSPGetPC(ksp_, &pc));
+  PetscCall(condensed_set_tangent(pc, model_->tangent(), demand_));
+  PetscCall(condensed_renew(pc));
+  PetscCall(KSPSetTolerances(ksp_, rtol_, PETSC_DEFAULT, PETSC_DEFAULT, PETSC_DEFAULT));
   PetscFunctionReturn(0);
 }
 

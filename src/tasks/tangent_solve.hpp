@@ -2,6 +2,7 @@
 #pragma once
 #include <petscts.h>
 #include <vector>
+#include "solvers/condensed/condensed.hpp"
 #include "systems/equilibrium.hpp"
 
 namespace bs {
@@ -14,10 +15,14 @@ class TangentSolve {
   /// Collective. load and u are laid out as states: f stands in the places of v, u in those of x. left: |f + K u|/|f|, of the best that rounding
   /// allows; -1: f is 0, and so is u.
   PetscErrorCode solve(Vec load, Vec u, double* left);
+  /// Collective. The linear solver is again what it was before prepare(), for load steps to go on.
+  PetscErrorCode give_back();
 
  private:
   Equilibrium* model_ = nullptr;
   KSP ksp_ = nullptr;
+  CondensedDemand demand_;  ///< before
+  PetscReal rtol_ = 0;      ///< likewise
   VecHandle r_, z_;
   std::vector<double> force_;
 };

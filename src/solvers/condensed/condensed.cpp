@@ -158,6 +158,14 @@ PetscErrorCode condensed_set_tangent(PC pc, Tangent* tangent, const CondensedDem
   PetscFunctionReturn(0);
 }
 
+PetscErrorCode condensed_demand(PC pc, CondensedDemand* demand) {
+  bool is = false;
+  PetscFunctionBegin;
+  PetscCall(is_condensed(pc, &is));
+  if (is) *demand = data_of(pc).demand;
+  PetscFunctionReturn(0);
+}
+
 PetscErrorCode condensed_expect_definite(PC pc, bool expected) {
   bool is = false;
   PetscFunctionBegin;

@@ -45,6 +45,9 @@ PetscErrorCode condensed_counts(PC pc, bool* is, CondensedCounts* counts);
 /// change between solves; whether the signs of the pivots are wanted may not.
 PetscErrorCode condensed_set_tangent(PC pc, Tangent* tangent, const CondensedDemand& demand);
 
+/// What for it was told last; of a `pc` of another type `demand` is left alone.
+PetscErrorCode condensed_demand(PC pc, CondensedDemand* demand);
+
 /// Before a linearisation: whether S may be positive definite although the last one was not.
 PetscErrorCode condensed_expect_definite(PC pc, bool expected);
 

@@ -3,62 +3,11 @@
 #include <algorithm>
 
 #include "base/fault.hpp"
-#include "base/options.hpp"
-#include "systems/particles/drive_tables.hpp"
 
 namespace bs {
 
-namespace {
-
-const char* const FORMS = "write components such as xy=velocity:0.01 or xx=sinusoid:0.02,0.5";
-
-/// Whether text[at] begins "ab=", a and b axes.
-bool begins_component(const std::string& text, std::size_t at) {
-  const auto axis = [&](std::size_t k) { return text[k] >= 'x' && text[k] <= 'z'; };
-  return at + 2 < text.size() && axis(at) && axis(at + 1) && text[at + 2] == '=' && (at + 3 >= text.size() || text[at + 3] != '=');
-}
-
-}  // namespace
-
-PetscErrorCode Cell::read(MPI_Comm comm, const Lattice& l) {
-  static const char help[] =
-      "strain of the periodic box over time by components of F - I, e.g. xy=velocity:0.01,xx=sinusoid:0.02,0.5: velocity:RATE [1/s], "
-      "sinusoid:AMPLITUDE,FREQUENCY,PHASE, table:FILE (rows t,strain), expression:TEXT in t; static analyses: t is the load factor";
-  std::string text;
-
-  PetscFunctionBegin;
-  dim_ = l.dim;
-  box_ = l.box;
-  PetscCall(read_section(comm, "Periodic box", [&](Section& o) { o.text("-bs_box_strain", help, text); }));
-  if (text.empty()) PetscFunctionReturn(0);
-  if (!box_.active())
-    PetscCall(
-        tell(comm, Exit::input,
-             "option -bs_box_strain: " + l.source + " has no periodic box: give -bs_lattice_periodic or a lattice file with /box, or leave it out"));
-  for (std::size_t at = 0; at < text.size();) {
-    if (!begins_component(text, at)) PetscCall(tell(comm, Exit::input, "option -bs_box_strain: '" + text.substr(at) + "': " + FORMS));
-    std::size_t end = at + 3;
-    while (end < text.size() && !(text[end] == ',' && begins_component(text, end + 1))) ++end;
-    PetscCall(read_component(comm, text.substr(at, 2), text.substr(at + 3, end - at - 3)));
-    at = end + 1;
-  }
-  PetscFunctionReturn(0);
-}
-
-PetscErrorCode Cell::read_component(MPI_Comm comm, const std::string& name, const std::string& text) {
-  Component one{name[0] - 'x', name[1] - 'x', {}};
-  std::string error;
-  const std::string option = "option -bs_box_strain: " + name + ": ";
-
-  PetscFunctionBegin;
-  if (one.row >= dim_ || one.column >= dim_) PetscCall(tell(comm, Exit::input, option + format("the lattice has %d dimensions: ", dim_) + FORMS));
-  if (std::any_of(components_.begin(), components_.end(), [&](const Component& c) { return c.row == one.row && c.column == one.column; }))
-    PetscCall(tell(comm, Exit::input, option + "the component is given twice: write each once"));
-  if (!one.drive.parse("x=" + text, 1, &error)) PetscCall(tell(comm, Exit::input, option + error));
-  PetscCall(read_drive_tables(comm, "-bs_box_strain", &one.drive));
-  components_.push_back(std::move(one));
-  PetscFunctionReturn(0);
-}
+/// Of a sum in a checkpoint.
+static std::string saved_name(int row, int column) { return "box_strain_" + component_name(row, column); }
 
 void Cell::create(const Network& net) {
   net_ = &net;
@@ -71,11 +20,12 @@ void Cell::create(const Network& net) {
 }
 
 bool Cell::moving() const {
-  return std::any_of(components_.begin(), components_.end(), [](const Component& one) { return one.drive.moving() != 0; });
+  return !free_.empty() || std::any_of(components_.begin(), components_.end(), [](const Component& one) { return one.drive.moving() != 0; });
 }
 
 bool Cell::triclinic() const {
-  return !box_.orthogonal(dim_) || std::any_of(components_.begin(), components_.end(), [](const Component& one) { return one.row != one.column; });
+  const auto shears = [](const auto& one) { return one.row != one.column; };
+  return !box_.orthogonal(dim_) || std::any_of(components_.begin(), components_.end(), shears) || std::any_of(free_.begin(), free_.end(), shears);
 }
 
 /// F and dF/dt, (d, d) each.
@@ -89,6 +39,33 @@ void Cell::gradient(double t, double* F, double* rate) const {
     one.drive.at(full_load_ ? 1.0 : t, zero, g, v, a);
     F[one.row * dim_ + one.column] += g[0];
     rate[one.row * dim_ + one.column] += at_rest_ ? 0.0 : v[0];
+  }
+  for (const Free& one : free_) F[one.row * dim_ + one.column] += one.strain;
+}
+
+std::vector<FreeStrain> Cell::free_strains(double t) const {
+  const double zero[3] = {0, 0, 0};
+  std::vector<FreeStrain> all;
+  for (const Free& one : free_) {
+    double stress[3] = {0, 0, 0}, v[3] = {0, 0, 0}, a[3] = {0, 0, 0};
+    one.stress.at(full_load_ ? 1.0 : t, zero, stress, v, a);
+    all.push_back({one.row, one.column, one.strain, stress[0]});
+  }
+  return all;
+}
+
+void Cell::set_free_strains(const std::vector<double>& strains) {
+  for (std::size_t k = 0; k < free_.size(); ++k) free_[k].strain = strains[k];
+}
+
+void Cell::save(std::map<std::string, double>* sums) const {
+  for (const Free& one : free_) (*sums)[saved_name(one.row, one.column)] = one.strain;
+}
+
+void Cell::restore(const std::map<std::string, double>& sums) {
+  for (Free& one : free_) {
+    const auto at = sums.find(saved_name(one.row, one.column));
+    one.strain = at == sums.end() ? 0 : at->second;
   }
 }
 
@@ -144,6 +121,8 @@ PetscErrorCode Cell::covers(double t_end) const {
     if (!one.drive.covers(t_end))
       PetscCall(tell(net_->comm, Exit::input,
                      format("the table of -bs_box_strain does not reach the end of the run, t = %g s: add rows or lower -ts_max_time", t_end)));
+  for (const Free& one : free_)
+    if (!one.stress.covers(t_end)) PetscCall(tell(net_->comm, Exit::input, "the table of -bs_box_stress does not reach the load factor 1: add rows"));
   PetscFunctionReturn(0);
 }
 
@@ -157,9 +136,9 @@ std::vector<std::string> Cell::describe() const {
     if (box_.periodic[k]) along += (along.empty() ? "" : ", ") + std::to_string(k + 1);
   }
   lines.push_back("periodic box along edge " + along + " of (" + edges + ") m");
-  for (const Component& one : components_)
-    lines.push_back(std::string("box strain ") + static_cast<char>('x' + one.row) + static_cast<char>('x' + one.column) + ": " +
-                    one.drive.text().substr(2));
+  for (const Component& one : components_) lines.push_back("box strain " + component_name(one.row, one.column) + ": " + one.drive.text().substr(2));
+  for (const Free& one : free_)
+    lines.push_back("box stress " + component_name(one.row, one.column) + ": " + one.stress.text().substr(2) + ", its strain is free");
   return lines;
 }
 

@@ -1,22 +1,25 @@
 // The periodic box in the course of time.
 #pragma once
 #include <petscsys.h>
+#include <map>
 #include <string>
 #include <vector>
 
 #include "network/network.hpp"
 #include "physics/whole/drive.hpp"
+#include "systems/strain_response.hpp"
 
 namespace bs {
 
 /// The box is strained homogeneously as given: its edges are
 ///   e_k(t) = F(t) E_k,   F = I + G(t)
-/// with E_k those of the lattice and G_ab(t) the components that -bs_box_strain prescribes: G_xx the stretch along x, G_xy the displacement along x
-/// per distance along y (simple shear). An image s of a particle at x with velocity v is at x + sum of s_k e_k and moves with
-/// v + sum of s_k e_k'.
+/// with E_k those of the lattice and G_ab(t) the components that -bs_box_strain and -bs_box_rate prescribe: G_xx the stretch along x, G_xy the
+/// displacement along x per distance along y (simple shear). Those of -bs_box_stress are free: what bears the given stress is found by a task. An
+/// image s of a particle at x with velocity v is at x + sum of s_k e_k and moves with v + sum of s_k e_k'.
 class Cell {
  public:
-  /// Collective. Reads -bs_box_strain. Errors (exit 2): a lattice without a periodic box, texts that are no motion.
+  /// Collective. Reads -bs_box_strain, -bs_box_rate and -bs_box_stress. Errors (exit 2): a lattice without a periodic box, texts that are no
+  /// motion, components that are given twice, or that change nothing.
   PetscErrorCode read(MPI_Comm comm, const Lattice& lattice);
   /// The images among the ghosts of `net`, which must outlive the object.
   void create(const Network& net);
@@ -30,6 +33,14 @@ class Cell {
   void velocity_gradient(double t, double* L) const;
   /// Whether its edges are not along the axes, or are going to be.
   bool triclinic() const;
+  /// F(t) and dF/dt, (d, d) each.
+  void gradient(double t, double* F, double* rate) const;
+  /// The components that are free, with the stress given at time t; and their strains.
+  std::vector<FreeStrain> free_strains(double t) const;
+  void set_free_strains(const std::vector<double>& strains);
+  /// Free strains by name, for a checkpoint, and back.
+  void save(std::map<std::string, double>* sums) const;
+  void restore(const std::map<std::string, double>& sums);
   /// Volume (area, length) at time t.
   double volume(double t) const;
   /// Adds the displacement of their images at time t to ghosts' states, 2d numbers (x, v) each, n + ghosts of them; `sign` -1 takes it away.
@@ -48,12 +59,20 @@ class Cell {
     int row, column;
     Drive drive;
   };
-  PetscErrorCode read_component(MPI_Comm comm, const std::string& name, const std::string& text);
-  void gradient(double t, double* F, double* rate) const;
+  struct Free {
+    int row, column;
+    Drive stress;  ///< over time [N/m^(d-1)]
+    double strain;
+  };
+  PetscErrorCode read_components(MPI_Comm comm, const char* option, const std::string& text);
+  PetscErrorCode read_component(MPI_Comm comm, const std::string& option, const std::string& name, const std::string& text);
+  PetscErrorCode check_free(MPI_Comm comm) const;
+  bool has(int row, int column) const;
   const Network* net_ = nullptr;
   int dim_ = 3;
   PeriodicBox box_;
   std::vector<Component> components_;
+  std::vector<Free> free_;
   std::vector<PetscInt> images_;  ///< ghosts that are images, by local index
   bool at_rest_ = false, full_load_ = false;
 };

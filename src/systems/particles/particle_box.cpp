@@ -42,6 +42,9 @@ PetscErrorCode ParticleModel::observe_box(double t, std::vector<Observable>* out
     for (int c = 0; c < d; ++c)
       if (columns > 0 || k == c) shown.push_back(edges[k * d + c]);
   out->push_back({BOX_EDGES, shown, columns});
+  std::vector<double> found;
+  for (const FreeStrain& one : cell_.free_strains(t)) found.push_back(one.strain);
+  if (!found.empty()) out->push_back({"free_strain", found});
   PetscFunctionReturn(0);
 }
 
@@ -69,6 +72,8 @@ PetscErrorCode ParticleModel::strain_response(double t, Vec y, StrainResponse* o
   if (!cell_.active()) PetscFunctionReturn(0);
   out->count = q;
   out->volume = cell_.volume(t);
+  double rate[9];
+  cell_.gradient(t, out->gradient, rate);
   if (net_.fixed_total > 0 || supports_.active()) out->held = "fixed or driven particles";
   else if (net_.anchors_total > 0) out->held = "anchors";
   PetscCall(state_.gather(t, y));

@@ -45,6 +45,8 @@ class ParticleModel final : public Mechanics {
   bool flows() const override { return cell_.moving(); }
   PetscErrorCode add_flow(Vec y) override;
   PetscErrorCode strain_response(double t, Vec y, StrainResponse* out) override;
+  std::vector<FreeStrain> free_strains(double t) const override { return cell_.active() ? cell_.free_strains(t) : std::vector<FreeStrain>{}; }
+  void set_free_strains(const std::vector<double>& strains) override { cell_.set_free_strains(strains); }
   bool time_dependent() const override { return motion_.active() || supports_.moving() || cell_.moving(); }
   void set_loads(const Loads& loads) override;
   PetscErrorCode count_free_bodies(PetscInt* free) override;

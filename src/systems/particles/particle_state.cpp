@@ -49,11 +49,13 @@ PetscErrorCode ParticleModel::accept(double t, Vec y) {
 void ParticleModel::save_sums(std::map<std::string, double>* sums) const {
   ledger_.save(sums);
   breaking_.save(sums);
+  cell_.save(sums);
 }
 
 void ParticleModel::restore_sums(const std::map<std::string, double>& sums) {
   ledger_.restore(sums);
   breaking_.restore(sums);
+  cell_.restore(sums);
 }
 
 PetscErrorCode ParticleModel::gather_memory(std::vector<StatePart>* parts) {

@@ -1,0 +1,234 @@
+#include "tasks/box_stress.hpp"
+#include <algorithm>
+#include <cmath>
+#include "base/fault.hpp"
+#include "base/options.hpp"
+#include "lattice/box.hpp"
+#include "solvers/own_solve.hpp"
+#include "tasks/box_tangent.hpp"
+
+namespace bs {
+
+PetscErrorCode refuse_box_stress(Model& model, const char* task) {
+  PetscFunctionBegin;
+  if (model.mechanics() && !model.mechanics()->free_strains(0).empty())
+    PetscCall(tell(model.comm(), Exit::input,
+                   std::string("option -bs_box_stress does not go with ") + task +
+                       ": give -bs_task statics, which finds the strain that bears the stress, or prescribe a strain by -bs_box_strain"));
+  PetscFunctionReturn(0);
+}
+
+PetscErrorCode BoxStress::begin(Equilibrium& model, bool arc) {
+  StrainResponse strained;
+  PetscFunctionBegin;
+  PetscCall(read_section(model.comm(), "Periodic box", [&](Section& o) {
+    o.real("-bs_box_stress_rtol",
+           "the stresses of -bs_box_stress are met where what is missing is below this times the largest component of the stress there is or given "
+           "[1]",
+           rtol_, Range::positive);
+  }));
+  free_ = model.free_strains(0);
+  active_ = !free_.empty();
+  if (!active_) PetscFunctionReturn(0);
+  if (arc)
+    PetscCall(tell(model.comm(), Exit::input, "option -bs_box_stress does not go with -bs_load_control arc: give the strains by -bs_box_strain"));
+  PetscCall(model.strain_response(0, model.initial_state(), &strained));
+  if (!strained.held.empty())
+    PetscCall(tell(model.comm(), Exit::input, "option -bs_box_stress: " + strained.held + " do not follow the strain of the box: leave them out"));
+  PetscFunctionReturn(0);
+}
+
+PetscErrorCode BoxStress::attach(TS ts, TSContext& context, Equilibrium& model, std::function<PetscErrorCode(SNES)> inner) {
+  SNES snes;
+  PetscFunctionBegin;
+  ts_ = ts;
+  context_ = &context;
+  model_ = &model;
+  inner_ = std::move(inner);
+  PetscCall(VecDuplicate(model.initial_state(), good_state_.out()));
+  PetscCall(TSGetSNES(ts, &snes));
+  PetscCall(attach_own_solve(snes, this));
+  PetscFunctionReturn(0);
+}
+
+// Where the box is not stable, or Newton's step is long, strains change by STEP at most.
+PetscErrorCode BoxStress::judge(Vec X, Look* out) {
+  constexpr double STEP = 0.02, LONGEST = 0.1, ROUNDING = 1e-13;
+  const std::size_t n = free_.size();
+  std::vector<double> A, missing(n);
+  double scale = 0, longest = 0, before[9];
+  PetscFunctionBegin;
+  PetscCall(relaxed_.find(ts_, context_->matrix, *model_, time_, X));
+  const StrainResponse& at = relaxed_.strained();
+  const int d = model_->dim();
+  *out = {};
+  for (const double stress : at.stress) scale = std::max(scale, std::abs(stress));
+  std::copy_n(at.gradient, 9, before);
+  for (std::size_t a = 0; a < n; ++a) {
+    const FreeStrain& one = free_[a];
+    missing[a] = one.stress - at.stress[static_cast<std::size_t>(component_place(d, one.row, one.column))];
+    scale = std::max(scale, std::abs(one.stress));
+    out->worst = std::max(out->worst, std::abs(missing[a]));
+    before[one.row * d + one.column] -= one.strain - start_[a];
+  }
+  double inverse[9];
+  out->volume_ratio = invert_edges(at.gradient, d, inverse) ? box_volume(at.gradient, d) / box_volume(before, d) : 0;
+  out->state = box_tangent(relaxed_, free_, d, &A);
+  if (out->state != BoxState::stable || !solve_small(A, missing, &out->step)) {
+    out->step = missing;
+    for (double& g : out->step) g *= out->worst > 0 ? STEP / out->worst : 0;
+  }
+  for (const double g : out->step) longest = std::max(longest, std::abs(g));
+  if (longest > LONGEST)
+    for (double& g : out->step) g *= LONGEST / longest;
+  out->met = out->worst <= rtol_ * scale || (out->state == BoxState::stable && longest <= ROUNDING);
+  PetscFunctionReturn(0);
+}
+
+/// From the last good equilibrium: strains by `part` of the step, particles by L x and what they relax under it.
+PetscErrorCode BoxStress::move(const Look& from, double part, Vec X) {
+  const Layout at = model_->mechanics()->layout();
+  const int d = model_->dim();
+  const StrainResponse& strained = relaxed_.strained();
+  double flow[9] = {0}, L[9];
+  std::vector<double> strains(free_.size());
+  Vec y;
+  const PetscScalar* a0 = nullptr;
+  PetscScalar* a = nullptr;
+  PetscReal h;
+  PetscFunctionBegin;
+  for (std::size_t k = 0; k < free_.size(); ++k) {
+    free_[k].strain = strains[k] = good_[k] + part * from.step[k];
+    flow_of(free_[k], strained.gradient, d, L);
+    for (int c = 0; c < d * d; ++c) flow[c] += part * from.step[k] * L[c];
+  }
+  model_->mechanics()->set_free_strains(strains);
+  PetscCall(VecCopy(good_state_, X));
+  std::vector<double> strain(static_cast<std::size_t>(strained.count), 0.0);
+  for (int r = 0; r < d; ++r)
+    for (int c = 0; c < d; ++c) strain[static_cast<std::size_t>(component_place(d, r, c))] += flow[r * d + c];
+  for (int k = 0; k < strained.count; ++k) PetscCall(VecAXPY(X, strain[static_cast<std::size_t>(k)], relaxed_.moved(k)));
+  PetscCall(TSGetTimeStep(ts_, &h));
+  PetscCall(TSGetSolution(ts_, &y));
+  const PetscScalar* x = nullptr;
+  PetscCall(VecGetArrayRead(good_state_, &x));
+  PetscCall(VecGetArrayRead(y, &a0));
+  PetscCall(VecGetArray(X, &a));
+  for (PetscInt i = 0; i < at.particles; ++i)
+    for (PetscInt r = 0; r < d; ++r) {
+      for (PetscInt c = 0; c < d; ++c) a[at.x(i, r)] += flow[r * d + c] * x[at.x(i, c)];
+      a[at.v(i, r)] = (a[at.x(i, r)] - a0[at.x(i, r)]) / h;
+    }
+  PetscCall(VecRestoreArray(X, &a));
+  PetscCall(VecRestoreArrayRead(y, &a0));
+  PetscCall(VecRestoreArrayRead(good_state_, &x));
+  ++corrections_;
+  PetscFunctionReturn(0);
+}
+
+/// A new step starts from the strains of the last one, a repeated one from those that step started from.
+PetscErrorCode BoxStress::begin_step() {
+  PetscReal from, h;
+  PetscFunctionBegin;
+  PetscCall(TSGetTime(ts_, &from));
+  PetscCall(TSGetTimeStep(ts_, &h));
+  time_ = from + h;
+  free_ = model_->free_strains(time_);
+  if (from != from_) {
+    start_.clear();
+    for (const FreeStrain& one : free_) start_.push_back(one.strain);
+    from_ = from;
+  }
+  for (std::size_t k = 0; k < free_.size(); ++k) free_[k].strain = start_[k];
+  model_->mechanics()->set_free_strains(start_);
+  model_->set_trouble("");
+  PetscFunctionReturn(0);
+}
+
+PetscErrorCode BoxStress::refuse(SNES snes, const char* why) {
+  PetscFunctionBegin;
+  snes->reason = SNES_DIVERGED_LOCAL_MIN;
+  model_->set_trouble(std::string("the box does not bear the stress of -bs_box_stress: ") + why + " (-bs_box_strain can lead it further)");
+  PetscFunctionReturn(0);
+}
+
+PetscErrorCode BoxStress::iterate(SNES snes, bool* found) {
+  constexpr int MOST = 60, MOST_CUTS = 8;
+  constexpr double TWOFOLD = 2;
+  Vec X = snes->vec_sol;
+  Look good, now;
+  double part = 1;
+  int cuts = 0;
+  bool has = false;
+  PetscInt newton = 0;
+  ResidualNorms first = {0, 0};
+  PetscFunctionBegin;
+  *found = false;
+  for (int it = 0; it < MOST; ++it) {
+    if (it > 0) context_->newton.set_reference(first);  // as if it was one solve
+    PetscCall(inner_(snes));
+    newton += snes->iter;
+    snes->iter = newton;
+    snes->vec_func_init_set = PETSC_FALSE;
+    if (it == 0) first = context_->newton.solve().first;
+    const bool solved = snes->reason >= 0;
+    if (!solved && !has) PetscFunctionReturn(0);
+    if (solved) PetscCall(judge(X, &now));
+    const bool sane = solved && std::isfinite(now.worst) && now.volume_ratio > 1 / TWOFOLD && now.volume_ratio < TWOFOLD;
+    if (sane && now.met) {
+      *found = now.state != BoxState::unstable;
+      if (!*found) PetscCall(refuse(snes, "the smallest disturbance of the free strains would grow"));
+      PetscFunctionReturn(0);
+    }
+    if (sane && (!has || good.state != BoxState::stable || now.worst < good.worst)) {
+      good = now;
+      has = true;
+      part = 1;
+      cuts = 0;
+      PetscCall(VecCopy(X, good_state_));
+      good_.clear();
+      for (const FreeStrain& one : free_) good_.push_back(one.strain);
+    } else if (!has || ++cuts > MOST_CUTS) {
+      PetscCall(refuse(
+          snes, sane ? "no further change of the free strains brings it nearer" : "its volume would change more than twofold in one load step"));
+      PetscFunctionReturn(0);
+    } else {
+      part *= 0.25;
+      for (std::size_t k = 0; k < free_.size(); ++k) free_[k].strain = good_[k];
+      model_->mechanics()->set_free_strains(good_);
+      PetscCall(judge(good_state_, &good));
+    }
+    PetscCall(move(good, part, X));
+  }
+  PetscCall(refuse(snes, "it gives way under it"));
+  PetscFunctionReturn(0);
+}
+
+PetscErrorCode BoxStress::solve(SNES snes) {
+  bool found = false;
+  PetscFunctionBegin;
+  PetscCall(begin_step());
+  PetscCall(iterate(snes, &found));
+  if (!found) model_->mechanics()->set_free_strains(start_);
+  PetscFunctionReturn(0);
+}
+
+void BoxStress::put(Equilibrium& model, double t, Findings* out) const {
+  std::string text = "strain of the box under the given stress:";
+  std::vector<std::string> names;
+  std::vector<double> strains, stresses;
+  for (const FreeStrain& one : model.free_strains(t)) {
+    names.push_back(component_name(one.row, one.column));
+    strains.push_back(one.strain);
+    stresses.push_back(one.stress);
+    text += format(" %s %.8g", names.back().c_str(), one.strain);
+  }
+  Report entry;
+  entry.set("components", names);
+  entry.set("strain", strains);
+  entry.set("stress", stresses);
+  out->entries.emplace_back("box_stress", entry);
+  out->lines.push_back(text);
+}
+
+}  // namespace bs

@@ -1,0 +1,60 @@
+// Components of a periodic box that are free under a given stress: -bs_box_stress in static analyses.
+#pragma once
+#include <petscts.h>
+#include <functional>
+#include <vector>
+#include "systems/equilibrium.hpp"
+#include "tasks/box_tangent.hpp"
+#include "tasks/findings.hpp"
+#include "time/ts_setup.hpp"
+
+namespace bs {
+
+/// Newton's method for the free strains around the solve of every load step: at the equilibrium of the particles for given strains, box_tangent.hpp
+/// says what changes the stress, and the step that meets the given one also moves the particles, by L x and what they relax. Where the box is not
+/// stable against the free strains, the step follows the missing stress instead; an unstable equilibrium is refused.
+class BoxStress {
+ public:
+  /// Collective. Reads -bs_box_stress_rtol. Errors (exit 2): free strains by arc length, of particles that are held.
+  PetscErrorCode begin(Equilibrium& model, bool arc);
+  bool active() const { return active_; }
+  /// Collective. `inner` solves for the particles alone in the place of SNES's solve; the arguments must outlive the solver.
+  PetscErrorCode attach(TS ts, TSContext& context, Equilibrium& model, std::function<PetscErrorCode(SNES)> inner);
+  /// Collective. In the place of SNES's solve.
+  PetscErrorCode solve(SNES snes);
+  std::int64_t corrections() const { return corrections_; }
+  /// The strains found, for the summary and the report.
+  void put(Equilibrium& model, double t, Findings* out) const;
+
+ private:
+  /// The equilibrium at given strains.
+  struct Look {
+    double worst = 0;  ///< of what is missing to the given stresses
+    bool met = false;  ///< they are
+    BoxState state = BoxState::neutral;
+    std::vector<double> step;  ///< of the free strains, to meet them
+    double volume_ratio = 1;   ///< to the box at the start of the load step
+  };
+  PetscErrorCode begin_step();
+  PetscErrorCode iterate(SNES snes, bool* found);
+  PetscErrorCode judge(Vec X, Look* out);
+  PetscErrorCode move(const Look& from, double part, Vec X);
+  PetscErrorCode refuse(SNES snes, const char* why);
+
+  TS ts_ = nullptr;
+  TSContext* context_ = nullptr;
+  Equilibrium* model_ = nullptr;
+  std::function<PetscErrorCode(SNES)> inner_;
+  StrainRelaxation relaxed_;
+  std::vector<FreeStrain> free_;      ///< as they are, with the stresses of this load step
+  std::vector<double> start_, good_;  ///< strains where the load step began, and at the last equilibrium looked at
+  VecHandle good_state_;
+  double rtol_ = 1e-10, from_ = -1, time_ = 0;
+  bool active_ = false;
+  std::int64_t corrections_ = 0;
+};
+
+/// Collective. For tasks that find no strains: ends the run with exit code 2 where some are free.
+PetscErrorCode refuse_box_stress(Model& model, const char* task);
+
+}  // namespace bs

@@ -1,0 +1,105 @@
+#include "tasks/box_tangent.hpp"
+#include <algorithm>
+#include <cmath>
+#include "lattice/box.hpp"
+
+namespace bs {
+
+void flow_of(const FreeStrain& one, const double* gradient, int d, double* L) {
+  double inverse[9] = {};
+  (void)invert_edges(gradient, d, inverse);
+  std::fill_n(L, d * d, 0.0);
+  for (int c = 0; c < d; ++c) L[one.row * d + c] = inverse[one.column * d + c];
+}
+
+bool solve_small(std::vector<double> A, std::vector<double> b, std::vector<double>* x) {
+  const std::size_t n = b.size();
+  for (std::size_t k = 0; k < n; ++k) {
+    std::size_t p = k;
+    for (std::size_t r = k + 1; r < n; ++r)
+      if (std::abs(A[r * n + k]) > std::abs(A[p * n + k])) p = r;
+    if (!(std::abs(A[p * n + k]) > 0)) return false;
+    for (std::size_t c = 0; c < n; ++c) std::swap(A[k * n + c], A[p * n + c]);
+    std::swap(b[k], b[p]);
+    for (std::size_t r = k + 1; r < n; ++r) {
+      const double f = A[r * n + k] / A[k * n + k];
+      for (std::size_t c = k; c < n; ++c) A[r * n + c] -= f * A[k * n + c];
+      b[r] -= f * b[k];
+    }
+  }
+  x->assign(n, 0.0);
+  for (std::size_t k = n; k-- > 0;) {
+    double sum = b[k];
+    for (std::size_t c = k + 1; c < n; ++c) sum -= A[k * n + c] * (*x)[c];
+    (*x)[k] = sum / A[k * n + k];
+  }
+  return true;
+}
+
+namespace {
+
+/// By the signs of the pivots of a symmetric matrix, beside `size`, which its entries would have without cancelling.
+BoxState state_of(std::vector<double> A, std::size_t n, double size) {
+  constexpr double ROUNDING = 1e-12, CLEAR = 1e-8;
+  BoxState state = BoxState::stable;
+  for (std::size_t k = 0; k < n; ++k) {
+    const double pivot = A[k * n + k];
+    if (pivot < -CLEAR * size) return BoxState::unstable;
+    if (!(pivot > ROUNDING * size)) {
+      state = BoxState::neutral;
+      continue;
+    }
+    for (std::size_t r = k + 1; r < n; ++r)
+      for (std::size_t c = k + 1; c < n; ++c) A[r * n + c] -= A[r * n + k] * A[k * n + c] / pivot;
+  }
+  return state;
+}
+
+/// d sigma by the flow L.
+void stress_change(const StrainRelaxation& relaxed, const double* sigma, const double* L, int d, double* change) {
+  const int q = relaxed.strained().count;
+  std::vector<double> strain(static_cast<std::size_t>(q), 0.0);
+  double trace = 0;
+  for (int r = 0; r < d; ++r) {
+    trace += L[r * d + r];
+    for (int c = 0; c < d; ++c) strain[static_cast<std::size_t>(component_place(d, r, c))] += L[r * d + c];
+  }
+  for (int r = 0; r < d; ++r)
+    for (int c = 0; c < d; ++c) {
+      const int place = component_place(d, r, c);
+      double sum = -trace * sigma[r * d + c];
+      for (int k = 0; k < q; ++k) sum += relaxed.stiffness()[static_cast<std::size_t>(place * q + k)] * strain[static_cast<std::size_t>(k)];
+      for (int k = 0; k < d; ++k) {
+        const double e_kc = 0.5 * (L[k * d + c] + L[c * d + k]), e_rk = 0.5 * (L[r * d + k] + L[k * d + r]);
+        const double w_kc = 0.5 * (L[k * d + c] - L[c * d + k]), w_rk = 0.5 * (L[r * d + k] - L[k * d + r]);
+        sum += 0.5 * (sigma[r * d + k] * e_kc + e_rk * sigma[k * d + c]) + w_rk * sigma[k * d + c] - sigma[r * d + k] * w_kc;
+      }
+      change[r * d + c] = sum;
+    }
+}
+
+}  // namespace
+
+BoxState box_tangent(const StrainRelaxation& relaxed, const std::vector<FreeStrain>& free, int d, std::vector<double>* matrix) {
+  const StrainResponse& at = relaxed.strained();
+  const std::size_t n = free.size(), q = static_cast<std::size_t>(at.count);
+  double sigma[9], size = 0;
+  for (int r = 0; r < d; ++r)
+    for (int c = 0; c < d; ++c) sigma[r * d + c] = at.stress[static_cast<std::size_t>(component_place(d, r, c))];
+  for (std::size_t a = 0; a < q; ++a) size = std::max(size, std::abs(at.affine[a * (q + 1)]) / at.volume);
+  std::vector<double> flows(n * 9), changes(n * 9), work(n * n);
+  for (std::size_t b = 0; b < n; ++b) {
+    flow_of(free[b], at.gradient, d, flows.data() + 9 * b);
+    stress_change(relaxed, sigma, flows.data() + 9 * b, d, changes.data() + 9 * b);
+  }
+  matrix->assign(n * n, 0.0);
+  for (std::size_t a = 0; a < n; ++a)
+    for (std::size_t b = 0; b < n; ++b) {
+      (*matrix)[a * n + b] = changes[9 * b + static_cast<std::size_t>(free[a].row * d + free[a].column)];
+      for (std::size_t k = 0; k < static_cast<std::size_t>(d * d); ++k)
+        work[a * n + b] += 0.5 * (flows[9 * a + k] * changes[9 * b + k] + flows[9 * b + k] * changes[9 * a + k]);
+    }
+  return state_of(std::move(work), n, size);
+}
+
+}  // namespace bs

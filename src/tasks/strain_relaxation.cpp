@@ -1,0 +1,66 @@
+#include "tasks/strain_relaxation.hpp"
+#include <algorithm>
+
+namespace bs {
+
+PetscErrorCode StrainRelaxation::set_load(std::size_t a, Vec load) const {
+  const std::size_t size = static_cast<std::size_t>(layout_.particles * layout_.dim);
+  PetscScalar* f = nullptr;
+  PetscFunctionBegin;
+  PetscCall(VecZeroEntries(load));
+  PetscCall(VecGetArray(load, &f));
+  for (PetscInt i = 0; i < layout_.particles; ++i)
+    for (PetscInt c = 0; c < layout_.dim; ++c) f[layout_.v(i, c)] = strained_.force[a * size + static_cast<std::size_t>(i * layout_.dim + c)];
+  PetscCall(VecRestoreArray(load, &f));
+  PetscFunctionReturn(0);
+}
+
+PetscErrorCode StrainRelaxation::find(TS ts, Mat J, Equilibrium& model, double t, Vec y) {
+  constexpr double ROUNDING = 1e-13;
+  TangentSolve solve;
+  VecHandle load;
+  PetscFunctionBegin;
+  PetscCall(model.strain_response(t, y, &strained_));
+  layout_ = model.mechanics()->layout();
+  PetscCall(solve.prepare(ts, J, model, t, y));
+  PetscCall(VecDuplicate(y, load.out()));
+  moved_.resize(static_cast<std::size_t>(strained_.count));
+  left_ = 0;
+  for (std::size_t a = 0; a < moved_.size(); ++a) {
+    PetscReal norm = 0;
+    double one = 0;
+    if (!moved_[a]) PetscCall(VecDuplicate(y, moved_[a].out()));
+    PetscCall(VecZeroEntries(moved_[a]));
+    PetscCall(set_load(a, load));
+    PetscCall(VecNorm(load, NORM_2, &norm));
+    if (norm <= ROUNDING * strained_.size[a]) continue;  // every particle follows the strain by itself
+    PetscCall(solve.solve(load, moved_[a], &one));
+    left_ = std::max(left_, one * norm / strained_.size[a]);
+  }
+  PetscCall(solve.give_back());
+  PetscCall(reduce(model.comm()));
+  PetscFunctionReturn(0);
+}
+
+PetscErrorCode StrainRelaxation::reduce(MPI_Comm comm) {
+  const std::size_t q = moved_.size(), size = static_cast<std::size_t>(layout_.particles * layout_.dim);
+  std::vector<double> sums(q * q, 0.0);
+  PetscFunctionBegin;
+  for (std::size_t a = 0; a < q; ++a) {
+    const PetscScalar* u = nullptr;
+    PetscCall(VecGetArrayRead(moved_[a], &u));
+    for (std::size_t b = 0; b < q; ++b)
+      for (PetscInt i = 0; i < layout_.particles; ++i)
+        for (PetscInt c = 0; c < layout_.dim; ++c)
+          sums[a * q + b] += strained_.force[b * size + static_cast<std::size_t>(i * layout_.dim + c)] * u[layout_.x(i, c)];
+    PetscCall(VecRestoreArrayRead(moved_[a], &u));
+  }
+  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, sums.data(), static_cast<PetscMPIInt>(sums.size()), MPI_DOUBLE, MPI_SUM, comm));
+  stiffness_.resize(q * q);
+  for (std::size_t a = 0; a < q; ++a)
+    for (std::size_t b = 0; b < q; ++b)
+      stiffness_[a * q + b] = (strained_.affine[a * q + b] - 0.5 * (sums[a * q + b] + sums[b * q + a])) / strained_.volume;
+  PetscFunctionReturn(0);
+}
+
+}  // namespace bs
