@@ -1,9 +1,21 @@
 #include "tasks/moduli.hpp"
 #include <limits>
 #include "base/fault.hpp"
+#include "base/options.hpp"
 #include "tasks/strain_relaxation.hpp"
+#include "tasks/zero_modes.hpp"
 
 namespace bs {
+
+PetscErrorCode Moduli::read(MPI_Comm comm) {
+  PetscFunctionBegin;
+  PetscCall(read_section(comm, "Moduli (-bs_task moduli)", [&](Section& o) {
+    o.integer("-bs_zero_modes_unknowns",
+              "number of unknowns up to which motions without stiffness are counted, by two factorisations with MUMPS; 0: never", most_,
+              Range::nonnegative);
+  }));
+  PetscFunctionReturn(0);
+}
 
 PetscErrorCode Moduli::begin(Equilibrium& model) {
   StrainResponse strained;
@@ -19,16 +31,30 @@ PetscErrorCode Moduli::begin(Equilibrium& model) {
   PetscFunctionReturn(0);
 }
 
-Dataset Moduli::table(PetscMPIInt rank) const {
-  return {"/moduli/stiffness",
-          0,
-          count_,
-          count_,
-          rank == 0 ? value_ : std::vector<double>{},  // its rows are written by one rank
-          {{"components", count_ == 1   ? "xx"
-                          : count_ == 3 ? "xx,yy,xy"
-                                        : "xx,yy,zz,yz,xz,xy"},
-           {"meaning", "second derivatives of the energy by strain per volume, engineering shears, stresses at hand included"}}};
+/// Their rows are written by one rank.
+void Moduli::add_tables(PetscMPIInt rank, std::vector<Dataset>* out) const {
+  out->push_back({"/moduli/stiffness",
+                  0,
+                  count_,
+                  count_,
+                  rank == 0 ? value_ : std::vector<double>{},
+                  {{"components", count_ == 1   ? "xx"
+                                  : count_ == 3 ? "xx,yy,xy"
+                                                : "xx,yy,zz,yz,xz,xy"},
+                   {"meaning", "second derivatives of the energy by strain per volume, engineering shears, stresses at hand included"}}});
+  out->push_back({"/moduli/zero_modes",
+                  0,
+                  1,
+                  0,
+                  rank == 0 ? std::vector<std::int64_t>{floppy_} : std::vector<std::int64_t>{},
+                  {{"meaning", "motions without stiffness beyond the translations; -1: not counted"}}});
+}
+
+PetscErrorCode Moduli::count_floppy(Equilibrium& model) {
+  Linearisation& lin = model.mechanics()->linearisation();
+  PetscFunctionBegin;
+  if (lin.unknowns() <= most_) PetscCall(count_zero_modes(lin, &floppy_));
+  PetscFunctionReturn(0);
 }
 
 void Moduli::put(PetscMPIInt rank, const StrainResponse& strained, Findings* out) const {
@@ -45,17 +71,21 @@ void Moduli::put(PetscMPIInt rank, const StrainResponse& strained, Findings* out
   std::vector<std::vector<double>> rows;
   for (int a = 0; a < count_; ++a) rows.emplace_back(value_.begin() + a * count_, value_.begin() + (a + 1) * count_);
   out->matrices.emplace_back("stiffness", std::move(rows));
-  out->tables.push_back(table(rank));
+  if (floppy_ != 0)
+    out->lines.push_back(floppy_ > 0 ? format("%lld motions beside the translations meet no resistance: floppy parts, which carry nothing",
+                                              static_cast<long long>(floppy_))
+                                     : "motions without resistance were not counted (-bs_zero_modes_unknowns)");
+  out->counts.emplace_back("zero_modes", floppy_);
+  add_tables(rank, &out->tables);
 }
 
 PetscErrorCode Moduli::find(TS ts, Mat J, Equilibrium& model, double t, Vec y, Findings* out) {
-  constexpr double GOOD = 1e-9;
   StrainRelaxation relaxed;
   PetscMPIInt rank;
   PetscFunctionBegin;
   PetscCallMPI(MPI_Comm_rank(model.comm(), &rank));
   PetscCall(relaxed.find(ts, J, model, t, y));
-  if (!(relaxed.left() <= GOOD)) {
+  if (!(relaxed.left() <= StrainRelaxation::GOOD)) {
     out->why = format(
         "-bs_task moduli: the relaxation of the particles leaves %.2g of the forces that a strain makes: the lattice is too floppy for this linear "
         "solver; give -condensed_pc_type cholesky",
@@ -63,6 +93,7 @@ PetscErrorCode Moduli::find(TS ts, Mat J, Equilibrium& model, double t, Vec y, F
     PetscFunctionReturn(0);
   }
   value_ = relaxed.stiffness();
+  PetscCall(count_floppy(model));
   put(rank, relaxed.strained(), out);
   PetscFunctionReturn(0);
 }

@@ -14,17 +14,22 @@ namespace bs {
 /// without a force: they carry nothing.
 class Moduli {
  public:
-  /// Collective. Errors (exit 2): no periodic box, or particles that are held.
+  /// Collective. Reads -bs_zero_modes_unknowns.
+  PetscErrorCode read(MPI_Comm comm);
+  /// Collective. The moduli are wanted. Errors (exit 2): no periodic box, or particles that are held.
   PetscErrorCode begin(Equilibrium& model);
   bool wanted() const { return count_ > 0; }
-  /// The table of a trajectory, whose numbers are known only at the end: NaN before.
-  Dataset table(PetscMPIInt rank) const;
+  /// The tables of a trajectory, whose numbers are known only at the end: NaN and -1 before.
+  void add_tables(PetscMPIInt rank, std::vector<Dataset>* out) const;
   /// Collective. At the equilibrium y of time t, by the linear solver of `ts` with the matrix J.
   PetscErrorCode find(TS ts, Mat J, Equilibrium& model, double t, Vec y, Findings* out);
 
  private:
   void put(PetscMPIInt rank, const StrainResponse& strained, Findings* out) const;
+  PetscErrorCode count_floppy(Equilibrium& model);
   int count_ = 0;
+  std::int64_t most_ = 20000;  ///< unknowns up to which zero modes are counted
+  PetscInt floppy_ = -1;       ///< zero modes beyond the translations; -1: not counted
   std::vector<double> value_;  ///< (q, q), row by row
 };
 

@@ -89,6 +89,7 @@ PetscErrorCode Run::report(const std::string& outcome, const std::string& why) {
     for (const Observable& o : last_) report.set("last_" + o.name, o.value);
     for (const auto& [key, entry] : findings_.entries) report.set(key, entry);
     for (const auto& [key, rows] : findings_.matrices) report.set(key, rows);
+    for (const auto& [key, count] : findings_.counts) report.set(key, count);
     PetscCall(report.write(model_.comm(), options_.output.report, options_.output.trajectory.overwrite));
   }
   progress_.finish(state(), outcome, closing_lines());

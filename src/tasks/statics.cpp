@@ -79,7 +79,7 @@ RunHooks StaticRun::hooks() {
   if (end_ && end_->wanted()) {
     hooks.tables = [this](PetscMPIInt rank, std::vector<Dataset>* all) {
       if (end_->compliance.wanted()) all->push_back(end_->compliance.table(rank));
-      if (end_->moduli.wanted()) all->push_back(end_->moduli.table(rank));
+      if (end_->moduli.wanted()) end_->moduli.add_tables(rank, all);
     };
   }
   if (box_.active() || (end_ && end_->wanted())) hooks.find = [this](double factor, Vec y, Findings* out) { return find(factor, y, out); };
@@ -204,6 +204,7 @@ static PetscErrorCode run_equilibria(std::unique_ptr<Model> model, bool moduli, 
   PetscCall(read_run_options(comm, &options));
   PetscCall(prepare(std::move(model), loads, &options, &equilibrium));
   PetscCall(end.compliance.read(*equilibrium));
+  PetscCall(end.moduli.read(comm));
   if (moduli) PetscCall(end.moduli.begin(*equilibrium));
   PetscCall(claim_files(comm, options, &claim));
   PetscCall(run_loads(*equilibrium, options, loads, &end, &last, exit_code));

@@ -1,5 +1,5 @@
 #include "tasks/strain_relaxation.hpp"
-#include <algorithm>
+#include <cmath>
 
 namespace bs {
 
@@ -16,15 +16,27 @@ PetscErrorCode StrainRelaxation::set_load(std::size_t a, Vec load) const {
 }
 
 PetscErrorCode StrainRelaxation::find(TS ts, Mat J, Equilibrium& model, double t, Vec y) {
+  PetscFunctionBegin;
+  PetscCall(model.strain_response(t, y, &strained_));
+  layout_ = model.mechanics()->layout();
+  moved_.resize(static_cast<std::size_t>(strained_.count));
+  if (!direct_) PetscCall(relax(ts, J, model, t, y, nullptr));
+  if (direct_ || !(left_ <= GOOD)) {
+    TangentFactors factors;
+    direct_ = true;
+    PetscCall(relax(ts, J, model, t, y, &factors));
+  }
+  PetscCall(reduce(model.comm()));
+  PetscFunctionReturn(0);
+}
+
+PetscErrorCode StrainRelaxation::relax(TS ts, Mat J, Equilibrium& model, double t, Vec y, TangentFactors* factors) {
   constexpr double ROUNDING = 1e-13;
   TangentSolve solve;
   VecHandle load;
   PetscFunctionBegin;
-  PetscCall(model.strain_response(t, y, &strained_));
-  layout_ = model.mechanics()->layout();
-  PetscCall(solve.prepare(ts, J, model, t, y));
+  PetscCall(solve.prepare(ts, J, model, t, y, factors));
   PetscCall(VecDuplicate(y, load.out()));
-  moved_.resize(static_cast<std::size_t>(strained_.count));
   left_ = 0;
   for (std::size_t a = 0; a < moved_.size(); ++a) {
     PetscReal norm = 0;
@@ -35,10 +47,11 @@ PetscErrorCode StrainRelaxation::find(TS ts, Mat J, Equilibrium& model, double t
     PetscCall(VecNorm(load, NORM_2, &norm));
     if (norm <= ROUNDING * strained_.size[a]) continue;  // every particle follows the strain by itself
     PetscCall(solve.solve(load, moved_[a], &one));
-    left_ = std::max(left_, one * norm / strained_.size[a]);
+    const double part = one * norm / strained_.size[a];
+    left_ = part > left_ || std::isnan(part) ? part : left_;
+    if (!(left_ <= GOOD)) break;
   }
   PetscCall(solve.give_back());
-  PetscCall(reduce(model.comm()));
   PetscFunctionReturn(0);
 }
 

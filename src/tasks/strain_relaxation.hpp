@@ -11,17 +11,20 @@ namespace bs {
 ///   C_ab = (d2 E/(d e_a d e_b) - X_a.(-K)^-1 X_b)/V,   X_a = df/d e_a at particles that follow the strain, K = df/dx
 class StrainRelaxation {
  public:
-  /// Collective. At the equilibrium y of time t, by the linear solver of `ts` with the matrix J, which is given back as it was.
+  /// Collective. At the equilibrium y of time t, by the linear solver of `ts` with the matrix J, which is given back as it was; where that leaves
+  /// more than GOOD, by factors of MUMPS, then and from then on. Floppy parts make K singular: no strain loads their motions.
   PetscErrorCode find(TS ts, Mat J, Equilibrium& model, double t, Vec y);
   const StrainResponse& strained() const { return strained_; }
   /// (q, q) row by row [N/m^(d-1)].
   const std::vector<double>& stiffness() const { return stiffness_; }
-  /// Largest part of the forces of a strain that is left, of what the springs add up to.
+  static constexpr double GOOD = 1e-9;
+  /// Largest part of the forces of a strain that is left, of what the springs add up to; NaN: the linear solver failed.
   double left() const { return left_; }
   /// u_a = (-K)^-1 X_a, laid out as a state: what particles move per unit of strain a beyond following it.
   Vec moved(int a) const { return moved_[static_cast<std::size_t>(a)]; }
 
  private:
+  PetscErrorCode relax(TS ts, Mat J, Equilibrium& model, double t, Vec y, TangentFactors* factors);
   PetscErrorCode set_load(std::size_t a, Vec load) const;
   PetscErrorCode reduce(MPI_Comm comm);
 
@@ -30,6 +33,7 @@ class StrainRelaxation {
   std::vector<double> stiffness_;
   std::vector<VecHandle> moved_;
   double left_ = 0;
+  bool direct_ = false;  ///< the linear solver of the run has failed
 };
 
 }  // namespace bs

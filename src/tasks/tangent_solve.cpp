@@ -4,8 +4,8 @@
 
 namespace bs {
 
-PetscErrorCode TangentSolve::prepare(TS ts, Mat J, Equilibrium& model, double t, Vec y) {
-  constexpr double RTOL = 1e-10;
+PetscErrorCode TangentSolve::prepare(TS ts, Mat J, Equilibrium& model, double t, Vec y, TangentFactors* factors) {
+  constexpr double RTOL = 1e-10, SHIFT = 1e-9;
   PC pc;
   PetscFunctionBegin;
   model_ = &model;
@@ -18,6 +18,12 @@ PetscErrorCode TangentSolve::prepare(TS ts, Mat J, Equilibrium& model, double t,
   PetscCall(KSPSetOperators(ksp_, J, J));
   PetscCall(KSPSetTolerances(ksp_, RTOL, PETSC_DEFAULT, PETSC_DEFAULT, PETSC_DEFAULT));
   for (VecHandle* vec : {&r_, &z_}) PetscCall(VecDuplicate(y, vec->out()));
+  factors_ = factors;
+  if (!factors) PetscFunctionReturn(0);
+  bool good = false;
+  PetscCall(factors->create(model.mechanics()->linearisation()));
+  if (factors->mean() > 0) PetscCall(factors->factor(SHIFT * factors->mean(), &good));
+  if (!good) factors_ = nullptr;
   PetscFunctionReturn(0);
 }
 
@@ -49,7 +55,7 @@ PetscErrorCode TangentSolve::solve(Vec load, Vec u, double* left) {
   size = before = first;
   for (int pass = 0; pass < MOST && size > DONE * first && (pass == 0 || size <= SLOW * before); ++pass) {
     PetscScalar* r = nullptr;
-    PetscCall(KSPSolve(ksp_, r_, z_));
+    PetscCall(factors_ ? factors_->solve(r_, z_) : KSPSolve(ksp_, r_, z_));
     PetscCall(VecAXPY(u, 1.0, z_));
     PetscCall(zero_velocities(u));
     PetscCall(lin.change_of_force(u, force_.data()));

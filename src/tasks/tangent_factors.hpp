@@ -1,0 +1,29 @@
+// Factors of the tangent of a mechanical system, whatever linear solver a run has.
+#pragma once
+#include <petscmat.h>
+#include "systems/mechanics.hpp"
+
+namespace bs {
+
+/// L D L^T of a M - K by MUMPS, K symmetric, at the state that the linearisation has. All particles are free.
+class TangentFactors {
+ public:
+  /// Collective. `lin` must outlive the object.
+  PetscErrorCode create(Linearisation& lin);
+  /// Mean of omega^2 of -K q = omega^2 M q: the trace of -K, its entries taken positive, by that of M; 0: nothing resists anything.
+  double mean() const { return mean_; }
+  /// Collective. good: false where MUMPS is not there or failed.
+  PetscErrorCode factor(double shift, bool* good);
+  /// Of the last factors.
+  PetscErrorCode negative_pivots(PetscInt* count) const;
+  /// Collective. z_x = (shift M - K)^-1 r_v, laid out as states; the rest of z is 0.
+  PetscErrorCode solve(Vec r, Vec z);
+
+ private:
+  Linearisation* lin_ = nullptr;
+  MatHandle S_, factors_;
+  VecHandle b_, w_;
+  double mean_ = 0;
+};
+
+}  // namespace bs
