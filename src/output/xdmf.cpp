@@ -96,13 +96,26 @@ std::string slab(const Item& item, std::size_t k) {
          whole(item) + "</DataItem>";
 }
 
+/// Column c of a dataset (T, N, columns) as N numbers.
+std::string column_slab(const Item& item, std::size_t k, std::size_t c) {
+  const std::string rows = std::to_string(item.shape[1]), start = std::to_string(k) + " 0 " + std::to_string(c), count = "1 " + rows + " 1";
+  return opening(item, rows, " Type=\"HyperSlab\"") + item.path + "|" + start + ":1 1 1:" + count + ":" + joined(item.shape) +
+         format("<DataItem Dimensions=\"3 3\" Format=\"XML\">%s 1 1 1 %s</DataItem>", start.c_str(), count.c_str()) + whole(item) + "</DataItem>";
+}
+
+/// Component names of a symmetric tensor kept as `columns` numbers.
+std::vector<std::string> tensor_names(std::size_t columns) {
+  if (columns == 3) return {"xx", "yy", "xy"};
+  return {"xx", "yy", "zz", "yz", "xz", "xy"};
+}
+
 std::string attribute(const std::string& name, const char* type, const char* center, const std::string& data) {
   return format("<Attribute Name=\"%s\" AttributeType=\"%s\" Center=\"%s\">", name.c_str(), type, center) + data + "</Attribute>\n";
 }
 
 /// The datasets of a trajectory that a viewer can show.
 struct Contents {
-  Item position, velocity, bonds, strain, broken;
+  Item position, velocity, bonds, strain, broken, stress;
   std::vector<std::pair<std::string, Item>> of_particles, of_springs;
 
   PetscErrorCode find(hid_t file, const std::string& name) {
@@ -115,6 +128,7 @@ struct Contents {
     if (bonds.path.empty()) PetscCall(describe(file, name, bonds_path, &bonds));
     PetscCall(describe(file, name, "/backspring/strain/value", &strain));
     PetscCall(describe(file, name, "/backspring/broken/value", &broken));
+    PetscCall(describe(file, name, particles + "stress_volume/value", &stress));
     for (const std::string& constant : constants(file, particles.substr(0, particles.size() - 1))) {
       PetscCall(describe(file, name, particles + constant, &item));
       if (!item.path.empty()) of_particles.emplace_back(constant, item);
@@ -137,6 +151,8 @@ struct Contents {
              whole(bonds) + "</Topology>\n";
     out += format("<Geometry GeometryType=\"%s\">", position.shape[2] == 2 ? "XY" : "XYZ") + slab(position, k) + "</Geometry>\n";
     if (!velocity.path.empty()) out += attribute("velocity", "Vector", "Node", slab(velocity, k));
+    const std::vector<std::string> parts = stress.path.empty() ? std::vector<std::string>{} : tensor_names(stress.shape[2]);
+    for (std::size_t c = 0; c < parts.size(); ++c) out += attribute("stress_volume_" + parts[c], "Scalar", "Node", column_slab(stress, k, c));
     for (const auto& [name, item] : of_particles) out += attribute(name, "Scalar", "Node", whole(item));
     if (!strain.path.empty()) out += attribute("strain", "Scalar", "Cell", slab(strain, k));
     if (!broken.path.empty()) out += attribute("broken", "Scalar", "Cell", slab(broken, k));

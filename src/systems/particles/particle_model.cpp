@@ -54,6 +54,7 @@ PetscErrorCode ParticleModel::create(MPI_Comm comm, Lattice&& lattice, std::uniq
   model->lattice_ = std::move(lattice);
   PetscCall(model->create_state());
   PetscCall(model->read_strain_option());
+  PetscCall(model->stress_.create(model->net_));
   PetscCall(model->memory_.create(model->net_, model->lattice_.springs));
   PetscCall(model->coupling_.create(model->net_));
   PetscCall(model->breaking_.create(model->net_, model->lattice_));

@@ -10,6 +10,7 @@
 #include "systems/particles/linearised_forces.hpp"
 #include "systems/particles/local_state.hpp"
 #include "systems/particles/particle_potential.hpp"
+#include "systems/particles/particle_stress.hpp"
 #include "systems/particles/physics.hpp"
 #include "systems/particles/row_pattern.hpp"
 #include "systems/particles/spring_memory.hpp"
@@ -94,6 +95,7 @@ class ParticleModel final : public Mechanics {
   Layout layout_;
   LocalState state_;
   SpringStrain strain_;
+  ParticleStress stress_;
   SpringMemory memory_;
   bool store_strain_ = false;
   Supports supports_;

@@ -117,6 +117,7 @@ PetscErrorCode ParticleModel::observe(double t, Vec y, std::vector<Observable>* 
     PetscCall(ledger_.observe(t, state_, coupling_, out));
   }
   if (cell_.active()) PetscCall(observe_box(t, out));
+  PetscCall(stress_.observe(*physics_, cell_.active() ? &cell_ : nullptr, t, state_, out));
   PetscCall(PetscLogEventEnd(particle_events().energy, y, nullptr, nullptr, nullptr));
   PetscFunctionReturn(0);
 }
@@ -199,9 +200,14 @@ PetscErrorCode ParticleModel::fields(double t, Vec y, std::vector<Field>* out) {
     PetscCall(breaking_.flags(&broken));
     out->push_back({std::string("/backspring/") + BROKEN, broken, true});
   }
+  if (store_strain_ || stress_.in_frames()) PetscCall(state_.gather(t, y));
+  if (stress_.in_frames()) {
+    Vec stresses;
+    PetscCall(stress_.field(*physics_, cell_.active() ? &cell_ : nullptr, t, state_, static_cast<PetscInt>(lattice_.particles.count), &stresses));
+    out->push_back({"/particles/trajectory/stress_volume", stresses});
+  }
   if (!store_strain_) PetscFunctionReturn(0);
   if (!strain_) PetscCall(strain_.create(net_, lattice_.springs));
-  PetscCall(state_.gather(t, y));
   PetscCall(strain_.compute(state_, &strains));
   out->push_back({"/backspring/strain", strains, true});
   PetscFunctionReturn(0);

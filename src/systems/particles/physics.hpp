@@ -82,6 +82,8 @@ class Physics {
   virtual void strain_response(const LocalState& state, StrainResponse* sum) const = 0;
   /// Adds to `sum`; springs alone, with their dampers.
   virtual void box_forces(const LocalState& state, BoxForces* sum) const = 0;
+  /// Adds half of the virial of every spring, dampers included, to either end's d(d+1)/2 components; sum: (n, d(d+1)/2) [J].
+  virtual void particle_stress(const LocalState& state, double* sum) const = 0;
   virtual Supply supply(double t, const LocalState& state, const Coupling& coupling) const = 0;
   /// This rank's share of what the incremental potential changes by beyond its slope along lambda `line` (gathered as a
   /// direction), anchors at rest meanwhile: sum over particles, springs and laws of

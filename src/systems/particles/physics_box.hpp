@@ -26,6 +26,24 @@ void PhysicsOf<d, Spring, Damper>::box_forces(const LocalState& state, BoxForces
     }
 }
 
+template <int d, class Spring, class Damper>
+void PhysicsOf<d, Spring, Damper>::particle_stress(const LocalState& state, double* sum) const {
+  constexpr int q = d * (d + 1) / 2;
+  const Links& links = net_.links;
+  for (PetscInt i = 0; i < net_.n; ++i)
+    for (PetscInt e = links.start[i]; e < links.start[i + 1]; ++e) {
+      if (links.spring[e] < 0) continue;
+      const LinkGeometry<d> g(state.at(i), state.at(links.other[e]));
+      const auto p = parameters(links, e);
+      if (!Kernel::defined(g, p)) continue;
+      double f[d] = {};
+      Kernel::force(g, p, f);
+      for (int r = 0; r < d; ++r)
+        for (int c = r; c < d; ++c)
+          sum[static_cast<std::size_t>(i) * q + static_cast<std::size_t>(component_place(d, r, c))] -= 0.25 * (f[r] * g.dx[c] + f[c] * g.dx[r]);
+    }
+}
+
 // Of a spring between i and j, with K = df_i/dx_i and dx = x_i - x_j:
 //   d f_i/d e_a = K e_a dx,   d2 E/(d e_a d e_b) = -(e_b dx).(K e_a dx)
 template <int d, class Spring, class Damper>

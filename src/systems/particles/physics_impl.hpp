@@ -87,6 +87,7 @@ class PhysicsOf final : public Physics {
 
   void strain_response(const LocalState& state, StrainResponse* sum) const override;
   void box_forces(const LocalState& state, BoxForces* sum) const override;
+  void particle_stress(const LocalState& state, double* sum) const override;
   Supply supply(double t, const LocalState& state, const Coupling& coupling) const override;
   PotentialChange beyond_slope(double t, const LocalState& state, const LocalState& line, double lambda, double sigma) const override;
   std::string lacks_potential() const override;

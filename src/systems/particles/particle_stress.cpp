@@ -1,0 +1,104 @@
+#include "systems/particles/particle_stress.hpp"
+#include <algorithm>
+#include "base/fault.hpp"
+#include "base/options.hpp"
+
+namespace bs {
+
+PetscErrorCode ParticleStress::create(const Network& net) {
+  std::vector<std::string> names;
+  PetscFunctionBegin;
+  net_ = &net;
+  count_ = net.dim * (net.dim + 1) / 2;
+  PetscCall(read_section(net.comm, "Fields of a frame", [&](Section& o) {
+    o.flag("-bs_output_stress",
+           "write the stress times volume of every particle to every frame: half of every spring's, and the kinetic part; their sum is that of a "
+           "periodic box [J]",
+           in_frames_);
+    o.texts("-bs_stress_groups", "names of groups whose stress times volume, the sum over their particles, is an observable of every frame [J]",
+            names);
+    std::string known;
+    for (const NetworkGroup& group : net.groups) known += (known.empty() ? "" : ", ") + group.name;
+    for (const std::string& name : names) {
+      const auto at = std::find_if(net.groups.begin(), net.groups.end(), [&](const NetworkGroup& one) { return one.name == name; });
+      if (at == net.groups.end())
+        o.fail("option -bs_stress_groups: there is no group " + name + ": choose its particles by -bs_group_" + name +
+               (known.empty() ? "" : ", or name some of " + known));
+      else groups_.push_back(static_cast<std::size_t>(at - net.groups.begin()));
+    }
+    if ((in_frames_ || !groups_.empty()) && !net.interactions.empty())
+      o.fail("options -bs_output_stress and -bs_stress_groups: angle springs have no part in the stress of particles: leave one of them out");
+  }));
+  PetscFunctionReturn(0);
+}
+
+void ParticleStress::compute(const Physics& physics, const Cell* cell, double t, const LocalState& state) {
+  const int d = net_->dim;
+  double L[9] = {};
+  values_.assign(static_cast<std::size_t>(net_->n) * static_cast<std::size_t>(count_), 0.0);
+  physics.particle_stress(state, values_.data());
+  if (cell) cell->velocity_gradient(t, L);
+  for (PetscInt i = 0; i < net_->n; ++i) {
+    if (net_->fixed[i] == 1) continue;
+    const double* y = state.at(i);
+    double c[3] = {0, 0, 0};
+    for (int r = 0; r < d; ++r) {
+      c[r] = y[d + r];
+      for (int q = 0; q < d; ++q) c[r] -= L[r * d + q] * y[q];
+    }
+    for (int r = 0; r < d; ++r)
+      for (int q = r; q < d; ++q) values_[static_cast<std::size_t>(i * count_ + component_place(d, r, q))] -= net_->mass[i] * c[r] * c[q];
+  }
+}
+
+PetscErrorCode ParticleStress::create_field(PetscInt rows) {
+  const PetscInt count = count_;
+  ISHandle from, to;
+  PetscFunctionBegin;
+  if (shown_) PetscFunctionReturn(0);
+  for (const auto& [vec, size] : {std::pair{&own_, net_->n}, {&shown_, rows}}) {
+    PetscCall(VecCreate(net_->comm, vec->out()));
+    PetscCall(VecSetSizes(*vec, size * count, PETSC_DETERMINE));
+    PetscCall(VecSetBlockSize(*vec, count));
+    PetscCall(VecSetType(*vec, VECSTANDARD));
+  }
+  const std::vector<PetscInt> target(net_->row.begin(), net_->row.begin() + net_->n);
+  PetscInt first = 0;
+  PetscCall(VecGetOwnershipRange(own_, &first, nullptr));
+  PetscCall(ISCreateStride(net_->comm, net_->n * count, first, 1, from.out()));
+  PetscCall(ISCreateBlock(net_->comm, count, net_->n, target.data(), PETSC_COPY_VALUES, to.out()));
+  PetscCall(VecScatterCreate(own_, from, shown_, to, to_shown_.out()));
+  PetscFunctionReturn(0);
+}
+
+PetscErrorCode ParticleStress::field(const Physics& physics, const Cell* cell, double t, const LocalState& state, PetscInt rows, Vec* out) {
+  PetscScalar* a = nullptr;
+  PetscFunctionBegin;
+  PetscCall(create_field(rows));
+  compute(physics, cell, t, state);
+  PetscCall(VecGetArray(own_, &a));
+  std::copy(values_.begin(), values_.end(), a);
+  PetscCall(VecRestoreArray(own_, &a));
+  PetscCall(VecScatterBegin(to_shown_, own_, shown_, INSERT_VALUES, SCATTER_FORWARD));
+  PetscCall(VecScatterEnd(to_shown_, own_, shown_, INSERT_VALUES, SCATTER_FORWARD));
+  *out = shown_;
+  PetscFunctionReturn(0);
+}
+
+PetscErrorCode ParticleStress::observe(const Physics& physics, const Cell* cell, double t, const LocalState& state, std::vector<Observable>* out) {
+  PetscFunctionBegin;
+  if (groups_.empty()) PetscFunctionReturn(0);
+  compute(physics, cell, t, state);
+  const std::size_t q = static_cast<std::size_t>(count_);
+  std::vector<double> sums(groups_.size() * q, 0.0);
+  for (std::size_t g = 0; g < groups_.size(); ++g)
+    for (const PetscInt i : net_->groups[groups_[g]].member)
+      for (std::size_t k = 0; k < q && i < net_->n; ++k) sums[g * q + k] += values_[static_cast<std::size_t>(i) * q + k];
+  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, sums.data(), static_cast<PetscMPIInt>(sums.size()), MPI_DOUBLE, MPI_SUM, net_->comm));
+  for (std::size_t g = 0; g < groups_.size(); ++g)
+    out->push_back({"stress_volume/" + net_->groups[groups_[g]].name,
+                    {sums.begin() + static_cast<std::ptrdiff_t>(g * q), sums.begin() + static_cast<std::ptrdiff_t>((g + 1) * q)}});
+  PetscFunctionReturn(0);
+}
+
+}  // namespace bs
