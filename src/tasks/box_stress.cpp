@@ -32,6 +32,8 @@ PetscErrorCode BoxStress::begin(Equilibrium& model, bool arc) {
   if (!active_) PetscFunctionReturn(0);
   if (arc)
     PetscCall(tell(model.comm(), Exit::input, "option -bs_box_stress does not go with -bs_load_control arc: give the strains by -bs_box_strain"));
+  if (model.breaks())
+    PetscCall(tell(model.comm(), Exit::input, "option -bs_box_stress does not go with springs that break: give the strains by -bs_box_strain"));
   PetscCall(model.strain_response(0, model.initial_state(), &strained));
   if (!strained.held.empty())
     PetscCall(tell(model.comm(), Exit::input, "option -bs_box_stress: " + strained.held + " do not follow the strain of the box: leave them out"));
