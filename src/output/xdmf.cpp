@@ -103,10 +103,12 @@ std::string column_slab(const Item& item, std::size_t k, std::size_t c) {
          format("<DataItem Dimensions=\"3 3\" Format=\"XML\">%s 1 1 1 %s</DataItem>", start.c_str(), count.c_str()) + whole(item) + "</DataItem>";
 }
 
-/// Component names of a symmetric tensor kept as `columns` numbers.
+/// Component names of a symmetric tensor kept as `columns` numbers; a one-dimensional one may have zeros appended.
 std::vector<std::string> tensor_names(std::size_t columns) {
-  if (columns == 3) return {"xx", "yy", "xy"};
-  return {"xx", "yy", "zz", "yz", "xz", "xy"};
+  if (columns > 3) return {"xx", "yy", "zz", "yz", "xz", "xy"};
+  std::vector<std::string> names = {"xx", "yy", "xy"};
+  names.resize(columns);
+  return names;
 }
 
 std::string attribute(const std::string& name, const char* type, const char* center, const std::string& data) {

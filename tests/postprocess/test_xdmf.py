@@ -82,6 +82,8 @@ def compare(checks, path, label, expected_frames=None, live=False):
         t = f["particles/trajectory/position/time"][...]
         bonds = f["connectivity/bonds"][...] if "connectivity/bonds" in f else np.zeros((0, 2), int)
         rest = f["connectivity/bonds_rest_length"][...] if len(bonds) else np.zeros(0)
+        stress = f["particles/trajectory/stress_volume/value"][...] if "stress_volume" in f["particles/trajectory"] else x[:, :, :0]
+        parts = ("xx", "yy", "zz", "yz", "xz", "xy") if stress.shape[2] > 3 else ("xx", "yy", "xy")[:stress.shape[2]]
     if not live:
         checks.true(f"{label}: all frames", len(grids) == len(t), f"{len(grids)} of {len(t)}")
     if expected_frames:
@@ -97,6 +99,8 @@ def compare(checks, path, label, expected_frames=None, live=False):
                      and grid.find("Geometry").get("GeometryType") == {2: "XY", 3: "XYZ"}[x.shape[2]]
                      and np.array_equal(read(grid.find("Topology/DataItem"), folder), bonds)
                      and named["velocity"][0] == "Node" and np.array_equal(named["velocity"][1], v[k])
+                     and all(named["stress_volume_" + part][0] == "Node" and np.array_equal(named["stress_volume_" + part][1], stress[k, :, c])
+                             for c, part in enumerate(parts))
                      and named["strain"][0] == "Cell" and np.allclose(named["strain"][1], (length - rest) / rest, rtol=0, atol=1e-14))
         checks.true(f"{label}: {read.__name__} gives h5py's positions, velocities, springs and strains", good == len(grids) > 0,
                     f"{good} of {len(grids)} frames")
@@ -112,6 +116,9 @@ def contents(checks, folder):
     checks.true("the sidecar does not depend on the ranks", text[1] == text[2] == text[3])
     checks.true("no temporary file is left", not list(pathlib.Path(folder).glob("*.tmp")))
     compare(checks, run(checks, folder, SQUARE), "two dimensions", 4)
+    compare(checks, run(checks, folder, SQUARE + ["-bs_output_stress"]), "two dimensions, with stress", 4)
+    compare(checks, run(checks, folder, CLOTH + ["-bs_output_stress"], 2), "cloth, with stress", 9)
+    compare(checks, run(checks, folder, CHAIN + ["-bs_output_stress", "-bs_output_pad", "2"], name="padded.h5md"), "one dimension, padded, with stress", 4)
     run(checks, folder, CHAIN, name="chain.h5md")
     checks.true("one dimension: none", not (pathlib.Path(folder) / "chain.h5md.xdmf").exists())
     compare(checks, run(checks, folder, CHAIN + ["-bs_output_pad", "3"], name="padded.h5md"), "one dimension, padded", 4)
