@@ -139,7 +139,8 @@ def contents(checks, folder):
 def h5md(checks, folder):
     """H5MD 1.1 by its rules, and as an independent reader of H5MD sees it."""
     structure = pathlib.Path(__file__).resolve().parents[1] / "verify" / "test_h5md.py"
-    for name, options in (("cloth", CLOTH), ("square", SQUARE), ("units", CLOTH + ["-bs_output_units", "SI"])):
+    for name, options in (("cloth", CLOTH), ("square", SQUARE), ("units", CLOTH + ["-bs_output_units", "SI"]),
+                          ("stress", CLOTH + ["-bs_output_stress", "-bs_output_units", "SI"])):
         path = run(checks, folder, options, 2, name + ".h5md")
         done = subprocess.run([sys.executable, str(structure), str(path)], capture_output=True, text=True)
         checks.true(f"{name}: H5MD 1.1", done.returncode == 0, (done.stdout + done.stderr).strip()[-160:])

@@ -104,7 +104,8 @@ def check_particles(f):
     need(len(shape) == 3 and shape[2] == dim, f"position/value has shape {shape} in {dim} dimensions")
     for name in p:
         if name != "box" and isinstance(p[name], h5py.Group):
-            need(p[name]["value"].shape[1:] == shape[1:], f"{name}/value has shape {p[name]['value'].shape}")
+            numbers = max(shape[2], dim * (dim + 1) // 2) if name == "stress_volume" else shape[2]  # a symmetric tensor
+            need(p[name]["value"].shape[1:] == (shape[1], numbers), f"{name}/value has shape {p[name]['value'].shape}")
     count = shape[1]
     if "mass" in p:
         need(np.all(dataset(p, "mass", "f", (count,))[:] > 0), "a mass is not positive")
@@ -139,7 +140,7 @@ def check_bonds(f, count):
 
 def check_observables(f):
     items = dict(f.get("observables", {}).items())
-    for kind in ("reaction", "work"):  # by group of particles
+    for kind in ("reaction", "work", "stress_volume"):  # by group of particles
         items.update({f"{kind}/{name}": group for name, group in items.pop(kind, {}).items()})
     for name, group in items.items():
         need(isinstance(group, h5py.Group) and set(group) == {"value", "step", "time"},
