@@ -136,6 +136,16 @@ def shifts(checks, folder):
                 small.velocity, 1e-11)
 
 
+def resting(checks, folder):
+    """A perfect lattice stays at rest: forces that are rounding errors, of a particle at the origin too, ask for no shorter step."""
+    for name, lattice in (("triangular", {"bs_lattice_type": "triangular", "bs_lattice_size": "4,4", "bs_lattice_dim": 2, "bs_lattice_periodic": "xy"}),
+                          ("cube", {"bs_lattice_type": "cubic", "bs_lattice_size": "3,4,5", "bs_lattice_periodic": "xyz", "bs_lattice_spacing": 0.1}),
+                          ("chain", {"bs_lattice_type": "chain", "bs_lattice_size": 7, "bs_lattice_periodic": "x", "bs_lattice_spacing": 0.3})):
+        for storage in ("cholesky", "bicc"):
+            r = checks.run({**lattice, "condensed_pc_type": storage, "ts_dt": 0.01, "ts_max_time": 0.1}).report
+            checks.true(f"{name} at rest, {storage}", (r["steps"], r["rejected"]) == (10, 0) and r["newton"] <= 20, f"{r['steps']} steps, {r['rejected']} rejected, {r['newton']} corrections")
+
+
 def strained(checks, folder):
     """Homogeneous motion of a perfect lattice, stress of the strain applied, work that is what the energy gains."""
     path = triangular(folder / "t.h5", 4)
@@ -221,7 +231,7 @@ def jacobians(checks, folder):
 
 def main():
     checks = Checks(__doc__)
-    for part in (dispersion, endless_chain, moduli, shifts, strained, continued, jacobians):
+    for part in (dispersion, endless_chain, moduli, shifts, resting, strained, continued, jacobians):
         if checks.wants(part.__name__):
             with checks.group(part.__name__), tempfile.TemporaryDirectory() as folder:
                 part(checks, pathlib.Path(folder))
