@@ -428,6 +428,8 @@ GOOD = {
                                                   put("springs/rest_length", np.ones(4)), put("springs/damping", np.ones(4))),
                                              spring_law="strain", damping_law=np.bytes_("simple")),
     "good: angles": angles(),
+    "good: limits of springs": hdf5(both(put("springs/critical_strain", np.array([0.1, np.inf, 1, 2])), put("springs/broken", np.array([0.0, 0, 1, 0])))),
+    "good: limits for all": options(*CHAIN, "-bs_break_strain", "0.5", "-bs_break_uniform", "0.1,3", "-bs_break", "worst"),
     "good: periodic box": boxed(),
     "good: periodic box, strained": boxed(unshifted, options=("-bs_box_strain", "xy=velocity:0.1")),
     "good: HDF5, laws by name": hdf5(both(put("springs/law", np.array([0, 1, 2, 3])), put("springs/stiffness_3", np.ones(4)), put("springs/yield_force", np.ones(4)),
@@ -464,7 +466,24 @@ BOX = {
     "strain that is none": (options(*PERIODIC, "-bs_lattice_periodic", "xy", "-bs_box_strain", "xy=fast"), "option -bs_box_strain: xy: 'fast' is no motion of a component"),
 }
 
-GROUPS = {"periodic boxes": BOX, "HDF5 lattice": HDF5, "angle springs": ANGLES, "XSpringies scene": XSP, "Gmsh mesh": MSH, "options of lattices": OPTIONS}
+BREAKING = {
+    "limit 0": (hdf5(put("springs/critical_strain", np.array([0.1, 0, 1, 2]))), "spring 1, /springs/critical_strain: 0; write a number > 0"),
+    "limit that is no number": (hdf5(put("springs/critical_force", np.array([0.1, 1, np.nan, 2]))), "spring 2, /springs/critical_force: nan; write a number > 0"),
+    "limits of fewer springs": (hdf5(put("springs/critical_energy", np.array([0.1, 1]))), "/springs/critical_energy"),
+    "half broken": (hdf5(put("springs/broken", np.array([0.5, 0, 0, 0]))), "spring 0, /springs/broken: 0.5; write 1 (broken) or 0"),
+    "negative strain": (options(*CHAIN, "-bs_break_strain", "-1"), "option -bs_break_strain"),
+    "no strain at rest length 0": (options(*CHAIN, "-bs_lattice_rest_length_factor", "0", "-bs_break_strain", "0.1"), "has the rest length 0, so that it has no strain"),
+    "two scatters": (options(*CHAIN, "-bs_break_strain", "1", "-bs_break_weibull", "5,1", "-bs_break_uniform", "0.1,1"), "-bs_break_weibull and -bs_break_uniform: give one of them"),
+    "scatter without a seed": (options(*CHAIN, "-bs_break_strain", "1", "-bs_break_weibull", "5"), "option -bs_break_weibull: give the modulus, > 0, and a whole number as the seed"),
+    "scatter beyond 1": (options(*CHAIN, "-bs_break_strain", "1", "-bs_break_uniform", "1.5,1"), "option -bs_break_uniform: give the half width, between 0 and 1"),
+    "spared group that is not there": (options(*CHAIN, "-bs_break_strain", "1", "-bs_break_spare", "edge"), "option -bs_break_spare: there is no group edge"),
+    "side that is none": (options(*CHAIN, "-bs_break_strain", "1", "-bs_break_in", "shear"), "option -bs_break_in"),
+    "notch in a chain": (options(*CHAIN, "-bs_break_notch", "0,0,1,1"), "option -bs_break_notch: notches are for lattices in 2 dimensions"),
+    "notch of three numbers": (options("-bs_lattice_type", "triangular", "-bs_lattice_size", "4,4", "-bs_break_notch", "0,0,1"), "option -bs_break_notch: give four numbers"),
+    "notch beside the lattice": (options("-bs_lattice_type", "triangular", "-bs_lattice_size", "4,4", "-bs_break_notch", "90,90,91,91"), "option -bs_break_notch: no spring crosses that line"),
+}
+
+GROUPS = {"springs that break": BREAKING, "periodic boxes": BOX, "HDF5 lattice": HDF5, "angle springs": ANGLES, "XSpringies scene": XSP, "Gmsh mesh": MSH, "options of lattices": OPTIONS}
 
 if __name__ == "__main__":
     sys.exit(corpus.main(__doc__, GROUPS, GOOD, step=STEP))
