@@ -18,12 +18,12 @@ struct HugePageAllocator {
   template <class U>
   HugePageAllocator(const HugePageAllocator<U>&) noexcept {}  // NOLINT: allocators convert silently
   T* allocate(std::size_t count) {
-    constexpr std::size_t PAGE = std::size_t{1} << 21, LARGE = 2 * PAGE, LINE = 64;
+    constexpr std::size_t PAGE = std::size_t{1} << 21, LARGE = PAGE, LINE = 64;
     const std::size_t bytes = count * sizeof(T), unit = bytes >= LARGE ? PAGE : LINE;
     void* memory = std::aligned_alloc(unit, (bytes + unit - 1) / unit * unit);
     if (!memory) throw std::bad_alloc();
 #ifdef __linux__
-    if (bytes >= LARGE) (void)madvise(memory, bytes, MADV_HUGEPAGE);  // a wish: pages stay small where it is not granted
+    if (bytes >= LARGE) (void)madvise(memory, bytes / PAGE * PAGE, MADV_HUGEPAGE);  // a wish: pages stay small where it is not granted
 #endif
     return static_cast<T*>(memory);
   }

@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 #include "base/handle.hpp"
+#include "base/huge_pages.hpp"
 #include "lattice/lattice.hpp"
 #include "physics/body/columns.hpp"
 
@@ -15,8 +16,8 @@ namespace bs {
 /// A spring between two owned particles appears twice; one cut by a rank boundary once on either side.
 struct Links {
   std::vector<PetscInt> start;  ///< (n + 1)
-  std::vector<PetscInt> other;  ///< local index of the other end; >= n: a ghost
-  std::vector<double> stiffness, rest_length;
+  HugeVector<PetscInt> other;   ///< local index of the other end; >= n: a ghost
+  HugeVector<double> stiffness, rest_length;
   std::vector<double> damping;       ///< empty where no spring of this rank has a damper
   std::vector<std::int64_t> spring;  ///< row in the input; -1: a coupling without a spring
   // of lattices with more than Hooke's or the strain law

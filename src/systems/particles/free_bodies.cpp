@@ -164,6 +164,8 @@ void ParticleModel::set_loads(const Loads& loads) {
   supports_.set_static(loads.at_rest, loads.driven_at_full_load);
   cell_.set_static(loads.at_rest, loads.box_at_full_load);
   loads_ = loads.at_rest;
+  interior_.known = false;
+  known_ = {};
 }
 
 // A law whose force depends on the place (attraction, walls) may hold a body; drag does not.

@@ -1,5 +1,7 @@
 #include "systems/particles/local_state.hpp"
+#include <petsc/private/petscimpl.h>
 #include <algorithm>
+#include <cstring>
 #include "systems/particles/cell.hpp"
 #include "systems/particles/supports.hpp"
 
@@ -51,6 +53,7 @@ PetscErrorCode LocalState::gather_direction(Vec z) {
   PetscFunctionBegin;
   PetscCall(scatter_begin(z));
   PetscCall(scatter_end(z));
+  last_ = {};
   for (const PetscInt i : fixed_) std::fill_n(values_.begin() + static_cast<std::ptrdiff_t>(static_cast<std::size_t>(i) * width_), width_, 0.0);
   if (net_->supports) net_->supports->clear(0, net_->n + net_->ghosts, 2, values_.data());
   PetscFunctionReturn(0);
@@ -83,10 +86,28 @@ PetscErrorCode LocalState::scatter_begin(Vec y) {
   const PetscScalar* ay = nullptr;
   PetscFunctionBegin;
   PetscCall(VecScatterBegin(scatter_, y, ghost_values_, INSERT_VALUES, SCATTER_FORWARD));
-  PetscCall(VecGetArrayRead(y, &ay));
-  std::copy_n(ay, static_cast<std::size_t>(net_->n) * width_, values_.begin());
-  PetscCall(VecRestoreArrayRead(y, &ay));
+  if (!is_last(y)) {
+    PetscCall(VecGetArrayRead(y, &ay));
+    take(ay);
+    PetscCall(VecRestoreArrayRead(y, &ay));
+  }
   PetscFunctionReturn(0);
+}
+
+/// Whether y, unchanged, is what owned states were taken from last, with nothing driven put in its place since.
+bool LocalState::is_last(Vec y) {
+  const std::pair<PetscObjectId, PetscObjectState> last = last_;
+  (void)PetscObjectGetId(reinterpret_cast<PetscObject>(y), &last_.first);
+  (void)PetscObjectStateGet(reinterpret_cast<PetscObject>(y), &last_.second);
+  return last == last_;
+}
+
+/// Owned states; those that are there already, bit for bit, are not copied: a comparison ends at the first that is not.
+void LocalState::take(const double* states) {
+  const std::size_t count = static_cast<std::size_t>(net_->n) * width_;
+  if (std::memcmp(states, values_.data(), count * sizeof(double)) == 0) return;
+  std::copy_n(states, count, values_.begin());
+  ++version_;
 }
 
 PetscErrorCode LocalState::scatter_end(Vec y) {
@@ -97,7 +118,7 @@ PetscErrorCode LocalState::scatter_end(Vec y) {
 
 void LocalState::drive_to(double t) {
   if (net_->cell) net_->cell->shift_images(time_, -1, velocities_, values_.data());
-  if (net_->supports) net_->supports->place(t, 0, net_->n + net_->ghosts, values_.data());
+  hold_driven(t, 0, net_->n + net_->ghosts);
   if (net_->cell) net_->cell->shift_images(t, 1, velocities_, values_.data());
   time_ = t;
 }
@@ -110,7 +131,14 @@ void LocalState::hold(double t, PetscInt first, PetscInt last) {
     std::copy_n(net_->held.begin() + static_cast<std::ptrdiff_t>(static_cast<std::size_t>(*at) * d), d, state);
     std::fill_n(state + d, d, 0.0);
   }
-  if (net_->supports) net_->supports->place(t, first, last, values_.data());
+  hold_driven(t, first, last);
+}
+
+void LocalState::hold_driven(double t, PetscInt first, PetscInt last) {
+  if (!net_->supports) return;
+  net_->supports->place(t, first, last, values_.data());
+  last_ = {};
+  ++version_;
 }
 
 }  // namespace bs

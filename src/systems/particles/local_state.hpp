@@ -1,6 +1,9 @@
 // The state of this rank's particles and of their ghosts, side by side.
 #pragma once
+#include <cstdint>
+#include <utility>
 #include <vector>
+#include "base/huge_pages.hpp"
 #include "network/network.hpp"
 
 namespace bs {
@@ -22,21 +25,28 @@ class LocalState {
   /// The same for a direction: zero where components are held; images move as their particles do.
   PetscErrorCode gather_direction(Vec z);
   bool created() const { return net_ != nullptr; }
+  /// Changes whenever owned states do; what has been computed of them alone still holds while it is the same.
+  std::uint64_t version() const { return version_; }
   /// 2d numbers (x, v) of local particle i. Images stand where they are, not where their particles are.
   const double* at(PetscInt i) const { return values_.data() + static_cast<std::size_t>(i) * width_; }
 
  private:
   PetscErrorCode scatter_begin(Vec y);
+  bool is_last(Vec y);
+  void take(const double* states);
   PetscErrorCode scatter_end(Vec y);
   void hold(double t, PetscInt first, PetscInt last);
+  void hold_driven(double t, PetscInt first, PetscInt last);
   const Network* net_ = nullptr;
   std::size_t width_ = 0;
   VecHandle ghost_values_;
   ScatterHandle scatter_;
-  std::vector<double> values_;
-  bool velocities_ = true;       ///< of ghosts travel
-  double time_ = 0;              ///< of the images' displacements
-  std::vector<PetscInt> fixed_;  ///< local indices of fixed particles, ascending
+  HugeVector<double> values_;
+  std::uint64_t version_ = 0;
+  std::pair<PetscObjectId, PetscObjectState> last_{0, 0};  ///< vector and its state that owned states were taken from; 0: no vector's
+  bool velocities_ = true;                                 ///< of ghosts travel
+  double time_ = 0;                                        ///< of the images' displacements
+  std::vector<PetscInt> fixed_;                            ///< local indices of fixed particles, ascending
 };
 
 }  // namespace bs

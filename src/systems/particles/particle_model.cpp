@@ -165,25 +165,6 @@ PetscErrorCode ParticleModel::commit_start() {
   PetscFunctionReturn(0);
 }
 
-PetscErrorCode ParticleModel::force(double t, Vec y, const double** f) {
-  PetscFunctionBegin;
-  PetscCall(PetscLogEventBegin(particle_events().force, y, nullptr, nullptr, nullptr));
-  fault_ = {};
-  PetscCall(state_.gather_begin(t, y));
-  // ghosts travel meanwhile; a force that couples all with all needs them first
-  if (!coupling_.active()) physics_->forces(Part::interior, t, state_, coupling_, force_.data(), &fault_);
-  PetscCall(state_.gather_end(t, y));
-  PetscCall(coupling_.gather(net_, state_));
-  if (coupling_.active()) physics_->forces(Part::interior, t, state_, coupling_, force_.data(), &fault_);
-  physics_->forces(Part::boundary, t, state_, coupling_, force_.data(), &fault_);
-  if (supports_.active()) supports_.clear(0, net_.n, 1, force_.data());
-  *f = force_.data();
-  // of a spring at one end: distance and length 3d, the law 6, its share 2d
-  PetscCall(PetscLogFlops((5.0 * net_.dim + 6) * static_cast<double>(net_.links.other.size())));
-  PetscCall(PetscLogEventEnd(particle_events().force, y, nullptr, nullptr, nullptr));
-  PetscFunctionReturn(0);
-}
-
 PetscErrorCode ParticleModel::create_first_order(Mat* J) {
   PetscFunctionBegin;
   if (!pattern_.created()) pattern_.create(net_);

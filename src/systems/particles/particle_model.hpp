@@ -7,6 +7,7 @@
 #include "systems/particles/breaking/breaking.hpp"
 #include "systems/particles/cell.hpp"
 #include "systems/particles/coupling.hpp"
+#include "systems/particles/input_order.hpp"
 #include "systems/particles/linearised_forces.hpp"
 #include "systems/particles/local_state.hpp"
 #include "systems/particles/particle_potential.hpp"
@@ -79,11 +80,13 @@ class ParticleModel final : public Mechanics {
   PetscErrorCode add_groups(std::vector<Dataset>* out) const;
   PetscErrorCode observe_box(double t, std::vector<Observable>* out);
   void add_shifts(const std::string& bonds, std::vector<Dataset>* out);
-  PetscErrorCode create_output();
   PetscErrorCode fill_output(Vec y);
   PetscErrorCode show_held(double t, Vec y, Vec* shown);
   PetscErrorCode read_strain_option();
   std::string spring_laws_in_words() const;
+  bool state_tells_all() const;
+  bool knows_interior(double t) const;
+  void note_interior(double t, const Singularity& fault);
   const Energies& energies_at(double t, Vec y);
 
   Network net_;
@@ -107,15 +110,22 @@ class ParticleModel final : public Mechanics {
   LinearisedForces linearised_;
   ParticlePotential potential_;
   std::vector<double> force_, rates_;
-  VecHandle y0_, shown_, position_, velocity_;  ///< the last two in the input's order
-  ScatterHandle to_position_, to_velocity_;
+  VecHandle y0_, shown_;
+  InputOrder order_;
   Singularity fault_;
   struct {
     PetscObjectId vec = 0;
     PetscObjectState state = 0;
     double time = 0;
     Energies energies;
-  } known_;                        ///< this rank's energies of the state they were computed for last
+  } known_;  ///< this rank's energies of the state they were computed for last
+  struct {
+    bool known = false;
+    std::uint64_t version = 0;
+    double time = 0;
+  } interior_;                     ///< the state for which force_ holds the forces on particles that no ghost acts on
+  bool summed_ = false;            ///< they came with energies, and were not asked for since
+  int wasted_ = 0;                 ///< times in a row that they were not asked for
   std::uint64_t fingerprint_ = 0;  ///< of the lattice, summed over the ranks
 };
 

@@ -1,5 +1,4 @@
 // What a particle system shows: header lines, observables, fields of a frame, constant data.
-#include <petsc/private/petscimpl.h>
 #include <algorithm>
 #include <cmath>
 #include "base/fault.hpp"
@@ -66,37 +65,15 @@ std::vector<std::string> ParticleModel::describe() const {
   return lines;
 }
 
-/// This rank's energies of y, which state_ holds: a frame's observables and what watches the energy ask for those of the same state.
-const Energies& ParticleModel::energies_at(double t, Vec y) {
-  PetscObjectId vec = 0;
-  PetscObjectState state = 0;
-  (void)PetscObjectGetId(reinterpret_cast<PetscObject>(y), &vec);
-  (void)PetscObjectStateGet(reinterpret_cast<PetscObject>(y), &state);
-  const bool same = known_.vec == vec && known_.state == state && known_.time == t;
-  if (!same || memory_.active()) known_ = {vec, state, t, physics_->energies(t, state_)};  // histories change beside the state
-  return known_.energies;
-}
-
 PetscErrorCode ParticleModel::observe(double t, Vec y, std::vector<Observable>* out) {
   const PetscInt d = net_.dim;
   PetscFunctionBegin;
   PetscCall(PetscLogEventBegin(particle_events().energy, y, nullptr, nullptr, nullptr));
   PetscCall(state_.gather(t, y));
   const Energies e = energies_at(t, y);
-  // energies, momentum p = sum m v, angular momentum L = sum x cross m v about the origin; of all that moves
-  double sums[9] = {e.kinetic, e.elastic, e.field, 0, 0, 0, 0, 0, 0};
-  for (PetscInt i = 0; i < net_.n; ++i) {
-    if (net_.fixed[i] == 1) continue;
-    double x[3] = {0, 0, 0}, p[3] = {0, 0, 0};
-    for (PetscInt c = 0; c < d; ++c) {
-      x[c] = state_.at(i)[c];
-      p[c] = net_.mass[i] * state_.at(i)[d + c];
-    }
-    for (int c = 0; c < 3; ++c) {
-      sums[3 + c] += p[c];
-      sums[6 + c] += x[(c + 1) % 3] * p[(c + 2) % 3] - x[(c + 2) % 3] * p[(c + 1) % 3];
-    }
-  }
+  double sums[9] = {e.kinetic, e.elastic, e.field};
+  std::copy_n(e.momentum, 3, sums + 3);
+  std::copy_n(e.angular_momentum, 3, sums + 6);
   PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, sums, 9, MPI_DOUBLE, MPI_SUM, net_.comm));
   out->clear();
   out->push_back({"kinetic_energy", {sums[0]}});
@@ -134,40 +111,11 @@ PetscErrorCode ParticleModel::read_strain_option() {
   PetscFunctionReturn(0);
 }
 
-/// Vectors in the input's order, and the scatters that fill them; once, for the first frame that is written.
-PetscErrorCode ParticleModel::create_output() {
-  const PetscInt d = net_.dim;
-  PetscFunctionBegin;
-  if (position_) PetscFunctionReturn(0);
-  PetscInt rows = static_cast<PetscInt>(lattice_.particles.count);
-  std::vector<PetscInt> x_blocks, v_blocks, target(net_.row.begin(), net_.row.end());
-  for (PetscInt i = 0; i < net_.n; ++i) {
-    x_blocks.push_back(2 * net_.global[i]);
-    v_blocks.push_back(2 * net_.global[i] + 1);
-  }
-  for (VecHandle* vec : {&position_, &velocity_}) {
-    PetscCall(VecCreate(net_.comm, vec->out()));
-    PetscCall(VecSetSizes(*vec, rows * d, PETSC_DETERMINE));
-    PetscCall(VecSetBlockSize(*vec, d));
-    PetscCall(VecSetType(*vec, VECSTANDARD));
-  }
-  ISHandle x_from, v_from, to;
-  PetscCall(ISCreateBlock(net_.comm, d, net_.n, x_blocks.data(), PETSC_COPY_VALUES, x_from.out()));
-  PetscCall(ISCreateBlock(net_.comm, d, net_.n, v_blocks.data(), PETSC_COPY_VALUES, v_from.out()));
-  PetscCall(ISCreateBlock(net_.comm, d, net_.n, target.data(), PETSC_COPY_VALUES, to.out()));
-  PetscCall(VecScatterCreate(y0_, x_from, position_, to, to_position_.out()));
-  PetscCall(VecScatterCreate(y0_, v_from, velocity_, to, to_velocity_.out()));
-  PetscFunctionReturn(0);
-}
-
-/// position_ and velocity_ from y.
+/// order_ from y; its vectors are made for the first frame that is written.
 PetscErrorCode ParticleModel::fill_output(Vec y) {
   PetscFunctionBegin;
-  PetscCall(create_output());
-  PetscCall(VecScatterBegin(to_position_, y, position_, INSERT_VALUES, SCATTER_FORWARD));
-  PetscCall(VecScatterEnd(to_position_, y, position_, INSERT_VALUES, SCATTER_FORWARD));
-  PetscCall(VecScatterBegin(to_velocity_, y, velocity_, INSERT_VALUES, SCATTER_FORWARD));
-  PetscCall(VecScatterEnd(to_velocity_, y, velocity_, INSERT_VALUES, SCATTER_FORWARD));
+  if (!order_.created()) PetscCall(order_.create(net_, static_cast<PetscInt>(lattice_.particles.count), y0_));
+  PetscCall(order_.from_state(y));
   PetscFunctionReturn(0);
 }
 
@@ -192,7 +140,7 @@ PetscErrorCode ParticleModel::fields(double t, Vec y, std::vector<Field>* out) {
   PetscFunctionBegin;
   PetscCall(show_held(t, y, &shown));
   PetscCall(fill_output(shown));
-  *out = {{"/particles/trajectory/position", position_}, {"/particles/trajectory/velocity", velocity_}};
+  *out = {{"/particles/trajectory/position", order_.position()}, {"/particles/trajectory/velocity", order_.velocity()}};
   PetscCall(memory_.gather(&memory));
   for (const StatePart& part : memory) out->push_back({"/backspring/" + part.name, part.vec, true});
   if (breaking_.active()) {

@@ -19,16 +19,13 @@ std::vector<ParticleGroup> ParticleModel::groups() const {
 PetscErrorCode ParticleModel::gather_state(Vec y, std::vector<StatePart>* parts) {
   PetscFunctionBegin;
   PetscCall(fill_output(y));
-  *parts = {{"position", position_}, {"velocity", velocity_}};
+  *parts = {{"position", order_.position()}, {"velocity", order_.velocity()}};
   PetscFunctionReturn(0);
 }
 
 PetscErrorCode ParticleModel::scatter_state(Vec y) {
   PetscFunctionBegin;
-  PetscCall(VecScatterBegin(to_position_, position_, y, INSERT_VALUES, SCATTER_REVERSE));
-  PetscCall(VecScatterEnd(to_position_, position_, y, INSERT_VALUES, SCATTER_REVERSE));
-  PetscCall(VecScatterBegin(to_velocity_, velocity_, y, INSERT_VALUES, SCATTER_REVERSE));
-  PetscCall(VecScatterEnd(to_velocity_, velocity_, y, INSERT_VALUES, SCATTER_REVERSE));
+  PetscCall(order_.to_state(y));
   PetscFunctionReturn(0);
 }
 

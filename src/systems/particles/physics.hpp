@@ -24,9 +24,10 @@ struct Singularity {
   const char* why = "";                                                          ///< what an interaction met
 };
 
-/// Energies of this rank's share [J].
+/// Energies [J], momentum sum m v [kg m/s] and angular momentum sum x cross m v about the origin [kg m^2/s] of this rank's share.
 struct Energies {
   double kinetic = 0, elastic = 0, field = 0;
+  double momentum[3] = {0, 0, 0}, angular_momentum[3] = {0, 0, 0};
 };
 
 /// What acts from outside on this rank's particles.
@@ -55,6 +56,10 @@ class Physics {
   virtual ~Physics() = default;
   /// f: (n, d), overwritten where the particles of `part` are. The first singularity met is kept in `fault`; the particle's force is then not finite.
   virtual void forces(Part part, double t, const LocalState& state, const Coupling& coupling, double* f, Singularity* fault) const = 0;
+  /// The same in one pass with the energies of the particles of `part`, fixed ones included, which are added to `sum`: bit for bit those of
+  /// energies().
+  virtual void forces_and_energies(Part part, double t, const LocalState& state, const Coupling& coupling, double* f, Singularity* fault,
+                                   Energies* sum) const = 0;
   /// The same of some owned particles, whatever holds them: f: (which, d), all laws included.
   virtual void forces_on(const std::vector<PetscInt>& which, double t, const LocalState& state, const Coupling& coupling, double* f) const = 0;
   /// Adds the force of this rank's anchors on their particles to sum[d].

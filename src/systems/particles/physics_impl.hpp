@@ -34,17 +34,11 @@ class PhysicsOf final : public Physics {
   }
 
   void forces(Part part, double t, const LocalState& state, const Coupling& coupling, double* f, Singularity* fault) const override {
-    const AnchorShift shift(motion_, t);
-    for (const PetscInt i : rows_[static_cast<int>(part)]) {
-      double* fi = f + i * d;
-      std::fill_n(fi, d, 0.0);
-      if (net_.fixed[i]) continue;
-      const Singularity found = force_on(i, t, state, coupling, shift, fi);
-      if (found.kind != Singularity::none) {
-        if (fault->kind == Singularity::none) *fault = found;
-        std::fill_n(fi, d, std::numeric_limits<double>::infinity());
-      }
-    }
+    forces_of<false>(part, t, state, coupling, f, fault, nullptr);
+  }
+  void forces_and_energies(Part part, double t, const LocalState& state, const Coupling& coupling, double* f, Singularity* fault,
+                           Energies* sum) const override {
+    forces_of<true>(part, t, state, coupling, f, fault, sum);
   }
 
   void forces_on(const std::vector<PetscInt>& which, double t, const LocalState& state, const Coupling& coupling, double* f) const override {
@@ -61,30 +55,7 @@ class PhysicsOf final : public Physics {
 
   PetscErrorCode jacobian(double t, const LocalState& state, const Coupling& coupling, double sigma, bool momentum, RowWriter* writer) const override;
 
-  Energies energies(double t, const LocalState& state) const override {
-    const AnchorShift shift(motion_, t);
-    Energies sum;
-    for (PetscInt i = 0; i < net_.n; ++i) {
-      const double* y = state.at(i);
-      if constexpr (!Spring::mixed)
-        if (plain_[i]) sum.elastic += 0.5 * plain_energy<d, Spring>(net_.links, i, y, state.at(0));
-      for (PetscInt e = net_.links.start[i]; e < net_.links.start[i + 1] && !plain_[i]; ++e)
-        sum.elastic += 0.5 * Kernel::energy({y, state.at(net_.links.other[e])}, parameters(net_.links, e));
-      for (PetscInt a = anchor_start_[i]; a < anchor_start_[i + 1]; ++a) {
-        const PetscInt k = anchor_order_[a];
-        const typename AnchorShift::End end(shift, net_.anchors, k);
-        sum.elastic += Kernel::energy({y, end.y}, parameters(net_.anchors, k));
-      }
-      if (net_.fixed[i] == 1) continue;  // at rest: driven ones have energies that change
-      for (int c = 0; c < d; ++c) sum.kinetic += 0.5 * net_.mass[i] * y[d + c] * y[d + c];
-      const Point<d> point{t, net_.mass[i], net_.columns(i), y, y + d};
-      for_each_law(laws_, [&](const auto& law) {
-        if (law.active()) sum.field += law.template energy<d>(point);
-      });
-    }
-    return sum;
-  }
-
+  Energies energies(double t, const LocalState& state) const override;
   void strain_response(const LocalState& state, StrainResponse* sum) const override;
   void box_forces(const LocalState& state, BoxForces* sum) const override;
   void particle_stress(const LocalState& state, double* sum) const override;
@@ -168,17 +139,23 @@ class PhysicsOf final : public Physics {
     else return p;
   }
 
-  /// False, and f untouched, where links of particle i must be taken one by one.
-  bool add_plain(PetscInt i, const double* y, const LocalState& state, double* f) const {
-    if constexpr (Spring::mixed) return false;
-    else return plain_[i] && add_plain_links<d, Spring>(net_.links, i, y, state.at(0), f);
+  /// False, and f untouched, where links of particle i must be taken one by one. with_energy: half the links' energy is added to sum in any case.
+  template <bool with_energy>
+  bool add_plain(PetscInt i, const double* y, const LocalState& state, double* f, Energies* sum) const {
+    double energy = 0;
+    bool done = false;
+    if constexpr (!Spring::mixed) done = plain_[i] && add_plain_links<d, Spring, with_energy>(net_.links, i, y, state.at(0), f, &energy);
+    if (with_energy) sum->elastic += 0.5 * energy;
+    return done;
   }
 
-  /// Adds the force on owned particle i to fi[d], whatever holds it.
-  Singularity force_on(PetscInt i, double t, const LocalState& state, const Coupling& coupling, const AnchorShift& shift, double* fi) const {
+  /// Adds the force on owned particle i to fi[d], whatever holds it; with_energy as in add_plain.
+  template <bool with_energy = false>
+  Singularity force_on(PetscInt i, double t, const LocalState& state, const Coupling& coupling, const AnchorShift& shift, double* fi,
+                       Energies* sum = nullptr) const {
     const double* y = state.at(i);
     Singularity found;
-    if (!add_plain(i, y, state, fi)) add_links(i, y, state, fi, &found);
+    if (!add_plain<with_energy>(i, y, state, fi, sum)) add_links(i, y, state, fi, &found);
     add_anchors(i, y, shift, fi, &found);
     const Point<d> point{t, net_.mass[i], net_.columns(i), y, y + d};
     for_each_law(laws_, [&](const auto& law) {
@@ -228,6 +205,10 @@ class PhysicsOf final : public Physics {
     });
   }
 
+  template <bool with_energy>
+  void forces_of(Part part, double t, const LocalState& state, const Coupling& coupling, double* f, Singularity* fault, Energies* sum) const;
+  void add_link_energies(PetscInt i, const LocalState& state, Energies* sum) const;
+  void add_body_energies(PetscInt i, double t, const LocalState& state, const AnchorShift& shift, Energies* sum) const;
   static void subtract(double* panel, PetscInt width, PetscInt slot, const double* K, const double* D);
   void add_tangents(PetscInt i, double t, const LocalState& state, const Coupling& coupling, const AnchorShift& shift, double* panel,
                     PetscInt width) const;
@@ -255,6 +236,7 @@ class PhysicsOf final : public Physics {
 
 #include "systems/particles/condensed/physics_condensed.hpp"
 #include "systems/particles/physics_box.hpp"
+#include "systems/particles/physics_forces.hpp"
 #include "systems/particles/physics_jacobian.hpp"
 #include "systems/particles/physics_potential.hpp"
 #include "systems/particles/physics_supply.hpp"

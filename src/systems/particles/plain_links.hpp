@@ -29,20 +29,24 @@ inline void for_plain_links(const Links& links, PetscInt i, const double* y, con
 }
 
 /// f += -sum (T/l) dx over the links of owned particle i at y; `states`: (x, v) of all local particles. False, and f
-/// untouched, where that is not finite.
-template <int d, class Spring>
-inline bool add_plain_links(const Links& links, PetscInt i, const double* y, const double* states, double* f) {
+/// untouched, where that is not finite. with_energy: `energy` receives that of the links [J] in any case.
+template <int d, class Spring, bool with_energy = false>
+inline bool add_plain_links(const Links& links, PetscInt i, const double* y, const double* states, double* f, double* energy = nullptr) {
   const double *stiffness = links.stiffness.data(), *rest_length = links.rest_length.data();
-  double q[32], x[d][32], sum[d] = {};
+  double q[32], x[d][32], part[32], sum[d] = {}, whole = 0;
   for_plain_links<d>(
       links, i, y, states,
       [&](PetscInt k, PetscInt e, double square, const double* dx) {
         for (int c = 0; c < d; ++c) x[c][k] = dx[c];
-        q[k] = Spring::tension_over_length(std::sqrt(square), stiffness[e], rest_length[e]);
+        const double l = std::sqrt(square);
+        q[k] = Spring::tension_over_length(l, stiffness[e], rest_length[e]);
+        if (with_energy) part[k] = q[k] * l * (l - rest_length[e]);
       },
       [&](PetscInt k) {
+        if (with_energy) whole += part[k];
         for (int c = 0; c < d; ++c) sum[c] -= q[k] * x[c][k];
       });
+  if (with_energy) *energy = 0.5 * whole;
   double size = 0;
   for (int c = 0; c < d; ++c) size += std::abs(sum[c]);
   if (!std::isfinite(size)) return false;
@@ -76,16 +80,19 @@ inline double plain_beyond_slope(const Links& links, PetscInt i, const double* y
   return sum;
 }
 
-/// Energy of the links of owned particle i [J].
+/// Energy of the links of owned particle i [J]: T (l - L)/2 each, for both laws that are compiled here are linear.
 template <int d, class Spring>
 inline double plain_energy(const Links& links, PetscInt i, const double* y, const double* states) {
   const double *stiffness = links.stiffness.data(), *rest_length = links.rest_length.data();
   double part[32], sum = 0;
   for_plain_links<d>(
       links, i, y, states,
-      [&](PetscInt k, PetscInt e, double square, const double*) { part[k] = Spring::energy(std::sqrt(square), stiffness[e], rest_length[e]); },
+      [&](PetscInt k, PetscInt e, double square, const double*) {
+        const double l = std::sqrt(square);
+        part[k] = Spring::tension_over_length(l, stiffness[e], rest_length[e]) * l * (l - rest_length[e]);
+      },
       [&](PetscInt k) { sum += part[k]; });
-  return sum;
+  return 0.5 * sum;
 }
 
 }  // namespace bs

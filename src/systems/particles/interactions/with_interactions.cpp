@@ -17,6 +17,14 @@ class WithInteractions final : public Physics {
     pairs_->forces(part, t, state, coupling, f, fault);
     for_each([&](const auto& kind) { kind.add_forces(part, state, f, fault); });
   }
+  void forces_and_energies(Part part, double t, const LocalState& state, const Coupling& coupling, double* f, Singularity* fault,
+                           Energies* sum) const override {
+    pairs_->forces_and_energies(part, t, state, coupling, f, fault, sum);
+    for_each([&](const auto& kind) {
+      kind.add_forces(part, state, f, fault);
+      if (part == Part::boundary) sum->elastic += kind.energy(state);
+    });
+  }
   void forces_on(const std::vector<PetscInt>& which, double t, const LocalState& state, const Coupling& coupling, double* f) const override {
     pairs_->forces_on(which, t, state, coupling, f);
     for_each([&](const auto& kind) { kind.add_forces_on(which, state, f); });

@@ -1,0 +1,121 @@
+#include "systems/particles/input_order.hpp"
+#include <algorithm>
+#include <cstring>
+#include <type_traits>
+
+namespace bs {
+namespace {
+
+/// Calls copy(d, place in a state, place in positions and velocities) for every one of `own`, rows' particles, that is not -1. Neighbours in the
+/// input lie in many places of the state, which are fetched some rows ahead.
+template <class Copy>
+void for_rows(const std::vector<PetscInt>& own, int dim, const double* state, Copy&& copy) {
+  constexpr std::size_t AHEAD = 32;
+  const auto loop = [&](auto d) {
+    for (std::size_t row = 0; row < own.size(); ++row) {
+      const double* later = state + static_cast<std::size_t>(std::max(own[std::min(row + AHEAD, own.size() - 1)], 0)) * 2 * d;
+      __builtin_prefetch(later);
+      __builtin_prefetch(later + 2 * d - 1);
+      if (own[row] >= 0) copy(d, static_cast<std::size_t>(own[row]) * 2 * d, row * d);
+    }
+  };
+  if (dim == 1) loop(std::integral_constant<int, 1>());
+  else if (dim == 2) loop(std::integral_constant<int, 2>());
+  else loop(std::integral_constant<int, 3>());
+}
+
+}  // namespace
+
+PetscErrorCode InputOrder::create(const Network& net, PetscInt rows, Vec layout) {
+  PetscFunctionBegin;
+  net_ = &net;
+  own_.assign(static_cast<std::size_t>(rows), -1);
+  for (VecHandle* vec : {&position_, &velocity_}) {
+    PetscCall(VecCreate(net.comm, vec->out()));
+    PetscCall(VecSetSizes(*vec, rows * net.dim, PETSC_DETERMINE));
+    PetscCall(VecSetBlockSize(*vec, net.dim));
+    PetscCall(VecSetType(*vec, VECSTANDARD));
+  }
+  PetscCall(create_scatters(layout));
+  PetscFunctionReturn(0);
+}
+
+/// own_, and scatters of the particles whose rows are another rank's.
+PetscErrorCode InputOrder::create_scatters(Vec layout) {
+  const PetscInt d = net_->dim;
+  PetscInt first = 0;
+  std::vector<PetscInt> x_blocks, v_blocks, target;
+  PetscFunctionBegin;
+  PetscCall(VecGetOwnershipRange(position_, &first, nullptr));
+  first /= d;
+  for (PetscInt i = 0; i < net_->n; ++i) {
+    const PetscInt row = static_cast<PetscInt>(net_->row[i]), place = row - first;
+    if (place >= 0 && place < static_cast<PetscInt>(own_.size())) {
+      own_[place] = i;
+      continue;
+    }
+    x_blocks.push_back(2 * net_->global[i]);
+    v_blocks.push_back(2 * net_->global[i] + 1);
+    target.push_back(row);
+  }
+  int travel = target.empty() ? 0 : 1;
+  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &travel, 1, MPI_INT, MPI_MAX, net_->comm));
+  travels_ = travel != 0;
+  if (!travels_) PetscFunctionReturn(0);
+  const PetscInt count = static_cast<PetscInt>(target.size());
+  ISHandle x_from, v_from, to;
+  PetscCall(ISCreateBlock(net_->comm, d, count, x_blocks.data(), PETSC_COPY_VALUES, x_from.out()));
+  PetscCall(ISCreateBlock(net_->comm, d, count, v_blocks.data(), PETSC_COPY_VALUES, v_from.out()));
+  PetscCall(ISCreateBlock(net_->comm, d, count, target.data(), PETSC_COPY_VALUES, to.out()));
+  PetscCall(VecScatterCreate(layout, x_from, position_, to, to_position_.out()));
+  PetscCall(VecScatterCreate(layout, v_from, velocity_, to, to_velocity_.out()));
+  PetscFunctionReturn(0);
+}
+
+PetscErrorCode InputOrder::from_state(Vec y) {
+  const PetscScalar* ay = nullptr;
+  PetscScalar *ax = nullptr, *av = nullptr;
+  PetscFunctionBegin;
+  if (travels_) {
+    PetscCall(VecScatterBegin(to_position_, y, position_, INSERT_VALUES, SCATTER_FORWARD));
+    PetscCall(VecScatterEnd(to_position_, y, position_, INSERT_VALUES, SCATTER_FORWARD));
+    PetscCall(VecScatterBegin(to_velocity_, y, velocity_, INSERT_VALUES, SCATTER_FORWARD));
+    PetscCall(VecScatterEnd(to_velocity_, y, velocity_, INSERT_VALUES, SCATTER_FORWARD));
+  }
+  PetscCall(VecGetArrayRead(y, &ay));
+  PetscCall(VecGetArray(position_, &ax));
+  PetscCall(VecGetArray(velocity_, &av));
+  for_rows(own_, net_->dim, ay, [&](auto d, std::size_t from, std::size_t to) {
+    std::memcpy(ax + to, ay + from, sizeof(double) * d);
+    std::memcpy(av + to, ay + from + d, sizeof(double) * d);
+  });
+  PetscCall(VecRestoreArray(velocity_, &av));
+  PetscCall(VecRestoreArray(position_, &ax));
+  PetscCall(VecRestoreArrayRead(y, &ay));
+  PetscFunctionReturn(0);
+}
+
+PetscErrorCode InputOrder::to_state(Vec y) {
+  PetscScalar* ay = nullptr;
+  const PetscScalar *ax = nullptr, *av = nullptr;
+  PetscFunctionBegin;
+  if (travels_) {
+    PetscCall(VecScatterBegin(to_position_, position_, y, INSERT_VALUES, SCATTER_REVERSE));
+    PetscCall(VecScatterEnd(to_position_, position_, y, INSERT_VALUES, SCATTER_REVERSE));
+    PetscCall(VecScatterBegin(to_velocity_, velocity_, y, INSERT_VALUES, SCATTER_REVERSE));
+    PetscCall(VecScatterEnd(to_velocity_, velocity_, y, INSERT_VALUES, SCATTER_REVERSE));
+  }
+  PetscCall(VecGetArray(y, &ay));
+  PetscCall(VecGetArrayRead(position_, &ax));
+  PetscCall(VecGetArrayRead(velocity_, &av));
+  for_rows(own_, net_->dim, ay, [&](auto d, std::size_t to, std::size_t from) {
+    std::memcpy(ay + to, ax + from, sizeof(double) * d);
+    std::memcpy(ay + to + d, av + from, sizeof(double) * d);
+  });
+  PetscCall(VecRestoreArrayRead(velocity_, &av));
+  PetscCall(VecRestoreArrayRead(position_, &ax));
+  PetscCall(VecRestoreArray(y, &ay));
+  PetscFunctionReturn(0);
+}
+
+}  // namespace bs

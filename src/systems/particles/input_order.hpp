@@ -1,0 +1,28 @@
+// Positions and velocities in the input's order, from the state of a rank's particles and back.
+#pragma once
+#include "network/network.hpp"
+
+namespace bs {
+
+/// Rows that are a rank's own in the input as well as in the state are copied in one pass; the others travel by two scatters.
+class InputOrder {
+ public:
+  /// Collective. `rows`: of the input that are this rank's; `layout`: a state vector. `net` must outlive the object.
+  PetscErrorCode create(const Network& net, PetscInt rows, Vec layout);
+  bool created() const { return net_ != nullptr; }
+  /// Collective. position() and velocity() from y, or y from them.
+  PetscErrorCode from_state(Vec y);
+  PetscErrorCode to_state(Vec y);
+  Vec position() const { return position_; }
+  Vec velocity() const { return velocity_; }
+
+ private:
+  PetscErrorCode create_scatters(Vec layout);
+  const Network* net_ = nullptr;
+  std::vector<PetscInt> own_;  ///< of this rank's rows: the owned particle, -1 where it is another rank's
+  bool travels_ = false;       ///< some rank has rows that are another's
+  VecHandle position_, velocity_;
+  ScatterHandle to_position_, to_velocity_;  ///< not created where nothing travels
+};
+
+}  // namespace bs

@@ -1,0 +1,70 @@
+// Forces and energies of a state, and what of them still holds when the same state comes again.
+#include <petsc/private/petscimpl.h>
+#include "systems/particles/events.hpp"
+#include "systems/particles/particle_model.hpp"
+
+namespace bs {
+
+// A frame's energies are summed in the pass that makes the forces (forces_and_energies), which the next step often begins with: from the state
+// it starts at. Then only the particles that are linked to ghosts are evaluated again, whose states may have changed on another rank.
+PetscErrorCode ParticleModel::force(double t, Vec y, const double** f) {
+  PetscFunctionBegin;
+  PetscCall(PetscLogEventBegin(particle_events().force, y, nullptr, nullptr, nullptr));
+  PetscCall(state_.gather_begin(t, y));
+  const bool known = knows_interior(t);
+  fault_ = {};
+  wasted_ = known ? 0 : wasted_ + (summed_ ? 1 : 0);
+  summed_ = false;
+  // ghosts travel meanwhile; a force that couples all with all needs them first
+  if (!coupling_.active() && !known) physics_->forces(Part::interior, t, state_, coupling_, force_.data(), &fault_);
+  PetscCall(state_.gather_end(t, y));
+  PetscCall(coupling_.gather(net_, state_));
+  if (coupling_.active()) physics_->forces(Part::interior, t, state_, coupling_, force_.data(), &fault_);
+  note_interior(t, fault_);
+  physics_->forces(Part::boundary, t, state_, coupling_, force_.data(), &fault_);
+  if (supports_.active()) supports_.clear(0, net_.n, 1, force_.data());
+  *f = force_.data();
+  // of a spring at one end: distance and length 3d, the law 6, its share 2d
+  PetscCall(PetscLogFlops((5.0 * net_.dim + 6) * static_cast<double>(net_.links.other.size())));
+  PetscCall(PetscLogEventEnd(particle_events().force, y, nullptr, nullptr, nullptr));
+  PetscFunctionReturn(0);
+}
+
+/// Whether force_ holds the forces on particles that no ghost acts on, for the state that state_ holds and time t: they depend on states alone,
+/// and on the time where anchors move.
+bool ParticleModel::knows_interior(double t) const {
+  return interior_.known && interior_.version == state_.version() && (interior_.time == t || !motion_.active());
+}
+
+/// What changes beside the state: histories of springs, springs that break, and what couples all particles.
+bool ParticleModel::state_tells_all() const { return !coupling_.active() && !memory_.active() && !breaking_.active(); }
+
+/// After they have been computed; a fault is to be met again.
+void ParticleModel::note_interior(double t, const Singularity& fault) {
+  interior_ = {state_tells_all() && fault.kind == Singularity::none, state_.version(), t};
+}
+
+/// This rank's energies of y, which state_ holds: a frame's observables and what watches the energy ask for those of the same state.
+const Energies& ParticleModel::energies_at(double t, Vec y) {
+  constexpr int MOST_WASTED = 2;  // passes for both, in a row, whose forces nobody wanted
+  PetscObjectId vec = 0;
+  PetscObjectState state = 0;
+  (void)PetscObjectGetId(reinterpret_cast<PetscObject>(y), &vec);
+  (void)PetscObjectStateGet(reinterpret_cast<PetscObject>(y), &state);
+  const bool same = known_.vec == vec && known_.state == state && known_.time == t;
+  if (same && !memory_.active()) return known_.energies;  // histories change beside the state
+  known_ = {vec, state, t, {}};
+  if (!state_tells_all() || wasted_ >= MOST_WASTED) {
+    known_.energies = physics_->energies(t, state_);
+    return known_.energies;
+  }
+  Singularity fault;
+  for (const Part part : {Part::interior, Part::boundary}) {
+    physics_->forces_and_energies(part, t, state_, coupling_, force_.data(), &fault, &known_.energies);
+    if (part == Part::interior) note_interior(t, fault);
+  }
+  summed_ = true;
+  return known_.energies;
+}
+
+}  // namespace bs

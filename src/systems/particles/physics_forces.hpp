@@ -1,0 +1,77 @@
+// The loops of PhysicsOf that sum forces and energies; included by physics_impl.hpp alone.
+#pragma once
+#include <algorithm>
+#include <limits>
+#include "systems/particles/physics_impl.hpp"
+
+namespace bs {
+
+template <int d, class Spring, class Damper>
+template <bool with_energy>
+void PhysicsOf<d, Spring, Damper>::forces_of(Part part, double t, const LocalState& state, const Coupling& coupling, double* f, Singularity* fault,
+                                             Energies* sum) const {
+  const AnchorShift shift(motion_, t);
+  for (const PetscInt i : rows_[static_cast<int>(part)]) {
+    double* fi = f + i * d;
+    std::fill_n(fi, d, 0.0);
+    if (with_energy && (!plain_[i] || net_.fixed[i])) add_link_energies(i, state, sum);
+    if (!net_.fixed[i]) {
+      const Singularity found = force_on<with_energy>(i, t, state, coupling, shift, fi, sum);
+      if (found.kind != Singularity::none) {
+        if (fault->kind == Singularity::none) *fault = found;
+        std::fill_n(fi, d, std::numeric_limits<double>::infinity());
+      }
+    }
+    if (with_energy) add_body_energies(i, t, state, shift, sum);
+  }
+}
+
+template <int d, class Spring, class Damper>
+Energies PhysicsOf<d, Spring, Damper>::energies(double t, const LocalState& state) const {
+  const AnchorShift shift(motion_, t);
+  Energies sum;
+  for (const std::vector<PetscInt>& part : rows_)
+    for (const PetscInt i : part) {
+      add_link_energies(i, state, &sum);
+      add_body_energies(i, t, state, shift, &sum);
+    }
+  return sum;
+}
+
+/// Half a spring from either end.
+template <int d, class Spring, class Damper>
+void PhysicsOf<d, Spring, Damper>::add_link_energies(PetscInt i, const LocalState& state, Energies* sum) const {
+  const double* y = state.at(i);
+  if constexpr (!Spring::mixed)
+    if (plain_[i]) sum->elastic += 0.5 * plain_energy<d, Spring>(net_.links, i, y, state.at(0));
+  for (PetscInt e = net_.links.start[i]; e < net_.links.start[i + 1] && !plain_[i]; ++e)
+    sum->elastic += 0.5 * Kernel::energy({y, state.at(net_.links.other[e])}, parameters(net_.links, e));
+}
+
+/// What the anchors of particle i, its motion and the particle laws add.
+template <int d, class Spring, class Damper>
+void PhysicsOf<d, Spring, Damper>::add_body_energies(PetscInt i, double t, const LocalState& state, const AnchorShift& shift, Energies* sum) const {
+  const double* y = state.at(i);
+  for (PetscInt a = anchor_start_[i]; a < anchor_start_[i + 1]; ++a) {
+    const PetscInt k = anchor_order_[a];
+    const typename AnchorShift::End end(shift, net_.anchors, k);
+    sum->elastic += Kernel::energy({y, end.y}, parameters(net_.anchors, k));
+  }
+  if (net_.fixed[i] == 1) return;  // at rest: driven ones have energies that change
+  double x[3] = {0, 0, 0}, p[3] = {0, 0, 0};
+  for (int c = 0; c < d; ++c) {
+    x[c] = y[c];
+    p[c] = net_.mass[i] * y[d + c];
+    sum->kinetic += 0.5 * net_.mass[i] * y[d + c] * y[d + c];
+  }
+  for (int c = 0; c < 3; ++c) {
+    sum->momentum[c] += p[c];
+    sum->angular_momentum[c] += x[(c + 1) % 3] * p[(c + 2) % 3] - x[(c + 2) % 3] * p[(c + 1) % 3];
+  }
+  const Point<d> point{t, net_.mass[i], net_.columns(i), y, y + d};
+  for_each_law(laws_, [&](const auto& law) {
+    if (law.active()) sum->field += law.template energy<d>(point);
+  });
+}
+
+}  // namespace bs
