@@ -2,6 +2,7 @@
 // the program shows and dissipation potentials written out here.
 #include <catch2/catch.hpp>
 #include <cmath>
+#include <tuple>
 #include <vector>
 
 #include "input/remote.hpp"
@@ -275,6 +276,47 @@ TEST_CASE("the change beyond the slope is that of the energies") {
           CHECK(std::abs(c.beyond(lambda) - change) < 1e-11 * (std::abs(start) + std::abs(lambda * slope) + std::abs(change)));
         }
       }
+    }
+}
+
+TEST_CASE("forces and energies of one pass are those of two") {
+  for (const int d : {1, 2, 3})
+    for (const auto& [dampers, law, all_laws] : {std::tuple{Dampers::none, SpringLaw::hooke, false},
+                                                 {Dampers::none, SpringLaw::strain, false},
+                                                 {Dampers::axial, SpringLaw::strain, true},
+                                                 {Dampers::simple, EVERY, true}}) {
+      Case c(d, law, dampers, all_laws);
+      c.set(1, 4.0);
+      LocalState state;
+      Singularity fault;
+      REQUIRE(state.create(c.net, c.y) == 0);
+      REQUIRE(state.gather(c.t, c.y) == 0);
+      std::vector<double> alone(static_cast<std::size_t>(c.net.n * d)), together(alone.size());
+      Energies sum;
+      for (const Part part : {Part::interior, Part::boundary}) {
+        c.physics->forces(part, c.t, state, c.coupling, alone.data(), &fault);
+        c.physics->forces_and_energies(part, c.t, state, c.coupling, together.data(), &fault, &sum);
+      }
+      CHECK(fault.kind == Singularity::none);
+      CHECK(alone == together);
+      const Energies energies = c.physics->energies(c.t, state);
+      CHECK(sum.elastic == energies.elastic);
+      CHECK(sum.kinetic == energies.kinetic);
+      CHECK(sum.field == energies.field);
+      if (all_laws) continue;
+      // by the formulas: K (l - L)^2/(2 L) or k (l - L)^2/2, half a spring from either end
+      double elastic = 0, momentum[3] = {0, 0, 0};
+      for (PetscInt i = 0; i < c.net.n; ++i) {
+        for (PetscInt e = c.net.links.start[i]; e < c.net.links.start[i + 1]; ++e) {
+          double square = 0;
+          for (int k = 0; k < d; ++k) square += std::pow(state.at(i)[k] - state.at(c.net.links.other[e])[k], 2);
+          const double L = c.net.links.rest_length[e], rate = law == SpringLaw::strain ? c.net.links.stiffness[e] / L : c.net.links.stiffness[e];
+          elastic += 0.25 * rate * std::pow(std::sqrt(square) - L, 2);
+        }
+        for (int k = 0; k < d && !c.net.fixed[i]; ++k) momentum[k] += c.net.mass[i] * state.at(i)[d + k];
+      }
+      CHECK(sum.elastic == Approx(elastic).epsilon(1e-13));
+      for (int k = 0; k < 3; ++k) CHECK(sum.momentum[k] == Approx(momentum[k]).epsilon(1e-13).margin(1e-13));
     }
 }
 

@@ -38,12 +38,12 @@ Energies PhysicsOf<d, Spring, Damper>::energies(double t, const LocalState& stat
   return sum;
 }
 
-/// Half a spring from either end.
+/// Half a spring from either end, by the loop that sums forces: the same bits.
 template <int d, class Spring, class Damper>
 void PhysicsOf<d, Spring, Damper>::add_link_energies(PetscInt i, const LocalState& state, Energies* sum) const {
   const double* y = state.at(i);
-  if constexpr (!Spring::mixed)
-    if (plain_[i]) sum->elastic += 0.5 * plain_energy<d, Spring>(net_.links, i, y, state.at(0));
+  double unused[d] = {};
+  (void)add_plain<true>(i, y, state, unused, sum);
   for (PetscInt e = net_.links.start[i]; e < net_.links.start[i + 1] && !plain_[i]; ++e)
     sum->elastic += 0.5 * Kernel::energy({y, state.at(net_.links.other[e])}, parameters(net_.links, e));
 }

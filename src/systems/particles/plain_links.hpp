@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include "network/network.hpp"
+#include "systems/particles/condensed/lanes.hpp"
 
 namespace bs {
 
@@ -28,26 +29,76 @@ inline void for_plain_links(const Links& links, PetscInt i, const double* y, con
   }
 }
 
+/// Adds the first `count` of four links, link(k) their places, with stiffnesses K and rest lengths L, to the sums of sum_plain_links_3d. dx is
+/// subtracted from the particle's place `here`; four rows of it are turned into columns for the lengths.
+template <class Spring, bool with_energy, class Link>
+inline void add_four(const PetscInt* other, Link&& link, int count, lanes::Vector<3> K, lanes::Vector<3> L, lanes::Vector<3> here,
+                     const double* states, lanes::Vector<3>* sum, double* energy) {
+  using Four = lanes::Vector<3>;
+  Four dx[4], l;
+  for (int k = 0; k < 4; ++k) dx[k] = here - lanes::load<3>(states + static_cast<std::size_t>(other[link(k)]) * 6);
+  const Four a = __builtin_shufflevector(dx[0], dx[1], 0, 4, 2, 6), b = __builtin_shufflevector(dx[2], dx[3], 0, 4, 2, 6);
+  const Four c = __builtin_shufflevector(dx[0], dx[1], 1, 5, 3, 7), e = __builtin_shufflevector(dx[2], dx[3], 1, 5, 3, 7);
+  const Four x = __builtin_shufflevector(a, b, 0, 1, 4, 5), y = __builtin_shufflevector(c, e, 0, 1, 4, 5),
+             z = __builtin_shufflevector(a, b, 2, 3, 6, 7);
+  const Four square = x * x + y * y + z * z;
+  for (int k = 0; k < 4; ++k) l[k] = std::sqrt(square[k]);
+  const Four q = Spring::tension_over_length(l, K, L), twice = q * l * (l - L);
+  for (int k = 0; k < count; ++k) {
+    *sum -= q[k] * dx[k];
+    if (with_energy) *energy += twice[k];
+  }
+}
+
+/// -sum (T/l) dx over the links of owned particle i and, with_energy, their energies' sum: T (l - L)/2 each, for both laws that are compiled
+/// here are linear.
+template <int d, class Spring, bool with_energy>
+inline void sum_plain_links(const Links& links, PetscInt i, const double* y, const double* states, double* sum, double* energy) {
+  double q[32], x[d][32], twice[32];
+  for_plain_links<d>(
+      links, i, y, states,
+      [&](PetscInt k, PetscInt e, double square, const double* dx) {
+        const double l = std::sqrt(square), L = links.rest_length[e];
+        for (int c = 0; c < d; ++c) x[c][k] = dx[c];
+        q[k] = Spring::tension_over_length(l, links.stiffness[e], L);
+        if (with_energy) twice[k] = q[k] * l * (l - L);
+      },
+      [&](PetscInt k) {
+        for (int c = 0; c < d; ++c) sum[c] -= q[k] * x[c][k];
+        if (with_energy) *energy += twice[k];
+      });
+}
+
+/// In three dimensions a state, with one number more, fills a register: no gathering. Of the last links that are not four, the lanes without
+/// one take the last link again, and are not summed.
+template <class Spring, bool with_energy>
+inline void sum_plain_links_3d(const Links& links, PetscInt i, const double* y, const double* states, double* sum, double* energy) {
+  const PetscInt end = links.start[i + 1];
+  const lanes::Vector<3> here = lanes::load<3>(y);
+  lanes::Vector<3> whole = {0, 0, 0, 0};
+  const PetscInt* other = links.other.data();
+  const double *stiffness = links.stiffness.data(), *rest_length = links.rest_length.data();
+  PetscInt e = links.start[i];
+  for (; e + 4 <= end; e += 4)
+    add_four<Spring, with_energy>(
+        other, [e](int k) { return e + k; }, 4, lanes::load<3>(stiffness + e), lanes::load<3>(rest_length + e), here, states, &whole, energy);
+  if (e < end) {
+    const auto link = [e, end](int k) { return std::min(e + k, end - 1); };
+    lanes::Vector<3> K, L;
+    for (int k = 0; k < 4; ++k) K[k] = stiffness[link(k)], L[k] = rest_length[link(k)];
+    add_four<Spring, with_energy>(other, link, end - e, K, L, here, states, &whole, energy);
+  }
+  for (int c = 0; c < 3; ++c) sum[c] = whole[c];
+}
+
 /// f += -sum (T/l) dx over the links of owned particle i at y; `states`: (x, v) of all local particles. False, and f
 /// untouched, where that is not finite. with_energy: `energy` receives that of the links [J] in any case.
 template <int d, class Spring, bool with_energy = false>
 inline bool add_plain_links(const Links& links, PetscInt i, const double* y, const double* states, double* f, double* energy = nullptr) {
-  const double *stiffness = links.stiffness.data(), *rest_length = links.rest_length.data();
-  double q[32], x[d][32], part[32], sum[d] = {}, whole = 0;
-  for_plain_links<d>(
-      links, i, y, states,
-      [&](PetscInt k, PetscInt e, double square, const double* dx) {
-        for (int c = 0; c < d; ++c) x[c][k] = dx[c];
-        const double l = std::sqrt(square);
-        q[k] = Spring::tension_over_length(l, stiffness[e], rest_length[e]);
-        if (with_energy) part[k] = q[k] * l * (l - rest_length[e]);
-      },
-      [&](PetscInt k) {
-        if (with_energy) whole += part[k];
-        for (int c = 0; c < d; ++c) sum[c] -= q[k] * x[c][k];
-      });
-  if (with_energy) *energy = 0.5 * whole;
-  double size = 0;
+  double sum[d] = {}, twice = 0, size = 0;
+  if constexpr (d == 3) sum_plain_links_3d<Spring, with_energy>(links, i, y, states, sum, &twice);
+  else sum_plain_links<d, Spring, with_energy>(links, i, y, states, sum, &twice);
+  if (with_energy) *energy = 0.5 * twice;
   for (int c = 0; c < d; ++c) size += std::abs(sum[c]);
   if (!std::isfinite(size)) return false;
   for (int c = 0; c < d; ++c) f[c] += sum[c];
@@ -78,21 +129,6 @@ inline double plain_beyond_slope(const Links& links, PetscInt i, const double* y
       },
       [&](PetscInt k) { sum += part[k]; });
   return sum;
-}
-
-/// Energy of the links of owned particle i [J]: T (l - L)/2 each, for both laws that are compiled here are linear.
-template <int d, class Spring>
-inline double plain_energy(const Links& links, PetscInt i, const double* y, const double* states) {
-  const double *stiffness = links.stiffness.data(), *rest_length = links.rest_length.data();
-  double part[32], sum = 0;
-  for_plain_links<d>(
-      links, i, y, states,
-      [&](PetscInt k, PetscInt e, double square, const double*) {
-        const double l = std::sqrt(square);
-        part[k] = Spring::tension_over_length(l, stiffness[e], rest_length[e]) * l * (l - rest_length[e]);
-      },
-      [&](PetscInt k) { sum += part[k]; });
-  return 0.5 * sum;
 }
 
 }  // namespace bs

@@ -11,7 +11,11 @@ struct StrainSpring : SpringLawTraits {
   /// e(l + s) - e(l) - T(l) s for a change of length s.
   static double energy_beyond_slope(double, double s, double K, double L) noexcept { return 0.5 * K / L * s * s; }
   static double tension(double l, double K, double L) noexcept { return K * (l - L) / L; }
-  static double tension_over_length(double l, double K, double L) noexcept { return K * (l - L) / (L * l); }
+  /// Real: a number, or a register of them.
+  template <class Real>
+  static Real tension_over_length(Real l, Real K, Real L) noexcept {
+    return K * (l - L) / (L * l);
+  }
   static double stiffness(double, double K, double L) noexcept { return K / L; }
 };
 
