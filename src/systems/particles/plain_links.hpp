@@ -50,27 +50,37 @@ inline void add_four(const PetscInt* other, Link&& link, int count, lanes::Vecto
   }
 }
 
-/// -sum (T/l) dx over the links of owned particle i and, with_energy, their energies' sum: T (l - L)/2 each, for both laws that are compiled
-/// here are linear.
-template <int d, class Spring, bool with_energy>
-inline void sum_plain_links(const Links& links, PetscInt i, const double* y, const double* states, double* sum, double* energy) {
-  double q[32], x[d][32], twice[32];
+/// -sum (T/l) dx over the links of owned particle i. One copy, so that it has the same bits wherever it is called.
+template <int d, class Spring>
+__attribute__((noinline)) void sum_plain_links(const Links& links, PetscInt i, const double* y, const double* states, double* sum) {
+  double q[32], x[d][32];
   for_plain_links<d>(
       links, i, y, states,
       [&](PetscInt k, PetscInt e, double square, const double* dx) {
-        const double l = std::sqrt(square), L = links.rest_length[e];
         for (int c = 0; c < d; ++c) x[c][k] = dx[c];
-        q[k] = Spring::tension_over_length(l, links.stiffness[e], L);
-        if (with_energy) twice[k] = q[k] * l * (l - L);
+        q[k] = Spring::tension_over_length(std::sqrt(square), links.stiffness[e], links.rest_length[e]);
       },
       [&](PetscInt k) {
         for (int c = 0; c < d; ++c) sum[c] -= q[k] * x[c][k];
-        if (with_energy) *energy += twice[k];
       });
 }
 
-/// In three dimensions a state, with one number more, fills a register: no gathering. Of the last links that are not four, the lanes without
-/// one take the last link again, and are not summed.
+/// Twice the energy of the links of owned particle i [J]: T (l - L) each, for both laws that are compiled here are linear.
+template <int d, class Spring>
+inline double twice_plain_energy(const Links& links, PetscInt i, const double* y, const double* states) {
+  double part[32], sum = 0;
+  for_plain_links<d>(
+      links, i, y, states,
+      [&](PetscInt k, PetscInt e, double square, const double*) {
+        const double l = std::sqrt(square), L = links.rest_length[e];
+        part[k] = Spring::tension_over_length(l, links.stiffness[e], L) * l * (l - L);
+      },
+      [&](PetscInt k) { sum += part[k]; });
+  return sum;
+}
+
+/// Both in one, with_energy: in three dimensions a state, with one number more, fills a register: no gathering. Of the last links that are not four,
+/// the lanes without one take the last link again, and are not summed.
 template <class Spring, bool with_energy>
 inline void sum_plain_links_3d(const Links& links, PetscInt i, const double* y, const double* states, double* sum, double* energy) {
   const PetscInt end = links.start[i + 1];
@@ -96,8 +106,12 @@ inline void sum_plain_links_3d(const Links& links, PetscInt i, const double* y, 
 template <int d, class Spring, bool with_energy = false>
 inline bool add_plain_links(const Links& links, PetscInt i, const double* y, const double* states, double* f, double* energy = nullptr) {
   double sum[d] = {}, twice = 0, size = 0;
-  if constexpr (d == 3) sum_plain_links_3d<Spring, with_energy>(links, i, y, states, sum, &twice);
-  else sum_plain_links<d, Spring, with_energy>(links, i, y, states, sum, &twice);
+  if constexpr (d == 3) {
+    sum_plain_links_3d<Spring, with_energy>(links, i, y, states, sum, &twice);
+  } else {
+    sum_plain_links<d, Spring>(links, i, y, states, sum);
+    if (with_energy) twice = twice_plain_energy<d, Spring>(links, i, y, states);
+  }
   if (with_energy) *energy = 0.5 * twice;
   for (int c = 0; c < d; ++c) size += std::abs(sum[c]);
   if (!std::isfinite(size)) return false;
