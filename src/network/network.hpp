@@ -93,6 +93,13 @@ struct Network {
 
   /// Whether local particle j is an image of owned particle i: a spring between them keeps its length whatever moves.
   bool own_image(PetscInt i, PetscInt j) const { return j >= n && global[j] == global[i]; }
+  /// The local particle that link e of owned particle i is a coupling to in matrices: of an image of a particle of this rank that particle,
+  /// unless i is linked to it in another box as well, and so in another direction; else the other end.
+  PetscInt coupled(PetscInt i, PetscInt e) const {
+    const PetscInt j = links.other[e];
+    return j < n || image.empty() ? j : coupled_image(i, e);
+  }
+  PetscInt coupled_image(PetscInt i, PetscInt e) const;
 };
 
 struct NetworkOptions {

@@ -67,12 +67,12 @@ void PhysicsOf<d, Spring, Damper>::fill_springs(double t, const LocalState& stat
     const double* y = state.at(i);
     PetscInt last = -1;
     for (PetscInt e = links.start[i]; e < links.start[i + 1] && !net_.fixed[i]; ++e) {
-      const PetscInt j = links.other[e];
+      const PetscInt j = net_.coupled(i, e);
       const bool held = net_.fixed[j];
-      if (links.spring[e] < 0 || (!held && (j < i || net_.own_image(i, j)))) continue;
+      if (links.spring[e] < 0 || (!held && (j < i || net_.own_image(i, links.other[e])))) continue;
       if (!held && j != last) ++(j < net_.n ? pair : cut);
       if (!held) last = j;
-      const LinkGeometry<d> g(y, state.at(j));
+      const LinkGeometry<d> g(y, state.at(links.other[e]));
       const auto p = parameters(links, e);
       if (!Kernel::defined(g, p)) continue;
       if (held) condensed::add_link<Kernel, positive, d>(g, p, abc, node);

@@ -20,8 +20,8 @@ void SpringPattern::create(const Network& net) {
   for (PetscInt i = 0; i < n; ++i) {
     PetscInt last = -1;  // parallel springs follow each other
     for (PetscInt e = links.start[i]; e < links.start[i + 1] && !net.fixed[i]; ++e) {
-      const PetscInt j = links.other[e];
-      if (links.spring[e] < 0 || net.fixed[j] || j < i || j == last || net.own_image(i, j)) continue;
+      const PetscInt j = net.coupled(i, e);
+      if (links.spring[e] < 0 || net.fixed[j] || j < i || j == last || net.own_image(i, links.other[e])) continue;
       if (j < n) other.push_back(j);
       else ghost.push_back(j - n);
       last = j;
