@@ -5,33 +5,59 @@
 
 using namespace bs;
 
-TEST_CASE("S multiplies alike in every storage") {
-  for (const int d : {1, 2, 3}) {
-    GeneratorSpec spec = d == 1   ? lattice(LatticeType::chain, {17}, 1)
-                         : d == 2 ? lattice(LatticeType::square, {7, 6}, 2)
-                                  : lattice(LatticeType::cubic, {4, 5, 4}, 3);
-    spec.neighbors = d == 1 ? 0 : d == 2 ? 8 : 18;
-    spec.fixed_particles = {0, 3};
-    Case c(PETSC_COMM_WORLD, spec, 40.0);
-    MatHandle own;
-    REQUIRE(c.tangent.create(CondensedStorage::springs, own.out()) == 0);
-    VecHandle p, expected, found;
-    REQUIRE(SpringMatrix::from(own)->create_vector(p.out()) == 0);
-    REQUIRE(VecDuplicate(p, expected.out()) == 0);
-    REQUIRE(VecDuplicate(p, found.out()) == 0);
-    fill(c.net, p);
-    for (const bool positive : {false, true}) {
-      REQUIRE(c.tangent.assemble(positive, own) == 0);
-      REQUIRE(MatMult(own, p, expected) == 0);
-      for (const CondensedStorage storage : {CondensedStorage::sbaij, CondensedStorage::baij, CondensedStorage::aij}) {
-        MatHandle S;
-        REQUIRE(c.tangent.create(storage, S.out()) == 0);
-        REQUIRE(c.tangent.assemble(positive, S) == 0);
-        REQUIRE(MatMult(S, p, found) == 0);
-        CHECK(relative_difference(found, expected) < 3e-7);  // four numbers a spring, in single precision
-      }
+/// Products of S by springs and of PETSc's matrices. The images of a periodic lattice stand at their particles' places here; what is compared is who
+/// is joined to whom.
+static void check_storages(GeneratorSpec spec) {
+  spec.neighbors = spec.dim == 1 ? 0 : spec.dim == 2 ? 8 : 18;
+  spec.fixed_particles = {0, 3};
+  Case c(PETSC_COMM_WORLD, spec, 40.0);
+  MatHandle own;
+  REQUIRE(c.tangent.create(CondensedStorage::springs, own.out()) == 0);
+  VecHandle p, expected, found;
+  REQUIRE(SpringMatrix::from(own)->create_vector(p.out()) == 0);
+  REQUIRE(VecDuplicate(p, expected.out()) == 0);
+  REQUIRE(VecDuplicate(p, found.out()) == 0);
+  fill(c.net, p);
+  for (const bool positive : {false, true}) {
+    REQUIRE(c.tangent.assemble(positive, own) == 0);
+    REQUIRE(MatMult(own, p, expected) == 0);
+    for (const CondensedStorage storage : {CondensedStorage::sbaij, CondensedStorage::baij, CondensedStorage::aij}) {
+      MatHandle S;
+      REQUIRE(c.tangent.create(storage, S.out()) == 0);
+      REQUIRE(c.tangent.assemble(positive, S) == 0);
+      REQUIRE(MatMult(S, p, found) == 0);
+      CHECK(relative_difference(found, expected) < 3e-7);  // four numbers a spring, in single precision
     }
   }
+}
+
+TEST_CASE("S multiplies alike in every storage") {
+  for (const char* periodic : {"", "all"})
+    for (const int d : {1, 2, 3}) {
+      GeneratorSpec spec = d == 1   ? lattice(LatticeType::chain, {17}, 1)
+                           : d == 2 ? lattice(LatticeType::square, {7, 6}, 2)
+                                    : lattice(LatticeType::cubic, {4, 5, 4}, 3);
+      if (*periodic) spec.periodic = std::string("xyz").substr(0, static_cast<std::size_t>(d));
+      check_storages(spec);
+    }
+  // two particles along x are joined in more than one box
+  GeneratorSpec narrow = lattice(LatticeType::cubic, {2, 5, 4}, 3);
+  narrow.periodic = "xz";
+  check_storages(narrow);
+}
+
+TEST_CASE("a rank's incomplete factors contain springs across a periodic box") {
+  int ranks = 1;
+  MPI_Comm_size(PETSC_COMM_WORLD, &ranks);
+  GeneratorSpec spec = lattice(LatticeType::cubic, {4, 5, 4}, 3);
+  spec.neighbors = 18;
+  spec.periodic = "xyz";
+  Case c(PETSC_COMM_WORLD, spec, 40.0);
+  SpringPattern pattern;
+  pattern.create(c.net);
+  // 80 particles on 18 neighbours each
+  if (ranks == 1) CHECK(pattern.pairs() == 720);
+  if (ranks == 1) CHECK(pattern.ghost.empty());
 }
 
 /// For any z, r = J z: the exact S (sigma z_x) must be the condensed right-hand side of r, and z come back from both.
