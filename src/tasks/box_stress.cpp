@@ -60,7 +60,8 @@ PetscErrorCode BoxStress::judge(Vec X, Look* out) {
   std::vector<double> A, missing(n);
   double scale = 0, longest = 0, before[9];
   PetscFunctionBegin;
-  PetscCall(relaxed_.find(ts_, context_->matrix, *model_, time_, X));
+  const auto of_free = [this](const StrainResponse& at) { return strains_of(free_, at.gradient, model_->dim()); };
+  PetscCall(relaxed_.estimate(ts_, context_->matrix, *model_, time_, X, of_free));
   const StrainResponse& at = relaxed_.strained();
   const int d = model_->dim();
   *out = {};
@@ -144,6 +145,7 @@ PetscErrorCode BoxStress::begin_step() {
   for (std::size_t k = 0; k < free_.size(); ++k) free_[k].strain = start_[k];
   model_->mechanics()->set_free_strains(start_);
   model_->set_trouble("");
+  relaxed_.renew();
   PetscFunctionReturn(0);
 }
 

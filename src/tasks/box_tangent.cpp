@@ -12,6 +12,18 @@ void flow_of(const FreeStrain& one, const double* gradient, int d, double* L) {
   for (int c = 0; c < d; ++c) L[one.row * d + c] = inverse[one.column * d + c];
 }
 
+std::vector<bool> strains_of(const std::vector<FreeStrain>& free, const double* gradient, int d) {
+  std::vector<bool> wanted(static_cast<std::size_t>(d * (d + 1) / 2), false);
+  double L[9];
+  for (const FreeStrain& one : free) {
+    flow_of(one, gradient, d, L);
+    for (int r = 0; r < d; ++r)
+      for (int c = 0; c < d; ++c)
+        if (L[r * d + c] != 0) wanted[static_cast<std::size_t>(component_place(d, r, c))] = true;
+  }
+  return wanted;
+}
+
 bool solve_small(std::vector<double> A, std::vector<double> b, std::vector<double>* x) {
   const std::size_t n = b.size();
   for (std::size_t k = 0; k < n; ++k) {

@@ -16,6 +16,9 @@ enum class BoxState { stable, neutral, unstable };
 /// matrix: (n, n) row by row, d sigma of the component of free strain a per change of free strain b. The state is by the signs of L_a:d sigma_b.
 BoxState box_tangent(const StrainRelaxation& relaxed, const std::vector<FreeStrain>& free, int d, std::vector<double>* matrix);
 
+/// The strains of StrainResponse that `free` have a part in, at the gradient of the box.
+std::vector<bool> strains_of(const std::vector<FreeStrain>& free, const double* gradient, int d);
+
 /// x solves A x = b; false where A is singular.
 bool solve_small(std::vector<double> A, std::vector<double> b, std::vector<double>* x);
 

@@ -18,10 +18,25 @@ PetscErrorCode StrainRelaxation::set_load(std::size_t a, Vec load) const {
 PetscErrorCode StrainRelaxation::find(TS ts, Mat J, Equilibrium& model, double t, Vec y) {
   PetscFunctionBegin;
   PetscCall(model.strain_response(t, y, &strained_));
+  wanted_.clear();
+  PetscCall(relax_all(ts, J, model, t, y));
+  PetscFunctionReturn(0);
+}
+
+PetscErrorCode StrainRelaxation::estimate(TS ts, Mat J, Equilibrium& model, double t, Vec y, const Choose& choose) {
+  PetscFunctionBegin;
+  PetscCall(model.strain_response(t, y, &strained_));
+  wanted_ = choose(strained_);
+  PetscCall(relax_all(ts, J, model, t, y));
+  PetscFunctionReturn(0);
+}
+
+PetscErrorCode StrainRelaxation::relax_all(TS ts, Mat J, Equilibrium& model, double t, Vec y) {
+  PetscFunctionBegin;
   layout_ = model.mechanics()->layout();
   moved_.resize(static_cast<std::size_t>(strained_.count));
   if (!direct_) PetscCall(relax(ts, J, model, t, y, nullptr));
-  if (direct_ || !(left_ <= GOOD)) {
+  if (direct_ || !(left_ <= (wanted_.empty() ? GOOD : ROUGH))) {
     TangentFactors factors;
     direct_ = true;
     PetscCall(relax(ts, J, model, t, y, &factors));
@@ -30,11 +45,23 @@ PetscErrorCode StrainRelaxation::find(TS ts, Mat J, Equilibrium& model, double t
   PetscFunctionReturn(0);
 }
 
+void StrainRelaxation::keep_residual(std::size_t a, Vec r) {
+  const PetscScalar* from = nullptr;
+  residual_[a].resize(static_cast<std::size_t>(layout_.particles * layout_.dim));
+  (void)VecGetArrayRead(r, &from);
+  for (PetscInt i = 0; i < layout_.particles; ++i)
+    for (PetscInt c = 0; c < layout_.dim; ++c) residual_[a][static_cast<std::size_t>(i * layout_.dim + c)] = from[layout_.v(i, c)];
+  (void)VecRestoreArrayRead(r, &from);
+}
+
 PetscErrorCode StrainRelaxation::relax(TS ts, Mat J, Equilibrium& model, double t, Vec y, TangentFactors* factors) {
   constexpr double ROUNDING = 1e-13;
+  const double good = wanted_.empty() ? GOOD : ROUGH;
   TangentSolve solve;
   VecHandle load;
   PetscFunctionBegin;
+  if (!wanted_.empty()) solve.be_rough();
+  residual_.assign(moved_.size(), {});
   PetscCall(solve.prepare(ts, J, model, t, y, factors));
   PetscCall(VecDuplicate(y, load.out()));
   left_ = 0;
@@ -43,18 +70,21 @@ PetscErrorCode StrainRelaxation::relax(TS ts, Mat J, Equilibrium& model, double 
     double one = 0;
     if (!moved_[a]) PetscCall(VecDuplicate(y, moved_[a].out()));
     PetscCall(VecZeroEntries(moved_[a]));
+    if (!wanted_.empty() && !wanted_[a]) continue;
     PetscCall(set_load(a, load));
     PetscCall(VecNorm(load, NORM_2, &norm));
     if (norm <= ROUNDING * strained_.size[a]) continue;  // every particle follows the strain by itself
     PetscCall(solve.solve(load, moved_[a], &one));
+    keep_residual(a, solve.residual());
     const double part = one * norm / strained_.size[a];
     left_ = part > left_ || std::isnan(part) ? part : left_;
-    if (!(left_ <= GOOD)) break;
+    if (!(left_ <= good)) break;
   }
   PetscCall(solve.give_back());
   PetscFunctionReturn(0);
 }
 
+// C = A - X_a.u_b - u_a.r_b with r_b = X_b + K u_b what is left: by the symmetry of K errors of u count by their squares
 PetscErrorCode StrainRelaxation::reduce(MPI_Comm comm) {
   const std::size_t q = moved_.size(), size = static_cast<std::size_t>(layout_.particles * layout_.dim);
   std::vector<double> sums(q * q, 0.0);
@@ -64,8 +94,10 @@ PetscErrorCode StrainRelaxation::reduce(MPI_Comm comm) {
     PetscCall(VecGetArrayRead(moved_[a], &u));
     for (std::size_t b = 0; b < q; ++b)
       for (PetscInt i = 0; i < layout_.particles; ++i)
-        for (PetscInt c = 0; c < layout_.dim; ++c)
-          sums[a * q + b] += strained_.force[b * size + static_cast<std::size_t>(i * layout_.dim + c)] * u[layout_.x(i, c)];
+        for (PetscInt c = 0; c < layout_.dim; ++c) {
+          const std::size_t at = static_cast<std::size_t>(i * layout_.dim + c);
+          sums[a * q + b] += (strained_.force[b * size + at] + (residual_[b].empty() ? 0 : residual_[b][at])) * u[layout_.x(i, c)];
+        }
     PetscCall(VecRestoreArrayRead(moved_[a], &u));
   }
   PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, sums.data(), static_cast<PetscMPIInt>(sums.size()), MPI_DOUBLE, MPI_SUM, comm));

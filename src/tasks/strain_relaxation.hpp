@@ -1,6 +1,7 @@
 // How a periodic lattice in equilibrium answers homogeneous strains, all particles relaxed.
 #pragma once
 #include <petscts.h>
+#include <functional>
 #include <vector>
 #include "systems/equilibrium.hpp"
 #include "tasks/tangent_solve.hpp"
@@ -14,24 +15,34 @@ class StrainRelaxation {
   /// Collective. At the equilibrium y of time t, by the linear solver of `ts` with the matrix J, which is given back as it was; where that leaves
   /// more than GOOD, by factors of MUMPS, then and from then on. Floppy parts make K singular: no strain loads their motions.
   PetscErrorCode find(TS ts, Mat J, Equilibrium& model, double t, Vec y);
+  /// Collective. The same of the strains that `choose` names alone, the stiffness among these to about 1e-10; what is of the others is not to be
+  /// used.
+  using Choose = std::function<std::vector<bool>(const StrainResponse&)>;
+  PetscErrorCode estimate(TS ts, Mat J, Equilibrium& model, double t, Vec y, const Choose& choose);
+  /// The linear solver of the run is tried again: a run and its continuation then do the same.
+  void renew() { direct_ = false; }
   const StrainResponse& strained() const { return strained_; }
   /// (q, q) row by row [N/m^(d-1)].
   const std::vector<double>& stiffness() const { return stiffness_; }
-  static constexpr double GOOD = 1e-9;
+  static constexpr double GOOD = 1e-9, ROUGH = 1e-3;
   /// Largest part of the forces of a strain that is left, of what the springs add up to; NaN: the linear solver failed.
   double left() const { return left_; }
   /// u_a = (-K)^-1 X_a, laid out as a state: what particles move per unit of strain a beyond following it.
   Vec moved(int a) const { return moved_[static_cast<std::size_t>(a)]; }
 
  private:
+  PetscErrorCode relax_all(TS ts, Mat J, Equilibrium& model, double t, Vec y);
   PetscErrorCode relax(TS ts, Mat J, Equilibrium& model, double t, Vec y, TangentFactors* factors);
   PetscErrorCode set_load(std::size_t a, Vec load) const;
   PetscErrorCode reduce(MPI_Comm comm);
+  void keep_residual(std::size_t a, Vec r);
 
   Layout layout_;
   StrainResponse strained_;
   std::vector<double> stiffness_;
   std::vector<VecHandle> moved_;
+  std::vector<std::vector<double>> residual_;  ///< X_a + K u_a, (n, d) each; empty: 0
+  std::vector<bool> wanted_;                   ///< strains; empty: all, as well as rounding lets
   double left_ = 0;
   bool direct_ = false;  ///< the linear solver of the run has failed
 };

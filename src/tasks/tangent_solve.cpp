@@ -16,7 +16,7 @@ PetscErrorCode TangentSolve::prepare(TS ts, Mat J, Equilibrium& model, double t,
   PetscCall(condensed_renew(pc));
   PetscCall(model.linearise_sharply(t, y, J));
   PetscCall(KSPSetOperators(ksp_, J, J));
-  PetscCall(KSPSetTolerances(ksp_, RTOL, PETSC_DEFAULT, PETSC_DEFAULT, PETSC_DEFAULT));
+  PetscCall(KSPSetTolerances(ksp_, rough_ ? ROUGH : RTOL, PETSC_DEFAULT, PETSC_DEFAULT, PETSC_DEFAULT));
   for (VecHandle* vec : {&r_, &z_}) PetscCall(VecDuplicate(y, vec->out()));
   factors_ = factors;
   if (!factors) PetscFunctionReturn(0);
@@ -40,8 +40,9 @@ PetscErrorCode TangentSolve::give_back() {
 // u <- u + (shift M - K)^-1 r,  r = f + K u with the exact K, until r is down to rounding: neither the shift nor the precision in which the
 // matrix is stored is left in u.
 PetscErrorCode TangentSolve::solve(Vec load, Vec u, double* left) {
-  constexpr double DONE = 1e-13, SLOW = 0.5;
+  constexpr double SLOW = 0.5;
   constexpr int MOST = 50;
+  const double done = rough_ ? 2 * ROUGH : 1e-13;
   Linearisation& lin = model_->mechanics()->linearisation();
   const Layout& at = lin.layout();
   PetscReal first = 0, size = 0, before = 0;
@@ -53,7 +54,7 @@ PetscErrorCode TangentSolve::solve(Vec load, Vec u, double* left) {
   *left = -1;
   if (first == 0) PetscFunctionReturn(0);
   size = before = first;
-  for (int pass = 0; pass < MOST && size > DONE * first && (pass == 0 || size <= SLOW * before); ++pass) {
+  for (int pass = 0; pass < MOST && size > done * first && (pass == 0 || size <= SLOW * before); ++pass) {
     PetscScalar* r = nullptr;
     PetscCall(factors_ ? factors_->solve(r_, z_) : KSPSolve(ksp_, r_, z_));
     PetscCall(VecAXPY(u, 1.0, z_));

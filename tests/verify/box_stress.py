@@ -140,7 +140,7 @@ def continued(checks, folder, options):
     def go(place, *more):
         (folder / place).mkdir(exist_ok=True)
         subprocess.run([*mpi, checks.program, *more], cwd=folder / place, check=True, capture_output=True, env=environment(checks.ranks))
-    start = words({**options, "bs_checkpoint": "c", "bs_output": "r.h5md", "bs_checkpoint_every": 3})
+    start = words({**options, "condensed_pc_type": "bicc", "bs_checkpoint": "c", "bs_output": "r.h5md", "bs_checkpoint_every": 3})
     go("whole", *start)
     go("parts", *start, "-ts_max_steps", "3")
     go("parts", "-bs_restart", "c", "-ts_max_steps", "1000")
