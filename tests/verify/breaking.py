@@ -204,10 +204,17 @@ def torn_in_statics(checks, folder):
 
 
 def torn_in_time(checks, folder):
-    """A net flung apart, by velocity Verlet: every break of the reference's own loop at its step; limits of strain, force and energy, in tension and in
+    """Nets in the plane and in space flung apart, by velocity Verlet: every break of the reference's own loop at its step; limits of strain, force and energy, in tension and in
     compression."""
     rng = np.random.default_rng(5)
     x, pairs, _ = plate(6, 6)
+    fling(checks, folder, rng, x, pairs, "")
+    x = np.array([(i, j, k) for i in range(4) for j in range(4) for k in range(4)], float) + rng.uniform(-0.05, 0.05, (64, 3))
+    pairs = np.array([(a, b) for a in range(64) for b in range(a + 1, 64) if np.linalg.norm(x[b] - x[a]) < 1.6])
+    fling(checks, folder, rng, x, pairs, " in space")
+
+
+def fling(checks, folder, rng, x, pairs, where):
     v = 0.6 * (x - x.mean(axis=0)) + 0.3 * rng.standard_normal(x.shape)
     k, h, steps = rng.uniform(0.5, 2, len(pairs)), 0.02, 150
     cases = {"strain": ("strain", 0.3, "tension", lambda e, T, E: np.maximum(e, 0)), "force": ("force", 0.4, "tension", lambda e, T, E: np.maximum(T, 0)),
@@ -234,15 +241,15 @@ def torn_in_time(checks, folder):
                    "bs_break_in": side, "bs_break": "worst" if worst else "all", "bs_output_interval": 0.1}
         ran(checks, folder, options, grows=True)
         found = events(folder)
-        checks.true(f"{name}: springs", list(found.get("spring", [])) == order, f"{len(order)} of {len(pairs)}")
-        checks.near(f"{name}: times", found["time"], np.array(when), 1e-9)
+        checks.true(f"{name}{where}: springs", list(found.get("spring", [])) == order, f"{len(order)} of {len(pairs)}")
+        checks.near(f"{name}{where}: times", found["time"], np.array(when), 1e-9)
         with h5py.File(folder / "b.h5md") as f:
             at = np.argsort(f["particles/trajectory/id"][...])
-            checks.near(f"{name}: places at the end", f["particles/trajectory/position/value"][-1][at], net.x, 1e-9)
+            checks.near(f"{name}{where}: places at the end", f["particles/trajectory/position/value"][-1][at], net.x, 1e-9)
             total = f["observables/total_energy/value"][...] + f["observables/broken_energy/value"][...]
-            checks.below(f"{name}: energy with what broke", np.abs(total / total[0] - 1).max(), 2e-2, "by Verlet's own error")
+            checks.below(f"{name}{where}: energy with what broke", np.abs(total / total[0] - 1).max(), 2e-2, "by Verlet's own error")
             momentum = f["observables/momentum/value"][...]
-            checks.near(f"{name}: momentum", momentum, momentum[0], 1e-11)
+            checks.near(f"{name}{where}: momentum", momentum, momentum[0], 1e-11)
 
 
 def every_method(checks, folder):
