@@ -442,6 +442,12 @@ GOOD = {
 }
 
 PERIODIC = ("-bs_lattice_type", "triangular", "-bs_lattice_size", "4,4")
+
+
+def statics(*more):
+    return options(*PERIODIC, "-bs_lattice_periodic", "xy", "-bs_task", "statics", *more)
+
+
 BOX = {
     "boundary of one word": (boxed(boundary=("periodic",)), "attribute boundary of /box has 1 words; write 3, periodic or none along each edge"),
     "boundary unknown": (boxed(boundary=("periodic", "open", "none")), "attribute boundary of /box has 'open'; write periodic or none"),
@@ -463,6 +469,14 @@ BOX = {
     "strain of a missing component": (options(*PERIODIC, "-bs_lattice_periodic", "xy", "-bs_box_strain", "xz=velocity:1"), "option -bs_box_strain: xz: the lattice has 2 dimensions"),
     "strain without a component": (options(*PERIODIC, "-bs_lattice_periodic", "xy", "-bs_box_strain", "velocity:1"), "option -bs_box_strain: 'velocity:1': write components such as xy=velocity:0.01"),
     "strain given twice": (options(*PERIODIC, "-bs_lattice_periodic", "xy", "-bs_box_strain", "xy=velocity:1,xy=velocity:2"), "option -bs_box_strain: xy: the component is given twice"),
+    "rate that is none": (options(*PERIODIC, "-bs_lattice_periodic", "xy", "-bs_box_rate", "xy=fast"), "option -bs_box_rate: xy: 'fast' is no finite number: write components with their rates"),
+    "strain and rate of one component": (options(*PERIODIC, "-bs_lattice_periodic", "xy", "-bs_box_rate", "xx=1", "-bs_box_strain", "xx=velocity:1"), "option -bs_box_rate: xx: the component is given twice: write each once, as a strain, a rate or a stress"),
+    "strain and stress of one component": (statics("-bs_box_stress", "xx=1", "-bs_box_strain", "xx=velocity:1"), "option -bs_box_stress: xx: the component is given twice"),
+    "stress that is none": (statics("-bs_box_stress", "xx=free"), "option -bs_box_stress: xx: say under which stress it is free: write components with their stress at full load"),
+    "stress under which the box could turn": (statics("-bs_box_stress", "xy=0,yx=0"), "option -bs_box_stress: xy: with yx free as well the box could turn: leave one of them out"),
+    "stress along an open edge": (options(*PERIODIC, "-bs_lattice_periodic", "y", "-bs_task", "statics", "-bs_box_stress", "xx=0"), "option -bs_box_stress: xx: the box is not periodic along x, where no stress acts"),
+    "stress in a motion": (options(*PERIODIC, "-bs_lattice_periodic", "xy", "-bs_box_stress", "xx=0"), "option -bs_box_stress does not go with -bs_task dynamics: give -bs_task statics"),
+    "stress in modes about the start": (options(*PERIODIC, "-bs_lattice_periodic", "xy", "-bs_box_stress", "xx=0", "-bs_task", "modes"), "option -bs_box_stress does not go with -bs_modes_about start"),
     "strain that is none": (options(*PERIODIC, "-bs_lattice_periodic", "xy", "-bs_box_strain", "xy=fast"), "option -bs_box_strain: xy: 'fast' is no motion of a component"),
 }
 

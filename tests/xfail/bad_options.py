@@ -12,6 +12,7 @@ import sys
 import corpus
 
 CHAIN = ("-bs_lattice_type", "chain", "-bs_lattice_size", "5", "-ts_max_steps", "1")
+TRIANGLES = ("-bs_lattice_type", "triangular", "-bs_lattice_size", "4,4", "-bs_lattice_periodic", "xy")
 
 
 def words(*more):
@@ -108,6 +109,10 @@ PROGRAM = {
     "rest at any motion": (words("-bs_stop_at_rest", "1"), "option -bs_stop_at_rest: give a number between 0 and 1"),
     "statics: unknown load": (words("-bs_task", "statics", "-bs_load_scale", "gravity,wind"), "option -bs_load_scale: wind is no load"),
     "statics: free and driven": (words("-bs_task", "statics", "-bs_gravity", "1"), "nothing holds particle 0 and what is tied to it against its loads"),
+    "stress of a box with held particles": (words("-bs_task", "statics", *TRIANGLES, "-bs_box_stress", "xx=0", "-bs_lattice_fixed", "xmin"),
+                                            "option -bs_box_stress: fixed or driven particles do not follow the strain of the box: leave them out"),
+    "stress of a box by arc length": (words("-bs_task", "statics", *TRIANGLES, "-bs_box_stress", "xx=0", "-bs_load_control", "arc"),
+                                      "option -bs_box_stress does not go with -bs_load_control arc: give the strains by -bs_box_strain"),
     "statics of a linear system": (lambda folder: ["-bs_task", "statics", "-bs_model", "linear", "-bs_linear_generate", "heat2d"], "linear"),
     "modes of no task": (words("-bs_modes", "3"), "options -bs_modes...: give -bs_task modes with them"),
     "no modes": (words("-bs_task", "modes", "-bs_modes", "0"), "option -bs_modes: 0 is not positive"),
@@ -192,6 +197,9 @@ SUPPORTS = {
     "group without a name": (words("-bs_group_", "xmin"), "is no name of a group: write letters, digits and underscores"),
     "group named anchors": (words("-bs_group_anchors", "xmin"), "a group is named anchors, as the springs to given points are: give it another name"),
     "anchors of no group": (words("-bs_anchor_group", "a", "-bs_anchor_stiffness", "1"), "option -bs_anchor_group: there is no group a: choose its particles by -bs_group_a"),
+    "stress of no group": (words(*ENDS, "-bs_stress_groups", "left"), "option -bs_stress_groups: there is no group left: choose its particles by -bs_group_left, or name some of right"),
+    "stress of angle springs": (words("-bs_lattice_dim", "2", "-bs_angle_stiffness", "1", "-bs_output_stress"),
+                                "angle springs have no part in the stress of particles: leave one of them out"),
     "compliance of no group": (words(*ENDS, "-bs_task", "statics", "-bs_lattice_fixed", "xmin", "-bs_compliance_groups", "left"),
                                "option -bs_compliance_groups: there is no group left: choose its particles by -bs_group_left, or name some of right"),
     "compliance of a group twice": (words(*ENDS, "-bs_task", "statics", "-bs_lattice_fixed", "xmin", "-bs_compliance_groups", "right,right"), "the group right is named twice: name it once"),
