@@ -20,9 +20,10 @@ class Breaks {
   virtual void revert() = 0;
   /// Books energy that was neither stored nor broken when equilibrium was restored after a break [J].
   virtual void release(double energy) = 0;
-  /// Books time in motion at constant load [s]; `motion`: all of it.
+  /// Books a step of motion at constant load [s]; `motion`, `motion_steps`: all of them.
   virtual void add_motion(double seconds) = 0;
   virtual double motion() const = 0;
+  virtual std::int64_t motion_steps() const = 0;
   /// Collective. The list of what broke, for the end of a trajectory.
   virtual PetscErrorCode tables(std::vector<Dataset>* out) const = 0;
 };

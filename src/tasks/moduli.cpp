@@ -69,6 +69,7 @@ void Moduli::put(PetscMPIInt rank, const StrainResponse& strained, Findings* out
   }
   out->lines.push_back(stress);
   std::vector<std::vector<double>> rows;
+  rows.reserve(static_cast<std::size_t>(count_));
   for (int a = 0; a < count_; ++a) rows.emplace_back(value_.begin() + a * count_, value_.begin() + (a + 1) * count_);
   out->matrices.emplace_back("stiffness", std::move(rows));
   if (floppy_ != 0)

@@ -84,7 +84,8 @@ PetscErrorCode Run::on_frame(PetscInt step, double time, Vec y) {
     std::vector<Field> fields;
     PetscCall(model_.fields(time, y, &fields));
     set_phase(Exit::io);
-    PetscCall(trajectory_->write_frame(step, shown_time(time), fields, last_));
+    const Breaks* breaks = hooks_.loads ? model_.breaks() : nullptr;
+    PetscCall(trajectory_->write_frame(step + (breaks ? breaks->motion_steps() : 0), shown_time(time), fields, last_));
     set_phase(Exit::solve);
   }
   PetscFunctionReturn(0);

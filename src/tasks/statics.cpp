@@ -195,7 +195,7 @@ static PetscErrorCode run_equilibria(std::unique_ptr<Model> model, bool moduli, 
   AtTheEnd end;
   VecHandle last, rest;
   PetscFunctionBegin;
-  const MPI_Comm comm = model->comm();
+  MPI_Comm comm = model->comm();
   PetscCall(read_load_options(comm, &loads));
   PetscCall(refuse_options_of_dynamics(comm));
   if (loads.arc) PetscCall(refuse_checkpoints(comm));
@@ -232,7 +232,7 @@ PetscErrorCode settle(std::unique_ptr<Model> model, const RunOptions& given, std
   std::unique_ptr<Equilibrium> equilibrium;
   VecHandle last;
   PetscFunctionBegin;
-  const MPI_Comm comm = model->comm();
+  MPI_Comm comm = model->comm();
   PetscCall(read_load_options(comm, &loads));
   PetscCall(refuse_options_of_dynamics(comm));
   PetscCall(prepare(std::move(model), loads, &options, &equilibrium));

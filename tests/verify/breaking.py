@@ -5,6 +5,7 @@ import math
 import pathlib
 import subprocess
 import tempfile
+import time
 
 import h5py
 from harness import Checks, write_lattice
@@ -362,6 +363,30 @@ def followed(checks, folder):
     checks.below("what is stored, broken, released and moves is the same all through the motion", np.ptp(books), 1e-10)
 
 
+def stopped(checks, folder):
+    """A signal ends a run during an avalanche that would last for hours: its last state is the equilibrium before it, whole, and a continued run breaks there."""
+    if checks.ranks > 1:
+        checks.skip("stopped", "mpirun kills its ranks soon after a signal")
+        return
+    write_lattice(folder / "l.h5", [[0.0], [0.0], [1.0]], 1.0, fixed=[1, 1, 0], pairs=[[0, 2], [1, 2]], stiffness=1.0, rest_length=1.0,
+                  columns={"critical_strain": [0.1, np.inf]})
+    base = {"bs_task": "statics", "bs_load_steps": 40, "bs_lattice_file": "l.h5", "bs_gravity": 0.21, "bs_output_interval": 0.025, "bs_break_follow": "dynamics",
+            "bs_break_max_steps": 10**9, "bs_output": "r.h5md", "bs_checkpoint": "c"}
+    how = {"cwd": folder, "env": environment(1), "text": True}
+    run = subprocess.Popen([checks.program, *words({**base, "bs_break_dt": 1e-7})], stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL, **how)
+    time.sleep(8)
+    checks.true("the avalanche goes on", run.poll() is None)
+    run.terminate()
+    code = run.wait(timeout=60)
+    with h5py.File(folder / "r.h5md") as f:
+        broken, load = f["backspring/broken/value"][-1], f["particles/trajectory/position/time"][-1]
+        checks.true("a signal ends it", code == 143 and not broken.any() and "events" not in f, f"exit {code}, load factor {load:.4g}")
+    done = subprocess.run([checks.program, *words({"bs_restart": "c", "bs_break_dt": 0.05})], capture_output=True, **how)
+    with h5py.File(folder / "r.h5md") as f:
+        checks.true("continued, the spring breaks", done.returncode == 0 and list(f["events/broken/spring"][...]) == [0], done.stderr.strip()[-200:])
+        checks.near("and the other one bears the load", f["particles/trajectory/position/value"][-1].max(), 1.21, 1e-9)
+
+
 def griffith(checks, folder):
     """A strip with a long crack along which springs may break, pulled in load steps. At Griffith's strain eps_c sqrt(2 k a/(C22 H)), C22 = 3 sqrt(3) k/4,
     the energy that a step of the crack sets free is that of the two springs it breaks; the lattice holds the crack until the first spring ahead of it is
@@ -403,7 +428,7 @@ def griffith(checks, folder):
 
 def main():
     checks = Checks(__doc__)
-    for part in (bundle, torn_in_statics, torn_in_time, every_method, energy_balance, continued, followed, griffith):
+    for part in (bundle, torn_in_statics, torn_in_time, every_method, energy_balance, continued, followed, stopped, griffith):
         if checks.wants(part.__name__):
             with checks.group(part.__name__), tempfile.TemporaryDirectory() as folder:
                 part(checks, pathlib.Path(folder))

@@ -12,14 +12,14 @@ namespace bs {
 // Rounding of x alone moves the force on a particle by its springs' rates times eps |x|; and laws that balance (weight and
 // drag) leave the rounding of each. Images across a periodic box are as far away as its edges are long.
 PetscErrorCode ParticleModel::force_magnitudes(double t, Vec y, double* size) {
-  const PetscInt d = net_.dim;
+  const int d = std::clamp(net_.dim, 1, 3);
   double edges[9] = {}, far[3] = {0, 0, 0};
   PetscFunctionBegin;
   PetscCall(state_.gather(t, y));
   std::vector<double> laws(static_cast<std::size_t>(net_.n));
   if (cell_.active()) cell_.edges(t, edges, nullptr);
-  for (PetscInt k = 0; k < d; ++k)
-    for (PetscInt c = 0; c < d && net_.box.periodic[k]; ++c) far[c] += std::abs(edges[k * d + c]);
+  for (int k = 0; k < d; ++k)
+    for (int c = 0; c < d && net_.box.periodic[k]; ++c) far[c] += std::abs(edges[k * d + c]);
   physics_->law_sizes(t, state_, laws.data());
   for (PetscInt i = 0; i < net_.n; ++i)
     for (PetscInt c = 0; c < d; ++c) size[i * d + c] = net_.fixed[i] ? 0.0 : 2 * rates_[i] * (std::abs(state_.at(i)[c]) + far[c]) + laws[i];

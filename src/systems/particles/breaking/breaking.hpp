@@ -38,8 +38,12 @@ class Breaking final : public Breaks {
   void mark() override;
   void revert() override;
   void release(double energy) override { sums_.released += energy; }
-  void add_motion(double seconds) override { sums_.motion += seconds; }
+  void add_motion(double seconds) override {
+    sums_.motion += seconds;
+    ++sums_.motion_steps;
+  }
   double motion() const override { return sums_.motion; }
+  std::int64_t motion_steps() const override { return sums_.motion_steps; }
   /// /events/broken/time, load, spring, ends, strain, energy, avalanche; on rank 0.
   PetscErrorCode tables(std::vector<Dataset>* out) const override;
   /// Plastic work of springs before they broke [J].
@@ -72,7 +76,8 @@ class Breaking final : public Breaks {
     double energy = 0, dissipated = 0, released = 0;                 ///< [J]
     double motion = 0;                                               ///< [s]
     double last = -1;                                                ///< time of the last break
-    std::int64_t running = 0;                                        ///< 1: the last look broke something
+    std::int64_t motion_steps = 0;
+    std::int64_t running = 0;  ///< 1: the last look broke something
   };
   struct Cut {
     PetscInt link;

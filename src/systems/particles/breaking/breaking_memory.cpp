@@ -114,6 +114,7 @@ void Breaking::save(std::map<std::string, double>* sums) const {
   (*sums)["breaking/energy"] = sums_.energy;
   (*sums)["breaking/dissipated"] = sums_.dissipated;
   (*sums)["breaking/released"] = sums_.released;
+  (*sums)["breaking/motion_steps"] = static_cast<double>(sums_.motion_steps);
   (*sums)["breaking/motion"] = sums_.motion;
   (*sums)["breaking/last"] = sums_.last;
 }
@@ -133,6 +134,7 @@ void Breaking::restore(const std::map<std::string, double>& sums) {
   sums_.energy = number("breaking/energy", 0);
   sums_.dissipated = number("breaking/dissipated", 0);
   sums_.released = number("breaking/released", 0);
+  sums_.motion_steps = whole("breaking/motion_steps");
   sums_.motion = number("breaking/motion", 0);
   sums_.last = number("breaking/last", -1);
   mark();

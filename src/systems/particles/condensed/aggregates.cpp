@@ -14,7 +14,7 @@ std::size_t division(std::vector<PetscInt>& members, std::size_t begin, std::siz
   const auto before = [axis, d](PetscInt a, PetscInt b) { return axis[a * d] != axis[b * d] ? axis[a * d] < axis[b * d] : a < b; };
   const double n = static_cast<double>(end - begin);
   const std::size_t low = begin + static_cast<std::size_t>(n * std::max(0.0, share - SLACK)),
-                    target = begin + static_cast<std::size_t>(n * share + 0.5);
+                    target = begin + static_cast<std::size_t>(std::lround(n * share));
   const std::size_t high = std::min(end, begin + static_cast<std::size_t>(n * (share + SLACK)) + 1);
   const auto at = members.begin();
   std::nth_element(at + begin, at + low, at + end, before);
@@ -73,9 +73,9 @@ void Aggregates::part(const SpringMatrix& S, PetscInt particles) {
       if (high[c] - low[c] > (1 + 1e-9) * (high[longest] - low[longest])) longest = c;
     }
     std::size_t at = range.begin;
+    const auto first_parts = range.parts / 2;
     if (range.parts > 1)
-      at = division(members, range.begin, range.end, static_cast<double>(range.parts / 2) / static_cast<double>(range.parts), points.data() + longest,
-                    d);
+      at = division(members, range.begin, range.end, static_cast<double>(first_parts) / static_cast<double>(range.parts), points.data() + longest, d);
     if (at == range.begin) {
       for (std::size_t k = range.begin; k < range.end; ++k) of_[members[k]] = static_cast<std::int32_t>(count_);
       count_ += range.end > range.begin;

@@ -145,7 +145,7 @@ constexpr char MARK[] = "bs_spring_matrix";
 
 PetscErrorCode SpringMatrix::multiply(Vec p, Vec y) {
   const Supports* supports = net_->supports && net_->supports->rolls() ? net_->supports : nullptr;
-  const Vec given = p;
+  Vec given = p;
   PetscScalar* a = nullptr;
   PetscFunctionBegin;
   PetscCall(PetscLogEventBegin(particle_events().product, p, y, nullptr, nullptr));
