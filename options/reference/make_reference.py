@@ -39,6 +39,13 @@ def sections(program):
     return found
 
 
+def not_listed(found):
+    """Options that the source reads and -help keeps silent about."""
+    listed = {name for options in found.values() for name, _, _ in options}
+    read = {name for path in (ROOT / "src").rglob("*.[ch]pp") for name in re.findall(r'\bo\.\w+\(\s*"(-bs_\w+)"', path.read_text())}
+    return sorted(read - listed)
+
+
 def cell(text):
     return text.replace("|", "\\|")
 
@@ -112,6 +119,8 @@ def main():
     parser.add_argument("--check", action="store_true", help="write nothing; exit code 1 if a file is out of date")
     args = parser.parse_args()
     found = sections(args.program)
+    if silent := not_listed(found):
+        sys.exit(f"-help does not list {', '.join(silent)}: does their section have the title of another one? PETSc lists a title once")
     version = subprocess.run([args.program, "-bs_version"], capture_output=True, text=True).stdout.split()[1]
     front = ROOT / "options/README.md"
     text = front.read_text()

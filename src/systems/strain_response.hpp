@@ -31,6 +31,14 @@ inline std::string component_name(int row, int column) { return {static_cast<cha
 /// Place of the component (row, column) of a symmetric tensor among xx; xx, yy, xy; or xx, yy, zz, yz, xz, xy.
 inline int component_place(int d, int row, int column) { return row == column ? row : d == 2 ? 2 : 6 - row - column; }
 
+/// Their names in that order.
+inline std::vector<std::string> component_names(int d) {
+  std::vector<std::string> names(static_cast<std::size_t>(d * (d + 1) / 2));
+  for (int r = 0; r < d; ++r)
+    for (int c = r; c < d; ++c) names[static_cast<std::size_t>(component_place(d, r, c))] = component_name(r, c);
+  return names;
+}
+
 /// Strain a of dimension d as a symmetric matrix, row by row.
 inline void unit_strain(int d, int a, double* e) {
   for (int k = 0; k < d * d; ++k) e[k] = 0;

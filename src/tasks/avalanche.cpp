@@ -13,8 +13,7 @@ PetscErrorCode Avalanche::read() {
   PetscCall(read_section(model_.comm(), "After a break in statics", [&](Section& o) {
     o.choice("-bs_break_follow",
              "what follows a break at an equilibrium: statics, the next equilibrium of the same loads without inertia; dynamics, the motion that the "
-             "break "
-             "sets going, by backward Euler at constant load, until it has come to rest",
+             "break sets going, by backward Euler at constant load, until it has come to rest",
              {"statics", "dynamics"}, chosen);
     o.real("-bs_break_dt", "time step of that motion; 0: one over the root mean squared frequency of the lattice [s]", options_.step,
            Range::nonnegative);
@@ -35,43 +34,43 @@ PetscErrorCode Avalanche::look_for_signal() {
   PetscFunctionReturn(0);
 }
 
-PetscErrorCode Avalanche::energies(double factor, Vec y, double* potential, double* kinetic) {
+PetscErrorCode Avalanche::energies(double factor, Vec y, Energies* out) {
   std::vector<Observable> all;
   PetscFunctionBegin;
   PetscCall(model_.observe(factor, y, &all));
-  *potential = *kinetic = 0;
+  *out = {};
   for (const Observable& one : all) {
-    if (one.name == "potential_energy") *potential = one.value[0];
-    if (one.name == "kinetic_energy") *kinetic = one.value[0];
+    if (one.name == "potential_energy") out->potential = one.value[0];
+    if (one.name == "kinetic_energy") out->kinetic = one.value[0];
   }
   PetscFunctionReturn(0);
 }
 
 /// To the next equilibrium; then what is past its limits there breaks.
 PetscErrorCode Avalanche::relax(double factor, Vec y, bool* good) {
-  double had = 0, has = 0, kinetic = 0;
+  Energies had, has;
   PetscFunctionBegin;
-  PetscCall(energies(factor, y, &had, &kinetic));
+  PetscCall(energies(factor, y, &had));
   PetscCall(solver_.relax(y, good));
   if (!*good) PetscFunctionReturn(0);
-  PetscCall(energies(factor, y, &has, &kinetic));
-  model_.breaks()->release(had - has);
+  PetscCall(energies(factor, y, &has));
+  model_.breaks()->release(had.potential - has.potential);
   PetscCall(model_.accept(factor, y));
   PetscFunctionReturn(0);
 }
 
-/// One step; y stays where Newton's method fails.
-PetscErrorCode Avalanche::move(double factor, double h, Vec y, bool* good) {
-  double had = 0, has = 0, was = 0, is = 0;
+/// One step; y stays where Newton's method fails. `now`: of y, before and after it.
+PetscErrorCode Avalanche::move(double factor, double h, Vec y, Energies* now, bool* good) {
+  const Energies had = *now;
   PetscFunctionBegin;
   PetscCall(model_.set_motion(h, y));
-  PetscCall(energies(factor, y, &had, &was));
   PetscCall(solver_.advance(h, y, good));
   if (!*good) PetscFunctionReturn(0);
-  PetscCall(energies(factor, y, &has, &is));
-  model_.breaks()->release(had + was - has - is);
+  PetscCall(energies(factor, y, now));
+  model_.breaks()->release(had.potential + had.kinetic - now->potential - now->kinetic);
   model_.breaks()->add_motion(h);
   PetscCall(model_.accept(factor, y));
+  if (model_.breaks()->broke() > 0) PetscCall(energies(factor, y, now));
   PetscFunctionReturn(0);
 }
 
@@ -83,16 +82,18 @@ PetscErrorCode Avalanche::follow(double factor, Vec y, const Frame& frame, bool*
   constexpr int MOST_CUTS = 20;
   Breaks& breaks = *model_.breaks();
   const double period = 1 / std::sqrt(model_.mean_squared_frequency()), nominal = options_.step > 0 ? options_.step : period;
-  double h = nominal, most = 0, kinetic = 0, potential = 0, last_break = breaks.motion(), next_frame = last_break + options_.interval;
+  double h = nominal, most = 0, last_break = breaks.motion(), next_frame = last_break + options_.interval;
   int cuts = 0;
+  Energies now;
   PetscFunctionBegin;
   PetscCall(zero_velocities(y));
+  PetscCall(energies(factor, y, &now));
   for (std::int64_t step = 0; step < options_.most && cuts <= MOST_CUTS; ++step) {
     if (options_.interval > 0 && breaks.motion() >= next_frame * (1 - 1e-12)) {
       PetscCall(frame(y));
       next_frame = breaks.motion() + options_.interval;
     }
-    PetscCall(move(factor, h, y, good));
+    PetscCall(move(factor, h, y, &now, good));
     PetscCall(look_for_signal());
     if (interrupted_) break;
     cuts = *good ? 0 : cuts + 1;
@@ -100,15 +101,13 @@ PetscErrorCode Avalanche::follow(double factor, Vec y, const Frame& frame, bool*
       h /= 2;
       continue;
     }
-    PetscCall(energies(factor, y, &potential, &kinetic));
-    most = std::max(most, kinetic);
+    most = std::max(most, now.kinetic);
     if (breaks.broke() > 0) last_break = breaks.motion();
     const bool quiet = breaks.motion() - last_break >= QUIET * period;
     h = quiet ? GROWTH * h : std::min(nominal, 2 * h);
-    if (quiet && kinetic <= LEFT * most) break;
+    if (quiet && now.kinetic <= LEFT * most) break;
   }
-  PetscCall(energies(factor, y, &potential, &kinetic));
-  breaks.release(kinetic);
+  breaks.release(now.kinetic);
   PetscCall(model_.set_motion(0, y));
   PetscCall(zero_velocities(y));
   PetscFunctionReturn(0);

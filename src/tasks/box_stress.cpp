@@ -21,7 +21,7 @@ PetscErrorCode refuse_box_stress(Model& model, const char* task) {
 PetscErrorCode BoxStress::begin(Equilibrium& model, bool arc) {
   StrainResponse strained;
   PetscFunctionBegin;
-  PetscCall(read_section(model.comm(), "Periodic box", [&](Section& o) {
+  PetscCall(read_section(model.comm(), "Given stresses of a periodic box (-bs_task statics)", [&](Section& o) {
     o.real("-bs_box_stress_rtol",
            "the stresses of -bs_box_stress are met where what is missing is below this times the largest component of the stress there is or given "
            "[1]",

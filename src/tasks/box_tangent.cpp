@@ -1,4 +1,5 @@
 #include "tasks/box_tangent.hpp"
+#include <petscblaslapack.h>
 #include <algorithm>
 #include <cmath>
 #include "lattice/box.hpp"
@@ -24,28 +25,16 @@ std::vector<bool> strains_of(const std::vector<FreeStrain>& free, const double* 
   return wanted;
 }
 
-bool solve_small(std::vector<double> A, std::vector<double> b, std::vector<double>* x) {
-  const std::size_t n = b.size();
-  for (std::size_t k = 0; k < n; ++k) {
-    std::size_t p = k;
-    for (std::size_t r = k + 1; r < n; ++r)
-      if (std::abs(A[r * n + k]) > std::abs(A[p * n + k])) p = r;
-    if (!(std::abs(A[p * n + k]) > 0)) return false;
-    for (std::size_t c = 0; c < n; ++c) std::swap(A[k * n + c], A[p * n + c]);
-    std::swap(b[k], b[p]);
-    for (std::size_t r = k + 1; r < n; ++r) {
-      const double f = A[r * n + k] / A[k * n + k];
-      for (std::size_t c = k; c < n; ++c) A[r * n + c] -= f * A[k * n + c];
-      b[r] -= f * b[k];
-    }
-  }
-  x->assign(n, 0.0);
-  for (std::size_t k = n; k-- > 0;) {
-    double sum = b[k];
-    for (std::size_t c = k + 1; c < n; ++c) sum -= A[k * n + c] * (*x)[c];
-    (*x)[k] = sum / A[k * n + k];
-  }
-  return true;
+bool solve_small(const std::vector<double>& A, std::vector<double> b, std::vector<double>* x) {
+  const PetscBLASInt n = static_cast<PetscBLASInt>(b.size()), one = 1;
+  std::vector<double> columns(A.size());  // as LAPACK has them
+  std::vector<PetscBLASInt> pivots(b.size());
+  PetscBLASInt info = 0;
+  for (PetscBLASInt r = 0; r < n; ++r)
+    for (PetscBLASInt c = 0; c < n; ++c) columns[static_cast<std::size_t>(c * n + r)] = A[static_cast<std::size_t>(r * n + c)];
+  LAPACKgesv_(&n, &one, columns.data(), &n, pivots.data(), b.data(), &n, &info);
+  *x = std::move(b);
+  return info == 0;
 }
 
 namespace {

@@ -20,6 +20,6 @@ BoxState box_tangent(const StrainRelaxation& relaxed, const std::vector<FreeStra
 std::vector<bool> strains_of(const std::vector<FreeStrain>& free, const double* gradient, int d);
 
 /// x solves A x = b; false where A is singular.
-bool solve_small(std::vector<double> A, std::vector<double> b, std::vector<double>* x);
+bool solve_small(const std::vector<double>& A, std::vector<double> b, std::vector<double>* x);
 
 }  // namespace bs

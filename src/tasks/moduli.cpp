@@ -27,20 +27,21 @@ PetscErrorCode Moduli::begin(Equilibrium& model) {
   if (!strained.held.empty())
     PetscCall(tell(model.comm(), Exit::input, "-bs_task moduli: " + strained.held + " do not follow the strain of the box: leave them out"));
   count_ = strained.count;
+  names_ = component_names(model.dim());
   value_.assign(static_cast<std::size_t>(count_ * count_), std::numeric_limits<double>::quiet_NaN());
   PetscFunctionReturn(0);
 }
 
 /// Their rows are written by one rank.
 void Moduli::add_tables(PetscMPIInt rank, std::vector<Dataset>* out) const {
+  std::string components;
+  for (const std::string& name : names_) components += (components.empty() ? "" : ",") + name;
   out->push_back({"/moduli/stiffness",
                   0,
                   count_,
                   count_,
                   rank == 0 ? value_ : std::vector<double>{},
-                  {{"components", count_ == 1   ? "xx"
-                                  : count_ == 3 ? "xx,yy,xy"
-                                                : "xx,yy,zz,yz,xz,xy"},
+                  {{"components", components},
                    {"meaning", "second derivatives of the energy by strain per volume, engineering shears, stresses at hand included"}}});
   out->push_back({"/moduli/zero_modes",
                   0,
@@ -58,14 +59,12 @@ PetscErrorCode Moduli::count_floppy(Equilibrium& model) {
 }
 
 void Moduli::put(PetscMPIInt rank, const StrainResponse& strained, Findings* out) const {
-  static const char* const NAMES[3][6] = {{"xx"}, {"xx", "yy", "xy"}, {"xx", "yy", "zz", "yz", "xz", "xy"}};
-  const char* const* names = NAMES[count_ == 1 ? 0 : count_ == 3 ? 1 : 2];
   std::string stress = "stress:";
   for (int a = 0; a < count_; ++a) {
-    std::string text = std::string("stiffness, row ") + names[a] + ":";
+    std::string text = "stiffness, row " + names_[static_cast<std::size_t>(a)] + ":";
     for (int b = 0; b < count_; ++b) text += format(" %.8g", value_[static_cast<std::size_t>(a * count_ + b)]);
     out->lines.push_back(text);
-    stress += format(" %s %.6g", names[a], strained.stress[static_cast<std::size_t>(a)]);
+    stress += format(" %s %.6g", names_[static_cast<std::size_t>(a)].c_str(), strained.stress[static_cast<std::size_t>(a)]);
   }
   out->lines.push_back(stress);
   std::vector<std::vector<double>> rows;

@@ -27,6 +27,7 @@ class Moduli {
  private:
   void put(PetscMPIInt rank, const StrainResponse& strained, Findings* out) const;
   PetscErrorCode count_floppy(Equilibrium& model);
+  std::vector<std::string> names_;  ///< of the components
   int count_ = 0;
   std::int64_t most_ = 20000;  ///< unknowns up to which zero modes are counted
   PetscInt floppy_ = -1;       ///< zero modes beyond the translations; -1: not counted

@@ -87,7 +87,7 @@ def run_parts(title, parts, library=None, with_library=()):
         parser = argparse.ArgumentParser(add_help=False)
         parser.add_argument(library, dest="library", required=True)
         mine, rest = parser.parse_known_args()
-        given, sys.argv[1:] = mine.library, rest
+        given, sys.argv[1:] = os.path.abspath(mine.library), rest
     checks = Checks(title)
     for part in parts:
         if checks.wants(part.__name__):

@@ -370,14 +370,17 @@ def stopped(checks, folder):
     base = {"bs_task": "statics", "bs_load_steps": 40, "bs_lattice_file": "l.h5", "bs_gravity": 0.21, "bs_output_interval": 0.025, "bs_break_follow": "dynamics",
             "bs_break_max_steps": 10**9, "bs_output": "r.h5md", "bs_checkpoint": "c"}
     how = {"cwd": folder, "env": environment(1), "text": True}
-    run = subprocess.Popen([checks.program, *words({**base, "bs_break_dt": 1e-7})], stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL, **how)
+    run = subprocess.Popen([checks.program, *words({**base, "bs_break_dt": 1e-7, "bs_break_output_interval": 2e-4})], stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL, **how)
     time.sleep(8)
     checks.true("the avalanche goes on", run.poll() is None)
     run.terminate()
     code = run.wait(timeout=60)
     with h5py.File(folder / "r.h5md") as f:
         broken, load = f["backspring/broken/value"][-1], f["particles/trajectory/position/time"][-1]
+        clock, steps = (f["particles/trajectory/position/" + name][...] for name in ("time", "step"))
+        moved = np.count_nonzero(f["observables/kinetic_energy/value"][...])
         checks.true("a signal ends it", code == 143 and not broken.any() and "events" not in f, f"exit {code}, load factor {load:.4g}")
+        checks.true("time has passed in the frames of the motion, and does not go back", moved > 3 and np.all(np.diff(clock) > 0) and np.all(np.diff(steps) > 0), f"{moved} frames")
     done = subprocess.run([checks.program, *words({"bs_restart": "c", "bs_break_dt": 0.05})], capture_output=True, **how)
     with h5py.File(folder / "r.h5md") as f:
         checks.true("continued, the spring breaks", done.returncode == 0 and list(f["events/broken/spring"][...]) == [0], done.stderr.strip()[-200:])

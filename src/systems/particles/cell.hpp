@@ -11,6 +11,14 @@
 
 namespace bs {
 
+/// c = v - L x of a particle with the state y = (x, v), which the flow L (d, d) carries along with the box.
+inline void beside_flow(int d, const double* y, const double* L, double* c) {
+  for (int r = 0; r < d; ++r) {
+    c[r] = y[d + r];
+    for (int q = 0; q < d; ++q) c[r] -= L[r * d + q] * y[q];
+  }
+}
+
 /// The box is strained homogeneously as given: its edges are
 ///   e_k(t) = F(t) E_k,   F = I + G(t)
 /// with E_k those of the lattice and G_ab(t) the components that -bs_box_strain and -bs_box_rate prescribe: G_xx the stretch along x, G_xy the

@@ -4,27 +4,12 @@
 #include <limits>
 #include "base/disjoint_sets.hpp"
 #include "base/fault.hpp"
+#include "network/ghost_copies.hpp"
 #include "systems/particles/particle_model.hpp"
 #include "systems/particles/supports.hpp"
 
 namespace bs {
 namespace {
-
-/// A number of every particle, with copies of those of ghosts.
-struct Labels {
-  VecHandle owned, ghosts;
-  ScatterHandle scatter;
-
-  PetscErrorCode create(const Network& net) {
-    ISHandle from;
-    PetscFunctionBegin;
-    PetscCall(VecCreateMPI(net.comm, net.n, PETSC_DETERMINE, owned.out()));
-    PetscCall(VecCreateSeq(PETSC_COMM_SELF, net.ghosts, ghosts.out()));
-    PetscCall(ISCreateGeneral(net.comm, net.ghosts, net.global.data() + net.n, PETSC_COPY_VALUES, from.out()));
-    PetscCall(VecScatterCreate(owned, from, ghosts, nullptr, scatter.out()));
-    PetscFunctionReturn(0);
-  }
-};
 
 /// Free particles that are linked on this rank; what couples without a spring (angle springs) links, too.
 DisjointSets local_sets(const Network& net) {
@@ -36,7 +21,7 @@ DisjointSets local_sets(const Network& net) {
 }
 
 /// Collective. label: (n) the smallest global index in the particle's body, the same on every rank that has a part of it.
-PetscErrorCode label_bodies(const Network& net, Labels* labels, std::vector<double>* label) {
+PetscErrorCode label_bodies(const Network& net, GhostCopies* copies, std::vector<double>* label) {
   DisjointSets sets = local_sets(net);
   const PetscInt count = net.n + net.ghosts;
   std::vector<double> low(static_cast<std::size_t>(count));
@@ -50,20 +35,11 @@ PetscErrorCode label_bodies(const Network& net, Labels* labels, std::vector<doub
       root = std::min(root, low[i]);
     }
     for (PetscInt i = 0; i < count; ++i) low[i] = low[sets.top(i)];
-    PetscScalar* a = nullptr;
-    const PetscScalar* b = nullptr;
-    PetscCall(VecGetArrayWrite(labels->owned, &a));
-    std::copy_n(low.begin(), net.n, a);
-    PetscCall(VecRestoreArrayWrite(labels->owned, &a));
-    PetscCall(VecScatterBegin(labels->scatter, labels->owned, labels->ghosts, INSERT_VALUES, SCATTER_FORWARD));
-    PetscCall(VecScatterEnd(labels->scatter, labels->owned, labels->ghosts, INSERT_VALUES, SCATTER_FORWARD));
-    PetscCall(VecGetArrayRead(labels->ghosts, &b));
-    for (PetscInt g = 0; g < net.ghosts; ++g)
-      if (b[g] < low[net.n + g]) {
-        low[net.n + g] = b[g];
-        changed = 1;
-      }
-    PetscCall(VecRestoreArrayRead(labels->ghosts, &b));
+    PetscCall(copies->exchange(low, [&](PetscInt ghost, double value) {
+      if (value >= low[ghost]) return;
+      low[ghost] = value;
+      changed = 1;
+    }));
     PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &changed, 1, MPI_INT, MPI_MAX, net.comm));
   }
   label->assign(low.begin(), low.begin() + net.n);
@@ -113,17 +89,17 @@ PetscErrorCode smallest_row(const Network& net, const std::vector<double>& label
 }  // namespace
 
 PetscErrorCode find_free_bodies(const Network& net, const std::vector<double>& load, FreeBodies* out) {
-  Labels labels;
+  GhostCopies copies;
   std::vector<double> label;
   const PetscInt d = net.dim;
   std::vector<VecHandle> sums(static_cast<std::size_t>(d) + 2);  // load, sizes of the loads, and what holds the body
   PetscFunctionBegin;
-  PetscCall(labels.create(net));
-  PetscCall(label_bodies(net, &labels, &label));
+  PetscCall(copies.create(net));
+  PetscCall(label_bodies(net, &copies, &label));
   const std::vector<std::uint8_t> held = held_particles(net);
   for (std::size_t k = 0; k < sums.size(); ++k) {
     const PetscInt c = static_cast<PetscInt>(k);
-    PetscCall(VecDuplicate(labels.owned, sums[k].out()));
+    PetscCall(VecDuplicate(copies.layout(), sums[k].out()));
     PetscCall(VecZeroEntries(sums[k]));
     for (PetscInt i = 0; i < net.n; ++i) {
       double value = c == d + 1 ? held[i] : 0;
@@ -140,7 +116,7 @@ PetscErrorCode find_free_bodies(const Network& net, const std::vector<double>& l
   VecHandle driven;
   PetscScalar* flag = nullptr;
   PetscInt count = 0;
-  PetscCall(VecDuplicate(labels.owned, driven.out()));
+  PetscCall(VecDuplicate(copies.layout(), driven.out()));
   PetscCall(VecZeroEntries(driven));
   PetscCall(VecGetArray(driven, &flag));
   for (PetscInt i = 0; i < net.n; ++i) {

@@ -2,6 +2,7 @@
 #include <algorithm>
 #include <cstring>
 #include <type_traits>
+#include <utility>
 
 namespace bs {
 namespace {
@@ -72,16 +73,23 @@ PetscErrorCode InputOrder::create_scatters(Vec layout) {
   PetscFunctionReturn(0);
 }
 
+/// Of the particles whose rows are another rank's: from y (forward) or into it.
+PetscErrorCode InputOrder::exchange(Vec y, ScatterMode way) {
+  PetscFunctionBegin;
+  if (!travels_) PetscFunctionReturn(0);
+  for (const auto& [scatter, rows] : {std::pair{to_position_.get(), position_.get()}, {to_velocity_.get(), velocity_.get()}}) {
+    Vec from = way == SCATTER_FORWARD ? y : rows, to = way == SCATTER_FORWARD ? rows : y;
+    PetscCall(VecScatterBegin(scatter, from, to, INSERT_VALUES, way));
+    PetscCall(VecScatterEnd(scatter, from, to, INSERT_VALUES, way));
+  }
+  PetscFunctionReturn(0);
+}
+
 PetscErrorCode InputOrder::from_state(Vec y) {
   const PetscScalar* ay = nullptr;
   PetscScalar *ax = nullptr, *av = nullptr;
   PetscFunctionBegin;
-  if (travels_) {
-    PetscCall(VecScatterBegin(to_position_, y, position_, INSERT_VALUES, SCATTER_FORWARD));
-    PetscCall(VecScatterEnd(to_position_, y, position_, INSERT_VALUES, SCATTER_FORWARD));
-    PetscCall(VecScatterBegin(to_velocity_, y, velocity_, INSERT_VALUES, SCATTER_FORWARD));
-    PetscCall(VecScatterEnd(to_velocity_, y, velocity_, INSERT_VALUES, SCATTER_FORWARD));
-  }
+  PetscCall(exchange(y, SCATTER_FORWARD));
   PetscCall(VecGetArrayRead(y, &ay));
   PetscCall(VecGetArray(position_, &ax));
   PetscCall(VecGetArray(velocity_, &av));
@@ -99,12 +107,7 @@ PetscErrorCode InputOrder::to_state(Vec y) {
   PetscScalar* ay = nullptr;
   const PetscScalar *ax = nullptr, *av = nullptr;
   PetscFunctionBegin;
-  if (travels_) {
-    PetscCall(VecScatterBegin(to_position_, position_, y, INSERT_VALUES, SCATTER_REVERSE));
-    PetscCall(VecScatterEnd(to_position_, position_, y, INSERT_VALUES, SCATTER_REVERSE));
-    PetscCall(VecScatterBegin(to_velocity_, velocity_, y, INSERT_VALUES, SCATTER_REVERSE));
-    PetscCall(VecScatterEnd(to_velocity_, velocity_, y, INSERT_VALUES, SCATTER_REVERSE));
-  }
+  PetscCall(exchange(y, SCATTER_REVERSE));
   PetscCall(VecGetArray(y, &ay));
   PetscCall(VecGetArrayRead(position_, &ax));
   PetscCall(VecGetArrayRead(velocity_, &av));

@@ -18,6 +18,7 @@ class InputOrder {
 
  private:
   PetscErrorCode create_scatters(Vec layout);
+  PetscErrorCode exchange(Vec y, ScatterMode way);
   const Network* net_ = nullptr;
   std::vector<PetscInt> own_;  ///< of this rank's rows: the owned particle, -1 where it is another rank's
   bool travels_ = false;       ///< some rank has rows that are another's

@@ -25,12 +25,8 @@ PetscErrorCode ParticleModel::observe_box(double t, std::vector<Observable>* out
   double* sigma = sums.virial;
   for (PetscInt i = 0; i < net_.n; ++i) {
     if (net_.fixed[i] == 1) continue;
-    const double* y = state_.at(i);
-    double c[3] = {0, 0, 0};
-    for (int r = 0; r < d; ++r) {
-      c[r] = y[d + r];
-      for (int q = 0; q < d; ++q) c[r] -= L[r * d + q] * y[q];
-    }
+    double c[3];
+    beside_flow(d, state_.at(i), L, c);
     for (int r = 0; r < d; ++r)
       for (int q = 0; q < d; ++q) sigma[r * d + q] -= net_.mass[i] * c[r] * c[q];
   }

@@ -10,7 +10,7 @@ PetscErrorCode ParticleStress::create(const Network& net) {
   PetscFunctionBegin;
   net_ = &net;
   count_ = net.dim * (net.dim + 1) / 2;
-  PetscCall(read_section(net.comm, "Fields of a frame", [&](Section& o) {
+  PetscCall(read_section(net.comm, "Stress of particles and groups", [&](Section& o) {
     o.flag("-bs_output_stress",
            "write the stress times volume of every particle to every frame: half of every spring's, and the kinetic part; their sum is that of a "
            "periodic box [J]",
@@ -40,12 +40,8 @@ void ParticleStress::compute(const Physics& physics, const Cell* cell, double t,
   if (cell) cell->velocity_gradient(t, L);
   for (PetscInt i = 0; i < net_->n; ++i) {
     if (net_->fixed[i] == 1) continue;
-    const double* y = state.at(i);
-    double c[3] = {0, 0, 0};
-    for (int r = 0; r < d; ++r) {
-      c[r] = y[d + r];
-      for (int q = 0; q < d; ++q) c[r] -= L[r * d + q] * y[q];
-    }
+    double c[3];
+    beside_flow(d, state.at(i), L, c);
     for (int r = 0; r < d; ++r)
       for (int q = r; q < d; ++q) values_[static_cast<std::size_t>(i * count_ + component_place(d, r, q))] -= net_->mass[i] * c[r] * c[q];
   }

@@ -4,9 +4,10 @@
 
 namespace bs {
 
-// Every spring is met at both its ends: half from each.
+/// Calls use(i, j, g, p) for every spring at each of its owned ends i; j: the other one. Springs that have no direction are left out.
 template <int d, class Spring, class Damper>
-void PhysicsOf<d, Spring, Damper>::box_forces(const LocalState& state, BoxForces* sum) const {
+template <class Use>
+void PhysicsOf<d, Spring, Damper>::for_springs(const LocalState& state, Use&& use) const {
   const Links& links = net_.links;
   for (PetscInt i = 0; i < net_.n; ++i)
     for (PetscInt e = links.start[i]; e < links.start[i + 1]; ++e) {
@@ -14,34 +15,35 @@ void PhysicsOf<d, Spring, Damper>::box_forces(const LocalState& state, BoxForces
       const PetscInt j = links.other[e];
       const LinkGeometry<d> g(state.at(i), state.at(j));
       const auto p = parameters(links, e);
-      if (!Kernel::defined(g, p)) continue;
-      double f[d] = {};
-      Kernel::force(g, p, f);
-      for (int r = 0; r < d; ++r)
-        for (int c = 0; c < d; ++c) sum->virial[r * d + c] -= 0.25 * (f[r] * g.dx[c] + f[c] * g.dx[r]);
-      if (j < net_.n || net_.image.empty()) continue;
-      const int* shift = net_.image.data() + static_cast<std::size_t>(j - net_.n) * d;
-      for (int k = 0; k < d; ++k)
-        for (int c = 0; c < d; ++c) sum->pull[k * d + c] += 0.5 * shift[k] * f[c];
+      if (Kernel::defined(g, p)) use(i, j, g, p);
     }
+}
+
+// Every spring is met at both its ends: half from each.
+template <int d, class Spring, class Damper>
+void PhysicsOf<d, Spring, Damper>::box_forces(const LocalState& state, BoxForces* sum) const {
+  for_springs(state, [&](PetscInt, PetscInt j, const LinkGeometry<d>& g, const auto& p) {
+    double f[d] = {};
+    Kernel::force(g, p, f);
+    for (int r = 0; r < d; ++r)
+      for (int c = 0; c < d; ++c) sum->virial[r * d + c] -= 0.25 * (f[r] * g.dx[c] + f[c] * g.dx[r]);
+    if (j < net_.n || net_.image.empty()) return;
+    const int* shift = net_.image.data() + static_cast<std::size_t>(j - net_.n) * d;
+    for (int k = 0; k < d; ++k)
+      for (int c = 0; c < d; ++c) sum->pull[k * d + c] += 0.5 * shift[k] * f[c];
+  });
 }
 
 template <int d, class Spring, class Damper>
 void PhysicsOf<d, Spring, Damper>::particle_stress(const LocalState& state, double* sum) const {
   constexpr int q = d * (d + 1) / 2;
-  const Links& links = net_.links;
-  for (PetscInt i = 0; i < net_.n; ++i)
-    for (PetscInt e = links.start[i]; e < links.start[i + 1]; ++e) {
-      if (links.spring[e] < 0) continue;
-      const LinkGeometry<d> g(state.at(i), state.at(links.other[e]));
-      const auto p = parameters(links, e);
-      if (!Kernel::defined(g, p)) continue;
-      double f[d] = {};
-      Kernel::force(g, p, f);
-      for (int r = 0; r < d; ++r)
-        for (int c = r; c < d; ++c)
-          sum[static_cast<std::size_t>(i) * q + static_cast<std::size_t>(component_place(d, r, c))] -= 0.25 * (f[r] * g.dx[c] + f[c] * g.dx[r]);
-    }
+  for_springs(state, [&](PetscInt i, PetscInt, const LinkGeometry<d>& g, const auto& p) {
+    double f[d] = {};
+    Kernel::force(g, p, f);
+    for (int r = 0; r < d; ++r)
+      for (int c = r; c < d; ++c)
+        sum[static_cast<std::size_t>(i) * q + static_cast<std::size_t>(component_place(d, r, c))] -= 0.25 * (f[r] * g.dx[c] + f[c] * g.dx[r]);
+  });
 }
 
 // Of a spring between i and j, with K = df_i/dx_i and dx = x_i - x_j:
@@ -49,32 +51,26 @@ void PhysicsOf<d, Spring, Damper>::particle_stress(const LocalState& state, doub
 template <int d, class Spring, class Damper>
 void PhysicsOf<d, Spring, Damper>::strain_response(const LocalState& state, StrainResponse* sum) const {
   constexpr int q = d * (d + 1) / 2;
-  const Links& links = net_.links;
   double strain[q][d * d];
   for (int a = 0; a < q; ++a) unit_strain(d, a, strain[a]);
-  for (PetscInt i = 0; i < net_.n; ++i)
-    for (PetscInt e = links.start[i]; e < links.start[i + 1]; ++e) {
-      if (links.spring[e] < 0) continue;
-      const LinkGeometry<d> g(state.at(i), state.at(links.other[e]));
-      const auto p = parameters(links, e);
-      if (!Kernel::defined(g, p)) continue;
-      double K[d * d] = {}, D[d * d] = {}, apart[q][d] = {}, f[q][d] = {};
-      Kernel::tangent(g, p, K, D);
-      for (int a = 0; a < q; ++a) {
-        for (int r = 0; r < d; ++r)
-          for (int c = 0; c < d; ++c) apart[a][r] += strain[a][r * d + c] * g.dx[c];
-        for (int r = 0; r < d; ++r)
-          for (int c = 0; c < d; ++c) f[a][r] += K[r * d + c] * apart[a][c];
-        double* to = sum->force.data() + (static_cast<std::size_t>(a) * static_cast<std::size_t>(net_.n) + static_cast<std::size_t>(i)) * d;
-        for (int r = 0; r < d; ++r) {
-          to[r] += f[a][r];
-          sum->size[static_cast<std::size_t>(a)] += f[a][r] * f[a][r];
-        }
+  for_springs(state, [&](PetscInt i, PetscInt, const LinkGeometry<d>& g, const auto& p) {
+    double K[d * d] = {}, D[d * d] = {}, apart[q][d] = {}, f[q][d] = {};
+    Kernel::tangent(g, p, K, D);
+    for (int a = 0; a < q; ++a) {
+      for (int r = 0; r < d; ++r)
+        for (int c = 0; c < d; ++c) apart[a][r] += strain[a][r * d + c] * g.dx[c];
+      for (int r = 0; r < d; ++r)
+        for (int c = 0; c < d; ++c) f[a][r] += K[r * d + c] * apart[a][c];
+      double* to = sum->force.data() + (static_cast<std::size_t>(a) * static_cast<std::size_t>(net_.n) + static_cast<std::size_t>(i)) * d;
+      for (int r = 0; r < d; ++r) {
+        to[r] += f[a][r];
+        sum->size[static_cast<std::size_t>(a)] += f[a][r] * f[a][r];
       }
-      for (int a = 0; a < q; ++a)
-        for (int b = 0; b < q; ++b)
-          for (int r = 0; r < d; ++r) sum->affine[static_cast<std::size_t>(a * q + b)] -= 0.5 * apart[b][r] * f[a][r];  // half from either end
     }
+    for (int a = 0; a < q; ++a)
+      for (int b = 0; b < q; ++b)
+        for (int r = 0; r < d; ++r) sum->affine[static_cast<std::size_t>(a * q + b)] -= 0.5 * apart[b][r] * f[a][r];  // half from either end
+  });
 }
 
 }  // namespace bs

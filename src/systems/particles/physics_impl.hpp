@@ -209,6 +209,8 @@ class PhysicsOf final : public Physics {
   void forces_of(Part part, double t, const LocalState& state, const Coupling& coupling, double* f, Singularity* fault, Energies* sum) const;
   void add_link_energies(PetscInt i, const LocalState& state, Energies* sum) const;
   void add_body_energies(PetscInt i, double t, const LocalState& state, const AnchorShift& shift, Energies* sum) const;
+  template <class Use>
+  void for_springs(const LocalState& state, Use&& use) const;
   static void subtract(double* panel, PetscInt width, PetscInt slot, const double* K, const double* D);
   void add_tangents(PetscInt i, double t, const LocalState& state, const Coupling& coupling, const AnchorShift& shift, double* panel,
                     PetscInt width) const;

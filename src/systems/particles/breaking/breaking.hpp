@@ -68,7 +68,7 @@ class Breaking final : public Breaks {
     PetscInt particle, link;
   };
   struct Found {
-    double excess;
+    double excess, dissipated;  ///< the latter before it broke [J]
     BrokenSpring spring;
   };
   struct Sums {
@@ -85,7 +85,6 @@ class Breaking final : public Breaks {
     std::vector<double> more;
   };
   PetscErrorCode give_limits(const Lattice& lattice);
-  PetscErrorCode name_ends();
   PetscErrorCode cut_notch();
   double limit(std::size_t k, int which) const;
   double excess_of(std::size_t k, const LinkMeasures& m) const;

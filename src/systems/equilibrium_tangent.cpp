@@ -1,0 +1,123 @@
+// The tangent at an equilibrium with the shift that regularises it, and the direction of the loads.
+#include <algorithm>
+#include <cmath>
+#include "systems/breaks.hpp"
+#include "systems/equilibrium.hpp"
+
+namespace bs {
+
+// -z.Kz/z.Mz of a z of 1 and -1, which excites all frequencies alike: that of the stiffer springs, times their number
+PetscErrorCode Equilibrium::mean_rate(double* rate) {
+  const Layout at = own_->layout();
+  const double* masses = own_->masses().data();
+  std::vector<double> f(static_cast<std::size_t>(at.particles * at.dim));
+  PetscScalar* a = nullptr;
+  PetscInt first = 0;
+  double sums[2] = {0, 0};
+  VecHandle z;
+  PetscFunctionBegin;
+  PetscCall(VecDuplicate(rest_, z.out()));
+  PetscCall(VecZeroEntries(z));
+  PetscCall(VecGetOwnershipRange(z, &first, nullptr));
+  const auto sign = [&](PetscInt k) { return ((static_cast<std::uint64_t>(first + k) * 0x9E3779B97F4A7C15ULL) >> 63) ? 1.0 : -1.0; };
+  PetscCall(VecGetArray(z, &a));
+  at.for_each([&](PetscInt x, PetscInt) { a[x] = sign(x); });
+  PetscCall(VecRestoreArray(z, &a));
+  PetscCall(own_->linearisation().change_of_force(z, f.data()));
+  for (PetscInt i = 0; i < at.particles; ++i)
+    for (PetscInt c = 0; c < at.dim; ++c) {
+      sums[0] += std::abs(f[static_cast<std::size_t>(i * at.dim + c)]);
+      sums[1] += masses[i];
+    }
+  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, sums, 2, MPI_DOUBLE, MPI_SUM, comm()));
+  *rate = sums[0] > 0 && std::isfinite(sums[0]) ? sums[0] / sums[1] : 1;
+  PetscFunctionReturn(0);
+}
+
+// The shift of every solve is far below the stiffness of any structure that is held and above rounding: Newton's method then converges with
+// a factor of 1e-10 / (lowest stiffness of a mode, relative to the mean one), and motions that cost no energy are made only as far as
+// rounding errors of the forces push: 1e-16 / 1e-10 of the other ones. Where bodies are free, or broken springs may have set some free,
+// nothing else holds them: 1e-6.
+double Equilibrium::least_shift() const {
+  constexpr double LEAST = 1e-10, LEAST_OF_FREE = 1e-6;
+  const Breaks* breaks = own_->breaks();
+  return (free_ > 0 || (breaks && breaks->any()) ? LEAST_OF_FREE : LEAST) * rate_;
+}
+
+PetscErrorCode Equilibrium::jacobian(double t, Vec y, Vec, double sigma, Form form, Mat P) {
+  double s = 0, rate = 0;
+  PetscFunctionBegin;
+  PetscCall(stand(t, y, &s));
+  PetscCall(tangent_.linearise(s, rest_, moves() ? 1 / step_ : sigma, form));
+  if (moves()) {
+    PetscCall(MatAssemblyBegin(P, MAT_FINAL_ASSEMBLY));
+    PetscCall(MatAssemblyEnd(P, MAT_FINAL_ASSEMBLY));
+    PetscFunctionReturn(0);
+  }
+  if (rate_ == 0 || pseudo_ > 0) {
+    PetscCall(mean_rate(&rate));
+    if (rate_ == 0) rate_ = rate;
+  }
+  const double part = pseudo_ > 0 && first_ > 0 ? pseudo_ * rate * std::min(1.0, last_ / first_) : 0;
+  tangent_.set_static(std::max(part, least_shift()));
+  PetscCall(MatAssemblyBegin(P, MAT_FINAL_ASSEMBLY));
+  PetscCall(MatAssemblyEnd(P, MAT_FINAL_ASSEMBLY));
+  PetscFunctionReturn(0);
+}
+
+PetscErrorCode Equilibrium::linearise_sharply(double t, Vec y, Mat P) {
+  PetscFunctionBegin;
+  PetscCall(jacobian(t, y, nullptr, 1, Form::momentum, P));
+  tangent_.set_static(sharp_shift());
+  PetscFunctionReturn(0);
+}
+
+void Equilibrium::set_pseudo_time(double part) {
+  pseudo_ = part;
+  first_ = 0;
+}
+
+// central differences: exact but for rounding where f is linear in s, and only the speed of the corrector depends on them
+PetscErrorCode Equilibrium::load_direction(double t, Vec y, Vec q) {
+  constexpr double DS = 1e-3;
+  const Layout at = own_->layout();
+  const double* force = nullptr;
+  PetscScalar* a = nullptr;
+  double s = 0;
+  PetscFunctionBegin;
+  PetscCall(stand(t, y, &s));
+  PetscCall(VecZeroEntries(q));
+  for (const double side : {1.0, -1.0}) {
+    load(s + side * DS);
+    PetscCall(own_->force(s + side * DS, rest_, &force));
+    PetscCall(VecGetArray(q, &a));
+    for (PetscInt i = 0; i < at.particles; ++i)
+      for (PetscInt c = 0; c < at.dim; ++c) a[at.v(i, c)] += side * force[i * at.dim + c] / (2 * DS);
+    PetscCall(VecRestoreArray(q, &a));
+  }
+  load(s);
+  PetscFunctionReturn(0);
+}
+
+PetscErrorCode Equilibrium::strain_response(double t, Vec y, StrainResponse* out) {
+  double s = 0;
+  PetscFunctionBegin;
+  PetscCall(stand(t, y, &s));
+  PetscCall(own_->strain_response(s, rest_, out));
+  PetscFunctionReturn(0);
+}
+
+std::vector<FreeStrain> Equilibrium::free_strains(double t) {
+  const double s = factor(t);
+  load(s);
+  return own_->free_strains(s);
+}
+
+PetscErrorCode Equilibrium::last_fault(std::string* text) {
+  PetscFunctionBegin;
+  PetscCall(own_->last_fault(text));
+  if (text->empty()) *text = trouble_;
+  PetscFunctionReturn(0);
+}
+
+}  // namespace bs

@@ -1,0 +1,100 @@
+// What of springs may break: limits of those that this rank judges, and those that are broken from the start.
+#include <algorithm>
+#include <cmath>
+#include "base/fault.hpp"
+#include "network/ghost_copies.hpp"
+#include "systems/particles/breaking/breaking.hpp"
+
+namespace bs {
+
+PetscErrorCode Breaking::read(MPI_Comm comm, const Lattice& lattice) {
+  PetscFunctionBegin;
+  PetscCall(rules_.read(comm, lattice));
+  PetscCall(check_break_limits(comm, lattice));
+  active_ = rules_.active(lattice);
+  PetscFunctionReturn(0);
+}
+
+PetscErrorCode Breaking::create(Network& net, const Lattice& lattice) {
+  PetscFunctionBegin;
+  net_ = &net;
+  if (!active_) PetscFunctionReturn(0);
+  PetscCall(table_.create(net, lattice.springs));
+  net.links.broken.assign(net.links.spring.size(), 0);
+  for (std::size_t e = 0; e < net.links.spring.size(); ++e)
+    if (net.links.spring[e] >= 0) links_by_row_.emplace_back(net.links.spring[e], static_cast<PetscInt>(e));
+  std::sort(links_by_row_.begin(), links_by_row_.end());
+  GhostCopies copies;
+  PetscCall(copies.create(net));
+  end_row_.assign(net.row.begin(), net.row.end());
+  end_row_.resize(static_cast<std::size_t>(net.n + net.ghosts));
+  PetscCall(copies.exchange(net.row, [&](PetscInt ghost, std::int64_t row) { end_row_[static_cast<std::size_t>(ghost)] = row; }));
+  PetscCall(give_limits(lattice));
+  if (rules_.notched) PetscCall(cut_notch());
+  mark();
+  PetscFunctionReturn(0);
+}
+
+/// What this rank judges, with the limits of each spring; springs that were broken before are cut.
+PetscErrorCode Breaking::give_limits(const Lattice& lattice) {
+  const Links& links = net_->links;
+  std::vector<std::uint8_t> spared(static_cast<std::size_t>(net_->n + net_->ghosts), 0);
+  Fault fault;
+  PetscFunctionBegin;
+  for (const NetworkGroup& group : net_->groups)
+    if (std::find(rules_.spared.begin(), rules_.spared.end(), group.name) != rules_.spared.end())
+      for (const PetscInt i : group.member) spared[static_cast<std::size_t>(i)] = 1;
+  for (PetscInt i = 0; i < net_->n; ++i)
+    for (PetscInt e = links.start[i]; e < links.start[i + 1]; ++e)
+      if (links.spring[e] >= 0 && net_->global[i] <= net_->global[links.other[e]] && !spared[i] && !spared[links.other[e]]) judged_.push_back({i, e});
+  if (rules_.scatter != BreakRules::none)
+    for (const Judged& one : judged_) factor_.push_back(rules_.factor(links.spring[one.link]));
+  std::vector<double> by_link(links.spring.size(), 0.0);
+  for (const Column& column : lattice.break_columns) {
+    VecHandle rows;
+    PetscCall(VecCreateMPIWithArray(net_->comm, 1, static_cast<PetscInt>(column.value.size()), PETSC_DETERMINE, column.value.data(), rows.out()));
+    PetscCall(table_.spread(rows, [&](PetscInt e, double value) { by_link[static_cast<std::size_t>(e)] = value; }));
+    if (column.name == BROKEN) {
+      for (std::size_t e = 0; e < by_link.size(); ++e)
+        if (by_link[e] != 0) cut(static_cast<PetscInt>(e));
+      given_broken_ = true;
+    }
+    for (int c = 0; c < BREAK_LIMITS; ++c)
+      if (column.name == break_limits[c].name)
+        for (const Judged& one : judged_) column_[c].push_back(by_link[static_cast<std::size_t>(one.link)]);
+  }
+  for (std::size_t k = 0; k < judged_.size() && !fault; ++k)
+    if (links.rest_length[judged_[k].link] == 0 && std::isfinite(limit(k, BREAK_STRAIN)))
+      fault.note(links.spring[judged_[k].link],
+                 format("%s: spring %lld has the rest length 0, so that it has no strain: give -bs_break_force or -bs_break_energy in the place of a "
+                        "critical strain",
+                        lattice.source.c_str(), static_cast<long long>(links.spring[judged_[k].link])));
+  PetscCall(agree(net_->comm, fault));
+  PetscFunctionReturn(0);
+}
+
+// The ends of either line lie on both sides of the other. Ends are taken by their global numbers, so that both ranks of a cut spring agree.
+PetscErrorCode Breaking::cut_notch() {
+  const Links& links = net_->links;
+  const double *a = rules_.notch, *b = rules_.notch + 2;
+  const auto side = [](const double* p, const double* q, const double* r) { return (q[0] - p[0]) * (r[1] - p[1]) - (q[1] - p[1]) * (r[0] - p[0]); };
+  std::int64_t count = 0;
+  PetscFunctionBegin;
+  for (PetscInt i = 0; i < net_->n; ++i)
+    for (PetscInt e = links.start[i]; e < links.start[i + 1]; ++e) {
+      const PetscInt j = links.other[e];
+      if (links.spring[e] < 0) continue;
+      const bool first = net_->global[i] < net_->global[j];
+      const double *p = net_->held.data() + 2 * static_cast<std::size_t>(first ? i : j),
+                   *q = net_->held.data() + 2 * static_cast<std::size_t>(first ? j : i);
+      if ((side(a, b, p) < 0) == (side(a, b, q) < 0) || (side(p, q, a) < 0) == (side(p, q, b) < 0)) continue;
+      cut(e);
+      ++count;
+    }
+  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &count, 1, MPI_INT64_T, MPI_SUM, net_->comm));
+  if (count == 0) PetscCall(tell(net_->comm, Exit::input, "option -bs_break_notch: no spring crosses that line: give a line through the lattice"));
+  given_broken_ = true;
+  PetscFunctionReturn(0);
+}
+
+}  // namespace bs
