@@ -2,12 +2,10 @@
 """Periodic boxes: modes against dispersion relations, a chain without ends, stiffness tensors of diluted nets, shifts given and found, strain of
 the box, stress and work, ranks, restarts."""
 import itertools
-import pathlib
 import subprocess
-import tempfile
 
 import h5py
-from harness import Checks, write_lattice
+from harness import write_lattice, run_parts
 import numpy as np
 from program import environment, words
 from scipy.special import jv
@@ -229,14 +227,5 @@ def jacobians(checks, folder):
         checks.near(name, found, expected, 1e-6 if "snes_mf" in options else 1e-9)
 
 
-def main():
-    checks = Checks(__doc__)
-    for part in (dispersion, endless_chain, moduli, shifts, resting, strained, continued, jacobians):
-        if checks.wants(part.__name__):
-            with checks.group(part.__name__), tempfile.TemporaryDirectory() as folder:
-                part(checks, pathlib.Path(folder))
-    checks.finish()
-
-
 if __name__ == "__main__":
-    main()
+    run_parts(__doc__, (dispersion, endless_chain, moduli, shifts, resting, strained, continued, jacobians))

@@ -3,13 +3,11 @@
 nets, restarts, boxes that give way."""
 import itertools
 import json
-import pathlib
 import subprocess
-import tempfile
 
 from box import A1, A2, triangular
 import h5py
-from harness import Checks
+from harness import run_parts
 import numpy as np
 from program import environment, words
 from scipy.optimize import brentq, minimize, root
@@ -175,14 +173,5 @@ def gives_way(checks, folder):
     checks.near("slack springs pulled", r["last_free_strain"], [x, x], 1e-10)
 
 
-def main():
-    checks = Checks(__doc__)
-    for part in (pulled, cube, diluted, disordered, gives_way):
-        if checks.wants(part.__name__):
-            with checks.group(part.__name__), tempfile.TemporaryDirectory() as folder:
-                part(checks, pathlib.Path(folder))
-    checks.finish()
-
-
 if __name__ == "__main__":
-    main()
+    run_parts(__doc__, (pulled, cube, diluted, disordered, gives_way))

@@ -21,6 +21,7 @@ import csv
 import os
 import pathlib
 import shutil
+import tempfile
 
 from program import EXPLICIT, METHODS, NEWTON_RTOL, Result, RunError, Trajectory, direct, method_options, run  # noqa: F401
 
@@ -189,3 +190,13 @@ class Checks:
             self.true("selection", False, f"--filter {self.arguments.filter!r} selects nothing")
         print(f"{self.passed} passed, {self.failed} failed, {self.skipped} skipped")
         sys.exit(1 if self.failed else 0 if complete else SKIPPED)
+
+
+def run_parts(title, parts):
+    """A script's main: each part that the command line asks for, in a folder of its own."""
+    checks = Checks(title)
+    for part in parts:
+        if checks.wants(part.__name__):
+            with checks.group(part.__name__), tempfile.TemporaryDirectory() as folder:
+                part(checks, pathlib.Path(folder))
+    checks.finish()

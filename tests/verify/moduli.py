@@ -1,11 +1,9 @@
 #!/usr/bin/env python3
 """Stiffness of bond-diluted triangular nets: 40 x 40, four seeds, against the rigidity threshold; nets that are floppy, whose motions without
 stiffness are counted as numpy counts them."""
-import pathlib
-import tempfile
 
 from box import triangular
-from harness import Checks
+from harness import run_parts
 import h5py
 import numpy as np
 from scipy.io import mmread
@@ -54,14 +52,5 @@ def zero_modes(checks, folder):
         checks.true(f"p = {p}: motions are counted only if they are to be", iterative["zero_modes"] == -1 and direct["zero_modes"] > 0)
 
 
-def main():
-    checks = Checks(__doc__)
-    for part in (threshold, zero_modes):
-        if checks.wants(part.__name__):
-            with checks.group(part.__name__), tempfile.TemporaryDirectory() as folder:
-                part(checks, pathlib.Path(folder))
-    checks.finish()
-
-
 if __name__ == "__main__":
-    main()
+    run_parts(__doc__, (threshold, zero_modes))

@@ -1,13 +1,11 @@
 #!/usr/bin/env python3
 """Stress of single particles and of groups: sums over springs written out here, the stress of the box, LAMMPS' compute stress/atom."""
-import pathlib
 import shutil
 import subprocess
-import tempfile
 
 from box import A1, A2, triangular
 import h5py
-from harness import Checks, write_lattice
+from harness import write_lattice, run_parts
 import numpy as np
 
 PLACES = {1: ((0, 0),), 2: ((0, 0), (1, 1), (0, 1)), 3: ((0, 0), (1, 1), (2, 2), (1, 2), (0, 2), (0, 1))}
@@ -115,14 +113,5 @@ def lammps(checks, folder):
         checks.near("LAMMPS' compute stress/atom", f["particles/trajectory/stress_volume/value"][0], theirs, 1e-11)
 
 
-def main():
-    checks = Checks(__doc__)
-    for part in (periodic, open_lattices, lammps):
-        if checks.wants(part.__name__):
-            with checks.group(part.__name__), tempfile.TemporaryDirectory() as folder:
-                part(checks, pathlib.Path(folder))
-    checks.finish()
-
-
 if __name__ == "__main__":
-    main()
+    run_parts(__doc__, (periodic, open_lattices, lammps))
