@@ -44,6 +44,7 @@ std::string progress_line(const RunState& state, double wall) {
   if (state.rejected > 0) line += format(", rejected %lld", (long long)state.rejected);
   if (state.rejected > 0 && !state.reasons.empty()) line += " (" + state.reasons + ")";
   if (!std::isnan(state.energy)) line += format(", E = %.6g J", state.energy);
+  if (!std::isnan(state.energy) && state.observed != state.time) line += format(state.clock ? " at %.6g" : " at %.6g s", state.observed);
   const double left = time_left(state, wall);
   if (!std::isnan(left) && state.time < state.end) line += ", " + duration(left) + " left";
   return line;

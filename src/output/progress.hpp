@@ -14,6 +14,7 @@ struct RunState {
   double time = 0, start = 0, end = 0;  ///< simulated [s]
   std::int64_t steps = 0, rejected = 0, newton = 0, krylov = 0;
   double energy = std::numeric_limits<double>::quiet_NaN();  ///< total, as last observed [J]; NaN: not shown
+  double observed = 0;                                       ///< when it was [s]
   std::string reasons;                                       ///< of the rejections, in words; may be empty
   std::int64_t warnings = 0;                                 ///< warnings after which the run continued
   const char* clock = nullptr;                               ///< what stands for the time where load steps are taken
@@ -28,7 +29,7 @@ double time_left(const RunState& state, double wall);
 /// The first line of every header: "backspring 0.1.0 on 2 ranks".
 std::string program_line(MPI_Comm comm);
 
-/// The line without "\r" or newline, e.g. "t = 0.5 s (50 %), step 100, Newton 210, Krylov 840, E = 1.25 J, 3 s left".
+/// The line without "\r" or newline, e.g. "t = 0.5 s (50 %), step 100, Newton 210, Krylov 840, E = 1.25 J at 0.4 s, 3 s left".
 std::string progress_line(const RunState& state, double wall);
 
 /// "backspring: ok t=... steps=... rejected=... newton=... krylov=... wall=..."; outcome: ok, stopped (by a signal) or failed; wall in

@@ -19,6 +19,7 @@ RunState Run::state() const {
           c.newton,
           c.krylov,
           total_energy(last_),
+          observed_,
           in_words(stepper_->rejections().counts()),
           static_cast<std::int64_t>(warnings().size()),
           hooks_.loads ? hooks_.clock : nullptr};
@@ -70,6 +71,7 @@ PetscErrorCode Run::end_at_rest(double time, Vec y) {
 
 PetscErrorCode Run::observe(double time, Vec y) {
   PetscFunctionBegin;
+  observed_ = time;
   PetscCall(model_.observe(time, y, &last_));
   if (hooks_.observe) PetscCall(hooks_.observe(time, y, &last_));
   PetscFunctionReturn(0);

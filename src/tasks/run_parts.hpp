@@ -85,6 +85,7 @@ class Run {
   std::string solver_;           ///< as the header describes it
   std::string last_checkpoint_;  ///< where a failed run can be continued from
   std::vector<Observable> first_, last_;
+  double observed_ = 0;  ///< when last_ was [s]
   double start_ = 0, end_ = 0;
   std::string interval_note_;               ///< of the header, where the distance of frames was chosen
   int held_rows_ = 0;                       ///< of the log, not yet written

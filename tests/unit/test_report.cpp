@@ -75,9 +75,15 @@ TEST_CASE("progress and verdict lines") {
   REQUIRE(progress_line(state, 5) == "t = 1.5 s (25 %), step 10, Newton 21, Krylov 84, 15 s left");
   state.time = 2.9999;
   state.energy = -1.25;
+  state.observed = state.time;
   state.rejected = 2;
   REQUIRE(progress_line(state, 5).find("(99 %)") != std::string::npos);
   REQUIRE(progress_line(state, 5).find(", rejected 2, E = -1.25 J, ") != std::string::npos);
+  state.observed = 2.5;
+  REQUIRE(progress_line(state, 5).find(", E = -1.25 J at 2.5 s, ") != std::string::npos);
+  state.clock = "load factor";
+  REQUIRE(progress_line(state, 5).find(", E = -1.25 J at 2.5, ") != std::string::npos);
+  state.clock = nullptr;
   state.time = 3;
   REQUIRE(progress_line(state, 5).find("left") == std::string::npos);
   REQUIRE(verdict_line(state, 1.5, "ok") == "backspring: ok t=3 steps=10 rejected=2 newton=21 krylov=84 wall=1.500");
