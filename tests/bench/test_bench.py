@@ -90,12 +90,24 @@ def hard_cases(program):
         assert "pulled chain" in (pathlib.Path(folder) / "hard.md").read_text()
 
 
+def breaking_net(program):
+    """breaking.py on a small net, by both rules: the same load breaks about as many springs, and the shares are those of one run."""
+    with tempfile.TemporaryDirectory() as folder:
+        done = subprocess.run([sys.executable, str(HERE / "breaking.py"), "--program", program, "-o", folder, "--cases", "all:16,worst:16"], capture_output=True, text=True)
+        assert done.returncode == 0, done.stdout + done.stderr
+        at_once, one_by_one = json.loads((pathlib.Path(folder) / "breaking.json").read_text())
+        assert at_once["springs"] == 705 and 0 < one_by_one["broken_springs"] <= at_once["broken_springs"], (at_once, one_by_one)
+        assert one_by_one["newton"] > at_once["newton"] and all(0 < sum(r["shares"].values()) < 1 for r in (at_once, one_by_one)), (at_once, one_by_one)
+        assert "| 705 | worst | 2 |" in (pathlib.Path(folder) / "breaking.md").read_text()
+
+
 def main():
     arguments = sys.argv[1:]
     closed_counts()
     no_invention()
     past_one_machine()
     hard_cases(arguments[arguments.index("--program") + 1])
+    breaking_net(arguments[arguments.index("--program") + 1])
     with tempfile.TemporaryDirectory() as folder:
         folder = pathlib.Path(folder)
         results, text = bench(folder, arguments + ["--n", "6", "--steps", "2", "--output-n", "6", "--sizes", "6", "--sections",
