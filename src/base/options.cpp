@@ -194,8 +194,10 @@ bool Section::choice(const char* name, const char* help, const std::vector<std::
   const std::string explained = std::string(help) + " (one of " + all + ")";
   const bool set = index >= 0 && index < static_cast<int>(choices.size());
   if (!find(name, explained.c_str(), set ? choices[static_cast<std::size_t>(index)] : "", &given)) return false;
-  const auto at =
-      std::find_if(choices.begin(), choices.end(), [&given](const std::string& word) { return !strcasecmp(word.c_str(), given.c_str()); });
+  const auto is = [&given](const std::string& word) { return !strcasecmp(word.c_str(), given.c_str()); };
+  const auto begins = [&given](const std::string& word) { return given.size() >= 3 && !strncasecmp(word.c_str(), given.c_str(), given.size()); };
+  auto at = std::find_if(choices.begin(), choices.end(), is);
+  if (at == choices.end() && std::count_if(choices.begin(), choices.end(), begins) == 1) at = std::find_if(choices.begin(), choices.end(), begins);
   if (at == choices.end()) {
     refuse(name, given, "does not exist", "give one of " + all);
     return false;

@@ -29,7 +29,8 @@ class Section {
   bool file(const char* name, const char* help, std::string& value);
   /// Words separated by commas.
   bool texts(const char* name, const char* help, std::vector<std::string>& values);
-  /// One of `choices`; `index` is its position. Anything else is an error that lists them.
+  /// One of `choices`, or three letters and more that only one of them begins with; `index` is its position. Anything else is an error that lists
+  /// them.
   bool choice(const char* name, const char* help, const std::vector<std::string>& choices, int& index);
   PetscErrorCode status() const { return status_; }
   MPI_Comm comm() const { return comm_; }

@@ -15,6 +15,11 @@ import tempfile
 
 DUMP = ["-malloc_debug", "-malloc_dump", "-objects_dump"]
 CLOTH = ["-bs_lattice_type", "cloth", "-bs_lattice_size", "5,5", "-bs_gravity", "0,0,-9.81", "-bs_lattice_fixed", "ymax"]
+BICC = ["-condensed_ksp_type", "cg", "-condensed_pc_type", "bicc"]
+NET = ["-bs_lattice_type", "triangular", "-bs_lattice_size", "6,6", "-bs_lattice_dim", "2", "-bs_lattice_spacing", "1", "-bs_lattice_stiffness", "1"]
+PERIODIC = [*NET, "-bs_lattice_periodic", "xy"]
+TORN = [*NET, "-bs_group_lower", "ymin", "-bs_group_upper", "ymax", "-bs_motion_lower", "fixed", "-bs_motion_upper", "x=fixed,y=velocity:1", "-bs_task", "statics",
+        "-bs_load_steps", "5", "-bs_break_strain", "0.1", "-bs_break_uniform", "0.5,1", "-bs_break_spare", "lower,upper"]
 LADDER = ["-bs_model", "linear", "-bs_linear_type", "rc_ladder", "-bs_linear_size", "9", "-bs_linear_source", "step(1)", "-ts_dt",
           "1e-6", "-ts_max_time", "3e-6"]
 MESH = "$MeshFormat\n2.2 0 8\n$EndMeshFormat\n$Nodes\n2\n1 0 0 0\n2 1 0 0\n$EndNodes\n$Elements\n1\n1 1 2 1 1 1 2\n$EndElements\n"
@@ -24,6 +29,16 @@ CASES = {  # name: (words, exit code)
     "explicit run": ([*CLOTH, "-ts_type", "rk", "-ts_max_steps", "2"], 0),
     "symplectic run": ([*CLOTH, "-ts_type", "symplectic", "-ts_dt", "1e-3", "-ts_max_steps", "2"], 0),
     "arkimex": ([*CLOTH, "-ts_type", "arkimex", "-ts_max_steps", "2"], 0),
+    "searches by energy": ([*CLOTH, "-ts_dt", "0.3", "-ts_max_steps", "3", *BICC], 0),
+    "bdf": ([*CLOTH, "-ts_type", "bdf", "-ts_max_steps", "3"], 0),
+    "alpha2": ([*CLOTH, "-ts_type", "alpha2", "-ts_max_steps", "2"], 0),
+    "statics": ([*CLOTH, "-bs_task", "statics", "-bs_load_steps", "3"], 0),
+    "statics, conjugate gradients": ([*CLOTH, "-bs_task", "statics", *BICC], 0),
+    "springs that break": ([*TORN, *BICC], 0),
+    "springs that break in motion": ([*TORN, "-bs_break_follow", "dynamics"], 0),
+    "modes": ([*CLOTH, "-bs_task", "modes", "-bs_modes", "3"], 0),
+    "moduli": ([*PERIODIC, "-bs_task", "moduli"], 0),
+    "given stresses": ([*PERIODIC, "-bs_task", "statics", "-bs_box_stress", "xx=0.1,yy=0"], 0),
     "linear system": (LADDER, 0),
     "Gmsh mesh": (["-bs_lattice_file", "m.msh", "-bs_lattice_particle_mass", "1", "-bs_lattice_stiffness", "1", "-ts_max_steps", "2"], 0),
     "bad option": ([*CLOTH, "-bs_step_cut", "2"], 2),
@@ -56,7 +71,7 @@ def main():
             wrong = ([f"exit code {code}, should be {wanted}"] if code != wanted else []) + left
             count += 1
             failed += bool(wrong)
-            print(f"{'FAIL' if wrong else 'ok  '} {name} on {ranks}", *wrong[:20], sep="\n       ")
+            print(f"{'FAIL' if wrong else 'ok  '} {name} on {ranks}", *wrong[:20], sep="\n       ", flush=True)
     print(f"{count - failed} passed, {failed} failed, 0 skipped")
     return 1 if failed else 0
 

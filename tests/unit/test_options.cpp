@@ -102,6 +102,14 @@ TEST_CASE("flags, words and choices") {
   REQUIRE(said_of("-bs_test_law", "Strain", chosen).empty());
   REQUIRE(law == 1);
   require_said(said_of("-bs_test_law", "springy", chosen), "option -bs_test_law: springy does not exist: give one of hooke, strain");
+  // what one word alone begins with is that word
+  REQUIRE(said_of("-bs_test_law", "hoo", chosen).empty());
+  REQUIRE(law == 0);
+  REQUIRE_FALSE(said_of("-bs_test_law", "st", chosen).empty());
+  const auto alike = [&](Section& s) { s.choice("-bs_test_law", "the law", {"plastic", "plaster", "plas"}, law); };
+  REQUIRE_FALSE(said_of("-bs_test_law", "plast", alike).empty());
+  REQUIRE(said_of("-bs_test_law", "plas", alike).empty());
+  REQUIRE(law == 2);
   REQUIRE(said_of("-bs_test_file", "-3.h5", [&](Section& s) { s.text("-bs_test_file", "a file", file); }).empty());
   REQUIRE(file == "-3.h5");
   REQUIRE(said_of("-bs_test_words", "a, b", [&](Section& s) { s.texts("-bs_test_words", "words", words); }).empty());

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <array>
 #include <cstdint>
+#include "base/handle.hpp"
 #include "systems/model.hpp"
 
 namespace bs {
@@ -60,8 +61,9 @@ struct PastEnergies {
 /// State of the energy search. Written by search/energy.cpp only.
 struct SearchMemory {
   PastEnergies past;
-  std::int64_t cuts = 0;    ///< trials refused
-  std::int64_t uphill = 0;  ///< directions along which the potential does not fall: searched by residual norms
+  std::int64_t cuts = 0;          ///< trials refused
+  std::int64_t uphill = 0;        ///< directions along which the potential does not fall: searched by residual norms
+  std::array<VecHandle, 3> work;  ///< of the line; made once, as SNESLineSearchSetWorkVecs leaves those it made before
 };
 
 /// Convergence test of one SNES, and the data that its line search needs; must outlive it.

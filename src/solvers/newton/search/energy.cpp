@@ -171,7 +171,7 @@ PetscErrorCode energy_search(SNESLineSearch line, NewtonPolicy& newton, const En
     PetscCall(s.accept(line, F, lambda, fnorm));
     PetscFunctionReturn(0);
   }
-  PetscCall(s.set_up(line, F));
+  PetscCall(s.set_up(F));
   if (std::abs(s.slope) <= s.noise) {
     // at rounding level a direction is noise: take it, and let the convergence test judge
     PetscCall(s.evaluate(lambda, &fnorm));

@@ -40,15 +40,16 @@ PetscErrorCode condense_line(double sigma, Vec z) {
 // With F_x = 0 at (x, v + a), a = M^-1 F_x, and the full step at v - y_v, whose F_x is 0 too:
 //   line: dv = -(y_v + a),  dx = dv/sigma
 // Newton's linear solve leaves dx = -y_x up to its tolerance. The residual there is F where a = 0, else evaluated.
-PetscErrorCode EnergyLine::set_up(SNESLineSearch search, Vec residual) {
+PetscErrorCode EnergyLine::set_up(Vec residual) {
   ResidualNorms now;
   PetscReal speed = 0;
   PetscFunctionBegin;
   Model& model = newton.model();
-  PetscCall(SNESLineSearchSetWorkVecs(search, 3));
-  line = search->work[0];
-  X = search->work[1];
-  F = search->work[2];
+  for (VecHandle& work : newton.search.work)
+    if (!work) PetscCall(VecDuplicate(start, work.out()));
+  line = newton.search.work[0];
+  X = newton.search.work[1];
+  F = newton.search.work[2];
   PetscCall(VecCopy(Y, line));
   PetscCall(VecCopy(start, X));
   PetscCall(VecCopy(residual, F));

@@ -17,7 +17,7 @@ struct EnergyLine {
   PetscReal full = -1;  ///< |G| while W and G are the full step's
 
   /// Collective. X, F and line from Newton's iterate, its residual and its direction.
-  PetscErrorCode set_up(SNESLineSearch search, Vec residual);
+  PetscErrorCode set_up(Vec residual);
   /// Collective. The trial state and its residual; `fnorm` not finite: a law has no value there.
   PetscErrorCode evaluate(double lambda, PetscReal* fnorm);
   /// Collective. Phi(lambda) - Phi(0) - lambda slope.
