@@ -72,12 +72,12 @@ PetscErrorCode RigidSpace::factor(Mat E, const std::string& prefix) {
 }
 
 PetscErrorCode RigidSpace::add(Vec r, Vec z) {
-  const bool rolls = net_ && net_->supports && net_->supports->rolls();
   const PetscScalar *from = nullptr, *coarse = nullptr;
   PetscScalar* to = nullptr;
 
   PetscFunctionBegin;
   if (!active_) PetscFunctionReturn(0);
+  const bool rolls = net_->supports && net_->supports->rolls();
   const std::size_t size = static_cast<std::size_t>(net_->n) * static_cast<std::size_t>(net_->dim);
   PetscCall(PetscLogEventBegin(particle_events().coarse, r, z, nullptr, nullptr));
   PetscCall(VecGetArrayRead(r, &from));
