@@ -1,6 +1,7 @@
 #include "output/frame_columns.hpp"
 
 #include <algorithm>
+#include <cstring>
 #include <numeric>
 
 namespace bs {
@@ -63,24 +64,35 @@ std::int64_t FieldColumn::bytes(std::int64_t frames) const {
   return 8 * numbers * (frames + (frames > 0 ? together - 1 : 0)) + 32 * frames;
 }
 
-PetscErrorCode FieldColumn::take(Vec vec, bool copy) {
+/// This rank's rows [first, first + count) of the field, with zeros appended.
+PetscErrorCode FieldColumn::rows(const Field& field, PetscInt first, PetscInt count, double* to) const {
   const PetscScalar* from;
 
   PetscFunctionBegin;
-  if (!copy && block_ == width_) {
-    direct_ = vec;
+  if (field.source) {
+    PetscCall(field.source(first, count, to));
+  } else {
+    PetscCall(VecGetArrayRead(field.vec, &from));
+    std::copy(from + first * block_, from + (first + count) * block_, to);
+    PetscCall(VecRestoreArrayRead(field.vec, &from));
+  }
+  if (block_ == width_) PetscFunctionReturn(0);
+  for (PetscInt i = count; i-- > 0;) {  // from the last, each to its place
+    std::memmove(to + i * width_, to + i * block_, sizeof(double) * static_cast<std::size_t>(block_));
+    std::fill(to + i * width_ + block_, to + (i + 1) * width_, 0.0);
+  }
+  PetscFunctionReturn(0);
+}
+
+PetscErrorCode FieldColumn::take(const Field& field, bool copy) {
+  PetscFunctionBegin;
+  if (!copy && (field.source || block_ == width_)) {
+    later_ = field;
     PetscFunctionReturn(0);
   }
-  PetscCall(VecGetArrayRead(vec, &from));
   const std::size_t old = waiting_.size();
   waiting_.resize(old + static_cast<std::size_t>(rows_ * width_));
-  double* to = waiting_.data() + old;
-  if (block_ == width_) {
-    std::copy(from, from + rows_ * width_, to);
-  } else {
-    for (PetscInt i = 0; i < rows_; ++i) std::copy(from + i * block_, from + (i + 1) * block_, to + i * width_);
-  }
-  PetscCall(VecRestoreArrayRead(vec, &from));
+  PetscCall(rows(field, 0, rows_, waiting_.data() + old));
   PetscFunctionReturn(0);
 }
 
@@ -88,7 +100,7 @@ PetscErrorCode FieldColumn::gather(MPI_Comm comm, std::int64_t frames) {
   PetscMPIInt rank, ranks;
 
   PetscFunctionBegin;
-  PetscCheck(!direct_, comm, PETSC_ERR_PLIB, "a frame that was not copied cannot be gathered");
+  PetscCheck(!later_.vec, comm, PETSC_ERR_PLIB, "a frame that was not copied cannot be gathered");
   PetscCallMPI(MPI_Comm_rank(comm, &rank));
   PetscCallMPI(MPI_Comm_size(comm, &ranks));
   const int mine = static_cast<int>(waiting_.size());
@@ -122,6 +134,35 @@ PetscErrorCode FieldColumn::extend(std::int64_t frames) {
   PetscFunctionReturn(0);
 }
 
+PetscErrorCode FieldColumn::write_rows(const hsize_t* start, const hsize_t* size, hid_t transfer, const double* data) const {
+  PetscFunctionBegin;
+  H5 space(H5Dget_space(set_), H5Sclose);
+  const int axes = H5Sget_simple_extent_ndims(space);
+  H5 memory(H5Screate_simple(axes, size, nullptr), H5Sclose);
+  BS_H5(memory);
+  if (size[1] > 0) {
+    BS_H5(H5Sselect_hyperslab(space, H5S_SELECT_SET, start, nullptr, size, nullptr));
+  } else {  // a rank without rows takes part all the same
+    BS_H5(H5Sselect_none(space));
+    BS_H5(H5Sselect_none(memory));
+  }
+  BS_H5(H5Dwrite(set_, H5T_NATIVE_DOUBLE, memory, space, transfer, data));
+  PetscFunctionReturn(0);
+}
+
+PetscErrorCode FieldColumn::write_piece(std::int64_t at, PetscInt first, PetscInt count, hid_t transfer) {
+  const PetscInt rows_left = std::min(count, rows_ - first);
+  const hsize_t start[3] = {static_cast<hsize_t>(at), static_cast<hsize_t>(first_ + first), 0};
+  const hsize_t size[3] = {1, static_cast<hsize_t>(rows_left), static_cast<hsize_t>(width_)};
+
+  PetscFunctionBegin;
+  if (rows_left <= 0) PetscFunctionReturn(0);
+  piece_.resize(static_cast<std::size_t>(count * width_));
+  PetscCall(rows(later_, first, rows_left, piece_.data()));
+  PetscCall(write_rows(start, size, transfer, piece_.data()));
+  PetscFunctionReturn(0);
+}
+
 PetscErrorCode FieldColumn::write(std::int64_t at, std::int64_t first, std::int64_t count, hid_t transfer) {
   const hsize_t rows = static_cast<hsize_t>(gathered_ ? total_ : rows_), width = static_cast<hsize_t>(width_);
   const hsize_t start[3] = {static_cast<hsize_t>(at), static_cast<hsize_t>(gathered_ ? 0 : first_), 0};
@@ -129,26 +170,16 @@ PetscErrorCode FieldColumn::write(std::int64_t at, std::int64_t first, std::int6
   const PetscScalar* data = gathered_ ? all_.data() : waiting_.data();
 
   PetscFunctionBegin;
-  H5 space(H5Dget_space(set_), H5Sclose);
-  const int axes = H5Sget_simple_extent_ndims(space);
-  H5 memory(H5Screate_simple(axes, size, nullptr), H5Sclose);
-  BS_H5(memory);
-  if (rows > 0) {
-    BS_H5(H5Sselect_hyperslab(space, H5S_SELECT_SET, start, nullptr, size, nullptr));
-  } else {  // a rank without rows takes part all the same
-    BS_H5(H5Sselect_none(space));
-    BS_H5(H5Sselect_none(memory));
-  }
-  if (direct_) PetscCall(VecGetArrayRead(direct_, &data));
+  if (later_.vec) PetscCall(VecGetArrayRead(later_.vec, &data));
   else data += static_cast<std::size_t>(first) * rows * width;
-  BS_H5(H5Dwrite(set_, H5T_NATIVE_DOUBLE, memory, space, transfer, data));
-  if (direct_) PetscCall(VecRestoreArrayRead(direct_, &data));
+  PetscCall(write_rows(start, size, transfer, data));
+  if (later_.vec) PetscCall(VecRestoreArrayRead(later_.vec, &data));
   PetscFunctionReturn(0);
 }
 
 PetscErrorCode FieldColumn::done(std::int64_t count) {
   PetscFunctionBegin;
-  direct_ = nullptr;
+  later_ = {};
   gathered_ = false;
   all_.clear();
   const auto written = std::min<std::size_t>(waiting_.size(), static_cast<std::size_t>(count) * static_cast<std::size_t>(rows_ * width_));

@@ -24,18 +24,24 @@ class FieldColumn {
   std::int64_t size() const { return std::int64_t{8} * total_ * width_; }
   /// Bytes of `frames` frames in the file at most, with what chunks hold besides.
   std::int64_t bytes(std::int64_t frames) const;
-  /// Local. Keeps a copy of the frame, or (not `copy`, and nothing is to be appended to its rows) where it is until done().
-  PetscErrorCode take(Vec vec, bool copy);
+  /// Local. Keeps a copy of the frame, or (not `copy`, where it has a source or nothing is to be appended to its rows) where it is until done().
+  PetscErrorCode take(const Field& field, bool copy);
   /// Collective. Rank 0 receives the rows of all ranks of the `frames` that wait.
   PetscErrorCode gather(MPI_Comm comm, std::int64_t frames);
   PetscErrorCode extend(std::int64_t frames);
   /// Writes `count` of the waiting frames, from number `first` on, as frames `at`, ... of the file.
   PetscErrorCode write(std::int64_t at, std::int64_t first, std::int64_t count, hid_t transfer);
+  /// Whether the frame that was taken is made row by row as it is written, by write_piece: as frame `at`, at most `count` rows from row `first` on.
+  bool in_pieces() const { return static_cast<bool>(later_.source); }
+  PetscInt rows() const { return rows_; }
+  PetscErrorCode write_piece(std::int64_t at, PetscInt first, PetscInt count, hid_t transfer);
   /// The first `count` waiting frames are written.
   PetscErrorCode done(std::int64_t count);
   void close() { set_.reset(); }
 
  private:
+  PetscErrorCode rows(const Field& field, PetscInt first, PetscInt count, double* to) const;
+  PetscErrorCode write_rows(const hsize_t* start, const hsize_t* size, hid_t transfer, const double* data) const;
   std::string group_;
   PetscInt first_ = 0, rows_ = 0, total_ = 0;  ///< of this rank, of all
   PetscInt block_ = 1, width_ = 1;             ///< numbers of a row in the Vec, and in the file
@@ -43,7 +49,8 @@ class FieldColumn {
   H5 set_;
   std::vector<double> waiting_;  ///< frames x rows x width
   std::vector<double> all_;      ///< rank 0: the same of all ranks, once gathered
-  Vec direct_ = nullptr;         ///< borrowed: the frame itself
+  std::vector<double> piece_;    ///< of a frame that is made as it is written
+  Field later_ = {};             ///< borrowed: the frame itself
   bool gathered_ = false;
 };
 

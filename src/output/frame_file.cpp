@@ -124,7 +124,7 @@ PetscErrorCode Trajectory::Impl::take(std::int64_t at, double now, const std::ve
   if (!described) PetscCall(describe(given, observed));
   PetscCall(check(given, observed));
   const bool large = steps.empty() && 2 * frame_size > most_waiting && !gathers;
-  for (std::size_t i = 0; i < given.size(); ++i) PetscCall(fields[i].take(given[i].vec, !large));
+  for (std::size_t i = 0; i < given.size(); ++i) PetscCall(fields[i].take(given[i], !large));
   for (std::size_t i = 0; i < observed.size(); ++i) {
     const std::vector<double> row = padded(observed[i]);
     observables[i].waiting.insert(observables[i].waiting.end(), row.begin(), row.end());
@@ -157,6 +157,22 @@ PetscErrorCode Trajectory::Impl::put_log(std::int64_t rows) {
   PetscFunctionReturn(0);
 }
 
+/// Those that come from a source in turns, piece by piece: a piece is still in the processor's cache when the system copies it.
+PetscErrorCode Trajectory::Impl::put_fields(std::int64_t first, std::int64_t count) {
+  constexpr PetscInt piece = 20000;  // rows: half a megabyte of three numbers each
+  PetscInt most = 0;
+
+  PetscFunctionBegin;
+  for (FieldColumn& field : fields) {
+    if (field.in_pieces()) most = std::max(most, field.rows());
+    else PetscCall(field.write(frames, first, count, transfer));
+  }
+  for (PetscInt row = 0; row < most; row += piece)
+    for (FieldColumn& field : fields)
+      if (field.in_pieces()) PetscCall(field.write_piece(frames, row, piece, transfer));
+  PetscFunctionReturn(0);
+}
+
 PetscErrorCode Trajectory::Impl::put(std::int64_t first, std::int64_t count, std::int64_t rows) {
   const std::vector<double> open_box(static_cast<std::size_t>(count * columns), 0.0);
 
@@ -169,8 +185,7 @@ PetscErrorCode Trajectory::Impl::put(std::int64_t first, std::int64_t count, std
     if (count > 0) PetscCall(o.column.append(count, o.waiting.data() + first * o.width));
   if (edges.id() >= 0) PetscCall(edges.append(count, open_box.data()));
   PetscCall(put_log(rows));
-  if (count > 0)
-    for (FieldColumn& field : fields) PetscCall(field.write(frames, first, count, transfer));
+  if (count > 0) PetscCall(put_fields(first, count));
   BS_H5(H5Fflush(file, H5F_SCOPE_GLOBAL));
   if (count == 0 || step.id() < 0) PetscFunctionReturn(0);
   // Their length says that the frames are whole, so they could not be lengthened before.

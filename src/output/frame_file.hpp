@@ -119,6 +119,7 @@ struct Trajectory::Impl {
   PetscErrorCode reserve(std::int64_t count, std::int64_t rows, std::string* full);
   /// Writes `count` of the waiting frames from number `first` on, and the rows of the log.
   PetscErrorCode put(std::int64_t first, std::int64_t count, std::int64_t rows);
+  PetscErrorCode put_fields(std::int64_t first, std::int64_t count);
   PetscErrorCode make_room(std::int64_t count, std::int64_t rows);
   PetscErrorCode put_log(std::int64_t rows);
   PetscErrorCode forget(std::int64_t count);

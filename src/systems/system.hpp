@@ -3,6 +3,7 @@
 #pragma once
 #include <petscvec.h>
 #include <cstdint>
+#include <functional>
 #include <map>
 #include <string>
 #include <utility>
@@ -22,11 +23,15 @@ struct Observable {
 /// Name of the observable that holds the edges of a periodic box: its group in the trajectory.
 inline const char* const BOX_EDGES = "/particles/trajectory/box/edges";
 
+/// Puts this rank's rows [first, first + count) behind one another to `to`. Not collective.
+using RowSource = std::function<PetscErrorCode(PetscInt first, PetscInt count, double* to)>;
+
 /// A vector that is written with every frame, in the input's order: block size = columns.
 struct Field {
-  std::string group;  ///< absolute path of the HDF5 group, e.g. "/particles/trajectory/position"
-  Vec vec;            ///< global Vec, block size d, rows in the input's order; borrowed
-  bool flat = false;  ///< block size 1 written as (T, N), not (T, N, 1)
+  std::string group;      ///< absolute path of the HDF5 group, e.g. "/particles/trajectory/position"
+  Vec vec;                ///< global Vec, block size d, rows in the input's order; borrowed
+  bool flat = false;      ///< block size 1 written as (T, N), not (T, N, 1)
+  RowSource source = {};  ///< where set, the rows come from here, and `vec` tells sizes alone; on one rank only
 };
 
 /// Strings of one length (the same on every rank), padded with zeros, one behind the other.

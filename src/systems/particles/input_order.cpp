@@ -7,13 +7,13 @@
 namespace bs {
 namespace {
 
-/// Calls copy(d, place in a state, place in positions and velocities) for every one of `own`, rows' particles, that is not -1. Neighbours in the
-/// input lie in many places of the state, which are fetched some rows ahead.
+/// Calls copy(d, place in a state, place in positions and velocities) for every one of `own`, particles of rows [begin, end), that is not -1.
+/// Neighbours in the input lie in many places of the state, which are fetched some rows ahead.
 template <class Copy>
-void for_rows(const std::vector<PetscInt>& own, int dim, const double* state, Copy&& copy) {
+void for_rows(const std::vector<PetscInt>& own, std::size_t begin, std::size_t end, int dim, const double* state, Copy&& copy) {
   constexpr std::size_t AHEAD = 32;
   const auto loop = [&](auto d) {
-    for (std::size_t row = 0; row < own.size(); ++row) {
+    for (std::size_t row = begin; row < end; ++row) {
       const double* later = state + static_cast<std::size_t>(std::max(own[std::min(row + AHEAD, own.size() - 1)], 0)) * 2 * d;
       __builtin_prefetch(later);
       __builtin_prefetch(later + 2 * d - 1);
@@ -28,6 +28,7 @@ void for_rows(const std::vector<PetscInt>& own, int dim, const double* state, Co
 }  // namespace
 
 PetscErrorCode InputOrder::create(const Network& net, PetscInt rows, Vec layout) {
+  PetscMPIInt ranks = 1;
   PetscFunctionBegin;
   net_ = &net;
   own_.assign(static_cast<std::size_t>(rows), -1);
@@ -38,6 +39,8 @@ PetscErrorCode InputOrder::create(const Network& net, PetscInt rows, Vec layout)
     PetscCall(VecSetType(*vec, VECSTANDARD));
   }
   PetscCall(create_scatters(layout));
+  PetscCallMPI(MPI_Comm_size(net.comm, &ranks));
+  has_all_ = ranks == 1;
   PetscFunctionReturn(0);
 }
 
@@ -86,21 +89,53 @@ PetscErrorCode InputOrder::exchange(Vec y, ScatterMode way) {
 }
 
 PetscErrorCode InputOrder::from_state(Vec y) {
-  const PetscScalar* ay = nullptr;
   PetscScalar *ax = nullptr, *av = nullptr;
   PetscFunctionBegin;
   PetscCall(exchange(y, SCATTER_FORWARD));
-  PetscCall(VecGetArrayRead(y, &ay));
   PetscCall(VecGetArray(position_, &ax));
   PetscCall(VecGetArray(velocity_, &av));
-  for_rows(own_, net_->dim, ay, [&](auto d, std::size_t from, std::size_t to) {
-    std::memcpy(ax + to, ay + from, sizeof(double) * d);
-    std::memcpy(av + to, ay + from + d, sizeof(double) * d);
-  });
+  PetscCall(copy(y, 0, static_cast<PetscInt>(own_.size()), ax, av));
   PetscCall(VecRestoreArray(velocity_, &av));
   PetscCall(VecRestoreArray(position_, &ax));
+  PetscFunctionReturn(0);
+}
+
+/// Rows [first, first + count) that are this rank's own, to x and v.
+PetscErrorCode InputOrder::copy(Vec y, PetscInt first, PetscInt count, double* x, double* v) const {
+  const PetscScalar* ay = nullptr;
+  PetscFunctionBegin;
+  PetscCall(VecGetArrayRead(y, &ay));
+  const auto begin = static_cast<std::size_t>(first);
+  for_rows(own_, begin, begin + static_cast<std::size_t>(count), net_->dim, ay, [&](auto d, std::size_t from, std::size_t to) {
+    std::memcpy(x + (to - begin * d), ay + from, sizeof(double) * d);
+    std::memcpy(v + (to - begin * d), ay + from + d, sizeof(double) * d);
+  });
   PetscCall(VecRestoreArrayRead(y, &ay));
   PetscFunctionReturn(0);
+}
+
+PetscErrorCode InputOrder::make_piece(Vec y, PetscInt first, PetscInt count) {
+  PetscFunctionBegin;
+  if (piece_ == std::pair{first, count}) PetscFunctionReturn(0);
+  const std::size_t numbers = static_cast<std::size_t>(count) * static_cast<std::size_t>(net_->dim);
+  x_.resize(std::max(numbers, x_.size()));
+  v_.resize(x_.size());
+  PetscCall(copy(y, first, count, x_.data(), v_.data()));
+  piece_ = {first, count};
+  PetscFunctionReturn(0);
+}
+
+std::pair<RowSource, RowSource> InputOrder::sources(Vec y) {
+  const auto source = [this, y](const std::vector<double>* made) {
+    return [this, y, made](PetscInt first, PetscInt count, double* to) {
+      PetscFunctionBegin;
+      PetscCall(make_piece(y, first, count));
+      std::copy_n(made->begin(), static_cast<std::size_t>(count) * static_cast<std::size_t>(net_->dim), to);
+      PetscFunctionReturn(0);
+    };
+  };
+  piece_ = {0, 0};  // of another y
+  return {source(&x_), source(&v_)};
 }
 
 PetscErrorCode InputOrder::to_state(Vec y) {
@@ -111,7 +146,7 @@ PetscErrorCode InputOrder::to_state(Vec y) {
   PetscCall(VecGetArray(y, &ay));
   PetscCall(VecGetArrayRead(position_, &ax));
   PetscCall(VecGetArrayRead(velocity_, &av));
-  for_rows(own_, net_->dim, ay, [&](auto d, std::size_t to, std::size_t from) {
+  for_rows(own_, 0, own_.size(), net_->dim, ay, [&](auto d, std::size_t to, std::size_t from) {
     std::memcpy(ay + to, ax + from, sizeof(double) * d);
     std::memcpy(ay + to + d, av + from, sizeof(double) * d);
   });

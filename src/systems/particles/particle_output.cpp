@@ -111,10 +111,17 @@ PetscErrorCode ParticleModel::read_strain_option() {
   PetscFunctionReturn(0);
 }
 
-/// order_ from y; its vectors are made for the first frame that is written.
-PetscErrorCode ParticleModel::fill_output(Vec y) {
+/// For the first frame that is written.
+PetscErrorCode ParticleModel::make_order() {
   PetscFunctionBegin;
   if (!order_.created()) PetscCall(order_.create(net_, static_cast<PetscInt>(lattice_.particles.count), y0_));
+  PetscFunctionReturn(0);
+}
+
+/// order_ from y.
+PetscErrorCode ParticleModel::fill_output(Vec y) {
+  PetscFunctionBegin;
+  PetscCall(make_order());
   PetscCall(order_.from_state(y));
   PetscFunctionReturn(0);
 }
@@ -139,8 +146,12 @@ PetscErrorCode ParticleModel::fields(double t, Vec y, std::vector<Field>* out) {
   std::vector<StatePart> memory;
   PetscFunctionBegin;
   PetscCall(show_held(t, y, &shown));
-  PetscCall(fill_output(shown));
-  *out = {{"/particles/trajectory/position", order_.position()}, {"/particles/trajectory/velocity", order_.velocity()}};
+  PetscCall(make_order());
+  std::pair<RowSource, RowSource> sources;
+  if (order_.has_all()) sources = order_.sources(shown);
+  else PetscCall(order_.from_state(shown));
+  *out = {{"/particles/trajectory/position", order_.position(), false, sources.first},
+          {"/particles/trajectory/velocity", order_.velocity(), false, sources.second}};
   PetscCall(memory_.gather(&memory));
   for (const StatePart& part : memory) out->push_back({"/backspring/" + part.name, part.vec, true});
   if (breaking_.active()) {

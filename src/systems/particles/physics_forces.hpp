@@ -58,20 +58,23 @@ void PhysicsOf<d, Spring, Damper>::add_body_energies(PetscInt i, double t, const
     sum->elastic += Kernel::energy({y, end.y}, parameters(net_.anchors, k));
   }
   if (net_.fixed[i] == 1) return;  // at rest: driven ones have energies that change
-  double x[3] = {0, 0, 0}, p[3] = {0, 0, 0};
+  // one addition to each sum: they depend on those of the particle before
+  double x[3] = {0, 0, 0}, p[3] = {0, 0, 0}, square = 0, field = 0;
   for (int c = 0; c < d; ++c) {
     x[c] = y[c];
     p[c] = net_.mass[i] * y[d + c];
-    sum->kinetic += 0.5 * net_.mass[i] * y[d + c] * y[d + c];
+    square += y[d + c] * y[d + c];
   }
+  sum->kinetic += 0.5 * net_.mass[i] * square;
   for (int c = 0; c < 3; ++c) {
     sum->momentum[c] += p[c];
     sum->angular_momentum[c] += x[(c + 1) % 3] * p[(c + 2) % 3] - x[(c + 2) % 3] * p[(c + 1) % 3];
   }
   const Point<d> point{t, net_.mass[i], net_.columns(i), y, y + d};
   for_each_law(laws_, [&](const auto& law) {
-    if (law.active()) sum->field += law.template energy<d>(point);
+    if (law.active()) field += law.template energy<d>(point);
   });
+  sum->field += field;
 }
 
 }  // namespace bs
