@@ -101,7 +101,8 @@ PetscErrorCode Compliance::add_means(MPI_Comm comm, Vec u, std::size_t column) {
       for (std::size_t c = 0; c < d; ++c) sums[g * d + c] += a[at.x(i, static_cast<PetscInt>(c))];
   PetscCall(VecRestoreArrayRead(u, &a));
   PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, sums.data(), static_cast<PetscMPIInt>(size), MPI_DOUBLE, MPI_SUM, comm));
-  for (std::size_t k = 0; k < size; ++k) value_[k * size + column] = sums[k] / static_cast<double>(groups_[k / d].total);
+  for (std::size_t g = 0; g < groups_.size(); ++g)
+    for (std::size_t k = g * d; k < (g + 1) * d; ++k) value_[k * size + column] = sums[k] / static_cast<double>(groups_[g].total);
   PetscFunctionReturn(0);
 }
 

@@ -52,8 +52,8 @@ PetscErrorCode choose_method(TS ts, const char* type, TSContext* context) {
   PetscCall(asked_method(ts, type, &context->method));
   if (!context->method) PetscCall(TSSetFromOptions(ts));  // PETSc lists the subtypes it has
   if (!context->method)
-    PetscCall(tell(PetscObjectComm(reinterpret_cast<PetscObject>(ts)), Exit::input,
-                   format("option %s: a subtype this program does not know: options/reference lists those it does", subtype_option(type))));
+    PetscFunctionReturn(tell(PetscObjectComm(reinterpret_cast<PetscObject>(ts)), Exit::input,
+                             format("option %s: a subtype this program does not know: options/reference lists those it does", subtype_option(type))));
   context->implicit = context->method->implicit();
   context->form = context->method->form;
   PetscFunctionReturn(0);
