@@ -1,27 +1,50 @@
 // The tangent at an equilibrium with the shift that regularises it, and the direction of the loads.
 #include <algorithm>
 #include <cmath>
+#include <cstdint>
+#include <cstring>
+#include "lattice/random.hpp"
 #include "systems/breaks.hpp"
 #include "systems/equilibrium.hpp"
 
 namespace bs {
 
-// -z.Kz/z.Mz of a z of 1 and -1, which excites all frequencies alike: that of the stiffer springs, times their number
+namespace {
+
+/// Of components (n, d) of positions: 1 or -1 by chance, which depends on where the particle starts, not on its number or rank.
+std::vector<double> signs_of(const PetscScalar* start, const Layout& at) {
+  std::vector<double> signs;
+  for (PetscInt i = 0; i < at.particles; ++i) {
+    std::uint64_t z = 0, bits = 0;
+    for (PetscInt c = 0; c < at.dim; ++c) {
+      std::memcpy(&bits, start + at.x(i, c), sizeof bits);
+      z = splitmix64(z + bits);
+    }
+    for (PetscInt c = 0; c < at.dim; ++c) signs.push_back((z = splitmix64(z)) >> 63 ? 1 : -1);
+  }
+  return signs;
+}
+
+}  // namespace
+
+// |Kz| over M, summed for a z of 1 and -1, which excites all frequencies alike: that of the stiffer springs, times their number
 PetscErrorCode Equilibrium::mean_rate(double* rate) {
   const Layout at = own_->layout();
   const double* masses = own_->masses().data();
   std::vector<double> f(static_cast<std::size_t>(at.particles * at.dim));
+  const PetscScalar* start = nullptr;
   PetscScalar* a = nullptr;
-  PetscInt first = 0;
   double sums[2] = {0, 0};
   VecHandle z;
   PetscFunctionBegin;
   PetscCall(VecDuplicate(rest_, z.out()));
   PetscCall(VecZeroEntries(z));
-  PetscCall(VecGetOwnershipRange(z, &first, nullptr));
-  const auto sign = [&](PetscInt k) { return ((static_cast<std::uint64_t>(first + k) * 0x9E3779B97F4A7C15ULL) >> 63) ? 1.0 : -1.0; };
+  PetscCall(VecGetArrayRead(initial_state(), &start));
+  const std::vector<double> signs = signs_of(start, at);
+  PetscCall(VecRestoreArrayRead(initial_state(), &start));
   PetscCall(VecGetArray(z, &a));
-  at.for_each([&](PetscInt x, PetscInt) { a[x] = sign(x); });
+  auto sign = signs.begin();
+  at.for_each([&](PetscInt x, PetscInt) { a[x] = *sign++; });
   PetscCall(VecRestoreArray(z, &a));
   PetscCall(own_->linearisation().change_of_force(z, f.data()));
   for (PetscInt i = 0; i < at.particles; ++i)

@@ -20,6 +20,8 @@ import numpy as np
 CLOTH = ["-bs_lattice_type", "cloth", "-bs_lattice_size", "6,5", "-bs_lattice_fixed", "xmin", "-bs_gravity", "0,0,-9.81",
          "-ts_dt", "0.01", "-ts_max_time", "0.08"]
 SQUARE = ["-bs_lattice_type", "square", "-bs_lattice_size", "4,4", "-bs_gravity", "0,-9.81", "-ts_dt", "0.01", "-ts_max_time", "0.03"]
+TORN = ["-bs_lattice_type", "triangular", "-bs_lattice_size", "6,6", "-bs_lattice_stiffness", "1", "-bs_lattice_velocity_gradient", "0.6,0,0,0.3", "-bs_break_strain", "0.3", "-bs_break_weibull", "5,2",
+        "-ts_type", "verlet", "-ts_dt", "0.02", "-ts_max_time", "1.6", "-bs_output_interval", "0.2"]
 CHAIN = ["-bs_lattice_type", "chain", "-bs_lattice_size", "5", "-ts_dt", "0.01", "-ts_max_time", "0.03"]
 
 
@@ -134,6 +136,57 @@ def contents(checks, folder):
     root = ET.parse(f"{path}.xdmf").getroot()
     checks.true("without springs: points", root.find("Domain/Grid/Grid/Topology").get("TopologyType") == "Polyvertex")
     checks.true("a file name with & is escaped", by_words(root.find("Domain/Grid/Grid/Geometry/DataItem"), pathlib.Path(folder)).shape == (1, 3))
+
+
+def threshold_by_vtk(points, cells, broken):
+    """Places of the ends of the springs that VTK's Threshold leaves between 0 and 0 of `broken`: the filter of ParaView."""
+    import vtk
+    from vtk.util.numpy_support import numpy_to_vtk, vtk_to_numpy
+    grid, place, flags = vtk.vtkUnstructuredGrid(), vtk.vtkPoints(), numpy_to_vtk(np.ascontiguousarray(broken, float), deep=True)
+    place.SetData(numpy_to_vtk(np.pad(points, ((0, 0), (0, 3 - points.shape[1]))), deep=True))
+    grid.SetPoints(place)
+    for a, b in cells:
+        grid.InsertNextCell(vtk.VTK_LINE, 2, (int(a), int(b)))
+    flags.SetName("broken")
+    grid.GetCellData().AddArray(flags)
+    cut = vtk.vtkThreshold()
+    cut.SetInputData(grid)
+    cut.SetInputArrayToProcess(0, 0, 0, vtk.vtkDataObject.FIELD_ASSOCIATION_CELLS, "broken")
+    cut.SetThresholdFunction(vtk.vtkThreshold.THRESHOLD_BETWEEN)
+    cut.SetLowerThreshold(0)
+    cut.SetUpperThreshold(0)
+    cut.Update()
+    left = cut.GetOutput()
+    where = vtk_to_numpy(left.GetPoints().GetData()) if left.GetNumberOfCells() else np.zeros((0, 3))
+    return [[where[left.GetCell(i).GetPointId(end)] for end in (0, 1)] for i in range(left.GetNumberOfCells())]
+
+
+def holes(checks, folder):
+    """Springs that break: in every frame of the sidecar a threshold on its cell field `broken` leaves the springs that /events/broken has not
+    named by then, between the places of their ends."""
+    try:
+        import vtk  # noqa: F401
+    except ImportError:
+        checks.skip("VTK", "apt install python3-vtk9")
+        return
+    for ranks in (1, 2):
+        path = run(checks, folder, TORN, ranks)
+        with h5py.File(path, "r") as f:
+            x, t = f["particles/trajectory/position/value"][...], f["particles/trajectory/position/time"][...]
+            bonds, when, spring = f["connectivity/bonds"][...], f["events/broken/time"][...], f["events/broken/spring"][...]
+        grids = ET.parse(f"{path}.xdmf").getroot().findall("Domain/Grid/Grid")
+        for read in (by_items, by_words):
+            good, counts = 0, []
+            for k, grid in enumerate(grids):
+                field = next(a for a in grid.findall("Attribute") if a.get("Name") == "broken")
+                seen = threshold_by_vtk(read(grid.find("Geometry/DataItem"), path.parent), read(grid.find("Topology/DataItem"), path.parent),
+                                        read(field.find("DataItem"), path.parent))
+                whole = np.delete(bonds, spring[when <= t[k] + 1e-9], axis=0)
+                expected = np.pad(x[k][whole], ((0, 0), (0, 0), (0, 3 - x.shape[2])))
+                counts.append(len(whole))
+                good += field.get("Center") == "Cell" and field.get("AttributeType") == "Scalar" and np.array_equal(np.array(seen).reshape(expected.shape), expected)
+            checks.true(f"{ranks} rank(s), {read.__name__}: a threshold on `broken` leaves the springs that are whole", good == len(t) > 3, f"{good} of {len(t)} frames")
+            checks.true("and fewer from frame to frame", counts[0] == len(bonds) > counts[-1] > 0 and np.all(np.diff(counts) <= 0) and len(set(counts)) > 3, f"{counts}")
 
 
 def h5md(checks, folder):
@@ -292,7 +345,7 @@ def paraview(checks, folder):
 
 def main():
     checks = Checks(__doc__)
-    for group in (contents, h5md, interrupted, continued, paraview):
+    for group in (contents, holes, h5md, interrupted, continued, paraview):
         if checks.wants(group.__name__):
             with tempfile.TemporaryDirectory() as folder, checks.group(group.__name__):
                 group(checks, folder)

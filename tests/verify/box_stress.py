@@ -45,6 +45,11 @@ def pulled(checks, folder):
             where = "rhombus" if path else "rectangle"
             checks.near(f"{where}, {large:+g}: lateral strain", r["last_free_strain"][0], across, 1e-10)
             checks.near(f"{where}, {large:+g}: stress", r["last_stress"], [exact[0, 0], 0, 0], 1e-10)
+    exact = root(lambda g: stress_of(bonds, "hooke", np.sqrt(0.75), np.array([[1 + g[0], g[2]], [0, 1 + g[1]]]))[[0, 1, 0], [0, 1, 1]] - [0.4, 0, 0.1], np.zeros(3), tol=1e-14).x
+    r = checks.run({**TRIANGULAR, "bs_box_stress": "xx=0.4,yy=0,xy=0.1"}).report
+    checks.near("pulled and sheared in one step", r["last_free_strain"], exact, 1e-9)
+    # Newton's method: six corrections by the whole change of the stress, more where its terms of the present stress are wrong
+    checks.below("its corrections", r["box_corrections"], 6)
     x = brentq(lambda g: stress_of(bonds, "hooke", np.sqrt(0.75), np.eye(2) * (1 + g))[0, 0] - 0.4, 0, 2, xtol=1e-15)
     r = checks.run({**TRIANGULAR, "bs_box_stress": "xx=0.4,yy=0.4", "bs_load_steps": 2}).report
     checks.near("biaxial stress", r["last_free_strain"], [x, x], 1e-10)

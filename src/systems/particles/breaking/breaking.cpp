@@ -104,6 +104,8 @@ PetscErrorCode Breaking::look(double t, double load, bool loads, const LocalStat
   if (rules_.worst) PetscCall(keep_worst(&found));
   PetscCall(share(&found));
   if (!goes_on) ++sums_.avalanches, sums_.size = 0;
+  if (whole_) marked_more_ = net_->links.more;
+  whole_ = false;
   for (Found& one : found) {
     cut_row(one.spring.row);
     one.spring.number = sums_.broken++;
@@ -127,17 +129,14 @@ void Breaking::cut(PetscInt e) {
   Links& links = net_->links;
   const std::size_t at = static_cast<std::size_t>(e);
   if (links.broken[at]) return;
-  Cut was{e, links.stiffness[at], links.damping.empty() ? 0.0 : links.damping[at], {}};
+  cuts_.push_back({e, links.stiffness[at], links.damping.empty() ? 0.0 : links.damping[at]});
   links.broken[at] = 1;
   links.stiffness[at] = 0;
   if (!links.damping.empty()) links.damping[at] = 0;
   if (!links.law.empty()) {
     const std::size_t count = spring_laws()[links.law[at]].parameters.size();
-    double* more = links.more.data() + at * static_cast<std::size_t>(links.width);
-    was.more.assign(more, more + count);
-    std::fill_n(more, count, 0.0);
+    std::fill_n(links.more.data() + at * static_cast<std::size_t>(links.width), count, 0.0);
   }
-  cuts_.push_back(std::move(was));
 }
 
 void Breaking::cut_row(std::int64_t row) {
@@ -150,6 +149,7 @@ void Breaking::mark() {
   cuts_.clear();
   marked_ = sums_;
   marked_list_ = list_.size();
+  whole_ = true;
 }
 
 void Breaking::revert() {
@@ -159,8 +159,8 @@ void Breaking::revert() {
     links.broken[at] = 0;
     links.stiffness[at] = was.stiffness;
     if (!links.damping.empty()) links.damping[at] = was.damping;
-    if (!was.more.empty()) std::copy(was.more.begin(), was.more.end(), links.more.begin() + static_cast<std::ptrdiff_t>(at) * links.width);
   }
+  if (!whole_) links.more = marked_more_;
   list_.resize(marked_list_);
   // time has passed all the same: frames of the motion may be written
   marked_.motion = sums_.motion;

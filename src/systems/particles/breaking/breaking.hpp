@@ -82,7 +82,6 @@ class Breaking final : public Breaks {
   struct Cut {
     PetscInt link;
     double stiffness, damping;
-    std::vector<double> more;
   };
   PetscErrorCode give_limits(const Lattice& lattice);
   PetscErrorCode cut_notch();
@@ -107,6 +106,8 @@ class Breaking final : public Breaks {
   std::vector<Cut> cuts_;           ///< since mark()
   Sums sums_, marked_;
   std::size_t marked_list_ = 0;
+  bool whole_ = true;                ///< nothing has broken since mark()
+  std::vector<double> marked_more_;  ///< Links::more, parameters and histories, before the first break since then: those of whole springs go on, too
   std::int64_t broke_ = 0;
   struct Kept {
     std::string name;

@@ -1,0 +1,167 @@
+#!/usr/bin/env python3
+"""Springs that break, the rules one by one: which of equal springs goes first, notches, the work of plastic springs, what is whole again after an
+avalanche that found no end, restarts between avalanches, the same motion after a break on any number of ranks."""
+import math
+import subprocess
+import sys
+
+from breaking import events, plate, ran
+import h5py
+from harness import run_parts, write_lattice
+import numpy as np
+from program import environment, words
+
+
+def ties(checks, folder):
+    """Chains side by side, pulled apart: all springs of a chain are stretched alike up to rounding, and the first row of the input breaks; then its
+    chain is slack. Chains whose limit is lower by more than the width of a tie, 1e-9, go before; by less, they do not."""
+    chains, springs = 6, 7
+    lengths = 1 + 0.1 * np.arange(springs) / 3  # strains are equal, rounding is not
+    ends = np.concatenate([[0], np.cumsum(lengths)])
+    points = springs + 1
+    x = np.concatenate([ends + 0.1 * c for c in range(chains)])[:, None]
+    near = np.array([(points * c + s, points * c + s + 1) for c in range(chains) for s in range(springs)])
+    of, rest = np.repeat(np.arange(chains), springs), np.tile(lengths, chains)
+    row = np.random.default_rng(3).permutation(len(near))
+    low = {3: 1 - 1e-7, 1: 1 - 3e-10}  # by chain
+    limit = 0.05 * np.array([low.get(c, 1.0) for c in of])
+    # stiffness 1/L: the strains of springs in series are equal
+    write_lattice(folder / "l.h5", x, 1.0, fixed=np.arange(len(x)) % points == 0, pairs=near[row], stiffness=1 / rest[row], rest_length=rest[row],
+                  columns={"critical_strain": limit[row]})
+    with h5py.File(folder / "l.h5", "a") as f:
+        f["groups/far"] = np.flatnonzero(np.arange(len(x)) % points == springs)
+    order = []
+    for chain in [3] + [c for c in of[row] if c != 3]:
+        if chain not in [of[row][s] for s in order]:
+            order.append(int(np.flatnonzero(of[row] == chain)[0]))
+    ran(checks, folder, {"bs_task": "statics", "bs_load_steps": 3, "bs_lattice_file": str(folder / "l.h5"), "bs_motion_far": f"velocity:{0.06 * ends[-1]:.17g}",
+                         "bs_break": "worst"})
+    found = events(folder)
+    checks.true("of equal springs the first row breaks", list(found["spring"]) == order, f"{list(found['spring'])} for {order}")
+    checks.near("at one load", found["load"], 1.0, 1e-12)
+
+
+def crosses(p, q, a, b):
+    """Whether the segments pq and ab cross: the point of both lines lies within both."""
+    try:
+        s, t = np.linalg.solve(np.column_stack([q - p, a - b]), a - p)
+    except np.linalg.LinAlgError:
+        return False
+    return 0 < s < 1 and 0 < t < 1
+
+
+def notch(checks, folder):
+    """A slanting line through a plate that ends within it: the springs across it are broken from the start, and the motion is in every bit that of a
+    lattice which gives them as broken."""
+    x, pairs, _ = plate(9, 8)
+    a, b = np.array([1.3, 0.9]), np.array([5.2, 4.4])
+    cut = np.array([crosses(x[i], x[j], a, b) for i, j in pairs])
+    v = 0.1 * np.random.default_rng(6).standard_normal(x.shape)
+    base = {"ts_type": "verlet", "ts_dt": 0.02, "ts_max_time": 2, "bs_output_interval": 1, "bs_lattice_file": str(folder / "l.h5")}
+    write_lattice(folder / "l.h5", x, 1.0, velocity=v, pairs=pairs, stiffness=1.0, rest_length=1.0, damping=0.1)
+    seen = []
+    for options in ({"bs_break_notch": (*a, *b)}, {}):
+        ran(checks, folder, {**base, **options})
+        with h5py.File(folder / "b.h5md") as f:
+            seen.append((f["backspring/broken/value"][0], f["particles/trajectory/position/value"][...], f["observables/momentum/value"][...]))
+        write_lattice(folder / "l.h5", x, 1.0, velocity=v, pairs=pairs, stiffness=1.0, rest_length=1.0, damping=0.1, columns={"broken": cut.astype(float)})
+    checks.true("springs across the notch", np.array_equal(seen[0][0] != 0, cut), f"{np.count_nonzero(seen[0][0])} of {len(pairs)}, {np.count_nonzero(cut)} cross it")
+    checks.true("the motion is that with these springs given as broken", np.array_equal(seen[0][1], seen[1][1]))
+    checks.near("momentum", seen[0][2], seen[0][2][0], 1e-13)
+
+
+def plastic_work(checks, folder):
+    """Two plastic springs are pulled together until the weaker one breaks: T - H e = Y while they yield, so that e = (k u - Y)/(k + H) and each has lost Y e;
+    what the broken one lost is booked once and stays."""
+    k, H, Y, steps, pull = 2.0, 0.5, 0.1, 20, 0.4
+    write_lattice(folder / "l.h5", [[0.0], [0.0], [1.0]], 1.0, fixed=[1, 1, 0], pairs=[[0, 2], [1, 2]], stiffness=k, rest_length=1.0,
+                  columns={"critical_strain": [0.25, np.inf]})
+    with h5py.File(folder / "l.h5", "a") as f:
+        f["groups/end"] = [2]
+    ran(checks, folder, {"bs_task": "statics", "bs_load_steps": steps, "bs_lattice_file": str(folder / "l.h5"), "bs_motion_end": f"velocity:{pull}", "bs_spring_law": "plastic",
+                         "bs_spring_yield_force": Y, "bs_spring_hardening": H, "bs_output_interval": 1 / steps})
+    with h5py.File(folder / "b.h5md") as f:
+        o = {name: f[f"observables/{name}/value"][...] for name in ("dissipated_energy", "broken_energy", "elastic_energy", "work/end")}
+        s = f["observables/load_factor/value"][...]
+    lost = Y * np.maximum(0, (k * pull * s - Y) / (k + H))
+    at = events(folder)["load"][0]
+    first = np.minimum(lost, Y * (k * pull * at - Y) / (k + H))
+    checks.near("broken where the strain passes its limit", at, math.ceil(0.25 / pull * steps - 1e-9) / steps, 1e-12)
+    checks.near("lost by both springs", o["dissipated_energy"], lost + first, 1e-14)
+    u, e = pull * at, (k * pull * at - Y) / (k + H)
+    checks.near("stored in the one that broke", o["broken_energy"][-1], 0.5 * k * (u - e) ** 2 + 0.5 * H * e * e, 1e-14)
+
+
+def whole_again(checks, folder):
+    """Two plastic fibres hold a weight that grows; the weaker one breaks, the other one cannot hold it: the run ends, and its last frame is the equilibrium
+    before, with both fibres whole, what they store (k (u - e)^2 + H e^2 of both) and what they have lost."""
+    k, H, Y, steps, F = 2.0, 0.5, 0.1, 20, 0.71
+    write_lattice(folder / "l.h5", [[0.0], [0.0], [1.0]], 1.0, fixed=[1, 1, 0], pairs=[[0, 2], [1, 2]], stiffness=k, rest_length=1.0, damping=0.1,
+                  columns={"critical_strain": [0.5, 0.6]})
+    result = ran(checks, folder, {"bs_task": "statics", "bs_load_steps": steps, "bs_lattice_file": str(folder / "l.h5"), "bs_gravity": F, "bs_spring_law": "plastic",
+                                  "bs_spring_yield_force": Y, "bs_spring_hardening": H, "bs_output_interval": 1 / steps}, expect=3)
+    with h5py.File(folder / "b.h5md") as f:
+        last = {name: f[f"observables/{name}/value"][-1] for name in ("elastic_energy", "dissipated_energy", "broken_energy", "load_factor")}
+        flags, place = f["backspring/broken/value"][-1], f["particles/trajectory/position/value"][-1].max()
+    T = F * last["load_factor"] / 2
+    e = (T - Y) / H
+    u = T / k + e
+    checks.true("the run ends where a fibre breaks", "no equilibrium was found" in result.stderr and 0.5 <= u < 0.5 + F / steps / 2 * (1 / k + 1 / H), f"strain {u:.4f}")
+    checks.true("both are whole in the last frame, and nothing is listed", not flags.any() and not events(folder) and last["broken_energy"] == 0)
+    checks.near("place", place, 1 + u, 1e-10)
+    checks.near("what they store", last["elastic_energy"], k * (u - e) ** 2 + H * e * e, 1e-10)
+    checks.near("what they lost", last["dissipated_energy"], 2 * Y * e, 1e-10)
+
+
+def go(checks, place, *more, expect=0):
+    place.mkdir(exist_ok=True)
+    mpi = ["mpirun", "-n", str(checks.ranks)] if checks.ranks > 1 else []
+    done = subprocess.run([*mpi, checks.program, *more], cwd=place, capture_output=True, text=True, env=environment(checks.ranks), timeout=300)
+    if done.returncode != expect:
+        raise ValueError(done.stderr)
+
+
+def between_avalanches(checks, folder):
+    """Load steps with motions after breaks, continued from a checkpoint between two avalanches: times of frames and events, steps, energies, counts."""
+    base = {**PULLED, "bs_break_output_interval": 20, "condensed_pc_type": "bicc"}
+    start = words({**base, "bs_checkpoint": "c", "bs_checkpoint_every": 1, "bs_output": "r.h5md"})
+    go(checks, folder / "whole", *start, "-bs_report", "r.json")
+    with h5py.File(folder / "whole/r.h5md") as f:
+        load = f["events/broken/load"][...]
+        steps = [k for k in range(1, PULLED["bs_load_steps"]) if 0 < np.count_nonzero(load <= k / PULLED["bs_load_steps"] + 1e-9) < len(load)]
+    go(checks, folder / "parts", *start, "-ts_max_steps", str(steps[0]))
+    go(checks, folder / "parts", "-bs_restart", "c", "-ts_max_steps", "1000", "-bs_report", "r.json")
+    with h5py.File(folder / "whole/r.h5md") as a, h5py.File(folder / "parts/r.h5md") as b:
+        paths = ["particles/trajectory/position/" + name for name in ("value", "time", "step")] + ["backspring/broken/value"]
+        paths += [f"observables/{name}/value" for name in a["observables"] if "value" in a["observables"][name]] + ["events/broken/" + key for key in a["events/broken"]]
+        differ = [p for p in paths if not np.array_equal(a[p][...], b[p][...], equal_nan=True)]
+        checks.true("continued in every bit", len(paths) > 15 and not differ, f"{len(load)} springs, {np.count_nonzero(load <= steps[0] / PULLED['bs_load_steps'] + 1e-9)} before; differ: {differ}")
+        checks.true("a motion before and one after", a["events/broken/time"][0] < a["events/broken/time"][-1] and b["particles/trajectory/position/time"][-1] > 10)
+
+
+def motions_on_ranks(checks, folder):
+    """What breaks in a motion, in the same order at the same times, on 1, 2 and 3 ranks: steps of the motion, too, are the same."""
+    seen = []
+    for ranks in (1, 2, 3):
+        ran(checks, folder, {**PULLED, "bs_load_steps": 1, "bs_output_interval": 1, "bs_motion_upper": "x=fixed,y=velocity:0.35", "bs_lattice_perturbation": 0.05}, ranks=ranks)
+        with h5py.File(folder / "b.h5md") as f:
+            x = f["particles/trajectory/position/value"][-1][np.argsort(f["particles/trajectory/id"][...])]
+        seen.append((events(folder), x))
+    one, x = seen[0]
+    checks.true("most break in motion", np.count_nonzero(one["time"] > one["time"][0]) > 10, f"{np.count_nonzero(one['time'] > one['time'][0])} of {len(one['time'])}")
+    for ranks, (more, y) in zip((2, 3), seen[1:]):
+        checks.true(f"{ranks} ranks: springs in their order", np.array_equal(more["spring"], one["spring"]))
+        if len(more["time"]) == len(one["time"]):
+            checks.near(f"{ranks} ranks: times", more["time"], one["time"], 1e-12)
+            checks.near(f"{ranks} ranks: strains", more["strain"], one["strain"], 1e-11)
+        checks.near(f"{ranks} ranks: where it comes to rest", y, x, 1e-10)
+
+
+PULLED = {"bs_task": "statics", "bs_load_steps": 10, "bs_lattice_type": "triangular", "bs_lattice_size": "10,8", "bs_lattice_dim": 2, "bs_lattice_spacing": 1,
+          "bs_lattice_stiffness": 1, "bs_lattice_damping": 0.5, "bs_group_lower": "ymin", "bs_group_upper": "ymax", "bs_motion_lower": "fixed",
+          "bs_motion_upper": "x=fixed,y=velocity:0.5", "bs_break_strain": 0.06, "bs_break_weibull": "5,3", "bs_break_spare": "lower,upper", "bs_break_follow": "dynamics",
+          "bs_output_interval": 0.1}
+
+if __name__ == "__main__":
+    long = () if "--ranks" in sys.argv else (between_avalanches, motions_on_ranks)  # the last one starts more ranks by itself
+    run_parts(__doc__, (ties, notch, plastic_work, whole_again) + long)
