@@ -78,7 +78,7 @@ PetscErrorCode Avalanche::move(double factor, double h, Vec y, Energies* now, bo
 /// Euler's own damping brings to rest what still swings; a break makes them short again. What is left at the end goes when the equilibrium is
 /// looked for.
 PetscErrorCode Avalanche::follow(double factor, Vec y, const Frame& frame, bool* good) {
-  constexpr double LEFT = 1e-3, GROWTH = 1.25, QUIET = 100;
+  constexpr double LEFT = 1e-3, GROWTH = 1.25, QUIET = 100, LONGEST = 1e4;
   constexpr int MOST_CUTS = 20;
   Breaks& breaks = *model_.breaks();
   const double period = 1 / std::sqrt(model_.mean_squared_frequency()), nominal = options_.step > 0 ? options_.step : period;
@@ -105,7 +105,7 @@ PetscErrorCode Avalanche::follow(double factor, Vec y, const Frame& frame, bool*
     if (breaks.broke() > 0) last_break = breaks.motion();
     const bool quiet = breaks.motion() - last_break >= QUIET * period;
     h = quiet ? GROWTH * h : std::min(nominal, 2 * h);
-    if (quiet && now.kinetic <= LEFT * most) break;
+    if (quiet && (now.kinetic <= LEFT * most || h > LONGEST * period)) break;  // what then still moves are loose parts in free flight
   }
   breaks.release(now.kinetic);
   PetscCall(model_.set_motion(0, y));
