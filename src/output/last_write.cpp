@@ -59,7 +59,7 @@ herr_t failed(const char* what) {
 
 H5FD_t* open_file(const char* name, unsigned flags, hid_t, haddr_t) {
   struct stat status;
-  const int handle = ::open(name, (flags & H5F_ACC_RDWR ? O_RDWR : O_RDONLY) | O_CLOEXEC);
+  const int handle = ::open(name, ((flags & H5F_ACC_RDWR) ? O_RDWR : O_RDONLY) | O_CLOEXEC);
   if (handle < 0 || fstat(handle, &status) != 0) {
     failed("open");
     if (handle >= 0) (void)::close(handle);

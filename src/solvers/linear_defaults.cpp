@@ -75,7 +75,7 @@ PetscErrorCode set_unless_given(const char* option, const char* value) {
 
 /// -pc_type fieldsplit of particles: the splits position and velocity, S = sigma M - D - K/sigma in the place of the second (M is diagonal, so that
 /// PETSc's selfp gives S itself) and a flexible method around them, unless the user names other ones. Fields are numbered 0 to 2d - 1.
-PetscErrorCode set_split_defaults(TS ts, Model& model) {
+PetscErrorCode set_split_defaults(TS ts, const Model& model) {
   KSP ksp;
   PC pc;
   const PetscInt d = model.dim(), fields[] = {0, 1, 2, 3, 4, 5};

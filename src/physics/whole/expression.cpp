@@ -54,11 +54,12 @@ bool Expression::parse(const std::string& text, std::string* error) {
 }
 
 void Expression::at(double t, const double* x0, double* out) const {
-  static char names[4][3] = {"t", "x0", "y0", "z0"};
-  char* of[4] = {names[0], names[1], names[2], names[3]};
-  double values[4] = {t, x0[0], x0[1], x0[2]};
-  if (parts_->by_place || t != parts_->time)
+  if (parts_->by_place || t != parts_->time) {
+    static char names[4][3] = {"t", "x0", "y0", "z0"};
+    char* of[4] = {names[0], names[1], names[2], names[3]};
+    double values[4] = {t, x0[0], x0[1], x0[2]};
     for (int k = 0; k < 3; ++k) parts_->value[k] = evaluator_evaluate(parts_->f[k], 4, of, values);
+  }
   parts_->time = t;
   std::copy_n(parts_->value, 3, out);
 }

@@ -108,7 +108,7 @@ void Aggregates::connect(const SpringMatrix& S, PetscInt least) {
   std::sort(outward.begin(), outward.end());
   for (std::size_t k = 0; k < outward.size();) {
     const PetscInt small = outward[k].first;
-    PetscInt best = -1;
+    PetscInt best = outward[k].second;
     std::size_t most = 0;
     while (k < outward.size() && outward[k].first == small) {
       std::size_t end = k;
