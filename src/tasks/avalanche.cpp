@@ -75,15 +75,15 @@ PetscErrorCode Avalanche::move(double factor, double h, Vec y, Energies* now, bo
 }
 
 /// At first with steps that resolve the motion. Where nothing has broken for 100 over the root mean squared frequency they grow, so that backward
-/// Euler's own damping brings to rest what still swings; a break makes them short again. What is left at the end goes when the equilibrium is
-/// looked for.
+/// Euler's own damping brings to rest what still swings; a break makes them short again. Loose parts in free flight never come to rest: they are all
+/// that moves where long steps no longer take kinetic energy. What is left at the end goes when the equilibrium is looked for.
 PetscErrorCode Avalanche::follow(double factor, Vec y, const Frame& frame, bool* good) {
-  constexpr double LEFT = 1e-3, GROWTH = 1.25, QUIET = 100, LONGEST = 1e4;
-  constexpr int MOST_CUTS = 20;
+  constexpr double LEFT = 1e-3, GROWTH = 1.25, QUIET = 100, LONG = 10, LONGEST = 1e4, SAME = 0.99;
+  constexpr int MOST_CUTS = 20, IN_TURN = 3;
   Breaks& breaks = *model_.breaks();
   const double period = 1 / std::sqrt(model_.mean_squared_frequency()), nominal = options_.step > 0 ? options_.step : period;
   double h = nominal, most = 0, last_break = breaks.motion(), next_frame = last_break + options_.interval;
-  int cuts = 0;
+  int cuts = 0, same = 0;
   Energies now;
   PetscFunctionBegin;
   PetscCall(zero_velocities(y));
@@ -93,6 +93,7 @@ PetscErrorCode Avalanche::follow(double factor, Vec y, const Frame& frame, bool*
       PetscCall(frame(y));
       next_frame = breaks.motion() + options_.interval;
     }
+    const double before = now.kinetic;
     PetscCall(move(factor, h, y, &now, good));
     PetscCall(look_for_signal());
     if (interrupted_) break;
@@ -104,8 +105,9 @@ PetscErrorCode Avalanche::follow(double factor, Vec y, const Frame& frame, bool*
     most = std::max(most, now.kinetic);
     if (breaks.broke() > 0) last_break = breaks.motion();
     const bool quiet = breaks.motion() - last_break >= QUIET * period;
+    same = quiet && h > LONG * period && now.kinetic >= SAME * before ? same + 1 : 0;
+    if (quiet && (now.kinetic <= LEFT * most || same == IN_TURN || h > LONGEST * period)) break;
     h = quiet ? GROWTH * h : std::min(nominal, 2 * h);
-    if (quiet && (now.kinetic <= LEFT * most || h > LONGEST * period)) break;  // what then still moves are loose parts in free flight
   }
   breaks.release(now.kinetic);
   PetscCall(model_.set_motion(0, y));

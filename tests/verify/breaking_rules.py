@@ -162,6 +162,29 @@ PULLED = {"bs_task": "statics", "bs_load_steps": 10, "bs_lattice_type": "triangu
           "bs_motion_upper": "x=fixed,y=velocity:0.5", "bs_break_strain": 0.06, "bs_break_weibull": "5,3", "bs_break_spare": "lower,upper", "bs_break_follow": "dynamics",
           "bs_output_interval": 0.1}
 
+def free_flight(checks, folder):
+    """A pulled chain loses its hold at one end, shrinks, and at the other end the wave breaks the last spring by compression: what flies off never comes to
+    rest. The motion ends all the same, once long steps leave its kinetic energy as it is, and long before the steps allowed run out."""
+    n = 8
+    x = np.arange(n + 2.0)[:, None]
+    limit = np.full(n + 1, np.inf)
+    limit[-1], limit[0] = 0.1, 0.107
+    write_lattice(folder / "l.h5", x, 1.0, fixed=x[:, 0] == 0, pairs=[[i, i + 1] for i in range(n + 1)], stiffness=1.0, rest_length=1.0, columns={"critical_strain": limit})
+    with h5py.File(folder / "l.h5", "a") as f:
+        f["groups/end"] = [n + 1]
+    ran(checks, folder, {"bs_task": "statics", "bs_load_steps": 11, "bs_lattice_file": str(folder / "l.h5"), "bs_motion_end": "x=velocity:0.99", "bs_break_in": "both",
+                         "bs_break_follow": "dynamics", "bs_break_dt": 0.05, "bs_break_output_interval": 5})
+    found = events(folder)
+    checks.true("the held end breaks, then the other one by compression", list(found["spring"]) == [n, 0] and found["strain"][1] < 0, f"{found['strain']}")
+    with h5py.File(folder / "b.h5md") as f:
+        clock, steps, kinetic = (f[name][...].ravel() for name in ("particles/trajectory/position/time", "particles/trajectory/position/step", "observables/kinetic_energy/value"))
+        momentum = f["observables/momentum/value"][...].ravel()
+    flying = kinetic > 0
+    checks.true("what is free flies at a constant speed", flying.sum() > 5 and abs(momentum[flying][-1]) > 0.05 and np.ptp(momentum[flying][-4:]) < 1e-9, f"{momentum[flying][-1]:.4g} kg m/s")
+    checks.below("kinetic energy left is that of the flight alone", abs(kinetic[flying][-1] / (momentum[flying][-1]**2 / (2 * n)) - 1), 0.02)
+    checks.true("and the motion ends", steps[-1] < 20000 and clock[-1] < 1e4, f"{steps[-1]} steps, {clock[-1]:.4g} s")
+
+
 if __name__ == "__main__":
     long = () if "--ranks" in sys.argv else (between_avalanches, motions_on_ranks)  # the last one starts more ranks by itself
-    run_parts(__doc__, (ties, notch, plastic_work, whole_again) + long)
+    run_parts(__doc__, (ties, notch, plastic_work, whole_again, free_flight) + long)
