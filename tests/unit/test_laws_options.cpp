@@ -13,7 +13,7 @@ namespace {
 
 /// Reads the law's options while those given are set; the program's message, if any, goes to `said`.
 template <class Law>
-PetscErrorCode read_law(Law* law, std::vector<std::pair<const char*, const char*>> given, std::string* said = nullptr) {
+PetscErrorCode read_law(Law* law, const std::vector<std::pair<const char*, const char*>>& given, std::string* said = nullptr) {
   for (const auto& [name, value] : given) REQUIRE(PetscOptionsSetValue(nullptr, name, value) == 0);
   PetscErrorCode code = 0;
   {

@@ -196,7 +196,7 @@ TEST_CASE("faults of a scene name the line and the remedy", "[xsp]") {
 
 TEST_CASE("damaged scenes are read or refused, never worse", "[xsp]") {
   std::mt19937 random(20240501);
-  const std::string whole = scene, pieces = std::string("\0\n\r \t-+.e9#", 12) + "\xff\x80mxsn";
+  const std::string whole = scene, pieces = std::string("\0\n\r \t-+.e9#\0", 12) + "\xff\x80mxsn";
   int good = 0, bad = 0;
   for (int trial = 0; trial < 4000; ++trial) {
     std::string text = whole;
