@@ -1,6 +1,7 @@
 #!/usr/bin/env python3
 """Springs that break: bundles of fibres, nets torn in statics and in dynamics beside programs of their own in numpy and scipy, scatter, the energy
 of what breaks, restarts, lattices read back, the threshold of a crack."""
+import json
 import math
 import pathlib
 import subprocess
@@ -313,9 +314,11 @@ def continued(checks, folder):
                        "plastic": {"bs_spring_law": "plastic", "bs_spring_yield_force": 0.1, "bs_spring_hardening": 0.2}}.items():
         base = {"bs_lattice_file": "../l.h5", "ts_dt": 0.05, "ts_max_time": 2, "bs_break_strain": 0.35, "bs_break_weibull": "4,1", "condensed_pc_type": "bicc", **more}
         start = words({**base, "bs_checkpoint": "c", "bs_checkpoint_every": 5, "bs_output": "r.h5md", "bs_output_interval": 0.25})
-        go(name, *start)
+        go(name, *start, "-bs_report", "r.json")
         go(name + "2", *start, "-ts_max_steps", "20")
-        go(name + "2", "-bs_restart", "c", "-ts_max_steps", "1000")
+        go(name + "2", "-bs_restart", "c", "-ts_max_steps", "1000", "-bs_report", "r.json")
+        counts = [[json.loads((folder / place / "r.json").read_text())[key] for key in ("broken_springs", "avalanches", "largest_avalanche")] for place in (name, name + "2")]
+        checks.true(f"{name}: the same counts", counts[0] == counts[1], f"{counts}")
         with h5py.File(folder / name / "r.h5md") as a, h5py.File(folder / (name + "2") / "r.h5md") as b:
             paths = ["particles/trajectory/position/value", "particles/trajectory/velocity/value", "backspring/broken/value", "observables/broken_energy/value"]
             paths += ["events/broken/" + key for key in a["events/broken"]]
