@@ -11,18 +11,16 @@ namespace bs {
 
 namespace {
 
-/// Of components (n, d) of positions: 1 or -1 by chance, which depends on where the particle starts, not on its number or rank.
-std::vector<double> signs_of(const PetscScalar* start, const Layout& at) {
-  std::vector<double> signs;
+/// z: 1 or -1 by chance in every position, which depends on where the particle starts, not on its number or rank.
+void put_signs(const PetscScalar* start, const Layout& at, PetscScalar* z) {
   for (PetscInt i = 0; i < at.particles; ++i) {
-    std::uint64_t z = 0, bits = 0;
+    std::uint64_t chance = 0, bits = 0;
     for (PetscInt c = 0; c < at.dim; ++c) {
       std::memcpy(&bits, start + at.x(i, c), sizeof bits);
-      z = splitmix64(z + bits);
+      chance = splitmix64(chance + bits);
     }
-    for (PetscInt c = 0; c < at.dim; ++c) signs.push_back((z = splitmix64(z)) >> 63 ? 1 : -1);
+    for (PetscInt c = 0; c < at.dim; ++c) z[at.x(i, c)] = (chance = splitmix64(chance)) >> 63 ? 1 : -1;
   }
-  return signs;
 }
 
 }  // namespace
@@ -40,12 +38,10 @@ PetscErrorCode Equilibrium::mean_rate(double* rate) {
   PetscCall(VecDuplicate(rest_, z.out()));
   PetscCall(VecZeroEntries(z));
   PetscCall(VecGetArrayRead(initial_state(), &start));
-  const std::vector<double> signs = signs_of(start, at);
-  PetscCall(VecRestoreArrayRead(initial_state(), &start));
   PetscCall(VecGetArray(z, &a));
-  auto sign = signs.begin();
-  at.for_each([&](PetscInt x, PetscInt) { a[x] = *sign++; });
+  put_signs(start, at, a);
   PetscCall(VecRestoreArray(z, &a));
+  PetscCall(VecRestoreArrayRead(initial_state(), &start));
   PetscCall(own_->linearisation().change_of_force(z, f.data()));
   for (PetscInt i = 0; i < at.particles; ++i)
     for (PetscInt c = 0; c < at.dim; ++c) {

@@ -6,9 +6,8 @@
 
 A triangular net of n x n particles with unit springs; its lower row is held, its upper row pulled in 20 load steps by 5 % of the net's height. A spring breaks at a
 critical strain whose values scatter about 0.2 by Weibull's distribution of modulus 2. "all": every spring past its limit breaks at once, "worst": one
-at a time, with a new equilibrium after each. Times are wall times of all ranks together, so nothing else should run; the shares are PETSc's own, of the rank that took longest."""
+at a time, with a new equilibrium after each. Times are wall times of all ranks together, so nothing else should run; the shares are of the rank that took longest."""
 import argparse
-import csv
 import json
 import pathlib
 import subprocess
@@ -18,6 +17,7 @@ import tempfile
 HERE = pathlib.Path(__file__).resolve().parent
 sys.path.insert(0, str(HERE.parent / "verify"))
 from program import environment, words
+from running import read_events
 
 LOAD_STEPS, PULL = 20, 0.05
 PARTS = {"factors": ("BSCondense", "BSFactor", "BSCoarseSetUp"), "Krylov iterations": ("BSProduct", "BSTriangles", "BSCoarse", "VecTDot", "VecAXPY", "VecAYPX", "VecNorm"),
@@ -32,35 +32,22 @@ def options(rule, n):
             "bs_report": "b.json", "bs_overwrite": True, "log_view": ":log.csv:ascii_csv"}
 
 
-def shares(path):
-    """{part: share of the time of the rank that took longest}"""
-    longest = {}
-    with open(path, newline="") as file:
-        for row in csv.DictReader(file, skipinitialspace=True):
-            name, seconds = row["Event Name"].strip(), float(row["Time"])
-            if row["Stage Name"].strip():
-                longest.setdefault(name, {}).setdefault(row["Rank"], 0.0)
-                longest[name][row["Rank"]] += seconds
-    most = {name: max(by_rank.values()) for name, by_rank in longest.items()}
-    whole = most.get("summary", 0)
-    return {part: sum(most.get(name, 0) for name in names) / whole for part, names in PARTS.items()} if whole else {}
-
-
 def measure(program, rule, n, ranks, folder):
     command = (["mpirun", "-n", str(ranks)] if ranks > 1 else []) + [program] + words(options(rule, n))
     done = subprocess.run(command, cwd=folder, env=environment(ranks), capture_output=True, text=True)
     if done.returncode:
         sys.exit(f"exit code {done.returncode}: {done.stderr.strip()[-300:]}")
-    report = json.loads((folder / "b.json").read_text())
+    report, events = json.loads((folder / "b.json").read_text()), read_events(folder / "log.csv")
+    shares = {part: sum(events[name]["time"] for name in names if name in events) / report["wall"] for part, names in PARTS.items()}
     keys = ("broken_springs", "avalanches", "largest_avalanche", "newton", "krylov", "wall", "rejected")
-    return {"rule": rule, "n": n, "ranks": ranks, "springs": 3 * n * n - 4 * n + 1, **{key: report[key] for key in keys}, "shares": shares(folder / "log.csv")}
+    return {"rule": rule, "n": n, "ranks": ranks, "springs": 3 * n * n - 4 * n + 1, **{key: report[key] for key in keys}, "shares": shares}
 
 
 def document(rows):
     lines = ["# Nets that are torn", "", "Measured by `tests/bench/breaking.py`, which says what the cases are.", "",
              "| springs | which break | ranks | broken | avalanches | largest | Newton | Krylov | seconds | " + " | ".join(PARTS) + " |", "|" + "---|" * (9 + len(PARTS))]
     for r in rows:
-        parts = " | ".join(f"{100 * r['shares'][part]:.0f} %" if r["shares"] else "-" for part in PARTS)
+        parts = " | ".join(f"{100 * r['shares'][part]:.0f} %" for part in PARTS)
         lines.append(f"| {r['springs']:,} | {r['rule']} | {r['ranks']} | {r['broken_springs']:,} | {r['avalanches']} | {r['largest_avalanche']:,} | {r['newton']:,} | {r['krylov']:,} | "
                      f"{r['wall']:.0f} | {parts} |")
     return "\n".join(lines) + "\n"

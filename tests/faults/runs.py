@@ -4,12 +4,12 @@ import os
 import pathlib
 import subprocess
 import sys
-import tempfile
 
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1] / "verify"))
 import h5py
-import numpy as np
+import harness
 from harness import Checks, write_lattice  # noqa: F401
+import numpy as np
 from program import environment, words
 
 BLOCK = {"bs_lattice_type": "cubic", "bs_lattice_size": (5, 5, 5), "bs_lattice_spacing": 0.2, "bs_lattice_fixed": "zmin",
@@ -88,9 +88,4 @@ def run_parts(title, parts, library=None, with_library=()):
         parser.add_argument(library, dest="library", required=True)
         mine, rest = parser.parse_known_args()
         given, sys.argv[1:] = os.path.abspath(mine.library), rest
-    checks = Checks(title)
-    for part in parts:
-        if checks.wants(part.__name__):
-            with tempfile.TemporaryDirectory() as folder, checks.group(part.__name__):
-                part(checks, pathlib.Path(folder), *([given] if part in with_library else []))
-    checks.finish()
+    harness.run_parts(title, parts, given=lambda part: [given] if part in with_library else [])

@@ -3,13 +3,11 @@
 of what breaks, restarts, lattices read back, the threshold of a crack."""
 import json
 import math
-import pathlib
 import subprocess
-import tempfile
 import time
 
 import h5py
-from harness import Checks, write_lattice
+from harness import run_parts, write_lattice
 import numpy as np
 from program import environment, words
 import scipy.sparse as sp
@@ -299,24 +297,26 @@ def energy_balance(checks, folder):
     checks.true("the crack has run", len(found["spring"]) > 8 and found["energy"].sum() > 0.05 * work.max(), f"{len(found['spring'])} springs, {found['energy'].sum():.3g} of {work.max():.3g} J")
 
 
+def go(checks, place, *more, expect=0):
+    """A run in the folder `place`, where others may have left their files."""
+    place.mkdir(exist_ok=True)
+    mpi = ["mpirun", "-n", str(checks.ranks)] if checks.ranks > 1 else []
+    done = subprocess.run([*mpi, checks.program, *more], cwd=place, capture_output=True, text=True, env=environment(checks.ranks), timeout=300)
+    if done.returncode != expect:
+        raise ValueError(done.stderr)
+
+
 def continued(checks, folder):
     """Restart to the bit, with the list; a trajectory read back has its broken springs; plastic springs that break."""
     x, pairs, _ = plate(6, 6)
     write_lattice(folder / "l.h5", x, 1.0, velocity=0.4 * (x - x.mean(axis=0)), pairs=pairs, stiffness=1.0, rest_length=1.0)
-    mpi = ["mpirun", "-n", str(checks.ranks)] if checks.ranks > 1 else []
-
-    def go(place, *more):
-        (folder / place).mkdir(exist_ok=True)
-        done = subprocess.run([*mpi, checks.program, *more], cwd=folder / place, capture_output=True, text=True, env=environment(checks.ranks))
-        if done.returncode:
-            raise ValueError(done.stderr)
     for name, more in {"beuler": {"ts_type": "beuler"}, "verlet": {"ts_type": "verlet"}, "alpha2": {"ts_type": "alpha2"},
                        "plastic": {"bs_spring_law": "plastic", "bs_spring_yield_force": 0.1, "bs_spring_hardening": 0.2}}.items():
         base = {"bs_lattice_file": "../l.h5", "ts_dt": 0.05, "ts_max_time": 2, "bs_break_strain": 0.35, "bs_break_weibull": "4,1", "condensed_pc_type": "bicc", **more}
         start = words({**base, "bs_checkpoint": "c", "bs_checkpoint_every": 5, "bs_output": "r.h5md", "bs_output_interval": 0.25})
-        go(name, *start, "-bs_report", "r.json")
-        go(name + "2", *start, "-ts_max_steps", "20")
-        go(name + "2", "-bs_restart", "c", "-ts_max_steps", "1000", "-bs_report", "r.json")
+        go(checks, folder / name, *start, "-bs_report", "r.json")
+        go(checks, folder / (name + "2"), *start, "-ts_max_steps", "20")
+        go(checks, folder / (name + "2"), "-bs_restart", "c", "-ts_max_steps", "1000", "-bs_report", "r.json")
         counts = [[json.loads((folder / place / "r.json").read_text())[key] for key in ("broken_springs", "avalanches", "largest_avalanche")] for place in (name, name + "2")]
         checks.true(f"{name}: the same counts", counts[0] == counts[1], f"{counts}")
         with h5py.File(folder / name / "r.h5md") as a, h5py.File(folder / (name + "2") / "r.h5md") as b:
@@ -429,15 +429,6 @@ def griffith(checks, folder):
                 and np.all(np.diff(ends.mean(axis=1)[:, 0]) > 0), f"{np.count_nonzero(run)} of {whole} springs at {2.5 * found['load'][run][0]:.4f} eps_G")
 
 
-def main():
-    checks = Checks(__doc__)
-    everywhere, on_one_rank = (bundle, torn_in_statics, torn_in_time, continued, followed), (every_method, energy_balance, stopped, griffith)
-    for part in everywhere + (on_one_rank if checks.ranks == 1 else ()):  # long runs, or a signal, which mpirun does not leave time for
-        if checks.wants(part.__name__):
-            with checks.group(part.__name__), tempfile.TemporaryDirectory() as folder:
-                part(checks, pathlib.Path(folder))
-    checks.finish()
-
-
 if __name__ == "__main__":
-    main()
+    run_parts(__doc__, (bundle, torn_in_statics, torn_in_time, continued, followed),
+              on_one_rank=(every_method, energy_balance, stopped, griffith))  # long runs, or a signal, which mpirun does not leave time for

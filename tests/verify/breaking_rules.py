@@ -2,14 +2,12 @@
 """Springs that break, the rules one by one: which of equal springs goes first, notches, the work of plastic springs, what is whole again after an
 avalanche that found no end, restarts between avalanches, the same motion after a break on any number of ranks."""
 import math
-import subprocess
-import sys
 
-from breaking import events, plate, ran
+from breaking import events, go, plate, ran
 import h5py
 from harness import run_parts, write_lattice
 import numpy as np
-from program import environment, words
+from program import words
 
 
 def ties(checks, folder):
@@ -113,14 +111,6 @@ def whole_again(checks, folder):
     checks.near("what they lost", last["dissipated_energy"], 2 * Y * e, 1e-10)
 
 
-def go(checks, place, *more, expect=0):
-    place.mkdir(exist_ok=True)
-    mpi = ["mpirun", "-n", str(checks.ranks)] if checks.ranks > 1 else []
-    done = subprocess.run([*mpi, checks.program, *more], cwd=place, capture_output=True, text=True, env=environment(checks.ranks), timeout=300)
-    if done.returncode != expect:
-        raise ValueError(done.stderr)
-
-
 def between_avalanches(checks, folder):
     """Load steps with motions after breaks, continued from a checkpoint between two avalanches: times of frames and events, steps, energies, counts."""
     base = {**PULLED, "bs_break_output_interval": 20, "condensed_pc_type": "bicc"}
@@ -186,5 +176,5 @@ def free_flight(checks, folder):
 
 
 if __name__ == "__main__":
-    long = () if "--ranks" in sys.argv else (between_avalanches, motions_on_ranks)  # the last one starts more ranks by itself
-    run_parts(__doc__, (ties, notch, plastic_work, whole_again, free_flight) + long)
+    run_parts(__doc__, (ties, notch, plastic_work, whole_again, free_flight),
+              on_one_rank=(between_avalanches, motions_on_ranks))  # the last one starts more ranks by itself

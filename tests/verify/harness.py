@@ -192,11 +192,12 @@ class Checks:
         sys.exit(1 if self.failed else 0 if complete else SKIPPED)
 
 
-def run_parts(title, parts):
-    """A script's main: each part that the command line asks for, in a folder of its own."""
+def run_parts(title, parts, on_one_rank=(), given=lambda part: ()):
+    """A script's main: each part that the command line asks for, in a folder of its own. on_one_rank: those that are left out on more; given: what a
+    part takes besides."""
     checks = Checks(title)
-    for part in parts:
+    for part in (*parts, *(on_one_rank if checks.ranks == 1 else ())):
         if checks.wants(part.__name__):
             with checks.group(part.__name__), tempfile.TemporaryDirectory() as folder:
-                part(checks, pathlib.Path(folder))
+                part(checks, pathlib.Path(folder), *given(part))
     checks.finish()

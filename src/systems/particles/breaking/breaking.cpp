@@ -104,7 +104,7 @@ PetscErrorCode Breaking::look(double t, double load, bool loads, const LocalStat
   if (rules_.worst) PetscCall(keep_worst(&found));
   PetscCall(share(&found));
   if (!goes_on) ++sums_.avalanches, sums_.size = 0;
-  if (whole_) marked_more_ = net_->links.more;
+  if (loads && whole_) marked_more_ = net_->links.more;  // in time nothing is taken back
   whole_ = false;
   for (Found& one : found) {
     cut_row(one.spring.row);
