@@ -3,7 +3,7 @@ import cases
 from running import Failed, program
 
 RANKS = {1: (1, 1, 1), 2: (1, 1, 2), 4: (1, 2, 2), 8: (2, 2, 2)}  # cubes of each rank, along the axes
-FINE, MOST = 250, 2500  # unknowns of the fine grid to one of the coarse grid, and at most so many, as in coarse_space.cpp
+FINE, MOST = 60, 6000  # unknowns of the fine grid to one of the coarse grid, and at most so many, as in coarse_space.cpp
 SMALL = 81  # unknowns of a coarse grid that takes next to no time
 
 

@@ -44,23 +44,28 @@ def step_time(particles, ranks, seconds_per_particle, counted, latency, bandwidt
     return work, exchange, reduction
 
 
+# Of a coarse grid of u unknowns in three dimensions: entries of its Cholesky factors over u^(4/3), counted at 2,187 to 12,288 unknowns (14.5 to 15.9);
+# neighbours of a node with numbers that are not lower.
+FACTOR_ENTRIES, NEIGHBOURS = 15, 14
+
+
 def coarse_rates(times):
-    """Seconds an application takes for each squared unknown of the coarse grid, a set-up for each cubed one: by the difference of a large and a small
-    grid over the same lattice, in which what every particle does is the same."""
+    """Seconds an application takes for each entry of the factors, to a constant, a set-up for each squared unknown, as operations grow in nested dissection:
+    by the difference of a large and a small grid over the same lattice, in which what every particle does is the same."""
     small, large = sorted(times, key=lambda row: row["unknowns"])
     slope = lambda key, power: max(0.0, (large[key] - small[key]) / (large["unknowns"] ** power - small["unknowns"] ** power))
-    return {"application": slope("s_per_application", 2), "set_up": slope("s_per_set_up", 3)}
+    return {"application": slope("s_per_application", 4 / 3), "set_up": slope("s_per_set_up", 2)}
 
 
 def coarse_bytes(unknowns):
-    """Of each rank: E^-1, and E by blocks of 8 numbers while it is made."""
-    return 8 * unknowns**2 + 64 * (unknowns // 3) ** 2
+    """Of each rank: the factors, E as a matrix (9 numbers and columns a block), and by blocks of 8 numbers while it is made."""
+    return 8 * FACTOR_ENTRIES * unknowns ** (4 / 3) + (9 * 12 + 64) * NEIGHBOURS * unknowns / 3
 
 
 def coarse_time(unknowns, rates, counted, bandwidth):
-    """Seconds of one step: products with E^-1, its making, and what of both is summed over the ranks (each number sent and received once)."""
-    work = counted["applications"] * rates["application"] * unknowns**2 + counted["set_ups"] * rates["set_up"] * unknowns**3
-    summed = counted["applications"] * 8 * unknowns + counted["set_ups"] * 64 * (unknowns // 3) ** 2
+    """Seconds of one step: solves with E, its factors, and what of both is summed over the ranks (each number sent and received once)."""
+    work = counted["applications"] * rates["application"] * unknowns ** (4 / 3) + counted["set_ups"] * rates["set_up"] * unknowns**2
+    summed = counted["applications"] * 8 * unknowns + counted["set_ups"] * 64 * NEIGHBOURS * unknowns / 3
     return work, 2 * summed / bandwidth
 
 
@@ -129,8 +134,8 @@ def coarse_lines(part, particles):
     return [f"Krylov iterations a step of {rows[0]['particles']:,} particles a rank on {', '.join(str(row['ranks']) for row in rows)} ranks: {words('krylov')}; without "
             f"the coarse grid {words('krylov_without')}. The table takes {part['growth'][0]:.2f} times those of the run counted, its last column, for a coarse grid "
             f"that no longer helps, {part['growth'][1]:.2f} times.", "",
-            f"The coarse grid has {size} unknowns, on every rank {coarse_bytes(size) / 1e6:.0f} MB; {1e3 * part['rates']['application'] * size**2:.3g} ms an application, "
-            f"{part['rates']['set_up'] * size**3:.3g} s a set-up; {part['applications']:.3g} and {part['set_ups']:.3g} of them a step.", ""]
+            f"The coarse grid has {size} unknowns, on every rank {coarse_bytes(size) / 1e6:.0f} MB; {1e3 * part['rates']['application'] * size ** (4 / 3):.3g} ms an application, "
+            f"{part['rates']['set_up'] * size**2:.3g} s a set-up; {part['applications']:.3g} and {part['set_ups']:.3g} of them a step.", ""]
 
 
 def main():

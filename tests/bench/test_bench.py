@@ -43,17 +43,17 @@ def close(found, expected, what):
 
 def past_one_machine():
     """The model of larger machines against figures worked out by hand, and the size of the coarse grid as the program has it."""
-    # 64,000 particles: 768 unknowns wanted, 256 nodes, 6^3 of them; 10^9: 2,500, 833, 9^3; 2,000: 24, 8, 2^3; 1,000: 12, 4, none
-    assert [coarse.unknowns(n) for n in (64000, 1e9, 2000, 1000)] == [648, 2187, 24, 0]
-    times = [{"unknowns": 100, "s_per_application": 3e-4, "s_per_set_up": 0.1}, {"unknowns": 1000, "s_per_application": 1.29e-3, "s_per_set_up": 1.099}]
+    # 64,000 particles: 3,200 unknowns wanted, 1,066 nodes, 10^3 of them; 10^9: 6,000, 2,000, 12^3; 2,000: 100, 33, 3^3; 200: 10, 3, none
+    assert [coarse.unknowns(n) for n in (64000, 1e9, 2000, 200)] == [3000, 5184, 81, 0]
+    times = [{"unknowns": 125, "s_per_application": 3e-4, "s_per_set_up": 0.1}, {"unknowns": 1000, "s_per_application": 1.2375e-3, "s_per_set_up": 1.084375}]
     rates = model.coarse_rates(times)
-    close(rates["application"], 9.9e-4 / 990000, "an application")
-    close(rates["set_up"], 0.999 / 999e6, "a set-up")
+    close(rates["application"], 9.375e-4 / (10000 - 625), "an application")
+    close(rates["set_up"], 0.984375 / (1000000 - 15625), "a set-up")
     counted = {"applications": 20, "set_ups": 0.5}
-    made, sent = model.coarse_time(2187, {"application": 1e-9, "set_up": 1e-9}, counted, 5e8)
-    close(made, 20 * 1e-9 * 4782969 + 0.5 * 1e-9 * 10460353203, "the coarse grid's work")
-    close(sent, 2 * (20 * 17496 + 0.5 * 64 * 531441) / 5e8, "the coarse grid's sums")
-    assert model.coarse_bytes(2187) == 8 * 4782969 + 64 * 531441
+    made, sent = model.coarse_time(1000, {"application": 1e-9, "set_up": 1e-9}, counted, 5e8)
+    close(made, 20 * 1e-9 * 10000 + 0.5 * 1e-9 * 1000000, "the coarse grid's work")
+    close(sent, 2 * (20 * 8000 + 0.5 * 64 * 14000 / 3) / 5e8, "the coarse grid's sums")
+    close(model.coarse_bytes(1000), 8 * 15 * 10000 + (9 * 12 + 64) * 14000 / 3, "the coarse grid's memory")
     rows = [{"ranks": r, "particles": 1000 * r, "krylov": k, "krylov_without": w} for r, k, w in ((1, 10.0, 12.0), (2, 12.0, 18.0), (8, 15.0, 30.0))]
     assert model.growth(rows, 2) == (1.25, 2.5) and model.growth(rows, 4) == (1.5, 3.0)
     event = lambda count, time: {"count": count, "time": time, "messages": 0.0, "bytes": 0.0, "reductions": 0.0}
@@ -66,12 +66,12 @@ def past_one_machine():
     assert (part["applications"], part["set_ups"]) == (20, 0.5)
     lines = model.report(results, particles=1e9, ranks=(1000,), latency=0.0)
     cells = [float(cell.strip(" %")) for cell in lines[-2].strip("|").replace(",", "").split("|")]
-    # on 1000 ranks 10^6 particles each; the run's own coarse grid of 24 unknowns is taken from its second a step
-    each = (1 - 20 * rates["application"] * 576 - 0.5 * rates["set_up"] * 13824) / 1000
+    # on 1000 ranks 10^6 particles each; the run's own coarse grid of 81 unknowns is taken from its second a step
+    each = (1 - 20 * rates["application"] * 81 ** (4 / 3) - 0.5 * rates["set_up"] * 6561) / 1000
     assert abs(cells[3] / (1e6 * each * (1 + 0.5 * 0.25)) - 1) < 1e-2, (cells, each)
-    made, sent = model.coarse_time(2187, rates, {"applications": 25, "set_ups": 0.5}, 5e8)
+    made, sent = model.coarse_time(5184, rates, {"applications": 25, "set_ups": 0.5}, 5e8)
     assert abs(cells[4] / (made + sent) - 1) < 1e-2, (cells, made, sent)
-    assert abs(cells[2] / (1e-9 * ((5e6 - 2 * model.coarse_bytes(24)) / 2000 * 1e6 + model.coarse_bytes(2187))) - 1) < 1e-2, cells
+    assert abs(cells[2] / (1e-9 * ((5e6 - 2 * model.coarse_bytes(81)) / 2000 * 1e6 + model.coarse_bytes(5184))) - 1) < 1e-2, cells
     assert abs(cells[-1] / (1e6 * each * (1 + 0.5 * 1.5)) - 1) < 1e-2, cells
     del results["coarse"]
     assert any("not measured" in line for line in model.report(results))
@@ -122,9 +122,9 @@ def main():
         assert len(results["checks"]) >= len(built) - 2 and any(row["peer"].startswith("symplectic") for row in built)
         results, _ = bench(folder, arguments + ["--n", "4", "--steps", "1", "--sections", "weak,coarse"], "2")
         assert "s_per_step" in results["weak"][0], results["weak"]
-        assert results["coarse"]["iterations"][-1]["ranks"] == 8 and results["coarse"]["times"][1]["unknowns"] == 2187, results["coarse"]
+        assert results["coarse"]["iterations"][-1]["ranks"] == 8 and results["coarse"]["times"][1]["unknowns"] == 5184, results["coarse"]
         modelled = subprocess.run([sys.executable, str(HERE / "model.py"), str(folder / "results.json")], capture_output=True, text=True)
-        assert modelled.returncode == 0 and "10^9" in modelled.stdout and "2187 unknowns" in modelled.stdout, modelled.stdout + modelled.stderr
+        assert modelled.returncode == 0 and "10^9" in modelled.stdout and "5184 unknowns" in modelled.stdout, modelled.stdout + modelled.stderr
     print("bench: ok")
 
 

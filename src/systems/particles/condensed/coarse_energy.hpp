@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cstring>
 #include <vector>
+#include "systems/particles/condensed/coarse_blocks.hpp"
 #include "systems/particles/condensed/coarse_grid.hpp"
 #include "systems/particles/condensed/lanes.hpp"
 #include "systems/particles/condensed/spring_matrix.hpp"
@@ -10,35 +11,39 @@
 
 namespace bs {
 
-/// Sums symmetric d x d blocks into E: the upper triangle of a block in the first d (d+1)/2 of 8 numbers, blocks (a, b)
-/// with a <= b in a (nodes, nodes) table. What rollers add, whose blocks lack rows and columns, goes into a table of all of E's entries.
+/// Sums symmetric d x d blocks into E: the rows of a block's upper triangle in the first d (d+1)/2 of WIDTH numbers. What rollers add,
+/// whose blocks lack rows and columns, goes into d x d blocks of their own.
 template <int d>
 class CoarseEnergy {
  public:
   static constexpr int CORNERS = 1 << d;
-  typedef typename lanes::Register<double, 8>::type Block;
+  static constexpr std::size_t WIDTH = 8;
+  typedef typename lanes::Register<double, WIDTH>::type Block;
 
-  /// `rolling`: ((nodes d)^2), empty where there are no rollers.
-  CoarseEnergy(const CoarseGrid& grid, std::vector<double>* E, std::vector<double>* rolling) : grid_(grid), E_(E->data()), rolling_(*rolling) {
-    grid.offsets<d>(offset_);
-  }
+  CoarseEnergy(const CoarseGrid& grid, CoarseBlocks* E, CoarseBlocks* rolling) : grid_(grid), E_(*E), rolling_(*rolling) { grid.offsets<d>(offset_); }
 
   // E_ab = sum_i Z_ia A_i Z_ib + sum_ij (Z_ia - Z_ja) B_ij (Z_ib - Z_jb),  i and j not fixed
-  // Z_ia: share of particle i in node a, as a diagonal matrix whose entries of held components are 0
+  // Z_ia: share of particle i in node a, as a diagonal matrix whose entries of held components are 0. Where particle j lies in another cell
+  // than i, but near, its shares in the nodes of i's cell are taken: the same for motions that are linear over both cells, and E has
+  // blocks between neighbouring nodes only.
   void sum(const SpringMatrix& S) {
     const SpringPattern& pattern = S.pattern();
     find_rollers(S.network());
     for (PetscInt i = 0; i < pattern.n; ++i) {
       if (grid_.cell(i) < 0) continue;
+      enter(grid_.cell(i));
       place(i, 0, 1);
       const double* A = S.node(i);
       if (held(i)) add_held(CORNERS, A, 1);
-      else add(CORNERS, packed([A](int r, int c) { return A[r * d + c]; }));
+      else add_here(packed([A](int r, int c) { return A[r * d + c]; }));
       for (PetscInt k = pattern.start[i]; k < pattern.start[i + 1]; ++k) add_pair(i, pattern.other[k], S.pair(static_cast<std::size_t>(k)), 1);
     }
-    for (std::size_t r = 0; r < pattern.cut_row.size(); ++r)  // met on both ranks: half on each
+    for (std::size_t r = 0; r < pattern.cut_row.size(); ++r) {  // met on both ranks: half on each
+      enter(grid_.cell(pattern.cut_row[r]));
       for (PetscInt k = pattern.cut_start[r]; k < pattern.cut_start[r + 1]; ++k)
         add_pair(pattern.cut_row[r], pattern.n + pattern.ghost[k], S.cut(static_cast<std::size_t>(k)), 0.5);
+    }
+    enter(-1);
   }
 
   /// Floating-point operations of the sum: of each pair of corners a product of shares, and its product with the upper triangle, added.
@@ -60,70 +65,92 @@ class CoarseEnergy {
       held_[from + k] = held(i);
     }
   }
-  void add_pair(PetscInt i, PetscInt j, const float* pair, double part) noexcept {
+  void add_pair(PetscInt i, PetscInt j, const float* pair, double part) {
+    const bool holds = held(i) || held(j);
     place(i, 0, 1);
-    place(j, CORNERS, -1);
-    if (held(i) || held(j)) {
-      double B[d * d];
-      for (int r = 0; r < d; ++r)
-        for (int c = 0; c < d; ++c)
-          B[r * d + c] = static_cast<double>(pair[r]) * static_cast<double>(pair[c]) + (r == c ? static_cast<double>(pair[d]) : 0);
-      add_held(2 * CORNERS, B, part);
+    if (!holds && grid_.continued_shares<d>(i, j, share_ + CORNERS)) {
+      double largest = 0;
+      for (int k = 0; k < CORNERS; ++k) largest = std::max(largest, std::abs(share_[k] -= share_[CORNERS + k]));
+      if (largest > 0) add_here(pair_block(pair, part));  // else tied to each other
       return;
     }
-    int entries = 2 * CORNERS;
-    if (grid_.cell(i) == grid_.cell(j)) {
-      double largest = 0;
-      for (int k = 0; k < CORNERS; ++k) largest = std::max(largest, std::abs(share_[k] += share_[CORNERS + k]));
-      if (largest == 0) return;  // tied to each other
-      entries = CORNERS;
+    place(j, CORNERS, -1);
+    if (!holds) {
+      add_anywhere(pair_block(pair, part));
+      return;
     }
-    add(entries, packed([=](int r, int c) {
-          const double across = r == c ? static_cast<double>(pair[d]) : 0;
-          return part * (static_cast<double>(pair[r]) * static_cast<double>(pair[c]) + across);
-        }));
+    double B[d * d];
+    for (int r = 0; r < d; ++r)
+      for (int c = 0; c < d; ++c)
+        B[r * d + c] = static_cast<double>(pair[r]) * static_cast<double>(pair[c]) + (r == c ? static_cast<double>(pair[d]) : 0);
+    add_held(2 * CORNERS, B, part);
   }
-  void add(int entries, const Block& B) noexcept {
-    updates_ += 0.5 * entries * (entries + 1);
-    for (int p = 0; p < entries; ++p)
-      for (int q = p; q < entries; ++q) {
-        const double both = share_[p] * share_[q] * (p != q && node_[p] == node_[q] ? 2 : 1);
-        double* at = E_ + 8 * (static_cast<std::size_t>(std::min(node_[p], node_[q])) * static_cast<std::size_t>(grid_.nodes()) +
-                               static_cast<std::size_t>(std::max(node_[p], node_[q])));
-        Block sum;
-        std::memcpy(&sum, at, sizeof sum);
-        sum += B * both;
-        std::memcpy(at, &sum, sizeof sum);
+  static Block pair_block(const float* pair, double part) noexcept {
+    return packed([=](int r, int c) {
+      const double across = r == c ? static_cast<double>(pair[d]) : 0;
+      return part * (static_cast<double>(pair[r]) * static_cast<double>(pair[c]) + across);
+    });
+  }
+
+  /// Into the blocks of the cell that was entered, of corners p <= q, which go into E when it is left: neighbours in the order of
+  /// particles are mostly in one cell.
+  void add_here(const Block& B) noexcept {
+    updates_ += 0.5 * CORNERS * (CORNERS + 1);
+    for (int p = 0; p < CORNERS; ++p) {
+      const Block part = B * share_[p];
+      for (int q = p; q < CORNERS; ++q) here_[p][q] += part * share_[q];
+    }
+  }
+  void enter(PetscInt cell) {
+    if (cell == cell_) return;
+    for (int p = 0; p < CORNERS && cell_ >= 0; ++p)
+      for (int q = p; q < CORNERS; ++q) {
+        add_block(cell_ + offset_[p], cell_ + offset_[q], here_[p][q] * (p != q && offset_[p] == offset_[q] ? 2.0 : 1.0));
+        here_[p][q] = Block{};
       }
+    cell_ = cell;
+  }
+  void add_anywhere(const Block& B) {
+    updates_ += CORNERS * (2 * CORNERS + 1);
+    for (int p = 0; p < 2 * CORNERS; ++p)
+      for (int q = p; q < 2 * CORNERS; ++q) add_block(node_[p], node_[q], B * (share_[p] * share_[q] * (p != q && node_[p] == node_[q] ? 2 : 1)));
+  }
+  void add_block(PetscInt a, PetscInt b, const Block& B) {
+    double* at = E_.at(std::min(a, b), std::max(a, b));
+    Block sum;
+    std::memcpy(&sum, at, sizeof sum);
+    sum += B;
+    std::memcpy(at, &sum, sizeof sum);
   }
 
   /// Blocks of a spring at a roller are not symmetric: all of them, entry by entry.
-  void add_held(int entries, const double* B, double part) noexcept {
-    const std::size_t size = static_cast<std::size_t>(grid_.nodes()) * d;
+  void add_held(int entries, const double* B, double part) {
     updates_ += 2.0 * entries * entries;  // twice the numbers of an upper triangle, of all pairs
     for (int p = 0; p < entries; ++p)
-      for (int q = 0; q < entries; ++q)
+      for (int q = 0; q < entries; ++q) {
+        if (node_[p] > node_[q]) continue;
+        double* to = rolling_.at(node_[p], node_[q]);
         for (int r = 0; r < d; ++r)
           for (int c = 0; c < d; ++c)
-            if (!(held_[p] >> r & 1) && !(held_[q] >> c & 1))
-              rolling_[(static_cast<std::size_t>(node_[p]) * d + r) * size + static_cast<std::size_t>(node_[q]) * d + c] +=
-                  part * share_[p] * share_[q] * B[r * d + c];
+            if (!(held_[p] >> r & 1) && !(held_[q] >> c & 1)) to[r * d + c] += part * share_[p] * share_[q] * B[r * d + c];
+      }
   }
   void find_rollers(const Network& net) {
-    if (rolling_.empty()) return;
+    if (!net.supports || !net.supports->rolls()) return;
     mask_.resize(net.fixed.size());
     for (std::size_t i = 0; i < mask_.size(); ++i) mask_[i] = net.supports->rolling(net.global[i]);
   }
   std::uint8_t held(PetscInt i) const noexcept { return mask_.empty() ? 0 : mask_[static_cast<std::size_t>(i)]; }
 
   const CoarseGrid& grid_;
-  double* E_;
-  std::vector<double>& rolling_;
+  CoarseBlocks &E_, &rolling_;
+  Block here_[CORNERS][CORNERS] = {};
+  PetscInt cell_ = -1;              ///< whose blocks here_ holds
   std::vector<std::uint8_t> mask_;  ///< held components of owned particles and ghosts
-  std::uint8_t held_[2 * CORNERS] = {};
   double updates_ = 0;
   PetscInt offset_[CORNERS] = {}, node_[2 * CORNERS] = {};
   double share_[2 * CORNERS + 8] = {};
+  std::uint8_t held_[2 * CORNERS] = {};
 };
 
 }  // namespace bs

@@ -60,6 +60,21 @@ void CoarseGrid::place(int dim, const std::vector<double>& points, const std::ve
   particles_ = static_cast<PetscInt>(std::count(fixed.begin(), fixed.begin() + n_, 0));
 }
 
+std::vector<PetscInt> CoarseGrid::differences() const {
+  std::vector<PetscInt> all = {0};
+  PetscInt stride = 1;
+  for (const PetscInt count : count_) {
+    const std::vector<PetscInt> before = all;
+    for (const PetscInt difference : before)
+      if (count > 1) all.insert(all.end(), {difference - stride, difference + stride});
+    stride *= count;
+  }
+  std::sort(all.begin(), all.end());
+  all.erase(std::unique(all.begin(), all.end()), all.end());
+  all.erase(all.begin(), std::find(all.begin(), all.end(), 0));
+  return all;
+}
+
 template <int d>
 void CoarseGrid::offsets(PetscInt* offset) const noexcept {
   PetscInt stride = 1;
@@ -72,8 +87,7 @@ void CoarseGrid::offsets(PetscInt* offset) const noexcept {
 }
 
 template <int d>
-void CoarseGrid::shares(PetscInt i, double* share) const noexcept {
-  const float* fraction = fraction_.data() + static_cast<std::size_t>(i) * d;
+static void corner_shares(const float* fraction, double* share) noexcept {
   const double x = static_cast<double>(fraction[0]), y = d > 1 ? static_cast<double>(fraction[d > 1 ? 1 : 0]) : 0;
   share[0] = 1 - x;
   share[1] = x;
@@ -85,6 +99,31 @@ void CoarseGrid::shares(PetscInt i, double* share) const noexcept {
     share[4 + k] = share[k] * static_cast<double>(fraction[d - 1]);
     share[k] -= share[4 + k];
   }
+}
+
+template <int d>
+void CoarseGrid::shares(PetscInt i, double* share) const noexcept {
+  corner_shares<d>(fraction_.data() + static_cast<std::size_t>(i) * d, share);
+}
+
+template <int d>
+bool CoarseGrid::continued_shares(PetscInt i, PetscInt j, double* share) const noexcept {
+  constexpr float FAR = 0.5F;
+  const float *here = fraction_.data() + static_cast<std::size_t>(i) * d, *there = fraction_.data() + static_cast<std::size_t>(j) * d;
+  float fraction[d];
+  PetscInt from = cell(i), to = cell(j);
+  if (from == to) {
+    corner_shares<d>(there, share);
+    return true;
+  }
+  for (int c = 0; c < d; ++c) {
+    fraction[c] = there[c] + static_cast<float>(to % count_[c] - from % count_[c]);
+    if (std::abs(fraction[c] - here[c]) > FAR) return false;
+    from /= count_[c];
+    to /= count_[c];
+  }
+  corner_shares<d>(fraction, share);
+  return true;
 }
 
 // Neighbours in the order of particles are mostly in one cell: its corners stay in registers.
@@ -136,10 +175,11 @@ void CoarseGrid::prolong(const double* coarse, double* z) const noexcept {
   }
 }
 
-#define BS_GRID(d)                                                                 \
-  template void CoarseGrid::offsets<d>(PetscInt*) const noexcept;                  \
-  template void CoarseGrid::shares<d>(PetscInt, double*) const noexcept;           \
-  template void CoarseGrid::restrict_to<d>(const double*, double*) const noexcept; \
+#define BS_GRID(d)                                                                           \
+  template void CoarseGrid::offsets<d>(PetscInt*) const noexcept;                            \
+  template void CoarseGrid::shares<d>(PetscInt, double*) const noexcept;                     \
+  template bool CoarseGrid::continued_shares<d>(PetscInt, PetscInt, double*) const noexcept; \
+  template void CoarseGrid::restrict_to<d>(const double*, double*) const noexcept;           \
   template void CoarseGrid::prolong<d>(const double*, double*) const noexcept;
 BS_GRID(1)
 BS_GRID(2)

@@ -23,6 +23,12 @@ class CoarseGrid {
   /// Particle i's shares in them, which sum to 1.
   template <int d>
   void shares(PetscInt i, double* share) const noexcept;
+  /// Shares of particle j in the corners of particle i's cell, whose hats are continued beyond it; false where j is further from i
+  /// than half a cell, in any direction.
+  template <int d>
+  bool continued_shares(PetscInt i, PetscInt j, double* share) const noexcept;
+  /// By what the numbers of two nodes of one cell may differ, ascending from 0.
+  std::vector<PetscInt> differences() const;
 
   /// coarse_a += sum_i Z_ia r_i and z_i += sum_a Z_ia coarse_a over the owned particles; r, z: (n, d), coarse: (nodes, d)
   /// in rows of LANES<d>.

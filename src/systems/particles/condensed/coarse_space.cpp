@@ -1,5 +1,4 @@
 #include "systems/particles/condensed/coarse_space.hpp"
-#include <petscblaslapack.h>
 #include <cmath>
 #include "base/disjoint_sets.hpp"
 #include "base/long_sum.hpp"
@@ -14,8 +13,8 @@ namespace {
 
 constexpr double STIFF = 100;     // times the usual spring: a coarse motion must not strain it
 constexpr PetscInt CLUSTER = 64;  // particles tied together at most
-constexpr PetscInt FINE = 250;    // unknowns of S a coarse one stands for, and MOST of these
-constexpr PetscInt MOST = 2500;
+constexpr PetscInt FINE = 60;     // unknowns of S a coarse one stands for, and MOST of these
+constexpr PetscInt MOST = 6000;
 
 /// Collective. The geometric mean of the pairs' sizes.
 PetscErrorCode usual_size(const SpringMatrix& S, double* usual) {
@@ -49,7 +48,8 @@ std::vector<double> tied_points(const SpringMatrix& S, double usual) {
 
 /// E of one dimension, and the floating-point operations it took.
 template <int d>
-double sum_energy(const CoarseGrid& grid, const SpringMatrix& S, std::vector<double>* E, std::vector<double>* rolling) {
+double sum_energy(const CoarseGrid& grid, const SpringMatrix& S, CoarseBlocks* E, CoarseBlocks* rolling) {
+  E->create(grid.nodes(), grid.differences(), CoarseEnergy<d>::WIDTH);
   CoarseEnergy<d> energy(grid, E, rolling);
   energy.sum(S);
   return energy.flops();
@@ -65,12 +65,11 @@ PetscErrorCode CoarseSpace::create(SpringMatrix& S, PetscInt unknowns) {
   PetscFunctionReturn(0);
 }
 
-/// Collective. E by blocks, what rollers add to it and its inverse, on every rank; not asked again while their size stays.
-PetscErrorCode CoarseSpace::reserve() const {
-  const double size = static_cast<double>(unknowns()), blocks = static_cast<double>(grid_.nodes()) * static_cast<double>(grid_.nodes());
+/// Collective. E by blocks and as a matrix, on every rank; not asked again while its size stays.
+PetscErrorCode CoarseSpace::reserve(double neighbours) const {
+  const double blocks = static_cast<double>(grid_.nodes()) * neighbours;
   PetscFunctionBegin;
-  if (inverse_.size() == static_cast<std::size_t>(unknowns()) * static_cast<std::size_t>(unknowns())) PetscFunctionReturn(0);
-  PetscCall(reserve_memory(comm_, {"the coarse grid (-condensed_pc_bicc_coarse)", (8 * blocks + (supports_ ? 2 : 1) * size * size) * sizeof(double),
+  PetscCall(reserve_memory(comm_, {"the coarse grid (-condensed_pc_bicc_coarse)", blocks * (8 + 1.5 * dim_ * dim_) * sizeof(double),
                                    "give -condensed_pc_bicc_coarse a smaller number"}));
   PetscFunctionReturn(0);
 }
@@ -92,47 +91,25 @@ PetscErrorCode CoarseSpace::make(SpringMatrix& S, PetscInt unknowns) {
   PetscCall(S.append_ghosts(&points));
   PetscCall(grid_.create(comm_, dim_, net.n, points, net.fixed, wanted / dim_));
   if (grid_.nodes() == 0) PetscFunctionReturn(0);
-  PetscCall(reserve());
-  std::vector<double> E(8 * static_cast<std::size_t>(grid_.nodes()) * static_cast<std::size_t>(grid_.nodes()), 0.0);
-  std::vector<double> rolling;
-  if (supports_) rolling.assign(static_cast<std::size_t>(this->unknowns()) * static_cast<std::size_t>(this->unknowns()), 0.0);
-  const double flops = dim_ == 1   ? sum_energy<1>(grid_, S, &E, &rolling)
-                       : dim_ == 2 ? sum_energy<2>(grid_, S, &E, &rolling)
-                                   : sum_energy<3>(grid_, S, &E, &rolling);
-  PetscCall(PetscLogFlops(flops));
-  PetscCall(invert(&E, &rolling));
+  if (in_.size() != static_cast<std::size_t>(this->unknowns())) PetscCall(reserve(static_cast<double>(grid_.differences().size())));
+  PetscCall(factor(S));
   PetscFunctionReturn(0);
 }
 
-/// Sums E over the ranks and inverts it.
-PetscErrorCode CoarseSpace::invert(std::vector<double>* E, std::vector<double>* rolling) {
-  const std::size_t size = static_cast<std::size_t>(unknowns()), nodes = static_cast<std::size_t>(grid_.nodes()), d = static_cast<std::size_t>(dim_);
-  PetscBLASInt order = 0, info = 0;
-
+/// Collective. E, summed over the ranks, and its factors.
+PetscErrorCode CoarseSpace::factor(SpringMatrix& S) {
+  CoarseBlocks E, rolling;
   PetscFunctionBegin;
-  PetscCall(PetscBLASIntCast(unknowns(), &order));
-  PetscCall(sum_over_ranks(comm_, E->data(), E->size()));
-  inverse_.assign(size * size, 0.0);
-  const auto set = [&](std::size_t row, std::size_t column, double value) { inverse_[row * size + column] = inverse_[column * size + row] = value; };
-  for (std::size_t a = 0; a < nodes; ++a)
-    for (std::size_t b = a; b < nodes; ++b) {
-      const double* from = E->data() + 8 * (a * nodes + b);
-      for (std::size_t r = 0, k = 0; r < d; ++r)
-        for (std::size_t c = r; c < d; ++c, ++k) {
-          set(a * d + r, b * d + c, from[k]);
-          set(a * d + c, b * d + r, from[k]);
-        }
-    }
-  PetscCall(sum_over_ranks(comm_, rolling->data(), rolling->size()));
-  for (std::size_t k = 0; k < rolling->size(); ++k) inverse_[k] += (*rolling)[k];
-  for (std::size_t k = 0; k < size; ++k)
-    if (inverse_[k * size + k] == 0) inverse_[k * size + k] = 1;  // no particle is near this node
-  PetscCallBLAS("LAPACKpotrf", LAPACKpotrf_("L", &order, inverse_.data(), &order, &info));
-  if (info == 0) PetscCallBLAS("LAPACKpotri", LAPACKpotri_("L", &order, inverse_.data(), &order, &info));
-  active_ = info == 0;
-  PetscCall(PetscLogFlops(std::pow(static_cast<double>(size), 3)));  // factors size^3/3, their inverse and its product 2 size^3/3
-  for (std::size_t r = 0; r < size; ++r)
-    for (std::size_t c = r + 1; c < size; ++c) inverse_[c * size + r] = inverse_[r * size + c];
+  rolling.create(grid_.nodes(), supports_ ? grid_.differences() : std::vector<PetscInt>(), static_cast<std::size_t>(dim_ * dim_));
+  PetscCall(PetscLogFlops(dim_ == 1   ? sum_energy<1>(grid_, S, &E, &rolling)
+                          : dim_ == 2 ? sum_energy<2>(grid_, S, &E, &rolling)
+                                      : sum_energy<3>(grid_, S, &E, &rolling)));
+  PetscCall(E.sum(comm_));
+  if (supports_) PetscCall(rolling.sum(comm_));
+  PetscCall(factors_.create(dim_, E, rolling, &active_));
+  const std::size_t size = static_cast<std::size_t>(unknowns());
+  in_.resize(size);
+  out_.resize(size);
   PetscFunctionReturn(0);
 }
 
@@ -172,16 +149,9 @@ PetscErrorCode CoarseSpace::add(Vec r, Vec z) {
   else if (d == 2) grid_.restrict_to<2>(free, lanes_.data());
   else grid_.restrict_to<3>(free, lanes_.data());
   PetscCall(VecRestoreArrayRead(r, &ar));
-  in_.resize(size);
-  out_.assign(size, 0.0);
   for (std::size_t k = 0; k < size; ++k) in_[k] = lanes_[k / d * width + k % d];
   PetscCall(sum_over_ranks(comm_, in_.data(), size));
-  // Not BLAS, which would start threads on cores that other ranks use.
-  double* out = out_.data();
-  for (std::size_t column = 0; column < size; ++column) {
-    const double* from = inverse_.data() + column * size;
-    for (std::size_t row = 0; row < size; ++row) out[row] += from[row] * in_[column];
-  }
+  PetscCall(factors_.solve(in_.data(), out_.data()));
   for (std::size_t k = 0; k < size; ++k) lanes_[k / d * width + k % d] = out_[k];
   PetscCall(VecGetArray(z, &az));
   if (supports_) keep_held(az, false);
@@ -190,9 +160,9 @@ PetscErrorCode CoarseSpace::add(Vec r, Vec z) {
   else grid_.prolong<3>(lanes_.data(), az);
   if (supports_) keep_held(az, true);
   PetscCall(VecRestoreArray(z, &az));
-  // of a particle, in each direction: its shares in 2^d corners, and their products with d components, added; of E^-1: 2 size^2
-  const double corners = static_cast<double>(1 << dim_), all = static_cast<double>(size);
-  PetscCall(PetscLogFlops(2 * static_cast<double>(grid_.particles()) * (2 * corners - 3 + 2 * corners * dim_) + 2 * all * all));
+  // of a particle, in each direction: its shares in 2^d corners, and their products with d components, added; the solve has counted its own
+  const double corners = static_cast<double>(1 << dim_);
+  PetscCall(PetscLogFlops(2 * static_cast<double>(grid_.particles()) * (2 * corners - 3 + 2 * corners * dim_)));
   PetscCall(PetscLogEventEnd(particle_events().coarse, r, z, nullptr, nullptr));
   PetscFunctionReturn(0);
 }

@@ -2,10 +2,11 @@
 // lattice as it started,
 //   z += Z E^-1 Z^T r,   E = Z^T S Z
 // Particles tied by springs much stiffer than the others share the values at their centre, so that no coarse motion
-// strains such a spring. Held components of rollers have no share in any hat, as fixed particles have none. E is small and dense; its inverse is kept
-// on every rank.
+// strains such a spring. Held components of rollers have no share in any hat, as fixed particles have none. E is small and sparse; its factors are
+// kept on every rank.
 #pragma once
 #include <vector>
+#include "systems/particles/condensed/coarse_factors.hpp"
 #include "systems/particles/condensed/coarse_grid.hpp"
 #include "systems/particles/condensed/spring_matrix.hpp"
 
@@ -22,9 +23,9 @@ class CoarseSpace {
   PetscErrorCode add(Vec r, Vec z);
 
  private:
-  PetscErrorCode reserve() const;
+  PetscErrorCode reserve(double neighbours) const;
   PetscErrorCode make(SpringMatrix& S, PetscInt unknowns);
-  PetscErrorCode invert(std::vector<double>* E, std::vector<double>* rolling);
+  PetscErrorCode factor(SpringMatrix& S);
   void keep_held(double* z, bool restore);
   MPI_Comm comm_ = MPI_COMM_NULL;
   int dim_ = 3;
@@ -32,8 +33,8 @@ class CoarseSpace {
   const Supports* supports_ = nullptr;  ///< where there are rollers
   PetscInt owned_ = 0;
   CoarseGrid grid_;
-  std::vector<double> inverse_;           ///< (unknowns, unknowns)
-  std::vector<double> lanes_, in_, out_;  ///< of one product
+  CoarseFactors factors_;
+  std::vector<double> lanes_, in_, out_;  ///< of one solve
   std::vector<double> free_, kept_;       ///< with rollers: r without held components, and what these have in z
 };
 

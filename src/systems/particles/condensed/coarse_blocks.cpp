@@ -1,0 +1,57 @@
+#include "systems/particles/condensed/coarse_blocks.hpp"
+#include <numeric>
+#include "base/long_sum.hpp"
+
+namespace bs {
+
+void CoarseBlocks::create(PetscInt nodes, std::vector<PetscInt> differences, std::size_t width) {
+  nodes_ = nodes;
+  width_ = width;
+  difference_ = std::move(differences);
+  slot_.assign(difference_.empty() ? 0 : static_cast<std::size_t>(difference_.back()) + 1, -1);
+  for (std::size_t k = 0; k < difference_.size(); ++k) slot_[static_cast<std::size_t>(difference_[k])] = static_cast<PetscInt>(k);
+  near_.assign(static_cast<std::size_t>(nodes) * difference_.size() * width, 0.0);
+  far_.clear();
+}
+
+double* CoarseBlocks::far(PetscInt a, PetscInt b) {
+  std::vector<double>& numbers = far_[{a, b}];
+  if (numbers.empty()) numbers.assign(width_, 0.0);
+  return numbers.data();
+}
+
+PetscErrorCode CoarseBlocks::sum(MPI_Comm comm) {
+  PetscFunctionBegin;
+  PetscCall(sum_over_ranks(comm, near_.data(), near_.size()));
+  PetscCall(sum_far(comm));
+  PetscFunctionReturn(0);
+}
+
+/// Every rank gets all far blocks and adds them in the order of the ranks.
+PetscErrorCode CoarseBlocks::sum_far(MPI_Comm comm) {
+  PetscMPIInt ranks, mine = 0;
+  PetscFunctionBegin;
+  PetscCallMPI(MPI_Comm_size(comm, &ranks));
+  if (ranks == 1) PetscFunctionReturn(0);
+  std::vector<double> own;  // ends, numbers
+  for (const auto& [ends, numbers] : far_) {
+    own.push_back(static_cast<double>(ends.first));
+    own.push_back(static_cast<double>(ends.second));
+    own.insert(own.end(), numbers.begin(), numbers.end());
+  }
+  PetscCall(PetscMPIIntCast(static_cast<PetscInt>(own.size()), &mine));
+  std::vector<PetscMPIInt> count(static_cast<std::size_t>(ranks)), first(count.size() + 1, 0);
+  PetscCallMPI(MPI_Allgather(&mine, 1, MPI_INT, count.data(), 1, MPI_INT, comm));
+  std::partial_sum(count.begin(), count.end(), first.begin() + 1);
+  if (first.back() == 0) PetscFunctionReturn(0);
+  std::vector<double> all(static_cast<std::size_t>(first.back()));
+  PetscCallMPI(MPI_Allgatherv(own.data(), mine, MPI_DOUBLE, all.data(), count.data(), first.data(), MPI_DOUBLE, comm));
+  far_.clear();
+  for (std::size_t k = 0; k < all.size(); k += 2 + width_) {
+    double* to = far(static_cast<PetscInt>(all[k]), static_cast<PetscInt>(all[k + 1]));
+    for (std::size_t m = 0; m < width_; ++m) to[m] += all[k + 2 + m];
+  }
+  PetscFunctionReturn(0);
+}
+
+}  // namespace bs

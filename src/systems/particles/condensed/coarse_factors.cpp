@@ -1,0 +1,102 @@
+#include "systems/particles/condensed/coarse_factors.hpp"
+#include <algorithm>
+
+namespace bs {
+
+/// Blocks of E, each once; the matrix and its order of elimination are kept where they are those of before.
+PetscErrorCode CoarseFactors::set_pattern(int d, const CoarseBlocks& blocks, const CoarseBlocks& rolling) {
+  const PetscInt size = blocks.nodes() * d;
+  std::vector<std::pair<PetscInt, PetscInt>> pattern;
+  PetscFunctionBegin;
+  const auto note = [&](PetscInt a, PetscInt b, const double*) { pattern.emplace_back(a, b); };
+  for (PetscInt a = 0; a < blocks.nodes(); ++a) pattern.emplace_back(a, a);
+  blocks.for_each(note);
+  rolling.for_each(note);
+  std::sort(pattern.begin(), pattern.end());
+  pattern.erase(std::unique(pattern.begin(), pattern.end()), pattern.end());
+  if (E_ && pattern == pattern_) PetscFunctionReturn(0);
+  pattern_ = std::move(pattern);
+  std::vector<PetscInt> entries(static_cast<std::size_t>(size), 0);
+  for (const auto& [a, b] : pattern_)
+    for (int r = 0; r < d; ++r) entries[static_cast<std::size_t>(a * d + r)] += a == b ? d - r : d;
+  factors_.reset();
+  PetscCall(MatCreateSeqSBAIJ(PETSC_COMM_SELF, 1, size, size, 0, entries.data(), E_.out()));
+  PetscCall(MatSetOption(E_, MAT_IGNORE_LOWER_TRIANGULAR, PETSC_TRUE));
+  PetscCall(MatCreateVecs(E_, in_.out(), out_.out()));
+  PetscFunctionReturn(0);
+}
+
+PetscErrorCode CoarseFactors::set_values(int d, const CoarseBlocks& blocks, const CoarseBlocks& rolling) {
+  PetscErrorCode failed = 0;
+  double full[9];
+  PetscInt rows[3], columns[3];
+  std::vector<double> diagonal(static_cast<std::size_t>(blocks.nodes() * d), 0.0);
+  PetscFunctionBegin;
+  const auto add = [&](PetscInt a, PetscInt b, const double* numbers) {
+    for (int c = 0; c < d; ++c) {
+      rows[c] = a * d + c;
+      columns[c] = b * d + c;
+      if (a == b) diagonal[static_cast<std::size_t>(rows[c])] += numbers[c * (d + 1)];
+    }
+    if (!failed) failed = MatSetValues(E_, d, rows, d, columns, numbers, ADD_VALUES);
+  };
+  PetscCall(MatZeroEntries(E_));
+  blocks.for_each([&](PetscInt a, PetscInt b, const double* numbers) {
+    for (int r = 0, k = 0; r < d; ++r)
+      for (int c = r; c < d; ++c, ++k) full[r * d + c] = full[c * d + r] = numbers[k];
+    add(a, b, full);
+  });
+  rolling.for_each(add);
+  PetscCall(failed);
+  for (PetscInt k = 0; k < blocks.nodes() * d; ++k)  // no particle is near a node without entries
+    PetscCall(MatSetValue(E_, k, k, diagonal[static_cast<std::size_t>(k)] == 0 ? 1 : 0, ADD_VALUES));
+  PetscCall(MatAssemblyBegin(E_, MAT_FINAL_ASSEMBLY));
+  PetscCall(MatAssemblyEnd(E_, MAT_FINAL_ASSEMBLY));
+  PetscFunctionReturn(0);
+}
+
+// CHOLMOD's solves take half the time of MUMPS' here. Its supernodal factors tell that E is not positive definite by an error, its others
+// not at all; and it prints a warning unless it is told not to.
+PetscErrorCode CoarseFactors::factor(bool* definite) {
+  PetscOptions own;
+  PetscErrorCode failed;
+  PetscFunctionBegin;
+  PetscCall(PetscOptionsCreate(&own));
+  PetscCall(PetscOptionsSetValue(own, "-mat_cholmod_factor", "SUPERNODAL"));
+  PetscCall(PetscOptionsSetValue(own, "-mat_cholmod_print", "0"));
+  PetscCall(PetscOptionsPush(own));
+  if (!factors_) {
+    PetscCall(PCCreate(PETSC_COMM_SELF, factors_.out()));
+    PetscCall(PCSetType(factors_, PCCHOLESKY));
+    PetscCall(PCFactorSetMatSolverType(factors_, MATSOLVERCHOLMOD));
+  }
+  PetscCall(PCSetOperators(factors_, E_, E_));
+  PetscCall(PetscPushErrorHandler(PetscReturnErrorHandler, nullptr));
+  failed = PCSetUp(factors_);
+  PetscCall(PetscPopErrorHandler());
+  PetscCall(PetscOptionsPop());
+  PetscCall(PetscOptionsDestroy(&own));
+  *definite = !failed;
+  if (failed) factors_.reset();
+  PetscFunctionReturn(0);
+}
+
+PetscErrorCode CoarseFactors::create(int d, const CoarseBlocks& blocks, const CoarseBlocks& rolling, bool* definite) {
+  PetscFunctionBegin;
+  PetscCall(set_pattern(d, blocks, rolling));
+  PetscCall(set_values(d, blocks, rolling));
+  PetscCall(factor(definite));
+  PetscFunctionReturn(0);
+}
+
+PetscErrorCode CoarseFactors::solve(const double* in, double* out) {
+  PetscFunctionBegin;
+  PetscCall(VecPlaceArray(in_, in));
+  PetscCall(VecPlaceArray(out_, out));
+  PetscCall(PCApply(factors_, in_, out_));
+  PetscCall(VecResetArray(in_));
+  PetscCall(VecResetArray(out_));
+  PetscFunctionReturn(0);
+}
+
+}  // namespace bs
