@@ -16,7 +16,10 @@ struct HookeSpring : SpringLawTraits {
   static Real tension_over_length(Real l, Real k, Real L) noexcept {
     return k * (l - L) / l;
   }
-  static double stiffness(double, double k, double) noexcept { return k; }
+  template <class Real>
+  static Real stiffness(Real, Real k, Real) noexcept {
+    return k;
+  }
 };
 
 }  // namespace bs

@@ -16,7 +16,10 @@ struct StrainSpring : SpringLawTraits {
   static Real tension_over_length(Real l, Real K, Real L) noexcept {
     return K * (l - L) / (L * l);
   }
-  static double stiffness(double, double K, double L) noexcept { return K / L; }
+  template <class Real>
+  static Real stiffness(Real, Real K, Real L) noexcept {
+    return K / L;
+  }
 };
 
 }  // namespace bs

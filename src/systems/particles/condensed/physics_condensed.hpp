@@ -1,6 +1,7 @@
 // The loops of PhysicsOf that make S and multiply by the tangent; included by physics_impl.hpp alone.
 #pragma once
 #include <algorithm>
+#include "systems/particles/condensed/plain_pairs.hpp"
 #include "systems/particles/physics_impl.hpp"
 
 namespace bs {
@@ -64,6 +65,15 @@ void PhysicsOf<d, Spring, Damper>::fill_springs(double t, const LocalState& stat
   for (PetscInt i = 0; i < net_.n; ++i) {
     double node[d * d];
     node_block<positive>(i, t, state, shift, abc, node);
+    if constexpr (d == 3 && !Spring::mixed) {
+      const SpringPattern& pattern = S->pattern();
+      const PetscInt pairs = pattern.start[i + 1] - pattern.start[i];
+      if (plain_[i] && !net_.fixed[i] && fill_plain_pairs<Spring, positive>(net_, i, pairs, state.at(0), abc.stiffness, S->pair(pair + 1))) {
+        pair += pairs;
+        condensed::add_symmetric<d>(node, S->node(i));
+        continue;
+      }
+    }
     const double* y = state.at(i);
     PetscInt last = -1;
     for (PetscInt e = links.start[i]; e < links.start[i + 1] && !net_.fixed[i]; ++e) {
