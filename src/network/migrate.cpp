@@ -1,4 +1,5 @@
 #include "network/migrate.hpp"
+#include <numeric>
 #include <tuple>
 #include "network/exchange.hpp"
 #include "network/spring_rows.hpp"
@@ -37,6 +38,21 @@ struct Halves {
             lattice.rest_length[k], lattice.damping[k]};
   }
 };
+
+/// All half springs, sorted: each straight among those of its particle, which are few to sort.
+void put_in_order(const Halves& halves, std::int64_t particles, std::vector<HalfSpring>* out) {
+  std::vector<std::size_t> at(static_cast<std::size_t>(particles) + 1, 0);
+  for (std::size_t k = 0; k < halves.count(); ++k) ++at[static_cast<std::size_t>(halves.self(k)) + 1];
+  std::partial_sum(at.begin(), at.end(), at.begin());
+  out->resize(halves.count());
+  for (std::size_t k = 0; k < halves.count(); ++k) (*out)[at[static_cast<std::size_t>(halves.self(k))]++] = halves(k);
+  std::size_t begin = 0;
+  for (std::int64_t i = 0; i < particles; ++i) {  // at[i] has become the end of particle i
+    const std::size_t end = at[static_cast<std::size_t>(i)];
+    std::sort(out->begin() + static_cast<std::ptrdiff_t>(begin), out->begin() + static_cast<std::ptrdiff_t>(end), before);
+    begin = end;
+  }
+}
 
 /// keep(coupling) for each coupling without a spring that `options` asks for, at this chunk's particles.
 template <class Keep>
@@ -110,17 +126,19 @@ PetscErrorCode collect_half_springs(MPI_Comm comm, const Lattice& lattice, const
     mine->insert(mine->end(), received.begin(), received.end());
     PetscFunctionReturn(0);
   };
-  // a tenth more than the average; untouched pages cost nothing
-  mine->reserve(static_cast<std::size_t>(2 * lattice.springs.total / size * (size > 1 ? 11 : 10) / 10));
-  if (size == 1)
-    for (std::size_t k = 0; k < halves.count(); ++k) mine->push_back(halves(k));
-  else
+  if (size == 1) {
+    put_in_order(halves, lattice.particles.count, mine);
+  } else {
+    // a tenth more than the average; untouched pages cost nothing
+    mine->reserve(static_cast<std::size_t>(2 * lattice.springs.total / size * 11 / 10));
     PetscCall(exchange_in_slices<HalfSpring>(
         comm, halves.count(), options.slice, [&](std::size_t k) { return chunks.owner(halves.self(k)); }, halves, forward));
+  }
   std::vector<HalfSpring> couplings;
   for_each_coupling(lattice, options, [&](const HalfSpring& s) { couplings.push_back(s); });
+  const std::size_t sorted = size == 1 ? mine->size() : 0;
   PetscCall(forward(couplings));
-  std::sort(mine->begin(), mine->end(), before);
+  if (mine->size() > sorted) std::sort(mine->begin(), mine->end(), before);
   PetscFunctionReturn(0);
 }
 

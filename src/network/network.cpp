@@ -10,6 +10,7 @@
 #include "network/migrate.hpp"
 #include "network/particle_rows.hpp"
 #include "network/partition.hpp"
+#include "network/row_index.hpp"
 #include "network/spring_rows.hpp"
 
 namespace bs {
@@ -17,26 +18,23 @@ namespace {
 
 using LayoutHandle = Handle<PetscLayout, PetscLayoutDestroy>;
 
-/// Reverse Cuthill-McKee order of the springs among owned particles: position -> index in `particles`.
-PetscErrorCode order_locally(const std::vector<ParticleRecord>& particles, const std::vector<HalfSpring>& springs, const std::vector<PetscInt>& start,
-                             int ordering, std::vector<PetscInt>* order) {
-  const PetscInt n = static_cast<PetscInt>(particles.size());
+/// Reverse Cuthill-McKee order of the springs among owned particles, whose rows `rows` has: position -> index among these.
+PetscErrorCode order_locally(const RowIndex& rows, const std::vector<HalfSpring>& springs, const std::vector<PetscInt>& start, int ordering,
+                             std::vector<PetscInt>* order) {
+  const PetscInt n = static_cast<PetscInt>(start.size()) - 1;
   PetscFunctionBegin;
-  order->resize(particles.size());
+  order->resize(static_cast<std::size_t>(n));
   std::iota(order->begin(), order->end(), 0);
   if (ordering != 0 || n < 3) PetscFunctionReturn(0);
   std::vector<PetscInt> ia(static_cast<std::size_t>(n) + 1, 0), ja;
-  ja.reserve(springs.size() + particles.size());
+  ja.reserve(springs.size() + static_cast<std::size_t>(n));
   for (PetscInt i = 0; i < n; ++i) {
     PetscInt last = -1;
     ja.push_back(i);
     const std::size_t begin = ja.size() - 1;
     for (PetscInt e = start[i]; e < start[i + 1]; ++e) {
-      const std::int64_t other = image::row(springs[e].other);
-      const auto at =
-          std::lower_bound(particles.begin(), particles.end(), other, [](const ParticleRecord& p, std::int64_t row) { return p.row < row; });
-      if (springs[e].spring < 0 || at == particles.end() || at->row != other) continue;
-      const PetscInt j = static_cast<PetscInt>(at - particles.begin());
+      const PetscInt j = springs[e].spring < 0 ? -1 : rows.find(image::row(springs[e].other));
+      if (j < 0) continue;
       if (j != last && j != i) ja.push_back(j);
       last = j;
     }
@@ -45,13 +43,13 @@ PetscErrorCode order_locally(const std::vector<ParticleRecord>& particles, const
   }
   std::vector<PetscScalar> ones(ja.size(), 1);
   MatHandle graph;
-  ISHandle rows, columns;
+  ISHandle first, columns;
   PetscCall(MatCreateSeqAIJWithArrays(PETSC_COMM_SELF, n, n, ia.data(), ja.data(), ones.data(), graph.out()));
-  PetscCall(MatGetOrdering(graph, MATORDERINGRCM, rows.out(), columns.out()));
+  PetscCall(MatGetOrdering(graph, MATORDERINGRCM, first.out(), columns.out()));
   const PetscInt* index = nullptr;
-  PetscCall(ISGetIndices(rows, &index));
+  PetscCall(ISGetIndices(first, &index));
   order->assign(index, index + n);
-  PetscCall(ISRestoreIndices(rows, &index));
+  PetscCall(ISRestoreIndices(first, &index));
   PetscFunctionReturn(0);
 }
 
@@ -108,6 +106,13 @@ PetscErrorCode look_up(MPI_Comm comm, const Lattice& lattice, const std::vector<
   PetscFunctionReturn(0);
 }
 
+std::vector<std::int64_t> rows_of(const std::vector<ParticleRecord>& particles) {
+  std::vector<std::int64_t> rows;
+  rows.reserve(particles.size());
+  for (const ParticleRecord& p : particles) rows.push_back(p.row);
+  return rows;
+}
+
 /// Rows of `springs` that begin each particle; particles and springs are sorted by row.
 std::vector<PetscInt> row_starts(const std::vector<ParticleRecord>& particles, const std::vector<HalfSpring>& springs) {
   std::vector<PetscInt> start(particles.size() + 1, 0);
@@ -121,13 +126,14 @@ std::vector<PetscInt> row_starts(const std::vector<ParticleRecord>& particles, c
 
 /// Fills the owned part of `net` in the order given.
 void lay_out(const std::vector<ParticleRecord>& particles, const std::vector<HalfSpring>& springs, const std::vector<AnchorRecord>& anchors,
-             const std::vector<PetscInt>& start, const std::vector<PetscInt>& order, const std::vector<std::int64_t>& ghosts, Network* net) {
+             const RowIndex& rows, const std::vector<PetscInt>& start, const std::vector<PetscInt>& order, const std::vector<std::int64_t>& ghosts,
+             Network* net) {
   const int d = net->dim;
   std::vector<PetscInt> place(order.size());
   for (std::size_t i = 0; i < order.size(); ++i) place[order[i]] = static_cast<PetscInt>(i);
   const auto owned_index = [&](std::int64_t row) -> PetscInt {
-    const auto at = std::lower_bound(particles.begin(), particles.end(), row, [](const ParticleRecord& p, std::int64_t r) { return p.row < r; });
-    return at != particles.end() && at->row == row ? place[at - particles.begin()] : -1;
+    const PetscInt at = rows.find(row);
+    return at < 0 ? -1 : place[static_cast<std::size_t>(at)];
   };
   Links& links = net->links;
   links.start.assign(1, 0);
@@ -166,14 +172,11 @@ void lay_out(const std::vector<ParticleRecord>& particles, const std::vector<Hal
   }
 }
 
-/// Keys of the other ends of `springs` that are none of `particles`, ascending.
-std::vector<std::int64_t> ghost_keys(const std::vector<ParticleRecord>& particles, const std::vector<HalfSpring>& springs) {
+/// Keys of the other ends of `springs` that are none of the particles in `rows`, ascending.
+std::vector<std::int64_t> ghost_keys(const RowIndex& rows, const std::vector<HalfSpring>& springs) {
   std::vector<std::int64_t> ghosts;
-  for (const HalfSpring& s : springs) {
-    const std::int64_t row = image::row(s.other);
-    const auto at = std::lower_bound(particles.begin(), particles.end(), row, [](const ParticleRecord& p, std::int64_t r) { return p.row < r; });
-    if (image::shifted(s.other) || at == particles.end() || at->row != row) ghosts.push_back(s.other);
-  }
+  for (const HalfSpring& s : springs)
+    if (image::shifted(s.other) || rows.find(image::row(s.other)) < 0) ghosts.push_back(s.other);
   std::sort(ghosts.begin(), ghosts.end());
   ghosts.erase(std::unique(ghosts.begin(), ghosts.end()), ghosts.end());
   return ghosts;
@@ -234,15 +237,16 @@ PetscErrorCode build_network(MPI_Comm comm, const Lattice& lattice, const Networ
   PetscCall(migrate(comm, lattice, chunks, rank_of, &particles, &anchors));
   const std::vector<PetscInt> start = row_starts(particles, springs);
   std::vector<PetscInt> order;
-  PetscCall(order_locally(particles, springs, start, options.ordering, &order));
+  const RowIndex rows(rows_of(particles));
+  PetscCall(order_locally(rows, springs, start, options.ordering, &order));
 
-  const std::vector<std::int64_t> ghosts = ghost_keys(particles, springs);
+  const std::vector<std::int64_t> ghosts = ghost_keys(rows, springs);
   net->n = static_cast<PetscInt>(particles.size());
   net->ghosts = static_cast<PetscInt>(ghosts.size());
   PetscInt last = 0;
   PetscCallMPI(MPI_Scan(&net->n, &last, 1, MPIU_INT, MPI_SUM, comm));
   net->first = last - net->n;
-  lay_out(particles, springs, anchors, start, order, ghosts, net);
+  lay_out(particles, springs, anchors, rows, start, order, ghosts, net);
   lay_out_interactions(lattice, interactions, ghosts, net);
   release(springs);
   PetscCall(give_laws(comm, lattice, net));

@@ -7,6 +7,7 @@
 #include "lattice/generator.hpp"
 #include "lattice/random.hpp"
 #include "network/network.hpp"
+#include "network/row_index.hpp"
 
 using namespace bs;
 
@@ -153,6 +154,24 @@ TEST_CASE("couplings without springs reach every particle") {
       const std::int64_t row = net.row[static_cast<std::size_t>(i)];
       REQUIRE(couplings == (all ? 59 : row == 33 ? 0 : 1));
       REQUIRE(net.links.start[i + 1] - net.links.start[i] == couplings + static_cast<PetscInt>(ends.at(row).size()));
+    }
+  }
+}
+
+TEST_CASE("Rows are found where they stand, whether they lie evenly or in heaps") {
+  std::vector<std::int64_t> even(1000), heaps, far = {-5, 7, std::int64_t{1} << 42};
+  for (std::size_t k = 0; k < even.size(); ++k) even[k] = 3 + static_cast<std::int64_t>(k);
+  for (std::int64_t k = 0; k < 300; ++k) heaps.push_back(k * k * k % 97 + (k / 100) * 1000000000);
+  std::sort(heaps.begin(), heaps.end());
+  heaps.erase(std::unique(heaps.begin(), heaps.end()), heaps.end());
+  for (const std::vector<std::int64_t>& rows : {std::vector<std::int64_t>(), std::vector<std::int64_t>{4}, even, heaps, far}) {
+    const RowIndex index(rows);
+    std::vector<std::int64_t> asked = rows;
+    for (const std::int64_t row : rows) asked.insert(asked.end(), {row - 1, row + 1, row + 50});
+    asked.push_back(0);
+    for (const std::int64_t row : asked) {
+      const auto at = std::find(rows.begin(), rows.end(), row);
+      CHECK(index.find(row) == (at == rows.end() ? -1 : at - rows.begin()));
     }
   }
 }
