@@ -1,6 +1,10 @@
 #include "systems/particles/condensed/coarse_factors.hpp"
 #include <algorithm>
 
+#if !defined(PETSC_HAVE_SUITESPARSE)
+#error "the coarse grid is factored by CHOLMOD: configure PETSc with --download-suitesparse"
+#endif
+
 namespace bs {
 
 /// Blocks of E, each once; the matrix and its order of elimination are kept where they are those of before.
@@ -55,8 +59,8 @@ PetscErrorCode CoarseFactors::set_values(int d, const CoarseBlocks& blocks, cons
   PetscFunctionReturn(0);
 }
 
-// CHOLMOD's solves take half the time of MUMPS' here. Its supernodal factors tell that E is not positive definite by an error, its others
-// not at all; and it prints a warning unless it is told not to.
+// CHOLMOD's solves take half the time of MUMPS' here. Its supernodal factors tell that E is not positive definite by an error (zero pivot),
+// its others not at all; and it prints a warning unless it is told not to.
 PetscErrorCode CoarseFactors::factor(bool* definite) {
   PetscOptions own;
   PetscErrorCode failed;
@@ -76,8 +80,9 @@ PetscErrorCode CoarseFactors::factor(bool* definite) {
   PetscCall(PetscPopErrorHandler());
   PetscCall(PetscOptionsPop());
   PetscCall(PetscOptionsDestroy(&own));
-  *definite = !failed;
   if (failed) factors_.reset();
+  *definite = failed != PETSC_ERR_MAT_CH_ZRPVT;
+  if (*definite) PetscCall(failed);
   PetscFunctionReturn(0);
 }
 

@@ -99,6 +99,7 @@ PetscErrorCode CoarseSpace::make(SpringMatrix& S, PetscInt unknowns) {
 /// Collective. E, summed over the ranks, and its factors.
 PetscErrorCode CoarseSpace::factor(SpringMatrix& S) {
   CoarseBlocks E, rolling;
+  int active = 0;
   PetscFunctionBegin;
   rolling.create(grid_.nodes(), supports_ ? grid_.differences() : std::vector<PetscInt>(), static_cast<std::size_t>(dim_ * dim_));
   PetscCall(PetscLogFlops(dim_ == 1   ? sum_energy<1>(grid_, S, &E, &rolling)
@@ -107,6 +108,9 @@ PetscErrorCode CoarseSpace::factor(SpringMatrix& S) {
   PetscCall(E.sum(comm_));
   if (supports_) PetscCall(rolling.sum(comm_));
   PetscCall(factors_.create(dim_, E, rolling, &active_));
+  active = active_;
+  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &active, 1, MPI_INT, MPI_MIN, comm_));  // ranks on unlike processors may round differently
+  active_ = active != 0;
   const std::size_t size = static_cast<std::size_t>(unknowns());
   in_.resize(size);
   out_.resize(size);
