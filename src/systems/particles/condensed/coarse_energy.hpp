@@ -142,9 +142,9 @@ class CoarseEnergy {
   }
   std::uint8_t held(PetscInt i) const noexcept { return mask_.empty() ? 0 : mask_[static_cast<std::size_t>(i)]; }
 
+  Block here_[CORNERS][CORNERS] = {};
   const CoarseGrid& grid_;
   CoarseBlocks &E_, &rolling_;
-  Block here_[CORNERS][CORNERS] = {};
   PetscInt cell_ = -1;              ///< whose blocks here_ holds
   std::vector<std::uint8_t> mask_;  ///< held components of owned particles and ghosts
   double updates_ = 0;
