@@ -1,13 +1,15 @@
 #!/usr/bin/env python3
 """Hard cases (tests/bench/hard_problems.py) on the program's own options at steps up to 0.02 s or 300 times the explicit limit: they end, within a
 stated number of rejected attempts and Newton iterations; momentum is kept, no energy comes from nowhere; ranks agree; a linear solve
-that fails costs a shorter step, not the run."""
+that fails costs a shorter step, not the run; directions by absolute curvatures take folding sheets through whole steps, to solutions of the step's
+equation."""
 import pathlib
 import sys
 import tempfile
 
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parent))
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1] / "bench"))
+import h5py
 import numpy as np
 from harness import Checks
 import hard_problems
@@ -83,10 +85,46 @@ def failed_solve(checks, folder):
             checks.true(f"{name}: in its steps, to the end", abs(np.sum(r.trajectory.log["dt"]) - 0.005) < 1e-12)
 
 
+def left_of_step(file, t):
+    """The largest M (v - v_n)/h - f(x, v) of a particle that is not held, of each frame but the first, against the largest force of a spring, in NumPy:
+    Hooke's springs, axial dampers, gravity. h is the time between frames."""
+    with h5py.File(file) as f:
+        ends, k, damping, rest = (f["springs/" + name][...] for name in ("pairs", "stiffness", "damping", "rest_length"))
+        fixed, mass = f["particles/fixed"][...] != 0, f["particles/mass"][...]
+    h, worst, largest = t.time[1] - t.time[0], 0, 0
+    for x, v, before in zip(t.position[1:], t.velocity[1:], t.velocity):
+        d, w = (a[ends[:, 0]] - a[ends[:, 1]] for a in (x, v))
+        length = np.linalg.norm(d, axis=1)
+        pull = k * (length - rest) + damping * (d * w).sum(axis=1) / length
+        left = mass[:, None] * ((v - before) / h + [0, 0, 9.81])
+        np.add.at(left, ends[:, 0], (pull / length)[:, None] * d)
+        np.add.at(left, ends[:, 1], -(pull / length)[:, None] * d)
+        worst, largest = max(worst, np.abs(left[~fixed]).max()), max(largest, np.abs(pull).max())
+    return worst / largest
+
+
+def absolute(checks, folder):
+    """Sheets that fold, with -bs_tangent absolute: no step of 0.02 s is cut, where the default rejects attempts; what each ends at solves backward
+    Euler's equations, whatever minimum it is."""
+    for make, steps in ((hard_problems.twisted_cloth, 3), (hard_problems.folding_cloth, 2)):
+        case = make(folder / f"{make.__name__}_absolute.h5", False)
+        given = dict(case.options, ts_type="beuler", ts_dt=0.02, ts_max_time=steps * 0.02, bs_advise=False)
+        for ranks in (1, 2):
+            name = f"{case.name}, {ranks} rank(s)"
+            r = checks.run(dict(given, bs_tangent="absolute"), ranks=ranks, interval=0.02)
+            checks.true(f"{name}: whole steps", r.report["outcome"] == "ok" and r.report["steps"] == steps and r.report["rejected"] == 0,
+                        f"{r.report['rejected']} attempts rejected, {r.report['newton']} Newton iterations")
+            checks.true(f"{name}: through negative curvature", r.report["indefinite"] > 0, f"{r.report['indefinite']} tangents")
+            checks.below(f"{name}: left of the step's equation, of the largest tension", left_of_step(case.options["bs_lattice_file"], r.trajectory), 1e-6)
+            conserved(checks, name, case, r.trajectory)
+        r = checks.run(dict(given, ts_max_time=0.02), interval=0.02)
+        checks.true(f"{case.name}: the default cuts the first step", r.report["rejected"] > 0, f"{r.report['rejected']} times")
+
+
 def main():
     checks = Checks(__doc__)
     with tempfile.TemporaryDirectory() as folder:
-        for part in (hard, failed_solve):
+        for part in (hard, absolute, failed_solve):
             if checks.wants(part.__name__):
                 with checks.group(part.__name__):
                     part(checks, pathlib.Path(folder))

@@ -9,7 +9,7 @@ namespace bs {
 
 void InnerSolver::renew() {
   renew_factors();
-  indefinite_ = false;
+  indefinite_ = bent_ = false;
   hope_ = true;
 }
 
@@ -49,7 +49,9 @@ PetscErrorCode InnerSolver::linearise(bool definite) {
   if (fresh_) sigma_ = sigma;
   stale_ = false;
   if (fresh_ && rebuild_ && storage_ == CondensedStorage::aij && !direct_) PetscCall(build_hierarchy());
-  PetscCall(KSPSetOperators(ksp_, S_, S_));
+  Mat factored = S_;
+  PetscCall(matrix_of_factors(definite, &factored));
+  PetscCall(KSPSetOperators(ksp_, S_, factored));
   PetscCall(KSPSetReusePreconditioner(ksp_, fresh_ ? PETSC_FALSE : PETSC_TRUE));
   PC pc;
   PetscCall(KSPGetPC(ksp_, &pc));
@@ -98,7 +100,7 @@ PetscErrorCode InnerSolver::assemble(CondensedCounts* counts) {
   bool negative = false;
   PetscFunctionBegin;
   // where S itself has to be solved with, its signs do not matter
-  const bool definite = demand_.direction && (demand_.curvature == Curvature::definite || (may_modify() && !hope_));
+  const bool definite = demand_.direction && (demand_.curvature == Curvature::definite || (may_modify() && !hope_ && !bent_));
   PetscCall(linearise(definite));
   if (direct_ && demand_.direction && !definite) {
     PetscInt count = 0;
@@ -185,7 +187,7 @@ PetscErrorCode InnerSolver::solve(Vec b, Vec w, CondensedCounts* counts, bool* s
   const bool finished = reason > 0;
   PetscCall(conclude(b, w, counts, reason, solved));
   if (definite_) ++counts->definite;
-  if (*solved && !definite_ && !tangent_->exact_symmetric()) {
+  if (*solved && !definite_ && !bent_ && !tangent_->exact_symmetric()) {
     PetscInt its = 0;
     PetscCall(correction_.apply(*tangent_, ksp_, rtol_, b, w, &its, &reason));
     counts->iterations += its;
@@ -207,6 +209,10 @@ PetscErrorCode InnerSolver::solve_definite(Vec b, Vec w, CondensedCounts* counts
   bool downhill = true;
   PetscFunctionBegin;
   if (fresh_) ++counts->refreshed;
+  if (bent_) {
+    PetscCall(solve_absolute(b, w, counts, reason));
+    PetscFunctionReturn(0);
+  }
   PetscCall(run(ksp_, b, w, counts, reason));
   if (definite_ || !demand_.direction || (direct_ && !indefinite_)) PetscFunctionReturn(0);
   if (*reason > 0) PetscCall(leads_downhill(b, w, &downhill));
@@ -216,35 +222,13 @@ PetscErrorCode InnerSolver::solve_definite(Vec b, Vec w, CondensedCounts* counts
   if (indefinite_ && !direct_) ++counts->indefinite;
   if (!may_modify()) PetscFunctionReturn(0);
   if (broken) ++counts->broken;
+  if (by_absolute() && !broken) {
+    PetscCall(bend(b, w, counts, reason));
+    PetscFunctionReturn(0);
+  }
   PetscCall(linearise(true));
   ++counts->refreshed;
   PetscCall(run(ksp_, b, w, counts, reason));
-  PetscFunctionReturn(0);
-}
-
-// Where S itself has to be solved with and is not positive definite (springs under compression, large steps), MINRES on S
-// with the preconditioner of its definite part.
-PetscErrorCode InnerSolver::solve_indefinite(Vec b, Vec w, CondensedCounts* counts, bool* solved) {
-  KSPConvergedReason reason;
-  PetscFunctionBegin;
-  if (!fallback_) {
-    PC own, pc;
-    PCType type;
-    PetscCall(tangent_->create(storage_, positive_.out()));
-    PetscCall(KSPCreate(tangent_->comm(), fallback_.out()));
-    PetscCall(KSPSetOptionsPrefix(fallback_, (prefix_ + "fallback_").c_str()));
-    PetscCall(KSPSetType(fallback_, KSPMINRES));
-    PetscCall(KSPSetTolerances(fallback_, rtol_, 0.0, 1e8, 4000));
-    PetscCall(KSPGetPC(ksp_, &own));
-    PetscCall(PCGetType(own, &type));
-    PetscCall(KSPGetPC(fallback_, &pc));
-    PetscCall(PCSetType(pc, type));
-    PetscCall(KSPSetFromOptions(fallback_));
-  }
-  PetscCall(tangent_->assemble(true, positive_));
-  PetscCall(KSPSetOperators(fallback_, S_, positive_));
-  PetscCall(run(fallback_, b, w, counts, &reason));
-  *solved = reason > 0;
   PetscFunctionReturn(0);
 }
 

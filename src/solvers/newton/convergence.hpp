@@ -16,6 +16,8 @@ struct NewtonSettings {
   bool affine = false;  ///< the type solves F(t, y, sigma y + c) = b for y in momentum form
   /// Whether descent directions of the potential are sufficient for the search, instead of solutions of Newton's system.
   bool directions = false;
+  /// Whether tangents that are not positive definite are no reason for a shorter step.
+  bool patient = false;
   /// Whether linear solves are as loose as Newton allows (set for the iterative condensed solve).
   bool forcing = false;
 };
@@ -76,6 +78,8 @@ class NewtonPolicy {
   /// `settings.directions` is determined here.
   PetscErrorCode attach(TS ts, SNES snes, const NewtonSettings& settings);
   void loosen_linear_solves() { settings_.forcing = true; }
+  /// Directions go along negative curvature: however many there are, the step is not made shorter.
+  void be_patient() { settings_.patient = true; }
   /// Whether solves go on however many tangents are not positive definite (pseudo time), instead of asking for a shorter step.
   void persist(bool on) { persists_ = on; }
   const NewtonSettings& settings() const { return settings_; }

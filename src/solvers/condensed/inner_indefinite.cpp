@@ -1,0 +1,72 @@
+// What the inner solver does where S is not positive definite: directions by absolute curvatures, or the solution of S w = b.
+#include <algorithm>
+#include <string>
+#include "solvers/condensed/inner_solver.hpp"
+
+namespace bs {
+
+/// S itself, or its definite part where S may be indefinite: incomplete factors want the latter.
+PetscErrorCode InnerSolver::matrix_of_factors(bool definite, Mat* P) {
+  PetscFunctionBegin;
+  *P = S_;
+  if (!bent_ || definite) PetscFunctionReturn(0);
+  if (!positive_) PetscCall(tangent_->create(storage_, positive_.out()));
+  if (fresh_) PetscCall(tangent_->assemble(true, positive_));
+  *P = positive_;
+  PetscFunctionReturn(0);
+}
+
+/// From a solve with S that has met negative curvature on: by absolute curvatures, with factors of the definite part.
+PetscErrorCode InnerSolver::bend(Vec b, Vec w, CondensedCounts* counts, KSPConvergedReason* reason) {
+  PetscFunctionBegin;
+  bent_ = true;
+  renew_factors();
+  PetscCall(linearise(false));
+  ++counts->refreshed;
+  --counts->indefinite;  // it is counted by what follows
+  PetscCall(solve_absolute(b, w, counts, reason));
+  PetscFunctionReturn(0);
+}
+
+// Far from the minimum a direction need not be better than LOOSE; near it S is positive definite, and Newton's tolerance holds.
+PetscErrorCode InnerSolver::solve_absolute(Vec b, Vec w, CondensedCounts* counts, KSPConvergedReason* reason) {
+  constexpr double LOOSE = 0.1;
+  AbsoluteSolve::Outcome outcome;
+  PC pc;
+  PetscFunctionBegin;
+  PetscCall(KSPGetPC(ksp_, &pc));
+  PetscCall(absolute_.solve(S_, pc, b, w, rtol_, std::max(rtol_, LOOSE), &outcome));
+  counts->iterations += outcome.iterations;
+  if (outcome.negative) ++counts->indefinite;
+  indefinite_ = outcome.negative;
+  *reason = outcome.sound ? KSP_CONVERGED_RTOL : KSP_DIVERGED_INDEFINITE_PC;
+  PetscFunctionReturn(0);
+}
+
+// Where S itself has to be solved with and is not positive definite (springs under compression, large steps), MINRES on S
+// with the preconditioner of its definite part.
+PetscErrorCode InnerSolver::solve_indefinite(Vec b, Vec w, CondensedCounts* counts, bool* solved) {
+  KSPConvergedReason reason;
+  PetscFunctionBegin;
+  if (!fallback_) {
+    PC own, pc;
+    PCType type;
+    PetscCall(tangent_->create(storage_, positive_.out()));
+    PetscCall(KSPCreate(tangent_->comm(), fallback_.out()));
+    PetscCall(KSPSetOptionsPrefix(fallback_, (prefix_ + "fallback_").c_str()));
+    PetscCall(KSPSetType(fallback_, KSPMINRES));
+    PetscCall(KSPSetTolerances(fallback_, rtol_, 0.0, 1e8, 4000));
+    PetscCall(KSPGetPC(ksp_, &own));
+    PetscCall(PCGetType(own, &type));
+    PetscCall(KSPGetPC(fallback_, &pc));
+    PetscCall(PCSetType(pc, type));
+    PetscCall(KSPSetFromOptions(fallback_));
+  }
+  PetscCall(tangent_->assemble(true, positive_));
+  PetscCall(KSPSetOperators(fallback_, S_, positive_));
+  PetscCall(run(fallback_, b, w, counts, &reason));
+  *solved = reason > 0;
+  PetscFunctionReturn(0);
+}
+
+}  // namespace bs
