@@ -47,7 +47,7 @@ PetscErrorCode set_defaults_of_linear_model(TS ts) {
 
 /// Directions by absolute curvatures, which iterative solvers find, lead through all folds of a long step: it is not made shorter for their number.
 PetscErrorCode set_patience(TS ts, bool direct, NewtonPolicy* newton) {
-  constexpr PetscInt MOST = 200;
+  constexpr PetscInt MOST = 150;
   char own[64] = "";
   SNES snes;
   PetscFunctionBegin;
@@ -75,7 +75,7 @@ PetscErrorCode set_condensed_defaults(TS ts, Model& model, NewtonPolicy* newton,
   PetscCall(condensed_set_tangent(pc, model.tangent(), demand));
   DirectChoice choice;
   if (!given("-condensed_pc_type") && !given("-condensed_ksp_type")) PetscCall(choose_direct(*model.tangent(), &choice));
-  if (curvature == Curvature::absolute) PetscCall(set_patience(ts, choice.direct, newton));
+  if (curvature == Curvature::automatic) PetscCall(set_patience(ts, choice.direct, newton));
   PetscCall(KSPSetType(ksp, given("-snes_mf_operator") ? KSPFGMRES : KSPPREONLY));
   PetscCall(KSPSetTolerances(ksp, 1e-8, PETSC_DEFAULT, PETSC_DEFAULT, PETSC_DEFAULT));
   // nor is a direct solve better than its iterations for what the symmetric S leaves out
@@ -180,9 +180,9 @@ PetscErrorCode set_linear_defaults(TS ts, Model& model, NewtonPolicy* newton) {
     o.choice(
         "-bs_tangent",
         "tangent that determines Newton's directions with the line search energy: exact, definite (without the negative transverse stiffness of "
-        "compressed springs), auto (exact as long as it is positive definite), or absolute (negative curvatures by their absolute values, with up "
-        "to 200 iterations (-snes_max_it) instead of shorter steps; auto where the linear solver is direct)",
-        {"auto", "exact", "definite", "absolute"}, curvature);
+        "compressed springs), or auto (exact as long as it is positive definite, then by the absolute values of its curvatures, with up to 150 "
+        "iterations (-snes_max_it); definite in their place where the linear solver is direct)",
+        {"auto", "exact", "definite"}, curvature);
   }));
   PetscCall(VecGetSize(model.initial_state(), &unknowns));
   PetscCall(refuse_impossible_solvers(model.comm()));

@@ -12,8 +12,10 @@ PetscErrorCode read_step_options(MPI_Comm comm, RunOptions* out) {
   PetscFunctionBegin;
   PetscCall(read_section(comm, "Stepping", [&](Section& o) {
     o.real("-bs_step_cut", "factor by which the step is multiplied after a failed solve, between 0 and 1", out->step.length.cut, Range::positive);
-    o.integer("-bs_step_grow_after", "number of accepted steps after which a reduced step grows back toward -ts_dt", out->step.length.grow_after,
-              Range::positive);
+    o.integer("-bs_step_grow_after",
+              "number of accepted steps after which a reduced step grows back toward -ts_dt; twice as many each time the longer step is rejected "
+              "at once, up to 32 times",
+              out->step.length.grow_after, Range::positive);
     o.real("-bs_step_min", "shortest step tried after a rejection; if a shorter one is needed, the run ends with exit code 3; 0: no limit [s]",
            out->step.length.least, Range::nonnegative);
     o.integer("-bs_step_max_cuts", "rejections allowed per step; one more ends the run with exit code 3", out->step.max_cuts, Range::nonnegative);

@@ -22,7 +22,7 @@ import numpy as np
 from program import environment, words
 import hard_problems
 
-VARIANTS = {"auto": {}, "exact": {"bs_tangent": "exact"}, "definite": {"bs_tangent": "definite"}, "absolute": {"bs_tangent": "absolute"},
+VARIANTS = {"auto": {}, "exact": {"bs_tangent": "exact"}, "definite": {"bs_tangent": "definite"},
             "exact, trust region": {"bs_tangent": "exact", "snes_type": "newtontr"}}
 OLD = "before"  # the column of --old
 TYPES = {"beuler": {"ts_type": "beuler"}, "cn": {"ts_type": "cn"}, "bdf2": {"ts_type": "bdf", "ts_bdf_order": 2, "ts_adapt_type": "none"},

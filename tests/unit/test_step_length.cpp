@@ -114,6 +114,42 @@ TEST_CASE("a cut step grows back by 1/cut after so many good ones") {
   REQUIRE(after == std::vector<double>{0.1 / 16, 0.1 / 4, 0.1 / 4, 0.1 / 4, 0.1, 0.1});
 }
 
+TEST_CASE("a length that fails as soon as it is tried again is tried ever less often") {
+  StepRules rules;
+  rules.cut = 0.25;
+  rules.grow_after = 2;
+  StepLength length(rules, 0.1, false, false);
+  length.plan(0.0, 100.0, 0.1, true);
+  length.follow(0.025, false, true, 0.025);
+  std::vector<int> awaited;
+  for (int attempt = 0; attempt < 8; ++attempt) {
+    int good = 1;
+    for (; length.next() < 0.1; ++good) {
+      length.plan(1.0, 100.0, length.next(), false);
+      length.follow(length.planned(), false, false, length.planned());
+    }
+    awaited.push_back(good);
+    length.plan(1.0, 1.02, length.next(), false);  // a step that is shortened to land says nothing of the length
+    length.follow(length.planned(), true, false, length.planned());
+    Facts facts;
+    length.save(&facts);
+    length = StepLength(rules, 0.1, false, false);
+    length.restore(facts);
+    length.plan(1.0, 100.0, length.next(), false);
+    length.follow(0.025, false, true, 0.025);  // the attempt at the whole length was rejected
+  }
+  REQUIRE(awaited == std::vector<int>{2, 4, 8, 16, 32, 64, 64, 64});
+  for (int k = 0; k < 1000; ++k) {
+    length.plan(1.0, 100.0, length.next(), false);
+    length.follow(length.planned(), false, false, length.planned());
+  }
+  length.plan(1.0, 100.0, length.next(), false);
+  length.follow(0.025, false, true, 0.025);
+  length.plan(1.0, 100.0, length.next(), false);
+  length.follow(length.planned(), false, false, length.planned());
+  REQUIRE(length.next() == 0.1);  // the whole length has held for long
+}
+
 TEST_CASE("a rejection starts the count of good steps again") {
   StepRules rules;
   rules.grow_after = 2;
@@ -177,8 +213,8 @@ TEST_CASE("a continued run goes on with the length it would have had") {
   length.follow(0.025, false, false, 0.025);
   Facts facts;
   length.save(&facts);
-  REQUIRE(facts.real == std::map<std::string, double>{{"nominal_step", 0.1}, {"next_step", 0.025}, {"first_step", 0.1}});
-  REQUIRE(facts.whole == std::map<std::string, std::int64_t>{{"good_in_a_row", 2}});
+  REQUIRE(facts.real == std::map<std::string, double>{{"nominal_step", 0.1}, {"next_step", 0.025}, {"first_step", 0.1}, {"grown_from", 0}});
+  REQUIRE(facts.whole == std::map<std::string, std::int64_t>{{"good_in_a_row", 2}, {"good_awaited", 3}});
 
   StepLength again(rules, 0.1, false, false);
   REQUIRE(again.restore(facts).empty());
@@ -187,6 +223,12 @@ TEST_CASE("a continued run goes on with the length it would have had") {
     one->plan(0.05, 100.0, one->next(), false);
     one->follow(0.025, false, false, 0.025);
     REQUIRE(one->next() == 0.1);
+  }
+  for (const char* name : {"grown_from", "good_awaited"}) {  // unknown to checkpoints of earlier programs
+    Facts old = facts;
+    old.real.erase(name);
+    old.whole.erase(name);
+    REQUIRE(StepLength(rules, 0.1, false, false).restore(old).empty());
   }
   Facts later;
   again.save(&later);

@@ -1,8 +1,7 @@
 #!/usr/bin/env python3
 """Hard cases (tests/bench/hard_problems.py) on the program's own options at steps up to 0.02 s or 300 times the explicit limit: they end, within a
 stated number of rejected attempts and Newton iterations; momentum is kept, no energy comes from nowhere; ranks agree; a linear solve
-that fails costs a shorter step, not the run; directions by absolute curvatures take folding sheets through whole steps, to solutions of the step's
-equation."""
+that fails costs a shorter step, not the run; sheets that fold go through whole steps, to solutions of the step's equation."""
 import pathlib
 import sys
 import tempfile
@@ -16,7 +15,7 @@ import hard_problems
 
 # The step in explicit ones (0.02 s at most), steps of a run; bounds on attempts rejected in it and on Newton iterations a step, those of rejected
 # attempts included: with a margin over what it takes, since the way through a fold depends on rounding.
-BOUNDS = {"folding cloth": (30, 1, 6, 60), "shell": (300, 2, 2, 40), "twisted cloth": (3, 1, 6, 100), "pressed column": (300, 1, 6, 60), "random net": (10, 1, 12, 60),
+BOUNDS = {"folding cloth": (30, 1, 0, 60), "shell": (300, 2, 0, 60), "twisted cloth": (300, 2, 1, 100), "pressed column": (300, 3, 1, 60), "random net": (20, 1, 1, 100),
           "B2": (300, 4, 0, 12), "pulled chain": (300, 5, 0, 8)}
 UNIQUE = ("B2", "pulled chain")  # the others buckle: where to is decided by rounding
 
@@ -103,28 +102,26 @@ def left_of_step(file, t):
     return worst / largest
 
 
-def absolute(checks, folder):
-    """Sheets that fold, with -bs_tangent absolute: no step of 0.02 s is cut, where the default rejects attempts; what each ends at solves backward
-    Euler's equations, whatever minimum it is."""
+def folding(checks, folder):
+    """Sheets that fold: no step of 0.02 s, about a hundred explicit ones, is cut; what each ends at solves backward Euler's equations, whatever
+    minimum it is."""
     for make, steps in ((hard_problems.twisted_cloth, 3), (hard_problems.folding_cloth, 2)):
-        case = make(folder / f"{make.__name__}_absolute.h5", False)
+        case = make(folder / f"{make.__name__}_folding.h5", False)
         given = dict(case.options, ts_type="beuler", ts_dt=0.02, ts_max_time=steps * 0.02, bs_advise=False)
         for ranks in (1, 2):
             name = f"{case.name}, {ranks} rank(s)"
-            r = checks.run(dict(given, bs_tangent="absolute"), ranks=ranks, interval=0.02)
+            r = checks.run(given, ranks=ranks, interval=0.02)
             checks.true(f"{name}: whole steps", r.report["outcome"] == "ok" and r.report["steps"] == steps and r.report["rejected"] == 0,
                         f"{r.report['rejected']} attempts rejected, {r.report['newton']} Newton iterations")
             checks.true(f"{name}: through negative curvature", r.report["indefinite"] > 0, f"{r.report['indefinite']} tangents")
             checks.below(f"{name}: left of the step's equation, of the largest tension", left_of_step(case.options["bs_lattice_file"], r.trajectory), 1e-6)
             conserved(checks, name, case, r.trajectory)
-        r = checks.run(dict(given, ts_max_time=0.02), interval=0.02)
-        checks.true(f"{case.name}: the default cuts the first step", r.report["rejected"] > 0, f"{r.report['rejected']} times")
 
 
 def main():
     checks = Checks(__doc__)
     with tempfile.TemporaryDirectory() as folder:
-        for part in (hard, absolute, failed_solve):
+        for part in (hard, folding, failed_solve):
             if checks.wants(part.__name__):
                 with checks.group(part.__name__):
                     part(checks, pathlib.Path(folder))

@@ -10,7 +10,7 @@
 namespace bs {
 
 /// Which S a Newton direction is taken from.
-enum class Curvature { automatic, exact, definite, absolute };
+enum class Curvature { automatic, exact, definite };
 
 /// What the solve is for.
 struct CondensedDemand {
@@ -18,7 +18,7 @@ struct CondensedDemand {
   /// whether S is definite or not.
   bool direction = false;
   /// For directions: exact: S as it is; definite: with what makes it positive definite; automatic: as it is while it is
-  /// positive definite; absolute: with the absolute values of its curvatures, where the solver is iterative, else automatic.
+  /// positive definite, then with the absolute values of its curvatures, or its definite part where the solver is direct.
   Curvature curvature = Curvature::automatic;
   /// The signs of the pivots are wanted, where the solver is direct; they always are for directions.
   bool inertia = false;

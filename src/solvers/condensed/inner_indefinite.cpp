@@ -9,7 +9,7 @@ namespace bs {
 PetscErrorCode InnerSolver::matrix_of_factors(bool definite, Mat* P) {
   PetscFunctionBegin;
   *P = S_;
-  if (!bent_ || definite) PetscFunctionReturn(0);
+  if (!absolute_in_force_ || definite) PetscFunctionReturn(0);
   if (!positive_) PetscCall(tangent_->create(storage_, positive_.out()));
   if (fresh_) PetscCall(tangent_->assemble(true, positive_));
   *P = positive_;
@@ -17,9 +17,9 @@ PetscErrorCode InnerSolver::matrix_of_factors(bool definite, Mat* P) {
 }
 
 /// From a solve with S that has met negative curvature on: by absolute curvatures, with factors of the definite part.
-PetscErrorCode InnerSolver::bend(Vec b, Vec w, CondensedCounts* counts, KSPConvergedReason* reason) {
+PetscErrorCode InnerSolver::start_absolute(Vec b, Vec w, CondensedCounts* counts, KSPConvergedReason* reason) {
   PetscFunctionBegin;
-  bent_ = true;
+  absolute_in_force_ = true;
   renew_factors();
   PetscCall(linearise(false));
   ++counts->refreshed;
@@ -32,14 +32,29 @@ PetscErrorCode InnerSolver::bend(Vec b, Vec w, CondensedCounts* counts, KSPConve
 PetscErrorCode InnerSolver::solve_absolute(Vec b, Vec w, CondensedCounts* counts, KSPConvergedReason* reason) {
   constexpr double LOOSE = 0.1;
   AbsoluteSolve::Outcome outcome;
+  AbsoluteSolve::Demand demand;
   PC pc;
   PetscFunctionBegin;
   PetscCall(KSPGetPC(ksp_, &pc));
-  PetscCall(absolute_.solve(S_, pc, b, w, rtol_, std::max(rtol_, LOOSE), &outcome));
+  demand.rtol = rtol_;
+  demand.loose = std::max(rtol_, LOOSE);
+  PetscCall(KSPGetTolerances(ksp_, nullptr, nullptr, nullptr, &demand.most));
+  PetscCall(absolute_.solve(S_, pc, b, w, demand, &outcome));
   counts->iterations += outcome.iterations;
   if (outcome.negative) ++counts->indefinite;
   indefinite_ = outcome.negative;
-  *reason = outcome.sound ? KSP_CONVERGED_RTOL : KSP_DIVERGED_INDEFINITE_PC;
+  *reason = KSP_CONVERGED_RTOL;
+  if (!outcome.sound) PetscCall(take_definite(b, w, counts, reason));
+  PetscFunctionReturn(0);
+}
+
+/// The direction of the definite part of S.
+PetscErrorCode InnerSolver::take_definite(Vec b, Vec w, CondensedCounts* counts, KSPConvergedReason* reason) {
+  PetscFunctionBegin;
+  absolute_in_force_ = false;
+  PetscCall(linearise(true));
+  ++counts->refreshed;
+  PetscCall(run(ksp_, b, w, counts, reason));
   PetscFunctionReturn(0);
 }
 

@@ -9,7 +9,7 @@ namespace bs {
 
 void InnerSolver::renew() {
   renew_factors();
-  indefinite_ = bent_ = false;
+  indefinite_ = absolute_in_force_ = false;
   hope_ = true;
 }
 
@@ -100,7 +100,7 @@ PetscErrorCode InnerSolver::assemble(CondensedCounts* counts) {
   bool negative = false;
   PetscFunctionBegin;
   // where S itself has to be solved with, its signs do not matter
-  const bool definite = demand_.direction && (demand_.curvature == Curvature::definite || (may_modify() && !hope_ && !bent_));
+  const bool definite = demand_.direction && (demand_.curvature == Curvature::definite || (may_modify() && !hope_ && !absolute_in_force_));
   PetscCall(linearise(definite));
   if (direct_ && demand_.direction && !definite) {
     PetscInt count = 0;
@@ -187,7 +187,7 @@ PetscErrorCode InnerSolver::solve(Vec b, Vec w, CondensedCounts* counts, bool* s
   const bool finished = reason > 0;
   PetscCall(conclude(b, w, counts, reason, solved));
   if (definite_) ++counts->definite;
-  if (*solved && !definite_ && !bent_ && !tangent_->exact_symmetric()) {
+  if (*solved && !definite_ && !absolute_in_force_ && !tangent_->exact_symmetric()) {
     PetscInt its = 0;
     PetscCall(correction_.apply(*tangent_, ksp_, rtol_, b, w, &its, &reason));
     counts->iterations += its;
@@ -209,7 +209,7 @@ PetscErrorCode InnerSolver::solve_definite(Vec b, Vec w, CondensedCounts* counts
   bool downhill = true;
   PetscFunctionBegin;
   if (fresh_) ++counts->refreshed;
-  if (bent_) {
+  if (absolute_in_force_) {
     PetscCall(solve_absolute(b, w, counts, reason));
     PetscFunctionReturn(0);
   }
@@ -223,12 +223,10 @@ PetscErrorCode InnerSolver::solve_definite(Vec b, Vec w, CondensedCounts* counts
   if (!may_modify()) PetscFunctionReturn(0);
   if (broken) ++counts->broken;
   if (by_absolute() && !broken) {
-    PetscCall(bend(b, w, counts, reason));
+    PetscCall(start_absolute(b, w, counts, reason));
     PetscFunctionReturn(0);
   }
-  PetscCall(linearise(true));
-  ++counts->refreshed;
-  PetscCall(run(ksp_, b, w, counts, reason));
+  PetscCall(take_definite(b, w, counts, reason));
   PetscFunctionReturn(0);
 }
 

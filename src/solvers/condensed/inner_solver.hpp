@@ -57,11 +57,12 @@ class InnerSolver {
   PetscErrorCode solve_indefinite(Vec b, Vec w, CondensedCounts* counts, bool* solved);
   PetscErrorCode run(KSP ksp, Vec b, Vec w, CondensedCounts* counts, KSPConvergedReason* reason);
   PetscErrorCode leads_downhill(Vec b, Vec w, bool* yes) const;
-  PetscErrorCode bend(Vec b, Vec w, CondensedCounts* counts, KSPConvergedReason* reason);
+  PetscErrorCode take_definite(Vec b, Vec w, CondensedCounts* counts, KSPConvergedReason* reason);
+  PetscErrorCode start_absolute(Vec b, Vec w, CondensedCounts* counts, KSPConvergedReason* reason);
   PetscErrorCode solve_absolute(Vec b, Vec w, CondensedCounts* counts, KSPConvergedReason* reason);
   PetscErrorCode matrix_of_factors(bool definite, Mat* P);
-  bool by_absolute() const { return demand_.direction && demand_.curvature == Curvature::absolute && !direct_; }
-  bool may_modify() const { return demand_.direction && (demand_.curvature == Curvature::automatic || demand_.curvature == Curvature::absolute); }
+  bool by_absolute() const { return may_modify() && !direct_; }
+  bool may_modify() const { return demand_.direction && demand_.curvature == Curvature::automatic; }
   Tangent* tangent_ = nullptr;
   CondensedDemand demand_;
   KSPHandle ksp_, fallback_;
@@ -78,7 +79,7 @@ class InnerSolver {
   bool definite_ = false;    ///< S_ is the definite part
   bool indefinite_ = false;  ///< the last S was not positive definite
   bool hope_ = true;
-  bool bent_ = false;                                    ///< directions come from absolute_, preconditioned by the definite part
+  bool absolute_in_force_ = false;                       ///< directions come from absolute_, preconditioned by the definite part
   KSPConvergedReason failed_ = KSP_CONVERGED_ITERATING;  ///< of the last solve; positive or 0: none
   // the preconditioner's age: iterations per digit when it was new and at the last solve
   bool stale_ = true, fresh_ = false;

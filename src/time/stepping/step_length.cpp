@@ -8,7 +8,8 @@ namespace bs {
 namespace {
 
 constexpr double SAME = SAME_STEP;
-constexpr double BLIND = 1e-3;  // length of a step without error estimate, of the nominal one
+constexpr double BLIND = 1e-3;        // length of a step without error estimate, of the nominal one
+constexpr std::int64_t LONGEST = 32;  // times grow_after: good steps before a length that failed again and again is tried once more
 
 }  // namespace
 
@@ -39,15 +40,25 @@ double StepLength::recorded(double taken) const { return std::abs(taken - planne
 
 void StepLength::follow(double taken, bool landed, bool rejected, double proposed) {
   if (rejected) good_in_a_row_ = 0;
+  // a length that fails as soon as it is tried again costs an attempt each time: it is tried ever less often
+  if (grown_from_ > 0 && planned_ > grown_from_ * (1 + SAME)) {
+    if (rejected) awaited_ = std::min(2 * awaited_, LONGEST * rules_.grow_after);
+    grown_from_ = 0;
+  }
   if (!adaptive_) next_ = grown_back(taken);
   else next_ = landed && taken < wanted_ ? std::max(proposed, wanted_) : proposed;
 }
 
 double StepLength::grown_back(double taken) {
   const double next = taken < planned_ * (1 - SAME) ? taken : wanted_;
-  if (next >= nominal_ * (1 - SAME)) return nominal_;
-  if (++good_in_a_row_ < rules_.grow_after) return next;
+  const bool whole = next >= nominal_ * (1 - SAME);
+  if (++good_in_a_row_ < awaited_) return whole ? nominal_ : next;
   good_in_a_row_ = 0;
+  if (whole) {
+    awaited_ = std::max(awaited_ / 2, rules_.grow_after);
+    return nominal_;
+  }
+  grown_from_ = next;
   return std::min(nominal_, next / rules_.cut);
 }
 
@@ -56,6 +67,8 @@ void StepLength::save(Facts* facts) const {
   facts->real["next_step"] = next_;
   facts->real["first_step"] = first_planned_;
   facts->whole["good_in_a_row"] = good_in_a_row_;
+  facts->whole["good_awaited"] = awaited_;
+  facts->real["grown_from"] = grown_from_;
 }
 
 std::string StepLength::restore(const Facts& facts) {
@@ -64,6 +77,8 @@ std::string StepLength::restore(const Facts& facts) {
   good_in_a_row_ = facts.whole.at("good_in_a_row");
   const bool same = std::abs(was - nominal_) <= 1e-14 * nominal_;
   next_ = same ? facts.real.at("next_step") : nominal_;
+  if (same && facts.whole.count("good_awaited")) awaited_ = std::max(facts.whole.at("good_awaited"), rules_.grow_after);
+  if (same && facts.real.count("grown_from")) grown_from_ = facts.real.at("grown_from");
   return same ? std::string() : format("the step is -ts_dt %g; it was %g", nominal_, was);
 }
 

@@ -19,7 +19,7 @@ class StepLength {
   StepLength() = default;
   /// `adaptive`: the method chooses its steps by an error estimate; `blind`: it has no estimate of its first step.
   StepLength(const StepRules& rules, double nominal, bool adaptive, bool blind)
-      : rules_(rules), nominal_(nominal), wanted_(nominal), next_(nominal), adaptive_(adaptive), blind_(blind) {}
+      : rules_(rules), nominal_(nominal), wanted_(nominal), next_(nominal), adaptive_(adaptive), blind_(blind), awaited_(rules.grow_after) {}
   double nominal() const { return nominal_; }
   double next() const { return next_; }
   /// Of the very first attempt, but for output times [s].
@@ -36,7 +36,8 @@ class StepLength {
   /// The length to be recorded for a step whose ends are `taken` apart: the planned one, but for rounding.
   double recorded(double taken) const;
   /// After a good step of length `taken`; `rejected`: attempts at it were; `proposed`: the method's choice for the next one. The
-  /// length from before a landing comes back; after cuts it grows by 1/cut every few good steps.
+  /// length from before a landing comes back; after cuts it grows by 1/cut every few good steps, of
+  /// which twice as many are awaited where the first step after a growth was rejected.
   void follow(double taken, bool landed, bool rejected, double proposed);
   void save(Facts* facts) const;
   /// Returns what is not as it was, in words.
@@ -54,7 +55,9 @@ class StepLength {
   double first_planned_ = 0;         ///< of the run's first step; 0: there was none yet
   bool adaptive_ = false, blind_ = false;
   bool landing_ = false;            ///< the present step ends at the target
+  double grown_from_ = 0;           ///< length before the last growth, as long as none longer has been tried; 0: one has
   std::int64_t good_in_a_row_ = 0;  ///< good steps since a rejection, or since the last growth
+  std::int64_t awaited_ = 3;        ///< good steps before the length grows
 };
 
 }  // namespace bs
