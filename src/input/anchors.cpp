@@ -4,6 +4,7 @@
 #include <cinttypes>
 
 #include "base/fault.hpp"
+#include "base/gather_all.hpp"
 #include "input/groups.hpp"
 #include "input/remote.hpp"
 
@@ -39,8 +40,7 @@ static std::string fault_of(const AnchorSpec& spec, const Lattice& l) {
 
 /// The particles of the spec's group, by row, behind those it names.
 static PetscErrorCode add_members(MPI_Comm comm, const Lattice& l, AnchorSpec* spec) {
-  PetscMPIInt size;
-  std::vector<std::int64_t> rows;
+  std::vector<std::int64_t> rows, all;
 
   PetscFunctionBegin;
   if (spec->group.empty()) PetscFunctionReturn(0);
@@ -48,13 +48,7 @@ static PetscErrorCode add_members(MPI_Comm comm, const Lattice& l, AnchorSpec* s
   const auto group = std::find_if(l.groups.begin(), l.groups.end(), [&](const Group& one) { return one.name == spec->group; });
   for (std::size_t p = 0; p < group->member.size(); ++p)
     if (group->member[p]) rows.push_back(l.particles.first + static_cast<std::int64_t>(p));
-  PetscCallMPI(MPI_Comm_size(comm, &size));
-  std::vector<int> counts(static_cast<std::size_t>(size)), starts(counts.size() + 1, 0);
-  const int count = static_cast<int>(rows.size());
-  PetscCallMPI(MPI_Allgather(&count, 1, MPI_INT, counts.data(), 1, MPI_INT, comm));
-  for (std::size_t r = 0; r < counts.size(); ++r) starts[r + 1] = starts[r] + counts[r];
-  std::vector<std::int64_t> all(static_cast<std::size_t>(starts.back()));
-  PetscCallMPI(MPI_Allgatherv(rows.data(), count, MPI_INT64_T, all.data(), counts.data(), starts.data(), MPI_INT64_T, comm));
+  PetscCall(gather_all(comm, rows, &all));
   spec->particles.insert(spec->particles.end(), all.begin(), all.end());
   PetscFunctionReturn(0);
 }

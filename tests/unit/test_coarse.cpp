@@ -21,6 +21,13 @@ void linear(const Network& net, const std::vector<double>& points, double slope,
   REQUIRE(VecRestoreArrayWrite(v, &a) == 0);
 }
 
+/// The definite part of S, in `own`.
+SpringMatrix& assembled(Case* c, MatHandle* own) {
+  REQUIRE(c->tangent.create(CondensedStorage::springs, own->out()) == 0);
+  REQUIRE(c->tangent.assemble(true, *own) == 0);
+  return *SpringMatrix::from(*own);
+}
+
 struct Solved {
   PetscInt unknowns;
   double uniform, linear;
@@ -31,9 +38,7 @@ double difference_of(const GeneratorSpec& spec, double slope, bool (*rolling)(st
   Case c(PETSC_COMM_WORLD, spec, 40.0, 0, rolling);
   MatHandle own;
   VecHandle z, r, found, before;
-  REQUIRE(c.tangent.create(CondensedStorage::springs, own.out()) == 0);
-  REQUIRE(c.tangent.assemble(true, own) == 0);
-  SpringMatrix& S = *SpringMatrix::from(own);
+  SpringMatrix& S = assembled(&c, &own);
   REQUIRE(S.create_vector(z.out()) == 0);
   for (VecHandle* v : {&r, &found, &before}) REQUIRE(VecDuplicate(z, v->out()) == 0);
   linear(c.net, c.net.held, slope, z);
@@ -109,9 +114,7 @@ TEST_CASE("With a node at every particle the coarse grid solves all of S, which 
   Case c(PETSC_COMM_WORLD, spec, 40.0);
   MatHandle own;
   VecHandle z, r, found;
-  REQUIRE(c.tangent.create(CondensedStorage::springs, own.out()) == 0);
-  REQUIRE(c.tangent.assemble(true, own) == 0);
-  SpringMatrix& S = *SpringMatrix::from(own);
+  SpringMatrix& S = assembled(&c, &own);
   REQUIRE(S.create_vector(z.out()) == 0);
   for (VecHandle* v : {&r, &found}) REQUIRE(VecDuplicate(z, v->out()) == 0);
   fill(c.net, z);
@@ -130,9 +133,7 @@ TEST_CASE("A coarse grid whose matrix is not positive definite stands aside, and
   MatHandle own;
   VecHandle r, z;
   PetscReal size = 0;
-  REQUIRE(c.tangent.create(CondensedStorage::springs, own.out()) == 0);
-  REQUIRE(c.tangent.assemble(true, own) == 0);
-  SpringMatrix& S = *SpringMatrix::from(own);
+  SpringMatrix& S = assembled(&c, &own);
   REQUIRE(S.create_vector(r.out()) == 0);
   REQUIRE(VecDuplicate(r, z.out()) == 0);
   fill(c.net, r);
@@ -159,9 +160,7 @@ TEST_CASE("What is added is symmetric and positive") {
   MatHandle own;
   VecHandle p, q, Mp, Mq;
   PetscScalar pMq, qMp, pMp;
-  REQUIRE(c.tangent.create(CondensedStorage::springs, own.out()) == 0);
-  REQUIRE(c.tangent.assemble(true, own) == 0);
-  SpringMatrix& S = *SpringMatrix::from(own);
+  SpringMatrix& S = assembled(&c, &own);
   for (VecHandle* v : {&p, &q, &Mp, &Mq}) REQUIRE(S.create_vector(v->out()) == 0);
   fill(c.net, p);
   REQUIRE(S.multiply(p, q) == 0);
@@ -187,9 +186,7 @@ TEST_CASE("A coarse motion does not strain springs much stiffer than the others"
   MatHandle own;
   VecHandle r, z;
   const PetscScalar* a = nullptr;
-  REQUIRE(c.tangent.create(CondensedStorage::springs, own.out()) == 0);
-  REQUIRE(c.tangent.assemble(true, own) == 0);
-  SpringMatrix& S = *SpringMatrix::from(own);
+  SpringMatrix& S = assembled(&c, &own);
   REQUIRE(S.create_vector(r.out()) == 0);
   REQUIRE(VecDuplicate(r, z.out()) == 0);
   fill(c.net, r);
@@ -219,9 +216,7 @@ TEST_CASE("The operations of a coarse grid are those counted by hand") {
   MatHandle own;
   VecHandle r, z;
   PetscLogDouble before, made, added;
-  REQUIRE(c.tangent.create(CondensedStorage::springs, own.out()) == 0);
-  REQUIRE(c.tangent.assemble(true, own) == 0);
-  SpringMatrix& S = *SpringMatrix::from(own);
+  SpringMatrix& S = assembled(&c, &own);
   REQUIRE(S.create_vector(r.out()) == 0);
   REQUIRE(VecDuplicate(r, z.out()) == 0);
   CoarseSpace coarse;

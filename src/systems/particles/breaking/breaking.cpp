@@ -1,6 +1,7 @@
 #include "systems/particles/breaking/breaking.hpp"
 #include <algorithm>
 #include <cmath>
+#include "base/gather_all.hpp"
 #include "physics/pair/springs/registry.hpp"
 
 namespace bs {
@@ -66,23 +67,8 @@ PetscErrorCode Breaking::keep_worst(std::vector<Found>* found) const {
 
 /// Every rank gets the springs of all, by row and each once.
 PetscErrorCode Breaking::share(std::vector<Found>* found) const {
-  PetscMPIInt size;
   PetscFunctionBegin;
-  PetscCallMPI(MPI_Comm_size(net_->comm, &size));
-  if (size > 1) {
-    constexpr int UNIT = static_cast<int>(sizeof(Found));
-    std::vector<PetscMPIInt> counts(static_cast<std::size_t>(size)), starts(counts.size() + 1, 0);
-    const PetscMPIInt mine = static_cast<PetscMPIInt>(found->size());
-    MPI_Datatype type;
-    PetscCallMPI(MPI_Allgather(&mine, 1, MPI_INT, counts.data(), 1, MPI_INT, net_->comm));
-    for (std::size_t r = 0; r < counts.size(); ++r) starts[r + 1] = starts[r] + counts[r];
-    std::vector<Found> all(static_cast<std::size_t>(starts.back()));
-    PetscCallMPI(MPI_Type_contiguous(UNIT, MPI_BYTE, &type));
-    PetscCallMPI(MPI_Type_commit(&type));
-    PetscCallMPI(MPI_Allgatherv(found->data(), mine, type, all.data(), counts.data(), starts.data(), type, net_->comm));
-    PetscCallMPI(MPI_Type_free(&type));
-    *found = std::move(all);
-  }
+  PetscCall(gather_all(net_->comm, *found, found));
   // a spring between a particle and its own image is judged at both its links
   std::sort(found->begin(), found->end(), [](const Found& a, const Found& b) { return a.spring.row < b.spring.row; });
   found->erase(std::unique(found->begin(), found->end(), [](const Found& a, const Found& b) { return a.spring.row == b.spring.row; }), found->end());

@@ -1,5 +1,5 @@
 #include "systems/particles/condensed/coarse_blocks.hpp"
-#include <numeric>
+#include "base/gather_all.hpp"
 #include "base/long_sum.hpp"
 
 namespace bs {
@@ -29,23 +29,17 @@ PetscErrorCode CoarseBlocks::sum(MPI_Comm comm) {
 
 /// Every rank gets all far blocks and adds them in the order of the ranks.
 PetscErrorCode CoarseBlocks::sum_far(MPI_Comm comm) {
-  PetscMPIInt ranks, mine = 0;
+  PetscMPIInt ranks;
+  std::vector<double> own, all;  // ends, numbers
   PetscFunctionBegin;
   PetscCallMPI(MPI_Comm_size(comm, &ranks));
   if (ranks == 1) PetscFunctionReturn(0);
-  std::vector<double> own;  // ends, numbers
   for (const auto& [ends, numbers] : far_) {
     own.push_back(static_cast<double>(ends.first));
     own.push_back(static_cast<double>(ends.second));
     own.insert(own.end(), numbers.begin(), numbers.end());
   }
-  PetscCall(PetscMPIIntCast(static_cast<PetscInt>(own.size()), &mine));
-  std::vector<PetscMPIInt> count(static_cast<std::size_t>(ranks)), first(count.size() + 1, 0);
-  PetscCallMPI(MPI_Allgather(&mine, 1, MPI_INT, count.data(), 1, MPI_INT, comm));
-  std::partial_sum(count.begin(), count.end(), first.begin() + 1);
-  if (first.back() == 0) PetscFunctionReturn(0);
-  std::vector<double> all(static_cast<std::size_t>(first.back()));
-  PetscCallMPI(MPI_Allgatherv(own.data(), mine, MPI_DOUBLE, all.data(), count.data(), first.data(), MPI_DOUBLE, comm));
+  PetscCall(gather_all(comm, own, &all));
   far_.clear();
   for (std::size_t k = 0; k < all.size(); k += 2 + width_) {
     double* to = far(static_cast<PetscInt>(all[k]), static_cast<PetscInt>(all[k + 1]));

@@ -1,0 +1,38 @@
+// What every rank has, on every rank.
+#pragma once
+#include <petscsys.h>
+#include <cstddef>
+#include <cstdint>
+#include <type_traits>
+#include <utility>
+#include <vector>
+
+namespace bs {
+
+/// Collective. `all` becomes the elements of rank 0, then those of rank 1 and so on, on every rank. Fails where they are more than an MPI count
+/// holds.
+template <typename T>
+PetscErrorCode gather_all(MPI_Comm comm, const std::vector<T>& own, std::vector<T>* all) {
+  static_assert(std::is_trivially_copyable_v<T>, "sent byte by byte");
+  PetscMPIInt ranks = 1, mine = 0;
+  MPI_Datatype type;
+  PetscFunctionBegin;
+  PetscCallMPI(MPI_Comm_size(comm, &ranks));
+  PetscCall(PetscMPIIntCast(static_cast<PetscInt>(own.size()), &mine));
+  std::vector<PetscMPIInt> counts(static_cast<std::size_t>(ranks)), starts(counts.size());
+  PetscCallMPI(MPI_Allgather(&mine, 1, MPI_INT, counts.data(), 1, MPI_INT, comm));
+  std::int64_t sum = 0;
+  for (std::size_t r = 0; r < counts.size(); ++r) {
+    PetscCall(PetscMPIIntCast(static_cast<PetscInt>(sum), &starts[r]));
+    sum += counts[r];
+  }
+  std::vector<T> gathered(static_cast<std::size_t>(sum));
+  PetscCallMPI(MPI_Type_contiguous(static_cast<int>(sizeof(T)), MPI_BYTE, &type));
+  PetscCallMPI(MPI_Type_commit(&type));
+  PetscCallMPI(MPI_Allgatherv(own.data(), mine, type, gathered.data(), counts.data(), starts.data(), type, comm));
+  PetscCallMPI(MPI_Type_free(&type));
+  *all = std::move(gathered);
+  PetscFunctionReturn(0);
+}
+
+}  // namespace bs
