@@ -72,7 +72,6 @@ PetscErrorCode RejectionWatch::name_failure(TS ts) {
   PetscCall(model_.last_fault(&fault));
   if (!fault.empty() && why != SNES_DIVERGED_LOCAL_MIN) last_reason_ = DOMAIN_ERROR;  // a task refused what had been solved for
   last_ = fault.empty() ? REJECTION_REASONS[last_reason_].sentence : fault;
-  if (why == SNES_DIVERGED_INNER && fault.empty()) last_ = "too many tangents of one step were not positive definite (springs buckle)";
   if (why == SNES_DIVERGED_FUNCTION_COUNT && fault.empty()) last_ = "Newton did not converge within -snes_max_funcs evaluations of the residual";
   if (last_reason_ != LINEAR) PetscFunctionReturn(0);
   PC pc;

@@ -82,6 +82,7 @@ PetscErrorCode Stepper::renew_solver(TS ts) const {
   if (!context_.implicit) PetscFunctionReturn(0);
   PetscCall(linear_solver_of(ts, nullptr, &pc));
   PetscCall(condensed_renew(pc));
+  context_.newton.forget_lengths();
   PetscFunctionReturn(0);
 }
 

@@ -49,3 +49,29 @@ TEST_CASE("a kinematic residual counts by the velocity it stands for") {
   solve.first = {0.1, 30};
   REQUIRE(solve.size_of_forces() == 30);
 }
+
+TEST_CASE("a length that was rejected is worth the iterations of the shorter steps in its place") {
+  PastLengths lengths;
+  lengths.begin(0.1);
+  REQUIRE_FALSE(lengths.exceeded(1000));  // nothing is known of shorter ones
+  lengths.begin(0.025);                   // 0.1 has not converged
+  REQUIRE(lengths.failed == 0.1);
+  lengths.converged(10);
+  lengths.begin(0.025);
+  REQUIRE_FALSE(lengths.exceeded(1000));  // this length has not been rejected
+  lengths.converged(8);
+  lengths.begin(0.1);
+  REQUIRE_FALSE(lengths.exceeded(31));
+  REQUIRE(lengths.exceeded(32));  // four steps of eight
+  lengths.begin(0.0125);          // neither 0.1 nor 0.025, of another place, ...
+  lengths.begin(0.003125);        // ... nor 0.0125
+  REQUIRE(lengths.failed == 0.0125);
+  lengths.converged(1);
+  lengths.begin(0.0125);
+  REQUIRE_FALSE(lengths.exceeded(19));  // few are always allowed
+  REQUIRE(lengths.exceeded(20));
+  lengths.converged(15);
+  REQUIRE(lengths.failed == 0);
+  lengths.begin(0.1);
+  REQUIRE_FALSE(lengths.exceeded(1000));
+}

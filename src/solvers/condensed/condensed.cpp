@@ -166,14 +166,6 @@ PetscErrorCode condensed_demand(PC pc, CondensedDemand* demand) {
   PetscFunctionReturn(0);
 }
 
-PetscErrorCode condensed_expect_definite(PC pc, bool expected) {
-  bool is = false;
-  PetscFunctionBegin;
-  PetscCall(is_condensed(pc, &is));
-  if (is) data_of(pc).inner.expect_definite(expected);
-  PetscFunctionReturn(0);
-}
-
 PetscErrorCode condensed_renew(PC pc) {
   bool is = false;
   PetscFunctionBegin;

@@ -18,7 +18,7 @@ struct CondensedDemand {
   /// whether S is definite or not.
   bool direction = false;
   /// For directions: exact: S as it is; definite: with what makes it positive definite; automatic: as it is while it is
-  /// positive definite, then with the absolute values of its curvatures, or its definite part where the solver is direct.
+  /// positive definite, then with the absolute values of its curvatures.
   Curvature curvature = Curvature::automatic;
   /// The signs of the pivots are wanted, where the solver is direct; they always are for directions.
   bool inertia = false;
@@ -47,9 +47,6 @@ PetscErrorCode condensed_set_tangent(PC pc, Tangent* tangent, const CondensedDem
 
 /// What for it was told last; of a `pc` of another type `demand` is left alone.
 PetscErrorCode condensed_demand(PC pc, CondensedDemand* demand);
-
-/// Before a linearisation: whether S may be positive definite although the last one was not.
-PetscErrorCode condensed_expect_definite(PC pc, bool expected);
 
 /// Not collective. Whether `pc` is of this type and its inner factorisation failed for lack of memory.
 PetscErrorCode condensed_out_of_memory(PC pc, bool* yes);

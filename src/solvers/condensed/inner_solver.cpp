@@ -10,7 +10,6 @@ namespace bs {
 void InnerSolver::renew() {
   renew_factors();
   indefinite_ = absolute_in_force_ = false;
-  hope_ = true;
 }
 
 // Multigrid is built upon the rigid modes of the state it is built at: a body that has turned by a right angle has other rotations.
@@ -100,9 +99,9 @@ PetscErrorCode InnerSolver::assemble(CondensedCounts* counts) {
   bool negative = false;
   PetscFunctionBegin;
   // where S itself has to be solved with, its signs do not matter
-  const bool definite = demand_.direction && (demand_.curvature == Curvature::definite || (may_modify() && !hope_ && !absolute_in_force_));
+  const bool definite = demand_.direction && demand_.curvature == Curvature::definite;
   PetscCall(linearise(definite));
-  if (direct_ && demand_.direction && !definite) {
+  if (direct_ && demand_.direction && !definite && !absolute_in_force_) {
     PetscInt count = 0;
     PetscCall(count_negative_pivots(&count, &negative));
     if (negative) ++counts->indefinite;
@@ -204,7 +203,7 @@ PetscErrorCode InnerSolver::solve(Vec b, Vec w, CondensedCounts* counts, bool* s
 // A direct solver solves with an indefinite S as well, and what it gives may be a descent direction all the same, which
 // leads to the nearest root in fewer iterations than any other: a symmetric lattice under pressure stays symmetric.
 // Conjugate gradients stop at negative curvature. Where Newton's own direction leads uphill or cannot be had, and a direction is
-// all that is asked for, the definite part of S takes the place of S.
+// all that is asked for, curvatures count by their absolute values; where the solver breaks down, the definite part of S takes the place of S.
 PetscErrorCode InnerSolver::solve_definite(Vec b, Vec w, CondensedCounts* counts, KSPConvergedReason* reason) {
   bool downhill = true;
   PetscFunctionBegin;
@@ -220,13 +219,13 @@ PetscErrorCode InnerSolver::solve_definite(Vec b, Vec w, CondensedCounts* counts
   const bool broken = *reason < 0 && *reason != KSP_DIVERGED_ITS && !indefinite_;
   if (!indefinite_ && !broken) PetscFunctionReturn(0);
   if (indefinite_ && !direct_) ++counts->indefinite;
-  if (!may_modify()) PetscFunctionReturn(0);
-  if (broken) ++counts->broken;
-  if (by_absolute() && !broken) {
+  if (!by_absolute()) PetscFunctionReturn(0);
+  if (broken) {
+    ++counts->broken;
+    PetscCall(take_definite(b, w, counts, reason));
+  } else {
     PetscCall(start_absolute(b, w, counts, reason));
-    PetscFunctionReturn(0);
   }
-  PetscCall(take_definite(b, w, counts, reason));
   PetscFunctionReturn(0);
 }
 

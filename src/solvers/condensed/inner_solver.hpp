@@ -26,8 +26,6 @@ class InnerSolver {
   PetscErrorCode set_up_on_blocks();
   /// Nothing is kept from earlier solves.
   void renew();
-  /// Whether the next linearisation is worth being tried as it is, after one that was not positive definite.
-  void expect_definite(bool expected) { hope_ = expected || !indefinite_; }
   /// Relative tolerance of the next solves; -condensed_ksp_rtol overrides it.
   void set_tolerance(double rtol) { rtol_ = rtol; }
   /// Collective. solved: w is what the demand asks for.
@@ -61,8 +59,7 @@ class InnerSolver {
   PetscErrorCode start_absolute(Vec b, Vec w, CondensedCounts* counts, KSPConvergedReason* reason);
   PetscErrorCode solve_absolute(Vec b, Vec w, CondensedCounts* counts, KSPConvergedReason* reason);
   PetscErrorCode matrix_of_factors(bool definite, Mat* P);
-  bool by_absolute() const { return may_modify() && !direct_; }
-  bool may_modify() const { return demand_.direction && demand_.curvature == Curvature::automatic; }
+  bool by_absolute() const { return demand_.direction && demand_.curvature == Curvature::automatic; }
   Tangent* tangent_ = nullptr;
   CondensedDemand demand_;
   KSPHandle ksp_, fallback_;
@@ -76,9 +73,8 @@ class InnerSolver {
   std::string why_;    ///< it is direct, or is not
   double flops_ = -1;  ///< predicted of a factorisation; negative: not asked for
   double rtol_ = 1e-5;
-  bool definite_ = false;    ///< S_ is the definite part
-  bool indefinite_ = false;  ///< the last S was not positive definite
-  bool hope_ = true;
+  bool definite_ = false;                                ///< S_ is the definite part
+  bool indefinite_ = false;                              ///< the last S was not positive definite
   bool absolute_in_force_ = false;                       ///< directions come from absolute_, preconditioned by the definite part
   KSPConvergedReason failed_ = KSP_CONVERGED_ITERATING;  ///< of the last solve; positive or 0: none
   // the preconditioner's age: iterations per digit when it was new and at the last solve

@@ -2,9 +2,9 @@
 #include <algorithm>
 #include <cmath>
 #include <cstring>
-#include "solvers/condensed/condensed.hpp"
 #include "solvers/newton/search/energy.hpp"
 #include "solvers/newton/search/searches.hpp"
+#include "time/stepping/rounding.hpp"
 #include "time/ts_queries.hpp"
 
 namespace bs {
@@ -75,26 +75,22 @@ PetscErrorCode NewtonPolicy::every_particle_has(SNES snes, double rtol, bool* ha
   PetscFunctionReturn(0);
 }
 
-// After a tangent that was not positive definite the next one is worth being tried as it is near the minimum, where the
-// residual falls from one iterate to the next, or now and then.
-// Where many tangents were not positive definite, or many directions were taken from the definite part, the step spans many snaps
-// from one shape to another, and shorter steps, whose tangents are definite, cost less than the way down from one to the next.
-PetscErrorCode NewtonPolicy::guide_directions(PetscInt it, const ResidualNorms& now, bool* spans_too_much) {
-  constexpr double FALLEN = 0.3;
-  constexpr PetscInt EVERY = 8, MOST_DEFINITE = 8, MOST_INDEFINITE = 6;
-  CondensedCounts counts;
-  bool is = false;
-  PC pc;
-  PetscFunctionBegin;
-  PetscCall(linear_solver_of(ts_, nullptr, &pc));
-  PetscCall(condensed_expect_definite(pc, it > 0 && (as_force(now) < FALLEN * as_force(solve_.previous) || it % EVERY == EVERY - 1)));
-  PetscCall(condensed_counts(pc, &is, &counts));
-  if (it == 0) {
-    solve_.definite_before = counts.definite;
-    solve_.indefinite_before = counts.indefinite;
-  }
-  *spans_too_much = counts.definite - solve_.definite_before >= MOST_DEFINITE || counts.indefinite - solve_.indefinite_before >= MOST_INDEFINITE;
-  PetscFunctionReturn(0);
+void PastLengths::begin(double length) {
+  if (open) failed = failed > 0 ? std::min(failed, h) : h;
+  h = length;
+  open = true;
+}
+
+void PastLengths::converged(PetscInt iterations) {
+  open = false;
+  if (h >= failed * (1 - SAME_STEP)) failed = 0;
+  else rate = static_cast<double>(std::max<PetscInt>(iterations, 1)) / h;
+}
+
+// A length that was rejected is tried again now and then. It is worth no more iterations than the shorter steps in its place.
+bool PastLengths::exceeded(PetscInt iterations) const {
+  constexpr double FEWEST = 20;
+  return failed > 0 && rate > 0 && h >= failed * (1 - SAME_STEP) && static_cast<double>(iterations) >= std::max(FEWEST, rate * h);
 }
 
 PetscErrorCode NewtonPolicy::test(SNES snes, PetscInt it, PetscReal xnorm, PetscReal snorm, PetscReal fnorm, SNESConvergedReason* reason,
@@ -116,6 +112,7 @@ PetscErrorCode NewtonPolicy::begin_solve(const ResidualNorms& now) {
   PetscFunctionBegin;
   PetscCall(TSGetTimeStep(ts_, &h));
   solve_.inverse_h = 1 / h;
+  lengths_.begin(h);
   if (solve_.inverse_h != floor_inverse_h_) PetscCall(estimate_floor(solve_.inverse_h));
   for (int k = 0; k < 2; ++k) solve_.first[k] = std::max(now[k], reference_[k]);
   reference_ = {0, 0};
@@ -162,7 +159,6 @@ PetscErrorCode NewtonPolicy::limit_evaluations(SNES snes, SNESConvergedReason* r
 PetscErrorCode NewtonPolicy::judge(SNES snes, const Norms& at, SNESConvergedReason* reason) {
   Vec F;
   ResidualNorms now;
-  bool too_much = false;
   PetscFunctionBegin;
   *reason = SNES_DIVERGED_FNORM_NAN;
   if (PetscIsInfOrNanReal(at.F)) PetscFunctionReturn(0);
@@ -172,8 +168,8 @@ PetscErrorCode NewtonPolicy::judge(SNES snes, const Norms& at, SNESConvergedReas
   *reason = verdict(at, now);
   if (*reason == SNES_CONVERGED_FNORM_RELATIVE || *reason == SNES_CONVERGED_SNORM_RELATIVE) PetscCall(confirm(snes, at, now, reason));
   if (*reason == SNES_CONVERGED_ITERATING && settings_.forcing) PetscCall(set_forcing(snes, at.it, now, at.rtol));
-  if (*reason == SNES_CONVERGED_ITERATING && settings_.directions) PetscCall(guide_directions(at.it, now, &too_much));
-  if (too_much && !persists_ && !settings_.patient) *reason = SNES_DIVERGED_INNER;
+  if (*reason > 0) lengths_.converged(at.it);
+  if (*reason == SNES_CONVERGED_ITERATING && settings_.directions && !persists_ && lengths_.exceeded(at.it)) *reason = SNES_DIVERGED_MAX_IT;
   if (*reason == SNES_CONVERGED_ITERATING) PetscCall(limit_evaluations(snes, reason));
   solve_.previous = now;
   PetscFunctionReturn(0);

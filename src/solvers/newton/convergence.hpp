@@ -16,8 +16,6 @@ struct NewtonSettings {
   bool affine = false;  ///< the type solves F(t, y, sigma y + c) = b for y in momentum form
   /// Whether descent directions of the potential are sufficient for the search, instead of solutions of Newton's system.
   bool directions = false;
-  /// Whether tangents that are not positive definite are no reason for a shorter step.
-  bool patient = false;
   /// Whether linear solves are as loose as Newton allows (set for the iterative condensed solve).
   bool forcing = false;
 };
@@ -28,8 +26,6 @@ struct NewtonSolve {
   ResidualNorms previous = {0, 0};  ///< at the iterate before this one
   ResidualNorms floor = {0, 0};     ///< rounding errors of the residual
   double inverse_h = 1;             ///< 1/h of this attempt [1/s]: makes the kinematic residual a force
-  PetscInt definite_before = 0;     ///< directions from definite parts before this solve
-  PetscInt indefinite_before = 0;   ///< tangents that were not positive definite before it
   /// Largest force the first residual stands for [N]: a kinematic residual r is worth r/h, the velocity it stands
   /// for brought up within a step.
   double size_of_forces() const { return std::max(inverse_h * first[0], first[1]); }
@@ -60,6 +56,18 @@ struct PastEnergies {
   }
 };
 
+/// What steps of several lengths took, since one was rejected.
+struct PastLengths {
+  double h = 0;       ///< of the present solve [s]
+  bool open = false;  ///< it has not converged
+  double failed = 0;  ///< the shortest that was rejected, as long as none as long has succeeded [s]; 0: none
+  double rate = 0;    ///< Newton iterations of the last shorter one that succeeded, by its length [1/s]
+  void begin(double length);
+  void converged(PetscInt iterations);
+  /// Whether that many iterations are more than shorter steps over the same time would take.
+  bool exceeded(PetscInt iterations) const;
+};
+
 /// State of the energy search. Written by search/energy.cpp only.
 struct SearchMemory {
   PastEnergies past;
@@ -78,10 +86,10 @@ class NewtonPolicy {
   /// `settings.directions` is determined here.
   PetscErrorCode attach(TS ts, SNES snes, const NewtonSettings& settings);
   void loosen_linear_solves() { settings_.forcing = true; }
-  /// Directions go along negative curvature: however many there are, the step is not made shorter.
-  void be_patient() { settings_.patient = true; }
-  /// Whether solves go on however many tangents are not positive definite (pseudo time), instead of asking for a shorter step.
+  /// Whether solves may take all of -snes_max_it whatever shorter steps took (pseudo time).
   void persist(bool on) { persists_ = on; }
+  /// What shorter steps took is forgotten: a run and its continuation then agree.
+  void forget_lengths() { lengths_ = {}; }
   const NewtonSettings& settings() const { return settings_; }
   const NewtonSolve& solve() const { return solve_; }
   Model& model() const { return *settings_.model; }
@@ -104,7 +112,6 @@ class NewtonPolicy {
   PetscErrorCode confirm(SNES snes, const Norms& at, const ResidualNorms& now, SNESConvergedReason* reason);
   PetscErrorCode every_particle_has(SNES snes, double rtol, bool* has) const;
   PetscErrorCode set_forcing(SNES snes, PetscInt it, const ResidualNorms& now, double rtol) const;
-  PetscErrorCode guide_directions(PetscInt it, const ResidualNorms& now, bool* spans_too_much);
   bool below(const ResidualNorms& now, double rtol, double floors) const;
   bool exhausted(const ResidualNorms& now, double rtol) const;
   bool step_decides(const ResidualNorms& now) const;
@@ -116,6 +123,7 @@ class NewtonPolicy {
   ResidualNorms reference_ = {0, 0};  ///< residual where the step began, if Newton starts elsewhere (0: it does not)
   double floor_inverse_h_ = 0;        ///< 1/h the rounding errors were estimated for [1/s]
   std::int64_t at_floor_ = 0, uneven_ = 0;
+  PastLengths lengths_;
   bool persists_ = false;
 };
 
