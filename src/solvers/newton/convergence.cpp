@@ -120,7 +120,8 @@ PetscErrorCode NewtonPolicy::begin_solve(const ResidualNorms& now) {
 }
 
 // Converged: every part has fallen by rtol, or to its rounding errors and falls no further, or all of F is below atol, or a
-// whole Newton step below stol of the state. Diverged: grown by the divergence tolerance.
+// whole Newton step below stol of the state. Diverged: grown by the divergence tolerance, unless the search makes the potential fall, whose gradient
+// may grow on the way past a stiff spring, and the user has not asked for it.
 SNESConvergedReason NewtonPolicy::verdict(const Norms& at, const ResidualNorms& now) const {
   const double whole = std::hypot(solve_.first[0], solve_.first[1]);
   if (at.F < at.atol) return SNES_CONVERGED_FNORM_ABS;
@@ -128,7 +129,7 @@ SNESConvergedReason NewtonPolicy::verdict(const Norms& at, const ResidualNorms& 
   if (at.it == 0) return SNES_CONVERGED_ITERATING;
   if (exhausted(now, at.rtol)) return SNES_CONVERGED_FNORM_RELATIVE;
   if (at.step < at.stol * at.x) return step_decides(now) ? SNES_CONVERGED_SNORM_RELATIVE : SNES_DIVERGED_LINEAR_SOLVE;
-  if (at.divtol > 0 && whole > 0 && at.F > at.divtol * whole) return SNES_DIVERGED_DTOL;
+  if (!descends_ && at.divtol > 0 && whole > 0 && at.F > at.divtol * whole) return SNES_DIVERGED_DTOL;
   return SNES_CONVERGED_ITERATING;
 }
 
@@ -188,7 +189,7 @@ PetscErrorCode NewtonPolicy::estimate_floor(double inverse_h) {
 
 PetscErrorCode NewtonPolicy::attach(TS ts, SNES snes, const NewtonSettings& settings) {
   char type[64] = SNESNEWTONLS, search_type[64] = "energy";
-  PetscBool given = PETSC_FALSE;
+  PetscBool given = PETSC_FALSE, bounded = PETSC_FALSE;
   PetscFunctionBegin;
   ts_ = ts;
   settings_ = settings;
@@ -198,6 +199,8 @@ PetscErrorCode NewtonPolicy::attach(TS ts, SNES snes, const NewtonSettings& sett
   PetscCall(PetscOptionsHasName(nullptr, nullptr, "-snes_linesearch_type", &given));
   PetscCall(PetscOptionsGetString(nullptr, nullptr, "-snes_linesearch_type", search_type, sizeof search_type, nullptr));
   settings_.directions = std::strcmp(type, SNESNEWTONLS) == 0 && std::strcmp(search_type, "energy") == 0 && lacks_energy(settings_).empty();
+  PetscCall(PetscOptionsHasName(nullptr, nullptr, "-snes_divergence_tolerance", &bounded));
+  descends_ = settings_.directions && !bounded;
   if (given || std::strcmp(type, SNESNEWTONLS) != 0) PetscFunctionReturn(0);
   SNESLineSearch line;
   PetscCall(SNESGetLineSearch(snes, &line));

@@ -125,6 +125,7 @@ class NewtonPolicy {
   std::int64_t at_floor_ = 0, uneven_ = 0;
   PastLengths lengths_;
   bool persists_ = false;
+  bool descends_ = false;  ///< the search makes the potential fall, and no bound on the residual is given
 };
 
 }  // namespace bs
