@@ -1,4 +1,4 @@
-// The inner solver from its options: storage of S, solver, preconditioner, and what the header says of them.
+// The inner solver from its options: storage of S, solver, preconditioner.
 #include <algorithm>
 #include <cmath>
 #include "base/fault.hpp"
@@ -130,35 +130,6 @@ PetscErrorCode InnerSolver::set_defaults() {
 PetscErrorCode InnerSolver::create_vector(Vec* out) const {
   PetscFunctionBegin;
   PetscCall(MatCreateVecs(S_, out, nullptr));
-  PetscFunctionReturn(0);
-}
-
-PetscErrorCode InnerSolver::view(PetscViewer viewer) const {
-  PetscFunctionBegin;
-  if (!ksp_) PetscFunctionReturn(0);
-  PetscCall(PetscViewerASCIIPushTab(viewer));
-  PetscCall(PetscViewerASCIIPrintf(viewer, "S = sigma M - D - K/sigma is solved by\n"));
-  PetscCall(KSPView(ksp_, viewer));
-  PetscCall(PetscViewerASCIIPopTab(viewer));
-  PetscFunctionReturn(0);
-}
-
-PetscErrorCode InnerSolver::describe(std::string* text) const {
-  KSPType ksp_type;
-  PCType pc_type;
-  PC pc;
-  const char* const names[] = {"springs, single precision", "SBAIJ", "BAIJ", "AIJ"};
-  PetscFunctionBegin;
-  if (!ksp_) PetscFunctionReturn(0);
-  PetscCall(KSPGetType(ksp_, &ksp_type));
-  PetscCall(KSPGetPC(ksp_, &pc));
-  PetscCall(PCGetType(pc, &pc_type));
-  PetscErrorCode (*coarse_words)(PC, const char**) = nullptr;
-  const char* coarse = "";
-  PetscCall(PetscObjectQueryFunction(reinterpret_cast<PetscObject>(pc), "BSCoarseWords_C", &coarse_words));
-  if (coarse_words) PetscCall(coarse_words(pc, &coarse));
-  *text = format("%s + %s%s%s on %s%s%s", ksp_type, pc_type, *coarse ? " with " : "", coarse, names[static_cast<int>(storage_)],
-                 why_.empty() ? "" : "; ", why_.c_str());
   PetscFunctionReturn(0);
 }
 

@@ -167,14 +167,6 @@ PetscErrorCode InnerSolver::conclude(Vec b, Vec w, CondensedCounts* counts, KSPC
   PetscFunctionReturn(0);
 }
 
-std::string InnerSolver::failure() const {
-  if (failed_ >= 0 || failed_ == KSP_DIVERGED_INDEFINITE_MAT) return "";
-  if (failed_ != KSP_DIVERGED_ITS) return format("the linear solver broke down (%s)", KSPConvergedReasons[failed_]);
-  PetscInt most = 0;
-  (void)KSPGetTolerances(ksp_, nullptr, nullptr, nullptr, &most);
-  return format("the linear solver ran out of its %lld iterations (-%sksp_max_it)", static_cast<long long>(most), prefix_.c_str());
-}
-
 PetscErrorCode InnerSolver::solve(Vec b, Vec w, CondensedCounts* counts, bool* solved) {
   KSPConvergedReason reason;
   PetscInt before = counts->iterations;
@@ -225,35 +217,6 @@ PetscErrorCode InnerSolver::solve_definite(Vec b, Vec w, CondensedCounts* counts
     PetscCall(take_definite(b, w, counts, reason));
   } else {
     PetscCall(start_absolute(b, w, counts, reason));
-  }
-  PetscFunctionReturn(0);
-}
-
-PetscErrorCode InnerSolver::add_shifts(CondensedCounts* counts) const {
-  PetscFunctionBegin;
-  for (KSP ksp : {ksp_.get(), fallback_.get()}) {
-    if (!ksp) continue;
-    PC pc;
-    PetscInt shifts = 0;
-    PetscCall(KSPGetPC(ksp, &pc));
-    PetscErrorCode (*factor_shifts)(PC, PetscInt*) = nullptr;
-    PetscCall(PetscObjectQueryFunction(reinterpret_cast<PetscObject>(pc), "BSFactorShifts_C", &factor_shifts));
-    if (factor_shifts) PetscCall(factor_shifts(pc, &shifts));
-    counts->shifts += shifts;
-  }
-  PetscFunctionReturn(0);
-}
-
-PetscErrorCode InnerSolver::out_of_memory(bool* yes) const {
-  PetscFunctionBegin;
-  *yes = false;
-  for (KSP ksp : {ksp_.get(), fallback_.get()}) {
-    if (!ksp) continue;
-    PC pc;
-    PCFailedReason reason;
-    PetscCall(KSPGetPC(ksp, &pc));
-    PetscCall(PCGetFailedReasonRank(pc, &reason));
-    *yes = *yes || reason == PC_FACTOR_OUTMEMORY;
   }
   PetscFunctionReturn(0);
 }
