@@ -5,14 +5,19 @@
 
 namespace bs {
 
-/// S itself, or its definite part where S may be indefinite: incomplete factors want the latter.
-PetscErrorCode InnerSolver::matrix_of_factors(bool definite, Mat* P) {
+// What is factored is always S_, of which solvers keep the pattern and their settings. For directions by absolute curvatures it holds the
+// definite part, as old as the factors, and exact_ holds S.
+PetscErrorCode InnerSolver::assemble_matrices(bool definite, Mat* multiplied) {
   PetscFunctionBegin;
-  *P = S_;
-  if (!absolute_in_force_ || definite) PetscFunctionReturn(0);
-  if (!positive_) PetscCall(tangent_->create(storage_, positive_.out()));
-  if (fresh_) PetscCall(tangent_->assemble(true, positive_));
-  *P = positive_;
+  *multiplied = S_;
+  if (!absolute_in_force_ || definite) {
+    PetscCall(tangent_->assemble(definite, S_));
+    PetscFunctionReturn(0);
+  }
+  if (!exact_) PetscCall(tangent_->create(storage_, exact_.out()));
+  PetscCall(tangent_->assemble(false, exact_));
+  if (fresh_) PetscCall(tangent_->assemble(true, S_));
+  *multiplied = exact_;
   PetscFunctionReturn(0);
 }
 
@@ -39,7 +44,7 @@ PetscErrorCode InnerSolver::solve_absolute(Vec b, Vec w, CondensedCounts* counts
   demand.rtol = rtol_;
   demand.loose = std::max(rtol_, LOOSE);
   PetscCall(KSPGetTolerances(ksp_, nullptr, nullptr, nullptr, &demand.most));
-  PetscCall(absolute_.solve(S_, pc, b, w, demand, &outcome));
+  PetscCall(absolute_.solve(exact_, pc, b, w, demand, &outcome));
   counts->iterations += outcome.iterations;
   if (outcome.negative) ++counts->indefinite;
   indefinite_ = outcome.negative;

@@ -42,15 +42,14 @@ PetscErrorCode InnerSolver::linearise(bool definite) {
   PetscFunctionBegin;
   if (definite != definite_) stale_ = true;
   definite_ = definite;
-  PetscCall(tangent_->assemble(definite, S_));
   const double sigma = tangent_->sigma();
   fresh_ = direct_ || refresh_ <= 0 || stale_ || std::abs(sigma - sigma_) > 0.1 * sigma_;
   if (fresh_) sigma_ = sigma;
   stale_ = false;
+  Mat multiplied = nullptr;
+  PetscCall(assemble_matrices(definite, &multiplied));
   if (fresh_ && rebuild_ && storage_ == CondensedStorage::aij && !direct_) PetscCall(build_hierarchy());
-  Mat factored = S_;
-  PetscCall(matrix_of_factors(definite, &factored));
-  PetscCall(KSPSetOperators(ksp_, S_, factored));
+  PetscCall(KSPSetOperators(ksp_, multiplied, S_));
   PetscCall(KSPSetReusePreconditioner(ksp_, fresh_ ? PETSC_FALSE : PETSC_TRUE));
   PC pc;
   PetscCall(KSPGetPC(ksp_, &pc));
@@ -89,6 +88,7 @@ PetscErrorCode InnerSolver::negative_pivots(PetscInt* count) {
   PetscFunctionBegin;
   *count = -1;
   if (!direct_) PetscFunctionReturn(0);
+  absolute_in_force_ = false;
   PetscCall(linearise(false));
   PetscCall(count_negative_pivots(count, &has));
   stale_ = true;

@@ -58,12 +58,12 @@ class InnerSolver {
   PetscErrorCode take_definite(Vec b, Vec w, CondensedCounts* counts, KSPConvergedReason* reason);
   PetscErrorCode start_absolute(Vec b, Vec w, CondensedCounts* counts, KSPConvergedReason* reason);
   PetscErrorCode solve_absolute(Vec b, Vec w, CondensedCounts* counts, KSPConvergedReason* reason);
-  PetscErrorCode matrix_of_factors(bool definite, Mat* P);
+  PetscErrorCode assemble_matrices(bool definite, Mat* multiplied);
   bool by_absolute() const { return demand_.direction && demand_.curvature == Curvature::automatic; }
   Tangent* tangent_ = nullptr;
   CondensedDemand demand_;
   KSPHandle ksp_, fallback_;
-  MatHandle S_, positive_;
+  MatHandle S_, exact_, positive_;
   AbsoluteSolve absolute_;
   ExactCorrection correction_;
   std::string prefix_;
