@@ -2,13 +2,11 @@
 """-bs_compliance_groups: what structures yield to unit loads on groups, against closed forms of chains and of a truss, and against the matrices that
 -bs_write_matrices gives, solved by NumPy and SciPy; what nothing holds is refused."""
 import io
-import pathlib
-import tempfile
 
 import h5py
 import numpy as np
 import scipy.sparse.linalg as la
-from harness import Checks, write_lattice
+from harness import run_parts, write_lattice
 from scipy.io import mmread
 
 STATICS = {"bs_task": "statics", "bs_overwrite": True}
@@ -157,15 +155,5 @@ def continued(checks, folder):
     checks.near("continued: report", np.array(run.report["compliance"]["matrix"]).reshape(2, 2), whole, 0)
 
 
-def main():
-    checks = Checks("compliance to unit loads on groups")
-    with tempfile.TemporaryDirectory() as scratch:
-        for part in (chains, truss, net, block, loose, continued):
-            if checks.wants(part.__name__):
-                with checks.group(part.__name__):
-                    part(checks, pathlib.Path(scratch))
-    checks.finish()
-
-
 if __name__ == "__main__":
-    main()
+    run_parts("compliance to unit loads on groups", (chains, truss, net, block, loose, continued))

@@ -4,13 +4,12 @@ stated number of rejected attempts and Newton iterations; momentum is kept, no e
 that fails costs a shorter step, not the run; sheets that fold go through whole steps, to solutions of the step's equation."""
 import pathlib
 import sys
-import tempfile
 
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parent))
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1] / "bench"))
 import h5py
 import numpy as np
-from harness import Checks
+from harness import run_parts
 import hard_problems
 
 # The step in explicit ones (0.02 s at most), steps of a run; bounds on attempts rejected in it and on Newton iterations a step, those of rejected
@@ -118,15 +117,5 @@ def folding(checks, folder):
             conserved(checks, name, case, r.trajectory)
 
 
-def main():
-    checks = Checks(__doc__)
-    with tempfile.TemporaryDirectory() as folder:
-        for part in (hard, folding, failed_solve):
-            if checks.wants(part.__name__):
-                with checks.group(part.__name__):
-                    part(checks, pathlib.Path(folder))
-    checks.finish()
-
-
 if __name__ == "__main__":
-    main()
+    run_parts(__doc__, (hard, folding, failed_solve))

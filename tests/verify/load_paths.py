@@ -2,12 +2,10 @@
 """Load paths of -bs_task statics against closed forms: springs that yield, unload and yield the other way, loads and motions that the load factor
 scales or leaves alone, and the signs of the pivots along the path of a column through its buckling loads."""
 import io
-import pathlib
-import tempfile
 
 import h5py
 import numpy as np
-from harness import Checks, write_lattice
+from harness import run_parts, write_lattice
 from scipy.optimize import brentq
 
 
@@ -107,15 +105,5 @@ def branches(checks, folder):
                     f"{run.report['inertia_changes']} changes, {run.report['turns']} turns")
 
 
-def main():
-    checks = Checks("load paths")
-    with tempfile.TemporaryDirectory() as scratch:
-        for part in (plastic, scaled, branches):
-            if checks.wants(part.__name__):
-                with checks.group(part.__name__):
-                    part(checks, pathlib.Path(scratch))
-    checks.finish()
-
-
 if __name__ == "__main__":
-    main()
+    run_parts("load paths", (plastic, scaled, branches))

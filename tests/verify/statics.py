@@ -1,10 +1,8 @@
 #!/usr/bin/env python3
 """Equilibria (-bs_task statics) against closed forms: a hanging chain, a truss of two bars, a column of links with elastic hinges, the elastic
 constants of lattices, dU/dk, the end of a slow motion, bodies that nothing holds, and a run continued from a checkpoint."""
-import pathlib
-import tempfile
 
-from harness import Checks, write_lattice
+from harness import run_parts, write_lattice
 import numpy as np
 from scipy.optimize import brentq
 from scipy.spatial import cKDTree
@@ -238,16 +236,5 @@ def continued(checks, folder):
                 f"{np.abs(rest.position[-1] - whole.position[-1]).max():.3g}")
 
 
-def main():
-    checks = Checks("statics")
-    with tempfile.TemporaryDirectory() as scratch:
-        folder = pathlib.Path(scratch)
-        for part in (hanging_chain, von_mises, arc_length, rest, column, moduli, cubic, derivative, slow_motion, loose, crushed, continued):
-            if checks.wants(part.__name__):
-                with checks.group(part.__name__):
-                    part(checks, folder)
-    checks.finish()
-
-
 if __name__ == "__main__":
-    main()
+    run_parts("statics", (hanging_chain, von_mises, arc_length, rest, column, moduli, cubic, derivative, slow_motion, loose, crushed, continued))
