@@ -90,6 +90,16 @@ def last_frame(path):
         return f["particles/trajectory/position/time"][-1], len(f["particles/trajectory/position/time"])
 
 
+def last_frame_so_far(path):
+    """Of a run that goes on, which may be writing: what was flushed can be read as soon as it has done so."""
+    for _ in range(50):
+        try:
+            return last_frame(path)
+        except OSError:
+            time.sleep(0.1)
+    return last_frame(path)
+
+
 def check_flush(checks, folder):
     """Killed, a run has the frames it told of more than -bs_output_flush seconds ago, with 0 all that it told of; a signal flushes."""
     base = {**SPRING, "ts_dt": 1e-3, "ts_max_time": 1e9, "bs_output_interval": 0.05, "bs_progress_interval": 0, "bs_overwrite": True}
@@ -123,11 +133,11 @@ def check_flush(checks, folder):
     while not (folder / "s.h5md").exists() and run.poll() is None:
         time.sleep(0.05)
     time.sleep(0.5)
-    before = last_frame(folder / "s.h5md")[1]
+    before = last_frame_so_far(folder / "s.h5md")[1]
     run.send_signal(signal.SIGUSR1)  # a checkpoint, and the run goes on
     while not (folder / "s.ck").exists() and run.poll() is None:
         time.sleep(0.05)
-    at_checkpoint = last_frame(folder / "s.h5md")[1]
+    at_checkpoint = last_frame_so_far(folder / "s.h5md")[1]
     with h5py.File(folder / "s.ck") as f:
         marked = int(f["run"].attrs["frames"])
     checks.true("a checkpoint counts no frame that is not written", before <= marked <= at_checkpoint, f"{before} {marked} {at_checkpoint}")

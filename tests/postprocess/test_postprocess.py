@@ -94,6 +94,16 @@ class Reading(Case):
         with open_run(path) as run:
             self.assertTrue((run.series["total_energy"] == 42.0).all())
 
+    def test_a_run_that_goes_on_while_it_is_read(self):
+        path = synthetic.chain(self.path("c.h5md"), 2)
+        with h5py.File(path, "a") as f:  # frames as they were when they were counted, observables as they are now
+            for name in ("position", "velocity"):
+                whole = f[f"particles/trajectory/{name}/value"][...]
+                del f[f"particles/trajectory/{name}/value"]
+                f[f"particles/trajectory/{name}/value"] = whole[:7]
+        with open_run(path) as run:
+            self.assertEqual((run.frames, len(run.observable_times), len(run.series["total_energy"])), (7, 7, 7))
+
     def test_pandas_table(self):
         try:
             import pandas  # noqa: F401
