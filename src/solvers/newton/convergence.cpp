@@ -170,7 +170,7 @@ PetscErrorCode NewtonPolicy::judge(SNES snes, const Norms& at, SNESConvergedReas
   if (*reason == SNES_CONVERGED_FNORM_RELATIVE || *reason == SNES_CONVERGED_SNORM_RELATIVE) PetscCall(confirm(snes, at, now, reason));
   if (*reason == SNES_CONVERGED_ITERATING && settings_.forcing) PetscCall(set_forcing(snes, at.it, now, at.rtol));
   if (*reason > 0) lengths_.converged(at.it);
-  if (*reason == SNES_CONVERGED_ITERATING && settings_.directions && !persists_ && lengths_.exceeded(at.it)) *reason = SNES_DIVERGED_MAX_IT;
+  if (*reason == SNES_CONVERGED_ITERATING && settings_.directions && !persists_ && lengths_.exceeded(at.it)) *reason = SNES_DIVERGED_INNER;
   if (*reason == SNES_CONVERGED_ITERATING) PetscCall(limit_evaluations(snes, reason));
   solve_.previous = now;
   PetscFunctionReturn(0);

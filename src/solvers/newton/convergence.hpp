@@ -105,6 +105,7 @@ class NewtonPolicy {
  private:
   struct Norms;  ///< what SNES hands to its convergence test
   static PetscErrorCode test(SNES snes, PetscInt it, PetscReal xnorm, PetscReal snorm, PetscReal fnorm, SNESConvergedReason* reason, void* self);
+  /// SNES_DIVERGED_INNER: a length that was rejected before has taken more iterations than shorter steps.
   PetscErrorCode judge(SNES snes, const Norms& at, SNESConvergedReason* reason);
   PetscErrorCode begin_solve(const ResidualNorms& now);
   SNESConvergedReason verdict(const Norms& at, const ResidualNorms& now) const;
