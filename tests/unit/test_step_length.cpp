@@ -39,6 +39,29 @@ std::vector<double> lengths_to(double end, double interval, StepLength length, P
 
 double keep(double h) { return h; }
 
+/// A nominal length of 0.1 whose first attempts were rejected, down to `first`.
+StepLength cut_to(double first, std::int64_t grow_after) {
+  StepRules rules;
+  rules.cut = 0.25;
+  rules.grow_after = grow_after;
+  StepLength length(rules, 0.1, false, false);
+  length.plan(0.0, 100.0, 0.1, true);
+  length.follow(first, false, true, first);
+  return length;
+}
+
+/// A good step of the length that is next.
+void take(StepLength* length) {
+  length->plan(1.0, 100.0, length->next(), false);
+  length->follow(length->planned(), false, false, length->planned());
+}
+
+/// The same, of which `taken` is left after rejections.
+void take_cut(StepLength* length, double taken) {
+  length->plan(1.0, 100.0, length->next(), false);
+  length->follow(taken, false, true, taken);
+}
+
 }  // namespace
 
 TEST_CASE("a constant step lands on every output time and comes back after it") {
@@ -98,70 +121,44 @@ TEST_CASE("a free step shortened to land comes back, unless the method wants mor
 }
 
 TEST_CASE("a cut step grows back by 1/cut after so many good ones") {
-  StepRules rules;
-  rules.cut = 0.25;
-  rules.grow_after = 3;
-  StepLength length(rules, 0.1, false, false);
-  length.plan(0.0, 100.0, 0.1, true);
-  length.follow(0.1 / 16, false, true, 0.1 / 16);  // two rejections: this is the first good step
+  StepLength length = cut_to(0.1 / 16, 3);  // two rejections: this is the first good step
   REQUIRE(length.next() == 0.1 / 16);
   std::vector<double> after;
   for (int k = 0; k < 6; ++k) {
-    length.plan(1.0, 100.0, length.next(), false);
-    length.follow(length.planned(), false, false, length.planned());
+    take(&length);
     after.push_back(length.next());
   }
   REQUIRE(after == std::vector<double>{0.1 / 16, 0.1 / 4, 0.1 / 4, 0.1 / 4, 0.1, 0.1});
 }
 
 TEST_CASE("a length that fails as soon as it is tried again is tried ever less often") {
-  StepRules rules;
-  rules.cut = 0.25;
-  rules.grow_after = 2;
-  StepLength length(rules, 0.1, false, false);
-  length.plan(0.0, 100.0, 0.1, true);
-  length.follow(0.025, false, true, 0.025);
+  StepLength length = cut_to(0.025, 2);
   std::vector<int> awaited;
   for (int attempt = 0; attempt < 8; ++attempt) {
     int good = 1;
-    for (; length.next() < 0.1; ++good) {
-      length.plan(1.0, 100.0, length.next(), false);
-      length.follow(length.planned(), false, false, length.planned());
-    }
+    for (; length.next() < 0.1; ++good) take(&length);
     awaited.push_back(good);
     length.plan(1.0, 1.02, length.next(), false);  // a step that is shortened to land says nothing of the length
     length.follow(length.planned(), true, false, length.planned());
     Facts facts;
     length.save(&facts);
-    length = StepLength(rules, 0.1, false, false);
+    length = cut_to(0.025, 2);
     length.restore(facts);
-    length.plan(1.0, 100.0, length.next(), false);
-    length.follow(0.025, false, true, 0.025);  // the attempt at the whole length was rejected
+    take_cut(&length, 0.025);  // the attempt at the whole length was rejected
   }
   REQUIRE(awaited == std::vector<int>{2, 4, 8, 16, 32, 64, 64, 64});
-  for (int k = 0; k < 1000; ++k) {
-    length.plan(1.0, 100.0, length.next(), false);
-    length.follow(length.planned(), false, false, length.planned());
-  }
-  length.plan(1.0, 100.0, length.next(), false);
-  length.follow(0.025, false, true, 0.025);
-  length.plan(1.0, 100.0, length.next(), false);
-  length.follow(length.planned(), false, false, length.planned());
+  for (int k = 0; k < 1000; ++k) take(&length);
+  take_cut(&length, 0.025);
+  take(&length);
   REQUIRE(length.next() == 0.1);  // the whole length has held for long
 }
 
 TEST_CASE("a rejection starts the count of good steps again") {
-  StepRules rules;
-  rules.grow_after = 2;
-  StepLength length(rules, 0.1, false, false);
-  length.plan(0.0, 100.0, 0.1, true);
-  length.follow(0.025, false, true, 0.025);
+  StepLength length = cut_to(0.025, 2);
   REQUIRE(length.next() == 0.025);
-  length.plan(1.0, 100.0, 0.025, false);
-  length.follow(0.025 / 4, false, true, 0.025 / 4);  // rejected once more: the one good step is forgotten
+  take_cut(&length, 0.025 / 4);  // rejected once more: the one good step is forgotten
   REQUIRE(length.next() == 0.025 / 4);
-  length.plan(1.0, 100.0, length.next(), false);
-  length.follow(0.025 / 4, false, false, 0.025 / 4);
+  take(&length);
   REQUIRE(length.next() == 0.025);
 }
 

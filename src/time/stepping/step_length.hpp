@@ -19,7 +19,7 @@ class StepLength {
   StepLength() = default;
   /// `adaptive`: the method chooses its steps by an error estimate; `blind`: it has no estimate of its first step.
   StepLength(const StepRules& rules, double nominal, bool adaptive, bool blind)
-      : rules_(rules), nominal_(nominal), wanted_(nominal), next_(nominal), adaptive_(adaptive), blind_(blind), awaited_(rules.grow_after) {}
+      : rules_(rules), nominal_(nominal), wanted_(nominal), next_(nominal), adaptive_(adaptive), blind_(blind) {}
   double nominal() const { return nominal_; }
   double next() const { return next_; }
   /// Of the very first attempt, but for output times [s].
@@ -54,10 +54,10 @@ class StepLength {
   double next_ = 0;                  ///< of the step after the last good one
   double first_planned_ = 0;         ///< of the run's first step; 0: there was none yet
   bool adaptive_ = false, blind_ = false;
-  bool landing_ = false;            ///< the present step ends at the target
-  double grown_from_ = 0;           ///< length before the last growth, as long as none longer has been tried; 0: one has
-  std::int64_t good_in_a_row_ = 0;  ///< good steps since a rejection, or since the last growth
-  std::int64_t awaited_ = 3;        ///< good steps before the length grows
+  bool landing_ = false;                      ///< the present step ends at the target
+  double grown_from_ = 0;                     ///< length before the last growth, as long as none longer has been tried; 0: one has
+  std::int64_t good_in_a_row_ = 0;            ///< good steps since a rejection, or since the last growth
+  std::int64_t awaited_ = rules_.grow_after;  ///< good steps before the length grows
 };
 
 }  // namespace bs
