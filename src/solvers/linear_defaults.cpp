@@ -177,8 +177,8 @@ PetscErrorCode set_linear_defaults(TS ts, Model& model, NewtonPolicy* newton) {
   PetscCall(read_section(model.comm(), "Newton's tangent", [&](Section& o) {
     o.choice("-bs_tangent",
              "tangent that determines Newton's directions with the line search energy: exact, definite (without the negative transverse stiffness of "
-             "compressed springs), or auto (exact as long as it is positive definite, then by the absolute values of its curvatures, with up to 150 "
-             "iterations (-snes_max_it) up to 30,000 unknowns)",
+             "compressed springs), or auto (exact as long as it is positive definite, then by the absolute values of its curvatures; "
+             "-snes_max_it is then 150, in lattices of more than 30,000 unknown velocities 50)",
              {"auto", "exact", "definite"}, curvature);
   }));
   PetscCall(VecGetSize(model.initial_state(), &unknowns));
