@@ -117,11 +117,18 @@ void return_freed_memory() {
 #endif
 }
 
-/// One thread a rank: OpenBLAS would start as many as there are cores, on every rank, each with a buffer of its own.
-void one_thread_for_blas() {
-  if (std::getenv("OPENBLAS_NUM_THREADS") || std::getenv("OMP_NUM_THREADS")) return;
+/// Calls function(value) of a library that may be missing.
+void call_if_there(const char* function, int value) {
   using Setter = void (*)(int);
-  if (const auto set = reinterpret_cast<Setter>(dlsym(RTLD_DEFAULT, "openblas_set_num_threads"))) set(1);
+  if (const auto set = reinterpret_cast<Setter>(dlsym(RTLD_DEFAULT, function))) set(value);
+}
+
+/// One thread a rank, unless the environment asks for more. OpenBLAS would start as many as there are cores, on every rank, each with a buffer of its
+/// own; CHOLMOD asks OpenMP for four whatever OMP_NUM_THREADS says, which makes the coarse grid's factors half as slow again.
+void one_thread_a_rank() {
+  const char* threads = std::getenv("OMP_NUM_THREADS");
+  if (!threads && !std::getenv("OPENBLAS_NUM_THREADS")) call_if_there("openblas_set_num_threads", 1);
+  if (!threads || !std::strcmp(threads, "1")) call_if_there("omp_set_max_active_levels", 0);  // parallel regions run on one thread
 }
 
 }  // namespace
@@ -140,7 +147,7 @@ int main(int argc, char** argv) {
   int provided = 0;
   if (MPI_Init_thread(&argc, &argv, MPI_THREAD_FUNNELED, &provided)) return static_cast<int>(bs::Exit::input);
   return_freed_memory();
-  one_thread_for_blas();
+  one_thread_a_rank();
   const int code = refused(argc, argv) ? static_cast<int>(bs::Exit::input) : run_petsc(argc, argv);
   MPI_Finalize();
   bs::expect_exit();
