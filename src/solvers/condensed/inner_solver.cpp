@@ -36,16 +36,25 @@ PetscErrorCode InnerSolver::build_hierarchy() {
   PetscFunctionReturn(0);
 }
 
+/// The next set-up keeps its coarse grid, where the preconditioner has one of its own.
+PetscErrorCode InnerSolver::keep_coarse_grid(PC pc, bool keep) const {
+  PetscErrorCode (*function)(PC, PetscBool) = nullptr;
+  PetscFunctionBegin;
+  PetscCall(PetscObjectQueryFunction(reinterpret_cast<PetscObject>(pc), "BSKeepCoarse_C", &function));
+  if (function) PetscCall(function(pc, keep ? PETSC_TRUE : PETSC_FALSE));
+  PetscFunctionReturn(0);
+}
+
 // A direct solver wants the matrix as it is; a Krylov method works with an old preconditioner until it costs more iterations
 // than a new one would.
 PetscErrorCode InnerSolver::linearise(bool definite) {
   PetscFunctionBegin;
-  if (definite != definite_) stale_ = true;
-  definite_ = definite;
   const double sigma = tangent_->sigma();
-  fresh_ = direct_ || refresh_ <= 0 || stale_ || std::abs(sigma - sigma_) > 0.1 * sigma_;
+  if (definite != definite_ || direct_ || refresh_ <= 0 || std::abs(sigma - sigma_) > 0.1 * sigma_) age_.discard();
+  definite_ = definite;
+  fresh_ = age_.due();
+  const bool keep = fresh_ && age_.renew();
   if (fresh_) sigma_ = sigma;
-  stale_ = false;
   Mat multiplied = nullptr;
   PetscCall(assemble_matrices(definite, &multiplied));
   if (fresh_ && rebuild_ && storage_ == CondensedStorage::aij && !direct_) PetscCall(build_hierarchy());
@@ -53,6 +62,7 @@ PetscErrorCode InnerSolver::linearise(bool definite) {
   PetscCall(KSPSetReusePreconditioner(ksp_, fresh_ ? PETSC_FALSE : PETSC_TRUE));
   PC pc;
   PetscCall(KSPGetPC(ksp_, &pc));
+  PetscCall(keep_coarse_grid(pc, keep));
   PetscCall(make_pivots_relative(pc, false));
   PetscCall(KSPSetUp(ksp_));
   PetscCall(make_pivots_relative(pc, true));
@@ -91,7 +101,7 @@ PetscErrorCode InnerSolver::negative_pivots(PetscInt* count) {
   absolute_in_force_ = false;
   PetscCall(linearise(false));
   PetscCall(count_negative_pivots(count, &has));
-  stale_ = true;
+  age_.discard();
   PetscFunctionReturn(0);
 }
 
@@ -186,8 +196,9 @@ PetscErrorCode InnerSolver::solve(Vec b, Vec w, CondensedCounts* counts, bool* s
     if (reason < 0 && !demand_.direction) *solved = false;
   }
   const double rate = static_cast<double>(counts->iterations - before) / std::max(1.0, -std::log10(rtol_));
-  if (fresh_) rate_new_ = rate;
-  if (!finished || rate > refresh_ * rate_new_ + 1) renew_factors();
+  age_.note(rate, fresh_, refresh_);
+  if (!finished) age_.discard();
+  rebuild_ = rebuild_ || age_.due();
   fresh_ = false;
   PetscFunctionReturn(0);
 }

@@ -5,6 +5,7 @@
 #include <string>
 #include "base/handle.hpp"
 #include "solvers/condensed/absolute.hpp"
+#include "solvers/condensed/age.hpp"
 #include "solvers/condensed/condensed.hpp"
 #include "solvers/condensed/correction.hpp"
 #include "systems/tangent.hpp"
@@ -41,12 +42,16 @@ class InnerSolver {
   PetscErrorCode out_of_memory(bool* yes) const;
 
  private:
-  void renew_factors() { stale_ = rebuild_ = true; }
+  void renew_factors() {
+    age_.discard();
+    rebuild_ = true;
+  }
   PetscErrorCode set_defaults();
   PetscErrorCode set_direct(PC pc, PCType type, PetscMPIInt ranks);
   PetscErrorCode choose_storage();
   PetscErrorCode ask_for_inertia();
   PetscErrorCode linearise(bool definite);
+  PetscErrorCode keep_coarse_grid(PC pc, bool keep) const;
   PetscErrorCode build_hierarchy();
   PetscErrorCode count_negative_pivots(PetscInt* count, bool* has) const;
   PetscErrorCode go_on(Vec b, Vec w, CondensedCounts* counts, KSPConvergedReason* reason);
@@ -77,10 +82,10 @@ class InnerSolver {
   bool indefinite_ = false;                              ///< the last S was not positive definite
   bool absolute_in_force_ = false;                       ///< directions come from absolute_, preconditioned by the definite part
   KSPConvergedReason failed_ = KSP_CONVERGED_ITERATING;  ///< of the last solve; positive or 0: none
-  // the preconditioner's age: iterations per digit when it was new and at the last solve
-  bool stale_ = true, fresh_ = false;
+  PreconditionerAge age_;
+  bool fresh_ = false;                   ///< the preconditioner is new, no solve has used it yet
   bool rebuild_ = true, built_ = false;  ///< levels of a multigrid method, too, which otherwise keeps its interpolation
-  double sigma_ = 0, rate_new_ = 0, refresh_ = 1.3;
+  double sigma_ = 0, refresh_ = 1.3;
 };
 
 }  // namespace bs

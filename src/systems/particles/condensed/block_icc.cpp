@@ -26,6 +26,7 @@ struct BlockIcc {
   PetscInt space = 2;             ///< 0 hats, 1 rigid, 2 auto: until it is chosen
   CoarseSpace hats;
   RigidSpace rigid;
+  bool keep_coarse = false;  ///< at the next set-up
   VecHandle residual, step;  ///< room, with rigid motions
 };
 
@@ -69,6 +70,7 @@ PetscErrorCode set_up_coarse(PC pc) {
   BlockIcc* self = static_cast<BlockIcc*>(pc->data);
   const char* prefix = nullptr;
   PetscFunctionBegin;
+  if (self->keep_coarse && (self->hats.active() || self->rigid.active())) PetscFunctionReturn(0);
   PetscCall(choose_space(self, self->matrix->network()));
   PetscCall(PCGetOptionsPrefix(pc, &prefix));
   if (self->space == 1) PetscCall(self->rigid.create(*self->matrix, self->coarse_unknowns, (prefix ? prefix : "") + std::string("pc_bicc_")));
@@ -201,8 +203,15 @@ PetscErrorCode coarse_words(PC pc, const char** words) {
   PetscFunctionReturn(0);
 }
 
+PetscErrorCode keep_coarse(PC pc, PetscBool keep) {
+  PetscFunctionBegin;
+  static_cast<BlockIcc*>(pc->data)->keep_coarse = keep;
+  PetscFunctionReturn(0);
+}
+
 PetscErrorCode destroy(PC pc) {
   PetscFunctionBegin;
+  PetscCall(PetscObjectComposeFunction(reinterpret_cast<PetscObject>(pc), "BSKeepCoarse_C", nullptr));
   PetscCall(PetscObjectComposeFunction(reinterpret_cast<PetscObject>(pc), "BSCoarseWords_C", nullptr));
   PetscCall(PetscObjectComposeFunction(reinterpret_cast<PetscObject>(pc), "BSFactorShifts_C", nullptr));
   delete static_cast<BlockIcc*>(pc->data);
@@ -221,6 +230,7 @@ PetscErrorCode create(PC pc) {
   pc->ops->destroy = destroy;
   PetscCall(PetscObjectComposeFunction(reinterpret_cast<PetscObject>(pc), "BSFactorShifts_C", factor_shifts));
   PetscCall(PetscObjectComposeFunction(reinterpret_cast<PetscObject>(pc), "BSCoarseWords_C", coarse_words));
+  PetscCall(PetscObjectComposeFunction(reinterpret_cast<PetscObject>(pc), "BSKeepCoarse_C", keep_coarse));
   PetscFunctionReturn(0);
 }
 
