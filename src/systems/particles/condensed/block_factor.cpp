@@ -1,5 +1,6 @@
 #include <algorithm>
 #include <cmath>
+#include <cstring>
 #include <limits>
 #include <vector>
 #include "base/release.hpp"
@@ -61,8 +62,7 @@ class BlockFactorOf final : public BlockFactor {
       const PetscInt from = S.pattern().start[i], count = S.pattern().start[i + 1] - from;
       Real* to = upper_.data() + static_cast<std::size_t>(start_[i]) * area;
       for (PetscInt k = 0; k < count; ++k, to += area) {
-        std::fill_n(block, area, 0.0);
-        S.add_block(S.pair(static_cast<std::size_t>(from + k)), block);
+        write_block<d>(S.pair(static_cast<std::size_t>(from + k)), block);
         if (rolls) S.hold_block(i, other_[start_[i] + k], block);
         for (int c = 0; c < area; ++c) to[c] = static_cast<Real>(-block[c]);
       }
@@ -90,13 +90,32 @@ class BlockFactorOf final : public BlockFactor {
 
   // forward (D + U^T) t = r, backward x = t - D^-1 U x
   void solve(const double* r, double* z) override {
-    std::fill(work_.begin(), work_.end(), 0.0);
+    std::fill(work_.begin(), work_.end(), Real(0));
     forward(r);
     backward(z);
   }
 
  private:
   static constexpr int area = d * d, W = LANES<d>;
+  typedef typename lanes::Register<Real, W>::type Lane;
+
+  static Lane load(const Real* p) noexcept {
+    Lane v;
+    std::memcpy(&v, p, sizeof v);
+    return v;
+  }
+  static void store(Lane v, Real* p) noexcept { std::memcpy(p, &v, sizeof v); }
+  static Lane splat(Real s) noexcept {
+    Lane v;
+    for (int c = 0; c < W; ++c) v[c] = s;
+    return v;
+  }
+  /// A v, symmetric; one number behind A is read.
+  static Lane product(const Real* A, Lane v) noexcept {
+    Lane sum = load(A) * splat(v[0]);
+    for (int c = 1; c < d; ++c) sum += load(A + c * d) * splat(v[c]);
+    return sum;
+  }
 
   /// The pattern, by the springs as they are now; it stays.
   void lay_out(const SpringMatrix& S) {
@@ -113,21 +132,21 @@ class BlockFactorOf final : public BlockFactor {
     const PetscInt n = n_, *start = start_, *other = other_;
     const Points<d> right(r, n);
     const Real *upper = upper_.data(), *inverse = inverse_.data();
-    double* t = work_.data();
+    Real* t = work_.data();
     for (PetscInt i = 0; i < n; ++i) {
-      double* ti = t + static_cast<std::size_t>(i) * W;
-      const lanes::Vector<d> w = times<d>(inverse + static_cast<std::size_t>(i) * area, right[i] + lanes::load<d>(ti));
-      lanes::store<d>(w, ti);
-      lanes::Vector<d> part[d];
-      for (int c = 0; c < d; ++c) part[c] = lanes::splat<d>(w[c]);
+      Real* ti = t + static_cast<std::size_t>(i) * W;
+      const Lane w = product(inverse + static_cast<std::size_t>(i) * area, __builtin_convertvector(right[i], Lane) + load(ti));
+      store(w, ti);
+      Lane part[d];
+      for (int c = 0; c < d; ++c) part[c] = splat(w[c]);
       const PetscInt end = start[i + 1];
       for (PetscInt k = start[i]; k < end; ++k) {
         const Real* U = upper + static_cast<std::size_t>(k) * area;
         __builtin_prefetch(U + AHEAD);
-        double* tj = t + static_cast<std::size_t>(other[k]) * W;
-        lanes::Vector<d> sum = lanes::load<d>(tj);
-        for (int c = 0; c < d; ++c) sum -= lanes::load<d>(U + c * d) * part[c];
-        lanes::store<d>(sum, tj);
+        Real* tj = t + static_cast<std::size_t>(other[k]) * W;
+        Lane sum = load(tj);
+        for (int c = 0; c < d; ++c) sum -= load(U + c * d) * part[c];
+        store(sum, tj);
       }
     }
   }
@@ -136,27 +155,27 @@ class BlockFactorOf final : public BlockFactor {
   void backward(double* z) noexcept {
     const PetscInt n = n_, *start = start_, *other = other_;
     const Real *upper = upper_.data(), *inverse = inverse_.data();
-    double* t = work_.data();
+    Real* t = work_.data();
     for (PetscInt i = n - 1; i >= 0; --i) {
-      lanes::Vector<d> row[d] = {};
+      Lane row[d] = {};
       const PetscInt end = start[i + 1];
       for (PetscInt k = start[i]; k < end; ++k) {
         const Real* U = upper + static_cast<std::size_t>(k) * area;
         __builtin_prefetch(U - AHEAD);  // rows are read from the last to the first
-        const lanes::Vector<d> x = lanes::load<d>(t + static_cast<std::size_t>(other[k]) * W);
-        for (int c = 0; c < d; ++c) row[c] += lanes::load<d>(U + c * d) * x;
+        const Lane x = load(t + static_cast<std::size_t>(other[k]) * W);
+        for (int c = 0; c < d; ++c) row[c] += load(U + c * d) * x;
       }
-      lanes::Vector<d> q = lanes::splat<d>(0.0);
+      Lane q = {};
       for (int c = 0; c < d; ++c)
         for (int lane = 0; lane < d; ++lane) q[c] += row[c][lane];
-      double* ti = t + static_cast<std::size_t>(i) * W;
-      const lanes::Vector<d> x = lanes::load<d>(ti) - times<d>(inverse + static_cast<std::size_t>(i) * area, q);
-      lanes::store<d>(x, ti);
-      put<d>(x, z + static_cast<std::size_t>(i) * d);
+      Real* ti = t + static_cast<std::size_t>(i) * W;
+      const Lane x = load(ti) - product(inverse + static_cast<std::size_t>(i) * area, q);
+      store(x, ti);
+      for (int c = 0; c < d; ++c) z[static_cast<std::size_t>(i) * d + static_cast<std::size_t>(c)] = static_cast<double>(x[c]);
     }
   }
 
-  // S_ij -= U_ki^T D_k^-1 U_kj for every pair (i, j) of k's upper neighbours that is itself linked, and i = j
+  // S_ij -= U_ki^T D_k^-1 U_kj for every pair (i, j) of k's upper neighbours that is itself linked, and i = j; the pivots in double
   void eliminate(PetscInt k, const double* inverse, std::vector<PetscInt>& slot) {
     const PetscInt begin = start_[k], end = start_[k + 1];
     PetscInt products = 2 * (end - begin);  // of d x d blocks: T and the pivot of each neighbour, then the linked pairs among them
@@ -164,13 +183,16 @@ class BlockFactorOf final : public BlockFactor {
     for (PetscInt a = begin; a < end; ++a) {
       const PetscInt i = other_[a];
       const Real* Ui = upper_.data() + static_cast<std::size_t>(a) * area;
-      double T[area];
-      for (int r = 0; r < d; ++r)
-        for (int c = 0; c < d; ++c) {
-          T[r * d + c] = 0;
-          for (int m = 0; m < d; ++m) T[r * d + c] += static_cast<double>(Ui[m * d + r]) * inverse[m * d + c];
-        }
-      subtract(T, Ui, pivot_.data() + static_cast<std::size_t>(i) * area);
+      double* P = pivot_.data() + static_cast<std::size_t>(i) * area;
+      Real T[area];
+      for (int r = 0; r < d; ++r) {
+        double row[d] = {};
+        for (int m = 0; m < d; ++m)
+          for (int c = 0; c < d; ++c) row[c] += static_cast<double>(Ui[m * d + r]) * inverse[m * d + c];
+        for (int c = 0; c < d; ++c) T[r * d + c] = static_cast<Real>(row[c]);
+        for (int m = 0; m < d; ++m)
+          for (int c = 0; c < d; ++c) P[r * d + c] -= row[m] * static_cast<double>(Ui[m * d + c]);
+      }
       for (PetscInt c = start_[i]; c < start_[i + 1]; ++c) {
         const PetscInt b = slot[other_[c]];
         if (b < 0) continue;
@@ -182,14 +204,15 @@ class BlockFactorOf final : public BlockFactor {
     flops_ += d * area * (1.0 + 2.0 * static_cast<double>(products));  // a pivot's inverse takes d^3, a product of blocks 2 d^3
   }
 
-  template <class Target>
-  static void subtract(const double* T, const Real* U, Target* to) noexcept {
-    for (int r = 0; r < d; ++r)
-      for (int c = 0; c < d; ++c) {
-        double sum = 0;
-        for (int m = 0; m < d; ++m) sum += T[r * d + m] * static_cast<double>(U[m * d + c]);
-        to[r * d + c] = static_cast<Target>(static_cast<double>(to[r * d + c]) - sum);
-      }
+  /// to -= T U, row by row in registers; one number behind each block is read.
+  static void subtract(const Real* T, const Real* U, Real* to) noexcept {
+    Lane row[d];
+    for (int m = 0; m < d; ++m) row[m] = load(U + m * d);
+    for (int r = 0; r < d; ++r) {
+      Lane sum = load(to + r * d);
+      for (int m = 0; m < d; ++m) sum -= splat(T[r * d + m]) * row[m];
+      std::memcpy(to + r * d, &sum, d * sizeof(Real));
+    }
   }
 
   const SpringMatrix* made_for_ = nullptr;
@@ -200,7 +223,7 @@ class BlockFactorOf final : public BlockFactor {
   static constexpr int AHEAD = 1024 / sizeof(Real);  ///< numbers prefetched ahead
   HugeVector<Real> upper_, inverse_;
   std::vector<double> pivot_;
-  HugeVector<double> work_;
+  HugeVector<Real> work_;
   std::vector<float> size_;  ///< of the diagonal blocks before elimination
 };
 

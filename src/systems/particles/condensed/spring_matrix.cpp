@@ -194,22 +194,45 @@ void SpringMatrix::hold_block(PetscInt i, PetscInt j, double* block) const {
 }
 
 void SpringMatrix::add_block(const float* pair, double* to) const {
-  const int d = dim_;
-  for (int r = 0; r < d; ++r) {
-    for (int c = 0; c < d; ++c) to[r * d + c] += static_cast<double>(pair[r]) * static_cast<double>(pair[c]);
-    to[r * d + r] += static_cast<double>(pair[d]);
-  }
+  double B[9];
+  if (dim_ == 1) write_block<1>(pair, B);
+  else if (dim_ == 2) write_block<2>(pair, B);
+  else write_block<3>(pair, B);
+  for (std::size_t c = 0; c < area_; ++c) to[c] += B[c];
 }
+
+namespace {
+
+/// The pairs' part of the diagonal blocks.
+template <int d>
+void add_pairs(const SpringMatrix& S, double* out) {
+  constexpr int area = d * d;
+  const SpringPattern& pattern = S.pattern();
+  double B[area];
+  const auto add = [&](PetscInt i) {
+    double* to = out + static_cast<std::size_t>(i) * area;
+    for (int c = 0; c < area; ++c) to[c] += B[c];
+  };
+  for (PetscInt i = 0; i < pattern.n; ++i)
+    for (PetscInt k = pattern.start[i]; k < pattern.start[i + 1]; ++k) {
+      write_block<d>(S.pair(static_cast<std::size_t>(k)), B);
+      add(i);
+      add(pattern.other[k]);
+    }
+  for (std::size_t r = 0; r < pattern.cut_row.size(); ++r)
+    for (PetscInt k = pattern.cut_start[r]; k < pattern.cut_start[r + 1]; ++k) {
+      write_block<d>(S.cut(static_cast<std::size_t>(k)), B);
+      add(pattern.cut_row[r]);
+    }
+}
+
+}  // namespace
 
 void SpringMatrix::diagonal_blocks(std::vector<double>* out) const {
   out->assign(node_.begin(), node_.end());
-  for (PetscInt i = 0; i < pattern_.n; ++i)
-    for (PetscInt k = pattern_.start[i]; k < pattern_.start[i + 1]; ++k) {
-      add_block(pair(k), out->data() + i * area_);
-      add_block(pair(k), out->data() + pattern_.other[k] * area_);
-    }
-  for (std::size_t r = 0; r < pattern_.cut_row.size(); ++r)
-    for (PetscInt k = pattern_.cut_start[r]; k < pattern_.cut_start[r + 1]; ++k) add_block(cut(k), out->data() + pattern_.cut_row[r] * area_);
+  if (dim_ == 1) add_pairs<1>(*this, out->data());
+  else if (dim_ == 2) add_pairs<2>(*this, out->data());
+  else add_pairs<3>(*this, out->data());
   if (remainder_.created()) remainder_.add_diagonal(out);
   if (net_->supports && net_->supports->rolls())
     for (PetscInt i = 0; i < pattern_.n; ++i) hold_block(i, i, out->data() + static_cast<std::size_t>(i) * area_);

@@ -22,6 +22,14 @@ inline lanes::Vector<d> apply(const float* pair, lanes::Vector<d> a, lanes::Vect
   }
 }
 
+/// B = t I + w w^T of a pair's numbers, row by row.
+template <int d, class Real>
+inline void write_block(const float* pair, Real* B) noexcept {
+  for (int r = 0; r < d; ++r)
+    for (int c = 0; c < d; ++c)
+      B[r * d + c] = static_cast<Real>(pair[r]) * static_cast<Real>(pair[c]) + (r == c ? static_cast<Real>(pair[d]) : Real(0));
+}
+
 /// (n, d) numbers read as registers; the last particle's from a padded copy, since nothing may be read behind the array.
 template <int d>
 class Points {
