@@ -150,6 +150,7 @@ static double worst_of_chain(int d, bool single, double shift, double sigma = 30
   REQUIRE(c.tangent.create(CondensedStorage::springs, S.out()) == 0);
   REQUIRE(c.tangent.assemble(positive, S) == 0);
   auto factor = create_block_factor(d, single);
+  REQUIRE(factor->lay_out(*SpringMatrix::from(S)) == 0);
   std::vector<double> diagonal;
   SpringMatrix::from(S)->diagonal_blocks(&diagonal);
   if (!factor->factor(*SpringMatrix::from(S), diagonal, shift)) return -1;

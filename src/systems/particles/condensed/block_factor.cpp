@@ -48,31 +48,34 @@ bool invert(const double* A, double least, double* inverse) noexcept {
 template <int d, class Real>
 class BlockFactorOf final : public BlockFactor {
  public:
+  PetscErrorCode lay_out(SpringMatrix& S) override {
+    constexpr double MOST = 1;
+    PetscFunctionBegin;
+    const double least = least_stiff_size(S);
+    PetscCall(overlap_.create(S, least));
+    const bool filled = add_stiff_fill(S, overlap_, least, MOST, &fill_);
+    if (!filled) overlap_.leave_out();
+    rows_ = S.pattern().n + static_cast<PetscInt>(overlap_.ghosts().size());
+    start_ = filled ? fill_.start.data() : S.pattern().start.data();
+    other_ = filled ? fill_.other.data() : S.pattern().other.data();
+    PetscFunctionReturn(0);
+  }
+
+  Overlap& overlap() override { return overlap_; }
+
   bool factor(const SpringMatrix& S, const std::vector<double>& diagonal, double shift) override {
-    if (made_for_ != &S) lay_out(S);
-    const std::size_t n = static_cast<std::size_t>(n_), pairs = static_cast<std::size_t>(start_[n_]);
+    const std::size_t n = static_cast<std::size_t>(rows_), pairs = static_cast<std::size_t>(start_[rows_]);
     inverse_.resize(n * area + 4);
     upper_.resize(pairs * area + 4);
     work_.resize(n * W);
     pivot_ = diagonal;
     double block[area];
-    const bool rolls = S.network().supports && S.network().supports->rolls();
-    flops_ = 2.0 * area * static_cast<double>(S.pattern().pairs());  // t I + w w^T of each pair
-    for (PetscInt i = 0; i < n_; ++i) {
-      const PetscInt from = S.pattern().start[i], count = S.pattern().start[i + 1] - from;
-      Real* to = upper_.data() + static_cast<std::size_t>(start_[i]) * area;
-      for (PetscInt k = 0; k < count; ++k, to += area) {
-        write_block<d>(S.pair(static_cast<std::size_t>(from + k)), block);
-        if (rolls) S.hold_block(i, other_[start_[i] + k], block);
-        for (int c = 0; c < area; ++c) to[c] = static_cast<Real>(-block[c]);
-      }
-      std::fill(to, upper_.data() + static_cast<std::size_t>(start_[i + 1]) * area, Real(0));
-    }
+    fill_rows(S);
     size_.assign(n, 0.0F);
     for (std::size_t i = 0; i < n; ++i)
       for (int c = 0; c < d; ++c) size_[i] = std::max(size_[i], static_cast<float>(std::abs(pivot_[i * area + c * (d + 1)])));
     std::vector<PetscInt> slot(n, -1);
-    for (PetscInt k = 0; k < n_; ++k) {
+    for (PetscInt k = 0; k < rows_; ++k) {
       double* P = pivot_.data() + static_cast<std::size_t>(k) * area;
       // what elimination left must be more than the rounding of what it took away
       const double least = 4 * static_cast<double>(std::numeric_limits<Real>::epsilon()) * size_[k];
@@ -87,10 +90,11 @@ class BlockFactorOf final : public BlockFactor {
   }
 
   double flops() const override { return flops_; }
+  double blocks() const override { return static_cast<double>(start_[rows_]) + static_cast<double>(rows_); }
 
   // forward (D + U^T) t = r, backward x = t - D^-1 U x
   void solve(const double* r, double* z) override {
-    std::fill(work_.begin(), work_.end(), Real(0));
+    std::fill(work_.begin(), work_.end(), 0.0);
     forward(r);
     backward(z);
   }
@@ -104,74 +108,93 @@ class BlockFactorOf final : public BlockFactor {
     std::memcpy(&v, p, sizeof v);
     return v;
   }
-  static void store(Lane v, Real* p) noexcept { std::memcpy(p, &v, sizeof v); }
   static Lane splat(Real s) noexcept {
     Lane v;
     for (int c = 0; c < W; ++c) v[c] = s;
     return v;
   }
-  /// A v, symmetric; one number behind A is read.
-  static Lane product(const Real* A, Lane v) noexcept {
-    Lane sum = load(A) * splat(v[0]);
-    for (int c = 1; c < d; ++c) sum += load(A + c * d) * splat(v[c]);
-    return sum;
-  }
-
-  /// The pattern, by the springs as they are now; it stays.
-  void lay_out(const SpringMatrix& S) {
-    constexpr double MOST = 1;
-    const bool filled = add_stiff_fill(S, MOST, &fill_);
-    made_for_ = &S;
-    n_ = S.pattern().n;
-    start_ = filled ? fill_.start.data() : S.pattern().start.data();
-    other_ = filled ? fill_.other.data() : S.pattern().other.data();
+  /// The upper triangle of S, and 0 for fill.
+  void fill_rows(const SpringMatrix& S) {
+    const SpringPattern& pattern = S.pattern();
+    const bool rolls = S.network().supports && S.network().supports->rolls();
+    double block[area];
+    Real* to = upper_.data();
+    const auto write = [&](const float* numbers, PetscInt i, PetscInt j) {
+      write_block<d>(numbers, block);
+      if (rolls) S.hold_block(i, j, block);
+      for (int c = 0; c < area; ++c) to[c] = static_cast<Real>(-block[c]);
+      to += area;
+    };
+    const auto finish = [&](PetscInt i) {
+      Real* const end = upper_.data() + static_cast<std::size_t>(start_[i + 1]) * area;
+      std::fill(to, end, Real(0));
+      to = end;
+    };
+    std::size_t cut = 0, tie = 0;
+    for (PetscInt i = 0; i < pattern.n; ++i) {
+      for (PetscInt k = pattern.start[i]; k < pattern.start[i + 1]; ++k) write(S.pair(static_cast<std::size_t>(k)), i, pattern.other[k]);
+      if (cut < pattern.cut_row.size() && pattern.cut_row[cut] == i) {
+        for (PetscInt k = pattern.cut_start[cut]; k < pattern.cut_start[cut + 1]; ++k)
+          if (overlap_.row(pattern.ghost[k]) >= 0) write(S.cut(static_cast<std::size_t>(k)), i, pattern.n + pattern.ghost[k]);
+        ++cut;
+      }
+      finish(i);
+    }
+    const std::vector<PetscInt>& ghosts = overlap_.ghosts();
+    const std::vector<Overlap::Tie>& ties = overlap_.ties();
+    for (PetscInt i = pattern.n; i < rows_; ++i) {
+      for (; tie < ties.size() && ties[tie].a == i; ++tie)
+        write(ties[tie].numbers, pattern.n + ghosts[i - pattern.n], pattern.n + ghosts[ties[tie].b - pattern.n]);
+      finish(i);
+    }
+    flops_ = 2.0 * area * static_cast<double>(pattern.pairs());  // t I + w w^T of each pair
   }
 
   // t_i = D_i^-1 (r_i - sum of what rows before i took from it), then t_j -= U_ij^T t_i by rows of U
   void forward(const double* r) noexcept {
-    const PetscInt n = n_, *start = start_, *other = other_;
+    const PetscInt n = rows_, *start = start_, *other = other_;
     const Points<d> right(r, n);
     const Real *upper = upper_.data(), *inverse = inverse_.data();
-    Real* t = work_.data();
+    double* t = work_.data();
     for (PetscInt i = 0; i < n; ++i) {
-      Real* ti = t + static_cast<std::size_t>(i) * W;
-      const Lane w = product(inverse + static_cast<std::size_t>(i) * area, __builtin_convertvector(right[i], Lane) + load(ti));
-      store(w, ti);
-      Lane part[d];
-      for (int c = 0; c < d; ++c) part[c] = splat(w[c]);
+      double* ti = t + static_cast<std::size_t>(i) * W;
+      const lanes::Vector<d> w = times<d>(inverse + static_cast<std::size_t>(i) * area, right[i] + lanes::load<d>(ti));
+      lanes::store<d>(w, ti);
+      lanes::Vector<d> part[d];
+      for (int c = 0; c < d; ++c) part[c] = lanes::splat<d>(w[c]);
       const PetscInt end = start[i + 1];
       for (PetscInt k = start[i]; k < end; ++k) {
         const Real* U = upper + static_cast<std::size_t>(k) * area;
         __builtin_prefetch(U + AHEAD);
-        Real* tj = t + static_cast<std::size_t>(other[k]) * W;
-        Lane sum = load(tj);
-        for (int c = 0; c < d; ++c) sum -= load(U + c * d) * part[c];
-        store(sum, tj);
+        double* tj = t + static_cast<std::size_t>(other[k]) * W;
+        lanes::Vector<d> sum = lanes::load<d>(tj);
+        for (int c = 0; c < d; ++c) sum -= lanes::load<d>(U + c * d) * part[c];
+        lanes::store<d>(sum, tj);
       }
     }
   }
 
   // x_i = t_i - D_i^-1 sum_j U_ij x_j; products with the rows of U are summed lane by lane, added up once a row
   void backward(double* z) noexcept {
-    const PetscInt n = n_, *start = start_, *other = other_;
+    const PetscInt n = rows_, *start = start_, *other = other_;
     const Real *upper = upper_.data(), *inverse = inverse_.data();
-    Real* t = work_.data();
+    double* t = work_.data();
     for (PetscInt i = n - 1; i >= 0; --i) {
-      Lane row[d] = {};
+      lanes::Vector<d> row[d] = {};
       const PetscInt end = start[i + 1];
       for (PetscInt k = start[i]; k < end; ++k) {
         const Real* U = upper + static_cast<std::size_t>(k) * area;
         __builtin_prefetch(U - AHEAD);  // rows are read from the last to the first
-        const Lane x = load(t + static_cast<std::size_t>(other[k]) * W);
-        for (int c = 0; c < d; ++c) row[c] += load(U + c * d) * x;
+        const lanes::Vector<d> x = lanes::load<d>(t + static_cast<std::size_t>(other[k]) * W);
+        for (int c = 0; c < d; ++c) row[c] += lanes::load<d>(U + c * d) * x;
       }
-      Lane q = {};
+      lanes::Vector<d> q = lanes::splat<d>(0.0);
       for (int c = 0; c < d; ++c)
         for (int lane = 0; lane < d; ++lane) q[c] += row[c][lane];
-      Real* ti = t + static_cast<std::size_t>(i) * W;
-      const Lane x = load(ti) - product(inverse + static_cast<std::size_t>(i) * area, q);
-      store(x, ti);
-      for (int c = 0; c < d; ++c) z[static_cast<std::size_t>(i) * d + static_cast<std::size_t>(c)] = static_cast<double>(x[c]);
+      double* ti = t + static_cast<std::size_t>(i) * W;
+      const lanes::Vector<d> x = lanes::load<d>(ti) - times<d>(inverse + static_cast<std::size_t>(i) * area, q);
+      lanes::store<d>(x, ti);
+      put<d>(x, z + static_cast<std::size_t>(i) * d);
     }
   }
 
@@ -215,15 +238,15 @@ class BlockFactorOf final : public BlockFactor {
     }
   }
 
-  const SpringMatrix* made_for_ = nullptr;
-  PetscInt n_ = 0;
+  PetscInt rows_ = 0;
   const PetscInt *start_ = nullptr, *other_ = nullptr;  ///< of the matrix's pattern, or of fill_
   FillPattern fill_;
+  Overlap overlap_;
   double flops_ = 0;
   static constexpr int AHEAD = 1024 / sizeof(Real);  ///< numbers prefetched ahead
   HugeVector<Real> upper_, inverse_;
   std::vector<double> pivot_;
-  HugeVector<Real> work_;
+  HugeVector<double> work_;
   std::vector<float> size_;  ///< of the diagonal blocks before elimination
 };
 

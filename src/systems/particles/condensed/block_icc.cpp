@@ -22,8 +22,9 @@ struct BlockIcc {
   PetscReal shifted = 0;   ///< in force
   PetscInt shifts = 0;
   SpringMatrix* matrix = nullptr;
-  PetscInt coarse_unknowns = -1;  ///< at most; -1: by the lattice's size
-  PetscInt space = 2;             ///< 0 hats, 1 rigid, 2 auto: until it is chosen
+  const SpringMatrix* laid_out_for = nullptr;  ///< the factors' pattern
+  PetscInt coarse_unknowns = -1;               ///< at most; -1: by the lattice's size
+  PetscInt space = 2;                          ///< 0 hats, 1 rigid, 2 auto: until it is chosen
   CoarseSpace hats;
   RigidSpace rigid;
   bool keep_coarse = false;  ///< at the next set-up
@@ -41,11 +42,12 @@ PetscErrorCode choose_space(BlockIcc* self, const Network& net) {
   PetscFunctionReturn(0);
 }
 
-/// Largest ratio of the diagonal blocks' sizes: above RATIO, single precision would lose the soft springs.
-bool wants_double(const SpringMatrix& S, const std::vector<double>& blocks) {
+/// Collective. Whether the ratio of the diagonal blocks' sizes is above RATIO: single precision would lose the soft springs.
+PetscErrorCode wants_double(const SpringMatrix& S, const std::vector<double>& blocks, bool* yes) {
   constexpr double RATIO = 1e5;
   const int d = S.dim();
   double low = std::numeric_limits<double>::max(), high = 0;
+  PetscFunctionBegin;
   for (PetscInt i = 0; i < S.pattern().n; ++i) {
     if (S.network().fixed[i]) continue;  // tied to nothing
     double size = 0;
@@ -53,7 +55,10 @@ bool wants_double(const SpringMatrix& S, const std::vector<double>& blocks) {
     low = std::min(low, size);
     high = std::max(high, size);
   }
-  return high > RATIO * low;
+  double ends[2] = {-low, high};
+  PetscCall(MPIU_Allreduce(MPI_IN_PLACE, ends, 2, MPI_DOUBLE, MPI_MAX, S.network().comm));
+  *yes = ends[1] > -RATIO * ends[0];
+  PetscFunctionReturn(0);
 }
 
 /// Collective.
@@ -87,10 +92,17 @@ PetscErrorCode set_up(PC pc) {
   PetscCall(PetscLogEventBegin(particle_events().factor, pc, nullptr, nullptr, nullptr));
   std::vector<double> diagonal;
   self->matrix->diagonal_blocks(&diagonal);
-  const bool single = self->precision == 1 || (self->precision == 0 && self->in_single && !wants_double(*self->matrix, diagonal));
-  if (!self->factor) PetscCall(reserve_factor(pc, *self->matrix, single));  // on all ranks at once; the precision is each rank's own
-  if (!self->factor || single != self->in_single) self->factor = create_block_factor(self->matrix->dim(), single);
+  bool differing = false;
+  PetscCall(wants_double(*self->matrix, diagonal, &differing));
+  const bool single = self->precision == 1 || (self->precision == 0 && self->in_single && !differing);
+  if (!self->factor) PetscCall(reserve_factor(pc, *self->matrix, single));
+  if (!self->factor || single != self->in_single || self->laid_out_for != self->matrix) {
+    self->factor = create_block_factor(self->matrix->dim(), single);
+    PetscCall(self->factor->lay_out(*self->matrix));
+    self->laid_out_for = self->matrix;
+  }
   self->in_single = single;
+  PetscCall(self->factor->overlap().update(*self->matrix, &diagonal));
   constexpr int TRIES = 12;
   bool done = false;
   for (int k = 0; k < TRIES && !done; ++k) {
@@ -112,13 +124,17 @@ PetscErrorCode solve_triangles(PC pc, Vec r, Vec z) {
   PetscScalar* az = nullptr;
   PetscFunctionBegin;
   PetscCall(PetscLogEventBegin(particle_events().triangles, pc, r, z, nullptr));
-  PetscCall(VecGetArrayRead(r, &ar));
-  PetscCall(VecGetArrayWrite(z, &az));
-  self->factor->solve(ar, az);
-  PetscCall(VecRestoreArrayWrite(z, &az));
-  PetscCall(VecRestoreArrayRead(r, &ar));
-  const double area = static_cast<double>(self->matrix->dim() * self->matrix->dim());
-  PetscCall(PetscLogFlops(4 * area * static_cast<double>(self->matrix->pattern().pairs() + self->matrix->pattern().n)));
+  Overlap& overlap = self->factor->overlap();
+  if (overlap.active()) {
+    PetscCall(overlap.apply(*self->matrix, r, z, [self](const double* in, double* out) { self->factor->solve(in, out); }));
+  } else {
+    PetscCall(VecGetArrayRead(r, &ar));
+    PetscCall(VecGetArrayWrite(z, &az));
+    self->factor->solve(ar, az);
+    PetscCall(VecRestoreArrayWrite(z, &az));
+    PetscCall(VecRestoreArrayRead(r, &ar));
+  }
+  PetscCall(PetscLogFlops(4.0 * self->matrix->dim() * self->matrix->dim() * self->factor->blocks()));
   PetscCall(PetscLogEventEnd(particle_events().triangles, pc, r, z, nullptr));
   PetscFunctionReturn(0);
 }

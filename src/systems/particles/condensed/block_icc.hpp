@@ -4,20 +4,27 @@
 #pragma once
 #include <petscpc.h>
 #include <memory>
+#include "systems/particles/condensed/overlap.hpp"
 #include "systems/particles/condensed/spring_matrix.hpp"
 
 namespace bs {
 
-/// Factors in one precision; chosen by dimension and precision once.
+/// Factors in one precision; chosen by dimension and precision once. Rows are the owned particles and those of the overlap.
 class BlockFactor {
  public:
   virtual ~BlockFactor() = default;
-  /// Factors S with shift times the size of each diagonal block added to its diagonal; `diagonal`: S's diagonal blocks.
+  /// Collective. The pattern, by the springs as they are now; it stays.
+  virtual PetscErrorCode lay_out(SpringMatrix& S) = 0;
+  /// The rows behind those of the owned particles.
+  virtual Overlap& overlap() = 0;
+  /// Factors S with shift times the size of each diagonal block added to its diagonal; `diagonal`: S's diagonal blocks, of all rows.
   /// False where a pivot is not positive definite.
   virtual bool factor(const SpringMatrix& S, const std::vector<double>& diagonal, double shift) = 0;
   /// Floating-point operations of the last factorisation.
   virtual double flops() const = 0;
-  /// Solves with the factors; r and z: (n, d) of the owned particles.
+  /// d x d blocks of the factors.
+  virtual double blocks() const = 0;
+  /// Solves with the factors; r and z: (rows, d).
   virtual void solve(const double* r, double* z) = 0;
 };
 

@@ -70,20 +70,39 @@ PetscErrorCode SpringMatrix::create_vector(Vec* out) const {
   PetscFunctionReturn(0);
 }
 
-PetscErrorCode SpringMatrix::append_ghosts(std::vector<double>* values) {
+PetscErrorCode SpringMatrix::fetch_ghosts(Vec p, std::vector<double>* ghosts) {
   const PetscScalar* a = nullptr;
+  PetscFunctionBegin;
+  PetscCall(VecScatterBegin(scatter_, p, ghost_values_, INSERT_VALUES, SCATTER_FORWARD));
+  PetscCall(VecScatterEnd(scatter_, p, ghost_values_, INSERT_VALUES, SCATTER_FORWARD));
+  PetscCall(VecGetArrayRead(ghost_values_, &a));
+  ghosts->assign(a, a + net_->ghosts * dim_);
+  PetscCall(VecRestoreArrayRead(ghost_values_, &a));
+  PetscFunctionReturn(0);
+}
+
+PetscErrorCode SpringMatrix::add_ghosts(const std::vector<double>& ghosts, Vec y) {
+  PetscScalar* a = nullptr;
+  PetscFunctionBegin;
+  PetscCall(VecGetArrayWrite(ghost_values_, &a));
+  std::copy(ghosts.begin(), ghosts.end(), a);
+  PetscCall(VecRestoreArrayWrite(ghost_values_, &a));
+  PetscCall(VecScatterBegin(scatter_, ghost_values_, y, ADD_VALUES, SCATTER_REVERSE));
+  PetscCall(VecScatterEnd(scatter_, ghost_values_, y, ADD_VALUES, SCATTER_REVERSE));
+  PetscFunctionReturn(0);
+}
+
+PetscErrorCode SpringMatrix::append_ghosts(std::vector<double>* values) {
   PetscScalar* to = nullptr;
+  std::vector<double> ghosts;
   VecHandle owned;
   PetscFunctionBegin;
   PetscCall(create_vector(owned.out()));
   PetscCall(VecGetArrayWrite(owned, &to));
   std::copy(values->begin(), values->end(), to);
   PetscCall(VecRestoreArrayWrite(owned, &to));
-  PetscCall(VecScatterBegin(scatter_, owned, ghost_values_, INSERT_VALUES, SCATTER_FORWARD));
-  PetscCall(VecScatterEnd(scatter_, owned, ghost_values_, INSERT_VALUES, SCATTER_FORWARD));
-  PetscCall(VecGetArrayRead(ghost_values_, &a));
-  values->insert(values->end(), a, a + net_->ghosts * dim_);
-  PetscCall(VecRestoreArrayRead(ghost_values_, &a));
+  PetscCall(fetch_ghosts(owned, &ghosts));
+  values->insert(values->end(), ghosts.begin(), ghosts.end());
   PetscFunctionReturn(0);
 }
 

@@ -42,12 +42,8 @@ class SpringMatrix {
   const float* pair(std::size_t k) const { return pair_.data() + k * width_; }
   const float* cut(std::size_t k) const { return cut_.data() + k * width_; }
   /// Trace of B = t I + w w^T of pair k, without t's multiplicity.
-  double pair_size(std::size_t k) const {
-    const float* numbers = pair(k);
-    double sum = static_cast<double>(numbers[dim_]);
-    for (int c = 0; c < dim_; ++c) sum += static_cast<double>(numbers[c]) * static_cast<double>(numbers[c]);
-    return sum;
-  }
+  double pair_size(std::size_t k) const { return size_of(pair(k)); }
+  double cut_size(std::size_t k) const { return size_of(cut(k)); }
   void zero();
   /// R, not created where there is none.
   SparseBlocks& remainder() { return remainder_; }
@@ -74,11 +70,19 @@ class SpringMatrix {
   static SpringMatrix* from(Mat A);
   /// Collective. Appends the ghosts' numbers to the owned particles', (n, d).
   PetscErrorCode append_ghosts(std::vector<double>* values);
+  /// Collective. The ghosts' numbers of p, (ghosts, d), and what ghosts add to y at their owners.
+  PetscErrorCode fetch_ghosts(Vec p, std::vector<double>* ghosts);
+  PetscErrorCode add_ghosts(const std::vector<double>& ghosts, Vec y);
   /// Collective. A vector the matrix acts on.
   PetscErrorCode create_vector(Vec* out) const;
 
  private:
   PetscErrorCode hold_product(Vec p, Vec y) const;
+  double size_of(const float* numbers) const {
+    double sum = static_cast<double>(numbers[dim_]);
+    for (int c = 0; c < dim_; ++c) sum += static_cast<double>(numbers[c]) * static_cast<double>(numbers[c]);
+    return sum;
+  }
   const Network* net_ = nullptr;
   const LocalState* state_ = nullptr;
   int dim_ = 3;
