@@ -1,7 +1,6 @@
 #include "systems/particles/condensed/block_icc.hpp"
 #include <petsc/private/pcimpl.h>
 #include <algorithm>
-#include <limits>
 #include "base/fault.hpp"
 #include "base/memory.hpp"
 #include "systems/particles/condensed/coarse_choice.hpp"
@@ -42,25 +41,6 @@ PetscErrorCode choose_space(BlockIcc* self, const Network& net) {
   PetscFunctionReturn(0);
 }
 
-/// Collective. Whether the ratio of the diagonal blocks' sizes is above RATIO: single precision would lose the soft springs.
-PetscErrorCode wants_double(const SpringMatrix& S, const std::vector<double>& blocks, bool* yes) {
-  constexpr double RATIO = 1e5;
-  const int d = S.dim();
-  double low = std::numeric_limits<double>::max(), high = 0;
-  PetscFunctionBegin;
-  for (PetscInt i = 0; i < S.pattern().n; ++i) {
-    if (S.network().fixed[i]) continue;  // tied to nothing
-    double size = 0;
-    for (int c = 0; c < d; ++c) size = std::max(size, std::abs(blocks[static_cast<std::size_t>(i) * d * d + c * (d + 1)]));
-    low = std::min(low, size);
-    high = std::max(high, size);
-  }
-  double ends[2] = {-low, high};
-  PetscCall(MPIU_Allreduce(MPI_IN_PLACE, ends, 2, MPI_DOUBLE, MPI_MAX, S.network().comm));
-  *yes = ends[1] > -RATIO * ends[0];
-  PetscFunctionReturn(0);
-}
-
 /// Collective.
 PetscErrorCode reserve_factor(PC pc, const SpringMatrix& S, bool single) {
   PetscFunctionBegin;
@@ -92,9 +72,10 @@ PetscErrorCode set_up(PC pc) {
   PetscCall(PetscLogEventBegin(particle_events().factor, pc, nullptr, nullptr, nullptr));
   std::vector<double> diagonal;
   self->matrix->diagonal_blocks(&diagonal);
-  bool differing = false;
-  PetscCall(wants_double(*self->matrix, diagonal, &differing));
-  const bool single = self->precision == 1 || (self->precision == 0 && self->in_single && !differing);
+  constexpr double RATIO = 1e5;  // of stiffnesses, above which single precision would lose the soft springs
+  double ratio = 1;
+  PetscCall(self->matrix->size_ratio(diagonal, &ratio));
+  const bool single = self->precision == 1 || (self->precision == 0 && self->in_single && ratio <= RATIO);
   if (!self->factor) PetscCall(reserve_factor(pc, *self->matrix, single));
   if (!self->factor || single != self->in_single || self->laid_out_for != self->matrix) {
     self->factor = create_block_factor(self->matrix->dim(), single);

@@ -65,6 +65,8 @@ class SpringMatrix {
   /// The diagonal block of particle i: A_i + sum B_ij + R_ii, d x d.
   void diagonal_blocks(std::vector<double>* out) const;
   PetscErrorCode diagonal(Vec out) const;
+  /// Collective. Of the sizes of these diagonal blocks, the largest over the smallest, without those of fixed particles; infinite where one is 0.
+  PetscErrorCode size_ratio(const std::vector<double>& blocks, double* ratio) const;
   /// Collective. A MATSHELL that multiplies by this object, which must outlive it; `from` finds it again.
   PetscErrorCode create_shell(Mat* out);
   static SpringMatrix* from(Mat A);
