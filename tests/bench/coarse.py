@@ -3,13 +3,14 @@ import cases
 from running import Failed, program
 
 RANKS = {1: (1, 1, 1), 2: (1, 1, 2), 4: (1, 2, 2), 8: (2, 2, 2)}  # cubes of each rank, along the axes
-FINE, MOST = 60, 6000  # unknowns of the fine grid to one of the coarse grid, and at most so many, as in coarse_space.cpp
-SMALL = 81  # unknowns of a coarse grid that takes next to no time
+FINE, FEW, PARTICLES = 60, 2200, 0.3  # as in coarse_space.cpp
+SMALL, LARGE = 81, 6000  # unknowns of a coarse grid that takes next to no time, and of one whose time is measured
 
 
-def unknowns(particles, most=MOST):
-    """Of the coarse grid of a cube: three at each node of the finest grid of at most min(most, 3 particles/FINE)/3 nodes."""
-    nodes = int(min(most, 3 * particles / FINE)) // 3
+def unknowns(particles, ranks=1, given=None):
+    """Of the coarse grid of a cube: three at each node of the finest grid of at most a third as many nodes as are given, or as the program chooses."""
+    wanted = given or min(3 * particles / FINE, max(FEW, (PARTICLES * particles / ranks) ** 0.75))
+    nodes = int(wanted / 3)
     edge = round(nodes ** (1 / 3))
     edge -= edge**3 > nodes
     return 3 * edge**3 if edge > 1 else 0
@@ -38,12 +39,12 @@ def times(context, n):
     """[{unknowns, s_per_application, s_per_set_up}] of a small and a large coarse grid over the same cube on one rank: the least of the repeats, since other
     processes only add to it."""
     rows = []
-    for most in (SMALL, MOST):
-        options = dict(cases.problem("B1", n, cases.equal_swing(n), 3), condensed_pc_type="bicc", condensed_pc_bicc_coarse=most)
+    for given in (SMALL, LARGE):
+        options = dict(cases.problem("B1", n, cases.equal_swing(n), 3), condensed_pc_type="bicc", condensed_pc_bicc_coarse=given)
         runs = [program(context, options)["events"] for _ in range(context.repeats)]
         one = {key: min(events[name]["time"] / events[name]["count"] for events in runs)
                for key, name in (("s_per_application", "BSCoarse"), ("s_per_set_up", "BSCoarseSetUp"))}
-        rows.append({"unknowns": unknowns(1e12, most), **one})
+        rows.append({"unknowns": unknowns(1e12, given=given), **one})
         context.say(f"coarse grid of {rows[-1]['unknowns']} unknowns: {one['s_per_application']:.3g} s an application, {one['s_per_set_up']:.3g} s a set-up")
     return rows
 

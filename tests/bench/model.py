@@ -94,7 +94,7 @@ def total_time(particles, ranks, each, counted, part, more, latency, bandwidth):
     work, exchange, reduction = step_time(particles, ranks, each, counted, latency, bandwidth)
     if not part:
         return work, 0.0, exchange, reduction
-    made, sent = coarse_time(coarse.unknowns(particles), part["rates"], dict(part, applications=part["applications"] * more), bandwidth)
+    made, sent = coarse_time(coarse.unknowns(particles, ranks), part["rates"], dict(part, applications=part["applications"] * more), bandwidth)
     return work * (1 + part["share"] * (more - 1)), made + sent, exchange * more, reduction * more
 
 
@@ -104,7 +104,7 @@ def report(results, particles=1e9, ranks=(100, 1000, 10000, 100000), latency=2e-
     if row is None:
         return None
     counted, part = volumes(row), coarse_part(results, row)
-    own = coarse.unknowns(row["particles"])
+    own = coarse.unknowns(row["particles"], row["ranks"])
     replicated = coarse_time(own, part["rates"], part, bandwidth)[0] if part else 0.0
     # all cores of the measuring machine were busy: memory bandwidth was shared as it will be there
     each = max(0.0, row["s_per_step"] - replicated) * row["ranks"] / row["particles"]
@@ -115,27 +115,29 @@ def report(results, particles=1e9, ranks=(100, 1000, 10000, 100000), latency=2e-
     lines = [f"Counted in '{row['label']}' on {row['ranks']} ranks: {counted['exchanges']:.0f} halo exchanges a step of "
              f"{counted['bytes']:.1f} bytes per particle on the cut, {counted['reductions']:.0f} all-reduces,",
              f"{1e6 * each:.3g} us of one core per particle, {row['krylov']:.3g} Krylov iterations.", ""]
-    lines += coarse_lines(part, particles) + [f"{name} particles at the same h omega_max; assumed: latency {latency:g} s, {bandwidth:g} bytes/s a rank.", ""]
+    lines += coarse_lines(part, particles, ranks) + [f"{name} particles at the same h omega_max; assumed: latency {latency:g} s, {bandwidth:g} bytes/s a rank.", ""]
     lines += ["| ranks | particles/rank | GB/rank | work [s] | coarse grid [s] | halo [s] | reductions [s] | s/step | efficiency | s/step at most |", "|" + "---|" * 10]
     for count in ranks:
         shown, most = (total_time(particles, count, each, counted, part, more, latency, bandwidth) for more in (part["growth"] if part else (1, 1)))
-        gigabytes = (memory * particles / count + coarse_bytes(coarse.unknowns(particles))) / 1e9
+        gigabytes = (memory * particles / count + coarse_bytes(coarse.unknowns(particles, count))) / 1e9
         lines.append(f"| {count} | {particles / count:,.0f} | {gigabytes:.3g} | " + " | ".join(f"{value:.3g}" for value in shown) +
                      f" | {sum(shown):.3g} | {100 * each * particles / count / sum(shown):.0f} % | {f'{sum(most):.3g}' if part else 'not measured'} |")
     return lines + [""]
 
 
-def coarse_lines(part, particles):
+def coarse_lines(part, particles, ranks):
     if not part:
         return ["**The coarse grid's time and the growth of iterations were not measured (section coarse): neither is in the table.**", ""]
     rows = part["rows"]
     words = lambda key: ", ".join(f"{row[key]:.1f}" for row in rows)
-    size = coarse.unknowns(particles)
+    sizes = [coarse.unknowns(particles, count) for count in ranks]
+    each = lambda value, form: ", ".join(format(value(size), form) for size in sizes)
     return [f"Krylov iterations a step of {rows[0]['particles']:,} particles a rank on {', '.join(str(row['ranks']) for row in rows)} ranks: {words('krylov')}; without "
             f"the coarse grid {words('krylov_without')}. The table takes {part['growth'][0]:.2f} times those of the run counted, its last column, for a coarse grid "
             f"that no longer helps, {part['growth'][1]:.2f} times.", "",
-            f"The coarse grid has {size} unknowns, on every rank {coarse_bytes(size) / 1e6:.0f} MB; {1e3 * part['rates']['application'] * size ** (4 / 3):.3g} ms an application, "
-            f"{part['rates']['set_up'] * size**2:.3g} s a set-up; {part['applications']:.3g} and {part['set_ups']:.3g} of them a step.", ""]
+            f"On {', '.join(f'{count:g}' for count in ranks)} ranks the coarse grid has {each(int, 'd')} unknowns, on every rank {each(lambda u: coarse_bytes(u) / 1e6, '.0f')} MB; "
+            f"{each(lambda u: 1e3 * part['rates']['application'] * u ** (4 / 3), '.3g')} ms an application, {each(lambda u: part['rates']['set_up'] * u**2, '.3g')} s a set-up; "
+            f"{part['applications']:.3g} and {part['set_ups']:.3g} of them a step.", ""]
 
 
 def main():

@@ -41,6 +41,18 @@ PetscErrorCode CoarseGrid::create(MPI_Comm comm, int dim, PetscInt n, const std:
   PetscFunctionReturn(0);
 }
 
+PetscErrorCode CoarseGrid::fills_space(MPI_Comm comm, bool* yes) const {
+  std::vector<unsigned char> met(static_cast<std::size_t>(nodes_), 0);
+  PetscInt cells = 1;
+  PetscFunctionBegin;
+  for (const PetscInt count : count_) cells *= count - 1;
+  for (PetscInt i = 0; i < n_; ++i)
+    if (cell(i) >= 0) met[static_cast<std::size_t>(cell(i))] = 1;
+  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, met.data(), static_cast<int>(met.size()), MPI_UNSIGNED_CHAR, MPI_MAX, comm));
+  *yes = cells > 0 && 2 * std::count(met.begin(), met.end(), 1) > cells;
+  PetscFunctionReturn(0);
+}
+
 void CoarseGrid::place(int dim, const std::vector<double>& points, const std::vector<std::uint8_t>& fixed, const double* low, double width) {
   cell_.assign(fixed.size(), -1);
   fraction_.assign(points.size(), 0.0F);

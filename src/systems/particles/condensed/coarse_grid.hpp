@@ -13,6 +13,8 @@ class CoarseGrid {
   PetscErrorCode create(MPI_Comm comm, int dim, PetscInt n, const std::vector<double>& points, const std::vector<std::uint8_t>& fixed,
                         PetscInt nodes);
   PetscInt nodes() const { return nodes_; }
+  /// Collective. Whether it has cells in three dimensions, and particles in more than half of them.
+  PetscErrorCode fills_space(MPI_Comm comm, bool* yes) const;
   /// Owned particles that take part.
   PetscInt particles() const { return particles_; }
   /// The lowest node of the cell particle i is in; -1: it takes no part.

@@ -13,8 +13,18 @@ namespace {
 
 constexpr double STIFF = 100;     // times the usual spring: a coarse motion must not strain it
 constexpr PetscInt CLUSTER = 64;  // particles tied together at most
-constexpr PetscInt FINE = 60;     // unknowns of S a coarse one stands for, and MOST of these
-constexpr PetscInt MOST = 6000;
+
+constexpr double FINE = 60;    // unknowns of S a coarse one stands for
+constexpr double MOST = 6000;  // of these at most, over lattices that do not fill their box
+
+/// At most as many where they do: a solve of the coarse grid, which grows as their number to the power 4/3 and is every rank's own, then takes a
+/// tenth of what a rank does in an iteration. FEW never matter.
+double most_in_space(const Network& net) {
+  constexpr double FEW = 2200, PARTICLES = 0.3;
+  PetscMPIInt ranks = 1;
+  MPI_Comm_size(net.comm, &ranks);
+  return std::max(FEW, std::pow(PARTICLES * static_cast<double>(net.total) / ranks, 0.75));
+}
 
 /// Collective. The geometric mean of the pairs' sizes.
 PetscErrorCode usual_size(const SpringMatrix& S, double* usual) {
@@ -76,7 +86,8 @@ PetscErrorCode CoarseSpace::reserve(double neighbours) const {
 
 PetscErrorCode CoarseSpace::make(SpringMatrix& S, PetscInt unknowns) {
   const Network& net = S.network();
-  const PetscInt all = net.total * net.dim, wanted = unknowns >= 0 ? std::min(unknowns, all) : std::min(MOST, all / FINE);
+  const double all = static_cast<double>(net.total * net.dim);
+  bool filled = false;
   double usual = 0;
 
   PetscFunctionBegin;
@@ -89,7 +100,10 @@ PetscErrorCode CoarseSpace::make(SpringMatrix& S, PetscInt unknowns) {
   PetscCall(usual_size(S, &usual));
   std::vector<double> points = tied_points(S, usual);
   PetscCall(S.append_ghosts(&points));
-  PetscCall(grid_.create(comm_, dim_, net.n, points, net.fixed, wanted / dim_));
+  const auto create = [&](double wanted) { return grid_.create(comm_, dim_, net.n, points, net.fixed, static_cast<PetscInt>(wanted / dim_)); };
+  PetscCall(create(unknowns >= 0 ? std::min<double>(unknowns, all) : std::min(MOST, all / FINE)));
+  if (unknowns < 0 && grid_.nodes() > 0) PetscCall(grid_.fills_space(comm_, &filled));
+  if (filled) PetscCall(create(std::min(most_in_space(net), all / FINE)));
   if (grid_.nodes() == 0) PetscFunctionReturn(0);
   if (in_.size() != static_cast<std::size_t>(this->unknowns())) PetscCall(reserve(static_cast<double>(grid_.differences().size())));
   PetscCall(factor(S));
