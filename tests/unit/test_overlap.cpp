@@ -65,10 +65,8 @@ std::vector<double> gathered(Vec v) {
   return out;
 }
 
-/// sum over ranks of R^T M^-1 R b, R: the components of the given particles, the first `own` of them this rank's; M: the factors of R S R^T without
-/// soft springs between the others.
-std::vector<double> schwarz(Mat S, Vec like, const std::vector<PetscInt>& particles, std::size_t own, std::size_t d, double least,
-                            const std::vector<double>& b) {
+/// Columns of S, whole on every rank.
+Dense columns_of(Mat S, Vec like) {
   VecHandle unit, column;
   PetscInt size;
   REQUIRE(VecDuplicate(like, unit.out()) == 0);
@@ -83,6 +81,33 @@ std::vector<double> schwarz(Mat S, Vec like, const std::vector<PetscInt>& partic
     REQUIRE(MatMult(S, unit, column) == 0);
     columns.push_back(gathered(column));
   }
+  return columns;
+}
+
+bool stiff_pair(const Dense& S, PetscInt i, PetscInt j, std::size_t d, double least) {
+  double trace = 0;
+  for (std::size_t c = 0; c < d; ++c) trace += std::abs(S[static_cast<std::size_t>(i) * d + c][static_cast<std::size_t>(j) * d + c]);
+  return i != j && trace > 0.1 * least;
+}
+
+/// Ghosts that stiff springs tie to owned particles, by way of other ghosts or not; global numbers, ascending.
+std::vector<PetscInt> reached_ghosts(const Dense& S, const Network& net, double least) {
+  std::vector<PetscInt> reached(net.global.begin(), net.global.begin() + net.n), left(net.global.begin() + net.n, net.global.end());
+  for (std::size_t k = 0; k < reached.size(); ++k)
+    for (std::size_t g = left.size(); g-- > 0;)
+      if (stiff_pair(S, reached[k], left[g], static_cast<std::size_t>(net.dim), least)) {
+        reached.push_back(left[g]);
+        left.erase(left.begin() + static_cast<std::ptrdiff_t>(g));
+      }
+  reached.erase(reached.begin(), reached.begin() + net.n);
+  std::sort(reached.begin(), reached.end());
+  return reached;
+}
+
+/// sum over ranks of R^T M^-1 R b, R: the components of the given particles, the first `own` of them this rank's; M: the factors of R S R^T without
+/// soft springs between the others.
+std::vector<double> schwarz(const Dense& columns, const std::vector<PetscInt>& particles, std::size_t own, std::size_t d, double least,
+                            const std::vector<double>& b) {
   std::vector<std::size_t> rows;
   for (const PetscInt p : particles)
     for (std::size_t c = 0; c < d; ++c) rows.push_back(static_cast<std::size_t>(p) * d + c);
@@ -93,11 +118,9 @@ std::vector<double> schwarz(Mat S, Vec like, const std::vector<PetscInt>& partic
     for (std::size_t c = 0; c < rows.size(); ++c) A[r][c] = columns[rows[c]][rows[r]];
   }
   for (std::size_t i = own; i < particles.size(); ++i)
-    for (std::size_t j = own; j < particles.size(); ++j) {
-      double trace = 0;
-      for (std::size_t c = 0; c < d; ++c) trace += std::abs(A[i * d + c][j * d + c]);
-      for (std::size_t k = 0; k < d * d && i != j && trace <= 0.1 * least; ++k) A[i * d + k / d][j * d + k % d] = 0;
-    }
+    for (std::size_t j = own; j < particles.size(); ++j)
+      for (std::size_t k = 0; k < d * d && i != j && !stiff_pair(columns, particles[i], particles[j], d, least); ++k)
+        A[i * d + k / d][j * d + k % d] = 0;
   const std::vector<double> z = solve_incomplete(std::move(A), std::move(right), d, least);
   for (std::size_t r = 0; r < rows.size(); ++r) sum[rows[r]] += z[r];
   MPI_Allreduce(MPI_IN_PLACE, sum.data(), static_cast<int>(sum.size()), MPI_DOUBLE, MPI_SUM, PETSC_COMM_WORLD);
@@ -139,11 +162,15 @@ double worst_difference(const GeneratorSpec& spec, int* rows, int* ties) {
   *rows += counts[0];
   *ties += counts[1];
   if (least == 0) least = 1e300;
-  std::vector<PetscInt> particles;
-  for (PetscInt i = 0; i < c.net.n; ++i) particles.push_back(c.net.global[i]);
-  for (const PetscInt g : overlap.ghosts()) particles.push_back(c.net.global[c.net.n + g]);
+  const Dense columns = columns_of(S, b);
+  std::vector<PetscInt> particles(c.net.global.begin(), c.net.global.begin() + c.net.n), ghosts;
+  for (const PetscInt g : overlap.ghosts()) ghosts.push_back(c.net.global[c.net.n + g]);
+  particles.insert(particles.end(), ghosts.begin(), ghosts.end());
+  std::sort(ghosts.begin(), ghosts.end());
+  CHECK(ghosts == reached_ghosts(columns, c.net, least));
   const std::vector<double> right = gathered(b), found = gathered(z),
-                            expected = schwarz(S, b, particles, static_cast<std::size_t>(c.net.n), static_cast<std::size_t>(c.net.dim), least, right);
+                            expected =
+                                schwarz(columns, particles, static_cast<std::size_t>(c.net.n), static_cast<std::size_t>(c.net.dim), least, right);
   double size = 0, worst = 0;
   for (std::size_t k = 0; k < found.size(); ++k) {
     size = std::max(size, std::abs(expected[k]));
