@@ -84,15 +84,17 @@ PetscErrorCode Overlap::send(SpringMatrix& S, Value&& value, std::vector<double>
   PetscFunctionReturn(0);
 }
 
-// Of all ghosts, by their numbers as ghosts. Images of particles in a periodic box share their particle's number: ties between them are left out.
+// Of all ghosts, by their numbers as ghosts. Images of particles in a periodic box share their particle's number: ties between them are left out,
+// and those of a particle beyond the first MOST, since each is sent for all particles.
 PetscErrorCode Overlap::find_ties(SpringMatrix& S) {
+  constexpr PetscInt MOST = 32;
   const Network& net = S.network();
   const PetscInt n = net.n, d = S.dim();
   std::unordered_map<PetscInt, PetscInt> ghost;  // of a global number
   std::vector<double> all;
   PetscFunctionBegin;
   slots_ = 0;
-  for (PetscInt i = 0; i < n; ++i) slots_ = std::max(slots_, start_[i + 1] - start_[i]);
+  for (PetscInt i = 0; i < n; ++i) slots_ = std::max(slots_, std::min(MOST, start_[i + 1] - start_[i]));
   PetscCall(MPIU_Allreduce(MPI_IN_PLACE, &slots_, 1, MPIU_INT, MPI_MAX, net.comm));
   for (PetscInt g = 0; g < net.ghosts && net.image.empty(); ++g) ghost[net.global[n + g]] = g;
   ties_.clear();
