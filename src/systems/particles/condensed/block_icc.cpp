@@ -175,7 +175,7 @@ PetscErrorCode view(PC pc, PetscViewer viewer) {
   PetscCall(PetscObjectTypeCompare(reinterpret_cast<PetscObject>(viewer), PETSCVIEWERASCII, &ascii));
   if (ascii)
     PetscCall(PetscViewerASCIIPrintf(viewer,
-                                     "  block incomplete Cholesky, no fill, factors in %s precision, shift %g, %" PetscInt_FMT " shifts so far; "
+                                     "  block incomplete Cholesky, factors in %s precision, shift %g, %" PetscInt_FMT " shifts so far; "
                                      "coarse grid of %" PetscInt_FMT " unknowns (%s)\n",
                                      self->in_single ? "single" : "double", static_cast<double>(self->shifted), self->shifts,
                                      self->rigid.active()  ? self->rigid.unknowns()

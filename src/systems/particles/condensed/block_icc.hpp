@@ -1,6 +1,7 @@
-// Incomplete Cholesky factors of S by d x d blocks, without fill, on the springs' own pattern:
+// Incomplete Cholesky factors of S by d x d blocks, on the springs' own pattern and the fill of stiff ones:
 //   S ~ (D + U)^T D^-1 (D + U),  U_ij on the pairs i < j
-// A registered preconditioner ("bicc") for matrices of springs; each rank factors its own part.
+// A registered preconditioner ("bicc") for matrices of springs; each rank factors its own part, which overlaps with others' where a stiff spring is
+// cut.
 #pragma once
 #include <petscpc.h>
 #include <memory>

@@ -17,14 +17,6 @@ void SpringMatrix::hold_block(PetscInt i, PetscInt j, double* block) const {
     }
 }
 
-void SpringMatrix::add_block(const float* pair, double* to) const {
-  double B[9];
-  if (dim_ == 1) write_block<1>(pair, B);
-  else if (dim_ == 2) write_block<2>(pair, B);
-  else write_block<3>(pair, B);
-  for (std::size_t c = 0; c < area_; ++c) to[c] += B[c];
-}
-
 namespace {
 
 /// The pairs' part of the diagonal blocks.

@@ -60,8 +60,6 @@ class SpringMatrix {
   void hold_block(PetscInt i, PetscInt j, double* block) const;
   /// Collective. y = S p; vectors of block size d, laid out like the owned particles.
   PetscErrorCode multiply(Vec p, Vec y);
-  /// Adds B (d x d) of a pair's numbers.
-  void add_block(const float* pair, double* to) const;
   /// The diagonal block of particle i: A_i + sum B_ij + R_ii, d x d.
   void diagonal_blocks(std::vector<double>* out) const;
   PetscErrorCode diagonal(Vec out) const;
