@@ -10,7 +10,7 @@
 namespace bs {
 
 PetscErrorCode InnerSolver::create(Tangent& tangent, const CondensedDemand& demand, const char* outer_prefix) {
-  constexpr double CHEAP = 1, DEAR = 1.3;  // of factors of springs, which take the time of four iterations, and of others
+  constexpr double CHEAP = 1, DEAR = 1.3;  // of factors of springs, which take the time of five iterations, and of others
   PetscReal refresh = CHEAP;
   PetscBool given = PETSC_FALSE, own_refresh = PETSC_FALSE;
   PetscFunctionBegin;

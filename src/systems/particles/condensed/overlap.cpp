@@ -35,7 +35,7 @@ void Overlap::choose(const SpringMatrix& S, const std::vector<std::uint8_t>& tie
     ghosts_.push_back(g);
   }
   ties_.erase(std::remove_if(ties_.begin(), ties_.end(), [&](const Tie& tie) { return row(tie.a) < 0; }), ties_.end());
-  for (Tie& tie : ties_) tie = {row(tie.a), row(tie.b), {}, tie.a, tie.slot};
+  for (Tie& tie : ties_) tie = {row(tie.a), row(tie.b), {}, tie.slot};
   std::stable_sort(ties_.begin(), ties_.end(), [](const Tie& one, const Tie& other) { return one.a < other.a; });
 }
 
@@ -72,7 +72,7 @@ void Overlap::publish(const SpringMatrix& S, double least) {
   for (PetscInt i = 0; i < pattern.n; ++i) start_[i + 1] += start_[i];
 }
 
-/// Collective. all, (owned and ghosts, d): value(k, c) of the k-th of the stiff pairs, of one slot of each particle, 0 where it has fewer.
+/// Collective. all: value(i, c) of owned particles i, then what their owners give for the ghosts; (owned and ghosts, d).
 template <class Value>
 PetscErrorCode Overlap::send(SpringMatrix& S, Value&& value, std::vector<double>* all) const {
   const PetscInt n = S.pattern().n, d = S.dim();
@@ -105,7 +105,7 @@ PetscErrorCode Overlap::find_ties(SpringMatrix& S) {
     PetscCall(send(S, number, &all));
     for (PetscInt g = 0; g < net.ghosts; ++g) {
       const auto end = ghost.find(static_cast<PetscInt>(all[static_cast<std::size_t>((n + g) * d)]) - 1);
-      if (end != ghost.end() && g < end->second) ties_.push_back({g, end->second, {}, g, slot});
+      if (end != ghost.end() && g < end->second) ties_.push_back({g, end->second, {}, slot});
     }
   }
   PetscFunctionReturn(0);
@@ -124,7 +124,7 @@ PetscErrorCode Overlap::update(SpringMatrix& S, std::vector<double>* diagonal) {
       PetscCall(send(S, number, &all));
       for (Tie& tie : ties_)
         for (PetscInt c = 0; c < d && tie.slot == slot && first + c <= d; ++c)
-          tie.numbers[first + c] = static_cast<float>(all[static_cast<std::size_t>((n + tie.ghost) * d + c)]);
+          tie.numbers[first + c] = static_cast<float>(all[static_cast<std::size_t>((n + ghosts_[tie.a - n]) * d + c)]);
     }
   diagonal->resize((static_cast<std::size_t>(n) + ghosts_.size()) * static_cast<std::size_t>(area));
   for (PetscInt r = 0; r < d; ++r) {  // row by row of the blocks

@@ -12,7 +12,7 @@ class Overlap {
   struct Tie {
     PetscInt a, b;
     float numbers[4];  ///< (w, t) of SpringMatrix
-    PetscInt ghost, slot;
+    PetscInt slot;     ///< its place among the stiff pairs of a
   };
 
   /// Collective. `least`: the size of pairs of S above which this rank takes them for stiff; 0: none.
