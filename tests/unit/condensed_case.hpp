@@ -7,6 +7,7 @@
 #include "input/remote.hpp"
 #include "lattice/generator.hpp"
 #include "systems/first_order_tangent.hpp"
+#include "systems/particles/condensed/block_icc.hpp"
 #include "systems/particles/linearised_forces.hpp"
 #include "systems/particles/supports.hpp"
 
@@ -65,6 +66,30 @@ struct Case {
     REQUIRE(tangent.linearise(0.0, y, sigma, Form::momentum) == 0);
   }
 };
+
+/// S of the case's tangent, its definite part, kept by `own`.
+inline SpringMatrix& assembled(Case* c, MatHandle* own) {
+  REQUIRE(c->tangent.create(CondensedStorage::springs, own->out()) == 0);
+  REQUIRE(c->tangent.assemble(true, *own) == 0);
+  return *SpringMatrix::from(*own);
+}
+
+/// A PC "bicc" of S that has read its options under the prefix "unit_": `options` are given to it alone.
+inline void create_bicc(Mat S, const char* options, PC* pc) {
+  PetscOptions own;
+  MPI_Comm comm = PetscObjectComm(reinterpret_cast<PetscObject>(S));
+  REQUIRE(register_block_icc() == 0);
+  REQUIRE(PetscOptionsCreate(&own) == 0);
+  REQUIRE(PetscOptionsInsertString(own, options) == 0);
+  REQUIRE(PCCreate(comm, pc) == 0);
+  REQUIRE(PetscObjectSetOptions(reinterpret_cast<PetscObject>(*pc), own) == 0);
+  REQUIRE(PCSetOptionsPrefix(*pc, "unit_") == 0);
+  REQUIRE(PCSetType(*pc, "bicc") == 0);
+  REQUIRE(PCSetFromOptions(*pc) == 0);
+  REQUIRE(PetscObjectSetOptions(reinterpret_cast<PetscObject>(*pc), nullptr) == 0);
+  REQUIRE(PetscOptionsDestroy(&own) == 0);
+  REQUIRE(PCSetOperators(*pc, S, S) == 0);
+}
 
 inline GeneratorSpec lattice(LatticeType type, std::vector<std::int64_t> size, int dim) {
   GeneratorSpec spec;

@@ -21,13 +21,6 @@ void linear(const Network& net, const std::vector<double>& points, double slope,
   REQUIRE(VecRestoreArrayWrite(v, &a) == 0);
 }
 
-/// The definite part of S, in `own`.
-SpringMatrix& assembled(Case* c, MatHandle* own) {
-  REQUIRE(c->tangent.create(CondensedStorage::springs, own->out()) == 0);
-  REQUIRE(c->tangent.assemble(true, *own) == 0);
-  return *SpringMatrix::from(*own);
-}
-
 struct Solved {
   PetscInt unknowns;
   double uniform, linear;
@@ -241,17 +234,13 @@ TEST_CASE("The operations of the block factors are those counted by hand") {
     GeneratorSpec spec;
     PetscLogDouble flops;  // 2 d^2 a pair, d^3 a pivot, 2 d^3 for each of two products a pair and one a triangle
   } cases[] = {{lattice(LatticeType::chain, {9}, 1), 2 * 8 + 9 + 2 * 2 * 8}, {square, 8 * 6 + 8 * 4 + 16 * (2 * 6 + 4)}};
-  REQUIRE(register_block_icc() == 0);
   for (const auto& [spec, flops] : cases) {
     Case c(PETSC_COMM_SELF, spec, 40.0);
     MatHandle own;
     PCHandle pc;
     PetscLogDouble before, after;
-    REQUIRE(c.tangent.create(CondensedStorage::springs, own.out()) == 0);
-    REQUIRE(c.tangent.assemble(true, own) == 0);
-    REQUIRE(PCCreate(PETSC_COMM_SELF, pc.out()) == 0);
-    REQUIRE(PCSetType(pc, "bicc") == 0);
-    REQUIRE(PCSetOperators(pc, own, own) == 0);
+    assembled(&c, &own);
+    create_bicc(own, "", pc.out());
     REQUIRE(PetscGetFlops(&before) == 0);
     REQUIRE(PCSetUp(pc) == 0);
     REQUIRE(PetscGetFlops(&after) == 0);

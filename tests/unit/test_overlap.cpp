@@ -2,7 +2,6 @@
 #include <algorithm>
 #include "condensed_case.hpp"
 #include "solvers/condensed/age.hpp"
-#include "systems/particles/condensed/block_icc.hpp"
 #include "systems/particles/condensed/stiff_fill.hpp"
 
 using namespace bs;
@@ -127,27 +126,14 @@ std::vector<double> schwarz(const Dense& columns, const std::vector<PetscInt>& p
   return sum;
 }
 
-void create_preconditioner(Mat S, PC* pc) {
-  REQUIRE(register_block_icc() == 0);
-  REQUIRE(PetscOptionsInsertString(nullptr, "-unit_pc_bicc_precision double -unit_pc_bicc_coarse 0") == 0);
-  REQUIRE(PCCreate(PETSC_COMM_WORLD, pc) == 0);
-  REQUIRE(PCSetOptionsPrefix(*pc, "unit_") == 0);
-  REQUIRE(PCSetType(*pc, "bicc") == 0);
-  REQUIRE(PCSetFromOptions(*pc) == 0);
-  for (const char* option : {"-unit_pc_bicc_precision", "-unit_pc_bicc_coarse"}) REQUIRE(PetscOptionsClearValue(nullptr, option) == 0);
-  REQUIRE(PCSetOperators(*pc, S, S) == 0);
-}
-
 /// Largest difference between the preconditioner and the same made of dense matrices, relative; `rows`, `ties`: what this case has of ghosts.
 double worst_difference(const GeneratorSpec& spec, int* rows, int* ties) {
   Case c(PETSC_COMM_WORLD, spec, 30.0);
   MatHandle S;
   PCHandle pc;
   VecHandle b, z;
-  REQUIRE(c.tangent.create(CondensedStorage::springs, S.out()) == 0);
-  REQUIRE(c.tangent.assemble(true, S) == 0);
-  SpringMatrix& matrix = *SpringMatrix::from(S);
-  create_preconditioner(S, pc.out());
+  SpringMatrix& matrix = assembled(&c, &S);
+  create_bicc(S, "-unit_pc_bicc_precision double -unit_pc_bicc_coarse 0", pc.out());
   REQUIRE(matrix.create_vector(b.out()) == 0);
   REQUIRE(VecDuplicate(b, z.out()) == 0);
   fill(c.net, b);

@@ -41,9 +41,7 @@ Solved solve_rigid(MPI_Comm comm, const GeneratorSpec& spec, PetscInt unknowns, 
   MatHandle own;
   VecHandle z, r, found, before;
   PetscReal size, left;
-  REQUIRE(c.tangent.create(CondensedStorage::springs, own.out()) == 0);
-  REQUIRE(c.tangent.assemble(true, own) == 0);
-  SpringMatrix& S = *SpringMatrix::from(own);
+  SpringMatrix& S = assembled(&c, &own);
   REQUIRE(S.create_vector(z.out()) == 0);
   for (VecHandle* v : {&r, &found, &before}) REQUIRE(VecDuplicate(z, v->out()) == 0);
   move_rigidly(S, z);
@@ -121,9 +119,7 @@ TEST_CASE("Groups that are flat, straight or a single particle") {
   Case c(PETSC_COMM_SELF, single, 40.0);  // nothing to gain: each is tied to the fixed one alone
   MatHandle own;
   RigidSpace coarse;
-  REQUIRE(c.tangent.create(CondensedStorage::springs, own.out()) == 0);
-  REQUIRE(c.tangent.assemble(true, own) == 0);
-  REQUIRE(coarse.create(*SpringMatrix::from(own), -1, "") == 0);
+  REQUIRE(coarse.create(assembled(&c, &own), -1, "") == 0);
   CHECK(!coarse.active());
 }
 
@@ -147,20 +143,11 @@ TEST_CASE("The preconditioner with rigid motions is symmetric and positive, of t
   VecHandle p, q, Mp, Mq;
   PCHandle pc;
   PetscScalar pMq, qMp, pMp;
-  REQUIRE(c.tangent.create(CondensedStorage::springs, own.out()) == 0);
-  REQUIRE(c.tangent.assemble(true, own) == 0);
-  SpringMatrix& S = *SpringMatrix::from(own);
+  SpringMatrix& S = assembled(&c, &own);
   for (VecHandle* v : {&p, &q, &Mp, &Mq}) REQUIRE(S.create_vector(v->out()) == 0);
   fill(c.net, p);
   REQUIRE(S.multiply(p, q) == 0);
-  REQUIRE(register_block_icc() == 0);
-  REQUIRE(PetscOptionsSetValue(nullptr, "-unit_pc_bicc_coarse_space", "rigid") == 0);
-  REQUIRE(PCCreate(PETSC_COMM_WORLD, pc.out()) == 0);
-  REQUIRE(PCSetOptionsPrefix(pc, "unit_") == 0);
-  REQUIRE(PCSetType(pc, "bicc") == 0);
-  REQUIRE(PCSetFromOptions(pc) == 0);
-  REQUIRE(PetscOptionsClearValue(nullptr, "-unit_pc_bicc_coarse_space") == 0);
-  REQUIRE(PCSetOperators(pc, own, own) == 0);
+  create_bicc(own, "-unit_pc_bicc_coarse_space rigid", pc.out());
   REQUIRE(PCSetUp(pc) == 0);
   for (const double sigma : {40.0, 2.0}) {  // the second S is twenty times as stiff against its inertia
     REQUIRE(c.tangent.linearise(0.0, c.y, sigma, Form::momentum) == 0);

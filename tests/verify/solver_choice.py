@@ -1,11 +1,16 @@
 #!/usr/bin/env python3
 """Which linear solver is chosen where the user leaves it open, or names half of it; and what is said when it fails."""
+import contextlib
+import os
 import re
+import subprocess
+import tempfile
+import time
 
 import numpy as np
 from condensed import BLOCK, REFERENCE
 from harness import Checks
-from program import run
+from program import environment, run, words
 
 CUBE = dict(BLOCK, bs_lattice_size="10,10,10", ts_dt=0.02, ts_max_time=0.06)
 CHAIN = dict(bs_lattice_type="chain", bs_lattice_size=1200, bs_lattice_dim=3, bs_lattice_spacing=0.05, bs_lattice_particle_mass=0.01,
@@ -89,9 +94,28 @@ def splits(checks):
             checks.true(f"fieldsplit {name}, {ranks} ranks: no option is called unused", "not used" not in result.stderr, result.stderr.strip()[-200:])
 
 
+def threads(checks):
+    """The factors of the coarse grid start no threads: as many as a run without a coarse grid has, OMP_NUM_THREADS being given or not."""
+    options = dict(CUBE, bs_lattice_size="24,24,24", condensed_pc_type="bicc", ts_max_time=0.2, bs_progress_interval=-1)
+    for given in ({}, {"OMP_NUM_THREADS": "1"}):
+        most = {}
+        for unknowns in (-1, 0):
+            variables = {name: value for name, value in environment(1).items() if not name.endswith("_NUM_THREADS")}
+            command = [checks.program, *words(dict(options, condensed_pc_bicc_coarse=unknowns))]
+            with tempfile.TemporaryDirectory() as folder, subprocess.Popen(command, cwd=folder, env=dict(variables, **given), stdout=subprocess.DEVNULL) as process:
+                counts = [1]
+                while process.poll() is None:
+                    with contextlib.suppress(OSError):  # it ended between the two
+                        counts.append(len(os.listdir(f"/proc/{process.pid}/task")))
+                    time.sleep(0.002)
+                most[unknowns] = max(counts)
+                checks.true(f"threads, {given or 'nothing given'}: the run ends well", process.returncode == 0, str(process.returncode))
+        checks.true(f"threads, {given or 'nothing given'}: none for the coarse grid", most[-1] == most[0], str(most))
+
+
 def main():
     checks = Checks(__doc__)
-    for group in (by_fill, predicted_fill, half_named, out_of_iterations, evaluations, splits):
+    for group in (by_fill, predicted_fill, half_named, out_of_iterations, evaluations, splits, threads):
         if checks.wants(group.__name__):
             group(checks)
     checks.finish()
