@@ -161,7 +161,7 @@ PetscErrorCode ParticleModel::commit_start() {
   PetscFunctionBegin;
   if (!memory_.active()) PetscFunctionReturn(0);
   PetscCall(state_.gather(0.0, y0_));
-  physics_->commit(state_, &net_.links);
+  PetscCall(commit());
   PetscFunctionReturn(0);
 }
 

@@ -77,6 +77,7 @@ class ParticleModel final : public Mechanics {
   PetscErrorCode create_state();
   PetscErrorCode hold_start();
   PetscErrorCode commit_start();
+  PetscErrorCode commit();
   PetscErrorCode add_groups(std::vector<Dataset>* out) const;
   PetscErrorCode observe_box(double t, std::vector<Observable>* out);
   void add_shifts(const std::string& bonds, std::vector<Dataset>* out);

@@ -29,11 +29,20 @@ PetscErrorCode ParticleModel::scatter_state(Vec y) {
   PetscFunctionReturn(0);
 }
 
+/// Springs with history are brought up to the state that was gathered.
+PetscErrorCode ParticleModel::commit() {
+  PetscFunctionBegin;
+  if (!memory_.active()) PetscFunctionReturn(0);
+  physics_->commit(state_, &net_.links);
+  if (net_.cell) PetscCall(memory_.unify());
+  PetscFunctionReturn(0);
+}
+
 PetscErrorCode ParticleModel::accept(double t, Vec y) {
   PetscFunctionBegin;
   if (!memory_.active() && !ledger_.works() && !breaking_.active()) PetscFunctionReturn(0);
   PetscCall(state_.gather(t, y));
-  if (memory_.active()) physics_->commit(state_, &net_.links);
+  PetscCall(commit());
   PetscCall(coupling_.gather(net_, state_));
   PetscCall(ledger_.advance(t, state_, coupling_));
   PetscCall(breaking_.look(t, loads_ ? t : 1, loads_, state_, *physics_));

@@ -53,6 +53,14 @@ PetscErrorCode SpringMemory::scatter() {
   PetscFunctionReturn(0);
 }
 
+PetscErrorCode SpringMemory::unify() {
+  std::vector<StatePart> parts;
+  PetscFunctionBegin;
+  PetscCall(gather(&parts));
+  PetscCall(scatter());
+  PetscFunctionReturn(0);
+}
+
 // half a spring from either end
 PetscErrorCode SpringMemory::dissipated(double* energy) const {
   const Links& links = net_->links;

@@ -17,6 +17,9 @@ class SpringMemory {
   PetscErrorCode gather(std::vector<StatePart>* parts);
   /// Collective. The vectors that gather() handed out, refilled, into the network: both ends of a spring get the same bits.
   PetscErrorCode scatter();
+  /// Collective. Both ends of every spring get what its end of the lower number carries: across the edge of a periodic box an image's position is
+  /// rounded, so that the length, and what follows from it, differs in its last bit between the two.
+  PetscErrorCode unify();
   /// Collective. Energy lost so far [J].
   PetscErrorCode dissipated(double* energy) const;
 
