@@ -14,9 +14,9 @@ class Breaks {
   virtual std::int64_t broke() const = 0;
   /// Whether any part is broken.
   virtual bool any() const = 0;
-  /// From here on revert() takes back what breaks.
+  /// Before a step is accepted that may be taken back.
   virtual void mark() = 0;
-  /// Parts that broke since mark() are whole again.
+  /// Parts that broke since mark() are whole again, with their histories of then; sums are given back by System::restore_sums().
   virtual void revert() = 0;
   /// Books energy that was neither stored nor broken when equilibrium was restored after a break [J].
   virtual void release(double energy) = 0;

@@ -115,30 +115,27 @@ PetscErrorCode Avalanche::follow(double factor, Vec y, const Frame& frame, bool*
   PetscFunctionReturn(0);
 }
 
-PetscErrorCode Avalanche::settle(double factor, Vec y, const Frame& frame, std::string* lost) {
+PetscErrorCode Avalanche::settle(double factor, Vec y, const Frame& frame, bool* settled, std::string* lost) {
   Breaks& breaks = *model_.breaks();
   std::int64_t broken = 0;
-  VecHandle before;
   PetscFunctionBegin;
-  PetscCall(VecDuplicate(y, before.out()));
-  PetscCall(VecCopy(y, before));
+  *settled = false;
   while (breaks.broke() > 0) {
     bool good = true;
+    PetscCall(look_for_signal());
+    if (interrupted_) PetscFunctionReturn(0);
     broken += breaks.broke();
     if (options_.dynamics) PetscCall(follow(factor, y, frame, &good));
-    if (!interrupted_) PetscCall(relax(factor, y, &good));
-    PetscCall(look_for_signal());
-    if (good && !interrupted_) continue;
-    breaks.revert();
-    PetscCall(VecCopy(before, y));
     if (interrupted_) PetscFunctionReturn(0);
+    PetscCall(relax(factor, y, &good));
+    if (good) continue;
     *lost = format(
         "at load factor %.10g no equilibrium was found after %lld springs had broken: compute the motion (-bs_task dynamics), or remove loads "
         "that act on loose parts",
         factor, static_cast<long long>(broken));
     PetscFunctionReturn(0);
   }
-  breaks.mark();
+  *settled = true;
   PetscCall(zero_velocities(y));  // they led to the state before the break
   PetscFunctionReturn(0);
 }

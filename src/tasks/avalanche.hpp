@@ -21,9 +21,9 @@ class Avalanche {
   Avalanche(Equilibrium& model, PseudoTime& solver) : model_(model), solver_(solver) {}
   /// Collective. Reads the options.
   PetscErrorCode read();
-  /// Collective, after the system broke at the equilibrium y of that factor. y becomes one at which nothing breaks; or stays, whole again, and
-  /// `lost` says why there is none; also on a signal that ends the run, with nothing in `lost`.
-  PetscErrorCode settle(double factor, Vec y, const Frame& frame, std::string* lost);
+  /// Collective, after the system broke at the equilibrium y of that factor. y becomes one at which nothing breaks (`settled`); or `lost` says why
+  /// there is none; or a signal ends the run in between, with nothing in `lost`.
+  PetscErrorCode settle(double factor, Vec y, const Frame& frame, bool* settled, std::string* lost);
 
  private:
   struct Energies {
@@ -38,7 +38,7 @@ class Avalanche {
   Equilibrium& model_;
   PseudoTime& solver_;
   AvalancheOptions options_;
-  bool interrupted_ = false;  ///< by a signal that ends the run: the state before the avalanche is the last good one
+  bool interrupted_ = false;  ///< by a signal that ends the run
 };
 
 }  // namespace bs

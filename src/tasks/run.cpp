@@ -41,7 +41,28 @@ PetscErrorCode Run::on_step(const StepRecord& record) {
   progress_.update(state());
   if (options_.rest > 0) PetscCall(end_at_rest(record.time, y));
   if (hooks_.done && hooks_.done()) PetscCall(TSSetConvergedReason(ts_, TS_CONVERGED_USER));
+  if (hooks_.settle) good_facts_ = facts();
   PetscFunctionReturn(0);
+}
+
+/// What a checkpoint holds of the run besides its stepping: what it has counted, and what it goes by.
+Facts Run::facts() const {
+  Facts run = inputs_;
+  for (const Tally& tally : tallies()) run.whole["count_" + tally.key] = tally.count;
+  run.real["most_force"] = most_force_;
+  run.real["most_speed"] = most_speed_;
+  watch_.save(&run);
+  if (hooks_.save) hooks_.save(&run);
+  return run;
+}
+
+/// After the look at the state that a continued run begins with: what that counts is counted already.
+void Run::restore_facts() {
+  for (const Tally& tally : tallies()) {
+    const auto was = continued_.whole.find("count_" + tally.key);
+    if (was != continued_.whole.end()) earlier_[tally.key] = was->second - tally.count;
+  }
+  if (hooks_.restore) hooks_.restore(continued_);
 }
 
 /// Both must have fallen: what swings has no velocity at one moment and no force at another.
@@ -90,6 +111,7 @@ PetscErrorCode Run::on_frame(PetscInt step, double time, Vec y) {
     PetscCall(trajectory_->write_frame(step + (breaks ? breaks->motion_steps() : 0), shown_time(time), fields, last_));
     set_phase(Exit::solve);
   }
+  if (hooks_.settle && !settling_) good_facts_ = facts();
   PetscFunctionReturn(0);
 }
 
@@ -113,7 +135,42 @@ PetscErrorCode Run::on_save() {
   if (options_.saving.file.empty()) PetscFunctionReturn(0);
   PetscCall(TSGetSolution(ts_, &y));
   PetscCall(flushed_mark(trajectory_.get(), &mark));
-  PetscCall(save_run(model_, *stepper_, ts_, y, options_.saving.file, options_.output.trajectory.file, mark, inputs_));
+  PetscCall(save_run(model_, *stepper_, ts_, y, options_.saving.file, options_.output.trajectory.file, mark, good_facts()));
+  PetscFunctionReturn(0);
+}
+
+/// What broke comes to rest, by the task. Frames of its motion are behind what a checkpoint knows of, where the step is taken back.
+PetscErrorCode Run::settle(double time, Vec y, const std::function<PetscErrorCode(Vec)>& frame, bool* settled, std::string* lost) {
+  TrajectoryMark before;
+  bool shown = false;
+  const auto between = [&](Vec moving) {
+    PetscFunctionBegin;
+    if (!shown) PetscCall(flushed_mark(trajectory_.get(), &before));
+    shown = true;
+    PetscCall(frame(moving));
+    PetscFunctionReturn(0);
+  };
+  PetscFunctionBegin;
+  settling_ = true;
+  PetscCall(hooks_.settle(time, y, between, settled, lost));
+  settling_ = false;
+  if (!*settled && shown) PetscCall(return_to(before));
+  PetscFunctionReturn(0);
+}
+
+/// The trajectory goes on behind `mark`, as if the run was continued from there.
+PetscErrorCode Run::return_to(const TrajectoryMark& mark) {
+  PetscInt numbers;
+  PetscFunctionBegin;
+  if (!trajectory_) PetscFunctionReturn(0);
+  set_phase(Exit::io);
+  PetscCall(trajectory_->close());
+  trajectory_.reset();
+  PetscCall(VecGetSize(model_.initial_state(), &numbers));
+  TrajectoryOptions options = options_.output.trajectory;
+  options.boundary = model_.boundary();
+  PetscCall(Trajectory::resume(model_.comm(), options, model_.dim(), numbers, mark, &trajectory_));
+  set_phase(Exit::solve);
   PetscFunctionReturn(0);
 }
 
@@ -121,12 +178,14 @@ PetscErrorCode Run::on_save() {
 /// one. The checkpoint knows nothing of a frame between output times, which a continued run takes away. A continued run that
 /// took no step leaves the trajectory, and the checkpoint it came from, as they were.
 PetscErrorCode Run::save_last(bool failed) {
+  const Facts good = good_facts();
   TrajectoryMark mark;
   Vec y;
   PetscFunctionBegin;
   PetscCall(TSGetSolution(ts_, &y));
   PetscCall(flushed_mark(trajectory_.get(), &mark));
   if (!stepper_->framed() && !(resumed_ && idle())) PetscCall(on_frame(static_cast<PetscInt>(stepper_->counts().steps), stepper_->good_time(), y));
+  else if (observed_ != stepper_->good_time()) PetscCall(observe(stepper_->good_time(), y));  // the last look was at a step that was taken back
   if (!hooks_.checkpoints) PetscFunctionReturn(0);
   std::string file = options_.saving.file;
   if (file.empty() && failed && trajectory_) file = options_.output.trajectory.file + ".checkpoint";
@@ -135,7 +194,7 @@ PetscErrorCode Run::save_last(bool failed) {
     last_checkpoint_ = options_.saving.restart;
     PetscFunctionReturn(0);
   }
-  PetscCall(save_run(model_, *stepper_, ts_, y, file, options_.output.trajectory.file, mark, inputs_));
+  PetscCall(save_run(model_, *stepper_, ts_, y, file, options_.output.trajectory.file, mark, good));
   last_checkpoint_ = file;
   PetscFunctionReturn(0);
 }
@@ -154,10 +213,12 @@ PetscErrorCode Run::advance(int* exit_code) {
   set_phase(Exit::solve);
   if (resumed_) {
     PetscCall(observe(stepper_->good_time(), y));
-    PetscCall(watch_.look(first_step, stepper_->good_time(), y, true));
+    if (!watch_.begun()) PetscCall(watch_.look(first_step, stepper_->good_time(), y, true));
   }
   if (!resumed_) PetscCall(on_frame(first_step, stepper_->good_time(), y));
   if (first_.empty()) first_ = last_;
+  restore_facts();
+  good_facts_ = facts();
   PetscCall(TSSolve(ts_, nullptr));
   PetscCall(TSGetConvergedReason(ts_, &reason));
   PetscCall(save_last(reason < 0));

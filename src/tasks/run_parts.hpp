@@ -20,6 +20,8 @@ struct RunHooks {
   std::function<PetscErrorCode(TS, TSContext&)> attach;                                 ///< once the TS is made, before its options are in force
   std::function<PetscErrorCode(double time, Vec y, std::vector<Observable>*)> observe;  ///< adds to a frame's observables
   std::function<PetscErrorCode(std::vector<Tally>*)> count;                             ///< adds to the summary and the report
+  std::function<void(Facts*)> save;                                                     ///< what a checkpoint holds of the task
+  std::function<void(const Facts&)> restore;                                            ///< and back
   std::function<void(PetscMPIInt rank, std::vector<Dataset>*)> tables;                  ///< adds to a trajectory what `find` gives values
   std::function<PetscErrorCode(double time, Vec y, Findings*)> find;                    ///< computes at the last state of a run that went well
   Stepper::OnBreak settle;                                                              ///< when parts of the system broke
@@ -59,6 +61,11 @@ class Run {
   PetscErrorCode finds_trajectory(const TrajectoryMark& mark, bool* there) const;
   PetscErrorCode open_trajectory();
   PetscErrorCode save_last(bool failed);
+  PetscErrorCode settle(double time, Vec y, const std::function<PetscErrorCode(Vec)>& frame, bool* settled, std::string* lost);
+  PetscErrorCode return_to(const TrajectoryMark& mark);
+  Facts facts() const;
+  Facts good_facts() const { return hooks_.settle ? good_facts_ : facts(); }
+  void restore_facts();
   bool idle() const { return stepper_->counts().steps == taken_up_; }
   PetscErrorCode find_out();
   PetscErrorCode write_breaks();
@@ -79,11 +86,15 @@ class Run {
   std::unique_ptr<Trajectory> trajectory_;
   Advice advice_;
   std::unique_ptr<CheckpointFile> restart_;
-  bool resumed_ = false;         ///< the trajectory goes on where the checkpoint left it
-  std::int64_t taken_up_ = -1;   ///< steps at the checkpoint; -1: from the start
-  Facts inputs_;                 ///< fingerprints of the tables that options name
-  std::string solver_;           ///< as the header describes it
-  std::string last_checkpoint_;  ///< where a failed run can be continued from
+  bool resumed_ = false;                         ///< the trajectory goes on where the checkpoint left it
+  std::int64_t taken_up_ = -1;                   ///< steps at the checkpoint; -1: from the start
+  Facts inputs_;                                 ///< fingerprints of the tables that options name
+  Facts good_facts_;                             ///< facts() of the last good state, where steps may be taken back
+  Facts continued_;                              ///< what the checkpoint holds of the run
+  bool settling_ = false;                        ///< a frame now is not of a good state
+  std::map<std::string, std::int64_t> earlier_;  ///< counts of the runs that this one continues
+  std::string solver_;                           ///< as the header describes it
+  std::string last_checkpoint_;                  ///< where a failed run can be continued from
   std::vector<Observable> first_, last_;
   double observed_ = 0;  ///< when last_ was [s]
   double start_ = 0, end_ = 0;

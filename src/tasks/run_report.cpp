@@ -107,6 +107,8 @@ std::vector<Tally> Run::tallies() const {
   all.push_back(
       {"newton_uneven", "iterates met the tolerance in the norm over all particles, but not yet for each of them", context_.newton.uneven()});
   all.push_back({"search_uphill", "Newton directions led uphill in energy and were searched by residual norms", search.uphill});
+  for (Tally& tally : all)
+    if (const auto more = earlier_.find(tally.key); more != earlier_.end()) tally.count += more->second;
   return all;
 }
 

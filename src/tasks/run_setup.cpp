@@ -111,7 +111,10 @@ PetscErrorCode Run::set_up() {
   stepper_ = std::make_unique<Stepper>(
       model_, context_, options_.step, [this](const StepRecord& r) { return on_step(r); },
       [this](PetscInt step, double time, Vec y) { return on_frame(step, time, y); }, [this]() { return on_flush(); }, [this]() { return on_save(); });
-  if (hooks_.settle) stepper_->set_on_break(hooks_.settle);
+  if (hooks_.settle)
+    stepper_->set_on_break([this](double time, Vec y, const std::function<PetscErrorCode(Vec)>& frame, bool* settled, std::string* lost) {
+      return settle(time, y, frame, settled, lost);
+    });
   PetscCall(stepper_->attach(ts_));
   PetscCall(model_.covers(end_));
   if (!context_.implicit) watch_.set_explicit();
@@ -140,6 +143,11 @@ PetscErrorCode Run::take_up() {
   PetscFunctionBegin;
   PetscCall(stepper_->restore(ts_, *restart_, &changed));
   start_ = stepper_->start();
+  continued_ = restart_->run();
+  const auto real = [this](const char* name) { return continued_.real.count(name) ? continued_.real.at(name) : 0.0; };
+  most_force_ = real("most_force");
+  most_speed_ = real("most_speed");
+  watch_.restore(continued_);
   taken_up_ = stepper_->counts().steps;
   progress_.header({format("continued from %s: step %lld, t = %.17g s", options_.saving.restart.c_str(),
                            static_cast<long long>(stepper_->counts().steps), stepper_->good_time())});

@@ -35,8 +35,8 @@ PetscErrorCode flushed_mark(Trajectory* trajectory, TrajectoryMark* mark) {
 }
 
 PetscErrorCode save_run(Model& model, const Stepper& stepper, TS ts, Vec y, const std::string& file, const std::string& trajectory,
-                        const TrajectoryMark& mark, const Facts& inputs) {
-  Facts run = inputs;
+                        const TrajectoryMark& mark, const Facts& facts) {
+  Facts run = facts;
   TSType type;
   std::vector<NamedState> states = {{"/state", y}};
   PetscFunctionBegin;

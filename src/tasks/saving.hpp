@@ -25,10 +25,10 @@ PetscErrorCode read_saving_options(MPI_Comm comm, SavingOptions* options);
 /// Collective. What is on disk of the trajectory, after a flush; of no trajectory: nothing.
 PetscErrorCode flushed_mark(Trajectory* trajectory, TrajectoryMark* mark);
 
-/// Collective. Writes the last good state `y` of `stepper`, where the trajectory stood then and the fingerprints of the run's
-/// inputs. A failure ends the run with exit code 4.
+/// Collective. Writes the last good state `y` of `stepper`, where the trajectory stood then and the facts of the run. A failure ends the run with
+/// exit code 4.
 PetscErrorCode save_run(Model& model, const Stepper& stepper, TS ts, Vec y, const std::string& file, const std::string& trajectory,
-                        const TrajectoryMark& mark, const Facts& inputs);
+                        const TrajectoryMark& mark, const Facts& facts);
 
 /// Where the trajectory stood when `file` was written.
 TrajectoryMark mark_of(const CheckpointFile& file);

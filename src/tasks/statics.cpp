@@ -76,6 +76,10 @@ RunHooks StaticRun::hooks() {
   };
   hooks.observe = [this](double factor, Vec y, std::vector<Observable>* out) { return observe(factor, y, out); };
   hooks.count = [this](std::vector<Tally>* out) { return count(out); };
+  hooks.save = [this](Facts* facts) { facts->whole["negative_pivots"] = before_; };
+  hooks.restore = [this](const Facts& facts) {
+    if (facts.whole.count("negative_pivots")) before_ = static_cast<PetscInt>(facts.whole.at("negative_pivots"));
+  };
   if (end_ && end_->wanted()) {
     hooks.tables = [this](PetscMPIInt rank, std::vector<Dataset>* all) {
       if (end_->compliance.wanted()) all->push_back(end_->compliance.table(rank));
@@ -84,8 +88,8 @@ RunHooks StaticRun::hooks() {
   }
   if (box_.active() || (end_ && end_->wanted())) hooks.find = [this](double factor, Vec y, Findings* out) { return find(factor, y, out); };
   if (model_.breaks())
-    hooks.settle = [this](double factor, Vec y, const Avalanche::Frame& frame, std::string* lost) {
-      return avalanche_.settle(factor, y, frame, lost);
+    hooks.settle = [this](double factor, Vec y, const Avalanche::Frame& frame, bool* settled, std::string* lost) {
+      return avalanche_.settle(factor, y, frame, settled, lost);
     };
   if (!options_.arc) return hooks;
   hooks.pace.end = step * static_cast<double>(options_.arc_steps);

@@ -23,6 +23,29 @@ bool EnergyWatch::chosen(PetscInt step) const {
   return step <= (explicit_ ? FIRST_EXPLICIT : FIRST_IMPLICIT) || (hash >> 40) % (explicit_ ? 128 : 4) == 0;
 }
 
+/// Every number that it carries from look to look, by its name in a checkpoint.
+std::vector<std::pair<const char*, double*>> EnergyWatch::numbers(EnergyWatch* of) {
+  EnergySupply& last = of->last_;
+  return {{"watch_time", &of->time_},        {"watch_supplied", &of->supplied_}, {"watch_start", &of->start_}, {"watch_released", &of->released_},
+          {"watch_field", &of->field_},      {"watch_power", &last.power},       {"watch_pull", &last.pull},   {"watch_shift_x", &last.shift[0]},
+          {"watch_shift_y", &last.shift[1]}, {"watch_shift_z", &last.shift[2]},  {"watch_speed", &last.speed}, {"watch_work", &last.work}};
+}
+
+void EnergyWatch::save(Facts* facts) const {
+  if (!begun_) return;
+  EnergyWatch copy = *this;
+  for (const auto& [name, value] : numbers(&copy)) facts->real[name] = *value;
+  facts->whole["watch_grown"] = grown_ ? 1 : 0;
+}
+
+void EnergyWatch::restore(const Facts& facts) {
+  begun_ = facts.real.count("watch_time") != 0;
+  if (!begun_) return;
+  for (const auto& [name, value] : numbers(this))
+    if (facts.real.count(name)) *value = facts.real.at(name);
+  grown_ = facts.whole.count("watch_grown") && facts.whole.at("watch_grown") != 0;
+}
+
 PetscErrorCode EnergyWatch::look(PetscInt step, double t, Vec y, bool certainly) {
   EnergySupply now;
   PetscFunctionBegin;

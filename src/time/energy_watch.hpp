@@ -2,6 +2,7 @@
 #pragma once
 #include <cstdint>
 #include <string>
+#include "checkpoint/facts.hpp"
 #include "systems/model.hpp"
 
 namespace bs {
@@ -20,9 +21,14 @@ class EnergyWatch {
   /// Collective. After step `step` that ended at `t`; `certainly`: whether or not it is one to be looked at. Warns once.
   PetscErrorCode look(PetscInt step, double t, Vec y, bool certainly);
   bool grown() const { return grown_; }
+  bool begun() const { return begun_; }
+  /// What a checkpoint holds of it, and back, where it holds that.
+  void save(Facts* facts) const;
+  void restore(const Facts& facts);
 
  private:
   bool chosen(PetscInt step) const;
+  static std::vector<std::pair<const char*, double*>> numbers(EnergyWatch* of);
 
   Model& model_;
   double factor_;

@@ -89,6 +89,11 @@ PetscErrorCode Stepper::begin_step(TS ts) {
   PetscReal time;
   PetscInt step;
   PetscFunctionBegin;
+  if (on_break_) {
+    std::vector<NamedState> states;  // y is that of the history
+    before_ = {};
+    save(&before_, &states);
+  }
   PetscCall(plan_length(ts));
   PetscCall(TSGetTime(ts, &time));
   rejections_.begin_step(time, length_.planned(), repeated_);

@@ -44,9 +44,10 @@ class Stepper {
   void save(Facts* facts, std::vector<NamedState>* states) const;
   /// Collective. After attach_solvers: `ts` goes on where `file` was written. `told` receives what could not be restored.
   PetscErrorCode restore(TS ts, const CheckpointFile& file, std::vector<std::string>* told);
-  /// Called when parts of the system broke at an accepted state: makes it a state that the task can go on from, or says in `lost` why it
-  /// cannot; then the run fails, and y must be the last good state. `frame` writes a frame of what lies between.
-  using OnBreak = std::function<PetscErrorCode(double time, Vec y, const std::function<PetscErrorCode(Vec)>& frame, std::string* lost)>;
+  /// Called when parts of the system broke at the end of a step: makes it a state that the task can go on from (`settled`), or says in `lost` why
+  /// it cannot; then, or where a signal came in between, the step does not count and the run ends. `frame` writes a frame of what lies between.
+  using OnBreak =
+      std::function<PetscErrorCode(double time, Vec y, const std::function<PetscErrorCode(Vec)>& frame, bool* settled, std::string* lost)>;
   void set_on_break(OnBreak on_break) { on_break_ = std::move(on_break); }
   const RunCounts& counts() const { return counter_.counts(); }
   double start() const { return clock_.start(); }
@@ -83,16 +84,20 @@ class Stepper {
   PetscErrorCode accept_step(TS ts);
   PetscErrorCode repeat_start(TS ts, bool* again);
   PetscErrorCode count_step(TS ts, StepRecord* record);
+  PetscErrorCode count_iterations(TS ts, StepRecord* record);
   PetscErrorCode is_good(TS ts, bool* good);
   PetscErrorCode agree_on_verdict(TS ts);
-  PetscErrorCode keep_step(TS ts, StepRecord* record, bool* landed);
-  PetscErrorCode after_break(TS ts, double time, Vec y);
+  PetscErrorCode keep_step(TS ts, StepRecord* record, bool* landed, bool* counts);
+  PetscErrorCode after_break(TS ts, Vec y, StepRecord* record, bool* counts);
+  PetscErrorCode take_back(TS ts);
   PetscErrorCode write_frame_if_due(TS ts, const StepRecord& record, bool landed);
   PetscErrorCode decide_what_follows(TS ts, double time, bool finished);
   PetscErrorCode save_if_due(std::int64_t step, bool finished);
   PetscErrorCode tell_lost_steps(double t, double h) const;
   PetscErrorCode krylov_iterations(TS ts, PetscInt* count) const;
   PetscErrorCode require_facts(const CheckpointFile& file) const;
+  PetscErrorCode stand_at(TS ts, const Facts& run, std::string* changed);
+  PetscErrorCode restore_counts(TS ts, const Facts& run);
   PetscErrorCode restore_method(TS ts, const CheckpointFile& file, std::vector<std::string>* told);
 
   Model& model_;
@@ -117,6 +122,7 @@ class Stepper {
   bool repeated_ = false;       ///< the next step is the last one again
   double good_time_ = 0;
   bool framed_ = true;
+  Facts before_;  ///< of the stepping before the present step, where it may be taken back
   Verdict now_;
   std::string trouble_, ending_, lost_;
 };

@@ -11,14 +11,19 @@ namespace bs {
 
 PetscErrorCode Stepper::accept_step(TS ts) {
   StepRecord record;
-  bool again = false, good = false, landed = false;
+  bool again = false, good = false, landed = false, counts = true;
   PetscFunctionBegin;
   PetscCall(repeat_start(ts, &again));
   if (again) PetscFunctionReturn(0);
   PetscCall(count_step(ts, &record));
   PetscCall(is_good(ts, &good));
   if (!good) PetscFunctionReturn(0);
-  PetscCall(keep_step(ts, &record, &landed));
+  PetscCall(keep_step(ts, &record, &landed, &counts));
+  if (!counts) {
+    PetscCall(take_back(ts));
+    PetscCall(decide_what_follows(ts, good_time_, false));
+    PetscFunctionReturn(0);
+  }
   const bool finished = landed && clock_.is_end(record.time);
   PetscCall(on_step_(record));
   PetscCall(write_frame_if_due(ts, record, landed));
@@ -43,11 +48,17 @@ PetscErrorCode Stepper::repeat_start(TS ts, bool* again) {
 
 /// Iterations and rejections of the step, good or not.
 PetscErrorCode Stepper::count_step(TS ts, StepRecord* record) {
+  PetscFunctionBegin;
+  PetscCall(rejections_.end_step(ts));
+  PetscCall(count_iterations(ts, record));
+  PetscFunctionReturn(0);
+}
+
+PetscErrorCode Stepper::count_iterations(TS ts, StepRecord* record) {
   PetscInt newton, krylov;
   PetscFunctionBegin;
   PetscCall(TSGetSNESIterations(ts, &newton));
   PetscCall(krylov_iterations(ts, &krylov));
-  PetscCall(rejections_.end_step(ts));
   counter_.count(newton, krylov, rejections_.counts(), record);
   PetscFunctionReturn(0);
 }
@@ -106,8 +117,9 @@ PetscErrorCode Stepper::agree_on_verdict(TS ts) {
   PetscFunctionReturn(0);
 }
 
-/// The step counts from here on; its time, where it has landed, is the output time itself. TS gets the length of the next one.
-PetscErrorCode Stepper::keep_step(TS ts, StepRecord* record, bool* landed) {
+/// The step counts from here on, unless what broke at its end finds no rest; its time, where it has landed, is the output time itself. TS gets the
+/// length of the next one.
+PetscErrorCode Stepper::keep_step(TS ts, StepRecord* record, bool* landed, bool* counts) {
   PetscInt steps;
   PetscReal time, before, proposed;
   Vec y;
@@ -128,21 +140,25 @@ PetscErrorCode Stepper::keep_step(TS ts, StepRecord* record, bool* landed) {
   record->step = steps;
   record->time = good_time_ = time;
   record->dt = length_.recorded(taken);
-  framed_ = false;
   PetscCall(TSGetSolution(ts, &y));
+  if (on_break_) model_.breaks()->mark();
   PetscCall(model_.accept(time, y));
-  if (model_.breaks() && model_.breaks()->broke() > 0) PetscCall(after_break(ts, time, y));
+  if (model_.breaks() && model_.breaks()->broke() > 0) PetscCall(after_break(ts, y, record, counts));
+  if (!*counts) PetscFunctionReturn(0);
+  framed_ = false;
   PetscCall(history_.end_step(ts, y));
   PetscFunctionReturn(0);
 }
 
 /// Forces are others from here on: what a method keeps of them is evaluated again.
-PetscErrorCode Stepper::after_break(TS ts, double time, Vec y) {
+PetscErrorCode Stepper::after_break(TS ts, Vec y, StepRecord* record, bool* counts) {
+  const double time = record->time;
   KeptAcceleration* own;
   PetscFunctionBegin;
   const auto frame = [&](Vec between) { return on_frame_(static_cast<PetscInt>(counter_.counts().steps), time, between); };
   if (on_break_) {
-    PetscCall(on_break_(time, y, frame, &lost_));
+    PetscCall(on_break_(time, y, frame, counts, &lost_));
+    PetscCall(count_iterations(ts, record));
     int signal = std::max(now_.signal, ending_signal());
     PetscCallMPI(MPI_Allreduce(&signal, &now_.signal, 1, MPI_INT, MPI_MAX, model_.comm()));
   }
@@ -152,6 +168,20 @@ PetscErrorCode Stepper::after_break(TS ts, double time, Vec y) {
   } else if (!context_.implicit) {
     PetscCall(TSRestartStep(ts));  // types whose last stage is the next step's first
   }
+  PetscFunctionReturn(0);
+}
+
+/// Everything is as before the step, as if its end was never reached: a run that is continued makes it again.
+PetscErrorCode Stepper::take_back(TS ts) {
+  std::string changed;
+  Vec y;
+  PetscFunctionBegin;
+  PetscCall(TSGetSolution(ts, &y));
+  PetscCall(VecCopy(history_.last_start(), y));
+  model_.breaks()->revert();
+  model_.restore_sums(before_.real);
+  PetscCall(stand_at(ts, before_, &changed));
+  PetscCall(restore_counts(ts, before_));
   PetscFunctionReturn(0);
 }
 

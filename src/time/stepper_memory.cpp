@@ -14,6 +14,7 @@ void Stepper::save(Facts* facts, std::vector<NamedState>* states) const {
   length_.save(facts);
   counter_.save(facts);
   rejections_.save(facts);
+  if (context_.implicit) context_.newton.save(facts);
   history_.save(facts, states);
   model_.save_sums(&facts->real);
 }
@@ -46,9 +47,31 @@ PetscErrorCode Stepper::restore_method(TS ts, const CheckpointFile& file, std::v
   PetscFunctionReturn(0);
 }
 
+PetscErrorCode Stepper::stand_at(TS ts, const Facts& run, std::string* changed) {
+  PetscFunctionBegin;
+  good_time_ = run.real.at("time");
+  clock_.restore(run, good_time_);
+  *changed = length_.restore(run);
+  PetscCall(TSSetTime(ts, good_time_));
+  PetscCall(TSSetTimeStep(ts, length_.next()));
+  PetscCall(TSSetStepNumber(ts, static_cast<PetscInt>(run.whole.at("step"))));
+  PetscFunctionReturn(0);
+}
+
+PetscErrorCode Stepper::restore_counts(TS ts, const Facts& run) {
+  PetscInt newton, krylov;
+  PetscFunctionBegin;
+  PetscCall(TSGetSNESIterations(ts, &newton));
+  PetscCall(krylov_iterations(ts, &krylov));
+  rejections_.restore(run);
+  if (context_.implicit) context_.newton.restore(run);
+  counter_.restore(run, newton, krylov, rejections_.counts());
+  PetscFunctionReturn(0);
+}
+
 PetscErrorCode Stepper::restore(TS ts, const CheckpointFile& file, std::vector<std::string>* told) {
   Vec y;
-  PetscInt newton, krylov;
+  std::string changed;
   PetscFunctionBegin;
   const Facts& run = file.run();
   PetscCall(require_facts(file));
@@ -59,19 +82,11 @@ PetscErrorCode Stepper::restore(TS ts, const CheckpointFile& file, std::vector<s
   PetscCall(file.read(model_, "/state", y));
   PetscCall(file.read_memory(model_));
   model_.restore_sums(run.real);
-  good_time_ = run.real.at("time");
-  clock_.restore(run, good_time_);
-  const std::string changed = length_.restore(run);
+  PetscCall(stand_at(ts, run, &changed));
   if (!changed.empty()) told->push_back(changed);
   PetscCall(tell_lost_steps(good_time_, length_.nominal()));
-  PetscCall(TSSetTime(ts, good_time_));
-  PetscCall(TSSetTimeStep(ts, length_.next()));
-  PetscCall(TSSetStepNumber(ts, static_cast<PetscInt>(run.whole.at("step"))));
   PetscCall(restore_method(ts, file, told));
-  PetscCall(TSGetSNESIterations(ts, &newton));
-  PetscCall(krylov_iterations(ts, &krylov));
-  rejections_.restore(run);
-  counter_.restore(run, newton, krylov, rejections_.counts());
+  PetscCall(restore_counts(ts, run));
   PetscCall(renew_solver(ts));
   PetscFunctionReturn(0);
 }
@@ -82,7 +97,6 @@ PetscErrorCode Stepper::renew_solver(TS ts) const {
   if (!context_.implicit) PetscFunctionReturn(0);
   PetscCall(linear_solver_of(ts, nullptr, &pc));
   PetscCall(condensed_renew(pc));
-  context_.newton.forget_lengths();
   PetscFunctionReturn(0);
 }
 

@@ -93,6 +93,21 @@ bool PastLengths::exceeded(PetscInt iterations) const {
   return failed > 0 && rate > 0 && h >= failed * (1 - SAME_STEP) && static_cast<double>(iterations) >= std::max(FEWEST, rate * h);
 }
 
+void NewtonPolicy::save(Facts* facts) const {
+  facts->real["lengths_last"] = lengths_.h;
+  facts->real["lengths_failed"] = lengths_.failed;
+  facts->real["lengths_rate"] = lengths_.rate;
+  facts->whole["lengths_open"] = lengths_.open ? 1 : 0;
+}
+
+void NewtonPolicy::restore(const Facts& facts) {
+  const auto real = [&](const char* name) { return facts.real.count(name) ? facts.real.at(name) : 0.0; };
+  lengths_.h = real("lengths_last");
+  lengths_.failed = real("lengths_failed");
+  lengths_.rate = real("lengths_rate");
+  lengths_.open = facts.whole.count("lengths_open") && facts.whole.at("lengths_open") != 0;
+}
+
 PetscErrorCode NewtonPolicy::test(SNES snes, PetscInt it, PetscReal xnorm, PetscReal snorm, PetscReal fnorm, SNESConvergedReason* reason,
                                   void* self) {
   Norms at;

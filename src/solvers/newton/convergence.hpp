@@ -5,6 +5,7 @@
 #include <array>
 #include <cstdint>
 #include "base/handle.hpp"
+#include "checkpoint/facts.hpp"
 #include "systems/model.hpp"
 
 namespace bs {
@@ -88,8 +89,9 @@ class NewtonPolicy {
   void loosen_linear_solves() { settings_.forcing = true; }
   /// Whether solves may take all of -snes_max_it whatever shorter steps took (pseudo time).
   void persist(bool on) { persists_ = on; }
-  /// What shorter steps took is forgotten: a run and its continuation then agree.
-  void forget_lengths() { lengths_ = {}; }
+  /// What a checkpoint holds of it: what steps of several lengths took; and back, where it holds that.
+  void save(Facts* facts) const;
+  void restore(const Facts& facts);
   const NewtonSettings& settings() const { return settings_; }
   const NewtonSolve& solve() const { return solve_; }
   Model& model() const { return *settings_.model; }

@@ -137,6 +137,7 @@ double SupportLedger::total() const { return std::accumulate(work_.begin(), work
 
 void SupportLedger::save(std::map<std::string, double>* sums) const {
   for (std::size_t k = 0; k < names_.size(); ++k) (*sums)["work_" + names_[k]] = work_[k];
+  if (works()) (*sums)["path_of_work"] = path_;
 }
 
 void SupportLedger::restore(const std::map<std::string, double>& sums) {
@@ -144,6 +145,8 @@ void SupportLedger::restore(const std::map<std::string, double>& sums) {
     const auto at = sums.find("work_" + names_[k]);
     work_[k] = at == sums.end() ? 0 : at->second;
   }
+  const auto path = sums.find("path_of_work");
+  path_ = path == sums.end() ? 0 : path->second;
   begun_ = false;
 }
 

@@ -34,7 +34,7 @@ class SupportLedger {
   void renew(double t, const LocalState& state, const Coupling& coupling);
   /// Collective. reaction/NAME (d numbers) of every group with a held component, work/NAME of what moves.
   PetscErrorCode observe(double t, const LocalState& state, const Coupling& coupling, std::vector<Observable>* out);
-  /// Sizes of the work of all steps of this run, added up [J].
+  /// Sizes of the work of all steps, added up [J].
   double path() const { return path_; }
   /// Sum of the works [J].
   double total() const;

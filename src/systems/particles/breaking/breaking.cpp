@@ -90,8 +90,6 @@ PetscErrorCode Breaking::look(double t, double load, bool loads, const LocalStat
   if (rules_.worst) PetscCall(keep_worst(&found));
   PetscCall(share(&found));
   if (!goes_on) ++sums_.avalanches, sums_.size = 0;
-  if (loads && whole_) marked_more_ = net_->links.more;  // in time nothing is taken back
-  whole_ = false;
   for (Found& one : found) {
     cut_row(one.spring.row);
     one.spring.number = sums_.broken++;
@@ -133,9 +131,8 @@ void Breaking::cut_row(std::int64_t row) {
 
 void Breaking::mark() {
   cuts_.clear();
-  marked_ = sums_;
   marked_list_ = list_.size();
-  whole_ = true;
+  marked_more_ = net_->links.more;
 }
 
 void Breaking::revert() {
@@ -146,13 +143,9 @@ void Breaking::revert() {
     links.stiffness[at] = was.stiffness;
     if (!links.damping.empty()) links.damping[at] = was.damping;
   }
-  if (!whole_) links.more = marked_more_;
+  cuts_.clear();
+  links.more = marked_more_;
   list_.resize(marked_list_);
-  // time has passed all the same: frames of the motion may be written
-  marked_.motion = sums_.motion;
-  marked_.motion_steps = sums_.motion_steps;
-  sums_ = marked_;
-  mark();
 }
 
 }  // namespace bs

@@ -104,10 +104,9 @@ class Breaking final : public Breaks {
   std::vector<std::pair<std::int64_t, PetscInt>> links_by_row_;
   std::vector<BrokenSpring> list_;  ///< on rank 0
   std::vector<Cut> cuts_;           ///< since mark()
-  Sums sums_, marked_;
+  Sums sums_;
   std::size_t marked_list_ = 0;
-  bool whole_ = true;                ///< nothing has broken since mark()
-  std::vector<double> marked_more_;  ///< Links::more, parameters and histories, before the first break since then: those of whole springs go on, too
+  std::vector<double> marked_more_;  ///< Links::more at mark(): parameters and histories, also of springs that stay whole
   std::int64_t broke_ = 0;
   struct Kept {
     std::string name;

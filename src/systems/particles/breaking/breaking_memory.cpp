@@ -100,7 +100,6 @@ PetscErrorCode Breaking::scatter() {
     PetscCall(VecRestoreArrayRead(first, &a));
   }
   std::sort(list_.begin(), list_.end(), [](const BrokenSpring& a, const BrokenSpring& b) { return a.number < b.number; });
-  mark();
   PetscFunctionReturn(0);
 }
 
@@ -137,7 +136,6 @@ void Breaking::restore(const std::map<std::string, double>& sums) {
   sums_.motion_steps = whole("breaking/motion_steps");
   sums_.motion = number("breaking/motion", 0);
   sums_.last = number("breaking/last", -1);
-  mark();
 }
 
 PetscErrorCode Breaking::tables(std::vector<Dataset>* out) const {

@@ -31,7 +31,6 @@ PetscErrorCode Breaking::create(Network& net, const Lattice& lattice) {
   PetscCall(copies.exchange(net.row, [&](PetscInt ghost, std::int64_t row) { end_row_[static_cast<std::size_t>(ghost)] = row; }));
   PetscCall(give_limits(lattice));
   if (rules_.notched) PetscCall(cut_notch());
-  mark();
   PetscFunctionReturn(0);
 }
 
