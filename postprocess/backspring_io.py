@@ -39,9 +39,15 @@ class Springs:
     damping: np.ndarray = None         # (M,)
     shift: np.ndarray = None           # (M, d) boxes the second end is in; None: no periodic box
     rest_length_assumed: bool = False  # True: the file has none, lengths of the first frame are used
+    exists: np.ndarray = None          # (M,) whether a spring can exert a force: one of stiffness 0, without further terms or a damper, is none
 
     def __len__(self):
         return len(self.pairs)
+
+    @property
+    def strained(self):
+        """(M,) whether a spring has a strain."""
+        return (self.rest_length > 0) & (True if self.exists is None else self.exists)
 
     @property
     def inside(self):
@@ -302,11 +308,18 @@ class Run:
                 raise self._error(f"{BONDS}_{name} has {data.size} rows for {len(pairs)} springs")
             columns[name] = None if data is None else data.astype(float).reshape(-1)
         shift = self._array(f"{BONDS}_shift")
-        springs = Springs(pairs, **columns, shift=None if shift is None else shift.astype(np.int64))
+        springs = Springs(pairs, **columns, shift=None if shift is None else shift.astype(np.int64), exists=self._existing(columns, len(pairs)))
         self._cache["springs"] = springs  # lengths() looks at it
         if springs.rest_length is None:
             springs.rest_length, springs.rest_length_assumed = self.lengths(0), True
         return springs
+
+    def _existing(self, columns, count):
+        """(M,) whether any number that a spring's force is proportional to differs from 0; all where the file has no stiffness."""
+        if columns["stiffness"] is None:
+            return np.ones(count, bool)
+        factors = [columns["stiffness"], columns["damping"], *(self._array(f"{BONDS}_{name}") for name in ("stiffness_2", "stiffness_3"))]
+        return np.any([np.reshape(f, -1) != 0 for f in factors if f is not None and np.size(f) == count], axis=0)
 
     def box_edges(self, frame):
         """Edge vectors (d, d) of the box of a frame as rows [m]."""
@@ -327,9 +340,11 @@ class Run:
         return None if flags is None else np.asarray(flags[frame]) != 0
 
     def strains(self, frame):
-        """Strains (M,) = (l - L)/L; NaN where the rest length L is 0 and where the spring is broken."""
+        """Strains (M,) = (l - L)/L; NaN where the rest length L is 0 and where there is no spring, or no more."""
         rest, broken = self.springs.rest_length, self.broken(frame)
-        whole = rest > 0 if broken is None else (rest > 0) & ~broken
+        whole = self.springs.strained
+        if broken is not None:
+            whole = whole & ~broken
         with np.errstate(divide="ignore", invalid="ignore"):
             return np.where(whole, (self.lengths(frame) - rest) / rest, np.nan)
 

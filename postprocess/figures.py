@@ -144,7 +144,7 @@ def strain(ax, runs, labels, args):
     """Strain of the springs over time: median, the middle 90 %, extremes."""
     drawn = False
     for i, run in enumerate(runs):
-        if not np.any(run.springs.rest_length > 0):
+        if not np.any(run.springs.strained):
             continue
         drawn, color = True, COLORS[i % len(COLORS)]
         rows = sample(range(run.frames), max(2, min(200, int(4e7 // len(run.springs)))))
@@ -165,7 +165,7 @@ def histogram(ax, runs, labels, args):
     thousandth on either side is gathered in the last bars."""
     asked = sample(range(runs[0].frames), 4) if len(args.frames) == 1 else [runs[0].index(frame) for frame in args.frames]
     frames = [(run, row) for run in runs for row in (asked if len(runs) == 1 else [run.index(args.frame)])]
-    frames = [(run, row) for run, row in frames if np.any(run.springs.rest_length > 0)]
+    frames = [(run, row) for run, row in frames if np.any(run.springs.strained)]
     if not frames:
         return missing(ax, "springs with a rest length")
     values = [v[np.isfinite(v)] for v in (run.strains(row) for run, row in frames)]

@@ -2,11 +2,12 @@
 """A run that signals stop at any moment, and that is continued each time, is the run that nothing stopped: in every bit of every frame, event and row
 of the log, in what it reports and counts. Over tasks, features and ranks; moments are spread over the run's wall-clock time."""
 import json
+import os
 import random
 import signal
 import subprocess
-import time
 
+import h5py
 import numpy as np
 from runs import SLOWER, content, run, run_parts, start
 
@@ -32,7 +33,7 @@ CASES = [
     ("breaking in motion, verlet", {**DYNAMICS, "ts_type": "verlet", "ts_dt": 0.02}, 1),
     ("breaking in a box that is strained, bdf", {**DYNAMICS, **PERIODIC, "bs_box_strain": "xx=velocity:0.005", "ts_type": "bdf", "ts_adapt_type": "none", "ts_dt": 0.1, "condensed_pc_type": "cholesky"}, 1),
     ("until it rests", {"bs_lattice_type": "triangular", "bs_lattice_size": (14, 14), "bs_lattice_dim": 2, "bs_lattice_spacing": 0.1, "bs_lattice_stiffness": 500, "bs_lattice_damping": 2,
-                        "bs_lattice_fixed": "ymax", "bs_gravity": "0,-9.81", "bs_stop_at_rest": 1e-5, "ts_type": "beuler", "ts_dt": 0.02, "ts_max_time": 100, "bs_output_interval": 0.2,
+                        "bs_lattice_fixed": "ymax", "bs_gravity": "0,-9.81", "bs_stop_at_rest": 1e-3, "ts_type": "beuler", "ts_dt": 0.02, "ts_max_time": 100, "bs_output_interval": 0.2,
                         "bs_progress_interval": -1, "bs_advise": False, "condensed_pc_type": "cholesky"}, 1),
     ("avalanches of statics, 3 ranks", {**STATICS, "bs_lattice_size": (16, 12), "bs_load_steps": 8, "condensed_pc_type": "bicc", "bs_break": "worst", "bs_motion_upper": "x=fixed,y=velocity:1",
                                         "bs_output_interval": 0.25}, 3),
@@ -66,45 +67,55 @@ def disturb(process, after, sent):
 
 
 def legs(checks, folder, name, options, ranks, wall, moments):
-    """Starts the run and stops it at each of the moments, fractions of the undisturbed run's time; returns how many stopped it."""
+    """Starts the run and stops it at each of the moments, fractions of the undisturbed run's time; returns the steps at which it was."""
     wait = {"OMPI_MCA_odls_base_sigkill_timeout": "60"}
-    stopped = 0
-    files = {"bs_output": "part.h5md", "bs_checkpoint": "part.ck", "bs_report": "part.json"}
+    more = {"bs_restart": "part.ck", "bs_report": "part.json", "bs_overwrite": True}
+    at = []
     for old in folder.glob("part*"):
         old.unlink()
-    done = False
-    for k, (moment, sent) in enumerate(moments):
-        going_on = k > 0 and (folder / "part.ck").exists()
-        given = {"bs_restart": "part.ck", "bs_report": "part.json", "bs_overwrite": True} if going_on else {**options, **files, "bs_overwrite": True}
+    for moment, sent in moments:
+        given = more if at else {**options, "bs_output": "part.h5md", "bs_checkpoint": "part.ck", "bs_report": "part.json", "bs_overwrite": True}
         code, _, err = disturb(start(checks, folder, given, ranks, extra=wait), moment * wall, sent)
-        stopped += code != 0
-        done = code == 0
-        if not checks.true(f"{name}: leg {k} ended as it should", code in (0, 1 if ranks > 1 else 128 + sent), f"exit {code} {err.strip()[:120]}") or done:
-            break
-    if not done:
-        code, _, err = run(checks, folder, {"bs_restart": "part.ck", "bs_report": "part.json", "bs_overwrite": True}, ranks)
-        checks.true(f"{name}: continued to the end", code == 0, f"exit {code} {err.strip()[:160]}")
-    return stopped
+        # -signal: it came when the run was at its end already
+        checks.true(f"{name}: ended as it should by {sent.name}", code in (0, -sent, 1 if ranks > 1 else 128 + sent), f"exit {code} {err.strip()[:120]}")
+        with h5py.File(folder / "part.ck") as f:
+            at.append(int(f["run"].attrs["step"]))
+        if json.loads((folder / "part.json").read_text())["outcome"] == "ok":
+            return at
+    code, _, err = run(checks, folder, more, ranks)
+    checks.true(f"{name}: continued to the end", code == 0, f"exit {code} {err.strip()[:160]}")
+    return at
 
 
-def one(checks, folder, name, options, ranks, seed, most=4):
-    chance = random.Random(seed)
-    began = time.time()
-    code, _, err = run(checks, folder, {**options, "bs_output": "full.h5md", "bs_report": "full.json", "bs_checkpoint": "full.ck", "bs_overwrite": True}, ranks)
-    wall = time.time() - began
-    checks.true(f"{name}: undisturbed", code == 0, err.strip()[:160])
-    moments = [(chance.uniform(0.1, 0.9), chance.choice([signal.SIGTERM, signal.SIGINT, signal.SIGUSR1] if ranks == 1 else [signal.SIGTERM, signal.SIGUSR1])) for _ in range(most)]
-    stopped = legs(checks, folder, name, options, ranks, wall, moments)
+def same(checks, folder, name):
     off = differ(folder / "full.h5md", folder / "part.h5md")
-    checks.true(f"{name}: every bit, stopped {stopped} times", not off, f"differ: {off[:6]}")
+    checks.true(f"{name}: every bit", not off, f"differ: {off[:6]}" if off else "")
     a, b = reported(folder / "full.json"), reported(folder / "part.json")
     off = [key for key in a.keys() | b.keys() if a.get(key) != b.get(key)]
-    checks.true(f"{name}: the report", not off, f"differ: {[(key, a.get(key), b.get(key)) for key in sorted(off)[:6]]}")
+    checks.true(f"{name}: the report", not off, f"differ: {[(key, a.get(key), b.get(key)) for key in sorted(off)[:6]]}" if off else "")
+
+
+def one(checks, folder, name, options, ranks, seed):
+    """Stopped by SIGTERM and by SIGINT (which mpirun does not pass on), asked for a checkpoint by SIGUSR1; then continued from that one, too."""
+    chance = random.Random(seed)
+    code, _, err = run(checks, folder, {**options, "bs_output": "full.h5md", "bs_report": "full.json", "bs_checkpoint": "full.ck", "bs_overwrite": True}, ranks)
+    wall = json.loads((folder / "full.json").read_text())["wall"]
+    checks.true(f"{name}: undisturbed", code == 0, err.strip()[:160] or f"{wall:.2g} s")
+    moments = [(chance.uniform(0.02, 0.4), sent) for sent in (signal.SIGTERM, signal.SIGINT if ranks == 1 else signal.SIGTERM, signal.SIGUSR1)]
+    at = legs(checks, folder, name, options, ranks, wall, moments)
+    same(checks, folder, f"{name}: with stops at {at}")
+    if len(at) < len(moments) or not (folder / "part.ck.previous").exists():
+        return
+    with h5py.File(folder / "part.ck.previous") as f:
+        step = f["run"].attrs["step"]
+    code, _, err = run(checks, folder, {"bs_restart": "part.ck.previous", "bs_report": "part.json", "bs_overwrite": True}, ranks)
+    checks.true(f"{name}: continued from the checkpoint that was asked for", code == 0, f"exit {code} {err.strip()[:160]}")
+    same(checks, folder, f"{name}: from step {step}")
 
 
 def walk(checks, folder):
     for k, (name, options, ranks) in enumerate(CASES):
-        one(checks, folder, name, options, ranks, seed=k)
+        one(checks, folder, name, options, ranks, seed=k + 100 * int(os.environ.get("SEED", 0)))
 
 
 if __name__ == "__main__":

@@ -6,17 +6,21 @@
 #include "base/fault.hpp"
 #include "network/ghost_copies.hpp"
 #include "systems/particles/particle_model.hpp"
+#include "systems/particles/spring_exists.hpp"
 #include "systems/particles/supports.hpp"
 
 namespace bs {
 namespace {
 
-/// Free particles that are linked on this rank; what couples without a spring (angle springs) links, too.
+/// What couples without a spring (angle springs) ties, too.
+bool ties(const Network& net, PetscInt e) { return net.links.spring[e] < 0 || exists(net, e); }
+
+/// Free particles that are tied to each other on this rank.
 DisjointSets local_sets(const Network& net) {
   DisjointSets sets(net.n + net.ghosts);
   for (PetscInt i = 0; i < net.n; ++i)
     for (PetscInt e = net.links.start[i]; e < net.links.start[i + 1] && !net.fixed[i]; ++e)
-      if (!net.fixed[net.links.other[e]]) sets.join(i, net.links.other[e]);
+      if (!net.fixed[net.links.other[e]] && ties(net, e)) sets.join(i, net.links.other[e]);
   return sets;
 }
 
@@ -51,7 +55,7 @@ std::vector<std::uint8_t> held_particles(const Network& net) {
   std::vector<std::uint8_t> held(static_cast<std::size_t>(net.n), 0);
   for (PetscInt i = 0; i < net.n; ++i)
     for (PetscInt e = net.links.start[i]; e < net.links.start[i + 1]; ++e)
-      if (net.fixed[net.links.other[e]]) held[i] = 1;
+      if (net.fixed[net.links.other[e]] && ties(net, e)) held[i] = 1;
   for (const PetscInt i : net.anchors.particle) held[i] = 1;
   for (PetscInt i = 0; i < net.n && net.supports; ++i)
     if (net.supports->rolling(net.global[i])) held[i] = 1;

@@ -4,6 +4,7 @@
 #include "base/fault.hpp"
 #include "network/ghost_copies.hpp"
 #include "systems/particles/breaking/breaking.hpp"
+#include "systems/particles/spring_exists.hpp"
 
 namespace bs {
 
@@ -45,7 +46,8 @@ PetscErrorCode Breaking::give_limits(const Lattice& lattice) {
       for (const PetscInt i : group.member) spared[static_cast<std::size_t>(i)] = 1;
   for (PetscInt i = 0; i < net_->n; ++i)
     for (PetscInt e = links.start[i]; e < links.start[i + 1]; ++e)
-      if (links.spring[e] >= 0 && net_->global[i] <= net_->global[links.other[e]] && !spared[i] && !spared[links.other[e]]) judged_.push_back({i, e});
+      if (links.spring[e] >= 0 && net_->global[i] <= net_->global[links.other[e]] && !spared[i] && !spared[links.other[e]] && exists(*net_, e))
+        judged_.push_back({i, e});
   if (rules_.scatter != BreakRules::none)
     for (const Judged& one : judged_) factor_.push_back(rules_.factor(links.spring[one.link]));
   std::vector<double> by_link(links.spring.size(), 0.0);
@@ -82,7 +84,7 @@ PetscErrorCode Breaking::cut_notch() {
   for (PetscInt i = 0; i < net_->n; ++i)
     for (PetscInt e = links.start[i]; e < links.start[i + 1]; ++e) {
       const PetscInt j = links.other[e];
-      if (links.spring[e] < 0) continue;
+      if (links.spring[e] < 0 || !exists(*net_, e)) continue;
       const bool first = net_->global[i] < net_->global[j];
       const double *p = net_->held.data() + 2 * static_cast<std::size_t>(first ? i : j),
                    *q = net_->held.data() + 2 * static_cast<std::size_t>(first ? j : i);

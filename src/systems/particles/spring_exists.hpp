@@ -1,0 +1,22 @@
+// Which springs there are: one that can exert no force is none.
+#pragma once
+#include <cmath>
+#include "network/network.hpp"
+#include "physics/pair/springs/mixed.hpp"
+#include "physics/pair/springs/spring.hpp"
+
+namespace bs {
+
+/// Whether the spring of link e can exert a force: it has a rate at some length near its rest length, or a damper. One without, as generators write
+/// to dilute a lattice and as breaking leaves it, has no strain, does not break and holds nothing.
+inline bool exists(const Network& net, PetscInt e) {
+  const Links& links = net.links;
+  const std::size_t at = static_cast<std::size_t>(e);
+  if (!links.damping.empty() && links.damping[at] != 0) return true;
+  if (links.stiffness[at] != 0) return true;
+  if (links.law.empty()) return false;
+  return spring_rate<MixedSpring>(0.0, links.rest_length[at],
+                                  SpringRow{links.law[at], links.more.data() + at * static_cast<std::size_t>(links.width)}) != 0;
+}
+
+}  // namespace bs
