@@ -20,6 +20,7 @@ HERE = os.path.dirname(os.path.abspath(__file__))
 ROOT = os.path.dirname(os.path.dirname(HERE))
 TOOLS = os.path.join(ROOT, "postprocess")
 sys.path[:0] = [HERE, TOOLS]
+import scene  # noqa: E402
 import synthetic  # noqa: E402
 from backspring_io import RunError, open_run  # noqa: E402
 from camera import Camera, guess_up  # noqa: E402
@@ -155,6 +156,23 @@ class Reading(Case):
             self.assertEqual((run.series, run.log), ({}, {}))
         done = self.works("plot.py", path, "-o", self.path("bare.png"), "--dpi", 60)
         self.assertIn("no rest lengths", done.stderr)
+
+    def test_springs_that_are_none(self):
+        path = synthetic.chain(self.path("c.h5md"), 2)
+        with h5py.File(path, "a") as f:
+            x, k = f["particles/trajectory/position/value"][...], f["connectivity/bonds_stiffness"]
+            k[[2, 4, 6]] = 0.0
+            f["connectivity/bonds_damping"][[2, 6]] = 0.0
+            f["connectivity/bonds_stiffness_3"] = np.where(np.arange(len(k)) == 6, 1.0, 0.0)
+            f["particles/trajectory/position/value"][:, 3:] = x[:, 3:] + [7.0, 0.0]  # spring 2 is eighty times as long
+        with open_run(path) as run:
+            self.assertEqual(np.flatnonzero(~run.springs.exists).tolist(), [2])
+            self.assertEqual(np.flatnonzero(np.isnan(run.strains(5))).tolist(), [2])
+            shown = scene.Scene(run, list(range(run.frames)))
+            self.assertEqual(np.setdiff1d(np.arange(len(run.springs)), shown.drawn).tolist(), [2])
+            self.assertLess(shown.norm.vmax, 1)
+        done = self.works("plot.py", path, "-o", self.path("none.png"), "--kind", "state,histogram,strain", "--dpi", 60)
+        self.assertEqual(done.stderr, "")
 
     def test_choice_of_frames(self):
         with open_run(synthetic.chain(self.path("c.h5md"), 1)) as run:
