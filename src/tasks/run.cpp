@@ -49,6 +49,7 @@ PetscErrorCode Run::on_step(const StepRecord& record) {
 Facts Run::facts() const {
   Facts run = inputs_;
   for (const Tally& tally : tallies()) run.whole["count_" + tally.key] = tally.count;
+  run.real["time"] = stepper_->good_time();
   run.real["most_force"] = most_force_;
   run.real["most_speed"] = most_speed_;
   watch_.save(&run);
@@ -108,7 +109,9 @@ PetscErrorCode Run::on_frame(PetscInt step, double time, Vec y) {
     PetscCall(model_.fields(time, y, &fields));
     set_phase(Exit::io);
     const Breaks* breaks = hooks_.loads ? model_.breaks() : nullptr;
-    PetscCall(trajectory_->write_frame(step + (breaks ? breaks->motion_steps() : 0), shown_time(time), fields, last_));
+    const bool behind = undone_.shown && !settling_;
+    PetscCall(trajectory_->write_frame(step + (breaks ? breaks->motion_steps() : 0) + (behind ? undone_.steps : 0),
+                                       shown_time(time) + (behind ? undone_.time : 0), fields, last_));
     set_phase(Exit::solve);
   }
   if (hooks_.settle && !settling_) good_facts_ = facts();
@@ -139,38 +142,27 @@ PetscErrorCode Run::on_save() {
   PetscFunctionReturn(0);
 }
 
-/// What broke comes to rest, by the task. Frames of its motion are behind what a checkpoint knows of, where the step is taken back.
+/// What broke comes to rest, by the task. Where the step is taken back, frames of the motion stay in the file, in front of one of the last good
+/// state; a checkpoint knows nothing of them.
 PetscErrorCode Run::settle(double time, Vec y, const std::function<PetscErrorCode(Vec)>& frame, bool* settled, std::string* lost) {
-  TrajectoryMark before;
-  bool shown = false;
+  const Breaks& breaks = *model_.breaks();
+  const double motion = breaks.motion(), good = good_facts_.real.at("time");
+  const std::int64_t steps = breaks.motion_steps();
   const auto between = [&](Vec moving) {
     PetscFunctionBegin;
-    if (!shown) PetscCall(flushed_mark(trajectory_.get(), &before));
-    shown = true;
+    if (trajectory_ && !undone_.shown) PetscCall(flushed_mark(trajectory_.get(), &undone_.before));
+    undone_.shown = trajectory_ != nullptr;
     PetscCall(frame(moving));
     PetscFunctionReturn(0);
   };
   PetscFunctionBegin;
+  undone_ = {};
   settling_ = true;
   PetscCall(hooks_.settle(time, y, between, settled, lost));
   settling_ = false;
-  if (!*settled && shown) PetscCall(return_to(before));
-  PetscFunctionReturn(0);
-}
-
-/// The trajectory goes on behind `mark`, as if the run was continued from there.
-PetscErrorCode Run::return_to(const TrajectoryMark& mark) {
-  PetscInt numbers;
-  PetscFunctionBegin;
-  if (!trajectory_) PetscFunctionReturn(0);
-  set_phase(Exit::io);
-  PetscCall(trajectory_->close());
-  trajectory_.reset();
-  PetscCall(VecGetSize(model_.initial_state(), &numbers));
-  TrajectoryOptions options = options_.output.trajectory;
-  options.boundary = model_.boundary();
-  PetscCall(Trajectory::resume(model_.comm(), options, model_.dim(), numbers, mark, &trajectory_));
-  set_phase(Exit::solve);
+  if (*settled) undone_ = {};
+  undone_.time = time - good + breaks.motion() - motion;
+  undone_.steps = 1 + breaks.motion_steps() - steps;
   PetscFunctionReturn(0);
 }
 
@@ -184,7 +176,9 @@ PetscErrorCode Run::save_last(bool failed) {
   PetscFunctionBegin;
   PetscCall(TSGetSolution(ts_, &y));
   PetscCall(flushed_mark(trajectory_.get(), &mark));
-  if (!stepper_->framed() && !(resumed_ && idle())) PetscCall(on_frame(static_cast<PetscInt>(stepper_->counts().steps), stepper_->good_time(), y));
+  if (undone_.shown) mark = undone_.before;
+  if (undone_.shown || (!stepper_->framed() && !untouched()))
+    PetscCall(on_frame(static_cast<PetscInt>(stepper_->counts().steps), stepper_->good_time(), y));
   else if (observed_ != stepper_->good_time()) PetscCall(observe(stepper_->good_time(), y));  // the last look was at a step that was taken back
   if (!hooks_.checkpoints) PetscFunctionReturn(0);
   std::string file = options_.saving.file;

@@ -62,11 +62,11 @@ class Run {
   PetscErrorCode open_trajectory();
   PetscErrorCode save_last(bool failed);
   PetscErrorCode settle(double time, Vec y, const std::function<PetscErrorCode(Vec)>& frame, bool* settled, std::string* lost);
-  PetscErrorCode return_to(const TrajectoryMark& mark);
   Facts facts() const;
   Facts good_facts() const { return hooks_.settle ? good_facts_ : facts(); }
   void restore_facts();
   bool idle() const { return stepper_->counts().steps == taken_up_; }
+  bool untouched() const { return resumed_ && idle() && !undone_.shown; }  ///< the trajectory that goes on
   PetscErrorCode find_out();
   PetscErrorCode write_breaks();
   PetscErrorCode conclude(TSConvergedReason reason, int* exit_code);
@@ -86,11 +86,19 @@ class Run {
   std::unique_ptr<Trajectory> trajectory_;
   Advice advice_;
   std::unique_ptr<CheckpointFile> restart_;
-  bool resumed_ = false;                         ///< the trajectory goes on where the checkpoint left it
-  std::int64_t taken_up_ = -1;                   ///< steps at the checkpoint; -1: from the start
-  Facts inputs_;                                 ///< fingerprints of the tables that options name
-  Facts good_facts_;                             ///< facts() of the last good state, where steps may be taken back
-  Facts continued_;                              ///< what the checkpoint holds of the run
+  bool resumed_ = false;        ///< the trajectory goes on where the checkpoint left it
+  std::int64_t taken_up_ = -1;  ///< steps at the checkpoint; -1: from the start
+  Facts inputs_;                ///< fingerprints of the tables that options name
+  Facts good_facts_;            ///< facts() of the last good state, where steps may be taken back
+  Facts continued_;             ///< what the checkpoint holds of the run
+  /// A motion after a break whose step was taken back.
+  struct Undone {
+    bool shown = false;     ///< there are frames of it
+    TrajectoryMark before;  ///< where the trajectory stood
+    double time = 0;        ///< by which its end lies behind the last good state [s]
+    std::int64_t steps = 0;
+  };
+  Undone undone_;
   bool settling_ = false;                        ///< a frame now is not of a good state
   std::map<std::string, std::int64_t> earlier_;  ///< counts of the runs that this one continues
   std::string solver_;                           ///< as the header describes it

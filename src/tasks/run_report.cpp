@@ -143,7 +143,7 @@ PetscErrorCode Run::find_out() {
   PetscCall(hooks_.find(stepper_->good_time(), y, &findings_));
   set_phase(Exit::io);
   for (const Dataset& table : findings_.tables)
-    if (trajectory_ && !(resumed_ && idle())) PetscCall(trajectory_->write_table(table));
+    if (trajectory_ && !untouched()) PetscCall(trajectory_->write_table(table));
   set_phase(Exit::solve);
   PetscFunctionReturn(0);
 }
@@ -152,7 +152,7 @@ PetscErrorCode Run::find_out() {
 PetscErrorCode Run::write_breaks() {
   std::vector<Dataset> tables;
   PetscFunctionBegin;
-  if (!trajectory_ || !model_.breaks() || (resumed_ && idle())) PetscFunctionReturn(0);
+  if (!trajectory_ || !model_.breaks() || untouched()) PetscFunctionReturn(0);
   PetscCall(model_.breaks()->tables(&tables));
   set_phase(Exit::io);
   for (const Dataset& table : tables) PetscCall(trajectory_->write_table(table));
