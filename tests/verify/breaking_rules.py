@@ -3,7 +3,7 @@
 avalanche that found no end, restarts between avalanches, the same motion after a break on any number of ranks."""
 import math
 
-from breaking import events, go, plate, ran
+from breaking import events, go, plate, ran, uniform, weibull
 import h5py
 from harness import run_parts, write_lattice
 import numpy as np
@@ -66,6 +66,68 @@ def notch(checks, folder):
     checks.true("springs across the notch", np.array_equal(seen[0][0] != 0, cut), f"{np.count_nonzero(seen[0][0])} of {len(pairs)}, {np.count_nonzero(cut)} cross it")
     checks.true("the motion is that with these springs given as broken", np.array_equal(seen[0][1], seen[1][1]))
     checks.near("momentum", seen[0][2], seen[0][2][0], 1e-13)
+
+
+def scattered(checks, folder):
+    """Fibres side by side between a wall and a plate that moves: each breaks at the first load at which its strain, force or energy passes its own limit times
+    its own factor, limits of the lattice's columns as those of options. The plate's work, with springs that break at it, is what is stored and broken."""
+    n, steps, pull, W = 24, 400, 1.2, 0.6
+    rng = np.random.default_rng(8)
+    k, own = rng.uniform(0.5, 2, n), rng.uniform(0.2, 0.4, n)
+    spread = {"weibull": weibull(n, 3.0, 1), "uniform": np.array([1 + W * (2 * uniform(5, row) - 1) for row in range(n)])}
+    for kind, law, column in (("strain", "weibull", True), ("force", "uniform", True), ("energy", "weibull", True), ("energy", "uniform", False), ("strain", "weibull", False)):
+        limit = (own if column else 0.3) * spread[law]
+        write_lattice(folder / "l.h5", [[0.0], [1.0]], 1.0, fixed=[1, 0], pairs=np.tile([0, 1], (n, 1)), stiffness=k, rest_length=1.0, columns={"critical_" + kind: own} if column else None)
+        with h5py.File(folder / "l.h5", "a") as f:
+            f["groups/plate"] = [1]
+        ran(checks, folder, {"bs_task": "statics", "bs_load_steps": steps, "bs_lattice_file": str(folder / "l.h5"), "bs_motion_plate": f"velocity:{pull}", "bs_output_interval": 1 / steps,
+                             "bs_break_" + law: "3,1" if law == "weibull" else f"{W},5", **({} if column else {"bs_break_" + kind: 0.3})})
+        name = f"{kind} of the {'lattice' if column else 'options'}, {law}"
+        u = {"strain": limit, "force": limit / k, "energy": np.sqrt(2 * limit / k)}[kind]
+        step = np.ceil(u / pull * steps - 1e-9)
+        order = [row for row in np.lexsort((np.arange(n), step)) if step[row] <= steps]
+        found = events(folder)
+        checks.true(f"{name}: springs in their order", list(found["spring"]) == order and n / 3 < len(order), f"{len(order)} of {n}")
+        if list(found["spring"]) == order:
+            checks.near(f"{name}: at their loads", found["load"], step[order] / steps, 1e-12)
+        with h5py.File(folder / "b.h5md") as f:
+            checks.near(f"{name}: thresholds in the trajectory", f[f"connectivity/bonds_threshold_{kind}"][...] / limit, 1.0, 1e-14)
+            s, work, pulled = f["observables/load_factor/value"][...], f["observables/work/plate/value"][...], f["observables/reaction/plate/value"][...].ravel()
+        until = pull * np.where(step <= steps, step / steps, np.inf)
+        held = np.minimum(pull * s[:, None], until)
+        checks.near(f"{name}: work", work, (0.5 * k * held**2).sum(1), 1e-12)
+        checks.near(f"{name}: reaction", pulled, (k * pull * s[:, None] * (pull * s[:, None] < until - 1e-12)).sum(1), 1e-12)
+
+
+def sides(checks, folder):
+    """A spring that is pulled or pushed past its strain, force or energy breaks where its side is asked for, and not else."""
+    write_lattice(folder / "l.h5", [[0.0], [1.0]], 1.0, fixed=[1, 0], pairs=[[0, 1]], stiffness=2.0, rest_length=1.0)
+    with h5py.File(folder / "l.h5", "a") as f:
+        f["groups/end"] = [1]
+    for kind, limit in (("strain", 0.1), ("force", 0.2), ("energy", 0.01)):
+        broken = {}
+        for side in ("tension", "compression", "both"):
+            for pull in (0.15, -0.15):
+                result = ran(checks, folder, {"bs_task": "statics", "bs_load_steps": 2, "bs_lattice_file": str(folder / "l.h5"), "bs_motion_end": f"velocity:{pull}", "bs_break_in": side,
+                                              "bs_break_" + kind: limit})
+                broken[side, pull > 0] = result.report["broken_springs"]
+        checks.true(f"{kind}: sides", broken == {(side, pulled): int(side in ("both", "tension" if pulled else "compression")) for side, pulled in broken}, f"{broken}")
+
+
+def furthest(checks, folder):
+    """The worst of springs that are past limits of several kinds: strains and forces count in proportion, energies by their square root."""
+    k, pull = 2.0, 0.3
+    force, energy = k * pull, 0.5 * k * pull**2
+    for over in ((1.5, 1.2, 2.0), (1.5, 1.6, 2.0), (1.3, 1.2, 2.0), (1.1, 1.2, 1.15), (1.1, 1.05, 1.3)):
+        columns = np.full((3, 3), np.inf)  # spring by limit
+        np.fill_diagonal(columns, np.array([pull, force, energy]) / over)
+        write_lattice(folder / "l.h5", [[0.0], [1.0]], 1.0, fixed=[1, 0], pairs=np.tile([0, 1], (3, 1)), stiffness=k, rest_length=1.0,
+                      columns={f"critical_{kind}": columns[:, c] for c, kind in enumerate(("strain", "force", "energy"))})
+        with h5py.File(folder / "l.h5", "a") as f:
+            f["groups/end"] = [1]
+        ran(checks, folder, {"bs_task": "statics", "bs_load_steps": 1, "bs_lattice_file": str(folder / "l.h5"), "bs_motion_end": f"velocity:{pull}", "bs_break": "worst"})
+        right = list(np.argsort([-over[0], -over[1], -math.sqrt(over[2])]))
+        checks.true(f"strain {over[0]}, force {over[1]}, energy {over[2]} times its limit", list(events(folder)["spring"]) == right, f"{list(events(folder)['spring'])} for {right}")
 
 
 def no_springs(checks, folder):
@@ -214,5 +276,5 @@ def free_flight(checks, folder):
 
 
 if __name__ == "__main__":
-    run_parts(__doc__, (ties, notch, no_springs, plastic_work, whole_again, free_flight),
+    run_parts(__doc__, (ties, notch, scattered, sides, furthest, no_springs, plastic_work, whole_again, free_flight),
               on_one_rank=(between_avalanches, motions_on_ranks))  # the last one starts more ranks by itself

@@ -77,6 +77,26 @@ def open_lattices(checks, folder):
             checks.near(f"{d} dimension(s), in equilibrium", f["particles/trajectory/stress_volume/value"][-1], exact, 1e-12)
 
 
+def driven(checks, folder):
+    """A particle of a group that moves as given has its share, its kinetic part among it, at its own velocity."""
+    x = np.array([[0.0, 0.0], [1.1, 0.0], [0.4, 0.9], [1.5, 1.0]])
+    pairs = np.array([(0, 1), (0, 2), (1, 2), (1, 3), (2, 3)])
+    v = np.array([[0.0, 0.0], [0.3, -0.2], [0.5, 0.1], [-0.4, 0.2]])
+    mass = np.array([1.0, 2.0, 1.5, 3.0])
+    path = write_lattice(folder / "d.h5", x, mass, velocity=v, fixed=[1, 0, 0, 0], pairs=pairs, stiffness=2.0, rest_length=0.9, damping=0.3)
+    with h5py.File(path, "a") as f:
+        f["groups/hand"], f["groups/all"] = [1, 3], [0, 1, 2, 3]
+    with frames(checks, folder, {"bs_lattice_file": path, "ts_type": "cn", "ts_dt": 0.01, "ts_max_time": 0.1, "bs_output_interval": 0.05, "bs_motion_hand": "x=velocity:0.3,y=velocity:-0.2",
+                                 "bs_stress_groups": "hand,all"}) as f:
+        y, w = f["particles/trajectory/position/value"][...], f["particles/trajectory/velocity/value"][...]
+        for row in range(3):
+            checks.near(f"frame {row}: the hand moves", w[row][[1, 3]], [0.3, -0.2], 1e-15)
+            exact = expected(y[row], w[row], mass, pairs, y[row][pairs[:, 1]] - y[row][pairs[:, 0]], 2.0, 0.9, 0.3, w[row][pairs[:, 1]] - w[row][pairs[:, 0]], np.zeros((2, 2)))
+            checks.near(f"frame {row}: every particle", f["particles/trajectory/stress_volume/value"][row], exact, 1e-13)
+            for name, members in (("hand", [1, 3]), ("all", slice(None))):
+                checks.near(f"frame {row}: group {name}", f[f"observables/stress_volume/{name}/value"][row], exact[members].sum(0), 1e-13)
+
+
 def lammps(checks, folder):
     """compute stress/atom of the same net, in motion, in a periodic box."""
     lmp = shutil.which("lmp")
@@ -114,4 +134,4 @@ def lammps(checks, folder):
 
 
 if __name__ == "__main__":
-    run_parts(__doc__, (periodic, open_lattices, lammps))
+    run_parts(__doc__, (periodic, open_lattices, driven, lammps))

@@ -214,7 +214,7 @@ PetscErrorCode ParticleModel::take_constants(std::vector<Dataset>* out) {
     for (Column& column : lattice_.spring_columns)
       if (std::find(histories.begin(), histories.end(), column.name) == histories.end())
         out->push_back({bonds + "_" + column.name, s.first, s.total, 0, std::move(column.value)});
-    Breaking::put_limits(&lattice_, out);
+    breaking_.put_limits(&lattice_, out);
     if (lattice_.law_by_row) {
       std::string names;
       for (const std::string& name : spring_law_names()) names += (names.empty() ? "" : ",") + name;

@@ -59,8 +59,8 @@ class Breaking final : public Breaks {
   PetscErrorCode scatter();
   void save(std::map<std::string, double>* sums) const;
   void restore(const std::map<std::string, double>& sums);
-  /// Limits that the lattice gives, for the trajectory.
-  static void put_limits(Lattice* lattice, std::vector<Dataset>* out);
+  /// For the trajectory: limits that the lattice gives, and where they scatter those that each spring has.
+  void put_limits(Lattice* lattice, std::vector<Dataset>* out) const;
 
  private:
   /// A spring this rank judges.
