@@ -9,25 +9,20 @@
 Numbers are those of the file. Runs in progress or killed can be read: a frame counts once all its parts are there;
 refresh() takes in what was written since.
 """
-import os
 import time
 from dataclasses import dataclass, field
 
-os.environ.setdefault("HDF5_USE_FILE_LOCKING", "FALSE")  # a run may be writing the file
-import h5py  # noqa: E402
-import numpy as np  # noqa: E402
+import numpy as np
 
-from lazy import Frames  # noqa: E402
+from lazy import Frames
+from open_hdf5 import RunError, first_line, h5py, open_hdf5
 
 PARTICLES = "/particles/trajectory"
 BONDS = "/connectivity/bonds"
+LAW_DATA = ("stiffness_2", "stiffness_3", "yield_force", "hardening", "critical_strain", "critical_force", "critical_energy")
 SI = {"time": "s", "position": "m", "velocity": "m/s", "kinetic_energy": "J", "potential_energy": "J",
       "total_energy": "J", "momentum": "kg m/s", "angular_momentum": "kg m²/s", "mass": "kg",
       "reaction": "N", "work": "J"}
-
-
-class RunError(Exception):
-    """A file that cannot be used; the text is one line that names it and says why."""
 
 
 @dataclass
@@ -38,16 +33,22 @@ class Springs:
     rest_length: np.ndarray = None     # (M,)
     damping: np.ndarray = None         # (M,)
     shift: np.ndarray = None           # (M, d) boxes the second end is in; None: no periodic box
+    law_data: dict = field(default_factory=dict)  # what laws take besides, {name: (M,)}: stiffness_2, yield_force, ...; critical_strain, ...
     rest_length_assumed: bool = False  # True: the file has none, lengths of the first frame are used
-    exists: np.ndarray = None          # (M,) whether a spring can exert a force: one of stiffness 0, without further terms or a damper, is none
 
     def __len__(self):
         return len(self.pairs)
 
     @property
+    def idle(self):
+        """(M,) springs that carry nothing: without stiffness of any order and without damping."""
+        parts = [v for v in (self.stiffness, self.damping, *(self.law_data.get(k) for k in ("stiffness_2", "stiffness_3"))) if v is not None]
+        return np.all([v == 0 for v in parts], axis=0) if self.stiffness is not None and len(self.pairs) else np.zeros(len(self.pairs), bool)
+
+    @property
     def strained(self):
         """(M,) whether a spring has a strain."""
-        return (self.rest_length > 0) & (True if self.exists is None else self.exists)
+        return (self.rest_length > 0) & ~self.idle
 
     @property
     def inside(self):
@@ -94,16 +95,16 @@ class Run:
         self._begin()
 
     def _begin(self):
-        self._file = _open(self.path)
+        self._file = open_hdf5(self.path)
         self._cache = {}
         try:
             self._read_frames()
         except RunError:
             self.close()
             raise
-        except (OSError, KeyError, ValueError, AttributeError) as error:
+        except (OSError, KeyError, ValueError, AttributeError, RuntimeError, TypeError, OverflowError) as error:
             self.close()
-            raise self._error(f"cannot be read as a trajectory ({_first_line(error)})") from error
+            raise self._error(f"cannot be read as a trajectory ({first_line(error)})") from error
 
     def __enter__(self):
         return self
@@ -135,12 +136,12 @@ class Run:
         for pause in (0.02, 0.1, 0.3, None):
             try:
                 return self._file[path][where]
-            except (OSError, KeyError) as error:
+            except (OSError, KeyError, RuntimeError, TypeError, ValueError) as error:
                 if pause is None:
-                    raise self._error(f"dataset {path} is damaged ({_first_line(error)})") from error
+                    raise self._error(f"dataset {path} is damaged ({first_line(error)})") from error
             time.sleep(pause)
             self.close()
-            self._file = _open(self.path)
+            self._file = open_hdf5(self.path)
 
     @property
     def has_modes(self):
@@ -301,29 +302,31 @@ class Run:
             row = int(np.argmax(((pairs < 0) | (pairs >= self.particles)).any(axis=1)))
             raise self._error(f"{BONDS} row {row} joins {pairs[row, 0]} and {pairs[row, 1]}; rows go from 0 to "
                               f"{self.particles - 1}")
-        columns = {}
-        for name in ("stiffness", "rest_length", "damping"):
-            data = self._array(f"{BONDS}_{name}")
-            if data is not None and data.size != len(pairs):
-                raise self._error(f"{BONDS}_{name} has {data.size} rows for {len(pairs)} springs")
-            columns[name] = None if data is None else data.astype(float).reshape(-1)
+        columns = {name: self._column_of_springs(name, len(pairs)) for name in ("stiffness", "rest_length", "damping")}
         shift = self._array(f"{BONDS}_shift")
-        springs = Springs(pairs, **columns, shift=None if shift is None else shift.astype(np.int64), exists=self._existing(columns, len(pairs)))
+        law_data = {name: self._column_of_springs(name, len(pairs)) for name in LAW_DATA if self._get(f"{BONDS}_{name}") is not None}
+        springs = Springs(pairs, **columns, shift=None if shift is None else shift.astype(np.int64), law_data=law_data)
         self._cache["springs"] = springs  # lengths() looks at it
         if springs.rest_length is None:
             springs.rest_length, springs.rest_length_assumed = self.lengths(0), True
         return springs
 
-    def _existing(self, columns, count):
-        """(M,) whether any number that a spring's force is proportional to differs from 0; all where the file has no stiffness."""
-        if columns["stiffness"] is None:
-            return np.ones(count, bool)
-        factors = [columns["stiffness"], columns["damping"], *(self._array(f"{BONDS}_{name}") for name in ("stiffness_2", "stiffness_3"))]
-        return np.any([np.reshape(f, -1) != 0 for f in factors if f is not None and np.size(f) == count], axis=0)
+    def _column_of_springs(self, name, count):
+        data = self._array(f"{BONDS}_{name}")
+        if data is not None and data.size != count:
+            raise self._error(f"{BONDS}_{name} has {data.size} rows for {count} springs")
+        return None if data is None else data.astype(float).reshape(-1)
+
+    @property
+    def periodic(self):
+        """[bool] * d: along which edges of its box the lattice is repeated."""
+        box = self._file.get(f"{PARTICLES}/box")
+        words = [text(w) for w in np.atleast_1d(box.attrs.get("boundary", []))] if box is not None else []
+        return ([w == "periodic" for w in words] + [False] * self.dim)[:self.dim]
 
     def box_edges(self, frame):
         """Edge vectors (d, d) of the box of a frame as rows [m]."""
-        edges = np.asarray(self._get(f"{PARTICLES}/box/edges/value")[frame], float)
+        edges = np.asarray(self._read(f"{PARTICLES}/box/edges/value", frame), float)
         return (np.diag(edges) if edges.ndim == 1 else edges)[:self.dim, :self.dim]
 
     def lengths(self, frame):
@@ -336,17 +339,24 @@ class Run:
 
     def broken(self, frame):
         """Which springs (M,) are broken; None in a run whose springs cannot break."""
-        flags = self._get("/backspring/broken/value")
-        return None if flags is None else np.asarray(flags[frame]) != 0
+        path = "/backspring/broken/value"
+        return None if self._get(path) is None else np.asarray(self._read(path, frame)) != 0
+
+    def acting(self, frame):
+        """Which springs (M,) are there: neither broken nor without any stiffness and damping."""
+        broken = self.broken(frame)
+        return ~self.springs.idle if broken is None else ~(self.springs.idle | broken)
+
+    def spring_state(self, name, frame):
+        """What springs carry from step to step (M,), plastic_stretch or plastic_path; None where no law has it."""
+        path = f"/backspring/{name}/value"
+        return None if self._get(path) is None else np.asarray(self._read(path, frame), float)
 
     def strains(self, frame):
-        """Strains (M,) = (l - L)/L; NaN where the rest length L is 0 and where there is no spring, or no more."""
-        rest, broken = self.springs.rest_length, self.broken(frame)
-        whole = self.springs.strained
-        if broken is not None:
-            whole = whole & ~broken
+        """Strains (M,) = (l - L)/L; NaN where the rest length L is 0 and where the spring is broken or carries nothing."""
+        rest = self.springs.rest_length
         with np.errstate(divide="ignore", invalid="ignore"):
-            return np.where(whole, (self.lengths(frame) - rest) / rest, np.nan)
+            return np.where((rest > 0) & self.acting(frame), (self.lengths(frame) - rest) / rest, np.nan)
 
     @property
     def parameters(self):
@@ -470,28 +480,6 @@ class Run:
 def open_run(path):
     """Opens a trajectory for reading; a context manager. Raises RunError."""
     return Run(path)
-
-
-def _first_line(error):
-    return (str(error).splitlines() or [type(error).__name__])[0]
-
-
-def _open(path):
-    if not os.path.exists(path):
-        raise RunError(f"{path}: no such file")
-    if os.path.isdir(path):
-        raise RunError(f"{path}: is a folder, expected a trajectory")
-    if not os.access(path, os.R_OK):
-        raise RunError(f"{path}: no permission to read it")
-    if not h5py.is_hdf5(path):
-        raise RunError(f"{path}: not an HDF5 file; expected a trajectory written with -bs_output")
-    for attempt in range(3):  # a run that is writing may be met between two writes
-        try:
-            return h5py.File(path, "r")
-        except OSError as error:
-            reason = _first_line(error)
-            time.sleep(0.1 * attempt)
-    raise RunError(f"{path}: cannot be opened, truncated perhaps ({reason})")
 
 
 def _why_no_trajectory(file):

@@ -51,10 +51,39 @@ def run(main, user_error):
     except BrokenPipeError:  # `tool | head`
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         sys.exit(0)
+    except MemoryError:
+        print(f"{tool}: not enough memory{_while_reading()}", file=sys.stderr)
+        sys.exit(2)
     except OSError as error:
+        if _reading_hdf5(error):
+            _damaged(tool, error)
         where = f"{error.filename}: " if error.filename else ""
         print(f"{tool}: {where}{error.strerror or error}", file=sys.stderr)
         sys.exit(4)
     except KeyboardInterrupt:
         print(f"{tool}: stopped", file=sys.stderr)
         sys.exit(130)
+    except Exception as error:
+        if not _reading_hdf5(error):
+            raise
+        _damaged(tool, error)
+
+
+def _reading_hdf5(error):
+    """Whether h5py raised this while it read."""
+    at = error.__traceback__
+    while at.tb_next:
+        at = at.tb_next
+    inside = at.tb_frame.f_globals.get("__name__", "").startswith("h5py") or at.tb_frame.f_code.co_filename.startswith("h5py")
+    return inside and not any(word in str(error) for word in ("write", "create", "flush"))
+
+
+def _while_reading():
+    module = sys.modules.get("open_hdf5")
+    return f", reading {module.last_opened}" if module and module.last_opened else ""
+
+
+def _damaged(tool, error):
+    reason = (str(error).splitlines() or [type(error).__name__])[0]
+    print(f"{tool}: a file is damaged ({reason}){_while_reading()}", file=sys.stderr)
+    sys.exit(2)

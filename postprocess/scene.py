@@ -30,7 +30,7 @@ class Scene:
         self.draw = draw if draw != "auto" else ("springs" if 0 < len(pairs) <= max_springs else "particles")
         if not len(pairs):
             self.draw = "particles"
-        self.drawn = np.flatnonzero(run.springs.inside & run.springs.exists) if len(pairs) else np.arange(0)  # lines across a periodic box would hide the rest
+        self.drawn = np.flatnonzero(run.springs.inside & ~run.springs.idle)  # lines across a periodic box would hide the rest
         if self.draw == "springs" and len(pairs) > max_springs:  # asked for lines: an even choice of the springs
             self.drawn = self.drawn[np.unique(np.linspace(0, len(self.drawn) - 1, max_springs).astype(np.int64))]
         self.color = self._color(color)

@@ -576,6 +576,50 @@ class WrongFiles(Case):
                 self.refuses(name, path, "-o", self.path("x.png"), says=says)
         self.assertFalse(os.path.exists(self.path("x.png")))
 
+    def test_numbers_in_other_files_are_not_followed(self):
+        """External storage, links to other files and virtual datasets show what is in any file: each tool refuses them by name."""
+        secret = self.write("secret.bin", "not for you" * 100)
+        with h5py.File(self.path("other.h5"), "w") as f:
+            f["mass"] = np.full(12, 7.0)
+        def planted(name, plant):
+            path = synthetic.chain(self.path(name), 2)
+            with h5py.File(path, "a") as f:
+                del f["particles/trajectory/mass"]
+                plant(f["particles/trajectory"])
+            return path
+        def virtual(group):
+            layout = h5py.VirtualLayout((12,), float)
+            layout[:] = h5py.VirtualSource(self.path("other.h5"), "mass", (12,))
+            group.create_virtual_dataset("mass", layout)
+        files = (planted("stored.h5md", lambda g: g.create_dataset("mass", (12,), float, external=[(secret, 0, 96)])),
+                 planted("linked.h5md", lambda g: g.__setitem__("mass", h5py.ExternalLink(self.path("other.h5"), "/mass"))), planted("virtual.h5md", virtual))
+        good = synthetic.chain(self.path("good.h5md"), 2)
+        for path, says in zip(files, ("is in external storage", "is a link to another file", "is a virtual dataset")):
+            with self.assertRaises(RunError) as caught:
+                open_run(path)
+            self.assertIn(f"{path}: /particles/trajectory/mass {says}", str(caught.exception))
+            if path is not files[0]:
+                continue  # all tools open files by open_run
+            for name, args in (("plot.py", ("-o", self.path("x.png"))), ("movie.py", ("-o", self.path("x.png"))), ("convert.py", ("-o", self.path("x.data"))),
+                               ("compare.py", (good,)), ("sweep.py", ("--vary=-ts_dt=1,2", "--program", "/bin/true", "-o", self.path("s"), "--reference", path))):
+                self.refuses(name, *(() if name == "sweep.py" else (path,)), *args, says=f"{path}: /particles/trajectory/mass {says}")
+        self.assertFalse(any(os.path.exists(self.path(name)) for name in ("x.png", "x.data", "s")))
+
+    def test_what_hdf5_itself_stumbles_over_is_one_line(self):
+        """A damaged block of a compressed dataset: reading it fails inside h5py."""
+        path = synthetic.chain(self.path("c.h5md"), 2)
+        with h5py.File(path, "a") as f:
+            x = f["particles/trajectory/position/value"][...]
+            del f["particles/trajectory/position/value"]
+            data = f["particles/trajectory/position"].create_dataset("value", data=x, chunks=x.shape, compression="gzip")
+            f.flush()
+            at, size = data.id.get_chunk_info(0).byte_offset, data.id.get_chunk_info(0).size
+        with open(path, "r+b") as f:
+            f.seek(at + size // 3)
+            f.write(b"\xff" * (size // 3))
+        for name, ending in (("plot.py", "png"), ("movie.py", "png"), ("convert.py", "xyz")):
+            self.refuses(name, path, "-o", self.path("x." + ending), says="is damaged")
+
     def test_wrong_arguments(self):
         good = synthetic.chain(self.path("good.h5md"), 2)
         for name, args, says in (
