@@ -187,6 +187,18 @@ PetscErrorCode ParticleModel::add_groups(std::vector<Dataset>* out) const {
   PetscFunctionReturn(0);
 }
 
+/// /backspring/anchors: the springs to given points, which lie where they were at the start.
+static void add_anchors(const Lattice& lattice, std::vector<Dataset>* out) {
+  const Rows& a = lattice.anchors;
+  if (a.total == 0) return;
+  const std::string group = "/backspring/anchors/";
+  out->push_back({group + "particle", a.first, a.total, 0, lattice.anchor_particle});
+  out->push_back({group + "point", a.first, a.total, lattice.dim, lattice.anchor_point, {}, {0, 1, 0}});
+  out->push_back({group + "stiffness", a.first, a.total, 0, lattice.anchor_stiffness});
+  out->push_back({group + "rest_length", a.first, a.total, 0, lattice.anchor_rest_length, {}, {0, 1, 0}});
+  out->push_back({group + "damping", a.first, a.total, 0, lattice.anchor_damping, {}, {1, 0, -1}});
+}
+
 PetscErrorCode ParticleModel::take_constants(std::vector<Dataset>* out) {
   PetscFunctionBegin;
   const Rows& p = lattice_.particles;
@@ -227,6 +239,7 @@ PetscErrorCode ParticleModel::take_constants(std::vector<Dataset>* out) {
     }
   }
   PetscCall(add_groups(out));
+  add_anchors(lattice_, out);
   move_to_datasets(&lattice_, out);
   PetscFunctionReturn(0);
 }
