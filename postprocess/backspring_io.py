@@ -154,6 +154,12 @@ class Run:
         triples = self._array("/connectivity/angles")
         return None if triples is None else Angles(triples, self._array("/connectivity/angles_stiffness"), self._array("/connectivity/angles_rest_angle"))
 
+    @property
+    def anchors(self):
+        """Springs to given points, {"particle" (A), "point" (A, d), "stiffness", "rest_length", "damping" (A)}, or None."""
+        path = "/backspring/anchors/"
+        return None if self._get(path + "particle") is None else {k: self._array(path + k) for k in ("particle", "point", "stiffness", "rest_length", "damping")}
+
     # ---- frames -------------------------------------------------------------------------------------------------
     def _read_frames(self):
         position = self._get(f"{PARTICLES}/position/value")
@@ -369,6 +375,15 @@ class Run:
             self._cache["parameters"] = found
         return self._cache["parameters"]
 
+    def particle_column(self, name):
+        """(N,) of /particles/trajectory/NAME, or None."""
+        return self._constant(name, float)
+
+    @property
+    def groups(self):
+        """Names of the groups."""
+        return [name for name in self._file.get("/groups", {}) if self._get(f"/groups/{name}") is not None]
+
     def group(self, name):
         """Rows of the particles of a group."""
         rows = self._array(f"/groups/{name}")
@@ -394,10 +409,15 @@ class Run:
 
     def unit(self, name):
         """The unit of a quantity: what the file says, else SI; '' for what has none."""
+        said = self.stated_unit(name)
+        return SI.get(name.partition("/")[0], "") if said is None else said
+
+    def stated_unit(self, name):
+        """The unit that the file says, or None."""
         group = PARTICLES if name in ("position", "velocity") else "/observables"
         owner = self._get(f"{PARTICLES}/position/time" if name == "time" else f"{group}/{name}/value")
         said = owner.attrs.get("unit") if owner is not None else None
-        return text(said) if said is not None else SI.get(name.partition("/")[0], "")
+        return None if said is None else text(said)
 
     @property
     def units(self):

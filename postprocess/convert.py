@@ -25,11 +25,13 @@ import h5py  # noqa: E402
 import numpy as np  # noqa: E402
 
 from backspring_io import RunError, open_run  # noqa: E402
-from exports import write_atomically, write_gsd, write_nanometres, write_pvd, write_vtp, write_vtu, write_xyz  # noqa: E402
+from exports import write_atomically, write_gsd, write_nanometres, write_xyz  # noqa: E402
 from lammps_data import is_lammps  # noqa: E402
 from lammps_units import UNITS  # noqa: E402
 from lammps_write import write_data, write_dump  # noqa: E402
-from lattices import FACES, need_meshio, to_lattice  # noqa: E402
+from lattices import FACES, to_lattice  # noqa: E402
+from vtk_files import DAMPING_LAWS, LAWS, write_pvd, write_vtp, write_vtu  # noqa: E402
+import features  # noqa: E402
 
 MESHES = (".vtk", ".vtu", ".obj", ".ply", ".stl", ".msh", ".off", ".xdmf")
 LAMMPS = (".data", ".lmp", ".lammps")
@@ -37,6 +39,9 @@ LATTICES = (".h5", ".hdf5")
 PROTEINS = (".pdb", ".ent")
 SERIES = {".xyz": write_xyz, ".dump": write_dump, ".lammpstrj": write_dump, ".gsd": write_gsd, ".pvd": write_pvd, ".h5md": write_nanometres}
 SINGLE = {".vtu": write_vtu, ".vtp": write_vtp, **dict.fromkeys(LAMMPS, write_data)}
+
+
+FORM = {".lammpstrj": "dump", ".pvd": "vtu", ".vtp": "vtu", **dict.fromkeys(LAMMPS, "data")}  # columns of features.TABLE
 
 
 def units_of(run):
@@ -50,23 +55,25 @@ def from_trajectory(args, ending):
         if run.kind != "particles":
             raise RunError(f"{args.input}: a linear system has no particles to convert")
 
-        def units(write):
-            return {"units": args.units or units_of(run)} if write in (write_data, write_nanometres) else {}
+        def options(write):
+            if write in (write_data, write_nanometres):
+                return {"units": args.units or units_of(run)}
+            return {"every": args.all_springs} if write in (write_vtu, write_vtp) else {}
 
-        if ending in SERIES:
-            rows = run.pick(args.frames, args.stride)
-            if ending == ".pvd":
-                if args.pieces == "vtu":
-                    need_meshio()
-                write_pvd(run, rows, args.output, "." + args.pieces)
-            else:
-                write_atomically(args.output, lambda part: SERIES[ending](run, rows, part, **units(SERIES[ending])))
+        form, series = FORM.get(ending, ending[1:]), ending in SERIES
+        if args.all_springs and form != "vtu":
+            raise RunError(f"{args.output}: --all_springs is for .vtu, .vtp and .pvd, which flag what is broken")
+        rows = run.pick(args.frames, args.stride) if series else [run.index(args.frame)]
+        features.check(run, rows, form, args.output, not args.all_springs)
+        if ending == ".pvd":
+            write_pvd(run, rows, args.output, "." + args.pieces, args.all_springs)
+        else:
+            write = SERIES[ending] if series else SINGLE[ending]
+            write_atomically(args.output, lambda part: write(run, rows if series else rows[0], part, **options(write)))
+        if series:
             return f"{len(rows)} frames of {run.particles} particles"
-        row = run.index(args.frame)
-        if ending == ".vtu":
-            need_meshio()
-        write_atomically(args.output, lambda part: SINGLE[ending](run, row, part, **units(SINGLE[ending])))
-        return f"frame {row} of {run.particles} particles, {len(run.springs)} springs"
+        count = len(run.springs) if args.all_springs else np.count_nonzero(run.acting(rows[0]))
+        return f"frame {rows[0]} of {run.particles} particles, {count} springs"
 
 
 def parse(argv=None):
@@ -78,9 +85,8 @@ def parse(argv=None):
     mesh.add_argument("--damping", type=float, help="of every spring [kg/s] (default: none)")
     mesh.add_argument("--mass", type=float, help="of every particle [kg]")
     mesh.add_argument("--total_mass", type=float, help="of all particles, in equal shares [kg]")
-    mesh.add_argument("--spring_law", choices=("hooke", "strain", "tension", "polynomial", "plastic"), default="hooke",
-                      help="what polynomial and plastic take besides is given by the program's options -bs_spring_...")
-    mesh.add_argument("--damping_law", choices=("axial", "simple"), default="axial")
+    mesh.add_argument("--spring_law", choices=LAWS, help="of all springs (default: what the file says, else hooke); what polynomial and plastic take besides is given by the program's options -bs_spring_...")
+    mesh.add_argument("--damping_law", choices=DAMPING_LAWS, help="of all dampers (default: what the file says, else axial)")
     mesh.add_argument("--fixed", type=lambda s: s.split(","), default=[], metavar="FACE,...",
                       help="faces of the bounding box held still: " + " ".join(FACES))
     mesh.add_argument("--dim", type=int, choices=(1, 2, 3), help="dimension (default 2 for flat meshes z = const, else 3)")
@@ -103,6 +109,7 @@ def parse(argv=None):
     run.add_argument("--frames", metavar="A:B", help="of a series, B excluded (default all)")
     run.add_argument("--stride", type=int, default=1, help="every STRIDE-th frame of a series")
     run.add_argument("--pieces", choices=("vtu", "vtp"), default="vtu", type=str, help="files of a .pvd series (default vtu)")
+    run.add_argument("--all_springs", action="store_true", help="of VTU, VTP, PVD: broken springs and those that carry nothing, too, with the flag broken")
     run.add_argument("--frame", type=int, default=-1, help="of a single file (default -1, the last)")
     return p.parse_args(argv)
 

@@ -69,16 +69,9 @@ def _walk(count, pairs, steps, roots):
     return np.array([s or (0, 0, 0) for s in shift], dtype=np.int64)
 
 
-def periodic(run):
-    """[bool] * 3: along which edges of its box the lattice of a trajectory is repeated."""
-    words = np.atleast_1d(run._file["particles/trajectory/box"].attrs.get("boundary", [])) if "particles/trajectory/box" in run._file else []
-    return ([w in (b"periodic", "periodic") for w in words][:run.dim] + [False] * 3)[:3]
-
-
 def triclinic(run):
     """Whether the edges of its box are not along the axes in some frame."""
-    edges = run._file.get("particles/trajectory/box/edges/value")
-    return edges is not None and edges.ndim == 3
+    return any(run.periodic) and any(np.count_nonzero(e - np.diag(np.diag(e))) for e in (run.box_edges(row) for row in range(run.frames)))
 
 
 class Frame:
@@ -87,13 +80,14 @@ class Frame:
     low = cell = periodic = position = velocity = images = None
 
 
-def frame_of(run, row, margins):
-    """`margins`: (lower, upper) corner of an open box about positions. What is given for axes along which nothing is repeated."""
+def frame_of(run, row, margins, joined_by=None):
+    """`margins`: (lower, upper) corner of an open box about positions. What is given for axes along which nothing is repeated. `joined_by`: (M,) springs that
+    must join nearest images."""
     from exports import padded
     out = Frame()
     x, d = padded(run.position(row)), run.dim
     out.velocity = padded(run.velocity(row)) if run.velocities is not None else None
-    out.periodic = np.array(periodic(run))
+    out.periodic = np.array((run.periodic + [False] * 3)[:3])
     if not out.periodic.any():
         out.low, high = margins(x)
         out.cell, out.position, out.images = np.diag(high - out.low), x, np.zeros(x.shape, np.int64)
@@ -103,7 +97,7 @@ def frame_of(run, row, margins):
     turn = _turn(cell)
     cell, x = cell @ turn, x @ turn
     out.velocity = None if out.velocity is None else out.velocity @ turn
-    joined = _spring_vectors(run, cell, x)
+    joined = None if joined_by is None else _spring_vectors(run, cell, x)
     out.low, high = margins(x)
     for k in range(3):
         if not out.periodic[k]:
@@ -112,7 +106,8 @@ def frame_of(run, row, margins):
         for l in range(k - 1, -1, -1):  # the same lattice of boxes by edges that lean less
             if out.periodic[l] and out.periodic[k]:
                 cell[k] -= np.round(cell[k, l] / cell[l, l]) * cell[l]
-    _check_springs(run, cell, x, out.periodic, joined)
+    if joined is not None:
+        _check_springs(run, cell, x, out.periodic, joined, joined_by)
     out.low = np.where(out.periodic, 0, out.low)
     place = (x - out.low) @ np.linalg.inv(cell)
     out.images = np.where(out.periodic, np.floor(place), 0).astype(np.int64)
@@ -138,15 +133,13 @@ def _spring_vectors(run, cell, position):
     return apart if springs.shift is None else apart + np.pad(springs.shift, ((0, 0), (0, 3 - springs.shift.shape[1]))) @ cell
 
 
-def _check_springs(run, cell, position, periodic, joined):
-    """LAMMPS joins nearest images."""
+def _check_springs(run, cell, position, periodic, joined, joined_by):
+    """LAMMPS and HOOMD join nearest images."""
     pairs = run.springs.pairs
-    if not len(pairs):
-        return
     apart = position[pairs[:, 1]] - position[pairs[:, 0]]
     seen = apart + nearest(cell, apart, periodic) @ cell
-    wrong = np.flatnonzero((np.abs(seen - joined) > 1e-6 * np.abs(cell).max()).any(axis=1))
+    wrong = np.flatnonzero(joined_by & (np.abs(seen - joined) > 1e-6 * np.abs(cell).max()).any(axis=1))
     if len(wrong):
         a, b = pairs[wrong[0]]
-        raise RunError(f"{run.path}: spring {wrong[0]} does not join the nearest images of particles {a} and {b}, and LAMMPS has no other bonds: repeat the lattice, "
+        raise RunError(f"{run.path}: spring {wrong[0]} does not join the nearest images of particles {a} and {b}, and LAMMPS and HOOMD have no other bonds: repeat the lattice, "
                        "so that its box is larger than two springs")

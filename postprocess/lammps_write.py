@@ -6,7 +6,7 @@ import numpy as np
 
 import lammps_units
 from backspring_io import RunError
-from lammps_box import frame_of, periodic, triclinic
+from lammps_box import frame_of, triclinic
 
 
 def atom_ids(run):
@@ -33,8 +33,42 @@ def bounds(position):
     return low - margin, high + margin
 
 
-def rates(run):
-    """Spring rates k [N/m] of the trajectory's springs."""
+def alike(values):
+    """Values that differ by rounding as one: those between whose neighbours in order there is less than 1e-12 of the largest become the middle one."""
+    order = np.argsort(values, kind="stable")
+    ends = np.flatnonzero(np.diff(values[order]) > 1e-12 * np.abs(values).max(initial=0)) + 1
+    out = np.empty_like(values)
+    for some in np.split(order, ends):
+        out[some] = values[some[len(some) // 2]] if len(some) else 0.0
+    return out
+
+
+def kinds_of(*columns):
+    """Types (counted from 0) of rows, and the numbers of each type."""
+    kinds, kind = np.unique(np.stack([alike(c) for c in columns], axis=1), axis=0, return_inverse=True)
+    return kinds, kind.reshape(-1)
+
+
+def angle_coefficients(run, row):
+    """K [J] and theta0 [degree] of angle springs. An angle of LAMMPS has no sign: in two dimensions one that rests beyond pi is seen from the other side, which is
+    the same energy where the angle, too, is beyond pi."""
+    angles = run.angles
+    rest = np.degrees(np.minimum(angles.rest_angle, 2 * np.pi - angles.rest_angle))
+    if run.dim == 2:
+        x = run.position(row)
+        first, third = (x[angles.triples[:, k]] - x[angles.triples[:, 1]] for k in (0, 2))
+        cross = first[:, 0] * third[:, 1] - first[:, 1] * third[:, 0]
+        angle = np.arctan2(cross, (first * third).sum(axis=1)) % (2 * np.pi)
+        wrong = np.flatnonzero((angle - np.pi) * (angles.rest_angle - np.pi) < -1e-12)
+        if len(wrong):
+            k = wrong[0]
+            raise RunError(f"{run.path}: angle spring {k} is at {np.degrees(angle[k]):.6g} degrees and rests at {np.degrees(angles.rest_angle[k]):.6g}, on the other side of "
+                           "180: an angle of LAMMPS has no sign and would have another energy; choose another --frame, or .vtu")
+    return 0.5 * angles.stiffness, rest
+
+
+def rates(run, there):
+    """Spring rates k [N/m] of the springs `there`."""
     springs = run.springs
     if len(springs) and springs.stiffness is None:
         raise RunError(f"{run.path}: holds no stiffnesses, which a LAMMPS data file needs")
@@ -42,35 +76,32 @@ def rates(run):
     if len(springs) and laws is None:
         print(f"{run.path}: does not say which spring law, hooke is assumed", file=sys.stderr)
     if not len(springs) or laws is None:
-        return springs.stiffness
-    others = sorted(set(laws) - {"hooke", "strain"})
-    if others:
-        raise RunError(f"{run.path}: springs obey the law {', '.join(others)}, which LAMMPS's harmonic bonds are not: only hooke and strain can be written")
+        return springs.stiffness[there]
     # strain: K in newtons, the rate is K/L; a rest length of 0 has the rate itself
     rest = np.where((laws == "strain") & (springs.rest_length > 0), springs.rest_length, 1.0)
-    return springs.stiffness / rest
+    return (springs.stiffness / rest)[there]
 
 
 def write_data(run, row, path, units="si"):
     """A data file of atom style bond (angle where there are angle springs), bond and angle style harmonic: E = K (r - r0)^2,
-    K (theta - theta0)^2, so K is half the rate. An angle of LAMMPS has no sign: one that rests beyond pi is seen from the other side."""
+    K (theta - theta0)^2, so K is half the rate."""
     if run.mass is None:
         raise RunError(f"{run.path}: holds no masses, which a LAMMPS data file needs")
-    ids, pairs, rest = atom_ids(run), run.springs.pairs, run.springs.rest_length
-    frame = frame_of(run, row, bounds)
+    there = run.acting(row)
+    ids, pairs, rest = atom_ids(run), run.springs.pairs[there], run.springs.rest_length[there]
+    frame = frame_of(run, row, bounds, there)
     position, high = frame.position, frame.low + np.diag(frame.cell)
     kind, kinds = atom_types(run)
     angles = run.angles
     with open(path, "w", encoding="utf-8") as f:
-        f.write(f"backspring {os.path.basename(run.path)}, t = {run.times[row]:.17g}, dampers left out, units = {units}{boundary(frame)}\n\n"
+        f.write(f"backspring {os.path.basename(run.path)}, t = {run.times[row]:.17g}, units = {units}{boundary(frame)}\n\n"
                 f"{len(position)} atoms\n{len(kinds)} atom types\n")
         if len(pairs):
-            half = 0.5 * rates(run) / lammps_units.factor(units)
-            bonds, bond = np.unique(np.stack([half, rest], axis=1), axis=0, return_inverse=True)
+            bonds, bond = kinds_of(0.5 * rates(run, there) / lammps_units.factor(units), rest)
             f.write(f"{len(pairs)} bonds\n{len(bonds)} bond types\n")
         if angles:
-            rest_angle = np.degrees(np.minimum(angles.rest_angle, 2 * np.pi - angles.rest_angle))
-            bends, bend = np.unique(np.stack([0.5 * angles.stiffness / lammps_units.factor(units), rest_angle], axis=1), axis=0, return_inverse=True)
+            half, rest_angle = angle_coefficients(run, row)
+            bends, bend = kinds_of(half / lammps_units.factor(units), rest_angle)
             f.write(f"{len(angles)} angles\n{len(bends)} angle types\n")
         f.write("\n" + "".join(f"{frame.low[k]:.17g} {high[k]:.17g} {a}lo {a}hi\n" for k, a in enumerate("xyz")))
         if triclinic(run):
@@ -88,10 +119,10 @@ def write_data(run, row, path, units="si"):
             f.writelines(f"{i} {v[0]:.17g} {v[1]:.17g} {v[2]:.17g}\n" for i, v in zip(ids, frame.velocity))
         if len(pairs):
             f.write("\nBonds\n\n")
-            f.writelines(f"{i + 1} {t + 1} {ids[a]} {ids[b]}\n" for i, (t, (a, b)) in enumerate(zip(bond.reshape(-1), pairs)))
+            f.writelines(f"{i + 1} {t + 1} {ids[a]} {ids[b]}\n" for i, (t, (a, b)) in enumerate(zip(bond, pairs)))
         if angles:
             f.write("\nAngles\n\n")
-            f.writelines(f"{i + 1} {t + 1} {ids[a]} {ids[b]} {ids[c]}\n" for i, (t, (a, b, c)) in enumerate(zip(bend.reshape(-1), angles.triples)))
+            f.writelines(f"{i + 1} {t + 1} {ids[a]} {ids[b]} {ids[c]}\n" for i, (t, (a, b, c)) in enumerate(zip(bend, angles.triples)))
 
 
 def boundary(frame):
@@ -112,7 +143,7 @@ def _box_of_dump(frame, tilted):
 
 def write_dump(run, rows, path):
     """A LAMMPS dump of all frames (.dump, .lammpstrj): OVITO, VMD, MDAnalysis, LAMMPS' rerun. It has steps, no times."""
-    moving, wrapped = run.velocities is not None, any(periodic(run))
+    moving, wrapped = run.velocities is not None, any(run.periodic)
     columns = "id type x y z" + (" vx vy vz" if moving else "") + (" mass" if run.mass is not None else "") + (" ix iy iz" if wrapped else "")
     ids, kind = atom_ids(run), atom_types(run)[0]
     with open(path, "w", encoding="utf-8") as f:

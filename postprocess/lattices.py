@@ -20,6 +20,8 @@ def need_meshio():
 class Lattice:
     """Positions (N, 3), pairs (M, 2), and what the file says of the rest, None where it is silent."""
     position = pairs = velocity = mass = ids = fixed = stiffness = rest_length = damping = units = angles = box = shift = None
+    anchors = laws = dim = damping_law = None
+    spring_columns, particle_columns, groups = {}, {}, {}
     notes, merge_hint = (), "; use --merge 1e-6"
 
 
@@ -85,6 +87,8 @@ def from_mesh(args):
     out = Lattice()
     for name, values in said.items():
         setattr(out, name, values)
+    if said and "laws" not in said and args.spring_law is None:
+        out.notes = ["says no spring law, hooke is assumed (--spring_law names another)"]
     out.position, out.pairs, kept = (points, edges, points) if said else tidy(points, edges, args.merge, args.keep_unused)
     if len(kept) < len(points):
         out.notes = [f"{len(points) - len(kept)} points merged or without springs left out"]
@@ -126,7 +130,7 @@ def reduce_dimension(lattice, dim, path):
         edges, periodic = lattice.box
         if edges[dim:, :dim].any():
             raise RunError(f"{path}: --dim {dim} would drop an edge of the box that leans along {'xyz'[:dim]}; write --dim 3")
-        lattice.box, lattice.shift = (edges[:dim, :dim], periodic[:dim]), lattice.shift[:, :dim]
+        lattice.box, lattice.shift = (edges[:dim, :dim], periodic[:dim]), None if lattice.shift is None else lattice.shift[:, :dim]
     lattice.position = position[:, :dim]
     lattice.velocity = None if velocity is None else velocity[:, :dim]
 
@@ -148,9 +152,9 @@ def check_springs(path, lattice):
     """A spring to itself or of no length has no direction."""
     position, pairs, rest_length = lattice.position, lattice.pairs, lattice.rest_length
     names = np.arange(len(position)) if lattice.ids is None else lattice.ids
-    across = 0 if lattice.box is None else lattice.shift @ lattice.box[0]
+    across = 0 if lattice.shift is None else lattice.shift @ lattice.box[0]
     itself = np.flatnonzero(pairs[:, 0] == pairs[:, 1])
-    if len(itself):
+    if len(itself) and lattice.shift is None:
         raise RunError(f"{path}: spring {itself[0]} joins point {names[pairs[itself[0], 0]]} to itself")
     length = np.sqrt(((position[pairs[:, 1]] - position[pairs[:, 0]] + across) ** 2).sum(axis=1))
     none = np.flatnonzero((length == 0) & (True if rest_length is None else rest_length > 0))
@@ -159,8 +163,8 @@ def check_springs(path, lattice):
         raise RunError(f"{path}: points {a} and {b} lie at one place{lattice.merge_hint}")
 
 
-def write_lattice(path, lattice, spring_law="hooke", damping_law="axial"):
-    """The lattice as backspring reads it."""
+def write_lattice(path, lattice, spring_law=None, damping_law=None):
+    """The lattice as backspring reads it. A law that is given is that of all springs, else each has its own, or is hooke and axial."""
     held = lattice.fixed
     with h5py.File(path, "w") as f:
         f["particles/position"], f["particles/mass"] = lattice.position, lattice.mass
@@ -172,11 +176,20 @@ def write_lattice(path, lattice, spring_law="hooke", damping_law="axial"):
                 f[name] = data
         if lattice.box:
             edges, periodic = lattice.box
-            f["box/edges"], f["springs/shift"] = edges, lattice.shift
+            f["box/edges"] = edges
+            if lattice.shift is not None:
+                f["springs/shift"] = lattice.shift.astype(np.int64)
             f["box"].attrs["dimension"], f["box"].attrs["boundary"] = len(edges), ["periodic" if one else "none" for one in periodic]
-        for name, data in (lattice.angles or {}).items():
-            f["angles/" + name] = data
-        f.attrs["spring_law"], f.attrs["damping_law"] = spring_law, damping_law
+        for group, table in (("angles", lattice.angles), ("anchors", lattice.anchors), ("groups", lattice.groups), ("springs", lattice.spring_columns),
+                             ("particles", lattice.particle_columns)):
+            for name, data in (table or {}).items():
+                f[f"{group}/{name}"] = data
+        laws = sorted({str(law) for law in lattice.laws}) if lattice.laws is not None and spring_law is None else [spring_law or "hooke"]
+        if len(laws) > 1:
+            f["springs/law"], f.attrs["spring_laws"] = np.searchsorted(laws, lattice.laws), laws
+        else:
+            f.attrs["spring_law"] = (laws or ["hooke"])[0]
+        f.attrs["damping_law"] = damping_law or lattice.damping_law or "axial"
 
 
 def to_lattice(args, kind):
@@ -188,8 +201,8 @@ def to_lattice(args, kind):
             setattr(lattice, name, np.full(size, getattr(args, name)))
     if args.total_mass is not None:
         lattice.mass = np.full(count, args.total_mass / count)
-    reduce_dimension(lattice, args.dim, args.input)
-    if lattice.angles and lattice.position.shape[1] == 2:
+    reduce_dimension(lattice, args.dim or lattice.dim, args.input)
+    if kind == "lammps" and lattice.angles and lattice.position.shape[1] == 2:
         import lammps_angles
         lammps_angles.in_the_plane(lattice.position, lattice.angles)
     if lattice.box and lattice.angles:

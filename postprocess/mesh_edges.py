@@ -2,6 +2,7 @@
 import contextlib
 import io
 import os
+import re
 
 import numpy as np
 
@@ -17,6 +18,8 @@ TETRA = [(0, 1), (1, 2), (2, 0), (0, 3), (1, 3), (2, 3)]
 HEXA = QUAD + [(4, 5), (5, 6), (6, 7), (7, 4), (0, 4), (1, 5), (2, 6), (3, 7)]
 WEDGE = [(0, 1), (1, 2), (2, 0), (3, 4), (4, 5), (5, 3), (0, 3), (1, 4), (2, 5)]
 PYRAMID = QUAD + [(0, 4), (1, 4), (2, 4), (3, 4)]
+
+UNREAD = {2: "sets of vertices (poly vertex)", 4: "polylines", 6: "triangle strips"}  # of VTK; meshio leaves them out with a warning
 
 
 def split(edges, corners):
@@ -72,12 +75,13 @@ def read_mesh(path):
         raise RunError(f"{path}: {error}") from None
     except (IndexError, ValueError) as error:
         raise RunError(f"{path}: an element lacks nodes ({error})") from None
-    if not len(pairs):
+    if not len(pairs) and not fields:
         raise RunError(f"{path}: holds no elements with edges, so there are no springs")
-    if pairs.min() < 0 or pairs.max() >= len(points):
+    if len(pairs) and pairs.min() < 0 or pairs.max(initial=0) >= len(points):
         raise RunError(f"{path}: an element names point {pairs.max() if pairs.min() >= 0 else pairs.min()} of {len(points)}")
     if fields:
-        pairs = np.asarray(blocks[0][1], dtype=np.int64)
+        given = fields.pop("pairs", None)
+        pairs = given if given is not None else np.asarray(blocks[0][1], dtype=np.int64) if len(pairs) else pairs
     return points[:, :3], pairs, fields
 
 
@@ -93,13 +97,29 @@ def _read_meshio(path):
             text = str(error) if not isinstance(error, SystemExit) else ""
             lines = (text or said.getvalue()).strip().splitlines() or [type(error).__name__]
             raise RunError(f"{path}: not readable as a {os.path.splitext(path)[1]} mesh ({reason(lines[0])[:120]})") from None
-    fields = {}
-    if [block.type for block in mesh.cells] == ["line"] and "stiffness" in mesh.cell_data:
-        fields = {k: np.asarray(mesh.point_data[k], dtype=float) for k in ("mass", "velocity", "fixed") if k in mesh.point_data}
-        if "id" in mesh.point_data:
-            fields["ids"] = np.asarray(mesh.point_data["id"]).reshape(-1).astype(np.int64)
-        fields.update({k: np.asarray(mesh.cell_data[k][0], dtype=float) for k in ("stiffness", "rest_length", "damping") if k in mesh.cell_data})
-    return mesh.points, [(block.type, block.data) for block in mesh.cells], fields
+    left_out = sorted(set(re.findall(r"cannot handle \(type (\d+)\)", said.getvalue())))
+    if left_out:
+        names = ", ".join(UNREAD.get(int(k), f"VTK type {k}") for k in left_out)
+        raise RunError(f"{path}: holds {names}, which cannot be read: write lines, triangles and other single elements (ParaView: filter Triangulate)")
+    return mesh.points, [(block.type, block.data) for block in mesh.cells], _fields(path, mesh)
+
+
+def _fields(path, mesh):
+    """What a mesh of lines says of a lattice: all of it where write_vtu wrote it, else what is called as in a lattice."""
+    from vtk_files import MARK, said_of_lattice
+    kinds = [block.type for block in mesh.cells]
+    if MARK in mesh.field_data and kinds in ([], ["line"], ["vertex"]):
+        try:
+            return said_of_lattice(mesh.point_data, {k: v[0] for k, v in mesh.cell_data.items()} if kinds == ["line"] else {}, mesh.field_data)
+        except (KeyError, IndexError, ValueError, TypeError) as error:
+            raise RunError(f"{path}: what it says of its lattice is damaged ({error})") from None
+    if kinds != ["line"] or "stiffness" not in mesh.cell_data:
+        return {}
+    fields = {k: np.asarray(mesh.point_data[k], dtype=float) for k in ("mass", "velocity", "fixed") if k in mesh.point_data}
+    if "id" in mesh.point_data:
+        fields["ids"] = np.asarray(mesh.point_data["id"]).reshape(-1).astype(np.int64)
+    fields.update({k: np.asarray(mesh.cell_data[k][0], dtype=float) for k in ("stiffness", "rest_length", "damping") if k in mesh.cell_data})
+    return fields
 
 
 def _read_obj(path):

@@ -1,0 +1,123 @@
+"""What a run has that a format may have no place for: kept, told in one line, or refused by name (the table of README.md)."""
+import sys
+
+import numpy as np
+
+from backspring_io import RunError
+
+# Columns of TABLE. A dump and a data file are for LAMMPS; .h5md is the one in nanometres; .vtu stands for .vtp and .pvd, too.
+FORMATS = ("xyz", "dump", "gsd", "h5md", "vtu", "data")
+KEPT, TOLD, REFUSED = "kept", "told", "refused"
+
+
+def row(letters):
+    return {form: {"k": KEPT, "t": TOLD, "r": REFUSED}[letter] for form, letter in zip(FORMATS, letters)}
+
+
+TABLE = {
+    "springs": row("ttktkk"),
+    "stiffness and rest lengths": row("ttttkk"),
+    "broken springs": row("tttttt"),
+    "springs that carry nothing": row("tttttt"),
+    "law strain": row("ttttkk"),
+    "law tension": row("ttttkr"),
+    "law polynomial": row("ttttkr"),
+    "law plastic": row("ttttkr"),
+    "dampers": row("ttttkt"),
+    "limits of springs": row("ttttkt"),
+    "angle springs": row("ttttkk"),
+    "anchors": row("ttttkt"),
+    "fixed particles": row("ktktkt"),
+    "ids": row("kktkkk"),
+    "drag and radii of particles": row("ttttkt"),
+    "groups": row("ttttkt"),
+    "motion of groups": row("tttttt"),
+    "motion of anchors": row("tttttt"),
+    "strain of the box": row("tttttt"),
+    "gravity": row("tttttt"),
+    "drag": row("tttttt"),
+    "other forces": row("tttttt"),
+    "units": row("tttktk"),
+}
+OPTIONS = {  # options by which a feature is there, and the values by which it is not
+    "gravity": (("bs_gravity",), ()),
+    "drag": (("bs_stokes_drag", "bs_viscosity", "bs_sphere_drag", "bs_shape_drag"), ("none", "false")),
+    "other forces": (("bs_central_M0", "bs_xsp_attraction", "bs_xsp_walls", "bs_xsp_center_of_mass", "bs_xsp_center_of_mass_damping"), ()),
+    "motion of anchors": (("bs_anchor_motion",), ("fixed",)),
+    "motion of groups": (("bs_motion_",), ("fixed",)),
+    "strain of the box": (("bs_box_strain", "bs_box_rate", "bs_box_stress"), ()),
+}
+
+
+def _zero(value):
+    try:
+        return not any(float(v) for v in value.split(","))
+    except ValueError:
+        return False
+
+
+def _by_options(run, feature):
+    """The options that say so, "-name value" each; '' where none does."""
+    names, off = OPTIONS[feature]
+    given = [(k, v) for k, v in sorted(run.parameters.items()) if any(k == n or n.endswith("_") and k.startswith(n) for n in names)]
+    return ", ".join(f"-{k} {v}".strip() for k, v in given if v not in off and not _zero(v) or v == "" and k.endswith("drag"))
+
+
+def _of_springs(run, row):
+    springs, found = run.springs, {}
+    if not len(springs):
+        return found
+    broken = run.broken(row)
+    laws, acting = run.spring_laws, run.acting(row)
+    count = {"springs": len(springs), "broken springs": 0 if broken is None else int(broken.sum()), "springs that carry nothing": int(springs.idle.sum()),
+             "dampers": 0 if springs.damping is None else np.count_nonzero(springs.damping[acting]),
+             "limits of springs": int(np.any([np.isfinite(v) for k, v in springs.law_data.items() if k.startswith("critical_")] or [[]], axis=0).sum())}
+    found.update({name: f"{number} {name}" for name, number in count.items() if number})
+    found["stiffness and rest lengths"] = "stiffness and rest lengths of springs"
+    for law in sorted(set(laws[acting]) - {"hooke"} if laws is not None else ()):
+        found["law " + law] = f"the law {law} of {np.count_nonzero(laws[acting] == law)} springs"
+    return found
+
+
+def found_in(run, row):
+    """{feature: words for it} of a frame."""
+    found = _of_springs(run, row)
+    if run.angles:
+        found["angle springs"] = f"{len(run.angles)} angle springs"
+    if run.anchors:
+        found["anchors"] = f"{len(run.anchors['particle'])} springs to given points (anchors)"
+    if run.fixed.any():
+        found["fixed particles"] = f"that {np.count_nonzero(run.fixed)} particles are fixed"
+    if not np.array_equal(run.id - run.id[:1], np.arange(run.particles)):
+        found["ids"] = "ids"
+    columns = [name for name in ("drag", "radius") if run.particle_column(name) is not None]
+    if columns:
+        found["drag and radii of particles"] = " and ".join(columns) + " of particles"
+    if run.groups:
+        found["groups"] = "groups " + ", ".join(run.groups)
+    for feature in OPTIONS:
+        said = _by_options(run, feature)
+        if said:
+            found[feature] = f"{feature} ({said})"
+    said = [unit for unit in (run.stated_unit("position"), run.stated_unit("time")) if unit]
+    if said:
+        found["units"] = "units (" + ", ".join(said) + ")"
+    return found
+
+
+def check(run, rows, form, output, whole=True):
+    """Refuses by name what a format cannot say truly, and says in one line what it leaves out. `whole`: of VTK files, broken springs and those that carry nothing
+    are left out."""
+    found = found_in(run, rows[-1])
+    verdict = {name: TABLE[name][form] for name in found}
+    if form == "vtu" and not whole:
+        verdict.update({name: KEPT for name in ("broken springs", "springs that carry nothing")})
+    refused = [found[name] for name, word in verdict.items() if word == REFUSED]
+    if refused:
+        raise RunError(f"{run.path}: {', '.join(refused)}: a file {output} has no such thing and would mean other forces; convert to .vtu, which keeps them")
+    told = [found[name] for name, word in verdict.items() if word == TOLD]
+    if verdict.get("springs") == TOLD:  # what belongs to them goes with them
+        inside = ("springs", "stiffness and rest lengths", "broken springs", "springs that carry nothing", "dampers", "limits of springs")
+        told = [found["springs"]] + [found[n] for n, word in verdict.items() if word == TOLD and n not in inside and not n.startswith("law ")]
+    if told:
+        print(f"convert.py: {output}: left out: {', '.join(told)}", file=sys.stderr)

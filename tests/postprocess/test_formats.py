@@ -1,0 +1,423 @@
+#!/usr/bin/env python3
+"""What convert.py makes of every feature of a run in every format, and back: kept exactly (by energies, arrays, the run that goes on), or told by a
+line, or refused by name. The readers are independent of convert.py: LAMMPS, gsd and VTK where installed, MDAnalysis' rules for H5MD."""
+import contextlib
+import io
+import itertools
+import json
+import pathlib
+import re
+import shutil
+import subprocess
+import sys
+import tempfile
+
+ROOT = pathlib.Path(__file__).resolve().parents[2]
+sys.path[:0] = [str(ROOT / "postprocess"), str(ROOT / "tests" / "verify")]
+from harness import Checks, write_lattice
+from program import environment
+import h5py
+import numpy as np
+
+import convert
+import features
+from backspring_io import RunError, open_run
+
+FORMATS = ("xyz", "dump", "gsd", "h5md", "vtu", "vtp", "pvd", "data")
+ALL = set(FORMATS)
+VTK = {"vtu", "vtp", "pvd"}
+STEP = ["-ts_type", "rk", "-ts_rk_type", "4", "-ts_adapt_type", "none", "-ts_dt", "0.005", "-bs_progress_interval", "-1"]
+
+
+def net(d):
+    """A perturbed grid and springs between points closer than 1.6."""
+    rng = np.random.default_rng(5)
+    x = np.array(list(itertools.product(*[range(n) for n in ((6,), (3, 3), (3, 3, 2))[d - 1]])), float)
+    pairs = np.array([(i, j) for i, j in itertools.combinations(range(len(x)), 2) if np.linalg.norm(x[i] - x[j]) < 1.6])
+    return x + rng.uniform(-0.1, 0.1, x.shape), pairs
+
+
+def given(d, folder, **more):
+    """A lattice file of that net; what `more` says in place of hooke springs of 20 to 40 N/m at random rest lengths."""
+    x, pairs = net(d)
+    rng = np.random.default_rng(7)
+    table = {"mass": 0.5 + np.arange(len(x)) / len(x), "velocity": rng.uniform(-0.3, 0.3, x.shape), "stiffness": np.linspace(20, 40, len(pairs)),
+             "rest_length": rng.uniform(0.9, 1.2, len(pairs))}
+    table.update({k: v(x, pairs) if callable(v) else v for k, v in more.items()})
+    ids = table.pop("ids", None)
+    write_lattice(folder / "in.h5", x, table.pop("mass"), pairs=pairs, **table)
+    if ids:
+        with h5py.File(folder / "in.h5", "a") as f:
+            f["particles/id"] = ids
+    return ["-bs_lattice_file", "in.h5"]
+
+
+def periodic(kind, axes, *more):
+    size = {"triangular": "6,6", "cubic": "4,4,4"}[kind]
+    return lambda folder: ["-bs_lattice_type", kind, "-bs_lattice_size", size, "-bs_lattice_periodic", axes, "-bs_lattice_perturbation", "0.1", "-bs_lattice_stiffness", "30",
+                           "-bs_lattice_spacing", "1", *more]
+
+
+def law(*names, **columns):
+    """Springs of these laws in turn."""
+    laws = lambda x, pairs: [names[k % len(names)] for k in range(len(pairs))]  # noqa: E731
+    return lambda folder: given(2, folder, laws=laws, columns=columns)
+
+
+def bent(d, angles):
+    """Angle springs at those angles, rest angles given [degree], 2-D or 3-D."""
+    def make(folder):
+        at = np.radians(np.array([a for a, _ in angles]))
+        x = np.concatenate([[[10 * k + np.cos(0.4), np.sin(0.4)], [10 * k, 0], [10 * k + np.cos(0.4 + a), np.sin(0.4 + a)]] for k, a in enumerate(at)])
+        x = np.pad(x, ((0, 0), (0, d - 2)))
+        n = len(angles)
+        pairs = np.concatenate([[[3 * k, 3 * k + 1], [3 * k + 1, 3 * k + 2]] for k in range(n)])
+        write_lattice(folder / "in.h5", x, 1.0, pairs=pairs, stiffness=10.0, rest_length=0.9,
+                      angles={"triples": np.arange(3 * n).reshape(n, 3), "stiffness": np.linspace(1, 2, n), "rest_angle": np.radians([r for _, r in angles])})
+        return ["-bs_lattice_file", "in.h5"]
+    return make
+
+
+def anchors(x, pairs):
+    d = x.shape[1]
+    return {"particle": [3, 0], "point": np.arange(2.0 * d).reshape(2, d), "stiffness": [5.0, 7.0], "rest_length": [0.2, 0.0], "damping": [0.3, 0.0]}
+
+
+def unlike(x, pairs):
+    """Rest lengths of three sizes that differ by rounding."""
+    return np.array([0.9, 1.0, 1.1])[np.arange(len(pairs)) % 3] * (1 + 2e-16 * (np.arange(len(pairs)) % 4))
+
+
+# name: (lattice, options, formats that keep it, formats that refuse it, the word by which the others tell it)
+NO_SPRINGS = {"xyz", "dump", "h5md"}
+CASES = {
+    "one dimension": (lambda f: given(1, f), [], VTK | {"data"}, set(), "springs"),
+    "two dimensions": (lambda f: given(2, f), [], VTK | {"data"}, set(), "springs"),
+    "three dimensions": (lambda f: given(3, f), [], VTK | {"data"}, set(), "springs"),
+    "broken springs": (lambda f: given(2, f, columns={"critical_strain": 0.12}), ["-bs_break", "all"], set(), set(), {"springs", "broken springs"}),
+    "springs that carry nothing": (lambda f: given(2, f, stiffness=lambda x, p: np.where(np.arange(len(p)) % 4, 30.0, 0.0)), [], set(), set(),
+                                   {"springs", "springs that carry nothing"}),
+    "law strain": (law("strain"), [], VTK | {"data"}, set(), {"springs", "law strain"}),
+    "law tension": (law("tension"), [], VTK, {"data"}, {"springs", "law tension"}),
+    "law polynomial": (law("polynomial", stiffness_2=5.0, stiffness_3=7.0), [], VTK, {"data"}, {"springs", "law polynomial"}),
+    "law plastic, with its history": (law("plastic", yield_force=1.0, hardening=2.0), [], VTK, {"data"}, {"springs", "law plastic"}),
+    "all laws": (law("hooke", "strain", "tension", "polynomial", "plastic", stiffness_2=5.0, yield_force=1.0), [], VTK, {"data"}, {"springs", "law plastic"}),
+    "dampers": (lambda f: given(2, f, damping=lambda x, p: np.linspace(0, 1, len(p))), [], VTK, set(), {"springs", "dampers"}),
+    "simple dampers": (lambda f: given(2, f, damping=0.5, damping_law="simple"), [], VTK, set(), {"springs", "dampers"}),
+    "angle springs in the plane": (bent(2, [(70, 90), (200, 250), (179, 120)]), [], VTK | {"data"}, set(), "angle springs"),
+    "angle springs in space": (bent(3, [(70, 90), (120, 60)]), [], VTK | {"data"}, set(), "angle springs"),
+    "angle springs across pi": (bent(2, [(70, 90), (170, 190)]), [], VTK, {"data"}, "angle springs"),
+    "anchors": (lambda f: given(2, f, anchors=anchors), [], VTK, set(), "anchors"),
+    "fixed particles": (lambda f: given(2, f, fixed=lambda x, p: np.arange(len(x)) < 2), [], VTK | {"xyz", "gsd"}, set(), "are fixed"),
+    "groups": (lambda f: given(2, f), ["-bs_group_left", "xmin"], VTK, set(), "groups left"),
+    "motion of groups": (lambda f: given(2, f), ["-bs_group_left", "xmin", "-bs_motion_left", "velocity:0.1,0"], set(), set(), "motion of groups (-bs_motion_left"),
+    "gravity": (lambda f: given(2, f), ["-bs_gravity", "0,-9.81"], set(), set(), "gravity (-bs_gravity"),
+    "drag": (lambda f: given(2, f), ["-bs_stokes_drag", "0.5"], set(), set(), "drag (-bs_stokes_drag"),
+    "drag and radii of particles": (lambda f: given(2, f, particle_columns={"drag": np.linspace(0, 1, 9), "radius": np.full(9, 0.1)}), [], VTK, set(), "of particles"),
+    "ids": (lambda f: given(2, f, ids=[90, 3, 7, 55, 20, 21, 22, 8, 14]), [], ALL - {"gsd"}, set(), "ids"),
+    "rest lengths that differ by rounding": (lambda f: given(2, f, rest_length=unlike, stiffness=20.0), [], VTK | {"data"}, set(), "springs"),
+    "units": (lambda f: given(3, f), ["-bs_output_units", "real"], {"h5md", "data"}, set(), "units (Angstrom, fs)"),
+    "periodic box along the axes": (periodic("cubic", "xyz"), [], ALL, set(), None),
+    "periodic plane": (periodic("triangular", "xy", "-bs_lattice_dim", "2"), [], ALL, set(), None),
+    "periodic along x": (periodic("triangular", "x", "-bs_lattice_dim", "2"), [], ALL, set(), None),
+    "strained box": (periodic("cubic", "xyz"), ["-bs_box_strain", "xx=velocity:0.3,yy=velocity:-0.2"], set(), set(), "strain of the box (-bs_box_strain"),
+    "tilted box": (periodic("cubic", "xyz"), ["-bs_box_strain", "xy=velocity:1,xz=velocity:-0.5,yz=velocity:0.4"], set(), set(), "strain of the box (-bs_box_strain"),
+    "images": (periodic("cubic", "xyz", "-bs_lattice_velocity", "40,-30,0"), [], ALL, set(), None),
+    "springs longer than half the box": (lambda f: periodic("triangular", "xy", "-bs_lattice_dim", "2")(f) + ["-bs_lattice_size", "2,2", "-bs_lattice_perturbation", "0"], [],
+                                         ALL - {"gsd", "data"}, {"gsd", "data"}, "does not join the nearest images"),
+}
+OPEN_END = ("strained box", "tilted box")  # the rest of the run is not that of a lattice in a strained box: its strain begins anew
+
+
+def simulate(checks, folder, words, name, end, options=()):
+    done = subprocess.run([checks.program, *words, *options, *STEP, "-ts_max_time", repr(end), "-bs_output", name, "-bs_output_interval", "0.05", "-bs_overwrite",
+                           "-bs_report", "report.json"], cwd=folder, env=environment(1), capture_output=True, text=True, timeout=120)
+    if done.returncode:
+        raise ValueError(done.stderr.strip()[-300:])
+    return json.loads((folder / "report.json").read_text())
+
+
+def converted(source, target, *args):
+    """(refusal or None, lines on stderr)."""
+    said = io.StringIO()
+    try:
+        with contextlib.redirect_stdout(io.StringIO()), contextlib.redirect_stderr(said):
+            convert.main([str(source), "-o", str(target), *map(str, args)])
+    except RunError as error:
+        return str(error), said.getvalue()
+    return None, said.getvalue()
+
+
+class Truth:
+    """A frame as the trajectory has it, read by h5py alone."""
+
+    def __init__(self, path, frame):
+        with h5py.File(path, "r") as f:
+            p, c = f["particles/trajectory"], f["connectivity"]
+            self.x, self.v, self.time = p["position/value"][frame], p["velocity/value"][frame], p["position/time"][frame]
+            self.mass, self.id, self.fixed, self.dim = p["mass"][...], p["id"][...], p["fixed"][...], self.x.shape[1]
+            self.pairs, self.k, self.rest = c["bonds"][...], c["bonds_stiffness"][...], c["bonds_rest_length"][...]
+            self.there = self.k > 0
+            if "backspring/broken/value" in f:
+                self.there &= f["backspring/broken/value"][frame] == 0
+            self.periodic = np.array([w == b"periodic" for w in p["box"].attrs["boundary"]])
+            self.shift = c["bonds_shift"][...] if "bonds_shift" in c else np.zeros((len(self.pairs), self.dim), int)
+            edges = p["box/edges/value"][frame]
+            self.cell = np.diag(edges) if edges.ndim == 1 else edges
+            self.elastic = f["observables/elastic_energy/value"][frame]
+            self.angles = "angles" in c
+        self.length = np.linalg.norm(self.x[self.pairs[:, 1]] - self.x[self.pairs[:, 0]] + self.shift @ self.cell, axis=1)[self.there]
+
+    def nearest(self, x, cell, pairs=None):
+        """Lengths of the springs that are there, to nearest images."""
+        pairs = self.pairs[self.there] if pairs is None else pairs
+        apart = x[pairs[:, 1]] - x[pairs[:, 0]]
+        periodic = np.pad(self.periodic, (0, 3 - self.dim))
+        moves = np.array(list(itertools.product(*[(-2, -1, 0, 1, 2) if one else (0,) for one in periodic]))) @ cell
+        return np.linalg.norm(apart[:, None, :] + moves[None], axis=2).min(axis=1)
+
+
+def three(values):
+    return np.pad(values, ((0, 0), (0, 3 - values.shape[1])))
+
+
+def see_xyz(checks, name, path, truth):
+    lines = path.read_text().splitlines()
+    count = int(lines[0])
+    table = np.array([line.split()[1:] for line in lines[2 - (count + 2):] if line.startswith("X ")][-count:], float)
+    head = lines[-count - 1]
+    expected = np.concatenate([three(truth.x), three(truth.v), truth.mass[:, None], truth.id[:, None], truth.fixed[:, None]], axis=1)
+    checks.true(f"{name}: positions, velocities, masses, ids, fixed", np.array_equal(table, expected))
+    pbc = re.search(r'pbc="(\w) (\w) (\w)"', head).groups()
+    checks.true(f"{name}: which edges are periodic", [w == "T" for w in pbc] == [*truth.periodic, *[False] * (3 - truth.dim)], head[-60:])
+    if truth.periodic.any():
+        cell = np.array(re.search(r'Lattice="([^"]*)"', head).group(1).split(), float).reshape(3, 3)
+        checks.true(f"{name}: periodic edges, a cell with a volume", np.array_equal(cell[:truth.dim, :truth.dim][truth.periodic], truth.cell[truth.periodic]) and abs(np.linalg.det(cell)) > 0)
+
+
+def see_dump(checks, name, path, truth):
+    block = path.read_text().split("ITEM: TIMESTEP\n")[-1].splitlines()
+    at = next(k for k, line in enumerate(block) if line.startswith("ITEM: ATOMS"))
+    words = block[at].split()[2:]
+    table = np.array([line.split() for line in block[at + 1:]], float)
+    column = {word: table[:, k] for k, word in enumerate(words)}
+    bounds = np.array([line.split() for line in block[4:7]], float)
+    tilt = bounds[:, 2] if bounds.shape[1] == 3 else np.zeros(3)
+    xy, xz, yz = tilt
+    wide = bounds[:, 1] - bounds[:, 0]
+    wide[0] -= max(0, xy, xz, xy + xz) - min(0, xy, xz, xy + xz)
+    wide[1] -= max(0, yz) - min(0, yz)
+    cell = np.array([[wide[0], 0, 0], [xy, wide[1], 0], [xz, yz, wide[2]]])
+    x = np.stack([column[k] for k in "xyz"], axis=1)
+    checks.near(f"{name}: lengths of springs", np.sort(truth.nearest(x, cell)), np.sort(truth.nearest(three(truth.x), full(truth))), 1e-9)
+    checks.near(f"{name}: speeds", np.linalg.norm(np.stack([column["v" + k] for k in "xyz"], axis=1), axis=1), np.linalg.norm(truth.v, axis=1), 1e-12)
+    own = truth.id if truth.id.min() > 0 else np.arange(1, len(truth.x) + 1)
+    checks.true(f"{name}: masses and ids", np.array_equal(column["mass"], truth.mass) and np.array_equal(column["id"], own))
+
+
+def full(truth):
+    cell = np.eye(3)
+    cell[:truth.dim, :truth.dim] = truth.cell
+    return cell
+
+
+def see_gsd(checks, name, path, truth):
+    try:
+        import gsd.hoomd
+    except ImportError:
+        return checks.skip(name, "apt install python3-gsd")
+    with gsd.hoomd.open(str(path), "rb") as file:
+        frame = file[len(file) - 1]
+    lx, ly, lz, xy, xz, yz = frame.configuration.box
+    cell = np.array([[lx, 0, 0], [xy * ly, ly, 0], [xz * lz, yz * lz, lz]])
+    x = frame.particles.position.astype(float)
+    inside = x @ np.linalg.inv(cell)
+    checks.below(f"{name}: particles lie in the box", np.abs(inside).max(), 0.5 + 1e-6)
+    checks.near(f"{name}: bonds that are there, their lengths", truth.nearest(x, cell, np.asarray(frame.bonds.group, int)), truth.length, 2e-5)
+    checks.true(f"{name}: bonds between the right particles", np.array_equal(frame.bonds.group, truth.pairs[truth.there]))
+    placed = x + frame.particles.image @ cell
+    if not np.triu(truth.cell, 1).any():
+        checks.near(f"{name}: positions with images", placed[:, :truth.dim], truth.x, 2e-5 * max(1, np.abs(truth.x).max()))
+    checks.true(f"{name}: fixed particles by type", np.array_equal(np.array(frame.particles.types)[frame.particles.typeid] == "fixed", truth.fixed != 0))
+    if truth.angles:
+        checks.true(f"{name}: angles", frame.angles.N == len(truth.x) // 3)
+
+
+def as_mdanalysis(path, frame):
+    """What MDAnalysis 2.4 (Debian 12) reads of an H5MD file with its defaults, by the rules of its reader: KeyError or ValueError where it gives up."""
+    units = {"time": {"ps": 1, "fs": 1e-3, "ns": 1e3, "s": 1e12}, "position": {"Angstrom": 1, "nm": 10, "pm": 1e-2},
+             "velocity": {"Angstrom ps-1": 1, "nm ps-1": 10, "m s-1": 1e-2, "nm ns-1": 1e-2}}
+    with h5py.File(path, "r") as f:
+        group = f["particles"][list(f["particles"])[0]]
+        if group["box"].attrs["dimension"] != 3:
+            raise ValueError("MDAnalysis only supports 3-dimensional simulation boxes")
+        factor = {k: units[k][group[k + "/value"].attrs["unit"]] for k in ("position", "velocity") if k in group}
+        seen = {k: factor[k] * group[k + "/value"][frame] for k in factor}
+        seen["time"] = units["time"][group["position/time"].attrs["unit"]] * group["position/time"][frame]
+        for key in f.get("observables", {}):
+            f["observables"][key]["value"][frame]
+        edges = group["box/edges/value"][frame, :]
+    seen["box"] = None
+    if edges.shape == (3, 3) and np.linalg.det(edges) > 0:
+        lengths = np.linalg.norm(edges, axis=1)
+        seen["box"] = [*factor["position"] * lengths,
+                       *(np.degrees(np.arccos(edges[a] @ edges[b] / lengths[a] / lengths[b])) for a, b in ((1, 2), (0, 2), (0, 1)))]
+    return seen
+
+
+def see_h5md(checks, name, path, truth, scale):
+    """`scale`: angstrom of one unit of length of the trajectory."""
+    seen = as_mdanalysis(path, -1)
+    checks.near(f"{name}: positions [angstrom]", seen["position"] / scale, three(truth.x), 1e-9 * max(1, np.abs(truth.x).max()))
+    if truth.periodic.any():
+        cell = full(truth)
+        for k in range(truth.dim):
+            if truth.periodic[k]:
+                checks.near(f"{name}: edge {k} of the box", seen["box"][k] / scale, np.linalg.norm(cell[k]), 1e-9 * np.abs(cell).max())
+        if truth.dim == 3:
+            angles = [np.degrees(np.arccos(cell[a] @ cell[b] / np.linalg.norm(cell[a]) / np.linalg.norm(cell[b]))) for a, b in ((1, 2), (0, 2), (0, 1))]
+            checks.near(f"{name}: angles of the box", seen["box"][3:], angles, 1e-9)
+    else:
+        checks.true(f"{name}: no box", seen["box"] is None)
+
+
+def see_vtp(checks, name, path, truth):
+    try:
+        import vtk
+        from vtk.util.numpy_support import vtk_to_numpy
+    except ImportError:
+        return checks.skip(name, "apt install python3-vtk9")
+    seen = []
+    for kind, file in (("PolyData", path), ("UnstructuredGrid", path.with_suffix(".vtu"))):
+        reader = getattr(vtk, f"vtkXML{kind}Reader")()
+        reader.SetFileName(str(file))
+        reader.Update()
+        data = reader.GetOutput()
+        cells = (data.GetLines() if kind == "PolyData" else data.GetCells()).GetConnectivityArray()
+        tables = {"points": data.GetPoints().GetData(), "lines": cells}
+        for group, of in (("point", data.GetPointData()), ("cell", data.GetCellData()), ("field", data.GetFieldData())):
+            tables.update({f"{group} {of.GetArrayName(k)}": of.GetArray(k) for k in range(of.GetNumberOfArrays())})
+        seen.append({k: vtk_to_numpy(v) for k, v in tables.items()})
+    checks.true(f"{name}: VTK reads the same of both files", seen[0].keys() == seen[1].keys() and all(np.array_equal(seen[0][k], seen[1][k], equal_nan=seen[0][k].dtype.kind == "f")
+                                                                                                 for k in seen[0]))
+    drawn = truth.pairs.copy()
+    across = truth.shift.any(axis=1)
+    drawn[across, 1] = drawn[across, 0]
+    checks.true(f"{name}: lines are the springs that are there", np.array_equal(seen[0]["lines"].reshape(-1, 2), drawn[truth.there]))
+    checks.true(f"{name}: points", np.array_equal(seen[0]["points"], three(truth.x)))
+
+
+def see_vtu(checks, folder, name, path, truth, options, source):
+    """Read back, it is the lattice that goes on as the run did."""
+    refusal, _ = converted(path, folder / "back.h5")
+    checks.true(f"{name}: becomes a lattice", refusal is None, refusal or "")
+    if refusal:
+        return
+    report = simulate(checks, folder, ["-bs_lattice_file", "back.h5"], "back.h5md", 0.05, options)
+    checks.near(f"{name}: elastic energy", report["first_elastic_energy"][0], truth.elastic, 1e-12 * max(1, truth.elastic))
+    if name.split(",")[0] not in OPEN_END:
+        with h5py.File(folder / "back.h5md") as a, h5py.File(source) as b:
+            checks.near(f"{name}: where it goes", a["particles/trajectory/position/value"][-1], b["particles/trajectory/position/value"][2], 1e-11)
+
+
+def see_flags(checks, folder, truth, options, source):
+    """With --all_springs a VTU has all of them, the broken ones flagged, and read back they stay broken."""
+    refusal, said = converted(source, folder / "all.vtu", "--frame", 1, "--all_springs")
+    checks.true("--all_springs: written, nothing left out", refusal is None and "broken" not in said, said)
+    refusal, _ = converted(folder / "all.vtu", folder / "all.h5")
+    with h5py.File(folder / "all.h5") as f:
+        checks.true("--all_springs: broken springs stay broken", len(f["springs/pairs"]) == len(truth.pairs) and np.array_equal(f["springs/broken"][...] == 0, truth.there))
+    report = simulate(checks, folder, ["-bs_lattice_file", "all.h5"], "all.h5md", 0.05, options)
+    checks.near("--all_springs: elastic energy", report["first_elastic_energy"][0], truth.elastic, 1e-12)
+
+
+def see_data(checks, folder, name, path, truth):
+    text = path.read_text()
+    if name.startswith("rest lengths that differ by rounding"):
+        checks.true(f"{name}: bond types", "3 bond types" in text, re.search(r"\d+ bond types", text).group())
+    if not shutil.which("lmp"):
+        return checks.skip(name, "apt install lammps")
+    words = "p p p" if not truth.periodic.any() else " ".join("p" if one else "f" for one in [*truth.periodic, False, False][:3])
+    words = words if truth.periodic.any() else "f f f"
+    style = "angle" if truth.angles else "bond"
+    units = "real" if "units = real" in text else "si"
+    (folder / "in.lmp").write_text(f"units {units}\natom_style {style}\nboundary {words}\nbond_style harmonic\n" + ("angle_style harmonic\n" if truth.angles else "")
+                                   + "pair_style zero 2.5\nneighbor 0.5 bin\ncomm_modify cutoff 5\nspecial_bonds lj/coul 1 1 1\nbox tilt large\n"
+                                   f"read_data {path.name}\npair_coeff * *\nthermo_style custom step pe ke\nthermo_modify norm no format float %.17g\nrun 0\n")
+    done = subprocess.run(["lmp", "-in", "in.lmp", "-log", "log.lmp", "-screen", "none"], cwd=folder, env=environment(1), capture_output=True, text=True, timeout=120)
+    log = (folder / "log.lmp").read_text()
+    found = re.search(r"^\s*Step .*\n((?:\s*[-+\d.e]+)+)\s*\nLoop time", log, re.M)
+    checks.true(f"{name}: LAMMPS reads it", done.returncode == 0 and found, done.stderr[-200:])
+    if not found:
+        return
+    scale = 4.184e-4 if units == "real" else 1.0
+    elastic = truth.elastic if name.split(",")[0] != "anchors" else 0.5 * (truth.k * (truth.length - truth.rest) ** 2).sum()
+    row = np.array(found.group(1).split(), float)
+    checks.near(f"{name}: LAMMPS' energy", row[1] * scale, elastic, 1e-9 * max(1.0, elastic))
+
+
+def crossing(checks, folder, name):
+    """One feature through all formats."""
+    make, options, kept, refused, word = CASES[name]
+    source = folder / "run.h5md"
+    words = make(folder)
+    simulate(checks, folder, words, "run.h5md", 0.1, options)
+    truth = Truth(source, 1)
+    if name in ("broken springs", "springs that carry nothing"):
+        checks.true(f"{name}: some are there, some are not", 0 < truth.there.sum() < len(truth.there), f"{truth.there.sum()} of {len(truth.there)}")
+    if name == "broken springs":
+        see_flags(checks, folder, truth, options, source)
+    for form in FORMATS:
+        target, label = folder / ("out_nm.h5md" if form == "h5md" else f"out.{form}"), f"{name}, {form}"
+        frames = ("--frame", 1) if form in ("vtu", "vtp", "data") else ("--frames", "0:2")
+        refusal, said = converted(source, target, *frames)
+        tell = word if isinstance(word, (set, tuple)) else {word} if word else set()
+        if form in refused:
+            checks.true(f"{label}: refused by name", refusal is not None and any(w in refusal for w in tell | {"other side of 180"}) and "\n" not in refusal and not target.exists(), str(refusal))
+            continue
+        checks.true(f"{label}: written", refusal is None, refusal or "")
+        if refusal:
+            continue
+        checks.true(f"{label}: at most one line is said", len(said.splitlines()) <= 1, said.strip())
+        if form in kept:
+            mine = tell - ({"springs"} if form not in NO_SPRINGS else set())
+            checks.true(f"{label}: not said to be left out", not any(f"{w}" in said for w in mine if w != "springs"), said.strip())
+        elif tell:
+            checks.true(f"{label}: told", any(w in said for w in tell), said.strip())
+        if form == "pvd":
+            checks.true(f"{label}: its frame is the VTU", (folder / "out" / "frame_000001.vtu").read_bytes() == vtu)
+            continue
+        see = {"xyz": see_xyz, "dump": see_dump, "gsd": see_gsd, "vtp": see_vtp}
+        if form in see:
+            see[form](checks, label, target, truth)
+        elif form == "h5md":
+            see_h5md(checks, label, target, truth, 1.0 if name == "units" else 1e10)
+        elif form == "vtu":
+            vtu = target.read_bytes()
+            see_vtu(checks, folder, label, target, truth, options, source)
+        else:
+            see_data(checks, folder, label, target, truth)
+
+
+def table(checks):
+    """The table in README.md is the one that convert.py goes by."""
+    text = (ROOT / "postprocess" / "README.md").read_text()
+    rows = {cells[0].strip(): [c.strip() for c in cells[1:]] for cells in (line.strip("| \n").split("|") for line in text.splitlines() if line.startswith("|")) if len(cells) == 7}
+    for feature, verdict in features.TABLE.items():
+        checks.true(f"README's table: {feature}", rows.get(feature) == [verdict[form] for form in features.FORMATS], str(rows.get(feature)))
+
+
+def main():
+    checks = Checks(__doc__)
+    if checks.wants("table"):
+        with checks.group("table"):
+            table(checks)
+    for name in CASES:
+        if checks.wants(name):
+            with tempfile.TemporaryDirectory() as folder, checks.group(name):
+                crossing(checks, pathlib.Path(folder), name)
+    checks.finish()
+
+
+if __name__ == "__main__":
+    main()
