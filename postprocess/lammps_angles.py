@@ -3,6 +3,7 @@ import numpy as np
 
 import lammps_units
 from backspring_io import RunError
+from lammps_numbers import harmonic
 
 
 class NotRead(Exception):
@@ -21,7 +22,7 @@ def read_angles(path, data, header, sections, row_of):
     if not rows:
         return
     try:
-        found = _coefficients(data, sections, rows)
+        found = _coefficients(path, data, sections, rows)
     except NotRead as why:
         data.notes.append(f"{len(rows)} angles left out: {why}")
         return
@@ -29,7 +30,7 @@ def read_angles(path, data, header, sections, row_of):
     data.angles = {"triples": triples, "stiffness": 2.0 * lammps_units.factor(data.units) * found[:, 0], "rest_angle": np.radians(found[:, 1])}
 
 
-def _coefficients(data, sections, rows):
+def _coefficients(path, data, sections, rows):
     """K and theta_0 [degree] of every angle."""
     hint, lines = sections.get("Angle Coeffs", ("", []))
     if not lines:
@@ -39,12 +40,15 @@ def _coefficients(data, sections, rows):
     names = {w[1]: int(w[0]) for _, w in sections.get("Angle Type Labels", ("", []))[1]}
     types = [names.get(w[1]) or int(w[1]) for _, w in rows]
     table = {}
-    for _, words in lines:
+    for number, words in lines:
         style, numbers = (words[1], words[2:]) if words[1][0].isalpha() else ("harmonic", words[1:])
         kind = names.get(words[0]) or int(words[0])
         if (style != "harmonic" or len(numbers) != 2) and kind in types:
             raise NotRead(f"angle coefficients '{' '.join(words)}' are not harmonic K theta0")
-        table[kind] = [float(v) for v in (*numbers, 0, 0)[:2]]
+        if kind in types:
+            table[kind] = harmonic(path, number, kind, numbers, "Angle Coeffs")
+            if not 0 < table[kind][1] <= 180:
+                raise RunError(f"{path}:{number}: '{kind} {' '.join(numbers)}' in Angle Coeffs: a rest angle lies above 0 and not above 180 degrees")
     unknown = sorted(set(types) - set(table))
     if unknown:
         raise NotRead(f"Angle Coeffs has no angle type {unknown[0]}")

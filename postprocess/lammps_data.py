@@ -9,6 +9,7 @@ import lammps_angles
 import lammps_box
 import lammps_units
 from backspring_io import RunError
+from lammps_numbers import harmonic, reals
 
 # Columns of "Atoms": place of the type, of x, and their number without image flags. Earlier ones are preferred where none is named.
 STYLES = {"atomic": (1, 2, 5), "bond": (2, 3, 6), "angle": (2, 3, 6), "molecular": (2, 3, 6), "full": (2, 4, 7), "charge": (1, 3, 6),
@@ -16,7 +17,7 @@ STYLES = {"atomic": (1, 2, 5), "bond": (2, 3, 6), "angle": (2, 3, 6), "molecular
           "edpd": (1, 4, 7), "line": (2, 5, 8), "tri": (2, 5, 8), "electron": (1, 5, 8), "sph": (1, 5, 8), "dipole": (1, 3, 9),
           "spin": (1, 2, 9), "dielectric": (2, 4, 15), "wavepacket": (1, 8, 11), "bpm/sphere": (2, 5, 8)}
 GUESSED = ("atomic", "bond", "full", "charge")
-NUMBERS = ("Velocities", "Masses", "Bonds", "Bond Coeffs", "Angles")  # sections whose rows must be numbers
+NUMBERS = ("Velocities", "Bonds", "Angles")  # sections whose rows must be numbers
 LEFT_OUT = ("dihedrals", "impropers")
 
 
@@ -101,10 +102,8 @@ def _split(path):
                 _heading(path, number, words, header)
     for name in NUMBERS:
         for number, words in sections.get(name, ("", []))[1]:
-            try:
-                [float(w) for k, w in enumerate(words) if not (k == 1 and name in ("Bond Coeffs", "Bonds", "Angles") and w[0].isalpha())]
-            except ValueError:
-                raise RunError(f"{path}:{number}: '{' '.join(words)[:60]}' in {name} is not a row of numbers") from None
+            labelled = 1 if name in ("Bonds", "Angles") else -1  # the type may be a name
+            reals(path, number, [w for k, w in enumerate(words) if not (k == labelled and w[0].isalpha())], name)
     return header, sections
 
 
@@ -113,9 +112,9 @@ def _heading(path, number, words, header):
         raise RunError(f"{path}:{number}: a general triclinic box ({words[-1]}); write the restricted one (write_data without "
                        "triclinic/general)")
     if words[-1] in ("xhi", "yhi", "zhi"):
-        header[words[-1][0]] = (float(words[0]), float(words[1]))
+        header[words[-1][0]] = tuple(reals(path, number, words[:2], "the header"))
     elif words[-3:] == ["xy", "xz", "yz"]:
-        header["tilt"] = tuple(float(w) for w in words[:3])
+        header["tilt"] = tuple(reals(path, number, words[:3], "the header"))
     elif words[0].isdigit():
         header[" ".join(words[1:])] = int(words[0])
 
@@ -158,7 +157,7 @@ def _atoms(path, data, sections, style, header):
     row_of = {int(i): k for k, i in enumerate(data.ids)}
     if len(row_of) < len(data.ids):
         raise RunError(f"{path}: Atoms names an id twice")
-    data.position = np.array([[_real(path, n, v) for v in w[at_x:at_x + 3]] for n, w in lines])
+    data.position = np.array([reals(path, n, w[at_x:at_x + 3], "Atoms") for n, w in lines])
     images = np.array([[int(v) for v in w[columns:columns + 3]] or [0, 0, 0] for _, w in lines])
     return [names.get(w[at_type]) or int(w[at_type]) for _, w in lines], row_of, images
 
@@ -170,13 +169,6 @@ def _types_fit(lines, columns, names, header):
     return all(w[at_type] in known and all(v.lstrip("+-").isdigit() for v in w[count:]) for _, w in lines)
 
 
-def _real(path, number, word):
-    try:
-        return float(word)
-    except ValueError:
-        raise RunError(f"{path}:{number}: '{word}' in Atoms is not a number") from None
-
-
 def _row(path, number, row_of, word):
     if int(word) not in row_of:
         raise RunError(f"{path}:{number}: there is no atom {word}")
@@ -186,7 +178,12 @@ def _row(path, number, row_of, word):
 def _masses(path, data, sections, types):
     data.mass = None
     if "Masses" in sections:
-        table = {int(r[0]): float(r[1]) for _, r in sections["Masses"][1]}
+        table = {}
+        for number, words in sections["Masses"][1]:
+            mass = reals(path, number, words[:2], "Masses")[1]
+            if mass <= 0:
+                raise RunError(f"{path}:{number}: '{' '.join(words)[:60]}' in Masses: a mass must be positive")
+            table[int(words[0])] = mass
         unknown = sorted(set(types) - set(table))
         if unknown:
             raise RunError(f"{path}: Masses has no atom type {unknown[0]}")
@@ -209,7 +206,8 @@ def _coefficients(path, data, sections, bonds, wanted):
         if (style != "harmonic" or len(numbers) != 2) and kind in types:
             raise RunError(f"{path}:{number}: bond coefficients '{' '.join(words)}' are not harmonic K r0; put springs in their place by "
                            "--stiffness and --rest_length")
-        table[kind] = [float(v) for v in (*numbers, 0, 0)[:2]]
+        if kind in types:
+            table[kind] = harmonic(path, number, kind, numbers, "Bond Coeffs")
     unknown = sorted(set(types) - set(table))
     if unknown:
         raise RunError(f"{path}: Bond Coeffs has no bond type {unknown[0]}")

@@ -55,6 +55,9 @@ def from_protein(args):
         out.ids = np.array([int(word) for word in read.serial], np.int64)
     ends = out.position[out.pairs]
     out.rest_length = np.sqrt(((ends[:, 1] - ends[:, 0]) ** 2).sum(axis=1))
+    if len(out.pairs) and out.rest_length.min() == 0:
+        a, b = (f"{read.serial[k]} (chain {read.chain[k]}, residue {read.residue[k]})" for k in out.pairs[out.rest_length.argmin()])
+        raise RunError(f"{args.input}: atoms {a} and {b} lie at one place: their spring would have no direction; leave one of them out (--chain, --altloc)")
     out.stiffness, out.mass = np.ones(len(out.pairs)), np.ones(len(out.position))
     args.dim = args.dim or 3
     return out

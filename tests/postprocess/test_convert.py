@@ -136,6 +136,16 @@ class Lammps(Case):
             self.assertIn(change[0], data())
             self.refuses(self.write("data.bad", data().replace(*change)), says=says)
 
+    def test_numbers_that_are_none(self):
+        """What is not finite, negative stiffnesses, masses of 0: refused with the line, as in meshes and PDB files."""
+        for before, after, says in (("9.5 5 5", "nan 5 5", ":21: 'nan 5 5' in Atoms: nan is not a finite number"), ("1 10 1.0", "1 -5 1.0", "in Bond Coeffs: -5 is negative"),
+                                    ("1 10 1.0", "1 1e400 1.0", ":18: '1e400 1.0' in Bond Coeffs: 1e400 is not a finite number"),
+                                    ("1 10 1.0", "1 10 inf", "inf is not a finite number"), ("1 12.0", "1 0.0", "in Masses: a mass must be positive"),
+                                    ("1 12.0", "1 nan", "nan is not a finite number"), ("0 10 ylo", "0 inf ylo", "in the header: inf is not a finite number")):
+            self.assertIn(before, data())
+            self.refuses(self.write("data.bad", data().replace(before, after)), says=says)
+        self.refuses(self.write("data.v", data() + "\nVelocities\n\n1 0 0 -inf\n2 0 0 0\n3 0 0 0\n"), says="in Velocities: -inf is not a finite number")
+
     def test_angles(self):
         """E = K (theta - theta0)^2: kappa = 2 K, energies as for bonds; in the plane angles start below pi; what is no angle spring is named."""
         def bent(coefficients="Angle Coeffs # harmonic\n\n1 6 120\n\n", title="by hand, units = lj", atoms="1 1 1 1 5 0\n2 1 1 2 5 0\n3 1 1 3 6 0\n", rows="1 1 1 2 3\n"):
@@ -160,6 +170,9 @@ class Lammps(Case):
             left = found(**how)
             self.assertIn(says, left["said"])
             self.assertNotIn("angles/triples", left)
+        self.refuses(self.write("data.neg", bent(coefficients="Angle Coeffs # harmonic\n\n1 -6 120\n\n")), says="-6 is negative")
+        self.refuses(self.write("data.nan", bent(coefficients="Angle Coeffs # harmonic\n\n1 6 nan\n\n")), says="nan is not a finite number")
+        self.refuses(self.write("data.flat", bent(coefficients="Angle Coeffs # harmonic\n\n1 6 0\n\n")), says="a rest angle lies above 0")
         self.refuses(self.write("data.few", bent().replace("1 angles", "2 angles")), says="announces 2 angles, section Angles has 1 rows")
         self.refuses(self.write("data.odd", bent(rows="1 1 1 2 9\n")), says="9")
 

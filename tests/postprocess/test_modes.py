@@ -81,6 +81,8 @@ class Proteins(Case):
         self.refuses(lambda: self.lattice("--model", "3"), "no model 3; there are 2, counted from 1")
         self.refuses(lambda: self.lattice(text="END\n"), "no C-alpha atom")
         self.refuses(lambda: self.lattice(text=FILE.replace("   3.000", "   three")), "is no coordinate (columns 31 to 38)")
+        self.refuses(lambda: self.lattice(text=FILE.replace("   3.000   3.000   0.000", "   0.000   3.000   0.000")),
+                     "atoms 5 (chain A, residue 3) and 7 (chain B, residue 1) lie at one place")
         self.refuses(lambda: self.lattice("--cutoff", "0"), "--cutoff 0.0: must be positive")
         mesh = synthetic.cube(self.path("c.h5md"), 3, frames=2)
         self.refuses(lambda: convert.main([mesh, "-o", self.path("o.xyz"), "--cutoff", "5"]), "are for PDB files")
