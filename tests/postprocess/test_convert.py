@@ -139,7 +139,7 @@ class Lammps(Case):
     def test_numbers_that_are_none(self):
         """What is not finite, negative stiffnesses, masses of 0: refused with the line, as in meshes and PDB files."""
         for before, after, says in (("9.5 5 5", "nan 5 5", ":21: 'nan 5 5' in Atoms: nan is not a finite number"), ("1 10 1.0", "1 -5 1.0", "in Bond Coeffs: -5 is negative"),
-                                    ("1 10 1.0", "1 1e400 1.0", ":18: '1e400 1.0' in Bond Coeffs: 1e400 is not a finite number"),
+                                    ("1 10 1.0", "1 1e400 1.0", ":17: '1e400 1.0' in Bond Coeffs: 1e400 is not a finite number"),
                                     ("1 10 1.0", "1 10 inf", "inf is not a finite number"), ("1 12.0", "1 0.0", "in Masses: a mass must be positive"),
                                     ("1 12.0", "1 nan", "nan is not a finite number"), ("0 10 ylo", "0 inf ylo", "in the header: inf is not a finite number")):
             self.assertIn(before, data())

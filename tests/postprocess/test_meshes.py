@@ -166,5 +166,24 @@ class Gmsh(Case):
             self.refuses(self.write("m.msh", text), *MADE, says=says)
 
 
+VTU = """<?xml version="1.0"?>
+<VTKFile type="UnstructuredGrid" version="0.1" byte_order="LittleEndian"><UnstructuredGrid><Piece NumberOfPoints="4" NumberOfCells="2">
+<Points><DataArray type="Float64" NumberOfComponents="3" format="ascii">0 0 0 1 0 0 1 1 0 0 1 0</DataArray></Points>
+<Cells><DataArray type="Int64" Name="connectivity" format="ascii">{nodes} 0 2 3</DataArray>
+<DataArray type="Int64" Name="offsets" format="ascii">{count} {end}</DataArray><DataArray type="UInt8" Name="types" format="ascii">{kind} 5</DataArray></Cells>
+</Piece></UnstructuredGrid></VTKFile>
+"""
+
+
+@unittest.skipUnless(meshio, "no meshio")
+class Vtk(Case):
+    def test_elements_that_meshio_leaves_out_are_refused_by_name(self):
+        whole = self.lattice(self.write("m.vtu", VTU.format(nodes="0 1 2", count=3, end=6, kind=5)), *MADE)
+        self.assertEqual(whole["springs/pairs"].tolist(), [[0, 1], [0, 2], [0, 3], [1, 2], [2, 3]])
+        for nodes, kind, says in (("0 1 2", 4, "m.vtu: holds polylines, which cannot be read"), ("0 1 3 2", 6, "m.vtu: holds triangle strips")):
+            count = len(nodes.split())
+            self.refuses(self.write("m.vtu", VTU.format(nodes=nodes, count=count, end=count + 3, kind=kind)), *MADE, says=says)
+
+
 if __name__ == "__main__":
     unittest.main(verbosity=1)
