@@ -89,6 +89,7 @@ class Angles:
 
 class Run:
     """An open trajectory; use open_run."""
+    strain_name = "strain $(l-L)/L$"  # what strains() are, for labels
 
     def __init__(self, path):
         self.path = str(path)

@@ -146,8 +146,12 @@ def strain(ax, runs, labels, args):
     for i, run in enumerate(runs):
         if not np.any(run.springs.strained):
             continue
-        drawn, color = True, COLORS[i % len(COLORS)]
+        color = COLORS[i % len(COLORS)]
         rows = sample(range(run.frames), max(2, min(200, int(4e7 // len(run.springs)))))
+        rows = [r for r in rows if np.isfinite(run.strains(r)).any()]
+        if not rows:
+            continue
+        drawn = True
         bands = np.array([np.nanpercentile(run.strains(r), [0, 5, 50, 95, 100]) for r in rows])
         t = run.times[rows]
         ax.fill_between(t, bands[:, 1], bands[:, 3], color=color, alpha=0.2, lw=0,
@@ -169,6 +173,10 @@ def histogram(ax, runs, labels, args):
     if not frames:
         return missing(ax, "springs with a rest length")
     values = [v[np.isfinite(v)] for v in (run.strains(row) for run, row in frames)]
+    frames = [frame for frame, v in zip(frames, values) if len(v)]
+    values = [v for v in values if len(v)]
+    if not frames:
+        return missing(ax, "springs with a strain")
     low = min(np.quantile(v, 0.001) for v in values)
     high = max(np.quantile(v, 0.999) for v in values)
     pad = 0.02 * (high - low) or 1e-12

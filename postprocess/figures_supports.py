@@ -17,8 +17,9 @@ def mean_displacement(run, rows, members):
 
 
 def moved_most(run):
-    """The group whose mean displacement comes furthest, and the direction to there (unit vector)."""
-    frames, best, name, direction = sample(range(run.frames), 50), 0.0, None, None
+    """The group whose mean displacement comes furthest, and the direction to there (unit vector); (None, None) where all stay, but for rounding."""
+    frames, name, direction = sample(range(run.frames), 50), None, None
+    best = 1e-12 * np.linalg.norm(np.ptp(run.position(0), axis=0))
     for group in groups_of(run):
         path = mean_displacement(run, frames, run.group(group))
         far = path[np.argmax(np.linalg.norm(path, axis=1))]
@@ -27,20 +28,37 @@ def moved_most(run):
     return name, direction
 
 
+def strongest(run, names):
+    """Where no group moves: the direction of the largest reaction of any of these groups, its largest component positive, and words for it."""
+    values = [run.series[key].reshape(len(run.observable_times), -1) for key in (f"reaction/{name}" for name in names) if key in run.series]
+    if not values:
+        return None, ""
+    largest = max((v[np.linalg.norm(v, axis=1).argmax()] for v in values), key=np.linalg.norm)
+    size = np.linalg.norm(largest)
+    if not size > 0:
+        largest, size = np.eye(len(largest))[0], 1.0
+    direction = largest / size * np.sign(largest[np.abs(largest).argmax()])
+    axis = np.flatnonzero(np.abs(direction) > 1 - 1e-6)
+    return direction, "xyz"[axis[0]] if len(axis) else "(" + ", ".join(f"{c:.2g}" for c in direction) + ")"
+
+
 def force(ax, runs, labels, args):
-    """Reaction of groups, the force their support exerts on them, along the direction in which the group moved most; over time, or
-    (--against displacement) against how far that group has been moved."""
-    several, drawn = len(runs) > 1, False
+    """Reaction of groups, the force their support exerts on them, along the direction in which the group moved most, or, where none moves, of the largest reaction;
+    over time, or (--against displacement) against how far that group has been moved."""
+    several, drawn, along_what = len(runs) > 1, False, set()
     displaced = getattr(args, "against", "time") == "displacement"
     for i, run in enumerate(runs):
         leader, direction = moved_most(run)
         names = getattr(args, "groups", None) or ([leader] if leader else groups_of(run))
+        if leader is None:
+            direction, said = strongest(run, names)
+            along_what.add(said)
         for k, name in enumerate(names):
             value = run.series.get("reaction/" + name)
             if value is None:
                 continue
             value = value.reshape(len(value), -1)
-            along = value @ direction if direction is not None else np.linalg.norm(value, axis=1)
+            along = value @ direction
             rows = np.arange(min(run.frames, len(along)))
             if displaced and leader is None:
                 continue
@@ -51,7 +69,7 @@ def force(ax, runs, labels, args):
     if not drawn:
         return missing(ax, "reactions of a group that moves" if displaced else "reactions")
     ax.axhline(0, color="#999999", lw=0.6)
-    finish(ax, runs[0], axis_label("force of the support", runs[0].unit("reaction/" + groups_of(runs[0])[0])))
+    finish(ax, runs[0], axis_label("force of the support" + "".join(f" along {said}" for said in sorted(along_what) if len(along_what) == 1), runs[0].unit("reaction/" + groups_of(runs[0])[0])))
     if displaced:
         ax.set_xlabel(axis_label("displacement", runs[0].unit("position")))
 

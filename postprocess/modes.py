@@ -18,7 +18,9 @@ def _modes(run, name):
 
 class ModeRun(Run):
     """Mode `number` (from 0) as one period of motion about the frame it was taken at, with its largest displacement `scale` of
-    the lattice's size. Rows are moments of the period; a mode that grows or costs no force is shown as if it swung, in 1 s."""
+    the lattice's size. Rows are moments of the period; a mode that grows or costs no force is shown as if it swung, in 1 s. Strains are those of the mode, linear in
+    its displacements: a rotation has none, however large it is drawn."""
+    strain_name = r"strain of the mode $\mathbf{n}\cdot(\mathbf{q}_2-\mathbf{q}_1)/L$"
 
     def __init__(self, path, number, scale):
         super().__init__(path)
@@ -38,9 +40,34 @@ class ModeRun(Run):
             raise
         period = 2 * np.pi / np.sqrt(self.omega_squared) if self.omega_squared > 0 else 1.0
         phase = 2 * np.pi * np.arange(FRAMES) / FRAMES
+        self.sine = np.sin(phase)
+        self._largest = self._strain_at_largest(q)
         self.frames, self.times, self.step = FRAMES, phase / (2 * np.pi) * period, np.arange(FRAMES)
-        self.positions = x[None] + np.sin(phase)[:, None, None] * q[None]
+        self.positions = x[None] + self.sine[:, None, None] * q[None]
         self.velocities = (2 * np.pi / period) * np.cos(phase)[:, None, None] * q[None]
+
+    def _strain_at_largest(self, q):
+        """(M,): n.(q_2 - q_1)/L with the spring's direction n where the mode was taken."""
+        springs = self.springs
+        apart = self.position(0)[springs.pairs[:, 1]] - self.position(0)[springs.pairs[:, 0]]
+        if springs.shift is not None:
+            apart = apart + springs.shift @ self.box_edges(0)
+        with np.errstate(divide="ignore", invalid="ignore"):
+            along = (apart * (q[springs.pairs[:, 1]] - q[springs.pairs[:, 0]])).sum(axis=1) / np.sqrt((apart ** 2).sum(axis=1))
+            return np.where((springs.rest_length > 0) & self.acting(0), along / springs.rest_length, np.nan)
+
+    def strains(self, frame):
+        """Strains (M,) of the mode alone, first order in its displacements; NaN as in any run."""
+        return self.sine[frame] * self._largest
+
+    def box_edges(self, frame):
+        return super().box_edges(0)
+
+    def broken(self, frame):
+        return super().broken(0)
+
+    def spring_state(self, name, frame):
+        return super().spring_state(name, 0)
 
 
 def dos(ax, runs, labels, args):

@@ -8,7 +8,7 @@ from matplotlib.colors import Normalize, to_rgb  # noqa: E402
 from camera import Camera, guess_up  # noqa: E402
 from scene_marks import THEMES, scale_bar, triad  # noqa: E402
 
-LABELS = {"strain": "strain $(l-L)/L$", "speed": "speed"}
+LABELS = {"speed": "speed"}
 
 
 def sample(rows, count):
@@ -31,7 +31,7 @@ class Scene:
         if not len(pairs):
             self.draw = "particles"
         self.drawn = np.flatnonzero(run.springs.inside & ~run.springs.idle)  # lines across a periodic box would hide the rest
-        if self.draw == "springs" and len(pairs) > max_springs:  # asked for lines: an even choice of the springs
+        if self.draw == "springs" and len(self.drawn) > max_springs:  # asked for lines: an even choice of the springs
             self.drawn = self.drawn[np.unique(np.linspace(0, len(self.drawn) - 1, max_springs).astype(np.int64))]
         self.color = self._color(color)
         budget = max(2, int(4e7 // max(1, run.particles)))
@@ -139,8 +139,8 @@ class Scene:
     def label(self):
         unit = self.run.unit("velocity")
         if self.color == "strain" and self.draw == "particles":
-            return "mean " + LABELS["strain"] + " at a particle"
-        return LABELS[self.color] + (f" [{unit}]" if self.color == "speed" and unit else "")
+            return "mean " + self.run.strain_name + " at a particle"
+        return self.run.strain_name if self.color == "strain" else LABELS[self.color] + (f" [{unit}]" if self.color == "speed" and unit else "")
 
     # ---- drawing ------------------------------------------------------------------------------------------------
     def setup(self, ax, bar=True):
@@ -199,11 +199,9 @@ class Scene:
         return float(np.median(lengths)) * self.points_per_unit(ax)
 
     def _draw_springs(self, ax, row, plane, depth):
-        pairs, broken = self.run.springs.pairs[self.drawn], self.run.broken(row)
-        values = None if self.color == "none" else self._spring_values(row)
-        if broken is not None:
-            whole = ~broken[self.drawn]
-            pairs, values = pairs[whole], None if values is None else values[whole]
+        there = self.run.acting(row)[self.drawn]
+        pairs = self.run.springs.pairs[self.drawn][there]
+        values = None if self.color == "none" else self._spring_values(row)[there]
         middle = 0.5 * (depth[pairs[:, 0]] + depth[pairs[:, 1]])
         rgb = self._rgb(values, len(pairs))
         order = np.argsort(middle) if self.run.dim == 3 else np.argsort(np.abs(values), kind="stable") \

@@ -111,6 +111,46 @@ class Drawn(Case):
         self.refuses(lambda: ModeRun(path, 3, 0.1), "no mode 3; there are 3, counted from 0")
         self.refuses(lambda: ModeRun(synthetic.cube(self.path("d.h5md"), 3, frames=1), 0, 0.1), "holds no modes")
 
+    def test_strains_of_a_mode_are_those_of_first_order(self):
+        """A rotation, drawn far, strains nothing; a stretch by a along x strains a spring along (cx, cy, cz) by a cx^2."""
+        path = synthetic.cube(self.path("c.h5md"), 3, frames=1)
+        with h5py.File(path, "a") as f:
+            x, pairs = f["particles/trajectory/position/value"][0], f["connectivity/bonds"][...]
+            q = np.zeros((2, 27, 3))
+            q[0, :, 0], q[0, :, 1], q[1, :, 0] = -x[:, 1], x[:, 0], x[:, 0]
+            f["modes/omega_squared"], f["modes/shape"] = np.array([1.0, 4.0]), q
+            f["connectivity/bonds_rest_length"][...] = np.linalg.norm(x[pairs[:, 1]] - x[pairs[:, 0]], axis=1)
+        with ModeRun(path, 0, 0.5) as run:
+            np.testing.assert_allclose(run.strains(FRAMES // 4), 0, atol=1e-14)
+        with ModeRun(path, 1, 0.5) as run:
+            far = 0.5 * np.linalg.norm(np.ptp(x, axis=0)) / np.abs(x[:, 0]).max()
+            along = x[pairs[:, 1]] - x[pairs[:, 0]]
+            np.testing.assert_allclose(run.strains(FRAMES // 4), far * along[:, 0] ** 2 / (along ** 2).sum(axis=1), rtol=1e-13, atol=1e-15)
+            np.testing.assert_allclose(run.strains(FRAMES // 4 * 3), -run.strains(FRAMES // 4), rtol=1e-12)
+
+    def test_films_of_modes_in_periodic_boxes(self):
+        """Every frame of the period has the box, and the broken springs, of the state that the mode was taken at."""
+        path = synthetic.chain(self.path("p.h5md"), 2, frames=1)
+        with h5py.File(path, "a") as f:
+            box, n = f["particles/trajectory/box"], 12
+            box.attrs["boundary"], box["edges/value"] = ["periodic", "none"], np.array([[1.0 + 1 / 11, 5.0]])
+            bonds = np.concatenate([f["connectivity/bonds"][...], [[n - 1, 0]]])
+            for name, data in (("", bonds), ("_shift", np.eye(1, 2 * n, 2 * n - 2).reshape(n, 2).astype(int)), ("_stiffness", np.ones(n)), ("_rest_length", np.full(n, 1 / 11)),
+                               ("_damping", np.zeros(n))):
+                if "connectivity/bonds" + name in f:
+                    del f["connectivity/bonds" + name]
+                f["connectivity/bonds" + name] = data
+            f["backspring/broken/value"] = np.eye(1, n, 3)
+            q = np.zeros((1, n, 2))
+            q[0, 4, 1] = 1.0
+            f["modes/omega_squared"], f["modes/shape"] = np.array([4.0]), q
+        with contextlib.redirect_stdout(io.StringIO()):
+            movie.main([path, "-o", self.path("m.gif"), "--mode", "0", "--size", "160x120", "--quiet", "--stride", "12"])
+        self.assertGreater(os.path.getsize(self.path("m.gif")), 1000)
+        with ModeRun(path, 0, 0.1) as run:
+            self.assertEqual(np.flatnonzero(~np.isfinite(run.strains(40))).tolist(), [3])
+            self.assertLess(run.lengths(30)[-1], 0.3)  # through the face, not across the chain
+
     def test_pictures(self):
         path, still = self.modes(), self.path("still.png")
         with contextlib.redirect_stdout(io.StringIO()):

@@ -288,6 +288,26 @@ class Pictures(Case):
                                   parameters={"bs_gravity": "9.8"})
         self.works("plot.py", one, "-o", self.path("one.png"), "--dpi", 60)
 
+    def test_forces_of_supports_that_do_not_move_keep_their_sign(self):
+        """The left support pulls, the right one pushes back: opposite signs, along y, in which the larger is positive."""
+        import argparse
+        import matplotlib.pyplot as plt
+        from figures_supports import force
+        path = synthetic.chain(self.path("c.h5md"), 2, frames=5)
+        pulled = np.array([[0, 0], [0, 1], [0, 3], [0, -2], [0, 1.0]])
+        with h5py.File(path, "a") as f:
+            for name, value in (("left", pulled), ("right", -0.5 * pulled)):
+                f[f"groups/{name}"] = [0 if name == "left" else 11]
+                f[f"observables/reaction/{name}/value"], f[f"observables/reaction/{name}/time"] = value, f["particles/trajectory/position/time"][...]
+        figure, ax = plt.subplots()
+        with open_run(path) as run:
+            force(ax, [run], [""], argparse.Namespace(against="time", groups=[]))
+        drawn = {line.get_label(): line.get_ydata() for line in ax.get_lines()}
+        np.testing.assert_allclose(drawn["left"], pulled[:, 1])
+        np.testing.assert_allclose(drawn["right"], -0.5 * pulled[:, 1])
+        self.assertIn("along y", ax.get_ylabel())
+        plt.close(figure)
+
     @unittest.skipUnless(shutil.which("ffmpeg"), "no ffmpeg")
     def test_films(self):
         path = synthetic.cloth(self.path("c.h5md"), 8, frames=6)
