@@ -41,7 +41,7 @@ class FfmpegWriter:
         stem, ending = os.path.splitext(path)
         self.path, self.part = path, f"{stem}.part{ending}"
         command = ["ffmpeg", "-y", "-loglevel", "error", "-f", "rawvideo", "-pix_fmt", "rgba", "-s", f"{size[0]}x{size[1]}",
-                   "-r", str(fps), "-i", "-", "-an", *CODECS[ending.lower()], self.part]
+                   "-r", str(fps), "-i", "-", "-an", *CODECS[ending.lower()], "file:" + self.part]  # else a name such as http:x.mp4 is an address
         self.process = subprocess.Popen(command, stdin=subprocess.PIPE, stderr=subprocess.PIPE)
 
     def add(self, picture):

@@ -17,6 +17,49 @@ KEYS = {"options_file", "options", "vary", "zip", "np", "jobs", "reference", "ag
         "interval", "output"}
 
 
+def _one(value):
+    return isinstance(value, (str, int, float))
+
+
+def _some(value):
+    return _one(value) or isinstance(value, list) and all(map(_one, value))
+
+
+def _table(value):
+    return isinstance(value, dict) and all(isinstance(k, str) and (v is None or _some(v)) for k, v in value.items())
+
+
+def _axes(value):
+    return isinstance(value, str) or isinstance(value, list) and all(isinstance(v, str) for v in value) \
+        or isinstance(value, dict) and all(isinstance(k, str) and isinstance(v, list) and all(_some(one) or _table(one) for one in v) for k, v in value.items())
+
+
+# What a key of a study file holds, and words for it; one word or number for those that are not here.
+SHAPES = {"options_file": (_some, "a name, or a list of names"), "options": (lambda v: isinstance(v, str) or _table(v), "a text as on the command line, or names with values"),
+          "vary": (_axes, "names of options, each with a list of values"), "zip": (_some, "names of axes"), "np": (_some, "whole numbers"),
+          "reference": (lambda v: _one(v) or _table(v), "finest, a file, or options")}
+
+
+def _check_shapes(path, found):
+    """Raises RunError for a value of another kind than its key has; words are texts from here on."""
+    for key, value in found.items():
+        fits, words = SHAPES.get(key, (_one, "one word or number"))
+        if value is not None and not fits(value):
+            raise RunError(f"{path}: {key}: {' '.join(repr(value).split())[:60]} is not {words}")
+        if key in ("program", "output", "reference", "against", "error") and _one(value):
+            found[key] = str(value)
+        if key == "zip" and isinstance(value, list):
+            found[key] = [str(v) for v in value]
+
+
+def _words(text, where):
+    """The words of a command line."""
+    try:
+        return shlex.split(text)
+    except ValueError as error:
+        raise RunError(f'{where} "{text}": {str(error).lower()}') from None
+
+
 @dataclass
 class Axis:
     """One thing that is varied: its name and its settings."""
@@ -43,7 +86,7 @@ def split_values(text):
 
 def parse_vary(text):
     """"-ts_dt=0.1,0.05" -> Axis. "-a=1,2 -b=3,4" moves a and b together."""
-    parts = shlex.split(text)
+    parts = _words(text, "--vary")
     columns = []
     for part in parts:
         name, found, values = part.partition("=")
@@ -89,20 +132,23 @@ def read_file(path):
     try:
         with open(path, encoding="utf-8") as f:
             found = yaml.safe_load(f)
-    except (yaml.YAMLError, UnicodeDecodeError) as error:
+    except RecursionError:
+        raise RunError(f"{path}: not a study file (brackets are nested too deeply)") from None
+    except (yaml.YAMLError, ValueError, TypeError) as error:
         raise RunError(f"{path}: not a YAML file ({' '.join(str(error).split())})") from None
     if not isinstance(found, dict):
         raise RunError(f"{path}: expected keys such as options_file and vary")
     unknown = sorted(set(map(str, found)) - KEYS)
     if unknown:
         raise RunError(f"{path}: unknown key '{unknown[0]}'; there are {', '.join(sorted(KEYS))}")
+    _check_shapes(path, found)
     return found
 
 
 def option_words(options):
     """Options as a list of words: a dict {name: value}, or one string as on a command line."""
     if isinstance(options, str):
-        return shlex.split(options)
+        return _words(options, "options")
     words = []
     for name, value in (options or {}).items():
         words += ["-" + str(name).lstrip("-")] + ([as_text(value)] if value is not None else [])

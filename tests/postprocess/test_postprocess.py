@@ -318,6 +318,12 @@ class Pictures(Case):
             said = subprocess.run(["ffprobe", "-v", "error", "-count_frames", "-show_entries", "stream=nb_read_frames,width,height",
                                    "-of", "csv=p=0", self.path("f." + ending)], capture_output=True, text=True).stdout
             self.assertEqual(said.strip(), "322,242,6")
+        here = os.getcwd()
+        os.chdir(self.folder)
+        self.addCleanup(os.chdir, here)
+        for name in ("http:x.mp4", "pipe:1.mkv", "-y.gif"):  # names of files, whatever they are to ffmpeg
+            self.works("movie.py", path, f"--output={name}", "--size", "160x120", "--frames", "0:2")
+            self.assertGreater(os.path.getsize(name), 500)
         self.assertEqual([f for f in os.listdir(self.folder) if ".part" in f], [])
 
     def test_without_ffmpeg_a_gif_is_written_and_said(self):

@@ -219,6 +219,31 @@ class Sweeping(base.Case):
         self.assertEqual((done.returncode, len(done.stderr.splitlines())), (2, 1))
         self.assertEqual(base.tool("sweep.py", "--help").returncode, 0)
 
+    def test_study_files_of_the_wrong_kind(self):
+        """Every key with every kind of value that is not its own: one line that names it, never a traceback."""
+        import contextlib
+        import io
+        import sweep
+        values = ("5", "[1, 2]", "{a: 1}", "[[1]]", "true", "{a: {b: c}}", "[{a: 1}]", "'\"'", "{1: [2]}", "{a: [[1]]}", "{a: [{1: 2}]}", "2001-99-99", ".nan", "-1")
+        refused = 0
+        for key in ("options_file", "options", "vary", "zip", "np", "jobs", "reference", "program", "timeout", "output"):
+            for value in values:
+                keys = {"vary": "{ts_dt: [1, 2]}", "output": self.path("s"), "program": "/bin/true", key: value}
+                path = self.write("s.yaml", "".join(f"{k}: {v}\n" for k, v in keys.items()))
+                try:
+                    with contextlib.redirect_stdout(io.StringIO()), contextlib.redirect_stderr(io.StringIO()):
+                        sweep.main([path, "--list"])
+                except RunError as error:
+                    refused += 1
+                    self.assertNotIn("\n", str(error))
+                except OSError as error:
+                    self.assertTrue(error.strerror)
+        self.assertGreater(refused, 80)
+        for text in ("vary: " + "{" * 5000, "[" * 100000):
+            done = self.sweep(self.write("deep.yaml", text), code=2)
+            self.assertIn("brackets are nested too deeply", done.stderr)
+            self.assertEqual(len(done.stderr.splitlines()), 1)
+
 
 class Reasons(unittest.TestCase):
     def test_the_line_that_tells_why(self):
