@@ -1,6 +1,8 @@
 // backspring: implicit time stepping of mass-spring systems on PETSc.
 #include <dlfcn.h>
 #include <petscts.h>
+#include <strings.h>
+#include <algorithm>
 #include <csignal>
 #ifdef __GLIBC__
 #include <malloc.h>
@@ -87,11 +89,26 @@ bool refused(int argc, char** argv) {
   return wrong != 0;
 }
 
+/// Without the files .petscrc and petscrc that PETSc would read from the home folder and from the working folder: they may be somebody else's, and an
+/// option can load code (-dll_append). `-skip_petscrc false` on the command line asks for them.
+PetscErrorCode initialize(int argc, char** argv) {
+  static char skip[] = "-skip_petscrc";
+  static std::vector<char*> words;  // PETSc keeps them
+  words.assign(argv, argv + argc);
+  const bool said = std::any_of(words.begin() + 1, words.end(), [](const char* word) { return strcasecmp(word, skip) == 0; });
+  if (!said) words.insert(words.begin() + 1, skip);
+  words.push_back(nullptr);
+  int count = static_cast<int>(words.size()) - 1;
+  char** all = words.data();
+  const PetscErrorCode status = PetscInitialize(&count, &all, nullptr, HELP);
+  return status || said ? status : PetscOptionsClearValue(nullptr, skip);
+}
+
 int run_petsc(int argc, char** argv) {
   int exit_code = 0;
   bs::watch_start();
   bs::collect_help(argc, argv);
-  if (PetscInitialize(&argc, &argv, nullptr, HELP)) return static_cast<int>(bs::Exit::input);
+  if (initialize(argc, argv)) return static_cast<int>(bs::Exit::input);
   PetscErrorCode status = bs::install_error_handler();
   if (!status) status = bs::install_crash_handler();
   bs::catch_signals();

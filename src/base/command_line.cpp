@@ -1,14 +1,10 @@
 #include "base/command_line.hpp"
 
 #include <petscsys.h>
-#include <sys/stat.h>
 #include <yaml.h>
 
 #include <cctype>
-#include <cerrno>
 #include <cstdlib>
-#include <cstring>
-#include <fstream>
 #include <iterator>
 #include <memory>
 #include <sstream>
@@ -18,10 +14,6 @@
 namespace bs {
 
 namespace {
-
-bool ends_with(const std::string& text, const std::string& tail) {
-  return text.size() >= tail.size() && text.compare(text.size() - tail.size(), tail.size(), tail) == 0;
-}
 
 bool is_option(const std::string& word) {
   PetscBool valid = PETSC_FALSE;
@@ -46,6 +38,8 @@ std::string fault_of_node(yaml_document_t* document, const yaml_node_t& node, bo
   for (const yaml_node_pair_t* pair = node.data.mapping.pairs.start; pair < node.data.mapping.pairs.top; ++pair) {
     const yaml_node_t& key = *yaml_document_get_node(document, pair->key);
     if (key.type != YAML_SCALAR_NODE) return at(key) + "a name must be a word; write 'name: value'";
+    const std::string name(reinterpret_cast<const char*>(key.data.scalar.value), key.data.scalar.length);
+    if (name.rfind("options_file", 0) == 0) return at(key) + "PETSc reads no option file that a YAML file names; name it on the command line";
     const std::string fault = fault_of_node(document, *yaml_document_get_node(document, pair->value), false, budget);
     if (!fault.empty()) return fault;
   }
@@ -58,36 +52,6 @@ struct ParserDelete {
     delete parser;
   }
 };
-
-struct OptionFile {
-  std::string path;
-  bool yaml;
-};
-
-std::vector<OptionFile> option_files(const std::vector<std::string>& words) {
-  std::vector<OptionFile> files;
-  for (std::size_t k = 0; k + 1 < words.size(); ++k) {
-    if (words[k] != "-options_file" && words[k] != "-options_file_yaml") continue;
-    const std::string& path = words[++k];
-    files.push_back({path, words[k - 1] == "-options_file_yaml" || ends_with(path, ".yaml") || ends_with(path, ".yml")});
-  }
-  return files;
-}
-
-std::string fault_of_file(const OptionFile& file) {
-  struct stat info = {};
-  const char* const name = file.path.c_str();
-  if (file.path.empty() || file.path[0] == '$' || file.path[0] == '~') return {};  // PETSc resolves these
-  if (stat(name, &info) != 0) {
-    if (errno == ENOENT) return format("option file %s: no such file; check the path, which is relative to the folder in which the run starts", name);
-    return format("option file %s: cannot be read (%s)", name, std::strerror(errno));
-  }
-  if (S_ISDIR(info.st_mode)) return format("option file %s: is a folder; name a file in it", name);
-  std::ifstream in(file.path, std::ios::binary);
-  if (!in) return format("option file %s: cannot be opened; check its permissions (chmod +r)", name);
-  if (!file.yaml || !S_ISREG(info.st_mode)) return {};
-  return fault_of_yaml(std::string(std::istreambuf_iterator<char>(in), {}), "option file " + file.path);
-}
 
 }  // namespace
 
@@ -107,17 +71,6 @@ std::string fault_of_yaml(const std::string& text, const std::string& name) {
   else if (root) fault = fault_of_node(&document, *root, false, &budget);
   yaml_document_delete(&document);
   return fault.empty() ? fault : name + fault;
-}
-
-std::string fault_of_option_files(int argc, const char* const* argv) {
-  std::vector<std::string> words(argv + 1, argv + argc);
-  const std::vector<std::string> more = words_of_environment();
-  words.insert(words.end(), more.begin(), more.end());
-  for (const OptionFile& file : option_files(words)) {
-    const std::string fault = fault_of_file(file);
-    if (!fault.empty()) return fault;
-  }
-  return {};
 }
 
 std::vector<std::string> stray_words(const std::vector<std::string>& words) {

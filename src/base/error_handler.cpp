@@ -67,6 +67,21 @@ std::string of_memory(const char* message) {
   return "no memory left" + asked + ": raise the memory limit, use more ranks, or a smaller system";
 }
 
+/// MUMPS names memory that it did not get by a number: -13 anywhere, -5 and -7 in its analysis.
+bool is_of_mumps_memory(const std::string& text) {
+  const bool mumps = text.find("MUMPS") != std::string::npos;
+  return mumps && (text.find("INFOG(1)=-13") != std::string::npos || text.find("INFOG(1)=-5,") != std::string::npos ||
+                   text.find("INFOG(1)=-7,") != std::string::npos);
+}
+
+std::string in_users_words(PetscErrorCode code, const char* function, const char* message) {
+  const std::string text = first_line(code, message);
+  if (code == PETSC_ERR_MEM && function && !std::strcmp(function, "PetscOptionsSetValue_Private"))
+    return "too many options: PETSc holds 512, those that the program sets itself among them: leave out those that this run does not use";
+  if (is_of_memory(code, function) || is_of_mumps_memory(text)) return of_memory(message);
+  return explained(text, function);
+}
+
 PetscErrorCode handle(MPI_Comm comm, int line, const char* function, const char* file, PetscErrorCode code, PetscErrorType type, const char* message,
                       void* context) {
   if (code == ERR_TOLD) return code;
@@ -80,7 +95,7 @@ PetscErrorCode handle(MPI_Comm comm, int line, const char* function, const char*
   petsc_error = true;
   petsc_exit = phase;
 
-  (void)tell_alone(phase, is_of_memory(code, function) ? of_memory(message) : explained(first_line(code, message), function));
+  (void)tell_alone(phase, in_users_words(code, function, message));
   return code;
 }
 

@@ -6,6 +6,7 @@
 What is asked for is told in corpus.py. Options that PETSc knows and this run does not use are warned of before the first
 step. Ends with "N passed, N failed, 0 skipped"; exit code 0 or 1.
 """
+import os
 import subprocess
 import sys
 
@@ -25,6 +26,11 @@ def option_file(content, name="o.yaml", *more):
         (folder / name).write_bytes(content if isinstance(content, bytes) else content.encode())
         return ["-options_file", name, *more]
     return make
+
+
+def option_path(folder):
+    (folder / "o.opts").write_text("-ts_dt 1\n")
+    return folder / "o.opts"
 
 
 def restarted(*more):
@@ -61,6 +67,19 @@ FILES = {
     "yaml by name": (lambda folder: [(folder / "y").write_text("a: [\n"), "-options_file_yaml", "y"][1:], "option file y line 2: not valid YAML"),
     "opts: no dash": (option_file("ts_dt 1\n", "o.opts"), "Unknown first token in options file o.opts line 1: ts_dt"),
     "opts: word too many": (option_file("-ts_dt 1 2\n", "o.opts"), "o.opts line 1: extra token 2"),
+    "opts: names itself": (option_file("-ts_dt 1\n-options_file o.opts\n", "o.opts"), "option file o.opts line 2: option file o.opts: is already being read"),
+    "opts: two that name each other": (lambda folder: [(folder / "a.opts").write_text("-options_file b.opts\n"), *option_file('-options_file "./a.opts"\n', "b.opts")(folder)][1:],
+                                       "option file ./a.opts line 1: option file b.opts: is already being read"),
+    "opts: names itself by a link": (lambda folder: [(folder / "l.opts").symlink_to("o.opts"), *option_file("-OPTIONS_FILE l.opts\n", "o.opts")(folder)][1:], "option file l.opts: is already being read"),
+    "opts: names bad YAML": (lambda folder: [(folder / "y.yaml").write_text("a: [\n"), *option_file("-options_file y.yaml\n", "o.opts")(folder)][1:], "o.opts line 1: option file y.yaml line 2: not valid YAML"),
+    "opts: names what is not there": (option_file("\n-options_file none.opts # not there\n", "o.opts"), "option file o.opts line 2: option file none.opts: no such file"),
+    "opts: a pipe": (lambda folder: [os.mkfifo(folder / "p.opts"), "-options_file", "p.opts"][1:], "option file p.opts: is a device or a pipe"),
+    "opts: a device": (words("-options_file", "/dev/zero"), "option file /dev/zero: is a device or a pipe"),
+    "opts: names a device": (option_file("-options_file /dev/zero\n", "o.opts"), "o.opts line 1: option file /dev/zero: is a device or a pipe"),
+    "opts: endless": (lambda folder: [os.truncate(option_path(folder), 1 << 40), "-options_file", "o.opts"][1:], "which no options need"),
+    "opts: more than PETSc holds": (option_file("".join(f"-x{k} 1\n" for k in range(600)), "o.opts"), "too many options: PETSc holds 512"),
+    "yaml: more than PETSc holds": (option_file("".join(f"x{k}: 1\n" for k in range(600))), "too many options: PETSc holds 512"),
+    "yaml: names an option file": (option_file("ts_dt: 1\noptions_file: o.opts\n"), "o.yaml line 2: PETSc reads no option file that a YAML file names"),
     "opts: bytes": (option_file(bytes(range(1, 256)) * 3, "o.opts"), "o.opts line"),
 }
 
@@ -168,6 +187,8 @@ GOOD = {
         "# a chain\nbs:\n  lattice: {type: chain, size: 5, dim: 2}\n  gravity: [0, -9.81]\n  overwrite:\nts_max_steps: 1\n"),
     "good: YAML, an option twice": option_file(GOOD_YAML + "bs_lattice_size: 7\n"),
     "good: opts": option_file("-bs_lattice_type chain # a comment\n-bs_lattice_size 5\n\n-ts_max_steps 1\n", "o.opts"),
+    "good: opts that name another, twice": lambda folder: [(folder / "b.opts").write_text("-ts_max_steps 1\n"), *option_file(
+        "-bs_lattice_type chain\n-bs_lattice_size 5\n-options_file b.opts\n-options_file b.opts\n", "o.opts")(folder)][1:],
     "good: negative numbers are values": words("-bs_lattice_dim", "2", "-bs_gravity", "-1,-9.81", "-ts_init_time", "-1", "-ts_max_time", "-0.5"),
     "good: ILU on any number of ranks": words("-ksp_type", "gmres", "-pc_type", "ilu", "-pc_factor_levels", "1"),
     "good: ICC inside the condensed solve on any number of ranks": words("-condensed_pc_type", "icc"),
