@@ -9,6 +9,8 @@
 #include <climits>
 #include <set>
 
+#include "base/fault.hpp"
+#include "base/recalled.hpp"
 #include "base/words.hpp"
 
 namespace bs {
@@ -118,15 +120,6 @@ std::string find_option_files(int argc, char** argv) {
   return {};
 }
 
-void note_input(const std::string& option, const std::string& path) {
-  for (auto& known : inputs())
-    if (known.first == option) {
-      known.second = path;
-      return;
-    }
-  inputs().emplace_back(option, path);
-}
-
 const std::vector<std::pair<std::string, std::string>>& input_files() { return inputs(); }
 
 std::string input_places(const std::string& name) {
@@ -137,8 +130,9 @@ std::string input_places(const std::string& name) {
   return text;
 }
 
-PetscErrorCode find_input(MPI_Comm comm, std::string* name) {
+PetscErrorCode find_input(MPI_Comm comm, const std::string& option, std::string* name) {
   PetscMPIInt rank;
+  Fault fault;
   std::string found = *name;
 
   PetscFunctionBegin;
@@ -154,6 +148,10 @@ PetscErrorCode find_input(MPI_Comm comm, std::string* name) {
   found.resize(static_cast<std::size_t>(length));
   PetscCallMPI(MPI_Bcast(&found[0], length, MPI_CHAR, 0, comm));
   *name = found;
+  if (rank == 0) fault.text = fault_of_recalled_input(option, found);
+  PetscCall(agree(comm, fault));
+  const std::pair<std::string, std::string> one(option, found);
+  if (std::find(inputs().begin(), inputs().end(), one) == inputs().end()) inputs().push_back(one);
   PetscFunctionReturn(0);
 }
 

@@ -16,12 +16,12 @@ std::vector<std::string> shared_folders();
 /// the shared folders, NAME with and without .yaml. Returns the error message for one that is not found; empty if all are.
 std::string find_option_files(int argc, char** argv);
 
-/// Collective. Replaces `name` of an input file that is no file by the first that is one: beside an option file given, in
-/// a shared folder, in meshes/ of one. Otherwise `name` stays as it is.
-PetscErrorCode find_input(MPI_Comm comm, std::string* name);
+/// Collective. To be called for every file that is read because `option` names it. Replaces `name` of an input file that is no file by the first that
+/// is one: beside an option file given, in a shared folder, in meshes/ of one; otherwise `name` stays as it is. Remembers it. Ends the run with exit
+/// code 2 where a checkpoint brought the option and the file lies elsewhere (base/recalled.hpp).
+PetscErrorCode find_input(MPI_Comm comm, const std::string& option, std::string* name);
 
-/// Local. Remembers that `option` named the input `path` (as found); and what has been remembered, in order.
-void note_input(const std::string& option, const std::string& path);
+/// Local. The inputs found so far: option and path, in order; an option can name several.
 const std::vector<std::pair<std::string, std::string>>& input_files();
 
 /// Where find_input looks for `name`, in words.

@@ -9,6 +9,7 @@
 
 #include "base/fault.hpp"
 #include "base/find_file.hpp"
+#include "base/recalled.hpp"
 #include "base/words.hpp"
 
 namespace bs {
@@ -173,11 +174,16 @@ bool Section::text(const char* name, const char* help, std::string& value) {
   return true;
 }
 
+bool Section::path(const char* name, const char* help, std::string& value) {
+  const PetscErrorCode code = withdraw_recalled(comm_, name);
+  if (code && !status_) status_ = code;
+  return text(name, help, value);
+}
+
 bool Section::file(const char* name, const char* help, std::string& value) {
   if (!text(name, help, value)) return false;
-  const PetscErrorCode code = find_input(comm_, &value);
+  const PetscErrorCode code = find_input(comm_, name, &value);
   if (code && !status_) status_ = code;
-  else note_input(name, value);
   return !code;
 }
 

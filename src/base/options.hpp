@@ -24,7 +24,11 @@ class Section {
   bool integer(const char* name, const char* help, std::int64_t& value, Range range = Range::any);
   bool integers(const char* name, const char* help, std::vector<std::int64_t>& values);
   bool flag(const char* name, const char* help, bool& value);
+  /// Words, never the name of a file.
   bool text(const char* name, const char* help, std::string& value);
+  /// Collective. The name of a file that the run writes or goes on with, or what such names begin with. Never taken from a checkpoint, but for the
+  /// run's own trajectory and checkpoint.
+  bool path(const char* name, const char* help, std::string& value);
   /// Collective. The name of a file to read, found as find_input says.
   bool file(const char* name, const char* help, std::string& value);
   /// Words separated by commas.

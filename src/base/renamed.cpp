@@ -2,6 +2,7 @@
 #include <string>
 #include <vector>
 #include "base/fault.hpp"
+#include "base/recalled.hpp"
 
 namespace bs {
 namespace {
@@ -36,6 +37,7 @@ PetscErrorCode rename_old_options(MPI_Comm comm) {
     if (!old_given) continue;
     PetscCall(PetscOptionsHasName(nullptr, nullptr, option.name, &given));
     if (!given) PetscCall(PetscOptionsSetValue(nullptr, option.name, value.data()));
+    rename_recalled(option.old_name, option.name);
     PetscCall(PetscOptionsClearValue(nullptr, option.old_name));
     PetscCall(warn(comm, format("option %s is now called %s; the old name will be removed in the next version", option.old_name, option.name)));
   }

@@ -53,12 +53,9 @@ class CheckpointFile {
   std::vector<std::pair<std::string, std::string>> options_;
 };
 
-/// Collective. Adds the options of the checkpoint named by -bs_restart to those given, which take precedence. Not taken over, and named in a
-/// warning: options that write files or load libraries, and a trajectory or checkpoint that does not lie beside it.
+/// Collective. Adds the options of the checkpoint named by -bs_restart to those given, which take precedence, and notes that they were recalled. Left
+/// out (base/recalled.hpp): PETSc's that write files or load libraries, and a trajectory or checkpoint that does not lie beside it.
 PetscErrorCode recall_options(MPI_Comm comm);
-
-/// Local. Whether recall_options() took the option (without its dash) from the checkpoint.
-bool is_recalled(const std::string& name);
 
 /// Collective. Adds to `inputs` a fingerprint of the contents of every table and text that an option names.
 PetscErrorCode fingerprint_inputs(MPI_Comm comm, Facts* inputs);

@@ -3,6 +3,7 @@
 #include <fstream>
 #include "base/fault.hpp"
 #include "base/find_file.hpp"
+#include "base/recalled.hpp"
 #include "checkpoint/checkpoint.hpp"
 
 namespace bs {
@@ -38,6 +39,7 @@ bool hash_of(const std::string& path, std::uint64_t* sum) {
 PetscErrorCode fingerprint_inputs(MPI_Comm comm, Facts* run) {
   PetscMPIInt rank;
   Fault fault;
+  std::map<std::string, std::uint64_t> sums;
   PetscFunctionBegin;
   PetscCallMPI(MPI_Comm_rank(comm, &rank));
   for (const auto& [option, path] : input_files()) {
@@ -45,23 +47,29 @@ PetscErrorCode fingerprint_inputs(MPI_Comm comm, Facts* run) {
     std::uint64_t sum = 0;
     if (rank == 0 && !hash_of(path, &sum)) fault.note(0, "option " + option + ": " + path + " cannot be read any more: put it back");
     PetscCallMPI(MPI_Bcast(&sum, 1, MPI_UINT64_T, 0, comm));
-    run->whole[begin + option.substr(1)] = static_cast<std::int64_t>(sum);
+    const auto [at, first] = sums.try_emplace(option, sum);
+    if (!first) at->second = 3 * at->second + sum;  // tables of several components: their order counts
   }
+  for (const auto& [option, sum] : sums) run->whole[begin + option.substr(1)] = static_cast<std::int64_t>(sum);
   PetscCall(agree(comm, fault));
   PetscFunctionReturn(0);
 }
 
 PetscErrorCode require_same_inputs(MPI_Comm comm, const CheckpointFile& file, const Facts& now) {
   PetscFunctionBegin;
-  for (const auto& [option, path] : input_files()) {
-    const std::string name = begin + option.substr(1);
-    const auto was = file.run().whole.find(name), is = now.whole.find(name);
-    if (was == file.run().whole.end() || is == now.whole.end() || was->second == is->second) continue;
-    if (is_recalled(option.substr(1)))
+  for (const auto& [name, sum] : now.whole) {
+    if (name.compare(0, begin.size(), begin) != 0) continue;
+    const std::string option = "-" + name.substr(begin.size());
+    const auto was = file.run().whole.find(name);
+    if (was == file.run().whole.end() || was->second == sum) continue;
+    std::string paths;
+    for (const auto& [of, path] : input_files())
+      if (of == option) paths += (paths.empty() ? "" : ", ") + path;
+    if (is_recalled(option))
       PetscCall(tell(comm, Exit::input,
-                     option + " " + path + ": its contents have changed since " + file.name() + " was written: restore them, or give " + option +
+                     option + " " + paths + ": its contents have changed since " + file.name() + " was written: restore them, or give " + option +
                          " again to continue with the present contents"));
-    PetscCall(warn(comm, "the run continues with other contents of " + option + " " + path + " than when " + file.name() + " was written"));
+    PetscCall(warn(comm, "the run continues with other contents of " + option + " " + paths + " than when " + file.name() + " was written"));
   }
   PetscFunctionReturn(0);
 }

@@ -7,6 +7,7 @@
 #include <iterator>
 #include <set>
 #include "base/fault.hpp"
+#include "base/recalled.hpp"
 #include "checkpoint/checkpoint.hpp"
 #include "output/claim.hpp"
 #include "output/fresh_file.hpp"
@@ -14,11 +15,6 @@
 
 namespace bs {
 namespace {
-
-std::set<std::string>& recalled() {
-  static std::set<std::string> names;
-  return names;
-}
 
 std::string lower(std::string text) {
   std::transform(text.begin(), text.end(), text.begin(), [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
@@ -38,6 +34,13 @@ bool harmless(const std::string& name) {
   return name.find("monitor") != std::string::npos || name.find("view") != std::string::npos || of_this_run_only(name);
 }
 
+/// The kinds of viewers by which PETSc's options print (-ksp_compute_eigenvalues binary writes the file binaryoutput).
+bool names_viewer(const std::string& value) {
+  static const std::set<std::string> kinds = {"ascii",  "binary", "draw",   "exodusii", "glvis", "hdf5", "mathematica",
+                                              "matlab", "saws",   "socket", "string",   "adios", "vtk",  "vu"};
+  return kinds.count(value) > 0;
+}
+
 /// PETSc's options that choose and tune methods. Of its thousands these are let in, not others kept out: any viewer can write
 /// (-ksp_view ascii:F, -snes_monitor F, -ts_converged_reason hdf5:F), and other names load code or keep state in files.
 bool chooses_method(const std::string& name, const std::string& value) {
@@ -51,7 +54,7 @@ bool chooses_method(const std::string& name, const std::string& value) {
   if (std::any_of(std::begin(never), std::end(never), [&](const char* part) { return name.find(part) != std::string::npos; })) return false;
   // a type's name or numbers: nothing that names a file, viewer or library
   return std::all_of(value.begin(), value.end(), [](unsigned char c) { return std::isalnum(c) || std::strchr("_-+., ()", c); }) &&
-         lower(value).find("python") == std::string::npos;
+         lower(value).find("python") == std::string::npos && !names_viewer(lower(value));
 }
 
 /// Names of letters, digits and underscores: as they are printed, so they are.
@@ -74,30 +77,24 @@ bool own_checkpoint(const std::string& file, const std::string& restart) {
   return beside(file, restart) && is_checkpoint(file);
 }
 
-/// Rank 0's verdict on one option that was not given anew.
+/// Options that name the run's own files: taken where these lie beside the checkpoint.
+bool names_own_file(const std::string& name) { return name == "bs_output" || name == "bs_checkpoint"; }
+
+/// Rank 0's verdict on one option that was not given anew. Which of the program's own name files, their readers know (Section::path, find_input).
 bool taken(const std::string& name, const std::string& value, const std::string& restart, bool with_checkpoint) {
   if (!plain(name)) return false;
   if (name.rfind("bs_", 0) != 0) return chooses_method(name, value);
-  if (name == "bs_report") return false;
   if (name == "bs_output") return beside(value, restart);
   if (name == "bs_checkpoint" || name == "bs_checkpoint_every" || name == "bs_checkpoint_minutes") return with_checkpoint;
   return true;
 }
 
-std::string shown(const std::string& name, const std::string& value) {
-  constexpr std::size_t most = 60;
-  return "-" + name.substr(0, most) + (value.empty() ? "" : " " + (value.size() > most ? value.substr(0, most) + "..." : value));
-}
-
 }  // namespace
-
-bool is_recalled(const std::string& name) { return recalled().count(name) > 0; }
 
 PetscErrorCode recall_options(MPI_Comm comm) {
   char file[PETSC_MAX_PATH_LEN] = "";
   PetscBool given = PETSC_FALSE, there = PETSC_FALSE;
   PetscMPIInt rank;
-  std::string left_out;
   PetscFunctionBegin;
   PetscCall(PetscOptionsGetString(nullptr, nullptr, "-bs_restart", file, sizeof file, &given));
   if (!given || !*file) PetscFunctionReturn(0);
@@ -119,18 +116,14 @@ PetscErrorCode recall_options(MPI_Comm comm) {
     const std::string key = "-" + name;
     if (of_this_run_only(lower(name))) continue;
     PetscCall(PetscOptionsHasName(nullptr, nullptr, key.c_str(), &there));
-    if (there) continue;
-    if (!take[k]) {
-      left_out += (left_out.empty() ? "" : ", ") + shown(name, value);
+    if (there && !is_recalled(key)) continue;
+    if (there || !take[k]) {  // there: under another spelling, which no checkpoint of this program's has
+      PetscCall(leave_out(comm, file, key, value));
       continue;
     }
     PetscCall(PetscOptionsSetValue(nullptr, key.c_str(), value.empty() ? nullptr : value.c_str()));
-    recalled().insert(lower(name));
+    note_recalled(key, file, names_own_file(lower(name)));
   }
-  if (!left_out.empty())
-    PetscCall(warn(comm, std::string(file) + ": not taken over from it: " + left_out +
-                             ": options that write files or load libraries apply only if they are given again; those of the trajectory and the "
-                             "checkpoint also if these lie beside it"));
   PetscFunctionReturn(0);
 }
 

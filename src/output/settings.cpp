@@ -11,7 +11,7 @@ PetscErrorCode read_output_settings(MPI_Comm comm, OutputSettings* settings) {
 
   PetscFunctionBegin;
   PetscCall(read_section(comm, "Output options", [&](Section& section) {
-    section.text("-bs_output", "trajectory file to write, in the H5MD format of HDF5 (suffix .h5md); default: none is written", file.file);
+    section.path("-bs_output", "trajectory file to write, in the H5MD format of HDF5 (suffix .h5md); default: none is written", file.file);
     section.real(
         "-bs_output_interval",
         "simulated time between frames; 0: a frame at every step; default: 0, and for linear systems of more than 2000 steps as many steps as "
@@ -33,7 +33,7 @@ PetscErrorCode read_output_settings(MPI_Comm comm, OutputSettings* settings) {
                  "write TRAJECTORY.xdmf beside the trajectory, with which ParaView opens it (not written in one dimension without -bs_output_pad)",
                  file.xdmf);
     section.flag("-bs_overwrite", "replace an existing trajectory, checkpoint or report", file.overwrite);
-    section.text("-bs_report", "file for the closing report, in JSON; default: none is written", settings->report);
+    section.path("-bs_report", "file for the closing report, in JSON; default: none is written", settings->report);
     section.real("-bs_progress_interval", "wall-clock time between progress lines; 0: a line at every step; negative: no lines [s]",
                  settings->progress_interval);
     if (pad > 1024) section.fail("option -bs_output_pad: " + std::to_string(pad) + " is too large: give 3");

@@ -186,7 +186,7 @@ PetscErrorCode write_binary(const Named& named, const std::string& file) {
 PetscErrorCode read_matrix_options(MPI_Comm comm) {
   PetscFunctionBegin;
   PetscCall(read_section(comm, "Matrices", [&](Section& o) {
-    o.text("-bs_write_matrices",
+    o.path("-bs_write_matrices",
            "prefix P of files P_M, P_K and P_D, each as .mtx (Matrix Market) and .petsc (PETSc binary): masses, K = df/dx and D = df/dv of "
            "M x'' = f at the start (-bs_task statics: at the last equilibrium), in the input's order, without rows and columns of fixed particles; "
            "default: none are written",

@@ -2,6 +2,7 @@
 #include "tasks/run_options.hpp"
 #include "base/fault.hpp"
 #include "base/options.hpp"
+#include "base/recalled.hpp"
 #include "checkpoint/checkpoint.hpp"
 #include "tasks/matrices.hpp"
 
@@ -64,6 +65,7 @@ PetscErrorCode claim_files(MPI_Comm comm, const RunOptions& options, Claim* clai
   RunFiles files;
   CheckpointFile checkpoint;
   PetscFunctionBegin;
+  PetscCall(tell_left_out(comm));
   files.output = options.output.trajectory.file;
   files.xdmf = options.output.trajectory.xdmf;
   files.overwrite = options.output.trajectory.overwrite;

@@ -12,13 +12,13 @@ namespace bs {
 PetscErrorCode read_saving_options(MPI_Comm comm, SavingOptions* options) {
   PetscFunctionBegin;
   PetscCall(read_section(comm, "Checkpoints", [&](Section& o) {
-    o.text("-bs_checkpoint", "checkpoint file to write at the end, on SIGTERM, SIGINT and SIGUSR1, and when a solve fails; default: none is written",
+    o.path("-bs_checkpoint", "checkpoint file to write at the end, on SIGTERM, SIGINT and SIGUSR1, and when a solve fails; default: none is written",
            options->file);
     o.integer("-bs_checkpoint_every", "number of steps between checkpoints during the run; 0: none after a number of steps", options->every,
               Range::nonnegative);
     o.real("-bs_checkpoint_minutes", "wall-clock time between checkpoints during the run; 0: none by the clock [min]", options->minutes,
            Range::nonnegative);
-    o.text("-bs_restart", "checkpoint to continue from; its options apply unless they are given again", options->restart);
+    o.path("-bs_restart", "checkpoint to continue from; its options apply unless they are given again", options->restart);
     if (options->file.empty() && (options->every > 0 || options->minutes > 0))
       o.fail("options -bs_checkpoint_every and -bs_checkpoint_minutes: say with -bs_checkpoint which file to write");
   }));

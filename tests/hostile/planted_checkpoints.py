@@ -2,6 +2,7 @@
 """Checkpoints from somebody else: what they name is not written, what chooses the method is taken, changed tables are noticed."""
 import os
 import pathlib
+import re
 import shutil
 import sys
 
@@ -9,6 +10,7 @@ sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1] / "faults"))
 import h5py
 import numpy as np
 from runs import BLOCK, difference, frames, run, run_parts, told, write_lattice
+from watch import Watch
 
 RUN = dict(BLOCK, bs_lattice_size=(3, 3, 3), ts_max_time=0.1, bs_output="o.h5md", bs_checkpoint="ck", ksp_rtol=1e-9, condensed_pc_type="lu", condensed_pc_factor_mat_ordering_type="natural")
 VALUE = b"something of value\n"
@@ -71,6 +73,91 @@ def attacks(checks, folder):
             missing = [n for n in group if n not in silent and "-" + n not in "".join(lines)]
             checks.true(f"{name}: named in one line", len(lines) == 1 and not missing, str(missing))
     checks.true("nothing of it lies in this folder", not [p for p in folder.iterdir() if p.name not in ("ck", "ck.previous", "o.h5md", "o.h5md.xdmf", "loot")], str(os.listdir(folder)))
+
+
+def listed(checks, folder):
+    """What -help says of every task and model: {name without dash: (default, meaning)} of the program's own options, and of PETSc's."""
+    own, others = {}, {}
+    for more in ({}, {"bs_task": "statics"}, {"bs_task": "modes"}, {"bs_model": "linear"}, {"ksp_type": "gmres", "pc_type": "gamg"}):
+        _, out, _ = run(checks, folder, dict(more, help=True))
+        for line in out.splitlines():
+            mine, other = re.match(r"  -(bs_\w+): <(.*?)>: (.*)", line), re.match(r" +-([a-z]\w+)\b(.*)", line)
+            if mine:
+                own[mine[1]] = mine.groups()[1:]
+            elif other:
+                others.setdefault(other[1], other[2])
+    return own, others
+
+
+def every_option(checks, folder):
+    """Every option that -help lists and whose value is neither a number nor one of given words, as a checkpoint's, with a name elsewhere: the run opens,
+    makes and changes nothing there, and names what it leaves out. Which options name files is not known to this test but by their help."""
+    home, loot = folder / "home", folder / "loot"
+    home.mkdir()
+    loot.mkdir()
+    own, others = listed(checks, home)
+    words = {n: h for n, (d, h) in own.items() if not re.fullmatch(r"[-+0-9.e,inf]+|true|false", d) and "(one of " not in h}
+    files = {n for n in words if re.search(r"\bFILE\b|[Ff]iles? (to|with|for|P_)|CSV|[Mm]atrix (Market|[GCB])|checkpoint to", words[n])}
+    checks.true("options are listed", len(own) > 100 and len(words) > 20 and len(files) > 10 and len(others) > 300, f"{len(own)}, {len(words)} of words, {len(files)} of files, PETSc's {len(others)}")
+    quiet = {"ts_dt": 0.01, "ts_max_time": 0.05, "bs_progress_interval": -1, "bs_advise": False, "bs_checkpoint": "ck", "bs_overwrite": True}
+    bases = {"box": dict(quiet, bs_lattice_type="square", bs_lattice_size="4,4", bs_lattice_periodic="xy"), "net": dict(quiet, bs_lattice_type="square", bs_lattice_size="4,4", bs_group_g="xmin"),
+             "statics": dict(quiet, bs_task="statics", bs_lattice_type="square", bs_lattice_size="4,4", bs_lattice_fixed="xmin", ts_dt=None, ts_max_time=None),
+             "linear": dict(quiet, bs_model="linear", bs_linear_type="heat1d", bs_linear_size=4, bs_linear_source="step(1)")}
+    made = {}
+    for base, options in bases.items():
+        code, _, err = run(checks, home, options)
+        made[base] = (home / "ck").read_bytes()
+        checks.true(f"a checkpoint, {base}", code == 0, err.strip()[:120])
+    besides = {"bs_anchor_table": {"bs_anchor_motion": "table"}, "bs_lattice_file": {"bs_lattice_type": None, "bs_lattice_size": None}, "bs_linear_source_table": {"bs_linear_source": None}}
+    victim = loot / "victim"
+    (home / "way").symlink_to(victim)
+    for name, help in words.items():
+        base = "statics" if name.startswith(("bs_load", "bs_compliance")) else "linear" if name.startswith("bs_linear") else "box" if name.startswith("bs_box") else "net"
+        forms = {"bs_motion_NAME": ["table:{}", "x=table:{},y=free"], "bs_box_strain": ["xx=table:{}"], "bs_box_stress": ["xx=table:{}"]}.get(name, ["{}"])
+        for value in [form.format(path) for form in forms for path in ([victim, "way"] if name in files else [victim])]:
+            victim.write_text("0,0,0\n9,0,0\n")
+            (home / "ck").write_bytes(made[base])
+            forge(home / "ck", {**besides.get(name, {}), name.replace("NAME", "g"): value})
+            with Watch(loot) as watch:
+                code, _, err = run(checks, home, {"bs_restart": "ck", "ts_max_time": None if base == "statics" else 0.06})
+                touched = watch.names()
+            told_of = "-" + name.replace("NAME", "g") in err and (LEFT in err or "somebody else" in err)
+            checks.true(f"-{name} {value}: nothing there is opened or made{', and it is told' if name in files else ''}",
+                        not touched and code in (0, 2) and (told_of or name not in files or name == "bs_restart"), f"exit {code}, {touched}: {err.strip()[-200:]}")
+    show = {n for n, h in others.items() if re.search("saws|[Ff]ile|[Vv]iew|[Mm]onitor|[Dd]ump|[Pp]rint", h) and n not in ("help", "options_file", "options_file_yaml", "options_left")}
+    for value in ("binary", "hdf5", "ascii", "draw"):
+        (home / "ck").write_bytes(made["net"])
+        forge(home / "ck", {n: value for n in show})
+        before = set(os.listdir(home))
+        code, _, err = run(checks, home, {"bs_restart": "ck", "ts_max_time": 0.06})
+        missing = [n for n in show if f"-{n} {value}" not in err]
+        checks.true(f"PETSc's {len(show)} options that view, print or name files, {value}: left out", len(show) > 60 and code == 0 and not missing and set(os.listdir(home)) <= before | {"ck.previous"}, f"exit {code}: {missing}")
+
+
+def petscrc(checks, folder):
+    """.petscrc and petscrc of the working folder and of the home: not opened, but where they are asked for."""
+    home, work = folder / "home", folder / "work"
+    home.mkdir()
+    work.mkdir()
+    code, _, err = run(checks, work, {"bs_lattice_type": "chain", "bs_lattice_size": 5, "ts_max_steps": 1, "bs_checkpoint": "ck"})
+    state = (work / "ck").read_bytes()
+    for at, name, size in ((work, ".petscrc", 7), (work, "petscrc", 8), (home, ".petscrc", 9)):
+        (at / name).write_text(f"-bs_lattice_type chain\n-bs_lattice_size {size}\n-bs_report r{size}\n-dll_append ./evil.so\n")
+    (work / "evil.so").write_bytes(b"")
+    keywords = {"extra": {"HOME": str(home)}}
+    for name, options, expected in (("no lattice", {"ts_max_steps": 1}, 2), ("-help", {"help": True}, 0), ("restart", {"bs_restart": "ck", "ts_max_steps": 2}, 0), ("version", {"bs_version": True}, 0)):
+        for ranks in ((1, 2) if name == "restart" else (1,)):
+            (work / "ck").write_bytes(state)
+            with Watch(work) as watch, Watch(home) as other:
+                code, out, err = run(checks, work, options, ranks, **keywords)
+                touched = {n for n in watch.names() | other.names() if "petscrc" in n or "evil" in n}
+            checks.true(f"{name}, {ranks} rank(s): none is opened", code == expected and not touched and "<7>" not in out and not list(work.glob("r?")), f"exit {code}, {touched} {err.strip()[:160]}")
+    with h5py.File(work / "ck") as f:
+        checks.true("and nothing is said of it in checkpoints", "skip_petscrc" not in f["options"].attrs)
+    for file in (work / ".petscrc", work / "petscrc", home / ".petscrc"):
+        file.write_text(file.read_text().replace("-dll_append ./evil.so\n", ""))
+    code, out, err = run(checks, work, {"skip_petscrc": False, "ts_max_steps": 1}, **keywords)
+    checks.true("-skip_petscrc false: they are read, the last one wins", code == 0 and (work / "r8").exists() and "\n8 particles" in out, f"exit {code}: {err.strip()[:160]}")
 
 
 def taken(checks, folder):
@@ -146,6 +233,40 @@ def tables(checks, folder):
             checks.true(f"{name}, {ranks} rank(s), as it was: goes on in silence", code == 0 and not err.strip(), err.strip()[:160])
 
 
+    pair = dict(common, bs_lattice_type="square", bs_lattice_size="3,3", bs_group_g="xmin", bs_motion_g="x=table:t.csv,y=table:u.csv")
+    for name in ("t.csv", "u.csv"):
+        for file in ("t.csv", "u.csv"):
+            (folder / file).write_text("0,0\n1,0.1\n")
+        code, _, err = run(checks, folder, pair)
+        (folder / name).write_text("0,0\n1,0.2\n")
+        again, _, said = run(checks, folder, {"bs_restart": "ck", "ts_max_time": 0.15})
+        checks.true(f"two tables of one motion, {name} changed: exit 2, one line", code == 0 and again == 2 and len(told(said)) == 1 and "changed" in said, f"exit {code}, {again}: {said.strip()[:160]}")
+
+
+def inputs_elsewhere(checks, folder):
+    """Lattices that a checkpoint names: read below the working folder and below the checkpoint's, elsewhere only if they are named again."""
+    far, home, other = folder / "far", folder / "home", folder / "other"
+    for one in (far, home / "deep", other):
+        one.mkdir(parents=True)
+    x = np.array([[float(k), 0.0] for k in range(4)])
+    for path in (far / "l.h5", home / "deep" / "l.h5", home / "l.h5"):
+        write_lattice(path, x, 1.0, pairs=[[k, k + 1] for k in range(3)], stiffness=100.0, rest_length=1.0)
+    (home / "pipe.h5").symlink_to("/dev/null")
+    (home / "way.h5").symlink_to(far / "l.h5")
+    for name, given, at, again, expected in (
+            ("deeper", "deep/l.h5", home, {}, 0), ("absolute", home / "l.h5", home, {}, 0), ("beside the checkpoint, from another folder", home / "l.h5", other, {}, 0), ("elsewhere", far / "l.h5", home, {}, 2),
+            ("up and down", "../far/l.h5", home, {}, 2), ("by a link", "way.h5", home, {}, 2), ("elsewhere, named again", far / "l.h5", home, {"bs_lattice_file": far / "l.h5"}, 0)):
+        for ranks in ((1, 2) if name == "elsewhere" else (1,)):
+            code, _, err = run(checks, home, {"bs_lattice_file": given, "ts_dt": 0.01, "ts_max_time": 0.05, "bs_checkpoint": "ck", "bs_overwrite": True})
+            checks.true(f"{name}: a checkpoint", code == 0, err.strip()[:120])
+            code, _, err = run(checks, at, dict(again, bs_restart=home / "ck", ts_max_time=0.1), ranks)
+            good = len(told(err)) == 1 and "-bs_lattice_file" in told(err)[0] and "again" in told(err)[0] if expected else not told(err)
+            checks.true(f"{name}, {ranks} rank(s): exit {expected}", code == expected and good, f"exit {code}: {err.strip()[-200:]}")
+    forge(home / "ck", {"bs_lattice_file": "pipe.h5"})
+    code, _, err = run(checks, home, {"bs_restart": "ck", "ts_max_time": 0.1})
+    checks.true("a device by a link: exit 2", code == 2 and "no regular file" in err, f"exit {code}: {err.strip()[-160:]}")
+
+
 def long_values(checks, folder):
     """A waveform of more than 60,000 characters: continued as it was, on any ranks."""
     points = ",".join(f"{0.00002 * k:.6g},{np.sin(0.7 * k):.12f}" for k in range(5100))
@@ -166,4 +287,4 @@ def long_values(checks, folder):
 
 
 if __name__ == "__main__":
-    run_parts(__doc__, (attacks, taken, elsewhere, tables, long_values))
+    run_parts(__doc__, (attacks, every_option, petscrc, taken, elsewhere, tables, inputs_elsewhere, long_values))

@@ -142,7 +142,7 @@ void Motion::options(V& o) {
   const bool pace = o.real("-bs_anchor_frequency", "anchor motion sinusoid: frequency f, >= 0 [Hz]", frequency, R::nonnegative);
   const bool angle = o.real("-bs_anchor_phase", "anchor motion sinusoid: phase; with 0 the motion starts at zero displacement [rad]", phase);
   const bool file =
-      o.text("-bs_anchor_table", "anchor motion table: CSV file with a time and a displacement in each row, t,x[,y[,z]] [s, m]", table_file);
+      o.file("-bs_anchor_table", "anchor motion table: CSV file with a time and a displacement in each row, t,x[,y[,z]] [s, m]", table_file);
   components = kind == Kind::velocity ? of_c : of_A;
   if (rate) require(o, said, "-bs_anchor_velocity", "-bs_anchor_motion velocity");
   if (width) require(o, said, "-bs_anchor_amplitude", "-bs_anchor_motion sinusoid");

@@ -2,7 +2,6 @@
 #include <algorithm>
 #include <cmath>
 #include "base/fault.hpp"
-#include "base/find_file.hpp"
 #include "base/memory.hpp"
 #include "base/options.hpp"
 #include "input/text_file.hpp"
@@ -80,8 +79,6 @@ PetscErrorCode ParticleModel::read_laws(const Lattice& lattice) {
   if (motion_.kind == Motion::Kind::table) {
     std::string text, error;
     CsvTable table;
-    PetscCall(find_input(net_.comm, &motion_.table_file));
-    note_input("-bs_anchor_table", motion_.table_file);
     PetscCall(read_text_file(net_.comm, motion_.table_file, &text));
     if (!read_csv_table(text, motion_.table_file, 2, 1 + lattice.dim, &table, &error) || !motion_.set_table(table, motion_.table_file, &error))
       PetscCall(tell(net_.comm, Exit::input, error));
