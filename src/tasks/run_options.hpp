@@ -13,6 +13,7 @@ struct RunOptions {
   OutputSettings output;
   StepOptions step;
   bool advise = true;
+  bool keep_input = false;    ///< the model keeps the lattice as it was read: another task writes it
   double rest = 0;            ///< -bs_stop_at_rest
   double energy_growth = 10;  ///< -bs_energy_growth
   SavingOptions saving;

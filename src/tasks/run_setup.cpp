@@ -179,7 +179,7 @@ PetscErrorCode Run::open_trajectory() {
   PetscCall(VecGetSize(model_.initial_state(), &numbers));
   if (!options.file.empty()) PetscCall(finds_trajectory(mark, &resumed_));
   if (!options.file.empty() && !resumed_) PetscCall(model_.take_constants(&constants));
-  model_.release_input();
+  if (!options_.keep_input) model_.release_input();
   if (options.file.empty()) PetscFunctionReturn(0);
   if (resumed_) {
     PetscCall(Trajectory::resume(model_.comm(), options, model_.dim(), numbers, mark, &trajectory_));

@@ -242,6 +242,7 @@ PetscErrorCode settle(std::unique_ptr<Model> model, const RunOptions& given, std
   PetscCall(prepare(std::move(model), loads, &options, &equilibrium));
   options.output.trajectory.file.clear();
   options.output.report.clear();
+  options.keep_input = true;
   PetscCall(run_loads(*equilibrium, options, loads, nullptr, &last, exit_code));
   PetscCall(at_rest(last ? last.get() : equilibrium->initial_state(), y));
   *settled = std::move(equilibrium);

@@ -23,7 +23,8 @@ class Modes:
                           keep=("run.h5md",) if expect == 0 else (), expect=expect, **({} if ranks is None else {"ranks": ranks}))
         self.report, self.stderr, self.stdout = done.report, done.stderr, done.stdout
         if expect == 0:
-            with h5py.File(io.BytesIO(done.files["run.h5md"]), "r") as f:
+            self.bytes = done.files["run.h5md"]
+            with h5py.File(io.BytesIO(self.bytes), "r") as f:
                 for name in ("omega_squared", "shape", "residual", "participation", "fluctuation"):
                     setattr(self, name, f["modes/" + name][...])
 
@@ -222,8 +223,29 @@ def check_equilibrium(checks, folder):
     for ranks in (1, 2):
         got = Modes(checks, lattice, 2, ranks=ranks, bs_gravity=(0.0, -g), bs_modes_about="equilibrium")
         checks.near(f"about the equilibrium, {ranks} ranks", got.omega_squared, [g / (L + m * g / k), k / m], 1e-9)
+    written_lattice(checks, folder)
     start = Modes(checks, lattice, 2, bs_gravity=(0.0, -g))
     checks.true("about the start: no equilibrium, one motion without stiffness", "no equilibrium" in start.stdout and start.report["zero_modes"] == 1)
+
+
+def written_lattice(checks, folder):
+    """The lattice in the file is that of the input, whatever the modes are about."""
+    n = 10
+    x, pairs = np.c_[np.arange(float(n)), np.zeros(n)], np.c_[np.arange(n - 1), np.arange(1, n)]
+    m, k, L = np.arange(1.0, n + 1), np.arange(10.0, n + 9), np.linspace(0.7, 0.9, n - 1)
+    lattice = write_lattice(folder / "written.h5", x, m, fixed=[1] + [0] * (n - 2) + [1], pairs=pairs, stiffness=k, rest_length=L, damping=0.5)
+    with h5py.File(lattice, "a") as f:
+        f["groups/odd"] = np.arange(1, n, 2)
+    expected = {"connectivity/bonds": pairs, "connectivity/bonds_stiffness": k, "connectivity/bonds_rest_length": L, "connectivity/bonds_damping": 0.5,
+                "particles/trajectory/mass": m, "particles/trajectory/id": np.arange(n), "groups/odd": np.arange(1, n, 2)}
+    for about in ("start", "equilibrium"):
+        for ranks in (1, 3):
+            got = Modes(checks, lattice, 4, ranks=ranks, bs_gravity=(0.0, -9.81), bs_modes_about=about)
+            with h5py.File(io.BytesIO(got.bytes), "r") as f:
+                for name, value in expected.items():
+                    checks.near(f"modes about the {about}, {ranks} ranks: {name}", f[name][...], value, 0)
+                frame = f["particles/trajectory/position/value"][0]
+            checks.true(f"modes about the {about}, {ranks} ranks: the frame is that state", (frame[4, 1] < -0.1) == (about == "equilibrium"))
 
 
 def check_masses(checks, folder):
