@@ -9,6 +9,28 @@
 
 namespace bs {
 
+namespace {
+
+/// Component by component the largest distance from the origin of an owned particle's place and of all that is linked to it: a particle at the
+/// origin feels the rounding of its neighbours' places. far: (n, d)
+void farthest_ends(const Network& net, const LocalState& state, std::vector<double>* far) {
+  const PetscInt d = net.dim;
+  far->resize(static_cast<std::size_t>(net.n * d));
+  for (PetscInt i = 0; i < net.n; ++i)
+    for (PetscInt c = 0; c < d; ++c) {
+      double& most = (*far)[static_cast<std::size_t>(i * d + c)];
+      most = std::abs(state.at(i)[c]);
+      for (PetscInt e = net.links.start[i]; e < net.links.start[i + 1]; ++e) most = std::max(most, std::abs(state.at(net.links.other[e])[c]));
+    }
+  for (std::size_t k = 0; k < net.anchors.particle.size(); ++k)
+    for (PetscInt c = 0; c < d; ++c) {
+      double& most = (*far)[static_cast<std::size_t>(net.anchors.particle[k] * d + c)];
+      most = std::max(most, std::abs(net.anchors.point[k * 3 + static_cast<std::size_t>(c)]));
+    }
+}
+
+}  // namespace
+
 // Rounding of x alone moves the force on a particle by its springs' rates times eps |x|; and laws that balance (weight and
 // drag) leave the rounding of each. Images across a periodic box are as far away as its edges are long.
 PetscErrorCode ParticleModel::force_magnitudes(double t, Vec y, double* size) {
@@ -16,13 +38,14 @@ PetscErrorCode ParticleModel::force_magnitudes(double t, Vec y, double* size) {
   double edges[9] = {}, far[3] = {0, 0, 0};
   PetscFunctionBegin;
   PetscCall(state_.gather(t, y));
-  std::vector<double> laws(static_cast<std::size_t>(net_.n));
+  std::vector<double> laws(static_cast<std::size_t>(net_.n)), ends;
+  farthest_ends(net_, state_, &ends);
   if (cell_.active()) cell_.edges(t, edges, nullptr);
   for (int k = 0; k < d; ++k)
     for (int c = 0; c < d && net_.box.periodic[k]; ++c) far[c] += std::abs(edges[k * d + c]);
   physics_->law_sizes(t, state_, laws.data());
   for (PetscInt i = 0; i < net_.n; ++i)
-    for (PetscInt c = 0; c < d; ++c) size[i * d + c] = net_.fixed[i] ? 0.0 : 2 * rates_[i] * (std::abs(state_.at(i)[c]) + far[c]) + laws[i];
+    for (PetscInt c = 0; c < d; ++c) size[i * d + c] = net_.fixed[i] ? 0.0 : 2 * rates_[i] * (ends[static_cast<std::size_t>(i * d + c)] + far[c]) + laws[i];
   if (supports_.active()) supports_.clear(0, net_.n, 1, size);
   PetscFunctionReturn(0);
 }
