@@ -83,6 +83,7 @@ PetscErrorCode ArcLength::begin(SNES snes, Vec X) {
   }
   now_ = start_factor_;
   model_->set_factor(now_);
+  model_->begin_solve();
   PetscCall(VecCopy(start_, X));
   snes->iter = 0;
   snes->linear_its = 0;

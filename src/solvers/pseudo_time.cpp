@@ -26,6 +26,7 @@ PetscErrorCode PseudoTime::solve(SNES snes) {
   PetscReal h, from;
   SNESConvergedReason reason;
   PetscFunctionBegin;
+  model_->begin_solve();
   PetscCall(newton_(snes));
   PetscCall(SNESGetConvergedReason(snes, &reason));
   PetscCall(TSGetTimeStep(ts_, &h));
@@ -42,6 +43,7 @@ PetscErrorCode PseudoTime::solve(SNES snes) {
 PetscErrorCode PseudoTime::solve_from(Vec y, bool* good) {
   SNES snes;
   SNESConvergedReason reason;
+  PetscReal time;
   PetscFunctionBegin;
   PetscCall(TSGetSNES(ts_, &snes));
   if (!room_) PetscCall(VecDuplicate(y, room_.out()));
@@ -53,6 +55,12 @@ PetscErrorCode PseudoTime::solve_from(Vec y, bool* good) {
   PetscCall(SNESGetConvergedReason(snes, &reason));
   ts_->snes_its += snes->iter;
   *good = reason > 0;
+  if (*good && context_->examine) {
+    Finding found;
+    PetscCall(TSGetTime(ts_, &time));
+    PetscCall(context_->examine(time, room_, &found));
+    *good = found.good;
+  }
   if (*good) PetscCall(VecCopy(room_, y));
   PetscFunctionReturn(0);
 }
@@ -77,7 +85,9 @@ PetscErrorCode PseudoTime::advance(double h, Vec y, bool* good) {
   PetscCall(TSSetTimeStep(ts_, h));
   PetscCall(SNESSetTolerances(snes, PETSC_DEFAULT, std::max(rtol, RTOL), PETSC_DEFAULT, PETSC_DEFAULT, PETSC_DEFAULT));
   fallback_ = Fallback::never;
+  context_->newton.go_to_the_end(false);
   PetscCall(solve_from(y, good));
+  context_->newton.go_to_the_end(true);
   fallback_ = Fallback::late;
   PetscCall(SNESSetTolerances(snes, PETSC_DEFAULT, rtol, PETSC_DEFAULT, PETSC_DEFAULT, PETSC_DEFAULT));
   PetscCall(TSSetTimeStep(ts_, of_loads));
@@ -101,6 +111,7 @@ PetscErrorCode PseudoTime::continue_from_start(SNES snes) {
   PetscCall(SNESSetTolerances(snes, PETSC_DEFAULT, PETSC_DEFAULT, PETSC_DEFAULT, MOST, PETSC_DEFAULT));
   context_->newton.persist(true);
   model_->set_pseudo_time(PART);
+  model_->begin_solve();
   snes->vec_func_init_set = PETSC_FALSE;
   PetscCall(newton_(snes));
   model_->set_pseudo_time(0);

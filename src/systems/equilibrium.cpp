@@ -58,6 +58,7 @@ double Equilibrium::factor(double t) const { return std::isnan(factor_) ? t : fa
 
 void Equilibrium::load(double s) {
   Loads loads;
+  load_factor_ = s;
   loads.gravity = rules_.gravity ? s : 1;
   loads.at_rest = true;
   loads.anchors_at_full_load = !rules_.anchors;
@@ -135,36 +136,62 @@ PetscErrorCode Equilibrium::residual(double t, Vec y, Vec ydot, Form, Vec F) {
 }
 
 PetscErrorCode Equilibrium::residual_norms(Vec F, ResidualNorms* norms) {
+  constexpr double CLOSE = 1e-3, SLOW = 0.1;
   PetscFunctionBegin;
   PetscCall(FirstOrder::residual_norms(F, norms));
   if (moves()) PetscFunctionReturn(0);
   (*norms)[0] = 0;  // v is only a prediction
   last_ = (*norms)[1];
   if (first_ == 0) first_ = last_;
+  if (solve_first_ == 0) solve_first_ = last_;
+  if (floor_ > 0) seen_.loaded = std::max(seen_.loaded, last_ / floor_);
+  if (solve_before_ > 0 && last_ < CLOSE * solve_first_ && last_ > SLOW * solve_before_) sharp_ = true;
+  solve_before_ = last_;
   PetscFunctionReturn(0);
 }
 
 PetscErrorCode Equilibrium::residual_floor(double t, Vec y, double, Form form, ResidualNorms* floor) {
-  const Layout at = own_->layout();
   double s = 0, sum = 0;
   PetscFunctionBegin;
-  std::vector<double> size(static_cast<std::size_t>(at.particles * at.dim));
   PetscCall(stand(t, y, &s));
   if (moves()) {
     PetscCall(FirstOrder::residual_floor(s, y, 1 / step_, form, floor));
     PetscFunctionReturn(0);
   }
-  PetscCall(own_->force_magnitudes(s, rest_, size.data()));
-  for (const double each : size) sum += each * each;
+  PetscCall(roundings(s, &rounding_));
+  for (const double each : rounding_) sum += each * each;
   PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &sum, 1, MPI_DOUBLE, MPI_SUM, comm()));
-  *floor = {0, 2 * PETSC_MACHINE_EPSILON * std::sqrt(sum)};
+  floor_ = std::sqrt(sum);
+  *floor = {0, floor_};
   PetscFunctionReturn(0);
 }
 
+// The force on each particle beyond its own rounding errors, by the sizes of those that add up to it: beside stiff springs the norm of all forces
+// does not see soft ones.
 PetscErrorCode Equilibrium::velocity_errors(Vec y, Vec F, double, Form form, double* worst, double* fastest) {
+  const Layout at = own_->layout();
+  std::vector<double> inner, outer;
+  const PetscScalar* a = nullptr;
+  double most = 0;
   PetscFunctionBegin;
-  *worst = *fastest = 0;
-  if (moves()) PetscCall(FirstOrder::velocity_errors(y, F, 1 / step_, form, worst, fastest));
+  if (moves()) {
+    PetscCall(FirstOrder::velocity_errors(y, F, 1 / step_, form, worst, fastest));
+    PetscFunctionReturn(0);
+  }
+  PetscCall(at_rest(y));
+  PetscCall(own_->force_sizes(load_factor_, rest_, &inner, &outer));
+  PetscCall(VecGetArrayRead(F, &a));
+  for (PetscInt i = 0; i < at.particles; ++i) {
+    const std::size_t k = static_cast<std::size_t>(i);
+    double square = 0;
+    for (PetscInt c = 0; c < at.dim; ++c) square += a[at.v(i, c)] * a[at.v(i, c)];
+    const double beyond = std::sqrt(square) - NEAR * rounding_[k];
+    if (beyond > 0) most = std::max(most, beyond / (inner[k] + outer[k]));
+  }
+  PetscCall(VecRestoreArrayRead(F, &a));
+  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &most, 1, MPI_DOUBLE, MPI_MAX, comm()));
+  *worst = most;
+  *fastest = 1;
   PetscFunctionReturn(0);
 }
 
@@ -177,11 +204,14 @@ PetscErrorCode Equilibrium::accept(double t, Vec y) {
 }
 
 PetscErrorCode Equilibrium::observe(double t, Vec y, std::vector<Observable>* out) {
+  Balance now;
   double s = 0;
   PetscFunctionBegin;
   PetscCall(stand(t, y, &s));
   PetscCall(own_->observe(s, rest_, out));
+  PetscCall(balance(t, y, &now));
   out->push_back({"load_factor", {s}});
+  out->push_back({"unbalanced_force", {now.left}});
   PetscFunctionReturn(0);
 }
 

@@ -12,6 +12,14 @@ struct LoadRules {
   bool gravity = true, anchors = true, driven = true, box = true;
 };
 
+/// What is left of the forces on particles that can move, and what they are to be measured by: the largest of each at any particle [N].
+struct Balance {
+  double left = 0;    ///< unbalanced force
+  double beyond = 0;  ///< of it, what ten times the rounding errors of the particle's own forces do not explain
+  double inner = 0;   ///< sum of the sizes of the forces between particles
+  double outer = 0;   ///< load, or reaction of a support
+};
+
 /// F_x = M (x' - v), F_v = -f(s, x, 0): what beuler makes of it is Newton's method for f = 0 at s, and the momentum residual is the gradient of
 ///   Phi = sigma E(s, x)
 /// so that the convergence test, the energy search and the condensed solve of dynamics serve here too. S = (shift M - K)/sigma.
@@ -30,7 +38,9 @@ class Equilibrium final : public FirstOrder {
   /// Collective. The tangent at (t, y), with a shift so small that it does not hide a negative eigenvalue: for its inertia.
   PetscErrorCode linearise_sharply(double t, Vec y, Mat P);
   /// That shift, once there is one [1/s^2].
-  double sharp_shift() const { return SHARP * least_shift(); }
+  double sharp_shift() const { return SHARP * least_shift(false); }
+  /// Newton's method begins anew.
+  void begin_solve();
 
   /// From now on a solve is a step of backward Euler of h [s] from y, with inertia and damping, at the loads of the factor that it is solved for, and
   /// what is observed moves; h = 0: ends that.
@@ -46,6 +56,15 @@ class Equilibrium final : public FirstOrder {
   /// Collective. Of the lattice at rest at (t, y); and the free strains of its box, with the stresses given at t.
   PetscErrorCode strain_response(double t, Vec y, StrainResponse* out);
   std::vector<FreeStrain> free_strains(double t);
+  /// Collective. Of the forces at (t, y), evaluated afresh.
+  PetscErrorCode balance(double t, Vec y, Balance* out);
+  /// Collective. Whether y, which a solver calls the equilibrium of time t, is one, whatever the solver's own tolerances: the unbalanced force and,
+  /// where stresses of the box are given, what is missing of them, are below 1e-6 of the forces of the run so far. `why`: it is none.
+  PetscErrorCode examine(double t, Vec y, std::string* why);
+  /// Accepted equilibria whose unbalanced force is above 1e-6 of the largest load or reaction, for which rounding errors leave no other choice.
+  std::int64_t unbalanced() const { return static_cast<std::int64_t>(seen_.unbalanced); }
+  void save_sums(std::map<std::string, double>* sums) const override;
+  void restore_sums(const std::map<std::string, double>& sums) override;
   /// What a task found wrong with the last solve: the model's fault from now on; empty: nothing.
   void set_trouble(const std::string& text) { trouble_ = text; }
 
@@ -66,6 +85,7 @@ class Equilibrium final : public FirstOrder {
 
  private:
   static constexpr double SHARP = 1e-4;  ///< of the shift of a solve
+  static constexpr double NEAR = 10;     ///< rounding errors of a particle's force, within which it may be left
   class Potential;
   /// rest_ becomes y without its velocities.
   PetscErrorCode at_rest(Vec y);
@@ -74,10 +94,12 @@ class Equilibrium final : public FirstOrder {
   /// Both, at the factor s of time t.
   PetscErrorCode stand(double t, Vec y, double* s);
   PetscErrorCode mean_rate(double* rate);
+  PetscErrorCode roundings(double s, std::vector<double>* rounding);
+  PetscErrorCode missing_stress(double t, Vec y, double* missing, double* size);
   bool moves() const { return step_ > 0; }
   PetscErrorCode momentum(double s, Vec y, Vec F);
   /// Of a solve [1/s^2].
-  double least_shift() const;
+  double least_shift(bool sharp) const;
 
   LoadRules rules_;
   std::shared_ptr<Potential> potential_;
@@ -86,7 +108,15 @@ class Equilibrium final : public FirstOrder {
   VecHandle from_, flow_;  ///< where its step began; room for y'
   double rate_ = 0;        ///< mean squared frequency at the first linearisation [1/s^2]
   double factor_, pseudo_ = 0, first_ = 0, last_ = 0;
+  double load_factor_ = 0, floor_ = 0;  ///< of the last evaluation; rounding errors of all forces [N]
   PetscInt free_ = 0;
+  bool sharp_ = false;                         ///< in this solve from now on: bodies that are tied to nothing have no larger shift than others
+  double solve_first_ = 0, solve_before_ = 0;  ///< residuals of this solve: the first, the one before the last [N]
+  std::vector<double> rounding_;               ///< (n) of the force on each particle, of the last floor [N]
+  /// Of the run so far: largest forces [N], largest stress, largest residual beside its rounding errors, equilibria that are not balanced.
+  struct {
+    double inner = 0, outer = 0, stress = 0, loaded = 0, unbalanced = 0;
+  } seen_;
   std::string trouble_;
 };
 

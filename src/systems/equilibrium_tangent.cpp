@@ -56,11 +56,16 @@ PetscErrorCode Equilibrium::mean_rate(double* rate) {
 // The shift of every solve is far below the stiffness of any structure that is held and above rounding: Newton's method then converges with
 // a factor of 1e-10 / (lowest stiffness of a mode, relative to the mean one), and motions that cost no energy are made only as far as
 // rounding errors of the forces push: 1e-16 / 1e-10 of the other ones. Where bodies are free, or broken springs may have set some free,
-// nothing else holds them: 1e-6.
-double Equilibrium::least_shift() const {
+// nothing else holds them: 1e-6, until modes softer than that keep the residual from falling.
+double Equilibrium::least_shift(bool sharp) const {
   constexpr double LEAST = 1e-10, LEAST_OF_FREE = 1e-6;
   const Breaks* breaks = own_->breaks();
-  return (free_ > 0 || (breaks && breaks->any()) ? LEAST_OF_FREE : LEAST) * rate_;
+  return (!sharp && (free_ > 0 || (breaks && breaks->any())) ? LEAST_OF_FREE : LEAST) * rate_;
+}
+
+void Equilibrium::begin_solve() {
+  sharp_ = false;
+  solve_first_ = solve_before_ = 0;
 }
 
 PetscErrorCode Equilibrium::jacobian(double t, Vec y, Vec, double sigma, Form form, Mat P) {
@@ -78,7 +83,7 @@ PetscErrorCode Equilibrium::jacobian(double t, Vec y, Vec, double sigma, Form fo
     if (rate_ == 0) rate_ = rate;
   }
   const double part = pseudo_ > 0 && first_ > 0 ? pseudo_ * rate * std::min(1.0, last_ / first_) : 0;
-  tangent_.set_static(std::max(part, least_shift()));
+  tangent_.set_static(std::max(part, least_shift(sharp_)));
   PetscCall(MatAssemblyBegin(P, MAT_FINAL_ASSEMBLY));
   PetscCall(MatAssemblyEnd(P, MAT_FINAL_ASSEMBLY));
   PetscFunctionReturn(0);

@@ -111,6 +111,9 @@ class Mechanics : public System {
   /// Collective. size: (n, d), magnitudes that add up to the force on each particle and may cancel: rounding errors of the
   /// force are this times the machine's precision [N].
   virtual PetscErrorCode force_magnitudes(double t, Vec y, double* size) = 0;
+  /// Collective. At each owned particle, held ones included [N]. inner: sizes of the forces between particles, added up; outer: the largest of what
+  /// anchors and fields exert, and of the force that holds it.
+  virtual PetscErrorCode force_sizes(double t, Vec y, std::vector<double>* inner, std::vector<double>* outer) = 0;
   virtual Linearisation& linearisation() = 0;
   /// Whether some force couples all particles with one another; the matrices of linearisation() leave it out.
   virtual bool couples_all() const = 0;

@@ -36,6 +36,7 @@ class StaticRun {
 
  private:
   PetscErrorCode attach(TS ts, TSContext& context, double step);
+  PetscErrorCode examine(double factor, Vec y, Finding* out);
   PetscErrorCode observe(double factor, Vec y, std::vector<Observable>* out);
   PetscErrorCode count(std::vector<Tally>* out) const;
   PetscErrorCode find(double factor, Vec y, Findings* out);
@@ -80,6 +81,7 @@ RunHooks StaticRun::hooks() {
   hooks.restore = [this](const Facts& facts) {
     if (facts.whole.count("negative_pivots")) before_ = static_cast<PetscInt>(facts.whole.at("negative_pivots"));
   };
+  hooks.warnings = [this] { return model_.unbalanced() > 0 ? std::vector<std::string>{"unbalanced_force"} : std::vector<std::string>{}; };
   if (end_ && end_->wanted()) {
     hooks.tables = [this](PetscMPIInt rank, std::vector<Dataset>* all) {
       if (end_->compliance.wanted()) all->push_back(end_->compliance.table(rank));
@@ -103,12 +105,29 @@ RunHooks StaticRun::hooks() {
 
 PetscErrorCode StaticRun::attach(TS ts, TSContext& context, double step) {
   PetscFunctionBegin;
+  context.newton.go_to_the_end(true);
+  context.examine = [this](double factor, Vec y, Finding* out) { return examine(factor, y, out); };
   if (options_.arc) {
     PetscCall(arc_.attach(ts, context, model_, step, options_.end));
     PetscFunctionReturn(0);
   }
   PetscCall(pseudo_.attach(ts, context, model_, step));
   if (box_.active()) PetscCall(box_.attach(ts, context, model_, [this](SNES snes) { return pseudo_.solve(snes); }));
+  PetscFunctionReturn(0);
+}
+
+/// Where the solver ended by its own test, a shorter load step may be solved better; not where that test was taken from it.
+PetscErrorCode StaticRun::examine(double factor, Vec y, Finding* out) {
+  SNES snes;
+  SNESConvergedReason reason;
+  PetscFunctionBegin;
+  PetscCall(model_.examine(factor, y, &out->why));
+  out->good = out->why.empty();
+  if (out->good) PetscFunctionReturn(0);
+  PetscCall(TSGetSNES(ts_, &snes));
+  PetscCall(SNESGetConvergedReason(snes, &reason));
+  out->hopeless = reason != SNES_CONVERGED_FNORM_RELATIVE && reason != SNES_CONVERGED_SNORM_RELATIVE;
+  if (out->hopeless) out->why += format(" (it ended by %s: leave out -snes_atol, -snes_type ksponly and the like)", SNESConvergedReasons[reason]);
   PetscFunctionReturn(0);
 }
 
@@ -149,6 +168,10 @@ PetscErrorCode StaticRun::count(std::vector<Tally>* out) const {
   out->push_back({"box_corrections", "changes of the box to meet the stresses of -bs_box_stress", box_.corrections()});
   out->push_back({"turns", "times the load factor turned round: limit points", turns_});
   out->push_back({"inertia_changes", "times the number of negative pivots changed: limit points and branch points lie there", changes_});
+  out->push_back(
+      {"unbalanced",
+       "equilibria leave an unbalanced force above 1e-6 of the largest load or reaction (/observables/unbalanced_force): it bounds their digits",
+       model_.unbalanced()});
   out->push_back({"unstable", "equilibria are unstable: the tangent there has negative pivots", unstable_});
   PetscFunctionReturn(0);
 }

@@ -48,15 +48,26 @@ PetscErrorCode RejectionWatch::attach(TS ts, double step_min, std::int64_t most)
   PetscFunctionReturn(0);
 }
 
-/// Nothing is taken of a linear solve that left its residual, or that comes once a step is given up.
-PetscErrorCode RejectionWatch::check(TSAdapt adapt, TS, PetscReal, Vec, PetscBool* accept) {
+PetscErrorCode RejectionWatch::attach_solvers(TS ts, const TSContext& context) {
+  PetscFunctionBegin;
+  context_ = &context;
+  PetscCall(linear_.attach(ts, context));
+  PetscFunctionReturn(0);
+}
+
+/// Nothing is taken of a linear solve that left its residual, of a solve that the task finds wanting, or that comes once a step is given up.
+PetscErrorCode RejectionWatch::check(TSAdapt adapt, TS, PetscReal time, Vec y, PetscBool* accept) {
   PetscContainer container = nullptr;
   void* self = nullptr;
   PetscFunctionBegin;
   PetscCall(PetscObjectQuery(reinterpret_cast<PetscObject>(adapt), "bs_rejections", reinterpret_cast<PetscObject*>(&container)));
   if (container) PetscCall(PetscContainerGetPointer(container, &self));
-  const RejectionWatch* watch = static_cast<RejectionWatch*>(self);
+  RejectionWatch* watch = static_cast<RejectionWatch*>(self);
   if (watch && (watch->gave_up_ || watch->linear_.failed())) *accept = PETSC_FALSE;
+  if (!watch || !*accept || !watch->context_ || !watch->context_->examine) PetscFunctionReturn(0);
+  watch->finding_ = {};
+  PetscCall(watch->context_->examine(time, y, &watch->finding_));
+  if (!watch->finding_.good) *accept = PETSC_FALSE;
   PetscFunctionReturn(0);
 }
 
@@ -92,6 +103,11 @@ PetscErrorCode RejectionWatch::name_reason(TS ts, bool solve_failed) {
   if (solve_failed) {
     PetscCall(name_failure(ts));
     // nothing that the failed attempt left in the solvers goes into the next one
+    PetscCall(linear_solver_of(ts, nullptr, &pc));
+    PetscCall(condensed_renew(pc));
+  } else if (!finding_.good) {
+    last_reason_ = NEWTON;
+    last_ = finding_.why;
     PetscCall(linear_solver_of(ts, nullptr, &pc));
     PetscCall(condensed_renew(pc));
   } else if (linear_.failed()) {

@@ -8,6 +8,7 @@
 #include "solvers/linear_check.hpp"
 #include "systems/model.hpp"
 #include "time/stepping/attempts.hpp"
+#include "time/ts_setup.hpp"
 
 namespace bs {
 
@@ -21,7 +22,7 @@ class RejectionWatch {
   /// rejections in a row.
   PetscErrorCode attach(TS ts, double step_min, std::int64_t most);
   /// Collective. Once the solvers are set up: linear solves are judged by their residuals, where the model is linear.
-  PetscErrorCode attach_solvers(TS ts, const TSContext& context) { return linear_.attach(ts, context); }
+  PetscErrorCode attach_solvers(TS ts, const TSContext& context);
   /// Before a step of length h from time t [s]; `again`: one that TS gave back after a rejected attempt.
   void begin_step(double t, double h, bool again) { attempts_.begin(t, h, again); }
   /// Collective. After TS gave a step back: the length of the next attempt, `cut` times the last one where TS has not
@@ -47,12 +48,14 @@ class RejectionWatch {
  private:
   static PetscErrorCode check(TSAdapt adapt, TS ts, PetscReal time, Vec y, PetscBool* accept);
   PetscErrorCode look(TS ts);
-  bool enough(double next) const { return no_memory_ || attempts_.spent(next); }
+  bool enough(double next) const { return no_memory_ || finding_.hopeless || attempts_.spent(next); }
   PetscErrorCode name_failure(TS ts);
   PetscErrorCode name_reason(TS ts, bool solve_failed);
 
   Model& model_;
   LinearCheck linear_;
+  const TSContext* context_ = nullptr;
+  Finding finding_;  ///< of the last attempt
   Attempts attempts_;
   PetscInt rejected_ = 0, failures_ = 0;      ///< of the TS, looked at so far
   bool gave_up_ = false, no_memory_ = false;  ///< no_memory_: a shorter step would need as much

@@ -1,5 +1,6 @@
 // A TS for a model: type, form of the equations, callbacks and the program's own defaults.
 #pragma once
+#include <functional>
 #include <string>
 #include "base/handle.hpp"
 #include "solvers/newton/convergence.hpp"
@@ -16,6 +17,13 @@ struct Pace {
   double rtol = 1e-8;           ///< -snes_rtol
 };
 
+/// What a task finds of a solve that calls itself converged.
+struct Finding {
+  bool good = true;
+  std::string why = {};   ///< it is not
+  bool hopeless = false;  ///< a shorter step would not mend it
+};
+
 /// What the callbacks of one TS need; must outlive it.
 struct TSContext {
   Pace pace;
@@ -26,7 +34,8 @@ struct TSContext {
   RosenbrockStages rosenbrock;
   NewtonPolicy newton;
   Predictor predictor;
-  MatHandle operator_, matrix;  ///< Amat and Pmat of implicit types
+  MatHandle operator_, matrix;                                          ///< Amat and Pmat of implicit types
+  std::function<PetscErrorCode(double time, Vec y, Finding*)> examine;  ///< collective, of every solve of a stage; empty: none is examined
 };
 
 /// Collective. Creates `ts` at the model's initial state; options override every default set here. An -ts_type that

@@ -9,6 +9,9 @@
 
 namespace bs {
 
+/// Iterates in a row without progress after which the solve of an equilibrium gives up.
+static constexpr int PATIENCE = 4;
+
 /// What SNES hands to its convergence test: iteration, |x|, |dx|, |F|, and the tolerances in force.
 struct NewtonPolicy::Norms {
   PetscInt it = 0;
@@ -26,12 +29,14 @@ bool NewtonPolicy::below(const ResidualNorms& now, double rtol, double floors) c
 }
 
 /// Near rounding level, and no longer falling: no further iterate is any better. The estimate of the rounding errors is a sum
-/// of the worst cases, which Newton may well get below; so what the residual does decides.
+/// of the worst cases, which Newton may well get below; so what the residual does decides. Beside stiff springs soft ones may still be far from
+/// that level where the norms are near it: equilibria wait for several iterates before they give up.
 bool NewtonPolicy::exhausted(const ResidualNorms& now, double rtol) const {
   constexpr double NEAR = 100, ROUNDING = 1e-13;
   const double size = ROUNDING * solve_.size_of_forces();
   const bool near = below(now, rtol, NEAR) || (solve_.inverse_h * now[0] <= size && now[1] <= size);
   const bool falling = now[0] < 0.5 * solve_.previous[0] || now[1] < 0.5 * solve_.previous[1];
+  if (to_the_end_) return near && (solve_.stalled >= PATIENCE || (!falling && below(now, rtol, 1.0)));
   return near && !falling;
 }
 
@@ -131,7 +136,16 @@ PetscErrorCode NewtonPolicy::begin_solve(const ResidualNorms& now) {
   if (solve_.inverse_h != floor_inverse_h_) PetscCall(estimate_floor(solve_.inverse_h));
   for (int k = 0; k < 2; ++k) solve_.first[k] = std::max(now[k], reference_[k]);
   reference_ = {0, 0};
+  solve_.least = now;
+  solve_.stalled = 0;
   PetscFunctionReturn(0);
+}
+
+void NewtonSolve::follow(const ResidualNorms& now) {
+  const bool better = now[0] < 0.5 * least[0] || now[1] < 0.5 * least[1];
+  for (int k = 0; k < 2; ++k)
+    if (now[k] < 0.5 * least[k]) least[k] = now[k];
+  stalled = better ? 0 : stalled + 1;
 }
 
 // Converged: every part has fallen by rtol, or to its rounding errors and falls no further, or all of F is below atol, or a
@@ -148,12 +162,12 @@ SNESConvergedReason NewtonPolicy::verdict(const Norms& at, const ResidualNorms& 
   return SNES_CONVERGED_ITERATING;
 }
 
-/// The norms are content: every particle must be.
+/// The norms are content: every particle must be, as long as iterates get any better.
 PetscErrorCode NewtonPolicy::confirm(SNES snes, const Norms& at, const ResidualNorms& now, SNESConvergedReason* reason) {
   bool has = true;
   PetscFunctionBegin;
   PetscCall(every_particle_has(snes, at.rtol, &has));
-  if (!has) {
+  if (!has && !(to_the_end_ && exhausted(now, at.rtol) && solve_.stalled >= PATIENCE)) {
     *reason = SNES_CONVERGED_ITERATING;
     ++uneven_;
   } else if (at.it > 0 && !below(now, at.rtol, 0.0)) {
@@ -181,6 +195,7 @@ PetscErrorCode NewtonPolicy::judge(SNES snes, const Norms& at, SNESConvergedReas
   PetscCall(SNESGetFunction(snes, &F, nullptr, nullptr));
   PetscCall(model().residual_norms(F, &now));
   if (at.it == 0) PetscCall(begin_solve(now));
+  else solve_.follow(now);
   *reason = verdict(at, now);
   if (*reason == SNES_CONVERGED_FNORM_RELATIVE || *reason == SNES_CONVERGED_SNORM_RELATIVE) PetscCall(confirm(snes, at, now, reason));
   if (*reason == SNES_CONVERGED_ITERATING && settings_.forcing) PetscCall(set_forcing(snes, at.it, now, at.rtol));

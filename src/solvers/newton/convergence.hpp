@@ -26,10 +26,14 @@ struct NewtonSolve {
   ResidualNorms first = {0, 0};     ///< residual at the first iterate, or where the step began if that is larger
   ResidualNorms previous = {0, 0};  ///< at the iterate before this one
   ResidualNorms floor = {0, 0};     ///< rounding errors of the residual
+  ResidualNorms least = {0, 0};     ///< smallest so far, each part renewed where it has been halved
+  int stalled = 0;                  ///< iterates in a row that halved neither
   double inverse_h = 1;             ///< 1/h of this attempt [1/s]: makes the kinematic residual a force
   /// Largest force the first residual stands for [N]: a kinematic residual r is worth r/h, the velocity it stands
   /// for brought up within a step.
   double size_of_forces() const { return std::max(inverse_h * first[0], first[1]); }
+  /// The residual is `now` at another iterate.
+  void follow(const ResidualNorms& now);
 };
 
 /// Data of the stage that is solved for. Written by the callbacks of the residual and the Jacobian only.
@@ -92,6 +96,9 @@ class NewtonPolicy {
   /// What a checkpoint holds of it: what steps of several lengths took; and back, where it holds that.
   void save(Facts* facts) const;
   void restore(const Facts& facts);
+  /// Of equilibria, whose forces are judged once more when the solve has ended: near rounding level a solve goes on for as long as the residual
+  /// falls at all, and may then leave particles that are worse than the others.
+  void go_to_the_end(bool on) { to_the_end_ = on; }
   const NewtonSettings& settings() const { return settings_; }
   const NewtonSolve& solve() const { return solve_; }
   Model& model() const { return *settings_.model; }
@@ -127,7 +134,7 @@ class NewtonPolicy {
   double floor_inverse_h_ = 0;        ///< 1/h the rounding errors were estimated for [1/s]
   std::int64_t at_floor_ = 0, uneven_ = 0;
   PastLengths lengths_;
-  bool persists_ = false;
+  bool persists_ = false, to_the_end_ = false;
   bool descends_ = false;  ///< the search makes the potential fall, and no bound on the residual is given
 };
 

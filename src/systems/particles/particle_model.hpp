@@ -38,6 +38,7 @@ class ParticleModel final : public Mechanics {
   std::vector<ParticleGroup> groups() const override;
   PetscErrorCode force(double t, Vec y, const double** f) override;
   PetscErrorCode force_magnitudes(double t, Vec y, double* size) override;
+  PetscErrorCode force_sizes(double t, Vec y, std::vector<double>* inner, std::vector<double>* outer) override;
   Linearisation& linearisation() override { return linearised_; }
   bool couples_all() const override { return coupling_.active(); }
   Incremental* potential() override { return &potential_; }

@@ -45,8 +45,37 @@ PetscErrorCode ParticleModel::force_magnitudes(double t, Vec y, double* size) {
     for (int c = 0; c < d && net_.box.periodic[k]; ++c) far[c] += std::abs(edges[k * d + c]);
   physics_->law_sizes(t, state_, laws.data());
   for (PetscInt i = 0; i < net_.n; ++i)
-    for (PetscInt c = 0; c < d; ++c) size[i * d + c] = net_.fixed[i] ? 0.0 : 2 * rates_[i] * (ends[static_cast<std::size_t>(i * d + c)] + far[c]) + laws[i];
+    for (PetscInt c = 0; c < d; ++c)
+      size[i * d + c] = net_.fixed[i] ? 0.0 : 2 * rates_[i] * (ends[static_cast<std::size_t>(i * d + c)] + far[c]) + laws[i];
   if (supports_.active()) supports_.clear(0, net_.n, 1, size);
+  PetscFunctionReturn(0);
+}
+
+PetscErrorCode ParticleModel::force_sizes(double t, Vec y, std::vector<double>* inner, std::vector<double>* outer) {
+  const PetscInt d = net_.dim;
+  std::vector<PetscInt> held;
+  PetscFunctionBegin;
+  PetscCall(state_.gather(t, y));
+  PetscCall(coupling_.gather(net_, state_));
+  inner->assign(static_cast<std::size_t>(net_.n), 0.0);
+  outer->assign(static_cast<std::size_t>(net_.n), 0.0);
+  for (PetscInt i = 0; i < net_.n; ++i)
+    for (PetscInt e = net_.links.start[i]; e < net_.links.start[i + 1]; ++e)
+      if (net_.links.spring[e] >= 0) (*inner)[i] += std::abs(physics_->measure(state_, i, e).tension);
+  physics_->add_interaction_sizes(state_, inner->data());
+  physics_->law_sizes(t, state_, outer->data());
+  for (std::size_t k = 0; k < net_.anchors.particle.size(); ++k)
+    (*outer)[net_.anchors.particle[k]] += std::abs(physics_->anchor_tension(t, state_, static_cast<PetscInt>(k)));
+  for (PetscInt i = 0; i < net_.n; ++i)
+    if (net_.fixed[i] || (supports_.active() && supports_.mask(i))) held.push_back(i);
+  std::vector<double> force(held.size() * static_cast<std::size_t>(d));
+  physics_->forces_on(held, t, state_, coupling_, force.data());
+  for (std::size_t k = 0; k < held.size(); ++k) {
+    double square = 0;
+    for (PetscInt c = 0; c < d; ++c)
+      if (net_.fixed[held[k]] || supports_.mask(held[k]) >> c & 1) square += force[k * d + c] * force[k * d + c];
+    (*outer)[held[k]] = std::max((*outer)[held[k]], std::sqrt(square));
+  }
   PetscFunctionReturn(0);
 }
 

@@ -98,6 +98,10 @@ class Physics {
   virtual std::string lacks_potential() const = 0;
   /// size[i]: sum of the magnitudes of the particle laws' forces on owned particle i, which may cancel each other [N].
   virtual void law_sizes(double t, const LocalState& state, double* size) const = 0;
+  /// Tension of this rank's anchor k [N].
+  virtual double anchor_tension(double t, const LocalState& state, PetscInt k) const = 0;
+  /// Adds the sizes of the forces of interactions of three and more ends to size[i] of owned particles [N].
+  virtual void add_interaction_sizes(const LocalState&, double*) const {}
   /// Sum of the rates of the springs at every owned particle [N/m].
   virtual std::vector<double> rates() const = 0;
 };

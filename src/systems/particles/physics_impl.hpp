@@ -76,6 +76,12 @@ class PhysicsOf final : public Physics {
     }
   }
 
+  double anchor_tension(double t, const LocalState& state, PetscInt k) const override {
+    const AnchorShift shift(motion_, t);
+    const typename AnchorShift::End end(shift, net_.anchors, k);
+    return Kernel::tension({state.at(net_.anchors.particle[k]), end.y}, parameters(net_.anchors, k));
+  }
+
   void condense_springs(double t, const LocalState& state, const Coefficients& abc, bool positive, SpringMatrix* S) const override {
     positive ? fill_springs<true>(t, state, abc, S) : fill_springs<false>(t, state, abc, S);
   }

@@ -62,6 +62,20 @@ class Interaction {
     });
   }
 
+  /// Adds the sizes of the forces on owned ends, held ones too, to size[i].
+  void add_sizes(const LocalState& state, double* size) const {
+    traverse(state, [&](const Element& e) {
+      double force[N * d];
+      if (Law::template fault<d>(e.x, e.p)) return;
+      Law::template force<d>(e.x, e.p, force);
+      for (int a = 0; a < N; ++a) {
+        double square = 0;
+        for (int c = 0; c < d; ++c) square += force[a * d + c] * force[a * d + c];
+        if (e.end[a] < net_.n) size[e.end[a]] += std::sqrt(square);
+      }
+    });
+  }
+
   /// This rank's share [J]: every end counts alike. Where a law has no energy (an angle between arms of zero length), the force reports it.
   double energy(const LocalState& state) const {
     double sum = 0;

@@ -80,6 +80,10 @@ class WithInteractions final : public Physics {
   }
   std::string lacks_potential() const override { return pairs_->lacks_potential(); }
   void law_sizes(double t, const LocalState& state, double* size) const override { pairs_->law_sizes(t, state, size); }
+  double anchor_tension(double t, const LocalState& state, PetscInt k) const override { return pairs_->anchor_tension(t, state, k); }
+  void add_interaction_sizes(const LocalState& state, double* size) const override {
+    for_each([&](const auto& kind) { kind.add_sizes(state, size); });
+  }
   std::vector<double> rates() const override {
     std::vector<double> sum = pairs_->rates();
     for_each([&](const auto& kind) { kind.add_rates(&sum); });

@@ -1,0 +1,123 @@
+// Whether what a solver calls an equilibrium is one, by forces that are evaluated afresh.
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include "base/format.hpp"
+#include "systems/equilibrium.hpp"
+
+namespace bs {
+namespace {
+
+constexpr double LEFT = 1e-6;  ///< of the loads, that an equilibrium may leave
+
+/// A maximum does not see what is no number.
+double or_infinite(double value) { return std::isfinite(value) ? value : std::numeric_limits<double>::infinity(); }
+
+double norm_of(const double* a, PetscInt n) {
+  double square = 0;
+  for (PetscInt c = 0; c < n; ++c) square += a[c] * a[c];
+  return std::sqrt(square);
+}
+
+}  // namespace
+
+// rounding: (n) of the force on each particle, from the sizes of what adds up to it
+PetscErrorCode Equilibrium::roundings(double s, std::vector<double>* rounding) {
+  const Layout at = own_->layout();
+  std::vector<double> size(static_cast<std::size_t>(at.particles * at.dim));
+  PetscFunctionBegin;
+  PetscCall(own_->force_magnitudes(s, rest_, size.data()));
+  rounding->resize(static_cast<std::size_t>(at.particles));
+  for (PetscInt i = 0; i < at.particles; ++i)
+    (*rounding)[static_cast<std::size_t>(i)] = 2 * PETSC_MACHINE_EPSILON * norm_of(size.data() + i * at.dim, at.dim);
+  PetscFunctionReturn(0);
+}
+
+PetscErrorCode Equilibrium::balance(double t, Vec y, Balance* out) {
+  const Layout at = own_->layout();
+  const double* force = nullptr;
+  std::vector<double> rounding, inner, outer;
+  double s = 0, most[4] = {0, 0, 0, 0};
+  PetscFunctionBegin;
+  PetscCall(stand(t, y, &s));
+  PetscCall(roundings(s, &rounding));
+  PetscCall(own_->force_sizes(s, rest_, &inner, &outer));
+  PetscCall(own_->force(s, rest_, &force));
+  for (PetscInt i = 0; i < at.particles; ++i) {
+    const std::size_t k = static_cast<std::size_t>(i);
+    const double left = or_infinite(norm_of(force + i * at.dim, at.dim));
+    most[0] = std::max(most[0], left);
+    most[1] = std::max(most[1], left - NEAR * rounding[k]);
+    most[2] = std::max(most[2], inner[k]);
+    most[3] = std::max(most[3], outer[k]);
+  }
+  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, most, 4, MPI_DOUBLE, MPI_MAX, comm()));
+  *out = {most[0], most[1], most[2], most[3]};
+  PetscFunctionReturn(0);
+}
+
+// missing: what the stress of the box lacks of the one that is given; size: the stresses to measure it by, and what rounding of the strain makes of
+// the stiffness
+PetscErrorCode Equilibrium::missing_stress(double t, Vec y, double* missing, double* size) {
+  constexpr double ROUNDING = 1e-12;
+  StrainResponse at;
+  PetscFunctionBegin;
+  *missing = *size = 0;
+  const std::vector<FreeStrain> free = free_strains(t);
+  if (free.empty()) PetscFunctionReturn(0);
+  PetscCall(strain_response(t, y, &at));
+  for (const double stress : at.stress) seen_.stress = std::max(seen_.stress, std::abs(stress));
+  for (const FreeStrain& one : free) {
+    seen_.stress = std::max(seen_.stress, std::abs(one.stress));
+    *missing =
+        std::max(*missing, or_infinite(std::abs(one.stress - at.stress[static_cast<std::size_t>(component_place(dim(), one.row, one.column))])));
+  }
+  *size = seen_.stress;
+  for (int a = 0; a < at.count; ++a)
+    *size = std::max(*size, ROUNDING / LEFT * std::abs(at.affine[static_cast<std::size_t>(a * (at.count + 1))]) / at.volume);
+  PetscFunctionReturn(0);
+}
+
+PetscErrorCode Equilibrium::examine(double t, Vec y, std::string* why) {
+  Balance b;
+  double missing = 0, size = 0;
+  PetscFunctionBegin;
+  why->clear();
+  if (moves()) PetscFunctionReturn(0);
+  PetscCall(balance(t, y, &b));
+  const double inner = std::max(seen_.inner, b.inner), outer = std::max(seen_.outer, b.outer);
+  if (!(b.beyond <= LEFT * std::max(inner, outer))) {
+    *why = format("the solver calls it an equilibrium, but an unbalanced force of %.3g N is left on a particle where the largest forces are %.3g N",
+                  b.left, std::max(b.inner, b.outer));
+    PetscFunctionReturn(0);
+  }
+  PetscCall(missing_stress(t, y, &missing, &size));
+  if (!(missing <= LEFT * size)) {
+    *why = format("the stress of the box is off by %.3g where the largest stress is %.3g", missing, seen_.stress);
+    PetscFunctionReturn(0);
+  }
+  seen_.inner = inner;
+  seen_.outer = outer;
+  if (b.left > LEFT * (outer > 0 ? outer : inner) && seen_.loaded > 1) ++seen_.unbalanced;
+  PetscFunctionReturn(0);
+}
+
+void Equilibrium::save_sums(std::map<std::string, double>* sums) const {
+  FirstOrder::save_sums(sums);
+  (*sums)["largest_inner_force"] = seen_.inner;
+  (*sums)["largest_outer_force"] = seen_.outer;
+  (*sums)["largest_stress"] = seen_.stress;
+  (*sums)["largest_residual"] = seen_.loaded;
+  (*sums)["unbalanced"] = seen_.unbalanced;
+}
+
+void Equilibrium::restore_sums(const std::map<std::string, double>& sums) {
+  FirstOrder::restore_sums(sums);
+  const auto of = [&](const char* name) {
+    const auto at = sums.find(name);
+    return at == sums.end() ? 0.0 : at->second;
+  };
+  seen_ = {of("largest_inner_force"), of("largest_outer_force"), of("largest_stress"), of("largest_residual"), of("unbalanced")};
+}
+
+}  // namespace bs
