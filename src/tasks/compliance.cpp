@@ -136,7 +136,7 @@ PetscErrorCode Compliance::find(TS ts, Mat J, Equilibrium& model, double t, Vec 
       bool borne = false;
       PetscCall(set_load(*model.mechanics(), g, c, load));
       double left = 0;
-      PetscCall(solve.solve(load, u, &left));
+      PetscCall(solve.solve(load, u, GOOD, &left));
       borne = left <= GOOD;
       if (borne && left >= 0) PetscCall(is_resisted(model, load, u, &borne));
       if (!borne) {

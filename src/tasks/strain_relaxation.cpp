@@ -1,4 +1,5 @@
 #include "tasks/strain_relaxation.hpp"
+#include <algorithm>
 #include <cmath>
 
 namespace bs {
@@ -19,7 +20,7 @@ PetscErrorCode StrainRelaxation::find(TS ts, Mat J, Equilibrium& model, double t
   PetscFunctionBegin;
   PetscCall(model.strain_response(t, y, &strained_));
   wanted_.clear();
-  PetscCall(relax_all(ts, J, model, t, y));
+  PetscCall(relax(ts, J, model, t, y));
   PetscFunctionReturn(0);
 }
 
@@ -27,21 +28,7 @@ PetscErrorCode StrainRelaxation::estimate(TS ts, Mat J, Equilibrium& model, doub
   PetscFunctionBegin;
   PetscCall(model.strain_response(t, y, &strained_));
   wanted_ = choose(strained_);
-  PetscCall(relax_all(ts, J, model, t, y));
-  PetscFunctionReturn(0);
-}
-
-PetscErrorCode StrainRelaxation::relax_all(TS ts, Mat J, Equilibrium& model, double t, Vec y) {
-  PetscFunctionBegin;
-  layout_ = model.mechanics()->layout();
-  moved_.resize(static_cast<std::size_t>(strained_.count));
-  if (!direct_) PetscCall(relax(ts, J, model, t, y, nullptr));
-  if (direct_ || !(left_ <= (wanted_.empty() ? GOOD : ROUGH))) {
-    TangentFactors factors;
-    direct_ = true;
-    PetscCall(relax(ts, J, model, t, y, &factors));
-  }
-  PetscCall(reduce(model.comm()));
+  PetscCall(relax(ts, J, model, t, y));
   PetscFunctionReturn(0);
 }
 
@@ -54,17 +41,22 @@ void StrainRelaxation::keep_residual(std::size_t a, Vec r) {
   (void)VecRestoreArrayRead(r, &from);
 }
 
-PetscErrorCode StrainRelaxation::relax(TS ts, Mat J, Equilibrium& model, double t, Vec y, TangentFactors* factors) {
+PetscErrorCode StrainRelaxation::relax(TS ts, Mat J, Equilibrium& model, double t, Vec y) {
   constexpr double ROUNDING = 1e-13;
   const double good = wanted_.empty() ? GOOD : ROUGH;
   TangentSolve solve;
   VecHandle load;
   PetscFunctionBegin;
-  if (!wanted_.empty()) solve.be_rough();
+  layout_ = model.mechanics()->layout();
+  moved_.resize(static_cast<std::size_t>(strained_.count));
   residual_.assign(moved_.size(), {});
-  PetscCall(solve.prepare(ts, J, model, t, y, factors));
+  if (!wanted_.empty()) solve.be_rough();
+  if (direct_) solve.be_direct();
+  PetscCall(solve.prepare(ts, J, model, t, y));
   PetscCall(VecDuplicate(y, load.out()));
   left_ = 0;
+  // a strain that no spring resists has a force of rounding errors alone, which is nothing beside those of other strains
+  const double size = strained_.size.empty() ? 0 : *std::max_element(strained_.size.begin(), strained_.size.end());
   for (std::size_t a = 0; a < moved_.size(); ++a) {
     PetscReal norm = 0;
     double one = 0;
@@ -73,14 +65,15 @@ PetscErrorCode StrainRelaxation::relax(TS ts, Mat J, Equilibrium& model, double 
     if (!wanted_.empty() && !wanted_[a]) continue;
     PetscCall(set_load(a, load));
     PetscCall(VecNorm(load, NORM_2, &norm));
-    if (norm <= ROUNDING * strained_.size[a]) continue;  // every particle follows the strain by itself
-    PetscCall(solve.solve(load, moved_[a], &one));
+    if (norm <= ROUNDING * size) continue;  // every particle follows the strain by itself
+    PetscCall(solve.solve(load, moved_[a], good * size / norm, &one));
     keep_residual(a, solve.residual());
-    const double part = one * norm / strained_.size[a];
+    const double part = one * norm / size;
     left_ = part > left_ || std::isnan(part) ? part : left_;
-    if (!(left_ <= good)) break;
   }
+  direct_ = solve.direct();
   PetscCall(solve.give_back());
+  PetscCall(reduce(model.comm()));
   PetscFunctionReturn(0);
 }
 

@@ -31,8 +31,7 @@ class StrainRelaxation {
   Vec moved(int a) const { return moved_[static_cast<std::size_t>(a)]; }
 
  private:
-  PetscErrorCode relax_all(TS ts, Mat J, Equilibrium& model, double t, Vec y);
-  PetscErrorCode relax(TS ts, Mat J, Equilibrium& model, double t, Vec y, TangentFactors* factors);
+  PetscErrorCode relax(TS ts, Mat J, Equilibrium& model, double t, Vec y);
   PetscErrorCode set_load(std::size_t a, Vec load) const;
   PetscErrorCode reduce(MPI_Comm comm);
   void keep_residual(std::size_t a, Vec r);

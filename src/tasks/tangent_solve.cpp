@@ -1,11 +1,20 @@
 #include "tasks/tangent_solve.hpp"
+#include <algorithm>
+#include <cmath>
 #include "solvers/condensed/condensed.hpp"
 #include "time/ts_queries.hpp"
 
 namespace bs {
 
-PetscErrorCode TangentSolve::prepare(TS ts, Mat J, Equilibrium& model, double t, Vec y, TangentFactors* factors) {
-  constexpr double RTOL = 1e-10, SHIFT = 1e-9;
+namespace {
+
+constexpr std::size_t KEPT = 60;  // directions
+constexpr double SLOW = 0.5;
+
+}  // namespace
+
+PetscErrorCode TangentSolve::prepare(TS ts, Mat J, Equilibrium& model, double t, Vec y) {
+  constexpr double RTOL = 1e-10;
   PC pc;
   PetscFunctionBegin;
   model_ = &model;
@@ -17,13 +26,20 @@ PetscErrorCode TangentSolve::prepare(TS ts, Mat J, Equilibrium& model, double t,
   PetscCall(model.linearise_sharply(t, y, J));
   PetscCall(KSPSetOperators(ksp_, J, J));
   PetscCall(KSPSetTolerances(ksp_, rough_ ? ROUGH : RTOL, PETSC_DEFAULT, PETSC_DEFAULT, PETSC_DEFAULT));
-  for (VecHandle* vec : {&r_, &z_}) PetscCall(VecDuplicate(y, vec->out()));
-  factors_ = factors;
-  if (!factors) PetscFunctionReturn(0);
+  PetscCall(VecDuplicate(y, r_.out()));
+  force_.resize(static_cast<std::size_t>(model.mechanics()->layout().particles * model.dim()));
+  PetscFunctionReturn(0);
+}
+
+/// Where there are none the linear solver of the run remains.
+PetscErrorCode TangentSolve::factor() {
+  constexpr double SHIFT = 1e-9;
   bool good = false;
-  PetscCall(factors->create(model.mechanics()->linearisation()));
-  if (factors->mean() > 0) PetscCall(factors->factor(SHIFT * factors->mean(), &good));
-  if (!good) factors_ = nullptr;
+  PetscFunctionBegin;
+  if (factored_) PetscFunctionReturn(0);
+  PetscCall(factors_.create(model_->mechanics()->linearisation()));
+  if (factors_.mean() > 0) PetscCall(factors_.factor(SHIFT * factors_.mean(), &good));
+  direct_ = factored_ = good;
   PetscFunctionReturn(0);
 }
 
@@ -37,38 +53,99 @@ PetscErrorCode TangentSolve::give_back() {
   PetscFunctionReturn(0);
 }
 
-// u <- u + (shift M - K)^-1 r,  r = f + K u with the exact K, until r is down to rounding: neither the shift nor the precision in which the
-// matrix is stored is left in u.
-PetscErrorCode TangentSolve::solve(Vec load, Vec u, double* left) {
-  constexpr double SLOW = 0.5;
-  constexpr int MOST = 50;
-  const double done = rough_ ? 2 * ROUGH : 1e-13;
+// w = -K z_x in the places of v
+PetscErrorCode TangentSolve::product(Vec z, Vec w) {
   Linearisation& lin = model_->mechanics()->linearisation();
   const Layout& at = lin.layout();
-  PetscReal first = 0, size = 0, before = 0;
+  PetscScalar* a = nullptr;
   PetscFunctionBegin;
-  force_.resize(static_cast<std::size_t>(at.particles * at.dim));
+  PetscCall(lin.change_of_force(z, force_.data()));
+  PetscCall(VecZeroEntries(w));
+  PetscCall(VecGetArray(w, &a));
+  for (PetscInt i = 0; i < at.particles; ++i)
+    for (PetscInt c = 0; c < at.dim; ++c) a[at.v(i, c)] = -force_[static_cast<std::size_t>(i * at.dim + c)];
+  PetscCall(VecRestoreArray(w, &a));
+  PetscFunctionReturn(0);
+}
+
+// z = (shift M - K)^-1 r, less what makes w = -K z orthogonal to the `count` directions kept; both divided by |w|, which is returned relative to what
+// it was before: 0 where z is nothing new
+PetscErrorCode TangentSolve::add_direction(std::size_t count, double* length) {
+  constexpr double NOTHING = 1e-13;
+  PetscReal before = 0, after = 0;
+  PetscFunctionBegin;
+  const std::size_t at = count % KEPT;
+  if (z_.size() <= at) {
+    z_.resize(at + 1);
+    w_.resize(at + 1);
+    PetscCall(VecDuplicate(r_, z_[at].out()));
+    PetscCall(VecDuplicate(r_, w_[at].out()));
+  }
+  PetscCall(direct_ ? factors_.solve(r_, z_[at]) : KSPSolve(ksp_, r_, z_[at]));
+  PetscCall(zero_velocities(z_[at]));
+  PetscCall(product(z_[at], w_[at]));
+  PetscCall(VecNorm(w_[at], NORM_2, &before));
+  for (std::size_t k = 0; k < std::min(count, KEPT); ++k) {
+    PetscScalar part = 0;
+    if (k == at) continue;
+    PetscCall(VecDot(w_[at], w_[k], &part));
+    PetscCall(VecAXPY(w_[at], -part, w_[k]));
+    PetscCall(VecAXPY(z_[at], -part, z_[k]));
+  }
+  PetscCall(VecNorm(w_[at], NORM_2, &after));
+  *length = after > NOTHING * before ? after / before : std::isnan(after) ? after : 0;
+  if (*length > 0) {
+    PetscCall(VecScale(w_[at], 1 / after));
+    PetscCall(VecScale(z_[at], 1 / after));
+  }
+  PetscFunctionReturn(0);
+}
+
+// r = f + K u with the exact K, until r is down to rounding: neither the shift nor the precision in which the matrix is stored is left in u
+PetscErrorCode TangentSolve::iterate(Vec load, Vec u, double* left) {
+  constexpr int MOST = 200;
+  const int patience = direct_ ? 20 : 2;
+  const double done = rough_ ? 2 * ROUGH : 1e-13;
+  PetscReal first = 0, size = 0, least = 0;
+  PetscFunctionBegin;
   PetscCall(VecZeroEntries(u));
   PetscCall(VecCopy(load, r_));
   PetscCall(VecNorm(load, NORM_2, &first));
-  *left = -1;
-  if (first == 0) PetscFunctionReturn(0);
-  size = before = first;
-  for (int pass = 0; pass < MOST && size > done * first && (pass == 0 || size <= SLOW * before); ++pass) {
-    PetscScalar* r = nullptr;
-    PetscCall(factors_ ? factors_->solve(r_, z_) : KSPSolve(ksp_, r_, z_));
-    PetscCall(VecAXPY(u, 1.0, z_));
-    PetscCall(zero_velocities(u));
-    PetscCall(lin.change_of_force(u, force_.data()));
-    PetscCall(VecCopy(load, r_));
-    PetscCall(VecGetArray(r_, &r));
-    for (PetscInt i = 0; i < at.particles; ++i)
-      for (PetscInt c = 0; c < at.dim; ++c) r[at.v(i, c)] += force_[static_cast<std::size_t>(i * at.dim + c)];
-    PetscCall(VecRestoreArray(r_, &r));
-    before = size;
+  size = least = first;
+  int waited = 0;
+  for (std::size_t pass = 0; pass < MOST && size > done * first && waited < patience; ++pass) {
+    PetscScalar part = 0;
+    double length = 0;
+    PetscCall(add_direction(pass, &length));
+    if (!(length > 0)) {
+      if (std::isnan(length)) size = length;
+      break;
+    }
+    PetscCall(VecDot(r_, w_[pass % KEPT], &part));
+    PetscCall(VecAXPY(u, part, z_[pass % KEPT]));
+    PetscCall(product(u, r_));
+    PetscCall(VecAYPX(r_, -1.0, load));
     PetscCall(VecNorm(r_, NORM_2, &size));
+    waited = size < SLOW * least ? 0 : waited + 1;
+    least = std::min(least, size);
   }
   *left = size / first;
+  PetscFunctionReturn(0);
+}
+
+PetscErrorCode TangentSolve::solve(Vec load, Vec u, double enough, double* left) {
+  PetscReal first = 0;
+  PetscFunctionBegin;
+  *left = -1;
+  PetscCall(VecZeroEntries(u));
+  PetscCall(VecZeroEntries(r_));
+  PetscCall(VecNorm(load, NORM_2, &first));
+  if (first == 0) PetscFunctionReturn(0);
+  if (direct_) PetscCall(factor());
+  PetscCall(iterate(load, u, left));
+  if (*left <= enough || direct_) PetscFunctionReturn(0);
+  PetscCall(factor());
+  if (direct_) PetscCall(iterate(load, u, left));
   PetscFunctionReturn(0);
 }
 

@@ -8,31 +8,40 @@
 
 namespace bs {
 
-/// K u = -f with K = df/dx, by the linear solver of a static run.
+/// K u = -f with K = df/dx, by the linear solver of a static run, and where that leaves too much by factors of MUMPS. Both precondition a search for
+/// the least residual along all directions so far (generalised conjugate residuals), as K may have many eigenvalues next to 0: floppy parts, soft
+/// modes of nets under small stresses, with either sign.
 class TangentSolve {
  public:
-  /// Collective. Linearises `model` at the equilibrium y of time t, with the matrix J of `ts`; the model must outlive the object. `factors`, where it
-  /// is not null, is made the linear solver instead; it must outlive the object, too.
-  PetscErrorCode prepare(TS ts, Mat J, Equilibrium& model, double t, Vec y, TangentFactors* factors = nullptr);
+  /// Collective. Linearises `model` at the equilibrium y of time t, with the matrix J of `ts`; the model must outlive the object.
+  PetscErrorCode prepare(TS ts, Mat J, Equilibrium& model, double t, Vec y);
   /// From now on f + K u may be ROUGH of f; both solvers do that in fewer iterations.
   void be_rough() { rough_ = true; }
+  /// Before or after prepare(): MUMPS from now on. direct(): whether it has come to that.
+  void be_direct() { direct_ = true; }
+  bool direct() const { return direct_; }
   /// After solve(): f + K u of the owned particles, in the places of v; borrowed.
   Vec residual() const { return r_; }
   /// Collective. load and u are laid out as states: f stands in the places of v, u in those of x. left: |f + K u|/|f|, of the best that rounding
-  /// allows; -1: f is 0, and so is u; NaN: the linear solver failed.
-  PetscErrorCode solve(Vec load, Vec u, double* left);
+  /// allows, `enough` at least where the solver can; -1: f is 0, and so is u; NaN: the linear solver failed.
+  PetscErrorCode solve(Vec load, Vec u, double enough, double* left);
   /// Collective. The linear solver is again what it was before prepare(), for load steps to go on.
   PetscErrorCode give_back();
 
  private:
   static constexpr double ROUGH = 1e-5;
+  PetscErrorCode factor();
+  PetscErrorCode product(Vec z, Vec w);
+  PetscErrorCode add_direction(std::size_t count, double* length);
+  PetscErrorCode iterate(Vec load, Vec u, double* left);
   Equilibrium* model_ = nullptr;
-  TangentFactors* factors_ = nullptr;
+  TangentFactors factors_;
   KSP ksp_ = nullptr;
   CondensedDemand demand_;  ///< before
   PetscReal rtol_ = 0;      ///< likewise
-  bool rough_ = false;
-  VecHandle r_, z_;
+  bool rough_ = false, direct_ = false, factored_ = false;
+  VecHandle r_;
+  std::vector<VecHandle> z_, w_;  ///< directions, and -K of them, orthonormal
   std::vector<double> force_;
 };
 

@@ -52,5 +52,56 @@ def zero_modes(checks, folder):
         checks.true(f"p = {p}: motions are counted only if they are to be", iterative["zero_modes"] == -1 and direct["zero_modes"] > 0)
 
 
+def dense_stiffness(file, strain_law):
+    """C = (H_ee - H_eu H_uu^+ H_ue)/V of the energy's second derivatives at the last frame, with the tensions there: of a spring with length l,
+    direction n, tension T and rate k it is k (n.d)^2 + T/l (|d|^2 - (n.d)^2) for d = e dx + u_i - u_j."""
+    with h5py.File(file) as f:
+        x, edges = f["particles/trajectory/position/value"][-1], f["particles/trajectory/box/edges/value"][-1]
+        order = np.argsort(f["particles/trajectory/id"][...])
+        pairs, shift = f["connectivity/bonds"][...], f["connectivity/bonds_shift"][...]
+        K, L = f["connectivity/bonds_stiffness"][...], f["connectivity/bonds_rest_length"][...]
+    x, d, edges = x[order], x.shape[1], np.diag(edges) if edges.ndim == 1 else edges
+    rate = K / L if strain_law else K
+    components = [(0, 0), (1, 1), (0, 1)] if d == 2 else [(0, 0), (1, 1), (2, 2), (1, 2), (0, 2), (0, 1)]
+    q, n = len(components), x.size
+    dx = x[pairs[:, 1]] + shift @ edges - x[pairs[:, 0]]
+    H = np.zeros((q + n, q + n))
+    for (i, j), r, k, length in zip(pairs, dx, rate, L):
+        change = np.zeros((d, q + n))  # of r
+        for a, (row, column) in enumerate(components):
+            e = np.zeros((d, d))
+            e[row, column] += 0.5
+            e[column, row] += 0.5
+            change[:, a] = e @ r
+        for c in range(d):
+            change[c, q + d * j + c] += 1
+            change[c, q + d * i + c] -= 1
+        l = np.linalg.norm(r)
+        along = r / l @ change
+        H += k * np.outer(along, along) + k * (l - length) / l * (change.T @ change - np.outer(along, along))
+    return (H[:q, :q] - H[:q, q:] @ np.linalg.pinv(H[q:, q:], rcond=1e-14, hermitian=True) @ H[q:, :q]) / abs(np.linalg.det(edges))
+
+
+def floppy(checks, folder):
+    """Shears that nothing resists, and soft nets under a strain of 1e-8, whose tangent has eigenvalues of either sign next to 0: by dense matrices."""
+    diluted_net = {"bs_lattice_type": "triangular", "bs_lattice_periodic": "xy", "bs_lattice_stiff_fraction": 0.32, "bs_lattice_stiff_factor": 0, "bs_lattice_seed": 2}
+    cases = {
+        "cube of 6 neighbours": {"bs_lattice_type": "cubic", "bs_lattice_neighbors": 6, "bs_lattice_size": "4,4,4", "bs_lattice_spacing": 0.1, "bs_lattice_particle_mass": 0.01,
+                                 "bs_lattice_stiffness": 250, "bs_spring_law": "strain", "bs_lattice_periodic": "xyz"},
+        "cloth without bending": {"bs_lattice_type": "cloth", "bs_lattice_neighbors": 12, "bs_lattice_size": "6,6", "bs_lattice_stiffness": "250,10,0", "bs_lattice_periodic": "xy"},
+        "diluted net at rest": {**diluted_net, "bs_lattice_size": "16,16"},
+        "diluted net, sheared by 1e-8": {**diluted_net, "bs_lattice_size": "16,16", "bs_box_strain": "xy=velocity:1e-8"},
+    }
+    for name, options in cases.items():
+        for ranks in (1, 3):
+            run = checks.run({**options, "bs_task": "moduli", "bs_output": "m.h5md"}, keep=("m.h5md",), ranks=ranks)
+            (folder / "f.h5md").write_bytes(run.files["m.h5md"])
+            exact = dense_stiffness(folder / "f.h5md", options.get("bs_spring_law") == "strain")
+            found = np.array(run.report["stiffness"])
+            checks.below(f"{name}, {ranks} rank(s)", np.abs(found - exact).max() / np.abs(exact).max(), 1e-7, f"smallest on the diagonal {found.diagonal().min():.3g}")
+    large = {**diluted_net, "bs_task": "moduli", "bs_lattice_size": "40,40", "bs_box_strain": "xy=velocity:1e-8"}
+    checks.true("40 x 40 net, sheared by 1e-8", checks.run(large).report["outcome"] == "ok")
+
+
 if __name__ == "__main__":
-    run_parts(__doc__, (threshold, zero_modes))
+    run_parts(__doc__, (threshold, zero_modes, floppy))
