@@ -57,6 +57,7 @@ PetscErrorCode Run::explain(TSConvergedReason reason, std::string* text) {
 std::vector<std::string> Run::warnings() const {
   std::vector<std::string> all = hooks_.warnings ? hooks_.warnings() : std::vector<std::string>{};
   if (watch_.grown()) all.emplace_back("energy_growth");
+  if (context_.newton.loose() > 0) all.emplace_back("newton_loose");
   return all;
 }
 
@@ -102,6 +103,11 @@ std::vector<Tally> Run::tallies() const {
   if (hooks_.count && hooks_.count(&all)) all.clear();
   const SearchMemory& search = context_.newton.search;
   all.push_back({"search_cuts", "", search.cuts});
+  all.push_back(
+      {"newton_loose",
+       "Newton solves were ended by the tolerances that are given (-snes_atol, -snes_rtol) with more than a thousandth of the residual left: the "
+       "motion is not that of the equations; lower them",
+       context_.newton.loose()});
   all.push_back(
       {"newton_at_floor", "Newton solves ended at the rounding errors of the forces, before reaching -snes_rtol", context_.newton.at_floor()});
   all.push_back(

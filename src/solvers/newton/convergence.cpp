@@ -103,6 +103,7 @@ void NewtonPolicy::save(Facts* facts) const {
   facts->real["lengths_failed"] = lengths_.failed;
   facts->real["lengths_rate"] = lengths_.rate;
   facts->whole["lengths_open"] = lengths_.open ? 1 : 0;
+  facts->whole["newton_loose"] = loose_;
 }
 
 void NewtonPolicy::restore(const Facts& facts) {
@@ -111,6 +112,7 @@ void NewtonPolicy::restore(const Facts& facts) {
   lengths_.failed = real("lengths_failed");
   lengths_.rate = real("lengths_rate");
   lengths_.open = facts.whole.count("lengths_open") && facts.whole.at("lengths_open") != 0;
+  loose_ = facts.whole.count("newton_loose") ? facts.whole.at("newton_loose") : 0;
 }
 
 PetscErrorCode NewtonPolicy::test(SNES snes, PetscInt it, PetscReal xnorm, PetscReal snorm, PetscReal fnorm, SNESConvergedReason* reason,
@@ -187,6 +189,7 @@ PetscErrorCode NewtonPolicy::limit_evaluations(SNES snes, SNESConvergedReason* r
 }
 
 PetscErrorCode NewtonPolicy::judge(SNES snes, const Norms& at, SNESConvergedReason* reason) {
+  constexpr double LOOSE = 1e-3, NEAR = 100;
   Vec F;
   ResidualNorms now;
   PetscFunctionBegin;
@@ -200,6 +203,7 @@ PetscErrorCode NewtonPolicy::judge(SNES snes, const Norms& at, SNESConvergedReas
   if (*reason == SNES_CONVERGED_FNORM_RELATIVE || *reason == SNES_CONVERGED_SNORM_RELATIVE) PetscCall(confirm(snes, at, now, reason));
   if (*reason == SNES_CONVERGED_ITERATING && settings_.forcing) PetscCall(set_forcing(snes, at.it, now, at.rtol));
   if (*reason > 0) lengths_.converged(at.it);
+  if (*reason > 0 && !below(now, LOOSE, NEAR)) ++loose_;
   if (*reason == SNES_CONVERGED_ITERATING && settings_.directions && !persists_ && lengths_.exceeded(at.it)) *reason = SNES_DIVERGED_INNER;
   if (*reason == SNES_CONVERGED_ITERATING) PetscCall(limit_evaluations(snes, reason));
   solve_.previous = now;

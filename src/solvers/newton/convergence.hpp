@@ -109,7 +109,9 @@ class NewtonPolicy {
   /// The next solve does not start where the step began: the residual there.
   void set_reference(const ResidualNorms& norms) { reference_ = norms; }
   std::int64_t at_floor() const { return at_floor_; }  ///< solves that ended at rounding level, above -snes_rtol
-  std::int64_t uneven() const { return uneven_; }      ///< iterates that were good by the norms over everything, not for every particle
+  /// Solves that the user's tolerances ended far above rounding level, with more than a thousandth of the residual left.
+  std::int64_t loose() const { return loose_; }
+  std::int64_t uneven() const { return uneven_; }  ///< iterates that were good by the norms over everything, not for every particle
 
  private:
   struct Norms;  ///< what SNES hands to its convergence test
@@ -132,7 +134,7 @@ class NewtonPolicy {
   TS ts_ = nullptr;
   ResidualNorms reference_ = {0, 0};  ///< residual where the step began, if Newton starts elsewhere (0: it does not)
   double floor_inverse_h_ = 0;        ///< 1/h the rounding errors were estimated for [1/s]
-  std::int64_t at_floor_ = 0, uneven_ = 0;
+  std::int64_t at_floor_ = 0, uneven_ = 0, loose_ = 0;
   PastLengths lengths_;
   bool persists_ = false, to_the_end_ = false;
   bool descends_ = false;  ///< the search makes the potential fall, and no bound on the residual is given
