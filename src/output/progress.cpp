@@ -53,8 +53,10 @@ std::string progress_line(const RunState& state, double wall) {
 std::string verdict_line(const RunState& state, double wall, const std::string& outcome) {
   const std::string line = format("backspring: %s t=%.17g steps=%lld rejected=%lld newton=%lld krylov=%lld wall=%.3f", outcome.c_str(), state.time,
                                   (long long)state.steps, (long long)state.rejected, (long long)state.newton, (long long)state.krylov, wall);
-  return state.warnings > 0 ? line + format(" warnings=%lld", (long long)state.warnings) : line;
+  return line + counted(static_cast<std::size_t>(state.warnings));
 }
+
+std::string counted(std::size_t warnings) { return warnings > 0 ? format(" warnings=%zu", warnings) : std::string(); }
 
 bool stdout_is_terminal() {
   if (!isatty(STDOUT_FILENO)) return false;

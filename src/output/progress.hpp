@@ -36,6 +36,9 @@ std::string progress_line(const RunState& state, double wall);
 /// seconds; then " warnings=N" where there were any.
 std::string verdict_line(const RunState& state, double wall, const std::string& outcome);
 
+/// " warnings=N", or nothing where there were none.
+std::string counted(std::size_t warnings);
+
 /// True if stdout ends in a terminal. Open MPI gives rank 0 a terminal of its own whatever mpirun's output is: then
 /// mpirun's own stdout decides.
 bool stdout_is_terminal();

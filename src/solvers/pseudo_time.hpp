@@ -20,6 +20,11 @@ class PseudoTime {
   PetscErrorCode relax(Vec y, bool* good);
   /// Collective. A step of h [s] of the motion that the model is set to, from y; without fallback.
   PetscErrorCode advance(double h, Vec y, bool* good);
+  /// Collective. Newton's method alone, without fallback; where is_newton().
+  PetscErrorCode newton(SNES snes) const { return newton_(snes); }
+  bool is_newton() const { return newton_ != nullptr; }
+  /// Whether the present solve is of a load step, not what follows a break.
+  bool at_load_step() const { return fallback_ == Fallback::late; }
   std::int64_t solves() const { return solves_; }  ///< that ended in an equilibrium
 
  private:

@@ -37,6 +37,8 @@ class Equilibrium final : public FirstOrder {
   void set_pseudo_time(double part);
   /// Collective. The tangent at (t, y), with a shift so small that it does not hide a negative eigenvalue: for its inertia.
   PetscErrorCode linearise_sharply(double t, Vec y, Mat P);
+  /// Collective. A load r = (0, q), laid out as a residual, with entries 1 and -1 by chance wherever something can move: it excites all motions.
+  PetscErrorCode random_load(Vec r);
   /// That shift, once there is one [1/s^2].
   double sharp_shift() const { return SHARP * least_shift(false); }
   /// Newton's method begins anew.

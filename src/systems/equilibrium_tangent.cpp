@@ -96,6 +96,26 @@ PetscErrorCode Equilibrium::linearise_sharply(double t, Vec y, Mat P) {
   PetscFunctionReturn(0);
 }
 
+PetscErrorCode Equilibrium::random_load(Vec r) {
+  const Layout at = own_->layout();
+  const Linearisation& lin = own_->linearisation();
+  const PetscScalar* start = nullptr;
+  PetscScalar* a = nullptr;
+  PetscFunctionBegin;
+  PetscCall(VecZeroEntries(r));
+  PetscCall(VecGetArrayRead(initial_state(), &start));
+  PetscCall(VecGetArray(r, &a));
+  put_signs(start, at, a);
+  for (PetscInt i = 0; i < at.particles; ++i)
+    for (PetscInt c = 0; c < at.dim; ++c) {
+      a[at.v(i, c)] = lin.moves(i, c) ? a[at.x(i, c)] : 0;
+      a[at.x(i, c)] = 0;
+    }
+  PetscCall(VecRestoreArray(r, &a));
+  PetscCall(VecRestoreArrayRead(initial_state(), &start));
+  PetscFunctionReturn(0);
+}
+
 void Equilibrium::set_pseudo_time(double part) {
   pseudo_ = part;
   first_ = 0;

@@ -90,7 +90,9 @@ PetscErrorCode Avalanche::follow(double factor, Vec y, const Frame& frame, bool*
   PetscCall(energies(factor, y, &now));
   for (std::int64_t step = 0; step < options_.most && cuts <= MOST_CUTS; ++step) {
     if (options_.interval > 0 && breaks.motion() >= next_frame * (1 - 1e-12)) {
+      moving_ = true;
       PetscCall(frame(y));
+      moving_ = false;
       next_frame = breaks.motion() + options_.interval;
     }
     const double before = now.kinetic;

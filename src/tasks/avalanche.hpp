@@ -21,6 +21,8 @@ class Avalanche {
   Avalanche(Equilibrium& model, PseudoTime& solver) : model_(model), solver_(solver) {}
   /// Collective. Reads the options.
   PetscErrorCode read();
+  /// Whether what is observed is a frame of the motion, not an equilibrium.
+  bool moving() const { return moving_; }
   /// Collective, after the system broke at the equilibrium y of that factor. y becomes one at which nothing breaks (`settled`); or `lost` says why
   /// there is none; or a signal ends the run in between, with nothing in `lost`.
   PetscErrorCode settle(double factor, Vec y, const Frame& frame, bool* settled, std::string* lost);
@@ -38,6 +40,7 @@ class Avalanche {
   Equilibrium& model_;
   PseudoTime& solver_;
   AvalancheOptions options_;
+  bool moving_ = false;
   bool interrupted_ = false;  ///< by a signal that ends the run
 };
 

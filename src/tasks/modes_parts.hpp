@@ -5,6 +5,7 @@
 #include <vector>
 #include "output/progress.hpp"
 #include "output/trajectory.hpp"
+#include "output/warnings.hpp"
 #include "solvers/eigen/mode_solver.hpp"
 #include "tasks/run_options.hpp"
 
@@ -14,7 +15,13 @@ class ModesRun {
  public:
   /// `y`: the state linearised at, at rest; it must outlive the object.
   ModesRun(Model& model, const RunOptions& options, const ModeRequest& request, double time, Vec y)
-      : model_(model), options_(options), request_(request), progress_(model.comm(), options.output.progress_interval), y_(y), time_(time) {}
+      : model_(model),
+        options_(options),
+        request_(request),
+        progress_(model.comm(), options.output.progress_interval),
+        warnings_(model.comm()),
+        y_(y),
+        time_(time) {}
   PetscErrorCode run();
 
  private:
@@ -35,6 +42,7 @@ class ModesRun {
   RunOptions options_;
   ModeRequest request_;
   Progress progress_;
+  Warnings warnings_;
   Vec y_;  ///< (x, 0)
   double time_;
   StandardForm form_;

@@ -197,9 +197,7 @@ PetscErrorCode ModesRun::report(const std::string& outcome, const std::string& w
   report.set("largest_force", largest_force_);
   report.set("frames", static_cast<std::int64_t>(options_.output.trajectory.file.empty() || modes_.mode.empty() ? 0 : 1));
   report.set("wall", progress_.wall());
-  std::vector<std::string> warnings;
-  if (modes_.unstable > 0) warnings.push_back("unstable");
-  report.set("warnings", warnings);
+  report.set("warnings", warnings_.keys());
   PetscCall(report.write(model_.comm(), options_.output.report, options_.output.trajectory.overwrite));
   PetscFunctionReturn(0);
 }
@@ -208,16 +206,16 @@ PetscErrorCode ModesRun::conclude(const std::string& why) {
   PetscFunctionBegin;
   const long long found = static_cast<long long>(modes_.mode.size()), asked = static_cast<long long>(request_.count);
   if (why.empty() && found < asked)
-    PetscCall(warn(model_.comm(), format("the system has %lld modes%s, fewer than the %lld of -bs_modes: all of them are given", found,
-                                         request_.keep_rigid ? "" : " with omega^2 other than 0", asked)));
+    PetscCall(warnings_.add("fewer_modes", format("the system has %lld modes%s, fewer than the %lld of -bs_modes: all of them are given", found,
+                                                  request_.keep_rigid ? "" : " with omega^2 other than 0", asked)));
   if (modes_.unstable > 0)
-    PetscCall(warn(model_.comm(), format("%lld modes have omega^2 < 0: the start is unstable, and small motions along them grow",
-                                         static_cast<long long>(modes_.unstable))));
+    PetscCall(warnings_.add("unstable", format("%lld modes have omega^2 < 0: the start is unstable, and small motions along them grow",
+                                               static_cast<long long>(modes_.unstable))));
   PetscCall(report(why.empty() ? "ok" : "failed", why));
   std::vector<std::string> said = why.empty() ? lines() : std::vector<std::string>{};
   said.push_back(format("backspring: %s modes=%lld zero=%lld unstable=%lld iterations=%lld wall=%.3f%s", why.empty() ? "ok" : "failed", found,
                         static_cast<long long>(modes_.zero), static_cast<long long>(modes_.unstable), static_cast<long long>(modes_.iterations),
-                        progress_.wall(), modes_.unstable > 0 ? " warnings=1" : ""));
+                        progress_.wall(), counted(warnings_.keys().size()).c_str()));
   progress_.header(said);
   if (!why.empty()) PetscCall(tell(model_.comm(), Exit::solve, why));
   PetscFunctionReturn(0);

@@ -21,7 +21,7 @@ RunState Run::state() const {
           total_energy(last_),
           observed_,
           in_words(stepper_->rejections().counts()),
-          static_cast<std::int64_t>(warnings().size()),
+          static_cast<std::int64_t>(warnings_.keys().size()),
           hooks_.loads ? hooks_.clock : nullptr};
 }
 
@@ -53,6 +53,7 @@ Facts Run::facts() const {
   run.real["most_force"] = most_force_;
   run.real["most_speed"] = most_speed_;
   watch_.save(&run);
+  warnings_.save(&run);
   if (hooks_.save) hooks_.save(&run);
   return run;
 }
@@ -63,7 +64,6 @@ void Run::restore_facts() {
     const auto was = continued_.whole.find("count_" + tally.key);
     if (was != continued_.whole.end()) earlier_[tally.key] = was->second - tally.count;
   }
-  if (hooks_.restore) hooks_.restore(continued_);
 }
 
 /// Both must have fallen: what swings has no velocity at one moment and no force at another.

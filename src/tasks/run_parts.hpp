@@ -3,6 +3,7 @@
 #include <functional>
 #include <memory>
 #include "output/progress.hpp"
+#include "output/warnings.hpp"
 #include "tasks/adviser.hpp"
 #include "tasks/findings.hpp"
 #include "tasks/run_options.hpp"
@@ -28,7 +29,7 @@ struct RunHooks {
   std::function<bool()> done;                                                           ///< asked after every step: whether the run ends with it
   bool checkpoints = true;                                                              ///< whether its states can be continued
   const char* clock = "load factor";                                                    ///< what its time is, if it has load steps
-  std::function<std::vector<std::string>()> warnings;                                   ///< as the report names them
+  std::function<PetscErrorCode(Warnings*)> look_back;                                   ///< at the end, whatever the outcome: what to warn of
 };
 
 /// The components of a run, connected by the stepper's callbacks.
@@ -39,14 +40,16 @@ class Run {
         options_(options),
         hooks_(std::move(hooks)),
         progress_(model.comm(), options.output.progress_interval),
-        watch_(model, options.energy_growth) {}
+        warnings_(model.comm()),
+        watch_(model, options.energy_growth, warnings_) {}
   PetscErrorCode set_up();
   PetscErrorCode advance(int* exit_code);
 
  private:
   PetscErrorCode on_step(const StepRecord& record);
   RunState state() const;
-  std::vector<std::string> warnings() const;
+  PetscErrorCode look_back(TSConvergedReason reason);
+  PetscErrorCode warn_of_cuts();
   PetscErrorCode end_at_rest(double time, Vec y);
   PetscErrorCode observe(double time, Vec y);
   PetscErrorCode on_frame(PetscInt step, double time, Vec y);
@@ -79,6 +82,7 @@ class Run {
   RunOptions options_;
   RunHooks hooks_;
   Progress progress_;
+  Warnings warnings_;
   EnergyWatch watch_;
   TSContext context_;
   TSHandle ts_;

@@ -53,12 +53,38 @@ PetscErrorCode Run::explain(TSConvergedReason reason, std::string* text) {
   PetscFunctionReturn(0);
 }
 
-/// What the run met on its way and went on with, as the report names it.
-std::vector<std::string> Run::warnings() const {
-  std::vector<std::string> all = hooks_.warnings ? hooks_.warnings() : std::vector<std::string>{};
-  if (watch_.grown()) all.emplace_back("energy_growth");
-  if (context_.newton.loose() > 0) all.emplace_back("newton_loose");
-  return all;
+/// Steps that were cut deeply say that the solver does not suit the problem, or that something happens there.
+PetscErrorCode Run::warn_of_cuts() {
+  constexpr double DEEP = 0.01;
+  const double least = stepper_->shortest_cut(), nominal = stepper_->nominal_step();
+  PetscFunctionBegin;
+  if (least == 0 || least > DEEP * nominal) PetscFunctionReturn(0);
+  const double asked = std::ceil((stepper_->good_time() - start_) / nominal * (1 - 1e-9));
+  const char* advice = hooks_.loads ? "more -bs_load_steps, or -bs_load_control arc, may suit the loads better" : stepper_->rejections().advice();
+  const std::string steps = hooks_.loads ? "load steps" : "steps";
+  PetscCall(warnings_.add(
+      "steps_cut",
+      format("%s were cut to %.2g of their length: %lld were taken where %.0f were asked for; %lld attempts were rejected (%s)%s%s", steps.c_str(),
+             least / nominal, static_cast<long long>(stepper_->counts().steps), asked, static_cast<long long>(stepper_->counts().rejected),
+             in_words(stepper_->rejections().counts()).c_str(), *advice ? ": " : "", advice)));
+  PetscFunctionReturn(0);
+}
+
+/// What the end tells of the whole run. `reason`: of the TS.
+PetscErrorCode Run::look_back(TSConvergedReason reason) {
+  PetscFunctionBegin;
+  PetscCall(warn_of_cuts());
+  if (reason == TS_CONVERGED_ITS)
+    PetscCall(warnings_.add(
+        "ended_early", format("the run ended after the %lld steps of -ts_max_steps, at %s %.10g of %.10g: give more of them",
+                              static_cast<long long>(stepper_->counts().steps), hooks_.loads ? hooks_.clock : "t =", stepper_->good_time(), end_)));
+  if (context_.newton.loose() > 0)
+    PetscCall(warnings_.add(
+        "newton_loose", format("%lld Newton solves were ended by the tolerances that are given (-snes_atol, -snes_rtol) with more than a thousandth of the "
+                               "residual left: the motion is not that of the equations; lower them",
+                               static_cast<long long>(context_.newton.loose()))));
+  if (hooks_.look_back) PetscCall(hooks_.look_back(&warnings_));
+  PetscFunctionReturn(0);
 }
 
 PetscErrorCode Run::report(const std::string& outcome, const std::string& why) {
@@ -83,7 +109,7 @@ PetscErrorCode Run::report(const std::string& outcome, const std::string& why) {
     report.set("newton", static_cast<std::int64_t>(c.newton));
     report.set("krylov", static_cast<std::int64_t>(c.krylov));
     report.set("wall", progress_.wall());
-    report.set("warnings", warnings());
+    report.set("warnings", warnings_.keys());
     advice_.put(&report);
     report.set("frames", trajectory_ ? trajectory_->frames() : std::int64_t{0});
     for (const Observable& o : first_) report.set("first_" + o.name, o.value);
@@ -103,11 +129,7 @@ std::vector<Tally> Run::tallies() const {
   if (hooks_.count && hooks_.count(&all)) all.clear();
   const SearchMemory& search = context_.newton.search;
   all.push_back({"search_cuts", "", search.cuts});
-  all.push_back(
-      {"newton_loose",
-       "Newton solves were ended by the tolerances that are given (-snes_atol, -snes_rtol) with more than a thousandth of the residual left: the "
-       "motion is not that of the equations; lower them",
-       context_.newton.loose()});
+  all.push_back({"newton_loose", "", context_.newton.loose()});
   all.push_back(
       {"newton_at_floor", "Newton solves ended at the rounding errors of the forces, before reaching -snes_rtol", context_.newton.at_floor()});
   all.push_back(
@@ -182,6 +204,7 @@ PetscErrorCode Run::conclude(TSConvergedReason reason, int* exit_code) {
   // of a run before this one, whose trajectory is no more
   if (!failed && !stepper_->signal() && trajectory_ && options_.output.trajectory.overwrite && options_.saving.restart.empty())
     PetscCall(remove_stale_checkpoint(model_.comm(), options_.output.trajectory.file, options_.saving.file));
+  PetscCall(look_back(reason));
   PetscCall(report(failed ? "failed" : stepper_->signal() ? "stopped" : "ok", why));
   if (failed && !last_checkpoint_.empty()) why += format("; the last good state is in %s (-bs_restart)", last_checkpoint_.c_str());
   if (failed) PetscCall(tell(model_.comm(), Exit::solve, why));

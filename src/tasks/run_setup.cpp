@@ -142,6 +142,8 @@ PetscErrorCode Run::take_up() {
   std::vector<std::string> changed;
   PetscFunctionBegin;
   PetscCall(stepper_->restore(ts_, *restart_, &changed));
+  warnings_.restore(restart_->run());
+  if (hooks_.restore) hooks_.restore(restart_->run());
   start_ = stepper_->start();
   continued_ = restart_->run();
   const auto real = [this](const char* name) { return continued_.real.count(name) ? continued_.real.at(name) : 0.0; };
@@ -153,6 +155,9 @@ PetscErrorCode Run::take_up() {
                            static_cast<long long>(stepper_->counts().steps), stepper_->good_time())});
   PetscCall(tell_changed_options(model_.comm(), *restart_));
   for (const std::string& line : changed) PetscCall(warn(model_.comm(), options_.saving.restart + ": " + line));
+  std::string before;
+  for (const std::string& key : warnings_.keys()) before += (before.empty() ? "warnings of the run so far: " : ", ") + key;
+  if (!before.empty()) progress_.header({before});
   PetscFunctionReturn(0);
 }
 

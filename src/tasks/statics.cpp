@@ -2,8 +2,8 @@
 #include <string>
 #include "base/fault.hpp"
 #include "solvers/arc_length.hpp"
-#include "solvers/condensed/condensed.hpp"
 #include "solvers/pseudo_time.hpp"
+#include "solvers/snap_through.hpp"
 #include "systems/breaks.hpp"
 #include "systems/equilibrium.hpp"
 #include "tasks/avalanche.hpp"
@@ -13,7 +13,7 @@
 #include "tasks/matrices.hpp"
 #include "tasks/moduli.hpp"
 #include "tasks/run_parts.hpp"
-#include "time/ts_queries.hpp"
+#include "tasks/stability.hpp"
 
 namespace bs {
 namespace {
@@ -40,6 +40,7 @@ class StaticRun {
   PetscErrorCode observe(double factor, Vec y, std::vector<Observable>* out);
   PetscErrorCode count(std::vector<Tally>* out) const;
   PetscErrorCode find(double factor, Vec y, Findings* out);
+  PetscErrorCode look_back(Warnings* warnings) const;
 
   Equilibrium& model_;
   LoadOptions options_;
@@ -47,19 +48,20 @@ class StaticRun {
   BoxStress box_;
   PseudoTime pseudo_;
   ArcLength arc_;
+  SnapThrough snaps_;
+  Stability stability_;
   Avalanche avalanche_;
   TS ts_ = nullptr;
   TSContext* context_ = nullptr;
-  std::int64_t unstable_ = 0;  ///< equilibria whose tangent had some
-  PetscInt before_ = -1;       ///< negative pivots at the last equilibrium; -1: not known
-  std::int64_t changes_ = 0;   ///< of their number, from one equilibrium to the next
-  std::int64_t turns_ = 0;     ///< times the load factor began to fall or to rise
+  std::int64_t unbalanced_before_ = 0;  ///< equilibria of the runs that this one continues
+  std::int64_t turns_ = 0;              ///< times the load factor began to fall or to rise
   double last_factor_ = 0, last_way_ = 0;
 };
 
 PetscErrorCode StaticRun::read() {
   PetscFunctionBegin;
   PetscCall(avalanche_.read());
+  PetscCall(stability_.read(model_.comm()));
   PetscCall(box_.begin(model_, options_.arc));
   PetscFunctionReturn(0);
 }
@@ -76,12 +78,18 @@ RunHooks StaticRun::hooks() {
     return attach(ts, context, step);
   };
   hooks.observe = [this](double factor, Vec y, std::vector<Observable>* out) { return observe(factor, y, out); };
-  hooks.count = [this](std::vector<Tally>* out) { return count(out); };
-  hooks.save = [this](Facts* facts) { facts->whole["negative_pivots"] = before_; };
-  hooks.restore = [this](const Facts& facts) {
-    if (facts.whole.count("negative_pivots")) before_ = static_cast<PetscInt>(facts.whole.at("negative_pivots"));
+  hooks.look_back = [this](Warnings* warnings) { return look_back(warnings); };
+  hooks.save = [this](Facts* facts) {
+    stability_.save(facts);
+    snaps_.save(facts);
+    facts->whole["unbalanced"] = unbalanced_before_ + model_.unbalanced();
   };
-  hooks.warnings = [this] { return model_.unbalanced() > 0 ? std::vector<std::string>{"unbalanced_force"} : std::vector<std::string>{}; };
+  hooks.restore = [this](const Facts& facts) {
+    stability_.restore(facts);
+    snaps_.restore(facts);
+    if (const auto at = facts.whole.find("unbalanced"); at != facts.whole.end()) unbalanced_before_ = at->second;
+  };
+  hooks.count = [this](std::vector<Tally>* out) { return count(out); };
   if (end_ && end_->wanted()) {
     hooks.tables = [this](PetscMPIInt rank, std::vector<Dataset>* all) {
       if (end_->compliance.wanted()) all->push_back(end_->compliance.table(rank));
@@ -113,6 +121,7 @@ PetscErrorCode StaticRun::attach(TS ts, TSContext& context, double step) {
   }
   PetscCall(pseudo_.attach(ts, context, model_, step));
   if (box_.active()) PetscCall(box_.attach(ts, context, model_, [this](SNES snes) { return pseudo_.solve(snes); }));
+  else PetscCall(snaps_.attach(ts, context, model_, pseudo_));
   PetscFunctionReturn(0);
 }
 
@@ -131,22 +140,17 @@ PetscErrorCode StaticRun::examine(double factor, Vec y, Finding* out) {
   PetscFunctionReturn(0);
 }
 
-/// The tangent at the equilibrium itself: Newton's last one is of the iterate before it.
 PetscErrorCode StaticRun::observe(double factor, Vec y, std::vector<Observable>* out) {
-  PC pc;
-  PetscInt negative = -1;
   PetscFunctionBegin;
-  PetscCall(linear_solver_of(ts_, nullptr, &pc));
-  PetscCall(model_.linearise_sharply(factor, y, context_->matrix));
-  PetscCall(condensed_negative_pivots(pc, &negative));
-  if (negative > 0 && factor > 0) ++unstable_;
-  if (before_ >= 0 && negative != before_) ++changes_;
-  before_ = negative;
+  if (avalanche_.moving()) {
+    Stability::skip(out);
+    PetscFunctionReturn(0);
+  }
+  PetscCall(stability_.look(ts_, context_->matrix, model_, factor, y, out));
   const double s = model_.factor(factor), way = s - last_factor_;
   if (way * last_way_ < 0) ++turns_;
   last_factor_ = s;
   if (way != 0) last_way_ = way;
-  out->push_back({"negative_pivots", {static_cast<double>(negative)}});
   PetscFunctionReturn(0);
 }
 
@@ -167,12 +171,29 @@ PetscErrorCode StaticRun::count(std::vector<Tally>* out) const {
                   pseudo_.solves()});
   out->push_back({"box_corrections", "changes of the box to meet the stresses of -bs_box_stress", box_.corrections()});
   out->push_back({"turns", "times the load factor turned round: limit points", turns_});
-  out->push_back({"inertia_changes", "times the number of negative pivots changed: limit points and branch points lie there", changes_});
-  out->push_back(
-      {"unbalanced",
-       "equilibria leave an unbalanced force above 1e-6 of the largest load or reaction (/observables/unbalanced_force): it bounds their digits",
-       model_.unbalanced()});
-  out->push_back({"unstable", "equilibria are unstable: the tangent there has negative pivots", unstable_});
+  out->push_back({"snap_through", "load steps in which the shape jumped to another branch of equilibria (snap-through)", snaps_.count()});
+  out->push_back({"unbalanced", "", unbalanced_before_ + model_.unbalanced()});
+  stability_.count(out);
+  PetscFunctionReturn(0);
+}
+
+/// A path is complete where it has come to the load factor that was asked for.
+PetscErrorCode StaticRun::look_back(Warnings* warnings) const {
+  PetscFunctionBegin;
+  PetscCall(stability_.warn(warnings));
+  PetscCall(snaps_.warn(warnings));
+  if (const std::int64_t unbalanced = unbalanced_before_ + model_.unbalanced(); unbalanced > 0)
+    PetscCall(warnings->add("unbalanced_force",
+                            format("%lld equilibria leave an unbalanced force above 1e-6 of the largest load or reaction "
+                                   "(/observables/unbalanced_force): it bounds their digits",
+                                   static_cast<long long>(unbalanced))));
+  if (options_.arc && !arc_.at_end())
+    PetscCall(warnings->add(
+        "path_end",
+        format("the path ended at the load factor %.10g, without having come to %.10g (-bs_arc_end): it begins by raising the load, and takes "
+               "at most %lld whole steps (-bs_arc_steps)%s",
+               last_factor_, options_.end, static_cast<long long>(options_.arc_steps),
+               options_.end < 0 ? "; for a path that begins the other way turn the loads round" : "")));
   PetscFunctionReturn(0);
 }
 

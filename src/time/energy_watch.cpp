@@ -9,6 +9,7 @@ namespace {
 // An undamped oscillator at h omega by symplectic Euler swings in energy by up to 1/(1 - h omega/2): 10 at 0.9 of its limit.
 constexpr double EXPLICIT = 10;
 constexpr PetscInt FIRST_EXPLICIT = 8, FIRST_IMPLICIT = 32;
+const char* const KEY = "energy_growth";
 
 }  // namespace
 
@@ -35,7 +36,6 @@ void EnergyWatch::save(Facts* facts) const {
   if (!begun_) return;
   EnergyWatch copy = *this;
   for (const auto& [name, value] : numbers(&copy)) facts->real[name] = *value;
-  facts->whole["watch_grown"] = grown_ ? 1 : 0;
 }
 
 void EnergyWatch::restore(const Facts& facts) {
@@ -43,13 +43,12 @@ void EnergyWatch::restore(const Facts& facts) {
   if (!begun_) return;
   for (const auto& [name, value] : numbers(this))
     if (facts.real.count(name)) *value = facts.real.at(name);
-  grown_ = facts.whole.count("watch_grown") && facts.whole.at("watch_grown") != 0;
 }
 
 PetscErrorCode EnergyWatch::look(PetscInt step, double t, Vec y, bool certainly) {
   EnergySupply now;
   PetscFunctionBegin;
-  if (factor_ <= 0 || !active_ || grown_) PetscFunctionReturn(0);
+  if (factor_ <= 0 || !active_ || warnings_.has(KEY)) PetscFunctionReturn(0);
   if (begun_ ? t == time_ || !(certainly || chosen(step)) : false) PetscFunctionReturn(0);
   PetscCall(model_.energy_supply(t, y, &now, &active_));
   if (!active_) PetscFunctionReturn(0);
@@ -67,13 +66,12 @@ PetscErrorCode EnergyWatch::look(PetscInt step, double t, Vec y, bool certainly)
   last_ = now;
   const double budget = start_ + released_ + supplied_ + now.rounding;
   if (std::isfinite(now.inner) && !(now.inner > factor_ * budget)) PetscFunctionReturn(0);
-  grown_ = true;
   PetscCall(
-      warn(model_.comm(), format("energy grew beyond what drives it, first seen at step %lld, t = %.6g s: %.3g J of kinetic and elastic energy, more "
-                                 "than %g times the %.3g J supplied by the initial state, fields, driven anchors and groups and the fluid: %s",
-                                 static_cast<long long>(step), t, now.inner, factor_, budget,
-                                 explicit_ ? "lower -ts_dt below the largest stable step, or take an implicit -ts_type such as beuler"
-                                           : "lower -ts_dt, and leave out options that end Newton early (-snes_type ksponly, a loose -snes_rtol)")));
+      warnings_.add(KEY, format("energy grew beyond what drives it, first seen at step %lld, t = %.6g s: %.3g J of kinetic and elastic energy, more "
+                                "than %g times the %.3g J supplied by the initial state, fields, driven anchors and groups and the fluid: %s",
+                                static_cast<long long>(step), t, now.inner, factor_, budget,
+                                explicit_ ? "lower -ts_dt below the largest stable step, or take an implicit -ts_type such as beuler"
+                                          : "lower -ts_dt, and leave out options that end Newton early (-snes_type ksponly, a loose -snes_rtol)")));
   PetscFunctionReturn(0);
 }
 

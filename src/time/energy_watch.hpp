@@ -2,7 +2,7 @@
 #pragma once
 #include <cstdint>
 #include <string>
-#include "checkpoint/facts.hpp"
+#include "output/warnings.hpp"
 #include "systems/model.hpp"
 
 namespace bs {
@@ -16,11 +16,10 @@ namespace bs {
 class EnergyWatch {
  public:
   /// `factor` 0: no check is made.
-  EnergyWatch(Model& model, double factor) : model_(model), factor_(factor) {}
+  EnergyWatch(Model& model, double factor, Warnings& warnings) : model_(model), warnings_(warnings), factor_(factor) {}
   void set_explicit();
   /// Collective. After step `step` that ended at `t`; `certainly`: whether or not it is one to be looked at. Warns once.
   PetscErrorCode look(PetscInt step, double t, Vec y, bool certainly);
-  bool grown() const { return grown_; }
   bool begun() const { return begun_; }
   /// What a checkpoint holds of it, and back, where it holds that.
   void save(Facts* facts) const;
@@ -31,8 +30,9 @@ class EnergyWatch {
   static std::vector<std::pair<const char*, double*>> numbers(EnergyWatch* of);
 
   Model& model_;
+  Warnings& warnings_;
   double factor_;
-  bool explicit_ = false, active_ = true, begun_ = false, grown_ = false;
+  bool explicit_ = false, active_ = true, begun_ = false;
   double time_ = 0, supplied_ = 0, start_ = 0, released_ = 0, field_ = 0;
   EnergySupply last_;
 };

@@ -51,6 +51,9 @@ class Stepper {
   void set_on_break(OnBreak on_break) { on_break_ = std::move(on_break); }
   const RunCounts& counts() const { return counter_.counts(); }
   double start() const { return clock_.start(); }
+  double nominal_step() const { return length_.nominal(); }
+  /// What the nominal step was cut to after rejections, at the least; 0: it never was [s].
+  double shortest_cut() const { return length_.shortest_cut(); }
   const RejectionWatch& rejections() const { return rejections_; }
   /// Last time whose state is good, and whether its frame is written.
   double good_time() const { return good_time_; }

@@ -193,6 +193,20 @@ PetscErrorCode condensed_negative_pivots(PC pc, PetscInt* count) {
   PetscFunctionReturn(0);
 }
 
+PetscErrorCode condensed_negative_direction(PC pc, Vec r, PetscInt most, Vec z, bool* found) {
+  bool is = false;
+  PetscFunctionBegin;
+  *found = false;
+  PetscCall(is_condensed(pc, &is));
+  if (!is) PetscFunctionReturn(0);
+  PetscCall(prepare(pc));
+  Condensed& self = data_of(pc);
+  PetscCall(self.tangent->condense(r, self.b));
+  PetscCall(self.inner.negative_direction(self.b, most, self.w, found));
+  if (*found) PetscCall(self.tangent->expand(r, self.w, z));
+  PetscFunctionReturn(0);
+}
+
 PetscErrorCode condensed_describe(PC pc, std::string* text) {
   bool is = false;
   PetscFunctionBegin;

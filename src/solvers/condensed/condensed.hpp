@@ -60,8 +60,13 @@ PetscErrorCode condensed_renew(PC pc);
 /// Collective. Creates the inner solver of a `pc` of this type, whose options it reads; the first set-up does it otherwise.
 PetscErrorCode condensed_create_inner(PC pc);
 
-/// Collective. How many negative eigenvalues S has at the tangent's present state; -1: `pc` is not of this type, or its solver does not tell.
+/// Collective. How many negative eigenvalues S has at the tangent's present state, beyond its rounding errors; -1: `pc` is not of this type, or its
+/// solver does not tell.
 PetscErrorCode condensed_negative_pivots(PC pc, PetscInt* count);
+
+/// Collective. Where it does not: looks by at most `most` iterations that begin with the load r, laid out as a residual, for a direction z of states
+/// with z.S z <= 0. found: false where there was none.
+PetscErrorCode condensed_negative_direction(PC pc, Vec r, PetscInt most, Vec z, bool* found);
 
 /// A few words on the inner solver in force; empty before it is created.
 PetscErrorCode condensed_describe(PC pc, std::string* text);

@@ -3,6 +3,7 @@
 #include <cmath>
 #include "base/fault.hpp"
 #include "solvers/condensed/condensed.hpp"
+#include "solvers/condensed/negative_curvature.hpp"
 #include "solvers/pivots.hpp"
 
 namespace bs {
@@ -57,6 +58,7 @@ PetscErrorCode InnerSolver::linearise(bool definite) {
   if (fresh_) sigma_ = sigma;
   Mat multiplied = nullptr;
   PetscCall(assemble_matrices(definite, &multiplied));
+  if (lifted_) PetscCall(lift_diagonal());
   if (fresh_ && rebuild_ && storage_ == CondensedStorage::aij && !direct_) PetscCall(build_hierarchy());
   PetscCall(KSPSetOperators(ksp_, multiplied, S_));
   PetscCall(KSPSetReusePreconditioner(ksp_, fresh_ ? PETSC_FALSE : PETSC_TRUE));
@@ -99,9 +101,47 @@ PetscErrorCode InnerSolver::negative_pivots(PetscInt* count) {
   *count = -1;
   if (!direct_) PetscFunctionReturn(0);
   absolute_in_force_ = false;
+  lifted_ = true;
   PetscCall(linearise(false));
+  lifted_ = false;
   PetscCall(count_negative_pivots(count, &has));
   age_.discard();
+  PetscFunctionReturn(0);
+}
+
+// S + D with D >= 0 has no more negative eigenvalues than S. D is above the rounding errors in the stiffness of every row's particle, whose sum
+// over the axes does not vanish where that of one axis does (a flat net in space): what is negative still is so beyond doubt.
+PetscErrorCode InnerSolver::lift_diagonal() {
+  constexpr double DOUBT = 1000 * PETSC_MACHINE_EPSILON;
+  const PetscInt d = tangent_->dim();
+  PetscScalar* a = nullptr;
+  PetscInt n = 0;
+  VecHandle diagonal;
+  PetscFunctionBegin;
+  PetscCall(MatCreateVecs(S_, diagonal.out(), nullptr));
+  PetscCall(MatGetDiagonal(S_, diagonal));
+  PetscCall(VecGetLocalSize(diagonal, &n));
+  PetscCall(VecGetArray(diagonal, &a));
+  for (PetscInt i = 0; i + d <= n; i += d) {
+    double sum = 0;
+    for (PetscInt c = 0; c < d; ++c) sum += std::abs(a[i + c]);
+    for (PetscInt c = 0; c < d; ++c) a[i + c] = DOUBT * sum;
+  }
+  PetscCall(VecRestoreArray(diagonal, &a));
+  PetscCall(MatDiagonalSet(S_, diagonal, ADD_VALUES));
+  PetscFunctionReturn(0);
+}
+
+PetscErrorCode InnerSolver::negative_direction(Vec b, PetscInt most, Vec w, bool* found) {
+  PC pc;
+  PetscFunctionBegin;
+  *found = false;
+  if (direct_) PetscFunctionReturn(0);
+  renew();
+  PetscCall(linearise(false));
+  PetscCall(KSPGetPC(ksp_, &pc));
+  PetscCall(find_negative_curvature(S_, pc, b, most, w, found));
+  renew();
   PetscFunctionReturn(0);
 }
 

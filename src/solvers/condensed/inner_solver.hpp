@@ -33,6 +33,9 @@ class InnerSolver {
   PetscErrorCode solve(Vec b, Vec w, CondensedCounts* counts, bool* solved);
   /// Collective. Of S as it is at the tangent's present state, factored for this; -1: the solver is not direct, or its factors do not tell.
   PetscErrorCode negative_pivots(PetscInt* count);
+  /// Collective. By at most `most` iterations with b, where the solver is not direct: a direction w with w.S w <= 0, as far as the precision of
+  /// the stored S goes. found: false where none showed, which proves nothing.
+  PetscErrorCode negative_direction(Vec b, PetscInt most, Vec w, bool* found);
   PetscErrorCode view(PetscViewer viewer) const;
   PetscErrorCode describe(std::string* text) const;
   PetscErrorCode add_shifts(CondensedCounts* counts) const;
@@ -53,6 +56,7 @@ class InnerSolver {
   PetscErrorCode linearise(bool definite);
   PetscErrorCode keep_coarse_grid(PC pc, bool keep) const;
   PetscErrorCode build_hierarchy();
+  PetscErrorCode lift_diagonal();
   PetscErrorCode count_negative_pivots(PetscInt* count, bool* has) const;
   PetscErrorCode go_on(Vec b, Vec w, CondensedCounts* counts, KSPConvergedReason* reason);
   PetscErrorCode conclude(Vec b, Vec w, CondensedCounts* counts, KSPConvergedReason reason, bool* solved);
@@ -80,6 +84,7 @@ class InnerSolver {
   double rtol_ = 1e-5;
   bool definite_ = false;                                ///< S_ is the definite part
   bool indefinite_ = false;                              ///< the last S was not positive definite
+  bool lifted_ = false;                                  ///< the next S has its diagonal raised above rounding errors
   bool absolute_in_force_ = false;                       ///< directions come from absolute_, preconditioned by the definite part
   KSPConvergedReason failed_ = KSP_CONVERGED_ITERATING;  ///< of the last solve; positive or 0: none
   PreconditionerAge age_;

@@ -99,6 +99,8 @@ class NewtonPolicy {
   /// Of equilibria, whose forces are judged once more when the solve has ended: near rounding level a solve goes on for as long as the residual
   /// falls at all, and may then leave particles that are worse than the others.
   void go_to_the_end(bool on) { to_the_end_ = on; }
+  /// After solves that are no steps: what they took is forgotten.
+  void forget_lengths() { lengths_ = {}; }
   const NewtonSettings& settings() const { return settings_; }
   const NewtonSolve& solve() const { return solve_; }
   Model& model() const { return *settings_.model; }

@@ -40,6 +40,10 @@ double StepLength::recorded(double taken) const { return std::abs(taken - planne
 
 void StepLength::follow(double taken, bool landed, bool rejected, double proposed) {
   if (rejected) good_in_a_row_ = 0;
+  if (rejected && !adaptive_ && planned_ > 0) {
+    const double cut = wanted_ * (taken / planned_);  // but for output times
+    shortest_cut_ = shortest_cut_ > 0 ? std::min(shortest_cut_, cut) : cut;
+  }
   // a length that fails as soon as it is tried again costs an attempt each time: it is tried ever less often
   if (grown_from_ > 0 && planned_ > grown_from_ * (1 + SAME)) {
     if (rejected) awaited_ = std::min(2 * awaited_, LONGEST * rules_.grow_after);
@@ -69,11 +73,13 @@ void StepLength::save(Facts* facts) const {
   facts->whole["good_in_a_row"] = good_in_a_row_;
   facts->whole["good_awaited"] = awaited_;
   facts->real["grown_from"] = grown_from_;
+  facts->real["shortest_cut"] = shortest_cut_;
 }
 
 std::string StepLength::restore(const Facts& facts) {
   const double was = facts.real.at("nominal_step");
   first_planned_ = facts.real.at("first_step");
+  if (facts.real.count("shortest_cut")) shortest_cut_ = facts.real.at("shortest_cut");
   good_in_a_row_ = facts.whole.at("good_in_a_row");
   const bool same = std::abs(was - nominal_) <= 1e-14 * nominal_;
   next_ = same ? facts.real.at("next_step") : nominal_;

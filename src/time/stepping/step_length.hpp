@@ -39,6 +39,8 @@ class StepLength {
   /// length from before a landing comes back; after cuts it grows by 1/cut every few good steps, of
   /// which twice as many are awaited where the first step after a growth was rejected.
   void follow(double taken, bool landed, bool rejected, double proposed);
+  /// What the nominal length was cut to, at the least, by rejections of steps without an error estimate; 0: it never was.
+  double shortest_cut() const { return shortest_cut_; }
   void save(Facts* facts) const;
   /// Returns what is not as it was, in words.
   std::string restore(const Facts& facts);
@@ -54,6 +56,7 @@ class StepLength {
   double next_ = 0;                  ///< of the step after the last good one
   double first_planned_ = 0;         ///< of the run's first step; 0: there was none yet
   bool adaptive_ = false, blind_ = false;
+  double shortest_cut_ = 0;
   bool landing_ = false;                      ///< the present step ends at the target
   double grown_from_ = 0;                     ///< length before the last growth, as long as none longer has been tried; 0: one has
   std::int64_t good_in_a_row_ = 0;            ///< good steps since a rejection, or since the last growth

@@ -1,0 +1,256 @@
+#include "solvers/snap_through.hpp"
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include "base/fault.hpp"
+#include "solvers/condensed/condensed.hpp"
+#include "solvers/own_solve.hpp"
+#include "time/ts_queries.hpp"
+
+namespace bs {
+
+PetscErrorCode SnapThrough::attach(TS ts, TSContext& context, Equilibrium& model, PseudoTime& inner) {
+  SNES snes;
+  PetscFunctionBegin;
+  if (!inner.is_newton()) PetscFunctionReturn(0);
+  ts_ = ts;
+  context_ = &context;
+  model_ = &model;
+  inner_ = &inner;
+  for (VecHandle* room : {&found_, &low_, &middle_, &high_}) PetscCall(VecDuplicate(model.initial_state(), room->out()));
+  PetscCall(TSGetSNES(ts, &snes));
+  PetscCall(attach_own_solve(snes, this));
+  PetscFunctionReturn(0);
+}
+
+PetscErrorCode SnapThrough::indefinite(PetscInt* count) const {
+  PC pc;
+  bool is = false;
+  CondensedCounts counts;
+  PetscFunctionBegin;
+  PetscCall(linear_solver_of(ts_, nullptr, &pc));
+  PetscCall(condensed_counts(pc, &is, &counts));
+  *count = counts.indefinite;
+  PetscFunctionReturn(0);
+}
+
+PetscErrorCode SnapThrough::solve(SNES snes) {
+  PetscInt before = 0;
+  bool yes = false;
+  PetscFunctionBegin;
+  PetscCall(indefinite(&before));
+  PetscCall(inner_->solve(snes));
+  if (!inner_->at_load_step() || snes->reason < 0) PetscFunctionReturn(0);
+  PetscCall(suspects(snes->vec_sol, before, &yes));
+  if (yes) PetscCall(look_closer(snes, snes->vec_sol));
+  PetscFunctionReturn(0);
+}
+
+PetscErrorCode SnapThrough::suspects(Vec X, PetscInt before, bool* yes) {
+  PetscInt now = 0;
+  PetscReal t, h;
+  Vec y;
+  PetscFunctionBegin;
+  PetscCall(TSGetTime(ts_, &t));
+  PetscCall(TSGetTimeStep(ts_, &h));
+  PetscCall(TSGetSolution(ts_, &y));
+  PetscCall(begins_balanced(t, h, y, yes));
+  if (!*yes) PetscFunctionReturn(0);
+  PetscCall(indefinite(&now));
+  if (now > before) PetscFunctionReturn(0);
+  PetscCall(has_barrier(t + h, y, X, yes));
+  PetscFunctionReturn(0);
+}
+
+/// The first step begins at the lattice as it was given. Where that is no equilibrium, what it relaxes to is no branch of anything.
+PetscErrorCode SnapThrough::begins_balanced(double s, double h, Vec y, bool* yes) {
+  constexpr double BALANCED = 1e-3;
+  ResidualNorms without = {0, 0}, with = {0, 0};
+  PetscFunctionBegin;
+  *yes = s > 0;
+  if (*yes) PetscFunctionReturn(0);
+  PetscCall(model_->residual(s, y, y, Form::momentum, low_));
+  PetscCall(model_->residual_norms(low_, &without));
+  PetscCall(model_->residual(s + h, y, y, Form::momentum, low_));
+  PetscCall(model_->residual_norms(low_, &with));
+  *yes = without[1] <= BALANCED * with[1];
+  PetscFunctionReturn(0);
+}
+
+// phi(l) = E(s, x + l u) with u the way between the two: where phi' = -f.u falls, phi is not convex
+PetscErrorCode SnapThrough::has_barrier(double s, Vec from, Vec to, bool* yes) {
+  constexpr int POINTS = 8;
+  constexpr double NOTHING = 1e-9;
+  const Layout& at = model_->mechanics()->layout();
+  double slope[POINTS + 1], most = 0;
+  PetscFunctionBegin;
+  for (int k = 0; k <= POINTS; ++k) {
+    const PetscScalar *a = nullptr, *b = nullptr, *f = nullptr;
+    const double part = static_cast<double>(k) / POINTS;
+    PetscCall(VecWAXPY(middle_, -1.0, from, to));
+    PetscCall(VecAYPX(middle_, part, from));
+    PetscCall(model_->residual(s, middle_, middle_, Form::momentum, low_));
+    slope[k] = 0;
+    PetscCall(VecGetArrayRead(from, &a));
+    PetscCall(VecGetArrayRead(to, &b));
+    PetscCall(VecGetArrayRead(low_, &f));
+    for (PetscInt i = 0; i < at.particles; ++i)
+      for (PetscInt c = 0; c < at.dim; ++c) slope[k] += f[at.v(i, c)] * (b[at.x(i, c)] - a[at.x(i, c)]);
+    PetscCall(VecRestoreArrayRead(low_, &f));
+    PetscCall(VecRestoreArrayRead(to, &b));
+    PetscCall(VecRestoreArrayRead(from, &a));
+  }
+  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, slope, POINTS + 1, MPI_DOUBLE, MPI_SUM, model_->comm()));
+  for (const double each : slope) most = std::max(most, std::abs(each));
+  *yes = false;
+  for (int k = 0; k < POINTS; ++k) *yes = *yes || slope[k + 1] < slope[k] - NOTHING * most;
+  PetscFunctionReturn(0);
+}
+
+/// The equilibrium at the load factor s that Newton's method finds from another one.
+PetscErrorCode SnapThrough::solve_at(SNES snes, double s, Vec from, Vec at, bool* good) {
+  PetscFunctionBegin;
+  PetscCall(VecCopy(from, snes->vec_sol));
+  model_->set_factor(s);
+  snes->vec_func_init_set = PETSC_FALSE;
+  PetscCall(inner_->newton(snes));
+  *good = snes->reason > 0;
+  if (*good) PetscCall(VecCopy(snes->vec_sol, at));
+  PetscFunctionReturn(0);
+}
+
+PetscErrorCode SnapThrough::compare(Vec low, Vec middle, Vec high, Halves* out) const {
+  const Layout& at = model_->mechanics()->layout();
+  const PetscScalar *a = nullptr, *b = nullptr, *c = nullptr;
+  struct {
+    double size = -1;
+    int rank = 0;
+  } most;
+  double mine[2] = {0, 0};
+  PetscFunctionBegin;
+  *out = {};
+  PetscCall(VecGetArrayRead(low, &a));
+  PetscCall(VecGetArrayRead(middle, &b));
+  PetscCall(VecGetArrayRead(high, &c));
+  for (PetscInt i = 0; i < at.particles; ++i) {
+    double squares[3] = {0, 0, 0};
+    for (PetscInt k = 0; k < at.dim; ++k) {
+      const double first = b[at.x(i, k)] - a[at.x(i, k)], second = c[at.x(i, k)] - b[at.x(i, k)];
+      squares[0] += first * first;
+      squares[1] += second * second;
+      squares[2] += (first - second) * (first - second);
+    }
+    const double halves[2] = {std::sqrt(squares[0]), std::sqrt(squares[1])}, apart = std::sqrt(squares[2]);
+    out->most = std::max(out->most, halves[0] + halves[1]);
+    if (apart > most.size) {
+      most.size = apart;
+      std::copy_n(halves, 2, mine);
+    }
+  }
+  PetscCall(VecRestoreArrayRead(high, &c));
+  PetscCall(VecRestoreArrayRead(middle, &b));
+  PetscCall(VecRestoreArrayRead(low, &a));
+  PetscCallMPI(MPI_Comm_rank(model_->comm(), &most.rank));
+  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &most, 1, MPI_DOUBLE_INT, MPI_MAXLOC, model_->comm()));
+  PetscCallMPI(MPI_Bcast(mine, 2, MPI_DOUBLE, most.rank, model_->comm()));
+  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &out->most, 1, MPI_DOUBLE, MPI_MAX, model_->comm()));
+  out->first = mine[0];
+  out->second = mine[1];
+  PetscFunctionReturn(0);
+}
+
+// jump: how far a particle goes in the half that is left while it hardly moves in the other one; 0: there is none. A path that ends at a limit
+// point moves by 0.41 in its first half of what it moves in the second.
+PetscErrorCode SnapThrough::close_in(SNES snes, Span* span, double* jump) {
+  constexpr int HALVINGS = 5;
+  constexpr double ALIKE = 0.9, STILL = 0.2, NOTHING = 1e-7;
+  double length = 0;
+  PetscFunctionBegin;
+  *jump = 0;
+  PetscCall(VecNorm(span->high, NORM_INFINITY, &length));
+  for (int k = 0; k < HALVINGS; ++k) {
+    const double middle = 0.5 * (span->from + span->to);
+    Halves halves;
+    bool good = false;
+    PetscCall(solve_at(snes, middle, span->low, middle_, &good));
+    if (!good) PetscFunctionReturn(0);
+    PetscCall(compare(span->low, middle_, span->high, &halves));
+    const bool later = halves.second > halves.first;
+    const double less = std::min(halves.first, halves.second), more = std::max(halves.first, halves.second);
+    if (halves.most <= NOTHING * length || less > ALIKE * more) PetscFunctionReturn(0);
+    if (k == HALVINGS - 1 && less <= STILL * more) *jump = more;
+    PetscCall(VecCopy(middle_, later ? span->low : span->high));
+    (later ? span->from : span->to) = middle;
+  }
+  PetscFunctionReturn(0);
+}
+
+// The first step begins at a lattice that need not be in equilibrium: at the smallest of loads it is.
+PetscErrorCode SnapThrough::look_closer(SNES snes, Vec X) {
+  constexpr double SMALLEST = 1.0 / 64;
+  const PetscInt iterations = snes->iter;
+  const SNESConvergedReason reason = snes->reason;
+  Span span;
+  double jump = 0;
+  PetscReal t, h;
+  bool good = false;
+  PC pc;
+  Vec y;
+  PetscFunctionBegin;
+  PetscCall(TSGetTime(ts_, &t));
+  PetscCall(TSGetTimeStep(ts_, &h));
+  PetscCall(TSGetSolution(ts_, &y));
+  PetscCall(VecCopy(X, found_));
+  PetscCall(VecCopy(X, high_));
+  span = {t > 0 ? t : SMALLEST * h, t + h, low_, high_};
+  PetscCall(solve_at(snes, span.from, y, low_, &good));
+  if (good) PetscCall(close_in(snes, &span, &jump));
+  if (jump > 0 && t != last_) {
+    if (count_++ == 0) {
+      from_ = span.from;
+      to_ = span.to;
+      jump_ = jump;
+    }
+    last_ = t;
+  }
+  // as if nothing had been
+  model_->set_factor(std::numeric_limits<double>::quiet_NaN());
+  PetscCall(VecCopy(found_, X));
+  snes->iter = iterations;
+  snes->reason = reason;
+  PetscCall(linear_solver_of(ts_, nullptr, &pc));
+  PetscCall(condensed_renew(pc));
+  context_->newton.forget_lengths();
+  PetscFunctionReturn(0);
+}
+
+PetscErrorCode SnapThrough::warn(Warnings* warnings) const {
+  PetscFunctionBegin;
+  if (count_ == 0) PetscFunctionReturn(0);
+  PetscCall(warnings->add(
+      "snap_through",
+      format("the shape jumps to another branch of equilibria (snap-through) in %lld load steps, first between the load factors %.6g and %.6g, "
+             "where a particle moves by %.3g m: a limit load is passed there; -bs_load_control arc follows the path through it, -bs_task "
+             "dynamics the motion",
+             static_cast<long long>(count_), from_, to_, jump_)));
+  PetscFunctionReturn(0);
+}
+
+void SnapThrough::save(Facts* facts) const {
+  facts->whole["snap_through"] = count_;
+  facts->real["snap_from"] = from_;
+  facts->real["snap_to"] = to_;
+  facts->real["snap_jump"] = jump_;
+  facts->real["snap_last"] = last_;
+}
+
+void SnapThrough::restore(const Facts& facts) {
+  const auto saved = facts.whole.find("snap_through");
+  if (saved == facts.whole.end()) return;
+  count_ = saved->second;
+  const std::pair<const char*, double*> real[] = {{"snap_from", &from_}, {"snap_to", &to_}, {"snap_jump", &jump_}, {"snap_last", &last_}};
+  for (const auto& [name, value] : real)
+    if (const auto at = facts.real.find(name); at != facts.real.end()) *value = at->second;
+}
+
+}  // namespace bs

@@ -1,0 +1,55 @@
+// Whether a load step has jumped from one branch of equilibria to another.
+#pragma once
+#include <petscts.h>
+#include <cstdint>
+#include "checkpoint/facts.hpp"
+#include "output/warnings.hpp"
+#include "solvers/pseudo_time.hpp"
+
+namespace bs {
+
+/// A load step that met a tangent which is not positive definite, or whose two ends have a barrier between them, is looked at more closely: it is
+/// halved again and again, each time the half in which more happens, until a 32nd of it is left. What is continuous changes about alike in both
+/// halves then; a jump lies in one of them. These solves are for the count alone: the state of the step stays as it is.
+class SnapThrough {
+ public:
+  /// Collective. Once the options of `ts` are read; the arguments must outlive the solver. `inner`, attached already, solves.
+  PetscErrorCode attach(TS ts, TSContext& context, Equilibrium& model, PseudoTime& inner);
+  /// Collective. In the place of SNES's solve.
+  PetscErrorCode solve(SNES snes);
+  std::int64_t count() const { return count_; }
+  PetscErrorCode warn(Warnings* warnings) const;
+  void save(Facts* facts) const;
+  void restore(const Facts& facts);
+
+ private:
+  /// Between two equilibria, of the lower and the higher load factor.
+  struct Span {
+    double from = 0, to = 0;
+    Vec low = nullptr, high = nullptr;
+  };
+  /// Of the particle whose changes in two halves differ most.
+  struct Halves {
+    double first = 0, second = 0;  ///< how far it moves in them [m]
+    double most = 0;               ///< how far any moves, in both [m]
+  };
+  PetscErrorCode suspects(Vec X, PetscInt before, bool* yes);
+  PetscErrorCode begins_balanced(double s, double h, Vec y, bool* yes);
+  PetscErrorCode has_barrier(double s, Vec from, Vec to, bool* yes);
+  PetscErrorCode solve_at(SNES snes, double s, Vec from, Vec at, bool* good);
+  PetscErrorCode compare(Vec low, Vec middle, Vec high, Halves* out) const;
+  PetscErrorCode close_in(SNES snes, Span* span, double* jump);
+  PetscErrorCode look_closer(SNES snes, Vec X);
+  PetscErrorCode indefinite(PetscInt* count) const;
+
+  TS ts_ = nullptr;
+  TSContext* context_ = nullptr;
+  Equilibrium* model_ = nullptr;
+  PseudoTime* inner_ = nullptr;
+  VecHandle found_, low_, middle_, high_;
+  std::int64_t count_ = 0;
+  double from_ = 0, to_ = 0, jump_ = 0;  ///< of the first one: load factors, and how far a particle went at the least [m]
+  double last_ = -1;                     ///< load factor where the last one's step began: a repeated attempt counts once
+};
+
+}  // namespace bs

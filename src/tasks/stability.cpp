@@ -1,0 +1,133 @@
+#include "tasks/stability.hpp"
+#include <algorithm>
+#include "base/fault.hpp"
+#include "base/options.hpp"
+#include "solvers/condensed/condensed.hpp"
+#include "time/ts_queries.hpp"
+
+namespace bs {
+namespace {
+
+void put(PetscInt negative, int verdict, std::vector<Observable>* out) {
+  out->push_back({"negative_pivots", {static_cast<double>(negative)}});
+  out->push_back({"stability", {static_cast<double>(verdict)}});
+}
+
+}  // namespace
+
+PetscErrorCode Stability::read(MPI_Comm comm) {
+  PetscFunctionBegin;
+  PetscCall(read_section(comm, "Stability of equilibria (-bs_task statics)", [&](Section& o) {
+    o.integer(
+        "-bs_stability_iterations",
+        "number of iterations that look for an unstable direction of every equilibrium where the linear solver is iterative; a direct one counts "
+        "all of them; 0: none",
+        iterations_, Range::nonnegative);
+    if (iterations_ > PETSC_MAX_INT) o.fail(format("option -bs_stability_iterations: %lld is too large", static_cast<long long>(iterations_)));
+  }));
+  PetscFunctionReturn(0);
+}
+
+// z.K z > DOUBT (mean squared frequency) z.M z, with the exact K: neither the precision in which S is stored nor its shift counts
+PetscErrorCode Stability::find_direction(PC pc, Equilibrium& model, double factor, Vec y, Mat J, bool* found) const {
+  constexpr double DOUBT = 1e-12;
+  Linearisation& lin = model.mechanics()->linearisation();
+  const Layout& at = lin.layout();
+  std::vector<double> force(static_cast<std::size_t>(at.particles * at.dim));
+  const PetscScalar* a = nullptr;
+  double sums[2] = {0, 0};
+  VecHandle r, z;
+  PetscFunctionBegin;
+  PetscCall(VecDuplicate(y, r.out()));
+  PetscCall(VecDuplicate(y, z.out()));
+  PetscCall(model.random_load(r));
+  PetscCall(model.linearise_sharply(factor, y, J));
+  PetscCall(condensed_negative_direction(pc, r, static_cast<PetscInt>(iterations_), z, found));
+  if (!*found) PetscFunctionReturn(0);
+  PetscCall(zero_velocities(z));
+  PetscCall(lin.change_of_force(z, force.data()));
+  PetscCall(VecGetArrayRead(z, &a));
+  for (PetscInt i = 0; i < at.particles; ++i)
+    for (PetscInt c = 0; c < at.dim; ++c) {
+      sums[0] += a[at.x(i, c)] * force[static_cast<std::size_t>(i * at.dim + c)];
+      sums[1] += a[at.x(i, c)] * a[at.x(i, c)] * lin.masses()[static_cast<std::size_t>(i)];
+    }
+  PetscCall(VecRestoreArrayRead(z, &a));
+  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, sums, 2, MPI_DOUBLE, MPI_SUM, model.comm()));
+  *found = sums[0] > DOUBT * model.mean_squared_frequency() * sums[1];
+  PetscFunctionReturn(0);
+}
+
+// The tangent at the equilibrium itself: Newton's last one is of the iterate before it.
+PetscErrorCode Stability::look(TS ts, Mat J, Equilibrium& model, double factor, Vec y, std::vector<Observable>* out) {
+  PC pc;
+  PetscInt negative = -1;
+  bool found = false;
+  PetscFunctionBegin;
+  PetscCall(linear_solver_of(ts, nullptr, &pc));
+  PetscCall(model.linearise_sharply(factor, y, J));
+  PetscCall(condensed_negative_pivots(pc, &negative));
+  if (negative < 0 && iterations_ > 0 && factor > 0) PetscCall(find_direction(pc, model, factor, y, J, &found));
+  const Verdict verdict = negative > 0 || found ? Verdict::unstable : negative == 0 ? Verdict::stable : Verdict::unknown;
+  put(negative, static_cast<int>(verdict), out);
+  note(factor, negative, verdict);
+  PetscFunctionReturn(0);
+}
+
+void Stability::skip(std::vector<Observable>* out) { put(-1, 0, out); }
+
+/// A state may be looked at twice, before a checkpoint and after it.
+void Stability::note(double factor, PetscInt negative, Verdict verdict) {
+  if (factor == last_) return;
+  last_ = factor;
+  if (before_ >= 0 && negative != before_) ++changes_;
+  before_ = negative;
+  if (factor <= 0) return;
+  if (verdict == Verdict::unstable && unstable_ == 0) first_unstable_ = factor;
+  if (verdict == Verdict::unstable) most_ = std::max<std::int64_t>(most_, negative);
+  ++(verdict == Verdict::unstable ? unstable_ : verdict == Verdict::stable ? stable_ : unknown_);
+}
+
+void Stability::count(std::vector<Tally>* out) const {
+  out->push_back({"inertia_changes", "times the number of negative pivots changed: limit points and branch points lie there", changes_});
+  out->push_back({"unstable", "equilibria are unstable: the tangent there has negative pivots", unstable_});
+  out->push_back({"stable", "", stable_});
+  out->push_back(
+      {"stability_unknown",
+       "equilibria of which it is not known whether they are stable: no unstable direction was found, and the linear solver does not count "
+       "them (-condensed_pc_type cholesky does)",
+       unknown_});
+}
+
+PetscErrorCode Stability::warn(Warnings* warnings) const {
+  PetscFunctionBegin;
+  if (unstable_ == 0) PetscFunctionReturn(0);
+  const std::string directions =
+      most_ > 0 ? format("up to %lld directions", static_cast<long long>(most_)) : std::string("at least one direction, by an iterative estimate");
+  PetscCall(warnings->add(
+      "unstable_equilibria",
+      format(
+          "%lld of %lld equilibria are unstable, the first at the load factor %.10g, in %s: the smallest disturbance leads away from them; disturb "
+          "the start (-bs_lattice_perturbation), or see where it leads by -bs_task dynamics",
+          static_cast<long long>(unstable_), static_cast<long long>(stable_ + unstable_ + unknown_), first_unstable_, directions.c_str())));
+  PetscFunctionReturn(0);
+}
+
+void Stability::save(Facts* facts) const {
+  const std::pair<const char*, std::int64_t> whole[] = {{"stable", stable_},  {"unstable", unstable_},  {"stability_unknown", unknown_},
+                                                        {"inertia", before_}, {"most_unstable", most_}, {"inertia_changes", changes_}};
+  for (const auto& [name, value] : whole) facts->whole[name] = value;
+  facts->real["first_unstable"] = first_unstable_;
+  facts->real["stability_noted"] = last_;
+}
+
+void Stability::restore(const Facts& facts) {
+  const std::pair<const char*, std::int64_t*> whole[] = {{"stable", &stable_},  {"unstable", &unstable_},  {"stability_unknown", &unknown_},
+                                                         {"inertia", &before_}, {"most_unstable", &most_}, {"inertia_changes", &changes_}};
+  for (const auto& [name, value] : whole)
+    if (const auto at = facts.whole.find(name); at != facts.whole.end()) *value = at->second;
+  if (const auto at = facts.real.find("first_unstable"); at != facts.real.end()) first_unstable_ = at->second;
+  if (const auto at = facts.real.find("stability_noted"); at != facts.real.end()) last_ = at->second;
+}
+
+}  // namespace bs

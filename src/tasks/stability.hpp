@@ -1,0 +1,40 @@
+// What is known of the stability of the equilibria of a static run.
+#pragma once
+#include <petscts.h>
+#include <cstdint>
+#include <vector>
+#include "output/warnings.hpp"
+#include "systems/equilibrium.hpp"
+#include "time/ts_setup.hpp"
+
+namespace bs {
+
+/// An equilibrium is unstable where -K has negative eigenvalues beyond its rounding errors. Direct solvers count them by the signs of their pivots
+/// (Sylvester's law of inertia). Others look for one direction z with z.K z > 0, which proves instability; that none was found proves nothing.
+class Stability {
+ public:
+  /// Collective. Reads -bs_stability_iterations.
+  PetscErrorCode read(MPI_Comm comm);
+  /// Collective. At the state y of a frame with the load factor `factor`, with the matrix J of `ts`; adds to its observables. One of the factor 0 is
+  /// the lattice as it was given and is not counted. A change of J is not undone.
+  PetscErrorCode look(TS ts, Mat J, Equilibrium& model, double factor, Vec y, std::vector<Observable>* out);
+  /// What look() adds for a state that is no equilibrium.
+  static void skip(std::vector<Observable>* out);
+  void count(std::vector<Tally>* out) const;
+  PetscErrorCode warn(Warnings* warnings) const;
+  void save(Facts* facts) const;
+  void restore(const Facts& facts);
+
+ private:
+  enum class Verdict { unstable = -1, unknown = 0, stable = 1 };
+  PetscErrorCode find_direction(PC pc, Equilibrium& model, double factor, Vec y, Mat J, bool* found) const;
+  void note(double factor, PetscInt negative, Verdict verdict);
+
+  std::int64_t iterations_ = 50;
+  std::int64_t stable_ = 0, unstable_ = 0, unknown_ = 0;  ///< equilibria
+  std::int64_t changes_ = 0;                              ///< of the number of negative pivots, from one equilibrium to the next
+  std::int64_t before_ = -1, most_ = -1;                  ///< negative pivots at the last equilibrium, and at the most of any; -1: not known
+  double first_unstable_ = 0, last_ = -1;                 ///< load factors; the second of what was noted last
+};
+
+}  // namespace bs

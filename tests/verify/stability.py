@@ -1,0 +1,171 @@
+#!/usr/bin/env python3
+"""Stability of equilibria (-bs_task statics): unstable directions against the eigenvalues of K by NumPy, snap-through of trusses of two bars against
+their limit load, and what a path by arc length goes by."""
+import numpy as np
+import scipy.io
+from harness import run_parts, write_lattice
+from scipy.optimize import brentq
+
+STATICS = {"bs_task": "statics"}
+LIMIT = 0.0099499169577446  # of the truss
+UNSTABLE, JUMPS, END = "unstable_equilibria", "snap_through", "path_end"
+
+
+def matrix(run, folder, name):
+    path = folder / name
+    path.write_bytes(run.files[name])
+    return scipy.io.mmread(path).toarray()
+
+
+def counted(checks, folder):
+    """Random periodic nets, relaxed: some come to rest at saddle points. K q = -omega^2 M q of what was written has as many negative omega^2 as are told."""
+    seen = set()
+    for fraction, factor, seed in ((0.1, 0.95, 1), (0.2, 1.005, 1), (0.25, 1.005, 3), (0.3, 0.95, 2), (0.35, 0.95, 1), (0.4, 0.95, 1), (0.4, 0.95, 4)):
+        run = checks.run({**STATICS, "bs_lattice_type": "triangular", "bs_lattice_size": "16,16", "bs_lattice_periodic": "xy", "bs_lattice_stiffness": 1,
+                          "bs_lattice_stiff_fraction": fraction, "bs_lattice_stiff_factor": 0, "bs_lattice_seed": seed, "bs_lattice_rest_length_factor": factor,
+                          "bs_write_matrices": "m"}, interval=0, keep=("m_K.mtx",), expect=None)
+        if run.code != 0:
+            continue  # Newton's method need not come to rest within its steps
+        K = matrix(run, folder, "m_K.mtx")
+        omega2 = np.linalg.eigvalsh(-0.5 * (K + K.T))
+        exact = int(np.sum(omega2 < -1e-9))
+        seen.add(exact > 0)
+        o = run.trajectory.observables
+        name = f"removed {fraction}, rest lengths x {factor}, seed {seed}"
+        checks.near(f"{name}: unstable directions", float(o["negative_pivots"][-1]), exact, 0)
+        checks.true(f"{name}: told", (UNSTABLE in run.report["warnings"]) == (exact > 0) == (o["stability"].ravel()[-1] == -1) == (run.report["unstable"] == 1)
+                    and (f"in up to {exact} directions" in run.stderr) == (exact > 0) and (" warnings=1" in run.stdout.splitlines()[-1]) == (exact > 0), run.stdout.splitlines()[-1])
+    checks.true("stable and unstable ones are among them", seen == {True, False})
+
+
+def column(folder, load, n=8, a=0.5, kappa=3.0, k=1e5, critical=0.913445609864564):
+    """Links with elastic hinges between two walls that press it by a part of its buckling load."""
+    at = np.arange(n + 1)
+    angles = {"triples": np.stack([at[:-2], at[1:-1], at[2:]], 1), "stiffness": kappa, "rest_angle": np.pi}
+    return write_lattice(folder / f"column{load}.h5", np.stack([a * at * (1 - load * critical / k / a), 0 * at], 1), 1.0, fixed=(at == 0) | (at == n),
+                         pairs=np.stack([at[:-1], at[1:]], 1), stiffness=k, rest_length=a, angles=angles)
+
+
+def iterative(checks, folder):
+    """Without factors: an unstable direction is found or not, and nothing is claimed that is not known."""
+    for load, solver, more, verdict in ((1.5, "cholesky", {}, -1), (0.5, "cholesky", {}, 1), (1.5, "bicc", {}, -1), (0.5, "bicc", {}, 0), (1.5, "jacobi", {}, -1),
+                                        (1.5, "bicc", {"bs_stability_iterations": 0}, 0)):
+        run = checks.run({**STATICS, "bs_lattice_file": column(folder, load), "condensed_pc_type": solver, **more}, interval=0)
+        name = f"column at {load} of its buckling load, {solver} {more or ''}"
+        o = run.trajectory.observables
+        checks.true(name, o["stability"].ravel()[-1] == verdict and (run.report["warnings"] == [UNSTABLE]) == (verdict < 0)
+                    and [run.report[key] for key in ("unstable", "stability_unknown", "stable")] == [int(verdict == v) for v in (-1, 0, 1)],
+                    f"{o['stability'].ravel()}, {run.report['warnings']}")
+        checks.true(f"{name}: the summary says what is not known", ("not known whether they are stable" in run.stdout) == (verdict == 0))
+    flat = {**STATICS, "bs_lattice_type": "cloth", "bs_lattice_size": "10,10", "bs_lattice_neighbors": 12, "bs_lattice_spacing": 0.04, "bs_lattice_particle_mass": 1e-3,
+            "bs_lattice_fixed_particles": "90,99", "bs_lattice_stiffness": "20,10,0.5", "bs_spring_law": "strain"}
+    for solver in ("cholesky", "bicc"):
+        run = checks.run({**flat, "condensed_pc_type": solver}, interval=0)
+        checks.true(f"a flat cloth at rest, whose motions out of its plane cost nothing, is not called unstable: {solver}", run.report["warnings"] == [], str(run.report["warnings"]))
+
+
+def load_of(h, b=1.0, k=1.0):
+    """What two bars of rest length sqrt(1 + 0.3^2) over half a span b bear with their apex at height h."""
+    return 2 * k * h * (np.hypot(1, 0.3) / np.hypot(b, h) - 1)
+
+
+def truss(folder, n=1, **more):
+    """n trusses beside one another, the k-th of stiffness 1 + k."""
+    x = np.concatenate([[[-1, 3 * k], [1, 3 * k], [0, 3 * k + 0.3]] for k in range(n)])
+    pairs = np.concatenate([[[3 * k, 3 * k + 2], [3 * k + 1, 3 * k + 2]] for k in range(n)])
+    return write_lattice(folder / f"truss{n}.h5", x, 1.0, fixed=np.tile([1, 1, 0], n), pairs=pairs, stiffness=1.0 + pairs[:, 0] // 3, rest_length=np.hypot(1, 0.3), **more)
+
+
+def said(run):
+    """Load factors between which the first jump is said to be."""
+    text = next(line for line in run.stderr.splitlines() if "snap-through" in line).split("between the load factors ")[1].split(",")[0]
+    return [float(word) for word in text.split(" and ")]
+
+
+def snaps(checks, folder):
+    path = truss(folder)
+    for steps, load in ((1, 0.02), (7, 0.02), (40, 0.02), (1, 0.0098), (3, 0.00994), (40, 0.00994)):
+        run = checks.run({**STATICS, "bs_lattice_file": path, "bs_load_steps": steps, "bs_gravity": f"0,{-load}"}, interval=0)
+        over = load > LIMIT
+        name = f"truss under {load / LIMIT:.4g} of its limit load in {steps} load steps"
+        checks.true(f"{name}: snap-through", run.report["warnings"] == ([JUMPS] if over else []) and run.report["snap_through"] == int(over),
+                    f"{run.report['warnings']}, height {run.trajectory.position[-1, 2, 1]:.6g} m")
+        if over:
+            low, high = said(run)
+            checks.true(f"{name}: where", low < LIMIT / load + 1e-6 and high > LIMIT / load - 1e-6 and high - low < 1.1 / 32 / steps + 1e-5, f"{low} to {high} for {LIMIT / load:.6g}")
+            checks.near(f"{name}: the state is the one behind it", run.trajectory.position[-1, 2, 1], brentq(lambda h: load_of(h) - load, -0.6, -0.3, xtol=1e-15), 1e-11)
+    run = checks.run({**STATICS, "bs_lattice_file": path, "bs_load_steps": 20, "bs_gravity": "0,-0.02", "bs_load_control": "arc"}, interval=0)
+    checks.true("followed by arc length it does not jump; the part of the path between the limit points is unstable", run.report["warnings"] == [UNSTABLE]
+                and "snap-through" not in run.stderr, str(run.report["warnings"]))
+    run = checks.run({**STATICS, "bs_lattice_file": truss(folder, 3), "bs_load_steps": 20, "bs_gravity": "0,-0.025"}, interval=0)
+    checks.true("of three trusses of stiffness 1, 2 and 3 two snap, each in a load step of its own", run.report["snap_through"] == 2 and run.report["warnings"] == [JUMPS],
+                str(run.report["snap_through"]))
+    hang = {**STATICS, "bs_lattice_type": "chain", "bs_lattice_size": 9, "bs_lattice_dim": 2, "bs_lattice_fixed": "xmin", "bs_gravity": "0,-9.81", "bs_load_steps": 4}
+    run = checks.run(hang)
+    checks.true("a chain of loose hinges that swings down by its first load has no branch to jump from", JUMPS not in run.report["warnings"], str(run.report["warnings"]))
+
+
+def crossings(checks, folder):
+    """Snap-through with springs that break, in a periodic box that is strained, and over a restart."""
+    k = {"bs_lattice_file": truss(folder, 2), "bs_load_steps": 20, "bs_gravity": "0,-0.018"}
+    for name, limit, broken in (("none breaks", 10, 0), ("two break in front of the jump", 0.004, 2)):
+        path = truss(folder, 2, columns={"critical_strain": [limit, limit, 10, 10]})
+        with_net = write_lattice(folder / "net.h5", [[-1, 0], [1, 0], [0, 0.3], [-1, 3], [1, 3], [0, 3.3], [0, 2.3]], 1.0, fixed=[1, 1, 0, 1, 1, 0, 1],
+                                 pairs=[[0, 2], [1, 2], [3, 5], [4, 5], [6, 2]], stiffness=[1, 1, 1, 1, 0.5], rest_length=[np.hypot(1, 0.3)] * 4 + [2.0],
+                                 columns={"critical_strain": [limit, limit, 10, 10, 10]})
+        run = checks.run({**STATICS, **k, "bs_lattice_file": with_net if broken else path, "bs_break_in": "both"}, interval=0)
+        checks.true(f"snap-through, {name}", run.report["snap_through"] == 1 and run.report["broken_springs"] == broken, f"{run.report['snap_through']}, {run.report['broken_springs']} broken")
+    # period 2, the base is fixed, the box is strained along the base: half a span of 1 + 0.02 s
+    box = write_lattice(folder / "box.h5", [[0, 0], [1, 0.3]], 1.0, fixed=[1, 0], pairs=[[0, 1], [1, 0]], stiffness=1.0, rest_length=np.hypot(1, 0.3), box=[[2, 0], [0, 5]],
+                        shift=[[0, 0], [1, 0]])
+    for load in (0.008, 0.003):
+        run = checks.run({**STATICS, "bs_lattice_file": box, "bs_load_steps": 10, "bs_gravity": f"0,{-load}", "bs_box_rate": "xx=0.02"}, interval=0, expect=None)
+        if run.code == 2:
+            checks.skip("snap-through in a box", run.stderr.strip())
+            break
+        heights = np.linspace(0.02, 0.3, 4001)
+        limit = brentq(lambda s: load_of(heights, 1 + 0.02 * s).max() - load * s, 0.1, 3)
+        checks.true(f"in a periodic box that is strained, load {load}", run.report["warnings"] == ([JUMPS] if limit < 1 else []), f"limit at {limit:.4g}: {run.report['warnings']}")
+        if limit < 1:
+            low, high = said(run)
+            checks.true("where it is", low - 1e-4 < limit < high + 1e-4, f"{low} to {high} for {limit:.5g}")
+    path, saved = truss(folder), folder / "half.checkpoint"
+    base = {**STATICS, "bs_lattice_file": path, "bs_load_steps": 20, "bs_gravity": "0,-0.02"}
+    whole = checks.run(base, interval=0).report
+    first = checks.run({**base, "bs_checkpoint": saved, "ts_max_steps": 15}, interval=0)
+    rest = checks.run({"bs_restart": saved, "ts_max_steps": 5000}, interval=0).report
+    checks.true("a run that is stopped short of its end says so", first.report["warnings"] == ["ended_early", JUMPS] and first.stdout.splitlines()[-1].endswith(" warnings=2"),
+                str(first.report["warnings"]))
+    same = ("warnings", "snap_through", "stable", "unstable", "inertia_changes")
+    checks.true("continued it tells what the whole run tells", all(whole[key] == rest[key] for key in same), str([(whole[key], rest[key]) for key in same]))
+
+
+def directions(checks, folder):
+    """Paths on which the load factor alone says where forward is, and ends that lie behind the start."""
+    # a mass on an anchor that swings to and fro: between two steps the place turns back, the load factor does not
+    path = write_lattice(folder / "anchored.h5", [[0.0], [1.0]], 1.0, fixed=[1, 0], pairs=[[0, 1]], stiffness=1.0, rest_length=1.0,
+                         anchors={"particle": [1], "point": [[1.0]], "stiffness": [1.0], "rest_length": [0.0], "damping": [0.0]})
+    swing = {**STATICS, "bs_lattice_file": path, "bs_anchor_motion": "sinusoid", "bs_anchor_amplitude": 0.4, "bs_anchor_frequency": 1.3, "bs_load_control": "arc", "bs_load_steps": 40,
+             "bs_arc_steps": 500}
+    run = checks.run(swing, interval=0)
+    s = run.trajectory.observables["load_factor"].ravel()
+    checks.near("driven to and fro: places along the path", run.trajectory.position[:, 1, 0], 1 + 0.2 * np.sin(2.6 * np.pi * s), 1e-12)
+    checks.true("the load factor grows all the way to 1", bool(np.all(np.diff(s) > 0)) and s[-1] == 1 and run.report["warnings"] == [], f"{len(s)} frames to {s[-1]:.6g}")
+    for end, where in ((-0.01, "between the limit points"), (-0.03, "between the limit points")):
+        run = checks.run({**STATICS, "bs_lattice_file": truss(folder), "bs_load_steps": 20, "bs_gravity": "0,-0.02", "bs_load_control": "arc", "bs_arc_end": end}, interval=0)
+        h = run.trajectory.position[-1, 2, 1]
+        checks.near(f"a path that ends at the load factor {end} is on its way back there", h, brentq(lambda h: load_of(h) - 0.02 * end, -0.17, 0.17, xtol=1e-15), 1e-10)
+    pulled = {**STATICS, "bs_lattice_type": "triangular", "bs_lattice_size": "6,6", "bs_lattice_fixed": "xmin", "bs_group_r": "xmax", "bs_motion_r": "velocity:2,0",
+              "bs_load_control": "arc", "bs_arc_steps": 30}
+    for end in (-1, 1e300):
+        run = checks.run({**pulled, "bs_arc_end": end})
+        checks.true(f"a path that never comes to the load factor {end:g} says so", run.report["warnings"] == [END] and run.stdout.splitlines()[-1].endswith(" warnings=1"),
+                    str(run.report["warnings"]))
+    run = checks.run({**STATICS, "bs_lattice_file": truss(folder), "bs_load_steps": 20, "bs_gravity": "0,-0.02", "bs_load_control": "arc", "bs_arc_steps": 30})
+    checks.true("nor does one that is given too few steps", END in run.report["warnings"], str(run.report["warnings"]))
+    run = checks.run({**pulled, "bs_load_steps": 5})
+    checks.true("one that comes there does not", run.report["warnings"] == [], str(run.report["warnings"]))
+
+
+if __name__ == "__main__":
+    run_parts("stability", (counted, snaps, crossings), (iterative, directions))
