@@ -9,6 +9,9 @@
 
 namespace bs {
 
+/// What may be missing to a given stress, of the largest component there is or given: more is no equilibrium.
+static constexpr double MISSED = 1e-6;
+
 PetscErrorCode refuse_box_stress(Model& model, const char* task) {
   PetscFunctionBegin;
   if (model.mechanics() && !model.mechanics()->free_strains(0).empty())
@@ -24,8 +27,9 @@ PetscErrorCode BoxStress::begin(Equilibrium& model, bool arc) {
   PetscCall(read_section(model.comm(), "Given stresses of a periodic box (-bs_task statics)", [&](Section& o) {
     o.real("-bs_box_stress_rtol",
            "the stresses of -bs_box_stress are met where what is missing is below this times the largest component of the stress there is or given "
-           "[1]",
+           "[1]; at most 1e-6",
            rtol_, Range::positive);
+    if (rtol_ > MISSED) o.fail(format("option -bs_box_stress_rtol: %g: the stresses would not be those given: write 1e-6 or less", rtol_));
   }));
   free_ = model.free_strains(0);
   active_ = !free_.empty();
@@ -53,11 +57,38 @@ PetscErrorCode BoxStress::attach(TS ts, TSContext& context, Equilibrium& model, 
   PetscFunctionReturn(0);
 }
 
-// Where the box is not stable, or Newton's step is long, strains change by STEP at most.
+/// The given stresses less those there are, and the largest of these.
+double BoxStress::missing(const StrainResponse& at, const std::vector<FreeStrain>& free, std::vector<double>* each, double* scale) const {
+  double worst = 0;
+  *scale = 0;
+  each->clear();
+  for (const double stress : at.stress) *scale = std::max(*scale, std::abs(stress));
+  for (const FreeStrain& one : free) {
+    each->push_back(one.stress - at.stress[static_cast<std::size_t>(component_place(model_->dim(), one.row, one.column))]);
+    *scale = std::max(*scale, std::abs(one.stress));
+    worst = std::isnan(each->back()) ? each->back() : std::max(worst, std::abs(each->back()));
+  }
+  return worst;
+}
+
+/// The largest component of L = dF F^-1, F that of relaxed_: of a box that is far from its start a change is measured by what it is now.
+double BoxStress::flow_size(const std::vector<double>& step) const {
+  const int d = model_->dim();
+  double sum[9] = {0}, L[9], size = 0;
+  for (std::size_t a = 0; a < free_.size(); ++a) {
+    flow_of(free_[a], relaxed_.strained().gradient, d, L);
+    for (int c = 0; c < d * d; ++c) sum[c] += step[a] * L[c];
+  }
+  for (int c = 0; c < d * d; ++c) size = std::max(size, std::abs(sum[c]));
+  return size;
+}
+
+// Where the box is not stable, or Newton's step is long, the box changes by STEP at most. Stresses that are 0 beside those of single springs are
+// met where no change of the box that rounding knows would bring them nearer.
 PetscErrorCode BoxStress::judge(Vec X, Look* out) {
-  constexpr double STEP = 0.02, LONGEST = 0.1, ROUNDING = 1e-13;
+  constexpr double STEP = 0.02, LONGEST = 0.1, ROUNDING = 1e-13, LEAST = 1e-14;
   const std::size_t n = free_.size();
-  std::vector<double> A, missing(n);
+  std::vector<double> A, left;
   double scale = 0, longest = 0, before[9];
   PetscFunctionBegin;
   const auto of_free = [this](const StrainResponse& at) { return strains_of(free_, at.gradient, model_->dim()); };
@@ -65,26 +96,19 @@ PetscErrorCode BoxStress::judge(Vec X, Look* out) {
   const StrainResponse& at = relaxed_.strained();
   const int d = model_->dim();
   *out = {};
-  for (const double stress : at.stress) scale = std::max(scale, std::abs(stress));
   std::copy_n(at.gradient, 9, before);
-  for (std::size_t a = 0; a < n; ++a) {
-    const FreeStrain& one = free_[a];
-    missing[a] = one.stress - at.stress[static_cast<std::size_t>(component_place(d, one.row, one.column))];
-    scale = std::max(scale, std::abs(one.stress));
-    out->worst = std::max(out->worst, std::abs(missing[a]));
-    before[one.row * d + one.column] -= one.strain - start_[a];
-  }
+  for (std::size_t a = 0; a < n; ++a) before[free_[a].row * d + free_[a].column] -= free_[a].strain - start_[a];
+  out->worst = missing(at, free_, &left, &scale);
   double inverse[9];
   out->volume_ratio = invert_edges(at.gradient, d, inverse) ? box_volume(at.gradient, d) / box_volume(before, d) : 0;
   out->state = box_tangent(relaxed_, free_, d, &A);
-  if (out->state != BoxState::stable || !solve_small(A, missing, &out->step)) {
-    out->step = missing;
-    for (double& g : out->step) g *= out->worst > 0 ? STEP / out->worst : 0;
-  }
-  for (const double g : out->step) longest = std::max(longest, std::abs(g));
-  if (longest > LONGEST)
-    for (double& g : out->step) g *= LONGEST / longest;
-  out->met = out->worst <= rtol_ * scale || (out->state == BoxState::stable && longest <= ROUNDING);
+  const bool stable = out->state == BoxState::stable && solve_small(A, left, &out->step);
+  if (!stable) out->step = left;
+  longest = flow_size(out->step);
+  const double most = stable ? LONGEST : STEP;
+  if (longest > most || !stable)
+    for (double& g : out->step) g *= longest > 0 ? most / longest : 0;
+  out->met = out->worst <= rtol_ * scale || (stable && longest <= ROUNDING && (out->worst <= MISSED * scale || longest <= LEAST));
   PetscFunctionReturn(0);
 }
 
@@ -214,6 +238,34 @@ PetscErrorCode BoxStress::solve(SNES snes) {
   PetscCall(begin_step());
   PetscCall(iterate(snes, &found));
   if (!found) model_->mechanics()->set_free_strains(start_);
+  PetscFunctionReturn(0);
+}
+
+PetscErrorCode BoxStress::confirm(Equilibrium& model, double t, Vec y, Findings* out) const {
+  constexpr double ROUNDING = 1e-12;  // of the stiffness: a given stress may be 0
+  StrainResponse at;
+  std::vector<double> each;
+  double scale = 0, stiffness = 0;
+  PetscFunctionBegin;
+  PetscCall(model.strain_response(t, y, &at));
+  const double worst = missing(at, model.free_strains(t), &each, &scale);
+  for (int a = 0; a < at.count; ++a) stiffness = std::max(stiffness, std::abs(at.affine[static_cast<std::size_t>(a * (at.count + 1))]) / at.volume);
+  if (!(worst <= std::max(MISSED * scale, ROUNDING * stiffness)))
+    out->why = format("the stress of the box is off by %.3g, where the largest component is %.3g: -bs_box_stress is not met; try more -bs_load_steps",
+                      worst, scale);
+  PetscFunctionReturn(0);
+}
+
+PetscErrorCode BoxStress::warn(Equilibrium& model, double t, Warnings* warnings) const {
+  constexpr double FAR = 10;
+  PetscFunctionBegin;
+  for (const FreeStrain& one : model.free_strains(t))
+    if (std::abs(one.strain) > FAR)
+      PetscCall(warnings->add(
+          "box_strain",
+          format("the stress of -bs_box_stress, %s = %g, strains the box by %.3g: it is far beyond the stiffness of the springs; are its "
+                 "units those of the lattice?",
+                 component_name(one.row, one.column).c_str(), one.stress, one.strain)));
   PetscFunctionReturn(0);
 }
 

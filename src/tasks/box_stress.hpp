@@ -3,6 +3,7 @@
 #include <petscts.h>
 #include <functional>
 #include <vector>
+#include "output/warnings.hpp"
 #include "systems/equilibrium.hpp"
 #include "tasks/box_tangent.hpp"
 #include "tasks/findings.hpp"
@@ -23,6 +24,9 @@ class BoxStress {
   /// Collective. In the place of SNES's solve.
   PetscErrorCode solve(SNES snes);
   std::int64_t corrections() const { return corrections_; }
+  /// Collective. Whether the stress at the equilibrium y of time t, computed anew, is the given one; else `out` says why not.
+  PetscErrorCode confirm(Equilibrium& model, double t, Vec y, Findings* out) const;
+  PetscErrorCode warn(Equilibrium& model, double t, Warnings* warnings) const;
   /// The strains found, for the summary and the report.
   void put(Equilibrium& model, double t, Findings* out) const;
 
@@ -38,6 +42,8 @@ class BoxStress {
   PetscErrorCode begin_step();
   PetscErrorCode iterate(SNES snes, bool* found);
   PetscErrorCode judge(Vec X, Look* out);
+  double missing(const StrainResponse& at, const std::vector<FreeStrain>& free, std::vector<double>* each, double* scale) const;
+  double flow_size(const std::vector<double>& step) const;
   PetscErrorCode move(const Look& from, double part, Vec X);
   PetscErrorCode refuse(SNES snes, const char* why);
 

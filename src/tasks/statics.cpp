@@ -40,7 +40,7 @@ class StaticRun {
   PetscErrorCode observe(double factor, Vec y, std::vector<Observable>* out);
   PetscErrorCode count(std::vector<Tally>* out) const;
   PetscErrorCode find(double factor, Vec y, Findings* out);
-  PetscErrorCode look_back(Warnings* warnings) const;
+  PetscErrorCode look_back(Warnings* warnings);
 
   Equilibrium& model_;
   LoadOptions options_;
@@ -156,7 +156,11 @@ PetscErrorCode StaticRun::observe(double factor, Vec y, std::vector<Observable>*
 
 PetscErrorCode StaticRun::find(double factor, Vec y, Findings* out) {
   PetscFunctionBegin;
-  if (box_.active()) box_.put(model_, factor, out);
+  if (box_.active()) {
+    box_.put(model_, factor, out);
+    PetscCall(box_.confirm(model_, factor, y, out));
+    if (!out->why.empty()) PetscFunctionReturn(0);
+  }
   if (!end_) PetscFunctionReturn(0);
   if (end_->compliance.wanted()) PetscCall(end_->compliance.find(ts_, context_->matrix, model_, factor, y, out));
   if (end_->moduli.wanted() && out->why.empty()) PetscCall(end_->moduli.find(ts_, context_->matrix, model_, factor, y, out));
@@ -178,7 +182,7 @@ PetscErrorCode StaticRun::count(std::vector<Tally>* out) const {
 }
 
 /// A path is complete where it has come to the load factor that was asked for.
-PetscErrorCode StaticRun::look_back(Warnings* warnings) const {
+PetscErrorCode StaticRun::look_back(Warnings* warnings) {
   PetscFunctionBegin;
   PetscCall(stability_.warn(warnings));
   PetscCall(snaps_.warn(warnings));
@@ -187,6 +191,7 @@ PetscErrorCode StaticRun::look_back(Warnings* warnings) const {
                             format("%lld equilibria leave an unbalanced force above 1e-6 of the largest load or reaction "
                                    "(/observables/unbalanced_force): it bounds their digits",
                                    static_cast<long long>(unbalanced))));
+  if (box_.active()) PetscCall(box_.warn(model_, last_factor_, warnings));
   if (options_.arc && !arc_.at_end())
     PetscCall(warnings->add(
         "path_end",

@@ -7,7 +7,7 @@ import subprocess
 
 from box import A1, A2, triangular
 import h5py
-from harness import run_parts
+from harness import run_parts, write_lattice
 import numpy as np
 from program import environment, words
 from scipy.optimize import brentq, minimize, root
@@ -178,5 +178,37 @@ def gives_way(checks, folder):
     checks.near("slack springs pulled", r["last_free_strain"], [x, x], 1e-10)
 
 
+def softening(checks, folder):
+    """A periodic chain of springs T = s - s^2 bears 0.21 at s = 0.3, where dT/ds = 0.4, and at s = 0.7, where it is -0.4: under its own stress it stays at the one and
+    leaves the other, which is no answer."""
+    n = 6
+    at = np.arange(n)
+    for s, stable in ((0.3, True), (0.7, False)):
+        path = write_lattice(folder / f"soft{stable}.h5", (1 + s) * at[:, None], 1.0, pairs=np.stack([at, (at + 1) % n], 1), stiffness=1.0, rest_length=1.0, spring_law="polynomial",
+                             columns={"stiffness_2": -1.0, "stiffness_3": 0.0}, box=[[n * (1 + s)]], shift=(at == n - 1).astype(int)[:, None])
+        run = checks.run({**STATICS, "bs_lattice_file": path, "bs_box_stress": "xx=0.21", "bs_load_scale": "none"}, interval=0, expect=None)
+        found = run.report["last_free_strain"]
+        checks.true(f"a softening chain under its own stress, s = {s}", run.code == (0 if stable else 3) and (not stable or abs(found[0]) < 1e-9), f"exit code {run.code}, {found}")
+        if not stable:
+            checks.true("and says why", "smallest disturbance" in run.stderr or "does not bear the stress" in run.stderr, run.stderr.strip()[-300:])
+
+
+def met(checks, folder):
+    """Stresses are met or the run fails; a stress far beyond the stiffness is met soon, and warned of."""
+    square = {**STATICS, "bs_lattice_type": "square", "bs_lattice_size": "4,4", "bs_lattice_periodic": "xy", "bs_lattice_neighbors": 8, "bs_lattice_stiffness": 1000}
+    for value in (1e10, 1e-5):
+        run = checks.run({**square, "bs_box_stress": "xx=1", "bs_box_stress_rtol": value}, expect=2)
+        checks.true(f"a tolerance of {value:g} is refused", "-bs_box_stress_rtol" in run.stderr and run.stderr.count("\n") == 1, run.stderr.strip())
+    run = checks.run({**square, "bs_box_stress": "xx=1", "bs_box_stress_rtol": 1e-6})
+    checks.below("1e-6 is met", abs(run.report["last_stress"][0] - 1), 1e-6)
+    run = checks.run({**square, "bs_box_stress": "xx=1e9", "bs_load_steps": 5})
+    strain = run.report["last_free_strain"][0]
+    # across the pull nothing is strained: springs along x and the diagonals, forces k (l - L), per height of 1
+    exact = brentq(lambda g: (1000 * g + 2 * 1000 * (1 - np.sqrt(2) / np.hypot(1 + g, 1)) * (1 + g)) / 1e9 - 1, 1, 1e7, xtol=1e-4, rtol=1e-14)
+    checks.below("a stress a million times the stiffness: strain", abs(strain / exact - 1), 1e-8)
+    checks.true("in few steps, with a warning", run.report["steps"] < 200 and "box_strain" in run.report["warnings"] and "steps_cut" in run.report["warnings"],
+                f"{run.report['steps']} steps, {run.report['warnings']}")
+
+
 if __name__ == "__main__":
-    run_parts(__doc__, (pulled, cube, diluted, disordered, gives_way))
+    run_parts(__doc__, (pulled, cube, diluted, disordered, gives_way, softening, met))
