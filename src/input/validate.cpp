@@ -34,10 +34,18 @@ struct Place {
 /// The k-th particle's number as the user knows it.
 std::int64_t number(const Lattice& lattice, std::int64_t k) { return lattice.id.empty() ? lattice.particles.first + k : lattice.id[at(k)]; }
 
-/// Whether every one of the `count` numbers from `values` is finite; `bad` receives the first that is not.
-bool finite(const double* values, std::size_t count, double* bad) {
+/// Squares of what is read are summed: they must not overflow.
+constexpr double LARGEST = 1e150;
+const char* const TOO_LARGE = "its square cannot be computed; write at most 1e150, in other units if need be";
+
+bool usable(double value) { return std::abs(value) <= LARGEST; }
+
+const char* remedy_for(double value, const char* remedy) { return std::isfinite(value) && !usable(value) ? TOO_LARGE : remedy; }
+
+/// Whether every one of the `count` numbers from `values` is usable; `bad` receives the first that is not.
+bool all_usable(const double* values, std::size_t count, double* bad) {
   for (std::size_t k = 0; k < count; ++k)
-    if (!std::isfinite(values[k])) {
+    if (!usable(values[k])) {
       *bad = values[k];
       return false;
     }
@@ -48,14 +56,13 @@ void check_particle(const Lattice& l, const Place& place, std::int64_t k, Fault*
   const std::size_t d = at(l.dim);
   const std::int64_t row = l.particles.first + k, id = place.datasets ? row : number(l, k);
   const auto note = [&](const char* name, const char* what, double value, const char* remedy) {
-    fault->note(row, place.row("particle", id, "/particles", name) + format(": %s %g; %s", what, value, remedy));
+    fault->note(row, place.row("particle", id, "/particles", name) + format(": %s %g; %s", what, value, remedy_for(value, remedy)));
   };
   double bad = 0;
-  if (!finite(&l.position[at(k) * d], d, &bad)) note("position", "position", bad, "write finite coordinates [m]");
-  if (!finite(&l.velocity[at(k) * d], d, &bad)) note("velocity", "velocity", bad, "write finite components [m/s]");
+  if (!all_usable(&l.position[at(k) * d], d, &bad)) note("position", "position", bad, "write finite coordinates [m]");
+  if (!all_usable(&l.velocity[at(k) * d], d, &bad)) note("velocity", "velocity", bad, "write finite components [m/s]");
   const double mass = l.mass[at(k)];
-  if (!(std::isfinite(mass) && mass > 0))
-    note("mass", "mass", mass, "write a finite mass > 0 [kg]; a particle that must not move is marked as fixed");
+  if (!(usable(mass) && mass > 0)) note("mass", "mass", mass, "write a finite mass > 0 [kg]; a particle that must not move is marked as fixed");
   for (const Column& column : l.particle_columns) {
     const ParticleParameter& one = particle_parameters[particle_parameter(column.name)];
     const double value = column.value[at(k)];
@@ -69,12 +76,12 @@ void check_particle(const Lattice& l, const Place& place, std::int64_t k, Fault*
 void check_numbers(const Place& place, const char* what, const char* group, std::int64_t row, double stiffness, double rest, bool nan_rest,
                    double damping, Fault* fault) {
   const auto note = [&](const char* name, const char* label, double value, const char* remedy) {
-    fault->note(row, place.row(what, row, group, name) + format(": %s %g; %s", label, value, remedy));
+    fault->note(row, place.row(what, row, group, name) + format(": %s %g; %s", label, value, remedy_for(value, remedy)));
   };
-  if (!(std::isfinite(stiffness) && stiffness >= 0)) note("stiffness", "stiffness", stiffness, "write a finite number >= 0");
-  if (!(std::isfinite(rest) && rest >= 0) && !(nan_rest && std::isnan(rest)))
+  if (!(usable(stiffness) && stiffness >= 0)) note("stiffness", "stiffness", stiffness, "write a finite number >= 0");
+  if (!(usable(rest) && rest >= 0) && !(nan_rest && std::isnan(rest)))
     note("rest_length", "rest length", rest, "write a finite length >= 0 [m] (0: the zero-rest-length law)");
-  if (!(std::isfinite(damping) && damping >= 0)) note("damping", "damping", damping, "write a finite number >= 0 [kg/s]");
+  if (!(usable(damping) && damping >= 0)) note("damping", "damping", damping, "write a finite number >= 0 [kg/s]");
 }
 
 /// Whether particle `end` exists; else says so.
@@ -103,8 +110,8 @@ void check_anchor(const Lattice& l, const Place& place, std::int64_t k, Fault* f
   const std::size_t d = at(l.dim);
   double bad = 0;
   if (!exists(l, place, "anchor", "/anchors", "particle", row, l.anchor_particle[at(k)], fault)) return;
-  if (!finite(&l.anchor_point[at(k) * d], d, &bad))
-    fault->note(row, place.row("anchor", row, "/anchors", "point") + format(": point %g; write finite coordinates [m]", bad));
+  if (!all_usable(&l.anchor_point[at(k) * d], d, &bad))
+    fault->note(row, place.row("anchor", row, "/anchors", "point") + format(": point %g; %s", bad, remedy_for(bad, "write finite coordinates [m]")));
   check_numbers(place, "anchor", "/anchors", row, l.anchor_stiffness[at(k)], l.anchor_rest_length[at(k)], false, l.anchor_damping[at(k)], fault);
 }
 
