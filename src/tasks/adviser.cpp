@@ -20,10 +20,9 @@ double limit(double w, double c, double k) {
 }
 
 std::string of_explicit(const Advice& a, const Method& method) {
-  const double share = method.traits->oscillation;
+  const double share = method.traits->oscillation, most = largest_stable_step(method, a.spectrum.omega_max, a.spectrum.damping);
   if (share == 0 && a.spectrum.damping == 0)
     return format("-ts_type %s amplifies undamped oscillations at any step: take -ts_type symplectic, which does not", method.type());
-  const double most = method.traits->second_order ? limit(a.spectrum.omega_max, a.spectrum.damping, method.traits->damping) : share * a.explicit_step;
   if (share > 0 && a.step > most)
     return format("h exceeds the stability limit of -ts_type %s: take -ts_dt %.2g, or an implicit type such as beuler", method.type(), 0.9 * most);
   return {};
@@ -44,12 +43,16 @@ std::string of_implicit(const Advice& a, bool first_order) {
 
 }  // namespace
 
+double largest_stable_step(const Method& method, double omega, double damping) {
+  return method.traits->second_order ? limit(omega, damping, method.traits->damping) : method.traits->oscillation * limit(omega, damping, 2);
+}
+
 std::vector<std::string> Advice::lines() const {
   std::vector<std::string> out;
   if (explicit_step <= 0) return out;
   std::string text = format("fastest oscillation: omega_max about %.3g 1/s, h omega_max = %.3g", spectrum.omega_max, step * spectrum.omega_max);
   if (spectrum.damping > 0) text += format(", damping rate up to %.3g 1/s", spectrum.damping);
-  out.push_back(text + format("; largest stable explicit step %.3g s (symplectic)", explicit_step));
+  out.push_back(text + format("; largest stable explicit step %.3g s (symplectic, as it starts)", explicit_step));
   if (!hint.empty()) out.push_back("hint: " + hint);
   return out;
 }

@@ -21,6 +21,10 @@ struct Advice {
   void put(PetscMPIInt rank, std::vector<Dataset>* constants) const;
 };
 
+/// The largest stable step of an explicit `method` on oscillations up to `omega` with damping rates up to `damping` [s]; 0: it has none, or is not
+/// known.
+double largest_stable_step(const Method& method, double omega, double damping);
+
 /// Reads -bs_advise (on by default).
 PetscErrorCode read_advise(MPI_Comm comm, bool* wanted);
 

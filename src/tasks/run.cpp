@@ -38,6 +38,7 @@ PetscErrorCode Run::on_step(const StepRecord& record) {
   }
   PetscCall(TSGetSolution(ts_, &y));
   PetscCall(watch_.look(static_cast<PetscInt>(record.step), record.time, y, false));
+  PetscCall(step_watch_.look(static_cast<PetscInt>(record.step), record.time, y));
   progress_.update(state());
   if (options_.rest > 0) PetscCall(end_at_rest(record.time, y));
   if (hooks_.done && hooks_.done()) PetscCall(TSSetConvergedReason(ts_, TS_CONVERGED_USER));

@@ -7,6 +7,7 @@
 #include "tasks/adviser.hpp"
 #include "tasks/findings.hpp"
 #include "tasks/run_options.hpp"
+#include "tasks/step_watch.hpp"
 #include "time/energy_watch.hpp"
 #include "time/ts_setup.hpp"
 
@@ -41,7 +42,8 @@ class Run {
         hooks_(std::move(hooks)),
         progress_(model.comm(), options.output.progress_interval),
         warnings_(model.comm()),
-        watch_(model, options.energy_growth, warnings_) {}
+        watch_(model, options.energy_growth, warnings_),
+        step_watch_(model, warnings_) {}
   PetscErrorCode set_up();
   PetscErrorCode advance(int* exit_code);
 
@@ -84,6 +86,7 @@ class Run {
   Progress progress_;
   Warnings warnings_;
   EnergyWatch watch_;
+  StepWatch step_watch_;
   TSContext context_;
   TSHandle ts_;
   std::unique_ptr<Stepper> stepper_;

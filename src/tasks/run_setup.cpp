@@ -118,6 +118,7 @@ PetscErrorCode Run::set_up() {
   PetscCall(stepper_->attach(ts_));
   PetscCall(model_.covers(end_));
   if (!context_.implicit) watch_.set_explicit();
+  if (model_.linear()) watch_.look_always();
   PetscCall(reject_unknown_options(model_.comm()));
   PetscCall(create_inner_solver(ts_, context_));  // before -help ends: it reads options
   PetscCall(describe_solver(ts_, context_, &solver));
@@ -125,6 +126,7 @@ PetscErrorCode Run::set_up() {
   if (help) PetscFunctionReturn(0);
   solver_ = solver;
   PetscCall(say_header(solver));
+  if (options_.advise) PetscCall(step_watch_.begin(ts_, context_, advice_));
   PetscCall(prepare_solvers());
   if (restart_) PetscCall(take_up());
   if (!hooks_.loads) {

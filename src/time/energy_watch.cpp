@@ -21,7 +21,22 @@ void EnergyWatch::set_explicit() {
 /// By a hash of the number, the same in a run and its continuation.
 bool EnergyWatch::chosen(PetscInt step) const {
   const std::uint64_t hash = static_cast<std::uint64_t>(step) * 0x9E3779B97F4A7C15u;
-  return step <= (explicit_ ? FIRST_EXPLICIT : FIRST_IMPLICIT) || (hash >> 40) % (explicit_ ? 128 : 4) == 0;
+  return always_ || step <= (explicit_ ? FIRST_EXPLICIT : FIRST_IMPLICIT) || (hash >> 40) % (explicit_ ? 128 : 4) == 0;
+}
+
+std::string EnergyWatch::words(double inner, double budget) const {
+  if (model_.linear())
+    return format(
+        "x.C x/2 is %.3g, more than %g times the %.3g supplied by the initial state, sources and active elements: lower -ts_dt, or take an implicit "
+        "-ts_type "
+        "such as beuler",
+        inner, factor_, budget);
+  return format(
+      "%.3g J of kinetic and elastic energy, more than %g times the %.3g J supplied by the initial state, fields, driven anchors and groups and the "
+      "fluid: %s",
+      inner, factor_, budget,
+      explicit_ ? "lower -ts_dt below the largest stable step, or take an implicit -ts_type such as beuler"
+                : "lower -ts_dt, and leave out options that end Newton early (-snes_type ksponly, a loose -snes_rtol)");
 }
 
 /// Every number that it carries from look to look, by its name in a checkpoint.
@@ -66,12 +81,8 @@ PetscErrorCode EnergyWatch::look(PetscInt step, double t, Vec y, bool certainly)
   last_ = now;
   const double budget = start_ + released_ + supplied_ + now.rounding;
   if (std::isfinite(now.inner) && !(now.inner > factor_ * budget)) PetscFunctionReturn(0);
-  PetscCall(
-      warnings_.add(KEY, format("energy grew beyond what drives it, first seen at step %lld, t = %.6g s: %.3g J of kinetic and elastic energy, more "
-                                "than %g times the %.3g J supplied by the initial state, fields, driven anchors and groups and the fluid: %s",
-                                static_cast<long long>(step), t, now.inner, factor_, budget,
-                                explicit_ ? "lower -ts_dt below the largest stable step, or take an implicit -ts_type such as beuler"
-                                          : "lower -ts_dt, and leave out options that end Newton early (-snes_type ksponly, a loose -snes_rtol)")));
+  PetscCall(warnings_.add(KEY, format("energy grew beyond what drives it, first seen at step %lld, t = %.6g s: %s", static_cast<long long>(step), t,
+                                      words(now.inner, budget).c_str())));
   PetscFunctionReturn(0);
 }
 

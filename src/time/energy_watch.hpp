@@ -18,6 +18,8 @@ class EnergyWatch {
   /// `factor` 0: no check is made.
   EnergyWatch(Model& model, double factor, Warnings& warnings) : model_(model), warnings_(warnings), factor_(factor) {}
   void set_explicit();
+  /// Every step is looked at: of systems whose sources may act for a few steps only.
+  void look_always() { always_ = true; }
   /// Collective. After step `step` that ended at `t`; `certainly`: whether or not it is one to be looked at. Warns once.
   PetscErrorCode look(PetscInt step, double t, Vec y, bool certainly);
   bool begun() const { return begun_; }
@@ -28,11 +30,12 @@ class EnergyWatch {
  private:
   bool chosen(PetscInt step) const;
   static std::vector<std::pair<const char*, double*>> numbers(EnergyWatch* of);
+  std::string words(double inner, double budget) const;
 
   Model& model_;
   Warnings& warnings_;
   double factor_;
-  bool explicit_ = false, active_ = true, begun_ = false;
+  bool always_ = false, explicit_ = false, active_ = true, begun_ = false;
   double time_ = 0, supplied_ = 0, start_ = 0, released_ = 0, field_ = 0;
   EnergySupply last_;
 };

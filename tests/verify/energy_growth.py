@@ -2,9 +2,11 @@
 
 Every other script of this folder fails, too, where one of its runs brings a warning that it does not expect (program.py).
 """
-import tempfile
+import io
 import pathlib
+import tempfile
 
+import h5py
 from harness import Checks, write_lattice
 import numpy as np
 
@@ -79,9 +81,67 @@ def check_quiet(checks):
             checks.true(name, done.report["warnings"] == [] and "warnings=" not in done.stdout, done.stdout.strip().splitlines()[-1])
 
 
+def mtx(path, A):
+    """A dense matrix as a Matrix Market file."""
+    A = np.atleast_2d(A)
+    rows = [f"{i + 1} {j + 1} {A[i, j]:.17g}" for i in range(A.shape[0]) for j in range(A.shape[1]) if A[i, j] != 0]
+    path.write_text("%%MatrixMarket matrix coordinate real general\n" + f"{A.shape[0]} {A.shape[1]} {len(rows)}\n" + "\n".join(rows) + "\n")
+    return path
+
+
+def check_linear(checks):
+    """A circuit of L and C with a resistance R swings with h omega = 0.05: forward Euler makes its energy grow by (h omega)^2 - h R/L a step, which is one over 100
+    once the sum passes log(100); Runge-Kutta methods and implicit ones do not, sources and active elements may."""
+    with tempfile.TemporaryDirectory() as folder:
+        folder = pathlib.Path(folder)
+        C, L, h = 2e-6, 3e-3, 0.05 * np.sqrt(6e-9)
+
+        def circuit(R, **more):  # C v' = -i, L i' = v - R i
+            return {"bs_model": "linear", "bs_linear_G": mtx(folder / f"G{R}", np.array([[0, 1], [-1, R]])), "bs_linear_C": mtx(folder / "C", np.diag([C, L])),
+                    "bs_linear_x0": mtx(folder / "x0", np.array([[1.0], [0.0]])), "ts_type": "euler", "ts_dt": h, **more}
+        for ranks in (1, 2):
+            done = checks.run(circuit(0, ts_max_time=4000 * h, bs_output="r.h5md", bs_output_interval=h), ranks=ranks, grows=True, keep=("r.h5md",))
+            with h5py.File(io.BytesIO(done.files["r.h5md"])) as f:
+                e = f["observables/energy/value"][...].ravel()
+            checks.near(f"LC by forward Euler, {ranks} ranks: its energy grows by 1 + (h omega)^2 a step", np.log(e[1000] / e[0]) / 1000, np.log1p(0.0025), 1e-9)
+            step = int(done.stderr.split("first seen at step ")[1].split(",")[0])
+            checks.true(f"LC by forward Euler, {ranks} ranks: told where it is a hundredfold", grown(done) and e[step] > 100 * e[0] > e[step - 1], f"step {step}")
+        for name, options in {
+                "RLC by forward Euler, damped enough": circuit(0.0026 * L / h, ts_max_time=4000 * h), "LC by rk4": circuit(0, ts_max_time=4000 * h, ts_type="rk", ts_rk_type="4"),
+                "LC by cn": circuit(0, ts_max_time=4000 * h, ts_type="cn"),
+                "an active element by forward Euler": circuit(-0.01 * L / h, ts_max_time=1000 * h),
+                "a pulse of four steps on a circuit at rest": circuit(0.01 * L / h, ts_max_time=1000 * h, bs_linear_x0=None, bs_linear_B=mtx(folder / "B", np.array([[0.0], [1.0]])),
+                                                                      bs_linear_source=f"pulse(1,{300 * h},{h},{2 * h},{h},0,1)"),
+                "a resonant source": circuit(0.003 * L / h, ts_max_time=3000 * h, bs_linear_x0=None, bs_linear_B=mtx(folder / "B", np.array([[0.0], [1.0]])),
+                                             bs_linear_source=f"sine(1,{0.05 / h / 2 / np.pi})")}.items():
+            done = checks.run(options)
+            checks.true(name, done.report["warnings"] == [], done.stdout.strip().splitlines()[-1])
+        done = checks.run({"bs_model": "linear", "bs_linear_G": mtx(folder / "g", 3.0), "bs_linear_C": mtx(folder / "c", 1.0), "bs_linear_x0": mtx(folder / "x", 1.0), "ts_type": "euler",
+                           "ts_dt": 1.0, "ts_max_time": 20}, grows=True)
+        checks.true("one decay by forward Euler beyond its limit", grown(done), done.stdout.strip().splitlines()[-1])
+
+
+def check_limit(checks):
+    """A mass between two stiffening springs, T = s + 40 s^3: symplectic Euler at half the limit of the start goes beyond it where 2 (1 + 120 s^2) h^2 > 4."""
+    with tempfile.TemporaryDirectory() as folder:
+        path = write_lattice(pathlib.Path(folder) / "stiffens.h5", [[0.0], [1.0], [2.0]], 1.0, velocity=[[0.0], [0.5], [0.0]], fixed=[1, 0, 1], pairs=[[0, 1], [1, 2]], stiffness=1.0,
+                             rest_length=1.0, spring_law="polynomial", columns={"stiffness_2": 0.0, "stiffness_3": 40.0})
+        for ranks, h, beyond in ((1, 0.05, False), (1, 0.5, True), (2, 0.5, True)):
+            done = checks.run({"bs_lattice_file": path, "ts_type": "symplectic", "ts_dt": h, "ts_max_time": 20, "bs_energy_growth": 0}, ranks=ranks, interval=0.0, expect=None)
+            checks.true(f"stiffening springs, h = {h}, {ranks} ranks: {'beyond' if beyond else 'within'} the limit", ("step_limit" in done.report["warnings"]) == beyond,
+                        str(done.report["warnings"]))
+            s = np.abs(done.trajectory.position[:, 1, 0] - 1)
+            over = h * np.sqrt(2 * (1 + 120 * s**2)) > 2
+            if beyond:
+                step = int(done.stderr.split("since step ")[1].split(" ")[0])
+                checks.true("at a step where it is", bool(over[step]), f"step {step} of {np.flatnonzero(over)[:6]}")
+            else:
+                checks.true("at no step it is", not over.any())
+
+
 def main():
     checks = Checks(__doc__.splitlines()[0])
-    for name, check in (("growth", check_growth), ("quiet", check_quiet)):
+    for name, check in (("growth", check_growth), ("quiet", check_quiet), ("linear", check_linear), ("limit", check_limit)):
         if checks.wants(name):
             with checks.group(name):
                 check(checks)

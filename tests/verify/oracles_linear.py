@@ -152,8 +152,9 @@ def check_factorisations(checks):
                     f"{run.report['shortened_steps']} of {run.report['steps']} steps shortened")
     run = States(checks, {**ladder, "ts_type": "euler", "ts_dt": 1e-8, "ts_max_time": 1e-6})
     checks.true("factorisations, euler with diagonal C", count_in_log(run.stdout, "MatLUFactorNum") == 0 == run.report["matrix_setups"])
-    run = States(checks, {**ladder, "ts_type": "euler", "ts_dt": 1e-5, "ts_max_time": 1e-4})
-    checks.true("euler beyond its limit is said", "beyond the stability limit" in run.stderr, run.stderr.strip()[-90:])
+    run = States(checks, {**ladder, "ts_type": "euler", "ts_dt": 1e-5, "ts_max_time": 1e-4}, grows=True)
+    checks.true("euler beyond its limit is said, at the start and once it has grown", "beyond the stability limit" in run.stderr and run.report["warnings"] == ["energy_growth"],
+                run.stderr.strip()[-90:])
 
 
 def check_ranks(checks):

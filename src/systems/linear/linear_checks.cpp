@@ -100,6 +100,7 @@ PetscErrorCode LinearModel::prepare(const Plan& plan) {
   if (!plan.implicit && plan.real_stability > 0) PetscCall(warn_unstable(plan));
   PetscCall(warn_inconsistent(plan));
   type_ = plan.type;
+  explicit_ = !plan.implicit;
   PetscFunctionReturn(0);
 }
 

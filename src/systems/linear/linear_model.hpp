@@ -32,6 +32,7 @@ class LinearModel final : public Model {
   PetscErrorCode residual_norms(Vec F, ResidualNorms* norms) override;
   PetscErrorCode residual_floor(double t, Vec y, double sigma, Form form, ResidualNorms* floor) override;
   PetscErrorCode observe(double t, Vec y, std::vector<Observable>* out) override;
+  PetscErrorCode energy_supply(double t, Vec y, EnergySupply* out, bool* has) override;
   PetscErrorCode fields(double t, Vec y, std::vector<Field>* out) override;
   PetscErrorCode gather_state(Vec y, std::vector<StatePart>* parts) override;
   PetscErrorCode scatter_state(Vec y) override;
@@ -69,7 +70,8 @@ class LinearModel final : public Model {
   VecHandle u_, Bu_, work_, diagonal_C_;
   KSPHandle C_solver_;
   std::vector<Filling> filled_;
-  std::string type_;  ///< of the TS
+  std::string type_;       ///< of the TS
+  bool explicit_ = false;  ///< likewise
 };
 
 }  // namespace bs

@@ -46,6 +46,26 @@ PetscErrorCode LinearModel::observe(double, Vec y, std::vector<Observable>* out)
   PetscFunctionReturn(0);
 }
 
+// E = x.C x/2 with C symmetric has dE/dt = x.(B u - G x): what the sources and active elements supply. Implicit types do not make energy.
+PetscErrorCode LinearModel::energy_supply(double t, Vec y, EnergySupply* out, bool* has) {
+  PetscScalar inner = 0, power = 0;
+  VecHandle change;
+  PetscFunctionBegin;
+  *has = explicit_ && symmetric_;
+  if (!*has) PetscFunctionReturn(0);
+  PetscCall(VecDuplicate(y, change.out()));
+  PetscCall(MatMult(system_.C, y, change));
+  PetscCall(VecDot(change, y, &inner));
+  PetscCall(MatMult(system_.G, y, change));
+  PetscCall(VecScale(change, -1));
+  PetscCall(add_sources(t, 1, change));
+  PetscCall(VecDot(change, y, &power));
+  out->inner = 0.5 * inner;
+  out->power = std::max(0.0, power);
+  *has = !(inner < 0);
+  PetscFunctionReturn(0);
+}
+
 PetscErrorCode LinearModel::fields(double t, Vec y, std::vector<Field>* out) {
   PetscFunctionBegin;
   *out = {{"/states", y, true}};
