@@ -75,12 +75,14 @@ def scattered(checks, folder):
     rng = np.random.default_rng(8)
     k, own = rng.uniform(0.5, 2, n), rng.uniform(0.2, 0.4, n)
     spread = {"weibull": weibull(n, 3.0, 1), "uniform": np.array([1 + W * (2 * uniform(5, row) - 1) for row in range(n)])}
-    for kind, law, column in (("strain", "weibull", True), ("force", "uniform", True), ("energy", "weibull", True), ("energy", "uniform", False), ("strain", "weibull", False)):
+    statics, dynamics = {"bs_task": "statics", "bs_load_steps": steps}, {"ts_type": "verlet", "ts_dt": 1 / steps, "ts_max_time": 1}
+    for kind, law, column, task in (("strain", "weibull", True, statics), ("force", "uniform", True, statics), ("energy", "weibull", True, dynamics), ("energy", "uniform", False, statics),
+                                    ("strain", "weibull", False, dynamics)):
         limit = (own if column else 0.3) * spread[law]
         write_lattice(folder / "l.h5", [[0.0], [1.0]], 1.0, fixed=[1, 0], pairs=np.tile([0, 1], (n, 1)), stiffness=k, rest_length=1.0, columns={"critical_" + kind: own} if column else None)
         with h5py.File(folder / "l.h5", "a") as f:
             f["groups/plate"] = [1]
-        ran(checks, folder, {"bs_task": "statics", "bs_load_steps": steps, "bs_lattice_file": str(folder / "l.h5"), "bs_motion_plate": f"velocity:{pull}", "bs_output_interval": 1 / steps,
+        ran(checks, folder, {**task, "bs_lattice_file": str(folder / "l.h5"), "bs_motion_plate": f"velocity:{pull}", "bs_output_interval": 1 / steps,
                              "bs_break_" + law: "3,1" if law == "weibull" else f"{W},5", **({} if column else {"bs_break_" + kind: 0.3})})
         name = f"{kind} of the {'lattice' if column else 'options'}, {law}"
         u = {"strain": limit, "force": limit / k, "energy": np.sqrt(2 * limit / k)}[kind]
@@ -89,10 +91,10 @@ def scattered(checks, folder):
         found = events(folder)
         checks.true(f"{name}: springs in their order", list(found["spring"]) == order and n / 3 < len(order), f"{len(order)} of {n}")
         if list(found["spring"]) == order:
-            checks.near(f"{name}: at their loads", found["load"], step[order] / steps, 1e-12)
+            checks.near(f"{name}: at their {'loads' if task is statics else 'times'}", found["load" if task is statics else "time"], step[order] / steps, 1e-12)
         with h5py.File(folder / "b.h5md") as f:
             checks.near(f"{name}: thresholds in the trajectory", f[f"connectivity/bonds_threshold_{kind}"][...] / limit, 1.0, 1e-14)
-            s, work, pulled = f["observables/load_factor/value"][...], f["observables/work/plate/value"][...], f["observables/reaction/plate/value"][...].ravel()
+            s, work, pulled = (f[name][...].ravel() for name in ("particles/trajectory/position/time", "observables/work/plate/value", "observables/reaction/plate/value"))
         until = pull * np.where(step <= steps, step / steps, np.inf)
         held = np.minimum(pull * s[:, None], until)
         checks.near(f"{name}: work", work, (0.5 * k * held**2).sum(1), 1e-12)
