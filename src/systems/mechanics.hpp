@@ -43,6 +43,9 @@ class Linearisation {
   virtual bool exact_symmetric() const = 0;
   /// Whether all of it lies between two ends each, so that the storage by springs holds it without a sparse remainder.
   virtual bool pairwise() const = 0;
+  /// size: (n), the stiffness of all springs and laws at each owned particle in magnitude, whatever their directions: rounding errors of its
+  /// rows of K are this times the machine's precision [N/m].
+  virtual void stiffness_sizes(double* size) = 0;
   /// Collective. A matrix of d x d blocks for a M - b D - c K, without values; rigid body modes are its near null space where it
   /// is AIJ.
   virtual PetscErrorCode create(CondensedStorage storage, Mat* S) = 0;

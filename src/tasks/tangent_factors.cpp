@@ -1,5 +1,7 @@
 #include "tasks/tangent_factors.hpp"
+#include <algorithm>
 #include <cmath>
+#include <vector>
 
 namespace bs {
 
@@ -23,12 +25,38 @@ PetscErrorCode TangentFactors::create(Linearisation& lin) {
 }
 
 PetscErrorCode TangentFactors::factor(double shift, bool* good) {
+  PetscFunctionBegin;
+  PetscCall(lin_->assemble({shift, 0, 1}, false, S_));
+  PetscCall(factor_present(good));
+  PetscFunctionReturn(0);
+}
+
+PetscErrorCode TangentFactors::factor_raised(double part, bool* good) {
+  const Layout& at = lin_->layout();
+  std::vector<double> size(static_cast<std::size_t>(at.particles));
+  double largest = 0;
+  PetscScalar* a = nullptr;
+  PetscFunctionBegin;
+  PetscCall(lin_->assemble({0, 0, 1}, false, S_));
+  lin_->stiffness_sizes(size.data());
+  for (const double s : size) largest = std::max(largest, s);
+  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &largest, 1, MPI_DOUBLE, MPI_MAX, lin_->comm()));
+  for (double& s : size) s = s > 0 ? s : largest;  // what has no spring at all has no resistance, whatever is added
+  PetscCall(VecGetArrayWrite(b_, &a));
+  for (PetscInt k = 0; k < at.particles * at.dim; ++k) a[k] = part * size[static_cast<std::size_t>(k / at.dim)];
+  PetscCall(VecRestoreArrayWrite(b_, &a));
+  PetscCall(MatDiagonalSet(S_, b_, ADD_VALUES));
+  PetscCall(factor_present(good));
+  PetscFunctionReturn(0);
+}
+
+/// Of S_.
+PetscErrorCode TangentFactors::factor_present(bool* good) {
   MatFactorInfo info;
   MatFactorError failed;
   PetscBool there = PETSC_FALSE;
   PetscFunctionBegin;
   *good = false;
-  PetscCall(lin_->assemble({shift, 0, 1}, false, S_));
   PetscCall(MatGetFactorAvailable(S_, MATSOLVERMUMPS, MAT_FACTOR_CHOLESKY, &there));
   if (!there) PetscFunctionReturn(0);
   PetscCall(MatSetOption(S_, MAT_SYMMETRIC, PETSC_TRUE));

@@ -14,12 +14,15 @@ class TangentFactors {
   double mean() const { return mean_; }
   /// Collective. good: false where MUMPS is not there or failed.
   PetscErrorCode factor(double shift, bool* good);
+  /// Collective. The same of part diag(s) - K, s being the stiffness of all springs at each particle (Linearisation::stiffness_sizes).
+  PetscErrorCode factor_raised(double part, bool* good);
   /// Of the last factors.
   PetscErrorCode negative_pivots(PetscInt* count) const;
   /// Collective. z_x = (shift M - K)^-1 r_v, laid out as states; the rest of z is 0.
   PetscErrorCode solve(Vec r, Vec z);
 
  private:
+  PetscErrorCode factor_present(bool* good);
   Linearisation* lin_ = nullptr;
   MatHandle S_, factors_;
   VecHandle b_, w_;

@@ -13,7 +13,7 @@ PetscErrorCode count_zero_modes(Linearisation& lin, PetscInt* count) {
   below[0] = lin.unknowns();
   for (int k = 0; k < 2 && factors.mean() > 0; ++k) {
     bool good = false;
-    PetscCall(factors.factor((k == 0 ? -NOTHING : NOTHING) * factors.mean(), &good));
+    PetscCall(factors.factor_raised(k == 0 ? -NOTHING : NOTHING, &good));
     if (!good) PetscFunctionReturn(0);
     PetscCall(factors.negative_pivots(&below[k]));
   }

@@ -175,6 +175,18 @@ PetscErrorCode StandardForm::diagonal(Vec out) {
   PetscFunctionReturn(0);
 }
 
+PetscErrorCode StandardForm::sizes(Vec s) const {
+  const PetscInt d = lin_->layout().dim;
+  std::vector<double> size(static_cast<std::size_t>(lin_->layout().particles));
+  PetscScalar* to = nullptr;
+  PetscFunctionBegin;
+  lin_->stiffness_sizes(size.data());
+  PetscCall(VecGetArrayWrite(s, &to));
+  for (std::size_t k = 0; k < at_.size(); ++k) to[k] = size[static_cast<std::size_t>(at_[k] / d)] / (root_[k] * root_[k]);
+  PetscCall(VecRestoreArrayWrite(s, &to));
+  PetscFunctionReturn(0);
+}
+
 void StandardForm::release_matrices() {
   inverse_.reset();
   springs_.reset();

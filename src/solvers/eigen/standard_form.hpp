@@ -36,6 +36,8 @@ class StandardForm {
   /// coarse grid, as a PC without matrix.
   PetscErrorCode create_preconditioner(double shift, PC pc);
   PetscErrorCode diagonal(Vec out);
+  /// s: the stiffness of all that acts on a component's particle, whatever its direction, by the mass. Rounding errors of u.A u are eps u.s u.
+  PetscErrorCode sizes(Vec s) const;
   /// Frees the matrices behind the operator and the preconditioner, which are of no use afterwards.
   void release_matrices();
 

@@ -26,6 +26,7 @@ class LinearisedForces final : public Linearisation {
   PetscErrorCode linearise(double t, Vec y) override;
   PetscErrorCode change_of_force(Vec z, double* f) override;
   PetscErrorCode damping_force(const double* w, double* f) override;
+  void stiffness_sizes(double* size) override { physics_->stiffness_sizes(t_, state_, size); }
   bool exact_symmetric() const override { return !coupled_ && !axial_damping_ && !net_->softens; }
   bool pairwise() const override { return net_->interactions.empty(); }
   PetscErrorCode create(CondensedStorage storage, Mat* S) override;

@@ -104,6 +104,9 @@ class Physics {
   virtual void add_interaction_sizes(const LocalState&, double*) const {}
   /// Sum of the rates of the springs at every owned particle [N/m].
   virtual std::vector<double> rates() const = 0;
+  /// size[i]: sum of the magnitudes of the tangents' axial and transverse rates of all links, anchors, angles and laws at owned particle i, none
+  /// less than at rest: what rounding errors of its rows of K are relative to [N/m].
+  virtual void stiffness_sizes(double t, const LocalState& state, double* size) const = 0;
 };
 
 /// `net`, `laws`, `motion` and `pattern` must outlive the result.

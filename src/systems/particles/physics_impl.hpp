@@ -121,6 +121,7 @@ class PhysicsOf final : public Physics {
       sum[net_.anchors.particle[k]] += Kernel::rate(parameters(net_.anchors, static_cast<PetscInt>(k)));
     return sum;
   }
+  void stiffness_sizes(double t, const LocalState& state, double* size) const override;
 
  private:
   /// Displacement and velocity all anchors share at one moment.

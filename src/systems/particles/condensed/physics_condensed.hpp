@@ -126,6 +126,26 @@ PetscErrorCode PhysicsOf<d, Spring, Damper>::fill_rows(double t, const LocalStat
 }
 
 template <int d, class Spring, class Damper>
+void PhysicsOf<d, Spring, Damper>::stiffness_sizes(double t, const LocalState& state, double* size) const {
+  const AnchorShift shift(motion_, t);
+  const Links& links = net_.links;
+  for (PetscInt i = 0; i < net_.n; ++i) {
+    double node[d * d];
+    node_block<false>(i, t, state, shift, {0, 0, 1}, node);
+    size[i] = 0;
+    for (int c = 0; c < d; ++c) size[i] += std::abs(node[c * (d + 1)]);
+    for (PetscInt e = links.start[i]; e < links.start[i + 1] && !net_.fixed[i]; ++e) {
+      if (links.spring[e] < 0) continue;
+      const LinkGeometry<d> g(state.at(i), state.at(links.other[e]));
+      const auto p = parameters(links, e);
+      if (!Kernel::defined(g, p)) continue;
+      const SpringTangent rate = Kernel::rates(g, p, 0, 1);
+      size[i] += std::max(Kernel::rate(p), std::abs(rate.axial)) + (d - 1) * std::abs(rate.transverse);
+    }
+  }
+}
+
+template <int d, class Spring, class Damper>
 void PhysicsOf<d, Spring, Damper>::multiply_tangent(double t, const LocalState& state, const LocalState& z, double* f) const {
   const AnchorShift shift(motion_, t);
   const Links& links = net_.links;

@@ -138,6 +138,15 @@ class Interaction {
         if (acts_on(e.end[a])) (*sum)[e.end[a]] += rate[a];
     }
   }
+  /// Adds traces of -df_i/dx_i in magnitude, none less than where the particles start [N/m].
+  void add_stiffness_sizes(const LocalState& state, double* sum) const {
+    std::vector<double> start(static_cast<std::size_t>(net_.n), 0.0), present(start.size(), 0.0);
+    add_rates(&start);
+    traverse_tangents<false>(state, [&](const Element& e, int a, int b, const double* K) {
+      for (int c = 0; c < d && a == b && acts_on(e.end[a]); ++c) present[e.end[a]] += std::abs(K[c * (N * d + 1)]);
+    });
+    for (std::size_t i = 0; i < start.size(); ++i) sum[i] += std::max(start[i], present[i]);
+  }
 
  private:
   template <class At>

@@ -89,6 +89,10 @@ class WithInteractions final : public Physics {
     for_each([&](const auto& kind) { kind.add_rates(&sum); });
     return sum;
   }
+  void stiffness_sizes(double t, const LocalState& state, double* size) const override {
+    pairs_->stiffness_sizes(t, state, size);
+    for_each([&](const auto& kind) { kind.add_stiffness_sizes(state, size); });
+  }
 
  private:
   template <std::size_t... kind>
