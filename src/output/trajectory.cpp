@@ -147,7 +147,7 @@ PetscErrorCode Trajectory::write_pages(const std::string& path, std::int64_t cou
   PetscFunctionBegin;
   PetscCheck(!impl_->gathers, impl_->comm, PETSC_ERR_ORDER, "rank 0 alone has the file open");
   const IoWatch watch("cannot write " + path + " to " + impl_->options.file, "");
-  for (std::int64_t k = 0; k < count && !code; ++k) {
+  for (std::int64_t k = 0; (k < count || k == 0) && !code; ++k) {
     PetscCall(page(k, &vec));
     if (k == 0) {
       PetscCall(VecGetSize(vec, &size));
@@ -156,7 +156,7 @@ PetscErrorCode Trajectory::write_pages(const std::string& path, std::int64_t cou
       if (!code && !full.empty()) code = tell(impl_->comm, Exit::io, watch.sentence(full));
       if (!code) code = create_pages(impl_->file, path, count, size / block, block, &set);
     }
-    if (!code) code = write_page(set, k, vec);
+    if (!code && k < count) code = write_page(set, k, vec);
   }
   if (code) impl_->usable = false;
   PetscCall(watch.settle(impl_->comm, code));

@@ -46,7 +46,8 @@ class Trajectory {
   static PetscErrorCode resume(MPI_Comm comm, const TrajectoryOptions& options, int dim, std::int64_t numbers, const TrajectoryMark& mark,
                                std::unique_ptr<Trajectory>* out);
   /// Collective, before the first frame. A dataset (count, rows, columns), in the input's order: `page(k, &vec)` gives page k, which is
-  /// borrowed until the next call; block size = columns. All ranks must have the file open: `numbers` is large, or there is one rank.
+  /// borrowed until the next call; block size = columns. Page 0 is asked for also where there are none, for its size. All ranks must have the file
+  /// open: `numbers` is large, or there is one rank.
   PetscErrorCode write_pages(const std::string& path, std::int64_t count, const std::function<PetscErrorCode(std::int64_t, Vec*)>& page);
   /// Collective. Appends one frame; the first one, which is written at once, fixes the set of fields and observables.
   PetscErrorCode write_frame(std::int64_t step, double time, const std::vector<Field>& fields, const std::vector<Observable>& observables);

@@ -180,10 +180,9 @@ PetscErrorCode ModesRun::run() {
   PetscCall(solver.solve(&modes_, &why));
   solver.release();
   modes_.method = method;
-  if (why.empty()) {
-    PetscCall(weigh_up());
-    PetscCall(write());
-  }
+  if (!why.empty()) modes_.completeness = Completeness::unknown;
+  PetscCall(weigh_up());
+  PetscCall(write());
   PetscCall(conclude(why));
   PetscFunctionReturn(0);
 }

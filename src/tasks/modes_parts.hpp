@@ -37,6 +37,7 @@ class ModesRun {
   PetscErrorCode conclude(const std::string& why);
   PetscErrorCode report(const std::string& outcome, const std::string& why);
   std::vector<std::string> lines() const;
+  std::vector<std::pair<std::string, std::string>> omega_attributes() const;
 
   Model& model_;
   RunOptions options_;

@@ -8,6 +8,18 @@
 
 namespace bs {
 
+namespace {
+
+const char* completeness_name(Completeness completeness) {
+  const char* const names[] = {"unknown", "searched", "counted"};
+  return names[static_cast<int>(completeness)];
+}
+
+/// "46", or ">=13" where there may be more.
+std::string count_text(PetscInt count, bool exact) { return format("%s%lld", exact ? "" : ">=", static_cast<long long>(count)); }
+
+}  // namespace
+
 /// Effective masses: (sum over particles of m q_c)^2, which over all modes adds up to the mass that can move.
 PetscErrorCode ModesRun::weigh_up() {
   const Linearisation& lin = form_.linearised();
@@ -32,7 +44,7 @@ PetscErrorCode ModesRun::weigh_up() {
   PetscFunctionReturn(0);
 }
 
-/// Mode k in the input's order, its largest component (the first of those as large) positive; borrowed.
+/// Mode k in the input's order, its largest component (the first of those as large) positive; 0 where there is none; borrowed.
 PetscErrorCode ModesRun::page(std::size_t k, Vec* out) {
   constexpr double AS_LARGE = 1 - 1e-6;
   const Layout& at = form_.linearised().layout();
@@ -43,7 +55,8 @@ PetscErrorCode ModesRun::page(std::size_t k, Vec* out) {
   PetscInt first = 0, n = 0;
   PetscFunctionBegin;
   if (!state_) PetscCall(VecDuplicate(y_, state_.out()));
-  PetscCall(form_.shape(modes_.mode[k].u, shape_));
+  if (k < modes_.mode.size()) PetscCall(form_.shape(modes_.mode[k].u, shape_));
+  else PetscCall(VecZeroEntries(shape_));
   PetscCall(VecZeroEntries(state_));
   PetscCall(VecGetArrayRead(shape_, &from));
   PetscCall(VecGetArray(state_, &to));
@@ -75,8 +88,7 @@ PetscErrorCode ModesRun::fluctuations(std::vector<Dataset>* constants) {
   std::vector<double> sum;
   std::int64_t first = 0, total = 0;
   PetscFunctionBegin;
-  for (std::size_t k = 0; k < modes_.mode.size(); ++k) {
-    const Mode& mode = modes_.mode[k];
+  for (std::size_t k = 0; k == 0 || k < modes_.mode.size(); ++k) {
     Vec q;
     PetscInt n = 0, at = 0, all = 0;
     const PetscScalar* a = nullptr;
@@ -87,6 +99,8 @@ PetscErrorCode ModesRun::fluctuations(std::vector<Dataset>* constants) {
     first = at / d;
     total = all / d;
     sum.resize(static_cast<std::size_t>(n / d), 0.0);
+    if (modes_.mode.empty()) continue;
+    const Mode& mode = modes_.mode[k];
     if (mode.zero || mode.omega_squared <= 0) continue;
     PetscCall(VecGetArrayRead(q, &a));
     for (PetscInt i = 0; i < n; ++i) sum[static_cast<std::size_t>(i / d)] += a[i] * a[i] / mode.omega_squared;
@@ -120,7 +134,7 @@ PetscErrorCode ModesRun::write() {
   std::vector<double> squared, residual;
   PetscMPIInt rank;
   PetscFunctionBegin;
-  if (!file_ || count == 0) PetscFunctionReturn(0);
+  if (!file_) PetscFunctionReturn(0);
   PetscCallMPI(MPI_Comm_rank(model_.comm(), &rank));
   PetscCall(fluctuations(&tables));
   for (const Mode& mode : modes_.mode) {
@@ -132,7 +146,7 @@ PetscErrorCode ModesRun::write() {
     residual.clear();
     participation_.clear();
   }
-  tables.push_back({"/modes/omega_squared", 0, count, 0, squared, {{"meaning", "eigenvalues of -K q = omega^2 M q"}}});
+  tables.push_back({"/modes/omega_squared", 0, count, 0, squared, omega_attributes()});
   tables.push_back({"/modes/residual", 0, count, 0, residual, {{"meaning", "bound of the error of omega_squared"}}});
   tables.push_back({"/modes/participation", 0, count, d, participation_, {{"meaning", "effective mass in each direction"}}});
   set_phase(Exit::io);
@@ -144,6 +158,14 @@ PetscErrorCode ModesRun::write() {
   PetscCall(file_->close());
   set_phase(Exit::solve);
   PetscFunctionReturn(0);
+}
+
+/// What the list of omega^2 is known to hold.
+std::vector<std::pair<std::string, std::string>> ModesRun::omega_attributes() const {
+  return {{"meaning", "eigenvalues of -K q = omega^2 M q"},
+          {"completeness", completeness_name(modes_.completeness)},
+          {"zero_modes", count_text(modes_.zero, modes_.zero_exact)},
+          {"unstable_modes", count_text(modes_.unstable, modes_.unstable_exact)}};
 }
 
 std::vector<std::string> ModesRun::lines() const {
@@ -161,9 +183,12 @@ std::vector<std::string> ModesRun::lines() const {
   }
   if (modes_.mode.size() > SHOWN) all.push_back(format("... and %zu more", modes_.mode.size() - SHOWN));
   if (modes_.zero > 0)
-    all.push_back(format("%lld modes have omega^2 = 0, %lld of them motions of the whole as a rigid body%s", number(modes_.zero),
-                         number(modes_.rigid), request_.keep_rigid ? "" : "; they are not among the modes above"));
-  if (modes_.counted) all.push_back("no mode is missing among them");
+    all.push_back(format("%s%lld modes have omega^2 = 0, %lld of them motions of the whole as a rigid body%s", modes_.zero_exact ? "" : "at least ",
+                         number(modes_.zero), number(modes_.rigid), request_.keep_rigid ? "" : "; they are not among the modes above"));
+  const char* const complete[] = {"copies of a multiple omega^2 may be missing among them: -bs_modes_solver direct counts them",
+                                  "another search beside them found none that is missing among them; -bs_modes_solver direct counts them",
+                                  "no mode is missing among them"};
+  all.push_back(complete[static_cast<int>(modes_.completeness)]);
   return all;
 }
 
@@ -191,11 +216,13 @@ PetscErrorCode ModesRun::report(const std::string& outcome, const std::string& w
   report.set("zero_modes", static_cast<std::int64_t>(modes_.zero));
   report.set("rigid_motions", static_cast<std::int64_t>(modes_.rigid));
   report.set("unstable_modes", static_cast<std::int64_t>(modes_.unstable));
-  report.set("counted", modes_.counted);
+  report.set("zero_modes_exact", modes_.zero_exact);
+  report.set("unstable_modes_exact", modes_.unstable_exact);
+  report.set("completeness", completeness_name(modes_.completeness));
   report.set("iterations", static_cast<std::int64_t>(modes_.iterations));
   report.set("moving_mass", mass_);
   report.set("largest_force", largest_force_);
-  report.set("frames", static_cast<std::int64_t>(options_.output.trajectory.file.empty() || modes_.mode.empty() ? 0 : 1));
+  report.set("frames", static_cast<std::int64_t>(options_.output.trajectory.file.empty() ? 0 : 1));
   report.set("wall", progress_.wall());
   report.set("warnings", warnings_.keys());
   PetscCall(report.write(model_.comm(), options_.output.report, options_.output.trajectory.overwrite));
@@ -209,13 +236,16 @@ PetscErrorCode ModesRun::conclude(const std::string& why) {
     PetscCall(warnings_.add("fewer_modes", format("the system has %lld modes%s, fewer than the %lld of -bs_modes: all of them are given", found,
                                                   request_.keep_rigid ? "" : " with omega^2 other than 0", asked)));
   if (modes_.unstable > 0)
-    PetscCall(warnings_.add("unstable", format("%lld modes have omega^2 < 0: the start is unstable, and small motions along them grow",
-                                               static_cast<long long>(modes_.unstable))));
+    PetscCall(warnings_.add("unstable", format("%s%lld modes have omega^2 < 0: the start is unstable, and small motions along them grow",
+                                               modes_.unstable_exact ? "" : "at least ", static_cast<long long>(modes_.unstable))));
+  if (modes_.completeness == Completeness::unknown)
+    PetscCall(warnings_.add("incomplete", "copies of a multiple omega^2 may be missing among the modes: -bs_modes_solver direct counts them"));
   PetscCall(report(why.empty() ? "ok" : "failed", why));
   std::vector<std::string> said = why.empty() ? lines() : std::vector<std::string>{};
-  said.push_back(format("backspring: %s modes=%lld zero=%lld unstable=%lld iterations=%lld wall=%.3f%s", why.empty() ? "ok" : "failed", found,
-                        static_cast<long long>(modes_.zero), static_cast<long long>(modes_.unstable), static_cast<long long>(modes_.iterations),
-                        progress_.wall(), counted(warnings_.keys().size()).c_str()));
+  said.push_back(format("backspring: %s modes=%lld completeness=%s zero=%s unstable=%s iterations=%lld wall=%.3f%s", why.empty() ? "ok" : "failed",
+                        found, completeness_name(modes_.completeness), count_text(modes_.zero, modes_.zero_exact).c_str(),
+                        count_text(modes_.unstable, modes_.unstable_exact).c_str(), static_cast<long long>(modes_.iterations), progress_.wall(),
+                        counted(warnings_.keys().size()).c_str()));
   progress_.header(said);
   if (!why.empty()) PetscCall(tell(model_.comm(), Exit::solve, why));
   PetscFunctionReturn(0);

@@ -7,7 +7,7 @@
 namespace bs {
 namespace {
 
-/// One test for all: small omega^2 relative to their size, those near zero relative to a millionth of the mean of A's diagonal.
+/// Without shift and invert: omega^2 relative to their size, those near zero relative to a millionth of the mean of A's sizes.
 PetscErrorCode relative_error(EPS, PetscScalar value, PetscScalar, PetscReal residual, PetscReal* error, void* size) {
   *error = residual / std::max(std::abs(value), 1e-6 * *static_cast<const double*>(size));
   return 0;
@@ -52,6 +52,7 @@ PetscErrorCode ModeSolver::create_dense() {
 }
 
 PetscErrorCode ModeSolver::create_direct() {
+  constexpr double INVERTED = 1e-12;
   ST st;
   KSP ksp;
   PetscFunctionBegin;
@@ -61,6 +62,8 @@ PetscErrorCode ModeSolver::create_direct() {
     PetscCall(EPSSetWhichEigenpairs(eps_, EPS_LARGEST_REAL));
     PetscFunctionReturn(0);
   }
+  // relative to 1/(omega^2 - shift): what is left of far modes is this part of their omega^2
+  PetscCall(EPSSetTolerances(eps_, INVERTED, PETSC_DEFAULT));
   PetscCall(EPSGetST(eps_, &st));
   PetscCall(STSetType(st, STSINVERT));
   PetscCall(STGetKSP(st, &ksp));
@@ -72,7 +75,7 @@ PetscErrorCode ModeSolver::create_direct() {
 
 PetscErrorCode ModeSolver::create_iterative() {
   constexpr double SHIFT = 1e-6;
-  constexpr PetscInt BASIS = 14;  // vectors beyond the modes: each is kept with its product; more take memory and hardly fewer iterations
+  const PetscInt basis = std::min(form_.unknowns(), request_.count + BASIS);
   ST st;
   KSP ksp;
   PC pc;
@@ -84,8 +87,9 @@ PetscErrorCode ModeSolver::create_iterative() {
     PetscFunctionReturn(0);
   }
   PetscCall(EPSSetType(eps_, EPSGD));
-  PetscCall(EPSSetWhichEigenpairs(eps_, EPS_SMALLEST_REAL));
-  PetscCall(EPSSetDimensions(eps_, request_.count, std::min(form_.unknowns(), request_.count + BASIS), PETSC_DEFAULT));
+  PetscCall(EPSSetWhichEigenpairs(eps_, request_.which == ModeRequest::target ? EPS_TARGET_MAGNITUDE : EPS_SMALLEST_REAL));
+  if (request_.which == ModeRequest::target) PetscCall(EPSSetTarget(eps_, request_.near));
+  PetscCall(EPSSetDimensions(eps_, request_.count, basis, PETSC_DEFAULT));
   PetscCall(EPSGetST(eps_, &st));
   PetscCall(STSetType(st, STPRECOND));
   PetscCall(STGetKSP(st, &ksp));
@@ -100,19 +104,14 @@ PetscErrorCode ModeSolver::create(std::string* method) {
   PetscFunctionBegin;
   PetscCall(choose());
   PetscCall(EPSCreate(form_.comm(), eps_.out()));
-  PetscCall(form_.create_vector(diagonal_.out()));
-  if (request_.method == ModeRequest::iterative) {
-    PetscCall(form_.diagonal(diagonal_));
-    PetscCall(measure());
-    PetscCall(create_iterative());
-  } else {
-    PetscCall(request_.method == ModeRequest::dense ? create_dense() : create_direct());
-    PetscCall(MatGetDiagonal(A_, diagonal_));
-    PetscCall(measure());
-  }
+  PetscCall(form_.create_vector(sizes_.out()));
+  PetscCall(form_.sizes(sizes_));
+  PetscCall(measure());
+  PetscCall(request_.method == ModeRequest::dense ? create_dense() : request_.method == ModeRequest::direct ? create_direct() : create_iterative());
   PetscCall(EPSSetOperators(eps_, A_, nullptr));
   PetscCall(EPSSetProblemType(eps_, EPS_HEP));
-  if (request_.method != ModeRequest::dense) PetscCall(EPSSetConvergenceTestFunction(eps_, relative_error, &size_, nullptr));
+  const bool inverts = request_.method == ModeRequest::direct && request_.which != ModeRequest::largest;
+  if (request_.method != ModeRequest::dense && !inverts) PetscCall(EPSSetConvergenceTestFunction(eps_, relative_error, &size_, nullptr));
   PetscCall(EPSSetFromOptions(eps_));
   PetscCall(EPSGetDimensions(eps_, nullptr, &basis_, &projected_));
   PetscCall(EPSGetType(eps_, &type));

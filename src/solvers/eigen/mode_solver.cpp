@@ -7,13 +7,10 @@
 namespace bs {
 namespace {
 
-constexpr double ZERO = 1e-13;  // omega^2 relative to what each component alone would have: below it is rounding
-
-/// Modes found beyond those asked for: Krylov methods may meet the copies of a multiple omega^2 late.
-constexpr PetscInt GUARD = 3;
+constexpr double ZERO = 1e-13;  // omega^2 relative to the stiffness of all springs at the particles that move: below it is rounding
 
 /// Mean and maximum over all ranks of what `a` holds: log mean of the positive entries, largest size.
-PetscErrorCode sizes(Vec a, double* mean, double* widest) {
+PetscErrorCode log_mean(Vec a, double* mean, double* widest) {
   const PetscScalar* v = nullptr;
   PetscInt n = 0;
   double sums[2] = {0, 0};
@@ -38,7 +35,7 @@ PetscErrorCode sizes(Vec a, double* mean, double* widest) {
 
 PetscErrorCode ModeSolver::measure() {
   PetscFunctionBegin;
-  PetscCall(sizes(diagonal_, &size_, &widest_));
+  PetscCall(log_mean(sizes_, &size_, &widest_));
   PetscFunctionReturn(0);
 }
 
@@ -54,49 +51,25 @@ PetscErrorCode ModeSolver::judge(Mode* mode) {
   PetscCall(VecDot(mode->u, force, &value));
   PetscCall(VecAXPY(force, -value, mode->u));
   PetscCall(VecNorm(force, NORM_2, &left));
-  PetscCall(VecPointwiseMult(each, mode->u, diagonal_));
-  PetscCall(VecAbs(each));
-  PetscCall(VecCopy(mode->u, force));
-  PetscCall(VecAbs(force));
-  PetscCall(VecDot(each, force, &size));
+  PetscCall(VecPointwiseMult(each, mode->u, sizes_));
+  PetscCall(VecDot(each, mode->u, &size));
   mode->omega_squared = value;
   mode->residual = left;
-  mode->zero = std::abs(value) <= ZERO * size;
+  mode->zero = std::abs(value) <= ZERO * size || (value < 0 && -value <= left);
   PetscFunctionReturn(0);
 }
 
-void ModeSolver::sort() {
-  std::sort(found_.begin(), found_.end(), [](const Mode& a, const Mode& b) { return a.omega_squared < b.omega_squared; });
-}
-
-/// How many that count were found.
+/// How many that count are still to be found.
 PetscInt ModeSolver::wanted() const {
   PetscInt have = 0;
   for (const Mode& mode : found_) have += request_.keep_rigid || !mode.zero ? 1 : 0;
   return request_.count - have;
 }
 
-PetscErrorCode ModeSolver::negative_pivots(double shift, PetscInt* count) {
-  KSPHandle ksp;
-  PC pc;
-  Mat factors = nullptr;
-  MatHandle shifted;
-  PetscInt zero = 0, positive = 0;
-  PetscFunctionBegin;
-  PetscCall(MatDuplicate(A_, MAT_COPY_VALUES, shifted.out()));
-  PetscCall(MatShift(shifted, -shift));
-  PetscCall(MatSetOption(shifted, MAT_SYMMETRIC, PETSC_TRUE));
-  PetscCall(KSPCreate(form_.comm(), ksp.out()));
-  PetscCall(KSPSetOperators(ksp, shifted, shifted));
-  PetscCall(set_sparse_factors(ksp));
-  PetscCall(KSPSetUp(ksp));
-  PetscCall(KSPGetPC(ksp, &pc));
-  PetscCall(PCFactorGetMatrix(pc, &factors));
-  PetscCall(MatGetInertia(factors, count, &zero, &positive));
-  PetscFunctionReturn(0);
-}
+/// How many eigenvalues of A are not known yet.
+PetscInt ModeSolver::left() const { return form_.unknowns() - static_cast<PetscInt>(found_.size() + (request_.keep_rigid ? 0 : rigid_.size())); }
 
-/// A shift below all omega^2, near the smallest.
+/// A shift below all omega^2, near the smallest; or near the target.
 PetscErrorCode ModeSolver::place_shift() {
   constexpr double NEAR = 1e-8, FARTHER = 16;
   ST st;
@@ -104,11 +77,10 @@ PetscErrorCode ModeSolver::place_shift() {
   double shift = 0;
   PetscFunctionBegin;
   if (request_.which == ModeRequest::target) {
-    shift = request_.near;
-    PetscCall(negative_pivots(shift, &below));
+    shift = request_.near + NEAR * std::max(std::abs(request_.near), size_);  // the target may be an omega^2, where A - shift I is singular
   } else {
     for (shift = NEAR * size_; shift < FARTHER * FARTHER * widest_ || below > 0; shift *= FARTHER) {
-      PetscCall(negative_pivots(-shift, &below));
+      PetscCall(count_below(-shift, &below));
       if (below == 0) break;
     }
     shift = -shift;
@@ -120,12 +92,38 @@ PetscErrorCode ModeSolver::place_shift() {
   PetscFunctionReturn(0);
 }
 
+/// Makes u orthogonal to all that is known. `fresh`: it was not made of that: where a Krylov space is exhausted, copies of known modes come again.
+PetscErrorCode ModeSolver::separate(Vec u, bool* fresh) {
+  PetscReal before = 0, after = 0;
+  std::vector<Vec> known;
+  PetscFunctionBegin;
+  if (!request_.keep_rigid) known.assign(rigid_.begin(), rigid_.end());
+  for (const Mode& mode : found_) known.push_back(mode.u);
+  std::vector<PetscScalar> share(known.size());
+  PetscCall(VecNorm(u, NORM_2, &before));
+  for (int twice = 0; twice < 2 && !known.empty(); ++twice) {
+    PetscCall(VecMDot(u, static_cast<PetscInt>(known.size()), known.data(), share.data()));
+    for (PetscScalar& s : share) s = -s;
+    PetscCall(VecMAXPY(u, static_cast<PetscInt>(known.size()), share.data(), known.data()));
+  }
+  PetscCall(VecNorm(u, NORM_2, &after));
+  *fresh = after > 0.5 * before;
+  PetscFunctionReturn(0);
+}
+
+/// Whether what is left of A u - omega^2 u is small, whatever the solver says.
+bool ModeSolver::good(const Mode& mode) const {
+  constexpr double GOOD = 1e-6, ROUNDING = 1e-9;
+  return mode.residual <= std::max(GOOD * std::abs(mode.omega_squared), ROUNDING * widest_);
+}
+
 PetscErrorCode ModeSolver::find_more(PetscInt more, std::string* why) {
   EPSConvergedReason reason;
   PetscInt converged = 0, its = 0;
   PetscBool lapack = PETSC_FALSE;
   PetscFunctionBegin;
-  PetscCall(EPSSetDimensions(eps_, more, basis_, projected_));
+  const PetscInt room = std::min(form_.unknowns(), more + BASIS);
+  PetscCall(EPSSetDimensions(eps_, more, basis_ > more ? basis_ : basis_ > 0 ? room : PETSC_DEFAULT, projected_));
   std::vector<Vec> known;
   if (!request_.keep_rigid)
     for (const VecHandle& u : rigid_) known.push_back(u);
@@ -141,8 +139,10 @@ PetscErrorCode ModeSolver::find_more(PetscInt more, std::string* why) {
     Mode mode;
     PetscCall(form_.create_vector(mode.u.out()));
     PetscCall(EPSGetEigenvector(eps_, k, mode.u, nullptr));
+    bool fresh = true;
+    if (!lapack) PetscCall(separate(mode.u, &fresh));
     PetscCall(judge(&mode));
-    found_.push_back(std::move(mode));
+    if (lapack || (fresh && good(mode))) found_.push_back(std::move(mode));
   }
   if (converged < more)
     *why = format("%lld of %lld modes converged in %lld iterations (%s): give a larger -eps_max_it or -eps_ncv, or another -bs_modes_solver",
@@ -150,32 +150,8 @@ PetscErrorCode ModeSolver::find_more(PetscInt more, std::string* why) {
   PetscFunctionReturn(0);
 }
 
-/// Whether as many omega^2 lie below a gap behind the last mode that counts as were found there.
-PetscErrorCode ModeSolver::count_all(bool* complete) {
-  PetscInt below = 0, counted = 0;
+PetscErrorCode ModeSolver::finish(Modes* out, std::string* why) {
   PetscFunctionBegin;
-  *complete = false;
-  sort();
-  std::size_t last = 0;
-  for (; last < found_.size() && counted < request_.count; ++last) counted += request_.keep_rigid || !found_[last].zero ? 1 : 0;
-  double widest = 0, shift = 0;
-  PetscInt expected = 0;
-  for (std::size_t k = last; k < found_.size(); ++k) {  // between k - 1 and k
-    const double low = found_[k - 1].omega_squared, high = found_[k].omega_squared, gap = (high - low) / std::max(std::abs(high), ZERO * size_);
-    if (gap <= widest) continue;
-    widest = gap;
-    shift = 0.5 * (low + high);
-    expected = static_cast<PetscInt>(k);
-  }
-  if (widest < 1e-9) PetscFunctionReturn(0);
-  if (!request_.keep_rigid && shift > 0) expected += static_cast<PetscInt>(rigid_.size());
-  PetscCall(negative_pivots(shift, &below));
-  *complete = below == expected;
-  PetscFunctionReturn(0);
-}
-
-void ModeSolver::finish(Modes* out) {
-  sort();
   out->iterations = iterations_;
   out->rigid = static_cast<PetscInt>(rigid_.size());
   out->zero = request_.keep_rigid || request_.method == ModeRequest::dense ? 0 : out->rigid;
@@ -186,55 +162,82 @@ void ModeSolver::finish(Modes* out) {
     if (request_.keep_rigid || !mode.zero) kept.push_back(std::move(mode));
   }
   found_.clear();
-  const std::size_t count = std::min(kept.size(), static_cast<std::size_t>(request_.count));
-  if (request_.which == ModeRequest::largest) kept.erase(kept.begin(), kept.end() - static_cast<std::ptrdiff_t>(count));
-  if (request_.which == ModeRequest::target) {
-    const double near = request_.near;
-    const auto closer = [near](const Mode& a, const Mode& b) { return std::abs(a.omega_squared - near) < std::abs(b.omega_squared - near); };
-    std::sort(kept.begin(), kept.end(), closer);
-  }
-  kept.resize(count);
+  out->completeness = completeness_;
+  out->zero_exact = out->unstable_exact =
+      completeness_ != Completeness::unknown && (left_ == 0 || (request_.which == ModeRequest::smallest && edge_ > 0));
+  if (!out->unstable_exact && request_.method == ModeRequest::direct) PetscCall(count_unstable(out));
+  std::sort(kept.begin(), kept.end(), [this](const Mode& a, const Mode& b) { return distance(a.omega_squared) < distance(b.omega_squared); });
+  kept.resize(std::min(kept.size(), static_cast<std::size_t>(request_.count)));
   std::sort(kept.begin(), kept.end(), [](const Mode& a, const Mode& b) { return a.omega_squared < b.omega_squared; });
+  for (const Mode& mode : kept)
+    if (why->empty() && !good(mode))
+      *why = format("the mode with omega^2 = %g has a residual of %g: give a smaller -eps_tol, or another -bs_modes_solver", mode.omega_squared,
+                    mode.residual);
   out->mode = std::move(kept);
+  PetscFunctionReturn(0);
 }
 
 void ModeSolver::release() {
   eps_.reset();
+  counter_.reset();
+  shifted_.reset();
   A_.reset();
   form_.release_matrices();
 }
 
-PetscErrorCode ModeSolver::solve(Modes* out, std::string* why) {
+/// Rigid motions are modes.
+PetscErrorCode ModeSolver::keep_rigid() {
+  PetscFunctionBegin;
+  for (const VecHandle& u : rigid_) {
+    Mode mode;
+    PetscCall(VecDuplicate(u, mode.u.out()));
+    PetscCall(VecCopy(u, mode.u));
+    PetscCall(judge(&mode));
+    found_.push_back(std::move(mode));
+  }
+  PetscFunctionReturn(0);
+}
+
+/// Until as many are found as are asked for and none is known to be missing, each time beside those found before.
+PetscErrorCode ModeSolver::search(std::string* why) {
   constexpr int PASSES = 20;
-  const bool direct = request_.method == ModeRequest::direct && request_.which == ModeRequest::smallest;
+  const bool direct = request_.method == ModeRequest::direct;
+  PetscInt batch = GUARD;  // grows: nets may have thousands of zero modes, which do not count
+  bool done = false;
+  PetscFunctionBegin;
+  for (int pass = 0; pass < PASSES && !done && left() > 0 && why->empty(); ++pass) {
+    const PetscInt more = wanted();
+    if (more > 0) {
+      PetscCall(find_more(std::min(more + (direct ? batch : batch - GUARD), left()), why));
+      batch *= 2;
+    } else {
+      PetscCall(direct ? count(&done, why) : search_again(&done));
+    }
+  }
+  if (left() == 0) completeness_ = Completeness::counted;
+  else if (why->empty() && wanted() > 0)
+    *why = format("%lld of %lld modes were found: give another -bs_modes_solver", static_cast<long long>(request_.count - wanted()),
+                  static_cast<long long>(request_.count));
+  else if (why->empty() && direct && completeness_ != Completeness::counted)
+    *why = "modes are missing among those found, as the factors' signs show: give a larger -eps_ncv, or -bs_modes_solver dense";
+  PetscFunctionReturn(0);
+}
+
+PetscErrorCode ModeSolver::solve(Modes* out, std::string* why) {
   PetscFunctionBegin;
   why->clear();
-  PetscCall(rigid_motions(form_, y_, diagonal_, &rigid_));
+  PetscCall(rigid_motions(form_, y_, sizes_, &rigid_));
   if (request_.method == ModeRequest::dense) {
     PetscCall(find_more(form_.unknowns(), why));
-    out->counted = why->empty();
-    finish(out);
-    PetscFunctionReturn(0);
+    if (why->empty()) completeness_ = Completeness::counted;
+    left_ = 0;
+  } else {
+    if (request_.method == ModeRequest::direct && request_.which != ModeRequest::largest) PetscCall(place_shift());
+    if (request_.keep_rigid) PetscCall(keep_rigid());
+    PetscCall(search(why));
+    left_ = left();
   }
-  if (request_.method == ModeRequest::direct && request_.which != ModeRequest::largest) PetscCall(place_shift());
-  if (request_.keep_rigid)
-    for (const VecHandle& u : rigid_) {
-      Mode mode;
-      PetscCall(VecDuplicate(u, mode.u.out()));
-      PetscCall(VecCopy(u, mode.u));
-      PetscCall(judge(&mode));
-      found_.push_back(std::move(mode));
-    }
-  for (int pass = 0; pass < PASSES && why->empty(); ++pass) {
-    const PetscInt known = static_cast<PetscInt>(found_.size() + (request_.keep_rigid ? 0 : rigid_.size()));
-    const PetscInt missing = std::max<PetscInt>(wanted(), 0), left = form_.unknowns() - known;
-    if (missing == 0 && direct) PetscCall(count_all(&out->counted));
-    if (left == 0 || (missing == 0 && (out->counted || !direct))) break;
-    PetscCall(find_more(std::min(missing + GUARD, left), why));
-  }
-  if (why->empty() && direct && !out->counted && form_.unknowns() > static_cast<PetscInt>(found_.size() + rigid_.size()))
-    *why = "modes are missing among those found, as the factors' signs show: give a larger -eps_ncv";
-  finish(out);
+  PetscCall(finish(out, why));
   PetscFunctionReturn(0);
 }
 

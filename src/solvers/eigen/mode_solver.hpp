@@ -1,5 +1,6 @@
 // Eigenpairs of the free vibrations of a linearised system, by SLEPc: dense for small systems, shift-and-invert by sparse
-// factors where these stay small, a Davidson method with block factors and a coarse grid for large ones.
+// factors where these stay small, a Davidson method with block factors and a coarse grid for large ones. Krylov and Davidson
+// methods can pass over copies of a multiple omega^2: none is known to be missing before that is shown (Completeness).
 #pragma once
 #include <slepceps.h>
 #include <string>
@@ -20,6 +21,13 @@ struct ModeRequest {
   int method = automatic;
 };
 
+/// What is known of modes that a list may lack.
+enum class Completeness {
+  unknown,   ///< copies of a multiple omega^2 may be missing
+  searched,  ///< another search beside the modes found none that belongs among them, which is no proof
+  counted    ///< as many omega^2 lie there as the signs of a factorisation's pivots count, or all of the system's are known
+};
+
 struct Mode {
   double omega_squared = 0, residual = 0;  ///< residual: |A u - omega^2 u|, which bounds the distance to an exact omega^2 [1/s^2]
   bool zero = false;                       ///< not told from 0
@@ -27,12 +35,13 @@ struct Mode {
 };
 
 struct Modes {
-  std::vector<Mode> mode;  ///< ascending
-  PetscInt rigid = 0;      ///< motions of the whole as a rigid body, with omega^2 = 0
-  PetscInt zero = 0;       ///< all that were met with omega^2 = 0, rigid ones among them
-  PetscInt unstable = 0;   ///< that were met with omega^2 < 0
+  std::vector<Mode> mode;                           ///< ascending
+  PetscInt rigid = 0;                               ///< motions of the whole as a rigid body, with omega^2 = 0
+  PetscInt zero = 0;                                ///< all that were met with omega^2 = 0, rigid ones among them
+  PetscInt unstable = 0;                            ///< with omega^2 < 0
+  bool zero_exact = false, unstable_exact = false;  ///< else there may be more, as completeness says
   PetscInt iterations = 0;
-  bool counted = false;  ///< the factors' signs confirm that none is missing
+  Completeness completeness = Completeness::unknown;  ///< of the list
   std::string method;
 };
 
@@ -49,6 +58,10 @@ class ModeSolver {
   void release();
 
  private:
+  /// Vectors of a Davidson basis beyond the modes: each is kept with its product; more take memory and hardly fewer iterations.
+  static constexpr PetscInt BASIS = 14;
+  /// Modes sought beyond those that are asked for or missing.
+  static constexpr PetscInt GUARD = 3;
   PetscErrorCode choose();
   PetscErrorCode create_dense();
   PetscErrorCode create_direct();
@@ -56,24 +69,47 @@ class ModeSolver {
   PetscErrorCode set_sparse_factors(KSP ksp) const;
   PetscErrorCode place_shift();
   PetscErrorCode measure();
-  PetscErrorCode negative_pivots(double shift, PetscInt* count);
   PetscErrorCode find_more(PetscInt more, std::string* why);
   PetscErrorCode judge(Mode* mode);
-  PetscErrorCode count_all(bool* complete);
+  PetscErrorCode separate(Vec u, bool* fresh);
+  bool good(const Mode& mode) const;
+  PetscErrorCode keep_rigid();
+  PetscErrorCode search(std::string* why);
+  PetscErrorCode count(bool* done, std::string* why);
+  PetscErrorCode search_again(bool* done);
   PetscInt wanted() const;
-  void sort();
-  void finish(Modes* out);
+  PetscInt left() const;
+  PetscErrorCode finish(Modes* out, std::string* why);
+  PetscErrorCode count_unstable(Modes* out);
+
+  /// Of omega^2 in the order in which modes are wanted: the K with the smallest are.
+  double distance(double omega_squared) const;
+  /// A distance, and how many of the omega^2 known so far are nearer.
+  struct Edge {
+    double at = 0;
+    PetscInt within = 0;
+  };
+  Edge edge() const;
+  PetscErrorCode count_within(double edge, PetscInt* count);
+  PetscErrorCode negative_pivots(double shift, Vec raise, PetscInt* count);
+  PetscErrorCode count_below(double shift, PetscInt* count);
+
   StandardForm& form_;
   Vec y_;
   ModeRequest request_;
   EPSHandle eps_;
   MatHandle A_;
-  VecHandle diagonal_;
+  MatHandle shifted_;  ///< of counts
+  KSPHandle counter_;  ///< its factors; their order is found once
+  VecHandle sizes_;    ///< of A (StandardForm::sizes)
   std::vector<VecHandle> rigid_;
   std::vector<Mode> found_;
-  double size_ = 0;    ///< geometric mean of A's diagonal [1/s^2]
+  Completeness completeness_ = Completeness::unknown;
+  double edge_ = 0;    ///< no omega^2 nearer than this is missing, as completeness_ says
+  double size_ = 0;    ///< geometric mean of sizes_ [1/s^2]
   double widest_ = 0;  ///< its largest entry
   PetscInt iterations_ = 0;
+  PetscInt left_ = 0;                                           ///< eigenvalues of A that are not known at the end
   PetscInt basis_ = PETSC_DEFAULT, projected_ = PETSC_DEFAULT;  ///< -eps_ncv, -eps_mpd
 };
 

@@ -89,7 +89,7 @@ PetscErrorCode diagonalise(std::vector<double>* T, PetscBLASInt n) {
 
 }  // namespace
 
-PetscErrorCode rigid_motions(StandardForm& form, Vec y, Vec diagonal, Vectors* u) {
+PetscErrorCode rigid_motions(StandardForm& form, Vec y, Vec sizes, Vectors* u) {
   constexpr double NOTHING = 1e-11;  // of the forces single particles would feel
   Vectors set;
   VecHandle sum, force, each;
@@ -111,7 +111,7 @@ PetscErrorCode rigid_motions(StandardForm& form, Vec y, Vec diagonal, Vectors* u
     PetscCall(VecZeroEntries(sum));
     for (std::size_t l = 0; l < n; ++l) PetscCall(VecAXPY(sum, T[k * n + l], set[l]));
     PetscCall(form.multiply(sum, force));
-    PetscCall(VecPointwiseMult(each, diagonal, sum));
+    PetscCall(VecPointwiseMult(each, sizes, sum));
     PetscCall(VecNorm(force, NORM_2, &left));
     PetscCall(VecNorm(each, NORM_2, &size));
     if (left <= NOTHING * size) PetscCall(take(sum, u));
