@@ -98,7 +98,7 @@ PetscErrorCode read_shifts(MPI_Comm comm, const Hdf5File& file, const std::strin
   for (std::size_t k = 0; k < l->shift.size() && !fault; ++k) {
     const std::int64_t row = l->springs.first + static_cast<std::int64_t>(k) / l->dim, s = l->shift[k];
     const bool open = !l->box.periodic[k % at(l->dim)];
-    if (std::abs(s) > image::MOST || (open && s != 0))
+    if (s < -image::MOST || s > image::MOST || (open && s != 0))
       fault.note(row, format("%s: spring %" PRId64 ", %s: a shift of %" PRId64 " boxes; write %s", l->source.c_str(), row, path.c_str(), s,
                              open ? "0 along edges that are not periodic" : "-63 to 63"));
   }

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cinttypes>
+#include <limits>
 
 #include "base/fault.hpp"
 #include "base/memory_room.hpp"
@@ -206,11 +207,28 @@ PetscErrorCode Hdf5File::read(const Table& table, std::int64_t first, std::int64
   PetscFunctionReturn(0);
 }
 
+/// HDF5 makes the ends of the range of what lies beyond it.
+PetscErrorCode Hdf5File::require_whole(const Table& table, std::int64_t first, int columns, const std::vector<std::int64_t>& values) const {
+  constexpr std::int64_t LEAST = std::numeric_limits<std::int64_t>::min(), MOST = std::numeric_limits<std::int64_t>::max();
+  Fault fault;
+
+  PetscFunctionBegin;
+  const auto end = std::find_if(values.begin(), values.end(), [](std::int64_t value) { return value == LEAST || value == MOST; });
+  if (end != values.end()) {
+    const std::int64_t row = first + (end - values.begin()) / columns;
+    fault.note(row, format("%s: %s: row %" PRId64 " holds a whole number of 2^63 - 1 or more in size; write smaller ones", name_.c_str(),
+                           table.path.c_str(), row));
+  }
+  PetscCall(agree(comm_, fault));
+  PetscFunctionReturn(0);
+}
+
 PetscErrorCode Hdf5File::read(const Table& table, std::int64_t first, std::int64_t count, int columns, std::vector<std::int64_t>* out) const {
   PetscFunctionBegin;
   if (columns == 0) columns = std::max(table.columns, 1);
   out->assign(static_cast<std::size_t>(count * columns), 0);
   PetscCall(read_raw(table, first, count, columns, H5T_NATIVE_INT64, out->data()));
+  PetscCall(require_whole(table, first, columns, *out));
   PetscFunctionReturn(0);
 }
 

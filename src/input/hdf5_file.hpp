@@ -75,6 +75,7 @@ class Hdf5File {
   hid_t links() const { return links_; }
 
  private:
+  PetscErrorCode require_whole(const Table& table, std::int64_t first, int columns, const std::vector<std::int64_t>& values) const;
   PetscErrorCode read_raw(const Table& table, std::int64_t first, std::int64_t count, int columns, hid_t type, void* out) const;
   std::string fault_of(hid_t dataset, const std::string& path, const TableShape& shape, Table* out) const;
   bool stay_within();  ///< makes links_, sets_, groups_

@@ -104,6 +104,9 @@ PetscErrorCode require_numbers(MPI_Comm comm, const Used& used, const Lattice& l
   PetscFunctionReturn(0);
 }
 
+/// A path is a sum of sizes.
+bool is_path(const std::string& name) { return name.size() > 5 && name.compare(name.size() - 5, 5, "_path") == 0; }
+
 /// Values that a spring's law takes must be in range; the others become 0.
 PetscErrorCode check_columns(MPI_Comm comm, Lattice* l) {
   Fault fault;
@@ -121,7 +124,7 @@ PetscErrorCode check_columns(MPI_Comm comm, Lattice* l) {
       for (const SpringParameter& one : law.parameters)
         if (column.name == one.name) unit = one.unit, nonnegative = one.nonnegative;
       for (const SpringHistory& one : law.history)
-        if (column.name == one.name) unit = one.unit;
+        if (column.name == one.name) unit = one.unit, nonnegative = is_path(one.name);
       const std::int64_t row = l->springs.first + static_cast<std::int64_t>(k);
       if (!std::isfinite(value) || (nonnegative && value < 0))
         fault.note(row, format("%s: spring %" PRId64 ", %s: %g; write a finite number%s [%s]", l->source.c_str(), row, column.path.c_str(), value,
