@@ -57,7 +57,8 @@ PetscErrorCode BreakRules::read(MPI_Comm comm, const Lattice& lattice) {
     o.texts("-bs_break_spare", "groups of particles whose springs do not break, separated by commas; default: none", spared);
     for (const std::string& name : spared)
       if (std::none_of(lattice.groups.begin(), lattice.groups.end(), [&](const Group& g) { return g.name == name; }))
-        o.fail("option -bs_break_spare: there is no group " + name + ": write names of groups of the lattice or of -bs_lattice_groups");
+        o.fail("option -bs_break_spare: there is no group " + name + ": choose its particles by -bs_group_" + name +
+               ", or name a group of the lattice");
   }));
   if (notched && (lattice.dim != 2 || lattice.box.active()))
     PetscCall(tell(comm, Exit::input, "option -bs_break_notch: notches are for lattices in 2 dimensions without a periodic box: leave it out"));
