@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cstdio>
 
+#include "base/shared_fault.hpp"
 #include "base/told.hpp"
 
 namespace bs {
@@ -45,21 +46,43 @@ static PetscErrorCode broadcast(MPI_Comm comm, PetscMPIInt root, std::string* te
   PetscFunctionReturn(0);
 }
 
-PetscErrorCode agree(MPI_Comm comm, const Fault& fault) {
+/// The fault with the smallest `where`, then rank, on every rank; without text if there is none.
+static PetscErrorCode choose(MPI_Comm comm, const Fault& fault, std::string* text, Exit* exit) {
   const bool mine = static_cast<bool>(fault);
   std::int64_t first[2] = {mine ? fault.where : std::numeric_limits<std::int64_t>::max(), mine ? 0 : 1};
   PetscMPIInt rank, size, winner;
 
   PetscFunctionBegin;
+  text->clear();
   PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, first, 2, MPI_INT64_T, MPI_MIN, comm));
   if (first[1] != 0) PetscFunctionReturn(0);
   PetscCallMPI(MPI_Comm_rank(comm, &rank));
   PetscCallMPI(MPI_Comm_size(comm, &size));
   winner = mine && fault.where == first[0] ? rank : size;
   PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &winner, 1, MPI_INT, MPI_MIN, comm));
-  std::string text = fault.text;
-  Exit exit = fault.exit;
-  PetscCall(broadcast(comm, winner, &text, &exit));
+  *text = fault.text;
+  *exit = fault.exit;
+  PetscCall(broadcast(comm, winner, text, exit));
+  PetscFunctionReturn(0);
+}
+
+PetscErrorCode shared_fault(MPI_Comm comm, const Fault& fault, std::string* text) {
+  Exit exit;
+
+  PetscFunctionBegin;
+  PetscCall(choose(comm, fault, text, &exit));
+  PetscFunctionReturn(0);
+}
+
+PetscErrorCode agree(MPI_Comm comm, const Fault& fault) {
+  std::string text;
+  Exit exit = Exit::ok;
+  PetscMPIInt rank;
+
+  PetscFunctionBegin;
+  PetscCall(choose(comm, fault, &text, &exit));
+  if (text.empty()) PetscFunctionReturn(0);
+  PetscCallMPI(MPI_Comm_rank(comm, &rank));
   if (rank == 0) print_line("error", text);
   mark_told(exit);
   PetscFunctionReturn(ERR_TOLD);

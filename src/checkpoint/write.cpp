@@ -4,6 +4,7 @@
 #include "base/fault.hpp"
 #include "checkpoint/checkpoint.hpp"
 #include "checkpoint/row_sum.hpp"
+#include "output/finite.hpp"
 #include "output/fresh_file.hpp"
 #include "output/h5.hpp"
 #include "output/h5md.hpp"
@@ -117,8 +118,10 @@ PetscErrorCode write_file(Model& model, const std::string& target, const Facts& 
   PetscCall(write_facts(file, model, run));
   for (const NamedState& state : states) {
     PetscCall(model.gather_state(state.vec, &parts));
+    for (const StatePart& part : parts) PetscCall(require_finite(model.comm(), state.group + "/" + part.name, part.vec));
     PetscCall(write_parts(model.comm(), file, state.group, parts));
   }
+  for (const StatePart& part : memory) PetscCall(require_finite(model.comm(), "/memory/" + part.name, part.vec));
   if (!memory.empty()) PetscCall(write_parts(model.comm(), file, "/memory", memory));
   BS_H5(H5Fflush(file, H5F_SCOPE_GLOBAL));
   PetscFunctionReturn(0);

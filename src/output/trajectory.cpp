@@ -6,6 +6,7 @@
 #include <cstring>
 
 #include "base/fault.hpp"
+#include "output/finite.hpp"
 #include "output/frame_file.hpp"
 #include "output/h5md.hpp"
 #include "output/io_watch.hpp"
@@ -149,6 +150,7 @@ PetscErrorCode Trajectory::write_pages(const std::string& path, std::int64_t cou
   const IoWatch watch("cannot write " + path + " to " + impl_->options.file, "");
   for (std::int64_t k = 0; (k < count || k == 0) && !code; ++k) {
     PetscCall(page(k, &vec));
+    PetscCall(require_finite(impl_->comm, path, vec));
     if (k == 0) {
       PetscCall(VecGetSize(vec, &size));
       PetscCall(VecGetBlockSize(vec, &block));
@@ -182,6 +184,7 @@ PetscErrorCode Trajectory::write_table(const Dataset& table) {
   PetscErrorCode code;
 
   PetscFunctionBegin;
+  PetscCall(require_finite(impl_->comm, table));
   PetscCall(write_waiting());
   if (!impl_->usable) PetscFunctionReturn(0);
   const IoWatch watch("cannot write " + table.path + " to " + impl_->options.file, ": all frames are intact");

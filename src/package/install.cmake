@@ -62,7 +62,7 @@ set(CPACK_DEBIAN_RUNTIME_PACKAGE_RECOMMENDS
 set(CPACK_DEBIAN_RUNTIME_PACKAGE_SUGGESTS "paraview, python3-gsd, libopenblas0-serial")
 set(CPACK_DEBIAN_DEVEL_PACKAGE_NAME backspring-dev)
 set(CPACK_DEBIAN_DEVEL_PACKAGE_SECTION libdevel)
-set(CPACK_DEBIAN_DEVEL_PACKAGE_DEPENDS "petsc-dev, slepc-dev, libopenmpi-dev, libhdf5-openmpi-dev, libyaml-dev, libmatheval-dev, liblapack-dev, pkg-config")
+set(CPACK_DEBIAN_DEVEL_PACKAGE_DEPENDS "petsc-dev, slepc-dev, libopenmpi-dev, libhdf5-openmpi-dev, libyaml-dev, liblapack-dev, pkg-config")
 set(CPACK_DEBIAN_DEVEL_DESCRIPTION "headers and static library of backspring, for find_package(backspring)")
 set(CPACK_OUTPUT_FILE_PREFIX ${CMAKE_BINARY_DIR}/packages)
 include(CPack)

@@ -83,6 +83,7 @@ class Equilibrium final : public FirstOrder {
   PetscErrorCode observe(double t, Vec y, std::vector<Observable>* out) override;
   PetscErrorCode energy_supply(double t, Vec y, EnergySupply* out, bool* has) override;
   PetscErrorCode fields(double t, Vec y, std::vector<Field>* out) override;
+  PetscErrorCode foresee(double from, double to, std::string* fault) override { return own_->foresee(factor(from), factor(to), fault); }
   PetscErrorCode last_fault(std::string* text) override;
 
  private:

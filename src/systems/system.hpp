@@ -32,6 +32,7 @@ struct Field {
   Vec vec;                ///< global Vec, block size d, rows in the input's order; borrowed
   bool flat = false;      ///< block size 1 written as (T, N), not (T, N, 1)
   RowSource source = {};  ///< where set, the rows come from here, and `vec` tells sizes alone; on one rank only
+  bool gaps = false;      ///< NaN stands where there is no such quantity
 };
 
 /// Strings of one length (the same on every rank), padded with zeros, one behind the other.
@@ -127,8 +128,14 @@ class System {
   virtual PetscErrorCode take_constants(std::vector<Dataset>* out) = 0;
   /// Frees what was kept of the input for take_constants().
   virtual void release_input() {}
-  /// Collective. Ends the run with exit code 2 if data given over time (tables) do not extend to t_end.
-  virtual PetscErrorCode covers(double t_end) = 0;
+  /// Collective. Ends the run with exit code 2 if data given over time (tables) do not extend to t_end, or what moves as given is seen to jump.
+  virtual PetscErrorCode covers(double t_start, double t_end) = 0;
+  /// Collective. Why no state can follow what is given over the time from `from` to `to`: it is not finite at the end of it, or jumps on the way
+  /// there, or leaves a box without volume; empty: it can. `from` == `to`: at that time alone.
+  virtual PetscErrorCode foresee(double, double, std::string* fault) {
+    fault->clear();
+    return 0;
+  }
   /// Collective. The fault met in the last evaluation on any rank (a spring of zero length, ...); empty if none.
   virtual PetscErrorCode last_fault(std::string* text) = 0;
 };

@@ -8,6 +8,7 @@
 namespace bs {
 
 PetscErrorCode read_load_options(MPI_Comm comm, LoadOptions* out) {
+  constexpr std::int64_t MOST_STEPS = 100000000;
   std::vector<std::string> scaled;
   int control = 0;
   PetscFunctionBegin;
@@ -22,6 +23,9 @@ PetscErrorCode read_load_options(MPI_Comm comm, LoadOptions* out) {
     o.real("-bs_arc_end", "load factor at which a path by arc length ends [1]", out->end);
     o.integer("-bs_arc_steps", "number of steps of undiminished length after which a path by arc length ends at the latest", out->arc_steps,
               Range::positive);
+    if (out->steps > MOST_STEPS)
+      o.fail(format("option -bs_load_steps: %lld: give %lld at most: smaller steps are lost beside the rounding errors of equilibria",
+                    static_cast<long long>(out->steps), static_cast<long long>(MOST_STEPS)));
     out->arc = control == 1;
     if (out->end == 0) o.fail("option -bs_arc_end: the path begins at the load factor 0: give another one");
     const bool given = o.texts("-bs_load_scale",

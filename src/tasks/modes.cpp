@@ -4,6 +4,7 @@
 #include "base/fault.hpp"
 #include "base/options.hpp"
 #include "tasks/box_stress.hpp"
+#include "tasks/foreign_options.hpp"
 #include "tasks/matrices.hpp"
 #include "tasks/modes_parts.hpp"
 #include "tasks/statics.hpp"
@@ -96,7 +97,10 @@ PetscErrorCode read_mode_options(MPI_Comm comm, bool chosen) {
 
 PetscErrorCode ModesRun::linearise() {
   Mechanics& mechanics = *model_.mechanics();
+  std::string fault;
   PetscFunctionBegin;
+  PetscCall(model_.foresee(time_, time_, &fault));
+  if (!fault.empty()) PetscCall(tell(model_.comm(), Exit::input, fault));
   PetscCall(look_at_forces());
   PetscCall(mechanics.linearisation().linearise(time_, y_));
   PetscCall(form_.create(mechanics.linearisation()));
@@ -165,6 +169,7 @@ PetscErrorCode ModesRun::run() {
   PetscFunctionBegin;
   PetscCall(linearise());
   ModeSolver solver(form_, y_, request_);
+  PetscCall(refuse_foreign_options(model_.comm()));
   PetscCall(reject_unknown_options(model_.comm()));
   PetscCall(solver.create(&method));
   PetscCall(PetscOptionsHasName(nullptr, nullptr, "-help", &help));

@@ -3,6 +3,7 @@
 #include <cmath>
 #include <limits>
 #include "base/fault.hpp"
+#include "output/finite.hpp"
 #include "output/report.hpp"
 #include "tasks/modes_parts.hpp"
 
@@ -154,6 +155,9 @@ PetscErrorCode ModesRun::write() {
   PetscCall(file_->write_pages("/modes/shape", count, [this](std::int64_t k, Vec* out) { return page(static_cast<std::size_t>(k), out); }));
   PetscCall(model_.observe(time_, y_, &observables));
   PetscCall(model_.fields(time_, y_, &fields));
+  std::string what;
+  PetscCall(find_not_finite(model_.comm(), fields, observables, &what));
+  if (!what.empty()) PetscCall(tell(model_.comm(), Exit::input, "the state is not finite: " + what + ": give smaller numbers"));
   PetscCall(file_->write_frame(0, time_, fields, observables));
   PetscCall(file_->close());
   set_phase(Exit::solve);

@@ -2,6 +2,7 @@
 #include <algorithm>
 #include <cmath>
 #include "base/fault.hpp"
+#include "output/finite.hpp"
 #include "systems/breaks.hpp"
 #include "systems/mechanics.hpp"
 #include "tasks/box_stress.hpp"
@@ -101,13 +102,20 @@ PetscErrorCode Run::observe(double time, Vec y) {
 }
 
 PetscErrorCode Run::on_frame(PetscInt step, double time, Vec y) {
+  const std::vector<Observable> before = last_;
+  std::vector<Field> fields;
+  std::string what;
   PetscFunctionBegin;
   PetscCall(observe(time, y));
+  if (trajectory_) PetscCall(model_.fields(time, y, &fields));
+  PetscCall(find_not_finite(model_.comm(), fields, last_, &what));
+  if (!what.empty()) {
+    PetscCall(give_up_frame(time, what, before));
+    PetscFunctionReturn(0);
+  }
   PetscCall(watch_.look(step, time, y, true));
   if (first_.empty()) first_ = last_;
   if (trajectory_) {
-    std::vector<Field> fields;
-    PetscCall(model_.fields(time, y, &fields));
     set_phase(Exit::io);
     const Breaks* breaks = hooks_.loads ? model_.breaks() : nullptr;
     const bool behind = undone_.shown && !settling_;
@@ -116,6 +124,20 @@ PetscErrorCode Run::on_frame(PetscInt step, double time, Vec y) {
     set_phase(Exit::solve);
   }
   if (hooks_.settle && !settling_) good_facts_ = facts();
+  PetscFunctionReturn(0);
+}
+
+/// A frame that is not finite is not written: the run does not begin, or ends with those before it.
+PetscErrorCode Run::give_up_frame(double time, const std::string& what, const std::vector<Observable>& before) {
+  PetscFunctionBegin;
+  std::string fault;
+  PetscCall(model_.last_fault(&fault));
+  const std::string place = format("%s at %s = %.10g: ", what.c_str(), hooks_.loads ? hooks_.clock : "t", time);
+  if (first_.empty() && !resumed_)
+    PetscCall(tell(model_.comm(), Exit::input, "the state at the start is not finite: " + place + (fault.empty() ? "give smaller numbers" : fault)));
+  spoiled_ = true;
+  last_ = before;
+  stepper_->give_up("the state is not finite any more: " + place + (fault.empty() ? "try a smaller step" : fault) + "; earlier frames are intact");
   PetscFunctionReturn(0);
 }
 
@@ -136,7 +158,7 @@ PetscErrorCode Run::on_save() {
   TrajectoryMark mark;
   Vec y;
   PetscFunctionBegin;
-  if (options_.saving.file.empty()) PetscFunctionReturn(0);
+  if (options_.saving.file.empty() || spoiled_) PetscFunctionReturn(0);
   PetscCall(TSGetSolution(ts_, &y));
   PetscCall(flushed_mark(trajectory_.get(), &mark));
   PetscCall(save_run(model_, *stepper_, ts_, y, options_.saving.file, options_.output.trajectory.file, mark, good_facts()));
@@ -181,7 +203,7 @@ PetscErrorCode Run::save_last(bool failed) {
   if (undone_.shown || (!stepper_->framed() && !untouched()))
     PetscCall(on_frame(static_cast<PetscInt>(stepper_->counts().steps), stepper_->good_time(), y));
   else if (observed_ != stepper_->good_time()) PetscCall(observe(stepper_->good_time(), y));  // the last look was at a step that was taken back
-  if (!hooks_.checkpoints) PetscFunctionReturn(0);
+  if (!hooks_.checkpoints || spoiled_) PetscFunctionReturn(0);
   std::string file = options_.saving.file;
   if (file.empty() && failed && trajectory_) file = options_.output.trajectory.file + ".checkpoint";
   if (file.empty()) PetscFunctionReturn(0);

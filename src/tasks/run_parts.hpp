@@ -55,6 +55,7 @@ class Run {
   PetscErrorCode end_at_rest(double time, Vec y);
   PetscErrorCode observe(double time, Vec y);
   PetscErrorCode on_frame(PetscInt step, double time, Vec y);
+  PetscErrorCode give_up_frame(double time, const std::string& what, const std::vector<Observable>& before);
   double shown_time(double time) const;
   PetscErrorCode on_flush();
   PetscErrorCode on_save();
@@ -110,6 +111,7 @@ class Run {
   std::map<std::string, std::int64_t> earlier_;  ///< counts of the runs that this one continues
   std::string solver_;                           ///< as the header describes it
   std::string last_checkpoint_;                  ///< where a failed run can be continued from
+  bool spoiled_ = false;                         ///< a frame was not finite: the run ends, and nothing is kept of the state
   std::vector<Observable> first_, last_;
   double observed_ = 0;  ///< when last_ was [s]
   double start_ = 0, end_ = 0;

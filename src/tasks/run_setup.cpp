@@ -5,6 +5,7 @@
 #include "base/fault.hpp"
 #include "base/options.hpp"
 #include "solvers/solver_setup.hpp"
+#include "tasks/foreign_options.hpp"
 #include "tasks/matrices.hpp"
 #include "tasks/run_parts.hpp"
 #include "tasks/unused.hpp"
@@ -116,9 +117,10 @@ PetscErrorCode Run::set_up() {
       return settle(time, y, frame, settled, lost);
     });
   PetscCall(stepper_->attach(ts_));
-  PetscCall(model_.covers(end_));
+  PetscCall(model_.covers(start_, end_));
   if (!context_.implicit) watch_.set_explicit();
   if (model_.linear()) watch_.look_always();
+  PetscCall(refuse_foreign_options(model_.comm()));
   PetscCall(reject_unknown_options(model_.comm()));
   PetscCall(create_inner_solver(ts_, context_));  // before -help ends: it reads options
   PetscCall(describe_solver(ts_, context_, &solver));

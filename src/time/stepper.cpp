@@ -39,7 +39,7 @@ PetscErrorCode Stepper::attach(TS ts) {
   length_ = StepLength(options_.length, nominal, adaptive, adaptive && context_.method->remembers(Memory::theta));
   schedule_ = WallSchedule(options_.save_minutes, options_.flush_seconds, MPI_Wtime());
   good_time_ = start;
-  PetscCall(tell_lost_steps(start, length_.first_attempt()));
+  PetscCall(check_start(ts, start, length_.first_attempt()));
   PetscFunctionReturn(0);
 }
 
@@ -127,11 +127,33 @@ PetscErrorCode Stepper::take_over_cuts(TS ts) {
   PetscFunctionReturn(0);
 }
 
-/// Collective. Ends the run with exit code 2 if it cannot continue from time t by a step of h.
-PetscErrorCode Stepper::tell_lost_steps(double t, double h) const {
+/// Collective. Ends the run with exit code 2 if it cannot go on from time t by a step of h, or can never reach its end.
+PetscErrorCode Stepper::check_start(TS ts, double t, double h) {
+  PetscReal end;
+  PetscInt most;
+  bool adaptive = false;
   PetscFunctionBegin;
-  const std::string fault = lost_in_rounding(t, h, clock_.interval(), time_resolution(t));
+  PetscCall(TSGetMaxTime(ts, &end));
+  PetscCall(TSGetMaxSteps(ts, &most));
+  PetscCall(is_adaptive(ts, &adaptive));
+  // steps that an error estimate chooses grow, and a number of steps that was given ends the run before
+  const bool whole = !adaptive && most == PETSC_MAX_INT;
+  std::string fault = lost_in_rounding(t, h, clock_.interval(), time_resolution(t));
+  if (fault.empty() && whole) fault = lost_in_rounding(end, length_.nominal(), 0, time_resolution(end));
+  if (fault.empty()) fault = lost_in_rounding(end, end, clock_.interval(), time_resolution(end));
+  if (fault.empty() && whole) fault = endless((end - t) / length_.nominal());
+  if (fault.empty() && t < end) {
+    PetscCall(model_.foresee(t, t, &fault));
+    if (fault.empty()) PetscCall(model_.foresee(t, std::min(t + h, clock_.next(t)), &fault));
+  }
   if (!fault.empty()) PetscCall(tell(model_.comm(), Exit::input, fault));
+  PetscFunctionReturn(0);
+}
+
+/// Whether what is given over time can be followed through the next step.
+PetscErrorCode Stepper::foresee_next(double time, std::string* fault) {
+  PetscFunctionBegin;
+  PetscCall(model_.foresee(time, std::min(time + length_.next(), clock_.next(time)), fault));
   PetscFunctionReturn(0);
 }
 

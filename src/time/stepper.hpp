@@ -49,6 +49,8 @@ class Stepper {
   using OnBreak =
       std::function<PetscErrorCode(double time, Vec y, const std::function<PetscErrorCode(Vec)>& frame, bool* settled, std::string* lost)>;
   void set_on_break(OnBreak on_break) { on_break_ = std::move(on_break); }
+  /// The run ends after the present step for this reason, as a failed one.
+  void give_up(const std::string& why) { lost_ = why; }
   const RunCounts& counts() const { return counter_.counts(); }
   double start() const { return clock_.start(); }
   double nominal_step() const { return length_.nominal(); }
@@ -96,7 +98,8 @@ class Stepper {
   PetscErrorCode write_frame_if_due(TS ts, const StepRecord& record, bool landed);
   PetscErrorCode decide_what_follows(TS ts, double time, bool finished);
   PetscErrorCode save_if_due(std::int64_t step, bool finished);
-  PetscErrorCode tell_lost_steps(double t, double h) const;
+  PetscErrorCode check_start(TS ts, double t, double h);
+  PetscErrorCode foresee_next(double time, std::string* fault);
   PetscErrorCode krylov_iterations(TS ts, PetscInt* count) const;
   PetscErrorCode require_facts(const CheckpointFile& file) const;
   PetscErrorCode stand_at(TS ts, const Facts& run, std::string* changed);

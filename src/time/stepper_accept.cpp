@@ -77,21 +77,24 @@ PetscErrorCode Stepper::krylov_iterations(TS ts, PetscInt* count) const {
   PetscFunctionReturn(0);
 }
 
-/// Whether TS has made the step, to a state that is finite everywhere; if it is not, the last good state comes back.
+/// Whether TS has made the step, to a state that is finite everywhere, under what can be followed; if not, the last good state comes back.
 PetscErrorCode Stepper::is_good(TS ts, bool* good) {
   TSConvergedReason reason;
+  PetscReal time;
   Vec y;
   PetscFunctionBegin;
   *good = false;
   PetscCall(TSGetConvergedReason(ts, &reason));
   if (reason < 0) PetscFunctionReturn(0);
   PetscCall(agree_on_verdict(ts));
-  *good = now_.finite;
-  if (now_.finite) PetscFunctionReturn(0);
+  PetscCall(TSGetTime(ts, &time));
+  if (now_.finite) PetscCall(model_.foresee(good_time_, time, &ending_));
+  *good = now_.finite && ending_.empty();
+  if (*good) PetscFunctionReturn(0);
   // a type that cannot cut its step has overwritten it
   PetscCall(TSGetSolution(ts, &y));
   PetscCall(VecCopy(history_.last_start(), y));
-  trouble_ = "the state overflowed";
+  if (!now_.finite) trouble_ = "the state overflowed";
   PetscCall(TSSetConvergedReason(ts, TS_DIVERGED_STEP_REJECTED));
   PetscFunctionReturn(0);
 }
@@ -105,9 +108,9 @@ PetscErrorCode Stepper::agree_on_verdict(TS ts) {
   PetscCall(TSGetSolution(ts, &y));
   PetscCall(VecGetLocalSize(y, &n));
   PetscCall(VecGetArrayRead(y, &ay));
-  // a sum is finite only if its terms are: no branch in the loop
+  // a sum is finite only if its terms are: no branch in the loop. Squares that overflow have no energy
   double sum = 0;
-  for (PetscInt i = 0; i < n; ++i) sum += 0.0 * ay[i];
+  for (PetscInt i = 0; i < n; ++i) sum += 0.0 * (ay[i] * ay[i]);
   PetscCall(VecRestoreArrayRead(y, &ay));
   const bool late = schedule_.save_due(MPI_Wtime()), asked = late || take_checkpoint_signal();
   int flags[4] = {std::isfinite(sum) ? 0 : 1, ending_signal(), asked ? 1 : 0, schedule_.flush_due(MPI_Wtime()) ? 1 : 0};
@@ -199,6 +202,7 @@ PetscErrorCode Stepper::write_frame_if_due(TS ts, const StepRecord& record, bool
 PetscErrorCode Stepper::decide_what_follows(TS ts, double time, bool finished) {
   PetscFunctionBegin;
   ending_ = !lost_.empty() ? lost_ : finished ? "" : lost_in_rounding(time, length_.next(), clock_.interval(), time_rounding(time));
+  if (ending_.empty() && !finished && !now_.signal) PetscCall(foresee_next(time, &ending_));
   if (finished && lost_.empty()) PetscCall(TSSetConvergedReason(ts, TS_CONVERGED_TIME));
   else if (!ending_.empty()) PetscCall(TSSetConvergedReason(ts, TS_DIVERGED_STEP_REJECTED));
   else if (now_.signal) PetscCall(TSSetConvergedReason(ts, TS_CONVERGED_USER));

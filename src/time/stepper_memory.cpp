@@ -84,7 +84,7 @@ PetscErrorCode Stepper::restore(TS ts, const CheckpointFile& file, std::vector<s
   model_.restore_sums(run.real);
   PetscCall(stand_at(ts, run, &changed));
   if (!changed.empty()) told->push_back(changed);
-  PetscCall(tell_lost_steps(good_time_, length_.nominal()));
+  PetscCall(check_start(ts, good_time_, length_.nominal()));
   PetscCall(restore_method(ts, file, told));
   PetscCall(restore_counts(ts, run));
   PetscCall(renew_solver(ts));

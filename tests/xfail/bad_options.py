@@ -7,6 +7,7 @@ What is asked for is told in corpus.py. Options that PETSc knows and this run do
 step. Ends with "N passed, N failed, 0 skipped"; exit code 0 or 1.
 """
 import os
+import pathlib
 import subprocess
 import sys
 
@@ -18,6 +19,26 @@ TRIANGLES = ("-bs_lattice_type", "triangular", "-bs_lattice_size", "4,4", "-bs_l
 
 def words(*more):
     return lambda folder: [*CHAIN, *more]
+
+
+def endless(*more):
+    """A maker of a run that no number of steps ends."""
+    return lambda folder: [*CHAIN[:-2], *more]
+
+
+def table(folder, *rows):
+    (folder / "table.csv").write_text("\n".join(rows) + "\n")
+    return folder / "table.csv"
+
+
+def of_statics():
+    """Options in the sections of the reference that are of statics alone."""
+    reference, title, names = pathlib.Path(__file__).resolve().parents[2] / "options/reference/README.md", "", []
+    for line in reference.read_text().splitlines():
+        title = line if line.startswith("## ") else title
+        if line.startswith("| `-bs_") and ("statics" in title or "moduli" in title):
+            names.append(line.split("`")[1])
+    return names
 
 
 def option_file(content, name="o.yaml", *more):
@@ -103,6 +124,13 @@ PROGRAM = {
     "not among the choices": (words("-bs_partition", "metis"), "option -bs_partition: metis does not exist: give one of"),
     "neither true nor false": (words("-bs_overwrite", "maybe"), "maybe is neither true nor false"),
     "outside 0 to 1": (words("-bs_step_cut", "1"), "option -bs_step_cut: give a number between 0 and 1"),
+    "step that is lost at the end": (endless("-ts_dt", "1e-18", "-ts_max_time", "0.2"), "a step of 1e-18 s is lost in the rounding of t = 0.2 s"),
+    "steps without end": (endless("-ts_dt", "1e-11", "-ts_max_time", "0.2"), "the run would take 2e+10 steps, more than 2147483647"),
+    "interval that is lost at the end": (words("-ts_dt", "0.1", "-ts_max_time", "0.2", "-bs_output_interval", "1e-20"), "option -bs_output_interval: 1e-20 s is lost in the rounding of t = 0.2 s"),
+    "load steps without end": (words("-bs_task", "statics", "-ts_max_steps", "5", "-bs_load_steps", "1000000000"), "option -bs_load_steps: 1000000000: give 100000000 at most"),
+    **{f"{name} in dynamics": (words(name, "1"), f"option {name} does not go with this run: it is of -bs_task ") for name in of_statics()},
+    "linear option of particles": (words("-bs_linear_G", "g.mtx"), "option -bs_linear_G does not go with this run: it is of -bs_model linear"),
+    "spared group that is none": (words("-bs_break_strain", "0.1", "-bs_break_spare", "nogroup"), "option -bs_break_spare: there is no group nogroup: choose its particles by -bs_group_nogroup"),
     "negative interval": (words("-bs_output_interval", "-1"), "-bs_output_interval: -1 is negative"),
     "negative flush": (words("-bs_output_flush", "-0.5"), "-bs_output_flush: -0.5 is negative"),
     "flush without a number": (words("-bs_output_flush", "often"), "-bs_output_flush"),
@@ -243,8 +271,17 @@ SUPPORTS = {
     "component twice": (words(*ENDS, "-bs_motion_right", "x=fixed,x=free"), "component x is given twice"),
     "component unknown": (words(*ENDS, "-bs_motion_right", "x=still"), "'still' is no motion of a component: write free, fixed, velocity:V"),
     "nothing held": (words(*ENDS, "-bs_motion_right", "x=free,y=free"), "option -bs_motion_right: no component is held"),
-    "expression of nothing known": (words(*ENDS, "-bs_motion_right", "x=expression:q*t"), "'q*t': q is unknown: write an expression in t [s] and the initial position"),
-    "expression that is none": (words(*ENDS, "-bs_motion_right", "x=expression:(t"), "'(t' is no expression: write one in t, x0, y0 and z0"),
+    "expression of nothing known": (words(*ENDS, "-bs_motion_right", "x=expression:q*t"), "'q*t': character 1: q is unknown: write an expression in t [s] and the initial position"),
+    "expression that is none": (words(*ENDS, "-bs_motion_right", "x=expression:(t"), "'(t': at its end: an operator or ')' is missing"),
+    "expression with a character of none": (words(*ENDS, "-bs_motion_right", "x=expression:10%*t"), "option -bs_motion_right: '10%*t': character 3: '%' has no meaning in an expression"),
+    "expression of 40 kB": (words(*ENDS, "-bs_motion_right", "x=expression:" + "(" * 40000), "has 40000 characters: write 10000 at most"),
+    "expression with 2,000 functions": (words(*ENDS, "-bs_motion_right", "x=expression:" + "sin(" * 2000 + "t" + ")" * 2000), "has 10001 characters"),
+    "place in a strain": (words("-bs_lattice_dim", "1", "-bs_lattice_periodic", "x", "-bs_box_strain", "xx=expression:x0"), "option -bs_box_strain: xx: 'x0': character 1: x0 is unknown: write an expression in t alone"),
+    "strain in percent": (words("-bs_lattice_dim", "1", "-bs_lattice_periodic", "x", "-bs_box_strain", "xx=expression:1%*t"), "option -bs_box_strain: xx: '1%*t': character 2: '%' has no meaning"),
+    "stress in percent": (words("-bs_lattice_dim", "1", "-bs_lattice_periodic", "x", "-bs_task", "statics", "-bs_box_stress", "xx=expression:1%*t"), "option -bs_box_stress: xx: '1%*t': character 2"),
+    "table after the run": (lambda folder: [*CHAIN, *ENDS, "-ts_max_time", "0.05", "-bs_motion_right", f"x=table:{table(folder, 't,s', '5,0', '6,1')}"],
+                            "the table of -bs_motion_right begins after the end of the run, t = 0.05 s: its times are those of the run"),
+
     "table of a motion missing": (words(*ENDS, "-bs_motion_right", "table:none.csv"), "none.csv: no such file"),
     "fixed and driven": (words(*ENDS, "-bs_lattice_fixed", "xmax", "-bs_motion_right", "velocity:1,0"),
                          "particle 4 is fixed, but belongs to the group right, which -bs_motion_right moves: take it out of one of them"),

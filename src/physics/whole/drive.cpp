@@ -43,9 +43,10 @@ std::size_t next_component(const std::string& text, std::size_t from) {
 
 }  // namespace
 
-bool Drive::parse(const std::string& text, int dim, std::string* error) {
+bool Drive::parse(const std::string& text, int dim, std::string* error, bool placed) {
   text_ = text;
   dim_ = dim;
+  placed_ = placed;
   std::string rest;
   if (text.size() < 2 || text[1] != '=') {
     const std::string kind = kind_of(text, &rest);
@@ -55,7 +56,7 @@ bool Drive::parse(const std::string& text, int dim, std::string* error) {
       table_of_.push_back(-1);
       for (int c = 0; c < dim; ++c) component_[c].kind = Kind::table;
     } else if (!rest.empty() && !read_numbers(rest, &numbers)) {
-      *error = "'" + rest + "' are not finite numbers: " + FORMS;
+      *error = "'" + shown_text(rest) + "' are not finite numbers: " + FORMS;
       return false;
     } else if (!parse_whole(kind, numbers, error)) {
       return false;
@@ -109,7 +110,7 @@ bool Drive::parse_whole(const std::string& kind, const std::vector<double>& numb
     }
     return true;
   }
-  *error = "'" + text_ + "' is no motion: " + FORMS;
+  *error = "'" + shown_text(text_) + "' is no motion: " + FORMS;
   return false;
 }
 
@@ -139,7 +140,7 @@ bool Drive::parse_component(const std::string& text, Component* out, std::string
   const std::string kind = kind_of(text, &rest);
   if (kind == "expression") {
     out->kind = Kind::expression;
-    return out->expression.parse(rest, error);
+    return out->expression.parse(rest, placed_, error);
   }
   if (kind == "table" && !rest.empty()) {
     out->kind = Kind::table;
@@ -152,11 +153,11 @@ bool Drive::parse_component(const std::string& text, Component* out, std::string
   else if (kind == "velocity" && n.size() == 1) out->kind = Kind::velocity;
   else if (kind == "sinusoid" && (n.size() == 2 || n.size() == 3)) out->kind = Kind::sinusoid;
   else {
-    *error = "'" + text + "' is no motion of a component: " + COMPONENTS;
+    *error = "'" + shown_text(text) + "' is no motion of a component: " + COMPONENTS;
     return false;
   }
   if (!numbers) {
-    *error = "'" + rest + "' are not finite numbers: " + COMPONENTS;
+    *error = "'" + shown_text(rest) + "' are not finite numbers: " + COMPONENTS;
     return false;
   }
   if (out->kind == Kind::velocity) out->rate = n[0];
@@ -243,13 +244,61 @@ void Drive::at(double t, const double* x0, double* x, double* v, double* a) cons
   }
 }
 
-bool Drive::covers(double t) const {
+std::string Drive::misses(double t) const {
   for (const Component& one : component_) {
     if (one.kind != Kind::table) continue;
     const double slack = 1e-9 * (one.time.back() - one.time.front());
-    if (t < one.time.front() - slack || t > one.time.back() + slack) return false;
+    if (t < one.time.front() - slack) return "begins after the end of the run";
+    if (t > one.time.back() + slack) return "does not reach the end of the run";
   }
-  return true;
+  return {};
+}
+
+bool Drive::may_jump() const {
+  return std::any_of(std::begin(component_), std::end(component_),
+                     [](const Component& one) { return one.kind == Kind::expression && one.expression.may_jump(); });
+}
+
+bool Drive::jumps_by_place() const {
+  return std::any_of(std::begin(component_), std::end(component_), [](const Component& one) {
+    return one.kind == Kind::expression && one.expression.may_jump() && one.expression.depends_on_place();
+  });
+}
+
+/// A time in (a, b] at which u jumps; NaN: none is found.
+// Halves the interval, always going on with the half in which the change of u and that by its slopes at both ends,
+//   u(b) - u(a) - (b - a) (u'(a) + u'(b))/2
+// are further apart: it falls as (b - a)^3, at a bend as b - a, at a jump not at all.
+static double find_jump(const Expression& u, double a, double b, const double* x0) {
+  constexpr double NOTHING = 1e-9;  // of u
+  double left[3], right[3], middle[3];
+  u.at(a, x0, left);
+  u.at(b, x0, right);
+  const auto missed = [](double h, const double* from, const double* to) {
+    const double gap = std::abs(to[0] - from[0] - h / 2 * (from[1] + to[1]));
+    return std::isfinite(gap) ? gap : INFINITY;
+  };
+  const double least = NOTHING * std::max(std::abs(left[0]), std::abs(right[0]));
+  while (missed(b - a, left, right) > least) {
+    const double m = a + (b - a) / 2;
+    if (!(m > a && m < b)) return b;
+    u.at(m, x0, middle);
+    const bool first = missed(m - a, left, middle) >= missed(b - m, middle, right);
+    std::copy_n(middle, 3, first ? right : left);
+    (first ? b : a) = m;
+  }
+  return NAN;
+}
+
+double Drive::jump(double from, double to, const double* x0) const {
+  double start[3] = {0, 0, 0};
+  std::copy_n(x0, dim_, start);
+  for (const Component& one : component_) {
+    if (one.kind != Kind::expression || !one.expression.may_jump()) continue;
+    const double at = find_jump(one.expression, from, to, start);
+    if (!std::isnan(at)) return at;
+  }
+  return NAN;
 }
 
 }  // namespace bs

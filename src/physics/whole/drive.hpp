@@ -23,8 +23,9 @@ class Drive {
  public:
   enum class Kind { free, fixed, velocity, sinusoid, table, expression };
 
-  /// False, and one line in `error` without the option's name, for a text in d = `dim` dimensions that is none of these.
-  bool parse(const std::string& text, int dim, std::string* error);
+  /// False, and one line in `error` without the option's name, for a text in d = `dim` dimensions that is none of these. `placed`: expressions may
+  /// depend on the initial position.
+  bool parse(const std::string& text, int dim, std::string* error, bool placed = true);
   /// Tables that are to be read and handed to set_table, in this order: file and number of columns beside the time.
   const std::vector<std::pair<std::string, int>>& tables() const { return tables_; }
   /// False, and one line in `error`, for a table that cannot be followed.
@@ -37,8 +38,13 @@ class Drive {
   /// The held components of position [m], velocity [m/s] and acceleration [m/s^2] at time t; the others are left alone. x0: `dim` numbers. At a
   /// row of a table the slope to its right, beyond its ends at rest.
   void at(double t, const double* x0, double* x, double* v, double* a) const;
-  /// False outside a table, but for rounding.
-  bool covers(double t) const;
+  /// Why tables do not serve a run that ends at t, in words that follow "the table of ..."; empty: they do, but for rounding.
+  std::string misses(double t) const;
+  /// A time in (from, to] at which what starts at x0 jumps, or grows beyond all bounds; NaN: none is seen. Every step asks for its own.
+  double jump(double from, double to, const double* x0) const;
+  /// Whether jump() can find anything; and whether where it starts matters to it.
+  bool may_jump() const;
+  bool jumps_by_place() const;
   const std::string& text() const { return text_; }
 
  private:
@@ -57,6 +63,7 @@ class Drive {
 
   std::string text_;
   int dim_ = 3;
+  bool placed_ = true;
   std::uint8_t held_ = 0, moving_ = 0;
   bool rotation_ = false;
   double omega_ = 0, center_[3] = {0, 0, 0}, axis_[3] = {0, 0, 1};

@@ -1,80 +1,301 @@
 #include "physics/whole/expression.hpp"
 
 #include <algorithm>
-#include <array>
+#include <cctype>
 #include <cmath>
-#include <cstring>
-#include <vector>
-
-#ifdef BS_MATHEVAL
-#include <matheval.h>
-#endif
+#include <cstdlib>
 
 namespace bs {
 
-#ifdef BS_MATHEVAL
+namespace {
 
-struct Expression::Parts {
-  void* f[3] = {nullptr, nullptr, nullptr};  ///< u, u', u''
-  bool by_place = false;
-  double time = NAN, value[3] = {0, 0, 0};  ///< the last result, where the place does not matter
-  Parts() = default;
-  Parts(const Parts&) = delete;
-  Parts& operator=(const Parts&) = delete;
-  ~Parts() {
-    for (void* one : f)
-      if (one) evaluator_destroy(one);
+enum Code : std::uint8_t { NUMBER, TIME, X0, Y0, Z0, NEGATE, ADD, SUBTRACT, MULTIPLY, DIVIDE, POWER, FIRST_FUNCTION };
+const char* const FUNCTIONS[] = {"exp", "log", "sqrt", "sin", "cos", "tan", "asin", "acos", "atan", "sinh", "cosh", "tanh", "abs", "step", "erf"};
+enum Function { EXP, LOG, SQRT, SIN, COS, TAN, ASIN, ACOS, ATAN, SINH, COSH, TANH, ABS, STEP, ERF };
+constexpr double PI = 3.14159265358979323846, E = 2.71828182845904523536;
+
+/// f, f' and f'' of one function at u.
+void derivatives(int function, double u, double* f) {
+  const double s = 1 - u * u;
+  switch (function) {
+    case EXP: f[0] = f[1] = f[2] = std::exp(u); break;
+    case LOG: f[0] = std::log(u), f[1] = 1 / u, f[2] = -1 / (u * u); break;
+    case SQRT: f[0] = std::sqrt(u), f[1] = 0.5 / f[0], f[2] = -0.25 / (u * f[0]); break;
+    case SIN: f[0] = std::sin(u), f[1] = std::cos(u), f[2] = -f[0]; break;
+    case COS: f[0] = std::cos(u), f[1] = -std::sin(u), f[2] = -f[0]; break;
+    case TAN: f[0] = std::tan(u), f[1] = 1 + f[0] * f[0], f[2] = 2 * f[0] * f[1]; break;
+    case ASIN: f[0] = std::asin(u), f[1] = 1 / std::sqrt(s), f[2] = u * f[1] / s; break;
+    case ACOS: f[0] = std::acos(u), f[1] = -1 / std::sqrt(s), f[2] = u * f[1] / s; break;
+    case ATAN: f[0] = std::atan(u), f[1] = 1 / (1 + u * u), f[2] = -2 * u * f[1] * f[1]; break;
+    case SINH: f[0] = f[2] = std::sinh(u), f[1] = std::cosh(u); break;
+    case COSH: f[0] = f[2] = std::cosh(u), f[1] = std::sinh(u); break;
+    case TANH: f[0] = std::tanh(u), f[1] = 1 - f[0] * f[0], f[2] = -2 * f[0] * f[1]; break;
+    case ERF: f[0] = std::erf(u), f[1] = 2 / std::sqrt(PI) * std::exp(-u * u), f[2] = -2 * u * f[1]; break;
+    default: f[0] = u >= 0 ? 1 : 0, f[1] = f[2] = 0;  // step
+  }
+}
+
+/// What does not change keeps a slope of infinity from counting.
+double times(double slope, double change) { return change == 0 ? 0 : slope * change; }
+
+// f(u)' = f' u',  f(u)'' = f' u'' + f'' u'^2
+void chain(const double* f, double* u) {
+  const double first = u[1];
+  u[0] = f[0];
+  u[1] = times(f[1], first);
+  u[2] = times(f[1], u[2]) + times(f[2], first * first);
+}
+
+void apply(int function, double* u) {
+  if (function == ABS) {
+    const double sign = u[0] < 0 || (u[0] == 0 && u[1] < 0) ? -1 : 1;
+    for (int k = 0; k < 3; ++k) u[k] *= sign;
+    return;
+  }
+  double f[3];
+  derivatives(function, u[0], f);
+  chain(f, u);
+}
+
+void multiply(double* u, const double* v) {
+  const double product[3] = {u[0] * v[0], u[1] * v[0] + u[0] * v[1], u[2] * v[0] + 2 * u[1] * v[1] + u[0] * v[2]};
+  std::copy_n(product, 3, u);
+}
+
+// q = u/v:  q' = (u' - q v')/v,  q'' = (u'' - 2 q' v' - q v'')/v
+void divide(double* u, const double* v) {
+  u[0] /= v[0];
+  u[1] = (u[1] - u[0] * v[1]) / v[0];
+  u[2] = (u[2] - 2 * u[1] * v[1] - u[0] * v[2]) / v[0];
+}
+
+// u^n by its rule; with an exponent that changes u^v = exp(v log u)
+void power(double* u, const double* v) {
+  const double n = v[0];
+  if (v[1] == 0 && v[2] == 0) {
+    const double f[3] = {std::pow(u[0], n), times(std::pow(u[0], n - 1), n), times(std::pow(u[0], n - 2), n * (n - 1))};
+    chain(f, u);
+    return;
+  }
+  apply(LOG, u);
+  multiply(u, v);
+  apply(EXP, u);
+}
+
+}  // namespace
+
+std::string shown_text(const std::string& text) {
+  constexpr std::size_t MOST = 60;
+  return text.size() <= MOST ? text : text.substr(0, MOST) + "...";
+}
+
+/// Recursive descent: sum of products of powers, written behind one another as operations on a stack.
+struct Expression::Reader {
+  const std::string& text;
+  bool placed;
+  Expression* out;
+  std::size_t at = 0;
+  int nested = 0, depth = 0;
+  std::string error = {};
+
+  char next() {
+    while (at < text.size() && (text[at] == ' ' || text[at] == '\t')) ++at;
+    return at < text.size() ? text[at] : '\0';
+  }
+  bool fail(std::size_t where, const std::string& what) {
+    if (!error.empty()) return false;
+    error = "'" + shown_text(text) + "': " + (where < text.size() ? "character " + std::to_string(where + 1) : "at its end") + ": " + what;
+    return false;
+  }
+  bool unexpected(const std::string& wanted) {
+    const char c = next();
+    if (c == 0 && at >= text.size()) return fail(at, wanted + " is missing");
+    const bool printable = c > ' ' && c < 127;
+    const bool known = printable && (std::isalnum(static_cast<unsigned char>(c)) || std::string("_.+-*/^()").find(c) != std::string::npos);
+    const std::string shown = printable ? "'" + std::string(1, c) + "'" : "a letter that is not ASCII";
+    return fail(at, known ? wanted + " is missing before " + shown : shown + " has no meaning in an expression: take it out");
+  }
+  /// `grows`: by how many numbers the stack does.
+  void put(std::uint8_t code, int grows, double value = 0) {
+    out->operations_.push_back({code, value});
+    depth += grows;
+    if (3 * static_cast<std::size_t>(depth) > out->stack_.size()) out->stack_.resize(3 * static_cast<std::size_t>(depth));
+  }
+  /// Whether operations from the `first` on change in time; and whether they are one number, which has no sign.
+  bool changes(std::size_t first) const {
+    return std::any_of(out->operations_.begin() + static_cast<std::ptrdiff_t>(first), out->operations_.end(),
+                       [](const Operation& one) { return one.code == TIME; });
+  }
+  bool is_number(std::size_t first) const { return out->operations_.size() == first + 1 && out->operations_[first].code == NUMBER; }
+
+  bool sum() {
+    if (!product()) return false;
+    for (char c = next(); c == '+' || c == '-'; c = next()) {
+      ++at;
+      if (!product()) return false;
+      put(c == '+' ? ADD : SUBTRACT, -1);
+    }
+    return true;
+  }
+  bool product() {
+    if (!sign()) return false;
+    for (char c = next(); c == '*' || c == '/'; c = next()) {
+      ++at;
+      const std::size_t first = out->operations_.size();
+      if (!sign()) return false;
+      out->may_jump_ = out->may_jump_ || (c == '/' && changes(first));
+      put(c == '*' ? MULTIPLY : DIVIDE, -1);
+    }
+    return true;
+  }
+  bool sign() {
+    if (next() != '-') return powers();
+    if (!enter()) return false;
+    ++at;
+    if (!sign()) return false;
+    put(NEGATE, 0);
+    --nested;
+    return true;
+  }
+  bool powers() {
+    const std::size_t base = out->operations_.size();
+    if (!operand()) return false;
+    while (next() == '^') {
+      ++at;
+      const std::size_t first = out->operations_.size();
+      if (next() == '-' ? !sign() : !operand()) return false;
+      out->may_jump_ = out->may_jump_ || (changes(base) && !is_number(first));
+      put(POWER, -1);
+    }
+    return true;
+  }
+  bool operand() {
+    const char c = next();
+    if (c == '(') return bracket();
+    if (std::isdigit(static_cast<unsigned char>(c)) || c == '.') return number();
+    if (std::isalpha(static_cast<unsigned char>(c)) || c == '_') return name();
+    return unexpected("a number, a name or '('");
+  }
+  bool bracket() {
+    if (!enter()) return false;
+    ++at;
+    if (!sum()) return false;
+    if (next() != ')') return unexpected("an operator or ')'");
+    ++at;
+    --nested;
+    return true;
+  }
+  bool enter() {
+    if (++nested <= MOST_NESTED) return true;
+    return fail(at, "more than " + std::to_string(MOST_NESTED) + " brackets or signs within one another: write it with fewer");
+  }
+  bool number() {
+    const std::size_t start = at;
+    const auto digits = [&] {
+      const std::size_t from = at;
+      while (at < text.size() && std::isdigit(static_cast<unsigned char>(text[at]))) ++at;
+      return at - from;
+    };
+    std::size_t count = digits();
+    if (at < text.size() && text[at] == '.') {
+      ++at;
+      count += digits();
+    }
+    if (count == 0) return fail(start, "'.' is no number");
+    if (at < text.size() && (text[at] == 'e' || text[at] == 'E')) {
+      const std::size_t mark = at++;
+      if (at < text.size() && (text[at] == '+' || text[at] == '-')) ++at;
+      if (digits() == 0) at = mark;  // the number e, before which an operator is missing
+    }
+    const double value = std::strtod(text.substr(start, at - start).c_str(), nullptr);
+    if (!std::isfinite(value)) return fail(start, "the number is beyond 1.8e308");
+    put(NUMBER, 1, value);
+    return true;
+  }
+  bool name() {
+    const std::size_t start = at;
+    while (at < text.size() && (std::isalnum(static_cast<unsigned char>(text[at])) || text[at] == '_')) ++at;
+    const std::string word = text.substr(start, at - start);
+    if (word == "pi" || word == "e") {
+      put(NUMBER, 1, word == "e" ? E : PI);
+      return true;
+    }
+    const auto* function = std::find(std::begin(FUNCTIONS), std::end(FUNCTIONS), word);
+    if (function != std::end(FUNCTIONS)) return call(static_cast<int>(function - std::begin(FUNCTIONS)));
+    const std::string variables[] = {"t", "x0", "y0", "z0"};
+    const auto* variable = std::find(std::begin(variables), std::end(variables), word);
+    if (variable == std::end(variables) || (!placed && word != "t"))
+      return fail(start, shown_text(word) +
+                             (placed ? " is unknown: write an expression in t [s] and the initial position x0, y0, z0 [m], such as 0.1*sin(2*pi*t)"
+                                     : " is unknown: write an expression in t alone, such as 0.1*sin(2*pi*t)"));
+    out->by_place_ = out->by_place_ || word != "t";
+    put(static_cast<std::uint8_t>(TIME + (variable - std::begin(variables))), 1);
+    return true;
+  }
+  bool call(int function) {
+    if (next() != '(') return unexpected(std::string("'(' of ") + FUNCTIONS[function]);
+    const std::size_t first = out->operations_.size();
+    if (!bracket()) return false;
+    out->may_jump_ = out->may_jump_ || ((function == STEP || function == TAN || function == LOG) && changes(first));
+    put(static_cast<std::uint8_t>(FIRST_FUNCTION + function), 0);
+    return true;
   }
 };
 
-bool Expression::parse(const std::string& text, std::string* error) {
-  const std::string known[] = {"t", "x0", "y0", "z0"};
-  auto parts = std::make_shared<Parts>();
-  std::vector<char> copy(text.begin(), text.end());
-  copy.push_back(0);
-  parts->f[0] = text.empty() ? nullptr : evaluator_create(copy.data());
-  if (!parts->f[0]) {
-    *error = "'" + text + "' is no expression: write one in t, x0, y0 and z0 such as 0.1*sin(2*pi*t)";
+bool Expression::parse(const std::string& text, bool placed, std::string* error) {
+  *this = {};
+  Reader reader{text, placed, this};
+  if (text.size() > MOST_CHARACTERS) {
+    *error = "'" + shown_text(text) + "' has " + std::to_string(text.size()) + " characters: write " + std::to_string(MOST_CHARACTERS) +
+             " at most, or a table";
     return false;
   }
-  char** names = nullptr;
-  int count = 0;
-  evaluator_get_variables(parts->f[0], &names, &count);
-  for (int k = 0; k < count; ++k) {
-    if (std::find(std::begin(known), std::end(known), names[k]) == std::end(known)) {
-      *error = "'" + text + "': " + names[k] + " is unknown: write an expression in t [s] and the initial position x0, y0, z0 [m]";
-      return false;
-    }
-    parts->by_place = parts->by_place || std::strcmp(names[k], "t") != 0;
+  if (!reader.sum() || (reader.next(), reader.at < text.size() && !reader.unexpected("an operator"))) {
+    *error = reader.error;
+    return false;
   }
-  char t[] = "t";
-  for (int k = 1; k < 3; ++k) parts->f[k] = evaluator_derivative(parts->f[k - 1], t);
-  parts_ = std::move(parts);
   return true;
 }
 
-void Expression::at(double t, const double* x0, double* out) const {
-  if (parts_->by_place || t != parts_->time) {
-    static char names[4][3] = {"t", "x0", "y0", "z0"};
-    char* of[4] = {names[0], names[1], names[2], names[3]};
-    double values[4] = {t, x0[0], x0[1], x0[2]};
-    for (int k = 0; k < 3; ++k) parts_->value[k] = evaluator_evaluate(parts_->f[k], 4, of, values);
+void Expression::run(double t, const double* x0, double* out) const {
+  double* top = stack_.data() - 3;
+  for (const Operation& one : operations_) {
+    if (one.code <= Z0) {
+      top += 3;
+      top[0] = one.code == NUMBER ? one.value : one.code == TIME ? t : x0[one.code - X0];
+      top[1] = one.code == TIME ? 1 : 0;
+      top[2] = 0;
+      continue;
+    }
+    if (one.code == NEGATE) {
+      for (int k = 0; k < 3; ++k) top[k] = -top[k];
+      continue;
+    }
+    if (one.code >= FIRST_FUNCTION) {
+      apply(one.code - FIRST_FUNCTION, top);
+      continue;
+    }
+    double *u = top - 3, *v = top;
+    top = u;
+    if (one.code == ADD)
+      for (int k = 0; k < 3; ++k) u[k] += v[k];
+    else if (one.code == SUBTRACT)
+      for (int k = 0; k < 3; ++k) u[k] -= v[k];
+    else if (one.code == MULTIPLY) multiply(u, v);
+    else if (one.code == DIVIDE) divide(u, v);
+    else power(u, v);
   }
-  parts_->time = t;
-  std::copy_n(parts_->value, 3, out);
+  std::copy_n(top, 3, out);
 }
 
-#else
-
-struct Expression::Parts {};
-
-bool Expression::parse(const std::string&, std::string* error) {
-  *error = "this program was built without GNU libmatheval, which reads expressions: install libmatheval-dev and build it again, or use a table";
-  return false;
+void Expression::at(double t, const double* x0, double* out) const {
+  if (by_place_) {
+    run(t, x0, out);
+    return;
+  }
+  if (t != time_) run(t, x0, value_);
+  time_ = t;
+  std::copy_n(value_, 3, out);
 }
-
-void Expression::at(double, const double*, double* out) const { std::fill_n(out, 3, 0.0); }
-
-#endif
 
 }  // namespace bs

@@ -1,23 +1,44 @@
 // A function of time and place that the user writes as text.
 #pragma once
-#include <memory>
+#include <cmath>
+#include <cstdint>
 #include <string>
+#include <vector>
 
 namespace bs {
 
-/// u(t, x0, y0, z0) with its first two derivatives by t, exact: GNU libmatheval differentiates the text symbolically. It knows + - * / ^, exp, log,
-/// sqrt, sin, cos, tan, asin, acos, atan, sinh, cosh, tanh, abs, step, erf, pi and e. Where the program was built without libmatheval, parse() says
-/// so.
+/// u(t, x0, y0, z0) with its first two derivatives by t, exact: every operation carries the three of them along, so that their cost grows with the
+/// length of the text alone. Numbers, + - * / ^, brackets, exp, log, sqrt, sin, cos, tan, asin, acos, atan, sinh, cosh, tanh, abs, step (0 below
+/// 0, else 1), erf, pi and e. As in GNU libmatheval, ^ binds more than the sign before it and is evaluated from the left: -2^2 = -4, 2^3^2 = 64.
 class Expression {
  public:
-  /// False, and one line in `error` without the option's name, for a text that is no such function.
-  bool parse(const std::string& text, std::string* error);
-  /// out: u, u', u'' at time t of what starts at x0 (three numbers).
+  static constexpr std::size_t MOST_CHARACTERS = 10000;
+  static constexpr int MOST_NESTED = 200;
+
+  /// False, and one line in `error` without the option's name, for a text that is no such function. `placed`: it may depend on x0, y0 and z0.
+  bool parse(const std::string& text, bool placed, std::string* error);
+  /// out: u, u', u'' at time t of what starts at x0 (three numbers). A bend has the derivatives to its right, a jump none.
   void at(double t, const double* x0, double* out) const;
+  bool depends_on_place() const { return by_place_; }
+  /// Whether something in it can jump or grow beyond all bounds at some time.
+  bool may_jump() const { return may_jump_; }
 
  private:
-  struct Parts;
-  std::shared_ptr<Parts> parts_;
+  struct Reader;
+  /// One operation on the top of a stack of numbers.
+  struct Operation {
+    std::uint8_t code;
+    double value;  ///< of a number
+  };
+  void run(double t, const double* x0, double* out) const;
+
+  std::vector<Operation> operations_;
+  bool by_place_ = false, may_jump_ = false;
+  mutable double time_ = NAN, value_[3] = {0, 0, 0};  ///< the last result, where the place does not matter
+  mutable std::vector<double> stack_;                 ///< three numbers each: u, u', u''
 };
+
+/// A text of any length for a line of an error: its beginning.
+std::string shown_text(const std::string& text);
 
 }  // namespace bs

@@ -135,7 +135,7 @@ PetscErrorCode LinearModel::residual_floor(double, Vec y, double sigma, Form, Re
   PetscFunctionReturn(0);
 }
 
-PetscErrorCode LinearModel::covers(double t_end) {
+PetscErrorCode LinearModel::covers(double, double t_end) {
   PetscFunctionBegin;
   const std::string error = sources_.covers(start_, t_end);
   if (!error.empty()) PetscCall(tell(comm_, Exit::input, error));

@@ -38,7 +38,7 @@ class LinearModel final : public Model {
   PetscErrorCode scatter_state(Vec y) override;
   PetscErrorCode fingerprint(std::uint64_t* value) override;
   PetscErrorCode take_constants(std::vector<Dataset>* out) override;
-  PetscErrorCode covers(double t_end) override;
+  PetscErrorCode covers(double t_start, double t_end) override;
   PetscErrorCode last_fault(std::string* text) override;
 
  private:

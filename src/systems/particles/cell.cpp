@@ -115,17 +115,6 @@ void Cell::shift_images(double t, double sign, bool velocities, double* states) 
   }
 }
 
-PetscErrorCode Cell::covers(double t_end) const {
-  PetscFunctionBegin;
-  for (const Component& one : components_)
-    if (!one.drive.covers(t_end))
-      PetscCall(tell(net_->comm, Exit::input,
-                     format("the table of -bs_box_strain does not reach the end of the run, t = %g s: add rows or lower -ts_max_time", t_end)));
-  for (const Free& one : free_)
-    if (!one.stress.covers(t_end)) PetscCall(tell(net_->comm, Exit::input, "the table of -bs_box_stress does not reach the load factor 1: add rows"));
-  PetscFunctionReturn(0);
-}
-
 std::vector<std::string> Cell::describe() const {
   std::vector<std::string> lines;
   if (!box_.active()) return lines;

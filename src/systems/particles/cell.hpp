@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "base/fault.hpp"
 #include "network/network.hpp"
 #include "physics/whole/drive.hpp"
 #include "systems/strain_response.hpp"
@@ -58,8 +59,10 @@ class Cell {
     at_rest_ = at_rest;
     full_load_ = full_load;
   }
-  /// Collective. Ends the run with exit code 2 where a table does not reach t_end.
-  PetscErrorCode covers(double t_end) const;
+  /// Collective. Ends the run with exit code 2 where a table does not reach t_end, or a strain is seen to jump on the way there.
+  PetscErrorCode covers(double t_start, double t_end) const;
+  /// What the box cannot do from time `from` to time `to` (System::foresee).
+  void foresee(double from, double to, Fault* fault) const;
   std::vector<std::string> describe() const;
 
  private:
@@ -76,6 +79,8 @@ class Cell {
   PetscErrorCode read_component(MPI_Comm comm, const std::string& option, const std::string& name, const std::string& text);
   PetscErrorCode check_free(MPI_Comm comm) const;
   bool has(int row, int column) const;
+  void look_for_jumps(double from, double to, Fault* fault) const;
+  bool collapses(double from, double to) const;
   const Network* net_ = nullptr;
   int dim_ = 3;
   PeriodicBox box_;

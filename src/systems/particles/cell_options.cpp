@@ -69,7 +69,7 @@ PetscErrorCode Cell::read_components(MPI_Comm comm, const char* option, const st
   PetscFunctionBegin;
   for (std::size_t at = 0; at < text.size();) {
     if (!begins_component(text, at))
-      PetscCall(tell(comm, Exit::input, std::string("option ") + option + ": '" + text.substr(at) + "': " + forms_of(option)));
+      PetscCall(tell(comm, Exit::input, std::string("option ") + option + ": '" + shown_text(text.substr(at)) + "': " + forms_of(option)));
     std::size_t end = at + 3;
     while (end < text.size() && !(text[end] == ',' && begins_component(text, end + 1))) ++end;
     PetscCall(read_component(comm, option, text.substr(at, 2), text.substr(at + 3, end - at - 3)));
@@ -93,10 +93,11 @@ PetscErrorCode Cell::read_component(MPI_Comm comm, const std::string& option, co
   if (row >= dim_ || column >= dim_)
     PetscCall(tell(comm, Exit::input, begin + format("the lattice has %d dimension%s: ", dim_, dim_ > 1 ? "s" : "") + forms_of(option)));
   if (has(row, column)) PetscCall(tell(comm, Exit::input, begin + "the component is given twice: write each once, as a strain, a rate or a stress"));
-  if (option == RATE && !is_number(text)) PetscCall(tell(comm, Exit::input, begin + "'" + text + "' is no finite number: " + forms_of(option)));
+  if (option == RATE && !is_number(text))
+    PetscCall(tell(comm, Exit::input, begin + "'" + shown_text(text) + "' is no finite number: " + forms_of(option)));
   if (option != STRAIN && is_number(text)) written = "velocity:" + text;
   if (option == STRESS && text == "free") PetscCall(tell(comm, Exit::input, begin + "say under which stress it is free: " + forms_of(option)));
-  if (!drive.parse("x=" + written, 1, &error)) PetscCall(tell(comm, Exit::input, begin + error));
+  if (!drive.parse("x=" + written, 1, &error, false)) PetscCall(tell(comm, Exit::input, begin + error));
   PetscCall(read_drive_tables(comm, option, &drive));
   if (option == STRESS) free_.push_back({row, column, std::move(drive), 0});
   else components_.push_back({row, column, std::move(drive)});

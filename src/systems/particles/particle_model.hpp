@@ -68,7 +68,8 @@ class ParticleModel final : public Mechanics {
   PetscErrorCode fingerprint(std::uint64_t* value) override;
   PetscErrorCode take_constants(std::vector<Dataset>* out) override;
   void release_input() override;
-  PetscErrorCode covers(double t_end) override;
+  PetscErrorCode covers(double t_start, double t_end) override;
+  PetscErrorCode foresee(double from, double to, std::string* fault) override;
   PetscErrorCode last_fault(std::string* text) override;
 
  private:

@@ -168,7 +168,7 @@ PetscErrorCode ParticleModel::fields(double t, Vec y, std::vector<Field>* out) {
   if (!store_strain_) PetscFunctionReturn(0);
   if (!strain_) PetscCall(strain_.create(net_, lattice_.springs));
   PetscCall(strain_.compute(state_, &strains));
-  out->push_back({"/backspring/strain", strains, true});
+  out->push_back({"/backspring/strain", strains, true, {}, true});
   PetscFunctionReturn(0);
 }
 
@@ -253,18 +253,6 @@ void ParticleModel::release_input() {
   release(lattice_.break_columns);
   release(lattice_.id);
   release(lattice_.pairs);
-}
-
-PetscErrorCode ParticleModel::covers(double t_end) {
-  PetscFunctionBegin;
-  if (net_.anchors_total > 0 && !motion_.covers(t_end))
-    PetscCall(tell(net_.comm, Exit::input,
-                   format("the table of -bs_anchor_table does not reach from t = 0 to the end of the run, "
-                          "t = %g s: add rows or lower -ts_max_time",
-                          t_end)));
-  if (supports_.active()) PetscCall(supports_.covers(t_end));
-  if (cell_.active()) PetscCall(cell_.covers(t_end));
-  PetscFunctionReturn(0);
 }
 
 }  // namespace bs

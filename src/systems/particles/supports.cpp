@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cctype>
+#include <cmath>
 
 #include "base/fault.hpp"
 #include "base/option_names.hpp"
@@ -119,6 +120,15 @@ PetscErrorCode Supports::create(const Network& net) {
       holds_.push_back({i, static_cast<int>(k), mask});
     }
   std::stable_sort(holds_.begin(), holds_.end(), [](const Hold& a, const Hold& b) { return a.particle < b.particle; });
+  std::vector<bool> seen(motions_.size(), false);
+  for (std::size_t k = 0; k < holds_.size() && holds_[k].particle < net.n; ++k) {
+    const std::size_t motion = static_cast<std::size_t>(holds_[k].motion);
+    const Drive& drive = motions_[motion].drive;
+    if (!drive.may_jump()) continue;
+    if (!seen[motion]) first_jumpers_.push_back(k);
+    if (!seen[motion] || drive.jumps_by_place()) jumpers_.push_back(k);
+    seen[motion] = true;
+  }
   for (const Hold& one : holds_) {
     if (net.fixed[one.particle]) continue;
     const PetscInt global = net.global[one.particle];
@@ -195,13 +205,54 @@ void Supports::clear(PetscInt first, PetscInt last, int vectors, double* values)
       if (one->mask >> (c % d) & 1) values[static_cast<std::size_t>(one->particle) * static_cast<std::size_t>(vectors * d) + c] = 0;
 }
 
-PetscErrorCode Supports::covers(double t_end) const {
+/// In what is held at rest there are no velocities, and a jump is a step of the load.
+void Supports::look_for_jumps(double from, double to, const std::vector<std::size_t>& where, Fault* fault) const {
+  if (at_rest_ || !(to > from)) return;
+  for (const std::size_t k : where) {
+    const Hold& hold = holds_[k];
+    const Moved& one = motions_[static_cast<std::size_t>(hold.motion)];
+    const double at = one.drive.jump(from, to, net_->held.data() + static_cast<std::size_t>(hold.particle * net_->dim));
+    if (!std::isnan(at))
+      fault->note(net_->row[hold.particle],
+                  format("option -bs_motion_%s: the motion of particle %lld jumps at t = %.10g s, where its velocity would be infinite: give a ramp "
+                         "(velocity:V, table:FILE or an expression), or apply it as a load by -bs_task statics",
+                         names_[one.group].c_str(), static_cast<long long>(net_->row[hold.particle]), at));
+  }
+}
+
+void Supports::foresee(double from, double to, Fault* fault) const {
+  const char* const quantities[] = {"place", "velocity", "acceleration"};
+  for (const Hold& hold : holds_) {
+    const Moved& one = motions_[static_cast<std::size_t>(hold.motion)];
+    if (hold.particle >= net_->n || !one.drive.moving()) continue;
+    double values[9] = {};
+    at(hold, to, values, values + 3, values + 6);
+    const double* bad = std::find_if_not(values, values + 9, [](double value) { return std::isfinite(value); });
+    if (bad != values + 9)
+      fault->note(
+          net_->row[hold.particle],
+          format("option -bs_motion_%s: particle %lld has no finite %s at t = %.10g%s: give a motion that is finite from the start to the end "
+                 "of the run",
+                 names_[one.group].c_str(), static_cast<long long>(net_->row[hold.particle]), quantities[(bad - values) / 3], to,
+                 at_rest_ ? ", the load factor" : " s"));
+  }
+  look_for_jumps(from, to, jumpers_, fault);
+}
+
+PetscErrorCode Supports::covers(double t_start, double t_end) const {
+  constexpr int PARTS = 1000;
+  Fault fault;
   PetscFunctionBegin;
-  for (const Moved& one : motions_)
-    if (!one.drive.covers(t_end))
+  for (const Moved& one : motions_) {
+    const std::string missed = one.drive.misses(t_end);
+    if (!missed.empty())
       PetscCall(tell(net_->comm, Exit::input,
-                     format("the table of -bs_motion_%s does not reach the end of the run, t = %g s: add rows or lower -ts_max_time",
-                            names_[one.group].c_str(), t_end)));
+                     format("the table of -bs_motion_%s %s, t = %g s: %s", names_[one.group].c_str(), missed.c_str(), t_end,
+                            missed[0] == 'b' ? "its times are those of the run" : "add rows or lower -ts_max_time")));
+  }
+  const double part = (t_end - t_start) / PARTS;
+  for (int k = 0; k < PARTS; ++k) look_for_jumps(t_start + k * part, k + 1 < PARTS ? t_start + (k + 1) * part : t_end, first_jumpers_, &fault);
+  PetscCall(agree(net_->comm, fault));
   PetscFunctionReturn(0);
 }
 

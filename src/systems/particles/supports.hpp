@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "base/fault.hpp"
 #include "network/network.hpp"
 #include "physics/whole/drive.hpp"
 
@@ -62,8 +63,10 @@ class Supports {
   void hold_rows(PetscInt i, const PetscInt* columns, PetscInt count, int block, double diagonal, double* panel) const;
   /// What stands on the diagonal of a M - b D - c K for a held component: a m, or m where there is no inertia.
   static double on_diagonal(double a, double mass) { return a > 0 ? a * mass : mass; }
-  /// Collective. Ends the run with exit code 2 where a table does not reach t_end.
-  PetscErrorCode covers(double t_end) const;
+  /// Collective. Ends the run with exit code 2 where a table does not reach t_end, or a motion is seen to jump on the way there.
+  PetscErrorCode covers(double t_start, double t_end) const;
+  /// What of this rank's motions cannot be followed from time `from` to time `to` (System::foresee).
+  void foresee(double from, double to, Fault* fault) const;
   std::vector<std::string> describe() const;
   /// (count of the chunk) bits of held components, for the fingerprint; moved out.
   std::vector<std::int64_t> take_held_bits() { return std::move(held_bits_); }
@@ -71,10 +74,13 @@ class Supports {
  private:
   PetscErrorCode read_motion(MPI_Comm comm, const Lattice& lattice, std::size_t group, const std::string& text);
   PetscErrorCode mark(MPI_Comm comm, Lattice* lattice);
+  void look_for_jumps(double from, double to, const std::vector<std::size_t>& where, Fault* fault) const;
   const Network* net_ = nullptr;
   std::vector<std::string> names_;
   std::vector<Moved> motions_;
   std::vector<Hold> holds_;
+  /// Of holds_, those of owned particles whose motion may jump: the first of each motion, and all where the place matters.
+  std::vector<std::size_t> first_jumpers_, jumpers_;
   std::vector<std::int64_t> held_bits_;
   struct Roller {
     PetscInt global, particle;

@@ -11,4 +11,10 @@ std::string lost_in_rounding(double t, double h, double interval, double least) 
          "let the time start at 0 (-ts_init_time), or give a larger one";
 }
 
+std::string endless(double steps) {
+  constexpr double MOST = 2147483647;  // that a 32-bit count of steps holds
+  if (!(steps > MOST)) return {};
+  return format("the run would take %.3g steps, more than %.0f: give a larger -ts_dt, a smaller -ts_max_time, or -ts_max_steps", steps, MOST);
+}
+
 }  // namespace bs

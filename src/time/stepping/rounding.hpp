@@ -19,4 +19,7 @@ inline double time_rounding(double t) { return 4 * std::numeric_limits<double>::
 /// [s]; empty where they are not.
 std::string lost_in_rounding(double t, double h, double interval, double least);
 
+/// What to say of a run of so many steps, where it would never end; empty: it would.
+std::string endless(double steps);
+
 }  // namespace bs

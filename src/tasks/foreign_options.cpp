@@ -1,0 +1,62 @@
+#include "tasks/foreign_options.hpp"
+#include <algorithm>
+#include <string>
+#include "base/fault.hpp"
+#include "base/options.hpp"
+
+namespace bs {
+namespace {
+
+struct Family {
+  const char *begin, *home;  ///< of its names; what reads them
+};
+
+const Family FAMILIES[] = {
+    {"-bs_load_", "-bs_task statics"},
+    {"-bs_arc_", "-bs_task statics"},
+    {"-bs_compliance_", "-bs_task statics"},
+    {"-bs_box_stress_rtol", "-bs_task statics"},
+    {"-bs_break_follow", "-bs_task statics with springs that break"},
+    {"-bs_break_dt", "-bs_task statics with springs that break"},
+    {"-bs_break_max_steps", "-bs_task statics with springs that break"},
+    {"-bs_break_output_interval", "-bs_task statics with springs that break"},
+    {"-bs_zero_modes_", "-bs_task moduli"},
+    {"-bs_linear_", "-bs_model linear"},
+    {"-bs_lattice_", "-bs_model particles"},
+    {"-bs_group_", "-bs_model particles"},
+    {"-bs_motion_", "-bs_model particles"},
+    {"-bs_anchor_", "-bs_model particles"},
+    {"-bs_spring_", "-bs_model particles"},
+    {"-bs_box_", "-bs_model particles"},
+    {"-bs_break", "-bs_model particles"},
+    {"-bs_gravity", "-bs_model particles"},
+};
+
+bool begins(const std::string& name, const char* begin) { return name.rfind(begin, 0) == 0; }
+
+/// Whether the run has read options of the family.
+bool is_read(const Family& family) {
+  const std::set<std::string>& known = known_options();
+  return std::any_of(known.begin(), known.end(), [&](const std::string& name) { return begins(name, family.begin); });
+}
+
+}  // namespace
+
+PetscErrorCode refuse_foreign_options(MPI_Comm comm) {
+  PetscInt count = 0;
+  char **names = nullptr, **values = nullptr;
+  std::string name, home;
+  PetscFunctionBegin;
+  PetscCall(PetscOptionsLeftGet(nullptr, &count, &names, &values));
+  for (PetscInt k = 0; k < count && home.empty(); ++k) {
+    name = std::string("-") + names[k];
+    for (const Family& family : FAMILIES)
+      if (home.empty() && begins(name, family.begin) && !is_read(family)) home = family.home;
+  }
+  PetscCall(PetscOptionsLeftRestore(nullptr, &count, &names, &values));
+  if (!home.empty())
+    PetscCall(tell(comm, Exit::input, "option " + name + " does not go with this run: it is of " + home + ": leave it out, or give that"));
+  PetscFunctionReturn(0);
+}
+
+}  // namespace bs
