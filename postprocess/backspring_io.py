@@ -440,8 +440,8 @@ class Run:
             found, times = {}, self.times
             items = dict(self._file.get("/observables", {}).items())
             for name, item in list(items.items()):  # reaction/NAME and work/NAME lie one level deeper
-                if isinstance(item, h5py.Group) and "value" not in item:
-                    items.update({f"{name}/{own}": inner for own, inner in item.items()})
+                if isinstance(item, h5py.Group):
+                    items.update({f"{name}/{own}": inner for own, inner in item.items() if isinstance(inner, h5py.Group)})
             for name, item in items.items():
                 value = self._array(f"/observables/{name}/value") if isinstance(item, h5py.Group) else None
                 if value is not None and value.ndim and len(value):

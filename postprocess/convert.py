@@ -57,12 +57,14 @@ def from_trajectory(args, ending):
 
         def options(write):
             if write in (write_data, write_nanometres):
-                return {"units": args.units or units_of(run)}
+                return {"units": args.units or units_of(run), **({"box_lengths": args.box_lengths} if write is write_nanometres else {})}
             return {"every": args.all_springs} if write in (write_vtu, write_vtp) else {}
 
         form, series = FORM.get(ending, ending[1:]), ending in SERIES
         if args.all_springs and form != "vtu":
             raise RunError(f"{args.output}: --all_springs is for .vtu, .vtp and .pvd, which flag what is broken")
+        if args.box_lengths and form != "h5md":
+            raise RunError(f"{args.output}: --box_lengths is for .h5md")
         rows = run.pick(args.frames, args.stride) if series else [run.index(args.frame)]
         features.check(run, rows, form, args.output, not args.all_springs)
         if ending == ".pvd":
@@ -110,6 +112,7 @@ def parse(argv=None):
     run.add_argument("--stride", type=int, default=1, help="every STRIDE-th frame of a series")
     run.add_argument("--pieces", choices=("vtu", "vtp"), default="vtu", type=str, help="files of a .pvd series (default vtu)")
     run.add_argument("--all_springs", action="store_true", help="of VTU, VTP, PVD: broken springs and those that carry nothing, too, with the flag broken")
+    run.add_argument("--box_lengths", action="store_true", help="of H5MD: a periodic box along the axes as three lengths, as VOTCA has it (default: three vectors)")
     run.add_argument("--frame", type=int, default=-1, help="of a single file (default -1, the last)")
     return p.parse_args(argv)
 

@@ -100,7 +100,7 @@ def write_gsd(run, rows, path):
             out.append(frame)
 
 
-def write_nanometres(run, rows, path, units="si"):
+def write_nanometres(run, rows, path, units="si", box_lengths=False):
     """H5MD in nanometres, m/s and seconds, of three components: the length is one that MDAnalysis knows, and VOTCA's own."""
     if UNITS[units] is None:
         raise RunError("--units lj: relative units cannot be put in nanometres")
@@ -122,8 +122,11 @@ def write_nanometres(run, rows, path, units="si"):
                 value.attrs["unit"] = unit
         group["position/time"], group["position/step"] = time * run.times[rows], run.step[rows]
         group["position/time"].attrs["unit"] = "s"
-        if any(run.periodic):  # three vectors, also of boxes along the axes: MDAnalysis before 2.5 takes three lengths for none
-            group["box/edges/value"] = length / 1e-9 * np.array([box_of(run, row)[0] for row in rows])
+        if any(run.periodic):  # three vectors, also of boxes along the axes: MDAnalysis before 2.5 takes three lengths for none; VOTCA knows nothing else
+            edges = length / 1e-9 * np.array([box_of(run, row)[0] for row in rows])
+            if box_lengths and (edges * (1 - np.eye(3))).any():
+                raise RunError(f"{run.path}: --box_lengths: the edges of the box are not along the axes")
+            group["box/edges/value"] = np.einsum("tkk->tk", edges) if box_lengths else edges
             group["box/edges/value"].attrs["unit"] = "nm"
         else:
             group["box/edges/value"] = np.zeros((count, 3))

@@ -61,6 +61,7 @@ struct ObservableColumn {
   int columns = 0;  ///< of the matrix that it is; 0: none
   Column column;
   std::vector<double> waiting;
+  bool left_out = false;  ///< a continued file of an earlier version of the program has no such column
   /// Absolute names are paths of their own.
   std::string group() const { return name.front() == '/' ? name : "/observables/" + name; }
 };

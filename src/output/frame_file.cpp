@@ -97,7 +97,7 @@ PetscErrorCode Trajectory::Impl::describe(const std::vector<Field>& given, const
   for (std::size_t i = 0; i < given.size(); ++i) PetscCall(fields[i].describe(given[i], columns));
   for (const Observable& o : observed) {
     const int columns_of = o.name == BOX_EDGES && o.columns > 0 ? columns : o.columns;
-    observables.push_back({o.name, static_cast<int>(padded(o).size()), columns_of, {}, {}});
+    observables.push_back({o.name, static_cast<int>(padded(o).size()), columns_of, {}, {}, false});
   }
   frame_size = 16;
   for (const FieldColumn& field : fields) frame_size += field.size();
@@ -182,7 +182,7 @@ PetscErrorCode Trajectory::Impl::put(std::int64_t first, std::int64_t count, std
   laid_out = laid_out || count > 0;
   PetscCall(make_room(count, rows));
   for (ObservableColumn& o : observables)
-    if (count > 0) PetscCall(o.column.append(count, o.waiting.data() + first * o.width));
+    if (count > 0 && !o.left_out) PetscCall(o.column.append(count, o.waiting.data() + first * o.width));
   if (edges.id() >= 0) PetscCall(edges.append(count, open_box.data()));
   PetscCall(put_log(rows));
   if (count > 0) PetscCall(put_fields(first, count));

@@ -106,7 +106,8 @@ PetscErrorCode Trajectory::Impl::make_room(std::int64_t count, std::int64_t rows
   PetscFunctionBegin;
   for (Column& column : log) PetscCall(column.extend(rows));
   if (count > 0) {
-    for (ObservableColumn& o : observables) PetscCall(o.column.extend(count));
+    for (ObservableColumn& o : observables)
+      if (!o.left_out) PetscCall(o.column.extend(count));
     if (edges.id() >= 0) PetscCall(edges.extend(count));
     for (FieldColumn& field : fields) PetscCall(field.extend(frames + count));
   }

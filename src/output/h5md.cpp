@@ -125,9 +125,8 @@ std::string unit_of_quantity(const std::string& name, OutputUnits units) {
       {"released_energy", {1, 2, -2}},
       {"stress_volume", {1, 2, -2}},
   };
-  const std::string kind = name.rfind("reaction/", 0) == 0                                       ? "force"
-                           : name.rfind("work/", 0) == 0 || name.rfind("stress_volume/", 0) == 0 ? "total_energy"
-                                                                                                 : name;
+  const std::string first = name.substr(0, name.find('/'));
+  const std::string kind = first == "reaction" ? "force" : first == "work" || first == "stress_volume" ? "total_energy" : name;
   const auto at = powers.find(kind);
   return at == powers.end() ? std::string() : unit_of(at->second, units);
 }

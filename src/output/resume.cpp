@@ -1,4 +1,6 @@
 // A trajectory that exists is opened again and goes on behind a mark.
+#include <algorithm>
+
 #include "base/fault.hpp"
 #include "output/frame_file.hpp"
 #include "output/growing.hpp"
@@ -70,10 +72,24 @@ PetscErrorCode Trajectory::Impl::open_log() {
   PetscFunctionReturn(0);
 }
 
+/// Whether a dataset or group is there; H5Lexists takes one level at a time.
+static bool exists(hid_t file, const std::string& path) {
+  for (std::size_t at = path.find('/', 1); at != std::string::npos; at = path.find('/', at + 1))
+    if (H5Lexists(file, path.substr(0, at).c_str(), H5P_DEFAULT) <= 0) return false;
+  return H5Lexists(file, path.c_str(), H5P_DEFAULT) > 0;
+}
+
 PetscErrorCode Trajectory::Impl::find_layout() {
   PetscFunctionBegin;
   for (FieldColumn& field : fields) PetscCall(field.open(file));
-  for (ObservableColumn& o : observables) PetscCall(o.column.open(io, file, o.group() + "/value", frames));
+  for (ObservableColumn& o : observables) {
+    const std::string path = o.group() + "/value";
+    o.left_out = !exists(file, path);
+    if (o.left_out) continue;
+    PetscCall(o.column.open(io, file, path, frames));
+    PetscCheck(std::max(1, o.column.width()) == o.width, PETSC_COMM_SELF, PETSC_ERR_FILE_UNEXPECTED, "%s has rows of %d numbers, the run writes %d",
+               path.c_str(), std::max(1, o.column.width()), o.width);
+  }
   if (columns > 0 && !fields.empty() && options.boundary.empty()) PetscCall(edges.open(io, file, "/particles/trajectory/box/edges/value", frames));
   if (fields.empty() && observables.empty()) PetscFunctionReturn(0);
   const std::string owner = fields.empty() ? observables[0].group() : fields[0].group();

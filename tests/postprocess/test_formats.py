@@ -246,7 +246,7 @@ def see_gsd(checks, name, path, truth):
 def as_mdanalysis(path, frame):
     """What MDAnalysis 2.4 (Debian 12) reads of an H5MD file with its defaults, by the rules of its reader: KeyError or ValueError where it gives up."""
     units = {"time": {"ps": 1, "fs": 1e-3, "ns": 1e3, "s": 1e12}, "position": {"Angstrom": 1, "nm": 10, "pm": 1e-2},
-             "velocity": {"Angstrom ps-1": 1, "nm ps-1": 10, "m s-1": 1e-2, "nm ns-1": 1e-2}}
+             "velocity": {"Angstrom ps-1": 1, "nm ps-1": 10, "m s-1": 1e-2, "nm ns-1": 1e-2, "Angstrom fs-1": 1e3}}
     with h5py.File(path, "r") as f:
         group = f["particles"][list(f["particles"])[0]]
         if group["box"].attrs["dimension"] != 3:
@@ -268,6 +268,14 @@ def as_mdanalysis(path, frame):
 def see_h5md(checks, name, path, truth, scale):
     """`scale`: angstrom of one unit of length of the trajectory."""
     seen = as_mdanalysis(path, -1)
+    with contextlib.suppress(ImportError):
+        import MDAnalysis
+        universe = MDAnalysis.Universe.empty(len(truth.x), trajectory=False)
+        universe.load_new(str(path), format="H5MD")
+        last = universe.trajectory[-1]
+        checks.near(f"{name}: MDAnalysis itself, positions", last.positions, seen["position"], 1e-6 * max(1, np.abs(seen["position"]).max()))
+        checks.true(f"{name}: MDAnalysis itself, box", (last.dimensions is None) == (seen["box"] is None) and (seen["box"] is None or np.allclose(last.dimensions, seen["box"], rtol=1e-6)),
+                    f"{last.dimensions}")
     checks.near(f"{name}: positions [angstrom]", seen["position"] / scale, three(truth.x), 1e-9 * max(1, np.abs(truth.x).max()))
     if truth.periodic.any():
         cell = full(truth)
@@ -279,6 +287,40 @@ def see_h5md(checks, name, path, truth, scale):
             checks.near(f"{name}: angles of the box", seen["box"][3:], angles, 1e-9)
     else:
         checks.true(f"{name}: no box", seen["box"] is None)
+
+
+def directly(checks, folder):
+    """What MDAnalysis reads of a trajectory as it is, with driven groups, stresses of groups and a tilted box: its rules, and itself where it is installed."""
+    words = ["-bs_lattice_type", "cubic", "-bs_lattice_size", "3,3,3", "-bs_lattice_periodic", "xyz", "-bs_lattice_perturbation", "0.1", "-bs_lattice_spacing", "1",
+             "-bs_lattice_stiffness", "30", "-bs_group_left", "xmin", "-bs_group_right", "xmax", "-bs_motion_left", "fixed", "-bs_motion_right", "velocity:0.1,0,0",
+             "-bs_stress_groups", "left,right", "-bs_box_strain", "xy=velocity:0.1", "-bs_output_units", "real"]
+    simulate(checks, folder, words, "run.h5md", 0.1)
+    truth = Truth(folder / "run.h5md", 2)
+    see_h5md(checks, "a trajectory as it is", folder / "run.h5md", truth, 1.0)
+    with open_run(folder / "run.h5md") as run:
+        names = set(run.series)
+        checks.true("the groups are there, too", {"reaction/left", "reaction/right", "work/right", "work/box", "stress_volume/left"} <= names, str(names))
+        for kind in ("reaction", "work", "stress_volume"):
+            parts = [value for name, value in run.series.items() if name.startswith(kind + "/")]
+            checks.near(f"{kind}: the sum over the groups", run.series[kind], np.sum(parts, axis=0), 1e-12 * max(np.abs(p).max() for p in parts))
+
+
+def older(checks, folder):
+    """A trajectory that lacks an observable of today's goes on without it."""
+    words = ["-bs_lattice_type", "square", "-bs_lattice_size", "4,4", "-bs_group_left", "xmin", "-bs_motion_left", "velocity:0.1,0", "-bs_checkpoint", "run.ck"]
+    simulate(checks, folder, words, "run.h5md", 0.1)
+    with h5py.File(folder / "run.h5md", "a") as f:
+        for name in ("reaction", "work"):
+            for part in ("value", "step", "time"):
+                del f[f"observables/{name}/{part}"]
+    done = subprocess.run([checks.program, "-bs_restart", "run.ck", "-ts_max_time", "0.2"], cwd=folder, env=environment(1), capture_output=True, text=True, timeout=120)
+    checks.true("an older trajectory goes on", done.returncode == 0, done.stderr.strip()[-200:])
+    with open_run(folder / "run.h5md") as run:
+        checks.true("with whole frames", run.frames == 5 and len(run.series["reaction/left"]) == 5 and "reaction" not in run.series, f"{run.frames} frames")
+    for name in ("value", "time", "step"):
+        done = subprocess.run([checks.program, *words[:4], f"-bs_group_{name}", "xmin", "-ts_max_steps", "1", "-ts_dt", "0.01"], cwd=folder, env=environment(1), capture_output=True,
+                              text=True, timeout=120)
+        checks.true(f"a group named {name} is refused", done.returncode == 2 and f"a group is named {name}" in done.stderr, done.stderr.strip()[-100:])
 
 
 def see_vtp(checks, name, path, truth):
@@ -391,6 +433,13 @@ def crossing(checks, folder, name):
         if form in see:
             see[form](checks, label, target, truth)
         elif form == "h5md":
+            lengths = folder / "lengths_nm.h5md"
+            if truth.periodic.any() and name != "tilted box":
+                converted(source, lengths, "--frames", "0:2", "--box_lengths")
+                with h5py.File(lengths) as f:
+                    checks.near(f"{label}: --box_lengths", f["particles/trajectory/box/edges/value"][-1][:truth.dim] / 1e9, np.diag(truth.cell), 1e-12 * np.abs(truth.cell).max())
+            elif truth.periodic.any():
+                checks.true(f"{label}: --box_lengths", "not along the axes" in str(converted(source, lengths, "--box_lengths")[0]))
             see_h5md(checks, label, target, truth, 1.0 if name == "units" else 1e10)
         elif form == "vtu":
             vtu = target.read_bytes()
@@ -412,6 +461,10 @@ def main():
     if checks.wants("table"):
         with checks.group("table"):
             table(checks)
+    for group in (directly, older):
+        if checks.wants(group.__name__):
+            with tempfile.TemporaryDirectory() as folder, checks.group(group.__name__):
+                group(checks, pathlib.Path(folder))
     for name in CASES:
         if checks.wants(name):
             with tempfile.TemporaryDirectory() as folder, checks.group(name):

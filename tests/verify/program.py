@@ -58,7 +58,7 @@ class Trajectory:
             self.mass = group["mass"][...].ravel()
             self.observables = {name: o["value"][...] for name, o in f.get("observables", {}).items() if "value" in o}
             for kind in ("reaction", "work", "stress_volume"):
-                self.observables.update({f"{kind}/{name}": o["value"][...] for name, o in f.get(f"observables/{kind}", {}).items()})
+                self.observables.update({f"{kind}/{name}": o["value"][...] for name, o in f.get(f"observables/{kind}", {}).items() if isinstance(o, h5py.Group)})
             self.log = {}
             if "backspring/log" in f:
                 log = f["backspring/log"]

@@ -91,6 +91,9 @@ PetscErrorCode ParticleStress::observe(const Physics& physics, const Cell* cell,
     for (const PetscInt i : net_->groups[groups_[g]].member)
       for (std::size_t k = 0; k < q && i < net_->n; ++k) sums[g * q + k] += values_[static_cast<std::size_t>(i) * q + k];
   PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, sums.data(), static_cast<PetscMPIInt>(sums.size()), MPI_DOUBLE, MPI_SUM, net_->comm));
+  std::vector<double> sum(q, 0.0);
+  for (std::size_t k = 0; k < sums.size(); ++k) sum[k % q] += sums[k];
+  out->push_back({"stress_volume", std::move(sum)});
   for (std::size_t g = 0; g < groups_.size(); ++g)
     out->push_back({"stress_volume/" + net_->groups[groups_[g]].name,
                     {sums.begin() + static_cast<std::ptrdiff_t>(g * q), sums.begin() + static_cast<std::ptrdiff_t>((g + 1) * q)}});

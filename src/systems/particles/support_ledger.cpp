@@ -126,6 +126,13 @@ PetscErrorCode SupportLedger::observe(double t, const LocalState& state, const C
           if (mask_[row] >> c & 1) sums[g * d + c] += force[row * d + c];
     PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, sums.data(), static_cast<PetscMPIInt>(sums.size()), MPI_DOUBLE, MPI_SUM, net_->comm));
   }
+  // The sum stands above the groups: readers of H5MD that take every member of /observables for a value find one.
+  if (!groups_.empty()) {
+    std::vector<double> sum(d, 0.0);
+    for (std::size_t k = 0; k < sums.size(); ++k) sum[k % d] += sums[k];
+    out->push_back({"reaction", std::move(sum)});
+  }
+  if (!names_.empty()) out->push_back({"work", {total()}});
   for (std::size_t g = 0; g < groups_.size(); ++g)
     out->push_back({"reaction/" + groups_[g].name,
                     std::vector<double>(sums.begin() + static_cast<std::ptrdiff_t>(g * d), sums.begin() + static_cast<std::ptrdiff_t>((g + 1) * d))});

@@ -40,6 +40,8 @@ PetscErrorCode Supports::read(MPI_Comm comm, Lattice* l) {
   for (const Group& group : l->groups) {
     if (group.name == "anchors")
       PetscCall(tell(comm, Exit::input, "a group is named anchors, as the springs to given points are: give it another name"));
+    if (group.name == "value" || group.name == "time" || group.name == "step")
+      PetscCall(tell(comm, Exit::input, "a group is named " + group.name + ", as what a trajectory holds of every quantity: give it another name"));
     names_.push_back(group.name);
     known += (known.empty() ? "" : ", ") + group.name;
   }
