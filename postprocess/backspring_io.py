@@ -372,7 +372,7 @@ class Run:
             found = {}
             for path in ("/parameters", "/parameters/options"):
                 group = self._file.get(path)
-                found.update({} if group is None else {k.lstrip("-"): text(v) for k, v in group.attrs.items()})
+                found.update({} if group is None else {text(k).lstrip("-"): text(v) for k, v in group.attrs.items()})
             self._cache["parameters"] = found
         return self._cache["parameters"]
 

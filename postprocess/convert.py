@@ -66,12 +66,14 @@ def from_trajectory(args, ending):
         if args.box_lengths and form != "h5md":
             raise RunError(f"{args.output}: --box_lengths is for .h5md")
         rows = run.pick(args.frames, args.stride) if series else [run.index(args.frame)]
-        features.check(run, rows, form, args.output, not args.all_springs)
+        left_out = features.check(run, rows, form, args.output, not args.all_springs)
         if ending == ".pvd":
             write_pvd(run, rows, args.output, "." + args.pieces, args.all_springs)
         else:
             write = SERIES[ending] if series else SINGLE[ending]
             write_atomically(args.output, lambda part: write(run, rows if series else rows[0], part, **options(write)))
+        if left_out:
+            print(f"convert.py: {left_out}", file=sys.stderr)
         if series:
             return f"{len(rows)} frames of {run.particles} particles"
         count = len(run.springs) if args.all_springs else np.count_nonzero(run.acting(rows[0]))

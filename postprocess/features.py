@@ -1,6 +1,4 @@
 """What a run has that a format may have no place for: kept, told in one line, or refused by name (the table of README.md)."""
-import sys
-
 import numpy as np
 
 from backspring_io import RunError
@@ -106,7 +104,7 @@ def found_in(run, row):
 
 
 def check(run, rows, form, output, whole=True):
-    """Refuses by name what a format cannot say truly, and says in one line what it leaves out. `whole`: of VTK files, broken springs and those that carry nothing
+    """Refuses by name what a format cannot say truly, and returns a line about what it leaves out, or ''. `whole`: of VTK files, broken springs and those that carry nothing
     are left out."""
     found = found_in(run, rows[-1])
     verdict = {name: TABLE[name][form] for name in found}
@@ -119,5 +117,4 @@ def check(run, rows, form, output, whole=True):
     if verdict.get("springs") == TOLD:  # what belongs to them goes with them
         inside = ("springs", "stiffness and rest lengths", "broken springs", "springs that carry nothing", "dampers", "limits of springs")
         told = [found["springs"]] + [found[n] for n, word in verdict.items() if word == TOLD and n not in inside and not n.startswith("law ")]
-    if told:
-        print(f"convert.py: {output}: left out: {', '.join(told)}", file=sys.stderr)
+    return f"{output}: left out: {', '.join(told)}" if told else ""

@@ -2,8 +2,10 @@
 
 Needs the standard library alone, so that it works where numpy is missing.
 """
+import ctypes
 import importlib
 import os
+import signal
 import sys
 
 PACKAGES = {"numpy": "python3-numpy", "h5py": "python3-h5py", "matplotlib": "python3-matplotlib",
@@ -40,9 +42,36 @@ def require(*names):
     sys.exit(2)
 
 
-def run(main, user_error):
-    """Calls main(); `user_error` ends in one line and exit code 2, a failure of the disk in one line and 4."""
+def _is_hdf5(path):
+    try:
+        with open(path, "rb") as file:
+            return file.read(4) == b"\x89HDF"
+    except OSError:
+        return False
+
+
+def _in_a_child(tool):
+    """Goes on in a child, so that a crash of libhdf5, which damaged files can bring about, ends in one line; the parent waits and exits as the child does."""
+    sys.stdout.flush()
+    child = os.fork()
+    if child == 0:
+        ctypes.CDLL(None).prctl(1, signal.SIGKILL)  # PR_SET_PDEATHSIG: not to outlive the parent
+        return
+    signal.signal(signal.SIGINT, signal.SIG_IGN)  # the terminal sends it to both
+    signal.signal(signal.SIGTERM, lambda *_: os.kill(child, signal.SIGTERM))
+    code = os.waitstatus_to_exitcode(os.waitpid(child, 0)[1])
+    if code in (-signal.SIGSEGV, -signal.SIGABRT, -signal.SIGBUS, -signal.SIGFPE):
+        read = [a for a in sys.argv[1:] if _is_hdf5(a)]
+        print(f"{tool}: libhdf5 crashed: {' or '.join(read) or 'a file'} is damaged", file=sys.stderr)
+        code = 2
+    os._exit(code if code >= 0 else 128 - code)
+
+
+def run(main, user_error, apart=True):
+    """Calls main(); `user_error` ends in one line and exit code 2, a failure of the disk in one line and 4. apart: in a process of its own."""
     tool = os.path.basename(sys.argv[0])
+    if apart:
+        _in_a_child(tool)
     try:
         sys.exit(main() or 0)
     except user_error as error:

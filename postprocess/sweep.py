@@ -234,4 +234,4 @@ def main(argv=None):
 
 
 if __name__ == "__main__":
-    launch.run(main, RunError)
+    launch.run(main, RunError, apart=False)  # it reads what its own runs wrote

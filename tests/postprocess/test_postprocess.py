@@ -647,6 +647,16 @@ class WrongFiles(Case):
         for name, ending in (("plot.py", "png"), ("movie.py", "png"), ("convert.py", "xyz")):
             self.refuses(name, path, "-o", self.path("x." + ending), says="is damaged")
 
+    def test_a_crash_of_the_library_is_one_line(self):
+        """A process that libhdf5 takes down: exit code 2 and the name of the file; other ends are those of the tool itself, signals too."""
+        path = synthetic.chain(self.path("c.h5md"), 2)
+        for does, code, says in (("os.kill(os.getpid(), signal.SIGSEGV)", 2, f"plot.py: libhdf5 crashed: {path} is damaged\n"), ("os.abort()", 2, "is damaged"),
+                                 ("sys.exit(3)", 3, ""), ("os.kill(os.getpid(), signal.SIGTERM)", 128 + 15, "")):
+            script = f"import os, signal, sys; sys.path.insert(0, {TOOLS!r}); import launch; sys.argv = ['plot.py', {path!r}]; launch.run(lambda: {does}, ValueError)"
+            done = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True, timeout=60)
+            self.assertEqual(done.returncode, code, done.stderr)
+            self.assertIn(says, done.stderr)
+
     def test_wrong_arguments(self):
         good = synthetic.chain(self.path("good.h5md"), 2)
         for name, args, says in (
