@@ -84,6 +84,8 @@ def found_in(run, row):
         found["angle springs"] = f"{len(run.angles)} angle springs"
     if run.anchors:
         found["anchors"] = f"{len(run.anchors['particle'])} springs to given points (anchors)"
+    elif any(name in run.parameters for name in ("bs_anchor_particles", "bs_anchor_group")):  # of a file of an earlier version
+        found["anchors"] = "springs to given points (anchors)"
     if run.fixed.any():
         found["fixed particles"] = f"that {np.count_nonzero(run.fixed)} particles are fixed"
     if not np.array_equal(run.id - run.id[:1], np.arange(run.particles)):

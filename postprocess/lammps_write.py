@@ -35,11 +35,13 @@ def bounds(position):
 
 def alike(values):
     """Values that differ by rounding as one: those between whose neighbours in order there is less than 1e-12 of the largest become the middle one."""
+    if not len(values):
+        return values
     order = np.argsort(values, kind="stable")
-    ends = np.flatnonzero(np.diff(values[order]) > 1e-12 * np.abs(values).max(initial=0)) + 1
+    first = np.concatenate([[True], np.diff(values[order]) > 1e-12 * np.abs(values).max()])
+    ends = np.flatnonzero(np.append(first, True))
     out = np.empty_like(values)
-    for some in np.split(order, ends):
-        out[some] = values[some[len(some) // 2]] if len(some) else 0.0
+    out[order] = values[order][(ends[:-1] + ends[1:]) // 2][np.cumsum(first) - 1]
     return out
 
 
@@ -145,12 +147,12 @@ def write_dump(run, rows, path):
     """A LAMMPS dump of all frames (.dump, .lammpstrj): OVITO, VMD, MDAnalysis, LAMMPS' rerun. It has steps, no times."""
     moving, wrapped = run.velocities is not None, any(run.periodic)
     columns = "id type x y z" + (" vx vy vz" if moving else "") + (" mass" if run.mass is not None else "") + (" ix iy iz" if wrapped else "")
-    ids, kind = atom_ids(run), atom_types(run)[0]
+    ids, kind, tilted = atom_ids(run), atom_types(run)[0], triclinic(run)
     with open(path, "w", encoding="utf-8") as f:
         for row in rows:
             frame = frame_of(run, row, bounds)
             parts = [frame.position] + ([frame.velocity] if moving else []) + ([run.mass[:, None]] if run.mass is not None else [])
-            f.write(f"ITEM: TIMESTEP\n{run.step[row]}\nITEM: NUMBER OF ATOMS\n{run.particles}\n" + _box_of_dump(frame, triclinic(run)) + f"ITEM: ATOMS {columns}\n")
+            f.write(f"ITEM: TIMESTEP\n{run.step[row]}\nITEM: NUMBER OF ATOMS\n{run.particles}\n" + _box_of_dump(frame, tilted) + f"ITEM: ATOMS {columns}\n")
             reals = np.concatenate(parts, axis=1)
             form = "%d %d " + " ".join(["%.17g"] * reals.shape[1]) + (" %d %d %d" if wrapped else "") + "\n"
             images = frame.images.tolist() if wrapped else [[]] * len(reals)

@@ -1,5 +1,6 @@
 #!/usr/bin/env python3
 """convert.py on PLY and Gmsh meshes made by hand in the forms that others write: /usr/bin/python3 tests/postprocess/test_meshes.py"""
+import os
 import struct
 import unittest
 
@@ -183,6 +184,16 @@ class Vtk(Case):
         for nodes, kind, says in (("0 1 2", 4, "m.vtu: holds polylines, which cannot be read"), ("0 1 3 2", 6, "m.vtu: holds triangle strips")):
             count = len(nodes.split())
             self.refuses(self.write("m.vtu", VTU.format(nodes=nodes, count=count, end=count + 3, kind=kind)), *MADE, says=says)
+
+    def test_lines_with_stiffness_and_no_law(self):
+        """What other programs, and earlier versions, write: hooke is assumed, and said."""
+        mesh = meshio.Mesh(np.array([[0.0, 0, 0], [1, 0, 0], [3, 0, 0]]), [("line", [[0, 1], [1, 2]])], point_data={"mass": np.ones(3)}, cell_data={"stiffness": [np.array([2.0, 3.0])]})
+        meshio.write(os.path.join(self.folder, "m.vtu"), mesh)
+        for args, says in (((), "says no spring law, hooke is assumed"), (("--spring_law", "strain"), "")):
+            found = self.lattice(os.path.join(self.folder, "m.vtu"), *args)
+            self.assertEqual((found["springs/pairs"].tolist(), found["springs/stiffness"].tolist()), ([[0, 1], [1, 2]], [2, 3]))
+            self.assertIn(says, found["said"])
+            self.assertEqual(bool(found["said"]), bool(says))
 
 
 if __name__ == "__main__":

@@ -288,6 +288,31 @@ class Pictures(Case):
                                   parameters={"bs_gravity": "9.8"})
         self.works("plot.py", one, "-o", self.path("one.png"), "--dpi", 60)
 
+    def test_springs_that_carry_nothing_are_not_drawn(self):
+        """Without stiffness and damping; with one of them they are there."""
+        from figures import histogram
+        from scene import Scene
+        import argparse
+        import matplotlib.pyplot as plt
+        path = synthetic.chain(self.path("c.h5md"), 2)
+        with h5py.File(path, "a") as f:
+            for name, rows in (("stiffness", [2, 3, 4]), ("damping", [3, 4])):
+                value = f["connectivity/bonds_" + name][...]
+                value[rows] = 0
+                f["connectivity/bonds_" + name][...] = value
+        with open_run(path) as run:
+            self.assertEqual(np.flatnonzero(~run.acting(-1)).tolist(), [3, 4])
+            self.assertEqual(np.flatnonzero(np.isnan(run.strains(5))).tolist(), [3, 4])
+            self.assertEqual(Scene(run, [0]).drawn.tolist(), [0, 1, 2, 5, 6, 7, 8, 9, 10])
+            run.springs.stiffness[:], run.springs.damping[:] = 0, 0  # and where none carries anything
+            figure, ax = plt.subplots()
+            histogram(ax, [run], [""], argparse.Namespace(frames=[-1], frame=-1))
+            plt.close(figure)
+        with h5py.File(path, "a") as f:
+            f["connectivity/bonds_stiffness"][...], f["connectivity/bonds_damping"][...] = 0, 0
+        for kind in ("state", "strain", "histogram"):
+            self.works("plot.py", path, "-o", self.path("p.png"), "--kind", kind, "--dpi", 50)
+
     def test_forces_of_supports_that_do_not_move_keep_their_sign(self):
         """The left support pulls, the right one pushes back: opposite signs, along y, in which the larger is positive."""
         import argparse
