@@ -7,6 +7,7 @@
 #include <iterator>
 #include <set>
 #include "base/fault.hpp"
+#include "base/option_names.hpp"
 #include "base/recalled.hpp"
 #include "checkpoint/checkpoint.hpp"
 #include "output/claim.hpp"

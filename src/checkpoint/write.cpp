@@ -2,6 +2,7 @@
 #include <cerrno>
 #include <cstring>
 #include "base/fault.hpp"
+#include "base/option_names.hpp"
 #include "checkpoint/checkpoint.hpp"
 #include "checkpoint/row_sum.hpp"
 #include "output/finite.hpp"

@@ -1,9 +1,14 @@
 #include "output/claim.hpp"
 
 #include <hdf5.h>
+#include <strings.h>
 #include <sys/stat.h>
+#include <unistd.h>
 
+#include <algorithm>
+#include <cerrno>
 #include <cstdlib>
+#include <cstring>
 #include <filesystem>
 #include <fstream>
 #include <sstream>
@@ -12,6 +17,8 @@
 #include "base/crash.hpp"
 #include "base/fault.hpp"
 #include "base/find_file.hpp"
+#include "base/option_names.hpp"
+#include "base/words.hpp"
 #include "output/fresh_file.hpp"
 #include "output/h5.hpp"
 #include "output/space.hpp"
@@ -21,6 +28,12 @@ namespace bs {
 
 namespace {
 
+constexpr const char* MATRICES = "-bs_write_matrices";
+
+bool ends_with(const std::string& text, const std::string& tail) {
+  return text.size() > tail.size() && text.compare(text.size() - tail.size(), tail.size(), tail) == 0;
+}
+
 /// One file under one of its names.
 struct Named {
   std::string option, path;
@@ -28,6 +41,11 @@ struct Named {
   bool restart = false;  ///< what a checkpoint may be: the one before it
   std::string text() const { return option + " " + (given.empty() ? path : given + " (with " + path + " beside it)"); }
 };
+
+/// What the program appends to a name that it is given, and what to append for the file whose lock covers it.
+constexpr const char* ENDINGS[][2] = {
+    {".checkpoint.previous", ""}, {".checkpoint", ""},  {".previous", ""},      {".xdmf", ""},          {".lock", ""},
+    {"_K.mtx", "_M.mtx"},         {"_D.mtx", "_M.mtx"}, {"_M.petsc", "_M.mtx"}, {"_K.petsc", "_M.mtx"}, {"_D.petsc", "_M.mtx"}};
 
 /// The same for every spelling of one place, also of a file that is still to be made.
 std::string place_of(const std::string& path) {
@@ -56,6 +74,21 @@ std::vector<Named> written(const RunFiles& files) {
     for (const char* ending : {".checkpoint", ".checkpoint.previous"}) all.push_back({"-bs_output", files.output + ending, files.output, true});
   add("-bs_checkpoint", files.checkpoint, {".previous"}, true);
   add("-bs_report", files.report, {}, false);
+  if (!files.matrices.empty()) all.push_back({MATRICES, files.matrix_files[0] + ".lock", files.matrices, false});
+  for (const std::string& path : files.matrix_files) all.push_back({MATRICES, path, files.matrices, false});
+  return all;
+}
+
+/// Files that PETSc's viewers write, as -log_view :FILE and -snes_view ascii:FILE:... name them.
+std::vector<Named> viewed() {
+  std::vector<std::pair<std::string, std::string>> options;
+  std::vector<Named> all;
+  if (options_in_force(&options)) return all;
+  for (const auto& [name, value] : options) {
+    const std::vector<std::string> words = split(value, ':');
+    const bool own = strncasecmp(name.c_str(), "bs_", 3) == 0 || strcasecmp(name.c_str(), "info") == 0;
+    if (!own && words.size() > 1 && !words[1].empty()) all.push_back({"-" + name, words[1], "", false});
+  }
   return all;
 }
 
@@ -77,6 +110,15 @@ std::vector<Named> read_files(const RunFiles& files) {
   return all;
 }
 
+/// A file that a viewer would write over; empty if there is none.
+std::string viewer_clash(const std::vector<Named>& outputs, const std::vector<Named>& inputs) {
+  for (const Named& view : viewed())
+    for (const std::vector<Named>* some : {&outputs, &inputs})
+      for (const Named& one : *some)
+        if (same_file(view.path, one.path)) return view.text() + " and " + one.text() + " are one file: give another " + view.option;
+  return {};
+}
+
 /// Two names for one file; empty if there are none.
 std::string clash(const RunFiles& files) {
   const std::vector<Named> outputs = written(files), inputs = read_files(files);
@@ -91,6 +133,35 @@ std::string clash(const RunFiles& files) {
       const bool may_be_one = same_option && (one.path == other.path || one.path == other.path + ".previous");
       if (!may_be_one && same_file(one.path, other.path)) return one.text() + " and " + other.text() + " are one file: give another " + one.option;
     }
+  }
+  return viewer_clash(outputs, inputs);
+}
+
+/// Whether another run writes one of the names that this one makes, or makes one of those that this one writes.
+std::string claimed_by_others(const RunFiles& files, RunLock* lock) {
+  for (const Named& one : written(files)) {
+    const std::string path = real_name(one.path);
+    std::string fault = lock->held_elsewhere(path, one.option.c_str());
+    for (const auto& [ending, locked] : ENDINGS)
+      if (fault.empty() && ends_with(path, ending))
+        fault = lock->held_elsewhere(path.substr(0, path.size() - std::strlen(ending)) + locked, one.option.c_str());
+    if (!fault.empty()) return fault;
+  }
+  return {};
+}
+
+/// A name that is too long for the temporary one under which its file is made; empty if there is none. Found at the start: a checkpoint is first
+/// written when much has been computed.
+std::string too_long(const RunFiles& files) {
+  for (const Named& one : written(files)) {
+    if (!one.given.empty() && ends_with(one.path, ".lock")) continue;
+    std::string made;
+    int handle = -1;
+    if (create_fresh(real_name(one.path), ".tail", &made, &handle) == ENAMETOOLONG)
+      return one.text() + ": the name is too long for this file system: give a shorter " + one.option;
+    if (handle < 0) continue;  // another fault, which unwritable() tells
+    close(handle);
+    (void)unlink(made.c_str());
   }
   return {};
 }
@@ -119,32 +190,52 @@ std::string not_ours(const RunFiles& files) {
   return {};
 }
 
-/// Rank 0's part: what is wrong, or nothing.
-std::string objection(const RunFiles& files, RunLock* lock, std::vector<std::string>* warnings) {
+struct Output {
+  const char* option;
+  std::string path;
+  bool overwrite;
+};
+
+/// What the options name, and the matrices.
+std::vector<Output> outputs_of(const RunFiles& files) {
   const bool continued = !files.restart.empty() && is_checkpoint(files.checkpoint);
-  struct Output {
-    const char* option;
-    const std::string& path;
-    bool overwrite;
-  };
-  const Output all[] = {{"-bs_output", files.output, files.overwrite || files.resumes},
-                        {"-bs_report", files.report, files.overwrite},
-                        {"-bs_checkpoint", files.checkpoint, files.overwrite || continued}};
-  std::string fault = clash(files);
-  for (const Output& one : all)
-    if (fault.empty() && !one.path.empty()) fault = unwritable(one.path, one.option, true);
-  // whether they exist is asked with the locks in hand: another run may be about to make them, and says who it is
-  for (const Output& one : all) {
+  std::vector<Output> all = {{"-bs_output", files.output, files.overwrite || files.resumes},
+                             {"-bs_report", files.report, files.overwrite},
+                             {"-bs_checkpoint", files.checkpoint, files.overwrite || continued}};
+  for (const std::string& path : files.matrix_files) all.push_back({MATRICES, path, files.overwrite});
+  all.erase(std::remove_if(all.begin(), all.end(), [](const Output& one) { return one.path.empty(); }), all.end());
+  return all;
+}
+
+/// Takes the lock of every name that was given; one lock for all matrices.
+std::string take_locks(const RunFiles& files, RunLock* lock, std::vector<std::string>* warnings) {
+  std::string fault;
+  for (const auto& [option, path] : {std::pair<const char*, std::string>{"-bs_output", files.output},
+                                     {"-bs_report", files.report},
+                                     {"-bs_checkpoint", files.checkpoint},
+                                     {MATRICES, files.matrix_files.empty() ? "" : files.matrix_files[0]}}) {
     std::string warning;
-    if (fault.empty() && !one.path.empty()) fault = lock->take(one.path, one.option, &warning);
+    if (fault.empty() && !path.empty()) fault = lock->take(path, option, &warning);
     if (!warning.empty()) warnings->push_back(warning);
   }
+  return fault;
+}
+
+/// Rank 0's part: what is wrong, or nothing.
+std::string objection(const RunFiles& files, RunLock* lock, std::vector<std::string>* warnings) {
+  const std::vector<Output> all = outputs_of(files);
+  std::string fault = clash(files);
   for (const Output& one : all)
-    if (fault.empty() && !one.path.empty()) fault = unwritable(one.path, one.option, one.overwrite);
+    if (fault.empty()) fault = unwritable(one.path, one.option, true);
+  if (fault.empty()) fault = too_long(files);
+  // whether they exist is asked with the locks in hand: another run may be about to make them, and says who it is
+  if (fault.empty()) fault = take_locks(files, lock, warnings);
+  if (fault.empty()) fault = claimed_by_others(files, lock);
+  for (const Output& one : all)
+    if (fault.empty()) fault = unwritable(one.path, one.option, one.overwrite);
   if (fault.empty()) fault = not_ours(files);
   if (fault.empty() && warnings->empty())
-    for (const Output& one : all)
-      if (!one.path.empty()) remove_stale(real_name(one.path));
+    for (const Output& one : all) remove_stale(real_name(one.path));
   return fault;
 }
 
@@ -178,7 +269,10 @@ PetscErrorCode Claim::take(MPI_Comm comm, const RunFiles& files) {
   if (help) PetscFunctionReturn(0);
   PetscCallMPI(MPI_Comm_rank(comm, &rank));
   if (rank == 0) fault.text = objection(files, &lock_, &warnings);
-  PetscCall(agree(comm, fault));
+  const PetscErrorCode code = agree(comm, fault);
+  if (code)  // PETSc writes some of them when the program ends, whyever it does
+    for (const Named& view : viewed()) PetscCall(PetscOptionsClearValue(nullptr, view.option.c_str()));
+  PetscCall(code);
   for (const std::string& warning : warnings) PetscCall(warn(PETSC_COMM_SELF, warning));  // rank 0's
   PetscFunctionReturn(0);
 }

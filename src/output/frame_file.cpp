@@ -234,7 +234,7 @@ PetscErrorCode Trajectory::Impl::write_out(std::string* full) {
     unsynced = !shared;
   }
   PetscCall(forget(done));
-  PetscCall(publish());
+  if (frames > 0) PetscCall(publish());
   if (done > 0) PetscCall(drop_kept());
   if (done > 0) PetscCall(write_xdmf(false));
   PetscCall(PetscLogEventEnd(write_event(), nullptr, nullptr, nullptr, nullptr));

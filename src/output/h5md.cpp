@@ -1,9 +1,9 @@
 #include "output/h5md.hpp"
 
 #include <map>
-#include <sstream>
 
 #include "base/fault.hpp"
+#include "base/option_names.hpp"
 
 namespace bs {
 
@@ -38,28 +38,6 @@ PetscErrorCode write_box(hid_t file, int dim, std::vector<std::string> boundary)
   PetscCall(put_attribute(box, "dimension", static_cast<std::int64_t>(dim)));
   boundary.resize(static_cast<std::size_t>(dim), "none");
   PetscCall(put_words(box, "boundary", boundary));
-  PetscFunctionReturn(0);
-}
-
-PetscErrorCode options_in_force(std::vector<std::pair<std::string, std::string>>* options) {
-  char* all = nullptr;
-
-  PetscFunctionBegin;
-  // "-name value -name -name value ": a word is a name if PETSc would take it for one (so -3 is a value).
-  PetscCall(PetscOptionsGetAll(nullptr, &all));
-  std::istringstream words(all);
-  PetscCall(PetscFree(all));
-  options->clear();
-  for (std::string word; words >> word;) {
-    PetscBool name = PETSC_FALSE;
-    PetscCall(PetscOptionsValidKey(word.c_str(), &name));
-    if (name) {
-      options->emplace_back(word.substr(1), "");
-    } else if (!options->empty()) {
-      std::string& value = options->back().second;
-      value += (value.empty() ? "" : " ") + word;
-    }
-  }
   PetscFunctionReturn(0);
 }
 

@@ -25,7 +25,4 @@ std::string unit_of(const Powers& powers, OutputUnits units);
 /// Unit of a quantity by its name ("position", "kinetic_energy", ...) in H5MD's notation; empty if unknown or without units.
 std::string unit_of_quantity(const std::string& name, OutputUnits units);
 
-/// Every option in force, in the order of PETSc's table: name without dash, value.
-PetscErrorCode options_in_force(std::vector<std::pair<std::string, std::string>>* options);
-
 }  // namespace bs

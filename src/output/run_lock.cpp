@@ -143,6 +143,24 @@ std::string RunLock::take(const std::string& file, const char* option, std::stri
   return "cannot get the lock " + path + ": other runs keep taking it: give another " + option;
 }
 
+std::string RunLock::held_elsewhere(const std::string& file, const char* option) const {
+  const int handle = open(lock_name(file).c_str(), O_RDONLY | O_NOFOLLOW | O_CLOEXEC | O_NONBLOCK);
+  if (handle < 0) return {};
+  struct stat status;
+  std::string fault;
+  const bool known = fstat(handle, &status) == 0 && S_ISREG(status.st_mode) && ours(text_of(handle));
+  const bool mine = known && std::any_of(held_.begin(), held_.end(), [&status](const Held& held) {
+                      struct stat own;
+                      return fstat(held.handle, &own) == 0 && FileIdentity{own.st_dev, own.st_ino} == FileIdentity{status.st_dev, status.st_ino};
+                    });
+  if (known && !mine) {
+    const bool locked = flock(handle, LOCK_SH | LOCK_NB) != 0;
+    if (locked && (errno == EWOULDBLOCK || owner_lives(handle))) fault = busy(handle, file, option);
+  }
+  close(handle);  // and frees it
+  return fault;
+}
+
 RunLock::~RunLock() {
   for (const Held& held : held_) {
     FileIdentity present;

@@ -19,6 +19,8 @@ class RunLock {
   /// Local; to be called on one rank. Takes the lock of `file`, given by `option`. Returns what is wrong (another run holds it:
   /// its host and process; the lock file belongs to another user), or nothing. `warning`: a file system without locks.
   std::string take(const std::string& file, const char* option, std::string* warning);
+  /// Local. Says so if another run has the lock of `file`, which this one has not; does not take it.
+  std::string held_elsewhere(const std::string& file, const char* option) const;
 
  private:
   struct Held {

@@ -210,7 +210,9 @@ PetscErrorCode Trajectory::write_waiting() {
   const std::string& file = impl_->options.file;
   const bool frames = !impl_->steps.empty();
   const auto number = [&] { return format("cannot write frame %lld to %s", (long long)impl_->frames, file.c_str()); };
-  const std::string rest = frames ? ": earlier frames are intact" : ": all frames are intact";
+  const std::string rest = !frames              ? ": all frames are intact"
+                           : impl_->frames == 0 ? ": this run leaves no trajectory"
+                                                : ": earlier frames are intact";
   const IoWatch watch(frames ? number() : "cannot write the log of steps to " + file, rest);
   code = impl_->write_out(&full);
   if (!code && !full.empty()) code = tell(impl_->comm, Exit::io, frames ? number() + ": " + full + rest : watch.sentence(full));

@@ -195,6 +195,15 @@ PetscErrorCode read_matrix_options(MPI_Comm comm) {
   PetscFunctionReturn(0);
 }
 
+const std::string& matrix_prefix() { return prefix(); }
+
+std::vector<std::string> matrix_files() {
+  std::vector<std::string> files;
+  for (const char* ending : {"_M.mtx", "_M.petsc", "_K.mtx", "_K.petsc", "_D.mtx", "_D.petsc"})
+    if (!prefix().empty()) files.push_back(prefix() + ending);
+  return files;
+}
+
 PetscErrorCode at_rest(Vec y, Vec* out) {
   PetscFunctionBegin;
   PetscCall(VecDuplicate(y, out));
@@ -213,9 +222,7 @@ PetscErrorCode write_matrices(Model& model, double t, Vec y, bool overwrite) {
                    std::string("option -bs_write_matrices: a ") + model.name() + " system has no forces: leave it out, or give -bs_model particles"));
   if (model.mechanics()->couples_all())
     PetscCall(tell(model.comm(), Exit::input, "option -bs_write_matrices: forces that couple all particles have no sparse matrix: leave them out"));
-  for (const Named& named : all)
-    for (const char* ending : {".mtx", ".petsc"})
-      PetscCall(require_writable(model.comm(), prefix() + "_" + named.name + ending, "-bs_write_matrices", overwrite));
+  for (const std::string& file : matrix_files()) PetscCall(require_writable(model.comm(), file, "-bs_write_matrices", overwrite));
   PetscCall(make(model, t, y, &all[0], &all[1], &all[2]));
   set_phase(Exit::io);
   for (const Named& named : all) {

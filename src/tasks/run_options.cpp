@@ -71,6 +71,8 @@ PetscErrorCode claim_files(MPI_Comm comm, const RunOptions& options, Claim* clai
   files.overwrite = options.output.trajectory.overwrite;
   files.report = options.output.report;
   files.checkpoint = options.saving.file;
+  files.matrices = matrix_prefix();
+  files.matrix_files = matrix_files();
   files.restart = options.saving.restart;
   if (!files.restart.empty()) {
     PetscCall(checkpoint.open(comm, files.restart));

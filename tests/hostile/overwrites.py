@@ -42,6 +42,7 @@ def one_file(checks, folder):
     (folder / "way").symlink_to(folder / "sub")
     (folder / "link.h5").symlink_to(folder / "l.h5")
     os.link(folder / "table.csv", folder / "hard.csv")
+    shutil.copy(folder / "l.h5", folder / "k_M.h5")
     with_lattice = {"bs_lattice_file": "l.h5", "ts_dt": 0.01, "ts_max_time": 0.05, "bs_progress_interval": -1, "bs_advise": False}
     with_table = dict(with_lattice, bs_anchor_motion="table", bs_anchor_table="table.csv")
     heat = {"bs_model": "linear", "bs_linear_type": "heat1d", "bs_linear_size": 10, "bs_linear_source_table": "u.csv", "ts_dt": 0.01, "ts_max_time": 0.05}
@@ -58,6 +59,10 @@ def one_file(checks, folder):
              ("report and anchors' table", dict(with_table, bs_report="table.csv")), ("output and anchors' table by a hard link", dict(with_table, bs_output="hard.csv")),
              ("report and sources' table", dict(heat, bs_report="u.csv")),
              ("report and option file", dict(SHORT, options_file="o.yaml", bs_report="o.yaml")), ("output and option file, ./", dict(SHORT, options_file="./o.yaml", bs_output="o.yaml")),
+             ("report and matrices", dict(SHORT, bs_write_matrices="m", bs_report="m_K.mtx")), ("output and matrices, ./", dict(SHORT, bs_write_matrices="./m", bs_output="m_D.petsc")),
+             ("matrices and lattice", dict(with_lattice, bs_lattice_file="k_M.h5", bs_write_matrices="k", bs_report="k_M.mtx")),
+             ("option file and what PETSc logs", dict(SHORT, options_file="o.yaml", log_view=":o.yaml")), ("output and what PETSc prints", dict(SHORT, bs_output="a", snes_view="ascii:./a:ascii_info")),
+             ("lattice and what PETSc prints", dict(with_lattice, ksp_monitor="ascii:l.h5")),
              ("output and the checkpoint that is continued", {"bs_restart": "sub/ck", "bs_output": "way/ck"}), ("report and the checkpoint that is continued", {"bs_restart": "sub/ck", "bs_report": "sub/ck"})]
     for name, options in cases:
         for ranks in ((1, 3) if name in ("output and report", "output and lattice") else (1,)):
@@ -93,6 +98,31 @@ def others(checks, folder):
     (folder / "mine").write_bytes(VALUE)
     code, _, err = run(checks, folder, {"bs_restart": "c", "ts_max_time": 0.07, "bs_checkpoint": "mine"})
     checks.true("a continued run replaces only checkpoints", code == 2 and "exists" in err and (folder / "mine").read_bytes() == VALUE, err.strip()[-140:])
+
+
+def long_names(checks, folder):
+    """Names of every length near the longest that a folder holds: refused before anything is computed, or good to the end, with all names
+    that the program makes of them."""
+    refused, good, wrong = 0, 0, []
+    for option, extra in (("bs_output", {"bs_lattice_type": "square", "bs_lattice_size": "3,3"}), ("bs_checkpoint", {"bs_checkpoint_every": 2}), ("bs_report", {}), ("bs_write_matrices", {})):
+        for length in (205, 212, 213, 214, 224, 225, 226, 230, 234, 235, 255, 256):
+            here = folder / "here"
+            here.mkdir()
+            code, _, err = run(checks, here, dict(SHORT, **extra, **{option: "n" * length}))
+            left = os.listdir(here)
+            refused, good = refused + (code == 2), good + (code == 0)
+            if not (code == 0 and left and not told(err) or code == 2 and not left and len(told(err)) == 1 and "-" + option in err):
+                wrong.append(f"-{option} {length}: exit {code}, {len(left)} files, {err.strip()[-120:]}")
+            shutil.rmtree(here)
+    checks.true(f"{good} names are good to the end, {refused} refused at the start", not wrong and good > 8 and refused > 8, "; ".join(wrong)[:300])
+    fails = {"snes_max_it": 1, "snes_rtol": 1e-15, "snes_atol": 1e-300, "snes_stol": 0, "bs_step_max_cuts": 1}
+    for length in (200, 213, 214):
+        here = folder / "here"
+        here.mkdir()
+        code, _, err = run(checks, here, dict(BLOCK, bs_lattice_size=(3, 3, 3), ts_max_time=0.1, bs_output="n" * length, **fails))
+        kept = len([n for n in os.listdir(here) if n.endswith(".checkpoint")])
+        checks.true(f"a failing run with a name of {length}: its state is kept, or the name is refused", (code, kept) in ((3, 1), (2, 0)), f"exit {code}, {kept}: {err.strip()[-160:]}")
+        shutil.rmtree(here)
 
 
 def reports(checks, folder):
@@ -191,4 +221,4 @@ def killed_while_cutting(checks, folder, shim):
 
 
 if __name__ == "__main__":
-    run_parts(__doc__, (one_file, others, reports, no_files, kept_tail, killed_while_cutting), library="--kill", with_library=(killed_while_cutting,))
+    run_parts(__doc__, (one_file, others, long_names, reports, no_files, kept_tail, killed_while_cutting), library="--kill", with_library=(killed_while_cutting,))

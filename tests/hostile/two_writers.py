@@ -47,7 +47,7 @@ def one_after_the_other(checks, folder):
     for ranks in (1, 2):
         for old in (*folder.glob("o.h5md*"), *folder.glob("ck*")):
             old.unlink()
-        first = start(checks, folder, dict(LONG, bs_output="o.h5md", bs_checkpoint="ck", bs_report="r.json", bs_overwrite=True), ranks)
+        first = start(checks, folder, dict(LONG, bs_output="o.h5md", bs_checkpoint="ck", bs_report="r.json", bs_write_matrices="m", bs_overwrite=True), ranks)
         owner = []
         try:
             there = wait_for(folder / "o.h5md")
@@ -56,7 +56,10 @@ def one_after_the_other(checks, folder):
             refused(checks, f"the same output, without -bs_overwrite ({ranks})", folder, dict(SHORT, bs_output="o.h5md"), owner)
             for name, options in (("the same output", {"bs_output": "o.h5md"}), ("./ before it", {"bs_output": "./o.h5md"}),
                                   ("by another way", {"bs_output": "way/sub/../o.h5md"}), ("the same checkpoint", {"bs_checkpoint": "ck"}),
-                                  ("the same report", {"bs_report": "r.json"}), ("its output as a report", {"bs_report": "o.h5md"})):
+                                  ("the same report", {"bs_report": "r.json"}), ("its output as a report", {"bs_report": "o.h5md"}),
+                                  ("the checkpoint before its checkpoint", {"bs_checkpoint": "ck.previous"}), ("its lock", {"bs_output": "o.h5md.lock"}),
+                                  ("its sidecar, by another way", {"bs_report": "way/o.h5md.xdmf"}), ("its checkpoint as one before", {"bs_checkpoint": "way/ck.previous"}),
+                                  ("one of its matrices", {"bs_report": "./m_K.mtx"}), ("its matrices", {"bs_write_matrices": "m"})):
                 for again in ((1, 3) if name == "the same output" else (1,)):
                     refused(checks, f"{name} ({ranks})", folder, dict(SHORT, bs_overwrite=True, **options), owner, again)
             for _ in range(3):  # HDF5 itself asks for a lock: it gets it
@@ -72,6 +75,18 @@ def one_after_the_other(checks, folder):
                 os.kill(pid, signal.SIGTERM)
             end(first)
         checks.true(f"nothing is left of the lock at the end ({ranks})", not list(folder.glob("*.lock")) and frames(folder / "o.h5md") > 1, str(list(folder.glob("*.lock"))))
+
+
+def derived(checks, folder):
+    """A name that this run makes of its own ones and another run was given."""
+    first = start(checks, folder, dict(LONG, bs_output="a.xdmf", bs_report="b.previous", bs_checkpoint="c_D.mtx"))
+    there = wait_for(folder / "a.xdmf")
+    for name, options in (("its sidecar", {"bs_output": "a"}), ("its checkpoint before", {"bs_checkpoint": "b"}), ("its matrices", {"bs_write_matrices": "c"})):
+        refused(checks, f"{name} is what another run writes", folder, dict(SHORT, bs_overwrite=True, **options), [first.pid])
+    code, _, err = run(checks, folder, dict(SHORT, bs_output="d", bs_checkpoint="./d.checkpoint", bs_report="./d.checkpoint.report", bs_write_matrices="./d"))
+    checks.true("names of one run that look like made ones", there and code == 0, f"exit {code}: {err.strip()[:160]}")
+    first.send_signal(signal.SIGTERM)
+    end(first)
 
 
 def killed(checks, folder):
@@ -130,4 +145,4 @@ def no_locks(checks, folder, shim):
 
 
 if __name__ == "__main__":
-    run_parts(__doc__, (one_after_the_other, killed, at_once, restarts, no_locks), library="--shim", with_library=(no_locks,))
+    run_parts(__doc__, (one_after_the_other, derived, killed, at_once, restarts, no_locks), library="--shim", with_library=(no_locks,))
