@@ -1,5 +1,6 @@
 // Lattices moved out of shape, and their tangents, for the tests of the condensed matrix.
 #pragma once
+#include <petsc/private/petscimpl.h>
 #include <catch2/catch.hpp>
 #include <cmath>
 #include <vector>
@@ -73,6 +74,9 @@ inline SpringMatrix& assembled(Case* c, MatHandle* own) {
   REQUIRE(c->tangent.assemble(true, *own) == 0);
   return *SpringMatrix::from(*own);
 }
+
+/// What was made of S is to be made anew.
+inline void mark_changed(Mat S) { REQUIRE(PetscObjectStateIncrease(reinterpret_cast<PetscObject>(S)) == 0); }
 
 /// A PC "bicc" of S that has read its options under the prefix "unit_": `options` are given to it alone.
 inline void create_bicc(Mat S, const char* options, PC* pc) {

@@ -145,17 +145,19 @@ TEST_CASE("A coarse grid whose matrix is not positive definite stands aside, and
   CHECK(created(1e6));
 }
 
-TEST_CASE("What is added is symmetric and positive") {
+namespace {
+
+void check_symmetric_and_positive(bool (*rolling)(std::int64_t row)) {
   GeneratorSpec spec = lattice(LatticeType::cubic, {6, 6, 6}, 3);
   spec.neighbors = 18;
   spec.fixed_particles = {0, 7, 100};
-  Case c(PETSC_COMM_WORLD, spec, 40.0);
+  Case c(PETSC_COMM_WORLD, spec, 40.0, 0, rolling);
   MatHandle own;
   VecHandle p, q, Mp, Mq;
   PetscScalar pMq, qMp, pMp;
   SpringMatrix& S = assembled(&c, &own);
   for (VecHandle* v : {&p, &q, &Mp, &Mq}) REQUIRE(S.create_vector(v->out()) == 0);
-  fill(c.net, p);
+  fill(c.net, p);  // held components as well
   REQUIRE(S.multiply(p, q) == 0);
   REQUIRE(VecZeroEntries(Mp) == 0);
   REQUIRE(VecZeroEntries(Mq) == 0);
@@ -168,6 +170,121 @@ TEST_CASE("What is added is symmetric and positive") {
   REQUIRE(VecDot(p, Mp, &pMp) == 0);
   CHECK(std::abs(pMq - qMp) < 1e-12 * std::abs(pMq));
   CHECK(pMp > 0);
+}
+
+}  // namespace
+
+TEST_CASE("What is added is symmetric and positive") {
+  check_symmetric_and_positive(nullptr);
+  REQUIRE(PetscOptionsSetValue(nullptr, "-bs_motion_rolling", "x=fixed,y=free,z=free") == 0);
+  check_symmetric_and_positive([](std::int64_t row) { return row % 5 == 1; });
+  REQUIRE(PetscOptionsClearValue(nullptr, "-bs_motion_rolling") == 0);
+}
+
+TEST_CASE("A coarse grid stands aside where S has more than springs") {
+  GeneratorSpec spec = lattice(LatticeType::cloth, {9, 9}, 3);
+  spec.angle_stiffness = 8;
+  Case c(PETSC_COMM_WORLD, spec, 40.0);
+  MatHandle own;
+  CoarseSpace coarse;
+  REQUIRE(coarse.create(assembled(&c, &own), 48) == 0);
+  CHECK_FALSE(coarse.active());  // its matrix lacks what the angle springs resist
+}
+
+TEST_CASE("Nodes of a coarse grid without particles near by do no harm") {
+  GeneratorSpec spec = lattice(LatticeType::square, {12, 4}, 2);
+  spec.neighbors = 8;
+  Case c(PETSC_COMM_WORLD, spec, 40.0);
+  for (PetscInt i = 0; i < c.net.n + c.net.ghosts; ++i)
+    if (c.net.held[static_cast<std::size_t>(2 * i)] > 5.5) c.net.held[static_cast<std::size_t>(2 * i)] += 40;
+  MatHandle own;
+  VecHandle z, r, found;
+  SpringMatrix& S = assembled(&c, &own);
+  REQUIRE(S.create_vector(z.out()) == 0);
+  for (VecHandle* v : {&r, &found}) REQUIRE(VecDuplicate(z, v->out()) == 0);
+  linear(c.net, c.net.held, 0, z);
+  REQUIRE(S.multiply(z, r) == 0);
+  REQUIRE(VecZeroEntries(found) == 0);
+  CoarseSpace coarse;
+  REQUIRE(coarse.create(S, 80) == 0);
+  CHECK(coarse.active());
+  REQUIRE(coarse.add(r, found) == 0);
+  CHECK(relative_difference(found, z) < 1e-6);
+}
+
+TEST_CASE("A body fills its space where particles are in more than half of the cells, of whatever rank they are") {
+  int rank, ranks;
+  MPI_Comm_rank(PETSC_COMM_WORLD, &rank);
+  MPI_Comm_size(PETSC_COMM_WORLD, &ranks);
+  constexpr int n = 12;
+  // all of a cube; two thirds of it and a corner; a third and a corner; its diagonal plane; a flat sheet
+  const auto inside = [](int shape, int x, int y, int z) {
+    const bool corner = x == n - 1 && y == n - 1 && z == n - 1;
+    return shape == 0 || (shape == 1 && (corner || 3 * x < 2 * n)) || (shape == 2 && (corner || 3 * x < n)) || (shape == 3 && x == y) ||
+           (shape == 4 && z == 0);
+  };
+  for (int shape = 0; shape < 5; ++shape) {
+    std::vector<double> points;
+    for (int x = 0; x < n; ++x)
+      for (int y = 0; y < n; ++y)
+        for (int z = 0; z < n; ++z)
+          if (y % ranks == rank && inside(shape, x, y, z)) points.insert(points.end(), {1.0 * x, 1.0 * y, 1.0 * z});
+    const PetscInt own = static_cast<PetscInt>(points.size() / 3);
+    CoarseGrid grid;
+    bool fills = false;
+    REQUIRE(grid.create(PETSC_COMM_WORLD, 3, own, points, std::vector<std::uint8_t>(static_cast<std::size_t>(own), 0), 343) == 0);  // 6 x 6 x 6 cells
+    REQUIRE(grid.fills_space(PETSC_COMM_WORLD, &fills) == 0);
+    CAPTURE(shape);
+    CHECK(fills == (shape < 2));
+  }
+}
+
+namespace {
+
+/// Whether P, a preconditioner that was made anew of S, does what one does that is made of S now.
+bool acts_as_new(SpringMatrix& S, Mat own, PC P) {
+  PCHandle fresh;
+  VecHandle r, z, expected;
+  create_bicc(own, "-unit_pc_bicc_coarse_space hats -unit_pc_bicc_coarse 81", fresh.out());
+  REQUIRE(S.create_vector(r.out()) == 0);
+  for (VecHandle* v : {&z, &expected}) REQUIRE(VecDuplicate(r, v->out()) == 0);
+  fill(S.network(), r);
+  mark_changed(own);
+  REQUIRE(PCApply(P, r, z) == 0);
+  REQUIRE(PCApply(fresh, r, expected) == 0);
+  return relative_difference(z, expected) < 1e-12;
+}
+
+}  // namespace
+
+TEST_CASE("New factors keep the coarse grid where they are told so and there is one") {
+  GeneratorSpec spec = lattice(LatticeType::cubic, {6, 6, 6}, 3);
+  spec.neighbors = 18;
+  Case c(PETSC_COMM_WORLD, spec, 40.0);
+  MatHandle own;
+  PCHandle pc;
+  SpringMatrix& S = assembled(&c, &own);
+  create_bicc(own, "-unit_pc_bicc_coarse_space hats -unit_pc_bicc_coarse 81", pc.out());
+  PetscErrorCode (*keep)(PC, PetscBool) = nullptr;
+  REQUIRE(PetscObjectQueryFunction(reinterpret_cast<PetscObject>(pc.get()), "BSKeepCoarse_C", &keep) == 0);
+  REQUIRE(keep);
+  const auto soften = [&](double by) {
+    for (PetscInt i = 0; i < c.net.n; ++i)
+      for (int k = 0; k < 3; ++k) S.node(i)[4 * k] += by;
+  };
+  CHECK(acts_as_new(S, own, pc));
+  soften(30);
+  REQUIRE(keep(pc, PETSC_TRUE) == 0);
+  CHECK_FALSE(acts_as_new(S, own, pc));
+  soften(30);
+  REQUIRE(keep(pc, PETSC_FALSE) == 0);
+  CHECK(acts_as_new(S, own, pc));
+  soften(-1e6);  // E is not positive definite: there is no coarse grid
+  mark_changed(own);
+  REQUIRE(PCSetUp(pc) == 0);
+  soften(1e6);
+  REQUIRE(keep(pc, PETSC_TRUE) == 0);
+  CHECK(acts_as_new(S, own, pc));
 }
 
 TEST_CASE("A coarse motion does not strain springs much stiffer than the others") {

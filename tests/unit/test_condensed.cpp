@@ -1,5 +1,10 @@
 // The condensed matrix: its own storage against PETSc's, block by block; incomplete factors that must be exact.
+#include <unistd.h>
 #include <algorithm>
+#include <fstream>
+#include <iterator>
+#include <numeric>
+#include <string>
 #include "condensed_case.hpp"
 #include "systems/particles/condensed/block_icc.hpp"
 
@@ -7,10 +12,10 @@ using namespace bs;
 
 /// Products of S by springs and of PETSc's matrices. The images of a periodic lattice stand at their particles' places here; what is compared is who
 /// is joined to whom.
-static void check_storages(GeneratorSpec spec) {
+static void check_storages(GeneratorSpec spec, bool (*rolling)(std::int64_t row) = nullptr) {
   spec.neighbors = spec.dim == 1 ? 0 : spec.dim == 2 ? 8 : 18;
   spec.fixed_particles = {0, 3};
-  Case c(PETSC_COMM_WORLD, spec, 40.0);
+  Case c(PETSC_COMM_WORLD, spec, 40.0, 0, rolling);
   MatHandle own;
   REQUIRE(c.tangent.create(CondensedStorage::springs, own.out()) == 0);
   VecHandle p, expected, found;
@@ -46,6 +51,15 @@ TEST_CASE("S multiplies alike in every storage") {
   check_storages(narrow);
 }
 
+TEST_CASE("S of rollers multiplies alike in every storage") {
+  const auto rolling = [](std::int64_t row) { return row % 5 == 1; };
+  REQUIRE(PetscOptionsSetValue(nullptr, "-bs_motion_rolling", "x=fixed,y=free") == 0);
+  check_storages(lattice(LatticeType::square, {7, 6}, 2), rolling);
+  REQUIRE(PetscOptionsSetValue(nullptr, "-bs_motion_rolling", "x=free,y=fixed,z=fixed") == 0);
+  check_storages(lattice(LatticeType::cubic, {4, 5, 4}, 3), rolling);
+  REQUIRE(PetscOptionsClearValue(nullptr, "-bs_motion_rolling") == 0);
+}
+
 TEST_CASE("a rank's incomplete factors contain springs across a periodic box") {
   int ranks = 1;
   MPI_Comm_size(PETSC_COMM_WORLD, &ranks);
@@ -58,6 +72,28 @@ TEST_CASE("a rank's incomplete factors contain springs across a periodic box") {
   // 80 particles on 18 neighbours each
   if (ranks == 1) CHECK(pattern.pairs() == 720);
   if (ranks == 1) CHECK(pattern.ghost.empty());
+}
+
+TEST_CASE("the pattern of S has each pair once, however many springs it has, and no particle beside itself") {
+  for (const std::int64_t narrow : {1, 2, 4}) {
+    GeneratorSpec spec = lattice(LatticeType::cubic, {narrow, 5, 4}, 3);
+    spec.neighbors = 6;
+    spec.periodic = "xz";
+    Case c(PETSC_COMM_WORLD, spec, 40.0);
+    SpringPattern pattern;
+    pattern.create(c.net);
+    bool once = true;
+    for (PetscInt i = 0; i < pattern.n; ++i) {
+      std::vector<PetscInt> others(pattern.other.begin() + pattern.start[i], pattern.other.begin() + pattern.start[i + 1]);
+      std::sort(others.begin(), others.end());
+      once = once && std::adjacent_find(others.begin(), others.end()) == others.end() && (others.empty() || others.front() > i);
+    }
+    for (std::size_t r = 0; r < pattern.cut_row.size(); ++r)
+      for (PetscInt k = pattern.cut_start[r]; k < pattern.cut_start[r + 1]; ++k)
+        once = once && c.net.global[pattern.n + pattern.ghost[k]] != c.net.global[pattern.cut_row[r]];
+    CAPTURE(narrow);
+    CHECK(once);
+  }
 }
 
 /// For any z, r = J z: the exact S (sigma z_x) must be the condensed right-hand side of r, and z come back from both.
@@ -142,10 +178,11 @@ TEST_CASE("the definite part of S is positive definite where S is not") {
 }
 
 /// z for which L D L^T z = S x + shift size x, on a chain, where nothing is left out of the factors; size: of a diagonal block.
-static double worst_of_chain(int d, bool single, double shift, double sigma = 30, double rest_length_factor = 1, bool positive = true) {
+static double worst_of_chain(int d, bool single, double shift, double sigma = 30, double rest_length_factor = 1, bool positive = true,
+                             bool (*rolling)(std::int64_t row) = nullptr) {
   GeneratorSpec spec = lattice(LatticeType::chain, {23}, d);
   spec.rest_length_factor = rest_length_factor;
-  Case c(PETSC_COMM_SELF, spec, sigma);
+  Case c(PETSC_COMM_SELF, spec, sigma, 0, rolling);
   MatHandle S;
   REQUIRE(c.tangent.create(CondensedStorage::springs, S.out()) == 0);
   REQUIRE(c.tangent.assemble(positive, S) == 0);
@@ -189,6 +226,94 @@ TEST_CASE("incomplete factors of a chain are complete") {
       }
 }
 
+TEST_CASE("incomplete factors of a chain with rollers are complete") {
+  REQUIRE(PetscOptionsSetValue(nullptr, "-bs_motion_rolling", "x=free,y=fixed") == 0);
+  for (const bool single : {false, true}) {
+    const double worst = worst_of_chain(2, single, 0, 30, 1, true, [](std::int64_t row) { return row % 3 == 0; });
+    CHECK(worst >= 0);
+    CHECK(worst < (single ? 1e-4 : 1e-11));
+  }
+  REQUIRE(PetscOptionsClearValue(nullptr, "-bs_motion_rolling") == 0);
+}
+
+TEST_CASE("a matrix that is singular but for rounding is refused by the factors") {
+  for (const int d : {1, 2, 3}) {
+    CAPTURE(d);
+    CHECK(worst_of_chain(d, false, 0, 1e-9) == -1);
+  }
+}
+
+/// bicc of an indefinite S, whose factors need a shift: the smallest of those tried with which they exist, and their solution.
+TEST_CASE("the shift of the preconditioner grows until its factors exist") {
+  GeneratorSpec spec = lattice(LatticeType::chain, {23}, 3);
+  spec.rest_length_factor = 6;
+  Case c(PETSC_COMM_SELF, spec, 0.5);
+  MatHandle S;
+  PCHandle pc;
+  VecHandle b, z;
+  REQUIRE(c.tangent.create(CondensedStorage::springs, S.out()) == 0);
+  REQUIRE(c.tangent.assemble(false, S) == 0);
+  SpringMatrix& matrix = *SpringMatrix::from(S);
+  REQUIRE(matrix.create_vector(b.out()) == 0);
+  REQUIRE(VecDuplicate(b, z.out()) == 0);
+  fill(c.net, b);
+  create_bicc(S, "-unit_pc_bicc_precision double -unit_pc_bicc_coarse 0", pc.out());
+  PCFailedReason reason = PC_FACTOR_OTHER;
+  REQUIRE(PCSetUp(pc) == 0);
+  REQUIRE(PCGetFailedReason(pc, &reason) == 0);
+  CHECK(reason == PC_NOERROR);
+  REQUIRE(PCApply(pc, b, z) == 0);
+  auto factor = create_block_factor(3, false);
+  std::vector<double> diagonal, expected(static_cast<std::size_t>(c.net.n * 3));
+  REQUIRE(factor->lay_out(matrix) == 0);
+  matrix.diagonal_blocks(&diagonal);
+  double shift = 0;
+  int refused = 0;
+  for (; refused < 20 && !factor->factor(matrix, diagonal, shift); ++refused) shift = refused == 0 ? 1e-3 : 4 * shift;
+  CHECK(refused > 2);
+  const PetscScalar *ab = nullptr, *az = nullptr;
+  REQUIRE(VecGetArrayRead(b, &ab) == 0);
+  REQUIRE(VecGetArrayRead(z, &az) == 0);
+  factor->solve(ab, expected.data());
+  for (std::size_t k = 0; k < expected.size(); ++k) CHECK(az[k] == expected[k]);
+  REQUIRE(VecRestoreArrayRead(z, &az) == 0);
+  REQUIRE(VecRestoreArrayRead(b, &ab) == 0);
+}
+
+/// What bicc says of its factors.
+static std::string said(PC pc) {
+  const std::string file = "/tmp/backspring_view_" + std::to_string(getpid());
+  PetscViewer viewer;
+  REQUIRE(PetscViewerASCIIOpen(PETSC_COMM_WORLD, file.c_str(), &viewer) == 0);
+  REQUIRE(PCView(pc, viewer) == 0);
+  REQUIRE(PetscViewerDestroy(&viewer) == 0);
+  std::ifstream in(file);
+  std::string text((std::istreambuf_iterator<char>(in)), std::istreambuf_iterator<char>());
+  unlink(file.c_str());
+  return text;
+}
+
+TEST_CASE("factors are in double precision where stiffnesses of any two ranks differ by 1e5, fixed particles apart") {
+  for (const double contrast : {1e3, 1e7}) {
+    GeneratorSpec spec = lattice(LatticeType::chain, {60}, 2);
+    spec.fixed_particles = {0, 31};
+    Case c(PETSC_COMM_WORLD, spec, 1e-3);  // inertia, which fixed particles have as well, is nothing beside the springs
+    MatHandle S;
+    PCHandle pc;
+    SpringMatrix& matrix = assembled(&c, &S);
+    for (PetscInt i = 0; i < c.net.n; ++i)  // the first third is the stiff part: no rank but the first has both
+      for (int k = 0; k < 2 && c.net.row[i] < 20 && !c.net.fixed[i]; ++k) matrix.node(i)[3 * k] *= 1, matrix.node(i)[3 * k] += contrast * 1e5;
+    create_bicc(S, "-unit_pc_bicc_coarse 0", pc.out());
+    REQUIRE(PCSetUp(pc) == 0);
+    const std::string text = said(pc);
+    int rank = 0;
+    MPI_Comm_rank(PETSC_COMM_WORLD, &rank);
+    CAPTURE(contrast, text);
+    if (rank == 0) CHECK((text.find("in double precision") != std::string::npos) == (contrast > 1e5));
+    if (rank == 0) CHECK((text.find("in single precision") != std::string::npos) == (contrast < 1e5));
+  }
+}
+
 TEST_CASE("an indefinite tangent is refused by the factors until the shift is large enough") {
   const double squeezed = 6, slow = 0.5;  // springs of a sixth of their rest length push sideways harder than masses hold
   for (const int d : {2, 3})
@@ -201,9 +326,22 @@ TEST_CASE("an indefinite tangent is refused by the factors until the shift is la
     }
 }
 
-/// The modes given to multigrid with S, on every rank; what they do to pairs of particles is checked for owned ones.
-static void check_rigid_modes(const GeneratorSpec& spec, PetscInt expected) {
-  Case c(PETSC_COMM_WORLD, spec, 40.0);
+/// The numbers of all ranks.
+static std::vector<double> of_all_ranks(const double* own, PetscInt count) {
+  int ranks = 1;
+  MPI_Comm_size(PETSC_COMM_WORLD, &ranks);
+  std::vector<int> counts(static_cast<std::size_t>(ranks)), starts(counts.size() + 1, 0);
+  const int mine = static_cast<int>(count);
+  MPI_Allgather(&mine, 1, MPI_INT, counts.data(), 1, MPI_INT, PETSC_COMM_WORLD);
+  std::partial_sum(counts.begin(), counts.end(), starts.begin() + 1);
+  std::vector<double> all(static_cast<std::size_t>(starts.back()));
+  MPI_Allgatherv(own, mine, MPI_DOUBLE, all.data(), counts.data(), starts.data(), MPI_DOUBLE, PETSC_COMM_WORLD);
+  return all;
+}
+
+/// The modes given to multigrid with S: what they do to any two particles, of whatever ranks.
+static void check_rigid_modes(const GeneratorSpec& spec, PetscInt expected, bool (*rolling)(std::int64_t row) = nullptr) {
+  Case c(PETSC_COMM_WORLD, spec, 40.0, 0, rolling);
   const PetscInt d = c.net.dim;
   LinearisedForces before;  // not linearised at anything, as when the header describes the solver
   REQUIRE(before.create(c.net, *c.physics, c.pattern, c.y, false) == 0);
@@ -226,19 +364,28 @@ static void check_rigid_modes(const GeneratorSpec& spec, PetscInt expected) {
         REQUIRE(VecDot(modes[k], modes[l], &product) == 0);
         CHECK(std::abs(product - (k == l)) < 1e-12);
       }
-      const PetscScalar* u = nullptr;
-      REQUIRE(VecGetArrayRead(modes[k], &u) == 0);
-      double worst = 0;
+      const PetscScalar* own = nullptr;
+      std::vector<double> points, held;
       for (PetscInt i = 0; i < c.net.n; ++i)
-        for (PetscInt j = 0; j < c.net.n; ++j) {
-          if (c.net.fixed[i])
-            for (PetscInt a = 0; a < d; ++a) worst = std::max(worst, std::abs(u[i * d + a]));
-          if (c.net.fixed[i] || c.net.fixed[j]) continue;
+        for (PetscInt a = 0; a < d; ++a) {
+          points.push_back(at(i)[a]);
+          held.push_back(c.net.fixed[i] || (rolling && c.supports.mask(i) >> a & 1));
+        }
+      REQUIRE(VecGetArrayRead(modes[k], &own) == 0);
+      const std::vector<double> u = of_all_ranks(own, c.net.n * d), x = of_all_ranks(points.data(), c.net.n * d),
+                                hold = of_all_ranks(held.data(), c.net.n * d);
+      REQUIRE(VecRestoreArrayRead(modes[k], &own) == 0);
+      double worst = 0;
+      const std::size_t n = u.size(), width = static_cast<std::size_t>(d);
+      for (std::size_t p = 0; p < n; ++p) worst = std::max(worst, std::abs(hold[p] * u[p]));
+      const auto free = [&](std::size_t p) { return std::all_of(hold.begin() + p, hold.begin() + p + width, [](double one) { return one == 0; }); };
+      for (std::size_t p = 0; p < n; p += width)
+        for (std::size_t q = 0; q < n && free(p); q += width) {
+          if (!free(q)) continue;
           double change = 0;  // of half the squared distance
-          for (PetscInt a = 0; a < d; ++a) change += (u[i * d + a] - u[j * d + a]) * (at(i)[a] - at(j)[a]);
+          for (std::size_t a = 0; a < width; ++a) change += (u[p + a] - u[q + a]) * (x[p + a] - x[q + a]);
           worst = std::max(worst, std::abs(change));
         }
-      REQUIRE(VecRestoreArrayRead(modes[k], &u) == 0);
       CHECK(worst < 1e-12);
     }
   }
@@ -256,6 +403,12 @@ TEST_CASE("multigrid is told the rotations of the lattice, too, and that fixed p
   GeneratorSpec held = lattice(LatticeType::chain, {2}, 2);
   held.fixed_particles = {0, 1};
   check_rigid_modes(held, 0);
+  GeneratorSpec box = lattice(LatticeType::square, {5, 4}, 2);
+  box.periodic = "xy";
+  check_rigid_modes(box, 2);  // it does not turn
+  REQUIRE(PetscOptionsSetValue(nullptr, "-bs_motion_rolling", "x=fixed,y=free,z=free") == 0);
+  check_rigid_modes(lattice(LatticeType::cubic, {3, 4, 3}, 3), 6, [](std::int64_t row) { return row < 6; });
+  REQUIRE(PetscOptionsClearValue(nullptr, "-bs_motion_rolling") == 0);
 }
 
 TEST_CASE("velocities of other ranks' particles travel only where dampers need them") {

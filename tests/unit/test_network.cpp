@@ -135,6 +135,105 @@ TEST_CASE("particles have the numbers of their columns, on whatever rank, and no
   }
 }
 
+TEST_CASE("parts by coordinates and by rows are of one size, though many particles lie in one plane") {
+  int rank, size;
+  MPI_Comm_rank(PETSC_COMM_WORLD, &rank);
+  MPI_Comm_size(PETSC_COMM_WORLD, &size);
+  const Lattice lattice = shuffled(rank, size);
+  for (const int partition : {1, 2}) {
+    NetworkOptions options;
+    options.partition = partition;
+    Network net;
+    REQUIRE(build_network(PETSC_COMM_WORLD, lattice, options, &net) == 0);
+    CAPTURE(partition);
+    CHECK(net.n == 60 / size);
+  }
+}
+
+TEST_CASE("the graph is cut where springs are soft and few") {
+  int rank, size;
+  MPI_Comm_rank(PETSC_COMM_WORLD, &rank);
+  MPI_Comm_size(PETSC_COMM_WORLD, &size);
+  GeneratorSpec spec;
+  spec.type = LatticeType::chain;
+  spec.size = {72};
+  for (const int more : {0, 4}) {  // every third spring is soft; or is one where others are five
+    Lattice l = generate(spec, rank, size);
+    const Lattice whole = generate(spec, 0, 1);
+    std::vector<std::int64_t> order;
+    for (std::int64_t k = 0; k < 71; ++k)
+      for (int copy = 0; copy <= (k % 3 == 2 ? 0 : more); ++copy) order.push_back(k);
+    l.springs = split_rows(static_cast<std::int64_t>(order.size()), rank, size);
+    l.pairs.clear(), l.stiffness.clear(), l.rest_length.clear(), l.damping.clear();
+    for (std::int64_t row = l.springs.first; row < l.springs.first + l.springs.count; ++row) {
+      const std::int64_t k = order[static_cast<std::size_t>(row)];
+      l.pairs.insert(l.pairs.end(), {whole.pairs[static_cast<std::size_t>(2 * k)], whole.pairs[static_cast<std::size_t>(2 * k + 1)]});
+      l.stiffness.push_back(more || k % 3 == 2 ? 1 : 1000);
+      l.rest_length.push_back(1);
+      l.damping.push_back(0);
+    }
+    Network net;
+    REQUIRE(build_network(PETSC_COMM_WORLD, l, NetworkOptions(), &net) == 0);
+    if (net.partition.rfind("graph", 0) != 0) continue;
+    CAPTURE(more);
+    for (PetscInt i = 0; i < net.n; ++i)
+      for (PetscInt e = net.links.start[i]; e < net.links.start[i + 1]; ++e)
+        if (net.links.other[e] >= net.n) CHECK(order[static_cast<std::size_t>(net.links.spring[e])] % 3 == 2);
+  }
+}
+
+TEST_CASE("velocities, anchors and groups arrive with their particles; fixed ones are at rest") {
+  int rank, size;
+  MPI_Comm_rank(PETSC_COMM_WORLD, &rank);
+  MPI_Comm_size(PETSC_COMM_WORLD, &size);
+  Lattice lattice = shuffled(rank, size);
+  const auto velocity = [](std::int64_t row, int c) { return 1.0 + static_cast<double>(row) + 0.25 * c; };
+  lattice.velocity.clear();
+  Group odd{"odd", {}};
+  for (std::int64_t row = lattice.particles.first; row < lattice.particles.first + lattice.particles.count; ++row) {
+    for (int c = 0; c < 3; ++c) lattice.velocity.push_back(velocity(row, c));
+    odd.member.push_back(row % 2 == 1);
+  }
+  lattice.groups.push_back(odd);
+  lattice.anchors = split_rows(40, rank, size);  // several at a particle, on the way to another rank
+  for (std::int64_t k = lattice.anchors.first; k < lattice.anchors.first + lattice.anchors.count; ++k) {
+    const double number = static_cast<double>(k);
+    lattice.anchor_particle.push_back(59 - k % 10);
+    lattice.anchor_point.insert(lattice.anchor_point.end(), {number, number + 0.5, number + 0.75});
+    lattice.anchor_stiffness.push_back(100 + number);
+    lattice.anchor_rest_length.push_back(200 + number);
+    lattice.anchor_damping.push_back(300 + number);
+  }
+  for (const int partition : {0, 1, 2}) {
+    CAPTURE(partition);
+    NetworkOptions options;
+    options.partition = partition;
+    Network net;
+    REQUIRE(build_network(PETSC_COMM_WORLD, lattice, options, &net) == 0);
+    bool same = true;
+    std::int64_t odd_rows = 0;
+    for (PetscInt i = 0; i < net.n; ++i)
+      for (int c = 0; c < 3; ++c) same = same && net.velocity[static_cast<std::size_t>(3 * i + c)] == (net.fixed[i] ? 0 : velocity(net.row[i], c));
+    CHECK(same);
+    REQUIRE(net.groups.size() == 1);
+    CHECK(net.groups[0].total == 30);
+    for (const PetscInt i : net.groups[0].member) odd_rows += i >= net.n || net.row[static_cast<std::size_t>(i)] % 2 == 1;
+    CHECK(odd_rows == static_cast<std::int64_t>(net.groups[0].member.size()));
+    same = true;
+    for (std::size_t k = 0; k < net.anchors.row.size(); ++k) {
+      const double row = static_cast<double>(net.anchors.row[k]);
+      same = same && net.row[static_cast<std::size_t>(net.anchors.particle[k])] == 59 - net.anchors.row[k] % 10;
+      same = same && net.anchors.point[3 * k] == row && net.anchors.point[3 * k + 1] == row + 0.5 && net.anchors.point[3 * k + 2] == row + 0.75;
+      same = same && net.anchors.stiffness[k] == 100 + row && net.anchors.rest_length[k] == 200 + row && net.anchors.damping[k] == 300 + row;
+      if (k > 0 && net.anchors.particle[k] == net.anchors.particle[k - 1]) same = same && net.anchors.row[k] > net.anchors.row[k - 1];
+    }
+    CHECK(same);
+    int count = static_cast<int>(net.anchors.row.size());
+    MPI_Allreduce(MPI_IN_PLACE, &count, 1, MPI_INT, MPI_SUM, PETSC_COMM_WORLD);
+    CHECK(count == 40);
+  }
+}
+
 TEST_CASE("couplings without springs reach every particle") {
   int rank, size;
   MPI_Comm_rank(PETSC_COMM_WORLD, &rank);

@@ -36,7 +36,8 @@ struct Solved {
   double left;        ///< |Q S (y - Q S y)| / |y| of any y: Q S is a projection
 };
 
-Solved solve_rigid(MPI_Comm comm, const GeneratorSpec& spec, PetscInt unknowns, bool (*rolling)(std::int64_t row) = nullptr) {
+Solved solve_rigid(MPI_Comm comm, const GeneratorSpec& spec, PetscInt unknowns, bool (*rolling)(std::int64_t row) = nullptr,
+                   const char* prefix = "") {
   Case c(comm, spec, 40.0, 0, rolling);
   MatHandle own;
   VecHandle z, r, found, before;
@@ -49,7 +50,7 @@ Solved solve_rigid(MPI_Comm comm, const GeneratorSpec& spec, PetscInt unknowns, 
   fill(c.net, before);
   REQUIRE(VecCopy(before, found) == 0);
   RigidSpace coarse;
-  REQUIRE(coarse.create(S, unknowns, "") == 0);
+  REQUIRE(coarse.create(S, unknowns, prefix) == 0);
   REQUIRE(coarse.active());
   REQUIRE(coarse.add(r, found) == 0);
   REQUIRE(VecAXPY(found, -1.0, before) == 0);
@@ -88,6 +89,28 @@ TEST_CASE("A coarse space of rigid motions solves these, and what it solves is s
       CHECK(solved.left < 1e-6);
     }
   }
+}
+
+TEST_CASE("The coarse matrix of rigid motions is whole: factors that read both of its halves solve, too") {
+  GeneratorSpec spec = lattice(LatticeType::cubic, {9, 8, 10}, 3);
+  spec.neighbors = 18;
+  REQUIRE(PetscOptionsSetValue(nullptr, "-unit_lu_coarse_pc_type", "lu") == 0);
+  REQUIRE(PetscOptionsSetValue(nullptr, "-unit_lu_coarse_pc_factor_mat_solver_type", "petsc") == 0);
+  const Solved solved = solve_rigid(PETSC_COMM_SELF, spec, -1, nullptr, "unit_lu_");
+  REQUIRE(PetscOptionsClearValue(nullptr, "-unit_lu_coarse_pc_type") == 0);
+  REQUIRE(PetscOptionsClearValue(nullptr, "-unit_lu_coarse_pc_factor_mat_solver_type") == 0);
+  CHECK(solved.difference < 1e-6);
+  CHECK(solved.left < 1e-6);
+}
+
+TEST_CASE("Rigid motions stand aside where S has more than springs") {
+  GeneratorSpec spec = lattice(LatticeType::cloth, {19, 18}, 3);
+  spec.angle_stiffness = 8;
+  Case c(PETSC_COMM_WORLD, spec, 40.0);
+  MatHandle own;
+  RigidSpace coarse;
+  REQUIRE(coarse.create(assembled(&c, &own), -1, "") == 0);
+  CHECK_FALSE(coarse.active());  // its matrix lacks what the angle springs resist
 }
 
 TEST_CASE("Rigid motions of rollers lack their held components") {
