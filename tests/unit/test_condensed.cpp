@@ -241,6 +241,9 @@ TEST_CASE("a matrix that is singular but for rounding is refused by the factors"
     CAPTURE(d);
     CHECK(worst_of_chain(d, false, 0, 1e-9) == -1);
   }
+  // inertia of the whole, the last pivot, beside the roundings of a spring's size: 7e-7 and 2e-6 kg/s; and 1e-5 and 1e-7 kg/s
+  CHECK(worst_of_chain(1, false, 0, 6e-8) == -1);
+  CHECK(worst_of_chain(1, false, 0, 1e-6) >= 0);
 }
 
 /// bicc of an indefinite S, whose factors need a shift: the smallest of those tried with which they exist, and their solution.

@@ -8,6 +8,8 @@
 #include "lattice/random.hpp"
 #include "network/network.hpp"
 #include "network/row_index.hpp"
+#include "physics/pair/springs/registry.hpp"
+#include "systems/particles/condensed/spring_matrix.hpp"
 
 using namespace bs;
 
@@ -105,6 +107,34 @@ TEST_CASE("every particle has its springs, whatever the partition and the slices
       }
 }
 
+TEST_CASE("the pattern of matrices has a pair once, however many springs it has") {
+  int rank, size;
+  MPI_Comm_rank(PETSC_COMM_WORLD, &rank);
+  MPI_Comm_size(PETSC_COMM_WORLD, &size);
+  Network net;
+  REQUIRE(build_network(PETSC_COMM_WORLD, shuffled(rank, size), NetworkOptions(), &net) == 0);
+  SpringPattern pattern;
+  pattern.create(net);
+  long long pairs = 0, expected = 0;
+  for (PetscInt i = 0; i < net.n; ++i) {
+    std::vector<PetscInt> all, found(pattern.other.begin() + pattern.start[i], pattern.other.begin() + pattern.start[i + 1]);
+    const auto row = std::find(pattern.cut_row.begin(), pattern.cut_row.end(), i) - pattern.cut_row.begin();
+    if (static_cast<std::size_t>(row) < pattern.cut_row.size())
+      for (PetscInt k = pattern.cut_start[row]; k < pattern.cut_start[row + 1]; ++k) found.push_back(net.n + pattern.ghost[k]);
+    for (PetscInt e = net.links.start[i]; e < net.links.start[i + 1]; ++e)
+      if (!net.fixed[i] && !net.fixed[net.links.other[e]] && net.links.other[e] > i) all.push_back(net.links.other[e]);
+    expected += static_cast<long long>(all.size());
+    std::sort(all.begin(), all.end());
+    all.erase(std::unique(all.begin(), all.end()), all.end());
+    std::sort(found.begin(), found.end());
+    CHECK(found == all);
+    pairs += static_cast<long long>(found.size());
+  }
+  MPI_Allreduce(MPI_IN_PLACE, &pairs, 1, MPI_LONG_LONG, MPI_SUM, PETSC_COMM_WORLD);
+  MPI_Allreduce(MPI_IN_PLACE, &expected, 1, MPI_LONG_LONG, MPI_SUM, PETSC_COMM_WORLD);
+  CHECK(pairs < expected);  // some are doubled
+}
+
 TEST_CASE("particles have the numbers of their columns, on whatever rank, and no memory for those the lattice lacks") {
   int rank, size;
   MPI_Comm_rank(PETSC_COMM_WORLD, &rank);
@@ -156,19 +186,19 @@ TEST_CASE("the graph is cut where springs are soft and few") {
   MPI_Comm_size(PETSC_COMM_WORLD, &size);
   GeneratorSpec spec;
   spec.type = LatticeType::chain;
-  spec.size = {72};
-  for (const int more : {0, 4}) {  // every third spring is soft; or is one where others are five
+  spec.size = {720};
+  for (const int more : {0, 4}) {  // every third spring is soft, or one where others are five; none of them in the middle, or a third of the way
     Lattice l = generate(spec, rank, size);
     const Lattice whole = generate(spec, 0, 1);
     std::vector<std::int64_t> order;
-    for (std::int64_t k = 0; k < 71; ++k)
-      for (int copy = 0; copy <= (k % 3 == 2 ? 0 : more); ++copy) order.push_back(k);
+    for (std::int64_t k = 0; k < 719; ++k)
+      for (int copy = 0; copy <= (k % 3 == 0 ? 0 : more); ++copy) order.push_back(k);
     l.springs = split_rows(static_cast<std::int64_t>(order.size()), rank, size);
     l.pairs.clear(), l.stiffness.clear(), l.rest_length.clear(), l.damping.clear();
     for (std::int64_t row = l.springs.first; row < l.springs.first + l.springs.count; ++row) {
       const std::int64_t k = order[static_cast<std::size_t>(row)];
       l.pairs.insert(l.pairs.end(), {whole.pairs[static_cast<std::size_t>(2 * k)], whole.pairs[static_cast<std::size_t>(2 * k + 1)]});
-      l.stiffness.push_back(more || k % 3 == 2 ? 1 : 1000);
+      l.stiffness.push_back(more || k % 3 == 0 ? 1 : 1000);
       l.rest_length.push_back(1);
       l.damping.push_back(0);
     }
@@ -178,7 +208,7 @@ TEST_CASE("the graph is cut where springs are soft and few") {
     CAPTURE(more);
     for (PetscInt i = 0; i < net.n; ++i)
       for (PetscInt e = net.links.start[i]; e < net.links.start[i + 1]; ++e)
-        if (net.links.other[e] >= net.n) CHECK(order[static_cast<std::size_t>(net.links.spring[e])] % 3 == 2);
+        if (net.links.other[e] >= net.n) CHECK(order[static_cast<std::size_t>(net.links.spring[e])] % 3 == 0);
   }
 }
 
@@ -232,6 +262,33 @@ TEST_CASE("velocities, anchors and groups arrive with their particles; fixed one
     MPI_Allreduce(MPI_IN_PLACE, &count, 1, MPI_INT, MPI_SUM, PETSC_COMM_WORLD);
     CHECK(count == 40);
   }
+}
+
+TEST_CASE("every rank knows the laws of all springs, those it has none of as well") {
+  int rank, size;
+  MPI_Comm_rank(PETSC_COMM_WORLD, &rank);
+  MPI_Comm_size(PETSC_COMM_WORLD, &size);
+  GeneratorSpec spec;
+  spec.type = LatticeType::chain;
+  spec.size = {60};
+  Lattice lattice = generate(spec, rank, size);
+  const std::vector<std::string> names = spring_law_names();  // Hooke's is the first
+  const std::size_t plastic = static_cast<std::size_t>(std::find(names.begin(), names.end(), "plastic") - names.begin());
+  REQUIRE(plastic < names.size());
+  lattice.law_by_row = true;
+  for (std::int64_t row = lattice.springs.first; row < lattice.springs.first + lattice.springs.count; ++row)
+    lattice.spring_laws.push_back(static_cast<std::uint8_t>(row == 0 ? plastic : 0));
+  for (const SpringParameter& one : spring_laws()[plastic].parameters)
+    lattice.spring_columns.push_back({one.name, "", std::vector<double>(static_cast<std::size_t>(lattice.springs.count), 0.1)});
+  NetworkOptions options;
+  options.partition = 1;
+  Network net;
+  REQUIRE(build_network(PETSC_COMM_WORLD, lattice, options, &net) == 0);
+  for (std::size_t law = 0; law < net.laws.size(); ++law) CHECK((net.laws[law] != 0) == (law == plastic || law == 0));
+  CHECK(net.softens);
+  CHECK(net.links.width == static_cast<int>(spring_laws()[plastic].width()));
+  for (PetscInt i = 0; i < net.n; ++i)
+    for (PetscInt e = net.links.start[i]; e < net.links.start[i + 1]; ++e) CHECK(net.links.law[e] == (net.links.spring[e] == 0 ? plastic : 0));
 }
 
 TEST_CASE("couplings without springs reach every particle") {

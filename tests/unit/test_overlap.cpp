@@ -200,6 +200,23 @@ TEST_CASE("factors overlap where stiff springs are cut, as additive Schwarz does
   CHECK(worst_difference(spec, &rows, &ties) < 1e-7);
 }
 
+TEST_CASE("images of particles in a periodic box are not tied to each other") {
+  GeneratorSpec spec = lattice(LatticeType::cubic, {6, 5, 4}, 3);
+  spec.neighbors = 18;
+  spec.periodic = "xyz";
+  spec.stiff_fraction = 0.12;
+  spec.stiff_factor = 1e4;
+  int ranks = 1;
+  MPI_Comm_size(PETSC_COMM_WORLD, &ranks);
+  Case c(PETSC_COMM_WORLD, spec, 30.0);
+  MatHandle S;
+  SpringMatrix& matrix = assembled(&c, &S);
+  Overlap overlap;
+  REQUIRE(overlap.create(matrix, least_stiff_size(matrix)) == 0);
+  CHECK(overlap.active() == (ranks > 1));
+  CHECK(overlap.ties().empty());  // which of the images a tie is between is not told: those of one particle have one number
+}
+
 TEST_CASE("ranks whose stiff springs would fill their factors do without those of other ranks") {
   GeneratorSpec spec = lattice(LatticeType::cubic, {6, 5, 4}, 3);
   spec.neighbors = 18;

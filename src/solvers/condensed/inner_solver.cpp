@@ -105,7 +105,6 @@ PetscErrorCode InnerSolver::negative_pivots(PetscInt* count) {
   PetscCall(linearise(false));
   lifted_ = false;
   PetscCall(count_negative_pivots(count, &has));
-  age_.discard();
   PetscFunctionReturn(0);
 }
 

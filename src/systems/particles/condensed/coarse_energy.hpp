@@ -105,7 +105,7 @@ class CoarseEnergy {
     if (cell == cell_) return;
     for (int p = 0; p < CORNERS && cell_ >= 0; ++p)
       for (int q = p; q < CORNERS; ++q) {
-        add_block(cell_ + offset_[p], cell_ + offset_[q], here_[p][q] * (p != q && offset_[p] == offset_[q] ? 2.0 : 1.0));
+        add_block(cell_ + offset_[p], cell_ + offset_[q], here_[p][q]);  // where the lattice is flat, one of two corners at a node has no share
         here_[p][q] = Block{};
       }
     cell_ = cell;
