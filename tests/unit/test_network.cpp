@@ -4,6 +4,7 @@
 #include <map>
 #include <tuple>
 #include <vector>
+#include "input/remote.hpp"
 #include "lattice/generator.hpp"
 #include "lattice/random.hpp"
 #include "network/network.hpp"
@@ -187,29 +188,48 @@ TEST_CASE("the graph is cut where springs are soft and few") {
   GeneratorSpec spec;
   spec.type = LatticeType::chain;
   spec.size = {720};
-  for (const int more : {0, 4}) {  // every third spring is soft, or one where others are five; none of them in the middle, or a third of the way
-    Lattice l = generate(spec, rank, size);
-    const Lattice whole = generate(spec, 0, 1);
-    std::vector<std::int64_t> order;
-    for (std::int64_t k = 0; k < 719; ++k)
-      for (int copy = 0; copy <= (k % 3 == 0 ? 0 : more); ++copy) order.push_back(k);
-    l.springs = split_rows(static_cast<std::int64_t>(order.size()), rank, size);
-    l.pairs.clear(), l.stiffness.clear(), l.rest_length.clear(), l.damping.clear();
-    for (std::int64_t row = l.springs.first; row < l.springs.first + l.springs.count; ++row) {
-      const std::int64_t k = order[static_cast<std::size_t>(row)];
-      l.pairs.insert(l.pairs.end(), {whole.pairs[static_cast<std::size_t>(2 * k)], whole.pairs[static_cast<std::size_t>(2 * k + 1)]});
-      l.stiffness.push_back(more || k % 3 == 0 ? 1 : 1000);
-      l.rest_length.push_back(1);
-      l.damping.push_back(0);
-    }
+  Lattice l = generate(spec, rank, size);  // every third spring is soft; none of them in the middle, or a third of the way
+  REQUIRE(number_rows(PETSC_COMM_WORLD, &l.springs) == 0);
+  for (std::size_t k = 0; k < l.stiffness.size(); ++k) l.stiffness[k] = (l.springs.first + static_cast<std::int64_t>(k)) % 3 == 0 ? 1 : 1000;
+  Network net;
+  REQUIRE(build_network(PETSC_COMM_WORLD, l, NetworkOptions(), &net) == 0);
+  if (net.partition.rfind("graph", 0) != 0) return;
+  for (PetscInt i = 0; i < net.n; ++i)
+    for (PetscInt e = net.links.start[i]; e < net.links.start[i + 1]; ++e)
+      if (net.links.other[e] >= net.n) CHECK(net.links.spring[e] % 3 == 0);
+}
+
+TEST_CASE("couplings to images are those to their particle, but where a particle is joined in several boxes") {
+  int rank, size;
+  MPI_Comm_rank(PETSC_COMM_WORLD, &rank);
+  MPI_Comm_size(PETSC_COMM_WORLD, &size);
+  int folded = 0, kept = 0;
+  for (const std::int64_t narrow : {2, 3}) {
+    GeneratorSpec spec;
+    spec.type = LatticeType::cubic;
+    spec.size = {narrow, 5, 4};
+    spec.neighbors = 18;
+    spec.periodic = "xz";
+    Lattice lattice = generate(spec, rank, size);
+    REQUIRE(number_rows(PETSC_COMM_WORLD, &lattice.springs) == 0);
     Network net;
-    REQUIRE(build_network(PETSC_COMM_WORLD, l, NetworkOptions(), &net) == 0);
-    if (net.partition.rfind("graph", 0) != 0) continue;
-    CAPTURE(more);
+    REQUIRE(build_network(PETSC_COMM_WORLD, lattice, NetworkOptions(), &net) == 0);
     for (PetscInt i = 0; i < net.n; ++i)
-      for (PetscInt e = net.links.start[i]; e < net.links.start[i + 1]; ++e)
-        if (net.links.other[e] >= net.n) CHECK(order[static_cast<std::size_t>(net.links.spring[e])] % 3 == 0);
+      for (PetscInt e = net.links.start[i]; e < net.links.start[i + 1]; ++e) {
+        const PetscInt j = net.links.other[e], particle = net.global[static_cast<std::size_t>(j)] - net.first;
+        bool several = false;
+        for (PetscInt k = net.links.start[i]; k < net.links.start[i + 1]; ++k) {
+          const PetscInt other = net.links.other[k];
+          several = several || (other != j && net.global[static_cast<std::size_t>(other)] == net.global[static_cast<std::size_t>(j)]);
+        }
+        const bool own = particle >= 0 && particle < net.n;
+        CHECK(net.coupled(i, e) == (own && !several ? particle : j));
+        folded += own && !several && j >= net.n;
+        kept += own && several && j >= net.n;
+      }
   }
+  CHECK(folded > 0);
+  CHECK(kept > 0);
 }
 
 TEST_CASE("velocities, anchors and groups arrive with their particles; fixed ones are at rest") {
@@ -272,6 +292,7 @@ TEST_CASE("every rank knows the laws of all springs, those it has none of as wel
   spec.type = LatticeType::chain;
   spec.size = {60};
   Lattice lattice = generate(spec, rank, size);
+  REQUIRE(number_rows(PETSC_COMM_WORLD, &lattice.springs) == 0);
   const std::vector<std::string> names = spring_law_names();  // Hooke's is the first
   const std::size_t plastic = static_cast<std::size_t>(std::find(names.begin(), names.end(), "plastic") - names.begin());
   REQUIRE(plastic < names.size());
