@@ -201,6 +201,16 @@ TEST_CASE("a landing is a landing up to the rounding of a late time") {
   REQUIRE_FALSE(length.has_landed(target - 1e-8));
 }
 
+TEST_CASE("the deepest cut is that of rejections, not of output times") {
+  StepLength length(StepRules{}, 0.1, false, false);
+  length.plan(0.0, 0.001, 0.1, true);  // shortened to land
+  length.follow(0.001, true, false, 0.001);
+  REQUIRE(length.shortest_cut() == 0);
+  length.plan(0.001, 0.003, 0.1, false);  // and a quarter of that after a rejection
+  length.follow(0.0005, false, true, 0.0005);
+  REQUIRE(length.shortest_cut() == Approx(0.025));
+}
+
 TEST_CASE("a continued run goes on with the length it would have had") {
   StepRules rules;
   StepLength length(rules, 0.1, false, false);
@@ -210,12 +220,14 @@ TEST_CASE("a continued run goes on with the length it would have had") {
   length.follow(0.025, false, false, 0.025);
   Facts facts;
   length.save(&facts);
-  REQUIRE(facts.real == std::map<std::string, double>{{"nominal_step", 0.1}, {"next_step", 0.025}, {"first_step", 0.1}, {"grown_from", 0}});
+  REQUIRE(facts.real == std::map<std::string, double>{
+                            {"nominal_step", 0.1}, {"next_step", 0.025}, {"first_step", 0.1}, {"grown_from", 0}, {"shortest_cut", 0.025}});
   REQUIRE(facts.whole == std::map<std::string, std::int64_t>{{"good_in_a_row", 2}, {"good_awaited", 3}});
 
   StepLength again(rules, 0.1, false, false);
   REQUIRE(again.restore(facts).empty());
   REQUIRE(again.next() == 0.025);
+  REQUIRE(again.shortest_cut() == 0.025);
   for (StepLength* one : {&length, &again}) {  // the third good step lets both grow back
     one->plan(0.05, 100.0, one->next(), false);
     one->follow(0.025, false, false, 0.025);
