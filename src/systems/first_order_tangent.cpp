@@ -1,4 +1,7 @@
 #include "systems/first_order_tangent.hpp"
+#include <algorithm>
+#include <cmath>
+#include <numeric>
 #include "base/handle.hpp"
 
 namespace bs {
@@ -12,13 +15,26 @@ PetscErrorCode shell_multiply(Mat J, Vec z, Vec y) {
   PetscFunctionReturn(0);
 }
 
+PetscErrorCode shell_view(Mat, PetscViewer viewer) {
+  PetscBool text = PETSC_FALSE;
+  PetscFunctionBegin;
+  PetscCall(PetscObjectTypeCompare(reinterpret_cast<PetscObject>(viewer), PETSCVIEWERASCII, &text));
+  if (text) PetscCall(PetscViewerASCIIPrintf(viewer, "products with the tangents of the forces; -bs_operator assembled makes it an AIJ matrix\n"));
+  PetscFunctionReturn(0);
+}
+
 }  // namespace
 
 PetscErrorCode FirstOrderTangent::linearise(double t, Vec y, double sigma, Form form) {
+  const PetscScalar* ay = nullptr;
   PetscFunctionBegin;
   sigma_ = sigma;
   form_ = form;
   PetscCall(own_.linearise(t, y));
+  PetscCall(VecGetArrayRead(y, &ay));
+  size_ = 0;
+  layout_of(y).for_each([&](PetscInt x, PetscInt v) { size_ = std::max({size_, sigma * std::abs(ay[x]), std::abs(ay[v])}); });
+  PetscCall(VecRestoreArrayRead(y, &ay));
   PetscFunctionReturn(0);
 }
 
@@ -30,6 +46,7 @@ PetscErrorCode FirstOrderTangent::create_shell(Mat* J) {
   PetscCall(MatSetBlockSize(*J, own_.layout().block()));
   PetscCall(MatSetVecType(*J, VECSTANDARD));
   PetscCall(MatShellSetOperation(*J, MATOP_MULT, reinterpret_cast<void (*)()>(shell_multiply)));
+  PetscCall(MatShellSetOperation(*J, MATOP_VIEW, reinterpret_cast<void (*)()>(shell_view)));
   PetscFunctionReturn(0);
 }
 
@@ -71,6 +88,19 @@ PetscErrorCode FirstOrderTangent::multiply(Vec z, Vec y) {
   PetscFunctionReturn(0);
 }
 
+/// Collective. D a, 0 where a = x' - v is rounding of x' = sigma x + ... on every rank: the energy search leaves states with x' = v.
+PetscErrorCode FirstOrderTangent::damp(const std::vector<double>& a, std::vector<double>* damping) {
+  constexpr double ROUNDINGS = 16;
+  const double most = std::accumulate(a.begin(), a.end(), 0.0, [](double m, double value) { return std::max(m, std::abs(value)); });
+  int some = !(most <= ROUNDINGS * PETSC_MACHINE_EPSILON * size_);
+  PetscFunctionBegin;
+  damping->assign(a.size(), 0.0);
+  if (static_) PetscFunctionReturn(0);
+  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &some, 1, MPI_INT, MPI_MAX, comm()));
+  if (some) PetscCall(own_.damping_force(a.data(), damping->data()));
+  PetscFunctionReturn(0);
+}
+
 // b = r_v + (mu M - D) a; of an equilibrium r_v
 PetscErrorCode FirstOrderTangent::condense(Vec r, Vec b) {
   const Layout& at = own_.layout();
@@ -79,17 +109,15 @@ PetscErrorCode FirstOrderTangent::condense(Vec r, Vec b) {
   const PetscScalar* ar = nullptr;
   PetscScalar* ab = nullptr;
   PetscFunctionBegin;
-  std::vector<double>& damping = force_;
-  damping.assign(static_cast<std::size_t>(at.particles * d), 0.0);
-  std::vector<double> a(damping.size());
+  std::vector<double> a(static_cast<std::size_t>(at.particles * d), 0.0);
   PetscCall(VecGetArrayRead(r, &ar));
   for (PetscInt i = 0; i < at.particles && !static_; ++i)
     for (PetscInt c = 0; c < d; ++c) a[i * d + c] = ar[at.x(i, c)] / (form_ == Form::momentum ? masses[i] : 1.0);
-  if (!static_) PetscCall(own_.damping_force(a.data(), damping.data()));
+  PetscCall(damp(a, &force_));
   PetscCall(VecGetArrayWrite(b, &ab));
   for (PetscInt i = 0; i < at.particles; ++i) {
     const double m = masses[i], scale = form_ == Form::momentum ? 1.0 : m;
-    for (PetscInt c = 0; c < d; ++c) ab[i * d + c] = scale * ar[at.v(i, c)] + inertia_ * sigma_ * m * a[i * d + c] - damping[i * d + c];
+    for (PetscInt c = 0; c < d; ++c) ab[i * d + c] = scale * ar[at.v(i, c)] + inertia_ * sigma_ * m * a[i * d + c] - force_[i * d + c];
   }
   PetscCall(VecRestoreArrayWrite(b, &ab));
   PetscCall(VecRestoreArrayRead(r, &ar));

@@ -48,9 +48,11 @@ class FirstOrderTangent final : public Tangent {
     return static_ ? Coefficients{shift_ / sigma_, 0, 1 / sigma_} : Coefficients{inertia_ * sigma_, 1, 1 / sigma_};
   }
   PetscErrorCode change_of_force(Vec z);
+  PetscErrorCode damp(const std::vector<double>& a, std::vector<double>* damping);
   double row_of_v(double m, double zx, double zv) const { return m * (static_ ? shift_ * zx : inertia_ * sigma_ * zv); }
   Linearisation& own_;
   double sigma_ = 1, inertia_ = 1, shift_ = 0;
+  double size_ = 0;  ///< largest number among sigma x and v of this rank's particles
   bool static_ = false;
   VecHandle places_;  ///< room
   Form form_ = Form::momentum;

@@ -1,5 +1,6 @@
 // When a preconditioner has aged, by the iterations its solves take.
 #pragma once
+#include <algorithm>
 
 namespace bs {
 
@@ -17,9 +18,11 @@ class PreconditionerAge {
     return kept_;
   }
   /// A solve took `rate` iterations per digit, with a preconditioner that was made for it (`fresh`) or before. Due is a new one where that is more
-  /// than `most` times what it was with all parts new.
+  /// than `most` times what it is with all parts new, and one iteration more. That varies with the matrix, and one bad solve must not be the
+  /// measure of those that follow: the measure grows by a tenth at a time.
   void note(double rate, bool fresh, double most) noexcept {
-    if (fresh && !kept_) new_rate_ = rate;
+    constexpr double GROWTH = 1.1;
+    if (fresh && !kept_) new_rate_ = new_rate_ > 0 ? std::min(rate, GROWTH * new_rate_) : rate;
     if (rate <= most * new_rate_ + 1) return;
     due_ = true;
     coarse_due_ = coarse_due_ || fresh;

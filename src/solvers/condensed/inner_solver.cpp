@@ -9,7 +9,8 @@
 namespace bs {
 
 void InnerSolver::renew() {
-  renew_factors();
+  age_ = {};
+  rebuild_ = true;
   indefinite_ = absolute_in_force_ = false;
 }
 
@@ -51,7 +52,8 @@ PetscErrorCode InnerSolver::keep_coarse_grid(PC pc, bool keep) const {
 PetscErrorCode InnerSolver::linearise(bool definite) {
   PetscFunctionBegin;
   const double sigma = tangent_->sigma();
-  if (definite != definite_ || direct_ || refresh_ <= 0 || std::abs(sigma - sigma_) > 0.1 * sigma_) age_.discard();
+  if (definite != definite_ || direct_ || refresh_ <= 0) age_.discard();
+  if (std::abs(sigma - sigma_) > 0.1 * sigma_) age_ = {};  // another matrix, which takes other numbers of iterations
   definite_ = definite;
   fresh_ = age_.due();
   const bool keep = fresh_ && age_.renew();
@@ -165,14 +167,22 @@ PetscErrorCode InnerSolver::set_up_on_blocks() {
   PetscFunctionReturn(0);
 }
 
+/// Of one Krylov solve to the relative tolerance rtol.
+void InnerSolver::note_iterations(PetscInt its, double rtol, CondensedCounts* counts) {
+  counts->iterations += its;
+  rate_ = static_cast<double>(its) / std::max(1.0, -std::log10(rtol));
+}
+
 PetscErrorCode InnerSolver::run(KSP ksp, Vec b, Vec w, CondensedCounts* counts, KSPConvergedReason* reason) {
   PetscInt its = 0;
+  PetscReal rtol = rtol_;
   PetscFunctionBegin;
   if (!own_rtol_) PetscCall(KSPSetTolerances(ksp, rtol_, PETSC_DEFAULT, PETSC_DEFAULT, PETSC_DEFAULT));
   PetscCall(KSPSolve(ksp, b, w));
   PetscCall(KSPGetConvergedReason(ksp, reason));
   PetscCall(KSPGetIterationNumber(ksp, &its));
-  counts->iterations += its;
+  PetscCall(KSPGetTolerances(ksp, &rtol, nullptr, nullptr, nullptr));
+  note_iterations(its, rtol, counts);
   PetscFunctionReturn(0);
 }
 
@@ -218,7 +228,6 @@ PetscErrorCode InnerSolver::conclude(Vec b, Vec w, CondensedCounts* counts, KSPC
 
 PetscErrorCode InnerSolver::solve(Vec b, Vec w, CondensedCounts* counts, bool* solved) {
   KSPConvergedReason reason;
-  PetscInt before = counts->iterations;
   PetscFunctionBegin;
   ++counts->solves;
   const bool aged = !fresh_;
@@ -231,11 +240,9 @@ PetscErrorCode InnerSolver::solve(Vec b, Vec w, CondensedCounts* counts, bool* s
     PetscInt its = 0;
     PetscCall(correction_.apply(*tangent_, ksp_, rtol_, b, w, &its, &reason));
     counts->iterations += its;
-    before += its;
     if (reason < 0 && !demand_.direction) *solved = false;
   }
-  const double rate = static_cast<double>(counts->iterations - before) / std::max(1.0, -std::log10(rtol_));
-  age_.note(rate, fresh_, refresh_);
+  age_.note(rate_, fresh_, refresh_);
   if (!finished) age_.discard();
   rebuild_ = rebuild_ || age_.due();
   fresh_ = false;
