@@ -82,7 +82,7 @@ PetscErrorCode require_finite(MPI_Comm comm, const Dataset& table) {
   Fault fault;
 
   PetscFunctionBegin;
-  if (const auto* values = std::get_if<std::vector<double>>(&table.rows)) {
+  if (const auto* values = std::get_if<std::vector<double>>(&table.rows); values && !table.gaps) {
     const PetscInt at = first_not_finite(values->data(), static_cast<PetscInt>(values->size())), columns = std::max(1, table.columns);
     if (at < static_cast<PetscInt>(values->size())) note(table.path, table.first + at / columns, (*values)[static_cast<std::size_t>(at)], &fault);
   }

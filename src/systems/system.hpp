@@ -50,6 +50,7 @@ struct Dataset {
   std::variant<std::vector<double>, std::vector<std::int64_t>, Words> rows;
   std::vector<std::pair<std::string, std::string>> attributes = {};  ///< texts by name
   Powers powers = {};                                                ///< of its unit, where the name does not say it
+  bool gaps = false;                                                 ///< NaN stands where there is no such number, infinity where there is no limit
 };
 
 /// A part of the state in the input's order: block size = columns, rows as in the input; borrowed.

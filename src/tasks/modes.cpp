@@ -214,6 +214,9 @@ PetscErrorCode run_modes(std::unique_ptr<Model> model, int* exit_code) {
   } else {
     PetscCall(refuse_box_stress(*model, "-bs_modes_about start"));
     there = std::move(model);
+    Loads still;  // what is driven, and a box that is strained, has its place at the start and no velocity, which would act on dampers
+    still.at_rest = true;
+    there->mechanics()->set_loads(still);
     PetscCall(PetscOptionsGetReal(nullptr, nullptr, "-ts_init_time", &time, nullptr));
     PetscCall(at_rest(there->initial_state(), y.out()));
   }

@@ -5,6 +5,7 @@
 #include "base/fault.hpp"
 #include "output/finite.hpp"
 #include "output/report.hpp"
+#include "systems/breaks.hpp"
 #include "tasks/modes_parts.hpp"
 
 namespace bs {
@@ -138,6 +139,7 @@ PetscErrorCode ModesRun::write() {
   if (!file_) PetscFunctionReturn(0);
   PetscCallMPI(MPI_Comm_rank(model_.comm(), &rank));
   PetscCall(fluctuations(&tables));
+  if (model_.breaks()) PetscCall(model_.breaks()->tables(&tables));
   for (const Mode& mode : modes_.mode) {
     squared.push_back(mode.omega_squared);
     residual.push_back(mode.residual);

@@ -53,8 +53,7 @@ class StaticRun {
   Avalanche avalanche_;
   TS ts_ = nullptr;
   TSContext* context_ = nullptr;
-  std::int64_t unbalanced_before_ = 0;  ///< equilibria of the runs that this one continues
-  std::int64_t turns_ = 0;              ///< times the load factor began to fall or to rise
+  std::int64_t turns_ = 0;  ///< times the load factor began to fall or to rise
   double last_factor_ = 0, last_way_ = 0;
 };
 
@@ -82,12 +81,10 @@ RunHooks StaticRun::hooks() {
   hooks.save = [this](Facts* facts) {
     stability_.save(facts);
     snaps_.save(facts);
-    facts->whole["unbalanced"] = unbalanced_before_ + model_.unbalanced();
   };
   hooks.restore = [this](const Facts& facts) {
     stability_.restore(facts);
     snaps_.restore(facts);
-    if (const auto at = facts.whole.find("unbalanced"); at != facts.whole.end()) unbalanced_before_ = at->second;
   };
   hooks.count = [this](std::vector<Tally>* out) { return count(out); };
   if (end_ && end_->wanted()) {
@@ -176,7 +173,7 @@ PetscErrorCode StaticRun::count(std::vector<Tally>* out) const {
   out->push_back({"box_corrections", "changes of the box to meet the stresses of -bs_box_stress", box_.corrections()});
   out->push_back({"turns", "times the load factor turned round: limit points", turns_});
   out->push_back({"snap_through", "load steps in which the shape jumped to another branch of equilibria (snap-through)", snaps_.count()});
-  out->push_back({"unbalanced", "", unbalanced_before_ + model_.unbalanced()});
+  out->push_back({"unbalanced", "", model_.unbalanced()});
   stability_.count(out);
   PetscFunctionReturn(0);
 }
@@ -186,7 +183,7 @@ PetscErrorCode StaticRun::look_back(Warnings* warnings) {
   PetscFunctionBegin;
   PetscCall(stability_.warn(warnings));
   PetscCall(snaps_.warn(warnings));
-  if (const std::int64_t unbalanced = unbalanced_before_ + model_.unbalanced(); unbalanced > 0)
+  if (const std::int64_t unbalanced = model_.unbalanced(); unbalanced > 0)
     PetscCall(warnings->add("unbalanced_force",
                             format("%lld equilibria leave an unbalanced force above 1e-6 of the largest load or reaction "
                                    "(/observables/unbalanced_force): it bounds their digits",

@@ -213,7 +213,12 @@ def not_finite(path):
 
 def without_strain(f, shape):
     broken = f["backspring/broken/value"][...] == 1 if "backspring/broken" in f else np.zeros(shape, bool)
-    return broken | (f["connectivity/bonds_rest_length"][...] == 0)[None]
+    return broken | (f["connectivity/bonds_rest_length"][...] == 0)[None] | ~existing(f)[None]
+
+
+def existing(f):
+    """Springs that can exert a force: one whose stiffnesses and damping are all 0 is none."""
+    return np.any([f["connectivity/bonds_" + name][...] != 0 for name in ("stiffness", "stiffness_2", "stiffness_3", "damping") if "bonds_" + name in f["connectivity"]], axis=0)
 
 
 def not_finite_report(value, path="report"):
@@ -275,10 +280,10 @@ def free_force(f, case, anchors):
 
 def what_broke(checks, name, f):
     """Flags, events and the count agree, nothing breaks twice, and what broke carried a force."""
-    flags, k = f["backspring/broken/value"][...], f["connectivity/bonds_stiffness"][...]
+    flags, there = f["backspring/broken/value"][...], existing(f)
     rows = f["events/broken/spring"][...] if "events/broken" in f else np.zeros(0, int)
     checks.true(f"{name}: what broke is told once, and its flag stays", len(set(rows)) == len(rows) and (np.diff(flags, axis=0) >= 0).all() and set(np.flatnonzero(flags[-1])) == set(rows))
-    checks.true(f"{name}: what broke existed", (k[rows] > 0).all(), f"{(k[rows] == 0).sum()} of {len(rows)} had no stiffness")
+    checks.true(f"{name}: what broke existed", there[rows].all(), f"{(~there[rows]).sum()} of {len(rows)} could exert no force")
 
 
 def same_end(checks, name, one, other, bound):

@@ -162,7 +162,7 @@ PetscErrorCode Breaking::tables(std::vector<Dataset>* out) const {
   out->push_back({events + "load", first, total, 0, std::move(load)});
   out->push_back({events + "spring", first, total, 0, std::move(spring)});
   out->push_back({events + "ends", first, total, 2, std::move(ends)});
-  out->push_back({events + "strain", first, total, 0, std::move(strain)});
+  out->push_back({events + "strain", first, total, 0, std::move(strain), {}, {}, true});
   out->push_back({events + "energy", first, total, 0, std::move(energy), {}, {1, 2, -2}});
   out->push_back({events + "avalanche", first, total, 0, std::move(avalanche)});
   PetscFunctionReturn(0);
@@ -176,12 +176,12 @@ void Breaking::put_limits(Lattice* lattice, std::vector<Dataset>* out) const {
     std::vector<double> value = own ? own->value : std::vector<double>(static_cast<std::size_t>(s.count), rules_.limit[c]);
     for (std::size_t k = 0; k < value.size(); ++k) value[k] *= rules_.factor(s.first + static_cast<std::int64_t>(k));
     out->push_back(
-        {std::string("/connectivity/bonds_") + break_limits[c].threshold, s.first, s.total, 0, std::move(value), {}, break_limits[c].powers});
+        {std::string("/connectivity/bonds_") + break_limits[c].threshold, s.first, s.total, 0, std::move(value), {}, break_limits[c].powers, true});
   }
   for (Column& column : lattice->break_columns)
     for (const BreakLimit& one : break_limits)
       if (column.name == one.name)
-        out->push_back({"/connectivity/bonds_" + column.name, s.first, s.total, 0, std::move(column.value), {}, one.powers});
+        out->push_back({"/connectivity/bonds_" + column.name, s.first, s.total, 0, std::move(column.value), {}, one.powers, true});
 }
 
 }  // namespace bs
