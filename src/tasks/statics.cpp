@@ -184,10 +184,9 @@ PetscErrorCode StaticRun::look_back(Warnings* warnings) {
   PetscCall(stability_.warn(warnings));
   PetscCall(snaps_.warn(warnings));
   if (const std::int64_t unbalanced = model_.unbalanced(); unbalanced > 0)
-    PetscCall(warnings->add("unbalanced_force",
-                            format("%lld equilibria leave an unbalanced force above 1e-6 of the largest load or reaction "
-                                   "(/observables/unbalanced_force): it bounds their digits",
-                                   static_cast<long long>(unbalanced))));
+    PetscCall(warnings->add("unbalanced_force", format("%lld equilibria leave an unbalanced force above 1e-6 of the largest load or reaction "
+                                                       "(/observables/unbalanced_force): it bounds their digits",
+                                                       static_cast<long long>(unbalanced))));
   if (box_.active()) PetscCall(box_.warn(model_, last_factor_, warnings));
   if (options_.arc && !arc_.at_end())
     PetscCall(warnings->add(

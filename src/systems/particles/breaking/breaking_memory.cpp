@@ -30,6 +30,8 @@ PetscErrorCode Breaking::flags(Vec* out) {
 
 namespace {
 
+constexpr double NO_STRAIN = -2;  // in a checkpoint, of a spring of rest length 0: below every strain
+
 /// What a checkpoint holds of every spring, 0 where it is whole; a spring that the lattice gave as broken has the number 0.
 struct Entry {
   const char* name;
@@ -47,7 +49,8 @@ const Entry ENTRIES[] = {
      [](double v, BrokenSpring* b) { b->avalanche = static_cast<std::int64_t>(v); }},
     {"break_time", [](const BrokenSpring& b) { return b.time; }, [](double v, BrokenSpring* b) { b->time = v; }},
     {"break_load", [](const BrokenSpring& b) { return b.load; }, [](double v, BrokenSpring* b) { b->load = v; }},
-    {"break_strain", [](const BrokenSpring& b) { return b.strain; }, [](double v, BrokenSpring* b) { b->strain = v; }},
+    {"break_strain", [](const BrokenSpring& b) { return std::isnan(b.strain) ? NO_STRAIN : b.strain; },
+     [](double v, BrokenSpring* b) { b->strain = v == NO_STRAIN ? NAN : v; }},
     {"break_energy", [](const BrokenSpring& b) { return b.energy; }, [](double v, BrokenSpring* b) { b->energy = v; }},
 };
 
