@@ -80,9 +80,10 @@ PetscErrorCode Run::look_back(TSConvergedReason reason) {
                               static_cast<long long>(stepper_->counts().steps), hooks_.loads ? hooks_.clock : "t =", stepper_->good_time(), end_)));
   if (context_.newton.loose() > 0)
     PetscCall(warnings_.add(
-        "newton_loose", format("%lld Newton solves were ended by the tolerances that are given (-snes_atol, -snes_rtol) with more than a thousandth of the "
-                               "residual left: the motion is not that of the equations; lower them",
-                               static_cast<long long>(context_.newton.loose()))));
+        "newton_loose",
+        format("%lld Newton solves were ended by the tolerances that are given (-snes_atol, -snes_rtol) with more than a thousandth of the "
+               "residual left: the motion is not that of the equations; lower them",
+               static_cast<long long>(context_.newton.loose()))));
   if (hooks_.look_back) PetscCall(hooks_.look_back(&warnings_));
   PetscFunctionReturn(0);
 }
