@@ -54,12 +54,18 @@ PetscErrorCode Stepper::count_step(TS ts, StepRecord* record) {
   PetscFunctionReturn(0);
 }
 
+/// What is new since the last count is added to the step's.
 PetscErrorCode Stepper::count_iterations(TS ts, StepRecord* record) {
+  StepRecord more;
   PetscInt newton, krylov;
   PetscFunctionBegin;
   PetscCall(TSGetSNESIterations(ts, &newton));
   PetscCall(krylov_iterations(ts, &krylov));
-  counter_.count(newton, krylov, rejections_.counts(), record);
+  counter_.count(newton, krylov, rejections_.counts(), &more);
+  record->newton += more.newton;
+  record->krylov += more.krylov;
+  record->rejected += more.rejected;
+  for (std::size_t k = 0; k < more.reasons.size(); ++k) record->reasons[k] += more.reasons[k];
   PetscFunctionReturn(0);
 }
 

@@ -8,11 +8,11 @@ std::int64_t total(const RejectionCounts& counts) { return std::accumulate(count
 void StepCounter::count(std::int64_t newton, std::int64_t krylov, const RejectionCounts& rejected, StepRecord* record) {
   newton += newton_before_;
   krylov += krylov_before_;
-  for (std::size_t k = 0; k < rejected.size(); ++k) record->reasons[k] += rejected[k] - rejected_[k];
+  for (std::size_t k = 0; k < rejected.size(); ++k) record->reasons[k] = rejected[k] - rejected_[k];
   rejected_ = rejected;
-  record->newton += newton - counts_.newton;
-  record->krylov += krylov - counts_.krylov;
-  record->rejected += total(rejected) - counts_.rejected;
+  record->newton = newton - counts_.newton;
+  record->krylov = krylov - counts_.krylov;
+  record->rejected = total(rejected) - counts_.rejected;
   counts_.newton = newton;
   counts_.krylov = krylov;
   counts_.rejected = total(rejected);

@@ -19,7 +19,7 @@ class StepCounter {
   void add_shortened() { ++counts_.shortened; }
   /// The run has come to step number `steps`.
   void set_steps(std::int64_t steps) { counts_.steps = steps; }
-  /// Iterations of the solvers since they were made, and rejections since the run began: what is new is added to `record`.
+  /// Iterations of the solvers since they were made, and rejections since the run began: what is new goes into `record`.
   void count(std::int64_t newton, std::int64_t krylov, const RejectionCounts& rejected, StepRecord* record);
   void save(Facts* facts) const;
   /// `newton`, `krylov`: what the solvers have counted so far and is no step's; `rejected`: of the run.
