@@ -1,5 +1,6 @@
 // The hooks of TS, and what happens before a step; stepper_accept.cpp: after it.
 #include "time/stepper.hpp"
+#include <cmath>
 #include "base/fault.hpp"
 #include "time/ts_queries.hpp"
 
@@ -140,7 +141,7 @@ PetscErrorCode Stepper::check_start(TS ts, double t, double h) {
   const bool whole = !adaptive && most == PETSC_MAX_INT;
   std::string fault = lost_in_rounding(t, h, clock_.interval(), time_resolution(t));
   if (fault.empty() && whole) fault = lost_in_rounding(end, length_.nominal(), 0, time_resolution(end));
-  if (fault.empty()) fault = lost_in_rounding(end, end, clock_.interval(), time_resolution(end));
+  if (fault.empty()) fault = lost_in_rounding(end, INFINITY, clock_.interval(), time_resolution(end));
   if (fault.empty() && whole) fault = endless((end - t) / length_.nominal());
   if (fault.empty() && t < end) {
     PetscCall(model_.foresee(t, t, &fault));
