@@ -186,7 +186,7 @@ HDF5 = {
     "drag as text": (hdf5(put("particles/drag", np.full(5, b"1"))), "/particles/drag: holds strings, needs numbers"),
     "spring to nobody": (hdf5(put("springs/pairs", 5, (3, 1))), "spring 3, /springs/pairs: there is no particle 5; write 0 to 4"),
     "spring to -1": (hdf5(put("springs/pairs", -1, (1, 0))), "spring 1, /springs/pairs: there is no particle -1"),
-    "end beyond 64 bits": (hdf5(put("springs/pairs", np.full((4, 2), 2**64 - 1, "u8"))), "spring 0, /springs/pairs: there is no"),
+    "end beyond 64 bits": (hdf5(put("springs/pairs", np.full((4, 2), 2**64 - 1, "u8"))), "/springs/pairs: row 0 holds a whole number of 2^63 - 1 or more in size"),
     "spring to itself": (hdf5(put("springs/pairs", [2, 2], 2)), "spring 2, /springs/pairs: joins particle 2 to itself"),
     "negative stiffness": (hdf5(put("springs/stiffness", -3, 2)), "spring 2, /springs/stiffness: stiffness -3"),
     "infinite stiffness": (hdf5(put("springs/stiffness", np.inf, 2)), "spring 2, /springs/stiffness: stiffness inf"),
