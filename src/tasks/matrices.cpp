@@ -1,6 +1,7 @@
 #include "tasks/matrices.hpp"
 #include <petscviewer.h>
 #include <algorithm>
+#include <cmath>
 #include <cstring>
 #include <vector>
 #include "base/fault.hpp"
@@ -101,7 +102,7 @@ PetscErrorCode make(Model& model, double t, Vec y, Named* M, Named* K, Named* D)
 }
 
 /// This rank's entries other than 0 as lines of Matrix Market, and how many.
-PetscErrorCode local_lines(Mat A, std::string* text, PetscInt* count) {
+PetscErrorCode local_lines(Mat A, std::string* text, PetscInt* count, Fault* fault) {
   PetscInt first = 0, end = 0;
   PetscFunctionBegin;
   *count = 0;
@@ -113,6 +114,8 @@ PetscErrorCode local_lines(Mat A, std::string* text, PetscInt* count) {
     PetscCall(MatGetRow(A, row, &n, &column, &value));
     for (PetscInt k = 0; k < n; ++k) {
       if (value[k] == 0) continue;
+      if (!std::isfinite(value[k]))
+        fault->note(row, format("row %lld has an entry that is not finite", static_cast<long long>(row) + 1), Exit::solve);
       *text += format("%lld %lld %.17g\n", static_cast<long long>(row) + 1, static_cast<long long>(column[k]) + 1, value[k]);
       ++*count;
     }
@@ -153,7 +156,9 @@ PetscErrorCode write_market(const Named& named, double t, PetscInt dim, const st
   PetscFunctionBegin;
   PetscCallMPI(MPI_Comm_rank(comm, &rank));
   PetscCall(MatGetSize(named.matrix, &n, nullptr));
-  PetscCall(local_lines(named.matrix, &lines, &count));
+  PetscCall(local_lines(named.matrix, &lines, &count, &fault));
+  if (fault) fault.text = std::string("option -bs_write_matrices: ") + named.meaning + ": " + fault.text + ": it is not written";
+  PetscCall(agree(comm, fault));
   PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &count, 1, MPIU_INT, MPI_SUM, comm));
   PetscCall(collect(comm, &lines));
   if (rank == 0) {

@@ -110,7 +110,7 @@ void Cell::shift_images(double t, double sign, bool velocities, double* states) 
     for (int c = 0; c < dim_; ++c)
       for (int k = 0; k < dim_; ++k) {
         y[c] += sign * s[k] * e[k * dim_ + c];
-        if (velocities) y[dim_ + c] += sign * s[k] * rate[k * dim_ + c];
+        if (velocities) y[dim_ + c] += s[k] * rate[k * dim_ + c];
       }
   }
 }

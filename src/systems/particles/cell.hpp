@@ -52,7 +52,8 @@ class Cell {
   void restore(const std::map<std::string, double>& sums);
   /// Volume (area, length) at time t.
   double volume(double t) const;
-  /// Adds the displacement of their images at time t to ghosts' states, 2d numbers (x, v) each, n + ghosts of them; `sign` -1 takes it away.
+  /// Adds the displacement of their images at time t to ghosts' states, 2d numbers (x, v) each, n + ghosts of them; `sign` -1 takes it away. Their
+  /// velocities are added where `velocities` says so.
   void shift_images(double t, double sign, bool velocities, double* states) const;
   /// For equilibria, whose time is a load factor: rates are 0 from now on; `full_load`: the box is as at t = 1.
   void set_static(bool at_rest, bool full_load) {

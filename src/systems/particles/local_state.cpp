@@ -117,9 +117,9 @@ PetscErrorCode LocalState::scatter_end(Vec y) {
 }
 
 void LocalState::drive_to(double t) {
-  if (net_->cell) net_->cell->shift_images(time_, -1, velocities_, values_.data());
+  if (net_->cell) net_->cell->shift_images(time_, -1, false, values_.data());
   hold_driven(t, 0, net_->n + net_->ghosts);
-  if (net_->cell) net_->cell->shift_images(t, 1, velocities_, values_.data());
+  if (net_->cell) net_->cell->shift_images(t, 1, false, values_.data());
   time_ = t;
 }
 

@@ -20,7 +20,7 @@ class LocalState {
   /// The same in two: owned states are there after the first, ghosts after the second.
   PetscErrorCode gather_begin(double t, Vec y);
   PetscErrorCode gather_end(double t, Vec y);
-  /// What is driven, of the state gathered last, is moved to where it is at time t.
+  /// What is driven, of the state gathered last, is moved to where it is at time t; images keep their velocities: who asks wants positions alone.
   void drive_to(double t);
   /// The same for a direction: zero where components are held; images move as their particles do.
   PetscErrorCode gather_direction(Vec z);
