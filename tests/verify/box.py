@@ -181,6 +181,16 @@ def strained(checks, folder):
     checks.true("its error falls with the square of the steps", 3.5 < error[0] / error[1] < 4.5, f"{error[0]:.2g} {error[1]:.2g}")
 
 
+def held(checks, folder):
+    """What is fixed in a box that is sheared stays where it is, at rest; what is free starts with the flow (0.5 y, 0)."""
+    r = checks.run({"bs_lattice_type": "square", "bs_lattice_size": "4,4", "bs_lattice_periodic": "xy", "bs_lattice_perturbation": 0.1, "bs_lattice_damping": 0.3,
+                    "bs_lattice_fixed_particles": 5, "bs_box_rate": "xy=0.5", "ts_dt": 0.02, "ts_max_time": 0.2}, interval=0).trajectory
+    checks.near("a fixed particle in a sheared box stays", r.position[:, 5] - r.position[0, 5], 0, 0)
+    checks.near("its velocity", r.velocity[:, 5], 0, 0)
+    free = np.arange(len(r.mass)) != 5
+    checks.near("free ones start with the flow", r.velocity[0, free], np.stack([0.5 * r.position[0, free, 1], 0 * r.position[0, free, 1]], 1), 1e-15)
+
+
 def continued(checks, folder):
     """Restart to the bit; a trajectory read back as a lattice goes on in its box; ranks."""
     base = {"bs_lattice_type": "triangular", "bs_lattice_size": "6,6", "bs_lattice_periodic": "xy", "bs_lattice_perturbation": 0.05, "bs_lattice_damping": 0.1,
@@ -228,4 +238,4 @@ def jacobians(checks, folder):
 
 
 if __name__ == "__main__":
-    run_parts(__doc__, (dispersion, endless_chain, moduli, shifts, resting, strained, continued, jacobians))
+    run_parts(__doc__, (dispersion, endless_chain, moduli, shifts, resting, strained, held, continued, jacobians))

@@ -130,6 +130,8 @@ PROGRAM = {
     "load steps without end": (words("-bs_task", "statics", "-ts_max_steps", "5", "-bs_load_steps", "1000000000"), "option -bs_load_steps: 1000000000: give 100000000 at most"),
     **{f"{name} in dynamics": (words(name, "1"), f"option {name} does not go with this run: it is of -bs_task ") for name in of_statics()},
     "linear option of particles": (words("-bs_linear_G", "g.mtx"), "option -bs_linear_G does not go with this run: it is of -bs_model linear"),
+    "loose by a notch": (lambda folder: ["-bs_lattice_type", "square", "-bs_lattice_size", "3,3", "-bs_lattice_fixed", "ymin", "-bs_gravity", "0,-1", "-bs_task", "statics",
+                                         "-bs_break_strain", "10", "-bs_break_notch", "-1,0.5,9,0.5"], "nothing holds particle 3 and what is tied to it against its loads"),
     "spared group that is none": (words("-bs_break_strain", "0.1", "-bs_break_spare", "nogroup"), "option -bs_break_spare: there is no group nogroup: choose its particles by -bs_group_nogroup"),
     "negative interval": (words("-bs_output_interval", "-1"), "-bs_output_interval: -1 is negative"),
     "negative flush": (words("-bs_output_flush", "-0.5"), "-bs_output_flush: -0.5 is negative"),
