@@ -109,7 +109,9 @@ std::string fault_of_recalled_input(const std::string& option, const std::string
   const auto place = std::filesystem::canonical(path, none);
   if (none) return {};  // its reader says that it is not there
   if (!std::filesystem::is_regular_file(place, none)) return begin + "is no regular file" + remedy;
-  std::vector<std::string> folders = shared_folders();
+  std::vector<std::string> folders;
+  for (const std::string& own : shared_folders())  // of a build folder its parts are links
+    for (const char* part : {"", "/meshes", "/options"}) folders.push_back(own + part);
   folders.push_back(".");
   folders.push_back(std::filesystem::absolute(from, none).parent_path().string());
   if (std::any_of(folders.begin(), folders.end(), [&](const std::string& folder) { return lies_below(place, folder); })) return {};

@@ -146,7 +146,7 @@ def continued(checks, folder, options):
     start = words({**options, "condensed_pc_type": "bicc", "bs_checkpoint": "c", "bs_output": "r.h5md", "bs_checkpoint_every": 3})
     go("whole", *start)
     go("parts", *start, "-ts_max_steps", "3")
-    go("parts", "-bs_restart", "c", "-ts_max_steps", "1000")
+    go("parts", "-bs_restart", "c", "-ts_max_steps", "1000", "-bs_lattice_file", str(options["bs_lattice_file"]))
     with h5py.File(folder / "whole" / "r.h5md") as a, h5py.File(folder / "parts" / "r.h5md") as b:
         checks.true("continued in every bit", all(np.array_equal(a[path + "/value"][...], b[path + "/value"][...]) for path in (
             "particles/trajectory/position", "particles/trajectory/box/edges", "observables/stress", "observables/free_strain", "observables/work/box")))

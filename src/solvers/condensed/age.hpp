@@ -1,6 +1,5 @@
 // When a preconditioner has aged, by the iterations its solves take.
 #pragma once
-#include <algorithm>
 
 namespace bs {
 
@@ -18,11 +17,9 @@ class PreconditionerAge {
     return kept_;
   }
   /// A solve took `rate` iterations per digit, with a preconditioner that was made for it (`fresh`) or before. Due is a new one where that is more
-  /// than `most` times what it is with all parts new, and one iteration more. That varies with the matrix, and one bad solve must not be the
-  /// measure of those that follow: the measure grows by a tenth at a time.
+  /// than `most` times what it was with all parts new.
   void note(double rate, bool fresh, double most) noexcept {
-    constexpr double GROWTH = 1.1;
-    if (fresh && !kept_) new_rate_ = new_rate_ > 0 ? std::min(rate, GROWTH * new_rate_) : rate;
+    if (fresh && !kept_) new_rate_ = rate;
     if (rate <= most * new_rate_ + 1) return;
     due_ = true;
     coarse_due_ = coarse_due_ || fresh;

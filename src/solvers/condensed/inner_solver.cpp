@@ -9,8 +9,7 @@
 namespace bs {
 
 void InnerSolver::renew() {
-  age_ = {};
-  rebuild_ = true;
+  renew_factors();
   indefinite_ = absolute_in_force_ = false;
 }
 
@@ -52,8 +51,7 @@ PetscErrorCode InnerSolver::keep_coarse_grid(PC pc, bool keep) const {
 PetscErrorCode InnerSolver::linearise(bool definite) {
   PetscFunctionBegin;
   const double sigma = tangent_->sigma();
-  if (definite != definite_ || direct_ || refresh_ <= 0) age_.discard();
-  if (std::abs(sigma - sigma_) > 0.1 * sigma_) age_ = {};  // another matrix, which takes other numbers of iterations
+  if (definite != definite_ || direct_ || refresh_ <= 0 || std::abs(sigma - sigma_) > 0.1 * sigma_) age_.discard();
   definite_ = definite;
   fresh_ = age_.due();
   const bool keep = fresh_ && age_.renew();
@@ -167,22 +165,14 @@ PetscErrorCode InnerSolver::set_up_on_blocks() {
   PetscFunctionReturn(0);
 }
 
-/// Of one Krylov solve to the relative tolerance rtol.
-void InnerSolver::note_iterations(PetscInt its, double rtol, CondensedCounts* counts) {
-  counts->iterations += its;
-  rate_ = static_cast<double>(its) / std::max(1.0, -std::log10(rtol));
-}
-
 PetscErrorCode InnerSolver::run(KSP ksp, Vec b, Vec w, CondensedCounts* counts, KSPConvergedReason* reason) {
   PetscInt its = 0;
-  PetscReal rtol = rtol_;
   PetscFunctionBegin;
   if (!own_rtol_) PetscCall(KSPSetTolerances(ksp, rtol_, PETSC_DEFAULT, PETSC_DEFAULT, PETSC_DEFAULT));
   PetscCall(KSPSolve(ksp, b, w));
   PetscCall(KSPGetConvergedReason(ksp, reason));
   PetscCall(KSPGetIterationNumber(ksp, &its));
-  PetscCall(KSPGetTolerances(ksp, &rtol, nullptr, nullptr, nullptr));
-  note_iterations(its, rtol, counts);
+  counts->iterations += its;
   PetscFunctionReturn(0);
 }
 
@@ -228,6 +218,7 @@ PetscErrorCode InnerSolver::conclude(Vec b, Vec w, CondensedCounts* counts, KSPC
 
 PetscErrorCode InnerSolver::solve(Vec b, Vec w, CondensedCounts* counts, bool* solved) {
   KSPConvergedReason reason;
+  PetscInt before = counts->iterations;
   PetscFunctionBegin;
   ++counts->solves;
   const bool aged = !fresh_;
@@ -240,9 +231,11 @@ PetscErrorCode InnerSolver::solve(Vec b, Vec w, CondensedCounts* counts, bool* s
     PetscInt its = 0;
     PetscCall(correction_.apply(*tangent_, ksp_, rtol_, b, w, &its, &reason));
     counts->iterations += its;
+    before += its;
     if (reason < 0 && !demand_.direction) *solved = false;
   }
-  age_.note(rate_, fresh_, refresh_);
+  const double rate = static_cast<double>(counts->iterations - before) / std::max(1.0, -std::log10(rtol_));
+  age_.note(rate, fresh_, refresh_);
   if (!finished) age_.discard();
   rebuild_ = rebuild_ || age_.due();
   fresh_ = false;

@@ -63,7 +63,6 @@ class InnerSolver {
   PetscErrorCode solve_definite(Vec b, Vec w, CondensedCounts* counts, KSPConvergedReason* reason);
   PetscErrorCode solve_indefinite(Vec b, Vec w, CondensedCounts* counts, bool* solved);
   PetscErrorCode run(KSP ksp, Vec b, Vec w, CondensedCounts* counts, KSPConvergedReason* reason);
-  void note_iterations(PetscInt its, double rtol, CondensedCounts* counts);
   PetscErrorCode leads_downhill(Vec b, Vec w, bool* yes) const;
   PetscErrorCode take_definite(Vec b, Vec w, CondensedCounts* counts, KSPConvergedReason* reason);
   PetscErrorCode start_absolute(Vec b, Vec w, CondensedCounts* counts, KSPConvergedReason* reason);
@@ -83,7 +82,6 @@ class InnerSolver {
   std::string why_;    ///< it is direct, or is not
   double flops_ = -1;  ///< predicted of a factorisation; negative: not asked for
   double rtol_ = 1e-5;
-  double rate_ = 0;                                      ///< iterations per digit of the last Krylov solve
   bool definite_ = false;                                ///< S_ is the definite part
   bool indefinite_ = false;                              ///< the last S was not positive definite
   bool lifted_ = false;                                  ///< the next S has its diagonal raised above rounding errors
