@@ -99,8 +99,8 @@ PetscErrorCode Equilibrium::examine(double t, Vec y, std::string* why) {
   }
   seen_.inner = inner;
   seen_.outer = outer;
-  // without loads and supports what is left of them is rounding, and the forces of the springs are the measure
-  if (b.left > LEFT * (outer > NOTHING * inner ? outer : inner) && seen_.loaded > 1) ++seen_.unbalanced;
+  // without loads and supports what is left of them is rounding, which measures nothing
+  if (outer > NOTHING * inner && b.left > LEFT * outer && seen_.loaded > 1) ++seen_.unbalanced;
   PetscFunctionReturn(0);
 }
 
