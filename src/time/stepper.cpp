@@ -138,10 +138,10 @@ PetscErrorCode Stepper::check_start(TS ts, double t, double h) {
   PetscCall(TSGetMaxSteps(ts, &most));
   PetscCall(is_adaptive(ts, &adaptive));
   // steps that an error estimate chooses grow, and a number of steps that was given ends the run before
-  const bool whole = !adaptive && most == PETSC_MAX_INT;
+  const bool counted = most < PETSC_MAX_INT, whole = !adaptive && !counted;
   std::string fault = lost_in_rounding(t, h, clock_.interval(), time_resolution(t));
   if (fault.empty() && whole) fault = lost_in_rounding(end, length_.nominal(), 0, time_resolution(end));
-  if (fault.empty()) fault = lost_in_rounding(end, INFINITY, clock_.interval(), time_resolution(end));
+  if (fault.empty() && !counted) fault = lost_in_rounding(end, INFINITY, clock_.interval(), time_resolution(end));
   if (fault.empty() && whole) fault = endless((end - t) / length_.nominal());
   if (fault.empty() && t < end) {
     PetscCall(model_.foresee(t, t, &fault));

@@ -126,7 +126,7 @@ PROGRAM = {
     "outside 0 to 1": (words("-bs_step_cut", "1"), "option -bs_step_cut: give a number between 0 and 1"),
     "step that is lost at the end": (endless("-ts_dt", "1e-18", "-ts_max_time", "0.2"), "a step of 1e-18 s is lost in the rounding of t = 0.2 s"),
     "steps without end": (endless("-ts_dt", "1e-11", "-ts_max_time", "0.2"), "the run would take 2e+10 steps, more than 2147483647"),
-    "interval that is lost at the end": (words("-ts_dt", "0.1", "-ts_max_time", "0.2", "-bs_output_interval", "1e-20"), "option -bs_output_interval: 1e-20 s is lost in the rounding of t = 0.2 s"),
+    "interval that is lost at the end": (endless("-ts_dt", "0.1", "-ts_max_time", "0.2", "-bs_output_interval", "1e-20"), "option -bs_output_interval: 1e-20 s is lost in the rounding of t = 0.2 s"),
     "load steps without end": (words("-bs_task", "statics", "-ts_max_steps", "5", "-bs_load_steps", "1000000000"), "option -bs_load_steps: 1000000000: give 100000000 at most"),
     **{f"{name} in dynamics": (words(name, "1"), f"option {name} does not go with this run: it is of -bs_task ") for name in of_statics()},
     "linear option of particles": (words("-bs_linear_G", "g.mtx"), "option -bs_linear_G does not go with this run: it is of -bs_model linear"),
