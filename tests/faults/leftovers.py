@@ -31,7 +31,7 @@ def finish(checks, folder, options, ranks=1):
 
 def check_log(checks, folder):
     """Killed long before its second frame, a run has its rows in the file but for the last 4096 or the last two seconds."""
-    command, how = start(checks, folder, {**SPRING, "ts_max_time": 1e9, "bs_output": "o.h5md", "bs_output_interval": 1e9,
+    command, how = start(checks, folder, {**SPRING, "ts_max_time": 1e5, "bs_output": "o.h5md", "bs_output_interval": 1e5,
                                           "bs_progress_interval": 0}, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL)
     run = subprocess.Popen(command, **how)
     steps = 0
@@ -102,7 +102,7 @@ def last_frame_so_far(path):
 
 def check_flush(checks, folder):
     """Killed, a run has the frames it told of more than -bs_output_flush seconds ago, with 0 all that it told of; a signal flushes."""
-    base = {**SPRING, "ts_dt": 1e-3, "ts_max_time": 1e9, "bs_output_interval": 0.05, "bs_progress_interval": 0, "bs_overwrite": True}
+    base = {**SPRING, "ts_dt": 1e-3, "ts_max_time": 1e5, "bs_output_interval": 0.05, "bs_progress_interval": 0, "bs_overwrite": True}
     for flush, after in ((0, 1.5), (None, 5), (0.5, 2.5)):
         for ranks in (1, 2):
             name = f"f_{flush}_{ranks}.h5md"  # its own: ranks outlive a killed mpirun for a while, and hold their file

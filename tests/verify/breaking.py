@@ -316,7 +316,7 @@ def continued(checks, folder):
         start = words({**base, "bs_checkpoint": "c", "bs_checkpoint_every": 5, "bs_output": "r.h5md", "bs_output_interval": 0.25})
         go(checks, folder / name, *start, "-bs_report", "r.json")
         go(checks, folder / (name + "2"), *start, "-ts_max_steps", "20")
-        go(checks, folder / (name + "2"), "-bs_restart", "c", "-ts_max_steps", "1000", "-bs_report", "r.json")
+        go(checks, folder / (name + "2"), "-bs_restart", "c", "-ts_max_steps", "1000", "-bs_report", "r.json", "-bs_lattice_file", "../l.h5")
         counts = [[json.loads((folder / place / "r.json").read_text())[key] for key in ("broken_springs", "avalanches", "largest_avalanche")] for place in (name, name + "2")]
         checks.true(f"{name}: the same counts", counts[0] == counts[1], f"{counts}")
         with h5py.File(folder / name / "r.h5md") as a, h5py.File(folder / (name + "2") / "r.h5md") as b:
