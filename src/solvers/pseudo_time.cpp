@@ -8,6 +8,8 @@
 namespace bs {
 PetscErrorCode PseudoTime::attach(TS ts, TSContext& context, Equilibrium& model, double nominal) {
   SNES snes;
+  PC pc;
+  CondensedDemand demand;
   PetscBool newton = PETSC_FALSE;
   PetscFunctionBegin;
   ts_ = ts;
@@ -16,8 +18,14 @@ PetscErrorCode PseudoTime::attach(TS ts, TSContext& context, Equilibrium& model,
   nominal_ = nominal;
   PetscCall(TSGetSNES(ts, &snes));
   PetscCall(PetscObjectTypeCompare(reinterpret_cast<PetscObject>(snes), SNESNEWTONLS, &newton));
-  if (!newton) PetscFunctionReturn(0);
   PetscCall(attach_own_solve(snes, this, &newton_));
+  if (newton) PetscFunctionReturn(0);
+  other_ = true;
+  fallback_ = Fallback::never;
+  PetscCall(linear_solver_of(ts, nullptr, &pc));
+  PetscCall(condensed_demand(pc, &demand));
+  demand.inertia = true;  // pivots are looked at whatever the solver
+  PetscCall(condensed_set_tangent(pc, model.tangent(), demand));
   PetscFunctionReturn(0);
 }
 
@@ -67,9 +75,9 @@ PetscErrorCode PseudoTime::solve_from(Vec y, bool* good) {
 
 PetscErrorCode PseudoTime::relax(Vec y, bool* good) {
   PetscFunctionBegin;
-  fallback_ = Fallback::always;
+  fallback_ = other_ ? Fallback::never : Fallback::always;
   PetscCall(solve_from(y, good));
-  fallback_ = Fallback::late;
+  fallback_ = other_ ? Fallback::never : Fallback::late;
   PetscFunctionReturn(0);
 }
 
@@ -88,7 +96,7 @@ PetscErrorCode PseudoTime::advance(double h, Vec y, bool* good) {
   context_->newton.go_to_the_end(false);
   PetscCall(solve_from(y, good));
   context_->newton.go_to_the_end(true);
-  fallback_ = Fallback::late;
+  fallback_ = other_ ? Fallback::never : Fallback::late;
   PetscCall(SNESSetTolerances(snes, PETSC_DEFAULT, rtol, PETSC_DEFAULT, PETSC_DEFAULT, PETSC_DEFAULT));
   PetscCall(TSSetTimeStep(ts_, of_loads));
   PetscFunctionReturn(0);

@@ -37,6 +37,7 @@ class PseudoTime {
   double nominal_ = 0;
   double tried_ = -1;  ///< load factor from which the last one started: none is repeated from the same state
   enum class Fallback { late, always, never } fallback_ = Fallback::late;  ///< late: of steps that have been cut
+  bool other_ = false;  ///< the SNES is of another type than Newton's method with a line search: there is no fallback
   VecHandle room_;
   PetscErrorCode (*newton_)(SNES) = nullptr;
   std::int64_t solves_ = 0;

@@ -18,6 +18,7 @@ struct Balance {
   double beyond = 0;  ///< of it, what ten times the rounding errors of the particle's own forces do not explain
   double inner = 0;   ///< sum of the sizes of the forces between particles
   double outer = 0;   ///< load, or reaction of a support
+  double uneven = 0;  ///< `beyond` by inner and outer of the same particle [1]
 };
 
 /// F_x = M (x' - v), F_v = -f(s, x, 0): what beuler makes of it is Newton's method for f = 0 at s, and the momentum residual is the gradient of
@@ -61,8 +62,9 @@ class Equilibrium final : public FirstOrder {
   /// Collective. Of the forces at (t, y), evaluated afresh.
   PetscErrorCode balance(double t, Vec y, Balance* out);
   /// Collective. Whether y, which a solver calls the equilibrium of time t, is one, whatever the solver's own tolerances: the unbalanced force and,
-  /// where stresses of the box are given, what is missing of them, are below 1e-6 of the forces of the run so far. `why`: it is none.
-  PetscErrorCode examine(double t, Vec y, std::string* why);
+  /// where stresses of the box are given, what is missing of them, are below 1e-6 of the forces of the run so far, and no particle is left with a
+  /// thousandth of its own. `why`: it is none; `hopeless`: a shorter load step would not mend that.
+  PetscErrorCode examine(double t, Vec y, std::string* why, bool* hopeless);
   /// Accepted equilibria whose unbalanced force is above 1e-6 of the largest load or reaction, for which rounding errors leave no other choice.
   std::int64_t unbalanced() const { return static_cast<std::int64_t>(seen_.unbalanced); }
   void save_sums(std::map<std::string, double>* sums) const override;

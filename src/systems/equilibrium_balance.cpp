@@ -8,7 +8,8 @@
 namespace bs {
 namespace {
 
-constexpr double LEFT = 1e-6;  ///< of the loads, that an equilibrium may leave
+constexpr double LEFT = 1e-6;      ///< of the loads, that an equilibrium may leave
+constexpr double ALL_LEFT = 1e-3;  ///< of the forces on a single particle, beside which those on others may be large
 
 /// A maximum does not see what is no number.
 double or_infinite(double value) { return std::isfinite(value) ? value : std::numeric_limits<double>::infinity(); }
@@ -37,7 +38,7 @@ PetscErrorCode Equilibrium::balance(double t, Vec y, Balance* out) {
   const Layout at = own_->layout();
   const double* force = nullptr;
   std::vector<double> rounding, inner, outer;
-  double s = 0, most[4] = {0, 0, 0, 0};
+  double s = 0, most[5] = {0, 0, 0, 0, 0};
   PetscFunctionBegin;
   PetscCall(stand(t, y, &s));
   PetscCall(roundings(s, &rounding));
@@ -50,9 +51,10 @@ PetscErrorCode Equilibrium::balance(double t, Vec y, Balance* out) {
     most[1] = std::max(most[1], left - NEAR * rounding[k]);
     most[2] = std::max(most[2], inner[k]);
     most[3] = std::max(most[3], outer[k]);
+    if (left > NEAR * rounding[k]) most[4] = std::max(most[4], or_infinite((left - NEAR * rounding[k]) / (inner[k] + outer[k])));
   }
-  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, most, 4, MPI_DOUBLE, MPI_MAX, comm()));
-  *out = {most[0], most[1], most[2], most[3]};
+  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, most, 5, MPI_DOUBLE, MPI_MAX, comm()));
+  *out = {most[0], most[1], most[2], most[3], most[4]};
   PetscFunctionReturn(0);
 }
 
@@ -78,18 +80,28 @@ PetscErrorCode Equilibrium::missing_stress(double t, Vec y, double* missing, dou
   PetscFunctionReturn(0);
 }
 
-PetscErrorCode Equilibrium::examine(double t, Vec y, std::string* why) {
+PetscErrorCode Equilibrium::examine(double t, Vec y, std::string* why, bool* hopeless) {
   constexpr double NOTHING = 1e-9;
   Balance b;
   double missing = 0, size = 0;
   PetscFunctionBegin;
   why->clear();
+  *hopeless = false;
   if (moves()) PetscFunctionReturn(0);
   PetscCall(balance(t, y, &b));
   const double inner = std::max(seen_.inner, b.inner), outer = std::max(seen_.outer, b.outer);
   if (!(b.beyond <= LEFT * std::max(inner, outer))) {
     *why = format("the solver calls it an equilibrium, but an unbalanced force of %.3g N is left on a particle where the largest forces are %.3g N",
                   b.left, std::max(b.inner, b.outer));
+    PetscFunctionReturn(0);
+  }
+  if (!(b.uneven <= ALL_LEFT)) {
+    *why = format(
+        "an unbalanced force of %.2g of the forces that act on it is left on a particle, whose springs are too soft beside others: compute parts of "
+        "so "
+        "different stiffness apart",
+        b.uneven);
+    *hopeless = true;
     PetscFunctionReturn(0);
   }
   PetscCall(missing_stress(t, y, &missing, &size));
@@ -100,7 +112,7 @@ PetscErrorCode Equilibrium::examine(double t, Vec y, std::string* why) {
   seen_.inner = inner;
   seen_.outer = outer;
   // without loads and supports what is left of them is rounding, which measures nothing
-  if (outer > NOTHING * inner && b.left > LEFT * outer && seen_.loaded > 1) ++seen_.unbalanced;
+  if (((outer > NOTHING * inner && b.left > LEFT * outer) || b.uneven > LEFT) && seen_.loaded > 1) ++seen_.unbalanced;
   PetscFunctionReturn(0);
 }
 

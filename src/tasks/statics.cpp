@@ -127,9 +127,9 @@ PetscErrorCode StaticRun::examine(double factor, Vec y, Finding* out) {
   SNES snes;
   SNESConvergedReason reason;
   PetscFunctionBegin;
-  PetscCall(model_.examine(factor, y, &out->why));
+  PetscCall(model_.examine(factor, y, &out->why, &out->hopeless));
   out->good = out->why.empty();
-  if (out->good) PetscFunctionReturn(0);
+  if (out->good || out->hopeless) PetscFunctionReturn(0);
   PetscCall(TSGetSNES(ts_, &snes));
   PetscCall(SNESGetConvergedReason(snes, &reason));
   out->hopeless = reason != SNES_CONVERGED_FNORM_RELATIVE && reason != SNES_CONVERGED_SNORM_RELATIVE;

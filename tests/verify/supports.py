@@ -219,6 +219,33 @@ def chain_in_balance(checks):
     checks.near("support of a hanging chain carries its weight", hung["reaction/left"][-1], [-3 * 9.81, 0], 1e-6)
 
 
+def inertia(checks):
+    """What moves a driven group bears its inertia: particles that no spring holds, on a sinusoid, at a growing speed and in a circle."""
+    with tempfile.TemporaryDirectory() as folder:
+        path = write_lattice(pathlib.Path(folder) / "two.h5", [[0.0, 0.0], [1.0, 0.5], [3.0, 0.0]], [2.0, 0.5, 1.0], pairs=[[1, 2]], stiffness=0.0, rest_length=1.0)
+        base = {"bs_lattice_file": path, "bs_group_g": "ids:0,1", "ts_dt": 0.05, "ts_max_time": 1, "ts_adapt_type": "none"}
+        w = np.pi
+        for motion, force in (("x=sinusoid:1,0.5,y=fixed", lambda t: np.stack([-2.5 * w**2 * np.sin(w * t), 0 * t], 1)),
+                              ("x=expression:0.5*t^2,y=expression:t^3", lambda t: np.stack([2.5 + 0 * t, 15 * t], 1)),
+                              (f"rotation:{w},0,0", lambda t: -0.5 * w**2 * np.stack([np.cos(w * t) - 0.5 * np.sin(w * t), np.sin(w * t) + 0.5 * np.cos(w * t)], 1))):
+            for kind in ("beuler", "cn", "alpha2", "verlet"):
+                r = checks.run({**base, "bs_motion_g": motion, "ts_type": kind, **solver(checks, {"ts_type": kind})}, interval=0.05).trajectory
+                checks.near(f"{motion}, {kind}: reaction is mass times acceleration", r.observables["reaction/g"], force(np.asarray(r.time)), 1e-9)
+
+
+def at_rest_with_dampers(checks):
+    """Equilibria under a driven group do not know of dampers: it stands where its motion is, without the velocity."""
+    base = {"bs_task": "statics", "bs_lattice_type": "triangular", "bs_lattice_size": "5,5", "bs_lattice_stiffness": 3, "bs_load_steps": 4, "bs_group_l": "xmin",
+            "bs_group_r": "xmax", "bs_motion_l": "fixed", "bs_motion_r": "x=velocity:0.5,y=fixed"}
+    without = checks.run(base, interval=0).trajectory
+    for law in ("axial", "simple"):
+        r = checks.run({**base, "bs_lattice_damping": 0.5, "bs_damping_law": law}, interval=0).trajectory
+        checks.near(f"{law} dampers: positions", r.position[-1], without.position[-1], 1e-11)
+        for name in ("reaction/l", "reaction/r", "elastic_energy"):
+            checks.near(f"{law} dampers: {name}", r.observables[name], without.observables[name], 1e-11)
+        checks.near(f"{law} dampers: nothing moves", r.observables["kinetic_energy"], 0 * np.asarray(r.time), 0)
+
+
 def continued(checks):
     """Stopped and continued, in every bit, work included."""
     base = {"bs_lattice_type": "square", "bs_lattice_size": 6, "bs_lattice_dim": 2, "bs_lattice_stiffness": 100, "ts_dt": 0.02, "bs_group_left": "xmin",
@@ -259,7 +286,7 @@ def ranks_agree(checks):
 def main():
     checks = Checks("driven, rolling and fixed groups")
     turning_end(checks)
-    for name, part in (("motions", same_motions), ("fixed", fixed_groups), ("rollers", rolling_net), ("coarse grid", coarse_grid), ("balance", chain_in_balance), ("restart", continued), ("ranks", ranks_agree)):
+    for name, part in (("motions", same_motions), ("fixed", fixed_groups), ("rollers", rolling_net), ("coarse grid", coarse_grid), ("balance", chain_in_balance), ("inertia", inertia), ("dampers in statics", at_rest_with_dampers), ("restart", continued), ("ranks", ranks_agree)):
         if checks.wants(name):
             with checks.group(name):
                 part(checks)

@@ -68,7 +68,7 @@ PetscErrorCode NewtonPolicy::set_forcing(SNES snes, PetscInt it, const ResidualN
 // The norms over everything may have converged for the sake of the heaviest or stiffest part alone: no particle may be left
 // with forces that stand for a velocity error of more than PART of the largest speed, or a hundred rtol. One pass over two vectors, made only
 // where the norms are content.
-PetscErrorCode NewtonPolicy::every_particle_has(SNES snes, double rtol, bool* has) const {
+PetscErrorCode NewtonPolicy::every_particle_has(SNES snes, double rtol, bool* has) {
   constexpr double PART = 1e-6;
   double worst = 0, fastest = 0;
   Vec X, F;
@@ -77,6 +77,9 @@ PetscErrorCode NewtonPolicy::every_particle_has(SNES snes, double rtol, bool* ha
   PetscCall(SNESGetFunction(snes, &F, nullptr, nullptr));
   PetscCall(model().velocity_errors(X, F, solve_.inverse_h, settings_.form, &worst, &fastest));
   *has = worst <= std::max(PART, 100 * rtol) * fastest;
+  if (*has || (solve_.worst > 0 && worst >= 0.5 * solve_.worst)) PetscFunctionReturn(0);
+  solve_.worst = worst;
+  solve_.stalled = 0;
   PetscFunctionReturn(0);
 }
 
@@ -139,6 +142,7 @@ PetscErrorCode NewtonPolicy::begin_solve(const ResidualNorms& now) {
   for (int k = 0; k < 2; ++k) solve_.first[k] = std::max(now[k], reference_[k]);
   reference_ = {0, 0};
   solve_.least = now;
+  solve_.worst = 0;
   solve_.stalled = 0;
   PetscFunctionReturn(0);
 }

@@ -27,7 +27,8 @@ struct NewtonSolve {
   ResidualNorms previous = {0, 0};  ///< at the iterate before this one
   ResidualNorms floor = {0, 0};     ///< rounding errors of the residual
   ResidualNorms least = {0, 0};     ///< smallest so far, each part renewed where it has been halved
-  int stalled = 0;                  ///< iterates in a row that halved neither
+  double worst = 0;                 ///< smallest so far of what the worst particle was left with, where that was asked; 0: it was not
+  int stalled = 0;                  ///< iterates in a row that halved none of these
   double inverse_h = 1;             ///< 1/h of this attempt [1/s]: makes the kinematic residual a force
   /// Largest force the first residual stands for [N]: a kinematic residual r is worth r/h, the velocity it stands
   /// for brought up within a step.
@@ -124,7 +125,7 @@ class NewtonPolicy {
   SNESConvergedReason verdict(const Norms& at, const ResidualNorms& now) const;
   PetscErrorCode limit_evaluations(SNES snes, SNESConvergedReason* reason) const;
   PetscErrorCode confirm(SNES snes, const Norms& at, const ResidualNorms& now, SNESConvergedReason* reason);
-  PetscErrorCode every_particle_has(SNES snes, double rtol, bool* has) const;
+  PetscErrorCode every_particle_has(SNES snes, double rtol, bool* has);
   PetscErrorCode set_forcing(SNES snes, PetscInt it, const ResidualNorms& now, double rtol) const;
   bool below(const ResidualNorms& now, double rtol, double floors) const;
   bool exhausted(const ResidualNorms& now, double rtol) const;
