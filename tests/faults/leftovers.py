@@ -31,7 +31,7 @@ def finish(checks, folder, options, ranks=1):
 
 def check_log(checks, folder):
     """Killed long before its second frame, a run has its rows in the file but for the last 4096 or the last two seconds."""
-    command, how = start(checks, folder, {**SPRING, "ts_max_time": 1e5, "bs_output": "o.h5md", "bs_output_interval": 1e5,
+    command, how = start(checks, folder, {**SPRING, "ts_max_time": 1e6, "bs_output": "o.h5md", "bs_output_interval": 1e6,
                                           "bs_progress_interval": 0}, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL)
     run = subprocess.Popen(command, **how)
     steps = 0
