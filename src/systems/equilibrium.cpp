@@ -158,7 +158,7 @@ PetscErrorCode Equilibrium::residual_floor(double t, Vec y, double, Form form, R
     PetscCall(FirstOrder::residual_floor(s, y, 1 / step_, form, floor));
     PetscFunctionReturn(0);
   }
-  PetscCall(roundings(s, &rounding_));
+  PetscCall(roundings(s));
   for (const double each : rounding_) sum += each * each;
   PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &sum, 1, MPI_DOUBLE, MPI_SUM, comm()));
   floor_ = std::sqrt(sum);
@@ -185,8 +185,7 @@ PetscErrorCode Equilibrium::velocity_errors(Vec y, Vec F, double, Form form, dou
     const std::size_t k = static_cast<std::size_t>(i);
     double square = 0;
     for (PetscInt c = 0; c < at.dim; ++c) square += a[at.v(i, c)] * a[at.v(i, c)];
-    const double beyond = std::sqrt(square) - NEAR * rounding_[k];
-    if (beyond > 0) most = std::max(most, beyond / (inner[k] + outer[k]));
+    most = std::max(most, share_left(i, std::sqrt(square), inner[k] + outer[k]));
   }
   PetscCall(VecRestoreArrayRead(F, &a));
   PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &most, 1, MPI_DOUBLE, MPI_MAX, comm()));

@@ -90,7 +90,9 @@ class Equilibrium final : public FirstOrder {
 
  private:
   static constexpr double SHARP = 1e-4;  ///< of the shift of a solve
-  static constexpr double NEAR = 10;     ///< rounding errors of a particle's force, within which it may be left
+  /// Share of the forces on particle k that is left of them beyond their rounding errors. Where the springs at rest exert next to none, the measure
+  /// is what a strain of FAINT rounding errors of the force would make them exert: else nothing could be left of nothing.
+  double share_left(PetscInt k, double left, double acting) const;
   class Potential;
   /// rest_ becomes y without its velocities.
   PetscErrorCode at_rest(Vec y);
@@ -99,7 +101,8 @@ class Equilibrium final : public FirstOrder {
   /// Both, at the factor s of time t.
   PetscErrorCode stand(double t, Vec y, double* s);
   PetscErrorCode mean_rate(double* rate);
-  PetscErrorCode roundings(double s, std::vector<double>* rounding);
+  /// rounding_
+  PetscErrorCode roundings(double s);
   PetscErrorCode missing_stress(double t, Vec y, double* missing, double* size);
   bool moves() const { return step_ > 0; }
   PetscErrorCode momentum(double s, Vec y, Vec F);

@@ -9,6 +9,8 @@ namespace bs {
 namespace {
 
 constexpr double LEFT = 1e-6;      ///< of the loads, that an equilibrium may leave
+constexpr double NEAR = 10;        ///< rounding errors of a particle's force, within which it may be left
+constexpr double FAINT = 1e7;      ///< rounding errors of a particle's force, below which the forces on it are next to none
 constexpr double ALL_LEFT = 1e-3;  ///< of the forces on a single particle, beside which those on others may be large
 
 /// A maximum does not see what is no number.
@@ -22,36 +24,41 @@ double norm_of(const double* a, PetscInt n) {
 
 }  // namespace
 
-// rounding: (n) of the force on each particle, from the sizes of what adds up to it
-PetscErrorCode Equilibrium::roundings(double s, std::vector<double>* rounding) {
+// From the sizes of what adds up to the force.
+PetscErrorCode Equilibrium::roundings(double s) {
   const Layout at = own_->layout();
   std::vector<double> size(static_cast<std::size_t>(at.particles * at.dim));
   PetscFunctionBegin;
   PetscCall(own_->force_magnitudes(s, rest_, size.data()));
-  rounding->resize(static_cast<std::size_t>(at.particles));
+  rounding_.resize(static_cast<std::size_t>(at.particles));
   for (PetscInt i = 0; i < at.particles; ++i)
-    (*rounding)[static_cast<std::size_t>(i)] = 2 * PETSC_MACHINE_EPSILON * norm_of(size.data() + i * at.dim, at.dim);
+    rounding_[static_cast<std::size_t>(i)] = 2 * PETSC_MACHINE_EPSILON * norm_of(size.data() + i * at.dim, at.dim);
   PetscFunctionReturn(0);
+}
+
+double Equilibrium::share_left(PetscInt k, double left, double acting) const {
+  const double rounding = rounding_[static_cast<std::size_t>(k)], beyond = or_infinite(left - NEAR * rounding);
+  return beyond > 0 ? or_infinite(beyond / std::max(acting, FAINT * rounding)) : 0;
 }
 
 PetscErrorCode Equilibrium::balance(double t, Vec y, Balance* out) {
   const Layout at = own_->layout();
   const double* force = nullptr;
-  std::vector<double> rounding, inner, outer;
+  std::vector<double> inner, outer;
   double s = 0, most[5] = {0, 0, 0, 0, 0};
   PetscFunctionBegin;
   PetscCall(stand(t, y, &s));
-  PetscCall(roundings(s, &rounding));
+  PetscCall(roundings(s));
   PetscCall(own_->force_sizes(s, rest_, &inner, &outer));
   PetscCall(own_->force(s, rest_, &force));
   for (PetscInt i = 0; i < at.particles; ++i) {
     const std::size_t k = static_cast<std::size_t>(i);
     const double left = or_infinite(norm_of(force + i * at.dim, at.dim));
     most[0] = std::max(most[0], left);
-    most[1] = std::max(most[1], left - NEAR * rounding[k]);
+    most[1] = std::max(most[1], left - NEAR * rounding_[k]);
     most[2] = std::max(most[2], inner[k]);
     most[3] = std::max(most[3], outer[k]);
-    if (left > NEAR * rounding[k]) most[4] = std::max(most[4], or_infinite((left - NEAR * rounding[k]) / (inner[k] + outer[k])));
+    most[4] = std::max(most[4], share_left(i, left, inner[k] + outer[k]));
   }
   PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, most, 5, MPI_DOUBLE, MPI_MAX, comm()));
   *out = {most[0], most[1], most[2], most[3], most[4]};

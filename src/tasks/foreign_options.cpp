@@ -20,6 +20,7 @@ const Family FAMILIES[] = {
     {"-bs_break_dt", "-bs_task statics with springs that break"},
     {"-bs_break_max_steps", "-bs_task statics with springs that break"},
     {"-bs_break_output_interval", "-bs_task statics with springs that break"},
+    {"-bs_stability_", "-bs_task statics"},
     {"-bs_zero_modes_", "-bs_task moduli"},
     {"-bs_linear_", "-bs_model linear"},
     {"-bs_lattice_", "-bs_model particles"},

@@ -50,7 +50,7 @@ def check_log(checks, folder):
     # a step every few milliseconds: time comes first
     slow = {"bs_lattice_type": "cubic", "bs_lattice_size": 24, "bs_lattice_perturbation": 0.05, "ts_type": "symplectic", "ts_dt": 1e-3}
     for ranks in (1, 2):
-        command, how = start(checks, folder, {**slow, "ts_max_time": 1e9, "bs_output": f"slow{ranks}.h5md", "bs_output_interval": 1e9,
+        command, how = start(checks, folder, {**slow, "ts_max_time": 1e6, "bs_output": f"slow{ranks}.h5md", "bs_output_interval": 1e6,
                                               "bs_progress_interval": -1}, ranks, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
         run = subprocess.Popen(command, **how)
         found, deadline = 0, time.time() + 60

@@ -106,7 +106,7 @@ def wait_for_handler(process, number, seconds=30):
 
 def twice(program, number):
     """A second signal half a second after the first, while a factorisation of many seconds is under way."""
-    words = [*CUBE, "12,12,12", "-pc_type", "lu", "-ksp_type", "preonly", "-ts_max_time", "1e9", "-bs_progress_interval", "0"]
+    words = [*CUBE, "12,12,12", "-pc_type", "lu", "-ksp_type", "preonly", "-ts_max_time", "1e6", "-bs_progress_interval", "0"]
     with tempfile.TemporaryDirectory(prefix="hostile_") as folder:
         process = start(program, 1, words, folder)
         wait_for_handler(process, number)
@@ -122,7 +122,7 @@ def twice(program, number):
 
 def sent_double(program):
     """timeout(1) signals a process and its group at once: that is one signal, and the present step is finished."""
-    words = [*CHAIN[:4], "-ts_dt", "1e-4", "-ts_max_time", "1e6"]
+    words = [*CHAIN[:4], "-ts_dt", "1e-4", "-ts_max_time", "1e5"]
     with tempfile.TemporaryDirectory(prefix="hostile_") as folder:
         process = start(program, 1, words, folder)
         wait_for_handler(process, signal.SIGTERM)

@@ -166,7 +166,7 @@ class Reading(Case):
             f["connectivity/bonds_stiffness_3"] = np.where(np.arange(len(k)) == 6, 1.0, 0.0)
             f["particles/trajectory/position/value"][:, 3:] = x[:, 3:] + [7.0, 0.0]  # spring 2 is eighty times as long
         with open_run(path) as run:
-            self.assertEqual(np.flatnonzero(~run.springs.exists).tolist(), [2])
+            self.assertEqual(np.flatnonzero(run.springs.idle).tolist(), [2])
             self.assertEqual(np.flatnonzero(np.isnan(run.strains(5))).tolist(), [2])
             shown = scene.Scene(run, list(range(run.frames)))
             self.assertEqual(np.setdiff1d(np.arange(len(run.springs)), shown.drawn).tolist(), [2])
