@@ -32,8 +32,11 @@ PetscErrorCode FirstOrderTangent::linearise(double t, Vec y, double sigma, Form 
   form_ = form;
   PetscCall(own_.linearise(t, y));
   PetscCall(VecGetArrayRead(y, &ay));
-  size_ = 0;
-  layout_of(y).for_each([&](PetscInt x, PetscInt v) { size_ = std::max({size_, sigma * std::abs(ay[x]), std::abs(ay[v])}); });
+  size_ = speed_ = 0;
+  layout_of(y).for_each([&](PetscInt x, PetscInt v) {
+    size_ = std::max(size_, sigma * std::abs(ay[x]));
+    speed_ = std::max(speed_, std::abs(ay[v]));
+  });
   PetscCall(VecRestoreArrayRead(y, &ay));
   PetscFunctionReturn(0);
 }
@@ -88,11 +91,12 @@ PetscErrorCode FirstOrderTangent::multiply(Vec z, Vec y) {
   PetscFunctionReturn(0);
 }
 
-/// Collective. D a, 0 where a = x' - v is rounding of x' = sigma x + ... on every rank: the energy search leaves states with x' = v.
+/// Collective. D a, 0 where a = x' - v is rounding of x' = sigma x + ... on every rank, since the energy search leaves states with x' = v, and where
+/// D a is therefore lost beside D v: far from the origin the rounding of x' is a velocity that counts.
 PetscErrorCode FirstOrderTangent::damp(const std::vector<double>& a, std::vector<double>* damping) {
-  constexpr double ROUNDINGS = 16;
+  constexpr double ROUNDINGS = 16, LOST = 1000;
   const double most = std::accumulate(a.begin(), a.end(), 0.0, [](double m, double value) { return std::max(m, std::abs(value)); });
-  int some = !(most <= ROUNDINGS * PETSC_MACHINE_EPSILON * size_);
+  int some = !(most <= PETSC_MACHINE_EPSILON * std::min(ROUNDINGS * std::max(size_, speed_), LOST * speed_));
   PetscFunctionBegin;
   damping->assign(a.size(), 0.0);
   if (static_) PetscFunctionReturn(0);

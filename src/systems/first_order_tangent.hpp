@@ -52,7 +52,7 @@ class FirstOrderTangent final : public Tangent {
   double row_of_v(double m, double zx, double zv) const { return m * (static_ ? shift_ * zx : inertia_ * sigma_ * zv); }
   Linearisation& own_;
   double sigma_ = 1, inertia_ = 1, shift_ = 0;
-  double size_ = 0;  ///< largest number among sigma x and v of this rank's particles
+  double size_ = 0, speed_ = 0;  ///< largest sigma |x| and |v| of this rank at the state [m/s]
   bool static_ = false;
   VecHandle places_;  ///< room
   Form form_ = Form::momentum;

@@ -130,7 +130,7 @@ class Sweeping(base.Case):
         self.assertEqual(done.returncode, 0, done.stdout + done.stderr)
 
     def test_an_interrupted_sweep_goes_on(self):
-        args = ["--options_file", FALL, "--options", "-ts_max_time 1e9 -bs_output_interval 1", "--vary", "-ts_dt=0.25,0.2", "--interval", 1]
+        args = ["--options_file", FALL, "--options", "-ts_max_time 1e8 -bs_output_interval 1", "--vary", "-ts_dt=0.25,0.2", "--interval", 1]
         command = [sys.executable, os.path.join(base.TOOLS, "sweep.py"), "--program", PROGRAM, "-o", self.path("study"), *map(str, args)]
         with subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, cwd=self.folder) as process:
             self.first_frame(os.path.join(self.path("study")))
