@@ -20,7 +20,6 @@
 #include "base/find_file.hpp"
 #include "base/help.hpp"
 #include "base/options.hpp"
-#include "base/renamed.hpp"
 #include "base/told.hpp"
 #include "checkpoint/checkpoint.hpp"
 #include "solvers/condensed/condensed.hpp"
@@ -50,9 +49,7 @@ PetscErrorCode run_program(int* exit_code) {
   PetscCall(bs::register_condensed());
   PetscCall(bs::register_models());
   PetscCall(bs::register_searches());
-  PetscCall(bs::rename_old_options(PETSC_COMM_WORLD));
   PetscCall(bs::recall_options(PETSC_COMM_WORLD));
-  PetscCall(bs::rename_old_options(PETSC_COMM_WORLD));  // those of a checkpoint
   PetscCall(bs::read_task(PETSC_COMM_WORLD, &task));
   PetscCall(bs::create_model(PETSC_COMM_WORLD, &model));
   PetscCall(task->run(std::move(model), exit_code));

@@ -56,11 +56,6 @@ bool lies_below(const std::filesystem::path& path, const std::filesystem::path& 
 
 void note_recalled(const std::string& option, const std::string& from, bool own) { recalled()[lower(option)] = {from, option, own}; }
 
-void rename_recalled(const std::string& old_name, const std::string& name) {
-  const auto at = recalled().find(lower(old_name));
-  if (at != recalled().end()) recalled()[lower(name)] = Recalled(at->second);
-}
-
 bool is_recalled(const std::string& option) { return recalled().count(lower(option)) > 0; }
 
 PetscErrorCode withdraw_recalled(MPI_Comm comm, const std::string& option) {

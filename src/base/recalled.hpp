@@ -10,9 +10,6 @@ namespace bs {
 /// checkpoint that this run goes on with.
 void note_recalled(const std::string& option, const std::string& from, bool own);
 
-/// Local. What is known of `old_name` holds for `name`.
-void rename_recalled(const std::string& old_name, const std::string& name);
-
 /// Local. Whether a checkpoint brought it.
 bool is_recalled(const std::string& option);
 

@@ -48,19 +48,16 @@ PetscErrorCode adjust_lattice(MPI_Comm comm, const GeneratorSpec& spec, Lattice*
   PetscFunctionReturn(0);
 }
 
-PetscErrorCode warn_of_idle_options(MPI_Comm comm, const std::string& source, bool mesh) {
-  static const std::vector<const char*> shape = {
-      "-bs_lattice_size",    "-bs_lattice_spacing", "-bs_lattice_neighbors",      "-bs_lattice_perturbation",
-      "-bs_lattice_seed",    "-bs_lattice_origin",  "-bs_lattice_stiff_fraction", "-bs_lattice_stiff_factor",
-      "-bs_angle_stiffness", "-bs_rest_angle",      "-bs_lattice_periodic"};
-  static const std::vector<const char*> matter = {"-bs_lattice_total_mass", "-bs_lattice_particle_mass", "-bs_lattice_stiffness",
-                                                  "-bs_lattice_damping", "-bs_lattice_rest_length_factor"};
+PetscErrorCode warn_of_idle_options(MPI_Comm comm, const std::string& source) {
+  static const char* const names[] = {
+      "-bs_lattice_size",          "-bs_lattice_spacing",   "-bs_lattice_neighbors",      "-bs_lattice_perturbation",
+      "-bs_lattice_seed",          "-bs_lattice_origin",    "-bs_lattice_stiff_fraction", "-bs_lattice_stiff_factor",
+      "-bs_angle_stiffness",       "-bs_rest_angle",        "-bs_lattice_periodic",       "-bs_lattice_total_mass",
+      "-bs_lattice_particle_mass", "-bs_lattice_stiffness", "-bs_lattice_damping",        "-bs_lattice_rest_length_factor"};
   std::string idle;
   PetscBool set;
 
   PetscFunctionBegin;
-  std::vector<const char*> names = shape;
-  if (!mesh) names.insert(names.end(), matter.begin(), matter.end());
   for (const char* name : names) {
     PetscCall(PetscOptionsHasName(nullptr, nullptr, name, &set));
     if (set) idle += (idle.empty() ? "" : ", ") + std::string(name);

@@ -11,8 +11,7 @@ namespace bs {
 /// velocities, each where `spec` asks for it; fixed particles are at rest whatever the file says. Errors (exit 2): see check_particle_data.
 PetscErrorCode adjust_lattice(MPI_Comm comm, const GeneratorSpec& spec, Lattice* lattice);
 
-/// Collective. Warns of -bs_lattice_ options that are set but say nothing about a lattice from a file; `mesh`: a file
-/// without masses and stiffnesses.
-PetscErrorCode warn_of_idle_options(MPI_Comm comm, const std::string& source, bool mesh);
+/// Collective. Warns of -bs_lattice_ options that are set but say nothing about a lattice from a file.
+PetscErrorCode warn_of_idle_options(MPI_Comm comm, const std::string& source);
 
 }  // namespace bs

@@ -7,7 +7,6 @@
 #include "input/adjust.hpp"
 #include "input/anchors.hpp"
 #include "input/box.hpp"
-#include "input/gmsh.hpp"
 #include "input/groups.hpp"
 #include "input/hdf5_lattice.hpp"
 #include "input/remote.hpp"
@@ -36,7 +35,7 @@ struct LatticeOptions {
 };
 
 void LatticeOptions::read(Section& section) {
-  file_given = section.file("-bs_lattice_file", "lattice file to read: HDF5 (.h5, .hdf5, .h5md), XSpringies (.xsp), Gmsh (.msh)", file);
+  file_given = section.file("-bs_lattice_file", "lattice file to read: HDF5 (.h5, .hdf5, .h5md) or XSpringies (.xsp)", file);
   springs.read(section);
   width_given = section.real("-bs_lattice_width", "width of the window of an .xsp scene [pixel]", width, Range::positive);
   height_given = section.real("-bs_lattice_height", "height of the window of an .xsp scene [pixel]", height, Range::positive);
@@ -75,7 +74,7 @@ PetscErrorCode check_source(MPI_Comm comm, const LatticeOptions& options) {
                           type_info(options.generator.type).name)));
   if (!options.file_given && !generated)
     PetscCall(tell(comm, Exit::input,
-                   "no lattice is given; write -bs_lattice_file FILE (.h5, .xsp, .msh) or "
+                   "no lattice is given; write -bs_lattice_file FILE (.h5, .xsp) or "
                    "-bs_lattice_type chain|square|triangular|cloth|cubic|bcc|fcc"));
   PetscFunctionReturn(0);
 }
@@ -114,22 +113,21 @@ PetscErrorCode load_xsp(MPI_Comm comm, const LatticeOptions& options, Lattice* o
 PetscErrorCode load_file(MPI_Comm comm, const LatticeOptions& options, Lattice* out) {
   const std::string& file = options.file;
   const int dim = options.generator.dim;
-  const bool xsp = ends_with(file, ".xsp"), msh = ends_with(file, ".msh");
+  const bool xsp = ends_with(file, ".xsp");
 
   PetscFunctionBegin;
   if (dim < 0) PetscCall(tell(comm, Exit::input, "-bs_lattice_dim: write 1, 2 or 3"));
   if (xsp) PetscCall(load_xsp(comm, options, out));
-  else if (msh) PetscCall(read_gmsh(comm, file, options.generator, out));
   else if (ends_with(file, ".h5") || ends_with(file, ".hdf5") || ends_with(file, ".h5md")) PetscCall(read_hdf5_lattice(comm, file, out));
   else
     PetscCall(tell(comm, Exit::input,
-                   file + ": unknown ending; lattices are read from .h5, .hdf5, .h5md, .xsp and .msh files; "
-                          "postprocess/convert.py makes an .h5 of VTK, VTU, OBJ, PLY and LAMMPS data"));
+                   file + ": unknown ending; lattices are read from .h5, .hdf5, .h5md and .xsp files; "
+                          "postprocess/convert.py makes an .h5 of Gmsh, VTK, VTU, OBJ, PLY, STL and LAMMPS data"));
   if (dim > 0 && dim != out->dim)
     PetscCall(tell(comm, Exit::input, format("%s: -bs_lattice_dim %d: the file has d = %d; leave the option out", file.c_str(), dim, out->dim)));
   if (!xsp && (options.width_given || options.height_given))
     PetscCall(warn(comm, file + ": -bs_lattice_width and -bs_lattice_height are for .xsp files: ignored"));
-  PetscCall(warn_of_idle_options(comm, file, msh));
+  PetscCall(warn_of_idle_options(comm, file));
   GeneratorSpec spec = options.generator;
   PetscCall(parse_groups(comm, options.groups, out->dim, out->dim, out->particles.total, &spec.groups));
   PetscCall(adjust_lattice(comm, spec, out));

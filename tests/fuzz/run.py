@@ -17,7 +17,7 @@ import sys
 import tempfile
 
 HERE = pathlib.Path(__file__).resolve().parent
-READERS = ["xsp", "matrix_market", "csv_table", "waveform", "gmsh_scan"]
+READERS = ["xsp", "matrix_market", "csv_table", "waveform"]
 LIMITS = ["-timeout=60", "-rss_limit_mb=1024", "-malloc_limit_mb=256", "-max_len=4096", "-print_final_stats=1"]
 
 

@@ -146,6 +146,10 @@ $EndElements
 """
 
 
+FLAT = ("$MeshFormat\n2.2 0 8\n$EndMeshFormat\n$Nodes\n4\n1 0 0 0\n2 1 0 0\n3 1 1 1\n4 0 1 0\n$EndNodes\n"
+        "$Elements\n2\n1 2 2 0 1 1 2 3\n2 2 2 0 1 1 3 4\n$EndElements\n")
+
+
 @unittest.skipUnless(meshio, "no meshio")
 class Gmsh(Case):
     def test_groups_on_some_entities_and_partitions(self):
@@ -163,7 +167,10 @@ class Gmsh(Case):
         for text, says in ((GROUPS.replace("4.1 0 8", "4 0 8"), "Gmsh format 4 is not supported; write 4.1 or 2.2"), ("$NOD\n1\n1 0 0 0\n$ENDNOD\n", "not a Gmsh mesh"),
                            (GROUPS.split("$EndElements")[0], "no whole section $Elements"), (cubic, "elements of type line4 are not supported"),
                            (GROUPS.replace("1 1 2\n", "1 1\n").replace("1 1 3\n", "1\n"), "m.msh: "),
-                           (GROUPS.replace("2 1 0 2\n3", "2 1 1 2\n3"), "parametric")):
+                           (GROUPS.replace("2 1 0 2\n3", "2 1 1 2\n3"), "parametric"), ("", "not a Gmsh mesh"), ("solid cube\nfacet\n", "not a Gmsh mesh"),
+                           (FLAT.replace("3 1 1 1", "3 one 1 1"), "m.msh: "), (FLAT.replace("$Nodes\n4", "$Nodes\n5"), "m.msh: "),
+                           (FLAT.replace("1 1 2 3\n", "1 1 2 99\n"), "m.msh: "), (FLAT.replace("3 1 1 1", "3 nan 1 1"), "point 2 is not finite"),
+                           (FLAT.replace("$Nodes\n4", "$Nodes\n2000000000"), "m.msh: ")):
             self.refuses(self.write("m.msh", text), *MADE, says=says)
 
 

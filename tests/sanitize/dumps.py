@@ -22,7 +22,6 @@ TORN = [*NET, "-bs_group_lower", "ymin", "-bs_group_upper", "ymax", "-bs_motion_
         "-bs_load_steps", "5", "-bs_break_strain", "0.1", "-bs_break_uniform", "0.5,1", "-bs_break_spare", "lower,upper"]
 LADDER = ["-bs_model", "linear", "-bs_linear_type", "rc_ladder", "-bs_linear_size", "9", "-bs_linear_source", "step(1)", "-ts_dt",
           "1e-6", "-ts_max_time", "3e-6"]
-MESH = "$MeshFormat\n2.2 0 8\n$EndMeshFormat\n$Nodes\n2\n1 0 0 0\n2 1 0 0\n$EndNodes\n$Elements\n1\n1 1 2 1 1 1 2\n$EndElements\n"
 CASES = {  # name: (words, exit code)
     "implicit run with output": ([*CLOTH, "-ts_max_steps", "2", "-bs_output", "o.h5md"], 0),
     "matrix-free Newton": ([*CLOTH, "-ts_max_steps", "2", "-snes_mf"], 0),
@@ -40,7 +39,6 @@ CASES = {  # name: (words, exit code)
     "moduli": ([*PERIODIC, "-bs_task", "moduli"], 0),
     "given stresses": ([*PERIODIC, "-bs_task", "statics", "-bs_box_stress", "xx=0.1,yy=0"], 0),
     "linear system": (LADDER, 0),
-    "Gmsh mesh": (["-bs_lattice_file", "m.msh", "-bs_lattice_particle_mass", "1", "-bs_lattice_stiffness", "1", "-ts_max_steps", "2"], 0),
     "bad option": ([*CLOTH, "-bs_step_cut", "2"], 2),
     "bad option, found late": ([*CLOTH, "-bs_grvity", "2"], 2),
     "missing lattice": (["-bs_lattice_file", "none.h5"], 2),
@@ -53,7 +51,6 @@ def run(program, ranks, words):
     if os.geteuid() == 0:
         environment.update(OMPI_ALLOW_RUN_AS_ROOT="1", OMPI_ALLOW_RUN_AS_ROOT_CONFIRM="1")
     with tempfile.TemporaryDirectory(prefix="dumps_") as folder:
-        (pathlib.Path(folder) / "m.msh").write_text(MESH)
         done = subprocess.run(["mpirun", "-n", str(ranks), str(program), *words, *DUMP], cwd=folder, env=environment, text=True,
                               stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, timeout=120 * int(os.environ.get("BS_SLOWER", 1)))
     return done.returncode, done.stdout

@@ -349,67 +349,6 @@ TEST_CASE("a trajectory's last frame is a lattice", "[input]") {
   CHECK(whole(got.damping) == want.damping);
 }
 
-TEST_CASE("a Gmsh mesh gives a particle a vertex and a spring an edge", "[input]") {
-  const Folder folder;
-  const std::string cloth = folder.path + "/cloth.msh", line = folder.path + "/line.msh";
-  if (rank_of(world) == 0) {
-    // two triangles on a slanted square; a polyline of three pieces, the first twice
-    std::ofstream(cloth) << "$MeshFormat\n2.2 0 8\n$EndMeshFormat\n$Nodes\n4\n1 0 0 0\n2 3 0 4\n3 3 1 4\n4 0 1 0\n"
-                            "$EndNodes\n$Elements\n2\n1 2 2 0 1 1 2 3\n2 2 2 0 1 1 3 4\n$EndElements\n";
-    std::ofstream(line) << "$MeshFormat\n2.2 0 8\n$EndMeshFormat\n$Nodes\n4\n1 0 0 0\n2 1 0 0\n3 3 0 0\n4 6 0 0\n"
-                           "$EndNodes\n$Elements\n4\n1 1 2 0 1 1 2\n2 1 2 0 1 2 3\n3 1 2 0 1 3 4\n4 1 2 0 1 2 1\n$EndElements\n";
-  }
-  MPI_Barrier(world);
-  const auto edges = [](const Lattice& l) {
-    std::map<std::pair<std::int64_t, std::int64_t>, double> found;
-    const std::vector<std::int64_t> pairs = whole(l.pairs);
-    const std::vector<double> rest = whole(l.rest_length);
-    for (std::size_t s = 0; s < rest.size(); ++s) found[std::minmax(pairs[2 * s], pairs[2 * s + 1])] = rest[s];
-    CHECK(found.size() == rest.size());
-    return found;
-  };
-  using Edges = std::map<std::pair<std::int64_t, std::int64_t>, double>;
-
-  Lattice got;
-  REQUIRE(load({{"-bs_lattice_file", cloth}, {"-bs_lattice_total_mass", "2"}, {"-bs_lattice_stiffness", "7"}, {"-bs_lattice_fixed", "xmin"}}, &got));
-  CHECK(got.dim == 3);
-  check_chunk(got.particles, 4);
-  CHECK(whole(got.position) == std::vector<double>{0, 0, 0, 3, 0, 4, 3, 1, 4, 0, 1, 0});
-  CHECK(whole(got.mass) == std::vector<double>(4, 2.0 / 4));
-  CHECK(whole(got.stiffness) == std::vector<double>(5, 7.0));
-  CHECK(whole(got.fixed) == std::vector<std::uint8_t>{1, 0, 0, 1});
-  const Edges found = edges(got), want{{{0, 1}, 5}, {{1, 2}, 1}, {{0, 2}, std::sqrt(26.0)}, {{2, 3}, 5}, {{0, 3}, 1}};
-  REQUIRE(found.size() == want.size());
-  for (const auto& [ends, length] : want) CHECK(found.at(ends) == Approx(length).epsilon(1e-14));
-
-  REQUIRE(load({{"-bs_lattice_file", line}, {"-bs_lattice_particle_mass", "3"}, {"-bs_lattice_dim", "1"}}, &got));
-  CHECK(got.dim == 1);
-  CHECK(whole(got.position) == std::vector<double>{0, 1, 3, 6});
-  CHECK(edges(got) == Edges{{{0, 1}, 1}, {{1, 2}, 2}, {{2, 3}, 3}});
-  // nodes in any order, one that no element uses; a line that is an edge of a tetrahedron adds nothing
-  if (rank_of(world) == 0)
-    std::ofstream(line) << "$MeshFormat\n2.2 0 8\n$EndMeshFormat\n$Nodes\n6\n40 0 0 2\n7 0 0 0\n99 9 9 9\n30 0 2 0\n"
-                           "8 1 0 0\n2 5 5 5\n$EndNodes\n$Elements\n3\n1 1 2 0 1 30 40\n2 4 2 0 1 7 8 30 40\n"
-                           "3 4 2 0 1 8 30 40 2\n$EndElements\n";
-  MPI_Barrier(world);
-  REQUIRE(load({{"-bs_lattice_file", line}, {"-bs_lattice_particle_mass", "3"}}, &got));
-  CHECK(whole(got.position) == std::vector<double>{0, 0, 2, 0, 0, 0, 0, 2, 0, 1, 0, 0, 5, 5, 5});
-  CHECK(edges(got).size() == 6 + 3);
-  CHECK(got.warnings.empty());
-  // a curved triangle: its corners alone are particles, which every rank says
-  if (rank_of(world) == 0)
-    std::ofstream(line) << "$MeshFormat\n2.2 0 8\n$EndMeshFormat\n$Nodes\n6\n1 0 0 0\n2 1 0 0\n3 0 1 0\n4 0.5 0 0\n5 0.5 0.5 0\n"
-                           "6 0 0.5 0\n$EndNodes\n$Elements\n1\n1 9 2 0 1 1 2 3 4 5 6\n$EndElements\n";
-  MPI_Barrier(world);
-  REQUIRE(load({{"-bs_lattice_file", line}, {"-bs_lattice_particle_mass", "3"}}, &got));
-  CHECK(whole(got.position) == std::vector<double>{0, 0, 0, 1, 0, 0, 0, 1, 0});
-  REQUIRE(got.warnings.size() == 1);
-  CHECK(got.warnings[0].find("second or higher order: nodes between their corners are left out") != std::string::npos);
-  PetscBool left;
-  PetscOptionsHasName(nullptr, nullptr, "-dm_plex_gmsh_spacedim", &left);
-  CHECK(left == PETSC_FALSE);
-}
-
 TEST_CASE("an .xsp scene is cut into chunks, and its forces become options the user can override", "[input]") {
   const Folder folder;
   const std::string file = folder.path + "/scene.xsp";

@@ -341,48 +341,6 @@ XSP = {
     "xsp: three dimensions": (scene("", "", "-bs_lattice_dim", "3"), "-bs_lattice_dim 3: the file has d = 2"),
 }
 
-NODES = "$Nodes\n4\n1 0 0 0\n2 1 0 0\n3 1 1 1\n4 0 1 0\n$EndNodes\n"
-ELEMENTS = "$Elements\n2\n1 2 2 0 1 1 2 3\n2 2 2 0 1 1 3 4\n$EndElements\n"
-MESH = "$MeshFormat\n2.2 0 8\n$EndMeshFormat\n" + NODES + ELEMENTS
-TETRAHEDRON = ("$MeshFormat\n2.2 0 8\n$EndMeshFormat\n$Nodes\n5\n1 0 0 0\n2 1 0 0\n3 0 1 0\n4 0 0 1\n5 3 3 3\n$EndNodes\n"
-               "$Elements\n2\n1 4 2 0 1 1 2 3 4\n2 1 2 0 1 3 5\n$EndElements\n")
-MASS = ("-bs_lattice_particle_mass", "1")
-
-
-def mesh(old="", new="", *options):
-    return text("m.msh", MESH.replace(old, new, 1) if old else MESH, *(options or MASS))
-
-
-MSH = {
-    "msh: missing": (lambda folder: ["-bs_lattice_file", folder / "none.msh", *MASS], "none.msh: no such file"),
-    "msh: empty": (text("m.msh", "", *MASS), "m.msh: line 1: not a Gmsh mesh"),
-    "msh: another file": (text("m.msh", "solid cube\nfacet\n", *MASS), "not a Gmsh mesh"),
-    "msh: old version": (mesh("2.2", "1.0"), "Gmsh format 1.0; write 2.2 or 4.1"),
-    "msh: cut before the nodes": (mesh(NODES + ELEMENTS, ""), "has no $Nodes: truncated"),
-    "msh: cut before the elements": (mesh(ELEMENTS, ""), "has no $Elements: truncated"),
-    "msh: cut in the elements": (mesh("2 2 2 0 1 1 3 4\n$EndElements\n", ""), "has no $EndElements: truncated"),
-    "msh: 4.1 without entities": (mesh("2.2 0 8", "4.1 0 8"), "has no $Entities"),
-    "msh: partitioned 4.1": (mesh("2.2 0 8\n$EndMeshFormat\n", "4.1 0 8\n$EndMeshFormat\n$Entities\n0 0 0 0\n$EndEntities\n$PartitionedEntities\n2\n0\n0 0 0 0\n"
-                                  "$EndPartitionedEntities\n"), "a partitioned mesh of format 4.1"),
-    "msh: a word for a number": (mesh("3 1 1 1", "3 one 1 1"), "$Nodes lacks a number"),
-    "msh: fewer nodes than it says": (mesh("$Nodes\n4", "$Nodes\n5"), "$Nodes lacks a number"),
-    "msh: absurdly many nodes": (mesh("$Nodes\n4", "$Nodes\n2000000000"), "announces 2000000000 nodes"),
-    "msh: negative count": (mesh("$Elements\n2", "$Elements\n-2"), "announces -2 elements"),
-    "msh: element on an unknown node": (mesh("1 1 2 3\n", "1 1 2 99\n"), "element 1 lies on node 99, which is not in $Nodes"),
-    "msh: element twice on a node": (mesh("1 1 2 3\n", "1 1 2 2\n"), "element 1 lies twice on node 2"),
-    "msh: a node given twice": (mesh("3 1 1 1", "2 1 1 1"), "node 2 is given twice"),
-    "msh: a line beside tetrahedra": (text("m.msh", TETRAHEDRON, *MASS), "line element 2 (nodes 3 and 5) is not an edge"),
-    "msh: unknown element": (mesh("1 2 2 0 1 1 2 3", "1 999 2 0 1 1 2 3"), "DMPlex cannot read this mesh"),
-    "msh: NaN": (mesh("3 1 1 1", "3 nan 1 1"), "position nan"),
-    "msh: two nodes at one place": (mesh("2 1 0 0", "2 0 0 0"), "are at one place"),
-    "msh: no masses": (text("m.msh", MESH), "write -bs_lattice_particle_mass or -bs_lattice_total_mass"),
-    "msh: both masses": (mesh("", "", *MASS, "-bs_lattice_total_mass", "2"), "are both given"),
-    "msh: negative mass": (mesh("", "", "-bs_lattice_particle_mass", "-1"), "-bs_lattice_particle_mass must be > 0"),
-    "msh: negative stiffness": (mesh("", "", *MASS, "-bs_lattice_stiffness", "-1"), "-bs_lattice_stiffness -1"),
-    "msh: drops what varies": (mesh("", "", *MASS, "-bs_lattice_dim", "2"), "drops z, which varies by 1"),
-    "msh: dimension 4": (mesh("", "", *MASS, "-bs_lattice_dim", "4"), "-bs_lattice_dim"),
-}
-
 
 # --- options ----------------------------------------------------------------------------------------------------------
 
@@ -395,6 +353,7 @@ CHAIN = ("-bs_lattice_type", "chain", "-bs_lattice_size", "5")
 OPTIONS = {
     "no lattice": (options(), "no lattice is given; write -bs_lattice_file"),
     "file and generator": (hdf5(options=CHAIN), "are both given; write one of them"),
+    "a Gmsh mesh": (text("l.msh", "$MeshFormat\n4.1 0 8\n$EndMeshFormat\n"), "postprocess/convert.py makes an .h5 of Gmsh"),
     "unknown ending": (text("l.vtu", "<VTKFile/>"), "postprocess/convert.py"),
     "no ending": (text("lattice", "x"), "unknown ending; lattices are read from .h5"),
     "unknown generator": (options("-bs_lattice_type", "hexagonal"), "hexagonal"),
@@ -445,7 +404,6 @@ GOOD = {
     "good: polynomial chain": options(*CHAIN, "-bs_spring_law", "polynomial", "-bs_spring_stiffness_2", "0.25"),
     "good: trajectory": trajectory(),
     "good: xsp": scene(),
-    "good: msh": mesh(),
     "good: chain with anchors": options(*CHAIN, "-bs_anchor_particles", "0,4", "-bs_anchor_stiffness", "1"),
 }
 
@@ -507,7 +465,7 @@ BREAKING = {
     "notch beside the lattice": (options("-bs_lattice_type", "triangular", "-bs_lattice_size", "4,4", "-bs_break_notch", "90,90,91,91"), "option -bs_break_notch: no spring crosses that line"),
 }
 
-GROUPS = {"springs that break": BREAKING, "periodic boxes": BOX, "HDF5 lattice": HDF5, "angle springs": ANGLES, "XSpringies scene": XSP, "Gmsh mesh": MSH, "options of lattices": OPTIONS}
+GROUPS = {"springs that break": BREAKING, "periodic boxes": BOX, "HDF5 lattice": HDF5, "angle springs": ANGLES, "XSpringies scene": XSP, "options of lattices": OPTIONS}
 
 if __name__ == "__main__":
     sys.exit(corpus.main(__doc__, GROUPS, GOOD, step=STEP))
