@@ -239,6 +239,23 @@ def cycles(checks, folder):
         checks.true(f"plastic cycles, {ts}: no warning of energy", "energy grew" not in done.stderr)
 
 
+def given_beyond(checks, folder):
+    """Springs that the input holds beyond their yield force have yielded in the first frame, which is said with its energy; a continued run does not repeat it."""
+    k, Y, H, n = 100.0, 4.0, 10.0, 4
+    lost = (n - 1) * Y * (0.1 * k - Y) / (k + H)
+    base = {"bs_lattice_type": "chain", "bs_lattice_size": n, "bs_lattice_rest_length_factor": 0.9, "bs_lattice_stiffness": k, "bs_spring_law": "plastic",
+            "bs_spring_hardening": H, "ts_dt": 1e-3, "ts_max_time": 2e-3}
+    says = "springs are given beyond their yield force: they have yielded in the first frame, which dissipated "
+    for ranks in (1, 3):
+        file = folder / f"beyond{ranks}.h5md"
+        done = run(checks.program, dict(base, bs_spring_yield_force=Y, bs_output=file, bs_checkpoint=folder / "b.ck", bs_overwrite=True), ranks=ranks)
+        checks.true(f"beyond the yield force, {ranks} ranks: said", done.stderr.count(f"{says}{lost:.6g} J") == 1, done.stderr.strip())
+        checks.near(f"beyond the yield force, {ranks} ranks: in the first frame's books", Trajectory(file).observables["dissipated_energy"].ravel()[0], lost, 1e-12)
+    again = run(checks.program, {"bs_restart": folder / "b.ck", "ts_max_time": 3e-3})
+    within = run(checks.program, dict(base, bs_spring_yield_force=1.01 * 0.1 * k))
+    checks.true("beyond the yield force: not of a continued run, nor of springs within it", says not in again.stderr + within.stderr, again.stderr + within.stderr)
+
+
 def yielding_chain(folder):
     """A chain of unequal plastic springs that is hit at one end."""
     n = 14
@@ -303,7 +320,7 @@ def iterative(checks, folder):
 def main():
     checks = Checks(__doc__)
     with tempfile.TemporaryDirectory() as folder:
-        for group in (fput, cables, mixture, cycles, restarts, rejected, iterative):
+        for group in (fput, cables, mixture, cycles, given_beyond, restarts, rejected, iterative):
             if checks.wants(group.__name__):
                 with checks.group(group.__name__):
                     group(checks, pathlib.Path(folder))
