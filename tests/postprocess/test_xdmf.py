@@ -1,6 +1,7 @@
 #!/usr/bin/env python3
 """What others read: the trajectory against H5MD's rules, with MDAnalysis, and by its XDMF sidecar, with ParaView; both
 where installed."""
+import itertools
 import os
 import pathlib
 import shutil
@@ -189,6 +190,21 @@ def holes(checks, folder):
             checks.true("and fewer from frame to frame", counts[0] == len(bonds) > counts[-1] > 0 and np.all(np.diff(counts) <= 0) and len(set(counts)) > 3, f"{counts}")
 
 
+def diluted(checks, folder):
+    """Springs without stiffness and damping, and those across a periodic box, are points in the sidecar's topology; all others are as they are."""
+    net = ["-bs_lattice_type", "triangular", "-bs_lattice_size", "8,8", "-bs_lattice_stiff_factor", "0", "-bs_lattice_seed", "3", "-ts_dt", "0.01", "-ts_max_time", "0.02"]
+    for periodic, ranks, fraction in itertools.product((False, True), (1, 3), ("0.3", "0")):
+        label = f"{'periodic' if periodic else 'open'}, a share of {fraction} without stiffness, {ranks} ranks"
+        path = run(checks, folder, net + ["-bs_lattice_stiff_fraction", fraction] + ["-bs_lattice_periodic", "xy"] * periodic, ranks)
+        topology = by_items(ET.parse(f"{path}.xdmf").getroot().find("Domain/Grid/Grid/Topology/DataItem"), pathlib.Path(folder))
+        with h5py.File(path, "r") as f:
+            bonds, k = f["connectivity/bonds"][...], f["connectivity/bonds_stiffness"][...]
+            across = f["connectivity/bonds_shift"][...].any(axis=1) if periodic else np.zeros(len(k), bool)
+        point = across | (k == 0)
+        checks.true(f"{label}: drawn", ((k == 0).sum() > 20) == (fraction != "0") and across.any() == periodic
+                    and np.array_equal(topology, np.where(point[:, None], bonds[:, :1], bonds)), f"{point.sum()} points of {len(k)}")
+
+
 def h5md(checks, folder):
     """H5MD 1.1 by its rules, and as an independent reader of H5MD sees it."""
     structure = pathlib.Path(__file__).resolve().parents[1] / "verify" / "test_h5md.py"
@@ -345,7 +361,7 @@ def paraview(checks, folder):
 
 def main():
     checks = Checks(__doc__)
-    for group in (contents, holes, h5md, interrupted, continued, paraview):
+    for group in (contents, holes, diluted, h5md, interrupted, continued, paraview):
         if checks.wants(group.__name__):
             with tempfile.TemporaryDirectory() as folder, checks.group(group.__name__):
                 group(checks, folder)

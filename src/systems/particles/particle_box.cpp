@@ -1,4 +1,5 @@
 // A particle system in its periodic box: what the box shows, and how it carries the particles along.
+#include <algorithm>
 #include <cmath>
 #include "systems/particles/particle_model.hpp"
 
@@ -86,16 +87,25 @@ PetscErrorCode ParticleModel::strain_response(double t, Vec y, StrainResponse* o
   PetscFunctionReturn(0);
 }
 
-/// Shifts, and the springs as they are drawn: a line across the whole box becomes a point.
-void ParticleModel::add_shifts(const std::string& bonds, std::vector<Dataset>* out) {
+/// The springs as they are drawn, where that is not as they are: a line across the whole box, and one that can exert no force, becomes a point.
+PetscErrorCode ParticleModel::add_drawn(const std::string& bonds, std::vector<Dataset>* out) {
   const Rows& s = lattice_.springs;
   const std::size_t d = static_cast<std::size_t>(net_.dim);
-  if (!net_.box.active()) return;
-  std::vector<std::int64_t> drawn = std::move(lattice_.pairs);
-  for (std::size_t k = 0; k < lattice_.shift.size(); ++k)
-    if (lattice_.shift[k] != 0) drawn[2 * (k / d) + 1] = drawn[2 * (k / d)];
-  out->push_back({bonds + "_drawn", s.first, s.total, 2, std::move(drawn)});
-  out->push_back({bonds + "_shift", s.first, s.total, net_.dim, std::move(lattice_.shift)});
+  std::vector<std::int64_t> drawn = lattice_.pairs;
+  int differs = net_.box.active();
+  PetscFunctionBegin;
+  for (std::size_t k = 0; k < lattice_.stiffness.size(); ++k) {
+    bool none = lattice_.stiffness[k] == 0 && lattice_.damping[k] == 0;
+    for (const char* name : {"stiffness_2", "stiffness_3"})
+      if (const Column* column = find_column(lattice_.spring_columns, name)) none = none && column->value[k] == 0;
+    bool across = false;
+    for (std::size_t c = k * d; c < std::min((k + 1) * d, lattice_.shift.size()); ++c) across = across || lattice_.shift[c] != 0;
+    if (none || across) drawn[2 * k + 1] = drawn[2 * k];
+    differs = differs || none;
+  }
+  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &differs, 1, MPI_INT, MPI_LOR, net_.comm));
+  if (differs) out->push_back({bonds + "_drawn", s.first, s.total, 2, std::move(drawn)});
+  PetscFunctionReturn(0);
 }
 
 }  // namespace bs

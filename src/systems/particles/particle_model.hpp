@@ -82,7 +82,7 @@ class ParticleModel final : public Mechanics {
   PetscErrorCode commit();
   PetscErrorCode add_groups(std::vector<Dataset>* out) const;
   PetscErrorCode observe_box(double t, std::vector<Observable>* out);
-  void add_shifts(const std::string& bonds, std::vector<Dataset>* out);
+  PetscErrorCode add_drawn(const std::string& bonds, std::vector<Dataset>* out);
   PetscErrorCode make_order();
   PetscErrorCode fill_output(Vec y);
   PetscErrorCode show_held(double t, Vec y, Vec* shown);

@@ -217,11 +217,12 @@ PetscErrorCode ParticleModel::take_constants(std::vector<Dataset>* out) {
     out->push_back({particles + column.name, p.first, p.total, 0, std::move(column.value), {}, powers});
   }
   if (s.total > 0) {
-    out->push_back({bonds, s.first, s.total, 2, lattice_.shift.empty() ? std::move(lattice_.pairs) : lattice_.pairs});
+    PetscCall(add_drawn(bonds, out));
+    if (net_.box.active()) out->push_back({bonds + "_shift", s.first, s.total, net_.dim, std::move(lattice_.shift)});
+    out->push_back({bonds, s.first, s.total, 2, std::move(lattice_.pairs)});
     out->push_back({bonds + "_stiffness", s.first, s.total, 0, std::move(lattice_.stiffness)});
     out->push_back({bonds + "_rest_length", s.first, s.total, 0, std::move(lattice_.rest_length)});
     out->push_back({bonds + "_damping", s.first, s.total, 0, std::move(lattice_.damping)});
-    add_shifts(bonds, out);
     const std::vector<std::string> histories = spring_histories();
     for (Column& column : lattice_.spring_columns)
       if (std::find(histories.begin(), histories.end(), column.name) == histories.end())
