@@ -111,7 +111,8 @@ PetscErrorCode ModeSolver::count(bool* done, std::string* why) {
     completeness_ = Completeness::counted;
     edge_ = known.at;
   }
-  if (!*done) PetscCall(find_more(std::min(there - known.within + GUARD, left()), why));
+  bool all = true;
+  if (!*done) PetscCall(find_some(std::min(there - known.within + GUARD, left()), &all, why));
   PetscFunctionReturn(0);
 }
 

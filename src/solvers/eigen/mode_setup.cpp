@@ -7,13 +7,26 @@
 namespace bs {
 namespace {
 
-/// Without shift and invert: omega^2 relative to their size, those near zero relative to a millionth of the mean of A's sizes.
-PetscErrorCode relative_error(EPS, PetscScalar value, PetscScalar, PetscReal residual, PetscReal* error, void* size) {
-  *error = residual / std::max(std::abs(value), 1e-6 * *static_cast<const double*>(size));
+/// Without shift and invert: omega^2 relative to their size, those near zero relative to a millionth of the mean of A's sizes. Those that are
+/// rounding need no more digits, nor can they have them beside many others whose own residuals stand against them: a ten-thousandth.
+PetscErrorCode relative_error(EPS, PetscScalar value, PetscScalar, PetscReal residual, PetscReal* error, void* mean) {
+  constexpr double ROUNDING = 1e-14, SOFT = 1e-6, NOTHING = 1e-4;
+  const double size = *static_cast<const double*>(mean), found = std::abs(value);
+  *error = residual / std::max(found, (found <= ROUNDING * size ? NOTHING : SOFT) * size);
   return 0;
 }
 
 }  // namespace
+
+/// Vectors of a Davidson basis. Each is kept with its product, so that in large systems few go beyond the modes; multiple and unstable omega^2 take
+/// more, and far more those inside the spectrum, which the preconditioner does not know.
+PetscInt ModeSolver::basis_for(PetscInt modes) const {
+  constexpr PetscInt FEW = 14, MANY = 46, ROOM = 1000000, FEW_INSIDE = 40, MANY_INSIDE = 110, ROOM_INSIDE = 20000000;
+  const PetscInt n = form_.unknowns();
+  const PetscInt beyond = request_.which == ModeRequest::target ? std::clamp<PetscInt>(ROOM_INSIDE / n, FEW_INSIDE, MANY_INSIDE)
+                                                                : std::clamp<PetscInt>(ROOM / n, FEW, MANY);
+  return std::min(n, modes + beyond);
+}
 
 /// Cholesky by MUMPS, whose pivots' signs are counted.
 PetscErrorCode ModeSolver::set_sparse_factors(KSP ksp) const {
@@ -32,15 +45,19 @@ PetscErrorCode ModeSolver::set_sparse_factors(KSP ksp) const {
 }
 
 PetscErrorCode ModeSolver::choose() {
-  constexpr PetscInt DENSE = 400, DENSE_MANY = 3000, DIRECT = 20000, DIRECT_FLAT = 400000;
+  constexpr PetscInt DENSE = 400, DENSE_MANY = 3000, DIRECT = 20000, DIRECT_INSIDE = 100000, DIRECT_FLAT = 400000;
   const PetscInt n = form_.unknowns();
   PetscFunctionBegin;
   // a Davidson method needs room for a basis of several times the modes
-  if (request_.method == ModeRequest::iterative && n <= std::max<PetscInt>(60, 4 * request_.count)) request_.method = ModeRequest::dense;
+  const PetscInt least = request_.which == ModeRequest::target ? basis_for(request_.count) : request_.count;
+  if (request_.method == ModeRequest::iterative && n <= std::max<PetscInt>(60, 4 * least)) request_.method = ModeRequest::dense;
   if (request_.method != ModeRequest::automatic) PetscFunctionReturn(0);
   const bool flat = form_.linearised().layout().dim < 3, pairs = form_.linearised().pairwise();
   if (n <= DENSE || (n <= DENSE_MANY && request_.count > n / 4)) request_.method = ModeRequest::dense;
-  else request_.method = n <= (flat || !pairs ? DIRECT_FLAT : DIRECT) ? ModeRequest::direct : ModeRequest::iterative;
+  else {
+    const PetscInt most = flat || !pairs ? DIRECT_FLAT : request_.which == ModeRequest::target ? DIRECT_INSIDE : DIRECT;
+    request_.method = n <= most ? ModeRequest::direct : ModeRequest::iterative;
+  }
   PetscFunctionReturn(0);
 }
 
@@ -75,7 +92,6 @@ PetscErrorCode ModeSolver::create_direct() {
 
 PetscErrorCode ModeSolver::create_iterative() {
   constexpr double SHIFT = 1e-6;
-  const PetscInt basis = std::min(form_.unknowns(), request_.count + BASIS);
   ST st;
   KSP ksp;
   PC pc;
@@ -89,7 +105,7 @@ PetscErrorCode ModeSolver::create_iterative() {
   PetscCall(EPSSetType(eps_, EPSGD));
   PetscCall(EPSSetWhichEigenpairs(eps_, request_.which == ModeRequest::target ? EPS_TARGET_MAGNITUDE : EPS_SMALLEST_REAL));
   if (request_.which == ModeRequest::target) PetscCall(EPSSetTarget(eps_, request_.near));
-  PetscCall(EPSSetDimensions(eps_, request_.count, basis, PETSC_DEFAULT));
+  PetscCall(EPSSetDimensions(eps_, request_.count, basis_for(request_.count), PETSC_DEFAULT));
   PetscCall(EPSGetST(eps_, &st));
   PetscCall(STSetType(st, STPRECOND));
   PetscCall(STGetKSP(st, &ksp));

@@ -122,7 +122,7 @@ PetscErrorCode ModeSolver::find_more(PetscInt more, std::string* why) {
   PetscInt converged = 0, its = 0;
   PetscBool lapack = PETSC_FALSE;
   PetscFunctionBegin;
-  const PetscInt room = std::min(form_.unknowns(), more + BASIS);
+  const PetscInt room = basis_for(more);
   PetscCall(EPSSetDimensions(eps_, more, basis_ > more ? basis_ : basis_ > 0 ? room : PETSC_DEFAULT, projected_));
   std::vector<Vec> known;
   if (!request_.keep_rigid)
@@ -150,6 +150,16 @@ PetscErrorCode ModeSolver::find_more(PetscInt more, std::string* why) {
   PetscFunctionReturn(0);
 }
 
+/// As find_more, but those that converge are a gain even where the others do not: these are sought anew beside them.
+PetscErrorCode ModeSolver::find_some(PetscInt more, bool* all, std::string* why) {
+  const std::size_t before = found_.size();
+  PetscFunctionBegin;
+  PetscCall(find_more(more, why));
+  *all = why->empty();
+  if (found_.size() > before) why->clear();
+  PetscFunctionReturn(0);
+}
+
 PetscErrorCode ModeSolver::finish(Modes* out, std::string* why) {
   PetscFunctionBegin;
   out->iterations = iterations_;
@@ -163,8 +173,9 @@ PetscErrorCode ModeSolver::finish(Modes* out, std::string* why) {
   }
   found_.clear();
   out->completeness = completeness_;
-  out->zero_exact = out->unstable_exact =
-      completeness_ != Completeness::unknown && (left_ == 0 || (request_.which == ModeRequest::smallest && edge_ > 0));
+  const bool counted = completeness_ == Completeness::counted, upward = counted && request_.which == ModeRequest::smallest;
+  out->zero_exact = counted && (left_ == 0 || (upward && edge_ > ZERO * widest_));
+  out->unstable_exact = counted && (left_ == 0 || (upward && edge_ > 0));
   if (!out->unstable_exact && request_.method == ModeRequest::direct) PetscCall(count_unstable(out));
   std::sort(kept.begin(), kept.end(), [this](const Mode& a, const Mode& b) { return distance(a.omega_squared) < distance(b.omega_squared); });
   kept.resize(std::min(kept.size(), static_cast<std::size_t>(request_.count)));
@@ -208,8 +219,9 @@ PetscErrorCode ModeSolver::search(std::string* why) {
   for (int pass = 0; pass < PASSES && !done && left() > 0 && why->empty(); ++pass) {
     const PetscInt more = wanted();
     if (more > 0) {
-      PetscCall(find_more(std::min(more + (direct ? batch : batch - GUARD), left()), why));
-      batch *= 2;
+      bool all = false;
+      PetscCall(find_some(std::min(more + (direct ? batch : batch - GUARD), left()), &all, why));
+      batch = all ? 2 * batch : GUARD;
     } else {
       PetscCall(direct ? count(&done, why) : search_again(&done));
     }

@@ -39,7 +39,7 @@ struct Modes {
   PetscInt rigid = 0;                               ///< motions of the whole as a rigid body, with omega^2 = 0
   PetscInt zero = 0;                                ///< all that were met with omega^2 = 0, rigid ones among them
   PetscInt unstable = 0;                            ///< with omega^2 < 0
-  bool zero_exact = false, unstable_exact = false;  ///< else there may be more, as completeness says
+  bool zero_exact = false, unstable_exact = false;  ///< counted; else there may be more
   PetscInt iterations = 0;
   Completeness completeness = Completeness::unknown;  ///< of the list
   std::string method;
@@ -58,18 +58,18 @@ class ModeSolver {
   void release();
 
  private:
-  /// Vectors of a Davidson basis beyond the modes: each is kept with its product; more take memory and hardly fewer iterations.
-  static constexpr PetscInt BASIS = 14;
   /// Modes sought beyond those that are asked for or missing.
   static constexpr PetscInt GUARD = 3;
   PetscErrorCode choose();
   PetscErrorCode create_dense();
   PetscErrorCode create_direct();
   PetscErrorCode create_iterative();
+  PetscInt basis_for(PetscInt modes) const;
   PetscErrorCode set_sparse_factors(KSP ksp) const;
   PetscErrorCode place_shift();
   PetscErrorCode measure();
   PetscErrorCode find_more(PetscInt more, std::string* why);
+  PetscErrorCode find_some(PetscInt more, bool* all, std::string* why);
   PetscErrorCode judge(Mode* mode);
   PetscErrorCode separate(Vec u, bool* fresh);
   bool good(const Mode& mode) const;
