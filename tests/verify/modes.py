@@ -151,6 +151,40 @@ def check_cube(checks, folder):
             checks.true(label + f": {zero} rigid motions", got.report["rigid_motions"] == zero)
 
 
+def check_residual(checks, folder):
+    """The residual in the file is |M^-1/2 (K q + omega^2 M q)| of the shapes in it; a loose tolerance leaves it far above rounding."""
+    x = grid((4, 4, 4))
+    pairs, held = near_pairs(x, 1.5), x[:, 2] == 0
+    rest, m = np.linalg.norm(x[pairs[:, 0]] - x[pairs[:, 1]], axis=1), np.linspace(0.5, 2.0, 64)
+    lattice = write_lattice(folder / "cube.h5", x, m, pairs=pairs, stiffness=2.0, rest_length=rest, fixed=held)
+    A, root = stiffness(x, pairs, 2.0, rest), np.sqrt(np.repeat(m, 3))
+    for ranks in (1, 3):
+        got = Modes(checks, lattice, 8, ranks=ranks, bs_modes_solver="iterative", eps_tol=1e-7)
+        q = got.shape.reshape(8, -1)
+        left = np.linalg.norm(((q @ A - got.omega_squared[:, None] * q * root ** 2) / root)[:, np.repeat(~held, 3)], axis=1)
+        checks.true(f"residuals are above rounding, {ranks} ranks", left.min() > 1e-12 and left.max() > 1e-9, f"{left.min():.2g} to {left.max():.2g}")
+        checks.near(f"residuals are those of the shapes, {ranks} ranks", got.residual / left, 1.0, 1e-2)
+        checks.near(f"the mass that moves, {ranks} ranks", got.report["moving_mass"], m[~held].sum(), 1e-12)
+
+
+def check_fluctuation(checks, folder):
+    """Modes that are zero or grow have no mean square displacement: a free chain with its zero mode kept, and a pressed one."""
+    n = 8
+    pairs = np.c_[np.arange(n - 1), np.arange(1, n)]
+    free = write_lattice(folder / "free.h5", np.arange(float(n))[:, None], 1.0, pairs=pairs, stiffness=1.0, rest_length=1.0)
+    values, shapes = dense(stiffness(np.arange(float(n))[:, None], pairs, 1.0, 1.0), np.ones(n), 1)
+    x = np.c_[np.arange(float(n)), np.zeros(n)]
+    pressed = write_lattice(folder / "pressed.h5", x, 1.0, pairs=pairs, stiffness=1.0, rest_length=1.2, fixed=[1] + [0] * (n - 2) + [1])
+    along = dense(stiffness(x, pairs, 1.0, 1.2), np.ones(n), 2, np.arange(n) % (n - 1) > 0)
+    for solver in ("dense", "direct"):
+        got = Modes(checks, free, n, bs_modes_rigid="keep", bs_modes_solver=solver)
+        checks.near(f"fluctuation of a free chain, zero mode kept, {solver}", got.fluctuation, (shapes[1:, :, 0] ** 2 / values[1:, None]).sum(0), 1e-9)
+        got = Modes(checks, pressed, 2 * (n - 2), bs_modes_solver=solver)
+        stable = along[0] > 0
+        checks.true(f"{(~stable).sum()} modes of the pressed chain grow, {solver}", got.report["unstable_modes"] == (~stable).sum() > 0)
+        checks.near(f"fluctuation of a pressed chain, {solver}", got.fluctuation, ((along[1][stable] ** 2).sum(2) / along[0][stable, None]).sum(0), 1e-9)
+
+
 def check_floppy(checks, folder):
     """A square net without diagonals: as many zero modes as the rank of its stiffness lacks."""
     x = grid((6, 5))
