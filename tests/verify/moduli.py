@@ -3,7 +3,7 @@
 stiffness are counted as numpy counts them."""
 
 from box import triangular
-from harness import run_parts
+from harness import run_parts, write_lattice
 import h5py
 import numpy as np
 from scipy.io import mmread
@@ -50,6 +50,24 @@ def zero_modes(checks, folder):
         iterative = checks.run({**options, "condensed_pc_type": "bicc", "bs_zero_modes_unknowns": 0}).report
         checks.near(f"p = {p}: the same stiffness by conjugate gradients", iterative["stiffness"], direct["stiffness"], 1e-9)
         checks.true(f"p = {p}: motions are counted only if they are to be", iterative["zero_modes"] == -1 and direct["zero_modes"] > 0)
+
+
+def soft_parts(checks, folder):
+    """Soft is not floppy: in a ring of springs in turn 1 and s the pairs move against each other with omega^2 of about s, which is not 0; in series
+    their modulus is 2/(1 + 1/s) [N] of unit length."""
+    n = 8
+    pairs, shift = np.c_[np.arange(n), (np.arange(n) + 1) % n], np.r_[np.zeros(n - 1), 1][:, None]
+    for soft, ranks in ((1e-5, 1), (1e-6, 1), (1e-6, 3), (0.0, 1)):
+        k = np.where(np.arange(n) % 2, soft, 1.0)
+        lattice = write_lattice(folder / "ring.h5", np.arange(float(n))[:, None], 1.0, pairs=pairs, stiffness=k, rest_length=1.0, box=[[float(n)]], shift=shift)
+        A = np.zeros((n, n))
+        for (i, j), ki in zip(pairs, k):
+            A[[i, j, i, j], [i, j, j, i]] += [ki, ki, -ki, -ki]
+        floppy_there = int((np.linalg.eigvalsh(A) < 1e-12).sum()) - 1
+        got = checks.run({"bs_task": "moduli", "bs_lattice_file": lattice}, ranks=ranks).report
+        checks.true(f"springs of 1 and {soft:g}, {ranks} rank(s): {floppy_there} motions without stiffness", got["zero_modes"] == floppy_there, str(got["zero_modes"]))
+        if soft:
+            checks.near(f"springs of 1 and {soft:g}, {ranks} rank(s): in series", got["stiffness"][0][0] * (1 + 1 / soft) / 2, 1.0, 1e-6)
 
 
 def dense_stiffness(file, strain_law):
@@ -104,4 +122,4 @@ def floppy(checks, folder):
 
 
 if __name__ == "__main__":
-    run_parts(__doc__, (threshold, zero_modes, floppy))
+    run_parts(__doc__, (threshold, zero_modes, soft_parts, floppy))
