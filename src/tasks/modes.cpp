@@ -192,6 +192,18 @@ PetscErrorCode ModesRun::run() {
   PetscFunctionReturn(0);
 }
 
+PetscErrorCode ModesRun::give_up(const std::string& outcome, const std::string& why) {
+  Linearisation& lin = model_.mechanics()->linearisation();
+  PetscFunctionBegin;
+  PetscCall(lin.linearise(time_, y_));
+  PetscCall(form_.create(lin));
+  PetscCall(open_file());
+  PetscCall(weigh_up());
+  PetscCall(write());
+  PetscCall(report(outcome, why));
+  PetscFunctionReturn(0);
+}
+
 PetscErrorCode run_modes(std::unique_ptr<Model> model, int* exit_code) {
   RunOptions options;
   Claim claim;  // given up when the files are closed
@@ -208,8 +220,16 @@ PetscErrorCode run_modes(std::unique_ptr<Model> model, int* exit_code) {
   double time = 0;
   if (about() == 1) {
     PetscCall(spare_eigensolver());
-    PetscCall(settle(std::move(model), options, &there, y.out(), exit_code));
-    if (*exit_code) PetscFunctionReturn(0);
+    Settled settled;
+    const PetscErrorCode code = settle(std::move(model), options, &settled, exit_code);
+    if (code != 0 || *exit_code != 0) {
+      if (!settled.y) PetscFunctionReturn(code);
+      ModesRun run(*settled.model, options, request_of_options(), settled.factor, settled.y);
+      PetscCall(run.give_up(settled.outcome, settled.why));
+      PetscFunctionReturn(code);
+    }
+    there = std::move(settled.model);
+    y = std::move(settled.y);
     time = 1;
   } else {
     PetscCall(refuse_box_stress(*model, "-bs_modes_about start"));

@@ -23,6 +23,8 @@ class ModesRun {
         y_(y),
         time_(time) {}
   PetscErrorCode run();
+  /// Collective. Where no equilibrium was found: the files hold its last state and no modes, in the place of an earlier run's.
+  PetscErrorCode give_up(const std::string& outcome, const std::string& why);
 
  private:
   PetscErrorCode linearise();
@@ -33,6 +35,7 @@ class ModesRun {
   PetscErrorCode page(std::size_t k, Vec* out);
   PetscErrorCode fluctuations(std::vector<Dataset>* constants);
   PetscErrorCode open_file();
+  PetscErrorCode write_state();
   PetscErrorCode write();
   PetscErrorCode conclude(const std::string& why);
   PetscErrorCode report(const std::string& outcome, const std::string& why);

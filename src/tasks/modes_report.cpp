@@ -112,7 +112,8 @@ PetscErrorCode ModesRun::fluctuations(std::vector<Dataset>* constants) {
   PetscFunctionReturn(0);
 }
 
-/// The file with what it holds of the lattice, which the search for modes then has the memory of. Without a frame it does not stay.
+/// The file with the state and what it holds of the lattice, which the search for modes then has the memory of. It takes the place of an earlier
+/// run's before the search begins, which may fail.
 PetscErrorCode ModesRun::open_file() {
   TrajectoryOptions options = options_.output.trajectory;
   std::vector<Dataset> constants;
@@ -122,8 +123,23 @@ PetscErrorCode ModesRun::open_file() {
     set_phase(Exit::io);
     PetscCall(model_.take_constants(&constants));
     PetscCall(Trajectory::create(model_.comm(), options, model_.dim(), std::numeric_limits<std::int64_t>::max(), constants, &file_));
+    PetscCall(write_state());
   }
   model_.release_input();
+  PetscFunctionReturn(0);
+}
+
+/// The one frame.
+PetscErrorCode ModesRun::write_state() {
+  std::vector<Field> fields;
+  std::vector<Observable> observables;
+  std::string what;
+  PetscFunctionBegin;
+  PetscCall(model_.observe(time_, y_, &observables));
+  PetscCall(model_.fields(time_, y_, &fields));
+  PetscCall(find_not_finite(model_.comm(), fields, observables, &what));
+  if (!what.empty()) PetscCall(tell(model_.comm(), Exit::input, "the state is not finite: " + what + ": give smaller numbers"));
+  PetscCall(file_->write_frame(0, time_, fields, observables));
   PetscFunctionReturn(0);
 }
 
@@ -131,8 +147,6 @@ PetscErrorCode ModesRun::write() {
   const std::int64_t count = static_cast<std::int64_t>(modes_.mode.size());
   const int d = static_cast<int>(form_.linearised().layout().dim);
   std::vector<Dataset> tables;
-  std::vector<Field> fields;
-  std::vector<Observable> observables;
   std::vector<double> squared, residual;
   PetscMPIInt rank;
   PetscFunctionBegin;
@@ -155,12 +169,6 @@ PetscErrorCode ModesRun::write() {
   set_phase(Exit::io);
   for (const Dataset& table : tables) PetscCall(file_->write_table(table));
   PetscCall(file_->write_pages("/modes/shape", count, [this](std::int64_t k, Vec* out) { return page(static_cast<std::size_t>(k), out); }));
-  PetscCall(model_.observe(time_, y_, &observables));
-  PetscCall(model_.fields(time_, y_, &fields));
-  std::string what;
-  PetscCall(find_not_finite(model_.comm(), fields, observables, &what));
-  if (!what.empty()) PetscCall(tell(model_.comm(), Exit::input, "the state is not finite: " + what + ": give smaller numbers"));
-  PetscCall(file_->write_frame(0, time_, fields, observables));
   PetscCall(file_->close());
   set_phase(Exit::solve);
   PetscFunctionReturn(0);

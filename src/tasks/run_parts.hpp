@@ -30,6 +30,7 @@ struct RunHooks {
   std::function<bool()> done;                                                           ///< asked after every step: whether the run ends with it
   bool checkpoints = true;                                                              ///< whether its states can be continued
   const char* clock = "load factor";                                                    ///< what its time is, if it has load steps
+  std::function<void(const std::string& outcome, const std::string& why)> concluded;    ///< at the end of what was computed
   std::function<PetscErrorCode(Warnings*)> look_back;                                   ///< at the end, whatever the outcome: what to warn of
 };
 

@@ -206,7 +206,9 @@ PetscErrorCode Run::conclude(TSConvergedReason reason, int* exit_code) {
   if (!failed && !stepper_->signal() && trajectory_ && options_.output.trajectory.overwrite && options_.saving.restart.empty())
     PetscCall(remove_stale_checkpoint(model_.comm(), options_.output.trajectory.file, options_.saving.file));
   PetscCall(look_back(reason));
-  PetscCall(report(failed ? "failed" : stepper_->signal() ? "stopped" : "ok", why));
+  const char* const outcome = failed ? "failed" : stepper_->signal() ? "stopped" : "ok";
+  if (hooks_.concluded) hooks_.concluded(outcome, why);
+  PetscCall(report(outcome, why));
   if (failed && !last_checkpoint_.empty()) why += format("; the last good state is in %s (-bs_restart)", last_checkpoint_.c_str());
   if (failed) PetscCall(tell(model_.comm(), Exit::solve, why));
   if (stepper_->signal()) *exit_code = 128 + stepper_->signal();

@@ -212,21 +212,28 @@ PetscErrorCode prepare(std::unique_ptr<Model> model, const LoadOptions& loads, R
   PetscFunctionReturn(0);
 }
 
-/// The run; `last` receives the state of the last frame, an equilibrium, or null under -help.
+/// The run; `last` receives the state of the last frame, an equilibrium, or null under -help; `settled`, unless null, its load factor and the
+/// outcome.
 PetscErrorCode run_loads(Equilibrium& equilibrium, const RunOptions& options, const LoadOptions& loads, AtTheEnd* end, VecHandle* last,
-                         int* exit_code) {
+                         Settled* settled, int* exit_code) {
   PetscFunctionBegin;
   StaticRun statics(equilibrium, loads, end);
   PetscCall(statics.read());
   RunHooks hooks = statics.hooks();
   const auto observe = hooks.observe;
-  hooks.observe = [&observe, last](double factor, Vec y, std::vector<Observable>* out) {
+  hooks.observe = [&observe, last, settled](double factor, Vec y, std::vector<Observable>* out) {
     PetscFunctionBegin;
+    if (settled) settled->factor = factor;
     PetscCall(observe(factor, y, out));
     if (!*last) PetscCall(VecDuplicate(y, last->out()));
     PetscCall(VecCopy(y, *last));
     PetscFunctionReturn(0);
   };
+  if (settled)
+    hooks.concluded = [settled](const std::string& outcome, const std::string& why) {
+      settled->outcome = outcome;
+      settled->why = why;
+    };
   Run run(equilibrium, options, hooks);
   PetscCall(run.set_up());
   PetscCall(run.advance(exit_code));
@@ -256,7 +263,7 @@ static PetscErrorCode run_equilibria(std::unique_ptr<Model> model, bool moduli, 
   PetscCall(end.moduli.read(comm));
   if (moduli) PetscCall(end.moduli.begin(*equilibrium));
   PetscCall(claim_files(comm, options, &claim));
-  PetscCall(run_loads(*equilibrium, options, loads, &end, &last, exit_code));
+  PetscCall(run_loads(*equilibrium, options, loads, &end, &last, nullptr, exit_code));
   if (!last) PetscFunctionReturn(0);
   PetscCall(at_rest(last, rest.out()));
   PetscCall(write_matrices(*equilibrium, equilibrium->factor(1), rest, options.output.trajectory.overwrite));
@@ -275,7 +282,7 @@ PetscErrorCode run_moduli(std::unique_ptr<Model> model, int* exit_code) {
   PetscFunctionReturn(0);
 }
 
-PetscErrorCode settle(std::unique_ptr<Model> model, const RunOptions& given, std::unique_ptr<Model>* settled, Vec* y, int* exit_code) {
+PetscErrorCode settle(std::unique_ptr<Model> model, const RunOptions& given, Settled* out, int* exit_code) {
   RunOptions options = given;
   LoadOptions loads;
   std::unique_ptr<Equilibrium> equilibrium;
@@ -288,10 +295,12 @@ PetscErrorCode settle(std::unique_ptr<Model> model, const RunOptions& given, std
   options.output.trajectory.file.clear();
   options.output.report.clear();
   options.keep_input = true;
-  PetscCall(run_loads(*equilibrium, options, loads, nullptr, &last, exit_code));
-  PetscCall(at_rest(last ? last.get() : equilibrium->initial_state(), y));
-  *settled = std::move(equilibrium);
-  PetscFunctionReturn(0);
+  const PetscErrorCode code = run_loads(*equilibrium, options, loads, nullptr, &last, out, exit_code);
+  if (code != 0 && (code != ERR_TOLD || out->outcome.empty())) PetscFunctionReturn(code);
+  PetscCall(at_rest(last ? last.get() : equilibrium->initial_state(), out->y.out()));
+  if (out->outcome == "ok" || out->outcome.empty()) out->factor = 1;
+  out->model = std::move(equilibrium);
+  PetscFunctionReturn(code);
 }
 
 }  // namespace bs

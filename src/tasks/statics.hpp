@@ -1,6 +1,8 @@
 // The task "statics": equilibria under loads that grow in steps.
 #pragma once
 #include <memory>
+#include <string>
+#include "base/handle.hpp"
 #include "systems/model.hpp"
 #include "tasks/run_options.hpp"
 
@@ -12,8 +14,16 @@ PetscErrorCode run_statics(std::unique_ptr<Model> model, int* exit_code);
 /// Collective. The same, and at the last equilibrium the stiffness of a periodic lattice (moduli.hpp).
 PetscErrorCode run_moduli(std::unique_ptr<Model> model, int* exit_code);
 
-/// Collective. The same as run_statics without files: `settled` is the model under its full loads, *y a new vector, its equilibrium at rest (under
-/// -help the start). As with run_statics, one that is not found ends in ERR_TOLD.
-PetscErrorCode settle(std::unique_ptr<Model> model, const RunOptions& options, std::unique_ptr<Model>* settled, Vec* y, int* exit_code);
+/// The equilibrium of `settle`, or what was found on the way to it.
+struct Settled {
+  std::unique_ptr<Model> model;  ///< under the loads of `factor`
+  VecHandle y;                   ///< its last equilibrium at rest (under -help the start); null: nothing was computed
+  double factor = 1;             ///< load factor of it
+  std::string outcome, why;      ///< as in a report; under -help empty
+};
+
+/// Collective. The same as run_statics without files. As with run_statics, an equilibrium that is not found ends in ERR_TOLD; `out` is filled all the
+/// same.
+PetscErrorCode settle(std::unique_ptr<Model> model, const RunOptions& options, Settled* out, int* exit_code);
 
 }  // namespace bs
