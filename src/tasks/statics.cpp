@@ -1,4 +1,6 @@
 #include "tasks/statics.hpp"
+#include <algorithm>
+#include <cmath>
 #include <string>
 #include "base/fault.hpp"
 #include "solvers/arc_length.hpp"
@@ -295,7 +297,15 @@ PetscErrorCode settle(std::unique_ptr<Model> model, const RunOptions& given, Set
   options.output.trajectory.file.clear();
   options.output.report.clear();
   options.keep_input = true;
-  const PetscErrorCode code = run_loads(*equilibrium, options, loads, nullptr, &last, out, exit_code);
+  PetscErrorCode code = run_loads(*equilibrium, options, loads, nullptr, &last, out, exit_code);
+  const double load = equilibrium->factor(out->factor), full = loads.arc ? loads.end : 1.0;
+  if (code == 0 && out->outcome == "ok" && std::abs(load - full) > 1e-9 * std::max(1.0, std::abs(full))) {
+    out->outcome = "failed";
+    out->why =
+        format("no equilibrium under the full loads was come to: the load factor is %.10g of %g: give more steps (-ts_max_steps, -bs_arc_steps)",
+               load, full);
+    code = tell(comm, Exit::solve, out->why);
+  }
   if (code != 0 && (code != ERR_TOLD || out->outcome.empty())) PetscFunctionReturn(code);
   PetscCall(at_rest(last ? last.get() : equilibrium->initial_state(), out->y.out()));
   if (out->outcome == "ok" || out->outcome.empty()) out->factor = 1;
