@@ -77,7 +77,8 @@ PetscErrorCode read_mode_options(MPI_Comm comm, bool chosen) {
             given;
     request.keep_rigid = rigid == 1;
     given = o.choice("-bs_modes_solver",
-                     "auto: by size; dense: LAPACK; direct: Krylov-Schur with shift and invert by MUMPS; iterative: generalised Davidson "
+                     "auto: by size; dense: LAPACK, all modes; direct: Krylov-Schur with shift and invert by MUMPS, whose factors count what "
+                     "belongs in the list; iterative: generalised Davidson, which searches without a count, and not far inside the spectrum, "
                      "with block factors and a coarse grid (-eps_... and -st_... tune them)",
                      {"auto", "dense", "direct", "iterative"}, request.method) ||
             given;
