@@ -18,8 +18,8 @@ class History {
   PetscErrorCode attach(TS ts);
   /// Collective. Before a step: its start is kept.
   PetscErrorCode begin_step(TS ts);
-  /// Collective. After a good step to state y.
-  PetscErrorCode end_step(TS ts, Vec y);
+  /// Collective. After a good step.
+  PetscErrorCode end_step(TS ts);
   /// Before a stage at `time`.
   void before_stage(double time) { starter_.aim(time); }
   /// Collective. After a stage was solved for; of this attempt.
@@ -48,9 +48,6 @@ class History {
   PetscErrorCode replay(TS ts);
   /// Whether the present step is one of the first steps of bdf of order 3 to 6, which Starter computes.
   bool starts_accurately() const;
-  PetscErrorCode correct_start(Vec second);
-  PetscErrorCode settle_rate(TS ts);
-  PetscErrorCode advance_rate(TS ts, Vec y);
 
   Kind kind_ = Kind::none;
   std::size_t depth_ = 1;   ///< starts of good steps that are needed
@@ -59,12 +56,9 @@ class History {
   std::vector<Past> past_;  ///< oldest first; up to depth_ + 1
   bool replaying_ = false;
   double used_ = 0;           ///< length of this attempt's step
-  VecHandle half_, second_;   ///< the starting procedure's own states (bdf, alpha), of the first step
-  Vec first_half_ = nullptr;  ///< alpha's own vector of the first half step, while it starts; borrowed
+  VecHandle half_;            ///< what bdf's starting procedure finds first, of the first step
   Starter starter_;           ///< of bdf
-  VecHandle residual_;        ///< room
   Vec kept_ = nullptr;        ///< the acceleration that the type carries; borrowed
-  VecHandle rate_, rate0_;    ///< dy/dt as alpha carries it, after and before the last step
 };
 
 }  // namespace bs

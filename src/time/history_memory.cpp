@@ -19,7 +19,6 @@ void History::save(Facts* facts, std::vector<NamedState>* states) const {
   }
   // the starting procedure of bdf counts until the states that followed have replaced it
   if (kind_ == Kind::bdf && half_ && steps_ < static_cast<std::int64_t>(depth_)) states->push_back({"/history/half", half_});
-  if (rate_) states->push_back({"/history/rate", rate_});
   if (kept_) states->push_back({"/history/acceleration", kept_});
 }
 
@@ -42,13 +41,11 @@ PetscErrorCode History::restore(TS ts, Model& model, const CheckpointFile& file,
     PetscCall(file.read(model, "/history/" + std::to_string(k), one.state));
     past_.push_back(std::move(one));
   }
-  for (auto [group, vec] : {std::pair<const char*, VecHandle*>{"/history/half", &half_}, {"/history/rate", &rate_}})
-    if (file.has(group)) {
-      PetscCall(VecDuplicate(y, vec->out()));
-      PetscCall(file.read(model, group, *vec));
-    }
+  if (file.has("/history/half")) {
+    PetscCall(VecDuplicate(y, half_.out()));
+    PetscCall(file.read(model, "/history/half", half_));
+  }
   if (kind_ == Kind::acceleration) PetscCall(restore_acceleration(ts, model, file, told));
-  if (kind_ == Kind::alpha && !rate_) *told = "the checkpoint lacks the rate that alpha carries from step to step";
   if (kind_ == Kind::bdf && past_.size() < depth_ && !half_)
     *told = format("the checkpoint holds %zu states before the last, bdf needs %zu", past_.size(), depth_);
   if (!told->empty() || past_.empty()) {
@@ -93,13 +90,7 @@ PetscErrorCode History::replay(TS ts) {
     if (first) PetscCall(TSRestartStep(ts));
     Vec end = last ? replay.present() : past_[k + 1].state.get();
     Vec half = half_ ? half_.get() : past_[k].state.get();
-    if (kind_ == Kind::alpha) {
-      PetscReal m, f, gamma;
-      PetscCall(TSAlphaGetParams(ts, &m, &f, &gamma));
-      PetscCall(replay.step_to_rate(past_[k].time, past_[k].step, past_[k].state, gamma * past_[k].step, rate_));
-    } else {
-      PetscCall(replay.step(past_[k].time, past_[k].step, past_[k].state, first && kind_ == Kind::bdf ? half : nullptr, end));
-    }
+    PetscCall(replay.step(past_[k].time, past_[k].step, past_[k].state, first && kind_ == Kind::bdf ? half : nullptr, end));
   }
   PetscCall(replay.end(time, step));
   PetscFunctionReturn(0);

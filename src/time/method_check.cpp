@@ -72,20 +72,6 @@ PetscErrorCode fault_of_stages(TS ts, const Method& method, std::string* fault) 
   PetscFunctionReturn(0);
 }
 
-PetscErrorCode fault_of_alpha(TS ts, const Method& method, std::string* fault) {
-  PetscReal m, f, gamma;
-  PetscFunctionBegin;
-  if (!method.remembers(Memory::alpha)) PetscFunctionReturn(0);
-  PetscCall(TSAlphaGetParams(ts, &m, &f, &gamma));
-  const std::string what = format("alpha_m = %g, alpha_f = %g, gamma = %g: ", m, f, gamma);
-  // gamma below 1/2 lets the start's error in dy/dt grow; below these bounds of alpha_m and alpha_f stiff parts do
-  if (!(m >= f && f >= 0.5 && gamma >= 0.5) || !std::isfinite(m) || !std::isfinite(gamma))
-    *fault = what + "-ts_type alpha is stable where alpha_m >= alpha_f >= 1/2 and gamma >= 1/2: give -ts_alpha_radius, 0 to 1";
-  else if (std::abs(0.5 + m - f - gamma) > 1e-12)
-    *fault = what + "-ts_type alpha has order 2 only with gamma = 1/2 + alpha_m - alpha_f: give -ts_alpha_radius, 0 to 1, or use beuler";
-  PetscFunctionReturn(0);
-}
-
 PetscErrorCode fault_of_alpha2(TS ts, const Method& method, std::string* fault) {
   PetscFunctionBegin;
   if (!method.is("alpha2")) PetscFunctionReturn(0);
@@ -144,11 +130,10 @@ PetscErrorCode check_method(TS ts, const TSContext& context) {
   std::string fault;
   PetscFunctionBegin;
   if (method.traits->second_order && context.model->dim() == 0)
-    fault = method.words() + " needs positions and velocities: use " + (method.implicit() ? "alpha" : "euler or rk") + " for a linear system";
+    fault = method.words() + " needs positions and velocities: use " + (method.implicit() ? "cn or bdf" : "euler or rk") + " for a linear system";
   if (fault.empty()) PetscCall(fault_of_options(&fault));
   if (fault.empty()) PetscCall(fault_of_adaptivity(ts, method, &fault));
   if (fault.empty()) PetscCall(fault_of_stages(ts, method, &fault));
-  if (fault.empty()) PetscCall(fault_of_alpha(ts, method, &fault));
   if (fault.empty()) PetscCall(fault_of_alpha2(ts, method, &fault));
   if (fault.empty() && method.implicit()) {
     SNES snes;

@@ -17,7 +17,6 @@ constexpr TypeTraits BEULER{"beuler", IMPLICIT, Memory::theta, "", true, false, 
 constexpr TypeTraits CN{"cn", IMPLICIT, Memory::theta, "", true, false, 0, 0, 0};
 constexpr TypeTraits THETA{"theta", IMPLICIT, Memory::theta, "", true, false, 0, 0, 0};
 constexpr TypeTraits BDF{"bdf", IMPLICIT, Memory::bdf, "-ts_bdf_order", true, false, 0, 0, 0};
-constexpr TypeTraits ALPHA{"alpha", IMPLICIT, Memory::alpha, "", false, false, 0, 0, 0};
 constexpr TypeTraits ALPHA2{"alpha2", IMPLICIT, Memory::acceleration, "", false, true, 0, 0, 0};
 constexpr TypeTraits ROSW{"rosw", IMPLICIT, Memory::none, "-ts_rosw_type", false, false, 0, 0, 0};
 constexpr TypeTraits ARKIMEX{"arkimex", IMPLICIT, Memory::none, "-ts_arkimex_type", false, false, 0, 0, 0};
@@ -43,7 +42,6 @@ constexpr Method METHODS[] = {
     {&BDF, "4", MOMENTUM, 4, 4, true, EXTRAPOLATED},
     {&BDF, "5", MOMENTUM, 5, 5, true, EXTRAPOLATED},
     {&BDF, "6", MOMENTUM, 6, 6, true, EXTRAPOLATED},
-    {&ALPHA, "", MOMENTUM, 2, 2, true, ""},
     {&ALPHA2, "", MOMENTUM, 2, 0, false, ""},
     {&ROSW, "theta1", MOMENTUM, 1, 1, false, ""},
     {&ROSW, "theta2", MOMENTUM, 2, 2, false, ""},
@@ -102,6 +100,7 @@ constexpr const char* NOT_BUILT = "is not part of this PETSc";
 
 // The types of PETSc 3.18 that are not in the table, and what keeps each out.
 constexpr Refusal REFUSED[] = {
+    {"alpha", "starts with twice the rate of change, which leaves order 1", "alpha2 for particles, cn or bdf for linear systems"},
     {"basicsymplectic", "splits the state into two vectors and gives the forces no velocity, which drag and dampers need", "symplectic or verlet"},
     {"discgrad", "needs the motion as y' = S(y) grad H(y), which drag, dampers and driven anchors do not allow, and sets up S for one rank only",
      "cn"},

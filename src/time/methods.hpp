@@ -11,7 +11,6 @@ enum class Memory {
   none,
   theta,        ///< the state before the last, from which it estimates its error
   bdf,          ///< as many states as its order
-  alpha,        ///< dy/dt
   acceleration  ///< x'', or its approximation
 };
 

@@ -136,18 +136,6 @@ PetscErrorCode RejectionWatch::look(TS ts) {
   PetscFunctionReturn(0);
 }
 
-PetscErrorCode RejectionWatch::try_again(TS ts, double cut, bool* more) {
-  PetscReal h;
-  PetscFunctionBegin;
-  PetscCall(look(ts));
-  PetscCall(TSGetTimeStep(ts, &h));
-  h = attempts_.shorter(h, cut);
-  gave_up_ = enough(h);
-  *more = !gave_up_;
-  PetscCall(TSSetTimeStep(ts, h));
-  PetscFunctionReturn(0);
-}
-
 PetscErrorCode RejectionWatch::before_stage(TS ts) {
   PetscReal h;
   PetscFunctionBegin;
@@ -155,10 +143,6 @@ PetscErrorCode RejectionWatch::before_stage(TS ts) {
   PetscCall(look(ts));
   if (attempts_.in_a_row() == before) PetscFunctionReturn(0);
   PetscCall(TSGetTimeStep(ts, &h));
-  // alpha starts by two steps of half the length
-  bool starting = false;
-  PetscCall(is_alpha_starting(ts, &starting));
-  if (starting) h *= 2;
   attempts_.go_on(h);
   if (!enough(h)) PetscFunctionReturn(0);
   gave_up_ = true;

@@ -23,11 +23,8 @@ class RejectionWatch {
   PetscErrorCode attach(TS ts, double step_min, std::int64_t most);
   /// Collective. Once the solvers are set up: linear solves are judged by their residuals, where the model is linear.
   PetscErrorCode attach_solvers(TS ts, const TSContext& context);
-  /// Before a step of length h from time t [s]; `again`: one that TS gave back after a rejected attempt.
-  void begin_step(double t, double h, bool again) { attempts_.begin(t, h, again); }
-  /// Collective. After TS gave a step back: the length of the next attempt, `cut` times the last one where TS has not
-  /// shortened it; false: the step is given up.
-  PetscErrorCode try_again(TS ts, double cut, bool* more);
+  /// Before a step of length h from time t [s].
+  void begin_step(double t, double h) { attempts_.begin(t, h); }
   /// Collective. Before a stage is solved for: whether the attempt before this one was rejected, and whether the limit is reached.
   PetscErrorCode before_stage(TS ts);
   /// Collective. After a step, good or not: counts what is left.

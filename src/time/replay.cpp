@@ -8,8 +8,7 @@ PetscErrorCode Replay::answer(SNES snes, Vec x) {
   PetscCall(SNESShellGetContext(snes, &context));
   Replay& self = *static_cast<Replay*>(context);
   PetscCheck(self.asked_ < self.answers_.size(), PETSC_COMM_SELF, PETSC_ERR_PLIB, "the method solves more often than it did");
-  Vec known = self.answers_[self.asked_++];
-  if (known) PetscCall(VecCopy(known, x));
+  PetscCall(VecCopy(self.answers_[self.asked_++], x));
   // methods that compute their rate along with the residual want one at the answer
   if (self.asked_ == self.answers_.size()) PetscCall(SNESComputeFunction(snes, x, self.residual_));
   PetscFunctionReturn(0);
@@ -36,7 +35,6 @@ PetscErrorCode Replay::begin(TS ts) {
   PetscCall(TSAdaptSetAlwaysAccept(adapt, PETSC_TRUE));
   PetscCall(TSGetSolution(ts, &y));
   PetscCall(VecDuplicate(y, present_.out()));
-  PetscCall(VecDuplicate(y, end_.out()));
   PetscCall(VecDuplicate(y, residual_.out()));
   PetscCall(VecCopy(y, present_));
   PetscCall(TSGetStepNumber(ts, &steps_));
@@ -63,14 +61,6 @@ PetscErrorCode Replay::step(double time, double h, Vec y, Vec half, Vec end) {
   answers_.clear();
   if (half) answers_.push_back(half);
   answers_.push_back(end);
-  PetscCall(take(time, h, y));
-  PetscFunctionReturn(0);
-}
-
-PetscErrorCode Replay::step_to_rate(double time, double h, Vec y, double scale, Vec rate) {
-  PetscFunctionBegin;
-  PetscCall(VecWAXPY(end_, scale, rate, y));
-  answers_ = {nullptr, nullptr, end_};
   PetscCall(take(time, h, y));
   PetscFunctionReturn(0);
 }

@@ -16,8 +16,6 @@ class Replay {
   Vec present() const { return present_; }
   /// Collective. The step of length h from (time, y) to `end`; `half`: what its starting procedure finds first, or null.
   PetscErrorCode step(double time, double h, Vec y, Vec half, Vec end);
-  /// Collective. One of alpha, started afresh, whose rate dy/dt afterwards is `rate`: y + scale*rate is its end.
-  PetscErrorCode step_to_rate(double time, double h, Vec y, double scale, Vec rate);
   /// Collective. Everything as it was, but for the memory.
   PetscErrorCode end(double time, double h);
 
@@ -26,8 +24,8 @@ class Replay {
   PetscErrorCode take(double time, double h, Vec y);
   TS ts_ = nullptr;
   SNESHandle own_, knowing_;
-  VecHandle present_, end_, residual_;
-  std::vector<Vec> answers_;  ///< in the order they are asked for; null: the guess itself
+  VecHandle present_, residual_;
+  std::vector<Vec> answers_;  ///< in the order they are asked for
   std::size_t asked_ = 0;
   PetscInt steps_ = 0;
 };

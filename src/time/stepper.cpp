@@ -32,7 +32,6 @@ PetscErrorCode Stepper::attach(TS ts) {
   PetscCall(TSGetAdapt(ts, &adapt));
   PetscCall(TSAdaptSetScaleSolveFailed(adapt, options_.length.cut));
   PetscCall(is_adaptive(ts, &adaptive));
-  alpha_ = context_.method->remembers(Memory::alpha);
   PetscCall(TSGetTime(ts, &start));
   PetscCall(TSGetMaxTime(ts, &end));
   PetscCall(TSGetTimeStep(ts, &nominal));
@@ -97,9 +96,7 @@ PetscErrorCode Stepper::begin_step(TS ts) {
   }
   PetscCall(plan_length(ts));
   PetscCall(TSGetTime(ts, &time));
-  rejections_.begin_step(time, length_.planned(), repeated_);
-  repeated_ = false;
-  PetscCall(take_over_cuts(ts));
+  rejections_.begin_step(time, length_.planned());
   // below the rounding errors of the residual no iteration can get
   if (context_.implicit) PetscCall(context_.newton.estimate_floor(1.0 / length_.planned()));
   PetscCall(TSGetStepNumber(ts, &step));
@@ -116,15 +113,6 @@ PetscErrorCode Stepper::plan_length(TS ts) {
   length_.plan(time, clock_.next(time), proposed, history_.steps() == 0);
   if (length_.shortened()) counter_.add_shortened();
   PetscCall(TSSetTimeStep(ts, length_.planned()));
-  PetscFunctionReturn(0);
-}
-
-/// PETSc's alpha forgets the cut where its starting procedure fails: that step comes back after every rejection.
-PetscErrorCode Stepper::take_over_cuts(TS ts) {
-  PetscFunctionBegin;
-  const bool ours = alpha_ && history_.steps() == 0;
-  if (ours != cuts_are_ours_) PetscCall(TSSetMaxStepRejections(ts, ours ? 0 : -1));
-  cuts_are_ours_ = ours;
   PetscFunctionReturn(0);
 }
 

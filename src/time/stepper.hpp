@@ -85,9 +85,7 @@ class Stepper {
   static PetscErrorCode post_stage(TS ts, PetscReal time, PetscInt index, Vec* stages);
   PetscErrorCode begin_step(TS ts);
   PetscErrorCode plan_length(TS ts);
-  PetscErrorCode take_over_cuts(TS ts);
   PetscErrorCode accept_step(TS ts);
-  PetscErrorCode repeat_start(TS ts, bool* again);
   PetscErrorCode count_step(TS ts, StepRecord* record);
   PetscErrorCode count_iterations(TS ts, StepRecord* record);
   PetscErrorCode is_good(TS ts, bool* good);
@@ -123,9 +121,6 @@ class Stepper {
   History history_;
   LinearReuse reuse_;
 
-  bool alpha_ = false;          ///< the type is alpha, which forgets the cut where its starting procedure fails
-  bool cuts_are_ours_ = false;  ///< the present step is that procedure: the stepper cuts and repeats it
-  bool repeated_ = false;       ///< the next step is the last one again
   double good_time_ = 0;
   bool framed_ = true;
   Facts before_;  ///< of the stepping before the present step, where it may be taken back

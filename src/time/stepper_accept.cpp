@@ -11,10 +11,8 @@ namespace bs {
 
 PetscErrorCode Stepper::accept_step(TS ts) {
   StepRecord record;
-  bool again = false, good = false, landed = false, counts = true;
+  bool good = false, landed = false, counts = true;
   PetscFunctionBegin;
-  PetscCall(repeat_start(ts, &again));
-  if (again) PetscFunctionReturn(0);
   PetscCall(count_step(ts, &record));
   PetscCall(is_good(ts, &good));
   if (!good) PetscFunctionReturn(0);
@@ -31,18 +29,6 @@ PetscErrorCode Stepper::accept_step(TS ts) {
   if (landed) clock_.pass();
   PetscCall(decide_what_follows(ts, record.time, finished));
   PetscCall(save_if_due(record.step, finished));
-  PetscFunctionReturn(0);
-}
-
-PetscErrorCode Stepper::repeat_start(TS ts, bool* again) {
-  TSConvergedReason reason;
-  PetscFunctionBegin;
-  *again = false;
-  PetscCall(TSGetConvergedReason(ts, &reason));
-  if (!cuts_are_ours_ || reason != TS_DIVERGED_STEP_REJECTED) PetscFunctionReturn(0);
-  PetscCall(rejections_.try_again(ts, options_.length.cut, again));
-  repeated_ = *again;
-  if (*again) PetscCall(TSSetConvergedReason(ts, TS_CONVERGED_ITERATING));
   PetscFunctionReturn(0);
 }
 
@@ -155,7 +141,7 @@ PetscErrorCode Stepper::keep_step(TS ts, StepRecord* record, bool* landed, bool*
   if (model_.breaks() && model_.breaks()->broke() > 0) PetscCall(after_break(ts, y, record, counts));
   if (!*counts) PetscFunctionReturn(0);
   framed_ = false;
-  PetscCall(history_.end_step(ts, y));
+  PetscCall(history_.end_step(ts));
   PetscFunctionReturn(0);
 }
 

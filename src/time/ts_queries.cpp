@@ -1,7 +1,6 @@
 #include "time/ts_queries.hpp"
 #include <string>
 #include "solvers/condensed/condensed.hpp"
-#include "time/methods.hpp"
 
 namespace bs {
 
@@ -12,17 +11,6 @@ PetscErrorCode is_adaptive(TS ts, bool* yes) {
   PetscCall(TSGetAdapt(ts, &adapt));
   PetscCall(TSAdaptGetType(adapt, &type));
   *yes = type && std::string(type) != TSADAPTNONE;
-  PetscFunctionReturn(0);
-}
-
-PetscErrorCode is_alpha_starting(TS ts, bool* yes) {
-  const Method* method;
-  PetscReal m = 0, f = 0, gamma = 0;
-  PetscFunctionBegin;
-  PetscCall(method_of(ts, &method));
-  const bool alpha = method->remembers(Memory::alpha);
-  if (alpha) PetscCall(TSAlphaGetParams(ts, &m, &f, &gamma));
-  *yes = alpha && m == 1 && f == 1 && gamma == 1;
   PetscFunctionReturn(0);
 }
 

@@ -8,9 +8,6 @@ namespace bs {
 /// Whether steps follow an error estimate (-ts_adapt_type other than none).
 PetscErrorCode is_adaptive(TS ts, bool* yes);
 
-/// Whether `ts` is of type alpha and in its starting procedure: two steps of backward Euler of half the length.
-PetscErrorCode is_alpha_starting(TS ts, bool* yes);
-
 /// The linear solver of an implicit type and its preconditioner, both borrowed; either may be null.
 PetscErrorCode linear_solver_of(TS ts, KSP* ksp, PC* pc);
 

@@ -26,7 +26,7 @@ VARIANTS = {"auto": {}, "exact": {"bs_tangent": "exact"}, "definite": {"bs_tange
             "exact, trust region": {"bs_tangent": "exact", "snes_type": "newtontr"}}
 OLD = "before"  # the column of --old
 TYPES = {"beuler": {"ts_type": "beuler"}, "cn": {"ts_type": "cn"}, "bdf2": {"ts_type": "bdf", "ts_bdf_order": 2, "ts_adapt_type": "none"},
-         "alpha": {"ts_type": "alpha", "ts_adapt_type": "none"}}
+         "alpha2": {"ts_type": "alpha2", "ts_adapt_type": "none"}}
 MULTIPLES = (1, 10, 100, 1000)
 FRAMES = 5
 SAFETY = 0.9  # of the largest stable explicit step: the estimate is of the starting state

@@ -32,8 +32,6 @@ CASES = [
     ("bdf 3, error control", {"ts_type": "bdf", "ts_bdf_order": 3, "ts_rtol": 1e-3, "ts_atol": 1e-3}, 1, 13, 0),
     ("rosw", {"ts_type": "rosw", "ts_adapt_type": "none"}, 1, 5, 0),
     ("arkimex", {"ts_type": "arkimex", "ts_adapt_type": "none"}, 1, 5, 0),
-    ("alpha", {"ts_type": "alpha"}, 1, 13, 1e-10),
-    ("alpha, damped, while it starts", {"ts_type": "alpha", "ts_alpha_radius": 0.5}, 1, 1, 1e-10),
     ("alpha2, 3 ranks", {"ts_type": "alpha2"}, 3, 13, 0),
     ("alpha2, damped, after its first step", {"ts_type": "alpha2", "ts_alpha_radius": 0.5}, 1, 1, 0),
     ("rk 5dp", {"ts_type": "rk", "ts_rk_type": "5dp", "ts_adapt_type": "none", "ts_dt": 0.001}, 1, 13, 1e-10),

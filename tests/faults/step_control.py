@@ -16,7 +16,7 @@ FAILURES = [
     ("newton", {"snes_divergence_tolerance": 1.5, "bs_lattice_perturbation": 0.09, "snes_linesearch_type": "guarded"}),
     ("error", {"ts_adapt_type": "basic", "ts_rtol": 1e-6, "bs_atol_x": 1e-5, "bs_atol_v": 1e-2, "bs_step_first": 0.01}),
 ]
-IMPLICIT = (("beuler", {}), ("cn", {}), ("theta", {}), ("bdf", {"ts_adapt_type": "none"}), ("alpha", {}), ("rosw", {"ts_adapt_type": "none"}),
+IMPLICIT = (("beuler", {}), ("cn", {}), ("theta", {}), ("bdf", {"ts_adapt_type": "none"}), ("alpha2", {}), ("rosw", {"ts_adapt_type": "none"}),
             ("arkimex", {"ts_adapt_type": "none"}))
 
 

@@ -69,13 +69,13 @@ TEST_CASE("steps and intervals that rounding swallows are told apart") {
 
 TEST_CASE("attempts end by their length, by their number, and by the rounding of the time") {
   Attempts by_length(0.01, 100);
-  by_length.begin(0.0, 0.04, false);
+  by_length.begin(0.0, 0.04);
   REQUIRE_FALSE(by_length.spent(0.01));
   REQUIRE_FALSE(by_length.spent(0.01 * (1 - 1e-12)));
   REQUIRE(by_length.spent(0.009999));
 
   Attempts by_number(0.0, 3);
-  by_number.begin(0.0, 1.0, false);
+  by_number.begin(0.0, 1.0);
   for (int k = 0; k < 3; ++k) {
     by_number.reject();
     REQUIRE_FALSE(by_number.spent(1e-6));
@@ -85,23 +85,13 @@ TEST_CASE("attempts end by their length, by their number, and by the rounding of
   REQUIRE(by_number.spent(1e-6));
   REQUIRE(by_number.in_a_row() == 4);
   REQUIRE(by_number.last_rejected() == std::pow(0.25, 3));
-  by_number.begin(0.0, 0.1, true);  // the same step again: its rejections count on
-  REQUIRE(by_number.in_a_row() == 4);
-  by_number.begin(0.1, 0.1, false);
+  by_number.begin(0.1, 0.1);
   REQUIRE(by_number.in_a_row() == 0);
 
   Attempts by_time(0.0, 100);
-  by_time.begin(1.0, 0.1, false);
+  by_time.begin(1.0, 0.1);
   REQUIRE_FALSE(by_time.spent(4 * 0x1p-52));
   REQUIRE(by_time.spent(3.9 * 0x1p-52));
-}
-
-TEST_CASE("an attempt that nobody has shortened is cut") {
-  Attempts attempts(0.0, 10);
-  attempts.begin(0.0, 0.8, false);
-  REQUIRE(attempts.shorter(0.8, 0.25) == 0.8 * 0.25);
-  REQUIRE(attempts.shorter(0.8 * (1 - 1e-12), 0.25) == 0.8 * 0.25);
-  REQUIRE(attempts.shorter(0.5, 0.25) == 0.5);
 }
 
 TEST_CASE("checkpoints and the log fall due by the wall clock") {

@@ -37,7 +37,7 @@ def compare(checks, name, base, options, tolerance, ranks=None, reference=None):
 
 
 def types(checks):
-    for ts, extra in (("beuler", {}), ("cn", {}), ("theta", {"ts_theta_theta": 0.7}), ("bdf", {"ts_bdf_order": 2}), ("alpha", {}),
+    for ts, extra in (("beuler", {}), ("cn", {}), ("theta", {"ts_theta_theta": 0.7}), ("bdf", {"ts_bdf_order": 2}), ("alpha2", {}),
                       ("arkimex", {}), ("rosw", {"ts_rosw_type": "ra34pw2"})):
         base = dict(BLOCK, ts_type=ts, ts_adapt_type="none", ts_dt=0.02, ts_max_time=0.1, **extra)
         # rosw solves one linear system a stage, and its error is the solve's

@@ -20,7 +20,7 @@ from scipy.integrate import solve_ivp
 OPTION = {"rosw": "ts_rosw_type", "arkimex": "ts_arkimex_type", "rk": "ts_rk_type", "ssp": "ts_ssp_type", "bdf": "ts_bdf_order"}
 # Orders as PETSc's manual and the papers it names give them.
 PUBLISHED = {
-    ("beuler", ""): 1, ("cn", ""): 2, ("theta", ""): 2, ("alpha", ""): 2, ("alpha2", ""): 2, ("euler", ""): 1, ("symplectic", ""): 1, ("verlet", ""): 2,
+    ("beuler", ""): 1, ("cn", ""): 2, ("theta", ""): 2, ("alpha2", ""): 2, ("euler", ""): 1, ("symplectic", ""): 1, ("verlet", ""): 2,
     **{("bdf", str(k)): k for k in range(1, 7)},
     **{("rosw", s): k for s, k in (("theta1", 1), ("theta2", 2), ("2m", 2), ("2p", 2), ("ra3pw", 3), ("ra34pw2", 3), ("rodas3", 3),
                                    ("sandu3", 3), ("assp3p3s1c", 3), ("lassp3p4s2c", 3), ("llssp3p4s2c", 3), ("ark3", 3),
@@ -183,8 +183,6 @@ REFUSALS = {
     "rks2 of 1 stage": ({"ts_type": "ssp", "ts_ssp_nstages": 1}, "-ts_ssp_nstages: 1"),
     "rks3 of 5 stages": ({"ts_type": "ssp", "ts_ssp_type": "rks3", "ts_ssp_nstages": 5}, "square"),
     "rk104 of 4 stages": ({"ts_type": "ssp", "ts_ssp_type": "rk104", "ts_ssp_nstages": 4}, "rk104 has 10 stages"),
-    "alpha, gamma 0": ({"ts_type": "alpha", "ts_alpha_gamma": 0}, "give -ts_alpha_radius"),
-    "alpha of order 1": ({"ts_type": "alpha", "ts_alpha_alpha_m": 1, "ts_alpha_alpha_f": 1, "ts_alpha_gamma": 1}, "give -ts_alpha_radius"),
     "alpha2, radius 2": ({"ts_type": "alpha2", "ts_alpha_radius": 2}, "give -ts_alpha_radius, 0 to 1"),
     "alpha2, beta 0.2": ({"ts_type": "alpha2", "ts_alpha_beta": 0.2}, "give -ts_alpha_radius, 0 to 1"),
     "alpha2 of order 1": ({"ts_type": "alpha2", "ts_alpha_gamma": 0.6}, "has order 2 only with gamma"),
@@ -245,14 +243,9 @@ def main():
                 checks.true(f"{kind}: the table has what PETSc names", names and names == {s for t, s in checks.table if t == kind}, " ".join(sorted(names)))
         checks.each([m for m in checks.table if checks.wants(" ".join(m))], lambda c, m: check_method(c, m, problems))
         for radius in [r for r in ALPHAS if checks.wants(f"alpha {r}")]:
-            o = {"ts_type": "alpha", "ts_alpha_radius": radius}
-            check_order(checks, f"alpha, radius {radius}, on a driven lattice", problems["driven"], {**direct(checks.ranks), **o}, STEPS[2], 2)
-            check_order(checks, f"alpha2, radius {radius}, on a driven lattice", problems["driven"], {**direct(checks.ranks), **o, "ts_type": "alpha2"}, STEPS[2], 2)
-            check_order(checks, f"alpha2, radius {radius}, one linear solve a step", problems["driven"],
-                        {**direct(checks.ranks), **o, "ts_type": "alpha2", "snes_type": "ksponly"}, STEPS[2], 2)
-            check_order(checks, f"alpha, radius {radius}, on a driven circuit", problems["circuit"], o, STEPS[2], 2)
-            check_order(checks, f"alpha, radius {radius}, one linear solve a step", problems["driven"],
-                        {**direct(checks.ranks), **o, "snes_type": "ksponly"}, STEPS[2], 2)
+            o = {**direct(checks.ranks), "ts_type": "alpha2", "ts_alpha_radius": radius}
+            check_order(checks, f"alpha2, radius {radius}, on a driven lattice", problems["driven"], o, STEPS[2], 2)
+            check_order(checks, f"alpha2, radius {radius}, one linear solve a step", problems["driven"], {**o, "snes_type": "ksponly"}, STEPS[2], 2)
         checks.each([r for r in REFUSALS if checks.wants("refusals") or (checks.arguments.filter and checks.wants(r))],
                     lambda c, r: refused(c, r, {**CHAIN, **REFUSALS[r][0]}, REFUSALS[r][1]))
         if checks.wants("clock"):

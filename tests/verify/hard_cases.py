@@ -73,7 +73,7 @@ def failed_solve(checks, folder):
     does not: the run goes on with shorter steps. rosw keeps its Jacobian over the stages of a step, and must not keep that of a failed
     one."""
     case = hard_problems.column(folder / "pressed.h5", False)
-    for name, options in (("alpha", {"ts_type": "alpha"}), ("rosw", {"ts_type": "rosw"})):
+    for name, options in (("alpha2", {"ts_type": "alpha2"}), ("rosw", {"ts_type": "rosw"})):
         with checks.group(name):
             given = dict(case.options, **options, ts_adapt_type="none", ts_dt=0.005, ts_max_time=0.005, bs_advise=False, condensed_pc_type="bicc",
                          condensed_ksp_max_it=10, condensed_fallback_ksp_max_it=10)

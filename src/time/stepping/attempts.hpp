@@ -10,9 +10,9 @@ class Attempts {
   Attempts() = default;
   /// None is made below `least` [s], nor after more than `most` rejections of one step.
   Attempts(double least, std::int64_t most) : least_(least), most_(most) {}
-  /// Before a step of length h from time t; `again`: the same step, after a rejected attempt.
-  void begin(double t, double h, bool again) {
-    if (!again) in_a_row_ = 0;
+  /// Before a step of length h from time t.
+  void begin(double t, double h) {
+    in_a_row_ = 0;
     present_ = h;
     resolution_ = time_rounding(t);
   }
@@ -24,8 +24,6 @@ class Attempts {
   }
   /// Whether no attempt of length `next` is to follow.
   bool spent(double next) const { return next < least_ * (1 - SAME_STEP) || next < resolution_ || in_a_row_ > most_; }
-  /// `h` where it is shorter than the present attempt, else that one cut.
-  double shorter(double h, double cut) const { return h > present_ * (1 - SAME_STEP) ? present_ * cut : h; }
   std::int64_t in_a_row() const { return in_a_row_; }
   /// Length of the last one that was rejected [s].
   double last_rejected() const { return rejected_; }
