@@ -55,10 +55,10 @@ class History {
   std::int64_t steps_ = 0;  ///< since the method last started without history
   std::vector<Past> past_;  ///< oldest first; up to depth_ + 1
   bool replaying_ = false;
-  double used_ = 0;           ///< length of this attempt's step
-  VecHandle half_;            ///< what bdf's starting procedure finds first, of the first step
-  Starter starter_;           ///< of bdf
-  Vec kept_ = nullptr;        ///< the acceleration that the type carries; borrowed
+  double used_ = 0;     ///< length of this attempt's step
+  VecHandle half_;      ///< what bdf's starting procedure finds first, of the first step
+  Starter starter_;     ///< of bdf
+  Vec kept_ = nullptr;  ///< the acceleration that the type carries; borrowed
 };
 
 }  // namespace bs
