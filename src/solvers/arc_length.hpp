@@ -21,6 +21,8 @@ class ArcLength {
   PetscErrorCode solve(SNES snes);
   /// Of the last solve.
   double factor() const { return now_; }
+  /// Where it started.
+  double start_factor() const { return start_factor_; }
   bool at_end() const { return arrived_; }
 
  private:

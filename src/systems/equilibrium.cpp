@@ -194,6 +194,12 @@ PetscErrorCode Equilibrium::velocity_errors(Vec y, Vec F, double, Form form, dou
   PetscFunctionReturn(0);
 }
 
+PetscErrorCode Equilibrium::return_free_bodies(double s_from, Vec from, double t, double h, Vec y) {
+  PetscFunctionBegin;
+  if (!moves()) PetscCall(own_->return_free_bodies(s_from, from, factor(t), h, y));
+  PetscFunctionReturn(0);
+}
+
 PetscErrorCode Equilibrium::accept(double t, Vec y) {
   double s = 0;
   PetscFunctionBegin;

@@ -30,7 +30,7 @@ class Equilibrium final : public FirstOrder {
   /// Collective. Velocities become those of a box that the load factor strains, else 0; ends the run with exit code 2 where loads drive what nothing
   /// holds.
   PetscErrorCode begin();
-  /// Bodies that are tied to nothing: their rigid motions stay as they are, M-orthogonal to every correction.
+  /// Bodies that are tied to nothing: corrections are M-orthogonal to their rigid motions, to the tolerances of the solvers.
   PetscInt free_bodies() const { return free_; }
 
   /// From now on the corrections of Newton's method are those of a step of pseudo time: shift is `part` of the mean squared frequency times
@@ -65,6 +65,8 @@ class Equilibrium final : public FirstOrder {
   /// where stresses of the box are given, what is missing of them, are below 1e-6 of the forces of the run so far, and no particle is left with a
   /// thousandth of its own. `why`: it is none; `hopeless`: a shorter load step would not mend that.
   PetscErrorCode examine(double t, Vec y, std::string* why, bool* hopeless);
+  /// Collective. Mechanics::return_free_bodies of y, found for the time t from the state `from` of load factor s_from, with steps h.
+  PetscErrorCode return_free_bodies(double s_from, Vec from, double t, double h, Vec y);
   /// Accepted equilibria whose unbalanced force is above 1e-6 of the largest load or reaction, for which rounding errors leave no other choice.
   std::int64_t unbalanced() const { return static_cast<std::int64_t>(seen_.unbalanced); }
   void save_sums(std::map<std::string, double>* sums) const override;

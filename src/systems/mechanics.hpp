@@ -94,6 +94,10 @@ class Mechanics : public System {
     *free = 0;
     return 0;
   }
+  /// Collective, in statics. `to` is an equilibrium at t_to that was found from `from` at t_from, and v = (x - x_from)/h. No force says where bodies
+  /// are that nothing holds: their centres of mass go back to where they were, or where the box has carried them, from where rounding and tolerances
+  /// of the solvers have left them.
+  virtual PetscErrorCode return_free_bodies(double, Vec, double, double, Vec) { return 0; }
   /// Collective. At (t, y); `out` says of a system without a periodic box that it has none.
   virtual PetscErrorCode strain_response(double, Vec, StrainResponse* out) {
     *out = {};

@@ -39,6 +39,7 @@ class StaticRun {
  private:
   PetscErrorCode attach(TS ts, TSContext& context, double step);
   PetscErrorCode examine(double factor, Vec y, Finding* out);
+  PetscErrorCode return_free_bodies(double factor, Vec y);
   PetscErrorCode observe(double factor, Vec y, std::vector<Observable>* out);
   PetscErrorCode count(std::vector<Tally>* out) const;
   PetscErrorCode find(double factor, Vec y, Findings* out);
@@ -124,6 +125,18 @@ PetscErrorCode StaticRun::attach(TS ts, TSContext& context, double step) {
   PetscFunctionReturn(0);
 }
 
+/// To where they were at the start of the step.
+PetscErrorCode StaticRun::return_free_bodies(double factor, Vec y) {
+  Vec start;
+  PetscReal t, h;
+  PetscFunctionBegin;
+  PetscCall(TSGetSolution(ts_, &start));
+  PetscCall(TSGetTime(ts_, &t));
+  PetscCall(TSGetTimeStep(ts_, &h));
+  PetscCall(model_.return_free_bodies(options_.arc ? arc_.start_factor() : t, start, factor, h, y));
+  PetscFunctionReturn(0);
+}
+
 /// Where the solver ended by its own test, a shorter load step may be solved better; not where that test was taken from it.
 PetscErrorCode StaticRun::examine(double factor, Vec y, Finding* out) {
   SNES snes;
@@ -131,6 +144,7 @@ PetscErrorCode StaticRun::examine(double factor, Vec y, Finding* out) {
   PetscFunctionBegin;
   PetscCall(model_.examine(factor, y, &out->why, &out->hopeless));
   out->good = out->why.empty();
+  if (out->good) PetscCall(return_free_bodies(factor, y));
   if (out->good || out->hopeless) PetscFunctionReturn(0);
   PetscCall(TSGetSNES(ts_, &snes));
   PetscCall(SNESGetConvergedReason(snes, &reason));
@@ -168,7 +182,7 @@ PetscErrorCode StaticRun::find(double factor, Vec y, Findings* out) {
 
 PetscErrorCode StaticRun::count(std::vector<Tally>* out) const {
   PetscFunctionBegin;
-  out->push_back({"free_bodies", "bodies are tied to nothing: their rigid motions stay as they are", model_.free_bodies()});
+  out->push_back({"free_bodies", "bodies are tied to nothing: their centres of mass stay, or go with the box", model_.free_bodies()});
   out->push_back({"pseudo_transient",
                   "load steps ended by pseudo-transient continuation, where Newton's method had failed: the shape may have jumped",
                   pseudo_.solves()});

@@ -1,6 +1,7 @@
 #!/usr/bin/env python3
 """Periodic boxes: modes against dispersion relations, a chain without ends, stiffness tensors of diluted nets, shifts given and found, strain of
 the box, stress and work, ranks, restarts."""
+import io
 import itertools
 import subprocess
 
@@ -8,6 +9,8 @@ import h5py
 from harness import write_lattice, run_parts
 import numpy as np
 from program import environment, words
+from scipy.sparse import coo_matrix
+from scipy.sparse.csgraph import connected_components
 from scipy.special import jv
 
 A1, A2 = np.array([1.0, 0.0]), np.array([0.5, np.sqrt(0.75)])
@@ -221,6 +224,41 @@ def continued(checks, folder):
             checks.near(f"stress on {ranks} ranks", other.observables["stress"], one.observables["stress"], 1e-10)
 
 
+def disordered(path, n, kept, seed):
+    """Such a net with masses and rest lengths by chance and a share of its springs; its masses, and the body of each particle."""
+    rng = np.random.default_rng(seed)
+    triangular(path, n)
+    with h5py.File(path, "a") as f:
+        pairs, stays = f["springs/pairs"][...], rng.uniform(size=len(f["springs/pairs"])) < kept
+        for name in ("pairs", "shift", "stiffness", "rest_length"):
+            rows = f["springs/" + name][...][stays]
+            del f["springs/" + name]
+            f["springs/" + name] = rows * rng.uniform(0.95, 1.05, len(rows)) if name == "rest_length" else rows
+        f["particles/mass"][...] = mass = rng.uniform(0.5, 1.5, n * n)
+    a, b = pairs[stays].T
+    return mass, connected_components(coo_matrix((np.ones(len(a)), (a, b)), shape=(n * n, n * n)), directed=False)[1]
+
+
+def centres_of_mass(checks, folder):
+    """No force says where a body is that nothing holds: every centre of mass X stays, and in a box that is strained follows X = F(s) X_0."""
+    for name, n, kept, options, exact in (
+            ("at rest", 12, 1, {}, 1e-12), ("strained unevenly", 12, 1, {"bs_box_strain": "xx=sinusoid:0.1,0.3,xy=expression:0.1*t^2"}, 1e-12),
+            ("in full from the start", 8, 1, {"bs_box_rate": "xx=0.1", "bs_load_scale": "none"}, 1e-12),
+            ("under stress", 12, 1, {"bs_box_stress": "xx=0.1,xy=0.02"}, 1e-12), ("by arc length", 8, 1, {"bs_box_rate": "xx=0.1", "bs_load_control": "arc"}, 1e-12),
+            ("many bodies", 12, 0.3, {"bs_box_rate": "xx=0.05"}, None), ("moduli", 12, 1, {"bs_task": "moduli"}, 1e-12)):
+        mass, body = disordered(folder / "net.h5", n, kept, 3)
+        given = {"bs_task": "statics", "bs_lattice_file": folder / "net.h5", **options, **({"bs_load_steps": 4} if options.get("bs_task") != "moduli" else {})}
+        run = checks.run(given, interval=0, keep=("run.h5md",))
+        found = run.trajectory
+        with h5py.File(io.BytesIO(run.files["run.h5md"])) as f:
+            edges = f["particles/trajectory/box/edges/value"][...]
+        F = np.linalg.solve(edges[0] if "bs_load_scale" in options else np.array([n * A1, n * A2]), edges[-1]).T
+        X = [np.array([mass[body == b] @ x[body == b] / mass[body == b].sum() for b in range(body.max() + 1)]) for x in (found.position[0], found.position[-1])]
+        checks.near(f"centres of mass of {body.max() + 1} bodies, {name}", X[1], X[0] @ F.T, 1e-12)
+        if checks.ranks == 1 and exact:
+            checks.near(f"positions on 3 ranks, {name}", checks.run(given, interval=0, ranks=3).trajectory.position[-1], found.position[-1], exact)
+
+
 def jacobians(checks, folder):
     """The full Jacobian of lattices whose springs meet their own images, against differences; every storage against it."""
     base = {"bs_lattice_type": "cubic", "bs_lattice_size": "1,2,3", "bs_lattice_periodic": "xyz", "bs_lattice_spacing": 1, "bs_lattice_perturbation": 0.1,
@@ -238,4 +276,4 @@ def jacobians(checks, folder):
 
 
 if __name__ == "__main__":
-    run_parts(__doc__, (dispersion, endless_chain, moduli, shifts, resting, strained, held, continued, jacobians))
+    run_parts(__doc__, (dispersion, endless_chain, moduli, shifts, resting, strained, held, continued, jacobians, centres_of_mass))

@@ -202,6 +202,9 @@ def loose(checks, folder):
     run = statics(checks, path)
     checks.near("free bodies relax about their centres of mass", run.trajectory.position[-1], [[0.1, 0], [1.1, 0], [5, 5], [7, 7], [8, 7]], 1e-8)
     checks.true("and are counted", run.report["free_bodies"] == 2, str(run.report["free_bodies"]))
+    half = write_lattice(folder / "half.h5", [[0, 0], [1.2, 0], [2.5, 0.1]], [1, 2, 3], pairs=[[0, 1], [1, 2]], stiffness=1.0, rest_length=1.0)
+    x = statics(checks, half, bs_group_all="all", bs_motion_all="y=fixed").trajectory.position[-1]
+    checks.near("a body on rollers stays where it can move freely", x @ [1, 0] @ [1, 2, 3] / 6, 9.9 / 6, 1e-15)
     run = statics(checks, path, bs_gravity="0,-1", expect=2)
     checks.true("driven ones are refused", "nothing holds particle 0" in run.stderr, run.stderr.strip()[-200:])
     path = write_lattice(folder / "fixed.h5", [[0, 0], [1.2, 0]], 1.0, fixed=[1, 1], pairs=[[0, 1]], stiffness=1.0, rest_length=1.0)

@@ -67,6 +67,7 @@ void Cell::restore(const std::map<std::string, double>& sums) {
     const auto at = sums.find(saved_name(one.row, one.column));
     one.strain = at == sums.end() ? 0 : at->second;
   }
+  keep_strains();
 }
 
 void Cell::edges(double t, double* edges, double* rates) const {
@@ -93,6 +94,21 @@ void Cell::velocity_gradient(double t, double* L) const {
   for (int r = 0; r < dim_; ++r)
     for (int c = 0; c < dim_; ++c)
       for (int k = 0; k < dim_; ++k) L[r * dim_ + c] += G[r * dim_ + k] * inverse[k * dim_ + c];
+}
+
+void Cell::carried(double from, double to, double* A) const {
+  double F[9], before[9], rate[9], inverse[9];
+  gradient(to, F, rate);
+  gradient(from, before, rate);
+  for (const Free& one : free_) before[one.row * dim_ + one.column] += one.kept - one.strain;
+  std::fill_n(A, dim_ * dim_, 0.0);
+  for (int k = 0; k < dim_; ++k) A[k * dim_ + k] = 1;
+  if (std::equal(F, F + dim_ * dim_, before) || !invert_edges(before, dim_, inverse)) return;
+  for (int r = 0; r < dim_; ++r)
+    for (int c = 0; c < dim_; ++c) {
+      A[r * dim_ + c] = 0;
+      for (int k = 0; k < dim_; ++k) A[r * dim_ + c] += F[r * dim_ + k] * inverse[k * dim_ + c];
+    }
 }
 
 double Cell::volume(double t) const {

@@ -44,6 +44,12 @@ class Cell {
   bool triclinic() const;
   /// F(t) and dF/dt, (d, d) each.
   void gradient(double t, double* F, double* rate) const;
+  /// A = F(to) F(from)^-1 (d, d), by which the box carries along what is in it: free strains at `from` are those that keep_strains() found.
+  void carried(double from, double to, double* A) const;
+  /// The free strains are those of an accepted state.
+  void keep_strains() {
+    for (Free& one : free_) one.kept = one.strain;
+  }
   /// The components that are free, with the stress given at time t; and their strains.
   std::vector<FreeStrain> free_strains(double t) const;
   void set_free_strains(const std::vector<double>& strains);
@@ -75,6 +81,7 @@ class Cell {
     int row, column;
     Drive stress;  ///< over time [N/m^(d-1)]
     double strain;
+    double kept = 0;  ///< strain of the last accepted state
   };
   PetscErrorCode read_components(MPI_Comm comm, const char* option, const std::string& text);
   PetscErrorCode read_component(MPI_Comm comm, const std::string& option, const std::string& name, const std::string& text);

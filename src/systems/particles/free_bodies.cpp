@@ -24,7 +24,8 @@ DisjointSets local_sets(const Network& net) {
   return sets;
 }
 
-/// Collective. label: (n) the smallest global index in the particle's body, the same on every rank that has a part of it.
+}  // namespace
+
 PetscErrorCode label_bodies(const Network& net, GhostCopies* copies, std::vector<double>* label) {
   DisjointSets sets = local_sets(net);
   const PetscInt count = net.n + net.ghosts;
@@ -50,19 +51,16 @@ PetscErrorCode label_bodies(const Network& net, GhostCopies* copies, std::vector
   PetscFunctionReturn(0);
 }
 
-/// Whether something beyond the body holds each owned particle.
-std::vector<std::uint8_t> held_particles(const Network& net) {
+std::vector<std::uint8_t> held_axes(const Network& net) {
+  const std::uint8_t all = static_cast<std::uint8_t>((1 << net.dim) - 1);
   std::vector<std::uint8_t> held(static_cast<std::size_t>(net.n), 0);
   for (PetscInt i = 0; i < net.n; ++i)
     for (PetscInt e = net.links.start[i]; e < net.links.start[i + 1]; ++e)
-      if (net.fixed[net.links.other[e]] && ties(net, e)) held[i] = 1;
-  for (const PetscInt i : net.anchors.particle) held[i] = 1;
-  for (PetscInt i = 0; i < net.n && net.supports; ++i)
-    if (net.supports->rolling(net.global[i])) held[i] = 1;
+      if (net.fixed[net.links.other[e]] && ties(net, e)) held[i] = all;
+  for (const PetscInt i : net.anchors.particle) held[i] = all;
+  for (PetscInt i = 0; i < net.n && net.supports; ++i) held[i] |= net.supports->rolling(net.global[i]);
   return held;
 }
-
-}  // namespace
 
 namespace {
 
@@ -100,13 +98,13 @@ PetscErrorCode find_free_bodies(const Network& net, const std::vector<double>& l
   PetscFunctionBegin;
   PetscCall(copies.create(net));
   PetscCall(label_bodies(net, &copies, &label));
-  const std::vector<std::uint8_t> held = held_particles(net);
+  const std::vector<std::uint8_t> held = held_axes(net);
   for (std::size_t k = 0; k < sums.size(); ++k) {
     const PetscInt c = static_cast<PetscInt>(k);
     PetscCall(VecDuplicate(copies.layout(), sums[k].out()));
     PetscCall(VecZeroEntries(sums[k]));
     for (PetscInt i = 0; i < net.n; ++i) {
-      double value = c == d + 1 ? held[i] : 0;
+      double value = c == d + 1 ? held[i] != 0 : 0;
       for (PetscInt q = 0; q < d && c <= d; ++q)
         if (q == c || c == d) value += c == d ? std::abs(load[i * d + q]) : load[i * d + q];
       if (net.fixed[i] || value == 0) continue;
@@ -173,12 +171,26 @@ PetscErrorCode ParticleModel::count_free_bodies(PetscInt* free) {
   });
   PetscCall(find_free_bodies(net_, load, &bodies));
   *free = bodies.count;
+  bodies_adrift_ = !may_hold;
   if (bodies.driven_row >= 0 && !may_hold)
     PetscCall(
         tell(net_.comm, Exit::input,
              format("nothing holds particle %lld and what is tied to it against its loads: there is no equilibrium; fix a particle of it, tie it "
                     "to an anchor, or leave the load out",
                     static_cast<long long>(bodies.driven_row))));
+  PetscFunctionReturn(0);
+}
+
+PetscErrorCode ParticleModel::return_free_bodies(double t_from, Vec from, double t_to, double h, Vec to) {
+  const int d = net_.dim;
+  double A[9] = {0};
+  PetscFunctionBegin;
+  if (!bodies_adrift_) PetscFunctionReturn(0);
+  if (!bodies_known_) PetscCall(places_.create(net_));
+  bodies_known_ = true;
+  for (int k = 0; k < d; ++k) A[k * d + k] = 1;
+  if (cell_.active()) cell_.carried(t_from, t_to, A);
+  PetscCall(places_.pull_back(A, h, from, to));
   PetscFunctionReturn(0);
 }
 

@@ -4,6 +4,7 @@
 #include "lattice/lattice.hpp"
 #include "network/network.hpp"
 #include "systems/mechanics.hpp"
+#include "systems/particles/body_places.hpp"
 #include "systems/particles/breaking/breaking.hpp"
 #include "systems/particles/cell.hpp"
 #include "systems/particles/coupling.hpp"
@@ -53,6 +54,7 @@ class ParticleModel final : public Mechanics {
   bool time_dependent() const override { return motion_.active() || supports_.moving() || cell_.moving(); }
   void set_loads(const Loads& loads) override;
   PetscErrorCode count_free_bodies(PetscInt* free) override;
+  PetscErrorCode return_free_bodies(double t_from, Vec from, double t_to, double h, Vec to) override;
   Breaks* breaks() override { return breaking_.active() ? &breaking_ : nullptr; }
   std::vector<Tally> tallies() const override { return breaking_.tallies(); }
   void save_sums(std::map<std::string, double>* sums) const override;
@@ -109,6 +111,9 @@ class ParticleModel final : public Mechanics {
   Cell cell_;
   Breaking breaking_;
   bool loads_ = false;  ///< the evaluations that follow are of statics, whose time is the load factor
+  BodyPlaces places_;
+  bool bodies_adrift_ = false;  ///< no force depends on where a body is that nothing holds
+  bool bodies_known_ = false;   ///< places_ is of the springs as they are
   std::unique_ptr<Physics> physics_;
   SupportLedger ledger_;
   LinearisedForces linearised_;

@@ -40,6 +40,7 @@ PetscErrorCode ParticleModel::commit() {
 
 PetscErrorCode ParticleModel::accept(double t, Vec y) {
   PetscFunctionBegin;
+  cell_.keep_strains();
   if (!memory_.active() && !ledger_.works() && !breaking_.active()) PetscFunctionReturn(0);
   PetscCall(state_.gather(t, y));
   PetscCall(commit());
@@ -48,6 +49,7 @@ PetscErrorCode ParticleModel::accept(double t, Vec y) {
   PetscCall(breaking_.look(t, loads_ ? t : 1, loads_, state_, *physics_));
   if (breaking_.broke() == 0) PetscFunctionReturn(0);
   known_.vec = 0;  // the energies are others
+  bodies_known_ = false;
   ledger_.renew(t, state_, coupling_);
   PetscFunctionReturn(0);
 }
@@ -75,6 +77,7 @@ PetscErrorCode ParticleModel::scatter_memory() {
   PetscFunctionBegin;
   PetscCall(memory_.scatter());
   PetscCall(breaking_.scatter());
+  bodies_known_ = false;
   PetscFunctionReturn(0);
 }
 
