@@ -5,22 +5,23 @@
 #include "time/ts_queries.hpp"
 
 namespace bs {
-PetscErrorCode ArcLength::attach(TS ts, TSContext& context, Equilibrium& model, double nominal, double end) {
+PetscErrorCode ArcLength::attach(TS ts, TSContext& context, Equilibrium& model, PseudoTime& start, double nominal, double end) {
   SNES snes;
   PC pc;
   PetscFunctionBegin;
   ts_ = ts;
   context_ = &context;
   model_ = &model;
+  start_solver_ = &start;
   nominal_ = nominal;
   end_ = end;
   model.set_factor(0);
   PetscCall(TSGetSNES(ts, &snes));
-  // S itself is solved with, definite or not
-  CondensedDemand demand;
-  demand.inertia = true;
   PetscCall(linear_solver_of(ts, nullptr, &pc));
-  PetscCall(condensed_set_tangent(pc, model.tangent(), demand));
+  PetscCall(condensed_demand(pc, &of_start_));
+  // S itself is solved with, definite or not
+  of_start_.inertia = of_path_.inertia = true;
+  PetscCall(condensed_set_tangent(pc, model.tangent(), of_path_));
   context.newton.persist(true);
   for (VecHandle* vec : {&start_, &tangent_, &way_, &q_, &zq_, &zf_}) PetscCall(VecDuplicate(model.initial_state(), vec->out()));
   PetscCall(attach_own_solve(snes, this));
@@ -169,6 +170,17 @@ PetscErrorCode ArcLength::correct(SNES snes, Vec X, Vec F) {
   PetscFunctionReturn(0);
 }
 
+/// The equilibrium that the path begins with, by what serves load steps.
+PetscErrorCode ArcLength::solve_start(SNES snes) {
+  PC pc;
+  PetscFunctionBegin;
+  PetscCall(linear_solver_of(ts_, nullptr, &pc));
+  PetscCall(condensed_set_tangent(pc, model_->tangent(), of_start_));
+  PetscCall(start_solver_->solve(snes));
+  PetscCall(condensed_set_tangent(pc, model_->tangent(), of_path_));
+  PetscFunctionReturn(0);
+}
+
 PetscErrorCode ArcLength::solve(SNES snes) {
   constexpr PetscInt MOST = 15;
   Vec X = snes->vec_sol, F = snes->vec_func;
@@ -176,6 +188,10 @@ PetscErrorCode ArcLength::solve(SNES snes) {
   double first = 0;
   PetscReal size = 0, xnorm = 0, load = 0;
   PetscFunctionBegin;
+  if (!start_solver_->at_load_step()) {
+    PetscCall(solve_start(snes));
+    PetscFunctionReturn(0);
+  }
   PetscCall(begin(snes, X));
   PetscCall(predict(snes, X, &solved));
   if (!solved) snes->reason = SNES_DIVERGED_LINEAR_SOLVE;

@@ -2,6 +2,8 @@
 #pragma once
 #include <petscts.h>
 #include "base/handle.hpp"
+#include "solvers/condensed/condensed.hpp"
+#include "solvers/pseudo_time.hpp"
 #include "systems/equilibrium.hpp"
 #include "time/ts_setup.hpp"
 
@@ -15,8 +17,9 @@ namespace bs {
 /// Where the predictor passes the end of the path, the step is one to that load factor.
 class ArcLength {
  public:
-  /// Collective. Once the options of `ts` are read; the arguments must outlive the solver. The path ends at the factor `end`.
-  PetscErrorCode attach(TS ts, TSContext& context, Equilibrium& model, double nominal, double end);
+  /// Collective. Once the options of `ts` are read; the arguments must outlive the solver. `start`, attached already, finds the equilibrium that the
+  /// path begins with; the path ends at the factor `end`.
+  PetscErrorCode attach(TS ts, TSContext& context, Equilibrium& model, PseudoTime& start, double nominal, double end);
   /// Collective. One step of the path, in the place of SNES's solve.
   PetscErrorCode solve(SNES snes);
   /// Of the last solve.
@@ -26,6 +29,7 @@ class ArcLength {
   bool at_end() const { return arrived_; }
 
  private:
+  PetscErrorCode solve_start(SNES snes);
   PetscErrorCode begin(SNES snes, Vec X);
   PetscErrorCode linear_solves(SNES snes, Vec X, Vec F, bool* solved);
   PetscErrorCode predict(SNES snes, Vec X, bool* solved);
@@ -36,6 +40,8 @@ class ArcLength {
   TS ts_ = nullptr;
   TSContext* context_ = nullptr;
   Equilibrium* model_ = nullptr;
+  PseudoTime* start_solver_ = nullptr;
+  CondensedDemand of_start_, of_path_;  ///< what is demanded of linear solves
   double nominal_ = 0, end_ = 1;
   VecHandle start_, tangent_, way_, q_, zq_, zf_;
   double start_factor_ = 0, now_ = 0;      ///< s_n, s

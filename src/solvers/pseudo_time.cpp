@@ -58,7 +58,9 @@ PetscErrorCode PseudoTime::solve_from(Vec y, bool* good) {
   PetscCall(VecCopy(y, room_));
   const auto guess = snes->ops->computeinitialguess;
   snes->ops->computeinitialguess = nullptr;
+  aside_ = true;
   PetscCall(SNESSolve(snes, nullptr, room_));
+  aside_ = false;
   snes->ops->computeinitialguess = guess;
   PetscCall(SNESGetConvergedReason(snes, &reason));
   ts_->snes_its += snes->iter;

@@ -16,15 +16,15 @@ class PseudoTime {
   PetscErrorCode attach(TS ts, TSContext& context, Equilibrium& model, double nominal);
   /// Collective. Newton's method, and pseudo time where it fails, in the place of SNES's solve.
   PetscErrorCode solve(SNES snes);
-  /// Collective, between two steps. From y, where parts of the system broke, to the equilibrium of the same loads; y stays where that is not found.
+  /// Collective, between two steps. From y, which is none, to the equilibrium of the same loads; y stays where that is not found.
   PetscErrorCode relax(Vec y, bool* good);
   /// Collective. A step of h [s] of the motion that the model is set to, from y; without fallback.
   PetscErrorCode advance(double h, Vec y, bool* good);
   /// Collective. Newton's method alone, without fallback; where is_newton().
   PetscErrorCode newton(SNES snes) const { return newton_(snes); }
-  bool is_newton() const { return newton_ != nullptr; }
-  /// Whether the present solve is of a load step, not what follows a break.
-  bool at_load_step() const { return fallback_ == Fallback::late; }
+  bool is_newton() const { return newton_ && !other_; }
+  /// Whether the present solve is of a load step, neither what follows a break nor what goes before the first one.
+  bool at_load_step() const { return !aside_; }
   std::int64_t solves() const { return solves_; }  ///< that ended in an equilibrium
 
  private:
@@ -38,6 +38,7 @@ class PseudoTime {
   double tried_ = -1;  ///< load factor from which the last one started: none is repeated from the same state
   enum class Fallback { late, always, never } fallback_ = Fallback::late;  ///< late: of steps that have been cut
   bool other_ = false;  ///< the SNES is of another type than Newton's method with a line search: there is no fallback
+  bool aside_ = false;  ///< within relax() or advance()
   VecHandle room_;
   PetscErrorCode (*newton_)(SNES) = nullptr;
   std::int64_t solves_ = 0;

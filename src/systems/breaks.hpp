@@ -18,8 +18,6 @@ class Breaks {
   virtual void mark() = 0;
   /// Parts that broke since mark() are whole again, with their histories of then; sums are given back by System::restore_sums().
   virtual void revert() = 0;
-  /// Books energy that was neither stored nor broken when equilibrium was restored after a break [J].
-  virtual void release(double energy) = 0;
   /// Books a step of motion at constant load [s]; `motion`, `motion_steps`: all of them.
   virtual void add_motion(double seconds) = 0;
   virtual double motion() const = 0;

@@ -21,6 +21,12 @@ struct Balance {
   double uneven = 0;  ///< `beyond` by inner and outer of the same particle [1]
 };
 
+/// What a lattice holds, and what its springs have dissipated so far [J].
+struct HeldEnergies {
+  double potential = 0, kinetic = 0, dissipated = 0;
+  double sum() const { return potential + kinetic + dissipated; }
+};
+
 /// F_x = M (x' - v), F_v = -f(s, x, 0): what beuler makes of it is Newton's method for f = 0 at s, and the momentum residual is the gradient of
 ///   Phi = sigma E(s, x)
 /// so that the convergence test, the energy search and the condensed solve of dynamics serve here too. S = (shift M - K)/sigma.
@@ -50,6 +56,13 @@ class Equilibrium final : public FirstOrder {
   PetscErrorCode set_motion(double h, Vec y);
   /// Mean squared frequency at the first linearisation [1/s^2]; 0: there has been none.
   double mean_squared_frequency() const { return rate_; }
+
+  /// Books energy that was neither stored, dissipated by springs nor broken when an equilibrium was come to without the loads doing work [J].
+  void release(double energy) { released_ += energy; }
+  /// Collective. Of a state of time t.
+  PetscErrorCode energies(double t, Vec y, HeldEnergies* out);
+  /// Collective. Before the first step: the run goes on from y, at the loads of time t, to which the lattice came from a state that held `had`.
+  PetscErrorCode begin_at(double t, Vec y, const HeldEnergies& had);
 
   /// From now on s is this, whatever the time is (arc length); NaN: the time again.
   void set_factor(double s) { factor_ = s; }
@@ -127,6 +140,7 @@ class Equilibrium final : public FirstOrder {
   struct {
     double inner = 0, outer = 0, stress = 0, loaded = 0, unbalanced = 0;
   } seen_;
+  double released_ = 0;  ///< [J]
   std::string trouble_;
 };
 

@@ -130,6 +130,7 @@ void Equilibrium::save_sums(std::map<std::string, double>* sums) const {
   (*sums)["largest_stress"] = seen_.stress;
   (*sums)["largest_residual"] = seen_.loaded;
   (*sums)["unbalanced"] = seen_.unbalanced;
+  (*sums)["released_energy"] = released_;
 }
 
 void Equilibrium::restore_sums(const std::map<std::string, double>& sums) {
@@ -139,6 +140,7 @@ void Equilibrium::restore_sums(const std::map<std::string, double>& sums) {
     return at == sums.end() ? 0.0 : at->second;
   };
   seen_ = {of("largest_inner_force"), of("largest_outer_force"), of("largest_stress"), of("largest_residual"), of("unbalanced")};
+  released_ = of("released_energy");
 }
 
 }  // namespace bs

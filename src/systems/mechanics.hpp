@@ -69,6 +69,7 @@ class Linearisation {
 /// How far the loads of a static analysis are applied. The factor is 1 in dynamics.
 struct Loads {
   double gravity = 1;
+  bool gravity_grows = false;         ///< with the load factor
   bool at_rest = false;               ///< what is driven has the positions of its motion, not the velocities
   bool anchors_at_full_load = false;  ///< driven anchors stand where they are at t = 1
   bool driven_at_full_load = false;   ///< driven groups likewise
@@ -86,6 +87,9 @@ class Mechanics : public System {
  public:
   /// Named sets of its particles: the same names in the same order on every rank.
   virtual std::vector<ParticleGroup> groups() const { return {}; }
+  /// Collective. The run goes on from (t, y), which it came to without a step: histories of springs are brought up to it, and work is counted from
+  /// here. Nothing breaks.
+  virtual PetscErrorCode begin_at(double, Vec) { return 0; }
   /// The factors of the evaluations that follow.
   virtual void set_loads(const Loads&) {}
   /// Collective. Ends the run with exit code 2 where loads that do not depend on place or time act on particles that nothing holds, as

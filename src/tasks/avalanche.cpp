@@ -34,43 +34,36 @@ PetscErrorCode Avalanche::look_for_signal() {
   PetscFunctionReturn(0);
 }
 
-PetscErrorCode Avalanche::energies(double factor, Vec y, Energies* out) {
-  std::vector<Observable> all;
-  PetscFunctionBegin;
-  PetscCall(model_.observe(factor, y, &all));
-  *out = {};
-  for (const Observable& one : all) {
-    if (one.name == "potential_energy") out->potential = one.value[0];
-    if (one.name == "kinetic_energy") out->kinetic = one.value[0];
-  }
-  PetscFunctionReturn(0);
-}
-
 /// To the next equilibrium; then what is past its limits there breaks.
 PetscErrorCode Avalanche::relax(double factor, Vec y, bool* good) {
-  Energies had, has;
+  HeldEnergies had, has, after;
   PetscFunctionBegin;
-  PetscCall(energies(factor, y, &had));
+  PetscCall(model_.energies(factor, y, &had));
   PetscCall(solver_.relax(y, good));
   if (!*good) PetscFunctionReturn(0);
-  PetscCall(energies(factor, y, &has));
-  model_.breaks()->release(had.potential - has.potential);
+  PetscCall(model_.energies(factor, y, &has));
   PetscCall(model_.accept(factor, y));
+  PetscCall(model_.energies(factor, y, &after));
+  has.dissipated = after.dissipated;  // known once histories are brought up to y; what is stored then may have broken
+  model_.release(had.sum() - has.sum());
   PetscFunctionReturn(0);
 }
 
 /// One step; y stays where Newton's method fails. `now`: of y, before and after it.
-PetscErrorCode Avalanche::move(double factor, double h, Vec y, Energies* now, bool* good) {
-  const Energies had = *now;
+PetscErrorCode Avalanche::move(double factor, double h, Vec y, HeldEnergies* now, bool* good) {
+  const HeldEnergies had = *now;
+  HeldEnergies after;
   PetscFunctionBegin;
   PetscCall(model_.set_motion(h, y));
   PetscCall(solver_.advance(h, y, good));
   if (!*good) PetscFunctionReturn(0);
-  PetscCall(energies(factor, y, now));
-  model_.breaks()->release(had.potential + had.kinetic - now->potential - now->kinetic);
+  PetscCall(model_.energies(factor, y, now));
   model_.breaks()->add_motion(h);
   PetscCall(model_.accept(factor, y));
-  if (model_.breaks()->broke() > 0) PetscCall(energies(factor, y, now));
+  PetscCall(model_.energies(factor, y, &after));
+  now->dissipated = after.dissipated;
+  model_.release(had.sum() - now->sum());
+  *now = after;
   PetscFunctionReturn(0);
 }
 
@@ -84,10 +77,10 @@ PetscErrorCode Avalanche::follow(double factor, Vec y, const Frame& frame, bool*
   const double period = 1 / std::sqrt(model_.mean_squared_frequency()), nominal = options_.step > 0 ? options_.step : period;
   double h = nominal, most = 0, last_break = breaks.motion(), next_frame = last_break + options_.interval;
   int cuts = 0, same = 0;
-  Energies now;
+  HeldEnergies now;
   PetscFunctionBegin;
   PetscCall(zero_velocities(y));
-  PetscCall(energies(factor, y, &now));
+  PetscCall(model_.energies(factor, y, &now));
   for (std::int64_t step = 0; step < options_.most && cuts <= MOST_CUTS; ++step) {
     if (options_.interval > 0 && breaks.motion() >= next_frame * (1 - 1e-12)) {
       moving_ = true;
@@ -111,7 +104,7 @@ PetscErrorCode Avalanche::follow(double factor, Vec y, const Frame& frame, bool*
     if (quiet && (now.kinetic <= LEFT * most || same == IN_TURN || h > LONGEST * period)) break;
     h = quiet ? GROWTH * h : std::min(nominal, 2 * h);
   }
-  breaks.release(now.kinetic);
+  model_.release(now.kinetic);
   PetscCall(model_.set_motion(0, y));
   PetscCall(zero_velocities(y));
   PetscFunctionReturn(0);

@@ -28,14 +28,10 @@ class Avalanche {
   PetscErrorCode settle(double factor, Vec y, const Frame& frame, bool* settled, std::string* lost);
 
  private:
-  struct Energies {
-    double potential = 0, kinetic = 0;  ///< [J]
-  };
   PetscErrorCode relax(double factor, Vec y, bool* good);
   PetscErrorCode follow(double factor, Vec y, const Frame& frame, bool* good);
-  PetscErrorCode move(double factor, double h, Vec y, Energies* now, bool* good);
+  PetscErrorCode move(double factor, double h, Vec y, HeldEnergies* now, bool* good);
   PetscErrorCode look_for_signal();
-  PetscErrorCode energies(double factor, Vec y, Energies* out);
 
   Equilibrium& model_;
   PseudoTime& solver_;

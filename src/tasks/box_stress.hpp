@@ -23,6 +23,8 @@ class BoxStress {
   PetscErrorCode attach(TS ts, TSContext& context, Equilibrium& model, std::function<PetscErrorCode(SNES)> inner);
   /// Collective. In the place of SNES's solve.
   PetscErrorCode solve(SNES snes);
+  /// The state of the next load step was come to without a step.
+  void begin_anew() { from_ = -1; }
   std::int64_t corrections() const { return corrections_; }
   /// Collective. Whether the stress at the equilibrium y of time t, computed anew, is the given one; else `out` says why not.
   PetscErrorCode confirm(Equilibrium& model, double t, Vec y, Findings* out) const;

@@ -26,6 +26,7 @@ struct RunHooks {
   std::function<void(const Facts&)> restore;                                            ///< and back
   std::function<void(PetscMPIInt rank, std::vector<Dataset>*)> tables;                  ///< adds to a trajectory what `find` gives values
   std::function<PetscErrorCode(double time, Vec y, Findings*)> find;                    ///< computes at the last state of a run that went well
+  std::function<PetscErrorCode()> begin;                                                ///< before the first step of a run from its start
   Stepper::OnBreak settle;                                                              ///< when parts of the system broke
   std::function<bool()> done;                                                           ///< asked after every step: whether the run ends with it
   bool checkpoints = true;                                                              ///< whether its states can be continued

@@ -1,6 +1,7 @@
 #include "tasks/statics.hpp"
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <string>
 #include "base/fault.hpp"
 #include "solvers/arc_length.hpp"
@@ -14,6 +15,7 @@
 #include "tasks/load_options.hpp"
 #include "tasks/matrices.hpp"
 #include "tasks/moduli.hpp"
+#include "tasks/rest_start.hpp"
 #include "tasks/run_parts.hpp"
 #include "tasks/stability.hpp"
 
@@ -38,6 +40,7 @@ class StaticRun {
 
  private:
   PetscErrorCode attach(TS ts, TSContext& context, double step);
+  PetscErrorCode begin();
   PetscErrorCode examine(double factor, Vec y, Finding* out);
   PetscErrorCode return_free_bodies(double factor, Vec y);
   PetscErrorCode observe(double factor, Vec y, std::vector<Observable>* out);
@@ -50,6 +53,7 @@ class StaticRun {
   AtTheEnd* end_;  ///< null: nothing is wanted
   BoxStress box_;
   PseudoTime pseudo_;
+  RestStart start_;
   ArcLength arc_;
   SnapThrough snaps_;
   Stability stability_;
@@ -79,15 +83,18 @@ RunHooks StaticRun::hooks() {
     context_ = &context;
     return attach(ts, context, step);
   };
+  hooks.begin = [this] { return begin(); };
   hooks.observe = [this](double factor, Vec y, std::vector<Observable>* out) { return observe(factor, y, out); };
   hooks.look_back = [this](Warnings* warnings) { return look_back(warnings); };
   hooks.save = [this](Facts* facts) {
     stability_.save(facts);
     snaps_.save(facts);
+    start_.save(facts);
   };
   hooks.restore = [this](const Facts& facts) {
     stability_.restore(facts);
     snaps_.restore(facts);
+    start_.restore(facts);
   };
   hooks.count = [this](std::vector<Tally>* out) { return count(out); };
   if (end_ && end_->wanted()) {
@@ -115,11 +122,11 @@ PetscErrorCode StaticRun::attach(TS ts, TSContext& context, double step) {
   PetscFunctionBegin;
   context.newton.go_to_the_end(true);
   context.examine = [this](double factor, Vec y, Finding* out) { return examine(factor, y, out); };
+  PetscCall(pseudo_.attach(ts, context, model_, step));
   if (options_.arc) {
-    PetscCall(arc_.attach(ts, context, model_, step, options_.end));
+    PetscCall(arc_.attach(ts, context, model_, pseudo_, step, options_.end));
     PetscFunctionReturn(0);
   }
-  PetscCall(pseudo_.attach(ts, context, model_, step));
   if (box_.active()) PetscCall(box_.attach(ts, context, model_, [this](SNES snes) { return pseudo_.solve(snes); }));
   else PetscCall(snaps_.attach(ts, context, model_, pseudo_));
   PetscFunctionReturn(0);
@@ -134,6 +141,14 @@ PetscErrorCode StaticRun::return_free_bodies(double factor, Vec y) {
   PetscCall(TSGetTime(ts_, &t));
   PetscCall(TSGetTimeStep(ts_, &h));
   PetscCall(model_.return_free_bodies(options_.arc ? arc_.start_factor() : t, start, factor, h, y));
+  PetscFunctionReturn(0);
+}
+
+PetscErrorCode StaticRun::begin() {
+  PetscFunctionBegin;
+  PetscCall(start_.find(ts_, *context_, model_, pseudo_));
+  box_.begin_anew();
+  if (!options_.arc) model_.set_factor(std::numeric_limits<double>::quiet_NaN());
   PetscFunctionReturn(0);
 }
 
@@ -182,6 +197,7 @@ PetscErrorCode StaticRun::find(double factor, Vec y, Findings* out) {
 
 PetscErrorCode StaticRun::count(std::vector<Tally>* out) const {
   PetscFunctionBegin;
+  start_.count(out);
   out->push_back({"free_bodies", "bodies are tied to nothing: their centres of mass stay, or go with the box", model_.free_bodies()});
   out->push_back({"pseudo_transient",
                   "load steps ended by pseudo-transient continuation, where Newton's method had failed: the shape may have jumped",
@@ -197,6 +213,7 @@ PetscErrorCode StaticRun::count(std::vector<Tally>* out) const {
 /// A path is complete where it has come to the load factor that was asked for.
 PetscErrorCode StaticRun::look_back(Warnings* warnings) {
   PetscFunctionBegin;
+  PetscCall(start_.warn(warnings));
   PetscCall(stability_.warn(warnings));
   PetscCall(snaps_.warn(warnings));
   if (const std::int64_t unbalanced = model_.unbalanced(); unbalanced > 0)

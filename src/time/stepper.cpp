@@ -1,6 +1,7 @@
 // The hooks of TS, and what happens before a step; stepper_accept.cpp: after it.
 #include "time/stepper.hpp"
 #include <cmath>
+#include <utility>
 #include "base/fault.hpp"
 #include "time/ts_queries.hpp"
 
@@ -89,6 +90,7 @@ PetscErrorCode Stepper::begin_step(TS ts) {
   PetscReal time;
   PetscInt step;
   PetscFunctionBegin;
+  if (on_begin_) PetscCall(std::exchange(on_begin_, nullptr)());
   if (on_break_) {
     std::vector<NamedState> states;  // y is that of the history
     before_ = {};

@@ -49,6 +49,8 @@ class Stepper {
   using OnBreak =
       std::function<PetscErrorCode(double time, Vec y, const std::function<PetscErrorCode(Vec)>& frame, bool* settled, std::string* lost)>;
   void set_on_break(OnBreak on_break) { on_break_ = std::move(on_break); }
+  /// Called once, before the next step, whose start it may change.
+  void set_on_begin(std::function<PetscErrorCode()> on_begin) { on_begin_ = std::move(on_begin); }
   /// The run ends after the present step for this reason, as a failed one.
   void give_up(const std::string& why) { lost_ = why; }
   const RunCounts& counts() const { return counter_.counts(); }
@@ -112,6 +114,7 @@ class Stepper {
   OnFlush on_flush_;
   OnSave on_save_;
   OnBreak on_break_;
+  std::function<PetscErrorCode()> on_begin_;
 
   OutputClock clock_;
   StepLength length_;

@@ -263,6 +263,8 @@ SUPPORTS = {
                                  "option -bs_lattice_fixed_groups: there is no group left: choose its particles by -bs_group_left, or name one of right"),
     "motion of no group": (words(*ENDS, "-bs_motion_left", "fixed"), "option -bs_motion_left: there is no group left: choose its particles by -bs_group_left, or name one of right"),
     "motion without any group": (words("-bs_motion_left", "fixed"), "option -bs_motion_left: there is no group left: choose its particles by -bs_group_left"),
+    "motion of a group that is named as what does other work": (words(*ENDS, "-bs_group_loads", "xmax", "-bs_motion_loads", "velocity:1,0"),
+                                                                "option -bs_motion_loads: work/loads of a trajectory is that of something else"),
     "motion unknown": (words(*ENDS, "-bs_motion_right", "shaken"), "option -bs_motion_right: 'shaken' is no motion: write fixed, velocity:VX,VY,VZ"),
     "motion of too few numbers": (words(*ENDS, "-bs_motion_right", "velocity:1"), "option -bs_motion_right: velocity: needs 2 numbers [m/s]"),
     "motion of words": (words(*ENDS, "-bs_motion_right", "velocity:1,fast"), "option -bs_motion_right: '1,fast' are not finite numbers"),

@@ -65,6 +65,7 @@ class ParticleModel final : public Mechanics {
   PetscErrorCode gather_state(Vec y, std::vector<StatePart>* parts) override;
   PetscErrorCode scatter_state(Vec y) override;
   PetscErrorCode accept(double t, Vec y) override;
+  PetscErrorCode begin_at(double t, Vec y) override;
   PetscErrorCode gather_memory(std::vector<StatePart>* parts) override;
   PetscErrorCode scatter_memory() override;
   PetscErrorCode fingerprint(std::uint64_t* value) override;

@@ -85,7 +85,7 @@ PetscErrorCode ParticleModel::observe(double t, Vec y, std::vector<Observable>* 
     PetscCall(memory_.dissipated(&lost));
     out->push_back({"dissipated_energy", {lost + breaking_.dissipated()}});
   }
-  PetscCall(breaking_.observe(loads_, out));
+  PetscCall(breaking_.observe(out));
   out->push_back({"momentum", std::vector<double>(sums + 3, sums + 3 + d)});
   out->push_back({"angular_momentum", std::vector<double>(sums + 6, sums + 9)});
   if (ledger_.reports() || ledger_.works()) {

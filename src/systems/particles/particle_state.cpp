@@ -54,6 +54,16 @@ PetscErrorCode ParticleModel::accept(double t, Vec y) {
   PetscFunctionReturn(0);
 }
 
+PetscErrorCode ParticleModel::begin_at(double t, Vec y) {
+  PetscFunctionBegin;
+  known_.vec = 0;
+  PetscCall(state_.gather(t, y));
+  PetscCall(commit());
+  PetscCall(coupling_.gather(net_, state_));
+  ledger_.renew(t, state_, coupling_);
+  PetscFunctionReturn(0);
+}
+
 void ParticleModel::save_sums(std::map<std::string, double>* sums) const {
   ledger_.save(sums);
   breaking_.save(sums);

@@ -40,12 +40,43 @@ PetscErrorCode SupportLedger::create(const Network& net, const Supports& support
   }
   if (cell.moving()) {
     cell_ = &cell;
+    box_ = names_.size();
     names_.emplace_back("box");
   }
+  pulled_ = names_.size();
   if (anchors.active() && net.anchors_total > 0) names_.emplace_back("anchors");
   work_.assign(names_.size(), 0.0);
   PetscFunctionReturn(0);
 }
+
+void SupportLedger::count_loads(const ParticleLaws& laws) {
+  if (loads_ || !(std::get<UniformGravity>(laws).active() || std::get<CentralGravity>(laws).active())) return;
+  loads_ = &laws;
+  grown_ = names_.size();
+  names_.emplace_back("loads");
+  work_.push_back(0.0);
+}
+
+namespace {
+
+/// G: the energy of gravity under the full loads, of the particles whose energies count.
+template <int d>
+double full_load_energy(const Network& net, const ParticleLaws& laws, const LocalState& state) {
+  UniformGravity uniform = std::get<UniformGravity>(laws);
+  CentralGravity central = std::get<CentralGravity>(laws);
+  uniform.load = central.load = 1;
+  double sum = 0;
+  for (PetscInt i = 0; i < net.n; ++i) {
+    if (net.fixed[i] == 1) continue;
+    const double* y = state.at(i);
+    const Point<d> point{0, net.mass[i], net.columns(i), y, y + d};
+    if (uniform.active()) sum += uniform.energy<d>(point);
+    if (central.active()) sum += central.energy<d>(point);
+  }
+  return sum;
+}
+
+}  // namespace
 
 void SupportLedger::take(double t, const LocalState& state, const Coupling& coupling, Moment* out) const {
   const std::size_t d = static_cast<std::size_t>(net_->dim);
@@ -59,6 +90,10 @@ void SupportLedger::take(double t, const LocalState& state, const Coupling& coup
   anchors_->at(t, out->shift, rate);
   std::fill_n(out->pull, 3, 0.0);
   if (anchors_->active()) physics_->pull(t, state, out->pull);
+  if (loads_) {
+    out->load = std::get<UniformGravity>(*loads_).load;
+    out->load_energy = (net_->dim == 1 ? full_load_energy<1> : net_->dim == 2 ? full_load_energy<2> : full_load_energy<3>)(*net_, *loads_, state);
+  }
   if (!cell_) return;
   out->box = {};
   physics_->box_forces(state, &out->box);
@@ -92,11 +127,10 @@ PetscErrorCode SupportLedger::advance(double t, const LocalState& state, const C
       work += 0.5 * net_->mass[hold.particle] * (now.v[at] - last_.v[at]) * (now.v[at] + last_.v[at]);
     }
   }
+  for (std::size_t c = 0; c < d * d && cell_; ++c) step[box_] += 0.5 * (last_.box.pull[c] + now.box.pull[c]) * (now.edges[c] - last_.edges[c]);
   const bool anchored = anchors_->active() && net_->anchors_total > 0;
-  for (std::size_t c = 0; c < d * d && cell_; ++c)
-    step[step.size() - (anchored ? 2 : 1)] += 0.5 * (last_.box.pull[c] + now.box.pull[c]) * (now.edges[c] - last_.edges[c]);
-  if (anchored)
-    for (std::size_t c = 0; c < d; ++c) step.back() += 0.5 * (last_.pull[c] + now.pull[c]) * (now.shift[c] - last_.shift[c]);
+  for (std::size_t c = 0; c < d && anchored; ++c) step[pulled_] += 0.5 * (last_.pull[c] + now.pull[c]) * (now.shift[c] - last_.shift[c]);
+  if (loads_) step[grown_] += 0.5 * (last_.load_energy + now.load_energy) * (now.load - last_.load);
   PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, step.data(), static_cast<PetscMPIInt>(step.size()), MPI_DOUBLE, MPI_SUM, net_->comm));
   for (std::size_t k = 0; k < step.size(); ++k) {
     work_[k] += step[k];

@@ -4,6 +4,7 @@
 #include <string>
 #include <vector>
 
+#include "physics/body/registry.hpp"
 #include "systems/particles/cell.hpp"
 #include "systems/particles/physics.hpp"
 #include "systems/particles/supports.hpp"
@@ -17,11 +18,15 @@ namespace bs {
 ///   W = sum of -(f_n + f_{n+1})/2 (X_{n+1} - X_n) + m (V_{n+1}^2 - V_n^2)/2
 /// which for springs with linear forces is what their energies and the trapezoidal rule's kinetic energy change by. Driven anchors
 /// likewise, with the force of all their springs; and a box whose edges e_k move, with the forces F_k that hold the images shifted along them: the
-/// sum of (F_k,n + F_k,{n+1})/2 (e_k,{n+1} - e_k,n).
+/// sum of (F_k,n + F_k,{n+1})/2 (e_k,{n+1} - e_k,n). Loads that a load factor s multiplies have the energy s G(x), which changes with s where x
+/// stays:
+///   W = (G_n + G_{n+1})/2 (s_{n+1} - s_n)
 class SupportLedger {
  public:
   /// Collective. The arguments must outlive the object; `anchors`: anchor points move.
   PetscErrorCode create(const Network& net, const Supports& supports, const Physics& physics, const Motion& anchors, const Cell& cell);
+  /// Gravity grows with a load factor from now on: work/loads is what that adds to the energy. `laws` must outlive the object.
+  void count_loads(const ParticleLaws& laws);
   /// Whether there is anything to report, or anything that does work.
   bool reports() const { return !groups_.empty(); }
   bool works() const { return !names_.empty(); }
@@ -30,7 +35,7 @@ class SupportLedger {
   void begin(double t, const LocalState& state, const Coupling& coupling);
   /// Collective. Counts the work up to an accepted step.
   PetscErrorCode advance(double t, const LocalState& state, const Coupling& coupling);
-  /// The forces are others from here on, at the state of the last advance(): springs broke.
+  /// Counting goes on from this state: springs broke at that of the last advance(), or it was come to without a step.
   void renew(double t, const LocalState& state, const Coupling& coupling);
   /// Collective. reaction/NAME (d numbers) of every group with a held component, work/NAME of what moves.
   PetscErrorCode observe(double t, const LocalState& state, const Coupling& coupling, std::vector<Observable>* out);
@@ -50,6 +55,7 @@ class SupportLedger {
     double pull[3] = {0, 0, 0}, shift[3] = {0, 0, 0};
     BoxForces box;  ///< this rank's share
     double edges[9] = {};
+    double load = 0, load_energy = 0;  ///< s; G [J], this rank's share
   };
   void take(double t, const LocalState& state, const Coupling& coupling, Moment* out) const;
   struct GroupRows {
@@ -61,13 +67,15 @@ class SupportLedger {
   const Supports* supports_ = nullptr;
   const Physics* physics_ = nullptr;
   const Motion* anchors_ = nullptr;
-  const Cell* cell_ = nullptr;   ///< null: it does no work
-  std::vector<PetscInt> which_;  ///< owned particles with a held component
+  const Cell* cell_ = nullptr;           ///< null: it does no work
+  const ParticleLaws* loads_ = nullptr;  ///< null: they do none
+  std::vector<PetscInt> which_;          ///< owned particles with a held component
   std::vector<std::uint8_t> mask_;
   std::vector<GroupRows> groups_;
-  std::vector<std::size_t> moved_, row_;  ///< holds that move, of owned particles, and their places among which_
-  std::vector<std::string> names_;        ///< of what does work
-  std::vector<int> place_;                ///< of a motion's work among them
+  std::vector<std::size_t> moved_, row_;          ///< holds that move, of owned particles, and their places among which_
+  std::vector<std::string> names_;                ///< of what does work
+  std::vector<int> place_;                        ///< of a motion's work among them
+  std::size_t box_ = 0, pulled_ = 0, grown_ = 0;  ///< of the works of the box, the anchors and the loads, where there are such
   std::vector<double> work_;
   bool begun_ = false;
   double path_ = 0;

@@ -56,7 +56,10 @@ PetscErrorCode Supports::read(MPI_Comm comm, Lattice* l) {
     o.text("-bs_motion_NAME", help, none);
     for (std::size_t g = 0; g < names_.size(); ++g) {
       std::string text;
-      if (o.text(("-bs_motion_" + names_[g]).c_str(), help, text)) texts.emplace_back(g, text);
+      if (!o.text(("-bs_motion_" + names_[g]).c_str(), help, text)) continue;
+      texts.emplace_back(g, text);
+      if (names_[g] == "box" || names_[g] == "loads")
+        o.fail("option -bs_motion_" + names_[g] + ": work/" + names_[g] + " of a trajectory is that of something else: give the group another name");
     }
   }));
   for (const auto& [group, text] : texts) PetscCall(read_motion(comm, *l, group, text));

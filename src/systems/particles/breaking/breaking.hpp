@@ -37,7 +37,6 @@ class Breaking final : public Breaks {
   bool any() const override { return sums_.broken > 0 || given_broken_; }
   void mark() override;
   void revert() override;
-  void release(double energy) override { sums_.released += energy; }
   void add_motion(double seconds) override {
     sums_.motion += seconds;
     ++sums_.motion_steps;
@@ -49,8 +48,7 @@ class Breaking final : public Breaks {
   /// Plastic work of springs before they broke [J].
   double dissipated() const { return sums_.dissipated; }
 
-  /// `loads`: with what re-equilibration released.
-  PetscErrorCode observe(bool loads, std::vector<Observable>* out) const;
+  PetscErrorCode observe(std::vector<Observable>* out) const;
   std::vector<Tally> tallies() const;
   /// Collective. 1 for every broken spring, in the input's order; borrowed.
   PetscErrorCode flags(Vec* out);
@@ -73,7 +71,7 @@ class Breaking final : public Breaks {
   };
   struct Sums {
     std::int64_t broken = 0, avalanches = 0, size = 0, largest = 0;  ///< size: of the present avalanche
-    double energy = 0, dissipated = 0, released = 0;                 ///< [J]
+    double energy = 0, dissipated = 0;                               ///< [J]
     double motion = 0;                                               ///< [s]
     double last = -1;                                                ///< time of the last break
     std::int64_t motion_steps = 0;

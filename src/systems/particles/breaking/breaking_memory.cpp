@@ -5,12 +5,11 @@
 
 namespace bs {
 
-PetscErrorCode Breaking::observe(bool loads, std::vector<Observable>* out) const {
+PetscErrorCode Breaking::observe(std::vector<Observable>* out) const {
   PetscFunctionBegin;
   if (!active_) PetscFunctionReturn(0);
   out->push_back({"broken_springs", {static_cast<double>(sums_.broken)}});
   out->push_back({"broken_energy", {sums_.energy}});
-  if (loads) out->push_back({"released_energy", {sums_.released}});
   PetscFunctionReturn(0);
 }
 
@@ -115,7 +114,6 @@ void Breaking::save(std::map<std::string, double>* sums) const {
   (*sums)["breaking/running"] = static_cast<double>(sums_.running);
   (*sums)["breaking/energy"] = sums_.energy;
   (*sums)["breaking/dissipated"] = sums_.dissipated;
-  (*sums)["breaking/released"] = sums_.released;
   (*sums)["breaking/motion_steps"] = static_cast<double>(sums_.motion_steps);
   (*sums)["breaking/motion"] = sums_.motion;
   (*sums)["breaking/last"] = sums_.last;
@@ -135,7 +133,6 @@ void Breaking::restore(const std::map<std::string, double>& sums) {
   sums_.running = whole("breaking/running");
   sums_.energy = number("breaking/energy", 0);
   sums_.dissipated = number("breaking/dissipated", 0);
-  sums_.released = number("breaking/released", 0);
   sums_.motion_steps = whole("breaking/motion_steps");
   sums_.motion = number("breaking/motion", 0);
   sums_.last = number("breaking/last", -1);
