@@ -12,7 +12,6 @@ namespace bs {
 PetscErrorCode SnapThrough::attach(TS ts, TSContext& context, Equilibrium& model, PseudoTime& inner) {
   SNES snes;
   PetscFunctionBegin;
-  if (!inner.is_newton()) PetscFunctionReturn(0);
   ts_ = ts;
   context_ = &context;
   model_ = &model;
@@ -36,11 +35,17 @@ PetscErrorCode SnapThrough::indefinite(PetscInt* count) const {
 
 PetscErrorCode SnapThrough::solve(SNES snes) {
   PetscInt before = 0;
+  PetscReal t;
   bool yes = false;
   PetscFunctionBegin;
   PetscCall(indefinite(&before));
   PetscCall(inner_->solve(snes));
-  if (!inner_->at_load_step() || snes->reason < 0) PetscFunctionReturn(0);
+  if (!inner_->at_load_step() || snes->reason < 0 || snes->iter == 0) PetscFunctionReturn(0);
+  PetscCall(TSGetTime(ts_, &t));
+  if (t == 0 && !rests_) {
+    unknown_ = 1;
+    PetscFunctionReturn(0);
+  }
   PetscCall(suspects(snes->vec_sol, before, &yes));
   if (yes) PetscCall(look_closer(snes, snes->vec_sol));
   PetscFunctionReturn(0);
@@ -54,26 +59,10 @@ PetscErrorCode SnapThrough::suspects(Vec X, PetscInt before, bool* yes) {
   PetscCall(TSGetTime(ts_, &t));
   PetscCall(TSGetTimeStep(ts_, &h));
   PetscCall(TSGetSolution(ts_, &y));
-  PetscCall(begins_balanced(t, h, y, yes));
-  if (!*yes) PetscFunctionReturn(0);
   PetscCall(indefinite(&now));
-  if (now > before) PetscFunctionReturn(0);
-  PetscCall(has_barrier(t + h, y, X, yes));
-  PetscFunctionReturn(0);
-}
-
-/// The first step begins at the lattice as it was given. Where that is no equilibrium, what it relaxes to is no branch of anything.
-PetscErrorCode SnapThrough::begins_balanced(double s, double h, Vec y, bool* yes) {
-  constexpr double BALANCED = 1e-3;
-  ResidualNorms without = {0, 0}, with = {0, 0};
-  PetscFunctionBegin;
-  *yes = s > 0;
+  *yes = now > before;
   if (*yes) PetscFunctionReturn(0);
-  PetscCall(model_->residual(s, y, y, Form::momentum, low_));
-  PetscCall(model_->residual_norms(low_, &without));
-  PetscCall(model_->residual(s + h, y, y, Form::momentum, low_));
-  PetscCall(model_->residual_norms(low_, &with));
-  *yes = without[1] <= BALANCED * with[1];
+  PetscCall(has_barrier(t + h, y, X, yes));
   PetscFunctionReturn(0);
 }
 
@@ -185,9 +174,9 @@ PetscErrorCode SnapThrough::close_in(SNES snes, Span* span, double* jump) {
   PetscFunctionReturn(0);
 }
 
-// The first step begins at a lattice that need not be in equilibrium: at the smallest of loads it is.
+// Motions without stiffness have no branch to begin with as long as there is no load at all: the first step is looked at from the smallest of loads.
 PetscErrorCode SnapThrough::look_closer(SNES snes, Vec X) {
-  constexpr double SMALLEST = 1.0 / 64;
+  constexpr double SMALLEST = 1.0 / 1024;
   const PetscInt iterations = snes->iter;
   const SNESConvergedReason reason = snes->reason;
   Span span;
@@ -224,6 +213,13 @@ PetscErrorCode SnapThrough::look_closer(SNES snes, Vec X) {
   PetscFunctionReturn(0);
 }
 
+void SnapThrough::count(const std::string& otherwise, std::vector<Tally>* out) const {
+  out->push_back({"snap_through", "load steps in which the shape jumped to another branch of equilibria (snap-through)", count_,
+                  otherwise.empty() ? "" : "snap-through was not looked for " + otherwise});
+  out->push_back({"snap_through_unknown",
+                  "load steps in which snap-through was not looked for all the way, from a start that is no equilibrium or after a break", unknown_});
+}
+
 PetscErrorCode SnapThrough::warn(Warnings* warnings) const {
   PetscFunctionBegin;
   if (count_ == 0) PetscFunctionReturn(0);
@@ -238,6 +234,7 @@ PetscErrorCode SnapThrough::warn(Warnings* warnings) const {
 
 void SnapThrough::save(Facts* facts) const {
   facts->whole["snap_through"] = count_;
+  facts->whole["snap_through_unknown"] = unknown_;
   facts->real["snap_from"] = from_;
   facts->real["snap_to"] = to_;
   facts->real["snap_jump"] = jump_;
@@ -248,6 +245,7 @@ void SnapThrough::restore(const Facts& facts) {
   const auto saved = facts.whole.find("snap_through");
   if (saved == facts.whole.end()) return;
   count_ = saved->second;
+  if (const auto at = facts.whole.find("snap_through_unknown"); at != facts.whole.end()) unknown_ = at->second;
   const std::pair<const char*, double*> real[] = {{"snap_from", &from_}, {"snap_to", &to_}, {"snap_jump", &jump_}, {"snap_last", &last_}};
   for (const auto& [name, value] : real)
     if (const auto at = facts.real.find(name); at != facts.real.end()) *value = at->second;

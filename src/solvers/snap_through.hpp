@@ -10,14 +10,20 @@ namespace bs {
 
 /// A load step that met a tangent which is not positive definite, or whose two ends have a barrier between them, is looked at more closely: it is
 /// halved again and again, each time the half in which more happens, until a 32nd of it is left. What is continuous changes about alike in both
-/// halves then; a jump lies in one of them. These solves are for the count alone: the state of the step stays as it is.
+/// halves then; a jump lies in one of them. These solves are for the count alone: the state of the step stays as it is. Load steps that do not begin
+/// in equilibrium, and what follows a break, are not looked at but counted.
 class SnapThrough {
  public:
   /// Collective. Once the options of `ts` are read; the arguments must outlive the solver. `inner`, attached already, solves.
   PetscErrorCode attach(TS ts, TSContext& context, Equilibrium& model, PseudoTime& inner);
   /// Collective. In the place of SNES's solve.
   PetscErrorCode solve(SNES snes);
-  std::int64_t count() const { return count_; }
+  /// Whether the first load step begins in equilibrium.
+  void begin_at_rest(bool rests) { rests_ = rests; }
+  /// Springs broke in a load step.
+  void note_break() { ++unknown_; }
+  /// `otherwise`: why nothing is looked for; empty where attach() has been called.
+  void count(const std::string& otherwise, std::vector<Tally>* out) const;
   PetscErrorCode warn(Warnings* warnings) const;
   void save(Facts* facts) const;
   void restore(const Facts& facts);
@@ -34,7 +40,6 @@ class SnapThrough {
     double most = 0;               ///< how far any moves, in both [m]
   };
   PetscErrorCode suspects(Vec X, PetscInt before, bool* yes);
-  PetscErrorCode begins_balanced(double s, double h, Vec y, bool* yes);
   PetscErrorCode has_barrier(double s, Vec from, Vec to, bool* yes);
   PetscErrorCode solve_at(SNES snes, double s, Vec from, Vec at, bool* good);
   PetscErrorCode compare(Vec low, Vec middle, Vec high, Halves* out) const;
@@ -47,9 +52,10 @@ class SnapThrough {
   Equilibrium* model_ = nullptr;
   PseudoTime* inner_ = nullptr;
   VecHandle found_, low_, middle_, high_;
-  std::int64_t count_ = 0;
-  double from_ = 0, to_ = 0, jump_ = 0;  ///< of the first one: load factors, and how far a particle went at the least [m]
-  double last_ = -1;                     ///< load factor where the last one's step began: a repeated attempt counts once
+  bool rests_ = false;
+  std::int64_t count_ = 0, unknown_ = 0;  ///< load steps with a jump, and those of which not all was looked at
+  double from_ = 0, to_ = 0, jump_ = 0;   ///< of the first one: load factors, and how far a particle went at the least [m]
+  double last_ = -1;                      ///< load factor where the last one's step began: a repeated attempt counts once
 };
 
 }  // namespace bs

@@ -102,7 +102,7 @@ PetscErrorCode Run::report(const std::string& outcome, const std::string& why) {
     report.set("ranks", static_cast<std::int64_t>(size));
     report.set("t", stepper_->good_time());
     report.set("steps", static_cast<std::int64_t>(c.steps));
-    for (const Tally& tally : tallies()) report.set(tally.key, tally.count);
+    for (const Tally& tally : tallies()) tally.unknown.empty() ? report.set(tally.key, tally.count) : report.set(tally.key, NAN);
     report.set("shortened_steps", static_cast<std::int64_t>(c.shortened));
     report.set("rejected", static_cast<std::int64_t>(c.rejected));
     for (std::size_t k = 0; k < std::size(REJECTION_REASONS); ++k)
@@ -147,7 +147,8 @@ std::vector<std::string> Run::closing_lines() const {
   const double before = total_energy(first_), after = total_energy(last_);
   if (std::isfinite(before)) lines.push_back(format("total energy %.6g J -> %.6g J", before, after));
   for (const Tally& tally : tallies())
-    if (tally.count > 0 && !tally.text.empty()) lines.push_back(format("%lld %s", static_cast<long long>(tally.count), tally.text.c_str()));
+    if (!tally.unknown.empty()) lines.push_back(tally.unknown);
+    else if (tally.count > 0 && !tally.text.empty()) lines.push_back(format("%lld %s", static_cast<long long>(tally.count), tally.text.c_str()));
   lines.insert(lines.end(), findings_.lines.begin(), findings_.lines.end());
   if (rests_) lines.push_back(format("ended at rest, at t = %.10g s", stepper_->good_time()));
   if (c.shortened) lines.push_back(format("%lld steps shortened to hit output times", static_cast<long long>(c.shortened)));

@@ -95,6 +95,7 @@ RunHooks StaticRun::hooks() {
     stability_.restore(facts);
     snaps_.restore(facts);
     start_.restore(facts);
+    snaps_.begin_at_rest(start_.found());
   };
   hooks.count = [this](std::vector<Tally>* out) { return count(out); };
   if (end_ && end_->wanted()) {
@@ -106,6 +107,7 @@ RunHooks StaticRun::hooks() {
   if (box_.active() || (end_ && end_->wanted())) hooks.find = [this](double factor, Vec y, Findings* out) { return find(factor, y, out); };
   if (model_.breaks())
     hooks.settle = [this](double factor, Vec y, const Avalanche::Frame& frame, bool* settled, std::string* lost) {
+      snaps_.note_break();
       return avalanche_.settle(factor, y, frame, settled, lost);
     };
   if (!options_.arc) return hooks;
@@ -128,7 +130,7 @@ PetscErrorCode StaticRun::attach(TS ts, TSContext& context, double step) {
     PetscFunctionReturn(0);
   }
   if (box_.active()) PetscCall(box_.attach(ts, context, model_, [this](SNES snes) { return pseudo_.solve(snes); }));
-  else PetscCall(snaps_.attach(ts, context, model_, pseudo_));
+  else if (pseudo_.is_newton()) PetscCall(snaps_.attach(ts, context, model_, pseudo_));
   PetscFunctionReturn(0);
 }
 
@@ -148,6 +150,7 @@ PetscErrorCode StaticRun::begin() {
   PetscFunctionBegin;
   PetscCall(start_.find(ts_, *context_, model_, pseudo_));
   box_.begin_anew();
+  snaps_.begin_at_rest(start_.found());
   if (!options_.arc) model_.set_factor(std::numeric_limits<double>::quiet_NaN());
   PetscFunctionReturn(0);
 }
@@ -204,7 +207,11 @@ PetscErrorCode StaticRun::count(std::vector<Tally>* out) const {
                   pseudo_.solves()});
   out->push_back({"box_corrections", "changes of the box to meet the stresses of -bs_box_stress", box_.corrections()});
   out->push_back({"turns", "times the load factor turned round: limit points", turns_});
-  out->push_back({"snap_through", "load steps in which the shape jumped to another branch of equilibria (snap-through)", snaps_.count()});
+  snaps_.count(options_.arc           ? "along a path by arc length"
+               : box_.active()        ? "in a box under given stress"
+               : !pseudo_.is_newton() ? "with another -snes_type than newtonls"
+                                      : "",
+               out);
   out->push_back({"unbalanced", "", model_.unbalanced()});
   stability_.count(out);
   PetscFunctionReturn(0);

@@ -105,6 +105,49 @@ def snaps(checks, folder):
     checks.true("a chain of loose hinges that swings down by its first load has no branch to jump from", JUMPS not in run.report["warnings"], str(run.report["warnings"]))
 
 
+def first_step(checks, folder):
+    """Trusses that are given 2 % shorter than they are without stress: the first load step is looked at, too, from the lattice at rest."""
+    rest = 1.02 * np.hypot(1, 0.3)
+    path = write_lattice(folder / "stressed.h5", [[-1, 0], [1, 0], [0, 0.3]], 1.0, fixed=[1, 1, 0], pairs=[[0, 2], [1, 2]], stiffness=1.0, rest_length=rest)
+    load_at = lambda h: 2 * h * (rest / np.hypot(1, h) - 1)  # noqa: E731
+    limit = load_at(np.linspace(0.05, 0.4, 400001)).max()
+    for load in (1.5 * limit, 1.02 * limit, 0.98 * limit):
+        run = checks.run({**STATICS, "bs_lattice_file": path, "bs_gravity": f"0,{-load}"}, interval=0)
+        over = load > limit
+        name = f"a stressed truss under {load / limit:.4g} of its limit load in one load step"
+        checks.true(f"{name}: snap-through", run.report["warnings"] == ([JUMPS] if over else []) and run.report["snap_through"] == int(over)
+                    and run.report["snap_through_unknown"] == 0, str(run.report["warnings"]))
+        h = run.trajectory.position[-1, np.argsort(run.trajectory.id)[2], 1]
+        checks.near(f"{name}: height", h, brentq(lambda h: load_at(h) - load, *((-0.8, -0.35) if over else (0.21, 0.4)), xtol=1e-15), 1e-11)
+        if over:
+            low, high = said(run)
+            checks.true(f"{name}: where", low - 1e-6 < limit / load < high + 1e-6 and high - low < 1.1 / 32, f"{low} to {high} for {limit / load:.6g}")
+
+
+def not_looked_for(checks, folder):
+    """Where snap-through is not looked for the report has no number, and the summary says why."""
+    base = {**STATICS, "bs_lattice_file": truss(folder), "bs_load_steps": 4, "bs_gravity": "0,-0.005"}
+    net = {**STATICS, "bs_lattice_type": "triangular", "bs_lattice_size": "6,6", "bs_lattice_periodic": "xy", "bs_lattice_perturbation": 0.05, "bs_box_stress": "xx=0.01"}
+    for name, options, words in (("by arc length", {**base, "bs_load_control": "arc"}, "along a path by arc length"), ("box under given stress", net, "in a box under given stress"),
+                                 ("trust regions", {**base, "snes_type": "newtontr"}, "with another -snes_type")):
+        run = checks.run(options, interval=0)
+        checks.true(f"{name}: null, and told", run.report["snap_through"] is None and f"snap-through was not looked for {words}" in run.stdout, str(run.report["snap_through"]))
+    run = checks.run(base, interval=0)
+    checks.true("else it is a number, of which nothing is told", run.report["snap_through"] == 0 == run.report["snap_through_unknown"] and "snap-through" not in run.stdout)
+    # three fibres beside one another break in two load steps
+    path = write_lattice(folder / "fibres.h5", [[0.0], [1.0]], 1.0, fixed=[1, 0], pairs=[[0, 1]] * 3, stiffness=1.0, rest_length=1.0,
+                         columns={"critical_strain": [0.05, 0.13, 9.0]})
+    saved = folder / "broken.checkpoint"
+    fibres = {**STATICS, "bs_lattice_file": path, "bs_load_steps": 10, "bs_gravity": 0.3}
+    for name, options in (("at once", fibres), ("continued", {"bs_restart": saved, "ts_max_steps": 100})):
+        run = checks.run(options, interval=0)
+        seen = len(set(np.round(run.trajectory.observables["broken_springs"].ravel()))) - 1
+        checks.true(f"{name}: load steps in which springs broke are not looked at all the way", run.report["snap_through"] == 0 and run.report["snap_through_unknown"] == 2
+                    and "2 load steps in which snap-through was not looked for" in run.stdout, f"{run.report['snap_through_unknown']}, {seen}")
+        if name == "at once":
+            checks.run({**fibres, "bs_checkpoint": saved, "ts_max_steps": 5}, interval=0)
+
+
 def crossings(checks, folder):
     """Snap-through with springs that break, in a periodic box that is strained, and over a restart."""
     k = {"bs_lattice_file": truss(folder, 2), "bs_load_steps": 20, "bs_gravity": "0,-0.018"}
@@ -168,4 +211,4 @@ def directions(checks, folder):
 
 
 if __name__ == "__main__":
-    run_parts("stability", (counted, snaps, crossings), (iterative, directions))
+    run_parts("stability", (counted, snaps, first_step, crossings), (iterative, not_looked_for, directions))
