@@ -5,7 +5,7 @@
 #include "time/ts_queries.hpp"
 
 namespace bs {
-PetscErrorCode ArcLength::attach(TS ts, TSContext& context, Equilibrium& model, PseudoTime& start, double nominal, double end) {
+PetscErrorCode ArcLength::attach(TS ts, TSContext& context, Equilibrium& model, PseudoTime& start, const ArcPath& path) {
   SNES snes;
   PC pc;
   PetscFunctionBegin;
@@ -13,8 +13,7 @@ PetscErrorCode ArcLength::attach(TS ts, TSContext& context, Equilibrium& model, 
   context_ = &context;
   model_ = &model;
   start_solver_ = &start;
-  nominal_ = nominal;
-  end_ = end;
+  path_ = path;
   model.set_factor(0);
   PetscCall(TSGetSNES(ts, &snes));
   PetscCall(linear_solver_of(ts, nullptr, &pc));
@@ -114,9 +113,9 @@ PetscErrorCode ArcLength::linear_solves(SNES snes, Vec X, Vec F, bool* solved) {
   PetscFunctionReturn(0);
 }
 
-// The direction is that in which the last step went; the first one raises the load.
+// The direction is that in which the last step went; the first one raises the load, or lowers it where that is asked for.
 PetscErrorCode ArcLength::predict(SNES snes, Vec X, bool* solved) {
-  double square = 0, along = 1;
+  double square = 0, along = path_.lower ? -1 : 1;
   PetscReal h;
   PetscFunctionBegin;
   PetscCall(linear_solves(snes, X, nullptr, solved));
@@ -135,12 +134,12 @@ PetscErrorCode ArcLength::predict(SNES snes, Vec X, bool* solved) {
   PetscCall(VecScale(tangent_, tangent_s_));
   PetscCall(TSGetTimeStep(ts_, &h));
   length_ = std::sqrt(2.0) * h;
-  const double left = end_ - start_factor_;
+  const double left = path_.end - start_factor_;
   to_end_ = left * tangent_s_ > 0 && std::abs(length_ * tangent_s_) >= std::abs(left) * (1 - 1e-9);
   if (to_end_) length_ = left / tangent_s_;
   PetscCall(update(X, tangent_, length_, length_ * tangent_s_));
   if (to_end_) {
-    now_ = end_;
+    now_ = path_.end;
     model_->set_factor(now_);
   }
   PetscFunctionReturn(0);
@@ -196,7 +195,7 @@ PetscErrorCode ArcLength::solve(SNES snes) {
   PetscCall(predict(snes, X, &solved));
   if (!solved) snes->reason = SNES_DIVERGED_LINEAR_SOLVE;
   PetscCall(VecNorm(q_, NORM_2, &load));
-  context_->newton.set_reference({0, load * std::max(std::abs(now_), nominal_)});
+  context_->newton.set_reference({0, load * std::max(std::abs(now_), path_.step)});
   for (PetscInt it = 0; snes->reason == SNES_CONVERGED_ITERATING; ++it) {
     PetscCall(SNESComputeFunction(snes, X, F));
     PetscCall(VecNorm(F, NORM_2, &size));
@@ -206,7 +205,7 @@ PetscErrorCode ArcLength::solve(SNES snes) {
     PetscCall(SNESMonitor(snes, it, size));
     PetscUseTypeMethod(snes, converged, it, xnorm, xnorm, size, &snes->reason, snes->cnvP);
     if (it == 0) first = size;
-    if (snes->reason == SNES_CONVERGED_ITERATING && size > 1e6 * std::max(first, load * nominal_)) snes->reason = SNES_DIVERGED_DTOL;
+    if (snes->reason == SNES_CONVERGED_ITERATING && size > 1e6 * std::max(first, load * path_.step)) snes->reason = SNES_DIVERGED_DTOL;
     if (snes->reason == SNES_CONVERGED_ITERATING && it == MOST) snes->reason = SNES_DIVERGED_MAX_IT;
     if (snes->reason == SNES_CONVERGED_ITERATING) PetscCall(correct(snes, X, F));
   }

@@ -9,17 +9,23 @@
 
 namespace bs {
 
+struct ArcPath {
+  double step = 1;     ///< what the first step changes s by, about
+  double end = 1;      ///< s at which the path ends
+  bool lower = false;  ///< it begins by lowering s
+};
+
 /// A step of the path of (x, s) with f(s, x) = 0, by Keller's pseudo arc length: with the tangent (t_x, t_s) at the last equilibrium,
 ///   <t_x, x - x_n>/X^2 + t_s (s - s_n) = ds
 /// The bordered system is solved by two solves with the same S, for the force and for q = df/ds:
 ///   x <- x - z_f + z_q c,  s <- s + c
-/// X makes both parts of the first tangent equal; ds is sqrt(2) times the TS's step, so that the first step raises s by that much.
+/// X makes both parts of the first tangent equal; ds is sqrt(2) times the TS's step, so that the first step changes s by that much.
 /// Where the predictor passes the end of the path, the step is one to that load factor.
 class ArcLength {
  public:
   /// Collective. Once the options of `ts` are read; the arguments must outlive the solver. `start`, attached already, finds the equilibrium that the
-  /// path begins with; the path ends at the factor `end`.
-  PetscErrorCode attach(TS ts, TSContext& context, Equilibrium& model, PseudoTime& start, double nominal, double end);
+  /// path begins with.
+  PetscErrorCode attach(TS ts, TSContext& context, Equilibrium& model, PseudoTime& start, const ArcPath& path);
   /// Collective. One step of the path, in the place of SNES's solve.
   PetscErrorCode solve(SNES snes);
   /// Of the last solve.
@@ -42,7 +48,7 @@ class ArcLength {
   Equilibrium* model_ = nullptr;
   PseudoTime* start_solver_ = nullptr;
   CondensedDemand of_start_, of_path_;  ///< what is demanded of linear solves
-  double nominal_ = 0, end_ = 1;
+  ArcPath path_;
   VecHandle start_, tangent_, way_, q_, zq_, zf_;
   double start_factor_ = 0, now_ = 0;      ///< s_n, s
   double tangent_s_ = 0, length_ = 0;      ///< t_s, ds

@@ -10,7 +10,7 @@ namespace bs {
 PetscErrorCode read_load_options(MPI_Comm comm, LoadOptions* out) {
   constexpr std::int64_t MOST_STEPS = 100000000;
   std::vector<std::string> scaled;
-  int control = 0;
+  int control = 0, begin = 0;
   PetscFunctionBegin;
   PetscCall(read_section(comm, "Loads (-bs_task statics)", [&](Section& o) {
     o.integer("-bs_load_steps", "number of load steps from the load factor 0 to 1; by arc length, 1 over what the first step adds", out->steps,
@@ -21,12 +21,16 @@ PetscErrorCode read_load_options(MPI_Comm comm, LoadOptions* out) {
         "fall beyond a limit load",
         {"load", "arc"}, control);
     o.real("-bs_arc_end", "load factor at which a path by arc length ends [1]", out->end);
+    o.choice("-bs_arc_begin",
+             "which way a path by arc length begins: raise, it raises the load factor from 0; lower, it lowers it, towards a negative -bs_arc_end",
+             {"raise", "lower"}, begin);
     o.integer("-bs_arc_steps", "number of steps of undiminished length after which a path by arc length ends at the latest", out->arc_steps,
               Range::positive);
     if (out->steps > MOST_STEPS)
       o.fail(format("option -bs_load_steps: %lld: give %lld at most: smaller steps are lost beside the rounding errors of equilibria",
                     static_cast<long long>(out->steps), static_cast<long long>(MOST_STEPS)));
     out->arc = control == 1;
+    out->lower = begin == 1;
     if (out->end == 0) o.fail("option -bs_arc_end: the path begins at the load factor 0: give another one");
     const bool given = o.texts("-bs_load_scale",
                                "loads that the load factor multiplies: gravity (uniform and central), anchors and driven "

@@ -8,8 +8,9 @@ namespace bs {
 
 struct LoadOptions {
   std::int64_t steps = 1, arc_steps = 1000;
-  bool arc = false;  ///< the length of a step's way is given, not its load
-  double end = 1;    ///< load factor at which a path by arc length ends
+  bool arc = false;    ///< the length of a step's way is given, not its load
+  double end = 1;      ///< load factor at which a path by arc length ends
+  bool lower = false;  ///< it begins by lowering the load factor
   LoadRules rules;
 };
 

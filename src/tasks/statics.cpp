@@ -126,7 +126,7 @@ PetscErrorCode StaticRun::attach(TS ts, TSContext& context, double step) {
   context.examine = [this](double factor, Vec y, Finding* out) { return examine(factor, y, out); };
   PetscCall(pseudo_.attach(ts, context, model_, step));
   if (options_.arc) {
-    PetscCall(arc_.attach(ts, context, model_, pseudo_, step, options_.end));
+    PetscCall(arc_.attach(ts, context, model_, pseudo_, {step, options_.end, options_.lower}));
     PetscFunctionReturn(0);
   }
   if (box_.active()) PetscCall(box_.attach(ts, context, model_, [this](SNES snes) { return pseudo_.solve(snes); }));
@@ -231,10 +231,13 @@ PetscErrorCode StaticRun::look_back(Warnings* warnings) {
   if (options_.arc && !arc_.at_end())
     PetscCall(warnings->add(
         "path_end",
-        format("the path ended at the load factor %.10g, without having come to %.10g (-bs_arc_end): it begins by raising the load, and takes "
-               "at most %lld whole steps (-bs_arc_steps)%s",
-               last_factor_, options_.end, static_cast<long long>(options_.arc_steps),
-               options_.end < 0 ? "; for a path that begins the other way turn the loads round" : "")));
+        format(
+            "the path ended at the load factor %.10g, without having come to %.10g (-bs_arc_end): it begins by %s the load factor, and takes at most "
+            "%lld whole steps (-bs_arc_steps)%s",
+            last_factor_, options_.end, options_.lower ? "lowering" : "raising", static_cast<long long>(options_.arc_steps),
+            (options_.end < 0) == options_.lower ? ""
+            : options_.lower                     ? "; -bs_arc_begin raise begins the other way"
+                                                 : "; -bs_arc_begin lower begins the other way")));
   PetscFunctionReturn(0);
 }
 

@@ -202,8 +202,18 @@ def directions(checks, folder):
               "bs_load_control": "arc", "bs_arc_steps": 30}
     for end in (-1, 1e300):
         run = checks.run({**pulled, "bs_arc_end": end})
-        checks.true(f"a path that never comes to the load factor {end:g} says so", run.report["warnings"] == [END] and run.stdout.splitlines()[-1].endswith(" warnings=1"),
-                    str(run.report["warnings"]))
+        checks.true(f"a path that never comes to the load factor {end:g} says so", run.report["warnings"] == [END] and run.stdout.splitlines()[-1].endswith(" warnings=1")
+                    and ("-bs_arc_begin lower begins the other way" in run.stderr) == (end < 0), str(run.report["warnings"]))
+    down = {"bs_load_control": "arc", "bs_arc_begin": "lower", "bs_arc_end": -1}
+    run = checks.run({**STATICS, "bs_lattice_file": truss(folder), "bs_load_steps": 20, "bs_gravity": "0,-0.02", **down}, interval=0)
+    s, h = run.trajectory.observables["load_factor"].ravel(), run.trajectory.position[:, 2, 1]
+    checks.near("a path that begins by lowering the load factor: heights", h, [brentq(lambda h, s=s: load_of(h) - 0.02 * s, 0.2, 0.9, xtol=1e-15) for s in s], 1e-11)
+    checks.true("and it falls all the way to its end", bool(np.all(np.diff(s) < 0)) and s[-1] == -1 and run.report["warnings"] == [], f"{len(s)} frames to {s[-1]:.6g}")
+    run = checks.run({**STATICS, "bs_lattice_file": truss(folder), "bs_load_steps": 20, "bs_gravity": "0,-0.02", **down, "bs_arc_end": 1, "bs_arc_steps": 40}, interval=0)
+    checks.true("one that cannot come to a positive end says so", run.report["warnings"] == [END] and "-bs_arc_begin raise begins the other way" in run.stderr, str(run.report["warnings"]))
+    ends = [checks.run({**pulled, "bs_arc_steps": 1000, "bs_load_steps": 8, "bs_motion_r": motion, **more}, interval=0).trajectory.position[-1]
+            for motion, more in (("velocity:-0.3,0.4", down), ("velocity:0.3,-0.4", {"bs_load_control": "load"}))]
+    checks.near("a net that is pulled by a load factor of -1 is that of the reversed motion", ends[0], ends[1], 1e-12)
     run = checks.run({**STATICS, "bs_lattice_file": truss(folder), "bs_load_steps": 20, "bs_gravity": "0,-0.02", "bs_load_control": "arc", "bs_arc_steps": 30})
     checks.true("nor does one that is given too few steps", END in run.report["warnings"], str(run.report["warnings"]))
     run = checks.run({**pulled, "bs_load_steps": 5})
