@@ -1,4 +1,5 @@
 #include "tasks/rest_start.hpp"
+#include <utility>
 #include "solvers/condensed/condensed.hpp"
 #include "time/replay.hpp"
 #include "time/ts_queries.hpp"
@@ -6,13 +7,15 @@
 namespace bs {
 namespace {
 
-/// A stage of `ts` that has been solved for: its residual knows where the step starts and how long it is.
-PetscErrorCode make_stage(TS ts, double h, Vec y) {
+/// A stage of `ts` that counts as solved for, whatever y is: its residual knows where the step starts and how long it is.
+PetscErrorCode make_stage(TS ts, TSContext& context, double h, Vec y) {
   Replay stage;
   PetscFunctionBegin;
+  const auto examine = std::exchange(context.examine, nullptr);
   PetscCall(stage.begin(ts));
   PetscCall(stage.step(0, h, y, nullptr, y));
   PetscCall(stage.end(0, h));
+  context.examine = examine;
   PetscFunctionReturn(0);
 }
 
@@ -44,7 +47,7 @@ PetscErrorCode RestStart::find(TS ts, TSContext& context, Equilibrium& model, Ps
   PetscCall(VecCopy(y, given));
   model.set_factor(0);
   PetscCall(model.energies(0, y, &had));  // a box whose strains are free is another afterwards
-  PetscCall(make_stage(ts, h, y));
+  PetscCall(make_stage(ts, context, h, y));
   PetscCall(context.newton.estimate_floor(1 / h));
   PetscCall(TSGetSNESIterations(ts, &before));
   PetscCall(solver.relax(y, &found_));
