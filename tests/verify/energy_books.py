@@ -88,9 +88,11 @@ def net_at_rest(checks, folder):
     checks.run({**base, "bs_checkpoint": saved, "ts_max_steps": 5}, interval=0)
     rest = checks.run({"bs_restart": saved, "ts_max_steps": 5000}, interval=0)
     same = ("total_energy", "released_energy", "work", "work/loads")
-    checks.true("net: continued, the same energies in every bit", all(np.array_equal(o[name][6:], rest.trajectory.observables[name][1:]) for name in same)
-                and np.array_equal(whole.trajectory.position[6:], rest.trajectory.position[1:]),
-                str([float(np.abs(o[name][6:] - rest.trajectory.observables[name][1:]).max()) for name in same]))
+    bound = 0 if checks.ranks == 1 else 1e-14  # MUMPS adds up on several ranks as messages arrive
+    off = [np.max(np.abs(o[name][6:] - rest.trajectory.observables[name][1:]) / np.max(np.abs(o[name]))) for name in same]
+    checks.true("net: continued, the same energies, on one rank in every bit", max(off) <= bound
+                and np.abs(whole.trajectory.position[6:] - rest.trajectory.position[1:]).max() <= 10 * bound,
+                f"{max(off):.3g}, positions {np.abs(whole.trajectory.position[6:] - rest.trajectory.position[1:]).max():.3g}")
     checks.true("net: and the iterations before the first load step", whole.report["start_newton"] == rest.report["start_newton"] > 0, str(rest.report["start_newton"]))
 
 

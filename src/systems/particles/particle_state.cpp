@@ -56,6 +56,7 @@ PetscErrorCode ParticleModel::accept(double t, Vec y) {
 
 PetscErrorCode ParticleModel::begin_at(double t, Vec y) {
   PetscFunctionBegin;
+  cell_.keep_strains();
   known_.vec = 0;
   PetscCall(state_.gather(t, y));
   PetscCall(commit());
