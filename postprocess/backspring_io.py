@@ -19,7 +19,8 @@ from open_hdf5 import RunError, first_line, h5py, open_hdf5
 
 PARTICLES = "/particles/trajectory"
 BONDS = "/connectivity/bonds"
-LAW_DATA = ("stiffness_2", "stiffness_3", "yield_force", "hardening", "critical_strain", "critical_force", "critical_energy")
+LIMITS = ("critical_strain", "critical_force", "critical_energy")
+LAW_DATA = ("stiffness_2", "stiffness_3", "yield_force", "hardening", *LIMITS)
 SI = {"time": "s", "position": "m", "velocity": "m/s", "kinetic_energy": "J", "potential_energy": "J",
       "total_energy": "J", "momentum": "kg m/s", "angular_momentum": "kg m²/s", "mass": "kg",
       "reaction": "N", "work": "J"}
@@ -34,6 +35,7 @@ class Springs:
     damping: np.ndarray = None         # (M,)
     shift: np.ndarray = None           # (M, d) boxes the second end is in; None: no periodic box
     law_data: dict = field(default_factory=dict)  # what laws take besides, {name: (M,)}: stiffness_2, yield_force, ...; critical_strain, ...
+    limits: dict = field(default_factory=dict)  # {critical_strain, ...: (M,)}: what each spring bears, times the factor drawn for it
     rest_length_assumed: bool = False  # True: the file has none, lengths of the first frame are used
 
     def __len__(self):
@@ -312,7 +314,10 @@ class Run:
         columns = {name: self._column_of_springs(name, len(pairs)) for name in ("stiffness", "rest_length", "damping")}
         shift = self._array(f"{BONDS}_shift")
         law_data = {name: self._column_of_springs(name, len(pairs)) for name in LAW_DATA if self._get(f"{BONDS}_{name}") is not None}
-        springs = Springs(pairs, **columns, shift=None if shift is None else shift.astype(np.int64), law_data=law_data)
+        drawn = {name: self._column_of_springs(name.replace("critical", "threshold"), len(pairs)) for name in LIMITS}
+        limits = {name: law_data.get(name) if drawn[name] is None else drawn[name] for name in LIMITS}
+        springs = Springs(pairs, **columns, shift=None if shift is None else shift.astype(np.int64), law_data=law_data,
+                          limits={name: values for name, values in limits.items() if values is not None})
         self._cache["springs"] = springs  # lengths() looks at it
         if springs.rest_length is None:
             springs.rest_length, springs.rest_length_assumed = self.lengths(0), True

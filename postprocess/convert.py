@@ -25,6 +25,7 @@ import h5py  # noqa: E402
 import numpy as np  # noqa: E402
 
 from backspring_io import RunError, open_run  # noqa: E402
+from finite import check_run  # noqa: E402
 from exports import write_atomically, write_gsd, write_nanometres, write_xyz  # noqa: E402
 from lammps_data import is_lammps  # noqa: E402
 from lammps_units import UNITS  # noqa: E402
@@ -66,6 +67,7 @@ def from_trajectory(args, ending):
         if args.box_lengths and form != "h5md":
             raise RunError(f"{args.output}: --box_lengths is for .h5md")
         rows = run.pick(args.frames, args.stride) if series else [run.index(args.frame)]
+        check_run(run, rows)
         left_out = features.check(run, rows, form, args.output, not args.all_springs)
         if ending == ".pvd":
             write_pvd(run, rows, args.output, "." + args.pieces, args.all_springs)

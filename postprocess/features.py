@@ -23,7 +23,9 @@ TABLE = {
     "law plastic": row("ttttkr"),
     "dampers": row("ttttkt"),
     "limits of springs": row("ttttkt"),
-    "angle springs": row("ttttkk"),
+    "rules of breaking": row("tttttt"),
+    "angle springs": row("ttktkk"),
+    "stiffness and rest angles": row("ttttkk"),
     "anchors": row("ttttkt"),
     "fixed particles": row("ktktkt"),
     "ids": row("kktkkk"),
@@ -37,10 +39,14 @@ TABLE = {
     "other forces": row("tttttt"),
     "units": row("tttktk"),
 }
+INSIDE = {"springs": ("stiffness and rest lengths", "broken springs", "springs that carry nothing", "dampers", "limits of springs", "rules of breaking",
+                      *(name for name in TABLE if name.startswith("law "))),
+          "angle springs": ("stiffness and rest angles",)}
 OPTIONS = {  # options by which a feature is there, and the values by which it is not
     "gravity": (("bs_gravity",), ()),
     "drag": (("bs_stokes_drag", "bs_viscosity", "bs_sphere_drag", "bs_shape_drag"), ("none", "false")),
     "other forces": (("bs_central_M0", "bs_xsp_attraction", "bs_xsp_walls", "bs_xsp_center_of_mass", "bs_xsp_center_of_mass_damping"), ()),
+    "rules of breaking": (("bs_break", "bs_break_strain", "bs_break_force", "bs_break_energy", "bs_break_in", "bs_break_weibull", "bs_break_uniform", "bs_break_spare"), ()),
     "motion of anchors": (("bs_anchor_motion",), ("fixed",)),
     "motion of groups": (("bs_motion_",), ("fixed",)),
     "strain of the box": (("bs_box_strain", "bs_box_rate", "bs_box_stress"), ()),
@@ -69,7 +75,7 @@ def _of_springs(run, row):
     laws, acting = run.spring_laws, run.acting(row)
     count = {"springs": len(springs), "broken springs": 0 if broken is None else int(broken.sum()), "springs that carry nothing": int(springs.idle.sum()),
              "dampers": 0 if springs.damping is None else np.count_nonzero(springs.damping[acting]),
-             "limits of springs": int(np.any([np.isfinite(v) for k, v in springs.law_data.items() if k.startswith("critical_")] or [[]], axis=0).sum())}
+             "limits of springs": int(np.any([np.isfinite(v) for v in springs.limits.values()] or [[]], axis=0).sum())}
     found.update({name: f"{number} {name}" for name, number in count.items() if number})
     found["stiffness and rest lengths"] = "stiffness and rest lengths of springs"
     for law in sorted(set(laws[acting]) - {"hooke"} if laws is not None else ()):
@@ -82,6 +88,7 @@ def found_in(run, row):
     found = _of_springs(run, row)
     if run.angles:
         found["angle springs"] = f"{len(run.angles)} angle springs"
+        found["stiffness and rest angles"] = "stiffness and rest angles of angle springs"
     if run.anchors:
         found["anchors"] = f"{len(run.anchors['particle'])} springs to given points (anchors)"
     elif any(name in run.parameters for name in ("bs_anchor_particles", "bs_anchor_group")):  # of a file of an earlier version
@@ -99,6 +106,8 @@ def found_in(run, row):
         said = _by_options(run, feature)
         if said:
             found[feature] = f"{feature} ({said})"
+    if "motion of anchors" in found and "anchors" in found:
+        found["motion of anchors"] = found["motion of anchors"][:-1] + "; the points are those at the start)"
     said = [unit for unit in (run.stated_unit("position"), run.stated_unit("time")) if unit]
     if said:
         found["units"] = "units (" + ", ".join(said) + ")"
@@ -116,7 +125,8 @@ def check(run, rows, form, output, whole=True):
     if refused:
         raise RunError(f"{run.path}: {', '.join(refused)}: a file {output} has no such thing and would mean other forces; convert to .vtu, which keeps them")
     told = [found[name] for name, word in verdict.items() if word == TOLD]
-    if verdict.get("springs") == TOLD:  # what belongs to them goes with them
-        inside = ("springs", "stiffness and rest lengths", "broken springs", "springs that carry nothing", "dampers", "limits of springs")
-        told = [found["springs"]] + [found[n] for n, word in verdict.items() if word == TOLD and n not in inside and not n.startswith("law ")]
+    for owner, parts in INSIDE.items():  # what belongs to springs goes with them
+        if verdict.get(owner) == TOLD:
+            told = [found[n] for n, word in verdict.items() if word == TOLD and n not in parts]
+            verdict = {n: word for n, word in verdict.items() if n not in parts}
     return f"{output}: left out: {', '.join(told)}" if told else ""

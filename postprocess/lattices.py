@@ -6,6 +6,7 @@ import numpy as np
 
 from backspring_io import RunError
 from exports import write_atomically
+from finite import check_lattice
 
 FACES = {f"{axis}{end}": (k, end) for k, axis in enumerate("xyz") for end in ("min", "max")}
 
@@ -215,6 +216,7 @@ def to_lattice(args, kind):
                        + ("K [N]" if args.spring_law == "strain" else "k [N/m]"))
     if lattice.mass is None:
         raise RunError(f"{args.input}: says nothing of mass; add --mass m [kg] of a particle or --total_mass M [kg]")
+    check_lattice(args.input, lattice)
     check_springs(args.input, lattice)
     held = np.zeros(count, bool) if lattice.fixed is None else lattice.fixed != 0
     lattice.fixed = held | fixed_mask(lattice.position, args.fixed)

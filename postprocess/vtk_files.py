@@ -31,7 +31,7 @@ def fields(run, row, every):
     kept = np.ones(len(springs), bool) if every else run.acting(row)
     data = {"strain": run.strains(row)}
     data.update({k: getattr(springs, k) for k in ("stiffness", "rest_length", "damping") if getattr(springs, k) is not None})
-    data.update(springs.law_data)
+    data.update({**springs.law_data, **springs.limits})
     data.update({k: run.spring_state(k, row) for k in HISTORIES if run.spring_state(k, row) is not None})
     if run.broken(row) is not None:
         data["broken"] = run.broken(row).astype(np.int32)

@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
 """What convert.py makes of every feature of a run in every format, and back: kept exactly (by energies, arrays, the run that goes on), or told by a
-line, or refused by name. The readers are independent of convert.py: LAMMPS, gsd and VTK where installed, MDAnalysis' rules for H5MD."""
+line, or refused by name. The readers are independent of convert.py: LAMMPS, gsd, VTK, ASE and MDAnalysis where installed, MDAnalysis' rules for H5MD."""
 import contextlib
 import io
 import itertools
@@ -11,6 +11,7 @@ import shutil
 import subprocess
 import sys
 import tempfile
+import warnings
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 sys.path[:0] = [str(ROOT / "postprocess"), str(ROOT / "tests" / "verify")]
@@ -23,7 +24,12 @@ import convert
 import features
 from backspring_io import RunError, open_run
 
-FORMATS = ("xyz", "dump", "gsd", "h5md", "vtu", "vtp", "pvd", "data")
+WRITERS = {**convert.SERIES, **convert.SINGLE}
+FIRST = {}
+for _ending, _write in WRITERS.items():
+    FIRST.setdefault(_write, _ending)
+FORMATS = sorted((ending[1:] for ending in FIRST.values()), key="pvd".__eq__)  # a PVD's pieces are compared with the VTU
+TWINS = {ending: FIRST[write] for ending, write in WRITERS.items() if FIRST[write] != ending}  # other endings of the same format
 ALL = set(FORMATS)
 VTK = {"vtu", "vtp", "pvd"}
 STEP = ["-ts_type", "rk", "-ts_rk_type", "4", "-ts_adapt_type", "none", "-ts_dt", "0.005", "-bs_progress_interval", "-1"]
@@ -104,19 +110,28 @@ CASES = {
     "all laws": (law("hooke", "strain", "tension", "polynomial", "plastic", stiffness_2=5.0, yield_force=1.0), [], VTK, {"data"}, {"springs", "law plastic"}),
     "dampers": (lambda f: given(2, f, damping=lambda x, p: np.linspace(0, 1, len(p))), [], VTK, set(), {"springs", "dampers"}),
     "simple dampers": (lambda f: given(2, f, damping=0.5, damping_law="simple"), [], VTK, set(), {"springs", "dampers"}),
+    "limits of springs": (lambda f: given(2, f, columns=lambda x, p: {"critical_strain": np.where(np.arange(len(p)) % 2, 0.9, np.inf)}), [], VTK, set(),
+                          {"springs", "limits of springs"}),
+    "limits that scatter": (lambda f: given(2, f), ["-bs_break_strain", "0.9", "-bs_break_uniform", "0.3,1"], VTK, set(), {"springs", "limits of springs"}),
+    "rules of breaking": (lambda f: given(2, f), ["-bs_break_strain", "0.9"], set(), set(), {"springs", "rules of breaking (-bs_break_strain"}),
     "angle springs in the plane": (bent(2, [(70, 90), (200, 250), (179, 120)]), [], VTK | {"data"}, set(), "angle springs"),
     "angle springs in space": (bent(3, [(70, 90), (120, 60)]), [], VTK | {"data"}, set(), "angle springs"),
     "angle springs across pi": (bent(2, [(70, 90), (170, 190)]), [], VTK, {"data"}, "angle springs"),
     "anchors": (lambda f: given(2, f, anchors=anchors), [], VTK, set(), "anchors"),
+    "motion of anchors": (lambda f: given(2, f, anchors=anchors), ["-bs_anchor_motion", "velocity", "-bs_anchor_velocity", "0.3,0.1"], set(), set(),
+                          "motion of anchors (-bs_anchor_motion velocity; the points are those at the start"),
     "fixed particles": (lambda f: given(2, f, fixed=lambda x, p: np.arange(len(x)) < 2), [], VTK | {"xyz", "gsd"}, set(), "are fixed"),
     "groups": (lambda f: given(2, f), ["-bs_group_left", "xmin"], VTK, set(), "groups left"),
     "motion of groups": (lambda f: given(2, f), ["-bs_group_left", "xmin", "-bs_motion_left", "velocity:0.1,0"], set(), set(), "motion of groups (-bs_motion_left"),
     "gravity": (lambda f: given(2, f), ["-bs_gravity", "0,-9.81"], set(), set(), "gravity (-bs_gravity"),
     "drag": (lambda f: given(2, f), ["-bs_stokes_drag", "0.5"], set(), set(), "drag (-bs_stokes_drag"),
+    "central gravity": (lambda f: given(2, f), ["-bs_central_M0", "1e11", "-bs_central_point", "5,5"], set(), set(), "other forces (-bs_central_M0"),
     "drag and radii of particles": (lambda f: given(2, f, particle_columns={"drag": np.linspace(0, 1, 9), "radius": np.full(9, 0.1)}), [], VTK, set(), "of particles"),
     "ids": (lambda f: given(2, f, ids=[90, 3, 7, 55, 20, 21, 22, 8, 14]), [], ALL - {"gsd"}, set(), "ids"),
     "rest lengths that differ by rounding": (lambda f: given(2, f, rest_length=unlike, stiffness=20.0), [], VTK | {"data"}, set(), "springs"),
     "units": (lambda f: given(3, f), ["-bs_output_units", "real"], {"h5md", "data"}, set(), "units (Angstrom, fs)"),
+    "SI units": (lambda f: given(3, f), ["-bs_output_units", "SI"], {"h5md", "data"}, set(), "units (m, s)"),
+    "SI units in a periodic box": (periodic("cubic", "xyz"), ["-bs_output_units", "SI"], {"h5md", "data"}, set(), "units (m, s)"),
     "periodic box along the axes": (periodic("cubic", "xyz"), [], ALL, set(), None),
     "periodic plane": (periodic("triangular", "xy", "-bs_lattice_dim", "2"), [], ALL, set(), None),
     "periodic along x": (periodic("triangular", "x", "-bs_lattice_dim", "2"), [], ALL, set(), None),
@@ -127,6 +142,7 @@ CASES = {
                                          ALL - {"gsd", "data"}, {"gsd", "data"}, "does not join the nearest images"),
 }
 OPEN_END = ("strained box", "tilted box")  # the rest of the run is not that of a lattice in a strained box: its strain begins anew
+MOVED_ANCHORS = ("motion of anchors",)  # anchors of files are where they were at the start, as the trajectory has them
 
 
 def simulate(checks, folder, words, name, end, options=()):
@@ -195,6 +211,15 @@ def see_xyz(checks, name, path, truth):
         checks.true(f"{name}: periodic edges, a cell with a volume", np.array_equal(cell[:truth.dim, :truth.dim][truth.periodic], truth.cell[truth.periodic]) and abs(np.linalg.det(cell)) > 0)
 
 
+    with contextlib.suppress(ImportError):
+        import ase.io
+        atoms = ase.io.read(path, index=-1, format="extxyz")
+        checks.true(f"{name}: ASE reads the same", np.array_equal(atoms.positions, three(truth.x)) and np.array_equal(atoms.arrays["velo"], three(truth.v))
+                    and np.array_equal(atoms.arrays["mass"], truth.mass) and np.array_equal(atoms.pbc[:truth.dim], truth.periodic) and atoms.info["Time"] == truth.time)
+        if truth.periodic.any():
+            checks.true(f"{name}: ASE has the cell", np.array_equal(np.asarray(atoms.cell)[:truth.dim, :truth.dim][truth.periodic], truth.cell[truth.periodic]))
+
+
 def see_dump(checks, name, path, truth):
     block = path.read_text().split("ITEM: TIMESTEP\n")[-1].splitlines()
     at = next(k for k, line in enumerate(block) if line.startswith("ITEM: ATOMS"))
@@ -240,7 +265,8 @@ def see_gsd(checks, name, path, truth):
         checks.near(f"{name}: positions with images", placed[:, :truth.dim], truth.x, 2e-5 * max(1, np.abs(truth.x).max()))
     checks.true(f"{name}: fixed particles by type", np.array_equal(np.array(frame.particles.types)[frame.particles.typeid] == "fixed", truth.fixed != 0))
     if truth.angles:
-        checks.true(f"{name}: angles", frame.angles.N == len(truth.x) // 3)
+        checks.true(f"{name}: angles between the right particles, of one type", np.array_equal(frame.angles.group, np.arange(len(truth.x)).reshape(-1, 3))
+                    and list(frame.angles.types) == ["angle spring"] and not np.any(frame.angles.typeid))
 
 
 def as_mdanalysis(path, frame):
@@ -249,6 +275,10 @@ def as_mdanalysis(path, frame):
              "velocity": {"Angstrom ps-1": 1, "nm ps-1": 10, "m s-1": 1e-2, "nm ns-1": 1e-2, "Angstrom fs-1": 1e3}}
     with h5py.File(path, "r") as f:
         group = f["particles"][list(f["particles"])[0]]
+        members = [f["observables"][key] for key in f.get("observables", {})]
+        if not all("value" in one and "time" in one and "step" in one for one in members) or not all(name in ("box", "position", "velocity") or not isinstance(of, h5py.Group) or "value" in of
+                                                                                                     for name, of in group.items()):
+            raise ValueError("a group that is no quantity")
         if group["box"].attrs["dimension"] != 3:
             raise ValueError("MDAnalysis only supports 3-dimensional simulation boxes")
         factor = {k: units[k][group[k + "/value"].attrs["unit"]] for k in ("position", "velocity") if k in group}
@@ -257,7 +287,7 @@ def as_mdanalysis(path, frame):
         for key in f.get("observables", {}):
             f["observables"][key]["value"][frame]
         edges = group["box/edges/value"][frame, :]
-    seen["box"] = None
+    seen["box"] = None  # of three lengths, (T, 3), versions before 2.5 make none
     if edges.shape == (3, 3) and np.linalg.det(edges) > 0:
         lengths = np.linalg.norm(edges, axis=1)
         seen["box"] = [*factor["position"] * lengths,
@@ -268,7 +298,8 @@ def as_mdanalysis(path, frame):
 def see_h5md(checks, name, path, truth, scale):
     """`scale`: angstrom of one unit of length of the trajectory."""
     seen = as_mdanalysis(path, -1)
-    with contextlib.suppress(ImportError):
+    with contextlib.suppress(ImportError), warnings.catch_warnings():
+        warnings.simplefilter("ignore")  # of a box without volume
         import MDAnalysis
         universe = MDAnalysis.Universe.empty(len(truth.x), trajectory=False)
         universe.load_new(str(path), format="H5MD")
@@ -303,6 +334,25 @@ def directly(checks, folder):
         for kind in ("reaction", "work", "stress_volume"):
             parts = [value for name, value in run.series.items() if name.startswith(kind + "/")]
             checks.near(f"{kind}: the sum over the groups", run.series[kind], np.sum(parts, axis=0), 1e-12 * max(np.abs(p).max() for p in parts))
+
+
+def axes(checks, folder):
+    """A trajectory of a box along the axes, as it is: three lengths a frame, which is what others take; with SI units, which MDAnalysis does not know, by way of nanometres."""
+    words = periodic("cubic", "xyz")(folder)
+    simulate(checks, folder, [*words, "-bs_output_units", "real"], "run.h5md", 0.1)
+    truth = Truth(folder / "run.h5md", 2)
+    with h5py.File(folder / "run.h5md") as f:
+        checks.true("a box along the axes: three lengths a frame", f["particles/trajectory/box/edges/value"].shape == (3, 3) and truth.cell.shape == (3, 3))
+    checks.near("a box along the axes: MDAnalysis' rules, positions", as_mdanalysis(folder / "run.h5md", -1)["position"], truth.x, 1e-12)
+    simulate(checks, folder, [*words, "-bs_output_units", "SI"], "si.h5md", 0.1)
+    try:
+        as_mdanalysis(folder / "si.h5md", -1)
+        checks.true("SI units: MDAnalysis does not know the metre", False)
+    except KeyError as unit:
+        checks.true("SI units: MDAnalysis does not know the metre", unit.args == ("m",), str(unit))
+    refusal, _ = converted(folder / "si.h5md", folder / "si_nm.h5md")
+    checks.true("SI units: in nanometres", refusal is None, str(refusal))
+    see_h5md(checks, "SI units, a box along the axes, in nanometres", folder / "si_nm.h5md", Truth(folder / "si.h5md", 2), 1e10)
 
 
 def older(checks, folder):
@@ -353,13 +403,22 @@ def see_vtu(checks, folder, name, path, truth, options, source):
     """Read back, it is the lattice that goes on as the run did."""
     refusal, _ = converted(path, folder / "back.h5")
     checks.true(f"{name}: becomes a lattice", refusal is None, refusal or "")
-    if refusal:
+    if refusal or name.split(",")[0] in MOVED_ANCHORS:
         return
+    limits_of(checks, name, folder / "back.h5", source)
     report = simulate(checks, folder, ["-bs_lattice_file", "back.h5"], "back.h5md", 0.05, options)
     checks.near(f"{name}: elastic energy", report["first_elastic_energy"][0], truth.elastic, 1e-12 * max(1, truth.elastic))
     if name.split(",")[0] not in OPEN_END:
         with h5py.File(folder / "back.h5md") as a, h5py.File(source) as b:
             checks.near(f"{name}: where it goes", a["particles/trajectory/position/value"][-1], b["particles/trajectory/position/value"][2], 1e-11)
+
+
+def limits_of(checks, name, lattice, source):
+    """What springs bear, with the factors that were drawn for them."""
+    with h5py.File(lattice) as a, h5py.File(source) as b:
+        bonds = {k: b[f"connectivity/bonds_{k}"][...] for k in ("threshold_strain", "critical_strain") if f"connectivity/bonds_{k}" in b}
+        if bonds and "backspring/broken/value" in b and not b["backspring/broken/value"][1].any():
+            checks.true(f"{name}: what springs bear", np.array_equal(a["springs/critical_strain"][...], next(iter(bonds.values()))))
 
 
 def see_flags(checks, folder, truth, options, source):
@@ -380,7 +439,7 @@ def see_data(checks, folder, name, path, truth):
     words = " ".join("p" if one else "f" for one in [*truth.periodic, False, False][:3])
     style = "angle" if truth.angles else "bond"
     units = "real" if "units = real" in text else "si"
-    elastic = truth.elastic if name.split(",")[0] != "anchors" else 0.5 * (truth.k * (truth.length - truth.rest) ** 2).sum()
+    elastic = truth.elastic if "anchors" not in name.split(",")[0] else 0.5 * (truth.k * (truth.length - truth.rest) ** 2).sum()
     refusal, _ = converted(path, folder / "data.h5", "--boundary", words.replace(" ", ","), "--dim", truth.dim, "--units", units)
     checks.true(f"{name}: becomes a lattice", refusal is None, refusal or "")
     if not refusal:
@@ -405,6 +464,30 @@ def see_data(checks, folder, name, path, truth):
     checks.near(f"{name}: LAMMPS' energy", row[1] * scale, elastic, 1e-9 * max(1.0, elastic))
 
 
+SEEN = set()  # (feature, ending) that some case has walked
+
+
+def by_table(checks, label, ending, found, refusal, said):
+    """What is said of every feature that the run has is what the table says."""
+    form = convert.FORM.get(ending, ending[1:])
+    SEEN.update((feature, ending) for feature in found)
+    if refusal:
+        return
+    verdict = {feature: features.TABLE[feature][form] for feature in found}
+    owner = {part: whole for whole, parts in features.INSIDE.items() for part in parts if verdict.get(whole) == features.TOLD}
+    wrong = [feature for feature, word in verdict.items() if word == features.REFUSED or (word == features.TOLD) != (found[owner.get(feature, feature)] in said)
+             and feature not in ("springs", "angle springs")]
+    checks.true(f"{label}: what the table says of all that is there", not wrong, f"{wrong}: {said.strip()}")
+
+
+def twins(checks, folder, label, target, source, frames):
+    """Other endings of a format give the same file."""
+    for ending, first in TWINS.items():
+        if first == target.suffix:
+            refusal, _ = converted(source, target.with_suffix(ending), *frames)
+            checks.true(f"{label}: the same as {ending}", refusal is None and target.with_suffix(ending).read_bytes() == target.read_bytes(), str(refusal))
+
+
 def crossing(checks, folder, name):
     """One feature through all formats."""
     make, options, kept, refused, word = CASES[name]
@@ -416,10 +499,14 @@ def crossing(checks, folder, name):
         checks.true(f"{name}: some are there, some are not", 0 < truth.there.sum() < len(truth.there), f"{truth.there.sum()} of {len(truth.there)}")
     if name == "broken springs":
         see_flags(checks, folder, truth, options, source)
+    with open_run(source) as run:
+        found = features.found_in(run, 1)
     for form in FORMATS:
         target, label = folder / ("out_nm.h5md" if form == "h5md" else f"out.{form}"), f"{name}, {form}"
-        frames = ("--frame", 1) if form in ("vtu", "vtp", "data") else ("--frames", "0:2")
+        frames = ("--frame", 1) if "." + form in convert.SINGLE else ("--frames", "0:2")
         refusal, said = converted(source, target, *frames)
+        for ending in ["." + form, *(twin for twin, first in TWINS.items() if first == "." + form)]:
+            by_table(checks, label, ending, found, refusal, said)
         tell = word if isinstance(word, (set, tuple)) else {word} if word else set()
         if form in refused:
             checks.true(f"{label}: refused by name", refusal is not None and any(w in refusal for w in tell | {"other side of 180"}) and "\n" not in refusal and not target.exists(), str(refusal))
@@ -436,6 +523,7 @@ def crossing(checks, folder, name):
         if form == "pvd":
             checks.true(f"{label}: its frame is the VTU", (folder / "out" / "frame_000001.vtu").read_bytes() == vtu)
             continue
+        twins(checks, folder, label, target, source, frames)
         see = {"xyz": see_xyz, "dump": see_dump, "gsd": see_gsd, "vtp": see_vtp}
         if form in see:
             see[form](checks, label, target, truth)
@@ -451,8 +539,10 @@ def crossing(checks, folder, name):
         elif form == "vtu":
             vtu = target.read_bytes()
             see_vtu(checks, folder, label, target, truth, options, source)
-        else:
+        elif form == "data":
             see_data(checks, folder, label, target, truth)
+        else:
+            checks.true(f"{label}: this test knows how to read it", False)
 
 
 def table(checks):
@@ -463,12 +553,43 @@ def table(checks):
         checks.true(f"README's table: {feature}", rows.get(feature) == [verdict[form] for form in features.FORMATS], str(rows.get(feature)))
 
 
+def not_finite(checks, folder):
+    """A number that is none, anywhere: refused by frame, dataset and row, and nothing is written."""
+    simulate(checks, folder, periodic("cubic", "xyz", "-bs_lattice_velocity", "1,0,0")(folder), "run.h5md", 0.1)
+    for dataset, place, says in (("particles/trajectory/position/value", (1, 17, 2), "frame 1: /particles/trajectory/position/value, row 17, is not finite"),
+                                 ("particles/trajectory/velocity/value", (1, 3, 0), "frame 1: /particles/trajectory/velocity/value, row 3,"),
+                                 ("particles/trajectory/box/edges/value", (1, 2), "frame 1: /particles/trajectory/box/edges/value, row "),
+                                 ("particles/trajectory/position/time", (1,), "frame 1: /particles/trajectory/position/time"),
+                                 ("particles/trajectory/mass", (5,), "/particles/trajectory/mass, row 5,"), ("connectivity/bonds_stiffness", (9,), "/connectivity/bonds_stiffness, row 9,"),
+                                 ("connectivity/bonds_rest_length", (9,), "/connectivity/bonds_rest_length, row 9,")):
+        for bad in (np.nan, np.inf):
+            shutil.copy(folder / "run.h5md", folder / "bad.h5md")
+            with h5py.File(folder / "bad.h5md", "a") as f:
+                f[dataset][place] = bad
+            for ending in WRITERS:
+                target = folder / ("out_nm.h5md" if ending == ".h5md" else f"out{ending}")
+                refusal, _ = converted(folder / "bad.h5md", target, *(("--frame", 1) if ending in convert.SINGLE else ()))
+                checks.true(f"{bad} in {dataset}, {ending}: refused by name", refusal is not None and says in refusal and str(bad) in refusal and "\n" not in refusal, str(refusal))
+                checks.true(f"{bad} in {dataset}, {ending}: nothing is written", not target.exists() and not (folder / "out").exists())
+    for ending in (".pdb", ".xdmf", ".obj", ".txt", ""):
+        refusal, _ = converted(folder / "run.h5md", folder / f"out{ending}")
+        checks.true(f"ending '{ending}': refused, with those that there are", refusal is not None and f"unknown ending '{ending}'" in refusal and all(e in refusal for e in WRITERS), str(refusal))
+
+
+def covered(checks):
+    """Every feature of the table has met every ending."""
+    missing = [pair for pair in itertools.product(features.TABLE, WRITERS) if pair not in SEEN]
+    checks.true("every feature has met every format", not missing, str(missing[:8]))
+    columns = {convert.FORM.get(ending, ending[1:]) for ending in WRITERS}
+    checks.true("every format is a column of the table", columns == set(features.FORMATS) and all(set(row) == columns for row in features.TABLE.values()), str(columns))
+
+
 def main():
     checks = Checks(__doc__)
     if checks.wants("table"):
         with checks.group("table"):
             table(checks)
-    for group in (directly, older):
+    for group in (directly, axes, older, not_finite):
         if checks.wants(group.__name__):
             with tempfile.TemporaryDirectory() as folder, checks.group(group.__name__):
                 group(checks, pathlib.Path(folder))
@@ -476,6 +597,8 @@ def main():
         if checks.wants(name):
             with tempfile.TemporaryDirectory() as folder, checks.group(name):
                 crossing(checks, pathlib.Path(folder), name)
+    if all(checks.wants(name) for name in CASES):
+        covered(checks)
     checks.finish()
 
 
