@@ -4,7 +4,7 @@
 #include <string>
 #include <utility>
 #include <vector>
-#include "checkpoint/facts.hpp"
+#include "base/facts.hpp"
 #include "input/hdf5_file.hpp"
 #include "systems/model.hpp"
 

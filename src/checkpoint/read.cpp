@@ -1,8 +1,8 @@
 #include <set>
 #include <vector>
 #include "base/fault.hpp"
+#include "base/row_sum.hpp"
 #include "checkpoint/checkpoint.hpp"
-#include "checkpoint/row_sum.hpp"
 #include "output/h5.hpp"
 #include "output/h5md.hpp"
 

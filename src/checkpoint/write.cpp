@@ -3,8 +3,8 @@
 #include <cstring>
 #include "base/fault.hpp"
 #include "base/option_names.hpp"
+#include "base/row_sum.hpp"
 #include "checkpoint/checkpoint.hpp"
-#include "checkpoint/row_sum.hpp"
 #include "output/finite.hpp"
 #include "output/fresh_file.hpp"
 #include "output/h5.hpp"

@@ -11,10 +11,10 @@
 #include "input/hdf5_layout.hpp"
 #include "input/interactions.hpp"
 #include "input/validate.hpp"
+#include "lattice/break_limits.hpp"
+#include "lattice/columns.hpp"
+#include "lattice/spring_laws.hpp"
 #include "network/footprint.hpp"
-#include "physics/body/columns.hpp"
-#include "physics/pair/break_limits.hpp"
-#include "physics/pair/springs/registry.hpp"
 
 namespace bs {
 

@@ -10,7 +10,7 @@ namespace bs {
 /// Collective. Each rank reads its rows of the lattice in file `path`, and no others.
 ///
 /// /particles/position (N,d), /particles/mass (N); optional velocity (N,d), fixed (N) of 0 and 1, id (N), and the columns (N) of
-/// physics/body/columns.hpp by their names (radius, drag).
+/// lattice/columns.hpp by their names (radius, drag).
 /// /springs, optional: pairs (M,2) 0-based, stiffness (M); optional rest_length (M; absent: NaN), damping (M).
 /// Optional, too: law (M), places in the list of names that is the attribute spring_laws of /; columns (M) of what the laws take
 /// and carry, by their names in physics/pair/springs/registry.hpp (stiffness_2, yield_force, plastic_stretch, ...).

@@ -6,10 +6,10 @@
 
 #include "base/fault.hpp"
 #include "input/spring_options.hpp"
-#include "physics/body/columns.hpp"
-#include "physics/interactions/registry.hpp"
-#include "physics/pair/break_limits.hpp"
-#include "physics/pair/springs/registry.hpp"
+#include "lattice/break_limits.hpp"
+#include "lattice/columns.hpp"
+#include "lattice/interaction_schemas.hpp"
+#include "lattice/spring_laws.hpp"
 
 namespace bs {
 

@@ -13,7 +13,7 @@ struct Hdf5Layout {
   bool trajectory;
   std::string position, velocity, mass, fixed, id;
   std::string springs, pairs, stiffness, rest_length, damping;
-  /// Where particles keep other numbers than these (physics/body/columns.hpp).
+  /// Where particles keep other numbers than these (lattice/columns.hpp).
   std::string particle_column(const std::string& name) const { return (trajectory ? "/particles/trajectory/" : "/particles/") + name; }
   /// Where springs keep other numbers than these: what laws take, and what they carry from step to step.
   std::string column(const std::string& name) const { return (trajectory ? "/connectivity/bonds_" : "/springs/") + name; }

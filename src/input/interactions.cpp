@@ -5,7 +5,7 @@
 
 #include "base/fault.hpp"
 #include "input/remote.hpp"
-#include "physics/interactions/registry.hpp"
+#include "lattice/interaction_schemas.hpp"
 
 namespace bs {
 

@@ -5,7 +5,7 @@
 #include <cmath>
 
 #include "base/fault.hpp"
-#include "physics/pair/springs/registry.hpp"
+#include "lattice/spring_laws.hpp"
 
 namespace bs {
 

@@ -6,7 +6,7 @@
 
 #include "base/options.hpp"
 #include "lattice/lattice.hpp"
-#include "physics/pair/springs/law.hpp"
+#include "lattice/spring_laws.hpp"
 
 namespace bs {
 

@@ -7,8 +7,8 @@
 #include "base/memory_room.hpp"
 #include "input/interactions.hpp"
 #include "input/remote.hpp"
+#include "lattice/columns.hpp"
 #include "network/footprint.hpp"
-#include "physics/body/columns.hpp"
 
 namespace bs {
 

@@ -1,16 +1,10 @@
 #include "network/interactions.hpp"
 #include <algorithm>
 #include <tuple>
+#include "lattice/interaction_schemas.hpp"
 #include "network/exchange.hpp"
-#include "physics/interactions/registry.hpp"
 
 namespace bs {
-
-template <class... Laws>
-static constexpr bool fit_records(const std::tuple<Laws...>*) {
-  return ((Laws::ends <= InteractionRecord::MOST_ENDS && Laws::parameters <= InteractionRecord::MOST_PARAMETERS) && ...);
-}
-static_assert(fit_records(static_cast<const InteractionLaws*>(nullptr)), "records hold fewer ends or parameters than a law has");
 
 // By way of the chunks that hold the ends, since only those know the new owners.
 PetscErrorCode collect_interactions(MPI_Comm comm, const Lattice& lattice, const Chunks& chunks, const std::vector<int>& rank_of,

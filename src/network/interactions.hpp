@@ -1,15 +1,15 @@
 // Interactions of several particles on their way to the ranks that own an end of them.
 #pragma once
 #include <vector>
+#include "lattice/interaction_schemas.hpp"
 #include "network/migrate.hpp"
 
 namespace bs {
 
 /// An interaction as one of its ends' owner gets it.
 struct InteractionRecord {
-  static constexpr int MOST_ENDS = 4, MOST_PARAMETERS = 4;
   std::int64_t row, end[MOST_ENDS];
-  double parameter[MOST_PARAMETERS];
+  double parameter[MOST_INTERACTION_PARAMETERS];
   int owned;  ///< which end is this rank's
 };
 

@@ -6,8 +6,8 @@
 #include <vector>
 #include "base/handle.hpp"
 #include "base/huge_pages.hpp"
+#include "lattice/columns.hpp"
 #include "lattice/lattice.hpp"
-#include "physics/body/columns.hpp"
 
 namespace bs {
 
@@ -78,7 +78,7 @@ struct Network {
   const Cell* cell = nullptr;          ///< the box in the course of time (systems/particles/cell.hpp); null: none
   // owned
   std::vector<double> velocity;       ///< (n, d)
-  ParticleColumns columns;            ///< what the lattice gives of physics/body/columns.hpp
+  ParticleColumns columns;            ///< what the lattice gives of lattice/columns.hpp
   std::vector<std::int64_t> row, id;  ///< row in the input and the user's number
   Links links;
   Anchors anchors;

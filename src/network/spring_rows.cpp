@@ -1,7 +1,7 @@
 #include "network/spring_rows.hpp"
 #include <petscsf.h>
 #include <algorithm>
-#include "physics/pair/springs/mixed.hpp"
+#include "lattice/spring_laws.hpp"
 
 namespace bs {
 
@@ -24,13 +24,7 @@ void SpringRows::fill(std::size_t k, double* more) const {
 double SpringRows::rate(std::size_t k) const {
   double more[SPRING_WIDTH] = {};
   fill(k, more);
-  double rate = 0;
-  with_spring_law(law(k), [&](auto law) {
-    using Law = decltype(law);
-    if constexpr (takes_more<Law>) rate = spring_rate<Law>(lattice_.stiffness[k], lattice_.rest_length[k], static_cast<const double*>(more));
-    else rate = spring_rate<Law>(lattice_.stiffness[k], lattice_.rest_length[k]);
-  });
-  return rate;
+  return spring_rate_at_rest(static_cast<std::size_t>(law(k)), lattice_.stiffness[k], lattice_.rest_length[k], more);
 }
 
 int anchor_law(const Lattice& lattice) {

@@ -5,7 +5,7 @@
 #include <memory>
 #include <string>
 #include <vector>
-#include "output/step_record.hpp"
+#include "solvers/step_record.hpp"
 #include "systems/model.hpp"
 
 namespace bs {

@@ -1,7 +1,7 @@
 // The interface between the systems that are integrated (first-order form F(t, y, y') = 0) and the methods (solvers/, time/). A model does not depend
 // on TS types; the callbacks of TS are thin wrappers around these methods.
 #pragma once
-#include <petscts.h>
+#include <petscksp.h>
 #include <array>
 #include <cstdint>
 #include <memory>

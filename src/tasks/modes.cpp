@@ -3,11 +3,11 @@
 #include <cmath>
 #include "base/fault.hpp"
 #include "base/options.hpp"
-#include "tasks/box_stress.hpp"
 #include "tasks/foreign_options.hpp"
 #include "tasks/matrices.hpp"
 #include "tasks/modes_parts.hpp"
-#include "tasks/statics.hpp"
+#include "tasks/statics/box_stress.hpp"
+#include "tasks/statics/statics.hpp"
 #include "tasks/unused.hpp"
 
 namespace bs {

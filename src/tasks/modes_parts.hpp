@@ -3,9 +3,9 @@
 #include <memory>
 #include <string>
 #include <vector>
+#include "base/warnings.hpp"
 #include "output/progress.hpp"
 #include "output/trajectory.hpp"
-#include "output/warnings.hpp"
 #include "solvers/eigen/mode_solver.hpp"
 #include "tasks/run_options.hpp"
 

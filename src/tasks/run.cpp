@@ -5,8 +5,8 @@
 #include "output/finite.hpp"
 #include "systems/breaks.hpp"
 #include "systems/mechanics.hpp"
-#include "tasks/box_stress.hpp"
 #include "tasks/run_parts.hpp"
+#include "tasks/statics/box_stress.hpp"
 
 namespace bs {
 

@@ -2,8 +2,8 @@
 #pragma once
 #include <functional>
 #include <memory>
+#include "base/warnings.hpp"
 #include "output/progress.hpp"
-#include "output/warnings.hpp"
 #include "tasks/adviser.hpp"
 #include "tasks/findings.hpp"
 #include "tasks/run_options.hpp"

@@ -2,10 +2,10 @@
 #include <cmath>
 #include "base/fault.hpp"
 #include "output/report.hpp"
-#include "solvers/linear_defaults.hpp"
 #include "systems/breaks.hpp"
 #include "tasks/run_parts.hpp"
 #include "tasks/unused.hpp"
+#include "time/implicit/linear_defaults.hpp"
 
 namespace bs {
 

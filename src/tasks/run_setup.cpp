@@ -4,11 +4,11 @@
 #include <cmath>
 #include "base/fault.hpp"
 #include "base/options.hpp"
-#include "solvers/solver_setup.hpp"
 #include "tasks/foreign_options.hpp"
 #include "tasks/matrices.hpp"
 #include "tasks/run_parts.hpp"
 #include "tasks/unused.hpp"
+#include "time/implicit/solver_setup.hpp"
 
 namespace bs {
 namespace {

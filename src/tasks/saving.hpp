@@ -1,5 +1,6 @@
 // When checkpoints are written, and what goes into them.
 #pragma once
+#include <petscts.h>
 #include <string>
 #include "checkpoint/checkpoint.hpp"
 #include "output/trajectory.hpp"

@@ -1,7 +1,7 @@
 // The stability limit of explicit steps, watched while the system changes.
 #pragma once
 #include <petscts.h>
-#include "output/warnings.hpp"
+#include "base/warnings.hpp"
 #include "tasks/adviser.hpp"
 
 namespace bs {

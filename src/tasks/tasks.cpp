@@ -3,7 +3,7 @@
 #include "base/options.hpp"
 #include "tasks/modes.hpp"
 #include "tasks/run.hpp"
-#include "tasks/statics.hpp"
+#include "tasks/statics/statics.hpp"
 
 namespace bs {
 

@@ -2,7 +2,7 @@
 #pragma once
 #include <cstdint>
 #include <string>
-#include "output/warnings.hpp"
+#include "base/warnings.hpp"
 #include "systems/model.hpp"
 
 namespace bs {

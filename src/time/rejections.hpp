@@ -3,10 +3,10 @@
 #include <petscts.h>
 #include <cstdint>
 #include <string>
-#include "checkpoint/facts.hpp"
-#include "output/rejection_reasons.hpp"
-#include "solvers/linear_check.hpp"
+#include "base/facts.hpp"
+#include "solvers/rejection_reasons.hpp"
 #include "systems/model.hpp"
+#include "time/implicit/linear_check.hpp"
 #include "time/stepping/attempts.hpp"
 #include "time/ts_setup.hpp"
 

@@ -4,10 +4,10 @@
 #include <petscts.h>
 #include <functional>
 #include <string>
-#include "output/step_record.hpp"
+#include "solvers/step_record.hpp"
 #include "systems/model.hpp"
 #include "time/history.hpp"
-#include "time/linear_reuse.hpp"
+#include "time/implicit/linear_reuse.hpp"
 #include "time/rejections.hpp"
 #include "time/stepping/output_clock.hpp"
 #include "time/stepping/step_counts.hpp"

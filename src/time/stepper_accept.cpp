@@ -1,8 +1,8 @@
 // After a step: whether it is good, what is kept of it, and what follows.
 #include <cmath>
+#include "base/signals.hpp"
 #include "solvers/condensed/condensed.hpp"
 #include "systems/breaks.hpp"
-#include "tasks/signals.hpp"
 #include "time/kept_acceleration.hpp"
 #include "time/stepper.hpp"
 #include "time/ts_queries.hpp"

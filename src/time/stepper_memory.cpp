@@ -2,7 +2,7 @@
 #include <cmath>
 #include "base/fault.hpp"
 #include "solvers/condensed/condensed.hpp"
-#include "solvers/solver_setup.hpp"
+#include "time/implicit/solver_setup.hpp"
 #include "time/stepper.hpp"
 #include "time/ts_queries.hpp"
 

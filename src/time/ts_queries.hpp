@@ -1,7 +1,7 @@
 // Queries on a TS that several parts of the solver need.
 #pragma once
 #include <petscts.h>
-#include "time/stepping/rounding.hpp"
+#include "base/rounding.hpp"
 
 namespace bs {
 

@@ -1,10 +1,10 @@
 #include "time/ts_setup.hpp"
 #include "base/fault.hpp"
 #include "solvers/condensed/condensed.hpp"
-#include "solvers/linear_defaults.hpp"
 #include "solvers/newton/search/searches.hpp"
 #include "solvers/pivots.hpp"
 #include "time/alpha2.hpp"
+#include "time/implicit/linear_defaults.hpp"
 #include "time/method_check.hpp"
 #include "time/stepping_check.hpp"
 #include "time/ts_queries.hpp"
@@ -59,6 +59,14 @@ PetscErrorCode choose_method(TS ts, const char* type, TSContext* context) {
   PetscFunctionReturn(0);
 }
 
+PetscErrorCode attempt_of(TS ts, NewtonStep* step) {
+  PetscFunctionBegin;
+  PetscCall(TSGetTime(ts, &step->time));
+  PetscCall(TSGetTimeStep(ts, &step->h));
+  PetscCall(TSGetSolution(ts, &step->start));
+  PetscFunctionReturn(0);
+}
+
 PetscErrorCode set_implicit(TS ts, Model& model, TSContext* context) {
   SNES snes;
   PetscFunctionBegin;
@@ -74,9 +82,10 @@ PetscErrorCode set_implicit(TS ts, Model& model, TSContext* context) {
   PetscCall(SNESSetTolerances(snes, 0.0, context->pace.rtol, 1e-14, 50, PETSC_DEFAULT));
   NewtonSettings settings;
   settings.model = &model;
+  settings.step = [ts](NewtonStep* step) { return attempt_of(ts, step); };
   settings.form = context->form;
   settings.affine = context->form == Form::momentum && context->method->traits->affine;
-  PetscCall(context->newton.attach(ts, snes, settings));
+  PetscCall(context->newton.attach(snes, settings));
   PetscCall(set_linear_defaults(ts, model, &context->newton));
   PetscFunctionReturn(0);
 }

@@ -4,10 +4,10 @@
 #include <string>
 #include "base/handle.hpp"
 #include "solvers/newton/convergence.hpp"
-#include "solvers/newton/predictor.hpp"
 #include "systems/model.hpp"
+#include "time/implicit/predictor.hpp"
+#include "time/implicit/rosenbrock.hpp"
 #include "time/methods.hpp"
-#include "time/rosenbrock.hpp"
 
 namespace bs {
 

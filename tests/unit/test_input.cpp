@@ -15,7 +15,7 @@
 #include "input/remote.hpp"
 #include "input/text_file.hpp"
 #include "input/validate.hpp"
-#include "physics/body/columns.hpp"
+#include "lattice/columns.hpp"
 #include "spoken.hpp"
 
 using namespace bs;

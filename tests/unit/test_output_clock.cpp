@@ -1,9 +1,9 @@
 // Output times, what rounding leaves of them, and what falls due by the wall clock.
 #include <catch2/catch.hpp>
 
+#include "base/rounding.hpp"
 #include "time/stepping/attempts.hpp"
 #include "time/stepping/output_clock.hpp"
-#include "time/stepping/rounding.hpp"
 #include "time/stepping/wall_schedule.hpp"
 
 using namespace bs;

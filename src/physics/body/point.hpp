@@ -1,6 +1,6 @@
 // What a particle law sees: one particle at one moment.
 #pragma once
-#include "physics/body/columns.hpp"
+#include "lattice/columns.hpp"
 
 namespace bs {
 

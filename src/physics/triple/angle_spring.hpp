@@ -11,7 +11,7 @@
 #include <cmath>
 #include <limits>
 
-#include "physics/interactions/law.hpp"
+#include "lattice/interaction_schemas.hpp"
 #include "physics/vector.hpp"
 
 namespace bs {

@@ -3,7 +3,7 @@
 // by an inner KSP with the prefix condensed_. Half the unknowns and a symmetric matrix. With an exact inner solve it is the
 // inverse of the Jacobian: the outer KSP is then preonly, and the outer tolerance is handed to the inner solve.
 #pragma once
-#include <petscts.h>
+#include <petscksp.h>
 #include <string>
 #include "systems/tangent.hpp"
 

@@ -2,10 +2,9 @@
 #include <algorithm>
 #include <cmath>
 #include <cstring>
+#include "base/rounding.hpp"
 #include "solvers/newton/search/energy.hpp"
 #include "solvers/newton/search/searches.hpp"
-#include "time/stepping/rounding.hpp"
-#include "time/ts_queries.hpp"
 
 namespace bs {
 
@@ -133,11 +132,11 @@ PetscErrorCode NewtonPolicy::test(SNES snes, PetscInt it, PetscReal xnorm, Petsc
 }
 
 PetscErrorCode NewtonPolicy::begin_solve(const ResidualNorms& now) {
-  PetscReal h;
+  NewtonStep step;
   PetscFunctionBegin;
-  PetscCall(TSGetTimeStep(ts_, &h));
-  solve_.inverse_h = 1 / h;
-  lengths_.begin(h);
+  PetscCall(settings_.step(&step));
+  solve_.inverse_h = 1 / step.h;
+  lengths_.begin(step.h);
   if (solve_.inverse_h != floor_inverse_h_) PetscCall(estimate_floor(solve_.inverse_h));
   for (int k = 0; k < 2; ++k) solve_.first[k] = std::max(now[k], reference_[k]);
   reference_ = {0, 0};
@@ -215,21 +214,18 @@ PetscErrorCode NewtonPolicy::judge(SNES snes, const Norms& at, SNESConvergedReas
 }
 
 PetscErrorCode NewtonPolicy::estimate_floor(double inverse_h) {
-  Vec y;
-  PetscReal time;
+  NewtonStep step;
   PetscFunctionBegin;
-  PetscCall(TSGetSolution(ts_, &y));
-  PetscCall(TSGetTime(ts_, &time));
-  PetscCall(model().residual_floor(time, y, inverse_h, settings_.form, &solve_.floor));
+  PetscCall(settings_.step(&step));
+  PetscCall(model().residual_floor(step.time, step.start, inverse_h, settings_.form, &solve_.floor));
   floor_inverse_h_ = inverse_h;
   PetscFunctionReturn(0);
 }
 
-PetscErrorCode NewtonPolicy::attach(TS ts, SNES snes, const NewtonSettings& settings) {
+PetscErrorCode NewtonPolicy::attach(SNES snes, const NewtonSettings& settings) {
   char type[64] = SNESNEWTONLS, search_type[64] = "energy";
   PetscBool given = PETSC_FALSE, bounded = PETSC_FALSE;
   PetscFunctionBegin;
-  ts_ = ts;
   settings_ = settings;
   PetscCall(SNESSetConvergenceTest(snes, test, this, nullptr));
   PetscCall(set_search_policy(snes, this));

@@ -1,18 +1,27 @@
 // The convergence test of Newton's method: the kinematic and the momentum residual are tested separately, since their units differ.
 #pragma once
-#include <petscts.h>
+#include <petscsnes.h>
 #include <algorithm>
 #include <array>
 #include <cstdint>
+#include <functional>
+#include "base/facts.hpp"
 #include "base/handle.hpp"
-#include "checkpoint/facts.hpp"
 #include "systems/model.hpp"
 
 namespace bs {
 
+/// The attempt that a solve belongs to.
+struct NewtonStep {
+  double time = 0;      ///< where it starts [s]
+  double h = 1;         ///< its length [s]
+  Vec start = nullptr;  ///< the state it starts from, borrowed
+};
+
 /// Settings of Newton's method; set once, before the first solve.
 struct NewtonSettings {
   Model* model = nullptr;
+  std::function<PetscErrorCode(NewtonStep*)> step = {};  ///< the attempt under way
   Form form = Form::momentum;
   bool affine = false;  ///< the type solves F(t, y, sigma y + c) = b for y in momentum form
   /// Whether descent directions of the potential are sufficient for the search, instead of solutions of Newton's system.
@@ -90,7 +99,7 @@ class NewtonPolicy {
 
   /// Sets the test, and the line search unless -snes_linesearch_type or another -snes_type is given.
   /// `settings.directions` is determined here.
-  PetscErrorCode attach(TS ts, SNES snes, const NewtonSettings& settings);
+  PetscErrorCode attach(SNES snes, const NewtonSettings& settings);
   void loosen_linear_solves() { settings_.forcing = true; }
   /// Whether solves may take all of -snes_max_it whatever shorter steps took (pseudo time).
   void persist(bool on) { persists_ = on; }
@@ -107,7 +116,7 @@ class NewtonPolicy {
   Model& model() const { return *settings_.model; }
   /// Rounding errors of the residual, as estimated last.
   const ResidualNorms& floor() const { return solve_.floor; }
-  /// Collective. Rounding errors near the state `ts` is at, for an attempt of length 1/inverse_h [s]: before every attempt.
+  /// Collective. Rounding errors near the state that the step starts from, for an attempt of length 1/inverse_h [s]: before every attempt.
   PetscErrorCode estimate_floor(double inverse_h);
   /// The next solve does not start where the step began: the residual there.
   void set_reference(const ResidualNorms& norms) { reference_ = norms; }
@@ -134,7 +143,6 @@ class NewtonPolicy {
 
   NewtonSettings settings_;
   NewtonSolve solve_;
-  TS ts_ = nullptr;
   ResidualNorms reference_ = {0, 0};  ///< residual where the step began, if Newton starts elsewhere (0: it does not)
   double floor_inverse_h_ = 0;        ///< 1/h the rounding errors were estimated for [1/s]
   std::int64_t at_floor_ = 0, uneven_ = 0, loose_ = 0;

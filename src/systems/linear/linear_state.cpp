@@ -1,5 +1,5 @@
 // The state of a linear system in the input's order, which is its own, and what tells the system from others.
-#include "checkpoint/row_sum.hpp"
+#include "base/row_sum.hpp"
 #include "systems/linear/linear_model.hpp"
 
 namespace bs {

@@ -1,7 +1,7 @@
 // The state of a particle system in the input's order, and what tells its lattice from others.
 #include <algorithm>
 #include <string>
-#include "checkpoint/row_sum.hpp"
+#include "base/row_sum.hpp"
 #include "systems/particles/interactions/interaction_output.hpp"
 #include "systems/particles/particle_model.hpp"
 

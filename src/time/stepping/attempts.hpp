@@ -1,7 +1,7 @@
 // When the attempts at one step end: by -bs_step_min, -bs_step_max_cuts, or the rounding of the time.
 #pragma once
 #include <cstdint>
-#include "time/stepping/rounding.hpp"
+#include "base/rounding.hpp"
 
 namespace bs {
 

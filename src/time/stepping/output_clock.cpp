@@ -1,7 +1,7 @@
 #include "time/stepping/output_clock.hpp"
 #include <algorithm>
 #include <cmath>
-#include "time/stepping/rounding.hpp"
+#include "base/rounding.hpp"
 
 namespace bs {
 

@@ -1,7 +1,7 @@
 // Output times: start + k interval, k = 1, 2, ..., and the end of the run.
 #pragma once
 #include <cstdint>
-#include "checkpoint/facts.hpp"
+#include "base/facts.hpp"
 
 namespace bs {
 

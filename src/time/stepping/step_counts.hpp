@@ -1,8 +1,8 @@
 // What a run has done, step by step, over the runs it continues.
 #pragma once
 #include <cstdint>
-#include "checkpoint/facts.hpp"
-#include "output/step_record.hpp"
+#include "base/facts.hpp"
+#include "solvers/step_record.hpp"
 
 namespace bs {
 

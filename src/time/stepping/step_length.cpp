@@ -2,7 +2,7 @@
 #include <algorithm>
 #include <cmath>
 #include "base/format.hpp"
-#include "time/stepping/rounding.hpp"
+#include "base/rounding.hpp"
 
 namespace bs {
 namespace {

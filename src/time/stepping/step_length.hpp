@@ -2,7 +2,7 @@
 #pragma once
 #include <cstdint>
 #include <string>
-#include "checkpoint/facts.hpp"
+#include "base/facts.hpp"
 
 namespace bs {
 

@@ -1,21 +1,9 @@
 // The data that every spring law provides besides its formulas (registry.hpp).
 #pragma once
 #include <array>
+#include "lattice/spring_laws.hpp"
 
 namespace bs {
-
-/// A number of each spring beyond stiffness and rest length. `name` is that of the dataset /springs/NAME, of the trajectory's
-/// /connectivity/bonds_NAME and, for a whole lattice, of the option -bs_spring_NAME.
-struct SpringParameter {
-  const char *name, *meaning, *unit;
-  bool nonnegative;  ///< else any finite number
-  bool needed;       ///< else 0 where it is not given; of a law's parameters at least one must be
-};
-
-/// A number that a spring carries from step to step; 0 at first, or /springs/NAME. Written as /backspring/NAME.
-struct SpringHistory {
-  const char *name, *unit;
-};
 
 /// What holds unless a law says otherwise. A law has, for length l, stiffness k, rest length L and p = its parameters, then its
 /// history (no argument p where it has neither):

@@ -5,8 +5,8 @@
 #include <limits>
 #include <string>
 #include <vector>
+#include "lattice/break_limits.hpp"
 #include "lattice/lattice.hpp"
-#include "physics/pair/break_limits.hpp"
 
 namespace bs {
 

@@ -1,6 +1,6 @@
 // What a frame file and a fingerprint hold of interactions.
 #include "systems/particles/interactions/interaction_output.hpp"
-#include "checkpoint/row_sum.hpp"
+#include "base/row_sum.hpp"
 #include "input/interactions.hpp"
 #include "physics/interactions/registry.hpp"
 

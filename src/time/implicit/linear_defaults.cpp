@@ -1,4 +1,4 @@
-#include "solvers/linear_defaults.hpp"
+#include "time/implicit/linear_defaults.hpp"
 #include <string>
 #include "base/options.hpp"
 #include "solvers/condensed/choice.hpp"

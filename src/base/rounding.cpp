@@ -1,4 +1,4 @@
-#include "time/stepping/rounding.hpp"
+#include "base/rounding.hpp"
 #include "base/format.hpp"
 
 namespace bs {

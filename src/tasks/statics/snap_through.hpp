@@ -2,9 +2,9 @@
 #pragma once
 #include <petscts.h>
 #include <cstdint>
-#include "checkpoint/facts.hpp"
-#include "output/warnings.hpp"
-#include "solvers/pseudo_time.hpp"
+#include "base/facts.hpp"
+#include "base/warnings.hpp"
+#include "tasks/statics/pseudo_time.hpp"
 
 namespace bs {
 

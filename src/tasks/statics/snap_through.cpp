@@ -1,4 +1,4 @@
-#include "solvers/snap_through.hpp"
+#include "tasks/statics/snap_through.hpp"
 #include <algorithm>
 #include <cmath>
 #include <limits>

@@ -1,4 +1,4 @@
-#include "solvers/newton/predictor.hpp"
+#include "time/implicit/predictor.hpp"
 #include <algorithm>
 #include <cmath>
 #include "systems/layout.hpp"

@@ -1,4 +1,4 @@
-#include "tasks/stability.hpp"
+#include "tasks/statics/stability.hpp"
 #include <algorithm>
 #include "base/fault.hpp"
 #include "base/options.hpp"

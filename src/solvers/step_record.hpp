@@ -1,7 +1,7 @@
 // One good step, as the log of steps holds it.
 #pragma once
 #include <cstdint>
-#include "output/rejection_reasons.hpp"
+#include "solvers/rejection_reasons.hpp"
 
 namespace bs {
 

@@ -3,8 +3,8 @@
 #include <petscts.h>
 #include "base/handle.hpp"
 #include "solvers/condensed/condensed.hpp"
-#include "solvers/pseudo_time.hpp"
 #include "systems/equilibrium.hpp"
+#include "tasks/statics/pseudo_time.hpp"
 #include "time/ts_setup.hpp"
 
 namespace bs {

@@ -1,4 +1,4 @@
-#include "solvers/linear_check.hpp"
+#include "time/implicit/linear_check.hpp"
 #include <algorithm>
 #include <cmath>
 #include "solvers/condensed/condensed.hpp"

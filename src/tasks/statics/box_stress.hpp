@@ -3,7 +3,7 @@
 #include <petscts.h>
 #include <functional>
 #include <vector>
-#include "output/warnings.hpp"
+#include "base/warnings.hpp"
 #include "systems/equilibrium.hpp"
 #include "tasks/box_tangent.hpp"
 #include "tasks/findings.hpp"

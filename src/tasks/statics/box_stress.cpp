@@ -1,4 +1,4 @@
-#include "tasks/box_stress.hpp"
+#include "tasks/statics/box_stress.hpp"
 #include <algorithm>
 #include <cmath>
 #include "base/fault.hpp"

@@ -1,4 +1,4 @@
-#include "solvers/pseudo_time.hpp"
+#include "tasks/statics/pseudo_time.hpp"
 #include <petsc/private/tsimpl.h>
 #include <algorithm>
 #include "solvers/condensed/condensed.hpp"

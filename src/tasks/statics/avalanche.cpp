@@ -1,9 +1,9 @@
-#include "tasks/avalanche.hpp"
+#include "tasks/statics/avalanche.hpp"
 #include <algorithm>
 #include <cmath>
 #include "base/fault.hpp"
 #include "base/options.hpp"
-#include "tasks/signals.hpp"
+#include "base/signals.hpp"
 
 namespace bs {
 

@@ -1,7 +1,7 @@
-#include "solvers/solver_setup.hpp"
+#include "time/implicit/solver_setup.hpp"
 #include "solvers/condensed/condensed.hpp"
 #include "solvers/pivots.hpp"
-#include "time/linear_reuse.hpp"
+#include "time/implicit/linear_reuse.hpp"
 #include "time/ts_queries.hpp"
 
 namespace bs {

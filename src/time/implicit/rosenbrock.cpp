@@ -1,4 +1,4 @@
-#include "time/rosenbrock.hpp"
+#include "time/implicit/rosenbrock.hpp"
 #include <algorithm>
 #include <array>
 #include <cmath>

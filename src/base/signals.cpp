@@ -1,4 +1,4 @@
-#include "tasks/signals.hpp"
+#include "base/signals.hpp"
 #include <unistd.h>
 #include <csignal>
 #include <cstdlib>

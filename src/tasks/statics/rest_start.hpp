@@ -3,8 +3,8 @@
 #include <petscts.h>
 #include <cstdint>
 #include <vector>
-#include "output/warnings.hpp"
-#include "solvers/pseudo_time.hpp"
+#include "base/warnings.hpp"
+#include "tasks/statics/pseudo_time.hpp"
 
 namespace bs {
 

@@ -3,7 +3,7 @@
 #include <petscts.h>
 #include <cstdint>
 #include <vector>
-#include "output/warnings.hpp"
+#include "base/warnings.hpp"
 #include "systems/equilibrium.hpp"
 #include "time/ts_setup.hpp"
 

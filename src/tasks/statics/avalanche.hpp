@@ -2,9 +2,9 @@
 #pragma once
 #include <functional>
 #include <string>
-#include "solvers/pseudo_time.hpp"
 #include "systems/breaks.hpp"
 #include "systems/equilibrium.hpp"
+#include "tasks/statics/pseudo_time.hpp"
 
 namespace bs {
 

@@ -3,7 +3,7 @@
 #include <petscsys.h>
 #include <string>
 #include <vector>
-#include "checkpoint/facts.hpp"
+#include "base/facts.hpp"
 
 namespace bs {
 

@@ -1,4 +1,4 @@
-#include "time/linear_reuse.hpp"
+#include "time/implicit/linear_reuse.hpp"
 #include <cmath>
 #include "base/fault.hpp"
 #include "solvers/pivots.hpp"

@@ -1,4 +1,4 @@
-#include "output/warnings.hpp"
+#include "base/warnings.hpp"
 #include <algorithm>
 #include <sstream>
 #include "base/fault.hpp"

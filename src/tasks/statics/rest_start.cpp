@@ -1,4 +1,4 @@
-#include "tasks/rest_start.hpp"
+#include "tasks/statics/rest_start.hpp"
 #include <utility>
 #include "solvers/condensed/condensed.hpp"
 #include "time/replay.hpp"

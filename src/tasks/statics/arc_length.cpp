@@ -1,4 +1,4 @@
-#include "solvers/arc_length.hpp"
+#include "tasks/statics/arc_length.hpp"
 #include <cmath>
 #include "solvers/condensed/condensed.hpp"
 #include "solvers/own_solve.hpp"

@@ -1,4 +1,4 @@
-#include "tasks/load_options.hpp"
+#include "tasks/statics/load_options.hpp"
 #include <string>
 #include <utility>
 #include <vector>

@@ -1,23 +1,23 @@
-#include "tasks/statics.hpp"
+#include "tasks/statics/statics.hpp"
 #include <algorithm>
 #include <cmath>
 #include <limits>
 #include <string>
 #include "base/fault.hpp"
-#include "solvers/arc_length.hpp"
-#include "solvers/pseudo_time.hpp"
-#include "solvers/snap_through.hpp"
 #include "systems/breaks.hpp"
 #include "systems/equilibrium.hpp"
-#include "tasks/avalanche.hpp"
-#include "tasks/box_stress.hpp"
 #include "tasks/compliance.hpp"
-#include "tasks/load_options.hpp"
 #include "tasks/matrices.hpp"
 #include "tasks/moduli.hpp"
-#include "tasks/rest_start.hpp"
 #include "tasks/run_parts.hpp"
-#include "tasks/stability.hpp"
+#include "tasks/statics/arc_length.hpp"
+#include "tasks/statics/avalanche.hpp"
+#include "tasks/statics/box_stress.hpp"
+#include "tasks/statics/load_options.hpp"
+#include "tasks/statics/pseudo_time.hpp"
+#include "tasks/statics/rest_start.hpp"
+#include "tasks/statics/snap_through.hpp"
+#include "tasks/statics/stability.hpp"
 
 namespace bs {
 namespace {

@@ -1,0 +1,52 @@
+// The laws of springs and dampers as readers, writers and checks see them; their formulas are in physics/pair.
+#pragma once
+#include <cstddef>
+#include <string>
+#include <utility>
+#include <vector>
+
+namespace bs {
+
+/// A number of each spring beyond stiffness and rest length. `name` is that of the dataset /springs/NAME, of the trajectory's
+/// /connectivity/bonds_NAME and, for a whole lattice, of the option -bs_spring_NAME.
+struct SpringParameter {
+  const char *name, *meaning, *unit;
+  bool nonnegative;  ///< else any finite number
+  bool needed;       ///< else 0 where it is not given; of a law's parameters at least one must be
+};
+
+/// A number that a spring carries from step to step; 0 at first, or /springs/NAME. Written as /backspring/NAME.
+struct SpringHistory {
+  const char *name, *unit;
+};
+
+/// A law of springs; its place in the list is what lattices and checkpoints hold.
+struct SpringLawInfo {
+  const char *name, *title;
+  std::vector<SpringParameter> parameters;
+  std::vector<SpringHistory> history;
+  bool zero_rest, softens;
+  std::size_t width() const { return parameters.size() + history.size(); }
+};
+
+/// The most numbers that any law takes beyond stiffness and rest length.
+inline constexpr std::size_t SPRING_WIDTH = 4;
+
+/// All laws of springs.
+const std::vector<SpringLawInfo>& spring_laws();
+std::vector<std::string> spring_law_names();
+
+/// The force per length of a spring of the law at `place`, for estimates [N/m]; more: its parameters, then its history.
+double spring_rate_at_rest(std::size_t place, double k, double L, const double* more);
+
+/// Name and formula of all laws of dampers.
+const std::vector<std::pair<std::string, std::string>>& damper_laws();
+std::vector<std::string> damper_law_names();
+
+/// Every parameter that some law takes, each name once.
+std::vector<SpringParameter> spring_parameters();
+
+/// Names of all histories that some law has, each once.
+std::vector<std::string> spring_histories();
+
+}  // namespace bs

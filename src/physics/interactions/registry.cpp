@@ -1,0 +1,17 @@
+#include "physics/interactions/registry.hpp"
+
+namespace bs {
+
+template <class... Laws>
+static constexpr bool fit_records(const std::tuple<Laws...>*) {
+  return ((Laws::ends <= MOST_ENDS && Laws::parameters <= MOST_INTERACTION_PARAMETERS) && ...);
+}
+static_assert(fit_records(static_cast<const InteractionLaws*>(nullptr)), "records hold fewer ends or parameters than a law has");
+
+const std::vector<InteractionSchema>& interaction_schemas() {
+  static const std::vector<InteractionSchema> schemas =
+      std::apply([](auto... law) { return std::vector<InteractionSchema>{decltype(law)::schema()...}; }, InteractionLaws{});
+  return schemas;
+}
+
+}  // namespace bs

@@ -1,0 +1,79 @@
+#include "physics/pair/springs/registry.hpp"
+#include <algorithm>
+
+namespace bs {
+
+template <class... Law>
+static constexpr std::size_t widest(const std::tuple<Law...>*) {
+  return std::max({Law::parameters.size() + Law::history.size()...});
+}
+static_assert(widest(static_cast<SpringLaws*>(nullptr)) == SPRING_WIDTH, "SPRING_WIDTH is what the widest law takes");
+
+template <class... Law>
+static std::vector<SpringLawInfo> describe_springs(const std::tuple<Law...>&) {
+  return {{Law::name,
+           Law::title,
+           {Law::parameters.begin(), Law::parameters.end()},
+           {Law::history.begin(), Law::history.end()},
+           Law::zero_rest,
+           Law::softens}...};
+}
+
+const std::vector<SpringLawInfo>& spring_laws() {
+  static const std::vector<SpringLawInfo> laws = describe_springs(SpringLaws{});
+  return laws;
+}
+
+const std::vector<std::pair<std::string, std::string>>& damper_laws() {
+  static const auto laws = std::apply(
+      [](auto... law) {
+        return std::vector<std::pair<std::string, std::string>>{{law.name, law.title}...};
+      },
+      DamperLaws{});
+  return laws;
+}
+
+double spring_rate_at_rest(std::size_t place, double k, double L, const double* more) {
+  double rate = 0;
+  with_spring_law(static_cast<int>(place), [&](auto law) {
+    using Law = decltype(law);
+    if constexpr (takes_more<Law>) rate = spring_rate<Law>(k, L, more);
+    else rate = spring_rate<Law>(k, L);
+  });
+  return rate;
+}
+
+std::vector<std::string> spring_law_names() {
+  std::vector<std::string> names;
+  for (const SpringLawInfo& law : spring_laws()) names.emplace_back(law.name);
+  return names;
+}
+
+std::vector<std::string> damper_law_names() {
+  std::vector<std::string> names;
+  for (const auto& law : damper_laws()) names.push_back(law.first);
+  return names;
+}
+
+std::vector<SpringParameter> spring_parameters() {
+  std::vector<SpringParameter> all;
+  const auto known = [&](const std::string& name) {
+    for (const SpringParameter& one : all)
+      if (name == one.name) return true;
+    return false;
+  };
+  for (const SpringLawInfo& law : spring_laws())
+    for (const SpringParameter& parameter : law.parameters)
+      if (!known(parameter.name)) all.push_back(parameter);
+  return all;
+}
+
+std::vector<std::string> spring_histories() {
+  std::vector<std::string> all;
+  for (const SpringLawInfo& law : spring_laws())
+    for (const SpringHistory& one : law.history)
+      if (std::find(all.begin(), all.end(), one.name) == all.end()) all.emplace_back(one.name);
+  return all;
+}
+
+}  // namespace bs

@@ -1,0 +1,60 @@
+#!/usr/bin/env python3
+"""The layers of the source hold: a folder of src includes only what the table of src/README.md lets it include, base nothing but itself, and what the
+table says of PETSc's types is so."""
+import argparse
+import pathlib
+import re
+import sys
+
+ROOT = pathlib.Path(__file__).resolve().parents[2]
+SOURCE = ROOT / "src"
+FOREIGN = {"physics": r"petsc|mpi\.h|\bMPI_|\bVec\b|\bMat\b", "lattice": r"petsc|mpi\.h|\bMPI_", "solvers": r"petscts|\bTS\b|\bTS[A-Z]\w*"}
+
+
+def table(text):
+    """folder -> the folders it may include, from the rows | `folder/` | holds | may include |."""
+    rows = re.findall(r"^\| `(\w+)/` \|.*\| ([^|]*) \|$", text, re.M)
+    return {name: set(re.findall(r"`(\w+)`", allowed)) for name, allowed in rows}
+
+
+def faults(files, allowed):
+    """What of the files {path below src: text} is against the table."""
+    found = []
+    for path, text in sorted(files.items()):
+        room = path.split("/")[0] if "/" in path else None
+        if room is None:
+            continue  # main
+        if room not in allowed:
+            found.append(f"{path}: the table of src/README.md has no row {room}/")
+            continue
+        for name in re.findall(r'^#include "([^"]+)"', text, re.M):
+            if name not in files:
+                found.append(f"{path}: there is no src/{name}")
+            elif name.split("/")[0] not in allowed[room] | {room} and allowed[room] != {"all"}:
+                found.append(f"{path} includes {name}: {room}/ may include {', '.join(sorted(allowed[room])) or 'nothing else'}")
+        code = re.sub(r'//[^\n]*|"(\\.|[^"\\\n])*"', "", re.sub(r'^#include "[^\n]*', "", text, flags=re.M))
+        if room in FOREIGN and (hit := re.search(FOREIGN[room], code)):
+            found.append(f"{path} names {hit.group(0)}, which {room}/ does not know")
+    return found
+
+
+def main():
+    argparse.ArgumentParser(description=__doc__).parse_args()
+    files = {str(p.relative_to(SOURCE)): p.read_text() for p in SOURCE.rglob("*") if p.suffix in (".hpp", ".cpp")}
+    files = {path: text for path, text in files.items() if not path.startswith("package/")}
+    allowed = table((SOURCE / "README.md").read_text())
+    found = faults(files, allowed)
+    # the test itself: what is wrong is seen
+    wrong = {"solvers/a.hpp": '#include "time/b.hpp"\nvoid f(TS ts);\n', "time/b.hpp": "", "attic/c.cpp": "", "lattice/d.cpp": '#include "lattice/none.hpp"\n'}
+    if len(faults(wrong, allowed)) != 4:
+        found.append("the test does not see " + "; ".join(wrong))
+    order = [name for name in allowed]
+    for name, others in allowed.items():
+        if others != {"all"}:
+            found += [f"the table lets {name}/ and {other}/ include one another" for other in others if name in allowed[other] and order.index(other) > order.index(name)]
+    print("\n".join(found) or f"{len(files)} files in {len(allowed)} folders keep to the table")
+    sys.exit(bool(found))
+
+
+if __name__ == "__main__":
+    main()
