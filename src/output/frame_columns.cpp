@@ -22,6 +22,7 @@ PetscErrorCode FieldColumn::describe(const Field& field, PetscInt columns) {
   PetscFunctionBegin;
   group_ = field.group;
   flat_ = field.flat;
+  whole_ = field.drawing;
   PetscCall(VecGetSize(field.vec, &size));
   PetscCall(VecGetLocalSize(field.vec, &local));
   PetscCall(VecGetBlockSize(field.vec, &block_));
@@ -45,7 +46,8 @@ PetscErrorCode FieldColumn::create(hid_t file, bool single) {
   BS_H5(H5Pset_chunk(list, axes, chunk));
   BS_H5(H5Pset_alloc_time(list, H5D_ALLOC_TIME_EARLY));
   if (together == 1) BS_H5(H5Pset_fill_time(list, H5D_FILL_TIME_NEVER));
-  set_ = H5(H5Dcreate2(file, (group_ + "/value").c_str(), single ? H5T_IEEE_F32LE : H5T_IEEE_F64LE, space, H5P_DEFAULT, list, H5P_DEFAULT), H5Dclose);
+  const hid_t type = whole_ ? H5T_STD_I32LE : single ? H5T_IEEE_F32LE : H5T_IEEE_F64LE;
+  set_ = H5(H5Dcreate2(file, (group_ + "/value").c_str(), type, space, H5P_DEFAULT, list, H5P_DEFAULT), H5Dclose);
   BS_H5(set_);
   if (together > 1) BS_H5(H5Dset_extent(set_, none));
   PetscFunctionReturn(0);
@@ -127,6 +129,7 @@ PetscErrorCode FieldColumn::extend(std::int64_t frames) {
   hsize_t extent[H5S_MAX_RANK];
 
   PetscFunctionBegin;
+  if (left_out_) PetscFunctionReturn(0);
   H5 space(H5Dget_space(set_), H5Sclose);
   BS_H5(H5Sget_simple_extent_dims(space, extent, nullptr));
   extent[0] = static_cast<hsize_t>(frames);
@@ -136,6 +139,7 @@ PetscErrorCode FieldColumn::extend(std::int64_t frames) {
 
 PetscErrorCode FieldColumn::write_rows(const hsize_t* start, const hsize_t* size, hid_t transfer, const double* data) const {
   PetscFunctionBegin;
+  if (left_out_) PetscFunctionReturn(0);
   H5 space(H5Dget_space(set_), H5Sclose);
   const int axes = H5Sget_simple_extent_ndims(space);
   H5 memory(H5Screate_simple(axes, size, nullptr), H5Sclose);

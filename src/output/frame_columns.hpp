@@ -18,6 +18,8 @@ class FieldColumn {
   /// otherwise, and then not filled with zeros before they are written), or opens it.
   PetscErrorCode create(hid_t file, bool single);
   PetscErrorCode open(hid_t file);
+  /// A continued file of an earlier version of the program has no such column: nothing is written.
+  void leave_out() { left_out_ = true; }
   const std::string& group() const { return group_; }
   hid_t id() const { return set_; }
   /// Bytes of a frame.
@@ -46,6 +48,7 @@ class FieldColumn {
   PetscInt first_ = 0, rows_ = 0, total_ = 0;  ///< of this rank, of all
   PetscInt block_ = 1, width_ = 1;             ///< numbers of a row in the Vec, and in the file
   bool flat_ = false;                          ///< rows of one number have no axis of their own
+  bool whole_ = false, left_out_ = false;      ///< whole numbers
   H5 set_;
   std::vector<double> waiting_;  ///< frames x rows x width
   std::vector<double> all_;      ///< rank 0: the same of all ranks, once gathered

@@ -81,7 +81,10 @@ static bool exists(hid_t file, const std::string& path) {
 
 PetscErrorCode Trajectory::Impl::find_layout() {
   PetscFunctionBegin;
-  for (FieldColumn& field : fields) PetscCall(field.open(file));
+  for (FieldColumn& field : fields) {
+    if (exists(file, field.group() + "/value")) PetscCall(field.open(file));
+    else field.leave_out();
+  }
   for (ObservableColumn& o : observables) {
     const std::string path = o.group() + "/value";
     o.left_out = !exists(file, path);

@@ -2,8 +2,10 @@
 
 #include <unistd.h>
 
+#include <algorithm>
 #include <cerrno>
 #include <cstring>
+#include <iterator>
 
 #include "base/fault.hpp"
 #include "output/finite.hpp"
@@ -171,7 +173,10 @@ PetscErrorCode Trajectory::write_frame(std::int64_t step, double time, const std
   PetscFunctionBegin;
   PetscCheck(impl_->usable, PETSC_COMM_SELF, PETSC_ERR_ORDER, "the file is closed");
   const IoWatch watch(format("cannot keep frame %lld for %s", (long long)frames(), impl_->options.file.c_str()), ": earlier frames are intact");
-  code = impl_->take(step, time, fields, observables);
+  std::vector<Field> kept;
+  const bool sidecar = impl_->options.xdmf && impl_->columns > 1;
+  std::copy_if(fields.begin(), fields.end(), std::back_inserter(kept), [&](const Field& field) { return sidecar || !field.drawing; });
+  code = impl_->take(step, time, kept, observables);
   if (code) impl_->usable = false;
   PetscCall(watch.settle(impl_->comm, code));
   if (impl_->options.flush == 0) PetscCall(flush());

@@ -117,7 +117,7 @@ std::string attribute(const std::string& name, const char* type, const char* cen
 
 /// The datasets of a trajectory that a viewer can show.
 struct Contents {
-  Item position, velocity, bonds, strain, broken, stress;
+  Item position, velocity, bonds, drawn, strain, broken, stress;
   std::vector<std::pair<std::string, Item>> of_particles, of_springs;
 
   PetscErrorCode find(hid_t file, const std::string& name) {
@@ -128,6 +128,7 @@ struct Contents {
     PetscCall(describe(file, name, particles + "velocity/value", &velocity));
     PetscCall(describe(file, name, bonds_path + "_drawn", &bonds));  // of a periodic box: without lines across it
     if (bonds.path.empty()) PetscCall(describe(file, name, bonds_path, &bonds));
+    PetscCall(describe(file, name, "/backspring/drawn/value", &drawn));  // where springs break: those that are whole at each frame
     PetscCall(describe(file, name, "/backspring/strain/value", &strain));
     PetscCall(describe(file, name, "/backspring/broken/value", &broken));
     PetscCall(describe(file, name, particles + "stress_volume/value", &stress));
@@ -150,7 +151,7 @@ struct Contents {
     else
       out += format("<Topology TopologyType=\"Polyline\" NodesPerElement=\"2\" NumberOfElements=\"%llu\">",
                     static_cast<unsigned long long>(bonds.shape[0])) +
-             whole(bonds) + "</Topology>\n";
+             (drawn.path.empty() ? whole(bonds) : slab(drawn, k)) + "</Topology>\n";
     out += format("<Geometry GeometryType=\"%s\">", position.shape[2] == 2 ? "XY" : "XYZ") + slab(position, k) + "</Geometry>\n";
     if (!velocity.path.empty()) out += attribute("velocity", "Vector", "Node", slab(velocity, k));
     const std::vector<std::string> parts = stress.path.empty() ? std::vector<std::string>{} : tensor_names(stress.shape[2]);

@@ -33,6 +33,7 @@ struct Field {
   bool flat = false;      ///< block size 1 written as (T, N), not (T, N, 1)
   RowSource source = {};  ///< where set, the rows come from here, and `vec` tells sizes alone; on one rank only
   bool gaps = false;      ///< NaN stands where there is no such quantity
+  bool drawing = false;   ///< whole numbers that viewers alone need: written in 4 bytes, where there is a sidecar that names them
 };
 
 /// Strings of one length (the same on every rank), padded with zeros, one behind the other.

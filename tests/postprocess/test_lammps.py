@@ -257,6 +257,35 @@ def driven(checks, folder):
     checks.below("which is far enough to tell", 0.2, np.abs(x[-1, inner] - x[0, inner]).max())
 
 
+def torn(checks, folder):
+    """The notched plate, smaller: no export has a broken spring, and the bonds of its data file have the elastic energy of the frame in LAMMPS."""
+    subprocess.run([checks.program, "-options_file", REPO / "options/problems/notched_plate.yaml", "-bs_lattice_size", "24,18", "-bs_break_notch", "-1,7.5,6,7.5", "-bs_load_steps", "12",
+                    "-bs_output", "torn.h5md", "-bs_overwrite", "-bs_progress_interval", "-1"], cwd=folder, env=environment(1), check=True, capture_output=True, timeout=120)
+    with h5py.File(folder / "torn.h5md") as f:
+        whole, elastic, drawn = f["backspring/broken/value"][...] == 0, f["observables/elastic_energy/value"][...], f["backspring/drawn/value"][...]
+    frames = len(whole)
+    left = whole.sum(axis=1)
+    checks.true("notched plate: springs break on the way", len(whole[0]) > left[0] > left[-1] > 0.5 * len(whole[0]), f"{len(whole[0])}, {left[0]} ... {left[-1]} in {frames} frames")
+    checks.true("notched plate: the sidecar's lines are the whole springs", np.array_equal(drawn[:, :, 0] != drawn[:, :, 1], whole))
+    for frame in (0, int(np.argmax(elastic)), frames - 1):
+        said = convert(checks, folder, "torn.h5md", "-o", "data.torn", "--frame", frame)
+        checks.true(f"notched plate, frame {frame}: broken springs are told", f"{len(whole[0]) - left[frame]} broken springs" in said and "rules of breaking (-bs_break_" in said, said.strip())
+        good, tables = lammps(checks, folder, head("si", reach=2.5) + "special_bonds lj/coul 1 1 1\nread_data data.torn\n" + TAIL.replace("step pe ke", "step ebond ke") + "run 0\n")
+        if good:
+            checks.near(f"notched plate, frame {frame}: energy of LAMMPS' bonds", tables[0][0, 1], elastic[frame], 1e-10 * elastic.max())
+        for ending in (".vtu", ".vtp"):
+            convert(checks, folder, "torn.h5md", "-o", "torn" + ending, "--frame", frame)
+            count = int(re.search(r'NumberOf(?:Cells|Lines)="(\d+)"', (folder / ("torn" + ending)).read_text()).group(1))
+            checks.true(f"notched plate, frame {frame}: lines of {ending}", count == left[frame], f"{count} of {left[frame]}")
+    try:
+        import gsd.hoomd
+    except ImportError:
+        return checks.skip("notched plate, GSD", "apt install python3-gsd")
+    convert(checks, folder, "torn.h5md", "-o", "torn.gsd")
+    with gsd.hoomd.open(str(folder / "torn.gsd"), "rb") as file:
+        checks.true("notched plate: bonds of GSD in every frame", [frame.bonds.N for frame in file] == left.tolist())
+
+
 def main():
     checks = Checks(__doc__)
     if not shutil.which("lmp"):
@@ -272,6 +301,9 @@ def main():
         for style in UNITS if checks.wants("units") else ():
             with checks.group(f"units {style}"):
                 units(checks, folder, style)
+        if checks.wants("notched plate"):
+            with checks.group("notched plate"):
+                torn(checks, folder)
         if checks.wants("driven"):
             with checks.group("driven"):
                 driven(checks, folder)

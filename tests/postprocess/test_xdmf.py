@@ -163,8 +163,8 @@ def threshold_by_vtk(points, cells, broken):
 
 
 def holes(checks, folder):
-    """Springs that break: in every frame of the sidecar a threshold on its cell field `broken` leaves the springs that /events/broken has not
-    named by then, between the places of their ends."""
+    """Springs that break: every frame of the sidecar has lines for the springs that /events/broken has not named by then and points for the others; a threshold on
+    its cell field `broken` leaves the lines alone, between the places of their ends."""
     try:
         import vtk  # noqa: F401
     except ImportError:
@@ -177,8 +177,11 @@ def holes(checks, folder):
             bonds, when, spring = f["connectivity/bonds"][...], f["events/broken/time"][...], f["events/broken/spring"][...]
         grids = ET.parse(f"{path}.xdmf").getroot().findall("Domain/Grid/Grid")
         for read in (by_items, by_words):
-            good, counts = 0, []
+            good, counts, lines = 0, [], 0
             for k, grid in enumerate(grids):
+                topology, gone = read(grid.find("Topology/DataItem"), path.parent), spring[when <= t[k] + 1e-9]
+                lines += np.array_equal(np.flatnonzero(topology[:, 0] != topology[:, 1]), np.delete(np.arange(len(bonds)), gone)) and np.array_equal(
+                    topology, np.where(np.isin(np.arange(len(bonds)), gone)[:, None], bonds[:, :1], bonds))
                 field = next(a for a in grid.findall("Attribute") if a.get("Name") == "broken")
                 seen = threshold_by_vtk(read(grid.find("Geometry/DataItem"), path.parent), read(grid.find("Topology/DataItem"), path.parent),
                                         read(field.find("DataItem"), path.parent))
@@ -186,8 +189,30 @@ def holes(checks, folder):
                 expected = np.pad(x[k][whole], ((0, 0), (0, 0), (0, 3 - x.shape[2])))
                 counts.append(len(whole))
                 good += field.get("Center") == "Cell" and field.get("AttributeType") == "Scalar" and np.array_equal(np.array(seen).reshape(expected.shape), expected)
+            checks.true(f"{ranks} rank(s), {read.__name__}: no line for a broken spring", lines == len(t) > 3, f"{lines} of {len(t)} frames")
             checks.true(f"{ranks} rank(s), {read.__name__}: a threshold on `broken` leaves the springs that are whole", good == len(t) > 3, f"{good} of {len(t)} frames")
             checks.true("and fewer from frame to frame", counts[0] == len(bonds) > counts[-1] > 0 and np.all(np.diff(counts) <= 0) and len(set(counts)) > 3, f"{counts}")
+
+
+def holes_continued(checks, folder):
+    """The same in a run that is taken up again, also with a trajectory of an earlier version, which has no lines of its own for every frame, and without a sidecar."""
+    expected = None
+    for label, change, options in (("whole", None, []), ("of an earlier version", lambda f: f["backspring"].__delitem__("drawn"), []), ("without a sidecar", None, ["-bs_output_xdmf", "false"])):
+        path = run(checks, folder, TORN + ["-bs_checkpoint", "t.ck", "-ts_max_time", "0.8"] + options)
+        with h5py.File(path, "a") as f:
+            checks.true(f"{label}: lines are kept where there is a sidecar", ("drawn" in f["backspring"]) == (not options))
+            if change:
+                change(f)
+        done = subprocess.run([checks.program, "-bs_restart", "t.ck", "-ts_max_time", "1.6", "-bs_progress_interval", "-1"], cwd=folder, env=environment(1), capture_output=True, text=True, timeout=120)
+        checks.true(f"{label}: taken up again", done.returncode == 0, (done.stdout + done.stderr).strip()[-160:])
+        with h5py.File(path) as f:
+            broken = f["backspring/broken/value"][...] != 0
+            expected = broken if expected is None else expected
+            checks.true(f"{label}: the same springs break", np.array_equal(broken, expected) and broken[-1].any() and len(broken) > 6, f"{len(broken)} frames")
+            if "drawn" in f["backspring"]:
+                drawn = f["backspring/drawn/value"][...]
+                checks.true(f"{label}: no line for a broken spring", drawn.dtype == np.int32 and np.array_equal(drawn[:, :, 0] == drawn[:, :, 1], broken))
+        pathlib.Path(f"{path}.xdmf").unlink(missing_ok=True)
 
 
 def diluted(checks, folder):
@@ -361,7 +386,7 @@ def paraview(checks, folder):
 
 def main():
     checks = Checks(__doc__)
-    for group in (contents, holes, diluted, h5md, interrupted, continued, paraview):
+    for group in (contents, holes, holes_continued, diluted, h5md, interrupted, continued, paraview):
         if checks.wants(group.__name__):
             with tempfile.TemporaryDirectory() as folder, checks.group(group.__name__):
                 group(checks, folder)

@@ -87,13 +87,10 @@ PetscErrorCode ParticleModel::strain_response(double t, Vec y, StrainResponse* o
   PetscFunctionReturn(0);
 }
 
-/// The springs as they are drawn, where that is not as they are: a line across the whole box, and one that can exert no force, becomes a point.
-PetscErrorCode ParticleModel::add_drawn(const std::string& bonds, std::vector<Dataset>* out) {
-  const Rows& s = lattice_.springs;
+/// The springs as they are drawn: a line across the whole box, and one that can exert no force, is a point.
+std::vector<std::int64_t> ParticleModel::drawn_pairs() const {
   const std::size_t d = static_cast<std::size_t>(net_.dim);
   std::vector<std::int64_t> drawn = lattice_.pairs;
-  int differs = net_.box.active();
-  PetscFunctionBegin;
   for (std::size_t k = 0; k < lattice_.stiffness.size(); ++k) {
     bool none = lattice_.stiffness[k] == 0 && lattice_.damping[k] == 0;
     for (const char* name : {"stiffness_2", "stiffness_3"})
@@ -101,10 +98,48 @@ PetscErrorCode ParticleModel::add_drawn(const std::string& bonds, std::vector<Da
     bool across = false;
     for (std::size_t c = k * d; c < std::min((k + 1) * d, lattice_.shift.size()); ++c) across = across || lattice_.shift[c] != 0;
     if (none || across) drawn[2 * k + 1] = drawn[2 * k];
-    differs = differs || none;
   }
+  return drawn;
+}
+
+/// Where that is not as they are.
+PetscErrorCode ParticleModel::add_drawn(const std::string& bonds, std::vector<Dataset>* out) {
+  const Rows& s = lattice_.springs;
+  std::vector<std::int64_t> drawn = drawn_pairs();
+  int differs = net_.box.active() || drawn != lattice_.pairs;
+  PetscFunctionBegin;
   PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &differs, 1, MPI_INT, MPI_LOR, net_.comm));
   if (differs) out->push_back({bonds + "_drawn", s.first, s.total, 2, std::move(drawn)});
+  PetscFunctionReturn(0);
+}
+
+/// The ends of springs that can break, of which draw_broken makes points.
+PetscErrorCode ParticleModel::keep_drawn() {
+  PetscScalar* ends = nullptr;
+  PetscFunctionBegin;
+  if (!breaking_.active()) PetscFunctionReturn(0);
+  const std::vector<std::int64_t> drawn = drawn_pairs();
+  PetscCall(VecCreateMPI(net_.comm, static_cast<PetscInt>(drawn.size()), PETSC_DETERMINE, drawn_.out()));
+  PetscCall(VecSetBlockSize(drawn_, 2));
+  PetscCall(VecGetArrayWrite(drawn_, &ends));
+  std::copy(drawn.begin(), drawn.end(), ends);
+  PetscCall(VecRestoreArrayWrite(drawn_, &ends));
+  PetscFunctionReturn(0);
+}
+
+/// `broken`: 1 or 0 for every spring. None is ever whole again.
+PetscErrorCode ParticleModel::draw_broken(Vec broken) {
+  const PetscScalar* flags = nullptr;
+  PetscScalar* ends = nullptr;
+  PetscInt springs;
+  PetscFunctionBegin;
+  PetscCall(VecGetLocalSize(broken, &springs));
+  PetscCall(VecGetArrayRead(broken, &flags));
+  PetscCall(VecGetArray(drawn_, &ends));
+  for (PetscInt k = 0; k < springs; ++k)
+    if (flags[k] != 0) ends[2 * k + 1] = ends[2 * k];
+  PetscCall(VecRestoreArray(drawn_, &ends));
+  PetscCall(VecRestoreArrayRead(broken, &flags));
   PetscFunctionReturn(0);
 }
 

@@ -57,6 +57,7 @@ PetscErrorCode ParticleModel::create(MPI_Comm comm, Lattice&& lattice, std::uniq
   PetscCall(model->memory_.create(model->net_, model->lattice_.springs));
   PetscCall(model->coupling_.create(model->net_));
   PetscCall(model->breaking_.create(model->net_, model->lattice_));
+  PetscCall(model->keep_drawn());
   model->physics_ = create_physics(model->net_, model->laws_, model->motion_, model->pattern_);
   PetscCall(model->commit_start());
   PetscCall(model->linearised_.create(model->net_, *model->physics_, model->pattern_, model->y0_, model->coupling_.active()));

@@ -85,7 +85,10 @@ class ParticleModel final : public Mechanics {
   PetscErrorCode commit();
   PetscErrorCode add_groups(std::vector<Dataset>* out) const;
   PetscErrorCode observe_box(double t, std::vector<Observable>* out);
+  std::vector<std::int64_t> drawn_pairs() const;
   PetscErrorCode add_drawn(const std::string& bonds, std::vector<Dataset>* out);
+  PetscErrorCode keep_drawn();
+  PetscErrorCode draw_broken(Vec broken);
   PetscErrorCode make_order();
   PetscErrorCode fill_output(Vec y);
   PetscErrorCode show_held(double t, Vec y, Vec* shown);
@@ -121,6 +124,7 @@ class ParticleModel final : public Mechanics {
   ParticlePotential potential_;
   std::vector<double> force_, rates_;
   VecHandle y0_, shown_;
+  VecHandle drawn_;  ///< ends of springs that can break, in the input's order, as they are drawn
   InputOrder order_;
   Singularity fault_;
   struct {

@@ -157,7 +157,9 @@ PetscErrorCode ParticleModel::fields(double t, Vec y, std::vector<Field>* out) {
   if (breaking_.active()) {
     Vec broken;
     PetscCall(breaking_.flags(&broken));
+    PetscCall(draw_broken(broken));
     out->push_back({std::string("/backspring/") + BROKEN, broken, true});
+    out->push_back({"/backspring/drawn", drawn_, false, {}, false, true});
   }
   if (store_strain_ || stress_.in_frames()) PetscCall(state_.gather(t, y));
   if (stress_.in_frames()) {
