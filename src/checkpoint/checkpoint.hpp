@@ -53,6 +53,9 @@ class CheckpointFile {
   std::vector<std::pair<std::string, std::string>> options_;
 };
 
+/// Whether the option, without its dash, is of one run, and none that continues it takes it or is told of it.
+bool of_this_run_only(const std::string& option);
+
 /// Collective. Adds the options of the checkpoint named by -bs_restart to those given, which take precedence, and notes that they were recalled. Left
 /// out (base/recalled.hpp): PETSc's that write files or load libraries, and a trajectory or checkpoint that does not lie beside it.
 PetscErrorCode recall_options(MPI_Comm comm);

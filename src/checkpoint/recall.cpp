@@ -22,13 +22,6 @@ std::string lower(std::string text) {
   return text;
 }
 
-/// Options of one run that no other wants to know of.
-bool of_this_run_only(const std::string& name) {
-  static const std::set<std::string> names = {"bs_restart", "bs_overwrite", "options_file", "options_file_yaml",
-                                              "help",       "bs_version",   "bs_trace",     "options_left"};
-  return names.count(name) > 0;
-}
-
 bool harmless(const std::string& name) {
   for (const char* begin : {"bs_output", "bs_checkpoint", "bs_progress", "bs_report", "ts_max_time", "ts_max_steps", "log_"})
     if (name.rfind(begin, 0) == 0) return true;
@@ -92,6 +85,12 @@ bool taken(const std::string& name, const std::string& value, const std::string&
 
 }  // namespace
 
+bool of_this_run_only(const std::string& option) {
+  static const std::set<std::string> names = {"bs_restart", "bs_overwrite", "options_file", "options_file_yaml",
+                                              "help",       "bs_version",   "bs_trace",     "options_left"};
+  return names.count(lower(option)) > 0;
+}
+
 PetscErrorCode recall_options(MPI_Comm comm) {
   char file[PETSC_MAX_PATH_LEN] = "";
   PetscBool given = PETSC_FALSE, there = PETSC_FALSE;
@@ -115,7 +114,7 @@ PetscErrorCode recall_options(MPI_Comm comm) {
   for (std::size_t k = 0; k < options.size(); ++k) {
     const auto& [name, value] = options[k];
     const std::string key = "-" + name;
-    if (of_this_run_only(lower(name))) continue;
+    if (of_this_run_only(name)) continue;
     PetscCall(PetscOptionsHasName(nullptr, nullptr, key.c_str(), &there));
     if (there && !is_recalled(key)) continue;
     if (there || !take[k]) {  // there: under another spelling, which no checkpoint of this program's has

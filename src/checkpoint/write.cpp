@@ -85,7 +85,8 @@ PetscErrorCode write_facts(hid_t file, Model& model, const Facts& run) {
   for (const auto& [name, value] : run.whole) PetscCall(put_attribute(group, name.c_str(), value));
   for (const auto& [name, value] : run.text) PetscCall(put_text(group, name.c_str(), value));
   PetscCall(options_in_force(&options));
-  for (const auto& [name, value] : options) table.text[name] = value;
+  for (const auto& [name, value] : options)
+    if (!of_this_run_only(name)) table.text[name] = value;
   PetscCall(write_options(file, model.comm(), table));
   PetscCall(put_attribute(root, "run_checksum", checksum(run)));
   PetscCall(put_attribute(root, "options_checksum", checksum(table)));

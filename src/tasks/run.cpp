@@ -47,6 +47,9 @@ PetscErrorCode Run::on_step(const StepRecord& record) {
   PetscFunctionReturn(0);
 }
 
+/// A checkpoint's name of a number that the run began with.
+static std::string begin_key(const Observable& o, std::size_t k) { return format("begin_%s_%zu", o.name.c_str(), k); }
+
 /// What a checkpoint holds of the run besides its stepping: what it has counted, and what it goes by.
 Facts Run::facts() const {
   Facts run = inputs_;
@@ -54,6 +57,8 @@ Facts Run::facts() const {
   run.real["time"] = stepper_->good_time();
   run.real["most_force"] = most_force_;
   run.real["most_speed"] = most_speed_;
+  for (const Observable& o : first_)
+    for (std::size_t k = 0; k < o.value.size(); ++k) run.real[begin_key(o, k)] = o.value[k];
   watch_.save(&run);
   warnings_.save(&run);
   if (hooks_.save) hooks_.save(&run);
@@ -62,10 +67,16 @@ Facts Run::facts() const {
 
 /// After the look at the state that a continued run begins with: what that counts is counted already.
 void Run::restore_facts() {
+  if (taken_up_ < 0) return;
+  watch_.restore(continued_);
+  if (hooks_.restore) hooks_.restore(continued_);
   for (const Tally& tally : tallies()) {
     const auto was = continued_.whole.find("count_" + tally.key);
     if (was != continued_.whole.end()) earlier_[tally.key] = was->second - tally.count;
   }
+  for (Observable& o : first_)
+    for (std::size_t k = 0; k < o.value.size(); ++k)
+      if (const auto was = continued_.real.find(begin_key(o, k)); was != continued_.real.end()) o.value[k] = was->second;
 }
 
 /// Both must have fallen: what swings has no velocity at one moment and no force at another.
@@ -230,7 +241,7 @@ PetscErrorCode Run::advance(int* exit_code) {
   set_phase(Exit::solve);
   if (resumed_) {
     PetscCall(observe(stepper_->good_time(), y));
-    if (!watch_.begun()) PetscCall(watch_.look(first_step, stepper_->good_time(), y, true));
+    PetscCall(watch_.look(first_step, stepper_->good_time(), y, true));
   }
   if (!resumed_) PetscCall(on_frame(first_step, stepper_->good_time(), y));
   if (first_.empty()) first_ = last_;

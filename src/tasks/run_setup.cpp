@@ -147,13 +147,11 @@ PetscErrorCode Run::take_up() {
   PetscFunctionBegin;
   PetscCall(stepper_->restore(ts_, *restart_, &changed));
   warnings_.restore(restart_->run());
-  if (hooks_.restore) hooks_.restore(restart_->run());
   start_ = stepper_->start();
   continued_ = restart_->run();
   const auto real = [this](const char* name) { return continued_.real.count(name) ? continued_.real.at(name) : 0.0; };
   most_force_ = real("most_force");
   most_speed_ = real("most_speed");
-  watch_.restore(continued_);
   taken_up_ = stepper_->counts().steps;
   progress_.header({format("continued from %s: step %lld, t = %.17g s", options_.saving.restart.c_str(),
                            static_cast<long long>(stepper_->counts().steps), stepper_->good_time())});

@@ -54,8 +54,8 @@ void EnergyWatch::save(Facts* facts) const {
 }
 
 void EnergyWatch::restore(const Facts& facts) {
-  begun_ = facts.real.count("watch_time") != 0;
-  if (!begun_) return;
+  if (facts.real.count("watch_time") == 0) return;
+  begun_ = true;
   for (const auto& [name, value] : numbers(this))
     if (facts.real.count(name)) *value = facts.real.at(name);
 }

@@ -22,7 +22,6 @@ class EnergyWatch {
   void look_always() { always_ = true; }
   /// Collective. After step `step` that ended at `t`; `certainly`: whether or not it is one to be looked at. Warns once.
   PetscErrorCode look(PetscInt step, double t, Vec y, bool certainly);
-  bool begun() const { return begun_; }
   /// What a checkpoint holds of it, and back, where it holds that.
   void save(Facts* facts) const;
   void restore(const Facts& facts);

@@ -1,5 +1,6 @@
 // What stepping remembers from step to step, into a checkpoint and out of it.
 #include <cmath>
+#include <utility>
 #include "base/fault.hpp"
 #include "solvers/condensed/condensed.hpp"
 #include "time/implicit/solver_setup.hpp"
@@ -15,6 +16,7 @@ void Stepper::save(Facts* facts, std::vector<NamedState>* states) const {
   counter_.save(facts);
   rejections_.save(facts);
   if (context_.implicit) context_.newton.save(facts);
+  reuse_.save(facts);
   history_.save(facts, states);
   model_.save_sums(&facts->real);
 }
@@ -40,9 +42,11 @@ PetscErrorCode Stepper::restore_method(TS ts, const CheckpointFile& file, std::v
   const Facts& run = file.run();
   PetscCall(TSGetType(ts, &type));
   const auto was = run.text.find("ts_type");
-  if (was == run.text.end() || was->second != type)
-    told->push_back(format("the method is %s; it was %s: it starts afresh", type, was == run.text.end() ? "?" : was->second.c_str()));
-  else PetscCall(history_.restore(ts, model_, file, &forgotten));
+  const bool same = was != run.text.end() && was->second == type;
+  const auto examine = std::exchange(context_.examine, nullptr);  // the steps that are repeated count already
+  if (same) PetscCall(history_.restore(ts, model_, file, &forgotten));
+  else told->push_back(format("the method is %s; it was %s: it starts afresh", type, was == run.text.end() ? "?" : was->second.c_str()));
+  context_.examine = examine;
   if (!forgotten.empty()) told->push_back(format("%s starts afresh: ", type) + forgotten);
   PetscFunctionReturn(0);
 }
@@ -86,6 +90,7 @@ PetscErrorCode Stepper::restore(TS ts, const CheckpointFile& file, std::vector<s
   if (!changed.empty()) told->push_back(changed);
   PetscCall(check_start(ts, good_time_, length_.nominal()));
   PetscCall(restore_method(ts, file, told));
+  PetscCall(reuse_.restore(ts, run));
   PetscCall(restore_counts(ts, run));
   PetscCall(renew_solver(ts));
   PetscFunctionReturn(0);

@@ -7,6 +7,8 @@
 
 namespace bs {
 
+static constexpr double SAME = 1e-12;  // relative: lengths that have one matrix (LinearModel::jacobian)
+
 PetscErrorCode shift_of_step(TS ts, double h, double* sigma) {
   PetscReal theta;
   PetscFunctionBegin;
@@ -76,14 +78,48 @@ PetscErrorCode LinearReuse::before_step(TS ts, PetscInt step, double h) {
   }
   if (!active_) PetscFunctionReturn(0);
   const double length = now_ * h, usual = theta_ * nominal_;
-  const int wanted = std::abs(length - usual) <= 1e-12 * usual ? 0 : 1;
-  if (wanted == used_) PetscFunctionReturn(0);
-  if (!second_) PetscCall(create_second(ts));
+  const int wanted = std::abs(length - usual) <= SAME * usual ? 0 : 1;
+  double& sigma = slots_[wanted].sigma;
+  if (std::abs(1 / length - sigma) > SAME * sigma) sigma = 1 / length;
+  PetscCall(use(ts, wanted));
+  PetscFunctionReturn(0);
+}
+
+PetscErrorCode LinearReuse::use(TS ts, int slot) {
   KSP ksp;
-  PetscCall(TSSetIJacobian(ts, slots_[wanted].matrix, slots_[wanted].matrix, nullptr, nullptr));
+  PetscFunctionBegin;
+  if (slot == used_) PetscFunctionReturn(0);
+  if (!second_) PetscCall(create_second(ts));
+  PetscCall(TSSetIJacobian(ts, slots_[slot].matrix, slots_[slot].matrix, nullptr, nullptr));
   PetscCall(linear_solver_of(ts, &ksp, nullptr));
-  PetscCall(KSPSetPC(ksp, slots_[wanted].pc));
-  used_ = wanted;
+  PetscCall(KSPSetPC(ksp, slots_[slot].pc));
+  used_ = slot;
+  PetscFunctionReturn(0);
+}
+
+void LinearReuse::save(Facts* facts) const {
+  for (int k = 0; k < 2; ++k)
+    if (slots_[k].sigma > 0) facts->real["matrix_sigma_" + std::to_string(k)] = slots_[k].sigma;
+}
+
+PetscErrorCode LinearReuse::restore(TS ts, const Facts& facts) {
+  VecHandle zero;
+  KSP ksp;
+  Vec y;
+  PetscFunctionBegin;
+  PetscCall(TSGetSolution(ts, &y));
+  PetscCall(VecDuplicate(y, zero.out()));
+  PetscCall(VecZeroEntries(zero));
+  for (int k = 1; k >= 0 && active_; --k) {
+    const auto saved = facts.real.find("matrix_sigma_" + std::to_string(k));
+    if (saved == facts.real.end() || !std::isnormal(saved->second)) continue;
+    slots_[k].sigma = saved->second;
+    PetscCall(use(ts, k));
+    PetscCall(context_->model->jacobian(0, y, zero, saved->second, context_->form, slots_[k].matrix));
+    PetscCall(linear_solver_of(ts, &ksp, nullptr));
+    PetscCall(KSPSetOperators(ksp, slots_[k].matrix, slots_[k].matrix));
+    PetscCall(KSPSetUp(ksp));
+  }
   PetscFunctionReturn(0);
 }
 

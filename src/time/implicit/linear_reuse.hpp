@@ -12,12 +12,17 @@ class LinearReuse {
   PetscErrorCode attach(TS ts, TSContext& context);
   /// Collective. Before step `step` (0: the first) of length h [s]: its theta, matrix and preconditioner.
   PetscErrorCode before_step(TS ts, PetscInt step, double h);
+  void save(Facts* facts) const;
+  /// Collective. The matrices that the run had, which are those of the first lengths it met: others differ from these by rounding.
+  PetscErrorCode restore(TS ts, const Facts& facts);
 
  private:
   struct Slot {
     Mat matrix = nullptr;  ///< borrowed
     PCHandle pc;
+    double sigma = 0;  ///< of the matrix; 0: there was none
   };
+  PetscErrorCode use(TS ts, int slot);
   PetscErrorCode create_second(TS ts);
 
   TSContext* context_ = nullptr;

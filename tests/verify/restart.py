@@ -1,0 +1,157 @@
+#!/usr/bin/env python3
+"""A run that is stopped and continued ends with the files of the run that was not stopped: every dataset and attribute of its trajectory and of its
+last checkpoint, and every number of its report, in every bit, but wall clock times."""
+import json
+import subprocess
+
+from breaking import plate
+import h5py
+from harness import run_parts, write_lattice
+import numpy as np
+from program import environment, words
+
+MANY = 1000000
+STATICS = {"bs_task": "statics"}
+BLOCK = {"bs_lattice_type": "cubic", "bs_lattice_size": (3, 3, 4), "bs_lattice_spacing": 0.2, "bs_lattice_fixed": "zmin", "bs_lattice_stiffness": 4000,
+         "bs_spring_law": "strain", "bs_gravity": (0, 0, -9.81), "bs_lattice_perturbation": 0.05, "ts_dt": 0.01, "ts_max_time": 0.12, "bs_output_interval": 0.025}
+
+
+def content(path):
+    """Every attribute and dataset of an HDF5 file by name, as type, shape and bytes."""
+    found = {}
+
+    def put(name, value):
+        value = np.asarray(value)
+        found[name] = (str(value.dtype), value.shape, str(value.tolist()) if value.dtype == object else value.tobytes(), value)
+
+    def keep(name, item):
+        for key, value in item.attrs.items():
+            put(f"{name}@{key}", value)
+        if isinstance(item, h5py.Dataset):
+            put(name, item[()])
+    with h5py.File(path, "r") as f:
+        keep("", f)
+        f.visititems(keep)
+    found.pop("parameters/options@ts_max_steps", None)  # of the run that made the trajectory: by it the test stops
+    return found
+
+
+def differences(a, b):
+    """Names of what is not the same in every bit, with the first two of the values."""
+    a, b = content(a), content(b)
+    out = []
+    for name in sorted(a.keys() | b.keys()):
+        if name not in a or name not in b:
+            out.append(f"{name} only in the {'whole' if name in a else 'continued'} run")
+        elif a[name][:3] != b[name][:3]:
+            out.append(f"{name}: {np.ravel(a[name][3])[:3]} for {np.ravel(b[name][3])[:3]}")
+    return len(a), out
+
+
+def go(checks, folder, options, expect=0):
+    folder.mkdir(exist_ok=True)
+    mpi = ["mpirun", "-n", str(checks.ranks)] if checks.ranks > 1 else []
+    done = subprocess.run([*mpi, checks.program, *words(options)], cwd=folder, capture_output=True, text=True, env=environment(checks.ranks))
+    if done.returncode != expect:
+        raise ValueError(f"exit {done.returncode}: {done.stderr.strip()[-300:]}")
+    return done
+
+
+def report(folder):
+    numbers = json.loads((folder / "r.json").read_text())
+    return {key: value for key, value in numbers.items() if key != "wall"}
+
+
+def compare(checks, folder, name, options, stops):
+    """stops: the steps after which the run is stopped and continued; None: after every one."""
+    base = {"bs_progress_interval": -1, "ts_max_steps": MANY, "bs_output": "r.h5md", "bs_checkpoint": "c", "bs_report": "r.json", **options}
+    whole = folder / f"{name} whole"
+    go(checks, whole, base)
+    steps = report(whole)["steps"]
+    for number, stop in enumerate(stops):
+        parts = folder / f"{name} {number}"
+        at = range(1, steps) if stop is None else [stop]
+        where = "every step" if stop is None else f"step {stop} of {steps}"
+        for k in at:
+            first = k == at[0]
+            go(checks, parts, {**base, "ts_max_steps": k} if first else {"bs_restart": "c", "ts_max_steps": k, "bs_report": "r.json", "bs_overwrite": True,
+                                                                         **{key: options[key] for key in ("bs_lattice_file",) if key in options}})
+        go(checks, parts, {"bs_restart": "c", "ts_max_steps": MANY, "bs_report": "r.json", "bs_overwrite": True,
+                           **{key: options[key] for key in ("bs_lattice_file",) if key in options}})
+        checks.true(f"{name}, stopped after {where}: it was on its way", 0 < at[-1] < steps, f"{steps} steps")
+        for kind, file in (("checkpoint", "c"), ("trajectory", "r.h5md"))[:1 if base["bs_output"] is None else 2]:
+            count, differ = differences(whole / file, parts / file)
+            checks.true(f"{name}, stopped after {where}: {kind}", not differ, f"{count} entries; " + "; ".join(differ)[:600])
+        a, b = report(whole), report(parts)
+        differ = [f"{key}: {a.get(key)} for {b.get(key)}" for key in sorted(a.keys() | b.keys()) if a.get(key) != b.get(key)]
+        checks.true(f"{name}, stopped after {where}: report", not differ, f"{len(a)} entries; " + "; ".join(differ)[:600])
+
+
+def dynamics(checks, folder):
+    for name, options, stops in (("beuler", {}, (5, None)), ("cn", {"ts_type": "cn"}, (7, None)), ("bdf", {"ts_type": "bdf", "ts_adapt_type": "none"}, (5, None)),
+                                 ("error control", {"ts_adapt_type": "basic", "ts_rtol": 1e-2, "ts_atol": 1e-2}, (5, 9)),
+                                 ("alpha2", {"ts_type": "alpha2", "bs_lattice_damping": 0.5}, (5, None)),
+                                 ("verlet, beyond its limit", {"ts_type": "verlet", "ts_dt": 0.02, "ts_max_time": 0.4, "bs_output_interval": 0.1, "bs_advise": False}, (2, 12, None)),
+                                 ("rejected steps", {"bs_lattice_stiffness": 4e6, "snes_max_it": 3, "ts_max_time": 0.04}, (3, None)),
+                                 ("end at rest", {"bs_lattice_damping": 500, "ts_max_time": 100, "ts_dt": 0.5, "bs_stop_at_rest": 1e-3}, (2, None)),
+                                 ("without a trajectory", {"bs_output": None, "ts_type": "verlet", "ts_dt": 0.005, "ts_max_time": 0.3, "bs_output_interval": 0.1}, (5, 41, None)),
+                                 ("inner solver", {"condensed_pc_type": "bicc", "bs_checkpoint_every": 1}, (5, None))):
+        compare(checks, folder, name, {**BLOCK, **options}, stops)
+    heat = {"bs_model": "linear", "bs_linear_type": "heat1d", "bs_linear_size": 40, "bs_linear_source": "step(1)", "ts_type": "cn", "ts_dt": 0.001, "ts_max_time": 0.01, "bs_output_interval": 0.0025}
+    compare(checks, folder, "linear system", heat, (4, None))
+
+
+def statics(checks, folder):
+    """A truss that snaps through; a net that is not at rest as it is given; a column past its buckling load; a box under given stress."""
+    file = write_lattice(folder / "truss.h5", [[-1, 0], [1, 0], [0, 0.3]], 1.0, fixed=[1, 1, 0], pairs=[[0, 2], [1, 2]], stiffness=1.0)
+    compare(checks, folder, "truss", {**STATICS, "bs_lattice_file": str(file), "bs_gravity": "0,-0.02", "bs_load_steps": 8}, (2, 6, None))
+    compare(checks, folder, "truss without a trajectory", {**STATICS, "bs_output": None, "bs_lattice_file": str(file), "bs_gravity": "0,-0.02", "bs_load_steps": 8}, (2, 6, None))
+    net = {**STATICS, "bs_lattice_type": "triangular", "bs_lattice_size": "6,6", "bs_lattice_perturbation": 0.05, "bs_load_steps": 6}
+    compare(checks, folder, "stressed net", {**net, "bs_lattice_fixed": "xmin,xmax", "bs_lattice_rest_length_factor": 1.05, "bs_gravity": "0,-0.01"}, (1, None))
+    compare(checks, folder, "column", {**STATICS, "bs_lattice_type": "square", "bs_lattice_size": "3,12", "bs_lattice_stiffness": 100, "bs_lattice_neighbors": 8,
+                                       "bs_lattice_fixed": "ymin", "bs_gravity": "0,-2", "bs_load_steps": 6}, (2, None))
+    compare(checks, folder, "box under stress", {**net, "bs_lattice_periodic": "xy", "bs_box_strain": "xx=velocity:0.05", "bs_box_stress": "yy=0,xy=0.01"}, (2, None))
+    compare(checks, folder, "inner solver", {**net, "bs_lattice_fixed": "xmin", "bs_gravity": "0,-0.01", "condensed_pc_type": "bicc", "bs_checkpoint_every": 1}, (2, None))
+
+
+def breaking(checks, folder):
+    x, pairs, _ = plate(6, 6)
+    low, high = x[:, 1] == x[:, 1].min(), x[:, 1] == x[:, 1].max()
+    file = str(write_lattice(folder / "flying.h5", x, 1.0, velocity=0.4 * (x - x.mean(axis=0)), pairs=pairs, stiffness=1.0, rest_length=1.0))
+    held = str(write_lattice(folder / "held.h5", x, 1.0, fixed=low, pairs=pairs, stiffness=1.0, rest_length=1.0, damping=0.1))
+    with h5py.File(held, "a") as f:
+        f["groups/top"] = np.flatnonzero(high)
+    motion = {"bs_lattice_file": file, "ts_dt": 0.1, "ts_max_time": 2, "bs_break_strain": 0.35, "bs_break_weibull": "4,1", "bs_output_interval": 0.25}
+    for name, options in (("beuler", {"ts_type": "beuler"}), ("verlet", {"ts_type": "verlet"}), ("alpha2", {"ts_type": "alpha2"})):
+        compare(checks, folder, name, {**motion, **options}, (8, None))
+    pull = {**STATICS, "bs_lattice_file": held, "bs_motion_top": "velocity:0,2.0", "bs_load_steps": 12, "bs_break_strain": 0.2, "bs_break_weibull": "4,1", "bs_break": "worst"}
+    for name, options in (("statics", {}), ("motions after breaks", {"bs_break_follow": "dynamics", "bs_break_output_interval": 20})):
+        compare(checks, folder, name, {**pull, **options}, (4, 8, None))
+
+
+def plastic(checks, folder):
+    springs = {"bs_spring_law": "plastic", "bs_spring_yield_force": 0.1, "bs_spring_hardening": 0.2}
+    x, pairs, _ = plate(5, 5)
+    flying = str(write_lattice(folder / "flying.h5", x, 1.0, velocity=0.4 * (x - x.mean(axis=0)), pairs=pairs, stiffness=1.0, rest_length=1.0))
+    motion = {**springs, "bs_lattice_file": flying, "ts_dt": 0.1, "ts_max_time": 1.5, "bs_output_interval": 0.25}
+    for name, options in (("beuler", {}), ("verlet", {"ts_type": "verlet"}), ("that break", {"bs_break_strain": 0.35, "bs_break_weibull": "4,1"})):
+        compare(checks, folder, name, {**motion, **options}, (7, None))
+    held = str(write_lattice(folder / "held.h5", x, 1.0, fixed=x[:, 1] == x[:, 1].min(), pairs=pairs, stiffness=1.0, rest_length=1.0))
+    with h5py.File(held, "a") as f:
+        f["groups/top"] = np.flatnonzero(x[:, 1] == x[:, 1].max())
+    for name, options in (("load steps", {}), ("given beyond the yield force", {"bs_spring_yield_force": 1e-3})):
+        compare(checks, folder, name, {**springs, **STATICS, "bs_lattice_file": held, "bs_motion_top": "y=sinusoid:0.5,1", "bs_load_steps": 8, **options}, (3, None))
+
+
+def driven(checks, folder):
+    base = {"bs_lattice_type": "square", "bs_lattice_size": "5,5", "bs_lattice_stiffness": 100, "bs_lattice_damping": 0.1, "bs_group_left": "xmin", "bs_group_right": "xmax",
+            "bs_motion_left": "fixed", "bs_motion_right": "x=sinusoid:0.1,0.5,y=free"}
+    for kind in ("cn", "bdf", "alpha2", "verlet"):
+        compare(checks, folder, kind, {**base, "ts_type": kind, "ts_dt": 0.02, "ts_max_time": 0.3, "ts_adapt_type": "none", "bs_output_interval": 0.05}, (6, None))
+    compare(checks, folder, "load steps", {**base, **STATICS, "bs_lattice_neighbors": 8, "bs_load_steps": 6}, (2, None))
+    compare(checks, folder, "box", {"bs_lattice_type": "triangular", "bs_lattice_size": "4,4", "bs_lattice_periodic": "xy", "bs_lattice_perturbation": 0.05, "bs_lattice_damping": 0.1,
+                                    "bs_box_strain": "xy=velocity:0.05", "ts_dt": 0.1, "ts_max_time": 1, "bs_output_interval": 0.25}, (4, None))
+
+
+if __name__ == "__main__":
+    run_parts(__doc__, (dynamics, statics, breaking, plastic, driven))
