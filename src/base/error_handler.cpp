@@ -9,6 +9,7 @@
 #include <sstream>
 
 #include "base/crash.hpp"
+#include "base/mumps_memory.hpp"
 #include "base/told.hpp"
 
 namespace bs {
@@ -67,18 +68,23 @@ std::string of_memory(const char* message) {
   return "no memory left" + asked + ": raise the memory limit, use more ranks, or a smaller system";
 }
 
-/// MUMPS names memory that it did not get by a number: -13 anywhere, -5 and -7 in its analysis.
-bool is_of_mumps_memory(const std::string& text) {
-  const bool mumps = text.find("MUMPS") != std::string::npos;
-  return mumps && (text.find("INFOG(1)=-13") != std::string::npos || text.find("INFOG(1)=-5,") != std::string::npos ||
-                   text.find("INFOG(1)=-7,") != std::string::npos);
+/// Memory that MUMPS did not get, which it names by a number; empty where the text tells of something else.
+std::string of_mumps_memory(const std::string& text) {
+  const std::size_t at = text.find("INFOG(1)=");
+  if (text.find("MUMPS") == std::string::npos || at == std::string::npos) return {};
+  const long infog = std::strtol(text.c_str() + at + std::strlen("INFOG(1)="), nullptr, 10);
+  if (!mumps_lacks_memory(infog)) return {};
+  return format("no memory left for the factors of the linear solver (MUMPS: INFOG(1) = %ld): ", infog) + mumps_memory_remedy(infog, "") +
+         ", use more ranks, or an iterative solver";
 }
 
 std::string in_users_words(PetscErrorCode code, const char* function, const char* message) {
   const std::string text = first_line(code, message);
   if (code == PETSC_ERR_MEM && function && !std::strcmp(function, "PetscOptionsSetValue_Private"))
     return "too many options: PETSc holds 512, those that the program sets itself among them: leave out those that this run does not use";
-  if (is_of_memory(code, function) || is_of_mumps_memory(text)) return of_memory(message);
+  if (is_of_memory(code, function)) return of_memory(message);
+  const std::string mumps = of_mumps_memory(text);
+  if (!mumps.empty()) return mumps;
   return explained(text, function);
 }
 

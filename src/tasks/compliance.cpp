@@ -144,6 +144,7 @@ PetscErrorCode Compliance::find(TS ts, Mat J, Equilibrium& model, double t, Vec 
             "option -bs_compliance_groups: no displacement bears a load on the group %s along %c: a motion of the structure meets no resistance, "
             "or too little for this linear solver; hold it by fixed particles or anchors, or give -condensed_pc_type cholesky",
             groups_[g].name.c_str(), 'x' + c);
+        if (solve.memory_lack().yes) out->why = "option -bs_compliance_groups: " + solve.memory_lack().said();
         PetscFunctionReturn(0);
       }
       PetscCall(add_means(model.comm(), u, g * static_cast<std::size_t>(dim_) + static_cast<std::size_t>(c)));

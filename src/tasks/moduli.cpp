@@ -90,6 +90,7 @@ PetscErrorCode Moduli::find(TS ts, Mat J, Equilibrium& model, double t, Vec y, F
         "-bs_task moduli: the relaxation of the particles leaves %.2g of the forces that a strain makes: the lattice is too floppy for this linear "
         "solver; give -condensed_pc_type cholesky",
         relaxed.left());
+    if (relaxed.memory_lack().yes) out->why = "-bs_task moduli: " + relaxed.memory_lack().said();
     PetscFunctionReturn(0);
   }
   value_ = relaxed.stiffness();

@@ -29,11 +29,12 @@ PetscErrorCode Run::explain(TSConvergedReason reason, std::string* text) {
     PetscFunctionReturn(0);
   }
   if (rejections.gave_up()) {
-    const char* advice = hooks_.loads ? "-snes_monitor -snes_linesearch_monitor show more" : rejections.advice();
+    const bool loads = hooks_.loads && !rejections.lacks_memory();
+    const std::string advice = loads ? "-snes_monitor -snes_linesearch_monitor show more" : rejections.advice();
     const std::string after = hooks_.loads ? format("the load step after %s %.10g", hooks_.clock, t) : format("the step after t = %.10g s", t);
     *text = format("%s was rejected %lld times, down to %s = %g%s, the last time because %s%s%s", after.c_str(),
                    static_cast<long long>(rejections.in_a_row()), hooks_.loads ? "a step" : "h", rejections.last_attempt(), hooks_.loads ? "" : " s",
-                   rejections.last().c_str(), *advice ? ": " : "", advice);
+                   rejections.last().c_str(), advice.empty() ? "" : ": ", advice.c_str());
     PetscFunctionReturn(0);
   }
   if (!stepper_->trouble().empty() || !context_.implicit) {
@@ -60,13 +61,14 @@ PetscErrorCode Run::warn_of_cuts() {
   PetscFunctionBegin;
   if (least == 0 || least > DEEP * nominal) PetscFunctionReturn(0);
   const double asked = std::ceil((stepper_->good_time() - start_) / nominal * (1 - 1e-9));
-  const char* advice = hooks_.loads ? "more -bs_load_steps, or -bs_load_control arc, may suit the loads better" : stepper_->rejections().advice();
+  const std::string advice =
+      hooks_.loads ? "more -bs_load_steps, or -bs_load_control arc, may suit the loads better" : stepper_->rejections().advice();
   const std::string steps = hooks_.loads ? "load steps" : "steps";
   PetscCall(warnings_.add(
       "steps_cut",
       format("%s were cut to %.2g of their length: %lld were taken where %.0f were asked for; %lld attempts were rejected (%s)%s%s", steps.c_str(),
              least / nominal, static_cast<long long>(stepper_->counts().steps), asked, static_cast<long long>(stepper_->counts().rejected),
-             in_words(stepper_->rejections().counts()).c_str(), *advice ? ": " : "", advice)));
+             in_words(stepper_->rejections().counts()).c_str(), advice.empty() ? "" : ": ", advice.c_str())));
   PetscFunctionReturn(0);
 }
 

@@ -72,6 +72,7 @@ PetscErrorCode StrainRelaxation::relax(TS ts, Mat J, Equilibrium& model, double 
     left_ = part > left_ || std::isnan(part) ? part : left_;
   }
   direct_ = solve.direct();
+  lack_ = solve.memory_lack();
   PetscCall(solve.give_back());
   PetscCall(reduce(model.comm()));
   PetscFunctionReturn(0);

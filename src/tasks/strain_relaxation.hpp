@@ -27,6 +27,8 @@ class StrainRelaxation {
   static constexpr double GOOD = 1e-9, ROUGH = 1e-3;
   /// Largest part of the forces of a strain that is left, of what the springs add up to; NaN: the linear solver failed.
   double left() const { return left_; }
+  /// Where left() is too much: whether that is for want of memory.
+  const MemoryLack& memory_lack() const { return lack_; }
   /// u_a = (-K)^-1 X_a, laid out as a state: what particles move per unit of strain a beyond following it.
   Vec moved(int a) const { return moved_[static_cast<std::size_t>(a)]; }
 
@@ -43,6 +45,7 @@ class StrainRelaxation {
   std::vector<std::vector<double>> residual_;  ///< X_a + K u_a, (n, d) each; empty: 0
   std::vector<bool> wanted_;                   ///< strains; empty: all, as well as rounding lets
   double left_ = 0;
+  MemoryLack lack_;
   bool direct_ = false;  ///< the linear solver of the run has failed
 };
 

@@ -1,6 +1,7 @@
 // Factors of the tangent of a mechanical system, whatever linear solver a run has.
 #pragma once
 #include <petscmat.h>
+#include "solvers/factor_memory.hpp"
 #include "systems/mechanics.hpp"
 
 namespace bs {
@@ -16,6 +17,8 @@ class TangentFactors {
   PetscErrorCode factor(double shift, bool* good);
   /// Collective. The same of part diag(s) - K, s being the stiffness of all springs at each particle (Linearisation::stiffness_sizes).
   PetscErrorCode factor_raised(double part, bool* good);
+  /// Collective. Whether the last factors were not made for want of memory.
+  PetscErrorCode memory_lack(MemoryLack* out) const { return find_memory_lack(factors_, out); }
   /// Of the last factors.
   PetscErrorCode negative_pivots(PetscInt* count) const;
   /// Collective. z_x = (shift M - K)^-1 r_v, laid out as states; the rest of z is 0.

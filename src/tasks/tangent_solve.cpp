@@ -40,6 +40,7 @@ PetscErrorCode TangentSolve::factor() {
   PetscCall(factors_.create(model_->mechanics()->linearisation()));
   if (factors_.mean() > 0) PetscCall(factors_.factor(SHIFT * factors_.mean(), &good));
   direct_ = factored_ = good;
+  PetscCall(factors_.memory_lack(&lack_));
   PetscFunctionReturn(0);
 }
 
@@ -146,6 +147,10 @@ PetscErrorCode TangentSolve::solve(Vec load, Vec u, double enough, double* left)
   if (*left <= enough || direct_) PetscFunctionReturn(0);
   PetscCall(factor());
   if (direct_) PetscCall(iterate(load, u, left));
+  if (direct_ || lack_.yes) PetscFunctionReturn(0);
+  PC pc;
+  PetscCall(KSPGetPC(ksp_, &pc));
+  PetscCall(find_memory_lack(model_->comm(), pc, &lack_));
   PetscFunctionReturn(0);
 }
 

@@ -20,6 +20,8 @@ class TangentSolve {
   /// Before or after prepare(): MUMPS from now on. direct(): whether it has come to that.
   void be_direct() { direct_ = true; }
   bool direct() const { return direct_; }
+  /// After solve(): whether a linear solver was left out for want of memory.
+  const MemoryLack& memory_lack() const { return lack_; }
   /// After solve(): f + K u of the owned particles, in the places of v; borrowed.
   Vec residual() const { return r_; }
   /// Collective. load and u are laid out as states: f stands in the places of v, u in those of x. left: |f + K u|/|f|, of the best that rounding
@@ -40,6 +42,7 @@ class TangentSolve {
   CondensedDemand demand_;  ///< before
   PetscReal rtol_ = 0;      ///< likewise
   bool rough_ = false, direct_ = false, factored_ = false;
+  MemoryLack lack_;
   VecHandle r_;
   std::vector<VecHandle> z_, w_;  ///< directions, and -K of them, orthonormal
   std::vector<double> force_;

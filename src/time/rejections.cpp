@@ -92,8 +92,8 @@ PetscErrorCode RejectionWatch::name_failure(TS ts) {
   PetscCall(linear_solver_of(ts, nullptr, &pc));
   PetscCall(condensed_failure(pc, &failure));
   if (!failure.empty()) last_ = failure;
-  PetscCall(linear_solver_lacks_memory(ts, &no_memory_));
-  if (no_memory_) last_ = "no memory was left for the factors of the linear solver";
+  PetscCall(find_memory_lack(PetscObjectComm(reinterpret_cast<PetscObject>(ts)), pc, &lack_));
+  if (lack_.yes) last_ = lack_.why();
   PetscFunctionReturn(0);
 }
 
@@ -156,8 +156,8 @@ PetscErrorCode RejectionWatch::end_step(TS ts) {
   PetscFunctionReturn(0);
 }
 
-const char* RejectionWatch::advice() const {
-  if (no_memory_) return "raise the memory limit, use more ranks, or an iterative solver (-condensed_pc_type bicc; -ksp_type gmres -pc_type bjacobi)";
+std::string RejectionWatch::advice() const {
+  if (lack_.yes) return lack_.remedy();
   // a fault that has a name says itself what to do
   if (last_reason_ == DOMAIN_ERROR && last_ != REJECTION_REASONS[DOMAIN_ERROR].sentence) return "";
   return REJECTION_REASONS[last_reason_].advice;

@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <string>
 #include "base/facts.hpp"
+#include "solvers/factor_memory.hpp"
 #include "solvers/rejection_reasons.hpp"
 #include "systems/model.hpp"
 #include "time/implicit/linear_check.hpp"
@@ -38,14 +39,15 @@ class RejectionWatch {
   /// Why the last attempt was rejected, in words.
   const std::string& last() const { return last_; }
   /// What to try against it.
-  const char* advice() const;
+  std::string advice() const;
+  bool lacks_memory() const { return lack_.yes; }
   /// Length of the last attempt that was rejected [s].
   double last_attempt() const { return attempts_.last_rejected(); }
 
  private:
   static PetscErrorCode check(TSAdapt adapt, TS ts, PetscReal time, Vec y, PetscBool* accept);
   PetscErrorCode look(TS ts);
-  bool enough(double next) const { return no_memory_ || finding_.hopeless || attempts_.spent(next); }
+  bool enough(double next) const { return lack_.yes || finding_.hopeless || attempts_.spent(next); }
   PetscErrorCode name_failure(TS ts);
   PetscErrorCode name_reason(TS ts, bool solve_failed);
 
@@ -55,7 +57,8 @@ class RejectionWatch {
   Finding finding_;  ///< of the last attempt
   Attempts attempts_;
   PetscInt rejected_ = 0, failures_ = 0;      ///< of the TS, looked at so far
-  bool gave_up_ = false, no_memory_ = false;  ///< no_memory_: a shorter step would need as much
+  bool gave_up_ = false;
+  MemoryLack lack_;  ///< a shorter step would need as much
   RejectionCounts counts_{};
   std::string last_;
   Rejection last_reason_ = NEWTON;

@@ -132,10 +132,12 @@ PetscErrorCode condensed_counts(PC pc, bool* is, CondensedCounts* counts) {
   PetscFunctionReturn(0);
 }
 
-PetscErrorCode condensed_out_of_memory(PC pc, bool* yes) {
+PetscErrorCode condensed_inner_solvers(PC pc, std::vector<KSP>* out) {
+  bool is = false;
   PetscFunctionBegin;
-  PetscCall(is_condensed(pc, yes));
-  if (*yes) PetscCall(data_of(pc).inner.out_of_memory(yes));
+  PetscCall(is_condensed(pc, &is));
+  out->clear();
+  if (is) *out = data_of(pc).inner.solvers();
   PetscFunctionReturn(0);
 }
 

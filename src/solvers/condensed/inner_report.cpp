@@ -57,18 +57,11 @@ PetscErrorCode InnerSolver::add_shifts(CondensedCounts* counts) const {
   PetscFunctionReturn(0);
 }
 
-PetscErrorCode InnerSolver::out_of_memory(bool* yes) const {
-  PetscFunctionBegin;
-  *yes = false;
-  for (KSP ksp : {ksp_.get(), fallback_.get()}) {
-    if (!ksp) continue;
-    PC pc;
-    PCFailedReason reason;
-    PetscCall(KSPGetPC(ksp, &pc));
-    PetscCall(PCGetFailedReasonRank(pc, &reason));
-    *yes = *yes || reason == PC_FACTOR_OUTMEMORY;
-  }
-  PetscFunctionReturn(0);
+std::vector<KSP> InnerSolver::solvers() const {
+  std::vector<KSP> all;
+  for (KSP ksp : {ksp_.get(), fallback_.get()})
+    if (ksp) all.push_back(ksp);
+  return all;
 }
 
 }  // namespace bs

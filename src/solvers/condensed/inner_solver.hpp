@@ -3,6 +3,7 @@
 #pragma once
 #include <petscksp.h>
 #include <string>
+#include <vector>
 #include "base/handle.hpp"
 #include "solvers/condensed/absolute.hpp"
 #include "solvers/condensed/age.hpp"
@@ -41,8 +42,8 @@ class InnerSolver {
   PetscErrorCode add_shifts(CondensedCounts* counts) const;
   /// What the last solve failed of; empty where it did not, or where S was not positive definite.
   std::string failure() const;
-  /// Not collective. Whether a factorisation of S failed for lack of memory.
-  PetscErrorCode out_of_memory(bool* yes) const;
+  /// All that there are, borrowed.
+  std::vector<KSP> solvers() const;
 
  private:
   void renew_factors() {

@@ -2,7 +2,9 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include "base/fault.hpp"
 #include "solvers/eigen/mode_solver.hpp"
+#include "solvers/factor_memory.hpp"
 
 namespace bs {
 namespace {
@@ -51,6 +53,19 @@ ModeSolver::Edge ModeSolver::edge() const {
   return {distance(known[first].omega_squared) - before, static_cast<PetscInt>(first)};
 }
 
+/// Factors that failed have no signs.
+PetscErrorCode ModeSolver::refuse_failed_factors(PC pc) const {
+  constexpr char OTHER[] = "-bs_modes_solver iterative or dense";
+  PCFailedReason reason;
+  MemoryLack lack;
+  PetscFunctionBegin;
+  PetscCall(PCGetFailedReason(pc, &reason));
+  if (reason == PC_NOERROR) PetscFunctionReturn(0);
+  PetscCall(find_memory_lack(form_.comm(), pc, &lack));
+  PetscCall(tell(form_.comm(), Exit::solve, lack.yes ? lack.said(OTHER) : std::string("the factors that count omega^2 failed: give ") + OTHER));
+  PetscFunctionReturn(0);
+}
+
 /// Sylvester's law of inertia, of A - shift I + diag(`raise`).
 PetscErrorCode ModeSolver::negative_pivots(double shift, Vec raise, PetscInt* count) {
   PC pc;
@@ -71,6 +86,7 @@ PetscErrorCode ModeSolver::negative_pivots(double shift, Vec raise, PetscInt* co
   PetscCall(KSPSetOperators(counter_, shifted_, shifted_));  // it has new values
   PetscCall(KSPSetUp(counter_));
   PetscCall(KSPGetPC(counter_, &pc));
+  PetscCall(refuse_failed_factors(pc));
   PetscCall(PCFactorGetMatrix(pc, &factors));
   PetscCall(MatGetInertia(factors, count, &zero, &positive));
   PetscFunctionReturn(0);

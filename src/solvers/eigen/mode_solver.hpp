@@ -91,6 +91,7 @@ class ModeSolver {
   };
   Edge edge() const;
   PetscErrorCode count_within(double edge, PetscInt* count);
+  PetscErrorCode refuse_failed_factors(PC pc) const;
   PetscErrorCode negative_pivots(double shift, Vec raise, PetscInt* count);
   PetscErrorCode count_below(double shift, PetscInt* count);
 

@@ -6,6 +6,7 @@
 #include "base/fault.hpp"
 #include "base/format.hpp"
 #include "base/handle.hpp"
+#include "solvers/factor_memory.hpp"
 
 namespace bs {
 
@@ -87,13 +88,12 @@ PetscErrorCode is_singular(KSP ksp, bool* singular) {
   PetscCall(PetscObjectTypeCompare(reinterpret_cast<PetscObject>(ksp), KSPPREONLY, &alone));
   if (!direct || !alone) PetscFunctionReturn(0);
   PetscCall(PCGetFailedReason(pc, &reason));
-  int failed[2] = {reason != PC_NOERROR, reason == PC_FACTOR_OUTMEMORY};
-  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, failed, 2, MPI_INT, MPI_MAX, PetscObjectComm(reinterpret_cast<PetscObject>(ksp))));
-  if (failed[1])
-    PetscCall(tell(PetscObjectComm(reinterpret_cast<PetscObject>(ksp)), Exit::input,
-                   "no memory left for the factors of the sparse LU: raise "
-                   "the memory limit, use more ranks, or an iterative solver such as -ksp_type gmres -pc_type bjacobi"));
-  *singular = failed[0];
+  int failed = reason != PC_NOERROR;
+  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &failed, 1, MPI_INT, MPI_MAX, PetscObjectComm(reinterpret_cast<PetscObject>(ksp))));
+  MemoryLack lack;
+  PetscCall(find_memory_lack(PetscObjectComm(reinterpret_cast<PetscObject>(ksp)), pc, &lack));
+  if (lack.yes) PetscCall(tell(PetscObjectComm(reinterpret_cast<PetscObject>(ksp)), Exit::input, lack.said("an iterative solver such as -ksp_type gmres -pc_type bjacobi")));
+  *singular = failed != 0;
   if (*singular) PetscFunctionReturn(0);
   // x_j = 1/|column j|: each contributes alike to b = A x
   PetscCall(KSPGetOperators(ksp, nullptr, &A));
