@@ -1,5 +1,6 @@
 #include "tasks/matrices.hpp"
 #include <petscviewer.h>
+#include <unistd.h>
 #include <algorithm>
 #include <cmath>
 #include <cstring>
@@ -174,7 +175,27 @@ PetscErrorCode write_market(const Named& named, double t, PetscInt dim, const st
   PetscFunctionReturn(0);
 }
 
-PetscErrorCode write_binary(const Named& named, const std::string& file) {
+/// A fresh file, its name known on all ranks.
+PetscErrorCode create_everywhere(MPI_Comm comm, const std::string& file, std::string* made) {
+  PetscMPIInt rank;
+  Fault fault;
+  PetscFunctionBegin;
+  PetscCallMPI(MPI_Comm_rank(comm, &rank));
+  if (rank == 0) {
+    int handle = -1;
+    if (const int why = create_fresh(file, ".tmp", made, &handle)) fault.note(0, "cannot write " + file + ": " + std::strerror(why));
+    else (void)close(handle);
+  }
+  fault.exit = Exit::io;
+  PetscCall(agree(comm, fault));
+  int size = static_cast<int>(made->size());
+  PetscCallMPI(MPI_Bcast(&size, 1, MPI_INT, 0, comm));
+  made->resize(static_cast<std::size_t>(size));
+  PetscCallMPI(MPI_Bcast(made->data(), size, MPI_CHAR, 0, comm));
+  PetscFunctionReturn(0);
+}
+
+PetscErrorCode write_fresh_binary(const Named& named, const std::string& file) {
   ViewerHandle viewer;
   PetscFunctionBegin;
   PetscCall(PetscViewerCreate(PetscObjectComm(reinterpret_cast<PetscObject>(named.matrix.get())), viewer.out()));
@@ -183,6 +204,28 @@ PetscErrorCode write_binary(const Named& named, const std::string& file) {
   PetscCall(PetscViewerBinarySkipInfo(viewer));
   PetscCall(PetscViewerFileSetName(viewer, file.c_str()));
   PetscCall(MatView(named.matrix, viewer));
+  PetscFunctionReturn(0);
+}
+
+PetscErrorCode write_binary(const Named& named, const std::string& file, bool overwrite) {
+  MPI_Comm comm = PetscObjectComm(reinterpret_cast<PetscObject>(named.matrix.get()));
+  PetscMPIInt rank;
+  std::string made;
+  Fault fault;
+  PetscFunctionBegin;
+  PetscCallMPI(MPI_Comm_rank(comm, &rank));
+  PetscCall(create_everywhere(comm, file, &made));
+  const PetscErrorCode code = write_fresh_binary(named, made);
+  if (code != 0) (void)unlink(made.c_str());
+  PetscCall(code);
+  if (rank == 0) {
+    if (const int why = give_name(made, file, overwrite)) {
+      fault.note(0, "cannot write " + file + ": " + std::strerror(why));
+      (void)unlink(made.c_str());
+    }
+  }
+  fault.exit = Exit::io;
+  PetscCall(agree(comm, fault));
   PetscFunctionReturn(0);
 }
 
@@ -233,7 +276,7 @@ PetscErrorCode write_matrices(Model& model, double t, Vec y, bool overwrite) {
   for (const Named& named : all) {
     const std::string file = prefix() + "_" + named.name;
     PetscCall(write_market(named, t, model.mechanics()->layout().dim, file + ".mtx", overwrite));
-    PetscCall(write_binary(named, file + ".petsc"));
+    PetscCall(write_binary(named, file + ".petsc", overwrite));
   }
   set_phase(phase);
   PetscFunctionReturn(0);

@@ -176,6 +176,7 @@ PetscErrorCode ModesRun::run() {
   PetscCall(PetscOptionsHasName(nullptr, nullptr, "-help", &help));
   if (help) PetscFunctionReturn(0);
   PetscCall(say_header(method));
+  PetscCall(remove_earlier_results(model_.comm()));
   PetscCall(write_matrices(model_, time_, y_, options_.output.trajectory.overwrite));
   std::vector<std::string> unused;
   PetscCall(unused_options(&unused));

@@ -236,6 +236,7 @@ PetscErrorCode Run::advance(int* exit_code) {
   PetscBool help = PETSC_FALSE;
   PetscCall(PetscOptionsHasName(nullptr, nullptr, "-help", &help));
   if (help) PetscFunctionReturn(0);
+  PetscCall(remove_earlier_results(model_.comm()));
   PetscCall(TSGetSolution(ts_, &y));
   PetscCall(TSGetStepNumber(ts_, &first_step));
   set_phase(Exit::solve);

@@ -1,5 +1,8 @@
 // The settings of a run from the options, and the files that it may write.
 #include "tasks/run_options.hpp"
+#include <unistd.h>
+#include <cerrno>
+#include <cstring>
 #include "base/fault.hpp"
 #include "base/options.hpp"
 #include "base/recalled.hpp"
@@ -61,6 +64,15 @@ PetscErrorCode read_run_options(MPI_Comm comm, RunOptions* out) {
   PetscFunctionReturn(0);
 }
 
+namespace {
+
+std::vector<std::string>& earlier_results() {
+  static std::vector<std::string> files;
+  return files;
+}
+
+}  // namespace
+
 PetscErrorCode claim_files(MPI_Comm comm, const RunOptions& options, Claim* claim) {
   RunFiles files;
   CheckpointFile checkpoint;
@@ -79,6 +91,22 @@ PetscErrorCode claim_files(MPI_Comm comm, const RunOptions& options, Claim* clai
     files.resumes = mark_of(checkpoint).frames > 0;
   }
   PetscCall(claim->take(comm, files));
+  if (files.overwrite) earlier_results() = files.matrix_files;
+  if (files.overwrite && !files.report.empty()) earlier_results().push_back(files.report);
+  PetscFunctionReturn(0);
+}
+
+PetscErrorCode remove_earlier_results(MPI_Comm comm) {
+  PetscMPIInt rank;
+  Fault fault;
+  PetscFunctionBegin;
+  PetscCallMPI(MPI_Comm_rank(comm, &rank));
+  for (const std::string& file : earlier_results())
+    if (rank == 0 && unlink(file.c_str()) != 0 && errno != ENOENT)
+      fault.note(0, "cannot remove " + file + " of an earlier run: " + std::strerror(errno), Exit::io);
+  earlier_results().clear();
+  fault.exit = Exit::io;
+  PetscCall(agree(comm, fault));
   PetscFunctionReturn(0);
 }
 

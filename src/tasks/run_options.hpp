@@ -26,4 +26,8 @@ PetscErrorCode read_run_options(MPI_Comm comm, RunOptions* out);
 /// Collective. Reserves the run's files until `claim` is destroyed. Ends the run with exit code 2 if that fails.
 PetscErrorCode claim_files(MPI_Comm comm, const RunOptions& options, Claim* claim);
 
+/// Collective. When the run begins to compute: removes the report and the matrices that an earlier run left under the claimed names and
+/// -bs_overwrite lets go, so that they are not taken for those of this one, however it ends. Once; later calls do nothing.
+PetscErrorCode remove_earlier_results(MPI_Comm comm);
+
 }  // namespace bs

@@ -134,6 +134,7 @@ PetscErrorCode Run::set_up() {
   if (!hooks_.loads) {
     Vec y;
     PetscCall(TSGetSolution(ts_, &y));
+    PetscCall(remove_earlier_results(model_.comm()));
     PetscCall(write_matrices(model_, stepper_->good_time(), y, options_.output.trajectory.overwrite));
   }
   PetscCall(open_trajectory());

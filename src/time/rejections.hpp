@@ -56,7 +56,7 @@ class RejectionWatch {
   const TSContext* context_ = nullptr;
   Finding finding_;  ///< of the last attempt
   Attempts attempts_;
-  PetscInt rejected_ = 0, failures_ = 0;      ///< of the TS, looked at so far
+  PetscInt rejected_ = 0, failures_ = 0;  ///< of the TS, looked at so far
   bool gave_up_ = false;
   MemoryLack lack_;  ///< a shorter step would need as much
   RejectionCounts counts_{};

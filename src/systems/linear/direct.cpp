@@ -92,7 +92,9 @@ PetscErrorCode is_singular(KSP ksp, bool* singular) {
   PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &failed, 1, MPI_INT, MPI_MAX, PetscObjectComm(reinterpret_cast<PetscObject>(ksp))));
   MemoryLack lack;
   PetscCall(find_memory_lack(PetscObjectComm(reinterpret_cast<PetscObject>(ksp)), pc, &lack));
-  if (lack.yes) PetscCall(tell(PetscObjectComm(reinterpret_cast<PetscObject>(ksp)), Exit::input, lack.said("an iterative solver such as -ksp_type gmres -pc_type bjacobi")));
+  if (lack.yes)
+    PetscCall(tell(PetscObjectComm(reinterpret_cast<PetscObject>(ksp)), Exit::input,
+                   lack.said("an iterative solver such as -ksp_type gmres -pc_type bjacobi")));
   *singular = failed != 0;
   if (*singular) PetscFunctionReturn(0);
   // x_j = 1/|column j|: each contributes alike to b = A x

@@ -307,7 +307,7 @@ static PetscErrorCode run_equilibria(std::unique_ptr<Model> model, bool moduli, 
   if (moduli) PetscCall(end.moduli.begin(*equilibrium));
   PetscCall(claim_files(comm, options, &claim));
   PetscCall(run_loads(*equilibrium, options, loads, &end, &last, nullptr, exit_code));
-  if (!last) PetscFunctionReturn(0);
+  if (!last || *exit_code != 0) PetscFunctionReturn(0);  // a run that was stopped has not come to the last equilibrium
   PetscCall(at_rest(last, rest.out()));
   PetscCall(write_matrices(*equilibrium, equilibrium->factor(1), rest, options.output.trajectory.overwrite));
   PetscFunctionReturn(0);
