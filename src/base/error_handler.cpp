@@ -9,7 +9,7 @@
 #include <sstream>
 
 #include "base/crash.hpp"
-#include "base/mumps_memory.hpp"
+#include "base/factor_memory.hpp"
 #include "base/told.hpp"
 
 namespace bs {

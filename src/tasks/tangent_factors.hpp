@@ -1,7 +1,7 @@
 // Factors of the tangent of a mechanical system, whatever linear solver a run has.
 #pragma once
 #include <petscmat.h>
-#include "solvers/factor_memory.hpp"
+#include "base/factor_memory.hpp"
 #include "systems/mechanics.hpp"
 
 namespace bs {

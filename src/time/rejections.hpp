@@ -3,8 +3,8 @@
 #include <petscts.h>
 #include <cstdint>
 #include <string>
+#include "base/factor_memory.hpp"
 #include "base/facts.hpp"
-#include "solvers/factor_memory.hpp"
 #include "solvers/rejection_reasons.hpp"
 #include "systems/model.hpp"
 #include "time/implicit/linear_check.hpp"

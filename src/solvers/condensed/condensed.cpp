@@ -90,13 +90,22 @@ PetscErrorCode view(PC pc, PetscViewer viewer) {
 
 PetscErrorCode destroy(PC pc) {
   PetscFunctionBegin;
+  PetscCall(PetscObjectComposeFunction(reinterpret_cast<PetscObject>(pc), "BSInnerSolvers_C", nullptr));
   delete static_cast<Condensed*>(pc->data);
   pc->data = nullptr;
   PetscFunctionReturn(0);
 }
 
+/// Of S, borrowed.
+PetscErrorCode inner_solvers(PC pc, std::vector<KSP>* out) {
+  PetscFunctionBegin;
+  *out = data_of(pc).inner.solvers();
+  PetscFunctionReturn(0);
+}
+
 PetscErrorCode create(PC pc) {
   PetscFunctionBegin;
+  PetscCall(PetscObjectComposeFunction(reinterpret_cast<PetscObject>(pc), "BSInnerSolvers_C", inner_solvers));
   pc->data = new Condensed;
   pc->ops->setup = set_up;
   pc->ops->setuponblocks = set_up_on_blocks;
@@ -129,15 +138,6 @@ PetscErrorCode condensed_counts(PC pc, bool* is, CondensedCounts* counts) {
   PetscCall(is_condensed(pc, is));
   if (*is) *counts = data_of(pc).counts;
   if (*is) PetscCall(data_of(pc).inner.add_shifts(counts));
-  PetscFunctionReturn(0);
-}
-
-PetscErrorCode condensed_inner_solvers(PC pc, std::vector<KSP>* out) {
-  bool is = false;
-  PetscFunctionBegin;
-  PetscCall(is_condensed(pc, &is));
-  out->clear();
-  if (is) *out = data_of(pc).inner.solvers();
   PetscFunctionReturn(0);
 }
 

@@ -5,7 +5,6 @@
 #pragma once
 #include <petscksp.h>
 #include <string>
-#include <vector>
 #include "systems/tangent.hpp"
 
 namespace bs {
@@ -48,9 +47,6 @@ PetscErrorCode condensed_set_tangent(PC pc, Tangent* tangent, const CondensedDem
 
 /// What for it was told last; of a `pc` of another type `demand` is left alone.
 PetscErrorCode condensed_demand(PC pc, CondensedDemand* demand);
-
-/// Not collective. The linear solvers of S, borrowed; none where `pc` is of another type.
-PetscErrorCode condensed_inner_solvers(PC pc, std::vector<KSP>* out);
 
 /// Not collective. What the last solve of a `pc` of this type failed of; empty where it did not, or where S was not positive definite.
 PetscErrorCode condensed_failure(PC pc, std::string* text);

@@ -2,9 +2,9 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include "base/factor_memory.hpp"
 #include "base/fault.hpp"
 #include "solvers/eigen/mode_solver.hpp"
-#include "solvers/factor_memory.hpp"
 
 namespace bs {
 namespace {

@@ -3,10 +3,10 @@
 #include <cmath>
 #include <string>
 #include <vector>
+#include "base/factor_memory.hpp"
 #include "base/fault.hpp"
 #include "base/format.hpp"
 #include "base/handle.hpp"
-#include "solvers/factor_memory.hpp"
 
 namespace bs {
 

@@ -1,10 +1,7 @@
-#include "solvers/factor_memory.hpp"
+#include "base/factor_memory.hpp"
 #include <petsc/private/pcimpl.h>
-#include <algorithm>
 #include <vector>
 #include "base/format.hpp"
-#include "base/mumps_memory.hpp"
-#include "solvers/condensed/condensed.hpp"
 
 namespace bs {
 namespace {
@@ -19,7 +16,9 @@ PetscErrorCode inner_solvers(PC pc, std::vector<KSP>* out) {
   PetscInt count = 0;
   KSP* inner = nullptr;
   PetscFunctionBegin;
-  PetscCall(condensed_inner_solvers(pc, out));
+  PetscErrorCode (*own)(PC, std::vector<KSP>*) = nullptr;
+  PetscCall(PetscObjectQueryFunction(reinterpret_cast<PetscObject>(pc), "BSInnerSolvers_C", &own));
+  if (own) PetscCall(own(pc, out));
   if (!pc->setupcalled) PetscFunctionReturn(0);
   if (of_type(pc, PCBJACOBI)) PetscCall(PCBJacobiGetSubKSP(pc, &count, nullptr, &inner));
   if (of_type(pc, PCASM)) PetscCall(PCASMGetSubKSP(pc, &count, nullptr, &inner));
