@@ -196,6 +196,33 @@ def mixture(checks, folder):
         checks.true("trajectory: plastic stretch of every spring and frame", f["backspring/plastic_stretch/value"].shape == (2, len(f["connectivity/bonds"])))
 
 
+def one_of_another_law(checks, folder):
+    """A law that coincides with the others' here, given to one spring: the same motion and energies, in every dimension, with dampers and without,
+    whether the others obey Hooke's law or the strain law."""
+    for d in (1, 2, 3):
+        x, pairs, fixed, v = net(d, 6, 11)
+        rng = np.random.default_rng(12)
+        length = np.linalg.norm(x[pairs[:, 0]] - x[pairs[:, 1]], axis=1)
+        L = length * rng.uniform(0.6, 0.7, len(pairs))  # so taut that none goes slack
+        for law in ("hooke", "strain"):
+            k = np.full(len(pairs), 200.0 if law == "hooke" else 100.0)
+            one = pairs.shape[0] // 2
+            other = k.copy()
+            other[one] /= L[one] if law == "strain" else 1.0  # tension-only springs are Hooke's
+            for damping in (0.0, 0.3):
+                given = dict(velocity=0.1 * v, fixed=fixed, pairs=pairs, rest_length=L, damping=damping)
+                uniform = write_lattice(folder / "uniform.h5", x, 0.7, stiffness=k, spring_law=law, **given)
+                mixed = write_lattice(folder / "mixed.h5", x, 0.7, stiffness=other, laws=[law] * one + ["tension"] + [law] * (len(k) - one - 1), **given)
+                for method in (dict(ts_type="rk", ts_rk_type="4", ts_adapt_type="none"), DIRECT):
+                    runs = [run(checks.program, dict(method, bs_lattice_file=path, ts_dt=0.01, ts_max_time=0.1, snes_rtol=1e-12), interval=0.05, ranks=ranks)
+                            for path, ranks in ((uniform, 1), (mixed, 1), (mixed, 3 if d == 2 else 1))]
+                    a, b, c = (r.trajectory for r in runs)
+                    name = f"{d}-D, {law}, damping {damping:g}, {method.get('ts_type', 'beuler')}: "
+                    checks.below(name + "places", np.abs(b.position - a.position).max(), 1e-12)
+                    checks.below(name + "energies", max(np.abs(b.observables[key] - a.observables[key]).max() for key in ("elastic_energy", "kinetic_energy")), 1e-10)
+                    checks.below(name + "again, in 2-D on 3 ranks", np.abs(c.position - b.position).max(), 1e-12)
+
+
 # --- plastic cycles ---------------------------------------------------------------------------------------------------
 
 def bilinear(stretch, k, Y, H):
@@ -320,7 +347,7 @@ def iterative(checks, folder):
 def main():
     checks = Checks(__doc__)
     with tempfile.TemporaryDirectory() as folder:
-        for group in (fput, cables, mixture, cycles, given_beyond, restarts, rejected, iterative):
+        for group in (fput, cables, mixture, one_of_another_law, cycles, given_beyond, restarts, rejected, iterative):
             if checks.wants(group.__name__):
                 with checks.group(group.__name__):
                     group(checks, pathlib.Path(folder))

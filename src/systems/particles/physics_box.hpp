@@ -4,27 +4,20 @@
 
 namespace bs {
 
-/// Calls use(i, j, g, p) for every spring at each of its owned ends i; j: the other one. Springs that have no direction are left out.
-template <int d, class Spring, class Damper>
+/// Calls use(kernel, i, j, g, p) for every spring at each of its owned ends i; j: the other one.
+template <int d, class Damper>
 template <class Use>
-void PhysicsOf<d, Spring, Damper>::for_springs(const LocalState& state, Use&& use) const {
-  const Links& links = net_.links;
+void PhysicsOf<d, Damper>::for_springs(const LocalState& state, Use&& use) const {
   for (PetscInt i = 0; i < net_.n; ++i)
-    for (PetscInt e = links.start[i]; e < links.start[i + 1]; ++e) {
-      if (links.spring[e] < 0) continue;
-      const PetscInt j = links.other[e];
-      const LinkGeometry<d> g(state.at(i), state.at(j));
-      const auto p = parameters(links, e);
-      if (Kernel::defined(g, p)) use(i, j, g, p);
-    }
+    for_links(i, state, [&](auto kernel, PetscInt e, const LinkGeometry<d>& g, const auto& p) { use(kernel, i, net_.links.other[e], g, p); });
 }
 
 // Every spring is met at both its ends: half from each.
-template <int d, class Spring, class Damper>
-void PhysicsOf<d, Spring, Damper>::box_forces(const LocalState& state, BoxForces* sum) const {
-  for_springs(state, [&](PetscInt, PetscInt j, const LinkGeometry<d>& g, const auto& p) {
+template <int d, class Damper>
+void PhysicsOf<d, Damper>::box_forces(const LocalState& state, BoxForces* sum) const {
+  for_springs(state, [&](auto kernel, PetscInt, PetscInt j, const LinkGeometry<d>& g, const auto& p) {
     double f[d] = {};
-    Kernel::force(g, p, f);
+    kernel.force(g, p, f);
     for (int r = 0; r < d; ++r)
       for (int c = 0; c < d; ++c) sum->virial[r * d + c] -= 0.25 * (f[r] * g.dx[c] + f[c] * g.dx[r]);
     if (j < net_.n || net_.image.empty()) return;
@@ -34,12 +27,12 @@ void PhysicsOf<d, Spring, Damper>::box_forces(const LocalState& state, BoxForces
   });
 }
 
-template <int d, class Spring, class Damper>
-void PhysicsOf<d, Spring, Damper>::particle_stress(const LocalState& state, double* sum) const {
+template <int d, class Damper>
+void PhysicsOf<d, Damper>::particle_stress(const LocalState& state, double* sum) const {
   constexpr int q = d * (d + 1) / 2;
-  for_springs(state, [&](PetscInt i, PetscInt, const LinkGeometry<d>& g, const auto& p) {
+  for_springs(state, [&](auto kernel, PetscInt i, PetscInt, const LinkGeometry<d>& g, const auto& p) {
     double f[d] = {};
-    Kernel::force(g, p, f);
+    kernel.force(g, p, f);
     for (int r = 0; r < d; ++r)
       for (int c = r; c < d; ++c)
         sum[static_cast<std::size_t>(i) * q + static_cast<std::size_t>(component_place(d, r, c))] -= 0.25 * (f[r] * g.dx[c] + f[c] * g.dx[r]);
@@ -48,14 +41,14 @@ void PhysicsOf<d, Spring, Damper>::particle_stress(const LocalState& state, doub
 
 // Of a spring between i and j, with K = df_i/dx_i and dx = x_i - x_j:
 //   d f_i/d e_a = K e_a dx,   d2 E/(d e_a d e_b) = -(e_b dx).(K e_a dx)
-template <int d, class Spring, class Damper>
-void PhysicsOf<d, Spring, Damper>::strain_response(const LocalState& state, StrainResponse* sum) const {
+template <int d, class Damper>
+void PhysicsOf<d, Damper>::strain_response(const LocalState& state, StrainResponse* sum) const {
   constexpr int q = d * (d + 1) / 2;
   double strain[q][d * d];
   for (int a = 0; a < q; ++a) unit_strain(d, a, strain[a]);
-  for_springs(state, [&](PetscInt i, PetscInt, const LinkGeometry<d>& g, const auto& p) {
+  for_springs(state, [&](auto kernel, PetscInt i, PetscInt, const LinkGeometry<d>& g, const auto& p) {
     double K[d * d] = {}, D[d * d] = {}, apart[q][d] = {}, f[q][d] = {};
-    Kernel::tangent(g, p, K, D);
+    kernel.tangent(g, p, K, D);
     for (int a = 0; a < q; ++a) {
       for (int r = 0; r < d; ++r)
         for (int c = 0; c < d; ++c) apart[a][r] += strain[a][r * d + c] * g.dx[c];

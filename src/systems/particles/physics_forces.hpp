@@ -6,10 +6,10 @@
 
 namespace bs {
 
-template <int d, class Spring, class Damper>
+template <int d, class Damper>
 template <bool with_energy>
-void PhysicsOf<d, Spring, Damper>::forces_of(Part part, double t, const LocalState& state, const Coupling& coupling, double* f, Singularity* fault,
-                                             Energies* sum) const {
+void PhysicsOf<d, Damper>::forces_of(Part part, double t, const LocalState& state, const Coupling& coupling, double* f, Singularity* fault,
+                                     Energies* sum) const {
   const AnchorShift shift(motion_, t);
   for (const PetscInt i : rows_[static_cast<int>(part)]) {
     double* fi = f + i * d;
@@ -26,8 +26,8 @@ void PhysicsOf<d, Spring, Damper>::forces_of(Part part, double t, const LocalSta
   }
 }
 
-template <int d, class Spring, class Damper>
-Energies PhysicsOf<d, Spring, Damper>::energies(double t, const LocalState& state) const {
+template <int d, class Damper>
+Energies PhysicsOf<d, Damper>::energies(double t, const LocalState& state) const {
   const AnchorShift shift(motion_, t);
   Energies sum;
   for (const std::vector<PetscInt>& part : rows_)
@@ -39,24 +39,25 @@ Energies PhysicsOf<d, Spring, Damper>::energies(double t, const LocalState& stat
 }
 
 /// Half a spring from either end, by the loop that sums forces: the same bits.
-template <int d, class Spring, class Damper>
-void PhysicsOf<d, Spring, Damper>::add_link_energies(PetscInt i, const LocalState& state, Energies* sum) const {
+template <int d, class Damper>
+void PhysicsOf<d, Damper>::add_link_energies(PetscInt i, const LocalState& state, Energies* sum) const {
   const double* y = state.at(i);
-  double unused[d] = {};
-  (void)add_plain<true>(i, y, state, unused, sum);
-  for (PetscInt e = net_.links.start[i]; e < net_.links.start[i + 1] && !plain_[i]; ++e)
-    sum->elastic += 0.5 * Kernel::energy({y, state.at(net_.links.other[e])}, parameters(net_.links, e));
+  with_law(law_[i], [&](auto law) {
+    using Spring = decltype(law);
+    double unused[d] = {}, plain = 0;
+    if constexpr (!Spring::mixed)
+      if (plain_[i]) (void)add_plain_links<d, Spring, true>(net_.links, i, y, state.at(0), unused, &plain);
+    sum->elastic += 0.5 * plain;
+    for (PetscInt e = net_.links.start[i]; e < net_.links.start[i + 1] && !plain_[i]; ++e)
+      sum->elastic += 0.5 * Kernel<Spring>::energy({y, state.at(net_.links.other[e])}, parameters<Spring>(net_.links, e));
+  });
 }
 
 /// What the anchors of particle i, its motion and the particle laws add.
-template <int d, class Spring, class Damper>
-void PhysicsOf<d, Spring, Damper>::add_body_energies(PetscInt i, double t, const LocalState& state, const AnchorShift& shift, Energies* sum) const {
+template <int d, class Damper>
+void PhysicsOf<d, Damper>::add_body_energies(PetscInt i, double t, const LocalState& state, const AnchorShift& shift, Energies* sum) const {
   const double* y = state.at(i);
-  for (PetscInt a = anchor_start_[i]; a < anchor_start_[i + 1]; ++a) {
-    const PetscInt k = anchor_order_[a];
-    const typename AnchorShift::End end(shift, net_.anchors, k);
-    sum->elastic += Kernel::energy({y, end.y}, parameters(net_.anchors, k));
-  }
+  for_anchors(i, y, shift, [&](auto kernel, PetscInt, const LinkGeometry<d>& g, const auto& p) { sum->elastic += kernel.energy(g, p); });
   if (net_.fixed[i] == 1) return;  // at rest: driven ones have energies that change
   // one addition to each sum: they depend on those of the particle before
   double x[3] = {0, 0, 0}, p[3] = {0, 0, 0}, square = 0, field = 0;

@@ -1,4 +1,4 @@
-// The loops behind Physics, for one dimension and one pair of spring and damping laws.
+// The loops behind Physics, for one dimension and one law of damping.
 #pragma once
 #include <algorithm>
 #include <limits>
@@ -8,9 +8,10 @@
 
 namespace bs {
 
-template <int d, class Spring, class Damper>
+template <int d, class Damper>
 class PhysicsOf final : public Physics {
  public:
+  template <class Spring>
   using Kernel = LinkKernel<d, Spring, Damper>;
   PhysicsOf(const Network& net, const ParticleLaws& laws, const Motion& motion, const RowPattern& pattern)
       : net_(net), laws_(laws), motion_(motion), pattern_(pattern) {
@@ -21,16 +22,8 @@ class PhysicsOf final : public Physics {
     for (PetscInt i = 0; i < net.n; ++i) anchor_start_[i + 1] += anchor_start_[i];
     std::vector<PetscInt> at(anchor_start_.begin(), anchor_start_.end() - 1);
     for (PetscInt k = 0; k < count; ++k) anchor_order_[at[net.anchors.particle[k]]++] = k;
-    for (PetscInt i = 0; i < net.n; ++i) {
-      const auto begin = net.links.other.begin() + net.links.start[i], end = net.links.other.begin() + net.links.start[i + 1];
-      const bool cut = std::any_of(begin, end, [&](PetscInt j) { return j >= net.n; });
-      rows_[static_cast<int>(cut ? Part::boundary : Part::interior)].push_back(i);
-    }
-    plain_.assign(static_cast<std::size_t>(net.n), 1);
-    for (PetscInt i = 0; i < net.n; ++i)
-      for (PetscInt e = net.links.start[i]; e < net.links.start[i + 1]; ++e)
-        if (Spring::mixed || net.links.spring[e] < 0 || net.links.rest_length[e] == 0 || (!net.links.damping.empty() && net.links.damping[e] != 0))
-          plain_[i] = 0;
+    anchor_law_ = net.mixed ? OF_EACH : static_cast<LinkLaw>(net.spring_law);
+    for (PetscInt i = 0; i < net.n; ++i) add_row(i);
   }
 
   void forces(Part part, double t, const LocalState& state, const Coupling& coupling, double* f, Singularity* fault) const override {
@@ -79,7 +72,9 @@ class PhysicsOf final : public Physics {
   double anchor_tension(double t, const LocalState& state, PetscInt k) const override {
     const AnchorShift shift(motion_, t);
     const typename AnchorShift::End end(shift, net_.anchors, k);
-    return Kernel::tension({state.at(net_.anchors.particle[k]), end.y}, parameters(net_.anchors, k));
+    return with_law(anchor_law_, [&](auto law) {
+      return Kernel<decltype(law)>::tension({state.at(net_.anchors.particle[k]), end.y}, parameters<decltype(law)>(net_.anchors, k));
+    });
   }
 
   void condense_springs(double t, const LocalState& state, const Coefficients& abc, bool positive, SpringMatrix* S) const override {
@@ -96,29 +91,35 @@ class PhysicsOf final : public Physics {
   // Both copies of a spring, at its two ends, come to the same history in every bit, on whatever ranks they are: they begin with the
   // same numbers, and l is the same from dx and from -dx, whose squares are equal.
   void commit(const LocalState& state, Links* links) const override {
-    if constexpr (Spring::mixed)
-      for (PetscInt i = 0; i < net_.n; ++i)
-        for (PetscInt e = links->start[i]; e < links->start[i + 1]; ++e) {
-          if (links->spring[e] < 0) continue;
-          const LinkGeometry<d> g(state.at(i), state.at(links->other[e]));
-          Spring::commit(g.length, links->stiffness[e], links->rest_length[e], links->law[e],
-                         links->more.data() + static_cast<std::size_t>(e) * links->width);
-        }
-    else (void)state, (void)links;
+    for (PetscInt i = 0; i < net_.n && net_.mixed; ++i)
+      for (PetscInt e = links->start[i]; e < links->start[i + 1]; ++e) {
+        if (links->spring[e] < 0) continue;
+        const LinkGeometry<d> g(state.at(i), state.at(links->other[e]));
+        MixedSpring::commit(g.length, links->stiffness[e], links->rest_length[e], links->law[e],
+                            links->more.data() + static_cast<std::size_t>(e) * links->width);
+      }
   }
 
   LinkMeasures measure(const LocalState& state, PetscInt i, PetscInt e) const override {
-    const LinkGeometry<d> g(state.at(i), state.at(net_.links.other[e]));
-    const auto p = parameters(net_.links, e);
-    return {g.length, Kernel::tension(g, p), Kernel::energy(g, p), Kernel::dissipated(p)};
+    return with_law(law_[i], [&](auto law) -> LinkMeasures {
+      using Link = Kernel<decltype(law)>;
+      const LinkGeometry<d> g(state.at(i), state.at(net_.links.other[e]));
+      const auto p = parameters<decltype(law)>(net_.links, e);
+      return {g.length, Link::tension(g, p), Link::energy(g, p), Link::dissipated(p)};
+    });
   }
 
   std::vector<double> rates() const override {
     std::vector<double> sum(static_cast<std::size_t>(net_.n), 0.0);
     for (PetscInt i = 0; i < net_.n; ++i)
-      for (PetscInt e = net_.links.start[i]; e < net_.links.start[i + 1]; ++e) sum[i] += Kernel::rate(parameters(net_.links, e));
-    for (std::size_t k = 0; k < net_.anchors.particle.size(); ++k)
-      sum[net_.anchors.particle[k]] += Kernel::rate(parameters(net_.anchors, static_cast<PetscInt>(k)));
+      with_law(law_[i], [&](auto law) {
+        for (PetscInt e = net_.links.start[i]; e < net_.links.start[i + 1]; ++e)
+          sum[i] += Kernel<decltype(law)>::rate(parameters<decltype(law)>(net_.links, e));
+      });
+    with_law(anchor_law_, [&](auto law) {
+      for (std::size_t k = 0; k < net_.anchors.particle.size(); ++k)
+        sum[net_.anchors.particle[k]] += Kernel<decltype(law)>::rate(parameters<decltype(law)>(net_.anchors, static_cast<PetscInt>(k)));
+    });
     return sum;
   }
   void stiffness_sizes(double t, const LocalState& state, double* size) const override;
@@ -139,30 +140,65 @@ class PhysicsOf final : public Physics {
     };
   };
 
-  template <class Table>
-  static typename Kernel::Parameters parameters(const Table& table, PetscInt e) {
+  /// The laws with loops of their own; of links of any other law, or of several, that of each is looked up (MixedSpring).
+  enum LinkLaw : std::uint8_t { HOOKE = static_cast<int>(SpringLaw::hooke), STRAIN = static_cast<int>(SpringLaw::strain), OF_EACH };
+
+  template <class F>
+  static auto with_law(LinkLaw law, F&& f) {
+    if (law == HOOKE) return f(HookeSpring{});
+    if (law == STRAIN) return f(StrainSpring{});
+    return f(MixedSpring{});
+  }
+
+  /// The law that all springs of particle i obey.
+  LinkLaw law_of_links(PetscInt i) const {
+    const Links& links = net_.links;
+    if (!net_.mixed) return anchor_law_;
+    int law = -1;
+    for (PetscInt e = links.start[i]; e < links.start[i + 1]; ++e) {
+      if (links.spring[e] < 0) continue;
+      if (law >= 0 && law != links.law[e]) return OF_EACH;
+      law = links.law[e];
+    }
+    return law >= 0 && law < OF_EACH ? static_cast<LinkLaw>(law) : OF_EACH;
+  }
+
+  void add_row(PetscInt i) {
+    const Links& links = net_.links;
+    const auto begin = links.other.begin() + links.start[i], end = links.other.begin() + links.start[i + 1];
+    const bool cut = std::any_of(begin, end, [&](PetscInt j) { return j >= net_.n; });
+    rows_[static_cast<int>(cut ? Part::boundary : Part::interior)].push_back(i);
+    law_.push_back(law_of_links(i));
+    bool plain = law_.back() != OF_EACH;
+    for (PetscInt e = links.start[i]; e < links.start[i + 1]; ++e)
+      plain = plain && links.spring[e] >= 0 && links.rest_length[e] != 0 && (links.damping.empty() || links.damping[e] == 0);
+    plain_.push_back(plain);
+  }
+
+  template <class Spring, class Table>
+  static typename Kernel<Spring>::Parameters parameters(const Table& table, PetscInt e) {
     const LinkParameters p{table.stiffness[e], table.rest_length[e], table.damping.empty() ? 0.0 : table.damping[e]};
     if constexpr (Spring::mixed) return {p, {table.law[e], table.more.data() + static_cast<std::size_t>(e) * table.width}};
     else return p;
   }
 
-  /// False, and f untouched, where links of particle i must be taken one by one. with_energy: half the links' energy is added to sum in any case.
-  template <bool with_energy>
-  bool add_plain(PetscInt i, const double* y, const LocalState& state, double* f, Energies* sum) const {
+  /// The springs of particle i, of the law `Spring`: f += their force; with_energy: half their energy is added to sum where they are plain.
+  template <class Spring, bool with_energy>
+  void add_springs(PetscInt i, const double* y, const LocalState& state, double* f, Singularity* found, Energies* sum) const {
     double energy = 0;
     bool done = false;
     if constexpr (!Spring::mixed) done = plain_[i] && add_plain_links<d, Spring, with_energy>(net_.links, i, y, state.at(0), f, &energy);
     if (with_energy) sum->elastic += 0.5 * energy;
-    return done;
+    if (!done) add_links<Spring>(i, y, state, f, found);
   }
 
-  /// Adds the force on owned particle i to fi[d], whatever holds it; with_energy as in add_plain.
+  /// Adds the force on owned particle i to fi[d], whatever holds it; with_energy as in add_springs.
   template <bool with_energy = false>
   Singularity force_on(PetscInt i, double t, const LocalState& state, const Coupling& coupling, const AnchorShift& shift, double* fi,
                        Energies* sum = nullptr) const {
     const double* y = state.at(i);
     Singularity found;
-    if (!add_plain<with_energy>(i, y, state, fi, sum)) add_links(i, y, state, fi, &found);
+    with_law(law_[i], [&](auto law) { add_springs<decltype(law), with_energy>(i, y, state, fi, &found, sum); });
     add_anchors(i, y, shift, fi, &found);
     const Point<d> point{t, net_.mass[i], net_.columns(i), y, y + d};
     for_each_law(laws_, [&](const auto& law) {
@@ -172,39 +208,62 @@ class PhysicsOf final : public Physics {
     return found;
   }
 
-  void add_links(PetscInt i, const double* y, const LocalState& state, double* f, Singularity* found) const {
+  // The compiler leaves the laws' functions out of the innermost loops where several loops call them: `flatten` takes them in.
+  template <class Spring>
+  [[gnu::flatten]] void add_links(PetscInt i, const double* y, const LocalState& state, double* f, Singularity* found) const {
     const Links& links = net_.links;
     for (PetscInt e = links.start[i]; e < links.start[i + 1]; ++e) {
       if (links.spring[e] < 0) continue;
       const LinkGeometry<d> g(y, state.at(links.other[e]));
-      const auto p = parameters(links, e);
-      if (Kernel::defined(g, p)) Kernel::force(g, p, f);
+      const auto p = parameters<Spring>(links, e);
+      if (Kernel<Spring>::defined(g, p)) Kernel<Spring>::force(g, p, f);
       else if (std::isnan(g.length)) *found = {Singularity::state, net_.row[i], ""};
       else if (!net_.rest_at_zero_length && !links.is_broken(e)) *found = {Singularity::spring, links.spring[e], ""};
     }
   }
 
+  /// use(kernel, e, g, p) for every spring e of particle i but those that have no direction.
+  template <class Use>
+  void for_links(PetscInt i, const LocalState& state, Use&& use) const {
+    const Links& links = net_.links;
+    with_law(law_[i], [&](auto law) {
+      using Link = Kernel<decltype(law)>;
+      for (PetscInt e = links.start[i]; e < links.start[i + 1]; ++e) {
+        if (links.spring[e] < 0) continue;
+        const LinkGeometry<d> g(state.at(i), state.at(links.other[e]));
+        const auto p = parameters<decltype(law)>(links, e);
+        if (Link::defined(g, p)) use(Link{}, e, g, p);
+      }
+    });
+  }
+
+  /// use(kernel, k, g, p) for every anchor k of particle i at x = y.
+  template <class Use>
+  void for_anchors(PetscInt i, const double* y, const AnchorShift& shift, Use&& use) const {
+    if (anchor_start_[i] == anchor_start_[i + 1]) return;
+    with_law(anchor_law_, [&](auto law) {
+      for (PetscInt a = anchor_start_[i]; a < anchor_start_[i + 1]; ++a) {
+        const PetscInt k = anchor_order_[a];
+        const typename AnchorShift::End end(shift, net_.anchors, k);
+        use(Kernel<decltype(law)>{}, k, LinkGeometry<d>(y, end.y), parameters<decltype(law)>(net_.anchors, k));
+      }
+    });
+  }
+
   void add_anchors(PetscInt i, const double* y, const AnchorShift& shift, double* f, Singularity* found) const {
-    for (PetscInt a = anchor_start_[i]; a < anchor_start_[i + 1]; ++a) {
-      const PetscInt k = anchor_order_[a];
-      const typename AnchorShift::End end(shift, net_.anchors, k);
-      const LinkGeometry<d> g(y, end.y);
-      const auto p = parameters(net_.anchors, k);
-      if (Kernel::defined(g, p)) Kernel::force(g, p, f);
+    for_anchors(i, y, shift, [&](auto kernel, PetscInt k, const LinkGeometry<d>& g, const auto& p) {
+      if (kernel.defined(g, p)) kernel.force(g, p, f);
       else if (std::isnan(g.length)) *found = {Singularity::state, net_.row[i], ""};
       else *found = {Singularity::anchor, net_.anchors.row[k], ""};
-    }
+    });
   }
 
   // K += df_i/dx_i, D += df_i/dv_i of anchors and particle laws. `positive`: without what may make -K indefinite.
   template <bool positive>
   void add_node_tangent(PetscInt i, const Point<d>& point, const AnchorShift& shift, double* K, double* D) const {
-    for (PetscInt a = anchor_start_[i]; a < anchor_start_[i + 1]; ++a) {
-      const typename AnchorShift::End end(shift, net_.anchors, anchor_order_[a]);
-      const LinkGeometry<d> g(point.x, end.y);
-      const auto p = parameters(net_.anchors, anchor_order_[a]);
-      if (Kernel::defined(g, p)) Kernel::template tangent<positive>(g, p, K, D);
-    }
+    for_anchors(i, point.x, shift, [&](auto kernel, PetscInt, const LinkGeometry<d>& g, const auto& p) {
+      if (kernel.defined(g, p)) kernel.template tangent<positive>(g, p, K, D);
+    });
     for_each_law(laws_, [&](const auto& law) {
       if (!law.active()) return;
       if constexpr (!positive) law.template dfdx<d>(point, K);
@@ -214,17 +273,25 @@ class PhysicsOf final : public Physics {
 
   template <bool with_energy>
   void forces_of(Part part, double t, const LocalState& state, const Coupling& coupling, double* f, Singularity* fault, Energies* sum) const;
-  void add_link_energies(PetscInt i, const LocalState& state, Energies* sum) const;
+  [[gnu::flatten]] void add_link_energies(PetscInt i, const LocalState& state, Energies* sum) const;
   void add_body_energies(PetscInt i, double t, const LocalState& state, const AnchorShift& shift, Energies* sum) const;
   template <class Use>
   void for_springs(const LocalState& state, Use&& use) const;
   static void subtract(double* panel, PetscInt width, PetscInt slot, const double* K, const double* D);
-  void add_tangents(PetscInt i, double t, const LocalState& state, const Coupling& coupling, const AnchorShift& shift, double* panel,
-                    PetscInt width) const;
+  [[gnu::flatten]] void add_tangents(PetscInt i, double t, const LocalState& state, const Coupling& coupling, const AnchorShift& shift, double* panel,
+                                     PetscInt width) const;
   template <class Law>
   static void add_supply(const Law& law, const Point<d>& point, Supply* sum);
   template <class Law>
   static void add_law(const Law& law, const Point<d>& point, const double* dx, const double* dv, double sigma, PotentialChange* sum);
+  template <class Spring>
+  [[gnu::flatten]] void add_products(PetscInt i, const LocalState& state, const LocalState& z, double* f) const;
+  /// The pair of S, and that of a cut spring, that was filled last.
+  struct PairPlaces {
+    PetscInt pair = -1, cut = -1;
+  };
+  template <class Spring, bool positive>
+  [[gnu::flatten]] void fill_pairs(PetscInt i, const LocalState& state, const Coefficients& abc, double* node, PairPlaces* at, SpringMatrix* S) const;
   template <bool positive>
   void fill_springs(double t, const LocalState& state, const Coefficients& abc, SpringMatrix* S) const;
   template <bool positive>
@@ -237,8 +304,10 @@ class PhysicsOf final : public Physics {
   const Motion& motion_;
   const RowPattern& pattern_;
   std::vector<PetscInt> anchor_start_, anchor_order_;
-  std::vector<PetscInt> rows_[2];    ///< owned particles of either Part, ascending
-  std::vector<std::uint8_t> plain_;  ///< (n) particles on springs alone, without dampers or zero rest lengths
+  std::vector<PetscInt> rows_[2];  ///< owned particles of either Part, ascending
+  LinkLaw anchor_law_ = OF_EACH;
+  std::vector<LinkLaw> law_;         ///< (n) of all springs of a particle
+  std::vector<std::uint8_t> plain_;  ///< (n) particles on springs of such a law alone, without dampers or zero rest lengths
 };
 
 }  // namespace bs

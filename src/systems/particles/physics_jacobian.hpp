@@ -5,8 +5,8 @@
 namespace bs {
 
 // Panel rows are -df_i/dx_j and -df_i/dv_j, side by side for every column j. D null: no part by velocity.
-template <int d, class Spring, class Damper>
-void PhysicsOf<d, Spring, Damper>::subtract(double* panel, PetscInt width, PetscInt slot, const double* K, const double* D) {
+template <int d, class Damper>
+void PhysicsOf<d, Damper>::subtract(double* panel, PetscInt width, PetscInt slot, const double* K, const double* D) {
   for (int r = 0; r < d; ++r) {
     double* row = panel + r * width + slot * 2 * d;
     for (int c = 0; c < d; ++c) row[c] -= K[r * d + c];
@@ -15,45 +15,44 @@ void PhysicsOf<d, Spring, Damper>::subtract(double* panel, PetscInt width, Petsc
   }
 }
 
-template <int d, class Spring, class Damper>
-void PhysicsOf<d, Spring, Damper>::add_tangents(PetscInt i, double t, const LocalState& state, const Coupling& coupling, const AnchorShift& shift,
-                                                double* panel, PetscInt width) const {
+template <int d, class Damper>
+void PhysicsOf<d, Damper>::add_tangents(PetscInt i, double t, const LocalState& state, const Coupling& coupling, const AnchorShift& shift,
+                                        double* panel, PetscInt width) const {
   const Links& links = net_.links;
   const double* y = state.at(i);
   const Point<d> point{t, net_.mass[i], net_.columns(i), y, y + d};
   double self_K[d * d] = {}, self_D[d * d] = {};
-  for (PetscInt e = links.start[i]; e < links.start[i + 1]; ++e) {
-    double K[d * d] = {}, D[d * d] = {};
-    if (links.spring[e] >= 0) {
-      const LinkGeometry<d> g(y, state.at(links.other[e]));
-      const auto p = parameters(links, e);
-      if (!Kernel::defined(g, p)) continue;
-      Kernel::tangent(g, p, K, D);
-      for (int k = 0; k < d * d; ++k) {
-        self_K[k] += K[k];
-        K[k] = -K[k];
+  with_law(law_[i], [&](auto law) {
+    using Link = Kernel<decltype(law)>;
+    for (PetscInt e = links.start[i]; e < links.start[i + 1]; ++e) {
+      double K[d * d] = {}, D[d * d] = {};
+      bool damped = true;
+      if (links.spring[e] >= 0) {
+        const LinkGeometry<d> g(y, state.at(links.other[e]));
+        const auto p = parameters<decltype(law)>(links, e);
+        if (!Link::defined(g, p)) continue;
+        Link::tangent(g, p, K, D);
+        damped = p.damping != 0;
+        for (int k = 0; k < d * d; ++k) {
+          self_K[k] += K[k];
+          self_D[k] += D[k];
+          K[k] = -K[k];
+          D[k] = -D[k];
+        }
+      } else {
+        coupling.add_cross<d>(i, links.other[e], point, K, D);
       }
-      if (p.damping == 0) {
-        if (pattern_.slot(e) >= 0) subtract(panel, width, pattern_.slot(e), K, nullptr);
-        continue;
-      }
-      for (int k = 0; k < d * d; ++k) {
-        self_D[k] += D[k];
-        D[k] = -D[k];
-      }
-    } else {
-      coupling.add_cross<d>(i, links.other[e], point, K, D);
+      if (pattern_.slot(e) >= 0) subtract(panel, width, pattern_.slot(e), K, damped ? D : nullptr);
     }
-    if (pattern_.slot(e) >= 0) subtract(panel, width, pattern_.slot(e), K, D);
-  }
+  });
   add_node_tangent<false>(i, point, shift, self_K, self_D);
   coupling.add_self<d>(i, point, self_K, self_D);
   subtract(panel, width, pattern_.self(i), self_K, self_D);
 }
 
-template <int d, class Spring, class Damper>
-PetscErrorCode PhysicsOf<d, Spring, Damper>::jacobian(double t, const LocalState& state, const Coupling& coupling, double sigma, bool momentum,
-                                                      RowWriter* writer) const {
+template <int d, class Damper>
+PetscErrorCode PhysicsOf<d, Damper>::jacobian(double t, const LocalState& state, const Coupling& coupling, double sigma, bool momentum,
+                                              RowWriter* writer) const {
   const AnchorShift shift(motion_, t);
   std::vector<double> panel(static_cast<std::size_t>(pattern_.widest() * 2 * d * d));
   PetscFunctionBegin;

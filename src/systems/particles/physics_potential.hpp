@@ -7,39 +7,38 @@
 namespace bs {
 
 // A spring between two particles counts half from either end, as in energies(); that to a held end, too.
-template <int d, class Spring, class Damper>
-PotentialChange PhysicsOf<d, Spring, Damper>::beyond_slope(double t, const LocalState& state, const LocalState& line, double lambda,
-                                                           double sigma) const {
+template <int d, class Damper>
+PotentialChange PhysicsOf<d, Damper>::beyond_slope(double t, const LocalState& state, const LocalState& line, double lambda, double sigma) const {
   const AnchorShift shift(motion_, t);
   const Links& links = net_.links;
   PotentialChange sum;
   for (PetscInt i = 0; i < net_.n; ++i) {
     const double *y = state.at(i), *z = line.at(i);
     double dd[d], dw[d], dx[d], dv[d];
-    if constexpr (!Spring::mixed)
-      if (plain_[i]) sum.value += 0.5 * sigma * plain_beyond_slope<d, Spring>(links, i, y, state.at(0), line.at(0), lambda);
-    for (PetscInt e = links.start[i]; e < links.start[i + 1] && !plain_[i]; ++e) {
-      const double* other = line.at(links.other[e]);
-      for (int c = 0; c < d; ++c) {
-        dd[c] = lambda * (z[c] - other[c]);
-        dw[c] = lambda * (z[d + c] - other[d + c]);
+    with_law(law_[i], [&](auto law) {
+      using Spring = decltype(law);
+      if constexpr (!Spring::mixed)
+        if (plain_[i]) sum.value += 0.5 * sigma * plain_beyond_slope<d, Spring>(links, i, y, state.at(0), line.at(0), lambda);
+      for (PetscInt e = links.start[i]; e < links.start[i + 1] && !plain_[i]; ++e) {
+        const double* other = line.at(links.other[e]);
+        for (int c = 0; c < d; ++c) {
+          dd[c] = lambda * (z[c] - other[c]);
+          dw[c] = lambda * (z[d + c] - other[d + c]);
+        }
+        const LinkGeometry<d> g(y, state.at(links.other[e]));
+        const auto p = parameters<Spring>(links, e);
+        if (links.spring[e] >= 0 && Kernel<Spring>::defined(g, p)) sum.value += 0.5 * Kernel<Spring>::beyond_slope(g, dd, dw, p, sigma);
       }
-      const LinkGeometry<d> g(y, state.at(links.other[e]));
-      const auto p = parameters(links, e);
-      if (links.spring[e] >= 0 && Kernel::defined(g, p)) sum.value += 0.5 * Kernel::beyond_slope(g, dd, dw, p, sigma);
-    }
+    });
     if (net_.fixed[i]) continue;
     for (int c = 0; c < d; ++c) {
       dx[c] = lambda * z[c];
       dv[c] = lambda * z[d + c];
       sum.value += 0.5 * sigma * net_.mass[i] * dv[c] * dv[c];
     }
-    for (PetscInt a = anchor_start_[i]; a < anchor_start_[i + 1]; ++a) {
-      const typename AnchorShift::End end(shift, net_.anchors, anchor_order_[a]);
-      const LinkGeometry<d> g(y, end.y);
-      const auto p = parameters(net_.anchors, anchor_order_[a]);
-      if (Kernel::defined(g, p)) sum.value += Kernel::beyond_slope(g, dx, dv, p, sigma);
-    }
+    for_anchors(i, y, shift, [&](auto kernel, PetscInt, const LinkGeometry<d>& g, const auto& p) {
+      if (kernel.defined(g, p)) sum.value += kernel.beyond_slope(g, dx, dv, p, sigma);
+    });
     const Point<d> point{t, net_.mass[i], net_.columns(i), y, y + d};
     for_each_law(laws_, [&](const auto& law) {
       if (law.active()) add_law(law, point, dx, dv, sigma, &sum);
@@ -48,10 +47,9 @@ PotentialChange PhysicsOf<d, Spring, Damper>::beyond_slope(double t, const Local
   return sum;
 }
 
-template <int d, class Spring, class Damper>
+template <int d, class Damper>
 template <class Law>
-void PhysicsOf<d, Spring, Damper>::add_law(const Law& law, const Point<d>& point, const double* dx, const double* dv, double sigma,
-                                           PotentialChange* sum) {
+void PhysicsOf<d, Damper>::add_law(const Law& law, const Point<d>& point, const double* dx, const double* dv, double sigma, PotentialChange* sum) {
   if constexpr (Law::potential == Potential::of_velocity) {
     sum->value += law.template dissipation_beyond_slope<d>(point, dv);
   } else if constexpr (Law::potential == Potential::of_position) {
@@ -66,8 +64,8 @@ void PhysicsOf<d, Spring, Damper>::add_law(const Law& law, const Point<d>& point
   }
 }
 
-template <int d, class Spring, class Damper>
-std::string PhysicsOf<d, Spring, Damper>::lacks_potential() const {
+template <int d, class Damper>
+std::string PhysicsOf<d, Damper>::lacks_potential() const {
   std::string what;
   for_each_law(laws_, [&](const auto& law) {
     using Law = std::decay_t<decltype(law)>;

@@ -12,9 +12,9 @@ template <class Law>
 struct has_fluid<Law, std::void_t<decltype(std::declval<const Law&>().fluid)>> : std::true_type {};
 
 // Drag f(v - u) takes f.(v - u) out and brings f.u in; a law with a potential brings f.v.
-template <int d, class Spring, class Damper>
+template <int d, class Damper>
 template <class Law>
-void PhysicsOf<d, Spring, Damper>::add_supply(const Law& law, const Point<d>& point, Supply* sum) {
+void PhysicsOf<d, Damper>::add_supply(const Law& law, const Point<d>& point, Supply* sum) {
   constexpr bool potential = Law::potential == Potential::linear || Law::potential == Potential::of_position;
   if constexpr (potential || has_fluid<Law>::value) {
     double f[d] = {};
@@ -24,8 +24,8 @@ void PhysicsOf<d, Spring, Damper>::add_supply(const Law& law, const Point<d>& po
   }
 }
 
-template <int d, class Spring, class Damper>
-Supply PhysicsOf<d, Spring, Damper>::supply(double t, const LocalState& state, const Coupling& coupling) const {
+template <int d, class Damper>
+Supply PhysicsOf<d, Damper>::supply(double t, const LocalState& state, const Coupling& coupling) const {
   const AnchorShift shift(motion_, t);
   Supply sum;
   for (PetscInt i = 0; i < net_.n; ++i) {

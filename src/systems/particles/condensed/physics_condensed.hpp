@@ -40,10 +40,10 @@ inline void add_symmetric(const double* B, Real* to) noexcept {
 }  // namespace condensed
 
 // A_i = a m_i - b D_i - c K_i of particle laws and anchors
-template <int d, class Spring, class Damper>
+template <int d, class Damper>
 template <bool positive>
-void PhysicsOf<d, Spring, Damper>::node_block(PetscInt i, double t, const LocalState& state, const AnchorShift& shift, const Coefficients& abc,
-                                              double* A) const {
+void PhysicsOf<d, Damper>::node_block(PetscInt i, double t, const LocalState& state, const AnchorShift& shift, const Coefficients& abc,
+                                      double* A) const {
   std::fill_n(A, d * d, 0.0);
   for (int c = 0; c < d; ++c) A[c * (d + 1)] = abc.mass * net_.mass[i];
   if (net_.fixed[i]) return;
@@ -55,48 +55,54 @@ void PhysicsOf<d, Spring, Damper>::node_block(PetscInt i, double t, const LocalS
 }
 
 // Links of a row come in the pattern's order: each fills the next pair, or the one before it if it runs parallel.
-template <int d, class Spring, class Damper>
-template <bool positive>
-void PhysicsOf<d, Spring, Damper>::fill_springs(double t, const LocalState& state, const Coefficients& abc, SpringMatrix* S) const {
-  const AnchorShift shift(motion_, t);
+template <int d, class Damper>
+template <class Spring, bool positive>
+void PhysicsOf<d, Damper>::fill_pairs(PetscInt i, const LocalState& state, const Coefficients& abc, double* node, PairPlaces* at,
+                                      SpringMatrix* S) const {
+  using Link = Kernel<Spring>;
   const Links& links = net_.links;
-  PetscInt pair = -1, cut = -1;
+  if constexpr (d == 3 && !Spring::mixed) {
+    const SpringPattern& pattern = S->pattern();
+    const PetscInt pairs = pattern.start[i + 1] - pattern.start[i];
+    if (plain_[i] && fill_plain_pairs<Spring, positive>(net_, i, pairs, state.at(0), abc.stiffness, S->pair(at->pair + 1))) {
+      at->pair += pairs;
+      return;
+    }
+  }
+  const double* y = state.at(i);
+  PetscInt last = -1;
+  for (PetscInt e = links.start[i]; e < links.start[i + 1]; ++e) {
+    const PetscInt j = net_.coupled(i, e);
+    const bool held = net_.fixed[j];
+    if (links.spring[e] < 0 || (!held && (j < i || net_.own_image(i, links.other[e])))) continue;
+    if (!held && j != last) ++(j < net_.n ? at->pair : at->cut);
+    if (!held) last = j;
+    const LinkGeometry<d> g(y, state.at(links.other[e]));
+    const auto p = parameters<Spring>(links, e);
+    if (!Link::defined(g, p)) continue;
+    if (held) condensed::add_link<Link, positive, d>(g, p, abc, node);
+    else condensed::add_to_pair<Link, positive, d>(g, p, abc, j < net_.n ? S->pair(at->pair) : S->cut(at->cut));
+  }
+}
+
+template <int d, class Damper>
+template <bool positive>
+void PhysicsOf<d, Damper>::fill_springs(double t, const LocalState& state, const Coefficients& abc, SpringMatrix* S) const {
+  const AnchorShift shift(motion_, t);
+  PairPlaces at;
   S->zero();
   for (PetscInt i = 0; i < net_.n; ++i) {
     double node[d * d];
     node_block<positive>(i, t, state, shift, abc, node);
-    if constexpr (d == 3 && !Spring::mixed) {
-      const SpringPattern& pattern = S->pattern();
-      const PetscInt pairs = pattern.start[i + 1] - pattern.start[i];
-      if (plain_[i] && !net_.fixed[i] && fill_plain_pairs<Spring, positive>(net_, i, pairs, state.at(0), abc.stiffness, S->pair(pair + 1))) {
-        pair += pairs;
-        condensed::add_symmetric<d>(node, S->node(i));
-        continue;
-      }
-    }
-    const double* y = state.at(i);
-    PetscInt last = -1;
-    for (PetscInt e = links.start[i]; e < links.start[i + 1] && !net_.fixed[i]; ++e) {
-      const PetscInt j = net_.coupled(i, e);
-      const bool held = net_.fixed[j];
-      if (links.spring[e] < 0 || (!held && (j < i || net_.own_image(i, links.other[e])))) continue;
-      if (!held && j != last) ++(j < net_.n ? pair : cut);
-      if (!held) last = j;
-      const LinkGeometry<d> g(y, state.at(links.other[e]));
-      const auto p = parameters(links, e);
-      if (!Kernel::defined(g, p)) continue;
-      if (held) condensed::add_link<Kernel, positive, d>(g, p, abc, node);
-      else condensed::add_to_pair<Kernel, positive, d>(g, p, abc, j < net_.n ? S->pair(pair) : S->cut(cut));
-    }
+    if (!net_.fixed[i]) with_law(law_[i], [&](auto law) { fill_pairs<decltype(law), positive>(i, state, abc, node, &at, S); });
     condensed::add_symmetric<d>(node, S->node(i));
   }
 }
 
-template <int d, class Spring, class Damper>
+template <int d, class Damper>
 template <bool positive>
-PetscErrorCode PhysicsOf<d, Spring, Damper>::fill_rows(double t, const LocalState& state, const Coefficients& abc, BlockRowWriter* writer) const {
+PetscErrorCode PhysicsOf<d, Damper>::fill_rows(double t, const LocalState& state, const Coefficients& abc, BlockRowWriter* writer) const {
   const AnchorShift shift(motion_, t);
-  const Links& links = net_.links;
   std::vector<double> panel(static_cast<std::size_t>(pattern_.widest() * d * d));
   PetscFunctionBegin;
   for (PetscInt i = 0; i < net_.n; ++i) {
@@ -104,20 +110,17 @@ PetscErrorCode PhysicsOf<d, Spring, Damper>::fill_rows(double t, const LocalStat
     std::fill_n(panel.begin(), width * d, 0.0);
     double node[d * d];
     node_block<positive>(i, t, state, shift, abc, node);
-    for (PetscInt e = links.start[i]; e < links.start[i + 1] && !net_.fixed[i]; ++e) {
-      if (links.spring[e] < 0) continue;
-      const LinkGeometry<d> g(state.at(i), state.at(links.other[e]));
-      const auto p = parameters(links, e);
-      if (!Kernel::defined(g, p)) continue;
-      double B[d * d] = {};
-      condensed::add_link<Kernel, positive, d>(g, p, abc, B);
-      const PetscInt slot = pattern_.slot(e);
-      for (int r = 0; r < d; ++r)
-        for (int c = 0; c < d; ++c) {
-          node[r * d + c] += B[r * d + c];
-          if (slot >= 0) panel[r * width + slot * d + c] -= B[r * d + c];
-        }
-    }
+    if (!net_.fixed[i])
+      for_links(i, state, [&](auto kernel, PetscInt e, const LinkGeometry<d>& g, const auto& p) {
+        double B[d * d] = {};
+        condensed::add_link<decltype(kernel), positive, d>(g, p, abc, B);
+        const PetscInt slot = pattern_.slot(e);
+        for (int r = 0; r < d; ++r)
+          for (int c = 0; c < d; ++c) {
+            node[r * d + c] += B[r * d + c];
+            if (slot >= 0) panel[r * width + slot * d + c] -= B[r * d + c];
+          }
+      });
     for (int r = 0; r < d; ++r)
       for (int c = 0; c < d; ++c) panel[r * width + pattern_.self(i) * d + c] += 0.5 * (node[r * d + c] + node[c * d + r]);
     PetscCall(writer->write(i, panel.data()));
@@ -125,46 +128,50 @@ PetscErrorCode PhysicsOf<d, Spring, Damper>::fill_rows(double t, const LocalStat
   PetscFunctionReturn(0);
 }
 
-template <int d, class Spring, class Damper>
-void PhysicsOf<d, Spring, Damper>::stiffness_sizes(double t, const LocalState& state, double* size) const {
+template <int d, class Damper>
+void PhysicsOf<d, Damper>::stiffness_sizes(double t, const LocalState& state, double* size) const {
   const AnchorShift shift(motion_, t);
-  const Links& links = net_.links;
   for (PetscInt i = 0; i < net_.n; ++i) {
     double node[d * d];
     node_block<false>(i, t, state, shift, {0, 0, 1}, node);
     size[i] = 0;
     for (int c = 0; c < d; ++c) size[i] += std::abs(node[c * (d + 1)]);
-    for (PetscInt e = links.start[i]; e < links.start[i + 1] && !net_.fixed[i]; ++e) {
-      if (links.spring[e] < 0) continue;
-      const LinkGeometry<d> g(state.at(i), state.at(links.other[e]));
-      const auto p = parameters(links, e);
-      if (!Kernel::defined(g, p)) continue;
-      const SpringTangent rate = Kernel::rates(g, p, 0, 1);
-      size[i] += std::max(Kernel::rate(p), std::abs(rate.axial)) + (d - 1) * std::abs(rate.transverse);
-    }
+    if (net_.fixed[i]) continue;
+    for_links(i, state, [&](auto kernel, PetscInt, const LinkGeometry<d>& g, const auto& p) {
+      const SpringTangent rate = kernel.rates(g, p, 0, 1);
+      size[i] += std::max(kernel.rate(p), std::abs(rate.axial)) + (d - 1) * std::abs(rate.transverse);
+    });
   }
 }
 
-template <int d, class Spring, class Damper>
-void PhysicsOf<d, Spring, Damper>::multiply_tangent(double t, const LocalState& state, const LocalState& z, double* f) const {
-  const AnchorShift shift(motion_, t);
+/// f += df_i/dx_i (z_i - z_j) and the same of velocities, of the springs of particle i.
+template <int d, class Damper>
+template <class Spring>
+void PhysicsOf<d, Damper>::add_products(PetscInt i, const LocalState& state, const LocalState& z, double* f) const {
   const Links& links = net_.links;
+  const double *y = state.at(i), *zi = z.at(i);
+  for (PetscInt e = links.start[i]; e < links.start[i + 1]; ++e) {
+    if (links.spring[e] < 0) continue;
+    const LinkGeometry<d> g(y, state.at(links.other[e]));
+    const auto p = parameters<Spring>(links, e);
+    if (!Kernel<Spring>::defined(g, p)) continue;
+    double K[d * d] = {}, D[d * d] = {};
+    Kernel<Spring>::tangent(g, p, K, D);
+    const double* zj = z.at(links.other[e]);
+    for (int r = 0; r < d; ++r)
+      for (int c = 0; c < d; ++c) f[r] += K[r * d + c] * (zi[c] - zj[c]) + D[r * d + c] * (zi[d + c] - zj[d + c]);
+  }
+}
+
+template <int d, class Damper>
+void PhysicsOf<d, Damper>::multiply_tangent(double t, const LocalState& state, const LocalState& z, double* f) const {
+  const AnchorShift shift(motion_, t);
   for (PetscInt i = 0; i < net_.n; ++i) {
     double* fi = f + i * d;
     std::fill_n(fi, d, 0.0);
     if (net_.fixed[i]) continue;
+    with_law(law_[i], [&](auto law) { add_products<decltype(law)>(i, state, z, fi); });
     const double *y = state.at(i), *zi = z.at(i);
-    for (PetscInt e = links.start[i]; e < links.start[i + 1]; ++e) {
-      if (links.spring[e] < 0) continue;
-      const LinkGeometry<d> g(y, state.at(links.other[e]));
-      const auto p = parameters(links, e);
-      if (!Kernel::defined(g, p)) continue;
-      double K[d * d] = {}, D[d * d] = {};
-      Kernel::tangent(g, p, K, D);
-      const double* zj = z.at(links.other[e]);
-      for (int r = 0; r < d; ++r)
-        for (int c = 0; c < d; ++c) fi[r] += K[r * d + c] * (zi[c] - zj[c]) + D[r * d + c] * (zi[d + c] - zj[d + c]);
-    }
     // a node block with sigma = 1 and without mass, for K and D apart
     double K[d * d] = {}, D[d * d] = {};
     const Point<d> point{t, net_.mass[i], net_.columns(i), y, y + d};
@@ -174,8 +181,8 @@ void PhysicsOf<d, Spring, Damper>::multiply_tangent(double t, const LocalState& 
   }
 }
 
-template <int d, class Spring, class Damper>
-void PhysicsOf<d, Spring, Damper>::multiply_law_damping(double t, const LocalState& state, const double* w, double* f) const {
+template <int d, class Damper>
+void PhysicsOf<d, Damper>::multiply_law_damping(double t, const LocalState& state, const double* w, double* f) const {
   const AnchorShift shift(motion_, t);
   for (PetscInt i = 0; i < net_.n; ++i) {
     if (net_.fixed[i]) continue;
