@@ -191,7 +191,6 @@ PetscErrorCode Run::open_trajectory() {
   if (options.file.empty()) PetscFunctionReturn(0);
   if (resumed_) {
     PetscCall(Trajectory::resume(model_.comm(), options, model_.dim(), numbers, mark, &trajectory_));
-    stepper_->set_framed(mark.last_time == shown_time(stepper_->good_time()));
     PetscFunctionReturn(0);
   }
   PetscCallMPI(MPI_Comm_rank(model_.comm(), &rank));

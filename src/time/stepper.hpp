@@ -62,7 +62,6 @@ class Stepper {
   /// Last time whose state is good, and whether its frame is written.
   double good_time() const { return good_time_; }
   bool framed() const { return framed_; }
-  void set_framed(bool framed) { framed_ = framed; }
   /// Why the run ended early (empty: it did not).
   const std::string& trouble() const { return trouble_; }
   /// Why no step can follow a good one (empty: one can).

@@ -147,6 +147,9 @@ def refusals(checks, folder):
     shutil.copy(folder / "ref", folder / "word")
     with h5py.File(folder / "word", "r+") as f:
         f["options"].attrs["bs_gravity"] = np.bytes_("0,0,-9.91")
+    shutil.copy(folder / "ref", folder / "number")
+    with h5py.File(folder / "number", "r+") as f:
+        f["run"].attrs["next_step"] *= 1 + 2**-52
     (folder / "half").write_bytes(kept[:len(kept) // 2])
     linear = dict(HEAT, bs_restart="ref")
     for name, options, words in (
@@ -158,6 +161,7 @@ def refusals(checks, folder):
             ("a newer version", {"bs_restart": "newer"}, "version 99"),
             ("a flipped bit", {"bs_restart": "bit"}, "checksum"),
             ("an option changed in the file", {"bs_restart": "word"}, "/options does not match its checksum"),
+            ("a number changed in the file", {"bs_restart": "number"}, "/run does not match its checksum"),
             ("half a file", {"bs_restart": "half"}, "truncated or damaged"),
             ("no checkpoint but a trajectory", {"bs_restart": "ref.h5md"}, "is not a checkpoint"),
             ("no such file", {"bs_restart": "nothing"}, "no such file"),

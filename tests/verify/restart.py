@@ -93,6 +93,8 @@ def dynamics(checks, folder):
                                  ("alpha2", {"ts_type": "alpha2", "bs_lattice_damping": 0.5}, (5, None)),
                                  ("verlet, beyond its limit", {"ts_type": "verlet", "ts_dt": 0.02, "ts_max_time": 0.4, "bs_output_interval": 0.1, "bs_advise": False}, (2, 12, None)),
                                  ("rejected steps", {"bs_lattice_stiffness": 4e6, "snes_max_it": 3, "ts_max_time": 0.04}, (3, None)),
+                                 ("another start", {"ts_init_time": 1.03, "ts_max_time": 1.15}, (5,)),
+                                 ("loose tolerances", {"snes_rtol": 0.3, "bs_energy_growth": 0}, (5, None)),
                                  ("end at rest", {"bs_lattice_damping": 500, "ts_max_time": 100, "ts_dt": 0.5, "bs_stop_at_rest": 1e-3}, (2, None)),
                                  ("without a trajectory", {"bs_output": None, "ts_type": "verlet", "ts_dt": 0.005, "ts_max_time": 0.3, "bs_output_interval": 0.1}, (5, 41, None)),
                                  ("inner solver", {"condensed_pc_type": "bicc", "bs_checkpoint_every": 1}, (5, None))):

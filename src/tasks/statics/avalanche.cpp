@@ -106,7 +106,6 @@ PetscErrorCode Avalanche::follow(double factor, Vec y, const Frame& frame, bool*
   }
   model_.release(now.kinetic);
   PetscCall(model_.set_motion(0, y));
-  PetscCall(zero_velocities(y));
   PetscFunctionReturn(0);
 }
 
