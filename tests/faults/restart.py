@@ -10,7 +10,7 @@ import time
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parent))
 import h5py
 import numpy as np
-from runs import BLOCK, Checks, content, difference, frames, run, start, told
+from runs import BLOCK, Checks, content, difference, frames, run, start, told, write_lattice
 
 # name, options, ranks, steps before the stop, largest difference of positions and velocities (0: the same in every bit)
 CASES = [
@@ -183,9 +183,41 @@ def refusals(checks, folder):
         checks.true(f"allowed and said: {name}", code == 0 and words in err and frames(folder / f"new{k}.h5md") >= 2, err.strip()[:120])
 
 
+def inputs(checks, folder):
+    """What a run reads besides its options must be what it was: numbers of the lattice each in its row, tables each for its component, to their ends."""
+    x = np.array([[0.0, 0], [1, 0], [2, 0.1], [3, 0]])
+    lattice = {"pairs": [[0, 1], [1, 2], [2, 3]], "rest_length": 1.0}
+    long = "t,x\n" + "".join(f"{k / 10:.9f},{1e-4 * k:.9f}\n" for k in range(4000))
+    base = {"bs_lattice_file": "l.h5", "bs_group_end": "ids:3", "bs_motion_end": "x=table:a.csv,y=table:b.csv", "ts_dt": 0.01, "ts_max_time": 0.1, "bs_checkpoint": "in", "bs_advise": False}
+
+    def put(stiffness=(10, 20, 30), mass=(1, 2, 3, 4), tables=(long, "t,x\n0,0\n400,0.1\n")):
+        write_lattice(folder / "l.h5", x, mass, stiffness=stiffness, **lattice)
+        for name, text in zip("ab", tables):
+            (folder / f"{name}.csv").write_text(text)
+        return tables
+    tables = put()
+    code, _, err = run(checks, folder, base)
+    checks.true("inputs: a table of several pieces", code == 0 and len(long) > 2**16, err.strip()[:160])
+    for name, changes, words in (("as they were", {}, None), ("two springs changed places", {"stiffness": (10, 30, 20)}, "another lattice"),
+                                 ("two masses changed places", {"mass": (1, 3, 2, 4)}, "another lattice"), ("tables changed places", {"tables": tables[::-1]}, "its contents have changed"),
+                                 ("a table's last number", {"tables": (long[:-2] + "9\n", tables[1])}, "its contents have changed")):
+        put(**changes)
+        for ranks in (1, 3):
+            code, _, err = run(checks, folder, {"bs_restart": "in", "ts_max_time": 0.11, "bs_checkpoint": f"out{ranks}", "bs_overwrite": True}, ranks)
+            lines = told(err)
+            good = code == 0 and not lines if words is None else code == 2 and len(lines) == 1 and words in lines[0]
+            checks.true(f"inputs, {ranks} rank(s): {name}", good, "".join(lines)[:160])
+    scene = "#1.0 *** XSpringies data file\nmass 1 100 100 0 0 1 0.9\nmass 2 150 100 0 0 -1 0.9\nspng 1 1 2 10 1 50\nfrce 0 1 {} 0\n"
+    for gravity in (10, 11):
+        (folder / "s.xsp").write_text(scene.format(gravity))
+        first = {"bs_lattice_file": "s.xsp", "ts_dt": 0.01, "ts_max_time": 0.1, "bs_checkpoint": "sc", "bs_advise": False}
+        code, _, err = run(checks, folder, first if gravity == 10 else {"bs_restart": "sc", "ts_max_time": 0.2})
+        checks.true(f"inputs: a scene of gravity {gravity}", code == (0 if gravity == 10 else 2) and ("its contents have changed" in err) == (gravity == 11), err.strip()[:160])
+
+
 def main():
     checks = Checks(__doc__)
-    for part in (methods, signals, schedule, refusals):
+    for part in (methods, signals, schedule, refusals, inputs):
         if checks.wants(part.__name__) or part is methods:
             with tempfile.TemporaryDirectory() as folder, checks.group(part.__name__):
                 part(checks, pathlib.Path(folder))
