@@ -105,5 +105,26 @@ def branches(checks, folder):
                     f"{run.report['inertia_changes']} changes, {run.report['turns']} turns")
 
 
+def onwards(checks, folder):
+    """Paths by arc length go on the way they went: a particle whose place turns round while the load grows; and a truss that snaps through close below the
+    load at which its path ends, past which it comes on the way back only."""
+    path = write_lattice(folder / "pulled.h5", [[0.0], [1.0], [2.0]], 1.0, fixed=[1, 0, 0], pairs=[[0, 1], [1, 2]], stiffness=1.0, rest_length=1.0)
+    with h5py.File(path, "r+") as f:
+        f["groups/end"] = [2]
+    base = {"bs_task": "statics", "bs_load_control": "arc", "bs_arc_steps": 400}
+    for steps in (14, 20):
+        run = checks.run({**base, "bs_lattice_file": path, "bs_load_steps": steps, "bs_motion_end": "x=sinusoid:0.1,0.5"}, interval=0)
+        s = run.trajectory.observables["load_factor"].ravel()
+        checks.near(f"to and fro, {steps} steps: half way between the ends", run.trajectory.position[:, 1, 0], 1 + 0.05 * np.sin(np.pi * s), 1e-10)
+        checks.true(f"to and fro, {steps} steps: the load only grows, to its end", bool(np.all(np.diff(s) > 0)) and s[-1] == 1 and run.report["turns"] == 0, f"{len(s)} frames to {s[-1]:.4g}")
+    limit, rest = 0.0099499169577446511, np.hypot(1, 0.3)
+    path = write_lattice(folder / "truss.h5", [[-1, 0], [1, 0], [0, 0.3]], 1.0, fixed=[1, 1, 0], pairs=[[0, 2], [1, 2]], stiffness=1.0)
+    for steps in (14, 16):
+        run = checks.run({**base, "bs_lattice_file": path, "bs_load_steps": steps, "bs_gravity": (0, -limit), "bs_arc_end": 1.001}, interval=0)
+        s, h = run.trajectory.observables["load_factor"].ravel(), run.trajectory.position[:, 2, 1]
+        checks.near(f"truss, {steps} steps: loads along its path", s * limit, 2 * h * (rest / np.hypot(1, h) - 1), 1e-10)
+        checks.true(f"truss, {steps} steps: through both limit points", run.report["turns"] == 2 and s[-1] == 1.001 and h[-1] < -0.3 and -1 <= s.min() < -0.97, f"{s.min():.4g} to {s[-1]:.6g}")
+
+
 if __name__ == "__main__":
-    run_parts("load paths", (plastic, scaled, branches))
+    run_parts("load paths", (plastic, scaled, branches, onwards))
