@@ -1,9 +1,11 @@
 #!/usr/bin/env python3
 """convert.py on LAMMPS data made by hand: /usr/bin/python3 tests/postprocess/test_convert.py"""
+import base64
 import contextlib
 import gzip
 import io
 import os
+import re
 import shutil
 import sys
 import tempfile
@@ -187,6 +189,56 @@ class Lammps(Case):
         self.assertEqual([r.split()[0] for r in rows], [str(i + 1) for i in range(27)])
         self.assertIn("units = metal", text)
         np.testing.assert_allclose(self.lattice(out)["springs/stiffness"], 50.0, rtol=1e-12)
+
+    def test_times_and_steps_of_every_series(self):
+        """Frames 1 to 3 of four, ten steps apart: the first is left out, so that neither a frame's number nor its row is its step."""
+        run = synthetic.cube(os.path.join(self.folder, "c.h5md"), 3, frames=4)
+        with h5py.File(run, "r") as f:
+            t, step = (f["particles/trajectory/position/" + name][1:] for name in ("time", "step"))
+        self.assertEqual(step.tolist(), [10, 20, 30])
+
+        def put(ending, *args):
+            out = os.path.join(self.folder, "series" + ending)
+            with contextlib.redirect_stdout(io.StringIO()), contextlib.redirect_stderr(io.StringIO()):
+                convert.main([run, "-o", out, *args])
+            return out
+
+        def numbers(path, pattern):
+            with open(path, encoding="utf-8") as f:
+                return [float(found) for found in re.findall(pattern, f.read())]
+        xyz, pvd = put(".xyz", "--frames", "1:4"), put(".pvd", "--frames", "1:4")
+        self.assertEqual((numbers(xyz, r" Time=(\S+)"), numbers(xyz, r" Step=(\S+)")), (t.tolist(), step.tolist()))
+        self.assertEqual(numbers(put(".dump", "--frames", "1:4"), r"ITEM: TIMESTEP\n(\d+)"), step.tolist())
+        self.assertEqual(numbers(pvd, r'timestep="(\S+)"'), t.tolist())
+        with open(put(".vtu", "--frame", "2"), encoding="ascii") as f:
+            coded = re.search(r'Name="time"[^>]*>([^<]*)<', f.read()).group(1)
+        self.assertEqual(np.frombuffer(base64.b64decode(coded)[8:]).tolist(), [t[1]])
+        with h5py.File(put("_nm.h5md", "--frames", "1:4", "--units", "real"), "r") as f:  # femtoseconds, angstrom/femtosecond
+            group = f["particles/trajectory"]
+            np.testing.assert_allclose(group["position/time"][...], 1e-15 * t, rtol=1e-14)
+            self.assertEqual(group["velocity/step"][...].tolist(), step.tolist())
+            with h5py.File(run, "r") as own:
+                np.testing.assert_allclose(group["velocity/value"][...], 1e5 * own["particles/trajectory/velocity/value"][1:], rtol=1e-14)
+        try:
+            import gsd.hoomd
+        except ImportError:
+            return
+        with gsd.hoomd.open(put(".gsd", "--frames", "1:4"), "rb") as frames:
+            self.assertEqual([(frame.configuration.step, frame.log["time"][0]) for frame in frames], list(zip(step, t)))
+
+    def test_fixed_particles_are_types_of_their_own(self):
+        x = np.array([[[0.0, 0, 0], [1, 0, 0], [2, 0, 0]]])
+        run, out = os.path.join(self.folder, "f.h5md"), os.path.join(self.folder, "f.data")
+        synthetic.write_run(run, x, 0 * x, np.zeros(1), np.array([[0, 1], [1, 2]]), mass=np.array([1.0, 1.0, 2.0]), fixed=np.array([1, 0, 0]))
+        with contextlib.redirect_stdout(io.StringIO()), contextlib.redirect_stderr(io.StringIO()):
+            convert.main([run, "-o", out])
+        with open(out, encoding="utf-8") as f:
+            text = f.read()
+        masses = [line.split() for line in text.split("Masses\n\n")[1].split("\n\n")[0].splitlines()]
+        kind = [line.split()[2] for line in text.split("Atoms # bond\n\n")[1].split("\n\n")[0].splitlines()]
+        held = {line[0] for line in masses if "fixed" in line}
+        self.assertEqual([float(dict((line[0], line[1]) for line in masses)[k]) for k in kind], [1.0, 1.0, 2.0])
+        self.assertEqual([k in held for k in kind], [True, False, False])
 
 
 if __name__ == "__main__":
