@@ -34,7 +34,7 @@ from lattices import FACES, to_lattice  # noqa: E402
 from vtk_files import DAMPING_LAWS, LAWS, write_pvd, write_vtp, write_vtu  # noqa: E402
 import features  # noqa: E402
 
-MESHES = (".vtk", ".vtu", ".obj", ".ply", ".stl", ".msh", ".off", ".xdmf")
+MESHES = (".vtk", ".vtu", ".vtp", ".obj", ".ply", ".stl", ".msh", ".off", ".xdmf")
 LAMMPS = (".data", ".lmp", ".lammps")
 LATTICES = (".h5", ".hdf5")
 PROTEINS = (".pdb", ".ent")
@@ -42,6 +42,7 @@ SERIES = {".xyz": write_xyz, ".dump": write_dump, ".lammpstrj": write_dump, ".gs
 SINGLE = {".vtu": write_vtu, ".vtp": write_vtp, **dict.fromkeys(LAMMPS, write_data)}
 
 
+READ_FORM = {".vtp": "vtu", ".ent": "pdb", **dict.fromkeys(LAMMPS, "data")}  # columns of features.READ
 FORM = {".lammpstrj": "dump", ".pvd": "vtu", ".vtp": "vtu", **dict.fromkeys(LAMMPS, "data")}  # columns of features.TABLE
 
 
@@ -140,10 +141,14 @@ def main(argv=None):
     protein = source in PROTEINS
     if not protein and any(getattr(args, name) is not None for name in ("cutoff", "chain", "model", "altloc")):
         raise RunError(f"{args.input}: --cutoff, --chain, --model and --altloc are for PDB files ({' '.join(PROTEINS)})")
+    if source == ".xdmf" and os.path.isfile(args.input[:-5]) and h5py.is_hdf5(args.input[:-5]):
+        raise RunError(f"{args.input}: is the sidecar of a trajectory: convert {args.input[:-5]} itself")
     if lammps or protein or source in MESHES:
         if target not in LATTICES:
             raise RunError(f"{args.output}: a mesh becomes a lattice; end the output in {' or '.join(LATTICES)}")
         said = to_lattice(args, "lammps" if lammps else "protein" if protein else "mesh")
+    elif source == ".xsp":
+        raise RunError(f"{args.input}: backspring reads it itself: -bs_lattice_file {args.input}")
     elif not h5py.is_hdf5(args.input):
         raise RunError(f"{args.input}: neither a trajectory (HDF5), nor LAMMPS data, nor a mesh ending in {' '.join(MESHES)}")
     elif target not in SERIES and target not in SINGLE:

@@ -39,6 +39,42 @@ TABLE = {
     "other forces": row("tttttt"),
     "units": row("tttktk"),
 }
+# What is read: columns of READ; "" where a format has no such thing. .vtu stands for .vtp, too.
+READ_FORMATS = ("vtu", "vtk", "xdmf", "obj", "ply", "stl", "off", "msh", "data", "pdb")
+
+
+def read_row(letters):
+    return {form: {"k": KEPT, "t": TOLD, "r": REFUSED, "-": ""}[letter] for form, letter in zip(READ_FORMATS, letters)}
+
+
+READ = {
+    "lines": read_row("kkkkk--kk-"),
+    "polylines": read_row("kk-k------"),
+    "triangles and quadrangles": read_row("kkkkkkkk--"),
+    "triangle strips": read_row("kk--r-----"),
+    "polygons": read_row("kk-kk-r---"),
+    "solid elements": read_row("kkk----k--"),
+    "elements of second order": read_row("kkk----k--"),
+    "elements of third order": read_row("rrr----r--"),
+    "points without elements": read_row("ttttt-tt--"),
+    "mass, stiffness, rest lengths": read_row("kkk-----k-"),
+    "velocities": read_row("kkk-----k-"),
+    "ids": read_row("kkk-----kk"),
+    "fixed particles": read_row("kkk-------"),
+    "laws, limits, states of springs": read_row("k---------"),
+    "angle springs": read_row("k-------k-"),
+    "anchors and groups of particles": read_row("k---------"),
+    "periodic box": read_row("k-------k-"),
+    "further data, normals, colours": read_row("ttttt--t--"),
+    "names of groups": read_row("---t---t--"),
+    "molecules cut by the box": read_row("--------t-"),
+    "bonds that are not harmonic": read_row("--------r-"),
+    "angles that are not harmonic": read_row("--------t-"),
+    "dihedrals, pair forces, charges": read_row("--------t-"),
+    "alternative places, other models": read_row("---------t"),
+    "other atoms than C-alpha": read_row("---------t"),
+    "numbers that are not finite": read_row("rrrrrrrrrr"),
+}
 INSIDE = {"springs": ("stiffness and rest lengths", "broken springs", "springs that carry nothing", "dampers", "limits of springs", "rules of breaking",
                       *(name for name in TABLE if name.startswith("law "))),
           "angle springs": ("stiffness and rest angles",)}

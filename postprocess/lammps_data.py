@@ -18,7 +18,8 @@ STYLES = {"atomic": (1, 2, 5), "bond": (2, 3, 6), "angle": (2, 3, 6), "molecular
           "spin": (1, 2, 9), "dielectric": (2, 4, 15), "wavepacket": (1, 8, 11), "bpm/sphere": (2, 5, 8)}
 GUESSED = ("atomic", "bond", "full", "charge")
 NUMBERS = ("Velocities", "Bonds", "Angles")  # sections whose rows must be numbers
-LEFT_OUT = ("dihedrals", "impropers")
+LEFT_OUT = ("dihedrals", "impropers")  # by their numbers, all others by the name of their section
+READ = ("Atoms", "Velocities", "Masses", "Bonds", "Bond Coeffs", "Angles", "Angle Coeffs", "Dihedrals", "Dihedral Coeffs", "Impropers", "Improper Coeffs")
 
 
 class Data:
@@ -73,7 +74,7 @@ def _read(path, style, units, periodic, coefficients):
         data.notes.append(f"{cut} bonds cross the periodic box, their molecules were put together (--boundary f,f,f: no periodic box)")
     _coefficients(path, data, sections, bonds, coefficients)
     lammps_angles.read_angles(path, data, header, sections, lambda number, word: _row(path, number, row_of, word))
-    left = [f"{header[k]} {k}" for k in LEFT_OUT if header.get(k)]
+    left = [f"{header[k]} {k}" for k in LEFT_OUT if header.get(k)] + ["charges"] * data.charged + [name for name in sections if name not in READ and not name.endswith("Type Labels")]
     if left:
         data.notes.append(f"{', '.join(left)} left out: only bonds and angles become springs")
     return data
@@ -158,6 +159,7 @@ def _atoms(path, data, sections, style, header):
     if len(row_of) < len(data.ids):
         raise RunError(f"{path}: Atoms names an id twice")
     data.position = np.array([reals(path, n, w[at_x:at_x + 3], "Atoms") for n, w in lines])
+    data.charged = style in ("full", "charge") and any(reals(path, n, [w[at_x - 1]], "Atoms")[0] != 0 for n, w in lines)
     images = np.array([[int(v) for v in w[columns:columns + 3]] or [0, 0, 0] for _, w in lines])
     return [names.get(w[at_type]) or int(w[at_type]) for _, w in lines], row_of, images
 

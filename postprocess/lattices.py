@@ -85,17 +85,18 @@ def from_mesh(args):
     from mesh_edges import read_mesh
     if args.units or args.si:
         raise RunError("--units and --si are for LAMMPS data; a mesh is read as it is")
-    points, edges, said = read_mesh(args.input)
+    points, edges, said, notes = read_mesh(args.input)
     if said and args.merge:
         raise RunError(f"{args.input}: is a lattice already; --merge is for meshes")
     out = Lattice()
     for name, values in said.items():
         setattr(out, name, values)
     if said and "laws" not in said and args.spring_law is None:
-        out.notes = ["says no spring law, hooke is assumed (--spring_law names another)"]
+        notes.append("says no spring law, hooke is assumed (--spring_law names another)")
     out.position, out.pairs, kept = (points, edges, points) if said else tidy(points, edges, args.merge, args.keep_unused)
     if len(kept) < len(points):
-        out.notes = [f"{len(points) - len(kept)} points merged or without springs left out"]
+        notes.append(f"{len(points) - len(kept)} points merged or without springs left out")
+    out.notes = notes
     return out
 
 

@@ -7,8 +7,9 @@ import re
 import numpy as np
 
 from backspring_io import RunError
-from mesh_gmsh import bare_gmsh, reason
+from mesh_gmsh import bare_gmsh, reason, sections_left_out
 from mesh_ply import read_ply
+from mesh_vtk import READERS, read_by_vtk
 
 # Edges of an element by its corner and mid-edge nodes; a mid-edge node splits the edge into two springs.
 LINE = [(0, 1)]
@@ -19,6 +20,7 @@ HEXA = QUAD + [(4, 5), (5, 6), (6, 7), (7, 4), (0, 4), (1, 5), (2, 6), (3, 7)]
 WEDGE = [(0, 1), (1, 2), (2, 0), (3, 4), (4, 5), (5, 3), (0, 3), (1, 4), (2, 5)]
 PYRAMID = QUAD + [(0, 4), (1, 4), (2, 4), (3, 4)]
 
+IMPLIED = ("gmsh:", "facet_normals")  # data that every file of its format has: numbers of entities, what follows from the points
 UNREAD = {2: "sets of vertices (poly vertex)", 4: "polylines", 6: "triangle strips"}  # of VTK; meshio leaves them out with a warning
 
 
@@ -53,15 +55,15 @@ def unique_edges(blocks):
 
 
 def read_mesh(path):
-    """Points (N, 3), unique edges (M, 2), and {} or, of a mesh of lines alone with a field "stiffness" (as convert.py
-    writes it), what it says of the lattice: ids, mass, velocity, fixed (N), stiffness, rest_length, damping (M)."""
-    fields = {}
+    """Points (N, 3), unique edges (M, 2), {} or, of a mesh of lines alone with a field "stiffness" (as convert.py writes it), what it says of the lattice: ids,
+    mass, velocity, fixed (N), stiffness, rest_length, damping (M); and what it says besides, in words."""
+    fields, notes = {}, []
     if path.lower().endswith(".obj"):
-        points, blocks = _read_obj(path)
+        points, blocks, notes = _read_obj(path)
     elif path.lower().endswith(".ply"):
-        points, blocks = read_ply(path)
+        points, blocks, notes = read_ply(path)
     else:
-        points, blocks, fields = _read_meshio(path)
+        points, blocks, fields, notes = _read_meshio(path)
     points = np.asarray(points, dtype=float)
     if points.ndim != 2 or not len(points):
         raise RunError(f"{path}: holds no points")
@@ -82,14 +84,44 @@ def read_mesh(path):
     if fields:
         given = fields.pop("pairs", None)
         pairs = given if given is not None else np.asarray(blocks[0][1], dtype=np.int64) if len(pairs) else pairs
-    return points[:, :3], pairs, fields
+    return points[:, :3], pairs, fields, [f"left out: {', '.join(notes)}"] if notes else []
 
 
 def _read_meshio(path):
+    """By meshio, and by VTK what meshio cannot read of its files."""
+    ending = os.path.splitext(path)[1].lower()
+    try:
+        mesh, said = _by_meshio(path)
+        blocks, data = [(block.type, block.data) for block in mesh.cells], (mesh.point_data, {k: v[0] for k, v in mesh.cell_data.items()}, mesh.field_data)
+    except RunError as refusal:
+        mesh, said = _by_vtk(path, refusal) if ending in READERS else None, ""
+        if mesh is None:
+            raise
+        blocks, data = mesh.blocks(path), (mesh.point_data, mesh.cell_data, mesh.field_data)
+    fields, unused = _fields(path, [kind for kind, _ in blocks], *data)
+    if ending == ".msh":
+        unused += sections_left_out(path)
+    return mesh.points, blocks, fields, unused + [line.strip() for line in said.splitlines() if line.strip()]
+
+
+def _by_vtk(path, refusal):
+    """None where VTK, too, cannot read it, and meshio has said why."""
+    try:
+        mesh = read_by_vtk(path)
+    except RunError:
+        if path.lower().endswith(".vtp") or "POLYDATA" in str(refusal):  # of which meshio knows nothing
+            raise
+        return None
+    if mesh is None:
+        raise RunError(f"{refusal}; or install VTK, which reads it: sudo apt-get install python3-vtk9")
+    return mesh
+
+
+def _by_meshio(path):
+    """The mesh, and what was complained of."""
     import meshio
     said = io.StringIO()
-    gmsh = path.lower().endswith(".msh")
-    with bare_gmsh(path) if gmsh else open(path, "rb") as file:
+    with bare_gmsh(path) if path.lower().endswith(".msh") else open(path, "rb") as file:
         try:  # meshio prints its complaints, and ends the process over some of them
             with contextlib.redirect_stdout(said), contextlib.redirect_stderr(said):
                 mesh = meshio.read(file.name)
@@ -101,30 +133,32 @@ def _read_meshio(path):
     if left_out:
         names = ", ".join(UNREAD.get(int(k), f"VTK type {k}") for k in left_out)
         raise RunError(f"{path}: holds {names}, which cannot be read: write lines, triangles and other single elements (ParaView: filter Triangulate)")
-    return mesh.points, [(block.type, block.data) for block in mesh.cells], _fields(path, mesh)
+    return mesh, said.getvalue()
 
 
-def _fields(path, mesh):
-    """What a mesh of lines says of a lattice: all of it where write_vtu wrote it, else what is called as in a lattice."""
-    from vtk_files import MARK, said_of_lattice
-    kinds = [block.type for block in mesh.cells]
-    if MARK in mesh.field_data and kinds in ([], ["line"], ["vertex"]):
+def _fields(path, kinds, points, cells, field):
+    """What a mesh of lines says of a lattice: all of it where write_vtu wrote it, else what is called as in a lattice; and the names of what it says besides."""
+    from vtk_files import MARK, flat, said_of_lattice
+    points, cells, field = flat(points), flat(cells), flat(field)
+    if MARK in field and kinds in ([], ["line"], ["vertex"]):
         try:
-            return said_of_lattice(mesh.point_data, {k: v[0] for k, v in mesh.cell_data.items()} if kinds == ["line"] else {}, mesh.field_data)
+            return said_of_lattice(points, cells if kinds == ["line"] else {}, field), []
         except (KeyError, IndexError, ValueError, TypeError) as error:
             raise RunError(f"{path}: what it says of its lattice is damaged ({error})") from None
-    if kinds != ["line"] or "stiffness" not in mesh.cell_data:
-        return {}
-    fields = {k: np.asarray(mesh.point_data[k], dtype=float) for k in ("mass", "velocity", "fixed") if k in mesh.point_data}
-    if "id" in mesh.point_data:
-        fields["ids"] = np.asarray(mesh.point_data["id"]).reshape(-1).astype(np.int64)
-    fields.update({k: np.asarray(mesh.cell_data[k][0], dtype=float) for k in ("stiffness", "rest_length", "damping") if k in mesh.cell_data})
-    return fields
+    of_points, of_cells = ("mass", "velocity", "fixed", "id"), ("stiffness", "rest_length", "damping")
+    if kinds != ["line"] or "stiffness" not in cells:
+        of_points = of_cells = ()
+    fields = {k: np.asarray(points[k], dtype=float) for k in of_points if k in points and k != "id"}
+    if "id" in points and "id" in of_points:
+        fields["ids"] = np.asarray(points["id"]).reshape(-1).astype(np.int64)
+    fields.update({k: np.asarray(cells[k], dtype=float) for k in of_cells if k in cells})
+    unused = [(kind, sorted(set(map(str, names)) - set(used))) for kind, names, used in (("point", points, of_points), ("cell", cells, of_cells), ("field", field, ()))]
+    return fields, [f"{kind} data {name}" for kind, names in unused for name in names if not name.startswith(IMPLIED)]
 
 
 def _read_obj(path):
-    """Wavefront OBJ: v, f (polygons) and l (polylines); numbers may count from the end."""
-    points, blocks = [], {"polygon": [], "polyline": []}
+    """Wavefront OBJ: v, f (polygons) and l (polylines); numbers may count from the end. Normals, textures, groups are left out."""
+    points, blocks, besides = [], {"polygon": [], "polyline": []}, {}
     with open(path, encoding="utf-8", errors="replace") as file:
         for number, line in enumerate(file, 1):
             words = line.split()
@@ -139,6 +173,8 @@ def _read_obj(path):
                         raise ValueError
                     blocks["polygon" if words[0] == "f" else "polyline"].append(
                         [i - 1 if i > 0 else len(points) + i for i in index])
+                elif words and not words[0].startswith("#"):
+                    besides[words[0]] = besides.get(words[0], 0) + 1
             except ValueError:
                 raise RunError(f"{path}:{number}: cannot read '{line.strip()[:60]}'") from None
-    return points, list(blocks.items())
+    return points, list(blocks.items()), [f"{count} lines {word}" for word, count in besides.items()]

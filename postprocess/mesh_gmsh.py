@@ -29,6 +29,14 @@ def bare_gmsh(path):
     return out
 
 
+def sections_left_out(path):
+    """Names of the other sections that say something of nodes, elements or groups of them."""
+    with open(path, "rb") as file:
+        raw = file.read()
+    names = ("PhysicalNames", "NodeData", "ElementData", "ElementNodeData", "Periodic")
+    return [f"section {name}" for name in names if b"$" + name.encode() in raw]
+
+
 def reason(text):
     """What meshio's complaint means."""
     return next((said for word, said in REASONS if word in text), text)

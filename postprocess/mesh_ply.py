@@ -9,13 +9,13 @@ FORMS = {"ascii": "", "binary_little_endian": "<", "binary_big_endian": ">"}
 
 
 def read_ply(path):
-    """Points (N, 3) and blocks [(kind of element, nodes)] as mesh_edges takes them."""
+    """Points (N, 3), blocks [(kind of element, nodes)] as mesh_edges takes them, and what is left out, in words."""
     with open(path, "rb") as file:
         raw = file.read()
     try:
         order, elements, body = _header(raw)
         tables = (_text if order == "" else _binary)(body, elements, order)
-        return _mesh(tables)
+        return *_mesh(tables), _besides(tables)
     except RunError as error:
         raise RunError(f"{path}: {error}") from None
     except (ValueError, IndexError, KeyError, OverflowError) as error:
@@ -106,6 +106,14 @@ def _row_type(body, at, properties, order, name):
         else:
             parts.append((key, order + kind))
     return np.dtype(parts)
+
+
+USED = {"vertex": "xyz", "face": ("vertex_indices", "vertex_index"), "edge": ("vertex1", "vertex2")}
+
+
+def _besides(tables):
+    return [f"element {name}" if name not in USED else f"property {key} of {name}" for name, table in tables.items() for key in (table if name in USED else [""])
+            if name not in USED or key not in USED[name]]
 
 
 def _mesh(tables):

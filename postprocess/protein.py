@@ -40,10 +40,11 @@ def _atoms(path):
 def read_pdb(path, chains=None, model=1, altloc=None):
     """The C-alpha atoms of one model. chains: their letters, None: all. altloc: of alternative places the one with this letter, None:
     the first of each residue. HETATM counts where it is a C-alpha, too (modified residues); calcium (name in column 13) does not."""
-    out, taken, skipped, models, seen = Protein(), {}, 0, set(), set()
+    out, taken, skipped, others, models, seen = Protein(), {}, 0, 0, set(), set()
     for number, at, line in _atoms(path):
         models.add(at)
         if at != model or line[12:16] != " CA ":
+            others += at == model
             continue
         chain, place, key = line[21:22], line[16:17].strip(), (line[21:22], line[22:27])
         seen.add(chain)
@@ -71,6 +72,8 @@ def read_pdb(path, chains=None, model=1, altloc=None):
         out.notes.append(f"model {model} of {len(models)}")
     if skipped:
         out.notes.append(f"{skipped} alternative places left out")
+    if others:
+        out.notes.append(f"{others} atoms other than C-alpha left out")
     out.position, out.b_factor = np.array(out.position), np.array(out.b_factor)
     return out
 

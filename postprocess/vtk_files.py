@@ -117,9 +117,13 @@ def write_pvd(run, rows, path, ending=".vtu", every=False):
     write_atomically(path, lambda part: Path(part).write_text(text, encoding="utf-8"))
 
 
-def said_of_lattice(points, cells, field):
+def flat(table):
+    """Columns of one number as numbers: some writers say so of them."""
+    return {k: np.asarray(v)[:, 0] if np.ndim(v) == 2 and np.shape(v)[1] == 1 else np.asarray(v) for k, v in table.items()}
+
+
+def said_of_lattice(points, cells, one):
     """{attribute of lattices.Lattice: value} of the point, cell and field data of a VTU that write_vtu wrote."""
-    one = {k: np.asarray(v).reshape(len(v), -1)[:, 0] if np.ndim(v) > 1 and np.shape(v)[1] == 1 else np.asarray(v) for k, v in field.items()}
     out = {k: points[k] for k in ("mass", "velocity", "fixed") if k in points}
     out["ids"] = points["id"].astype(np.int64)
     out.update({k: cells[k] for k in ("stiffness", "rest_length", "damping") if k in cells})

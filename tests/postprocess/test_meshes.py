@@ -3,6 +3,7 @@
 import os
 import struct
 import unittest
+import unittest.mock
 
 import numpy as np
 
@@ -185,12 +186,14 @@ VTU = """<?xml version="1.0"?>
 
 @unittest.skipUnless(meshio, "no meshio")
 class Vtk(Case):
-    def test_elements_that_meshio_leaves_out_are_refused_by_name(self):
+    def test_without_vtk_elements_that_meshio_leaves_out_are_refused_by_name(self):
         whole = self.lattice(self.write("m.vtu", VTU.format(nodes="0 1 2", count=3, end=6, kind=5)), *MADE)
         self.assertEqual(whole["springs/pairs"].tolist(), [[0, 1], [0, 2], [0, 3], [1, 2], [2, 3]])
         for nodes, kind, says in (("0 1 2", 4, "m.vtu: holds polylines, which cannot be read"), ("0 1 3 2", 6, "m.vtu: holds triangle strips")):
             count = len(nodes.split())
-            self.refuses(self.write("m.vtu", VTU.format(nodes=nodes, count=count, end=count + 3, kind=kind)), *MADE, says=says)
+            with unittest.mock.patch("mesh_edges.read_by_vtk", return_value=None):
+                self.refuses(self.write("m.vtu", VTU.format(nodes=nodes, count=count, end=count + 3, kind=kind)), *MADE, says=says)
+                self.refuses(os.path.join(self.folder, "m.vtu"), *MADE, says="install VTK")
 
     def test_lines_with_stiffness_and_no_law(self):
         """What other programs, and earlier versions, write: hooke is assumed, and said."""
