@@ -22,6 +22,7 @@
 #include "base/options.hpp"
 #include "base/signals.hpp"
 #include "base/told.hpp"
+#include "base/viewer_files.hpp"
 #include "checkpoint/checkpoint.hpp"
 #include "solvers/condensed/condensed.hpp"
 #include "solvers/newton/search/searches.hpp"
@@ -50,6 +51,7 @@ PetscErrorCode run_program(int* exit_code) {
   PetscCall(bs::register_models());
   PetscCall(bs::register_searches());
   PetscCall(bs::recall_options(PETSC_COMM_WORLD));
+  PetscCall(bs::check_viewers(PETSC_COMM_WORLD));
   PetscCall(bs::read_task(PETSC_COMM_WORLD, &task));
   PetscCall(bs::create_model(PETSC_COMM_WORLD, &model));
   PetscCall(task->run(std::move(model), exit_code));
@@ -105,7 +107,7 @@ int run_petsc(int argc, char** argv) {
   int exit_code = 0;
   bs::watch_start();
   bs::collect_help(argc, argv);
-  if (initialize(argc, argv)) return static_cast<int>(bs::Exit::input);
+  if (initialize(argc, argv)) return static_cast<int>(bs::told_exit() == bs::Exit::ok ? bs::Exit::input : bs::told_exit());
   PetscErrorCode status = bs::install_error_handler();
   if (!status) status = bs::install_crash_handler();
   bs::catch_signals();

@@ -6,10 +6,10 @@
 #include <csignal>
 #include <cstdlib>
 #include <cstring>
-#include <sstream>
 
 #include "base/crash.hpp"
 #include "base/factor_memory.hpp"
+#include "base/option_names.hpp"
 #include "base/told.hpp"
 
 namespace bs {
@@ -32,26 +32,42 @@ std::string first_line(PetscErrorCode code, const char* message) {
   return std::string(message, std::strcspn(message, "\n"));
 }
 
+/// The option that has this value, the last one of several; empty where none has.
+std::string option_of(const std::string& value) {
+  std::vector<std::pair<std::string, std::string>> options;
+  std::string name;
+  if (options_in_force(&options)) return {};
+  for (const auto& [one, text] : options)
+    if (text == value) name = "-" + one;
+  return name;
+}
+
 /// PETSc's message in the user's terms: its readers of options name the value they refuse, not the option.
 std::string explained(const std::string& text, const char* function) {
   const std::string as_it_is = text + " (in " + (function ? function : "PETSc") + ")";
-  const char begin[] = "Input string ";
+  const char begin[] = "Input string ", logical[] = "Unknown logical value: ";
   const std::size_t from = sizeof begin - 1, to = text.find(" has no ");
+  if (text.compare(0, sizeof logical - 1, logical) == 0) {
+    const std::string value = text.substr(sizeof logical - 1), name = option_of(value);
+    return name.empty() ? as_it_is : "option " + name + ": " + value + " is neither true nor false";
+  }
   if (text.compare(0, from, begin) != 0 || to == std::string::npos) {
     for (const char* refusal : {"Unable to find requested", "Unknown option", "Unknown TSAdapt", "Unknown Mat type"})
       if (text.compare(0, std::strlen(refusal), refusal) == 0) return as_it_is + ": -help lists the valid names";
     return as_it_is;
   }
-  const std::string value = text.substr(from, to - from);
-  char* all = nullptr;
-  if (PetscOptionsGetAll(nullptr, &all)) return as_it_is;
-  std::istringstream words(all);
-  std::string before, name;
-  for (std::string word; words >> word; before = word)
-    if (word == value && !before.empty() && before[0] == '-') name = before;
-  (void)PetscFree(all);
+  const std::string value = text.substr(from, to - from), name = option_of(value);
   const bool whole = text.find("integer") != std::string::npos;
   return name.empty() ? as_it_is : "option " + name + ": " + value + " is not a " + (whole ? "whole " : "") + "number: -help explains the option";
+}
+
+/// Whether PETSc could not open a file to write, which is a failure of output in whatever phase.
+bool is_of_output(PetscErrorCode code, const std::string& text) {
+  if (code == PETSC_ERR_FILE_WRITE) return true;
+  if (code != PETSC_ERR_FILE_OPEN) return false;
+  for (const char* begin : {"Cannot open PetscViewer file", "Unable to open trace file", "Unable to open file", "Cannot open log file"})
+    if (text.compare(0, std::strlen(begin), begin) == 0) return true;
+  return text.find(" for WRITE") != std::string::npos;
 }
 
 /// PETSc 3.18's allocator reports the caller's line number as the error code and its name as the message.
@@ -99,9 +115,9 @@ PetscErrorCode handle(MPI_Comm comm, int line, const char* function, const char*
   // What follows from an error already told is not news.
   if (type != PETSC_ERROR_INITIAL || petsc_error || told_exit() != Exit::ok) return code;
   petsc_error = true;
-  petsc_exit = phase;
+  petsc_exit = is_of_output(code, first_line(code, message)) ? Exit::io : phase;
 
-  (void)tell_alone(phase, in_users_words(code, function, message));
+  (void)tell_alone(petsc_exit, in_users_words(code, function, message));
   return code;
 }
 
