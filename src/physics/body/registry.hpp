@@ -24,6 +24,12 @@ struct acts_by_column : std::false_type {};
 template <class Law>
 struct acts_by_column<Law, std::void_t<decltype(std::declval<Law&>().given)>> : std::true_type {};
 
+/// Whether a law's force depends on Point::t, beside place and velocity: such a law says `static constexpr bool varies_in_time = true`.
+template <class Law, class = void>
+struct varies_in_time : std::false_type {};
+template <class Law>
+struct varies_in_time<Law, std::void_t<decltype(Law::varies_in_time)>> : std::bool_constant<Law::varies_in_time> {};
+
 /// Calls f(law) for each law in the tuple, in its order; `laws` may be const.
 template <class Laws, class F>
 void for_each_law(Laws& laws, F&& f) {

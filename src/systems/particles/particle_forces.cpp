@@ -31,9 +31,16 @@ PetscErrorCode ParticleModel::force(double t, Vec y, const double** f) {
 }
 
 /// Whether force_ holds the forces on particles that no ghost acts on, for the state that state_ holds and time t: they depend on states alone,
-/// and on the time where anchors move.
+/// and on the time where anything does.
 bool ParticleModel::knows_interior(double t) const {
-  return interior_.known && interior_.version == state_.version() && (interior_.time == t || !motion_.active());
+  return interior_.known && interior_.version == state_.version() && (interior_.time == t || !time_dependent());
+}
+
+/// Whether forces on the same state differ from time to time.
+bool ParticleModel::time_dependent() const {
+  bool laws = false;
+  for_each_law(laws_, [&](const auto& law) { laws = laws || (varies_in_time<std::decay_t<decltype(law)>>::value && law.active()); });
+  return laws || motion_.active() || supports_.moving() || cell_.moving();
 }
 
 /// What changes beside the state: histories of springs, springs that break, and what couples all particles.

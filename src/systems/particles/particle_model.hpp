@@ -51,7 +51,7 @@ class ParticleModel final : public Mechanics {
   PetscErrorCode strain_response(double t, Vec y, StrainResponse* out) override;
   std::vector<FreeStrain> free_strains(double t) const override { return cell_.active() ? cell_.free_strains(t) : std::vector<FreeStrain>{}; }
   void set_free_strains(const std::vector<double>& strains) override { cell_.set_free_strains(strains); }
-  bool time_dependent() const override { return motion_.active() || supports_.moving() || cell_.moving(); }
+  bool time_dependent() const override;
   void set_loads(const Loads& loads) override;
   PetscErrorCode count_free_bodies(PetscInt* free) override;
   PetscErrorCode return_free_bodies(double t_from, Vec from, double t_to, double h, Vec to) override;
