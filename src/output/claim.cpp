@@ -151,13 +151,13 @@ std::string claimed_by_others(const RunFiles& files, RunLock* lock) {
 }
 
 /// A name that is too long for the temporary one under which its file is made; empty if there is none. Found at the start: a checkpoint is first
-/// written when much has been computed.
+/// written when much has been computed. Of checkpoints MPI-IO makes names of its own ("_cid-6-12345.sm", Open MPI), which must find room as well.
 std::string too_long(const RunFiles& files) {
   for (const Named& one : written(files)) {
     if (!one.given.empty() && ends_with(one.path, ".lock")) continue;
     std::string made;
     int handle = -1;
-    if (create_fresh(real_name(one.path), ".tail", &made, &handle) == ENAMETOOLONG)
+    if (create_fresh(real_name(one.path), ".tmp_cid-1000000-4194304.sm", &made, &handle) == ENAMETOOLONG)
       return one.text() + ": the name is too long for this file system: give a shorter " + one.option;
     if (handle < 0) continue;  // another fault, which unwritable() tells
     close(handle);
