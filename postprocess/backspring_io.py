@@ -158,6 +158,12 @@ class Run:
         return None if triples is None else Angles(triples, self._array("/connectivity/angles_stiffness"), self._array("/connectivity/angles_rest_angle"))
 
     @property
+    def hinges(self):
+        """Hinges between triangles, {"quads" (H, 4), "stiffness", "rest_angle" (H)}: the edge's ends, then the wings; or None."""
+        quads = self._array("/connectivity/hinges")
+        return None if quads is None else {"quads": quads, **{k: self._array("/connectivity/hinges_" + k) for k in ("stiffness", "rest_angle")}}
+
+    @property
     def anchors(self):
         """Springs to given points, {"particle" (A), "point" (A, d), "stiffness", "rest_length", "damping" (A)}, or None."""
         path = "/backspring/anchors/"

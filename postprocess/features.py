@@ -26,6 +26,7 @@ TABLE = {
     "rules of breaking": row("tttttt"),
     "angle springs": row("ttktkk"),
     "stiffness and rest angles": row("ttttkk"),
+    "hinges": row("ttttkt"),
     "anchors": row("ttttkt"),
     "fixed particles": row("ktktkt"),
     "ids": row("kktkkk"),
@@ -63,6 +64,7 @@ READ = {
     "fixed particles": read_row("kkk-------"),
     "laws, limits, states of springs": read_row("k---------"),
     "angle springs": read_row("k-------k-"),
+    "hinges": read_row("k---------"),
     "anchors and groups of particles": read_row("k---------"),
     "periodic box": read_row("k-------k-"),
     "further data, normals, colours": read_row("ttttt--t--"),
@@ -125,6 +127,8 @@ def found_in(run, row):
     if run.angles:
         found["angle springs"] = f"{len(run.angles)} angle springs"
         found["stiffness and rest angles"] = "stiffness and rest angles of angle springs"
+    if run.hinges:
+        found["hinges"] = f"{len(run.hinges['quads'])} hinges"
     if run.anchors:
         found["anchors"] = f"{len(run.anchors['particle'])} springs to given points (anchors)"
     elif any(name in run.parameters for name in ("bs_anchor_particles", "bs_anchor_group")):  # of a file of an earlier version

@@ -31,6 +31,8 @@ def check_run(run, rows):
         _require(run.path, f"{BONDS}_{name}", values, name in LIMITS)
     for name in ("stiffness", "rest_angle") if angles else ():
         _require(run.path, f"/connectivity/angles_{name}", getattr(angles, name))
+    for name, values in (run.hinges or {}).items():
+        _require(run.path, f"/connectivity/hinges_{name}", values)
     for name, values in anchors.items():
         _require(run.path, f"/backspring/anchors/{name}", values)
     for row in rows:
@@ -48,7 +50,7 @@ def check_lattice(path, lattice):
     """Refuses a lattice by what is not finite, and its row."""
     for name in ("position", "velocity", "mass", "stiffness", "rest_length", "damping"):
         _require(path, name, getattr(lattice, name))
-    for what, table in (("", lattice.spring_columns), ("", lattice.particle_columns), ("angles: ", lattice.angles), ("anchors: ", lattice.anchors)):
+    for what, table in (("", lattice.spring_columns), ("", lattice.particle_columns), ("angles: ", lattice.angles), ("hinges: ", lattice.hinges), ("anchors: ", lattice.anchors)):
         for name, values in (table or {}).items():
             _require(path, what + name, values, name in LIMITS)
     if lattice.box:

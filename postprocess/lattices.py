@@ -21,7 +21,7 @@ def need_meshio():
 class Lattice:
     """Positions (N, 3), pairs (M, 2), and what the file says of the rest, None where it is silent."""
     position = pairs = velocity = mass = ids = fixed = stiffness = rest_length = damping = units = angles = box = shift = None
-    anchors = laws = dim = damping_law = None
+    hinges = anchors = laws = dim = damping_law = None
     spring_columns, particle_columns, groups = {}, {}, {}
     notes, merge_hint = (), "; use --merge 1e-6"
 
@@ -185,7 +185,7 @@ def write_lattice(path, lattice, spring_law=None, damping_law=None):
             if lattice.shift is not None:
                 f["springs/shift"] = lattice.shift.astype(np.int64)
             f["box"].attrs["dimension"], f["box"].attrs["boundary"] = len(edges), ["periodic" if one else "none" for one in periodic]
-        for group, table in (("angles", lattice.angles), ("anchors", lattice.anchors), ("groups", lattice.groups), ("springs", lattice.spring_columns),
+        for group, table in (("angles", lattice.angles), ("hinges", lattice.hinges), ("anchors", lattice.anchors), ("groups", lattice.groups), ("springs", lattice.spring_columns),
                              ("particles", lattice.particle_columns)):
             for name, data in (table or {}).items():
                 f[f"{group}/{name}"] = data

@@ -56,8 +56,8 @@ def lattice_fields(run, row):
     out["damping_law"] = np.array([DAMPING_LAWS.index(law)])
     if run.angles:
         out.update({"angles_triples": run.angles.triples, "angles_stiffness": run.angles.stiffness, "angles_rest_angle": run.angles.rest_angle})
-    if run.anchors:
-        out.update({"anchors_" + k: v for k, v in run.anchors.items()})
+    for name, table in (("hinges_", run.hinges), ("anchors_", run.anchors)):
+        out.update({name + k: v for k, v in (table or {}).items()})
     out.update({"group_" + name: run.group(name) for name in run.groups})
     if any(run.periodic):
         out["box_edges"], out["box_periodic"] = run.box_edges(row), np.array(run.periodic, np.int32)
@@ -134,7 +134,7 @@ def said_of_lattice(points, cells, one):
     if "law" in cells:
         out["laws"] = np.array(LAWS)[cells["law"].astype(int)]
     out["damping_law"], out["dim"] = DAMPING_LAWS[int(one["damping_law"][0])], int(one["dimension"][0])
-    for name, keys in (("angles", ("triples", "stiffness", "rest_angle")), ("anchors", ("particle", "point", "stiffness", "rest_length", "damping"))):
+    for name, keys in (("angles", ("triples", "stiffness", "rest_angle")), ("hinges", ("quads", "stiffness", "rest_angle")), ("anchors", ("particle", "point", "stiffness", "rest_length", "damping"))):
         if f"{name}_{keys[0]}" in one:
             out[name] = {k: one[f"{name}_{k}"] for k in keys}
     if "anchors" in out:

@@ -6,6 +6,7 @@
 
 #include "base/fault.hpp"
 #include "input/remote.hpp"
+#include "lattice/interaction_schemas.hpp"
 #include "network/image.hpp"
 
 namespace bs {
@@ -160,12 +161,14 @@ static PetscErrorCode find_shifts(MPI_Comm comm, Lattice* l) {
 }
 
 PetscErrorCode settle_shifts(MPI_Comm comm, Lattice* l) {
-  std::int64_t given = static_cast<std::int64_t>(l->shift.size()), triples = 0;
+  std::int64_t given = static_cast<std::int64_t>(l->shift.size());
 
   PetscFunctionBegin;
   if (!l->box.active()) PetscFunctionReturn(0);
-  for (const InteractionRows& rows : l->interactions) triples += rows.rows.total;
-  if (triples > 0) PetscCall(tell(comm, Exit::input, l->source + ": angle springs do not go with a periodic box; leave out one of them"));
+  for (std::size_t k = 0; k < l->interactions.size(); ++k)
+    if (l->interactions[k].rows.total > 0)
+      PetscCall(
+          tell(comm, Exit::input, l->source + ": " + interaction_schemas()[k].title + "s do not go with a periodic box; leave out one of them"));
   PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &given, 1, MPI_INT64_T, MPI_SUM, comm));
   if (given == 0 && l->springs.total > 0) PetscCall(find_shifts(comm, l));
   PetscFunctionReturn(0);

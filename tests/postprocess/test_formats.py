@@ -84,6 +84,14 @@ def bent(d, angles):
     return make
 
 
+def hinged(folder):
+    """A net in space with two hinges."""
+    words = given(3, folder)
+    with h5py.File(folder / "in.h5", "a") as f:
+        f["hinges/quads"], f["hinges/stiffness"], f["hinges/rest_angle"] = [[0, 6, 2, 1], [6, 12, 8, 7]], [2.0, 3.0], [0.25, -1.5]
+    return words
+
+
 def anchors(x, pairs):
     d = x.shape[1]
     return {"particle": [3, 0], "point": np.arange(2.0 * d).reshape(2, d), "stiffness": [5.0, 7.0], "rest_length": [0.2, 0.0], "damping": [0.3, 0.0]}
@@ -117,6 +125,7 @@ CASES = {
     "angle springs in the plane": (bent(2, [(70, 90), (200, 250), (179, 120)]), [], VTK | {"data"}, set(), "angle springs"),
     "angle springs in space": (bent(3, [(70, 90), (120, 60)]), [], VTK | {"data"}, set(), "angle springs"),
     "angle springs across pi": (bent(2, [(70, 90), (170, 190)]), [], VTK, {"data"}, "angle springs"),
+    "hinges": (hinged, [], VTK, set(), {"springs", "hinges"}),
     "anchors": (lambda f: given(2, f, anchors=anchors), [], VTK, set(), "anchors"),
     "motion of anchors": (lambda f: given(2, f, anchors=anchors), ["-bs_anchor_motion", "velocity", "-bs_anchor_velocity", "0.3,0.1"], set(), set(),
                           "motion of anchors (-bs_anchor_motion velocity; the points are those at the start"),
@@ -439,7 +448,7 @@ def see_data(checks, folder, name, path, truth):
     words = " ".join("p" if one else "f" for one in [*truth.periodic, False, False][:3])
     style = "angle" if truth.angles else "bond"
     units = "real" if "units = real" in text else "si"
-    elastic = truth.elastic if "anchors" not in name.split(",")[0] else 0.5 * (truth.k * (truth.length - truth.rest) ** 2).sum()
+    elastic = truth.elastic if name.split(",")[0] not in ("anchors", "motion of anchors", "hinges") else 0.5 * (truth.k * (truth.length - truth.rest) ** 2).sum()
     refusal, _ = converted(path, folder / "data.h5", "--boundary", words.replace(" ", ","), "--dim", truth.dim, "--units", units)
     checks.true(f"{name}: becomes a lattice", refusal is None, refusal or "")
     if not refusal:

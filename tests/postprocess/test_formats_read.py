@@ -215,10 +215,11 @@ class Walk(Case):
         names = {"point": {"id": [7, 8, 3], "fixed": [1, 0, 0], "mass": [1.0, 2, 3], "velocity": np.ones((3, 3)), "radius": [0.1] * 3},
                  "cell": {"stiffness": [2.0, 3], "rest_length": [0.5, 0.7], "damping": [0.0, 1], "law": [4, 0], "yield_force": [1.0, 0], "plastic_stretch": [0.1, 0], "critical_strain": [0.3, np.inf],
                           "broken": [0, 1]},
-                 "field": {MARK: [1], "dimension": [3], "time": [0.5], "damping_law": [1], "angles_triples": [[0, 1, 2]], "angles_stiffness": [4.0], "angles_rest_angle": [1.5], "anchors_particle": [2],
+                 "field": {MARK: [1], "dimension": [3], "time": [0.5], "damping_law": [1], "angles_triples": [[0, 1, 2]], "angles_stiffness": [4.0], "angles_rest_angle": [1.5], "hinges_quads": [[0, 1, 2, 0]],
+                           "hinges_stiffness": [6.0], "hinges_rest_angle": [-0.5], "anchors_particle": [2],
                            "anchors_point": [[1.0, 2, 3]], "anchors_stiffness": [5.0], "anchors_rest_length": [0.0], "anchors_damping": [0.0], "group_left": [0, 1]}}
-        if boxed:  # angle springs do not go with boxes
-            names["field"] = {**{k: v for k, v in names["field"].items() if not k.startswith("angles")}, "box_edges": np.diag([4.0, 5, 6]), "box_periodic": [1, 0, 1]}
+        if boxed:  # angle springs and hinges do not go with boxes
+            names["field"] = {**{k: v for k, v in names["field"].items() if not k.startswith(("angles", "hinges"))}, "box_edges": np.diag([4.0, 5, 6]), "box_periodic": [1, 0, 1]}
             names["cell"].update({"ends": [[0, 1], [1, 2]], "shift": [[0, 0, 0], [1, 0, 0]]})
         mesh = {of: {k: np.array(v) for k, v in table.items()} for of, table in names.items()}
         kinds = {"f": "Float64", "i": "Int64"}
@@ -236,9 +237,10 @@ class Walk(Case):
                                      (np.diag([4.0, 5, 6]).tolist(), ["periodic", "none", "periodic"], [[0, 0, 0], [1, 0, 0]]))
                 for name, value in (("springs/stiffness", [2, 3]), ("springs/yield_force", [1, 0]), ("springs/plastic_stretch", [0.1, 0]), ("springs/critical_strain", [0.3, np.inf]), ("springs/broken", [0, 1]),
                                     ("springs/damping", [0, 1]), ("particles/radius", [0.1] * 3), ("angles/triples", [[0, 1, 2]]), ("angles/stiffness", [4]), ("angles/rest_angle", [1.5]),
+                                    ("hinges/quads", [[0, 1, 2, 0]]), ("hinges/stiffness", [6]), ("hinges/rest_angle", [-0.5]),
                                     ("anchors/particle", [2]), ("anchors/point", [[1, 2, 3]]), ("groups/left", [0, 1]), ("particles/velocity", np.ones((3, 3))), ("particles/fixed", [1, 0, 0]),
                                     ("particles/id", [7, 8, 3]), ("particles/mass", [1, 2, 3])):
-                    if not (boxed and name.startswith("angles")):
+                    if not (boxed and name.startswith(("angles", "hinges"))):
                         np.testing.assert_array_equal(f[name][...], value, name)
                 self.assertEqual([f.attrs["spring_laws"][k] for k in f["springs/law"]], ["plastic", "hooke"])
                 self.assertEqual(f.attrs["damping_law"], "simple")

@@ -264,6 +264,15 @@ def angles(change=None, options=()):
     return hdf5(add, options)
 
 
+def hinges(change):
+    """A maker of the good lattice with two hinges, `change(data)` applied."""
+    def add(data):
+        data["hinges/quads"] = np.array([[0, 1, 2, 3], [1, 2, 0, 4]])
+        data["hinges/stiffness"], data["hinges/rest_angle"] = np.full(2, 0.5), np.zeros(2)
+        change(data)
+    return hdf5(add)
+
+
 def boxed(change=None, boundary=("periodic",) * 3, options=()):
     """A maker of the good lattice in a periodic box of 6 x 4 x 4, `change(data)` applied."""
     def make(folder):
@@ -306,6 +315,10 @@ ANGLES = {
                                        "angle spring 0, /angles/triples: starts with an arm of zero length"),
     "angles in one dimension": (angles(both(put("particles/position", np.arange(5.0)[:, None]), drop("anchors/point", "anchors/particle", "anchors/stiffness"))),
                                 "angle springs need a lattice of at least 2 dimensions, this one has 1"),
+    "quads of three": (hinges(put("hinges/quads", np.zeros((1, 3), int))), "/hinges/quads: shape (1, 3), needs (A, 4)"),
+    "rest angle of -pi": (hinges(put("hinges/rest_angle", -np.pi, 0)), "hinge 0, /hinges/rest_angle: rest angle -3.141592653589793; write an angle above -pi and at most pi"),
+    "wing without area": (hinges(put("hinges/quads", [0, 2, 1, 4], 1)), "hinge 1, /hinges/quads: starts with a second wing without area"),
+    "hinges in the plane": (hinges(lambda data: data.update({"particles/position": data["particles/position"][:, :2].copy()})), "hinges need a lattice of at least 3 dimensions, this one has 2"),
     "declares angles it does not hold": (sparse("angles/triples", (10**9, 3), "i8"), "does not hold them"),
 }
 
@@ -465,7 +478,7 @@ BREAKING = {
     "notch beside the lattice": (options("-bs_lattice_type", "triangular", "-bs_lattice_size", "4,4", "-bs_break_notch", "90,90,91,91"), "option -bs_break_notch: no spring crosses that line"),
 }
 
-GROUPS = {"springs that break": BREAKING, "periodic boxes": BOX, "HDF5 lattice": HDF5, "angle springs": ANGLES, "XSpringies scene": XSP, "options of lattices": OPTIONS}
+GROUPS = {"springs that break": BREAKING, "periodic boxes": BOX, "HDF5 lattice": HDF5, "angle springs and hinges": ANGLES, "XSpringies scene": XSP, "options of lattices": OPTIONS}
 
 if __name__ == "__main__":
     sys.exit(corpus.main(__doc__, GROUPS, GOOD, step=STEP))

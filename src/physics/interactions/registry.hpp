@@ -16,11 +16,12 @@
 #include <tuple>
 #include <type_traits>
 #include "lattice/interaction_schemas.hpp"
+#include "physics/quadruple/hinge.hpp"
 #include "physics/triple/angle_spring.hpp"
 
 namespace bs {
 
-using InteractionLaws = std::tuple<AngleSpring>;
+using InteractionLaws = std::tuple<AngleSpring, Hinge>;
 static_assert(std::is_same_v<std::tuple_element_t<0, InteractionLaws>, AngleSpring>, "generated lattices make angle springs by this place");
 
 }  // namespace bs

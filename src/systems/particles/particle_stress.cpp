@@ -27,7 +27,8 @@ PetscErrorCode ParticleStress::create(const Network& net) {
       else groups_.push_back(static_cast<std::size_t>(at - net.groups.begin()));
     }
     if ((in_frames_ || !groups_.empty()) && !net.interactions.empty())
-      o.fail("options -bs_output_stress and -bs_stress_groups: angle springs have no part in the stress of particles: leave one of them out");
+      o.fail(
+          "options -bs_output_stress and -bs_stress_groups: angle springs and hinges have no part in the stress of particles: leave one of them out");
   }));
   PetscFunctionReturn(0);
 }
