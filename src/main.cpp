@@ -29,8 +29,7 @@
 #include "systems/create.hpp"
 #include "tasks/tasks.hpp"
 #include "time/alpha2.hpp"
-#include "time/symplectic.hpp"
-#include "time/verlet.hpp"
+#include "time/methods.hpp"
 
 namespace {
 

@@ -9,7 +9,6 @@
 #include "output/fresh_file.hpp"
 #include "output/h5.hpp"
 #include "output/h5md.hpp"
-#include "output/io_watch.hpp"
 #include "output/space.hpp"
 #include "output/tables.hpp"
 

@@ -8,7 +8,6 @@
 
 #include "base/fault.hpp"
 #include "output/frame_file.hpp"
-#include "output/growing.hpp"
 #include "output/last_write.hpp"
 
 namespace bs {

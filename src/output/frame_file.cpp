@@ -7,7 +7,6 @@
 #include <iterator>
 
 #include "base/fault.hpp"
-#include "output/frame_room.hpp"
 #include "output/h5.hpp"
 #include "output/last_write.hpp"
 

@@ -1,15 +1,35 @@
 // What Trajectory holds: the open file, its growing datasets, and what waits to be written to them.
 #pragma once
+#include <petscsys.h>
+#include <cstdint>
 #include <string>
 #include <vector>
-
 #include "output/frame_columns.hpp"
 #include "output/fresh_file.hpp"
-#include "output/growing.hpp"
+#include "output/h5.hpp"
 #include "output/trajectory.hpp"
 #include "output/xdmf.hpp"
 
 namespace bs {
+
+/// A dataset of a trajectory that grows with it, and the rows it had at the mark.
+struct Growing {
+  std::string path;
+  bool log, clock;  ///< of the log of steps; its length tells how many frames are whole
+  std::int64_t rows;
+  bool times() const { return clock && path.compare(path.size() - 5, 5, "/time") == 0; }
+};
+
+/// The growing datasets of an open file, in the same order on every rank. `fault`: one of them, or a group, is not within
+/// the file itself (a link, external storage): writing it would change another file; else empty.
+std::vector<Growing> growing_of(hid_t file, const TrajectoryMark& mark, std::string* fault);
+
+/// Rows of a dataset.
+PetscErrorCode count_rows(hid_t file, const std::string& path, std::int64_t* rows);
+
+/// Local. Copies what is in `trajectory` behind the mark to a new file beside it, whose name is returned. Rows that cannot be
+/// read are left out. `reason`: why there is no such file, or nothing.
+std::string keep_tail(const std::string& trajectory, const TrajectoryMark& mark, std::string* reason);
 
 /// Columns of /backspring/log before those of rejected attempts, "rejected_" and the reason's key each.
 inline constexpr const char* STEP_COLUMNS[] = {"step", "time", "dt", "newton", "krylov", "rejected"};
@@ -129,5 +149,11 @@ struct Trajectory::Impl {
   /// Not collective. Brings the sidecar up to date; a failure causes one warning and does not end the run.
   PetscErrorCode write_xdmf(bool last);
 };
+
+/// Local. The superblock tells that the file ends at byte `end`. errno, or 0.
+int store_end(const std::string& path, std::int64_t end);
+
+/// Local. Takes away what lies behind the end that the superblock tells, and what was reserved there. errno, or 0.
+int cut_behind_end(const std::string& path);
 
 }  // namespace bs

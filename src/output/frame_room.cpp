@@ -17,7 +17,6 @@
 
 #include "base/fault.hpp"
 #include "output/frame_file.hpp"
-#include "output/frame_room.hpp"
 #include "output/space.hpp"
 
 namespace bs {

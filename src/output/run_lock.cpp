@@ -1,4 +1,4 @@
-#include "output/run_lock.hpp"
+#include "output/claim.hpp"
 
 #include <fcntl.h>
 #include <sys/file.h>

@@ -10,8 +10,8 @@
 #include "base/fault.hpp"
 #include "output/finite.hpp"
 #include "output/frame_file.hpp"
+#include "output/h5.hpp"
 #include "output/h5md.hpp"
-#include "output/io_watch.hpp"
 #include "output/space.hpp"
 
 namespace bs {

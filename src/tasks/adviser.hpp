@@ -1,7 +1,9 @@
-// At the start of a run: how the step compares with the fastest oscillation, and whether another one would be better.
+// How the step compares with the fastest oscillation: at the start of a run, and, of explicit types, as the system changes.
 #pragma once
+#include <petscts.h>
 #include <string>
 #include <vector>
+#include "base/warnings.hpp"
 #include "output/report.hpp"
 #include "tasks/spectrum.hpp"
 #include "time/ts_setup.hpp"
@@ -31,5 +33,22 @@ PetscErrorCode read_advise(MPI_Comm comm, bool* wanted);
 /// Collective. Looks at `model` around its initial state with at most 15 evaluations of the forces; reports nothing for models
 /// without particles or without oscillations. Call once the TS is set up.
 PetscErrorCode advise(Model& model, TS ts, const TSContext& context, Advice* out);
+
+/// Springs that stiffen, or meet, make steps unstable that were stable at the start. After steps 1, 2, 4, ... 512 and every 512th, the fastest
+/// oscillation is estimated anew, by at most 15 evaluations of the forces; from below, so that nothing is said of a step that is stable.
+class StepWatch {
+ public:
+  StepWatch(Model& model, Warnings& warnings) : model_(model), warnings_(warnings) {}
+  /// Watches explicit types whose fixed steps are stable at the start, by what was found there, on mechanical systems; nothing else.
+  PetscErrorCode begin(TS ts, const TSContext& context, const Advice& start);
+  /// Collective. After a step; warns once.
+  PetscErrorCode look(PetscInt step, double t, Vec y);
+
+ private:
+  Model& model_;
+  Warnings& warnings_;
+  const Method* method_ = nullptr;  ///< null: not watched
+  double step_ = 0;                 ///< nominal [s]
+};
 
 }  // namespace bs

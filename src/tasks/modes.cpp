@@ -3,12 +3,10 @@
 #include <cmath>
 #include "base/fault.hpp"
 #include "base/options.hpp"
-#include "tasks/foreign_options.hpp"
 #include "tasks/matrices.hpp"
-#include "tasks/modes_parts.hpp"
 #include "tasks/statics/box_stress.hpp"
 #include "tasks/statics/statics.hpp"
-#include "tasks/unused.hpp"
+#include "tasks/unused_options.hpp"
 
 namespace bs {
 namespace {

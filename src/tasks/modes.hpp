@@ -1,7 +1,14 @@
 // Free vibrations about the start: -bs_task modes.
 #pragma once
 #include <memory>
+#include <string>
+#include <vector>
+#include "base/warnings.hpp"
+#include "output/progress.hpp"
+#include "output/trajectory.hpp"
+#include "solvers/eigen/mode_solver.hpp"
 #include "systems/model.hpp"
+#include "tasks/run_options.hpp"
 
 namespace bs {
 
@@ -11,5 +18,54 @@ PetscErrorCode read_mode_options(MPI_Comm comm, bool chosen);
 /// Collective. Solves -K q = omega^2 M q for some of its eigenpairs, writes them, the report and the summary.
 /// Returns ERR_TOLD where not all of them were found (exit 3) or could not be written (exit 4).
 PetscErrorCode run_modes(std::unique_ptr<Model> model, int* exit_code);
+
+class ModesRun {
+ public:
+  /// `y`: the state linearised at, at rest; it must outlive the object.
+  ModesRun(Model& model, const RunOptions& options, const ModeRequest& request, double time, Vec y)
+      : model_(model),
+        options_(options),
+        request_(request),
+        progress_(model.comm(), options.output.progress_interval),
+        warnings_(model.comm()),
+        y_(y),
+        time_(time) {}
+  PetscErrorCode run();
+  /// Collective. Where no equilibrium was found: the files hold its last state and no modes, in the place of an earlier run's.
+  PetscErrorCode give_up(const std::string& outcome, const std::string& why);
+
+ private:
+  PetscErrorCode linearise();
+  PetscErrorCode look_at_forces();
+  PetscErrorCode look_at_damping();
+  PetscErrorCode say_header(const std::string& method);
+  PetscErrorCode weigh_up();
+  PetscErrorCode page(std::size_t k, Vec* out);
+  PetscErrorCode fluctuations(std::vector<Dataset>* constants);
+  PetscErrorCode open_file();
+  PetscErrorCode write_state();
+  PetscErrorCode write();
+  PetscErrorCode conclude(const std::string& why);
+  PetscErrorCode report(const std::string& outcome, const std::string& why);
+  std::vector<std::string> lines() const;
+  std::vector<std::pair<std::string, std::string>> omega_attributes() const;
+
+  Model& model_;
+  RunOptions options_;
+  ModeRequest request_;
+  Progress progress_;
+  Warnings warnings_;
+  Vec y_;  ///< (x, 0)
+  double time_;
+  StandardForm form_;
+  VecHandle shape_;  ///< of one mode, over all components
+  VecHandle state_;  ///< a mode in the place of positions, on its way to the input's order
+  Modes modes_;
+  std::unique_ptr<Trajectory> file_;           ///< null: none is wanted
+  double largest_force_ = 0, force_size_ = 0;  ///< of single particles [N]; the second without cancellation
+  bool damped_ = false;
+  std::vector<double> participation_;  ///< (K, d) effective masses [kg]
+  double mass_ = 0;                    ///< of the particles that can move [kg]
+};
 
 }  // namespace bs

@@ -6,7 +6,7 @@
 #include "output/finite.hpp"
 #include "output/report.hpp"
 #include "systems/breaks.hpp"
-#include "tasks/modes_parts.hpp"
+#include "tasks/modes.hpp"
 
 namespace bs {
 

@@ -3,9 +3,31 @@
 #include "base/fault.hpp"
 #include "base/options.hpp"
 #include "tasks/strain_relaxation.hpp"
-#include "tasks/zero_modes.hpp"
+#include "tasks/tangent_solve.hpp"
 
 namespace bs {
+
+/// Collective. Motions of a periodic lattice that meet no resistance: independent motions q with |q.K q| < delta q.s q at the state that `lin` is
+/// linearised at, less the d translations, by Sylvester's law of inertia: the negative pivots of -K - delta diag(s) less those of -K + delta diag(s).
+/// delta is 1e-9, s the stiffness of all springs at each particle, so that neither masses nor springs that are stiff elsewhere count. K must be
+/// symmetric. -1: MUMPS, which factors both, is not there or failed.
+static PetscErrorCode count_zero_modes(Linearisation& lin, PetscInt* count) {
+  constexpr double NOTHING = 1e-9;
+  TangentFactors factors;
+  PetscInt below[2] = {0, 0};
+  PetscFunctionBegin;
+  *count = -1;
+  PetscCall(factors.create(lin));
+  below[0] = lin.unknowns();
+  for (int k = 0; k < 2 && factors.mean() > 0; ++k) {
+    bool good = false;
+    PetscCall(factors.factor_raised(k == 0 ? -NOTHING : NOTHING, &good));
+    if (!good) PetscFunctionReturn(0);
+    PetscCall(factors.negative_pivots(&below[k]));
+  }
+  *count = below[0] - below[1] - lin.layout().dim;
+  PetscFunctionReturn(0);
+}
 
 PetscErrorCode Moduli::read(MPI_Comm comm) {
   PetscFunctionBegin;

@@ -5,7 +5,6 @@
 #include "output/finite.hpp"
 #include "systems/breaks.hpp"
 #include "systems/mechanics.hpp"
-#include "tasks/run_parts.hpp"
 #include "tasks/statics/box_stress.hpp"
 
 namespace bs {

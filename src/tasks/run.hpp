@@ -1,7 +1,15 @@
-// One run from a model to its last frame.
+// One run from its options to its closing report.
 #pragma once
+#include <functional>
 #include <memory>
+#include "base/warnings.hpp"
+#include "output/progress.hpp"
 #include "systems/model.hpp"
+#include "tasks/adviser.hpp"
+#include "tasks/findings.hpp"
+#include "tasks/run_options.hpp"
+#include "time/energy_watch.hpp"
+#include "time/ts_setup.hpp"
 
 namespace bs {
 
@@ -11,5 +19,119 @@ PetscErrorCode run_model(Model& model, int* exit_code);
 
 /// Collective. The task `dynamics`: run_model of a model that it owns.
 PetscErrorCode run_dynamics(std::unique_ptr<Model> model, int* exit_code);
+
+/// What a task changes in a run. The default is dynamics.
+struct RunHooks {
+  bool loads = false;                                                                   ///< its time is a load factor
+  Pace pace;                                                                            ///< defaults of the stepping
+  std::string until = "; SNES";                                                         ///< what of the header's line on the solver stays begins here
+  std::string method;                                                                   ///< of the header, in place of the TS type's
+  std::function<PetscErrorCode(TS, TSContext&)> attach;                                 ///< once the TS is made, before its options are in force
+  std::function<PetscErrorCode(double time, Vec y, std::vector<Observable>*)> observe;  ///< adds to a frame's observables
+  std::function<PetscErrorCode(std::vector<Tally>*)> count;                             ///< adds to the summary and the report
+  std::function<void(Facts*)> save;                                                     ///< what a checkpoint holds of the task
+  std::function<void(const Facts&)> restore;                                            ///< and back
+  std::function<void(PetscMPIInt rank, std::vector<Dataset>*)> tables;                  ///< adds to a trajectory what `find` gives values
+  std::function<PetscErrorCode(double time, Vec y, Findings*)> find;                    ///< computes at the last state of a run that went well
+  std::function<PetscErrorCode()> begin;                                                ///< before the first step of a run from its start
+  Stepper::OnBreak settle;                                                              ///< when parts of the system broke
+  std::function<bool()> done;                                                           ///< asked after every step: whether the run ends with it
+  bool checkpoints = true;                                                              ///< whether its states can be continued
+  const char* clock = "load factor";                                                    ///< what its time is, if it has load steps
+  std::function<void(const std::string& outcome, const std::string& why)> concluded;    ///< at the end of what was computed
+  std::function<PetscErrorCode(Warnings*)> look_back;                                   ///< at the end, whatever the outcome: what to warn of
+};
+
+/// The components of a run, connected by the stepper's callbacks.
+class Run {
+ public:
+  Run(Model& model, const RunOptions& options, RunHooks hooks = {})
+      : model_(model),
+        options_(options),
+        hooks_(std::move(hooks)),
+        progress_(model.comm(), options.output.progress_interval),
+        warnings_(model.comm()),
+        watch_(model, options.energy_growth, warnings_),
+        step_watch_(model, warnings_) {}
+  PetscErrorCode set_up();
+  PetscErrorCode advance(int* exit_code);
+
+ private:
+  PetscErrorCode on_step(const StepRecord& record);
+  RunState state() const;
+  PetscErrorCode look_back(TSConvergedReason reason);
+  PetscErrorCode warn_of_cuts();
+  PetscErrorCode end_at_rest(double time, Vec y);
+  PetscErrorCode observe(double time, Vec y);
+  PetscErrorCode on_frame(PetscInt step, double time, Vec y);
+  PetscErrorCode give_up_frame(double time, const std::string& what, const std::vector<Observable>& before);
+  double shown_time(double time) const;
+  PetscErrorCode on_flush();
+  PetscErrorCode on_save();
+  PetscErrorCode open_restart();
+  PetscErrorCode choose_interval();
+  PetscErrorCode say_header(const std::string& solver);
+  PetscErrorCode prepare_solvers();
+  PetscErrorCode take_up();
+  PetscErrorCode finds_trajectory(const TrajectoryMark& mark, bool* there) const;
+  PetscErrorCode open_trajectory();
+  PetscErrorCode save_last(bool failed);
+  PetscErrorCode settle(double time, Vec y, const std::function<PetscErrorCode(Vec)>& frame, bool* settled, std::string* lost);
+  Facts facts() const;
+  Facts good_facts() const { return hooks_.settle ? good_facts_ : facts(); }
+  void restore_facts();
+  bool idle() const { return stepper_->counts().steps == taken_up_; }
+  bool untouched() const { return resumed_ && idle() && !undone_.shown; }  ///< the trajectory that goes on
+  PetscErrorCode find_out();
+  PetscErrorCode write_breaks();
+  PetscErrorCode conclude(TSConvergedReason reason, int* exit_code);
+  PetscErrorCode report(const std::string& outcome, const std::string& why);
+  PetscErrorCode explain(TSConvergedReason reason, std::string* text);
+  std::vector<std::string> closing_lines() const;
+  std::vector<Tally> tallies() const;
+
+  Model& model_;
+  RunOptions options_;
+  RunHooks hooks_;
+  Progress progress_;
+  Warnings warnings_;
+  EnergyWatch watch_;
+  StepWatch step_watch_;
+  TSContext context_;
+  TSHandle ts_;
+  std::unique_ptr<Stepper> stepper_;
+  std::unique_ptr<Trajectory> trajectory_;
+  Advice advice_;
+  std::unique_ptr<CheckpointFile> restart_;
+  bool resumed_ = false;        ///< the trajectory goes on where the checkpoint left it
+  std::int64_t taken_up_ = -1;  ///< steps at the checkpoint; -1: from the start
+  Facts inputs_;                ///< fingerprints of the tables that options name
+  Facts good_facts_;            ///< facts() of the last good state, where steps may be taken back
+  Facts continued_;             ///< what the checkpoint holds of the run
+  /// A motion after a break whose step was taken back.
+  struct Undone {
+    bool shown = false;     ///< there are frames of it
+    TrajectoryMark before;  ///< where the trajectory stood
+    double time = 0;        ///< by which its end lies behind the last good state [s]
+    std::int64_t steps = 0;
+  };
+  Undone undone_;
+  bool settling_ = false;                        ///< a frame now is not of a good state
+  std::map<std::string, std::int64_t> earlier_;  ///< counts of the runs that this one continues
+  std::string solver_;                           ///< as the header describes it
+  std::string last_checkpoint_;                  ///< where a failed run can be continued from
+  bool spoiled_ = false;                         ///< a frame was not finite: the run ends, and nothing is kept of the state
+  std::vector<Observable> first_, last_;
+  double observed_ = 0;  ///< when last_ was [s]
+  double start_ = 0, end_ = 0;
+  std::string interval_note_;               ///< of the header, where the distance of frames was chosen
+  int held_rows_ = 0;                       ///< of the log, not yet written
+  double most_force_ = 0, most_speed_ = 0;  ///< 2-norms of f and of sqrt(M) v, since the run began
+  bool rests_ = false;
+  Findings findings_;
+};
+
+/// Of a frame's observables [J]; NaN if they have none.
+double total_energy(const std::vector<Observable>& observables);
 
 }  // namespace bs

@@ -1,13 +1,24 @@
 // The settings of a run from the options, and the files that it may write.
 #pragma once
+#include <string>
 #include "output/claim.hpp"
-#include "output/settings.hpp"
+#include "output/trajectory.hpp"
 #include "tasks/adviser.hpp"
 #include "tasks/saving.hpp"
 #include "time/stepper.hpp"
 #include "time/tolerances.hpp"
 
 namespace bs {
+
+struct OutputSettings {
+  TrajectoryOptions trajectory;
+  double interval = 0;           ///< -bs_output_interval: simulated time between frames [s]; 0: every step
+  std::string report;            ///< -bs_report: file of the closing report; empty: none
+  double progress_interval = 5;  ///< -bs_progress_interval [s]
+};
+
+/// Collective. Reads the options; Claim checks whether the files can be written.
+PetscErrorCode read_output_settings(MPI_Comm comm, OutputSettings* settings);
 
 struct RunOptions {
   OutputSettings output;

@@ -3,8 +3,8 @@
 #include "base/fault.hpp"
 #include "output/report.hpp"
 #include "systems/breaks.hpp"
-#include "tasks/run_parts.hpp"
-#include "tasks/unused.hpp"
+#include "tasks/run.hpp"
+#include "tasks/unused_options.hpp"
 #include "time/implicit/linear_defaults.hpp"
 
 namespace bs {

@@ -4,10 +4,9 @@
 #include <cmath>
 #include "base/fault.hpp"
 #include "base/options.hpp"
-#include "tasks/foreign_options.hpp"
 #include "tasks/matrices.hpp"
-#include "tasks/run_parts.hpp"
-#include "tasks/unused.hpp"
+#include "tasks/run.hpp"
+#include "tasks/unused_options.hpp"
 #include "time/implicit/solver_setup.hpp"
 
 namespace bs {

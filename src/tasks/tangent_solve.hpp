@@ -1,12 +1,40 @@
 // Linear systems with the exact tangent of an equilibrium.
 #pragma once
+#include <petscmat.h>
 #include <petscts.h>
 #include <vector>
+#include "base/factor_memory.hpp"
 #include "solvers/condensed/condensed.hpp"
 #include "systems/equilibrium.hpp"
-#include "tasks/tangent_factors.hpp"
+#include "systems/mechanics.hpp"
 
 namespace bs {
+
+/// L D L^T of a M - K by MUMPS, K symmetric, at the state that the linearisation has. All particles are free.
+class TangentFactors {
+ public:
+  /// Collective. `lin` must outlive the object.
+  PetscErrorCode create(Linearisation& lin);
+  /// Mean of omega^2 of -K q = omega^2 M q: the trace of -K, its entries taken positive, by that of M; 0: nothing resists anything.
+  double mean() const { return mean_; }
+  /// Collective. good: false where MUMPS is not there or failed.
+  PetscErrorCode factor(double shift, bool* good);
+  /// Collective. The same of part diag(s) - K, s being the stiffness of all springs at each particle (Linearisation::stiffness_sizes).
+  PetscErrorCode factor_raised(double part, bool* good);
+  /// Collective. Whether the last factors were not made for want of memory.
+  PetscErrorCode memory_lack(MemoryLack* out) const { return find_memory_lack(factors_, out); }
+  /// Of the last factors.
+  PetscErrorCode negative_pivots(PetscInt* count) const;
+  /// Collective. z_x = (shift M - K)^-1 r_v, laid out as states; the rest of z is 0.
+  PetscErrorCode solve(Vec r, Vec z);
+
+ private:
+  PetscErrorCode factor_present(bool* good);
+  Linearisation* lin_ = nullptr;
+  MatHandle S_, factors_;
+  VecHandle b_, w_;
+  double mean_ = 0;
+};
 
 /// K u = -f with K = df/dx, by the linear solver of a static run, and where that leaves too much by factors of MUMPS. Both precondition a search for
 /// the least residual along all directions so far (generalised conjugate residuals), as K may have many eigenvalues next to 0: floppy parts, soft

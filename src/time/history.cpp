@@ -1,8 +1,8 @@
 #include "time/history.hpp"
 #include <algorithm>
 #include "base/fault.hpp"
-#include "time/kept_acceleration.hpp"
-#include "time/ts_queries.hpp"
+#include "time/methods.hpp"
+#include "time/replay.hpp"
 
 namespace bs {
 
@@ -82,6 +82,95 @@ Vec History::before_last(double* step) const {
   const Past& past = past_[past_.size() - 2];
   *step = past.step;
   return past.state;
+}
+
+void History::save(Facts* facts, std::vector<NamedState>* states) const {
+  const std::size_t done = past_.size() - (open_ ? 1 : 0), first = done > depth_ ? done - depth_ : 0;
+  facts->whole["history_states"] = static_cast<std::int64_t>(done - first);
+  facts->whole["history_steps"] = steps_;
+  for (std::size_t k = first; k < done; ++k) {
+    const std::string number = std::to_string(k - first), name = "history_" + number;
+    facts->real[name + "_time"] = past_[k].time;
+    facts->real[name + "_step"] = past_[k].step;
+    states->push_back({"/history/" + number, past_[k].state});
+  }
+  // the starting procedure of bdf counts until the states that followed have replaced it
+  if (kind_ == Kind::bdf && half_ && steps_ < static_cast<std::int64_t>(depth_)) states->push_back({"/history/half", half_});
+  if (kept_) states->push_back({"/history/acceleration", kept_});
+}
+
+PetscErrorCode History::restore(TS ts, Model& model, const CheckpointFile& file, std::string* told) {
+  Vec y;
+  PetscFunctionBegin;
+  PetscCall(TSGetSolution(ts, &y));
+  const Facts& run = file.run();
+  const auto whole = [&](const char* name) { return run.whole.count(name) ? run.whole.at(name) : 0; };
+  const auto real = [&](const std::string& name) { return run.real.count(name) ? run.real.at(name) : 0.0; };
+  const std::int64_t kept = whole("history_states");
+  steps_ = whole("history_steps");
+  past_.clear();
+  for (std::int64_t k = std::max<std::int64_t>(0, kept - static_cast<std::int64_t>(depth_)); k < kept; ++k) {
+    const std::string name = "history_" + std::to_string(k);
+    Past one;
+    one.time = real(name + "_time");
+    one.step = real(name + "_step");
+    PetscCall(VecDuplicate(y, one.state.out()));
+    PetscCall(file.read(model, "/history/" + std::to_string(k), one.state));
+    past_.push_back(std::move(one));
+  }
+  if (file.has("/history/half")) {
+    PetscCall(VecDuplicate(y, half_.out()));
+    PetscCall(file.read(model, "/history/half", half_));
+  }
+  if (kind_ == Kind::acceleration) PetscCall(restore_acceleration(ts, model, file, told));
+  if (kind_ == Kind::bdf && past_.size() < depth_ && !half_)
+    *told = format("the checkpoint holds %zu states before the last, bdf needs %zu", past_.size(), depth_);
+  if (!told->empty() || past_.empty()) {
+    past_.clear();
+    steps_ = 0;
+    PetscFunctionReturn(0);
+  }
+  replaying_ = true;
+  PetscCall(replay(ts));
+  replaying_ = false;
+  PetscFunctionReturn(0);
+}
+
+/// The type's own vector, as it was.
+PetscErrorCode History::restore_acceleration(TS ts, Model& model, const CheckpointFile& file, std::string* told) {
+  KeptAcceleration* own;
+  PetscFunctionBegin;
+  if (!file.has("/history/acceleration")) {
+    *told = "the checkpoint lacks the acceleration that the method carries from step to step";
+    PetscFunctionReturn(0);
+  }
+  PetscCall(TSSetUp(ts));
+  PetscCall(kept_acceleration(ts, &own));
+  PetscCall(file.read(model, "/history/acceleration", own->kept));
+  own->known = true;
+  kept_ = own->kept;
+  PetscFunctionReturn(0);
+}
+
+PetscErrorCode History::replay(TS ts) {
+  PetscReal time, step;
+  Vec y;
+  PetscFunctionBegin;
+  if (kind_ == Kind::none || kind_ == Kind::acceleration) PetscFunctionReturn(0);
+  PetscCall(TSGetSolution(ts, &y));
+  PetscCall(TSGetTime(ts, &time));
+  PetscCall(TSGetTimeStep(ts, &step));
+  Replay replay;
+  PetscCall(replay.begin(ts));
+  for (std::size_t k = kind_ == Kind::bdf ? 0 : past_.size() - 1; k < past_.size(); ++k) {
+    const bool first = k == 0 || kind_ != Kind::bdf, last = k + 1 == past_.size();
+    if (first) PetscCall(TSRestartStep(ts));
+    Vec end = last ? replay.present() : past_[k + 1].state.get();
+    Vec half = half_ ? half_.get() : past_[k].state.get();
+    PetscCall(replay.step(past_[k].time, past_[k].step, past_[k].state, first && kind_ == Kind::bdf ? half : nullptr, end));
+  }
+  PetscCall(replay.end(time, step));
+  PetscFunctionReturn(0);
 }
 
 }  // namespace bs

@@ -1,9 +1,11 @@
 #include "time/methods.hpp"
 #include <strings.h>
 #include <cstring>
+#include <string>
 #include "time/alpha2.hpp"
 
 namespace bs {
+
 namespace {
 
 constexpr auto EXPLICIT = Method::Kind::explicit_, IMPLICIT = Method::Kind::implicit;
@@ -213,6 +215,27 @@ std::string types_of(Method::Kind kind) {
     list += (list.empty() ? "" : ", ") + std::string(last->name);
   }
   return list;
+}
+
+PetscErrorCode is_adaptive(TS ts, bool* yes) {
+  TSAdapt adapt;
+  TSAdaptType type = nullptr;
+  PetscFunctionBegin;
+  PetscCall(TSGetAdapt(ts, &adapt));
+  PetscCall(TSAdaptGetType(adapt, &type));
+  *yes = type && std::string(type) != TSADAPTNONE;
+  PetscFunctionReturn(0);
+}
+
+PetscErrorCode linear_solver_of(TS ts, KSP* ksp, PC* pc) {
+  SNES snes;
+  KSP found;
+  PetscFunctionBegin;
+  PetscCall(TSGetSNES(ts, &snes));
+  PetscCall(SNESGetKSP(snes, &found));
+  if (ksp) *ksp = found;
+  if (pc) PetscCall(KSPGetPC(found, pc));
+  PetscFunctionReturn(0);
 }
 
 }  // namespace bs

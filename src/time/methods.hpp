@@ -1,7 +1,9 @@
-// The table of time-stepping methods, those of PETSc and the program's own: one row per type, and one per type and subtype.
+// The table of time-stepping methods, those of PETSc and the program's own: one row per type, and one per type and subtype; what else is asked
+// of a TS; the program's own types.
 #pragma once
 #include <petscts.h>
 #include <string>
+#include "base/rounding.hpp"
 #include "systems/model.hpp"
 
 namespace bs {
@@ -67,5 +69,33 @@ const char* subtype_option(const std::string& type);
 
 /// "beuler, cn, ...": the types of a kind, each once.
 std::string types_of(Method::Kind kind);
+
+/// The data of a TS whose type has Memory::acceleration begins with it.
+struct KeptAcceleration {
+  Vec kept = nullptr;  ///< (., a_n) at the present state, of the type; a failed step leaves its entries unchanged
+  bool known = false;  ///< whether it is: not before the first step
+};
+
+/// Of a TS of such a type; borrowed.
+PetscErrorCode kept_acceleration(TS ts, KeptAcceleration** out);
+
+/// Whether steps follow an error estimate (-ts_adapt_type other than none).
+PetscErrorCode is_adaptive(TS ts, bool* yes);
+
+/// The linear solver of an implicit type and its preconditioner, both borrowed; either may be null.
+PetscErrorCode linear_solver_of(TS ts, KSP* ksp, PC* pc);
+
+/// Symplectic Euler: registers `-ts_type symplectic`, velocity first, then position with the new velocity. State blocks are (x, v) of 2d numbers,
+/// RHSFunction is G = (v, M^-1 f); PETSc's own TSBASICSYMPLECTIC passes no velocity to the force, so drag and dampers need this one.
+PetscErrorCode register_symplectic();
+
+/// Velocity Verlet: registers `-ts_type verlet`, half a kick, a drift, the other half of the kick. State blocks are (x, v) of 2d numbers, RHSFunction
+/// is G = (v, a), a = M^-1 f(t, x, v):
+///   v_h = v_n + h/2 a_n,  x_{n+1} = x_n + h v_h,
+///   a_{n+1} = M^-1 f(t_{n+1}, x_{n+1}, v_h + h/2 a_n),  v_{n+1} = v_h + h/2 a_{n+1}
+/// One evaluation of the forces a step: a_{n+1} is kept for the next one. Without forces that depend on velocities it is
+/// time-reversible and symplectic. With them, a_{n+1} is taken at the velocity v_n + h a_n, which is off by h^2 and makes an
+/// error of h^3 in a step: order 2 either way. On x'' = -w^2 x - c x' it is stable while (h w)^2 + 4 h c < 4.
+PetscErrorCode register_verlet();
 
 }  // namespace bs

@@ -1,7 +1,7 @@
 // What the program's own TS types share: the work vectors of their data, made at set-up and destroyed with it.
 #pragma once
 #include <petsc/private/tsimpl.h>
-#include "time/kept_acceleration.hpp"
+#include "time/methods.hpp"
 
 namespace bs {
 

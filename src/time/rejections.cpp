@@ -2,7 +2,7 @@
 #include <cstring>
 #include "base/fault.hpp"
 #include "solvers/condensed/condensed.hpp"
-#include "time/ts_queries.hpp"
+#include "time/methods.hpp"
 
 namespace bs {
 namespace {

@@ -5,10 +5,10 @@
 #include <string>
 #include "base/factor_memory.hpp"
 #include "base/facts.hpp"
-#include "solvers/rejection_reasons.hpp"
+#include "solvers/step_record.hpp"
 #include "systems/model.hpp"
 #include "time/implicit/linear_check.hpp"
-#include "time/stepping/attempts.hpp"
+#include "time/stepping/step_length.hpp"
 #include "time/ts_setup.hpp"
 
 namespace bs {

@@ -3,7 +3,7 @@
 #include <cmath>
 #include <utility>
 #include "base/fault.hpp"
-#include "time/ts_queries.hpp"
+#include "time/methods.hpp"
 
 namespace bs {
 

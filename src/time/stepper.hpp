@@ -12,7 +12,6 @@
 #include "time/stepping/output_clock.hpp"
 #include "time/stepping/step_counts.hpp"
 #include "time/stepping/step_length.hpp"
-#include "time/stepping/wall_schedule.hpp"
 #include "time/ts_setup.hpp"
 
 namespace bs {

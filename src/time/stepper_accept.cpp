@@ -3,9 +3,8 @@
 #include "base/signals.hpp"
 #include "solvers/condensed/condensed.hpp"
 #include "systems/breaks.hpp"
-#include "time/kept_acceleration.hpp"
+#include "time/methods.hpp"
 #include "time/stepper.hpp"
-#include "time/ts_queries.hpp"
 
 namespace bs {
 

@@ -4,8 +4,8 @@
 #include "base/fault.hpp"
 #include "solvers/condensed/condensed.hpp"
 #include "time/implicit/solver_setup.hpp"
+#include "time/methods.hpp"
 #include "time/stepper.hpp"
-#include "time/ts_queries.hpp"
 
 namespace bs {
 

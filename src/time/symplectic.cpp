@@ -1,6 +1,6 @@
-#include "time/symplectic.hpp"
 #include <array>
 #include "systems/layout.hpp"
+#include "time/methods.hpp"
 #include "time/own_type.hpp"
 
 namespace bs {

@@ -4,7 +4,7 @@
 #include "base/handle.hpp"
 #include "base/options.hpp"
 #include "systems/layout.hpp"
-#include "time/ts_queries.hpp"
+#include "time/methods.hpp"
 
 namespace bs {
 namespace {

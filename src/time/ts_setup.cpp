@@ -2,12 +2,11 @@
 #include "base/fault.hpp"
 #include "solvers/condensed/condensed.hpp"
 #include "solvers/newton/search/searches.hpp"
-#include "solvers/pivots.hpp"
+#include "solvers/solver_options.hpp"
 #include "time/alpha2.hpp"
 #include "time/implicit/linear_defaults.hpp"
 #include "time/method_check.hpp"
-#include "time/stepping_check.hpp"
-#include "time/ts_queries.hpp"
+#include "time/methods.hpp"
 
 namespace bs {
 namespace {

@@ -1,7 +1,7 @@
-#include "time/verlet.hpp"
 #include <array>
 #include <utility>
 #include "systems/layout.hpp"
+#include "time/methods.hpp"
 #include "time/own_type.hpp"
 
 namespace bs {

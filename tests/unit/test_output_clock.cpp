@@ -2,9 +2,8 @@
 #include <catch2/catch.hpp>
 
 #include "base/rounding.hpp"
-#include "time/stepping/attempts.hpp"
 #include "time/stepping/output_clock.hpp"
-#include "time/stepping/wall_schedule.hpp"
+#include "time/stepping/step_length.hpp"
 
 using namespace bs;
 

@@ -1,7 +1,7 @@
 // Factors that overlap where the rank boundary cuts stiff springs, and the age of a preconditioner.
 #include <algorithm>
 #include "condensed_case.hpp"
-#include "solvers/condensed/age.hpp"
+#include "solvers/condensed/inner_solver.hpp"
 #include "systems/particles/condensed/stiff_fill.hpp"
 
 using namespace bs;

@@ -1,4 +1,4 @@
-#include "solvers/condensed/correction.hpp"
+#include "solvers/condensed/inner_solver.hpp"
 
 namespace bs {
 namespace {

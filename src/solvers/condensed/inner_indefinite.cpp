@@ -1,6 +1,8 @@
 // What the inner solver does where S is not positive definite: directions by absolute curvatures, or the solution of S w = b.
 #include <algorithm>
+#include <cmath>
 #include <string>
+#include "base/handle.hpp"
 #include "solvers/condensed/inner_solver.hpp"
 
 namespace bs {
@@ -86,6 +88,33 @@ PetscErrorCode InnerSolver::solve_indefinite(Vec b, Vec w, CondensedCounts* coun
   PetscCall(KSPSetOperators(fallback_, S_, positive_));
   PetscCall(run(fallback_, b, w, counts, &reason));
   *solved = reason > 0;
+  PetscFunctionReturn(0);
+}
+
+// p <- P^-1 r + (r.P^-1 r)/(r.P^-1 r)_before p;  r <- r - (r.P^-1 r)/(p.S p) S p
+PetscErrorCode find_negative_curvature(Mat S, PC P, Vec b, PetscInt most, Vec w, bool* found) {
+  constexpr double EXHAUSTED = 1e-24;  // of the first r.P^-1 r: the Krylov space ends
+  VecHandle r, z, Sp;
+  PetscScalar rz = 0, before = 0, first = 0, curvature = 0;
+  PetscFunctionBegin;
+  *found = false;
+  for (VecHandle* room : {&r, &z, &Sp}) PetscCall(VecDuplicate(b, room->out()));
+  PetscCall(VecCopy(b, r));
+  PetscCall(VecZeroEntries(w));
+  for (PetscInt k = 0; k < most; ++k) {
+    PetscCall(PCApply(P, r, z));
+    PetscCall(VecDot(r, z, &rz));
+    if (k == 0) first = rz;
+    if (!(rz > EXHAUSTED * first) || !std::isfinite(rz)) PetscFunctionReturn(0);
+    PetscCall(VecAYPX(w, k == 0 ? 0.0 : rz / before, z));
+    PetscCall(MatMult(S, w, Sp));
+    PetscCall(VecDot(w, Sp, &curvature));
+    if (!std::isfinite(curvature)) PetscFunctionReturn(0);
+    *found = !(curvature > 0);
+    if (*found) PetscFunctionReturn(0);
+    PetscCall(VecAXPY(r, -rz / curvature, Sp));
+    before = rz;
+  }
   PetscFunctionReturn(0);
 }
 

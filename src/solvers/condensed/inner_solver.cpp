@@ -3,8 +3,7 @@
 #include <cmath>
 #include "base/fault.hpp"
 #include "solvers/condensed/condensed.hpp"
-#include "solvers/condensed/negative_curvature.hpp"
-#include "solvers/pivots.hpp"
+#include "solvers/solver_options.hpp"
 
 namespace bs {
 

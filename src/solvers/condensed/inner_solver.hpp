@@ -2,16 +2,59 @@
 // is not positive definite.
 #pragma once
 #include <petscksp.h>
+#include <petscpc.h>
 #include <string>
 #include <vector>
 #include "base/handle.hpp"
 #include "solvers/condensed/absolute.hpp"
-#include "solvers/condensed/age.hpp"
 #include "solvers/condensed/condensed.hpp"
-#include "solvers/condensed/correction.hpp"
 #include "systems/tangent.hpp"
 
 namespace bs {
+
+/// What the symmetric S leaves out of the condensed system (dampers along springs whose ends move across them): a flexible
+/// Krylov method on the exact S, preconditioned by the solver of the symmetric one.
+class ExactCorrection {
+ public:
+  /// Collective. w, which `symmetric` has solved for, is improved until |b - S w| <= rtol |b| with the exact S, if it is
+  /// not there already. iterations: those of `symmetric` that it took; reason: negative where it did not get there.
+  PetscErrorCode apply(Tangent& tangent, KSP symmetric, double rtol, Vec b, Vec w, PetscInt* iterations, KSPConvergedReason* reason);
+
+ private:
+  PetscErrorCode create(Tangent& tangent, KSP symmetric, Vec b);
+  KSPHandle ksp_;
+  MatHandle exact_;
+  VecHandle left_;
+};
+
+/// When a preconditioner has aged, by the iterations its solves take.
+/// A part of it, the coarse grid, changes less from state to state than the factors do, and is made anew only where new factors alone do not
+/// bring the iterations back.
+class PreconditionerAge {
+ public:
+  /// The next one is new in all its parts.
+  void discard() noexcept { due_ = coarse_due_ = true; }
+  bool due() const noexcept { return due_; }
+  /// A new one is made; whether it takes over the coarse grid of the last.
+  bool renew() noexcept {
+    kept_ = !coarse_due_;
+    due_ = coarse_due_ = false;
+    return kept_;
+  }
+  /// A solve took `rate` iterations per digit, with a preconditioner that was made for it (`fresh`) or before. Due is a new one where that is more
+  /// than `most` times what it was with all parts new.
+  void note(double rate, bool fresh, double most) noexcept {
+    if (fresh && !kept_) new_rate_ = rate;
+    if (rate <= most * new_rate_ + 1) return;
+    due_ = true;
+    coarse_due_ = coarse_due_ || fresh;
+  }
+
+ private:
+  bool due_ = true, coarse_due_ = true;
+  bool kept_ = false;  ///< the coarse grid is older than the factors
+  double new_rate_ = 0;
+};
 
 /// Relative tolerance of the inner solve under an outer Krylov method.
 inline constexpr double LOOSE_TOLERANCE = 1e-2;
@@ -93,5 +136,9 @@ class InnerSolver {
   bool rebuild_ = true, built_ = false;  ///< levels of a multigrid method, too, which otherwise keeps its interpolation
   double sigma_ = 0, refresh_ = 1.3;
 };
+
+/// Collective. Conjugate gradients on S w = b, preconditioned by P: the first of their directions w with w.S w <= 0, within `most` iterations.
+/// found: false where there was none, or P is not positive definite.
+PetscErrorCode find_negative_curvature(Mat S, PC P, Vec b, PetscInt most, Vec w, bool* found);
 
 }  // namespace bs

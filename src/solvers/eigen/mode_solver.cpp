@@ -2,7 +2,7 @@
 #include <algorithm>
 #include <cmath>
 #include "base/fault.hpp"
-#include "solvers/eigen/rigid_motions.hpp"
+#include "solvers/eigen/standard_form.hpp"
 
 namespace bs {
 namespace {

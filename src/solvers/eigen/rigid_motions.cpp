@@ -1,4 +1,5 @@
-#include "solvers/eigen/rigid_motions.hpp"
+#include "solvers/eigen/standard_form.hpp"
+
 #include <petscblaslapack.h>
 #include <cmath>
 

@@ -2,7 +2,7 @@
 #include <cmath>
 #include "solvers/condensed/condensed.hpp"
 #include "solvers/own_solve.hpp"
-#include "time/ts_queries.hpp"
+#include "time/methods.hpp"
 
 namespace bs {
 PetscErrorCode ArcLength::attach(TS ts, TSContext& context, Equilibrium& model, PseudoTime& start, const ArcPath& path) {

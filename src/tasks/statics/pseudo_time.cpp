@@ -3,7 +3,7 @@
 #include <algorithm>
 #include "solvers/condensed/condensed.hpp"
 #include "solvers/own_solve.hpp"
-#include "time/ts_queries.hpp"
+#include "time/methods.hpp"
 
 namespace bs {
 PetscErrorCode PseudoTime::attach(TS ts, TSContext& context, Equilibrium& model, double nominal) {

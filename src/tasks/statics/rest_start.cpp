@@ -1,8 +1,8 @@
 #include "tasks/statics/rest_start.hpp"
 #include <utility>
 #include "solvers/condensed/condensed.hpp"
+#include "time/methods.hpp"
 #include "time/replay.hpp"
-#include "time/ts_queries.hpp"
 
 namespace bs {
 namespace {

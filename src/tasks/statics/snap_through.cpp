@@ -5,7 +5,7 @@
 #include "base/fault.hpp"
 #include "solvers/condensed/condensed.hpp"
 #include "solvers/own_solve.hpp"
-#include "time/ts_queries.hpp"
+#include "time/methods.hpp"
 
 namespace bs {
 

@@ -3,7 +3,7 @@
 #include "base/fault.hpp"
 #include "base/options.hpp"
 #include "solvers/condensed/condensed.hpp"
-#include "time/ts_queries.hpp"
+#include "time/methods.hpp"
 
 namespace bs {
 namespace {

@@ -9,7 +9,7 @@
 #include "tasks/compliance.hpp"
 #include "tasks/matrices.hpp"
 #include "tasks/moduli.hpp"
-#include "tasks/run_parts.hpp"
+#include "tasks/run.hpp"
 #include "tasks/statics/arc_length.hpp"
 #include "tasks/statics/avalanche.hpp"
 #include "tasks/statics/box_stress.hpp"

@@ -2,7 +2,7 @@
 #include <algorithm>
 #include <cmath>
 #include "solvers/condensed/condensed.hpp"
-#include "time/ts_queries.hpp"
+#include "time/methods.hpp"
 
 namespace bs {
 

@@ -1,11 +1,9 @@
 #include "time/implicit/linear_defaults.hpp"
 #include <string>
 #include "base/options.hpp"
-#include "solvers/condensed/choice.hpp"
 #include "solvers/condensed/condensed.hpp"
-#include "solvers/serial_factors.hpp"
-#include "solvers/solver_check.hpp"
-#include "time/ts_queries.hpp"
+#include "solvers/solver_options.hpp"
+#include "time/methods.hpp"
 
 namespace bs {
 namespace {

@@ -1,9 +1,8 @@
 #include "time/implicit/linear_reuse.hpp"
 #include <cmath>
 #include "base/fault.hpp"
-#include "solvers/pivots.hpp"
+#include "solvers/solver_options.hpp"
 #include "time/methods.hpp"
-#include "time/ts_queries.hpp"
 
 namespace bs {
 

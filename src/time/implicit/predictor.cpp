@@ -4,7 +4,6 @@
 #include "systems/layout.hpp"
 #include "systems/mechanics.hpp"
 #include "time/methods.hpp"
-#include "time/ts_queries.hpp"
 
 namespace bs {
 

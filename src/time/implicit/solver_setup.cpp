@@ -1,8 +1,8 @@
 #include "time/implicit/solver_setup.hpp"
 #include "solvers/condensed/condensed.hpp"
-#include "solvers/pivots.hpp"
+#include "solvers/solver_options.hpp"
 #include "time/implicit/linear_reuse.hpp"
-#include "time/ts_queries.hpp"
+#include "time/methods.hpp"
 
 namespace bs {
 namespace {

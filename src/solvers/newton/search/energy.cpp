@@ -1,8 +1,7 @@
 #include "solvers/newton/search/energy.hpp"
 #include <algorithm>
 #include <cmath>
-#include "solvers/newton/search/energy_line.hpp"
-#include "solvers/newton/search/guarded.hpp"
+#include "solvers/newton/search/searches.hpp"
 
 namespace bs {
 namespace {

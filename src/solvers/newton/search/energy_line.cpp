@@ -1,6 +1,6 @@
-#include "solvers/newton/search/energy_line.hpp"
 #include <petsc/private/linesearchimpl.h>
 #include <cmath>
+#include "solvers/newton/search/energy.hpp"
 #include "systems/layout.hpp"
 
 namespace bs {

@@ -1,6 +1,6 @@
-#include "solvers/newton/search/guarded.hpp"
 #include <algorithm>
 #include <cmath>
+#include "solvers/newton/search/searches.hpp"
 
 namespace bs {
 namespace {

@@ -1,7 +1,6 @@
 #include "solvers/newton/search/searches.hpp"
 #include <petsc/private/linesearchimpl.h>
 #include "solvers/newton/search/energy.hpp"
-#include "solvers/newton/search/guarded.hpp"
 
 namespace bs {
 namespace {

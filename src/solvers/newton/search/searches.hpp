@@ -15,4 +15,7 @@ PetscErrorCode set_search_policy(SNES snes, NewtonPolicy* newton);
 /// A word or two on the search in force.
 PetscErrorCode describe_search(SNES snes, std::string* text);
 
+/// Collective. The guarded search, from the state and direction of `line`: full steps for the first iterations, then backtracking.
+PetscErrorCode guarded_search(SNESLineSearch line, const NewtonPolicy& newton);
+
 }  // namespace bs

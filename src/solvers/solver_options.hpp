@@ -1,0 +1,26 @@
+// PETSc's solvers as the options choose them, made fit for use: impossible ones are refused, factors of one rank become factors of every rank's
+// block, pivots are judged whatever the units of the system.
+#pragma once
+#include <petscpc.h>
+#include <petscsys.h>
+
+namespace bs {
+
+/// Collective. PETSc's LU and ILU take a pivot below 2.2e-14 for zero, whatever the matrix's entries are; here only one that
+/// is, unless an option -..pc_factor_zeropivot says otherwise. With `set_up`, in the blocks of bjacobi and asm,
+/// too: these exist once PCSetUp has been called.
+PetscErrorCode make_pivots_relative(PC pc, bool set_up);
+
+/// Whether `pc` has blocks with solvers of their own.
+PetscErrorCode has_blocks(PC pc, bool* yes);
+
+/// Collective. On several ranks -pc_type ilu (icc), which PETSc refuses there, becomes what it can only mean: bjacobi with
+/// ilu (icc) on every rank's block. -pc_factor_* options go on to -sub_pc_factor_*; what the user gave as -sub_* stays. Said in
+/// one warning. `prefix`: of the solver, such as "condensed_". Call before its options are read.
+PetscErrorCode split_serial_factors(MPI_Comm comm, const char* prefix);
+
+/// Collective. Ends the run with exit code 2 for nonlinear solvers that need a mesh or a user function, and for pairs of options that
+/// PETSc 3.18 accepts and then crashes on.
+PetscErrorCode refuse_impossible_solvers(MPI_Comm comm);
+
+}  // namespace bs
