@@ -92,6 +92,10 @@ def dampers(checks, folder):
         compare(checks, f"cloth with axial dampers, iterative, {ranks} ranks", dict(CLOTH, ts_dt=0.02, ts_max_time=0.2),
                 dict(ITERATIVE, bs_operator="shell"), 1e-9, ranks)
     compare(checks, "cloth with simple dampers, iterative", dict(CLOTH, bs_damping_law="simple", ts_dt=0.02, ts_max_time=0.2), ITERATIVE, 1e-9)
+    strong = {"bs_lattice_damping": 20, "ts_dt": 0.02, "ts_max_time": 0.2}  # with one linear solve a step or a stage, nothing else makes up for them
+    for name, base in (("ksponly", dict(CLOTH, snes_type="ksponly")), ("rosw", dict(BLOCK, ts_type="rosw", ts_rosw_type="ra34pw2", ts_adapt_type="none"))):
+        for solver, options in (("iterative", ITERATIVE), ("direct", {"condensed_pc_type": "cholesky"})):
+            compare(checks, f"strong axial dampers, {name}, {solver}", {**base, **strong}, options, 1e-9)
     for d in (1, 2, 3):
         path = cloud(folder, "condensed", d, True, stiffness=30.0, damping=2.0, spring_law="strain",
                      anchors={"particle": [1, 2], "point": np.ones((2, d)), "stiffness": [20.0, 30.0], "rest_length": [0.5, 0.0],
