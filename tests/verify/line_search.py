@@ -1,6 +1,7 @@
 #!/usr/bin/env python3
 """The energy-based line search from outside: on a quadratic potential a full step changes it by half its slope, for every type
 it serves; trajectories agree with those of other searches and on any ranks; what it cannot serve is said."""
+import itertools
 import pathlib
 import re
 import sys
@@ -35,6 +36,15 @@ def quadratic(checks):
         checks.below(f"{name}: half the slope", max(abs(t[1] / t[2] - 0.5) for t in whole), 1e-5)
         half = [t for t in trials(checks.run(dict(given, snes_linesearch_damping=0.5, snes_max_it=60)).stdout) if t[0] == 0.5 and abs(t[2]) > 1e-4]
         checks.below(f"{name}: three eighths of it at half a step", max(abs(t[1] / t[2] - 0.375) for t in half), 1e-5)
+
+
+def in_boxes(checks):
+    """Short steps from near rest are nearly quadratic: half the slope again, with the springs of every image."""
+    net = {**QUADRATIC, "bs_lattice_rest_length_factor": 0.9, "bs_lattice_fixed": None, "bs_lattice_periodic": "xy", "bs_lattice_perturbation": 0.01}
+    net.update(dict.fromkeys(("bs_lattice_velocity", "bs_gravity", "bs_viscosity", "bs_stokes_drag")))
+    for (name, options), shear in itertools.product(TYPES.items(), (0, 2)):
+        out = checks.run({"ts_type": name.split()[0], **net, **options, "bs_box_rate": f"xy={shear}" if shear else None}).stdout
+        checks.below(f"{name}, a box sheared by {shear}/s: half the slope", max(abs(t[1] / t[2] - 0.5) for t in trials(out) if t[0] == 1 and abs(t[2]) > 1e-6), 1e-3)
 
 
 def agreement(checks):
@@ -73,7 +83,7 @@ def zero_length(checks):
 
 def main():
     checks = Checks(__doc__)
-    for part in (quadratic, agreement, nothing_to_go_by, zero_length):
+    for part in (quadratic, in_boxes, agreement, nothing_to_go_by, zero_length):
         if checks.wants(part.__name__):
             with checks.group(part.__name__):
                 part(checks)
