@@ -32,7 +32,7 @@ def frames(checks, folder, options):
 
 
 def periodic(checks, folder):
-    """A sheared box in motion, dampers at work."""
+    """A sheared box in motion, dampers at work, a particle driven."""
     n, rate = 5, 0.3
     rng = np.random.default_rng(2)
     path = triangular(folder / "t.h5", n, velocity=0.3 * rng.standard_normal((n * n, 2)), damping=0.4)
@@ -40,7 +40,8 @@ def periodic(checks, folder):
         pairs, shift = f["springs/pairs"][...], f["springs/shift"][...]
     edges = np.array([n * A1, n * A2])
     with frames(checks, folder, {"bs_lattice_file": path, "bs_box_rate": f"xy={rate}", "ts_type": "cn", "ts_dt": 0.02, "ts_max_time": 0.2, "bs_output_interval": 0.1,
-                                 "bs_group_left": "ids:0-6", "bs_group_rest": "ids:7-24", "bs_stress_groups": "left,rest"}) as f:
+                                 "bs_group_left": "ids:0-6", "bs_group_rest": "ids:7-24", "bs_stress_groups": "left,rest",
+                                 "bs_group_hand": "ids:12", "bs_motion_hand": "velocity:0.4,-0.2"}) as f:
         stress = f["particles/trajectory/stress_volume/value"][...]
         x, v, t = (f[f"particles/trajectory/position/{name}"][...] if name != "velocity" else f["particles/trajectory/velocity/value"][...] for name in ("value", "velocity", "time"))
         box, groups = f["observables/stress/value"][...], [f[f"observables/stress_volume/{name}/value"][...] for name in ("left", "rest")]
