@@ -1,5 +1,7 @@
 // What a homogeneous strain of a periodic box does to a mechanical system at one state.
 #pragma once
+#include <algorithm>
+#include <cmath>
 #include <string>
 #include <vector>
 
@@ -37,6 +39,23 @@ inline std::vector<std::string> component_names(int d) {
   for (int r = 0; r < d; ++r)
     for (int c = r; c < d; ++c) names[static_cast<std::size_t>(component_place(d, r, c))] = component_name(r, c);
   return names;
+}
+
+/// What is missing to given stresses is measured by the largest of them, or, where all are 0, by the largest there is: a component that is held may
+/// be large beyond all measure in a box that has given way.
+inline double stress_measure(const StrainResponse& at, const std::vector<FreeStrain>& free) {
+  double given = 0, largest = 0;
+  for (const FreeStrain& one : free) given = std::max(given, std::abs(one.stress));
+  for (const double stress : at.stress) largest = std::max(largest, std::abs(stress));
+  return given > 0 ? given : largest;
+}
+
+/// The largest stiffness of the box along its free strains, the particles carried along.
+inline double stiffness_along(const StrainResponse& at, const std::vector<FreeStrain>& free, int d) {
+  double largest = 0;
+  for (const FreeStrain& one : free)
+    largest = std::max(largest, std::abs(at.affine[static_cast<std::size_t>(component_place(d, one.row, one.column) * (at.count + 1))]) / at.volume);
+  return largest;
 }
 
 /// Strain a of dimension d as a symmetric matrix, row by row.

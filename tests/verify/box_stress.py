@@ -163,6 +163,7 @@ def gives_way(checks, folder):
     """Stress that no box bears: one clear error, the last good frame."""
     for name, options in (
             ("collapse under pressure", {"bs_box_stress": "xx=-2,yy=-1.9", "bs_load_steps": 5}),
+            ("one edge pressed harder than springs of length 0 push", {"bs_box_stress": "xx=-2", "bs_load_steps": 5}),
             ("slack springs pressed", {"bs_box_stress": "xx=-0.1,yy=-0.1", "bs_spring_law": "tension"}),
             ("slack springs pulled one way, pressed the other", {"bs_box_stress": "xx=0.3,yy=-0.3", "bs_spring_law": "tension", "bs_load_steps": 2})):
         run = checks.run({**TRIANGULAR, **options}, interval=0, expect=3)
