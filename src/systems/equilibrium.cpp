@@ -223,17 +223,22 @@ PetscErrorCode Equilibrium::observe(double t, Vec y, std::vector<Observable>* ou
 }
 
 PetscErrorCode Equilibrium::energies(double t, Vec y, HeldEnergies* out) {
+  constexpr double ROUNDING = 1e-14;
   std::vector<Observable> all;
+  EnergySupply supply;
+  bool has = false;
   double s = 0;
   PetscFunctionBegin;
   PetscCall(stand(t, y, &s));
   PetscCall(own_->observe(s, rest_, &all));
+  PetscCall(own_->energy_supply(s, rest_, &supply, &has));
   *out = {};
   for (const Observable& one : all) {
     if (one.name == "potential_energy") out->potential = one.value[0];
     if (one.name == "kinetic_energy") out->kinetic = one.value[0];
     if (one.name == "dissipated_energy") out->dissipated = one.value[0];
   }
+  out->rounding = supply.rounding + ROUNDING * (std::abs(supply.inner) + std::abs(supply.field));
   PetscFunctionReturn(0);
 }
 

@@ -24,6 +24,7 @@ struct Balance {
 /// What a lattice holds, and what its springs have dissipated so far [J].
 struct HeldEnergies {
   double potential = 0, kinetic = 0, dissipated = 0;
+  double rounding = 0;  ///< of these
   double sum() const { return potential + kinetic + dissipated; }
 };
 

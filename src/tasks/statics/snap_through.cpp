@@ -174,6 +174,24 @@ PetscErrorCode SnapThrough::close_in(SNES snes, Span* span, double* jump) {
   PetscFunctionReturn(0);
 }
 
+// Two equilibria under the same load: what is free to move without resistance may be anywhere, at the same energy.
+PetscErrorCode SnapThrough::releases(SNES snes, const Span& span, bool* yes) {
+  constexpr double STAYS = 0.2;
+  HeldEnergies before, behind;
+  Halves halves;
+  bool good = false;
+  PetscFunctionBegin;
+  *yes = true;
+  PetscCall(solve_at(snes, span.from, span.high, middle_, &good));
+  if (!good) PetscFunctionReturn(0);
+  PetscCall(compare(span.low, middle_, span.high, &halves));
+  if (halves.second > STAYS * halves.first) PetscFunctionReturn(0);
+  PetscCall(model_->energies(span.from, span.low, &before));
+  PetscCall(model_->energies(span.from, middle_, &behind));
+  *yes = std::abs(before.sum() - behind.sum()) > std::max(before.rounding, behind.rounding);
+  PetscFunctionReturn(0);
+}
+
 // Motions without stiffness have no branch to begin with as long as there is no load at all: the first step is looked at from the smallest of loads.
 PetscErrorCode SnapThrough::look_closer(SNES snes, Vec X) {
   constexpr double SMALLEST = 1.0 / 1024;
@@ -182,7 +200,7 @@ PetscErrorCode SnapThrough::look_closer(SNES snes, Vec X) {
   Span span;
   double jump = 0;
   PetscReal t, h;
-  bool good = false;
+  bool good = false, released = false;
   PC pc;
   Vec y;
   PetscFunctionBegin;
@@ -194,7 +212,8 @@ PetscErrorCode SnapThrough::look_closer(SNES snes, Vec X) {
   span = {t > 0 ? t : SMALLEST * h, t + h, low_, high_};
   PetscCall(solve_at(snes, span.from, y, low_, &good));
   if (good) PetscCall(close_in(snes, &span, &jump));
-  if (jump > 0 && t != last_) {
+  if (jump > 0) PetscCall(releases(snes, span, &released));
+  if (released && t != last_) {
     if (count_++ == 0) {
       from_ = span.from;
       to_ = span.to;
