@@ -1,4 +1,4 @@
-#include "base/blas_memory.hpp"
+#include "base/memory.hpp"
 
 #include <petscblaslapack.h>
 #include <sys/time.h>

@@ -9,7 +9,7 @@
 #include <memory>
 #include <sstream>
 
-#include "base/format.hpp"
+#include "base/text.hpp"
 
 namespace bs {
 

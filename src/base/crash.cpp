@@ -9,8 +9,8 @@
 #include <initializer_list>
 #include <new>
 
-#include "base/memory_room.hpp"
-#include "base/told.hpp"
+#include "base/fault.hpp"
+#include "base/memory.hpp"
 
 namespace bs {
 

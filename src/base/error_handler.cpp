@@ -9,8 +9,8 @@
 
 #include "base/crash.hpp"
 #include "base/factor_memory.hpp"
+#include "base/fault.hpp"
 #include "base/option_names.hpp"
-#include "base/told.hpp"
 
 namespace bs {
 

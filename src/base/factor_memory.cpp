@@ -1,7 +1,7 @@
 #include "base/factor_memory.hpp"
 #include <petsc/private/pcimpl.h>
 #include <vector>
-#include "base/format.hpp"
+#include "base/text.hpp"
 
 namespace bs {
 namespace {

@@ -3,9 +3,6 @@
 #include <algorithm>
 #include <cstdio>
 
-#include "base/shared_fault.hpp"
-#include "base/told.hpp"
-
 namespace bs {
 
 namespace {

@@ -4,8 +4,7 @@
 #include <cstdint>
 #include <limits>
 #include <string>
-
-#include "base/format.hpp"
+#include "base/text.hpp"
 
 namespace bs {
 
@@ -56,5 +55,19 @@ Exit present_phase();
 /// ranks ends in MPI_Abort here, if it has not yet). Functions whose name begins with "main" must not use PetscCall:
 /// PETSc aborts there with the bare error code. Write: return finish(run(...)).
 int finish(PetscErrorCode code);
+
+/// Collective. The text of the fault with the smallest `where` (then rank) on every rank; empty if no rank has one. Nothing is reported.
+PetscErrorCode shared_fault(MPI_Comm comm, const Fault& fault, std::string* text);
+
+// Shared by fault.cpp, error_handler.cpp and their tests: how messages are printed.
+
+/// "backspring: KIND: TEXT" on stderr as one line, control characters blanked.
+void print_line(const char* kind, const std::string& text);
+
+/// Records that a fault with this exit code has been reported.
+void mark_told(Exit exit);
+
+/// Resets that record, for tests.
+void forget_faults();
 
 }  // namespace bs

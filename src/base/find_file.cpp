@@ -11,7 +11,7 @@
 
 #include "base/fault.hpp"
 #include "base/recalled.hpp"
-#include "base/words.hpp"
+#include "base/text.hpp"
 
 namespace bs {
 

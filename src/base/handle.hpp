@@ -43,8 +43,10 @@ using MatHandle = Handle<Mat, MatDestroy>;
 using ISHandle = Handle<IS, ISDestroy>;
 using ScatterHandle = Handle<VecScatter, VecScatterDestroy>;
 using SFHandle = Handle<PetscSF, PetscSFDestroy>;
+using LayoutHandle = Handle<PetscLayout, PetscLayoutDestroy>;
 using KSPHandle = Handle<KSP, KSPDestroy>;
 using PCHandle = Handle<PC, PCDestroy>;
+using SNESHandle = Handle<SNES, SNESDestroy>;
 using TSHandle = Handle<TS, TSDestroy>;
 using ViewerHandle = Handle<PetscViewer, PetscViewerDestroy>;
 

@@ -1,14 +1,22 @@
 #include "base/memory.hpp"
-
 #include <sys/mman.h>
-
+#include <sys/resource.h>
 #include <algorithm>
 #include <functional>
 #include <vector>
-
 #include "base/fault.hpp"
-#include "base/memory_room.hpp"
 #include "base/options.hpp"
+
+#ifdef __GLIBC__
+#include <malloc.h>
+#endif
+
+#include <algorithm>
+#include <cstdlib>
+#include <fstream>
+#include <sstream>
+
+#include "base/text.hpp"
 
 namespace bs {
 
@@ -117,6 +125,142 @@ PetscErrorCode reserve_memory(MPI_Comm comm, const MemoryNeed& need) {
                present_phase());
   PetscCall(agree(comm, fault));  // after which all trials are undone
   PetscFunctionReturn(0);
+}
+
+namespace {
+
+constexpr double NONE = std::numeric_limits<double>::infinity();
+
+double kept_by_malloc() {
+#ifdef __GLIBC__
+#if __GLIBC_PREREQ(2, 33)
+  return static_cast<double>(mallinfo2().fordblks);
+#else
+  return static_cast<double>(static_cast<unsigned>(mallinfo().fordblks));
+#endif
+#else
+  return 0;
+#endif
+}
+
+double limit_of(int resource) {
+  rlimit limit = {};
+  if (getrlimit(resource, &limit) || limit.rlim_cur == RLIM_INFINITY) return NONE;
+  return static_cast<double>(limit.rlim_cur);
+}
+
+/// The number in a file of a control group; "max" and what cannot be read bound nothing.
+double number_in(const std::string& path, double otherwise) {
+  const std::string text = contents_of(path);
+  if (text.empty() || text.compare(0, 3, "max") == 0) return otherwise;
+  return std::strtod(text.c_str(), nullptr);
+}
+
+/// Version 2: limits of memory and of swap are apart.
+double room_of_v2(const std::string& folder, double free_swap) {
+  const double limit = number_in(folder + "/memory.max", NONE);
+  if (limit == NONE) return NONE;
+  const std::string stat = contents_of(folder + "/memory.stat");
+  const double cache = number_of(stat, "inactive_file", 0) + number_of(stat, "active_file", 0) + number_of(stat, "slab_reclaimable", 0);
+  const double swap = std::max(0.0, number_in(folder + "/memory.swap.max", NONE) - number_in(folder + "/memory.swap.current", 0));
+  return left_of(limit, number_in(folder + "/memory.current", 0), cache) + std::min(swap, free_swap);
+}
+
+/// Version 1: the second limit counts memory and swap together.
+double room_of_v1(const std::string& folder, double free_swap) {
+  const double limit = number_in(folder + "/memory.limit_in_bytes", NONE);
+  if (limit >= 1e18) return NONE;  // how version 1 writes that there is none
+  const std::string stat = contents_of(folder + "/memory.stat");
+  const double cache = number_of(stat, "total_inactive_file", 0) + number_of(stat, "total_active_file", 0);
+  const double swap = std::max(0.0, number_in(folder + "/memory.memsw.limit_in_bytes", NONE) - limit);
+  return left_of(limit, number_in(folder + "/memory.usage_in_bytes", 0), cache) + std::min(swap, free_swap);
+}
+
+/// The tightest of the groups from `path` up to the root of the tree at `mount`.
+template <class Room>
+void look_upwards(const std::string& mount, std::string path, Room&& room, MemoryRoom* out) {
+  for (;;) {
+    while (!path.empty() && path.back() == '/') path.pop_back();
+    const std::string folder = mount + path;
+    const double bytes = room(folder);
+    if (bytes < out->bytes) *out = {bytes, folder};
+    if (path.empty()) return;
+    path.erase(path.rfind('/'));
+  }
+}
+
+}  // namespace
+
+std::string contents_of(const std::string& path) {
+  std::ifstream file(path);
+  std::ostringstream text;
+  if (file) text << file.rdbuf();
+  return text.str();
+}
+
+double number_of(const std::string& text, const std::string& name, double otherwise) {
+  for (std::size_t at = 0; at != std::string::npos && at < text.size();) {
+    const std::size_t next = at + name.size();
+    if (text.compare(at, name.size(), name) == 0 && next < text.size() && (text[next] == ':' || text[next] == ' '))
+      return std::strtod(text.c_str() + next + 1, nullptr);
+    at = text.find('\n', at);
+    if (at != std::string::npos) ++at;
+  }
+  return otherwise;
+}
+
+MemoryUse memory_use() {
+  const std::string status = contents_of("/proc/self/status");
+  return {1024 * number_of(status, "VmSize", 0), 1024 * number_of(status, "VmData", 0), kept_by_malloc()};
+}
+
+double left_of(double limit, double used, double reusable) { return std::max(0.0, limit - std::max(0.0, used - reusable)); }
+
+MemoryRoom process_room(const MemoryUse& use) {
+  const MemoryRoom addresses{left_of(limit_of(RLIMIT_AS), use.addresses, use.reusable), "the limit on the addresses of a process (ulimit -v)"};
+  const MemoryRoom data{left_of(limit_of(RLIMIT_DATA), use.data, use.reusable), "the limit on the data of a process (ulimit -d)"};
+  return addresses.bytes < data.bytes ? addresses : data;
+}
+
+MemoryRoom machine_room(const std::string& meminfo) {
+  MemoryRoom room;
+  const double available = number_of(meminfo, "MemAvailable", -1);
+  if (available >= 0) room = {1024 * (available + number_of(meminfo, "SwapFree", 0)), "MemAvailable and SwapFree of /proc/meminfo"};
+  return room;
+}
+
+MemoryRoom group_room(const std::string& root, const std::string& cgroups, double free_swap) {
+  MemoryRoom room;
+  std::istringstream lines(cgroups);
+  for (std::string line; std::getline(lines, line);) {  // ID:CONTROLLERS:PATH; no controllers are named for version 2
+    const std::size_t first = line.find(':'), second = line.find(':', first + 1);
+    if (first == std::string::npos || second == std::string::npos) continue;
+    const std::string controllers = "," + line.substr(first + 1, second - first - 1) + ",", path = line.substr(second + 1);
+    if (controllers == ",,")
+      look_upwards(
+          root, path, [&](const std::string& folder) { return room_of_v2(folder, free_swap); }, &room);
+    else if (controllers.find(",memory,") != std::string::npos)
+      look_upwards(
+          root + "/memory", path, [&](const std::string& folder) { return room_of_v1(folder, free_swap); }, &room);
+  }
+  return room;
+}
+
+bool out_of_memory() {
+  constexpr std::size_t LEAST = 1 << 24;
+  void* const trial = mmap(nullptr, LEAST, PROT_READ | PROT_WRITE, MAP_PRIVATE | MAP_ANONYMOUS, -1, 0);
+  if (trial == MAP_FAILED) return true;
+  (void)munmap(trial, LEAST);
+  return false;
+}
+
+std::string if_out_of_memory() {
+  return out_of_memory() ? "; most probably for lack of memory, as less than 16 MB are left: raise the memory limit, or use more ranks" : "";
+}
+
+std::string in_bytes(double bytes) {
+  if (bytes < 9.995e8) return format("%.0f MB", bytes / 1e6);
+  return bytes < 9.995e11 ? format("%.3g GB", bytes / 1e9) : format("%.3g TB", bytes / 1e12);
 }
 
 }  // namespace bs

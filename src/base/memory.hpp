@@ -1,7 +1,7 @@
 // A check of the memory that is about to be allocated against what is available, before libraries run out of memory halfway.
 #pragma once
 #include <petscsys.h>
-
+#include <limits>
 #include <string>
 
 namespace bs {
@@ -19,5 +19,55 @@ PetscErrorCode reserve_memory(MPI_Comm comm, const MemoryNeed& need);
 
 /// Collective. Reads -bs_memory_check, without which reserve_memory checks.
 PetscErrorCode read_memory_option(MPI_Comm comm);
+
+// How much memory this process can still allocate: its own limits, those of its control group, and what the machine has left.
+
+/// Bytes that something leaves, and its name for messages. Nothing bounds: infinity.
+struct MemoryRoom {
+  double bytes = std::numeric_limits<double>::infinity();
+  std::string bound;
+};
+
+/// What the process holds [bytes], of /proc/self/status; 0 where that cannot be read, so that the room is overestimated.
+struct MemoryUse {
+  double addresses = 0;  ///< VmSize: what ulimit -v counts
+  double data = 0;       ///< VmData: what ulimit -d counts
+  double reusable = 0;   ///< freed memory that malloc has kept, a part of both
+};
+MemoryUse memory_use();
+
+/// What a limit leaves to a process that holds `used`, of which `reusable` can be used again.
+double left_of(double limit, double used, double reusable);
+
+/// The tighter one of ulimit -v and ulimit -d.
+MemoryRoom process_room(const MemoryUse& use);
+
+/// What the machine has without taking anything from other processes, MemAvailable + SwapFree, of the text of /proc/meminfo.
+MemoryRoom machine_room(const std::string& meminfo);
+
+/// What the control group of a process and the groups above it leave (file cache and free swap count as room), for the text
+/// of /proc/self/cgroup; `root`: /sys/fs/cgroup. The bound names the group's folder: processes that share it share the room.
+MemoryRoom group_room(const std::string& root, const std::string& cgroups, double free_swap);
+
+/// Whether less than 16 MB are left, so that a library's failure is most probably due to lack of memory. Safe in a signal handler.
+bool out_of_memory();
+
+/// Text to append to the reason a library gives: lack of memory, where that is the likely cause.
+std::string if_out_of_memory();
+
+/// The number after "NAME:" or "NAME " at the beginning of a line; `otherwise` where there is none.
+double number_of(const std::string& text, const std::string& name, double otherwise);
+
+/// The contents of a small file; empty where it cannot be read.
+std::string contents_of(const std::string& path);
+
+/// "512 MB", "9.83 GB", "2.41 TB".
+std::string in_bytes(double bytes);
+
+/// Local. The work space of BLAS is taken before anything else can use the memory up. OpenBLAS maps a work space (128 MB of addresses in Debian's
+/// build) at its first large call, keeps it, and asks for it again and again without end where there is no memory. So the first call is made here,
+/// watched by a clock of processor time: where it does not come back, the program ends with one line and Exit::input. Call after
+/// install_crash_handler() and before anything large.
+PetscErrorCode reserve_blas_memory();
 
 }  // namespace bs

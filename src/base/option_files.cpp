@@ -10,7 +10,7 @@
 #include <sstream>
 
 #include "base/command_line.hpp"
-#include "base/format.hpp"
+#include "base/text.hpp"
 
 namespace bs {
 

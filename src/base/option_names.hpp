@@ -1,4 +1,4 @@
-// The options that are given, also those whose names the user makes up.
+// The options that are given, also those whose names the user makes up, and the files that they name.
 #pragma once
 #include <petscsys.h>
 #include <string>
@@ -13,5 +13,9 @@ PetscErrorCode options_in_force(std::vector<std::pair<std::string, std::string>>
 /// What follows `begin` (without the dash) in the names of the options that begin with it and are given, in their order in PETSc's
 /// table, which is the same on every rank.
 PetscErrorCode option_endings(const std::string& begin, std::vector<std::string>* endings);
+
+/// Collective. Ends the run with exit code 4, before anything is computed, where a value of the form [ascii|binary|...]:FILE[:...] of an option of
+/// PETSc's, such as -log_view :F, names a file that cannot be written; with 2 where PETSc would find at the very end that it cannot read a value.
+PetscErrorCode check_viewers(MPI_Comm comm);
 
 }  // namespace bs

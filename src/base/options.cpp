@@ -10,7 +10,7 @@
 #include "base/fault.hpp"
 #include "base/find_file.hpp"
 #include "base/recalled.hpp"
-#include "base/words.hpp"
+#include "base/text.hpp"
 
 namespace bs {
 

@@ -1,5 +1,5 @@
 #include "base/rounding.hpp"
-#include "base/format.hpp"
+#include "base/text.hpp"
 
 namespace bs {
 

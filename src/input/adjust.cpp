@@ -1,9 +1,11 @@
 #include "input/adjust.hpp"
-
 #include <algorithm>
+#include <cinttypes>
 #include <cmath>
-
+#include "base/collective.hpp"
 #include "base/fault.hpp"
+#include "input/groups.hpp"
+#include "input/remote.hpp"
 
 namespace bs {
 
@@ -63,6 +65,77 @@ PetscErrorCode warn_of_idle_options(MPI_Comm comm, const std::string& source) {
     if (set) idle += (idle.empty() ? "" : ", ") + std::string(name);
   }
   if (!idle.empty()) PetscCall(warn(comm, source + ": the file has its own values; ignored: " + idle));
+  PetscFunctionReturn(0);
+}
+
+void AnchorSpec::options(Section& section) {
+  double values[3] = {0, 0, 0};
+  int count = 0;
+  section.integers("-bs_anchor_particles", "indices of particles tied by a spring to an anchor point, counted from 0", particles);
+  section.text("-bs_anchor_group", "group whose particles are tied by a spring to an anchor point each, beside those of -bs_anchor_particles", group);
+  if (section.reals("-bs_anchor_point", "anchor point, the same for all these particles (default: the initial position of each) [m]", values, 3,
+                    &count))
+    point.assign(values, values + count);
+  section.real("-bs_anchor_stiffness", "stiffness of the anchor springs [N/m, strain law with a rest length: N]", stiffness, Range::nonnegative);
+  section.real("-bs_anchor_rest_length", "rest length of the anchor springs [m]", rest_length, Range::nonnegative);
+  section.real("-bs_anchor_damping", "damping of the anchor springs [kg/s]", damping, Range::nonnegative);
+}
+
+/// What is wrong with `spec` for this lattice; empty if nothing.
+static std::string fault_of(const AnchorSpec& spec, const Lattice& l) {
+  if (spec.particles.empty()) {
+    const bool other = !spec.point.empty() || spec.stiffness > 0 || spec.rest_length > 0 || spec.damping > 0;
+    return other ? "-bs_anchor_ options name no particles; add -bs_anchor_particles i,j,... or -bs_anchor_group NAME" : "";
+  }
+  for (const std::int64_t i : spec.particles)
+    if (i < 0 || i >= l.particles.total)
+      return format("-bs_anchor_particles %" PRId64 ": there is no such particle; write numbers from 0 to %" PRId64, i, l.particles.total - 1);
+  if (!spec.point.empty() && static_cast<int>(spec.point.size()) != l.dim)
+    return format("-bs_anchor_point has %zu numbers: write %d, as the lattice has d = %d", spec.point.size(), l.dim, l.dim);
+  if (spec.stiffness <= 0 && spec.damping <= 0) return "-bs_anchor_particles needs springs; add -bs_anchor_stiffness (or -bs_anchor_damping) > 0";
+  return {};
+}
+
+/// The particles of the spec's group, by row, behind those it names.
+static PetscErrorCode add_members(MPI_Comm comm, const Lattice& l, AnchorSpec* spec) {
+  std::vector<std::int64_t> rows, all;
+
+  PetscFunctionBegin;
+  if (spec->group.empty()) PetscFunctionReturn(0);
+  PetscCall(require_groups(comm, "-bs_anchor_group", {spec->group}, l));
+  const auto group = std::find_if(l.groups.begin(), l.groups.end(), [&](const Group& one) { return one.name == spec->group; });
+  for (std::size_t p = 0; p < group->member.size(); ++p)
+    if (group->member[p]) rows.push_back(l.particles.first + static_cast<std::int64_t>(p));
+  PetscCall(gather_all(comm, rows, &all));
+  spec->particles.insert(spec->particles.end(), all.begin(), all.end());
+  PetscFunctionReturn(0);
+}
+
+PetscErrorCode add_anchors(MPI_Comm comm, const AnchorSpec& given, Lattice* l) {
+  PetscMPIInt rank, size;
+  std::vector<std::int64_t> mine;
+  std::vector<double> points;
+  AnchorSpec spec = given;
+
+  PetscFunctionBegin;
+  PetscCall(add_members(comm, *l, &spec));
+  const std::string fault = fault_of(spec, *l);
+  if (!fault.empty()) PetscCall(tell(comm, Exit::input, fault));
+  PetscCallMPI(MPI_Comm_rank(comm, &rank));
+  PetscCallMPI(MPI_Comm_size(comm, &size));
+  // The last rank's chunk ends the table, so what is appended goes there.
+  if (rank == size - 1) mine = spec.particles;
+  PetscCall(fetch_rows(comm, l->particles, l->position, l->dim, mine, &points));
+  for (std::size_t k = 0; k < mine.size(); ++k) {
+    const double* from = spec.point.empty() ? &points[k * static_cast<std::size_t>(l->dim)] : spec.point.data();
+    l->anchor_particle.push_back(mine[k]);
+    l->anchor_point.insert(l->anchor_point.end(), from, from + l->dim);
+    l->anchor_stiffness.push_back(spec.stiffness);
+    l->anchor_rest_length.push_back(spec.rest_length);
+    l->anchor_damping.push_back(spec.damping);
+  }
+  l->anchors.count += static_cast<std::int64_t>(mine.size());
+  PetscCall(number_rows(comm, &l->anchors));
   PetscFunctionReturn(0);
 }
 

@@ -5,7 +5,7 @@
 #include <limits>
 
 #include "base/fault.hpp"
-#include "base/memory_room.hpp"
+#include "base/memory.hpp"
 #include "input/text_file.hpp"
 
 namespace bs {

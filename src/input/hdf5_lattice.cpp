@@ -11,7 +11,6 @@
 #include "input/hdf5_layout.hpp"
 #include "input/interactions.hpp"
 #include "input/validate.hpp"
-#include "lattice/break_limits.hpp"
 #include "lattice/columns.hpp"
 #include "lattice/spring_laws.hpp"
 #include "network/footprint.hpp"

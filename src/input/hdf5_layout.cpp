@@ -6,7 +6,6 @@
 
 #include "base/fault.hpp"
 #include "input/spring_options.hpp"
-#include "lattice/break_limits.hpp"
 #include "lattice/columns.hpp"
 #include "lattice/interaction_schemas.hpp"
 #include "lattice/spring_laws.hpp"

@@ -5,10 +5,9 @@
 #include <sstream>
 #include "base/fault.hpp"
 #include "base/handle.hpp"
-#include "input/matrix_market.hpp"
+#include "input/matrix_text.hpp"
 #include "input/petsc_binary.hpp"
 #include "input/text_file.hpp"
-#include "input/vector_csv.hpp"
 
 namespace bs {
 namespace {

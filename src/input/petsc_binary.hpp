@@ -4,7 +4,7 @@
 #include <fstream>
 #include <string>
 #include <vector>
-#include "input/matrix_market.hpp"
+#include "input/matrix_text.hpp"
 
 namespace bs {
 

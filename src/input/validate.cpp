@@ -4,7 +4,7 @@
 #include <cmath>
 
 #include "base/fault.hpp"
-#include "base/memory_room.hpp"
+#include "base/memory.hpp"
 #include "input/interactions.hpp"
 #include "input/remote.hpp"
 #include "lattice/columns.hpp"

@@ -5,7 +5,7 @@
 #include <string_view>
 #include <utility>
 
-#include "lattice/text.hpp"
+#include "base/text.hpp"
 
 namespace bs {
 

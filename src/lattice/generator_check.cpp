@@ -4,8 +4,8 @@
 #include <initializer_list>
 #include <limits>
 
+#include "base/text.hpp"
 #include "lattice/generator.hpp"
-#include "lattice/text.hpp"
 
 namespace bs {
 

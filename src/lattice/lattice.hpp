@@ -86,7 +86,7 @@ struct Lattice {
   bool law_by_row = false;                ///< spring_laws holds a law for each spring; the same on every rank
   std::vector<std::uint8_t> spring_laws;  ///< (count) places in the registry, or empty: all obey spring_law
   std::vector<Column> spring_columns;     ///< the same names in the same order on every rank
-  std::vector<Column> break_columns;      ///< of lattice/break_limits.hpp; the same names in the same order on every rank
+  std::vector<Column> break_columns;      ///< of lattice/columns.hpp; the same names in the same order on every rank
   // springs to fixed points (or to points that move as given)
   Rows anchors;
   std::vector<std::int64_t> anchor_particle;                                 ///< (count)

@@ -5,8 +5,7 @@
 #include <cmath>
 #include <limits>
 
-#include "lattice/text.hpp"
-#include "lattice/xsp_scene.hpp"
+#include "base/text.hpp"
 
 namespace bs {
 

@@ -1,17 +1,11 @@
-#include "lattice/xsp_scene.hpp"
+#include "lattice/xsp.hpp"
 
 #include <algorithm>
 #include <cmath>
 
-#include "lattice/text.hpp"
-#include "lattice/xsp.hpp"
+#include "base/text.hpp"
 
 namespace bs {
-
-double xsp_radius(double mass) {
-  // a = trunc(2 ln(4 m + 1)), from 1 to 64
-  return std::max(1.0, std::min(64.0, std::trunc(2 * std::log(4 * mass + 1))));
-}
 
 namespace {
 

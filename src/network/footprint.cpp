@@ -1,7 +1,7 @@
 #include "network/footprint.hpp"
 
-#include "base/format.hpp"
 #include "base/memory.hpp"
+#include "base/text.hpp"
 #include "network/migrate.hpp"
 
 namespace bs {

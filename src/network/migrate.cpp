@@ -1,8 +1,8 @@
 #include "network/migrate.hpp"
 #include <numeric>
 #include <tuple>
+#include "network/columns.hpp"
 #include "network/exchange.hpp"
-#include "network/spring_rows.hpp"
 
 namespace bs {
 

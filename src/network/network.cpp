@@ -4,19 +4,17 @@
 #include <algorithm>
 #include <array>
 #include <numeric>
+#include "base/arrays.hpp"
 #include "base/options.hpp"
-#include "base/release.hpp"
+#include "network/columns.hpp"
 #include "network/interactions.hpp"
 #include "network/migrate.hpp"
-#include "network/particle_rows.hpp"
 #include "network/partition.hpp"
 #include "network/row_index.hpp"
-#include "network/spring_rows.hpp"
 
 namespace bs {
-namespace {
 
-using LayoutHandle = Handle<PetscLayout, PetscLayoutDestroy>;
+namespace {
 
 /// Reverse Cuthill-McKee order of the springs among owned particles, whose rows `rows` has: position -> index among these.
 PetscErrorCode order_locally(const RowIndex& rows, const std::vector<HalfSpring>& springs, const std::vector<PetscInt>& start, int ordering,
@@ -256,6 +254,17 @@ PetscErrorCode build_network(MPI_Comm comm, const Lattice& lattice, const Networ
   for (PetscInt i = 0; i < net->n; ++i) fixed += net->fixed[i] != 0;
   PetscCallMPI(MPI_Allreduce(&fixed, &net->fixed_total, 1, MPI_INT64_T, MPI_SUM, comm));
   PetscFunctionReturn(0);
+}
+
+// Links of a particle to another and to its images follow each other. Both ends find the same: each has as many boxes.
+PetscInt Network::coupled_image(PetscInt i, PetscInt e) const {
+  const PetscInt j = links.other[e], particle = global[j] - first;
+  if (particle < 0 || particle >= n) return j;
+  const auto elsewhere = [&](PetscInt k) { return links.other[k] != j && global[links.other[k]] == global[j]; };
+  PetscInt before = e, behind = e;
+  while (before > links.start[i] && links.other[before] == j) --before;
+  while (behind + 1 < links.start[i + 1] && links.other[behind] == j) ++behind;
+  return elsewhere(before) || elsewhere(behind) ? j : particle;
 }
 
 }  // namespace bs

@@ -4,8 +4,8 @@
 #include <cstdint>
 #include <string>
 #include <vector>
+#include "base/arrays.hpp"
 #include "base/handle.hpp"
-#include "base/huge_pages.hpp"
 #include "lattice/columns.hpp"
 #include "lattice/lattice.hpp"
 

@@ -3,8 +3,8 @@
 #include <array>
 #include <cmath>
 #include <limits>
+#include "base/arrays.hpp"
 #include "base/handle.hpp"
-#include "base/release.hpp"
 
 namespace bs {
 namespace {

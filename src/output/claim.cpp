@@ -18,7 +18,7 @@
 #include "base/fault.hpp"
 #include "base/find_file.hpp"
 #include "base/option_names.hpp"
-#include "base/words.hpp"
+#include "base/text.hpp"
 #include "output/fresh_file.hpp"
 #include "output/h5.hpp"
 #include "output/space.hpp"

@@ -4,7 +4,6 @@
 #include <cmath>
 
 #include "base/fault.hpp"
-#include "base/shared_fault.hpp"
 
 namespace bs {
 

@@ -2,7 +2,7 @@
 #include <algorithm>
 #include <cstring>
 #include "base/fault.hpp"
-#include "base/memory_room.hpp"
+#include "base/memory.hpp"
 
 namespace bs {
 

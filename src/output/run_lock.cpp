@@ -13,7 +13,7 @@
 #include <ctime>
 #include <sstream>
 
-#include "base/format.hpp"
+#include "base/text.hpp"
 #include "output/fresh_file.hpp"
 
 namespace bs {

@@ -4,6 +4,8 @@
 
 namespace bs {
 
+inline constexpr double TWO_PI = 6.28318530717958647692;
+
 template <int d>
 inline double dot(const double* a, const double* b) noexcept {
   double sum = 0;

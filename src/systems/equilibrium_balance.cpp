@@ -2,7 +2,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include "base/format.hpp"
+#include "base/text.hpp"
 #include "systems/equilibrium.hpp"
 
 namespace bs {

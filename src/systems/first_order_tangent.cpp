@@ -1,8 +1,8 @@
-#include "systems/first_order_tangent.hpp"
 #include <algorithm>
 #include <cmath>
 #include <numeric>
 #include "base/handle.hpp"
+#include "systems/first_order.hpp"
 
 namespace bs {
 namespace {

@@ -7,9 +7,9 @@
 #include "base/handle.hpp"
 #include "systems/incremental.hpp"
 #include "systems/layout.hpp"
-#include "systems/storage.hpp"
 #include "systems/strain_response.hpp"
 #include "systems/system.hpp"
+#include "systems/tangent.hpp"
 
 namespace bs {
 

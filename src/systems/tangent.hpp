@@ -4,9 +4,16 @@
 // where K = df/dx, D = df/dv.
 #pragma once
 #include <petscmat.h>
-#include "systems/storage.hpp"
 
 namespace bs {
+
+/// How matrices of d x d blocks are kept.
+enum class CondensedStorage {
+  springs,  ///< spring by spring, single precision, own kernels
+  sbaij,
+  baij,
+  aij
+};
 
 /// Belongs to a model; renewed whenever the model's Jacobian is evaluated.
 class Tangent {

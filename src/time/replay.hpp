@@ -6,8 +6,6 @@
 
 namespace bs {
 
-using SNESHandle = Handle<SNES, SNESDestroy>;
-
 class Replay {
  public:
   /// Collective. Keeps the state of `ts` and puts a solver in place of its own that takes answers from a list.

@@ -1,8 +1,7 @@
 // Matrices and vectors as text.
 #include <sstream>
 #include "common.hpp"
-#include "input/matrix_market.hpp"
-#include "input/vector_csv.hpp"
+#include "input/matrix_text.hpp"
 
 namespace {
 

@@ -7,7 +7,7 @@
 
 #include "input/remote.hpp"
 #include "lattice/generator.hpp"
-#include "systems/first_order_tangent.hpp"
+#include "systems/first_order.hpp"
 #include "systems/particles/condensed/block_icc.hpp"
 #include "systems/particles/linearised_forces.hpp"
 #include "systems/particles/supports.hpp"

@@ -3,8 +3,7 @@
 #include <petscksp.h>
 
 #include "base/fault.hpp"
-#include "base/told.hpp"
-#include "base/words.hpp"
+#include "base/text.hpp"
 #include "spoken.hpp"
 
 using namespace bs;

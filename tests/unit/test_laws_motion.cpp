@@ -60,7 +60,7 @@ TEST_CASE("motion: velocity is ds/dt; where it starts") {
     wave.at(0, v, ds);
     for (int i = 0; i < 3; ++i) REQUIRE(s[i] == 2 * steady.c[i]);
     for (int i = 0; i < 3; ++i) REQUIRE(v[i] == Approx(wave.A[i] * std::sin(wave.phase)).margin(1e-15));
-    for (int i = 0; i < 3; ++i) REQUIRE(ds[i] == Approx(wave.A[i] * two_pi * wave.frequency * std::cos(wave.phase)));
+    for (int i = 0; i < 3; ++i) REQUIRE(ds[i] == Approx(wave.A[i] * TWO_PI * wave.frequency * std::cos(wave.phase)));
     wave.displacement(1 / wave.frequency + t, s);  // its period
     wave.displacement(t, v);
     for (int i = 0; i < 3; ++i) REQUIRE(s[i] == Approx(v[i]).margin(1e-13));

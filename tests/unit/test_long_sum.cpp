@@ -1,7 +1,7 @@
 // Sums over the ranks in several reductions are those of one.
 #include <catch2/catch.hpp>
 #include <vector>
-#include "base/long_sum.hpp"
+#include "base/collective.hpp"
 
 using namespace bs;
 

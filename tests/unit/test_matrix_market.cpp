@@ -5,8 +5,7 @@
 #include <vector>
 #include "base/handle.hpp"
 #include "input/matrix_load.hpp"
-#include "input/matrix_market.hpp"
-#include "input/vector_csv.hpp"
+#include "input/matrix_text.hpp"
 #include "spoken.hpp"
 
 namespace {

@@ -7,9 +7,8 @@
 #include <cstdlib>
 #include <fstream>
 
+#include "base/fault.hpp"
 #include "base/memory.hpp"
-#include "base/memory_room.hpp"
-#include "base/told.hpp"
 #include "lattice/generator.hpp"
 #include "network/footprint.hpp"
 #include "spoken.hpp"

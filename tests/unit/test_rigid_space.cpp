@@ -1,7 +1,6 @@
 // The coarse space of rigid motions of groups: what its groups can do together it must solve exactly, whatever S is.
 #include "condensed_case.hpp"
 #include "systems/particles/condensed/block_icc.hpp"
-#include "systems/particles/condensed/coarse_choice.hpp"
 #include "systems/particles/condensed/rigid_space.hpp"
 
 using namespace bs;

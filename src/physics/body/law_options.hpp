@@ -2,7 +2,7 @@
 #pragma once
 #include <string>
 
-#include "lattice/text.hpp"
+#include "base/text.hpp"
 
 namespace bs {
 

@@ -1,13 +1,10 @@
 // What the two power laws of .xsp scenes share. Their constants (radius, gap 1) are in the scenes' units:
 // pixels and a mass of 1, which stand in place of m and kg.
 #pragma once
-#include <algorithm>
 #include <cmath>
+#include "lattice/xsp.hpp"
 
 namespace bs {
-
-/// Radius of a particle of mass m > 0 in an .xsp scene: max(1, min(64, trunc(2 ln(4 m + 1)))).
-inline double xsp_radius(double m) noexcept { return std::max(1.0, std::min(64.0, std::trunc(2 * std::log(4 * m + 1)))); }
 
 /// Integral of s^-p from a to b (a, b > 0): (b^(1-p) - a^(1-p))/(1-p), which is ln(b/a) at p = 1.
 inline double power_integral(double a, double b, double p) noexcept {

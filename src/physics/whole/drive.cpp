@@ -4,11 +4,12 @@
 #include <cmath>
 #include <cstdlib>
 
+#include "physics/vector.hpp"
+
 namespace bs {
 
 namespace {
 
-constexpr double TWO_PI = 6.28318530717958647692;
 const char* const FORMS =
     "write fixed, velocity:VX,VY,VZ, rotation:W,CX,CY (in space rotation:W,CX,CY,CZ,AX,AY,AZ), table:FILE, or components such as "
     "x=velocity:0.1,y=free";

@@ -8,6 +8,7 @@
 
 #include "lattice/csv_table.hpp"
 #include "physics/body/law_options.hpp"
+#include "physics/vector.hpp"
 
 namespace bs {
 
@@ -69,15 +70,13 @@ struct Motion {
   double slope(std::size_t k, std::size_t i) const noexcept { return (shift[3 * k + 3 + i] - shift[3 * k + i]) / (time[k + 1] - time[k]); }
 };
 
-constexpr double two_pi = 6.28318530717958647692;
-
 inline void Motion::displacement(double t, double* s) const noexcept {
   for (int i = 0; i < 3; ++i) s[i] = 0;
   if (at_full_load) t = 1;
   if (kind == Kind::velocity)
     for (int i = 0; i < 3; ++i) s[i] = c[i] * t;
   if (kind == Kind::sinusoid)
-    for (int i = 0; i < 3; ++i) s[i] = A[i] * std::sin(two_pi * frequency * t + phase);
+    for (int i = 0; i < 3; ++i) s[i] = A[i] * std::sin(TWO_PI * frequency * t + phase);
   if (kind != Kind::table || time.size() < 2) return;
   const double at = std::clamp(t, time.front(), time.back());
   const std::size_t k = segment(at);
@@ -91,7 +90,7 @@ inline void Motion::velocity(double t, double* s) const noexcept {
   if (kind == Kind::velocity)
     for (int i = 0; i < 3; ++i) s[i] = c[i];
   if (kind == Kind::sinusoid)
-    for (int i = 0; i < 3; ++i) s[i] = A[i] * two_pi * frequency * std::cos(two_pi * frequency * t + phase);
+    for (int i = 0; i < 3; ++i) s[i] = A[i] * TWO_PI * frequency * std::cos(TWO_PI * frequency * t + phase);
   if (kind != Kind::table || time.size() < 2 || !covers(t)) return;
   const std::size_t k = segment(t);
   for (std::size_t i = 0; i < 3; ++i) s[i] = slope(k, i);

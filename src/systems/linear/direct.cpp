@@ -5,8 +5,8 @@
 #include <vector>
 #include "base/factor_memory.hpp"
 #include "base/fault.hpp"
-#include "base/format.hpp"
 #include "base/handle.hpp"
+#include "base/text.hpp"
 
 namespace bs {
 

@@ -1,4 +1,5 @@
-#include "systems/linear/index.hpp"
+#include "systems/linear/system.hpp"
+
 #include <petscblaslapack.h>
 #include <algorithm>
 #include <cmath>

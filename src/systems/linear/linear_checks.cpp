@@ -3,8 +3,8 @@
 #include <cmath>
 #include "base/fault.hpp"
 #include "systems/linear/direct.hpp"
-#include "systems/linear/index.hpp"
 #include "systems/linear/linear_model.hpp"
+#include "systems/linear/system.hpp"
 
 namespace bs {
 

@@ -1,6 +1,6 @@
 #include <cmath>
 #include "base/fault.hpp"
-#include "base/words.hpp"
+#include "base/text.hpp"
 #include "input/matrix_load.hpp"
 #include "input/text_file.hpp"
 #include "systems/linear/system.hpp"

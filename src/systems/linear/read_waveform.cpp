@@ -5,9 +5,7 @@
 #include <cmath>
 #include <limits>
 #include <set>
-#include "base/words.hpp"
-#include "lattice/text.hpp"
-#include "systems/linear/spice.hpp"
+#include "base/text.hpp"
 #include "systems/linear/waveform.hpp"
 
 namespace bs {

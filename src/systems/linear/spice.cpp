@@ -1,12 +1,11 @@
-#include "systems/linear/spice.hpp"
 #include <algorithm>
 #include <cctype>
 #include <charconv>
 #include <cmath>
 #include <limits>
 #include <sstream>
-#include "base/words.hpp"
-#include "lattice/text.hpp"
+#include "base/text.hpp"
+#include "systems/linear/waveform.hpp"
 
 namespace bs {
 namespace {

@@ -1,5 +1,6 @@
 // The matrices of G x + C x' = B u(t), from files or a generator.
 #pragma once
+#include <petscmat.h>
 #include <string>
 #include <vector>
 #include "base/handle.hpp"
@@ -30,5 +31,16 @@ PetscErrorCode load_system(MPI_Comm comm, const SystemOptions& options, LinearSy
 
 /// Collective. G, C, B, labels of a built-in system.
 PetscErrorCode generate_system(MPI_Comm comm, const SystemOptions& options, LinearSystem* out);
+
+/// The index of a descriptor system: whether its algebraic equations determine their unknowns.
+struct PencilIndex {
+  bool higher = false;         ///< it is 2 or more
+  std::vector<PetscInt> rows;  ///< (up to 3, ascending, from 0) rows with most part in what is missing; empty for large systems
+};
+
+/// Collective; the same on every rank. With bases W, N of the left and right null space of C the index is 0 or 1 just where W'G N is
+/// regular. `higher` stays false where this test is too expensive: beyond 100,000 states, or where C couples more than 300 rows with
+/// each other.
+PetscErrorCode find_index(Mat G, Mat C, PencilIndex* out);
 
 }  // namespace bs

@@ -1,7 +1,7 @@
 #include "systems/linear/waveform.hpp"
 #include <algorithm>
 #include <cmath>
-#include "lattice/text.hpp"
+#include "base/text.hpp"
 
 namespace bs {
 namespace {

@@ -25,7 +25,7 @@ class Waveform {
 };
 
 /// Reads NAME(values or key=value, ...), for example pulse(amp=5,t0=2e-4,rise=1e-4,width=6e-4,fall=2e-4) or
-/// sine(1,50); a number alone is constant; SPICE's form with blanks: SIN(0 1 50) (systems/linear/spice.hpp). Returns one line of error, empty if all
+/// sine(1,50); a number alone is constant; SPICE's form with blanks: SIN(0 1 50). Returns one line of error, empty if all
 /// is well.
 std::string read_waveform(const std::string& text, Waveform* out);
 
@@ -37,5 +37,18 @@ double snap(double t, double knot);
 
 /// The grammar, for -help.
 const char* waveform_help();
+
+// Waveforms as a netlist of SPICE writes them: NAME(V1 V2 ...), arguments separated by blanks, in SPICE's order.
+
+/// A number of SPICE: digits, then a factor (T G MEG K M U N P F, MIL = 25.4e-6, any case; M is milli), then letters of a
+/// unit, which count for nothing: 1k, 5mV, 3MEGohm. Returns why it is none, empty if it is one.
+std::string read_spice_number(const std::string& word, double* value);
+
+/// Whether the text between the brackets is written with blanks, as in SPICE, and not as NAME(values or key=value, ...).
+bool is_spice_form(const std::string& inside);
+
+/// Reads `name` (lower case: sin, sine, pulse, exp, pwl) with the arguments `inside`. `kind` receives the name read_waveform()
+/// has for it, `p` its parameters in the order of waveform_help() (phase in rad). Returns one line of error, empty if all is well.
+std::string read_spice(const std::string& name, const std::string& inside, std::string* kind, std::vector<double>* p);
 
 }  // namespace bs

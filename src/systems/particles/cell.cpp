@@ -1,7 +1,6 @@
 #include "systems/particles/cell.hpp"
-
 #include <algorithm>
-
+#include <cmath>
 #include "base/fault.hpp"
 
 namespace bs {
@@ -145,6 +144,97 @@ std::vector<std::string> Cell::describe() const {
   for (const Free& one : free_)
     lines.push_back("box stress " + component_name(one.row, one.column) + ": " + one.stress.text().substr(2) + ", its strain is free");
   return lines;
+}
+
+namespace {
+
+/// (3, 3) of (d, d): nothing changes along what is not there.
+void pad(const double* F, int d, double* out) {
+  for (int r = 0; r < 3; ++r)
+    for (int c = 0; c < 3; ++c) out[3 * r + c] = r < d && c < d ? F[r * d + c] : r == c ? 1 : 0;
+}
+
+}  // namespace
+
+PetscErrorCode Cell::covers(double t_start, double t_end) const {
+  constexpr int PARTS = 1000;
+  Fault fault;
+  PetscFunctionBegin;
+  for (const Component& one : components_) {
+    const std::string missed = one.drive.misses(t_end);
+    if (!missed.empty())
+      PetscCall(tell(net_->comm, Exit::input,
+                     format("the table of -bs_box_strain %s, t = %g s: %s", missed.c_str(), t_end,
+                            missed[0] == 'b' ? "its times are those of the run" : "add rows or lower -ts_max_time")));
+  }
+  for (const Free& one : free_)
+    if (!one.stress.misses(t_end).empty())
+      PetscCall(tell(net_->comm, Exit::input, "the table of -bs_box_stress does not reach the load factor 1: add rows"));
+  const double part = (t_end - t_start) / PARTS;
+  for (int k = 0; k < PARTS; ++k) look_for_jumps(t_start + k * part, k + 1 < PARTS ? t_start + (k + 1) * part : t_end, &fault);
+  PetscCall(agree(net_->comm, fault));
+  PetscFunctionReturn(0);
+}
+
+void Cell::look_for_jumps(double from, double to, Fault* fault) const {
+  const double zero[3] = {0, 0, 0};
+  if (at_rest_ || !(to > from)) return;
+  for (const Component& one : components_) {
+    const double at = one.drive.jump(from, to, zero);
+    if (!std::isnan(at))
+      fault->note(-1,
+                  format("option -bs_box_strain: %s jumps at t = %.10g s, where its rate would be infinite: give a ramp (velocity:RATE, table:FILE "
+                         "or an expression), or apply it as a load by -bs_task statics",
+                         component_name(one.row, one.column).c_str(), at));
+  }
+}
+
+// On the straight way from F(from) to F(to) some F has no volume where A = F(to) F(from)^-1 has an eigenvalue -m, m >= 0:
+//   det(A + m I) = m^3 + tr A m^2 + (sum of the minors of A) m + det A = 0,
+// whose least value over m >= 0 is at 0 or at its minimum.
+bool Cell::collapses(double from, double to) const {
+  constexpr double NOTHING = 1e-12;  // of a volume: below it rounding errors of F are large
+  double F[9], rate[9], last[9], next[9], inverse[9], A[9];
+  gradient(to, F, rate);
+  pad(F, dim_, next);
+  gradient(from, F, rate);
+  pad(F, dim_, last);
+  if (to > from && invert_edges(last, 3, inverse)) {
+    for (int r = 0; r < 3; ++r)
+      for (int c = 0; c < 3; ++c) {
+        A[3 * r + c] = 0;
+        for (int k = 0; k < 3; ++k) A[3 * r + c] += next[3 * r + k] * inverse[3 * k + c];
+      }
+  } else {
+    std::copy_n(next, 9, A);
+  }
+  const auto minor = [&](int p, int q) { return A[4 * p] * A[4 * q] - A[3 * p + q] * A[3 * q + p]; };
+  const double trace = A[0] + A[4] + A[8], minors = minor(0, 1) + minor(1, 2) + minor(0, 2);
+  const double det = A[0] * minor(1, 2) - A[1] * (A[3] * A[8] - A[5] * A[6]) + A[2] * (A[3] * A[7] - A[4] * A[6]);
+  const double square = trace * trace - 3 * minors, m = square > 0 ? std::max(0.0, (std::sqrt(square) - trace) / 3) : 0;
+  const double least = std::min(det, ((m + trace) * m + minors) * m + det);
+  double e[9];
+  edges(to, e, nullptr);
+  return !(least > NOTHING) || !invert_edges(e, dim_, inverse);
+}
+
+void Cell::foresee(double from, double to, Fault* fault) const {
+  const double zero[3] = {0, 0, 0};
+  const char* const unit = at_rest_ ? ", the load factor" : " s";
+  const auto check = [&](const Drive& drive, const char* option, int row, int column) {
+    double g[3] = {0, 0, 0}, v[3] = {0, 0, 0}, a[3] = {0, 0, 0};
+    drive.at(full_load_ ? 1.0 : to, zero, g, v, a);
+    if (!std::isfinite(g[0]) || (!at_rest_ && !std::isfinite(v[0])))
+      fault->note(-1, format("option %s: %s or its rate is not finite at t = %.10g%s: give one that is finite from the start to the end of the run",
+                             option, component_name(row, column).c_str(), to, unit));
+  };
+  for (const Component& one : components_) check(one.drive, "-bs_box_strain", one.row, one.column);
+  for (const Free& one : free_) check(one.stress, "-bs_box_stress", one.row, one.column);
+  look_for_jumps(from, to, fault);
+  if (!*fault && collapses(from, to))
+    fault->note(-1, (to > from ? format("the periodic box has no volume left on the way from t = %.10g to t = %.10g%s", from, to, unit)
+                               : format("the periodic box has no volume at t = %.10g%s", to, unit)) +
+                        ": give smaller strains by -bs_box_strain or -bs_box_rate, or end the run earlier");
 }
 
 }  // namespace bs

@@ -6,7 +6,7 @@
 #include "base/fault.hpp"
 #include "base/options.hpp"
 #include "systems/particles/cell.hpp"
-#include "systems/particles/drive_tables.hpp"
+#include "systems/particles/supports.hpp"
 
 namespace bs {
 

@@ -1,7 +1,7 @@
 #include "systems/particles/linearised_forces.hpp"
 #include <algorithm>
 #include "base/memory.hpp"
-#include "systems/particles/condensed/fill.hpp"
+#include "systems/particles/condensed/factor_flops.hpp"
 #include "systems/particles/condensed/near_null_space.hpp"
 #include "systems/particles/events.hpp"
 #include "systems/particles/supports.hpp"

@@ -3,7 +3,7 @@
 #include <cstdint>
 #include <utility>
 #include <vector>
-#include "base/huge_pages.hpp"
+#include "base/arrays.hpp"
 #include "network/network.hpp"
 
 namespace bs {

@@ -1,10 +1,10 @@
 // What a particle system shows: header lines, observables, fields of a frame, constant data.
 #include <algorithm>
 #include <cmath>
+#include "base/arrays.hpp"
 #include "base/fault.hpp"
 #include "base/options.hpp"
-#include "base/release.hpp"
-#include "network/spring_rows.hpp"
+#include "network/columns.hpp"
 #include "physics/pair/springs/registry.hpp"
 #include "systems/particles/events.hpp"
 #include "systems/particles/interactions/interaction_output.hpp"

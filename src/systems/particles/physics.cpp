@@ -1,6 +1,5 @@
 #include "systems/particles/physics.hpp"
 #include "systems/particles/interactions/with_interactions.hpp"
-#include "systems/particles/physics_create.hpp"
 
 namespace bs {
 

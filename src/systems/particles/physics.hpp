@@ -112,4 +112,8 @@ class Physics {
 /// `net`, `laws`, `motion` and `pattern` must outlive the result.
 std::unique_ptr<Physics> create_physics(const Network& net, const ParticleLaws& laws, const Motion& motion, const RowPattern& pattern);
 
+/// The same for one dimension: each in a file of its own (physics_<d>d.cpp), since they take long to compile.
+template <int d>
+std::unique_ptr<Physics> create_physics_of(const Network& net, const ParticleLaws& laws, const Motion& motion, const RowPattern& pattern);
+
 }  // namespace bs

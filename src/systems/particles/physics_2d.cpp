@@ -1,4 +1,4 @@
-#include "systems/particles/physics_create_impl.hpp"
+#include "systems/particles/physics_impl.hpp"
 
 namespace bs {
 

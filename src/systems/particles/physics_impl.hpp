@@ -2,6 +2,7 @@
 #pragma once
 #include <algorithm>
 #include <limits>
+#include "physics/pair/springs/registry.hpp"
 #include "systems/particles/link_kernel.hpp"
 #include "systems/particles/physics.hpp"
 #include "systems/particles/plain_links.hpp"
@@ -310,6 +311,12 @@ class PhysicsOf final : public Physics {
   std::vector<std::uint8_t> plain_;  ///< (n) particles on springs of such a law alone, without dampers or zero rest lengths
 };
 
+template <int d>
+std::unique_ptr<Physics> create_physics_of(const Network& net, const ParticleLaws& laws, const Motion& motion, const RowPattern& pattern) {
+  if (net.damping_law == DampingLaw::simple) return std::make_unique<PhysicsOf<d, SimpleDamper>>(net, laws, motion, pattern);
+  return std::make_unique<PhysicsOf<d, AxialDamper>>(net, laws, motion, pattern);
+}
+
 }  // namespace bs
 
 #include "systems/particles/condensed/physics_condensed.hpp"
@@ -317,4 +324,3 @@ class PhysicsOf final : public Physics {
 #include "systems/particles/physics_forces.hpp"
 #include "systems/particles/physics_jacobian.hpp"
 #include "systems/particles/physics_potential.hpp"
-#include "systems/particles/physics_supply.hpp"

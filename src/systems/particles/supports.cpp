@@ -1,13 +1,12 @@
 #include "systems/particles/supports.hpp"
-
 #include <algorithm>
 #include <cctype>
 #include <cmath>
-
 #include "base/fault.hpp"
+#include "base/find_file.hpp"
 #include "base/option_names.hpp"
 #include "base/options.hpp"
-#include "systems/particles/drive_tables.hpp"
+#include "input/text_file.hpp"
 
 namespace bs {
 
@@ -267,6 +266,21 @@ std::vector<std::string> Supports::describe() const {
     lines.push_back(format("group %s (%lld particles): ", names_[one.group].c_str(), static_cast<long long>(net_->groups[one.group].total)) +
                     one.drive.text());
   return lines;
+}
+
+PetscErrorCode read_drive_tables(MPI_Comm comm, const std::string& option, Drive* drive) {
+  std::string error;
+
+  PetscFunctionBegin;
+  for (std::size_t k = 0; k < drive->tables().size(); ++k) {
+    std::string file = drive->tables()[k].first, content;
+    CsvTable table;
+    PetscCall(find_input(comm, option, &file));
+    PetscCall(read_text_file(comm, file, &content));
+    if (!read_csv_table(content, file, 2, 1 + drive->tables()[k].second, &table, &error) || !drive->set_table(k, table, &error))
+      PetscCall(tell(comm, Exit::input, error));
+  }
+  PetscFunctionReturn(0);
 }
 
 }  // namespace bs

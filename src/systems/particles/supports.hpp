@@ -4,7 +4,6 @@
 #include <cstdint>
 #include <string>
 #include <vector>
-
 #include "base/fault.hpp"
 #include "network/network.hpp"
 #include "physics/whole/drive.hpp"
@@ -89,5 +88,8 @@ class Supports {
   std::vector<Roller> rollers_;  ///< local ones, by global index
   bool rolls_ = false, at_rest_ = false, full_load_ = false;
 };
+
+/// Collective. Reads the files that `drive` names, given by `option`. Errors (exit 2): files that are not there or are no tables to follow.
+PetscErrorCode read_drive_tables(MPI_Comm comm, const std::string& option, Drive* drive);
 
 }  // namespace bs

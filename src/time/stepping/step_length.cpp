@@ -1,8 +1,8 @@
 #include "time/stepping/step_length.hpp"
 #include <algorithm>
 #include <cmath>
-#include "base/format.hpp"
 #include "base/rounding.hpp"
+#include "base/text.hpp"
 
 namespace bs {
 namespace {

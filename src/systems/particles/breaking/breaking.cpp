@@ -1,7 +1,7 @@
 #include "systems/particles/breaking/breaking.hpp"
 #include <algorithm>
 #include <cmath>
-#include "base/gather_all.hpp"
+#include "base/collective.hpp"
 #include "physics/pair/springs/registry.hpp"
 
 namespace bs {

@@ -1,10 +1,10 @@
-#include "systems/particles/breaking/rules.hpp"
 #include <algorithm>
 #include <cinttypes>
 #include <cmath>
 #include "base/fault.hpp"
 #include "base/options.hpp"
 #include "lattice/random.hpp"
+#include "systems/particles/breaking/breaking.hpp"
 
 namespace bs {
 

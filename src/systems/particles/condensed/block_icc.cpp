@@ -3,7 +3,6 @@
 #include <algorithm>
 #include "base/fault.hpp"
 #include "base/memory.hpp"
-#include "systems/particles/condensed/coarse_choice.hpp"
 #include "systems/particles/condensed/coarse_space.hpp"
 #include "systems/particles/condensed/rigid_space.hpp"
 #include "systems/particles/events.hpp"

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cstring>
 #include <vector>
-#include "systems/particles/condensed/coarse_blocks.hpp"
+#include "systems/particles/condensed/coarse_factors.hpp"
 #include "systems/particles/condensed/coarse_grid.hpp"
 #include "systems/particles/condensed/lanes.hpp"
 #include "systems/particles/condensed/spring_matrix.hpp"

@@ -1,7 +1,7 @@
 #include "systems/particles/condensed/coarse_space.hpp"
 #include <cmath>
+#include "base/collective.hpp"
 #include "base/disjoint_sets.hpp"
-#include "base/long_sum.hpp"
 #include "base/memory.hpp"
 #include "systems/particles/condensed/coarse_energy.hpp"
 #include "systems/particles/events.hpp"

@@ -8,6 +8,7 @@
 #include <string>
 #include <vector>
 #include "base/handle.hpp"
+#include "network/network.hpp"
 #include "systems/particles/condensed/aggregates.hpp"
 #include "systems/particles/condensed/group_motions.hpp"
 #include "systems/particles/condensed/spring_matrix.hpp"
@@ -37,5 +38,14 @@ class RigidSpace {
   VecHandle in_, out_;
   std::vector<double> free_, moved_;  ///< with rollers: r and what is added, without held components
 };
+
+/// Collective. Whether rigid motions of groups of particles suit the lattice better than hats on a grid: where the body, as it starts, is at least
+/// THIN times as long as it is thick, so that it bends. Not a line, which incomplete factors solve; not where stiffnesses differ
+/// by more than UNEVEN, because motions of groups would strain stiff springs between them.
+PetscErrorCode prefers_rigid_motions(const Network& net, bool* rigid);
+
+/// Collective. E = Z^T S Z, summed spring by spring, as an AIJ matrix whose rows are laid out as the ranks' groups. Unknowns that move nothing have 1
+/// on the diagonal. The rows of Z that belong to held components of rollers are zero.
+PetscErrorCode create_coarse_matrix(SpringMatrix& S, const GroupMotions& motions, Mat* E);
 
 }  // namespace bs

@@ -8,8 +8,8 @@
 #include <petscmat.h>
 #include <array>
 #include <vector>
+#include "base/arrays.hpp"
 #include "base/handle.hpp"
-#include "base/huge_pages.hpp"
 #include "network/network.hpp"
 #include "systems/particles/interactions/sparse_blocks.hpp"
 

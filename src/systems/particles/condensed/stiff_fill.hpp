@@ -1,6 +1,6 @@
 // Fill of the incomplete factors where springs are much stiffer than is usual.
 #pragma once
-#include "base/huge_pages.hpp"
+#include "base/arrays.hpp"
 #include "systems/particles/condensed/overlap.hpp"
 #include "systems/particles/condensed/spring_matrix.hpp"
 

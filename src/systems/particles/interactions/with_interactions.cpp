@@ -1,5 +1,5 @@
 #include "systems/particles/interactions/with_interactions.hpp"
-#include "base/format.hpp"
+#include "base/text.hpp"
 #include "physics/interactions/registry.hpp"
 #include "systems/particles/interactions/interaction.hpp"
 

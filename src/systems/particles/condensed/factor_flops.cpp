@@ -1,4 +1,4 @@
-#include "systems/particles/condensed/fill.hpp"
+#include "systems/particles/condensed/factor_flops.hpp"
 #include <petscmat.h>
 #include <algorithm>
 #include <numeric>

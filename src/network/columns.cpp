@@ -1,4 +1,4 @@
-#include "network/spring_rows.hpp"
+#include "network/columns.hpp"
 #include <petscsf.h>
 #include <algorithm>
 #include "lattice/spring_laws.hpp"
@@ -36,8 +36,6 @@ namespace {
 
 /// What one spring's row is in transit: its law, then what that takes.
 PetscErrorCode fetch(MPI_Comm comm, const Lattice& lattice, Network* net) {
-  using SFHandle = Handle<PetscSF, PetscSFDestroy>;
-  using LayoutHandle = Handle<PetscLayout, PetscLayoutDestroy>;
   Links& links = net->links;
   const SpringRows rows(lattice);
   constexpr std::size_t unit = SPRING_WIDTH + 1;
@@ -92,6 +90,32 @@ PetscErrorCode give_laws(MPI_Comm comm, const Lattice& lattice, Network* net) {
   if (!net->mixed) PetscFunctionReturn(0);
   PetscCall(fetch(comm, lattice, net));
   net->anchors.law.assign(net->anchors.particle.size(), static_cast<std::uint8_t>(anchor_law(lattice)));
+  PetscFunctionReturn(0);
+}
+
+// One column at a time: what is in transit stays small beside what is kept.
+PetscErrorCode give_columns(MPI_Comm comm, const Lattice& lattice, Network* net) {
+  ParticleColumns& columns = net->columns;
+  const std::size_t n = static_cast<std::size_t>(net->n);
+  LayoutHandle layout;
+  SFHandle sf;
+  PetscFunctionBegin;
+  columns = {};
+  columns.width = lattice.particle_columns.size();
+  if (columns.width == 0) PetscFunctionReturn(0);
+  const std::vector<PetscInt> rows(net->row.begin(), net->row.end());
+  PetscCall(PetscLayoutCreateFromSizes(comm, static_cast<PetscInt>(lattice.particles.count), PETSC_DECIDE, 1, layout.out()));
+  PetscCall(PetscSFCreate(comm, sf.out()));
+  PetscCall(PetscSFSetGraphLayout(sf, layout, net->n, nullptr, PETSC_COPY_VALUES, rows.data()));
+  columns.given.resize(n * columns.width);
+  std::vector<double> received(n);
+  for (std::size_t c = 0; c < columns.width; ++c) {
+    const Column& column = lattice.particle_columns[c];
+    columns.places[particle_parameter(column.name)] = static_cast<int>(c);
+    PetscCall(PetscSFBcastBegin(sf, MPI_DOUBLE, column.value.data(), received.data(), MPI_REPLACE));
+    PetscCall(PetscSFBcastEnd(sf, MPI_DOUBLE, column.value.data(), received.data(), MPI_REPLACE));
+    for (std::size_t i = 0; i < n; ++i) columns.given[i * columns.width + c] = received[i];
+  }
   PetscFunctionReturn(0);
 }
 

@@ -1,6 +1,7 @@
-// What every rank has, on every rank.
+// Lists and sums over all ranks.
 #pragma once
 #include <petscsys.h>
+#include <algorithm>
 #include <cstddef>
 #include <cstdint>
 #include <type_traits>
@@ -32,6 +33,16 @@ PetscErrorCode gather_all(MPI_Comm comm, const std::vector<T>& own, std::vector<
   PetscCallMPI(MPI_Allgatherv(own.data(), mine, type, gathered.data(), counts.data(), starts.data(), type, comm));
   PetscCallMPI(MPI_Type_free(&type));
   *all = std::move(gathered);
+  PetscFunctionReturn(0);
+}
+
+/// Collective. Replaces `count` numbers by their sums over the ranks, at most `piece` in one reduction: they may be more than an MPI count can hold.
+inline PetscErrorCode sum_over_ranks(MPI_Comm comm, double* values, std::size_t count, std::size_t piece = std::size_t{1} << 27) {
+  PetscFunctionBegin;
+  for (std::size_t at = 0; at < count; at += piece) {
+    const PetscMPIInt some = static_cast<PetscMPIInt>(std::min(piece, count - at));
+    PetscCall(MPIU_Allreduce(MPI_IN_PLACE, values + at, some, MPI_DOUBLE, MPI_SUM, comm));
+  }
   PetscFunctionReturn(0);
 }
 

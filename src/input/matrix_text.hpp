@@ -1,8 +1,10 @@
-// Matrix Market text, read line by line: nothing but the line at hand is held.
+// Matrices and vectors as text: Matrix Market, read line by line, of which nothing but the line at hand is held; vectors, one number a line.
+// No PETSc.
 #pragma once
 #include <cstdint>
 #include <istream>
 #include <string>
+#include <vector>
 
 namespace bs {
 
@@ -47,5 +49,10 @@ class MatrixMarketReader {
   Symmetry symmetry_ = Symmetry::general;
   MatrixEntry mirror_;
 };
+
+/// Reads the CSV form of a vector: a number a line, or `name,value`; a first line without a number is a header. `name` is
+/// the file's, for messages. Returns one line of error, empty if all is well; values are finite, and there are as many
+/// names as values, or none.
+std::string read_vector_csv(const std::string& text, const std::string& name, std::vector<double>* values, std::vector<std::string>* names);
 
 }  // namespace bs

@@ -1,6 +1,6 @@
-#include "systems/particles/condensed/coarse_matrix.hpp"
 #include <algorithm>
 #include <cmath>
+#include "systems/particles/condensed/rigid_space.hpp"
 #include "systems/particles/supports.hpp"
 
 namespace bs {

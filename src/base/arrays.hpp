@@ -1,10 +1,11 @@
 // Arrays that are streamed through again and again: large ones ask the kernel for huge pages, which lets the hardware
-// prefetch past 4 kB (measured: 9.4 -> 12.3 GB/s reading 23 MB on one core).
+// prefetch past 4 kB (measured: 9.4 -> 12.3 GB/s reading 23 MB on one core). Release of an array's memory.
 #pragma once
 #include <cstddef>
 #include <cstdlib>
 #include <new>
 #include <vector>
+
 #ifdef __linux__
 #include <sys/mman.h>
 #endif
@@ -40,5 +41,11 @@ struct HugePageAllocator {
 
 template <class T>
 using HugeVector = std::vector<T, HugePageAllocator<T>>;
+
+/// Releases a container's memory: `v = {}` would empty a vector and keep its memory.
+template <class Container>
+void release(Container& container) {
+  Container().swap(container);
+}
 
 }  // namespace bs

@@ -1,5 +1,7 @@
-// The laws of springs on their way from the lattice's chunks to the network: each spring's law and what it takes.
+// What springs and particles carry by columns, on its way from the lattice's chunks to the network: each spring's law and what it takes, the numbers
+// of particles.
 #pragma once
+#include <petscsys.h>
 #include <vector>
 #include "lattice/lattice.hpp"
 #include "network/network.hpp"
@@ -27,5 +29,8 @@ int anchor_law(const Lattice& lattice);
 
 /// Collective. Gives the links of `net`, which are laid out, their laws; nothing where all springs are Hooke's or of the strain law.
 PetscErrorCode give_laws(MPI_Comm comm, const Lattice& lattice, Network* net);
+
+/// Collective. Gives the owned particles of `net`, which are laid out, the numbers in the lattice's columns.
+PetscErrorCode give_columns(MPI_Comm comm, const Lattice& lattice, Network* net);
 
 }  // namespace bs

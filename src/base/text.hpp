@@ -1,0 +1,47 @@
+// Pieces of text for messages and options: printf into a string, trimming, splitting, numbers, the name nearest to a misspelt one. No PETSc.
+#pragma once
+#include <cstdio>
+#include <set>
+#include <string>
+#include <vector>
+
+namespace bs {
+
+/// Without blanks at both ends.
+std::string trim(const std::string& text);
+
+/// The trimmed parts between separators; "" gives one empty part.
+std::vector<std::string> split(const std::string& text, char separator);
+
+/// Least number of letters inserted, removed or replaced to turn `a` into `b`; case does not matter.
+int edit_distance(const std::string& a, const std::string& b);
+
+/// The nearest of `names`, the first of equals; empty if none is within `most` changes.
+std::string nearest(const std::string& word, const std::set<std::string>& names, int most);
+
+/// Formats like printf into a string.
+std::string format(const char* pattern, ...) __attribute__((format(printf, 1, 2)));
+
+/// "%.17g": reads back as the same number.
+inline std::string exact_number(double value) {
+  char buffer[40];
+  std::snprintf(buffer, sizeof buffer, "%.17g", value);
+  return buffer;
+}
+
+/// "%g", for people.
+inline std::string short_number(double value) {
+  char buffer[40];
+  std::snprintf(buffer, sizeof buffer, "%g", value);
+  return buffer;
+}
+
+/// `text` fit for one line of a terminal: other than printable ASCII becomes '?', what is past 40 characters "...".
+inline std::string printable(const std::string& text) {
+  std::string line = text.substr(0, 40);
+  for (char& c : line)
+    if (c < ' ' || c > '~') c = '?';
+  return text.size() > 40 ? line + "..." : line;
+}
+
+}  // namespace bs
