@@ -84,6 +84,7 @@ class Angles:
     triples: np.ndarray     # (A, 3) int64
     stiffness: np.ndarray   # (A,)
     rest_angle: np.ndarray  # (A,) [rad]
+    shift: np.ndarray       # (A, 3, d) the periodic box each end is in, or None
 
     def __len__(self):
         return len(self.triples)
@@ -155,13 +156,19 @@ class Run:
     def angles(self):
         """Angle springs, or None."""
         triples = self._array("/connectivity/angles")
-        return None if triples is None else Angles(triples, self._array("/connectivity/angles_stiffness"), self._array("/connectivity/angles_rest_angle"))
+        return None if triples is None else Angles(triples, *(self._array("/connectivity/angles_" + k) for k in ("stiffness", "rest_angle")), self._shift("angles", 3))
+
+    def _shift(self, kind, ends):
+        """The periodic box that each end is in, (A, ends, d), or None."""
+        shift = self._array(f"/connectivity/{kind}_shift")
+        return None if shift is None else shift.reshape(len(shift), ends, -1)
 
     @property
     def hinges(self):
-        """Hinges between triangles, {"quads" (H, 4), "stiffness", "rest_angle" (H)}: the edge's ends, then the wings; or None."""
-        quads = self._array("/connectivity/hinges")
-        return None if quads is None else {"quads": quads, **{k: self._array("/connectivity/hinges_" + k) for k in ("stiffness", "rest_angle")}}
+        """Hinges between triangles, {"quads" (H, 4), "stiffness", "rest_angle" (H)}: the edge's ends, then the wings; "shift" (H, 4 d) in periodic boxes; or
+        None."""
+        found = {k: self._array("/connectivity/hinges" + name) for k, name in (("quads", ""), ("stiffness", "_stiffness"), ("rest_angle", "_rest_angle"), ("shift", "_shift"))}
+        return None if found["quads"] is None else {k: v for k, v in found.items() if v is not None}
 
     @property
     def anchors(self):

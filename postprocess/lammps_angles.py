@@ -57,8 +57,14 @@ def _coefficients(path, data, sections, rows):
     return np.array([table[t] for t in types])
 
 
-def in_the_plane(position, angles):
-    """Triples turned so that their angle, counted counter-clockwise as backspring does in two dimensions, starts below pi."""
+def in_the_plane(position, angles, box):
+    """Triples turned so that their angle, counted counter-clockwise as backspring does in two dimensions, starts below pi. Arms go to nearest images."""
+    from lammps_box import nearest
     a, b, c = (position[angles["triples"][:, k]] for k in range(3))
-    clockwise = np.cross(a - b, c - b) < 0
+    arms = [end - b for end in (a, c)]
+    if box:
+        edges, periodic = np.eye(3), [*box[1], False]
+        edges[:2, :2] = box[0]
+        arms = [arm + (nearest(edges, np.pad(arm, ((0, 0), (0, 1))), periodic) @ edges)[:, :2] for arm in arms]
+    clockwise = np.cross(*arms) < 0
     angles["triples"][clockwise] = angles["triples"][clockwise][:, ::-1]

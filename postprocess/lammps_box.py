@@ -97,7 +97,7 @@ def frame_of(run, row, margins, joined_by=None):
     turn = _turn(cell)
     cell, x = cell @ turn, x @ turn
     out.velocity = None if out.velocity is None else out.velocity @ turn
-    joined = None if joined_by is None else _spring_vectors(run, cell, x)
+    joined = None if joined_by is None else _joined(run, cell, x, joined_by)
     out.low, high = margins(x)
     for k in range(3):
         if not out.periodic[k]:
@@ -107,7 +107,7 @@ def frame_of(run, row, margins, joined_by=None):
             if out.periodic[l] and out.periodic[k]:
                 cell[k] -= np.round(cell[k, l] / cell[l, l]) * cell[l]
     if joined is not None:
-        _check_springs(run, cell, x, out.periodic, joined, joined_by)
+        _check_joined(run, cell, x, out.periodic, joined)
     out.low = np.where(out.periodic, 0, out.low)
     place = (x - out.low) @ np.linalg.inv(cell)
     out.images = np.where(out.periodic, np.floor(place), 0).astype(np.int64)
@@ -126,20 +126,26 @@ def _turn(cell):
     return turn
 
 
-def _spring_vectors(run, cell, position):
-    """(M, 3): from the first end of each spring to the image of the second that it joins."""
-    springs = run.springs
-    apart = position[springs.pairs[:, 1]] - position[springs.pairs[:, 0]]
-    return apart if springs.shift is None else apart + np.pad(springs.shift, ((0, 0), (0, 3 - springs.shift.shape[1]))) @ cell
+def _joined(run, cell, position, which):
+    """What springs (`which` of them) and the arms of angle springs join: a word for it, its row, pairs of particles, and the vectors (M, 3) to the image that is
+    the second end."""
+    springs, angles, out = run.springs, run.angles, []
+    tables = [("spring", np.flatnonzero(which), springs.pairs[which], None if springs.shift is None else springs.shift[which])]
+    for end in (0, 2) if angles else ():
+        tables.append(("angle spring", np.arange(len(angles)), angles.triples[:, [1, end]], None if angles.shift is None else angles.shift[:, end] - angles.shift[:, 1]))
+    for word, row, pairs, shift in tables:
+        apart = position[pairs[:, 1]] - position[pairs[:, 0]]
+        out.append((word, row, pairs, apart if shift is None else apart + np.pad(shift, ((0, 0), (0, 3 - shift.shape[1]))) @ cell))
+    return out
 
 
-def _check_springs(run, cell, position, periodic, joined, joined_by):
+def _check_joined(run, cell, position, periodic, joined):
     """LAMMPS and HOOMD join nearest images."""
-    pairs = run.springs.pairs
-    apart = position[pairs[:, 1]] - position[pairs[:, 0]]
-    seen = apart + nearest(cell, apart, periodic) @ cell
-    wrong = np.flatnonzero(joined_by & (np.abs(seen - joined) > 1e-6 * np.abs(cell).max()).any(axis=1))
-    if len(wrong):
-        a, b = pairs[wrong[0]]
-        raise RunError(f"{run.path}: spring {wrong[0]} does not join the nearest images of particles {a} and {b}, and LAMMPS and HOOMD have no other bonds: repeat the lattice, "
-                       "so that its box is larger than two springs")
+    for word, row, pairs, vectors in joined:
+        apart = position[pairs[:, 1]] - position[pairs[:, 0]]
+        seen = apart + nearest(cell, apart, periodic) @ cell
+        wrong = np.flatnonzero((np.abs(seen - vectors) > 1e-6 * np.abs(cell).max()).any(axis=1))
+        if len(wrong):
+            a, b = pairs[wrong[0]]
+            raise RunError(f"{run.path}: {word} {row[wrong[0]]} does not join the nearest images of particles {a} and {b}, and LAMMPS and HOOMD have no other bonds: "
+                           "repeat the lattice, so that its box is larger than two springs")

@@ -59,6 +59,8 @@ def angle_coefficients(run, row):
     if run.dim == 2:
         x = run.position(row)
         first, third = (x[angles.triples[:, k]] - x[angles.triples[:, 1]] for k in (0, 2))
+        if angles.shift is not None:
+            first, third = (arm + (angles.shift[:, k] - angles.shift[:, 1]) @ run.box_edges(row) for arm, k in ((first, 0), (third, 2)))
         cross = first[:, 0] * third[:, 1] - first[:, 1] * third[:, 0]
         angle = np.arctan2(cross, (first * third).sum(axis=1)) % (2 * np.pi)
         wrong = np.flatnonzero((angle - np.pi) * (angles.rest_angle - np.pi) < -1e-12)

@@ -209,9 +209,7 @@ def to_lattice(args, kind):
     reduce_dimension(lattice, args.dim or lattice.dim, args.input)
     if kind == "lammps" and lattice.angles and lattice.position.shape[1] == 2:
         import lammps_angles
-        lammps_angles.in_the_plane(lattice.position, lattice.angles)
-    if lattice.box and lattice.angles:
-        raise RunError(f"{args.input}: harmonic angles do not go with a network that is joined to its own image across the periodic box: leave them out, or add --boundary f,f,f")
+        lammps_angles.in_the_plane(lattice.position, lattice.angles, lattice.box)
     if lattice.stiffness is None and springs:
         raise RunError(f"{args.input}: says nothing of stiffness; add --stiffness "
                        + ("K [N]" if args.spring_law == "strain" else "k [N/m]"))

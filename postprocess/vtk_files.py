@@ -56,6 +56,8 @@ def lattice_fields(run, row):
     out["damping_law"] = np.array([DAMPING_LAWS.index(law)])
     if run.angles:
         out.update({"angles_triples": run.angles.triples, "angles_stiffness": run.angles.stiffness, "angles_rest_angle": run.angles.rest_angle})
+        if run.angles.shift is not None:
+            out["angles_shift"] = run.angles.shift.reshape(len(run.angles), -1)
     for name, table in (("hinges_", run.hinges), ("anchors_", run.anchors)):
         out.update({name + k: v for k, v in (table or {}).items()})
     out.update({"group_" + name: run.group(name) for name in run.groups})
@@ -134,9 +136,9 @@ def said_of_lattice(points, cells, one):
     if "law" in cells:
         out["laws"] = np.array(LAWS)[cells["law"].astype(int)]
     out["damping_law"], out["dim"] = DAMPING_LAWS[int(one["damping_law"][0])], int(one["dimension"][0])
-    for name, keys in (("angles", ("triples", "stiffness", "rest_angle")), ("hinges", ("quads", "stiffness", "rest_angle")), ("anchors", ("particle", "point", "stiffness", "rest_length", "damping"))):
+    for name, keys in (("angles", ("triples", "stiffness", "rest_angle", "shift")), ("hinges", ("quads", "stiffness", "rest_angle", "shift")), ("anchors", ("particle", "point", "stiffness", "rest_length", "damping"))):
         if f"{name}_{keys[0]}" in one:
-            out[name] = {k: one[f"{name}_{k}"] for k in keys}
+            out[name] = {k: one[f"{name}_{k}"] for k in keys if f"{name}_{k}" in one}
     if "anchors" in out:
         out["anchors"]["point"] = out["anchors"]["point"].reshape(-1, out["dim"])
     out["groups"] = {k[len("group_"):]: v for k, v in one.items() if k.startswith("group_")}

@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "base/fault.hpp"
+#include "input/interactions.hpp"
 #include "input/remote.hpp"
 #include "lattice/interaction_schemas.hpp"
 #include "network/image.hpp"
@@ -76,32 +77,53 @@ PetscErrorCode read_edges(MPI_Comm comm, const Hdf5File& file, const std::string
   PetscFunctionReturn(0);
 }
 
-/// `padded`: their rows may be shorter than d.
-PetscErrorCode read_shifts(MPI_Comm comm, const Hdf5File& file, const std::string& path, bool padded, Lattice* l) {
+/// What joins particles in a periodic box: ends (count, width) and the boxes (count, width - first, d) that those from the one numbered `first` on
+/// are in.
+struct Joined {
+  std::string title, dataset;
+  const Rows& rows;
+  const std::vector<std::int64_t>& ends;
+  int width, first, center;  ///< center: the end that the nearest images of the others are sought at
+  std::vector<std::int64_t>* shift;
+};
+
+std::vector<Joined> all_joined(bool trajectory, const std::string& springs, Lattice* l) {
+  std::vector<Joined> all = {{"spring", springs, l->springs, l->pairs, 2, 1, 0, &l->shift}};
+  for (std::size_t kind = 0; kind < l->interactions.size(); ++kind) {
+    const InteractionSchema& schema = interaction_schemas()[kind];
+    InteractionRows& rows = l->interactions[kind];
+    all.push_back({schema.title, parameter_path(schema, "shift", trajectory), rows.rows, rows.ends, schema.ends, 0, schema.center, &rows.shift});
+  }
+  return all;
+}
+
+/// `padded`: shifts of springs may have fewer than d components.
+PetscErrorCode read_shifts(MPI_Comm comm, const Hdf5File& file, const Joined& joined, bool padded, Lattice* l) {
+  const int ends = joined.width - joined.first;
   Table table;
   TableShape shape;
   Fault fault;
 
   PetscFunctionBegin;
-  if (!file.has(path) || l->springs.total == 0) PetscFunctionReturn(0);
+  if (!file.has(joined.dataset) || joined.rows.total == 0) PetscFunctionReturn(0);
   shape.integers = true;
-  shape.rows = l->springs.total;
+  shape.rows = joined.rows.total;
   shape.row_name = "M";
-  shape.columns = padded ? TableShape::any : l->dim;
-  PetscCall(file.find(path, shape, &table));
-  PetscCall(file.read(table, l->springs.first, l->springs.count, 0, &l->shift));
-  if (table.columns < l->dim) {  // positions have components of 0 appended
+  shape.columns = padded && ends == 1 ? TableShape::any : l->dim * ends;
+  PetscCall(file.find(joined.dataset, shape, &table));
+  PetscCall(file.read(table, joined.rows.first, joined.rows.count, 0, joined.shift));
+  if (table.columns < l->dim * ends) {  // positions have components of 0 appended
     const std::size_t width = at(table.columns), d = at(l->dim);
-    std::vector<std::int64_t> wide(at(l->springs.count) * d, 0);
-    for (std::size_t k = 0; k < l->shift.size(); ++k) wide[k / width * d + k % width] = l->shift[k];
-    l->shift = std::move(wide);
+    std::vector<std::int64_t> wide(at(joined.rows.count) * d, 0);
+    for (std::size_t k = 0; k < joined.shift->size(); ++k) wide[k / width * d + k % width] = (*joined.shift)[k];
+    *joined.shift = std::move(wide);
   }
-  for (std::size_t k = 0; k < l->shift.size() && !fault; ++k) {
-    const std::int64_t row = l->springs.first + static_cast<std::int64_t>(k) / l->dim, s = l->shift[k];
+  for (std::size_t k = 0; k < joined.shift->size() && !fault; ++k) {
+    const std::int64_t row = joined.rows.first + static_cast<std::int64_t>(k) / (l->dim * ends), s = (*joined.shift)[k];
     const bool open = !l->box.periodic[k % at(l->dim)];
     if (s < -image::MOST || s > image::MOST || (open && s != 0))
-      fault.note(row, format("%s: spring %" PRId64 ", %s: a shift of %" PRId64 " boxes; write %s", l->source.c_str(), row, path.c_str(), s,
-                             open ? "0 along edges that are not periodic" : "-63 to 63"));
+      fault.note(row, format("%s: %s %" PRId64 ", %s: a shift of %" PRId64 " boxes; write %s", l->source.c_str(), joined.title.c_str(), row,
+                             joined.dataset.c_str(), s, open ? "0 along edges that are not periodic" : "-63 to 63"));
   }
   PetscCall(agree(comm, fault));
   PetscFunctionReturn(0);
@@ -117,60 +139,72 @@ PetscErrorCode read_hdf5_box(MPI_Comm comm, const Hdf5File& file, const Hdf5Layo
   PetscCall(read_boundary(comm, file, group, names.trajectory, l));
   if (!l->box.active()) PetscFunctionReturn(0);
   PetscCall(read_edges(comm, file, group + (names.trajectory ? "/edges/value" : "/edges"), names.trajectory, l));
-  PetscCall(read_shifts(comm, file, names.column("shift"), names.trajectory, l));
+  for (const Joined& one : all_joined(names.trajectory, names.column("shift"), l)) PetscCall(read_shifts(comm, file, one, names.trajectory, l));
   PetscFunctionReturn(0);
 }
 
 /// Nearest images; a tie has no answer.
-static PetscErrorCode find_shifts(MPI_Comm comm, Lattice* l) {
-  const std::size_t d = at(l->dim);
+static PetscErrorCode find_shifts(MPI_Comm comm, const Joined& joined, const Lattice& l) {
+  const std::size_t d = at(l.dim), width = at(joined.width), first = at(joined.first), center = at(joined.center);
   std::vector<double> ends;
   double inverse[9] = {};
   Fault fault;
 
   PetscFunctionBegin;
   // an end that is not there is told later, with its place
-  int wrong = std::any_of(l->pairs.begin(), l->pairs.end(), [&](std::int64_t row) { return row < 0 || row >= l->particles.total; });
+  int wrong = std::any_of(joined.ends.begin(), joined.ends.end(), [&](std::int64_t row) { return row < 0 || row >= l.particles.total; });
   PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &wrong, 1, MPI_INT, MPI_MAX, comm));
-  l->shift.assign(at(l->springs.count) * d, 0);
+  joined.shift->assign(at(joined.rows.count) * (width - first) * d, 0);
   if (wrong) PetscFunctionReturn(0);
-  PetscCall(fetch_rows(comm, l->particles, l->position, l->dim, l->pairs, &ends));
-  (void)invert_edges(l->box.edges.data(), l->dim, inverse);
-  for (std::size_t k = 0; k < at(l->springs.count); ++k) {
+  PetscCall(fetch_rows(comm, l.particles, l.position, l.dim, joined.ends, &ends));
+  (void)invert_edges(l.box.edges.data(), l.dim, inverse);
+  for (std::size_t item = 0; item < joined.ends.size(); ++item) {
+    const std::size_t k = item / width, a = item % width, from = k * width + center;
+    const std::int64_t row = joined.rows.first + static_cast<std::int64_t>(k);
     double dx[3] = {0, 0, 0}, square = 0;
     int shift[3] = {0, 0, 0};
-    if (l->pairs[2 * k] == l->pairs[2 * k + 1]) continue;  // refused below
+    if (a == center || joined.ends[item] == joined.ends[from]) continue;  // an end twice is refused later
     for (std::size_t c = 0; c < d; ++c) {
-      dx[c] = ends[(2 * k + 1) * d + c] - ends[2 * k * d + c];
-      square += l->box.edges[c * d + c] * l->box.edges[c * d + c];
+      dx[c] = ends[item * d + c] - ends[from * d + c];
+      square += l.box.edges[c * d + c] * l.box.edges[c * d + c];
     }
-    const std::int64_t row = l->springs.first + static_cast<std::int64_t>(k);
-    if (nearest_image(l->box, inverse, l->dim, dx, shift) < 1e-9 * square && !fault)
-      fault.note(row, format("%s: spring %" PRId64 ": two images of particle %" PRId64 " are equally near to particle %" PRId64
-                             ", so it is not known which one it joins; write /springs/shift",
-                             l->source.c_str(), row, l->pairs[2 * k + 1], l->pairs[2 * k]));
-    for (std::size_t c = 0; c < d; ++c) {
-      if (std::abs(shift[c]) > image::MOST && !fault)
-        fault.note(row, format("%s: spring %" PRId64 ": its ends are more than 63 boxes apart; write positions nearer to each other",
-                               l->source.c_str(), row));
-      l->shift[k * d + c] = shift[c];
-    }
+    if (nearest_image(l.box, inverse, l.dim, dx, shift) < 1e-9 * square && !fault)
+      fault.note(row, format("%s: %s %" PRId64 ": two images of particle %" PRId64 " are equally near to particle %" PRId64
+                             ", so it is not known which one it joins; write %s",
+                             l.source.c_str(), joined.title.c_str(), row, joined.ends[item], joined.ends[from], joined.dataset.c_str()));
+    for (std::size_t c = 0; c < d; ++c) (*joined.shift)[((k * (width - first)) + a - first) * d + c] = shift[c];
+  }
+  PetscCall(agree(comm, fault));
+  PetscFunctionReturn(0);
+}
+
+/// Images are numbered as seen from any end.
+static PetscErrorCode check_reach(MPI_Comm comm, const Joined& joined, const Lattice& l) {
+  const std::size_t d = at(l.dim), ends = at(joined.width - joined.first), size = ends * d;
+  Fault fault;
+
+  PetscFunctionBegin;
+  for (std::size_t k = 0; k < joined.shift->size() && !fault; ++k) {
+    const std::int64_t* row = joined.shift->data() + k / size * size;
+    for (std::size_t a = 0; a < ends && !fault; ++a)
+      if (std::abs((*joined.shift)[k] - (joined.first > 0 ? 0 : row[a * d + k % d])) > image::MOST)
+        fault.note(joined.rows.first + static_cast<std::int64_t>(k / size),
+                   format("%s: %s %" PRId64 ": its ends are more than 63 boxes apart; write positions nearer to each other", l.source.c_str(),
+                          joined.title.c_str(), joined.rows.first + static_cast<std::int64_t>(k / size)));
   }
   PetscCall(agree(comm, fault));
   PetscFunctionReturn(0);
 }
 
 PetscErrorCode settle_shifts(MPI_Comm comm, Lattice* l) {
-  std::int64_t given = static_cast<std::int64_t>(l->shift.size());
-
   PetscFunctionBegin;
   if (!l->box.active()) PetscFunctionReturn(0);
-  for (std::size_t k = 0; k < l->interactions.size(); ++k)
-    if (l->interactions[k].rows.total > 0)
-      PetscCall(
-          tell(comm, Exit::input, l->source + ": " + interaction_schemas()[k].title + "s do not go with a periodic box; leave out one of them"));
-  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &given, 1, MPI_INT64_T, MPI_SUM, comm));
-  if (given == 0 && l->springs.total > 0) PetscCall(find_shifts(comm, l));
+  for (const Joined& one : all_joined(false, "/springs/shift", l)) {
+    std::int64_t given = static_cast<std::int64_t>(one.shift->size());
+    PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &given, 1, MPI_INT64_T, MPI_SUM, comm));
+    if (given == 0 && one.rows.total > 0) PetscCall(find_shifts(comm, one, *l));
+    PetscCall(check_reach(comm, one, *l));
+  }
   PetscFunctionReturn(0);
 }
 

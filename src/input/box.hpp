@@ -14,7 +14,7 @@ namespace bs {
 PetscErrorCode read_hdf5_box(MPI_Comm comm, const Hdf5File& file, const Hdf5Layout& names, Lattice* lattice);
 
 /// Collective. Where the lattice has a periodic box and no shifts, each spring joins the nearest images of its ends. Error (exit 2): two images are
-/// equally near. Springs joining a particle to itself need a shift. Also refuses (exit 2) what a periodic box does not go with.
+/// equally near. Springs joining a particle to itself need a shift. The same of interactions, whose ends are the images nearest to one of them.
 PetscErrorCode settle_shifts(MPI_Comm comm, Lattice* lattice);
 
 }  // namespace bs

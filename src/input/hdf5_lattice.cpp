@@ -221,10 +221,10 @@ PetscErrorCode read_hdf5_lattice(MPI_Comm comm, const std::string& path, Lattice
   PetscCall(read_laws(comm, file, names, out));
   PetscCall(read_particles(comm, file, names, position, out));
   PetscCall(read_springs(comm, file, names, pairs, out));
+  PetscCall(read_interactions(comm, file, names.trajectory, out));
   PetscCall(read_hdf5_box(comm, file, names, out));
   PetscCall(read_anchors(file, anchors, out));
   PetscCall(read_hdf5_groups(comm, file, out));
-  PetscCall(read_interactions(comm, file, names.trajectory, out));
   if (!names.trajectory) note_unknown_members(file, out);
   PetscFunctionReturn(0);
 }

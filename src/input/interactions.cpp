@@ -14,9 +14,9 @@ std::string topology_path(const InteractionSchema& schema, bool trajectory) {
   return trajectory ? "/connectivity/" + group : "/" + group + "/" + schema.topology;
 }
 
-std::string parameter_path(const InteractionSchema& schema, const InteractionParameter& parameter, bool trajectory) {
+std::string parameter_path(const InteractionSchema& schema, const std::string& name, bool trajectory) {
   const std::string group = std::string(schema.group) + "s";
-  return trajectory ? "/connectivity/" + group + "_" + parameter.name : "/" + group + "/" + parameter.name;
+  return trajectory ? "/connectivity/" + group + "_" + name : "/" + group + "/" + name;
 }
 
 namespace {
@@ -50,7 +50,7 @@ PetscErrorCode read_kind(MPI_Comm comm, const Hdf5File& file, const InteractionS
     std::vector<double> values;
     column.rows = out->rows.total;
     column.row_name = "A";
-    PetscCall(file.find(parameter_path(schema, schema.parameters[p], trajectory), column, &table));
+    PetscCall(file.find(parameter_path(schema, schema.parameters[p].name, trajectory), column, &table));
     PetscCall(file.read(table, out->rows.first, out->rows.count, 0, &values));
     for (std::size_t k = 0; k < values.size(); ++k) out->parameter[k * width + p] = values[k];
   }
@@ -66,6 +66,10 @@ std::string place(const Lattice& l, const InteractionSchema& schema, std::int64_
 
 void check_row(const Lattice& l, const InteractionSchema& schema, const InteractionRows& from, std::size_t k, Fault* fault) {
   const std::int64_t row = from.rows.first + static_cast<std::int64_t>(k), *end = &from.ends[k * static_cast<std::size_t>(schema.ends)];
+  const auto same = [&](int a, int b) {
+    const std::int64_t* box = from.shift.empty() ? nullptr : &from.shift[k * static_cast<std::size_t>(schema.ends * l.dim)];
+    return end[a] == end[b] && (!box || std::equal(box + a * l.dim, box + (a + 1) * l.dim, box + b * l.dim));
+  };
   const std::string ends = place(l, schema, row, topology_path(schema, false));
   for (int a = 0; a < schema.ends; ++a) {
     if (end[a] < 0 || end[a] >= l.particles.total) {
@@ -73,15 +77,15 @@ void check_row(const Lattice& l, const InteractionSchema& schema, const Interact
                   ends + format("there is no particle %" PRId64 "; write 0 to %" PRId64 " (particles count from 0)", end[a], l.particles.total - 1));
       return;
     }
-    if (std::count(end, end + a, end[a]) > 0)
-      fault->note(row, ends + format("names particle %" PRId64 " twice; give it %d different ends", end[a], schema.ends));
+    for (int b = 0; b < a; ++b)
+      if (same(a, b)) fault->note(row, ends + format("names particle %" PRId64 " twice; give it %d different ends", end[a], schema.ends));
   }
   const double* p = &from.parameter[k * schema.parameters.size()];
   const char* remedy = nullptr;
   const int bad = schema.bad_parameter(p, l.dim, &remedy);
   if (bad < 0) return;
   const InteractionParameter& parameter = schema.parameters[static_cast<std::size_t>(bad)];
-  fault->note(row, place(l, schema, row, parameter_path(schema, parameter, false)) + format("%s %.16g; %s", parameter.label, p[bad], remedy));
+  fault->note(row, place(l, schema, row, parameter_path(schema, parameter.name, false)) + format("%s %.16g; %s", parameter.label, p[bad], remedy));
 }
 
 /// Ends of this chunk's rows where they start.
@@ -94,7 +98,12 @@ PetscErrorCode check_places(MPI_Comm comm, const Lattice& l, const InteractionSc
   PetscFunctionBegin;
   PetscCall(fetch_rows(comm, l.particles, l.position, l.dim, from.ends, &at));
   for (std::size_t k = 0; k < static_cast<std::size_t>(from.rows.count) && !fault; ++k) {
-    for (std::size_t a = 0; a < ends; ++a) x[a] = &at[(k * ends + a) * d];
+    for (std::size_t a = 0; a < ends; ++a) {
+      x[a] = &at[(k * ends + a) * d];
+      for (std::size_t q = 0; q < d && !from.shift.empty(); ++q)
+        for (std::size_t c = 0; c < d; ++c)
+          at[(k * ends + a) * d + c] += static_cast<double>(from.shift[(k * ends + a) * d + q]) * l.box.edges[q * d + c];
+    }
     const std::int64_t row = from.rows.first + static_cast<std::int64_t>(k);
     if (const char* why = schema.fault(l.dim, x.data(), &from.parameter[k * schema.parameters.size()]))
       fault.note(row, place(l, schema, row, topology_path(schema, false)) + "starts with " + why + "; move a particle or leave it out");

@@ -10,7 +10,7 @@ namespace bs {
 
 /// Paths of the datasets of one kind: the rows of particles, and a parameter.
 std::string topology_path(const InteractionSchema& schema, bool trajectory);
-std::string parameter_path(const InteractionSchema& schema, const InteractionParameter& parameter, bool trajectory);
+std::string parameter_path(const InteractionSchema& schema, const std::string& name, bool trajectory);
 
 /// Collective. Each rank reads its rows of every kind the file has (/angles of a lattice, /connectivity/angles of a trajectory),
 /// once the particles are known.

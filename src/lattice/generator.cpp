@@ -201,13 +201,18 @@ void lay_angles(const Plan& plan, Lattice* out) {
   InteractionRows& angles = out->interactions[0];
   for (std::int64_t i = out->particles.first; i < out->particles.first + out->particles.count; ++i)
     for (int k = 0; k < type_info(plan.spec.type).axes; ++k) {
-      Place p = plan.place(i);
-      if (p.cell[k] + 2 >= plan.n[k]) continue;
-      angles.ends.push_back(i);
-      for (int step = 0; step < 2; ++step) {
-        ++p.cell[k];
-        angles.ends.push_back(plan.row(p));
+      std::int64_t ends[3];
+      int shift[9];
+      bool whole = true;
+      for (int a = 0; a < 3 && whole; ++a) {
+        Place p = plan.place(i);
+        p.cell[k] += a;
+        whole = plan.take_in(&p, shift + 3 * a);
+        if (whole) ends[a] = plan.row(p);
       }
+      if (!whole) continue;
+      angles.ends.insert(angles.ends.end(), ends, ends + 3);
+      for (int a = 0; a < 3 && out->box.active(); ++a) angles.shift.insert(angles.shift.end(), shift + 3 * a, shift + 3 * a + plan.dim);
       angles.parameter.push_back(plan.spec.angle_stiffness);
       angles.parameter.push_back(plan.spec.rest_angle);
     }

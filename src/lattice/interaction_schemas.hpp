@@ -14,7 +14,7 @@ struct InteractionSchema {
   const char* title;     ///< "angle spring"
   const char* group;     ///< singular; datasets of a lattice stand in /<group>s, of a trajectory as /connectivity/<group>s
   const char* topology;  ///< dataset of the rows of particles
-  int ends;
+  int ends, center;      ///< number of ends; the one that the nearest images of the others are sought at
   std::vector<InteractionParameter> parameters;
   /// Which parameter is impossible in `dim` dimensions (its index, and what to write); -1: none.
   int (*bad_parameter)(const double* p, int dim, const char** remedy);

@@ -23,8 +23,9 @@ inline Rows split_rows(std::int64_t total, int rank, int size) {
 /// Rows of one kind of interaction of several particles; its law says how many ends and parameters a row has.
 struct InteractionRows {
   Rows rows;
-  std::vector<std::int64_t> ends;  ///< (count, ends) rows of particles, 0-based
-  std::vector<double> parameter;   ///< (count, parameters)
+  std::vector<std::int64_t> ends;   ///< (count, ends) rows of particles, 0-based
+  std::vector<double> parameter;    ///< (count, parameters)
+  std::vector<std::int64_t> shift;  ///< (count, ends, d) the box each end is in; empty: no periodic box
 };
 
 /// Places in the registry of laws (physics/pair/springs/registry.hpp), of which there are more: these are named because the program asks

@@ -6,9 +6,9 @@
 
 namespace bs {
 
-/// An interaction as one of its ends' owner gets it.
+/// An interaction as the owner of one of its ends gets it.
 struct InteractionRecord {
-  std::int64_t row, end[MOST_ENDS];
+  std::int64_t row, end[MOST_ENDS];  ///< keys (image.hpp), of images as seen from the rank's own end
   double parameter[MOST_INTERACTION_PARAMETERS];
   int owned;  ///< which end is this rank's
 };

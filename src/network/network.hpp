@@ -40,7 +40,8 @@ struct Anchors {
 };
 
 /// Interactions of one kind with at least one owned end, ascending by row, so that sums over them are the same on any number
-/// of ranks. Every end is known: owned or a ghost.
+/// of ranks. Every end is known: owned or a ghost. In a periodic box an interaction is there once for every box that owned ends of it are in, each
+/// time with the images that lie about these ends: it acts on an owned particle once.
 struct InteractionTable {
   std::int64_t total = 0;         ///< of all ranks
   std::vector<PetscInt> end;      ///< (count, ends) local indices

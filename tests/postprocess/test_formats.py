@@ -84,6 +84,15 @@ def bent(d, angles):
     return make
 
 
+def far_bent(folder):
+    """An angle spring whose arms are longer than half the box."""
+    x = np.array([[0.2, 0.2, 0.1], [1.0, 0.3, 0.2], [2.2, 1.5, 1.0]])
+    write_lattice(folder / "in.h5", x, 1.0, pairs=[[0, 1], [1, 2]], stiffness=10.0, box=3.0 * np.eye(3), angles={"triples": [[0, 1, 2]], "stiffness": [2.0], "rest_angle": [2.0]})
+    with h5py.File(folder / "in.h5", "a") as f:
+        f["angles/shift"] = [[1, 0, 0, 0, 0, 0, 0, 0, 0]]
+    return ["-bs_lattice_file", "in.h5"]
+
+
 def hinged(folder):
     """A net in space with two hinges."""
     words = given(3, folder)
@@ -147,6 +156,10 @@ CASES = {
     "strained box": (periodic("cubic", "xyz"), ["-bs_box_strain", "xx=velocity:0.3,yy=velocity:-0.2"], set(), set(), "strain of the box (-bs_box_strain"),
     "tilted box": (periodic("cubic", "xyz"), ["-bs_box_strain", "xy=velocity:1,xz=velocity:-0.5,yz=velocity:0.4"], set(), set(), "strain of the box (-bs_box_strain"),
     "images": (periodic("cubic", "xyz", "-bs_lattice_velocity", "40,-30,0"), [], ALL, set(), None),
+    "angle springs in a periodic box": (periodic("cubic", "xyz", "-bs_angle_stiffness", "2"), [], VTK | {"data"}, set(), "angle springs"),
+    "angle springs in a periodic plane": (periodic("cubic", "xy", "-bs_lattice_type", "square", "-bs_lattice_size", "4,5", "-bs_lattice_dim", "2", "-bs_angle_stiffness", "2",
+                                                   "-bs_rest_angle", "2.5"), [], VTK | {"data"}, set(), "angle springs"),
+    "angle springs to far images": (far_bent, [], VTK, {"data", "gsd"}, "angle springs"),
     "springs longer than half the box": (lambda f: periodic("triangular", "xy", "-bs_lattice_dim", "2")(f) + ["-bs_lattice_size", "2,2", "-bs_lattice_perturbation", "0"], [],
                                          ALL - {"gsd", "data"}, {"gsd", "data"}, "does not join the nearest images"),
 }
@@ -190,7 +203,7 @@ class Truth:
             edges = p["box/edges/value"][frame]
             self.cell = np.diag(edges) if edges.ndim == 1 else edges
             self.elastic = f["observables/elastic_energy/value"][frame]
-            self.angles = "angles" in c
+            self.angles, self.triples = "angles" in c, c["angles"][...] if "angles" in c else None
         self.length = np.linalg.norm(self.x[self.pairs[:, 1]] - self.x[self.pairs[:, 0]] + self.shift @ self.cell, axis=1)[self.there]
 
     def nearest(self, x, cell, pairs=None):
@@ -274,7 +287,7 @@ def see_gsd(checks, name, path, truth):
         checks.near(f"{name}: positions with images", placed[:, :truth.dim], truth.x, 2e-5 * max(1, np.abs(truth.x).max()))
     checks.true(f"{name}: fixed particles by type", np.array_equal(np.array(frame.particles.types)[frame.particles.typeid] == "fixed", truth.fixed != 0))
     if truth.angles:
-        checks.true(f"{name}: angles between the right particles, of one type", np.array_equal(frame.angles.group, np.arange(len(truth.x)).reshape(-1, 3))
+        checks.true(f"{name}: angles between the right particles, of one type", np.array_equal(frame.angles.group, truth.triples)
                     and list(frame.angles.types) == ["angle spring"] and not np.any(frame.angles.typeid))
 
 

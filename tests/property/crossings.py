@@ -17,7 +17,7 @@ from program import environment, words
 
 ABILITIES = {
     "task": ("beuler", "cn", "bdf", "alpha2", "symplectic", "verlet", "rk", "statics", "arc", "moduli", "modes", "about"),
-    "law": ("hooke", "strain", "zero_rest", "tension", "polynomial", "plastic", "mixed", "angles"),
+    "law": ("hooke", "strain", "zero_rest", "tension", "polynomial", "plastic", "mixed", "angles", "hinges"),
     "shape": ("chain", "net", "block"),
     "box": ("open", "periodic", "tilted", "strained", "stressed"),
     "support": ("free", "fixed", "roller", "velocity", "sinusoid", "rotation", "table", "expression", "anchors"),
@@ -41,9 +41,9 @@ def is_refused(case):
     """Whether the program says that it does not do this crossing; every other must run."""
     boxed, still, held = case["box"] != "open", case["task"] in STILL, case["support"] not in ("free", "anchors")
     return (
-        (case["law"] == "angles" and (boxed or case["shape"] == "chain"))
+        (case["law"] == "angles" and case["shape"] == "chain")
+        or (case["law"] == "hinges" and case["shape"] != "block")
         or (case["task"] == "moduli" and (not boxed or case["support"] != "free"))
-        or (case["law"] == "angles" and case["output"] == "stress")
         or (case["box"] == "stressed" and (case["task"] not in ("statics", "moduli", "about") or case["support"] != "free" or case["force"] == "gravity"))
         or (case["box"] == "stressed" and case["breaking"] != "none")
         or (case["task"] == "arc" and case["breaking"] != "none")
@@ -85,7 +85,7 @@ def lattice(path, case, rng):
     pairs, shift = springs(x, edges, {1: 2.3, 2: 1.3, 3: 1.6}[d], boxed)
     l = np.linalg.norm(x[pairs[:, 1]] + shift @ edges - x[pairs[:, 0]], axis=1)
     m = len(pairs)
-    laws = {"mixed": ["hooke", "tension", "plastic"], "angles": ["hooke"], "zero_rest": ["hooke"]}.get(case["law"], [case["law"]])
+    laws = {"mixed": ["hooke", "tension", "plastic"], "angles": ["hooke"], "hinges": ["hooke"], "zero_rest": ["hooke"]}.get(case["law"], [case["law"]])
     rest = np.zeros(m) if case["law"] == "zero_rest" else l * rng.uniform(0.97, 1.0, m)
     k = rng.uniform(90, 110, m)
     if case["absent"] == "some":
@@ -103,25 +103,46 @@ def lattice(path, case, rng):
             name, limit = "critical_force", 1.03 * (k * l).max()
         columns[name] = limit * rng.uniform(0.9, 1.1, m)
     damping = 0.3 if case["force"] in ("axial", "simple") else None
-    angles = None
-    if case["law"] == "angles":
-        ends = [(a, b, c) for b in range(len(x)) for a, c in itertools.combinations(sorted({int(p) for pair in pairs if b in pair for p in pair} - {b}), 2)][::5]
-        angles = dict(triples=ends, stiffness=2.0, rest_angle=[0.98 * angle(x, e) for e in ends])
     anchors = dict(particle=[0, len(x) - 1], point=x[[0, -1]] + 0.05, stiffness=[40, 50], rest_length=[0, 0], damping=[0.1, 0]) if case["support"] == "anchors" else None
-    write_lattice(path, x, rng.uniform(0.5, 1.5, len(x)), pairs=pairs, stiffness=k, rest_length=rest, damping=damping, angles=angles, anchors=anchors, columns=columns,
+    write_lattice(path, x, rng.uniform(0.5, 1.5, len(x)), pairs=pairs, stiffness=k, rest_length=rest, damping=damping, anchors=anchors, columns=columns,
                   laws=[laws[i % len(laws)] for i in range(m)], damping_law="simple" if case["force"] == "simple" else "axial",
                   box=edges if boxed else None, shift=shift if boxed else None)
     with h5py.File(path, "a") as f:
+        if case["law"] in ("angles", "hinges"):
+            put_interactions(f, case["law"], x, pairs, shift, edges, boxed)
         low, high = np.argsort(x[:, -1], kind="stable")[:3], np.argsort(x[:, -1], kind="stable")[-3:]
         f["groups/low"], f["groups/high"] = np.sort(low), np.sort(high)
     return anchors
 
 
-def angle(x, ends):
-    a, c = x[ends[0]] - x[ends[1]], x[ends[2]] - x[ends[1]]
-    if x.shape[1] == 2:
+def put_interactions(f, law, x, pairs, shift, edges, boxed):
+    """Angle springs between every fifth two springs at a particle, or hinges over every fifth three that do not lie in a plane; in a box with the images that
+    the springs join."""
+    d, rows, boxes, rest = x.shape[1], [], [], []
+    for b in range(len(x)):
+        near = sorted([(int(j), tuple(s)) for (i, j), s in zip(pairs, shift) if i == b] + [(int(i), tuple(-s)) for (i, j), s in zip(pairs, shift) if j == b])
+        near = [(p, s) for p, s in near if p != b]
+        for others in list(itertools.combinations(near, 2 if law == "angles" else 3))[::5]:
+            at = [x[p] + np.array(s) @ edges - x[b] for p, s in others]
+            if law == "hinges" and abs(np.linalg.det(at)) < 0.3:
+                continue
+            rows.append([others[0][0], b, others[1][0]] if law == "angles" else [b, *(p for p, _ in others)])
+            boxes.append(np.ravel([others[0][1], (0,) * d, others[1][1]] if law == "angles" else [(0,) * d, *(s for _, s in others)]))
+            rest.append(0.98 * (angle(*at) if law == "angles" else fold(*at)))
+    group = "angles" if law == "angles" else "hinges"
+    f[f"{group}/{'triples' if law == 'angles' else 'quads'}"], f[f"{group}/stiffness"], f[f"{group}/rest_angle"] = rows, np.full(len(rows), 2.0 if law == "angles" else 0.3), rest
+    if boxed:
+        f[f"{group}/shift"] = boxes
+
+
+def angle(a, c):
+    if len(a) == 2:
         return np.arctan2(a[0] * c[1] - a[1] * c[0], a @ c) % (2 * np.pi)
     return np.arccos(a @ c / np.linalg.norm(a) / np.linalg.norm(c))
+
+
+def fold(e, u, w):
+    return np.arctan2(np.cross(np.cross(w, e), np.cross(e, u)) @ e / np.linalg.norm(e), np.cross(e, u) @ np.cross(w, e))
 
 
 def options(case, folder):
@@ -241,7 +262,7 @@ def tension(laws, f, l):
 
 
 def free_force(f, case, anchors):
-    """(largest force on a component that nothing holds, largest tension) at the last frame, of springs, weight and anchors, all but angle springs."""
+    """(largest force on a component that nothing holds, largest tension) at the last frame, of springs, weight and anchors, all but angle springs and hinges."""
     group = f["particles/trajectory"]
     d = {"chain": 1, "net": 2, "block": 3}[case["shape"]]
     x, pairs = group["position/value"][-1][:, :d].astype(float), f["connectivity/bonds"][...]
@@ -313,7 +334,7 @@ def check(checks, item):
         with h5py.File(folder / "run.h5md") as f:
             if "backspring/broken" in f:
                 what_broke(checks, name, f)
-            if case["task"] in STILL and case["law"] != "angles" and case["output"] != "single":
+            if case["task"] in STILL and case["law"] not in ("angles", "hinges") and case["output"] != "single":
                 left, size = free_force(f, case, anchors)
                 checks.below(f"{name}: forces are balanced", left, 1e-8 * max(size, 1))
         if case["task"] in STEPS or case["task"] == "statics":

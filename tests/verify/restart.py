@@ -151,6 +151,8 @@ def driven(checks, folder):
     for kind in ("cn", "bdf", "alpha2", "verlet"):
         compare(checks, folder, kind, {**base, "ts_type": kind, "ts_dt": 0.02, "ts_max_time": 0.3, "ts_adapt_type": "none", "bs_output_interval": 0.05}, (6, None))
     compare(checks, folder, "load steps", {**base, **STATICS, "bs_lattice_neighbors": 8, "bs_load_steps": 6}, (2, None))
+    compare(checks, folder, "angle springs in a box", {"bs_lattice_type": "square", "bs_lattice_size": "4,4", "bs_lattice_periodic": "xy", "bs_angle_stiffness": 3,
+                                                       "bs_lattice_perturbation": 0.05, "bs_box_strain": "xy=velocity:0.05", "ts_dt": 0.05, "ts_max_time": 0.5}, (4,))
     compare(checks, folder, "box", {"bs_lattice_type": "triangular", "bs_lattice_size": "4,4", "bs_lattice_periodic": "xy", "bs_lattice_perturbation": 0.05, "bs_lattice_damping": 0.1,
                                     "bs_box_strain": "xy=velocity:0.05", "ts_dt": 0.1, "ts_max_time": 1, "bs_output_interval": 0.25}, (4, None))
 

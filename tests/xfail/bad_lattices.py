@@ -287,6 +287,10 @@ def boxed(change=None, boundary=("periodic",) * 3, options=()):
     return make
 
 
+def bent(triple):
+    return lambda data: data.update({"angles/triples": np.array([triple]), "angles/stiffness": np.ones(1), "angles/rest_angle": np.full(1, 2.0)})
+
+
 def unshifted(data):
     data["springs/shift"] = np.zeros((4, 3), int)
 
@@ -441,8 +445,11 @@ BOX = {
     "shift along an open edge": (boxed(both(unshifted, put("springs/shift", 1, (2, 1))), ("periodic", "none", "periodic")), "spring 2, /springs/shift: a shift of 1 boxes; write 0 along edges that are not periodic"),
     "two images equally near": (boxed(put("springs/pairs", [0, 3], 0)), "spring 0: two images of particle 3 are equally near to particle 0, so it is not known which one it joins; write /springs/shift"),
     "particle joined to itself": (boxed(both(unshifted, put("springs/pairs", [1, 1], 1))), "joins particle 1 to itself"),
-    "angle springs in a box": (boxed(lambda data: data.update({"angles/triples": np.array([[0, 1, 2]]), "angles/stiffness": np.ones(1), "angles/rest_angle": np.full(1, np.pi)})),
-                               "angle springs do not go with a periodic box; leave out one of them"),
+    "angle spring between equal images": (boxed(bent([3, 0, 1])), "angle spring 0: two images of particle 3 are equally near to particle 0, so it is not known which one it joins; write /angles/shift"),
+    "angle spring too far": (boxed(both(bent([0, 1, 2]), put("angles/shift", np.full((1, 9), 64)))), "angle spring 0, /angles/shift: a shift of 64 boxes; write -63 to 63"),
+    "angle spring over the world": (boxed(both(bent([0, 1, 2]), put("angles/shift", np.repeat([[-40, 0, 40]], 3, 1)))), "angle spring 0: its ends are more than 63 boxes apart"),
+    "angle spring with one image twice": (boxed(both(bent([1, 0, 1]), put("angles/shift", np.ones((1, 9), int)))), "angle spring 0, /angles/triples: names particle 1 twice"),
+    "shifts of two ends": (boxed(both(bent([0, 1, 2]), put("angles/shift", np.ones((1, 6), int)))), "/angles/shift: shape (1, 6), needs (1, 9)"),
     "repeated along an axis it has not": (options(*PERIODIC, "-bs_lattice_periodic", "z"), "-bs_lattice_periodic z: a triangular lattice is repeated along x and y: write x, y or xy"),
     "repeated along one axis twice": (options(*PERIODIC, "-bs_lattice_periodic", "xx"), "-bs_lattice_periodic xx"),
     "odd number of shifted rows": (options("-bs_lattice_type", "triangular", "-bs_lattice_size", "4,5", "-bs_lattice_periodic", "xy"), "5 rows of a triangular lattice do not repeat along y"),

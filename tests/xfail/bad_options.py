@@ -249,8 +249,6 @@ SUPPORTS = {
     "group named anchors": (words("-bs_group_anchors", "xmin"), "a group is named anchors, as the springs to given points are: give it another name"),
     "anchors of no group": (words("-bs_anchor_group", "a", "-bs_anchor_stiffness", "1"), "option -bs_anchor_group: there is no group a: choose its particles by -bs_group_a"),
     "stress of no group": (words(*ENDS, "-bs_stress_groups", "left"), "option -bs_stress_groups: there is no group left: choose its particles by -bs_group_left, or name some of right"),
-    "stress of angle springs": (words("-bs_lattice_dim", "2", "-bs_angle_stiffness", "1", "-bs_output_stress"),
-                                "angle springs have no part in the stress of particles: leave one of them out"),
     "compliance of no group": (words(*ENDS, "-bs_task", "statics", "-bs_lattice_fixed", "xmin", "-bs_compliance_groups", "left"),
                                "option -bs_compliance_groups: there is no group left: choose its particles by -bs_group_left, or name some of right"),
     "compliance of a group twice": (words(*ENDS, "-bs_task", "statics", "-bs_lattice_fixed", "xmin", "-bs_compliance_groups", "right,right"), "the group right is named twice: name it once"),

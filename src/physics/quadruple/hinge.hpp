@@ -23,7 +23,7 @@ struct Hinge {
   static constexpr double PI = 3.14159265358979323846;
 
   static InteractionSchema schema() {
-    return {title,         "hinge", "quads",    ends, {{"stiffness", "hinge stiffness", "N m/rad^2"}, {"rest_angle", "rest angle", "rad"}},
+    return {title,         "hinge", "quads",    ends, 0, {{"stiffness", "hinge stiffness", "N m/rad^2"}, {"rest_angle", "rest angle", "rad"}},
             bad_parameter, 3,       place_fault};
   }
   /// Which parameter (its index) is impossible, and what to write; -1: none.

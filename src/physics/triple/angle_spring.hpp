@@ -24,7 +24,7 @@ struct AngleSpring {
   static constexpr double NEAR = 1e-10;  ///< [rad] from a singular angle: the arms' plane is not known any more
 
   static InteractionSchema schema() {
-    return {title,         "angle", "triples",  ends, {{"stiffness", "angle stiffness", "N m/rad^2"}, {"rest_angle", "rest angle", "rad"}},
+    return {title,         "angle", "triples",  ends, 1, {{"stiffness", "angle stiffness", "N m/rad^2"}, {"rest_angle", "rest angle", "rad"}},
             bad_parameter, 2,       place_fault};
   }
   /// Which parameter (its index) is impossible in `dim` dimensions, and what to write; -1: none.

@@ -12,8 +12,8 @@ PetscErrorCode ParticleStress::create(const Network& net) {
   count_ = net.dim * (net.dim + 1) / 2;
   PetscCall(read_section(net.comm, "Stress of particles and groups", [&](Section& o) {
     o.flag("-bs_output_stress",
-           "write the stress times volume of every particle to every frame: half of every spring's, and the kinetic part; their sum is that of a "
-           "periodic box [J]",
+           "write the stress times volume of every particle to every frame: half of every spring's, equal parts of those of angle springs and "
+           "hinges, and the kinetic part; their sum is that of a periodic box [J]",
            in_frames_);
     o.texts("-bs_stress_groups", "names of groups whose stress times volume, the sum over their particles, is an observable of every frame [J]",
             names);
@@ -26,9 +26,6 @@ PetscErrorCode ParticleStress::create(const Network& net) {
                (known.empty() ? "" : ", or name some of " + known));
       else groups_.push_back(static_cast<std::size_t>(at - net.groups.begin()));
     }
-    if ((in_frames_ || !groups_.empty()) && !net.interactions.empty())
-      o.fail(
-          "options -bs_output_stress and -bs_stress_groups: angle springs and hinges have no part in the stress of particles: leave one of them out");
   }));
   PetscFunctionReturn(0);
 }

@@ -15,7 +15,7 @@ namespace bs {
 /// so that the sum over all particles is V sigma of the box. Springs and their dampers alone; fixed particles have no kinetic part.
 class ParticleStress {
  public:
-  /// Collective. Reads -bs_output_stress and -bs_stress_groups; errors (exit 2): unknown groups, angle springs.
+  /// Collective. Reads -bs_output_stress and -bs_stress_groups; errors (exit 2): unknown groups.
   PetscErrorCode create(const Network& net);
   bool in_frames() const { return in_frames_; }
   /// Collective. `cell`: null without a periodic box. `rows`: (input rows of this rank, d(d+1)/2) in the input's order, borrowed.

@@ -10,7 +10,7 @@
 
 namespace bs {
 
-/// Elements are visited by ascending row; each adds to the ends this rank owns.
+/// Elements are visited by ascending row; each adds to the ends this rank owns, its other ends are ghosts, in a periodic box images of any particle.
 template <class Law, int d>
 class Interaction {
  public:
@@ -21,6 +21,7 @@ class Interaction {
     const PetscInt* end;
     const double* p;
     std::int64_t row;
+    std::size_t place;  ///< in the table
   };
 
   /// `boundary`: whether an owned particle is linked to a ghost.
@@ -31,6 +32,10 @@ class Interaction {
         const PetscInt* end = table.end.data() + k * N;
         if (std::any_of(end, end + N, [&](PetscInt i) { return i < net.n && (boundary[i] != 0) == cut; })) part_[cut].push_back(k);
       }
+    for (const PetscInt i : table.end) {
+      const PetscInt global = net.global[i];
+      unknown_.push_back(global >= net.first && global < net.first + net.n ? global - net.first : i);
+    }
   }
 
   void add_forces(Part part, const LocalState& state, double* f, Singularity* fault) const {
@@ -111,18 +116,76 @@ class Interaction {
     });
   }
 
+  // With forces f_a on the ends at x_a, of sum zero, E changes by -f_a.(G x_a) where space is strained by G, by -f_a.e_k' s_a,k where an edge moves.
+  /// Adds to `sum`.
+  void add_box_forces(const LocalState& state, BoxForces* sum) const {
+    traverse(state, [&](const Element& e) {
+      double force[N * d], part[d * d] = {};
+      if (Law::template fault<d>(e.x, e.p)) return;
+      Law::template force<d>(e.x, e.p, force);
+      add_virial(e, force, share(e), part);
+      for (int k = 0; k < d * d; ++k) sum->virial[k] += part[k];
+      for (int a = 0; a < N; ++a)
+        for (int k = 0; k < d && e.end[a] >= net_.n && !net_.image.empty(); ++k)
+          for (int c = 0; c < d; ++c) sum->pull[k * d + c] -= share(e) * net_.image[(e.end[a] - net_.n) * d + k] * force[a * d + c];
+    });
+  }
+  /// Adds an equal part of the virial to every owned end; sum: (n, d(d+1)/2).
+  void add_particle_stress(const LocalState& state, double* sum) const {
+    constexpr int q = d * (d + 1) / 2;
+    traverse(state, [&](const Element& e) {
+      double force[N * d], part[d * d] = {};
+      if (Law::template fault<d>(e.x, e.p)) return;
+      Law::template force<d>(e.x, e.p, force);
+      add_virial(e, force, 1.0 / N, part);
+      for (int a = 0; a < N; ++a)
+        for (int r = 0; r < d && e.end[a] < net_.n; ++r)
+          for (int c = r; c < d; ++c) sum[e.end[a] * q + component_place(d, r, c)] += part[r * d + c];
+    });
+  }
+  // d f_a/d e = sum over b of K_ab e x_b,   d2 E/(d e d e') = -sum over a of (e' x_a).(d f_a/d e)
+  void add_strain_response(const LocalState& state, StrainResponse* sum) const {
+    constexpr int q = d * (d + 1) / 2;
+    double strain[q][d * d], K[N * d * N * d];
+    for (int k = 0; k < q; ++k) unit_strain(d, k, strain[k]);
+    traverse(state, [&](const Element& e) {
+      if (Law::template fault<d>(e.x, e.p)) return;
+      Law::template tangent<d, false>(e.x, e.p, K);
+      double step[q][N * d] = {}, force[q][N * d] = {};
+      for (int k = 0; k < q; ++k) {
+        for (int a = 0; a < N; ++a)
+          for (int r = 0; r < d; ++r)
+            for (int c = 0; c < d; ++c) step[k][a * d + r] += strain[k][r * d + c] * (e.x[a][c] - e.x[0][c]);
+        for (int r = 0; r < N * d; ++r) {
+          for (int c = 0; c < N * d; ++c) force[k][r] += K[r * N * d + c] * step[k][c];
+          if (const PetscInt i = e.end[r / d]; i < net_.n) {
+            sum->force[(static_cast<std::size_t>(k) * static_cast<std::size_t>(net_.n) + static_cast<std::size_t>(i)) * d + r % d] += force[k][r];
+            sum->size[k] += force[k][r] * force[k][r];
+          }
+        }
+        for (int l = 0; l <= k; ++l) {
+          double product = 0;
+          for (int r = 0; r < N * d; ++r) product -= share(e) * step[l][r] * force[k][r];
+          sum->affine[k * q + l] += product;
+          if (l != k) sum->affine[l * q + k] += product;
+        }
+      }
+    });
+  }
+
   /// Blocks of K between owned ends and all ends, neither fixed: where they lie, and factor K added to them.
   void join(std::vector<std::pair<PetscInt, PetscInt>>* joins) const {
     for (std::size_t k = 0; k < table_.row.size(); ++k)
       for (int a = 0; a < N; ++a)
         for (int b = 0; b < N; ++b)
-          if (const PetscInt* end = table_.end.data() + k * N; acts_on(end[a]) && !net_.fixed[end[b]]) joins->emplace_back(end[a], end[b]);
+          if (const PetscInt* end = table_.end.data() + k * N; acts_on(end[a]) && !net_.fixed[end[b]])
+            joins->emplace_back(end[a], unknown_[k * N + b]);
   }
   template <bool positive>
   void add_blocks(const LocalState& state, double factor, SparseBlocks* blocks) const {
     traverse_tangents<positive>(state, [&](const Element& e, int a, int b, const double* K) {
       if (!acts_on(e.end[a]) || net_.fixed[e.end[b]]) return;
-      double* to = blocks->block(blocks->find(e.end[a], e.end[b]));
+      double* to = blocks->block(blocks->find(e.end[a], unknown_[e.place * N + b]));
       for (int r = 0; r < d; ++r)
         for (int c = 0; c < d; ++c) to[r * d + c] += factor * K[r * N * d + c];
     });
@@ -131,8 +194,14 @@ class Interaction {
   /// Adds sizes of -df_i/dx_i where the particles start [N/m].
   void add_rates(std::vector<double>* sum) const {
     for (std::size_t k = 0; k < table_.row.size(); ++k) {
-      const Element e = element(k, [&](PetscInt i) { return net_.held.data() + i * d; });
-      double rate[N];
+      double place[N * d], rate[N], *next = place;
+      const Element e = element(k, [&](PetscInt i) {
+        double* x = std::copy_n(net_.held.data() + i * d, d, next) - d;
+        for (int q = 0; q < d && i >= net_.n && !net_.image.empty(); ++q)
+          for (int c = 0; c < d; ++c) x[c] += net_.image[(i - net_.n) * d + q] * net_.box.edges[q * d + c];
+        next += d;
+        return x;
+      });
       Law::template rates<d>(e.x, e.p, rate);
       for (int a = 0; a < N; ++a)
         if (acts_on(e.end[a])) (*sum)[e.end[a]] += rate[a];
@@ -155,6 +224,7 @@ class Interaction {
     e.end = table_.end.data() + k * N;
     e.p = table_.parameter.data() + k * Law::parameters;
     e.row = table_.row[k];
+    e.place = k;
     for (int a = 0; a < N; ++a) e.x[a] = at(e.end[a]);
     return e;
   }
@@ -173,6 +243,13 @@ class Interaction {
         for (int b = 0; b < N; ++b) visit(e, a, b, K + a * d * N * d + b * d);
     });
   }
+  /// -part of the sum of f_a x_a, its symmetric half, (d, d)
+  static void add_virial(const Element& e, const double* force, double part, double* out) {
+    for (int a = 1; a < N; ++a)
+      for (int r = 0; r < d; ++r)
+        for (int c = 0; c < d; ++c)
+          out[r * d + c] -= 0.5 * part * (force[a * d + r] * (e.x[a][c] - e.x[0][c]) + force[a * d + c] * (e.x[a][r] - e.x[0][r]));
+  }
   bool acts_on(PetscInt i) const { return i < net_.n && !net_.fixed[i]; }
   double share(const Element& e) const {
     return static_cast<double>(std::count_if(e.end, e.end + N, [&](PetscInt i) { return i < net_.n; })) / N;
@@ -189,6 +266,7 @@ class Interaction {
   const InteractionTable& table_;
   const std::vector<std::uint8_t>& boundary_;
   std::vector<std::size_t> part_[2];  ///< elements with an end in either Part
+  std::vector<PetscInt> unknown_;     ///< (count, ends) the local particle whose unknowns an end has: of an image of an owned particle that one
 };
 
 }  // namespace bs

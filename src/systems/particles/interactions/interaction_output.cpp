@@ -7,12 +7,13 @@
 namespace bs {
 
 void add_to_fingerprint(const Lattice& lattice, RowSum* sum) {
-  constexpr std::uint64_t FIRST = 32;  // tables below are the springs' and particles'
+  constexpr std::uint64_t FIRST = 32, SHIFTS = 128;  // tables below are the springs' and particles'
   for (std::size_t kind = 0; kind < lattice.interactions.size(); ++kind) {
     const InteractionSchema& schema = interaction_schemas()[kind];
     const InteractionRows& from = lattice.interactions[kind];
     sum->add(FIRST + 2 * kind, from.rows.first, schema.ends, from.ends);
     sum->add(FIRST + 2 * kind + 1, from.rows.first, static_cast<int>(schema.parameters.size()), from.parameter);
+    sum->add(SHIFTS + kind, from.rows.first, schema.ends * lattice.dim, from.shift);
   }
 }
 
@@ -26,8 +27,10 @@ void move_to_datasets(Lattice* lattice, std::vector<Dataset>* out) {
     for (std::size_t p = 0; p < width; ++p) {
       std::vector<double> column(static_cast<std::size_t>(rows.count));
       for (std::size_t k = 0; k < column.size(); ++k) column[k] = from.parameter[k * width + p];
-      out->push_back({parameter_path(schema, schema.parameters[p], true), rows.first, rows.total, 0, std::move(column)});
+      out->push_back({parameter_path(schema, schema.parameters[p].name, true), rows.first, rows.total, 0, std::move(column)});
     }
+    if (lattice->box.active())
+      out->push_back({parameter_path(schema, "shift", true), rows.first, rows.total, schema.ends * lattice->dim, std::move(from.shift)});
     out->push_back({topology_path(schema, true), rows.first, rows.total, schema.ends, std::move(from.ends)});
   }
   lattice->interactions.clear();

@@ -70,9 +70,18 @@ class WithInteractions final : public Physics {
     return sum;
   }
   Supply supply(double t, const LocalState& state, const Coupling& coupling) const override { return pairs_->supply(t, state, coupling); }
-  void strain_response(const LocalState& state, StrainResponse* sum) const override { pairs_->strain_response(state, sum); }
-  void box_forces(const LocalState& state, BoxForces* sum) const override { pairs_->box_forces(state, sum); }
-  void particle_stress(const LocalState& state, double* sum) const override { pairs_->particle_stress(state, sum); }
+  void strain_response(const LocalState& state, StrainResponse* sum) const override {
+    pairs_->strain_response(state, sum);
+    for_each([&](const auto& kind) { kind.add_strain_response(state, sum); });
+  }
+  void box_forces(const LocalState& state, BoxForces* sum) const override {
+    pairs_->box_forces(state, sum);
+    for_each([&](const auto& kind) { kind.add_box_forces(state, sum); });
+  }
+  void particle_stress(const LocalState& state, double* sum) const override {
+    pairs_->particle_stress(state, sum);
+    for_each([&](const auto& kind) { kind.add_particle_stress(state, sum); });
+  }
   PotentialChange beyond_slope(double t, const LocalState& state, const LocalState& line, double lambda, double sigma) const override {
     PotentialChange sum = pairs_->beyond_slope(t, state, line, lambda, sigma);
     for_each([&](const auto& kind) { sum.value += sigma * kind.beyond_slope(state, line, lambda); });
