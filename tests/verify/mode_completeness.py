@@ -127,13 +127,23 @@ def check_soft(checks, folder):
         checks.true(f"a chain on a soft anchor, {solver}: no zero mode", got["zero_modes"] == got["rigid_motions"] == 0)
 
 
+def check_exhausted(checks, folder):
+    """Of 98 motions without stiffness all that the iterative solver searches in converges at once."""
+    cloth = {"bs_lattice_type": "cloth", "bs_lattice_size": "10,10", "bs_lattice_neighbors": 12, "bs_lattice_spacing": 0.04, "bs_lattice_particle_mass": 1e-3,
+             "bs_lattice_fixed_particles": "90,99", "bs_lattice_stiffness": "20,10,0.5", "bs_spring_law": "strain", "bs_task": "modes", "bs_modes": 3}
+    got, expected = (checks.run({**cloth, "bs_modes_solver": solver}).report for solver in ("iterative", "dense"))
+    checks.near("a cloth with 98 motions without stiffness: omega^2", np.array(got["omega_squared"]) / expected["omega_squared"], 1.0, 1e-9)
+    checks.true("and how many these are", got["zero_modes"] <= expected["zero_modes"] == 98 and got["unstable_modes"] == 0, f"{got['zero_modes']}")
+
+
 def main():
     checks = Checks("completeness of lists of modes")
     seen = collections.Counter()
     with tempfile.TemporaryDirectory() as name:
-        if checks.wants("soft"):
-            with checks.group("soft"):
-                check_soft(checks, pathlib.Path(name))
+        for title, check in (("soft", check_soft), ("exhausted", check_exhausted)):
+            if checks.wants(title):
+                with checks.group(title):
+                    check(checks, pathlib.Path(name))
         for net in nets(pathlib.Path(name)):
             if not checks.wants(net.name):
                 continue

@@ -115,14 +115,9 @@ PetscErrorCode ModeSolver::create_iterative() {
   PetscFunctionReturn(0);
 }
 
-PetscErrorCode ModeSolver::create(std::string* method) {
-  EPSType type = nullptr;
+PetscErrorCode ModeSolver::create_solver() {
   PetscFunctionBegin;
-  PetscCall(choose());
   PetscCall(EPSCreate(form_.comm(), eps_.out()));
-  PetscCall(form_.create_vector(sizes_.out()));
-  PetscCall(form_.sizes(sizes_));
-  PetscCall(measure());
   PetscCall(request_.method == ModeRequest::dense ? create_dense() : request_.method == ModeRequest::direct ? create_direct() : create_iterative());
   PetscCall(EPSSetOperators(eps_, A_, nullptr));
   PetscCall(EPSSetProblemType(eps_, EPS_HEP));
@@ -130,6 +125,17 @@ PetscErrorCode ModeSolver::create(std::string* method) {
   if (request_.method != ModeRequest::dense && !inverts) PetscCall(EPSSetConvergenceTestFunction(eps_, relative_error, &size_, nullptr));
   PetscCall(EPSSetFromOptions(eps_));
   PetscCall(EPSGetDimensions(eps_, nullptr, &basis_, &projected_));
+  PetscFunctionReturn(0);
+}
+
+PetscErrorCode ModeSolver::create(std::string* method) {
+  EPSType type = nullptr;
+  PetscFunctionBegin;
+  PetscCall(choose());
+  PetscCall(form_.create_vector(sizes_.out()));
+  PetscCall(form_.sizes(sizes_));
+  PetscCall(measure());
+  PetscCall(create_solver());
   PetscCall(EPSGetType(eps_, &type));
   const char* const how[] = {"", " (dense)", " (shift and invert by MUMPS)", " (block factors and a coarse grid)"};
   *method = std::string(type) + how[request_.method];

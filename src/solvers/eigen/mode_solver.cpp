@@ -117,6 +117,22 @@ bool ModeSolver::good(const Mode& mode) const {
   return mode.residual <= std::max(GOOD * std::abs(mode.omega_squared), ROUNDING * widest_);
 }
 
+// SLEPc's gd ends with an error where all that it searches in has converged at once, as motions without stiffness may: it begins anew then.
+PetscErrorCode ModeSolver::run_solver(bool* exhausted) {
+  PetscBool gd = PETSC_FALSE;
+  PetscFunctionBegin;
+  *exhausted = false;
+  PetscCall(PetscObjectTypeCompare(reinterpret_cast<PetscObject>(eps_.get()), EPSGD, &gd));
+  if (gd) PetscCall(PetscPushErrorHandler(PetscReturnErrorHandler, nullptr));
+  const PetscErrorCode failed = EPSSolve(eps_);
+  if (gd) PetscCall(PetscPopErrorHandler());
+  if (!gd) PetscCall(failed);
+  *exhausted = failed == PETSC_ERR_ORDER;
+  PetscCheck(!failed || *exhausted, form_.comm(), failed, "the eigensolver gd failed");
+  if (*exhausted) PetscCall(create_solver());
+  PetscFunctionReturn(0);
+}
+
 PetscErrorCode ModeSolver::find_more(PetscInt more, std::string* why) {
   EPSConvergedReason reason;
   PetscInt converged = 0, its = 0;
@@ -130,7 +146,11 @@ PetscErrorCode ModeSolver::find_more(PetscInt more, std::string* why) {
   for (const Mode& mode : found_) known.push_back(mode.u);
   PetscCall(PetscObjectTypeCompare(reinterpret_cast<PetscObject>(eps_.get()), EPSLAPACK, &lapack));
   if (!lapack && !known.empty()) PetscCall(EPSSetDeflationSpace(eps_, static_cast<PetscInt>(known.size()), known.data()));
-  PetscCall(EPSSolve(eps_));
+  PetscCall(run_solver(&exhausted_));
+  if (exhausted_) {
+    *why = "eigensolver gd has nothing left to search in: give another -bs_modes_solver";
+    PetscFunctionReturn(0);
+  }
   PetscCall(EPSGetConvergedReason(eps_, &reason));
   PetscCall(EPSGetConverged(eps_, &converged));
   PetscCall(EPSGetIterationNumber(eps_, &its));
@@ -150,13 +170,14 @@ PetscErrorCode ModeSolver::find_more(PetscInt more, std::string* why) {
   PetscFunctionReturn(0);
 }
 
-/// As find_more, but those that converge are a gain even where the others do not: these are sought anew beside them.
+/// As find_more, but those that converge are a gain even where the others do not: these are sought anew beside them; likewise, fewer at a time, where
+/// none could be told.
 PetscErrorCode ModeSolver::find_some(PetscInt more, bool* all, std::string* why) {
   const std::size_t before = found_.size();
   PetscFunctionBegin;
   PetscCall(find_more(more, why));
   *all = why->empty();
-  if (found_.size() > before) why->clear();
+  if (found_.size() > before || exhausted_) why->clear();
   PetscFunctionReturn(0);
 }
 

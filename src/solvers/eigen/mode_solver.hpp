@@ -61,6 +61,7 @@ class ModeSolver {
   /// Modes sought beyond those that are asked for or missing.
   static constexpr PetscInt GUARD = 3;
   PetscErrorCode choose();
+  PetscErrorCode create_solver();
   PetscErrorCode create_dense();
   PetscErrorCode create_direct();
   PetscErrorCode create_iterative();
@@ -68,6 +69,7 @@ class ModeSolver {
   PetscErrorCode set_sparse_factors(KSP ksp) const;
   PetscErrorCode place_shift();
   PetscErrorCode measure();
+  PetscErrorCode run_solver(bool* exhausted);
   PetscErrorCode find_more(PetscInt more, std::string* why);
   PetscErrorCode find_some(PetscInt more, bool* all, std::string* why);
   PetscErrorCode judge(Mode* mode);
@@ -110,6 +112,7 @@ class ModeSolver {
   double size_ = 0;    ///< geometric mean of sizes_ [1/s^2]
   double widest_ = 0;  ///< its largest entry
   PetscInt iterations_ = 0;
+  bool exhausted_ = false;                                      ///< the last search ended without telling what it had found
   PetscInt left_ = 0;                                           ///< eigenvalues of A that are not known at the end
   PetscInt basis_ = PETSC_DEFAULT, projected_ = PETSC_DEFAULT;  ///< -eps_ncv, -eps_mpd
 };
