@@ -154,8 +154,8 @@ CASES = {
     "periodic plane": (periodic("triangular", "xy", "-bs_lattice_dim", "2"), [], ALL, set(), None),
     "periodic along x": (periodic("triangular", "x", "-bs_lattice_dim", "2"), [], ALL, set(), None),
     "strained box": (periodic("cubic", "xyz"), ["-bs_box_strain", "xx=velocity:0.3,yy=velocity:-0.2"], set(), set(), "strain of the box (-bs_box_strain"),
-    "tilted box": (periodic("cubic", "xyz"), ["-bs_box_strain", "xy=velocity:1,xz=velocity:-0.5,yz=velocity:0.4"], set(), set(), "strain of the box (-bs_box_strain"),
-    "images": (periodic("cubic", "xyz", "-bs_lattice_velocity", "40,-30,0"), [], ALL, set(), None),
+    "tilted box": (periodic("cubic", "xyz"), ["-bs_box_strain", "xx=velocity:0.3,yy=velocity:-0.2,xy=velocity:1,xz=velocity:-0.5,yz=velocity:0.4"], set(), set(), "strain of the box (-bs_box_strain"),
+    "images": (periodic("cubic", "xyz", "-bs_lattice_velocity", "40,-30,20"), [], ALL, set(), None),
     "angle springs in a periodic box": (periodic("cubic", "xyz", "-bs_angle_stiffness", "2"), [], VTK | {"data"}, set(), "angle springs"),
     "angle springs in a periodic plane": (periodic("cubic", "xy", "-bs_lattice_type", "square", "-bs_lattice_size", "4,5", "-bs_lattice_dim", "2", "-bs_angle_stiffness", "2",
                                                    "-bs_rest_angle", "2.5"), [], VTK | {"data"}, set(), "angle springs"),
@@ -285,6 +285,8 @@ def see_gsd(checks, name, path, truth):
     placed = x + frame.particles.image @ cell
     if not np.triu(truth.cell, 1).any():
         checks.near(f"{name}: positions with images", placed[:, :truth.dim], truth.x, 2e-5 * max(1, np.abs(truth.x).max()))
+    checks.near(f"{name}: masses and speeds", [frame.particles.mass, np.linalg.norm(frame.particles.velocity, axis=1)], [truth.mass, np.linalg.norm(truth.v, axis=1)],
+                1e-6 * max(1, np.abs(truth.v).max()))
     checks.true(f"{name}: fixed particles by type", np.array_equal(np.array(frame.particles.types)[frame.particles.typeid] == "fixed", truth.fixed != 0))
     if truth.angles:
         checks.true(f"{name}: angles between the right particles, of one type", np.array_equal(frame.angles.group, truth.triples)
