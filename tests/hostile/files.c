@@ -31,15 +31,15 @@ static void look(const char* path, int flags) {
   }
 }
 
-#define OPEN(name)                                                             \
-  int name(const char* path, int flags, ...) {                                 \
-    va_list rest;                                                              \
-    va_start(rest, flags);                                                     \
-    const int mode = (flags & O_CREAT) ? va_arg(rest, int) : 0;                \
-    va_end(rest);                                                              \
-    const int handle = REAL(name)(path, flags, mode);                          \
-    if (handle >= 0) look(path, flags);                                        \
-    return handle;                                                             \
+#define OPEN(name)                                              \
+  int name(const char* path, int flags, ...) {                  \
+    va_list rest;                                               \
+    va_start(rest, flags);                                      \
+    const int mode = (flags & O_CREAT) ? va_arg(rest, int) : 0; \
+    va_end(rest);                                               \
+    const int handle = REAL(name)(path, flags, mode);           \
+    if (handle >= 0) look(path, flags);                         \
+    return handle;                                              \
   }
 
 #undef open

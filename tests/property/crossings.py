@@ -103,7 +103,8 @@ def lattice(path, case, rng):
             name, limit = "critical_force", 1.03 * (k * l).max()
         columns[name] = limit * rng.uniform(0.9, 1.1, m)
     damping = 0.3 if case["force"] in ("axial", "simple") else None
-    anchors = dict(particle=[0, len(x) - 1], point=x[[0, -1]] + 0.05, stiffness=[40, 50], rest_length=[0, 0], damping=[0.1, 0]) if case["support"] == "anchors" else None
+    drag = 0.1 if case["force"] == "simple" or case["task"] not in STILL else 0.0  # an axial damper has no direction where an anchor holds a particle alone
+    anchors = dict(particle=[0, len(x) - 1], point=x[[0, -1]] + 0.05, stiffness=[40, 50], rest_length=[0, 0], damping=[drag, 0]) if case["support"] == "anchors" else None
     write_lattice(path, x, rng.uniform(0.5, 1.5, len(x)), pairs=pairs, stiffness=k, rest_length=rest, damping=damping, anchors=anchors, columns=columns,
                   laws=[laws[i % len(laws)] for i in range(m)], damping_law="simple" if case["force"] == "simple" else "axial",
                   box=edges if boxed else None, shift=shift if boxed else None)
@@ -124,11 +125,11 @@ def put_interactions(f, law, x, pairs, shift, edges, boxed):
         near = [(p, s) for p, s in near if p != b]
         for others in list(itertools.combinations(near, 2 if law == "angles" else 3))[::5]:
             at = [x[p] + np.array(s) @ edges - x[b] for p, s in others]
-            if law == "hinges" and abs(np.linalg.det(at)) < 0.3:
+            if law == "hinges" and d == 3 and abs(np.linalg.det(at)) < 0.3:
                 continue
             rows.append([others[0][0], b, others[1][0]] if law == "angles" else [b, *(p for p, _ in others)])
             boxes.append(np.ravel([others[0][1], (0,) * d, others[1][1]] if law == "angles" else [(0,) * d, *(s for _, s in others)]))
-            rest.append(0.98 * (angle(*at) if law == "angles" else fold(*at)))
+            rest.append(0.98 * (angle(*at) if law == "angles" else fold(*at) if d == 3 else 0))
     group = "angles" if law == "angles" else "hinges"
     f[f"{group}/{'triples' if law == 'angles' else 'quads'}"], f[f"{group}/stiffness"], f[f"{group}/rest_angle"] = rows, np.full(len(rows), 2.0 if law == "angles" else 0.3), rest
     if boxed:
@@ -326,7 +327,7 @@ def check(checks, item):
         anchors = lattice(folder / "lattice.h5", case, np.random.default_rng(number))
         given = options(case, folder)
         run = Run(checks, folder, dict(given, bs_output=folder / "run.h5md"))
-        checks.true(f"{name}: runs", run.code == 0, run.errors.strip()[:300] + (f" [{run.command}]" if run.code else ""))
+        checks.true(f"{name}: runs", run.code == 0, run.errors.strip()[:900] + (f" [{run.command}]" if run.code else ""))
         if run.code:
             return
         bad = not_finite(folder / "run.h5md") + not_finite_report(run.report)
@@ -341,9 +342,10 @@ def check(checks, item):
             continued(checks, name, case, folder, given)
         if number % 4 == 0:
             other = Run(checks, folder, dict(given, bs_output=folder / "three.h5md"), ranks=3)
-            checks.true(f"{name}: runs on three ranks", other.code == 0, other.errors.strip()[:300])
+            checks.true(f"{name}: runs on three ranks", other.code == 0, other.errors.strip()[:900])
             if other.code == 0:
-                bound = 1e-6 if case["output"] == "single" else 1e-12 if case["task"] in STILL and case["support"] == "free" else 1e-9
+                turns = case["support"] == "anchors" and run.report.get("zero_modes")  # about the line between the anchors, which nothing resists
+                bound = 1e-6 if case["output"] == "single" or turns else 1e-12 if case["task"] in STILL and case["support"] == "free" else 1e-9
                 same_end(checks, f"{name}, three ranks", folder / "run.h5md", folder / "three.h5md", bound)
 
 
@@ -352,7 +354,7 @@ def continued(checks, name, case, folder, given):
     parts = dict(given, bs_output=folder / "parts.h5md", bs_checkpoint=folder / "parts.ck")
     first = Run(checks, folder, dict(parts, ts_max_steps=3))
     second = Run(checks, folder, dict(bs_restart=folder / "parts.ck", ts_max_steps=100000, bs_output=folder / "parts.h5md", bs_progress_interval=-1)) if first.code == 0 else first
-    checks.true(f"{name}: stops and goes on", second.code == 0, second.errors.strip()[:300])
+    checks.true(f"{name}: stops and goes on", second.code == 0, second.errors.strip()[:900])
     if second.code == 0:
         same_end(checks, f"{name}, continued", folder / "run.h5md", folder / "parts.h5md", 0)
 
