@@ -113,6 +113,7 @@ TEST_CASE("what is no expression is told with its place") {
                                                      {"[t]", "character 1: '[' has no meaning"},
                                                      {"0.1@*t", "character 4: '@'"},
                                                      {"5\xc2\xb0*t", "character 2: a letter that is not ASCII"},
+                                                     {"t\n+1", "character 2: a line break or another control character"},
                                                      {"0.1*t;", "character 6: ';'"},
                                                      {"$t", "character 1: '$'"},
                                                      {"2t", "character 2: an operator is missing before 't'"},

@@ -112,7 +112,9 @@ struct Expression::Reader {
     if (c == 0 && at >= text.size()) return fail(at, wanted + " is missing");
     const bool printable = c > ' ' && c < 127;
     const bool known = printable && (std::isalnum(static_cast<unsigned char>(c)) || std::string("_.+-*/^()").find(c) != std::string::npos);
-    const std::string shown = printable ? "'" + std::string(1, c) + "'" : "a letter that is not ASCII";
+    const std::string shown = printable                             ? "'" + std::string(1, c) + "'"
+                              : static_cast<unsigned char>(c) > 127 ? "a letter that is not ASCII"
+                                                                    : "a line break or another control character";
     return fail(at, known ? wanted + " is missing before " + shown : shown + " has no meaning in an expression: take it out");
   }
   /// `grows`: by how many numbers the stack does.
