@@ -29,7 +29,7 @@ PetscErrorCode inner_solvers(PC pc, std::vector<KSP>* out) {
   PetscFunctionReturn(0);
 }
 
-PetscErrorCode look_at_factors(Mat factors, MemoryLack* out) {
+PetscErrorCode inspect_factors(Mat factors, MemoryLack* out) {
   MatFactorError error;
   MatSolverType package = nullptr;
   const char* prefix = nullptr;
@@ -46,7 +46,7 @@ PetscErrorCode look_at_factors(Mat factors, MemoryLack* out) {
   PetscFunctionReturn(0);
 }
 
-PetscErrorCode look(PC pc, MemoryLack* out) {
+PetscErrorCode inspect(PC pc, MemoryLack* out) {
   PCFailedReason reason;
   std::vector<KSP> inner;
   PetscFunctionBegin;
@@ -54,14 +54,14 @@ PetscErrorCode look(PC pc, MemoryLack* out) {
   if (reason != PC_NOERROR && (of_type(pc, PCLU) || of_type(pc, PCCHOLESKY))) {
     Mat factors = nullptr;
     PetscCall(PCFactorGetMatrix(pc, &factors));
-    if (factors) PetscCall(look_at_factors(factors, out));
+    if (factors) PetscCall(inspect_factors(factors, out));
   }
   out->yes = out->yes || reason == PC_FACTOR_OUTMEMORY;
   PetscCall(inner_solvers(pc, &inner));
   for (std::size_t k = 0; k < inner.size() && !out->yes; ++k) {
     PC own;
     PetscCall(KSPGetPC(inner[k], &own));
-    PetscCall(look(own, out));
+    PetscCall(inspect(own, out));
   }
   PetscFunctionReturn(0);
 }
@@ -89,7 +89,7 @@ std::string MemoryLack::remedy(const std::string& other) const {
 PetscErrorCode find_memory_lack(MPI_Comm comm, PC pc, MemoryLack* out) {
   PetscFunctionBegin;
   *out = {};
-  PetscCall(look(pc, out));
+  PetscCall(inspect(pc, out));
   PetscCall(unite(comm, out));
   PetscFunctionReturn(0);
 }
@@ -98,7 +98,7 @@ PetscErrorCode find_memory_lack(Mat factors, MemoryLack* out) {
   PetscFunctionBegin;
   *out = {};
   if (!factors) PetscFunctionReturn(0);
-  PetscCall(look_at_factors(factors, out));
+  PetscCall(inspect_factors(factors, out));
   PetscCall(unite(PetscObjectComm(reinterpret_cast<PetscObject>(factors)), out));
   PetscFunctionReturn(0);
 }

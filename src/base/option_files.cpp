@@ -23,10 +23,6 @@ struct OptionFile {
   bool yaml = false;
 };
 
-bool ends_with(const std::string& text, const std::string& tail) {
-  return text.size() >= tail.size() && text.compare(text.size() - tail.size(), tail.size(), tail) == 0;
-}
-
 /// ${NAME} of the environment in a path, as PETSc replaces it.
 std::string expanded(std::string path) {
   for (std::size_t at = 0; (at = path.find("${", at)) != std::string::npos; ++at) {

@@ -1,7 +1,6 @@
 #include "base/recalled.hpp"
 
 #include <algorithm>
-#include <cctype>
 #include <filesystem>
 #include <map>
 #include <vector>
@@ -31,11 +30,6 @@ struct LeftOut {
 LeftOut& left_out() {
   static LeftOut some;
   return some;
-}
-
-std::string lower(std::string text) {
-  std::transform(text.begin(), text.end(), text.begin(), [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
-  return text;
 }
 
 std::string shown(const std::string& option, const std::string& value) {

@@ -10,6 +10,12 @@ namespace bs {
 /// Without blanks at both ends.
 std::string trim(const std::string& text);
 
+/// With small letters for capitals.
+std::string lower(std::string text);
+
+/// Whether `text` ends in `tail`, or is it.
+bool ends_with(const std::string& text, const std::string& tail);
+
 /// The trimmed parts between separators; "" gives one empty part.
 std::vector<std::string> split(const std::string& text, char separator);
 

@@ -11,10 +11,6 @@ namespace {
 
 const std::string begin = "input_";
 
-bool ends_with(const std::string& text, const std::string& tail) {
-  return text.size() >= tail.size() && text.compare(text.size() - tail.size(), tail.size(), tail) == 0;
-}
-
 /// What the model's fingerprint covers. The text of a scene (.xsp) also sets options.
 bool known_to_model(const std::string& option, const std::string& path) {
   if (option == "-bs_lattice_file") return !ends_with(path, ".xsp");

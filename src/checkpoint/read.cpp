@@ -1,10 +1,8 @@
-#include <set>
 #include <vector>
 #include "base/fault.hpp"
 #include "base/row_sum.hpp"
 #include "checkpoint/checkpoint.hpp"
 #include "output/h5.hpp"
-#include "output/h5md.hpp"
 
 namespace bs {
 namespace {

@@ -12,15 +12,9 @@
 #include "checkpoint/checkpoint.hpp"
 #include "output/claim.hpp"
 #include "output/fresh_file.hpp"
-#include "output/h5md.hpp"
 
 namespace bs {
 namespace {
-
-std::string lower(std::string text) {
-  std::transform(text.begin(), text.end(), text.begin(), [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
-  return text;
-}
 
 bool harmless(const std::string& name) {
   for (const char* begin : {"bs_output", "bs_checkpoint", "bs_progress", "bs_report", "ts_max_time", "ts_max_steps", "log_"})

@@ -8,7 +8,6 @@
 #include "output/finite.hpp"
 #include "output/fresh_file.hpp"
 #include "output/h5.hpp"
-#include "output/h5md.hpp"
 #include "output/space.hpp"
 #include "output/tables.hpp"
 
@@ -165,7 +164,7 @@ PetscErrorCode write_checkpoint(Model& model, const std::string& file, const Fac
   PetscCallMPI(MPI_Bcast(&why, 1, MPI_INT, 0, model.comm()));
   if (why) full = std::strerror(why);
   if (!code && !full.empty()) code = tell(model.comm(), Exit::io, watch.sentence(full));
-  PetscCall(watch.settle(model.comm(), code));
+  PetscCall(watch.report(model.comm(), code));
   PetscFunctionReturn(0);
 }
 

@@ -23,8 +23,8 @@ std::string last_reason() {
   return (text.empty() ? "no reason given" : text) + if_out_of_memory();
 }
 
-/// Looks at the file on one rank before all open it. Truncation shows only on opening.
-void look(const std::string& path, std::int64_t* bytes, Fault* fault) {
+/// The file is checked on one rank before all open it. Truncation shows only on opening.
+void check_file(const std::string& path, std::int64_t* bytes, Fault* fault) {
   const FileLook found = look_at_file(path);
   *bytes = found.bytes;
   if (!found.error.empty()) return fault->note(0, found.error);
@@ -79,7 +79,7 @@ PetscErrorCode Hdf5File::open(MPI_Comm comm, const std::string& path) {
   name_ = path;
   reading_.begin(path);
   PetscCallMPI(MPI_Comm_rank(comm, &rank));
-  if (rank == 0) look(path, &bytes_, &fault);
+  if (rank == 0) check_file(path, &bytes_, &fault);
   PetscCall(agree(comm, fault));
   PetscCallMPI(MPI_Bcast(&bytes_, 1, MPI_INT64_T, 0, comm));
   const H5 access(H5Pcreate(H5P_FILE_ACCESS), H5Pclose);

@@ -41,7 +41,7 @@ void LatticeOptions::read(Section& section) {
   read_group_options(section, &groups);
 }
 
-bool ends_with(const std::string& text, const char* ending) {
+bool has_suffix(const std::string& text, const char* ending) {
   const std::size_t length = std::char_traits<char>::length(ending);
   return text.size() > length && strcasecmp(text.c_str() + text.size() - length, ending) == 0;
 }
@@ -110,12 +110,12 @@ PetscErrorCode load_xsp(MPI_Comm comm, const LatticeOptions& options, Lattice* o
 PetscErrorCode load_file(MPI_Comm comm, const LatticeOptions& options, Lattice* out) {
   const std::string& file = options.file;
   const int dim = options.generator.dim;
-  const bool xsp = ends_with(file, ".xsp");
+  const bool xsp = has_suffix(file, ".xsp");
 
   PetscFunctionBegin;
   if (dim < 0) PetscCall(tell(comm, Exit::input, "-bs_lattice_dim: write 1, 2 or 3"));
   if (xsp) PetscCall(load_xsp(comm, options, out));
-  else if (ends_with(file, ".h5") || ends_with(file, ".hdf5") || ends_with(file, ".h5md")) PetscCall(read_hdf5_lattice(comm, file, out));
+  else if (has_suffix(file, ".h5") || has_suffix(file, ".hdf5") || has_suffix(file, ".h5md")) PetscCall(read_hdf5_lattice(comm, file, out));
   else
     PetscCall(tell(comm, Exit::input,
                    file + ": unknown ending; lattices are read from .h5, .hdf5, .h5md and .xsp files; "

@@ -1,6 +1,5 @@
 #include "input/matrix_load.hpp"
 #include <algorithm>
-#include <cctype>
 #include <fstream>
 #include <sstream>
 #include "base/fault.hpp"
@@ -26,13 +25,11 @@ bool is_matrix_market(const std::string& path) {
   std::ifstream in(path, std::ios::binary);
   char head[14] = {};
   in.read(head, sizeof head);
-  std::string text(head, static_cast<std::size_t>(in.gcount()));
-  for (char& c : text) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
-  return text == "%%matrixmarket";
+  return lower({head, static_cast<std::size_t>(in.gcount())}) == "%%matrixmarket";
 }
 
-/// Rank 0's look at the file, the same verdict on every rank.
-PetscErrorCode look(MPI_Comm comm, const std::string& path, const std::string& option, bool* text) {
+/// Rank 0 examines the file; every rank gets the same answer: whether it is text (Matrix Market).
+PetscErrorCode find_format(MPI_Comm comm, const std::string& path, const std::string& option, bool* text) {
   PetscMPIInt rank;
   Fault fault;
   int market = 0;
@@ -187,7 +184,7 @@ PetscErrorCode load_matrix(MPI_Comm comm, const std::string& path, const std::st
   PetscMPIInt rank;
   PetscFunctionBegin;
   PetscCallMPI(MPI_Comm_rank(comm, &rank));
-  PetscCall(look(comm, path, option, &text));
+  PetscCall(find_format(comm, path, option, &text));
   if (text || !is_binary(path)) {
     std::ifstream file;
     if (rank == 0) file.open(path, std::ios::binary);
@@ -208,7 +205,7 @@ PetscErrorCode load_vector(MPI_Comm comm, const std::string& path, const std::st
   names->clear();
   PetscCall(VecGetSize(x, &n));
   PetscCall(VecGetOwnershipRange(x, &first, &last));
-  PetscCall(look(comm, path, option, &market));
+  PetscCall(find_format(comm, path, option, &market));
   std::vector<double> values;
   std::string text;
   std::string error;

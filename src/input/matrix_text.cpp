@@ -1,6 +1,4 @@
 #include "input/matrix_text.hpp"
-#include <algorithm>
-#include <cctype>
 #include <charconv>
 #include <cmath>
 #include <limits>
@@ -19,7 +17,7 @@ void skip_blanks(const char** at, const char* end) {
 
 /// Takes one number off the front; it must end at a blank or the end of the line.
 template <class Number>
-bool take(const char** at, const char* end, Number* value) {
+bool read_front(const char** at, const char* end, Number* value) {
   skip_blanks(at, end);
   const char* from = *at;
   if (from + 1 < end && *from == '+' && from[1] != '-') ++from;
@@ -28,11 +26,6 @@ bool take(const char** at, const char* end, Number* value) {
   if (rest < end && *rest != ' ' && *rest != '\t' && *rest != '\r') return false;
   *at = rest;
   return true;
-}
-
-std::string lower(std::string text) {
-  std::transform(text.begin(), text.end(), text.begin(), [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
-  return text;
 }
 
 std::string number(std::int64_t value) { return std::to_string(value); }
@@ -92,7 +85,7 @@ bool MatrixMarketReader::read_banner() {
 bool MatrixMarketReader::open() {
   if (!read_banner()) return false;
   if (!next_content()) return fail("the line of sizes is missing: write 'rows columns entries', or 'rows columns' of an array");
-  const bool sizes = take(&at_, end_, &rows_) && take(&at_, end_, &columns_) && (array_ || take(&at_, end_, &count_));
+  const bool sizes = read_front(&at_, end_, &rows_) && read_front(&at_, end_, &columns_) && (array_ || read_front(&at_, end_, &count_));
   skip_blanks(&at_, end_);
   if (!sizes || at_ < end_)
     return fail(array_ ? "sizes are not two numbers: write 'rows columns'" : "sizes are not three numbers: write 'rows columns entries'");
@@ -134,7 +127,7 @@ bool MatrixMarketReader::next_coordinate(MatrixEntry* entry) {
   if (!next_content()) return fail("the file ends after " + number(done_) + " of " + number(count_) + " entries: is it complete?");
   std::int64_t i = 0, j = 0;
   double value = 1;
-  const bool read = take(&at_, end_, &i) && take(&at_, end_, &j) && (pattern_ || take(&at_, end_, &value));
+  const bool read = read_front(&at_, end_, &i) && read_front(&at_, end_, &j) && (pattern_ || read_front(&at_, end_, &value));
   skip_blanks(&at_, end_);
   if (!read || at_ < end_) return fail(pattern_ ? "write 'row column'" : "write 'row column value', like '3 1 -0.5'");
   at_ = end_;
@@ -157,7 +150,7 @@ bool MatrixMarketReader::next_array(MatrixEntry* entry) {
   skip_blanks(&at_, end_);
   if (at_ == end_ && !next_content()) return fail("the file ends after " + number(done_) + " values: is it complete?");
   double value = 0;
-  if (!take(&at_, end_, &value)) return fail("not a number: write one value a line");
+  if (!read_front(&at_, end_, &value)) return fail("not a number: write one value a line");
   if (!std::isfinite(value)) return fail("the value is not finite");
   *entry = {row_, column_, value};
   ++done_;

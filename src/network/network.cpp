@@ -2,7 +2,6 @@
 #include <petscmat.h>
 #include <petscsf.h>
 #include <algorithm>
-#include <array>
 #include <numeric>
 #include "base/arrays.hpp"
 #include "base/options.hpp"

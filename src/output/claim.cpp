@@ -10,7 +10,6 @@
 #include <cstdlib>
 #include <cstring>
 #include <filesystem>
-#include <fstream>
 #include <sstream>
 #include <vector>
 
@@ -29,10 +28,6 @@ namespace bs {
 namespace {
 
 constexpr const char* MATRICES = "-bs_write_matrices";
-
-bool ends_with(const std::string& text, const std::string& tail) {
-  return text.size() > tail.size() && text.compare(text.size() - tail.size(), tail.size(), tail) == 0;
-}
 
 /// One file under one of its names.
 struct Named {

@@ -86,7 +86,7 @@ PetscErrorCode FieldColumn::rows(const Field& field, PetscInt first, PetscInt co
   PetscFunctionReturn(0);
 }
 
-PetscErrorCode FieldColumn::take(const Field& field, bool copy) {
+PetscErrorCode FieldColumn::hold(const Field& field, bool copy) {
   PetscFunctionBegin;
   if (!copy && (field.source || block_ == width_)) {
     later_ = field;

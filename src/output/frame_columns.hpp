@@ -27,7 +27,7 @@ class FieldColumn {
   /// Bytes of `frames` frames in the file at most, with what chunks hold besides.
   std::int64_t bytes(std::int64_t frames) const;
   /// Local. Keeps a copy of the frame, or (not `copy`, where it has a source or nothing is to be appended to its rows) where it is until done().
-  PetscErrorCode take(const Field& field, bool copy);
+  PetscErrorCode hold(const Field& field, bool copy);
   /// Collective. Rank 0 receives the rows of all ranks of the `frames` that wait.
   PetscErrorCode gather(MPI_Comm comm, std::int64_t frames);
   PetscErrorCode extend(std::int64_t frames);

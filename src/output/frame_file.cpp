@@ -118,12 +118,12 @@ PetscErrorCode Trajectory::Impl::check(const std::vector<Field>& given, const st
   PetscFunctionReturn(0);
 }
 
-PetscErrorCode Trajectory::Impl::take(std::int64_t at, double now, const std::vector<Field>& given, const std::vector<Observable>& observed) {
+PetscErrorCode Trajectory::Impl::hold_frame(std::int64_t at, double now, const std::vector<Field>& given, const std::vector<Observable>& observed) {
   PetscFunctionBegin;
   if (!described) PetscCall(describe(given, observed));
   PetscCall(check(given, observed));
   const bool large = steps.empty() && 2 * frame_size > most_waiting && !gathers;
-  for (std::size_t i = 0; i < given.size(); ++i) PetscCall(fields[i].take(given[i], !large));
+  for (std::size_t i = 0; i < given.size(); ++i) PetscCall(fields[i].hold(given[i], !large));
   for (std::size_t i = 0; i < observed.size(); ++i) {
     const std::vector<double> row = padded(observed[i]);
     observables[i].waiting.insert(observables[i].waiting.end(), row.begin(), row.end());

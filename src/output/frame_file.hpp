@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <string>
 #include <vector>
+#include "base/text.hpp"
 #include "output/frame_columns.hpp"
 #include "output/fresh_file.hpp"
 #include "output/h5.hpp"
@@ -17,7 +18,7 @@ struct Growing {
   std::string path;
   bool log, clock;  ///< of the log of steps; its length tells how many frames are whole
   std::int64_t rows;
-  bool times() const { return clock && path.compare(path.size() - 5, 5, "/time") == 0; }
+  bool times() const { return clock && ends_with(path, "/time"); }
 };
 
 /// The growing datasets of an open file, in the same order on every rank. `fault`: one of them, or a group, is not within
@@ -95,7 +96,7 @@ struct Trajectory::Impl {
   /// then takes them away.
   PetscErrorCode cut_tail();
   /// Keeps a frame until it is written; one that is large is not copied.
-  PetscErrorCode take(std::int64_t at, double now, const std::vector<Field>& given, const std::vector<Observable>& observed);
+  PetscErrorCode hold_frame(std::int64_t at, double now, const std::vector<Field>& given, const std::vector<Observable>& observed);
   /// Writes the frames and rows of the log that wait, if there are any, by one extension of the datasets. `full`: why there is no room for the frame
   /// that is now the next one; what came before is written.
   PetscErrorCode write_out(std::string* full);

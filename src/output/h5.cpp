@@ -135,7 +135,7 @@ PetscErrorCode IoWatch::handle(MPI_Comm, int, const char*, const char*, PetscErr
   return size > 1 ? tell_alone(Exit::io, self->sentence(self->reason_)) : code;
 }
 
-PetscErrorCode IoWatch::settle(MPI_Comm comm, PetscErrorCode code) const {
+PetscErrorCode IoWatch::report(MPI_Comm comm, PetscErrorCode code) const {
   if (code == 0 || code == ERR_TOLD) return code;
   return tell(comm, Exit::io, sentence(reason_.empty() ? "unknown error" : reason_));
 }

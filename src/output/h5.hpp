@@ -50,7 +50,7 @@ class IoWatch {
 
   std::string sentence(const std::string& reason) const { return before_ + ": " + reason + after_; }
   /// Collective. Turns the code of the watched calls into 0 or ERR_TOLD.
-  PetscErrorCode settle(MPI_Comm comm, PetscErrorCode code) const;
+  PetscErrorCode report(MPI_Comm comm, PetscErrorCode code) const;
 
  private:
   static PetscErrorCode handle(MPI_Comm, int, const char*, const char*, PetscErrorCode code, PetscErrorType type, const char* message, void* watch);

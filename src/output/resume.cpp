@@ -9,10 +9,6 @@ namespace bs {
 
 namespace {
 
-bool ends_in(const std::string& path, const std::string& tail) {
-  return path.size() >= tail.size() && path.compare(path.size() - tail.size(), tail.size(), tail) == 0;
-}
-
 struct Links {
   std::vector<std::string> paths;
   std::string foreign;  ///< one that is no part of the file
@@ -49,8 +45,8 @@ std::vector<Growing> growing_of(hid_t file, const TrajectoryMark& mark, std::str
   for (const std::string& path : links.paths) {
     if (path.rfind("/events/", 0) == 0) continue;  // written at a run's end, as a whole
     const bool log = path.rfind("/backspring/log/", 0) == 0;
-    const bool clock = !log && (ends_in(path, "/time") || ends_in(path, "/step"));
-    if (!log && !clock && !ends_in(path, "/value")) continue;
+    const bool clock = !log && (ends_with(path, "/time") || ends_with(path, "/step"));
+    if (!log && !clock && !ends_with(path, "/value")) continue;
     if (fault->empty() && !in_chunks(file, path)) *fault = "keeps " + path + " outside chunks of the file itself";
     found.push_back({path, log, clock, log ? mark.log_rows : mark.frames});
   }
@@ -188,7 +184,7 @@ PetscErrorCode Trajectory::resume(MPI_Comm comm, const TrajectoryOptions& option
     code = tell(comm, Exit::input, options.file + ": is not the trajectory this run wrote: it " + fault + ": give the one it wrote, or a new name");
   if (!code && impl.writer) code = impl.open_log();
   if (code) impl.usable = false;
-  PetscCall(watch.settle(comm, code));
+  PetscCall(watch.report(comm, code));
   *out = std::move(made);
   PetscFunctionReturn(0);
 }

@@ -5,7 +5,7 @@
 
 namespace bs {
 
-void Column::settle(int width, int columns) {
+void Column::set_shape(int width, int columns) {
   width_ = width;
   rank_ = width == 0 ? 1 : columns == 0 ? 2 : 3;
   shape_[1] = static_cast<hsize_t>(columns > 0 ? width / columns : width);
@@ -16,7 +16,7 @@ PetscErrorCode Column::create(MPI_Comm comm, hid_t file, const std::string& path
   PetscMPIInt me;
 
   PetscFunctionBegin;
-  settle(width, columns);
+  set_shape(width, columns);
   const hsize_t one[3] = {1, shape_[1], shape_[2]}, none[3] = {0, shape_[1], shape_[2]}, most[3] = {H5S_UNLIMITED, shape_[1], shape_[2]};
   const hsize_t piece[3] = {static_cast<hsize_t>(chunk), shape_[1], shape_[2]};
   PetscCallMPI(MPI_Comm_rank(comm, &me));
@@ -48,7 +48,7 @@ PetscErrorCode Column::open(MPI_Comm comm, hid_t file, const std::string& path, 
   PetscCheck(rank >= 1 && rank <= 3, PETSC_COMM_SELF, PETSC_ERR_FILE_UNEXPECTED, "%s is not a column", path.c_str());
   BS_H5(H5Sget_simple_extent_dims(space, extent, nullptr));
   integer_ = H5Tget_class(type) == H5T_INTEGER;
-  settle(rank == 1 ? 0 : static_cast<int>(rank == 2 ? extent[1] : extent[1] * extent[2]), rank == 3 ? static_cast<int>(extent[2]) : 0);
+  set_shape(rank == 1 ? 0 : static_cast<int>(rank == 2 ? extent[1] : extent[1] * extent[2]), rank == 3 ? static_cast<int>(extent[2]) : 0);
   rows_ = static_cast<hsize_t>(rows);
   PetscFunctionReturn(0);
 }
@@ -114,13 +114,13 @@ struct Content {
       H5Tset_size(text, words->width);
       memory = file = text;
     } else if (const auto* whole = std::get_if<std::vector<std::int64_t>>(&table.rows)) {
-      take(*whole, H5T_NATIVE_INT64, H5T_STD_I64LE);
+      set_numbers(*whole, H5T_NATIVE_INT64, H5T_STD_I64LE);
     } else {
-      take(std::get<std::vector<double>>(table.rows), H5T_NATIVE_DOUBLE, H5T_IEEE_F64LE);
+      set_numbers(std::get<std::vector<double>>(table.rows), H5T_NATIVE_DOUBLE, H5T_IEEE_F64LE);
     }
   }
   template <class Rows>
-  void take(const Rows& rows, hid_t in_memory, hid_t in_file) {
+  void set_numbers(const Rows& rows, hid_t in_memory, hid_t in_file) {
     data = reinterpret_cast<const char*>(rows.data());
     entries = rows.size();
     memory = in_memory;

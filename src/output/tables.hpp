@@ -27,7 +27,7 @@ class Column {
  private:
   H5 set_;
   bool writer_ = false, integer_ = false;
-  void settle(int width, int columns);
+  void set_shape(int width, int columns);
   int rank_ = 1;
   hsize_t shape_[3] = {0, 0, 0};  ///< of a row, from the second place on
   int width_ = 0;

@@ -135,7 +135,7 @@ PetscErrorCode Trajectory::create(MPI_Comm comm, const TrajectoryOptions& option
   if (!code && !full.empty()) code = tell(comm, Exit::io, watch.sentence(full));
   if (!code) code = impl.write_head(constants);
   if (code) impl.usable = false;
-  PetscCall(watch.settle(comm, code));
+  PetscCall(watch.report(comm, code));
   *out = std::move(made);
   PetscFunctionReturn(0);
 }
@@ -163,7 +163,7 @@ PetscErrorCode Trajectory::write_pages(const std::string& path, std::int64_t cou
     if (!code && k < count) code = write_page(set, k, vec);
   }
   if (code) impl_->usable = false;
-  PetscCall(watch.settle(impl_->comm, code));
+  PetscCall(watch.report(impl_->comm, code));
   PetscFunctionReturn(0);
 }
 
@@ -176,9 +176,9 @@ PetscErrorCode Trajectory::write_frame(std::int64_t step, double time, const std
   std::vector<Field> kept;
   const bool sidecar = impl_->options.xdmf && impl_->columns > 1;
   std::copy_if(fields.begin(), fields.end(), std::back_inserter(kept), [&](const Field& field) { return sidecar || !field.drawing; });
-  code = impl_->take(step, time, kept, observables);
+  code = impl_->hold_frame(step, time, kept, observables);
   if (code) impl_->usable = false;
-  PetscCall(watch.settle(impl_->comm, code));
+  PetscCall(watch.report(impl_->comm, code));
   if (impl_->options.flush == 0) PetscCall(flush());
   else if (impl_->frames == 0 || !impl_->has_space()) PetscCall(write_waiting());
   PetscFunctionReturn(0);
@@ -198,7 +198,7 @@ PetscErrorCode Trajectory::write_table(const Dataset& table) {
   if (!code) code = impl_->replace_table(table);
   if (code) impl_->usable = false;
   else impl_->unsynced = !impl_->shared;
-  PetscCall(watch.settle(impl_->comm, code));
+  PetscCall(watch.report(impl_->comm, code));
   PetscFunctionReturn(0);
 }
 
@@ -222,7 +222,7 @@ PetscErrorCode Trajectory::write_waiting() {
   code = impl_->write_out(&full);
   if (!code && !full.empty()) code = tell(impl_->comm, Exit::io, frames ? number() + ": " + full + rest : watch.sentence(full));
   if (code) impl_->usable = false;
-  PetscCall(watch.settle(impl_->comm, code));
+  PetscCall(watch.report(impl_->comm, code));
   PetscFunctionReturn(0);
 }
 
@@ -235,7 +235,7 @@ PetscErrorCode Trajectory::flush() {
   const IoWatch watch("cannot bring " + impl_->options.file + " to disk", "");
   code = impl_->synchronise(true);
   if (code) impl_->usable = false;
-  PetscCall(watch.settle(impl_->comm, code));
+  PetscCall(watch.report(impl_->comm, code));
   PetscFunctionReturn(0);
 }
 
@@ -244,7 +244,7 @@ PetscErrorCode Trajectory::close() {
   PetscCall(write_waiting());
   const IoWatch watch("cannot close " + impl_->options.file, "");
   const PetscErrorCode code = impl_->close();
-  PetscCall(watch.settle(impl_->comm, code));
+  PetscCall(watch.report(impl_->comm, code));
   PetscFunctionReturn(0);
 }
 

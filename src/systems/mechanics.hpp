@@ -102,7 +102,7 @@ class Mechanics : public System {
   /// are that nothing holds: their centres of mass go back to where they were, or where the box has carried them, from where rounding and tolerances
   /// of the solvers have left them.
   virtual PetscErrorCode return_free_bodies(double, Vec, double, double, Vec) { return 0; }
-  /// Collective. At (t, y); `out` says of a system without a periodic box that it has none.
+  /// Collective. The response to strains of the periodic box at (t, y); without such a box `out->count` is 0.
   virtual PetscErrorCode strain_response(double, Vec, StrainResponse* out) {
     *out = {};
     return 0;

@@ -122,7 +122,7 @@ PetscErrorCode StepWatch::begin(TS ts, const TSContext& context, const Advice& s
   PetscFunctionReturn(0);
 }
 
-PetscErrorCode StepWatch::look(PetscInt step, double t, Vec y) {
+PetscErrorCode StepWatch::check(PetscInt step, double t, Vec y) {
   constexpr PetscInt RARELY = 512;
   constexpr double OVER = 1.001;  // the estimate is by differences of forces
   const char* const key = "step_limit";

@@ -42,7 +42,7 @@ class StepWatch {
   /// Watches explicit types whose fixed steps are stable at the start, by what was found there, on mechanical systems; nothing else.
   PetscErrorCode begin(TS ts, const TSContext& context, const Advice& start);
   /// Collective. After a step; warns once.
-  PetscErrorCode look(PetscInt step, double t, Vec y);
+  PetscErrorCode check(PetscInt step, double t, Vec y);
 
  private:
   Model& model_;

@@ -1,7 +1,6 @@
 // What a structure yields to unit loads on groups of its particles: -bs_compliance_groups.
 #pragma once
 #include <petscts.h>
-#include <string>
 #include <vector>
 #include "systems/equilibrium.hpp"
 #include "tasks/findings.hpp"

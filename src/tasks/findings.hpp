@@ -10,7 +10,7 @@
 namespace bs {
 
 struct Findings {
-  std::string why;                                                                 ///< it could not be had; empty where it could
+  std::string why;                                                                 ///< nothing could be computed; empty where it was
   std::vector<Dataset> tables;                                                     ///< of the trajectory, which has them already, without values
   std::vector<std::pair<std::string, Report>> entries;                             ///< of the report
   std::vector<std::pair<std::string, std::vector<std::vector<double>>>> matrices;  ///< likewise, by rows

@@ -37,8 +37,8 @@ PetscErrorCode Run::on_step(const StepRecord& record) {
     held_rows_ = 0;
   }
   PetscCall(TSGetSolution(ts_, &y));
-  PetscCall(watch_.look(static_cast<PetscInt>(record.step), record.time, y, false));
-  PetscCall(step_watch_.look(static_cast<PetscInt>(record.step), record.time, y));
+  PetscCall(watch_.check(static_cast<PetscInt>(record.step), record.time, y, false));
+  PetscCall(step_watch_.check(static_cast<PetscInt>(record.step), record.time, y));
   progress_.update(state());
   if (options_.rest > 0) PetscCall(end_at_rest(record.time, y));
   if (hooks_.done && hooks_.done()) PetscCall(TSSetConvergedReason(ts_, TS_CONVERGED_USER));
@@ -123,7 +123,7 @@ PetscErrorCode Run::on_frame(PetscInt step, double time, Vec y) {
     PetscCall(give_up_frame(time, what, before));
     PetscFunctionReturn(0);
   }
-  PetscCall(watch_.look(step, time, y, true));
+  PetscCall(watch_.check(step, time, y, true));
   if (first_.empty()) first_ = last_;
   if (trajectory_) {
     set_phase(Exit::io);
@@ -241,7 +241,7 @@ PetscErrorCode Run::advance(int* exit_code) {
   set_phase(Exit::solve);
   if (resumed_) {
     PetscCall(observe(stepper_->good_time(), y));
-    PetscCall(watch_.look(first_step, stepper_->good_time(), y, true));
+    PetscCall(watch_.check(first_step, stepper_->good_time(), y, true));
   }
   if (!resumed_) PetscCall(on_frame(first_step, stepper_->good_time(), y));
   if (first_.empty()) first_ = last_;

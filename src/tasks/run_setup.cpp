@@ -118,7 +118,7 @@ PetscErrorCode Run::set_up() {
   PetscCall(stepper_->attach(ts_));
   PetscCall(model_.covers(start_, end_));
   if (!context_.implicit) watch_.set_explicit();
-  if (model_.linear()) watch_.look_always();
+  if (model_.linear()) watch_.check_every_step();
   PetscCall(refuse_foreign_options(model_.comm()));
   PetscCall(reject_unknown_options(model_.comm()));
   PetscCall(create_inner_solver(ts_, context_));  // before -help ends: it reads options

@@ -4,7 +4,6 @@
 #include "base/fault.hpp"
 #include "base/options.hpp"
 #include "output/h5.hpp"
-#include "output/space.hpp"
 #include "time/stepper.hpp"
 
 namespace bs {

@@ -1,7 +1,6 @@
 #include "tasks/spectrum.hpp"
 #include <petscblaslapack.h>
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <cstring>
 #include <vector>

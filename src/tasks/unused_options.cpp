@@ -25,8 +25,7 @@ PetscErrorCode unused_options(std::vector<std::string>* names) {
   names->clear();
   PetscCall(PetscOptionsLeftGet(nullptr, &count, &left, &values));
   for (PetscInt k = 0; k < count; ++k) {
-    std::string name = left[k];
-    std::transform(name.begin(), name.end(), name.begin(), [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+    const std::string name = lower(left[k]);
     if (!read_late(name)) names->push_back("-" + name);
   }
   PetscCall(PetscOptionsLeftRestore(nullptr, &count, &left, &values));

@@ -39,7 +39,7 @@ std::string EnergyWatch::words(double inner, double budget) const {
                 : "lower -ts_dt, and leave out options that end Newton early (-snes_type ksponly, a loose -snes_rtol)");
 }
 
-/// Every number that it carries from look to look, by its name in a checkpoint.
+/// Every number that it carries from check to check, by its name in a checkpoint.
 std::vector<std::pair<const char*, double*>> EnergyWatch::numbers(EnergyWatch* of) {
   EnergySupply& last = of->last_;
   return {{"watch_time", &of->time_},        {"watch_supplied", &of->supplied_}, {"watch_start", &of->start_}, {"watch_released", &of->released_},
@@ -60,7 +60,7 @@ void EnergyWatch::restore(const Facts& facts) {
     if (facts.real.count(name)) *value = facts.real.at(name);
 }
 
-PetscErrorCode EnergyWatch::look(PetscInt step, double t, Vec y, bool certainly) {
+PetscErrorCode EnergyWatch::check(PetscInt step, double t, Vec y, bool certainly) {
   EnergySupply now;
   PetscFunctionBegin;
   if (factor_ <= 0 || !active_ || warnings_.has(KEY)) PetscFunctionReturn(0);

@@ -1,6 +1,5 @@
 // Detection of energy growth without a source: a step too long for its method, or inaccurate linear solves in Newton's method.
 #pragma once
-#include <cstdint>
 #include <string>
 #include "base/warnings.hpp"
 #include "systems/model.hpp"
@@ -10,7 +9,7 @@ namespace bs {
 /// Kinetic and elastic energy may not be more than `factor` times what there was and what has come:
 ///   inner(t) <= factor (inner(0) + max (field(0) - field(s)) + sum of (power dt + pull |shift's path| + |work of driven groups|) + rounding),   s <=
 ///   t
-/// power and pull are the larger of the two ends of every stretch between two looks, and are counted whatever their sign, so that the watch may warn
+/// power and pull are the larger of the two ends of every stretch between two checks, and are counted whatever their sign, so that the watch may warn
 /// too late, but not too early. It checks the first 32 steps, then every 4th on average (explicit types: 8, and every 128th), irregularly, so that no
 /// drive is in step with it, and every frame.
 class EnergyWatch {
@@ -19,9 +18,9 @@ class EnergyWatch {
   EnergyWatch(Model& model, double factor, Warnings& warnings) : model_(model), warnings_(warnings), factor_(factor) {}
   void set_explicit();
   /// Every step is looked at: of systems whose sources may act for a few steps only.
-  void look_always() { always_ = true; }
+  void check_every_step() { always_ = true; }
   /// Collective. After step `step` that ended at `t`; `certainly`: whether or not it is one to be looked at. Warns once.
-  PetscErrorCode look(PetscInt step, double t, Vec y, bool certainly);
+  PetscErrorCode check(PetscInt step, double t, Vec y, bool certainly);
   /// What a checkpoint holds of it, and back, where it holds that.
   void save(Facts* facts) const;
   void restore(const Facts& facts);

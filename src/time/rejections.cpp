@@ -1,5 +1,4 @@
 #include "time/rejections.hpp"
-#include <cstring>
 #include "base/fault.hpp"
 #include "solvers/condensed/condensed.hpp"
 #include "time/methods.hpp"
@@ -120,8 +119,8 @@ PetscErrorCode RejectionWatch::name_reason(TS ts, bool solve_failed) {
   PetscFunctionReturn(0);
 }
 
-/// Whether TS has rejected an attempt since the last look, and why.
-PetscErrorCode RejectionWatch::look(TS ts) {
+/// Whether TS has rejected an attempt since the last call, and why.
+PetscErrorCode RejectionWatch::count_rejection(TS ts) {
   PetscInt rejected, failures;
   PetscFunctionBegin;
   PetscCall(TSGetStepRejections(ts, &rejected));
@@ -140,7 +139,7 @@ PetscErrorCode RejectionWatch::before_stage(TS ts) {
   PetscReal h;
   PetscFunctionBegin;
   const std::int64_t before = attempts_.in_a_row();
-  PetscCall(look(ts));
+  PetscCall(count_rejection(ts));
   if (attempts_.in_a_row() == before) PetscFunctionReturn(0);
   PetscCall(TSGetTimeStep(ts, &h));
   attempts_.go_on(h);
@@ -152,7 +151,7 @@ PetscErrorCode RejectionWatch::before_stage(TS ts) {
 
 PetscErrorCode RejectionWatch::end_step(TS ts) {
   PetscFunctionBegin;
-  PetscCall(look(ts));
+  PetscCall(count_rejection(ts));
   PetscFunctionReturn(0);
 }
 

@@ -46,7 +46,7 @@ class RejectionWatch {
 
  private:
   static PetscErrorCode check(TSAdapt adapt, TS ts, PetscReal time, Vec y, PetscBool* accept);
-  PetscErrorCode look(TS ts);
+  PetscErrorCode count_rejection(TS ts);
   bool enough(double next) const { return lack_.yes || finding_.hopeless || attempts_.spent(next); }
   PetscErrorCode name_failure(TS ts);
   PetscErrorCode name_reason(TS ts, bool solve_failed);

@@ -41,7 +41,7 @@ PetscErrorCode Replay::begin(TS ts) {
   PetscFunctionReturn(0);
 }
 
-PetscErrorCode Replay::take(double time, double h, Vec y) {
+PetscErrorCode Replay::take_step(double time, double h, Vec y) {
   Vec solution;
   TSConvergedReason reason;
   PetscFunctionBegin;
@@ -61,7 +61,7 @@ PetscErrorCode Replay::step(double time, double h, Vec y, Vec half, Vec end) {
   answers_.clear();
   if (half) answers_.push_back(half);
   answers_.push_back(end);
-  PetscCall(take(time, h, y));
+  PetscCall(take_step(time, h, y));
   PetscFunctionReturn(0);
 }
 

@@ -19,7 +19,7 @@ class Replay {
 
  private:
   static PetscErrorCode answer(SNES snes, Vec x);
-  PetscErrorCode take(double time, double h, Vec y);
+  PetscErrorCode take_step(double time, double h, Vec y);
   TS ts_ = nullptr;
   SNESHandle own_, knowing_;
   VecHandle present_, residual_;

@@ -62,7 +62,7 @@ bool Drive::parse(const std::string& text, int dim, std::string* error, bool pla
     } else if (!parse_whole(kind, numbers, error)) {
       return false;
     }
-    settle();
+    note_held();
     return true;
   }
   bool seen[3] = {false, false, false};
@@ -80,13 +80,13 @@ bool Drive::parse(const std::string& text, int dim, std::string* error, bool pla
     if (tables_.size() > before) table_of_.push_back(c);
     at = end + 1;
   }
-  settle();
+  note_held();
   if (held_ != 0) return true;
   *error = std::string("no component is held: leave the option out, or ") + COMPONENTS;
   return false;
 }
 
-void Drive::settle() {
+void Drive::note_held() {
   for (int c = 0; c < dim_; ++c) {
     const Kind kind = component_[c].kind;
     if (rotation_ || kind != Kind::free) held_ |= static_cast<std::uint8_t>(1 << c);

@@ -57,7 +57,7 @@ class Drive {
   bool parse_whole(const std::string& kind, const std::vector<double>& numbers, std::string* error);
   bool parse_component(const std::string& text, Component* out, std::string* error);
   bool parse_rotation(const std::vector<double>& n, std::string* error);
-  void settle();
+  void note_held();
   void rotate(double t, const double* x0, double* x, double* v, double* a) const;
   static void follow(const Component& one, double t, const double* x0, double* s);
 

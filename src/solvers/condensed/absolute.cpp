@@ -59,7 +59,7 @@ PetscErrorCode AbsoluteSolve::begin(Vec b, Vec w) {
   for (VecHandle* room : {&now_, &before_, &next_, &along_, &column_})
     if (!*room) PetscCall(VecDuplicate(b, room->out()));
   definite_ = true;
-  next_look_ = 1;
+  next_test_ = 1;
   diagonal_.clear();
   beside_.clear();
   y_.clear();
@@ -117,17 +117,17 @@ PetscErrorCode AbsoluteSolve::conjugate(double alpha, Vec w) {
 }
 
 /// Whether what is left of b is as small as demanded. norm_ is of the residual.
-PetscErrorCode AbsoluteSolve::look(const Demand& demand, bool* enough) {
-  constexpr double SPARSE = 1.1;  // coordinates cost k^3: they are looked at ever less often
+PetscErrorCode AbsoluteSolve::test_residual(const Demand& demand, bool* enough) {
+  constexpr double SPARSE = 1.1;  // finding the coordinates costs k^3 operations: the intervals between tests grow
   const auto k = static_cast<double>(diagonal_.size());
   PetscFunctionBegin;
   *enough = false;
   if (definite_) {
     *enough = norm_ * std::abs(advance_) < demand.rtol * first_;
-  } else if (k >= next_look_) {
+  } else if (k >= next_test_) {
     PetscCall(find_coordinates());
     *enough = norm_ * std::abs(y_.back()) < demand.loose * first_;
-    next_look_ = 1 + SPARSE * k;
+    next_test_ = 1 + SPARSE * k;
   }
   PetscFunctionReturn(0);
 }
@@ -140,7 +140,7 @@ PetscErrorCode AbsoluteSolve::solve(Mat S, PC P, Vec b, Vec w, const Demand& dem
   PetscCall(begin(b, w));
   for (PetscInt k = 0; k < demand.most; ++k) {
     PetscCall(weigh(P, &ends));
-    if (!ends && k > 0) PetscCall(look(demand, &ends));
+    if (!ends && k > 0) PetscCall(test_residual(demand, &ends));
     if (ends || (!definite_ && k >= KEPT)) break;
     PetscCall(extend(S, &alpha));
     if (!std::isfinite(alpha)) PetscFunctionReturn(0);

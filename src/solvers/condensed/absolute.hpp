@@ -31,7 +31,7 @@ class AbsoluteSolve {
   PetscErrorCode extend(Mat S, double* alpha);
   PetscErrorCode weigh(PC P, bool* ends);
   PetscErrorCode conjugate(double alpha, Vec w);
-  PetscErrorCode look(const Demand& demand, bool* enough);
+  PetscErrorCode test_residual(const Demand& demand, bool* enough);
   PetscErrorCode find_coordinates();
   PetscErrorCode keep();
   PetscErrorCode combine(Vec w) const;
@@ -42,7 +42,7 @@ class AbsoluteSolve {
   VecHandle now_, before_, next_;          ///< P times columns of V
   VecHandle along_;                        ///< direction of conjugate gradients
   bool definite_ = true;                   ///< T
-  double next_look_ = 1;                   ///< iteration at which to look at y_ again
+  double next_test_ = 1;                   ///< iteration at which to look at y_ again
   double pivot_ = 0, advance_ = 0;         ///< last of T = L D L^T, and of what solves L D (..) = V^T b
   std::vector<double> diagonal_, beside_;  ///< of T
   std::vector<double> y_;                  ///< |T|^-1 V^T b

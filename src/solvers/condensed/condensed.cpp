@@ -1,6 +1,5 @@
 #include "solvers/condensed/condensed.hpp"
 #include <petsc/private/pcimpl.h>
-#include <cmath>
 #include <string>
 #include "base/fault.hpp"
 #include "base/handle.hpp"

@@ -1,7 +1,6 @@
 // What the inner solver does where S is not positive definite: directions by absolute curvatures, or the solution of S w = b.
 #include <algorithm>
 #include <cmath>
-#include <string>
 #include "base/handle.hpp"
 #include "solvers/condensed/inner_solver.hpp"
 

@@ -1,10 +1,8 @@
 // The inner solver from its options: storage of S, solver, preconditioner.
 #include <algorithm>
-#include <cmath>
 #include "base/fault.hpp"
 #include "solvers/condensed/condensed.hpp"
 #include "solvers/condensed/inner_solver.hpp"
-#include "solvers/solver_options.hpp"
 
 namespace bs {
 

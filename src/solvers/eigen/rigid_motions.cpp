@@ -24,7 +24,7 @@ PetscErrorCode measure(const Layout& at, MPI_Comm comm, const PetscScalar* y, do
 }
 
 /// Adds u to the orthonormal set unless it is a sum of what is there.
-PetscErrorCode take(Vec u, Vectors* set) {
+PetscErrorCode add_orthonormal(Vec u, Vectors* set) {
   constexpr double NOTHING = 1e-8;
   PetscReal before = 0, after = 0;
   PetscFunctionBegin;
@@ -72,7 +72,7 @@ PetscErrorCode all_rigid(const StandardForm& form, Vec y, Vectors* set) {
     }
     PetscCall(VecRestoreArray(q, &aq));
     PetscCall(form.weigh(q, u));
-    PetscCall(take(u, set));
+    PetscCall(add_orthonormal(u, set));
   }
   PetscCall(VecRestoreArrayRead(y, &ay));
   PetscFunctionReturn(0);
@@ -115,7 +115,7 @@ PetscErrorCode rigid_motions(StandardForm& form, Vec y, Vec sizes, Vectors* u) {
     PetscCall(VecPointwiseMult(each, sizes, sum));
     PetscCall(VecNorm(force, NORM_2, &left));
     PetscCall(VecNorm(each, NORM_2, &size));
-    if (left <= NOTHING * size) PetscCall(take(sum, u));
+    if (left <= NOTHING * size) PetscCall(add_orthonormal(sum, u));
   }
   PetscFunctionReturn(0);
 }

@@ -67,7 +67,7 @@ PetscErrorCode NewtonPolicy::set_forcing(SNES snes, PetscInt it, const ResidualN
 // The norms over everything may have converged for the sake of the heaviest or stiffest part alone: no particle may be left
 // with forces that stand for a velocity error of more than PART of the largest speed, or a hundred rtol. One pass over two vectors, made only
 // where the norms are content.
-PetscErrorCode NewtonPolicy::every_particle_has(SNES snes, double rtol, bool* has) {
+PetscErrorCode NewtonPolicy::all_particles_converged(SNES snes, double rtol, bool* yes) {
   constexpr double PART = 1e-6;
   double worst = 0, fastest = 0;
   Vec X, F;
@@ -75,8 +75,8 @@ PetscErrorCode NewtonPolicy::every_particle_has(SNES snes, double rtol, bool* ha
   PetscCall(SNESGetSolution(snes, &X));
   PetscCall(SNESGetFunction(snes, &F, nullptr, nullptr));
   PetscCall(model().velocity_errors(X, F, solve_.inverse_h, settings_.form, &worst, &fastest));
-  *has = worst <= std::max(PART, 100 * rtol) * fastest;
-  if (*has || (solve_.worst > 0 && worst >= 0.5 * solve_.worst)) PetscFunctionReturn(0);
+  *yes = worst <= std::max(PART, 100 * rtol) * fastest;
+  if (*yes || (solve_.worst > 0 && worst >= 0.5 * solve_.worst)) PetscFunctionReturn(0);
   solve_.worst = worst;
   solve_.stalled = 0;
   PetscFunctionReturn(0);
@@ -167,12 +167,12 @@ SNESConvergedReason NewtonPolicy::verdict(const Norms& at, const ResidualNorms& 
   return SNES_CONVERGED_ITERATING;
 }
 
-/// The norms are content: every particle must be, as long as iterates get any better.
+/// The norms have converged. So must the residual of every single particle, as long as iterates still improve.
 PetscErrorCode NewtonPolicy::confirm(SNES snes, const Norms& at, const ResidualNorms& now, SNESConvergedReason* reason) {
-  bool has = true;
+  bool all = true;
   PetscFunctionBegin;
-  PetscCall(every_particle_has(snes, at.rtol, &has));
-  if (!has && !(to_the_end_ && exhausted(now, at.rtol) && solve_.stalled >= PATIENCE)) {
+  PetscCall(all_particles_converged(snes, at.rtol, &all));
+  if (!all && !(to_the_end_ && exhausted(now, at.rtol) && solve_.stalled >= PATIENCE)) {
     *reason = SNES_CONVERGED_ITERATING;
     ++uneven_;
   } else if (at.it > 0 && !below(now, at.rtol, 0.0)) {

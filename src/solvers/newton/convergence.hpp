@@ -134,7 +134,7 @@ class NewtonPolicy {
   SNESConvergedReason verdict(const Norms& at, const ResidualNorms& now) const;
   PetscErrorCode limit_evaluations(SNES snes, SNESConvergedReason* reason) const;
   PetscErrorCode confirm(SNES snes, const Norms& at, const ResidualNorms& now, SNESConvergedReason* reason);
-  PetscErrorCode every_particle_has(SNES snes, double rtol, bool* has);
+  PetscErrorCode all_particles_converged(SNES snes, double rtol, bool* yes);
   PetscErrorCode set_forcing(SNES snes, PetscInt it, const ResidualNorms& now, double rtol) const;
   bool below(const ResidualNorms& now, double rtol, double floors) const;
   bool exhausted(const ResidualNorms& now, double rtol) const;

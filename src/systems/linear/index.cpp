@@ -22,7 +22,7 @@ struct SparseVector {
 /// A whole matrix on this rank.
 class Rows {
  public:
-  PetscErrorCode take(Mat A) {
+  PetscErrorCode gather(Mat A) {
     PetscMPIInt size;
     PetscFunctionBegin;
     PetscCallMPI(MPI_Comm_size(PetscObjectComm(reinterpret_cast<PetscObject>(A)), &size));
@@ -216,7 +216,7 @@ PetscErrorCode find_index(Mat G, Mat C, PencilIndex* out) {
   PetscCall(MatGetSize(C, &n, nullptr));
   if (n > MOST_STATES) PetscFunctionReturn(0);
   Rows all_C, all_G;
-  PetscCall(all_C.take(C));
+  PetscCall(all_C.gather(C));
   std::vector<Block> blocks;
   PetscCall(blocks_of(all_C, n, &blocks));
   for (const Block& block : blocks) {
@@ -235,7 +235,7 @@ PetscErrorCode find_index(Mat G, Mat C, PencilIndex* out) {
   for (SparseVector& v : left) scale_to_one(&v);
   for (SparseVector& v : right) scale_to_one(&v);
   MatHandle S;
-  PetscCall(all_G.take(G));
+  PetscCall(all_G.gather(G));
   PetscCall(project(all_G, n, left, right, &S, &empty));
   if (!empty) {
     Handle<KSP, KSPDestroy> ksp;

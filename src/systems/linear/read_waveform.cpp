@@ -1,6 +1,4 @@
 // The texts of waveforms: their grammar, their faults.
-#include <algorithm>
-#include <cctype>
 #include <charconv>
 #include <cmath>
 #include <limits>
@@ -105,11 +103,6 @@ std::string read_parameters(const Shape& shape, const std::vector<std::string>& 
   return {};
 }
 
-std::string in_small_letters(std::string text) {
-  for (char& c : text) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
-  return text;
-}
-
 /// What single parameters cannot know.
 std::string check_together(Waveform::Kind kind, const std::vector<double>& p) {
   if (kind == Waveform::Kind::pulse && !(p[6] >= p[2] + p[3] + p[4] && p[6] > 0))
@@ -124,7 +117,7 @@ std::string kind_of(const std::string& name, std::size_t* kind) {
   std::set<std::string> names;
   for (*kind = 0; *kind < shapes().size() && name != shapes()[*kind].name; ++*kind) names.insert(shapes()[*kind].name);
   if (*kind < shapes().size()) return {};
-  const std::string small = in_small_letters(name), near = small == "sin" ? "sine" : nearest(name, names, 1);
+  const std::string small = lower(name), near = small == "sin" ? "sine" : nearest(name, names, 1);
   if (small == "sin" || small == near)
     return "SPICE's order of parameters is written with blanks, as in SIN(VO VA FREQ); with commas write " + near + "(...) in small letters";
   return "no waveform '" + printable(name) + "'" + (near.empty() ? "" : ", did you mean " + near + "?") +
@@ -153,7 +146,7 @@ std::string read_waveform(const std::string& given, Waveform* out) {
   std::size_t kind = 0;
   std::string error;
   const bool spice = is_spice_form(inside);
-  if (spice) error = read_spice(in_small_letters(name), inside, &name, &w.p_);
+  if (spice) error = read_spice(lower(name), inside, &name, &w.p_);
   if (error.empty()) error = kind_of(name, &kind);
   if (!error.empty()) return shown + error;
   const Shape& shape = shapes()[kind];

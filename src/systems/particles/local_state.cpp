@@ -88,7 +88,7 @@ PetscErrorCode LocalState::scatter_begin(Vec y) {
   PetscCall(VecScatterBegin(scatter_, y, ghost_values_, INSERT_VALUES, SCATTER_FORWARD));
   if (!is_last(y)) {
     PetscCall(VecGetArrayRead(y, &ay));
-    take(ay);
+    copy_owned(ay);
     PetscCall(VecRestoreArrayRead(y, &ay));
   }
   PetscFunctionReturn(0);
@@ -103,7 +103,7 @@ bool LocalState::is_last(Vec y) {
 }
 
 /// Owned states; those that are there already, bit for bit, are not copied: a comparison ends at the first that is not.
-void LocalState::take(const double* states) {
+void LocalState::copy_owned(const double* states) {
   const std::size_t count = static_cast<std::size_t>(net_->n) * width_;
   if (std::memcmp(states, values_.data(), count * sizeof(double)) == 0) return;
   std::copy_n(states, count, values_.begin());

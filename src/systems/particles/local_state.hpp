@@ -33,7 +33,7 @@ class LocalState {
  private:
   PetscErrorCode scatter_begin(Vec y);
   bool is_last(Vec y);
-  void take(const double* states);
+  void copy_owned(const double* states);
   PetscErrorCode scatter_end(Vec y);
   void hold(double t, PetscInt first, PetscInt last);
   void hold_driven(double t, PetscInt first, PetscInt last);

@@ -53,7 +53,7 @@ void ParticleModel::note_interior(double t, const Singularity& fault) {
 
 /// This rank's energies of y, which state_ holds: a frame's observables and what watches the energy ask for those of the same state.
 const Energies& ParticleModel::energies_at(double t, Vec y) {
-  constexpr int MOST_WASTED = 2;  // passes for both, in a row, whose forces nobody wanted
+  constexpr int MOST_WASTED = 2;  // passes in a row that summed energies and forces together, and whose forces were not asked for
   PetscObjectId vec = 0;
   PetscObjectState state = 0;
   (void)PetscObjectGetId(reinterpret_cast<PetscObject>(y), &vec);

@@ -1,6 +1,4 @@
 #include "systems/particles/particle_model.hpp"
-#include <algorithm>
-#include <cmath>
 #include "base/fault.hpp"
 #include "base/memory.hpp"
 #include "base/options.hpp"

@@ -1,6 +1,5 @@
 // What a particle system shows: header lines, observables, fields of a frame, constant data.
 #include <algorithm>
-#include <cmath>
 #include "base/arrays.hpp"
 #include "base/fault.hpp"
 #include "base/options.hpp"

@@ -46,7 +46,7 @@ PetscErrorCode ParticleModel::accept(double t, Vec y) {
   PetscCall(commit());
   PetscCall(coupling_.gather(net_, state_));
   PetscCall(ledger_.advance(t, state_, coupling_));
-  PetscCall(breaking_.look(t, loads_ ? t : 1, loads_, state_, *physics_));
+  PetscCall(breaking_.break_springs(t, loads_ ? t : 1, loads_, state_, *physics_));
   if (breaking_.broke() == 0) PetscFunctionReturn(0);
   known_.vec = 0;  // the energies are others
   bodies_known_ = false;

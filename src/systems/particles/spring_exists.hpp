@@ -1,6 +1,5 @@
 // Which springs there are: one that can exert no force is none.
 #pragma once
-#include <cmath>
 #include "network/network.hpp"
 #include "physics/pair/springs/mixed.hpp"
 #include "physics/pair/springs/spring.hpp"

@@ -78,7 +78,7 @@ double full_load_energy(const Network& net, const ParticleLaws& laws, const Loca
 
 }  // namespace
 
-void SupportLedger::take(double t, const LocalState& state, const Coupling& coupling, Moment* out) const {
+void SupportLedger::measure(double t, const LocalState& state, const Coupling& coupling, Moment* out) const {
   const std::size_t d = static_cast<std::size_t>(net_->dim);
   out->force.resize(which_.size() * d);
   physics_->forces_on(which_, t, state, coupling, out->force.data());
@@ -102,12 +102,12 @@ void SupportLedger::take(double t, const LocalState& state, const Coupling& coup
 
 void SupportLedger::begin(double t, const LocalState& state, const Coupling& coupling) {
   if (!works() || begun_) return;
-  take(t, state, coupling, &last_);
+  measure(t, state, coupling, &last_);
   begun_ = true;
 }
 
 void SupportLedger::renew(double t, const LocalState& state, const Coupling& coupling) {
-  if (works() && begun_) take(t, state, coupling, &last_);
+  if (works() && begun_) measure(t, state, coupling, &last_);
 }
 
 PetscErrorCode SupportLedger::advance(double t, const LocalState& state, const Coupling& coupling) {
@@ -116,7 +116,7 @@ PetscErrorCode SupportLedger::advance(double t, const LocalState& state, const C
   PetscFunctionBegin;
   if (!works() || !begun_) PetscFunctionReturn(0);
   const std::size_t d = static_cast<std::size_t>(net_->dim);
-  take(t, state, coupling, &now);
+  measure(t, state, coupling, &now);
   for (std::size_t k = 0; k < moved_.size(); ++k) {
     const Supports::Hold& hold = supports_->holds()[moved_[k]];
     double& work = step[static_cast<std::size_t>(place_[static_cast<std::size_t>(hold.motion)])];

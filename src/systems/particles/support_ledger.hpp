@@ -57,7 +57,7 @@ class SupportLedger {
     double edges[9] = {};
     double load = 0, load_energy = 0;  ///< s; G [J], this rank's share
   };
-  void take(double t, const LocalState& state, const Coupling& coupling, Moment* out) const;
+  void measure(double t, const LocalState& state, const Coupling& coupling, Moment* out) const;
   struct GroupRows {
     std::string name;
     std::vector<std::size_t> rows;  ///< among which_

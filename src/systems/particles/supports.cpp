@@ -1,6 +1,5 @@
 #include "systems/particles/supports.hpp"
 #include <algorithm>
-#include <cctype>
 #include <cmath>
 #include "base/fault.hpp"
 #include "base/find_file.hpp"
@@ -11,11 +10,6 @@
 namespace bs {
 
 namespace {
-
-std::string lower(std::string text) {
-  std::transform(text.begin(), text.end(), text.begin(), [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
-  return text;
-}
 
 /// "xy" of bits 0 and 1.
 std::string components(unsigned mask) {

@@ -59,7 +59,7 @@ PetscErrorCode Stability::find_direction(PC pc, Equilibrium& model, double facto
 }
 
 // The tangent at the equilibrium itself: Newton's last one is of the iterate before it.
-PetscErrorCode Stability::look(TS ts, Mat J, Equilibrium& model, double factor, Vec y, std::vector<Observable>* out) {
+PetscErrorCode Stability::assess(TS ts, Mat J, Equilibrium& model, double factor, Vec y, std::vector<Observable>* out) {
   PC pc;
   PetscInt negative = -1;
   bool found = false;

@@ -17,8 +17,8 @@ class Stability {
   PetscErrorCode read(MPI_Comm comm);
   /// Collective. At the state y of a frame with the load factor `factor`, with the matrix J of `ts`; adds to its observables. One of the factor 0 is
   /// the lattice as it was given and is not counted. A change of J is not undone.
-  PetscErrorCode look(TS ts, Mat J, Equilibrium& model, double factor, Vec y, std::vector<Observable>* out);
-  /// What look() adds for a state that is no equilibrium.
+  PetscErrorCode assess(TS ts, Mat J, Equilibrium& model, double factor, Vec y, std::vector<Observable>* out);
+  /// What assess() adds for a state that is no equilibrium.
   static void skip(std::vector<Observable>* out);
   void count(std::vector<Tally>* out) const;
   PetscErrorCode warn(Warnings* warnings) const;

@@ -23,7 +23,7 @@ namespace bs {
 namespace {
 
 /// What is computed at the last equilibrium, where it is wanted.
-struct AtTheEnd {
+struct FinalAnalyses {
   Compliance compliance;
   Moduli moduli;
   bool wanted() const { return compliance.wanted() || moduli.wanted(); }
@@ -32,7 +32,7 @@ struct AtTheEnd {
 /// What statics adds to a run: load steps for time steps, the fallback, and the signs of the tangent's pivots.
 class StaticRun {
  public:
-  StaticRun(Equilibrium& model, const LoadOptions& options, AtTheEnd* end)
+  StaticRun(Equilibrium& model, const LoadOptions& options, FinalAnalyses* end)
       : model_(model), options_(options), end_(end), avalanche_(model, pseudo_) {}
   /// Collective. Reads the options of its parts.
   PetscErrorCode read();
@@ -50,7 +50,7 @@ class StaticRun {
 
   Equilibrium& model_;
   LoadOptions options_;
-  AtTheEnd* end_;  ///< null: nothing is wanted
+  FinalAnalyses* end_;  ///< null: nothing is wanted
   BoxStress box_;
   PseudoTime pseudo_;
   RestStart start_;
@@ -177,7 +177,7 @@ PetscErrorCode StaticRun::observe(double factor, Vec y, std::vector<Observable>*
     Stability::skip(out);
     PetscFunctionReturn(0);
   }
-  PetscCall(stability_.look(ts_, context_->matrix, model_, factor, y, out));
+  PetscCall(stability_.assess(ts_, context_->matrix, model_, factor, y, out));
   const double s = model_.factor(factor), way = s - last_factor_;
   if (way * last_way_ < 0) ++turns_;
   last_factor_ = s;
@@ -257,7 +257,7 @@ PetscErrorCode prepare(std::unique_ptr<Model> model, const LoadOptions& loads, R
 
 /// The run; `last` receives the state of the last frame, an equilibrium, or null under -help; `settled`, unless null, its load factor and the
 /// outcome.
-PetscErrorCode run_loads(Equilibrium& equilibrium, const RunOptions& options, const LoadOptions& loads, AtTheEnd* end, VecHandle* last,
+PetscErrorCode run_loads(Equilibrium& equilibrium, const RunOptions& options, const LoadOptions& loads, FinalAnalyses* end, VecHandle* last,
                          Settled* settled, int* exit_code) {
   PetscFunctionBegin;
   StaticRun statics(equilibrium, loads, end);
@@ -291,7 +291,7 @@ static PetscErrorCode run_equilibria(std::unique_ptr<Model> model, bool moduli, 
   LoadOptions loads;
   Claim claim;  // given up when the files are closed
   std::unique_ptr<Equilibrium> equilibrium;
-  AtTheEnd end;
+  FinalAnalyses end;
   VecHandle last, rest;
   PetscFunctionBegin;
   MPI_Comm comm = model->comm();

@@ -24,7 +24,7 @@ double next_lambda(double slope, const Trial& now, const Trial& before, PetscInt
   return std::isfinite(fit) ? std::clamp(fit, 0.1 * l, 0.5 * l) : 0.5 * l;
 }
 
-PetscErrorCode tell(const EnergyLine& s, double lambda, double change, const char* verdict) {
+PetscErrorCode print_trial(const EnergyLine& s, double lambda, double change, const char* verdict) {
   PetscFunctionBegin;
   if (s.limits.monitor)
     PetscCall(PetscViewerASCIIPrintf(s.limits.monitor, "      Line search: energy: lambda %g, change %g, slope %g: %s\n", lambda, change, s.slope,
@@ -58,7 +58,7 @@ PetscErrorCode lengthen(EnergyLine* s, double beyond, Trial* now, PetscReal* fno
   }
   *now = longer;
   *fnorm = norm;
-  PetscCall(tell(*s, now->lambda, now->change, "taken, lengthened"));
+  PetscCall(print_trial(*s, now->lambda, now->change, "taken, lengthened"));
   PetscFunctionReturn(0);
 }
 
@@ -74,18 +74,18 @@ PetscErrorCode backtrack(EnergyLine* s, double* lambda, PetscReal* fnorm, bool* 
     const double slope = now.lambda * s->slope, noise = beyond.noise + now.lambda * s->noise;
     now.change = slope + beyond.value;
     bool lower = now.change <= s->newton.search.past.highest() + s->limits.alpha * slope;
-    const bool drowned = std::abs(now.change) <= noise;
-    if (lower || drowned) {  // where Phi's change drowns in rounding, its slope at the trial tells
+    const bool within_noise = std::abs(now.change) <= noise;
+    if (lower || within_noise) {  // a change of Phi within its rounding errors says nothing: the slope at the trial decides
       PetscCall(s->evaluate(now.lambda, fnorm));
       if (PetscIsInfOrNanReal(*fnorm)) {
         lower = false;
         now.change = INFINITY;
       } else if (!lower) {
-        PetscCall(s->slope_is_well(&lower));
+        PetscCall(s->slope_has_fallen(&lower));
       }
     }
-    PetscCall(tell(*s, now.lambda, now.change, lower ? "taken" : "refused"));
-    if (lower && k == 0 && !drowned) PetscCall(lengthen(s, beyond.value, &now, fnorm));
+    PetscCall(print_trial(*s, now.lambda, now.change, lower ? "taken" : "refused"));
+    if (lower && k == 0 && !within_noise) PetscCall(lengthen(s, beyond.value, &now, fnorm));
     if (lower) {
       s->newton.search.past.moved(now.change);
       *lambda = now.lambda;
@@ -116,18 +116,18 @@ PetscErrorCode try_full_step(EnergyLine* s, SNESLineSearch line, PetscReal* fnor
 // S is indefinite where a direction leads uphill: Newton is on its way to a saddle, or far from anything. Residual norms may
 // find a way on; where they are asked again and again, the step is too long.
 PetscErrorCode climb(const EnergyLine& s, SNESLineSearch line) {
-  constexpr PetscInt BORNE = 4;
+  constexpr PetscInt MOST_UPHILL = 4;
   SNESLineSearchReason reason;
   PotentialChange beyond;
   PetscReal lambda;
   PetscFunctionBegin;
   ++s.newton.search.uphill;
-  if (++s.newton.search.past.uphill > BORNE) {
-    PetscCall(tell(s, 0, 0, "not downhill, given up"));
+  if (++s.newton.search.past.uphill > MOST_UPHILL) {
+    PetscCall(print_trial(s, 0, 0, "not downhill, given up"));
     PetscCall(SNESLineSearchSetReason(line, SNES_LINESEARCH_FAILED_REDUCT));
     PetscFunctionReturn(0);
   }
-  PetscCall(tell(s, 0, 0, "not downhill, by residual norms"));
+  PetscCall(print_trial(s, 0, 0, "not downhill, by residual norms"));
   PetscCall(guarded_search(line, s.newton));
   PetscCall(SNESLineSearchGetReason(line, &reason));
   if (reason != SNES_LINESEARCH_SUCCEEDED) PetscFunctionReturn(0);

@@ -45,7 +45,7 @@ struct EnergyLine {
   /// Collective. Phi(lambda) - Phi(0) - lambda slope.
   PetscErrorCode beyond_slope(double lambda, PotentialChange* change) const;
   /// Collective. Whether Phi's slope at the trial is well below that at the start.
-  PetscErrorCode slope_is_well(bool* well) const;
+  PetscErrorCode slope_has_fallen(bool* yes) const;
   /// Collective. W and G become Newton's iterate and residual.
   PetscErrorCode accept(SNESLineSearch search, Vec residual, PetscReal lambda, PetscReal fnorm) const;
 };

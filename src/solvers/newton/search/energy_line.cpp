@@ -87,11 +87,11 @@ PetscErrorCode EnergyLine::beyond_slope(double lambda, PotentialChange* change) 
 
 // Hager and Zhang's approximate condition:
 //   g(lambda).dv <= (2 alpha - 1) g(0).dv
-PetscErrorCode EnergyLine::slope_is_well(bool* well) const {
+PetscErrorCode EnergyLine::slope_has_fallen(bool* yes) const {
   double there = 0, speed = 0;
   PetscFunctionBegin;
   PetscCall(velocity_products(newton.model().comm(), G, line, &there, &speed));
-  *well = there <= (2 * limits.alpha - 1) * slope + noise;
+  *yes = there <= (2 * limits.alpha - 1) * slope + noise;
   PetscFunctionReturn(0);
 }
 

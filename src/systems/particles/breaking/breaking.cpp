@@ -2,7 +2,7 @@
 #include <algorithm>
 #include <cmath>
 #include "base/collective.hpp"
-#include "physics/pair/springs/registry.hpp"
+#include "lattice/spring_laws.hpp"
 
 namespace bs {
 
@@ -75,7 +75,7 @@ PetscErrorCode Breaking::share(std::vector<Found>* found) const {
   PetscFunctionReturn(0);
 }
 
-PetscErrorCode Breaking::look(double t, double load, bool loads, const LocalState& state, const Physics& physics) {
+PetscErrorCode Breaking::break_springs(double t, double load, bool loads, const LocalState& state, const Physics& physics) {
   std::vector<Found> found;
   int some;
   PetscFunctionBegin;

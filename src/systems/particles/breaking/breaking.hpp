@@ -18,7 +18,7 @@ namespace bs {
 struct BreakRules {
   enum Side { tension, compression, both };
   enum Scatter { none, weibull, uniform };
-  /// The same for all springs whose lattice gives none; infinite: they bear everything.
+  /// The same for all springs whose lattice gives none; infinite: no limit.
   double limit[BREAK_LIMITS] = {std::numeric_limits<double>::infinity(), std::numeric_limits<double>::infinity(),
                                 std::numeric_limits<double>::infinity()};
   Side side = tension;
@@ -66,7 +66,7 @@ class Breaking final : public Breaks {
   std::string describe(const Lattice& lattice) const { return rules_.describe(lattice); }
 
   /// Collective, at an accepted state. Breaks what is past its limit; `load`: the factor of loads, `loads`: whether time is one.
-  PetscErrorCode look(double t, double load, bool loads, const LocalState& state, const Physics& physics);
+  PetscErrorCode break_springs(double t, double load, bool loads, const LocalState& state, const Physics& physics);
   std::int64_t broke() const override { return broke_; }
   bool any() const override { return sums_.broken > 0 || given_broken_; }
   void mark() override;
@@ -109,7 +109,7 @@ class Breaking final : public Breaks {
     double motion = 0;                                               ///< [s]
     double last = -1;                                                ///< time of the last break
     std::int64_t motion_steps = 0;
-    std::int64_t running = 0;  ///< 1: the last look broke something
+    std::int64_t running = 0;  ///< 1: the last call of break_springs() broke something
   };
   struct Cut {
     PetscInt link;

@@ -1,6 +1,5 @@
 #include "systems/particles/condensed/block_icc.hpp"
 #include <petsc/private/pcimpl.h>
-#include <algorithm>
 #include "base/fault.hpp"
 #include "base/memory.hpp"
 #include "systems/particles/condensed/coarse_space.hpp"

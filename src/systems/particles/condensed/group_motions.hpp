@@ -4,7 +4,6 @@
 // q_ak: the principal axes of the group, of length 1/(its radius about them); an axis that no particle is off has q = 0.
 #pragma once
 #include <petscsys.h>
-#include <cstdint>
 #include <vector>
 #include "systems/particles/condensed/aggregates.hpp"
 

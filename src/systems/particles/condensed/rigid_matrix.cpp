@@ -1,5 +1,4 @@
 #include <algorithm>
-#include <cmath>
 #include "systems/particles/condensed/rigid_space.hpp"
 #include "systems/particles/supports.hpp"
 

@@ -6,7 +6,6 @@
 // no memory where there are none.
 #pragma once
 #include <petscmat.h>
-#include <array>
 #include <vector>
 #include "base/arrays.hpp"
 #include "base/handle.hpp"
