@@ -17,7 +17,7 @@ bool is_recalled(const std::string& option);
 /// every option that names something to write.
 PetscErrorCode withdraw_recalled(MPI_Comm comm, const std::string& option);
 
-/// Collective. One warning with every option that was left out so far; those left out later are told at once.
+/// Collective. One warning with every option that was left out so far; for those left out later there is a warning each, at once.
 PetscErrorCode leave_out(MPI_Comm comm, const std::string& from, const std::string& option, const std::string& value);
 PetscErrorCode tell_left_out(MPI_Comm comm);
 

@@ -53,7 +53,7 @@ class CheckpointFile {
   std::vector<std::pair<std::string, std::string>> options_;
 };
 
-/// Whether the option, without its dash, is of one run, and none that continues it takes it or is told of it.
+/// Whether the option, without its dash, concerns one run alone: a run that continues it neither takes it over nor warns that it differs.
 bool of_this_run_only(const std::string& option);
 
 /// Collective. Adds the options of the checkpoint named by -bs_restart to those given, which take precedence, and notes that they were recalled. Left

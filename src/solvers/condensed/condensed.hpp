@@ -41,14 +41,14 @@ PetscErrorCode register_condensed();
 /// Whether `pc` is of this type, and what it has done.
 PetscErrorCode condensed_counts(PC pc, bool* is, CondensedCounts* counts);
 
-/// Where the Jacobian comes from, and what for; must be given before `pc` is set up, unless P itself is tied to a tangent. What for may
-/// change between solves; whether the signs of the pivots are wanted may not.
+/// The tangent behind the Jacobian, and what the solves are for; to be given before `pc` is set up, unless P itself is tied to a tangent. The demand
+/// may change between solves, except whether the signs of the pivots are wanted.
 PetscErrorCode condensed_set_tangent(PC pc, Tangent* tangent, const CondensedDemand& demand);
 
-/// What for it was told last; of a `pc` of another type `demand` is left alone.
+/// The demand given last; for a `pc` of another type `demand` stays as it is.
 PetscErrorCode condensed_demand(PC pc, CondensedDemand* demand);
 
-/// Not collective. What the last solve of a `pc` of this type failed of; empty where it did not, or where S was not positive definite.
+/// Not collective. Why the last solve of a `pc` of this type failed; empty where it succeeded, or where S was not positive definite.
 PetscErrorCode condensed_failure(PC pc, std::string* text);
 
 /// The next solve renews the preconditioner, as the first one does: a run and its continuation then agree bit for bit.

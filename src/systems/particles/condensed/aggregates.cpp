@@ -1,7 +1,7 @@
-#include "systems/particles/condensed/aggregates.hpp"
 #include <algorithm>
 #include <cmath>
 #include "base/disjoint_sets.hpp"
+#include "systems/particles/condensed/group_motions.hpp"
 
 namespace bs {
 

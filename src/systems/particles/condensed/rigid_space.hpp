@@ -9,7 +9,6 @@
 #include <vector>
 #include "base/handle.hpp"
 #include "network/network.hpp"
-#include "systems/particles/condensed/aggregates.hpp"
 #include "systems/particles/condensed/group_motions.hpp"
 #include "systems/particles/condensed/spring_matrix.hpp"
 
