@@ -1,5 +1,6 @@
 // The number by which half springs name their other end: its row in the input and, in a periodic box, which of its images it is.
 #pragma once
+#include <algorithm>
 #include <cstdint>
 
 namespace bs {
@@ -18,7 +19,7 @@ inline std::int64_t key(std::int64_t row) { return row << SHIFT_BITS; }
 /// |shift| <= MOST
 inline std::int64_t key(std::int64_t row, const std::int64_t* shift, int d, int sign) {
   std::int64_t code = 0;
-  for (int k = 0; k < d; ++k) code |= fold(sign * shift[k]) << (BITS * k);
+  for (int k = 0; k < std::min(d, 3); ++k) code |= fold(sign * shift[k]) << (BITS * k);
   return row << SHIFT_BITS | code;
 }
 inline std::int64_t row(std::int64_t key) { return key >> SHIFT_BITS; }
