@@ -94,6 +94,7 @@ class FirstOrder : public Model {
   PetscErrorCode accept(double t, Vec y) override { return own_->accept(t, y); }
   PetscErrorCode gather_memory(std::vector<StatePart>* parts) override { return own_->gather_memory(parts); }
   PetscErrorCode scatter_memory() override { return own_->scatter_memory(); }
+  bool remembers() const override { return own_->remembers(); }
   void save_sums(std::map<std::string, double>* sums) const override { own_->save_sums(sums); }
   void restore_sums(const std::map<std::string, double>& sums) override { own_->restore_sums(sums); }
   PetscErrorCode observe(double t, Vec y, std::vector<Observable>* out) override { return own_->observe(t, y, out); }

@@ -108,6 +108,8 @@ class System {
     return 0;
   }
   virtual PetscErrorCode scatter_memory() { return 0; }
+  /// Whether forces at a state depend on what accept() has made of it.
+  virtual bool remembers() const { return false; }
 
   /// Sums over the run so far, by name, the same on every rank, for a checkpoint; and back: those that it holds.
   virtual void save_sums(std::map<std::string, double>*) const {}

@@ -15,6 +15,8 @@ STATICS = {"bs_task": "statics"}
 BLOCK = {"bs_lattice_type": "cubic", "bs_lattice_size": (3, 3, 4), "bs_lattice_spacing": 0.2, "bs_lattice_fixed": "zmin", "bs_lattice_stiffness": 4000,
          "bs_spring_law": "strain", "bs_gravity": (0, 0, -9.81), "bs_lattice_perturbation": 0.05, "ts_dt": 0.01, "ts_max_time": 0.12, "bs_output_interval": 0.025}
 
+YIELDING = {"bs_spring_law": "plastic", "bs_spring_yield_force": 20, "bs_spring_hardening": 300, "bs_lattice_velocity_gradient": (0, 0, 3, 0, 0, 0, 0, 0, -4)}
+
 
 def content(path):
     """Every attribute and dataset of an HDF5 file by name, as type, shape and bytes."""
@@ -92,6 +94,8 @@ def dynamics(checks, folder):
                                  ("error control", {"ts_adapt_type": "basic", "ts_rtol": 1e-2, "ts_atol": 1e-2}, (5, 9)),
                                  ("alpha2", {"ts_type": "alpha2", "bs_lattice_damping": 0.5}, (5, None)),
                                  ("verlet, beyond its limit", {"ts_type": "verlet", "ts_dt": 0.02, "ts_max_time": 0.4, "bs_output_interval": 0.1, "bs_advise": False}, (2, 12, None)),
+                                 ("rk, plastic springs", {"ts_type": "rk", "ts_adapt_type": "none", "ts_dt": 0.002, "ts_max_time": 0.03, "bs_output_interval": 0.01, **YIELDING}, (5, 9)),
+                                 ("rk 5dp, plastic springs", {"ts_type": "rk", "ts_rk_type": "5dp", "ts_adapt_type": "none", "ts_dt": 0.002, "ts_max_time": 0.03, **YIELDING}, (5, 9)),
                                  ("rejected steps", {"bs_lattice_stiffness": 4e6, "snes_max_it": 3, "ts_max_time": 0.04}, (3, None)),
                                  ("another start", {"ts_init_time": 1.03, "ts_max_time": 1.15}, (5,)),
                                  ("loose tolerances", {"snes_rtol": 0.3, "bs_energy_growth": 0}, (5, None)),

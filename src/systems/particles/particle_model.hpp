@@ -68,6 +68,7 @@ class ParticleModel final : public Mechanics {
   PetscErrorCode begin_at(double t, Vec y) override;
   PetscErrorCode gather_memory(std::vector<StatePart>* parts) override;
   PetscErrorCode scatter_memory() override;
+  bool remembers() const override { return memory_.active(); }
   PetscErrorCode fingerprint(std::uint64_t* value) override;
   PetscErrorCode take_constants(std::vector<Dataset>* out) override;
   void release_input() override;
