@@ -195,7 +195,7 @@ struct Case {
           own;
       total += shape.rho * shape.area * shape.drag_coefficient * std::pow(relative, 1.5) / 6;
     }
-    double rate[3], shift[3], end[3];
+    double rate[3] = {}, shift[3] = {}, end[3] = {};
     motion.at(t, shift, rate);
     for (std::size_t k = 0; k < net.anchors.particle.size(); ++k) {
       for (int c = 0; c < d; ++c) end[c] = net.anchors.point[k * 3 + static_cast<std::size_t>(c)] + shift[c];
