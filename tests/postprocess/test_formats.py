@@ -148,6 +148,7 @@ CASES = {
     "ids": (lambda f: given(2, f, ids=[90, 3, 7, 55, 20, 21, 22, 8, 14]), [], ALL - {"gsd"}, set(), "ids"),
     "rest lengths that differ by rounding": (lambda f: given(2, f, rest_length=unlike, stiffness=20.0), [], VTK | {"data"}, set(), "springs"),
     "units": (lambda f: given(3, f), ["-bs_output_units", "real"], {"h5md", "data"}, set(), "units (Angstrom, fs)"),
+    "units of angle springs": (bent(3, [(70, 90), (120, 60)]), ["-bs_output_units", "real"], {"h5md", "data"}, set(), "units (Angstrom, fs)"),
     "SI units": (lambda f: given(3, f), ["-bs_output_units", "SI"], {"h5md", "data"}, set(), "units (m, s)"),
     "SI units in a periodic box": (periodic("cubic", "xyz"), ["-bs_output_units", "SI"], {"h5md", "data"}, set(), "units (m, s)"),
     "periodic box along the axes": (periodic("cubic", "xyz"), [], ALL, set(), None),
@@ -159,7 +160,7 @@ CASES = {
     "angle springs in a periodic box": (periodic("cubic", "xyz", "-bs_angle_stiffness", "2"), [], VTK | {"data"}, set(), "angle springs"),
     "angle springs in a periodic plane": (periodic("cubic", "xy", "-bs_lattice_type", "square", "-bs_lattice_size", "4,5", "-bs_lattice_dim", "2", "-bs_angle_stiffness", "2",
                                                    "-bs_rest_angle", "2.5"), [], VTK | {"data"}, set(), "angle springs"),
-    "angle springs to far images": (far_bent, [], VTK, {"data", "gsd"}, "angle springs"),
+    "angle springs to far images": (far_bent, [], VTK, {"data", "gsd"}, "angle spring"),
     "springs longer than half the box": (lambda f: periodic("triangular", "xy", "-bs_lattice_dim", "2")(f) + ["-bs_lattice_size", "2,2", "-bs_lattice_perturbation", "0"], [],
                                          ALL - {"gsd", "data"}, {"gsd", "data"}, "does not join the nearest images"),
 }
@@ -256,10 +257,22 @@ def see_dump(checks, name, path, truth):
     wide[1] -= max(0, yz) - min(0, yz)
     cell = np.array([[wide[0], 0, 0], [xy, wide[1], 0], [xz, yz, wide[2]]])
     x = np.stack([column[k] for k in "xyz"], axis=1)
+    if truth.periodic.any():
+        low = bounds[:, 0] - [min(0, xy, xz, xy + xz), min(0, yz), 0]
+        in_their_boxes(checks, name, x, np.stack([column["i" + k] for k in "xyz"], axis=1), cell, low, truth)
     checks.near(f"{name}: lengths of springs", np.sort(truth.nearest(x, cell)), np.sort(truth.nearest(three(truth.x), full(truth))), 1e-9)
     checks.near(f"{name}: speeds", np.linalg.norm(np.stack([column["v" + k] for k in "xyz"], axis=1), axis=1), np.linalg.norm(truth.v, axis=1), 1e-12)
     own = truth.id if truth.id.min() > 0 else np.arange(1, len(truth.x) + 1)
     checks.true(f"{name}: masses and ids", np.array_equal(column["mass"], truth.mass) and np.array_equal(column["id"], own))
+
+
+def in_their_boxes(checks, name, x, images, cell, low, truth):
+    """Particles lie in the box, and the images that they are in lead back to where they are, up to a turn."""
+    inside = ((x - low) @ np.linalg.inv(cell))[:, np.pad(truth.periodic, (0, 3 - truth.dim))]
+    checks.true(f"{name}: particles lie in the box", inside.min() > -1e-9 and inside.max() < 1 + 1e-9, f"{inside.min():.3g} to {inside.max():.3g}")
+    there, given = x + images @ cell, three(truth.x)
+    apart = [np.linalg.norm(p[:, None] - p[None], axis=2) for p in (there, given)]
+    checks.below(f"{name}: distances by the images", np.abs(apart[0] - apart[1]).max(), 1e-9 * max(1, apart[1].max()))
 
 
 def full(truth):
@@ -464,6 +477,13 @@ def see_data(checks, folder, name, path, truth):
     style = "angle" if truth.angles else "bond"
     units = "real" if "units = real" in text else "si"
     elastic = truth.elastic if name.split(",")[0] not in ("anchors", "motion of anchors", "hinges") else 0.5 * (truth.k * (truth.length - truth.rest) ** 2).sum()
+    if truth.periodic.any():
+        low, high = np.array([line.split()[:2] for line in text.splitlines() if line.endswith("hi")], float).T
+        tilt = [line.split()[:3] for line in text.splitlines() if line.endswith("xy xz yz")]
+        xy, xz, yz = map(float, tilt[0]) if tilt else (0, 0, 0)
+        rows = np.array([line.split() for line in re.split(r"\n[A-Z][a-z]+\n", text.split("\nAtoms # ")[1].split("\n", 2)[2])[0].split("\n") if line], float)
+        wide = high - low
+        in_their_boxes(checks, name, rows[:, 3:6], rows[:, 6:9], np.array([[wide[0], 0, 0], [xy, wide[1], 0], [xz, yz, wide[2]]]), low, truth)
     refusal, _ = converted(path, folder / "data.h5", "--boundary", words.replace(" ", ","), "--dim", truth.dim, "--units", units)
     checks.true(f"{name}: becomes a lattice", refusal is None, refusal or "")
     if not refusal:
@@ -559,7 +579,7 @@ def crossing(checks, folder, name):
                     checks.near(f"{label}: --box_lengths", f["particles/trajectory/box/edges/value"][-1][:truth.dim] / 1e9, np.diag(truth.cell), 1e-12 * np.abs(truth.cell).max())
             elif truth.periodic.any():
                 checks.true(f"{label}: --box_lengths", "not along the axes" in str(converted(source, lengths, "--box_lengths")[0]))
-            see_h5md(checks, label, target, truth, 1.0 if name == "units" else 1e10)
+            see_h5md(checks, label, target, truth, 1.0 if name.startswith("units") else 1e10)
         elif form == "vtu":
             vtu = target.read_bytes()
             see_vtu(checks, folder, label, target, truth, options, source)
