@@ -56,5 +56,29 @@ def modes(checks, folder):
         checks.true(f"{count} modes", told(run, *keys), run.stdout.splitlines()[-1])
 
 
+def lists(checks, folder):
+    """Whatever a task lists, its report says what is known to be complete: omega^2, motions without stiffness, equilibria, breaks."""
+    net = {"bs_lattice_type": "triangular", "bs_lattice_size": "6,6", "bs_lattice_perturbation": 0.05}
+    pulled = {**net, "bs_group_t": "ymax", "bs_group_b": "ymin", "bs_motion_b": "fixed", "bs_motion_t": "x=fixed,y=velocity:0.2"}
+    box, statics = {**net, "bs_lattice_periodic": "xy"}, {"bs_task": "statics", "bs_load_steps": 3}
+    broken = "springs broke, as judged where each step ends"
+    for name, options, known, words in (
+            ("modes", {**net, "bs_task": "modes", "bs_modes": 4}, {"completeness": "counted"}, "no mode is missing among them"),
+            ("modes that cannot be counted", {**net, "bs_task": "modes", "bs_modes": 4, "bs_modes_solver": "iterative", "bs_modes_which": "largest"}, {"completeness": None}, "missing"),
+            ("moduli", {**box, "bs_task": "moduli"}, {"zero_modes": 0}, ""),
+            ("moduli without a count", {**box, "bs_task": "moduli", "bs_zero_modes_unknowns": 0}, {"zero_modes": -1}, ""),
+            ("load steps", {**pulled, **statics}, {"stability_unknown": 0, "snap_through_unknown": 0}, ""),
+            ("load steps, no factors", {**pulled, **statics, "condensed_pc_type": "jacobi", "condensed_ksp_type": "cg"}, {"stability_unknown": None}, "stab"),
+            ("load steps after a break", {**pulled, **statics, "bs_break_strain": 0.03}, {"snap_through_unknown": None}, "snap-through was not looked for"),
+            ("a path by arc length", {**pulled, **statics, "bs_load_control": "arc"}, {"snap_through_unknown": None}, ""),
+            ("breaks of statics", {**pulled, **statics, "bs_break_strain": 0.03}, {"broken_springs": None}, broken),
+            ("breaks in motion", {**pulled, "ts_dt": 0.01, "ts_max_time": 1, "bs_break_strain": 0.03}, {"broken_springs": None}, broken)):
+        for ranks in (1, 3):
+            run = checks.run(options, ranks=ranks)
+            found = {key: run.report.get(key) for key in known}
+            good = all(value is not None and (expected is None or value == expected) for value, expected in zip(found.values(), known.values()))
+            checks.true(f"{name}, {ranks} rank(s)", good and words in run.stdout + run.stderr, f"{found}")
+
+
 if __name__ == "__main__":
-    run_parts("warnings of a run", (cut, early, modes))
+    run_parts("warnings of a run", (cut, early, modes, lists))

@@ -15,7 +15,7 @@ PetscErrorCode Breaking::observe(std::vector<Observable>* out) const {
 
 std::vector<Tally> Breaking::tallies() const {
   if (!active_) return {};
-  return {{"broken_springs", "springs broke", sums_.broken},
+  return {{"broken_springs", "springs broke, as judged where each step ends", sums_.broken},
           {"avalanches", "avalanches", sums_.avalanches},
           {"largest_avalanche", "springs broke in the largest avalanche", sums_.largest}};
 }
