@@ -31,6 +31,7 @@ struct Plan {
   std::string type = {};      ///< the TS type's name
   std::string method;         ///< the options that name the method
   bool descriptor = true;     ///< whether it keeps its order where C is singular
+  bool any_step = true;       ///< whether it is stable at any step: explicit types and theta below 1/2 are not
 };
 
 /// A system of differential equations F(t, y, y') = 0 with its explicit form y' = G(t, y).

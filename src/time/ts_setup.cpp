@@ -120,13 +120,16 @@ PetscErrorCode create_ts(Model& model, TSContext* context, TSHandle* ts) {
     PetscCall(linear_solver_of(*ts, nullptr, &pc));
     PetscCall(make_pivots_relative(pc, false));
   }
+  PetscReal theta;
+  PetscCall(theta_of(*ts, &theta));
   Plan plan{context->implicit,
             context->form,
             0,
             context->method->traits->real,
             type,
             context->method->words(),
-            context->method->descriptor >= context->method->order};
+            context->method->descriptor >= context->method->order,
+            context->implicit && theta >= 0.5};
   PetscCall(TSGetTimeStep(*ts, &plan.step));
   PetscCall(model.prepare(plan));
   if (context->implicit) PetscCall(context->predictor.attach(*ts, model, &context->newton));

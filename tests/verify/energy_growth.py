@@ -119,6 +119,10 @@ def check_linear(checks):
         done = checks.run({"bs_model": "linear", "bs_linear_G": mtx(folder / "g", 3.0), "bs_linear_C": mtx(folder / "c", 1.0), "bs_linear_x0": mtx(folder / "x", 1.0), "ts_type": "euler",
                            "ts_dt": 1.0, "ts_max_time": 20}, grows=True)
         checks.true("one decay by forward Euler beyond its limit", grown(done), done.stdout.strip().splitlines()[-1])
+        for theta, step in ((0.1, 1.0), (0.3, 10.0), (0.5, 10.0), (0.3, 1.0)):  # of decays 3/s: stable up to h = 2/(3 (1 - 2 theta))
+            done = checks.run({"bs_model": "linear", "bs_linear_G": mtx(folder / "g", 3.0), "bs_linear_C": mtx(folder / "c", 1.0), "bs_linear_x0": mtx(folder / "x", 1.0),
+                               "ts_type": "theta", "ts_theta_theta": theta, "ts_theta_endpoint": True, "ts_dt": step, "ts_max_time": 40 * step}, grows=True)
+            checks.true(f"one decay by theta = {theta}, h = {step} s", grown(done) == (theta < 0.5 and 3 * step * (1 - 2 * theta) > 2), done.stdout.strip().splitlines()[-1])
 
 
 def check_limit(checks):

@@ -100,7 +100,7 @@ PetscErrorCode LinearModel::prepare(const Plan& plan) {
   if (!plan.implicit && plan.real_stability > 0) PetscCall(warn_unstable(plan));
   PetscCall(warn_inconsistent(plan));
   type_ = plan.type;
-  explicit_ = !plan.implicit;
+  may_grow_ = !plan.any_step;
   PetscFunctionReturn(0);
 }
 

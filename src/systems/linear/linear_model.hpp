@@ -71,7 +71,7 @@ class LinearModel final : public Model {
   KSPHandle C_solver_;
   std::vector<Filling> filled_;
   std::string type_;       ///< of the TS
-  bool explicit_ = false;  ///< likewise
+  bool may_grow_ = false;  ///< whether steps of it can make energy
 };
 
 }  // namespace bs

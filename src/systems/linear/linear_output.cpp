@@ -47,12 +47,13 @@ PetscErrorCode LinearModel::observe(double, Vec y, std::vector<Observable>* out)
   PetscFunctionReturn(0);
 }
 
-// E = x.C x/2 with C symmetric has dE/dt = x.(B u - G x): what the sources and active elements supply. Implicit types do not make energy.
+// E = x.C x/2 with C symmetric has dE/dt = x.(B u - G x): what the sources and active elements supply. Types that are stable at any step do not make
+// energy.
 PetscErrorCode LinearModel::energy_supply(double t, Vec y, EnergySupply* out, bool* has) {
   PetscScalar inner = 0, power = 0;
   VecHandle change;
   PetscFunctionBegin;
-  *has = explicit_ && symmetric_;
+  *has = may_grow_ && symmetric_;
   if (!*has) PetscFunctionReturn(0);
   PetscCall(VecDuplicate(y, change.out()));
   PetscCall(MatMult(system_.C, y, change));
