@@ -127,6 +127,7 @@ void Equilibrium::save_sums(std::map<std::string, double>* sums) const {
   (*sums)["largest_residual"] = seen_.loaded;
   (*sums)["unbalanced"] = seen_.unbalanced;
   (*sums)["released_energy"] = released_;
+  (*sums)["mean_rate"] = rate_;
 }
 
 void Equilibrium::restore_sums(const std::map<std::string, double>& sums) {
@@ -137,6 +138,7 @@ void Equilibrium::restore_sums(const std::map<std::string, double>& sums) {
   };
   seen_ = {of("largest_inner_force"), of("largest_outer_force"), of("largest_stress"), of("largest_residual"), of("unbalanced")};
   released_ = of("released_energy");
+  rate_ = of("mean_rate");
 }
 
 }  // namespace bs

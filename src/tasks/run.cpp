@@ -245,10 +245,11 @@ PetscErrorCode Run::advance(int* exit_code) {
   }
   if (!resumed_) PetscCall(on_frame(first_step, stepper_->good_time(), y));
   if (first_.empty()) first_ = last_;
-  if (taken_up_ < 0 && hooks_.begin)
+  if (taken_up_ <= 0 && hooks_.begin)
     stepper_->set_on_begin([this] {
       PetscFunctionBegin;
       PetscCall(hooks_.begin());
+      PetscCall(stepper_->count_start(ts_));
       good_facts_ = facts();
       PetscFunctionReturn(0);
     });

@@ -50,6 +50,8 @@ class Stepper {
   void set_on_break(OnBreak on_break) { on_break_ = std::move(on_break); }
   /// Called once, before the next step, whose start it may change.
   void set_on_begin(std::function<PetscErrorCode()> on_begin) { on_begin_ = std::move(on_begin); }
+  /// Iterations so far are the run's, and no step's.
+  PetscErrorCode count_start(TS ts);
   /// The run ends after the present step for this reason, as a failed one.
   void give_up(const std::string& why) { lost_ = why; }
   const RunCounts& counts() const { return counter_.counts(); }

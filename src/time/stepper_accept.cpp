@@ -39,6 +39,13 @@ PetscErrorCode Stepper::count_step(TS ts, StepRecord* record) {
   PetscFunctionReturn(0);
 }
 
+PetscErrorCode Stepper::count_start(TS ts) {
+  StepRecord start;
+  PetscFunctionBegin;
+  PetscCall(count_iterations(ts, &start));
+  PetscFunctionReturn(0);
+}
+
 /// What is new since the last count is added to the step's.
 PetscErrorCode Stepper::count_iterations(TS ts, StepRecord* record) {
   StepRecord more;

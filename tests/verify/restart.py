@@ -65,12 +65,12 @@ def report(folder):
 
 
 def compare(checks, folder, name, options, stops):
-    """stops: the steps after which the run is stopped and continued; None: after every one."""
+    """stops: the steps after which the run is stopped and continued, besides before the first; None: after every one."""
     base = {"bs_progress_interval": -1, "ts_max_steps": MANY, "bs_output": "r.h5md", "bs_checkpoint": "c", "bs_report": "r.json", **options}
     whole = folder / f"{name} whole"
     go(checks, whole, base)
     steps = report(whole)["steps"]
-    for number, stop in enumerate(stops):
+    for number, stop in enumerate((0, *stops)):
         parts = folder / f"{name} {number}"
         at = range(1, steps) if stop is None else [stop]
         where = "every step" if stop is None else f"step {stop} of {steps}"
@@ -80,7 +80,7 @@ def compare(checks, folder, name, options, stops):
                                                                          **{key: options[key] for key in ("bs_lattice_file",) if key in options}})
         go(checks, parts, {"bs_restart": "c", "ts_max_steps": MANY, "bs_report": "r.json", "bs_overwrite": True,
                            **{key: options[key] for key in ("bs_lattice_file",) if key in options}})
-        checks.true(f"{name}, stopped after {where}: it was on its way", 0 < at[-1] < steps, f"{steps} steps")
+        checks.true(f"{name}, stopped after {where}: it was on its way", 0 <= at[-1] < steps, f"{steps} steps")
         for kind, file in (("checkpoint", "c"), ("trajectory", "r.h5md"))[:1 if base["bs_output"] is None else 2]:
             count, differ = differences(whole / file, parts / file)
             checks.true(f"{name}, stopped after {where}: {kind}", not differ, f"{count} entries; " + "; ".join(differ)[:600])

@@ -15,6 +15,7 @@ class RestStart {
  public:
   /// Collective. Before the first step of `ts`; its state becomes the equilibrium. The factor of `model` is 0 afterwards.
   PetscErrorCode find(TS ts, TSContext& context, Equilibrium& model, PseudoTime& solver);
+  bool tried() const { return tried_; }
   bool found() const { return found_; }
   void count(std::vector<Tally>* out) const;
   PetscErrorCode warn(Warnings* warnings) const;

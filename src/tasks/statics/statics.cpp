@@ -148,6 +148,7 @@ PetscErrorCode StaticRun::return_free_bodies(double factor, Vec y) {
 
 PetscErrorCode StaticRun::begin() {
   PetscFunctionBegin;
+  if (start_.tried()) PetscFunctionReturn(0);  // by the run that is continued
   PetscCall(start_.find(ts_, *context_, model_, pseudo_));
   box_.begin_anew();
   snaps_.begin_at_rest(start_.found());
@@ -187,6 +188,7 @@ PetscErrorCode StaticRun::observe(double factor, Vec y, std::vector<Observable>*
 
 PetscErrorCode StaticRun::find(double factor, Vec y, Findings* out) {
   PetscFunctionBegin;
+  if (!start_.tried()) PetscFunctionReturn(0);  // nothing has been solved for yet
   if (box_.active()) {
     box_.put(model_, factor, out);
     PetscCall(box_.confirm(model_, factor, y, out));
