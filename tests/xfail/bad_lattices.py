@@ -322,7 +322,7 @@ ANGLES = {
     "quads of three": (hinges(put("hinges/quads", np.zeros((1, 3), int))), "/hinges/quads: shape (1, 3), needs (A, 4)"),
     "rest angle of -pi": (hinges(put("hinges/rest_angle", -np.pi, 0)), "hinge 0, /hinges/rest_angle: rest angle -3.141592653589793; write an angle above -pi and at most pi"),
     "wing without area": (hinges(put("hinges/quads", [0, 2, 1, 4], 1)), "hinge 1, /hinges/quads: starts with a second wing without area"),
-    "hinges in the plane": (hinges(lambda data: data.update({"particles/position": data["particles/position"][:, :2].copy()})), "hinges need a lattice of at least 3 dimensions, this one has 2"),
+    "hinges in the plane": (hinges(both(lambda data: data.update({"particles/position": data["particles/position"][:, :2].copy()}), drop("anchors/point", "anchors/particle", "anchors/stiffness"))), "hinges need a lattice of at least 3 dimensions, this one has 2"),
     "declares angles it does not hold": (sparse("angles/triples", (10**9, 3), "i8"), "does not hold them"),
 }
 
