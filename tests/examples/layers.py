@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
 """The layers of the source hold: a folder of src includes only what the table of src/README.md lets it include, base nothing but itself, and what the
-table says of PETSc's types is so."""
+table says of PETSc's types is so. The unit tests are where the source is: a folder of tests/unit is one of src, and what lies in it includes a header of that folder."""
 import argparse
 import pathlib
 import re
@@ -8,6 +8,7 @@ import sys
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 SOURCE = ROOT / "src"
+UNIT = ROOT / "tests" / "unit"
 FOREIGN = {"physics": r"petsc|mpi\.h|\bMPI_|\bVec\b|\bMat\b", "lattice": r"petsc|mpi\.h|\bMPI_", "solvers": r"petscts|\bTS\b|\bTS[A-Z]\w*"}
 
 
@@ -38,6 +39,18 @@ def faults(files, allowed):
     return found
 
 
+def unit_faults(tests, folders):
+    """What of the unit tests {path below tests/unit: text} does not mirror the folders {folder of src: whether it has .cpp files}."""
+    found = []
+    for path, text in sorted(tests.items()):
+        folder = path.rpartition("/")[0]
+        if folder not in folders:
+            found.append(f"tests/unit/{path}: there is no src/{folder}")
+        elif not any(name.startswith(folder + "/") for name in re.findall(r'^#include "([^"]+)"', text, re.M)):
+            found.append(f"tests/unit/{path} includes no header of src/{folder}/")
+    return found
+
+
 def main():
     argparse.ArgumentParser(description=__doc__).parse_args()
     files = {str(p.relative_to(SOURCE)): p.read_text() for p in SOURCE.rglob("*") if p.suffix in (".hpp", ".cpp")}
@@ -48,11 +61,18 @@ def main():
     wrong = {"solvers/a.hpp": '#include "time/b.hpp"\nvoid f(TS ts);\n', "time/b.hpp": "", "attic/c.cpp": "", "lattice/d.cpp": '#include "lattice/none.hpp"\n'}
     if len(faults(wrong, allowed)) != 4:
         found.append("the test does not see " + "; ".join(wrong))
+    tests = {str(p.relative_to(UNIT)): p.read_text() for p in UNIT.rglob("*.cpp")}
+    tests = {path: text for path, text in tests.items() if not path.startswith("support/")}
+    folders = {str(p.relative_to(SOURCE)): any(p.glob("*.cpp")) for p in SOURCE.rglob("*") if p.is_dir() and p.name != "package"}
+    found += unit_faults(tests, folders)
+    wrong = {"time/a.cpp": '#include "base/b.hpp"\n', "attic/c.cpp": "", "d.cpp": ""}
+    if len(unit_faults(wrong, folders)) != 3:
+        found.append("the test does not see " + "; ".join(wrong))
     order = [name for name in allowed]
     for name, others in allowed.items():
         if others != {"all"}:
             found += [f"the table lets {name}/ and {other}/ include one another" for other in others if name in allowed[other] and order.index(other) > order.index(name)]
-    print("\n".join(found) or f"{len(files)} files in {len(allowed)} folders keep to the table")
+    print("\n".join(found) or f"{len(files)} files in {len(allowed)} folders keep to the table, {len(tests)} unit tests lie where the source is")
     sys.exit(bool(found))
 
 

@@ -1,7 +1,7 @@
 // Hinges: derivatives by differences, energies in long double, closed forms of flat equilateral wings.
+#include "physics/quadruple/hinge.hpp"
 #include <algorithm>
 #include "laws_common.hpp"
-#include "physics/quadruple/hinge.hpp"
 
 using namespace bs;
 using law_tests::Dice;

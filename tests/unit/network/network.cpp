@@ -1,4 +1,5 @@
 // The distributed lattice against a list of all its springs, which every rank makes for itself.
+#include "network/network.hpp"
 #include <algorithm>
 #include <catch2/catch.hpp>
 #include <map>
@@ -7,7 +8,6 @@
 #include "input/remote.hpp"
 #include "lattice/generator.hpp"
 #include "lattice/random.hpp"
-#include "network/network.hpp"
 #include "network/row_index.hpp"
 #include "physics/pair/springs/registry.hpp"
 #include "systems/particles/condensed/spring_matrix.hpp"

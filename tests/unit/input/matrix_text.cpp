@@ -1,11 +1,11 @@
 // Matrix Market text: every layout against the matrix it stands for, faults with their line, noise without a crash.
+#include "input/matrix_text.hpp"
 #include <catch2/catch.hpp>
 #include <random>
 #include <sstream>
 #include <vector>
 #include "base/handle.hpp"
 #include "input/matrix_load.hpp"
-#include "input/matrix_text.hpp"
 #include "spoken.hpp"
 
 namespace {

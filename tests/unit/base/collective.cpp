@@ -1,7 +1,7 @@
 // Sums over the ranks in several reductions are those of one.
+#include "base/collective.hpp"
 #include <catch2/catch.hpp>
 #include <vector>
-#include "base/collective.hpp"
 
 using namespace bs;
 

@@ -1,11 +1,7 @@
-// Angle springs and the loops over interactions of several ends: derivatives by differences, energies in long double, storages.
-#include <algorithm>
-#include <random>
-#include "condensed_case.hpp"
-#include "lattice/interaction_schemas.hpp"
-#include "laws_common.hpp"
+// The angle spring: derivatives by differences, known forces, energies in long double.
 #include "physics/triple/angle_spring.hpp"
-#include "systems/particles/particle_potential.hpp"
+#include <algorithm>
+#include "laws_common.hpp"
 
 using namespace bs;
 using law_tests::Dice;
@@ -127,13 +123,6 @@ void check_change(double theta, double rest, double size, unsigned seed) {
   REQUIRE(std::abs(found - static_cast<double>(expected)) <= 1e-11 * terms + 1e-17 / static_cast<double>(h));
 }
 
-GeneratorSpec with_angles(LatticeType type, std::vector<std::int64_t> size, int dim, double stiffness) {
-  GeneratorSpec spec = lattice(type, std::move(size), dim);
-  spec.angle_stiffness = stiffness;
-  spec.fixed_particles = {0, 3};
-  return spec;
-}
-
 }  // namespace
 
 TEST_CASE("an angle spring's force and tangent are the derivatives of its energy") {
@@ -206,159 +195,4 @@ TEST_CASE("a straight angle spring bends alike in every direction, and keeps its
         for (int c = 0; c < 9; ++c) product -= step[r] * K[r * 9 + c] * step[c];
       CHECK(product == Approx(2 * 4 * size * size).epsilon(1e-12));
     }
-}
-
-TEST_CASE("S of a lattice with angle springs multiplies alike in every storage") {
-  for (const int d : {2, 3}) {
-    for (const bool chain : {true, false}) {
-      Case c(PETSC_COMM_WORLD,
-             with_angles(chain    ? LatticeType::chain
-                         : d == 2 ? LatticeType::square
-                                  : LatticeType::cloth,
-                         chain ? std::vector<std::int64_t>{19} : std::vector<std::int64_t>{6, 7}, d, 8.0),
-             40.0);
-      REQUIRE(c.net.interactions.size() == interaction_schemas().size());
-      MatHandle own;
-      REQUIRE(c.tangent.create(CondensedStorage::springs, own.out()) == 0);
-      VecHandle p, expected, found;
-      REQUIRE(SpringMatrix::from(own)->create_vector(p.out()) == 0);
-      REQUIRE(VecDuplicate(p, expected.out()) == 0);
-      REQUIRE(VecDuplicate(p, found.out()) == 0);
-      fill(c.net, p);
-      for (const bool positive : {false, true}) {
-        REQUIRE(c.tangent.assemble(positive, own) == 0);
-        if (positive) REQUIRE(MatMult(own, p, expected) == 0);
-        else REQUIRE(c.tangent.multiply_condensed(p, expected) == 0);
-        for (const CondensedStorage storage : {CondensedStorage::springs, CondensedStorage::sbaij, CondensedStorage::baij, CondensedStorage::aij}) {
-          MatHandle S;
-          REQUIRE(c.tangent.create(storage, S.out()) == 0);
-          REQUIRE(c.tangent.assemble(positive, S) == 0);
-          REQUIRE(MatMult(S, p, found) == 0);
-          CHECK(relative_difference(found, expected) < (positive || storage == CondensedStorage::springs ? 3e-7 : 1e-13));
-        }
-      }
-      // the diagonal that preconditioners see
-      VecHandle diagonal, whole;
-      MatHandle S;
-      REQUIRE(VecDuplicate(p, diagonal.out()) == 0);
-      REQUIRE(VecDuplicate(p, whole.out()) == 0);
-      REQUIRE(c.tangent.create(CondensedStorage::aij, S.out()) == 0);
-      REQUIRE(c.tangent.assemble(true, S) == 0);
-      REQUIRE(MatGetDiagonal(S, whole) == 0);
-      REQUIRE(MatGetDiagonal(own, diagonal) == 0);
-      CHECK(relative_difference(diagonal, whole) < 3e-7);
-    }
-  }
-}
-
-TEST_CASE("Phi of a lattice with angle springs changes as its energies do") {
-  for (const int d : {2, 3}) {
-    Case c(PETSC_COMM_WORLD, with_angles(LatticeType::cloth, {5, 6}, d == 2 ? 3 : d, 8.0), 40.0);
-    REQUIRE(c.net.interactions.size() == interaction_schemas().size());
-    const PetscInt dim = c.net.dim;
-    ParticlePotential potential;
-    LocalState state;
-    VecHandle z, there;
-    REQUIRE(potential.create(c.net, *c.physics, c.y, false) == 0);
-    REQUIRE(state.create(c.net, c.y) == 0);
-    CHECK(potential.lacks_potential().empty());
-    REQUIRE(VecDuplicate(c.y, z.out()) == 0);
-    REQUIRE(VecDuplicate(c.y, there.out()) == 0);
-    PetscScalar* a = nullptr;
-    REQUIRE(VecGetArray(z, &a) == 0);
-    for (PetscInt i = 0; i < c.net.n; ++i)
-      for (PetscInt k = 0; k < dim; ++k) {
-        a[i * 2 * dim + k] = c.net.fixed[i] ? 0 : std::sin(3.3 * static_cast<double>(c.net.row[i]) + static_cast<double>(k));
-        a[i * 2 * dim + dim + k] = 40 * a[i * 2 * dim + k];
-      }
-    REQUIRE(VecRestoreArray(z, &a) == 0);
-    // elastic energies at x, and at x + lambda z; the slope is the force's
-    Coupling coupling;
-    const auto elastic = [&](Vec y) {
-      REQUIRE(state.gather(0.0, y) == 0);
-      double sum = c.physics->energies(0, state).elastic;
-      MPI_Allreduce(MPI_IN_PLACE, &sum, 1, MPI_DOUBLE, MPI_SUM, PETSC_COMM_WORLD);
-      return sum;
-    };
-    const double lambda = 0.02, before = elastic(c.y);
-    std::vector<double> f(static_cast<std::size_t>(c.net.n * dim));
-    Singularity fault;
-    REQUIRE(state.gather(0.0, c.y) == 0);
-    REQUIRE(coupling.create(c.net) == 0);
-    for (const Part part : {Part::interior, Part::boundary}) c.physics->forces(part, 0, state, coupling, f.data(), &fault);
-    CHECK(fault.kind == Singularity::none);
-    double slope = 0, kinetic = 0;
-    const PetscScalar* az = nullptr;
-    REQUIRE(VecGetArrayRead(z, &az) == 0);
-    for (PetscInt i = 0; i < c.net.n; ++i)
-      for (PetscInt k = 0; k < dim; ++k) {
-        slope -= f[i * dim + k] * az[i * 2 * dim + k];
-        kinetic += c.net.fixed[i] ? 0 : 0.5 * c.net.mass[i] * az[i * 2 * dim + dim + k] * az[i * 2 * dim + dim + k];
-      }
-    REQUIRE(VecRestoreArrayRead(z, &az) == 0);
-    double sums[2] = {slope, kinetic};
-    MPI_Allreduce(MPI_IN_PLACE, sums, 2, MPI_DOUBLE, MPI_SUM, PETSC_COMM_WORLD);
-    REQUIRE(VecWAXPY(there, lambda, z, c.y) == 0);
-    const double expected = 40 * (elastic(there) - before - lambda * sums[0] + lambda * lambda * sums[1]);
-    PotentialChange change;
-    REQUIRE(potential.follow(c.y, z) == 0);
-    REQUIRE(potential.beyond_slope(0, 40, lambda, &change) == 0);
-    CHECK(change.value == Approx(expected).epsilon(1e-11));
-  }
-}
-
-TEST_CASE("generated angle springs join three neighbours along each axis, whatever the ranks", "[generator]") {
-  GeneratorSpec spec = lattice(LatticeType::square, {4, 3}, 2);
-  spec.angle_stiffness = 5;
-  spec.rest_angle = 3;
-  // rows count along x first: 0 1 2 3 / 4 5 6 7 / 8 9 10 11
-  const std::vector<std::int64_t> expected = {0, 1, 2, 0, 4, 8, 1, 2, 3, 1, 5, 9, 2, 6, 10, 3, 7, 11, 4, 5, 6, 5, 6, 7, 8, 9, 10, 9, 10, 11};
-  for (const int size : {1, 2, 3, 5}) {
-    std::vector<std::int64_t> found;
-    for (int rank = 0; rank < size; ++rank) {
-      const Lattice part = generate(spec, rank, size);
-      REQUIRE(part.interactions.size() == 1);
-      const InteractionRows& rows = part.interactions[0];
-      CHECK(rows.rows.count * 3 == static_cast<std::int64_t>(rows.ends.size()));
-      REQUIRE(rows.parameter.size() == 2 * rows.ends.size() / 3);
-      for (std::size_t k = 0; k < rows.parameter.size(); ++k) CHECK(rows.parameter[k] == (k % 2 ? 3 : 5));
-      found.insert(found.end(), rows.ends.begin(), rows.ends.end());
-    }
-    CHECK(found == expected);
-  }
-  spec.angle_stiffness = 0;
-  CHECK(generate(spec, 0, 1).interactions.empty());
-  CHECK_FALSE(check(spec).empty());
-}
-
-TEST_CASE("couplings of angle springs leave ghosts and one link a pair", "[network]") {
-  GeneratorSpec spec = lattice(LatticeType::chain, {14}, 2);
-  spec.angle_stiffness = 1;
-  int rank, size;
-  MPI_Comm_rank(PETSC_COMM_WORLD, &rank);
-  MPI_Comm_size(PETSC_COMM_WORLD, &size);
-  Lattice chain = generate(spec, rank, size);
-  for (Rows* rows : {&chain.springs, &chain.interactions[0].rows}) REQUIRE(number_rows(PETSC_COMM_WORLD, rows) == 0);
-  Network net;
-  REQUIRE(build_network(PETSC_COMM_WORLD, chain, NetworkOptions{}, &net) == 0);
-  REQUIRE(net.interactions.size() == interaction_schemas().size());
-  const InteractionTable& table = net.interactions[0];
-  CHECK(table.total == 12);
-  CHECK(std::is_sorted(table.row.begin(), table.row.end()));
-  std::int64_t owned = 0;
-  for (std::size_t k = 0; k < table.row.size(); ++k)
-    for (int e = 0; e < 3; ++e) {
-      const PetscInt i = table.end[k * 3 + static_cast<std::size_t>(e)];
-      REQUIRE(i < net.n + net.ghosts);
-      // positions tell which particle it is: spacing 1 along x
-      CHECK(net.held[i * 2] == Approx(static_cast<double>(table.row[k] + e)).margin(1e-12));
-      owned += i < net.n;
-    }
-  MPI_Allreduce(MPI_IN_PLACE, &owned, 1, MPI_INT64_T, MPI_SUM, PETSC_COMM_WORLD);
-  CHECK(owned == 36);
-  for (PetscInt i = 0; i < net.n; ++i) {
-    std::vector<PetscInt> others(net.links.other.begin() + net.links.start[i], net.links.other.begin() + net.links.start[i + 1]);
-    const std::int64_t row = net.row[i];
-    CHECK(static_cast<std::int64_t>(others.size()) == std::min<std::int64_t>(row, 2) + std::min<std::int64_t>(13 - row, 2));
-  }
 }

@@ -1,7 +1,7 @@
 // The coarse space of rigid motions of groups: what its groups can do together it must solve exactly, whatever S is.
+#include "systems/particles/condensed/rigid_space.hpp"
 #include "condensed_case.hpp"
 #include "systems/particles/condensed/block_icc.hpp"
-#include "systems/particles/condensed/rigid_space.hpp"
 
 using namespace bs;
 

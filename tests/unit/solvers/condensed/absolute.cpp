@@ -1,10 +1,10 @@
 // Directions by the absolute values of curvatures, against their closed form.
+#include "solvers/condensed/absolute.hpp"
 #include <petscksp.h>
 #include <algorithm>
 #include <catch2/catch.hpp>
 #include <cmath>
 #include "base/handle.hpp"
-#include "solvers/condensed/absolute.hpp"
 
 using namespace bs;
 

@@ -5,8 +5,7 @@
 #include <cmath>
 #include <vector>
 
-#include "input/remote.hpp"
-#include "lattice/generator.hpp"
+#include "small_network.hpp"
 #include "systems/first_order.hpp"
 #include "systems/particles/condensed/block_icc.hpp"
 #include "systems/particles/linearised_forces.hpp"
@@ -93,16 +92,6 @@ inline void create_bicc(Mat S, const char* options, PC* pc) {
   REQUIRE(PetscObjectSetOptions(reinterpret_cast<PetscObject>(*pc), nullptr) == 0);
   REQUIRE(PetscOptionsDestroy(&own) == 0);
   REQUIRE(PCSetOperators(*pc, S, S) == 0);
-}
-
-inline GeneratorSpec lattice(LatticeType type, std::vector<std::int64_t> size, int dim) {
-  GeneratorSpec spec;
-  spec.type = type;
-  spec.size = std::move(size);
-  spec.dim = dim;
-  spec.particle_mass = 0.5;
-  spec.stiffness = {70.0, 40.0, 20.0};
-  return spec;
 }
 
 inline double relative_difference(Vec a, Vec b) {

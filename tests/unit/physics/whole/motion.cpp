@@ -1,7 +1,7 @@
 // Motion of anchor points, and the tables it may come from.
+#include "physics/whole/motion.hpp"
 #include "base/options.hpp"
 #include "laws_common.hpp"
-#include "physics/whole/motion.hpp"
 
 using namespace bs;
 using namespace law_tests;
