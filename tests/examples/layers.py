@@ -1,6 +1,7 @@
 #!/usr/bin/env python3
 """The layers of the source hold: a folder of src includes only what the table of src/README.md lets it include, base nothing but itself, and what the
-table says of PETSc's types is so. The unit tests are where the source is: a folder of tests/unit is one of src, and what lies in it includes a header of that folder."""
+table says of PETSc's types is so. The unit tests are where the source is: a folder of tests/unit is one of src, and what lies in it includes a header of that folder.
+The functions and files that src/README.md names exist."""
 import argparse
 import pathlib
 import re
@@ -51,6 +52,21 @@ def unit_faults(tests, folders):
     return found
 
 
+def missing_names(text, files):
+    """What a document names in `code` that the source {path: text} does not have: members `Class::member`, files `folder/name.cpp` (`b.cpp` after `folder/a.cpp`, `::b` after `A::a`)."""
+    code = "\n".join(files.values())
+    found, folder = [], ""
+    for quoted in re.findall(r"`([^`\n]+)`", text):
+        for member in re.findall(r"\b[A-Z]\w+::(\w+)", quoted) if not quoted.startswith("-") else []:
+            if not re.search(rf"\b{member}\b\s*[({{;=\[]", code):
+                found.append(quoted)
+        if re.fullmatch(r"[\w/]+\.[ch]pp", quoted):
+            folder = quoted.rpartition("/")[0] if "/" in quoted else folder
+            if not any(path == quoted or path.endswith("/" + quoted) or path == f"{folder}/{quoted}" for path in files):
+                found.append(quoted)
+    return found
+
+
 def main():
     argparse.ArgumentParser(description=__doc__).parse_args()
     files = {str(p.relative_to(SOURCE)): p.read_text() for p in SOURCE.rglob("*") if p.suffix in (".hpp", ".cpp")}
@@ -68,6 +84,9 @@ def main():
     wrong = {"time/a.cpp": '#include "base/b.hpp"\n', "attic/c.cpp": "", "d.cpp": ""}
     if len(unit_faults(wrong, folders)) != 3:
         found.append("the test does not see " + "; ".join(wrong))
+    found += [f"src/README.md names {name}, which the source does not have" for name in missing_names((SOURCE / "README.md").read_text(), files)]
+    if missing_names("`Run::fly` of `base/none.cpp`, `Run::set_up` in `tasks/run.cpp`", files) != ["Run::fly", "base/none.cpp"]:
+        found.append("the test does not see names that the source lacks")
     order = [name for name in allowed]
     for name, others in allowed.items():
         if others != {"all"}:
