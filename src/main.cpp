@@ -1,5 +1,6 @@
 // backspring: implicit time stepping of mass-spring systems on PETSc.
 #include <dlfcn.h>
+#include <hdf5.h>
 #include <petscts.h>
 #include <strings.h>
 #include <algorithm>
@@ -13,16 +14,16 @@
 #include <memory>
 #include <string>
 #include <vector>
-#include "base/command_line.hpp"
-#include "base/crash.hpp"
-#include "base/fault.hpp"
+#include "base/context.hpp"
 #include "base/find_file.hpp"
-#include "base/help.hpp"
-#include "base/memory.hpp"
 #include "base/option_names.hpp"
-#include "base/options.hpp"
-#include "base/signals.hpp"
 #include "checkpoint/checkpoint.hpp"
+#include "cli/blas_memory.hpp"
+#include "cli/command_line.hpp"
+#include "cli/crash.hpp"
+#include "cli/help.hpp"
+#include "cli/signals.hpp"
+#include "cli/voice.hpp"
 #include "solvers/condensed/condensed.hpp"
 #include "solvers/newton/search/searches.hpp"
 #include "systems/create.hpp"
@@ -74,7 +75,9 @@ std::string fault_of_words(const std::string& where, const std::vector<std::stri
 bool refused(int argc, char** argv) {
   int rank = 0, wrong = 0;
   MPI_Comm_rank(MPI_COMM_WORLD, &rank);
-  std::string fault = bs::find_option_files(argc, argv);
+  std::vector<std::string> folders;
+  std::string fault = bs::find_option_files(argc, argv, &folders);
+  bs::set_option_folders(MPI_COMM_WORLD, folders);
   if (rank == 0) {
     if (fault.empty()) fault = bs::fault_of_option_files(argc, argv);
     if (fault.empty()) fault = fault_of_words("", {argv + 1, argv + argc});
@@ -101,23 +104,33 @@ PetscErrorCode initialize(int argc, char** argv) {
   return status || said ? status : PetscOptionsClearValue(nullptr, skip);
 }
 
-int run_petsc(int argc, char** argv) {
+/// Handlers of errors, crashes and signals around the program; the exit code.
+int watched_run() {
   int exit_code = 0;
-  bs::watch_start();
-  bs::collect_help(argc, argv);
-  if (initialize(argc, argv)) return static_cast<int>(bs::told_exit() == bs::Exit::ok ? bs::Exit::input : bs::told_exit());
-  PetscErrorCode status = bs::install_error_handler();
-  if (!status) status = bs::install_crash_handler();
-  bs::catch_signals();
+  PetscBool trace = PETSC_FALSE;
+  PetscErrorCode status = PetscOptionsGetBool(nullptr, nullptr, "-bs_trace", &trace, nullptr);
+  if (!status && trace) status = bs::trace_petsc_errors(MPI_COMM_WORLD);
+  if (!trace) H5Eset_auto2(H5E_DEFAULT, nullptr, nullptr);
+  if (!status) status = bs::install_crash_handler(MPI_COMM_WORLD, trace);
+  bs::catch_signals(MPI_COMM_WORLD);
   if (!status) status = bs::reserve_blas_memory();
   // a reader that hangs up (| head) is no reason for a stack trace
   std::signal(SIGPIPE, SIG_DFL);
   if (!status) status = run_program(&exit_code);
   bs::print_help();
-  const int failed = bs::finish(status);
-  (void)PetscPopErrorHandler();  // else -malloc_dump would list it
-  if (PetscFinalize() && !failed) return static_cast<int>(bs::Exit::io);
+  const int failed = bs::exit_code_of(MPI_COMM_WORLD, status);
+  if (trace) (void)PetscPopErrorHandler();
   return failed ? failed : exit_code;
+}
+
+int run_petsc(int argc, char** argv) {
+  bs::speak_for(MPI_COMM_WORLD);
+  bs::collect_help(argc, argv);
+  const bs::PetscErrors in_words(MPI_COMM_WORLD);
+  if (initialize(argc, argv)) return static_cast<int>(bs::last_error(MPI_COMM_WORLD).exit);
+  const int code = watched_run();
+  if (PetscFinalize() && !code) return static_cast<int>(bs::Exit::io);
+  return code;
 }
 
 /// Open MPI keeps freed memory from going back to the system, for networks that register it: a lattice's set-up would then
@@ -163,6 +176,7 @@ int main(int argc, char** argv) {
   return_freed_memory();
   one_thread_a_rank();
   const int code = refused(argc, argv) ? static_cast<int>(bs::Exit::input) : run_petsc(argc, argv);
+  bs::drop_context(MPI_COMM_WORLD);
   MPI_Finalize();
   bs::expect_exit();
   return code;

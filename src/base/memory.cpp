@@ -4,7 +4,8 @@
 #include <algorithm>
 #include <functional>
 #include <vector>
-#include "base/fault.hpp"
+#include "base/context.hpp"
+#include "base/error.hpp"
 #include "base/options.hpp"
 
 #ifdef __GLIBC__
@@ -23,7 +24,11 @@ namespace bs {
 namespace {
 
 constexpr double SMALL = 4e6;  // bytes not worth the question
-bool checks = true;
+
+/// -bs_memory_check.
+struct MemoryCheck {
+  bool on = true;
+};
 
 /// A mapping while it lives, as large as what is to be allocated: it meets the limits that nothing here reads.
 class Trial {
@@ -94,8 +99,9 @@ std::string obstacle(double bytes, const MemoryRoom& own, const MemoryRoom& grou
 
 PetscErrorCode read_memory_option(MPI_Comm comm) {
   PetscFunctionBegin;
+  bool& checks = held_by<MemoryCheck>(comm).on;
   checks = true;
-  PetscCall(read_section(comm, "Memory", [](Section& o) {
+  PetscCall(read_section(comm, "Memory", [&](Section& o) {
     o.flag("-bs_memory_check", "refuse a run that needs more memory than the limits and the machine leave; false: start it anyway", checks);
   }));
   PetscFunctionReturn(0);
@@ -106,7 +112,7 @@ PetscErrorCode reserve_memory(MPI_Comm comm, const MemoryNeed& need) {
   int size = 1, rank = 0;
   PetscFunctionBegin;
   PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &most, 1, MPI_DOUBLE, MPI_MAX, comm));
-  if (!checks || most < SMALL) PetscFunctionReturn(0);
+  if (!held_by<MemoryCheck>(comm).on || most < SMALL) PetscFunctionReturn(0);
   PetscCallMPI(MPI_Comm_size(comm, &size));
   PetscCallMPI(MPI_Comm_rank(comm, &rank));
   const MemoryUse use = memory_use();
@@ -117,13 +123,13 @@ PetscErrorCode reserve_memory(MPI_Comm comm, const MemoryNeed& need) {
   PetscCall(add_up(comm, fresh, group.bound, &together));
   const Trial trial(fresh);
   const std::string reason = obstacle(need.bytes, process_room(use), group, machine_room(meminfo), together, trial);
-  Fault fault;
+  Error fault;
   if (!reason.empty())
     fault.note(rank,
                need.what + " needs at least " + in_bytes(need.bytes) + " of memory" + (size > 1 ? format(" on each of %d ranks", size) : "") + "; " +
                    reason + (need.advice.empty() ? "take a smaller system" : need.advice) + ", or start it anyway with -bs_memory_check false",
-               present_phase());
-  PetscCall(agree(comm, fault));  // after which all trials are undone
+               present_phase(comm));
+  PetscCall(fail_if_any(comm, fault));  // after which all trials are undone
   PetscFunctionReturn(0);
 }
 

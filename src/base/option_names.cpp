@@ -9,7 +9,7 @@
 #include <set>
 #include <string>
 #include <vector>
-#include "base/fault.hpp"
+#include "base/error.hpp"
 #include "base/options.hpp"
 #include "base/text.hpp"
 
@@ -106,7 +106,7 @@ int reason_against(const std::string& file) {
 PetscErrorCode check_viewers(MPI_Comm comm) {
   std::vector<std::pair<std::string, std::string>> options;
   PetscMPIInt rank;
-  Fault fault;
+  Error fault;
   PetscBool value = PETSC_FALSE;
   PetscFunctionBegin;
   PetscCallMPI(MPI_Comm_rank(comm, &rank));
@@ -118,7 +118,7 @@ PetscErrorCode check_viewers(MPI_Comm comm) {
       fault.note(0, "option -" + name + " " + text + ": cannot write " + file + ": " + std::strerror(why), Exit::io);
   }
   fault.exit = Exit::io;
-  PetscCall(agree(comm, fault));
+  PetscCall(fail_if_any(comm, fault));
   for (const char* name : {"-options_view", "-options_left"}) PetscCall(PetscOptionsGetBool(nullptr, nullptr, name, &value, nullptr));
   PetscFunctionReturn(0);
 }
@@ -138,9 +138,9 @@ PetscErrorCode reject_unknown_options(MPI_Comm comm) {
   // A third of the letters behind -bs_ may be wrong, or two; never all.
   const int letters = static_cast<int>(unknown.size()) - 4;
   const int most = std::min(std::max(2, letters / 3), letters - 1);
-  const std::string meant = nearest(unknown, known_options(), most);
+  const std::string meant = nearest(unknown, known_options(comm), most);
   const std::string advice = meant.empty() ? "-help lists the options" : "did you mean " + meant + "?";
-  PetscFunctionReturn(tell(comm, Exit::input, "option " + unknown + " does not exist: " + advice));
+  PetscFunctionReturn(fail(comm, Exit::input, "option " + unknown + " does not exist: " + advice));
 }
 
 }  // namespace bs

@@ -7,7 +7,8 @@
 #include <cmath>
 #include <cstdlib>
 
-#include "base/fault.hpp"
+#include "base/context.hpp"
+#include "base/error.hpp"
 #include "base/find_file.hpp"
 #include "base/recalled.hpp"
 #include "base/text.hpp"
@@ -16,10 +17,10 @@ namespace bs {
 
 namespace {
 
-std::set<std::string>& known() {
-  static std::set<std::string> names;
-  return names;
-}
+struct Known {
+  std::set<std::string> names;
+  std::set<std::string> described;  ///< by -help: an option that two laws read is listed once
+};
 
 /// " [kg]" from "mass of a particle [kg]"; empty where the help names no unit ("along x[,y]" names none).
 std::string unit_of(const std::string& help) {
@@ -39,10 +40,10 @@ std::string shown(double x) { return format("%g", x); }
 
 }  // namespace
 
-const std::set<std::string>& known_options() { return known(); }
+const std::set<std::string>& known_options(MPI_Comm comm) { return held_by<Known>(comm).names; }
 
 void Section::fail(const std::string& text) {
-  if (!status_) status_ = tell(comm_, Exit::input, text);
+  if (!status_) status_ = bs::fail(comm_, Exit::input, text);
 }
 
 void Section::refuse(const char* name, const std::string& value, const std::string& why, const std::string& remedy) {
@@ -51,9 +52,9 @@ void Section::refuse(const char* name, const std::string& value, const std::stri
 
 /// Registers and explains the option; true and `value` if it is given. `bare`: it may come without a value.
 bool Section::find(const char* name, const char* help, const std::string& present, std::string* value, bool* bare) {
-  static std::set<std::string> described;  // an option that two laws read is listed once
-  known().insert(name);
-  if (items_->printhelp && items_->count == 1 && !items_->alreadyprinted && described.insert(name).second) {
+  Known& known = held_by<Known>(comm_);
+  known.names.insert(name);
+  if (items_->printhelp && items_->count == 1 && !items_->alreadyprinted && known.described.insert(name).second) {
     const PetscErrorCode code = (*PetscHelpPrintf)(comm_, "  %s: <%s>: %s\n", name, present.c_str(), help);
     if (code && !status_) status_ = code;
   }

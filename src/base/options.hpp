@@ -64,8 +64,8 @@ PetscErrorCode read_section(MPI_Comm comm, const char* title, Body&& body) {
   PetscFunctionReturn(status);
 }
 
-/// Names (with the leading dash) of every option read through a Section so far.
-const std::set<std::string>& known_options();
+/// Names (with the leading dash) of every option read through a Section on `comm` so far.
+const std::set<std::string>& known_options(MPI_Comm comm);
 
 /// Collective. An option that begins with -bs_ and that no reader knows is an error that suggests the nearest name.
 /// Call after every reader has run.

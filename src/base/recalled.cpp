@@ -5,7 +5,8 @@
 #include <map>
 #include <vector>
 
-#include "base/fault.hpp"
+#include "base/context.hpp"
+#include "base/error.hpp"
 #include "base/find_file.hpp"
 
 namespace bs {
@@ -17,20 +18,12 @@ struct Recalled {
   bool own;
 };
 
-std::map<std::string, Recalled>& recalled() {
-  static std::map<std::string, Recalled> options;
-  return options;
-}
+using RecalledOptions = std::map<std::string, Recalled>;
 
 struct LeftOut {
   std::string from, options;
-  bool told = false;
+  bool warned = false;
 };
-
-LeftOut& left_out() {
-  static LeftOut some;
-  return some;
-}
 
 std::string shown(const std::string& option, const std::string& value) {
   constexpr std::size_t most = 60;
@@ -48,37 +41,40 @@ bool lies_below(const std::filesystem::path& path, const std::filesystem::path& 
 
 }  // namespace
 
-void note_recalled(const std::string& option, const std::string& from, bool own) { recalled()[lower(option)] = {from, option, own}; }
+void note_recalled(MPI_Comm comm, const std::string& option, const std::string& from, bool own) {
+  held_by<RecalledOptions>(comm)[lower(option)] = {from, option, own};
+}
 
-bool is_recalled(const std::string& option) { return recalled().count(lower(option)) > 0; }
+bool is_recalled(MPI_Comm comm, const std::string& option) { return held_by<RecalledOptions>(comm).count(lower(option)) > 0; }
 
 PetscErrorCode withdraw_recalled(MPI_Comm comm, const std::string& option) {
-  const auto at = recalled().find(lower(option));
+  RecalledOptions& recalled = held_by<RecalledOptions>(comm);
+  const auto at = recalled.find(lower(option));
   const char* value = nullptr;
   PetscBool set = PETSC_FALSE;
   PetscFunctionBegin;
-  if (at == recalled().end() || at->second.own) PetscFunctionReturn(0);
+  if (at == recalled.end() || at->second.own) PetscFunctionReturn(0);
   PetscCall(PetscOptionsFindPair(nullptr, nullptr, option.c_str(), &value, &set));
   const std::string text = set && value ? value : "";
   PetscCall(PetscOptionsClearValue(nullptr, option.c_str()));
   PetscCall(leave_out(comm, at->second.from, at->second.written, text));
-  recalled().erase(at);
+  recalled.erase(at);
   PetscFunctionReturn(0);
 }
 
 PetscErrorCode leave_out(MPI_Comm comm, const std::string& from, const std::string& option, const std::string& value) {
-  LeftOut& all = left_out();
+  LeftOut& all = held_by<LeftOut>(comm);
   PetscFunctionBegin;
   all.from = from;
   all.options += (all.options.empty() ? "" : ", ") + shown(option, value);
-  if (all.told) PetscCall(tell_left_out(comm));
+  if (all.warned) PetscCall(warn_left_out(comm));
   PetscFunctionReturn(0);
 }
 
-PetscErrorCode tell_left_out(MPI_Comm comm) {
-  LeftOut& all = left_out();
+PetscErrorCode warn_left_out(MPI_Comm comm) {
+  LeftOut& all = held_by<LeftOut>(comm);
   PetscFunctionBegin;
-  all.told = true;
+  all.warned = true;
   if (all.options.empty()) PetscFunctionReturn(0);
   PetscCall(warn(comm, all.from + ": not taken over from it: " + all.options +
                            ": options that write files or load libraries apply only if they are given again; those of the trajectory and the "
@@ -87,9 +83,10 @@ PetscErrorCode tell_left_out(MPI_Comm comm) {
   PetscFunctionReturn(0);
 }
 
-std::string fault_of_recalled_input(const std::string& option, const std::string& path) {
-  const auto at = recalled().find(lower(option));
-  if (at == recalled().end()) return {};
+std::string fault_of_recalled_input(MPI_Comm comm, const std::string& option, const std::string& path) {
+  const RecalledOptions& recalled = held_by<RecalledOptions>(comm);
+  const auto at = recalled.find(lower(option));
+  if (at == recalled.end()) return {};
   const std::string& from = at->second.from;
   const std::string begin =
       "option " + option + " " + path + ": it stands in the checkpoint " + from + ", which may be somebody else's, and the file ";

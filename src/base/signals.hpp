@@ -1,17 +1,19 @@
-// Signals, looked at between steps.
+// What the owner of a communicator asks of a run on it, looked at between steps.
 #pragma once
+#include <mpi.h>
+#include <functional>
 
 namespace bs {
 
-/// From now on SIGTERM and SIGINT end the run after the present step, a second one of them (0.2 s later, and not the first
-/// one passed on by mpirun) ends the process at once; SIGUSR1 asks for a checkpoint. These replace the previous handlers (PETSc
-/// ends the program at once).
-void catch_signals();
+/// By default nothing is asked. Each rank has its own; what one of them is asked, all do.
+struct Signals {
+  std::function<int()> ending;       ///< the number of the signal that ends the run; 0: none
+  std::function<bool()> checkpoint;  ///< whether a checkpoint was asked for since the last call
+};
+void set_signals(MPI_Comm comm, Signals signals);
 
-/// The signal that ends the run, on this process; 0: none.
-int ending_signal();
-
-/// Whether SIGUSR1 has come to this process since the last call.
-bool take_checkpoint_signal();
+/// Local.
+int ending_signal(MPI_Comm comm);
+bool checkpoint_is_asked(MPI_Comm comm);
 
 }  // namespace bs

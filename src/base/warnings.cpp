@@ -1,7 +1,7 @@
 #include "base/warnings.hpp"
 #include <algorithm>
 #include <sstream>
-#include "base/fault.hpp"
+#include "base/error.hpp"
 
 namespace bs {
 

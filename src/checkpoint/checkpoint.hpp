@@ -68,6 +68,6 @@ PetscErrorCode fingerprint_inputs(MPI_Comm comm, Facts* inputs);
 PetscErrorCode require_same_inputs(MPI_Comm comm, const CheckpointFile& file, const Facts& now);
 
 /// Collective. Warns of every option in force that is not what it was when `file` was written.
-PetscErrorCode tell_changed_options(MPI_Comm comm, const CheckpointFile& file);
+PetscErrorCode warn_changed_options(MPI_Comm comm, const CheckpointFile& file);
 
 }  // namespace bs

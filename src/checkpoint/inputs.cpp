@@ -1,7 +1,7 @@
 // Whether the tables and texts that options name still say what they said: lattices and matrices are compared by the
 // model's fingerprint, everything else by its bytes.
 #include <fstream>
-#include "base/fault.hpp"
+#include "base/error.hpp"
 #include "base/find_file.hpp"
 #include "base/recalled.hpp"
 #include "checkpoint/checkpoint.hpp"
@@ -34,11 +34,11 @@ bool hash_of(const std::string& path, std::uint64_t* sum) {
 
 PetscErrorCode fingerprint_inputs(MPI_Comm comm, Facts* run) {
   PetscMPIInt rank;
-  Fault fault;
+  Error fault;
   std::map<std::string, std::uint64_t> sums;
   PetscFunctionBegin;
   PetscCallMPI(MPI_Comm_rank(comm, &rank));
-  for (const auto& [option, path] : input_files()) {
+  for (const auto& [option, path] : input_files(comm)) {
     if (path.empty() || known_to_model(option, path)) continue;
     std::uint64_t sum = 0;
     if (rank == 0 && !hash_of(path, &sum)) fault.note(0, "option " + option + ": " + path + " cannot be read any more: put it back");
@@ -47,7 +47,7 @@ PetscErrorCode fingerprint_inputs(MPI_Comm comm, Facts* run) {
     if (!first) at->second = 3 * at->second + sum;  // tables of several components: their order counts
   }
   for (const auto& [option, sum] : sums) run->whole[begin + option.substr(1)] = static_cast<std::int64_t>(sum);
-  PetscCall(agree(comm, fault));
+  PetscCall(fail_if_any(comm, fault));
   PetscFunctionReturn(0);
 }
 
@@ -59,10 +59,10 @@ PetscErrorCode require_same_inputs(MPI_Comm comm, const CheckpointFile& file, co
     const auto was = file.run().whole.find(name);
     if (was == file.run().whole.end() || was->second == sum) continue;
     std::string paths;
-    for (const auto& [of, path] : input_files())
+    for (const auto& [of, path] : input_files(comm))
       if (of == option) paths += (paths.empty() ? "" : ", ") + path;
-    if (is_recalled(option))
-      PetscCall(tell(comm, Exit::input,
+    if (is_recalled(comm, option))
+      PetscCall(fail(comm, Exit::input,
                      option + " " + paths + ": its contents have changed since " + file.name() + " was written: restore them, or give " + option +
                          " again to continue with the present contents"));
     PetscCall(warn(comm, "the run continues with other contents of " + option + " " + paths + " than when " + file.name() + " was written"));

@@ -1,5 +1,5 @@
 #include <vector>
-#include "base/fault.hpp"
+#include "base/error.hpp"
 #include "base/row_sum.hpp"
 #include "checkpoint/checkpoint.hpp"
 #include "output/h5.hpp"
@@ -64,7 +64,7 @@ typename Map::mapped_type get(const Map& map, const char* name) {
 
 PetscErrorCode CheckpointFile::damaged(const std::string& what) const {
   PetscFunctionBegin;
-  PetscCall(tell(comm_, Exit::input, name_ + ": " + what + ": give " + previous_checkpoint(name_) + ", if it exists, or start a new run"));
+  PetscCall(fail(comm_, Exit::input, name_ + ": " + what + ": give " + previous_checkpoint(name_) + ", if it exists, or start a new run"));
   PetscFunctionReturn(0);
 }
 
@@ -77,10 +77,10 @@ PetscErrorCode CheckpointFile::open(MPI_Comm comm, const std::string& file) {
   // what the ranks find is the same: they read one file
   if (!attributes_of(file_, "/", &root)) PetscCall(damaged("damaged"));
   if (get(root.text, "format") != "backspring checkpoint")
-    PetscCall(tell(comm, Exit::input, file + ": is not a checkpoint: give -bs_restart a file that -bs_checkpoint wrote"));
+    PetscCall(fail(comm, Exit::input, file + ": is not a checkpoint: give -bs_restart a file that -bs_checkpoint wrote"));
   const std::int64_t version = get(root.whole, "version");
   if (version > CHECKPOINT_VERSION)
-    PetscCall(tell(comm, Exit::input,
+    PetscCall(fail(comm, Exit::input,
                    format("%s: a checkpoint of version %lld, written by %s; this program reads up to version %lld: use a newer one", file.c_str(),
                           static_cast<long long>(version), get(root.text, "program").c_str(), static_cast<long long>(CHECKPOINT_VERSION))));
   if (version < 1 || !attributes_of(file_, "/run", &run_) || !attributes_of(file_, "/options", &options) ||
@@ -114,7 +114,7 @@ PetscErrorCode CheckpointFile::require_same(Model& model) const {
     what = model.dim() > 0 ? "of another lattice of the same size: a particle, spring or law of the springs has changed"
                            : "of another system of the same size: G, C, B or a source's column has changed";
   if (!what.empty())
-    PetscCall(tell(comm_, Exit::input, name_ + ": is the checkpoint " + what + ": continue with the input it was written for, or start a new run"));
+    PetscCall(fail(comm_, Exit::input, name_ + ": is the checkpoint " + what + ": continue with the input it was written for, or start a new run"));
   PetscFunctionReturn(0);
 }
 

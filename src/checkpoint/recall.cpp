@@ -6,7 +6,7 @@
 #include <cstring>
 #include <iterator>
 #include <set>
-#include "base/fault.hpp"
+#include "base/error.hpp"
 #include "base/option_names.hpp"
 #include "base/recalled.hpp"
 #include "checkpoint/checkpoint.hpp"
@@ -110,18 +110,18 @@ PetscErrorCode recall_options(MPI_Comm comm) {
     const std::string key = "-" + name;
     if (of_this_run_only(name)) continue;
     PetscCall(PetscOptionsHasName(nullptr, nullptr, key.c_str(), &there));
-    if (there && !is_recalled(key)) continue;
+    if (there && !is_recalled(comm, key)) continue;
     if (there || !take[k]) {  // there: under another spelling, which no checkpoint of this program's has
       PetscCall(leave_out(comm, file, key, value));
       continue;
     }
     PetscCall(PetscOptionsSetValue(nullptr, key.c_str(), value.empty() ? nullptr : value.c_str()));
-    note_recalled(key, file, names_own_file(lower(name)));
+    note_recalled(comm, key, file, names_own_file(lower(name)));
   }
   PetscFunctionReturn(0);
 }
 
-PetscErrorCode tell_changed_options(MPI_Comm comm, const CheckpointFile& file) {
+PetscErrorCode warn_changed_options(MPI_Comm comm, const CheckpointFile& file) {
   std::vector<std::pair<std::string, std::string>> now;
   PetscFunctionBegin;
   PetscCall(options_in_force(&now));

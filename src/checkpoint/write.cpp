@@ -1,7 +1,7 @@
 #include <unistd.h>
 #include <cerrno>
 #include <cstring>
-#include "base/fault.hpp"
+#include "base/error.hpp"
 #include "base/option_names.hpp"
 #include "base/row_sum.hpp"
 #include "checkpoint/checkpoint.hpp"
@@ -156,14 +156,14 @@ PetscErrorCode write_checkpoint(Model& model, const std::string& file, const Fac
   PetscMPIInt rank;
   PetscFunctionBegin;
   PetscCallMPI(MPI_Comm_rank(model.comm(), &rank));
-  const IoWatch watch("cannot write the checkpoint " + file, ": the one before it is intact");
+  const IoWatch watch(model.comm(), "cannot write the checkpoint " + file, ": the one before it is intact");
   PetscErrorCode code = write_file(model, target, run, states, &made, &full);
   int why = 0;
   if (!code && full.empty() && rank == 0) why = take_place(made, target, previous_checkpoint(target));
   if (rank == 0 && !made.empty() && (code || !full.empty() || why)) (void)unlink(made.c_str());
   PetscCallMPI(MPI_Bcast(&why, 1, MPI_INT, 0, model.comm()));
   if (why) full = std::strerror(why);
-  if (!code && !full.empty()) code = tell(model.comm(), Exit::io, watch.sentence(full));
+  if (!code && !full.empty()) code = fail(model.comm(), Exit::io, watch.sentence(full));
   PetscCall(watch.report(model.comm(), code));
   PetscFunctionReturn(0);
 }

@@ -3,7 +3,7 @@
 #include <cinttypes>
 #include <cmath>
 #include "base/collective.hpp"
-#include "base/fault.hpp"
+#include "base/error.hpp"
 #include "input/groups.hpp"
 #include "input/remote.hpp"
 
@@ -32,7 +32,7 @@ PetscErrorCode adjust_lattice(MPI_Comm comm, const GeneratorSpec& spec, Lattice*
   PetscFunctionBegin;
   std::string fault = check_particle_data(spec, l->dim, l->dim, l->particles.total);
   if (fault.empty()) fault = parse_faces(spec.fixed, l->dim, &faces);
-  if (!fault.empty()) PetscCall(tell(comm, Exit::input, l->source + ": " + fault));
+  if (!fault.empty()) PetscCall(fail(comm, Exit::input, l->source + ": " + fault));
   if (l->fixed.empty()) l->fixed.assign(static_cast<std::size_t>(l->particles.count), 0);
   if (faces || !spec.groups.empty()) PetscCall(bounding_box(comm, *l, &box));
   if (faces) apply_faces(faces, box, 0, l->dim, l->position, &l->fixed);
@@ -120,7 +120,7 @@ PetscErrorCode add_anchors(MPI_Comm comm, const AnchorSpec& given, Lattice* l) {
   PetscFunctionBegin;
   PetscCall(add_members(comm, *l, &spec));
   const std::string fault = fault_of(spec, *l);
-  if (!fault.empty()) PetscCall(tell(comm, Exit::input, fault));
+  if (!fault.empty()) PetscCall(fail(comm, Exit::input, fault));
   PetscCallMPI(MPI_Comm_rank(comm, &rank));
   PetscCallMPI(MPI_Comm_size(comm, &size));
   // The last rank's chunk ends the table, so what is appended goes there.

@@ -4,7 +4,7 @@
 #include <cinttypes>
 #include <cmath>
 
-#include "base/fault.hpp"
+#include "base/error.hpp"
 #include "input/interactions.hpp"
 #include "input/remote.hpp"
 #include "lattice/interaction_schemas.hpp"
@@ -25,13 +25,13 @@ PetscErrorCode read_boundary(MPI_Comm comm, const Hdf5File& file, const std::str
   if (words.empty() && trajectory) PetscFunctionReturn(0);
   // of a trajectory padded to three components the first d count
   if (words.empty() || static_cast<int>(words.size()) < l->dim)
-    PetscCall(tell(comm, Exit::input,
+    PetscCall(fail(comm, Exit::input,
                    format("%s: attribute boundary of %s has %d words; write %d, periodic or none along each edge", l->source.c_str(), group.c_str(),
                           static_cast<int>(words.size()), l->dim)));
   for (int k = 0; k < l->dim; ++k) {
     const std::string& word = words[at(k)];
     if (word != "periodic" && word != "none")
-      PetscCall(tell(comm, Exit::input, l->source + ": attribute boundary of " + group + " has '" + word + "'; write periodic or none"));
+      PetscCall(fail(comm, Exit::input, l->source + ": attribute boundary of " + group + " has '" + word + "'; write periodic or none"));
     l->box.periodic[k] = word == "periodic";
   }
   PetscFunctionReturn(0);
@@ -44,7 +44,7 @@ PetscErrorCode read_edges(MPI_Comm comm, const Hdf5File& file, const std::string
 
   PetscFunctionBegin;
   if (!file.has(path))
-    PetscCall(tell(comm, Exit::input, l->source + ": " + path + " is missing; write the edge vectors of the periodic box as rows [m]"));
+    PetscCall(fail(comm, Exit::input, l->source + ": " + path + " is missing; write the edge vectors of the periodic box as rows [m]"));
   const H5 set(H5Dopen2(file.id(), path.c_str(), H5P_DEFAULT), H5Dclose);
   const H5 space(set < 0 ? H5I_INVALID_HID : H5Dget_space(set), H5Sclose);
   hsize_t extent[H5S_MAX_RANK] = {0};
@@ -52,7 +52,7 @@ PetscErrorCode read_edges(MPI_Comm comm, const Hdf5File& file, const std::string
   const hsize_t D = rank > lead ? extent[lead] : 0;
   const bool square = rank == lead + 2 && extent[lead + 1] == D, flat = rank == lead + 1;
   if (!(square || flat) || D < static_cast<hsize_t>(d) || D > 3 || (frames && extent[0] == 0) || (!frames && D != static_cast<hsize_t>(d)))
-    PetscCall(tell(
+    PetscCall(fail(
         comm, Exit::input,
         format("%s: %s has the wrong shape; write (%d, %d), rows the edge vectors of the periodic box [m]", l->source.c_str(), path.c_str(), d, d)));
   Table table;
@@ -72,7 +72,7 @@ PetscErrorCode read_edges(MPI_Comm comm, const Hdf5File& file, const std::string
     if (size == 0 && !l->box.periodic[k]) l->box.edges[at(k * d + k)] = 1;
   }
   if (!invert_edges(l->box.edges.data(), d, inverse))
-    PetscCall(tell(comm, Exit::input,
+    PetscCall(fail(comm, Exit::input,
                    l->source + ": " + path + ": the edges span no volume; write finite vectors [m] that do not lie in one plane or line"));
   PetscFunctionReturn(0);
 }
@@ -102,7 +102,7 @@ PetscErrorCode read_shifts(MPI_Comm comm, const Hdf5File& file, const Joined& jo
   const int ends = joined.width - joined.first;
   Table table;
   TableShape shape;
-  Fault fault;
+  Error fault;
 
   PetscFunctionBegin;
   if (!file.has(joined.dataset) || joined.rows.total == 0) PetscFunctionReturn(0);
@@ -125,7 +125,7 @@ PetscErrorCode read_shifts(MPI_Comm comm, const Hdf5File& file, const Joined& jo
       fault.note(row, format("%s: %s %" PRId64 ", %s: a shift of %" PRId64 " boxes; write %s", l->source.c_str(), joined.title.c_str(), row,
                              joined.dataset.c_str(), s, open ? "0 along edges that are not periodic" : "-63 to 63"));
   }
-  PetscCall(agree(comm, fault));
+  PetscCall(fail_if_any(comm, fault));
   PetscFunctionReturn(0);
 }
 
@@ -148,7 +148,7 @@ static PetscErrorCode find_shifts(MPI_Comm comm, const Joined& joined, const Lat
   const std::size_t d = at(l.dim), width = at(joined.width), first = at(joined.first), center = at(joined.center);
   std::vector<double> ends;
   double inverse[9] = {};
-  Fault fault;
+  Error fault;
 
   PetscFunctionBegin;
   // an end that is not there is told later, with its place
@@ -174,14 +174,14 @@ static PetscErrorCode find_shifts(MPI_Comm comm, const Joined& joined, const Lat
                              l.source.c_str(), joined.title.c_str(), row, joined.ends[item], joined.ends[from], joined.dataset.c_str()));
     for (std::size_t c = 0; c < d; ++c) (*joined.shift)[((k * (width - first)) + a - first) * d + c] = shift[c];
   }
-  PetscCall(agree(comm, fault));
+  PetscCall(fail_if_any(comm, fault));
   PetscFunctionReturn(0);
 }
 
 /// Images are numbered as seen from any end.
 static PetscErrorCode check_reach(MPI_Comm comm, const Joined& joined, const Lattice& l) {
   const std::size_t d = at(l.dim), ends = at(joined.width - joined.first), size = ends * d;
-  Fault fault;
+  Error fault;
 
   PetscFunctionBegin;
   for (std::size_t k = 0; k < joined.shift->size() && !fault; ++k) {
@@ -192,7 +192,7 @@ static PetscErrorCode check_reach(MPI_Comm comm, const Joined& joined, const Lat
                    format("%s: %s %" PRId64 ": its ends are more than 63 boxes apart; write positions nearer to each other", l.source.c_str(),
                           joined.title.c_str(), joined.rows.first + static_cast<std::int64_t>(k / size)));
   }
-  PetscCall(agree(comm, fault));
+  PetscCall(fail_if_any(comm, fault));
   PetscFunctionReturn(0);
 }
 

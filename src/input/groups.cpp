@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cinttypes>
 
-#include "base/fault.hpp"
+#include "base/error.hpp"
 #include "base/option_names.hpp"
 
 namespace bs {
@@ -33,7 +33,7 @@ PetscErrorCode parse_groups(MPI_Comm comm, const GroupTexts& texts, int dim, int
     GroupSpec spec;
     spec.name = name;
     const std::string fault = parse_group(text, dim, axes, total, &spec);
-    if (!fault.empty()) PetscCall(tell(comm, Exit::input, "option -bs_group_" + name + ": " + fault));
+    if (!fault.empty()) PetscCall(fail(comm, Exit::input, "option -bs_group_" + name + ": " + fault));
     out->push_back(std::move(spec));
   }
   PetscFunctionReturn(0);
@@ -41,13 +41,13 @@ PetscErrorCode parse_groups(MPI_Comm comm, const GroupTexts& texts, int dim, int
 
 PetscErrorCode read_hdf5_groups(MPI_Comm comm, const Hdf5File& file, Lattice* l) {
   constexpr std::int64_t SLICE = 1 << 20;  // rows read at once
-  Fault fault;
+  Error fault;
 
   PetscFunctionBegin;
   for (const std::string& name : file.members("/groups")) {
     const std::string path = "/groups/" + name;
     if (!is_group_name(name))
-      PetscCall(tell(comm, Exit::input, l->source + ": " + path + ": no name of a group: write letters, digits and underscores"));
+      PetscCall(fail(comm, Exit::input, l->source + ": " + path + ": no name of a group: write letters, digits and underscores"));
     Table table;
     TableShape shape;
     shape.integers = true;
@@ -68,7 +68,7 @@ PetscErrorCode read_hdf5_groups(MPI_Comm comm, const Hdf5File& file, Lattice* l)
     }
     l->groups.push_back(std::move(group));
   }
-  PetscCall(agree(comm, fault));
+  PetscCall(fail_if_any(comm, fault));
   PetscFunctionReturn(0);
 }
 
@@ -82,7 +82,7 @@ PetscErrorCode require_groups(MPI_Comm comm, const std::string& option, const st
       known += (known.empty() ? "" : ", ") + one.name;
     }
     if (!there)
-      PetscCall(tell(comm, Exit::input,
+      PetscCall(fail(comm, Exit::input,
                      "option " + option + ": there is no group " + name + ": choose its particles by -bs_group_" + name +
                          (known.empty() ? "" : ", or name one of " + known)));
   }
@@ -95,7 +95,7 @@ PetscErrorCode refuse_empty_groups(MPI_Comm comm, const Lattice& l) {
     std::int64_t count = std::count(group.member.begin(), group.member.end(), 1);
     PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &count, 1, MPI_INT64_T, MPI_SUM, comm));
     if (count == 0)
-      PetscCall(tell(comm, Exit::input,
+      PetscCall(fail(comm, Exit::input,
                      "group " + group.name + " of " + l.source + " has no particles: choose some by -bs_group_" + group.name + ", or leave it out"));
   }
   PetscFunctionReturn(0);

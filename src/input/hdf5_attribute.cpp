@@ -1,7 +1,7 @@
 // String attributes, of fixed or variable length.
 #include <cstring>
 
-#include "base/fault.hpp"
+#include "base/error.hpp"
 #include "input/hdf5_file.hpp"
 
 namespace bs {
@@ -71,7 +71,7 @@ bool read_text(hid_t attribute, std::string* out) {
 }  // namespace
 
 PetscErrorCode Hdf5File::text_attribute(const std::string& path, const std::string& name, std::string* out) const {
-  Fault fault;
+  Error fault;
 
   PetscFunctionBegin;
   out->clear();
@@ -82,12 +82,12 @@ PetscErrorCode Hdf5File::text_attribute(const std::string& path, const std::stri
   } else if (elsewhere_.second) {
     fault.note(0, fault_of_link(path));
   }
-  PetscCall(agree(comm_, fault));
+  PetscCall(fail_if_any(comm_, fault));
   PetscFunctionReturn(0);
 }
 
 PetscErrorCode Hdf5File::words_attribute(const std::string& path, const std::string& name, std::vector<std::string>* out) const {
-  Fault fault;
+  Error fault;
 
   PetscFunctionBegin;
   out->clear();
@@ -101,7 +101,7 @@ PetscErrorCode Hdf5File::words_attribute(const std::string& path, const std::str
   } else if (elsewhere_.second) {
     fault.note(0, fault_of_link(path));
   }
-  PetscCall(agree(comm_, fault));
+  PetscCall(fail_if_any(comm_, fault));
   PetscFunctionReturn(0);
 }
 

@@ -4,7 +4,7 @@
 #include <cinttypes>
 #include <limits>
 
-#include "base/fault.hpp"
+#include "base/error.hpp"
 #include "base/memory.hpp"
 #include "input/text_file.hpp"
 
@@ -24,8 +24,8 @@ std::string last_reason() {
 }
 
 /// The file is checked on one rank before all open it. Truncation shows only on opening.
-void check_file(const std::string& path, std::int64_t* bytes, Fault* fault) {
-  const FileLook found = look_at_file(path);
+void check_file(MPI_Comm comm, const std::string& path, std::int64_t* bytes, Error* fault) {
+  const FileLook found = look_at_file(comm, path);
   *bytes = found.bytes;
   if (!found.error.empty()) return fault->note(0, found.error);
   if (H5Fis_hdf5(path.c_str()) <= 0)
@@ -72,22 +72,22 @@ double most_bytes(hid_t dataset, std::int64_t file_bytes) {
 
 PetscErrorCode Hdf5File::open(MPI_Comm comm, const std::string& path) {
   PetscMPIInt rank;
-  Fault fault;
+  Error fault;
 
   PetscFunctionBegin;
   comm_ = comm;
   name_ = path;
   reading_.begin(path);
   PetscCallMPI(MPI_Comm_rank(comm, &rank));
-  if (rank == 0) check_file(path, &bytes_, &fault);
-  PetscCall(agree(comm, fault));
+  if (rank == 0) check_file(comm, path, &bytes_, &fault);
+  PetscCall(fail_if_any(comm, fault));
   PetscCallMPI(MPI_Bcast(&bytes_, 1, MPI_INT64_T, 0, comm));
   const H5 access(H5Pcreate(H5P_FILE_ACCESS), H5Pclose);
   if (!stay_within()) fault.note(0, path + ": HDF5 cannot be kept within the file (" + last_reason() + ")");
   const std::string place = path.size() == 1 ? "./" + path : path;  // Open MPI opens no name of one character
   if (H5Pset_fapl_mpio(access, comm, MPI_INFO_NULL) >= 0) file_ = H5(H5Fopen(place.c_str(), H5F_ACC_RDONLY, access), H5Fclose);
   if (!file_) fault.note(0, format("%s: HDF5 cannot open it in parallel (%s)", path.c_str(), last_reason().c_str()));
-  PetscCall(agree(comm, fault));
+  PetscCall(fail_if_any(comm, fault));
   PetscFunctionReturn(0);
 }
 
@@ -133,7 +133,7 @@ std::string Hdf5File::fault_of(hid_t dataset, const std::string& path, const Tab
 }
 
 PetscErrorCode Hdf5File::find(const std::string& path, const TableShape& shape, Table* out) const {
-  Fault fault;
+  Error fault;
 
   PetscFunctionBegin;
   *out = Table{};
@@ -150,12 +150,12 @@ PetscErrorCode Hdf5File::find(const std::string& path, const TableShape& shape, 
                            last_reason().c_str(), needed(shape).c_str()));
     else fault.note(0, fault_of(out->dataset, path, shape, out));
   }
-  PetscCall(agree(comm_, fault));
+  PetscCall(fail_if_any(comm_, fault));
   PetscFunctionReturn(0);
 }
 
 PetscErrorCode Hdf5File::require_data(const Table& table) const {
-  Fault fault;
+  Error fault;
 
   PetscFunctionBegin;
   if (table.dataset) {
@@ -167,13 +167,13 @@ PetscErrorCode Hdf5File::require_data(const Table& table) const {
                            "never written, truncated or damaged; write it again",
                            name_.c_str(), table.path.c_str(), table.rows, declared, bytes_));
   }
-  PetscCall(agree(comm_, fault));
+  PetscCall(fail_if_any(comm_, fault));
   PetscFunctionReturn(0);
 }
 
 PetscErrorCode Hdf5File::read_raw(const Table& table, std::int64_t first, std::int64_t count, int columns, hid_t type, void* out) const {
   std::vector<hsize_t> start, block;
-  Fault fault;
+  Error fault;
 
   PetscFunctionBegin;
   if (table.frames > 0) {
@@ -195,7 +195,7 @@ PetscErrorCode Hdf5File::read_raw(const Table& table, std::int64_t first, std::i
       fault.note(first, format("%s: %s: rows %" PRId64 " to %" PRId64 " cannot be read (%s); write the file again", name_.c_str(), table.path.c_str(),
                                first, first + count - 1, last_reason().c_str()));
   }
-  PetscCall(agree(comm_, fault));
+  PetscCall(fail_if_any(comm_, fault));
   PetscFunctionReturn(0);
 }
 
@@ -210,7 +210,7 @@ PetscErrorCode Hdf5File::read(const Table& table, std::int64_t first, std::int64
 /// HDF5 makes the ends of the range of what lies beyond it.
 PetscErrorCode Hdf5File::require_whole(const Table& table, std::int64_t first, int columns, const std::vector<std::int64_t>& values) const {
   constexpr std::int64_t LEAST = std::numeric_limits<std::int64_t>::min(), MOST = std::numeric_limits<std::int64_t>::max();
-  Fault fault;
+  Error fault;
 
   PetscFunctionBegin;
   const auto end = std::find_if(values.begin(), values.end(), [](std::int64_t value) { return value == LEAST || value == MOST; });
@@ -219,7 +219,7 @@ PetscErrorCode Hdf5File::require_whole(const Table& table, std::int64_t first, i
     fault.note(row, format("%s: %s: row %" PRId64 " holds a whole number of 2^63 - 1 or more in size; write smaller ones", name_.c_str(),
                            table.path.c_str(), row));
   }
-  PetscCall(agree(comm_, fault));
+  PetscCall(fail_if_any(comm_, fault));
   PetscFunctionReturn(0);
 }
 

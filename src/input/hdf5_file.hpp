@@ -7,8 +7,8 @@
 #include <string>
 #include <vector>
 
-#include "base/crash.hpp"
 #include "base/h5_handle.hpp"
+#include "base/reading_file.hpp"
 
 namespace bs {
 

@@ -4,7 +4,7 @@
 #include <cmath>
 #include <limits>
 
-#include "base/fault.hpp"
+#include "base/error.hpp"
 #include "input/box.hpp"
 #include "input/groups.hpp"
 #include "input/hdf5_file.hpp"
@@ -67,7 +67,7 @@ PetscErrorCode read_integers(const Hdf5File& file, const std::string& path, cons
 
 /// NaN stands for "the initial distance" further on, so a file's own NaN must be caught here.
 PetscErrorCode reject_nan(MPI_Comm comm, const Lattice& l, const std::string& path) {
-  Fault fault;
+  Error fault;
 
   PetscFunctionBegin;
   for (std::size_t k = 0; k < l.rest_length.size() && !fault; ++k)
@@ -77,13 +77,13 @@ PetscErrorCode reject_nan(MPI_Comm comm, const Lattice& l, const std::string& pa
                              "dataset out for the initial distances",
                              l.source.c_str(), row, path.c_str(), l.rest_length[k]));
     }
-  PetscCall(agree(comm, fault));
+  PetscCall(fail_if_any(comm, fault));
   PetscFunctionReturn(0);
 }
 
 PetscErrorCode read_fixed(MPI_Comm comm, const Hdf5File& file, const std::string& path, Lattice* l) {
   std::vector<std::int64_t> flags;
-  Fault fault;
+  Error fault;
 
   PetscFunctionBegin;
   l->fixed.assign(static_cast<std::size_t>(l->particles.count), 0);
@@ -96,7 +96,7 @@ PetscErrorCode read_fixed(MPI_Comm comm, const Hdf5File& file, const std::string
                  format("%s: particle %" PRId64 ", %s: %" PRId64 "; write 1 (fixed) or 0 (free)", l->source.c_str(), row, path.c_str(), flags[k]));
     l->fixed[k] = flags[k] != 0;
   }
-  PetscCall(agree(comm, fault));
+  PetscCall(fail_if_any(comm, fault));
   PetscFunctionReturn(0);
 }
 

@@ -4,7 +4,7 @@
 #include <cinttypes>
 #include <utility>
 
-#include "base/fault.hpp"
+#include "base/error.hpp"
 #include "input/spring_options.hpp"
 #include "lattice/columns.hpp"
 #include "lattice/interaction_schemas.hpp"
@@ -44,7 +44,7 @@ PetscErrorCode read_law(MPI_Comm comm, const Hdf5File& file, const Hdf5Layout& l
   *given = !text.empty();
   const auto at = std::find(choices.begin(), choices.end(), text);
   if (*given && at == choices.end())
-    PetscCall(tell(
+    PetscCall(fail(
         comm, Exit::input,
         format("%s: attribute %s of %s is '%s'; write ", source.c_str(), attribute.c_str(), owner.c_str(), text.c_str()) + alternatives(choices)));
   *index = *given ? static_cast<int>(at - choices.begin()) : 0;
@@ -83,20 +83,20 @@ PetscErrorCode read_row_laws(MPI_Comm comm, const Hdf5File& file, const Hdf5Layo
   std::vector<std::uint8_t> place;
   Table table;
   TableShape shape;
-  Fault fault;
+  Error fault;
 
   PetscFunctionBegin;
   if (!file.has(path)) PetscFunctionReturn(0);
   PetscCall(file.words_attribute(owner, "spring_laws", &names));
   if (names.empty())
-    PetscCall(tell(comm, Exit::input,
+    PetscCall(fail(comm, Exit::input,
                    format("%s: %s is there, but attribute spring_laws of %s, which names its laws, is not; write it as a list of strings",
                           l->source.c_str(), path.c_str(), owner.c_str())));
   for (const std::string& name : names) {
     const auto at = std::find(known.begin(), known.end(), name);
     if (at == known.end())
       PetscCall(
-          tell(comm, Exit::input,
+          fail(comm, Exit::input,
                format("%s: attribute spring_laws of %s names '%s'; write ", l->source.c_str(), owner.c_str(), name.c_str()) + alternatives(known)));
     place.push_back(static_cast<std::uint8_t>(at - known.begin()));
   }
@@ -115,7 +115,7 @@ PetscErrorCode read_row_laws(MPI_Comm comm, const Hdf5File& file, const Hdf5Layo
                              l->source.c_str(), row, path.c_str(), given[k], count - 1));
     else l->spring_laws[k] = place[static_cast<std::size_t>(given[k])];
   }
-  PetscCall(agree(comm, fault));
+  PetscCall(fail_if_any(comm, fault));
   PetscFunctionReturn(0);
 }
 

@@ -1,7 +1,7 @@
 // Where the numbers of an HDF5 file are: in the file itself, or they are refused. A link or a dataset that leads to another file
 // can make the content of whatever this user may read into masses or positions.
 
-#include "base/fault.hpp"
+#include "base/error.hpp"
 #include "input/hdf5_file.hpp"
 
 namespace bs {

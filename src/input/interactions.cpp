@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cinttypes>
 
-#include "base/fault.hpp"
+#include "base/error.hpp"
 #include "input/remote.hpp"
 #include "lattice/interaction_schemas.hpp"
 
@@ -36,7 +36,7 @@ PetscErrorCode read_kind(MPI_Comm comm, const Hdf5File& file, const InteractionS
   PetscCall(file.find(topology_path(schema, trajectory), shape, &topology));
   PetscCall(file.require_data(topology));
   if (topology.rows > PETSC_MAX_INT / schema.ends)
-    PetscCall(tell(comm, Exit::input,
+    PetscCall(fail(comm, Exit::input,
                    format("%s: %" PRId64 " %ss are more than PETSc's indices can count; use a PETSc with 64-bit indices "
                           "(cmake -DBS_PETSC_MODULE=PETSc64)",
                           source.c_str(), topology.rows, schema.title)));
@@ -64,7 +64,7 @@ std::string place(const Lattice& l, const InteractionSchema& schema, std::int64_
   return l.source + ": " + schema.title + " " + std::to_string(row) + (datasets ? ", " + dataset : "") + ": ";
 }
 
-void check_row(const Lattice& l, const InteractionSchema& schema, const InteractionRows& from, std::size_t k, Fault* fault) {
+void check_row(const Lattice& l, const InteractionSchema& schema, const InteractionRows& from, std::size_t k, Error* fault) {
   const std::int64_t row = from.rows.first + static_cast<std::int64_t>(k), *end = &from.ends[k * static_cast<std::size_t>(schema.ends)];
   const auto same = [&](int a, int b) {
     const std::int64_t* box = from.shift.empty() ? nullptr : &from.shift[k * static_cast<std::size_t>(schema.ends * l.dim)];
@@ -93,7 +93,7 @@ PetscErrorCode check_places(MPI_Comm comm, const Lattice& l, const InteractionSc
   const std::size_t d = static_cast<std::size_t>(l.dim), ends = static_cast<std::size_t>(schema.ends);
   std::vector<double> at;
   std::vector<const double*> x(ends);
-  Fault fault;
+  Error fault;
 
   PetscFunctionBegin;
   PetscCall(fetch_rows(comm, l.particles, l.position, l.dim, from.ends, &at));
@@ -108,7 +108,7 @@ PetscErrorCode check_places(MPI_Comm comm, const Lattice& l, const InteractionSc
     if (const char* why = schema.fault(l.dim, x.data(), &from.parameter[k * schema.parameters.size()]))
       fault.note(row, place(l, schema, row, topology_path(schema, false)) + "starts with " + why + "; move a particle or leave it out");
   }
-  PetscCall(agree(comm, fault));
+  PetscCall(fail_if_any(comm, fault));
   PetscFunctionReturn(0);
 }
 
@@ -130,13 +130,13 @@ PetscErrorCode check_interactions(MPI_Comm comm, const Lattice& l) {
   for (std::size_t kind = 0; kind < l.interactions.size(); ++kind) {
     const InteractionSchema& schema = interaction_schemas()[kind];
     const InteractionRows& from = l.interactions[kind];
-    Fault fault;
+    Error fault;
     if (from.rows.total > 0 && l.dim < schema.least_dim)
-      PetscCall(tell(comm, Exit::input,
+      PetscCall(fail(comm, Exit::input,
                      format("%s: %ss need a lattice of at least %d dimensions, this one has %d; leave them out", l.source.c_str(), schema.title,
                             schema.least_dim, l.dim)));
     for (std::size_t k = 0; k < static_cast<std::size_t>(from.rows.count) && !fault; ++k) check_row(l, schema, from, k, &fault);
-    PetscCall(agree(comm, fault));
+    PetscCall(fail_if_any(comm, fault));
     if (from.rows.total > 0) PetscCall(check_places(comm, l, schema, from));
   }
   PetscFunctionReturn(0);

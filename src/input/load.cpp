@@ -1,6 +1,6 @@
 #include "input/load.hpp"
 #include <strings.h>
-#include "base/fault.hpp"
+#include "base/error.hpp"
 #include "base/options.hpp"
 #include "input/adjust.hpp"
 #include "input/box.hpp"
@@ -64,13 +64,13 @@ PetscErrorCode check_source(MPI_Comm comm, const LatticeOptions& options) {
   const bool generated = options.generator.type != LatticeType::none;
 
   PetscFunctionBegin;
-  if (options.file_given && options.file.empty()) PetscCall(tell(comm, Exit::input, "-bs_lattice_file names no file; write its path"));
+  if (options.file_given && options.file.empty()) PetscCall(fail(comm, Exit::input, "-bs_lattice_file names no file; write its path"));
   if (options.file_given && generated)
-    PetscCall(tell(comm, Exit::input,
+    PetscCall(fail(comm, Exit::input,
                    format("-bs_lattice_file %s and -bs_lattice_type %s are both given; write one of them", options.file.c_str(),
                           type_info(options.generator.type).name)));
   if (!options.file_given && !generated)
-    PetscCall(tell(comm, Exit::input,
+    PetscCall(fail(comm, Exit::input,
                    "no lattice is given; write -bs_lattice_file FILE (.h5, .xsp) or "
                    "-bs_lattice_type chain|square|triangular|cloth|cubic|bcc|fcc"));
   PetscFunctionReturn(0);
@@ -82,7 +82,7 @@ PetscErrorCode load_generated(MPI_Comm comm, const LatticeOptions& options, Latt
   PetscFunctionBegin;
   GeneratorSpec spec = options.generator;
   const std::string fault = check(spec);
-  if (!fault.empty()) PetscCall(tell(comm, Exit::input, fault));
+  if (!fault.empty()) PetscCall(fail(comm, Exit::input, fault));
   PetscCall(parse_groups(comm, options.groups, dimension(spec), type_info(spec.type).axes, particle_count(spec), &spec.groups));
   const std::string name = std::string("-bs_lattice_type ") + type_info(spec.type).name;
   PetscCall(check_sizes(comm, name, particle_count(spec), dimension(spec), spring_count(spec), 0));
@@ -100,7 +100,7 @@ PetscErrorCode load_xsp(MPI_Comm comm, const LatticeOptions& options, Lattice* o
 
   PetscFunctionBegin;
   PetscCall(read_text_file(comm, options.file, &text));
-  if (!parse_xsp(text, options.file, options.width, options.height, &whole, &error)) PetscCall(tell(comm, Exit::input, error));
+  if (!parse_xsp(text, options.file, options.width, options.height, &whole, &error)) PetscCall(fail(comm, Exit::input, error));
   PetscCallMPI(MPI_Comm_rank(comm, &rank));
   PetscCallMPI(MPI_Comm_size(comm, &size));
   *out = chunk_of(whole, rank, size);
@@ -113,15 +113,15 @@ PetscErrorCode load_file(MPI_Comm comm, const LatticeOptions& options, Lattice* 
   const bool xsp = has_suffix(file, ".xsp");
 
   PetscFunctionBegin;
-  if (dim < 0) PetscCall(tell(comm, Exit::input, "-bs_lattice_dim: write 1, 2 or 3"));
+  if (dim < 0) PetscCall(fail(comm, Exit::input, "-bs_lattice_dim: write 1, 2 or 3"));
   if (xsp) PetscCall(load_xsp(comm, options, out));
   else if (has_suffix(file, ".h5") || has_suffix(file, ".hdf5") || has_suffix(file, ".h5md")) PetscCall(read_hdf5_lattice(comm, file, out));
   else
-    PetscCall(tell(comm, Exit::input,
+    PetscCall(fail(comm, Exit::input,
                    file + ": unknown ending; lattices are read from .h5, .hdf5, .h5md and .xsp files; "
                           "postprocess/convert.py makes an .h5 of Gmsh, VTK, VTU, OBJ, PLY, STL and LAMMPS data"));
   if (dim > 0 && dim != out->dim)
-    PetscCall(tell(comm, Exit::input, format("%s: -bs_lattice_dim %d: the file has d = %d; leave the option out", file.c_str(), dim, out->dim)));
+    PetscCall(fail(comm, Exit::input, format("%s: -bs_lattice_dim %d: the file has d = %d; leave the option out", file.c_str(), dim, out->dim)));
   if (!xsp && (options.width_given || options.height_given))
     PetscCall(warn(comm, file + ": -bs_lattice_width and -bs_lattice_height are for .xsp files: ignored"));
   PetscCall(warn_of_idle_options(comm, file));

@@ -9,7 +9,7 @@ namespace bs {
 /// Collective. Reads the -bs_lattice_, -bs_spring_law, -bs_damping_law and -bs_anchor_ options and loads the lattice they
 /// name. Afterwards the chunks are numbered, rest lengths filled in, values validated, warnings printed, and options the
 /// input implies (an .xsp file's gravity, ...) are in the options database where the user set none: read the laws' own
-/// options after this call. Every error in the input is reported (exit code 2) and returns ERR_TOLD.
+/// options after this call. Every error in the input is reported (exit code 2) and returns ERR_FAILED.
 PetscErrorCode load_lattice(MPI_Comm comm, Lattice* out);
 
 /// The chunk of rank `rank` of `size` of a lattice that is whole.

@@ -2,7 +2,7 @@
 #include <algorithm>
 #include <fstream>
 #include <sstream>
-#include "base/fault.hpp"
+#include "base/error.hpp"
 #include "base/handle.hpp"
 #include "input/matrix_text.hpp"
 #include "input/petsc_binary.hpp"
@@ -31,16 +31,16 @@ bool is_matrix_market(const std::string& path) {
 /// Rank 0 examines the file; every rank gets the same answer: whether it is text (Matrix Market).
 PetscErrorCode find_format(MPI_Comm comm, const std::string& path, const std::string& option, bool* text) {
   PetscMPIInt rank;
-  Fault fault;
+  Error fault;
   int market = 0;
   PetscFunctionBegin;
   PetscCallMPI(MPI_Comm_rank(comm, &rank));
   if (rank == 0) {
-    const FileLook found = look_at_file(path);
+    const FileLook found = look_at_file(comm, path);
     if (!found.error.empty()) fault.note(0, "option " + option + ": " + found.error);
     else market = is_matrix_market(path);
   }
-  PetscCall(agree(comm, fault));
+  PetscCall(fail_if_any(comm, fault));
   PetscCallMPI(MPI_Bcast(&market, 1, MPI_INT, 0, comm));
   *text = market;
   PetscFunctionReturn(0);
@@ -101,9 +101,9 @@ PetscErrorCode stream(MPI_Comm comm, Reader& reader, const std::vector<PetscInt>
     if (!more) break;
     PetscCall(hand_out(comm, piece, first, mine));
   }
-  Fault fault;
+  Error fault;
   if (!reader.error().empty()) fault.note(reader.line(), reader.error());
-  PetscCall(agree(comm, fault));
+  PetscCall(fail_if_any(comm, fault));
   PetscFunctionReturn(0);
 }
 
@@ -112,7 +112,7 @@ template <class Reader>
 PetscErrorCode load_entries(MPI_Comm comm, const std::string& path, Reader& reader, Mat* out) {
   PetscMPIInt rank, size;
   std::int64_t sizes[2] = {0, 0};
-  Fault fault;
+  Error fault;
   PetscFunctionBegin;
   PetscCallMPI(MPI_Comm_rank(comm, &rank));
   PetscCallMPI(MPI_Comm_size(comm, &size));
@@ -123,7 +123,7 @@ PetscErrorCode load_entries(MPI_Comm comm, const std::string& path, Reader& read
     if (std::max(sizes[0], sizes[1]) > PETSC_MAX_INT / 2)
       fault.note(reader.line(), path + ": too many rows or columns for this PETSc: use a build with 64-bit indices");
   }
-  PetscCall(agree(comm, fault));
+  PetscCall(fail_if_any(comm, fault));
   PetscCallMPI(MPI_Bcast(sizes, 2, MPI_INT64_T, 0, comm));
   MatHandle matrix;
   PetscCall(MatCreate(comm, matrix.out()));
@@ -147,21 +147,21 @@ PetscErrorCode load_entries(MPI_Comm comm, const std::string& path, Reader& read
 /// The class id at the head of a PETSc binary file.
 PetscErrorCode check_binary(MPI_Comm comm, const std::string& path, const std::string& option, std::int64_t wanted, const char* what) {
   PetscMPIInt rank;
-  Fault fault;
+  Error fault;
   PetscFunctionBegin;
   PetscCallMPI(MPI_Comm_rank(comm, &rank));
   if (rank == 0 && petsc_class_id(path, sizeof(PetscInt)) != wanted)
     fault.note(0, format("option %s: %s is neither Matrix Market text nor a PETSc binary %s of this PETSc's index size: begin "
                          "text with '%%%%MatrixMarket matrix coordinate real general'",
                          option.c_str(), path.c_str(), what));
-  PetscCall(agree(comm, fault));
+  PetscCall(fail_if_any(comm, fault));
   PetscFunctionReturn(0);
 }
 
 /// Rank 0 reads, all get the values.
 PetscErrorCode load_binary_vector(MPI_Comm comm, const std::string& path, const std::string& option, std::vector<double>* values) {
   PetscMPIInt rank;
-  Fault fault;
+  Error fault;
   PetscFunctionBegin;
   PetscCall(check_binary(comm, path, option, PETSC_VECTOR_CLASS_ID, "vector"));
   PetscCallMPI(MPI_Comm_rank(comm, &rank));
@@ -169,7 +169,7 @@ PetscErrorCode load_binary_vector(MPI_Comm comm, const std::string& path, const 
     const std::string error = read_petsc_vector(path, sizeof(PetscInt), values);
     if (!error.empty()) fault.note(0, "option " + option + ": " + error);
   }
-  PetscCall(agree(comm, fault));
+  PetscCall(fail_if_any(comm, fault));
   std::int64_t count = static_cast<std::int64_t>(values->size());
   PetscCallMPI(MPI_Bcast(&count, 1, MPI_INT64_T, 0, comm));
   values->resize(static_cast<std::size_t>(count));
@@ -234,7 +234,7 @@ PetscErrorCode load_vector(MPI_Comm comm, const std::string& path, const std::st
     if (error.empty() && values.size() != static_cast<std::size_t>(n))
       error = format("%s: %zu numbers for %lld states", path.c_str(), values.size(), static_cast<long long>(n));
   }
-  if (!error.empty()) PetscCall(tell(comm, Exit::input, "option " + option + ": " + error));
+  if (!error.empty()) PetscCall(fail(comm, Exit::input, "option " + option + ": " + error));
   PetscScalar* ax = nullptr;
   PetscCall(VecGetArrayWrite(x, &ax));
   for (PetscInt k = first; k < last; ++k) ax[k - first] = values[static_cast<std::size_t>(k)];

@@ -4,7 +4,7 @@
 #include <cinttypes>
 #include <cmath>
 
-#include "base/fault.hpp"
+#include "base/error.hpp"
 #include "lattice/spring_laws.hpp"
 
 namespace bs {
@@ -96,7 +96,7 @@ PetscErrorCode require_numbers(MPI_Comm comm, const Used& used, const Lattice& l
     for (const SpringParameter& one : law.parameters) some = some || column_of(l, one.name);
     for (const SpringParameter& one : law.parameters) {
       if (!used[k] || column_of(l, one.name) || (some && !one.needed)) continue;
-      PetscCall(tell(comm, Exit::input,
+      PetscCall(fail(comm, Exit::input,
                      format("%s: springs obey the law %s, which needs %s: give -bs_spring_%s, or the dataset /springs/%s [%s]", l.source.c_str(),
                             law.name, one.name, one.name, one.name, one.unit)));
     }
@@ -109,7 +109,7 @@ bool is_path(const std::string& name) { return name.size() > 5 && name.compare(n
 
 /// Values that a spring's law takes must be in range; the others become 0.
 PetscErrorCode check_columns(MPI_Comm comm, Lattice* l) {
-  Fault fault;
+  Error fault;
   PetscFunctionBegin;
   for (Column& column : l->spring_columns)
     for (std::size_t k = 0; k < column.value.size(); ++k) {
@@ -130,7 +130,7 @@ PetscErrorCode check_columns(MPI_Comm comm, Lattice* l) {
         fault.note(row, format("%s: spring %" PRId64 ", %s: %g; write a finite number%s [%s]", l->source.c_str(), row, column.path.c_str(), value,
                                nonnegative ? " >= 0" : "", unit));
     }
-  PetscCall(agree(comm, fault));
+  PetscCall(fail_if_any(comm, fault));
   PetscFunctionReturn(0);
 }
 
@@ -141,7 +141,7 @@ PetscErrorCode settle_spring_laws(MPI_Comm comm, const SpringOptions& options, L
   PetscFunctionBegin;
   if (options.spring_law >= 0) {
     if (l->law_by_row)
-      PetscCall(tell(comm, Exit::input,
+      PetscCall(fail(comm, Exit::input,
                      format("option -bs_spring_law %s: %s has a law for each spring: leave the option out",
                             spring_laws()[static_cast<std::size_t>(options.spring_law)].name, l->source.c_str())));
     l->spring_law = static_cast<SpringLaw>(options.spring_law);
@@ -159,7 +159,7 @@ PetscErrorCode settle_spring_laws(MPI_Comm comm, const SpringOptions& options, L
 }
 
 PetscErrorCode check_rest_lengths(MPI_Comm comm, const Lattice& l) {
-  Fault fault;
+  Error fault;
   PetscFunctionBegin;
   for (std::size_t k = 0; k < l.rest_length.size() && !fault; ++k) {
     const SpringLawInfo& law = spring_laws()[law_of(l, k)];
@@ -168,7 +168,7 @@ PetscErrorCode check_rest_lengths(MPI_Comm comm, const Lattice& l) {
       fault.note(row, format("%s: spring %" PRId64 ": rest length 0, where the law %s has no direction: write a length > 0 [m]", l.source.c_str(),
                              row, law.name));
   }
-  PetscCall(agree(comm, fault));
+  PetscCall(fail_if_any(comm, fault));
   PetscFunctionReturn(0);
 }
 

@@ -6,7 +6,7 @@
 #include <fstream>
 #include <new>
 
-#include "base/fault.hpp"
+#include "base/error.hpp"
 #include "base/find_file.hpp"
 
 namespace bs {
@@ -16,8 +16,8 @@ namespace {
 constexpr long long max_text_bytes = 1000000000;
 
 /// Reads what rank 0 is to share; what went wrong goes to `fault`.
-void read_here(const std::string& path, std::string* text, Fault* fault) {
-  const FileLook look = look_at_file(path);
+void read_here(MPI_Comm comm, const std::string& path, std::string* text, Error* fault) {
+  const FileLook look = look_at_file(comm, path);
   if (!look.error.empty()) return fault->note(0, look.error);
   if (look.bytes > max_text_bytes)
     return fault->note(0,
@@ -35,12 +35,12 @@ void read_here(const std::string& path, std::string* text, Fault* fault) {
 
 }  // namespace
 
-FileLook look_at_file(const std::string& path) {
+FileLook look_at_file(MPI_Comm comm, const std::string& path) {
   FileLook look;
   struct stat info = {};
   if (stat(path.c_str(), &info) != 0)
-    look.error =
-        errno == ENOENT ? path + ": no such file; " + input_places(path) : format("%s: cannot be read (%s)", path.c_str(), std::strerror(errno));
+    look.error = errno == ENOENT ? path + ": no such file; " + input_places(comm, path)
+                                 : format("%s: cannot be read (%s)", path.c_str(), std::strerror(errno));
   else if (S_ISDIR(info.st_mode)) look.error = format("%s: is a folder; name a file in it", path.c_str());
   else if (!S_ISREG(info.st_mode)) look.error = format("%s: is not a regular file", path.c_str());
   else if (!std::ifstream(path)) look.error = format("%s: cannot be opened; check its permissions (chmod +r)", path.c_str());
@@ -50,13 +50,13 @@ FileLook look_at_file(const std::string& path) {
 
 PetscErrorCode read_text_file(MPI_Comm comm, const std::string& path, std::string* text) {
   PetscMPIInt rank;
-  Fault fault;
+  Error fault;
 
   PetscFunctionBegin;
   PetscCallMPI(MPI_Comm_rank(comm, &rank));
   text->clear();
-  if (rank == 0) read_here(path, text, &fault);
-  PetscCall(agree(comm, fault));
+  if (rank == 0) read_here(comm, path, text, &fault);
+  PetscCall(fail_if_any(comm, fault));
   long long bytes = static_cast<long long>(text->size());
   PetscCallMPI(MPI_Bcast(&bytes, 1, MPI_LONG_LONG, 0, comm));
   text->resize(static_cast<std::size_t>(bytes));

@@ -12,7 +12,7 @@ struct FileLook {
 };
 
 /// Local. Whether `path` is a file that can be read, and its size.
-FileLook look_at_file(const std::string& path);
+FileLook look_at_file(MPI_Comm comm, const std::string& path);
 
 /// Collective. Rank 0 reads the whole file, every rank gets it. Errors (exit 2): missing, a folder, unreadable, above
 /// 1 GB.

@@ -3,7 +3,7 @@
 #include <cinttypes>
 #include <cmath>
 
-#include "base/fault.hpp"
+#include "base/error.hpp"
 #include "base/memory.hpp"
 #include "input/interactions.hpp"
 #include "input/remote.hpp"
@@ -52,7 +52,7 @@ bool all_usable(const double* values, std::size_t count, double* bad) {
   return true;
 }
 
-void check_particle(const Lattice& l, const Place& place, std::int64_t k, Fault* fault) {
+void check_particle(const Lattice& l, const Place& place, std::int64_t k, Error* fault) {
   const std::size_t d = at(l.dim);
   const std::int64_t row = l.particles.first + k, id = place.datasets ? row : number(l, k);
   const auto note = [&](const char* name, const char* what, double value, const char* remedy) {
@@ -74,7 +74,7 @@ void check_particle(const Lattice& l, const Place& place, std::int64_t k, Fault*
 
 /// Stiffness, rest length (NaN passes where `nan_rest`) and damping of a spring or an anchor.
 void check_numbers(const Place& place, const char* what, const char* group, std::int64_t row, double stiffness, double rest, bool nan_rest,
-                   double damping, Fault* fault) {
+                   double damping, Error* fault) {
   const auto note = [&](const char* name, const char* label, double value, const char* remedy) {
     fault->note(row, place.row(what, row, group, name) + format(": %s %g; %s", label, value, remedy_for(value, remedy)));
   };
@@ -86,14 +86,14 @@ void check_numbers(const Place& place, const char* what, const char* group, std:
 
 /// Whether particle `end` exists; else says so.
 bool exists(const Lattice& l, const Place& place, const char* what, const char* group, const char* name, std::int64_t row, std::int64_t end,
-            Fault* fault) {
+            Error* fault) {
   if (end >= 0 && end < l.particles.total) return true;
   fault->note(row, place.row(what, row, group, name) +
                        format(": there is no particle %" PRId64 "; write 0 to %" PRId64 " (particles count from 0)", end, l.particles.total - 1));
   return false;
 }
 
-void check_spring(const Lattice& l, const Place& place, std::int64_t k, Fault* fault) {
+void check_spring(const Lattice& l, const Place& place, std::int64_t k, Error* fault) {
   const std::int64_t row = l.springs.first + k, i = l.pairs[2 * at(k)], j = l.pairs[2 * at(k) + 1];
   if (!exists(l, place, "spring", "/springs", "pairs", row, i, fault)) return;
   if (!exists(l, place, "spring", "/springs", "pairs", row, j, fault)) return;
@@ -105,7 +105,7 @@ void check_spring(const Lattice& l, const Place& place, std::int64_t k, Fault* f
   check_numbers(place, "spring", "/springs", row, l.stiffness[at(k)], l.rest_length[at(k)], true, l.damping[at(k)], fault);
 }
 
-void check_anchor(const Lattice& l, const Place& place, std::int64_t k, Fault* fault) {
+void check_anchor(const Lattice& l, const Place& place, std::int64_t k, Error* fault) {
   const std::int64_t row = l.anchors.first + k;
   const std::size_t d = at(l.dim);
   double bad = 0;
@@ -136,31 +136,31 @@ PetscErrorCode check_sizes(MPI_Comm comm, const std::string& source, std::int64_
   const char* const remedy = "use a PETSc with 64-bit indices (cmake -DBS_PETSC_MODULE=PETSc64)";
 
   PetscFunctionBegin;
-  if (particles <= 0) PetscCall(tell(comm, Exit::input, source + ": has no particles; write at least one"));
+  if (particles <= 0) PetscCall(fail(comm, Exit::input, source + ": has no particles; write at least one"));
   if (particles > most / (std::int64_t{2} * dim))
-    PetscCall(tell(comm, Exit::input,
+    PetscCall(fail(comm, Exit::input,
                    format("%s: %" PRId64 " particles in %d dimensions have more unknowns than PETSc's indices can count "
                           "(%" PRId64 "); %s, and have at least %s of memory for setting them up",
                           source.c_str(), particles, dim, most, remedy, in_bytes(lattice_bytes({particles, springs, anchors, dim}, 1)).c_str())));
   for (const std::int64_t count : {springs, anchors})
     if (count > most)
       PetscCall(
-          tell(comm, Exit::input,
+          fail(comm, Exit::input,
                format("%s: %" PRId64 " springs are more than PETSc's indices can count (%" PRId64 "); %s", source.c_str(), count, most, remedy)));
   PetscFunctionReturn(0);
 }
 
 PetscErrorCode check_values(MPI_Comm comm, const Lattice& l) {
   const Place place(l);
-  Fault particles, springs, anchors;
+  Error particles, springs, anchors;
 
   PetscFunctionBegin;
   for (std::int64_t k = 0; k < l.particles.count && !particles; ++k) check_particle(l, place, k, &particles);
-  PetscCall(agree(comm, particles));
+  PetscCall(fail_if_any(comm, particles));
   for (std::int64_t k = 0; k < l.springs.count && !springs; ++k) check_spring(l, place, k, &springs);
-  PetscCall(agree(comm, springs));
+  PetscCall(fail_if_any(comm, springs));
   for (std::int64_t k = 0; k < l.anchors.count && !anchors; ++k) check_anchor(l, place, k, &anchors);
-  PetscCall(agree(comm, anchors));
+  PetscCall(fail_if_any(comm, anchors));
   PetscFunctionReturn(0);
 }
 
@@ -182,7 +182,7 @@ PetscErrorCode initial_lengths(MPI_Comm comm, const Lattice& l, std::vector<doub
 
 PetscErrorCode check_lengths(MPI_Comm comm, const Lattice& l, const std::vector<double>& springs, const std::vector<double>& anchors) {
   const Place place(l);
-  Fault of_spring, of_anchor;
+  Error of_spring, of_anchor;
 
   PetscFunctionBegin;
   for (std::size_t k = 0; k < springs.size(); ++k) {
@@ -194,7 +194,7 @@ PetscErrorCode check_lengths(MPI_Comm comm, const Lattice& l, const std::vector<
                                  "one place, %s",
                                  l.source.c_str(), row, l.pairs[2 * k], l.pairs[2 * k + 1], text.c_str()));
   }
-  PetscCall(agree(comm, of_spring));
+  PetscCall(fail_if_any(comm, of_spring));
   for (std::size_t k = 0; k < anchors.size(); ++k) {
     if (anchors[k] != 0) continue;
     const std::string text = fault_of_zero_length(l, l.anchor_rest_length[k], l.anchor_damping[k]);
@@ -203,7 +203,7 @@ PetscErrorCode check_lengths(MPI_Comm comm, const Lattice& l, const std::vector<
       of_anchor.note(row, format("%s: anchor %" PRId64 ": its point is where particle %" PRId64 " (from 0) is, %s", l.source.c_str(), row,
                                  l.anchor_particle[k], text.c_str()));
   }
-  PetscCall(agree(comm, of_anchor));
+  PetscCall(fail_if_any(comm, of_anchor));
   PetscFunctionReturn(0);
 }
 

@@ -13,10 +13,10 @@
 #include <sstream>
 #include <vector>
 
-#include "base/crash.hpp"
-#include "base/fault.hpp"
+#include "base/error.hpp"
 #include "base/find_file.hpp"
 #include "base/option_names.hpp"
+#include "base/reading_file.hpp"
 #include "base/text.hpp"
 #include "output/fresh_file.hpp"
 #include "output/h5.hpp"
@@ -100,7 +100,7 @@ std::vector<Named> read_files(const RunFiles& files) {
   }
   for (std::size_t k = 0; k + 1 < words.size(); ++k)
     if (words[k] == "-options_file" || words[k] == "-options_file_yaml") all.push_back({words[k], words[k + 1], "", false});
-  for (const auto& [option, path] : input_files()) all.push_back({option, path, "", false});
+  for (const auto& [option, path] : files.inputs) all.push_back({option, path, "", false});
   if (!files.restart.empty()) all.push_back({"-bs_restart", files.restart, "", true});
   return all;
 }
@@ -256,7 +256,7 @@ bool is_checkpoint(const std::string& file) {
 PetscErrorCode Claim::take(MPI_Comm comm, const RunFiles& files) {
   PetscMPIInt rank;
   PetscBool help = PETSC_FALSE;
-  Fault fault;
+  Error fault;
   std::vector<std::string> warnings;
 
   PetscFunctionBegin;
@@ -264,11 +264,11 @@ PetscErrorCode Claim::take(MPI_Comm comm, const RunFiles& files) {
   if (help) PetscFunctionReturn(0);
   PetscCallMPI(MPI_Comm_rank(comm, &rank));
   if (rank == 0) fault.text = objection(files, &lock_, &warnings);
-  const PetscErrorCode code = agree(comm, fault);
+  const PetscErrorCode code = fail_if_any(comm, fault);
   if (code)  // PETSc writes some of them when the program ends, whyever it does
     for (const Named& view : viewed()) PetscCall(PetscOptionsClearValue(nullptr, view.option.c_str()));
   PetscCall(code);
-  for (const std::string& warning : warnings) PetscCall(warn(PETSC_COMM_SELF, warning));  // rank 0's
+  for (const std::string& warning : warnings) PetscCall(warn_here(comm, warning));  // rank 0's
   PetscFunctionReturn(0);
 }
 

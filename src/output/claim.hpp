@@ -2,6 +2,7 @@
 #pragma once
 #include <petscsys.h>
 #include <string>
+#include <utility>
 #include <vector>
 
 namespace bs {
@@ -41,9 +42,10 @@ struct RunFiles {
   std::string restart;   ///< the checkpoint that is read
   std::string matrices;  ///< what the names of the matrices begin with
   std::vector<std::string> matrix_files;
-  bool xdmf = true;        ///< output + ".xdmf" is kept, too
-  bool overwrite = false;  ///< -bs_overwrite
-  bool resumes = false;    ///< an existing output is continued, not replaced
+  std::vector<std::pair<std::string, std::string>> inputs;  ///< read so far: option and path
+  bool xdmf = true;                                         ///< output + ".xdmf" is kept, too
+  bool overwrite = false;                                   ///< -bs_overwrite
+  bool resumes = false;                                     ///< an existing output is continued, not replaced
 };
 
 class Claim {

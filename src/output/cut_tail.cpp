@@ -6,7 +6,7 @@
 #include <cstring>
 #include <limits>
 
-#include "base/fault.hpp"
+#include "base/error.hpp"
 #include "output/frame_file.hpp"
 #include "output/last_write.hpp"
 
@@ -121,7 +121,7 @@ PetscErrorCode Trajectory::Impl::shorten_to_mark() {
 }
 
 PetscErrorCode Trajectory::Impl::cut_tail() {
-  Fault fault;
+  Error fault;
 
   PetscFunctionBegin;
   if (!tail) PetscFunctionReturn(0);
@@ -134,7 +134,7 @@ PetscErrorCode Trajectory::Impl::cut_tail() {
                      ": the trajectory is as it was",
                  Exit::io);
   }
-  PetscCall(agree(comm, fault));
+  PetscCall(fail_if_any(comm, fault));
   if (writer) PetscCall(shorten_to_mark());
   tail = false;
   PetscFunctionReturn(0);

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "base/fault.hpp"
+#include "base/error.hpp"
 
 namespace bs {
 
@@ -20,12 +20,12 @@ PetscInt first_not_finite(const double* values, PetscInt count) {
 
 const char* in_words(double value) { return std::isnan(value) ? "not a number" : "infinite"; }
 
-void note(const std::string& name, std::int64_t row, double value, Fault* fault) {
+void note(const std::string& name, std::int64_t row, double value, Error* fault) {
   fault->note(row, format("%s is %s in row %lld", name.c_str(), in_words(value), static_cast<long long>(row)), Exit::solve);
 }
 
 /// Of this rank's rows. `gaps`: NaN may stand there.
-PetscErrorCode look_at(const std::string& name, Vec vec, bool gaps, Fault* fault) {
+PetscErrorCode look_at(const std::string& name, Vec vec, bool gaps, Error* fault) {
   const PetscScalar* values = nullptr;
   PetscInt n, first, block;
 
@@ -42,7 +42,7 @@ PetscErrorCode look_at(const std::string& name, Vec vec, bool gaps, Fault* fault
 }
 
 /// Of a field whose rows come from a source, piece by piece.
-PetscErrorCode look_at_source(const Field& field, Fault* fault) {
+PetscErrorCode look_at_source(const Field& field, Error* fault) {
   constexpr PetscInt piece = 20000;  // rows, which stay in the processor's cache
   PetscInt n, first, block;
 
@@ -63,14 +63,14 @@ PetscErrorCode look_at_source(const Field& field, Fault* fault) {
 }  // namespace
 
 PetscErrorCode find_not_finite(MPI_Comm comm, const std::vector<Field>& fields, const std::vector<Observable>& observables, std::string* what) {
-  Fault fault;
+  Error fault;
 
   PetscFunctionBegin;
   for (const Field& field : fields) {
     if (field.source) PetscCall(look_at_source(field, &fault));
     else PetscCall(look_at(field.group, field.vec, field.gaps, &fault));
   }
-  PetscCall(shared_fault(comm, fault, what));
+  PetscCall(first_error(comm, fault, what));
   for (const Observable& o : observables)  // the same on every rank
     for (const double value : o.value)
       if (what->empty() && !std::isfinite(value)) *what = format("%s is %s", o.name.c_str(), in_words(value));
@@ -78,7 +78,7 @@ PetscErrorCode find_not_finite(MPI_Comm comm, const std::vector<Field>& fields, 
 }
 
 PetscErrorCode require_finite(MPI_Comm comm, const Dataset& table) {
-  Fault fault;
+  Error fault;
 
   PetscFunctionBegin;
   if (const auto* values = std::get_if<std::vector<double>>(&table.rows); values && !table.gaps) {
@@ -86,17 +86,17 @@ PetscErrorCode require_finite(MPI_Comm comm, const Dataset& table) {
     if (at < static_cast<PetscInt>(values->size())) note(table.path, table.first + at / columns, (*values)[static_cast<std::size_t>(at)], &fault);
   }
   if (fault) fault.text += ": it is not written";
-  PetscCall(agree(comm, fault));
+  PetscCall(fail_if_any(comm, fault));
   PetscFunctionReturn(0);
 }
 
 PetscErrorCode require_finite(MPI_Comm comm, const std::string& name, Vec vec) {
-  Fault fault;
+  Error fault;
 
   PetscFunctionBegin;
   PetscCall(look_at(name, vec, false, &fault));
   if (fault) fault.text += ": it is not written";
-  PetscCall(agree(comm, fault));
+  PetscCall(fail_if_any(comm, fault));
   PetscFunctionReturn(0);
 }
 

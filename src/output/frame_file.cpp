@@ -6,7 +6,7 @@
 #include <cstring>
 #include <iterator>
 
-#include "base/fault.hpp"
+#include "base/error.hpp"
 #include "output/h5.hpp"
 #include "output/last_write.hpp"
 
@@ -262,7 +262,7 @@ PetscErrorCode Trajectory::Impl::write_xdmf(bool last) {
   if (!xdmf || file < 0) PetscFunctionReturn(0);
   PetscCall(xdmf.update(file, last, &reason));
   if (reason.empty()) PetscFunctionReturn(0);
-  PetscCall(warn(PETSC_COMM_SELF, "cannot write " + xdmf.name() + ": " + reason + ": the trajectory itself is intact"));
+  PetscCall(warn_here(comm, "cannot write " + xdmf.name() + ": " + reason + ": the trajectory itself is intact"));
   xdmf = Xdmf();
   PetscFunctionReturn(0);
 }

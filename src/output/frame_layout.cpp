@@ -1,7 +1,7 @@
 // The datasets of a trajectory, made once with no rows.
 #include <iterator>
 
-#include "base/fault.hpp"
+#include "base/error.hpp"
 #include "output/frame_file.hpp"
 #include "output/h5md.hpp"
 

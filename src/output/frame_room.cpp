@@ -15,7 +15,7 @@
 #include <cstring>
 #include <iterator>
 
-#include "base/fault.hpp"
+#include "base/error.hpp"
 #include "output/frame_file.hpp"
 #include "output/space.hpp"
 

@@ -12,7 +12,7 @@
 #include <filesystem>
 #include <vector>
 
-#include "base/fault.hpp"
+#include "base/error.hpp"
 #include "output/h5.hpp"
 
 namespace bs {

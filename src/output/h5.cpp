@@ -1,7 +1,7 @@
 #include "output/h5.hpp"
 #include <algorithm>
 #include <cstring>
-#include "base/fault.hpp"
+#include "base/error.hpp"
 #include "base/memory.hpp"
 
 namespace bs {
@@ -118,7 +118,7 @@ PetscErrorCode put_reference(hid_t file, hid_t object, const char* name, const s
   PetscFunctionReturn(0);
 }
 
-IoWatch::IoWatch(std::string before, std::string after) : before_(std::move(before)), after_(std::move(after)) {
+IoWatch::IoWatch(MPI_Comm comm, std::string before, std::string after) : comm_(comm), before_(std::move(before)), after_(std::move(after)) {
   (void)PetscPushErrorHandler(handle, this);
 }
 
@@ -127,17 +127,17 @@ IoWatch::~IoWatch() { (void)PetscPopErrorHandler(); }
 PetscErrorCode IoWatch::handle(MPI_Comm, int, const char*, const char*, PetscErrorCode code, PetscErrorType type, const char* message, void* watch) {
   auto* self = static_cast<IoWatch*>(watch);
   PetscMPIInt size = 1;
-  if (code == ERR_TOLD || type != PETSC_ERROR_INITIAL || !self->reason_.empty()) return code;
+  if (code == ERR_FAILED || type != PETSC_ERROR_INITIAL || !self->reason_.empty()) return code;
   const bool bare = !message || std::strstr(message, "Error in HDF5 call");
   self->reason_ = bare ? h5_reason() : std::string(message, std::strcspn(message, "\n"));
   self->reason_ += if_out_of_memory();
-  MPI_Comm_size(PETSC_COMM_WORLD, &size);
-  return size > 1 ? tell_alone(Exit::io, self->sentence(self->reason_)) : code;
+  MPI_Comm_size(self->comm_, &size);
+  return size > 1 ? fail_here(self->comm_, Exit::io, self->sentence(self->reason_)) : code;
 }
 
 PetscErrorCode IoWatch::report(MPI_Comm comm, PetscErrorCode code) const {
-  if (code == 0 || code == ERR_TOLD) return code;
-  return tell(comm, Exit::io, sentence(reason_.empty() ? "unknown error" : reason_));
+  if (code == 0 || code == ERR_FAILED) return code;
+  return fail(comm, Exit::io, sentence(reason_.empty() ? "unknown error" : reason_));
 }
 
 }  // namespace bs

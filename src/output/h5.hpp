@@ -39,21 +39,22 @@ PetscErrorCode put_words(hid_t object, const char* name, const std::vector<std::
 PetscErrorCode put_reference(hid_t file, hid_t object, const char* name, const std::string& path);
 
 /// PETSc's error handler during a write; back to the previous one when it goes out of scope. On several ranks a
-/// failure ends the program (exit 4): the others may be waiting in a collective call that this rank will not reach.
+/// failure is one of this rank alone (fail_here, Exit::io): the others may be waiting in a collective call that it will not reach.
 class IoWatch {
  public:
   /// The sentence is BEFORE: REASON AFTER, e.g. "cannot write frame 3 to a.h5md" and ": earlier frames are intact".
-  IoWatch(std::string before, std::string after);
+  IoWatch(MPI_Comm comm, std::string before, std::string after);
   IoWatch(const IoWatch&) = delete;
   IoWatch& operator=(const IoWatch&) = delete;
   ~IoWatch();
 
   std::string sentence(const std::string& reason) const { return before_ + ": " + reason + after_; }
-  /// Collective. Turns the code of the watched calls into 0 or ERR_TOLD.
+  /// Collective. Turns the code of the watched calls into 0 or ERR_FAILED.
   PetscErrorCode report(MPI_Comm comm, PetscErrorCode code) const;
 
  private:
   static PetscErrorCode handle(MPI_Comm, int, const char*, const char*, PetscErrorCode code, PetscErrorType type, const char* message, void* watch);
+  MPI_Comm comm_;
   std::string before_, after_, reason_;
 };
 

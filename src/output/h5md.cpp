@@ -2,7 +2,7 @@
 
 #include <map>
 
-#include "base/fault.hpp"
+#include "base/error.hpp"
 #include "base/option_names.hpp"
 
 namespace bs {

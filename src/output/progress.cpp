@@ -9,7 +9,7 @@
 #include <cstdlib>
 #include <fstream>
 
-#include "base/fault.hpp"
+#include "base/error.hpp"
 
 namespace bs {
 

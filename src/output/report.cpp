@@ -3,7 +3,7 @@
 #include <cmath>
 #include <cstring>
 
-#include "base/fault.hpp"
+#include "base/error.hpp"
 #include "output/fresh_file.hpp"
 
 namespace bs {
@@ -79,7 +79,7 @@ std::string Report::json() const {
 
 PetscErrorCode Report::write(MPI_Comm comm, const std::string& file, bool overwrite) const {
   PetscMPIInt rank;
-  Fault fault;
+  Error fault;
 
   PetscFunctionBegin;
   if (file.empty()) PetscFunctionReturn(0);
@@ -88,7 +88,7 @@ PetscErrorCode Report::write(MPI_Comm comm, const std::string& file, bool overwr
     const int result = write_whole(real_name(file), json() + "\n", overwrite);
     if (result) fault.note(0, "cannot write the report " + file + ": " + std::strerror(result), Exit::io);
   }
-  PetscCall(agree(comm, fault));
+  PetscCall(fail_if_any(comm, fault));
   PetscFunctionReturn(0);
 }
 

@@ -1,6 +1,6 @@
 // A trajectory that exists is opened again and goes on behind a mark.
 #include <algorithm>
-#include "base/fault.hpp"
+#include "base/error.hpp"
 #include "output/frame_file.hpp"
 #include "output/h5.hpp"
 #include "output/space.hpp"
@@ -164,7 +164,7 @@ PetscErrorCode Trajectory::resume(MPI_Comm comm, const TrajectoryOptions& option
   PetscFunctionBegin;
   out->reset();
   PetscCall(require_writable(comm, options.file, "-bs_output", true));
-  const IoWatch watch("cannot open " + options.file + " again", ": give another -bs_output, and the run goes on there");
+  const IoWatch watch(comm, "cannot open " + options.file + " again", ": give another -bs_output, and the run goes on there");
   std::unique_ptr<Trajectory> made(new Trajectory());
   Impl& impl = *made->impl_;
   PetscCall(impl.begin(comm, options, dim, numbers));
@@ -181,7 +181,7 @@ PetscErrorCode Trajectory::resume(MPI_Comm comm, const TrajectoryOptions& option
   else if (impl.writer) code = impl.open(impl.target);
   if (!code && fault.empty()) code = impl.recognise(at, &fault);
   if (!code && !fault.empty())
-    code = tell(comm, Exit::input, options.file + ": is not the trajectory this run wrote: it " + fault + ": give the one it wrote, or a new name");
+    code = fail(comm, Exit::input, options.file + ": is not the trajectory this run wrote: it " + fault + ": give the one it wrote, or a new name");
   if (!code && impl.writer) code = impl.open_log();
   if (code) impl.usable = false;
   PetscCall(watch.report(comm, code));

@@ -8,7 +8,7 @@
 #include <cerrno>
 #include <cstring>
 
-#include "base/fault.hpp"
+#include "base/error.hpp"
 #include "output/fresh_file.hpp"
 
 namespace bs {
@@ -54,12 +54,12 @@ std::string unwritable(const std::string& file, const char* name, bool overwrite
 
 PetscErrorCode require_writable(MPI_Comm comm, const std::string& file, const char* name, bool overwrite) {
   PetscMPIInt rank;
-  Fault fault;
+  Error fault;
 
   PetscFunctionBegin;
   PetscCallMPI(MPI_Comm_rank(comm, &rank));
   if (rank == 0) fault.text = unwritable(file, name, overwrite);
-  PetscCall(agree(comm, fault));
+  PetscCall(fail_if_any(comm, fault));
   PetscFunctionReturn(0);
 }
 

@@ -7,7 +7,7 @@
 #include <cstring>
 #include <iterator>
 
-#include "base/fault.hpp"
+#include "base/error.hpp"
 #include "output/finite.hpp"
 #include "output/frame_file.hpp"
 #include "output/h5.hpp"
@@ -93,7 +93,7 @@ PetscErrorCode Trajectory::Impl::replace_table(Dataset table) {
 
 PetscErrorCode Trajectory::Impl::publish() {
   std::string reason;
-  Fault fault;
+  Error fault;
 
   PetscFunctionBegin;
   if (published) PetscFunctionReturn(0);
@@ -108,7 +108,7 @@ PetscErrorCode Trajectory::Impl::publish() {
     published = true;  // it is kept
   }
   fault.exit = Exit::io;
-  PetscCall(agree(comm, fault));
+  PetscCall(fail_if_any(comm, fault));
   published = true;
   PetscFunctionReturn(0);
 }
@@ -123,16 +123,16 @@ PetscErrorCode Trajectory::create(MPI_Comm comm, const TrajectoryOptions& option
   if (options.file.empty()) PetscFunctionReturn(0);
   if (options.pad != 0 && options.pad < dim) {
     const std::string text = format("option -bs_output_pad: %d columns do not hold %d components: give 0 or a number >= %d", options.pad, dim, dim);
-    PetscFunctionReturn(tell(comm, Exit::input, text));
+    PetscFunctionReturn(fail(comm, Exit::input, text));
   }
   PetscCall(require_writable(comm, options.file, "-bs_output", options.overwrite));
-  const IoWatch watch("cannot create " + options.file, "");
+  const IoWatch watch(comm, "cannot create " + options.file, "");
   std::unique_ptr<Trajectory> made(new Trajectory());
   Impl& impl = *made->impl_;
   PetscCall(impl.begin(comm, options, dim, numbers));
   code = impl.create(&full);
   if (!code && full.empty()) code = reserve_space(comm, impl.made, -1, constant_bytes(constants), &full);
-  if (!code && !full.empty()) code = tell(comm, Exit::io, watch.sentence(full));
+  if (!code && !full.empty()) code = fail(comm, Exit::io, watch.sentence(full));
   if (!code) code = impl.write_head(constants);
   if (code) impl.usable = false;
   PetscCall(watch.report(comm, code));
@@ -149,7 +149,7 @@ PetscErrorCode Trajectory::write_pages(const std::string& path, std::int64_t cou
 
   PetscFunctionBegin;
   PetscCheck(!impl_->gathers, impl_->comm, PETSC_ERR_ORDER, "rank 0 alone has the file open");
-  const IoWatch watch("cannot write " + path + " to " + impl_->options.file, "");
+  const IoWatch watch(impl_->comm, "cannot write " + path + " to " + impl_->options.file, "");
   for (std::int64_t k = 0; (k < count || k == 0) && !code; ++k) {
     PetscCall(page(k, &vec));
     PetscCall(require_finite(impl_->comm, path, vec));
@@ -157,7 +157,7 @@ PetscErrorCode Trajectory::write_pages(const std::string& path, std::int64_t cou
       PetscCall(VecGetSize(vec, &size));
       PetscCall(VecGetBlockSize(vec, &block));
       code = reserve_space(impl_->comm, impl_->path(), -1, 8 * count * size + 65536, &full);
-      if (!code && !full.empty()) code = tell(impl_->comm, Exit::io, watch.sentence(full));
+      if (!code && !full.empty()) code = fail(impl_->comm, Exit::io, watch.sentence(full));
       if (!code) code = create_pages(impl_->file, path, count, size / block, block, &set);
     }
     if (!code && k < count) code = write_page(set, k, vec);
@@ -172,7 +172,8 @@ PetscErrorCode Trajectory::write_frame(std::int64_t step, double time, const std
 
   PetscFunctionBegin;
   PetscCheck(impl_->usable, PETSC_COMM_SELF, PETSC_ERR_ORDER, "the file is closed");
-  const IoWatch watch(format("cannot keep frame %lld for %s", (long long)frames(), impl_->options.file.c_str()), ": earlier frames are intact");
+  const IoWatch watch(impl_->comm, format("cannot keep frame %lld for %s", (long long)frames(), impl_->options.file.c_str()),
+                      ": earlier frames are intact");
   std::vector<Field> kept;
   const bool sidecar = impl_->options.xdmf && impl_->columns > 1;
   std::copy_if(fields.begin(), fields.end(), std::back_inserter(kept), [&](const Field& field) { return sidecar || !field.drawing; });
@@ -192,9 +193,9 @@ PetscErrorCode Trajectory::write_table(const Dataset& table) {
   PetscCall(require_finite(impl_->comm, table));
   PetscCall(write_waiting());
   if (!impl_->usable) PetscFunctionReturn(0);
-  const IoWatch watch("cannot write " + table.path + " to " + impl_->options.file, ": all frames are intact");
+  const IoWatch watch(impl_->comm, "cannot write " + table.path + " to " + impl_->options.file, ": all frames are intact");
   code = reserve_space(impl_->comm, impl_->path(), -1, constant_bytes({table}), &full);
-  if (!code && !full.empty()) code = tell(impl_->comm, Exit::io, watch.sentence(full));
+  if (!code && !full.empty()) code = fail(impl_->comm, Exit::io, watch.sentence(full));
   if (!code) code = impl_->replace_table(table);
   if (code) impl_->usable = false;
   else impl_->unsynced = !impl_->shared;
@@ -218,9 +219,9 @@ PetscErrorCode Trajectory::write_waiting() {
   const std::string rest = !frames              ? ": all frames are intact"
                            : impl_->frames == 0 ? ": this run leaves no trajectory"
                                                 : ": earlier frames are intact";
-  const IoWatch watch(frames ? number() : "cannot write the log of steps to " + file, rest);
+  const IoWatch watch(impl_->comm, frames ? number() : "cannot write the log of steps to " + file, rest);
   code = impl_->write_out(&full);
-  if (!code && !full.empty()) code = tell(impl_->comm, Exit::io, frames ? number() + ": " + full + rest : watch.sentence(full));
+  if (!code && !full.empty()) code = fail(impl_->comm, Exit::io, frames ? number() + ": " + full + rest : watch.sentence(full));
   if (code) impl_->usable = false;
   PetscCall(watch.report(impl_->comm, code));
   PetscFunctionReturn(0);
@@ -232,7 +233,7 @@ PetscErrorCode Trajectory::flush() {
   PetscFunctionBegin;
   PetscCall(write_waiting());
   if (!impl_->usable) PetscFunctionReturn(0);
-  const IoWatch watch("cannot bring " + impl_->options.file + " to disk", "");
+  const IoWatch watch(impl_->comm, "cannot bring " + impl_->options.file + " to disk", "");
   code = impl_->synchronise(true);
   if (code) impl_->usable = false;
   PetscCall(watch.report(impl_->comm, code));
@@ -242,7 +243,7 @@ PetscErrorCode Trajectory::flush() {
 PetscErrorCode Trajectory::close() {
   PetscFunctionBegin;
   PetscCall(write_waiting());
-  const IoWatch watch("cannot close " + impl_->options.file, "");
+  const IoWatch watch(impl_->comm, "cannot close " + impl_->options.file, "");
   const PetscErrorCode code = impl_->close();
   PetscCall(watch.report(impl_->comm, code));
   PetscFunctionReturn(0);

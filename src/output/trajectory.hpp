@@ -31,7 +31,7 @@ struct TrajectoryMark {
 
 /// Writes frames, large ones in parallel. Small ones wait in memory (up to 4 MB), so that several are written at once; with
 /// options.flush = 0 every frame is on disk and readable before write_frame returns.
-/// Faults (exists already, missing folder, disk full) are reported with Exit::io or Exit::input and return ERR_TOLD.
+/// Faults (exists already, missing folder, disk full) are reported with Exit::io or Exit::input and return ERR_FAILED.
 class Trajectory {
  public:
   /// Collective. Creates the file: /h5md, /particles/trajectory/box (dimension = dim, boundary none),

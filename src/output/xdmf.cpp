@@ -4,7 +4,7 @@
 #include <cstring>
 #include <fstream>
 
-#include "base/fault.hpp"
+#include "base/error.hpp"
 #include "output/fresh_file.hpp"
 
 namespace bs {

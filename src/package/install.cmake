@@ -34,7 +34,7 @@ install(FILES LICENSE DESTINATION ${CMAKE_INSTALL_DATADIR}/doc/backspring-dev CO
 install(TARGETS backspring_core EXPORT backspring-targets ARCHIVE DESTINATION ${CMAKE_INSTALL_LIBDIR} COMPONENT devel
         INCLUDES DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}/backspring)
 install(DIRECTORY src/ DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}/backspring COMPONENT devel FILES_MATCHING PATTERN *.hpp
-        PATTERN package EXCLUDE)
+        PATTERN package EXCLUDE PATTERN cli EXCLUDE)
 set_target_properties(backspring_core PROPERTIES EXPORT_NAME core)
 install(EXPORT backspring-targets NAMESPACE backspring:: DESTINATION ${BS_PACKAGE} COMPONENT devel)
 configure_package_config_file(src/package/backspring-config.cmake.in ${CMAKE_BINARY_DIR}/backspring-config.cmake

@@ -1,6 +1,6 @@
 #include "tasks/adviser.hpp"
 #include <cmath>
-#include "base/fault.hpp"
+#include "base/error.hpp"
 #include "base/options.hpp"
 #include "time/methods.hpp"
 

@@ -5,7 +5,8 @@
 #include <cmath>
 #include <cstring>
 #include <vector>
-#include "base/fault.hpp"
+#include "base/context.hpp"
+#include "base/error.hpp"
 #include "base/handle.hpp"
 #include "base/options.hpp"
 #include "output/fresh_file.hpp"
@@ -15,10 +16,9 @@
 namespace bs {
 namespace {
 
-std::string& prefix() {
-  static std::string value;
-  return value;
-}
+struct MatrixOption {
+  std::string prefix;  ///< -bs_write_matrices
+};
 
 struct Named {
   const char *name, *meaning;
@@ -103,7 +103,7 @@ PetscErrorCode make(Model& model, double t, Vec y, Named* M, Named* K, Named* D)
 }
 
 /// This rank's entries other than 0 as lines of Matrix Market, and how many.
-PetscErrorCode local_lines(Mat A, std::string* text, PetscInt* count, Fault* fault) {
+PetscErrorCode local_lines(Mat A, std::string* text, PetscInt* count, Error* fault) {
   PetscInt first = 0, end = 0;
   PetscFunctionBegin;
   *count = 0;
@@ -152,14 +152,14 @@ PetscErrorCode write_market(const Named& named, double t, PetscInt dim, const st
   std::string lines;
   PetscInt count = 0, n = 0;
   PetscMPIInt rank;
-  Fault fault;
+  Error fault;
   MPI_Comm comm = PetscObjectComm(reinterpret_cast<PetscObject>(named.matrix.get()));
   PetscFunctionBegin;
   PetscCallMPI(MPI_Comm_rank(comm, &rank));
   PetscCall(MatGetSize(named.matrix, &n, nullptr));
   PetscCall(local_lines(named.matrix, &lines, &count, &fault));
   if (fault) fault.text = std::string("option -bs_write_matrices: ") + named.meaning + ": " + fault.text + ": it is not written";
-  PetscCall(agree(comm, fault));
+  PetscCall(fail_if_any(comm, fault));
   PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &count, 1, MPIU_INT, MPI_SUM, comm));
   PetscCall(collect(comm, &lines));
   if (rank == 0) {
@@ -171,14 +171,14 @@ PetscErrorCode write_market(const Named& named, double t, PetscInt dim, const st
     if (const int why = write_whole(file, head + lines, overwrite)) fault.note(0, "cannot write " + file + ": " + std::strerror(why), Exit::io);
   }
   fault.exit = Exit::io;
-  PetscCall(agree(comm, fault));
+  PetscCall(fail_if_any(comm, fault));
   PetscFunctionReturn(0);
 }
 
 /// A fresh file, its name known on all ranks.
 PetscErrorCode create_everywhere(MPI_Comm comm, const std::string& file, std::string* made) {
   PetscMPIInt rank;
-  Fault fault;
+  Error fault;
   PetscFunctionBegin;
   PetscCallMPI(MPI_Comm_rank(comm, &rank));
   if (rank == 0) {
@@ -187,7 +187,7 @@ PetscErrorCode create_everywhere(MPI_Comm comm, const std::string& file, std::st
     else (void)close(handle);
   }
   fault.exit = Exit::io;
-  PetscCall(agree(comm, fault));
+  PetscCall(fail_if_any(comm, fault));
   int size = static_cast<int>(made->size());
   PetscCallMPI(MPI_Bcast(&size, 1, MPI_INT, 0, comm));
   made->resize(static_cast<std::size_t>(size));
@@ -211,7 +211,7 @@ PetscErrorCode write_binary(const Named& named, const std::string& file, bool ov
   MPI_Comm comm = PetscObjectComm(reinterpret_cast<PetscObject>(named.matrix.get()));
   PetscMPIInt rank;
   std::string made;
-  Fault fault;
+  Error fault;
   PetscFunctionBegin;
   PetscCallMPI(MPI_Comm_rank(comm, &rank));
   PetscCall(create_everywhere(comm, file, &made));
@@ -225,7 +225,7 @@ PetscErrorCode write_binary(const Named& named, const std::string& file, bool ov
     }
   }
   fault.exit = Exit::io;
-  PetscCall(agree(comm, fault));
+  PetscCall(fail_if_any(comm, fault));
   PetscFunctionReturn(0);
 }
 
@@ -238,17 +238,18 @@ PetscErrorCode read_matrix_options(MPI_Comm comm) {
            "prefix P of files P_M, P_K and P_D, each as .mtx (Matrix Market) and .petsc (PETSc binary): masses, K = df/dx and D = df/dv of "
            "M x'' = f at the start (-bs_task statics: at the last equilibrium), in the input's order, without rows and columns of fixed particles; "
            "default: none are written",
-           prefix());
+           held_by<MatrixOption>(comm).prefix);
   }));
   PetscFunctionReturn(0);
 }
 
-const std::string& matrix_prefix() { return prefix(); }
+const std::string& matrix_prefix(MPI_Comm comm) { return held_by<MatrixOption>(comm).prefix; }
 
-std::vector<std::string> matrix_files() {
+std::vector<std::string> matrix_files(MPI_Comm comm) {
+  const std::string& prefix = matrix_prefix(comm);
   std::vector<std::string> files;
   for (const char* ending : {"_M.mtx", "_M.petsc", "_K.mtx", "_K.petsc", "_D.mtx", "_D.petsc"})
-    if (!prefix().empty()) files.push_back(prefix() + ending);
+    if (!prefix.empty()) files.push_back(prefix + ending);
   return files;
 }
 
@@ -262,23 +263,24 @@ PetscErrorCode at_rest(Vec y, Vec* out) {
 
 PetscErrorCode write_matrices(Model& model, double t, Vec y, bool overwrite) {
   Named all[] = {{"M", "mass [kg]"}, {"K", "df/dx [N/m]"}, {"D", "df/dv [kg/s]"}};
-  const Exit phase = present_phase();
+  const Exit phase = present_phase(model.comm());
   PetscFunctionBegin;
-  if (prefix().empty()) PetscFunctionReturn(0);
+  const std::string& prefix = matrix_prefix(model.comm());
+  if (prefix.empty()) PetscFunctionReturn(0);
   if (!model.mechanics())
-    PetscCall(tell(model.comm(), Exit::input,
+    PetscCall(fail(model.comm(), Exit::input,
                    std::string("option -bs_write_matrices: a ") + model.name() + " system has no forces: leave it out, or give -bs_model particles"));
   if (model.mechanics()->couples_all())
-    PetscCall(tell(model.comm(), Exit::input, "option -bs_write_matrices: forces that couple all particles have no sparse matrix: leave them out"));
-  for (const std::string& file : matrix_files()) PetscCall(require_writable(model.comm(), file, "-bs_write_matrices", overwrite));
+    PetscCall(fail(model.comm(), Exit::input, "option -bs_write_matrices: forces that couple all particles have no sparse matrix: leave them out"));
+  for (const std::string& file : matrix_files(model.comm())) PetscCall(require_writable(model.comm(), file, "-bs_write_matrices", overwrite));
   PetscCall(make(model, t, y, &all[0], &all[1], &all[2]));
-  set_phase(Exit::io);
+  set_phase(model.comm(), Exit::io);
   for (const Named& named : all) {
-    const std::string file = prefix() + "_" + named.name;
+    const std::string file = prefix + "_" + named.name;
     PetscCall(write_market(named, t, model.mechanics()->layout().dim, file + ".mtx", overwrite));
     PetscCall(write_binary(named, file + ".petsc", overwrite));
   }
-  set_phase(phase);
+  set_phase(model.comm(), phase);
   PetscFunctionReturn(0);
 }
 

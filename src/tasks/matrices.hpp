@@ -10,8 +10,8 @@ namespace bs {
 PetscErrorCode read_matrix_options(MPI_Comm comm);
 
 /// Local. What -bs_write_matrices gave, and the files that write_matrices() will write; empty: none.
-const std::string& matrix_prefix();
-std::vector<std::string> matrix_files();
+const std::string& matrix_prefix(MPI_Comm comm);
+std::vector<std::string> matrix_files(MPI_Comm comm);
 
 /// Collective. A new vector: the state y with velocities of 0.
 PetscErrorCode at_rest(Vec y, Vec* out);

@@ -1,7 +1,8 @@
 #include "tasks/modes.hpp"
 #include <algorithm>
 #include <cmath>
-#include "base/fault.hpp"
+#include "base/context.hpp"
+#include "base/error.hpp"
 #include "base/options.hpp"
 #include "tasks/matrices.hpp"
 #include "tasks/statics/box_stress.hpp"
@@ -12,16 +13,10 @@ namespace bs {
 namespace {
 
 /// Read by every task, used by run_modes.
-ModeRequest& request_of_options() {
-  static ModeRequest request;
-  return request;
-}
-
-/// -bs_modes_about: 0 the start, 1 the equilibrium.
-int& about() {
-  static int where = 0;
-  return where;
-}
+struct ModeOptions {
+  ModeRequest request;
+  int about = 0;  ///< -bs_modes_about: 0 the start, 1 the equilibrium
+};
 
 /// Options of the eigensolver count as used: what comes before it would warn of them.
 PetscErrorCode spare_eigensolver() {
@@ -56,7 +51,8 @@ bool of_dynamics(const std::string& name) {
 }  // namespace
 
 PetscErrorCode read_mode_options(MPI_Comm comm, bool chosen) {
-  ModeRequest& request = request_of_options();
+  ModeRequest& request = held_by<ModeOptions>(comm).request;
+  int& about = held_by<ModeOptions>(comm).about;
   std::int64_t count = 10;
   PetscFunctionBegin;
   PetscCall(read_section(comm, "Modes", [&](Section& o) {
@@ -83,7 +79,7 @@ PetscErrorCode read_mode_options(MPI_Comm comm, bool chosen) {
     given = o.choice("-bs_modes_about",
                      "state that the system vibrates about: start, or equilibrium under the full loads, which -bs_task statics would find "
                      "(its options -bs_load_... apply)",
-                     {"start", "equilibrium"}, about()) ||
+                     {"start", "equilibrium"}, about) ||
             given;
     if (near && request.which != ModeRequest::target) o.fail("option -bs_modes_target: give -bs_modes_which target with it");
     if (!near && request.which == ModeRequest::target) o.fail("option -bs_modes_which target: say with -bs_modes_target near which omega^2 [1/s^2]");
@@ -99,12 +95,12 @@ PetscErrorCode ModesRun::linearise() {
   std::string fault;
   PetscFunctionBegin;
   PetscCall(model_.foresee(time_, time_, &fault));
-  if (!fault.empty()) PetscCall(tell(model_.comm(), Exit::input, fault));
+  if (!fault.empty()) PetscCall(fail(model_.comm(), Exit::input, fault));
   PetscCall(look_at_forces());
   PetscCall(mechanics.linearisation().linearise(time_, y_));
   PetscCall(form_.create(mechanics.linearisation()));
   if (form_.unknowns() == 0)
-    PetscCall(tell(model_.comm(), Exit::input, "option -bs_task modes: no particle can move: leave some free (particles/fixed, -bs_lattice_fixed)"));
+    PetscCall(fail(model_.comm(), Exit::input, "option -bs_task modes: no particle can move: leave some free (particles/fixed, -bs_lattice_fixed)"));
   PetscCall(look_at_damping());
   PetscFunctionReturn(0);
 }
@@ -120,7 +116,7 @@ PetscErrorCode ModesRun::look_at_forces() {
   PetscCall(mechanics.force(time_, y_, &f));
   for (PetscInt k = 0; k < at.particles * at.dim; ++k) most[0] = std::max(most[0], std::abs(f[k]));
   PetscCall(model_.last_fault(&fault));
-  if (!fault.empty()) PetscCall(tell(model_.comm(), Exit::input, "option -bs_task modes: this state has no stiffness: " + fault));
+  if (!fault.empty()) PetscCall(fail(model_.comm(), Exit::input, "option -bs_task modes: this state has no stiffness: " + fault));
   std::vector<double> size(static_cast<std::size_t>(at.particles * at.dim), 0.0);
   PetscCall(mechanics.force_magnitudes(time_, y_, size.data()));
   for (const double s : size) most[1] = std::max(most[1], s);
@@ -150,7 +146,7 @@ PetscErrorCode ModesRun::say_header(const std::string& method) {
                          request_.which == ModeRequest::smallest  ? "smallest"
                          : request_.which == ModeRequest::largest ? "largest"
                                                                   : format("(nearest to %g)", request_.near).c_str(),
-                         about() == 1 ? "equilibrium" : "start", static_cast<long long>(form_.unknowns())));
+                         held_by<ModeOptions>(model_.comm()).about == 1 ? "equilibrium" : "start", static_cast<long long>(form_.unknowns())));
   lines.push_back("eigensolver: " + method);
   if (damped_) lines.push_back("damping is left out: the modes are those of M and K alone");
   constexpr double REST = 1e-6;
@@ -181,7 +177,7 @@ PetscErrorCode ModesRun::run() {
   for (const std::string& name : unused)
     if (!of_dynamics(name)) PetscCall(warn(model_.comm(), "option " + name + " is not used by this run: it is misspelt, or belongs to another task"));
   PetscCall(open_file());
-  set_phase(Exit::solve);
+  set_phase(model_.comm(), Exit::solve);
   PetscCall(solver.solve(&modes_, &why));
   solver.release();
   modes_.method = method;
@@ -211,20 +207,21 @@ PetscErrorCode run_modes(std::unique_ptr<Model> model, int* exit_code) {
   *exit_code = 0;
   PetscCall(read_run_options(model->comm(), &options));
   const std::string why = unsuited(*model);
-  if (!why.empty()) PetscCall(tell(model->comm(), Exit::input, why));
+  if (!why.empty()) PetscCall(fail(model->comm(), Exit::input, why));
   if (!options.saving.restart.empty() || !options.saving.file.empty())
-    PetscCall(tell(model->comm(), Exit::input, "options -bs_checkpoint and -bs_restart: -bs_task modes has no steps to save: leave them out"));
+    PetscCall(fail(model->comm(), Exit::input, "options -bs_checkpoint and -bs_restart: -bs_task modes has no steps to save: leave them out"));
   PetscCall(claim_files(model->comm(), options, &claim));
   std::unique_ptr<Model> there;
   VecHandle y;
   double time = 0;
-  if (about() == 1) {
+  const auto& [request, about] = held_by<ModeOptions>(model->comm());
+  if (about == 1) {
     PetscCall(spare_eigensolver());
     Settled settled;
     const PetscErrorCode code = settle(std::move(model), options, &settled, exit_code);
     if (code != 0 || *exit_code != 0) {
       if (!settled.y) PetscFunctionReturn(code);
-      ModesRun run(*settled.model, options, request_of_options(), settled.factor, settled.y);
+      ModesRun run(*settled.model, options, request, settled.factor, settled.y);
       PetscCall(run.give_up(settled.outcome, settled.why));
       PetscFunctionReturn(code);
     }
@@ -242,7 +239,7 @@ PetscErrorCode run_modes(std::unique_ptr<Model> model, int* exit_code) {
   }
   PetscCall(SlepcInitialize(nullptr, nullptr, nullptr, nullptr));
   {
-    ModesRun run(*there, options, request_of_options(), time, y);
+    ModesRun run(*there, options, request, time, y);
     PetscCall(run.run());
   }
   PetscCall(SlepcFinalize());

@@ -16,7 +16,7 @@ namespace bs {
 PetscErrorCode read_mode_options(MPI_Comm comm, bool chosen);
 
 /// Collective. Solves -K q = omega^2 M q for some of its eigenpairs, writes them, the report and the summary.
-/// Returns ERR_TOLD where not all of them were found (exit 3) or could not be written (exit 4).
+/// Returns ERR_FAILED where not all of them were found (exit 3) or could not be written (exit 4).
 PetscErrorCode run_modes(std::unique_ptr<Model> model, int* exit_code);
 
 class ModesRun {

@@ -2,7 +2,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include "base/fault.hpp"
+#include "base/error.hpp"
 #include "output/finite.hpp"
 #include "output/report.hpp"
 #include "systems/breaks.hpp"
@@ -120,7 +120,7 @@ PetscErrorCode ModesRun::open_file() {
   PetscFunctionBegin;
   options.boundary = model_.boundary();
   if (!options.file.empty()) {
-    set_phase(Exit::io);
+    set_phase(model_.comm(), Exit::io);
     PetscCall(model_.take_constants(&constants));
     PetscCall(Trajectory::create(model_.comm(), options, model_.dim(), std::numeric_limits<std::int64_t>::max(), constants, &file_));
     PetscCall(write_state());
@@ -138,7 +138,7 @@ PetscErrorCode ModesRun::write_state() {
   PetscCall(model_.observe(time_, y_, &observables));
   PetscCall(model_.fields(time_, y_, &fields));
   PetscCall(find_not_finite(model_.comm(), fields, observables, &what));
-  if (!what.empty()) PetscCall(tell(model_.comm(), Exit::input, "the state is not finite: " + what + ": give smaller numbers"));
+  if (!what.empty()) PetscCall(fail(model_.comm(), Exit::input, "the state is not finite: " + what + ": give smaller numbers"));
   PetscCall(file_->write_frame(0, time_, fields, observables));
   PetscFunctionReturn(0);
 }
@@ -166,11 +166,11 @@ PetscErrorCode ModesRun::write() {
   tables.push_back({"/modes/omega_squared", 0, count, 0, squared, omega_attributes()});
   tables.push_back({"/modes/residual", 0, count, 0, residual, {{"meaning", "bound of the error of omega_squared"}}});
   tables.push_back({"/modes/participation", 0, count, d, participation_, {{"meaning", "effective mass in each direction"}}});
-  set_phase(Exit::io);
+  set_phase(model_.comm(), Exit::io);
   for (const Dataset& table : tables) PetscCall(file_->write_table(table));
   PetscCall(file_->write_pages("/modes/shape", count, [this](std::int64_t k, Vec* out) { return page(static_cast<std::size_t>(k), out); }));
   PetscCall(file_->close());
-  set_phase(Exit::solve);
+  set_phase(model_.comm(), Exit::solve);
   PetscFunctionReturn(0);
 }
 
@@ -261,7 +261,7 @@ PetscErrorCode ModesRun::conclude(const std::string& why) {
                         count_text(modes_.unstable, modes_.unstable_exact).c_str(), static_cast<long long>(modes_.iterations), progress_.wall(),
                         counted(warnings_.keys().size()).c_str()));
   progress_.header(said);
-  if (!why.empty()) PetscCall(tell(model_.comm(), Exit::solve, why));
+  if (!why.empty()) PetscCall(fail(model_.comm(), Exit::solve, why));
   PetscFunctionReturn(0);
 }
 

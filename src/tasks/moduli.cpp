@@ -1,6 +1,6 @@
 #include "tasks/moduli.hpp"
 #include <limits>
-#include "base/fault.hpp"
+#include "base/error.hpp"
 #include "base/options.hpp"
 #include "tasks/strain_relaxation.hpp"
 #include "tasks/tangent_solve.hpp"
@@ -45,9 +45,9 @@ PetscErrorCode Moduli::begin(Equilibrium& model) {
   PetscCall(model.strain_response(0, model.initial_state(), &strained));
   if (strained.count == 0)
     PetscCall(
-        tell(model.comm(), Exit::input, "-bs_task moduli: the lattice has no periodic box: give -bs_lattice_periodic or a lattice file with /box"));
+        fail(model.comm(), Exit::input, "-bs_task moduli: the lattice has no periodic box: give -bs_lattice_periodic or a lattice file with /box"));
   if (!strained.held.empty())
-    PetscCall(tell(model.comm(), Exit::input, "-bs_task moduli: " + strained.held + " do not follow the strain of the box: leave them out"));
+    PetscCall(fail(model.comm(), Exit::input, "-bs_task moduli: " + strained.held + " do not follow the strain of the box: leave them out"));
   count_ = strained.count;
   names_ = component_names(model.dim());
   value_.assign(static_cast<std::size_t>(count_ * count_), std::numeric_limits<double>::quiet_NaN());

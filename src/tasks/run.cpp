@@ -1,7 +1,7 @@
 #include "tasks/run.hpp"
 #include <algorithm>
 #include <cmath>
-#include "base/fault.hpp"
+#include "base/error.hpp"
 #include "output/finite.hpp"
 #include "systems/breaks.hpp"
 #include "systems/mechanics.hpp"
@@ -31,9 +31,9 @@ PetscErrorCode Run::on_step(const StepRecord& record) {
   Vec y;
   if (trajectory_) trajectory_->log_step(record);
   if (trajectory_ && ++held_rows_ >= MOST_ROWS) {
-    set_phase(Exit::io);
+    set_phase(model_.comm(), Exit::io);
     PetscCall(trajectory_->write_waiting());
-    set_phase(Exit::solve);
+    set_phase(model_.comm(), Exit::solve);
     held_rows_ = 0;
   }
   PetscCall(TSGetSolution(ts_, &y));
@@ -126,12 +126,12 @@ PetscErrorCode Run::on_frame(PetscInt step, double time, Vec y) {
   PetscCall(watch_.check(step, time, y, true));
   if (first_.empty()) first_ = last_;
   if (trajectory_) {
-    set_phase(Exit::io);
+    set_phase(model_.comm(), Exit::io);
     const Breaks* breaks = hooks_.loads ? model_.breaks() : nullptr;
     const bool behind = undone_.shown && !settling_;
     PetscCall(trajectory_->write_frame(step + (breaks ? breaks->motion_steps() : 0) + (behind ? undone_.steps : 0),
                                        shown_time(time) + (behind ? undone_.time : 0), fields, last_));
-    set_phase(Exit::solve);
+    set_phase(model_.comm(), Exit::solve);
   }
   if (hooks_.settle && !settling_) good_facts_ = facts();
   PetscFunctionReturn(0);
@@ -144,7 +144,7 @@ PetscErrorCode Run::give_up_frame(double time, const std::string& what, const st
   PetscCall(model_.last_fault(&fault));
   const std::string place = format("%s at %s = %.10g: ", what.c_str(), hooks_.loads ? hooks_.clock : "t", time);
   if (first_.empty() && !resumed_)
-    PetscCall(tell(model_.comm(), Exit::input, "the state at the start is not finite: " + place + (fault.empty() ? "give smaller numbers" : fault)));
+    PetscCall(fail(model_.comm(), Exit::input, "the state at the start is not finite: " + place + (fault.empty() ? "give smaller numbers" : fault)));
   spoiled_ = true;
   last_ = before;
   stepper_->give_up("the state is not finite any more: " + place + (fault.empty() ? "try a smaller step" : fault) + "; earlier frames are intact");
@@ -157,9 +157,9 @@ double Run::shown_time(double time) const { return time + (hooks_.loads && model
 PetscErrorCode Run::on_flush() {
   PetscFunctionBegin;
   if (!trajectory_) PetscFunctionReturn(0);
-  set_phase(Exit::io);
+  set_phase(model_.comm(), Exit::io);
   PetscCall(trajectory_->flush());
-  set_phase(Exit::solve);
+  set_phase(model_.comm(), Exit::solve);
   held_rows_ = 0;
   PetscFunctionReturn(0);
 }
@@ -238,7 +238,7 @@ PetscErrorCode Run::advance(int* exit_code) {
   PetscCall(remove_earlier_results(model_.comm()));
   PetscCall(TSGetSolution(ts_, &y));
   PetscCall(TSGetStepNumber(ts_, &first_step));
-  set_phase(Exit::solve);
+  set_phase(model_.comm(), Exit::solve);
   if (resumed_) {
     PetscCall(observe(stepper_->good_time(), y));
     PetscCall(watch_.check(first_step, stepper_->good_time(), y, true));
@@ -267,7 +267,7 @@ PetscErrorCode run_model(Model& model, int* exit_code) {
   Claim claim;  // given up when the files are closed
   PetscFunctionBegin;
   PetscCall(read_run_options(model.comm(), &options));
-  if (options.rest > 0 && !model.mechanics()) PetscCall(tell(model.comm(), Exit::input, "option -bs_stop_at_rest is for particles: leave it out"));
+  if (options.rest > 0 && !model.mechanics()) PetscCall(fail(model.comm(), Exit::input, "option -bs_stop_at_rest is for particles: leave it out"));
   PetscCall(claim_files(model.comm(), options, &claim));
   Run run(model, options);
   PetscCall(run.set_up());

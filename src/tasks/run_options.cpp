@@ -3,7 +3,9 @@
 #include <unistd.h>
 #include <cerrno>
 #include <cstring>
-#include "base/fault.hpp"
+#include "base/context.hpp"
+#include "base/error.hpp"
+#include "base/find_file.hpp"
 #include "base/options.hpp"
 #include "base/recalled.hpp"
 #include "checkpoint/checkpoint.hpp"
@@ -67,10 +69,10 @@ PetscErrorCode read_run_options(MPI_Comm comm, RunOptions* out) {
 
 namespace {
 
-std::vector<std::string>& earlier_results() {
-  static std::vector<std::string> files;
-  return files;
-}
+/// Files of an earlier run, in the place of which this one will write its own.
+struct EarlierResults {
+  std::vector<std::string> files;
+};
 
 }  // namespace
 
@@ -78,36 +80,39 @@ PetscErrorCode claim_files(MPI_Comm comm, const RunOptions& options, Claim* clai
   RunFiles files;
   CheckpointFile checkpoint;
   PetscFunctionBegin;
-  PetscCall(tell_left_out(comm));
+  PetscCall(warn_left_out(comm));
   files.output = options.output.trajectory.file;
   files.xdmf = options.output.trajectory.xdmf;
   files.overwrite = options.output.trajectory.overwrite;
   files.report = options.output.report;
   files.checkpoint = options.saving.file;
-  files.matrices = matrix_prefix();
-  files.matrix_files = matrix_files();
+  files.matrices = matrix_prefix(comm);
+  files.matrix_files = matrix_files(comm);
   files.restart = options.saving.restart;
+  files.inputs = input_files(comm);
   if (!files.restart.empty()) {
     PetscCall(checkpoint.open(comm, files.restart));
     files.resumes = mark_of(checkpoint).frames > 0;
   }
   PetscCall(claim->take(comm, files));
-  if (files.overwrite) earlier_results() = files.matrix_files;
-  if (files.overwrite && !files.report.empty()) earlier_results().push_back(files.report);
+  std::vector<std::string>& earlier = held_by<EarlierResults>(comm).files;
+  if (files.overwrite) earlier = files.matrix_files;
+  if (files.overwrite && !files.report.empty()) earlier.push_back(files.report);
   PetscFunctionReturn(0);
 }
 
 PetscErrorCode remove_earlier_results(MPI_Comm comm) {
   PetscMPIInt rank;
-  Fault fault;
+  Error fault;
+  std::vector<std::string>& earlier = held_by<EarlierResults>(comm).files;
   PetscFunctionBegin;
   PetscCallMPI(MPI_Comm_rank(comm, &rank));
-  for (const std::string& file : earlier_results())
+  for (const std::string& file : earlier)
     if (rank == 0 && unlink(file.c_str()) != 0 && errno != ENOENT)
       fault.note(0, "cannot remove " + file + " of an earlier run: " + std::strerror(errno), Exit::io);
-  earlier_results().clear();
+  earlier.clear();
   fault.exit = Exit::io;
-  PetscCall(agree(comm, fault));
+  PetscCall(fail_if_any(comm, fault));
   PetscFunctionReturn(0);
 }
 

@@ -1,6 +1,6 @@
 // How a run ended: in the user's words, in the summary, in the report.
 #include <cmath>
-#include "base/fault.hpp"
+#include "base/error.hpp"
 #include "output/report.hpp"
 #include "systems/breaks.hpp"
 #include "tasks/run.hpp"
@@ -173,10 +173,10 @@ PetscErrorCode Run::find_out() {
   if (!hooks_.find) PetscFunctionReturn(0);
   PetscCall(TSGetSolution(ts_, &y));
   PetscCall(hooks_.find(stepper_->good_time(), y, &findings_));
-  set_phase(Exit::io);
+  set_phase(model_.comm(), Exit::io);
   for (const Dataset& table : findings_.tables)
     if (trajectory_ && !untouched()) PetscCall(trajectory_->write_table(table));
-  set_phase(Exit::solve);
+  set_phase(model_.comm(), Exit::solve);
   PetscFunctionReturn(0);
 }
 
@@ -186,9 +186,9 @@ PetscErrorCode Run::write_breaks() {
   PetscFunctionBegin;
   if (!trajectory_ || !model_.breaks() || untouched()) PetscFunctionReturn(0);
   PetscCall(model_.breaks()->tables(&tables));
-  set_phase(Exit::io);
+  set_phase(model_.comm(), Exit::io);
   for (const Dataset& table : tables) PetscCall(trajectory_->write_table(table));
-  set_phase(Exit::solve);
+  set_phase(model_.comm(), Exit::solve);
   PetscFunctionReturn(0);
 }
 
@@ -202,7 +202,7 @@ PetscErrorCode Run::conclude(TSConvergedReason reason, int* exit_code) {
   if (reason >= 0 && failed) why = findings_.why;
   PetscCall(write_breaks());
   if (trajectory_) {
-    set_phase(Exit::io);
+    set_phase(model_.comm(), Exit::io);
     PetscCall(trajectory_->close());
   }
   // of a run before this one, whose trajectory is no more
@@ -213,7 +213,7 @@ PetscErrorCode Run::conclude(TSConvergedReason reason, int* exit_code) {
   if (hooks_.concluded) hooks_.concluded(outcome, why);
   PetscCall(report(outcome, why));
   if (failed && !last_checkpoint_.empty()) why += format("; the last good state is in %s (-bs_restart)", last_checkpoint_.c_str());
-  if (failed) PetscCall(tell(model_.comm(), Exit::solve, why));
+  if (failed) PetscCall(fail(model_.comm(), Exit::solve, why));
   if (stepper_->signal()) *exit_code = 128 + stepper_->signal();
   PetscFunctionReturn(0);
 }

@@ -2,7 +2,7 @@
 #include <unistd.h>
 #include <algorithm>
 #include <cmath>
-#include "base/fault.hpp"
+#include "base/error.hpp"
 #include "base/options.hpp"
 #include "tasks/matrices.hpp"
 #include "tasks/run.hpp"
@@ -22,7 +22,7 @@ PetscErrorCode refuse_new_start(MPI_Comm comm, const CheckpointFile& file) {
   for (const auto& [name, value] : file.options()) same = same || (name == "ts_init_time" && value == given);
   if (!same)
     PetscCall(
-        tell(comm, Exit::input,
+        fail(comm, Exit::input,
              format("option -ts_init_time: a continued run begins at the time of its checkpoint, %s: leave the option out", file.name().c_str())));
   PetscFunctionReturn(0);
 }
@@ -155,7 +155,7 @@ PetscErrorCode Run::take_up() {
   taken_up_ = stepper_->counts().steps;
   progress_.header({format("continued from %s: step %lld, t = %.17g s", options_.saving.restart.c_str(),
                            static_cast<long long>(stepper_->counts().steps), stepper_->good_time())});
-  PetscCall(tell_changed_options(model_.comm(), *restart_));
+  PetscCall(warn_changed_options(model_.comm(), *restart_));
   for (const std::string& line : changed) PetscCall(warn(model_.comm(), options_.saving.restart + ": " + line));
   std::string before;
   for (const std::string& key : warnings_.keys()) before += (before.empty() ? "warnings of the run so far: " : ", ") + key;

@@ -1,7 +1,7 @@
 #include "tasks/saving.hpp"
 #include <algorithm>
 #include <filesystem>
-#include "base/fault.hpp"
+#include "base/error.hpp"
 #include "base/options.hpp"
 #include "output/h5.hpp"
 #include "time/stepper.hpp"
@@ -46,10 +46,10 @@ PetscErrorCode save_run(Model& model, const Stepper& stepper, TS ts, Vec y, cons
   run.whole["log_rows"] = mark.log_rows;
   run.real["last_frame_time"] = mark.last_time;
   stepper.save(&run, &states);
-  set_phase(Exit::io);
+  set_phase(model.comm(), Exit::io);
   PetscCall(write_checkpoint(model, file, run, states));
   PetscCall(stepper.renew_solver(ts));
-  set_phase(Exit::solve);
+  set_phase(model.comm(), Exit::solve);
   PetscFunctionReturn(0);
 }
 

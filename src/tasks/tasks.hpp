@@ -6,7 +6,7 @@
 
 namespace bs {
 
-/// A task. `run` advances or analyses the model; it returns ERR_TOLD where the task failed (exit 3) or could not write (exit 4), and sets
+/// A task. `run` advances or analyses the model; it returns ERR_FAILED where the task failed (exit 3) or could not write (exit 4), and sets
 /// `exit_code`: 0, or 128 + signal. Null: not built in this version.
 struct Task {
   const char *name, *what;

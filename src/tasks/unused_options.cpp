@@ -1,7 +1,7 @@
 #include "tasks/unused_options.hpp"
 #include <algorithm>
 #include <string>
-#include "base/fault.hpp"
+#include "base/error.hpp"
 #include "base/options.hpp"
 
 namespace bs {
@@ -72,8 +72,8 @@ const Family FAMILIES[] = {
 bool begins(const std::string& name, const char* begin) { return name.rfind(begin, 0) == 0; }
 
 /// Whether the run has read options of the family.
-bool is_read(const Family& family) {
-  const std::set<std::string>& known = known_options();
+bool is_read(MPI_Comm comm, const Family& family) {
+  const std::set<std::string>& known = known_options(comm);
   return std::any_of(known.begin(), known.end(), [&](const std::string& name) { return begins(name, family.begin); });
 }
 
@@ -88,11 +88,11 @@ PetscErrorCode refuse_foreign_options(MPI_Comm comm) {
   for (PetscInt k = 0; k < count && home.empty(); ++k) {
     name = std::string("-") + names[k];
     for (const Family& family : FAMILIES)
-      if (home.empty() && begins(name, family.begin) && !is_read(family)) home = family.home;
+      if (home.empty() && begins(name, family.begin) && !is_read(comm, family)) home = family.home;
   }
   PetscCall(PetscOptionsLeftRestore(nullptr, &count, &names, &values));
   if (!home.empty())
-    PetscCall(tell(comm, Exit::input, "option " + name + " does not go with this run: it is of " + home + ": leave it out, or give that"));
+    PetscCall(fail(comm, Exit::input, "option " + name + " does not go with this run: it is of " + home + ": leave it out, or give that"));
   PetscFunctionReturn(0);
 }
 

@@ -1,7 +1,7 @@
 #include "time/energy_watch.hpp"
 #include <algorithm>
 #include <cmath>
-#include "base/fault.hpp"
+#include "base/error.hpp"
 
 namespace bs {
 namespace {

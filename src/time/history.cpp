@@ -1,6 +1,6 @@
 #include "time/history.hpp"
 #include <algorithm>
-#include "base/fault.hpp"
+#include "base/error.hpp"
 #include "time/methods.hpp"
 #include "time/replay.hpp"
 

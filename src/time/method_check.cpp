@@ -3,7 +3,7 @@
 #include <cmath>
 #include <initializer_list>
 #include <string>
-#include "base/fault.hpp"
+#include "base/error.hpp"
 #include "time/alpha2.hpp"
 #include "time/methods.hpp"
 
@@ -144,7 +144,7 @@ PetscErrorCode check_method(TS ts, const TSContext& context) {
     if (once || context.rosenbrock.active()) PetscCall(fault_of_lag(snes, method.words(), &fault));
     if (fault.empty()) PetscCall(fault_of_rosw(context, once, &fault));
   }
-  if (!fault.empty()) PetscCall(tell(context.model->comm(), Exit::input, fault));
+  if (!fault.empty()) PetscCall(fail(context.model->comm(), Exit::input, fault));
   PetscFunctionReturn(0);
 }
 
@@ -199,7 +199,7 @@ PetscErrorCode check_stepping(TS ts, bool implicit) {
   PetscCall(fault_of_times(ts, &fault));
   if (fault.empty()) PetscCall(fault_of_theta(ts, &fault));
   if (fault.empty() && implicit) PetscCall(fault_of_tolerances(ts, &fault));
-  if (!fault.empty()) PetscCall(tell(PetscObjectComm(reinterpret_cast<PetscObject>(ts)), Exit::input, fault));
+  if (!fault.empty()) PetscCall(fail(PetscObjectComm(reinterpret_cast<PetscObject>(ts)), Exit::input, fault));
   PetscFunctionReturn(0);
 }
 

@@ -1,5 +1,5 @@
 #include "time/rejections.hpp"
-#include "base/fault.hpp"
+#include "base/error.hpp"
 #include "solvers/condensed/condensed.hpp"
 #include "time/methods.hpp"
 

@@ -2,7 +2,7 @@
 #include "time/stepper.hpp"
 #include <cmath>
 #include <utility>
-#include "base/fault.hpp"
+#include "base/error.hpp"
 #include "time/methods.hpp"
 
 namespace bs {
@@ -137,7 +137,7 @@ PetscErrorCode Stepper::check_start(TS ts, double t, double h) {
     PetscCall(model_.foresee(t, t, &fault));
     if (fault.empty()) PetscCall(model_.foresee(t, std::min(t + h, clock_.next(t)), &fault));
   }
-  if (!fault.empty()) PetscCall(tell(model_.comm(), Exit::input, fault));
+  if (!fault.empty()) PetscCall(fail(model_.comm(), Exit::input, fault));
   PetscFunctionReturn(0);
 }
 

@@ -110,8 +110,8 @@ PetscErrorCode Stepper::agree_on_verdict(TS ts) {
   double sum = 0;
   for (PetscInt i = 0; i < n; ++i) sum += 0.0 * (ay[i] * ay[i]);
   PetscCall(VecRestoreArrayRead(y, &ay));
-  const bool late = schedule_.save_due(MPI_Wtime()), asked = late || take_checkpoint_signal();
-  int flags[4] = {std::isfinite(sum) ? 0 : 1, ending_signal(), asked ? 1 : 0, schedule_.flush_due(MPI_Wtime()) ? 1 : 0};
+  const bool late = schedule_.save_due(MPI_Wtime()), asked = late || checkpoint_is_asked(model_.comm());
+  int flags[4] = {std::isfinite(sum) ? 0 : 1, ending_signal(model_.comm()), asked ? 1 : 0, schedule_.flush_due(MPI_Wtime()) ? 1 : 0};
   PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, flags, 4, MPI_INT, MPI_MAX, model_.comm()));
   now_ = {flags[0] == 0, flags[1], flags[2] != 0, flags[3] != 0};
   if (now_.flush_due) schedule_.flushed(MPI_Wtime());
@@ -162,7 +162,7 @@ PetscErrorCode Stepper::after_break(TS ts, Vec y, StepRecord* record, bool* coun
   if (on_break_) {
     PetscCall(on_break_(time, y, frame, counts, &lost_));
     PetscCall(count_iterations(ts, record));
-    int signal = std::max(now_.signal, ending_signal());
+    int signal = std::max(now_.signal, ending_signal(model_.comm()));
     PetscCallMPI(MPI_Allreduce(&signal, &now_.signal, 1, MPI_INT, MPI_MAX, model_.comm()));
   }
   if (context_.method->remembers(Memory::acceleration)) {

@@ -1,7 +1,7 @@
 // What stepping remembers from step to step, into a checkpoint and out of it.
 #include <cmath>
 #include <utility>
-#include "base/fault.hpp"
+#include "base/error.hpp"
 #include "solvers/condensed/condensed.hpp"
 #include "time/implicit/solver_setup.hpp"
 #include "time/methods.hpp"
@@ -26,7 +26,7 @@ PetscErrorCode Stepper::require_facts(const CheckpointFile& file) const {
   PetscFunctionBegin;
   const Facts& run = file.run();
   const auto require = [&](bool there, const char* name) {
-    return there ? 0 : tell(model_.comm(), Exit::input, file.name() + ": damaged: it lacks its " + name + ": start a new run");
+    return there ? 0 : fail(model_.comm(), Exit::input, file.name() + ": damaged: it lacks its " + name + ": start a new run");
   };
   for (const char* name : {"time", "start", "nominal_step", "next_step", "first_step"})
     PetscCall(require(run.real.count(name) && std::isfinite(run.real.at(name)), name));

@@ -1,6 +1,6 @@
 #include "time/tolerances.hpp"
 #include <cmath>
-#include "base/fault.hpp"
+#include "base/error.hpp"
 #include "base/handle.hpp"
 #include "base/options.hpp"
 #include "systems/layout.hpp"
@@ -34,7 +34,7 @@ PetscErrorCode check(const Tolerances& t, bool adaptive, double atol, double rto
     fault =
         "options -ts_atol and -ts_rtol: both 0 leave the steps without error control: give one of them, e.g. -ts_rtol 1e-6, "
         "or a fixed step by -ts_adapt_type none";
-  if (!fault.empty()) PetscCall(tell(comm, Exit::input, fault));
+  if (!fault.empty()) PetscCall(fail(comm, Exit::input, fault));
   PetscFunctionReturn(0);
 }
 
@@ -61,7 +61,7 @@ PetscErrorCode set_tolerances(const Tolerances& t, const Model& model, TS ts) {
   PetscCall(check(t, adaptive, atol, rtol, model.comm()));
   if (!t.given()) PetscFunctionReturn(0);
   if (model.dim() == 0)
-    PetscCall(tell(model.comm(), Exit::input,
+    PetscCall(fail(model.comm(), Exit::input,
                    "options -bs_atol_x, -bs_atol_v, -bs_rtol_x, -bs_rtol_v apply to particles only: give -ts_atol and -ts_rtol"));
   PetscCall(VecDuplicate(model.initial_state(), vatol.out()));
   PetscCall(VecDuplicate(model.initial_state(), vrtol.out()));

@@ -1,5 +1,5 @@
 #include "time/ts_setup.hpp"
-#include "base/fault.hpp"
+#include "base/error.hpp"
 #include "solvers/condensed/condensed.hpp"
 #include "solvers/newton/search/searches.hpp"
 #include "solvers/solver_options.hpp"
@@ -51,7 +51,7 @@ PetscErrorCode choose_method(TS ts, const char* type, TSContext* context) {
   PetscCall(asked_method(ts, type, &context->method));
   if (!context->method) PetscCall(TSSetFromOptions(ts));  // PETSc lists the subtypes it has
   if (!context->method)
-    PetscFunctionReturn(tell(PetscObjectComm(reinterpret_cast<PetscObject>(ts)), Exit::input,
+    PetscFunctionReturn(fail(PetscObjectComm(reinterpret_cast<PetscObject>(ts)), Exit::input,
                              format("option %s: a subtype this program does not know: options/reference lists those it does", subtype_option(type))));
   context->implicit = context->method->implicit();
   context->form = context->method->form;
@@ -97,7 +97,7 @@ PetscErrorCode create_ts(Model& model, TSContext* context, TSHandle* ts) {
   context->model = &model;
   PetscCall(PetscOptionsGetString(nullptr, nullptr, "-ts_type", type, sizeof(type), nullptr));
   const std::string fault = fault_of_type(type);
-  if (!fault.empty()) PetscCall(tell(model.comm(), Exit::input, fault));
+  if (!fault.empty()) PetscCall(fail(model.comm(), Exit::input, fault));
   PetscCall(TSCreate(model.comm(), ts->out()));
   PetscCall(TSSetProblemType(*ts, model.linear() ? TS_LINEAR : TS_NONLINEAR));
   PetscCall(TSSetType(*ts, type));

@@ -3,7 +3,7 @@
 
 #include <memory>
 
-#include "base/fault.hpp"
+#include "base/error.hpp"
 #include "base/options.hpp"
 #include "systems/create.hpp"
 
@@ -22,8 +22,12 @@ static PetscErrorCode run() {
 
 int main(int argc, char** argv) {
   if (PetscInitialize(&argc, &argv, nullptr, nullptr)) return 2;
-  PetscErrorCode status = bs::install_error_handler();
-  if (!status) status = run();
-  const int failed = bs::finish(status);
-  return PetscFinalize() ? 4 : failed;
+  PetscErrorCode status = 0;
+  {
+    const bs::PetscErrors errors(PETSC_COMM_WORLD);
+    status = run();
+  }
+  const bs::Error error = bs::last_error(PETSC_COMM_WORLD);
+  if (status) (void)PetscPrintf(PETSC_COMM_WORLD, "%s\n", error.text.c_str());
+  return PetscFinalize() ? 4 : status ? static_cast<int>(error.exit) : 0;
 }

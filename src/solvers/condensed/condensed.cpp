@@ -1,7 +1,7 @@
 #include "solvers/condensed/condensed.hpp"
 #include <petsc/private/pcimpl.h>
 #include <string>
-#include "base/fault.hpp"
+#include "base/error.hpp"
 #include "base/handle.hpp"
 #include "solvers/condensed/inner_solver.hpp"
 

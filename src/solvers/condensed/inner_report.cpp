@@ -1,5 +1,5 @@
 // What the inner solver says of itself: in the header, in the report, after a failure.
-#include "base/fault.hpp"
+#include "base/error.hpp"
 #include "solvers/condensed/condensed.hpp"
 #include "solvers/condensed/inner_solver.hpp"
 

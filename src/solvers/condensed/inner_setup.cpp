@@ -1,6 +1,6 @@
 // The inner solver from its options: storage of S, solver, preconditioner.
 #include <algorithm>
-#include "base/fault.hpp"
+#include "base/error.hpp"
 #include "solvers/condensed/condensed.hpp"
 #include "solvers/condensed/inner_solver.hpp"
 

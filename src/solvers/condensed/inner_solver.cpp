@@ -1,7 +1,7 @@
 #include "solvers/condensed/inner_solver.hpp"
 #include <algorithm>
 #include <cmath>
-#include "base/fault.hpp"
+#include "base/error.hpp"
 #include "solvers/condensed/condensed.hpp"
 #include "solvers/solver_options.hpp"
 

@@ -2,8 +2,8 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include "base/error.hpp"
 #include "base/factor_memory.hpp"
-#include "base/fault.hpp"
 #include "solvers/eigen/mode_solver.hpp"
 
 namespace bs {
@@ -62,7 +62,7 @@ PetscErrorCode ModeSolver::refuse_failed_factors(PC pc) const {
   PetscCall(PCGetFailedReason(pc, &reason));
   if (reason == PC_NOERROR) PetscFunctionReturn(0);
   PetscCall(find_memory_lack(form_.comm(), pc, &lack));
-  PetscCall(tell(form_.comm(), Exit::solve, lack.yes ? lack.said(OTHER) : std::string("the factors that count omega^2 failed: give ") + OTHER));
+  PetscCall(fail(form_.comm(), Exit::solve, lack.yes ? lack.said(OTHER) : std::string("the factors that count omega^2 failed: give ") + OTHER));
   PetscFunctionReturn(0);
 }
 

@@ -1,7 +1,7 @@
 // Which eigensolver, and its settings.
 #include <algorithm>
 #include <cmath>
-#include "base/fault.hpp"
+#include "base/error.hpp"
 #include "solvers/eigen/mode_solver.hpp"
 
 namespace bs {

@@ -1,7 +1,7 @@
 #include "solvers/eigen/mode_solver.hpp"
 #include <algorithm>
 #include <cmath>
-#include "base/fault.hpp"
+#include "base/error.hpp"
 #include "solvers/eigen/standard_form.hpp"
 
 namespace bs {

@@ -3,8 +3,8 @@
 #include <cmath>
 #include <string>
 #include <vector>
+#include "base/error.hpp"
 #include "base/factor_memory.hpp"
-#include "base/fault.hpp"
 #include "base/handle.hpp"
 #include "base/text.hpp"
 
@@ -93,7 +93,7 @@ PetscErrorCode is_singular(KSP ksp, bool* singular) {
   MemoryLack lack;
   PetscCall(find_memory_lack(PetscObjectComm(reinterpret_cast<PetscObject>(ksp)), pc, &lack));
   if (lack.yes)
-    PetscCall(tell(PetscObjectComm(reinterpret_cast<PetscObject>(ksp)), Exit::input,
+    PetscCall(fail(PetscObjectComm(reinterpret_cast<PetscObject>(ksp)), Exit::input,
                    lack.said("an iterative solver such as -ksp_type gmres -pc_type bjacobi")));
   *singular = failed != 0;
   if (*singular) PetscFunctionReturn(0);

@@ -1,6 +1,6 @@
 // Built-in linear systems.
 #include <cmath>
-#include "base/fault.hpp"
+#include "base/error.hpp"
 #include "base/memory.hpp"
 #include "systems/linear/system.hpp"
 
@@ -128,7 +128,7 @@ PetscErrorCode generate_system(MPI_Comm comm, const SystemOptions& o, LinearSyst
   for (const std::int64_t k : o.size)
     if (k < 1) error = "needs positive numbers";
   if (error.empty() && unknowns > static_cast<double>(PETSC_MAX_INT) / 5) error = "is too large for this PETSc's indices";
-  if (!error.empty()) PetscCall(tell(comm, Exit::input, format("option -bs_linear_size: %s %s", names[o.type], error.c_str())));
+  if (!error.empty()) PetscCall(fail(comm, Exit::input, format("option -bs_linear_size: %s %s", names[o.type], error.c_str())));
   const PetscInt n = o.size.empty() ? 5 : static_cast<PetscInt>(o.size[0]);
   if (o.type == 1) PetscCall(rc_ladder(comm, n, o, out));
   if (o.type == 2) PetscCall(rlc(comm, o, out));

@@ -1,7 +1,7 @@
 // What is to be known of a linear system with the method that is to step it, before the first step.
 #include <algorithm>
 #include <cmath>
-#include "base/fault.hpp"
+#include "base/error.hpp"
 #include "systems/linear/direct.hpp"
 #include "systems/linear/linear_model.hpp"
 #include "systems/linear/system.hpp"
@@ -96,7 +96,7 @@ PetscErrorCode LinearModel::prepare(const Plan& plan) {
   PetscFunctionBegin;
   const bool velocity = plan.implicit && plan.form == Form::velocity;
   if (!plan.implicit || velocity || !plan.descriptor) PetscCall(invert_C(plan));
-  if (velocity && !diagonal_) PetscCall(tell(comm_, Exit::input, plan.method + " needs a diagonal C here: use bdf, cn or theta"));
+  if (velocity && !diagonal_) PetscCall(fail(comm_, Exit::input, plan.method + " needs a diagonal C here: use bdf, cn or theta"));
   if (!plan.implicit && plan.real_stability > 0) PetscCall(warn_unstable(plan));
   PetscCall(warn_inconsistent(plan));
   type_ = plan.type;
@@ -130,7 +130,7 @@ PetscErrorCode LinearModel::check_solver(KSP ksp) {
   PetscFunctionBegin;
   if (ksp) PetscCall(is_singular(ksp, &singular));
   if (singular)
-    PetscCall(tell(comm_, Exit::input,
+    PetscCall(fail(comm_, Exit::input,
                    system_.origin + ": sigma C + G is singular to working precision at this step: the pencil (G, C) determines no solution "
                                     "(a floating node, a loop of sources, a duplicate equation?), or -ts_dt meets one of its eigenvalues"));
   if (ksp) PetscCall(require_solver(ksp, ""));

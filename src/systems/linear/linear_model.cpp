@@ -1,7 +1,7 @@
 #include "systems/linear/linear_model.hpp"
 #include <petsc/private/petscimpl.h>
 #include <cmath>
-#include "base/fault.hpp"
+#include "base/error.hpp"
 #include "base/memory.hpp"
 
 namespace bs {
@@ -138,7 +138,7 @@ PetscErrorCode LinearModel::residual_floor(double, Vec y, double sigma, Form, Re
 PetscErrorCode LinearModel::covers(double, double t_end) {
   PetscFunctionBegin;
   const std::string error = sources_.covers(start_, t_end);
-  if (!error.empty()) PetscCall(tell(comm_, Exit::input, error));
+  if (!error.empty()) PetscCall(fail(comm_, Exit::input, error));
   PetscFunctionReturn(0);
 }
 

@@ -1,6 +1,6 @@
 // What a linear system shows: header lines, observables, fields of a frame, labels.
 #include <algorithm>
-#include "base/fault.hpp"
+#include "base/error.hpp"
 #include "base/row_sum.hpp"
 #include "systems/linear/linear_model.hpp"
 

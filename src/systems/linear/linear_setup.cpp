@@ -1,6 +1,6 @@
 // Reading a linear system, and what is to be known of it before the first step.
 #include <cmath>
-#include "base/fault.hpp"
+#include "base/error.hpp"
 #include "base/options.hpp"
 #include "systems/linear/direct.hpp"
 #include "systems/linear/linear_model.hpp"
@@ -97,7 +97,7 @@ PetscErrorCode LinearModel::operating_point() {
   PetscFunctionBegin;
   PetscCall(create_direct(comm_, system_.G, "linear_dc_", ksp.out()));
   PetscCall(is_singular(ksp, &singular));
-  if (singular) PetscCall(tell(comm_, Exit::input, "option -bs_linear_dc: G is singular, there is no operating point: give -bs_linear_x0 instead"));
+  if (singular) PetscCall(fail(comm_, Exit::input, "option -bs_linear_dc: G is singular, there is no operating point: give -bs_linear_x0 instead"));
   PetscCall(require_solver(ksp, "linear_dc_"));
   PetscCall(KSPSetErrorIfNotConverged(ksp, PETSC_TRUE));
   PetscCall(VecZeroEntries(work_));
@@ -111,7 +111,7 @@ PetscErrorCode LinearModel::require_solver(KSP ksp, const char* prefix) {
   std::string refusal;
   PetscFunctionBegin;
   PetscCall(refusal_of(ksp, prefix, &refusal));
-  if (!refusal.empty()) PetscCall(tell(comm_, Exit::input, refusal));
+  if (!refusal.empty()) PetscCall(fail(comm_, Exit::input, refusal));
   PetscFunctionReturn(0);
 }
 
@@ -126,7 +126,7 @@ PetscErrorCode LinearModel::invert_C(const Plan& plan) {
     PetscCall(KSPSetErrorIfNotConverged(C_solver_, PETSC_TRUE));
   }
   if (zero_rows_ > 0 || singular)
-    PetscCall(tell(comm_, Exit::input,
+    PetscCall(fail(comm_, Exit::input,
                    "C is singular" + (zero_rows_ > 0 ? format(" (%lld empty rows)", static_cast<long long>(zero_rows_)) : std::string()) + ": " +
                        plan.method + " needs C^-1: use -ts_type beuler, cn, theta or bdf"));
   PetscFunctionReturn(0);

@@ -1,5 +1,5 @@
 #include <cmath>
-#include "base/fault.hpp"
+#include "base/error.hpp"
 #include "base/text.hpp"
 #include "input/matrix_load.hpp"
 #include "input/text_file.hpp"
@@ -43,16 +43,16 @@ PetscErrorCode load_files(MPI_Comm comm, const SystemOptions& o, LinearSystem* o
   PetscFunctionBegin;
   PetscCall(load_matrix(comm, o.G, "-bs_linear_G", out->G.out()));
   PetscCall(MatGetSize(out->G, &n, &m));
-  if (n != m) PetscCall(tell(comm, Exit::input, o.G + ": " + size_text("G", n, m) + ": it must be square"));
+  if (n != m) PetscCall(fail(comm, Exit::input, o.G + ": " + size_text("G", n, m) + ": it must be square"));
   PetscCall(load_matrix(comm, o.C, "-bs_linear_C", out->C.out()));
   PetscCall(MatGetSize(out->C, &rows, &columns));
   if (rows != n || columns != n)
-    PetscCall(tell(comm, Exit::input, o.C + ": " + size_text("C", rows, columns) + ", " + size_text("G", n, n) + ": they must have one size"));
+    PetscCall(fail(comm, Exit::input, o.C + ": " + size_text("C", rows, columns) + ", " + size_text("G", n, n) + ": they must have one size"));
   if (!o.B.empty()) {
     PetscCall(load_matrix(comm, o.B, "-bs_linear_B", out->B.out()));
     PetscCall(MatGetSize(out->B, &rows, &columns));
     if (rows != n)
-      PetscCall(tell(comm, Exit::input, o.B + ": " + size_text("B", rows, columns) + ", " + size_text("G", n, n) + ": B must have as many rows"));
+      PetscCall(fail(comm, Exit::input, o.B + ": " + size_text("B", rows, columns) + ", " + size_text("G", n, n) + ": B must have as many rows"));
   }
   out->origin = o.G + ", " + o.C + (o.B.empty() ? "" : ", " + o.B);
   PetscFunctionReturn(0);
@@ -66,7 +66,7 @@ PetscErrorCode read_labels(MPI_Comm comm, const std::string& path, PetscInt n, s
   for (const std::string& line : split(text, '\n')) names->push_back(line);
   while (!names->empty() && names->back().empty()) names->pop_back();
   if (static_cast<PetscInt>(names->size()) != n)
-    PetscCall(tell(comm, Exit::input,
+    PetscCall(fail(comm, Exit::input,
                    format("option -bs_linear_labels: %s has %zu lines for %lld states: write one a state", path.c_str(), names->size(),
                           static_cast<long long>(n))));
   PetscFunctionReturn(0);
@@ -76,7 +76,7 @@ PetscErrorCode read_labels(MPI_Comm comm, const std::string& path, PetscInt n, s
 PetscErrorCode check_rows(MPI_Comm comm, const LinearSystem& s) {
   PetscInt first, last;
   PetscFunctionBegin;
-  Fault fault;
+  Error fault;
   PetscCall(MatGetOwnershipRange(s.G, &first, &last));
   for (PetscInt i = first; i < last && !fault; ++i) {
     double sum = 0;
@@ -95,7 +95,7 @@ PetscErrorCode check_rows(MPI_Comm comm, const LinearSystem& s) {
                   "the pencil sC + G is singular: row %lld of both G and C is empty and determines nothing: remove this state or give it an equation",
                   static_cast<long long>(i) + 1));
   }
-  PetscCall(agree(comm, fault));
+  PetscCall(fail_if_any(comm, fault));
   PetscFunctionReturn(0);
 }
 

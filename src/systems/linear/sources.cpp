@@ -1,6 +1,6 @@
 #include "systems/linear/sources.hpp"
 #include <algorithm>
-#include "base/fault.hpp"
+#include "base/error.hpp"
 #include "input/text_file.hpp"
 
 namespace bs {
@@ -31,7 +31,7 @@ PetscErrorCode Sources::read(MPI_Comm comm, std::int64_t columns, const std::str
             : wanted == 0 ? std::string("a source is given, but no matrix B says where it acts: add -bs_linear_B, or leave the source out")
                           : format("%zu sources for the %zu columns of B: give one a column%s", count(), wanted,
                                    file_.empty() ? ", separated by ';'" : " after the time");
-  if (!error.empty()) PetscCall(tell(comm, Exit::input, error));
+  if (!error.empty()) PetscCall(fail(comm, Exit::input, error));
   for (const Waveform& wave : waves_)
     if (!wave.remark().empty()) PetscCall(warn(comm, "option -bs_linear_source: " + wave.remark()));
   PetscFunctionReturn(0);

@@ -1,7 +1,7 @@
 #include "systems/particles/cell.hpp"
 #include <algorithm>
 #include <cmath>
-#include "base/fault.hpp"
+#include "base/error.hpp"
 
 namespace bs {
 
@@ -158,25 +158,25 @@ void pad(const double* F, int d, double* out) {
 
 PetscErrorCode Cell::covers(double t_start, double t_end) const {
   constexpr int PARTS = 1000;
-  Fault fault;
+  Error fault;
   PetscFunctionBegin;
   for (const Component& one : components_) {
     const std::string missed = one.drive.misses(t_end);
     if (!missed.empty())
-      PetscCall(tell(net_->comm, Exit::input,
+      PetscCall(fail(net_->comm, Exit::input,
                      format("the table of -bs_box_strain %s, t = %g s: %s", missed.c_str(), t_end,
                             missed[0] == 'b' ? "its times are those of the run" : "add rows or lower -ts_max_time")));
   }
   for (const Free& one : free_)
     if (!one.stress.misses(t_end).empty())
-      PetscCall(tell(net_->comm, Exit::input, "the table of -bs_box_stress does not reach the load factor 1: add rows"));
+      PetscCall(fail(net_->comm, Exit::input, "the table of -bs_box_stress does not reach the load factor 1: add rows"));
   const double part = (t_end - t_start) / PARTS;
   for (int k = 0; k < PARTS; ++k) look_for_jumps(t_start + k * part, k + 1 < PARTS ? t_start + (k + 1) * part : t_end, &fault);
-  PetscCall(agree(net_->comm, fault));
+  PetscCall(fail_if_any(net_->comm, fault));
   PetscFunctionReturn(0);
 }
 
-void Cell::look_for_jumps(double from, double to, Fault* fault) const {
+void Cell::look_for_jumps(double from, double to, Error* fault) const {
   const double zero[3] = {0, 0, 0};
   if (at_rest_ || !(to > from)) return;
   for (const Component& one : components_) {
@@ -218,7 +218,7 @@ bool Cell::collapses(double from, double to) const {
   return !(least > NOTHING) || !invert_edges(e, dim_, inverse);
 }
 
-void Cell::foresee(double from, double to, Fault* fault) const {
+void Cell::foresee(double from, double to, Error* fault) const {
   const double zero[3] = {0, 0, 0};
   const char* const unit = at_rest_ ? ", the load factor" : " s";
   const auto check = [&](const Drive& drive, const char* option, int row, int column) {

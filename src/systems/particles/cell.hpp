@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "base/fault.hpp"
+#include "base/error.hpp"
 #include "network/network.hpp"
 #include "physics/whole/drive.hpp"
 #include "systems/strain_response.hpp"
@@ -69,7 +69,7 @@ class Cell {
   /// Collective. Ends the run with exit code 2 where a table does not reach t_end, or a strain is seen to jump on the way there.
   PetscErrorCode covers(double t_start, double t_end) const;
   /// What the box cannot do from time `from` to time `to` (System::foresee).
-  void foresee(double from, double to, Fault* fault) const;
+  void foresee(double from, double to, Error* fault) const;
   std::vector<std::string> describe() const;
 
  private:
@@ -87,7 +87,7 @@ class Cell {
   PetscErrorCode read_component(MPI_Comm comm, const std::string& option, const std::string& name, const std::string& text);
   PetscErrorCode check_free(MPI_Comm comm) const;
   bool has(int row, int column) const;
-  void look_for_jumps(double from, double to, Fault* fault) const;
+  void look_for_jumps(double from, double to, Error* fault) const;
   bool collapses(double from, double to) const;
   const Network* net_ = nullptr;
   int dim_ = 3;

@@ -3,7 +3,7 @@
 #include <cmath>
 #include <cstdlib>
 
-#include "base/fault.hpp"
+#include "base/error.hpp"
 #include "base/options.hpp"
 #include "systems/particles/cell.hpp"
 #include "systems/particles/supports.hpp"
@@ -56,7 +56,7 @@ PetscErrorCode Cell::read(MPI_Comm comm, const Lattice& l) {
   for (const auto& [option, text] : {std::pair{STRAIN, &strain}, {RATE, &rate}, {STRESS, &stress}}) {
     if (text->empty()) continue;
     if (!box_.active())
-      PetscCall(tell(comm, Exit::input,
+      PetscCall(fail(comm, Exit::input,
                      std::string("option ") + option + ": " + l.source +
                          " has no periodic box: give -bs_lattice_periodic or a lattice file with /box, or leave it out"));
     PetscCall(read_components(comm, option, *text));
@@ -69,7 +69,7 @@ PetscErrorCode Cell::read_components(MPI_Comm comm, const char* option, const st
   PetscFunctionBegin;
   for (std::size_t at = 0; at < text.size();) {
     if (!begins_component(text, at))
-      PetscCall(tell(comm, Exit::input, std::string("option ") + option + ": '" + shown_text(text.substr(at)) + "': " + forms_of(option)));
+      PetscCall(fail(comm, Exit::input, std::string("option ") + option + ": '" + shown_text(text.substr(at)) + "': " + forms_of(option)));
     std::size_t end = at + 3;
     while (end < text.size() && !(text[end] == ',' && begins_component(text, end + 1))) ++end;
     PetscCall(read_component(comm, option, text.substr(at, 2), text.substr(at + 3, end - at - 3)));
@@ -91,13 +91,13 @@ PetscErrorCode Cell::read_component(MPI_Comm comm, const std::string& option, co
 
   PetscFunctionBegin;
   if (row >= dim_ || column >= dim_)
-    PetscCall(tell(comm, Exit::input, begin + format("the lattice has %d dimension%s: ", dim_, dim_ > 1 ? "s" : "") + forms_of(option)));
-  if (has(row, column)) PetscCall(tell(comm, Exit::input, begin + "the component is given twice: write each once, as a strain, a rate or a stress"));
+    PetscCall(fail(comm, Exit::input, begin + format("the lattice has %d dimension%s: ", dim_, dim_ > 1 ? "s" : "") + forms_of(option)));
+  if (has(row, column)) PetscCall(fail(comm, Exit::input, begin + "the component is given twice: write each once, as a strain, a rate or a stress"));
   if (option == RATE && !is_number(text))
-    PetscCall(tell(comm, Exit::input, begin + "'" + shown_text(text) + "' is no finite number: " + forms_of(option)));
+    PetscCall(fail(comm, Exit::input, begin + "'" + shown_text(text) + "' is no finite number: " + forms_of(option)));
   if (option != STRAIN && is_number(text)) written = "velocity:" + text;
-  if (option == STRESS && text == "free") PetscCall(tell(comm, Exit::input, begin + "say under which stress it is free: " + forms_of(option)));
-  if (!drive.parse("x=" + written, 1, &error, false)) PetscCall(tell(comm, Exit::input, begin + error));
+  if (option == STRESS && text == "free") PetscCall(fail(comm, Exit::input, begin + "say under which stress it is free: " + forms_of(option)));
+  if (!drive.parse("x=" + written, 1, &error, false)) PetscCall(fail(comm, Exit::input, begin + error));
   PetscCall(read_drive_tables(comm, option, &drive));
   if (option == STRESS) free_.push_back({row, column, std::move(drive), 0});
   else components_.push_back({row, column, std::move(drive)});
@@ -112,11 +112,11 @@ PetscErrorCode Cell::check_free(MPI_Comm comm) const {
     const std::string begin = std::string("option ") + STRESS + ": " + name + ": ";
     for (const Free& next : free_)
       if (next.row == one.column && next.column == one.row && one.row < one.column)
-        PetscCall(tell(comm, Exit::input, begin + "with " + other + " free as well the box could turn: leave one of them out"));
+        PetscCall(fail(comm, Exit::input, begin + "with " + other + " free as well the box could turn: leave one of them out"));
     bool repeats = false;
     for (int k = 0; k < dim_; ++k) repeats = repeats || (box_.periodic[k] && box_.edges[static_cast<std::size_t>(k * dim_ + one.column)] != 0);
     if (!repeats)
-      PetscCall(tell(comm, Exit::input, begin + format("the box is not periodic along %c, where no stress acts: leave it out", 'x' + one.column)));
+      PetscCall(fail(comm, Exit::input, begin + format("the box is not periodic along %c, where no stress acts: leave it out", 'x' + one.column)));
   }
   PetscFunctionReturn(0);
 }

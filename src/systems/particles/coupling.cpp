@@ -1,5 +1,5 @@
 #include "systems/particles/coupling.hpp"
-#include "base/fault.hpp"
+#include "base/error.hpp"
 #include "base/options.hpp"
 #include "systems/particles/supports.hpp"
 
@@ -20,7 +20,7 @@ PetscErrorCode Coupling::read_options(MPI_Comm comm, const Lattice& lattice, Net
               dense_max_, Range::nonnegative);
   }));
   if (center_row_ < -1 || center_row_ >= lattice.particles.total)
-    PetscCall(tell(comm, Exit::input,
+    PetscCall(fail(comm, Exit::input,
                    format("option -bs_xsp_center_particle: %lld is not a row of the %lld particles: give 0 to %lld, "
                           "or -1 for a point",
                           static_cast<long long>(center_row_), static_cast<long long>(lattice.particles.total),

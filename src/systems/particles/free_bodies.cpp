@@ -3,7 +3,7 @@
 #include <cmath>
 #include <limits>
 #include "base/disjoint_sets.hpp"
-#include "base/fault.hpp"
+#include "base/error.hpp"
 #include "network/ghost_copies.hpp"
 #include "systems/particles/spring_exists.hpp"
 #include "systems/particles/supports.hpp"

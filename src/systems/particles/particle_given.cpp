@@ -1,6 +1,6 @@
 // What is given over time: whether a run can follow it; loads of a statics run, and bodies that nothing holds against them.
 #include <cmath>
-#include "base/fault.hpp"
+#include "base/error.hpp"
 #include "systems/particles/particle_model.hpp"
 
 namespace bs {
@@ -8,7 +8,7 @@ namespace bs {
 PetscErrorCode ParticleModel::covers(double t_start, double t_end) {
   PetscFunctionBegin;
   if (net_.anchors_total > 0 && !motion_.covers(t_end))
-    PetscCall(tell(net_.comm, Exit::input,
+    PetscCall(fail(net_.comm, Exit::input,
                    format("the table of -bs_anchor_table does not reach from t = 0 to the end of the run, "
                           "t = %g s: add rows or lower -ts_max_time",
                           t_end)));
@@ -18,7 +18,7 @@ PetscErrorCode ParticleModel::covers(double t_start, double t_end) {
 }
 
 PetscErrorCode ParticleModel::foresee(double from, double to, std::string* text) {
-  Fault fault;
+  Error fault;
   PetscFunctionBegin;
   text->clear();
   if (!time_dependent()) PetscFunctionReturn(0);
@@ -31,7 +31,7 @@ PetscErrorCode ParticleModel::foresee(double from, double to, std::string* text)
   }
   if (cell_.active()) cell_.foresee(from, to, &fault);
   supports_.foresee(from, to, &fault);
-  PetscCall(shared_fault(net_.comm, fault, text));
+  PetscCall(first_error(net_.comm, fault, text));
   PetscFunctionReturn(0);
 }
 
@@ -75,7 +75,7 @@ PetscErrorCode ParticleModel::count_free_bodies(PetscInt* free) {
   bodies_adrift_ = !may_hold;
   if (bodies.driven_row >= 0 && !may_hold)
     PetscCall(
-        tell(net_.comm, Exit::input,
+        fail(net_.comm, Exit::input,
              format("nothing holds particle %lld and what is tied to it against its loads: there is no equilibrium; fix a particle of it, tie it "
                     "to an anchor, or leave the load out",
                     static_cast<long long>(bodies.driven_row))));

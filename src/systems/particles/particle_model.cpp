@@ -1,5 +1,5 @@
 #include "systems/particles/particle_model.hpp"
-#include "base/fault.hpp"
+#include "base/error.hpp"
 #include "base/memory.hpp"
 #include "base/options.hpp"
 #include "input/text_file.hpp"
@@ -80,14 +80,14 @@ PetscErrorCode ParticleModel::read_laws(const Lattice& lattice) {
     CsvTable table;
     PetscCall(read_text_file(net_.comm, motion_.table_file, &text));
     if (!read_csv_table(text, motion_.table_file, 2, 1 + lattice.dim, &table, &error) || !motion_.set_table(table, motion_.table_file, &error))
-      PetscCall(tell(net_.comm, Exit::input, error));
+      PetscCall(fail(net_.comm, Exit::input, error));
   }
   PetscFunctionReturn(0);
 }
 
 /// What single options cannot know: the dimension and the particles.
 PetscErrorCode ParticleModel::check_laws() const {
-  Fault fault;
+  Error fault;
   PetscFunctionBegin;
   const std::pair<const char*, const double*> vectors[] = {{"-bs_gravity", std::get<UniformGravity>(laws_).g},
                                                            {"-bs_central_point", std::get<CentralGravity>(laws_).x0},
@@ -112,7 +112,7 @@ PetscErrorCode ParticleModel::check_laws() const {
       if (net_.columns(i)[SphereDrag::column] <= 0)
         fault.note(net_.row[i], format("particle %lld has no radius, which sphere drag needs: give -bs_radius or the lattice's radii",
                                        static_cast<long long>(net_.row[i])));
-  PetscCall(agree(net_.comm, fault));
+  PetscCall(fail_if_any(net_.comm, fault));
   PetscFunctionReturn(0);
 }
 

@@ -1,7 +1,7 @@
 // What a particle system shows: header lines, observables, fields of a frame, constant data.
 #include <algorithm>
 #include "base/arrays.hpp"
-#include "base/fault.hpp"
+#include "base/error.hpp"
 #include "base/options.hpp"
 #include "network/columns.hpp"
 #include "physics/pair/springs/registry.hpp"

@@ -2,7 +2,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include "base/fault.hpp"
+#include "base/error.hpp"
 #include "systems/particles/events.hpp"
 #include "systems/particles/interactions/with_interactions.hpp"
 #include "systems/particles/particle_model.hpp"

@@ -1,6 +1,6 @@
 #include "systems/particles/particle_stress.hpp"
 #include <algorithm>
-#include "base/fault.hpp"
+#include "base/error.hpp"
 #include "base/options.hpp"
 
 namespace bs {

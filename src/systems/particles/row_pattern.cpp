@@ -2,7 +2,7 @@
 #include <algorithm>
 #include <cstring>
 #include <string>
-#include "base/fault.hpp"
+#include "base/error.hpp"
 #include "systems/particles/supports.hpp"
 
 namespace bs {
@@ -96,12 +96,12 @@ PetscErrorCode RowPattern::check_type(MPI_Comm comm) {
   bool known = given == MATIS || given == MATHYPRE;
   for (const char* name : {MATAIJ, MATBAIJ, MATAIJPERM, MATAIJSELL, MATAIJCRL}) known = known || kind == name;
   if (!known)
-    PetscCall(tell(comm, Exit::input,
+    PetscCall(fail(comm, Exit::input,
                    "option -mat_type: " + given +
                        " cannot hold the Jacobian of particles: give aij, baij, aijperm, aijsell, "
                        "aijcrl, is or hypre"));
   if (one_rank && size > 1)
-    PetscCall(tell(comm, Exit::input, format("option -mat_type: %s works on one rank only, this run has %d: give %s", type, size, kind.c_str())));
+    PetscCall(fail(comm, Exit::input, format("option -mat_type: %s works on one rank only, this run has %d: give %s", type, size, kind.c_str())));
   PetscFunctionReturn(0);
 }
 

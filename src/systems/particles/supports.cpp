@@ -1,7 +1,7 @@
 #include "systems/particles/supports.hpp"
 #include <algorithm>
 #include <cmath>
-#include "base/fault.hpp"
+#include "base/error.hpp"
 #include "base/find_file.hpp"
 #include "base/option_names.hpp"
 #include "base/options.hpp"
@@ -32,16 +32,16 @@ PetscErrorCode Supports::read(MPI_Comm comm, Lattice* l) {
   PetscFunctionBegin;
   for (const Group& group : l->groups) {
     if (group.name == "anchors")
-      PetscCall(tell(comm, Exit::input, "a group is named anchors, as the springs to given points are: give it another name"));
+      PetscCall(fail(comm, Exit::input, "a group is named anchors, as the springs to given points are: give it another name"));
     if (group.name == "value" || group.name == "time" || group.name == "step")
-      PetscCall(tell(comm, Exit::input, "a group is named " + group.name + ", as what a trajectory holds of every quantity: give it another name"));
+      PetscCall(fail(comm, Exit::input, "a group is named " + group.name + ", as what a trajectory holds of every quantity: give it another name"));
     names_.push_back(group.name);
     known += (known.empty() ? "" : ", ") + group.name;
   }
   PetscCall(option_endings("bs_motion_", &given));
   for (const std::string& name : given)
     if (std::none_of(names_.begin(), names_.end(), [&](const std::string& one) { return lower(one) == lower(name); }))
-      PetscCall(tell(comm, Exit::input,
+      PetscCall(fail(comm, Exit::input,
                      "option -bs_motion_" + name + ": there is no group " + name + ": choose its particles by -bs_group_" + name +
                          (known.empty() ? "" : ", or name one of " + known)));
   PetscCall(read_section(comm, "Motion of groups", [&](Section& o) {
@@ -67,7 +67,7 @@ PetscErrorCode Supports::read_motion(MPI_Comm comm, const Lattice& l, std::size_
 
   PetscFunctionBegin;
   moved.group = group;
-  if (!moved.drive.parse(text, l.dim, &error)) PetscCall(tell(comm, Exit::input, "option " + option + ": " + error));
+  if (!moved.drive.parse(text, l.dim, &error)) PetscCall(fail(comm, Exit::input, "option " + option + ": " + error));
   PetscCall(read_drive_tables(comm, option, &moved.drive));
   motions_.push_back(std::move(moved));
   PetscFunctionReturn(0);
@@ -76,7 +76,7 @@ PetscErrorCode Supports::read_motion(MPI_Comm comm, const Lattice& l, std::size_
 /// Which components are held, and whether by more than one motion.
 PetscErrorCode Supports::mark(MPI_Comm comm, Lattice* l) {
   const unsigned all = (1u << l->dim) - 1;
-  Fault fault;
+  Error fault;
 
   PetscFunctionBegin;
   held_bits_.assign(l->fixed.size(), 0);
@@ -102,7 +102,7 @@ PetscErrorCode Supports::mark(MPI_Comm comm, Lattice* l) {
     held_bits_[p] = held;
     if (!l->fixed[p] && held == all) l->fixed[p] = moving ? 2 : 1;
   }
-  PetscCall(agree(comm, fault));
+  PetscCall(fail_if_any(comm, fault));
   PetscFunctionReturn(0);
 }
 
@@ -204,7 +204,7 @@ void Supports::clear(PetscInt first, PetscInt last, int vectors, double* values)
 }
 
 /// In what is held at rest there are no velocities, and a jump is a step of the load.
-void Supports::look_for_jumps(double from, double to, const std::vector<std::size_t>& where, Fault* fault) const {
+void Supports::look_for_jumps(double from, double to, const std::vector<std::size_t>& where, Error* fault) const {
   if (at_rest_ || !(to > from)) return;
   for (const std::size_t k : where) {
     const Hold& hold = holds_[k];
@@ -218,7 +218,7 @@ void Supports::look_for_jumps(double from, double to, const std::vector<std::siz
   }
 }
 
-void Supports::foresee(double from, double to, Fault* fault) const {
+void Supports::foresee(double from, double to, Error* fault) const {
   const char* const quantities[] = {"place", "velocity", "acceleration"};
   for (const Hold& hold : holds_) {
     const Moved& one = motions_[static_cast<std::size_t>(hold.motion)];
@@ -239,18 +239,18 @@ void Supports::foresee(double from, double to, Fault* fault) const {
 
 PetscErrorCode Supports::covers(double t_start, double t_end) const {
   constexpr int PARTS = 1000;
-  Fault fault;
+  Error fault;
   PetscFunctionBegin;
   for (const Moved& one : motions_) {
     const std::string missed = one.drive.misses(t_end);
     if (!missed.empty())
-      PetscCall(tell(net_->comm, Exit::input,
+      PetscCall(fail(net_->comm, Exit::input,
                      format("the table of -bs_motion_%s %s, t = %g s: %s", names_[one.group].c_str(), missed.c_str(), t_end,
                             missed[0] == 'b' ? "its times are those of the run" : "add rows or lower -ts_max_time")));
   }
   const double part = (t_end - t_start) / PARTS;
   for (int k = 0; k < PARTS; ++k) look_for_jumps(t_start + k * part, k + 1 < PARTS ? t_start + (k + 1) * part : t_end, first_jumpers_, &fault);
-  PetscCall(agree(net_->comm, fault));
+  PetscCall(fail_if_any(net_->comm, fault));
   PetscFunctionReturn(0);
 }
 
@@ -272,7 +272,7 @@ PetscErrorCode read_drive_tables(MPI_Comm comm, const std::string& option, Drive
     PetscCall(find_input(comm, option, &file));
     PetscCall(read_text_file(comm, file, &content));
     if (!read_csv_table(content, file, 2, 1 + drive->tables()[k].second, &table, &error) || !drive->set_table(k, table, &error))
-      PetscCall(tell(comm, Exit::input, error));
+      PetscCall(fail(comm, Exit::input, error));
   }
   PetscFunctionReturn(0);
 }

@@ -4,7 +4,7 @@
 #include <cstdint>
 #include <string>
 #include <vector>
-#include "base/fault.hpp"
+#include "base/error.hpp"
 #include "network/network.hpp"
 #include "physics/whole/drive.hpp"
 
@@ -65,7 +65,7 @@ class Supports {
   /// Collective. Ends the run with exit code 2 where a table does not reach t_end, or a motion is seen to jump on the way there.
   PetscErrorCode covers(double t_start, double t_end) const;
   /// What of this rank's motions cannot be followed from time `from` to time `to` (System::foresee).
-  void foresee(double from, double to, Fault* fault) const;
+  void foresee(double from, double to, Error* fault) const;
   std::vector<std::string> describe() const;
   /// (count of the chunk) bits of held components, for the fingerprint; moved out.
   std::vector<std::int64_t> take_held_bits() { return std::move(held_bits_); }
@@ -73,7 +73,7 @@ class Supports {
  private:
   PetscErrorCode read_motion(MPI_Comm comm, const Lattice& lattice, std::size_t group, const std::string& text);
   PetscErrorCode mark(MPI_Comm comm, Lattice* lattice);
-  void look_for_jumps(double from, double to, const std::vector<std::size_t>& where, Fault* fault) const;
+  void look_for_jumps(double from, double to, const std::vector<std::size_t>& where, Error* fault) const;
   const Network* net_ = nullptr;
   std::vector<std::string> names_;
   std::vector<Moved> motions_;

@@ -1,7 +1,7 @@
 #include "tasks/statics/avalanche.hpp"
 #include <algorithm>
 #include <cmath>
-#include "base/fault.hpp"
+#include "base/error.hpp"
 #include "base/options.hpp"
 #include "base/signals.hpp"
 
@@ -27,7 +27,7 @@ PetscErrorCode Avalanche::read() {
 
 /// A long avalanche does not keep a run from being stopped.
 PetscErrorCode Avalanche::look_for_signal() {
-  int signal = ending_signal();
+  int signal = ending_signal(model_.comm());
   PetscFunctionBegin;
   PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &signal, 1, MPI_INT, MPI_MAX, model_.comm()));
   interrupted_ = signal != 0;

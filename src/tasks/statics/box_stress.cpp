@@ -1,7 +1,7 @@
 #include "tasks/statics/box_stress.hpp"
 #include <algorithm>
 #include <cmath>
-#include "base/fault.hpp"
+#include "base/error.hpp"
 #include "base/options.hpp"
 #include "lattice/box.hpp"
 #include "solvers/own_solve.hpp"
@@ -15,7 +15,7 @@ static constexpr double MISSED = 1e-6;
 PetscErrorCode refuse_box_stress(Model& model, const char* task) {
   PetscFunctionBegin;
   if (model.mechanics() && !model.mechanics()->free_strains(0).empty())
-    PetscCall(tell(model.comm(), Exit::input,
+    PetscCall(fail(model.comm(), Exit::input,
                    std::string("option -bs_box_stress does not go with ") + task +
                        ": give -bs_task statics, which finds the strain that bears the stress, or prescribe a strain by -bs_box_strain"));
   PetscFunctionReturn(0);
@@ -35,12 +35,12 @@ PetscErrorCode BoxStress::begin(Equilibrium& model, bool arc) {
   active_ = !free_.empty();
   if (!active_) PetscFunctionReturn(0);
   if (arc)
-    PetscCall(tell(model.comm(), Exit::input, "option -bs_box_stress does not go with -bs_load_control arc: give the strains by -bs_box_strain"));
+    PetscCall(fail(model.comm(), Exit::input, "option -bs_box_stress does not go with -bs_load_control arc: give the strains by -bs_box_strain"));
   if (model.breaks())
-    PetscCall(tell(model.comm(), Exit::input, "option -bs_box_stress does not go with springs that break: give the strains by -bs_box_strain"));
+    PetscCall(fail(model.comm(), Exit::input, "option -bs_box_stress does not go with springs that break: give the strains by -bs_box_strain"));
   PetscCall(model.strain_response(0, model.initial_state(), &strained));
   if (!strained.held.empty())
-    PetscCall(tell(model.comm(), Exit::input, "option -bs_box_stress: " + strained.held + " do not follow the strain of the box: leave them out"));
+    PetscCall(fail(model.comm(), Exit::input, "option -bs_box_stress: " + strained.held + " do not follow the strain of the box: leave them out"));
   PetscFunctionReturn(0);
 }
 

@@ -2,7 +2,7 @@
 #include <string>
 #include <utility>
 #include <vector>
-#include "base/fault.hpp"
+#include "base/error.hpp"
 #include "base/options.hpp"
 
 namespace bs {
@@ -69,12 +69,12 @@ PetscErrorCode refuse_options_of_dynamics(MPI_Comm comm) {
   for (const auto& [name, instead] : others) {
     PetscBool given = PETSC_FALSE;
     PetscCall(PetscOptionsHasName(nullptr, nullptr, name, &given));
-    if (given) PetscCall(tell(comm, Exit::input, std::string("option ") + name + " does not go with -bs_task statics: " + instead));
+    if (given) PetscCall(fail(comm, Exit::input, std::string("option ") + name + " does not go with -bs_task statics: " + instead));
   }
   char type[64] = "condensed";
   PetscCall(PetscOptionsGetString(nullptr, nullptr, "-pc_type", type, sizeof type, nullptr));
   if (std::string(type) != "condensed")
-    PetscCall(tell(comm, Exit::input,
+    PetscCall(fail(comm, Exit::input,
                    std::string("option -pc_type ") + type +
                        " does not go with -bs_task statics: choose the linear solver by -condensed_pc_type and "
                        "-condensed_ksp_type"));
@@ -87,7 +87,7 @@ PetscErrorCode refuse_checkpoints(MPI_Comm comm) {
     PetscBool given = PETSC_FALSE;
     PetscCall(PetscOptionsHasName(nullptr, nullptr, name, &given));
     if (given)
-      PetscCall(tell(comm, Exit::input,
+      PetscCall(fail(comm, Exit::input,
                      std::string("option ") + name + " does not go with -bs_load_control arc: a path cannot be continued; leave it out"));
   }
   PetscFunctionReturn(0);

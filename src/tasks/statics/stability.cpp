@@ -1,6 +1,6 @@
 #include "tasks/statics/stability.hpp"
 #include <algorithm>
-#include "base/fault.hpp"
+#include "base/error.hpp"
 #include "base/options.hpp"
 #include "solvers/condensed/condensed.hpp"
 #include "time/methods.hpp"

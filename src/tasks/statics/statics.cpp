@@ -3,7 +3,7 @@
 #include <cmath>
 #include <limits>
 #include <string>
-#include "base/fault.hpp"
+#include "base/error.hpp"
 #include "systems/breaks.hpp"
 #include "systems/equilibrium.hpp"
 #include "tasks/compliance.hpp"
@@ -247,7 +247,7 @@ PetscErrorCode StaticRun::look_back(Warnings* warnings) {
 PetscErrorCode prepare(std::unique_ptr<Model> model, const LoadOptions& loads, RunOptions* options, std::unique_ptr<Equilibrium>* out) {
   PetscFunctionBegin;
   if (!model->tangent())
-    PetscCall(tell(model->comm(), Exit::input,
+    PetscCall(fail(model->comm(), Exit::input,
                    model->mechanics() ? "-bs_task statics: a force that couples all particles has no tangent of its own: leave the force out"
                                       : "-bs_task statics: a linear system has no equilibria under loads: leave -bs_task out"));
   *out = std::make_unique<Equilibrium>(model->take_mechanics(), loads.rules);
@@ -301,7 +301,7 @@ static PetscErrorCode run_equilibria(std::unique_ptr<Model> model, bool moduli, 
   PetscCall(refuse_options_of_dynamics(comm));
   if (loads.arc) PetscCall(refuse_checkpoints(comm));
   if (loads.arc && model->breaks())
-    PetscCall(tell(comm, Exit::input, "-bs_load_control arc: springs that break are for load steps: leave the option out, or the limits of springs"));
+    PetscCall(fail(comm, Exit::input, "-bs_load_control arc: springs that break are for load steps: leave the option out, or the limits of springs"));
   PetscCall(read_run_options(comm, &options));
   PetscCall(prepare(std::move(model), loads, &options, &equilibrium));
   PetscCall(end.compliance.read(*equilibrium));
@@ -347,9 +347,9 @@ PetscErrorCode settle(std::unique_ptr<Model> model, const RunOptions& given, Set
     out->why =
         format("no equilibrium under the full loads was come to: the load factor is %.10g of %g: give more steps (-ts_max_steps, -bs_arc_steps)",
                load, full);
-    code = tell(comm, Exit::solve, out->why);
+    code = fail(comm, Exit::solve, out->why);
   }
-  if (code != 0 && (code != ERR_TOLD || out->outcome.empty())) PetscFunctionReturn(code);
+  if (code != 0 && (code != ERR_FAILED || out->outcome.empty())) PetscFunctionReturn(code);
   PetscCall(at_rest(last ? last.get() : equilibrium->initial_state(), out->y.out()));
   if (out->outcome == "ok" || out->outcome.empty()) out->factor = 1;
   out->model = std::move(equilibrium);

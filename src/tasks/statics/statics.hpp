@@ -22,8 +22,8 @@ struct Settled {
   std::string outcome, why;      ///< as in a report; under -help empty
 };
 
-/// Collective. The same as run_statics without files. As with run_statics, an equilibrium that is not found ends in ERR_TOLD; `out` is filled all the
-/// same.
+/// Collective. The same as run_statics without files. As with run_statics, an equilibrium that is not found ends in ERR_FAILED; `out` is filled all
+/// the same.
 PetscErrorCode settle(std::unique_ptr<Model> model, const RunOptions& options, Settled* out, int* exit_code);
 
 }  // namespace bs

@@ -1,6 +1,6 @@
 #include "time/implicit/linear_reuse.hpp"
 #include <cmath>
-#include "base/fault.hpp"
+#include "base/error.hpp"
 #include "solvers/solver_options.hpp"
 #include "time/methods.hpp"
 
@@ -23,7 +23,7 @@ PetscErrorCode LinearReuse::attach(TS ts, TSContext& context) {
   startup_ = context.model->startup_steps();
   const bool theta_family = context.method->remembers(Memory::theta);
   if (startup_ > 0 && !theta_family)
-    PetscCall(tell(context.model->comm(), Exit::input, "option -bs_linear_be_steps: needs -ts_type cn, theta or beuler"));
+    PetscCall(fail(context.model->comm(), Exit::input, "option -bs_linear_be_steps: needs -ts_type cn, theta or beuler"));
   if (!context.implicit || !context.model->linear() || !theta_family) PetscFunctionReturn(0);
   PetscCall(TSThetaGetTheta(ts, &theta_));
   now_ = theta_;

@@ -7,7 +7,7 @@
 #include <cstdlib>
 #include <fstream>
 
-#include "base/fault.hpp"
+#include "base/error.hpp"
 #include "base/memory.hpp"
 #include "lattice/generator.hpp"
 #include "network/footprint.hpp"
@@ -138,7 +138,7 @@ TEST_CASE("what one rank cannot have is told once") {
   REQUIRE(reserve_memory(PETSC_COMM_WORLD, {"next to nothing", 1e3, ""}) == 0);
   {
     Caught said;
-    REQUIRE(reserve_memory(PETSC_COMM_WORLD, {"a giant", 1e17, "take less"}) == ERR_TOLD);
+    REQUIRE(reserve_memory(PETSC_COMM_WORLD, {"a giant", 1e17, "take less"}) == ERR_FAILED);
     const std::string text = said.text();
     REQUIRE((text.find("backspring: error: a giant needs at least 1e+05 TB of memory") == 0) == (rank == 0));
     REQUIRE((text.find("take less, or start it anyway with -bs_memory_check false\n") != std::string::npos) == (rank == 0));
@@ -156,11 +156,10 @@ TEST_CASE("what one rank cannot have is told once") {
     }
     text = said.text();
   }
-  REQUIRE(status == ERR_TOLD);
-  REQUIRE(told_exit() == Exit::input);
+  REQUIRE(status == ERR_FAILED);
+  REQUIRE(last_error(PETSC_COMM_WORLD).exit == Exit::input);
   REQUIRE((text.find("(ulimit -v) leaves") != std::string::npos) == (rank == 0));
   INFO(text);
   if (rank == 0) REQUIRE(text.find('\n') == text.size() - 1);
 #endif
-  forget_faults();
 }

@@ -3,7 +3,7 @@
 #include <cstdarg>
 #include <functional>
 
-#include "base/fault.hpp"
+#include "base/error.hpp"
 #include "base/options.hpp"
 #include "spoken.hpp"
 
@@ -30,16 +30,16 @@ std::string said_of(const char* name, const char* value, const std::function<voi
   const std::string text = said.text();
   if (rank_of(PETSC_COMM_WORLD) != 0) {
     REQUIRE(text.empty());
-    return code ? "told" : "";
+    return code ? "failed" : "";
   }
-  REQUIRE((code == ERR_TOLD) == !text.empty());
+  REQUIRE((code == ERR_FAILED) == !text.empty());
   return text;
 }
 
-/// The same on rank 0; other ranks only know that something was told.
+/// The same on rank 0; other ranks only know that something failed.
 void require_said(const std::string& said, const std::string& line) {
   if (rank_of(PETSC_COMM_WORLD) == 0) REQUIRE(said == "backspring: error: " + line + "\n");
-  else REQUIRE(said == "told");
+  else REQUIRE(said == "failed");
 }
 
 }  // namespace
@@ -149,7 +149,7 @@ TEST_CASE("-help lists every option, after a bad value too") {
   section.choice("-bs_test_d", "the law", {"hooke", "strain"}, law);
   (void)said.text();
   PetscHelpPrintf = before;
-  REQUIRE(section.status() == ERR_TOLD);
+  REQUIRE(section.status() == ERR_FAILED);
   REQUIRE(help_text ==
           "  -bs_test_a: <2>: a 100% mass [kg]\n  -bs_test_b: <3,4>: a pair\n  -bs_test_c: <true>: a switch\n"
           "  -bs_test_d: <strain>: the law (one of hooke, strain)\n");
@@ -165,13 +165,13 @@ TEST_CASE("an option nobody asked for is answered with the nearest name") {
     PetscErrorCode code = read_section(PETSC_COMM_WORLD, "Test", read);
     if (!code) code = reject_unknown_options(PETSC_COMM_WORLD);
     const std::string text = said.text();
-    REQUIRE((code == 0 || code == ERR_TOLD));
-    return rank_of(PETSC_COMM_WORLD) == 0 ? text : code ? std::string("told") : "";
+    REQUIRE((code == 0 || code == ERR_FAILED));
+    return rank_of(PETSC_COMM_WORLD) == 0 ? text : code ? std::string("failed") : "";
   };
   REQUIRE(rejected("-BS_TEST_GRAVITY", "-9.8").empty());
   REQUIRE(gravity == -9.8);
   REQUIRE(rejected("-not_ours", "-bs_test_gravty").empty());
   require_said(rejected("-bs_test_gravty", "-1"), "option -bs_test_gravty does not exist: did you mean -bs_test_gravity?");
   require_said(rejected("-bs_zzzzzzzz", "1"), "option -bs_zzzzzzzz does not exist: -help lists the options");
-  REQUIRE(known_options().count("-bs_test_gravity") == 1);
+  REQUIRE(known_options(PETSC_COMM_WORLD).count("-bs_test_gravity") == 1);
 }

@@ -460,7 +460,7 @@ TEST_CASE("the first faulty row of the whole lattice is told, by one rank, once"
     const PetscErrorCode code = validate(world, chunk_of(l, rank_of(world), size_of(world)));
     const std::string said = caught.text();
     INFO(one.says << " / " << said);
-    CHECK(code == ERR_TOLD);
+    CHECK(code == ERR_FAILED);
     std::int64_t told = said.empty() ? 0 : 1, fits = said.find(one.says) != std::string::npos ? 1 : 0;
     MPI_Allreduce(MPI_IN_PLACE, &told, 1, MPI_INT64_T, MPI_SUM, world);
     MPI_Allreduce(MPI_IN_PLACE, &fits, 1, MPI_INT64_T, MPI_SUM, world);
@@ -474,8 +474,8 @@ TEST_CASE("sizes that PETSc cannot index are refused before they are allocated",
   const std::int64_t most = PETSC_MAX_INT;
   CHECK(check_sizes(world, "test", most / 6, 3, most, most) == 0);
   Caught caught;
-  CHECK(check_sizes(world, "test", most / 6 + 1, 3, 0, 0) == ERR_TOLD);
-  CHECK(check_sizes(world, "test", 0, 3, 0, 0) == ERR_TOLD);
+  CHECK(check_sizes(world, "test", most / 6 + 1, 3, 0, 0) == ERR_FAILED);
+  CHECK(check_sizes(world, "test", 0, 3, 0, 0) == ERR_FAILED);
 }
 
 TEST_CASE("a text file reaches every rank", "[input]") {
@@ -489,6 +489,6 @@ TEST_CASE("a text file reaches every rank", "[input]") {
   CHECK(got == want);
   const Handled handled;
   Caught caught;
-  CHECK(read_text_file(world, file + ".none", &got) == ERR_TOLD);
-  CHECK(read_text_file(world, folder.path, &got) == ERR_TOLD);
+  CHECK(read_text_file(world, file + ".none", &got) == ERR_FAILED);
+  CHECK(read_text_file(world, folder.path, &got) == ERR_FAILED);
 }

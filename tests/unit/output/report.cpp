@@ -45,8 +45,8 @@ TEST_CASE("the report appears under its name only when it is complete") {
   MPI_Barrier(PETSC_COMM_WORLD);
   if (rank_of(PETSC_COMM_WORLD) == 0) unlink(file.c_str());
   Caught said;
-  REQUIRE(report.write(PETSC_COMM_WORLD, "/proc/nowhere/r.json", false) == ERR_TOLD);
-  REQUIRE(told_exit() == Exit::io);
+  REQUIRE(report.write(PETSC_COMM_WORLD, "/proc/nowhere/r.json", false) == ERR_FAILED);
+  REQUIRE(last_error(PETSC_COMM_WORLD).exit == Exit::io);
   REQUIRE((said.text().find("cannot write the report /proc/nowhere/r.json", false) != std::string::npos) == (rank_of(PETSC_COMM_WORLD) == 0));
   REQUIRE(report.write(PETSC_COMM_WORLD, "", false) == 0);
 }

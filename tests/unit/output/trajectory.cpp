@@ -240,9 +240,9 @@ TEST_CASE("refused trajectories") {
   if (first) std::ofstream(options.file) << "keep";
   MPI_Barrier(PETSC_COMM_WORLD);
   Caught exists;
-  REQUIRE(Trajectory::create(PETSC_COMM_WORLD, options, 3, 0, {}, &out) == ERR_TOLD);
+  REQUIRE(Trajectory::create(PETSC_COMM_WORLD, options, 3, 0, {}, &out) == ERR_FAILED);
   REQUIRE(exists.text() == (first ? "backspring: error: " + options.file + " exists: give another -bs_output or add -bs_overwrite\n" : ""));
-  REQUIRE(told_exit() == Exit::input);
+  REQUIRE(last_error(PETSC_COMM_WORLD).exit == Exit::input);
   std::string kept;
   std::ifstream(options.file) >> kept;
   REQUIRE(kept == "keep");
@@ -250,12 +250,12 @@ TEST_CASE("refused trajectories") {
 
   options.file = scratch("nowhere") + "/a.h5md";
   Caught folder;
-  REQUIRE(Trajectory::create(PETSC_COMM_WORLD, options, 3, 0, {}, &out) == ERR_TOLD);
+  REQUIRE(Trajectory::create(PETSC_COMM_WORLD, options, 3, 0, {}, &out) == ERR_FAILED);
   REQUIRE((folder.text().find("folder " + scratch("nowhere") + " of -bs_output") != std::string::npos) == first);
   options.file = scratch("pad.h5md");
   options.pad = 2;
   Caught pad;
-  REQUIRE(Trajectory::create(PETSC_COMM_WORLD, options, 3, 0, {}, &out) == ERR_TOLD);
+  REQUIRE(Trajectory::create(PETSC_COMM_WORLD, options, 3, 0, {}, &out) == ERR_FAILED);
   REQUIRE((pad.text().find("-bs_output_pad: 2 columns do not hold 3") != std::string::npos) == first);
   REQUIRE(access(options.file.c_str(), F_OK) != 0);
 }
@@ -275,9 +275,9 @@ TEST_CASE("a frame that cannot be written is told with its number") {
   // The file is taken away: nothing can be reserved for it any more.
   remove_file(file);
   Caught said;
-  REQUIRE(out->write_frame(1, 1, {{"/particles/trajectory/position", x}}, {}) == ERR_TOLD);
+  REQUIRE(out->write_frame(1, 1, {{"/particles/trajectory/position", x}}, {}) == ERR_FAILED);
   const std::string text = said.text();
-  REQUIRE(told_exit() == Exit::io);
+  REQUIRE(last_error(PETSC_COMM_WORLD).exit == Exit::io);
   REQUIRE(text == (rank_of(PETSC_COMM_WORLD) == 0
                        ? "backspring: error: cannot write frame 1 to " + file + ": No such file or directory: earlier frames are intact\n"
                        : ""));

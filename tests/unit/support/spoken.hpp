@@ -6,7 +6,7 @@
 #include <cstdio>
 #include <string>
 
-#include "base/fault.hpp"
+#include "cli/voice.hpp"
 
 /// Catches one stream while it lives; text() gives what came.
 class Caught {
@@ -41,10 +41,17 @@ class Caught {
   int saved_ = -1;
 };
 
-/// The program's error handler while it lives.
+/// The program's voice and its handler of PETSc's errors while it lives.
 struct Handled {
-  Handled() { (void)bs::install_error_handler(); }
-  ~Handled() { (void)PetscPopErrorHandler(); }
+  Handled() {
+    bs::clear_error(PETSC_COMM_WORLD);
+    bs::speak_for(PETSC_COMM_WORLD);
+  }
+  ~Handled() {
+    bs::set_listener(PETSC_COMM_WORLD, {});
+    bs::clear_error(PETSC_COMM_WORLD);
+  }
+  bs::PetscErrors handler{PETSC_COMM_WORLD};
 };
 
 inline int rank_of(MPI_Comm comm) {

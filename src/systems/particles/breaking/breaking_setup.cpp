@@ -1,7 +1,7 @@
 // What of springs may break: limits of those that this rank judges, and those that are broken from the start.
 #include <algorithm>
 #include <cmath>
-#include "base/fault.hpp"
+#include "base/error.hpp"
 #include "network/ghost_copies.hpp"
 #include "systems/particles/breaking/breaking.hpp"
 #include "systems/particles/spring_exists.hpp"
@@ -39,7 +39,7 @@ PetscErrorCode Breaking::create(Network& net, const Lattice& lattice) {
 PetscErrorCode Breaking::give_limits(const Lattice& lattice) {
   const Links& links = net_->links;
   std::vector<std::uint8_t> spared(static_cast<std::size_t>(net_->n + net_->ghosts), 0);
-  Fault fault;
+  Error fault;
   PetscFunctionBegin;
   for (const NetworkGroup& group : net_->groups)
     if (std::find(rules_.spared.begin(), rules_.spared.end(), group.name) != rules_.spared.end())
@@ -70,7 +70,7 @@ PetscErrorCode Breaking::give_limits(const Lattice& lattice) {
                  format("%s: spring %lld has the rest length 0, so that it has no strain: give -bs_break_force or -bs_break_energy in the place of a "
                         "critical strain",
                         lattice.source.c_str(), static_cast<long long>(links.spring[judged_[k].link])));
-  PetscCall(agree(net_->comm, fault));
+  PetscCall(fail_if_any(net_->comm, fault));
   PetscFunctionReturn(0);
 }
 
@@ -93,7 +93,7 @@ PetscErrorCode Breaking::cut_notch() {
       ++count;
     }
   PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &count, 1, MPI_INT64_T, MPI_SUM, net_->comm));
-  if (count == 0) PetscCall(tell(net_->comm, Exit::input, "option -bs_break_notch: no spring crosses that line: give a line through the lattice"));
+  if (count == 0) PetscCall(fail(net_->comm, Exit::input, "option -bs_break_notch: no spring crosses that line: give a line through the lattice"));
   given_broken_ = true;
   PetscFunctionReturn(0);
 }

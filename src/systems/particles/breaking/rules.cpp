@@ -1,7 +1,7 @@
 #include <algorithm>
 #include <cinttypes>
 #include <cmath>
-#include "base/fault.hpp"
+#include "base/error.hpp"
 #include "base/options.hpp"
 #include "lattice/random.hpp"
 #include "systems/particles/breaking/breaking.hpp"
@@ -61,7 +61,7 @@ PetscErrorCode BreakRules::read(MPI_Comm comm, const Lattice& lattice) {
                ", or name a group of the lattice");
   }));
   if (notched && (lattice.dim != 2 || lattice.box.active()))
-    PetscCall(tell(comm, Exit::input, "option -bs_break_notch: notches are for lattices in 2 dimensions without a periodic box: leave it out"));
+    PetscCall(fail(comm, Exit::input, "option -bs_break_notch: notches are for lattices in 2 dimensions without a periodic box: leave it out"));
   side = static_cast<Side>(chosen);
   worst = which == 1;
   PetscFunctionReturn(0);
@@ -98,7 +98,7 @@ std::string BreakRules::describe(const Lattice& lattice) const {
 }
 
 PetscErrorCode check_break_limits(MPI_Comm comm, const Lattice& l) {
-  Fault fault;
+  Error fault;
   PetscFunctionBegin;
   for (const Column& column : l.break_columns)
     for (std::size_t k = 0; k < column.value.size() && !fault; ++k) {
@@ -110,7 +110,7 @@ PetscErrorCode check_break_limits(MPI_Comm comm, const Lattice& l) {
         fault.note(row, format("%s: spring %" PRId64 ", %s: %g; write a number > 0, or inf for a spring that does not break", l.source.c_str(), row,
                                column.path.c_str(), value));
     }
-  PetscCall(agree(comm, fault));
+  PetscCall(fail_if_any(comm, fault));
   PetscFunctionReturn(0);
 }
 

@@ -1,6 +1,6 @@
 #include "systems/particles/condensed/block_icc.hpp"
 #include <petsc/private/pcimpl.h>
-#include "base/fault.hpp"
+#include "base/error.hpp"
 #include "base/memory.hpp"
 #include "systems/particles/condensed/coarse_space.hpp"
 #include "systems/particles/condensed/rigid_space.hpp"

@@ -39,7 +39,7 @@ template <class Law>
 void refused(const std::vector<std::pair<const char*, const char*>>& given, const std::string& part) {
   Law law;
   std::string said;
-  REQUIRE(read_law(&law, given, &said) == ERR_TOLD);
+  REQUIRE(read_law(&law, given, &said) == ERR_FAILED);
   INFO("said: " << said);
   if (rank_of(PETSC_COMM_WORLD) == 0) REQUIRE(said.find(part) != std::string::npos);
 }

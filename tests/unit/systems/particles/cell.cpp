@@ -24,7 +24,7 @@ void require_close(const double* found, const std::vector<double>& expected, dou
 }
 
 std::string foreseen(const Cell& cell, double from, double to) {
-  Fault fault;
+  Error fault;
   cell.foresee(from, to, &fault);
   return fault ? fault.text : "";
 }

@@ -9,8 +9,8 @@
 #include <iterator>
 #include <sstream>
 
-#include "base/command_line.hpp"
 #include "base/text.hpp"
+#include "cli/command_line.hpp"
 
 namespace bs {
 

@@ -5,6 +5,12 @@
 
 namespace bs {
 
+/// Before PetscInitialize, on every rank. Replaces NAME of every "-options_file NAME" (and -options_file_yaml) that does
+/// not exist by the first that is a file among FOLDER/NAME and FOLDER/{options,options/problems,options/solvers}/NAME of
+/// the shared folders (base/find_file.hpp), NAME with and without .yaml; adds the folders of the files to `folders`. Returns the error message for
+/// one that is not found; empty if all are.
+std::string find_option_files(int argc, char** argv, std::vector<std::string>* folders);
+
 /// Local. One line that says what is wrong with the option files named by -options_file and -options_file_yaml on the
 /// command line or in PETSC_OPTIONS: missing, a folder, unreadable, or no YAML that holds options; empty if nothing is.
 /// Call before PetscInitialize: PETSc's own reader names neither file nor line.

@@ -1,25 +1,14 @@
-// PETSc's own errors, in one line from one rank.
-#include <hdf5.h>
-#include <unistd.h>
-
-#include <algorithm>
-#include <csignal>
+// PETSc's own errors in the words of a user.
 #include <cstdlib>
 #include <cstring>
 
-#include "base/crash.hpp"
+#include "base/error.hpp"
 #include "base/factor_memory.hpp"
-#include "base/fault.hpp"
 #include "base/option_names.hpp"
 
 namespace bs {
 
 namespace {
-
-Exit phase = Exit::input;
-bool trace = false;
-bool petsc_error = false;    // an error of PETSc's has been met
-Exit petsc_exit = Exit::ok;  // the phase it was met in
 
 /// First line of PETSc's message; the generic text of the code where there is none.
 std::string first_line(PetscErrorCode code, const char* message) {
@@ -104,77 +93,18 @@ std::string in_users_words(PetscErrorCode code, const char* function, const char
   return explained(text, function);
 }
 
-PetscErrorCode handle(MPI_Comm comm, int line, const char* function, const char* file, PetscErrorCode code, PetscErrorType type, const char* message,
-                      void* context) {
-  if (code == ERR_TOLD) return code;
-  if (trace) {
-    if (!petsc_error) petsc_exit = phase;
-    petsc_error = true;
-    return PetscTraceBackErrorHandler(comm, line, function, file, code, type, message, context);
-  }
-  // What follows from an error already told is not news.
-  if (type != PETSC_ERROR_INITIAL || petsc_error || told_exit() != Exit::ok) return code;
-  petsc_error = true;
-  petsc_exit = is_of_output(code, first_line(code, message)) ? Exit::io : phase;
-
-  (void)tell_alone(petsc_exit, in_users_words(code, function, message));
-  return code;
-}
-
 }  // namespace
 
-PetscErrorCode tell_alone(Exit exit, const std::string& text) {
-  PetscMPIInt rank = 0, size = 1;
-  MPI_Comm_rank(PETSC_COMM_WORLD, &rank);
-  MPI_Comm_size(PETSC_COMM_WORLD, &size);
-  if (rank > 0) {
-    // Rank 0 reports and aborts if it met the error too; else the lowest of the others does.
-    std::signal(SIGTERM, SIG_DFL);
-    usleep(1000000u + 50000u * static_cast<unsigned>(std::min(rank, 40)));
-  }
-  print_line("error", text);
-  mark_told(exit);
-  if (size > 1) MPI_Abort(PETSC_COMM_WORLD, static_cast<int>(exit));
-  return ERR_TOLD;
-}
-
-void watch_start() { (void)PetscPushErrorHandler(handle, nullptr); }
-
-PetscErrorCode install_error_handler() {
-  PetscBool set = PETSC_FALSE, value = PETSC_TRUE;
-
-  PetscFunctionBegin;
-  PetscCall(PetscOptionsGetBool(nullptr, nullptr, "-bs_trace", &value, &set));
-  trace = set && value;
-  PetscCall(PetscPushErrorHandler(handle, nullptr));
-  if (!trace) H5Eset_auto2(H5E_DEFAULT, nullptr, nullptr);
-  PetscFunctionReturn(0);
-}
-
-void set_phase(Exit phase_exit) { phase = phase_exit; }
-
-Exit present_phase() { return phase; }
-
-void forget_faults() {
-  petsc_error = false;
-  mark_told(Exit::ok);
-}
-
-int finish(PetscErrorCode code) {
-  if (code == 0) return static_cast<int>(Exit::ok);
-  if (code == ERR_TOLD) return static_cast<int>(told_exit());
-  if (told_exit() != Exit::ok) return static_cast<int>(told_exit());
-  if (!petsc_error) {
-    // Came up without passing the handler.
-    (void)tell_alone(phase, first_line(code, nullptr));
-    return static_cast<int>(phase);
-  }
-  // Traced by PETSc in its own words.
-  PetscMPIInt size = 1;
-  MPI_Comm_size(PETSC_COMM_WORLD, &size);
-  expect_exit();
-  if (size > 1) MPI_Abort(PETSC_COMM_WORLD, static_cast<int>(petsc_exit));
-  return static_cast<int>(petsc_exit);
+PetscErrorCode PetscErrors::handle(MPI_Comm, int, const char* function, const char*, PetscErrorCode code, PetscErrorType type, const char* message,
+                                   void* context) {
+  auto* self = static_cast<PetscErrors*>(context);
+  const MPI_Comm comm = self->comm_;
+  // what follows from an error that is held already, or comes of finding words for one, is not news
+  if (code == ERR_FAILED || type != PETSC_ERROR_INITIAL || self->busy_ || last_error(comm)) return code;
+  self->busy_ = true;
+  (void)fail_here(comm, is_of_output(code, first_line(code, message)) ? Exit::io : present_phase(comm), in_users_words(code, function, message));
+  self->busy_ = false;
+  return code;
 }
 
 }  // namespace bs

@@ -1,4 +1,4 @@
-#include "base/memory.hpp"
+#include "cli/blas_memory.hpp"
 
 #include <petscblaslapack.h>
 #include <sys/time.h>
@@ -6,7 +6,7 @@
 #include <csignal>
 #include <vector>
 
-#include "base/crash.hpp"
+#include "cli/crash.hpp"
 
 namespace bs {
 

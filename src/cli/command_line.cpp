@@ -1,4 +1,4 @@
-#include "base/command_line.hpp"
+#include "cli/command_line.hpp"
 
 #include <petscsys.h>
 #include <yaml.h>

@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-#include "base/command_line.hpp"
+#include "cli/command_line.hpp"
 
 using namespace bs;
 

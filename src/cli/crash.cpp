@@ -1,4 +1,4 @@
-#include "base/crash.hpp"
+#include "cli/crash.hpp"
 
 #include <unistd.h>
 
@@ -7,17 +7,21 @@
 #include <ctime>
 #include <exception>
 #include <initializer_list>
+#include <memory>
 #include <new>
 
-#include "base/fault.hpp"
+#include "base/context.hpp"
 #include "base/memory.hpp"
+#include "base/reading_file.hpp"
 
 namespace bs {
 
 namespace {
 
 // What a signal handler may look at: plain memory, filled beforehand.
-char reading[512] = "";
+MPI_Comm run = MPI_COMM_NULL;
+const Error* failed = nullptr;       // the error that `run` holds
+std::shared_ptr<Context> held_here;  // keeps it
 int rank = 0;
 bool leaving = false;             // the program's own end has begun
 alignas(16) char stack[1 << 16];  // a stack that has overflowed cannot carry the handler
@@ -56,7 +60,8 @@ extern "C" void on_crash(int number) {
     if (crash.signal == number) name = crash.name;
   let_rank_0_speak();
   // on the way out: the library that found the file damaged may still stumble over it while it closes it
-  if (told_exit() != Exit::ok) _exit(static_cast<int>(told_exit()));
+  if (failed && *failed) _exit(static_cast<int>(failed->exit));
+  const char* const reading = file_being_read();
   if (*reading && out_of_memory()) {
     write_line({"backspring: error: ", reading, ": no memory left for the library that reads it: raise the memory limit, or use more ranks"});
     _exit(static_cast<int>(Exit::input));
@@ -81,20 +86,21 @@ extern "C" void on_crash(int number) {
   } catch (...) {
     text = "unexpected exception";
   }
-  if (*reading) text = std::string(reading) + ": " + text;
-  (void)tell_alone(present_phase(), text);
-  _exit(static_cast<int>(present_phase()));
+  if (*file_being_read()) text = std::string(file_being_read()) + ": " + text;
+  const Exit exit = present_phase(run);
+  (void)fail_here(run, exit, text);
+  _exit(static_cast<int>(exit));
 }
 
 #ifdef __GLIBC__
 /// A library that calls exit(): the ordering PORD inside MUMPS does where its malloc fails.
 void on_foreign_exit(int status, void*) {
-  if (status == 0 || leaving || told_exit() != Exit::ok) return;
+  if (status == 0 || leaving || *failed) return;
   let_rank_0_speak();
   write_line(
       {"backspring: error: a library ended the program, most probably because it ran out of memory (its own message may stand above): raise the "
        "memory limit, use more ranks, or a smaller system"});
-  _exit(static_cast<int>(present_phase()));
+  _exit(static_cast<int>(present_phase(run)));
 }
 #endif
 
@@ -108,13 +114,13 @@ void end_with_line(const char* text, Exit exit) {
   _exit(static_cast<int>(exit));
 }
 
-PetscErrorCode install_crash_handler() {
-  PetscBool trace = PETSC_FALSE;
-
+PetscErrorCode install_crash_handler(MPI_Comm comm, bool trace) {
   PetscFunctionBegin;
-  PetscCallMPI(MPI_Comm_rank(PETSC_COMM_WORLD, &rank));
+  run = comm;
+  failed = &last_error(comm);
+  held_here = context_of(comm);
+  PetscCallMPI(MPI_Comm_rank(comm, &rank));
   std::set_terminate(on_terminate);
-  PetscCall(PetscOptionsGetBool(nullptr, nullptr, "-bs_trace", &trace, nullptr));
 #ifdef __GLIBC__
   (void)on_exit(on_foreign_exit, nullptr);
 #endif
@@ -128,19 +134,6 @@ PetscErrorCode install_crash_handler() {
   action.sa_flags = SA_ONSTACK;
   for (const Crash& crash : crashes) (void)sigaction(crash.signal, &action, nullptr);
   PetscFunctionReturn(0);
-}
-
-void ReadingFile::begin(const std::string& path) {
-  if (mine_ || *reading) return;
-  mine_ = true;
-  const std::size_t length = path.copy(reading, sizeof reading - 1);
-  for (std::size_t k = 0; k < length; ++k)
-    if (static_cast<unsigned char>(reading[k]) < ' ') reading[k] = '?';
-  reading[length] = '\0';
-}
-
-ReadingFile::~ReadingFile() {
-  if (mine_) *reading = '\0';
 }
 
 }  // namespace bs

@@ -1,4 +1,4 @@
-#include "base/help.hpp"
+#include "cli/help.hpp"
 #include <petscsys.h>
 #include <cstdarg>
 #include <cstdio>

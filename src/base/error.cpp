@@ -1,0 +1,125 @@
+#include "base/error.hpp"
+
+#include "base/context.hpp"
+
+namespace bs {
+
+namespace {
+
+/// The errors of one communicator.
+struct Errors {
+  Error last;
+  Exit phase = Exit::input;
+  Listener listener;
+};
+
+/// Told to the listener before it is passed up.
+PetscErrorCode hold(MPI_Comm comm, const Error& error, bool alone) {
+  Errors& all = held_by<Errors>(comm);
+  all.last = error;
+  if (all.listener.error) all.listener.error(error, alone);
+  return ERR_FAILED;
+}
+
+/// Sends the winner's text and exit code to all ranks.
+PetscErrorCode broadcast(MPI_Comm comm, PetscMPIInt root, Error* error) {
+  PetscMPIInt head[2] = {static_cast<PetscMPIInt>(error->text.size()), static_cast<PetscMPIInt>(error->exit)};
+
+  PetscFunctionBegin;
+  PetscCallMPI(MPI_Bcast(head, 2, MPI_INT, root, comm));
+  error->text.resize(static_cast<std::size_t>(head[0]));
+  PetscCallMPI(MPI_Bcast(error->text.data(), head[0], MPI_CHAR, root, comm));
+  error->exit = static_cast<Exit>(head[1]);
+  PetscFunctionReturn(0);
+}
+
+/// The error with the smallest `where`, then rank, on every rank; without text if there is none.
+PetscErrorCode choose(MPI_Comm comm, const Error& error, Error* chosen) {
+  const bool mine = static_cast<bool>(error);
+  std::int64_t first[2] = {mine ? error.where : std::numeric_limits<std::int64_t>::max(), mine ? 0 : 1};
+  PetscMPIInt rank, size, winner;
+
+  PetscFunctionBegin;
+  *chosen = {};
+  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, first, 2, MPI_INT64_T, MPI_MIN, comm));
+  if (first[1] != 0) PetscFunctionReturn(0);
+  PetscCallMPI(MPI_Comm_rank(comm, &rank));
+  PetscCallMPI(MPI_Comm_size(comm, &size));
+  winner = mine && error.where == first[0] ? rank : size;
+  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &winner, 1, MPI_INT, MPI_MIN, comm));
+  *chosen = error;
+  chosen->where = first[0];
+  PetscCall(broadcast(comm, winner, chosen));
+  PetscFunctionReturn(0);
+}
+
+}  // namespace
+
+void Error::note(std::int64_t at, std::string what, Exit code) {
+  if (!text.empty() && where <= at) return;
+  where = at;
+  text = std::move(what);
+  exit = code;
+}
+
+PetscErrorCode first_error(MPI_Comm comm, const Error& error, std::string* text) {
+  Error chosen;
+
+  PetscFunctionBegin;
+  PetscCall(choose(comm, error, &chosen));
+  *text = chosen.text;
+  PetscFunctionReturn(0);
+}
+
+PetscErrorCode fail_if_any(MPI_Comm comm, const Error& error) {
+  Error chosen;
+
+  PetscFunctionBegin;
+  PetscCall(choose(comm, error, &chosen));
+  PetscFunctionReturn(chosen ? hold(comm, chosen, false) : 0);
+}
+
+PetscErrorCode fail(MPI_Comm comm, Exit exit, const std::string& text) {
+  Error error;
+
+  PetscFunctionBegin;
+  error.text = text;
+  error.exit = exit;
+  PetscFunctionReturn(hold(comm, error, false));
+}
+
+PetscErrorCode fail_here(MPI_Comm comm, Exit exit, const std::string& text) {
+  Error error;
+  error.text = text;
+  error.exit = exit;
+  return hold(comm, error, true);
+}
+
+PetscErrorCode warn(MPI_Comm comm, const std::string& text) {
+  PetscMPIInt rank;
+
+  PetscFunctionBegin;
+  PetscCallMPI(MPI_Comm_rank(comm, &rank));
+  if (rank == 0) PetscCall(warn_here(comm, text));
+  PetscFunctionReturn(0);
+}
+
+PetscErrorCode warn_here(MPI_Comm comm, const std::string& text) {
+  const Listener& listener = held_by<Errors>(comm).listener;
+
+  PetscFunctionBegin;
+  if (listener.warning) listener.warning(text);
+  PetscFunctionReturn(0);
+}
+
+const Error& last_error(MPI_Comm comm) { return held_by<Errors>(comm).last; }
+
+void clear_error(MPI_Comm comm) { held_by<Errors>(comm).last = {}; }
+
+void set_listener(MPI_Comm comm, Listener listener) { held_by<Errors>(comm).listener = std::move(listener); }
+
+void set_phase(MPI_Comm comm, Exit phase) { held_by<Errors>(comm).phase = phase; }
+
+Exit present_phase(MPI_Comm comm) { return held_by<Errors>(comm).phase; }
+
+}  // namespace bs
