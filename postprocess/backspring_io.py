@@ -474,6 +474,11 @@ class Run:
         return self._cache["observables"]
 
     @property
+    def static(self):
+        """Whether the frames are equilibria under a load factor (-bs_task statics), and no motion."""
+        return "load_factor" in self.series
+
+    @property
     def observables(self):
         """The observables as a pandas DataFrame: one row a frame, its index the time, vectors as name_x, name_y, name_z."""
         try:

@@ -17,10 +17,23 @@ def axis_label(name, unit):
 
 
 def time_label(run):
-    """The times of a static analysis are its load factors."""
-    if "load_factor" in run.series and list(run.series["load_factor"]) == list(run.observable_times):
+    """The times of a static analysis are its load factors, the way along a path by arc length, or load factors and the time that motions after breaks have taken."""
+    if not run.static:
+        return axis_label("time $t$", run.unit("time"))
+    if list(run.series["load_factor"]) == list(run.observable_times):
         return "load factor"
-    return axis_label("time $t$", run.unit("time"))
+    return "arc length" if run.parameters.get("bs_load_control") == "arc" else "load factor + " + axis_label("time of motions", run.unit("time"))
+
+
+def moment(run, row, form=".4g"):
+    """Words for the moment of a frame: its time, or in a static analysis its load factor, with the time that motions after breaks have taken by then."""
+    if not run.static or row >= len(run.series["load_factor"]):
+        return f"$t$ = {run.times[row]:{form}} {run.unit('time')}".rstrip()
+    load = run.series["load_factor"][row]
+    words, moving = f"load factor {load:{form}}", run.times[row] - load
+    if run.parameters.get("bs_load_control") != "arc" and abs(moving) > 1e-9 * max(abs(load), 1e-3):
+        words += f", {moving:{form}} {run.unit('time')} in motion"
+    return words
 
 
 def missing(ax, what):

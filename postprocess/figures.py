@@ -1,7 +1,7 @@
 """The panels plot.py is made of: each function draws one quantity of some runs into one axes."""
 import numpy as np
 
-from figure_style import COLORS, DASHES, axis_label, finish, missing, width
+from figure_style import COLORS, DASHES, axis_label, finish, missing, moment, width
 from figures_motion import paths, phase, sources, state, states
 from figures_steps import iterations, steps
 from modes import bfactor, dos, spectrum
@@ -185,7 +185,7 @@ def histogram(ax, runs, labels, args):
         share, _ = np.histogram(np.clip(v, edges[0], edges[-1]), edges)
         color = TIMES[i % len(TIMES)] if len(runs) == 1 else COLORS[i % len(COLORS)]
         ax.stairs(100 * share / len(v), edges, color=color, lw=1.3,
-                  label=f"$t$ = {run.times[row]:.3g} {run.unit('time')}" if len(runs) == 1 else None)
+                  label=moment(run, row, ".3g") if len(runs) == 1 else None)
     ax.set_yscale("log")
     ax.set_xlabel(r"strain $(l-L)/L$")
     ax.set_ylabel("share of the springs [%]")
@@ -193,7 +193,7 @@ def histogram(ax, runs, labels, args):
     if len(runs) == 1:
         ax.legend(loc="best")
     else:
-        ax.set_title(f"$t$ = {runs[0].times[runs[0].index(args.frame)]:.3g} {runs[0].unit('time')}", loc="left")
+        ax.set_title(moment(runs[0], runs[0].index(args.frame), ".3g"), loc="left")
 
 
 KINDS = {"energy": energy, "budget": budget, "force": force, "drift": drift, "momentum": momentum, "angular_momentum": angular_momentum,

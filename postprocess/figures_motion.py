@@ -2,7 +2,7 @@
 import numpy as np
 from matplotlib.ticker import FuncFormatter, MaxNLocator
 
-from figure_style import COLORS, DASHES, axis_label, finish, missing, width
+from figure_style import COLORS, DASHES, axis_label, finish, missing, moment, width
 from scene import Scene, sample
 
 
@@ -105,8 +105,7 @@ def state(ax, runs, labels, args):
     scene.draw_frame(ax, row)
     if run.dim < 3:
         _ticks(ax, scene)
-    ax.set_title(f"$t$ = {run.times[row]:.4g} {run.unit('time')}".rstrip()
-                 + (f"   {labels[0]}" if labels[0] else ""), loc="left")
+    ax.set_title(moment(run, row) + (f"   {labels[0]}" if labels[0] else ""), loc="left")
 
 
 def _ticks(ax, scene):

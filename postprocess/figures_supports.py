@@ -1,7 +1,9 @@
-"""What supports do: the force on a group over time, or against how far it has been moved."""
+"""What supports do: reactions and loads over time, or against how far something has been moved."""
 import numpy as np
+from matplotlib.ticker import MaxNLocator
 
 from figure_style import COLORS, axis_label, finish, missing, width
+from load_path import abscissa, at_rest, check_against, farthest, in_words, limit_points, mean_displacement, unit_vector
 from scene import sample
 
 
@@ -10,68 +12,72 @@ def groups_of(run):
     return [name.split("/", 1)[1] for name in run.series if name.startswith("reaction/")]
 
 
-def mean_displacement(run, rows, members):
-    """(len(rows), d): mean displacement of particles since the first frame [m]."""
-    start = run.position(0)[members].mean(axis=0)
-    return np.array([run.position(int(row))[members].mean(axis=0) - start for row in rows])
-
-
-def moved_most(run):
-    """The group whose mean displacement comes furthest, and the direction to there (unit vector); (None, None) where all stay, but for rounding."""
-    frames, name, direction = sample(range(run.frames), 50), None, None
-    best = 1e-12 * np.linalg.norm(np.ptp(run.position(0), axis=0))
-    for group in groups_of(run):
-        path = mean_displacement(run, frames, run.group(group))
-        far = path[np.argmax(np.linalg.norm(path, axis=1))]
-        if np.linalg.norm(far) > best:
-            best, name, direction = np.linalg.norm(far), group, far / np.linalg.norm(far)
-    return name, direction
-
-
 def strongest(run, names):
-    """Where no group moves: the direction of the largest reaction of any of these groups, its largest component positive, and words for it."""
+    """Where nothing that reacts moves: the direction of the largest reaction of any of these groups, its largest component positive; None without any."""
     values = [run.series[key].reshape(len(run.observable_times), -1) for key in (f"reaction/{name}" for name in names) if key in run.series]
     if not values:
-        return None, ""
+        return None
     largest = max((v[np.linalg.norm(v, axis=1).argmax()] for v in values), key=np.linalg.norm)
     size = np.linalg.norm(largest)
     if not size > 0:
         largest, size = np.eye(len(largest))[0], 1.0
-    direction = largest / size * np.sign(largest[np.abs(largest).argmax()])
-    axis = np.flatnonzero(np.abs(direction) > 1 - 1e-6)
-    return direction, "xyz"[axis[0]] if len(axis) else "(" + ", ".join(f"{c:.2g}" for c in direction) + ")"
+    return largest / size * np.sign(largest[np.abs(largest).argmax()])
+
+
+def curves_of(run, args):
+    """What force draws of one run: [(words, x (T,), y (T,))], labels of x and y, the unit of y. Raises RunError; no curve where there is nothing to draw."""
+    reacting, component = groups_of(run), getattr(args, "component", None)
+    what, group = check_against(getattr(args, "against", None))
+    x, xlabel, direction, moves = abscissa(run, what or ("displacement" if run.static else "time"), group, component, reacting)
+    names = getattr(args, "groups", None) or []
+    if getattr(args, "load", False) or (not reacting and not names):
+        return ([("load factor", x, run.series["load_factor"][:len(x)])] if run.static and moves else []), xlabel, "load factor"
+    leader = farthest(run, reacting)
+    names = [name for name in names or ([leader] if leader else reacting) if name in reacting]
+    if leader is None or not names:
+        along = strongest(run, names or reacting)
+    else:
+        along = direction if direction is not None and group in (None, leader) else unit_vector(mean_displacement(run, sample(range(run.frames), 50), run.group(leader)), component)
+    along = np.eye(run.dim)["xyz".index(component)] if component else along
+    curves = [(name, x, run.series["reaction/" + name].reshape(len(run.observable_times), -1)[:len(x)] @ along) for name in names]
+    return (curves if moves else []), xlabel, axis_label(f"force of the support along {in_words(along)}", run.unit("reaction/" + reacting[0]))
+
+
+def mark_limits(ax, curves, unlabelled=8, unmarked=60):
+    """Discs at limit points, squares where a curve turns back in x, with the loads of the first where they are few; nothing where they are too many."""
+    found = [limit_points(x, y) for x, y in curves if len(x) > 2]
+    limits, backs = [p for some, _ in found for p in some], [p for _, some in found for p in some]
+    if len(limits) + len(backs) > unmarked:
+        return
+    for points, mark, words in ((limits, "o", "limit points"), (backs, "s", "turning points of displacement")):
+        if points:
+            ax.plot(*np.transpose(points), mark, ms=5, mfc="white", mec="#222222", mew=1.1, zorder=4, ls="none", label=words)
+    if len(limits) <= unlabelled:
+        middle = np.mean(ax.get_ylim())
+        for x, y in limits:
+            ax.annotate(f"{y:.4g}", (x, y), xytext=(0, 6 if y > middle else -6), textcoords="offset points", ha="center", va="bottom" if y > middle else "top",
+                        fontsize=8, color="#222222")
 
 
 def force(ax, runs, labels, args):
-    """Reaction of groups, the force their support exerts on them, along the direction in which the group moved most, or, where none moves, of the largest reaction;
-    over time, or (--against displacement) against how far that group has been moved."""
-    several, drawn, along_what = len(runs) > 1, False, set()
-    displaced = getattr(args, "against", "time") == "displacement"
+    """Reaction of groups, the force their support exerts on them, or the load factor: in statics against the displacement of what moves most, else over time, or as --against
+    says. Along --component, or the direction in which the group moved most, or, where none moves, that of the largest reaction. Limit points of statics are marked."""
+    several, everything = len(runs) > 1, []
     for i, run in enumerate(runs):
-        leader, direction = moved_most(run)
-        names = getattr(args, "groups", None) or ([leader] if leader else groups_of(run))
-        if leader is None:
-            direction, said = strongest(run, names)
-            along_what.add(said)
-        for k, name in enumerate(names):
-            value = run.series.get("reaction/" + name)
-            if value is None:
-                continue
-            value = value.reshape(len(value), -1)
-            along = value @ direction
-            rows = np.arange(min(run.frames, len(along)))
-            if displaced and leader is None:
-                continue
-            across = mean_displacement(run, rows, run.group(leader)) @ direction if displaced else run.observable_times[rows]
-            ax.plot(across, along[rows], color=COLORS[(i if several else k) % len(COLORS)], lw=width(i, several),
-                    label=None if several and len(names) == 1 else name)
-            drawn = True
-    if not drawn:
-        return missing(ax, "reactions of a group that moves" if displaced else "reactions")
+        curves, xlabel, ylabel = curves_of(run, args)
+        for k, (name, x, y) in enumerate(curves):
+            ax.plot(x, y, color=COLORS[(i if several else k) % len(COLORS)], lw=width(i, several), label=None if len(curves) == 1 else name)
+        everything += [(run, xlabel, ylabel, curve) for curve in curves]
+    if not everything:
+        return missing(ax, "reactions or loads of what moves" if check_against(getattr(args, "against", None))[0] == "displacement" else "reactions and load factors")
     ax.axhline(0, color="#999999", lw=0.6)
-    finish(ax, runs[0], axis_label("force of the support" + "".join(f" along {said}" for said in sorted(along_what) if len(along_what) == 1), runs[0].unit("reaction/" + groups_of(runs[0])[0])))
-    if displaced:
-        ax.set_xlabel(axis_label("displacement", runs[0].unit("position")))
+    ax.margins(y=0.12)
+    ax.autoscale_view()
+    mark_limits(ax, [(x[at_rest(run, len(x))], y[at_rest(run, len(x))]) for run, *_, (_, x, y) in everything if run.static])
+    finish(ax, runs[0], everything[0][2])
+    ax.set_xlabel(everything[0][1])
+    ax.margins(x=0.03)
+    ax.xaxis.set_major_locator(MaxNLocator(5))
 
 
 def work_of(run):

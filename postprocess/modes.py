@@ -21,6 +21,7 @@ class ModeRun(Run):
     the lattice's size. Rows are moments of the period; a mode that grows or costs no force is shown as if it swung, in 1 s. Strains are those of the mode, linear in
     its displacements: a rotation has none, however large it is drawn."""
     strain_name = r"strain of the mode $\mathbf{n}\cdot(\mathbf{q}_2-\mathbf{q}_1)/L$"
+    static = False  # about an equilibrium or not, it swings
 
     def __init__(self, path, number, scale):
         super().__init__(path)

@@ -23,6 +23,7 @@ import numpy as np  # noqa: E402
 
 from backspring_io import RunError, open_run  # noqa: E402
 from camera import AXES  # noqa: E402
+from figure_style import moment  # noqa: E402
 from modes import ModeRun  # noqa: E402
 from scene import Scene  # noqa: E402
 from scene_marks import THEMES  # noqa: E402
@@ -108,8 +109,9 @@ def compose(scene, size, dpi):
 def show(scene, ax, stamp, row):
     scene.draw_frame(ax, row)
     run = scene.run
-    digits = max(0, int(np.ceil(-np.log10(max(np.ptp(run.times), 1e-300) / 1000)))) if run.frames > 1 else 3
-    stamp.set_text(f"$t$ = {run.times[row]:.{min(digits, 9)}f} {run.unit('time')}".rstrip())
+    shown = run.series["load_factor"] if run.static else run.times
+    digits = max(0, int(np.ceil(-np.log10(max(np.ptp(shown), 1e-300) / 1000)))) if run.frames > 1 else 3
+    stamp.set_text(moment(run, row, f".{min(digits, 9)}f"))
 
 
 def film(scene, rows, args, size):

@@ -4,7 +4,7 @@
   postprocess/plot.py run.h5md -o run.png                              a sheet: state, energies, drift, strains, steps, iterations
   postprocess/plot.py run.h5md -o strain.pdf --kind strain,momentum
   postprocess/plot.py beuler.h5md bdf.h5md -o compare.png --kind drift  the legend names the options that differ
-  postprocess/plot.py pulled.h5md -o force.png --kind force --against displacement
+  postprocess/plot.py truss.h5md -o force.png --kind force --against displacement:apex --component y
   postprocess/plot.py circuit.h5md -o circuit.svg --states v_out,i_L
 """
 import argparse
@@ -113,9 +113,11 @@ def parse(argv=None):
     p.add_argument("--states", type=lambda s: s.split(","), default=[], help="states of a linear system, by label or number")
     p.add_argument("--particles", type=lambda s: [int(v) for v in s.split(",")], default=[],
                    help="ids to follow in paths and phase (default: six of them)")
-    p.add_argument("--against", choices=("time", "displacement"), default="time", help="what force is drawn against (default: time)")
+    p.add_argument("--against", metavar="WHAT", help="what force is drawn against: time, load, arc, displacement or displacement:GROUP, "
+                   "a group's name or a particle's id (default: time, in statics displacement)")
     p.add_argument("--groups", type=lambda s: s.split(","), default=[], help="groups shown in force (default: the one that moves most)")
-    p.add_argument("--component", choices=("x", "y", "z"), help="component shown in phase (default: the one with most motion)")
+    p.add_argument("--load", action="store_true", help="draw the load factor in force, not reactions")
+    p.add_argument("--component", choices=("x", "y", "z"), help="component shown in phase and force (default: the one with most motion)")
     p.add_argument("--frame", dest="frames", type=lambda s: [int(v) for v in s.split(",")], default=[-1], metavar="K,L",
                    help="frames shown in state, one panel each, and in histogram; write --frame=-1 (default: the last)")
     p.add_argument("--color", choices=("auto", "strain", "speed", "none"), default="auto", help="colour of state")

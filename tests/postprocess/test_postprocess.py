@@ -330,7 +330,7 @@ class Pictures(Case):
         drawn = {line.get_label(): line.get_ydata() for line in ax.get_lines()}
         np.testing.assert_allclose(drawn["left"], pulled[:, 1])
         np.testing.assert_allclose(drawn["right"], -0.5 * pulled[:, 1])
-        self.assertIn("along y", ax.get_ylabel())
+        self.assertIn("along $y$", ax.get_ylabel())
         plt.close(figure)
 
     @unittest.skipUnless(shutil.which("ffmpeg"), "no ffmpeg")

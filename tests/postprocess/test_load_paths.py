@@ -1,0 +1,110 @@
+#!/usr/bin/env python3
+"""Load-displacement curves of plot.py against closed forms, of runs of the program itself:
+/usr/bin/python3 tests/postprocess/test_load_paths.py --program build/release/backspring"""
+import os
+import pathlib
+import sys
+
+import numpy as np
+
+HERE = pathlib.Path(__file__).resolve().parent
+sys.path[:0] = [str(HERE.parents[1] / "postprocess"), str(HERE.parent / "verify")]  # both have a module modes
+import figures  # noqa: E402
+import matplotlib.pyplot as plt  # noqa: E402
+import plot  # noqa: E402
+from backspring_io import RunError, open_run  # noqa: E402
+from harness import run_parts, write_lattice  # noqa: E402
+
+
+def drawn(path, *words, kind="force"):
+    """The panel of one run as {words of the legend: (x, y)} and the labels of its axes."""
+    args = plot.parse([str(path), "-o", "none.png", "--kind", kind, *words])
+    figure, ax = plt.subplots()
+    with open_run(path) as run:
+        figures.KINDS[kind](ax, [run], [""], args)
+    curves = {line.get_label(): np.array(line.get_data()) for line in ax.get_lines()}
+    labels = ax.get_xlabel(), ax.get_ylabel()
+    texts = [text.get_text() for text in ax.texts]
+    plt.close(figure)
+    return curves, labels, texts
+
+
+def curve(curves):
+    """The one curve that is no mark and no axis."""
+    return max(curves.values(), key=lambda line: line.shape[1])
+
+
+def refused(path, *words):
+    try:
+        drawn(path, *words)
+    except RunError as error:
+        return str(error)
+    return ""
+
+
+def truss(folder):
+    """Two bars of stiffness 1 N/m from (-1, 0) and (1, 0) to (0, h): pushed down by w = 0.3 - h the apex resists with 2 h (L/sqrt(1 + h^2) - 1), which has its
+    extremes at h^2 = L^(2/3) - 1."""
+    rest = np.hypot(1, 0.3)
+    path = write_lattice(folder / "truss.h5", [[-1, 0], [1, 0], [0, 0.3]], 1.0, fixed=[1, 1, 0], pairs=[[0, 2], [1, 2]], stiffness=1.0)
+    height = np.sqrt(np.cbrt(rest) ** 2 - 1)
+    return path, lambda w: 2 * (0.3 - w) * (rest / np.hypot(1, 0.3 - w) - 1), np.array([0.3 - height, 0.3 + height])
+
+
+def run(checks, path, **options):
+    """Equilibria, in the file `path`."""
+    checks.run({"bs_task": "statics", "bs_output": path, **options})
+    return path
+
+
+def snapping(checks, folder):
+    """The von Mises truss by arc length under weight, and with its apex driven: one curve with two limit points, whatever the signs."""
+    path, force, at = truss(folder)
+    limit = force(at[0])
+    arc = run(checks, folder / "arc.h5md", bs_lattice_file=path, bs_gravity="0,-0.02", bs_load_control="arc", bs_load_steps=20)
+    curves, labels, texts = drawn(arc)
+    x, y = curve(curves)
+    checks.near("by arc length: the load factor over the apex' way down", 0.02 * y, force(x), 1e-10)
+    checks.true("its labels", labels == ("displacement of particle 2 along $-y$ [m]", "load factor"), str(labels))
+    checks.near("its limit points", 0.02 * curves["limit points"][1], [limit, -limit], 2e-6 * limit)
+    checks.near("where they are", curves["limit points"][0], at, 1e-4)
+    checks.true("their numbers beside them", texts == [f"{limit / 0.02:.4g}", f"{-limit / 0.02:.4g}"], str(texts))
+    x, y = curve(drawn(arc, "--component", "y", "--against", "displacement:2")[0])
+    checks.near("along y: downwards is negative", 0.02 * y, force(-x), 1e-10)
+    x, y = curve(drawn(arc, "--against", "arc")[0])
+    checks.true("over the arc length", np.all(np.diff(x) > 0) and y[-1] == 1)
+    driven = run(checks, folder / "driven.h5md", bs_lattice_file=path, bs_group_apex="ids:2", bs_motion_apex="x=fixed,y=velocity:-0.6", bs_load_steps=30)
+    curves, labels, _ = drawn(driven)
+    x, y = curve(curves)
+    checks.near("driven: what the apex' support exerts along its way", y, force(x), 1e-10)
+    checks.near("driven: limit points between load steps", curves["limit points"][1], [limit, -limit], 2e-4 * limit)
+    checks.true("driven: labels", labels == ("displacement of apex along $-y$ [m]", "force of the support along $-y$ [N]"), str(labels))
+    x, y = curve(drawn(driven, "--against", "load")[0])
+    checks.near("driven: over the load factor", y, force(0.6 * x), 1e-10)
+    checks.true("a path without arc length has none", "paths by arc length" in refused(driven, "--against", "arc"))
+    checks.true("other words are refused", "displacement:GROUP" in refused(driven, "--against", "sideways"))
+    checks.true("groups that are not there are named", "nobody" in refused(driven, "--against", "displacement:nobody"))
+
+
+def chain(checks, folder):
+    """n springs k in a row, drawn out by its end group: F = (k/n) u at the end, and at the middle twice that over its own displacement."""
+    n, k = 8, 50.0
+    at = np.arange(n + 1)
+    path = write_lattice(folder / "chain.h5", np.stack([0.1 * at, 0 * at], 1), 0.1, pairs=np.stack([at[:-1], at[1:]], 1), stiffness=k)
+    pulled = run(checks, folder / "pulled.h5md", bs_lattice_file=path, bs_group_wall="ids:0", bs_group_end=f"ids:{n}", bs_group_middle=f"ids:{n // 2}", bs_motion_wall="fixed",
+                 bs_motion_end="velocity:0.2,0", bs_load_steps=4)
+    curves, _, _ = drawn(pulled)
+    x, y = curve(curves)
+    checks.near("a chain's stiffness", y[1:] / x[1:], k / n, 1e-9)
+    checks.true("without limit points", "limit points" not in curves)
+    x, y = curve(drawn(pulled, "--against", "displacement:middle")[0])
+    checks.near("over the displacement of its middle", y[1:] / x[1:], 2 * k / n, 1e-9)
+    x, y = curve(drawn(pulled, "--groups", "wall")[0])
+    checks.near("the wall pulls the other way", y[1:] / x[1:], -k / n, 1e-9)
+    picture = folder / "state.svg"
+    plot.main([str(pulled), "-o", str(picture), "--kind", "state,force", "--frame=2"])
+    checks.true("titled by its load factor", "load factor 0.5" in picture.read_text() and os.path.getsize(picture) > 1000)
+
+
+if __name__ == "__main__":
+    run_parts("load paths", (snapping, chain))
