@@ -344,10 +344,31 @@ def iterative(checks, folder):
             checks.below(f"every law through the solvers: {name}, {ranks} rank(s)", np.abs(found.trajectory.position[-1] - expected).max(), 1e-6)
 
 
+def without_stiffness(checks, folder):
+    """Springs that exert nothing, as those that a diluted lattice lacks, may be of any length, zero too: the run is that of the lattice without them."""
+    for d in (1, 2, 3):
+        x = np.zeros((5, d))
+        x[:, 0] = (-1, 1, 3, 4.5, 6)  # the first two meet at t = 1, to the bit
+        v = np.zeros((5, d))
+        v[:2, 0] = (1, -1)
+        for laws in (None, ["hooke", "hooke", "tension"]):
+            tied = dict(stiffness=[7.0, 7.0], laws=laws and laws[1:])
+            alone = write_lattice(folder / "alone.h5", x, 1.0, velocity=v, pairs=[(2, 3), (3, 4)], rest_length=1.0, **tied)
+            slack = write_lattice(folder / "slack.h5", x, 1.0, velocity=v, pairs=[(0, 1), (2, 3), (3, 4)], rest_length=1.0, stiffness=[0.0, 7.0, 7.0], laws=laws)
+            for ts in ("symplectic", "verlet", "beuler", "cn"):
+                for ranks in (1, 3) if d == 2 else (1,):
+                    base = dict(ts_type=ts, ts_dt=0.25, ts_max_time=2, snes_rtol=1e-12, ts_adapt_type="none")
+                    a, b = (run(checks.program, dict(base, bs_lattice_file=file), interval=0.25, ranks=ranks).trajectory for file in (alone, slack))
+                    name = f"springs without stiffness, {d}-D, {'several laws' if laws else 'one law'}, {ts}, {ranks} rank(s)"
+                    met = np.abs(b.position[4, 0] - b.position[4, 1]).max()
+                    off = max(np.abs(a.position - b.position).max(), np.abs(a.observables["elastic_energy"] - b.observables["elastic_energy"]).max())
+                    checks.true(f"{name}: ends meet, nothing changes", met == 0 and off <= 1e-13, f"distance {met:.3g} m, off by {off:.3g}")
+
+
 def main():
     checks = Checks(__doc__)
     with tempfile.TemporaryDirectory() as folder:
-        for group in (fput, cables, mixture, one_of_another_law, cycles, given_beyond, restarts, rejected, iterative):
+        for group in (fput, cables, mixture, one_of_another_law, cycles, given_beyond, restarts, rejected, iterative, without_stiffness):
             if checks.wants(group.__name__):
                 with checks.group(group.__name__):
                     group(checks, pathlib.Path(folder))

@@ -49,6 +49,8 @@ struct LinkKernel {
   static bool defined(const LinkGeometry<d>& g, const Parameters& p) noexcept {
     return g.length > 0 || (p.rest_length == 0 && (p.damping == 0 || Damper::regular_at_zero));
   }
+  /// Whether it exerts forces anywhere: broken springs, and those that a diluted lattice lacks, do not.
+  static bool acts(const Parameters& p) noexcept { return p.damping != 0 || rate(p) != 0; }
   /// Adds the force on this end to f[d].
   static void force(const LinkGeometry<d>& g, const Parameters& p, double* f) noexcept {
     if (p.rest_length == 0) spring_force<d, ZeroRestSpring>(g.dx, g.length, p.stiffness, 0.0, f);

@@ -219,7 +219,7 @@ class PhysicsOf final : public Physics {
       const auto p = parameters<Spring>(links, e);
       if (Kernel<Spring>::defined(g, p)) Kernel<Spring>::force(g, p, f);
       else if (std::isnan(g.length)) *found = {Singularity::state, net_.row[i], ""};
-      else if (!net_.rest_at_zero_length && !links.is_broken(e)) *found = {Singularity::spring, links.spring[e], ""};
+      else if (!net_.rest_at_zero_length && Kernel<Spring>::acts(p)) *found = {Singularity::spring, links.spring[e], ""};
     }
   }
 

@@ -8,6 +8,9 @@
 
 namespace bs {
 
+/// Length of a link of stiffness K from its square. One without stiffness exerts nothing, also where its ends meet: any length will do.
+inline double plain_length(double square, double K) noexcept { return std::sqrt(K != 0 ? square : 1.0); }
+
 /// Calls measure(k, link, square, dx) for k < count of each run of links, then add(k) in order. dx_c = y_c - other end's.
 template <int d, class Measure, class Add>
 inline void for_plain_links(const Links& links, PetscInt i, const double* y, const double* states, Measure&& measure, Add&& add) {
@@ -42,7 +45,7 @@ inline void add_four(const PetscInt* other, Link&& link, int count, lanes::Vecto
   const Four x = __builtin_shufflevector(a, b, 0, 1, 4, 5), y = __builtin_shufflevector(c, e, 0, 1, 4, 5),
              z = __builtin_shufflevector(a, b, 2, 3, 6, 7);
   const Four square = x * x + y * y + z * z;
-  for (int k = 0; k < 4; ++k) l[k] = std::sqrt(square[k]);
+  for (int k = 0; k < 4; ++k) l[k] = plain_length(square[k], K[k]);
   const Four q = Spring::tension_over_length(l, K, L), twice = q * l * (l - L);
   for (int k = 0; k < count; ++k) {
     *sum -= q[k] * dx[k];
@@ -58,7 +61,7 @@ __attribute__((noinline)) void sum_plain_links(const Links& links, PetscInt i, c
       links, i, y, states,
       [&](PetscInt k, PetscInt e, double square, const double* dx) {
         for (int c = 0; c < d; ++c) x[c][k] = dx[c];
-        q[k] = Spring::tension_over_length(std::sqrt(square), links.stiffness[e], links.rest_length[e]);
+        q[k] = Spring::tension_over_length(plain_length(square, links.stiffness[e]), links.stiffness[e], links.rest_length[e]);
       },
       [&](PetscInt k) {
         for (int c = 0; c < d; ++c) sum[c] -= q[k] * x[c][k];
@@ -72,8 +75,8 @@ inline double twice_plain_energy(const Links& links, PetscInt i, const double* y
   for_plain_links<d>(
       links, i, y, states,
       [&](PetscInt k, PetscInt e, double square, const double*) {
-        const double l = std::sqrt(square), L = links.rest_length[e];
-        part[k] = Spring::tension_over_length(l, links.stiffness[e], L) * l * (l - L);
+        const double K = links.stiffness[e], l = plain_length(square, K), L = links.rest_length[e];
+        part[k] = Spring::tension_over_length(l, K, L) * l * (l - L);
       },
       [&](PetscInt k) { sum += part[k]; });
   return sum;
@@ -137,7 +140,7 @@ inline double plain_beyond_slope(const Links& links, PetscInt i, const double* y
           along += dx[c] * dd;
           after += there * there;
         }
-        const double l = std::sqrt(before), whole = l + std::sqrt(after), s = (2 * along + square) / whole;
+        const double l = plain_length(before, stiffness[e]), whole = l + std::sqrt(after), s = (2 * along + square) / whole;
         part[k] = Spring::energy_beyond_slope(l, s, stiffness[e], rest_length[e]) +
                   Spring::tension(l, stiffness[e], rest_length[e]) * (square - s * along / l) / whole;
       },
