@@ -23,7 +23,8 @@ LIMITS = ("critical_strain", "critical_force", "critical_energy")
 LAW_DATA = ("stiffness_2", "stiffness_3", "yield_force", "hardening", *LIMITS)
 SI = {"time": "s", "position": "m", "velocity": "m/s", "kinetic_energy": "J", "potential_energy": "J",
       "total_energy": "J", "momentum": "kg m/s", "angular_momentum": "kg m²/s", "mass": "kg",
-      "reaction": "N", "work": "J"}
+      "reaction": "N", "work": "J", "stress_volume": "J"}
+TENSOR = {1: ["xx"], 2: ["xx", "yy", "xy"], 3: ["xx", "yy", "zz", "yz", "xz", "xy"]}  # components of a stress in d dimensions
 
 
 @dataclass
@@ -429,6 +430,8 @@ class Run:
     def unit(self, name):
         """The unit of a quantity: what the file says, else SI; '' for what has none."""
         said = self.stated_unit(name)
+        if name == "stress" and said is None:
+            return ["N", "N/m", "Pa"][self.dim - 1]
         return SI.get(name.partition("/")[0], "") if said is None else said
 
     def stated_unit(self, name):
@@ -473,6 +476,15 @@ class Run:
             self._cache["observables"] = {k: v[:count] for k, v in found.items()}, np.asarray(times[:count], float)
         return self._cache["observables"]
 
+    def components(self, name, count):
+        """Names of the `count` columns of an observable."""
+        if name.startswith("stress") and count == len(TENSOR.get(self.dim, ())):
+            return TENSOR[self.dim]
+        asked = [word.partition("=")[0].strip() for word in self.parameters.get("bs_box_stress", "").split(",")]
+        if name == "free_strain" and len(asked) == count:
+            return asked
+        return list("xyz"[:count]) if count <= 3 else [str(i) for i in range(count)]
+
     @property
     def static(self):
         """Whether the frames are equilibria under a load factor (-bs_task statics), and no motion."""
@@ -480,7 +492,7 @@ class Run:
 
     @property
     def observables(self):
-        """The observables as a pandas DataFrame: one row a frame, its index the time, vectors as name_x, name_y, name_z."""
+        """The observables as a pandas DataFrame: one row a frame, its index the time, vectors as name_x, name_y, name_z, stresses as name_xx, name_yy, ..."""
         try:
             import pandas
         except ImportError:
@@ -490,8 +502,7 @@ class Run:
             if value.ndim == 1:
                 columns[name] = value
             else:
-                suffix = "xyz" if value.shape[1] <= 3 else [str(i) for i in range(value.shape[1])]
-                columns.update({f"{name}_{suffix[i]}": value[:, i] for i in range(value.shape[1])})
+                columns.update({f"{name}_{part}": value[:, i] for i, part in enumerate(self.components(name, value.shape[1]))})
         return pandas.DataFrame(columns, index=pandas.Index(self.observable_times, name="time"))
 
     @property

@@ -5,6 +5,7 @@ from figure_style import COLORS, DASHES, axis_label, finish, missing, moment, wi
 from figures_motion import paths, phase, sources, state, states
 from figures_steps import iterations, steps
 from modes import bfactor, dos, spectrum
+from figures_stress import modulus, stress
 from figures_supports import force, work_of
 from scene import sample
 
@@ -198,6 +199,6 @@ def histogram(ax, runs, labels, args):
 
 KINDS = {"energy": energy, "budget": budget, "force": force, "drift": drift, "momentum": momentum, "angular_momentum": angular_momentum,
          "strain": strain, "histogram": histogram, "steps": steps, "iterations": iterations, "paths": paths, "phase": phase,
-         "state": state, "states": states, "sources": sources,
+         "stress": stress, "modulus": modulus, "state": state, "states": states, "sources": sources,
          "spectrum": spectrum, "dos": dos, "bfactor": bfactor}
 BY_RUN = ("state", "budget")  # one panel for every run

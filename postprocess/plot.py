@@ -5,6 +5,7 @@
   postprocess/plot.py run.h5md -o strain.pdf --kind strain,momentum
   postprocess/plot.py beuler.h5md bdf.h5md -o compare.png --kind drift  the legend names the options that differ
   postprocess/plot.py truss.h5md -o force.png --kind force --against displacement:apex --component y
+  postprocess/plot.py sheared.h5md -o stress.png --kind stress          stress over strain, and its slope beside it
   postprocess/plot.py circuit.h5md -o circuit.svg --states v_out,i_L
 """
 import argparse
@@ -24,7 +25,7 @@ from matplotlib.lines import Line2D  # noqa: E402
 import figures  # noqa: E402
 from figure_style import COLORS, DASHES, STYLE  # noqa: E402
 from figures_motion import state_scene  # noqa: E402
-from backspring_io import RunError, open_run  # noqa: E402
+from backspring_io import TENSOR, RunError, open_run  # noqa: E402
 from camera import AXES  # noqa: E402
 
 ENDINGS = (".png", ".pdf", ".svg")
@@ -117,7 +118,8 @@ def parse(argv=None):
                    "a group's name or a particle's id (default: time, in statics displacement)")
     p.add_argument("--groups", type=lambda s: s.split(","), default=[], help="groups shown in force (default: the one that moves most)")
     p.add_argument("--load", action="store_true", help="draw the load factor in force, not reactions")
-    p.add_argument("--component", choices=("x", "y", "z"), help="component shown in phase and force (default: the one with most motion)")
+    p.add_argument("--component", choices=("x", "y", "z", *TENSOR[3]), help="component shown in phase and force (x, y, z), in stress and modulus (xx, "
+                   "..., xy; default: the one with most motion)")
     p.add_argument("--frame", dest="frames", type=lambda s: [int(v) for v in s.split(",")], default=[-1], metavar="K,L",
                    help="frames shown in state, one panel each, and in histogram; write --frame=-1 (default: the last)")
     p.add_argument("--color", choices=("auto", "strain", "speed", "none"), default="auto", help="colour of state")
@@ -130,6 +132,8 @@ def parse(argv=None):
     p.add_argument("--dpi", type=float, default=200, help="pixels per inch (default 200)")
     args = p.parse_args(argv)
     args.frame, args.limits = args.frames[-1], None
+    args.tensor = args.component if len(args.component or "") == 2 else None
+    args.component = None if args.tensor else args.component
     return args
 
 
@@ -147,6 +151,7 @@ def main(argv=None):
         if len({run.kind for run in runs}) > 1 or len({run.dim for run in runs}) > 1:
             raise RunError("the files hold systems of different kind or dimension; plot them one at a time")
         kinds = args.kind.split(",") if args.kind else default_kinds(runs)
+        kinds = [k for kind in kinds for k in ((kind, "modulus") if kind == "stress" and "modulus" not in kinds else (kind,))]
         allowed = ("states", "sources", "steps") if runs[0].kind == "linear" else \
             [k for k in figures.KINDS if k not in ("states", "sources")]
         for kind in kinds:

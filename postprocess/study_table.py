@@ -8,14 +8,22 @@ import numpy as np
 
 import differences
 import study_run
-from backspring_io import RunError, open_run
+from backspring_io import TENSOR, RunError, open_run
 
 COMPONENTS = "xyz"
 MISSING = ""
 
 
+def parts_of(name, count):
+    """Names of the components of a vector, or of a stress or a row of a stiffness."""
+    tensor = {len(names): names for names in TENSOR.values()}.get(count)
+    if tensor and ("stress" in name or name.startswith("stiffness")):
+        return tensor
+    return COMPONENTS[:count] if count <= 3 else range(count)
+
+
 def flat_report(path):
-    """The closing report as {name: number or text}; vectors become name_x, name_y, ..."""
+    """The closing report as {name: number or text}; vectors become name_x, name_y, ..., stresses name_xx, ..., the stiffness stiffness_xx_yy, ..."""
     try:
         with open(path, encoding="utf-8") as f:
             report = json.load(f)
@@ -23,15 +31,15 @@ def flat_report(path):
         return {}
     flat = {}
 
-    def add(name, value):
+    def add(name, value, parts=None):
         if isinstance(value, dict):
             for key, inner in value.items():
-                add(f"{name}_{key}" if name else key, inner)
-        elif isinstance(value, list) and len(value) == 1:
+                add(f"{name}_{key}" if name else key, inner, value.get("components") if key in ("strain", "stress") else None)
+        elif isinstance(value, list) and len(value) == 1 and parts is None:
             add(name, value[0])
         elif isinstance(value, list):
-            for k, inner in enumerate(value):
-                add(f"{name}_{COMPONENTS[k] if len(value) <= 3 else k}", inner)
+            for part, inner in zip(parts or parts_of(name, len(value)), value):
+                add(f"{name}_{part}", inner)
         else:
             flat[name] = value
     add("", report)

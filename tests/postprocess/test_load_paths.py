@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Load-displacement curves of plot.py against closed forms, of runs of the program itself:
+"""Load-displacement and stress-strain curves of plot.py against closed forms, of runs of the program itself:
 /usr/bin/python3 tests/postprocess/test_load_paths.py --program build/release/backspring"""
 import os
 import pathlib
@@ -12,6 +12,7 @@ sys.path[:0] = [str(HERE.parents[1] / "postprocess"), str(HERE.parent / "verify"
 import figures  # noqa: E402
 import matplotlib.pyplot as plt  # noqa: E402
 import plot  # noqa: E402
+import study_table  # noqa: E402
 from backspring_io import RunError, open_run  # noqa: E402
 from harness import run_parts, write_lattice  # noqa: E402
 
@@ -34,9 +35,9 @@ def curve(curves):
     return max(curves.values(), key=lambda line: line.shape[1])
 
 
-def refused(path, *words):
+def refused(path, *words, kind="force"):
     try:
-        drawn(path, *words)
+        drawn(path, *words, kind=kind)
     except RunError as error:
         return str(error)
     return ""
@@ -106,5 +107,56 @@ def chain(checks, folder):
     checks.true("titled by its load factor", "load factor 0.5" in picture.read_text() and os.path.getsize(picture) > 1000)
 
 
+def sheared(checks, folder):
+    """A triangular lattice of springs k in simple shear: stress summed here over its three kinds of spring, modulus sqrt(3)/4 k at the start, as -bs_task moduli has it."""
+    k, top = 100.0, 0.1
+    net = {"bs_lattice_type": "triangular", "bs_lattice_size": "6,6", "bs_lattice_periodic": "xy", "bs_lattice_dim": 2, "bs_lattice_stiffness": k, "bs_lattice_spacing": 1}
+    path = run(checks, folder / "sheared.h5md", bs_box_strain=f"xy=velocity:{top}", bs_load_steps=40, **net)
+    springs = np.array([[1, 0], [0.5, np.sqrt(0.75)], [-0.5, np.sqrt(0.75)]])
+
+    def stress(gamma):
+        r = springs @ np.array([[1, 0], [gamma, 1]])
+        length = np.linalg.norm(r, axis=1)
+        return k * np.array([(((length - 1) / length) * r[:, a] * r[:, b]).sum() for a, b in ((0, 0), (1, 1), (0, 1))]) / np.sqrt(0.75)
+
+    curves, labels, _ = drawn(path, kind="stress")
+    for column, name in enumerate(("xx", "yy", "xy")):
+        x, y = curves[rf"$\sigma_{{{name}}}$"]
+        checks.near(f"stress {name} over the shear", y, [stress(g)[column] for g in x], 1e-10)
+        checks.near("the shear", x, np.linspace(0, top, 41), 1e-14)
+    checks.true("labels", labels == (r"shear strain $\gamma_{xy}$", r"stress $\sigma$ [N/m]"), str(labels))
+    curves, labels, _ = drawn(path, kind="modulus")
+    x, y = curve(curves)
+    h = 1e-6
+    checks.near("its slope", y, [(stress(g + h)[2] - stress(g - h)[2]) / (2 * h) for g in x], 3e-3)
+    stiffness = checks.run({"bs_task": "moduli", **net}).report["stiffness"]
+    checks.near("the slope at the start: the closed form", y[0], np.sqrt(3) / 4 * k, 3e-3)
+    checks.near("the slope at the start: -bs_task moduli", y[0], stiffness[2][2], 3e-3)
+    with open_run(path) as opened:
+        names = list(opened.observables.columns)
+    checks.true("columns of tables have the components' names", {"stress_xx", "stress_yy", "stress_xy"} <= set(names) and "stress_x" not in names, str(names))
+    checks.true("a component that is not there is refused", "there are xx, yy, xy" in refused(path, "--component", "zz", kind="stress"))
+    curves, _, texts = drawn(path, "--component", "yy", kind="stress")
+    checks.true("nor is a strain that is none drawn", not curves and "no stress" in texts[0], str(texts))
+
+
+def pulled(checks, folder):
+    """The same lattice drawn along x, free across: its modulus 2/sqrt(3) k; and a loading that turns back has a slope on either way."""
+    net = {"bs_lattice_type": "triangular", "bs_lattice_size": "6,6", "bs_lattice_periodic": "xy", "bs_lattice_dim": 2, "bs_lattice_stiffness": 100}
+    report = folder / "report.json"
+    path = run(checks, folder / "pulled.h5md", bs_box_stress="xx=1e-3,yy=0,xy=0", bs_load_steps=4, **net)
+    x, y = curve(drawn(path, kind="modulus")[0])
+    checks.near("Young's modulus", y, 200 / np.sqrt(3), 1e-2)
+    with open_run(path) as opened:
+        names = list(opened.observables.columns)
+    checks.true("free strains have the components' names", {"free_strain_xx", "free_strain_yy", "free_strain_xy"} <= set(names), str(names))
+    report.write_text('{"stiffness": [[1, 2, 3], [4, 5, 6], [7, 8, 9]], "last_stress": [1, 2, 3], "last_momentum": [1, 2], "box_stress": {"components": ["xy", "xx"], "strain": [1, 2]}}')
+    row = study_table.flat_report(str(report))
+    checks.true("so do columns of studies", (row["stiffness_xx_xy"], row["stiffness_xy_xx"], row["last_stress_xy"], row["last_momentum_y"], row["box_stress_strain_xx"]) == (3, 7, 3, 2, 2))
+    cyclic = run(checks, folder / "cyclic.h5md", bs_box_strain="xy=sinusoid:0.01,1", bs_load_steps=41, **net)
+    x, y = curve(drawn(cyclic, kind="modulus")[0])
+    checks.near("to and fro", y, np.sqrt(3) / 4 * 100, 0.05)
+
+
 if __name__ == "__main__":
-    run_parts("load paths", (snapping, chain))
+    run_parts("load paths", (snapping, chain, sheared, pulled))
