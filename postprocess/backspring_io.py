@@ -94,6 +94,7 @@ class Angles:
 class Run:
     """An open trajectory; use open_run."""
     strain_name = "strain $(l-L)/L$"  # what strains() are, for labels
+    length_unit = None                # what the unit of positions is called, whatever the file says
 
     def __init__(self, path):
         self.path = str(path)
@@ -430,6 +431,8 @@ class Run:
     def unit(self, name):
         """The unit of a quantity: what the file says, else SI; '' for what has none."""
         said = self.stated_unit(name)
+        if name == "position" and self.length_unit:
+            return self.length_unit
         if name == "stress" and said is None:
             return ["N", "N/m", "Pa"][self.dim - 1]
         return SI.get(name.partition("/")[0], "") if said is None else said

@@ -12,8 +12,13 @@ STYLE = {"font.size": 9, "axes.labelsize": 9, "axes.titlesize": 9, "legend.fonts
          "pdf.fonttype": 42, "mathtext.fontset": "dejavusans"}
 
 
+def written(unit):
+    """A unit as it is written in pictures."""
+    return "Å" if unit.lower() == "angstrom" else unit
+
+
 def axis_label(name, unit):
-    return f"{name} [{unit}]" if unit else name
+    return f"{name} [{written(unit)}]" if unit else name
 
 
 def time_label(run):

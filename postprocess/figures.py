@@ -4,7 +4,8 @@ import numpy as np
 from figure_style import COLORS, DASHES, axis_label, finish, missing, moment, width
 from figures_motion import paths, phase, sources, state, states
 from figures_steps import iterations, steps
-from modes import bfactor, dos, spectrum
+from figures_modes import bfactor, debye, dos, participation, spectrum
+from figures_networks import avalanches, nonaffine
 from figures_stress import modulus, stress
 from figures_supports import force, work_of
 from scene import sample
@@ -200,5 +201,6 @@ def histogram(ax, runs, labels, args):
 KINDS = {"energy": energy, "budget": budget, "force": force, "drift": drift, "momentum": momentum, "angular_momentum": angular_momentum,
          "strain": strain, "histogram": histogram, "steps": steps, "iterations": iterations, "paths": paths, "phase": phase,
          "stress": stress, "modulus": modulus, "state": state, "states": states, "sources": sources,
-         "spectrum": spectrum, "dos": dos, "bfactor": bfactor}
+         "spectrum": spectrum, "dos": dos, "debye": debye, "participation": participation, "bfactor": bfactor,
+         "avalanches": avalanches, "nonaffine": nonaffine}
 BY_RUN = ("state", "budget")  # one panel for every run

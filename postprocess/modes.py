@@ -1,15 +1,12 @@
-"""Modes of free vibration (-bs_task modes) as motions, and their plots."""
-import os
-
+"""Modes of free vibration (-bs_task modes) as motions."""
 import numpy as np
 
 from backspring_io import Run, RunError
-from figure_style import COLORS, missing
 
 FRAMES = 48  # of one period
 
 
-def _modes(run, name):
+def modes_of(run, name):
     values = run._array("/modes/" + name)
     if values is None:
         raise RunError(f"{run.path}: holds no modes; write them with -bs_task modes -bs_output")
@@ -28,10 +25,10 @@ class ModeRun(Run):
         try:
             if self.kind != "particles":
                 raise RunError(f"{self.path}: a linear system has no modes")
-            squared = _modes(self, "omega_squared")
+            squared = modes_of(self, "omega_squared")
             if not 0 <= number < len(squared):
                 raise RunError(f"{self.path}: no mode {number}; there are {len(squared)}, counted from 0")
-            self.omega_squared = float(squared[number])
+            self.number, self.count, self.omega_squared = number, len(squared), float(squared[number])
             shape = self._read("/modes/shape", number)
             x = self.position(0)
             size = float(np.linalg.norm(np.ptp(x, axis=0))) or 1.0
@@ -46,6 +43,16 @@ class ModeRun(Run):
         self.frames, self.times, self.step = FRAMES, phase / (2 * np.pi) * period, np.arange(FRAMES)
         self.positions = x[None] + self.sine[:, None, None] * q[None]
         self.velocities = (2 * np.pi / period) * np.cos(phase)[:, None, None] * q[None]
+
+    def title(self):
+        """Its number and how it moves."""
+        rate, unit = np.sqrt(abs(self.omega_squared)), self.unit("time")
+        how = f"{rate / (2 * np.pi):.5g} {'Hz' if unit == 's' else f'1/{unit}'}" if self.omega_squared > 0 else f"growing at {rate:.5g} 1/{unit}" if rate else "without any force"
+        return f"mode {self.number}: {how}"
+
+    def words(self):
+        """The title, and which mode that is for people who count from 1."""
+        return f"{self.title()}; modes count from 0, it is number {self.number + 1} of the {self.count} in the file"
 
     def _strain_at_largest(self, q):
         """(M,): n.(q_2 - q_1)/L with the spring's direction n where the mode was taken."""
@@ -69,51 +76,3 @@ class ModeRun(Run):
 
     def spring_state(self, name, frame):
         return super().spring_state(name, 0)
-
-
-def dos(ax, runs, labels, args):
-    """Density of states: how many modes there are for each frequency; ticks at the modes themselves where they are few."""
-    few = 200
-    for i, run in enumerate(runs):
-        squared = _modes(run, "omega_squared")
-        f = np.sqrt(squared[squared > 0]) / (2 * np.pi)
-        if not len(f):
-            return missing(ax, "modes with omega^2 > 0")
-        bins = max(5, min(80, int(2 * len(f) ** 0.5)))
-        ax.hist(f, bins=bins, histtype="step", color=COLORS[i % len(COLORS)], lw=1.3, label=labels[i] or None)
-        if len(f) <= few and len(runs) == 1:
-            ax.plot(f, np.zeros_like(f), "|", color=COLORS[1], ms=9, clip_on=False)
-    ax.set_xlabel(r"frequency $\omega/2\pi$ [1/s]")
-    ax.set_ylabel("modes in each interval")
-    ax.margins(x=0.01)
-
-
-def spectrum(ax, runs, labels, args):
-    """Frequencies of the modes in ascending order; unstable ones below zero, as growth rates."""
-    for i, run in enumerate(runs):
-        squared = _modes(run, "omega_squared")
-        ax.plot(np.arange(len(squared)), np.sign(squared) * np.sqrt(np.abs(squared)) / (2 * np.pi), ".", color=COLORS[i % len(COLORS)], label=labels[i] or None)
-    ax.axhline(0, color="#999999", lw=0.6)
-    ax.set_xlabel("mode")
-    ax.set_ylabel(r"frequency $\omega/2\pi$ [1/s]")
-
-
-def bfactor(ax, runs, labels, args):
-    """Mean square fluctuations by the modes as B-factors; beside those of --pdb, to which they are scaled, with the correlation."""
-    for i, run in enumerate(runs):
-        moves = _modes(run, "fluctuation") * 8 * np.pi ** 2 / 3
-        said = labels[i] or "modes"
-        if args.pdb:
-            from protein import read_pdb
-            given = read_pdb(args.pdb).b_factor
-            if len(given) != len(moves):
-                raise RunError(f"{args.pdb}: {len(given)} C-alpha atoms, {len(moves)} particles in {run.path}")
-            moves = moves * given.sum() / moves.sum()
-            said += f", r = {np.corrcoef(given, moves)[0, 1]:.3f}"
-            if i == 0:
-                ax.plot(given, color="#555555", lw=1.0, label=os.path.basename(args.pdb))
-        ax.plot(moves, color=COLORS[i % len(COLORS)], lw=1.3, label=said)
-    ax.set_xlabel("particle")
-    ax.set_ylabel("B-factor" + (r" [$\mathrm{\AA}^2$]" if args.pdb else r"$/kT$, $8\pi^2/3\,\sum q^2/\omega^2$"))
-    ax.legend(loc="best")
-    ax.margins(x=0.01)

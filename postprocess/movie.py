@@ -111,7 +111,8 @@ def show(scene, ax, stamp, row):
     run = scene.run
     shown = run.series["load_factor"] if run.static else run.times
     digits = max(0, int(np.ceil(-np.log10(max(np.ptp(shown), 1e-300) / 1000)))) if run.frames > 1 else 3
-    stamp.set_text(moment(run, row, f".{min(digits, 9)}f"))
+    words = moment(run, row, f".{min(digits, 9)}f")
+    stamp.set_text(f"{run.title()}, {words}" if isinstance(run, ModeRun) else words)
 
 
 def film(scene, rows, args, size):
@@ -144,7 +145,8 @@ def parse(argv=None):
     p.add_argument("--frame", type=int, default=-1, help="frame of a still; negative: from the end (default -1)")
     p.add_argument("--frames", metavar="A:B", help="frames of a film, B excluded (default all)")
     p.add_argument("--stride", type=int, default=1, help="every STRIDE-th frame (default 1)")
-    p.add_argument("--mode", type=int, metavar="K", help="film of mode K (from 0) of -bs_task modes: one period")
+    p.add_argument("--mode", type=int, metavar="K", help="film of mode K of -bs_task modes, as the program lists them (from 0; rigid motions are not "
+                   "among them where they are so many): one period")
     p.add_argument("--amplitude", type=float, default=0.1, help="largest displacement of --mode, of the lattice's size (default 0.1)")
     p.add_argument("--every", type=float, metavar="DT", help="one picture per DT of simulated time")
     p.add_argument("--fps", type=float, default=25, help="pictures a second (default 25)")
@@ -162,6 +164,7 @@ def parse(argv=None):
     p.add_argument("--draw", choices=("auto", "springs", "particles"), default="auto",
                    help="lines, or shaded discs (default: by --max_springs)")
     p.add_argument("--max_springs", type=int, default=20000, help="more springs than this are not drawn as lines")
+    p.add_argument("--length_unit", metavar="U", help="what the unit of lengths is called, for example angstrom (default: as the file says, else m)")
     p.add_argument("--theme", choices=sorted(THEMES), default="light")
     p.add_argument("--quiet", action="store_true", help="no progress bar")
     return p.parse_args(argv)
@@ -195,12 +198,15 @@ def main(argv=None):
     with (open_run(args.file) if args.mode is None else ModeRun(args.file, args.mode, args.amplitude)) as run:
         if run.kind != "particles":
             raise RunError(f"{args.file}: a linear system has nothing to film; use plot.py")
+        run.length_unit = args.length_unit
         is_still = ending in STILLS
         rows = [run.index(args.frame)] if is_still else run.pick(args.frames, args.stride, args.every)
         seen = run.pick(args.frames) if is_still and args.frames else rows
         scene = Scene(run, seen, args.color, args.theme, args.up, args.elev, args.azim, args.perspective,
                       args.max_springs, args.draw, args.limits, args.zoom, args.turn, args.follow)
         made = still(scene, rows[0], args, (width, height)) if is_still else film(scene, rows, args, (width, height))
+        if args.mode is not None:
+            print(run.words())
     print(f"{made}: {len(rows)} frame{'s' if len(rows) > 1 else ''}, {width}x{height}")
 
 

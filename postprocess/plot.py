@@ -128,6 +128,7 @@ def parse(argv=None):
     p.add_argument("--azim", type=float, default=-60, help="azimuth of the eye [degree] (default -60)")
     p.add_argument("--max_springs", type=int, default=20000, help="more springs than this are drawn as discs (default 20000)")
     p.add_argument("--pdb", help="PDB file whose B-factors bfactor is compared with")
+    p.add_argument("--length_unit", metavar="U", help="what the unit of lengths is called, for example angstrom (default: as the file says, else m)")
     p.add_argument("--size", type=lambda s: tuple(float(v) for v in s.split("x")), metavar="WxH", help="size of the sheet [inch]")
     p.add_argument("--dpi", type=float, default=200, help="pixels per inch (default 200)")
     args = p.parse_args(argv)
@@ -150,6 +151,8 @@ def main(argv=None):
         runs = [stack.enter_context(open_run(f)) for f in args.files]
         if len({run.kind for run in runs}) > 1 or len({run.dim for run in runs}) > 1:
             raise RunError("the files hold systems of different kind or dimension; plot them one at a time")
+        for run in runs:
+            run.length_unit = args.length_unit
         kinds = args.kind.split(",") if args.kind else default_kinds(runs)
         kinds = [k for kind in kinds for k in ((kind, "modulus") if kind == "stress" and "modulus" not in kinds else (kind,))]
         allowed = ("states", "sources", "steps") if runs[0].kind == "linear" else \

@@ -4,6 +4,8 @@ from dataclasses import dataclass
 import numpy as np
 from matplotlib.colors import LinearSegmentedColormap
 
+from figure_style import written
+
 STRAIN_LIGHT = LinearSegmentedColormap.from_list(
     "strain_light", ["#0b3c8c", "#2f7fc9", "#8fb4cf", "#a8a49c", "#e39a6b", "#d1432f", "#8a0f1e"])
 STRAIN_DARK = LinearSegmentedColormap.from_list(
@@ -54,5 +56,5 @@ def scale_bar(scene, ax):
     right, level = x1 - 0.04 * (x1 - x0), y0 + 0.05 * (y1 - y0)
     ax.plot([right - length, right], [level, level], color=scene.theme.ink, lw=1.6, solid_capstyle="butt", zorder=6)
     unit = scene.run.unit("position")
-    ax.annotate(f"{length:g} {unit}".strip(), xy=(right - 0.5 * length, level), xytext=(0, 3), ha="center", va="bottom",
+    ax.annotate(f"{length:g} {written(unit)}".strip(), xy=(right - 0.5 * length, level), xytext=(0, 3), ha="center", va="bottom",
                 textcoords="offset points", fontsize=8, color=scene.theme.ink, zorder=6)

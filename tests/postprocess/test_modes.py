@@ -3,6 +3,7 @@
 import contextlib
 import io
 import os
+import re
 import shutil
 import sys
 import tempfile
@@ -104,10 +105,13 @@ class Drawn(Case):
         with ModeRun(path, 0, 0.1) as run:
             size = np.linalg.norm(np.ptp(run.position(0), axis=0))
             self.assertEqual(run.frames, FRAMES)
+            self.assertEqual(run.words(), "mode 0: 0.31831 Hz; modes count from 0, it is number 1 of the 3 in the file")
             self.assertAlmostEqual(run.times[-1] + run.times[1], np.pi)  # 2 pi/omega
             moved = run.position(FRAMES // 4) - run.position(0)
             np.testing.assert_allclose(moved, np.tile([0, 0, -0.1 * size], (27, 1)), atol=1e-12)
             np.testing.assert_allclose(run.velocity(0), 2.0 * moved, atol=1e-12)
+        with ModeRun(path, 1, 0.1) as run:
+            self.assertEqual(run.title(), "mode 1: growing at 1 1/s")
         self.refuses(lambda: ModeRun(path, 3, 0.1), "no mode 3; there are 3, counted from 0")
         self.refuses(lambda: ModeRun(synthetic.cube(self.path("d.h5md"), 3, frames=1), 0, 0.1), "holds no modes")
 
@@ -155,10 +159,15 @@ class Drawn(Case):
         path, still = self.modes(), self.path("still.png")
         with contextlib.redirect_stdout(io.StringIO()):
             movie.main([path, "-o", still, "--mode", "2", "--frame", "12", "--quiet"])
+            movie.main([path, "-o", self.path("still.svg"), "--mode", "2", "--frame", "12", "--quiet", "--length_unit", "angstrom"])
             plot.main([path, "-o", self.path("sheet.png"), "--dpi", "50"])
             plot.main([path, "-o", self.path("b.png"), "--kind", "bfactor", "--dpi", "50"])
             self.refuses(lambda: plot.main([path, "-o", self.path("p.png"), "--kind", "bfactor", "--pdb", self.path("made.pdb", FILE)]),
                          "4 C-alpha atoms, 27 particles")
+        with open(self.path("still.svg"), encoding="utf-8") as f:
+            drawn = f.read()
+        for words in ("[0-9.]+ Å", "mode 2: 0.47746 Hz, .t. = .* s"):
+            self.assertTrue(re.search(f"<!-- {words} -->", drawn), words)
         for name in ("still.png", "sheet.png", "b.png"):
             self.assertGreater(os.path.getsize(self.path(name)), 1000)
 
