@@ -24,12 +24,9 @@
 #include "cli/help.hpp"
 #include "cli/signals.hpp"
 #include "cli/voice.hpp"
-#include "solvers/condensed/condensed.hpp"
-#include "solvers/newton/search/searches.hpp"
+#include "output/progress.hpp"
 #include "systems/create.hpp"
 #include "tasks/tasks.hpp"
-#include "time/alpha2.hpp"
-#include "time/methods.hpp"
 
 namespace {
 
@@ -43,17 +40,12 @@ PetscErrorCode run_program(int* exit_code) {
   PetscFunctionBegin;
   std::unique_ptr<bs::Model> model;
   const bs::Task* task = nullptr;
-  PetscCall(bs::register_symplectic());
-  PetscCall(bs::register_verlet());
-  PetscCall(bs::register_alpha2());
-  PetscCall(bs::register_condensed());
-  PetscCall(bs::register_models());
-  PetscCall(bs::register_searches());
+  PetscCall(bs::register_types());
   PetscCall(bs::recall_options(PETSC_COMM_WORLD));
   PetscCall(bs::check_viewers(PETSC_COMM_WORLD));
   PetscCall(bs::read_task(PETSC_COMM_WORLD, &task));
   PetscCall(bs::create_model(PETSC_COMM_WORLD, &model));
-  PetscCall(task->run(std::move(model), exit_code));
+  PetscCall(task->run(std::move(model), nullptr, exit_code));
   PetscFunctionReturn(0);
 }
 
@@ -113,6 +105,7 @@ int watched_run() {
   if (!trace) H5Eset_auto2(H5E_DEFAULT, nullptr, nullptr);
   if (!status) status = bs::install_crash_handler(MPI_COMM_WORLD, trace);
   bs::catch_signals(MPI_COMM_WORLD);
+  bs::let_runs_print(MPI_COMM_WORLD);
   if (!status) status = bs::reserve_blas_memory();
   // a reader that hangs up (| head) is no reason for a stack trace
   std::signal(SIGPIPE, SIG_DFL);

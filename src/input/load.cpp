@@ -107,6 +107,31 @@ PetscErrorCode load_xsp(MPI_Comm comm, const LatticeOptions& options, Lattice* o
   PetscFunctionReturn(0);
 }
 
+/// What options change of a lattice that stands.
+PetscErrorCode adjust(MPI_Comm comm, const LatticeOptions& options, Lattice* out) {
+  GeneratorSpec spec = options.generator;
+
+  PetscFunctionBegin;
+  PetscCall(warn_of_idle_options(comm, out->source));
+  PetscCall(parse_groups(comm, options.groups, out->dim, out->dim, out->particles.total, &spec.groups));
+  PetscCall(adjust_lattice(comm, spec, out));
+  PetscFunctionReturn(0);
+}
+
+PetscErrorCode take_given(MPI_Comm comm, const LatticeOptions& options, const Lattice& given, Lattice* out) {
+  PetscMPIInt rank, size;
+
+  PetscFunctionBegin;
+  if (options.file_given || options.generator.type != LatticeType::none)
+    PetscCall(fail(comm, Exit::input, "-bs_lattice_file or -bs_lattice_type is given beside a lattice in memory: leave it out"));
+  PetscCall(check_sizes(comm, given.source, given.particles.total, given.dim, given.springs.total, 0));
+  PetscCallMPI(MPI_Comm_rank(comm, &rank));
+  PetscCallMPI(MPI_Comm_size(comm, &size));
+  *out = chunk_of(given, rank, size);
+  PetscCall(adjust(comm, options, out));
+  PetscFunctionReturn(0);
+}
+
 PetscErrorCode load_file(MPI_Comm comm, const LatticeOptions& options, Lattice* out) {
   const std::string& file = options.file;
   const int dim = options.generator.dim;
@@ -124,10 +149,7 @@ PetscErrorCode load_file(MPI_Comm comm, const LatticeOptions& options, Lattice* 
     PetscCall(fail(comm, Exit::input, format("%s: -bs_lattice_dim %d: the file has d = %d; leave the option out", file.c_str(), dim, out->dim)));
   if (!xsp && (options.width_given || options.height_given))
     PetscCall(warn(comm, file + ": -bs_lattice_width and -bs_lattice_height are for .xsp files: ignored"));
-  PetscCall(warn_of_idle_options(comm, file));
-  GeneratorSpec spec = options.generator;
-  PetscCall(parse_groups(comm, options.groups, out->dim, out->dim, out->particles.total, &spec.groups));
-  PetscCall(adjust_lattice(comm, spec, out));
+  PetscCall(adjust(comm, options, out));
   PetscFunctionReturn(0);
 }
 
@@ -143,17 +165,9 @@ PetscErrorCode put_implied_options(const Lattice& lattice) {
   PetscFunctionReturn(0);
 }
 
-}  // namespace
-
-PetscErrorCode load_lattice(MPI_Comm comm, Lattice* out) {
-  LatticeOptions options;
-
+/// Numbers, laws, anchors and checks, whatever the source.
+PetscErrorCode complete(MPI_Comm comm, const LatticeOptions& options, Lattice* out) {
   PetscFunctionBegin;
-  PetscCall(read_section(comm, "Lattice: particles and springs", [&options](Section& s) { options.read(s); }));
-  PetscCall(stand_in_for_help(&options));
-  PetscCall(check_source(comm, options));
-  if (options.file_given) PetscCall(load_file(comm, options, out));
-  else PetscCall(load_generated(comm, options, out));
   PetscCall(refuse_empty_groups(comm, *out));
   PetscCall(require_groups(comm, "-bs_lattice_fixed_groups", options.generator.fixed_groups, *out));
   PetscCall(number_rows(comm, &out->springs));
@@ -166,6 +180,31 @@ PetscErrorCode load_lattice(MPI_Comm comm, Lattice* out) {
   PetscCall(check_rest_lengths(comm, *out));
   for (const std::string& warning : out->warnings) PetscCall(warn(comm, warning));
   PetscCall(put_implied_options(*out));
+  PetscFunctionReturn(0);
+}
+
+}  // namespace
+
+PetscErrorCode load_lattice(MPI_Comm comm, Lattice* out) {
+  LatticeOptions options;
+
+  PetscFunctionBegin;
+  PetscCall(read_section(comm, "Lattice: particles and springs", [&options](Section& s) { options.read(s); }));
+  PetscCall(stand_in_for_help(&options));
+  PetscCall(check_source(comm, options));
+  if (options.file_given) PetscCall(load_file(comm, options, out));
+  else PetscCall(load_generated(comm, options, out));
+  PetscCall(complete(comm, options, out));
+  PetscFunctionReturn(0);
+}
+
+PetscErrorCode load_lattice(MPI_Comm comm, const Lattice& given, Lattice* out) {
+  LatticeOptions options;
+
+  PetscFunctionBegin;
+  PetscCall(read_section(comm, "Lattice: particles and springs", [&options](Section& s) { options.read(s); }));
+  PetscCall(take_given(comm, options, given, out));
+  PetscCall(complete(comm, options, out));
   PetscFunctionReturn(0);
 }
 
@@ -196,6 +235,9 @@ Lattice chunk_of(const Lattice& whole, int rank, int size) {
   l.fixed = slice(whole.fixed, p, 1);
   l.id = slice(whole.id, p, 1);
   for (const Column& one : whole.particle_columns) l.particle_columns.push_back({one.name, one.path, slice(one.value, p, 1)});
+  for (const Group& one : whole.groups) l.groups.push_back({one.name, slice(one.member, p, 1)});
+  l.box = whole.box;
+  l.shift = slice(whole.shift, s, l.dim);
   l.springs = s;
   l.pairs = slice(whole.pairs, s, 2);
   l.stiffness = slice(whole.stiffness, s, 1);

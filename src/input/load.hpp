@@ -12,6 +12,10 @@ namespace bs {
 /// options after this call. Every error in the input is reported (exit code 2) and returns ERR_FAILED.
 PetscErrorCode load_lattice(MPI_Comm comm, Lattice* out);
 
+/// Collective. The same of a lattice in memory, `given` whole and the same on every rank, in the place of one from a file: options that choose
+/// another source are refused.
+PetscErrorCode load_lattice(MPI_Comm comm, const Lattice& given, Lattice* out);
+
 /// The chunk of rank `rank` of `size` of a lattice that is whole.
 Lattice chunk_of(const Lattice& whole, int rank, int size);
 

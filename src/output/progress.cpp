@@ -9,9 +9,16 @@
 #include <cstdlib>
 #include <fstream>
 
+#include "base/context.hpp"
 #include "base/error.hpp"
 
 namespace bs {
+
+namespace {
+struct Printing {
+  bool on = false;
+};
+}  // namespace
 
 std::string duration(double seconds) {
   if (!std::isfinite(seconds)) return "?";
@@ -79,10 +86,12 @@ static std::size_t terminal_width() {
 
 static double now() { return MPI_Wtime(); }
 
+void let_runs_print(MPI_Comm comm) { held_by<Printing>(comm).on = true; }
+
 Progress::Progress(MPI_Comm comm, double interval) : interval_(interval), started_(now()) {
   PetscMPIInt rank = 0;
   MPI_Comm_rank(comm, &rank);
-  prints_ = rank == 0;
+  prints_ = rank == 0 && held_by<Printing>(comm).on;
   terminal_ = prints_ && stdout_is_terminal();
 }
 

@@ -43,6 +43,9 @@ std::string counted(std::size_t warnings);
 /// mpirun's own stdout decides.
 bool stdout_is_terminal();
 
+/// Local. From here on runs on `comm` print on stdout, which they do not by default.
+void let_runs_print(MPI_Comm comm);
+
 /// Seconds between lines: negative: none; 0: every step.
 class Progress {
  public:

@@ -1,4 +1,5 @@
 #include "systems/create.hpp"
+#include "base/error.hpp"
 #include "base/memory.hpp"
 #include "base/options.hpp"
 #include "input/load.hpp"
@@ -15,19 +16,20 @@ PetscErrorCode register_models() {
   PetscFunctionReturn(0);
 }
 
-PetscErrorCode create_model(MPI_Comm comm, std::unique_ptr<Model>* out) {
+PetscErrorCode create_model(MPI_Comm comm, std::unique_ptr<Model>* out, const Lattice* given) {
   int kind = 0;
   PetscFunctionBegin;
   PetscCall(read_memory_option(comm));
   PetscCall(read_section(comm, "Model", [&](Section& o) {
     o.choice("-bs_model", "system to integrate: particles, or a linear system (its options: -bs_model linear -help)", {"particles", "linear"}, kind);
   }));
+  if (kind == 1 && given) PetscCall(fail(comm, Exit::input, "option -bs_model linear: the lattice in memory is of particles: leave the option out"));
   if (kind == 1) {
     PetscCall(LinearModel::create(comm, out));
     PetscFunctionReturn(0);
   }
   Lattice lattice;
-  PetscCall(load_lattice(comm, &lattice));
+  PetscCall(given ? load_lattice(comm, *given, &lattice) : load_lattice(comm, &lattice));
   std::unique_ptr<Mechanics> particles;
   PetscCall(ParticleModel::create(comm, std::move(lattice), &particles));
   *out = std::make_unique<FirstOrder>(std::move(particles));

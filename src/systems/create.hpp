@@ -1,6 +1,7 @@
 // Creation of a model from the options.
 #pragma once
 #include <memory>
+#include "lattice/lattice.hpp"
 #include "systems/model.hpp"
 
 namespace bs {
@@ -8,7 +9,8 @@ namespace bs {
 /// Registers the preconditioners that models bring with them; once, after PetscInitialize.
 PetscErrorCode register_models();
 
-/// Collective. Reads -bs_model and creates the model it names from the options.
-PetscErrorCode create_model(MPI_Comm comm, std::unique_ptr<Model>* out);
+/// Collective. Reads -bs_model and creates the model it names from the options. `given`: its lattice, whole and the same on every rank; null: the
+/// options name one.
+PetscErrorCode create_model(MPI_Comm comm, std::unique_ptr<Model>* out, const Lattice* given = nullptr);
 
 }  // namespace bs

@@ -200,7 +200,15 @@ PetscErrorCode ModesRun::give_up(const std::string& outcome, const std::string& 
   PetscFunctionReturn(0);
 }
 
-PetscErrorCode run_modes(std::unique_ptr<Model> model, int* exit_code) {
+static void take_results(const Modes& modes, Result* out) {
+  for (const Mode& mode : modes.mode) {
+    out->omega_squared.push_back(mode.omega_squared);
+    out->residual.push_back(mode.residual);
+  }
+  out->zero_modes = modes.zero_exact ? modes.zero : -1;
+}
+
+PetscErrorCode run_modes(std::unique_ptr<Model> model, Result* result, int* exit_code) {
   RunOptions options;
   Claim claim;  // given up when the files are closed
   PetscFunctionBegin;
@@ -241,6 +249,7 @@ PetscErrorCode run_modes(std::unique_ptr<Model> model, int* exit_code) {
   {
     ModesRun run(*there, options, request, time, y);
     PetscCall(run.run());
+    if (result) take_results(run.modes(), result);
   }
   PetscCall(SlepcFinalize());
   PetscFunctionReturn(0);

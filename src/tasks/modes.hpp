@@ -8,6 +8,7 @@
 #include "output/trajectory.hpp"
 #include "solvers/eigen/mode_solver.hpp"
 #include "systems/model.hpp"
+#include "tasks/result.hpp"
 #include "tasks/run_options.hpp"
 
 namespace bs {
@@ -17,7 +18,8 @@ PetscErrorCode read_mode_options(MPI_Comm comm, bool chosen);
 
 /// Collective. Solves -K q = omega^2 M q for some of its eigenpairs, writes them, the report and the summary.
 /// Returns ERR_FAILED where not all of them were found (exit 3) or could not be written (exit 4).
-PetscErrorCode run_modes(std::unique_ptr<Model> model, int* exit_code);
+/// `result`: unless null, omega^2 and what is known of it.
+PetscErrorCode run_modes(std::unique_ptr<Model> model, Result* result, int* exit_code);
 
 class ModesRun {
  public:
@@ -31,6 +33,7 @@ class ModesRun {
         y_(y),
         time_(time) {}
   PetscErrorCode run();
+  const Modes& modes() const { return modes_; }
   /// Collective. Where no equilibrium was found: the files hold its last state and no modes, in the place of an earlier run's.
   PetscErrorCode give_up(const std::string& outcome, const std::string& why);
 

@@ -4,6 +4,7 @@
 #include <vector>
 #include "systems/equilibrium.hpp"
 #include "tasks/findings.hpp"
+#include "tasks/result.hpp"
 
 namespace bs {
 
@@ -23,6 +24,12 @@ class Moduli {
   void add_tables(PetscMPIInt rank, std::vector<Dataset>* out) const;
   /// Collective. At the equilibrium y of time t, by the linear solver of `ts` with the matrix J.
   PetscErrorCode find(TS ts, Mat J, Equilibrium& model, double t, Vec y, Findings* out);
+
+  /// After find(), which may have failed.
+  void take_results(Result* out) const {
+    out->stiffness = value_;
+    out->zero_modes = floppy_;
+  }
 
  private:
   void put(PetscMPIInt rank, const StrainResponse& strained, Findings* out) const;

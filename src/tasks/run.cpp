@@ -41,6 +41,8 @@ PetscErrorCode Run::on_step(const StepRecord& record) {
   PetscCall(step_watch_.check(static_cast<PetscInt>(record.step), record.time, y));
   progress_.update(state());
   if (options_.rest > 0) PetscCall(end_at_rest(record.time, y));
+  if (hooks_.on_step) hooks_.on_step(record);
+  if (record.step == pause_at_) PetscCall(TSSetConvergedReason(ts_, TS_CONVERGED_USER));
   if (hooks_.done && hooks_.done()) PetscCall(TSSetConvergedReason(ts_, TS_CONVERGED_USER));
   if (hooks_.settle) good_facts_ = facts();
   PetscFunctionReturn(0);
@@ -133,6 +135,7 @@ PetscErrorCode Run::on_frame(PetscInt step, double time, Vec y) {
                                        shown_time(time) + (behind ? undone_.time : 0), fields, last_));
     set_phase(model_.comm(), Exit::solve);
   }
+  if (hooks_.on_frame) hooks_.on_frame(time);
   if (hooks_.settle && !settling_) good_facts_ = facts();
   PetscFunctionReturn(0);
 }
@@ -227,14 +230,21 @@ PetscErrorCode Run::save_last(bool failed) {
 }
 
 PetscErrorCode Run::advance(int* exit_code) {
-  Vec y;
-  PetscInt first_step;
-  TSConvergedReason reason;
+  PetscBool help = PETSC_FALSE;
   PetscFunctionBegin;
   *exit_code = 0;
-  PetscBool help = PETSC_FALSE;
   PetscCall(PetscOptionsHasName(nullptr, nullptr, "-help", &help));
   if (help) PetscFunctionReturn(0);
+  PetscCall(begin());
+  PetscCall(go_on());
+  PetscCall(end(exit_code));
+  PetscFunctionReturn(0);
+}
+
+PetscErrorCode Run::begin() {
+  Vec y;
+  PetscInt first_step;
+  PetscFunctionBegin;
   PetscCall(remove_earlier_results(model_.comm()));
   PetscCall(TSGetSolution(ts_, &y));
   PetscCall(TSGetStepNumber(ts_, &first_step));
@@ -255,10 +265,47 @@ PetscErrorCode Run::advance(int* exit_code) {
     });
   restore_facts();
   good_facts_ = facts();
+  PetscFunctionReturn(0);
+}
+
+PetscErrorCode Run::go_on(std::int64_t steps) {
+  PetscFunctionBegin;
+  pause_at_ = steps < 0 ? -1 : this->steps() + steps;
   PetscCall(TSSolve(ts_, nullptr));
+  PetscFunctionReturn(0);
+}
+
+PetscErrorCode Run::trouble(std::string* why) {
+  TSConvergedReason reason;
+  PetscFunctionBegin;
+  why->clear();
+  PetscCall(TSGetConvergedReason(ts_, &reason));
+  if (reason < 0) PetscCall(explain(reason, why));
+  PetscFunctionReturn(0);
+}
+
+PetscErrorCode Run::end(int* exit_code) {
+  TSConvergedReason reason;
+  PetscFunctionBegin;
   PetscCall(TSGetConvergedReason(ts_, &reason));
   PetscCall(save_last(reason < 0));
   PetscCall(conclude(reason, exit_code));
+  PetscFunctionReturn(0);
+}
+
+PetscErrorCode Run::set_end(double time) {
+  PetscFunctionBegin;
+  PetscCall(model_.covers(start_, time));
+  end_ = time;
+  PetscCall(stepper_->set_end(ts_, time));
+  PetscFunctionReturn(0);
+}
+
+PetscErrorCode Run::leave_open() {
+  constexpr double MANY = 1e6;  // steps: further off, the end would be rounded too coarsely for landing on it
+  PetscFunctionBegin;
+  end_ = stepper_->good_time() + MANY * stepper_->nominal_step();
+  PetscCall(stepper_->set_end(ts_, end_));
   PetscFunctionReturn(0);
 }
 
@@ -275,7 +322,7 @@ PetscErrorCode run_model(Model& model, int* exit_code) {
   PetscFunctionReturn(0);
 }
 
-PetscErrorCode run_dynamics(std::unique_ptr<Model> model, int* exit_code) {
+PetscErrorCode run_dynamics(std::unique_ptr<Model> model, Result*, int* exit_code) {
   PetscFunctionBegin;
   PetscCall(refuse_box_stress(*model, "-bs_task dynamics"));
   PetscCall(run_model(*model, exit_code));

@@ -7,6 +7,7 @@
 #include "systems/model.hpp"
 #include "tasks/adviser.hpp"
 #include "tasks/findings.hpp"
+#include "tasks/result.hpp"
 #include "tasks/run_options.hpp"
 #include "time/energy_watch.hpp"
 #include "time/ts_setup.hpp"
@@ -17,8 +18,8 @@ namespace bs {
 /// Returns ERR_FAILED where the run failed (exit 3) or could not write (exit 4). `exit_code`: 0, or 128 + signal.
 PetscErrorCode run_model(Model& model, int* exit_code);
 
-/// Collective. The task `dynamics`: run_model of a model that it owns.
-PetscErrorCode run_dynamics(std::unique_ptr<Model> model, int* exit_code);
+/// Collective. The task `dynamics`: run_model of a model that it owns. It has no result.
+PetscErrorCode run_dynamics(std::unique_ptr<Model> model, Result* result, int* exit_code);
 
 /// What a task changes in a run. The default is dynamics.
 struct RunHooks {
@@ -39,6 +40,8 @@ struct RunHooks {
   bool checkpoints = true;                                                              ///< whether its states can be continued
   const char* clock = "load factor";                                                    ///< what its time is, if it has load steps
   std::function<void(const std::string& outcome, const std::string& why)> concluded;    ///< at the end of what was computed
+  std::function<void(const StepRecord&)> on_step;                                       ///< after every good step
+  std::function<void(double time)> on_frame;                                            ///< at every frame, written or not
   std::function<PetscErrorCode(Warnings*)> look_back;                                   ///< at the end, whatever the outcome: what to warn of
 };
 
@@ -54,7 +57,25 @@ class Run {
         watch_(model, options.energy_growth, warnings_),
         step_watch_(model, warnings_) {}
   PetscErrorCode set_up();
+  /// The whole run: begin, go_on, end.
   PetscErrorCode advance(int* exit_code);
+  /// Collective. The frame at the start, and what precedes the first step.
+  PetscErrorCode begin();
+  /// Collective. Up to the end, or `steps` steps, unless negative. Where the run fails, `end` says so.
+  PetscErrorCode go_on(std::int64_t steps = -1);
+  /// Collective. Why no step followed the last one; empty where one can.
+  PetscErrorCode trouble(std::string* why);
+  /// Collective. The last good state is kept, files are closed, report and summary written.
+  PetscErrorCode end(int* exit_code);
+  /// Collective. The run goes on to `time` [s]. Errors: Model::covers.
+  PetscErrorCode set_end(double time);
+  /// Collective. The run has no end that steps would be shortened for.
+  PetscErrorCode leave_open();
+  bool at_end() const { return stepper_->good_time() >= stepper_->end(); }
+  double time() const { return stepper_->good_time(); }
+  std::int64_t steps() const { return stepper_->counts().steps; }
+  /// The last good state; borrowed.
+  PetscErrorCode state_vector(Vec* y) const { return TSGetSolution(ts_, y); }
 
  private:
   PetscErrorCode on_step(const StepRecord& record);
@@ -124,6 +145,7 @@ class Run {
   std::vector<Observable> first_, last_;
   double observed_ = 0;  ///< when last_ was [s]
   double start_ = 0, end_ = 0;
+  std::int64_t pause_at_ = -1;              ///< step after which TSSolve returns; -1: none
   std::string interval_note_;               ///< of the header, where the distance of frames was chosen
   int held_rows_ = 0;                       ///< of the log, not yet written
   double most_force_ = 0, most_speed_ = 0;  ///< 2-norms of f and of sqrt(M) v, since the run began

@@ -1,11 +1,27 @@
 #include "tasks/tasks.hpp"
 #include <string>
 #include "base/options.hpp"
+#include "solvers/condensed/condensed.hpp"
+#include "solvers/newton/search/searches.hpp"
+#include "systems/create.hpp"
 #include "tasks/modes.hpp"
 #include "tasks/run.hpp"
 #include "tasks/statics/statics.hpp"
+#include "time/alpha2.hpp"
+#include "time/methods.hpp"
 
 namespace bs {
+
+PetscErrorCode register_types() {
+  PetscFunctionBegin;
+  PetscCall(register_symplectic());
+  PetscCall(register_verlet());
+  PetscCall(register_alpha2());
+  PetscCall(register_condensed());
+  PetscCall(register_models());
+  PetscCall(register_searches());
+  PetscFunctionReturn(0);
+}
 
 const std::vector<Task>& tasks() {
   static const std::vector<Task> all = {

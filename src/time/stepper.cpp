@@ -44,6 +44,13 @@ PetscErrorCode Stepper::attach(TS ts) {
   PetscFunctionReturn(0);
 }
 
+PetscErrorCode Stepper::set_end(TS ts, double end) {
+  PetscFunctionBegin;
+  clock_.set_end(end);
+  PetscCall(TSSetMaxTime(ts, end));
+  PetscFunctionReturn(0);
+}
+
 PetscErrorCode Stepper::attach_solvers(TS ts) {
   PetscFunctionBegin;
   PetscCall(reuse_.attach(ts, context_));

@@ -50,6 +50,9 @@ class Stepper {
   void set_on_break(OnBreak on_break) { on_break_ = std::move(on_break); }
   /// Called once, before the next step, whose start it may change.
   void set_on_begin(std::function<PetscErrorCode()> on_begin) { on_begin_ = std::move(on_begin); }
+  /// The steps that follow end at `end`, later than the last good state [s].
+  PetscErrorCode set_end(TS ts, double end);
+  double end() const { return clock_.end(); }
   /// Iterations so far are the run's, and no step's.
   PetscErrorCode count_start(TS ts);
   /// The run ends after the present step for this reason, as a failed one.

@@ -3,9 +3,11 @@
 #include <cmath>
 #include <limits>
 #include <string>
+#include "base/collective.hpp"
 #include "base/error.hpp"
 #include "systems/breaks.hpp"
 #include "systems/equilibrium.hpp"
+#include "systems/frame_rows.hpp"
 #include "tasks/compliance.hpp"
 #include "tasks/matrices.hpp"
 #include "tasks/moduli.hpp"
@@ -288,13 +290,15 @@ PetscErrorCode run_loads(Equilibrium& equilibrium, const RunOptions& options, co
 }  // namespace
 
 /// `moduli`: they are found, too.
-static PetscErrorCode run_equilibria(std::unique_ptr<Model> model, bool moduli, int* exit_code) {
+static PetscErrorCode run_equilibria(std::unique_ptr<Model> model, bool moduli, Result* result, int* exit_code) {
   RunOptions options;
   LoadOptions loads;
   Claim claim;  // given up when the files are closed
   std::unique_ptr<Equilibrium> equilibrium;
   FinalAnalyses end;
+  Settled found;
   VecHandle last, rest;
+  std::vector<double> own;
   PetscFunctionBegin;
   MPI_Comm comm = model->comm();
   PetscCall(read_load_options(comm, &loads));
@@ -308,22 +312,27 @@ static PetscErrorCode run_equilibria(std::unique_ptr<Model> model, bool moduli, 
   PetscCall(end.moduli.read(comm));
   if (moduli) PetscCall(end.moduli.begin(*equilibrium));
   PetscCall(claim_files(comm, options, &claim));
-  PetscCall(run_loads(*equilibrium, options, loads, &end, &last, nullptr, exit_code));
+  PetscCall(run_loads(*equilibrium, options, loads, &end, &last, &found, exit_code));
   if (!last || *exit_code != 0) PetscFunctionReturn(0);  // a run that was stopped has not come to the last equilibrium
   PetscCall(at_rest(last, rest.out()));
   PetscCall(write_matrices(*equilibrium, equilibrium->factor(1), rest, options.output.trajectory.overwrite));
+  if (!result) PetscFunctionReturn(0);
+  result->load_factor = equilibrium->factor(found.factor);
+  PetscCall(frame_rows(*equilibrium, found.factor, last, "/position", &own));
+  PetscCall(gather_all(comm, own, &result->position));
+  if (moduli) end.moduli.take_results(result);
   PetscFunctionReturn(0);
 }
 
-PetscErrorCode run_statics(std::unique_ptr<Model> model, int* exit_code) {
+PetscErrorCode run_statics(std::unique_ptr<Model> model, Result* result, int* exit_code) {
   PetscFunctionBegin;
-  PetscCall(run_equilibria(std::move(model), false, exit_code));
+  PetscCall(run_equilibria(std::move(model), false, result, exit_code));
   PetscFunctionReturn(0);
 }
 
-PetscErrorCode run_moduli(std::unique_ptr<Model> model, int* exit_code) {
+PetscErrorCode run_moduli(std::unique_ptr<Model> model, Result* result, int* exit_code) {
   PetscFunctionBegin;
-  PetscCall(run_equilibria(std::move(model), true, exit_code));
+  PetscCall(run_equilibria(std::move(model), true, result, exit_code));
   PetscFunctionReturn(0);
 }
 

@@ -4,15 +4,17 @@
 #include <string>
 #include "base/handle.hpp"
 #include "systems/model.hpp"
+#include "tasks/result.hpp"
 #include "tasks/run_options.hpp"
 
 namespace bs {
 
 /// Collective. As run_model; the trajectory has a frame and the log a row for every load step, at its load factor.
-PetscErrorCode run_statics(std::unique_ptr<Model> model, int* exit_code);
+/// `result`: unless null, the last equilibrium.
+PetscErrorCode run_statics(std::unique_ptr<Model> model, Result* result, int* exit_code);
 
 /// Collective. The same, and at the last equilibrium the stiffness of a periodic lattice (moduli.hpp).
-PetscErrorCode run_moduli(std::unique_ptr<Model> model, int* exit_code);
+PetscErrorCode run_moduli(std::unique_ptr<Model> model, Result* result, int* exit_code);
 
 /// The equilibrium of `settle`, or what was found on the way to it.
 struct Settled {

@@ -11,6 +11,8 @@ class OutputClock {
   /// `interval` 0: there is no output time but the end. All in [s].
   OutputClock(double start, double end, double interval) : start_(start), end_(end), interval_(interval) {}
   double start() const { return start_; }
+  double end() const { return end_; }
+  void set_end(double end) { end_ = end; }
   double interval() const { return interval_; }
   /// The output time that is due next; `time` itself where it is past that.
   double next(double time) const;

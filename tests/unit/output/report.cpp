@@ -97,6 +97,7 @@ TEST_CASE("a plain line a step, and only the verdict where it is quiet") {
   RunState state;
   state.end = 1;
   Caught every(stdout);
+  let_runs_print(PETSC_COMM_WORLD);
   Progress progress(PETSC_COMM_WORLD, 0);
   progress.update(state);
   progress.update(state);

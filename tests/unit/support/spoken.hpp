@@ -7,6 +7,7 @@
 #include <string>
 
 #include "cli/voice.hpp"
+#include "output/progress.hpp"
 
 /// Catches one stream while it lives; text() gives what came.
 class Caught {
@@ -46,6 +47,7 @@ struct Handled {
   Handled() {
     bs::clear_error(PETSC_COMM_WORLD);
     bs::speak_for(PETSC_COMM_WORLD);
+    bs::let_runs_print(PETSC_COMM_WORLD);
   }
   ~Handled() {
     bs::set_listener(PETSC_COMM_WORLD, {});

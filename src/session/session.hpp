@@ -1,0 +1,101 @@
+// A lattice, its settings and a communicator, for programs that compute with the library: steps, equilibria, modes and moduli without files and
+// without a command line. Sessions of one process do not disturb one another. Errors are values: no call prints, ends the process or installs a
+// handler of signals.
+#pragma once
+#include <petscsys.h>
+#include <cstdint>
+#include <functional>
+#include <memory>
+#include <string>
+#include <utility>
+#include <vector>
+#include "base/error.hpp"
+#include "lattice/lattice_arrays.hpp"
+#include "solvers/step_record.hpp"
+#include "tasks/result.hpp"
+
+namespace bs {
+
+class Model;
+
+/// Options as on the command line: names with their dash, values as text; of a flag the value may be empty.
+using Settings = std::vector<std::pair<std::string, std::string>>;
+
+/// Starts MPI and PETSc, unless they are started, for a program without a command line, and ends what it has started: no files of options are read,
+/// and no signal handler is installed. Sessions live within it, or within the caller's own PetscInitialize.
+class Library {
+ public:
+  Library();
+  Library(const Library&) = delete;
+  Library& operator=(const Library&) = delete;
+  ~Library();
+  /// Whether PETSc is there.
+  bool started() const { return there_; }
+
+ private:
+  bool mpi_ = false, petsc_ = false, there_ = false;
+};
+
+/// Everything is collective on the session's communicator but what says otherwise. An Error without text is none. After an error of one rank alone
+/// (base/error.hpp) the ranks are no longer together: the caller has to end them.
+class Session {
+ public:
+  /// `lattice`: the whole of it, the same on every rank. Errors: sizes or values that make no lattice, unknown settings.
+  static Error create(MPI_Comm comm, const LatticeArrays& lattice, const Settings& settings, std::unique_ptr<Session>* out);
+  /// The lattice that the settings name (-bs_lattice_file, -bs_lattice_type), or another system (-bs_model).
+  static Error create(MPI_Comm comm, const Settings& settings, std::unique_ptr<Session>* out);
+  Session(const Session&) = delete;
+  Session& operator=(const Session&) = delete;
+  /// Ends as finish() does.
+  ~Session();
+
+  /// `count` steps, each of the length that the settings ask for (-ts_dt, -ts_type and others), shorter where it would pass -ts_max_time or an output
+  /// time. Error (Exit::solve): a step that could not be taken; the last good state stays.
+  Error step(std::int64_t count = 1);
+  /// Steps up to the time t [s], at which the last one ends. Nothing where t is past. From the start on, the same as a run of the program with
+  /// -ts_max_time t.
+  Error run_until(double t);
+  /// Ends stepping: files that the settings name (-bs_output, -bs_report) are complete then. No step follows.
+  Error finish();
+
+  /// Of the lattice as it was given, by a model of its own, whatever has been stepped: equilibria under the loads as -bs_task statics finds them, and
+  /// what -bs_task moduli adds; the `count` modes of -bs_task modes (-bs_modes). `more`: settings beside the session's own, for this call.
+  Error solve_statics(Result* out, const Settings& more = {});
+  Error moduli(Result* out, const Settings& more = {});
+  Error modes(std::int64_t count, Result* out, const Settings& more = {});
+
+  /// Local. Time [s] and number of steps of the last good state.
+  double time() const;
+  std::int64_t steps() const;
+  /// Particles of the whole, and this rank's rows [first, first + count) of the input.
+  Rows particles() const;
+  int dim() const;
+
+  /// Numbers of the particles at the last good state, (N, d), in the order of the input.
+  enum class Array { position, velocity, force };
+  /// Of all particles, on every rank.
+  Error get(Array what, std::vector<double>* all);
+  /// Of this rank's rows.
+  Error get_rows(Array what, std::vector<double>* rows);
+
+  /// Called on every rank after every good step, and where an output time is reached (-bs_output_interval; the start and the end always are). They
+  /// may ask for arrays, not take steps.
+  void on_step(std::function<void(const StepRecord&)> observer);
+  void on_frame(std::function<void(double time)> observer);
+
+  /// Local. What was warned of so far; on the first rank.
+  const std::vector<std::string>& warnings() const;
+  MPI_Comm comm() const;
+
+ private:
+  struct Impl;
+  using TaskFunction = PetscErrorCode (*)(std::unique_ptr<Model>, Result*, int*);
+  explicit Session(std::unique_ptr<Impl> impl);
+  static Error create(MPI_Comm comm, std::unique_ptr<Lattice> given, const Settings& settings, std::unique_ptr<Session>* out);
+  template <class Body>
+  Error call(Body&& body);
+  Error analyse(TaskFunction task, const Settings& more, Result* out);
+  std::unique_ptr<Impl> impl_;
+};
+
+}  // namespace bs
