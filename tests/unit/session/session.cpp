@@ -11,6 +11,7 @@
 #include <sstream>
 
 #include "base/context.hpp"
+#include "lattice/generator.hpp"
 #include "options.hpp"
 #include "session/session.hpp"
 #include "spoken.hpp"
@@ -174,6 +175,54 @@ TEST_CASE("a lattice in memory steps by backward Euler's recurrence") {
   Numbers rows;
   good(session->get_rows(Session::Array::position, &rows));
   REQUIRE(rows.size() == static_cast<std::size_t>(session->particles().count));
+}
+
+/// A generated lattice as arrays.
+LatticeArrays arrays_of(const Lattice& l) {
+  LatticeArrays a;
+  a.dim = l.dim;
+  a.position = l.position;
+  a.velocity = l.velocity;
+  a.mass = l.mass;
+  a.fixed = l.fixed;
+  a.springs = l.pairs;
+  a.stiffness = l.stiffness;
+  a.rest_length = l.rest_length;
+  a.damping = l.damping;
+  a.groups = l.groups;
+  a.box = l.box;
+  a.shift = l.shift;
+  return a;
+}
+
+TEST_CASE("a lattice in memory is the lattice of the options, its box and groups included") {
+  GeneratorSpec spec;
+  spec.type = LatticeType::triangular;
+  spec.size = {5, 4};
+  spec.dim = 2;
+  spec.perturbation = 0.1;
+  spec.stiffness = {300};
+  spec.periodic = "x";
+  spec.fixed = {"ymin"};
+  const Settings options = {{"-bs_lattice_type", "triangular"},  {"-bs_lattice_size", "5,4"},      {"-bs_lattice_dim", "2"},
+                            {"-bs_lattice_perturbation", "0.1"}, {"-bs_lattice_stiffness", "300"}, {"-bs_lattice_periodic", "x"},
+                            {"-bs_lattice_fixed", "ymin"}};
+  const Settings loads = {{"-bs_group_upper", "ymax"}, {"-bs_motion_upper", "x=velocity:0.5,y=fixed"}, {"-ts_dt", "0.02"}};
+  std::unique_ptr<Session> given;
+  good(Session::create(world, arrays_of(generate(spec, 0, 1)), loads, &given));
+  const auto named = session_of(with(options, loads));
+  good(given->run_until(0.2));
+  good(named->run_until(0.2));
+  REQUIRE(given->steps() == 10);
+  REQUIRE(array_of(*given, Session::Array::position) == array_of(*named, Session::Array::position));
+  REQUIRE(array_of(*given, Session::Array::force) == array_of(*named, Session::Array::force));
+  LatticeArrays grouped = arrays_of(generate(spec, 0, 1));
+  grouped.groups = {{"left", std::vector<std::uint8_t>(grouped.mass.size(), 0)}};
+  grouped.groups[0].member[0] = 1;
+  good(Session::create(world, grouped, {{"-bs_motion_left", "fixed"}}, &given));
+  const Numbers start = array_of(*given, Session::Array::position);
+  good(given->step(3));
+  REQUIRE(array_of(*given, Session::Array::position)[0] == start[0]);
 }
 
 TEST_CASE("two sessions, stepped by turns, are two runs of the program bit by bit") {
