@@ -14,7 +14,7 @@ from fractions import Fraction
 from backspring_io import RunError
 
 KEYS = {"options_file", "options", "vary", "zip", "np", "jobs", "reference", "against", "error", "program", "timeout",
-        "interval", "output"}
+        "interval", "output", "show", "average", "label"}
 
 
 def _one(value):
@@ -36,7 +36,7 @@ def _axes(value):
 
 # What a key of a study file holds, and words for it; one word or number for those that are not here.
 SHAPES = {"options_file": (_some, "a name, or a list of names"), "options": (lambda v: isinstance(v, str) or _table(v), "a text as on the command line, or names with values"),
-          "vary": (_axes, "names of options, each with a list of values"), "zip": (_some, "names of axes"), "np": (_some, "whole numbers"),
+          "vary": (_axes, "names of options, each with a list of values"), "zip": (_some, "names of axes"), "np": (_some, "whole numbers"), "show": (_some, "names of columns"),
           "reference": (lambda v: _one(v) or _table(v), "finest, a file, or options")}
 
 
@@ -46,7 +46,7 @@ def _check_shapes(path, found):
         fits, words = SHAPES.get(key, (_one, "one word or number"))
         if value is not None and not fits(value):
             raise RunError(f"{path}: {key}: {' '.join(repr(value).split())[:60]} is not {words}")
-        if key in ("program", "output", "reference", "against", "error") and _one(value):
+        if key in ("program", "output", "reference", "against", "error", "average", "label") and _one(value):
             found[key] = str(value)
         if key == "zip" and isinstance(value, list):
             found[key] = [str(v) for v in value]

@@ -20,6 +20,7 @@ if __name__ == "__main__":
 
 import numpy as np  # noqa: E402
 
+import study_average  # noqa: E402
 import study_orders as orders  # noqa: E402
 import study_reference  # noqa: E402
 import study_run  # noqa: E402
@@ -47,7 +48,11 @@ def parse(argv=None):
     p.add_argument("--program", help="the program (default: build/release/backspring of this checkout, else the one on PATH)")
     p.add_argument("--reference", metavar="finest|FILE|OPTIONS", help="errors against the finest run of the study, a trajectory, or "
                    'a run with these options on top: "-ts_type rk -ts_dt 1e-4"')
-    p.add_argument("--against", metavar="OPTION", help="option whose values the orders are fitted over (default ts_dt)")
+    p.add_argument("--against", metavar="OPTION", help="option whose values the orders are fitted over (default ts_dt), or what --show is drawn over; "
+                   "1-OPTION: over one less its value")
+    p.add_argument("--show", metavar="A,B", help="columns of the table to draw: shear_modulus, bulk_modulus, stiffness_xx_xx, ...")
+    p.add_argument("--average", metavar="OPTION", help="varied option (a seed) that --show is averaged over, with standard errors")
+    p.add_argument("--label", metavar="TEXT", help="what the axis of --against is called in the pictures of --show")
     p.add_argument("--error", metavar="COLUMN", help="error shown: error_position_rms, _max, _worst, error_velocity_..., "
                    "error_state_... (default position or state, rms)")
     p.add_argument("--interval", metavar="DT", help="simulated time between frames (default: one that no varied step has to be "
@@ -81,7 +86,12 @@ def merge(args):
     found = read_file(args.study) if args.study else {}
     as_list = lambda v: [] if v is None else v if isinstance(v, list) else [v]  # noqa: E731
     plan = {k: found.get(k) if getattr(args, k) is None else getattr(args, k)
-            for k in ("zip", "np", "jobs", "output", "program", "reference", "against", "error", "interval", "timeout")}
+            for k in ("zip", "np", "jobs", "output", "program", "reference", "against", "error", "interval", "timeout", "show",
+                      "average", "label")}
+    plan["show"] = [w.strip() for v in as_list(plan["show"]) for w in str(v).split(",") if w.strip()]
+    plan["average"] = (plan["average"] or "").lstrip("-")
+    plan["complement"] = bool(plan["show"]) and (plan["against"] or "").startswith("1-")
+    plan["against"] = plan["against"][2:] if plan["complement"] else plan["against"]
     plan["files"] = [beside(str(f), args.study) for f in as_list(found.get("options_file"))] + args.options_file
     plan["files"] = [by_name(f, ["problems", "solvers"]) for f in plan["files"]]
     plan["options"] = option_words(found.get("options")) + [w for text in args.options for w in option_words(text)]
@@ -184,6 +194,7 @@ def evaluate(plan, points, extra, ending):
     """Collects, compares, writes and prints; `extra` is the point of the reference, or None."""
     study = plan["output"]
     rows = study_table.rows_of(study, points)
+    study_average.add_moduli(rows)
     plan["against"] = choose_axis(plan, rows)
     reference = study_reference.find(plan, points, rows, extra)
     if reference is not None:
@@ -208,7 +219,8 @@ def evaluate(plan, points, extra, ending):
     if cut:
         print(f"sweep.py: {len(cut)} points had steps cut to hit output times: choose --interval as a multiple of every step",
               file=sys.stderr)
-    print("\n" + "\n".join([os.path.join(study, n) for n in ("study.csv", "study.h5")] + draw(plan, series, groups, floor, ending)))
+    shown = study_average.report(plan, rows, ending) if plan["show"] else []
+    print("\n" + "\n".join([os.path.join(study, n) for n in ("study.csv", "study.h5")] + draw(plan, series, groups, floor, ending) + shown))
 
 
 def main(argv=None):

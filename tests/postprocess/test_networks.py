@@ -1,18 +1,23 @@
 #!/usr/bin/env python3
 """plot.py's panels of vibrations and networks against closed forms: /usr/bin/python3 tests/postprocess/test_networks.py --program build/release/backspring"""
 import contextlib
+import csv
 import io
+import json
 import pathlib
+import subprocess
 import sys
 
 import h5py
 import numpy as np
 
 HERE = pathlib.Path(__file__).resolve().parent
-sys.path[:0] = [str(HERE.parents[1] / "postprocess"), str(HERE.parent / "verify")]  # both have a module modes
+ROOT = HERE.parents[1]
+sys.path[:0] = [str(ROOT / "postprocess"), str(HERE.parent / "verify")]  # both have a module modes
 import convert  # noqa: E402
 import figures_modes as panels  # noqa: E402
 import figures_networks as networks  # noqa: E402
+import study_average  # noqa: E402
 from backspring_io import open_run  # noqa: E402
 from harness import run_parts, write_lattice  # noqa: E402
 from test_load_paths import curve, drawn  # noqa: E402
@@ -166,5 +171,32 @@ def affine(checks, folder):
     checks.near("over the strain", x, 0.02 * np.arange(1, 6), 1e-12)
 
 
+def dilution(checks, folder):
+    """The shipped study on fewer nets: means and errors are those of the reports; sqrt(3)/4 k of the whole net, and close to the effective medium's with a tenth removed."""
+    command = [sys.executable, str(ROOT / "postprocess/sweep.py"), str(ROOT / "options/studies/dilution.yaml"), "--program", str(checks.program), "-o"]
+    study = folder / "study"
+    small = (ROOT / "options/studies/dilution.yaml").read_text().replace("[0, 0.05, 0.1, 0.15, 0.2, 0.25, 0.3, 0.35, 0.4]", "[0, 0.1]").replace("8]", "8, 9, 10]")
+    (folder / "small.yaml").write_text(small)
+    command[2] = str(folder / "small.yaml")
+    done = subprocess.run(command + [str(study)], capture_output=True, text=True, timeout=280)
+    checks.true("the study runs", done.returncode == 0, done.stderr[-200:])
+    means = {(r["column"], float(r["1-bs_lattice_stiff_fraction"])): r for r in csv.DictReader((study / "averages.csv").open())}
+    whole, diluted = (means["shear_modulus", p] for p in (1.0, 0.9))
+    checks.near("shear modulus of the whole net", float(whole["mean"]), np.sqrt(3) / 4, 1e-9)
+    checks.near("bulk modulus of the whole net", float(means["bulk_modulus", 1.0]["mean"]), np.sqrt(3) / 2, 1e-9)
+    stiffness = [np.array(json.loads(path.read_text())["stiffness"]) for path in study.glob("*fraction-0.1_*/report.json")]
+    shears = np.array([(c[0, 0] + c[1, 1] - 2 * c[0, 1]) / 8 + c[2, 2] / 2 for c in stiffness])
+    checks.near("the mean over ten nets", [float(diluted[k]) for k in ("mean", "standard_error", "runs")], [shears.mean(), shears.std(ddof=1) / np.sqrt(10), 10], 1e-12)
+    checks.near("close to 3 p - 2 of the whole net's", float(diluted["mean"]) / (np.sqrt(3) / 4), 0.7, 0.04)
+    checks.true("a picture of each", all((study / f"{name}_modulus.png").stat().st_size > 5000 for name in ("shear", "bulk")))
+    for more, says in ((["--show", "nothing"], "no such column"), (["--average", "bs_break"], "no varied option")):
+        said = subprocess.run(command + [str(study), *more], capture_output=True, text=True, timeout=280)
+        checks.true(f"{' '.join(more)} is refused", said.returncode == 2 and says in said.stderr, said.stderr[-200:])
+    lame, shear = 2.0, 0.7
+    c = np.zeros((6, 6))
+    c[:3, :3], c[range(3), range(3)], c[range(3, 6), range(3, 6)] = lame, lame + 2 * shear, shear
+    checks.near("moduli of an isotropic body", study_average.isotropic_moduli(c), [lame + 2 * shear / 3, shear], 1e-14)
+
+
 if __name__ == "__main__":
-    run_parts("networks", (vibrations, participations, bfactors, avalanches, affine))
+    run_parts("networks", (vibrations, participations, bfactors, avalanches, affine, dilution))
