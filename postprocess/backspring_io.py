@@ -374,6 +374,13 @@ class Run:
         broken = self.broken(frame)
         return ~self.springs.idle if broken is None else ~(self.springs.idle | broken)
 
+    def slack(self, frame):
+        """Which springs (M,) only pull and are shorter than their rest length, so that they carry nothing."""
+        laws = self.spring_laws
+        if laws is None or not np.any(laws == "tension"):
+            return np.zeros(len(self.springs), bool)
+        return (laws == "tension") & (self.lengths(frame) < self.springs.rest_length * (1 - 1e-12)) & self.acting(frame)
+
     def spring_state(self, name, frame):
         """What springs carry from step to step (M,), plastic_stretch or plastic_path; None where no law has it."""
         path = f"/backspring/{name}/value"

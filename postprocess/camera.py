@@ -4,6 +4,13 @@ import numpy as np
 AXES = ("x", "y", "z", "-x", "-y", "-z")
 
 
+def finite_number(text):
+    """A number of the command line that is not infinite; for argparse."""
+    if not np.isfinite(float(text)):
+        raise ValueError(text)
+    return float(text)
+
+
 def guess_up(dim, gravity):
     """The axis that points up: against the gravity of the run ("0,-9.8"), else the usual one."""
     try:

@@ -65,3 +65,8 @@ def short_marks(count):
 def width(i, several):
     """Line width of run i: of several, later ones are thinner, so that those they cover can be seen."""
     return max(0.8, 2.0 - 0.5 * i) if several else 1.5
+
+
+def enlarged(deform):
+    """Words for displacements that are drawn larger than they are."""
+    return f", displacements × {deform:g}" if deform is not None and deform != 1 else ""

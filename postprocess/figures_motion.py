@@ -2,7 +2,7 @@
 import numpy as np
 from matplotlib.ticker import FuncFormatter, MaxNLocator
 
-from figure_style import COLORS, DASHES, axis_label, finish, missing, moment, width
+from figure_style import COLORS, DASHES, axis_label, enlarged, finish, missing, moment, width
 from scene import Scene, sample
 
 
@@ -87,7 +87,7 @@ def phase(ax, runs, labels, args):
 
 def state_scene(run, args, limits=None):
     return Scene(run, [run.index(frame) for frame in args.frames], args.color, "light", args.up, args.elev, args.azim, 0.0, args.max_springs,
-                 limits=limits)
+                 limits=limits, deform=args.deform)
 
 
 def state(ax, runs, labels, args):
@@ -105,7 +105,7 @@ def state(ax, runs, labels, args):
     scene.draw_frame(ax, row)
     if run.dim < 3:
         _ticks(ax, scene)
-    ax.set_title(moment(run, row) + (f"   {labels[0]}" if labels[0] else ""), loc="left")
+    ax.set_title(moment(run, row) + enlarged(args.deform) + (f"   {labels[0]}" if labels[0] else ""), loc="left")
 
 
 def _ticks(ax, scene):

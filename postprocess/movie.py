@@ -22,8 +22,8 @@ import matplotlib.pyplot as plt  # noqa: E402
 import numpy as np  # noqa: E402
 
 from backspring_io import RunError, open_run  # noqa: E402
-from camera import AXES  # noqa: E402
-from figure_style import moment  # noqa: E402
+from camera import AXES, finite_number  # noqa: E402
+from figure_style import enlarged, moment  # noqa: E402
 from modes import ModeRun  # noqa: E402
 from scene import Scene  # noqa: E402
 from scene_marks import THEMES  # noqa: E402
@@ -112,7 +112,7 @@ def show(scene, ax, stamp, row):
     shown = run.series["load_factor"] if run.static else run.times
     digits = max(0, int(np.ceil(-np.log10(max(np.ptp(shown), 1e-300) / 1000)))) if run.frames > 1 else 3
     words = moment(run, row, f".{min(digits, 9)}f")
-    stamp.set_text(f"{run.title()}, {words}" if isinstance(run, ModeRun) else words)
+    stamp.set_text((f"{run.title()}, {words}" if isinstance(run, ModeRun) else words) + enlarged(scene.deform))
 
 
 def film(scene, rows, args, size):
@@ -158,6 +158,7 @@ def parse(argv=None):
     p.add_argument("--zoom", type=float, default=1.0, help="above 1: closer (default 1: all that is ever seen)")
     p.add_argument("--turn", type=float, default=0.0, help="degrees by which the eye goes round during the film (default 0)")
     p.add_argument("--follow", action="store_true", help="keep the centre of mass in the middle")
+    p.add_argument("--deform", type=finite_number, metavar="F", help="draw displacements since the first frame F times as large, and the shape of that frame behind")
     p.add_argument("--up", choices=AXES, default="", help="axis that points up (default: against gravity); write --up=-x")
     p.add_argument("--color", choices=("auto", "strain", "speed", "none"), default="auto", help="default: strain if any")
     p.add_argument("--limits", metavar="A:B", help="ends of the colour scale (default: from the frames shown)")
@@ -203,7 +204,7 @@ def main(argv=None):
         rows = [run.index(args.frame)] if is_still else run.pick(args.frames, args.stride, args.every)
         seen = run.pick(args.frames) if is_still and args.frames else rows
         scene = Scene(run, seen, args.color, args.theme, args.up, args.elev, args.azim, args.perspective,
-                      args.max_springs, args.draw, args.limits, args.zoom, args.turn, args.follow)
+                      args.max_springs, args.draw, args.limits, args.zoom, args.turn, args.follow, args.deform)
         made = still(scene, rows[0], args, (width, height)) if is_still else film(scene, rows, args, (width, height))
         if args.mode is not None:
             print(run.words())

@@ -26,7 +26,7 @@ import figures  # noqa: E402
 from figure_style import COLORS, DASHES, STYLE  # noqa: E402
 from figures_motion import state_scene  # noqa: E402
 from backspring_io import TENSOR, RunError, open_run  # noqa: E402
-from camera import AXES  # noqa: E402
+from camera import AXES, finite_number  # noqa: E402
 
 ENDINGS = (".png", ".pdf", ".svg")
 NOT_SETTINGS = ("output", "report", "overwrite", "version", "options_file", "options_left", "log_view", "progress")
@@ -123,6 +123,8 @@ def parse(argv=None):
     p.add_argument("--frame", dest="frames", type=lambda s: [int(v) for v in s.split(",")], default=[-1], metavar="K,L",
                    help="frames shown in state, one panel each, and in histogram; write --frame=-1 (default: the last)")
     p.add_argument("--color", choices=("auto", "strain", "speed", "none"), default="auto", help="colour of state")
+    p.add_argument("--deform", type=finite_number, metavar="F", help="draw displacements since the first frame F times as large, and the shape of that frame behind"
+                   " (in state)")
     p.add_argument("--up", choices=AXES, default="", help="axis that points up (default: against gravity); write --up=-x")
     p.add_argument("--elev", type=float, default=18, help="elevation of the eye [degree] (default 18)")
     p.add_argument("--azim", type=float, default=-60, help="azimuth of the eye [degree] (default -60)")

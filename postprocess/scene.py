@@ -22,9 +22,10 @@ class Scene:
     """What stays the same over all frames: camera, window, colour scale, which springs are drawn."""
 
     def __init__(self, run, rows, color="auto", theme="light", up="", elev=20.0, azim=-60.0, perspective=0.0,
-                 max_springs=20000, draw="auto", limits=None, zoom=1.0, turn=0.0, follow=False):
-        """turn: degrees by which the eye goes round over the frames; follow: the centre of mass stays in the middle."""
-        self.run, self.theme = run, THEMES[theme]
+                 max_springs=20000, draw="auto", limits=None, zoom=1.0, turn=0.0, follow=False, deform=None):
+        """turn: degrees by which the eye goes round over the frames; follow: the centre of mass stays in the middle; deform: displacements since the first
+        frame are drawn this many times as large, with the shape of the first frame behind."""
+        self.run, self.theme, self.deform = run, THEMES[theme], deform
         self.turn, self.follow, self.first, self.last = turn if run.dim == 3 else 0.0, follow, rows[0], rows[-1]
         pairs = run.springs.pairs
         self.draw = draw if draw != "auto" else ("springs" if 0 < len(pairs) <= max_springs else "particles")
@@ -49,17 +50,26 @@ class Scene:
 
     def position(self, row):
         """Positions (N, d), the centre of mass (of the free particles) kept where it was first if it is followed."""
-        x = self.run.position(row)
+        x = self._shape(row)
         return x - (self._centre(row) - self._centre(self.first)) if self.follow else x
+
+    def _shape(self, row):
+        """Positions (N, d), displacements as many times as large as asked for."""
+        x = self.run.position(row)
+        if self.deform is None:
+            return x
+        start = self.run.position(0)
+        return start + self.deform * (x - start)
 
     def _centre(self, row):
         free = ~self.run.fixed if not self.run.fixed.all() else np.ones(self.run.particles, dtype=bool)
         weights = self.run.mass[free] if self.run.mass is not None else None
-        return np.average(self.run.position(row)[free], axis=0, weights=weights)
+        return np.average(self._shape(row)[free], axis=0, weights=weights)
 
     def _frame_window(self, rows, up, elev, azim, perspective, zoom):
         """The same window for all frames: everything that is ever seen, and a margin."""
         lo, hi = np.full(self.run.dim, np.inf), np.full(self.run.dim, -np.inf)
+        rows = list(rows) + ([0] if self.deform is not None and 0 not in rows else [])
         for row in rows:
             x = self.position(row)
             lo, hi = np.fmin(lo, np.nanmin(x, axis=0)), np.fmax(hi, np.nanmax(x, axis=0))
@@ -99,7 +109,7 @@ class Scene:
     def values(self, row):
         """The coloured quantity: per spring (strain) or per particle (speed)."""
         if self.color == "strain":
-            return self.run.strains(row)
+            return np.where(self.run.slack(row), np.nan, self.run.strains(row))
         return np.sqrt((self.run.velocity(row) ** 2).sum(axis=1))
 
     def _particle_values(self, row):
@@ -140,6 +150,8 @@ class Scene:
         unit = self.run.unit("velocity")
         if self.color == "strain" and self.draw == "particles":
             return "mean " + self.run.strain_name + " at a particle"
+        if self.color == "strain" and self.draw == "springs" and any(self.run.slack(row).any() for row in {self.first, self.last}):
+            return self.run.strain_name + ", dotted: slack"
         return self.run.strain_name if self.color == "strain" else LABELS[self.color] + (f" [{unit}]" if self.color == "speed" and unit else "")
 
     # ---- drawing ------------------------------------------------------------------------------------------------
@@ -178,6 +190,8 @@ class Scene:
             self.camera = self._camera_at(row)
             ax._backspring += triad(self, ax)
         plane, depth = self.camera.project(self.position(row))
+        if self.deform is not None:
+            self._draw_undeformed(ax)
         if self.draw == "springs":
             self._draw_springs(ax, row, plane, depth)
         elif self.run.particles > 400:
@@ -199,7 +213,11 @@ class Scene:
         return float(np.median(lengths)) * self.points_per_unit(ax)
 
     def _draw_springs(self, ax, row, plane, depth):
-        there = self.run.acting(row)[self.drawn]
+        slack = self.run.slack(row)[self.drawn]
+        there = self.run.acting(row)[self.drawn] & ~slack
+        if slack.any():
+            ax._backspring.append(ax.add_collection(LineCollection(plane[self.run.springs.pairs[self.drawn][slack]], colors=self.theme.slack, linewidths=0.8,
+                                                                   linestyles=(0, (1, 1.6)), zorder=1.5), autolim=False))
         pairs = self.run.springs.pairs[self.drawn][there]
         values = None if self.color == "none" else self._spring_values(row)[there]
         middle = 0.5 * (depth[pairs[:, 0]] + depth[pairs[:, 1]])
@@ -216,6 +234,15 @@ class Scene:
         ax._backspring.append(ax.add_collection(lines, autolim=False))
         if self.run.particles <= 400 and self._spacing(ax) > 6:
             self._draw_dots(ax, row, plane, depth, np.clip(0.1 * self._spacing(ax), 1, 5) ** 2)
+
+    def _draw_undeformed(self, ax):
+        """The shape of the first frame, faintly: springs as thin lines, or dots where particles are drawn."""
+        plane, _ = self.camera.project(self.position(0))
+        if self.draw == "springs":
+            lines = LineCollection(plane[self.run.springs.pairs[self.drawn[self.run.acting(0)[self.drawn]]]], colors=self.theme.faint, linewidths=0.5, zorder=0.5)
+            ax._backspring.append(ax.add_collection(lines, autolim=False))
+        else:
+            ax._backspring.append(ax.scatter(*plane.T, s=2, c=self.theme.faint, linewidths=0, zorder=0.5))
 
     def _draw_dots(self, ax, row, plane, depth, area):
         free = np.flatnonzero(~self.run.fixed)

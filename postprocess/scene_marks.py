@@ -17,14 +17,15 @@ class Theme:
     background: str
     ink: str
     faint: str
+    slack: str
     fixed: str
     particle: str
     strain: object
     speed: str
 
 
-THEMES = {"light": Theme("#ffffff", "#1a1a1a", "#b8b8b8", "#1a1a1a", "#3a3a3a", STRAIN_LIGHT, "viridis"),
-          "dark": Theme("#10141a", "#e8e8e8", "#4a525e", "#f2f2f2", "#d0d4da", STRAIN_DARK, "plasma")}
+THEMES = {"light": Theme("#ffffff", "#1a1a1a", "#b8b8b8", "#8a8a8a", "#1a1a1a", "#3a3a3a", STRAIN_LIGHT, "viridis"),
+          "dark": Theme("#10141a", "#e8e8e8", "#4a525e", "#8a929e", "#f2f2f2", "#d0d4da", STRAIN_DARK, "plasma")}
 
 
 def triad(scene, ax):

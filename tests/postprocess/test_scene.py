@@ -1,0 +1,114 @@
+#!/usr/bin/env python3
+"""What pictures draw beside the springs: slack cables, enlarged displacements: /usr/bin/python3 tests/postprocess/test_scene.py"""
+import contextlib
+import io
+import os
+import shutil
+import sys
+import tempfile
+import unittest
+
+import h5py
+import numpy as np
+
+HERE = os.path.dirname(os.path.abspath(__file__))
+sys.path[:0] = [HERE, os.path.join(os.path.dirname(os.path.dirname(HERE)), "postprocess")]
+import matplotlib.pyplot as plt  # noqa: E402
+import movie  # noqa: E402
+import plot  # noqa: E402
+import synthetic  # noqa: E402
+from backspring_io import open_run  # noqa: E402
+from matplotlib.collections import LineCollection  # noqa: E402
+from matplotlib.colors import to_rgb  # noqa: E402
+from scene import Scene  # noqa: E402
+
+
+class Drawn(unittest.TestCase):
+    def setUp(self):
+        self.folder = tempfile.mkdtemp(prefix="backspring_")
+        self.addCleanup(shutil.rmtree, self.folder)
+        self.path = os.path.join(self.folder, "run.h5md")
+
+    def net(self, law="tension", laws=None):
+        """A row of five particles, 1 apart, that moves: the first two springs become 0.8 long, the others 1.1 and 1.3."""
+        x = np.zeros((2, 5, 2))
+        x[0, :, 0], x[1, :, 0] = np.arange(5), [0, 0.8, 1.6, 2.7, 4.0]
+        pairs = np.stack([np.arange(4), np.arange(1, 5)], axis=1)
+        synthetic.write_run(self.path, x, 0 * x, np.arange(2.0), pairs, rest=np.ones(4), parameters={"bs_spring_law": law})
+        if laws:
+            with h5py.File(self.path, "a") as f:
+                f["connectivity/bonds_law"] = laws
+                f["connectivity/bonds_law"].attrs["spring_laws"] = "hooke,tension"
+        return self.path
+
+    def lines(self, scene, row):
+        """[(segments (n, 2, 2), colours, dotted)] of one frame."""
+        figure, ax = plt.subplots()
+        scene.setup(ax)
+        scene.draw_frame(ax, row)
+        found = [(np.array(c.get_segments()), c.get_colors()[:, :3], c.get_linestyle()[0][1] is not None) for c in ax.collections if isinstance(c, LineCollection)]
+        limits = np.array([ax.get_xlim(), ax.get_ylim()])
+        plt.close(figure)
+        return found, limits
+
+    def test_cables_that_are_shorter_than_at_rest_are_slack(self):
+        with open_run(self.net()) as run:
+            self.assertEqual(run.slack(1).tolist(), [True, True, False, False])
+            self.assertEqual(run.slack(0).tolist(), [False] * 4)
+            scene = Scene(run, [0, 1])
+            (dotted, _, is_dotted), (taut, colors, is_taut_dotted) = self.lines(scene, 1)[0]
+            self.assertEqual((is_dotted, is_taut_dotted), (True, False))
+            np.testing.assert_allclose(dotted[:, :, 0], [[0, 0.8], [0.8, 1.6]])
+            np.testing.assert_allclose(np.sort(taut[:, :, 0], axis=0), [[1.6, 2.7], [2.7, 4.0]])
+            self.assertFalse(np.any(np.all(np.isclose(colors, to_rgb(scene.theme.slack)), axis=1)))
+            self.assertLessEqual(scene.norm.vmax, 0.3)  # of the taut ones alone
+            self.assertIn("dotted: slack", scene.label())
+
+    def test_springs_that_push_are_not(self):
+        with open_run(self.net("hooke")) as run:
+            self.assertFalse(run.slack(1).any())
+            self.assertEqual(len(self.lines(Scene(run, [0, 1]), 1)[0]), 1)
+            self.assertNotIn("slack", Scene(run, [0, 1]).label())
+        with open_run(self.net(laws=[0, 1, 1, 0])) as run:
+            self.assertEqual(run.slack(1).tolist(), [False, True, False, False])
+
+    def test_enlarged_displacements_stand_before_the_first_shape(self):
+        with open_run(self.net("hooke")) as run:
+            scene = Scene(run, [1], deform=10.0)
+            np.testing.assert_allclose(scene.position(1)[:, 0], [0, -1, -2, 0, 4], atol=1e-12)
+            (behind, gray, _), (shape, _, _) = self.lines(scene, 1)[0]
+            np.testing.assert_allclose(behind[:, :, 0], [[0, 1], [1, 2], [2, 3], [3, 4]], atol=1e-12)
+            np.testing.assert_allclose(gray[0], to_rgb(scene.theme.faint))
+            np.testing.assert_allclose([shape[:, :, 0].min(), shape[:, :, 0].max()], [-2, 4])
+            limits = self.lines(scene, 1)[1]
+            self.assertTrue(limits[0, 0] < -2 and limits[0, 1] > 4)
+            np.testing.assert_allclose(run.strains(1), [-0.2, -0.2, 0.1, 0.3])  # strains are those of the file
+            self.assertEqual(len(self.lines(Scene(run, [1]), 1)[0]), 1)
+            self.assertEqual(len(self.lines(Scene(run, [0, 1], deform=1.0, follow=True), 1)[0]), 2)
+
+    def test_pictures_say_so(self):
+        picture = os.path.join(self.folder, "p.svg")
+        with contextlib.redirect_stdout(io.StringIO()):
+            for main, more in ((movie.main, ["--frame", "1", "--quiet"]), (plot.main, ["--kind", "state"])):
+                main([self.net(), "-o", picture, "--deform", "3", *more])
+                with open(picture, encoding="utf-8") as f:
+                    self.assertIn("displacements × 3", f.read())
+                main([self.path, "-o", picture, *more])
+                with open(picture, encoding="utf-8") as f:
+                    self.assertNotIn("displacements", f.read())
+        with self.assertRaises(SystemExit), contextlib.redirect_stderr(io.StringIO()):
+            movie.main([self.path, "-o", picture, "--deform", "inf"])
+
+    def test_discs_have_dots_behind(self):
+        path = synthetic.cube(os.path.join(self.folder, "c.h5md"), 8, frames=3)
+        with open_run(path) as run:
+            figure, ax = plt.subplots()
+            scene = Scene(run, [2], draw="particles", deform=2.0)
+            scene.setup(ax)
+            scene.draw_frame(ax, 2)
+            self.assertEqual(len(ax.collections[0].get_offsets()), 512)
+            plt.close(figure)
+
+
+if __name__ == "__main__":
+    unittest.main(verbosity=1)
