@@ -5,7 +5,7 @@ from figure_style import COLORS, DASHES, axis_label, finish, missing, moment, wi
 from figures_motion import paths, phase, sources, state, states
 from figures_steps import iterations, steps
 from figures_modes import bfactor, debye, dos, participation, spectrum
-from figures_networks import avalanches, nonaffine
+from figures_networks import avalanches, nonaffine, nonaffine_field
 from figures_stress import modulus, stress
 from figures_supports import force, work_of
 from scene import sample
@@ -202,5 +202,5 @@ KINDS = {"energy": energy, "budget": budget, "force": force, "drift": drift, "mo
          "strain": strain, "histogram": histogram, "steps": steps, "iterations": iterations, "paths": paths, "phase": phase,
          "stress": stress, "modulus": modulus, "state": state, "states": states, "sources": sources,
          "spectrum": spectrum, "dos": dos, "debye": debye, "participation": participation, "bfactor": bfactor,
-         "avalanches": avalanches, "nonaffine": nonaffine}
-BY_RUN = ("state", "budget")  # one panel for every run
+         "avalanches": avalanches, "nonaffine": nonaffine, "nonaffine_field": nonaffine_field}
+BY_RUN = ("state", "budget", "nonaffine_field")  # one panel for every run

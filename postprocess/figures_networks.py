@@ -1,7 +1,8 @@
 """Panels of disordered networks: sizes of avalanches, displacements that are not affine."""
 import numpy as np
+from matplotlib.collections import LineCollection
 
-from figure_style import COLORS, axis_label, missing, time_label, width
+from figure_style import COLORS, axis_label, missing, moment, time_label, width
 from figures_stress import box_strains
 from backspring_io import TENSOR
 from scene import sample
@@ -69,8 +70,8 @@ def nonaffine(ax, runs, labels, args):
     """Root mean square of the displacements that are not affine, over the largest strain of a periodic box, or over time."""
     drawn, several, xlabel = False, len(runs) > 1, ""
     for i, run in enumerate(runs):
-        rows = [row for row in sample(range(run.frames), 200) if row]
-        if not rows:
+        rows = sample(range(run.frames), 200)
+        if len(rows) < 2:
             continue
         rms = np.array([np.sqrt((nonaffine_displacements(run, row) ** 2).sum(axis=1).mean()) for row in rows])
         x, words = run.times[rows], time_label(run)
@@ -89,3 +90,30 @@ def nonaffine(ax, runs, labels, args):
     ax.set_ylabel(axis_label("non-affine displacement, rms", runs[0].unit("position")))
     ax.set_ylim(0, None)
     ax.margins(x=0.02)
+
+
+def nonaffine_field(ax, runs, labels, args):
+    """Arrows of the displacements that are not affine, in the plane, of one frame, the longest drawn as long as three springs."""
+    run = runs[0]
+    if run.dim != 2:
+        return missing(ax, "plane")
+    row = run.index(args.frame)
+    x, u = run.position(row), nonaffine_displacements(run, row)
+    size = np.linalg.norm(u, axis=1)
+    if not size.max() > 1e-12 * np.linalg.norm(np.ptp(x, axis=0)):
+        return missing(ax, "displacements that are not affine")
+    springs = run.springs
+    lines = springs.pairs[springs.inside & run.acting(row)]
+    ax.add_collection(LineCollection(x[lines], colors="#d4d4d4", linewidths=0.4, zorder=1))
+    step = float(np.median(run.lengths(0))) if len(springs) else 0.05 * np.ptp(x)
+    longest = np.percentile(size, 99)
+    arrows = ax.quiver(*x.T, *u.T, size, cmap="viridis", angles="xy", scale_units="xy", scale=longest / (3 * step), width=0.004, zorder=2)
+    arrows.set_clim(0, longest)
+    bar = ax.figure.colorbar(arrows, ax=ax, fraction=0.04, pad=0.02, shrink=0.75)
+    bar.set_label(axis_label("non-affine displacement", run.unit("position")))
+    bar.outline.set_linewidth(0.5)
+    ax.set_aspect("equal", adjustable="datalim")
+    ax.autoscale_view()
+    ax.set_xlabel(axis_label("$x$", run.unit("position")))
+    ax.set_ylabel(axis_label("$y$", run.unit("position")))
+    ax.set_title(moment(run, row) + f", arrows × {3 * step / longest:.3g}" + (f"   {labels[0]}" if labels[0] else ""), loc="left")

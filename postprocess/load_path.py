@@ -112,22 +112,21 @@ def turns(values):
 
 
 def refined(k, x, y):
-    """(x, y) where y has its extreme next to row k: by the quartic in x through five rows, where that stays close to the parabola through three (it does not across
-    a jump), else by the parabola. Row k itself where x does not go on one way there."""
-    def vertex(rows):
-        step = np.diff(x[rows])
-        if not (np.all(step > 0) or np.all(step < 0)):
-            return None
-        fit = np.polyfit(x[rows] - x[k], y[rows], len(step))
-        way = np.linspace(x[k - 1] - x[k], x[k + 1] - x[k], 4001)
-        there = np.polyval(fit, way)
-        at = (there * np.sign(2 * y[k] - y[k - 1] - y[k + 1])).argmax()
-        return x[k] + way[at], there[at]
-    close = vertex(slice(k - 1, k + 2))
-    if close is None:
+    """(x, y) where y has its extreme next to row k: by the quartic in x through five rows, where the curve bends one way over them (it does not across a jump); else
+    row k itself."""
+    if not 2 <= k < len(x) - 2:
         return x[k], y[k]
-    better = vertex(slice(k - 2, k + 3)) if 2 <= k < len(x) - 2 else None
-    return better if better is not None and abs(better[1] - close[1]) < 0.1 * np.ptp(y[k - 2:k + 3]) else close
+    some = slice(k - 2, k + 3)
+    step, slope = np.diff(x[some]), np.diff(y[some])
+    if not (np.all(step > 0) or np.all(step < 0)):
+        return x[k], y[k]
+    bends = np.diff(slope / step) * np.sign(step[0])
+    if not (np.all(bends > 0) or np.all(bends < 0)):
+        return x[k], y[k]
+    way = np.linspace(x[k - 1] - x[k], x[k + 1] - x[k], 4001)
+    there = np.polyval(np.polyfit(x[some] - x[k], y[some], 4), way)
+    at = (there * -np.sign(bends[1])).argmax()
+    return x[k] + way[at], there[at]
 
 
 def limit_points(x, y):

@@ -84,7 +84,7 @@ def sheet(panels, args):
     keyed = len(runs) > 1 and any(kind not in figures.BY_RUN + ("states", "sources") for kind, *_ in panels)
     styled = len(runs) > 1 and not keyed and any(kind == "states" for kind, *_ in panels)
     head = 0.35 + (0.19 * len(runs) if keyed or styled else 0)  # inches above the panels
-    gap = (1.45 if {"state", "paths", "phase"} & {p[0] for p in panels} else 1.1, 0.8)
+    gap = (1.45 if {"state", "paths", "phase", "nonaffine_field"} & {p[0] for p in panels} else 1.1, 0.8)
     wide, high = (4.2, 2.9) if columns == 1 else (2.75, 2.3)
     size = args.size or (0.8 + columns * wide + (columns - 1) * gap[0] + 0.75, head + rows * high + (rows - 1) * gap[1] + 0.55)
     if size[0] > 60 or size[1] > 60:

@@ -103,7 +103,7 @@ class Scene:
             values = np.abs(self.values(row) if self.draw == "springs" else self._particle_values(row))
             values = values[np.isfinite(values)]
             tops.append(np.percentile(values, 99.5) if len(values) else 0.0)
-        top = max(tops) or 1e-12
+        top = max(tops) or 1e-3  # nothing strained: a scale that can be read
         return Normalize(-top, top) if self.color == "strain" else Normalize(0, top)
 
     def values(self, row):

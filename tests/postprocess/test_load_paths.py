@@ -15,6 +15,7 @@ import plot  # noqa: E402
 import study_table  # noqa: E402
 from backspring_io import RunError, open_run  # noqa: E402
 from harness import run_parts, write_lattice  # noqa: E402
+from load_path import at_rest, limit_points  # noqa: E402
 
 
 def drawn(path, *words, kind="force"):
@@ -107,6 +108,25 @@ def chain(checks, folder):
     checks.true("titled by its load factor", "load factor 0.5" in picture.read_text() and os.path.getsize(picture) > 1000)
 
 
+def marks(checks, folder):
+    """Which points are marked: extremes between rows, none of a straight or noisy line, ends not; of breaks the equilibria alone."""
+    x = np.linspace(0, 4, 41)
+    limits, backs = limit_points(x, np.sin(np.pi * x / 2))
+    checks.near("extremes of a sine", limits, [(1, 1), (3, -1)], 1e-4)
+    checks.true("it does not turn back", backs == [])
+    limits, backs = limit_points(np.sin(np.pi * x / 2), x)
+    checks.near("turned on its side", backs, [(1, 1), (-1, 3)], 1e-4)
+    checks.true("and has no limit points then", limits == [])
+    noise = 1e-4 * (-1.0) ** np.arange(41)
+    checks.true("nor has a line with small errors, or a level one", limit_points(x, x + noise) == ([], []) and limit_points(x, 0 * x + 3) == ([], []))
+    jump = np.where(x < 2, x, x - 1.5)
+    checks.near("a jump: the rows before and behind", limit_points(x, jump)[0], [(1.9, 1.9), (2.0, 0.5)], 1e-12)
+
+    class Broken:
+        series = {"load_factor": np.array([0, 0.5, 1, 1, 1, 1, 1.5, 2])}
+    checks.true("frames of motions are left out", at_rest(Broken, 8).tolist() == [0, 1, 2, 5, 6, 7], str(at_rest(Broken, 8)))
+
+
 def sheared(checks, folder):
     """A triangular lattice of springs k in simple shear: stress summed here over its three kinds of spring, modulus sqrt(3)/4 k at the start, as -bs_task moduli has it."""
     k, top = 100.0, 0.1
@@ -159,4 +179,4 @@ def pulled(checks, folder):
 
 
 if __name__ == "__main__":
-    run_parts("load paths", (snapping, chain, sheared, pulled))
+    run_parts("load paths", (snapping, chain, marks, sheared, pulled))

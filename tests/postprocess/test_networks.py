@@ -15,6 +15,8 @@ HERE = pathlib.Path(__file__).resolve().parent
 ROOT = HERE.parents[1]
 sys.path[:0] = [str(ROOT / "postprocess"), str(HERE.parent / "verify")]  # both have a module modes
 import convert  # noqa: E402
+import matplotlib.pyplot as plt  # noqa: E402
+import plot  # noqa: E402
 import figures_modes as panels  # noqa: E402
 import figures_networks as networks  # noqa: E402
 import study_average  # noqa: E402
@@ -168,7 +170,20 @@ def affine(checks, folder):
     checks.run({"bs_lattice_file": net, "bs_task": "statics", "bs_box_strain": "xx=velocity:0.1", "bs_load_steps": 5, "bs_output": path})
     x, y = curve(drawn(path, kind="nonaffine")[0])
     checks.near("non-affine displacements", y, 0.5 * a * x * (stiff - soft) / (stiff + soft), 1e-9)
-    checks.near("over the strain", x, 0.02 * np.arange(1, 6), 1e-12)
+    checks.near("over the strain", x, 0.02 * np.arange(6), 1e-12)
+    path = folder / "net.h5md"
+    checks.run({"bs_task": "statics", "bs_lattice_type": "triangular", "bs_lattice_size": "8,8", "bs_lattice_periodic": "xy", "bs_lattice_dim": 2, "bs_lattice_stiffness": 1,
+                "bs_lattice_stiff_fraction": 0.3, "bs_lattice_stiff_factor": 0.1, "bs_box_strain": "xy=velocity:0.04", "bs_load_steps": 2, "bs_output": path})
+    figure, ax = plt.subplots()
+    with open_run(path) as run, h5py.File(path) as f:
+        networks.nonaffine_field(ax, [run], [""], plot.parse([str(path), "-o", "none.png", "--frame=1"]))
+        x = f["particles/trajectory/position/value"][...]
+    u = x[1] - x[0] - 0.02 * x[0][:, 1:] * [[1, 0]]
+    arrows = next(c for c in ax.collections if hasattr(c, "U"))
+    checks.near("arrows", np.stack([arrows.U, arrows.V], axis=1), u - u.mean(axis=0), 1e-12)
+    checks.true("some are long", np.abs(u - u.mean(axis=0)).max() > 1e-3)
+    checks.true("titled", ax.get_title(loc="left").startswith("load factor 0.5, arrows ×"), ax.get_title(loc="left"))
+    plt.close(figure)
 
 
 def dilution(checks, folder):
