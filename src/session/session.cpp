@@ -2,6 +2,7 @@
 #include <hdf5.h>
 #include <petscts.h>
 #include <algorithm>
+#include <iterator>
 #include "base/collective.hpp"
 #include "base/context.hpp"
 #include "base/handle.hpp"
@@ -74,6 +75,19 @@ Error outcome(MPI_Comm comm, PetscErrorCode code) {
   return error;
 }
 
+/// Those that say what the system is, and not how it is stepped or which files are written.
+Settings of_the_system(const Settings& settings) {
+  static const char* const others[] = {"-bs_output",    "-bs_report", "-bs_checkpoint", "-bs_restart",
+                                       "-bs_overwrite", "-bs_write_", "-bs_step_",      "-bs_stop_"};
+  Settings kept;
+  for (const auto& one : settings) {
+    const std::string name = lower(one.first);
+    const auto begins = [&](const char* word) { return name.rfind(word, 0) == 0; };
+    if (begins("-bs_") && std::none_of(std::begin(others), std::end(others), begins)) kept.push_back(one);
+  }
+  return kept;
+}
+
 /// `options` from the settings of a session and those of a call.
 Error filled(MPI_Comm comm, const Settings& settings, const Settings& more, OptionTable* options) {
   const PetscErrors errors(comm);
@@ -96,6 +110,7 @@ struct Session::Impl {
   std::unique_ptr<Model> model;
   std::unique_ptr<Claim> claim;  ///< of the files that are written
   std::unique_ptr<Run> run;      ///< null: nothing was stepped
+  double start = 0;              ///< before that [s]
   bool finished = false;
 
   PetscErrorCode open();
@@ -127,6 +142,7 @@ PetscErrorCode Session::Impl::open() {
   PetscCall(recall_options(comm));
   PetscCall(make_model(&model));
   PetscCall(count_particles());
+  PetscCall(PetscOptionsGetReal(nullptr, nullptr, "-ts_init_time", &start, nullptr));
   PetscFunctionReturn(0);
 }
 
@@ -169,6 +185,7 @@ PetscErrorCode Session::Impl::begin() {
   hooks.on_frame = [this](double time) {
     if (frame_observer) frame_observer(time);
   };
+  hooks.pace.end += start;  // where the settings name no end there is none
   auto fresh = std::make_unique<Run>(*model, run_options, hooks);
   PetscCall(fresh->set_up());
   PetscCall(PetscOptionsHasName(nullptr, nullptr, "-ts_max_time", &ends));
@@ -313,7 +330,7 @@ Error Session::finish() {
 
 Error Session::analyse(TaskFunction task, const Settings& more, Result* out) {
   OptionTable options;
-  const Error error = filled(impl_->comm, impl_->settings, more, &options);
+  const Error error = filled(impl_->comm, of_the_system(impl_->settings), more, &options);
   if (error) return error;
   const Inside inside(impl_->comm, options);
   return outcome(impl_->comm, impl_->analyse(task, out));
@@ -329,7 +346,7 @@ Error Session::modes(std::int64_t count, Result* out, const Settings& more) {
   return analyse(run_modes, all, out);
 }
 
-double Session::time() const { return impl_->run ? impl_->run->time() : 0; }
+double Session::time() const { return impl_->run ? impl_->run->time() : impl_->start; }
 
 std::int64_t Session::steps() const { return impl_->run ? impl_->run->steps() : 0; }
 

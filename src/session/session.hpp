@@ -59,7 +59,8 @@ class Session {
   Error finish();
 
   /// Of the lattice as it was given, by a model of its own, whatever has been stepped: equilibria under the loads as -bs_task statics finds them, and
-  /// what -bs_task moduli adds; the `count` modes of -bs_task modes (-bs_modes). `more`: settings beside the session's own, for this call.
+  /// what -bs_task moduli adds; the `count` modes of -bs_task modes (-bs_modes). Of the session's settings those hold that say what the
+  /// system is; those of PETSc's solvers, of steps and of files do not: `more` names, for this call, what the analysis needs of them.
   Error solve_statics(Result* out, const Settings& more = {});
   Error moduli(Result* out, const Settings& more = {});
   Error modes(std::int64_t count, Result* out, const Settings& more = {});

@@ -253,8 +253,10 @@ TEST_CASE("two sessions, stepped by turns, are two runs of the program bit by bi
 TEST_CASE("equilibria, moduli and modes of a session are the program's") {
   const Folder folder;
   const std::string file = folder.path + "/run.h5md";
-  const auto session = session_of(NET);
+  const auto session =
+      session_of(with(NET, {{"-ts_type", "cn"}, {"-ts_dt", "0.005"}, {"-ts_init_time", "3"}, {"-bs_output", folder.path + "/own.h5md"}}));
   Result found;
+  REQUIRE(session->time() == 3);
   run_program(run_statics, NET, file);
   good(session->step(2));  // changes nothing of what follows
   good(session->solve_statics(&found));
@@ -278,6 +280,10 @@ TEST_CASE("equilibria, moduli and modes of a session are the program's") {
   REQUIRE(found.stiffness == reported(moduli, "stiffness"));
   good(session->step());
   REQUIRE(session->steps() == 3);
+  const Numbers last = array_of(*session, Session::Array::position);
+  good(session->finish());
+  REQUIRE(last_positions(folder.path + "/own.h5md") == last);
+  REQUIRE(session->step().text == "the session is finished: create another one");
 }
 
 TEST_CASE("errors are values, said by nobody, and what follows works") {
