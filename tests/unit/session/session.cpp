@@ -207,15 +207,19 @@ TEST_CASE("a lattice in memory is the lattice of the options, its box and groups
   const Settings options = {{"-bs_lattice_type", "triangular"},  {"-bs_lattice_size", "5,4"},      {"-bs_lattice_dim", "2"},
                             {"-bs_lattice_perturbation", "0.1"}, {"-bs_lattice_stiffness", "300"}, {"-bs_lattice_periodic", "x"},
                             {"-bs_lattice_fixed", "ymin"}};
-  const Settings loads = {{"-bs_group_upper", "ymax"}, {"-bs_motion_upper", "x=velocity:0.5,y=fixed"}, {"-ts_dt", "0.02"}};
+  const Settings loads = {{"-bs_gravity", "2,-9.81"}, {"-ts_dt", "0.02"}};
   std::unique_ptr<Session> given;
   good(Session::create(world, arrays_of(generate(spec, 0, 1)), loads, &given));
   const auto named = session_of(with(options, loads));
   good(given->run_until(0.2));
   good(named->run_until(0.2));
   REQUIRE(given->steps() == 10);
-  REQUIRE(array_of(*given, Session::Array::position) == array_of(*named, Session::Array::position));
-  REQUIRE(array_of(*given, Session::Array::force) == array_of(*named, Session::Array::force));
+  for (const Session::Array what : {Session::Array::position, Session::Array::velocity, Session::Array::force}) {
+    const Numbers in_memory = array_of(*given, what), by_options = array_of(*named, what);
+    REQUIRE(in_memory.size() == by_options.size());
+    if (size_of(world) == 1) REQUIRE(in_memory == by_options);  // else the rows come from other ranks, and so may the parts of the lattice differ
+    for (std::size_t k = 0; k < in_memory.size(); ++k) REQUIRE(in_memory[k] == Approx(by_options[k]).epsilon(1e-6).margin(1e-6));
+  }
   LatticeArrays grouped = arrays_of(generate(spec, 0, 1));
   grouped.groups = {{"left", std::vector<std::uint8_t>(grouped.mass.size(), 0)}};
   grouped.groups[0].member[0] = 1;
