@@ -1,5 +1,6 @@
 """The panels plot.py is made of: each function draws one quantity of some runs into one axes."""
 import numpy as np
+from matplotlib.ticker import FixedLocator, MaxNLocator, NullLocator
 
 from figure_style import COLORS, DASHES, axis_label, finish, missing, moment, width
 from figures_motion import paths, phase, sources, state, states
@@ -191,9 +192,14 @@ def histogram(ax, runs, labels, args):
     ax.set_yscale("log")
     ax.set_xlabel(r"strain $(l-L)/L$")
     ax.set_ylabel("share of the springs [%]")
+    ax.xaxis.set_major_locator(MaxNLocator(5))
     ax.margins(x=0.01)
     if len(runs) == 1:
-        ax.legend(loc="best")
+        low, high = ax.get_ylim()
+        ax.set_ylim(low, high * (high / low) ** 0.45)  # room for the legend, without marks above 100 %
+        ax.yaxis.set_major_locator(FixedLocator(10.0 ** np.arange(np.ceil(np.log10(low)), 2.5)))
+        ax.yaxis.set_minor_locator(NullLocator())
+        ax.legend(loc="upper right")
     else:
         ax.set_title(moment(runs[0], runs[0].index(args.frame), ".3g"), loc="left")
 

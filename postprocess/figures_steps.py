@@ -26,7 +26,7 @@ def steps(ax, runs, labels, args):
         ax.set_ylim(positive.min() / 1.5, positive.max() * (4 if crossed else 1.5))
     else:
         ax.set_ylim(0, 1.35 * max(dts.max(), 1e-300))
-    finish(ax, runs[0], axis_label("step size", runs[0].unit("time")), legend=False)
+    finish(ax, runs[0], "load step" if runs[0].static else axis_label("step size", runs[0].unit("time")), legend=False)
     if crossed:
         ax.legend(loc="upper left")
 

@@ -43,20 +43,22 @@ def curves_of(run, args):
     return (curves if moves else []), xlabel, axis_label(f"force of the support along {in_words(along)}", run.unit("reaction/" + reacting[0]))
 
 
-def mark_limits(ax, curves, unlabelled=8, unmarked=60):
-    """Discs at limit points, squares where a curve turns back in x, with the loads of the first where they are few; nothing where they are too many."""
-    found = [limit_points(x, y) for x, y in curves if len(x) > 2]
-    limits, backs = [p for some, _ in found for p in some], [p for _, some in found for p in some]
-    if len(limits) + len(backs) > unmarked:
+def mark_limits(ax, curves, labelled=8, marked=60):
+    """Discs at limit points, squares where a curve [(x, y)] turns back in x, with the loads beside them where they are few; nothing where they are too many."""
+    found = [(limit_points(x, y), y[0]) for x, y in curves if len(x) > 2]
+    limits = [(x, y, (points[0][1] > start) == (k % 2 == 0)) for (points, _), start in found for k, (x, y) in enumerate(points)]  # maxima and minima by turns
+    backs = [p for (_, some), _ in found for p in some]
+    if len(limits) + len(backs) > marked:
         return
-    for points, mark, words in ((limits, "o", "limit points"), (backs, "s", "turning points of displacement")):
+    for points, mark, words in (([p[:2] for p in limits], "o", "limit points"), (backs, "s", "turning points of displacement")):
         if points:
             ax.plot(*np.transpose(points), mark, ms=5, mfc="white", mec="#222222", mew=1.1, zorder=4, ls="none", label=words)
-    if len(limits) <= unlabelled:
-        middle = np.mean(ax.get_ylim())
-        for x, y in limits:
-            ax.annotate(f"{y:.4g}", (x, y), xytext=(0, 6 if y > middle else -6), textcoords="offset points", ha="center", va="bottom" if y > middle else "top",
-                        fontsize=8, color="#222222")
+    size, told = np.array([np.diff(ax.get_xlim())[0], np.diff(ax.get_ylim())[0]]), []
+    for x, y, top in limits if len(limits) <= labelled else []:
+        place = np.array([x, y]) / size
+        if not any(np.abs(place - other).max() < 0.02 for other in told):  # those of another run may lie there
+            ax.annotate(f"{y:.4g}", (x, y), xytext=(0, 6 if top else -6), textcoords="offset points", ha="center", va="bottom" if top else "top", fontsize=8, color="#222222")
+        told.append(place)
 
 
 def force(ax, runs, labels, args):

@@ -20,11 +20,13 @@ if __name__ == "__main__":
 import matplotlib  # noqa: E402
 matplotlib.use("Agg")
 import matplotlib.pyplot as plt  # noqa: E402
+import numpy as np  # noqa: E402
 from matplotlib.lines import Line2D  # noqa: E402
 
 import figures  # noqa: E402
 from figure_style import COLORS, DASHES, STYLE  # noqa: E402
 from figures_motion import state_scene  # noqa: E402
+from figures_stress import box_strains  # noqa: E402
 from backspring_io import TENSOR, RunError, open_run  # noqa: E402
 from camera import AXES, finite_number  # noqa: E402
 
@@ -55,6 +57,9 @@ def default_kinds(runs):
         return ["state", "spectrum", "dos"]
     if runs[0].kind == "linear":
         return ["states"] + (["sources"] if runs[0].sources.value is not None else [])
+    if all(run.static for run in runs):
+        strained = any(any(run.periodic) and "stress" in run.series and np.ptp(box_strains(run, [0, -1]), axis=0).max() > 0 for run in runs)
+        return ["state", "stress" if strained else "force", "energy"] + (["histogram"] if len(runs[0].springs) > 20 else []) + ["iterations"]
     if len(runs) > 1:
         return ["state", "energy", "drift", "steps", "iterations"]
     return ["state", "energy", "drift", "histogram" if len(runs[0].springs) > 20 else "phase", "steps", "iterations"]

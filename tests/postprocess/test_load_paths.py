@@ -103,6 +103,8 @@ def chain(checks, folder):
     checks.near("over the displacement of its middle", y[1:] / x[1:], 2 * k / n, 1e-9)
     x, y = curve(drawn(pulled, "--groups", "wall")[0])
     checks.near("the wall pulls the other way", y[1:] / x[1:], -k / n, 1e-9)
+    with open_run(pulled) as opened:
+        checks.true("its sheet has the curve", plot.default_kinds([opened]) == ["state", "force", "energy", "iterations"], str(plot.default_kinds([opened])))
     picture = folder / "state.svg"
     plot.main([str(pulled), "-o", str(picture), "--kind", "state,force", "--frame=2"])
     checks.true("titled by its load factor", "load factor 0.5" in picture.read_text() and os.path.getsize(picture) > 1000)
@@ -154,6 +156,7 @@ def sheared(checks, folder):
     checks.near("the slope at the start: -bs_task moduli", y[0], stiffness[2][2], 3e-3)
     with open_run(path) as opened:
         names = list(opened.observables.columns)
+        checks.true("its sheet has stress over strain", plot.default_kinds([opened])[:2] == ["state", "stress"], str(plot.default_kinds([opened])))
     checks.true("columns of tables have the components' names", {"stress_xx", "stress_yy", "stress_xy"} <= set(names) and "stress_x" not in names, str(names))
     checks.true("a component that is not there is refused", "there are xx, yy, xy" in refused(path, "--component", "zz", kind="stress"))
     curves, _, texts = drawn(path, "--component", "yy", kind="stress")
