@@ -119,7 +119,8 @@ int watched_run() {
 int run_petsc(int argc, char** argv) {
   bs::speak_for(MPI_COMM_WORLD);
   bs::collect_help(argc, argv);
-  const bs::PetscErrors in_words(MPI_COMM_WORLD);
+  // never taken back: PETSc would free by another allocator what it has allocated before its start
+  (void)new bs::PetscErrors(MPI_COMM_WORLD);
   if (initialize(argc, argv)) return static_cast<int>(bs::last_error(MPI_COMM_WORLD).exit);
   const int code = watched_run();
   if (PetscFinalize() && !code) return static_cast<int>(bs::Exit::io);
