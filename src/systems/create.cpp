@@ -3,9 +3,9 @@
 #include "base/memory.hpp"
 #include "base/options.hpp"
 #include "input/load.hpp"
+#include "linalg/block_icc.hpp"
 #include "systems/first_order.hpp"
 #include "systems/linear/linear_model.hpp"
-#include "systems/particles/condensed/block_icc.hpp"
 #include "systems/particles/particle_model.hpp"
 
 namespace bs {

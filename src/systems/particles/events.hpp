@@ -5,7 +5,7 @@
 namespace bs {
 
 struct ParticleEvents {
-  PetscLogEvent force = 0, jacobian = 0, energy = 0, condense = 0, product = 0, factor = 0, triangles = 0, coarse_set_up = 0, coarse = 0, tangent = 0;
+  PetscLogEvent force = 0, jacobian = 0, energy = 0, condense = 0, tangent = 0;
 };
 
 /// Registered at first use, after PetscInitialize.

@@ -1,8 +1,9 @@
 #include "systems/particles/linearised_forces.hpp"
 #include <algorithm>
 #include "base/memory.hpp"
-#include "systems/particles/condensed/factor_flops.hpp"
-#include "systems/particles/condensed/near_null_space.hpp"
+#include "linalg/factor_flops.hpp"
+#include "linalg/rigid_modes.hpp"
+#include "systems/particles/condensed/graph.hpp"
 #include "systems/particles/events.hpp"
 #include "systems/particles/supports.hpp"
 
@@ -79,9 +80,9 @@ PetscErrorCode LinearisedForces::damping_force(const double* w, double* f) {
 PetscErrorCode LinearisedForces::create(CondensedStorage storage, Mat* S) {
   PetscFunctionBegin;
   if (storage == CondensedStorage::springs) {
-    matrices_.push_back(std::make_unique<SpringMatrix>());
-    PetscCall(matrices_.back()->create(*net_));
-    matrices_.back()->set_state(&state_);
+    matrices_.push_back(std::make_unique<PairMatrix>());
+    PetscCall(matrices_.back()->create(graph_of(*net_), pairs_of(*net_)));
+    matrices_.back()->set_places([this](PetscInt i) { return state_.at(i); });
     PetscCall(matrices_.back()->create_shell(S));
     PetscFunctionReturn(0);
   }
@@ -96,26 +97,22 @@ PetscErrorCode LinearisedForces::create(CondensedStorage storage, Mat* S) {
 
 PetscErrorCode LinearisedForces::factor_flops(double* flops) {
   PetscFunctionBegin;
-  if (flops_ < 0) PetscCall(predict_factor_flops(*net_, &flops_));
+  if (flops_ < 0) PetscCall(predict_factor_flops(net_->comm, net_->dim, net_->row, coupled_ends(*net_), &flops_));
   *flops = flops_;
   PetscFunctionReturn(0);
 }
 
 PetscErrorCode LinearisedForces::set_rigid_modes(Mat S) {
   PetscFunctionBegin;
-  if (linearised_)
-    PetscCall(bs::set_rigid_modes(
-        *net_, [&](PetscInt i) { return state_.at(i); }, S));
-  else
-    PetscCall(bs::set_rigid_modes(
-        *net_, [&](PetscInt i) { return net_->held.data() + i * net_->dim; }, S));
+  const Places places = [this](PetscInt i) { return linearised_ ? state_.at(i) : net_->held.data() + i * net_->dim; };
+  PetscCall(bs::set_rigid_modes(graph_of(*net_), places, S));
   PetscFunctionReturn(0);
 }
 
 PetscErrorCode LinearisedForces::assemble(const Coefficients& abc, bool positive, Mat S) {
   PetscFunctionBegin;
   PetscCall(PetscLogEventBegin(particle_events().condense, S, nullptr, nullptr, nullptr));
-  if (SpringMatrix* springs = SpringMatrix::from(S)) {
+  if (PairMatrix* springs = PairMatrix::from(S)) {
     springs->set_inertia(abc.mass);
     physics_->condense_springs(t_, state_, abc, positive, springs);
     PetscCall(MatAssemblyBegin(S, MAT_FINAL_ASSEMBLY));
@@ -128,7 +125,7 @@ PetscErrorCode LinearisedForces::assemble(const Coefficients& abc, bool positive
     PetscCall(writer.end());
   }
   // of a spring at one end: distance and length 3d, t and w 10 + d; by rows t I + w w^T and its place in two blocks, too
-  const double d = net_->dim, blocks = SpringMatrix::from(S) ? 0 : 4 * d * d;
+  const double d = net_->dim, blocks = PairMatrix::from(S) ? 0 : 4 * d * d;
   PetscCall(PetscLogFlops((blocks + 4 * d + 10) * static_cast<double>(net_->links.other.size())));
   PetscCall(PetscLogEventEnd(particle_events().condense, S, nullptr, nullptr, nullptr));
   PetscFunctionReturn(0);

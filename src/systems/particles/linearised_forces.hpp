@@ -3,8 +3,8 @@
 #pragma once
 #include <memory>
 #include <vector>
+#include "linalg/pair_matrix.hpp"
 #include "systems/mechanics.hpp"
-#include "systems/particles/condensed/spring_matrix.hpp"
 #include "systems/particles/physics.hpp"
 
 namespace bs {
@@ -45,8 +45,8 @@ class LinearisedForces final : public Linearisation {
   bool linearised_ = false;  ///< state_ has been given
   double t_ = 0;
   LocalState state_, direction_;
-  VecHandle only_velocity_;                              ///< (0, w) of damping_force
-  std::vector<std::unique_ptr<SpringMatrix>> matrices_;  ///< behind the shells handed out
+  VecHandle only_velocity_;                            ///< (0, w) of damping_force
+  std::vector<std::unique_ptr<PairMatrix>> matrices_;  ///< behind the shells handed out
 };
 
 }  // namespace bs

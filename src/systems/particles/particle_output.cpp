@@ -20,11 +20,6 @@ const ParticleEvents& particle_events() {
     (void)PetscLogEventRegister("BSJacobian", id, &e.jacobian);
     (void)PetscLogEventRegister("BSEnergies", id, &e.energy);
     (void)PetscLogEventRegister("BSCondense", id, &e.condense);
-    (void)PetscLogEventRegister("BSProduct", id, &e.product);
-    (void)PetscLogEventRegister("BSFactor", id, &e.factor);
-    (void)PetscLogEventRegister("BSTriangles", id, &e.triangles);
-    (void)PetscLogEventRegister("BSCoarseSetUp", id, &e.coarse_set_up);
-    (void)PetscLogEventRegister("BSCoarse", id, &e.coarse);
     (void)PetscLogEventRegister("BSTangentMult", id, &e.tangent);
     return e;
   }();

@@ -4,12 +4,12 @@
 #include <memory>
 #include <string>
 #include <vector>
+#include "linalg/pair_matrix.hpp"
 #include "physics/body/registry.hpp"
 #include "physics/whole/motion.hpp"
 #include "systems/incremental.hpp"
 #include "systems/mechanics.hpp"
 #include "systems/particles/condensed/block_rows.hpp"
-#include "systems/particles/condensed/spring_matrix.hpp"
 #include "systems/particles/coupling.hpp"
 #include "systems/particles/local_state.hpp"
 #include "systems/particles/row_pattern.hpp"
@@ -69,7 +69,7 @@ class Physics {
                                   RowWriter* writer) const = 0;
   /// S = a M - b D - c K spring by spring; what is not symmetric (axial dampers at work) is symmetrised. `positive`:
   /// only what makes S positive definite.
-  virtual void condense_springs(double t, const LocalState& state, const Coefficients& abc, bool positive, SpringMatrix* S) const = 0;
+  virtual void condense_springs(double t, const LocalState& state, const Coefficients& abc, bool positive, PairMatrix* S) const = 0;
   /// The same by block rows, as it is; couplings of all particles are left out.
   virtual PetscErrorCode condense_rows(double t, const LocalState& state, const Coefficients& abc, bool positive, BlockRowWriter* writer) const = 0;
   /// f = K z_x + D z_v for every owned particle, overwritten; `z` is gathered, zero at fixed particles.

@@ -78,7 +78,7 @@ class PhysicsOf final : public Physics {
     });
   }
 
-  void condense_springs(double t, const LocalState& state, const Coefficients& abc, bool positive, SpringMatrix* S) const override {
+  void condense_springs(double t, const LocalState& state, const Coefficients& abc, bool positive, PairMatrix* S) const override {
     positive ? fill_springs<true>(t, state, abc, S) : fill_springs<false>(t, state, abc, S);
   }
   PetscErrorCode condense_rows(double t, const LocalState& state, const Coefficients& abc, bool positive, BlockRowWriter* writer) const override {
@@ -292,9 +292,9 @@ class PhysicsOf final : public Physics {
     PetscInt pair = -1, cut = -1;
   };
   template <class Spring, bool positive>
-  [[gnu::flatten]] void fill_pairs(PetscInt i, const LocalState& state, const Coefficients& abc, double* node, PairPlaces* at, SpringMatrix* S) const;
+  [[gnu::flatten]] void fill_pairs(PetscInt i, const LocalState& state, const Coefficients& abc, double* node, PairPlaces* at, PairMatrix* S) const;
   template <bool positive>
-  void fill_springs(double t, const LocalState& state, const Coefficients& abc, SpringMatrix* S) const;
+  void fill_springs(double t, const LocalState& state, const Coefficients& abc, PairMatrix* S) const;
   template <bool positive>
   PetscErrorCode fill_rows(double t, const LocalState& state, const Coefficients& abc, BlockRowWriter* writer) const;
   template <bool positive>

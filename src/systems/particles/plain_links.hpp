@@ -3,8 +3,8 @@
 #pragma once
 #include <algorithm>
 #include <cmath>
+#include "linalg/lanes.hpp"
 #include "network/network.hpp"
-#include "systems/particles/condensed/lanes.hpp"
 
 namespace bs {
 

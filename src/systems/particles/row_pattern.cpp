@@ -132,7 +132,7 @@ PetscErrorCode RowWriter::write(PetscInt i, double sigma, double scale, const do
   PetscFunctionBegin;
   if (blocks_ && blocks_->count(i) > 0) {
     sum_.assign(panel, panel + pattern_.count(i) * 2 * net_.dim * net_.dim);
-    blocks_->add_to_panel(net_, pattern_, i, 2 * net_.dim, sum_.data());
+    blocks_->add_to_panel(i, net_.global, pattern_.columns(i), pattern_.count(i), 2 * net_.dim, sum_.data());
     panel = sum_.data();
   }
   if (net_.supports && net_.supports->rolls()) {

@@ -2,8 +2,8 @@
 #pragma once
 #include <petscmat.h>
 #include <vector>
+#include "linalg/sparse_blocks.hpp"
 #include "network/network.hpp"
-#include "systems/particles/interactions/sparse_blocks.hpp"
 
 namespace bs {
 

@@ -10,7 +10,7 @@
 #include "lattice/random.hpp"
 #include "network/row_index.hpp"
 #include "physics/pair/springs/registry.hpp"
-#include "systems/particles/condensed/spring_matrix.hpp"
+#include "systems/particles/condensed/graph.hpp"
 
 using namespace bs;
 
@@ -114,8 +114,7 @@ TEST_CASE("the pattern of matrices has a pair once, however many springs it has"
   MPI_Comm_size(PETSC_COMM_WORLD, &size);
   Network net;
   REQUIRE(build_network(PETSC_COMM_WORLD, shuffled(rank, size), NetworkOptions(), &net) == 0);
-  SpringPattern pattern;
-  pattern.create(net);
+  const PairPattern pattern = pairs_of(net);
   long long pairs = 0, expected = 0;
   for (PetscInt i = 0; i < net.n; ++i) {
     std::vector<PetscInt> all, found(pattern.other.begin() + pattern.start[i], pattern.other.begin() + pattern.start[i + 1]);

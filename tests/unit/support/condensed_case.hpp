@@ -5,9 +5,10 @@
 #include <cmath>
 #include <vector>
 
+#include "linalg/block_icc.hpp"
 #include "small_network.hpp"
 #include "systems/first_order.hpp"
-#include "systems/particles/condensed/block_icc.hpp"
+#include "systems/particles/condensed/graph.hpp"
 #include "systems/particles/linearised_forces.hpp"
 #include "systems/particles/supports.hpp"
 
@@ -68,10 +69,10 @@ struct Case {
 };
 
 /// S of the case's tangent, its definite part, kept by `own`.
-inline SpringMatrix& assembled(Case* c, MatHandle* own) {
+inline PairMatrix& assembled(Case* c, MatHandle* own) {
   REQUIRE(c->tangent.create(CondensedStorage::springs, own->out()) == 0);
   REQUIRE(c->tangent.assemble(true, *own) == 0);
-  return *SpringMatrix::from(*own);
+  return *PairMatrix::from(*own);
 }
 
 /// What was made of S is to be made anew.

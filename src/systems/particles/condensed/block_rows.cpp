@@ -79,7 +79,7 @@ PetscErrorCode BlockRowWriter::write(PetscInt i, const double* panel) {
   PetscFunctionBegin;
   if (blocks_ && blocks_->count(i) > 0) {
     sum_.assign(panel, panel + pattern_.count(i) * net_.dim * net_.dim);
-    blocks_->add_to_panel(net_, pattern_, i, net_.dim, sum_.data());
+    blocks_->add_to_panel(i, net_.global, pattern_.columns(i), pattern_.count(i), net_.dim, sum_.data());
     panel = sum_.data();
   }
   if (net_.supports && net_.supports->rolls()) {

@@ -3,8 +3,8 @@
 #include <algorithm>
 #include <cmath>
 #include <vector>
+#include "linalg/lanes.hpp"
 #include "network/network.hpp"
-#include "systems/particles/condensed/lanes.hpp"
 #include "systems/particles/physics_impl.hpp"
 
 namespace bs {
@@ -130,11 +130,11 @@ void PhysicsOf<d, Damper>::node_block(PetscInt i, double t, const LocalState& st
 template <int d, class Damper>
 template <class Spring, bool positive>
 void PhysicsOf<d, Damper>::fill_pairs(PetscInt i, const LocalState& state, const Coefficients& abc, double* node, PairPlaces* at,
-                                      SpringMatrix* S) const {
+                                      PairMatrix* S) const {
   using Link = Kernel<Spring>;
   const Links& links = net_.links;
   if constexpr (d == 3 && !Spring::mixed) {
-    const SpringPattern& pattern = S->pattern();
+    const PairPattern& pattern = S->pattern();
     const PetscInt pairs = pattern.start[i + 1] - pattern.start[i];
     if (plain_[i] && fill_plain_pairs<Spring, positive>(net_, i, pairs, state.at(0), abc.stiffness, S->pair(at->pair + 1))) {
       at->pair += pairs;
@@ -159,7 +159,7 @@ void PhysicsOf<d, Damper>::fill_pairs(PetscInt i, const LocalState& state, const
 
 template <int d, class Damper>
 template <bool positive>
-void PhysicsOf<d, Damper>::fill_springs(double t, const LocalState& state, const Coefficients& abc, SpringMatrix* S) const {
+void PhysicsOf<d, Damper>::fill_springs(double t, const LocalState& state, const Coefficients& abc, PairMatrix* S) const {
   const AnchorShift shift(motion_, t);
   PairPlaces at;
   S->zero();

@@ -5,7 +5,7 @@
 #include <cmath>
 #include <limits>
 #include <vector>
-#include "systems/particles/interactions/sparse_blocks.hpp"
+#include "linalg/sparse_blocks.hpp"
 #include "systems/particles/physics.hpp"
 
 namespace bs {

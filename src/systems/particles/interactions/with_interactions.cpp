@@ -44,7 +44,7 @@ class WithInteractions final : public Physics {
     PetscFunctionReturn(0);
   }
   // S = a M - b D - c K
-  void condense_springs(double t, const LocalState& state, const Coefficients& abc, bool positive, SpringMatrix* S) const override {
+  void condense_springs(double t, const LocalState& state, const Coefficients& abc, bool positive, PairMatrix* S) const override {
     pairs_->condense_springs(t, state, abc, positive, S);
     fill(state, positive, -abc.stiffness, &S->remainder());
   }

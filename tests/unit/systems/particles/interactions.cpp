@@ -31,7 +31,7 @@ TEST_CASE("S of a lattice with angle springs multiplies alike in every storage")
       MatHandle own;
       REQUIRE(c.tangent.create(CondensedStorage::springs, own.out()) == 0);
       VecHandle p, expected, found;
-      REQUIRE(SpringMatrix::from(own)->create_vector(p.out()) == 0);
+      REQUIRE(PairMatrix::from(own)->create_vector(p.out()) == 0);
       REQUIRE(VecDuplicate(p, expected.out()) == 0);
       REQUIRE(VecDuplicate(p, found.out()) == 0);
       fill(c.net, p);

@@ -1,0 +1,265 @@
+#include <algorithm>
+#include <cmath>
+#include <cstring>
+#include <limits>
+#include <vector>
+#include "base/arrays.hpp"
+#include "linalg/block_icc.hpp"
+#include "linalg/lanes.hpp"
+#include "linalg/pair_product.hpp"
+#include "linalg/stiff_fill.hpp"
+
+namespace bs {
+namespace {
+
+/// Inverse of a symmetric positive definite d x d block by its Cholesky factor; false where a pivot is not above `least`.
+template <int d>
+bool invert(const double* A, double least, double* inverse) noexcept {
+  double L[d * d] = {}, M[d * d] = {};
+  for (int j = 0; j < d; ++j) {
+    double pivot = A[j * d + j];
+    for (int k = 0; k < j; ++k) pivot -= L[j * d + k] * L[j * d + k];
+    if (!(pivot > least)) return false;
+    L[j * d + j] = std::sqrt(pivot);
+    for (int i = j + 1; i < d; ++i) {
+      double sum = A[i * d + j];
+      for (int k = 0; k < j; ++k) sum -= L[i * d + k] * L[j * d + k];
+      L[i * d + j] = sum / L[j * d + j];
+    }
+  }
+  for (int j = 0; j < d; ++j) {  // M = L^-1
+    M[j * d + j] = 1 / L[j * d + j];
+    for (int i = j + 1; i < d; ++i) {
+      double sum = 0;
+      for (int k = j; k < i; ++k) sum -= L[i * d + k] * M[k * d + j];
+      M[i * d + j] = sum / L[i * d + i];
+    }
+  }
+  for (int i = 0; i < d; ++i)
+    for (int j = 0; j < d; ++j) {
+      double sum = 0;
+      for (int k = std::max(i, j); k < d; ++k) sum += M[k * d + i] * M[k * d + j];
+      inverse[i * d + j] = sum;
+    }
+  return true;
+}
+
+template <int d, class Real>
+class BlockFactorOf final : public BlockFactor {
+ public:
+  PetscErrorCode lay_out(PairMatrix& S) override {
+    constexpr double MOST = 1;
+    PetscFunctionBegin;
+    const double least = least_stiff_size(S);
+    PetscCall(overlap_.create(S, least));
+    const bool filled = add_stiff_fill(S, overlap_, least, MOST, &fill_);
+    if (!filled) overlap_.leave_out();
+    rows_ = S.pattern().n + static_cast<PetscInt>(overlap_.ghosts().size());
+    start_ = filled ? fill_.start.data() : S.pattern().start.data();
+    other_ = filled ? fill_.other.data() : S.pattern().other.data();
+    PetscFunctionReturn(0);
+  }
+
+  Overlap& overlap() override { return overlap_; }
+
+  bool factor(const PairMatrix& S, const std::vector<double>& diagonal, double shift) override {
+    const std::size_t n = static_cast<std::size_t>(rows_), pairs = static_cast<std::size_t>(start_[rows_]);
+    inverse_.resize(n * area + 4);
+    upper_.resize(pairs * area + 4);
+    work_.resize(n * W);
+    pivot_ = diagonal;
+    double block[area];
+    fill_rows(S);
+    size_.assign(n, 0.0F);
+    for (std::size_t i = 0; i < n; ++i)
+      for (int c = 0; c < d; ++c) size_[i] = std::max(size_[i], static_cast<float>(std::abs(pivot_[i * area + c * (d + 1)])));
+    std::vector<PetscInt> slot(n, -1);
+    for (PetscInt k = 0; k < rows_; ++k) {
+      double* P = pivot_.data() + static_cast<std::size_t>(k) * area;
+      // what elimination left must be more than the rounding of what it took away
+      const double least = 4 * static_cast<double>(std::numeric_limits<Real>::epsilon()) * size_[k];
+      for (int c = 0; c < d; ++c) P[c * (d + 1)] += shift * size_[k];
+      if (!invert<d>(P, least, block)) return false;
+      for (int c = 0; c < area; ++c) inverse_[static_cast<std::size_t>(k) * area + c] = static_cast<Real>(block[c]);
+      eliminate(k, block, slot);
+    }
+    release(pivot_);
+    release(size_);
+    return true;
+  }
+
+  double flops() const override { return flops_; }
+  double blocks() const override { return static_cast<double>(start_[rows_]) + static_cast<double>(rows_); }
+
+  // forward (D + U^T) t = r, backward x = t - D^-1 U x
+  void solve(const double* r, double* z) override {
+    std::fill(work_.begin(), work_.end(), 0.0);
+    forward(r);
+    backward(z);
+  }
+
+ private:
+  static constexpr int area = d * d, W = LANES<d>;
+  typedef typename lanes::Register<Real, W>::type Lane;
+
+  static Lane load(const Real* p) noexcept {
+    Lane v;
+    std::memcpy(&v, p, sizeof v);
+    return v;
+  }
+  static Lane splat(Real s) noexcept {
+    Lane v;
+    for (int c = 0; c < W; ++c) v[c] = s;
+    return v;
+  }
+  /// The upper triangle of S, and 0 for fill.
+  void fill_rows(const PairMatrix& S) {
+    const PairPattern& pattern = S.pattern();
+    const bool rolls = S.graph().holds;
+    double block[area];
+    Real* to = upper_.data();
+    const auto write = [&](const float* numbers, PetscInt i, PetscInt j) {
+      write_block<d>(numbers, block);
+      if (rolls) S.hold_block(i, j, block);
+      for (int c = 0; c < area; ++c) to[c] = static_cast<Real>(-block[c]);
+      to += area;
+    };
+    const auto finish = [&](PetscInt i) {
+      Real* const end = upper_.data() + static_cast<std::size_t>(start_[i + 1]) * area;
+      std::fill(to, end, Real(0));
+      to = end;
+    };
+    std::size_t cut = 0, tie = 0;
+    for (PetscInt i = 0; i < pattern.n; ++i) {
+      for (PetscInt k = pattern.start[i]; k < pattern.start[i + 1]; ++k) write(S.pair(static_cast<std::size_t>(k)), i, pattern.other[k]);
+      if (cut < pattern.cut_row.size() && pattern.cut_row[cut] == i) {
+        for (PetscInt k = pattern.cut_start[cut]; k < pattern.cut_start[cut + 1]; ++k)
+          if (overlap_.row(pattern.ghost[k]) >= 0) write(S.cut(static_cast<std::size_t>(k)), i, pattern.n + pattern.ghost[k]);
+        ++cut;
+      }
+      finish(i);
+    }
+    const std::vector<PetscInt>& ghosts = overlap_.ghosts();
+    const std::vector<Overlap::Tie>& ties = overlap_.ties();
+    for (PetscInt i = pattern.n; i < rows_; ++i) {
+      for (; tie < ties.size() && ties[tie].a == i; ++tie)
+        write(ties[tie].numbers, pattern.n + ghosts[i - pattern.n], pattern.n + ghosts[ties[tie].b - pattern.n]);
+      finish(i);
+    }
+    flops_ = 2.0 * area * static_cast<double>(pattern.pairs());  // t I + w w^T of each pair
+  }
+
+  // t_i = D_i^-1 (r_i - sum of what rows before i took from it), then t_j -= U_ij^T t_i by rows of U
+  void forward(const double* r) noexcept {
+    const PetscInt n = rows_, *start = start_, *other = other_;
+    const Points<d> right(r, n);
+    const Real *upper = upper_.data(), *inverse = inverse_.data();
+    double* t = work_.data();
+    for (PetscInt i = 0; i < n; ++i) {
+      double* ti = t + static_cast<std::size_t>(i) * W;
+      const lanes::Vector<d> w = times<d>(inverse + static_cast<std::size_t>(i) * area, right[i] + lanes::load<d>(ti));
+      lanes::store<d>(w, ti);
+      lanes::Vector<d> part[d];
+      for (int c = 0; c < d; ++c) part[c] = lanes::splat<d>(w[c]);
+      const PetscInt end = start[i + 1];
+      for (PetscInt k = start[i]; k < end; ++k) {
+        const Real* U = upper + static_cast<std::size_t>(k) * area;
+        __builtin_prefetch(U + AHEAD);
+        double* tj = t + static_cast<std::size_t>(other[k]) * W;
+        lanes::Vector<d> sum = lanes::load<d>(tj);
+        for (int c = 0; c < d; ++c) sum -= lanes::load<d>(U + c * d) * part[c];
+        lanes::store<d>(sum, tj);
+      }
+    }
+  }
+
+  // x_i = t_i - D_i^-1 sum_j U_ij x_j; products with the rows of U are summed lane by lane, added up once a row
+  void backward(double* z) noexcept {
+    const PetscInt n = rows_, *start = start_, *other = other_;
+    const Real *upper = upper_.data(), *inverse = inverse_.data();
+    double* t = work_.data();
+    for (PetscInt i = n - 1; i >= 0; --i) {
+      lanes::Vector<d> row[d] = {};
+      const PetscInt end = start[i + 1];
+      for (PetscInt k = start[i]; k < end; ++k) {
+        const Real* U = upper + static_cast<std::size_t>(k) * area;
+        __builtin_prefetch(U - AHEAD);  // rows are read from the last to the first
+        const lanes::Vector<d> x = lanes::load<d>(t + static_cast<std::size_t>(other[k]) * W);
+        for (int c = 0; c < d; ++c) row[c] += lanes::load<d>(U + c * d) * x;
+      }
+      lanes::Vector<d> q = lanes::splat<d>(0.0);
+      for (int c = 0; c < d; ++c)
+        for (int lane = 0; lane < d; ++lane) q[c] += row[c][lane];
+      double* ti = t + static_cast<std::size_t>(i) * W;
+      const lanes::Vector<d> x = lanes::load<d>(ti) - times<d>(inverse + static_cast<std::size_t>(i) * area, q);
+      lanes::store<d>(x, ti);
+      put<d>(x, z + static_cast<std::size_t>(i) * d);
+    }
+  }
+
+  // S_ij -= U_ki^T D_k^-1 U_kj for every pair (i, j) of k's upper neighbours that is itself linked, and i = j; the pivots in double
+  void eliminate(PetscInt k, const double* inverse, std::vector<PetscInt>& slot) {
+    const PetscInt begin = start_[k], end = start_[k + 1];
+    PetscInt products = 2 * (end - begin);  // of d x d blocks: T and the pivot of each neighbour, then the linked pairs among them
+    for (PetscInt a = begin; a < end; ++a) slot[other_[a]] = a;
+    for (PetscInt a = begin; a < end; ++a) {
+      const PetscInt i = other_[a];
+      const Real* Ui = upper_.data() + static_cast<std::size_t>(a) * area;
+      double* P = pivot_.data() + static_cast<std::size_t>(i) * area;
+      Real T[area];
+      for (int r = 0; r < d; ++r) {
+        double row[d] = {};
+        for (int m = 0; m < d; ++m)
+          for (int c = 0; c < d; ++c) row[c] += static_cast<double>(Ui[m * d + r]) * inverse[m * d + c];
+        for (int c = 0; c < d; ++c) T[r * d + c] = static_cast<Real>(row[c]);
+        for (int m = 0; m < d; ++m)
+          for (int c = 0; c < d; ++c) P[r * d + c] -= row[m] * static_cast<double>(Ui[m * d + c]);
+      }
+      for (PetscInt c = start_[i]; c < start_[i + 1]; ++c) {
+        const PetscInt b = slot[other_[c]];
+        if (b < 0) continue;
+        ++products;
+        subtract(T, upper_.data() + static_cast<std::size_t>(b) * area, upper_.data() + static_cast<std::size_t>(c) * area);
+      }
+    }
+    for (PetscInt a = begin; a < end; ++a) slot[other_[a]] = -1;
+    flops_ += d * area * (1.0 + 2.0 * static_cast<double>(products));  // a pivot's inverse takes d^3, a product of blocks 2 d^3
+  }
+
+  /// to -= T U, row by row in registers; one number behind each block is read.
+  static void subtract(const Real* T, const Real* U, Real* to) noexcept {
+    Lane row[d];
+    for (int m = 0; m < d; ++m) row[m] = load(U + m * d);
+    for (int r = 0; r < d; ++r) {
+      Lane sum = load(to + r * d);
+      for (int m = 0; m < d; ++m) sum -= splat(T[r * d + m]) * row[m];
+      std::memcpy(to + r * d, &sum, d * sizeof(Real));
+    }
+  }
+
+  PetscInt rows_ = 0;
+  const PetscInt *start_ = nullptr, *other_ = nullptr;  ///< of the matrix's pattern, or of fill_
+  FillPattern fill_;
+  Overlap overlap_;
+  double flops_ = 0;
+  static constexpr int AHEAD = 1024 / sizeof(Real);  ///< numbers prefetched ahead
+  HugeVector<Real> upper_, inverse_;
+  std::vector<double> pivot_;
+  HugeVector<double> work_;
+  std::vector<float> size_;  ///< of the diagonal blocks before elimination
+};
+
+template <class Real>
+std::unique_ptr<BlockFactor> create(int dim) {
+  if (dim == 1) return std::make_unique<BlockFactorOf<1, Real>>();
+  if (dim == 2) return std::make_unique<BlockFactorOf<2, Real>>();
+  return std::make_unique<BlockFactorOf<3, Real>>();
+}
+
+}  // namespace
+
+std::unique_ptr<BlockFactor> create_block_factor(int dim, bool single_precision) {
+  return single_precision ? create<float>(dim) : create<double>(dim);
+}
+
+}  // namespace bs

@@ -1,0 +1,239 @@
+#include "linalg/block_icc.hpp"
+#include <petsc/private/pcimpl.h>
+#include "base/error.hpp"
+#include "base/memory.hpp"
+#include "linalg/hat_space.hpp"
+#include "linalg/rigid_space.hpp"
+
+namespace bs {
+namespace {
+
+constexpr char TYPE[] = "bicc";
+
+struct BlockIcc {
+  std::unique_ptr<BlockFactor> factor;
+  PetscInt precision = 0;  ///< 0 auto, 1 single, 2 double
+  bool in_single = true;
+  PetscReal shift = 1e-3;  ///< of the diagonal, first tried where a pivot fails
+  PetscReal shifted = 0;   ///< in force
+  PetscInt shifts = 0;
+  PairMatrix* matrix = nullptr;
+  const PairMatrix* laid_out_for = nullptr;  ///< the factors' pattern
+  PetscInt coarse_unknowns = -1;             ///< at most; -1: by the system's size
+  PetscInt space = 2;                        ///< 0 hats, 1 rigid, 2 auto: until it is chosen
+  HatSpace hats;
+  RigidSpace rigid;
+  bool keep_coarse = false;  ///< at the next set-up
+  VecHandle residual, step;  ///< room, with rigid motions
+};
+
+/// Collective. Replaces auto by what suits the system.
+PetscErrorCode choose_space(BlockIcc* self, const Graph& graph) {
+  bool rigid = false;
+  PetscFunctionBegin;
+  if (self->space == 2) {
+    PetscCall(prefers_rigid_motions(graph, &rigid));
+    self->space = rigid;
+  }
+  PetscFunctionReturn(0);
+}
+
+/// Collective.
+PetscErrorCode reserve_factor(PC pc, const PairMatrix& S, bool single) {
+  PetscFunctionBegin;
+  const double area = S.dim() * S.dim(), real = single ? sizeof(float) : sizeof(double);
+  const double blocks = static_cast<double>(S.pattern().pairs()) + static_cast<double>(S.pattern().n);
+  PetscCall(reserve_memory(PetscObjectComm(reinterpret_cast<PetscObject>(pc)), {"the incomplete Cholesky factorisation (-condensed_pc_type bicc)",
+                                                                                blocks * area * real, "give -condensed_pc_type jacobi"}));
+  PetscFunctionReturn(0);
+}
+
+PetscErrorCode set_up_coarse(PC pc) {
+  BlockIcc* self = static_cast<BlockIcc*>(pc->data);
+  const char* prefix = nullptr;
+  PetscFunctionBegin;
+  if (self->keep_coarse && (self->hats.active() || self->rigid.active())) PetscFunctionReturn(0);
+  PetscCall(choose_space(self, self->matrix->graph()));
+  PetscCall(PCGetOptionsPrefix(pc, &prefix));
+  if (self->space == 1) PetscCall(self->rigid.create(*self->matrix, self->coarse_unknowns, (prefix ? prefix : "") + std::string("pc_bicc_")));
+  else PetscCall(self->hats.create(*self->matrix, self->coarse_unknowns));
+  PetscFunctionReturn(0);
+}
+
+PetscErrorCode set_up(PC pc) {
+  BlockIcc* self = static_cast<BlockIcc*>(pc->data);
+  PetscFunctionBegin;
+  self->matrix = PairMatrix::from(pc->pmat);
+  PetscCheck(self->matrix, PetscObjectComm(reinterpret_cast<PetscObject>(pc)), PETSC_ERR_SUP,
+             "-pc_type bicc factors matrices of springs only (-condensed_mat_type springs)");
+  PetscCall(PetscLogEventBegin(linear_events().factor, pc, nullptr, nullptr, nullptr));
+  std::vector<double> diagonal;
+  self->matrix->diagonal_blocks(&diagonal);
+  constexpr double RATIO = 1e5;  // of stiffnesses, above which single precision would lose the soft pairs
+  double ratio = 1;
+  PetscCall(self->matrix->size_ratio(diagonal, &ratio));
+  const bool single = self->precision == 1 || (self->precision == 0 && self->in_single && ratio <= RATIO);
+  if (!self->factor) PetscCall(reserve_factor(pc, *self->matrix, single));
+  if (!self->factor || single != self->in_single || self->laid_out_for != self->matrix) {
+    self->factor = create_block_factor(self->matrix->dim(), single);
+    PetscCall(self->factor->lay_out(*self->matrix));
+    self->laid_out_for = self->matrix;
+  }
+  self->in_single = single;
+  PetscCall(self->factor->overlap().update(*self->matrix, &diagonal));
+  constexpr int TRIES = 12;
+  bool done = false;
+  for (int k = 0; k < TRIES && !done; ++k) {
+    self->shifted = k == 0 ? 0 : k == 1 ? self->shift : 4 * self->shifted;
+    done = self->factor->factor(*self->matrix, diagonal, self->shifted);
+    if (!done) ++self->shifts;
+    PetscCall(PetscLogFlops(self->factor->flops()));
+  }
+  PetscCall(set_up_coarse(pc));
+  PetscCall(PetscLogEventEnd(linear_events().factor, pc, nullptr, nullptr, nullptr));
+  pc->failedreason = done ? PC_NOERROR : PC_FACTOR_NUMERIC_ZEROPIVOT;
+  PetscFunctionReturn(0);
+}
+
+/// z = M^-1 r with the factors of this rank's part.
+PetscErrorCode solve_triangles(PC pc, Vec r, Vec z) {
+  BlockIcc* self = static_cast<BlockIcc*>(pc->data);
+  const PetscScalar* ar = nullptr;
+  PetscScalar* az = nullptr;
+  PetscFunctionBegin;
+  PetscCall(PetscLogEventBegin(linear_events().triangles, pc, r, z, nullptr));
+  Overlap& overlap = self->factor->overlap();
+  if (overlap.active()) {
+    PetscCall(overlap.apply(*self->matrix, r, z, [self](const double* in, double* out) { self->factor->solve(in, out); }));
+  } else {
+    PetscCall(VecGetArrayRead(r, &ar));
+    PetscCall(VecGetArrayWrite(z, &az));
+    self->factor->solve(ar, az);
+    PetscCall(VecRestoreArrayWrite(z, &az));
+    PetscCall(VecRestoreArrayRead(r, &ar));
+  }
+  PetscCall(PetscLogFlops(4.0 * self->matrix->dim() * self->matrix->dim() * self->factor->blocks()));
+  PetscCall(PetscLogEventEnd(linear_events().triangles, pc, r, z, nullptr));
+  PetscFunctionReturn(0);
+}
+
+// With the factors M and Q = Z E^-1 Z^T
+//   hats   z = (M^-1 + Q) r
+//   rigid  z = Q r + (I - Q S) M^-1 (I - S Q) r, positive definite however old Q is
+PetscErrorCode apply(PC pc, Vec r, Vec z) {
+  BlockIcc* self = static_cast<BlockIcc*>(pc->data);
+  PetscFunctionBegin;
+  if (!self->rigid.active()) {
+    PetscCall(solve_triangles(pc, r, z));
+    PetscCall(self->hats.add(r, z));
+    PetscFunctionReturn(0);
+  }
+  for (VecHandle* v : {&self->residual, &self->step})
+    if (!*v) PetscCall(VecDuplicate(r, v->out()));
+  PetscCall(VecZeroEntries(z));
+  PetscCall(self->rigid.add(r, z));
+  PetscCall(self->matrix->multiply(z, self->residual));
+  PetscCall(VecAYPX(self->residual, -1.0, r));
+  PetscCall(solve_triangles(pc, self->residual, self->step));
+  PetscCall(VecAXPY(z, 1.0, self->step));
+  PetscCall(self->matrix->multiply(self->step, self->residual));
+  PetscCall(VecScale(self->residual, -1.0));
+  PetscCall(self->rigid.add(self->residual, z));
+  PetscFunctionReturn(0);
+}
+
+PetscErrorCode set_from_options(PC pc, PetscOptionItems* PetscOptionsObject) {
+  BlockIcc* self = static_cast<BlockIcc*>(pc->data);
+  const char *const names[] = {"auto", "single", "double"}, *const spaces[] = {"hats", "rigid", "auto"};
+  PetscFunctionBegin;
+  PetscOptionsHeadBegin(PetscOptionsObject, "Block incomplete Cholesky of a spring matrix");
+  PetscCall(PetscOptionsEList("-pc_bicc_precision", "precision in which the factors are stored; auto: single unless stiffnesses differ by 1e5", "",
+                              names, 3, names[self->precision], &self->precision, nullptr));
+  PetscCall(PetscOptionsReal("-pc_bicc_shift", "fraction of the diagonal that is added when a pivot fails, multiplied by four at every repetition",
+                             "", self->shift, &self->shift, nullptr));
+  PetscCall(PetscOptionsInt(
+      "-pc_bicc_coarse",
+      "largest number of unknowns of the coarse grid, which corrects motions over many springs; 0: no coarse grid, -1: one for 60 "
+      "of the fine grid; hats at most 6000, or in bodies that fill their box 2200 or (0.3 particles a rank)^0.75, rigid at most 20000",
+      "", self->coarse_unknowns, &self->coarse_unknowns, nullptr));
+  PetscCall(
+      PetscOptionsEList("-pc_bicc_coarse_space",
+                        "functions of the coarse grid; hats: linear between its nodes, rigid: translations and rotations of groups of particles, "
+                        "auto: rigid where a body is at least 10 times as long as it is thick and stiffnesses differ by a factor of 100 at most",
+                        "", spaces, 3, spaces[self->space], &self->space, nullptr));
+  PetscOptionsHeadEnd();
+  PetscFunctionReturn(0);
+}
+
+PetscErrorCode view(PC pc, PetscViewer viewer) {
+  const BlockIcc* self = static_cast<const BlockIcc*>(pc->data);
+  PetscBool ascii = PETSC_FALSE;
+  PetscFunctionBegin;
+  PetscCall(PetscObjectTypeCompare(reinterpret_cast<PetscObject>(viewer), PETSCVIEWERASCII, &ascii));
+  if (ascii)
+    PetscCall(PetscViewerASCIIPrintf(viewer,
+                                     "  block incomplete Cholesky, factors in %s precision, shift %g, %" PetscInt_FMT " shifts so far; "
+                                     "coarse grid of %" PetscInt_FMT " unknowns (%s)\n",
+                                     self->in_single ? "single" : "double", static_cast<double>(self->shifted), self->shifts,
+                                     self->rigid.active()  ? self->rigid.unknowns()
+                                     : self->hats.active() ? self->hats.unknowns()
+                                                           : 0,
+                                     self->space == 1 ? "rigid motions of groups" : "hats"));
+  PetscFunctionReturn(0);
+}
+
+PetscErrorCode factor_shifts(PC pc, PetscInt* count) {
+  PetscFunctionBegin;
+  *count = static_cast<const BlockIcc*>(pc->data)->shifts;
+  PetscFunctionReturn(0);
+}
+
+PetscErrorCode coarse_words(PC pc, const char** words) {
+  BlockIcc* self = static_cast<BlockIcc*>(pc->data);
+  const PairMatrix* S = pc->pmat ? PairMatrix::from(pc->pmat) : nullptr;
+  PetscFunctionBegin;
+  if (S) PetscCall(choose_space(self, S->graph()));
+  *words = self->space == 1 && self->coarse_unknowns != 0 ? "rigid motions of groups" : "";
+  PetscFunctionReturn(0);
+}
+
+PetscErrorCode keep_coarse(PC pc, PetscBool keep) {
+  PetscFunctionBegin;
+  static_cast<BlockIcc*>(pc->data)->keep_coarse = keep;
+  PetscFunctionReturn(0);
+}
+
+PetscErrorCode destroy(PC pc) {
+  PetscFunctionBegin;
+  PetscCall(PetscObjectComposeFunction(reinterpret_cast<PetscObject>(pc), "BSKeepCoarse_C", nullptr));
+  PetscCall(PetscObjectComposeFunction(reinterpret_cast<PetscObject>(pc), "BSCoarseWords_C", nullptr));
+  PetscCall(PetscObjectComposeFunction(reinterpret_cast<PetscObject>(pc), "BSFactorShifts_C", nullptr));
+  delete static_cast<BlockIcc*>(pc->data);
+  pc->data = nullptr;
+  PetscFunctionReturn(0);
+}
+
+PetscErrorCode create(PC pc) {
+  PetscFunctionBegin;
+  pc->data = new BlockIcc;
+  pc->ops->setup = set_up;
+  pc->ops->apply = apply;
+  pc->ops->applytranspose = apply;
+  pc->ops->setfromoptions = set_from_options;
+  pc->ops->view = view;
+  pc->ops->destroy = destroy;
+  PetscCall(PetscObjectComposeFunction(reinterpret_cast<PetscObject>(pc), "BSFactorShifts_C", factor_shifts));
+  PetscCall(PetscObjectComposeFunction(reinterpret_cast<PetscObject>(pc), "BSCoarseWords_C", coarse_words));
+  PetscCall(PetscObjectComposeFunction(reinterpret_cast<PetscObject>(pc), "BSKeepCoarse_C", keep_coarse));
+  PetscFunctionReturn(0);
+}
+
+}  // namespace
+
+PetscErrorCode register_block_icc() {
+  PetscFunctionBegin;
+  PetscCall(PCRegister(TYPE, create));
+  PetscFunctionReturn(0);
+}
+
+}  // namespace bs

@@ -1,0 +1,167 @@
+#include "linalg/overlap.hpp"
+#include <algorithm>
+#include <unordered_map>
+#include "base/disjoint_sets.hpp"
+
+namespace bs {
+
+PetscErrorCode Overlap::create(PairMatrix& S, double least) {
+  const PairPattern& pattern = S.pattern();
+  int any = 0;
+  PetscFunctionBegin;
+  std::vector<std::uint8_t> tied(static_cast<std::size_t>(pattern.ghosts), 0);
+  for (std::size_t k = 0; k < pattern.ghost.size() && least > 0; ++k)
+    if (S.cut_size(k) > least) any = tied[static_cast<std::size_t>(pattern.ghost[k])] = 1;
+  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &any, 1, MPI_INT, MPI_MAX, S.graph().comm));
+  active_ = any != 0;
+  if (!active_) PetscFunctionReturn(0);
+  publish(S, least);
+  PetscCall(find_ties(S));
+  choose(S, tied);
+  PetscFunctionReturn(0);
+}
+
+/// Rows for ghosts that stiff pairs tie to owned points, directly or by way of other ghosts; ties of these.
+void Overlap::choose(const PairMatrix& S, const std::vector<std::uint8_t>& tied) {
+  DisjointSets sets(static_cast<PetscInt>(tied.size()), static_cast<PetscInt>(tied.size()));
+  for (const Tie& tie : ties_) sets.join(tie.a, tie.b);
+  std::vector<std::uint8_t> reached(tied.size(), 0);
+  for (std::size_t g = 0; g < tied.size(); ++g) reached[sets.top(static_cast<PetscInt>(g))] |= tied[g];
+  ghosts_.clear();
+  row_.assign(tied.size(), -1);
+  for (PetscInt g = 0; g < static_cast<PetscInt>(tied.size()); ++g) {
+    if (!reached[sets.top(g)]) continue;
+    row_[static_cast<std::size_t>(g)] = S.pattern().n + static_cast<PetscInt>(ghosts_.size());
+    ghosts_.push_back(g);
+  }
+  ties_.erase(std::remove_if(ties_.begin(), ties_.end(), [&](const Tie& tie) { return row(tie.a) < 0; }), ties_.end());
+  for (Tie& tie : ties_) tie = {row(tie.a), row(tie.b), {}, tie.slot};
+  std::stable_sort(ties_.begin(), ties_.end(), [](const Tie& one, const Tie& other) { return one.a < other.a; });
+}
+
+/// Makes the list of this rank's stiff pairs, from both ends.
+void Overlap::publish(const PairMatrix& S, double least) {
+  const PairPattern& pattern = S.pattern();
+  const Graph& graph = S.graph();
+  struct Half {
+    PetscInt i, other;
+    const float* numbers;
+  };
+  std::vector<Half> halves;
+  for (PetscInt i = 0; i < pattern.n && least > 0; ++i)
+    for (PetscInt k = pattern.start[i]; k < pattern.start[i + 1]; ++k) {
+      const std::size_t at = static_cast<std::size_t>(k);
+      if (S.pair_size(at) <= least) continue;
+      halves.push_back({i, graph.global[pattern.other[k]], S.pair(at)});
+      halves.push_back({pattern.other[k], graph.global[i], S.pair(at)});
+    }
+  for (std::size_t r = 0; r < pattern.cut_row.size() && least > 0; ++r)
+    for (PetscInt k = pattern.cut_start[r]; k < pattern.cut_start[r + 1]; ++k) {
+      const std::size_t at = static_cast<std::size_t>(k);
+      if (S.cut_size(at) > least) halves.push_back({pattern.cut_row[r], graph.global[pattern.n + pattern.ghost[k]], S.cut(at)});
+    }
+  std::stable_sort(halves.begin(), halves.end(), [](const Half& a, const Half& b) { return a.i < b.i; });
+  start_.assign(static_cast<std::size_t>(pattern.n) + 1, 0);
+  other_.clear();
+  numbers_.clear();
+  for (const Half& half : halves) {
+    ++start_[half.i + 1];
+    other_.push_back(half.other);
+    numbers_.push_back(half.numbers);
+  }
+  for (PetscInt i = 0; i < pattern.n; ++i) start_[i + 1] += start_[i];
+}
+
+/// Collective. all: value(i, c) of owned points i, then what their owners give for the ghosts; (owned and ghosts, d).
+template <class Value>
+PetscErrorCode Overlap::send(PairMatrix& S, Value&& value, std::vector<double>* all) const {
+  const PetscInt n = S.pattern().n, d = S.dim();
+  PetscFunctionBegin;
+  all->assign(static_cast<std::size_t>(n * d), 0.0);
+  for (PetscInt i = 0; i < n; ++i)
+    for (PetscInt c = 0; c < d; ++c) (*all)[static_cast<std::size_t>(i * d + c)] = value(i, c);
+  PetscCall(S.append_ghosts(all));
+  PetscFunctionReturn(0);
+}
+
+// Of all ghosts, by their numbers as ghosts. Images of points in a periodic box share their point's number: ties between them are left out,
+// and those of a point beyond the first MOST, since each is sent for all points.
+PetscErrorCode Overlap::find_ties(PairMatrix& S) {
+  constexpr PetscInt MOST = 32;
+  const Graph& graph = S.graph();
+  const PetscInt n = graph.n, d = S.dim();
+  std::unordered_map<PetscInt, PetscInt> ghost;  // of a global number
+  std::vector<double> all;
+  PetscFunctionBegin;
+  slots_ = 0;
+  for (PetscInt i = 0; i < n; ++i) slots_ = std::max(slots_, std::min(MOST, start_[i + 1] - start_[i]));
+  PetscCall(MPIU_Allreduce(MPI_IN_PLACE, &slots_, 1, MPIU_INT, MPI_MAX, graph.comm));
+  for (PetscInt g = 0; g < graph.ghosts && !graph.periodic; ++g) ghost[graph.global[n + g]] = g;
+  ties_.clear();
+  for (PetscInt slot = 0; slot < slots_; ++slot) {
+    const auto number = [&](PetscInt i, PetscInt c) {
+      return c == 0 && start_[i] + slot < start_[i + 1] ? 1.0 + static_cast<double>(other_[start_[i] + slot]) : 0.0;
+    };
+    PetscCall(send(S, number, &all));
+    for (PetscInt g = 0; g < graph.ghosts; ++g) {
+      const auto end = ghost.find(static_cast<PetscInt>(all[static_cast<std::size_t>((n + g) * d)]) - 1);
+      if (end != ghost.end() && g < end->second) ties_.push_back({g, end->second, {}, slot});
+    }
+  }
+  PetscFunctionReturn(0);
+}
+
+PetscErrorCode Overlap::update(PairMatrix& S, std::vector<double>* diagonal) {
+  const PetscInt n = S.pattern().n, d = S.dim(), area = d * d;
+  std::vector<double> all;
+  PetscFunctionBegin;
+  if (!active_) PetscFunctionReturn(0);
+  for (PetscInt slot = 0; slot < slots_; ++slot)
+    for (PetscInt first = 0; first <= d; first += d) {  // w, then t
+      const auto number = [&](PetscInt i, PetscInt c) {
+        return start_[i] + slot < start_[i + 1] && first + c <= d ? static_cast<double>(numbers_[start_[i] + slot][first + c]) : 0.0;
+      };
+      PetscCall(send(S, number, &all));
+      for (Tie& tie : ties_)
+        for (PetscInt c = 0; c < d && tie.slot == slot && first + c <= d; ++c)
+          tie.numbers[first + c] = static_cast<float>(all[static_cast<std::size_t>((n + ghosts_[tie.a - n]) * d + c)]);
+    }
+  diagonal->resize((static_cast<std::size_t>(n) + ghosts_.size()) * static_cast<std::size_t>(area));
+  for (PetscInt r = 0; r < d; ++r) {  // row by row of the blocks
+    PetscCall(send(
+        S, [&](PetscInt i, PetscInt c) { return (*diagonal)[static_cast<std::size_t>(i * area + r * d + c)]; }, &all));
+    for (const PetscInt g : ghosts_) std::copy_n(all.data() + (n + g) * d, d, diagonal->data() + row(g) * area + r * d);
+  }
+  PetscFunctionReturn(0);
+}
+
+PetscErrorCode Overlap::fetch(PairMatrix& S, Vec in) {
+  const std::size_t d = static_cast<std::size_t>(S.dim()), own = static_cast<std::size_t>(S.pattern().n) * d;
+  const PetscScalar* a = nullptr;
+  PetscFunctionBegin;
+  PetscCall(S.fetch_ghosts(in, &values_));
+  in_.resize(own + ghosts_.size() * d);
+  out_.resize(in_.size());
+  PetscCall(VecGetArrayRead(in, &a));
+  std::copy_n(a, own, in_.data());
+  PetscCall(VecRestoreArrayRead(in, &a));
+  for (std::size_t k = 0; k < ghosts_.size(); ++k)
+    std::copy_n(values_.data() + static_cast<std::size_t>(ghosts_[k]) * d, d, in_.data() + own + k * d);
+  PetscFunctionReturn(0);
+}
+
+PetscErrorCode Overlap::add(PairMatrix& S, Vec out) {
+  const std::size_t d = static_cast<std::size_t>(S.dim()), own = static_cast<std::size_t>(S.pattern().n) * d;
+  PetscScalar* a = nullptr;
+  PetscFunctionBegin;
+  PetscCall(VecGetArrayWrite(out, &a));
+  std::copy_n(out_.data(), own, a);
+  PetscCall(VecRestoreArrayWrite(out, &a));
+  std::fill(values_.begin(), values_.end(), 0.0);
+  for (std::size_t k = 0; k < ghosts_.size(); ++k)
+    std::copy_n(out_.data() + own + k * d, d, values_.data() + static_cast<std::size_t>(ghosts_[k]) * d);
+  PetscCall(S.add_ghosts(values_, out));
+  PetscFunctionReturn(0);
+}
+
+}  // namespace bs

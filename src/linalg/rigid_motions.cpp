@@ -1,0 +1,170 @@
+#include "linalg/rigid_motions.hpp"
+#include <petscblaslapack.h>
+#include <algorithm>
+#include <cmath>
+#include "linalg/lanes.hpp"
+
+namespace bs {
+
+namespace {
+
+/// Rows q_k / radius_k of the principal axes of J = sum (|r|^2 I - r r^T) over `count` points; zero where the radius is nothing.
+void principal_axes(const double* J, double count, double* axes) {
+  constexpr double NOTHING = 1e-7;  // of the largest squared radius
+  double A[9], lambda[3] = {0, 0, 0}, work[32];
+  PetscBLASInt three = 3, length = 32, info = 0;
+  std::copy_n(J, 9, A);
+  LAPACKsyev_("V", "U", &three, A, &three, lambda, work, &length, &info);
+  for (int k = 0; k < 3; ++k) {
+    const bool some = info == 0 && lambda[k] > NOTHING * lambda[2] && lambda[k] > 0;
+    for (int c = 0; c < 3; ++c) axes[3 * k + c] = some ? A[3 * k + c] / std::sqrt(lambda[k] / count) : 0;
+  }
+}
+
+}  // namespace
+
+void RigidMotions::create(int dim, const std::vector<double>& points, const RigidGroups& groups) {
+  const std::size_t d = static_cast<std::size_t>(dim), n = groups.shares().start.size() - 1, all = static_cast<std::size_t>(groups.count());
+  const Shares& shares = groups.shares();
+  dim_ = dim;
+  groups_ = &groups;
+  points_ = points;
+  centre_.assign(all * d, 0.0);
+  std::vector<double> count(all, 0.0), inertia(all * 9, 0.0);
+  const auto each = [&](auto use) {
+    for (std::size_t i = 0; i < n; ++i)
+      for (PetscInt k = shares.start[i]; k < shares.start[i + 1]; ++k)
+        use(i, static_cast<std::size_t>(shares.group[k]), static_cast<double>(shares.share[k]));
+  };
+  each([&](std::size_t i, std::size_t a, double share) {
+    count[a] += share;
+    for (std::size_t c = 0; c < d; ++c) centre_[a * d + c] += share * points[i * d + c];
+  });
+  for (std::size_t k = 0; k < all * d; ++k) centre_[k] /= count[k / d];
+  each([&](std::size_t i, std::size_t a, double share) {
+    double r[3] = {0, 0, 0}, square = 0;
+    for (std::size_t c = 0; c < d; ++c) {
+      r[c] = points[i * d + c] - centre_[a * d + c];
+      square += r[c] * r[c];
+    }
+    for (int p = 0; p < 3; ++p)
+      for (int q = 0; q < 3; ++q) inertia[a * 9 + 3 * p + q] += share * ((p == q ? square : 0) - r[p] * r[q]);
+  });
+  axes_.assign(all * 9, 0.0);
+  for (std::size_t a = 0; a < all; ++a) {
+    const double* J = inertia.data() + a * 9;
+    if (dim == 3) principal_axes(J, count[a], axes_.data() + a * 9);
+    if (dim == 2) axes_[a * 9] = J[8] > 0 ? std::sqrt(count[a] / J[8]) : 0;
+  }
+  whole_.assign(all * 8, 0.0);
+}
+
+// force and moment about the origin, then about each group's centre: m - c x f
+template <int d>
+void RigidMotions::restrict_of(const double* r, double* coarse) const {
+  typedef typename lanes::Register<double, 4>::type Four;
+  constexpr int width = rigid_width(d);
+  const Shares& shares = groups_->shares();
+  std::fill(whole_.begin(), whole_.end(), 0.0);
+  const PetscInt n = static_cast<PetscInt>(shares.start.size()) - 1;
+  for (PetscInt i = 0; i < n; ++i) {
+    const double *f = r + i * d, *x = point(i);
+    Four force = {}, moment = {};
+    for (int c = 0; c < d; ++c) force[c] = f[c];
+    if constexpr (d == 2) moment[2] = x[0] * f[1] - x[1] * f[0];
+    if constexpr (d == 3) {
+      moment[0] = x[1] * f[2] - x[2] * f[1];
+      moment[1] = x[2] * f[0] - x[0] * f[2];
+      moment[2] = x[0] * f[1] - x[1] * f[0];
+    }
+    for (PetscInt k = shares.start[i]; k < shares.start[i + 1]; ++k) {
+      double* to = whole_.data() + static_cast<std::size_t>(shares.group[k]) * 8;
+      const double s = static_cast<double>(shares.share[k]);
+      const Four share = {s, s, s, s};
+      Four sum;
+      std::memcpy(&sum, to, sizeof sum);
+      sum += share * force;
+      std::memcpy(to, &sum, sizeof sum);
+      if constexpr (d > 1) {
+        std::memcpy(&sum, to + 4, sizeof sum);
+        sum += share * moment;
+        std::memcpy(to + 4, &sum, sizeof sum);
+      }
+    }
+  }
+  for (PetscInt a = 0; a < groups(); ++a) {
+    const double *f = whole_.data() + a * 8, *m = f + 4, *q = axes(a), *c = centre(a);
+    double* to = coarse + a * width;
+    std::copy_n(f, d, to);
+    if constexpr (d == 2) to[2] = q[0] * (m[2] - (c[0] * f[1] - c[1] * f[0]));
+    if constexpr (d == 3) {
+      const double about[3] = {m[0] - (c[1] * f[2] - c[2] * f[1]), m[1] - (c[2] * f[0] - c[0] * f[2]), m[2] - (c[0] * f[1] - c[1] * f[0])};
+      for (int k = 0; k < 3; ++k) to[3 + k] = q[3 * k] * about[0] + q[3 * k + 1] * about[1] + q[3 * k + 2] * about[2];
+    }
+  }
+}
+
+// velocity at the origin T - w x c and spin w, summed over the groups of a point
+template <int d>
+void RigidMotions::prolong_of(const double* coarse, double* z) const {
+  typedef typename lanes::Register<double, 4>::type Four;
+  constexpr int width = rigid_width(d);
+  const Shares& shares = groups_->shares();
+  for (PetscInt a = 0; a < groups(); ++a) {
+    const double *from = coarse + a * width, *q = axes(a), *c = centre(a);
+    double *v = whole_.data() + a * 8, *w = v + 4;
+    std::copy_n(from, d, v);
+    if constexpr (d == 2) {
+      w[2] = q[0] * from[2];
+      v[0] += w[2] * c[1];
+      v[1] -= w[2] * c[0];
+    }
+    if constexpr (d == 3) {
+      for (int k = 0; k < 3; ++k) w[k] = q[k] * from[3] + q[3 + k] * from[4] + q[6 + k] * from[5];
+      v[0] -= w[1] * c[2] - w[2] * c[1];
+      v[1] -= w[2] * c[0] - w[0] * c[2];
+      v[2] -= w[0] * c[1] - w[1] * c[0];
+    }
+  }
+  const PetscInt n = static_cast<PetscInt>(shares.start.size()) - 1;
+  for (PetscInt i = 0; i < n; ++i) {
+    Four v = {}, w = {};
+    for (PetscInt k = shares.start[i]; k < shares.start[i + 1]; ++k) {
+      const double *from = whole_.data() + static_cast<std::size_t>(shares.group[k]) * 8, s = static_cast<double>(shares.share[k]);
+      const Four share = {s, s, s, s};
+      Four part;
+      std::memcpy(&part, from, sizeof part);
+      v += share * part;
+      if constexpr (d > 1) {
+        std::memcpy(&part, from + 4, sizeof part);
+        w += share * part;
+      }
+    }
+    double* to = z + i * d;
+    const double* x = point(i);
+    if constexpr (d == 1) to[0] += v[0];
+    if constexpr (d == 2) {
+      to[0] += v[0] - w[2] * x[1];
+      to[1] += v[1] + w[2] * x[0];
+    }
+    if constexpr (d == 3) {
+      to[0] += v[0] + w[1] * x[2] - w[2] * x[1];
+      to[1] += v[1] + w[2] * x[0] - w[0] * x[2];
+      to[2] += v[2] + w[0] * x[1] - w[1] * x[0];
+    }
+  }
+}
+
+void RigidMotions::restrict_to(const double* r, double* coarse) const {
+  if (dim_ == 1) restrict_of<1>(r, coarse);
+  else if (dim_ == 2) restrict_of<2>(r, coarse);
+  else restrict_of<3>(r, coarse);
+}
+
+void RigidMotions::prolong(const double* coarse, double* z) const {
+  if (dim_ == 1) prolong_of<1>(coarse, z);
+  else if (dim_ == 2) prolong_of<2>(coarse, z);
+  else prolong_of<3>(coarse, z);
+}
+
+}  // namespace bs

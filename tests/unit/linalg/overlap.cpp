@@ -1,0 +1,272 @@
+// Factors that overlap where the rank boundary cuts stiff springs, and the age of a preconditioner.
+#include <algorithm>
+#include "condensed_case.hpp"
+#include "linalg/stiff_fill.hpp"
+#include "solvers/condensed/inner_solver.hpp"
+
+using namespace bs;
+
+namespace {
+
+using Dense = std::vector<std::vector<double>>;
+
+/// z = (L D L^T)^-1 b, the factors those of a dense A with blocks of d rows, from which a block of fill is left out unless two stiff blocks make it.
+std::vector<double> solve_incomplete(Dense A, std::vector<double> b, std::size_t d, double least) {
+  const std::size_t n = b.size(), blocks = n / d;
+  std::vector<std::vector<int>> kept(blocks, std::vector<int>(blocks, 0));  // 1: is in the pattern, 2: stiff as well
+  for (std::size_t i = 0; i < blocks; ++i)
+    for (std::size_t j = 0; j < blocks; ++j) {
+      double trace = 0, size = 0;
+      for (std::size_t r = 0; r < d; ++r)
+        for (std::size_t c = 0; c < d; ++c) {
+          trace += r == c ? std::abs(A[i * d + r][j * d + c]) : 0;
+          size += std::abs(A[i * d + r][j * d + c]);
+        }
+      kept[i][j] = trace > 0.1 * least ? 2 : size > 0 ? 1 : 0;
+    }
+  for (std::size_t k = 0; k < blocks; ++k)
+    for (std::size_t i = k + 1; i < blocks; ++i)
+      for (std::size_t j = k + 1; j < blocks; ++j)
+        if (i != j && kept[k][i] == 2 && kept[k][j] == 2) kept[i][j] = 2;
+  for (std::size_t k = 0; k < n; ++k)
+    for (std::size_t r = k + 1; r < n; ++r) {
+      if (!kept[k / d][r / d]) continue;
+      const double f = A[r][k] / A[k][k];
+      for (std::size_t c = k + 1; c < n; ++c)
+        if (kept[k / d][c / d] && kept[r / d][c / d]) A[r][c] -= f * A[k][c];
+    }
+  for (std::size_t k = 0; k < n; ++k)
+    for (std::size_t r = k + 1; r < n; ++r)
+      if (kept[k / d][r / d]) b[r] -= A[k][r] / A[k][k] * b[k];
+  for (std::size_t k = n; k-- > 0;) {
+    for (std::size_t c = k + 1; c < n; ++c)
+      if (kept[k / d][c / d]) b[k] -= A[k][c] * b[c];
+    b[k] /= A[k][k];
+  }
+  return b;
+}
+
+/// All numbers of v on every rank.
+std::vector<double> gathered(Vec v) {
+  VecScatter scatter;
+  Vec all;
+  const PetscScalar* a = nullptr;
+  PetscInt size;
+  REQUIRE(VecScatterCreateToAll(v, &scatter, &all) == 0);
+  REQUIRE(VecScatterBegin(scatter, v, all, INSERT_VALUES, SCATTER_FORWARD) == 0);
+  REQUIRE(VecScatterEnd(scatter, v, all, INSERT_VALUES, SCATTER_FORWARD) == 0);
+  REQUIRE(VecGetSize(all, &size) == 0);
+  REQUIRE(VecGetArrayRead(all, &a) == 0);
+  std::vector<double> out(a, a + size);
+  REQUIRE(VecRestoreArrayRead(all, &a) == 0);
+  REQUIRE(VecDestroy(&all) == 0);
+  REQUIRE(VecScatterDestroy(&scatter) == 0);
+  return out;
+}
+
+/// Columns of S, whole on every rank.
+Dense columns_of(Mat S, Vec like) {
+  VecHandle unit, column;
+  PetscInt size;
+  REQUIRE(VecDuplicate(like, unit.out()) == 0);
+  REQUIRE(VecDuplicate(like, column.out()) == 0);
+  REQUIRE(VecGetSize(like, &size) == 0);
+  Dense columns;
+  for (PetscInt k = 0; k < size; ++k) {
+    REQUIRE(VecSet(unit, 0) == 0);
+    REQUIRE(VecSetValue(unit, k, 1, INSERT_VALUES) == 0);
+    REQUIRE(VecAssemblyBegin(unit) == 0);
+    REQUIRE(VecAssemblyEnd(unit) == 0);
+    REQUIRE(MatMult(S, unit, column) == 0);
+    columns.push_back(gathered(column));
+  }
+  return columns;
+}
+
+bool stiff_pair(const Dense& S, PetscInt i, PetscInt j, std::size_t d, double least) {
+  double trace = 0;
+  for (std::size_t c = 0; c < d; ++c) trace += std::abs(S[static_cast<std::size_t>(i) * d + c][static_cast<std::size_t>(j) * d + c]);
+  return i != j && trace > 0.1 * least;
+}
+
+/// Ghosts that stiff springs tie to owned particles, by way of other ghosts or not; global numbers, ascending.
+std::vector<PetscInt> reached_ghosts(const Dense& S, const Network& net, double least) {
+  std::vector<PetscInt> reached(net.global.begin(), net.global.begin() + net.n), left(net.global.begin() + net.n, net.global.end());
+  for (std::size_t k = 0; k < reached.size(); ++k)
+    for (std::size_t g = left.size(); g-- > 0;)
+      if (stiff_pair(S, reached[k], left[g], static_cast<std::size_t>(net.dim), least)) {
+        reached.push_back(left[g]);
+        left.erase(left.begin() + static_cast<std::ptrdiff_t>(g));
+      }
+  reached.erase(reached.begin(), reached.begin() + net.n);
+  std::sort(reached.begin(), reached.end());
+  return reached;
+}
+
+/// sum over ranks of R^T M^-1 R b, R: the components of the given particles, the first `own` of them this rank's; M: the factors of R S R^T without
+/// soft springs between the others.
+std::vector<double> schwarz(const Dense& columns, const std::vector<PetscInt>& particles, std::size_t own, std::size_t d, double least,
+                            const std::vector<double>& b) {
+  std::vector<std::size_t> rows;
+  for (const PetscInt p : particles)
+    for (std::size_t c = 0; c < d; ++c) rows.push_back(static_cast<std::size_t>(p) * d + c);
+  Dense A(rows.size(), std::vector<double>(rows.size()));
+  std::vector<double> right, sum(b.size(), 0.0);
+  for (std::size_t r = 0; r < rows.size(); ++r) {
+    right.push_back(b[rows[r]]);
+    for (std::size_t c = 0; c < rows.size(); ++c) A[r][c] = columns[rows[c]][rows[r]];
+  }
+  for (std::size_t i = own; i < particles.size(); ++i)
+    for (std::size_t j = own; j < particles.size(); ++j)
+      for (std::size_t k = 0; k < d * d && i != j && !stiff_pair(columns, particles[i], particles[j], d, least); ++k)
+        A[i * d + k / d][j * d + k % d] = 0;
+  const std::vector<double> z = solve_incomplete(std::move(A), std::move(right), d, least);
+  for (std::size_t r = 0; r < rows.size(); ++r) sum[rows[r]] += z[r];
+  MPI_Allreduce(MPI_IN_PLACE, sum.data(), static_cast<int>(sum.size()), MPI_DOUBLE, MPI_SUM, PETSC_COMM_WORLD);
+  return sum;
+}
+
+/// Largest difference of `found` from `expected`, relative to the largest number; not finite: 1e300.
+double worst_of(const std::vector<double>& found, const std::vector<double>& expected) {
+  double size = 0, worst = 0;
+  for (std::size_t k = 0; k < found.size(); ++k) {
+    size = std::max(size, std::abs(expected[k]));
+    worst = std::max(worst, std::isfinite(found[k]) ? std::abs(found[k] - expected[k]) : 1e300);
+  }
+  return worst / size;
+}
+
+/// Largest difference between the preconditioner and the same made of dense matrices, relative; `rows`, `ties`: what this case has of ghosts. Of the
+/// first S, then of one with another diagonal and other springs, in the factors laid out for the first.
+double worst_difference(const GeneratorSpec& spec, int* rows, int* ties) {
+  Case c(PETSC_COMM_WORLD, spec, 30.0);
+  MatHandle S;
+  PCHandle pc;
+  VecHandle b, z;
+  PairMatrix& matrix = assembled(&c, &S);
+  create_bicc(S, "-unit_pc_bicc_precision double -unit_pc_bicc_coarse 0", pc.out());
+  REQUIRE(matrix.create_vector(b.out()) == 0);
+  REQUIRE(VecDuplicate(b, z.out()) == 0);
+  fill(c.net, b);
+  REQUIRE(PCApply(pc, b, z) == 0);
+  Overlap overlap;
+  double least = least_stiff_size(matrix);
+  REQUIRE(overlap.create(matrix, least) == 0);
+  FillPattern pattern;
+  REQUIRE((least == 0 || add_stiff_fill(matrix, overlap, least, 1, &pattern)));  // no rank does without its rows
+  int counts[2] = {static_cast<int>(overlap.ghosts().size()), static_cast<int>(overlap.ties().size())};
+  MPI_Allreduce(MPI_IN_PLACE, counts, 2, MPI_INT, MPI_SUM, PETSC_COMM_WORLD);
+  *rows += counts[0];
+  *ties += counts[1];
+  if (least == 0) least = 1e300;
+  const Dense columns = columns_of(S, b);
+  std::vector<PetscInt> particles(c.net.global.begin(), c.net.global.begin() + c.net.n), ghosts;
+  for (const PetscInt g : overlap.ghosts()) ghosts.push_back(c.net.global[c.net.n + g]);
+  particles.insert(particles.end(), ghosts.begin(), ghosts.end());
+  std::sort(ghosts.begin(), ghosts.end());
+  CHECK(ghosts == reached_ghosts(columns, c.net, least));
+  const std::size_t own = static_cast<std::size_t>(c.net.n), d = static_cast<std::size_t>(c.net.dim);
+  const std::vector<double> right = gathered(b);
+  const double first = worst_of(gathered(z), schwarz(columns, particles, own, d, least, right));
+  REQUIRE(c.tangent.linearise(0.0, c.y, 20.0, Form::momentum) == 0);
+  REQUIRE(c.tangent.assemble(true, S) == 0);
+  mark_changed(S);
+  REQUIRE(PCApply(pc, b, z) == 0);
+  return std::max(first, worst_of(gathered(z), schwarz(columns_of(S, b), particles, own, d, least, right)));
+}
+
+}  // namespace
+
+TEST_CASE("factors overlap where stiff springs are cut, as additive Schwarz does with dense matrices") {
+  int ranks, rows = 0, ties = 0;
+  MPI_Comm_size(PETSC_COMM_WORLD, &ranks);
+  for (const int d : {1, 2, 3})
+    for (std::int64_t seed = 1; seed <= 4; ++seed) {
+      CAPTURE(d, seed);
+      GeneratorSpec spec = d == 1 ? lattice(LatticeType::chain, {17}, d) : lattice(LatticeType::square, {8, 5}, d);
+      if (d > 1) spec.neighbors = 8;
+      spec.stiff_fraction = 0.2;
+      spec.stiff_factor = 1e4;
+      spec.seed = seed;
+      CHECK(worst_difference(spec, &rows, &ties) < 1e-7);
+    }
+  CHECK((ranks == 1) == (rows == 0));
+  CHECK((ranks == 1) == (ties == 0));
+  // ranks that meet at an edge of their parts: a spring between ghosts of two other ranks; several ties of one ghost
+  GeneratorSpec spec = lattice(LatticeType::cubic, {6, 5, 4}, 3);
+  spec.neighbors = 18;
+  spec.stiff_fraction = 0.12;
+  spec.stiff_factor = 1e4;
+  CHECK(worst_difference(spec, &rows, &ties) < 1e-7);
+}
+
+TEST_CASE("images of particles in a periodic box are not tied to each other") {
+  GeneratorSpec spec = lattice(LatticeType::cubic, {6, 5, 4}, 3);
+  spec.neighbors = 18;
+  spec.periodic = "xyz";
+  spec.stiff_fraction = 0.12;
+  spec.stiff_factor = 1e4;
+  int ranks = 1;
+  MPI_Comm_size(PETSC_COMM_WORLD, &ranks);
+  Case c(PETSC_COMM_WORLD, spec, 30.0);
+  MatHandle S;
+  PairMatrix& matrix = assembled(&c, &S);
+  Overlap overlap;
+  REQUIRE(overlap.create(matrix, least_stiff_size(matrix)) == 0);
+  CHECK(overlap.active() == (ranks > 1));
+  CHECK(overlap.ties().empty());  // which of the images a tie is between is not told: those of one particle have one number
+}
+
+TEST_CASE("ranks whose stiff springs would fill their factors do without those of other ranks") {
+  GeneratorSpec spec = lattice(LatticeType::cubic, {6, 5, 4}, 3);
+  spec.neighbors = 18;
+  spec.stiff_fraction = 0.3;
+  spec.stiff_factor = 2000;
+  Case c(PETSC_COMM_WORLD, spec, 1000.0);  // inertia enough for factors without fill
+  MatHandle S;
+  PCHandle pc;
+  VecHandle b, z;
+  PairMatrix& matrix = assembled(&c, &S);
+  create_bicc(S, "-unit_pc_bicc_precision double -unit_pc_bicc_coarse 0", pc.out());
+  REQUIRE(matrix.create_vector(b.out()) == 0);
+  REQUIRE(VecDuplicate(b, z.out()) == 0);
+  fill(c.net, b);
+  REQUIRE(PCApply(pc, b, z) == 0);
+  Overlap overlap;
+  FillPattern pattern;
+  const double least = least_stiff_size(matrix);
+  REQUIRE(overlap.create(matrix, least) == 0);
+  int ranks = 1;
+  MPI_Comm_size(PETSC_COMM_WORLD, &ranks);
+  CHECK(overlap.active() == (ranks > 1));
+  CHECK_FALSE(add_stiff_fill(matrix, overlap, least, 1, &pattern));
+  const std::vector<PetscInt> own(c.net.global.begin(), c.net.global.begin() + c.net.n);
+  CHECK(worst_of(gathered(z), schwarz(columns_of(S, b), own, own.size(), 3, 1e300, gathered(b))) < 1e-7);
+}
+
+TEST_CASE("a preconditioner that has aged gets new factors first, a new coarse grid where these do not help") {
+  PreconditionerAge age;
+  const double most = 1.3;
+  CHECK(age.due());
+  CHECK_FALSE(age.renew());  // the first is new in all its parts
+  age.note(10, true, most);
+  CHECK_FALSE(age.due());
+  age.note(14, false, most);  // 1.3 times, and one more, is borne
+  CHECK_FALSE(age.due());
+  age.note(14.1, false, most);
+  CHECK(age.due());
+  CHECK(age.renew());  // keeps the coarse grid
+  age.note(13.9, true, most);
+  CHECK_FALSE(age.due());  // that of the first one is the measure, not 13.9
+  age.note(15, false, most);
+  CHECK(age.due());
+  CHECK(age.renew());
+  age.note(20, true, most);  // new factors did not help
+  CHECK(age.due());
+  CHECK_FALSE(age.renew());
+  age.note(20, true, most);  // a harder matrix: the new measure
+  CHECK_FALSE(age.due());
+  age.discard();
+  CHECK(age.due());
+  CHECK_FALSE(age.renew());
+}
