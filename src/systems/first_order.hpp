@@ -3,9 +3,9 @@
 #include <memory>
 #include <vector>
 #include "base/handle.hpp"
+#include "linalg/condensed/tangent.hpp"
 #include "systems/mechanics.hpp"
 #include "systems/model.hpp"
-#include "systems/tangent.hpp"
 
 namespace bs {
 

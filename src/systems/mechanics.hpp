@@ -5,11 +5,11 @@
 #include <petscmat.h>
 #include <vector>
 #include "base/handle.hpp"
+#include "linalg/condensed/tangent.hpp"
 #include "systems/incremental.hpp"
 #include "systems/layout.hpp"
 #include "systems/strain_response.hpp"
 #include "systems/system.hpp"
-#include "systems/tangent.hpp"
 
 namespace bs {
 

@@ -6,9 +6,9 @@
 #include <cstdint>
 #include <memory>
 #include <string>
+#include "linalg/condensed/tangent.hpp"
 #include "systems/incremental.hpp"
 #include "systems/system.hpp"
-#include "systems/tangent.hpp"
 
 namespace bs {
 

@@ -4,7 +4,7 @@
 #include <petscts.h>
 #include <vector>
 #include "base/factor_memory.hpp"
-#include "solvers/condensed/condensed.hpp"
+#include "linalg/condensed/condensed.hpp"
 #include "systems/equilibrium.hpp"
 #include "systems/mechanics.hpp"
 

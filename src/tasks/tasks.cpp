@@ -1,7 +1,7 @@
 #include "tasks/tasks.hpp"
 #include <string>
 #include "base/options.hpp"
-#include "solvers/condensed/condensed.hpp"
+#include "linalg/condensed/condensed.hpp"
 #include "solvers/newton/search/searches.hpp"
 #include "systems/create.hpp"
 #include "tasks/modes.hpp"

@@ -1,6 +1,6 @@
 #include "time/rejections.hpp"
 #include "base/error.hpp"
-#include "solvers/condensed/condensed.hpp"
+#include "linalg/condensed/condensed.hpp"
 #include "time/methods.hpp"
 
 namespace bs {

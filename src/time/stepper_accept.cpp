@@ -1,7 +1,7 @@
 // After a step: whether it is good, what is kept of it, and what follows.
 #include <cmath>
 #include "base/signals.hpp"
-#include "solvers/condensed/condensed.hpp"
+#include "linalg/condensed/condensed.hpp"
 #include "systems/breaks.hpp"
 #include "time/methods.hpp"
 #include "time/stepper.hpp"

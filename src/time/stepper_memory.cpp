@@ -2,7 +2,7 @@
 #include <cmath>
 #include <utility>
 #include "base/error.hpp"
-#include "solvers/condensed/condensed.hpp"
+#include "linalg/condensed/condensed.hpp"
 #include "time/implicit/solver_setup.hpp"
 #include "time/methods.hpp"
 #include "time/stepper.hpp"

@@ -10,7 +10,7 @@ import sys
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 SOURCE = ROOT / "src"
 UNIT = ROOT / "tests" / "unit"
-FOREIGN = {"physics": r"petsc|mpi\.h|\bMPI_|\bVec\b|\bMat\b", "lattice": r"petsc|mpi\.h|\bMPI_", "solvers": r"petscts|\bTS\b|\bTS[A-Z]\w*"}
+FOREIGN = {"physics": r"petsc|mpi\.h|\bMPI_|\bVec\b|\bMat\b", "lattice": r"petsc|mpi\.h|\bMPI_", "solvers": r"petscts|\bTS\b|\bTS[A-Z]\w*", "linalg": r"petscts|\bTS\b|\bTS[A-Z]\w*"}
 
 
 def table(text):

@@ -1,6 +1,6 @@
 #include "tasks/statics/arc_length.hpp"
 #include <cmath>
-#include "solvers/condensed/condensed.hpp"
+#include "linalg/condensed/condensed.hpp"
 #include "solvers/own_solve.hpp"
 #include "time/methods.hpp"
 

@@ -2,7 +2,7 @@
 #pragma once
 #include <petscts.h>
 #include "base/handle.hpp"
-#include "solvers/condensed/condensed.hpp"
+#include "linalg/condensed/condensed.hpp"
 #include "systems/equilibrium.hpp"
 #include "tasks/statics/pseudo_time.hpp"
 #include "time/ts_setup.hpp"

@@ -1,7 +1,7 @@
 #include "tasks/statics/pseudo_time.hpp"
 #include <petsc/private/tsimpl.h>
 #include <algorithm>
-#include "solvers/condensed/condensed.hpp"
+#include "linalg/condensed/condensed.hpp"
 #include "solvers/own_solve.hpp"
 #include "time/methods.hpp"
 

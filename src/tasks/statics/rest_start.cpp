@@ -1,6 +1,6 @@
 #include "tasks/statics/rest_start.hpp"
 #include <utility>
-#include "solvers/condensed/condensed.hpp"
+#include "linalg/condensed/condensed.hpp"
 #include "time/methods.hpp"
 #include "time/replay.hpp"
 

@@ -3,7 +3,7 @@
 #include <cmath>
 #include <limits>
 #include "base/error.hpp"
-#include "solvers/condensed/condensed.hpp"
+#include "linalg/condensed/condensed.hpp"
 #include "solvers/own_solve.hpp"
 #include "time/methods.hpp"
 

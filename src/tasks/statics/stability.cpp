@@ -2,7 +2,7 @@
 #include <algorithm>
 #include "base/error.hpp"
 #include "base/options.hpp"
-#include "solvers/condensed/condensed.hpp"
+#include "linalg/condensed/condensed.hpp"
 #include "time/methods.hpp"
 
 namespace bs {

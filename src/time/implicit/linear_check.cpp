@@ -1,7 +1,7 @@
 #include "time/implicit/linear_check.hpp"
 #include <algorithm>
 #include <cmath>
-#include "solvers/condensed/condensed.hpp"
+#include "linalg/condensed/condensed.hpp"
 #include "time/methods.hpp"
 
 namespace bs {

@@ -1,8 +1,8 @@
 #include "time/implicit/linear_defaults.hpp"
 #include <string>
 #include "base/options.hpp"
-#include "solvers/condensed/condensed.hpp"
-#include "solvers/solver_options.hpp"
+#include "linalg/condensed/condensed.hpp"
+#include "linalg/solver_options.hpp"
 #include "time/methods.hpp"
 
 namespace bs {

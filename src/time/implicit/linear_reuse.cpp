@@ -1,7 +1,7 @@
 #include "time/implicit/linear_reuse.hpp"
 #include <cmath>
 #include "base/error.hpp"
-#include "solvers/solver_options.hpp"
+#include "linalg/solver_options.hpp"
 #include "time/methods.hpp"
 
 namespace bs {

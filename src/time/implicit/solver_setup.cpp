@@ -1,6 +1,6 @@
 #include "time/implicit/solver_setup.hpp"
-#include "solvers/condensed/condensed.hpp"
-#include "solvers/solver_options.hpp"
+#include "linalg/condensed/condensed.hpp"
+#include "linalg/solver_options.hpp"
 #include "time/implicit/linear_reuse.hpp"
 #include "time/methods.hpp"
 

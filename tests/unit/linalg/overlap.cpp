@@ -2,7 +2,7 @@
 #include <algorithm>
 #include "condensed_case.hpp"
 #include "linalg/stiff_fill.hpp"
-#include "solvers/condensed/inner_solver.hpp"
+#include "linalg/condensed/inner_solver.hpp"
 
 using namespace bs;
 

@@ -2,8 +2,8 @@
 #pragma once
 #include <petscmat.h>
 #include <vector>
+#include "linalg/condensed/tangent.hpp"
 #include "systems/particles/row_pattern.hpp"
-#include "systems/tangent.hpp"
 
 namespace bs {
 

@@ -6,9 +6,9 @@
 #include <string>
 #include <vector>
 #include "base/handle.hpp"
-#include "solvers/condensed/absolute.hpp"
-#include "solvers/condensed/condensed.hpp"
-#include "systems/tangent.hpp"
+#include "linalg/condensed/absolute.hpp"
+#include "linalg/condensed/condensed.hpp"
+#include "linalg/condensed/tangent.hpp"
 
 namespace bs {
 

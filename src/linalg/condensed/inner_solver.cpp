@@ -1,9 +1,9 @@
-#include "solvers/condensed/inner_solver.hpp"
+#include "linalg/condensed/inner_solver.hpp"
 #include <algorithm>
 #include <cmath>
 #include "base/error.hpp"
-#include "solvers/condensed/condensed.hpp"
-#include "solvers/solver_options.hpp"
+#include "linalg/condensed/condensed.hpp"
+#include "linalg/solver_options.hpp"
 
 namespace bs {
 

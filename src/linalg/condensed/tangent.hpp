@@ -21,8 +21,7 @@ class Tangent {
   virtual ~Tangent() = default;
   /// Whether S as assembled, which is symmetric, holds all of J; else multiply_condensed includes what it leaves out.
   virtual bool exact_symmetric() const = 0;
-  /// Whether every block of S comes from a pair of particles or from one; else the storage `springs` keeps a remainder, which its
-  /// preconditioner sees on the diagonal alone.
+  /// Whether every block of S comes from a pair of particles or from one; else the storage `springs` keeps a remainder.
   virtual bool pairwise() const { return true; }
   /// Whether masses make S better conditioned; at equilibria it is -K/sigma, and the signs of its pivots are looked at.
   virtual bool has_inertia() const { return true; }

@@ -1,4 +1,4 @@
-#include "solvers/condensed/absolute.hpp"
+#include "linalg/condensed/absolute.hpp"
 #include <petscblaslapack.h>
 #include <algorithm>
 #include <cmath>

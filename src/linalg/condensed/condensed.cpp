@@ -1,14 +1,14 @@
-#include "solvers/condensed/condensed.hpp"
+#include "linalg/condensed/condensed.hpp"
 #include <petsc/private/pcimpl.h>
 #include <string>
 #include "base/error.hpp"
 #include "base/handle.hpp"
-#include "solvers/condensed/inner_solver.hpp"
+#include "linalg/condensed/inner_solver.hpp"
 
 namespace bs {
 namespace {
 
-constexpr char TYPE[] = "condensed";
+constexpr char TYPE[] = "condensed", MARK[] = "bs_tangent";
 
 struct Condensed {
   Tangent* tangent = nullptr;
@@ -125,6 +125,24 @@ PetscErrorCode is_condensed(PC pc, bool* is) {
 }
 
 }  // namespace
+
+PetscErrorCode attach_tangent(Mat P, Tangent* tangent) {
+  PetscContainer mark;
+  PetscFunctionBegin;
+  PetscCall(PetscContainerCreate(PetscObjectComm(reinterpret_cast<PetscObject>(P)), &mark));
+  PetscCall(PetscContainerSetPointer(mark, tangent));
+  PetscCall(PetscObjectCompose(reinterpret_cast<PetscObject>(P), MARK, reinterpret_cast<PetscObject>(mark)));
+  PetscCall(PetscContainerDestroy(&mark));
+  PetscFunctionReturn(0);
+}
+
+Tangent* tangent_of(Mat P) {
+  PetscObject mark = nullptr;
+  void* pointer = nullptr;
+  if (!P || PetscObjectQuery(reinterpret_cast<PetscObject>(P), MARK, &mark) || !mark) return nullptr;
+  if (PetscContainerGetPointer(reinterpret_cast<PetscContainer>(mark), &pointer)) return nullptr;
+  return static_cast<Tangent*>(pointer);
+}
 
 PetscErrorCode register_condensed() {
   PetscFunctionBegin;

@@ -5,7 +5,7 @@
 #pragma once
 #include <petscksp.h>
 #include <string>
-#include "systems/tangent.hpp"
+#include "linalg/condensed/tangent.hpp"
 
 namespace bs {
 

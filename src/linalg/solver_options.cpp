@@ -1,4 +1,4 @@
-#include "solvers/solver_options.hpp"
+#include "linalg/solver_options.hpp"
 #include <petscksp.h>
 #include <limits>
 #include <sstream>

@@ -1,5 +1,5 @@
 // Directions by the absolute values of curvatures, against their closed form.
-#include "solvers/condensed/absolute.hpp"
+#include "linalg/condensed/absolute.hpp"
 #include <petscksp.h>
 #include <algorithm>
 #include <catch2/catch.hpp>
