@@ -5,9 +5,9 @@
 #include <vector>
 #include "base/arrays.hpp"
 #include "linalg/block_icc.hpp"
+#include "linalg/factor_pattern.hpp"
 #include "linalg/lanes.hpp"
 #include "linalg/pair_product.hpp"
-#include "linalg/stiff_fill.hpp"
 
 namespace bs {
 namespace {
@@ -52,11 +52,10 @@ class BlockFactorOf final : public BlockFactor {
     PetscFunctionBegin;
     const double least = least_stiff_size(S);
     PetscCall(overlap_.create(S, least));
-    const bool filled = add_stiff_fill(S, overlap_, least, MOST, &fill_);
-    if (!filled) overlap_.leave_out();
+    const bool own = make_factor_pattern(S, least, MOST, &overlap_, &own_);
     rows_ = S.pattern().n + static_cast<PetscInt>(overlap_.ghosts().size());
-    start_ = filled ? fill_.start.data() : S.pattern().start.data();
-    other_ = filled ? fill_.other.data() : S.pattern().other.data();
+    start_ = own ? own_.start.data() : S.pattern().start.data();
+    other_ = own ? own_.other.data() : S.pattern().other.data();
     PetscFunctionReturn(0);
   }
 
@@ -147,6 +146,21 @@ class BlockFactorOf final : public BlockFactor {
       finish(i);
     }
     flops_ = 2.0 * area * static_cast<double>(pattern.pairs());  // t I + w w^T of each pair
+    if (S.remainder().created()) add_remainder(S);
+  }
+  /// What R holds between two rows, one of them an owned point's.
+  void add_remainder(const PairMatrix& S) {
+    const PetscInt n = S.pattern().n;
+    double block[area];
+    for (PetscInt i = 0; i < n; ++i)
+      S.remainder().for_row(i, [&](PetscInt j, const double* R) {
+        const PetscInt row = j < n ? j : overlap_.row(j - n);
+        if (row <= i) return;
+        std::copy_n(R, area, block);
+        S.hold_block(i, j, block);
+        Real* to = upper_.data() + (std::find(other_ + start_[i], other_ + start_[i + 1], row) - other_) * area;
+        for (int c = 0; c < area; ++c) to[c] += static_cast<Real>(block[c]);
+      });
   }
 
   // t_i = D_i^-1 (r_i - sum of what rows before i took from it), then t_j -= U_ij^T t_i by rows of U
@@ -238,8 +252,8 @@ class BlockFactorOf final : public BlockFactor {
   }
 
   PetscInt rows_ = 0;
-  const PetscInt *start_ = nullptr, *other_ = nullptr;  ///< of the matrix's pattern, or of fill_
-  FillPattern fill_;
+  const PetscInt *start_ = nullptr, *other_ = nullptr;  ///< of the matrix's pattern, or of own_
+  FactorPattern own_;
   Overlap overlap_;
   double flops_ = 0;
   static constexpr int AHEAD = 1024 / sizeof(Real);  ///< numbers prefetched ahead

@@ -151,11 +151,12 @@ PetscErrorCode set_from_options(PC pc, PetscOptionItems* PetscOptionsObject) {
                               names, 3, names[self->precision], &self->precision, nullptr));
   PetscCall(PetscOptionsReal("-pc_bicc_shift", "fraction of the diagonal that is added when a pivot fails, multiplied by four at every repetition",
                              "", self->shift, &self->shift, nullptr));
-  PetscCall(PetscOptionsInt(
-      "-pc_bicc_coarse",
-      "largest number of unknowns of the coarse grid, which corrects motions over many springs; 0: no coarse grid, -1: one for 60 "
-      "of the fine grid; hats at most 6000, or in bodies that fill their box 2200 or (0.3 particles a rank)^0.75, rigid at most 20000",
-      "", self->coarse_unknowns, &self->coarse_unknowns, nullptr));
+  PetscCall(
+      PetscOptionsInt("-pc_bicc_coarse",
+                      "largest number of unknowns of the coarse grid, which corrects motions over many springs; 0: no coarse grid, -1: one for 60 "
+                      "of the fine grid, for 15 where there are angle springs or hinges; hats at most 6000, or in bodies that fill their box 2200 or "
+                      "(0.3 particles a rank)^0.75, rigid at most 20000",
+                      "", self->coarse_unknowns, &self->coarse_unknowns, nullptr));
   PetscCall(
       PetscOptionsEList("-pc_bicc_coarse_space",
                         "functions of the coarse grid; hats: linear between its nodes, rigid: translations and rotations of groups of particles, "

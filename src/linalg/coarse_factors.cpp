@@ -53,14 +53,14 @@ PetscErrorCode CoarseBlocks::sum_far(MPI_Comm comm) {
 }
 
 /// Blocks of E, each once; the matrix and its order of elimination are kept where they are those of before.
-PetscErrorCode CoarseFactors::set_pattern(int d, const CoarseBlocks& blocks, const CoarseBlocks& rolling) {
+PetscErrorCode CoarseFactors::set_pattern(int d, const CoarseBlocks& blocks, const CoarseBlocks& full) {
   const PetscInt size = blocks.nodes() * d;
   std::vector<std::pair<PetscInt, PetscInt>> pattern;
   PetscFunctionBegin;
   const auto note = [&](PetscInt a, PetscInt b, const double*) { pattern.emplace_back(a, b); };
   for (PetscInt a = 0; a < blocks.nodes(); ++a) pattern.emplace_back(a, a);
   blocks.for_each(note);
-  rolling.for_each(note);
+  full.for_each(note);
   std::sort(pattern.begin(), pattern.end());
   pattern.erase(std::unique(pattern.begin(), pattern.end()), pattern.end());
   if (E_ && pattern == pattern_) PetscFunctionReturn(0);
@@ -75,9 +75,9 @@ PetscErrorCode CoarseFactors::set_pattern(int d, const CoarseBlocks& blocks, con
   PetscFunctionReturn(0);
 }
 
-PetscErrorCode CoarseFactors::set_values(int d, const CoarseBlocks& blocks, const CoarseBlocks& rolling) {
+PetscErrorCode CoarseFactors::set_values(int d, const CoarseBlocks& blocks, const CoarseBlocks& full) {
   PetscErrorCode failed = 0;
-  double full[9];
+  double whole[9];
   PetscInt rows[3], columns[3];
   std::vector<double> diagonal(static_cast<std::size_t>(blocks.nodes() * d), 0.0);
   PetscFunctionBegin;
@@ -92,10 +92,10 @@ PetscErrorCode CoarseFactors::set_values(int d, const CoarseBlocks& blocks, cons
   PetscCall(MatZeroEntries(E_));
   blocks.for_each([&](PetscInt a, PetscInt b, const double* numbers) {
     for (int r = 0, k = 0; r < d; ++r)
-      for (int c = r; c < d; ++c, ++k) full[r * d + c] = full[c * d + r] = numbers[k];
-    add(a, b, full);
+      for (int c = r; c < d; ++c, ++k) whole[r * d + c] = whole[c * d + r] = numbers[k];
+    add(a, b, whole);
   });
-  rolling.for_each(add);
+  full.for_each(add);
   PetscCall(failed);
   for (PetscInt k = 0; k < blocks.nodes() * d; ++k)  // no point is near a node without entries
     PetscCall(MatSetValue(E_, k, k, diagonal[static_cast<std::size_t>(k)] == 0 ? 1 : 0, ADD_VALUES));
@@ -131,10 +131,10 @@ PetscErrorCode CoarseFactors::factor(bool* definite) {
   PetscFunctionReturn(0);
 }
 
-PetscErrorCode CoarseFactors::create(int d, const CoarseBlocks& blocks, const CoarseBlocks& rolling, bool* definite) {
+PetscErrorCode CoarseFactors::create(int d, const CoarseBlocks& blocks, const CoarseBlocks& full, bool* definite) {
   PetscFunctionBegin;
-  PetscCall(set_pattern(d, blocks, rolling));
-  PetscCall(set_values(d, blocks, rolling));
+  PetscCall(set_pattern(d, blocks, full));
+  PetscCall(set_values(d, blocks, full));
   PetscCall(factor(definite));
   PetscFunctionReturn(0);
 }

@@ -52,16 +52,16 @@ class CoarseBlocks {
 
 class CoarseFactors {
  public:
-  /// Local. Of E = blocks + rolling. `blocks`: symmetric, the rows of their upper triangles (d (d+1)/2 numbers); `rolling`: d x d, row-major,
-  /// empty where there are no points that are held in part. Unknowns without entries get 1 on the diagonal. `definite`: whether E is positive
-  /// definite; else there are no factors.
-  PetscErrorCode create(int d, const CoarseBlocks& blocks, const CoarseBlocks& rolling, bool* definite);
+  /// Local. Of E = blocks + full. `blocks`: symmetric, the rows of their upper triangles (d (d+1)/2 numbers); `full`: d x d, row-major,
+  /// what is not symmetric block by block, of points held in part and of R; empty where there is none. Unknowns without entries get 1 on the
+  /// diagonal. `definite`: whether E is positive definite; else there are no factors.
+  PetscErrorCode create(int d, const CoarseBlocks& blocks, const CoarseBlocks& full, bool* definite);
   /// Local. out = E^-1 in.
   PetscErrorCode solve(const double* in, double* out);
 
  private:
-  PetscErrorCode set_pattern(int d, const CoarseBlocks& blocks, const CoarseBlocks& rolling);
-  PetscErrorCode set_values(int d, const CoarseBlocks& blocks, const CoarseBlocks& rolling);
+  PetscErrorCode set_pattern(int d, const CoarseBlocks& blocks, const CoarseBlocks& full);
+  PetscErrorCode set_values(int d, const CoarseBlocks& blocks, const CoarseBlocks& full);
   PetscErrorCode factor(bool* definite);
   std::vector<std::pair<PetscInt, PetscInt>> pattern_;  ///< blocks of E
   MatHandle E_;

@@ -19,7 +19,7 @@ class HatMatrix {
   static constexpr std::size_t WIDTH = 8;
   typedef typename lanes::Register<double, WIDTH>::type Block;
 
-  HatMatrix(const HatGrid& grid, CoarseBlocks* E, CoarseBlocks* rolling) : grid_(grid), E_(*E), rolling_(*rolling) { grid.offsets<d>(offset_); }
+  HatMatrix(const HatGrid& grid, CoarseBlocks* E, CoarseBlocks* full) : grid_(grid), E_(*E), full_(*full) { grid.offsets<d>(offset_); }
 
   // E_ab = sum_i Z_ia A_i Z_ib + sum_ij (Z_ia - Z_ja) B_ij (Z_ib - Z_jb),  i and j not fixed
   // Z_ia: share of point i in node a, as a diagonal matrix whose entries of held components are 0. Where point j lies in another cell
@@ -43,6 +43,7 @@ class HatMatrix {
         add_pair(pattern.cut_row[r], pattern.n + pattern.ghost[k], S.cut(static_cast<std::size_t>(k)), 0.5);
     }
     enter(-1);
+    if (S.remainder().created()) add_remainder(S);
   }
 
   /// Floating-point operations of the sum: of each pair of corners a product of shares, and its product with the upper triangle, added.
@@ -127,18 +128,34 @@ class HatMatrix {
     updates_ += 2.0 * entries * entries;  // twice the numbers of an upper triangle, of all pairs
     for (int p = 0; p < entries; ++p)
       for (int q = 0; q < entries; ++q) {
-        if (node_[p] > node_[q]) continue;
-        double* to = rolling_.at(node_[p], node_[q]);
-        for (int r = 0; r < d; ++r)
-          for (int c = 0; c < d; ++c)
-            if (!(held_[p] >> r & 1) && !(held_[q] >> c & 1)) to[r * d + c] += part * share_[p] * share_[q] * B[r * d + c];
+        if (node_[p] <= node_[q]) add_full(p, q, part * share_[p] * share_[q], B);
       }
+  }
+  // E_ab += sum_ij Z_ia R_ij Z_jb,  a <= b: the others come from R_ji
+  void add_remainder(const PairMatrix& S) {
+    for (PetscInt i = 0; i < S.pattern().n; ++i) {
+      if (grid_.cell(i) < 0) continue;
+      place(i, 0, 1);
+      S.remainder().for_row(i, [this](PetscInt j, const double* R) {
+        place(j, CORNERS, 1);
+        updates_ += CORNERS * CORNERS;
+        for (int p = 0; p < CORNERS; ++p)
+          for (int q = CORNERS; q < 2 * CORNERS; ++q)
+            if (node_[p] <= node_[q] && share_[p] * share_[q] > 0) add_full(p, q, share_[p] * share_[q], R);
+      });
+    }
+  }
+  void add_full(int p, int q, double factor, const double* B) {
+    double* to = full_.at(node_[p], node_[q]);
+    for (int r = 0; r < d; ++r)
+      for (int c = 0; c < d; ++c)
+        if (!(held_[p] >> r & 1) && !(held_[q] >> c & 1)) to[r * d + c] += factor * B[r * d + c];
   }
   std::uint8_t held(PetscInt i) const noexcept { return graph_->mask(i); }
 
   Block here_[CORNERS][CORNERS] = {};
   const HatGrid& grid_;
-  CoarseBlocks &E_, &rolling_;
+  CoarseBlocks &E_, &full_;
   PetscInt cell_ = -1;  ///< whose blocks here_ holds
   const Graph* graph_ = nullptr;
   double updates_ = 0;

@@ -12,8 +12,8 @@ namespace {
 constexpr double STIFF = 100;     // times the usual pair: a coarse motion must not strain it
 constexpr PetscInt CLUSTER = 64;  // points tied together at most
 
-constexpr double FINE = 60;    // unknowns of S a coarse one stands for
-constexpr double MOST = 6000;  // of these at most, over systems that do not fill their box
+constexpr double FINE = 60, FINE_BENT = 15;  // unknowns of S a coarse one stands for; the same where S has a remainder
+constexpr double MOST = 6000;                // of these at most, over systems that do not fill their box
 
 /// At most as many where they do: a solve of the coarse grid, which grows as their number to the power 4/3 and is every rank's own, then keeps its
 /// share of an iteration, 15 to 20 %. FEW never matter.
@@ -56,9 +56,9 @@ std::vector<double> tied_points(const PairMatrix& S, double usual) {
 
 /// E of one dimension, and the floating-point operations it took.
 template <int d>
-double sum_energy(const HatGrid& grid, const PairMatrix& S, CoarseBlocks* E, CoarseBlocks* rolling) {
+double sum_energy(const HatGrid& grid, const PairMatrix& S, CoarseBlocks* E, CoarseBlocks* full) {
   E->create(grid.nodes(), grid.differences(), HatMatrix<d>::WIDTH);
-  HatMatrix<d> energy(grid, E, rolling);
+  HatMatrix<d> energy(grid, E, full);
   energy.sum(S);
   return energy.flops();
 }
@@ -90,7 +90,6 @@ PetscErrorCode HatSpace::make(PairMatrix& S, PetscInt unknowns) {
 
   PetscFunctionBegin;
   active_ = false;
-  if (S.remainder().created()) PetscFunctionReturn(0);  // E would lack what R holds, and the correction be too large
   comm_ = graph.comm;
   dim_ = graph.dim;
   graph_ = &graph;
@@ -98,7 +97,8 @@ PetscErrorCode HatSpace::make(PairMatrix& S, PetscInt unknowns) {
   std::vector<double> points = tied_points(S, usual);
   PetscCall(S.append_ghosts(&points));
   const auto create = [&](double wanted) { return grid_.create(comm_, dim_, graph.n, points, graph.fixed, static_cast<PetscInt>(wanted / dim_)); };
-  const double open = std::min(MOST, all / FINE), solid = std::min(most_in_space(graph), all / FINE);
+  const double fine = S.remainder().created() ? FINE_BENT : FINE;
+  const double open = std::min(MOST, all / fine), solid = std::min(most_in_space(graph), all / fine);
   PetscCall(create(unknowns >= 0 ? std::min<double>(unknowns, all) : open));
   if (unknowns < 0 && solid != open && grid_.nodes() > 0) PetscCall(grid_.fills_space(comm_, &filled));
   if (filled) PetscCall(create(solid));
@@ -110,16 +110,17 @@ PetscErrorCode HatSpace::make(PairMatrix& S, PetscInt unknowns) {
 
 /// Collective. E, summed over the ranks, and its factors.
 PetscErrorCode HatSpace::factor(PairMatrix& S) {
-  CoarseBlocks E, rolling;
+  CoarseBlocks E, full;
+  const bool some = graph_->holds || S.remainder().created();
   int active = 0;
   PetscFunctionBegin;
-  rolling.create(grid_.nodes(), graph_->holds ? grid_.differences() : std::vector<PetscInt>(), static_cast<std::size_t>(dim_ * dim_));
-  PetscCall(PetscLogFlops(dim_ == 1   ? sum_energy<1>(grid_, S, &E, &rolling)
-                          : dim_ == 2 ? sum_energy<2>(grid_, S, &E, &rolling)
-                                      : sum_energy<3>(grid_, S, &E, &rolling)));
+  full.create(grid_.nodes(), some ? grid_.differences() : std::vector<PetscInt>(), static_cast<std::size_t>(dim_ * dim_));
+  PetscCall(PetscLogFlops(dim_ == 1   ? sum_energy<1>(grid_, S, &E, &full)
+                          : dim_ == 2 ? sum_energy<2>(grid_, S, &E, &full)
+                                      : sum_energy<3>(grid_, S, &E, &full)));
   PetscCall(E.sum(comm_));
-  if (graph_->holds) PetscCall(rolling.sum(comm_));
-  PetscCall(factors_.create(dim_, E, rolling, &active_));
+  if (some) PetscCall(full.sum(comm_));
+  PetscCall(factors_.create(dim_, E, full, &active_));
   active = active_;
   PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &active, 1, MPI_INT, MPI_MIN, comm_));  // ranks on unlike processors may round differently
   active_ = active != 0;

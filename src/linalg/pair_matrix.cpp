@@ -99,6 +99,18 @@ std::vector<double> PairMatrix::positions() const {
   return points;
 }
 
+std::vector<PetscInt> PairMatrix::boundary() const {
+  std::vector<PetscInt> points = pattern_.cut_row;
+  if (!remainder_.created()) return points;
+  for (PetscInt i = 0; i < pattern_.n; ++i)
+    remainder_.for_row(i, [&](PetscInt j, const double*) {
+      if (j >= pattern_.n) points.push_back(i);
+    });
+  std::sort(points.begin(), points.end());
+  points.erase(std::unique(points.begin(), points.end()), points.end());
+  return points;
+}
+
 void PairMatrix::zero() {
   std::fill(node_.begin(), node_.end(), 0.0);
   std::fill(pair_.begin(), pair_.end(), 0.0F);

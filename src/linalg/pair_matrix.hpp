@@ -46,6 +46,8 @@ class PairMatrix {
   /// R, not created where there is none.
   SparseBlocks& remainder() { return remainder_; }
   const SparseBlocks& remainder() const { return remainder_; }
+  /// Owned points that a pair or R couples to ghosts, ascending.
+  std::vector<PetscInt> boundary() const;
 
   /// Where the points are that S is made of.
   void set_places(Places places) { places_ = std::move(places); }

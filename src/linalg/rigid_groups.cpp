@@ -175,7 +175,7 @@ void RigidGroups::blend(const PairMatrix& S, int steps) {
   const PetscInt n = pattern.n;
   std::vector<std::vector<PetscInt>> near(static_cast<std::size_t>(n));
   std::vector<std::uint8_t> stays(static_cast<std::size_t>(n), 0);
-  for (const PetscInt i : pattern.cut_row) stays[i] = 1;
+  for (const PetscInt i : S.boundary()) stays[i] = 1;
   for (PetscInt i = 0; i < n && steps > 0; ++i)
     for (PetscInt k = pattern.start[i]; k < pattern.start[i + 1]; ++k) {
       near[i].push_back(pattern.other[k]);

@@ -22,7 +22,7 @@ PetscErrorCode gather_ghosts(PairMatrix& S, const RigidMotions& motions, PetscIn
   out->group.assign(n * d, -1.0);
   out->lever.assign(n * d, 0.0);
   for (auto& axis : out->axes) axis.assign(n * d, 0.0);
-  for (const PetscInt i : S.pattern().cut_row) {
+  for (const PetscInt i : S.boundary()) {
     if (shares.start[i] == shares.start[i + 1]) continue;
     const PetscInt group = shares.group[shares.start[i]];
     const std::size_t at = static_cast<std::size_t>(i) * d;
@@ -77,7 +77,7 @@ class Assembly {
       own.count = 0;
       add_columns(i, 1, &own);
       if (own.count == 0) continue;
-      add_blocks(S.node(i), own);
+      add_blocks(own, S.node(i), own);
       for (PetscInt k = pattern.start[i]; k < pattern.start[i + 1]; ++k) {
         both.copy(own);
         add_columns(pattern.other[k], -1, &both);
@@ -89,10 +89,11 @@ class Assembly {
       add_columns(pattern.cut_row[r], 1, &own);
       for (PetscInt k = pattern.cut_start[r]; k < pattern.cut_start[r + 1] && own.count > 0; ++k) {
         both.copy(own);
-        add_ghost(ghosts, pattern.n + pattern.ghost[k], &both);
+        add_ghost(ghosts, pattern.n + pattern.ghost[k], -1, &both);
         add_pair(S.cut(static_cast<std::size_t>(k)), both);
       }
     }
+    if (S.remainder().created()) add_remainder(S, ghosts);
   }
 
   /// Collective.
@@ -139,7 +140,7 @@ class Assembly {
       to->add(first_ + shares.group[k], z, sign * static_cast<double>(shares.share[k]));
     }
   }
-  void add_ghost(const Ghosts& ghosts, PetscInt j, Columns* to) const noexcept {
+  void add_ghost(const Ghosts& ghosts, PetscInt j, double sign, Columns* to) const noexcept {
     const std::size_t at = static_cast<std::size_t>(j) * d;
     double axes[9] = {}, z[d * width];
     if (ghosts.group[at] < 0) return;
@@ -148,13 +149,30 @@ class Assembly {
         if (k == 0 || d == 3) axes[3 * k + c] = ghosts.axes[k][at + c];
     RigidMotions::rigid_columns<d>(ghosts.lever.data() + at, axes, z);
     hold(j, z);
-    to->add(static_cast<PetscInt>(ghosts.group[at]), z, -1);
+    to->add(static_cast<PetscInt>(ghosts.group[at]), z, sign);
   }
 
   void hold(PetscInt i, double* z) const noexcept {
     const std::uint8_t mask = graph_.mask(i);
     for (int c = 0; c < d; ++c)
       if (mask >> c & 1) std::fill_n(z + c * width, width, 0.0);
+  }
+
+  // E_ab += sum_ij Z_ia^T R_ij Z_jb
+  void add_remainder(const PairMatrix& S, const Ghosts& ghosts) {
+    const PetscInt n = S.pattern().n;
+    Columns own, other;
+    for (PetscInt i = 0; i < n; ++i) {
+      own.count = 0;
+      add_columns(i, 1, &own);
+      if (own.count == 0) continue;
+      S.remainder().for_row(i, [&](PetscInt j, const double* R) {
+        other.count = 0;
+        if (j < n) add_columns(j, 1, &other);
+        else add_ghost(ghosts, j, 1, &other);
+        add_blocks(own, R, other);
+      });
+    }
   }
 
   /// Null: a row of another rank.
@@ -168,8 +186,8 @@ class Assembly {
     return blocks_.data() + row.back().block * AREA;
   }
 
-  /// E_ab += Z_a^T B Z_b for a <= b of this rank, and for b of other ranks.
-  void add_blocks(const double* B, const Columns& columns) {
+  /// E_ab += Z_a^T B Z_b for a <= b of this rank, and for b of other ranks; Z_a: of `rows`, Z_b: of `columns`.
+  void add_blocks(const Columns& rows, const double* B, const Columns& columns) {
     flops_ += 2.0 * d * d * width * columns.count;
     for (int q = 0; q < columns.count; ++q) {
       const double* zb = columns.z[q];
@@ -178,10 +196,10 @@ class Assembly {
       for (int r = 0; r < d; ++r)
         for (int k = 0; k < d; ++k)
           for (int c = 0; c < width; ++c) Bz[r * width + c] += B[r * d + k] * zb[k * width + c];
-      for (int p = 0; p < columns.count; ++p) {
-        if (b < columns.group[p] && b >= first_) continue;
-        const double* za = columns.z[p];
-        double* to = block(columns.group[p], b);
+      for (int p = 0; p < rows.count; ++p) {
+        if (b < rows.group[p] && b >= first_) continue;
+        const double* za = rows.z[p];
+        double* to = block(rows.group[p], b);
         if (to) flops_ += 2.0 * d * width * width;
         for (int u = 0; u < width && to; ++u)
           for (int c = 0; c < width; ++c) {
@@ -199,7 +217,7 @@ class Assembly {
     for (int r = 0; r < d; ++r)
       for (int c = 0; c < d; ++c)
         B[r * d + c] = static_cast<double>(pair[r]) * static_cast<double>(pair[c]) + (r == c ? static_cast<double>(pair[d]) : 0);
-    add_blocks(B, columns);
+    add_blocks(columns, B, columns);
   }
 
   /// Blocks below the diagonal from those above it, of this rank's groups.

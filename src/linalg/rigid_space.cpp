@@ -6,9 +6,9 @@ namespace bs {
 
 namespace {
 
-constexpr PetscInt FINE = 60;     // unknowns of S a coarse one stands for, and MOST of these
-constexpr PetscInt MOST = 20000;  // on every rank
-constexpr int BLENDS = 1;         // steps by which groups are made to overlap: a second one saves few iterations
+constexpr PetscInt FINE = 60, FINE_BENT = 15;  // unknowns of S a coarse one stands for; the same where S has a remainder
+constexpr PetscInt MOST = 20000;               // coarse ones, on every rank
+constexpr int BLENDS = 1;                      // steps by which groups are made to overlap: a second one saves few iterations
 
 }  // namespace
 
@@ -28,11 +28,11 @@ PetscErrorCode RigidSpace::make(PairMatrix& S, PetscInt unknowns, const std::str
   graph_ = &S.graph();
   const PetscInt free = graph_->free;
   active_ = false;
-  // E would lack what R holds, and the correction be too large
-  if (S.remainder().created() || unknowns == 0 || free == 0) PetscFunctionReturn(0);
+  if (unknowns == 0 || free == 0) PetscFunctionReturn(0);
   const PetscInt most = std::max<PetscInt>(1, (unknowns > 0 ? unknowns : MOST) / width);
-  const PetscInt particles = std::max<PetscInt>(unknowns > 0 ? 1 : FINE * width / S.dim(), free / most + 1);
-  if (!grouped_) groups_.create(S, particles, BLENDS);
+  const PetscInt fine = S.remainder().created() ? FINE_BENT : FINE;
+  const PetscInt size = std::max<PetscInt>(unknowns > 0 ? 1 : fine * width / S.dim(), free / most + 1);
+  if (!grouped_) groups_.create(S, size, BLENDS);
   grouped_ = true;
   motions_.create(S.dim(), S.positions(), groups_);
   PetscCall(create_coarse_matrix(S, motions_, E.out()));

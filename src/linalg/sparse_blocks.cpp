@@ -32,14 +32,25 @@ void SparseBlocks::scale_rows(const std::vector<double>& scale) {
     for (std::size_t k = start_[i] * area_; k < start_[i + 1] * area_; ++k) value_[k] *= scale[i];
 }
 
-void SparseBlocks::multiply_add(const double* owned, const double* ghosts, double* y) const {
-  for (PetscInt i = 0; i < n_; ++i)
+template <int d>
+void SparseBlocks::multiply(const double* owned, const double* ghosts, double* y) const {
+  for (PetscInt i = 0; i < n_; ++i) {
+    double sum[d];
+    std::copy_n(y + i * d, d, sum);
     for (PetscInt k = start_[i]; k < start_[i + 1]; ++k) {
       const PetscInt j = column_[k];
-      const double *p = j < n_ ? owned + j * d_ : ghosts + (j - n_) * d_, *A = value_.data() + k * area_;
-      for (std::size_t r = 0; r < d_; ++r)
-        for (std::size_t c = 0; c < d_; ++c) y[i * d_ + r] += A[r * d_ + c] * p[c];
+      const double *p = j < n_ ? owned + j * d : ghosts + (j - n_) * d, *A = value_.data() + static_cast<std::size_t>(k) * area_;
+      for (int r = 0; r < d; ++r)
+        for (int c = 0; c < d; ++c) sum[r] += A[r * d + c] * p[c];
     }
+    std::copy_n(sum, d, y + i * d);
+  }
+}
+
+void SparseBlocks::multiply_add(const double* owned, const double* ghosts, double* y) const {
+  if (d_ == 1) multiply<1>(owned, ghosts, y);
+  else if (d_ == 2) multiply<2>(owned, ghosts, y);
+  else multiply<3>(owned, ghosts, y);
 }
 
 void SparseBlocks::add_diagonal(std::vector<double>* blocks) const {

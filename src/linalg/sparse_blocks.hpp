@@ -14,6 +14,11 @@ class SparseBlocks {
   PetscInt count(PetscInt i) const { return start_[i + 1] - start_[i]; }
   /// Place of block (i, j), which must be there.
   PetscInt find(PetscInt i, PetscInt j) const;
+  /// visit(j, block) for the blocks of row i, ascending by column.
+  template <class Visit>
+  void for_row(PetscInt i, Visit visit) const {
+    for (PetscInt k = start_[i]; k < start_[i + 1]; ++k) visit(column_[k], value_.data() + static_cast<std::size_t>(k) * area_);
+  }
   double* block(PetscInt place) { return value_.data() + static_cast<std::size_t>(place) * area_; }
   void zero();
   /// Multiplies row i of blocks by scale[i].
@@ -27,6 +32,8 @@ class SparseBlocks {
   void add_to_panel(PetscInt i, const std::vector<PetscInt>& global, const PetscInt* columns, PetscInt count, PetscInt stride, double* panel) const;
 
  private:
+  template <int d>
+  void multiply(const double* owned, const double* ghosts, double* y) const;
   PetscInt n_ = 0;
   std::size_t d_ = 3, area_ = 9;
   std::vector<PetscInt> start_, column_;

@@ -55,7 +55,7 @@ PetscErrorCode InnerSolver::choose_storage() {
     flops_ = choice.flops;
     if (!method) why_ = choice.words();
   }
-  const bool springs = own.empty() ? !direct_ && tangent_->pairwise() : own == "bicc" || own == PCJACOBI || own == PCNONE;
+  const bool springs = own.empty() ? !direct_ : own == "bicc" || own == PCJACOBI || own == PCNONE;
   storage_ = springs ? CondensedStorage::springs : own == PCICC ? CondensedStorage::sbaij : CondensedStorage::aij;
   if (own_storage_ >= 0) storage_ = static_cast<CondensedStorage>(own_storage_);
   PetscCall(tangent_->create(storage_, S_.out()));

@@ -1,8 +1,8 @@
 // Factors that overlap where the rank boundary cuts stiff springs, and the age of a preconditioner.
 #include <algorithm>
 #include "condensed_case.hpp"
-#include "linalg/stiff_fill.hpp"
 #include "linalg/condensed/inner_solver.hpp"
+#include "linalg/factor_pattern.hpp"
 
 using namespace bs;
 
@@ -152,8 +152,8 @@ double worst_difference(const GeneratorSpec& spec, int* rows, int* ties) {
   Overlap overlap;
   double least = least_stiff_size(matrix);
   REQUIRE(overlap.create(matrix, least) == 0);
-  FillPattern pattern;
-  REQUIRE((least == 0 || add_stiff_fill(matrix, overlap, least, 1, &pattern)));  // no rank does without its rows
+  FactorPattern pattern;
+  REQUIRE((least == 0 || make_factor_pattern(matrix, least, 1, &overlap, &pattern)));  // no rank does without its rows
   int counts[2] = {static_cast<int>(overlap.ghosts().size()), static_cast<int>(overlap.ties().size())};
   MPI_Allreduce(MPI_IN_PLACE, counts, 2, MPI_INT, MPI_SUM, PETSC_COMM_WORLD);
   *rows += counts[0];
@@ -200,6 +200,21 @@ TEST_CASE("factors overlap where stiff springs are cut, as additive Schwarz does
   CHECK(worst_difference(spec, &rows, &ties) < 1e-7);
 }
 
+TEST_CASE("factors hold the blocks of angle springs, as factors of dense matrices do") {
+  int rows = 0, ties = 0;
+  for (const int d : {2, 3})
+    for (const double stiffness : {0.05, 8.0}) {
+      CAPTURE(d, stiffness);
+      GeneratorSpec spec = lattice(LatticeType::square, {8, 5}, d);
+      spec.angle_stiffness = stiffness;
+      CHECK(worst_difference(spec, &rows, &ties) < 1e-7);
+      GeneratorSpec block = lattice(LatticeType::cubic, {4, 5, 4}, 3);
+      block.angle_stiffness = stiffness;
+      if (d == 3) CHECK(worst_difference(block, &rows, &ties) < 1e-7);
+    }
+  CHECK(rows == 0);
+}
+
 TEST_CASE("images of particles in a periodic box are not tied to each other") {
   GeneratorSpec spec = lattice(LatticeType::cubic, {6, 5, 4}, 3);
   spec.neighbors = 18;
@@ -233,13 +248,13 @@ TEST_CASE("ranks whose stiff springs would fill their factors do without those o
   fill(c.net, b);
   REQUIRE(PCApply(pc, b, z) == 0);
   Overlap overlap;
-  FillPattern pattern;
+  FactorPattern pattern;
   const double least = least_stiff_size(matrix);
   REQUIRE(overlap.create(matrix, least) == 0);
   int ranks = 1;
   MPI_Comm_size(PETSC_COMM_WORLD, &ranks);
   CHECK(overlap.active() == (ranks > 1));
-  CHECK_FALSE(add_stiff_fill(matrix, overlap, least, 1, &pattern));
+  CHECK_FALSE(make_factor_pattern(matrix, least, 1, &overlap, &pattern));
   const std::vector<PetscInt> own(c.net.global.begin(), c.net.global.begin() + c.net.n);
   CHECK(worst_of(gathered(z), schwarz(columns_of(S, b), own, own.size(), 3, 1e300, gathered(b))) < 1e-7);
 }

@@ -102,14 +102,16 @@ TEST_CASE("The coarse matrix of rigid motions is whole: factors that read both o
   CHECK(solved.left < 1e-6);
 }
 
-TEST_CASE("Rigid motions stand aside where S has more than springs") {
+TEST_CASE("The coarse matrix of rigid motions contains what angle springs resist, rollers or not") {
   GeneratorSpec spec = lattice(LatticeType::cloth, {19, 18}, 3);
   spec.angle_stiffness = 8;
-  Case c(PETSC_COMM_WORLD, spec, 40.0);
-  MatHandle own;
-  RigidSpace coarse;
-  REQUIRE(coarse.create(assembled(&c, &own), -1, "") == 0);
-  CHECK_FALSE(coarse.active());  // its matrix lacks what the angle springs resist
+  REQUIRE(PetscOptionsSetValue(nullptr, "-bs_motion_rolling", "x=fixed,y=free,z=fixed") == 0);
+  for (auto rolling : {static_cast<bool (*)(std::int64_t)>(nullptr), +[](std::int64_t row) { return row % 5 == 0; }}) {
+    const Solved solved = solve_rigid(PETSC_COMM_WORLD, spec, -1, rolling);
+    CHECK(solved.difference < 1e-6);
+    CHECK(solved.left < 1e-6);
+  }
+  REQUIRE(PetscOptionsClearValue(nullptr, "-bs_motion_rolling") == 0);
 }
 
 TEST_CASE("Rigid motions of rollers lack their held components") {
