@@ -20,7 +20,8 @@ from open_hdf5 import RunError, first_line, h5py, open_hdf5
 PARTICLES = "/particles/trajectory"
 BONDS = "/connectivity/bonds"
 LIMITS = ("critical_strain", "critical_force", "critical_energy")
-LAW_DATA = ("stiffness_2", "stiffness_3", "yield_force", "hardening", *LIMITS)
+LAW_DATA = ("stiffness_2", "stiffness_3", "yield_force", "hardening", "relaxation_time", *LIMITS)
+HISTORIES = ("plastic_stretch", "plastic_path", "viscous_stretch", "viscous_loss")
 SI = {"time": "s", "position": "m", "velocity": "m/s", "kinetic_energy": "J", "potential_energy": "J",
       "total_energy": "J", "momentum": "kg m/s", "angular_momentum": "kg m²/s", "mass": "kg",
       "reaction": "N", "work": "J", "stress_volume": "J"}
@@ -382,7 +383,7 @@ class Run:
         return (laws == "tension") & (self.lengths(frame) < self.springs.rest_length * (1 - 1e-12)) & self.acting(frame)
 
     def spring_state(self, name, frame):
-        """What springs carry from step to step (M,), plastic_stretch or plastic_path; None where no law has it."""
+        """What springs carry from step to step (M,), plastic_stretch and the like; None where no law has it."""
         path = f"/backspring/{name}/value"
         return None if self._get(path) is None else np.asarray(self._read(path, frame), float)
 

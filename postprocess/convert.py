@@ -92,7 +92,7 @@ def parse(argv=None):
     mesh.add_argument("--damping", type=float, help="of every spring [kg/s] (default: none)")
     mesh.add_argument("--mass", type=float, help="of every particle [kg]")
     mesh.add_argument("--total_mass", type=float, help="of all particles, in equal shares [kg]")
-    mesh.add_argument("--spring_law", choices=LAWS, help="of all springs (default: what the file says, else hooke); what polynomial and plastic take besides is given by the program's options -bs_spring_...")
+    mesh.add_argument("--spring_law", choices=LAWS, help="of all springs (default: what the file says, else hooke); what polynomial, plastic and maxwell take besides is given by the program's options -bs_spring_...")
     mesh.add_argument("--damping_law", choices=DAMPING_LAWS, help="of all dampers (default: what the file says, else axial)")
     mesh.add_argument("--fixed", type=lambda s: s.split(","), default=[], metavar="FACE,...",
                       help="faces of the bounding box held still: " + " ".join(FACES))

@@ -21,6 +21,7 @@ TABLE = {
     "law tension": row("ttttkr"),
     "law polynomial": row("ttttkr"),
     "law plastic": row("ttttkr"),
+    "law maxwell": row("ttttkr"),
     "dampers": row("ttttkt"),
     "limits of springs": row("ttttkt"),
     "rules of breaking": row("tttttt"),

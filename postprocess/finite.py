@@ -1,7 +1,7 @@
 """Numbers that a conversion takes must be finite: a file of another program says nothing of those that are not."""
 import numpy as np
 
-from backspring_io import BONDS, LIMITS, PARTICLES, RunError
+from backspring_io import BONDS, HISTORIES, LIMITS, PARTICLES, RunError
 
 
 def first_bad(values, unbounded=False):
@@ -41,7 +41,7 @@ def check_run(run, rows):
             of[f"{PARTICLES}/velocity/value"] = run.velocity(row)
         if any(run.periodic):
             of[f"{PARTICLES}/box/edges/value"] = run.box_edges(row)
-        of.update({f"/backspring/{name}/value": run.spring_state(name, row) for name in ("plastic_stretch", "plastic_path")})
+        of.update({f"/backspring/{name}/value": run.spring_state(name, row) for name in HISTORIES})
         for dataset, values in of.items():
             _require(run.path, f"frame {row}: {dataset}", values)
 

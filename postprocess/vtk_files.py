@@ -5,12 +5,11 @@ from pathlib import Path
 
 import numpy as np
 
-from backspring_io import LAW_DATA, RunError
+from backspring_io import HISTORIES, LAW_DATA, RunError
 from exports import padded, write_atomically
 
-LAWS = ("hooke", "strain", "tension", "polynomial", "plastic")  # the numbers in the cell data `law`
+LAWS = ("hooke", "strain", "tension", "polynomial", "plastic", "maxwell")  # the numbers in the cell data `law`
 DAMPING_LAWS = ("axial", "simple")
-HISTORIES = ("plastic_stretch", "plastic_path")
 PARTICLE_COLUMNS = ("radius", "drag")
 MARK = "backspring_lattice"  # field data: a file that says all of its lattice
 VTK_TYPES = {"f8": "Float64", "i8": "Int64", "i4": "Int32", "u1": "UInt8"}

@@ -163,8 +163,8 @@ PetscErrorCode read_spring_columns(const Hdf5File& file, const Hdf5Layout& names
   PetscFunctionBegin;
   for (const SpringParameter& one : spring_parameters())
     PetscCall(add_column(file, {one.name, names.column(one.name), {}}, l->springs, "M", false, &l->spring_columns));
-  for (const std::string& name : spring_histories())
-    PetscCall(add_column(file, {name, names.history(name), {}}, l->springs, "M", names.trajectory, &l->spring_columns));
+  for (const SpringHistory& one : spring_histories())
+    PetscCall(add_column(file, {one.name, names.history(one.name), {}}, l->springs, "M", names.trajectory, &l->spring_columns));
   for (const BreakLimit& one : break_limits)
     PetscCall(add_column(file, {one.name, names.column(one.name), {}}, l->springs, "M", false, &l->break_columns));
   PetscCall(add_column(file, {BROKEN, names.history(BROKEN), {}}, l->springs, "M", names.trajectory, &l->break_columns));

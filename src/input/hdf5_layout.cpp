@@ -127,7 +127,7 @@ void note_unknown_members(const Hdf5File& file, Lattice* l) {
       {"/springs", {"pairs", "stiffness", "rest_length", "damping", "law", "shift"}}};
   for (const ParticleParameter& one : particle_parameters) known[1].second.emplace_back(one.name);
   for (const SpringParameter& one : spring_parameters()) known.back().second.emplace_back(one.name);
-  for (const std::string& name : spring_histories()) known.back().second.push_back(name);
+  for (const SpringHistory& one : spring_histories()) known.back().second.push_back(one.name);
   for (const BreakLimit& one : break_limits) known.back().second.emplace_back(one.name);
   known.back().second.emplace_back(BROKEN);
   for (const InteractionSchema& schema : interaction_schemas()) {

@@ -4,6 +4,7 @@
 #include <string>
 #include <utility>
 #include <vector>
+#include "base/powers.hpp"
 
 namespace bs {
 
@@ -11,13 +12,16 @@ namespace bs {
 /// /connectivity/bonds_NAME and, for a whole lattice, of the option -bs_spring_NAME.
 struct SpringParameter {
   const char *name, *meaning, *unit;
+  Powers powers;     ///< what `unit` is made of
   bool nonnegative;  ///< else any finite number
   bool needed;       ///< else 0 where it is not given; of a law's parameters at least one must be
+  bool positive = false;  ///< 0 is refused, too
 };
 
 /// A number that a spring carries from step to step; 0 at first, or /springs/NAME. Written as /backspring/NAME.
 struct SpringHistory {
   const char *name, *unit;
+  Powers powers;
 };
 
 /// A law of springs; its place in the list is what lattices and checkpoints hold.
@@ -25,7 +29,7 @@ struct SpringLawInfo {
   const char *name, *title;
   std::vector<SpringParameter> parameters;
   std::vector<SpringHistory> history;
-  bool zero_rest, softens;
+  bool zero_rest, softens, relaxes;
   std::size_t width() const { return parameters.size() + history.size(); }
 };
 
@@ -46,7 +50,7 @@ std::vector<std::string> damper_law_names();
 /// Every parameter that some law takes, each name once.
 std::vector<SpringParameter> spring_parameters();
 
-/// Names of all histories that some law has, each once.
-std::vector<std::string> spring_histories();
+/// All histories that some law has, each name once.
+std::vector<SpringHistory> spring_histories();
 
 }  // namespace bs

@@ -73,6 +73,7 @@ PetscErrorCode fetch(MPI_Comm comm, const Lattice& lattice, Network* net) {
     if (!net->laws[law]) continue;
     links.width = std::max(links.width, static_cast<int>(spring_laws()[law].width()));
     net->softens = net->softens || spring_laws()[law].softens;
+    net->relaxes = net->relaxes || spring_laws()[law].relaxes;
   }
   const std::size_t width = static_cast<std::size_t>(links.width);
   links.more.reserve(links.spring.size() * width);

@@ -25,6 +25,10 @@ struct Links {
   std::vector<double> more;       ///< (links, width): the law's parameters, then its history
   int width = 0;
   std::vector<std::uint8_t> broken;  ///< 1: the spring exists no more, its numbers are 0; empty: none can break
+  double history_time = 0;           ///< when the histories were what they are: the end of the last good step [s]
+  bool at_rest = false;              ///< statics, whose time is none
+  /// Time at t since then [s].
+  double elapsed(double t) const { return at_rest || t <= history_time ? 0 : t - history_time; }
   bool is_broken(PetscInt e) const { return !broken.empty() && broken[static_cast<std::size_t>(e)]; }
 };
 
@@ -37,6 +41,7 @@ struct Anchors {
   std::vector<std::uint8_t> law;  ///< as for links; laws of anchors take nothing more
   std::vector<double> more;
   int width = 0;
+  static double elapsed(double) { return 0; }
 };
 
 /// Interactions of one kind with at least one owned end, ascending by row, so that sums over them are the same on any number
@@ -87,6 +92,7 @@ struct Network {
   SpringLaw spring_law = SpringLaw::hooke;
   bool mixed = false;              ///< laws are looked up link by link; the same on every rank, as the next two
   bool softens = false;            ///< some spring's law may
+  bool relaxes = false;            ///< some spring's law does
   std::vector<std::uint8_t> laws;  ///< per place in the registry, where mixed: whether some spring obeys it
   DampingLaw damping_law = DampingLaw::axial;
   bool rest_at_zero_length = false;

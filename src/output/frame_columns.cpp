@@ -23,6 +23,7 @@ PetscErrorCode FieldColumn::describe(const Field& field, PetscInt columns) {
   group_ = field.group;
   flat_ = field.flat;
   whole_ = field.drawing;
+  powers_ = field.powers;
   PetscCall(VecGetSize(field.vec, &size));
   PetscCall(VecGetLocalSize(field.vec, &local));
   PetscCall(VecGetBlockSize(field.vec, &block_));

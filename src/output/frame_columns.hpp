@@ -21,6 +21,7 @@ class FieldColumn {
   /// A continued file of an earlier version of the program has no such column: nothing is written.
   void leave_out() { left_out_ = true; }
   const std::string& group() const { return group_; }
+  const Powers& powers() const { return powers_; }
   hid_t id() const { return set_; }
   /// Bytes of a frame.
   std::int64_t size() const { return std::int64_t{8} * total_ * width_; }
@@ -49,6 +50,7 @@ class FieldColumn {
   PetscInt block_ = 1, width_ = 1;             ///< numbers of a row in the Vec, and in the file
   bool flat_ = false;                          ///< rows of one number have no axis of their own
   bool whole_ = false, left_out_ = false;      ///< whole numbers
+  Powers powers_;
   H5 set_;
   std::vector<double> waiting_;  ///< frames x rows x width
   std::vector<double> all_;      ///< rank 0: the same of all ranks, once gathered

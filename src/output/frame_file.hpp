@@ -125,7 +125,7 @@ struct Trajectory::Impl {
   PetscErrorCode lay_out();
   /// The same of a file that has them.
   PetscErrorCode find_layout();
-  PetscErrorCode put_unit(const std::string& dataset, const std::string& quantity);
+  PetscErrorCode put_unit(const std::string& dataset, const std::string& quantity, const Powers& powers);
   /// Lets the stored end lie at byte `end` or later, and behind everything that is allocated.
   PetscErrorCode leave_room(std::int64_t end);
   /// Where what is allocated ends.

@@ -24,10 +24,11 @@ class ModernDatasets {
 
 }  // namespace
 
-PetscErrorCode Trajectory::Impl::put_unit(const std::string& dataset, const std::string& quantity) {
-  const std::string unit = unit_of_quantity(quantity, options.units);
+PetscErrorCode Trajectory::Impl::put_unit(const std::string& dataset, const std::string& quantity, const Powers& powers) {
+  std::string unit = unit_of(powers, options.units);
 
   PetscFunctionBegin;
+  if (unit.empty()) unit = unit_of_quantity(quantity, options.units);
   if (unit.empty()) PetscFunctionReturn(0);
   H5 set(H5Dopen2(file, dataset.c_str(), H5P_DEFAULT), H5Dclose);
   BS_H5(set);
@@ -80,14 +81,14 @@ PetscErrorCode Trajectory::Impl::lay_out() {
   for (FieldColumn& field : fields) {
     PetscCall(link_clock(field.group()));
     PetscCall(field.create(file, single));
-    PetscCall(put_unit(field.group() + "/value", field.group().substr(field.group().rfind('/') + 1)));
+    PetscCall(put_unit(field.group() + "/value", field.group().substr(field.group().rfind('/') + 1), field.powers()));
   }
   for (ObservableColumn& o : observables) {
     const std::string group = o.group();
     PetscCall(link_clock(group));
     PetscCall(o.column.create(io, file, group + "/value", false, o.width == 1 && o.columns == 0 && o.name != BOX_EDGES ? 0 : o.width, column_chunk,
                               o.columns));
-    PetscCall(put_unit(group + "/value", o.name));
+    PetscCall(put_unit(group + "/value", o.name, {}));
   }
   if (columns > 0 && !fields.empty() && options.boundary.empty()) {
     PetscCall(link_clock("/particles/trajectory/box/edges"));

@@ -200,11 +200,11 @@ PetscErrorCode Equilibrium::return_free_bodies(double s_from, Vec from, double t
   PetscFunctionReturn(0);
 }
 
-PetscErrorCode Equilibrium::accept(double t, Vec y) {
+PetscErrorCode Equilibrium::accept(const Step& step, Vec y) {
   double s = 0;
   PetscFunctionBegin;
-  PetscCall(stand(t, y, &s));
-  PetscCall(own_->accept(s, rest_));
+  PetscCall(stand(step.t, y, &s));
+  PetscCall(own_->accept({s, step.h, step.number, step.attempt}, rest_));
   PetscFunctionReturn(0);
 }
 

@@ -10,6 +10,7 @@
 #include <variant>
 #include <vector>
 #include "base/powers.hpp"
+#include "systems/step.hpp"
 
 namespace bs {
 
@@ -34,6 +35,7 @@ struct Field {
   RowSource source = {};  ///< where set, the rows come from here, and `vec` tells sizes alone; on one rank only
   bool gaps = false;      ///< NaN stands where there is no such quantity
   bool drawing = false;   ///< whole numbers that viewers alone need: written in 4 bytes, where there is a sidecar that names them
+  Powers powers = {};     ///< of its unit, where the name does not say it
 };
 
 /// Strings of one length (the same on every rank), padded with zeros, one behind the other.
@@ -99,8 +101,8 @@ class System {
   virtual bool time_dependent() const { return false; }
   virtual std::vector<Tally> tallies() const { return {}; }
 
-  /// Collective. The step to (t, y) is accepted: quantities that depend on the past are updated to it. Evaluations never change them.
-  virtual PetscErrorCode accept(double, Vec) { return 0; }
+  /// Collective. The step, which has ended in y, is accepted: quantities that depend on the past are updated to it. Evaluations never change them.
+  virtual PetscErrorCode accept(const Step&, Vec) { return 0; }
   /// Collective. What the system carries from step to step besides y, in the input's order, for a checkpoint: vectors the
   /// system owns, filled; and back. Empty: nothing.
   virtual PetscErrorCode gather_memory(std::vector<StatePart>* parts) {

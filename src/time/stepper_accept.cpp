@@ -143,7 +143,7 @@ PetscErrorCode Stepper::keep_step(TS ts, StepRecord* record, bool* landed, bool*
   record->dt = length_.recorded(taken);
   PetscCall(TSGetSolution(ts, &y));
   if (on_break_) model_.breaks()->mark();
-  PetscCall(model_.accept(time, y));
+  PetscCall(model_.accept({time, taken, steps, static_cast<PetscInt>(record->rejected)}, y));
   if (!context_.implicit && model_.remembers())
     PetscCall(TSRestartStep(ts));  // a last stage that would be the next step's first is of forces before that
   if (model_.breaks() && model_.breaks()->broke() > 0) PetscCall(after_break(ts, y, record, counts));

@@ -124,6 +124,7 @@ CASES = {
     "law tension": (law("tension"), [], VTK, {"data"}, {"springs", "law tension"}),
     "law polynomial": (law("polynomial", stiffness_2=5.0, stiffness_3=7.0), [], VTK, {"data"}, {"springs", "law polynomial"}),
     "law plastic, with its history": (law("plastic", yield_force=1.0, hardening=2.0), [], VTK, {"data"}, {"springs", "law plastic"}),
+    "law maxwell, with its history": (law("maxwell", relaxation_time=0.5), [], VTK, {"data"}, {"springs", "law maxwell"}),
     "all laws": (law("hooke", "strain", "tension", "polynomial", "plastic", stiffness_2=5.0, yield_force=1.0), [], VTK, {"data"}, {"springs", "law plastic"}),
     "dampers": (lambda f: given(2, f, damping=lambda x, p: np.linspace(0, 1, len(p))), [], VTK, set(), {"springs", "dampers"}),
     "simple dampers": (lambda f: given(2, f, damping=0.5, damping_law="simple"), [], VTK, set(), {"springs", "dampers"}),

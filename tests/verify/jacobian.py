@@ -35,8 +35,10 @@ def laws(d):
     yield "polynomial springs, some softening", softening, {}
     yielding = dict(stiffness=30.0, rest_length=2.0, spring_law="plastic", columns={"yield_force": 2.0, "hardening": 6.0, "plastic_stretch": 0.1})
     yield "plastic springs", yielding, {}
-    mixed = dict(springs, rest_length=2.0, laws=["hooke", "strain", "tension", "polynomial", "plastic", "tension", "plastic"],
-                 columns={"stiffness_2": -10.0, "stiffness_3": 4.0, "yield_force": 3.0, "hardening": 0.0})
+    relaxing = dict(springs, rest_length=2.0, spring_law="maxwell", columns={"relaxation_time": 0.08, "viscous_stretch": 0.1})
+    yield "maxwell springs", relaxing, {}
+    mixed = dict(springs, rest_length=2.0, laws=["hooke", "strain", "tension", "polynomial", "plastic", "maxwell", "plastic"],
+                 columns={"stiffness_2": -10.0, "stiffness_3": 4.0, "yield_force": 3.0, "hardening": 0.0, "relaxation_time": 0.05})
     yield "springs of every law", mixed, {}
     yield "zero rest length", dict(stiffness=30.0, rest_length=0.0, damping=0.0), {}
     yield "driven anchors", {"anchors": anchors}, {"bs_anchor_motion": "sinusoid", "bs_anchor_amplitude": some,
@@ -93,7 +95,7 @@ def alternatives(checks, folder):
 def spring_laws(checks, folder):
     """The same for springs of every law."""
     for name, lattice, _ in laws(2):
-        if not (lattice.get("laws") or lattice.get("spring_law") in ("tension", "polynomial", "plastic")):
+        if not (lattice.get("laws") or lattice.get("spring_law") in ("tension", "polynomial", "plastic", "maxwell")):
             continue
         path = cloud(folder, "ways", 2, True, **lattice)
         base = dict(bs_lattice_file=path, bs_gravity=(0, -9.8), ts_dt=0.02, ts_max_time=0.4, ts_type="beuler", snes_rtol=1e-10)

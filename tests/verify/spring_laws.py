@@ -191,8 +191,8 @@ def mixture(checks, folder):
         rest = run(checks.program, dict(base, bs_lattice_file=half, ts_max_time=0.25), interval=0.25, ranks=ranks)
         checks.below(f"a trajectory read as a lattice keeps laws and history, {ranks} rank(s)", np.abs(rest.trajectory.position[-1] - whole).max(), 1e-12)
     with h5py.File(half) as f:
-        checks.true("trajectory: laws by name", f["connectivity/bonds_law"].attrs["spring_laws"] == b"hooke,strain,tension,polynomial,plastic"
-                    or f["connectivity/bonds_law"].attrs["spring_laws"] == "hooke,strain,tension,polynomial,plastic")
+        checks.true("trajectory: laws by name", f["connectivity/bonds_law"].attrs["spring_laws"] == b"hooke,strain,tension,polynomial,plastic,maxwell"
+                    or f["connectivity/bonds_law"].attrs["spring_laws"] == "hooke,strain,tension,polynomial,plastic,maxwell")
         checks.true("trajectory: plastic stretch of every spring and frame", f["backspring/plastic_stretch/value"].shape == (2, len(f["connectivity/bonds"])))
 
 
@@ -365,10 +365,55 @@ def without_stiffness(checks, folder):
                     checks.true(f"{name}: ends meet, nothing changes", met == 0 and off <= 1e-13, f"distance {met:.3g} m, off by {off:.3g}")
 
 
+# --- relaxing springs -------------------------------------------------------------------------------------------------
+
+def maxwell(checks, folder):
+    """Springs in series with dashpots: decay at constant strain, a mass on one against SciPy, statics, ranks, continued runs."""
+    k, tau, e, m = 7.0, 0.3, 0.4, 0.5
+    given = dict(pairs=[(0, 1)], stiffness=k, rest_length=1.0, spring_law="maxwell", columns={"relaxation_time": tau})
+    held = write_lattice(folder / "held.h5", [[0.0], [1 + e]], m, **given)
+    groups = {"bs_group_a": "ids:0", "bs_motion_a": "fixed", "bs_group_b": "ids:1", "bs_motion_b": "fixed", "ts_adapt_type": "none"}
+    for ts, h in (("beuler", 0.001), ("beuler", 0.25), ("cn", 0.1), ("bdf", 0.05), ("rosw", 0.1), ("alpha2", 0.1), ("rk", 0.1), ("verlet", 0.02)):
+        for start in (0.0, 0.7):
+            out = run(checks.program, dict(groups, bs_lattice_file=held, ts_type=ts, ts_dt=h, ts_init_time=start, ts_max_time=start + 20 * h), interval=0.0).trajectory
+            left = k * e * np.exp(-(out.time - start) / tau)
+            name = f"constant strain, {ts}, h = {h:g} from {start:g}: "
+            checks.below(name + "tension k e exp(-t/tau)", np.abs(np.abs(out.observables["reaction/a"].ravel()) - left).max() / (k * e), 1e-14)
+            checks.below(name + "energy stored and lost", np.abs(out.observables["elastic_energy"] + out.observables["dissipated_energy"] - k * e * e / 2).max(), 1e-14)
+
+    def rate(_, y):
+        return [y[1], -k / m * (y[0] - 1 - y[2]), (y[0] - 1 - y[2]) / tau]
+    end = 0.8
+    expected = solve_ivp(rate, (0, end), [1 + e, 0.3, 0.0], method="DOP853", rtol=1e-12, atol=1e-13).y[0, -1]
+    one = write_lattice(folder / "one.h5", [[0.0], [1 + e]], m, velocity=[[0.0], [0.3]], fixed=[1, 0], **given)
+    for ts in ("beuler", "cn", "bdf", "rosw", "arkimex", "alpha2", "rk", "symplectic", "verlet"):
+        off = [abs(run(checks.program, dict(DIRECT, bs_lattice_file=one, ts_type=ts, ts_dt=h, ts_max_time=end), interval=end).trajectory.position[-1, 1, 0] - expected)
+               for h in (0.005, 0.0025)]
+        checks.near(f"a mass on a maxwell spring, {ts}: order against SciPy, errors {off[0]:.1e} and {off[1]:.1e}", np.log2(off[0] / off[1]), 1, 0.08)
+    pulled = run(checks.program, dict(bs_task="statics", bs_lattice_file=one, bs_gravity=2.0, bs_load_steps=3, snes_rtol=1e-12), interval=0.0).trajectory
+    checks.near("statics: a maxwell spring answers with its stiffness", pulled.position[-1, 1, 0], 1 + m * 2.0 / k, 1e-12)
+
+    x, pairs, fixed, v = net(2, 5, 3)
+    rng = np.random.default_rng(4)
+    names = ["maxwell", "maxwell", "plastic", "hooke"]
+    file = write_lattice(folder / "net.h5", x, 0.7, velocity=v, fixed=fixed, pairs=pairs, stiffness=rng.uniform(40, 80, len(pairs)), rest_length=0.95, laws=[names[i % 4] for i in range(len(pairs))],
+                         columns={"relaxation_time": rng.uniform(0.05, 0.5, len(pairs)), "yield_force": 3.0, "hardening": 5.0})
+    for ts, h in (("beuler", 0.01), ("cn", 0.01), ("bdf", 0.01), ("rosw", 0.01), ("alpha2", 0.01), ("rk", 0.002), ("verlet", 0.002)):
+        base = dict(bs_lattice_file=file, bs_gravity=(0, -9.81), ts_type=ts, ts_dt=h, ts_adapt_type="none", snes_rtol=1e-12, ts_max_time=30 * h)
+        whole = {ranks: run(checks.program, base, interval=30 * h, ranks=ranks).trajectory for ranks in (1, 3)}
+        checks.below(f"relaxing net, {ts}: 3 ranks and 1", np.abs(whole[3].position - whole[1].position).max(), 1e-9)
+        for ranks in (1, 3):
+            saved = folder / "saved.h5"
+            run(checks.program, dict(base, ts_max_steps=13, bs_checkpoint=saved, bs_overwrite=True), expect=None, ranks=ranks)
+            rest = run(checks.program, dict(base, bs_restart=saved, bs_checkpoint=folder / "other.h5", bs_overwrite=True, ts_max_steps=10 ** 6), interval=30 * h, ranks=ranks).trajectory
+            checks.true(f"relaxing net, {ts}, {ranks} rank(s): continued to the bit", np.array_equal(rest.position[-1], whole[ranks].position[-1])
+                        and np.array_equal(rest.observables["dissipated_energy"].ravel()[-1], whole[ranks].observables["dissipated_energy"].ravel()[-1]))
+
+
 def main():
     checks = Checks(__doc__)
     with tempfile.TemporaryDirectory() as folder:
-        for group in (fput, cables, mixture, one_of_another_law, cycles, given_beyond, restarts, rejected, iterative, without_stiffness):
+        for group in (fput, cables, mixture, one_of_another_law, cycles, given_beyond, restarts, rejected, iterative, without_stiffness, maxwell):
             if checks.wants(group.__name__):
                 with checks.group(group.__name__):
                     group(checks, pathlib.Path(folder))

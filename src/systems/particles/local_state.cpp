@@ -69,6 +69,7 @@ PetscErrorCode LocalState::gather(double t, Vec y) {
 PetscErrorCode LocalState::gather_begin(double t, Vec y) {
   PetscFunctionBegin;
   PetscCall(scatter_begin(y));
+  time_ = t;
   hold(t, 0, net_->n);
   PetscFunctionReturn(0);
 }
@@ -78,7 +79,6 @@ PetscErrorCode LocalState::gather_end(double t, Vec y) {
   PetscCall(scatter_end(y));
   hold(t, net_->n, net_->n + net_->ghosts);
   if (net_->cell) net_->cell->shift_images(t, 1, velocities_, values_.data());
-  time_ = t;
   PetscFunctionReturn(0);
 }
 

@@ -24,6 +24,8 @@ class LocalState {
   void drive_to(double t);
   /// The same for a direction: zero where components are held; images move as their particles do.
   PetscErrorCode gather_direction(Vec z);
+  /// Of the state gathered last; known after gather_begin.
+  double time() const { return time_; }
   bool created() const { return net_ != nullptr; }
   /// Changes whenever owned states do; what has been computed of them alone still holds while it is the same.
   std::uint64_t version() const { return version_; }
@@ -45,7 +47,7 @@ class LocalState {
   std::uint64_t version_ = 0;
   std::pair<PetscObjectId, PetscObjectState> last_{0, 0};  ///< vector and its state that owned states were taken from; 0: no vector's
   bool velocities_ = true;                                 ///< of ghosts travel
-  double time_ = 0;                                        ///< of the images' displacements
+  double time_ = 0;                                        ///< of the state gathered last, and of the images' displacements
   std::vector<PetscInt> fixed_;                            ///< local indices of fixed particles, ascending
 };
 

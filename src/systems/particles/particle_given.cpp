@@ -41,7 +41,7 @@ void ParticleModel::set_loads(const Loads& loads) {
   motion_.at_full_load = loads.anchors_at_full_load;
   supports_.set_static(loads.at_rest, loads.driven_at_full_load);
   cell_.set_static(loads.at_rest, loads.box_at_full_load);
-  loads_ = loads.at_rest;
+  loads_ = net_.links.at_rest = loads.at_rest;
   if (loads.gravity_grows) ledger_.count_loads(laws_);
   interior_.known = false;
   known_ = {};

@@ -155,13 +155,15 @@ PetscErrorCode ParticleModel::hold_start() {
 /// A spring that starts beyond its yield force has yielded. A continued run goes on from other histories than these.
 PetscErrorCode ParticleModel::commit_start() {
   double before = 0, after = 0;
+  PetscReal start = 0;
   PetscBool continued = PETSC_FALSE;
   PetscFunctionBegin;
   if (!memory_.active()) PetscFunctionReturn(0);
   PetscCall(PetscOptionsHasName(nullptr, nullptr, "-bs_restart", &continued));
   PetscCall(memory_.dissipated(&before));
   PetscCall(state_.gather(0.0, y0_));
-  PetscCall(commit());
+  PetscCall(PetscOptionsGetReal(nullptr, nullptr, "-ts_init_time", &start, nullptr));
+  PetscCall(commit(start, 0));
   PetscCall(memory_.dissipated(&after));
   if (after > before && !continued)
     PetscCall(warn(net_.comm, format("%s: springs are given beyond their yield force: they have yielded in the first frame, which dissipated %.6g J",

@@ -64,7 +64,7 @@ class ParticleModel final : public Mechanics {
   PetscErrorCode fields(double t, Vec y, std::vector<Field>* out) override;
   PetscErrorCode gather_state(Vec y, std::vector<StatePart>* parts) override;
   PetscErrorCode scatter_state(Vec y) override;
-  PetscErrorCode accept(double t, Vec y) override;
+  PetscErrorCode accept(const Step& step, Vec y) override;
   PetscErrorCode begin_at(double t, Vec y) override;
   PetscErrorCode gather_memory(std::vector<StatePart>* parts) override;
   PetscErrorCode scatter_memory() override;
@@ -83,7 +83,7 @@ class ParticleModel final : public Mechanics {
   PetscErrorCode create_state();
   PetscErrorCode hold_start();
   PetscErrorCode commit_start();
-  PetscErrorCode commit();
+  PetscErrorCode commit(double t, double h);
   PetscErrorCode add_groups(std::vector<Dataset>* out) const;
   PetscErrorCode observe_box(double t, std::vector<Observable>* out);
   std::vector<std::int64_t> drawn_pairs() const;

@@ -137,7 +137,6 @@ PetscErrorCode ParticleModel::show_held(double t, Vec y, Vec* shown) {
 
 PetscErrorCode ParticleModel::fields(double t, Vec y, std::vector<Field>* out) {
   Vec strains, shown;
-  std::vector<StatePart> memory;
   PetscFunctionBegin;
   PetscCall(show_held(t, y, &shown));
   PetscCall(make_order());
@@ -146,8 +145,7 @@ PetscErrorCode ParticleModel::fields(double t, Vec y, std::vector<Field>* out) {
   else PetscCall(order_.from_state(shown));
   *out = {{"/particles/trajectory/position", order_.position(), false, sources.first},
           {"/particles/trajectory/velocity", order_.velocity(), false, sources.second}};
-  PetscCall(memory_.gather(&memory));
-  for (const StatePart& part : memory) out->push_back({"/backspring/" + part.name, part.vec, true});
+  PetscCall(memory_.fields(out));
   if (breaking_.active()) {
     Vec broken;
     PetscCall(breaking_.flags(&broken));
@@ -219,10 +217,9 @@ PetscErrorCode ParticleModel::take_constants(std::vector<Dataset>* out) {
     out->push_back({bonds + "_stiffness", s.first, s.total, 0, std::move(lattice_.stiffness)});
     out->push_back({bonds + "_rest_length", s.first, s.total, 0, std::move(lattice_.rest_length)});
     out->push_back({bonds + "_damping", s.first, s.total, 0, std::move(lattice_.damping)});
-    const std::vector<std::string> histories = spring_histories();
     for (Column& column : lattice_.spring_columns)
-      if (std::find(histories.begin(), histories.end(), column.name) == histories.end())
-        out->push_back({bonds + "_" + column.name, s.first, s.total, 0, std::move(column.value)});
+      for (const SpringParameter& one : spring_parameters())
+        if (column.name == one.name) out->push_back({bonds + "_" + one.name, s.first, s.total, 0, std::move(column.value), {}, one.powers});
     breaking_.put_limits(&lattice_, out);
     if (lattice_.law_by_row) {
       std::string names;

@@ -29,21 +29,23 @@ PetscErrorCode ParticleModel::scatter_state(Vec y) {
   PetscFunctionReturn(0);
 }
 
-/// Springs with history are brought up to the state that was gathered.
-PetscErrorCode ParticleModel::commit() {
+/// Springs with history are brought up to the state that was gathered, the end at time t of a step of length h.
+PetscErrorCode ParticleModel::commit(double t, double h) {
   PetscFunctionBegin;
   if (!memory_.active()) PetscFunctionReturn(0);
-  physics_->commit(state_, &net_.links);
+  physics_->commit(state_, loads_ ? 0 : h, &net_.links);
+  net_.links.history_time = t;
   if (net_.cell) PetscCall(memory_.unify());
   PetscFunctionReturn(0);
 }
 
-PetscErrorCode ParticleModel::accept(double t, Vec y) {
+PetscErrorCode ParticleModel::accept(const Step& step, Vec y) {
+  const double t = step.t;
   PetscFunctionBegin;
   cell_.keep_strains();
   if (!memory_.active() && !ledger_.works() && !breaking_.active()) PetscFunctionReturn(0);
   PetscCall(state_.gather(t, y));
-  PetscCall(commit());
+  PetscCall(commit(t, step.h));
   PetscCall(coupling_.gather(net_, state_));
   PetscCall(ledger_.advance(t, state_, coupling_));
   PetscCall(breaking_.break_springs(t, loads_ ? t : 1, loads_, state_, *physics_));
@@ -59,7 +61,7 @@ PetscErrorCode ParticleModel::begin_at(double t, Vec y) {
   cell_.keep_strains();
   known_.vec = 0;
   PetscCall(state_.gather(t, y));
-  PetscCall(commit());
+  PetscCall(commit(t, 0));
   PetscCall(coupling_.gather(net_, state_));
   ledger_.renew(t, state_, coupling_);
   PetscFunctionReturn(0);
@@ -69,12 +71,14 @@ void ParticleModel::save_sums(std::map<std::string, double>* sums) const {
   ledger_.save(sums);
   breaking_.save(sums);
   cell_.save(sums);
+  if (net_.relaxes) (*sums)["springs/history_time"] = net_.links.history_time;
 }
 
 void ParticleModel::restore_sums(const std::map<std::string, double>& sums) {
   ledger_.restore(sums);
   breaking_.restore(sums);
   cell_.restore(sums);
+  if (const auto at = sums.find("springs/history_time"); at != sums.end()) net_.links.history_time = at->second;
 }
 
 PetscErrorCode ParticleModel::gather_memory(std::vector<StatePart>* parts) {

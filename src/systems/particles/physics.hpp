@@ -76,9 +76,9 @@ class Physics {
   virtual void multiply_tangent(double t, const LocalState& state, const LocalState& z, double* f) const = 0;
   /// f += D w of the particle laws and anchors alone, w: (n, d). All of D where no spring has a damper.
   virtual void multiply_law_damping(double t, const LocalState& state, const double* w, double* f) const = 0;
-  /// What springs carry from step to step becomes that of `state`, the end of a good step. `links`: of the network given at
-  /// creation; no other function writes them.
-  virtual void commit(const LocalState& state, Links* links) const = 0;
+  /// What springs carry from step to step becomes that of `state`, the end of a good step of length h. `links`: of the network
+  /// given at creation; no other function writes them.
+  virtual void commit(const LocalState& state, double h, Links* links) const = 0;
   /// Of the spring of link e at owned particle i.
   virtual LinkMeasures measure(const LocalState& state, PetscInt i, PetscInt e) const = 0;
   /// Elastic energy counts half a spring from either end.

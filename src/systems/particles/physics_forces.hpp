@@ -50,7 +50,7 @@ void PhysicsOf<d, Damper>::add_link_energies(PetscInt i, const LocalState& state
       if (plain_[i]) (void)add_plain_links<d, Spring, true>(net_.links, i, y, state.at(0), unused, &plain);
     sum->elastic += 0.5 * plain;
     for (PetscInt e = net_.links.start[i]; e < net_.links.start[i + 1] && !plain_[i]; ++e)
-      sum->elastic += 0.5 * Kernel<Spring>::energy({y, state.at(net_.links.other[e])}, parameters<Spring>(net_.links, e));
+      sum->elastic += 0.5 * Kernel<Spring>::energy({y, state.at(net_.links.other[e])}, parameters<Spring>(net_.links, e, state.time()));
   });
 }
 

@@ -74,7 +74,7 @@ class PhysicsOf final : public Physics {
     const AnchorShift shift(motion_, t);
     const typename AnchorShift::End end(shift, net_.anchors, k);
     return with_law(anchor_law_, [&](auto law) {
-      return Kernel<decltype(law)>::tension({state.at(net_.anchors.particle[k]), end.y}, parameters<decltype(law)>(net_.anchors, k));
+      return Kernel<decltype(law)>::tension({state.at(net_.anchors.particle[k]), end.y}, parameters<decltype(law)>(net_.anchors, k, 0));
     });
   }
 
@@ -91,13 +91,13 @@ class PhysicsOf final : public Physics {
 
   // Both copies of a spring, at its two ends, come to the same history in every bit, on whatever ranks they are: they begin with the
   // same numbers, and l is the same from dx and from -dx, whose squares are equal.
-  void commit(const LocalState& state, Links* links) const override {
+  void commit(const LocalState& state, double h, Links* links) const override {
     for (PetscInt i = 0; i < net_.n && net_.mixed; ++i)
       for (PetscInt e = links->start[i]; e < links->start[i + 1]; ++e) {
         if (links->spring[e] < 0) continue;
         const LinkGeometry<d> g(state.at(i), state.at(links->other[e]));
         MixedSpring::commit(g.length, links->stiffness[e], links->rest_length[e], links->law[e],
-                            links->more.data() + static_cast<std::size_t>(e) * links->width);
+                            links->more.data() + static_cast<std::size_t>(e) * links->width, h);
       }
   }
 
@@ -105,7 +105,7 @@ class PhysicsOf final : public Physics {
     return with_law(law_[i], [&](auto law) -> LinkMeasures {
       using Link = Kernel<decltype(law)>;
       const LinkGeometry<d> g(state.at(i), state.at(net_.links.other[e]));
-      const auto p = parameters<decltype(law)>(net_.links, e);
+      const auto p = parameters<decltype(law)>(net_.links, e, state.time());
       return {g.length, Link::tension(g, p), Link::energy(g, p), Link::dissipated(p)};
     });
   }
@@ -115,11 +115,11 @@ class PhysicsOf final : public Physics {
     for (PetscInt i = 0; i < net_.n; ++i)
       with_law(law_[i], [&](auto law) {
         for (PetscInt e = net_.links.start[i]; e < net_.links.start[i + 1]; ++e)
-          sum[i] += Kernel<decltype(law)>::rate(parameters<decltype(law)>(net_.links, e));
+          sum[i] += Kernel<decltype(law)>::rate(parameters<decltype(law)>(net_.links, e, net_.links.history_time));
       });
     with_law(anchor_law_, [&](auto law) {
       for (std::size_t k = 0; k < net_.anchors.particle.size(); ++k)
-        sum[net_.anchors.particle[k]] += Kernel<decltype(law)>::rate(parameters<decltype(law)>(net_.anchors, static_cast<PetscInt>(k)));
+        sum[net_.anchors.particle[k]] += Kernel<decltype(law)>::rate(parameters<decltype(law)>(net_.anchors, static_cast<PetscInt>(k), 0));
     });
     return sum;
   }
@@ -176,10 +176,11 @@ class PhysicsOf final : public Physics {
     plain_.push_back(plain);
   }
 
+  /// t: the time of evaluation.
   template <class Spring, class Table>
-  static typename Kernel<Spring>::Parameters parameters(const Table& table, PetscInt e) {
+  static typename Kernel<Spring>::Parameters parameters(const Table& table, PetscInt e, double t) {
     const LinkParameters p{table.stiffness[e], table.rest_length[e], table.damping.empty() ? 0.0 : table.damping[e]};
-    if constexpr (Spring::mixed) return {p, {table.law[e], table.more.data() + static_cast<std::size_t>(e) * table.width}};
+    if constexpr (Spring::mixed) return {p, {table.law[e], table.more.data() + static_cast<std::size_t>(e) * table.width, table.elapsed(t)}};
     else return p;
   }
 
@@ -216,7 +217,7 @@ class PhysicsOf final : public Physics {
     for (PetscInt e = links.start[i]; e < links.start[i + 1]; ++e) {
       if (links.spring[e] < 0) continue;
       const LinkGeometry<d> g(y, state.at(links.other[e]));
-      const auto p = parameters<Spring>(links, e);
+      const auto p = parameters<Spring>(links, e, state.time());
       if (Kernel<Spring>::defined(g, p)) Kernel<Spring>::force(g, p, f);
       else if (std::isnan(g.length)) *found = {Singularity::state, net_.row[i], ""};
       else if (!net_.rest_at_zero_length && Kernel<Spring>::acts(p)) *found = {Singularity::spring, links.spring[e], ""};
@@ -232,7 +233,7 @@ class PhysicsOf final : public Physics {
       for (PetscInt e = links.start[i]; e < links.start[i + 1]; ++e) {
         if (links.spring[e] < 0) continue;
         const LinkGeometry<d> g(state.at(i), state.at(links.other[e]));
-        const auto p = parameters<decltype(law)>(links, e);
+        const auto p = parameters<decltype(law)>(links, e, state.time());
         if (Link::defined(g, p)) use(Link{}, e, g, p);
       }
     });
@@ -246,7 +247,7 @@ class PhysicsOf final : public Physics {
       for (PetscInt a = anchor_start_[i]; a < anchor_start_[i + 1]; ++a) {
         const PetscInt k = anchor_order_[a];
         const typename AnchorShift::End end(shift, net_.anchors, k);
-        use(Kernel<decltype(law)>{}, k, LinkGeometry<d>(y, end.y), parameters<decltype(law)>(net_.anchors, k));
+        use(Kernel<decltype(law)>{}, k, LinkGeometry<d>(y, end.y), parameters<decltype(law)>(net_.anchors, k, 0));
       }
     });
   }

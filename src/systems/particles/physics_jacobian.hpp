@@ -29,7 +29,7 @@ void PhysicsOf<d, Damper>::add_tangents(PetscInt i, double t, const LocalState& 
       bool damped = true;
       if (links.spring[e] >= 0) {
         const LinkGeometry<d> g(y, state.at(links.other[e]));
-        const auto p = parameters<decltype(law)>(links, e);
+        const auto p = parameters<decltype(law)>(links, e, state.time());
         if (!Link::defined(g, p)) continue;
         Link::tangent(g, p, K, D);
         damped = p.damping != 0;

@@ -26,7 +26,7 @@ PotentialChange PhysicsOf<d, Damper>::beyond_slope(double t, const LocalState& s
           dw[c] = lambda * (z[d + c] - other[d + c]);
         }
         const LinkGeometry<d> g(y, state.at(links.other[e]));
-        const auto p = parameters<Spring>(links, e);
+        const auto p = parameters<Spring>(links, e, state.time());
         if (links.spring[e] >= 0 && Kernel<Spring>::defined(g, p)) sum.value += 0.5 * Kernel<Spring>::beyond_slope(g, dd, dw, p, sigma);
       }
     });

@@ -7,8 +7,9 @@ PetscErrorCode SpringMemory::create(Network& net, const Rows& rows) {
   PetscFunctionBegin;
   net_ = &net;
   if (!net.mixed) PetscFunctionReturn(0);
-  for (const std::string& name : spring_histories()) {
-    Number number{name, std::vector<int>(spring_laws().size(), -1), {}};
+  for (const SpringHistory& history : spring_histories()) {
+    const std::string name = history.name;
+    Number number{name, history.powers, std::vector<int>(spring_laws().size(), -1), {}};
     bool carried = false;
     for (std::size_t law = 0; law < spring_laws().size(); ++law) {
       const SpringLawInfo& info = spring_laws()[law];
@@ -41,6 +42,14 @@ PetscErrorCode SpringMemory::gather(std::vector<StatePart>* parts) {
     PetscCall(table_.gather(value, &number.rows));
     parts->push_back({number.name, number.rows});
   }
+  PetscFunctionReturn(0);
+}
+
+PetscErrorCode SpringMemory::fields(std::vector<Field>* out) {
+  std::vector<StatePart> parts;
+  PetscFunctionBegin;
+  PetscCall(gather(&parts));
+  for (const Number& number : numbers_) out->push_back({"/backspring/" + number.name, number.rows, true, {}, false, false, number.powers});
   PetscFunctionReturn(0);
 }
 

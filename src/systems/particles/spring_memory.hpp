@@ -15,6 +15,8 @@ class SpringMemory {
   bool active() const { return !numbers_.empty(); }
   /// Collective. The numbers by name, 0 where a spring's law has none of that name; vectors borrowed.
   PetscErrorCode gather(std::vector<StatePart>* parts);
+  /// The same for a frame.
+  PetscErrorCode fields(std::vector<Field>* out);
   /// Collective. The vectors that gather() handed out, refilled, into the network: both ends of a spring get the same bits.
   PetscErrorCode scatter();
   /// Collective. Both ends of every spring get what its end of the lower number carries: across the edge of a periodic box an image's position is
@@ -26,6 +28,7 @@ class SpringMemory {
  private:
   struct Number {
     std::string name;
+    Powers powers;
     std::vector<int> place;  ///< per law: where it stands among what the law takes; -1: nowhere
     VecHandle rows;
   };

@@ -42,7 +42,7 @@ PetscErrorCode Avalanche::relax(double factor, Vec y, bool* good) {
   PetscCall(solver_.relax(y, good));
   if (!*good) PetscFunctionReturn(0);
   PetscCall(model_.energies(factor, y, &has));
-  PetscCall(model_.accept(factor, y));
+  PetscCall(model_.accept({factor}, y));
   PetscCall(model_.energies(factor, y, &after));
   has.dissipated = after.dissipated;  // known once histories are brought up to y; what is stored then may have broken
   model_.release(had.sum() - has.sum());
@@ -59,7 +59,7 @@ PetscErrorCode Avalanche::move(double factor, double h, Vec y, HeldEnergies* now
   if (!*good) PetscFunctionReturn(0);
   PetscCall(model_.energies(factor, y, now));
   model_.breaks()->add_motion(h);
-  PetscCall(model_.accept(factor, y));
+  PetscCall(model_.accept({factor}, y));
   PetscCall(model_.energies(factor, y, &after));
   now->dissipated = after.dissipated;
   model_.release(had.sum() - now->sum());

@@ -11,7 +11,8 @@ namespace bs {
 ///   energy_beyond_slope(l, s, k, L, p) = e(l + s) - e(l) - T(l) s, free of cancellation;
 /// a law with history also commit(l, k, L, p), which takes the state at l for the one the next step begins with, and
 /// dissipated(k, p), the energy [J] lost so far. Its other functions begin with the history as it was committed last: within a
-/// step T is a function of l alone, and e in energy_beyond_slope is its integral.
+/// step T is a function of l alone, and e in energy_beyond_slope is its integral. A law that relaxes takes after p the time
+/// [s] since then, in commit() that of the whole step; in statics it is 0.
 struct SpringLawTraits {
   static constexpr std::array<SpringParameter, 0> parameters{};
   static constexpr std::array<SpringHistory, 0> history{};
@@ -19,10 +20,19 @@ struct SpringLawTraits {
   static constexpr bool regular_at_zero = false;  ///< else it has no direction at l = 0
   static constexpr bool zero_rest = true;         ///< L = 0 is the linear law of zero rest length; else L = 0 is refused
   static constexpr bool softens = false;          ///< the rate along the spring may be negative, or less than the one across it
+  static constexpr bool relaxes = false;          ///< T changes with time at constant l
 };
 
 template <class Law>
 constexpr bool takes_more = Law::parameters.size() + Law::history.size() > 0;
+
+/// f() of what the law takes beyond k and L.
+template <class Law, class F>
+auto with_more([[maybe_unused]] const double* more, [[maybe_unused]] double elapsed, F&& f) {
+  if constexpr (Law::relaxes) return f(more, elapsed);
+  else if constexpr (takes_more<Law>) return f(more);
+  else return f();
+}
 
 /// Area under a tension that rises by `slope` per length between l + low and l + high, and not elsewhere, above its value at l:
 /// the integral of T(l + x) - T(l) over x from 0 to s.

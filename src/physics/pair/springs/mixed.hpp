@@ -4,10 +4,11 @@
 
 namespace bs {
 
-/// What a spring of some law carries: the law's place in the registry; its parameters, then its history.
+/// What a spring of some law carries: the law's place in the registry; its parameters, then its history; the time since that was so [s].
 struct SpringRow {
   int law;
   const double* more;
+  double elapsed = 0;
 };
 
 struct MixedSpring : SpringLawTraits {
@@ -18,10 +19,8 @@ struct MixedSpring : SpringLawTraits {
   template <class F>
   static double of(const SpringRow& row, F&& f) noexcept {
     double value = 0;
-    with_spring_law(row.law, [&](auto law) {
-      if constexpr (takes_more<decltype(law)>) value = f(law, row.more);
-      else value = f(law);
-    });
+    with_spring_law(row.law,
+                    [&](auto law) { value = with_more<decltype(law)>(row.more, row.elapsed, [&](auto... more) { return f(law, more...); }); });
     return value;
   }
   static double energy(double l, double k, double L, const SpringRow& row) noexcept {
@@ -39,10 +38,11 @@ struct MixedSpring : SpringLawTraits {
   static double stiffness(double l, double k, double L, const SpringRow& row) noexcept {
     return of(row, [&](auto law, auto... more) { return law.stiffness(l, k, L, more...); });
   }
-  /// Takes the state at length l for the one the next step begins with.
-  static void commit(double l, double k, double L, int place, double* more) noexcept {
+  /// Takes the state at length l, the end of a step of length h, for the one the next step begins with.
+  static void commit(double l, double k, double L, int place, double* more, double h) noexcept {
     with_spring_law(place, [&](auto law) {
-      if constexpr (decltype(law)::history.size() > 0) law.commit(l, k, L, more);
+      if constexpr (decltype(law)::relaxes) law.commit(l, k, L, more, h);
+      else if constexpr (decltype(law)::history.size() > 0) law.commit(l, k, L, more);
     });
   }
   /// Energy lost so far [J].

@@ -12,9 +12,9 @@ namespace bs {
 struct PlasticSpring : SpringLawTraits {
   static constexpr const char *name = "plastic", *title = "k (l - L - e), |T - H e| <= Y";
   static constexpr std::array<SpringParameter, 2> parameters{
-      {{"yield_force", "Y of the law plastic", "N", true, true}, {"hardening", "H of the law plastic, kinematic", "N/m", true, false}}};
+      {{"yield_force", "Y of the law plastic", "N", {1, 1, -2}, true, true}, {"hardening", "H of the law plastic, kinematic", "N/m", {1, 0, -2}, true, false}}};
   /// the plastic stretch e and its path, the sum of |de|
-  static constexpr std::array<SpringHistory, 2> history{{{"plastic_stretch", "m"}, {"plastic_path", "m"}}};
+  static constexpr std::array<SpringHistory, 2> history{{{"plastic_stretch", "m", {0, 1, 0}}, {"plastic_path", "m", {0, 1, 0}}}};
   static constexpr bool zero_rest = false, softens = true;
   enum { Y, H, E, PATH };
 

@@ -16,7 +16,8 @@ static std::vector<SpringLawInfo> describe_springs(const std::tuple<Law...>&) {
            {Law::parameters.begin(), Law::parameters.end()},
            {Law::history.begin(), Law::history.end()},
            Law::zero_rest,
-           Law::softens}...};
+           Law::softens,
+           Law::relaxes}...};
 }
 
 const std::vector<SpringLawInfo>& spring_laws() {
@@ -37,8 +38,7 @@ double spring_rate_at_rest(std::size_t place, double k, double L, const double* 
   double rate = 0;
   with_spring_law(static_cast<int>(place), [&](auto law) {
     using Law = decltype(law);
-    if constexpr (takes_more<Law>) rate = spring_rate<Law>(k, L, more);
-    else rate = spring_rate<Law>(k, L);
+    rate = with_more<Law>(more, 0, [&](auto... all) { return spring_rate<Law>(k, L, all...); });
   });
   return rate;
 }
@@ -55,25 +55,21 @@ std::vector<std::string> damper_law_names() {
   return names;
 }
 
-std::vector<SpringParameter> spring_parameters() {
-  std::vector<SpringParameter> all;
-  const auto known = [&](const std::string& name) {
-    for (const SpringParameter& one : all)
-      if (name == one.name) return true;
-    return false;
-  };
+template <class Number>
+static std::vector<Number> each_once(std::vector<Number> SpringLawInfo::*numbers) {
+  std::vector<Number> all;
   for (const SpringLawInfo& law : spring_laws())
-    for (const SpringParameter& parameter : law.parameters)
-      if (!known(parameter.name)) all.push_back(parameter);
+    for (const Number& one : law.*numbers)
+      if (std::none_of(all.begin(), all.end(), [&](const Number& known) { return std::string(known.name) == one.name; })) all.push_back(one);
   return all;
 }
 
-std::vector<std::string> spring_histories() {
-  std::vector<std::string> all;
-  for (const SpringLawInfo& law : spring_laws())
-    for (const SpringHistory& one : law.history)
-      if (std::find(all.begin(), all.end(), one.name) == all.end()) all.emplace_back(one.name);
-  return all;
+std::vector<SpringParameter> spring_parameters() {
+  return each_once<SpringParameter>(&SpringLawInfo::parameters);
+}
+
+std::vector<SpringHistory> spring_histories() {
+  return each_once<SpringHistory>(&SpringLawInfo::history);
 }
 
 }  // namespace bs

@@ -8,6 +8,7 @@
 #include "lattice/spring_laws.hpp"
 #include "physics/pair/dampers/axial.hpp"
 #include "physics/pair/dampers/simple.hpp"
+#include "physics/pair/springs/maxwell.hpp"
 #include "physics/pair/springs/plastic.hpp"
 #include "physics/pair/springs/polynomial.hpp"
 #include "physics/pair/springs/spring.hpp"
@@ -15,7 +16,7 @@
 
 namespace bs {
 
-using SpringLaws = std::tuple<HookeSpring, StrainSpring, TensionSpring, PolynomialSpring, PlasticSpring>;
+using SpringLaws = std::tuple<HookeSpring, StrainSpring, TensionSpring, PolynomialSpring, PlasticSpring, MaxwellSpring>;
 using DamperLaws = std::tuple<AxialDamper, SimpleDamper>;
 
 template <class F, std::size_t... I>

@@ -150,7 +150,7 @@ void PhysicsOf<d, Damper>::fill_pairs(PetscInt i, const LocalState& state, const
     if (!held && j != last) ++(j < net_.n ? at->pair : at->cut);
     if (!held) last = j;
     const LinkGeometry<d> g(y, state.at(links.other[e]));
-    const auto p = parameters<Spring>(links, e);
+    const auto p = parameters<Spring>(links, e, state.time());
     if (!Link::defined(g, p)) continue;
     if (held) condensed::add_link<Link, positive, d>(g, p, abc, node);
     else condensed::add_to_pair<Link, positive, d>(g, p, abc, j < net_.n ? S->pair(at->pair) : S->cut(at->cut));
@@ -225,7 +225,7 @@ void PhysicsOf<d, Damper>::add_products(PetscInt i, const LocalState& state, con
   for (PetscInt e = links.start[i]; e < links.start[i + 1]; ++e) {
     if (links.spring[e] < 0) continue;
     const LinkGeometry<d> g(y, state.at(links.other[e]));
-    const auto p = parameters<Spring>(links, e);
+    const auto p = parameters<Spring>(links, e, state.time());
     if (!Kernel<Spring>::defined(g, p)) continue;
     double K[d * d] = {}, D[d * d] = {};
     Kernel<Spring>::tangent(g, p, K, D);

@@ -62,7 +62,7 @@ class WithInteractions final : public Physics {
   void multiply_law_damping(double t, const LocalState& state, const double* w, double* f) const override {
     pairs_->multiply_law_damping(t, state, w, f);
   }
-  void commit(const LocalState& state, Links* links) const override { pairs_->commit(state, links); }
+  void commit(const LocalState& state, double h, Links* links) const override { pairs_->commit(state, h, links); }
   LinkMeasures measure(const LocalState& state, PetscInt i, PetscInt e) const override { return pairs_->measure(state, i, e); }
   Energies energies(double t, const LocalState& state) const override {
     Energies sum = pairs_->energies(t, state);

@@ -28,6 +28,8 @@ void give_columns(Lattice* l) {
   column("stiffness_3", [](std::int64_t row) { return 60 * std::cos(3.0 * static_cast<double>(row)); });
   column("yield_force", [](std::int64_t row) { return 3 + static_cast<double>(row % 4); });
   column("hardening", [](std::int64_t row) { return 4 * static_cast<double>(row % 3); });
+  column("relaxation_time", [](std::int64_t row) { return 0.1 + 0.2 * static_cast<double>(row % 3); });
+  column("viscous_stretch", [](std::int64_t row) { return 0.1 * std::cos(7.0 * static_cast<double>(row)); });
   column("plastic_stretch", [](std::int64_t row) { return 0.1 * std::sin(5.0 * static_cast<double>(row)); });
 }
 
@@ -350,7 +352,7 @@ TEST_CASE("both ends of a spring commit the same history, on any ranks") {
     for (int way = 0; way < 12; ++way) {
       c.set(way, 1.0);
       REQUIRE(state.gather(0.0, c.y) == 0);
-      c.physics->commit(state, &c.net.links);
+      c.physics->commit(state, 0.05, &c.net.links);
     }
     const Links& links = c.net.links;
     const std::size_t width = static_cast<std::size_t>(links.width), springs = static_cast<std::size_t>(c.net.springs_total);

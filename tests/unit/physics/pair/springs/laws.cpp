@@ -13,7 +13,7 @@ namespace {
 
 /// A spring at some length, with what its law takes.
 struct Sample {
-  double k, L, l, p[SPRING_WIDTH];
+  double k, L, l, p[SPRING_WIDTH], elapsed = 0;
 };
 
 /// Random ones; lengths from 0.3 to 3 rest lengths.
@@ -31,13 +31,17 @@ Sample sample(Dice& dice) {
     s.p[PlasticSpring::E] = s.L * dice.between(-0.4, 0.8);
     s.p[PlasticSpring::PATH] = s.L * 0.9;
   }
+  if (std::is_same_v<Law, MaxwellSpring>) {
+    s.p[MaxwellSpring::TAU] = dice.between(0.1, 2);
+    s.p[MaxwellSpring::X] = s.L * dice.between(-0.9, 2);
+    s.elapsed = std::max(0.0, dice.between(-0.5, 2));
+  }
   return s;
 }
 
 template <class Law, class F>
 auto with(const Sample& s, F&& f) {
-  if constexpr (takes_more<Law>) return f(s.p);
-  else return f();
+  return with_more<Law>(s.p, s.elapsed, std::forward<F>(f));
 }
 
 /// The potential in long double, each law's formula written anew.
@@ -46,6 +50,7 @@ long double potential(int law, const Sample& s, long double l) {
   if (law == 0) return k * q * q / 2;
   if (law == 1) return k / s.L * q * q / 2;
   if (law == 2) return q > 0 ? k * q * q / 2 : 0;
+  if (law == 5) return k * std::exp(-static_cast<long double>(s.elapsed) / s.p[0]) * (q - s.p[1]) * (q - s.p[1]) / 2;
   if (law == 3) return k * q * q / 2 + s.p[0] * q * q * q / 3 + s.p[1] * q * q * q * q / 4;
   // the least over e of what is stored and lost, by its three candidates: no flow, and flow to either side
   const long double Y = s.p[0], H = s.p[1], e0 = s.p[2];
@@ -120,6 +125,7 @@ void check_beyond(int place, const Sample& s, Dice& dice) {
     if (place == 1) T = s.k / static_cast<long double>(s.L) * q;
     if (place == 2) T = q > 0 ? s.k * q : 0;
     if (place == 3) T = q * (s.k + q * (s.p[0] + q * static_cast<long double>(s.p[1])));
+    if (place == 5) T = s.k * std::exp(-static_cast<long double>(s.elapsed) / s.p[0]) * (q - s.p[1]);
     if (place == 4) {
       const long double k = s.k, H = s.p[1], e0 = s.p[2], x = k * (q - e0) - H * e0, over = std::abs(x) - s.p[0];
       T = k * (q - e0 - (over > 0 ? std::copysign(over / (k + H), x) : 0));
@@ -143,7 +149,7 @@ Met check_law_of_springs(int place) {
     check_state<2, Law>(place, s, dice, &met);
     check_state<3, Law>(place, s, dice, &met);
     check_beyond<Law>(place, s, dice);
-    const SpringRow row{place, s.p};
+    const SpringRow row{place, s.p, s.elapsed};
     REQUIRE(MixedSpring::tension(s.l, s.k, s.L, row) == with<Law>(s, [&](auto... p) { return Law::tension(s.l, s.k, s.L, p...); }));
     REQUIRE(MixedSpring::stiffness(s.l, s.k, s.L, row) == with<Law>(s, [&](auto... p) { return Law::stiffness(s.l, s.k, s.L, p...); }));
     REQUIRE(MixedSpring::energy(s.l, s.k, s.L, row) == with<Law>(s, [&](auto... p) { return Law::energy(s.l, s.k, s.L, p...); }));
@@ -161,6 +167,7 @@ TEST_CASE("every law of springs: tension, rates, tangent and energies at many st
   CHECK(check_law_of_springs<PolynomialSpring>(3).soft > 100);
   const Met plastic = check_law_of_springs<PlasticSpring>(4);
   CHECK((plastic.yielding > 100 && plastic.elastic > 100));
+  CHECK(check_law_of_springs<MaxwellSpring>(5).soft == 0);
 }
 
 TEST_CASE("the list of laws: names, what the program asks for by name, parameters") {
@@ -172,8 +179,10 @@ TEST_CASE("the list of laws: names, what the program asks for by name, parameter
   CHECK(damper_law_names()[static_cast<std::size_t>(DampingLaw::axial)] == "axial");
   CHECK(damper_law_names()[static_cast<std::size_t>(DampingLaw::simple)] == "simple");
   for (const SpringLawInfo& law : spring_laws()) CHECK(law.width() <= SPRING_WIDTH);
-  CHECK(spring_parameters().size() == 4);
-  CHECK(spring_histories() == std::vector<std::string>{"plastic_stretch", "plastic_path"});
+  CHECK(spring_parameters().size() == 5);
+  std::vector<std::string> histories;
+  for (const SpringHistory& one : spring_histories()) histories.emplace_back(one.name);
+  CHECK(histories == std::vector<std::string>{"plastic_stretch", "plastic_path", "viscous_stretch", "viscous_loss"});
 }
 
 TEST_CASE("plastic spring: cycles follow the closed form, work is stored or dissipated") {
@@ -209,4 +218,31 @@ TEST_CASE("plastic spring: cycles follow the closed form, work is stored or diss
   }
   CHECK(PlasticSpring::energy(l, k, L, p) + lost == Approx(work).epsilon(1e-12));
   CHECK(lost > 20 * Y * 0.4);
+}
+
+TEST_CASE("maxwell spring: decay at constant length, books of a spring that is pulled") {
+  const double k = 7, L = 1, tau = 0.3, e = 0.4;
+  for (const double h : {0.001, 0.1, 0.3, 5.0}) {
+    double p[3] = {tau, 0, 0}, t = 0;
+    for (int n = 0; n < 50; ++n) {
+      const double end = t + h, left = std::exp(-end / tau);
+      REQUIRE(std::abs(MaxwellSpring::tension(L + e, k, L, p, h) - k * e * left) <= 1e-14 * k * e);
+      MaxwellSpring::commit(L + e, k, L, p, h);
+      t = end;
+      REQUIRE(std::abs(MaxwellSpring::tension(L + e, k, L, p, 0) - k * e * left) <= 1e-14 * k * e);
+      REQUIRE(MaxwellSpring::energy(L + e, k, L, p, 0) + MaxwellSpring::dissipated(k, p) == Approx(0.5 * k * e * e).epsilon(1e-13));
+    }
+  }
+  // at the rate c of length the tension tends to k tau c, and the dashpot takes its power
+  double p[3] = {tau, 0, 0}, lost = 0;
+  const double c = 0.2, h = 1e-4;
+  for (int n = 1; n <= 50000; ++n) {
+    if (n == 40000) lost = MaxwellSpring::dissipated(k, p);
+    MaxwellSpring::commit(L + n * h * c, k, L, p, h);
+  }
+  CHECK(MaxwellSpring::tension(L + 5 * c, k, L, p, 0) == Approx(k * tau * c).epsilon(h / tau));
+  CHECK((MaxwellSpring::dissipated(k, p) - lost) / (10001 * h) == Approx(k * tau * c * c).epsilon(2 * h / tau));
+  // statics: no time passes, the spring answers with k
+  MaxwellSpring::commit(L + 9, k, L, p, 0);
+  CHECK(MaxwellSpring::stiffness(L + 9, k, L, p, 0) == k);
 }
