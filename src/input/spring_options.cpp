@@ -29,7 +29,10 @@ void SpringOptions::read(Section& section) {
     Constant constant{one, std::string("-bs_spring_") + one.name};
     const std::string help = std::string(one.meaning) + ", the same for all springs; the dataset /springs/" + one.name +
                              " of a lattice file takes precedence [" + one.unit + "]";
-    constant.given = section.real(constant.option.c_str(), help.c_str(), constant.value, one.positive ? Range::positive : one.nonnegative ? Range::nonnegative : Range::any);
+    constant.given = section.real(constant.option.c_str(), help.c_str(), constant.value,
+                                  one.positive      ? Range::positive
+                                  : one.nonnegative ? Range::nonnegative
+                                                    : Range::any);
     constants.push_back(constant);
   }
 }
@@ -128,7 +131,10 @@ PetscErrorCode check_columns(MPI_Comm comm, Lattice* l) {
       const std::int64_t row = l->springs.first + static_cast<std::int64_t>(k);
       if (!std::isfinite(value) || (nonnegative && value < 0) || (positive && value == 0))
         fault.note(row, format("%s: spring %" PRId64 ", %s: %g; write a finite number%s [%s]", l->source.c_str(), row, column.path.c_str(), value,
-                               positive ? " > 0" : nonnegative ? " >= 0" : "", unit));
+                               positive      ? " > 0"
+                               : nonnegative ? " >= 0"
+                                             : "",
+                               unit));
     }
   PetscCall(fail_if_any(comm, fault));
   PetscFunctionReturn(0);

@@ -12,9 +12,9 @@ namespace bs {
 /// /connectivity/bonds_NAME and, for a whole lattice, of the option -bs_spring_NAME.
 struct SpringParameter {
   const char *name, *meaning, *unit;
-  Powers powers;     ///< what `unit` is made of
-  bool nonnegative;  ///< else any finite number
-  bool needed;       ///< else 0 where it is not given; of a law's parameters at least one must be
+  Powers powers;          ///< what `unit` is made of
+  bool nonnegative;       ///< else any finite number
+  bool needed;            ///< else 0 where it is not given; of a law's parameters at least one must be
   bool positive = false;  ///< 0 is refused, too
 };
 

@@ -100,6 +100,12 @@ struct Network {
 
   /// Whether local particle j is an image of owned particle i: a spring between them keeps its length whatever moves.
   bool own_image(PetscInt i, PetscInt j) const { return j >= n && global[j] == global[i]; }
+  /// Whether owned particle i is linked to a ghost.
+  bool boundary(PetscInt i) const {
+    for (PetscInt e = links.start[i]; e < links.start[i + 1]; ++e)
+      if (links.other[e] >= n) return true;
+    return false;
+  }
   /// The local particle that link e of owned particle i is a coupling to in matrices: of an image of a particle of this rank that particle,
   /// unless i is linked to it in another box as well, and so in another direction; else the other end.
   PetscInt coupled(PetscInt i, PetscInt e) const {

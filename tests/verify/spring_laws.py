@@ -406,8 +406,10 @@ def maxwell(checks, folder):
             saved = folder / "saved.h5"
             run(checks.program, dict(base, ts_max_steps=13, bs_checkpoint=saved, bs_overwrite=True), expect=None, ranks=ranks)
             rest = run(checks.program, dict(base, bs_restart=saved, bs_checkpoint=folder / "other.h5", bs_overwrite=True, ts_max_steps=10 ** 6), interval=30 * h, ranks=ranks).trajectory
-            checks.true(f"relaxing net, {ts}, {ranks} rank(s): continued to the bit", np.array_equal(rest.position[-1], whole[ranks].position[-1])
-                        and np.array_equal(rest.observables["dissipated_energy"].ravel()[-1], whole[ranks].observables["dissipated_energy"].ravel()[-1]))
+            lost = rest.observables["dissipated_energy"].ravel()[-1] - whole[ranks].observables["dissipated_energy"].ravel()[-1]
+            # factors on several ranks do not sum in the same order in every run
+            exact = ranks == 1 or ts in ("beuler", "rk", "verlet")
+            checks.below(f"relaxing net, {ts}, continued on {ranks} rank(s)", np.abs(rest.position[-1] - whole[ranks].position[-1]).max() + abs(lost), 0 if exact else 1e-12)
 
 
 def main():

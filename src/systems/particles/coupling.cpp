@@ -31,9 +31,12 @@ PetscErrorCode Coupling::read_options(MPI_Comm comm, const Lattice& lattice, Net
   PetscFunctionReturn(0);
 }
 
-PetscErrorCode Coupling::create(const Network& net) {
+PetscErrorCode Coupling::create(const Network& net, const RowPattern& pattern) {
   PetscFunctionBegin;
-  masses_ = &net.mass;
+  net_ = &net;
+  pattern_ = &pattern;
+  for (PetscInt i = 0; i < net.n; ++i)
+    if (!net.fixed[i]) rows_[net.boundary(i)].push_back(i);
   for (int c = 0; c < 3; ++c) C_[c] = pull_.center[c];
   selected_.assign(static_cast<std::size_t>(net.n + net.ghosts), 0);
   double sum = 0;
@@ -52,7 +55,8 @@ PetscErrorCode Coupling::create(const Network& net) {
 }
 
 // X = sum m x / S, V = sum m v / S over the selected particles
-PetscErrorCode Coupling::gather(const Network& net, const LocalState& state) {
+PetscErrorCode Coupling::gather(const LocalState& state) {
+  const Network& net = *net_;
   PetscFunctionBegin;
   if (center_ >= 0)
     for (int c = 0; c < net.dim; ++c) C_[c] = state.at(center_)[c];
@@ -72,6 +76,46 @@ PetscErrorCode Coupling::gather(const Network& net, const LocalState& state) {
     V_[c] = sums[3 + c] / S_;
   }
   PetscFunctionReturn(0);
+}
+
+void Coupling::forces(Part part, double t, const LocalState& state, double* f, Singularity*, Energies*) const {
+  with_dimension([&](auto d) {
+    for (const PetscInt i : rows_[static_cast<int>(part)]) add_force<d>(i, point<d>(i, t, state), f + i * d);
+  });
+}
+
+void Coupling::forces_on(const std::vector<PetscInt>& which, double t, const LocalState& state, double* f) const {
+  with_dimension([&](auto d) {
+    for (std::size_t k = 0; k < which.size(); ++k) add_force<d>(which[k], point<d>(which[k], t, state), f + k * d);
+  });
+}
+
+void Coupling::supply(double t, const LocalState& state, Supply* sum) const {
+  with_dimension([&](auto d) {
+    for (PetscInt i = 0; i < net_->n; ++i) {
+      if (net_->fixed[i] == 1) continue;
+      const Point<d> here = point<d>(i, t, state);
+      double f[d] = {};
+      add_force<d>(i, here, f);
+      sum->coupling += dot<d>(f, here.v);
+    }
+  });
+}
+
+void Coupling::add_row(PetscInt i, double t, const LocalState& state, double* panel, PetscInt width) const {
+  const Links& links = net_->links;
+  with_dimension([&](auto d) {
+    const Point<d> here = point<d>(i, t, state);
+    for (PetscInt e = links.start[i]; e < links.start[i + 1]; ++e) {
+      if (links.spring[e] >= 0 || pattern_->slot(e) < 0) continue;
+      double K[d * d] = {}, D[d * d] = {};
+      add_cross<d>(i, links.other[e], here, K, D);
+      subtract_blocks<d>(panel, width, pattern_->slot(e), K, D);
+    }
+    double K[d * d] = {}, D[d * d] = {};
+    add_self<d>(i, here, K, D);
+    subtract_blocks<d>(panel, width, pattern_->self(i), K, D);
+  });
 }
 
 std::string Coupling::describe() const {

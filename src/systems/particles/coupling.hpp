@@ -2,13 +2,14 @@
 #pragma once
 #include <cstdint>
 #include <string>
+#include <type_traits>
 #include <vector>
 #include "base/handle.hpp"
 #include "network/network.hpp"
 #include "physics/body/point.hpp"
 #include "physics/body/xsp_attraction.hpp"
 #include "physics/whole/xsp_center_of_mass.hpp"
-#include "systems/particles/local_state.hpp"
+#include "systems/particles/term.hpp"
 
 namespace bs {
 
@@ -17,14 +18,19 @@ namespace bs {
 ///   centre of mass   f_i = -m_i (value (X - C) + damping V) / S   for every selected i
 ///   attraction       f_i = m_i value |C - x_i|^-p toward C, where C is a particle (a fixed point is a particle law)
 /// Small systems get the exact dense coupling in the matrix; large ones a low-rank operator beside the sparse matrix.
-class Coupling {
+class Coupling final : public Term {
  public:
   /// Collective. Reads the options; asks the network for the links the matrix needs.
   PetscErrorCode read_options(MPI_Comm comm, const Lattice& lattice, NetworkOptions* network);
-  /// Collective.
-  PetscErrorCode create(const Network& net);
+  /// Collective. `net` and `pattern` must outlive the object.
+  PetscErrorCode create(const Network& net, const RowPattern& pattern);
   /// Collective. Means and centre of the gathered state.
-  PetscErrorCode gather(const Network& net, const LocalState& state);
+  PetscErrorCode gather(const LocalState& state) override;
+  void forces(Part part, double t, const LocalState& state, double* f, Singularity* fault, Energies* sum) const override;
+  void forces_on(const std::vector<PetscInt>& which, double t, const LocalState& state, double* f) const override;
+  void supply(double t, const LocalState& state, Supply* sum) const override;
+  void add_row(PetscInt i, double t, const LocalState& state, double* panel, PetscInt width) const override;
+  std::string lacks_potential() const override { return "a force that couples all particles"; }
   bool active() const { return mass_.active() || attracts(); }
   /// The centre is a particle: the law of attraction to a point must not act, too.
   bool has_center_particle() const { return center_row_ >= 0; }
@@ -32,6 +38,18 @@ class Coupling {
   /// Collective. P itself, or P + U W^T where the centre-of-mass force is too large to assemble.
   PetscErrorCode create_operator(const Network& net, Mat P, bool momentum, Mat* A) const;
 
+ private:
+  /// f(d) with the dimension as a constant, d.
+  template <class F>
+  void with_dimension(F&& f) const {
+    if (net_->dim == 1) f(std::integral_constant<int, 1>());
+    else if (net_->dim == 2) f(std::integral_constant<int, 2>());
+    else f(std::integral_constant<int, 3>());
+  }
+  template <int d>
+  Point<d> point(PetscInt i, double t, const LocalState& state) const {
+    return {t, net_->mass[i], net_->columns(i), state.at(i), state.at(i) + d};
+  }
   template <int d>
   void add_force(PetscInt i, const Point<d>& p, double* f) const noexcept {
     if (selected(i)) {
@@ -61,13 +79,11 @@ class Coupling {
       for (int k = 0; k < d * d; ++k) K[k] -= toward[k];
     }
   }
-
- private:
   bool attracts() const { return center_row_ >= 0 && pull_.value != 0; }
   bool selected(PetscInt i) const noexcept { return mass_.active() && selected_[i]; }
   template <int d>
   void add_mean(PetscInt j, const Point<d>& p, double* K, double* D) const noexcept {
-    const double share = p.m * (*masses_)[j] / (S_ * S_);
+    const double share = p.m * net_->mass[j] / (S_ * S_);
     for (int c = 0; c < d; ++c) {
       K[c * d + c] -= share * mass_.value;
       D[c * d + c] -= share * mass_.damping;
@@ -79,7 +95,9 @@ class Coupling {
   std::int64_t center_row_ = -1, dense_max_ = 400;
   PetscInt center_ = -1;  ///< local index of the centre, -1: not here
   bool dense_ = true;
-  const std::vector<double>* masses_ = nullptr;
+  const Network* net_ = nullptr;
+  const RowPattern* pattern_ = nullptr;
+  std::vector<PetscInt> rows_[2];       ///< owned particles of either Part that are not fixed
   std::vector<std::uint8_t> selected_;  ///< (n + ghosts)
   double S_ = 1, X_[3] = {0, 0, 0}, V_[3] = {0, 0, 0}, C_[3] = {0, 0, 0};
 };

@@ -9,10 +9,10 @@
 
 namespace bs {
 
-PetscErrorCode LinearisedForces::create(const Network& net, const Physics& physics, RowPattern& pattern, Vec layout, bool coupled) {
+PetscErrorCode LinearisedForces::create(const Network& net, const Terms& terms, RowPattern& pattern, Vec layout, bool coupled) {
   PetscFunctionBegin;
   net_ = &net;
-  physics_ = &physics;
+  terms_ = &terms;
   pattern_ = &pattern;
   vector_ = layout;
   at_ = {net.dim, net.n};
@@ -44,7 +44,7 @@ PetscErrorCode LinearisedForces::change_of_force(Vec z, double* f) {
   PetscCall(PetscLogEventBegin(particle_events().tangent, z, nullptr, nullptr, nullptr));
   if (!direction_.created()) PetscCall(direction_.create(*net_, vector_));
   PetscCall(direction_.gather_direction(z));
-  physics_->multiply_tangent(t_, state_, direction_, f);
+  terms_->multiply_tangent(t_, state_, direction_, f);
   if (net_->supports) net_->supports->clear(0, net_->n, 1, f);
   // of a spring at one end: distance and length 3d, rates 10, t dz + w (w.dz) 7d
   PetscCall(PetscLogFlops((10.0 * net_->dim + 10) * static_cast<double>(net_->links.other.size())));
@@ -64,7 +64,7 @@ PetscErrorCode LinearisedForces::damping_force(const double* w, double* f) {
       net_->supports->clear(0, net_->n, 1, free.data());
       w = free.data();
     }
-    physics_->multiply_law_damping(t_, state_, w, f);
+    terms_->pairs().multiply_law_damping(t_, state_, w, f);
     if (net_->supports) net_->supports->clear(0, net_->n, 1, f);
     PetscFunctionReturn(0);
   }
@@ -114,14 +114,14 @@ PetscErrorCode LinearisedForces::assemble(const Coefficients& abc, bool positive
   PetscCall(PetscLogEventBegin(particle_events().condense, S, nullptr, nullptr, nullptr));
   if (PairMatrix* springs = PairMatrix::from(S)) {
     springs->set_inertia(abc.mass);
-    physics_->condense_springs(t_, state_, abc, positive, springs);
+    terms_->condense_springs(t_, state_, abc, positive, springs);
     PetscCall(MatAssemblyBegin(S, MAT_FINAL_ASSEMBLY));
     PetscCall(MatAssemblyEnd(S, MAT_FINAL_ASSEMBLY));
   } else {
     BlockRowWriter writer(*net_, *pattern_);
     writer.set_inertia(abc.mass);
     PetscCall(writer.begin(S));
-    PetscCall(physics_->condense_rows(t_, state_, abc, positive, &writer));
+    PetscCall(terms_->condense_rows(t_, state_, abc, positive, &writer));
     PetscCall(writer.end());
   }
   // of a spring at one end: distance and length 3d, t and w 10 + d; by rows t I + w w^T and its place in two blocks, too

@@ -5,14 +5,14 @@
 #include <vector>
 #include "linalg/pair_matrix.hpp"
 #include "systems/mechanics.hpp"
-#include "systems/particles/physics.hpp"
+#include "systems/particles/terms.hpp"
 
 namespace bs {
 
 class LinearisedForces final : public Linearisation {
  public:
   /// Collective. The arguments must outlive the object; `coupled`: some force couples all particles.
-  PetscErrorCode create(const Network& net, const Physics& physics, RowPattern& pattern, Vec layout, bool coupled);
+  PetscErrorCode create(const Network& net, const Terms& terms, RowPattern& pattern, Vec layout, bool coupled);
   /// The state linearised at, and its time.
   const LocalState& state() const { return state_; }
   double time() const { return t_; }
@@ -26,7 +26,7 @@ class LinearisedForces final : public Linearisation {
   PetscErrorCode linearise(double t, Vec y) override;
   PetscErrorCode change_of_force(Vec z, double* f) override;
   PetscErrorCode damping_force(const double* w, double* f) override;
-  void stiffness_sizes(double* size) override { physics_->stiffness_sizes(t_, state_, size); }
+  void stiffness_sizes(double* size) override { terms_->stiffness_sizes(t_, state_, size); }
   bool exact_symmetric() const override { return !coupled_ && !axial_damping_ && !net_->softens; }
   bool pairwise() const override { return net_->interactions.empty(); }
   PetscErrorCode create(CondensedStorage storage, Mat* S) override;
@@ -36,7 +36,7 @@ class LinearisedForces final : public Linearisation {
 
  private:
   const Network* net_ = nullptr;
-  const Physics* physics_ = nullptr;
+  const Terms* terms_ = nullptr;
   RowPattern* pattern_ = nullptr;
   Layout at_;
   Vec vector_ = nullptr;

@@ -22,7 +22,7 @@ PetscErrorCode ParticleModel::observe_box(double t, std::vector<Observable>* out
   PetscFunctionBegin;
   cell_.edges(t, edges, nullptr);
   cell_.velocity_gradient(t, L);
-  physics_->box_forces(state_, &sums);
+  terms_->box_forces(state_, &sums);
   double* sigma = sums.virial;
   for (PetscInt i = 0; i < net_.n; ++i) {
     if (net_.fixed[i] == 1) continue;
@@ -77,8 +77,8 @@ PetscErrorCode ParticleModel::strain_response(double t, Vec y, StrainResponse* o
   out->force.assign(static_cast<std::size_t>(q) * static_cast<std::size_t>(net_.n * d), 0.0);
   out->affine.assign(static_cast<std::size_t>(q * q), 0.0);
   out->size.assign(static_cast<std::size_t>(q), 0.0);
-  physics_->strain_response(state_, out);
-  physics_->box_forces(state_, &sums);
+  terms_->strain_response(state_, out);
+  terms_->box_forces(state_, &sums);
   PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, out->affine.data(), q * q, MPI_DOUBLE, MPI_SUM, net_.comm));
   PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, out->size.data(), q, MPI_DOUBLE, MPI_SUM, net_.comm));
   for (double& square : out->size) square = std::sqrt(square);

@@ -16,12 +16,12 @@ PetscErrorCode ParticleModel::force(double t, Vec y, const double** f) {
   wasted_ = known ? 0 : wasted_ + (summed_ ? 1 : 0);
   summed_ = false;
   // ghosts travel meanwhile; a force that couples all with all needs them first
-  if (!coupling_.active() && !known) physics_->forces(Part::interior, t, state_, coupling_, force_.data(), &fault_);
+  if (!coupling_.active() && !known) terms_->forces(Part::interior, t, state_, force_.data(), &fault_);
   PetscCall(state_.gather_end(t, y));
-  PetscCall(coupling_.gather(net_, state_));
-  if (coupling_.active()) physics_->forces(Part::interior, t, state_, coupling_, force_.data(), &fault_);
+  PetscCall(terms_->gather(state_));
+  if (coupling_.active()) terms_->forces(Part::interior, t, state_, force_.data(), &fault_);
   note_interior(t, fault_);
-  physics_->forces(Part::boundary, t, state_, coupling_, force_.data(), &fault_);
+  terms_->forces(Part::boundary, t, state_, force_.data(), &fault_);
   if (supports_.active()) supports_.clear(0, net_.n, 1, force_.data());
   *f = force_.data();
   // of a spring at one end: distance and length 3d, the law 6, its share 2d
@@ -62,12 +62,12 @@ const Energies& ParticleModel::energies_at(double t, Vec y) {
   if (same && !memory_.active()) return known_.energies;  // histories change beside the state
   known_ = {vec, state, t, {}};
   if (!state_tells_all() || wasted_ >= MOST_WASTED) {
-    known_.energies = physics_->energies(t, state_);
+    known_.energies = terms_->energies(t, state_);
     return known_.energies;
   }
   Singularity fault;
   for (const Part part : {Part::interior, Part::boundary}) {
-    physics_->forces_and_energies(part, t, state_, coupling_, force_.data(), &fault, &known_.energies);
+    terms_->forces(part, t, state_, force_.data(), &fault, &known_.energies);
     if (part == Part::interior) note_interior(t, fault);
   }
   summed_ = true;

@@ -53,16 +53,17 @@ PetscErrorCode ParticleModel::create(MPI_Comm comm, Lattice&& lattice, std::uniq
   PetscCall(model->read_strain_option());
   PetscCall(model->stress_.create(model->net_));
   PetscCall(model->memory_.create(model->net_, model->lattice_.springs));
-  PetscCall(model->coupling_.create(model->net_));
+  PetscCall(model->coupling_.create(model->net_, model->pattern_));
   PetscCall(model->breaking_.create(model->net_, model->lattice_));
   PetscCall(model->keep_drawn());
-  model->physics_ = create_physics(model->net_, model->laws_, model->motion_, model->pattern_);
+  model->terms_ =
+      std::make_unique<Terms>(model->net_, model->laws_, model->motion_, model->pattern_, model->coupling_.active() ? &model->coupling_ : nullptr);
   PetscCall(model->commit_start());
-  PetscCall(model->linearised_.create(model->net_, *model->physics_, model->pattern_, model->y0_, model->coupling_.active()));
-  PetscCall(model->potential_.create(model->net_, *model->physics_, model->y0_, model->coupling_.active()));
-  PetscCall(model->ledger_.create(model->net_, model->supports_, *model->physics_, model->motion_, model->cell_));
+  PetscCall(model->linearised_.create(model->net_, *model->terms_, model->pattern_, model->y0_, model->coupling_.active()));
+  PetscCall(model->potential_.create(model->net_, *model->terms_, model->y0_, model->coupling_.active()));
+  PetscCall(model->ledger_.create(model->net_, model->supports_, *model->terms_, model->motion_, model->cell_));
   model->force_.resize(static_cast<std::size_t>(model->net_.n * model->net_.dim));
-  model->rates_ = model->physics_->rates();
+  model->rates_ = model->terms_->rates();
   *out = std::move(model);
   PetscFunctionReturn(0);
 }
@@ -184,10 +185,10 @@ PetscErrorCode ParticleModel::assemble_first_order(double sigma, bool momentum, 
   const LocalState& state = linearised_.state();
   PetscFunctionBegin;
   PetscCall(PetscLogEventBegin(particle_events().jacobian, J, nullptr, nullptr, nullptr));
-  PetscCall(coupling_.gather(net_, state));
+  PetscCall(terms_->gather(state));
   RowWriter writer(net_, pattern_);
   PetscCall(writer.begin(J));
-  PetscCall(physics_->jacobian(linearised_.time(), state, coupling_, sigma, momentum, &writer));
+  PetscCall(terms_->jacobian(linearised_.time(), state, sigma, momentum, &writer));
   PetscCall(writer.end());
   // of a spring at one end: distance and length 3d, rates 10, t I + w w^T and its place in two blocks 4d^2
   PetscCall(PetscLogFlops((4.0 * net_.dim * net_.dim + 3.0 * net_.dim + 10) * static_cast<double>(net_.links.other.size())));

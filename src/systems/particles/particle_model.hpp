@@ -13,12 +13,12 @@
 #include "systems/particles/local_state.hpp"
 #include "systems/particles/particle_potential.hpp"
 #include "systems/particles/particle_stress.hpp"
-#include "systems/particles/physics.hpp"
 #include "systems/particles/row_pattern.hpp"
 #include "systems/particles/spring_memory.hpp"
 #include "systems/particles/spring_table.hpp"
 #include "systems/particles/support_ledger.hpp"
 #include "systems/particles/supports.hpp"
+#include "systems/particles/terms.hpp"
 
 namespace bs {
 
@@ -119,7 +119,7 @@ class ParticleModel final : public Mechanics {
   BodyPlaces places_;
   bool bodies_adrift_ = false;  ///< no force depends on where a body is that nothing holds
   bool bodies_known_ = false;   ///< places_ is of the springs as they are
-  std::unique_ptr<Physics> physics_;
+  std::unique_ptr<Terms> terms_;
   SupportLedger ledger_;
   LinearisedForces linearised_;
   ParticlePotential potential_;

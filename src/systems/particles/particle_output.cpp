@@ -83,12 +83,12 @@ PetscErrorCode ParticleModel::observe(double t, Vec y, std::vector<Observable>* 
   out->push_back({"momentum", std::vector<double>(sums + 3, sums + 3 + d)});
   out->push_back({"angular_momentum", std::vector<double>(sums + 6, sums + 9)});
   if (ledger_.reports() || ledger_.works()) {
-    PetscCall(coupling_.gather(net_, state_));
-    ledger_.begin(t, state_, coupling_);
-    PetscCall(ledger_.observe(t, state_, coupling_, out));
+    PetscCall(terms_->gather(state_));
+    ledger_.begin(t, state_);
+    PetscCall(ledger_.observe(t, state_, out));
   }
   if (cell_.active()) PetscCall(observe_box(t, out));
-  PetscCall(stress_.observe(*physics_, cell_.active() ? &cell_ : nullptr, t, state_, out));
+  PetscCall(stress_.observe(*terms_, cell_.active() ? &cell_ : nullptr, t, state_, out));
   PetscCall(PetscLogEventEnd(particle_events().energy, y, nullptr, nullptr, nullptr));
   PetscFunctionReturn(0);
 }
@@ -156,7 +156,7 @@ PetscErrorCode ParticleModel::fields(double t, Vec y, std::vector<Field>* out) {
   if (store_strain_ || stress_.in_frames()) PetscCall(state_.gather(t, y));
   if (stress_.in_frames()) {
     Vec stresses;
-    PetscCall(stress_.field(*physics_, cell_.active() ? &cell_ : nullptr, t, state_, static_cast<PetscInt>(lattice_.particles.count), &stresses));
+    PetscCall(stress_.field(*terms_, cell_.active() ? &cell_ : nullptr, t, state_, static_cast<PetscInt>(lattice_.particles.count), &stresses));
     out->push_back({"/particles/trajectory/stress_volume", stresses});
   }
   if (!store_strain_) PetscFunctionReturn(0);

@@ -17,12 +17,12 @@ PetscLogEvent potential_event() {
 
 }  // namespace
 
-PetscErrorCode ParticlePotential::create(const Network& net, const Physics& physics, Vec layout, bool coupled) {
+PetscErrorCode ParticlePotential::create(const Network& net, const Terms& terms, Vec layout, bool coupled) {
   PetscFunctionBegin;
   net_ = &net;
-  physics_ = &physics;
+  terms_ = &terms;
   layout_ = layout;
-  lacks_ = coupled ? "a force that couples all particles" : physics.lacks_potential();
+  lacks_ = coupled ? "a force that couples all particles" : terms.lacks_potential();
   // dampers may be on one rank only, whose answer then holds for all
   char text[64] = "";
   PetscMPIInt rank, low, size;
@@ -67,7 +67,7 @@ PetscErrorCode ParticlePotential::beyond_slope(double t, double sigma, double la
   PetscFunctionBegin;
   PetscCall(PetscLogEventBegin(potential_event(), nullptr, nullptr, nullptr, nullptr));
   state_.drive_to(t);
-  *change = physics_->beyond_slope(t, state_, line_, lambda, sigma);
+  *change = terms_->beyond_slope(t, state_, line_, lambda, sigma);
   double sums[2] = {change->value, change->noise};
   PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, sums, 2, MPI_DOUBLE, MPI_SUM, net_->comm));
   *change = {sums[0], sums[1]};

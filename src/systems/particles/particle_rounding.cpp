@@ -4,7 +4,6 @@
 #include <limits>
 #include "base/error.hpp"
 #include "systems/particles/events.hpp"
-#include "systems/particles/interactions/with_interactions.hpp"
 #include "systems/particles/particle_model.hpp"
 
 namespace bs {
@@ -43,7 +42,7 @@ PetscErrorCode ParticleModel::force_magnitudes(double t, Vec y, double* size) {
   if (cell_.active()) cell_.edges(t, edges, nullptr);
   for (int k = 0; k < d; ++k)
     for (int c = 0; c < d && net_.box.periodic[k]; ++c) far[c] += std::abs(edges[k * d + c]);
-  physics_->law_sizes(t, state_, laws.data());
+  terms_->pairs().law_sizes(t, state_, laws.data());
   for (PetscInt i = 0; i < net_.n; ++i)
     for (PetscInt c = 0; c < d; ++c)
       size[i * d + c] = net_.fixed[i] ? 0.0 : 2 * rates_[i] * (ends[static_cast<std::size_t>(i * d + c)] + far[c]) + laws[i];
@@ -56,20 +55,20 @@ PetscErrorCode ParticleModel::force_sizes(double t, Vec y, std::vector<double>* 
   std::vector<PetscInt> held;
   PetscFunctionBegin;
   PetscCall(state_.gather(t, y));
-  PetscCall(coupling_.gather(net_, state_));
+  PetscCall(terms_->gather(state_));
   inner->assign(static_cast<std::size_t>(net_.n), 0.0);
   outer->assign(static_cast<std::size_t>(net_.n), 0.0);
   for (PetscInt i = 0; i < net_.n; ++i)
     for (PetscInt e = net_.links.start[i]; e < net_.links.start[i + 1]; ++e)
-      if (net_.links.spring[e] >= 0) (*inner)[i] += std::abs(physics_->measure(state_, i, e).tension);
-  physics_->add_interaction_sizes(state_, inner->data());
-  physics_->law_sizes(t, state_, outer->data());
+      if (net_.links.spring[e] >= 0) (*inner)[i] += std::abs(terms_->pairs().measure(state_, i, e).tension);
+  terms_->inner_sizes(state_, inner->data());
+  terms_->pairs().law_sizes(t, state_, outer->data());
   for (std::size_t k = 0; k < net_.anchors.particle.size(); ++k)
-    (*outer)[net_.anchors.particle[k]] += std::abs(physics_->anchor_tension(t, state_, static_cast<PetscInt>(k)));
+    (*outer)[net_.anchors.particle[k]] += std::abs(terms_->pairs().anchor_tension(t, state_, static_cast<PetscInt>(k)));
   for (PetscInt i = 0; i < net_.n; ++i)
     if (net_.fixed[i] || (supports_.active() && supports_.mask(i))) held.push_back(i);
   std::vector<double> force(held.size() * static_cast<std::size_t>(d));
-  physics_->forces_on(held, t, state_, coupling_, force.data());
+  terms_->forces_on(held, t, state_, force.data());
   for (std::size_t k = 0; k < held.size(); ++k) {
     double square = 0;
     for (PetscInt c = 0; c < d; ++c)
@@ -87,9 +86,9 @@ PetscErrorCode ParticleModel::energy_supply(double t, Vec y, EnergySupply* out, 
   *has = true;
   PetscCall(PetscLogEventBegin(particle_events().energy, y, nullptr, nullptr, nullptr));
   PetscCall(state_.gather(t, y));
-  if (coupling_.active()) PetscCall(coupling_.gather(net_, state_));
+  if (coupling_.active()) PetscCall(terms_->gather(state_));
   const Energies e = energies_at(t, y);
-  const Supply s = physics_->supply(t, state_, coupling_);
+  const Supply s = terms_->supply(t, state_);
   double sums[10] = {e.kinetic + e.elastic, e.field, s.field, s.coupling, s.fluid, s.pull[0], s.pull[1], s.pull[2], 0, e.elastic};
   for (PetscInt i = 0; i < net_.n; ++i)
     for (PetscInt c = 0; c < d; ++c) sums[8] += 1e-20 * rates_[i] * state_.at(i)[c] * state_.at(i)[c];

@@ -33,7 +33,7 @@ PetscErrorCode ParticleModel::scatter_state(Vec y) {
 PetscErrorCode ParticleModel::commit(double t, double h) {
   PetscFunctionBegin;
   if (!memory_.active()) PetscFunctionReturn(0);
-  physics_->commit(state_, loads_ ? 0 : h, &net_.links);
+  terms_->pairs().commit(state_, loads_ ? 0 : h, &net_.links);
   net_.links.history_time = t;
   if (net_.cell) PetscCall(memory_.unify());
   PetscFunctionReturn(0);
@@ -46,13 +46,13 @@ PetscErrorCode ParticleModel::accept(const Step& step, Vec y) {
   if (!memory_.active() && !ledger_.works() && !breaking_.active()) PetscFunctionReturn(0);
   PetscCall(state_.gather(t, y));
   PetscCall(commit(t, step.h));
-  PetscCall(coupling_.gather(net_, state_));
-  PetscCall(ledger_.advance(t, state_, coupling_));
-  PetscCall(breaking_.break_springs(t, loads_ ? t : 1, loads_, state_, *physics_));
+  PetscCall(terms_->gather(state_));
+  PetscCall(ledger_.advance(t, state_));
+  PetscCall(breaking_.break_springs(t, loads_ ? t : 1, loads_, state_, *terms_));
   if (breaking_.broke() == 0) PetscFunctionReturn(0);
   known_.vec = 0;  // the energies are others
   bodies_known_ = false;
-  ledger_.renew(t, state_, coupling_);
+  ledger_.renew(t, state_);
   PetscFunctionReturn(0);
 }
 
@@ -62,8 +62,8 @@ PetscErrorCode ParticleModel::begin_at(double t, Vec y) {
   known_.vec = 0;
   PetscCall(state_.gather(t, y));
   PetscCall(commit(t, 0));
-  PetscCall(coupling_.gather(net_, state_));
-  ledger_.renew(t, state_, coupling_);
+  PetscCall(terms_->gather(state_));
+  ledger_.renew(t, state_);
   PetscFunctionReturn(0);
 }
 

@@ -30,11 +30,11 @@ PetscErrorCode ParticleStress::create(const Network& net) {
   PetscFunctionReturn(0);
 }
 
-void ParticleStress::compute(const Physics& physics, const Cell* cell, double t, const LocalState& state) {
+void ParticleStress::compute(const Terms& terms, const Cell* cell, double t, const LocalState& state) {
   const int d = net_->dim;
   double L[9] = {};
   values_.assign(static_cast<std::size_t>(net_->n) * static_cast<std::size_t>(count_), 0.0);
-  physics.particle_stress(state, values_.data());
+  terms.particle_stress(state, values_.data());
   if (cell) cell->velocity_gradient(t, L);
   for (PetscInt i = 0; i < net_->n; ++i) {
     if (net_->fixed[i] == 1) continue;
@@ -65,11 +65,11 @@ PetscErrorCode ParticleStress::create_field(PetscInt rows) {
   PetscFunctionReturn(0);
 }
 
-PetscErrorCode ParticleStress::field(const Physics& physics, const Cell* cell, double t, const LocalState& state, PetscInt rows, Vec* out) {
+PetscErrorCode ParticleStress::field(const Terms& terms, const Cell* cell, double t, const LocalState& state, PetscInt rows, Vec* out) {
   PetscScalar* a = nullptr;
   PetscFunctionBegin;
   PetscCall(create_field(rows));
-  compute(physics, cell, t, state);
+  compute(terms, cell, t, state);
   PetscCall(VecGetArray(own_, &a));
   std::copy(values_.begin(), values_.end(), a);
   PetscCall(VecRestoreArray(own_, &a));
@@ -79,10 +79,10 @@ PetscErrorCode ParticleStress::field(const Physics& physics, const Cell* cell, d
   PetscFunctionReturn(0);
 }
 
-PetscErrorCode ParticleStress::observe(const Physics& physics, const Cell* cell, double t, const LocalState& state, std::vector<Observable>* out) {
+PetscErrorCode ParticleStress::observe(const Terms& terms, const Cell* cell, double t, const LocalState& state, std::vector<Observable>* out) {
   PetscFunctionBegin;
   if (groups_.empty()) PetscFunctionReturn(0);
-  compute(physics, cell, t, state);
+  compute(terms, cell, t, state);
   const std::size_t q = static_cast<std::size_t>(count_);
   std::vector<double> sums(groups_.size() * q, 0.0);
   for (std::size_t g = 0; g < groups_.size(); ++g)

@@ -6,7 +6,7 @@
 #include "base/handle.hpp"
 #include "systems/particles/cell.hpp"
 #include "systems/particles/local_state.hpp"
-#include "systems/particles/physics.hpp"
+#include "systems/particles/terms.hpp"
 
 namespace bs {
 
@@ -19,12 +19,12 @@ class ParticleStress {
   PetscErrorCode create(const Network& net);
   bool in_frames() const { return in_frames_; }
   /// Collective. `cell`: null without a periodic box. `rows`: (input rows of this rank, d(d+1)/2) in the input's order, borrowed.
-  PetscErrorCode field(const Physics& physics, const Cell* cell, double t, const LocalState& state, PetscInt rows, Vec* out);
+  PetscErrorCode field(const Terms& terms, const Cell* cell, double t, const LocalState& state, PetscInt rows, Vec* out);
   /// Collective. Adds stress_volume/NAME of every group asked for.
-  PetscErrorCode observe(const Physics& physics, const Cell* cell, double t, const LocalState& state, std::vector<Observable>* out);
+  PetscErrorCode observe(const Terms& terms, const Cell* cell, double t, const LocalState& state, std::vector<Observable>* out);
 
  private:
-  void compute(const Physics& physics, const Cell* cell, double t, const LocalState& state);
+  void compute(const Terms& terms, const Cell* cell, double t, const LocalState& state);
   PetscErrorCode create_field(PetscInt rows);
 
   const Network* net_ = nullptr;

@@ -2,6 +2,6 @@
 
 namespace bs {
 
-template std::unique_ptr<Physics> create_physics_of<3>(const Network&, const ParticleLaws&, const Motion&, const RowPattern&);
+template std::unique_ptr<PairForces> create_pair_forces_of<3>(const Network&, const ParticleLaws&, const Motion&, const RowPattern&);
 
 }  // namespace bs

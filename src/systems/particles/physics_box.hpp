@@ -7,14 +7,14 @@ namespace bs {
 /// Calls use(kernel, i, j, g, p) for every spring at each of its owned ends i; j: the other one.
 template <int d, class Damper>
 template <class Use>
-void PhysicsOf<d, Damper>::for_springs(const LocalState& state, Use&& use) const {
+void PairForcesOf<d, Damper>::for_springs(const LocalState& state, Use&& use) const {
   for (PetscInt i = 0; i < net_.n; ++i)
     for_links(i, state, [&](auto kernel, PetscInt e, const LinkGeometry<d>& g, const auto& p) { use(kernel, i, net_.links.other[e], g, p); });
 }
 
 // Every spring is met at both its ends: half from each.
 template <int d, class Damper>
-void PhysicsOf<d, Damper>::box_forces(const LocalState& state, BoxForces* sum) const {
+void PairForcesOf<d, Damper>::box_forces(const LocalState& state, BoxForces* sum) const {
   for_springs(state, [&](auto kernel, PetscInt, PetscInt j, const LinkGeometry<d>& g, const auto& p) {
     double f[d] = {};
     kernel.force(g, p, f);
@@ -28,7 +28,7 @@ void PhysicsOf<d, Damper>::box_forces(const LocalState& state, BoxForces* sum) c
 }
 
 template <int d, class Damper>
-void PhysicsOf<d, Damper>::particle_stress(const LocalState& state, double* sum) const {
+void PairForcesOf<d, Damper>::particle_stress(const LocalState& state, double* sum) const {
   constexpr int q = d * (d + 1) / 2;
   for_springs(state, [&](auto kernel, PetscInt i, PetscInt, const LinkGeometry<d>& g, const auto& p) {
     double f[d] = {};
@@ -42,7 +42,7 @@ void PhysicsOf<d, Damper>::particle_stress(const LocalState& state, double* sum)
 // Of a spring between i and j, with K = df_i/dx_i and dx = x_i - x_j:
 //   d f_i/d e_a = K e_a dx,   d2 E/(d e_a d e_b) = -(e_b dx).(K e_a dx)
 template <int d, class Damper>
-void PhysicsOf<d, Damper>::strain_response(const LocalState& state, StrainResponse* sum) const {
+void PairForcesOf<d, Damper>::strain_response(const LocalState& state, StrainResponse* sum) const {
   constexpr int q = d * (d + 1) / 2;
   double strain[q][d * d];
   for (int a = 0; a < q; ++a) unit_strain(d, a, strain[a]);

@@ -1,4 +1,4 @@
-// The loops of PhysicsOf that sum forces, energies and the power of what acts from outside; included by physics_impl.hpp alone.
+// The loops of PairForcesOf that sum forces, energies and the power of what acts from outside; included by physics_impl.hpp alone.
 #pragma once
 #include <algorithm>
 #include <limits>
@@ -9,15 +9,14 @@ namespace bs {
 
 template <int d, class Damper>
 template <bool with_energy>
-void PhysicsOf<d, Damper>::forces_of(Part part, double t, const LocalState& state, const Coupling& coupling, double* f, Singularity* fault,
-                                     Energies* sum) const {
+void PairForcesOf<d, Damper>::forces_of(Part part, double t, const LocalState& state, double* f, Singularity* fault, Energies* sum) const {
   const AnchorShift shift(motion_, t);
   for (const PetscInt i : rows_[static_cast<int>(part)]) {
     double* fi = f + i * d;
     std::fill_n(fi, d, 0.0);
     if (with_energy && (!plain_[i] || net_.fixed[i])) add_link_energies(i, state, sum);
     if (!net_.fixed[i]) {
-      const Singularity found = force_on<with_energy>(i, t, state, coupling, shift, fi, sum);
+      const Singularity found = force_on<with_energy>(i, t, state, shift, fi, sum);
       if (found.kind != Singularity::none) {
         if (fault->kind == Singularity::none) *fault = found;
         std::fill_n(fi, d, std::numeric_limits<double>::infinity());
@@ -28,20 +27,18 @@ void PhysicsOf<d, Damper>::forces_of(Part part, double t, const LocalState& stat
 }
 
 template <int d, class Damper>
-Energies PhysicsOf<d, Damper>::energies(double t, const LocalState& state) const {
+void PairForcesOf<d, Damper>::energies(double t, const LocalState& state, Energies* sum) const {
   const AnchorShift shift(motion_, t);
-  Energies sum;
   for (const std::vector<PetscInt>& part : rows_)
     for (const PetscInt i : part) {
-      add_link_energies(i, state, &sum);
-      add_body_energies(i, t, state, shift, &sum);
+      add_link_energies(i, state, sum);
+      add_body_energies(i, t, state, shift, sum);
     }
-  return sum;
 }
 
 /// Half a spring from either end, by the loop that sums forces: the same bits.
 template <int d, class Damper>
-void PhysicsOf<d, Damper>::add_link_energies(PetscInt i, const LocalState& state, Energies* sum) const {
+void PairForcesOf<d, Damper>::add_link_energies(PetscInt i, const LocalState& state, Energies* sum) const {
   const double* y = state.at(i);
   with_law(law_[i], [&](auto law) {
     using Spring = decltype(law);
@@ -56,7 +53,7 @@ void PhysicsOf<d, Damper>::add_link_energies(PetscInt i, const LocalState& state
 
 /// What the anchors of particle i, its motion and the particle laws add.
 template <int d, class Damper>
-void PhysicsOf<d, Damper>::add_body_energies(PetscInt i, double t, const LocalState& state, const AnchorShift& shift, Energies* sum) const {
+void PairForcesOf<d, Damper>::add_body_energies(PetscInt i, double t, const LocalState& state, const AnchorShift& shift, Energies* sum) const {
   const double* y = state.at(i);
   for_anchors(i, y, shift, [&](auto kernel, PetscInt, const LinkGeometry<d>& g, const auto& p) { sum->elastic += kernel.energy(g, p); });
   if (net_.fixed[i] == 1) return;  // at rest: driven ones have energies that change
@@ -88,7 +85,7 @@ struct has_fluid<Law, std::void_t<decltype(std::declval<const Law&>().fluid)>> :
 // Drag f(v - u) takes f.(v - u) out and brings f.u in; a law with a potential brings f.v.
 template <int d, class Damper>
 template <class Law>
-void PhysicsOf<d, Damper>::add_supply(const Law& law, const Point<d>& point, Supply* sum) {
+void PairForcesOf<d, Damper>::add_supply(const Law& law, const Point<d>& point, Supply* sum) {
   constexpr bool potential = Law::potential == Potential::linear || Law::potential == Potential::of_position;
   if constexpr (potential || has_fluid<Law>::value) {
     double f[d] = {};
@@ -99,26 +96,21 @@ void PhysicsOf<d, Damper>::add_supply(const Law& law, const Point<d>& point, Sup
 }
 
 template <int d, class Damper>
-Supply PhysicsOf<d, Damper>::supply(double t, const LocalState& state, const Coupling& coupling) const {
+void PairForcesOf<d, Damper>::supply(double t, const LocalState& state, Supply* sum) const {
   const AnchorShift shift(motion_, t);
-  Supply sum;
   for (PetscInt i = 0; i < net_.n; ++i) {
     if (net_.fixed[i] == 1) continue;
     const double* y = state.at(i);
     const Point<d> point{t, net_.mass[i], net_.columns(i), y, y + d};
     for_each_law(laws_, [&](const auto& law) {
-      if (law.active()) add_supply(law, point, &sum);
+      if (law.active()) add_supply(law, point, sum);
     });
-    double f[d] = {};
-    if (coupling.active()) coupling.add_force<d>(i, point, f);
-    sum.coupling += dot<d>(f, point.v);
     if (!motion_.active()) continue;
     double pull[d] = {};
     Singularity none;
     add_anchors(i, y, shift, pull, &none);
-    for (int c = 0; c < d; ++c) sum.pull[c] += pull[c];
+    for (int c = 0; c < d; ++c) sum->pull[c] += pull[c];
   }
-  return sum;
 }
 
 }  // namespace bs

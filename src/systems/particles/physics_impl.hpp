@@ -1,4 +1,4 @@
-// The loops behind Physics, for one dimension and one law of damping.
+// The loops behind PairForces, for one dimension and one law of damping.
 #pragma once
 #include <algorithm>
 #include <limits>
@@ -10,11 +10,11 @@
 namespace bs {
 
 template <int d, class Damper>
-class PhysicsOf final : public Physics {
+class PairForcesOf final : public PairForces {
  public:
   template <class Spring>
   using Kernel = LinkKernel<d, Spring, Damper>;
-  PhysicsOf(const Network& net, const ParticleLaws& laws, const Motion& motion, const RowPattern& pattern)
+  PairForcesOf(const Network& net, const ParticleLaws& laws, const Motion& motion, const RowPattern& pattern)
       : net_(net), laws_(laws), motion_(motion), pattern_(pattern) {
     const PetscInt count = static_cast<PetscInt>(net.anchors.particle.size());
     anchor_start_.assign(static_cast<std::size_t>(net.n) + 1, 0);
@@ -27,18 +27,14 @@ class PhysicsOf final : public Physics {
     for (PetscInt i = 0; i < net.n; ++i) add_row(i);
   }
 
-  void forces(Part part, double t, const LocalState& state, const Coupling& coupling, double* f, Singularity* fault) const override {
-    forces_of<false>(part, t, state, coupling, f, fault, nullptr);
-  }
-  void forces_and_energies(Part part, double t, const LocalState& state, const Coupling& coupling, double* f, Singularity* fault,
-                           Energies* sum) const override {
-    forces_of<true>(part, t, state, coupling, f, fault, sum);
+  void forces(Part part, double t, const LocalState& state, double* f, Singularity* fault, Energies* sum) const override {
+    sum ? forces_of<true>(part, t, state, f, fault, sum) : forces_of<false>(part, t, state, f, fault, nullptr);
   }
 
-  void forces_on(const std::vector<PetscInt>& which, double t, const LocalState& state, const Coupling& coupling, double* f) const override {
+  void forces_on(const std::vector<PetscInt>& which, double t, const LocalState& state, double* f) const override {
     const AnchorShift shift(motion_, t);
     std::fill_n(f, which.size() * d, 0.0);
-    for (std::size_t k = 0; k < which.size(); ++k) (void)force_on(which[k], t, state, coupling, shift, f + k * d);
+    for (std::size_t k = 0; k < which.size(); ++k) (void)force_on(which[k], t, state, shift, f + k * d);
   }
 
   void pull(double t, const LocalState& state, double* sum) const override {
@@ -47,14 +43,15 @@ class PhysicsOf final : public Physics {
     for (PetscInt i = 0; i < net_.n; ++i) add_anchors(i, state.at(i), shift, sum, &none);
   }
 
-  PetscErrorCode jacobian(double t, const LocalState& state, const Coupling& coupling, double sigma, bool momentum, RowWriter* writer) const override;
+  PetscErrorCode jacobian(double t, const LocalState& state, const std::vector<Term*>& terms, double sigma, bool momentum,
+                          RowWriter* writer) const override;
 
-  Energies energies(double t, const LocalState& state) const override;
+  void energies(double t, const LocalState& state, Energies* sum) const override;
   void strain_response(const LocalState& state, StrainResponse* sum) const override;
   void box_forces(const LocalState& state, BoxForces* sum) const override;
   void particle_stress(const LocalState& state, double* sum) const override;
-  Supply supply(double t, const LocalState& state, const Coupling& coupling) const override;
-  PotentialChange beyond_slope(double t, const LocalState& state, const LocalState& line, double lambda, double sigma) const override;
+  void supply(double t, const LocalState& state, Supply* sum) const override;
+  void beyond_slope(double t, const LocalState& state, const LocalState& line, double lambda, double sigma, PotentialChange* sum) const override;
   std::string lacks_potential() const override;
 
   void law_sizes(double t, const LocalState& state, double* size) const override {
@@ -110,8 +107,8 @@ class PhysicsOf final : public Physics {
     });
   }
 
-  std::vector<double> rates() const override {
-    std::vector<double> sum(static_cast<std::size_t>(net_.n), 0.0);
+  void add_rates(std::vector<double>* rates) const override {
+    std::vector<double>& sum = *rates;
     for (PetscInt i = 0; i < net_.n; ++i)
       with_law(law_[i], [&](auto law) {
         for (PetscInt e = net_.links.start[i]; e < net_.links.start[i + 1]; ++e)
@@ -121,7 +118,6 @@ class PhysicsOf final : public Physics {
       for (std::size_t k = 0; k < net_.anchors.particle.size(); ++k)
         sum[net_.anchors.particle[k]] += Kernel<decltype(law)>::rate(parameters<decltype(law)>(net_.anchors, static_cast<PetscInt>(k), 0));
     });
-    return sum;
   }
   void stiffness_sizes(double t, const LocalState& state, double* size) const override;
 
@@ -166,9 +162,7 @@ class PhysicsOf final : public Physics {
 
   void add_row(PetscInt i) {
     const Links& links = net_.links;
-    const auto begin = links.other.begin() + links.start[i], end = links.other.begin() + links.start[i + 1];
-    const bool cut = std::any_of(begin, end, [&](PetscInt j) { return j >= net_.n; });
-    rows_[static_cast<int>(cut ? Part::boundary : Part::interior)].push_back(i);
+    rows_[static_cast<int>(net_.boundary(i) ? Part::boundary : Part::interior)].push_back(i);
     law_.push_back(law_of_links(i));
     bool plain = law_.back() != OF_EACH;
     for (PetscInt e = links.start[i]; e < links.start[i + 1]; ++e)
@@ -196,8 +190,7 @@ class PhysicsOf final : public Physics {
 
   /// Adds the force on owned particle i to fi[d], whatever holds it; with_energy as in add_springs.
   template <bool with_energy = false>
-  Singularity force_on(PetscInt i, double t, const LocalState& state, const Coupling& coupling, const AnchorShift& shift, double* fi,
-                       Energies* sum = nullptr) const {
+  Singularity force_on(PetscInt i, double t, const LocalState& state, const AnchorShift& shift, double* fi, Energies* sum = nullptr) const {
     const double* y = state.at(i);
     Singularity found;
     with_law(law_[i], [&](auto law) { add_springs<decltype(law), with_energy>(i, y, state, fi, &found, sum); });
@@ -206,7 +199,6 @@ class PhysicsOf final : public Physics {
     for_each_law(laws_, [&](const auto& law) {
       if (law.active() && !law.template force<d>(point, fi)) found = {Singularity::particle, net_.row[i], law.title};
     });
-    coupling.add_force<d>(i, point, fi);
     return found;
   }
 
@@ -274,14 +266,12 @@ class PhysicsOf final : public Physics {
   }
 
   template <bool with_energy>
-  void forces_of(Part part, double t, const LocalState& state, const Coupling& coupling, double* f, Singularity* fault, Energies* sum) const;
+  void forces_of(Part part, double t, const LocalState& state, double* f, Singularity* fault, Energies* sum) const;
   [[gnu::flatten]] void add_link_energies(PetscInt i, const LocalState& state, Energies* sum) const;
   void add_body_energies(PetscInt i, double t, const LocalState& state, const AnchorShift& shift, Energies* sum) const;
   template <class Use>
   void for_springs(const LocalState& state, Use&& use) const;
-  static void subtract(double* panel, PetscInt width, PetscInt slot, const double* K, const double* D);
-  [[gnu::flatten]] void add_tangents(PetscInt i, double t, const LocalState& state, const Coupling& coupling, const AnchorShift& shift, double* panel,
-                                     PetscInt width) const;
+  [[gnu::flatten]] void add_tangents(PetscInt i, double t, const LocalState& state, const AnchorShift& shift, double* panel, PetscInt width) const;
   template <class Law>
   static void add_supply(const Law& law, const Point<d>& point, Supply* sum);
   template <class Law>
@@ -313,9 +303,9 @@ class PhysicsOf final : public Physics {
 };
 
 template <int d>
-std::unique_ptr<Physics> create_physics_of(const Network& net, const ParticleLaws& laws, const Motion& motion, const RowPattern& pattern) {
-  if (net.damping_law == DampingLaw::simple) return std::make_unique<PhysicsOf<d, SimpleDamper>>(net, laws, motion, pattern);
-  return std::make_unique<PhysicsOf<d, AxialDamper>>(net, laws, motion, pattern);
+std::unique_ptr<PairForces> create_pair_forces_of(const Network& net, const ParticleLaws& laws, const Motion& motion, const RowPattern& pattern) {
+  if (net.damping_law == DampingLaw::simple) return std::make_unique<PairForcesOf<d, SimpleDamper>>(net, laws, motion, pattern);
+  return std::make_unique<PairForcesOf<d, AxialDamper>>(net, laws, motion, pattern);
 }
 
 }  // namespace bs

@@ -1,4 +1,4 @@
-// The loops of PhysicsOf along a line of states; included by physics_impl.hpp alone.
+// The loops of PairForcesOf along a line of states; included by physics_impl.hpp alone.
 #pragma once
 #include <cmath>
 #include <limits>
@@ -8,7 +8,8 @@ namespace bs {
 
 // A spring between two particles counts half from either end, as in energies(); that to a held end, too.
 template <int d, class Damper>
-PotentialChange PhysicsOf<d, Damper>::beyond_slope(double t, const LocalState& state, const LocalState& line, double lambda, double sigma) const {
+void PairForcesOf<d, Damper>::beyond_slope(double t, const LocalState& state, const LocalState& line, double lambda, double sigma,
+                                           PotentialChange* change) const {
   const AnchorShift shift(motion_, t);
   const Links& links = net_.links;
   PotentialChange sum;
@@ -44,12 +45,13 @@ PotentialChange PhysicsOf<d, Damper>::beyond_slope(double t, const LocalState& s
       if (law.active()) add_law(law, point, dx, dv, sigma, &sum);
     });
   }
-  return sum;
+  change->value += sum.value;
+  change->noise += sum.noise;
 }
 
 template <int d, class Damper>
 template <class Law>
-void PhysicsOf<d, Damper>::add_law(const Law& law, const Point<d>& point, const double* dx, const double* dv, double sigma, PotentialChange* sum) {
+void PairForcesOf<d, Damper>::add_law(const Law& law, const Point<d>& point, const double* dx, const double* dv, double sigma, PotentialChange* sum) {
   if constexpr (Law::potential == Potential::of_velocity) {
     sum->value += law.template dissipation_beyond_slope<d>(point, dv);
   } else if constexpr (Law::potential == Potential::of_position) {
@@ -65,7 +67,7 @@ void PhysicsOf<d, Damper>::add_law(const Law& law, const Point<d>& point, const 
 }
 
 template <int d, class Damper>
-std::string PhysicsOf<d, Damper>::lacks_potential() const {
+std::string PairForcesOf<d, Damper>::lacks_potential() const {
   std::string what;
   for_each_law(laws_, [&](const auto& law) {
     using Law = std::decay_t<decltype(law)>;

@@ -39,6 +39,18 @@ class RowPattern {
   PetscInt widest_ = 0;
 };
 
+/// Panel rows are -df_i/dx_j and -df_i/dv_j, side by side for every column j of a pattern: what df_i/dx_j = K and df_i/dv_j = D add to that at
+/// `slot`. D null: no part by velocity.
+template <int d>
+inline void subtract_blocks(double* panel, PetscInt width, PetscInt slot, const double* K, const double* D) {
+  for (int r = 0; r < d; ++r) {
+    double* row = panel + r * width + slot * 2 * d;
+    for (int c = 0; c < d; ++c) row[c] -= K[r * d + c];
+    if (D)
+      for (int c = 0; c < d; ++c) row[d + c] -= D[r * d + c];
+  }
+}
+
 /// Writes whole block rows. AIJ matrices are written straight into their arrays, others through MatSetValues.
 class RowWriter {
  public:

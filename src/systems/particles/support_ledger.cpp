@@ -6,11 +6,11 @@
 
 namespace bs {
 
-PetscErrorCode SupportLedger::create(const Network& net, const Supports& supports, const Physics& physics, const Motion& anchors, const Cell& cell) {
+PetscErrorCode SupportLedger::create(const Network& net, const Supports& supports, const Terms& terms, const Motion& anchors, const Cell& cell) {
   PetscFunctionBegin;
   net_ = &net;
   supports_ = &supports;
-  physics_ = &physics;
+  terms_ = &terms;
   anchors_ = &anchors;
   if (!net.groups.empty())
     for (PetscInt i = 0; i < net.n; ++i)
@@ -78,10 +78,10 @@ double full_load_energy(const Network& net, const ParticleLaws& laws, const Loca
 
 }  // namespace
 
-void SupportLedger::measure(double t, const LocalState& state, const Coupling& coupling, Moment* out) const {
+void SupportLedger::measure(double t, const LocalState& state, Moment* out) const {
   const std::size_t d = static_cast<std::size_t>(net_->dim);
   out->force.resize(which_.size() * d);
-  physics_->forces_on(which_, t, state, coupling, out->force.data());
+  terms_->forces_on(which_, t, state, out->force.data());
   out->x.resize(moved_.size() * d);
   out->v.resize(out->x.size());
   for (std::size_t k = 0; k < moved_.size(); ++k)
@@ -89,34 +89,34 @@ void SupportLedger::measure(double t, const LocalState& state, const Coupling& c
   double rate[3];
   anchors_->at(t, out->shift, rate);
   std::fill_n(out->pull, 3, 0.0);
-  if (anchors_->active()) physics_->pull(t, state, out->pull);
+  if (anchors_->active()) terms_->pairs().pull(t, state, out->pull);
   if (loads_) {
     out->load = std::get<UniformGravity>(*loads_).load;
     out->load_energy = (net_->dim == 1 ? full_load_energy<1> : net_->dim == 2 ? full_load_energy<2> : full_load_energy<3>)(*net_, *loads_, state);
   }
   if (!cell_) return;
   out->box = {};
-  physics_->box_forces(state, &out->box);
+  terms_->box_forces(state, &out->box);
   cell_->edges(t, out->edges, nullptr);
 }
 
-void SupportLedger::begin(double t, const LocalState& state, const Coupling& coupling) {
+void SupportLedger::begin(double t, const LocalState& state) {
   if (!works() || begun_) return;
-  measure(t, state, coupling, &last_);
+  measure(t, state, &last_);
   begun_ = true;
 }
 
-void SupportLedger::renew(double t, const LocalState& state, const Coupling& coupling) {
-  if (works() && begun_) measure(t, state, coupling, &last_);
+void SupportLedger::renew(double t, const LocalState& state) {
+  if (works() && begun_) measure(t, state, &last_);
 }
 
-PetscErrorCode SupportLedger::advance(double t, const LocalState& state, const Coupling& coupling) {
+PetscErrorCode SupportLedger::advance(double t, const LocalState& state) {
   Moment now;
   std::vector<double> step(work_.size(), 0.0);
   PetscFunctionBegin;
   if (!works() || !begun_) PetscFunctionReturn(0);
   const std::size_t d = static_cast<std::size_t>(net_->dim);
-  measure(t, state, coupling, &now);
+  measure(t, state, &now);
   for (std::size_t k = 0; k < moved_.size(); ++k) {
     const Supports::Hold& hold = supports_->holds()[moved_[k]];
     double& work = step[static_cast<std::size_t>(place_[static_cast<std::size_t>(hold.motion)])];
@@ -140,12 +140,12 @@ PetscErrorCode SupportLedger::advance(double t, const LocalState& state, const C
   PetscFunctionReturn(0);
 }
 
-PetscErrorCode SupportLedger::observe(double t, const LocalState& state, const Coupling& coupling, std::vector<Observable>* out) {
+PetscErrorCode SupportLedger::observe(double t, const LocalState& state, std::vector<Observable>* out) {
   const std::size_t d = static_cast<std::size_t>(net_->dim);
   PetscFunctionBegin;
   std::vector<double> force(which_.size() * d), sums(groups_.size() * d, 0.0);
   if (reports()) {
-    physics_->forces_on(which_, t, state, coupling, force.data());
+    terms_->forces_on(which_, t, state, force.data());
     for (double& f : force) f = -f;
     for (const Supports::Hold& hold : supports_->holds()) {
       if (hold.particle >= net_->n) break;

@@ -6,8 +6,8 @@
 
 #include "physics/body/registry.hpp"
 #include "systems/particles/cell.hpp"
-#include "systems/particles/physics.hpp"
 #include "systems/particles/supports.hpp"
+#include "systems/particles/terms.hpp"
 
 namespace bs {
 
@@ -24,7 +24,7 @@ namespace bs {
 class SupportLedger {
  public:
   /// Collective. The arguments must outlive the object; `anchors`: anchor points move.
-  PetscErrorCode create(const Network& net, const Supports& supports, const Physics& physics, const Motion& anchors, const Cell& cell);
+  PetscErrorCode create(const Network& net, const Supports& supports, const Terms& terms, const Motion& anchors, const Cell& cell);
   /// Gravity grows with a load factor from now on: work/loads is what that adds to the energy. `laws` must outlive the object.
   void count_loads(const ParticleLaws& laws);
   /// Whether there is anything to report, or anything that does work.
@@ -32,13 +32,13 @@ class SupportLedger {
   bool works() const { return !names_.empty(); }
 
   /// Collective. The state at (t, y) is what work is counted from, unless counting has begun.
-  void begin(double t, const LocalState& state, const Coupling& coupling);
+  void begin(double t, const LocalState& state);
   /// Collective. Counts the work up to an accepted step.
-  PetscErrorCode advance(double t, const LocalState& state, const Coupling& coupling);
+  PetscErrorCode advance(double t, const LocalState& state);
   /// Counting goes on from this state: springs broke at that of the last advance(), or it was come to without a step.
-  void renew(double t, const LocalState& state, const Coupling& coupling);
+  void renew(double t, const LocalState& state);
   /// Collective. reaction/NAME (d numbers) of every group with a held component, work/NAME of what moves.
-  PetscErrorCode observe(double t, const LocalState& state, const Coupling& coupling, std::vector<Observable>* out);
+  PetscErrorCode observe(double t, const LocalState& state, std::vector<Observable>* out);
   /// Sizes of the work of all steps, added up [J].
   double path() const { return path_; }
   /// Sum of the works [J].
@@ -57,7 +57,7 @@ class SupportLedger {
     double edges[9] = {};
     double load = 0, load_energy = 0;  ///< s; G [J], this rank's share
   };
-  void measure(double t, const LocalState& state, const Coupling& coupling, Moment* out) const;
+  void measure(double t, const LocalState& state, Moment* out) const;
   struct GroupRows {
     std::string name;
     std::vector<std::size_t> rows;  ///< among which_
@@ -65,7 +65,7 @@ class SupportLedger {
 
   const Network* net_ = nullptr;
   const Supports* supports_ = nullptr;
-  const Physics* physics_ = nullptr;
+  const Terms* terms_ = nullptr;
   const Motion* anchors_ = nullptr;
   const Cell* cell_ = nullptr;           ///< null: it does no work
   const ParticleLaws* loads_ = nullptr;  ///< null: they do none

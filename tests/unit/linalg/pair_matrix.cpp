@@ -348,7 +348,7 @@ static void check_rigid_modes(const GeneratorSpec& spec, PetscInt expected, bool
   Case c(PETSC_COMM_WORLD, spec, 40.0, 0, rolling);
   const PetscInt d = c.net.dim;
   LinearisedForces before;  // not linearised at anything, as when the header describes the solver
-  REQUIRE(before.create(c.net, *c.physics, c.pattern, c.y, false) == 0);
+  REQUIRE(before.create(c.net, *c.terms, c.pattern, c.y, false) == 0);
   for (Linearisation* forces : {static_cast<Linearisation*>(&before), static_cast<Linearisation*>(&c.linearised)}) {
     CAPTURE(d, forces == &before);
     const auto at = [&](PetscInt i) { return forces == &before ? c.net.held.data() + i * d : c.linearised.state().at(i); };

@@ -21,7 +21,7 @@ struct Case {
   Motion motion;
   Supports supports;
   RowPattern pattern;
-  std::unique_ptr<Physics> physics;
+  std::unique_ptr<Terms> terms;
   LinearisedForces linearised;
   FirstOrderTangent tangent{linearised};
   VecHandle y;
@@ -50,7 +50,7 @@ struct Case {
       REQUIRE(supports.create(net) == 0);
       net.supports = &supports;
     }
-    physics = create_physics(net, laws, motion, pattern);
+    terms = std::make_unique<Terms>(net, laws, motion, pattern);
     const PetscInt d = net.dim;
     REQUIRE(VecCreateMPI(comm, net.n * 2 * d, PETSC_DETERMINE, y.out()) == 0);
     REQUIRE(VecSetBlockSize(y, 2 * d) == 0);
@@ -63,7 +63,7 @@ struct Case {
         a[i * 2 * d + d + c] = std::cos(0.9 * row - static_cast<double>(c));
       }
     REQUIRE(VecRestoreArray(y, &a) == 0);
-    REQUIRE(linearised.create(net, *physics, pattern, y, false) == 0);
+    REQUIRE(linearised.create(net, *terms, pattern, y, false) == 0);
     REQUIRE(tangent.linearise(0.0, y, sigma, Form::momentum) == 0);
   }
 };

@@ -11,8 +11,8 @@ namespace bs {
 /// T is then the slope of  k/2 (l - L - e)^2 + H/2 e^2 + Y |e - e0|, the least of it over e: what is stored, and what is lost.
 struct PlasticSpring : SpringLawTraits {
   static constexpr const char *name = "plastic", *title = "k (l - L - e), |T - H e| <= Y";
-  static constexpr std::array<SpringParameter, 2> parameters{
-      {{"yield_force", "Y of the law plastic", "N", {1, 1, -2}, true, true}, {"hardening", "H of the law plastic, kinematic", "N/m", {1, 0, -2}, true, false}}};
+  static constexpr std::array<SpringParameter, 2> parameters{{{"yield_force", "Y of the law plastic", "N", {1, 1, -2}, true, true},
+                                                              {"hardening", "H of the law plastic, kinematic", "N/m", {1, 0, -2}, true, false}}};
   /// the plastic stretch e and its path, the sum of |de|
   static constexpr std::array<SpringHistory, 2> history{{{"plastic_stretch", "m", {0, 1, 0}}, {"plastic_path", "m", {0, 1, 0}}}};
   static constexpr bool zero_rest = false, softens = true;

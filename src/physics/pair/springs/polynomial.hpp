@@ -7,8 +7,8 @@ namespace bs {
 /// Tension T = k s + k2 s^2 + k3 s^3, stretch s = l - L: k [N/m], k2 [N/m^2], k3 [N/m^3], length l [m], rest length L > 0 [m].
 struct PolynomialSpring : SpringLawTraits {
   static constexpr const char *name = "polynomial", *title = "k s + k2 s^2 + k3 s^3, s = l - L";
-  static constexpr std::array<SpringParameter, 2> parameters{
-      {{"stiffness_2", "k2 of the law polynomial", "N/m^2", {1, -1, -2}, false, false}, {"stiffness_3", "k3 of the law polynomial", "N/m^3", {1, -2, -2}, false, false}}};
+  static constexpr std::array<SpringParameter, 2> parameters{{{"stiffness_2", "k2 of the law polynomial", "N/m^2", {1, -1, -2}, false, false},
+                                                              {"stiffness_3", "k3 of the law polynomial", "N/m^3", {1, -2, -2}, false, false}}};
   static constexpr bool zero_rest = false, softens = true;
   static double energy(double l, double k, double L, const double* p) noexcept {
     const double q = l - L;

@@ -64,12 +64,8 @@ static std::vector<Number> each_once(std::vector<Number> SpringLawInfo::*numbers
   return all;
 }
 
-std::vector<SpringParameter> spring_parameters() {
-  return each_once<SpringParameter>(&SpringLawInfo::parameters);
-}
+std::vector<SpringParameter> spring_parameters() { return each_once<SpringParameter>(&SpringLawInfo::parameters); }
 
-std::vector<SpringHistory> spring_histories() {
-  return each_once<SpringHistory>(&SpringLawInfo::history);
-}
+std::vector<SpringHistory> spring_histories() { return each_once<SpringHistory>(&SpringLawInfo::history); }
 
 }  // namespace bs

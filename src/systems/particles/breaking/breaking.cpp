@@ -30,12 +30,12 @@ double Breaking::excess_of(std::size_t k, const LinkMeasures& m) const {
   return excess;
 }
 
-void Breaking::judge(double t, double load, const LocalState& state, const Physics& physics, std::vector<Found>* found) const {
+void Breaking::judge(double t, double load, const LocalState& state, const Terms& terms, std::vector<Found>* found) const {
   const Links& links = net_->links;
   for (std::size_t k = 0; k < judged_.size(); ++k) {
     const auto [i, e] = judged_[k];
     if (links.broken[static_cast<std::size_t>(e)]) continue;
-    const LinkMeasures m = physics.measure(state, i, e);
+    const LinkMeasures m = terms.pairs().measure(state, i, e);
     const double excess = excess_of(k, m), rest = links.rest_length[e];
     if (!(excess >= 1 - TIE)) continue;
     BrokenSpring one;
@@ -75,13 +75,13 @@ PetscErrorCode Breaking::share(std::vector<Found>* found) const {
   PetscFunctionReturn(0);
 }
 
-PetscErrorCode Breaking::break_springs(double t, double load, bool loads, const LocalState& state, const Physics& physics) {
+PetscErrorCode Breaking::break_springs(double t, double load, bool loads, const LocalState& state, const Terms& terms) {
   std::vector<Found> found;
   int some;
   PetscFunctionBegin;
   broke_ = 0;
   if (!active_) PetscFunctionReturn(0);
-  judge(t, load, state, physics, &found);
+  judge(t, load, state, terms, &found);
   some = !found.empty();
   PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &some, 1, MPI_INT, MPI_MAX, net_->comm));
   const bool goes_on = loads ? sums_.last == t : sums_.running != 0;

@@ -9,8 +9,8 @@
 #include "lattice/columns.hpp"
 #include "lattice/lattice.hpp"
 #include "systems/breaks.hpp"
-#include "systems/particles/physics.hpp"
 #include "systems/particles/spring_table.hpp"
+#include "systems/particles/terms.hpp"
 
 namespace bs {
 
@@ -66,7 +66,7 @@ class Breaking final : public Breaks {
   std::string describe(const Lattice& lattice) const { return rules_.describe(lattice); }
 
   /// Collective, at an accepted state. Breaks what is past its limit; `load`: the factor of loads, `loads`: whether time is one.
-  PetscErrorCode break_springs(double t, double load, bool loads, const LocalState& state, const Physics& physics);
+  PetscErrorCode break_springs(double t, double load, bool loads, const LocalState& state, const Terms& terms);
   std::int64_t broke() const override { return broke_; }
   bool any() const override { return sums_.broken > 0 || given_broken_; }
   void mark() override;
@@ -119,7 +119,7 @@ class Breaking final : public Breaks {
   PetscErrorCode cut_notch();
   double limit(std::size_t k, int which) const;
   double excess_of(std::size_t k, const LinkMeasures& m) const;
-  void judge(double t, double load, const LocalState& state, const Physics& physics, std::vector<Found>* found) const;
+  void judge(double t, double load, const LocalState& state, const Terms& terms, std::vector<Found>* found) const;
   PetscErrorCode keep_worst(std::vector<Found>* found) const;
   PetscErrorCode share(std::vector<Found>* found) const;
   void cut(PetscInt link);

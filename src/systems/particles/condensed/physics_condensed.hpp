@@ -1,4 +1,4 @@
-// The loops of PhysicsOf that make S and multiply by the tangent; included by physics_impl.hpp alone.
+// The loops of PairForcesOf that make S and multiply by the tangent; included by physics_impl.hpp alone.
 #pragma once
 #include <algorithm>
 #include <cmath>
@@ -114,8 +114,8 @@ inline void add_symmetric(const double* B, Real* to) noexcept {
 // A_i = a m_i - b D_i - c K_i of particle laws and anchors
 template <int d, class Damper>
 template <bool positive>
-void PhysicsOf<d, Damper>::node_block(PetscInt i, double t, const LocalState& state, const AnchorShift& shift, const Coefficients& abc,
-                                      double* A) const {
+void PairForcesOf<d, Damper>::node_block(PetscInt i, double t, const LocalState& state, const AnchorShift& shift, const Coefficients& abc,
+                                         double* A) const {
   std::fill_n(A, d * d, 0.0);
   for (int c = 0; c < d; ++c) A[c * (d + 1)] = abc.mass * net_.mass[i];
   if (net_.fixed[i]) return;
@@ -129,8 +129,8 @@ void PhysicsOf<d, Damper>::node_block(PetscInt i, double t, const LocalState& st
 // Links of a row come in the pattern's order: each fills the next pair, or the one before it if it runs parallel.
 template <int d, class Damper>
 template <class Spring, bool positive>
-void PhysicsOf<d, Damper>::fill_pairs(PetscInt i, const LocalState& state, const Coefficients& abc, double* node, PairPlaces* at,
-                                      PairMatrix* S) const {
+void PairForcesOf<d, Damper>::fill_pairs(PetscInt i, const LocalState& state, const Coefficients& abc, double* node, PairPlaces* at,
+                                         PairMatrix* S) const {
   using Link = Kernel<Spring>;
   const Links& links = net_.links;
   if constexpr (d == 3 && !Spring::mixed) {
@@ -159,7 +159,7 @@ void PhysicsOf<d, Damper>::fill_pairs(PetscInt i, const LocalState& state, const
 
 template <int d, class Damper>
 template <bool positive>
-void PhysicsOf<d, Damper>::fill_springs(double t, const LocalState& state, const Coefficients& abc, PairMatrix* S) const {
+void PairForcesOf<d, Damper>::fill_springs(double t, const LocalState& state, const Coefficients& abc, PairMatrix* S) const {
   const AnchorShift shift(motion_, t);
   PairPlaces at;
   S->zero();
@@ -173,7 +173,7 @@ void PhysicsOf<d, Damper>::fill_springs(double t, const LocalState& state, const
 
 template <int d, class Damper>
 template <bool positive>
-PetscErrorCode PhysicsOf<d, Damper>::fill_rows(double t, const LocalState& state, const Coefficients& abc, BlockRowWriter* writer) const {
+PetscErrorCode PairForcesOf<d, Damper>::fill_rows(double t, const LocalState& state, const Coefficients& abc, BlockRowWriter* writer) const {
   const AnchorShift shift(motion_, t);
   std::vector<double> panel(static_cast<std::size_t>(pattern_.widest() * d * d));
   PetscFunctionBegin;
@@ -201,7 +201,7 @@ PetscErrorCode PhysicsOf<d, Damper>::fill_rows(double t, const LocalState& state
 }
 
 template <int d, class Damper>
-void PhysicsOf<d, Damper>::stiffness_sizes(double t, const LocalState& state, double* size) const {
+void PairForcesOf<d, Damper>::stiffness_sizes(double t, const LocalState& state, double* size) const {
   const AnchorShift shift(motion_, t);
   for (PetscInt i = 0; i < net_.n; ++i) {
     double node[d * d];
@@ -219,7 +219,7 @@ void PhysicsOf<d, Damper>::stiffness_sizes(double t, const LocalState& state, do
 /// f += df_i/dx_i (z_i - z_j) and the same of velocities, of the springs of particle i.
 template <int d, class Damper>
 template <class Spring>
-void PhysicsOf<d, Damper>::add_products(PetscInt i, const LocalState& state, const LocalState& z, double* f) const {
+void PairForcesOf<d, Damper>::add_products(PetscInt i, const LocalState& state, const LocalState& z, double* f) const {
   const Links& links = net_.links;
   const double *y = state.at(i), *zi = z.at(i);
   for (PetscInt e = links.start[i]; e < links.start[i + 1]; ++e) {
@@ -236,7 +236,7 @@ void PhysicsOf<d, Damper>::add_products(PetscInt i, const LocalState& state, con
 }
 
 template <int d, class Damper>
-void PhysicsOf<d, Damper>::multiply_tangent(double t, const LocalState& state, const LocalState& z, double* f) const {
+void PairForcesOf<d, Damper>::multiply_tangent(double t, const LocalState& state, const LocalState& z, double* f) const {
   const AnchorShift shift(motion_, t);
   for (PetscInt i = 0; i < net_.n; ++i) {
     double* fi = f + i * d;
@@ -254,7 +254,7 @@ void PhysicsOf<d, Damper>::multiply_tangent(double t, const LocalState& state, c
 }
 
 template <int d, class Damper>
-void PhysicsOf<d, Damper>::multiply_law_damping(double t, const LocalState& state, const double* w, double* f) const {
+void PairForcesOf<d, Damper>::multiply_law_damping(double t, const LocalState& state, const double* w, double* f) const {
   const AnchorShift shift(motion_, t);
   for (PetscInt i = 0; i < net_.n; ++i) {
     if (net_.fixed[i]) continue;

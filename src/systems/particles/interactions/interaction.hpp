@@ -6,13 +6,13 @@
 #include <limits>
 #include <vector>
 #include "linalg/sparse_blocks.hpp"
-#include "systems/particles/physics.hpp"
+#include "systems/particles/term.hpp"
 
 namespace bs {
 
 /// Elements are visited by ascending row; each adds to the ends this rank owns, its other ends are ghosts, in a periodic box images of any particle.
 template <class Law, int d>
-class Interaction {
+class Interaction final : public Term {
  public:
   static constexpr int N = Law::ends;
   /// One element: where its ends are, local indices of them, its parameters.
@@ -24,13 +24,12 @@ class Interaction {
     std::size_t place;  ///< in the table
   };
 
-  /// `boundary`: whether an owned particle is linked to a ghost.
-  Interaction(const Network& net, const InteractionTable& table, const std::vector<std::uint8_t>& boundary)
-      : net_(net), table_(table), boundary_(boundary) {
+  Interaction(const Network& net, const InteractionTable& table) : net_(net), table_(table) {
+    for (PetscInt i = 0; i < net.n; ++i) boundary_.push_back(net.boundary(i));
     for (std::size_t k = 0; k < table.row.size(); ++k)
       for (const bool cut : {false, true}) {
         const PetscInt* end = table.end.data() + k * N;
-        if (std::any_of(end, end + N, [&](PetscInt i) { return i < net.n && (boundary[i] != 0) == cut; })) part_[cut].push_back(k);
+        if (std::any_of(end, end + N, [&](PetscInt i) { return i < net.n && (boundary_[i] != 0) == cut; })) part_[cut].push_back(k);
       }
     for (const PetscInt i : table.end) {
       const PetscInt global = net.global[i];
@@ -38,7 +37,7 @@ class Interaction {
     }
   }
 
-  void add_forces(Part part, const LocalState& state, double* f, Singularity* fault) const {
+  void forces(Part part, double, const LocalState& state, double* f, Singularity* fault, Energies* sum) const override {
     const bool cut = part == Part::boundary;
     for (const std::size_t k : part_[cut]) {
       const Element e = element(k, [&](PetscInt i) { return state.at(i); });
@@ -51,10 +50,10 @@ class Interaction {
         if (acts_on(e.end[a]) && (boundary_[e.end[a]] != 0) == cut)
           for (int c = 0; c < d; ++c) f[e.end[a] * d + c] += force[a * d + c];
     }
+    if (sum && cut) energies(0, state, sum);
   }
 
-  /// Adds the forces on the particles `which`, owned and ascending, whatever holds them; f: (which, d).
-  void add_forces_on(const std::vector<PetscInt>& which, const LocalState& state, double* f) const {
+  void forces_on(const std::vector<PetscInt>& which, double, const LocalState& state, double* f) const override {
     traverse(state, [&](const Element& e) {
       double force[N * d];
       if (Law::template fault<d>(e.x, e.p)) return;
@@ -67,8 +66,8 @@ class Interaction {
     });
   }
 
-  /// Adds the sizes of the forces on owned ends, held ones too, to size[i].
-  void add_sizes(const LocalState& state, double* size) const {
+  /// Of owned ends, held ones too.
+  void inner_sizes(const LocalState& state, double* size) const override {
     traverse(state, [&](const Element& e) {
       double force[N * d];
       if (Law::template fault<d>(e.x, e.p)) return;
@@ -81,18 +80,17 @@ class Interaction {
     });
   }
 
-  /// This rank's share [J]: every end counts alike. Where a law has no energy (an angle between arms of zero length), the force reports it.
-  double energy(const LocalState& state) const {
+  /// Where a law has no energy (an angle between arms of zero length), the force reports it.
+  void energies(double, const LocalState& state, Energies* all) const override {
     double sum = 0;
     traverse(state, [&](const Element& e) {
       const double energy = Law::template energy<d>(e.x, e.p);
       if (std::isfinite(energy)) sum += share(e) * energy;
     });
-    return sum;
+    all->elastic += sum;
   }
 
-  /// This rank's share of E(x + lambda line) - E(x) - its slope [J].
-  double beyond_slope(const LocalState& state, const LocalState& line, double lambda) const {
+  void beyond_slope(double, const LocalState& state, const LocalState& line, double lambda, double sigma, PotentialChange* change) const override {
     double sum = 0;
     traverse(state, [&](const Element& e) {
       if (Law::template fault<d>(e.x, e.p)) return;
@@ -104,11 +102,10 @@ class Interaction {
       }
       sum += share(e) * Law::template energy_beyond_slope<d>(e.x, dx, e.p);
     });
-    return sum;
+    change->value += sigma * sum;
   }
 
-  /// f += K z_x
-  void multiply_tangent(const LocalState& state, const LocalState& z, double* f) const {
+  void multiply_tangent(double, const LocalState& state, const LocalState& z, double* f) const override {
     traverse_tangents<false>(state, [&](const Element& e, int a, int b, const double* K) {
       if (acts_on(e.end[a]))
         for (int r = 0; r < d; ++r)
@@ -117,8 +114,7 @@ class Interaction {
   }
 
   // With forces f_a on the ends at x_a, of sum zero, E changes by -f_a.(G x_a) where space is strained by G, by -f_a.e_k' s_a,k where an edge moves.
-  /// Adds to `sum`.
-  void add_box_forces(const LocalState& state, BoxForces* sum) const {
+  void box_forces(const LocalState& state, BoxForces* sum) const override {
     traverse(state, [&](const Element& e) {
       double force[N * d], part[d * d] = {};
       if (Law::template fault<d>(e.x, e.p)) return;
@@ -130,8 +126,7 @@ class Interaction {
           for (int c = 0; c < d; ++c) sum->pull[k * d + c] -= share(e) * net_.image[(e.end[a] - net_.n) * d + k] * force[a * d + c];
     });
   }
-  /// Adds an equal part of the virial to every owned end; sum: (n, d(d+1)/2).
-  void add_particle_stress(const LocalState& state, double* sum) const {
+  void particle_stress(const LocalState& state, double* sum) const override {
     constexpr int q = d * (d + 1) / 2;
     traverse(state, [&](const Element& e) {
       double force[N * d], part[d * d] = {};
@@ -144,7 +139,7 @@ class Interaction {
     });
   }
   // d f_a/d e = sum over b of K_ab e x_b,   d2 E/(d e d e') = -sum over a of (e' x_a).(d f_a/d e)
-  void add_strain_response(const LocalState& state, StrainResponse* sum) const {
+  void strain_response(const LocalState& state, StrainResponse* sum) const override {
     constexpr int q = d * (d + 1) / 2;
     double strain[q][d * d], K[N * d * N * d];
     for (int k = 0; k < q; ++k) unit_strain(d, k, strain[k]);
@@ -173,26 +168,25 @@ class Interaction {
     });
   }
 
-  /// Blocks of K between owned ends and all ends, neither fixed: where they lie, and factor K added to them.
-  void join(std::vector<std::pair<PetscInt, PetscInt>>* joins) const {
+  /// Between owned ends and all ends, neither fixed.
+  void join(std::vector<std::pair<PetscInt, PetscInt>>* joins) const override {
     for (std::size_t k = 0; k < table_.row.size(); ++k)
       for (int a = 0; a < N; ++a)
         for (int b = 0; b < N; ++b)
           if (const PetscInt* end = table_.end.data() + k * N; acts_on(end[a]) && !net_.fixed[end[b]])
             joins->emplace_back(end[a], unknown_[k * N + b]);
   }
-  template <bool positive>
-  void add_blocks(const LocalState& state, double factor, SparseBlocks* blocks) const {
-    traverse_tangents<positive>(state, [&](const Element& e, int a, int b, const double* K) {
+  void add_blocks(const LocalState& state, bool positive, double factor, SparseBlocks* blocks) const override {
+    const auto add = [&](const Element& e, int a, int b, const double* K) {
       if (!acts_on(e.end[a]) || net_.fixed[e.end[b]]) return;
       double* to = blocks->block(blocks->find(e.end[a], unknown_[e.place * N + b]));
       for (int r = 0; r < d; ++r)
         for (int c = 0; c < d; ++c) to[r * d + c] += factor * K[r * N * d + c];
-    });
+    };
+    positive ? traverse_tangents<true>(state, add) : traverse_tangents<false>(state, add);
   }
 
-  /// Adds sizes of -df_i/dx_i where the particles start [N/m].
-  void add_rates(std::vector<double>* sum) const {
+  void add_rates(std::vector<double>* sum) const override {
     for (std::size_t k = 0; k < table_.row.size(); ++k) {
       double place[N * d], rate[N], *next = place;
       const Element e = element(k, [&](PetscInt i) {
@@ -207,8 +201,7 @@ class Interaction {
         if (acts_on(e.end[a])) (*sum)[e.end[a]] += rate[a];
     }
   }
-  /// Adds traces of -df_i/dx_i in magnitude, none less than where the particles start [N/m].
-  void add_stiffness_sizes(const LocalState& state, double* sum) const {
+  void stiffness_sizes(double, const LocalState& state, double* sum) const override {
     std::vector<double> start(static_cast<std::size_t>(net_.n), 0.0), present(start.size(), 0.0);
     add_rates(&start);
     traverse_tangents<false>(state, [&](const Element& e, int a, int b, const double* K) {
@@ -264,9 +257,9 @@ class Interaction {
 
   const Network& net_;
   const InteractionTable& table_;
-  const std::vector<std::uint8_t>& boundary_;
-  std::vector<std::size_t> part_[2];  ///< elements with an end in either Part
-  std::vector<PetscInt> unknown_;     ///< (count, ends) the local particle whose unknowns an end has: of an image of an owned particle that one
+  std::vector<std::uint8_t> boundary_;  ///< (n) owned particles linked to a ghost
+  std::vector<std::size_t> part_[2];    ///< elements with an end in either Part
+  std::vector<PetscInt> unknown_;       ///< (count, ends) the local particle whose unknowns an end has: of an image of an owned particle that one
 };
 
 }  // namespace bs

@@ -43,8 +43,7 @@ struct Case {
   ParticleLaws laws;
   Motion motion;
   RowPattern pattern;
-  Coupling coupling;
-  std::unique_ptr<Physics> physics;
+  std::unique_ptr<Terms> terms;
   ParticlePotential potential;
   VecHandle y, z;
   double sigma = 20, t = 0.3;
@@ -80,12 +79,13 @@ struct Case {
     NetworkOptions options;
     options.partition = 1;
     REQUIRE(build_network(PETSC_COMM_WORLD, lattice, options, &net) == 0);
-    physics = create_physics(net, laws, motion, pattern);
+    net.links.history_time = t;  // no time has passed: what relaxes stores what it answers with
+    terms = std::make_unique<Terms>(net, laws, motion, pattern);
     for (VecHandle* vec : {&y, &z}) {
       REQUIRE(VecCreateMPI(PETSC_COMM_WORLD, net.n * 2 * d, PETSC_DETERMINE, vec->out()) == 0);
       REQUIRE(VecSetBlockSize(*vec, 2 * d) == 0);
     }
-    REQUIRE(potential.create(net, *physics, y, false) == 0);
+    REQUIRE(potential.create(net, *terms, y, false) == 0);
   }
 
   static void add_anchors(int d, Rows rows, Dampers dampers, Lattice* lattice) {
@@ -168,7 +168,7 @@ struct Case {
     REQUIRE(state.gather(0.0, at) == 0);
     REQUIRE(base.create(net, y) == 0);
     REQUIRE(base.gather(0.0, y) == 0);
-    Energies e = physics->energies(t, state);
+    Energies e = terms->energies(t, state);
     // what yielding springs lose on the way from their last history belongs to the potential; half from either end
     for (PetscInt i = 0; i < net.n && net.mixed; ++i)
       for (PetscInt k = net.links.start[i]; k < net.links.start[i + 1]; ++k) {
@@ -229,7 +229,7 @@ struct Case {
     REQUIRE(line.create(net, y) == 0);
     REQUIRE(state.gather(0.0, y) == 0);
     REQUIRE(line.gather_direction(z) == 0);
-    for (const Part part : {Part::interior, Part::boundary}) physics->forces(part, t, state, coupling, f.data(), &fault);
+    for (const Part part : {Part::interior, Part::boundary}) terms->forces(part, t, state, f.data(), &fault);
     CHECK(fault.kind == Singularity::none);
     double total = 0;
     for (PetscInt i = 0; i < net.n; ++i)
@@ -296,12 +296,12 @@ TEST_CASE("forces and energies of one pass are those of two") {
       std::vector<double> alone(static_cast<std::size_t>(c.net.n * d)), together(alone.size());
       Energies sum;
       for (const Part part : {Part::interior, Part::boundary}) {
-        c.physics->forces(part, c.t, state, c.coupling, alone.data(), &fault);
-        c.physics->forces_and_energies(part, c.t, state, c.coupling, together.data(), &fault, &sum);
+        c.terms->forces(part, c.t, state, alone.data(), &fault);
+        c.terms->forces(part, c.t, state, together.data(), &fault, &sum);
       }
       CHECK(fault.kind == Singularity::none);
       CHECK(alone == together);
-      const Energies energies = c.physics->energies(c.t, state);
+      const Energies energies = c.terms->energies(c.t, state);
       CHECK(sum.elastic == energies.elastic);
       CHECK(sum.kinetic == energies.kinetic);
       CHECK(sum.field == energies.field);
@@ -336,9 +336,9 @@ TEST_CASE("what has no potential is named, on every rank") {
   CHECK(still.potential.lacks_potential().empty());
   Case sphere(2, SpringLaw::hooke, Dampers::none, false);
   std::get<SphereDrag>(sphere.laws).on = true;
-  REQUIRE(sphere.potential.create(sphere.net, *sphere.physics, sphere.y, false) == 0);
+  REQUIRE(sphere.potential.create(sphere.net, *sphere.terms, sphere.y, false) == 0);
   CHECK(sphere.potential.lacks_potential() == "sphere drag");
-  REQUIRE(still.potential.create(still.net, *still.physics, still.y, true) == 0);
+  REQUIRE(still.potential.create(still.net, *still.terms, still.y, true) == 0);
   CHECK(still.potential.lacks_potential() == "a force that couples all particles");
 }
 
@@ -352,7 +352,7 @@ TEST_CASE("both ends of a spring commit the same history, on any ranks") {
     for (int way = 0; way < 12; ++way) {
       c.set(way, 1.0);
       REQUIRE(state.gather(0.0, c.y) == 0);
-      c.physics->commit(state, 0.05, &c.net.links);
+      c.terms->pairs().commit(state, 0.05, &c.net.links);
     }
     const Links& links = c.net.links;
     const std::size_t width = static_cast<std::size_t>(links.width), springs = static_cast<std::size_t>(c.net.springs_total);

@@ -69,7 +69,7 @@ TEST_CASE("Phi of a lattice with angle springs changes as its energies do") {
     ParticlePotential potential;
     LocalState state;
     VecHandle z, there;
-    REQUIRE(potential.create(c.net, *c.physics, c.y, false) == 0);
+    REQUIRE(potential.create(c.net, *c.terms, c.y, false) == 0);
     REQUIRE(state.create(c.net, c.y) == 0);
     CHECK(potential.lacks_potential().empty());
     REQUIRE(VecDuplicate(c.y, z.out()) == 0);
@@ -83,10 +83,9 @@ TEST_CASE("Phi of a lattice with angle springs changes as its energies do") {
       }
     REQUIRE(VecRestoreArray(z, &a) == 0);
     // elastic energies at x, and at x + lambda z; the slope is the force's
-    Coupling coupling;
     const auto elastic = [&](Vec y) {
       REQUIRE(state.gather(0.0, y) == 0);
-      double sum = c.physics->energies(0, state).elastic;
+      double sum = c.terms->energies(0, state).elastic;
       MPI_Allreduce(MPI_IN_PLACE, &sum, 1, MPI_DOUBLE, MPI_SUM, PETSC_COMM_WORLD);
       return sum;
     };
@@ -94,8 +93,7 @@ TEST_CASE("Phi of a lattice with angle springs changes as its energies do") {
     std::vector<double> f(static_cast<std::size_t>(c.net.n * dim));
     Singularity fault;
     REQUIRE(state.gather(0.0, c.y) == 0);
-    REQUIRE(coupling.create(c.net) == 0);
-    for (const Part part : {Part::interior, Part::boundary}) c.physics->forces(part, 0, state, coupling, f.data(), &fault);
+    for (const Part part : {Part::interior, Part::boundary}) c.terms->forces(part, 0, state, f.data(), &fault);
     CHECK(fault.kind == Singularity::none);
     double slope = 0, kinetic = 0;
     const PetscScalar* az = nullptr;

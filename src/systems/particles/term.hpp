@@ -1,0 +1,81 @@
+// A force on particles as one part of the sum that moves them: what every kind of force gives, and nothing of how it does so.
+#pragma once
+#include <string>
+#include <vector>
+#include "systems/incremental.hpp"
+#include "systems/mechanics.hpp"
+#include "linalg/sparse_blocks.hpp"
+#include "systems/particles/local_state.hpp"
+#include "systems/particles/row_pattern.hpp"
+
+namespace bs {
+
+/// The fault met in a loop and its place: a law has no value there.
+struct Singularity {
+  enum Kind { none, spring, anchor, particle, interaction, state } kind = none;  ///< state: that of a particle is not finite
+  std::int64_t row = -1;                                                         ///< row of the spring, anchor, particle or interaction in the input
+  const char* law = "";                                                          ///< title of the particle law or of the interaction's
+  const char* why = "";                                                          ///< what an interaction met
+};
+
+/// Energies [J], momentum sum m v [kg m/s] and angular momentum sum x cross m v about the origin [kg m^2/s] of this rank's share.
+struct Energies {
+  double kinetic = 0, elastic = 0, field = 0;
+  double momentum[3] = {0, 0, 0}, angular_momentum[3] = {0, 0, 0};
+};
+
+/// What acts from outside on this rank's particles.
+struct Supply {
+  double field = 0, coupling = 0, fluid = 0;  ///< power of laws with a potential, of forces that couple all, of the fluid's motion [W]
+  double pull[3] = {0, 0, 0};                 ///< force of the anchors on the particles [N]
+};
+
+/// This rank's share of sums over the springs of a periodic box, with force f and x_i - x_j = dx at one end.
+struct BoxForces {
+  double virial[9] = {};  ///< -sum of f dx over springs, symmetric part, (d, d) [J]
+  double pull[9] = {};    ///< row k: the force with which images shifted along edge k are held, times their shifts [N]
+};
+
+/// Owned particles by what they are linked to: owned ones alone, or some ghost as well.
+enum class Part { interior, boundary };
+
+/// Every function ADDS the term's share of this rank to what it is given, unless it says otherwise; `state` is gathered, `t` the time of evaluation.
+/// What a kind of force has not it leaves as it is here. A term that gives tangents gives them by rows, by blocks, or both as the matrix asks.
+class Term {
+ public:
+  virtual ~Term() = default;
+  /// Collective. Sums over all particles which the functions below need of this state, before any of them.
+  virtual PetscErrorCode gather(const LocalState&) { return 0; }
+  /// Forces on the particles of `part` that are not fixed, f: (n, d); where `sum` is given also the energies of these particles, fixed ones
+  /// included, bit for bit as energies() adds them. The first singularity met is kept in `fault`; the particle's force is then not finite.
+  virtual void forces(Part part, double t, const LocalState& state, double* f, Singularity* fault, Energies* sum) const = 0;
+  /// Forces on some owned particles, ascending, whatever holds them: f: (which, d).
+  virtual void forces_on(const std::vector<PetscInt>& which, double t, const LocalState& state, double* f) const = 0;
+  /// Elastic energy counts an equal part of each end.
+  virtual void energies(double, const LocalState&, Energies*) const {}
+  virtual void supply(double, const LocalState&, Supply*) const {}
+  /// f += K z_x + D z_v for every owned particle that is not fixed; `z` is gathered, zero at fixed particles.
+  virtual void multiply_tangent(double, const LocalState&, const LocalState&, double*) const {}
+  /// -df_i/dx_j and -df_i/dv_j side by side for every column j of the pattern, of owned particle i that is not fixed: `panel` (d, width).
+  virtual void add_row(PetscInt, double, const LocalState&, double*, PetscInt) const {}
+  /// Blocks of K that no pair of linked particles has: where they lie, and factor K; `positive`: only what makes -K positive semidefinite.
+  virtual void join(std::vector<std::pair<PetscInt, PetscInt>>*) const {}
+  virtual void add_blocks(const LocalState&, bool /* positive */, double /* factor */, SparseBlocks*) const {}
+  /// What the incremental potential changes by beyond its slope along lambda `line` (gathered as a direction), anchors at rest meanwhile:
+  ///   sigma/2 m |dv|^2 + sigma (E(x + dx) - E(x) - E'.dx) + R(v + dv) - R(v) - R'.dv
+  virtual void beyond_slope(double, const LocalState&, const LocalState&, double /* lambda */, double /* sigma */, PotentialChange*) const {}
+  /// Empty, or what of it has no potential.
+  virtual std::string lacks_potential() const { return {}; }
+  virtual void strain_response(const LocalState&, StrainResponse*) const {}
+  virtual void box_forces(const LocalState&, BoxForces*) const {}
+  /// An equal part of the virial to either end's d(d+1)/2 components; sum: (n, d(d+1)/2) [J].
+  virtual void particle_stress(const LocalState&, double*) const {}
+  /// Sizes of the forces between particles that springs do not exert, to size[i] of owned particles [N].
+  virtual void inner_sizes(const LocalState&, double*) const {}
+  /// Rates at rest at every owned particle [N/m].
+  virtual void add_rates(std::vector<double>*) const {}
+  /// Magnitudes of the rates in its rows of K, none less than at rest: what rounding errors of these rows are relative to [N/m].
+  virtual void stiffness_sizes(double, const LocalState&, double*) const {}
+};
+
+}  // namespace bs

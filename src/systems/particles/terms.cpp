@@ -1,0 +1,163 @@
+#include "systems/particles/terms.hpp"
+#include "base/text.hpp"
+#include "physics/interactions/registry.hpp"
+#include "systems/particles/coupling.hpp"
+#include "systems/particles/interactions/interaction.hpp"
+
+namespace bs {
+namespace {
+
+/// One term for each law of which there are interactions.
+template <int d, class... Laws>
+void add_interactions(const Network& net, std::tuple<Laws...>, std::vector<std::unique_ptr<Term>>* out) {
+  std::size_t kind = 0;
+  const auto add = [&](auto law) {
+    const InteractionTable& table = net.interactions[kind++];
+    if (table.total > 0) out->push_back(std::make_unique<Interaction<decltype(law), d>>(net, table));
+  };
+  (add(Laws{}), ...);
+}
+
+std::unique_ptr<PairForces> pair_forces(const Network& net, const ParticleLaws& laws, const Motion& motion, const RowPattern& pattern) {
+  if (net.dim == 1) return create_pair_forces_of<1>(net, laws, motion, pattern);
+  if (net.dim == 2) return create_pair_forces_of<2>(net, laws, motion, pattern);
+  return create_pair_forces_of<3>(net, laws, motion, pattern);
+}
+
+}  // namespace
+
+Terms::Terms(const Network& net, const ParticleLaws& laws, const Motion& motion, const RowPattern& pattern, Coupling* coupling)
+    : net_(net), pairs_(pair_forces(net, laws, motion, pattern)), terms_{pairs_.get()} {
+  if (coupling) add(*coupling);
+  if (net.interactions.empty() || net.dim == 1) return;
+  net.dim == 2 ? add_interactions<2>(net, InteractionLaws{}, &interactions_) : add_interactions<3>(net, InteractionLaws{}, &interactions_);
+  for (const std::unique_ptr<Term>& term : interactions_) add(*term);
+}
+
+PetscErrorCode Terms::gather(const LocalState& state) {
+  PetscFunctionBegin;
+  for (Term* term : terms_) PetscCall(term->gather(state));
+  PetscFunctionReturn(0);
+}
+
+void Terms::forces(Part part, double t, const LocalState& state, double* f, Singularity* fault, Energies* sum) const {
+  for_each([&](const Term& term) { term.forces(part, t, state, f, fault, sum); });
+}
+
+void Terms::forces_on(const std::vector<PetscInt>& which, double t, const LocalState& state, double* f) const {
+  for_each([&](const Term& term) { term.forces_on(which, t, state, f); });
+}
+
+Energies Terms::energies(double t, const LocalState& state) const {
+  Energies sum;
+  for_each([&](const Term& term) { term.energies(t, state, &sum); });
+  return sum;
+}
+
+Supply Terms::supply(double t, const LocalState& state) const {
+  Supply sum;
+  for_each([&](const Term& term) { term.supply(t, state, &sum); });
+  return sum;
+}
+
+void Terms::multiply_tangent(double t, const LocalState& state, const LocalState& z, double* f) const {
+  for_each([&](const Term& term) { term.multiply_tangent(t, state, z, f); });
+}
+
+/// factor K of what no pair of linked particles has into `blocks`, which are laid out at first use. False: there is no such term.
+bool Terms::fill(const LocalState& state, bool positive, double factor, SparseBlocks* blocks) const {
+  if (!blocks->created()) {
+    std::vector<std::pair<PetscInt, PetscInt>> joins;
+    for_each([&](const Term& term) { term.join(&joins); });
+    if (interactions_.empty() && joins.empty()) return false;
+    blocks->create(net_.n, net_.dim, joins);
+  }
+  blocks->zero();
+  for_each([&](const Term& term) { term.add_blocks(state, positive, factor, blocks); });
+  return true;
+}
+
+PetscErrorCode Terms::jacobian(double t, const LocalState& state, double sigma, bool momentum, RowWriter* writer) const {
+  PetscFunctionBegin;
+  if (fill(state, false, -1, &blocks_)) {
+    if (!momentum) {
+      std::vector<double> scale(net_.mass.begin(), net_.mass.begin() + net_.n);
+      for (double& m : scale) m = 1 / m;
+      blocks_.scale_rows(scale);
+    }
+    writer->add(&blocks_);
+  }
+  PetscCall(pairs_->jacobian(t, state, terms_, sigma, momentum, writer));
+  PetscFunctionReturn(0);
+}
+
+// S = a M - b D - c K
+void Terms::condense_springs(double t, const LocalState& state, const Coefficients& abc, bool positive, PairMatrix* S) const {
+  pairs_->condense_springs(t, state, abc, positive, S);
+  fill(state, positive, -abc.stiffness, &S->remainder());
+}
+
+PetscErrorCode Terms::condense_rows(double t, const LocalState& state, const Coefficients& abc, bool positive, BlockRowWriter* writer) const {
+  PetscFunctionBegin;
+  if (fill(state, positive, -abc.stiffness, &blocks_)) writer->add(&blocks_);
+  PetscCall(pairs_->condense_rows(t, state, abc, positive, writer));
+  PetscFunctionReturn(0);
+}
+
+PotentialChange Terms::beyond_slope(double t, const LocalState& state, const LocalState& line, double lambda, double sigma) const {
+  PotentialChange sum;
+  for_each([&](const Term& term) { term.beyond_slope(t, state, line, lambda, sigma, &sum); });
+  return sum;
+}
+
+std::string Terms::lacks_potential() const {
+  std::string what;
+  for (auto term = terms_.rbegin(); term != terms_.rend() && what.empty(); ++term) what = (*term)->lacks_potential();
+  return what;
+}
+
+void Terms::strain_response(const LocalState& state, StrainResponse* sum) const {
+  for_each([&](const Term& term) { term.strain_response(state, sum); });
+}
+
+void Terms::box_forces(const LocalState& state, BoxForces* sum) const {
+  for_each([&](const Term& term) { term.box_forces(state, sum); });
+}
+
+void Terms::particle_stress(const LocalState& state, double* sum) const {
+  for_each([&](const Term& term) { term.particle_stress(state, sum); });
+}
+
+void Terms::inner_sizes(const LocalState& state, double* size) const {
+  for_each([&](const Term& term) { term.inner_sizes(state, size); });
+}
+
+std::vector<double> Terms::rates() const {
+  std::vector<double> sum(static_cast<std::size_t>(net_.n), 0.0);
+  for_each([&](const Term& term) { term.add_rates(&sum); });
+  return sum;
+}
+
+void Terms::stiffness_sizes(double t, const LocalState& state, double* size) const {
+  for_each([&](const Term& term) { term.stiffness_sizes(t, state, size); });
+}
+
+/// The lowest rank reports.
+PetscErrorCode interaction_fault(MPI_Comm comm, bool mine, const Singularity& fault, std::string* text) {
+  char words[512] = "";
+  int rank, size, speaker;
+  PetscFunctionBegin;
+  PetscCallMPI(MPI_Comm_rank(comm, &rank));
+  PetscCallMPI(MPI_Comm_size(comm, &size));
+  speaker = mine ? rank : size;
+  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &speaker, 1, MPI_INT, MPI_MIN, comm));
+  if (mine)
+    PetscCall(PetscStrncpy(
+        words, format("%s %lld met %s: lower -ts_dt, or keep its particles apart", fault.law, static_cast<long long>(fault.row), fault.why).c_str(),
+        sizeof words));
+  PetscCallMPI(MPI_Bcast(words, sizeof words, MPI_CHAR, speaker, comm));
+  *text = words;
+  PetscFunctionReturn(0);
+}
+
+}  // namespace bs

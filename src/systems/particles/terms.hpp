@@ -1,0 +1,56 @@
+// All forces on particles: the list of terms, in the order in which they are summed.
+#pragma once
+#include <memory>
+#include <vector>
+#include "systems/particles/physics.hpp"
+
+namespace bs {
+
+class Coupling;
+
+/// Springs and the laws of single particles come first and start every sum; then what couples all particles, interactions of several ends, and what
+/// else is added. Functions are those of Term, for the sum; what they are given is overwritten where it is an array over particles.
+class Terms {
+ public:
+  /// The arguments must outlive the object; `coupling`: null where nothing couples all.
+  Terms(const Network& net, const ParticleLaws& laws, const Motion& motion, const RowPattern& pattern, Coupling* coupling = nullptr);
+  /// One more, behind the others; it must outlive the object.
+  void add(Term& term) { terms_.push_back(&term); }
+  const PairForces& pairs() const { return *pairs_; }
+
+  PetscErrorCode gather(const LocalState& state);
+  void forces(Part part, double t, const LocalState& state, double* f, Singularity* fault, Energies* sum = nullptr) const;
+  void forces_on(const std::vector<PetscInt>& which, double t, const LocalState& state, double* f) const;
+  Energies energies(double t, const LocalState& state) const;
+  Supply supply(double t, const LocalState& state) const;
+  void multiply_tangent(double t, const LocalState& state, const LocalState& z, double* f) const;
+  PetscErrorCode jacobian(double t, const LocalState& state, double sigma, bool momentum, RowWriter* writer) const;
+  void condense_springs(double t, const LocalState& state, const Coefficients& abc, bool positive, PairMatrix* S) const;
+  PetscErrorCode condense_rows(double t, const LocalState& state, const Coefficients& abc, bool positive, BlockRowWriter* writer) const;
+  PotentialChange beyond_slope(double t, const LocalState& state, const LocalState& line, double lambda, double sigma) const;
+  std::string lacks_potential() const;
+  void strain_response(const LocalState& state, StrainResponse* sum) const;
+  void box_forces(const LocalState& state, BoxForces* sum) const;
+  void particle_stress(const LocalState& state, double* sum) const;
+  void inner_sizes(const LocalState& state, double* size) const;
+  std::vector<double> rates() const;
+  void stiffness_sizes(double t, const LocalState& state, double* size) const;
+
+ private:
+  template <class F>
+  void for_each(F&& f) const {
+    for (const Term* term : terms_) f(*term);
+  }
+  bool fill(const LocalState& state, bool positive, double factor, SparseBlocks* blocks) const;
+
+  const Network& net_;
+  std::unique_ptr<PairForces> pairs_;
+  std::vector<std::unique_ptr<Term>> interactions_;
+  std::vector<Term*> terms_;     ///< all of them, in order
+  mutable SparseBlocks blocks_;  ///< of the matrix that is being written
+};
+
+/// Collective. The message for an interaction without a force; `mine`: it occurred on this rank (at least one has it).
+PetscErrorCode interaction_fault(MPI_Comm comm, bool mine, const Singularity& fault, std::string* text);
+
+}  // namespace bs
