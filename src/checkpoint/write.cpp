@@ -5,10 +5,8 @@
 #include "base/option_names.hpp"
 #include "base/row_sum.hpp"
 #include "checkpoint/checkpoint.hpp"
-#include "output/finite.hpp"
 #include "output/fresh_file.hpp"
 #include "output/h5.hpp"
-#include "output/space.hpp"
 #include "output/tables.hpp"
 
 namespace bs {

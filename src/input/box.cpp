@@ -1,4 +1,4 @@
-#include "input/box.hpp"
+#include "input/hdf5_layout.hpp"
 
 #include <algorithm>
 #include <cinttypes>
@@ -7,8 +7,8 @@
 #include "base/error.hpp"
 #include "input/interactions.hpp"
 #include "input/remote.hpp"
-#include "lattice/interaction_schemas.hpp"
-#include "network/image.hpp"
+#include "lattice/spring_laws.hpp"
+#include "network/migrate.hpp"
 
 namespace bs {
 
@@ -196,7 +196,7 @@ static PetscErrorCode check_reach(MPI_Comm comm, const Joined& joined, const Lat
   PetscFunctionReturn(0);
 }
 
-PetscErrorCode settle_shifts(MPI_Comm comm, Lattice* l) {
+PetscErrorCode choose_images(MPI_Comm comm, Lattice* l) {
   PetscFunctionBegin;
   if (!l->box.active()) PetscFunctionReturn(0);
   for (const Joined& one : all_joined(false, "/springs/shift", l)) {

@@ -1,19 +1,17 @@
-#include "input/hdf5_lattice.hpp"
+#include "input/hdf5_layout.hpp"
 
 #include <cinttypes>
 #include <cmath>
 #include <limits>
 
 #include "base/error.hpp"
-#include "input/box.hpp"
-#include "input/groups.hpp"
+#include "input/adjust.hpp"
 #include "input/hdf5_file.hpp"
-#include "input/hdf5_layout.hpp"
 #include "input/interactions.hpp"
 #include "input/validate.hpp"
 #include "lattice/columns.hpp"
 #include "lattice/spring_laws.hpp"
-#include "network/footprint.hpp"
+#include "network/migrate.hpp"
 
 namespace bs {
 

@@ -7,7 +7,6 @@
 #include "base/error.hpp"
 #include "input/spring_options.hpp"
 #include "lattice/columns.hpp"
-#include "lattice/interaction_schemas.hpp"
 #include "lattice/spring_laws.hpp"
 
 namespace bs {

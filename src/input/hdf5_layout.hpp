@@ -2,7 +2,6 @@
 #pragma once
 #include <petscsys.h>
 #include <string>
-
 #include "input/hdf5_file.hpp"
 #include "lattice/lattice.hpp"
 
@@ -36,5 +35,35 @@ PetscErrorCode read_row_laws(MPI_Comm comm, const Hdf5File& file, const Hdf5Layo
 /// Local. Warns of members of a lattice's groups that are none of the schema: a misspelt name of an optional dataset
 /// would otherwise go unseen.
 void note_unknown_members(const Hdf5File& file, Lattice* lattice);
+
+// Lattices in HDF5: the program's own schema, or the last frame of a trajectory it wrote.
+
+/// Collective. Each rank reads its rows of the lattice in file `path`, and no others.
+///
+/// /particles/position (N,d), /particles/mass (N); optional velocity (N,d), fixed (N) of 0 and 1, id (N), and the columns (N) of
+/// lattice/columns.hpp by their names (radius, drag).
+/// /springs, optional: pairs (M,2) 0-based, stiffness (M); optional rest_length (M; absent: NaN), damping (M).
+/// Optional, too: law (M), places in the list of names that is the attribute spring_laws of /; columns (M) of what the laws take
+/// and carry, by their names in physics/pair/springs/registry.hpp (stiffness_2, yield_force, plastic_stretch, ...).
+/// /anchors, optional: particle (A), point (A,d), stiffness (A); optional rest_length (A; absent: 0), damping (A).
+/// /angles, optional: triples (A,3), the middle particle second, stiffness (A), rest_angle (A).
+/// Attributes of /: spring_law and damping_law, names from physics/pair/springs/registry.hpp.
+/// A file with /particles/trajectory/position/value is a trajectory: its last frame, /connectivity/bonds,
+/// /connectivity/angles, and the laws among its /parameters/options, or of each spring in /connectivity/bonds_law.
+///
+/// Errors (exit 2): what cannot be opened, shapes, types, sizes, unknown laws, `fixed` that is not 0 or 1, rest lengths
+/// that are not finite. Other values are left to validate().
+PetscErrorCode read_hdf5_lattice(MPI_Comm comm, const std::string& path, Lattice* out);
+
+// The periodic box of a lattice: read from a file, and the box that the second end of each spring is in.
+
+/// Collective. /box (attribute boundary, dataset edges) and /springs/shift into the lattice, whose rows of springs are known; of a trajectory its box
+/// at the last frame and /connectivity/bonds_shift. Errors (exit 2): words other than periodic and none, edges of the wrong shape or without volume,
+/// shifts beyond 63 or across what is not periodic.
+PetscErrorCode read_hdf5_box(MPI_Comm comm, const Hdf5File& file, const Hdf5Layout& names, Lattice* lattice);
+
+/// Collective. Where the lattice has a periodic box and no shifts, each spring joins the nearest images of its ends. Error (exit 2): two images are
+/// equally near. Springs joining a particle to itself need a shift. The same of interactions, whose ends are the images nearest to one of them.
+PetscErrorCode choose_images(MPI_Comm comm, Lattice* lattice);
 
 }  // namespace bs

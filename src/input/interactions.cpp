@@ -5,7 +5,7 @@
 
 #include "base/error.hpp"
 #include "input/remote.hpp"
-#include "lattice/interaction_schemas.hpp"
+#include "lattice/spring_laws.hpp"
 
 namespace bs {
 

@@ -3,8 +3,8 @@
 #include <petscsys.h>
 
 #include "input/hdf5_file.hpp"
-#include "lattice/interaction_schemas.hpp"
 #include "lattice/lattice.hpp"
+#include "lattice/spring_laws.hpp"
 
 namespace bs {
 

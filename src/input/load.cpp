@@ -3,16 +3,14 @@
 #include "base/error.hpp"
 #include "base/options.hpp"
 #include "input/adjust.hpp"
-#include "input/box.hpp"
-#include "input/groups.hpp"
-#include "input/hdf5_lattice.hpp"
+#include "input/hdf5_layout.hpp"
 #include "input/remote.hpp"
 #include "input/spring_options.hpp"
 #include "input/text_file.hpp"
 #include "input/validate.hpp"
 #include "lattice/generator.hpp"
 #include "lattice/xsp.hpp"
-#include "network/footprint.hpp"
+#include "network/migrate.hpp"
 
 namespace bs {
 
@@ -175,7 +173,7 @@ PetscErrorCode complete(MPI_Comm comm, const LatticeOptions& options, Lattice* o
   for (InteractionRows& kind : out->interactions) PetscCall(number_rows(comm, &kind.rows));
   PetscCall(settle_spring_laws(comm, options.springs, out));
   PetscCall(add_anchors(comm, options.anchors, out));
-  PetscCall(settle_shifts(comm, out));
+  PetscCall(choose_images(comm, out));
   PetscCall(validate_and_fill(comm, out));
   PetscCall(check_rest_lengths(comm, *out));
   for (const std::string& warning : out->warnings) PetscCall(warn(comm, warning));

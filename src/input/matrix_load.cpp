@@ -5,7 +5,6 @@
 #include "base/error.hpp"
 #include "base/handle.hpp"
 #include "input/matrix_text.hpp"
-#include "input/petsc_binary.hpp"
 #include "input/text_file.hpp"
 
 namespace bs {

@@ -1,7 +1,7 @@
-#include "input/petsc_binary.hpp"
 #include <algorithm>
 #include <cmath>
 #include <cstring>
+#include "input/matrix_load.hpp"
 
 namespace bs {
 namespace {

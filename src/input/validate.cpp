@@ -8,7 +8,7 @@
 #include "input/interactions.hpp"
 #include "input/remote.hpp"
 #include "lattice/columns.hpp"
-#include "network/footprint.hpp"
+#include "network/migrate.hpp"
 
 namespace bs {
 

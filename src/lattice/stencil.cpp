@@ -1,4 +1,4 @@
-#include "lattice/stencil.hpp"
+#include "lattice/generator.hpp"
 
 #include <cmath>
 

@@ -1,8 +1,8 @@
 #include "network/interactions.hpp"
 #include <algorithm>
 #include <tuple>
-#include "lattice/interaction_schemas.hpp"
-#include "network/exchange.hpp"
+#include "lattice/spring_laws.hpp"
+#include "network/migrate.hpp"
 
 namespace bs {
 

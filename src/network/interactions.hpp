@@ -1,14 +1,14 @@
 // Interactions of several particles on their way to the ranks that own an end of them.
 #pragma once
 #include <vector>
-#include "lattice/interaction_schemas.hpp"
+#include "lattice/spring_laws.hpp"
 #include "network/migrate.hpp"
 
 namespace bs {
 
 /// An interaction as the owner of one of its ends gets it.
 struct InteractionRecord {
-  std::int64_t row, end[MOST_ENDS];  ///< keys (image.hpp), of images as seen from the rank's own end
+  std::int64_t row, end[MOST_ENDS];  ///< keys, of images as seen from the rank's own end
   double parameter[MOST_INTERACTION_PARAMETERS];
   int owned;  ///< which end is this rank's
 };

@@ -9,7 +9,6 @@
 #include "network/interactions.hpp"
 #include "network/migrate.hpp"
 #include "network/partition.hpp"
-#include "network/row_index.hpp"
 
 namespace bs {
 

@@ -20,7 +20,6 @@
 #include "base/text.hpp"
 #include "output/fresh_file.hpp"
 #include "output/h5.hpp"
-#include "output/space.hpp"
 #include "output/xdmf.hpp"
 
 namespace bs {

@@ -8,7 +8,7 @@
 
 #include "base/error.hpp"
 #include "output/frame_file.hpp"
-#include "output/last_write.hpp"
+#include "output/h5.hpp"
 
 namespace bs {
 

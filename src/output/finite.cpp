@@ -1,4 +1,4 @@
-#include "output/finite.hpp"
+#include "output/tables.hpp"
 
 #include <algorithm>
 #include <cmath>

@@ -8,7 +8,6 @@
 
 #include "base/error.hpp"
 #include "output/h5.hpp"
-#include "output/last_write.hpp"
 
 namespace bs {
 

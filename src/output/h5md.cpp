@@ -1,4 +1,4 @@
-#include "output/h5md.hpp"
+#include "output/frame_file.hpp"
 
 #include <map>
 

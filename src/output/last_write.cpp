@@ -1,4 +1,4 @@
-#include "output/last_write.hpp"
+#include "output/h5.hpp"
 
 #include <fcntl.h>
 #include <sys/stat.h>
@@ -8,8 +8,6 @@
 #include <cerrno>
 #include <cstring>
 #include <vector>
-
-#include "output/h5.hpp"
 
 namespace bs {
 

@@ -2,8 +2,8 @@
 #include <algorithm>
 #include "base/error.hpp"
 #include "output/frame_file.hpp"
+#include "output/fresh_file.hpp"
 #include "output/h5.hpp"
-#include "output/space.hpp"
 
 namespace bs {
 

@@ -1,11 +1,11 @@
 // Datasets of the trajectory that PETSc's viewer cannot write: growing columns, and tables written once.
 #pragma once
 #include <petscsys.h>
-
 #include <string>
-
+#include <vector>
 #include "output/h5.hpp"
 #include "systems/model.hpp"
+#include "systems/system.hpp"
 
 namespace bs {
 
@@ -48,5 +48,14 @@ PetscErrorCode write_table(hid_t file, const Dataset& table);
 
 /// Collective. The same into the dataset that is there, which has the table's shape.
 PetscErrorCode refill_table(hid_t file, const Dataset& table);
+
+// Nothing that is not finite is written.
+
+/// Collective. The first quantity of a frame that is not finite, with its row, in words; empty: all of it is finite.
+PetscErrorCode find_not_finite(MPI_Comm comm, const std::vector<Field>& fields, const std::vector<Observable>& observables, std::string* what);
+
+/// Collective. Ends the run with exit code 3 where a table, or a vector that is written under `name`, holds a number that is not finite.
+PetscErrorCode require_finite(MPI_Comm comm, const Dataset& table);
+PetscErrorCode require_finite(MPI_Comm comm, const std::string& name, Vec vec);
 
 }  // namespace bs

@@ -8,11 +8,10 @@
 #include <iterator>
 
 #include "base/error.hpp"
-#include "output/finite.hpp"
 #include "output/frame_file.hpp"
+#include "output/fresh_file.hpp"
 #include "output/h5.hpp"
-#include "output/h5md.hpp"
-#include "output/space.hpp"
+#include "output/tables.hpp"
 
 namespace bs {
 

@@ -36,8 +36,8 @@ class Library {
   bool mpi_ = false, petsc_ = false, there_ = false;
 };
 
-/// On several ranks PTScotch divides the lattice among them; its threads make that, and so the last digits, differ from run to run unless
-/// SCOTCH_PTHREAD_NUMBER=1 is in the environment, where the program puts it.
+/// On several ranks PTScotch divides the lattice among them. Its threads make that, and so the last digits, differ from run to run unless
+/// SCOTCH_PTHREAD_NUMBER=1 is in the environment, where the program puts it; its random numbers go on from one lattice of a process to the next.
 /// Everything is collective on the session's communicator but what says otherwise. An Error without text is none. After an error of one rank alone
 /// (base/error.hpp) the ranks are no longer together: the caller has to end them.
 class Session {

@@ -10,7 +10,6 @@
 #include "base/handle.hpp"
 #include "base/options.hpp"
 #include "output/fresh_file.hpp"
-#include "output/space.hpp"
 #include "systems/mechanics.hpp"
 
 namespace bs {

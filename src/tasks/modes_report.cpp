@@ -3,8 +3,8 @@
 #include <cmath>
 #include <limits>
 #include "base/error.hpp"
-#include "output/finite.hpp"
 #include "output/report.hpp"
+#include "output/tables.hpp"
 #include "systems/breaks.hpp"
 #include "tasks/modes.hpp"
 

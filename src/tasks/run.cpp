@@ -2,7 +2,7 @@
 #include <algorithm>
 #include <cmath>
 #include "base/error.hpp"
-#include "output/finite.hpp"
+#include "output/tables.hpp"
 #include "systems/breaks.hpp"
 #include "systems/mechanics.hpp"
 #include "tasks/statics/box_stress.hpp"

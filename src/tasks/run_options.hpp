@@ -5,8 +5,8 @@
 #include "output/trajectory.hpp"
 #include "tasks/adviser.hpp"
 #include "tasks/saving.hpp"
+#include "time/method_check.hpp"
 #include "time/stepper.hpp"
-#include "time/tolerances.hpp"
 
 namespace bs {
 

@@ -5,7 +5,7 @@
 #include "systems/breaks.hpp"
 #include "tasks/run.hpp"
 #include "tasks/unused_options.hpp"
-#include "time/implicit/linear_defaults.hpp"
+#include "time/implicit/solver_setup.hpp"
 
 namespace bs {
 

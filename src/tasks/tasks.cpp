@@ -2,13 +2,13 @@
 #include <string>
 #include "base/options.hpp"
 #include "linalg/condensed/condensed.hpp"
-#include "solvers/newton/search/searches.hpp"
+#include "solvers/newton/search/energy.hpp"
 #include "systems/create.hpp"
 #include "tasks/modes.hpp"
 #include "tasks/run.hpp"
 #include "tasks/statics/statics.hpp"
-#include "time/alpha2.hpp"
 #include "time/methods.hpp"
+#include "time/own_type.hpp"
 
 namespace bs {
 

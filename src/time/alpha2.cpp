@@ -1,4 +1,3 @@
-#include "time/alpha2.hpp"
 #include <array>
 #include <utility>
 #include "systems/layout.hpp"

@@ -2,7 +2,7 @@
 #include <algorithm>
 #include "base/error.hpp"
 #include "time/methods.hpp"
-#include "time/replay.hpp"
+#include "time/starter.hpp"
 
 namespace bs {
 

@@ -2,7 +2,7 @@
 #include <strings.h>
 #include <cstring>
 #include <string>
-#include "time/alpha2.hpp"
+#include "time/own_type.hpp"
 
 namespace bs {
 

@@ -9,8 +9,6 @@
 #include "time/history.hpp"
 #include "time/implicit/linear_reuse.hpp"
 #include "time/rejections.hpp"
-#include "time/stepping/output_clock.hpp"
-#include "time/stepping/step_counts.hpp"
 #include "time/stepping/step_length.hpp"
 #include "time/ts_setup.hpp"
 

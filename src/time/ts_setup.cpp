@@ -2,11 +2,11 @@
 #include "base/error.hpp"
 #include "linalg/condensed/condensed.hpp"
 #include "linalg/solver_options.hpp"
-#include "solvers/newton/search/searches.hpp"
-#include "time/alpha2.hpp"
-#include "time/implicit/linear_defaults.hpp"
+#include "solvers/newton/search/energy.hpp"
+#include "time/implicit/solver_setup.hpp"
 #include "time/method_check.hpp"
 #include "time/methods.hpp"
+#include "time/own_type.hpp"
 
 namespace bs {
 namespace {

@@ -6,7 +6,6 @@
 #include "solvers/newton/convergence.hpp"
 #include "systems/model.hpp"
 #include "time/implicit/predictor.hpp"
-#include "time/implicit/rosenbrock.hpp"
 #include "time/methods.hpp"
 
 namespace bs {

@@ -15,7 +15,7 @@
 #pragma once
 #include <tuple>
 #include <type_traits>
-#include "lattice/interaction_schemas.hpp"
+#include "lattice/spring_laws.hpp"
 #include "physics/quadruple/hinge.hpp"
 #include "physics/triple/angle_spring.hpp"
 

@@ -11,7 +11,7 @@
 #include <cmath>
 #include <limits>
 
-#include "lattice/interaction_schemas.hpp"
+#include "lattice/spring_laws.hpp"
 #include "physics/vector.hpp"
 
 namespace bs {

@@ -4,7 +4,6 @@
 #include <cstring>
 #include "base/rounding.hpp"
 #include "solvers/newton/search/energy.hpp"
-#include "solvers/newton/search/searches.hpp"
 
 namespace bs {
 
@@ -66,7 +65,7 @@ PetscErrorCode NewtonPolicy::set_forcing(SNES snes, PetscInt it, const ResidualN
 
 // The norms over everything may have converged for the sake of the heaviest or stiffest part alone: no particle may be left
 // with forces that stand for a velocity error of more than PART of the largest speed, or a hundred rtol. One pass over two vectors, made only
-// where the norms are content.
+// where the norms have converged.
 PetscErrorCode NewtonPolicy::all_particles_converged(SNES snes, double rtol, bool* yes) {
   constexpr double PART = 1e-6;
   double worst = 0, fastest = 0;

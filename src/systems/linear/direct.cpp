@@ -1,4 +1,3 @@
-#include "systems/linear/direct.hpp"
 #include <algorithm>
 #include <cmath>
 #include <string>
@@ -7,6 +6,7 @@
 #include "base/factor_memory.hpp"
 #include "base/handle.hpp"
 #include "base/text.hpp"
+#include "systems/linear/system.hpp"
 
 namespace bs {
 

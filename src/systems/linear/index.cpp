@@ -5,7 +5,6 @@
 #include <cmath>
 #include <numeric>
 #include "base/handle.hpp"
-#include "systems/linear/direct.hpp"
 
 namespace bs {
 namespace {

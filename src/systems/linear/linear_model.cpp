@@ -3,6 +3,8 @@
 #include <cmath>
 #include "base/error.hpp"
 #include "base/memory.hpp"
+#include "base/options.hpp"
+#include "systems/linear/system.hpp"
 
 namespace bs {
 
@@ -145,6 +147,133 @@ PetscErrorCode LinearModel::covers(double, double t_end) {
 PetscErrorCode LinearModel::last_fault(std::string* text) {
   PetscFunctionBegin;
   text->clear();
+  PetscFunctionReturn(0);
+}
+
+// Reading a linear system, and what is to be known of it before the first step.
+
+PetscErrorCode LinearModel::create(MPI_Comm comm, std::unique_ptr<Model>* out) {
+  PetscFunctionBegin;
+  auto model = std::make_unique<LinearModel>();
+  PetscCall(model->read(comm));
+  *out = std::move(model);
+  PetscFunctionReturn(0);
+}
+
+PetscErrorCode LinearModel::read(MPI_Comm comm) {
+  SystemOptions options;
+  PetscInt columns = 0;
+  PetscBool help = PETSC_FALSE;
+  PetscFunctionBegin;
+  comm_ = comm;
+  PetscCall(PetscOptionsHasName(nullptr, nullptr, "-help", &help));
+  PetscCall(read_section(comm, "Linear system G x + C x' = B u(t)", [&](Section& o) {
+    options.read(o, help);
+    sources_.options(o);
+    o.flag("-bs_linear_dc", "start from the operating point: solve G x = B u at the initial time", dc_);
+    o.integer("-bs_linear_be_steps", "number of initial steps by backward Euler, before cn or theta; they damp the ringing after a jump",
+              startup_steps_, Range::nonnegative);
+    if (dc_ && !options.x0.empty()) o.fail("options -bs_linear_dc and -bs_linear_x0: give one of them");
+  }));
+  PetscCall(PetscOptionsGetReal(nullptr, nullptr, "-ts_init_time", &start_, nullptr));
+  PetscCall(load_system(comm, options, &system_));
+  if (system_.B) PetscCall(MatGetSize(system_.B, nullptr, &columns));
+  PetscCall(sources_.read(comm, columns, system_.source));
+  if (system_.B) PetscCall(MatCreateVecs(system_.B, u_.out(), Bu_.out()));
+  PetscCall(VecDuplicate(system_.x0, work_.out()));
+  PetscCall(MatNorm(system_.G, NORM_INFINITY, &norm_G_));
+  PetscCall(MatNorm(system_.C, NORM_INFINITY, &norm_C_));
+  PetscCall(inspect_C());
+  if (dc_) PetscCall(operating_point());
+  PetscFunctionReturn(0);
+}
+
+/// Is C diagonal, is it symmetric, how many of its rows are empty?
+PetscErrorCode LinearModel::inspect_C() {
+  PetscInt first, last;
+  PetscFunctionBegin;
+  PetscCall(VecDuplicate(system_.x0, diagonal_C_.out()));
+  PetscCall(MatGetDiagonal(system_.C, diagonal_C_));
+  PetscCall(MatGetOwnershipRange(system_.C, &first, &last));
+  std::int64_t count[2] = {0, 0};  // entries off the diagonal, empty rows
+  for (PetscInt i = first; i < last; ++i) {
+    PetscInt n;
+    const PetscInt* columns;
+    const PetscScalar* values;
+    bool empty = true;
+    PetscCall(MatGetRow(system_.C, i, &n, &columns, &values));
+    for (PetscInt k = 0; k < n; ++k) {
+      if (values[k] != 0) empty = false;
+      if (values[k] != 0 && columns[k] != i) ++count[0];
+    }
+    PetscCall(MatRestoreRow(system_.C, i, &n, &columns, &values));
+    count[1] += empty;
+  }
+  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, count, 2, MPI_INT64_T, MPI_SUM, comm_));
+  diagonal_ = symmetric_ = count[0] == 0;
+  zero_rows_ = count[1];
+  if (diagonal_) PetscFunctionReturn(0);
+  // x'C y = y'C x for two vectors that share no direction with anything
+  PetscRandom random;
+  VecHandle x, y;
+  PetscScalar a, b;
+  PetscReal size;
+  PetscCall(PetscRandomCreate(comm_, &random));
+  PetscCall(VecDuplicate(system_.x0, x.out()));
+  PetscCall(VecDuplicate(system_.x0, y.out()));
+  PetscCall(VecSetRandom(x, random));
+  PetscCall(VecSetRandom(y, random));
+  PetscCall(PetscRandomDestroy(&random));
+  PetscCall(MatMult(system_.C, y, work_));
+  PetscCall(VecDot(work_, x, &a));
+  PetscCall(VecNorm(work_, NORM_2, &size));
+  PetscCall(MatMult(system_.C, x, work_));
+  PetscCall(VecDot(work_, y, &b));
+  PetscReal length;
+  PetscCall(VecNorm(x, NORM_2, &length));
+  symmetric_ = std::abs(a - b) <= 1e-12 * size * length;
+  PetscFunctionReturn(0);
+}
+
+// G x = B u(start)
+PetscErrorCode LinearModel::operating_point() {
+  KSPHandle ksp;
+  bool singular = false;
+  PetscFunctionBegin;
+  PetscCall(create_direct(comm_, system_.G, "linear_dc_", ksp.out()));
+  PetscCall(is_singular(ksp, &singular));
+  if (singular) PetscCall(fail(comm_, Exit::input, "option -bs_linear_dc: G is singular, there is no operating point: give -bs_linear_x0 instead"));
+  PetscCall(require_solver(ksp, "linear_dc_"));
+  PetscCall(KSPSetErrorIfNotConverged(ksp, PETSC_TRUE));
+  PetscCall(VecZeroEntries(work_));
+  PetscCall(add_sources(start_, 1, work_));
+  PetscCall(KSPSolve(ksp, work_, system_.x0));
+  PetscFunctionReturn(0);
+}
+
+/// Ends the run with exit code 2 if the options make `ksp` a solver that does not solve the system.
+PetscErrorCode LinearModel::require_solver(KSP ksp, const char* prefix) {
+  std::string refusal;
+  PetscFunctionBegin;
+  PetscCall(refusal_of(ksp, prefix, &refusal));
+  if (!refusal.empty()) PetscCall(fail(comm_, Exit::input, refusal));
+  PetscFunctionReturn(0);
+}
+
+PetscErrorCode LinearModel::invert_C(const Plan& plan) {
+  bool singular = false;
+  PetscFunctionBegin;
+  if (diagonal_ && zero_rows_ == 0) PetscFunctionReturn(0);
+  if (zero_rows_ == 0) {
+    PetscCall(create_direct(comm_, system_.C, "linear_c_", C_solver_.out()));
+    PetscCall(is_singular(C_solver_, &singular));
+    if (!singular) PetscCall(require_solver(C_solver_, "linear_c_"));
+    PetscCall(KSPSetErrorIfNotConverged(C_solver_, PETSC_TRUE));
+  }
+  if (zero_rows_ > 0 || singular)
+    PetscCall(fail(comm_, Exit::input,
+                   "C is singular" + (zero_rows_ > 0 ? format(" (%lld empty rows)", static_cast<long long>(zero_rows_)) : std::string()) + ": " +
+                       plan.method + " needs C^-1: use -ts_type beuler, cn, theta or bdf"));
   PetscFunctionReturn(0);
 }
 

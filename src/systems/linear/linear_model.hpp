@@ -1,7 +1,6 @@
 // Linear time-invariant systems G x + C x' = B u(t) as a Model; C may be singular.
 #pragma once
 #include <memory>
-#include "systems/linear/sources.hpp"
 #include "systems/linear/system.hpp"
 #include "systems/model.hpp"
 

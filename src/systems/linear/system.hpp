@@ -1,10 +1,14 @@
-// The matrices of G x + C x' = B u(t), from files or a generator.
+// The matrices of G x + C x' = B u(t), from files or a generator, its sources, and direct solvers for it.
 #pragma once
+#include <petscksp.h>
 #include <petscmat.h>
+#include <petscsys.h>
 #include <string>
 #include <vector>
 #include "base/handle.hpp"
 #include "base/options.hpp"
+#include "lattice/csv_table.hpp"
+#include "systems/linear/waveform.hpp"
 
 namespace bs {
 
@@ -42,5 +46,45 @@ struct PencilIndex {
 /// regular. `higher` stays false where this test is too expensive: beyond 100,000 states, or where C couples more than 300 rows with
 /// each other.
 PetscErrorCode find_index(Mat G, Mat C, PencilIndex* out);
+
+// u(t) of a linear system: waveforms or a table, one column of B each.
+
+class Sources {
+ public:
+  void options(Section& section);
+  /// Collective. Reads what the options name, for `columns` columns of B; `preset` where no option was given (may be
+  /// empty: then a source must be given if B has columns). Ends the run with exit code 2 if the numbers do not match.
+  PetscErrorCode read(MPI_Comm comm, std::int64_t columns, const std::string& preset);
+  std::size_t count() const { return waves_.empty() ? columns_ : waves_.size(); }
+  /// u_k(t). A table holds its first and last value outside its times (covers() refuses such runs).
+  double at(std::size_t column, double t) const;
+  bool constant() const;
+  /// Empty if the table reaches from `start` to `end`, or one line of error.
+  std::string covers(double start, double end) const;
+  std::string describe() const;
+
+ private:
+  std::string text_, file_;
+  int hold_ = 0;
+  std::vector<Waveform> waves_;
+  CsvTable table_;
+  std::size_t columns_ = 0;
+};
+
+// Direct solvers: one with pivoting, and a test for singular matrices.
+
+/// Collective. `ksp` solves with `A` by one sparse LU with pivoting (MUMPS), options with `prefix`; set up on return.
+PetscErrorCode create_direct(MPI_Comm comm, Mat A, const char* prefix, KSP* ksp);
+
+/// Collective. Whether the direct solver of `ksp`, which is set up, has failed, or returns a known solution with not one
+/// right digit in units in which A's columns have size 1: then A is singular to working precision. False for others.
+PetscErrorCode is_singular(KSP ksp, bool* singular);
+
+/// Collective. What a solver that takes its preconditioner for the inverse (preonly, none direct) leaves of a right side; 0 for others,
+/// whose own test of convergence judges them.
+PetscErrorCode trial_residual(KSP ksp, double* left);
+
+/// Collective. The same as one line of error, empty if it solves. `prefix` of its options.
+PetscErrorCode refusal_of(KSP ksp, const char* prefix, std::string* text);
 
 }  // namespace bs

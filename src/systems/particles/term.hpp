@@ -2,9 +2,9 @@
 #pragma once
 #include <string>
 #include <vector>
+#include "linalg/sparse_blocks.hpp"
 #include "systems/incremental.hpp"
 #include "systems/mechanics.hpp"
-#include "linalg/sparse_blocks.hpp"
 #include "systems/particles/local_state.hpp"
 #include "systems/particles/row_pattern.hpp"
 

@@ -26,7 +26,7 @@ PetscErrorCode Avalanche::read() {
 }
 
 /// A long avalanche does not keep a run from being stopped.
-PetscErrorCode Avalanche::look_for_signal() {
+PetscErrorCode Avalanche::check_for_signal() {
   int signal = ending_signal(model_.comm());
   PetscFunctionBegin;
   PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &signal, 1, MPI_INT, MPI_MAX, model_.comm()));
@@ -90,7 +90,7 @@ PetscErrorCode Avalanche::follow(double factor, Vec y, const Frame& frame, bool*
     }
     const double before = now.kinetic;
     PetscCall(move(factor, h, y, &now, good));
-    PetscCall(look_for_signal());
+    PetscCall(check_for_signal());
     if (interrupted_) break;
     cuts = *good ? 0 : cuts + 1;
     if (!*good) {
@@ -116,7 +116,7 @@ PetscErrorCode Avalanche::settle(double factor, Vec y, const Frame& frame, bool*
   *settled = false;
   while (breaks.broke() > 0) {
     bool good = true;
-    PetscCall(look_for_signal());
+    PetscCall(check_for_signal());
     if (interrupted_) PetscFunctionReturn(0);
     broken += breaks.broke();
     if (options_.dynamics) PetscCall(follow(factor, y, frame, &good));

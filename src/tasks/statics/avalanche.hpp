@@ -31,7 +31,7 @@ class Avalanche {
   PetscErrorCode relax(double factor, Vec y, bool* good);
   PetscErrorCode follow(double factor, Vec y, const Frame& frame, bool* good);
   PetscErrorCode move(double factor, double h, Vec y, HeldEnergies* now, bool* good);
-  PetscErrorCode look_for_signal();
+  PetscErrorCode check_for_signal();
 
   Equilibrium& model_;
   PseudoTime& solver_;

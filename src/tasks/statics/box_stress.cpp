@@ -84,7 +84,7 @@ double BoxStress::flow_size(const std::vector<double>& step) const {
 
 // Where the box is not stable, or Newton's step is long, the box changes by STEP at most. Stresses that are 0 beside those of single springs are
 // met where no change of the box that rounding knows would bring them nearer.
-PetscErrorCode BoxStress::judge(Vec X, Look* out) {
+PetscErrorCode BoxStress::judge(Vec X, Trial* out) {
   constexpr double STEP = 0.02, LONGEST = 0.1, ROUNDING = 1e-13, LEAST = 1e-14;
   const std::size_t n = free_.size();
   std::vector<double> A, left;
@@ -112,7 +112,7 @@ PetscErrorCode BoxStress::judge(Vec X, Look* out) {
 }
 
 /// From the last good equilibrium: strains by `part` of the step, particles by L x and what they relax under it.
-PetscErrorCode BoxStress::move(const Look& from, double part, Vec X) {
+PetscErrorCode BoxStress::move(const Trial& from, double part, Vec X) {
   const Layout at = model_->mechanics()->layout();
   const int d = model_->dim();
   const StrainResponse& strained = relaxed_.strained();
@@ -183,7 +183,7 @@ PetscErrorCode BoxStress::iterate(SNES snes, bool* found) {
   constexpr int MOST = 60, MOST_CUTS = 8;
   constexpr double TWOFOLD = 2;
   Vec X = snes->vec_sol;
-  Look good, now;
+  Trial good, now;
   double part = 1;
   int cuts = 0;
   bool has = false;

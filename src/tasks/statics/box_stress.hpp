@@ -34,7 +34,7 @@ class BoxStress {
 
  private:
   /// The equilibrium at given strains.
-  struct Look {
+  struct Trial {
     double worst = 0;  ///< of what is missing to the given stresses
     bool met = false;  ///< they are
     BoxState state = BoxState::neutral;
@@ -43,10 +43,10 @@ class BoxStress {
   };
   PetscErrorCode begin_step();
   PetscErrorCode iterate(SNES snes, bool* found);
-  PetscErrorCode judge(Vec X, Look* out);
+  PetscErrorCode judge(Vec X, Trial* out);
   double missing(const StrainResponse& at, const std::vector<FreeStrain>& free, std::vector<double>* each, double* scale) const;
   double flow_size(const std::vector<double>& step) const;
-  PetscErrorCode move(const Look& from, double part, Vec X);
+  PetscErrorCode move(const Trial& from, double part, Vec X);
   PetscErrorCode refuse(SNES snes, const char* why);
 
   TS ts_ = nullptr;

@@ -1,9 +1,9 @@
-#include "tasks/statics/load_options.hpp"
 #include <string>
 #include <utility>
 #include <vector>
 #include "base/error.hpp"
 #include "base/options.hpp"
+#include "tasks/statics/statics.hpp"
 
 namespace bs {
 

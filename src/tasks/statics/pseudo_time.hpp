@@ -1,6 +1,9 @@
 // Pseudo-transient continuation: what Newton's method for an equilibrium does where it has failed.
 #pragma once
 #include <petscts.h>
+#include <cstdint>
+#include <vector>
+#include "base/warnings.hpp"
 #include "systems/equilibrium.hpp"
 #include "time/ts_setup.hpp"
 
@@ -42,6 +45,27 @@ class PseudoTime {
   VecHandle room_;
   PetscErrorCode (*newton_)(SNES) = nullptr;
   std::int64_t solves_ = 0;
+};
+
+// The start of a static analysis: the lattice as it was given need not be in equilibrium.
+
+/// Before the first load step the lattice comes to rest under the loads of the load factor 0. What it gives up on the way is released, not work of
+/// the loads, and load steps lead from equilibrium to equilibrium from the first one on. Where no such equilibrium is found the first step starts
+/// from the lattice as it is given.
+class RestStart {
+ public:
+  /// Collective. Before the first step of `ts`; its state becomes the equilibrium. The factor of `model` is 0 afterwards.
+  PetscErrorCode find(TS ts, TSContext& context, Equilibrium& model, PseudoTime& solver);
+  bool tried() const { return tried_; }
+  bool found() const { return found_; }
+  void count(std::vector<Tally>* out) const;
+  PetscErrorCode warn(Warnings* warnings) const;
+  void save(Facts* facts) const;
+  void restore(const Facts& facts);
+
+ private:
+  bool tried_ = false, found_ = false;
+  std::int64_t iterations_ = 0;  ///< of Newton's method
 };
 
 }  // namespace bs

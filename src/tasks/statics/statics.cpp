@@ -15,9 +15,7 @@
 #include "tasks/statics/arc_length.hpp"
 #include "tasks/statics/avalanche.hpp"
 #include "tasks/statics/box_stress.hpp"
-#include "tasks/statics/load_options.hpp"
 #include "tasks/statics/pseudo_time.hpp"
-#include "tasks/statics/rest_start.hpp"
 #include "tasks/statics/snap_through.hpp"
 #include "tasks/statics/stability.hpp"
 

@@ -1,6 +1,8 @@
 // The initial guess of Newton's method: at the last state, or at the state the last two velocities point to where that is closer.
 #pragma once
 #include <petscts.h>
+#include <vector>
+#include "base/handle.hpp"
 #include "solvers/newton/convergence.hpp"
 #include "systems/model.hpp"
 #include "time/history.hpp"
@@ -25,6 +27,46 @@ class Predictor {
   NewtonPolicy* newton_ = nullptr;
   const History* history_ = nullptr;
   double theta_ = 1;
+};
+
+// Additions to PETSc's rosw: the time derivative of F in every stage, and one Jacobian for all stages of a step.
+
+/// A Rosenbrock step with J at (t_n, y_n) solves in every stage, u_i its unknown,
+///   F(t_n + alpha_i h, y_i + u_i, sigma u_i + ...) + gamma_i h dF/dt(t_n, y_n) = 0,   gamma_i = sum_j gamma_ij,
+/// as it would with t a further unknown of an autonomous system. PETSc leaves the last term out, without which most
+/// subtypes fall to order 1 where F depends on t. Methods of types other than rosw do nothing.
+class RosenbrockStages {
+ public:
+  /// Collective. `ts` has its type and subtype. Does nothing for other types than rosw.
+  PetscErrorCode attach(TS ts, Model& model, Form form);
+  bool active() const { return active_; }
+  /// Whether a stage is explicit: it multiplies by the Jacobian's matrix, which must be there.
+  bool has_explicit_stage() const { return explicit_; }
+  /// Whether the Jacobian is evaluated at more than the first stage.
+  bool has_own_matrices() const { return explicit_ || uneven_; }
+  /// Whether a stage lies before the step.
+  bool looks_back() const { return looks_back_; }
+  /// Brings *t into the present step.
+  static PetscErrorCode limit_time(TS ts, PetscReal* t);
+  /// Before each stage.
+  PetscErrorCode before_stage(TS ts);
+  /// Adds the term of the present stage to F.
+  PetscErrorCode add_time_term(TS ts, Vec F);
+
+ private:
+  PetscErrorCode probe(const char* subtype);
+  PetscErrorCode differentiate(TS ts);
+
+  Model* model_ = nullptr;
+  Form form_ = Form::momentum;
+  bool active_ = false, explicit_ = false;
+  bool uneven_ = false;  ///< gamma_ii, and with it the shift sigma, differs from stage to stage
+  bool looks_back_ = false;
+  bool fresh_ = false;         ///< rate_ is that of this attempt
+  std::vector<double> gamma_;  ///< gamma_i
+  std::size_t stage_ = 0;
+  PetscInt step_ = -1, rejected_ = -1;  ///< of the attempt under way
+  VecHandle rate_, still_, trial_[5];   ///< dF/dt; y' = 0; F at five times
 };
 
 }  // namespace bs

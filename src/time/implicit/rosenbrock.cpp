@@ -1,7 +1,7 @@
-#include "time/implicit/rosenbrock.hpp"
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include "time/implicit/predictor.hpp"
 #include "time/methods.hpp"
 
 namespace bs {
@@ -141,8 +141,9 @@ PetscErrorCode RosenbrockStages::before_stage(TS ts) {
   PetscFunctionReturn(0);
 }
 
-/// dF/dt at (t_n, y_n, y' = 0) by differences to the right over 4/1000 of the step: of fourth order where F is smooth; where
-/// a source or its slope jumps meanwhile, the smallest of the four slopes.
+/// dF/dt at (t_n, y_n, y' = 0) by differences to the right over 4/1000 of the step: of fourth order where F is smooth; where a source or its slope
+/// jumps meanwhile, the smallest of the four slopes. Smooth: the slopes differ little from one another, or change evenly (near a time where dF/dt is
+/// 0): their second differences are within a quarter of their range, while a jump or a kink makes them at least a third.
 PetscErrorCode RosenbrockStages::differentiate(TS ts) {
   PetscReal t, h;
   Vec y;
@@ -163,7 +164,8 @@ PetscErrorCode RosenbrockStages::differentiate(TS ts) {
     for (std::size_t k = 0; k < 4; ++k) slope[k] = (f[k + 1][i] - f[k][i]) / delta;
     const auto [low, high] = std::minmax_element(slope.begin(), slope.end());
     const double least = std::abs(*low) < std::abs(*high) ? *low : *high, most = std::max(std::abs(*low), std::abs(*high));
-    const bool smooth = *low * *high > 0 && most <= 2 * std::abs(least);
+    const double bend = std::max(std::abs(slope[2] - 2 * slope[1] + slope[0]), std::abs(slope[3] - 2 * slope[2] + slope[1]));
+    const bool smooth = (*low * *high > 0 && most <= 2 * std::abs(least)) || bend <= 0.25 * (*high - *low);
     rate[i] = !smooth ? *std::min_element(slope.begin(), slope.end(), [](double a, double b) { return std::abs(a) < std::abs(b); })
                       : (25 * slope[0] - 23 * slope[1] + 13 * slope[2] - 3 * slope[3]) / 12;
   }

@@ -5,6 +5,7 @@
 #include "base/text.hpp"
 
 namespace bs {
+
 namespace {
 
 constexpr double SAME = SAME_STEP;
@@ -86,6 +87,19 @@ std::string StepLength::restore(const Facts& facts) {
   if (same && facts.whole.count("good_awaited")) awaited_ = std::max(facts.whole.at("good_awaited"), rules_.grow_after);
   if (same && facts.real.count("grown_from")) grown_from_ = facts.real.at("grown_from");
   return same ? std::string() : format("the step is -ts_dt %g; it was %g", nominal_, was);
+}
+
+double OutputClock::next(double time) const {
+  if (interval_ <= 0) return end_;
+  double next = start_ + static_cast<double>(frame_) * interval_;
+  // k*interval may lie a rounding error before the end
+  if (next > end_ || std::abs(next - end_) <= SAME_STEP * interval_) next = end_;
+  return std::max(next, time);
+}
+
+void OutputClock::restore(const Facts& facts, double time) {
+  start_ = facts.real.at("start");
+  if (interval_ > 0) frame_ = static_cast<std::int64_t>(std::floor((time - start_) / interval_ * (1 + 1e-14) + 1e-9)) + 1;
 }
 
 }  // namespace bs

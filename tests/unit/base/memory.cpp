@@ -10,7 +10,7 @@
 #include "base/error.hpp"
 #include "base/memory.hpp"
 #include "lattice/generator.hpp"
-#include "network/footprint.hpp"
+#include "network/migrate.hpp"
 #include "spoken.hpp"
 
 using namespace bs;

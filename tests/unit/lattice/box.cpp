@@ -4,7 +4,7 @@
 #include <random>
 
 #include "lattice/box.hpp"
-#include "network/image.hpp"
+#include "network/migrate.hpp"
 
 using namespace bs;
 

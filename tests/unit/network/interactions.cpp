@@ -2,7 +2,7 @@
 #include "network/interactions.hpp"
 #include <algorithm>
 #include <catch2/catch.hpp>
-#include "lattice/interaction_schemas.hpp"
+#include "lattice/spring_laws.hpp"
 #include "small_network.hpp"
 
 using namespace bs;

@@ -8,7 +8,7 @@
 #include "input/remote.hpp"
 #include "lattice/generator.hpp"
 #include "lattice/random.hpp"
-#include "network/row_index.hpp"
+#include "network/partition.hpp"
 #include "physics/pair/springs/registry.hpp"
 #include "systems/particles/condensed/graph.hpp"
 

@@ -3,6 +3,7 @@
 #include <petscsys.h>
 #include <catch2/catch.hpp>
 #include <cstdlib>
+#include "tasks/tasks.hpp"
 
 int main(int argc, char** argv) {
   setenv("SCOTCH_PTHREAD_NUMBER", "1", 0);  // as the program: PTScotch's threads make partitions differ from run to run
@@ -10,7 +11,7 @@ int main(int argc, char** argv) {
   int fake_argc = 1;
   char* fake_args[] = {argv[0], nullptr};
   char** fake_argv = fake_args;
-  if (PetscInitialize(&fake_argc, &fake_argv, nullptr, nullptr)) return 1;
+  if (PetscInitialize(&fake_argc, &fake_argv, nullptr, nullptr) || bs::register_types()) return 1;
   int failed = Catch::Session().run(argc, argv), any = 0;
   MPI_Allreduce(&failed, &any, 1, MPI_INT, MPI_MAX, PETSC_COMM_WORLD);
   if (PetscFinalize()) return 1;

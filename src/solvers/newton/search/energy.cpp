@@ -1,7 +1,6 @@
 #include "solvers/newton/search/energy.hpp"
 #include <algorithm>
 #include <cmath>
-#include "solvers/newton/search/searches.hpp"
 
 namespace bs {
 namespace {

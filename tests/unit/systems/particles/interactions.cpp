@@ -2,7 +2,7 @@
 #include <algorithm>
 #include <random>
 #include "condensed_case.hpp"
-#include "lattice/interaction_schemas.hpp"
+#include "lattice/spring_laws.hpp"
 #include "systems/particles/particle_potential.hpp"
 
 using namespace bs;

@@ -2,7 +2,6 @@
 #include <catch2/catch.hpp>
 
 #include "base/rounding.hpp"
-#include "time/stepping/output_clock.hpp"
 #include "time/stepping/step_length.hpp"
 
 using namespace bs;

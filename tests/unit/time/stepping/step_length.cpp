@@ -3,7 +3,6 @@
 
 #include <cmath>
 
-#include "time/stepping/output_clock.hpp"
 #include "time/stepping/step_length.hpp"
 
 using namespace bs;

@@ -3,7 +3,6 @@
 #include <functional>
 #include <limits>
 #include "small_model.hpp"
-#include "solvers/newton/search/searches.hpp"
 #include "spoken.hpp"
 
 using namespace bs;
