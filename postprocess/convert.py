@@ -2,6 +2,7 @@
 """Converts meshes to lattices that backspring reads, and trajectories to files other programs read.
 
   postprocess/convert.py bunny.ply -o bunny.h5 --stiffness 100 --total_mass 0.5 --fixed zmin
+  postprocess/convert.py truss.msh -o truss.h5 --youngs 210e9 --area 1e-3 --density 7850 --fixed supports --dim 3
   postprocess/convert.py data.network -o network.h5 --units lj      LAMMPS: springs and masses are in the file
   postprocess/convert.py 1ubi.pdb -o 1ubi.h5 --cutoff 15            C-alpha atoms, springs between all closer than that
   postprocess/convert.py run.h5md -o run.xyz                        extended XYZ, all frames (OVITO, ASE)
@@ -30,7 +31,8 @@ from exports import write_atomically, write_gsd, write_nanometres, write_xyz  # 
 from lammps_data import is_lammps  # noqa: E402
 from lammps_units import UNITS  # noqa: E402
 from lammps_write import write_data, write_dump  # noqa: E402
-from lattices import FACES, to_lattice  # noqa: E402
+from lattices import to_lattice  # noqa: E402
+from selection import HELP  # noqa: E402
 from vtk_files import DAMPING_LAWS, LAWS, write_pvd, write_vtp, write_vtu  # noqa: E402
 import features  # noqa: E402
 
@@ -94,9 +96,11 @@ def parse(argv=None):
     mesh.add_argument("--total_mass", type=float, help="of all particles, in equal shares [kg]")
     mesh.add_argument("--spring_law", choices=LAWS, help="of all springs (default: what the file says, else hooke); what polynomial, plastic and maxwell take besides is given by the program's options -bs_spring_...")
     mesh.add_argument("--damping_law", choices=DAMPING_LAWS, help="of all dampers (default: what the file says, else axial)")
-    mesh.add_argument("--fixed", type=lambda s: s.split(","), default=[], metavar="FACE,...",
-                      help="faces of the bounding box held still: " + " ".join(FACES))
-    mesh.add_argument("--dim", type=int, choices=(1, 2, 3), help="dimension (default 2 for flat meshes z = const, else 3)")
+    mesh.add_argument("--youngs", type=float, metavar="E", help="Young's modulus of bars [Pa], with --area: every spring has k = E A/L, under strain K = E A")
+    mesh.add_argument("--area", type=float, metavar="A", help="cross section of bars [m^2], for --youngs and --density")
+    mesh.add_argument("--density", type=float, metavar="RHO", help="of bars [kg/m^3], with --area: every spring gives each of its ends half of rho A L")
+    mesh.add_argument("--fixed", default="", metavar="WHAT,...", help="particles held still: " + HELP)
+    mesh.add_argument("--dim", type=int, choices=(1, 2, 3), help="dimension (default 2 for flat meshes z = const, else 3; 3 keeps a flat mesh in space)")
     mesh.add_argument("--merge", type=float, default=0.0, metavar="EPS", help="one point for points closer than EPS")
     mesh.add_argument("--keep_unused", action="store_true", help="keep points that belong to no element")
     mesh.add_argument("--rest_length", type=float, help="of every spring [m] (default: what the file says, else as they lie)")
@@ -122,6 +126,21 @@ def parse(argv=None):
     return p.parse_args(argv)
 
 
+def check_numbers(args):
+    for name in ("stiffness", "damping", "mass", "total_mass", "merge", "rest_length", "cutoff", "youngs", "area", "density"):
+        value, positive = getattr(args, name), name not in ("stiffness", "damping", "merge", "rest_length")
+        if value is not None and not (np.isfinite(value) and (value > 0 if positive else value >= 0)):
+            raise RunError(f"--{name} {value}: must be " + ("positive" if positive else "0 or more"))
+    for name, other in (("youngs", "stiffness"), ("density", "mass"), ("density", "total_mass"), ("mass", "total_mass")):
+        if getattr(args, name) is not None and getattr(args, other) is not None:
+            raise RunError(f"--{name} and --{other} say the same; give one of them")
+    for name in ("youngs", "density"):
+        if getattr(args, name) is not None and args.area is None:
+            raise RunError(f"--{name} needs the cross section of the bars: add --area A [m^2]")
+    if args.area is not None and args.youngs is None and args.density is None:
+        raise RunError("--area is for --youngs and --density: add one of them")
+
+
 def main(argv=None):
     args = parse(argv)
     if not os.path.isfile(args.input):
@@ -130,10 +149,7 @@ def main(argv=None):
         raise RunError(f"{args.output}: no such folder")
     if os.path.exists(args.output) and os.path.samefile(args.input, args.output):
         raise RunError(f"{args.output}: is the input, too")
-    for name in ("stiffness", "damping", "mass", "total_mass", "merge", "rest_length", "cutoff"):
-        value = getattr(args, name)
-        if value is not None and not (np.isfinite(value) and (value > 0 if "mass" in name or name == "cutoff" else value >= 0)):
-            raise RunError(f"--{name} {value}: must be " + ("positive" if "mass" in name or name == "cutoff" else "0 or more"))
+    check_numbers(args)
     source, target = (os.path.splitext(name)[1].lower() for name in (args.input, args.output))
     source, target = (".data" if os.path.basename(name).startswith("data.") and ending not in MESHES + tuple(SERIES) + LATTICES else ending
                       for name, ending in ((args.input, source), (args.output, target)))

@@ -69,7 +69,7 @@ READ = {
     "anchors and groups of particles": read_row("k---------"),
     "periodic box": read_row("k-------k-"),
     "further data, normals, colours": read_row("ttttt--t--"),
-    "names of groups": read_row("---t---t--"),
+    "names of groups": read_row("---t---k--"),
     "molecules cut by the box": read_row("--------t-"),
     "bonds that are not harmonic": read_row("--------r-"),
     "angles that are not harmonic": read_row("--------t-"),

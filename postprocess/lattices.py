@@ -1,4 +1,4 @@
-"""Lattices of springs from meshes and LAMMPS data, as backspring reads them (meshes/README.md)."""
+"""Lattices of springs from meshes, LAMMPS data and PDB files, as backspring reads them (meshes/README.md)."""
 import sys
 
 import h5py
@@ -7,8 +7,7 @@ import numpy as np
 from backspring_io import RunError
 from exports import write_atomically
 from finite import check_lattice
-
-FACES = {f"{axis}{end}": (k, end) for k, axis in enumerate("xyz") for end in ("min", "max")}
+from selection import select
 
 
 def need_meshio():
@@ -85,7 +84,7 @@ def from_mesh(args):
     from mesh_edges import read_mesh
     if args.units or args.si:
         raise RunError("--units and --si are for LAMMPS data; a mesh is read as it is")
-    points, edges, said, notes = read_mesh(args.input)
+    points, edges, said, groups, notes = read_mesh(args.input)
     if said and args.merge:
         raise RunError(f"{args.input}: is a lattice already; --merge is for meshes")
     out = Lattice()
@@ -93,29 +92,38 @@ def from_mesh(args):
         setattr(out, name, values)
     if said and "laws" not in said and args.spring_law is None:
         notes.append("says no spring law, hooke is assumed (--spring_law names another)")
-    out.position, out.pairs, kept = (points, edges, points) if said else tidy(points, edges, args.merge, args.keep_unused)
-    if len(kept) < len(points):
-        notes.append(f"{len(points) - len(kept)} points merged or without springs left out")
+    out.position, out.pairs = points, edges
+    if not said:
+        out.position, out.pairs, row = tidy(points, edges, args.merge, args.keep_unused)
+        out.groups = {name: np.setdiff1d(row[of], [-1]) for name, of in groups.items()}
+        if len(out.position) < len(points):
+            notes.append(f"{len(points) - len(out.position)} points merged or without springs left out")
+        empty = [name for name, rows in out.groups.items() if not len(rows)]
+        if empty:
+            notes.append(f"groups without a particle left out: {', '.join(empty)}")
+            out.groups = {name: rows for name, rows in out.groups.items() if len(rows)}
     out.notes = notes
     return out
 
 
 def tidy(position, pairs, merge, keep_unused):
     """Merges points closer than `merge`, drops springs that became points or doubles, and points without springs.
-    Returns positions, pairs and the rows kept."""
-    kept = np.arange(len(position))
+    Returns positions, pairs, and the new row (N,) of every point, -1 of those that are dropped."""
+    row = first = np.arange(len(position))
     if merge > 0:
-        _, first, inverse = np.unique(np.round(position / merge).astype(np.int64), axis=0, return_index=True, return_inverse=True)
+        _, first, row = np.unique(np.round(position / merge).astype(np.int64), axis=0, return_index=True, return_inverse=True)
         order = np.argsort(first)
         rank = np.empty_like(order)
         rank[order] = np.arange(len(order))
-        kept, pairs = first[order], np.sort(rank[inverse][pairs], axis=1)
+        first, row = first[order], rank[row.reshape(-1)]
+        pairs = np.sort(row[pairs], axis=1)
         pairs = np.unique(pairs[pairs[:, 0] != pairs[:, 1]], axis=0)
     if not keep_unused:
-        used = np.zeros(len(kept), dtype=bool)
+        used = np.zeros(len(first), dtype=bool)
         used[pairs.ravel()] = True
-        kept, pairs = kept[used], (np.cumsum(used) - 1)[pairs]
-    return position[kept], pairs, kept
+        place = np.where(used, np.cumsum(used) - 1, -1)
+        first, row, pairs = first[used], place[row], place[pairs]
+    return position[first], pairs, row
 
 
 def reduce_dimension(lattice, dim, path):
@@ -140,32 +148,47 @@ def reduce_dimension(lattice, dim, path):
     lattice.velocity = None if velocity is None else velocity[:, :dim]
 
 
-def fixed_mask(position, faces):
-    """Particles on the named faces of the bounding box, within 1e-6 of its size."""
-    mask = np.zeros(len(position), dtype=bool)
-    size = float(np.ptp(position, axis=0).max())
-    for name in faces:
-        axis, end = FACES.get(name, (9, ""))
-        if axis >= position.shape[1]:
-            raise RunError(f"--fixed {name}: write {', '.join(f for f in FACES if FACES[f][0] < position.shape[1])}")
-        column = position[:, axis]
-        mask |= np.abs(column - (column.min() if end == "min" else column.max())) <= 1e-6 * size
-    return mask
+def lengths(lattice):
+    """Lengths (M,) of the springs as they lie."""
+    across = 0 if lattice.shift is None else lattice.shift @ lattice.box[0]
+    return np.sqrt(((lattice.position[lattice.pairs[:, 1]] - lattice.position[lattice.pairs[:, 0]] + across) ** 2).sum(axis=1))
 
 
 def check_springs(path, lattice):
     """A spring to itself or of no length has no direction."""
-    position, pairs, rest_length = lattice.position, lattice.pairs, lattice.rest_length
-    names = np.arange(len(position)) if lattice.ids is None else lattice.ids
-    across = 0 if lattice.shift is None else lattice.shift @ lattice.box[0]
+    pairs, rest_length = lattice.pairs, lattice.rest_length
+    names = ids_of(lattice)
     itself = np.flatnonzero(pairs[:, 0] == pairs[:, 1])
     if len(itself) and lattice.shift is None:
         raise RunError(f"{path}: spring {itself[0]} joins point {names[pairs[itself[0], 0]]} to itself")
-    length = np.sqrt(((position[pairs[:, 1]] - position[pairs[:, 0]] + across) ** 2).sum(axis=1))
-    none = np.flatnonzero((length == 0) & (True if rest_length is None else rest_length > 0))
+    none = np.flatnonzero((lengths(lattice) == 0) & (True if rest_length is None else rest_length > 0))
     if len(none):
         a, b = names[pairs[none[0]]]
         raise RunError(f"{path}: points {a} and {b} lie at one place{lattice.merge_hint}")
+
+
+def ids_of(lattice):
+    """The particles' own numbers (N,), else their rows."""
+    return np.arange(len(lattice.position)) if lattice.ids is None else lattice.ids
+
+
+def of_bars(args, lattice):
+    """Stiffness and mass of bars of Young's modulus E, area A and density rho: k = E A/L, in strain form K = E A; each end has half of rho A L. L is the rest length."""
+    if not len(lattice.pairs) and (args.youngs is not None or args.density is not None):
+        raise RunError(f"{args.input}: has no springs that --youngs or --density could be of")
+    length = lattice.rest_length if lattice.rest_length is not None else lengths(lattice)
+    short = np.flatnonzero(~(length > 0))
+    if len(short) and (args.youngs is not None or args.density is not None):
+        raise RunError(f"{args.input}: spring {short[0]} has no length; --youngs and --density are for bars")
+    if args.youngs is not None:
+        strain = lattice.laws == "strain" if args.spring_law is None and lattice.laws is not None else args.spring_law == "strain"
+        lattice.stiffness = args.youngs * args.area / np.where(strain, 1.0, length)
+    if args.density is not None:
+        half = 0.5 * args.density * args.area * length
+        lattice.mass = np.bincount(lattice.pairs.ravel(), np.repeat(half, 2), len(lattice.position))
+        bare = np.flatnonzero(lattice.mass == 0)
+        if len(bare):
+            raise RunError(f"{args.input}: point {ids_of(lattice)[bare[0]]} has no springs, so that --density gives it no mass; leave it out, or give --mass in place of --density")
 
 
 def write_lattice(path, lattice, spring_law=None, damping_law=None):
@@ -210,21 +233,24 @@ def to_lattice(args, kind):
     if kind == "lammps" and lattice.angles and lattice.position.shape[1] == 2:
         import lammps_angles
         lammps_angles.in_the_plane(lattice.position, lattice.angles, lattice.box)
+    of_bars(args, lattice)
     if lattice.stiffness is None and springs:
         raise RunError(f"{args.input}: says nothing of stiffness; add --stiffness "
-                       + ("K [N]" if args.spring_law == "strain" else "k [N/m]"))
+                       + ("K [N]" if args.spring_law == "strain" else "k [N/m]") + ", or --youngs E [Pa] and --area A [m^2]")
     if lattice.mass is None:
-        raise RunError(f"{args.input}: says nothing of mass; add --mass m [kg] of a particle or --total_mass M [kg]")
+        raise RunError(f"{args.input}: says nothing of mass; add --mass m [kg] of a particle, --total_mass M [kg], or --density rho [kg/m^3] and --area A [m^2]")
     check_lattice(args.input, lattice)
     check_springs(args.input, lattice)
     held = np.zeros(count, bool) if lattice.fixed is None else lattice.fixed != 0
-    lattice.fixed = held | fixed_mask(lattice.position, args.fixed)
+    lattice.fixed = held | select(args.fixed, lattice.position, ids_of(lattice), lattice.groups, "--fixed")
     lattice.stiffness = np.zeros(0) if lattice.stiffness is None else lattice.stiffness
     write_atomically(args.output, lambda part: write_lattice(part, lattice, args.spring_law, args.damping_law))
     for note in lattice.notes:
         print(f"convert.py: {args.input}: {note}", file=sys.stderr)
     angles = f", {len(lattice.angles['triples'])} angle springs" if lattice.angles else ""
     said = f"{count} particles ({int(lattice.fixed.sum())} fixed), {springs} springs{angles}, d = {lattice.position.shape[1]}"
+    if lattice.groups:
+        said += f", group{'s' if len(lattice.groups) > 1 else ''} {', '.join(lattice.groups)}"
     if lattice.units:
         import lammps_units
         said += f", in {lammps_units.named(lattice.units)}"

@@ -8,6 +8,7 @@ import numpy as np
 
 from backspring_io import RunError
 from mesh_gmsh import bare_gmsh, reason, sections_left_out
+from mesh_groups import physical_groups
 from mesh_ply import read_ply
 from mesh_vtk import READERS, read_by_vtk
 
@@ -56,14 +57,14 @@ def unique_edges(blocks):
 
 def read_mesh(path):
     """Points (N, 3), unique edges (M, 2), {} or, of a mesh of lines alone with a field "stiffness" (as convert.py writes it), what it says of the lattice: ids,
-    mass, velocity, fixed (N), stiffness, rest_length, damping (M); and what it says besides, in words."""
-    fields, notes = {}, []
+    mass, velocity, fixed (N), stiffness, rest_length, damping (M); groups of points {name: rows}; and what it says besides, in words."""
+    fields, groups, notes, remarks = {}, {}, [], []
     if path.lower().endswith(".obj"):
         points, blocks, notes = _read_obj(path)
     elif path.lower().endswith(".ply"):
         points, blocks, notes = read_ply(path)
     else:
-        points, blocks, fields, notes = _read_meshio(path)
+        points, blocks, fields, groups, notes, remarks = _read_meshio(path)
     points = np.asarray(points, dtype=float)
     if points.ndim != 2 or not len(points):
         raise RunError(f"{path}: holds no points")
@@ -84,7 +85,7 @@ def read_mesh(path):
     if fields:
         given = fields.pop("pairs", None)
         pairs = given if given is not None else np.asarray(blocks[0][1], dtype=np.int64) if len(pairs) else pairs
-    return points[:, :3], pairs, fields, [f"left out: {', '.join(notes)}"] if notes else []
+    return points[:, :3], pairs, fields, groups, remarks + ([f"left out: {', '.join(notes)}"] if notes else [])
 
 
 def _read_meshio(path):
@@ -99,9 +100,11 @@ def _read_meshio(path):
             raise
         blocks, data = mesh.blocks(path), (mesh.point_data, mesh.cell_data, mesh.field_data)
     fields, unused = _fields(path, [kind for kind, _ in blocks], *data)
+    groups, remarks = {}, []
     if ending == ".msh":
+        groups, remarks = physical_groups(path, mesh)
         unused += sections_left_out(path)
-    return mesh.points, blocks, fields, unused + [line.strip() for line in said.splitlines() if line.strip()]
+    return mesh.points, blocks, fields, groups, unused + [line.strip() for line in said.splitlines() if line.strip()], remarks
 
 
 def _by_vtk(path, refusal):

@@ -9,7 +9,7 @@ REASONS = (("parametric", "its nodes carry parametric coordinates; write it with
 
 def bare_gmsh(path):
     """A temporary file with the sections $MeshFormat, $Nodes and $Elements of the mesh: physical groups of some entities and
-    partitions, which meshio cannot read, stand in the others."""
+    partitions, which meshio cannot read, stand in the others (mesh_groups.py)."""
     with open(path, "rb") as file:
         raw = file.read()
     if not raw.startswith((b"$MeshFormat", b"$Comments")):
@@ -30,10 +30,10 @@ def bare_gmsh(path):
 
 
 def sections_left_out(path):
-    """Names of the other sections that say something of nodes, elements or groups of them."""
+    """Names of the other sections that say something of nodes or elements."""
     with open(path, "rb") as file:
         raw = file.read()
-    names = ("PhysicalNames", "NodeData", "ElementData", "ElementNodeData", "Periodic")
+    names = ("NodeData", "ElementData", "ElementNodeData", "Periodic")
     return [f"section {name}" for name in names if b"$" + name.encode() in raw]
 
 

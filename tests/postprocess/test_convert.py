@@ -40,7 +40,7 @@ class Case(unittest.TestCase):
         with contextlib.redirect_stdout(io.StringIO()), contextlib.redirect_stderr(said):
             convert.main([path, "-o", out, *args])
         with h5py.File(out, "r") as f:
-            found = {name: f[name][...] for group in ("particles", "springs", "angles", "box") if group in f for name in (f"{group}/{k}" for k in f[group])}
+            found = {name: f[name][...] for group in ("particles", "springs", "angles", "box", "groups") if group in f for name in (f"{group}/{k}" for k in f[group])}
         found["said"] = said.getvalue()
         return found
 

@@ -172,7 +172,7 @@ class Walk(Case):
         if feature == "further data, normals, colours":
             return self.further(form), MADE, None
         if feature == "names of groups":
-            return self.named(form), MADE, None
+            return self.named(form), MADE, (lambda found: found["groups/sheet"].tolist() == [0, 1, 2]) if form == "msh" else None
         return self.of_lattice(feature, form)
 
     def further(self, form):
@@ -195,7 +195,10 @@ class Walk(Case):
         cells = [(TRIANGLE, (0, 1, 2))]
         if form == "obj":
             return self.write("m.obj", obj(cells, more="g sheet\n"))
-        return self.write("m.msh", pathlib.Path(self.path_of("msh", cells)).read_bytes().replace(b"$Nodes", b'$PhysicalNames\n1\n2 1 "sheet"\n$EndPhysicalNames\n$Nodes'))
+        path = str(pathlib.Path(self.folder) / "m.msh")
+        meshio.write(path, meshio.Mesh(np.array(POINTS, float), [("triangle", np.array([[0, 1, 2]]))], cell_data={k: [np.array([1])] for k in ("gmsh:physical", "gmsh:geometrical")},
+                                       field_data={"sheet": np.array([1, 2])}), file_format="gmsh22")
+        return path
 
     def of_lattice(self, feature, form):
         """A lattice as fields of lines: of convert.py's own VTU, or of others by the names of the fields."""

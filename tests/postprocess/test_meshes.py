@@ -1,6 +1,8 @@
 #!/usr/bin/env python3
-"""convert.py on PLY and Gmsh meshes made by hand in the forms that others write: /usr/bin/python3 tests/postprocess/test_meshes.py"""
+"""convert.py on PLY and Gmsh meshes made by hand in the forms that others write, and on meshes by Gmsh itself (gmsh/): /usr/bin/python3 tests/postprocess/test_meshes.py"""
 import os
+import pathlib
+import shutil
 import struct
 import unittest
 import unittest.mock
@@ -173,6 +175,96 @@ class Gmsh(Case):
                            (FLAT.replace("1 1 2 3\n", "1 1 2 99\n"), "m.msh: "), (FLAT.replace("3 1 1 1", "3 nan 1 1"), "point 2 is not finite"),
                            (FLAT.replace("$Nodes\n4", "$Nodes\n2000000000"), "m.msh: ")):
             self.refuses(self.write("m.msh", text), *MADE, says=says)
+
+
+BY_GMSH = pathlib.Path(__file__).resolve().parent / "gmsh"
+BARS = ("--youngs", "2e11", "--area", "1e-3", "--density", "7850")
+
+
+@unittest.skipUnless(meshio, "no meshio")
+class Groups(Case):
+    """Physical groups become groups of the lattice."""
+
+    def by_gmsh(self, name, *args):
+        shutil.copy(BY_GMSH / name, self.folder)
+        return self.lattice(os.path.join(self.folder, name), *BARS, *args)
+
+    def places(self, found, group):
+        return sorted(map(tuple, np.round(found["particles/position"][found["groups/" + group]], 9).tolist()))
+
+    def test_truss_as_meshio_reads_it(self):
+        mesh = meshio.read(BY_GMSH / "truss.msh")
+        labels = {name: (int(label), int(dim)) for name, (label, dim) in mesh.field_data.items()}
+        for name in ("truss.msh", "truss_binary.msh", "truss_22.msh"):
+            found = self.by_gmsh(name)
+            self.assertEqual({k[7:] for k in found if k.startswith("groups/")}, set(labels))
+            for group, (label, dim) in labels.items():
+                rows = np.concatenate([block.data[tags == label].ravel() for block, tags in zip(mesh.cells, mesh.cell_data["gmsh:physical"])
+                                       if (block.type == "vertex") == (dim == 0)])
+                self.assertEqual(self.places(found, group), sorted(set(map(tuple, mesh.points[rows, :2].tolist()))), (name, group))
+            self.assertNotIn("left out", found["said"])
+
+    def test_plate_whole_and_in_parts(self):
+        """By place: meshio cannot read groups of some entities, or of parts. A curve and a surface have one name, another is not made of letters alone."""
+        for name in ("plate.msh", "plate_22_binary.msh", "plate_parts.msh", "plate_parts_binary.msh"):
+            found = self.by_gmsh(name)
+            x = found["particles/position"]
+            self.assertEqual({k[7:] for k in found if k.startswith("groups/")}, {"left_side", "wall_curve", "wall_surface", "tip"}, name)
+            for group, rows in (("left_side", x[:, 0] == 0), ("wall_curve", x[:, 0] == 2), ("wall_surface", x[:, 0] >= 0), ("tip", (x == [2, 1]).all(axis=1))):
+                self.assertEqual(found["groups/" + group].tolist(), np.flatnonzero(rows).tolist(), (name, group))
+            self.assertIn('the curve group "left side" is called left_side', found["said"])
+            self.assertIn('the surface group "wall" is called wall_surface', found["said"])
+
+    def test_groups_follow_points_that_are_merged_or_left_out(self):
+        text = FLAT.replace("$Nodes\n4", "$Nodes\n6").replace("4 0 1 0\n", "4 0 1 0\n5 9 9 9\n6 1e-9 0 0\n").replace("$Elements\n2", "$Elements\n4")
+        text = text.replace("$EndElements", "3 15 2 5 1 5\n4 15 2 6 1 6\n$EndElements").replace("2 2 2 0 1 1 3 4", "2 2 2 0 1 6 3 4").replace("1 1 1\n", "1 1 0\n")
+        found = self.lattice(self.write("m.msh", text), *MADE, "--merge", "1e-6")
+        self.assertEqual((len(found["particles/position"]), found["groups/point_6"].tolist()), (4, [0]))
+        self.assertIn("groups without a particle left out: point_5", found["said"])
+        self.assertNotIn("groups/point_5", found)
+        damaged = GROUPS.replace("1 0 0 0 1 1 0 1 1 1 1", "1 0 0 0 1 1 0 1 x 1 1")
+        self.refuses(self.write("m.msh", damaged), *MADE, says="its section of entities cannot be read")
+        named = GROUPS.replace("$PhysicalNames\n1\n", '$PhysicalNames\n2\n1 4 "rim"\n')
+        self.assertIn('the curve group "rim" has no elements', self.lattice(self.write("m.msh", named), *MADE)["said"])
+
+    def test_flat_meshes_stay_in_space_when_asked(self):
+        for more, d in (((), 2), (("--dim", "3"), 3)):
+            found = self.by_gmsh("truss.msh", *more)
+            self.assertEqual(found["particles/position"].shape, (9, d))
+
+    def test_what_is_fixed(self):
+        def fixed(what, *more):
+            return np.flatnonzero(self.by_gmsh("truss.msh", "--fixed", what, *more).get("particles/fixed", [])).tolist()
+        self.assertEqual(fixed("supports"), [0, 4])
+        self.assertEqual(fixed("load,ymax"), [2, 5, 6, 7, 8])
+        self.assertEqual(fixed("ids:0,3,6-7,supports"), [0, 3, 4, 6, 7])
+        self.assertEqual(fixed("box:-1,-1,2.5,0.5,near:7.1,9"), [0, 1, 8])
+        self.assertEqual(fixed("near:8,-3,1,near:0,0,0", "--dim", "3"), [0, 4])
+        self.assertEqual(fixed("xmin"), [0])
+        for what, says in (("top", "--fixed top: write xmin, xmax, ymin, ymax, a group (supports, load, chords, diagonals), box:"), ("zmin", "--fixed zmin"),
+                           ("near:1,0", "particles 0 and 1 are equally near"), ("near:1", "needs 2 numbers here, d = 2: the coordinates of a point"),
+                           ("box:0,1,2", "needs 4 numbers here"), ("box:5,5,6,6", "no particle lies in it"), ("ids:0,9", "there is no particle 9: they go from 0 to 8"),
+                           ("ids:-1", "'-1' is no id"), ("ids:a", "'a' is no id"), ("supports:1", "--fixed supports: write")):
+            shutil.copy(BY_GMSH / "truss.msh", self.folder)
+            self.refuses(os.path.join(self.folder, "truss.msh"), *BARS, "--fixed", what, says=says)
+
+    def test_bars(self):
+        """k = E A/L, in strain form K = E A; half of rho A L at each end; the whole weighs rho A times the length of all bars."""
+        found = self.by_gmsh("truss.msh")
+        length = np.linalg.norm(np.diff(found["particles/position"][found["springs/pairs"]], axis=1)[:, 0], axis=1)
+        np.testing.assert_allclose(found["springs/stiffness"], 2e8 / length, rtol=1e-14)
+        np.testing.assert_allclose(found["particles/mass"].sum(), 7.85 * length.sum(), rtol=1e-14)
+        np.testing.assert_allclose(found["particles/mass"][2], 7.85 / 2 * (2 + 2 + 2 * np.hypot(1, 1.5)), rtol=1e-14)
+        self.assertEqual(set(self.by_gmsh("truss.msh", "--spring_law", "strain")["springs/stiffness"]), {2e8})
+        np.testing.assert_allclose(self.by_gmsh("truss.msh", "--rest_length", "1.6")["springs/stiffness"], 2e8 / 1.6)
+        path = os.path.join(self.folder, "truss.msh")
+        for args, says in ((("--youngs", "1", "--mass", "1"), "--youngs needs the cross section"), (("--area", "1", *MADE), "--area is for --youngs and --density"),
+                           ((*BARS, "--stiffness", "3"), "--youngs and --stiffness say the same"), ((*BARS, "--total_mass", "3"), "--density and --total_mass say the same"),
+                           (("--youngs", "0", "--area", "1", "--mass", "1"), "--youngs 0.0: must be positive"), ((*BARS, "--rest_length", "0"), "spring 0 has no length"),
+                           (("--area", "1", "--density", "1"), "or --youngs E [Pa] and --area A")):
+            self.refuses(path, *args, says=says)
+        alone = self.write("alone.obj", "v 0 0 0\nv 1 0 0\nv 5 5 5\nl 1 2\n")
+        self.refuses(alone, *BARS, "--keep_unused", says="point 2 has no springs, so that --density gives it no mass")
 
 
 VTU = """<?xml version="1.0"?>

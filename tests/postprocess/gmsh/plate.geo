@@ -1,0 +1,13 @@
+SetFactory("OpenCASCADE");
+Rectangle(1) = {0, 0, 0, 2, 1};
+Rectangle(2) = {0.8, 0.3, 0, 0.4, 0.4};
+BooleanDifference(3) = { Surface{1}; Delete; }{ Surface{2}; Delete; };
+Mesh.MeshSizeFactor = 3;
+eps = 1e-3;
+l() = Curve In BoundingBox {-eps,-eps,-eps, eps,1+eps,eps};
+r() = Curve In BoundingBox {2-eps,-eps,-eps, 2+eps,1+eps,eps};
+Physical Curve("left side") = {l()};
+Physical Curve("wall") = {r()};
+p() = Point In BoundingBox {2-eps,1-eps,-eps, 2+eps,1+eps,eps};
+Physical Point("tip") = {p()};
+Physical Surface("wall") = {3};
