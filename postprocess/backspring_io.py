@@ -71,6 +71,12 @@ class Series:
     value: object = None
     times: np.ndarray = None
     labels: list = field(default_factory=list)
+    units: list = field(default_factory=list)  # '' where nothing says one
+
+
+def counted(number, thing):
+    """"1 particle", "2 particles"."""
+    return f"{number} {thing}{'' if number == 1 else 's'}"
 
 
 def text(value):
@@ -211,7 +217,8 @@ class Run:
         self.states = Series()
         if states is not None:
             lazy = Frames(lambda where: self._read("/states/value", where), (count, states.shape[1]))
-            self.states = Series(lazy, self.times, self._labels("/states", states.shape[1], "x"))
+            labels = self._labels("/states", states.shape[1], "x")
+            self.states = Series(lazy, self.times, labels, self._units_of("/states", labels))
 
     def _frames_of(self, data):
         path = data.name
@@ -534,13 +541,22 @@ class Run:
         if value is None:
             return Series()
         times = self._array("/sources/time")
-        return Series(value, self.times if times is None else times,
-                      self._labels("/sources", value.shape[1] if value.ndim > 1 else 1, "u"))
+        labels = self._labels("/sources", value.shape[1] if value.ndim > 1 else 1, "u")
+        return Series(value, self.times if times is None else times, labels, self._units_of("/sources", labels))
 
     def _labels(self, group, count, letter):
         labels = self._array(f"{group}/labels")
         found = [] if labels is None else [text(v) for v in labels.ravel()]
         return found + [f"{letter}{i}" for i in range(len(found), count)]
+
+
+    def _units_of(self, group, labels):
+        """The unit of each state or source: as the file says (units, a dataset), else, of circuits, by the letter that its label begins with."""
+        said = self._array(f"{group}/units")
+        if said is not None:
+            return ([text(v) for v in said.ravel()] + [""] * len(labels))[:len(labels)]
+        circuit = self.parameters.get("bs_linear_type") in ("rc_ladder", "rlc") or "bs_netlist" in self.parameters
+        return [{"v": "V", "i": "A", "u": "V"}.get(label[:1].lower(), "") if circuit else "" for label in labels]
 
 
 def open_run(path):

@@ -25,7 +25,7 @@ if __name__ == "__main__":
 import h5py  # noqa: E402
 import numpy as np  # noqa: E402
 
-from backspring_io import RunError, open_run  # noqa: E402
+from backspring_io import RunError, counted, open_run  # noqa: E402
 from finite import check_run  # noqa: E402
 from exports import write_atomically, write_gsd, write_nanometres, write_xyz  # noqa: E402
 from lammps_data import is_lammps  # noqa: E402
@@ -80,9 +80,9 @@ def from_trajectory(args, ending):
         if left_out:
             print(f"convert.py: {left_out}", file=sys.stderr)
         if series:
-            return f"{len(rows)} frames of {run.particles} particles"
+            return f"{counted(len(rows), 'frame')} of {counted(run.particles, 'particle')}"
         count = len(run.springs) if args.all_springs else np.count_nonzero(run.acting(rows[0]))
-        return f"frame {rows[0]} of {run.particles} particles, {count} springs"
+        return f"frame {rows[0]} of {counted(run.particles, 'particle')}, {counted(count, 'spring')}"
 
 
 def parse(argv=None):

@@ -1,7 +1,7 @@
 """What a run has that a format may have no place for: kept, told in one line, or refused by name (the table of README.md)."""
 import numpy as np
 
-from backspring_io import RunError
+from backspring_io import RunError, counted
 
 # Columns of TABLE. A dump and a data file are for LAMMPS; .h5md is the one in nanometres; .vtu stands for .vtp and .pvd, too.
 FORMATS = ("xyz", "dump", "gsd", "h5md", "vtu", "data")
@@ -78,6 +78,7 @@ READ = {
     "other atoms than C-alpha": read_row("---------t"),
     "numbers that are not finite": read_row("rrrrrrrrrr"),
 }
+NAMES_OF_ONE = {"springs that carry nothing": "spring that carries nothing", "limits of springs": "limit of a spring"}
 INSIDE = {"springs": ("stiffness and rest lengths", "broken springs", "springs that carry nothing", "dampers", "limits of springs", "rules of breaking",
                       *(name for name in TABLE if name.startswith("law "))),
           "angle springs": ("stiffness and rest angles",)}
@@ -115,10 +116,10 @@ def _of_springs(run, row):
     count = {"springs": len(springs), "broken springs": 0 if broken is None else int(broken.sum()), "springs that carry nothing": int(springs.idle.sum()),
              "dampers": 0 if springs.damping is None else np.count_nonzero(springs.damping[acting]),
              "limits of springs": int(np.any([np.isfinite(v) for v in springs.limits.values()] or [[]], axis=0).sum())}
-    found.update({name: f"{number} {name}" for name, number in count.items() if number})
+    found.update({name: f"{number} {name if number > 1 else NAMES_OF_ONE.get(name, name[:-1])}" for name, number in count.items() if number})
     found["stiffness and rest lengths"] = "stiffness and rest lengths of springs"
     for law in sorted(set(laws[acting]) - {"hooke"} if laws is not None else ()):
-        found["law " + law] = f"the law {law} of {np.count_nonzero(laws[acting] == law)} springs"
+        found["law " + law] = f"the law {law} of {counted(np.count_nonzero(laws[acting] == law), 'spring')}"
     return found
 
 
@@ -126,16 +127,16 @@ def found_in(run, row):
     """{feature: words for it} of a frame."""
     found = _of_springs(run, row)
     if run.angles:
-        found["angle springs"] = f"{len(run.angles)} angle springs"
+        found["angle springs"] = counted(len(run.angles), "angle spring")
         found["stiffness and rest angles"] = "stiffness and rest angles of angle springs"
     if run.hinges:
-        found["hinges"] = f"{len(run.hinges['quads'])} hinges"
+        found["hinges"] = counted(len(run.hinges["quads"]), "hinge")
     if run.anchors:
-        found["anchors"] = f"{len(run.anchors['particle'])} springs to given points (anchors)"
+        found["anchors"] = counted(len(run.anchors["particle"]), "spring") + " to given points (anchors)"
     elif any(name in run.parameters for name in ("bs_anchor_particles", "bs_anchor_group")):  # of a file of an earlier version
         found["anchors"] = "springs to given points (anchors)"
     if run.fixed.any():
-        found["fixed particles"] = f"that {np.count_nonzero(run.fixed)} particles are fixed"
+        found["fixed particles"] = f"which particles are fixed ({np.count_nonzero(run.fixed)})"
     if not np.array_equal(run.id - run.id[:1], np.arange(run.particles)):
         found["ids"] = "ids"
     columns = [name for name in ("drag", "radius") if run.particle_column(name) is not None]

@@ -1,5 +1,7 @@
 """What all diagrams share: colours, line styles, letters, labels."""
 import matplotlib
+import numpy as np
+from matplotlib.ticker import FuncFormatter
 matplotlib.use("Agg")
 
 COLORS = ["#1f5fa8", "#c8452e", "#3a8f5a", "#8a5aa8", "#c98a1b", "#4aa3b8", "#7a7a7a", "#b8477f"]
@@ -49,12 +51,30 @@ def missing(ax, what):
     ax.grid(False)
 
 
-def finish(ax, run, ylabel, legend=True):
+def key(ax, **more):
+    """A legend of what has a label; figure_layout moves it to where it covers nothing."""
+    if ax.get_legend_handles_labels()[0]:
+        ax.legend(loc="upper left", borderaxespad=0.0, **more).movable = True
+
+
+def finish(ax, run, ylabel, **legend):
+    """Labels of a panel over time, and its legend."""
     ax.set_xlabel(time_label(run))
+    if not run.static and run.unit("time") == "s":
+        scaled_seconds(ax)
     ax.set_ylabel(ylabel)
     ax.margins(x=0.01)
-    if legend and ax.get_legend_handles_labels()[0]:
-        ax.legend(loc="best")
+    key(ax, **legend)
+
+
+def scaled_seconds(ax):
+    """Short times in milliseconds, microseconds or nanoseconds."""
+    top = np.abs(ax.xaxis.get_data_interval()).max()
+    for unit, factor, below in (("ms", 1e3, 0.02), ("µs", 1e6, 1e-3), ("ns", 1e9, 1e-6)):
+        if not 0 < top < below:
+            return
+        ax.xaxis.set_major_formatter(FuncFormatter(lambda t, _, factor=factor: f"{t * factor:.6g}"))
+        ax.set_xlabel(axis_label("time $t$", unit))
 
 
 def short_marks(count):

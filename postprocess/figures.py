@@ -2,7 +2,7 @@
 import numpy as np
 from matplotlib.ticker import FixedLocator, MaxNLocator, NullLocator
 
-from figure_style import COLORS, DASHES, axis_label, finish, missing, moment, width
+from figure_style import COLORS, DASHES, axis_label, finish, key, missing, moment, width
 from figures_motion import paths, phase, sources, state, states
 from figures_steps import iterations, steps
 from figures_modes import bfactor, debye, dos, participation, spectrum
@@ -58,10 +58,7 @@ def energy(ax, runs, labels, args):
     if several:
         for name, dash in seen.items():
             ax.plot([], [], ls=dash, color="#555555", label=name)
-    finish(ax, runs[0], axis_label("energy", runs[0].unit("total_energy")), legend=False)
-    low, high = ax.get_ylim()
-    ax.set_ylim(low, high + (0.2 if several else 0.42) * (high - low))
-    ax.legend(loc="upper center", ncol=2, columnspacing=1.2)
+    finish(ax, runs[0], axis_label("energy", runs[0].unit("total_energy")), ncol=2, columnspacing=1.2)
 
 
 def budget(ax, runs, labels, args):
@@ -90,9 +87,8 @@ def budget(ax, runs, labels, args):
         ax.plot(run.observable_times, np.sum([v for n, v in zip(names, values) if n != "lost"], axis=0)[0] + work, color="#222222", lw=1.1,
                 label="start and work done")
     ax.stackplot(run.observable_times, *values, labels=names, colors=colors, alpha=0.85, lw=0)
-    ax.set_ylim(0, 1.28 * np.sum(values, axis=0).max())
-    finish(ax, run, axis_label("energy", run.unit("total_energy")), legend=False)
-    ax.legend(ncol=2, loc="upper center", handlelength=1.2, columnspacing=1.2)
+    ax.set_ylim(0, 1.05 * np.sum(values, axis=0).max())
+    finish(ax, run, axis_label("energy", run.unit("total_energy")), ncol=2, handlelength=1.2, columnspacing=1.2)
     if labels[0]:
         ax.set_title(labels[0], loc="left")
 
@@ -195,11 +191,9 @@ def histogram(ax, runs, labels, args):
     ax.xaxis.set_major_locator(MaxNLocator(5))
     ax.margins(x=0.01)
     if len(runs) == 1:
-        low, high = ax.get_ylim()
-        ax.set_ylim(low, high * (high / low) ** 0.45)  # room for the legend, without marks above 100 %
-        ax.yaxis.set_major_locator(FixedLocator(10.0 ** np.arange(np.ceil(np.log10(low)), 2.5)))
+        ax.yaxis.set_major_locator(FixedLocator(10.0 ** np.arange(np.ceil(np.log10(ax.get_ylim()[0])), 2.5)))  # no marks above 100 %
         ax.yaxis.set_minor_locator(NullLocator())
-        ax.legend(loc="upper right")
+        key(ax)
     else:
         ax.set_title(moment(runs[0], runs[0].index(args.frame), ".3g"), loc="left")
 

@@ -5,7 +5,7 @@ import numpy as np
 from matplotlib.ticker import FuncFormatter, LogLocator, MaxNLocator, NullFormatter
 
 from backspring_io import RunError
-from figure_style import COLORS, axis_label, missing, short_marks
+from figure_style import COLORS, axis_label, key, missing, short_marks
 from modes import modes_of
 
 
@@ -155,6 +155,4 @@ def bfactor(ax, runs, labels, args):
         ax.plot(moves, color=COLORS[i % len(COLORS)], lw=1.3, label=said)
     ax.set_ylabel("B-factor" + (r" [$\mathrm{\AA}^2$]" if args.pdb else r"$/kT$, $8\pi^2/3\,\sum q^2/\omega^2$"))
     ax.margins(x=0.01)
-    low, high = ax.get_ylim()
-    ax.set_ylim(low, high + 0.18 * (high - low))  # room for the legend
-    ax.legend(loc="upper left", ncol=2, columnspacing=1.2)
+    key(ax, ncol=2, columnspacing=1.2)

@@ -51,7 +51,7 @@ def paths(ax, runs, labels, args):
         ax.plot(*[v[:1] for v in line], "o", color=style["color"], ms=3.5)
     _key(ax, runs, args)
     if runs[0].dim == 1:
-        return finish(ax, runs[0], axis_label("$x$", unit), legend=False)
+        return finish(ax, runs[0], axis_label("$x$", unit))
     ax.set_xlabel(axis_label("$x$", unit))
     ax.set_ylabel(axis_label("$y$", unit))
     if runs[0].dim == 2:
@@ -87,7 +87,7 @@ def phase(ax, runs, labels, args):
 
 def state_scene(run, args, limits=None):
     return Scene(run, [run.index(frame) for frame in args.frames], args.color, "light", args.up, args.elev, args.azim, 0.0, args.max_springs,
-                 limits=limits, deform=args.deform)
+                 args.draw, limits=limits, deform=args.deform, reactions=args.reactions)
 
 
 def state(ax, runs, labels, args):
@@ -120,6 +120,23 @@ def _ticks(ax, scene):
             axis.set_major_formatter(FuncFormatter(lambda v, _: f"{-v:.4g}" if v else "0"))
 
 
+def _in_units(series, columns):
+    """(words for the axis, whether the legend has to name units) of these columns: one unit is told on the axis, several in the legend."""
+    units = {series.units[k] for k in columns}
+    if len(units) > 1:
+        return "", True
+    unit = units.pop()
+    return axis_label({"V": "voltage", "A": "current", "K": "temperature"}.get(unit, ""), unit).strip(), False
+
+
+def _several(ax, run, series, columns, name):
+    """Labels of the panel of these columns, and of each in the legend."""
+    words, each = _in_units(series, columns)
+    for line, k in zip(ax.lines, columns):
+        line.set_label(axis_label(series.labels[k], series.units[k] if each else ""))
+    finish(ax, run, words or name)
+
+
 def states(ax, runs, labels, args):
     """States of a linear system over time."""
     for i, run in enumerate(runs):
@@ -129,19 +146,19 @@ def states(ax, runs, labels, args):
                 raise run._error(f"no state '{name}'; there are {', '.join(names[:12])}" + (" ..." if len(names) > 12 else ""))
         picked = [names.index(s) if s in names else int(s) for s in args.states] if args.states else range(min(6, len(names)))
         for k, column in enumerate(picked):
-            ax.plot(run.times, run.states.value[:run.frames, column], color=COLORS[k % len(COLORS)],
-                    ls=DASHES[i % len(DASHES)], label=names[column] if i == 0 else None)
-    finish(ax, runs[0], "state")
+            ax.plot(run.times, run.states.value[:run.frames, column], color=COLORS[k % len(COLORS)], ls=DASHES[i % len(DASHES)])
+        if i == 0:
+            first = list(picked)
+    _several(ax, runs[0], runs[0].states, first, "state")
 
 
 def sources(ax, runs, labels, args):
     """Sources of a linear system over time."""
-    value = runs[0].sources.value
-    if value is None:
+    series = runs[0].sources
+    if series.value is None:
         return missing(ax, "sources")
-    table = np.asarray(value).reshape(len(value), -1)
-    count = min(len(table), len(runs[0].sources.times))
-    for k in range(min(6, table.shape[1])):
-        ax.plot(runs[0].sources.times[:count], table[:count, k], color=COLORS[k % len(COLORS)],
-                label=runs[0].sources.labels[k])
-    finish(ax, runs[0], "source")
+    table = np.asarray(series.value).reshape(len(series.value), -1)
+    count, columns = min(len(table), len(series.times)), range(min(6, table.shape[1]))
+    for k in columns:
+        ax.plot(series.times[:count], table[:count, k], color=COLORS[k % len(COLORS)])
+    _several(ax, runs[0], series, columns, "source")

@@ -2,9 +2,9 @@
 import numpy as np
 from matplotlib.collections import LineCollection
 
-from figure_style import COLORS, axis_label, missing, moment, time_label, width
+from figure_style import COLORS, axis_label, key, missing, moment, time_label, width
 from figures_stress import box_strains
-from backspring_io import TENSOR
+from backspring_io import TENSOR, counted
 from scene import sample
 
 
@@ -43,12 +43,12 @@ def avalanches(ax, runs, labels, args):
         for i, sizes in found:
             ax.plot(*distribution(sizes), "o", ms=3, mew=0, alpha=0.6, color=COLORS[i % len(COLORS)])
     ax.plot(*distribution(together), "o-", ms=5, mfc="white", mew=1.2, color="#222222" if len(found) > 1 else COLORS[0],
-            label=f"{len(together)} avalanches, {together.sum()} springs" + (f" of {len(found)} runs" if len(found) > 1 else ""))
+            label=f"{counted(len(together), 'avalanche')}, {counted(together.sum(), 'spring')}" + (f" of {len(found)} runs" if len(found) > 1 else ""))
     ax.set_xscale("log")
     ax.set_yscale("log")
     ax.set_xlabel("size of an avalanche $s$ [springs]")
     ax.set_ylabel("share of the avalanches $P(s)$")
-    ax.legend(loc="best")
+    key(ax)
 
 
 def affine_map(run, row):

@@ -1,6 +1,6 @@
 """Panels of the step log: step sizes with rejections, Newton and Krylov counts."""
 import numpy as np
-from matplotlib.ticker import FuncFormatter
+from matplotlib.ticker import FuncFormatter, MaxNLocator
 
 from figure_style import COLORS, axis_label, finish, missing, short_marks, width
 
@@ -23,12 +23,21 @@ def steps(ax, runs, labels, args):
     positive = dts[dts > 0]
     if len(positive) and positive.max() > 20 * positive.min():
         ax.set_yscale("log")
-        ax.set_ylim(positive.min() / 1.5, positive.max() * (4 if crossed else 1.5))
+        ax.set_ylim(positive.min() / 1.5, positive.max() * 1.5)
     else:
-        ax.set_ylim(0, 1.35 * max(dts.max(), 1e-300))
-    finish(ax, runs[0], "load step" if runs[0].static else axis_label("step size", runs[0].unit("time")), legend=False)
-    if crossed:
-        ax.legend(loc="upper left")
+        ax.set_ylim(0, 1.15 * max(dts.max(), 1e-300))
+    finish(ax, runs[0], "load step" if runs[0].static else axis_label("step size", runs[0].unit("time")))
+
+
+def steps_vary(run):
+    """Whether the log of steps has more to say than one step size; the last step may be cut at the end."""
+    dt = run.log.get("dt", np.zeros(0))
+    return bool(np.any(run.log.get("rejected", 0))) or len(dt) > 2 and np.ptp(dt[:-1]) > 1e-6 * dt.max()
+
+
+def iterated(run):
+    """Whether there were iterations."""
+    return bool(np.any(run.log.get("newton", 0)) or np.any(run.log.get("krylov", 0)))
 
 
 def _reasons(log):
@@ -60,10 +69,9 @@ def iterations(ax, runs, labels, args):
             ax.plot([], [], "o", ms=4, mew=0 if face else 0.8, mfc=color if face else "none", mec=color, label=name)
     if top > 15 * low:
         ax.set_yscale("log")
-        ax.set_ylim(low / 1.5, top * 3)
+        ax.set_ylim(low / 1.5, top * 1.5)
         ax.yaxis.set_major_formatter(FuncFormatter(lambda v, _: f"{v:g}"))
     else:
-        ax.set_ylim(0, 1.35 * top + 0.5)
-    finish(ax, runs[0], "Newton iterations a step" if same else "iterations a step", legend=False)
-    if not same:
-        ax.legend(loc="upper left", ncol=2)
+        ax.set_ylim(0, 1.1 * top + 0.5)
+        ax.yaxis.set_major_locator(MaxNLocator(6, integer=True))
+    finish(ax, runs[0], "Newton iterations a step" if same else "iterations a step", ncol=2)

@@ -2,7 +2,7 @@
 import numpy as np
 
 from backspring_io import RunError, TENSOR
-from figure_style import COLORS, DASHES, axis_label, missing, width
+from figure_style import COLORS, DASHES, axis_label, key, missing, width
 
 
 def box_strains(run, rows):
@@ -41,8 +41,7 @@ def _axes(ax, runs, name, ylabel):
     ax.set_xlabel(rf"shear strain $\gamma_{{{name}}}$" if name[0] != name[-1] else rf"strain $\epsilon_{{{name}}}$")
     ax.set_ylabel(axis_label(ylabel, runs[0].unit("stress")))
     ax.margins(x=0.02)
-    if ax.get_legend_handles_labels()[0]:
-        ax.legend(loc="best")
+    key(ax)
 
 
 def stress(ax, runs, labels, args):

@@ -69,9 +69,9 @@ def _read(path, style, units, periodic, coefficients):
     data.position, cut, data.shift = lammps_box.unwrap(cell, data.position, images, data.pairs, periodic)
     data.box = None if data.shift is None else (cell, periodic)
     if data.box:
-        data.notes.append(f"{cut} bonds cross the periodic box and join networks to their own images: the lattice is periodic (--boundary f,f,f: no periodic box)")
+        data.notes.append(f"{cut} bond{'s cross' if cut != 1 else ' crosses'} the periodic box so that networks join their own images: the lattice is periodic (--boundary f,f,f: no periodic box)")
     elif cut:
-        data.notes.append(f"{cut} bonds cross the periodic box, their molecules were put together (--boundary f,f,f: no periodic box)")
+        data.notes.append(f"{cut} bond{'s cross' if cut != 1 else ' crosses'} the periodic box, molecules were put together (--boundary f,f,f: no periodic box)")
     _coefficients(path, data, sections, bonds, coefficients)
     lammps_angles.read_angles(path, data, header, sections, lambda number, word: _row(path, number, row_of, word))
     left = [f"{header[k]} {k}" for k in LEFT_OUT if header.get(k)] + ["charges"] * data.charged + [name for name in sections if name not in READ and not name.endswith("Type Labels")]

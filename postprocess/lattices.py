@@ -4,7 +4,7 @@ import sys
 import h5py
 import numpy as np
 
-from backspring_io import RunError
+from backspring_io import RunError, counted
 from exports import write_atomically
 from finite import check_lattice
 from selection import select
@@ -97,7 +97,7 @@ def from_mesh(args):
         out.position, out.pairs, row = tidy(points, edges, args.merge, args.keep_unused)
         out.groups = {name: np.setdiff1d(row[of], [-1]) for name, of in groups.items()}
         if len(out.position) < len(points):
-            notes.append(f"{len(points) - len(out.position)} points merged or without springs left out")
+            notes.append(f"{counted(len(points) - len(out.position), 'point')} merged or without springs left out")
         empty = [name for name, rows in out.groups.items() if not len(rows)]
         if empty:
             notes.append(f"groups without a particle left out: {', '.join(empty)}")
@@ -247,8 +247,8 @@ def to_lattice(args, kind):
     write_atomically(args.output, lambda part: write_lattice(part, lattice, args.spring_law, args.damping_law))
     for note in lattice.notes:
         print(f"convert.py: {args.input}: {note}", file=sys.stderr)
-    angles = f", {len(lattice.angles['triples'])} angle springs" if lattice.angles else ""
-    said = f"{count} particles ({int(lattice.fixed.sum())} fixed), {springs} springs{angles}, d = {lattice.position.shape[1]}"
+    angles = ", " + counted(len(lattice.angles["triples"]), "angle spring") if lattice.angles else ""
+    said = f"{counted(count, 'particle')} ({int(lattice.fixed.sum())} fixed), {counted(springs, 'spring')}{angles}, d = {lattice.position.shape[1]}"
     if lattice.groups:
         said += f", group{'s' if len(lattice.groups) > 1 else ''} {', '.join(lattice.groups)}"
     if lattice.units:

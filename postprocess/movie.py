@@ -95,14 +95,15 @@ def compose(scene, size, dpi):
     figure = plt.figure(figsize=(size[0] / dpi, size[1] / dpi), dpi=dpi, facecolor=theme.background)
     mapping = scene.mapping()
     bar_at = 1 - 1.22 * dpi / size[0]  # the bar and its letters take 1.22 inches
-    ax = figure.add_axes([0.0, 0.0, max(0.4, bar_at - 0.015) if mapping is not None else 1.0, 0.93])
+    points = size[1] * 72 / dpi  # height of the picture; the time stamp takes 26 of them
+    ax = figure.add_axes([0.0, 0.0, max(0.4, bar_at - 0.015) if mapping is not None else 1.0, 1 - 26 / points])
     scene.setup(ax)
     if mapping is not None:
         bar = figure.colorbar(mapping, cax=figure.add_axes([max(0.42, bar_at), 0.22, 0.15 * dpi / size[0], 0.56]), extend="both")
         bar.set_label(scene.label(), color=theme.ink, fontsize=9)
         bar.ax.tick_params(colors=theme.ink, labelsize=8)
         bar.outline.set_edgecolor(theme.faint)
-    stamp = figure.text(0.025, 0.965, "", color=theme.ink, fontsize=11, va="top")
+    stamp = figure.text(0.025, 1 - 8 / points, "", color=theme.ink, fontsize=11, va="top")
     return figure, ax, stamp
 
 
@@ -159,11 +160,12 @@ def parse(argv=None):
     p.add_argument("--turn", type=float, default=0.0, help="degrees by which the eye goes round during the film (default 0)")
     p.add_argument("--follow", action="store_true", help="keep the centre of mass in the middle")
     p.add_argument("--deform", type=finite_number, metavar="F", help="draw displacements since the first frame F times as large, and the shape of that frame behind")
+    p.add_argument("--reactions", action="store_true", help="draw the reactions of groups as arrows, with their sizes")
     p.add_argument("--up", choices=AXES, default="", help="axis that points up (default: against gravity); write --up=-x")
     p.add_argument("--color", choices=("auto", "strain", "speed", "none"), default="auto", help="default: strain if any")
     p.add_argument("--limits", metavar="A:B", help="ends of the colour scale (default: from the frames shown)")
-    p.add_argument("--draw", choices=("auto", "springs", "particles"), default="auto",
-                   help="lines, or shaded discs (default: by --max_springs)")
+    p.add_argument("--draw", choices=("auto", "springs", "triangles", "particles"), default="auto",
+                   help="lines, shaded triangles, or shaded discs (default: triangles of a sheet of 400 particles and more, else by --max_springs)")
     p.add_argument("--max_springs", type=int, default=20000, help="more springs than this are not drawn as lines")
     p.add_argument("--length_unit", metavar="U", help="what the unit of lengths is called, for example angstrom (default: as the file says, else m)")
     p.add_argument("--theme", choices=sorted(THEMES), default="light")
@@ -204,7 +206,7 @@ def main(argv=None):
         rows = [run.index(args.frame)] if is_still else run.pick(args.frames, args.stride, args.every)
         seen = run.pick(args.frames) if is_still and args.frames else rows
         scene = Scene(run, seen, args.color, args.theme, args.up, args.elev, args.azim, args.perspective,
-                      args.max_springs, args.draw, args.limits, args.zoom, args.turn, args.follow, args.deform)
+                      args.max_springs, args.draw, args.limits, args.zoom, args.turn, args.follow, args.deform, args.reactions)
         made = still(scene, rows[0], args, (width, height)) if is_still else film(scene, rows, args, (width, height))
         if args.mode is not None:
             print(run.words())

@@ -24,8 +24,10 @@ import numpy as np  # noqa: E402
 from matplotlib.lines import Line2D  # noqa: E402
 
 import figures  # noqa: E402
+from figure_layout import settle  # noqa: E402
 from figure_style import COLORS, DASHES, STYLE  # noqa: E402
 from figures_motion import state_scene  # noqa: E402
+from figures_steps import iterated, steps_vary  # noqa: E402
 from figures_stress import box_strains  # noqa: E402
 from backspring_io import TENSOR, RunError, open_run  # noqa: E402
 from camera import AXES, finite_number  # noqa: E402
@@ -53,16 +55,18 @@ def run_labels(runs):
 
 
 def default_kinds(runs):
+    """The panels of a sheet: those that have something to say."""
     if runs[0].has_modes:
         return ["state", "spectrum", "dos"]
     if runs[0].kind == "linear":
-        return ["states"] + (["sources"] if runs[0].sources.value is not None else [])
+        value = runs[0].sources.value
+        return ["states"] + (["sources"] if value is not None and np.ptp(value[()], axis=0).any() else [])
+    many = ["histogram"] if len(runs[0].springs) > 20 else []
+    log = (["steps"] if any(map(steps_vary, runs)) else []) + (["iterations"] if any(map(iterated, runs)) else [])
     if all(run.static for run in runs):
         strained = any(any(run.periodic) and "stress" in run.series and np.ptp(box_strains(run, [0, -1]), axis=0).max() > 0 for run in runs)
-        return ["state", "stress" if strained else "force", "energy"] + (["histogram"] if len(runs[0].springs) > 20 else []) + ["iterations"]
-    if len(runs) > 1:
-        return ["state", "energy", "drift", "steps", "iterations"]
-    return ["state", "energy", "drift", "histogram" if len(runs[0].springs) > 20 else "phase", "steps", "iterations"]
+        return ["state", "stress" if strained else "force", "energy"] + many + [kind for kind in log if kind == "iterations"]
+    return ["state", "energy", "drift"] + ([] if len(runs) > 1 else many or ["phase"]) + log
 
 
 def plan(kinds, runs, args):
@@ -108,6 +112,7 @@ def sheet(panels, args):
         solid = kind == "paths" and shown[0].dim == 3
         ax = figure.add_subplot(grid[k // columns, k % columns], **({"projection": "3d"} if solid else {}))
         figures.KINDS[kind](ax, shown, names, own)
+    settle(figure)
     return figure
 
 
@@ -130,9 +135,11 @@ def parse(argv=None):
     p.add_argument("--color", choices=("auto", "strain", "speed", "none"), default="auto", help="colour of state")
     p.add_argument("--deform", type=finite_number, metavar="F", help="draw displacements since the first frame F times as large, and the shape of that frame behind"
                    " (in state)")
+    p.add_argument("--reactions", action="store_true", help="draw the reactions of groups as arrows, with their sizes (in state)")
     p.add_argument("--up", choices=AXES, default="", help="axis that points up (default: against gravity); write --up=-x")
     p.add_argument("--elev", type=float, default=18, help="elevation of the eye [degree] (default 18)")
     p.add_argument("--azim", type=float, default=-60, help="azimuth of the eye [degree] (default -60)")
+    p.add_argument("--draw", choices=("auto", "springs", "triangles", "particles"), default="auto", help="how state is drawn, as by movie.py")
     p.add_argument("--max_springs", type=int, default=20000, help="more springs than this are drawn as discs (default 20000)")
     p.add_argument("--pdb", help="PDB file whose B-factors bfactor is compared with")
     p.add_argument("--length_unit", metavar="U", help="what the unit of lengths is called, for example angstrom (default: as the file says, else m)")

@@ -1,13 +1,17 @@
-"""Draws one frame of a run: springs as lines, or particles as shaded discs where there are too many springs."""
+"""Draws one frame of a run: springs as lines, a sheet as shaded triangles, or particles as shaded discs where there are too many springs."""
 import matplotlib
 matplotlib.use("Agg")
 import numpy as np  # noqa: E402
-from matplotlib.collections import LineCollection  # noqa: E402
+from matplotlib.collections import LineCollection, PolyCollection  # noqa: E402
 from matplotlib.colors import Normalize, to_rgb  # noqa: E402
 
+from backspring_io import RunError  # noqa: E402
 from camera import Camera, guess_up  # noqa: E402
-from scene_marks import THEMES, scale_bar, triad  # noqa: E402
+from faces import is_sheet, shaded, triangles_of  # noqa: E402
+from reactions import Reactions  # noqa: E402
+from scene_marks import THEMES, make_room, scale_bar, triad  # noqa: E402
 
+SHEET = 400  # particles from which on a sheet is drawn as triangles
 LABELS = {"speed": "speed"}
 
 
@@ -22,25 +26,35 @@ class Scene:
     """What stays the same over all frames: camera, window, colour scale, which springs are drawn."""
 
     def __init__(self, run, rows, color="auto", theme="light", up="", elev=20.0, azim=-60.0, perspective=0.0,
-                 max_springs=20000, draw="auto", limits=None, zoom=1.0, turn=0.0, follow=False, deform=None):
+                 max_springs=20000, draw="auto", limits=None, zoom=1.0, turn=0.0, follow=False, deform=None, reactions=False):
         """turn: degrees by which the eye goes round over the frames; follow: the centre of mass stays in the middle; deform: displacements since the first
-        frame are drawn this many times as large, with the shape of the first frame behind."""
-        self.run, self.theme, self.deform = run, THEMES[theme], deform
+        frame are drawn this many times as large, with the shape of the first frame behind; reactions: those of groups are drawn as arrows."""
+        self.run, self.theme, self.deform, self.reactions = run, THEMES[theme], deform, None
         self.turn, self.follow, self.first, self.last = turn if run.dim == 3 else 0.0, follow, rows[0], rows[-1]
         pairs = run.springs.pairs
-        self.draw = draw if draw != "auto" else ("springs" if 0 < len(pairs) <= max_springs else "particles")
-        if not len(pairs):
-            self.draw = "particles"
+        self.draw = self._way(draw, max_springs)
         self.drawn = np.flatnonzero(run.springs.inside & ~run.springs.idle)  # lines across a periodic box would hide the rest
         if self.draw == "springs" and len(self.drawn) > max_springs:  # asked for lines: an even choice of the springs
             self.drawn = self.drawn[np.unique(np.linspace(0, len(self.drawn) - 1, max_springs).astype(np.int64))]
         self.color = self._color(color)
         budget = max(2, int(4e7 // max(1, run.particles)))
         seen = sample(rows, min(200, budget))
+        self.reactions = Reactions(run, rows, self._size(seen)) if reactions else None
         self._frame_window(seen, up, elev, azim, perspective, zoom)
         self.norm = self._norm(sample(rows, min(40, budget)), limits)
         self.cmap = matplotlib.colormaps.get_cmap(self.theme.speed) if self.color == "speed" else self.theme.strain
         self.dots = None
+
+    def _way(self, draw, max_springs):
+        """What is drawn: springs, triangles or particles."""
+        count = len(self.run.springs)
+        if draw == "triangles" or draw == "auto" and self.run.dim == 3 and self.run.particles >= SHEET and count <= 10 * self.run.particles:
+            self.triangles = triangles_of(self.run)
+            if draw == "triangles" and not len(self.triangles):
+                raise RunError(f"{self.run.path}: has no triangles of springs; write --draw springs or particles")
+            if draw == "triangles" or is_sheet(self.run, self.triangles):
+                return "triangles"
+        return "particles" if not count or draw == "particles" or draw == "auto" and count > max_springs else "springs"
 
     def _color(self, color):
         strained = len(self.run.springs) and np.any(self.run.springs.strained)
@@ -66,13 +80,27 @@ class Scene:
         weights = self.run.mass[free] if self.run.mass is not None else None
         return np.average(self._shape(row)[free], axis=0, weights=weights)
 
+    def _reach(self, rows):
+        """Lower and upper corner of all that these frames show."""
+        lo, hi = np.full(self.run.dim, np.inf), np.full(self.run.dim, -np.inf)
+        for row in rows:
+            x = self._shown(row)
+            lo, hi = np.fmin(lo, np.nanmin(x, axis=0)), np.fmax(hi, np.nanmax(x, axis=0))
+        return lo, hi
+
+    def _size(self, rows):
+        lo, hi = self._reach(rows)
+        return float(np.linalg.norm(hi - lo)) or 1.0
+
+    def _shown(self, row):
+        """Positions of a frame, and the ends of arrows."""
+        x = self.position(row)
+        return x if self.reactions is None else np.array([*x, *(end for _, tail, tip, _ in self.reactions.arrows(row, x) for end in (tail, tip))])
+
     def _frame_window(self, rows, up, elev, azim, perspective, zoom):
         """The same window for all frames: everything that is ever seen, and a margin."""
-        lo, hi = np.full(self.run.dim, np.inf), np.full(self.run.dim, -np.inf)
         rows = list(rows) + ([0] if self.deform is not None and 0 not in rows else [])
-        for row in rows:
-            x = self.position(row)
-            lo, hi = np.fmin(lo, np.nanmin(x, axis=0)), np.fmax(hi, np.nanmax(x, axis=0))
+        lo, hi = self._reach(rows)
         size = float(np.linalg.norm(hi - lo)) or 1.0
         up = up or guess_up(self.run.dim, self.run.parameters.get("bs_gravity"))
         self.size, self.bounds = size, (lo, hi)
@@ -81,7 +109,7 @@ class Scene:
         self.camera = self._eye(0.0)
         low, high, depth = np.full(2, np.inf), np.full(2, -np.inf), [np.inf, -np.inf]
         for row in rows:
-            plane, z = self._camera_at(row).project(self.position(row))
+            plane, z = self._camera_at(row).project(self._shown(row))
             low, high = np.fmin(low, plane.min(axis=0)), np.fmax(high, plane.max(axis=0))
             depth = [min(depth[0], z.min()), max(depth[1], z.max())]
         middle, half = 0.5 * (low + high), 0.5 * (high - low)
@@ -148,7 +176,7 @@ class Scene:
 
     def label(self):
         unit = self.run.unit("velocity")
-        if self.color == "strain" and self.draw == "particles":
+        if self.color == "strain" and self.draw != "springs":
             return "mean " + self.run.strain_name + " at a particle"
         if self.color == "strain" and self.draw == "springs" and any(self.run.slack(row).any() for row in {self.first, self.last}):
             return self.run.strain_name + ", dotted: slack"
@@ -162,9 +190,11 @@ class Scene:
         ax._backspring = []
         if bar:
             ax.set_axis_off()
+            self.corner, right = make_room(self, ax)
+            self.setup_limits(ax)
             if not self.turn:
-                triad(self, ax)
-            scale_bar(self, ax)
+                triad(self, ax, self.corner)
+            scale_bar(self, ax, right)
 
     def setup_limits(self, ax):
         """The same window for all frames, with equal scales; call again when `ax` changes its size."""
@@ -188,18 +218,22 @@ class Scene:
         ax._backspring = []
         if self.turn:
             self.camera = self._camera_at(row)
-            ax._backspring += triad(self, ax)
+            ax._backspring += triad(self, ax, self.corner)
         plane, depth = self.camera.project(self.position(row))
         if self.deform is not None:
             self._draw_undeformed(ax)
         if self.draw == "springs":
             self._draw_springs(ax, row, plane, depth)
+        elif self.draw == "triangles":
+            self._draw_triangles(ax, row, plane, depth)
         elif self.run.particles > 400:
             self._draw_surface(ax, row, plane, depth)
         else:
             self._draw_dots(ax, row, plane, depth, 30.0)
+        if self.reactions is not None:
+            ax._backspring += self.reactions.draw(ax, self.reactions.arrows(row, self.position(row)), self.camera, self.theme)
         fixed = np.flatnonzero(self.run.fixed)
-        if len(fixed) and len(fixed) <= 2000 and (self.draw == "springs" or self.run.particles <= 400):
+        if len(fixed) and len(fixed) <= 2000 and (self.draw != "particles" or self.run.particles <= 400):
             size = np.clip(0.25 * self._spacing(ax), 1.5, 5.0)
             front = depth[fixed] >= np.median(depth) if self.run.dim == 3 else np.ones(len(fixed), dtype=bool)
             for some, level in ((fixed[front], 5), (fixed[~front], 1)):  # those behind go under the springs
@@ -235,10 +269,32 @@ class Scene:
         if self.run.particles <= 400 and self._spacing(ax) > 6:
             self._draw_dots(ax, row, plane, depth, np.clip(0.1 * self._spacing(ax), 1, 5) ** 2)
 
+    def _draw_triangles(self, ax, row, plane, depth):
+        """From far to near; a triangle that has lost a spring is gone."""
+        triangles = self.triangles[self._whole(row)]
+        middle = depth[triangles].mean(axis=1)
+        order = np.argsort(middle)
+        triangles = triangles[order]
+        values = None if self.color == "none" else self._particle_values(row)[triangles].mean(axis=1)
+        rgb = np.clip(self._rgb(values, len(triangles)) * shaded(self.position(row), triangles, self.camera.basis)[:, None], 0, 1) if self.run.dim == 3 \
+            else self._rgb(values, len(triangles))
+        fog = self._fog(middle[order], 0.35)[:, None]
+        rgb = (1 - fog) * rgb + fog * np.array(to_rgb(self.theme.background))
+        ax._backspring.append(ax.add_collection(PolyCollection(plane[triangles], facecolors=rgb, edgecolors=rgb, linewidths=0.4, zorder=2), autolim=False))
+
+    def _whole(self, row):
+        """Which triangles have all their springs."""
+        broken = self.run.broken(row)
+        if broken is None or not broken.any():
+            return np.ones(len(self.triangles), bool)
+        gone = np.sort(self.run.springs.pairs[broken], axis=1)
+        sides = self.triangles[:, [[0, 1], [0, 2], [1, 2]]]
+        return ~np.isin(sides[..., 0] * self.run.particles + sides[..., 1], gone[:, 0] * self.run.particles + gone[:, 1]).any(axis=1)
+
     def _draw_undeformed(self, ax):
         """The shape of the first frame, faintly: springs as thin lines, or dots where particles are drawn."""
         plane, _ = self.camera.project(self.position(0))
-        if self.draw == "springs":
+        if self.draw != "particles":
             lines = LineCollection(plane[self.run.springs.pairs[self.drawn[self.run.acting(0)[self.drawn]]]], colors=self.theme.faint, linewidths=0.5, zorder=0.5)
             ax._backspring.append(ax.add_collection(lines, autolim=False))
         else:

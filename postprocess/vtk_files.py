@@ -11,6 +11,7 @@ from exports import padded, write_atomically
 LAWS = ("hooke", "strain", "tension", "polynomial", "plastic", "maxwell")  # the numbers in the cell data `law`
 DAMPING_LAWS = ("axial", "simple")
 PARTICLE_COLUMNS = ("radius", "drag")
+MOST_MODES = 100  # in a file
 MARK = "backspring_lattice"  # field data: a file that says all of its lattice
 VTK_TYPES = {"f8": "Float64", "i8": "Int64", "i4": "Int32", "u1": "UInt8"}
 VTK_LINE, VTK_VERTEX = 3, 1
@@ -23,6 +24,8 @@ def fields(run, row, every):
         points["velocity"] = padded(run.velocity(row))
     if run.mass is not None:
         points["mass"] = run.mass
+    points["displacement"] = padded(run.position(row) - run.position(0))
+    points.update(mode_shapes(run))
     points.update({name: run.particle_column(name) for name in PARTICLE_COLUMNS if run.particle_column(name) is not None})
     springs = run.springs
     if not len(springs):
@@ -39,6 +42,13 @@ def fields(run, row, every):
     if springs.shift is not None:  # a line across the box is a point in the picture: its ends are told apart
         data["ends"], data["shift"] = springs.pairs, springs.shift
     return points, {k: v[kept] for k, v in data.items()}, springs.lines[kept]
+
+
+def mode_shapes(run):
+    """The first shapes of a run of free vibrations as vectors, the largest displacement of each 1: ParaView's filter Warp By Vector shows them."""
+    squared = run._array("/modes/omega_squared")
+    shapes = [run._read("/modes/shape", k) for k in range(min(MOST_MODES, 0 if squared is None else len(squared)))]
+    return {f"mode_{k:03d}": padded(q / max(np.sqrt((q ** 2).sum(axis=1)).max(), 1e-300)) for k, q in enumerate(shapes)}
 
 
 def _law_numbers(run):
@@ -60,6 +70,9 @@ def lattice_fields(run, row):
     for name, table in (("hinges_", run.hinges), ("anchors_", run.anchors)):
         out.update({name + k: v for k, v in (table or {}).items()})
     out.update({"group_" + name: run.group(name) for name in run.groups})
+    if run.has_modes:
+        out["omega_squared"] = run._array("/modes/omega_squared")
+    out.update({name.replace("/", "_"): run.series[name][row].reshape(-1) for name in run.series if name.startswith("reaction/") and row < len(run.series[name])})
     if any(run.periodic):
         out["box_edges"], out["box_periodic"] = run.box_edges(row), np.array(run.periodic, np.int32)
     return out
@@ -112,7 +125,7 @@ def write_pvd(run, rows, path, ending=".vtu", every=False):
     for row in rows:
         name = os.path.join(stem, f"frame_{row:06d}{ending}")
         (write_vtp if ending == ".vtp" else write_vtu)(run, row, name, every)
-        entries.append(f'    <DataSet timestep="{run.times[row]:.17g}" file="{os.path.basename(stem)}/{os.path.basename(name)}"/>\n')
+        entries.append(f'    <DataSet timestep="{float(run.times[row])!r}" file="{os.path.basename(stem)}/{os.path.basename(name)}"/>\n')
     text = '<?xml version="1.0"?>\n<VTKFile type="Collection" version="0.1" byte_order="LittleEndian">\n  <Collection>\n' \
         + "".join(entries) + "  </Collection>\n</VTKFile>\n"
     write_atomically(path, lambda part: Path(part).write_text(text, encoding="utf-8"))

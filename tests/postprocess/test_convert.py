@@ -62,7 +62,7 @@ class Lammps(Case):
     def test_molecules_cut_by_the_box_are_put_together(self):
         found = self.lattice(self.write("data.cut", data(atoms="1 1 1 9.5 5 5\n2 1 1 0.5 5 5\n3 1 1 1.5 5 5\n")))
         np.testing.assert_allclose(found["particles/position"], [[9.5, 5], [10.5, 5], [11.5, 5]])
-        self.assertIn("1 bonds cross the periodic box", found["said"])
+        self.assertIn("1 bond crosses the periodic box", found["said"])
         self.assertEqual(found["particles/id"].tolist(), [1, 2, 3])
         open_box = self.lattice(self.write("data.cut", data(atoms="1 1 1 9.5 5 5\n2 1 1 0.5 5 5\n3 1 1 1.5 5 5\n")), "--boundary", "f,p,p")
         np.testing.assert_allclose(open_box["particles/position"][:, 0], [9.5, 0.5, 1.5])  # the user knows better

@@ -478,7 +478,7 @@ class Converting(Case):
         self.assertIn("hooke is assumed", done.stderr)
         strained = synthetic.cube(self.path("s.h5md"), 4, frames=3, parameters={"bs_spring_law": "strain"})
         done = self.works("convert.py", strained, "-o", self.path("s.data"))
-        self.assertEqual(done.stderr, f"convert.py: {self.path('s.data')}: left out: 360 dampers, that 16 particles are fixed\n")
+        self.assertEqual(done.stderr, f"convert.py: {self.path('s.data')}: left out: 360 dampers, which particles are fixed (16)\n")
         with open_run(strained) as run:  # the rate of a strain spring is K/L
             np.testing.assert_allclose(self.lattice(self.path("s.data"))["springs/stiffness"],
                                        run.springs.stiffness / run.springs.rest_length, rtol=1e-15)
@@ -592,6 +592,23 @@ class Converting(Case):
             np.testing.assert_array_equal(mesh.cells[0].data, run.springs.pairs)
         self.works("convert.py", path, "-o", self.path("one.vtu"))
         self.assertEqual(len(meshio.read(self.path("one.vtu")).points), 27)
+
+    @unittest.skipUnless(meshio, "no meshio")
+    def test_vtu_has_displacements_modes_and_reactions(self):
+        """For ParaView: vectors at the points, read back by meshio."""
+        path = synthetic.chain(self.path("c.h5md"), 2)
+        shapes = np.random.default_rng(4).normal(size=(3, 12, 2))
+        with h5py.File(path, "a") as f:
+            f["modes/omega_squared"], f["modes/shape"] = [1.0, 4.0, 9.0], shapes
+            f["observables/reaction/end/value"], f["observables/reaction/end/time"] = np.stack([np.arange(30.0), -np.arange(30.0)], axis=1), np.linspace(0, 2, 30)
+        self.works("convert.py", path, "-o", self.path("c.vtu"), "--frame", 7)
+        mesh = meshio.read(self.path("c.vtu"))
+        with open_run(path) as run:
+            np.testing.assert_array_equal(mesh.point_data["displacement"][:, :2], run.position(7) - run.position(0))
+            for k in range(3):
+                np.testing.assert_allclose(mesh.point_data[f"mode_{k:03d}"][:, :2], shapes[k] / np.linalg.norm(shapes[k], axis=1).max(), atol=1e-15)
+            self.assertFalse(mesh.point_data["mode_000"][:, 2].any())
+        self.assertEqual((mesh.field_data["omega_squared"].tolist(), mesh.field_data["reaction_end"].tolist()), ([1, 4, 9], [7, -7]))
 
     def test_example_lattice(self):
         script = os.path.join(ROOT, "meshes", "make_lattice.py")

@@ -99,6 +99,27 @@ class Drawn(unittest.TestCase):
         with self.assertRaises(SystemExit), contextlib.redirect_stderr(io.StringIO()):
             movie.main([self.path, "-o", picture, "--deform", "inf"])
 
+    def test_reactions_point_away_from_the_body(self):
+        """As long as the forces are large, the largest 0.16 of the scene; within the window; pulled ends have the arrow's tail, pushed ones its tip."""
+        with h5py.File(self.net("hooke"), "a") as f:
+            for name, row, force in (("left", 0, [[0, 0], [-3.0, 0]]), ("right", 4, [[0, 0], [-1.0, 1.0]])):
+                f[f"groups/{name}"] = [row]
+                f[f"observables/reaction/{name}/value"], f[f"observables/reaction/{name}/time"] = force, [0.0, 1.0]
+        with open_run(self.path) as run:
+            scene = Scene(run, [0, 1], reactions=True)
+            arrows = scene.reactions.arrows(1, run.position(1))
+            scale = 0.16 * 4 / 3
+            for found, (end, tail, tip, size) in zip(arrows, (("tail", [0, 0], [-3 * scale, 0], 3), ("tip", [4 + scale, -scale], [4, 0], np.sqrt(2)))):
+                self.assertEqual(found[0], end)
+                np.testing.assert_allclose(np.concatenate([*found[1:3], [found[3]]]), [*tail, *tip, size], atol=1e-12)
+            self.assertEqual(scene.reactions.arrows(0, run.position(0)), [])
+            figure, ax = plt.subplots()
+            scene.setup(ax)
+            scene.draw_frame(ax, 1)
+            self.assertEqual([t.get_text() for t in ax.texts if t.get_text().endswith(" N")], ["3 N", "1.41 N"])
+            self.assertTrue(ax.get_xlim()[0] < -3 * scale and ax.get_xlim()[1] > 4 + scale)
+            plt.close(figure)
+
     def test_discs_have_dots_behind(self):
         path = synthetic.cube(os.path.join(self.folder, "c.h5md"), 8, frames=3)
         with open_run(path) as run:
