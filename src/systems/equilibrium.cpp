@@ -145,6 +145,7 @@ PetscErrorCode Equilibrium::residual_norms(Vec F, ResidualNorms* norms) {
   if (first_ == 0) first_ = last_;
   if (solve_first_ == 0) solve_first_ = last_;
   if (floor_ > 0) seen_.loaded = std::max(seen_.loaded, last_ / floor_);
+  seen_.unbalanced_norm = std::max(seen_.unbalanced_norm, last_);
   if (solve_before_ > 0 && last_ < CLOSE * solve_first_ && last_ > SLOW * solve_before_) sharp_ = true;
   solve_before_ = last_;
   PetscFunctionReturn(0);

@@ -19,6 +19,7 @@ struct Balance {
   double inner = 0;   ///< sum of the sizes of the forces between particles
   double outer = 0;   ///< load, or reaction of a support
   double uneven = 0;  ///< `beyond` by inner and outer of the same particle [1]
+  double slight = 0;  ///< a thousandth of what the strains that load steps imposed would make springs exert
 };
 
 /// What a lattice holds, and what its springs have dissipated so far [J].
@@ -107,8 +108,10 @@ class Equilibrium final : public FirstOrder {
  private:
   static constexpr double SHARP = 1e-4;  ///< of the shift of a solve
   /// Share of the forces on particle k that is left of them beyond their rounding errors. Where the springs at rest exert next to none, the measure
-  /// is what a strain of FAINT rounding errors of the force would make them exert: else nothing could be left of nothing.
+  /// is what a strain of FAINT rounding errors of the force would make them exert, or a thousandth of what the strains that load steps impose on
+  /// them would: else nothing could be left of nothing, as in a net that bears no load.
   double share_left(PetscInt k, double left, double acting) const;
+  double slight_force(PetscInt k) const;
   class Potential;
   /// rest_ becomes y without its velocities.
   PetscErrorCode at_rest(Vec y);
@@ -137,9 +140,10 @@ class Equilibrium final : public FirstOrder {
   bool sharp_ = false;                         ///< in this solve from now on: bodies that are tied to nothing have no larger shift than others
   double solve_first_ = 0, solve_before_ = 0;  ///< residuals of this solve: the first, the one before the last [N]
   std::vector<double> rounding_;               ///< (n) of the force on each particle, of the last floor [N]
-  /// Of the run so far: largest forces [N], largest stress, largest residual beside its rounding errors, equilibria that are not balanced.
+  /// Of the run so far: largest forces [N], largest stress, largest residual beside its rounding errors and itself [N], equilibria that are not
+  /// balanced.
   struct {
-    double inner = 0, outer = 0, stress = 0, loaded = 0, unbalanced = 0;
+    double inner = 0, outer = 0, stress = 0, loaded = 0, unbalanced_norm = 0, unbalanced = 0;
   } seen_;
   double released_ = 0;  ///< [J]
   std::string trouble_;

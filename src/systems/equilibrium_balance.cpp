@@ -11,6 +11,7 @@ namespace {
 constexpr double LEFT = 1e-6;      ///< of the loads, that an equilibrium may leave
 constexpr double NEAR = 10;        ///< rounding errors of a particle's force, within which it may be left
 constexpr double FAINT = 1e7;      ///< rounding errors of a particle's force, below which the forces on it are next to none
+constexpr double SLIGHT = 1e-3;    ///< of the unbalanced forces that load steps begin with, below which forces are next to none, too
 constexpr double ALL_LEFT = 1e-3;  ///< of the forces on a single particle, beside which those on others may be large
 
 /// A maximum does not see what is no number.
@@ -36,16 +37,20 @@ PetscErrorCode Equilibrium::roundings(double s) {
   PetscFunctionReturn(0);
 }
 
+double Equilibrium::slight_force(PetscInt k) const {
+  return SLIGHT * std::min(seen_.loaded * rounding_[static_cast<std::size_t>(k)], seen_.unbalanced_norm);
+}
+
 double Equilibrium::share_left(PetscInt k, double left, double acting) const {
   const double rounding = rounding_[static_cast<std::size_t>(k)], beyond = or_infinite(left - NEAR * rounding);
-  return beyond > 0 ? or_infinite(beyond / std::max(acting, FAINT * rounding)) : 0;
+  return beyond > 0 ? or_infinite(beyond / std::max({acting, FAINT * rounding, slight_force(k)})) : 0;
 }
 
 PetscErrorCode Equilibrium::balance(double t, Vec y, Balance* out) {
   const Layout at = own_->layout();
   const double* force = nullptr;
   std::vector<double> inner, outer;
-  double s = 0, most[5] = {0, 0, 0, 0, 0};
+  double s = 0, most[6] = {0, 0, 0, 0, 0, 0};
   PetscFunctionBegin;
   PetscCall(stand(t, y, &s));
   PetscCall(roundings(s));
@@ -59,9 +64,10 @@ PetscErrorCode Equilibrium::balance(double t, Vec y, Balance* out) {
     most[2] = std::max(most[2], inner[k]);
     most[3] = std::max(most[3], outer[k]);
     most[4] = std::max(most[4], share_left(i, left, inner[k] + outer[k]));
+    most[5] = std::max(most[5], slight_force(i));
   }
-  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, most, 5, MPI_DOUBLE, MPI_MAX, comm()));
-  *out = {most[0], most[1], most[2], most[3], most[4]};
+  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, most, 6, MPI_DOUBLE, MPI_MAX, comm()));
+  *out = {most[0], most[1], most[2], most[3], most[4], most[5]};
   PetscFunctionReturn(0);
 }
 
@@ -93,7 +99,7 @@ PetscErrorCode Equilibrium::examine(double t, Vec y, std::string* why, bool* hop
   if (moves()) PetscFunctionReturn(0);
   PetscCall(balance(t, y, &b));
   const double inner = std::max(seen_.inner, b.inner), outer = std::max(seen_.outer, b.outer);
-  if (!(b.beyond <= LEFT * std::max(inner, outer))) {
+  if (!(b.beyond <= LEFT * std::max({inner, outer, b.slight}))) {
     *why = format("the solver calls it an equilibrium, but an unbalanced force of %.3g N is left on a particle where the largest forces are %.3g N",
                   b.left, std::max(b.inner, b.outer));
     PetscFunctionReturn(0);
@@ -125,6 +131,7 @@ void Equilibrium::save_sums(std::map<std::string, double>* sums) const {
   (*sums)["largest_outer_force"] = seen_.outer;
   (*sums)["largest_stress"] = seen_.stress;
   (*sums)["largest_residual"] = seen_.loaded;
+  (*sums)["largest_unbalanced_norm"] = seen_.unbalanced_norm;
   (*sums)["unbalanced"] = seen_.unbalanced;
   (*sums)["released_energy"] = released_;
   (*sums)["mean_rate"] = rate_;
@@ -136,7 +143,8 @@ void Equilibrium::restore_sums(const std::map<std::string, double>& sums) {
     const auto at = sums.find(name);
     return at == sums.end() ? 0.0 : at->second;
   };
-  seen_ = {of("largest_inner_force"), of("largest_outer_force"), of("largest_stress"), of("largest_residual"), of("unbalanced")};
+  seen_ = {of("largest_inner_force"), of("largest_outer_force"), of("largest_stress"), of("largest_residual"),
+           of("largest_unbalanced_norm"), of("unbalanced")};
   released_ = of("released_energy");
   rate_ = of("mean_rate");
 }

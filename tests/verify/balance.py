@@ -71,6 +71,25 @@ def beside(checks, folder):
             checks.near(f"{k / 1e-4:g} times stiffer, moved by {way:g} m", moved, np.linspace(0, 1, 6), 1e-5)
 
 
+def without_stiffness(checks, folder):
+    """Periodic nets with so few springs that they bear no shear: an equilibrium has every spring at its rest length, and no load step needs to be shorter."""
+    n, strain = 14, 0.1
+    edges = n * np.array([[1, 0], [0.5, ROOT]])
+    for seed in (1, 2, 3):
+        rng = np.random.default_rng(seed)
+        kept = [(i, j, i + di, j + dj) for i in range(n) for j in range(n) for di, dj in ((1, 0), (0, 1), (1, -1)) if rng.random() < 0.58]
+        pairs = np.array([(n * i + j, n * (k % n) + l % n) for i, j, k, l in kept])
+        shift = np.array([(k // n, l // n) for _, _, k, l in kept])
+        x = np.array([[i + 0.5 * j, ROOT * j] for i in range(n) for j in range(n)])
+        path = write_lattice(folder / "w.h5", x, 1.0, pairs=pairs, stiffness=1.0, rest_length=1.0, box=edges, shift=shift)
+        for ranks in (1, 3):
+            r = checks.run({"bs_task": "statics", "bs_lattice_file": path, "bs_box_strain": f"xy=velocity:{strain}", "bs_load_steps": 6}, interval=0, ranks=ranks)
+            y, sheared = r.trajectory.position[-1], edges @ np.array([[1, strain], [0, 1]]).T
+            length = np.linalg.norm(y[pairs[:, 1]] + shift @ sheared - y[pairs[:, 0]], axis=1)
+            checks.below(f"net {seed}, {ranks} rank(s): springs as long as at rest", np.abs(length - 1).max(), 1e-8)
+            checks.true(f"net {seed}, {ranks} rank(s): in the load steps asked for", r.report["steps"] == 6 and r.report["rejected"] == 0, f"{r.report['steps']}, {r.report['rejected']} rejected")
+
+
 NET = {"bs_lattice_type": "triangular", "bs_lattice_size": "6,6", "bs_lattice_fixed": "ymax", "bs_gravity": "0,-1"}
 BOX = {"bs_lattice_type": "triangular", "bs_lattice_size": "6,6", "bs_lattice_periodic": "xy", "bs_lattice_perturbation": 0.1, "bs_lattice_seed": 1, "bs_lattice_rest_length_factor": 1.05}
 
@@ -119,4 +138,4 @@ def slow_drive(checks, folder):
 
 
 if __name__ == "__main__":
-    run_parts(__doc__, (soft_network, beside, early_ends, at_rest, slow_drive))
+    run_parts(__doc__, (soft_network, beside, without_stiffness, early_ends, at_rest, slow_drive))
