@@ -25,7 +25,8 @@ if __name__ == "__main__":
 import h5py  # noqa: E402
 import numpy as np  # noqa: E402
 
-from backspring_io import RunError, counted, open_run  # noqa: E402
+from backspring_io import RunError, open_run  # noqa: E402
+from run_data import counted  # noqa: E402
 from finite import check_run  # noqa: E402
 from exports import write_atomically, write_gsd, write_nanometres, write_xyz  # noqa: E402
 from lammps_data import is_lammps  # noqa: E402

@@ -1,7 +1,8 @@
 """What a run has that a format may have no place for: kept, told in one line, or refused by name (the table of README.md)."""
 import numpy as np
 
-from backspring_io import RunError, counted
+from backspring_io import RunError
+from run_data import counted
 
 # Columns of TABLE. A dump and a data file are for LAMMPS; .h5md is the one in nanometres; .vtu stands for .vtp and .pvd, too.
 FORMATS = ("xyz", "dump", "gsd", "h5md", "vtu", "data")

@@ -4,7 +4,7 @@ from matplotlib.collections import LineCollection
 
 from figure_style import COLORS, axis_label, key, missing, moment, time_label, width
 from figures_stress import box_strains
-from backspring_io import TENSOR, counted
+from run_data import TENSOR, counted
 from scene import sample
 
 

@@ -1,7 +1,8 @@
 """Stress over strain of a periodic box, and the slope of it."""
 import numpy as np
 
-from backspring_io import RunError, TENSOR
+from backspring_io import RunError
+from run_data import TENSOR
 from figure_style import COLORS, DASHES, axis_label, key, missing, width
 
 

@@ -1,7 +1,8 @@
 """Numbers that a conversion takes must be finite: a file of another program says nothing of those that are not."""
 import numpy as np
 
-from backspring_io import BONDS, HISTORIES, LIMITS, PARTICLES, RunError
+from backspring_io import RunError
+from run_data import BONDS, HISTORIES, LIMITS, PARTICLES
 
 
 def first_bad(values, unbounded=False):

@@ -4,7 +4,8 @@ import sys
 import h5py
 import numpy as np
 
-from backspring_io import RunError, counted
+from backspring_io import RunError
+from run_data import counted
 from exports import write_atomically
 from finite import check_lattice
 from selection import select

@@ -29,7 +29,8 @@ from figure_style import COLORS, DASHES, STYLE  # noqa: E402
 from figures_motion import state_scene  # noqa: E402
 from figures_steps import iterated, steps_vary  # noqa: E402
 from figures_stress import box_strains  # noqa: E402
-from backspring_io import TENSOR, RunError, open_run  # noqa: E402
+from backspring_io import RunError, open_run  # noqa: E402
+from run_data import TENSOR  # noqa: E402
 from camera import AXES, finite_number  # noqa: E402
 
 ENDINGS = (".png", ".pdf", ".svg")

@@ -31,7 +31,6 @@ class Scene:
         frame are drawn this many times as large, with the shape of the first frame behind; reactions: those of groups are drawn as arrows."""
         self.run, self.theme, self.deform, self.reactions = run, THEMES[theme], deform, None
         self.turn, self.follow, self.first, self.last = turn if run.dim == 3 else 0.0, follow, rows[0], rows[-1]
-        pairs = run.springs.pairs
         self.draw = self._way(draw, max_springs)
         self.drawn = np.flatnonzero(run.springs.inside & ~run.springs.idle)  # lines across a periodic box would hide the rest
         if self.draw == "springs" and len(self.drawn) > max_springs:  # asked for lines: an even choice of the springs

@@ -8,7 +8,8 @@ import matplotlib.pyplot as plt  # noqa: E402
 import numpy as np  # noqa: E402
 
 import study_orders as orders  # noqa: E402
-from backspring_io import RunError, TENSOR  # noqa: E402
+from backspring_io import RunError  # noqa: E402
+from run_data import TENSOR  # noqa: E402
 from figure_style import COLORS, STYLE, axis_label  # noqa: E402
 
 MARKS = "osD^vP*X"

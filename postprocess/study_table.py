@@ -8,7 +8,8 @@ import numpy as np
 
 import differences
 import study_run
-from backspring_io import TENSOR, RunError, open_run
+from backspring_io import RunError, open_run
+from run_data import TENSOR
 
 COMPONENTS = "xyz"
 MISSING = ""

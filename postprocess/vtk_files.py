@@ -5,7 +5,8 @@ from pathlib import Path
 
 import numpy as np
 
-from backspring_io import HISTORIES, LAW_DATA, RunError
+from backspring_io import RunError
+from run_data import HISTORIES, LAW_DATA
 from exports import padded, write_atomically
 
 LAWS = ("hooke", "strain", "tension", "polynomial", "plastic", "maxwell")  # the numbers in the cell data `law`
