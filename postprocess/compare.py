@@ -96,6 +96,7 @@ def draw(path, found, a, args):
     matplotlib.use("Agg")
     import matplotlib.pyplot as plt
     import figure_style as figures
+    from figure_layout import settle
     with plt.rc_context(figures.STYLE):
         figure, axes = plt.subplots(1, len(found), figsize=(0.6 + 3.6 * len(found), 2.9), constrained_layout=True, squeeze=False)
         for ax, d in zip(axes[0], found):
@@ -106,6 +107,7 @@ def draw(path, found, a, args):
             if np.any(d.largest > 0) or args.atol + args.rtol * d.scale.max() > 0:
                 ax.set_yscale("log")
             figures.finish(ax, a, figures.axis_label(f"difference of {d.quantity}", a.unit(d.quantity)))
+        settle(figure)
         figure.savefig(path, dpi=200, facecolor="white")
         plt.close(figure)
 

@@ -125,7 +125,8 @@ def free(ax, legend):
     panel = ax.get_window_extent()
     box = _place(ax, legend, 0, 1)
     width, height = (box[2] - box[0]) / panel.width, (box[3] - box[1]) / panel.height
-    across, edge = (max(0.0, 1 - width), 0.0, max(0.0, (1 - width) / 2)), 0.01
+    edge = 0.01
+    across = (max(0.0, 1 - width - edge), edge, max(0.0, (1 - width) / 2))
     points = data_points(ax)
     for y in (1 - edge, height + edge, 0.5 + height / 2):
         for x in across:

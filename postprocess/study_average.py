@@ -9,8 +9,9 @@ import numpy as np  # noqa: E402
 
 import study_orders as orders  # noqa: E402
 from backspring_io import RunError  # noqa: E402
+from figure_layout import settle  # noqa: E402
+from figure_style import COLORS, STYLE, axis_label, key  # noqa: E402
 from run_data import TENSOR  # noqa: E402
-from figure_style import COLORS, STYLE, axis_label  # noqa: E402
 
 MARKS = "osD^vP*X"
 
@@ -64,7 +65,8 @@ def _picture(path, found, column, unit, label, moved):
         ax.axhline(0, color="#999999", lw=0.6)
         ax.set_xlabel(label)
         ax.set_ylabel(axis_label(column.replace("_", " "), unit))
-        ax.legend(loc="best")
+        key(ax)
+        settle(figure)
         figure.savefig(path, dpi=200, facecolor="white", bbox_inches="tight", pad_inches=0.06)
         plt.close(figure)
     return path

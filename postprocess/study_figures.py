@@ -5,7 +5,8 @@ import matplotlib.pyplot as plt  # noqa: E402
 import numpy as np  # noqa: E402
 from matplotlib.ticker import FuncFormatter, NullFormatter  # noqa: E402
 
-from figure_style import COLORS, STYLE  # noqa: E402
+from figure_layout import settle  # noqa: E402
+from figure_style import COLORS, STYLE, key  # noqa: E402
 from study_orders import efficiency  # noqa: E402
 
 MARKS = "osD^vP*X"
@@ -13,6 +14,7 @@ UNITS = {"ts_dt": "step $h$ [s]", "wall": "wall-clock time [s]", "krylov": "Kryl
 
 
 def _save(figure, path, dpi=200):
+    settle(figure)
     figure.savefig(path, dpi=dpi, facecolor="white", bbox_inches="tight", pad_inches=0.06)
     plt.close(figure)
     return path
@@ -59,7 +61,7 @@ def convergence(series, against, column, path, floor=0.0):
         _decades(ax.xaxis)
         ax.set_xlabel(UNITS.get(against, against))
         ax.set_ylabel(_pretty(column))
-        ax.legend(loc="best")
+        key(ax)
         return _save(figure, path)
 
 
@@ -80,7 +82,7 @@ def work_precision(series, column, path):
             _decades(ax.xaxis)
             ax.set_xlabel(UNITS.get(cost, cost))
         axes[0].set_ylabel(_pretty(column))
-        axes[1].legend(loc="best")
+        key(axes[1])
         return _save(figure, path)
 
 
@@ -106,7 +108,7 @@ def scaling(groups, path):
         left.set_yscale("log")
         _decades(left.yaxis)
         left.set_ylabel("wall-clock time [s]")
-        left.legend(loc="best")
+        key(left)
         right.axhline(1, color="#999999", lw=0.8, ls=(0, (4, 2)))
         right.set_ylim(0, max(1.1, right.get_ylim()[1]))
         right.set_ylabel("parallel efficiency")
