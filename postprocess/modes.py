@@ -68,6 +68,10 @@ class ModeRun(Run):
         """Strains (M,) of the mode alone, first order in its displacements; NaN as in any run."""
         return self.sine[frame] * self._largest
 
+    def tensions(self, frame):
+        """None: how large a mode is drawn says nothing of forces."""
+        return None
+
     def box_edges(self, frame):
         return super().box_edges(0)
 

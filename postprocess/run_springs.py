@@ -1,7 +1,7 @@
 """The part of a Run that reads springs and all else that joins particles, and the periodic box that they cross."""
 import numpy as np
 
-from run_data import BONDS, LAW_DATA, LIMITS, PARTICLES, Angles, Springs, text
+from run_data import BONDS, HISTORIES, LAW_DATA, LIMITS, PARTICLES, Angles, Springs, text
 
 
 class JoinedRun:
@@ -90,6 +90,27 @@ class JoinedRun:
         rest = self.springs.rest_length
         with np.errstate(divide="ignore", invalid="ignore"):
             return np.where((rest > 0) & self.acting(frame), (self.lengths(frame) - rest) / rest, np.nan)
+
+    def tensions(self, frame):
+        """Elastic forces (M,) of the springs [N], positive where they pull, by their laws; 0 where broken or slack, without what dampers carry. None where the file does
+        not say all that its laws need."""
+        springs, laws = self.springs, self.spring_laws
+        if laws is None or springs.stiffness is None:
+            return None
+        rest, k, length = springs.rest_length, springs.stiffness, self.lengths(frame)
+        stretch, out = length - rest, np.full(len(springs), np.nan)
+        data = {**springs.law_data, **{name: self.spring_state(name, frame) for name in HISTORIES}}
+        for law in set(laws):
+            here = laws == law
+            forces = {"hooke": lambda: k * stretch, "tension": lambda: k * np.maximum(stretch, 0.0),
+                      "strain": lambda: k * np.where(rest > 0, stretch / np.where(rest > 0, rest, 1.0), length),
+                      "polynomial": lambda: sum(c * stretch ** p for p, c in ((1, k), (2, data.get("stiffness_2", 0.0)), (3, data.get("stiffness_3", 0.0)))),
+                      "plastic": lambda: k * (stretch - data["plastic_stretch"]), "maxwell": lambda: k * (stretch - data["viscous_stretch"])}
+            needed = {"plastic": ["plastic_stretch"], "maxwell": ["viscous_stretch"]}.get(law, [])
+            if law not in forces or any(data.get(name) is None for name in needed) or law == "polynomial" and not {"stiffness_2", "stiffness_3"} & set(springs.law_data):
+                return None
+            out[here] = forces[law]()[here]
+        return np.where(self.acting(frame), out, 0.0)
 
     @property
     def spring_law(self):

@@ -12,6 +12,7 @@ import scipy.linalg
 HERE = pathlib.Path(__file__).resolve().parent
 sys.path[:0] = [str(HERE.parents[1] / "postprocess"), str(HERE.parent / "verify")]
 import convert  # noqa: E402
+from backspring_io import open_run  # noqa: E402
 from harness import run_parts  # noqa: E402
 
 E, A, RHO = 210e9, 1e-3, 7850.0
@@ -39,6 +40,8 @@ def stretched(checks, folder):
         checks.run({"bs_lattice_file": rod(folder, 7, "--spring_law", law), "bs_task": "statics", "bs_gravity": "9.81", "bs_output": out})
         with h5py.File(out) as f:
             x = f["particles/trajectory/position/value"][...]
+        with open_run(out) as run:
+            checks.near(f"{law}: tensions are the weight below", run.tensions(-1), RHO * A * 9.81 * (2 - (np.arange(7) + 0.5) * 2 / 7), 1e-6 * RHO * A * 9.81)
         checks.near(f"{law}: a rod under its own weight", x[-1].max() - 2, RHO * 9.81 * 4 / (2 * E), 1e-6 * RHO * 9.81 * 4 / (2 * E))
 
 

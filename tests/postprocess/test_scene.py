@@ -120,6 +120,25 @@ class Drawn(unittest.TestCase):
             self.assertTrue(ax.get_xlim()[0] < -3 * scale and ax.get_xlim()[1] > 4 + scale)
             plt.close(figure)
 
+    def test_tensions_by_their_laws(self):
+        """k = 50, l - L = -0.2, -0.2, 0.1, 0.3, all rest lengths 1: hooke and strain alike, cables only pull."""
+        expected = 50 * np.array([-0.2, -0.2, 0.1, 0.3])
+        for law, forces in (("hooke", expected), ("strain", expected), ("tension", np.maximum(expected, 0)), ("plastic", None), ("unknown", None)):
+            with open_run(self.net(law)) as run:
+                found = run.tensions(1)
+                self.assertIsNone(found) if forces is None else np.testing.assert_allclose(found, forces, atol=1e-12)
+        with h5py.File(self.net("plastic"), "a") as f:
+            f["backspring/plastic_stretch/value"] = np.array([[0] * 4, [0, -0.1, 0, 0.2]])
+        with open_run(self.path) as run:
+            np.testing.assert_allclose(run.tensions(1), 50 * np.array([-0.2, -0.1, 0.1, 0.1]), atol=1e-12)
+            scene = Scene(run, [0, 1], color="tension")
+            self.assertEqual(scene.label(), "tension [N]")
+            self.assertGreater(scene.norm.vmax, 9)
+        with h5py.File(self.net("polynomial"), "a") as f:
+            f["connectivity/bonds_stiffness_3"] = np.full(4, 1000.0)
+        with open_run(self.path) as run:
+            np.testing.assert_allclose(run.tensions(1), expected + [-8, -8, 1, 27], atol=1e-12)
+
     def test_discs_have_dots_behind(self):
         path = synthetic.cube(os.path.join(self.folder, "c.h5md"), 8, frames=3)
         with open_run(path) as run:
