@@ -134,7 +134,7 @@ class Layout(unittest.TestCase):
         self.assertEqual(seen | set(kinds) | {"states", "sources"}, set(figures.KINDS))
 
     def test_several_runs_with_long_names(self):
-        paths = [synthetic.cloth(self.path(f"{k}.h5md"), 9, parameters={"ts_type": "arkimex", "ts_adapt_type": "basic", "ts_arkimex_type": "ars443" * k}) for k in (1, 2, 3)]
+        paths = [synthetic.cloth(self.path(f"{k}.h5md"), 9, parameters={"ts_type": f"arkimex_{k}", "ts_adapt_type": f"basic_{k}", "ts_arkimex_type": "ars443" * k}) for k in (1, 2, 3)]
         self.check(self.figure(*paths, "--kind", "state,histogram,phase,energy,iterations"), "three runs")
 
     def test_crowded_axes(self):
