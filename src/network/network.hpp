@@ -61,8 +61,7 @@ struct NetworkGroup {
   std::vector<PetscInt> member;  ///< local indices, ascending: owned ones and ghosts
 };
 
-class Supports;
-class Cell;
+class Constraints;
 
 /// Unknowns are numbered by particle: block `global` of 2d numbers (x, v). Local particles: n owned, then ghosts: particles of other
 /// ranks and, in a periodic box, images of any; an image has the global index of its particle.
@@ -78,10 +77,9 @@ struct Network {
   std::vector<double> held;         ///< (n + ghosts, d): where a particle starts; fixed ones stay there
   std::vector<double> mass;
   PeriodicBox box;
-  std::vector<int> image;              ///< (ghosts, d): the box a ghost is in; empty: no periodic box
-  std::vector<NetworkGroup> groups;    ///< the same names in the same order on every rank
-  const Supports* supports = nullptr;  ///< what moves as given (systems/particles/supports.hpp); null: nothing does
-  const Cell* cell = nullptr;          ///< the box in the course of time (systems/particles/cell.hpp); null: none
+  std::vector<int> image;                    ///< (ghosts, d): the box a ghost is in; empty: no periodic box
+  std::vector<NetworkGroup> groups;          ///< the same names in the same order on every rank
+  const Constraints* constraints = nullptr;  ///< what holds particles (systems/particles/constraints); null until that is found
   // owned
   std::vector<double> velocity;       ///< (n, d)
   ParticleColumns columns;            ///< what the lattice gives of lattice/columns.hpp

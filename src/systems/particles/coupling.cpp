@@ -1,7 +1,7 @@
 #include "systems/particles/coupling.hpp"
 #include "base/error.hpp"
 #include "base/options.hpp"
-#include "systems/particles/supports.hpp"
+#include "systems/particles/constraints/constraints.hpp"
 
 namespace bs {
 
@@ -139,7 +139,7 @@ PetscErrorCode Coupling::create_operator(const Network& net, Mat P, bool momentu
   MatHandle U, W;
   for (MatHandle* M : {&U, &W}) PetscCall(MatCreateDense(net.comm, net.n * bs, PETSC_DECIDE, PETSC_DETERMINE, d, nullptr, M->out()));
   for (PetscInt i = 0; i < net.n; ++i) {
-    const int held = net.supports ? net.supports->rolling(net.global[i]) : 0;
+    const int held = net.constraints->held(i);
     for (PetscInt k = 0; k < d; ++k) {
       if (held >> k & 1) continue;
       const PetscInt x = net.global[i] * bs + k, v = x + d;
@@ -147,7 +147,7 @@ PetscErrorCode Coupling::create_operator(const Network& net, Mat P, bool momentu
         PetscCall(MatSetValue(U, v, k, momentum ? net.mass[i] : 1.0, INSERT_VALUES));
         PetscCall(MatSetValue(W, x, k, mass_.value * net.mass[i] / (S_ * S_), INSERT_VALUES));
         PetscCall(MatSetValue(W, v, k, mass_.damping * net.mass[i] / (S_ * S_), INSERT_VALUES));
-      } else if (i == center_ && !net.fixed[i]) {
+      } else if (i == center_) {
         PetscCall(MatSetValue(W, x, k, -mass_.value / S_, INSERT_VALUES));
       }
     }

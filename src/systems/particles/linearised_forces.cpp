@@ -4,8 +4,8 @@
 #include "linalg/factor_flops.hpp"
 #include "linalg/rigid_modes.hpp"
 #include "systems/particles/condensed/graph.hpp"
+#include "systems/particles/constraints/constraints.hpp"
 #include "systems/particles/events.hpp"
-#include "systems/particles/supports.hpp"
 
 namespace bs {
 
@@ -26,10 +26,7 @@ PetscErrorCode LinearisedForces::create(const Network& net, const Terms& terms, 
   PetscFunctionReturn(0);
 }
 
-bool LinearisedForces::moves(PetscInt i, PetscInt c) const {
-  if (net_->fixed[static_cast<std::size_t>(i)]) return false;
-  return !net_->supports || !(net_->supports->rolling(net_->global[static_cast<std::size_t>(i)]) >> c & 1);
-}
+bool LinearisedForces::moves(PetscInt i, PetscInt c) const { return !(net_->constraints->held(i) >> c & 1); }
 
 PetscErrorCode LinearisedForces::linearise(double t, Vec y) {
   PetscFunctionBegin;
@@ -45,7 +42,7 @@ PetscErrorCode LinearisedForces::change_of_force(Vec z, double* f) {
   if (!direction_.created()) PetscCall(direction_.create(*net_, vector_));
   PetscCall(direction_.gather_direction(z));
   terms_->multiply_tangent(t_, state_, direction_, f);
-  if (net_->supports) net_->supports->clear(0, net_->n, 1, f);
+  net_->constraints->clear(0, net_->n, 1, f);
   // of a spring at one end: distance and length 3d, rates 10, t dz + w (w.dz) 7d
   PetscCall(PetscLogFlops((10.0 * net_->dim + 10) * static_cast<double>(net_->links.other.size())));
   PetscCall(PetscLogEventEnd(particle_events().tangent, z, nullptr, nullptr, nullptr));
@@ -59,13 +56,13 @@ PetscErrorCode LinearisedForces::damping_force(const double* w, double* f) {
   std::fill_n(f, net_->n * d, 0.0);
   if (!damped_) {  // no spring has a damper: nothing of other particles is needed
     std::vector<double> free;
-    if (net_->supports && net_->supports->rolls()) {
+    if (net_->constraints->rolls()) {
       free.assign(w, w + net_->n * d);
-      net_->supports->clear(0, net_->n, 1, free.data());
+      net_->constraints->clear(0, net_->n, 1, free.data());
       w = free.data();
     }
     terms_->pairs().multiply_law_damping(t_, state_, w, f);
-    if (net_->supports) net_->supports->clear(0, net_->n, 1, f);
+    net_->constraints->clear(0, net_->n, 1, f);
     PetscFunctionReturn(0);
   }
   if (!only_velocity_) PetscCall(VecDuplicate(vector_, only_velocity_.out()));

@@ -2,8 +2,7 @@
 #include <petsc/private/petscimpl.h>
 #include <algorithm>
 #include <cstring>
-#include "systems/particles/cell.hpp"
-#include "systems/particles/supports.hpp"
+#include "systems/particles/constraints/constraints.hpp"
 
 namespace bs {
 namespace {
@@ -27,9 +26,6 @@ PetscErrorCode LocalState::create(const Network& net, Vec layout) {
   net_ = &net;
   width_ = 2 * static_cast<std::size_t>(net.dim);
   values_.assign(static_cast<std::size_t>(net.n + net.ghosts) * width_, 0.0);
-  fixed_.clear();
-  for (PetscInt i = 0; i < net.n + net.ghosts; ++i)
-    if (net.fixed[i]) fixed_.push_back(i);
   const PetscInt bs = static_cast<PetscInt>(width_);
   // the scatter writes straight behind the owned states
   PetscCall(
@@ -54,8 +50,7 @@ PetscErrorCode LocalState::gather_direction(Vec z) {
   PetscCall(scatter_begin(z));
   PetscCall(scatter_end(z));
   last_ = {};
-  for (const PetscInt i : fixed_) std::fill_n(values_.begin() + static_cast<std::ptrdiff_t>(static_cast<std::size_t>(i) * width_), width_, 0.0);
-  if (net_->supports) net_->supports->clear(0, net_->n + net_->ghosts, 2, values_.data());
+  net_->constraints->clear(0, net_->n + net_->ghosts, 2, values_.data());
   PetscFunctionReturn(0);
 }
 
@@ -78,7 +73,7 @@ PetscErrorCode LocalState::gather_end(double t, Vec y) {
   PetscFunctionBegin;
   PetscCall(scatter_end(y));
   hold(t, net_->n, net_->n + net_->ghosts);
-  if (net_->cell) net_->cell->shift_images(t, 1, velocities_, values_.data());
+  net_->constraints->box().shift_images(t, 1, velocities_, values_.data());
   PetscFunctionReturn(0);
 }
 
@@ -117,26 +112,22 @@ PetscErrorCode LocalState::scatter_end(Vec y) {
 }
 
 void LocalState::drive_to(double t) {
-  if (net_->cell) net_->cell->shift_images(time_, -1, false, values_.data());
-  hold_driven(t, 0, net_->n + net_->ghosts);
-  if (net_->cell) net_->cell->shift_images(t, 1, false, values_.data());
+  const Constraints& constraints = *net_->constraints;
+  constraints.box().shift_images(time_, -1, false, values_.data());
+  constraints.drive(t, 0, net_->n + net_->ghosts, values_.data());
+  note_driven();
+  constraints.box().shift_images(t, 1, false, values_.data());
   time_ = t;
 }
 
-/// Fixed particles among [first, last) stand where they started, driven ones where they are at time t.
 void LocalState::hold(double t, PetscInt first, PetscInt last) {
-  const std::size_t d = width_ / 2;
-  for (auto at = std::lower_bound(fixed_.begin(), fixed_.end(), first); at != fixed_.end() && *at < last; ++at) {
-    double* state = values_.data() + static_cast<std::size_t>(*at) * width_;
-    std::copy_n(net_->held.begin() + static_cast<std::ptrdiff_t>(static_cast<std::size_t>(*at) * d), d, state);
-    std::fill_n(state + d, d, 0.0);
-  }
-  hold_driven(t, first, last);
+  net_->constraints->place(t, first, last, values_.data());
+  note_driven();
 }
 
-void LocalState::hold_driven(double t, PetscInt first, PetscInt last) {
-  if (!net_->supports) return;
-  net_->supports->place(t, first, last, values_.data());
+/// Owned states may be others than the vector's.
+void LocalState::note_driven() {
+  if (!net_->constraints->holds_groups()) return;
   last_ = {};
   ++version_;
 }

@@ -38,7 +38,7 @@ class LocalState {
   void copy_owned(const double* states);
   PetscErrorCode scatter_end(Vec y);
   void hold(double t, PetscInt first, PetscInt last);
-  void hold_driven(double t, PetscInt first, PetscInt last);
+  void note_driven();
   const Network* net_ = nullptr;
   std::size_t width_ = 0;
   VecHandle ghost_values_;
@@ -48,7 +48,6 @@ class LocalState {
   std::pair<PetscObjectId, PetscObjectState> last_{0, 0};  ///< vector and its state that owned states were taken from; 0: no vector's
   bool velocities_ = true;                                 ///< of ghosts travel
   double time_ = 0;                                        ///< of the state gathered last, and of the images' displacements
-  std::vector<PetscInt> fixed_;                            ///< local indices of fixed particles, ascending
 };
 
 }  // namespace bs

@@ -1,16 +1,9 @@
-// A particle system in its periodic box: what the box shows, and how it carries the particles along.
+// A particle system in its periodic box: what the box shows, and how particles answer its strains.
 #include <algorithm>
 #include <cmath>
 #include "systems/particles/particle_model.hpp"
 
 namespace bs {
-
-std::vector<std::string> ParticleModel::boundary() const {
-  std::vector<std::string> words;
-  if (!net_.box.active()) return words;
-  for (int k = 0; k < net_.dim; ++k) words.emplace_back(net_.box.periodic[k] ? "periodic" : "none");
-  return words;
-}
 
 /// The edges and the stress, tension positive, of the state that state_ holds:
 ///   sigma = (sum of (T/l) dx dx over springs - sum of m c c over particles) / V,   c = v - F' F^-1 x
@@ -18,10 +11,11 @@ std::vector<std::string> ParticleModel::boundary() const {
 PetscErrorCode ParticleModel::observe_box(double t, std::vector<Observable>* out) {
   const int d = net_.dim;
   double edges[9], L[9];
+  const Cell& box = constraints_.box();
   BoxForces sums;
   PetscFunctionBegin;
-  cell_.edges(t, edges, nullptr);
-  cell_.velocity_gradient(t, L);
+  box.edges(t, edges, nullptr);
+  box.velocity_gradient(t, L);
   terms_->box_forces(state_, &sums);
   double* sigma = sums.virial;
   for (PetscInt i = 0; i < net_.n; ++i) {
@@ -32,46 +26,31 @@ PetscErrorCode ParticleModel::observe_box(double t, std::vector<Observable>* out
       for (int q = 0; q < d; ++q) sigma[r * d + q] -= net_.mass[i] * c[r] * c[q];
   }
   PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, sigma, 9, MPI_DOUBLE, MPI_SUM, net_.comm));
-  out->push_back({"stress", stress_components(d, sigma, cell_.volume(t))});
-  const int columns = cell_.triclinic() ? d : 0;
+  out->push_back({"stress", stress_components(d, sigma, box.volume(t))});
+  const int columns = box.triclinic() ? d : 0;
   std::vector<double> shown;
   for (int k = 0; k < d; ++k)
     for (int c = 0; c < d; ++c)
       if (columns > 0 || k == c) shown.push_back(edges[k * d + c]);
   out->push_back({BOX_EDGES, shown, columns});
   std::vector<double> found;
-  for (const FreeStrain& one : cell_.free_strains(t)) found.push_back(one.strain);
+  for (const FreeStrain& one : box.free_strains(t)) found.push_back(one.strain);
   if (!found.empty()) out->push_back({"free_strain", found});
-  PetscFunctionReturn(0);
-}
-
-// v += F' F^-1 x
-PetscErrorCode ParticleModel::add_flow(Vec y) {
-  const PetscInt d = net_.dim;
-  PetscScalar* ay = nullptr;
-  double L[9];
-  PetscFunctionBegin;
-  if (!cell_.moving()) PetscFunctionReturn(0);
-  cell_.velocity_gradient(0, L);
-  PetscCall(VecGetArray(y, &ay));
-  for (PetscInt i = 0; i < net_.n; ++i)
-    for (PetscInt r = 0; r < d && !net_.fixed[i]; ++r)
-      for (PetscInt c = 0; c < d; ++c) ay[i * 2 * d + d + r] += L[r * d + c] * ay[i * 2 * d + c];
-  PetscCall(VecRestoreArray(y, &ay));
   PetscFunctionReturn(0);
 }
 
 PetscErrorCode ParticleModel::strain_response(double t, Vec y, StrainResponse* out) {
   const int d = net_.dim, q = d * (d + 1) / 2;
+  const Cell& box = constraints_.box();
   BoxForces sums;
   PetscFunctionBegin;
   *out = {};
-  if (!cell_.active()) PetscFunctionReturn(0);
+  if (!box.active()) PetscFunctionReturn(0);
   out->count = q;
-  out->volume = cell_.volume(t);
+  out->volume = box.volume(t);
   double rate[9];
-  cell_.gradient(t, out->gradient, rate);
-  if (net_.fixed_total > 0 || supports_.active()) out->held = "fixed or driven particles";
+  box.gradient(t, out->gradient, rate);
+  if (net_.fixed_total > 0 || constraints_.holds_groups()) out->held = "fixed or driven particles";
   else if (net_.anchors_total > 0) out->held = "anchors";
   PetscCall(state_.gather(t, y));
   out->force.assign(static_cast<std::size_t>(q) * static_cast<std::size_t>(net_.n * d), 0.0);

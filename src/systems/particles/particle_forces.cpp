@@ -22,7 +22,7 @@ PetscErrorCode ParticleModel::force(double t, Vec y, const double** f) {
   if (coupling_.active()) terms_->forces(Part::interior, t, state_, force_.data(), &fault_);
   note_interior(t, fault_);
   terms_->forces(Part::boundary, t, state_, force_.data(), &fault_);
-  if (supports_.active()) supports_.clear(0, net_.n, 1, force_.data());
+  constraints_.clear(0, net_.n, 1, force_.data());
   *f = force_.data();
   // of a spring at one end: distance and length 3d, the law 6, its share 2d
   PetscCall(PetscLogFlops((5.0 * net_.dim + 6) * static_cast<double>(net_.links.other.size())));
@@ -40,7 +40,7 @@ bool ParticleModel::knows_interior(double t) const {
 bool ParticleModel::time_dependent() const {
   bool laws = false;
   for_each_law(laws_, [&](const auto& law) { laws = laws || (varies_in_time<std::decay_t<decltype(law)>>::value && law.active()); });
-  return laws || motion_.active() || supports_.moving() || cell_.moving() || (net_.relaxes && !loads_);
+  return laws || constraints_.time_dependent() || (net_.relaxes && !loads_);
 }
 
 /// What changes beside the state: histories of springs, springs that break, and what couples all particles.

@@ -2,7 +2,6 @@
 #include "base/error.hpp"
 #include "base/memory.hpp"
 #include "base/options.hpp"
-#include "input/text_file.hpp"
 #include "physics/pair/springs/registry.hpp"
 #include "systems/particles/events.hpp"
 
@@ -35,18 +34,12 @@ PetscErrorCode ParticleModel::create(MPI_Comm comm, Lattice&& lattice, std::uniq
   PetscCall(model->coupling_.read_options(comm, lattice, &options));
   if (model->coupling_.has_center_particle()) std::get<XspAttraction>(model->laws_).value = 0;
   std::vector<std::uint8_t> fixed = lattice.fixed;
-  PetscCall(model->supports_.read(comm, &lattice));
-  PetscCall(model->cell_.read(comm, lattice));
+  PetscCall(model->constraints_.read(comm, &lattice));
   PetscCall(model->breaking_.read(comm, lattice));
   PetscCall(model->take_fingerprint(lattice, fixed));
   PetscCall(build_network(comm, lattice, options, &model->net_));
   lattice.fixed = std::move(fixed);
-  PetscCall(model->supports_.create(model->net_));
-  if (model->supports_.active()) model->net_.supports = &model->supports_;
-  if (model->net_.box.active()) {
-    model->cell_.create(model->net_);
-    model->net_.cell = &model->cell_;
-  }
+  PetscCall(model->constraints_.create(&model->net_));
   PetscCall(model->check_laws());
   model->lattice_ = std::move(lattice);
   PetscCall(model->create_state());
@@ -56,12 +49,12 @@ PetscErrorCode ParticleModel::create(MPI_Comm comm, Lattice&& lattice, std::uniq
   PetscCall(model->coupling_.create(model->net_, model->pattern_));
   PetscCall(model->breaking_.create(model->net_, model->lattice_));
   PetscCall(model->keep_drawn());
-  model->terms_ =
-      std::make_unique<Terms>(model->net_, model->laws_, model->motion_, model->pattern_, model->coupling_.active() ? &model->coupling_ : nullptr);
+  model->terms_ = std::make_unique<Terms>(model->net_, model->laws_, model->constraints_.anchors(), model->pattern_,
+                                          model->coupling_.active() ? &model->coupling_ : nullptr);
   PetscCall(model->commit_start());
   PetscCall(model->linearised_.create(model->net_, *model->terms_, model->pattern_, model->y0_, model->coupling_.active()));
   PetscCall(model->potential_.create(model->net_, *model->terms_, model->y0_, model->coupling_.active()));
-  PetscCall(model->ledger_.create(model->net_, model->supports_, *model->terms_, model->motion_, model->cell_));
+  PetscCall(model->reactions_.create(model->net_, *model->terms_));
   model->force_.resize(static_cast<std::size_t>(model->net_.n * model->net_.dim));
   model->rates_ = model->terms_->rates();
   *out = std::move(model);
@@ -75,14 +68,7 @@ PetscErrorCode ParticleModel::read_laws(const Lattice& lattice) {
     using Law = std::decay_t<decltype(law)>;
     if constexpr (acts_by_column<Law>::value) law.given = find_column(lattice.particle_columns, particle_parameters[Law::column].name) != nullptr;
   });
-  PetscCall(read_section(net_.comm, "Motion of anchor points", [&](Section& o) { motion_.options(o); }));
-  if (motion_.kind == Motion::Kind::table) {
-    std::string text, error;
-    CsvTable table;
-    PetscCall(read_text_file(net_.comm, motion_.table_file, &text));
-    if (!read_csv_table(text, motion_.table_file, 2, 1 + lattice.dim, &table, &error) || !motion_.set_table(table, motion_.table_file, &error))
-      PetscCall(fail(net_.comm, Exit::input, error));
-  }
+  PetscCall(constraints_.read_anchors(net_.comm, lattice.dim));
   PetscFunctionReturn(0);
 }
 
@@ -90,12 +76,10 @@ PetscErrorCode ParticleModel::read_laws(const Lattice& lattice) {
 PetscErrorCode ParticleModel::check_laws() const {
   Error fault;
   PetscFunctionBegin;
-  const std::pair<const char*, const double*> vectors[] = {{"-bs_gravity", std::get<UniformGravity>(laws_).g},
-                                                           {"-bs_central_point", std::get<CentralGravity>(laws_).x0},
-                                                           {"-bs_fluid_velocity", std::get<SphereDrag>(laws_).fluid},
-                                                           {"-bs_xsp_attraction_center", std::get<XspAttraction>(laws_).center},
-                                                           {"-bs_anchor_velocity", motion_.c},
-                                                           {"-bs_anchor_amplitude", motion_.A}};
+  const std::pair<const char*, const double*> vectors[] = {
+      {"-bs_gravity", std::get<UniformGravity>(laws_).g},        {"-bs_central_point", std::get<CentralGravity>(laws_).x0},
+      {"-bs_fluid_velocity", std::get<SphereDrag>(laws_).fluid}, {"-bs_xsp_attraction_center", std::get<XspAttraction>(laws_).center},
+      {"-bs_anchor_velocity", constraints_.anchors().c},         {"-bs_anchor_amplitude", constraints_.anchors().A}};
   for (const auto& [name, value] : vectors)
     for (int c = net_.dim; c < 3; ++c)
       if (value[c] != 0)
@@ -133,23 +117,9 @@ PetscErrorCode ParticleModel::create_state() {
     }
   PetscCall(VecRestoreArray(y0_, &ay));
   PetscCall(add_flow(y0_));
-  PetscCall(hold_start());
+  PetscCall(constraints_.stop(y0_));
   PetscCall(state_.create(net_, y0_));
   layout_ = {d, net_.n};
-  PetscFunctionReturn(0);
-}
-
-/// Held components have no velocity in y, whatever the input says.
-PetscErrorCode ParticleModel::hold_start() {
-  const PetscInt d = net_.dim;
-  PetscScalar* ay = nullptr;
-  PetscFunctionBegin;
-  if (!supports_.active()) PetscFunctionReturn(0);
-  PetscCall(VecGetArray(y0_, &ay));
-  for (const Supports::Hold& hold : supports_.holds())
-    for (PetscInt c = 0; c < d && hold.particle < net_.n; ++c)
-      if (hold.mask >> c & 1) ay[hold.particle * 2 * d + d + c] = 0;
-  PetscCall(VecRestoreArray(y0_, &ay));
   PetscFunctionReturn(0);
 }
 

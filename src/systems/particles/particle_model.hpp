@@ -5,9 +5,10 @@
 #include "network/network.hpp"
 #include "systems/mechanics.hpp"
 #include "systems/particles/breaking/breaking.hpp"
-#include "systems/particles/cell.hpp"
+#include "systems/particles/constraints/constraints.hpp"
+#include "systems/particles/constraints/free_bodies.hpp"
+#include "systems/particles/constraints/reactions.hpp"
 #include "systems/particles/coupling.hpp"
-#include "systems/particles/free_bodies.hpp"
 #include "systems/particles/input_order.hpp"
 #include "systems/particles/linearised_forces.hpp"
 #include "systems/particles/local_state.hpp"
@@ -16,8 +17,6 @@
 #include "systems/particles/row_pattern.hpp"
 #include "systems/particles/spring_memory.hpp"
 #include "systems/particles/spring_table.hpp"
-#include "systems/particles/support_ledger.hpp"
-#include "systems/particles/supports.hpp"
 #include "systems/particles/terms.hpp"
 
 namespace bs {
@@ -30,7 +29,7 @@ class ParticleModel final : public Mechanics {
 
   const char* name() const override { return "particles"; }
   int dim() const override { return net_.dim; }
-  std::vector<std::string> boundary() const override;
+  std::vector<std::string> boundary() const override { return constraints_.box().boundary(); }
   MPI_Comm comm() const override { return net_.comm; }
   Vec initial_state() const override { return y0_; }
   std::vector<std::string> describe() const override;
@@ -46,11 +45,11 @@ class ParticleModel final : public Mechanics {
   PetscErrorCode create_first_order(Mat* J) override;
   PetscErrorCode assemble_first_order(double sigma, bool momentum, Mat J) override;
   PetscErrorCode create_first_order_operator(Mat J, bool momentum, Mat* A) override;
-  bool flows() const override { return cell_.moving(); }
-  PetscErrorCode add_flow(Vec y) override;
+  bool flows() const override { return constraints_.box().moving(); }
+  PetscErrorCode add_flow(Vec y) override { return constraints_.box().add_flow(y); }
   PetscErrorCode strain_response(double t, Vec y, StrainResponse* out) override;
-  std::vector<FreeStrain> free_strains(double t) const override { return cell_.active() ? cell_.free_strains(t) : std::vector<FreeStrain>{}; }
-  void set_free_strains(const std::vector<double>& strains) override { cell_.set_free_strains(strains); }
+  std::vector<FreeStrain> free_strains(double t) const override { return constraints_.box().free_strains(t); }
+  void set_free_strains(const std::vector<double>& strains) override { constraints_.box().set_free_strains(strains); }
   bool time_dependent() const override;
   void set_loads(const Loads& loads) override;
   PetscErrorCode count_free_bodies(PetscInt* free) override;
@@ -72,8 +71,8 @@ class ParticleModel final : public Mechanics {
   PetscErrorCode fingerprint(std::uint64_t* value) override;
   PetscErrorCode take_constants(std::vector<Dataset>* out) override;
   void release_input() override;
-  PetscErrorCode covers(double t_start, double t_end) override;
-  PetscErrorCode foresee(double from, double to, std::string* fault) override;
+  PetscErrorCode covers(double t_start, double t_end) override { return constraints_.covers(t_start, t_end); }
+  PetscErrorCode foresee(double from, double to, std::string* fault) override { return constraints_.foresee(from, to, fault); }
   PetscErrorCode last_fault(std::string* text) override;
 
  private:
@@ -81,7 +80,6 @@ class ParticleModel final : public Mechanics {
   PetscErrorCode check_laws() const;
   PetscErrorCode take_fingerprint(const Lattice& lattice, const std::vector<std::uint8_t>& fixed);
   PetscErrorCode create_state();
-  PetscErrorCode hold_start();
   PetscErrorCode commit_start();
   PetscErrorCode commit(double t, double h);
   PetscErrorCode add_groups(std::vector<Dataset>* out) const;
@@ -92,7 +90,6 @@ class ParticleModel final : public Mechanics {
   PetscErrorCode draw_broken(Vec broken);
   PetscErrorCode make_order();
   PetscErrorCode fill_output(Vec y);
-  PetscErrorCode show_held(double t, Vec y, Vec* shown);
   PetscErrorCode read_strain_option();
   std::string spring_laws_in_words() const;
   bool state_tells_all() const;
@@ -103,7 +100,7 @@ class ParticleModel final : public Mechanics {
   Network net_;
   Lattice lattice_;
   ParticleLaws laws_;
-  Motion motion_;
+  Constraints constraints_;
   Coupling coupling_;
   RowPattern pattern_;
   Layout layout_;
@@ -112,19 +109,15 @@ class ParticleModel final : public Mechanics {
   ParticleStress stress_;
   SpringMemory memory_;
   bool store_strain_ = false;
-  Supports supports_;
-  Cell cell_;
   Breaking breaking_;
   bool loads_ = false;  ///< the evaluations that follow are of statics, whose time is the load factor
-  BodyPlaces places_;
-  bool bodies_adrift_ = false;  ///< no force depends on where a body is that nothing holds
-  bool bodies_known_ = false;   ///< places_ is of the springs as they are
+  FreeBodies free_bodies_;
   std::unique_ptr<Terms> terms_;
-  SupportLedger ledger_;
+  Reactions reactions_;
   LinearisedForces linearised_;
   ParticlePotential potential_;
   std::vector<double> force_, rates_;
-  VecHandle y0_, shown_;
+  VecHandle y0_;
   VecHandle drawn_;  ///< ends of springs that can break, in the input's order, as they are drawn
   InputOrder order_;
   Singularity fault_;

@@ -41,7 +41,7 @@ std::string ParticleModel::spring_laws_in_words() const {
 std::vector<std::string> ParticleModel::describe() const {
   std::vector<std::string> lines;
   lines.push_back(format("%lld particles (%lld fixed%s) in %d dimension%s, %lld springs, %lld anchors%s, from %s", static_cast<long long>(net_.total),
-                         static_cast<long long>(net_.fixed_total), supports_.moving() ? " or driven" : "", net_.dim, net_.dim > 1 ? "s" : "",
+                         static_cast<long long>(net_.fixed_total), constraints_.drives() ? " or driven" : "", net_.dim, net_.dim > 1 ? "s" : "",
                          static_cast<long long>(net_.springs_total), static_cast<long long>(net_.anchors_total), count_text(net_).c_str(),
                          net_.source.c_str()));
   if (net_.springs_total + net_.anchors_total > 0)
@@ -51,9 +51,7 @@ std::vector<std::string> ParticleModel::describe() const {
     if (law.active()) lines.push_back("law: " + law.describe());
   });
   if (breaking_.active()) lines.push_back(breaking_.describe(lattice_));
-  for (const std::string& line : supports_.describe()) lines.push_back(line);
-  for (const std::string& line : cell_.describe()) lines.push_back(line);
-  if (net_.anchors_total > 0 && motion_.active()) lines.push_back("anchors: " + motion_.describe());
+  for (const std::string& line : constraints_.describe()) lines.push_back(line);
   if (coupling_.active()) lines.push_back("law: " + coupling_.describe());
   lines.push_back("divided among ranks by " + net_.partition);
   return lines;
@@ -82,13 +80,13 @@ PetscErrorCode ParticleModel::observe(double t, Vec y, std::vector<Observable>* 
   PetscCall(breaking_.observe(out));
   out->push_back({"momentum", std::vector<double>(sums + 3, sums + 3 + d)});
   out->push_back({"angular_momentum", std::vector<double>(sums + 6, sums + 9)});
-  if (ledger_.reports() || ledger_.works()) {
+  if (reactions_.reports() || reactions_.works()) {
     PetscCall(terms_->gather(state_));
-    ledger_.begin(t, state_);
-    PetscCall(ledger_.observe(t, state_, out));
+    reactions_.begin(t, state_);
+    PetscCall(reactions_.observe(t, state_, out));
   }
-  if (cell_.active()) PetscCall(observe_box(t, out));
-  PetscCall(stress_.observe(*terms_, cell_.active() ? &cell_ : nullptr, t, state_, out));
+  if (constraints_.box().active()) PetscCall(observe_box(t, out));
+  PetscCall(stress_.observe(*terms_, t, state_, out));
   PetscCall(PetscLogEventEnd(particle_events().energy, y, nullptr, nullptr, nullptr));
   PetscFunctionReturn(0);
 }
@@ -120,25 +118,10 @@ PetscErrorCode ParticleModel::fill_output(Vec y) {
   PetscFunctionReturn(0);
 }
 
-/// y with what is held where it is at time t; y itself where nothing is.
-PetscErrorCode ParticleModel::show_held(double t, Vec y, Vec* shown) {
-  PetscScalar* a = nullptr;
-  PetscFunctionBegin;
-  *shown = y;
-  if (!supports_.active()) PetscFunctionReturn(0);
-  if (!shown_) PetscCall(VecDuplicate(y0_, shown_.out()));
-  PetscCall(VecCopy(y, shown_));
-  PetscCall(VecGetArray(shown_, &a));
-  supports_.place(t, 0, net_.n, a);
-  PetscCall(VecRestoreArray(shown_, &a));
-  *shown = shown_;
-  PetscFunctionReturn(0);
-}
-
 PetscErrorCode ParticleModel::fields(double t, Vec y, std::vector<Field>* out) {
   Vec strains, shown;
   PetscFunctionBegin;
-  PetscCall(show_held(t, y, &shown));
+  PetscCall(constraints_.show(t, y, &shown));
   PetscCall(make_order());
   std::pair<RowSource, RowSource> sources;
   if (order_.has_all()) sources = order_.sources(shown);
@@ -156,7 +139,7 @@ PetscErrorCode ParticleModel::fields(double t, Vec y, std::vector<Field>* out) {
   if (store_strain_ || stress_.in_frames()) PetscCall(state_.gather(t, y));
   if (stress_.in_frames()) {
     Vec stresses;
-    PetscCall(stress_.field(*terms_, cell_.active() ? &cell_ : nullptr, t, state_, static_cast<PetscInt>(lattice_.particles.count), &stresses));
+    PetscCall(stress_.field(*terms_, t, state_, static_cast<PetscInt>(lattice_.particles.count), &stresses));
     out->push_back({"/particles/trajectory/stress_volume", stresses});
   }
   if (!store_strain_) PetscFunctionReturn(0);

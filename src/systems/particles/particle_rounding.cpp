@@ -39,14 +39,13 @@ PetscErrorCode ParticleModel::force_magnitudes(double t, Vec y, double* size) {
   PetscCall(state_.gather(t, y));
   std::vector<double> laws(static_cast<std::size_t>(net_.n)), ends;
   farthest_ends(net_, state_, &ends);
-  if (cell_.active()) cell_.edges(t, edges, nullptr);
+  if (constraints_.box().active()) constraints_.box().edges(t, edges, nullptr);
   for (int k = 0; k < d; ++k)
     for (int c = 0; c < d && net_.box.periodic[k]; ++c) far[c] += std::abs(edges[k * d + c]);
   terms_->pairs().law_sizes(t, state_, laws.data());
   for (PetscInt i = 0; i < net_.n; ++i)
-    for (PetscInt c = 0; c < d; ++c)
-      size[i * d + c] = net_.fixed[i] ? 0.0 : 2 * rates_[i] * (ends[static_cast<std::size_t>(i * d + c)] + far[c]) + laws[i];
-  if (supports_.active()) supports_.clear(0, net_.n, 1, size);
+    for (PetscInt c = 0; c < d; ++c) size[i * d + c] = 2 * rates_[i] * (ends[static_cast<std::size_t>(i * d + c)] + far[c]) + laws[i];
+  constraints_.clear(0, net_.n, 1, size);
   PetscFunctionReturn(0);
 }
 
@@ -66,13 +65,13 @@ PetscErrorCode ParticleModel::force_sizes(double t, Vec y, std::vector<double>* 
   for (std::size_t k = 0; k < net_.anchors.particle.size(); ++k)
     (*outer)[net_.anchors.particle[k]] += std::abs(terms_->pairs().anchor_tension(t, state_, static_cast<PetscInt>(k)));
   for (PetscInt i = 0; i < net_.n; ++i)
-    if (net_.fixed[i] || (supports_.active() && supports_.mask(i))) held.push_back(i);
+    if (constraints_.held(i)) held.push_back(i);
   std::vector<double> force(held.size() * static_cast<std::size_t>(d));
   terms_->forces_on(held, t, state_, force.data());
   for (std::size_t k = 0; k < held.size(); ++k) {
     double square = 0;
     for (PetscInt c = 0; c < d; ++c)
-      if (net_.fixed[held[k]] || supports_.mask(held[k]) >> c & 1) square += force[k * d + c] * force[k * d + c];
+      if (constraints_.held(held[k]) >> c & 1) square += force[k * d + c] * force[k * d + c];
     (*outer)[held[k]] = std::max((*outer)[held[k]], std::sqrt(square));
   }
   PetscFunctionReturn(0);
@@ -94,13 +93,13 @@ PetscErrorCode ParticleModel::energy_supply(double t, Vec y, EnergySupply* out, 
     for (PetscInt c = 0; c < d; ++c) sums[8] += 1e-20 * rates_[i] * state_.at(i)[c] * state_.at(i)[c];
   PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, sums, 10, MPI_DOUBLE, MPI_SUM, net_.comm));
   double ds[3];
-  motion_.at(t, out->shift, ds);
+  constraints_.anchors().at(t, out->shift, ds);
   out->inner = sums[0];
   out->field = sums[1];
   out->power = std::abs(sums[2]) + std::abs(sums[3]) + std::abs(sums[4]);
   out->pull = std::hypot(sums[5], sums[6], sums[7]);
   out->speed = std::hypot(ds[0], ds[1], ds[2]);
-  out->work = ledger_.path();
+  out->work = reactions_.path();
   out->rounding = sums[8] + std::max(0.0, -sums[9]);
   PetscCall(PetscLogEventEnd(particle_events().energy, y, nullptr, nullptr, nullptr));
   PetscFunctionReturn(0);

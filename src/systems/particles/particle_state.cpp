@@ -35,49 +35,49 @@ PetscErrorCode ParticleModel::commit(double t, double h) {
   if (!memory_.active()) PetscFunctionReturn(0);
   terms_->pairs().commit(state_, loads_ ? 0 : h, &net_.links);
   net_.links.history_time = t;
-  if (net_.cell) PetscCall(memory_.unify());
+  if (net_.box.active()) PetscCall(memory_.unify());
   PetscFunctionReturn(0);
 }
 
 PetscErrorCode ParticleModel::accept(const Step& step, Vec y) {
   const double t = step.t;
   PetscFunctionBegin;
-  cell_.keep_strains();
-  if (!memory_.active() && !ledger_.works() && !breaking_.active()) PetscFunctionReturn(0);
+  constraints_.box().keep_strains();
+  if (!memory_.active() && !reactions_.works() && !breaking_.active()) PetscFunctionReturn(0);
   PetscCall(state_.gather(t, y));
   PetscCall(commit(t, step.h));
   PetscCall(terms_->gather(state_));
-  PetscCall(ledger_.advance(t, state_));
+  PetscCall(reactions_.advance(t, state_));
   PetscCall(breaking_.break_springs(t, loads_ ? t : 1, loads_, state_, *terms_));
   if (breaking_.broke() == 0) PetscFunctionReturn(0);
   known_.vec = 0;  // the energies are others
-  bodies_known_ = false;
-  ledger_.renew(t, state_);
+  free_bodies_.springs_changed();
+  reactions_.renew(t, state_);
   PetscFunctionReturn(0);
 }
 
 PetscErrorCode ParticleModel::begin_at(double t, Vec y) {
   PetscFunctionBegin;
-  cell_.keep_strains();
+  constraints_.box().keep_strains();
   known_.vec = 0;
   PetscCall(state_.gather(t, y));
   PetscCall(commit(t, 0));
   PetscCall(terms_->gather(state_));
-  ledger_.renew(t, state_);
+  reactions_.renew(t, state_);
   PetscFunctionReturn(0);
 }
 
 void ParticleModel::save_sums(std::map<std::string, double>* sums) const {
-  ledger_.save(sums);
+  reactions_.save(sums);
   breaking_.save(sums);
-  cell_.save(sums);
+  constraints_.box().save(sums);
   if (net_.relaxes) (*sums)["springs/history_time"] = net_.links.history_time;
 }
 
 void ParticleModel::restore_sums(const std::map<std::string, double>& sums) {
-  ledger_.restore(sums);
+  reactions_.restore(sums);
   breaking_.restore(sums);
-  cell_.restore(sums);
+  constraints_.box().restore(sums);
   if (const auto at = sums.find("springs/history_time"); at != sums.end()) net_.links.history_time = at->second;
 }
 
@@ -92,7 +92,7 @@ PetscErrorCode ParticleModel::scatter_memory() {
   PetscFunctionBegin;
   PetscCall(memory_.scatter());
   PetscCall(breaking_.scatter());
-  bodies_known_ = false;
+  free_bodies_.springs_changed();
   PetscFunctionReturn(0);
 }
 
@@ -136,7 +136,7 @@ PetscErrorCode ParticleModel::take_fingerprint(const Lattice& lattice, const std
     const std::uint64_t table = particle_parameters[particle_parameter(column.name)].table;
     sum.add(table ? table : (std::uint64_t{1} << 63) + table_of(column.name), p, 1, column.value);
   }
-  if (supports_.active()) sum.add(16, p, 1, supports_.take_held_bits());  // the state of a checkpoint says nothing of what was held
+  if (constraints_.holds_groups()) sum.add(16, p, 1, constraints_.take_held_bits());  // the state of a checkpoint says nothing of what was held
   if (p == 0) {
     const std::int64_t laws[3] = {static_cast<std::int64_t>(lattice.spring_law), static_cast<std::int64_t>(lattice.damping_law),
                                   lattice.rest_at_zero_length ? 1 : 0};

@@ -2,6 +2,7 @@
 #include <algorithm>
 #include "base/error.hpp"
 #include "base/options.hpp"
+#include "systems/particles/constraints/constraints.hpp"
 
 namespace bs {
 
@@ -30,12 +31,12 @@ PetscErrorCode ParticleStress::create(const Network& net) {
   PetscFunctionReturn(0);
 }
 
-void ParticleStress::compute(const Terms& terms, const Cell* cell, double t, const LocalState& state) {
+void ParticleStress::compute(const Terms& terms, double t, const LocalState& state) {
   const int d = net_->dim;
-  double L[9] = {};
+  double L[9];
   values_.assign(static_cast<std::size_t>(net_->n) * static_cast<std::size_t>(count_), 0.0);
   terms.particle_stress(state, values_.data());
-  if (cell) cell->velocity_gradient(t, L);
+  net_->constraints->box().velocity_gradient(t, L);
   for (PetscInt i = 0; i < net_->n; ++i) {
     if (net_->fixed[i] == 1) continue;
     double c[3];
@@ -65,11 +66,11 @@ PetscErrorCode ParticleStress::create_field(PetscInt rows) {
   PetscFunctionReturn(0);
 }
 
-PetscErrorCode ParticleStress::field(const Terms& terms, const Cell* cell, double t, const LocalState& state, PetscInt rows, Vec* out) {
+PetscErrorCode ParticleStress::field(const Terms& terms, double t, const LocalState& state, PetscInt rows, Vec* out) {
   PetscScalar* a = nullptr;
   PetscFunctionBegin;
   PetscCall(create_field(rows));
-  compute(terms, cell, t, state);
+  compute(terms, t, state);
   PetscCall(VecGetArray(own_, &a));
   std::copy(values_.begin(), values_.end(), a);
   PetscCall(VecRestoreArray(own_, &a));
@@ -79,10 +80,10 @@ PetscErrorCode ParticleStress::field(const Terms& terms, const Cell* cell, doubl
   PetscFunctionReturn(0);
 }
 
-PetscErrorCode ParticleStress::observe(const Terms& terms, const Cell* cell, double t, const LocalState& state, std::vector<Observable>* out) {
+PetscErrorCode ParticleStress::observe(const Terms& terms, double t, const LocalState& state, std::vector<Observable>* out) {
   PetscFunctionBegin;
   if (groups_.empty()) PetscFunctionReturn(0);
-  compute(terms, cell, t, state);
+  compute(terms, t, state);
   const std::size_t q = static_cast<std::size_t>(count_);
   std::vector<double> sums(groups_.size() * q, 0.0);
   for (std::size_t g = 0; g < groups_.size(); ++g)

@@ -4,7 +4,6 @@
 #include <string>
 #include <vector>
 #include "base/handle.hpp"
-#include "systems/particles/cell.hpp"
 #include "systems/particles/local_state.hpp"
 #include "systems/particles/terms.hpp"
 
@@ -18,13 +17,13 @@ class ParticleStress {
   /// Collective. Reads -bs_output_stress and -bs_stress_groups; errors (exit 2): unknown groups.
   PetscErrorCode create(const Network& net);
   bool in_frames() const { return in_frames_; }
-  /// Collective. `cell`: null without a periodic box. `rows`: (input rows of this rank, d(d+1)/2) in the input's order, borrowed.
-  PetscErrorCode field(const Terms& terms, const Cell* cell, double t, const LocalState& state, PetscInt rows, Vec* out);
+  /// Collective. `rows`: (input rows of this rank, d(d+1)/2) in the input's order, borrowed.
+  PetscErrorCode field(const Terms& terms, double t, const LocalState& state, PetscInt rows, Vec* out);
   /// Collective. Adds stress_volume/NAME of every group asked for.
-  PetscErrorCode observe(const Terms& terms, const Cell* cell, double t, const LocalState& state, std::vector<Observable>* out);
+  PetscErrorCode observe(const Terms& terms, double t, const LocalState& state, std::vector<Observable>* out);
 
  private:
-  void compute(const Terms& terms, const Cell* cell, double t, const LocalState& state);
+  void compute(const Terms& terms, double t, const LocalState& state);
   PetscErrorCode create_field(PetscInt rows);
 
   const Network* net_ = nullptr;

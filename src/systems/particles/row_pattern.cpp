@@ -3,7 +3,7 @@
 #include <cstring>
 #include <string>
 #include "base/error.hpp"
-#include "systems/particles/supports.hpp"
+#include "systems/particles/constraints/constraints.hpp"
 
 namespace bs {
 
@@ -105,6 +105,16 @@ PetscErrorCode RowPattern::check_type(MPI_Comm comm) {
   PetscFunctionReturn(0);
 }
 
+const double* complete_rows(const Network& net, const RowPattern& pattern, PetscInt i, int block, const SparseBlocks* blocks, double diagonal,
+                            const double* panel, std::vector<double>* room) {
+  const bool adds = blocks && blocks->count(i) > 0, holds = net.constraints->rolls();
+  if (!adds && !holds) return panel;
+  room->assign(panel, panel + pattern.count(i) * block * net.dim);
+  if (adds) blocks->add_to_panel(i, net.global, pattern.columns(i), pattern.count(i), block, room->data());
+  if (holds) net.constraints->hold_rows(i, pattern.columns(i), pattern.count(i), block, diagonal, room->data());
+  return room->data();
+}
+
 PetscErrorCode RowWriter::begin(Mat A) {
   PetscBool seq = PETSC_FALSE, mpi = PETSC_FALSE, assembled = PETSC_FALSE;
   PetscFunctionBegin;
@@ -130,16 +140,7 @@ PetscErrorCode RowWriter::begin(Mat A) {
 
 PetscErrorCode RowWriter::write(PetscInt i, double sigma, double scale, const double* panel) {
   PetscFunctionBegin;
-  if (blocks_ && blocks_->count(i) > 0) {
-    sum_.assign(panel, panel + pattern_.count(i) * 2 * net_.dim * net_.dim);
-    blocks_->add_to_panel(i, net_.global, pattern_.columns(i), pattern_.count(i), 2 * net_.dim, sum_.data());
-    panel = sum_.data();
-  }
-  if (net_.supports && net_.supports->rolls()) {
-    if (panel != sum_.data()) sum_.assign(panel, panel + pattern_.count(i) * 2 * net_.dim * net_.dim);
-    net_.supports->hold_rows(i, pattern_.columns(i), pattern_.count(i), 2 * net_.dim, sigma * scale, sum_.data());
-    panel = sum_.data();
-  }
+  panel = complete_rows(net_, pattern_, i, 2 * net_.dim, blocks_, sigma * scale, panel, &sum_);
   if (direct_) write_direct(i, sigma, scale, panel);
   else PetscCall(write_generic(i, sigma, scale, panel));
   PetscFunctionReturn(0);

@@ -51,6 +51,11 @@ inline void subtract_blocks(double* panel, PetscInt width, PetscInt slot, const 
   }
 }
 
+/// Owned particle i's rows of a matrix as they are written, (d, count block): `panel`, in `room` with what `blocks` adds (null: nothing) and with
+/// rows and columns of held components, which have `diagonal` alone (Constraints::hold_rows).
+const double* complete_rows(const Network& net, const RowPattern& pattern, PetscInt i, int block, const SparseBlocks* blocks, double diagonal,
+                            const double* panel, std::vector<double>* room);
+
 /// Writes whole block rows. AIJ matrices are written straight into their arrays, others through MatSetValues.
 class RowWriter {
  public:

@@ -37,9 +37,9 @@ double difference_of(const GeneratorSpec& spec, double slope, bool (*rolling)(st
   linear(c.net, c.net.held, slope, z);
   if (rolling) {
     PetscScalar* a = nullptr;
-    REQUIRE(c.supports.rolls());
+    REQUIRE(c.constraints.rolls());
     REQUIRE(VecGetArray(z, &a) == 0);
-    c.supports.clear(0, c.net.n, 1, a);
+    c.constraints.clear(0, c.net.n, 1, a);
     REQUIRE(VecRestoreArray(z, &a) == 0);
   }
   REQUIRE(S.multiply(z, r) == 0);

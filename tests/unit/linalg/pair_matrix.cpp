@@ -373,7 +373,7 @@ static void check_rigid_modes(const GeneratorSpec& spec, PetscInt expected, bool
       for (PetscInt i = 0; i < c.net.n; ++i)
         for (PetscInt a = 0; a < d; ++a) {
           points.push_back(at(i)[a]);
-          held.push_back(c.net.fixed[i] || (rolling && c.supports.mask(i) >> a & 1));
+          held.push_back(c.constraints.held(i) >> a & 1);
         }
       REQUIRE(VecGetArrayRead(modes[k], &own) == 0);
       const std::vector<double> u = of_all_ranks(own, c.net.n * d), x = of_all_ranks(points.data(), c.net.n * d),

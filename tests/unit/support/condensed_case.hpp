@@ -9,8 +9,8 @@
 #include "small_network.hpp"
 #include "systems/first_order.hpp"
 #include "systems/particles/condensed/graph.hpp"
+#include "systems/particles/constraints/constraints.hpp"
 #include "systems/particles/linearised_forces.hpp"
-#include "systems/particles/supports.hpp"
 
 namespace bs {
 
@@ -18,8 +18,7 @@ namespace bs {
 struct Case {
   Network net;
   ParticleLaws laws;
-  Motion motion;
-  Supports supports;
+  Constraints constraints;
   RowPattern pattern;
   std::unique_ptr<Terms> terms;
   LinearisedForces linearised;
@@ -41,16 +40,13 @@ struct Case {
       Group group{"rolling", std::vector<std::uint8_t>(static_cast<std::size_t>(lattice.particles.count), 0)};
       for (std::int64_t k = 0; k < lattice.particles.count; ++k) group.member[static_cast<std::size_t>(k)] = rolling(lattice.particles.first + k);
       lattice.groups.push_back(group);
-      REQUIRE(supports.read(comm, &lattice) == 0);
+      REQUIRE(constraints.read(comm, &lattice) == 0);
     }
     NetworkOptions options;
     options.partition = 1;
     REQUIRE(build_network(comm, lattice, options, &net) == 0);
-    if (rolling) {
-      REQUIRE(supports.create(net) == 0);
-      net.supports = &supports;
-    }
-    terms = std::make_unique<Terms>(net, laws, motion, pattern);
+    REQUIRE(constraints.create(&net) == 0);
+    terms = std::make_unique<Terms>(net, laws, constraints.anchors(), pattern);
     const PetscInt d = net.dim;
     REQUIRE(VecCreateMPI(comm, net.n * 2 * d, PETSC_DETERMINE, y.out()) == 0);
     REQUIRE(VecSetBlockSize(y, 2 * d) == 0);

@@ -10,15 +10,13 @@
 #include "network/network.hpp"
 #include "options.hpp"
 #include "systems/layout.hpp"
-#include "systems/particles/cell.hpp"
-#include "systems/particles/supports.hpp"
+#include "systems/particles/constraints/constraints.hpp"
 
 namespace bs {
 
 struct HeldNetwork {
   Lattice lattice;
-  Supports supports;
-  Cell cell;
+  Constraints constraints;
   Network net;
   VecHandle y;
 
@@ -27,15 +25,9 @@ struct HeldNetwork {
     NetworkOptions options;
     REQUIRE(load_lattice(PETSC_COMM_WORLD, &lattice) == 0);
     REQUIRE(read_network_options(PETSC_COMM_WORLD, &options) == 0);
-    REQUIRE(supports.read(PETSC_COMM_WORLD, &lattice) == 0);
-    REQUIRE(cell.read(PETSC_COMM_WORLD, lattice) == 0);
+    REQUIRE(constraints.read(PETSC_COMM_WORLD, &lattice) == 0);
     REQUIRE(build_network(PETSC_COMM_WORLD, lattice, options, &net) == 0);
-    REQUIRE(supports.create(net) == 0);
-    if (supports.active()) net.supports = &supports;
-    if (net.box.active()) {
-      cell.create(net);
-      net.cell = &cell;
-    }
+    REQUIRE(constraints.create(&net) == 0);
     REQUIRE(VecCreateMPI(PETSC_COMM_WORLD, net.n * 2 * net.dim, PETSC_DETERMINE, y.out()) == 0);
     REQUIRE(VecSetBlockSize(y, 2 * net.dim) == 0);
     fill(0);

@@ -1,6 +1,5 @@
 #include "systems/particles/condensed/block_rows.hpp"
 #include <cstring>
-#include "systems/particles/supports.hpp"
 
 namespace bs {
 namespace {
@@ -77,16 +76,8 @@ PetscErrorCode BlockRowWriter::begin(Mat S) {
 
 PetscErrorCode BlockRowWriter::write(PetscInt i, const double* panel) {
   PetscFunctionBegin;
-  if (blocks_ && blocks_->count(i) > 0) {
-    sum_.assign(panel, panel + pattern_.count(i) * net_.dim * net_.dim);
-    blocks_->add_to_panel(i, net_.global, pattern_.columns(i), pattern_.count(i), net_.dim, sum_.data());
-    panel = sum_.data();
-  }
-  if (net_.supports && net_.supports->rolls()) {
-    if (panel != sum_.data()) sum_.assign(panel, panel + pattern_.count(i) * net_.dim * net_.dim);
-    net_.supports->hold_rows(i, pattern_.columns(i), pattern_.count(i), net_.dim, Supports::on_diagonal(inertia_, net_.mass[i]), sum_.data());
-    panel = sum_.data();
-  }
+  const double diagonal = (inertia_ > 0 ? inertia_ : 1) * net_.mass[i];
+  panel = complete_rows(net_, pattern_, i, net_.dim, blocks_, diagonal, panel, &sum_);
   switch (way_) {
     case Way::aij: write_aij(i, panel); break;
     case Way::baij: write_blocks(i, pattern_.low(i), panel); break;

@@ -1,6 +1,6 @@
 #include "systems/particles/condensed/graph.hpp"
 #include <algorithm>
-#include "systems/particles/supports.hpp"
+#include "systems/particles/constraints/constraints.hpp"
 
 namespace bs {
 
@@ -19,10 +19,10 @@ Graph graph_of(const Network& net) {
       graph.softest = graph.stiffest > 0 ? std::min(graph.softest, k) : k;
       graph.stiffest = std::max(graph.stiffest, k);
     }
-  if (!net.supports || !net.supports->rolls()) return graph;
+  if (!net.constraints->rolls()) return graph;
   graph.holds = true;
   for (PetscInt i = 0; i < net.n + net.ghosts; ++i) {
-    graph.held.push_back(net.supports->rolling(net.global[static_cast<std::size_t>(i)]));
+    graph.held.push_back(net.fixed[i] ? std::uint8_t{0} : net.constraints->held(i));
     if (i < net.n && graph.held.back()) graph.holders.push_back(i);
   }
   return graph;

@@ -8,6 +8,7 @@
 #include "input/remote.hpp"
 #include "lattice/generator.hpp"
 #include "physics/pair/springs/registry.hpp"
+#include "systems/particles/constraints/constraints.hpp"
 #include "systems/particles/particle_potential.hpp"
 
 using namespace bs;
@@ -41,7 +42,7 @@ double drag_of(std::int64_t row) { return 0.3 * static_cast<double>(row % 5); }
 struct Case {
   Network net;
   ParticleLaws laws;
-  Motion motion;
+  Constraints constraints;
   RowPattern pattern;
   std::unique_ptr<Terms> terms;
   ParticlePotential potential;
@@ -80,7 +81,8 @@ struct Case {
     options.partition = 1;
     REQUIRE(build_network(PETSC_COMM_WORLD, lattice, options, &net) == 0);
     net.links.history_time = t;  // no time has passed: what relaxes stores what it answers with
-    terms = std::make_unique<Terms>(net, laws, motion, pattern);
+    REQUIRE(constraints.create(&net) == 0);
+    terms = std::make_unique<Terms>(net, laws, constraints.anchors(), pattern);
     for (VecHandle* vec : {&y, &z}) {
       REQUIRE(VecCreateMPI(PETSC_COMM_WORLD, net.n * 2 * d, PETSC_DETERMINE, vec->out()) == 0);
       REQUIRE(VecSetBlockSize(*vec, 2 * d) == 0);
@@ -124,6 +126,7 @@ struct Case {
     const double box[4] = {-6, 40, -7, 30};
     std::copy_n(box, 4, walls.box);
     for (bool& side : walls.sides) side = true;
+    Motion& motion = constraints.anchors();
     motion.kind = Motion::Kind::sinusoid;
     motion.frequency = 0.5;
     for (double& c : motion.A) c = 0.3;
@@ -198,7 +201,7 @@ struct Case {
       total += shape.rho * shape.area * shape.drag_coefficient * std::pow(relative, 1.5) / 6;
     }
     double rate[3] = {}, shift[3] = {}, end[3] = {};
-    motion.at(t, shift, rate);
+    constraints.anchors().at(t, shift, rate);
     for (std::size_t k = 0; k < net.anchors.particle.size(); ++k) {
       for (int c = 0; c < d; ++c) end[c] = net.anchors.point[k * 3 + static_cast<std::size_t>(c)] + shift[c];
       const PetscInt i = net.anchors.particle[k];

@@ -5,8 +5,7 @@
 
 #include "base/error.hpp"
 #include "base/options.hpp"
-#include "systems/particles/cell.hpp"
-#include "systems/particles/supports.hpp"
+#include "systems/particles/constraints/cell.hpp"
 
 namespace bs {
 
@@ -86,7 +85,7 @@ bool Cell::has(int row, int column) const {
 PetscErrorCode Cell::read_component(MPI_Comm comm, const std::string& option, const std::string& name, const std::string& text) {
   const int row = name[0] - 'x', column = name[1] - 'x';
   const std::string begin = "option " + option + ": " + name + ": ";
-  std::string error, written = text;
+  std::string written = text;
   Drive drive;
 
   PetscFunctionBegin;
@@ -97,8 +96,7 @@ PetscErrorCode Cell::read_component(MPI_Comm comm, const std::string& option, co
     PetscCall(fail(comm, Exit::input, begin + "'" + shown_text(text) + "' is no finite number: " + forms_of(option)));
   if (option != STRAIN && is_number(text)) written = "velocity:" + text;
   if (option == STRESS && text == "free") PetscCall(fail(comm, Exit::input, begin + "say under which stress it is free: " + forms_of(option)));
-  if (!drive.parse("x=" + written, 1, &error, false)) PetscCall(fail(comm, Exit::input, begin + error));
-  PetscCall(read_drive_tables(comm, option, &drive));
+  PetscCall(read_drive(comm, option, name + ": ", "x=" + written, 1, false, &drive));
   if (option == STRESS) free_.push_back({row, column, std::move(drive), 0});
   else components_.push_back({row, column, std::move(drive)});
   PetscFunctionReturn(0);

@@ -1,12 +1,11 @@
-// The forces that supports exert on groups, and the work that what moves does.
+// The forces that constraints exert on groups, and the work that what moves does.
 #pragma once
 #include <map>
 #include <string>
 #include <vector>
 
 #include "physics/body/registry.hpp"
-#include "systems/particles/cell.hpp"
-#include "systems/particles/supports.hpp"
+#include "systems/particles/constraints/constraints.hpp"
 #include "systems/particles/terms.hpp"
 
 namespace bs {
@@ -21,10 +20,10 @@ namespace bs {
 /// sum of (F_k,n + F_k,{n+1})/2 (e_k,{n+1} - e_k,n). Loads that a load factor s multiplies have the energy s G(x), which changes with s where x
 /// stays:
 ///   W = (G_n + G_{n+1})/2 (s_{n+1} - s_n)
-class SupportLedger {
+class Reactions {
  public:
-  /// Collective. The arguments must outlive the object; `anchors`: anchor points move.
-  PetscErrorCode create(const Network& net, const Supports& supports, const Terms& terms, const Motion& anchors, const Cell& cell);
+  /// Collective. The arguments must outlive the object.
+  PetscErrorCode create(const Network& net, const Terms& terms);
   /// Gravity grows with a load factor from now on: work/loads is what that adds to the energy. `laws` must outlive the object.
   void count_loads(const ParticleLaws& laws);
   /// Whether there is anything to report, or anything that does work.
@@ -64,13 +63,10 @@ class SupportLedger {
   };
 
   const Network* net_ = nullptr;
-  const Supports* supports_ = nullptr;
+  const Constraints* constraints_ = nullptr;
   const Terms* terms_ = nullptr;
-  const Motion* anchors_ = nullptr;
-  const Cell* cell_ = nullptr;           ///< null: it does no work
   const ParticleLaws* loads_ = nullptr;  ///< null: they do none
   std::vector<PetscInt> which_;          ///< owned particles with a held component
-  std::vector<std::uint8_t> mask_;
   std::vector<GroupRows> groups_;
   std::vector<std::size_t> moved_, row_;          ///< holds that move, of owned particles, and their places among which_
   std::vector<std::string> names_;                ///< of what does work

@@ -1,12 +1,12 @@
-#include "systems/particles/free_bodies.hpp"
+#include "systems/particles/constraints/free_bodies.hpp"
 #include <algorithm>
 #include <cmath>
 #include <limits>
 #include "base/disjoint_sets.hpp"
 #include "base/error.hpp"
 #include "network/ghost_copies.hpp"
+#include "systems/particles/constraints/constraints.hpp"
 #include "systems/particles/spring_exists.hpp"
-#include "systems/particles/supports.hpp"
 
 namespace bs {
 
@@ -24,8 +24,7 @@ DisjointSets local_sets(const Network& net) {
   return sets;
 }
 
-}  // namespace
-
+/// Collective. label: (n) the smallest global index in the particle's body, the same on every rank that has a part of it.
 PetscErrorCode label_bodies(const Network& net, GhostCopies* copies, std::vector<double>* label) {
   DisjointSets sets = local_sets(net);
   const PetscInt count = net.n + net.ghosts;
@@ -51,6 +50,7 @@ PetscErrorCode label_bodies(const Network& net, GhostCopies* copies, std::vector
   PetscFunctionReturn(0);
 }
 
+/// Bit c of each owned particle: something beyond its body holds it along axis c.
 std::vector<std::uint8_t> held_axes(const Network& net) {
   const std::uint8_t all = static_cast<std::uint8_t>((1 << net.dim) - 1);
   std::vector<std::uint8_t> held(static_cast<std::size_t>(net.n), 0);
@@ -58,116 +58,52 @@ std::vector<std::uint8_t> held_axes(const Network& net) {
     for (PetscInt e = net.links.start[i]; e < net.links.start[i + 1]; ++e)
       if (net.fixed[net.links.other[e]] && ties(net, e)) held[i] = all;
   for (const PetscInt i : net.anchors.particle) held[i] = all;
-  for (PetscInt i = 0; i < net.n && net.supports; ++i) held[i] |= net.supports->rolling(net.global[i]);
+  for (PetscInt i = 0; i < net.n; ++i) held[i] |= net.constraints->held(i);
   return held;
-}
-
-namespace {
-
-/// Collective. The smallest row in the input among the particles of driven bodies; -1: there are none. `driven`: 1 at the label of each.
-PetscErrorCode smallest_row(const Network& net, const std::vector<double>& label, Vec driven, std::int64_t* row) {
-  constexpr std::int64_t NONE = std::numeric_limits<std::int64_t>::max();
-  const PetscScalar* a = nullptr;
-  VecHandle mine;
-  ISHandle from;
-  ScatterHandle scatter;
-  PetscFunctionBegin;
-  const std::vector<PetscInt> at(label.begin(), label.end());
-  PetscCall(VecCreateSeq(PETSC_COMM_SELF, net.n, mine.out()));
-  PetscCall(ISCreateGeneral(net.comm, net.n, at.data(), PETSC_COPY_VALUES, from.out()));
-  PetscCall(VecScatterCreate(driven, from, mine, nullptr, scatter.out()));
-  PetscCall(VecScatterBegin(scatter, driven, mine, INSERT_VALUES, SCATTER_FORWARD));
-  PetscCall(VecScatterEnd(scatter, driven, mine, INSERT_VALUES, SCATTER_FORWARD));
-  *row = NONE;
-  PetscCall(VecGetArrayRead(mine, &a));
-  for (PetscInt i = 0; i < net.n; ++i)
-    if (!net.fixed[i] && a[i] > 0) *row = std::min(*row, net.row[i]);
-  PetscCall(VecRestoreArrayRead(mine, &a));
-  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, row, 1, MPI_INT64_T, MPI_MIN, net.comm));
-  if (*row == NONE) *row = -1;
-  PetscFunctionReturn(0);
 }
 
 }  // namespace
 
-PetscErrorCode find_free_bodies(const Network& net, const std::vector<double>& load, FreeBodies* out) {
-  GhostCopies copies;
-  std::vector<double> label;
-  const PetscInt d = net.dim;
-  std::vector<VecHandle> sums(static_cast<std::size_t>(d) + 2);  // load, sizes of the loads, and what holds the body
-  PetscFunctionBegin;
-  PetscCall(copies.create(net));
-  PetscCall(label_bodies(net, &copies, &label));
-  const std::vector<std::uint8_t> held = held_axes(net);
-  for (std::size_t k = 0; k < sums.size(); ++k) {
-    const PetscInt c = static_cast<PetscInt>(k);
-    PetscCall(VecDuplicate(copies.layout(), sums[k].out()));
-    PetscCall(VecZeroEntries(sums[k]));
-    for (PetscInt i = 0; i < net.n; ++i) {
-      double value = c == d + 1 ? held[i] != 0 : 0;
-      for (PetscInt q = 0; q < d && c <= d; ++q)
-        if (q == c || c == d) value += c == d ? std::abs(load[i * d + q]) : load[i * d + q];
-      if (net.fixed[i] || value == 0) continue;
-      PetscCall(VecSetValue(sums[k], static_cast<PetscInt>(label[i]), value, ADD_VALUES));
-    }
-    PetscCall(VecAssemblyBegin(sums[k]));
-    PetscCall(VecAssemblyEnd(sums[k]));
-  }
-  std::vector<const PetscScalar*> a(sums.size());
-  for (std::size_t k = 0; k < sums.size(); ++k) PetscCall(VecGetArrayRead(sums[k], &a[k]));
-  VecHandle driven;
-  PetscScalar* flag = nullptr;
-  PetscInt count = 0;
-  PetscCall(VecDuplicate(copies.layout(), driven.out()));
-  PetscCall(VecZeroEntries(driven));
-  PetscCall(VecGetArray(driven, &flag));
-  for (PetscInt i = 0; i < net.n; ++i) {
-    if (net.fixed[i] || static_cast<PetscInt>(label[i]) != net.global[i] || a.back()[i] > 0) continue;
-    ++count;
-    double whole = 0;
-    for (PetscInt c = 0; c < d; ++c) whole += std::abs(a[static_cast<std::size_t>(c)][i]);
-    if (whole > 1e-12 * a[static_cast<std::size_t>(d)][i]) flag[i] = 1;
-  }
-  PetscCall(VecRestoreArray(driven, &flag));
-  for (std::size_t k = 0; k < sums.size(); ++k) PetscCall(VecRestoreArrayRead(sums[k], &a[k]));
-  PetscCallMPI(MPI_Allreduce(&count, &out->count, 1, MPIU_INT, MPI_SUM, net.comm));
-  PetscCall(smallest_row(net, label, driven, &out->driven_row));
-  PetscFunctionReturn(0);
-}
-
-PetscErrorCode BodyPlaces::create(const Network& net) {
+PetscErrorCode FreeBodies::find() {
+  const Network& net = *net_;
   GhostCopies copies;
   std::vector<double> label;
   ISHandle from;
   PetscFunctionBegin;
-  net_ = &net;
   PetscCall(copies.create(net));
   PetscCall(label_bodies(net, &copies, &label));
-  const std::vector<std::uint8_t> held = held_axes(net);
-  std::vector<PetscInt> labels;
+  label_.clear();
   for (PetscInt i = 0; i < net.n; ++i)
-    if (!net.fixed[i]) labels.push_back(static_cast<PetscInt>(label[static_cast<std::size_t>(i)]));
-  std::sort(labels.begin(), labels.end());
-  labels.erase(std::unique(labels.begin(), labels.end()), labels.end());
-  const PetscInt count = static_cast<PetscInt>(labels.size());
+    if (!net.fixed[i]) label_.push_back(static_cast<PetscInt>(label[static_cast<std::size_t>(i)]));
+  std::sort(label_.begin(), label_.end());
+  label_.erase(std::unique(label_.begin(), label_.end()), label_.end());
+  const PetscInt count = static_cast<PetscInt>(label_.size());
   body_.assign(static_cast<std::size_t>(net.n), -1);
   for (PetscInt i = 0; i < net.n; ++i)
     if (!net.fixed[i])
       body_[static_cast<std::size_t>(i)] = static_cast<PetscInt>(
-          std::lower_bound(labels.begin(), labels.end(), static_cast<PetscInt>(label[static_cast<std::size_t>(i)])) - labels.begin());
+          std::lower_bound(label_.begin(), label_.end(), static_cast<PetscInt>(label[static_cast<std::size_t>(i)])) - label_.begin());
   PetscCall(VecDuplicate(copies.layout(), whole_.out()));
   PetscCall(VecCreateSeq(PETSC_COMM_SELF, count, mine_.out()));
-  PetscCall(ISCreateGeneral(net.comm, count, labels.data(), PETSC_COPY_VALUES, from.out()));
+  PetscCall(ISCreateGeneral(net.comm, count, label_.data(), PETSC_COPY_VALUES, from.out()));
   PetscCall(VecScatterCreate(whole_, from, mine_, nullptr, scatter_.out()));
-  mass_.assign(labels.size(), 0.0);
-  held_.assign(labels.size(), 0);
+  mass_.assign(label_.size(), 0.0);
   for (PetscInt i = 0; i < net.n; ++i)
     if (body_[i] >= 0) mass_[body_[i]] += net.mass[i];
   PetscCall(add_up(&mass_));
+  PetscCall(find_held());
+  found_ = true;
+  PetscFunctionReturn(0);
+}
+
+PetscErrorCode FreeBodies::find_held() {
+  const std::vector<std::uint8_t> held = held_axes(*net_);
   int any = 0;
-  for (int c = 0; c < net.dim; ++c) {
-    std::vector<double> holds(labels.size(), 0.0);
-    for (PetscInt i = 0; i < net.n; ++i)
+  PetscFunctionBegin;
+  held_.assign(label_.size(), 0);
+  for (int c = 0; c < net_->dim; ++c) {
+    std::vector<double> holds(label_.size(), 0.0);
+    for (PetscInt i = 0; i < net_->n; ++i)
       if (body_[i] >= 0) holds[body_[i]] += held[i] >> c & 1;
     PetscCall(add_up(&holds));
     for (std::size_t b = 0; b < holds.size(); ++b) {
@@ -175,13 +111,47 @@ PetscErrorCode BodyPlaces::create(const Network& net) {
       else any = 1;
     }
   }
-  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &any, 1, MPI_INT, MPI_LOR, net.comm));
+  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &any, 1, MPI_INT, MPI_LOR, net_->comm));
   any_ = any != 0;
   PetscFunctionReturn(0);
 }
 
+PetscErrorCode FreeBodies::count(const Network& net, const std::vector<double>& load, bool may_hold, PetscInt* free) {
+  const PetscInt d = net.dim;
+  PetscInt count = 0;
+  Error fault;
+  PetscFunctionBegin;
+  net_ = &net;
+  adrift_ = !may_hold;
+  PetscCall(find());
+  std::vector<double> size(label_.size(), 0.0), whole(label_.size(), 0.0);
+  for (PetscInt c = 0; c < d; ++c) {
+    std::vector<double> sum(label_.size(), 0.0);
+    for (PetscInt i = 0; i < net.n; ++i) {
+      if (body_[i] < 0) continue;
+      sum[body_[i]] += load[i * d + c];
+      size[body_[i]] += std::abs(load[i * d + c]);
+    }
+    PetscCall(add_up(&sum));
+    for (std::size_t b = 0; b < sum.size(); ++b) whole[b] += std::abs(sum[b]);
+  }
+  PetscCall(add_up(&size));
+  for (std::size_t b = 0; b < label_.size(); ++b) count += held_[b] == 0 && label_[b] >= net.first && label_[b] < net.first + net.n;
+  PetscCallMPI(MPI_Allreduce(&count, free, 1, MPIU_INT, MPI_SUM, net.comm));
+  for (PetscInt i = 0; i < net.n && adrift_; ++i) {
+    const PetscInt b = body_[i];
+    if (b >= 0 && held_[b] == 0 && whole[b] > 1e-12 * size[b])
+      fault.note(net.row[i],
+                 format("nothing holds particle %lld and what is tied to it against its loads: there is no equilibrium; fix a particle of "
+                        "it, tie it to an anchor, or leave the load out",
+                        static_cast<long long>(net.row[i])));
+  }
+  PetscCall(fail_if_any(net.comm, fault));
+  PetscFunctionReturn(0);
+}
+
 /// values: of each body of this rank; on return the sums over all ranks that have a part of it, always in the same order.
-PetscErrorCode BodyPlaces::add_up(std::vector<double>* values) const {
+PetscErrorCode FreeBodies::add_up(std::vector<double>* values) const {
   PetscScalar* a = nullptr;
   PetscFunctionBegin;
   PetscCall(VecGetArrayWrite(mine_, &a));
@@ -199,13 +169,15 @@ PetscErrorCode BodyPlaces::add_up(std::vector<double>* values) const {
 }
 
 // off = sum of m (x_to - A x_from) / sum of m
-PetscErrorCode BodyPlaces::pull_back(const double* A, double h, Vec from, Vec to) const {
-  const int d = net_->dim;
-  const PetscInt n = net_->n;
+PetscErrorCode FreeBodies::pull_back(const double* A, double h, Vec from, Vec to) {
   const PetscScalar* start = nullptr;
   PetscScalar* end = nullptr;
   PetscFunctionBegin;
+  if (!adrift_) PetscFunctionReturn(0);
+  if (!found_) PetscCall(find());
   if (!any_) PetscFunctionReturn(0);
+  const int d = net_->dim;
+  const PetscInt n = net_->n;
   std::vector<std::vector<double>> off(static_cast<std::size_t>(d), std::vector<double>(mass_.size(), 0.0));
   PetscCall(VecGetArrayRead(from, &start));
   PetscCall(VecGetArray(to, &end));

@@ -1,21 +1,49 @@
-#include "systems/particles/cell.hpp"
+#include "systems/particles/constraints/cell.hpp"
 #include <algorithm>
 #include <cmath>
 #include "base/error.hpp"
 
 namespace bs {
 
+namespace {
+
+/// out = A B, (d, d) each.
+void multiply(int d, const double* A, const double* B, double* out) {
+  for (int r = 0; r < d; ++r)
+    for (int c = 0; c < d; ++c) {
+      out[r * d + c] = 0;
+      for (int k = 0; k < d; ++k) out[r * d + c] += A[r * d + k] * B[k * d + c];
+    }
+}
+
+/// What is given of one component at time t, and its rate.
+double given_at(const Drive& drive, double t, double* rate) {
+  const double zero[3] = {0, 0, 0};
+  double g[3] = {0, 0, 0}, v[3] = {0, 0, 0}, a[3] = {0, 0, 0};
+  drive.at(t, zero, g, v, a);
+  if (rate) *rate = v[0];
+  return g[0];
+}
+
+}  // namespace
+
 /// Of a sum in a checkpoint.
 static std::string saved_name(int row, int column) { return "box_strain_" + component_name(row, column); }
 
 void Cell::create(const Network& net) {
   net_ = &net;
-  for (PetscInt g = 0; g < net.ghosts; ++g)
+  for (PetscInt g = 0; g < net.ghosts && !net.image.empty(); ++g)
     for (int k = 0; k < dim_; ++k)
       if (net.image[static_cast<std::size_t>(g * dim_ + k)] != 0) {
         images_.push_back(net.n + g);
         break;
       }
+}
+
+std::vector<std::string> Cell::boundary() const {
+  std::vector<std::string> words;
+  for (int k = 0; k < dim_ && active(); ++k) words.emplace_back(box_.periodic[k] ? "periodic" : "none");
+  return words;
 }
 
 bool Cell::moving() const {
@@ -29,27 +57,20 @@ bool Cell::triclinic() const {
 
 /// F and dF/dt, (d, d) each.
 void Cell::gradient(double t, double* F, double* rate) const {
-  const double zero[3] = {0, 0, 0};
   std::fill_n(F, dim_ * dim_, 0.0);
   std::fill_n(rate, dim_ * dim_, 0.0);
   for (int k = 0; k < dim_; ++k) F[k * dim_ + k] = 1;
   for (const Component& one : components_) {
-    double g[3] = {0, 0, 0}, v[3] = {0, 0, 0}, a[3] = {0, 0, 0};
-    one.drive.at(full_load_ ? 1.0 : t, zero, g, v, a);
-    F[one.row * dim_ + one.column] += g[0];
-    rate[one.row * dim_ + one.column] += at_rest_ ? 0.0 : v[0];
+    double v = 0;
+    F[one.row * dim_ + one.column] += given_at(one.drive, time_of(t), &v);
+    rate[one.row * dim_ + one.column] += at_rest_ ? 0.0 : v;
   }
   for (const Free& one : free_) F[one.row * dim_ + one.column] += one.strain;
 }
 
 std::vector<FreeStrain> Cell::free_strains(double t) const {
-  const double zero[3] = {0, 0, 0};
   std::vector<FreeStrain> all;
-  for (const Free& one : free_) {
-    double stress[3] = {0, 0, 0}, v[3] = {0, 0, 0}, a[3] = {0, 0, 0};
-    one.stress.at(full_load_ ? 1.0 : t, zero, stress, v, a);
-    all.push_back({one.row, one.column, one.strain, stress[0]});
-  }
+  for (const Free& one : free_) all.push_back({one.row, one.column, one.strain, given_at(one.stress, time_of(t), nullptr)});
   return all;
 }
 
@@ -88,11 +109,9 @@ void Cell::edges(double t, double* edges, double* rates) const {
 void Cell::velocity_gradient(double t, double* L) const {
   double F[9], G[9], inverse[9];
   gradient(t, F, G);
-  std::fill_n(L, dim_ * dim_, 0.0);
-  if (!invert_edges(F, dim_, inverse)) return;  // F has rows where edges have columns: both are inverted alike
-  for (int r = 0; r < dim_; ++r)
-    for (int c = 0; c < dim_; ++c)
-      for (int k = 0; k < dim_; ++k) L[r * dim_ + c] += G[r * dim_ + k] * inverse[k * dim_ + c];
+  // F has rows where edges have columns: both are inverted alike
+  if (invert_edges(F, dim_, inverse)) multiply(dim_, G, inverse, L);
+  else std::fill_n(L, dim_ * dim_, 0.0);
 }
 
 void Cell::carried(double from, double to, double* A) const {
@@ -102,12 +121,7 @@ void Cell::carried(double from, double to, double* A) const {
   for (const Free& one : free_) before[one.row * dim_ + one.column] += one.kept - one.strain;
   std::fill_n(A, dim_ * dim_, 0.0);
   for (int k = 0; k < dim_; ++k) A[k * dim_ + k] = 1;
-  if (std::equal(F, F + dim_ * dim_, before) || !invert_edges(before, dim_, inverse)) return;
-  for (int r = 0; r < dim_; ++r)
-    for (int c = 0; c < dim_; ++c) {
-      A[r * dim_ + c] = 0;
-      for (int k = 0; k < dim_; ++k) A[r * dim_ + c] += F[r * dim_ + k] * inverse[k * dim_ + c];
-    }
+  if (!std::equal(F, F + dim_ * dim_, before) && invert_edges(before, dim_, inverse)) multiply(dim_, F, inverse, A);
 }
 
 double Cell::volume(double t) const {
@@ -118,6 +132,7 @@ double Cell::volume(double t) const {
 
 void Cell::shift_images(double t, double sign, bool velocities, double* states) const {
   double e[9], rate[9];
+  if (images_.empty()) return;
   edges(t, e, rate);
   for (const PetscInt i : images_) {
     double* y = states + static_cast<std::size_t>(i) * 2 * static_cast<std::size_t>(dim_);
@@ -156,27 +171,31 @@ void pad(const double* F, int d, double* out) {
 
 }  // namespace
 
-PetscErrorCode Cell::covers(double t_start, double t_end) const {
-  constexpr int PARTS = 1000;
-  Error fault;
+PetscErrorCode Cell::reaches(double t_end) const {
   PetscFunctionBegin;
-  for (const Component& one : components_) {
-    const std::string missed = one.drive.misses(t_end);
-    if (!missed.empty())
-      PetscCall(fail(net_->comm, Exit::input,
-                     format("the table of -bs_box_strain %s, t = %g s: %s", missed.c_str(), t_end,
-                            missed[0] == 'b' ? "its times are those of the run" : "add rows or lower -ts_max_time")));
-  }
+  for (const Component& one : components_) PetscCall(check_reach(net_->comm, "-bs_box_strain", one.drive, t_end));
   for (const Free& one : free_)
     if (!one.stress.misses(t_end).empty())
       PetscCall(fail(net_->comm, Exit::input, "the table of -bs_box_stress does not reach the load factor 1: add rows"));
-  const double part = (t_end - t_start) / PARTS;
-  for (int k = 0; k < PARTS; ++k) look_for_jumps(t_start + k * part, k + 1 < PARTS ? t_start + (k + 1) * part : t_end, &fault);
-  PetscCall(fail_if_any(net_->comm, fault));
   PetscFunctionReturn(0);
 }
 
-void Cell::look_for_jumps(double from, double to, Error* fault) const {
+PetscErrorCode Cell::add_flow(Vec y) const {
+  const PetscInt d = dim_;
+  PetscScalar* ay = nullptr;
+  double L[9];
+  PetscFunctionBegin;
+  if (!moving()) PetscFunctionReturn(0);
+  velocity_gradient(0, L);
+  PetscCall(VecGetArray(y, &ay));
+  for (PetscInt i = 0; i < net_->n; ++i)
+    for (PetscInt r = 0; r < d && !net_->fixed[i]; ++r)
+      for (PetscInt c = 0; c < d; ++c) ay[i * 2 * d + d + r] += L[r * d + c] * ay[i * 2 * d + c];
+  PetscCall(VecRestoreArray(y, &ay));
+  PetscFunctionReturn(0);
+}
+
+void Cell::find_jumps(double from, double to, Error* fault) const {
   const double zero[3] = {0, 0, 0};
   if (at_rest_ || !(to > from)) return;
   for (const Component& one : components_) {
@@ -199,15 +218,8 @@ bool Cell::collapses(double from, double to) const {
   pad(F, dim_, next);
   gradient(from, F, rate);
   pad(F, dim_, last);
-  if (to > from && invert_edges(last, 3, inverse)) {
-    for (int r = 0; r < 3; ++r)
-      for (int c = 0; c < 3; ++c) {
-        A[3 * r + c] = 0;
-        for (int k = 0; k < 3; ++k) A[3 * r + c] += next[3 * r + k] * inverse[3 * k + c];
-      }
-  } else {
-    std::copy_n(next, 9, A);
-  }
+  if (to > from && invert_edges(last, 3, inverse)) multiply(3, next, inverse, A);
+  else std::copy_n(next, 9, A);
   const auto minor = [&](int p, int q) { return A[4 * p] * A[4 * q] - A[3 * p + q] * A[3 * q + p]; };
   const double trace = A[0] + A[4] + A[8], minors = minor(0, 1) + minor(1, 2) + minor(0, 2);
   const double det = A[0] * minor(1, 2) - A[1] * (A[3] * A[8] - A[5] * A[6]) + A[2] * (A[3] * A[7] - A[4] * A[6]);
@@ -219,18 +231,16 @@ bool Cell::collapses(double from, double to) const {
 }
 
 void Cell::foresee(double from, double to, Error* fault) const {
-  const double zero[3] = {0, 0, 0};
   const char* const unit = at_rest_ ? ", the load factor" : " s";
   const auto check = [&](const Drive& drive, const char* option, int row, int column) {
-    double g[3] = {0, 0, 0}, v[3] = {0, 0, 0}, a[3] = {0, 0, 0};
-    drive.at(full_load_ ? 1.0 : to, zero, g, v, a);
-    if (!std::isfinite(g[0]) || (!at_rest_ && !std::isfinite(v[0])))
+    double v = 0;
+    if (!std::isfinite(given_at(drive, time_of(to), &v)) || (!at_rest_ && !std::isfinite(v)))
       fault->note(-1, format("option %s: %s or its rate is not finite at t = %.10g%s: give one that is finite from the start to the end of the run",
                              option, component_name(row, column).c_str(), to, unit));
   };
   for (const Component& one : components_) check(one.drive, "-bs_box_strain", one.row, one.column);
   for (const Free& one : free_) check(one.stress, "-bs_box_stress", one.row, one.column);
-  look_for_jumps(from, to, fault);
+  find_jumps(from, to, fault);
   if (!*fault && collapses(from, to))
     fault->note(-1, (to > from ? format("the periodic box has no volume left on the way from t = %.10g to t = %.10g%s", from, to, unit)
                                : format("the periodic box has no volume at t = %.10g%s", to, unit)) +

@@ -1,6 +1,6 @@
 // The periodic box in the course of time.
 #pragma once
-#include <petscsys.h>
+#include <petscvec.h>
 #include <map>
 #include <string>
 #include <vector>
@@ -33,7 +33,10 @@ class Cell {
   /// The images among the ghosts of `net`, which must outlive the object.
   void create(const Network& net);
 
-  bool active() const { return net_ != nullptr; }
+  /// Whether there is a periodic box.
+  bool active() const { return box_.active(); }
+  /// "periodic" or "none" for each edge; empty without a box.
+  std::vector<std::string> boundary() const;
   /// Whether the box changes in time.
   bool moving() const;
   /// Edges (d, d) and their rates of change at time t; `rates` may be null.
@@ -61,14 +64,17 @@ class Cell {
   /// Adds the displacement of their images at time t to ghosts' states, 2d numbers (x, v) each, n + ghosts of them; `sign` -1 takes it away. Their
   /// velocities are added where `velocities` says so.
   void shift_images(double t, double sign, bool velocities, double* states) const;
+  /// The state y gets the velocities by which the box carries all free particles along at t = 0: v += F' F^-1 x.
+  PetscErrorCode add_flow(Vec y) const;
   /// For equilibria, whose time is a load factor: rates are 0 from now on; `full_load`: the box is as at t = 1.
   void set_static(bool at_rest, bool full_load) {
     at_rest_ = at_rest;
     full_load_ = full_load;
   }
-  /// Collective. Ends the run with exit code 2 where a table does not reach t_end, or a strain is seen to jump on the way there.
-  PetscErrorCode covers(double t_start, double t_end) const;
-  /// What the box cannot do from time `from` to time `to` (System::foresee).
+  /// Collective. Ends the run with exit code 2 where a table does not reach t_end.
+  PetscErrorCode reaches(double t_end) const;
+  /// Whether a strain jumps, and what else the box cannot do, from time `from` to time `to` (System::foresee).
+  void find_jumps(double from, double to, Error* fault) const;
   void foresee(double from, double to, Error* fault) const;
   std::vector<std::string> describe() const;
 
@@ -86,8 +92,8 @@ class Cell {
   PetscErrorCode read_components(MPI_Comm comm, const char* option, const std::string& text);
   PetscErrorCode read_component(MPI_Comm comm, const std::string& option, const std::string& name, const std::string& text);
   PetscErrorCode check_free(MPI_Comm comm) const;
+  double time_of(double t) const { return full_load_ ? 1.0 : t; }
   bool has(int row, int column) const;
-  void look_for_jumps(double from, double to, Error* fault) const;
   bool collapses(double from, double to) const;
   const Network* net_ = nullptr;
   int dim_ = 3;
@@ -97,5 +103,12 @@ class Cell {
   std::vector<PetscInt> images_;  ///< ghosts that are images, by local index
   bool at_rest_ = false, full_load_ = false;
 };
+
+/// Collective. Reads a motion given by `option`, and the tables it names; `component` begins what is said of a text that is none ("xy: "). Errors
+/// (exit 2): texts that are no motion in `dim` dimensions (Drive::parse), files that are not there or are no tables to follow.
+PetscErrorCode read_drive(MPI_Comm comm, const std::string& option, const std::string& component, const std::string& text, int dim, bool placed,
+                          Drive* drive);
+/// Collective. Ends the run with exit code 2 where a table of the motion does not reach t_end.
+PetscErrorCode check_reach(MPI_Comm comm, const std::string& option, const Drive& drive, double t_end);
 
 }  // namespace bs

@@ -1,0 +1,236 @@
+#include "systems/particles/constraints/constraints.hpp"
+#include <algorithm>
+#include <cmath>
+
+namespace bs {
+
+PetscErrorCode Constraints::create(Network* network) {
+  const Network& net = *network;
+  PetscFunctionBegin;
+  net_ = network;
+  network->constraints = this;
+  box_.create(net);
+  for (PetscInt i = 0; i < net.n + net.ghosts; ++i)
+    if (net.fixed[i]) fixed_.push_back(i);
+  std::vector<std::uint8_t> taken(net.fixed.size(), 0);
+  for (std::size_t k = 0; k < motions_.size(); ++k)
+    for (const PetscInt i : net.groups[motions_[k].group].member) {
+      const std::uint8_t mask = static_cast<std::uint8_t>(motions_[k].drive.held() & ~taken[i]);
+      if (net.fixed[i] == 1 || mask == 0) continue;
+      taken[i] = static_cast<std::uint8_t>(taken[i] | mask);
+      holds_.push_back({i, static_cast<int>(k), mask});
+    }
+  std::stable_sort(holds_.begin(), holds_.end(), [](const Hold& a, const Hold& b) { return a.particle < b.particle; });
+  std::vector<bool> seen(motions_.size(), false);
+  for (std::size_t k = 0; k < holds_.size() && holds_[k].particle < net.n; ++k) {
+    const std::size_t motion = static_cast<std::size_t>(holds_[k].motion);
+    const Drive& drive = motions_[motion].drive;
+    if (!drive.may_jump()) continue;
+    if (!seen[motion]) first_jumpers_.push_back(k);
+    if (!seen[motion] || drive.jumps_by_place()) jumpers_.push_back(k);
+    seen[motion] = true;
+  }
+  for (const Hold& one : holds_) {
+    if (net.fixed[one.particle]) continue;
+    const PetscInt global = net.global[one.particle];
+    if (rollers_.empty() || rollers_.back().global != global) rollers_.push_back({global, 0});
+    rollers_.back().mask = static_cast<std::uint8_t>(rollers_.back().mask | one.mask);
+  }
+  std::sort(rollers_.begin(), rollers_.end(), [](const Roller& a, const Roller& b) { return a.global < b.global; });
+  int some = !rollers_.empty();
+  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &some, 1, MPI_INT, MPI_MAX, net.comm));
+  rolls_ = some != 0;
+  PetscFunctionReturn(0);
+}
+
+std::uint8_t Constraints::rolling(PetscInt global) const {
+  const auto at = std::lower_bound(rollers_.begin(), rollers_.end(), global, [](const Roller& one, PetscInt g) { return one.global < g; });
+  return at != rollers_.end() && at->global == global ? at->mask : std::uint8_t{0};
+}
+
+// Rows and columns of a held component are those of the identity times `diagonal`.
+void Constraints::hold_rows(PetscInt i, const PetscInt* columns, PetscInt count, int block, double diagonal, double* panel) const {
+  const int d = net_->dim;
+  const PetscInt width = count * block, own = net_->global[i];
+  const std::uint8_t mine = rolling(own);
+  for (PetscInt s = 0; s < count; ++s) {
+    const std::uint8_t theirs = rolling(columns[s]);
+    if (!(mine | theirs)) continue;
+    for (int r = 0; r < d; ++r)
+      for (int c = 0; c < block; ++c)
+        if ((mine >> r & 1) || (theirs >> (c % d) & 1)) panel[r * width + s * block + c] = 0;
+    for (int r = 0; r < d && columns[s] == own; ++r)
+      if (mine >> r & 1) panel[r * width + s * block + block - d + r] = diagonal;
+  }
+}
+
+bool Constraints::drives() const {
+  return std::any_of(motions_.begin(), motions_.end(), [](const Moved& one) { return one.drive.moving() != 0; });
+}
+
+std::uint8_t Constraints::held(PetscInt i) const {
+  return net_->fixed[i] ? static_cast<std::uint8_t>((1 << net_->dim) - 1) : rolling(net_->global[i]);
+}
+
+void Constraints::at(const Hold& hold, double t, double* x, double* v, double* a) const {
+  double values[9] = {};
+  const int d = net_->dim;
+  motions_[static_cast<std::size_t>(hold.motion)].drive.at(full_load_ ? 1.0 : t, net_->held.data() + static_cast<std::size_t>(hold.particle * d),
+                                                           values, values + 3, values + 6);
+  for (int c = 0; c < d; ++c) {
+    if (!(hold.mask >> c & 1)) continue;
+    x[c] = values[c];
+    v[c] = at_rest_ ? 0 : values[3 + c];
+    if (a) a[c] = at_rest_ ? 0 : values[6 + c];
+  }
+}
+
+template <class Visit>
+void Constraints::for_holds(PetscInt first, PetscInt last, Visit visit) const {
+  auto one = std::lower_bound(holds_.begin(), holds_.end(), first, [](const Hold& hold, PetscInt i) { return hold.particle < i; });
+  for (; one != holds_.end() && one->particle < last; ++one) visit(*one);
+}
+
+template <class Visit>
+void Constraints::for_fixed(PetscInt first, PetscInt last, Visit visit) const {
+  for (auto at = std::lower_bound(fixed_.begin(), fixed_.end(), first); at != fixed_.end() && *at < last; ++at) visit(static_cast<std::size_t>(*at));
+}
+
+void Constraints::drive(double t, PetscInt first, PetscInt last, double* states) const {
+  const std::size_t d = static_cast<std::size_t>(net_->dim);
+  for_holds(first, last, [&](const Hold& hold) {
+    double* state = states + static_cast<std::size_t>(hold.particle) * 2 * d;
+    at(hold, t, state, state + d, nullptr);
+  });
+}
+
+void Constraints::place(double t, PetscInt first, PetscInt last, double* states) const {
+  const std::size_t d = static_cast<std::size_t>(net_->dim);
+  for_fixed(first, last, [&](std::size_t i) {
+    double* state = states + i * 2 * d;
+    std::copy_n(net_->held.data() + i * d, d, state);
+    std::fill_n(state + d, d, 0.0);
+  });
+  drive(t, first, last, states);
+}
+
+void Constraints::clear(PetscInt first, PetscInt last, int vectors, double* values) const {
+  const std::size_t d = static_cast<std::size_t>(net_->dim), width = static_cast<std::size_t>(vectors) * d;
+  for_fixed(first, last, [&](std::size_t i) { std::fill_n(values + i * width, width, 0.0); });
+  for_holds(first, last, [&](const Hold& hold) {
+    for (std::size_t c = 0; c < width; ++c)
+      if (hold.mask >> (c % d) & 1) values[static_cast<std::size_t>(hold.particle) * width + c] = 0;
+  });
+}
+
+PetscErrorCode Constraints::stop(Vec y) const {
+  const PetscInt d = net_->dim;
+  PetscScalar* ay = nullptr;
+  PetscFunctionBegin;
+  PetscCall(VecGetArray(y, &ay));
+  for_holds(0, net_->n, [&](const Hold& hold) {
+    for (PetscInt c = 0; c < d; ++c)
+      if (hold.mask >> c & 1) ay[hold.particle * 2 * d + d + c] = 0;
+  });
+  PetscCall(VecRestoreArray(y, &ay));
+  PetscFunctionReturn(0);
+}
+
+PetscErrorCode Constraints::show(double t, Vec y, Vec* shown) {
+  PetscScalar* a = nullptr;
+  PetscFunctionBegin;
+  *shown = y;
+  if (!holds_groups()) PetscFunctionReturn(0);
+  if (!shown_) PetscCall(VecDuplicate(y, shown_.out()));
+  PetscCall(VecCopy(y, shown_));
+  PetscCall(VecGetArray(shown_, &a));
+  drive(t, 0, net_->n, a);
+  PetscCall(VecRestoreArray(shown_, &a));
+  *shown = shown_;
+  PetscFunctionReturn(0);
+}
+
+void Constraints::set_loads(const Loads& loads) {
+  at_rest_ = anchors_.at_rest = loads.at_rest;
+  full_load_ = loads.driven_at_full_load;
+  anchors_.at_full_load = loads.anchors_at_full_load;
+  box_.set_static(loads.at_rest, loads.box_at_full_load);
+}
+
+/// In what is held at rest there are no velocities, and a jump is a step of the load.
+void Constraints::find_jumps(double from, double to, const std::vector<std::size_t>& where, Error* fault) const {
+  if (at_rest_ || !(to > from)) return;
+  for (const std::size_t k : where) {
+    const Hold& hold = holds_[k];
+    const Moved& one = motions_[static_cast<std::size_t>(hold.motion)];
+    const double at = one.drive.jump(from, to, net_->held.data() + static_cast<std::size_t>(hold.particle * net_->dim));
+    if (!std::isnan(at))
+      fault->note(net_->row[hold.particle],
+                  format("option -bs_motion_%s: the motion of particle %lld jumps at t = %.10g s, where its velocity would be infinite: give a ramp "
+                         "(velocity:V, table:FILE or an expression), or apply it as a load by -bs_task statics",
+                         names_[one.group].c_str(), static_cast<long long>(net_->row[hold.particle]), at));
+  }
+}
+
+PetscErrorCode Constraints::foresee(double from, double to, std::string* text) const {
+  const char* const quantities[] = {"place", "velocity", "acceleration"};
+  const auto finite = [](double value) { return std::isfinite(value); };
+  double shift[6] = {};
+  Error fault;
+  PetscFunctionBegin;
+  text->clear();
+  if (!time_dependent()) PetscFunctionReturn(0);
+  if (net_->anchors_total > 0) anchors_.at(to, shift, shift + 3);
+  if (!std::all_of(shift, shift + 6, finite))
+    fault.note(-2, format("option -bs_anchor_motion: anchor points have no finite place or velocity at t = %.10g: give smaller numbers", to));
+  if (box_.active()) box_.foresee(from, to, &fault);
+  for (const Hold& hold : holds_) {
+    const Moved& one = motions_[static_cast<std::size_t>(hold.motion)];
+    if (hold.particle >= net_->n || !one.drive.moving()) continue;
+    double values[9] = {};
+    at(hold, to, values, values + 3, values + 6);
+    const double* bad = std::find_if_not(values, values + 9, finite);
+    if (bad != values + 9)
+      fault.note(net_->row[hold.particle],
+                 format("option -bs_motion_%s: particle %lld has no finite %s at t = %.10g%s: give a motion that is finite from the start to the end "
+                        "of the run",
+                        names_[one.group].c_str(), static_cast<long long>(net_->row[hold.particle]), quantities[(bad - values) / 3], to,
+                        at_rest_ ? ", the load factor" : " s"));
+  }
+  find_jumps(from, to, jumpers_, &fault);
+  PetscCall(first_error(net_->comm, fault, text));
+  PetscFunctionReturn(0);
+}
+
+PetscErrorCode Constraints::covers(double t_start, double t_end) const {
+  constexpr int PARTS = 1000;
+  const double part = (t_end - t_start) / PARTS;
+  Error fault;
+  PetscFunctionBegin;
+  if (net_->anchors_total > 0 && !anchors_.covers(t_end))
+    PetscCall(fail(net_->comm, Exit::input,
+                   format("the table of -bs_anchor_table does not reach from t = 0 to the end of the run, "
+                          "t = %g s: add rows or lower -ts_max_time",
+                          t_end)));
+  for (const Moved& one : motions_) PetscCall(check_reach(net_->comm, "-bs_motion_" + names_[one.group], one.drive, t_end));
+  PetscCall(box_.reaches(t_end));
+  for (int k = 0; k < PARTS; ++k) {
+    const double from = t_start + k * part, to = k + 1 < PARTS ? t_start + (k + 1) * part : t_end;
+    find_jumps(from, to, first_jumpers_, &fault);
+    box_.find_jumps(from, to, &fault);
+  }
+  PetscCall(fail_if_any(net_->comm, fault));
+  PetscFunctionReturn(0);
+}
+
+std::vector<std::string> Constraints::describe() const {
+  std::vector<std::string> lines;
+  for (const Moved& one : motions_)
+    lines.push_back(format("group %s (%lld particles): ", names_[one.group].c_str(), static_cast<long long>(net_->groups[one.group].total)) +
+                    one.drive.text());
+  for (const std::string& line : box_.describe()) lines.push_back(line);
+  if (net_->anchors_total > 0 && anchors_.active()) lines.push_back("anchors: " + anchors_.describe());
+  return lines;
+}
+
+}  // namespace bs
