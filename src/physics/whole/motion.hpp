@@ -1,14 +1,10 @@
 // Motion of the points that anchors (springs to given points) are tied to.
 #pragma once
 #include <algorithm>
-#include <cmath>
-#include <cstddef>
 #include <string>
-#include <vector>
-
-#include "lattice/csv_table.hpp"
+#include "base/text.hpp"
 #include "physics/body/law_options.hpp"
-#include "physics/vector.hpp"
+#include "physics/whole/drive.hpp"
 
 namespace bs {
 
@@ -30,92 +26,36 @@ struct Motion {
   int components = 1;         ///< how many of c or A were given
   bool at_rest = false;       ///< statics: displacements as at t, velocities 0
   bool at_full_load = false;  ///< statics that does not scale them: displacements as at t = 1, whatever t is
-  std::string table_file;     ///< its text is to be read with read_csv_table and handed to set_table
-  std::vector<double> time;   ///< rows of the table, increasing, at least two [s]
-  std::vector<double> shift;  ///< (rows, 3) displacement [m]
+  std::string table_file;
+  Drive drive;  ///< s(t), of what starts at 0: to be made of text()
 
   template <class V>
   void options(V& o);
   bool active() const noexcept { return kind != Kind::fixed; }
   std::string describe() const;
 
-  /// Takes the table: t [s], then one to three components of s [m]; the missing ones are 0. False, and one line in
-  /// `error` that calls the table `name`, if it has less than two rows or a slope that is not finite.
-  bool set_table(const CsvTable& table, const std::string& name, std::string* error);
-
-  /// False outside the table. The ends have a tolerance of 1e-9 of the table's span, for times that were summed up.
-  bool covers(double t) const noexcept {
-    if (kind != Kind::table) return true;
-    if (time.empty()) return false;
-    const double slack = 1e-9 * (time.back() - time.front());
-    return t >= time.front() - slack && t <= time.back() + slack;
+  /// What Drive::parse reads in `dim` dimensions; not of Kind::fixed.
+  std::string text(int dim) const;
+  /// s(t) and s'(t), three numbers each (Drive::at).
+  void at(double t, double* s, double* ds) const {
+    const double zero[3] = {0, 0, 0};
+    double a[3];
+    std::fill_n(s, 3, 0.0);
+    std::fill_n(ds, 3, 0.0);
+    drive.at(at_full_load ? 1.0 : t, zero, s, ds, a);
+    if (at_rest) std::fill_n(ds, 3, 0.0);
   }
-  /// s(t), three numbers. Outside the table: that of the nearer end.
-  void displacement(double t, double* s) const noexcept;
-  /// s'(t), three numbers: at a row of the table the slope to its right, at the last row that to its left.
-  /// Outside the table: 0.
-  void velocity(double t, double* s) const noexcept;
-  /// Both: three numbers each.
-  void at(double t, double* s, double* ds) const noexcept {
-    displacement(t, s);
-    velocity(t, ds);
-  }
-
- private:
-  /// The row k such that t belongs to the segment from row k to row k + 1. At least two rows.
-  std::size_t segment(double t) const noexcept {
-    const auto after = std::upper_bound(time.begin(), time.end(), t) - time.begin();
-    return static_cast<std::size_t>(std::clamp<std::ptrdiff_t>(after - 1, 0, std::ptrdiff_t(time.size()) - 2));
-  }
-  double slope(std::size_t k, std::size_t i) const noexcept { return (shift[3 * k + 3 + i] - shift[3 * k + i]) / (time[k + 1] - time[k]); }
 };
 
-inline void Motion::displacement(double t, double* s) const noexcept {
-  for (int i = 0; i < 3; ++i) s[i] = 0;
-  if (at_full_load) t = 1;
-  if (kind == Kind::velocity)
-    for (int i = 0; i < 3; ++i) s[i] = c[i] * t;
-  if (kind == Kind::sinusoid)
-    for (int i = 0; i < 3; ++i) s[i] = A[i] * std::sin(TWO_PI * frequency * t + phase);
-  if (kind != Kind::table || time.size() < 2) return;
-  const double at = std::clamp(t, time.front(), time.back());
-  const std::size_t k = segment(at);
-  for (std::size_t i = 0; i < 3; ++i)  // from the left end only: exact there, so the last row is taken by itself
-    s[i] = at == time.back() ? shift[shift.size() - 3 + i] : shift[3 * k + i] + (at - time[k]) * slope(k, i);
-}
-
-inline void Motion::velocity(double t, double* s) const noexcept {
-  for (int i = 0; i < 3; ++i) s[i] = 0;
-  if (at_rest) return;
-  if (kind == Kind::velocity)
-    for (int i = 0; i < 3; ++i) s[i] = c[i];
-  if (kind == Kind::sinusoid)
-    for (int i = 0; i < 3; ++i) s[i] = A[i] * TWO_PI * frequency * std::cos(TWO_PI * frequency * t + phase);
-  if (kind != Kind::table || time.size() < 2 || !covers(t)) return;
-  const std::size_t k = segment(t);
-  for (std::size_t i = 0; i < 3; ++i) s[i] = slope(k, i);
-}
-
-inline bool Motion::set_table(const CsvTable& table, const std::string& name, std::string* error) {
-  const std::size_t columns = static_cast<std::size_t>(table.columns), rows = table.rows();
-  if (rows < 2 || columns < 2 || columns > 4) {
-    *error = name + ": a motion needs two rows or more of t,x[,y[,z]]: add rows, or use -bs_anchor_motion fixed";
-    return false;
+inline std::string Motion::text(int dim) const {
+  if (kind == Kind::table) return "table:" + table_file;
+  std::string all;
+  for (int i = 0; i < dim; ++i) {
+    all += std::string(i ? "," : "") + static_cast<char>('x' + i);
+    if (kind == Kind::velocity) all += "=velocity:" + exact_number(c[i]);
+    else all += "=sinusoid:" + exact_number(A[i]) + "," + exact_number(frequency) + "," + exact_number(phase);
   }
-  time.assign(rows, 0);
-  shift.assign(3 * rows, 0);
-  for (std::size_t k = 0; k < rows; ++k) {
-    time[k] = table.values[columns * k];
-    for (std::size_t i = 1; i < columns; ++i) shift[3 * k + i - 1] = table.values[columns * k + i];
-  }
-  for (std::size_t k = 0; k + 1 < rows; ++k)
-    for (std::size_t i = 0; i < 3; ++i)
-      if (!std::isfinite(slope(k, i))) {
-        *error = name + ": the velocity between times " + exact_number(time[k]) + " and " + exact_number(time[k + 1]) +
-                 " is not finite: give rows further apart in time, or nearer in place";
-        return false;
-      }
-  return true;
+  return all;
 }
 
 inline std::string Motion::describe() const {
@@ -141,7 +81,7 @@ void Motion::options(V& o) {
   const bool pace = o.real("-bs_anchor_frequency", "anchor motion sinusoid: frequency f, >= 0 [Hz]", frequency, R::nonnegative);
   const bool angle = o.real("-bs_anchor_phase", "anchor motion sinusoid: phase; with 0 the motion starts at zero displacement [rad]", phase);
   const bool file =
-      o.file("-bs_anchor_table", "anchor motion table: CSV file with a time and a displacement in each row, t,x[,y[,z]] [s, m]", table_file);
+      o.text("-bs_anchor_table", "anchor motion table: CSV file with a time and a displacement in each row, t,x[,y[,z]] [s, m]", table_file);
   components = kind == Kind::velocity ? of_c : of_A;
   if (rate) require(o, said, "-bs_anchor_velocity", "-bs_anchor_motion velocity");
   if (width) require(o, said, "-bs_anchor_amplitude", "-bs_anchor_motion sinusoid");

@@ -207,11 +207,7 @@ PetscErrorCode Constraints::covers(double t_start, double t_end) const {
   const double part = (t_end - t_start) / PARTS;
   Error fault;
   PetscFunctionBegin;
-  if (net_->anchors_total > 0 && !anchors_.covers(t_end))
-    PetscCall(fail(net_->comm, Exit::input,
-                   format("the table of -bs_anchor_table does not reach from t = 0 to the end of the run, "
-                          "t = %g s: add rows or lower -ts_max_time",
-                          t_end)));
+  if (net_->anchors_total > 0) PetscCall(check_reach(net_->comm, "-bs_anchor_table", anchors_.drive, t_end));
   for (const Moved& one : motions_) PetscCall(check_reach(net_->comm, "-bs_motion_" + names_[one.group], one.drive, t_end));
   PetscCall(box_.reaches(t_end));
   for (int k = 0; k < PARTS; ++k) {

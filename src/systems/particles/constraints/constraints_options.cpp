@@ -22,14 +22,9 @@ std::string components(unsigned mask) {
 }  // namespace
 
 PetscErrorCode Constraints::read_anchors(MPI_Comm comm, int dim) {
-  std::string text, error;
-  CsvTable table;
   PetscFunctionBegin;
   PetscCall(read_section(comm, "Motion of anchor points", [&](Section& o) { anchors_.options(o); }));
-  if (anchors_.kind != Motion::Kind::table) PetscFunctionReturn(0);
-  PetscCall(read_text_file(comm, anchors_.table_file, &text));
-  if (!read_csv_table(text, anchors_.table_file, 2, 1 + dim, &table, &error) || !anchors_.set_table(table, anchors_.table_file, &error))
-    PetscCall(fail(comm, Exit::input, error));
+  if (anchors_.active()) PetscCall(read_drive(comm, "-bs_anchor_table", "", anchors_.text(dim), dim, true, &anchors_.drive));
   PetscFunctionReturn(0);
 }
 

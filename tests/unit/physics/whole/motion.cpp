@@ -2,6 +2,7 @@
 #include "physics/whole/motion.hpp"
 #include "base/options.hpp"
 #include "laws_common.hpp"
+#include "physics/vector.hpp"
 
 using namespace bs;
 using namespace law_tests;
@@ -10,10 +11,17 @@ namespace {
 
 /// s'(t) agrees with differences of s(t) at t.
 void check_velocity(const Motion& motion, double t, double h = 1e-3) {
-  double v[3];
-  motion.velocity(t, v);
-  const auto shift = [&](double* s) { motion.displacement(t, s); };
+  double s[3], v[3], unused[3];
+  motion.at(t, s, v);
+  const auto shift = [&](double* there) { motion.at(t, there, unused); };
   require_close(v, differences(&t, 1, 3, h, shift), 1e-9, 1e-3);
+}
+
+void set(Motion* motion) {
+  std::string error;
+  motion->drive = Drive();
+  INFO(motion->text(3));
+  REQUIRE(motion->drive.parse(motion->text(3), 3, &error));
 }
 
 Motion table_of(const std::string& text) {
@@ -21,8 +29,10 @@ Motion table_of(const std::string& text) {
   std::string error;
   Motion motion;
   motion.kind = Motion::Kind::table;
+  motion.table_file = "t.csv";
+  set(&motion);
   REQUIRE(read_csv_table(text, "t.csv", 2, 4, &table, &error));
-  REQUIRE(motion.set_table(table, "t.csv", &error));
+  REQUIRE(motion.drive.set_table(0, table, &error));
   return motion;
 }
 
@@ -51,20 +61,25 @@ TEST_CASE("motion: velocity is ds/dt; where it starts") {
     }
     wave.frequency = dice.between(0.1, 2);
     wave.phase = dice.between(-3, 3);
+    set(&steady);
+    set(&wave);
     const double t = dice.between(-1, 5);
     check_velocity(fixed, t);
     check_velocity(steady, t);
     check_velocity(wave, t, 2e-4);
     double s[3], ds[3], v[3];
-    steady.displacement(2, s);
+    steady.at(2, s, ds);
     wave.at(0, v, ds);
     for (int i = 0; i < 3; ++i) REQUIRE(s[i] == 2 * steady.c[i]);
     for (int i = 0; i < 3; ++i) REQUIRE(v[i] == Approx(wave.A[i] * std::sin(wave.phase)).margin(1e-15));
     for (int i = 0; i < 3; ++i) REQUIRE(ds[i] == Approx(wave.A[i] * TWO_PI * wave.frequency * std::cos(wave.phase)));
-    wave.displacement(1 / wave.frequency + t, s);  // its period
-    wave.displacement(t, v);
+    wave.at(1 / wave.frequency + t, s, ds);  // its period
+    wave.at(t, v, ds);
     for (int i = 0; i < 3; ++i) REQUIRE(s[i] == Approx(v[i]).margin(1e-13));
-    REQUIRE((wave.covers(-1e9) && steady.covers(1e9) && fixed.covers(t)));
+    wave.at_rest = wave.at_full_load = true;
+    wave.at(t, s, ds);
+    for (int i = 0; i < 3; ++i) REQUIRE((ds[i] == 0 && s[i] == Approx(wave.A[i] * std::sin(TWO_PI * wave.frequency + wave.phase)).margin(1e-14)));
+    wave.at_rest = wave.at_full_load = false;
   }
 }
 
@@ -79,7 +94,7 @@ TEST_CASE("motion by a table: exact at its rows, linear between, slopes to the r
     REQUIRE(v[0] == Approx((x[from + 1] - x[from]) / (t[from + 1] - t[from])).epsilon(1e-14));
     REQUIRE(v[1] == Approx((y[from + 1] - y[from]) / (t[from + 1] - t[from])).epsilon(1e-14));
   }
-  m.displacement(0.25, s);
+  m.at(0.25, s, v);
   REQUIRE(s[0] == Approx(0.5 * (0.3 + 0.7)).epsilon(1e-14));
   Dice dice(102);
   for (int n = 0; n < 50; ++n) {
@@ -90,32 +105,15 @@ TEST_CASE("motion by a table: exact at its rows, linear between, slopes to the r
   REQUIRE(v[0] == Approx((0.7 - 0.3) / 0.3));
 }
 
-TEST_CASE("motion by a table: what it covers") {
+TEST_CASE("motion by a table: what it covers, and where it stays beyond") {
   const Motion m = table_of("1 5\n2 7\n");
-  REQUIRE((m.covers(1) && m.covers(1.5) && m.covers(2) && m.covers(2 + 1e-12)));
-  REQUIRE_FALSE(m.covers(0.999999));
-  REQUIRE_FALSE(m.covers(2.000001));
-  REQUIRE_FALSE(m.covers(std::nan("")));
+  REQUIRE((m.drive.misses(1).empty() && m.drive.misses(1.5).empty() && m.drive.misses(2 + 1e-12).empty()));
+  REQUIRE((!m.drive.misses(0.999999).empty() && !m.drive.misses(2.000001).empty()));
   double s[3], v[3];
   m.at(3, s, v);
   REQUIRE((s[0] == 7 && v[0] == 0));
   m.at(0, s, v);
   REQUIRE((s[0] == 5 && v[0] == 0));
-  Motion none;
-  none.kind = Motion::Kind::table;
-  REQUIRE_FALSE(none.covers(0));
-}
-
-TEST_CASE("motion refuses tables that give no velocity") {
-  CsvTable table;
-  std::string error;
-  Motion m;
-  REQUIRE(read_csv_table("0 1\n", "t.csv", 2, 4, &table, &error));
-  REQUIRE_FALSE(m.set_table(table, "t.csv", &error));
-  REQUIRE(error.find("t.csv: a motion needs two rows") == 0);
-  REQUIRE(read_csv_table("0 1e308\n1e-300 -1e308\n", "t.csv", 2, 4, &table, &error));
-  REQUIRE_FALSE(m.set_table(table, "t.csv", &error));
-  REQUIRE(error.find("not finite") != std::string::npos);
 }
 
 TEST_CASE("csv: what is read") {

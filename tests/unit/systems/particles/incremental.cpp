@@ -130,6 +130,8 @@ struct Case {
     motion.kind = Motion::Kind::sinusoid;
     motion.frequency = 0.5;
     for (double& c : motion.A) c = 0.3;
+    std::string error;
+    REQUIRE(motion.drive.parse(motion.text(net.dim), net.dim, &error));
   }
 
   /// State, direction: z_x = z_v/sigma, zero at fixed particles. `way` picks one of many.
