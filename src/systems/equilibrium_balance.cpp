@@ -143,8 +143,8 @@ void Equilibrium::restore_sums(const std::map<std::string, double>& sums) {
     const auto at = sums.find(name);
     return at == sums.end() ? 0.0 : at->second;
   };
-  seen_ = {of("largest_inner_force"), of("largest_outer_force"), of("largest_stress"), of("largest_residual"),
-           of("largest_unbalanced_norm"), of("unbalanced")};
+  seen_ = {of("largest_inner_force"), of("largest_outer_force"),     of("largest_stress"),
+           of("largest_residual"),    of("largest_unbalanced_norm"), of("unbalanced")};
   released_ = of("released_energy");
   rate_ = of("mean_rate");
 }
