@@ -5,7 +5,7 @@
 #include <petscmat.h>
 #include <vector>
 #include "base/handle.hpp"
-#include "linalg/condensed/tangent.hpp"
+#include "linalg/pencil.hpp"
 #include "systems/incremental.hpp"
 #include "systems/layout.hpp"
 #include "systems/strain_response.hpp"
@@ -13,26 +13,14 @@
 
 namespace bs {
 
-/// Of the matrix a M - b D - c K.
-struct Coefficients {
-  double mass = 0, damping = 0, stiffness = 0;  ///< a, b, c
-  bool operator==(const Coefficients& other) const { return mass == other.mass && damping == other.damping && stiffness == other.stiffness; }
-};
-
 /// A second-order system linearised at one state.
-class Linearisation {
+class Linearisation : public Pencil {
  public:
-  virtual ~Linearisation() = default;
-  virtual MPI_Comm comm() const = 0;
   virtual const Layout& layout() const = 0;
   /// A vector laid out as a state; borrowed.
   virtual Vec state_vector() const = 0;
-  /// Global number of unknowns x.
-  virtual PetscInt unknowns() const = 0;
-  /// Masses of the owned particles [kg], (n) or longer; fixed ones have theirs, too.
-  virtual const std::vector<double>& masses() const = 0;
-  /// Whether component c of owned particle i can move.
-  virtual bool moves(PetscInt i, PetscInt c) const = 0;
+  PetscInt dim() const final { return layout().dim; }
+  PetscInt points() const final { return layout().particles; }
   /// Collective. Linearises at (t, y); y is copied.
   virtual PetscErrorCode linearise(double t, Vec y) = 0;
   /// Collective. f = K z_x + D z_v exactly, (n, d), zero at fixed particles; z is laid out as a state.
@@ -41,25 +29,12 @@ class Linearisation {
   virtual PetscErrorCode damping_force(const double* w, double* f) = 0;
   /// Whether the matrix of assemble(), which is symmetric, holds all of a M - b D - c K.
   virtual bool exact_symmetric() const = 0;
-  /// Whether all of it lies between two ends each, so that the storage by springs holds it without a sparse remainder.
-  virtual bool pairwise() const = 0;
-  /// size: (n), the stiffness of all springs and laws at each owned particle in magnitude, whatever their directions: rounding errors of its
-  /// rows of K are this times the machine's precision [N/m].
-  virtual void stiffness_sizes(double* size) = 0;
-  /// Collective. A matrix of d x d blocks for a M - b D - c K, without values; rigid body modes are its near null space where it
-  /// is AIJ.
-  virtual PetscErrorCode create(CondensedStorage storage, Mat* S) = 0;
   /// Collective. Predicted floating-point operations of a sparse Cholesky factorisation of that matrix, the same on any number of ranks;
   /// for small systems: the whole graph is looked at by one rank.
   virtual PetscErrorCode factor_flops(double* flops) = 0;
   /// Collective. The rigid body modes of an AIJ matrix become those of the state linearised at; before that they are of the start.
   virtual PetscErrorCode set_rigid_modes(Mat S) = 0;
-  /// Collective. The symmetric part of a M - b D - c K into a matrix made by create(). `positive`: without what may make it
-  /// indefinite, mainly the negative transverse stiffness of compressed springs.
-  virtual PetscErrorCode assemble(const Coefficients& coefficients, bool positive, Mat S) = 0;
-
-  /// Collective. out = (a M - b D - c K) z exactly, without a matrix; z, out: blocks of d.
-  PetscErrorCode multiply(const Coefficients& coefficients, Vec z, Vec out);
+  PetscErrorCode multiply(const Coefficients& coefficients, Vec z, Vec out) override;
 
  private:
   VecHandle room_;  ///< (c z, b z), made at first use

@@ -127,11 +127,11 @@ PetscErrorCode ModesRun::look_at_forces() {
 }
 
 PetscErrorCode ModesRun::look_at_damping() {
-  const Layout& at = form_.linearised().layout();
+  const Layout& at = model_.mechanics()->layout();
   std::vector<double> w(static_cast<std::size_t>(at.particles * at.dim)), f(w.size(), 0.0);
   PetscFunctionBegin;
   for (std::size_t k = 0; k < w.size(); ++k) w[k] = static_cast<double>((7 * k + 3) % 11) - 5.0;
-  PetscCall(form_.linearised().damping_force(w.data(), f.data()));
+  PetscCall(model_.mechanics()->linearisation().damping_force(w.data(), f.data()));
   int some = std::any_of(f.begin(), f.end(), [](double value) { return value != 0; });
   PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &some, 1, MPI_INT, MPI_MAX, model_.comm()));
   damped_ = some != 0;
@@ -163,7 +163,7 @@ PetscErrorCode ModesRun::run() {
   PetscBool help = PETSC_FALSE;
   PetscFunctionBegin;
   PetscCall(linearise());
-  ModeSolver solver(form_, y_, request_);
+  ModeSolver solver(form_, request_);
   PetscCall(refuse_foreign_options(model_.comm()));
   PetscCall(reject_unknown_options(model_.comm()));
   PetscCall(solver.create(&method));

@@ -4,9 +4,9 @@
 #include <string>
 #include <vector>
 #include "base/warnings.hpp"
+#include "linalg/eigen/mode_solver.hpp"
 #include "output/progress.hpp"
 #include "output/trajectory.hpp"
-#include "solvers/eigen/mode_solver.hpp"
 #include "systems/model.hpp"
 #include "tasks/result.hpp"
 #include "tasks/run_options.hpp"

@@ -24,8 +24,8 @@ std::string count_text(PetscInt count, bool exact) { return format("%s%lld", exa
 
 /// Effective masses: (sum over particles of m q_c)^2, which over all modes adds up to the mass that can move.
 PetscErrorCode ModesRun::weigh_up() {
-  const Linearisation& lin = form_.linearised();
-  const Layout& at = lin.layout();
+  const Pencil& lin = form_.linearised();
+  const Layout& at = model_.mechanics()->layout();
   const std::vector<double>& m = lin.masses();
   PetscFunctionBegin;
   PetscCall(form_.create_full(shape_.out()));
@@ -49,7 +49,7 @@ PetscErrorCode ModesRun::weigh_up() {
 /// Mode k in the input's order, its largest component (the first of those as large) positive; 0 where there is none; borrowed.
 PetscErrorCode ModesRun::page(std::size_t k, Vec* out) {
   constexpr double AS_LARGE = 1 - 1e-6;
-  const Layout& at = form_.linearised().layout();
+  const Layout& at = model_.mechanics()->layout();
   std::vector<StatePart> parts;
   const PetscScalar *from = nullptr, *q = nullptr;
   PetscScalar* to = nullptr;
@@ -86,7 +86,7 @@ PetscErrorCode ModesRun::page(std::size_t k, Vec* out) {
 
 /// sum over the modes of |q_i|^2/omega^2: the mean square of particle i's displacement at kT = 1 J, as far as these modes go.
 PetscErrorCode ModesRun::fluctuations(std::vector<Dataset>* constants) {
-  const PetscInt d = form_.linearised().layout().dim;
+  const PetscInt d = form_.linearised().dim();
   std::vector<double> sum;
   std::int64_t first = 0, total = 0;
   PetscFunctionBegin;
@@ -145,7 +145,7 @@ PetscErrorCode ModesRun::write_state() {
 
 PetscErrorCode ModesRun::write() {
   const std::int64_t count = static_cast<std::int64_t>(modes_.mode.size());
-  const int d = static_cast<int>(form_.linearised().layout().dim);
+  const int d = static_cast<int>(form_.linearised().dim());
   std::vector<Dataset> tables;
   std::vector<double> squared, residual;
   PetscMPIInt rank;

@@ -28,6 +28,12 @@ PetscErrorCode LinearisedForces::create(const Network& net, const Terms& terms, 
 
 bool LinearisedForces::moves(PetscInt i, PetscInt c) const { return !(net_->constraints->held(i) >> c & 1); }
 
+std::vector<double> LinearisedForces::positions() const {
+  std::vector<double> points(static_cast<std::size_t>(net_->n * net_->dim));
+  for (PetscInt i = 0; i < net_->n; ++i) std::copy_n(state_.at(i), net_->dim, points.data() + i * net_->dim);
+  return points;
+}
+
 PetscErrorCode LinearisedForces::linearise(double t, Vec y) {
   PetscFunctionBegin;
   t_ = t;

@@ -22,6 +22,7 @@ class LinearisedForces final : public Linearisation {
   Vec state_vector() const override { return vector_; }
   PetscInt unknowns() const override { return net_->total * net_->dim; }
   const std::vector<double>& masses() const override { return net_->mass; }
+  std::vector<double> positions() const override;
   bool moves(PetscInt i, PetscInt c) const override;
   PetscErrorCode linearise(double t, Vec y) override;
   PetscErrorCode change_of_force(Vec z, double* f) override;

@@ -1,4 +1,4 @@
-#include "solvers/eigen/standard_form.hpp"
+#include "linalg/eigen/standard_form.hpp"
 
 #include <petscblaslapack.h>
 #include <cmath>
@@ -8,16 +8,14 @@ namespace {
 
 using Vectors = std::vector<VecHandle>;
 
-/// Centre of the particles and the mean distance from it, of all ranks.
-PetscErrorCode measure(const Layout& at, MPI_Comm comm, const PetscScalar* y, double* centre, double* radius) {
-  double sums[5] = {0, 0, 0, 0, static_cast<double>(at.particles)};
+/// Centre of the points x (n, d) and the mean distance from it, of all ranks.
+PetscErrorCode measure(MPI_Comm comm, const std::vector<double>& x, std::size_t d, double* centre, double* radius) {
+  double sums[5] = {0, 0, 0, 0, static_cast<double>(x.size() / d)};
   PetscFunctionBegin;
-  for (PetscInt i = 0; i < at.particles; ++i)
-    for (PetscInt c = 0; c < at.dim; ++c) sums[c] += y[at.x(i, c)];
+  for (std::size_t k = 0; k < x.size(); ++k) sums[k % d] += x[k];
   PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, sums, 5, MPI_DOUBLE, MPI_SUM, comm));
   for (int c = 0; c < 3; ++c) centre[c] = sums[c] / sums[4];
-  for (PetscInt i = 0; i < at.particles; ++i)
-    for (PetscInt c = 0; c < at.dim; ++c) sums[3] += std::abs(y[at.x(i, c)] - centre[c]);
+  for (std::size_t k = 0; k < x.size(); ++k) sums[3] += std::abs(x[k] - centre[k % d]);
   PetscCallMPI(MPI_Allreduce(&sums[3], radius, 1, MPI_DOUBLE, MPI_SUM, comm));
   *radius /= sums[4];
   PetscFunctionReturn(0);
@@ -46,35 +44,32 @@ PetscErrorCode add_orthonormal(Vec u, Vectors* set) {
 }
 
 /// Translations, then rotations about the centre, of the components that can move.
-PetscErrorCode all_rigid(const StandardForm& form, Vec y, Vectors* set) {
-  const Layout& at = form.linearised().layout();
-  const PetscScalar* ay = nullptr;
+PetscErrorCode all_rigid(const StandardForm& form, Vectors* set) {
+  const PetscInt d = form.linearised().dim(), n = form.linearised().points(), turns = d * (d - 1) / 2;
+  const std::vector<double> x = form.linearised().positions();
   double centre[3] = {0, 0, 0}, radius = 0;
   VecHandle q, u;
   PetscFunctionBegin;
   PetscCall(form.create_full(q.out()));
   PetscCall(form.create_vector(u.out()));
-  PetscCall(VecGetArrayRead(y, &ay));
-  PetscCall(measure(at, form.comm(), ay, centre, &radius));
-  const PetscInt d = at.dim, turns = d * (d - 1) / 2;
+  PetscCall(measure(form.comm(), x, static_cast<std::size_t>(d), centre, &radius));
   for (PetscInt k = 0; k < d + (radius > 0 ? turns : 0); ++k) {
     const PetscInt a = k - d == 2 ? 1 : 0, b = k - d == 0 ? 1 : 2;  // the plane of rotation k - d: xy, xz, yz
     PetscScalar* aq = nullptr;
     PetscCall(VecZeroEntries(q));
     PetscCall(VecGetArray(q, &aq));
-    for (PetscInt i = 0; i < at.particles; ++i) {
+    for (PetscInt i = 0; i < n; ++i) {
       if (k < d) {
         aq[i * d + k] = 1;
         continue;
       }
-      aq[i * d + a] = -(ay[at.x(i, b)] - centre[b]) / radius;
-      aq[i * d + b] = (ay[at.x(i, a)] - centre[a]) / radius;
+      aq[i * d + a] = -(x[i * d + b] - centre[b]) / radius;
+      aq[i * d + b] = (x[i * d + a] - centre[a]) / radius;
     }
     PetscCall(VecRestoreArray(q, &aq));
     PetscCall(form.weigh(q, u));
     PetscCall(add_orthonormal(u, set));
   }
-  PetscCall(VecRestoreArrayRead(y, &ay));
   PetscFunctionReturn(0);
 }
 
@@ -90,13 +85,13 @@ PetscErrorCode diagonalise(std::vector<double>* T, PetscBLASInt n) {
 
 }  // namespace
 
-PetscErrorCode rigid_motions(StandardForm& form, Vec y, Vec sizes, Vectors* u) {
+PetscErrorCode rigid_motions(StandardForm& form, Vec sizes, Vectors* u) {
   constexpr double NOTHING = 1e-11;  // of the forces single particles would feel
   Vectors set;
   VecHandle sum, force, each;
   PetscFunctionBegin;
   u->clear();
-  PetscCall(all_rigid(form, y, &set));
+  PetscCall(all_rigid(form, &set));
   const std::size_t n = set.size();
   std::vector<double> T(n * n);
   PetscCall(form.create_vector(sum.out()));

@@ -5,7 +5,7 @@
 #include <slepceps.h>
 #include <string>
 #include <vector>
-#include "solvers/eigen/standard_form.hpp"
+#include "linalg/eigen/standard_form.hpp"
 
 namespace bs {
 
@@ -47,8 +47,8 @@ struct Modes {
 
 class ModeSolver {
  public:
-  /// `form` must outlive the object; `y`: the state it is linearised at.
-  ModeSolver(StandardForm& form, Vec y, const ModeRequest& request) : form_(form), y_(y), request_(request) {}
+  /// `form` must outlive the object.
+  ModeSolver(StandardForm& form, const ModeRequest& request) : form_(form), request_(request) {}
   /// Collective. Reads -eps_*, -st_* and makes the solver; says which one.
   PetscErrorCode create(std::string* method);
   /// Collective. Fewer than asked for are given where the system has no more. `why` says what is wrong where the solver
@@ -98,7 +98,6 @@ class ModeSolver {
   PetscErrorCode count_below(double shift, PetscInt* count);
 
   StandardForm& form_;
-  Vec y_;
   ModeRequest request_;
   EPSHandle eps_;
   MatHandle A_;

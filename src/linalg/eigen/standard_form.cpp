@@ -1,19 +1,19 @@
-#include "solvers/eigen/standard_form.hpp"
+#include "linalg/eigen/standard_form.hpp"
 #include <cmath>
 
 namespace bs {
 
-PetscErrorCode StandardForm::create(Linearisation& linearised) {
-  const Layout& at = linearised.layout();
+PetscErrorCode StandardForm::create(Pencil& linearised) {
+  const PetscInt n = linearised.points(), d = linearised.dim();
   const std::vector<double>& m = linearised.masses();
   PetscFunctionBegin;
   lin_ = &linearised;
   at_.clear();
   root_.clear();
-  for (PetscInt i = 0; i < at.particles; ++i)
-    for (PetscInt c = 0; c < at.dim; ++c) {
+  for (PetscInt i = 0; i < n; ++i)
+    for (PetscInt c = 0; c < d; ++c) {
       if (!linearised.moves(i, c)) continue;
-      at_.push_back(i * at.dim + c);
+      at_.push_back(i * d + c);
       root_.push_back(std::sqrt(m[static_cast<std::size_t>(i)]));
     }
   total_ = static_cast<PetscInt>(at_.size());
@@ -32,11 +32,10 @@ PetscErrorCode StandardForm::create_vector(Vec* u) const {
 }
 
 PetscErrorCode StandardForm::create_full(Vec* z) const {
-  const Layout& at = lin_->layout();
   PetscFunctionBegin;
   PetscCall(VecCreate(comm(), z));
-  PetscCall(VecSetSizes(*z, at.particles * at.dim, PETSC_DETERMINE));
-  PetscCall(VecSetBlockSize(*z, at.dim));
+  PetscCall(VecSetSizes(*z, lin_->points() * lin_->dim(), PETSC_DETERMINE));
+  PetscCall(VecSetBlockSize(*z, lin_->dim()));
   PetscCall(VecSetType(*z, VECSTANDARD));
   PetscFunctionReturn(0);
 }
@@ -176,8 +175,8 @@ PetscErrorCode StandardForm::diagonal(Vec out) {
 }
 
 PetscErrorCode StandardForm::sizes(Vec s) const {
-  const PetscInt d = lin_->layout().dim;
-  std::vector<double> size(static_cast<std::size_t>(lin_->layout().particles));
+  const PetscInt d = lin_->dim();
+  std::vector<double> size(static_cast<std::size_t>(lin_->points()));
   PetscScalar* to = nullptr;
   PetscFunctionBegin;
   lin_->stiffness_sizes(size.data());

@@ -4,7 +4,7 @@
 #include <limits>
 #include "base/error.hpp"
 #include "base/factor_memory.hpp"
-#include "solvers/eigen/mode_solver.hpp"
+#include "linalg/eigen/mode_solver.hpp"
 
 namespace bs {
 namespace {

@@ -1,10 +1,11 @@
 // Free vibrations against LAPACK on the whole matrix, and a chain against its closed form.
-#include "solvers/eigen/mode_solver.hpp"
+#include "linalg/eigen/mode_solver.hpp"
 #include <petscblaslapack.h>
 #include <cmath>
 #include "base/collective.hpp"
 #include "options.hpp"
 #include "spoken.hpp"
+#include "systems/mechanics.hpp"
 
 using namespace bs;
 
@@ -43,7 +44,7 @@ struct Vibrations {
     REQUIRE(form.create(lin) == 0);
   }
   Modes solve(const ModeRequest& request) {
-    ModeSolver solver(form, model->initial_state(), request);
+    ModeSolver solver(form, request);
     Modes out;
     std::string method, why;
     REQUIRE(solver.create(&method) == 0);

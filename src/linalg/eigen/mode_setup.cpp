@@ -2,7 +2,7 @@
 #include <algorithm>
 #include <cmath>
 #include "base/error.hpp"
-#include "solvers/eigen/mode_solver.hpp"
+#include "linalg/eigen/mode_solver.hpp"
 
 namespace bs {
 namespace {
@@ -52,7 +52,7 @@ PetscErrorCode ModeSolver::choose() {
   const PetscInt least = request_.which == ModeRequest::target ? basis_for(request_.count) : request_.count;
   if (request_.method == ModeRequest::iterative && n <= std::max<PetscInt>(60, 4 * least)) request_.method = ModeRequest::dense;
   if (request_.method != ModeRequest::automatic) PetscFunctionReturn(0);
-  const bool flat = form_.linearised().layout().dim < 3, pairs = form_.linearised().pairwise();
+  const bool flat = form_.linearised().dim() < 3, pairs = form_.linearised().pairwise();
   if (n <= DENSE || (n <= DENSE_MANY && request_.count > n / 4)) request_.method = ModeRequest::dense;
   else {
     const PetscInt most = flat || !pairs ? DIRECT_FLAT : request_.which == ModeRequest::target ? DIRECT_INSIDE : DIRECT;

@@ -1,8 +1,8 @@
-#include "solvers/eigen/mode_solver.hpp"
+#include "linalg/eigen/mode_solver.hpp"
 #include <algorithm>
 #include <cmath>
 #include "base/error.hpp"
-#include "solvers/eigen/standard_form.hpp"
+#include "linalg/eigen/standard_form.hpp"
 
 namespace bs {
 namespace {
@@ -259,7 +259,7 @@ PetscErrorCode ModeSolver::search(std::string* why) {
 PetscErrorCode ModeSolver::solve(Modes* out, std::string* why) {
   PetscFunctionBegin;
   why->clear();
-  PetscCall(rigid_motions(form_, y_, sizes_, &rigid_));
+  PetscCall(rigid_motions(form_, sizes_, &rigid_));
   if (request_.method == ModeRequest::dense) {
     PetscCall(find_more(form_.unknowns(), why));
     if (why->empty()) completeness_ = Completeness::counted;
