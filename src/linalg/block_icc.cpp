@@ -2,6 +2,7 @@
 #include <petsc/private/pcimpl.h>
 #include "base/error.hpp"
 #include "base/memory.hpp"
+#include "linalg/coarse_choice.hpp"
 #include "linalg/hat_space.hpp"
 #include "linalg/rigid_space.hpp"
 
@@ -28,11 +29,11 @@ struct BlockIcc {
 };
 
 /// Collective. Replaces auto by what suits the system.
-PetscErrorCode choose_space(BlockIcc* self, const Graph& graph) {
+PetscErrorCode choose_space(BlockIcc* self, const PairMatrix& S) {
   bool rigid = false;
   PetscFunctionBegin;
   if (self->space == 2) {
-    PetscCall(prefers_rigid_motions(graph, &rigid));
+    PetscCall(prefers_rigid_motions(S, &rigid));
     self->space = rigid;
   }
   PetscFunctionReturn(0);
@@ -53,7 +54,7 @@ PetscErrorCode set_up_coarse(PC pc) {
   const char* prefix = nullptr;
   PetscFunctionBegin;
   if (self->keep_coarse && (self->hats.active() || self->rigid.active())) PetscFunctionReturn(0);
-  PetscCall(choose_space(self, self->matrix->graph()));
+  PetscCall(choose_space(self, *self->matrix));
   PetscCall(PCGetOptionsPrefix(pc, &prefix));
   if (self->space == 1) PetscCall(self->rigid.create(*self->matrix, self->coarse_unknowns, (prefix ? prefix : "") + std::string("pc_bicc_")));
   else PetscCall(self->hats.create(*self->matrix, self->coarse_unknowns));
@@ -157,11 +158,12 @@ PetscErrorCode set_from_options(PC pc, PetscOptionItems* PetscOptionsObject) {
                       "of the fine grid, for 15 where there are angle springs or hinges; hats at most 6000, or in bodies that fill their box 2200 or "
                       "(0.3 particles a rank)^0.75, rigid at most 20000",
                       "", self->coarse_unknowns, &self->coarse_unknowns, nullptr));
-  PetscCall(
-      PetscOptionsEList("-pc_bicc_coarse_space",
-                        "functions of the coarse grid; hats: linear between its nodes, rigid: translations and rotations of groups of particles, "
-                        "auto: rigid where a body is at least 10 times as long as it is thick and stiffnesses differ by a factor of 100 at most",
-                        "", spaces, 3, spaces[self->space], &self->space, nullptr));
+  PetscCall(PetscOptionsEList(
+      "-pc_bicc_coarse_space",
+      "functions of the coarse grid; hats: linear between its nodes, rigid: translations and rotations of groups of particles, "
+      "auto: rigid where a body is at least 10 times as long as it is thick, stiffnesses differ by a factor of 100 at most and springs resist "
+      "every uniform strain or nothing else acts",
+      "", spaces, 3, spaces[self->space], &self->space, nullptr));
   PetscOptionsHeadEnd();
   PetscFunctionReturn(0);
 }
@@ -193,7 +195,7 @@ PetscErrorCode coarse_words(PC pc, const char** words) {
   BlockIcc* self = static_cast<BlockIcc*>(pc->data);
   const PairMatrix* S = pc->pmat ? PairMatrix::from(pc->pmat) : nullptr;
   PetscFunctionBegin;
-  if (S) PetscCall(choose_space(self, S->graph()));
+  if (S) PetscCall(choose_space(self, *S));
   *words = self->space == 1 && self->coarse_unknowns != 0 ? "rigid motions of groups" : "";
   PetscFunctionReturn(0);
 }

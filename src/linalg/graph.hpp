@@ -22,6 +22,7 @@ struct Graph {
   int dim = 3;
   PetscInt n = 0, ghosts = 0, total = 0;  ///< owned, of other ranks, on all ranks
   PetscInt free = 0;                      ///< not fixed, on all ranks
+  bool interactions = false;              ///< of more than two points, on some rank
   bool periodic = false;                  ///< ghosts may be images
   bool holds = false;                     ///< some point of some rank is held in part of its components
   std::vector<std::uint8_t> held;         ///< (n + ghosts) bit c: component c of a point that is not fixed; empty: none here

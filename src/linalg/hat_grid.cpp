@@ -9,7 +9,7 @@ namespace bs {
 
 PetscErrorCode HatGrid::create(MPI_Comm comm, int dim, PetscInt n, const std::vector<double>& points, const std::vector<std::uint8_t>& fixed,
                                PetscInt nodes) {
-  double low[3] = {0, 0, 0}, high[3] = {0, 0, 0}, longest = 0, width = 0;
+  double low[3] = {0, 0, 0}, high[3] = {0, 0, 0}, longest = 0;
 
   PetscFunctionBegin;
   n_ = n;
@@ -34,10 +34,9 @@ PetscErrorCode HatGrid::create(MPI_Comm comm, int dim, PetscInt n, const std::ve
     }
     if (all > static_cast<double>(nodes)) break;
     nodes_ = static_cast<PetscInt>(all);
-    width = longest / cells;
     std::copy_n(count, 3, count_);
   }
-  if (nodes_ > 0) place(dim, points, fixed, low, width);
+  if (nodes_ > 0) place(dim, points, fixed, low, high);
   PetscFunctionReturn(0);
 }
 
@@ -53,7 +52,7 @@ PetscErrorCode HatGrid::fills_space(MPI_Comm comm, bool* yes) const {
   PetscFunctionReturn(0);
 }
 
-void HatGrid::place(int dim, const std::vector<double>& points, const std::vector<std::uint8_t>& fixed, const double* low, double width) {
+void HatGrid::place(int dim, const std::vector<double>& points, const std::vector<std::uint8_t>& fixed, const double* low, const double* high) {
   cell_.assign(fixed.size(), -1);
   fraction_.assign(points.size(), 0.0F);
   for (std::size_t i = 0; i < fixed.size(); ++i) {
@@ -61,7 +60,7 @@ void HatGrid::place(int dim, const std::vector<double>& points, const std::vecto
     if (fixed[i]) continue;
     for (int c = 0; c < dim; ++c) {
       const std::size_t k = i * static_cast<std::size_t>(dim) + static_cast<std::size_t>(c);
-      const double where = (points[k] - low[c]) / width;
+      const double where = count_[c] > 1 ? (points[k] - low[c]) / (high[c] - low[c]) * static_cast<double>(count_[c] - 1) : 0;
       const PetscInt whole = std::clamp<PetscInt>(static_cast<PetscInt>(where), 0, std::max<PetscInt>(0, count_[c] - 2));
       if (count_[c] > 1) fraction_[k] = static_cast<float>(where - static_cast<double>(whole));
       at += whole * stride;

@@ -8,8 +8,9 @@ namespace bs {
 
 class HatGrid {
  public:
-  /// Collective. The finest grid of cubic cells over the owned points that has at most `nodes` nodes; none if the points
-  /// are all in one place. points: (n + ghosts, d), of which the first n are owned; `fixed`: those take no part.
+  /// Collective. The finest grid of about cubic cells that fill the box of the owned points, with at most `nodes` nodes; none if the points
+  /// are all in one place. Where cells reached beyond the box, a node could move a single layer of points, whose pairs to the next one
+  /// `continued_shares` leaves out. points: (n + ghosts, d), of which the first n are owned; `fixed`: those take no part.
   PetscErrorCode create(MPI_Comm comm, int dim, PetscInt n, const std::vector<double>& points, const std::vector<std::uint8_t>& fixed,
                         PetscInt nodes);
   PetscInt nodes() const { return nodes_; }
@@ -40,7 +41,7 @@ class HatGrid {
   void prolong(const double* coarse, double* z) const noexcept;
 
  private:
-  void place(int dim, const std::vector<double>& points, const std::vector<std::uint8_t>& fixed, const double* low, double width);
+  void place(int dim, const std::vector<double>& points, const std::vector<std::uint8_t>& fixed, const double* low, const double* high);
   PetscInt n_ = 0, nodes_ = 0, particles_ = 0, count_[3] = {1, 1, 1};
   std::vector<std::int32_t> cell_;
   std::vector<float> fraction_;  ///< (n + ghosts, d): where in the cell, 0 to 1

@@ -1,6 +1,5 @@
 #include "linalg/rigid_space.hpp"
 #include <algorithm>
-#include <limits>
 
 namespace bs {
 
@@ -103,42 +102,6 @@ PetscErrorCode RigidSpace::add(Vec r, Vec z) {
   // of a share, in each direction: force and moment, or velocity and spin, times the share, added
   PetscCall(PetscLogFlops(4.0 * rigid_width(graph_->dim) * static_cast<double>(motions_.shares().group.size())));
   PetscCall(PetscLogEventEnd(linear_events().coarse, r, z, nullptr, nullptr));
-  PetscFunctionReturn(0);
-}
-
-namespace {
-
-constexpr double THIN = 10;
-constexpr double UNEVEN = 100;
-constexpr double LINE = 1e-6;  // of its length: what a line may be off straight
-
-}  // namespace
-
-PetscErrorCode prefers_rigid_motions(const Graph& graph, bool* rigid) {
-  const int d = graph.dim;
-  double low[8];  // lower and minus upper corner, smallest and minus largest stiffness
-  double shortest = std::numeric_limits<double>::max(), longest = 0, second = 0;
-  PetscFunctionBegin;
-  std::fill_n(low, 8, std::numeric_limits<double>::max());
-  for (PetscInt i = 0; i < graph.n; ++i)
-    for (int c = 0; c < d; ++c) {
-      const double x = graph.start[static_cast<std::size_t>(i * d + c)];
-      low[c] = std::min(low[c], x);
-      low[3 + c] = std::min(low[3 + c], -x);
-    }
-  if (graph.stiffest > 0) {
-    low[6] = graph.softest;
-    low[7] = -graph.stiffest;
-  }
-  PetscCall(MPIU_Allreduce(MPI_IN_PLACE, low, 8, MPI_DOUBLE, MPI_MIN, graph.comm));
-  for (int c = 0; c < d; ++c) {
-    const double extent = -low[3 + c] - low[c];
-    shortest = std::min(shortest, extent);
-    second = std::max(second, std::min(extent, longest));
-    longest = std::max(longest, extent);
-  }
-  const bool even = low[6] < std::numeric_limits<double>::max() && -low[7] <= UNEVEN * low[6], line = second <= LINE * longest;
-  *rigid = d > 1 && even && !line && THIN * shortest <= longest;
   PetscFunctionReturn(0);
 }
 

@@ -37,11 +37,6 @@ class RigidSpace {
   std::vector<double> free_, moved_;  ///< where components are held: r and what is added, without held components
 };
 
-/// Collective. Whether rigid motions of groups of points suit a system better than hats on a grid: where the body, as it starts, is at least
-/// THIN times as long as it is thick, so that it bends. Not a line, which incomplete factors solve; not where stiffnesses differ
-/// by more than UNEVEN, because motions of groups would strain stiff pairs between them.
-PetscErrorCode prefers_rigid_motions(const Graph& graph, bool* rigid);
-
 /// Collective. E = Z^T S Z, summed pair by pair, as an AIJ matrix whose rows are laid out as the ranks' groups. Unknowns that move nothing have 1
 /// on the diagonal. The rows of Z that belong to held components are zero.
 PetscErrorCode create_coarse_matrix(PairMatrix& S, const RigidMotions& motions, Mat* E);

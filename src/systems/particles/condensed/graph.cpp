@@ -12,6 +12,7 @@ Graph graph_of(const Network& net) {
   graph.ghosts = net.ghosts;
   graph.total = net.total;
   graph.free = net.total - static_cast<PetscInt>(net.fixed_total);
+  graph.interactions = !net.interactions.empty();
   graph.periodic = net.box.active();
   graph.source = net.source;
   for (const double k : net.links.stiffness)
