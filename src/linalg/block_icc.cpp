@@ -3,8 +3,7 @@
 #include "base/error.hpp"
 #include "base/memory.hpp"
 #include "linalg/coarse_choice.hpp"
-#include "linalg/hat_space.hpp"
-#include "linalg/rigid_space.hpp"
+#include "linalg/coarse_space.hpp"
 
 namespace bs {
 namespace {
@@ -22,8 +21,7 @@ struct BlockIcc {
   const PairMatrix* laid_out_for = nullptr;  ///< the factors' pattern
   PetscInt coarse_unknowns = -1;             ///< at most; -1: by the system's size
   PetscInt space = 2;                        ///< 0 hats, 1 rigid, 2 auto: until it is chosen
-  HatSpace hats;
-  RigidSpace rigid;
+  CoarseSpace coarse;
   bool keep_coarse = false;  ///< at the next set-up
   VecHandle residual, step;  ///< room, with rigid motions
 };
@@ -51,13 +49,10 @@ PetscErrorCode reserve_factor(PC pc, const PairMatrix& S, bool single) {
 
 PetscErrorCode set_up_coarse(PC pc) {
   BlockIcc* self = static_cast<BlockIcc*>(pc->data);
-  const char* prefix = nullptr;
   PetscFunctionBegin;
-  if (self->keep_coarse && (self->hats.active() || self->rigid.active())) PetscFunctionReturn(0);
+  if (self->keep_coarse && self->coarse.active()) PetscFunctionReturn(0);
   PetscCall(choose_space(self, *self->matrix));
-  PetscCall(PCGetOptionsPrefix(pc, &prefix));
-  if (self->space == 1) PetscCall(self->rigid.create(*self->matrix, self->coarse_unknowns, (prefix ? prefix : "") + std::string("pc_bicc_")));
-  else PetscCall(self->hats.create(*self->matrix, self->coarse_unknowns));
+  PetscCall(self->coarse.create(*self->matrix, self->space == 1, self->coarse_unknowns));
   PetscFunctionReturn(0);
 }
 
@@ -124,22 +119,22 @@ PetscErrorCode solve_triangles(PC pc, Vec r, Vec z) {
 PetscErrorCode apply(PC pc, Vec r, Vec z) {
   BlockIcc* self = static_cast<BlockIcc*>(pc->data);
   PetscFunctionBegin;
-  if (!self->rigid.active()) {
+  if (!self->coarse.active() || !self->coarse.rigid()) {
     PetscCall(solve_triangles(pc, r, z));
-    PetscCall(self->hats.add(r, z));
+    PetscCall(self->coarse.add(r, z));
     PetscFunctionReturn(0);
   }
   for (VecHandle* v : {&self->residual, &self->step})
     if (!*v) PetscCall(VecDuplicate(r, v->out()));
   PetscCall(VecZeroEntries(z));
-  PetscCall(self->rigid.add(r, z));
+  PetscCall(self->coarse.add(r, z));
   PetscCall(self->matrix->multiply(z, self->residual));
   PetscCall(VecAYPX(self->residual, -1.0, r));
   PetscCall(solve_triangles(pc, self->residual, self->step));
   PetscCall(VecAXPY(z, 1.0, self->step));
   PetscCall(self->matrix->multiply(self->step, self->residual));
   PetscCall(VecScale(self->residual, -1.0));
-  PetscCall(self->rigid.add(self->residual, z));
+  PetscCall(self->coarse.add(self->residual, z));
   PetscFunctionReturn(0);
 }
 
@@ -178,10 +173,7 @@ PetscErrorCode view(PC pc, PetscViewer viewer) {
                                      "  block incomplete Cholesky, factors in %s precision, shift %g, %" PetscInt_FMT " shifts so far; "
                                      "coarse grid of %" PetscInt_FMT " unknowns (%s)\n",
                                      self->in_single ? "single" : "double", static_cast<double>(self->shifted), self->shifts,
-                                     self->rigid.active()  ? self->rigid.unknowns()
-                                     : self->hats.active() ? self->hats.unknowns()
-                                                           : 0,
-                                     self->space == 1 ? "rigid motions of groups" : "hats"));
+                                     self->coarse.active() ? self->coarse.unknowns() : 0, self->space == 1 ? "rigid motions of groups" : "hats"));
   PetscFunctionReturn(0);
 }
 

@@ -12,6 +12,7 @@ PetscErrorCode HatGrid::create(MPI_Comm comm, int dim, PetscInt n, const std::ve
   double low[3] = {0, 0, 0}, high[3] = {0, 0, 0}, longest = 0;
 
   PetscFunctionBegin;
+  dim_ = dim;
   n_ = n;
   nodes_ = 0;
   for (int c = 0; c < dim; ++c) {
@@ -71,21 +72,6 @@ void HatGrid::place(int dim, const std::vector<double>& points, const std::vecto
   particles_ = static_cast<PetscInt>(std::count(fixed.begin(), fixed.begin() + n_, 0));
 }
 
-std::vector<PetscInt> HatGrid::differences() const {
-  std::vector<PetscInt> all = {0};
-  PetscInt stride = 1;
-  for (const PetscInt count : count_) {
-    const std::vector<PetscInt> before = all;
-    for (const PetscInt difference : before)
-      if (count > 1) all.insert(all.end(), {difference - stride, difference + stride});
-    stride *= count;
-  }
-  std::sort(all.begin(), all.end());
-  all.erase(std::unique(all.begin(), all.end()), all.end());
-  all.erase(all.begin(), std::find(all.begin(), all.end(), 0));
-  return all;
-}
-
 template <int d>
 void HatGrid::offsets(PetscInt* offset) const noexcept {
   PetscInt stride = 1;
@@ -139,16 +125,17 @@ bool HatGrid::continued_shares(PetscInt i, PetscInt j, double* share) const noex
 
 // Neighbours in the order of points are mostly in one cell: its corners stay in registers.
 template <int d>
-void HatGrid::restrict_to(const double* r, double* coarse) const noexcept {
+void HatGrid::restrict_of(const double* r, double* coarse) const {
   constexpr int C = 1 << d;
   PetscInt offset[C], present = -1;
   double share[8];
   lanes::Vector<d> corner[C] = {};
   offsets<d>(offset);
   const Points<d> values(r, n_);
+  lanes_.assign(static_cast<std::size_t>(nodes_) * LANES<d>, 0.0);
   const auto leave = [&] {
     for (int k = 0; k < C && present >= 0; ++k) {
-      double* at = coarse + static_cast<std::size_t>(present + offset[k]) * LANES<d>;
+      double* at = lanes_.data() + static_cast<std::size_t>(present + offset[k]) * LANES<d>;
       lanes::store<d>(lanes::load<d>(at) + corner[k], at);
       corner[k] = lanes::splat<d>(0.0);
     }
@@ -164,20 +151,23 @@ void HatGrid::restrict_to(const double* r, double* coarse) const noexcept {
     for (int k = 0; k < C; ++k) corner[k] += lanes::splat<d>(share[k]) * v;
   }
   leave();
+  for (PetscInt k = 0; k < nodes_ * d; ++k) coarse[k] = lanes_[k / d * LANES<d> + k % d];
 }
 
 template <int d>
-void HatGrid::prolong(const double* coarse, double* z) const noexcept {
+void HatGrid::prolong_of(const double* coarse, double* z) const {
   constexpr int C = 1 << d;
   PetscInt offset[C], present = -1;
   double share[8];
   lanes::Vector<d> corner[C] = {};
   offsets<d>(offset);
+  lanes_.resize(static_cast<std::size_t>(nodes_) * LANES<d>);
+  for (PetscInt k = 0; k < nodes_ * d; ++k) lanes_[k / d * LANES<d> + k % d] = coarse[k];
   for (PetscInt i = 0; i < n_; ++i) {
     if (cell(i) < 0) continue;
     if (cell(i) != present) {
       present = cell(i);
-      for (int k = 0; k < C; ++k) corner[k] = lanes::load<d>(coarse + static_cast<std::size_t>(present + offset[k]) * LANES<d>);
+      for (int k = 0; k < C; ++k) corner[k] = lanes::load<d>(lanes_.data() + static_cast<std::size_t>(present + offset[k]) * LANES<d>);
     }
     shares<d>(i, share);
     lanes::Vector<d> sum = lanes::splat<d>(0.0);
@@ -186,12 +176,22 @@ void HatGrid::prolong(const double* coarse, double* z) const noexcept {
   }
 }
 
-#define BS_GRID(d)                                                                        \
-  template void HatGrid::offsets<d>(PetscInt*) const noexcept;                            \
-  template void HatGrid::shares<d>(PetscInt, double*) const noexcept;                     \
-  template bool HatGrid::continued_shares<d>(PetscInt, PetscInt, double*) const noexcept; \
-  template void HatGrid::restrict_to<d>(const double*, double*) const noexcept;           \
-  template void HatGrid::prolong<d>(const double*, double*) const noexcept;
+void HatGrid::restrict_to(const double* r, double* coarse) const {
+  if (dim_ == 1) restrict_of<1>(r, coarse);
+  else if (dim_ == 2) restrict_of<2>(r, coarse);
+  else restrict_of<3>(r, coarse);
+}
+
+void HatGrid::prolong(const double* coarse, double* z) const {
+  if (dim_ == 1) prolong_of<1>(coarse, z);
+  else if (dim_ == 2) prolong_of<2>(coarse, z);
+  else prolong_of<3>(coarse, z);
+}
+
+#define BS_GRID(d)                                                    \
+  template void HatGrid::offsets<d>(PetscInt*) const noexcept;        \
+  template void HatGrid::shares<d>(PetscInt, double*) const noexcept; \
+  template bool HatGrid::continued_shares<d>(PetscInt, PetscInt, double*) const noexcept;
 BS_GRID(1)
 BS_GRID(2)
 BS_GRID(3)

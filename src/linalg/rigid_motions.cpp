@@ -2,6 +2,7 @@
 #include <petscblaslapack.h>
 #include <algorithm>
 #include <cmath>
+#include "base/collective.hpp"
 #include "linalg/lanes.hpp"
 
 namespace bs {
@@ -23,14 +24,21 @@ void principal_axes(const double* J, double count, double* axes) {
 
 }  // namespace
 
-void RigidMotions::create(int dim, const std::vector<double>& points, const RigidGroups& groups) {
-  const std::size_t d = static_cast<std::size_t>(dim), n = groups.shares().start.size() - 1, all = static_cast<std::size_t>(groups.count());
+PetscErrorCode RigidMotions::create(PairMatrix& S, const RigidGroups& groups) {
   const Shares& shares = groups.shares();
-  dim_ = dim;
+  const std::size_t d = static_cast<std::size_t>(S.dim()), n = static_cast<std::size_t>(S.pattern().n),
+                    own = static_cast<std::size_t>(groups.count());
+  std::vector<double> count(own, 0.0), inertia(own * 9, 0.0), group_of(n * d, -1.0);
+  PetscInt here = groups.count();
+  PetscFunctionBegin;
+  dim_ = S.dim();
   groups_ = &groups;
-  points_ = points;
-  centre_.assign(all * d, 0.0);
-  std::vector<double> count(all, 0.0), inertia(all * 9, 0.0);
+  points_ = S.positions();
+  first_ = 0;
+  PetscCallMPI(MPI_Exscan(&here, &first_, 1, MPIU_INT, MPI_SUM, S.graph().comm));
+  PetscCall(MPIU_Allreduce(&here, &total_, 1, MPIU_INT, MPI_SUM, S.graph().comm));
+  frame_.assign(static_cast<std::size_t>(total_ * FRAME), 0.0);
+  const auto frame = [this](std::size_t a) { return frame_.data() + (static_cast<std::size_t>(first_) + a) * FRAME; };
   const auto each = [&](auto use) {
     for (std::size_t i = 0; i < n; ++i)
       for (PetscInt k = shares.start[i]; k < shares.start[i + 1]; ++k)
@@ -38,25 +46,33 @@ void RigidMotions::create(int dim, const std::vector<double>& points, const Rigi
   };
   each([&](std::size_t i, std::size_t a, double share) {
     count[a] += share;
-    for (std::size_t c = 0; c < d; ++c) centre_[a * d + c] += share * points[i * d + c];
+    for (std::size_t c = 0; c < d; ++c) frame(a)[c] += share * points_[i * d + c];
   });
-  for (std::size_t k = 0; k < all * d; ++k) centre_[k] /= count[k / d];
+  for (std::size_t a = 0; a < own; ++a)
+    for (std::size_t c = 0; c < d; ++c) frame(a)[c] /= count[a];
   each([&](std::size_t i, std::size_t a, double share) {
     double r[3] = {0, 0, 0}, square = 0;
     for (std::size_t c = 0; c < d; ++c) {
-      r[c] = points[i * d + c] - centre_[a * d + c];
+      r[c] = points_[i * d + c] - frame(a)[c];
       square += r[c] * r[c];
     }
     for (int p = 0; p < 3; ++p)
       for (int q = 0; q < 3; ++q) inertia[a * 9 + 3 * p + q] += share * ((p == q ? square : 0) - r[p] * r[q]);
   });
-  axes_.assign(all * 9, 0.0);
-  for (std::size_t a = 0; a < all; ++a) {
+  for (std::size_t a = 0; a < own; ++a) {
     const double* J = inertia.data() + a * 9;
-    if (dim == 3) principal_axes(J, count[a], axes_.data() + a * 9);
-    if (dim == 2) axes_[a * 9] = J[8] > 0 ? std::sqrt(count[a] / J[8]) : 0;
+    if (dim_ == 3) principal_axes(J, count[a], frame(a) + 3);
+    if (dim_ == 2) frame(a)[3] = J[8] > 0 ? std::sqrt(count[a] / J[8]) : 0;
   }
-  whole_.assign(all * 8, 0.0);
+  whole_.assign(own * 8, 0.0);
+  PetscCall(sum_over_ranks(S.graph().comm, frame_.data(), frame_.size()));
+  for (std::size_t i = 0; i < n; ++i)
+    if (shares.start[i] < shares.start[i + 1]) group_of[i * d] = static_cast<double>(first_ + shares.group[shares.start[i]]);
+  PetscCall(S.append_ghosts(&group_of));
+  PetscCall(S.append_ghosts(&points_));
+  ghost_group_.clear();
+  for (std::size_t k = n * d; k < group_of.size(); k += d) ghost_group_.push_back(static_cast<PetscInt>(group_of[k]));
+  PetscFunctionReturn(0);
 }
 
 // force and moment about the origin, then about each group's centre: m - c x f
@@ -92,9 +108,9 @@ void RigidMotions::restrict_of(const double* r, double* coarse) const {
       }
     }
   }
-  for (PetscInt a = 0; a < groups(); ++a) {
-    const double *f = whole_.data() + a * 8, *m = f + 4, *q = axes(a), *c = centre(a);
-    double* to = coarse + a * width;
+  for (PetscInt a = 0; a < groups_->count(); ++a) {
+    const double *f = whole_.data() + a * 8, *m = f + 4, *q = axes(first_ + a), *c = centre(first_ + a);
+    double* to = coarse + (first_ + a) * width;
     std::copy_n(f, d, to);
     if constexpr (d == 2) to[2] = q[0] * (m[2] - (c[0] * f[1] - c[1] * f[0]));
     if constexpr (d == 3) {
@@ -110,8 +126,8 @@ void RigidMotions::prolong_of(const double* coarse, double* z) const {
   typedef typename lanes::Register<double, 4>::type Four;
   constexpr int width = rigid_width(d);
   const Shares& shares = groups_->shares();
-  for (PetscInt a = 0; a < groups(); ++a) {
-    const double *from = coarse + a * width, *q = axes(a), *c = centre(a);
+  for (PetscInt a = 0; a < groups_->count(); ++a) {
+    const double *from = coarse + (first_ + a) * width, *q = axes(first_ + a), *c = centre(first_ + a);
     double *v = whole_.data() + a * 8, *w = v + 4;
     std::copy_n(from, d, v);
     if constexpr (d == 2) {

@@ -4,6 +4,7 @@
 // q_ak: the principal axes of the group, of length 1/(its radius about them); an axis that no point is off has q = 0.
 #pragma once
 #include <petscsys.h>
+#include <algorithm>
 #include <cstdint>
 #include <vector>
 #include "linalg/pair_matrix.hpp"
@@ -43,44 +44,39 @@ inline constexpr int rigid_width(int d) { return d * (d + 1) / 2; }
 
 class RigidMotions {
  public:
-  /// points: (n, d) where points are. `groups` must outlive the object.
-  void create(int dim, const std::vector<double>& points, const RigidGroups& groups);
+  /// Collective. Where S's points are at present. `groups`, of this rank, must outlive the object.
+  PetscErrorCode create(PairMatrix& S, const RigidGroups& groups);
   int dim() const { return dim_; }
-  PetscInt groups() const { return groups_->count(); }
-  PetscInt unknowns() const { return groups() * rigid_width(dim_); }
+  /// Of all ranks; and the number of this rank's first.
+  PetscInt groups() const { return total_; }
+  PetscInt first() const { return first_; }
+  /// Of owned points in this rank's groups.
   const Shares& shares() const { return groups_->shares(); }
+  /// The group of all ranks' a ghost is in, alone; -1: none.
+  PetscInt group_of_ghost(PetscInt ghost) const { return ghost_group_[static_cast<std::size_t>(ghost)]; }
   const double* point(PetscInt i) const { return points_.data() + static_cast<std::size_t>(i) * static_cast<std::size_t>(dim_); }
-  const double* centre(PetscInt a) const { return centre_.data() + static_cast<std::size_t>(a) * static_cast<std::size_t>(dim_); }
-  /// q_k (3 x 3, rows k) of a group; in two dimensions its first number.
-  const double* axes(PetscInt a) const { return axes_.data() + static_cast<std::size_t>(a) * 9; }
-  /// Z_ia / s_ia, d x width, row-major.
+  /// Z_ia / s_ia of a local point and a group of all ranks', d x width, row-major.
   template <int d>
   void columns(PetscInt i, PetscInt a, double* z) const noexcept {
-    const std::size_t at = static_cast<std::size_t>(i) * d, group = static_cast<std::size_t>(a);
-    double lever[d];
-    for (int c = 0; c < d; ++c) lever[c] = points_[at + c] - centre_[group * d + c];
-    rigid_columns<d>(lever, axes_.data() + group * 9, z);
-  }
-  /// The same of any point, at r [m] from the centre of a group with these axes.
-  template <int d>
-  static void rigid_columns(const double* r, const double* axes, double* z) noexcept {
     constexpr int width = rigid_width(d);
+    const double *x = point(i), *c = centre(a), *q = axes(a);
+    double r[d];
+    for (int k = 0; k < d; ++k) r[k] = x[k] - c[k];
     for (int k = 0; k < d * width; ++k) z[k] = 0;
-    for (int c = 0; c < d; ++c) z[c * width + c] = 1;
+    for (int k = 0; k < d; ++k) z[k * width + k] = 1;
     if constexpr (d == 2) {
-      z[2] = -axes[0] * r[1];
-      z[width + 2] = axes[0] * r[0];
+      z[2] = -q[0] * r[1];
+      z[width + 2] = q[0] * r[0];
     }
     if constexpr (d == 3)
-      for (int k = 0; k < 3; ++k) {
-        const double* q = axes + 3 * k;
+      for (int k = 0; k < 3; ++k, q += 3) {
         z[3 + k] = q[1] * r[2] - q[2] * r[1];
         z[width + 3 + k] = q[2] * r[0] - q[0] * r[2];
         z[2 * width + 3 + k] = q[0] * r[1] - q[1] * r[0];
       }
   }
 
-  /// coarse = Z^T r and z += Z coarse over the owned points; r, z: (n, d), coarse: (groups, width).
+  /// coarse = Z^T r of this rank's groups and z += Z coarse over the owned points; r, z: (n, d), coarse: (groups, width).
   void restrict_to(const double* r, double* coarse) const;
   void prolong(const double* coarse, double* z) const;
 
@@ -89,10 +85,81 @@ class RigidMotions {
   void restrict_of(const double* r, double* coarse) const;
   template <int d>
   void prolong_of(const double* coarse, double* z) const;
+  const double* centre(PetscInt a) const { return frame_.data() + a * FRAME; }
+  /// q_k (3 x 3, rows k) of a group; in two dimensions its first number.
+  const double* axes(PetscInt a) const { return centre(a) + 3; }
+  static constexpr PetscInt FRAME = 12;
   int dim_ = 3;
+  PetscInt first_ = 0, total_ = 0;
   const RigidGroups* groups_ = nullptr;
-  std::vector<double> points_, centre_, axes_;
-  mutable std::vector<double> whole_;  ///< (groups, 8): force and moment about the origin, or velocity there and spin
+  std::vector<double> points_;         ///< (n + ghosts, d)
+  std::vector<double> frame_;          ///< (groups, FRAME): centre, axes
+  std::vector<PetscInt> ghost_group_;  ///< (ghosts)
+  mutable std::vector<double> whole_;  ///< (groups of this rank, 8): force and moment about the origin, or velocity there and spin
+};
+
+/// Rigid motions as Galerkin wants them; blocks of E are width x width.
+template <int d>
+class RigidColumns {
+ public:
+  static constexpr int width = rigid_width(d);
+  static constexpr double MULTIPLY = 2 * d * d * width, ADD = 2 * d * width * width;
+  struct Columns {
+    static constexpr int MOST = 2 * Shares::MOST;
+    int count = 0;
+    PetscInt node[MOST];
+    double z[MOST][d * width];
+  };
+  struct Product {
+    double numbers[d * width];
+  };
+  RigidColumns(const RigidMotions& motions, const Graph& graph) : motions_(motions), graph_(graph) {}
+  void columns(PetscInt i, double sign, Columns* to) const noexcept {
+    const Shares& shares = motions_.shares();
+    if (i >= graph_.n) {
+      const PetscInt a = motions_.group_of_ghost(i - graph_.n);
+      if (a >= 0) add_group(i, a, sign, to);
+      return;
+    }
+    for (PetscInt k = shares.start[i]; k < shares.start[i + 1]; ++k)
+      add_group(i, motions_.first() + shares.group[k], sign * static_cast<double>(shares.share[k]), to);
+  }
+  void difference(PetscInt, PetscInt j, const Columns& own, Columns* both) const noexcept {
+    both->count = own.count;
+    std::copy_n(own.node, own.count, both->node);
+    std::copy_n(own.z[0], own.count * d * width, both->z[0]);
+    columns(j, -1, both);
+  }
+  static void multiply(const double* B, const Columns& c, int q, Product* Bz) noexcept {
+    std::fill_n(Bz->numbers, d * width, 0.0);
+    for (int r = 0; r < d; ++r)
+      for (int k = 0; k < d; ++k)
+        for (int u = 0; u < width; ++u) Bz->numbers[r * width + u] += B[r * d + k] * c.z[q][k * width + u];
+  }
+  static void add(const Columns& c, int p, const Product& Bz, double* to) noexcept {
+    for (int u = 0; u < width; ++u)
+      for (int v = 0; v < width; ++v) {
+        double sum = 0;
+        for (int k = 0; k < d; ++k) sum += c.z[p][k * width + u] * Bz.numbers[k * width + v];
+        to[u * width + v] += sum;
+      }
+  }
+
+ private:
+  void add_group(PetscInt i, PetscInt a, double part, Columns* to) const noexcept {
+    const std::uint8_t mask = graph_.mask(i);
+    double z[d * width];
+    motions_.columns<d>(i, a, z);
+    const int at = static_cast<int>(std::find(to->node, to->node + to->count, a) - to->node);
+    if (at == to->count) {
+      to->node[to->count++] = a;
+      std::fill_n(to->z[at], d * width, 0.0);
+    }
+    for (int k = 0; k < d * width; ++k)
+      if (!(mask >> k / width & 1)) to->z[at][k] += part * z[k];
+  }
+  const RigidMotions& motions_;
+  const Graph& graph_;
 };
 
 }  // namespace bs

@@ -3,7 +3,7 @@ import cases
 from running import Failed, program
 
 RANKS = {1: (1, 1, 1), 2: (1, 1, 2), 4: (1, 2, 2), 8: (2, 2, 2)}  # cubes of each rank, along the axes
-FINE, FEW, PARTICLES = 60, 2200, 0.3  # as in hat_space.cpp
+FINE, FEW, PARTICLES = 60, 2200, 0.3  # as in coarse_space.cpp
 SMALL, LARGE = 81, 6000  # unknowns of a coarse grid that takes next to no time, and of one whose time is measured
 
 

@@ -1,7 +1,7 @@
 // The coarse space of rigid motions of groups: what its groups can do together it must solve exactly, whatever S is.
-#include "linalg/rigid_space.hpp"
 #include "condensed_case.hpp"
 #include "linalg/block_icc.hpp"
+#include "linalg/coarse_space.hpp"
 
 using namespace bs;
 
@@ -35,8 +35,7 @@ struct Solved {
   double left;        ///< |Q S (y - Q S y)| / |y| of any y: Q S is a projection
 };
 
-Solved solve_rigid(MPI_Comm comm, const GeneratorSpec& spec, PetscInt unknowns, bool (*rolling)(std::int64_t row) = nullptr,
-                   const char* prefix = "") {
+Solved solve_rigid(MPI_Comm comm, const GeneratorSpec& spec, PetscInt unknowns, bool (*rolling)(std::int64_t row) = nullptr) {
   Case c(comm, spec, 40.0, 0, rolling);
   MatHandle own;
   VecHandle z, r, found, before;
@@ -48,8 +47,8 @@ Solved solve_rigid(MPI_Comm comm, const GeneratorSpec& spec, PetscInt unknowns, 
   REQUIRE(S.multiply(z, r) == 0);
   fill(c.net, before);
   REQUIRE(VecCopy(before, found) == 0);
-  RigidSpace coarse;
-  REQUIRE(coarse.create(S, unknowns, prefix) == 0);
+  CoarseSpace coarse;
+  REQUIRE(coarse.create(S, true, unknowns) == 0);
   REQUIRE(coarse.active());
   REQUIRE(coarse.add(r, found) == 0);
   REQUIRE(VecAXPY(found, -1.0, before) == 0);
@@ -81,18 +80,6 @@ TEST_CASE("A coarse space of rigid motions solves these, and what it solves is s
       CHECK(solved.left < 1e-6);
     }
   }
-}
-
-TEST_CASE("The coarse matrix of rigid motions is whole: factors that read both of its halves solve, too") {
-  GeneratorSpec spec = lattice(LatticeType::cubic, {9, 8, 10}, 3);
-  spec.neighbors = 18;
-  REQUIRE(PetscOptionsSetValue(nullptr, "-unit_lu_coarse_pc_type", "lu") == 0);
-  REQUIRE(PetscOptionsSetValue(nullptr, "-unit_lu_coarse_pc_factor_mat_solver_type", "petsc") == 0);
-  const Solved solved = solve_rigid(PETSC_COMM_SELF, spec, -1, nullptr, "unit_lu_");
-  REQUIRE(PetscOptionsClearValue(nullptr, "-unit_lu_coarse_pc_type") == 0);
-  REQUIRE(PetscOptionsClearValue(nullptr, "-unit_lu_coarse_pc_factor_mat_solver_type") == 0);
-  CHECK(solved.difference < 1e-6);
-  CHECK(solved.left < 1e-6);
 }
 
 TEST_CASE("The coarse matrix of rigid motions contains what angle springs resist, rollers or not") {
@@ -135,8 +122,8 @@ TEST_CASE("Groups that are flat, straight or a single particle") {
   }
   Case c(PETSC_COMM_SELF, single, 40.0);  // nothing to gain: each is tied to the fixed one alone
   MatHandle own;
-  RigidSpace coarse;
-  REQUIRE(coarse.create(assembled(&c, &own), -1, "") == 0);
+  CoarseSpace coarse;
+  REQUIRE(coarse.create(assembled(&c, &own), true, -1) == 0);
   CHECK(!coarse.active());
 }
 

@@ -1,7 +1,7 @@
 // The coarse grid of the condensed solve: it must solve uniform motions exactly and linear ones nearly, whatever S is.
-#include "linalg/hat_space.hpp"
 #include "condensed_case.hpp"
 #include "linalg/block_icc.hpp"
+#include "linalg/coarse_space.hpp"
 
 using namespace bs;
 
@@ -45,8 +45,8 @@ double difference_of(const GeneratorSpec& spec, double slope, bool (*rolling)(st
   REQUIRE(S.multiply(z, r) == 0);
   fill(c.net, before);
   REQUIRE(VecCopy(before, found) == 0);
-  HatSpace coarse;
-  REQUIRE(coarse.create(S, *unknowns) == 0);
+  CoarseSpace coarse;
+  REQUIRE(coarse.create(S, false, *unknowns) == 0);
   REQUIRE(coarse.active());
   REQUIRE(coarse.add(r, found) == 0);
   REQUIRE(VecAXPY(found, -1.0, before) == 0);
@@ -114,8 +114,8 @@ TEST_CASE("With a node at every particle the coarse grid solves all of S, which 
     for (VecHandle* v : {&r, &found}) REQUIRE(VecDuplicate(z, v->out()) == 0);
     fill(c.net, z);
     REQUIRE(S.multiply(z, r) == 0);
-    HatSpace coarse;
-    REQUIRE(coarse.create(S, 108) == 0);
+    CoarseSpace coarse;
+    REQUIRE(coarse.create(S, false, 108) == 0);
     CHECK(coarse.unknowns() == 108);
     REQUIRE(coarse.add(r, found) == 0);
     CHECK(relative_difference(found, z) < 1e-5);
@@ -133,10 +133,10 @@ TEST_CASE("A coarse grid whose matrix is not positive definite stands aside, and
   REQUIRE(S.create_vector(r.out()) == 0);
   REQUIRE(VecDuplicate(r, z.out()) == 0);
   fill(c.net, r);
-  HatSpace coarse;
+  CoarseSpace coarse;
   const auto created = [&](double more) {
     for (PetscInt i = 0; i < c.net.n; ++i) S.node(i)[0] += more;
-    REQUIRE(coarse.create(S, 81) == 0);
+    REQUIRE(coarse.create(S, false, 81) == 0);
     REQUIRE(VecZeroEntries(z) == 0);
     REQUIRE(coarse.add(r, z) == 0);
     REQUIRE(VecNorm(z, NORM_2, &size) == 0);
@@ -164,8 +164,8 @@ void check_symmetric_and_positive(bool (*rolling)(std::int64_t row)) {
   REQUIRE(S.multiply(p, q) == 0);
   REQUIRE(VecZeroEntries(Mp) == 0);
   REQUIRE(VecZeroEntries(Mq) == 0);
-  HatSpace coarse;
-  REQUIRE(coarse.create(S, 81) == 0);
+  CoarseSpace coarse;
+  REQUIRE(coarse.create(S, false, 81) == 0);
   REQUIRE(coarse.add(p, Mp) == 0);
   REQUIRE(coarse.add(q, Mq) == 0);
   REQUIRE(VecDot(p, Mq, &pMq) == 0);
@@ -211,8 +211,8 @@ TEST_CASE("Nodes of a coarse grid without particles near by do no harm") {
   linear(c.net, c.net.held, 0, z);
   REQUIRE(S.multiply(z, r) == 0);
   REQUIRE(VecZeroEntries(found) == 0);
-  HatSpace coarse;
-  REQUIRE(coarse.create(S, 80) == 0);
+  CoarseSpace coarse;
+  REQUIRE(coarse.create(S, false, 80) == 0);
   CHECK(coarse.active());
   REQUIRE(coarse.add(r, found) == 0);
   CHECK(relative_difference(found, z) < 1e-6);
@@ -306,8 +306,8 @@ TEST_CASE("A coarse motion does not strain springs much stiffer than the others"
   REQUIRE(S.create_vector(r.out()) == 0);
   REQUIRE(VecDuplicate(r, z.out()) == 0);
   fill(c.net, r);
-  HatSpace coarse;
-  REQUIRE(coarse.create(S, 192) == 0);
+  CoarseSpace coarse;
+  REQUIRE(coarse.create(S, false, 192) == 0);
   REQUIRE(coarse.add(r, z) == 0);
   REQUIRE(VecGetArrayRead(z, &a) == 0);
   int tied = 0;
@@ -335,16 +335,16 @@ TEST_CASE("The operations of a coarse grid are those counted by hand") {
   PairMatrix& S = assembled(&c, &own);
   REQUIRE(S.create_vector(r.out()) == 0);
   REQUIRE(VecDuplicate(r, z.out()) == 0);
-  HatSpace coarse;
+  CoarseSpace coarse;
   REQUIRE(PetscGetFlops(&before) == 0);
-  REQUIRE(coarse.create(S, 3) == 0);
+  REQUIRE(coarse.create(S, false, 3) == 0);
   REQUIRE(PetscGetFlops(&made) == 0);
   REQUIRE(coarse.add(r, z) == 0);
   REQUIRE(PetscGetFlops(&added) == 0);
   REQUIRE(coarse.active());
-  // nine particles and eight springs have 3 pairs of the 2 corners of a cell each, 3 operations a pair; columns of the factor of a tridiagonal
-  // matrix with 2, 2 and 1 entries, squared
-  CHECK(made - before == 3 * (9 + 8) * 3 + 9);
+  // nine particles and eight springs have 2 corners of a cell each, multiplied once, and 3 pairs of these, multiplied and added; columns of the
+  // factor of a tridiagonal matrix with 2, 2 and 1 entries, squared
+  CHECK(made - before == (9 + 8) * (2 + 3 * 2) + 9);
   // a share and two products, added, of each particle in either direction; products with the factor's 5 entries, added, twice
   CHECK(added - made == 2 * 9 * (1 + 4) + 20);
 }

@@ -1,0 +1,168 @@
+#include "linalg/coarse_space.hpp"
+#include <algorithm>
+#include <cmath>
+#include "base/collective.hpp"
+#include "base/disjoint_sets.hpp"
+#include "base/memory.hpp"
+#include "linalg/galerkin.hpp"
+
+namespace bs {
+
+namespace {
+
+constexpr double FINE = 60, FINE_BENT = 15;             // unknowns of S a coarse one stands for; the same where S has a remainder
+constexpr double MOST_HATS = 6000, MOST_RIGID = 20000;  // of these at most; hats over systems that do not fill their box
+constexpr double STIFF = 100;                           // times the usual pair: a coarse motion must not strain it
+constexpr PetscInt CLUSTER = 64;                        // points tied together at most
+constexpr int BLENDS = 1;                               // steps by which groups are made to overlap: a second one saves few iterations
+
+/// Hats at most where they do: a solve of the coarse grid, which grows as their number to the power 4/3 and is every rank's own, then keeps its
+/// share of an iteration, 15 to 20 %. FEW never matter.
+double most_in_space(const Graph& graph) {
+  constexpr double FEW = 2200, PARTICLES = 0.3;
+  PetscMPIInt ranks = 1;
+  MPI_Comm_size(graph.comm, &ranks);
+  return std::max(FEW, std::pow(PARTICLES * static_cast<double>(graph.total) / ranks, 0.75));
+}
+
+/// Collective. The geometric mean of the pairs' sizes.
+PetscErrorCode usual_size(const PairMatrix& S, double* usual) {
+  double sum[2] = {0, 0};
+  PetscFunctionBegin;
+  for (std::size_t k = 0; k < S.pattern().pairs(); ++k) {
+    const double size = S.pair_size(k);
+    if (size > 0) sum[0] += std::log(size), sum[1] += 1;
+  }
+  PetscCall(MPIU_Allreduce(MPI_IN_PLACE, sum, 2, MPI_DOUBLE, MPI_SUM, S.graph().comm));
+  *usual = sum[1] > 0 ? std::exp(sum[0] / sum[1]) : 0;
+  PetscFunctionReturn(0);
+}
+
+/// Where each owned point counts as being for hats: its start, or the centre of those it is tied to by pairs much stiffer than the others, so that no
+/// hat strains such a pair.
+std::vector<double> tied_points(const PairMatrix& S, double usual) {
+  const PairPattern& pattern = S.pattern();
+  const Graph& graph = S.graph();
+  const int d = graph.dim;
+  DisjointSets clusters(graph.n, CLUSTER);
+  for (PetscInt i = 0; i < graph.n; ++i)
+    for (PetscInt k = pattern.start[i]; k < pattern.start[i + 1]; ++k)
+      if (S.pair_size(static_cast<std::size_t>(k)) > STIFF * usual) clusters.join(i, pattern.other[k]);
+  std::vector<double> centre(static_cast<std::size_t>(graph.n * d), 0.0), points(centre.size());
+  for (PetscInt i = 0; i < graph.n; ++i)
+    for (int c = 0; c < d; ++c) centre[clusters.top(i) * d + c] += graph.start[i * d + c] / static_cast<double>(clusters.size(i));
+  for (PetscInt i = 0; i < graph.n; ++i)
+    for (int c = 0; c < d; ++c) points[i * d + c] = centre[clusters.top(i) * d + c];
+  return points;
+}
+
+/// The floating-point operations it took.
+template <int d>
+double add_product(const PairMatrix& S, bool rigid, const HatGrid& grid, const RigidMotions& motions, CoarseMatrix* E) {
+  if (rigid) return add_galerkin<d>(S, RigidColumns<d>(motions, S.graph()), E);
+  return add_galerkin<d>(S, HatColumns<d>(grid, S.graph()), E);
+}
+
+}  // namespace
+
+PetscErrorCode CoarseSpace::create(PairMatrix& S, bool rigid, PetscInt unknowns) {
+  PetscFunctionBegin;
+  PetscCall(PetscLogEventBegin(linear_events().coarse_set_up, nullptr, nullptr, nullptr, nullptr));
+  rigid_ = rigid;
+  graph_ = &S.graph();
+  PetscCall(make(S, unknowns));
+  PetscCall(PetscLogEventEnd(linear_events().coarse_set_up, nullptr, nullptr, nullptr, nullptr));
+  PetscFunctionReturn(0);
+}
+
+/// Collective.
+PetscErrorCode CoarseSpace::make_grid(PairMatrix& S, PetscInt unknowns) {
+  const Graph& graph = S.graph();
+  const int d = graph.dim;
+  const double all = static_cast<double>(graph.total * d), fine = S.remainder().created() ? FINE_BENT : FINE;
+  bool filled = false;
+  double usual = 0;
+  PetscFunctionBegin;
+  PetscCall(usual_size(S, &usual));
+  std::vector<double> points = tied_points(S, usual);
+  PetscCall(S.append_ghosts(&points));
+  const auto create = [&](double wanted) { return grid_.create(graph.comm, d, graph.n, points, graph.fixed, static_cast<PetscInt>(wanted / d)); };
+  const double open = std::min(MOST_HATS, all / fine), solid = std::min(most_in_space(graph), all / fine);
+  PetscCall(create(unknowns >= 0 ? std::min<double>(unknowns, all) : open));
+  if (unknowns < 0 && solid != open && grid_.nodes() > 0) PetscCall(grid_.fills_space(graph.comm, &filled));
+  if (filled) PetscCall(create(solid));
+  shares_ = static_cast<double>(grid_.particles()) * (2.0 * (1 << d) * (1 + d) - 3);
+  if (E_.unknowns() != grid_.nodes() * d) {  // not asked again while its size stays
+    const double blocks = static_cast<double>(grid_.nodes()) * ((d == 3 ? 27 : d == 2 ? 9 : 3) + 1) / 2;
+    PetscCall(reserve_memory(graph.comm, {"the coarse grid (-condensed_pc_bicc_coarse)", blocks * (8 + 1.5 * d * d) * sizeof(double),
+                                          "give -condensed_pc_bicc_coarse a smaller number"}));
+  }
+  E_.create(grid_.nodes(), d, d == 3 ? 4 : d);
+  PetscFunctionReturn(0);
+}
+
+PetscErrorCode CoarseSpace::make_motions(PairMatrix& S, PetscInt unknowns) {
+  const int width = rigid_width(S.dim());
+  const PetscInt most = std::max<PetscInt>(1, (unknowns > 0 ? unknowns : static_cast<PetscInt>(MOST_RIGID)) / width);
+  const PetscInt fine = static_cast<PetscInt>(S.remainder().created() ? FINE_BENT : FINE);
+  const PetscInt size = std::max<PetscInt>(unknowns > 0 ? 1 : fine * width / S.dim(), S.graph().free / most + 1);
+  PetscFunctionBegin;
+  if (!grouped_) groups_.create(S, size, BLENDS);
+  grouped_ = true;
+  PetscCall(motions_.create(S, groups_));
+  shares_ = 2.0 * width * static_cast<double>(motions_.shares().group.size());
+  E_.create(motions_.groups(), width, width);
+  PetscFunctionReturn(0);
+}
+
+PetscErrorCode CoarseSpace::make(PairMatrix& S, PetscInt unknowns) {
+  bool definite = false, factored = false;
+  PetscFunctionBegin;
+  active_ = false;
+  if (unknowns == 0 || graph_->free == 0) PetscFunctionReturn(0);
+  if (rigid_) PetscCall(make_motions(S, unknowns));
+  else PetscCall(make_grid(S, unknowns));
+  if (E_.unknowns() == 0) PetscFunctionReturn(0);
+  PetscCall(PetscLogFlops(S.dim() == 1   ? add_product<1>(S, rigid_, grid_, motions_, &E_)
+                          : S.dim() == 2 ? add_product<2>(S, rigid_, grid_, motions_, &E_)
+                                         : add_product<3>(S, rigid_, grid_, motions_, &E_)));
+  PetscCall(E_.factor(graph_->comm, &definite, &factored));
+  active_ = definite || (rigid_ && factored);
+  in_.resize(static_cast<std::size_t>(E_.unknowns()));
+  out_.resize(in_.size());
+  PetscFunctionReturn(0);
+}
+
+PetscErrorCode CoarseSpace::add(Vec r, Vec z) {
+  const PetscScalar* ar = nullptr;
+  PetscScalar* az = nullptr;
+  PetscFunctionBegin;
+  if (!active_) PetscFunctionReturn(0);
+  PetscCall(PetscLogEventBegin(linear_events().coarse, r, z, nullptr, nullptr));
+  PetscCall(VecGetArrayRead(r, &ar));
+  const double* free = ar;
+  if (graph_->holds) {
+    free_.assign(ar, ar + static_cast<std::size_t>(graph_->n * graph_->dim));
+    graph_->clear_held(free_.data());
+    free = free_.data();
+  }
+  std::fill(in_.begin(), in_.end(), 0.0);
+  if (rigid_) motions_.restrict_to(free, in_.data());
+  else grid_.restrict_to(free, in_.data());
+  PetscCall(VecRestoreArrayRead(r, &ar));
+  PetscCall(sum_over_ranks(graph_->comm, in_.data(), in_.size()));
+  PetscCall(E_.solve(in_.data(), out_.data()));
+  PetscCall(VecGetArray(z, &az));
+  kept_.clear();
+  graph_->for_held([&](std::size_t k) { kept_.push_back(az[k]); });
+  if (rigid_) motions_.prolong(out_.data(), az);
+  else grid_.prolong(out_.data(), az);
+  std::size_t at = 0;
+  graph_->for_held([&](std::size_t k) { az[k] = kept_[at++]; });
+  PetscCall(VecRestoreArray(z, &az));
+  PetscCall(PetscLogFlops(2 * shares_));  // the solve has counted its own
+  PetscCall(PetscLogEventEnd(linear_events().coarse, r, z, nullptr, nullptr));
+  PetscFunctionReturn(0);
+}
+
+}  // namespace bs

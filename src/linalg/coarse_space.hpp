@@ -1,0 +1,42 @@
+// The correction of motions over many pairs, which incomplete factors do not resolve. With coarse functions Z
+//   z += Z E^-1 Z^T r,   E = Z^T S Z
+// Z are hats on a grid over the points as they started (hat_grid.hpp), or rigid motions of groups of points where they are at present
+// (rigid_motions.hpp), for thin bodies, in whose bending hats are much too stiff. Held components have no share in any function, as fixed points have
+// none. E is sparse; its factors are kept on every rank.
+#pragma once
+#include <vector>
+#include "linalg/coarse_matrix.hpp"
+#include "linalg/hat_grid.hpp"
+#include "linalg/pair_matrix.hpp"
+#include "linalg/rigid_motions.hpp"
+
+namespace bs {
+
+class CoarseSpace {
+ public:
+  /// Collective. Of the present S, with at most about `unknowns` coarse unknowns; -1: by the number of points.
+  PetscErrorCode create(PairMatrix& S, bool rigid, PetscInt unknowns);
+  /// False where there is nothing to gain, E cannot be factored, or hats, which work beside incomplete factors, would make the preconditioner
+  /// indefinite; then add() does nothing.
+  bool active() const { return active_; }
+  bool rigid() const { return rigid_; }
+  PetscInt unknowns() const { return E_.unknowns(); }
+  /// Collective. z += Z E^-1 Z^T r; vectors of block size d of the owned points.
+  PetscErrorCode add(Vec r, Vec z);
+
+ private:
+  PetscErrorCode make(PairMatrix& S, PetscInt unknowns);
+  PetscErrorCode make_grid(PairMatrix& S, PetscInt unknowns);
+  PetscErrorCode make_motions(PairMatrix& S, PetscInt unknowns);
+  const Graph* graph_ = nullptr;
+  bool active_ = false, rigid_ = false, grouped_ = false;
+  HatGrid grid_;
+  RigidGroups groups_;
+  RigidMotions motions_;
+  CoarseMatrix E_;
+  double shares_ = 0;                ///< multiplications of one product with Z
+  std::vector<double> in_, out_;     ///< of one solve
+  std::vector<double> free_, kept_;  ///< where components are held: r without these, and what they have in z
+};
+
+}  // namespace bs
