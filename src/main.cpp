@@ -18,7 +18,6 @@
 #include "base/find_file.hpp"
 #include "base/option_names.hpp"
 #include "checkpoint/checkpoint.hpp"
-#include "cli/blas_memory.hpp"
 #include "cli/command_line.hpp"
 #include "cli/crash.hpp"
 #include "cli/help.hpp"

@@ -1,5 +1,5 @@
 #include "base/error.hpp"
-
+#include "base/collective.hpp"
 #include "base/context.hpp"
 
 namespace bs {
@@ -24,7 +24,6 @@ PetscErrorCode hold(MPI_Comm comm, const Error& error, bool alone) {
 /// Sends the winner's text and exit code to all ranks.
 PetscErrorCode broadcast(MPI_Comm comm, PetscMPIInt root, Error* error) {
   PetscMPIInt head[2] = {static_cast<PetscMPIInt>(error->text.size()), static_cast<PetscMPIInt>(error->exit)};
-
   PetscFunctionBegin;
   PetscCallMPI(MPI_Bcast(head, 2, MPI_INT, root, comm));
   error->text.resize(static_cast<std::size_t>(head[0]));
@@ -37,14 +36,12 @@ PetscErrorCode broadcast(MPI_Comm comm, PetscMPIInt root, Error* error) {
 PetscErrorCode choose(MPI_Comm comm, const Error& error, Error* chosen) {
   const bool mine = static_cast<bool>(error);
   std::int64_t first[2] = {mine ? error.where : std::numeric_limits<std::int64_t>::max(), mine ? 0 : 1};
-  PetscMPIInt rank, size, winner;
-
+  PetscMPIInt winner;
   PetscFunctionBegin;
   *chosen = {};
   PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, first, 2, MPI_INT64_T, MPI_MIN, comm));
   if (first[1] != 0) PetscFunctionReturn(0);
-  PetscCallMPI(MPI_Comm_rank(comm, &rank));
-  PetscCallMPI(MPI_Comm_size(comm, &size));
+  const PetscMPIInt rank = rank_of(comm), size = size_of(comm);
   winner = mine && error.where == first[0] ? rank : size;
   PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &winner, 1, MPI_INT, MPI_MIN, comm));
   *chosen = error;
@@ -64,7 +61,6 @@ void Error::note(std::int64_t at, std::string what, Exit code) {
 
 PetscErrorCode first_error(MPI_Comm comm, const Error& error, std::string* text) {
   Error chosen;
-
   PetscFunctionBegin;
   PetscCall(choose(comm, error, &chosen));
   *text = chosen.text;
@@ -73,7 +69,6 @@ PetscErrorCode first_error(MPI_Comm comm, const Error& error, std::string* text)
 
 PetscErrorCode fail_if_any(MPI_Comm comm, const Error& error) {
   Error chosen;
-
   PetscFunctionBegin;
   PetscCall(choose(comm, error, &chosen));
   PetscFunctionReturn(chosen ? hold(comm, chosen, false) : 0);
@@ -81,7 +76,6 @@ PetscErrorCode fail_if_any(MPI_Comm comm, const Error& error) {
 
 PetscErrorCode fail(MPI_Comm comm, Exit exit, const std::string& text) {
   Error error;
-
   PetscFunctionBegin;
   error.text = text;
   error.exit = exit;
@@ -96,17 +90,14 @@ PetscErrorCode fail_here(MPI_Comm comm, Exit exit, const std::string& text) {
 }
 
 PetscErrorCode warn(MPI_Comm comm, const std::string& text) {
-  PetscMPIInt rank;
-
   PetscFunctionBegin;
-  PetscCallMPI(MPI_Comm_rank(comm, &rank));
+  const PetscMPIInt rank = rank_of(comm);
   if (rank == 0) PetscCall(warn_here(comm, text));
   PetscFunctionReturn(0);
 }
 
 PetscErrorCode warn_here(MPI_Comm comm, const std::string& text) {
   const Listener& listener = held_by<Errors>(comm).listener;
-
   PetscFunctionBegin;
   if (listener.warning) listener.warning(text);
   PetscFunctionReturn(0);

@@ -12,6 +12,9 @@ struct Facts {
   std::map<std::string, double> real;
   std::map<std::string, std::int64_t> whole;
   std::map<std::string, std::string> text;
+  /// The number of that name; `otherwise` where there is none.
+  double real_of(const std::string& name, double otherwise = 0) const { return real.count(name) ? real.at(name) : otherwise; }
+  std::int64_t whole_of(const std::string& name, std::int64_t otherwise = 0) const { return whole.count(name) ? whole.at(name) : otherwise; }
 };
 
 /// A hash (FNV-1a) of all names and values, bit for bit.

@@ -1,12 +1,10 @@
 #include "base/find_file.hpp"
-
 #include <sys/stat.h>
 #include <unistd.h>
-
 #include <algorithm>
 #include <climits>
 #include <set>
-
+#include "base/collective.hpp"
 #include "base/context.hpp"
 #include "base/error.hpp"
 #include "base/recalled.hpp"
@@ -63,23 +61,18 @@ std::string input_places(MPI_Comm comm, const std::string& name) {
 }
 
 PetscErrorCode find_input(MPI_Comm comm, const std::string& option, std::string* name) {
-  PetscMPIInt rank;
   Error fault;
   std::string found = *name;
   Found& all = held_by<Found>(comm);
-
   PetscFunctionBegin;
-  PetscCallMPI(MPI_Comm_rank(comm, &rank));
+  const PetscMPIInt rank = rank_of(comm);
   if (rank == 0 && !name->empty() && (*name)[0] != '/' && !is_file(*name)) {
     std::vector<std::string> places = all.option_folders;
     for (const std::string& folder : shared_folders()) places.insert(places.end(), {folder, folder + "/meshes"});
     for (auto place = places.rbegin(); place != places.rend(); ++place)
       if (is_file(*place + "/" + *name)) found = *place + "/" + *name;
   }
-  PetscMPIInt length = static_cast<PetscMPIInt>(found.size());
-  PetscCallMPI(MPI_Bcast(&length, 1, MPI_INT, 0, comm));
-  found.resize(static_cast<std::size_t>(length));
-  PetscCallMPI(MPI_Bcast(&found[0], length, MPI_CHAR, 0, comm));
+  PetscCall(share_text(comm, &found));
   *name = found;
   if (rank == 0) fault.text = fault_of_recalled_input(comm, option, found);
   PetscCall(fail_if_any(comm, fault));

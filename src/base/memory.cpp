@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <functional>
 #include <vector>
+#include "base/collective.hpp"
 #include "base/context.hpp"
 #include "base/error.hpp"
 #include "base/options.hpp"
@@ -12,11 +13,9 @@
 #include <malloc.h>
 #endif
 
-#include <algorithm>
 #include <cstdlib>
 #include <fstream>
 #include <sstream>
-
 #include "base/text.hpp"
 
 namespace bs {
@@ -109,12 +108,10 @@ PetscErrorCode read_memory_option(MPI_Comm comm) {
 
 PetscErrorCode reserve_memory(MPI_Comm comm, const MemoryNeed& need) {
   double most = need.bytes;
-  int size = 1, rank = 0;
   PetscFunctionBegin;
   PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &most, 1, MPI_DOUBLE, MPI_MAX, comm));
   if (!held_by<MemoryCheck>(comm).on || most < SMALL) PetscFunctionReturn(0);
-  PetscCallMPI(MPI_Comm_size(comm, &size));
-  PetscCallMPI(MPI_Comm_rank(comm, &rank));
+  const PetscMPIInt rank = rank_of(comm), size = size_of(comm);
   const MemoryUse use = memory_use();
   const double fresh = std::max(0.0, need.bytes - use.reusable);
   const std::string meminfo = contents_of("/proc/meminfo");
@@ -184,7 +181,7 @@ double room_of_v1(const std::string& folder, double free_swap) {
 
 /// The tightest of the groups from `path` up to the root of the tree at `mount`.
 template <class Room>
-void look_upwards(const std::string& mount, std::string path, Room&& room, MemoryRoom* out) {
+void find_tightest(const std::string& mount, std::string path, Room&& room, MemoryRoom* out) {
   for (;;) {
     while (!path.empty() && path.back() == '/') path.pop_back();
     const std::string folder = mount + path;
@@ -243,10 +240,10 @@ MemoryRoom group_room(const std::string& root, const std::string& cgroups, doubl
     if (first == std::string::npos || second == std::string::npos) continue;
     const std::string controllers = "," + line.substr(first + 1, second - first - 1) + ",", path = line.substr(second + 1);
     if (controllers == ",,")
-      look_upwards(
+      find_tightest(
           root, path, [&](const std::string& folder) { return room_of_v2(folder, free_swap); }, &room);
     else if (controllers.find(",memory,") != std::string::npos)
-      look_upwards(
+      find_tightest(
           root + "/memory", path, [&](const std::string& folder) { return room_of_v1(folder, free_swap); }, &room);
   }
   return room;

@@ -9,16 +9,29 @@
 #include <set>
 #include <string>
 #include <vector>
+#include "base/collective.hpp"
 #include "base/error.hpp"
 #include "base/options.hpp"
 #include "base/text.hpp"
 
 namespace bs {
 
+bool is_given(const std::string& option) {
+  PetscBool found = PETSC_FALSE;
+  return !PetscOptionsHasName(nullptr, nullptr, option.c_str(), &found) && found;
+}
+
+std::string value_of(const std::string& option, const std::string& otherwise) {
+  const char* text = nullptr;
+  PetscBool found = PETSC_FALSE;
+  if (PetscOptionsFindPair(nullptr, nullptr, option.c_str(), &text, &found) || !found) return otherwise;
+  return text ? text : "";
+}
+
 namespace {
 
 /// The value of the option `name` (with its dash). PETSc's own look at an option that nothing has read yet would count as one.
-PetscErrorCode value_of(const std::string& name, const std::map<std::string, std::string>& unread, std::string* value) {
+PetscErrorCode value_in_force(const std::string& name, const std::map<std::string, std::string>& unread, std::string* value) {
   const char* text = nullptr;
   PetscBool set = PETSC_FALSE;
   PetscFunctionBegin;
@@ -56,7 +69,7 @@ PetscErrorCode options_in_force(std::vector<std::pair<std::string, std::string>>
       at = end + 1;
       continue;
     }
-    PetscCall(value_of(name, unread, &value));  // not by the words: a value may hold some that look like options, as 0.1*t -sin(t)
+    PetscCall(value_in_force(name, unread, &value));  // not by the words: a value may hold some that look like options, as 0.1*t -sin(t)
     options->emplace_back(name.substr(1), value);
     at = end + 1;
     if (all.compare(at, value.size() + 1, value + " ") == 0) at += value.size() + 1;
@@ -66,7 +79,6 @@ PetscErrorCode options_in_force(std::vector<std::pair<std::string, std::string>>
 
 PetscErrorCode option_endings(const std::string& begin, std::vector<std::string>* endings) {
   std::vector<std::pair<std::string, std::string>> options;
-
   PetscFunctionBegin;
   endings->clear();
   PetscCall(options_in_force(&options));
@@ -105,11 +117,10 @@ int reason_against(const std::string& file) {
 
 PetscErrorCode check_viewers(MPI_Comm comm) {
   std::vector<std::pair<std::string, std::string>> options;
-  PetscMPIInt rank;
   Error fault;
   PetscBool value = PETSC_FALSE;
   PetscFunctionBegin;
-  PetscCallMPI(MPI_Comm_rank(comm, &rank));
+  const PetscMPIInt rank = rank_of(comm);
   PetscCall(options_in_force(&options));
   for (const auto& [name, text] : options) {
     const std::string file = name.rfind("bs_", 0) == 0 ? "" : names_file(name) ? text : viewer_file(text);
@@ -127,7 +138,6 @@ PetscErrorCode reject_unknown_options(MPI_Comm comm) {
   PetscInt count = 0;
   char **names = nullptr, **values = nullptr;
   std::string unknown;
-
   PetscFunctionBegin;
   // Options that no reader knows: names as PETSc parsed them, so that values beginning with '-' are not taken for names.
   PetscCall(PetscOptionsLeftGet(nullptr, &count, &names, &values));

@@ -7,6 +7,12 @@
 
 namespace bs {
 
+/// Local. Whether `option` (with its dash) is given. It counts as used from then on.
+bool is_given(const std::string& option);
+
+/// Local. Its value, empty where it has none; `otherwise` where it is not given.
+std::string value_of(const std::string& option, const std::string& otherwise = "");
+
 /// Names (without dash) and values of all options, in their order in PETSc's table, which is the same on every rank.
 PetscErrorCode options_in_force(std::vector<std::pair<std::string, std::string>>* options);
 

@@ -1,12 +1,9 @@
 #include "base/options.hpp"
-
 #include <strings.h>
-
 #include <algorithm>
 #include <cerrno>
 #include <cmath>
 #include <cstdlib>
-
 #include "base/context.hpp"
 #include "base/error.hpp"
 #include "base/find_file.hpp"

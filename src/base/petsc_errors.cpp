@@ -1,7 +1,6 @@
 // PETSc's own errors in the words of a user.
 #include <cstdlib>
 #include <cstring>
-
 #include "base/error.hpp"
 #include "base/factor_memory.hpp"
 #include "base/option_names.hpp"

@@ -1,10 +1,8 @@
 #include "base/recalled.hpp"
-
 #include <algorithm>
 #include <filesystem>
 #include <map>
 #include <vector>
-
 #include "base/context.hpp"
 #include "base/error.hpp"
 #include "base/find_file.hpp"

@@ -2,7 +2,6 @@
 #pragma once
 #include <cmath>
 #include <limits>
-#include <string>
 
 namespace bs {
 
@@ -14,12 +13,5 @@ inline double time_resolution(double t) { return 1000 * std::numeric_limits<doub
 
 /// By how much a sum of steps may miss a time t; attempts shorter than this do not move it [s].
 inline double time_rounding(double t) { return 4 * std::numeric_limits<double>::epsilon() * std::abs(t); }
-
-/// What to say where steps of h, or output times every `interval` (0: none), are shorter than the `least` that counts beside t
-/// [s]; empty where they are not.
-std::string lost_in_rounding(double t, double h, double interval, double least);
-
-/// What to say of a run of so many steps, where it would never end; empty: it would.
-std::string endless(double steps);
 
 }  // namespace bs

@@ -1,6 +1,7 @@
 #include <vector>
 #include "base/error.hpp"
 #include "base/row_sum.hpp"
+#include "base/vec_array.hpp"
 #include "checkpoint/checkpoint.hpp"
 #include "output/h5.hpp"
 
@@ -63,9 +64,7 @@ typename Map::mapped_type get(const Map& map, const char* name) {
 }  // namespace
 
 PetscErrorCode CheckpointFile::damaged(const std::string& what) const {
-  PetscFunctionBegin;
-  PetscCall(fail(comm_, Exit::input, name_ + ": " + what + ": give " + previous_checkpoint(name_) + ", if it exists, or start a new run"));
-  PetscFunctionReturn(0);
+  return fail(comm_, Exit::input, name_ + ": " + what + ": give " + previous_checkpoint(name_) + ", if it exists, or start a new run");
 }
 
 PetscErrorCode CheckpointFile::open(MPI_Comm comm, const std::string& file) {
@@ -155,10 +154,7 @@ PetscErrorCode CheckpointFile::read_parts(const std::string& group, const std::v
     PetscCall(file_.require_data(table));
     PetscCall(file_.read(table, first / columns, (last - first) / columns, 0, &rows));
     sum.add(k, first / columns, static_cast<int>(columns), rows);
-    PetscScalar* ay = nullptr;
-    PetscCall(VecGetArrayWrite(parts[k].vec, &ay));
-    std::copy(rows.begin(), rows.end(), ay);
-    PetscCall(VecRestoreArrayWrite(parts[k].vec, &ay));
+    std::copy(rows.begin(), rows.end(), WriteArray(parts[k].vec).data());
   }
   std::uint64_t all = sum.value();
   PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &all, 1, MPI_UINT64_T, MPI_SUM, comm_));

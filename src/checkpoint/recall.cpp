@@ -7,13 +7,15 @@
 #include <fstream>
 #include <iterator>
 #include <set>
+#include "base/collective.hpp"
 #include "base/error.hpp"
 #include "base/find_file.hpp"
 #include "base/option_names.hpp"
+#include "base/options.hpp"
 #include "base/recalled.hpp"
 #include "checkpoint/checkpoint.hpp"
-#include "output/claim.hpp"
 #include "output/fresh_file.hpp"
+#include "output/output_locks.hpp"
 
 namespace bs {
 
@@ -89,22 +91,16 @@ bool of_this_run_only(const std::string& option) {
 }
 
 PetscErrorCode recall_options(MPI_Comm comm) {
-  char file[PETSC_MAX_PATH_LEN] = "";
-  PetscBool given = PETSC_FALSE, there = PETSC_FALSE;
-  PetscMPIInt rank;
+  const std::string file = value_of("-bs_restart");
   PetscFunctionBegin;
-  PetscCall(PetscOptionsGetString(nullptr, nullptr, "-bs_restart", file, sizeof file, &given));
-  if (!given || !*file) PetscFunctionReturn(0);
-  PetscCallMPI(MPI_Comm_rank(comm, &rank));
+  if (file.empty()) PetscFunctionReturn(0);
+  const PetscMPIInt rank = rank_of(comm);
   CheckpointFile checkpoint;
   PetscCall(checkpoint.open(comm, file));
   const auto& options = checkpoint.options();
-  bool with_checkpoint = false;
-  PetscCall(PetscOptionsHasName(nullptr, nullptr, "-bs_checkpoint", &there));
-  if (there) with_checkpoint = true;
-  else if (rank == 0)
-    for (const auto& [name, value] : options)
-      if (lower(name) == "bs_checkpoint") with_checkpoint = own_checkpoint(value, file);
+  bool with_checkpoint = is_given("-bs_checkpoint");
+  for (const auto& [name, value] : options)
+    if (rank == 0 && !with_checkpoint && lower(name) == "bs_checkpoint") with_checkpoint = own_checkpoint(value, file);
   std::vector<char> take(options.size(), 0);
   for (std::size_t k = 0; k < options.size() && rank == 0; ++k) take[k] = taken(lower(options[k].first), options[k].second, file, with_checkpoint);
   PetscCallMPI(MPI_Bcast(take.data(), static_cast<PetscMPIInt>(take.size()), MPI_CHAR, 0, comm));
@@ -112,7 +108,7 @@ PetscErrorCode recall_options(MPI_Comm comm) {
     const auto& [name, value] = options[k];
     const std::string key = "-" + name;
     if (of_this_run_only(name)) continue;
-    PetscCall(PetscOptionsHasName(nullptr, nullptr, key.c_str(), &there));
+    const bool there = is_given(key);
     if (there && !is_recalled(comm, key)) continue;
     if (there || !take[k]) {  // there: under another spelling, which no checkpoint of this program's has
       PetscCall(leave_out(comm, file, key, value));
@@ -169,11 +165,10 @@ bool hash_of(const std::string& path, std::uint64_t* sum) {
 }  // namespace
 
 PetscErrorCode fingerprint_inputs(MPI_Comm comm, Facts* run) {
-  PetscMPIInt rank;
   Error fault;
   std::map<std::string, std::uint64_t> sums;
   PetscFunctionBegin;
-  PetscCallMPI(MPI_Comm_rank(comm, &rank));
+  const PetscMPIInt rank = rank_of(comm);
   for (const auto& [option, path] : input_files(comm)) {
     if (path.empty() || known_to_model(option, path)) continue;
     std::uint64_t sum = 0;

@@ -1,6 +1,7 @@
 #include <unistd.h>
 #include <cerrno>
 #include <cstring>
+#include "base/collective.hpp"
 #include "base/error.hpp"
 #include "base/option_names.hpp"
 #include "base/row_sum.hpp"
@@ -44,9 +45,8 @@ PetscErrorCode write_parts(MPI_Comm comm, hid_t file, const std::string& name, c
 PetscErrorCode write_options(hid_t file, MPI_Comm comm, const Facts& table) {
   constexpr std::size_t longest = 60000;
   H5 given;
-  PetscMPIInt rank;
   PetscFunctionBegin;
-  PetscCallMPI(MPI_Comm_rank(comm, &rank));
+  const PetscMPIInt rank = rank_of(comm);
   PetscCall(open_group(file, "/options", &given));
   for (const auto& [name, value] : table.text) {
     if (value.size() <= longest) {
@@ -126,7 +126,7 @@ PetscErrorCode write_file(Model& model, const std::string& target, const Facts& 
 }
 
 /// Puts `made` in the place of `file`, which goes on as `before`. errno; 0: done.
-int take_place(const std::string& made, const std::string& file, const std::string& before) {
+int replace_checkpoint(const std::string& made, const std::string& file, const std::string& before) {
   if (const int why = bring_to_disk(made)) return why;
   // a second name for the old one, under which it takes the place of the one before: both are there at every moment. Where a
   // file system has no links the old one is renamed, with a moment in which only `before` is there.
@@ -151,15 +151,15 @@ int take_place(const std::string& made, const std::string& file, const std::stri
 PetscErrorCode write_checkpoint(Model& model, const std::string& file, const Facts& run, const std::vector<NamedState>& states) {
   const std::string target = real_name(file);
   std::string made, full;
-  PetscMPIInt rank;
   PetscFunctionBegin;
-  PetscCallMPI(MPI_Comm_rank(model.comm(), &rank));
   const IoWatch watch(model.comm(), "cannot write the checkpoint " + file, ": the one before it is intact");
   PetscErrorCode code = write_file(model, target, run, states, &made, &full);
-  int why = 0;
-  if (!code && full.empty() && rank == 0) why = take_place(made, target, previous_checkpoint(target));
-  if (rank == 0 && !made.empty() && (code || !full.empty() || why)) (void)unlink(made.c_str());
-  PetscCallMPI(MPI_Bcast(&why, 1, MPI_INT, 0, model.comm()));
+  const int why = ask_rank_0(model.comm(), [&] {
+    const bool good = !code && full.empty();
+    const int failed = good ? replace_checkpoint(made, target, previous_checkpoint(target)) : 0;
+    if (!made.empty() && (!good || failed)) (void)unlink(made.c_str());
+    return failed;
+  });
   if (why) full = std::strerror(why);
   if (!code && !full.empty()) code = fail(model.comm(), Exit::io, watch.sentence(full));
   PetscCall(watch.report(model.comm(), code));

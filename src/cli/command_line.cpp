@@ -1,14 +1,11 @@
 #include "cli/command_line.hpp"
-
 #include <petscsys.h>
 #include <yaml.h>
-
 #include <cctype>
 #include <cstdlib>
 #include <iterator>
 #include <memory>
 #include <sstream>
-
 #include "base/text.hpp"
 
 namespace bs {

@@ -1,11 +1,8 @@
 #include "cli/voice.hpp"
-
 #include <unistd.h>
-
 #include <algorithm>
 #include <csignal>
 #include <cstdio>
-
 #include "cli/crash.hpp"
 
 namespace bs {

@@ -5,6 +5,7 @@
 #include "base/collective.hpp"
 #include "base/error.hpp"
 #include "base/option_names.hpp"
+#include "base/options.hpp"
 #include "input/remote.hpp"
 
 namespace bs {
@@ -12,7 +13,6 @@ namespace bs {
 /// Smallest box around the particles of all ranks.
 static PetscErrorCode bounding_box(MPI_Comm comm, const Lattice& l, Box* box) {
   const std::size_t d = static_cast<std::size_t>(l.dim);
-
   PetscFunctionBegin;
   std::fill(box->lo, box->lo + d, INFINITY);
   std::fill(box->hi, box->hi + d, -INFINITY);
@@ -28,7 +28,6 @@ static PetscErrorCode bounding_box(MPI_Comm comm, const Lattice& l, Box* box) {
 PetscErrorCode adjust_lattice(MPI_Comm comm, const GeneratorSpec& spec, Lattice* l) {
   Faces faces = 0;
   Box box;
-
   PetscFunctionBegin;
   std::string fault = check_particle_data(spec, l->dim, l->dim, l->particles.total);
   if (fault.empty()) fault = parse_faces(spec.fixed, l->dim, &faces);
@@ -57,13 +56,9 @@ PetscErrorCode warn_of_idle_options(MPI_Comm comm, const std::string& source) {
       "-bs_angle_stiffness",       "-bs_rest_angle",        "-bs_lattice_periodic",       "-bs_lattice_total_mass",
       "-bs_lattice_particle_mass", "-bs_lattice_stiffness", "-bs_lattice_damping",        "-bs_lattice_rest_length_factor"};
   std::string idle;
-  PetscBool set;
-
   PetscFunctionBegin;
-  for (const char* name : names) {
-    PetscCall(PetscOptionsHasName(nullptr, nullptr, name, &set));
-    if (set) idle += (idle.empty() ? "" : ", ") + std::string(name);
-  }
+  for (const char* name : names)
+    if (is_given(name)) idle += (idle.empty() ? "" : ", ") + std::string(name);
   if (!idle.empty()) PetscCall(warn(comm, source + ": the file has its own values; ignored: " + idle));
   PetscFunctionReturn(0);
 }
@@ -99,7 +94,6 @@ static std::string fault_of(const AnchorSpec& spec, const Lattice& l) {
 /// The particles of the spec's group, by row, behind those it names.
 static PetscErrorCode add_members(MPI_Comm comm, const Lattice& l, AnchorSpec* spec) {
   std::vector<std::int64_t> rows, all;
-
   PetscFunctionBegin;
   if (spec->group.empty()) PetscFunctionReturn(0);
   PetscCall(require_groups(comm, "-bs_anchor_group", {spec->group}, l));
@@ -112,17 +106,14 @@ static PetscErrorCode add_members(MPI_Comm comm, const Lattice& l, AnchorSpec* s
 }
 
 PetscErrorCode add_anchors(MPI_Comm comm, const AnchorSpec& given, Lattice* l) {
-  PetscMPIInt rank, size;
   std::vector<std::int64_t> mine;
   std::vector<double> points;
   AnchorSpec spec = given;
-
   PetscFunctionBegin;
   PetscCall(add_members(comm, *l, &spec));
   const std::string fault = fault_of(spec, *l);
   if (!fault.empty()) PetscCall(fail(comm, Exit::input, fault));
-  PetscCallMPI(MPI_Comm_rank(comm, &rank));
-  PetscCallMPI(MPI_Comm_size(comm, &size));
+  const PetscMPIInt rank = rank_of(comm), size = size_of(comm);
   // The last rank's chunk ends the table, so what is appended goes there.
   if (rank == size - 1) mine = spec.particles;
   PetscCall(fetch_rows(comm, l->particles, l->position, l->dim, mine, &points));
@@ -173,7 +164,6 @@ PetscErrorCode parse_groups(MPI_Comm comm, const GroupTexts& texts, int dim, int
 PetscErrorCode read_hdf5_groups(MPI_Comm comm, const Hdf5File& file, Lattice* l) {
   constexpr std::int64_t SLICE = 1 << 20;  // rows read at once
   Error fault;
-
   PetscFunctionBegin;
   for (const std::string& name : file.members("/groups")) {
     const std::string path = "/groups/" + name;

@@ -1,11 +1,8 @@
-#include "input/hdf5_layout.hpp"
-
 #include <algorithm>
 #include <cinttypes>
 #include <cmath>
-
 #include "base/error.hpp"
-#include "input/interactions.hpp"
+#include "input/hdf5_layout.hpp"
 #include "input/remote.hpp"
 #include "lattice/spring_laws.hpp"
 #include "network/migrate.hpp"
@@ -19,7 +16,6 @@ std::size_t at(std::int64_t row) { return static_cast<std::size_t>(row); }
 /// A trajectory that says nothing has no periodic box.
 PetscErrorCode read_boundary(MPI_Comm comm, const Hdf5File& file, const std::string& group, bool trajectory, Lattice* l) {
   std::vector<std::string> words;
-
   PetscFunctionBegin;
   PetscCall(file.words_attribute(group, "boundary", &words));
   if (words.empty() && trajectory) PetscFunctionReturn(0);
@@ -41,7 +37,6 @@ PetscErrorCode read_boundary(MPI_Comm comm, const Hdf5File& file, const std::str
 PetscErrorCode read_edges(MPI_Comm comm, const Hdf5File& file, const std::string& path, bool frames, Lattice* l) {
   const int d = l->dim;
   double inverse[9] = {};
-
   PetscFunctionBegin;
   if (!file.has(path))
     PetscCall(fail(comm, Exit::input, l->source + ": " + path + " is missing; write the edge vectors of the periodic box as rows [m]"));
@@ -103,7 +98,6 @@ PetscErrorCode read_shifts(MPI_Comm comm, const Hdf5File& file, const Joined& jo
   Table table;
   TableShape shape;
   Error fault;
-
   PetscFunctionBegin;
   if (!file.has(joined.dataset) || joined.rows.total == 0) PetscFunctionReturn(0);
   shape.integers = true;
@@ -133,7 +127,6 @@ PetscErrorCode read_shifts(MPI_Comm comm, const Hdf5File& file, const Joined& jo
 
 PetscErrorCode read_hdf5_box(MPI_Comm comm, const Hdf5File& file, const Hdf5Layout& names, Lattice* l) {
   const std::string group = names.trajectory ? "/particles/trajectory/box" : "/box";
-
   PetscFunctionBegin;
   if (!file.has(group)) PetscFunctionReturn(0);
   PetscCall(read_boundary(comm, file, group, names.trajectory, l));
@@ -149,9 +142,8 @@ static PetscErrorCode find_shifts(MPI_Comm comm, const Joined& joined, const Lat
   std::vector<double> ends;
   double inverse[9] = {};
   Error fault;
-
   PetscFunctionBegin;
-  // an end that is not there is told later, with its place
+  // an end that does not exist is reported later, with its place
   int wrong = std::any_of(joined.ends.begin(), joined.ends.end(), [&](std::int64_t row) { return row < 0 || row >= l.particles.total; });
   PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &wrong, 1, MPI_INT, MPI_MAX, comm));
   joined.shift->assign(at(joined.rows.count) * (width - first) * d, 0);
@@ -182,7 +174,6 @@ static PetscErrorCode find_shifts(MPI_Comm comm, const Joined& joined, const Lat
 static PetscErrorCode check_reach(MPI_Comm comm, const Joined& joined, const Lattice& l) {
   const std::size_t d = at(l.dim), ends = at(joined.width - joined.first), size = ends * d;
   Error fault;
-
   PetscFunctionBegin;
   for (std::size_t k = 0; k < joined.shift->size() && !fault; ++k) {
     const std::int64_t* row = joined.shift->data() + k / size * size;

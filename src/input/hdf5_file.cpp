@@ -1,9 +1,8 @@
 #include "input/hdf5_file.hpp"
-
 #include <algorithm>
 #include <cinttypes>
 #include <limits>
-
+#include "base/collective.hpp"
 #include "base/error.hpp"
 #include "base/memory.hpp"
 #include "input/text_file.hpp"
@@ -25,7 +24,7 @@ std::string last_reason() {
 
 /// The file is checked on one rank before all open it. Truncation shows only on opening.
 void check_file(MPI_Comm comm, const std::string& path, std::int64_t* bytes, Error* fault) {
-  const FileLook found = look_at_file(comm, path);
+  const FileStatus found = examine_file(comm, path);
   *bytes = found.bytes;
   if (!found.error.empty()) return fault->note(0, found.error);
   if (H5Fis_hdf5(path.c_str()) <= 0)
@@ -71,14 +70,12 @@ double most_bytes(hid_t dataset, std::int64_t file_bytes) {
 }  // namespace
 
 PetscErrorCode Hdf5File::open(MPI_Comm comm, const std::string& path) {
-  PetscMPIInt rank;
   Error fault;
-
   PetscFunctionBegin;
   comm_ = comm;
   name_ = path;
   reading_.begin(path);
-  PetscCallMPI(MPI_Comm_rank(comm, &rank));
+  const PetscMPIInt rank = rank_of(comm);
   if (rank == 0) check_file(comm, path, &bytes_, &fault);
   PetscCall(fail_if_any(comm, fault));
   PetscCallMPI(MPI_Bcast(&bytes_, 1, MPI_INT64_T, 0, comm));
@@ -134,7 +131,6 @@ std::string Hdf5File::fault_of(hid_t dataset, const std::string& path, const Tab
 
 PetscErrorCode Hdf5File::find(const std::string& path, const TableShape& shape, Table* out) const {
   Error fault;
-
   PetscFunctionBegin;
   *out = Table{};
   out->path = path;
@@ -156,7 +152,6 @@ PetscErrorCode Hdf5File::find(const std::string& path, const TableShape& shape, 
 
 PetscErrorCode Hdf5File::require_data(const Table& table) const {
   Error fault;
-
   PetscFunctionBegin;
   if (table.dataset) {
     const H5 type(H5Dget_type(table.dataset), H5Tclose);
@@ -174,7 +169,6 @@ PetscErrorCode Hdf5File::require_data(const Table& table) const {
 PetscErrorCode Hdf5File::read_raw(const Table& table, std::int64_t first, std::int64_t count, int columns, hid_t type, void* out) const {
   std::vector<hsize_t> start, block;
   Error fault;
-
   PetscFunctionBegin;
   if (table.frames > 0) {
     start.push_back(static_cast<hsize_t>(table.frames - 1));
@@ -211,7 +205,6 @@ PetscErrorCode Hdf5File::read(const Table& table, std::int64_t first, std::int64
 PetscErrorCode Hdf5File::require_whole(const Table& table, std::int64_t first, int columns, const std::vector<std::int64_t>& values) const {
   constexpr std::int64_t LEAST = std::numeric_limits<std::int64_t>::min(), MOST = std::numeric_limits<std::int64_t>::max();
   Error fault;
-
   PetscFunctionBegin;
   const auto end = std::find_if(values.begin(), values.end(), [](std::int64_t value) { return value == LEAST || value == MOST; });
   if (end != values.end()) {

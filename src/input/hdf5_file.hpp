@@ -6,7 +6,6 @@
 #include <cstdint>
 #include <string>
 #include <vector>
-
 #include "base/h5_handle.hpp"
 #include "base/reading_file.hpp"
 
@@ -78,6 +77,8 @@ class Hdf5File {
   PetscErrorCode require_whole(const Table& table, std::int64_t first, int columns, const std::vector<std::int64_t>& values) const;
   PetscErrorCode read_raw(const Table& table, std::int64_t first, std::int64_t count, int columns, hid_t type, void* out) const;
   std::string fault_of(hid_t dataset, const std::string& path, const TableShape& shape, Table* out) const;
+  /// The strings of an attribute; `one`: it must be a single one.
+  PetscErrorCode strings(const std::string& path, const std::string& name, bool one, std::vector<std::string>* out) const;
   bool stay_within();  ///< makes links_, sets_, groups_
   std::string fault_of_place(hid_t dataset, const std::string& path) const;
   std::string fault_of_link(const std::string& path) const;

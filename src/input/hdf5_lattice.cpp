@@ -1,13 +1,12 @@
-#include "input/hdf5_layout.hpp"
-
 #include <cinttypes>
 #include <cmath>
 #include <limits>
-
+#include <type_traits>
+#include "base/collective.hpp"
 #include "base/error.hpp"
 #include "input/adjust.hpp"
 #include "input/hdf5_file.hpp"
-#include "input/interactions.hpp"
+#include "input/hdf5_layout.hpp"
 #include "input/validate.hpp"
 #include "lattice/columns.hpp"
 #include "lattice/spring_laws.hpp"
@@ -17,56 +16,41 @@ namespace bs {
 
 namespace {
 
-/// Reads a column of `rows.total` numbers; where it is optional and absent, `missing` fills it.
-PetscErrorCode read_column(const Hdf5File& file, const std::string& path, const Rows& rows, const char* row_name, bool optional, double missing,
-                           std::vector<double>* out) {
+/// This rank's part of `rows.total` numbers; `frames`: of their last frame.
+template <class T>
+PetscErrorCode read_rows(const Hdf5File& file, const std::string& path, const Rows& rows, const char* row_name, bool frames, std::vector<T>* out) {
   Table table;
   TableShape shape;
-
   PetscFunctionBegin;
-  if (optional && !file.has(path)) {
-    out->assign(static_cast<std::size_t>(rows.count), missing);
-    PetscFunctionReturn(0);
-  }
-  shape.rows = rows.total;
-  shape.row_name = row_name;
-  PetscCall(file.find(path, shape, &table));
-  PetscCall(file.read(table, rows.first, rows.count, 0, out));
-  PetscFunctionReturn(0);
-}
-
-/// Reads `column` from its path and keeps it, where the file holds it; `frames`: the last of its frames.
-PetscErrorCode add_column(const Hdf5File& file, Column column, const Rows& rows, const char* row_name, bool frames, std::vector<Column>* out) {
-  Table table;
-  TableShape shape;
-
-  PetscFunctionBegin;
-  if (!file.has(column.path)) PetscFunctionReturn(0);
+  shape.integers = std::is_integral_v<T>;
   shape.rows = rows.total;
   shape.row_name = row_name;
   shape.frames = frames;
-  PetscCall(file.find(column.path, shape, &table));
-  PetscCall(file.read(table, rows.first, rows.count, 0, &column.value));
-  out->push_back(std::move(column));
+  PetscCall(file.find(path, shape, &table));
+  PetscCall(file.read(table, rows.first, rows.count, 0, out));
   PetscFunctionReturn(0);
 }
 
-PetscErrorCode read_integers(const Hdf5File& file, const std::string& path, const Rows& rows, std::vector<std::int64_t>* out) {
-  Table table;
-  TableShape shape;
+/// The same of a dataset that the file may lack: `missing` everywhere.
+PetscErrorCode read_optional(const Hdf5File& file, const std::string& path, const Rows& rows, const char* row_name, double missing,
+                             std::vector<double>* out) {
+  if (file.has(path)) return read_rows(file, path, rows, row_name, false, out);
+  out->assign(static_cast<std::size_t>(rows.count), missing);
+  return 0;
+}
 
+/// Reads `column` from its path and keeps it, where the file holds it.
+PetscErrorCode add_column(const Hdf5File& file, Column column, const Rows& rows, const char* row_name, bool frames, std::vector<Column>* out) {
   PetscFunctionBegin;
-  shape.integers = true;
-  shape.rows = rows.total;
-  PetscCall(file.find(path, shape, &table));
-  PetscCall(file.read(table, rows.first, rows.count, 0, out));
+  if (!file.has(column.path)) PetscFunctionReturn(0);
+  PetscCall(read_rows(file, column.path, rows, row_name, frames, &column.value));
+  out->push_back(std::move(column));
   PetscFunctionReturn(0);
 }
 
 /// NaN stands for "the initial distance" further on, so a file's own NaN must be caught here.
 PetscErrorCode reject_nan(MPI_Comm comm, const Lattice& l, const std::string& path) {
   Error fault;
-
   PetscFunctionBegin;
   for (std::size_t k = 0; k < l.rest_length.size() && !fault; ++k)
     if (!std::isfinite(l.rest_length[k])) {
@@ -82,11 +66,10 @@ PetscErrorCode reject_nan(MPI_Comm comm, const Lattice& l, const std::string& pa
 PetscErrorCode read_fixed(MPI_Comm comm, const Hdf5File& file, const std::string& path, Lattice* l) {
   std::vector<std::int64_t> flags;
   Error fault;
-
   PetscFunctionBegin;
   l->fixed.assign(static_cast<std::size_t>(l->particles.count), 0);
   if (!file.has(path)) PetscFunctionReturn(0);
-  PetscCall(read_integers(file, path, l->particles, &flags));
+  PetscCall(read_rows(file, path, l->particles, "N", false, &flags));
   for (std::size_t k = 0; k < flags.size() && !fault; ++k) {
     const std::int64_t row = l->particles.first + static_cast<std::int64_t>(k);
     if (flags[k] != 0 && flags[k] != 1)
@@ -100,12 +83,9 @@ PetscErrorCode read_fixed(MPI_Comm comm, const Hdf5File& file, const std::string
 
 /// Finds the two or three tables that say how many rows there are, and checks the numbers before anything is read.
 PetscErrorCode read_sizes(MPI_Comm comm, const Hdf5File& file, const Hdf5Layout& names, Lattice* l, Table* position, Table* pairs, Table* anchors) {
-  PetscMPIInt rank, size;
   TableShape points, ends, particle;
-
   PetscFunctionBegin;
-  PetscCallMPI(MPI_Comm_rank(comm, &rank));
-  PetscCallMPI(MPI_Comm_size(comm, &size));
+  const PetscMPIInt rank = rank_of(comm), size = size_of(comm);
   points.columns = TableShape::any;
   points.frames = names.trajectory;
   PetscCall(file.find(names.position, points, position));
@@ -134,7 +114,6 @@ PetscErrorCode read_sizes(MPI_Comm comm, const Hdf5File& file, const Hdf5Layout&
 
 PetscErrorCode read_particles(MPI_Comm comm, const Hdf5File& file, const Hdf5Layout& names, const Table& position, Lattice* l) {
   const Rows& rows = l->particles;
-
   PetscFunctionBegin;
   PetscCall(file.read(position, rows.first, rows.count, l->dim, &l->position));
   if (file.has(names.velocity)) {
@@ -148,10 +127,10 @@ PetscErrorCode read_particles(MPI_Comm comm, const Hdf5File& file, const Hdf5Lay
   } else {
     l->velocity.assign(l->position.size(), 0.0);
   }
-  PetscCall(read_column(file, names.mass, rows, "N", false, 0, &l->mass));
+  PetscCall(read_rows(file, names.mass, rows, "N", false, &l->mass));
   for (const ParticleParameter& one : particle_parameters)
     PetscCall(add_column(file, {one.name, names.particle_column(one.name), {}}, rows, "N", false, &l->particle_columns));
-  if (file.has(names.id)) PetscCall(read_integers(file, names.id, rows, &l->id));
+  if (file.has(names.id)) PetscCall(read_rows(file, names.id, rows, "N", false, &l->id));
   PetscCall(read_fixed(comm, file, names.fixed, l));
   PetscFunctionReturn(0);
 }
@@ -172,13 +151,12 @@ PetscErrorCode read_spring_columns(const Hdf5File& file, const Hdf5Layout& names
 PetscErrorCode read_springs(MPI_Comm comm, const Hdf5File& file, const Hdf5Layout& names, const Table& pairs, Lattice* l) {
   const Rows& rows = l->springs;
   const double nan = std::numeric_limits<double>::quiet_NaN();
-
   PetscFunctionBegin;
   if (!pairs.dataset) PetscFunctionReturn(0);
   PetscCall(file.read(pairs, rows.first, rows.count, 0, &l->pairs));
-  PetscCall(read_column(file, names.stiffness, rows, "M", false, 0, &l->stiffness));
-  PetscCall(read_column(file, names.damping, rows, "M", true, 0, &l->damping));
-  PetscCall(read_column(file, names.rest_length, rows, "M", true, nan, &l->rest_length));
+  PetscCall(read_rows(file, names.stiffness, rows, "M", false, &l->stiffness));
+  PetscCall(read_optional(file, names.damping, rows, "M", 0, &l->damping));
+  PetscCall(read_optional(file, names.rest_length, rows, "M", nan, &l->rest_length));
   if (file.has(names.rest_length)) PetscCall(reject_nan(comm, *l, names.rest_length));
   PetscCall(read_row_laws(comm, file, names, l));
   PetscCall(read_spring_columns(file, names, l));
@@ -189,7 +167,6 @@ PetscErrorCode read_anchors(const Hdf5File& file, const Table& anchors, Lattice*
   const Rows& rows = l->anchors;
   Table point;
   TableShape shape;
-
   PetscFunctionBegin;
   if (!anchors.dataset) PetscFunctionReturn(0);
   PetscCall(file.read(anchors, rows.first, rows.count, 0, &l->anchor_particle));
@@ -198,9 +175,9 @@ PetscErrorCode read_anchors(const Hdf5File& file, const Table& anchors, Lattice*
   shape.columns = l->dim;
   PetscCall(file.find("/anchors/point", shape, &point));
   PetscCall(file.read(point, rows.first, rows.count, 0, &l->anchor_point));
-  PetscCall(read_column(file, "/anchors/stiffness", rows, "A", false, 0, &l->anchor_stiffness));
-  PetscCall(read_column(file, "/anchors/rest_length", rows, "A", true, 0, &l->anchor_rest_length));
-  PetscCall(read_column(file, "/anchors/damping", rows, "A", true, 0, &l->anchor_damping));
+  PetscCall(read_rows(file, "/anchors/stiffness", rows, "A", false, &l->anchor_stiffness));
+  PetscCall(read_optional(file, "/anchors/rest_length", rows, "A", 0, &l->anchor_rest_length));
+  PetscCall(read_optional(file, "/anchors/damping", rows, "A", 0, &l->anchor_damping));
   PetscFunctionReturn(0);
 }
 
@@ -209,7 +186,6 @@ PetscErrorCode read_anchors(const Hdf5File& file, const Table& anchors, Lattice*
 PetscErrorCode read_hdf5_lattice(MPI_Comm comm, const std::string& path, Lattice* out) {
   Hdf5File file;
   Table position, pairs, anchors;
-
   PetscFunctionBegin;
   *out = Lattice{};
   out->source = path;

@@ -1,9 +1,7 @@
 #include "input/hdf5_layout.hpp"
-
 #include <algorithm>
 #include <cinttypes>
 #include <utility>
-
 #include "base/error.hpp"
 #include "input/spring_options.hpp"
 #include "lattice/columns.hpp"
@@ -32,7 +30,6 @@ const Hdf5Layout trajectory_names{true,
 PetscErrorCode read_law(MPI_Comm comm, const Hdf5File& file, const Hdf5Layout& layout, const std::string& source, const char* name,
                         const std::vector<std::string>& choices, int* index, bool* given) {
   std::string text, attribute = name, owner = "/";
-
   PetscFunctionBegin;
   PetscCall(file.text_attribute(owner, attribute, &text));
   if (text.empty() && layout.trajectory) {
@@ -65,7 +62,6 @@ int box_dimension(const Hdf5File& file, int columns) {
 
 PetscErrorCode read_laws(MPI_Comm comm, const Hdf5File& file, const Hdf5Layout& layout, Lattice* l) {
   int spring = 0, damping = 0;
-
   PetscFunctionBegin;
   PetscCall(read_law(comm, file, layout, l->source, "spring_law", spring_law_names(), &spring, &l->spring_law_given));
   PetscCall(read_law(comm, file, layout, l->source, "damping_law", damper_law_names(), &damping, &l->damping_law_given));
@@ -83,7 +79,6 @@ PetscErrorCode read_row_laws(MPI_Comm comm, const Hdf5File& file, const Hdf5Layo
   Table table;
   TableShape shape;
   Error fault;
-
   PetscFunctionBegin;
   if (!file.has(path)) PetscFunctionReturn(0);
   PetscCall(file.words_attribute(owner, "spring_laws", &names));

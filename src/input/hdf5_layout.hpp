@@ -4,6 +4,7 @@
 #include <string>
 #include "input/hdf5_file.hpp"
 #include "lattice/lattice.hpp"
+#include "lattice/spring_laws.hpp"
 
 namespace bs {
 
@@ -65,5 +66,18 @@ PetscErrorCode read_hdf5_box(MPI_Comm comm, const Hdf5File& file, const Hdf5Layo
 /// Collective. Where the lattice has a periodic box and no shifts, each spring joins the nearest images of its ends. Error (exit 2): two images are
 /// equally near. Springs joining a particle to itself need a shift. The same of interactions, whose ends are the images nearest to one of them.
 PetscErrorCode choose_images(MPI_Comm comm, Lattice* lattice);
+
+// Interactions of several particles in HDF5 files (interactions.cpp), and what they must fulfil. Errors: exit 2.
+
+/// Paths of the datasets of one kind: the rows of particles, and a parameter.
+std::string topology_path(const InteractionSchema& schema, bool trajectory);
+std::string parameter_path(const InteractionSchema& schema, const std::string& name, bool trajectory);
+
+/// Collective. Each rank reads its rows of every kind the file has (/angles of a lattice, /connectivity/angles of a trajectory),
+/// once the particles are known.
+PetscErrorCode read_interactions(MPI_Comm comm, const Hdf5File& file, bool trajectory, Lattice* lattice);
+
+/// Collective. Ends that exist and differ, parameters the law allows, places where it has a force.
+PetscErrorCode check_interactions(MPI_Comm comm, const Lattice& lattice);
 
 }  // namespace bs

@@ -1,9 +1,8 @@
-#include "input/interactions.hpp"
-
 #include <algorithm>
 #include <cinttypes>
-
+#include "base/collective.hpp"
 #include "base/error.hpp"
+#include "input/hdf5_layout.hpp"
 #include "input/remote.hpp"
 #include "lattice/spring_laws.hpp"
 
@@ -23,13 +22,10 @@ namespace {
 
 PetscErrorCode read_kind(MPI_Comm comm, const Hdf5File& file, const InteractionSchema& schema, bool trajectory, const std::string& source,
                          InteractionRows* out) {
-  PetscMPIInt rank, size;
   Table topology;
   TableShape shape;
-
   PetscFunctionBegin;
-  PetscCallMPI(MPI_Comm_rank(comm, &rank));
-  PetscCallMPI(MPI_Comm_size(comm, &size));
+  const PetscMPIInt rank = rank_of(comm), size = size_of(comm);
   shape.integers = true;
   shape.row_name = "A";
   shape.columns = schema.ends;
@@ -94,7 +90,6 @@ PetscErrorCode check_places(MPI_Comm comm, const Lattice& l, const InteractionSc
   std::vector<double> at;
   std::vector<const double*> x(ends);
   Error fault;
-
   PetscFunctionBegin;
   PetscCall(fetch_rows(comm, l.particles, l.position, l.dim, from.ends, &at));
   for (std::size_t k = 0; k < static_cast<std::size_t>(from.rows.count) && !fault; ++k) {
@@ -116,7 +111,6 @@ PetscErrorCode check_places(MPI_Comm comm, const Lattice& l, const InteractionSc
 
 PetscErrorCode read_interactions(MPI_Comm comm, const Hdf5File& file, bool trajectory, Lattice* l) {
   const std::vector<InteractionSchema>& schemas = interaction_schemas();
-
   PetscFunctionBegin;
   l->interactions.assign(schemas.size(), {});
   for (std::size_t kind = 0; kind < schemas.size(); ++kind)

@@ -1,6 +1,8 @@
 #include "input/load.hpp"
 #include <strings.h>
+#include "base/collective.hpp"
 #include "base/error.hpp"
+#include "base/option_names.hpp"
 #include "base/options.hpp"
 #include "input/adjust.hpp"
 #include "input/hdf5_layout.hpp"
@@ -45,22 +47,15 @@ bool has_suffix(const std::string& text, const char* ending) {
 }
 
 /// -help without a lattice must get as far as the options of the laws and the solver: two particles stand in.
-PetscErrorCode stand_in_for_help(LatticeOptions* options) {
-  PetscBool help;
-
-  PetscFunctionBegin;
-  PetscCall(PetscOptionsHasName(nullptr, nullptr, "-help", &help));
-  if (help && !options->file_given && options->generator.type == LatticeType::none) {
-    options->generator.type = LatticeType::chain;
-    if (options->generator.size.empty()) options->generator.size = {2};
-  }
-  PetscFunctionReturn(0);
+void stand_in_for_help(LatticeOptions* options) {
+  if (!is_given("-help") || options->file_given || options->generator.type != LatticeType::none) return;
+  options->generator.type = LatticeType::chain;
+  if (options->generator.size.empty()) options->generator.size = {2};
 }
 
 /// One source, and one only.
 PetscErrorCode check_source(MPI_Comm comm, const LatticeOptions& options) {
   const bool generated = options.generator.type != LatticeType::none;
-
   PetscFunctionBegin;
   if (options.file_given && options.file.empty()) PetscCall(fail(comm, Exit::input, "-bs_lattice_file names no file; write its path"));
   if (options.file_given && generated)
@@ -75,8 +70,6 @@ PetscErrorCode check_source(MPI_Comm comm, const LatticeOptions& options) {
 }
 
 PetscErrorCode load_generated(MPI_Comm comm, const LatticeOptions& options, Lattice* out) {
-  PetscMPIInt rank, size;
-
   PetscFunctionBegin;
   GeneratorSpec spec = options.generator;
   const std::string fault = check(spec);
@@ -85,22 +78,18 @@ PetscErrorCode load_generated(MPI_Comm comm, const LatticeOptions& options, Latt
   const std::string name = std::string("-bs_lattice_type ") + type_info(spec.type).name;
   PetscCall(check_sizes(comm, name, particle_count(spec), dimension(spec), spring_count(spec), 0));
   PetscCall(reserve_lattice(comm, name, {particle_count(spec), spring_count(spec), 0, dimension(spec)}));
-  PetscCallMPI(MPI_Comm_rank(comm, &rank));
-  PetscCallMPI(MPI_Comm_size(comm, &size));
+  const PetscMPIInt rank = rank_of(comm), size = size_of(comm);
   *out = generate(spec, rank, size);
   PetscFunctionReturn(0);
 }
 
 PetscErrorCode load_xsp(MPI_Comm comm, const LatticeOptions& options, Lattice* out) {
-  PetscMPIInt rank, size;
   std::string text, error;
   Lattice whole;
-
   PetscFunctionBegin;
   PetscCall(read_text_file(comm, options.file, &text));
   if (!parse_xsp(text, options.file, options.width, options.height, &whole, &error)) PetscCall(fail(comm, Exit::input, error));
-  PetscCallMPI(MPI_Comm_rank(comm, &rank));
-  PetscCallMPI(MPI_Comm_size(comm, &size));
+  const PetscMPIInt rank = rank_of(comm), size = size_of(comm);
   *out = chunk_of(whole, rank, size);
   PetscFunctionReturn(0);
 }
@@ -108,7 +97,6 @@ PetscErrorCode load_xsp(MPI_Comm comm, const LatticeOptions& options, Lattice* o
 /// What options change of a lattice that stands.
 PetscErrorCode adjust(MPI_Comm comm, const LatticeOptions& options, Lattice* out) {
   GeneratorSpec spec = options.generator;
-
   PetscFunctionBegin;
   PetscCall(warn_of_idle_options(comm, out->source));
   PetscCall(parse_groups(comm, options.groups, out->dim, out->dim, out->particles.total, &spec.groups));
@@ -116,15 +104,12 @@ PetscErrorCode adjust(MPI_Comm comm, const LatticeOptions& options, Lattice* out
   PetscFunctionReturn(0);
 }
 
-PetscErrorCode take_given(MPI_Comm comm, const LatticeOptions& options, const Lattice& given, Lattice* out) {
-  PetscMPIInt rank, size;
-
+PetscErrorCode load_given(MPI_Comm comm, const LatticeOptions& options, const Lattice& given, Lattice* out) {
   PetscFunctionBegin;
   if (options.file_given || options.generator.type != LatticeType::none)
     PetscCall(fail(comm, Exit::input, "-bs_lattice_file or -bs_lattice_type is given beside a lattice in memory: leave it out"));
   PetscCall(check_sizes(comm, given.source, given.particles.total, given.dim, given.springs.total, 0));
-  PetscCallMPI(MPI_Comm_rank(comm, &rank));
-  PetscCallMPI(MPI_Comm_size(comm, &size));
+  const PetscMPIInt rank = rank_of(comm), size = size_of(comm);
   *out = chunk_of(given, rank, size);
   PetscCall(adjust(comm, options, out));
   PetscFunctionReturn(0);
@@ -134,7 +119,6 @@ PetscErrorCode load_file(MPI_Comm comm, const LatticeOptions& options, Lattice* 
   const std::string& file = options.file;
   const int dim = options.generator.dim;
   const bool xsp = has_suffix(file, ".xsp");
-
   PetscFunctionBegin;
   if (dim < 0) PetscCall(fail(comm, Exit::input, "-bs_lattice_dim: write 1, 2 or 3"));
   if (xsp) PetscCall(load_xsp(comm, options, out));
@@ -153,13 +137,9 @@ PetscErrorCode load_file(MPI_Comm comm, const LatticeOptions& options, Lattice* 
 
 /// Options the input implies, where the user set none.
 PetscErrorCode put_implied_options(const Lattice& lattice) {
-  PetscBool set;
-
   PetscFunctionBegin;
-  for (const auto& [name, value] : lattice.implied_options) {
-    PetscCall(PetscOptionsHasName(nullptr, nullptr, name.c_str(), &set));
-    if (!set) PetscCall(PetscOptionsSetValue(nullptr, name.c_str(), value.c_str()));
-  }
+  for (const auto& [name, value] : lattice.implied_options)
+    if (!is_given(name)) PetscCall(PetscOptionsSetValue(nullptr, name.c_str(), value.c_str()));
   PetscFunctionReturn(0);
 }
 
@@ -171,10 +151,10 @@ PetscErrorCode complete(MPI_Comm comm, const LatticeOptions& options, Lattice* o
   PetscCall(number_rows(comm, &out->springs));
   PetscCall(number_rows(comm, &out->anchors));
   for (InteractionRows& kind : out->interactions) PetscCall(number_rows(comm, &kind.rows));
-  PetscCall(settle_spring_laws(comm, options.springs, out));
+  PetscCall(apply_spring_options(comm, options.springs, out));
   PetscCall(add_anchors(comm, options.anchors, out));
   PetscCall(choose_images(comm, out));
-  PetscCall(validate_and_fill(comm, out));
+  PetscCall(validate(comm, out));
   PetscCall(check_rest_lengths(comm, *out));
   for (const std::string& warning : out->warnings) PetscCall(warn(comm, warning));
   PetscCall(put_implied_options(*out));
@@ -185,10 +165,9 @@ PetscErrorCode complete(MPI_Comm comm, const LatticeOptions& options, Lattice* o
 
 PetscErrorCode load_lattice(MPI_Comm comm, Lattice* out) {
   LatticeOptions options;
-
   PetscFunctionBegin;
   PetscCall(read_section(comm, "Lattice: particles and springs", [&options](Section& s) { options.read(s); }));
-  PetscCall(stand_in_for_help(&options));
+  stand_in_for_help(&options);
   PetscCall(check_source(comm, options));
   if (options.file_given) PetscCall(load_file(comm, options, out));
   else PetscCall(load_generated(comm, options, out));
@@ -198,10 +177,9 @@ PetscErrorCode load_lattice(MPI_Comm comm, Lattice* out) {
 
 PetscErrorCode load_lattice(MPI_Comm comm, const Lattice& given, Lattice* out) {
   LatticeOptions options;
-
   PetscFunctionBegin;
   PetscCall(read_section(comm, "Lattice: particles and springs", [&options](Section& s) { options.read(s); }));
-  PetscCall(take_given(comm, options, given, out));
+  PetscCall(load_given(comm, options, given, out));
   PetscCall(complete(comm, options, out));
   PetscFunctionReturn(0);
 }

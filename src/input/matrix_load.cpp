@@ -2,8 +2,10 @@
 #include <algorithm>
 #include <fstream>
 #include <sstream>
+#include "base/collective.hpp"
 #include "base/error.hpp"
 #include "base/handle.hpp"
+#include "base/vec_array.hpp"
 #include "input/matrix_text.hpp"
 #include "input/text_file.hpp"
 
@@ -29,19 +31,12 @@ bool is_matrix_market(const std::string& path) {
 
 /// Rank 0 examines the file; every rank gets the same answer: whether it is text (Matrix Market).
 PetscErrorCode find_format(MPI_Comm comm, const std::string& path, const std::string& option, bool* text) {
-  PetscMPIInt rank;
   Error fault;
-  int market = 0;
   PetscFunctionBegin;
-  PetscCallMPI(MPI_Comm_rank(comm, &rank));
-  if (rank == 0) {
-    const FileLook found = look_at_file(comm, path);
-    if (!found.error.empty()) fault.note(0, "option " + option + ": " + found.error);
-    else market = is_matrix_market(path);
-  }
+  const std::string wrong = rank_of(comm) == 0 ? examine_file(comm, path).error : "";
+  if (!wrong.empty()) fault.note(0, "option " + option + ": " + wrong);
   PetscCall(fail_if_any(comm, fault));
-  PetscCallMPI(MPI_Bcast(&market, 1, MPI_INT, 0, comm));
-  *text = market;
+  *text = ask_rank_0(comm, [&] { return is_matrix_market(path); });
   PetscFunctionReturn(0);
 }
 
@@ -53,10 +48,8 @@ struct Entries {
 
 /// One piece: rank 0 sorts `piece` by owner and every rank appends what is its own.
 PetscErrorCode hand_out(MPI_Comm comm, const std::vector<MatrixEntry>& piece, const std::vector<PetscInt>& first, Entries* mine) {
-  PetscMPIInt rank, size;
   PetscFunctionBegin;
-  PetscCallMPI(MPI_Comm_rank(comm, &rank));
-  PetscCallMPI(MPI_Comm_size(comm, &size));
+  const PetscMPIInt rank = rank_of(comm), size = size_of(comm);
   std::vector<int> bytes(size, 0), offset(size, 0);
   std::vector<MatrixEntry> sorted(piece.size());
   constexpr int unit = static_cast<int>(sizeof(MatrixEntry));
@@ -88,9 +81,8 @@ PetscErrorCode hand_out(MPI_Comm comm, const std::vector<MatrixEntry>& piece, co
 /// Piece after piece until rank 0 has read all or met a fault.
 template <class Reader>
 PetscErrorCode stream(MPI_Comm comm, Reader& reader, const std::vector<PetscInt>& first, Entries* mine) {
-  PetscMPIInt rank;
   PetscFunctionBegin;
-  PetscCallMPI(MPI_Comm_rank(comm, &rank));
+  const PetscMPIInt rank = rank_of(comm);
   for (;;) {
     std::vector<MatrixEntry> piece;
     MatrixEntry entry;
@@ -109,12 +101,10 @@ PetscErrorCode stream(MPI_Comm comm, Reader& reader, const std::vector<PetscInt>
 /// Entries that rank 0 reads, spread over the ranks and summed where they repeat.
 template <class Reader>
 PetscErrorCode load_entries(MPI_Comm comm, const std::string& path, Reader& reader, Mat* out) {
-  PetscMPIInt rank, size;
   std::int64_t sizes[2] = {0, 0};
   Error fault;
   PetscFunctionBegin;
-  PetscCallMPI(MPI_Comm_rank(comm, &rank));
-  PetscCallMPI(MPI_Comm_size(comm, &size));
+  const PetscMPIInt rank = rank_of(comm), size = size_of(comm);
   if (rank == 0) {
     if (!reader.open()) fault.note(reader.line(), reader.error());
     sizes[0] = reader.rows();
@@ -145,10 +135,9 @@ PetscErrorCode load_entries(MPI_Comm comm, const std::string& path, Reader& read
 
 /// The class id at the head of a PETSc binary file.
 PetscErrorCode check_binary(MPI_Comm comm, const std::string& path, const std::string& option, std::int64_t wanted, const char* what) {
-  PetscMPIInt rank;
   Error fault;
   PetscFunctionBegin;
-  PetscCallMPI(MPI_Comm_rank(comm, &rank));
+  const PetscMPIInt rank = rank_of(comm);
   if (rank == 0 && petsc_class_id(path, sizeof(PetscInt)) != wanted)
     fault.note(0, format("option %s: %s is neither Matrix Market text nor a PETSc binary %s of this PETSc's index size: begin "
                          "text with '%%%%MatrixMarket matrix coordinate real general'",
@@ -159,11 +148,10 @@ PetscErrorCode check_binary(MPI_Comm comm, const std::string& path, const std::s
 
 /// Rank 0 reads, all get the values.
 PetscErrorCode load_binary_vector(MPI_Comm comm, const std::string& path, const std::string& option, std::vector<double>* values) {
-  PetscMPIInt rank;
   Error fault;
   PetscFunctionBegin;
   PetscCall(check_binary(comm, path, option, PETSC_VECTOR_CLASS_ID, "vector"));
-  PetscCallMPI(MPI_Comm_rank(comm, &rank));
+  const PetscMPIInt rank = rank_of(comm);
   if (rank == 0) {
     const std::string error = read_petsc_vector(path, sizeof(PetscInt), values);
     if (!error.empty()) fault.note(0, "option " + option + ": " + error);
@@ -180,9 +168,8 @@ PetscErrorCode load_binary_vector(MPI_Comm comm, const std::string& path, const 
 
 PetscErrorCode load_matrix(MPI_Comm comm, const std::string& path, const std::string& option, Mat* out) {
   bool text = false;
-  PetscMPIInt rank;
   PetscFunctionBegin;
-  PetscCallMPI(MPI_Comm_rank(comm, &rank));
+  const PetscMPIInt rank = rank_of(comm);
   PetscCall(find_format(comm, path, option, &text));
   if (text || !is_binary(path)) {
     std::ifstream file;
@@ -234,10 +221,8 @@ PetscErrorCode load_vector(MPI_Comm comm, const std::string& path, const std::st
       error = format("%s: %zu numbers for %lld states", path.c_str(), values.size(), static_cast<long long>(n));
   }
   if (!error.empty()) PetscCall(fail(comm, Exit::input, "option " + option + ": " + error));
-  PetscScalar* ax = nullptr;
-  PetscCall(VecGetArrayWrite(x, &ax));
+  const WriteArray ax(x);
   for (PetscInt k = first; k < last; ++k) ax[k - first] = values[static_cast<std::size_t>(k)];
-  PetscCall(VecRestoreArrayWrite(x, &ax));
   PetscFunctionReturn(0);
 }
 

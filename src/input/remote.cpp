@@ -1,8 +1,7 @@
 #include "input/remote.hpp"
-
 #include <petscsf.h>
 #include <algorithm>
-
+#include "base/collective.hpp"
 #include "base/handle.hpp"
 
 namespace bs {
@@ -29,13 +28,11 @@ bool here(const Rows& rows, std::int64_t row) { return row >= rows.first && row 
 
 PetscErrorCode fetch_rows(MPI_Comm comm, const Rows& rows, const std::vector<double>& values, int width, const std::vector<std::int64_t>& wanted,
                           std::vector<double>* out) {
-  PetscMPIInt size;
   SFHandle sf;
   MPI_Datatype unit;
   const std::size_t w = static_cast<std::size_t>(width);
-
   PetscFunctionBegin;
-  PetscCallMPI(MPI_Comm_size(comm, &size));
+  const PetscMPIInt size = size_of(comm);
   std::vector<std::int64_t> remote;  // each row of another rank once
   for (const std::int64_t row : wanted)
     if (!here(rows, row)) remote.push_back(row);
@@ -69,10 +66,8 @@ PetscErrorCode fetch_rows(MPI_Comm comm, const Rows& rows, const std::vector<dou
 }
 
 PetscErrorCode number_rows(MPI_Comm comm, Rows* rows) {
-  PetscMPIInt rank;
-
   PetscFunctionBegin;
-  PetscCallMPI(MPI_Comm_rank(comm, &rank));
+  const PetscMPIInt rank = rank_of(comm);
   rows->first = 0;
   PetscCallMPI(MPI_Exscan(&rows->count, &rows->first, 1, MPI_INT64_T, MPI_SUM, comm));
   if (rank == 0) rows->first = 0;  // MPI_Exscan leaves it undefined there

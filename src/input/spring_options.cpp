@@ -1,9 +1,7 @@
 #include "input/spring_options.hpp"
-
 #include <algorithm>
 #include <cinttypes>
 #include <cmath>
-
 #include "base/error.hpp"
 #include "lattice/spring_laws.hpp"
 
@@ -68,7 +66,7 @@ PetscErrorCode find_used(MPI_Comm comm, const Lattice& l, Used* used) {
 }
 
 /// Columns that no spring takes are dropped; constants become columns.
-PetscErrorCode take_numbers(MPI_Comm comm, const SpringOptions& options, const Used& used, Lattice* l) {
+PetscErrorCode assign_parameters(MPI_Comm comm, const SpringOptions& options, const Used& used, Lattice* l) {
   PetscFunctionBegin;
   std::vector<Column> kept;
   for (Column& one : l->spring_columns) {
@@ -142,7 +140,7 @@ PetscErrorCode check_columns(MPI_Comm comm, Lattice* l) {
 
 }  // namespace
 
-PetscErrorCode settle_spring_laws(MPI_Comm comm, const SpringOptions& options, Lattice* l) {
+PetscErrorCode apply_spring_options(MPI_Comm comm, const SpringOptions& options, Lattice* l) {
   Used used;
   PetscFunctionBegin;
   if (options.spring_law >= 0) {
@@ -158,7 +156,7 @@ PetscErrorCode settle_spring_laws(MPI_Comm comm, const SpringOptions& options, L
     l->damping_law_given = true;
   }
   PetscCall(find_used(comm, *l, &used));
-  PetscCall(take_numbers(comm, options, used, l));
+  PetscCall(assign_parameters(comm, options, used, l));
   PetscCall(require_numbers(comm, used, *l));
   PetscCall(check_columns(comm, l));
   PetscFunctionReturn(0);

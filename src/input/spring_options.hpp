@@ -3,7 +3,6 @@
 #include <petscsys.h>
 #include <string>
 #include <vector>
-
 #include "base/options.hpp"
 #include "lattice/lattice.hpp"
 #include "lattice/spring_laws.hpp"
@@ -27,7 +26,7 @@ struct SpringOptions {
 /// Collective. Puts the options into the lattice: afterwards its columns are those that its springs' laws take, with values in range
 /// where a spring takes them and 0 elsewhere. Warns of numbers that no spring takes. Errors (exit 2): a number a law needs is not
 /// given, or out of its range; a law for all springs where the file has one for each.
-PetscErrorCode settle_spring_laws(MPI_Comm comm, const SpringOptions& options, Lattice* lattice);
+PetscErrorCode apply_spring_options(MPI_Comm comm, const SpringOptions& options, Lattice* lattice);
 
 /// Collective. Rest lengths, which are filled in, must be above 0 where a spring's law needs that (exit 2).
 PetscErrorCode check_rest_lengths(MPI_Comm comm, const Lattice& lattice);

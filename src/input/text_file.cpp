@@ -1,11 +1,10 @@
 #include "input/text_file.hpp"
-
 #include <sys/stat.h>
 #include <cerrno>
 #include <cstring>
 #include <fstream>
 #include <new>
-
+#include "base/collective.hpp"
 #include "base/error.hpp"
 #include "base/find_file.hpp"
 
@@ -17,7 +16,7 @@ constexpr long long max_text_bytes = 1000000000;
 
 /// Reads what rank 0 is to share; what went wrong goes to `fault`.
 void read_here(MPI_Comm comm, const std::string& path, std::string* text, Error* fault) {
-  const FileLook look = look_at_file(comm, path);
+  const FileStatus look = examine_file(comm, path);
   if (!look.error.empty()) return fault->note(0, look.error);
   if (look.bytes > max_text_bytes)
     return fault->note(0,
@@ -35,8 +34,8 @@ void read_here(MPI_Comm comm, const std::string& path, std::string* text, Error*
 
 }  // namespace
 
-FileLook look_at_file(MPI_Comm comm, const std::string& path) {
-  FileLook look;
+FileStatus examine_file(MPI_Comm comm, const std::string& path) {
+  FileStatus look;
   struct stat info = {};
   if (stat(path.c_str(), &info) != 0)
     look.error = errno == ENOENT ? path + ": no such file; " + input_places(comm, path)
@@ -49,18 +48,13 @@ FileLook look_at_file(MPI_Comm comm, const std::string& path) {
 }
 
 PetscErrorCode read_text_file(MPI_Comm comm, const std::string& path, std::string* text) {
-  PetscMPIInt rank;
   Error fault;
-
   PetscFunctionBegin;
-  PetscCallMPI(MPI_Comm_rank(comm, &rank));
+  const PetscMPIInt rank = rank_of(comm);
   text->clear();
   if (rank == 0) read_here(comm, path, text, &fault);
   PetscCall(fail_if_any(comm, fault));
-  long long bytes = static_cast<long long>(text->size());
-  PetscCallMPI(MPI_Bcast(&bytes, 1, MPI_LONG_LONG, 0, comm));
-  text->resize(static_cast<std::size_t>(bytes));
-  PetscCallMPI(MPI_Bcast(text->data(), static_cast<PetscMPIInt>(bytes), MPI_CHAR, 0, comm));
+  PetscCall(share_text(comm, text));
   PetscFunctionReturn(0);
 }
 

@@ -6,13 +6,13 @@
 namespace bs {
 
 /// What a look at a path on this rank found.
-struct FileLook {
+struct FileStatus {
   std::string error;    ///< one line, empty if it is a readable file
   long long bytes = 0;  ///< its size
 };
 
 /// Local. Whether `path` is a file that can be read, and its size.
-FileLook look_at_file(MPI_Comm comm, const std::string& path);
+FileStatus examine_file(MPI_Comm comm, const std::string& path);
 
 /// Collective. Rank 0 reads the whole file, every rank gets it. Errors (exit 2): missing, a folder, unreadable, above
 /// 1 GB.

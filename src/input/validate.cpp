@@ -1,11 +1,9 @@
 #include "input/validate.hpp"
-
 #include <cinttypes>
 #include <cmath>
-
 #include "base/error.hpp"
 #include "base/memory.hpp"
-#include "input/interactions.hpp"
+#include "input/hdf5_layout.hpp"
 #include "input/remote.hpp"
 #include "lattice/columns.hpp"
 #include "network/migrate.hpp"
@@ -134,7 +132,6 @@ std::string fault_of_zero_length(const Lattice& l, double rest, double damping) 
 PetscErrorCode check_sizes(MPI_Comm comm, const std::string& source, std::int64_t particles, int dim, std::int64_t springs, std::int64_t anchors) {
   const std::int64_t most = PETSC_MAX_INT;
   const char* const remedy = "use a PETSc with 64-bit indices (cmake -DBS_PETSC_MODULE=PETSc64)";
-
   PetscFunctionBegin;
   if (particles <= 0) PetscCall(fail(comm, Exit::input, source + ": has no particles; write at least one"));
   if (particles > most / (std::int64_t{2} * dim))
@@ -150,10 +147,11 @@ PetscErrorCode check_sizes(MPI_Comm comm, const std::string& source, std::int64_
   PetscFunctionReturn(0);
 }
 
-PetscErrorCode check_values(MPI_Comm comm, const Lattice& l) {
+/// Chunk-local checks: finite positions and velocities, mass > 0, columns in their range, ends of springs and anchors
+/// that exist and differ, stiffness, damping, rest length >= 0 and finite (NaN of a spring: the initial distance).
+static PetscErrorCode check_values(MPI_Comm comm, const Lattice& l) {
   const Place place(l);
   Error particles, springs, anchors;
-
   PetscFunctionBegin;
   for (std::int64_t k = 0; k < l.particles.count && !particles; ++k) check_particle(l, place, k, &particles);
   PetscCall(fail_if_any(comm, particles));
@@ -164,10 +162,11 @@ PetscErrorCode check_values(MPI_Comm comm, const Lattice& l) {
   PetscFunctionReturn(0);
 }
 
-PetscErrorCode initial_lengths(MPI_Comm comm, const Lattice& l, std::vector<double>* springs, std::vector<double>* anchors) {
+/// Initial distance [m] between the ends of each spring, and between particle and point of each anchor, of
+/// this chunk. Needs ends that exist.
+static PetscErrorCode initial_lengths(MPI_Comm comm, const Lattice& l, std::vector<double>* springs, std::vector<double>* anchors) {
   const std::size_t d = at(l.dim);
   std::vector<double> ends;
-
   PetscFunctionBegin;
   PetscCall(fetch_rows(comm, l.particles, l.position, l.dim, l.pairs, &ends));
   springs->resize(at(l.springs.count));
@@ -180,10 +179,10 @@ PetscErrorCode initial_lengths(MPI_Comm comm, const Lattice& l, std::vector<doub
   PetscFunctionReturn(0);
 }
 
-PetscErrorCode check_lengths(MPI_Comm comm, const Lattice& l, const std::vector<double>& springs, const std::vector<double>& anchors) {
+/// Springs and anchors whose ends are at one place need a rest length of 0, and damping that has a direction.
+static PetscErrorCode check_lengths(MPI_Comm comm, const Lattice& l, const std::vector<double>& springs, const std::vector<double>& anchors) {
   const Place place(l);
   Error of_spring, of_anchor;
-
   PetscFunctionBegin;
   for (std::size_t k = 0; k < springs.size(); ++k) {
     if (springs[k] != 0 || l.rest_at_zero_length) continue;
@@ -207,32 +206,14 @@ PetscErrorCode check_lengths(MPI_Comm comm, const Lattice& l, const std::vector<
   PetscFunctionReturn(0);
 }
 
-/// Collective. All checks; `springs` receives the initial lengths.
-static PetscErrorCode check_all(MPI_Comm comm, const Lattice& l, std::vector<double>* springs) {
-  std::vector<double> anchors;
-
+PetscErrorCode validate(MPI_Comm comm, Lattice* l) {
+  std::vector<double> springs, anchors;
   PetscFunctionBegin;
-  PetscCall(check_sizes(comm, l.source, l.particles.total, l.dim, l.springs.total, l.anchors.total));
-  PetscCall(check_values(comm, l));
-  PetscCall(initial_lengths(comm, l, springs, &anchors));
-  PetscCall(check_lengths(comm, l, *springs, anchors));
-  PetscCall(check_interactions(comm, l));
-  PetscFunctionReturn(0);
-}
-
-PetscErrorCode validate(MPI_Comm comm, const Lattice& lattice) {
-  std::vector<double> springs;
-
-  PetscFunctionBegin;
-  PetscCall(check_all(comm, lattice, &springs));
-  PetscFunctionReturn(0);
-}
-
-PetscErrorCode validate_and_fill(MPI_Comm comm, Lattice* l) {
-  std::vector<double> springs;
-
-  PetscFunctionBegin;
-  PetscCall(check_all(comm, *l, &springs));
+  PetscCall(check_sizes(comm, l->source, l->particles.total, l->dim, l->springs.total, l->anchors.total));
+  PetscCall(check_values(comm, *l));
+  PetscCall(initial_lengths(comm, *l, &springs, &anchors));
+  PetscCall(check_lengths(comm, *l, springs, anchors));
+  PetscCall(check_interactions(comm, *l));
   for (std::size_t k = 0; k < springs.size(); ++k)
     if (std::isnan(l->rest_length[k])) l->rest_length[k] = springs[k];
   PetscFunctionReturn(0);

@@ -2,10 +2,8 @@
 // place, and kept in a file beside it until the first new frame is whole.
 #include <fcntl.h>
 #include <unistd.h>
-
 #include <cstring>
 #include <limits>
-
 #include "base/error.hpp"
 #include "output/frame_file.hpp"
 #include "output/h5.hpp"
@@ -16,7 +14,6 @@ namespace {
 
 PetscErrorCode shorten(hid_t file, const std::string& path, std::int64_t rows) {
   hsize_t extent[H5S_MAX_RANK];
-
   PetscFunctionBegin;
   H5 set(H5Dopen2(file, path.c_str(), H5P_DEFAULT), H5Dclose);
   BS_H5(set);
@@ -74,8 +71,8 @@ bool copy_tail(hid_t from, hid_t to, const TrajectoryMark& mark) {
   return H5Fflush(to, H5F_SCOPE_GLOBAL) >= 0;
 }
 
-}  // namespace
-
+/// Local. Copies what is in `trajectory` behind the mark to a new file beside it, whose name is returned. Rows that cannot be
+/// read are left out. `reason`: why there is no such file, or nothing.
 std::string keep_tail(const std::string& trajectory, const TrajectoryMark& mark, std::string* reason) {
   std::string name;
   int handle = -1;
@@ -101,11 +98,12 @@ std::string keep_tail(const std::string& trajectory, const TrajectoryMark& mark,
   return {};
 }
 
+}  // namespace
+
 /// The clock first, and written: whoever trusts its length then finds every row, also if the run ends here.
 PetscErrorCode Trajectory::Impl::shorten_to_mark() {
   std::string outside;
   H5 clock;
-
   PetscFunctionBegin;
   const std::vector<Growing> sets = growing_of(file, mark, &outside);
   for (const Growing& set : sets)
@@ -122,7 +120,6 @@ PetscErrorCode Trajectory::Impl::shorten_to_mark() {
 
 PetscErrorCode Trajectory::Impl::cut_tail() {
   Error fault;
-
   PetscFunctionBegin;
   if (!tail) PetscFunctionReturn(0);
   if (rank == 0) {

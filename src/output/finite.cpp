@@ -1,9 +1,8 @@
-#include "output/tables.hpp"
-
 #include <algorithm>
 #include <cmath>
-
 #include "base/error.hpp"
+#include "base/vec_array.hpp"
+#include "output/tables.hpp"
 
 namespace bs {
 
@@ -25,27 +24,23 @@ void note(const std::string& name, std::int64_t row, double value, Error* fault)
 }
 
 /// Of this rank's rows. `gaps`: NaN may stand there.
-PetscErrorCode look_at(const std::string& name, Vec vec, bool gaps, Error* fault) {
-  const PetscScalar* values = nullptr;
+PetscErrorCode check_vector(const std::string& name, Vec vec, bool gaps, Error* fault) {
   PetscInt n, first, block;
-
   PetscFunctionBegin;
   PetscCall(VecGetLocalSize(vec, &n));
   PetscCall(VecGetBlockSize(vec, &block));
   PetscCall(VecGetOwnershipRange(vec, &first, nullptr));
-  PetscCall(VecGetArrayRead(vec, &values));
+  const ReadArray values(vec);
   PetscInt at = first_not_finite(values, n);
   if (gaps) at = static_cast<PetscInt>(std::find_if(values + at, values + n, [](double value) { return std::isinf(value); }) - values);
   if (at < n) note(name, (first + at) / block, values[at], fault);
-  PetscCall(VecRestoreArrayRead(vec, &values));
   PetscFunctionReturn(0);
 }
 
 /// Of a field whose rows come from a source, piece by piece.
-PetscErrorCode look_at_source(const Field& field, Error* fault) {
+PetscErrorCode check_rows(const Field& field, Error* fault) {
   constexpr PetscInt piece = 20000;  // rows, which stay in the processor's cache
   PetscInt n, first, block;
-
   PetscFunctionBegin;
   PetscCall(VecGetLocalSize(field.vec, &n));
   PetscCall(VecGetBlockSize(field.vec, &block));
@@ -64,11 +59,10 @@ PetscErrorCode look_at_source(const Field& field, Error* fault) {
 
 PetscErrorCode find_not_finite(MPI_Comm comm, const std::vector<Field>& fields, const std::vector<Observable>& observables, std::string* what) {
   Error fault;
-
   PetscFunctionBegin;
   for (const Field& field : fields) {
-    if (field.source) PetscCall(look_at_source(field, &fault));
-    else PetscCall(look_at(field.group, field.vec, field.gaps, &fault));
+    if (field.source) PetscCall(check_rows(field, &fault));
+    else PetscCall(check_vector(field.group, field.vec, field.gaps, &fault));
   }
   PetscCall(first_error(comm, fault, what));
   for (const Observable& o : observables)  // the same on every rank
@@ -79,7 +73,6 @@ PetscErrorCode find_not_finite(MPI_Comm comm, const std::vector<Field>& fields, 
 
 PetscErrorCode require_finite(MPI_Comm comm, const Dataset& table) {
   Error fault;
-
   PetscFunctionBegin;
   if (const auto* values = std::get_if<std::vector<double>>(&table.rows); values && !table.gaps) {
     const PetscInt at = first_not_finite(values->data(), static_cast<PetscInt>(values->size())), columns = std::max(1, table.columns);
@@ -92,9 +85,8 @@ PetscErrorCode require_finite(MPI_Comm comm, const Dataset& table) {
 
 PetscErrorCode require_finite(MPI_Comm comm, const std::string& name, Vec vec) {
   Error fault;
-
   PetscFunctionBegin;
-  PetscCall(look_at(name, vec, false, &fault));
+  PetscCall(check_vector(name, vec, false, &fault));
   if (fault) fault.text += ": it is not written";
   PetscCall(fail_if_any(comm, fault));
   PetscFunctionReturn(0);

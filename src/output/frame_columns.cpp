@@ -1,8 +1,9 @@
 #include "output/frame_columns.hpp"
-
 #include <algorithm>
 #include <cstring>
 #include <numeric>
+#include "base/collective.hpp"
+#include "base/vec_array.hpp"
 
 namespace bs {
 
@@ -18,7 +19,6 @@ hsize_t frames_in_chunk(hsize_t numbers) { return std::clamp<hsize_t>(small_chun
 
 PetscErrorCode FieldColumn::describe(const Field& field, PetscInt columns) {
   PetscInt size, local;
-
   PetscFunctionBegin;
   group_ = field.group;
   flat_ = field.flat;
@@ -40,7 +40,6 @@ PetscErrorCode FieldColumn::create(hid_t file, bool single) {
   const hsize_t extent[3] = {1, rows, width}, none[3] = {0, rows, width}, most[3] = {H5S_UNLIMITED, rows, width};
   const hsize_t chunk[3] = {together, std::max<hsize_t>(1, std::min(rows, chunk_numbers / width)), width};
   const int axes = flat_ && width_ == 1 ? 2 : 3;
-
   PetscFunctionBegin;
   H5 space(H5Screate_simple(axes, extent, most), H5Sclose), list(H5Pcreate(H5P_DATASET_CREATE), H5Pclose);
   BS_H5(space);
@@ -69,15 +68,12 @@ std::int64_t FieldColumn::bytes(std::int64_t frames) const {
 
 /// This rank's rows [first, first + count) of the field, with zeros appended.
 PetscErrorCode FieldColumn::rows(const Field& field, PetscInt first, PetscInt count, double* to) const {
-  const PetscScalar* from;
-
   PetscFunctionBegin;
   if (field.source) {
     PetscCall(field.source(first, count, to));
   } else {
-    PetscCall(VecGetArrayRead(field.vec, &from));
+    const ReadArray from(field.vec);
     std::copy(from + first * block_, from + (first + count) * block_, to);
-    PetscCall(VecRestoreArrayRead(field.vec, &from));
   }
   if (block_ == width_) PetscFunctionReturn(0);
   for (PetscInt i = count; i-- > 0;) {  // from the last, each to its place
@@ -100,12 +96,9 @@ PetscErrorCode FieldColumn::hold(const Field& field, bool copy) {
 }
 
 PetscErrorCode FieldColumn::gather(MPI_Comm comm, std::int64_t frames) {
-  PetscMPIInt rank, ranks;
-
   PetscFunctionBegin;
   PetscCheck(!later_.vec, comm, PETSC_ERR_PLIB, "a frame that was not copied cannot be gathered");
-  PetscCallMPI(MPI_Comm_rank(comm, &rank));
-  PetscCallMPI(MPI_Comm_size(comm, &ranks));
+  const PetscMPIInt rank = rank_of(comm), ranks = size_of(comm);
   const int mine = static_cast<int>(waiting_.size());
   std::vector<int> counts(rank == 0 ? static_cast<std::size_t>(ranks) : 0), starts(counts.size());
   PetscCallMPI(MPI_Gather(&mine, 1, MPI_INT, counts.data(), 1, MPI_INT, 0, comm));
@@ -128,7 +121,6 @@ PetscErrorCode FieldColumn::gather(MPI_Comm comm, std::int64_t frames) {
 
 PetscErrorCode FieldColumn::extend(std::int64_t frames) {
   hsize_t extent[H5S_MAX_RANK];
-
   PetscFunctionBegin;
   if (left_out_) PetscFunctionReturn(0);
   H5 space(H5Dget_space(set_), H5Sclose);
@@ -159,7 +151,6 @@ PetscErrorCode FieldColumn::write_piece(std::int64_t at, PetscInt first, PetscIn
   const PetscInt rows_left = std::min(count, rows_ - first);
   const hsize_t start[3] = {static_cast<hsize_t>(at), static_cast<hsize_t>(first_ + first), 0};
   const hsize_t size[3] = {1, static_cast<hsize_t>(rows_left), static_cast<hsize_t>(width_)};
-
   PetscFunctionBegin;
   if (rows_left <= 0) PetscFunctionReturn(0);
   piece_.resize(static_cast<std::size_t>(count * width_));
@@ -173,7 +164,6 @@ PetscErrorCode FieldColumn::write(std::int64_t at, std::int64_t first, std::int6
   const hsize_t start[3] = {static_cast<hsize_t>(at), static_cast<hsize_t>(gathered_ ? 0 : first_), 0};
   const hsize_t size[3] = {static_cast<hsize_t>(count), rows, width};
   const PetscScalar* data = gathered_ ? all_.data() : waiting_.data();
-
   PetscFunctionBegin;
   if (later_.vec) PetscCall(VecGetArrayRead(later_.vec, &data));
   else data += static_cast<std::size_t>(first) * rows * width;

@@ -3,7 +3,6 @@
 #include <cstdint>
 #include <string>
 #include <vector>
-
 #include "output/tables.hpp"
 #include "systems/model.hpp"
 

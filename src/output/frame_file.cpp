@@ -1,11 +1,10 @@
 // How frames reach the file. Order (README.md): room for all of them; observables, log, edges and fields, and a flush; step and
 // time last, and a flush. So whoever trusts len(time) finds every row of every dataset.
 #include "output/frame_file.hpp"
-
 #include <cstdio>
 #include <cstring>
 #include <iterator>
-
+#include "base/collective.hpp"
 #include "base/error.hpp"
 #include "output/h5.hpp"
 
@@ -30,16 +29,14 @@ PetscLogEvent write_event() {
 }  // namespace
 
 PetscErrorCode Trajectory::Impl::begin(MPI_Comm on, const TrajectoryOptions& given, int dim, std::int64_t numbers) {
-  PetscMPIInt ranks;
   PetscBool sp = PETSC_FALSE;
-
   PetscFunctionBegin;
   comm = on;
   options = given;
   target = real_name(given.file);
   columns = dim == 0 || given.pad == 0 ? dim : given.pad;
   PetscCallMPI(MPI_Comm_rank(comm, &rank));
-  PetscCallMPI(MPI_Comm_size(comm, &ranks));
+  const PetscMPIInt ranks = size_of(comm);
   shared = ranks > 1 && numbers > most_gathered;
   gathers = ranks > 1 && !shared;
   writer = shared || rank == 0;
@@ -135,7 +132,6 @@ PetscErrorCode Trajectory::Impl::hold_frame(std::int64_t at, double now, const s
 PetscErrorCode Trajectory::Impl::put_log(std::int64_t rows) {
   std::vector<std::int64_t> whole(records.size());
   std::vector<double> real(records.size());
-
   PetscFunctionBegin;
   if (rows == 0) PetscFunctionReturn(0);
   const auto append = [&](std::size_t column, auto member, auto& buffer) {
@@ -159,7 +155,6 @@ PetscErrorCode Trajectory::Impl::put_log(std::int64_t rows) {
 PetscErrorCode Trajectory::Impl::put_fields(std::int64_t first, std::int64_t count) {
   constexpr PetscInt piece = 20000;  // rows: half a megabyte of three numbers each
   PetscInt most = 0;
-
   PetscFunctionBegin;
   for (FieldColumn& field : fields) {
     if (field.in_pieces()) most = std::max(most, field.rows());
@@ -173,7 +168,6 @@ PetscErrorCode Trajectory::Impl::put_fields(std::int64_t first, std::int64_t cou
 
 PetscErrorCode Trajectory::Impl::put(std::int64_t first, std::int64_t count, std::int64_t rows) {
   const std::vector<double> open_box(static_cast<std::size_t>(count * columns), 0.0);
-
   PetscFunctionBegin;
   if (count > 0 && !laid_out) PetscCall(frames == 0 ? lay_out() : find_layout());
   if (count > 0 && !laid_out && !shared && time.id() >= 0) PetscCall(write_header(file, time.id(), Order::last));
@@ -208,7 +202,6 @@ PetscErrorCode Trajectory::Impl::forget(std::int64_t count) {
 PetscErrorCode Trajectory::Impl::write_out(std::string* full) {
   std::int64_t rows = static_cast<std::int64_t>(records.size()), done = 0;
   const std::int64_t waiting = static_cast<std::int64_t>(steps.size());
-
   PetscFunctionBegin;
   full->clear();
   PetscCallMPI(MPI_Bcast(&rows, 1, MPI_INT64_T, 0, comm));
@@ -240,15 +233,12 @@ PetscErrorCode Trajectory::Impl::write_out(std::string* full) {
 }
 
 PetscErrorCode Trajectory::Impl::synchronise(bool name) {
-  int why = 0;
-
   PetscFunctionBegin;
-  if (rank == 0 && unsynced) why = bring_to_disk(path());
+  const int why = ask_rank_0(comm, [this] { return unsynced ? bring_to_disk(path()) : 0; });
   if (name && published && !named) {
     if (rank == 0) (void)bring_to_disk(folder_of(target));  // some file systems refuse
     named = true;
   }
-  PetscCallMPI(MPI_Bcast(&why, 1, MPI_INT, 0, comm));
   PetscCheck(why == 0, PETSC_COMM_SELF, PETSC_ERR_FILE_WRITE, "%s", std::strerror(why));
   unsynced = false;
   PetscFunctionReturn(0);
@@ -256,7 +246,6 @@ PetscErrorCode Trajectory::Impl::synchronise(bool name) {
 
 PetscErrorCode Trajectory::Impl::write_xdmf(bool last) {
   std::string reason;
-
   PetscFunctionBegin;
   if (!xdmf || file < 0) PetscFunctionReturn(0);
   PetscCall(xdmf.update(file, last, &reason));
@@ -268,7 +257,6 @@ PetscErrorCode Trajectory::Impl::write_xdmf(bool last) {
 
 PetscErrorCode Trajectory::Impl::close() {
   std::int64_t end = 0;
-
   PetscFunctionBegin;
   if (usable) PetscCall(write_xdmf(true));
   for (FieldColumn& field : fields) field.close();

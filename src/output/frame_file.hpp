@@ -29,10 +29,6 @@ std::vector<Growing> growing_of(hid_t file, const TrajectoryMark& mark, std::str
 /// Rows of a dataset.
 PetscErrorCode count_rows(hid_t file, const std::string& path, std::int64_t* rows);
 
-/// Local. Copies what is in `trajectory` behind the mark to a new file beside it, whose name is returned. Rows that cannot be
-/// read are left out. `reason`: why there is no such file, or nothing.
-std::string keep_tail(const std::string& trajectory, const TrajectoryMark& mark, std::string* reason);
-
 /// Columns of /backspring/log before those of rejected attempts, "rejected_" and the reason's key each.
 inline constexpr const char* STEP_COLUMNS[] = {"step", "time", "dt", "newton", "krylov", "rejected"};
 /// All of them, in the order in which rows are written.

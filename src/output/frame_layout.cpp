@@ -7,6 +7,7 @@
 #include <cstdint>
 #include <cstring>
 #include <iterator>
+#include "base/collective.hpp"
 #include "base/error.hpp"
 #include "output/frame_file.hpp"
 #include "output/fresh_file.hpp"
@@ -32,7 +33,6 @@ class ModernDatasets {
 
 PetscErrorCode Trajectory::Impl::put_unit(const std::string& dataset, const std::string& quantity, const Powers& powers) {
   std::string unit = unit_of(powers, options.units);
-
   PetscFunctionBegin;
   if (unit.empty()) unit = unit_of_quantity(quantity, options.units);
   if (unit.empty()) PetscFunctionReturn(0);
@@ -50,7 +50,6 @@ std::vector<std::string> log_columns() {
 
 PetscErrorCode Trajectory::Impl::create_log() {
   H5 group;
-
   PetscFunctionBegin;
   PetscCall(open_group(file, "/backspring/log", &group));
   const ModernDatasets modern(file);
@@ -66,7 +65,6 @@ PetscErrorCode Trajectory::Impl::create_log() {
 /// GROUP/step and GROUP/time: made in the first group, hard links to those in the others.
 PetscErrorCode Trajectory::Impl::link_clock(const std::string& group) {
   H5 owner;
-
   PetscFunctionBegin;
   PetscCall(open_group(file, group, &owner));
   if (step.id() < 0) {
@@ -183,7 +181,6 @@ std::int64_t Trajectory::Impl::frame_bytes(std::int64_t count, std::int64_t rows
 /// Room on disk for that; what is then allocated and written is within it.
 PetscErrorCode Trajectory::Impl::reserve(std::int64_t count, std::int64_t rows, std::string* full) {
   const std::int64_t bytes = frame_bytes(count, rows) + (laid_out ? spare_bytes : 4 * spare_bytes);
-
   PetscFunctionBegin;
   const std::int64_t begin = holds() ? allocated() : 0;
   room_end = begin + bytes;
@@ -205,12 +202,9 @@ PetscErrorCode Trajectory::Impl::make_room(std::int64_t count, std::int64_t rows
 }
 
 PetscErrorCode Trajectory::Impl::leave_room(std::int64_t end) {
-  int result = 0;
-
   PetscFunctionBegin;
   if (!published) PetscFunctionReturn(0);
-  if (rank == 0) result = move_end(target, static_cast<std::uint64_t>(std::max(end, allocated() + spare_bytes)));
-  PetscCallMPI(MPI_Bcast(&result, 1, MPI_INT, 0, io));
+  const int result = ask_rank_0(io, [&] { return move_end(target, static_cast<std::uint64_t>(std::max(end, allocated() + spare_bytes))); });
   PetscCheck(result == 0, PETSC_COMM_SELF, PETSC_ERR_FILE_WRITE, "%s", std::strerror(result));
   PetscFunctionReturn(0);
 }

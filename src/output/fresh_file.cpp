@@ -11,6 +11,7 @@
 #include <cstring>
 #include <filesystem>
 #include <vector>
+#include "base/collective.hpp"
 #include "base/error.hpp"
 #include "output/h5.hpp"
 
@@ -145,33 +146,17 @@ void remove_stale(const std::string& file) {
 }
 
 PetscErrorCode create_fresh_hdf5(MPI_Comm comm, const std::string& file, std::string* name, FileIdentity* identity, std::string* reason) {
-  PetscMPIInt rank;
-  int head[2] = {0, 0};  // errno, length of the name
-
   PetscFunctionBegin;
-  PetscCallMPI(MPI_Comm_rank(comm, &rank));
-  if (rank == 0) {
-    head[0] = create_empty_hdf5(file, name, identity);
-    head[1] = static_cast<int>(name->size());
-  }
-  PetscCallMPI(MPI_Bcast(head, 2, MPI_INT, 0, comm));
-  name->resize(static_cast<std::size_t>(head[1]));
-  PetscCallMPI(MPI_Bcast(name->data(), head[1], MPI_CHAR, 0, comm));
-  *reason = head[0] ? std::strerror(head[0]) : "";
+  const int why = ask_rank_0(comm, [&] { return create_empty_hdf5(file, name, identity); });
+  PetscCall(share_text(comm, name));
+  *reason = why ? std::strerror(why) : "";
   PetscFunctionReturn(0);
 }
 
 PetscErrorCode confirm_identity(MPI_Comm comm, const std::string& name, const FileIdentity& identity, std::string* reason) {
-  PetscMPIInt rank;
-  int same = 0;
-
   PetscFunctionBegin;
-  PetscCallMPI(MPI_Comm_rank(comm, &rank));
-  if (rank == 0) {
-    FileIdentity present;
-    same = identity_of(name, false, &present) && present == identity;
-  }
-  PetscCallMPI(MPI_Bcast(&same, 1, MPI_INT, 0, comm));
+  FileIdentity present;
+  const int same = ask_rank_0(comm, [&] { return identity_of(name, false, &present) && present == identity; });
   *reason = same ? "" : "another file has been put in the place of " + name;
   PetscFunctionReturn(0);
 }
@@ -216,11 +201,9 @@ std::string unwritable(const std::string& file, const char* name, bool overwrite
 }
 
 PetscErrorCode require_writable(MPI_Comm comm, const std::string& file, const char* name, bool overwrite) {
-  PetscMPIInt rank;
   Error fault;
-
   PetscFunctionBegin;
-  PetscCallMPI(MPI_Comm_rank(comm, &rank));
+  const PetscMPIInt rank = rank_of(comm);
   if (rank == 0) fault.text = unwritable(file, name, overwrite);
   PetscCall(fail_if_any(comm, fault));
   PetscFunctionReturn(0);
@@ -244,13 +227,8 @@ static int try_reserve(const std::string& file, std::int64_t from, std::int64_t 
 }
 
 PetscErrorCode reserve_space(MPI_Comm comm, const std::string& file, std::int64_t from, std::int64_t bytes, std::string* reason) {
-  PetscMPIInt rank;
-  int result = 0;
-
   PetscFunctionBegin;
-  PetscCallMPI(MPI_Comm_rank(comm, &rank));
-  if (rank == 0) result = try_reserve(file, from, bytes);
-  PetscCallMPI(MPI_Bcast(&result, 1, MPI_INT, 0, comm));
+  const int result = ask_rank_0(comm, [&] { return try_reserve(file, from, bytes); });
   *reason = result ? std::strerror(result) : "";
   PetscFunctionReturn(0);
 }

@@ -17,6 +17,24 @@ std::string h5_reason() {
   return text;
 }
 
+/// H5Lexists takes one level at a time.
+bool h5_exists(hid_t file, const std::string& path) {
+  for (std::size_t at = path.find('/', 1); at != std::string::npos; at = path.find('/', at + 1))
+    if (H5Lexists(file, path.substr(0, at).c_str(), H5P_DEFAULT) <= 0) return false;
+  return H5Lexists(file, path.c_str(), H5P_DEFAULT) > 0;
+}
+
+std::string fixed_text(hid_t file, const char* object, const char* name) {
+  if (H5Aexists_by_name(file, object, name, H5P_DEFAULT) <= 0) return {};
+  const H5 attribute(H5Aopen_by_name(file, object, name, H5P_DEFAULT, H5P_DEFAULT), H5Aclose);
+  const H5 type(attribute >= 0 ? H5Aget_type(attribute) : -1, H5Tclose), space(attribute >= 0 ? H5Aget_space(attribute) : -1, H5Sclose);
+  if (type < 0 || space < 0 || H5Tget_class(type) != H5T_STRING || H5Tis_variable_str(type) != 0 || H5Sget_simple_extent_npoints(space) != 1)
+    return {};
+  std::string text(std::min<std::size_t>(H5Tget_size(type), 65536), '\0');
+  if (H5Tget_size(type) > text.size() || H5Aread(attribute, type, text.data()) < 0) return {};
+  return text.substr(0, text.find('\0'));
+}
+
 PetscErrorCode open_group(hid_t file, const std::string& path, H5* group) {
   PetscFunctionBegin;
   // H5Lexists takes one level at a time; "/" is always there.
@@ -45,7 +63,6 @@ static PetscErrorCode put(hid_t object, const char* name, hid_t type, hid_t memo
 
 PetscErrorCode put_attribute(hid_t object, const char* name, const std::vector<std::int32_t>& values) {
   const hsize_t count = values.size();
-
   PetscFunctionBegin;
   H5 space(H5Screate_simple(1, &count, nullptr), H5Sclose);
   PetscCall(put(object, name, H5T_STD_I32LE, H5T_NATIVE_INT32, space, values.data()));
@@ -68,7 +85,6 @@ PetscErrorCode put_attribute(hid_t object, const char* name, double value) {
 
 PetscErrorCode put_attribute(hid_t object, const char* name, const std::string& value) {
   const char* text = value.c_str();
-
   PetscFunctionBegin;
   H5 space(H5Screate(H5S_SCALAR), H5Sclose);
   H5 type(H5Tcopy(H5T_C_S1), H5Tclose);
@@ -93,7 +109,6 @@ PetscErrorCode put_words(hid_t object, const char* name, const std::vector<std::
   const hsize_t length = static_cast<hsize_t>(words.size());
   std::size_t width = 1;
   std::string all;
-
   PetscFunctionBegin;
   for (const std::string& word : words) width = std::max(width, word.size());
   for (std::string word : words) {
@@ -110,7 +125,6 @@ PetscErrorCode put_words(hid_t object, const char* name, const std::vector<std::
 
 PetscErrorCode put_reference(hid_t file, hid_t object, const char* name, const std::string& path) {
   hobj_ref_t reference;
-
   PetscFunctionBegin;
   BS_H5(H5Rcreate(&reference, file, path.c_str(), H5R_OBJECT, -1));
   H5 space(H5Screate(H5S_SCALAR), H5Sclose);

@@ -25,6 +25,12 @@ std::string h5_reason();
 /// A group opened, or created with the groups above it. Collective, as is everything below.
 PetscErrorCode open_group(hid_t file, const std::string& path, H5* group);
 
+/// Whether a dataset or group is there.
+bool h5_exists(hid_t file, const std::string& path);
+
+/// A text attribute of fixed length of an object in an open file; empty if there is none.
+std::string fixed_text(hid_t file, const char* object, const char* name);
+
 /// Attributes of an open object; an attribute must not exist yet.
 PetscErrorCode put_attribute(hid_t object, const char* name, const std::vector<std::int32_t>& values);
 PetscErrorCode put_attribute(hid_t object, const char* name, std::int64_t value);

@@ -1,16 +1,13 @@
-#include "output/frame_file.hpp"
-
 #include <map>
-
 #include "base/error.hpp"
 #include "base/option_names.hpp"
+#include "output/frame_file.hpp"
 
 namespace bs {
 
 PetscErrorCode write_h5md(hid_t file, MPI_Comm comm, bool units) {
   char user[256] = "";
   H5 root, author, creator, module;
-
   PetscFunctionBegin;
   PetscCall(open_group(file, "/h5md", &root));
   PetscCall(put_attribute(root, "version", std::vector<std::int32_t>{1, 1}));
@@ -32,7 +29,6 @@ PetscErrorCode write_h5md(hid_t file, MPI_Comm comm, bool units) {
 
 PetscErrorCode write_box(hid_t file, int dim, std::vector<std::string> boundary) {
   H5 box;
-
   PetscFunctionBegin;
   PetscCall(open_group(file, "/particles/trajectory/box", &box));
   PetscCall(put_attribute(box, "dimension", static_cast<std::int64_t>(dim)));
@@ -46,7 +42,6 @@ PetscErrorCode write_parameters(hid_t file, PetscMPIInt ranks) {
   std::map<std::string, std::string> table;
   PetscInt major, minor, subminor;
   H5 group, given;
-
   PetscFunctionBegin;
   PetscCall(PetscGetVersionNumber(&major, &minor, &subminor, nullptr));
   PetscCall(open_group(file, "/parameters", &group));

@@ -1,13 +1,11 @@
-#include "output/h5.hpp"
-
 #include <fcntl.h>
 #include <sys/stat.h>
 #include <unistd.h>
-
 #include <algorithm>
 #include <cerrno>
 #include <cstring>
 #include <vector>
+#include "output/h5.hpp"
 
 namespace bs {
 
@@ -190,7 +188,6 @@ PetscErrorCode use_last_write(hid_t access) {
 PetscErrorCode write_header(hid_t file, hid_t object, Order order) {
   void* handle = nullptr;
   H5O_info_t info;
-
   PetscFunctionBegin;
   BS_H5(H5Oget_info2(object, &info, H5O_INFO_BASIC | H5O_INFO_HDR));
   BS_H5(H5Fget_vfd_handle(file, H5P_DEFAULT, &handle));

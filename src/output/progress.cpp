@@ -1,14 +1,11 @@
 #include "output/progress.hpp"
-
 #include <sys/ioctl.h>
 #include <unistd.h>
-
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
 #include <cstdlib>
 #include <fstream>
-
 #include "base/context.hpp"
 #include "base/error.hpp"
 

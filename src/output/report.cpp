@@ -1,8 +1,7 @@
 #include "output/report.hpp"
-
 #include <cmath>
 #include <cstring>
-
+#include "base/collective.hpp"
 #include "base/error.hpp"
 #include "output/fresh_file.hpp"
 
@@ -37,7 +36,8 @@ std::string json_string(const std::string& text) {
   return out + "\"";
 }
 
-std::string json_number(double value) { return std::isfinite(value) ? format("%.17g", value) : "null"; }
+/// 17 significant digits, so that the same number is read back; null unless finite.
+static std::string json_number(double value) { return std::isfinite(value) ? format("%.17g", value) : "null"; }
 
 template <class T, class Print>
 static std::string array_of(const std::vector<T>& values, Print print) {
@@ -71,6 +71,10 @@ void Report::set(const std::string& key, const Report& inner) {
   put(key, text);
 }
 
+void Report::add(const Report& other) {
+  for (const auto& [key, text] : other.entries_) put(key, text);
+}
+
 std::string Report::json() const {
   std::string out = "{";
   for (const auto& entry : entries_) out += (out.size() > 1 ? ",\n  " : "\n  ") + json_string(entry.first) + ": " + entry.second;
@@ -78,12 +82,10 @@ std::string Report::json() const {
 }
 
 PetscErrorCode Report::write(MPI_Comm comm, const std::string& file, bool overwrite) const {
-  PetscMPIInt rank;
   Error fault;
-
   PetscFunctionBegin;
   if (file.empty()) PetscFunctionReturn(0);
-  PetscCallMPI(MPI_Comm_rank(comm, &rank));
+  const PetscMPIInt rank = rank_of(comm);
   if (rank == 0) {
     const int result = write_whole(real_name(file), json() + "\n", overwrite);
     if (result) fault.note(0, "cannot write the report " + file + ": " + std::strerror(result), Exit::io);

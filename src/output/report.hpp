@@ -1,7 +1,6 @@
 // The closing report for scripts (-bs_report F.json): ordered keys and values, one JSON object.
 #pragma once
 #include <petscsys.h>
-
 #include <cstdint>
 #include <string>
 #include <utility>
@@ -23,6 +22,8 @@ class Report {
   void set(const std::string& key, const std::vector<std::string>& values);
   /// An object within the object.
   void set(const std::string& key, const Report& inner);
+  /// All entries of `other`.
+  void add(const Report& other);
   /// The object, indented by two blanks a level, without a newline at the end.
   std::string json() const;
   /// Collective. Written by rank 0 under a temporary name and renamed, so that a reader sees all or nothing. An existing file is
@@ -36,8 +37,5 @@ class Report {
 
 /// "text" in quotes, escaped as JSON requires; bytes that are not UTF-8 become "?".
 std::string json_string(const std::string& text);
-
-/// 17 significant digits, so that the same number is read back; null unless finite.
-std::string json_number(double value);
 
 }  // namespace bs

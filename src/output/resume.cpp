@@ -1,5 +1,6 @@
 // A trajectory that exists is opened again and goes on behind a mark.
 #include <algorithm>
+#include "base/collective.hpp"
 #include "base/error.hpp"
 #include "output/frame_file.hpp"
 #include "output/fresh_file.hpp"
@@ -55,7 +56,6 @@ std::vector<Growing> growing_of(hid_t file, const TrajectoryMark& mark, std::str
 
 PetscErrorCode count_rows(hid_t file, const std::string& path, std::int64_t* rows) {
   hsize_t extent[H5S_MAX_RANK] = {0};
-
   PetscFunctionBegin;
   H5 set(H5Dopen2(file, path.c_str(), H5P_DEFAULT), H5Dclose);
   BS_H5(set);
@@ -70,7 +70,6 @@ namespace {
 /// The time of frame `frame`, read by every rank.
 PetscErrorCode time_of_frame(hid_t file, const std::string& path, std::int64_t frame, double* time) {
   const hsize_t at = static_cast<hsize_t>(frame), one = 1;
-
   PetscFunctionBegin;
   H5 set(H5Dopen2(file, path.c_str(), H5P_DEFAULT), H5Dclose);
   BS_H5(set);
@@ -85,7 +84,6 @@ PetscErrorCode time_of_frame(hid_t file, const std::string& path, std::int64_t f
 PetscErrorCode Trajectory::Impl::match(const TrajectoryMark& at, std::string* fault) {
   std::string clock;
   double there = 0;
-
   PetscFunctionBegin;
   const std::vector<Growing> sets = growing_of(file, at, fault);
   if (!fault->empty()) PetscFunctionReturn(0);
@@ -110,12 +108,9 @@ PetscErrorCode Trajectory::Impl::match(const TrajectoryMark& at, std::string* fa
 PetscErrorCode Trajectory::Impl::recognise(const TrajectoryMark& at, std::string* fault) {
   PetscFunctionBegin;
   if (writer) PetscCall(match(at, fault));
-  std::int64_t found[3] = {tail ? 1 : 0, old_frames, static_cast<std::int64_t>(fault->size())};
-  PetscCallMPI(MPI_Bcast(found, 3, MPI_INT64_T, 0, comm));
-  tail = found[0] != 0;
-  old_frames = found[1];
-  fault->resize(static_cast<std::size_t>(found[2]));
-  PetscCallMPI(MPI_Bcast(fault->data(), static_cast<PetscMPIInt>(fault->size()), MPI_CHAR, 0, comm));
+  tail = ask_rank_0(comm, [this] { return tail; });
+  PetscCallMPI(MPI_Bcast(&old_frames, 1, MPI_INT64_T, 0, comm));
+  PetscCall(share_text(comm, fault));
   PetscFunctionReturn(0);
 }
 
@@ -128,22 +123,15 @@ PetscErrorCode Trajectory::Impl::open_log() {
   PetscFunctionReturn(0);
 }
 
-/// Whether a dataset or group is there; H5Lexists takes one level at a time.
-static bool exists(hid_t file, const std::string& path) {
-  for (std::size_t at = path.find('/', 1); at != std::string::npos; at = path.find('/', at + 1))
-    if (H5Lexists(file, path.substr(0, at).c_str(), H5P_DEFAULT) <= 0) return false;
-  return H5Lexists(file, path.c_str(), H5P_DEFAULT) > 0;
-}
-
 PetscErrorCode Trajectory::Impl::find_layout() {
   PetscFunctionBegin;
   for (FieldColumn& field : fields) {
-    if (exists(file, field.group() + "/value")) PetscCall(field.open(file));
+    if (h5_exists(file, field.group() + "/value")) PetscCall(field.open(file));
     else field.leave_out();
   }
   for (ObservableColumn& o : observables) {
     const std::string path = o.group() + "/value";
-    o.left_out = !exists(file, path);
+    o.left_out = !h5_exists(file, path);
     if (o.left_out) continue;
     PetscCall(o.column.open(io, file, path, frames));
     PetscCheck(std::max(1, o.column.width()) == o.width, PETSC_COMM_SELF, PETSC_ERR_FILE_UNEXPECTED, "%s has rows of %d numbers, the run writes %d",
@@ -160,7 +148,6 @@ PetscErrorCode Trajectory::Impl::find_layout() {
 PetscErrorCode Trajectory::resume(MPI_Comm comm, const TrajectoryOptions& options, int dim, std::int64_t numbers, const TrajectoryMark& at,
                                   std::unique_ptr<Trajectory>* out) {
   std::string fault;
-
   PetscFunctionBegin;
   out->reset();
   PetscCall(require_writable(comm, options.file, "-bs_output", true));
@@ -173,11 +160,8 @@ PetscErrorCode Trajectory::resume(MPI_Comm comm, const TrajectoryOptions& option
   impl.log_rows = at.log_rows;
   impl.last_time = at.last_time;
   impl.published = true;
-  int readable = 0;
-  if (impl.rank == 0) readable = H5Fis_hdf5(impl.target.c_str()) > 0;
-  PetscCallMPI(MPI_Bcast(&readable, 1, MPI_INT, 0, comm));
   PetscErrorCode code = 0;
-  if (!readable) fault = "is not an HDF5 file";
+  if (!ask_rank_0(comm, [&] { return H5Fis_hdf5(impl.target.c_str()) > 0; })) fault = "is not an HDF5 file";
   else if (impl.writer) code = impl.open(impl.target);
   if (!code && fault.empty()) code = impl.recognise(at, &fault);
   if (!code && !fault.empty())

@@ -1,19 +1,16 @@
-#include "output/claim.hpp"
-
 #include <fcntl.h>
 #include <sys/file.h>
 #include <sys/stat.h>
 #include <unistd.h>
-
 #include <algorithm>
 #include <cerrno>
 #include <csignal>
 #include <cstring>
 #include <ctime>
 #include <sstream>
-
 #include "base/text.hpp"
 #include "output/fresh_file.hpp"
+#include "output/output_locks.hpp"
 
 namespace bs {
 
@@ -104,7 +101,7 @@ std::string unopened(const std::string& path, const std::string& file, const cha
 
 std::string lock_name(const std::string& file) { return real_name(file) + ".lock"; }
 
-std::string RunLock::take(const std::string& file, const char* option, std::string* warning) {
+std::string RunLock::acquire(const std::string& file, const char* option, std::string* warning) {
   const std::string path = lock_name(file);
   for (const Held& held : held_)
     if (held.path == path) return {};

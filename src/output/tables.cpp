@@ -1,7 +1,8 @@
 #include "output/tables.hpp"
-
 #include <algorithm>
 #include <numeric>
+#include "base/collective.hpp"
+#include "base/vec_array.hpp"
 
 namespace bs {
 
@@ -13,13 +14,11 @@ void Column::set_shape(int width, int columns) {
 }
 
 PetscErrorCode Column::create(MPI_Comm comm, hid_t file, const std::string& path, bool integer, int width, int chunk, int columns) {
-  PetscMPIInt me;
-
   PetscFunctionBegin;
   set_shape(width, columns);
   const hsize_t one[3] = {1, shape_[1], shape_[2]}, none[3] = {0, shape_[1], shape_[2]}, most[3] = {H5S_UNLIMITED, shape_[1], shape_[2]};
   const hsize_t piece[3] = {static_cast<hsize_t>(chunk), shape_[1], shape_[2]};
-  PetscCallMPI(MPI_Comm_rank(comm, &me));
+  const PetscMPIInt me = rank_of(comm);
   writer_ = me == 0;
   integer_ = integer;
   H5 space(H5Screate_simple(rank_, one, most), H5Sclose);
@@ -36,10 +35,8 @@ PetscErrorCode Column::create(MPI_Comm comm, hid_t file, const std::string& path
 
 PetscErrorCode Column::open(MPI_Comm comm, hid_t file, const std::string& path, std::int64_t rows) {
   hsize_t extent[3] = {0, 0, 0};
-  PetscMPIInt me;
-
   PetscFunctionBegin;
-  PetscCallMPI(MPI_Comm_rank(comm, &me));
+  const PetscMPIInt me = rank_of(comm);
   writer_ = me == 0;
   set_ = H5(H5Dopen2(file, path.c_str(), H5P_DEFAULT), H5Dclose);
   BS_H5(set_);
@@ -55,7 +52,6 @@ PetscErrorCode Column::open(MPI_Comm comm, hid_t file, const std::string& path, 
 
 PetscErrorCode Column::extend(std::int64_t count) {
   const hsize_t extent[3] = {rows_ + static_cast<hsize_t>(count), shape_[1], shape_[2]};
-
   PetscFunctionBegin;
   if (count > 0) BS_H5(H5Dset_extent(set_, extent));
   PetscFunctionReturn(0);
@@ -64,7 +60,6 @@ PetscErrorCode Column::extend(std::int64_t count) {
 PetscErrorCode Column::append(std::int64_t count, const void* data) {
   const hsize_t more = static_cast<hsize_t>(count);
   const hsize_t start[3] = {rows_, 0, 0}, size[3] = {more, shape_[1], shape_[2]};
-
   PetscFunctionBegin;
   if (count == 0) PetscFunctionReturn(0);
   PetscCall(extend(count));
@@ -84,7 +79,6 @@ static PetscErrorCode write_slices(hid_t set, hid_t type, const Dataset& table, 
   const hsize_t columns = table.columns > 0 ? static_cast<hsize_t>(table.columns) : 1;
   const hsize_t row_bytes = H5Tget_size(type) * columns, slice = std::max<hsize_t>(1, slice_bytes / row_bytes);
   const int rank = table.columns > 0 ? 2 : 1;
-
   PetscFunctionBegin;
   H5 space(H5Dget_space(set), H5Sclose);
   for (hsize_t done = 0; done < rows; done += slice) {
@@ -133,11 +127,8 @@ struct Content {
 /// `rows` of all ranks behind each other on rank 0.
 template <class T>
 static PetscErrorCode gather(MPI_Comm comm, MPI_Datatype type, T* rows) {
-  PetscMPIInt rank, ranks;
-
   PetscFunctionBegin;
-  PetscCallMPI(MPI_Comm_rank(comm, &rank));
-  PetscCallMPI(MPI_Comm_size(comm, &ranks));
+  const PetscMPIInt rank = rank_of(comm), ranks = size_of(comm);
   const int mine = static_cast<int>(rows->size());
   std::vector<int> counts(rank == 0 ? static_cast<std::size_t>(ranks) : 0), starts(counts.size());
   PetscCallMPI(MPI_Gather(&mine, 1, MPI_INT, counts.data(), 1, MPI_INT, 0, comm));
@@ -163,7 +154,6 @@ PetscErrorCode write_table(hid_t file, const Dataset& table) {
   const Content content(table);
   const hsize_t extent[2] = {static_cast<hsize_t>(table.total), static_cast<hsize_t>(table.columns)};
   const hsize_t rows = content.entries / static_cast<std::size_t>(std::max(1, table.columns));
-
   PetscFunctionBegin;
   PetscCheck(table.path.size() > 1 && table.path[0] == '/', PETSC_COMM_SELF, PETSC_ERR_ARG_WRONG, "dataset path %s is not absolute",
              table.path.c_str());
@@ -185,7 +175,6 @@ PetscErrorCode write_table(hid_t file, const Dataset& table) {
 
 PetscErrorCode refill_table(hid_t file, const Dataset& table) {
   const Content content(table);
-
   PetscFunctionBegin;
   H5 set(H5Dopen2(file, table.path.c_str(), H5P_DEFAULT), H5Dclose);
   BS_H5(set);
@@ -196,7 +185,6 @@ PetscErrorCode refill_table(hid_t file, const Dataset& table) {
 PetscErrorCode create_pages(hid_t file, const std::string& path, std::int64_t count, std::int64_t rows, std::int64_t columns, H5* set) {
   const hsize_t extent[3] = {static_cast<hsize_t>(count), static_cast<hsize_t>(rows), static_cast<hsize_t>(columns)};
   H5 group;
-
   PetscFunctionBegin;
   PetscCall(open_group(file, path.substr(0, path.rfind('/')), &group));
   H5 space(H5Screate_simple(3, extent, nullptr), H5Sclose), list(H5Pcreate(H5P_DATASET_CREATE), H5Pclose);
@@ -208,14 +196,12 @@ PetscErrorCode create_pages(hid_t file, const std::string& path, std::int64_t co
 
 PetscErrorCode write_page(hid_t set, std::int64_t k, Vec vec) {
   constexpr hsize_t slice_numbers = hsize_t(1) << 25;  // MPI-IO counts bytes in 32 bits
-  const PetscScalar* a = nullptr;
   PetscInt block = 1, first = 0, n = 0;
-
   PetscFunctionBegin;
   PetscCall(VecGetBlockSize(vec, &block));
   PetscCall(VecGetOwnershipRange(vec, &first, nullptr));
   PetscCall(VecGetLocalSize(vec, &n));
-  PetscCall(VecGetArrayRead(vec, &a));
+  const ReadArray a(vec);
   H5 space(H5Dget_space(set), H5Sclose);
   const hsize_t columns = static_cast<hsize_t>(block), rows = static_cast<hsize_t>(n) / columns, slice = slice_numbers / columns;
   for (hsize_t done = 0; done < rows; done += slice) {
@@ -225,7 +211,6 @@ PetscErrorCode write_page(hid_t set, std::int64_t k, Vec vec) {
     BS_H5(H5Sselect_hyperslab(space, H5S_SELECT_SET, start, nullptr, size, nullptr));
     BS_H5(H5Dwrite(set, H5T_NATIVE_DOUBLE, memory, space, H5P_DEFAULT, a + done * columns));
   }
-  PetscCall(VecRestoreArrayRead(vec, &a));
   PetscFunctionReturn(0);
 }
 

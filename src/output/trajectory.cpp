@@ -1,12 +1,10 @@
 #include "output/trajectory.hpp"
-
 #include <unistd.h>
-
 #include <algorithm>
 #include <cerrno>
 #include <cstring>
 #include <iterator>
-
+#include "base/collective.hpp"
 #include "base/error.hpp"
 #include "output/frame_file.hpp"
 #include "output/fresh_file.hpp"
@@ -55,10 +53,8 @@ static PetscErrorCode write_constants(hid_t file, const std::vector<Dataset>& co
 }
 
 PetscErrorCode Trajectory::Impl::write_head(std::vector<Dataset> constants) {
-  PetscMPIInt ranks;
-
   PetscFunctionBegin;
-  PetscCallMPI(MPI_Comm_size(comm, &ranks));
+  const PetscMPIInt ranks = size_of(comm);
   if (gathers)
     for (Dataset& table : constants) PetscCall(gather_table(comm, &table));
   if (!writer) PetscFunctionReturn(0);
@@ -73,7 +69,6 @@ PetscErrorCode Trajectory::Impl::write_head(std::vector<Dataset> constants) {
 
 PetscErrorCode Trajectory::Impl::replace_table(Dataset table) {
   H5 group;
-
   PetscFunctionBegin;
   if (gathers) PetscCall(gather_table(comm, &table));
   if (!writer) PetscFunctionReturn(0);
@@ -93,7 +88,6 @@ PetscErrorCode Trajectory::Impl::replace_table(Dataset table) {
 PetscErrorCode Trajectory::Impl::publish() {
   std::string reason;
   Error fault;
-
   PetscFunctionBegin;
   if (published) PetscFunctionReturn(0);
   PetscCall(confirm_identity(comm, made, identity, &reason));
@@ -116,7 +110,6 @@ PetscErrorCode Trajectory::create(MPI_Comm comm, const TrajectoryOptions& option
                                   const std::vector<Dataset>& constants, std::unique_ptr<Trajectory>* out) {
   std::string full;
   PetscErrorCode code;
-
   PetscFunctionBegin;
   out->reset();
   if (options.file.empty()) PetscFunctionReturn(0);
@@ -145,7 +138,6 @@ PetscErrorCode Trajectory::write_pages(const std::string& path, std::int64_t cou
   PetscInt size = 0, block = 1;
   H5 set;
   Vec vec;
-
   PetscFunctionBegin;
   PetscCheck(!impl_->gathers, impl_->comm, PETSC_ERR_ORDER, "rank 0 alone has the file open");
   const IoWatch watch(impl_->comm, "cannot write " + path + " to " + impl_->options.file, "");
@@ -168,7 +160,6 @@ PetscErrorCode Trajectory::write_pages(const std::string& path, std::int64_t cou
 
 PetscErrorCode Trajectory::write_frame(std::int64_t step, double time, const std::vector<Field>& fields, const std::vector<Observable>& observables) {
   PetscErrorCode code;
-
   PetscFunctionBegin;
   PetscCheck(impl_->usable, PETSC_COMM_SELF, PETSC_ERR_ORDER, "the file is closed");
   const IoWatch watch(impl_->comm, format("cannot keep frame %lld for %s", (long long)frames(), impl_->options.file.c_str()),
@@ -187,7 +178,6 @@ PetscErrorCode Trajectory::write_frame(std::int64_t step, double time, const std
 PetscErrorCode Trajectory::write_table(const Dataset& table) {
   std::string full;
   PetscErrorCode code;
-
   PetscFunctionBegin;
   PetscCall(require_finite(impl_->comm, table));
   PetscCall(write_waiting());
@@ -209,7 +199,6 @@ void Trajectory::log_step(const StepRecord& record) {
 PetscErrorCode Trajectory::write_waiting() {
   std::string full;
   PetscErrorCode code;
-
   PetscFunctionBegin;
   if (!impl_->usable) PetscFunctionReturn(0);
   const std::string& file = impl_->options.file;
@@ -228,7 +217,6 @@ PetscErrorCode Trajectory::write_waiting() {
 
 PetscErrorCode Trajectory::flush() {
   PetscErrorCode code = 0;
-
   PetscFunctionBegin;
   PetscCall(write_waiting());
   if (!impl_->usable) PetscFunctionReturn(0);

@@ -1,9 +1,7 @@
 #include "output/xdmf.hpp"
-
 #include <algorithm>
 #include <cstring>
 #include <fstream>
-
 #include "base/error.hpp"
 #include "output/fresh_file.hpp"
 
@@ -36,9 +34,7 @@ std::string escaped(const std::string& text) {
 PetscErrorCode describe(hid_t file, const std::string& name, const std::string& path, Item* item) {
   PetscFunctionBegin;
   *item = {};
-  for (std::size_t at = path.find('/', 1); at != std::string::npos; at = path.find('/', at + 1))
-    if (H5Lexists(file, path.substr(0, at).c_str(), H5P_DEFAULT) <= 0) PetscFunctionReturn(0);
-  if (H5Lexists(file, path.c_str(), H5P_DEFAULT) <= 0) PetscFunctionReturn(0);
+  if (!h5_exists(file, path)) PetscFunctionReturn(0);
   H5 set(H5Dopen2(file, path.c_str(), H5P_DEFAULT), H5Dclose);
   BS_H5(set);
   H5 space(H5Dget_space(set), H5Sclose), type(H5Dget_type(set), H5Tclose);
@@ -180,10 +176,10 @@ bool is_sidecar(const std::string& file) {
   return text.rfind(head, 0) == 0 && text.find(":/particles/trajectory/position/value") != std::string::npos;
 }
 
-PetscErrorCode xdmf_text(hid_t file, const std::string& trajectory, std::string* text) {
+/// The text of the sidecar; empty for a file without particles in two or three columns.
+static PetscErrorCode xdmf_text(hid_t file, const std::string& trajectory, std::string* text) {
   std::vector<double> times;
   Contents contents;
-
   PetscFunctionBegin;
   text->clear();
   // beside the trajectory: found wherever both are moved
@@ -201,7 +197,6 @@ PetscErrorCode xdmf_text(hid_t file, const std::string& trajectory, std::string*
 PetscErrorCode Xdmf::update(hid_t file, bool last, std::string* reason) {
   std::string text;
   Item time;
-
   PetscFunctionBegin;
   reason->clear();
   PetscCall(describe(file, "", "/particles/trajectory/position/time", &time));

@@ -2,7 +2,6 @@
 #pragma once
 #include <cstdint>
 #include <string>
-
 #include "output/h5.hpp"
 
 namespace bs {
@@ -28,8 +27,5 @@ class Xdmf {
 
 /// Local. Whether `file` is a sidecar that this program wrote.
 bool is_sidecar(const std::string& file);
-
-/// The text of the sidecar; empty for a file without particles in two or three columns.
-PetscErrorCode xdmf_text(hid_t file, const std::string& trajectory, std::string* text);
 
 }  // namespace bs

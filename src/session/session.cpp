@@ -1,13 +1,13 @@
 #include "session/session.hpp"
-#include <hdf5.h>
 #include <petscts.h>
 #include <algorithm>
 #include <iterator>
 #include "base/collective.hpp"
 #include "base/context.hpp"
 #include "base/handle.hpp"
+#include "base/option_names.hpp"
 #include "checkpoint/checkpoint.hpp"
-#include "input/load.hpp"
+#include "input/hdf5_file.hpp"
 #include "systems/create.hpp"
 #include "systems/frame_rows.hpp"
 #include "systems/mechanics.hpp"
@@ -47,20 +47,14 @@ class Inside {
   Inside(MPI_Comm comm, const OptionTable& options) : errors_(comm) {
     clear_error(comm);
     (void)PetscOptionsPush(options.get());
-    (void)H5Eget_auto2(H5E_DEFAULT, &printer_, &data_);
-    (void)H5Eset_auto2(H5E_DEFAULT, nullptr, nullptr);
   }
   Inside(const Inside&) = delete;
   Inside& operator=(const Inside&) = delete;
-  ~Inside() {
-    (void)H5Eset_auto2(H5E_DEFAULT, printer_, data_);
-    (void)PetscOptionsPop();
-  }
+  ~Inside() { (void)PetscOptionsPop(); }
 
  private:
   PetscErrors errors_;
-  H5E_auto2_t printer_ = nullptr;
-  void* data_ = nullptr;
+  QuietHdf5 quiet_;
 };
 
 /// The error that a call on `comm` ended with; without text where `code` is 0.
@@ -108,9 +102,9 @@ struct Session::Impl {
   Rows particles;
 
   std::unique_ptr<Model> model;
-  std::unique_ptr<Claim> claim;  ///< of the files that are written
-  std::unique_ptr<Run> run;      ///< null: nothing was stepped
-  double start = 0;              ///< before that [s]
+  std::unique_ptr<OutputLocks> locks;  ///< of the files that are written
+  std::unique_ptr<Run> run;            ///< null: nothing was stepped
+  double start = 0;                    ///< before that [s]
   bool finished = false;
 
   PetscErrorCode open();
@@ -170,15 +164,14 @@ PetscErrorCode Session::Impl::count_particles() {
 PetscErrorCode Session::Impl::begin() {
   RunOptions run_options;
   RunHooks hooks;
-  PetscBool ends = PETSC_FALSE;
   PetscFunctionBegin;
   if (finished) PetscCall(fail(comm, Exit::input, "the session is finished: create another one"));
   if (run) PetscFunctionReturn(0);
   PetscCall(refuse_box_stress(*model, "a session that steps in time"));
   PetscCall(read_run_options(comm, &run_options));
   run_options.keep_input = true;
-  claim = std::make_unique<Claim>();
-  PetscCall(claim_files(comm, run_options, claim.get()));
+  locks = std::make_unique<OutputLocks>();
+  PetscCall(lock_outputs(comm, run_options, locks.get()));
   hooks.on_step = [this](const StepRecord& record) {
     if (step_observer) step_observer(record);
   };
@@ -188,8 +181,7 @@ PetscErrorCode Session::Impl::begin() {
   hooks.pace.end += start;  // where the settings name no end there is none
   auto fresh = std::make_unique<Run>(*model, run_options, hooks);
   PetscCall(fresh->set_up());
-  PetscCall(PetscOptionsHasName(nullptr, nullptr, "-ts_max_time", &ends));
-  if (!ends) PetscCall(fresh->leave_open());
+  if (!is_given("-ts_max_time")) PetscCall(fresh->leave_open());
   run = std::move(fresh);
   PetscCall(run->begin());
   PetscFunctionReturn(0);
@@ -232,26 +224,20 @@ PetscErrorCode Session::Impl::finish() {
   if (finished || !run) PetscFunctionReturn(0);
   finished = true;
   PetscCall(run->end(&exit_code));
-  claim.reset();
+  locks.reset();
   PetscFunctionReturn(0);
 }
 
 /// Laid into the places of a state, from which they travel to the input's order.
 PetscErrorCode Session::Impl::forces(double t, Vec y, std::vector<double>* rows) {
-  Mechanics& mechanics = *model->mechanics();
-  const Layout at = mechanics.layout();
   const double* f = nullptr;
-  PetscScalar* a = nullptr;
   VecHandle places;
   std::vector<StatePart> parts;
   PetscFunctionBegin;
-  PetscCall(mechanics.force(t, y, &f));
+  PetscCall(model->mechanics()->force(t, y, &f));
   PetscCall(VecDuplicate(y, places.out()));
   PetscCall(VecZeroEntries(places));
-  PetscCall(VecGetArray(places, &a));
-  for (PetscInt i = 0; i < at.particles; ++i)
-    for (PetscInt c = 0; c < at.dim; ++c) a[at.x(i, c)] = f[i * at.dim + c];
-  PetscCall(VecRestoreArray(places, &a));
+  set_part(places, Part::position, f);
   PetscCall(model->gather_state(places, &parts));
   PetscCall(own_numbers(parts[0].vec, rows));
   PetscFunctionReturn(0);

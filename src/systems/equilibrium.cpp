@@ -2,6 +2,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include "base/vec_array.hpp"
 
 namespace bs {
 
@@ -111,8 +112,6 @@ PetscErrorCode Equilibrium::stand(double t, Vec y, double* s) {
 PetscErrorCode Equilibrium::residual(double t, Vec y, Vec ydot, Form, Vec F) {
   const Layout at = own_->layout();
   const double *force = nullptr, *masses = own_->masses().data();
-  const PetscScalar *ay = nullptr, *ayd = nullptr;
-  PetscScalar* aF = nullptr;
   double s = 0;
   PetscFunctionBegin;
   PetscCall(stand(t, y, &s));
@@ -121,17 +120,13 @@ PetscErrorCode Equilibrium::residual(double t, Vec y, Vec ydot, Form, Vec F) {
     PetscFunctionReturn(0);
   }
   PetscCall(own_->force(s, rest_, &force));
-  PetscCall(VecGetArrayRead(y, &ay));
-  PetscCall(VecGetArrayRead(ydot, &ayd));
-  PetscCall(VecGetArrayWrite(F, &aF));
+  const ReadArray ay(y), ayd(ydot);
+  const WriteArray aF(F);
   for (PetscInt i = 0; i < at.particles; ++i)
     for (PetscInt c = 0; c < at.dim; ++c) {
       aF[at.x(i, c)] = masses[i] * (ayd[at.x(i, c)] - ay[at.v(i, c)]);
       aF[at.v(i, c)] = -force[i * at.dim + c];
     }
-  PetscCall(VecRestoreArrayWrite(F, &aF));
-  PetscCall(VecRestoreArrayRead(ydot, &ayd));
-  PetscCall(VecRestoreArrayRead(y, &ay));
   PetscFunctionReturn(0);
 }
 
@@ -172,7 +167,6 @@ PetscErrorCode Equilibrium::residual_floor(double t, Vec y, double, Form form, R
 PetscErrorCode Equilibrium::velocity_errors(Vec y, Vec F, double, Form form, double* worst, double* fastest) {
   const Layout at = own_->layout();
   std::vector<double> inner, outer;
-  const PetscScalar* a = nullptr;
   double most = 0;
   PetscFunctionBegin;
   if (moves()) {
@@ -181,14 +175,13 @@ PetscErrorCode Equilibrium::velocity_errors(Vec y, Vec F, double, Form form, dou
   }
   PetscCall(at_rest(y));
   PetscCall(own_->force_sizes(load_factor_, rest_, &inner, &outer));
-  PetscCall(VecGetArrayRead(F, &a));
+  const ReadArray a(F);
   for (PetscInt i = 0; i < at.particles; ++i) {
     const std::size_t k = static_cast<std::size_t>(i);
     double square = 0;
     for (PetscInt c = 0; c < at.dim; ++c) square += a[at.v(i, c)] * a[at.v(i, c)];
     most = std::max(most, share_left(i, std::sqrt(square), inner[k] + outer[k]));
   }
-  PetscCall(VecRestoreArrayRead(F, &a));
   PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &most, 1, MPI_DOUBLE, MPI_MAX, comm()));
   *worst = most;
   *fastest = 1;

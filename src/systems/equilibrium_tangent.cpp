@@ -3,6 +3,7 @@
 #include <cmath>
 #include <cstdint>
 #include <cstring>
+#include "base/vec_array.hpp"
 #include "lattice/random.hpp"
 #include "systems/breaks.hpp"
 #include "systems/equilibrium.hpp"
@@ -99,20 +100,16 @@ PetscErrorCode Equilibrium::linearise_sharply(double t, Vec y, Mat P) {
 PetscErrorCode Equilibrium::random_load(Vec r) {
   const Layout at = own_->layout();
   const Linearisation& lin = own_->linearisation();
-  const PetscScalar* start = nullptr;
-  PetscScalar* a = nullptr;
   PetscFunctionBegin;
   PetscCall(VecZeroEntries(r));
-  PetscCall(VecGetArrayRead(initial_state(), &start));
-  PetscCall(VecGetArray(r, &a));
+  const ReadArray start(initial_state());
+  const WriteArray a(r);
   put_signs(start, at, a);
   for (PetscInt i = 0; i < at.particles; ++i)
     for (PetscInt c = 0; c < at.dim; ++c) {
       a[at.v(i, c)] = lin.moves(i, c) ? a[at.x(i, c)] : 0;
       a[at.x(i, c)] = 0;
     }
-  PetscCall(VecRestoreArray(r, &a));
-  PetscCall(VecRestoreArrayRead(initial_state(), &start));
   PetscFunctionReturn(0);
 }
 
@@ -126,7 +123,6 @@ PetscErrorCode Equilibrium::load_direction(double t, Vec y, Vec q) {
   constexpr double DS = 1e-3;
   const Layout at = own_->layout();
   const double* force = nullptr;
-  PetscScalar* a = nullptr;
   double s = 0;
   PetscFunctionBegin;
   PetscCall(stand(t, y, &s));
@@ -134,10 +130,9 @@ PetscErrorCode Equilibrium::load_direction(double t, Vec y, Vec q) {
   for (const double side : {1.0, -1.0}) {
     load(s + side * DS);
     PetscCall(own_->force(s + side * DS, rest_, &force));
-    PetscCall(VecGetArray(q, &a));
+    const WriteArray a(q);
     for (PetscInt i = 0; i < at.particles; ++i)
       for (PetscInt c = 0; c < at.dim; ++c) a[at.v(i, c)] += side * force[i * at.dim + c] / (2 * DS);
-    PetscCall(VecRestoreArray(q, &a));
   }
   load(s);
   PetscFunctionReturn(0);

@@ -1,6 +1,7 @@
 #include "systems/first_order.hpp"
 #include <algorithm>
 #include <cmath>
+#include "base/vec_array.hpp"
 
 namespace bs {
 
@@ -10,13 +11,10 @@ FirstOrder::FirstOrder(std::unique_ptr<Mechanics> mechanics) : own_(std::move(me
 PetscErrorCode FirstOrder::residual(double t, Vec y, Vec ydot, Form form, Vec F) {
   const Layout at = own_->layout();
   const double *force = nullptr, *masses = own_->masses().data();
-  const PetscScalar *ay = nullptr, *ayd = nullptr;
-  PetscScalar* aF = nullptr;
   PetscFunctionBegin;
   PetscCall(own_->force(t, y, &force));
-  PetscCall(VecGetArrayRead(y, &ay));
-  PetscCall(VecGetArrayRead(ydot, &ayd));
-  PetscCall(VecGetArrayWrite(F, &aF));
+  const ReadArray ay(y), ayd(ydot);
+  const WriteArray aF(F);
   for (PetscInt i = 0; i < at.particles; ++i) {
     const double m = form == Form::momentum ? masses[i] : 1.0;
     const double scale = form == Form::momentum ? 1.0 : 1.0 / masses[i];
@@ -26,9 +24,6 @@ PetscErrorCode FirstOrder::residual(double t, Vec y, Vec ydot, Form form, Vec F)
       aF[v] = m * ayd[v] - scale * force[i * at.dim + c];
     }
   }
-  PetscCall(VecRestoreArrayWrite(F, &aF));
-  PetscCall(VecRestoreArrayRead(ydot, &ayd));
-  PetscCall(VecRestoreArrayRead(y, &ay));
   PetscFunctionReturn(0);
 }
 
@@ -36,19 +31,15 @@ PetscErrorCode FirstOrder::residual(double t, Vec y, Vec ydot, Form form, Vec F)
 PetscErrorCode FirstOrder::rhs(double t, Vec y, Vec G) {
   const Layout at = own_->layout();
   const double *force = nullptr, *masses = own_->masses().data();
-  const PetscScalar* ay = nullptr;
-  PetscScalar* aG = nullptr;
   PetscFunctionBegin;
   PetscCall(own_->force(t, y, &force));
-  PetscCall(VecGetArrayRead(y, &ay));
-  PetscCall(VecGetArrayWrite(G, &aG));
+  const ReadArray ay(y);
+  const WriteArray aG(G);
   for (PetscInt i = 0; i < at.particles; ++i)
     for (PetscInt c = 0; c < at.dim; ++c) {
       aG[at.x(i, c)] = ay[at.v(i, c)];
       aG[at.v(i, c)] = force[i * at.dim + c] / masses[i];
     }
-  PetscCall(VecRestoreArrayWrite(G, &aG));
-  PetscCall(VecRestoreArrayRead(y, &ay));
   PetscFunctionReturn(0);
 }
 
@@ -105,15 +96,13 @@ PetscErrorCode FirstOrder::create_operator(Mat P, Form form, Mat* A) {
 
 PetscErrorCode FirstOrder::residual_norms(Vec F, ResidualNorms* norms) {
   const Layout at = own_->layout();
-  const PetscScalar* aF = nullptr;
   *norms = {0, 0};
   PetscFunctionBegin;
-  PetscCall(VecGetArrayRead(F, &aF));
+  const ReadArray aF(F);
   for (PetscInt i = 0; i < at.particles; ++i) {
     for (PetscInt k = at.x(i); k < at.x(i) + at.dim; ++k) (*norms)[0] += aF[k] * aF[k];
     for (PetscInt k = at.v(i); k < at.v(i) + at.dim; ++k) (*norms)[1] += aF[k] * aF[k];
   }
-  PetscCall(VecRestoreArrayRead(F, &aF));
   PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, norms->data(), 2, MPI_DOUBLE, MPI_SUM, comm()));
   for (double& norm : *norms) norm = std::sqrt(norm);
   PetscFunctionReturn(0);
@@ -125,11 +114,9 @@ PetscErrorCode FirstOrder::velocity_errors(Vec y, Vec F, double sigma, Form form
   constexpr double NEAR = 100;
   const Layout at = own_->layout();
   const double* masses = own_->masses().data();
-  const PetscScalar *ay = nullptr, *aF = nullptr;
   double high[2] = {0, 0};
   PetscFunctionBegin;
-  PetscCall(VecGetArrayRead(y, &ay));
-  PetscCall(VecGetArrayRead(F, &aF));
+  const ReadArray ay(y), aF(F);
   for (PetscInt i = 0; i < at.particles; ++i) {
     const double mass = form == Form::momentum ? masses[i] : 1.0;
     double error = 0, v = 0;
@@ -140,8 +127,6 @@ PetscErrorCode FirstOrder::velocity_errors(Vec y, Vec F, double sigma, Form form
     high[0] = std::max(high[0], error - NEAR * rounding_[static_cast<std::size_t>(i)]);
     high[1] = std::max(high[1], v);
   }
-  PetscCall(VecRestoreArrayRead(F, &aF));
-  PetscCall(VecRestoreArrayRead(y, &ay));
   PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, high, 2, MPI_DOUBLE, MPI_MAX, comm()));
   *worst = high[0];
   *fastest = high[1];
@@ -152,13 +137,12 @@ PetscErrorCode FirstOrder::velocity_errors(Vec y, Vec F, double sigma, Form form
 PetscErrorCode FirstOrder::residual_floor(double t, Vec y, double sigma, Form form, ResidualNorms* floor) {
   const Layout at = own_->layout();
   const double* masses = own_->masses().data();
-  const PetscScalar* ay = nullptr;
   *floor = {0, 0};
   PetscFunctionBegin;
   std::vector<double> size(static_cast<std::size_t>(at.particles * at.dim));
   PetscCall(own_->force_magnitudes(t, y, size.data()));
   rounding_.assign(static_cast<std::size_t>(at.particles), 0.0);
-  PetscCall(VecGetArrayRead(y, &ay));
+  const ReadArray ay(y);
   for (PetscInt i = 0; i < at.particles; ++i)
     for (PetscInt c = 0; c < at.dim; ++c) {
       const double x = std::abs(ay[at.x(i, c)]), v = std::abs(ay[at.v(i, c)]), force = size[static_cast<std::size_t>(i * at.dim + c)];
@@ -170,7 +154,6 @@ PetscErrorCode FirstOrder::residual_floor(double t, Vec y, double sigma, Form fo
       (*floor)[0] += kinematic * kinematic;
       (*floor)[1] += momentum * momentum;
     }
-  PetscCall(VecRestoreArrayRead(y, &ay));
   PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, floor->data(), 2, MPI_DOUBLE, MPI_SUM, comm()));
   for (double& norm : *floor) norm = 2 * PETSC_MACHINE_EPSILON * std::sqrt(norm);
   PetscFunctionReturn(0);

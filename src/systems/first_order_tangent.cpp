@@ -2,6 +2,7 @@
 #include <cmath>
 #include <numeric>
 #include "base/handle.hpp"
+#include "base/vec_array.hpp"
 #include "systems/first_order.hpp"
 
 namespace bs {
@@ -26,18 +27,16 @@ PetscErrorCode shell_view(Mat, PetscViewer viewer) {
 }  // namespace
 
 PetscErrorCode FirstOrderTangent::linearise(double t, Vec y, double sigma, Form form) {
-  const PetscScalar* ay = nullptr;
   PetscFunctionBegin;
   sigma_ = sigma;
   form_ = form;
   PetscCall(own_.linearise(t, y));
-  PetscCall(VecGetArrayRead(y, &ay));
+  const ReadArray ay(y);
   size_ = speed_ = 0;
   layout_of(y).for_each([&](PetscInt x, PetscInt v) {
     size_ = std::max(size_, sigma * std::abs(ay[x]));
     speed_ = std::max(speed_, std::abs(ay[v]));
   });
-  PetscCall(VecRestoreArrayRead(y, &ay));
   PetscFunctionReturn(0);
 }
 
@@ -71,13 +70,11 @@ PetscErrorCode FirstOrderTangent::change_of_force(Vec z) {
 PetscErrorCode FirstOrderTangent::multiply(Vec z, Vec y) {
   const Layout& at = own_.layout();
   const std::vector<double>& masses = own_.masses();
-  const PetscScalar* az = nullptr;
-  PetscScalar* ay = nullptr;
   PetscFunctionBegin;
   force_.resize(static_cast<std::size_t>(at.particles * at.dim));
   PetscCall(change_of_force(z));
-  PetscCall(VecGetArrayRead(z, &az));
-  PetscCall(VecGetArrayWrite(y, &ay));
+  const ReadArray az(z);
+  const WriteArray ay(y);
   for (PetscInt i = 0; i < at.particles; ++i) {
     const double m = masses[static_cast<std::size_t>(i)], scale = form_ == Form::momentum ? 1.0 : 1.0 / m;
     for (PetscInt c = 0; c < at.dim; ++c) {
@@ -86,8 +83,6 @@ PetscErrorCode FirstOrderTangent::multiply(Vec z, Vec y) {
       ay[v] = scale * (row_of_v(m, az[x], az[v]) - force_[static_cast<std::size_t>(i * at.dim + c)]);
     }
   }
-  PetscCall(VecRestoreArrayWrite(y, &ay));
-  PetscCall(VecRestoreArrayRead(z, &az));
   PetscFunctionReturn(0);
 }
 
@@ -110,21 +105,17 @@ PetscErrorCode FirstOrderTangent::condense(Vec r, Vec b) {
   const Layout& at = own_.layout();
   const PetscInt d = at.dim;
   const std::vector<double>& masses = own_.masses();
-  const PetscScalar* ar = nullptr;
-  PetscScalar* ab = nullptr;
   PetscFunctionBegin;
   std::vector<double> a(static_cast<std::size_t>(at.particles * d), 0.0);
-  PetscCall(VecGetArrayRead(r, &ar));
+  const ReadArray ar(r);
   for (PetscInt i = 0; i < at.particles && !static_; ++i)
     for (PetscInt c = 0; c < d; ++c) a[i * d + c] = ar[at.x(i, c)] / (form_ == Form::momentum ? masses[i] : 1.0);
   PetscCall(damp(a, &force_));
-  PetscCall(VecGetArrayWrite(b, &ab));
+  const WriteArray ab(b);
   for (PetscInt i = 0; i < at.particles; ++i) {
     const double m = masses[i], scale = form_ == Form::momentum ? 1.0 : m;
     for (PetscInt c = 0; c < d; ++c) ab[i * d + c] = scale * ar[at.v(i, c)] + inertia_ * sigma_ * m * a[i * d + c] - force_[i * d + c];
   }
-  PetscCall(VecRestoreArrayWrite(b, &ab));
-  PetscCall(VecRestoreArrayRead(r, &ar));
   PetscFunctionReturn(0);
 }
 
@@ -133,21 +124,15 @@ PetscErrorCode FirstOrderTangent::expand(Vec r, Vec w, Vec z) {
   const Layout& at = own_.layout();
   const PetscInt d = at.dim;
   const std::vector<double>& masses = own_.masses();
-  const PetscScalar *ar = nullptr, *aw = nullptr;
-  PetscScalar* az = nullptr;
   PetscFunctionBegin;
-  PetscCall(VecGetArrayRead(r, &ar));
-  PetscCall(VecGetArrayRead(w, &aw));
-  PetscCall(VecGetArrayWrite(z, &az));
+  const ReadArray ar(r), aw(w);
+  const WriteArray az(z);
   for (PetscInt i = 0; i < at.particles; ++i)
     for (PetscInt c = 0; c < d; ++c) {
       const double a = ar[at.x(i, c)] / (form_ == Form::momentum ? masses[i] : 1.0);
       az[at.x(i, c)] = aw[i * d + c] / sigma_;
       az[at.v(i, c)] = aw[i * d + c] - a;
     }
-  PetscCall(VecRestoreArrayWrite(z, &az));
-  PetscCall(VecRestoreArrayRead(w, &aw));
-  PetscCall(VecRestoreArrayRead(r, &ar));
   PetscFunctionReturn(0);
 }
 

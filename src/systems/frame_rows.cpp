@@ -1,16 +1,15 @@
 #include "systems/frame_rows.hpp"
 #include "base/text.hpp"
+#include "base/vec_array.hpp"
 
 namespace bs {
 
 PetscErrorCode own_numbers(Vec vec, std::vector<double>* numbers) {
-  const PetscScalar* a = nullptr;
   PetscInt size = 0;
   PetscFunctionBegin;
   PetscCall(VecGetLocalSize(vec, &size));
-  PetscCall(VecGetArrayRead(vec, &a));
-  numbers->assign(a, a + size);
-  PetscCall(VecRestoreArrayRead(vec, &a));
+  const ReadArray a(vec);
+  numbers->assign(a.data(), a + size);
   PetscFunctionReturn(0);
 }
 

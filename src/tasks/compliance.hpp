@@ -1,9 +1,10 @@
 // What a structure yields to unit loads on groups of its particles: -bs_compliance_groups.
 #pragma once
 #include <petscts.h>
+#include <string>
 #include <vector>
 #include "systems/equilibrium.hpp"
-#include "tasks/findings.hpp"
+#include "tasks/final_results.hpp"
 
 namespace bs {
 
@@ -13,20 +14,19 @@ namespace bs {
 /// the load, and the component stays where it is.
 class Compliance {
  public:
-  /// Collective. Reads the option and finds its groups in `model`, which has begun; errors (exit 2): groups that are not there, bodies tied to
-  /// nothing.
-  PetscErrorCode read(Equilibrium& model);
+  /// Collective. Of the groups of these names in `model`, which has begun; errors (exit 2): groups that do not exist, bodies tied to nothing.
+  PetscErrorCode begin(Equilibrium& model, const std::vector<std::string>& names);
   bool wanted() const { return !groups_.empty(); }
   /// The table of a trajectory, whose numbers are known only at the end: NaN before.
   Dataset table(PetscMPIInt rank) const;
   /// Collective. At the equilibrium y of time t, by the linear solver of `ts` with the matrix J.
-  PetscErrorCode find(TS ts, Mat J, Equilibrium& model, double t, Vec y, Findings* out);
+  PetscErrorCode find(TS ts, Mat J, Equilibrium& model, double t, Vec y, FinalResults* out);
 
  private:
   PetscErrorCode set_load(Mechanics& mechanics, std::size_t group, PetscInt component, Vec load) const;
   PetscErrorCode is_resisted(Equilibrium& model, Vec load, Vec u, bool* yes) const;
   PetscErrorCode add_means(MPI_Comm comm, Vec u, std::size_t column);
-  void put(PetscMPIInt rank, Findings* out) const;
+  void put(PetscMPIInt rank, FinalResults* out) const;
 
   std::vector<ParticleGroup> groups_;
   int dim_ = 0;

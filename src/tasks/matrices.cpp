@@ -5,11 +5,13 @@
 #include <cmath>
 #include <cstring>
 #include <vector>
+#include "base/collective.hpp"
 #include "base/context.hpp"
 #include "base/error.hpp"
 #include "base/handle.hpp"
 #include "base/options.hpp"
 #include "output/fresh_file.hpp"
+#include "systems/frame_rows.hpp"
 #include "systems/mechanics.hpp"
 
 namespace bs {
@@ -33,14 +35,9 @@ struct Order {
 /// A vector with one number for each component, sent to the input's order.
 PetscErrorCode in_order(Model& model, Vec state, std::vector<double>* out) {
   std::vector<StatePart> parts;
-  const PetscScalar* a = nullptr;
-  PetscInt n = 0;
   PetscFunctionBegin;
   PetscCall(model.gather_state(state, &parts));
-  PetscCall(VecGetLocalSize(parts[0].vec, &n));
-  PetscCall(VecGetArrayRead(parts[0].vec, &a));
-  out->assign(a, a + n);
-  PetscCall(VecRestoreArrayRead(parts[0].vec, &a));
+  PetscCall(own_numbers(parts[0].vec, out));
   PetscFunctionReturn(0);
 }
 
@@ -128,10 +125,8 @@ PetscErrorCode local_lines(Mat A, std::string* text, PetscInt* count, Error* fau
 PetscErrorCode collect(MPI_Comm comm, std::string* text) {
   constexpr int TAG = 7;
   constexpr std::size_t SLICE = std::size_t{1} << 28;
-  PetscMPIInt rank, ranks;
   PetscFunctionBegin;
-  PetscCallMPI(MPI_Comm_rank(comm, &rank));
-  PetscCallMPI(MPI_Comm_size(comm, &ranks));
+  const PetscMPIInt rank = rank_of(comm), ranks = size_of(comm);
   for (PetscMPIInt r = 1; r < ranks; ++r) {
     std::uint64_t size = text->size();
     if (rank == r) PetscCallMPI(MPI_Send(&size, 1, MPI_UINT64_T, 0, TAG, comm));
@@ -150,11 +145,10 @@ PetscErrorCode collect(MPI_Comm comm, std::string* text) {
 PetscErrorCode write_market(const Named& named, double t, PetscInt dim, const std::string& file, bool overwrite) {
   std::string lines;
   PetscInt count = 0, n = 0;
-  PetscMPIInt rank;
   Error fault;
   MPI_Comm comm = PetscObjectComm(reinterpret_cast<PetscObject>(named.matrix.get()));
   PetscFunctionBegin;
-  PetscCallMPI(MPI_Comm_rank(comm, &rank));
+  const PetscMPIInt rank = rank_of(comm);
   PetscCall(MatGetSize(named.matrix, &n, nullptr));
   PetscCall(local_lines(named.matrix, &lines, &count, &fault));
   if (fault) fault.text = std::string("option -bs_write_matrices: ") + named.meaning + ": " + fault.text + ": it is not written";
@@ -176,10 +170,9 @@ PetscErrorCode write_market(const Named& named, double t, PetscInt dim, const st
 
 /// A fresh file, its name known on all ranks.
 PetscErrorCode create_everywhere(MPI_Comm comm, const std::string& file, std::string* made) {
-  PetscMPIInt rank;
   Error fault;
   PetscFunctionBegin;
-  PetscCallMPI(MPI_Comm_rank(comm, &rank));
+  const PetscMPIInt rank = rank_of(comm);
   if (rank == 0) {
     int handle = -1;
     if (const int why = create_fresh(file, ".tmp", made, &handle)) fault.note(0, "cannot write " + file + ": " + std::strerror(why));
@@ -187,10 +180,7 @@ PetscErrorCode create_everywhere(MPI_Comm comm, const std::string& file, std::st
   }
   fault.exit = Exit::io;
   PetscCall(fail_if_any(comm, fault));
-  int size = static_cast<int>(made->size());
-  PetscCallMPI(MPI_Bcast(&size, 1, MPI_INT, 0, comm));
-  made->resize(static_cast<std::size_t>(size));
-  PetscCallMPI(MPI_Bcast(made->data(), size, MPI_CHAR, 0, comm));
+  PetscCall(share_text(comm, made));
   PetscFunctionReturn(0);
 }
 
@@ -208,11 +198,10 @@ PetscErrorCode write_fresh_binary(const Named& named, const std::string& file) {
 
 PetscErrorCode write_binary(const Named& named, const std::string& file, bool overwrite) {
   MPI_Comm comm = PetscObjectComm(reinterpret_cast<PetscObject>(named.matrix.get()));
-  PetscMPIInt rank;
   std::string made;
   Error fault;
   PetscFunctionBegin;
-  PetscCallMPI(MPI_Comm_rank(comm, &rank));
+  const PetscMPIInt rank = rank_of(comm);
   PetscCall(create_everywhere(comm, file, &made));
   const PetscErrorCode code = write_fresh_binary(named, made);
   if (code != 0) (void)unlink(made.c_str());

@@ -3,6 +3,7 @@
 #include <cmath>
 #include "base/context.hpp"
 #include "base/error.hpp"
+#include "base/option_names.hpp"
 #include "base/options.hpp"
 #include "tasks/matrices.hpp"
 #include "tasks/statics/box_stress.hpp"
@@ -19,20 +20,18 @@ struct ModeOptions {
 };
 
 /// Options of the eigensolver count as used: what comes before it would warn of them.
-PetscErrorCode spare_eigensolver() {
+PetscErrorCode mark_eigensolver_options() {
   std::vector<std::string> names;
   PetscFunctionBegin;
   PetscCall(unused_options(&names));
-  for (const std::string& name : names) {
-    PetscBool given = PETSC_FALSE;
+  for (const std::string& name : names)
     for (const char* begin : {"-eps_", "-st_", "-modes_", "-bv_", "-ds_"})
-      if (name.rfind(begin, 0) == 0) PetscCall(PetscOptionsHasName(nullptr, nullptr, name.c_str(), &given));
-  }
+      if (name.rfind(begin, 0) == 0) (void)is_given(name);
   PetscFunctionReturn(0);
 }
 
 /// Why the free vibrations of `model` cannot be had; empty where they can.
-std::string unsuited(Model& model) {
+std::string fault_of_modes(Model& model) {
   Mechanics* mechanics = model.mechanics();
   if (!mechanics)
     return std::string("option -bs_task modes: a ") + model.name() + " system has no masses: give -bs_model particles, or -bs_task dynamics";
@@ -96,17 +95,17 @@ PetscErrorCode ModesRun::linearise() {
   PetscFunctionBegin;
   PetscCall(model_.foresee(time_, time_, &fault));
   if (!fault.empty()) PetscCall(fail(model_.comm(), Exit::input, fault));
-  PetscCall(look_at_forces());
+  PetscCall(measure_forces());
   PetscCall(mechanics.linearisation().linearise(time_, y_));
   PetscCall(form_.create(mechanics.linearisation()));
   if (form_.unknowns() == 0)
     PetscCall(fail(model_.comm(), Exit::input, "option -bs_task modes: no particle can move: leave some free (particles/fixed, -bs_lattice_fixed)"));
-  PetscCall(look_at_damping());
+  PetscCall(detect_damping());
   PetscFunctionReturn(0);
 }
 
 /// Whether forces have values here, and how far from equilibrium this is.
-PetscErrorCode ModesRun::look_at_forces() {
+PetscErrorCode ModesRun::measure_forces() {
   Mechanics& mechanics = *model_.mechanics();
   const Layout& at = mechanics.layout();
   const double* f = nullptr;
@@ -126,7 +125,7 @@ PetscErrorCode ModesRun::look_at_forces() {
   PetscFunctionReturn(0);
 }
 
-PetscErrorCode ModesRun::look_at_damping() {
+PetscErrorCode ModesRun::detect_damping() {
   const Layout& at = model_.mechanics()->layout();
   std::vector<double> w(static_cast<std::size_t>(at.particles * at.dim)), f(w.size(), 0.0);
   PetscFunctionBegin;
@@ -138,7 +137,7 @@ PetscErrorCode ModesRun::look_at_damping() {
   PetscFunctionReturn(0);
 }
 
-PetscErrorCode ModesRun::say_header(const std::string& method) {
+PetscErrorCode ModesRun::print_header(const std::string& method) {
   PetscFunctionBegin;
   std::vector<std::string> lines = model_.describe();
   lines.insert(lines.begin(), program_line(model_.comm()));
@@ -160,16 +159,14 @@ PetscErrorCode ModesRun::say_header(const std::string& method) {
 
 PetscErrorCode ModesRun::run() {
   std::string method, why;
-  PetscBool help = PETSC_FALSE;
   PetscFunctionBegin;
   PetscCall(linearise());
   ModeSolver solver(form_, request_);
   PetscCall(refuse_foreign_options(model_.comm()));
   PetscCall(reject_unknown_options(model_.comm()));
   PetscCall(solver.create(&method));
-  PetscCall(PetscOptionsHasName(nullptr, nullptr, "-help", &help));
-  if (help) PetscFunctionReturn(0);
-  PetscCall(say_header(method));
+  if (is_given("-help")) PetscFunctionReturn(0);
+  PetscCall(print_header(method));
   PetscCall(remove_earlier_results(model_.comm()));
   PetscCall(write_matrices(model_, time_, y_, options_.output.trajectory.overwrite));
   std::vector<std::string> unused;
@@ -182,7 +179,7 @@ PetscErrorCode ModesRun::run() {
   solver.release();
   modes_.method = method;
   if (!why.empty()) modes_.completeness = Completeness::unknown;
-  PetscCall(weigh_up());
+  PetscCall(find_effective_masses());
   PetscCall(write());
   PetscCall(conclude(why));
   PetscFunctionReturn(0);
@@ -194,13 +191,13 @@ PetscErrorCode ModesRun::give_up(const std::string& outcome, const std::string& 
   PetscCall(lin.linearise(time_, y_));
   PetscCall(form_.create(lin));
   PetscCall(open_file());
-  PetscCall(weigh_up());
+  PetscCall(find_effective_masses());
   PetscCall(write());
   PetscCall(report(outcome, why));
   PetscFunctionReturn(0);
 }
 
-static void take_results(const Modes& modes, Result* out) {
+static void copy_results(const Modes& modes, Result* out) {
   for (const Mode& mode : modes.mode) {
     out->omega_squared.push_back(mode.omega_squared);
     out->residual.push_back(mode.residual);
@@ -210,31 +207,31 @@ static void take_results(const Modes& modes, Result* out) {
 
 PetscErrorCode run_modes(std::unique_ptr<Model> model, Result* result, int* exit_code) {
   RunOptions options;
-  Claim claim;  // given up when the files are closed
+  OutputLocks locks;  // given up when the files are closed
   PetscFunctionBegin;
   *exit_code = 0;
   PetscCall(read_run_options(model->comm(), &options));
-  const std::string why = unsuited(*model);
+  const std::string why = fault_of_modes(*model);
   if (!why.empty()) PetscCall(fail(model->comm(), Exit::input, why));
   if (!options.saving.restart.empty() || !options.saving.file.empty())
     PetscCall(fail(model->comm(), Exit::input, "options -bs_checkpoint and -bs_restart: -bs_task modes has no steps to save: leave them out"));
-  PetscCall(claim_files(model->comm(), options, &claim));
+  PetscCall(lock_outputs(model->comm(), options, &locks));
   std::unique_ptr<Model> there;
   VecHandle y;
   double time = 0;
   const auto& [request, about] = held_by<ModeOptions>(model->comm());
   if (about == 1) {
-    PetscCall(spare_eigensolver());
-    Settled settled;
-    const PetscErrorCode code = settle(std::move(model), options, &settled, exit_code);
+    PetscCall(mark_eigensolver_options());
+    FoundEquilibrium found;
+    const PetscErrorCode code = find_equilibrium(std::move(model), options, &found, exit_code);
     if (code != 0 || *exit_code != 0) {
-      if (!settled.y) PetscFunctionReturn(code);
-      ModesRun run(*settled.model, options, request, settled.factor, settled.y);
-      PetscCall(run.give_up(settled.outcome, settled.why));
+      if (!found.y) PetscFunctionReturn(code);
+      ModesRun run(*found.model, options, request, found.factor, found.y);
+      PetscCall(run.give_up(found.outcome, found.why));
       PetscFunctionReturn(code);
     }
-    there = std::move(settled.model);
-    y = std::move(settled.y);
+    there = std::move(found.model);
+    y = std::move(found.y);
     time = 1;
   } else {
     PetscCall(refuse_box_stress(*model, "-bs_modes_about start"));
@@ -249,7 +246,7 @@ PetscErrorCode run_modes(std::unique_ptr<Model> model, Result* result, int* exit
   {
     ModesRun run(*there, options, request, time, y);
     PetscCall(run.run());
-    if (result) take_results(run.modes(), result);
+    if (result) copy_results(run.modes(), result);
   }
   PetscCall(SlepcFinalize());
   PetscFunctionReturn(0);

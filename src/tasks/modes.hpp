@@ -39,10 +39,10 @@ class ModesRun {
 
  private:
   PetscErrorCode linearise();
-  PetscErrorCode look_at_forces();
-  PetscErrorCode look_at_damping();
-  PetscErrorCode say_header(const std::string& method);
-  PetscErrorCode weigh_up();
+  PetscErrorCode measure_forces();
+  PetscErrorCode detect_damping();
+  PetscErrorCode print_header(const std::string& method);
+  PetscErrorCode find_effective_masses();
   PetscErrorCode page(std::size_t k, Vec* out);
   PetscErrorCode fluctuations(std::vector<Dataset>* constants);
   PetscErrorCode open_file();

@@ -2,10 +2,13 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include "base/collective.hpp"
 #include "base/error.hpp"
+#include "base/vec_array.hpp"
 #include "output/report.hpp"
 #include "output/tables.hpp"
 #include "systems/breaks.hpp"
+#include "systems/frame_rows.hpp"
 #include "tasks/modes.hpp"
 
 namespace bs {
@@ -23,7 +26,7 @@ std::string count_text(PetscInt count, bool exact) { return format("%s%lld", exa
 }  // namespace
 
 /// Effective masses: (sum over particles of m q_c)^2, which over all modes adds up to the mass that can move.
-PetscErrorCode ModesRun::weigh_up() {
+PetscErrorCode ModesRun::find_effective_masses() {
   const Pencil& lin = form_.linearised();
   const Layout& at = model_.mechanics()->layout();
   const std::vector<double>& m = lin.masses();
@@ -33,12 +36,10 @@ PetscErrorCode ModesRun::weigh_up() {
   PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &mass_, 1, MPI_DOUBLE, MPI_SUM, model_.comm()));
   participation_.assign(modes_.mode.size() * static_cast<std::size_t>(at.dim), 0.0);
   for (std::size_t k = 0; k < modes_.mode.size(); ++k) {
-    const PetscScalar* q = nullptr;
     PetscCall(form_.shape(modes_.mode[k].u, shape_));
-    PetscCall(VecGetArrayRead(shape_, &q));
+    const ReadArray q(shape_);
     for (PetscInt i = 0; i < at.particles; ++i)
       for (PetscInt c = 0; c < at.dim; ++c) participation_[k * at.dim + c] += m[static_cast<std::size_t>(i)] * q[i * at.dim + c];
-    PetscCall(VecRestoreArrayRead(shape_, &q));
   }
   const PetscMPIInt count = static_cast<PetscMPIInt>(participation_.size());
   PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, participation_.data(), count, MPI_DOUBLE, MPI_SUM, model_.comm()));
@@ -49,10 +50,8 @@ PetscErrorCode ModesRun::weigh_up() {
 /// Mode k in the input's order, its largest component (the first of those as large) positive; 0 where there is none; borrowed.
 PetscErrorCode ModesRun::page(std::size_t k, Vec* out) {
   constexpr double AS_LARGE = 1 - 1e-6;
-  const Layout& at = model_.mechanics()->layout();
   std::vector<StatePart> parts;
-  const PetscScalar *from = nullptr, *q = nullptr;
-  PetscScalar* to = nullptr;
+  const PetscScalar* q = nullptr;
   PetscReal most = 0;
   PetscInt first = 0, n = 0;
   PetscFunctionBegin;
@@ -60,12 +59,7 @@ PetscErrorCode ModesRun::page(std::size_t k, Vec* out) {
   if (k < modes_.mode.size()) PetscCall(form_.shape(modes_.mode[k].u, shape_));
   else PetscCall(VecZeroEntries(shape_));
   PetscCall(VecZeroEntries(state_));
-  PetscCall(VecGetArrayRead(shape_, &from));
-  PetscCall(VecGetArray(state_, &to));
-  for (PetscInt i = 0; i < at.particles; ++i)
-    for (PetscInt c = 0; c < at.dim; ++c) to[at.x(i, c)] = from[i * at.dim + c];
-  PetscCall(VecRestoreArray(state_, &to));
-  PetscCall(VecRestoreArrayRead(shape_, &from));
+  set_part(state_, Part::position, ReadArray(shape_));
   PetscCall(model_.gather_state(state_, &parts));
   *out = parts[0].vec;
   PetscCall(VecNorm(*out, NORM_INFINITY, &most));
@@ -93,7 +87,6 @@ PetscErrorCode ModesRun::fluctuations(std::vector<Dataset>* constants) {
   for (std::size_t k = 0; k == 0 || k < modes_.mode.size(); ++k) {
     Vec q;
     PetscInt n = 0, at = 0, all = 0;
-    const PetscScalar* a = nullptr;
     PetscCall(page(k, &q));
     PetscCall(VecGetLocalSize(q, &n));
     PetscCall(VecGetSize(q, &all));
@@ -104,9 +97,8 @@ PetscErrorCode ModesRun::fluctuations(std::vector<Dataset>* constants) {
     if (modes_.mode.empty()) continue;
     const Mode& mode = modes_.mode[k];
     if (mode.zero || mode.omega_squared <= 0) continue;
-    PetscCall(VecGetArrayRead(q, &a));
+    const ReadArray a(q);
     for (PetscInt i = 0; i < n; ++i) sum[static_cast<std::size_t>(i / d)] += a[i] * a[i] / mode.omega_squared;
-    PetscCall(VecRestoreArrayRead(q, &a));
   }
   constants->push_back({"/modes/fluctuation", first, total, 0, std::move(sum), {{"meaning", "mean square displacement at kT = 1 J by these modes"}}});
   PetscFunctionReturn(0);
@@ -148,10 +140,9 @@ PetscErrorCode ModesRun::write() {
   const int d = static_cast<int>(form_.linearised().dim());
   std::vector<Dataset> tables;
   std::vector<double> squared, residual;
-  PetscMPIInt rank;
   PetscFunctionBegin;
   if (!file_) PetscFunctionReturn(0);
-  PetscCallMPI(MPI_Comm_rank(model_.comm(), &rank));
+  const PetscMPIInt rank = rank_of(model_.comm());
   PetscCall(fluctuations(&tables));
   if (model_.breaks()) PetscCall(model_.breaks()->tables(&tables));
   for (const Mode& mode : modes_.mode) {
@@ -207,10 +198,9 @@ std::vector<std::string> ModesRun::lines() const {
 }
 
 PetscErrorCode ModesRun::report(const std::string& outcome, const std::string& why) {
-  PetscMPIInt size;
   PetscFunctionBegin;
   if (options_.output.report.empty()) PetscFunctionReturn(0);
-  PetscCallMPI(MPI_Comm_size(model_.comm(), &size));
+  const PetscMPIInt size = size_of(model_.comm());
   Report report;
   double worst = 0;
   std::vector<double> squared;

@@ -1,7 +1,7 @@
 #include "tasks/moduli.hpp"
 #include <limits>
+#include "base/collective.hpp"
 #include "base/error.hpp"
-#include "base/options.hpp"
 #include "tasks/strain_relaxation.hpp"
 #include "tasks/tangent_solve.hpp"
 
@@ -29,17 +29,7 @@ static PetscErrorCode count_zero_modes(Linearisation& lin, PetscInt* count) {
   PetscFunctionReturn(0);
 }
 
-PetscErrorCode Moduli::read(MPI_Comm comm) {
-  PetscFunctionBegin;
-  PetscCall(read_section(comm, "Moduli (-bs_task moduli)", [&](Section& o) {
-    o.integer("-bs_zero_modes_unknowns",
-              "number of unknowns up to which motions without stiffness are counted, by two factorisations with MUMPS; 0: never", most_,
-              Range::nonnegative);
-  }));
-  PetscFunctionReturn(0);
-}
-
-PetscErrorCode Moduli::begin(Equilibrium& model) {
+PetscErrorCode Moduli::begin(Equilibrium& model, std::int64_t unknowns) {
   StrainResponse strained;
   PetscFunctionBegin;
   PetscCall(model.strain_response(0, model.initial_state(), &strained));
@@ -48,6 +38,7 @@ PetscErrorCode Moduli::begin(Equilibrium& model) {
         fail(model.comm(), Exit::input, "-bs_task moduli: the lattice has no periodic box: give -bs_lattice_periodic or a lattice file with /box"));
   if (!strained.held.empty())
     PetscCall(fail(model.comm(), Exit::input, "-bs_task moduli: " + strained.held + " do not follow the strain of the box: leave them out"));
+  most_ = unknowns;
   count_ = strained.count;
   names_ = component_names(model.dim());
   value_.assign(static_cast<std::size_t>(count_ * count_), std::numeric_limits<double>::quiet_NaN());
@@ -80,7 +71,7 @@ PetscErrorCode Moduli::count_floppy(Equilibrium& model) {
   PetscFunctionReturn(0);
 }
 
-void Moduli::put(PetscMPIInt rank, const StrainResponse& strained, Findings* out) const {
+void Moduli::put(PetscMPIInt rank, const StrainResponse& strained, FinalResults* out) const {
   std::string stress = "stress:";
   for (int a = 0; a < count_; ++a) {
     std::string text = "stiffness, row " + names_[static_cast<std::size_t>(a)] + ":";
@@ -92,27 +83,26 @@ void Moduli::put(PetscMPIInt rank, const StrainResponse& strained, Findings* out
   std::vector<std::vector<double>> rows;
   rows.reserve(static_cast<std::size_t>(count_));
   for (int a = 0; a < count_; ++a) rows.emplace_back(value_.begin() + a * count_, value_.begin() + (a + 1) * count_);
-  out->matrices.emplace_back("stiffness", std::move(rows));
+  out->report.set("stiffness", rows);
   if (floppy_ != 0)
     out->lines.push_back(floppy_ > 0 ? format("%lld motions beside the translations meet no resistance: floppy parts, which carry nothing",
                                               static_cast<long long>(floppy_))
                                      : "motions without resistance were not counted (-bs_zero_modes_unknowns)");
-  out->counts.emplace_back("zero_modes", floppy_);
+  out->report.set("zero_modes", floppy_);
   add_tables(rank, &out->tables);
 }
 
-PetscErrorCode Moduli::find(TS ts, Mat J, Equilibrium& model, double t, Vec y, Findings* out) {
+PetscErrorCode Moduli::find(TS ts, Mat J, Equilibrium& model, double t, Vec y, FinalResults* out) {
   StrainRelaxation relaxed;
-  PetscMPIInt rank;
   PetscFunctionBegin;
-  PetscCallMPI(MPI_Comm_rank(model.comm(), &rank));
+  const PetscMPIInt rank = rank_of(model.comm());
   PetscCall(relaxed.find(ts, J, model, t, y));
   if (!(relaxed.left() <= StrainRelaxation::GOOD)) {
-    out->why = format(
+    out->failure = format(
         "-bs_task moduli: the relaxation of the particles leaves %.2g of the forces that a strain makes: the lattice is too floppy for this linear "
         "solver; give -condensed_pc_type cholesky",
         relaxed.left());
-    if (relaxed.memory_lack().yes) out->why = "-bs_task moduli: " + relaxed.memory_lack().said();
+    if (relaxed.memory_lack().yes) out->failure = "-bs_task moduli: " + relaxed.memory_lack().said();
     PetscFunctionReturn(0);
   }
   value_ = relaxed.stiffness();

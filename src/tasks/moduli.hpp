@@ -3,7 +3,7 @@
 #include <petscts.h>
 #include <vector>
 #include "systems/equilibrium.hpp"
-#include "tasks/findings.hpp"
+#include "tasks/final_results.hpp"
 #include "tasks/result.hpp"
 
 namespace bs {
@@ -15,28 +15,27 @@ namespace bs {
 /// without a force: they carry nothing.
 class Moduli {
  public:
-  /// Collective. Reads -bs_zero_modes_unknowns.
-  PetscErrorCode read(MPI_Comm comm);
-  /// Collective. The moduli are wanted. Errors (exit 2): no periodic box, or particles that are held.
-  PetscErrorCode begin(Equilibrium& model);
+  /// Collective. The moduli are wanted; motions without stiffness are counted in systems of up to `unknowns`. Errors (exit 2): no periodic box, or
+  /// particles that are held.
+  PetscErrorCode begin(Equilibrium& model, std::int64_t unknowns);
   bool wanted() const { return count_ > 0; }
   /// The tables of a trajectory, whose numbers are known only at the end: NaN and -1 before.
   void add_tables(PetscMPIInt rank, std::vector<Dataset>* out) const;
   /// Collective. At the equilibrium y of time t, by the linear solver of `ts` with the matrix J.
-  PetscErrorCode find(TS ts, Mat J, Equilibrium& model, double t, Vec y, Findings* out);
+  PetscErrorCode find(TS ts, Mat J, Equilibrium& model, double t, Vec y, FinalResults* out);
 
   /// After find(), which may have failed.
-  void take_results(Result* out) const {
+  void copy_results(Result* out) const {
     out->stiffness = value_;
     out->zero_modes = floppy_;
   }
 
  private:
-  void put(PetscMPIInt rank, const StrainResponse& strained, Findings* out) const;
+  void put(PetscMPIInt rank, const StrainResponse& strained, FinalResults* out) const;
   PetscErrorCode count_floppy(Equilibrium& model);
   std::vector<std::string> names_;  ///< of the components
   int count_ = 0;
-  std::int64_t most_ = 20000;  ///< unknowns up to which zero modes are counted
+  std::int64_t most_ = 0;      ///< unknowns up to which zero modes are counted
   PetscInt floppy_ = -1;       ///< zero modes beyond the translations; -1: not counted
   std::vector<double> value_;  ///< (q, q), row by row
 };

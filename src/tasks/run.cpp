@@ -2,6 +2,7 @@
 #include <algorithm>
 #include <cmath>
 #include "base/error.hpp"
+#include "base/option_names.hpp"
 #include "output/tables.hpp"
 #include "systems/breaks.hpp"
 #include "systems/mechanics.hpp"
@@ -44,7 +45,7 @@ PetscErrorCode Run::on_step(const StepRecord& record) {
   if (hooks_.on_step) hooks_.on_step(record);
   if (record.step == pause_at_) PetscCall(TSSetConvergedReason(ts_, TS_CONVERGED_USER));
   if (hooks_.done && hooks_.done()) PetscCall(TSSetConvergedReason(ts_, TS_CONVERGED_USER));
-  if (hooks_.settle) good_facts_ = facts();
+  if (hooks_.after_break) good_facts_ = facts();
   PetscFunctionReturn(0);
 }
 
@@ -68,7 +69,7 @@ Facts Run::facts() const {
 
 /// After the look at the state that a continued run begins with: what that counts is counted already.
 void Run::restore_facts() {
-  if (taken_up_ < 0) return;
+  if (steps_at_restart_ < 0) return;
   watch_.restore(continued_);
   if (hooks_.restore) hooks_.restore(continued_);
   for (const Tally& tally : tallies()) {
@@ -76,8 +77,7 @@ void Run::restore_facts() {
     if (was != continued_.whole.end()) earlier_[tally.key] = was->second - tally.count;
   }
   for (Observable& o : first_)
-    for (std::size_t k = 0; k < o.value.size(); ++k)
-      if (const auto was = continued_.real.find(begin_key(o, k)); was != continued_.real.end()) o.value[k] = was->second;
+    for (std::size_t k = 0; k < o.value.size(); ++k) o.value[k] = continued_.real_of(begin_key(o, k), o.value[k]);
 }
 
 /// Both must have fallen: what swings has no velocity at one moment and no force at another.
@@ -130,13 +130,13 @@ PetscErrorCode Run::on_frame(PetscInt step, double time, Vec y) {
   if (trajectory_) {
     set_phase(model_.comm(), Exit::io);
     const Breaks* breaks = hooks_.loads ? model_.breaks() : nullptr;
-    const bool behind = undone_.shown && !settling_;
-    PetscCall(trajectory_->write_frame(step + (breaks ? breaks->motion_steps() : 0) + (behind ? undone_.steps : 0),
-                                       shown_time(time) + (behind ? undone_.time : 0), fields, last_));
+    const bool behind = abandoned_.shown && !relaxing_;
+    PetscCall(trajectory_->write_frame(step + (breaks ? breaks->motion_steps() : 0) + (behind ? abandoned_.steps : 0),
+                                       shown_time(time) + (behind ? abandoned_.time : 0), fields, last_));
     set_phase(model_.comm(), Exit::solve);
   }
   if (hooks_.on_frame) hooks_.on_frame(time);
-  if (hooks_.settle && !settling_) good_facts_ = facts();
+  if (hooks_.after_break && !relaxing_) good_facts_ = facts();
   PetscFunctionReturn(0);
 }
 
@@ -180,25 +180,25 @@ PetscErrorCode Run::on_save() {
 
 /// What broke comes to rest, by the task. Where the step is taken back, frames of the motion stay in the file, in front of one of the last good
 /// state; a checkpoint knows nothing of them.
-PetscErrorCode Run::settle(double time, Vec y, const std::function<PetscErrorCode(Vec)>& frame, bool* settled, std::string* lost) {
+PetscErrorCode Run::after_break(double time, Vec y, const std::function<PetscErrorCode(Vec)>& frame, bool* found, std::string* failure) {
   const Breaks& breaks = *model_.breaks();
   const double motion = breaks.motion(), good = good_facts_.real.at("time");
   const std::int64_t steps = breaks.motion_steps();
   const auto between = [&](Vec moving) {
     PetscFunctionBegin;
-    if (trajectory_ && !undone_.shown) PetscCall(flushed_mark(trajectory_.get(), &undone_.before));
-    undone_.shown = trajectory_ != nullptr;
+    if (trajectory_ && !abandoned_.shown) PetscCall(flushed_mark(trajectory_.get(), &abandoned_.before));
+    abandoned_.shown = trajectory_ != nullptr;
     PetscCall(frame(moving));
     PetscFunctionReturn(0);
   };
   PetscFunctionBegin;
-  undone_ = {};
-  settling_ = true;
-  PetscCall(hooks_.settle(time, y, between, settled, lost));
-  settling_ = false;
-  if (*settled) undone_ = {};
-  undone_.time = time - good + breaks.motion() - motion;
-  undone_.steps = 1 + breaks.motion_steps() - steps;
+  abandoned_ = {};
+  relaxing_ = true;
+  PetscCall(hooks_.after_break(time, y, between, found, failure));
+  relaxing_ = false;
+  if (*found) abandoned_ = {};
+  abandoned_.time = time - good + breaks.motion() - motion;
+  abandoned_.steps = 1 + breaks.motion_steps() - steps;
   PetscFunctionReturn(0);
 }
 
@@ -212,8 +212,8 @@ PetscErrorCode Run::save_last(bool failed) {
   PetscFunctionBegin;
   PetscCall(TSGetSolution(ts_, &y));
   PetscCall(flushed_mark(trajectory_.get(), &mark));
-  if (undone_.shown) mark = undone_.before;
-  if (undone_.shown || (!stepper_->framed() && !untouched()))
+  if (abandoned_.shown) mark = abandoned_.before;
+  if (abandoned_.shown || (!stepper_->framed() && !untouched()))
     PetscCall(on_frame(static_cast<PetscInt>(stepper_->counts().steps), stepper_->good_time(), y));
   else if (observed_ != stepper_->good_time()) PetscCall(observe(stepper_->good_time(), y));  // the last look was at a step that was taken back
   if (!hooks_.checkpoints || spoiled_) PetscFunctionReturn(0);
@@ -230,11 +230,9 @@ PetscErrorCode Run::save_last(bool failed) {
 }
 
 PetscErrorCode Run::advance(int* exit_code) {
-  PetscBool help = PETSC_FALSE;
   PetscFunctionBegin;
   *exit_code = 0;
-  PetscCall(PetscOptionsHasName(nullptr, nullptr, "-help", &help));
-  if (help) PetscFunctionReturn(0);
+  if (is_given("-help")) PetscFunctionReturn(0);
   PetscCall(begin());
   PetscCall(go_on());
   PetscCall(end(exit_code));
@@ -255,7 +253,7 @@ PetscErrorCode Run::begin() {
   }
   if (!resumed_) PetscCall(on_frame(first_step, stepper_->good_time(), y));
   if (first_.empty()) first_ = last_;
-  if (taken_up_ <= 0 && hooks_.begin)
+  if (steps_at_restart_ <= 0 && hooks_.begin)
     stepper_->set_on_begin([this] {
       PetscFunctionBegin;
       PetscCall(hooks_.begin());
@@ -309,23 +307,17 @@ PetscErrorCode Run::leave_open() {
   PetscFunctionReturn(0);
 }
 
-PetscErrorCode run_model(Model& model, int* exit_code) {
-  RunOptions options;
-  Claim claim;  // given up when the files are closed
-  PetscFunctionBegin;
-  PetscCall(read_run_options(model.comm(), &options));
-  if (options.rest > 0 && !model.mechanics()) PetscCall(fail(model.comm(), Exit::input, "option -bs_stop_at_rest is for particles: leave it out"));
-  PetscCall(claim_files(model.comm(), options, &claim));
-  Run run(model, options);
-  PetscCall(run.set_up());
-  PetscCall(run.advance(exit_code));
-  PetscFunctionReturn(0);
-}
-
 PetscErrorCode run_dynamics(std::unique_ptr<Model> model, Result*, int* exit_code) {
+  RunOptions options;
+  OutputLocks locks;  // given up when the files are closed
   PetscFunctionBegin;
   PetscCall(refuse_box_stress(*model, "-bs_task dynamics"));
-  PetscCall(run_model(*model, exit_code));
+  PetscCall(read_run_options(model->comm(), &options));
+  if (options.rest > 0 && !model->mechanics()) PetscCall(fail(model->comm(), Exit::input, "option -bs_stop_at_rest is for particles: leave it out"));
+  PetscCall(lock_outputs(model->comm(), options, &locks));
+  Run run(*model, options);
+  PetscCall(run.set_up());
+  PetscCall(run.advance(exit_code));
   PetscFunctionReturn(0);
 }
 

@@ -6,7 +6,7 @@
 #include "output/progress.hpp"
 #include "systems/model.hpp"
 #include "tasks/adviser.hpp"
-#include "tasks/findings.hpp"
+#include "tasks/final_results.hpp"
 #include "tasks/result.hpp"
 #include "tasks/run_options.hpp"
 #include "time/energy_watch.hpp"
@@ -14,11 +14,8 @@
 
 namespace bs {
 
-/// Collective. Reads the options of stepping and output, advances `model`, writes trajectory, report and summary.
-/// Returns ERR_FAILED where the run failed (exit 3) or could not write (exit 4). `exit_code`: 0, or 128 + signal.
-PetscErrorCode run_model(Model& model, int* exit_code);
-
-/// Collective. The task `dynamics`: run_model of a model that it owns. It has no result.
+/// Collective. The task `dynamics`: reads the options of stepping and output, advances `model`, writes trajectory, report and summary. Returns
+/// ERR_FAILED where the run failed (exit 3) or could not write (exit 4). `exit_code`: 0, or 128 + signal. It has no `result`.
 PetscErrorCode run_dynamics(std::unique_ptr<Model> model, Result* result, int* exit_code);
 
 /// What a task changes in a run. The default is dynamics.
@@ -33,16 +30,16 @@ struct RunHooks {
   std::function<void(Facts*)> save;                                                     ///< what a checkpoint holds of the task
   std::function<void(const Facts&)> restore;                                            ///< and back
   std::function<void(PetscMPIInt rank, std::vector<Dataset>*)> tables;                  ///< adds to a trajectory what `find` gives values
-  std::function<PetscErrorCode(double time, Vec y, Findings*)> find;                    ///< computes at the last state of a run that went well
+  std::function<PetscErrorCode(double time, Vec y, FinalResults*)> find;                ///< computes at the last state of a run that went well
   std::function<PetscErrorCode()> begin;                                                ///< before the first step of a run from its start
-  Stepper::OnBreak settle;                                                              ///< when parts of the system broke
+  Stepper::AfterBreak after_break;                                                      ///< when parts of the system broke
   std::function<bool()> done;                                                           ///< asked after every step: whether the run ends with it
   bool checkpoints = true;                                                              ///< whether its states can be continued
   const char* clock = "load factor";                                                    ///< what its time is, if it has load steps
   std::function<void(const std::string& outcome, const std::string& why)> concluded;    ///< at the end of what was computed
   std::function<void(const StepRecord&)> on_step;                                       ///< after every good step
   std::function<void(double time)> on_frame;                                            ///< at every frame, written or not
-  std::function<PetscErrorCode(Warnings*)> look_back;                                   ///< at the end, whatever the outcome: what to warn of
+  std::function<PetscErrorCode(Warnings*)> final_warnings;                              ///< at the end, whatever the outcome: what to warn of
 };
 
 /// The components of a run, connected by the stepper's callbacks.
@@ -80,7 +77,7 @@ class Run {
  private:
   PetscErrorCode on_step(const StepRecord& record);
   RunState state() const;
-  PetscErrorCode look_back(TSConvergedReason reason);
+  PetscErrorCode final_warnings(TSConvergedReason reason);
   PetscErrorCode warn_of_cuts();
   PetscErrorCode end_at_rest(double time, Vec y);
   PetscErrorCode observe(double time, Vec y);
@@ -91,19 +88,18 @@ class Run {
   PetscErrorCode on_save();
   PetscErrorCode open_restart();
   PetscErrorCode choose_interval();
-  PetscErrorCode say_header(const std::string& solver);
+  PetscErrorCode print_header(const std::string& solver);
   PetscErrorCode prepare_solvers();
-  PetscErrorCode take_up();
-  PetscErrorCode finds_trajectory(const TrajectoryMark& mark, bool* there) const;
+  PetscErrorCode continue_from_checkpoint();
   PetscErrorCode open_trajectory();
   PetscErrorCode save_last(bool failed);
-  PetscErrorCode settle(double time, Vec y, const std::function<PetscErrorCode(Vec)>& frame, bool* settled, std::string* lost);
+  PetscErrorCode after_break(double time, Vec y, const std::function<PetscErrorCode(Vec)>& frame, bool* found, std::string* failure);
   Facts facts() const;
-  Facts good_facts() const { return hooks_.settle ? good_facts_ : facts(); }
+  Facts good_facts() const { return hooks_.after_break ? good_facts_ : facts(); }
   void restore_facts();
-  bool idle() const { return stepper_->counts().steps == taken_up_; }
-  bool untouched() const { return resumed_ && idle() && !undone_.shown; }  ///< the trajectory that goes on
-  PetscErrorCode find_out();
+  bool idle() const { return stepper_->counts().steps == steps_at_restart_; }
+  bool untouched() const { return resumed_ && idle() && !abandoned_.shown; }  ///< the trajectory that goes on
+  PetscErrorCode run_final_analyses();
   PetscErrorCode write_breaks();
   PetscErrorCode conclude(TSConvergedReason reason, int* exit_code);
   PetscErrorCode report(const std::string& outcome, const std::string& why);
@@ -124,20 +120,20 @@ class Run {
   std::unique_ptr<Trajectory> trajectory_;
   Advice advice_;
   std::unique_ptr<CheckpointFile> restart_;
-  bool resumed_ = false;        ///< the trajectory goes on where the checkpoint left it
-  std::int64_t taken_up_ = -1;  ///< steps at the checkpoint; -1: from the start
-  Facts inputs_;                ///< fingerprints of the tables that options name
-  Facts good_facts_;            ///< facts() of the last good state, where steps may be taken back
-  Facts continued_;             ///< what the checkpoint holds of the run
+  bool resumed_ = false;                ///< the trajectory goes on where the checkpoint left it
+  std::int64_t steps_at_restart_ = -1;  ///< steps at the checkpoint; -1: from the start
+  Facts inputs_;                        ///< fingerprints of the tables that options name
+  Facts good_facts_;                    ///< facts() of the last good state, where steps may be taken back
+  Facts continued_;                     ///< what the checkpoint holds of the run
   /// A motion after a break whose step was taken back.
-  struct Undone {
+  struct AbandonedMotion {
     bool shown = false;     ///< there are frames of it
     TrajectoryMark before;  ///< where the trajectory stood
     double time = 0;        ///< by which its end lies behind the last good state [s]
     std::int64_t steps = 0;
   };
-  Undone undone_;
-  bool settling_ = false;                        ///< a frame now is not of a good state
+  AbandonedMotion abandoned_;
+  bool relaxing_ = false;                        ///< a frame now is not of a good state
   std::map<std::string, std::int64_t> earlier_;  ///< counts of the runs that this one continues
   std::string solver_;                           ///< as the header describes it
   std::string last_checkpoint_;                  ///< where a failed run can be continued from
@@ -150,7 +146,7 @@ class Run {
   int held_rows_ = 0;                       ///< of the log, not yet written
   double most_force_ = 0, most_speed_ = 0;  ///< 2-norms of f and of sqrt(M) v, since the run began
   bool rests_ = false;
-  Findings findings_;
+  FinalResults results_;
 };
 
 /// Of a frame's observables [J]; NaN if they have none.

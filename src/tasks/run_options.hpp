@@ -1,12 +1,12 @@
 // The settings of a run from the options, and the files that it may write.
 #pragma once
 #include <string>
-#include "output/claim.hpp"
+#include "output/output_locks.hpp"
 #include "output/trajectory.hpp"
 #include "tasks/adviser.hpp"
 #include "tasks/saving.hpp"
-#include "time/method_check.hpp"
 #include "time/stepper.hpp"
+#include "time/ts_setup.hpp"
 
 namespace bs {
 
@@ -16,9 +16,6 @@ struct OutputSettings {
   std::string report;            ///< -bs_report: file of the closing report; empty: none
   double progress_interval = 5;  ///< -bs_progress_interval [s]
 };
-
-/// Collective. Reads the options; Claim checks whether the files can be written.
-PetscErrorCode read_output_settings(MPI_Comm comm, OutputSettings* settings);
 
 struct RunOptions {
   OutputSettings output;
@@ -34,8 +31,8 @@ struct RunOptions {
 /// Collective. Reads them; ends the run with exit code 2 if they contradict each other.
 PetscErrorCode read_run_options(MPI_Comm comm, RunOptions* out);
 
-/// Collective. Reserves the run's files until `claim` is destroyed. Ends the run with exit code 2 if that fails.
-PetscErrorCode claim_files(MPI_Comm comm, const RunOptions& options, Claim* claim);
+/// Collective. Reserves the run's files until `locks` is destroyed. Ends the run with exit code 2 if that fails.
+PetscErrorCode lock_outputs(MPI_Comm comm, const RunOptions& options, OutputLocks* locks);
 
 /// Collective. When the run begins to compute: removes the report and the matrices that an earlier run left under the claimed names and
 /// -bs_overwrite lets go, so that they are not taken for those of this one, however it ends. Once; later calls do nothing.

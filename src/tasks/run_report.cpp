@@ -1,5 +1,6 @@
 // How a run ended: in the user's words, in the summary, in the report.
 #include <cmath>
+#include "base/collective.hpp"
 #include "base/error.hpp"
 #include "output/report.hpp"
 #include "systems/breaks.hpp"
@@ -73,7 +74,7 @@ PetscErrorCode Run::warn_of_cuts() {
 }
 
 /// What the end tells of the whole run. `reason`: of the TS.
-PetscErrorCode Run::look_back(TSConvergedReason reason) {
+PetscErrorCode Run::final_warnings(TSConvergedReason reason) {
   PetscFunctionBegin;
   PetscCall(warn_of_cuts());
   if (reason == TS_CONVERGED_ITS)
@@ -86,15 +87,14 @@ PetscErrorCode Run::look_back(TSConvergedReason reason) {
         format("%lld Newton solves were ended by the tolerances that are given (-snes_atol, -snes_rtol) with more than a thousandth of the "
                "residual left: the motion is not that of the equations; lower them",
                static_cast<long long>(context_.newton.loose()))));
-  if (hooks_.look_back) PetscCall(hooks_.look_back(&warnings_));
+  if (hooks_.final_warnings) PetscCall(hooks_.final_warnings(&warnings_));
   PetscFunctionReturn(0);
 }
 
 PetscErrorCode Run::report(const std::string& outcome, const std::string& why) {
   const RunCounts& c = stepper_->counts();
-  PetscMPIInt size;
   PetscFunctionBegin;
-  PetscCallMPI(MPI_Comm_size(model_.comm(), &size));
+  const PetscMPIInt size = size_of(model_.comm());
   if (!options_.output.report.empty()) {
     Report report;
     report.set("outcome", outcome);
@@ -117,9 +117,7 @@ PetscErrorCode Run::report(const std::string& outcome, const std::string& why) {
     report.set("frames", trajectory_ ? trajectory_->frames() : std::int64_t{0});
     for (const Observable& o : first_) report.set("first_" + o.name, o.value);
     for (const Observable& o : last_) report.set("last_" + o.name, o.value);
-    for (const auto& [key, entry] : findings_.entries) report.set(key, entry);
-    for (const auto& [key, rows] : findings_.matrices) report.set(key, rows);
-    for (const auto& [key, count] : findings_.counts) report.set(key, count);
+    report.add(results_.report);
     PetscCall(report.write(model_.comm(), options_.output.report, options_.output.trajectory.overwrite));
   }
   progress_.finish(state(), outcome, closing_lines());
@@ -151,7 +149,7 @@ std::vector<std::string> Run::closing_lines() const {
   for (const Tally& tally : tallies())
     if (!tally.unknown.empty()) lines.push_back(tally.unknown);
     else if (tally.count > 0 && !tally.text.empty()) lines.push_back(format("%lld %s", static_cast<long long>(tally.count), tally.text.c_str()));
-  lines.insert(lines.end(), findings_.lines.begin(), findings_.lines.end());
+  lines.insert(lines.end(), results_.lines.begin(), results_.lines.end());
   if (rests_) lines.push_back(format("ended at rest, at t = %.10g s", stepper_->good_time()));
   if (c.shortened) lines.push_back(format("%lld steps shortened to hit output times", static_cast<long long>(c.shortened)));
   if (c.rejected)
@@ -167,14 +165,14 @@ std::vector<std::string> Run::closing_lines() const {
 }
 
 /// What the task asks for at the last state. A continued run that took no step has the tables of the run before it.
-PetscErrorCode Run::find_out() {
+PetscErrorCode Run::run_final_analyses() {
   Vec y;
   PetscFunctionBegin;
   if (!hooks_.find) PetscFunctionReturn(0);
   PetscCall(TSGetSolution(ts_, &y));
-  PetscCall(hooks_.find(stepper_->good_time(), y, &findings_));
+  PetscCall(hooks_.find(stepper_->good_time(), y, &results_));
   set_phase(model_.comm(), Exit::io);
-  for (const Dataset& table : findings_.tables)
+  for (const Dataset& table : results_.tables)
     if (trajectory_ && !untouched()) PetscCall(trajectory_->write_table(table));
   set_phase(model_.comm(), Exit::solve);
   PetscFunctionReturn(0);
@@ -197,9 +195,9 @@ PetscErrorCode Run::conclude(TSConvergedReason reason, int* exit_code) {
   std::string why;
   if (reason < 0) PetscCall(explain(reason, &why));
   else if (stepper_->signal()) why = format("stopped by signal %d", stepper_->signal());
-  else PetscCall(find_out());
-  const bool failed = reason < 0 || !findings_.why.empty();
-  if (reason >= 0 && failed) why = findings_.why;
+  else PetscCall(run_final_analyses());
+  const bool failed = reason < 0 || !results_.failure.empty();
+  if (reason >= 0 && failed) why = results_.failure;
   PetscCall(write_breaks());
   if (trajectory_) {
     set_phase(model_.comm(), Exit::io);
@@ -208,7 +206,7 @@ PetscErrorCode Run::conclude(TSConvergedReason reason, int* exit_code) {
   // of a run before this one, whose trajectory is no more
   if (!failed && !stepper_->signal() && trajectory_ && options_.output.trajectory.overwrite && options_.saving.restart.empty())
     PetscCall(remove_stale_checkpoint(model_.comm(), options_.output.trajectory.file, options_.saving.file));
-  PetscCall(look_back(reason));
+  PetscCall(final_warnings(reason));
   const char* const outcome = failed ? "failed" : stepper_->signal() ? "stopped" : "ok";
   if (hooks_.concluded) hooks_.concluded(outcome, why);
   PetscCall(report(outcome, why));

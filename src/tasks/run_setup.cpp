@@ -2,7 +2,9 @@
 #include <unistd.h>
 #include <algorithm>
 #include <cmath>
+#include "base/collective.hpp"
 #include "base/error.hpp"
+#include "base/option_names.hpp"
 #include "base/options.hpp"
 #include "tasks/matrices.hpp"
 #include "tasks/run.hpp"
@@ -14,11 +16,9 @@ namespace {
 
 /// A continued run begins where the checkpoint was written.
 PetscErrorCode refuse_new_start(MPI_Comm comm, const CheckpointFile& file) {
-  char given[64] = "";
-  PetscBool there = PETSC_FALSE;
   PetscFunctionBegin;
-  PetscCall(PetscOptionsGetString(nullptr, nullptr, "-ts_init_time", given, sizeof given, &there));
-  bool same = !there;
+  bool same = !is_given("-ts_init_time");
+  const std::string given = value_of("-ts_init_time");
   for (const auto& [name, value] : file.options()) same = same || (name == "ts_init_time" && value == given);
   if (!same)
     PetscCall(
@@ -41,7 +41,7 @@ PetscErrorCode Run::open_restart() {
   PetscFunctionReturn(0);
 }
 
-PetscErrorCode Run::say_header(const std::string& solver) {
+PetscErrorCode Run::print_header(const std::string& solver) {
   PetscFunctionBegin;
   std::vector<std::string> lines = model_.describe();
   lines.insert(lines.begin(), program_line(model_.comm()));
@@ -59,12 +59,10 @@ PetscErrorCode Run::say_header(const std::string& solver) {
 /// frames are some steps apart. It becomes the option's value, so that a continued run has the same.
 PetscErrorCode Run::choose_interval() {
   constexpr double MOST_FRAMES = 2000;
-  PetscBool given = PETSC_FALSE;
   PetscInt limit, done;
   double h;
   PetscFunctionBegin;
-  PetscCall(PetscOptionsHasName(nullptr, nullptr, "-bs_output_interval", &given));
-  if (given || !model_.linear() || !options_.step.every_step) PetscFunctionReturn(0);
+  if (is_given("-bs_output_interval") || !model_.linear() || !options_.step.every_step) PetscFunctionReturn(0);
   PetscCall(TSGetTimeStep(ts_, &h));
   PetscCall(TSGetMaxSteps(ts_, &limit));
   PetscCall(TSGetStepNumber(ts_, &done));
@@ -73,7 +71,7 @@ PetscErrorCode Run::choose_interval() {
   options_.step.output_interval = apart * h;
   options_.step.every_step = false;
   PetscCall(PetscOptionsSetValue(nullptr, "-bs_output_interval", format("%.17g", apart * h).c_str()));
-  PetscCall(PetscOptionsGetReal(nullptr, nullptr, "-bs_output_interval", &h, nullptr));  // it is in use
+  (void)is_given("-bs_output_interval");  // it is in use
   interval_note_ = format("frames: one every %.0f steps, %g s; -bs_output_interval gives another distance, 0 a frame at every step", apart, h);
   PetscFunctionReturn(0);
 }
@@ -97,7 +95,6 @@ PetscErrorCode Run::prepare_solvers() {
 
 PetscErrorCode Run::set_up() {
   std::string solver;
-  PetscBool help = PETSC_FALSE;
   PetscFunctionBegin;
   PetscCall(fingerprint_inputs(model_.comm(), &inputs_));
   PetscCall(open_restart());
@@ -111,9 +108,9 @@ PetscErrorCode Run::set_up() {
   stepper_ = std::make_unique<Stepper>(
       model_, context_, options_.step, [this](const StepRecord& r) { return on_step(r); },
       [this](PetscInt step, double time, Vec y) { return on_frame(step, time, y); }, [this]() { return on_flush(); }, [this]() { return on_save(); });
-  if (hooks_.settle)
-    stepper_->set_on_break([this](double time, Vec y, const std::function<PetscErrorCode(Vec)>& frame, bool* settled, std::string* lost) {
-      return settle(time, y, frame, settled, lost);
+  if (hooks_.after_break)
+    stepper_->set_after_break([this](double time, Vec y, const std::function<PetscErrorCode(Vec)>& frame, bool* found, std::string* failure) {
+      return after_break(time, y, frame, found, failure);
     });
   PetscCall(stepper_->attach(ts_));
   PetscCall(model_.covers(start_, end_));
@@ -123,13 +120,12 @@ PetscErrorCode Run::set_up() {
   PetscCall(reject_unknown_options(model_.comm()));
   PetscCall(create_inner_solver(ts_, context_));  // before -help ends: it reads options
   PetscCall(describe_solver(ts_, context_, &solver));
-  PetscCall(PetscOptionsHasName(nullptr, nullptr, "-help", &help));
-  if (help) PetscFunctionReturn(0);
+  if (is_given("-help")) PetscFunctionReturn(0);
   solver_ = solver;
-  PetscCall(say_header(solver));
+  PetscCall(print_header(solver));
   if (options_.advise) PetscCall(step_watch_.begin(ts_, context_, advice_));
   PetscCall(prepare_solvers());
-  if (restart_) PetscCall(take_up());
+  if (restart_) PetscCall(continue_from_checkpoint());
   if (!hooks_.loads) {
     Vec y;
     PetscCall(TSGetSolution(ts_, &y));
@@ -142,17 +138,16 @@ PetscErrorCode Run::set_up() {
 }
 
 /// Goes on from a checkpoint; says what is not as it was.
-PetscErrorCode Run::take_up() {
+PetscErrorCode Run::continue_from_checkpoint() {
   std::vector<std::string> changed;
   PetscFunctionBegin;
   PetscCall(stepper_->restore(ts_, *restart_, &changed));
   warnings_.restore(restart_->run());
   start_ = stepper_->start();
   continued_ = restart_->run();
-  const auto real = [this](const char* name) { return continued_.real.count(name) ? continued_.real.at(name) : 0.0; };
-  most_force_ = real("most_force");
-  most_speed_ = real("most_speed");
-  taken_up_ = stepper_->counts().steps;
+  most_force_ = continued_.real_of("most_force");
+  most_speed_ = continued_.real_of("most_speed");
+  steps_at_restart_ = stepper_->counts().steps;
   progress_.header({format("continued from %s: step %lld, t = %.17g s", options_.saving.restart.c_str(),
                            static_cast<long long>(stepper_->counts().steps), stepper_->good_time())});
   PetscCall(warn_changed_options(model_.comm(), *restart_));
@@ -163,28 +158,15 @@ PetscErrorCode Run::take_up() {
   PetscFunctionReturn(0);
 }
 
-/// Whether the trajectory that `mark` is of is there to be gone on with.
-PetscErrorCode Run::finds_trajectory(const TrajectoryMark& mark, bool* there) const {
-  int found = 0;
-  PetscMPIInt rank;
-  PetscFunctionBegin;
-  PetscCallMPI(MPI_Comm_rank(model_.comm(), &rank));
-  if (rank == 0) found = access(options_.output.trajectory.file.c_str(), F_OK) == 0;
-  PetscCallMPI(MPI_Bcast(&found, 1, MPI_INT, 0, model_.comm()));
-  *there = found && mark.frames > 0;
-  PetscFunctionReturn(0);
-}
-
 PetscErrorCode Run::open_trajectory() {
   TrajectoryOptions options = options_.output.trajectory;
   options.boundary = model_.boundary();
   const TrajectoryMark mark = restart_ ? mark_of(*restart_) : TrajectoryMark{};
   std::vector<Dataset> constants;
-  PetscMPIInt rank;
   PetscInt numbers;
   PetscFunctionBegin;
   PetscCall(VecGetSize(model_.initial_state(), &numbers));
-  if (!options.file.empty()) PetscCall(finds_trajectory(mark, &resumed_));
+  if (!options.file.empty() && mark.frames > 0) resumed_ = ask_rank_0(model_.comm(), [&] { return access(options.file.c_str(), F_OK) == 0; });
   if (!options.file.empty() && !resumed_) PetscCall(model_.take_constants(&constants));
   if (!options_.keep_input) model_.release_input();
   if (options.file.empty()) PetscFunctionReturn(0);
@@ -192,7 +174,7 @@ PetscErrorCode Run::open_trajectory() {
     PetscCall(Trajectory::resume(model_.comm(), options, model_.dim(), numbers, mark, &trajectory_));
     PetscFunctionReturn(0);
   }
-  PetscCallMPI(MPI_Comm_rank(model_.comm(), &rank));
+  const PetscMPIInt rank = rank_of(model_.comm());
   advice_.put(rank, &constants);
   if (hooks_.tables) hooks_.tables(rank, &constants);
   PetscCall(Trajectory::create(model_.comm(), options, model_.dim(), numbers, constants, &trajectory_));

@@ -1,9 +1,10 @@
 #include "tasks/saving.hpp"
-#include <algorithm>
 #include <filesystem>
+#include "base/collective.hpp"
 #include "base/error.hpp"
 #include "base/options.hpp"
 #include "output/h5.hpp"
+#include "output/output_locks.hpp"
 #include "time/stepper.hpp"
 
 namespace bs {
@@ -55,33 +56,20 @@ PetscErrorCode save_run(Model& model, const Stepper& stepper, TS ts, Vec y, cons
 
 namespace {
 
-/// A text attribute of an object in an open file; empty if there is none of fixed length.
-std::string text_of(hid_t file, const char* object, const char* name) {
-  if (H5Aexists_by_name(file, object, name, H5P_DEFAULT) <= 0) return {};
-  const H5 attribute(H5Aopen_by_name(file, object, name, H5P_DEFAULT, H5P_DEFAULT), H5Aclose);
-  const H5 type(attribute >= 0 ? H5Aget_type(attribute) : -1, H5Tclose), space(attribute >= 0 ? H5Aget_space(attribute) : -1, H5Sclose);
-  if (type < 0 || space < 0 || H5Tget_class(type) != H5T_STRING || H5Tis_variable_str(type) != 0 || H5Sget_simple_extent_npoints(space) != 1)
-    return {};
-  std::string text(std::min<std::size_t>(H5Tget_size(type), 65536), '\0');
-  if (H5Tget_size(type) > text.size() || H5Aread(attribute, type, text.data()) < 0) return {};
-  return text.substr(0, text.find('\0'));
-}
-
 bool is_checkpoint_of(const std::string& file, const std::string& trajectory) {
   std::error_code none;
-  if (!std::filesystem::is_regular_file(std::filesystem::symlink_status(file, none)) || H5Fis_hdf5(file.c_str()) <= 0) return false;
+  if (std::filesystem::is_symlink(file, none) || !is_checkpoint(file)) return false;
   const H5 opened(H5Fopen(file.c_str(), H5F_ACC_RDONLY, H5P_DEFAULT), H5Fclose);
-  if (opened < 0 || text_of(opened, "/", "format") != "backspring checkpoint" || H5Lexists(opened, "/run", H5P_DEFAULT) <= 0) return false;
-  const std::string named = text_of(opened, "/run", "trajectory");
+  if (opened < 0 || !h5_exists(opened, "/run")) return false;
+  const std::string named = fixed_text(opened, "/run", "trajectory");
   return named == trajectory || std::filesystem::equivalent(named, trajectory, none);
 }
 
 }  // namespace
 
 PetscErrorCode remove_stale_checkpoint(MPI_Comm comm, const std::string& trajectory, const std::string& kept) {
-  PetscMPIInt rank;
   PetscFunctionBegin;
-  PetscCallMPI(MPI_Comm_rank(comm, &rank));
+  const PetscMPIInt rank = rank_of(comm);
   const std::string stale = trajectory + ".checkpoint";
   if (rank != 0 || stale == kept) PetscFunctionReturn(0);
   std::error_code none;
@@ -93,8 +81,7 @@ PetscErrorCode remove_stale_checkpoint(MPI_Comm comm, const std::string& traject
 
 TrajectoryMark mark_of(const CheckpointFile& file) {
   const Facts& run = file.run();
-  const auto whole = [&](const char* name) { return run.whole.count(name) ? run.whole.at(name) : 0; };
-  return {whole("frames"), whole("log_rows"), run.real.count("last_frame_time") ? run.real.at("last_frame_time") : 0.0};
+  return {run.whole_of("frames"), run.whole_of("log_rows"), run.real_of("last_frame_time")};
 }
 
 }  // namespace bs

@@ -2,7 +2,9 @@
 #include <algorithm>
 #include <cmath>
 #include <vector>
+#include "base/vec_array.hpp"
 #include "linalg/condensed/condensed.hpp"
+#include "systems/frame_rows.hpp"
 #include "time/methods.hpp"
 
 namespace bs {
@@ -10,16 +12,14 @@ namespace bs {
 PetscErrorCode TangentFactors::create(Linearisation& lin) {
   const Layout& at = lin.layout();
   double sums[2] = {0, 0};
-  const PetscScalar* a = nullptr;
   PetscFunctionBegin;
   lin_ = &lin;
   PetscCall(lin.create(CondensedStorage::aij, S_.out()));
   PetscCall(lin.assemble({0, 0, 1}, false, S_));
   PetscCall(MatCreateVecs(S_, b_.out(), w_.out()));
   PetscCall(MatGetDiagonal(S_, b_));
-  PetscCall(VecGetArrayRead(b_, &a));
+  const ReadArray a(b_);
   for (PetscInt k = 0; k < at.particles * at.dim; ++k) sums[0] += std::abs(a[k]);
-  PetscCall(VecRestoreArrayRead(b_, &a));
   for (PetscInt i = 0; i < at.particles; ++i) sums[1] += at.dim * lin.masses()[static_cast<std::size_t>(i)];
   PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, sums, 2, MPI_DOUBLE, MPI_SUM, lin.comm()));
   mean_ = sums[0] / sums[1];
@@ -84,24 +84,11 @@ PetscErrorCode TangentFactors::negative_pivots(PetscInt* count) const {
 }
 
 PetscErrorCode TangentFactors::solve(Vec r, Vec z) {
-  const Layout& at = lin_->layout();
-  const PetscScalar* from = nullptr;
-  PetscScalar* to = nullptr;
   PetscFunctionBegin;
-  PetscCall(VecGetArrayRead(r, &from));
-  PetscCall(VecGetArray(b_, &to));
-  for (PetscInt i = 0; i < at.particles; ++i)
-    for (PetscInt c = 0; c < at.dim; ++c) to[i * at.dim + c] = from[at.v(i, c)];
-  PetscCall(VecRestoreArray(b_, &to));
-  PetscCall(VecRestoreArrayRead(r, &from));
+  get_part(r, Part::velocity, WriteArray(b_));
   PetscCall(MatSolve(factors_, b_, w_));
   PetscCall(VecZeroEntries(z));
-  PetscCall(VecGetArrayRead(w_, &from));
-  PetscCall(VecGetArray(z, &to));
-  for (PetscInt i = 0; i < at.particles; ++i)
-    for (PetscInt c = 0; c < at.dim; ++c) to[at.x(i, c)] = from[i * at.dim + c];
-  PetscCall(VecRestoreArray(z, &to));
-  PetscCall(VecRestoreArrayRead(w_, &from));
+  set_part(z, Part::position, ReadArray(w_));
   PetscFunctionReturn(0);
 }
 
@@ -143,7 +130,7 @@ PetscErrorCode TangentSolve::factor() {
   PetscFunctionReturn(0);
 }
 
-PetscErrorCode TangentSolve::give_back() {
+PetscErrorCode TangentSolve::restore_solver() {
   PC pc;
   PetscFunctionBegin;
   PetscCall(KSPGetPC(ksp_, &pc));
@@ -155,16 +142,10 @@ PetscErrorCode TangentSolve::give_back() {
 
 // w = -K z_x in the places of v
 PetscErrorCode TangentSolve::product(Vec z, Vec w) {
-  Linearisation& lin = model_->mechanics()->linearisation();
-  const Layout& at = lin.layout();
-  PetscScalar* a = nullptr;
   PetscFunctionBegin;
-  PetscCall(lin.change_of_force(z, force_.data()));
+  PetscCall(model_->mechanics()->linearisation().change_of_force(z, force_.data()));
   PetscCall(VecZeroEntries(w));
-  PetscCall(VecGetArray(w, &a));
-  for (PetscInt i = 0; i < at.particles; ++i)
-    for (PetscInt c = 0; c < at.dim; ++c) a[at.v(i, c)] = -force_[static_cast<std::size_t>(i * at.dim + c)];
-  PetscCall(VecRestoreArray(w, &a));
+  set_part(w, Part::velocity, force_.data(), -1);
   PetscFunctionReturn(0);
 }
 

@@ -56,7 +56,7 @@ class TangentSolve {
   /// allows, `enough` at least where the solver can; -1: f is 0, and so is u; NaN: the linear solver failed.
   PetscErrorCode solve(Vec load, Vec u, double enough, double* left);
   /// Collective. The linear solver is again what it was before prepare(), for load steps to go on.
-  PetscErrorCode give_back();
+  PetscErrorCode restore_solver();
 
  private:
   static constexpr double ROUGH = 1e-5;

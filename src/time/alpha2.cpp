@@ -1,5 +1,6 @@
 #include <array>
 #include <utility>
+#include "base/vec_array.hpp"
 #include "systems/layout.hpp"
 #include "time/own_type.hpp"
 
@@ -26,27 +27,6 @@ AlphaParameters of_radius(PetscReal rho) {
   return p;
 }
 
-/// Arrays of the entries of the vectors of a step.
-struct Arrays {
-  const PetscScalar *start = nullptr, *end = nullptr, *kept = nullptr;
-  Layout layout;
-  PetscErrorCode open(const Alpha2& self, Vec y) {
-    PetscFunctionBegin;
-    layout = layout_of(y);
-    PetscCall(VecGetArrayRead(self.start, &start));
-    PetscCall(VecGetArrayRead(self.kept, &kept));
-    PetscCall(VecGetArrayRead(y, &end));
-    PetscFunctionReturn(0);
-  }
-  PetscErrorCode close(const Alpha2& self, Vec y) {
-    PetscFunctionBegin;
-    PetscCall(VecRestoreArrayRead(y, &end));
-    PetscCall(VecRestoreArrayRead(self.kept, &kept));
-    PetscCall(VecRestoreArrayRead(self.start, &start));
-    PetscFunctionReturn(0);
-  }
-};
-
 // a_{n+1} = (v_{n+1} - v_n)/(gamma h) + (1 - 1/gamma) a_n
 PetscScalar new_acceleration(const AlphaParameters& p, PetscReal h, PetscScalar v0, PetscScalar v1, PetscScalar a0) {
   return (v1 - v0) / (p.gamma * h) + (1 - 1 / p.gamma) * a0;
@@ -54,40 +34,30 @@ PetscScalar new_acceleration(const AlphaParameters& p, PetscReal h, PetscScalar 
 
 // y_f and the rates x' = v_f + alpha_f r, v' = a_m, which make M (x' - v_f) = alpha_f M r and M v' - f the equations
 PetscErrorCode set_stage(Alpha2& self, PetscReal h, Vec y) {
-  Arrays at;
-  PetscScalar *stage = nullptr, *rate = nullptr;
   PetscFunctionBegin;
   const AlphaParameters& p = self.p;
   const PetscReal sigma = p.gamma / (p.beta * h);
-  PetscCall(at.open(self, y));
-  PetscCall(VecGetArrayWrite(self.stage, &stage));
-  PetscCall(VecGetArrayWrite(self.rate, &rate));
-  at.layout.for_each([&](PetscInt x, PetscInt v) {
-    const PetscScalar a0 = at.kept[v], v0 = at.start[v], dx = at.end[x] - at.start[x], dv = at.end[v] - v0;
+  const ReadArray start(self.start), kept(self.kept), end(y);
+  const WriteArray stage(self.stage), rate(self.rate);
+  layout_of(y).for_each([&](PetscInt x, PetscInt v) {
+    const PetscScalar a0 = kept[v], v0 = start[v], dx = end[x] - start[x], dv = end[v] - v0;
     const PetscScalar r = sigma * dx - dv - p.gamma / p.beta * v0 + (1 - p.gamma / (2 * p.beta)) * h * a0;
-    stage[x] = at.start[x] + p.f * dx;
+    stage[x] = start[x] + p.f * dx;
     stage[v] = v0 + p.f * dv;
     rate[x] = stage[v] + p.f * r;
-    rate[v] = a0 + p.m * (new_acceleration(p, h, v0, at.end[v], a0) - a0);
+    rate[v] = a0 + p.m * (new_acceleration(p, h, v0, end[v], a0) - a0);
   });
-  PetscCall(VecRestoreArrayWrite(self.rate, &rate));
-  PetscCall(VecRestoreArrayWrite(self.stage, &stage));
-  PetscCall(at.close(self, y));
   PetscFunctionReturn(0);
 }
 
 PetscErrorCode set_next(Alpha2& self, PetscReal h) {
-  Arrays at;
-  PetscScalar* next = nullptr;
   PetscFunctionBegin;
-  PetscCall(at.open(self, self.end));
-  PetscCall(VecGetArrayWrite(self.next, &next));
-  at.layout.for_each([&](PetscInt x, PetscInt v) {
-    next[x] = at.end[v];
-    next[v] = new_acceleration(self.p, h, at.start[v], at.end[v], at.kept[v]);
+  const ReadArray start(self.start), kept(self.kept), end(self.end);
+  const WriteArray next(self.next);
+  layout_of(self.end).for_each([&](PetscInt x, PetscInt v) {
+    next[x] = end[v];
+    next[v] = new_acceleration(self.p, h, start[v], end[v], kept[v]);
   });
-  PetscCall(VecRestoreArrayWrite(self.next, &next));
-  PetscCall(at.close(self, self.end));
   PetscFunctionReturn(0);
 }
 
@@ -195,11 +165,7 @@ PetscErrorCode create_alpha2(TS ts) {
 
 }  // namespace
 
-PetscErrorCode register_alpha2() {
-  PetscFunctionBegin;
-  PetscCall(TSRegister("alpha2", create_alpha2));
-  PetscFunctionReturn(0);
-}
+PetscErrorCode register_alpha2() { return TSRegister("alpha2", create_alpha2); }
 
 PetscErrorCode alpha2_set_model(TS ts, Model& model) {
   PetscFunctionBegin;

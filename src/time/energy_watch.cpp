@@ -56,8 +56,7 @@ void EnergyWatch::save(Facts* facts) const {
 void EnergyWatch::restore(const Facts& facts) {
   if (facts.real.count("watch_time") == 0) return;
   begun_ = true;
-  for (const auto& [name, value] : numbers(this))
-    if (facts.real.count(name)) *value = facts.real.at(name);
+  for (const auto& [name, value] : numbers(this)) *value = facts.real_of(name, *value);
 }
 
 PetscErrorCode EnergyWatch::check(PetscInt step, double t, Vec y, bool certainly) {

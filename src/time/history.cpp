@@ -46,11 +46,11 @@ PetscErrorCode History::begin_step(TS ts) {
   PetscCall(copy(y, &next.state));
   past_.push_back(std::move(next));
   open_ = true;
-  if (!starter_.active() && starts_accurately()) PetscCall(starter_.begin(ts, static_cast<PetscInt>(depth_)));
+  if (!starter_.active() && in_starting_procedure()) PetscCall(starter_.begin(ts, static_cast<PetscInt>(depth_)));
   PetscFunctionReturn(0);
 }
 
-PetscErrorCode History::see_stage(TS ts, PetscReal time, Vec stage) {
+PetscErrorCode History::record_stage(TS ts, PetscReal time, Vec stage) {
   PetscReal step, start;
   PetscFunctionBegin;
   if (replaying_) PetscFunctionReturn(0);
@@ -71,11 +71,11 @@ PetscErrorCode History::end_step(TS ts) {
   }
   ++steps_;
   open_ = false;
-  if (starter_.active() && !starts_accurately()) PetscCall(starter_.end());
+  if (starter_.active() && !in_starting_procedure()) PetscCall(starter_.end());
   PetscFunctionReturn(0);
 }
 
-bool History::starts_accurately() const { return kind_ == Kind::bdf && depth_ > 2 && steps_ + 2 < static_cast<std::int64_t>(depth_); }
+bool History::in_starting_procedure() const { return kind_ == Kind::bdf && depth_ > 2 && steps_ + 2 < static_cast<std::int64_t>(depth_); }
 
 Vec History::before_last(double* step) const {
   if (!open_ || past_.size() < 2) return nullptr;
@@ -99,21 +99,19 @@ void History::save(Facts* facts, std::vector<NamedState>* states) const {
   if (kept_) states->push_back({"/history/acceleration", kept_});
 }
 
-PetscErrorCode History::restore(TS ts, Model& model, const CheckpointFile& file, std::string* told) {
+PetscErrorCode History::restore(TS ts, Model& model, const CheckpointFile& file, std::string* missing) {
   Vec y;
   PetscFunctionBegin;
   PetscCall(TSGetSolution(ts, &y));
   const Facts& run = file.run();
-  const auto whole = [&](const char* name) { return run.whole.count(name) ? run.whole.at(name) : 0; };
-  const auto real = [&](const std::string& name) { return run.real.count(name) ? run.real.at(name) : 0.0; };
-  const std::int64_t kept = whole("history_states");
-  steps_ = whole("history_steps");
+  const std::int64_t kept = run.whole_of("history_states");
+  steps_ = run.whole_of("history_steps");
   past_.clear();
   for (std::int64_t k = std::max<std::int64_t>(0, kept - static_cast<std::int64_t>(depth_)); k < kept; ++k) {
     const std::string name = "history_" + std::to_string(k);
     Past one;
-    one.time = real(name + "_time");
-    one.step = real(name + "_step");
+    one.time = run.real_of(name + "_time");
+    one.step = run.real_of(name + "_step");
     PetscCall(VecDuplicate(y, one.state.out()));
     PetscCall(file.read(model, "/history/" + std::to_string(k), one.state));
     past_.push_back(std::move(one));
@@ -122,10 +120,10 @@ PetscErrorCode History::restore(TS ts, Model& model, const CheckpointFile& file,
     PetscCall(VecDuplicate(y, half_.out()));
     PetscCall(file.read(model, "/history/half", half_));
   }
-  if (kind_ == Kind::acceleration) PetscCall(restore_acceleration(ts, model, file, told));
+  if (kind_ == Kind::acceleration) PetscCall(restore_acceleration(ts, model, file, missing));
   if (kind_ == Kind::bdf && past_.size() < depth_ && !half_)
-    *told = format("the checkpoint holds %zu states before the last, bdf needs %zu", past_.size(), depth_);
-  if (!told->empty() || past_.empty()) {
+    *missing = format("the checkpoint holds %zu states before the last, bdf needs %zu", past_.size(), depth_);
+  if (!missing->empty() || past_.empty()) {
     past_.clear();
     steps_ = 0;
     PetscFunctionReturn(0);
@@ -137,11 +135,11 @@ PetscErrorCode History::restore(TS ts, Model& model, const CheckpointFile& file,
 }
 
 /// The type's own vector, as it was.
-PetscErrorCode History::restore_acceleration(TS ts, Model& model, const CheckpointFile& file, std::string* told) {
+PetscErrorCode History::restore_acceleration(TS ts, Model& model, const CheckpointFile& file, std::string* missing) {
   KeptAcceleration* own;
   PetscFunctionBegin;
   if (!file.has("/history/acceleration")) {
-    *told = "the checkpoint lacks the acceleration that the method carries from step to step";
+    *missing = "the checkpoint lacks the acceleration that the method carries from step to step";
     PetscFunctionReturn(0);
   }
   PetscCall(TSSetUp(ts));

@@ -23,7 +23,7 @@ class History {
   /// Before a stage at `time`.
   void before_stage(double time) { starter_.aim(time); }
   /// Collective. After a stage was solved for; of this attempt.
-  PetscErrorCode see_stage(TS ts, PetscReal time, Vec stage);
+  PetscErrorCode record_stage(TS ts, PetscReal time, Vec stage);
   /// The state the present or last step began with; null before the first one.
   std::int64_t steps() const { return steps_; }  ///< since the method last started without history
   bool replaying() const { return replaying_; }
@@ -33,9 +33,9 @@ class History {
 
   /// What a checkpoint holds of it, between two steps.
   void save(Facts* facts, std::vector<NamedState>* states) const;
-  /// Collective. Gives `ts`, which is set up and stands at (time, y), the memory of the run in `file`. `told` receives
+  /// Collective. Gives `ts`, which is set up and stands at (time, y), the memory of the run in `file`. `missing` receives
   /// what could not be given back; empty if all was.
-  PetscErrorCode restore(TS ts, Model& model, const CheckpointFile& file, std::string* told);
+  PetscErrorCode restore(TS ts, Model& model, const CheckpointFile& file, std::string* missing);
 
  private:
   using Kind = Memory;
@@ -44,10 +44,10 @@ class History {
     VecHandle state;
   };
   PetscErrorCode copy(Vec from, VecHandle* to) const;
-  PetscErrorCode restore_acceleration(TS ts, Model& model, const CheckpointFile& file, std::string* told);
+  PetscErrorCode restore_acceleration(TS ts, Model& model, const CheckpointFile& file, std::string* missing);
   PetscErrorCode replay(TS ts);
   /// Whether the present step is one of the first steps of bdf of order 3 to 6, which Starter computes.
-  bool starts_accurately() const;
+  bool in_starting_procedure() const;
 
   Kind kind_ = Kind::none;
   std::size_t depth_ = 1;   ///< starts of good steps that are needed

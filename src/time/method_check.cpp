@@ -1,14 +1,16 @@
-#include "time/method_check.hpp"
 #include <algorithm>
 #include <cmath>
 #include <initializer_list>
 #include <string>
 #include "base/error.hpp"
 #include "base/handle.hpp"
+#include "base/option_names.hpp"
 #include "base/options.hpp"
+#include "base/vec_array.hpp"
 #include "systems/layout.hpp"
 #include "time/methods.hpp"
 #include "time/own_type.hpp"
+#include "time/ts_setup.hpp"
 
 namespace bs {
 
@@ -18,8 +20,8 @@ namespace {
 PetscErrorCode given_of(std::initializer_list<const char*> names, bool switches, std::string* out) {
   PetscFunctionBegin;
   for (const char* name : names) {
-    PetscBool there = PETSC_FALSE, on = PETSC_TRUE;
-    PetscCall(PetscOptionsHasName(nullptr, nullptr, name, &there));
+    PetscBool on = PETSC_TRUE;
+    const bool there = is_given(name);
     if (there && switches) PetscCall(PetscOptionsGetBool(nullptr, nullptr, name, &on, nullptr));
     if (there && on && out->empty()) *out = name;
   }
@@ -43,7 +45,6 @@ PetscErrorCode fault_of_options(std::string* fault) {
 PetscErrorCode fault_of_adaptivity(TS ts, const Method& method, std::string* fault) {
   TSAdapt adapt;
   TSAdaptType type = nullptr;
-  PetscBool given = PETSC_FALSE;
   bool adaptive = false;
   PetscFunctionBegin;
   PetscCall(TSGetAdapt(ts, &adapt));
@@ -51,10 +52,9 @@ PetscErrorCode fault_of_adaptivity(TS ts, const Method& method, std::string* fau
   PetscCall(is_adaptive(ts, &adaptive));
   if (!adaptive) PetscFunctionReturn(0);
   const std::string name = type;
-  PetscCall(PetscOptionsHasName(nullptr, nullptr, "-ts_adapt_type", &given));
   if (name != TSADAPTBASIC && name != TSADAPTDSP)
     *fault = "option -ts_adapt_type: " + name + " needs data that this program does not provide: write basic, dsp or none";
-  else if (!method.estimate && given)
+  else if (!method.estimate && is_given("-ts_adapt_type"))
     *fault = "option -ts_adapt_type: " + name + ": " + method.words() +
              " does not estimate its error, so its step cannot be adapted to it: leave the option out";
   else if (!method.estimate) PetscCall(TSAdaptSetType(adapt, TSADAPTNONE));
@@ -63,16 +63,14 @@ PetscErrorCode fault_of_adaptivity(TS ts, const Method& method, std::string* fau
 
 PetscErrorCode fault_of_stages(TS ts, const Method& method, std::string* fault) {
   PetscInt stages;
-  PetscBool given = PETSC_FALSE;
   PetscFunctionBegin;
   if (!method.is(TSSSP)) PetscFunctionReturn(0);
   PetscCall(TSSSPGetNumStages(ts, &stages));
-  PetscCall(PetscOptionsHasName(nullptr, nullptr, "-ts_ssp_nstages", &given));
   const std::string subtype = method.subtype, what = format("option -ts_ssp_nstages: %lld: ", static_cast<long long>(stages));
   const auto root = static_cast<PetscInt>(std::lround(std::sqrt(static_cast<double>(std::max<PetscInt>(stages, 0)))));
   if (subtype == TSSSPRKS2 && stages < 2) *fault = what + "rks2 needs 2 or more stages";
   else if (subtype == TSSSPRKS3 && (stages < 4 || root * root != stages)) *fault = what + "rks3 needs a square number of stages: 4, 9, 16, ...";
-  else if (subtype == TSSSPRK104 && given && stages != 10) *fault = what + "rk104 has 10 stages: leave the option out";
+  else if (subtype == TSSSPRK104 && is_given("-ts_ssp_nstages") && stages != 10) *fault = what + "rk104 has 10 stages: leave the option out";
   PetscFunctionReturn(0);
 }
 
@@ -210,14 +208,12 @@ namespace {
 
 /// x for every position, v for every velocity.
 PetscErrorCode fill(Vec vec, double x, double v) {
-  PetscScalar* a = nullptr;
   PetscFunctionBegin;
-  PetscCall(VecGetArrayWrite(vec, &a));
+  const WriteArray a(vec);
   layout_of(vec).for_each([&](PetscInt position, PetscInt velocity) {
     a[position] = x;
     a[velocity] = v;
   });
-  PetscCall(VecRestoreArrayWrite(vec, &a));
   PetscFunctionReturn(0);
 }
 

@@ -2,6 +2,7 @@
 #include <strings.h>
 #include <cstring>
 #include <string>
+#include "base/option_names.hpp"
 #include "time/own_type.hpp"
 
 namespace bs {
@@ -156,12 +157,11 @@ std::string Method::words() const { return std::string("-ts_type ") + type() + (
 
 PetscErrorCode asked_method(TS ts, const char* type, const Method** out) {
   const char* option = subtype_option(type);
-  char given[64] = "";
   std::string subtype;
   PetscFunctionBegin;
   PetscCall(own_subtype(ts, type, &subtype));
-  if (*option) PetscCall(PetscOptionsGetString(nullptr, nullptr, option, given, sizeof given, nullptr));
-  *out = find(type, *given ? given : subtype);
+  const std::string given = *option ? value_of(option) : "";
+  *out = find(type, given.empty() ? subtype : given);
   PetscFunctionReturn(0);
 }
 

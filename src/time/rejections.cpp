@@ -1,6 +1,7 @@
 #include "time/rejections.hpp"
 #include <numeric>
 #include "base/error.hpp"
+#include "base/option_names.hpp"
 #include "linalg/condensed/condensed.hpp"
 #include "time/methods.hpp"
 
@@ -33,13 +34,11 @@ std::string in_words(const RejectionCounts& counts) {
 
 PetscErrorCode RejectionWatch::attach(TS ts, double step_min, std::int64_t most) {
   TSAdapt adapt;
-  PetscBool given = PETSC_FALSE;
   PetscContainer container;
   PetscFunctionBegin;
   attempts_ = Attempts(step_min, most);
   // PETSc's own limit, ten a step, holds where it is named
-  PetscCall(PetscOptionsHasName(nullptr, nullptr, "-ts_max_reject", &given));
-  if (!given) PetscCall(TSSetMaxStepRejections(ts, -1));
+  if (!is_given("-ts_max_reject")) PetscCall(TSSetMaxStepRejections(ts, -1));
   PetscCall(TSGetAdapt(ts, &adapt));
   PetscCall(TSAdaptSetCheckStage(adapt, check));
   PetscCall(PetscContainerCreate(PetscObjectComm(reinterpret_cast<PetscObject>(ts)), &container));
@@ -66,9 +65,9 @@ PetscErrorCode RejectionWatch::check(TSAdapt adapt, TS, PetscReal time, Vec y, P
   RejectionWatch* watch = static_cast<RejectionWatch*>(self);
   if (watch && (watch->gave_up_ || watch->linear_.failed())) *accept = PETSC_FALSE;
   if (!watch || !*accept || !watch->context_ || !watch->context_->examine) PetscFunctionReturn(0);
-  watch->finding_ = {};
-  PetscCall(watch->context_->examine(time, y, &watch->finding_));
-  if (!watch->finding_.good) *accept = PETSC_FALSE;
+  watch->stage_ = {};
+  PetscCall(watch->context_->examine(time, y, &watch->stage_));
+  if (!watch->stage_.good) *accept = PETSC_FALSE;
   PetscFunctionReturn(0);
 }
 
@@ -106,9 +105,9 @@ PetscErrorCode RejectionWatch::name_reason(TS ts, bool solve_failed) {
     // nothing that the failed attempt left in the solvers goes into the next one
     PetscCall(linear_solver_of(ts, nullptr, &pc));
     PetscCall(condensed_renew(pc));
-  } else if (!finding_.good) {
+  } else if (!stage_.good) {
     last_reason_ = NEWTON;
-    last_ = finding_.why;
+    last_ = stage_.failure;
     PetscCall(linear_solver_of(ts, nullptr, &pc));
     PetscCall(condensed_renew(pc));
   } else if (linear_.failed()) {
@@ -151,11 +150,7 @@ PetscErrorCode RejectionWatch::before_stage(TS ts) {
   PetscFunctionReturn(0);
 }
 
-PetscErrorCode RejectionWatch::end_step(TS ts) {
-  PetscFunctionBegin;
-  PetscCall(count_rejection(ts));
-  PetscFunctionReturn(0);
-}
+PetscErrorCode RejectionWatch::end_step(TS ts) { return count_rejection(ts); }
 
 std::string RejectionWatch::advice() const {
   if (lack_.yes) return lack_.remedy();
@@ -169,10 +164,7 @@ void RejectionWatch::save(Facts* facts) const {
 }
 
 void RejectionWatch::restore(const Facts& facts) {
-  for (std::size_t k = 0; k < counts_.size(); ++k) {
-    const auto at = facts.whole.find(std::string("rejected_") + REJECTION_REASONS[k].key);
-    counts_[k] = at == facts.whole.end() ? 0 : at->second;
-  }
+  for (std::size_t k = 0; k < counts_.size(); ++k) counts_[k] = facts.whole_of(std::string("rejected_") + REJECTION_REASONS[k].key);
 }
 
 std::int64_t total(const RejectionCounts& counts) { return std::accumulate(counts.begin(), counts.end(), std::int64_t{0}); }

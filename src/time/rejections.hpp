@@ -47,14 +47,14 @@ class RejectionWatch {
  private:
   static PetscErrorCode check(TSAdapt adapt, TS ts, PetscReal time, Vec y, PetscBool* accept);
   PetscErrorCode count_rejection(TS ts);
-  bool enough(double next) const { return lack_.yes || finding_.hopeless || attempts_.spent(next); }
+  bool enough(double next) const { return lack_.yes || stage_.hopeless || attempts_.spent(next); }
   PetscErrorCode name_failure(TS ts);
   PetscErrorCode name_reason(TS ts, bool solve_failed);
 
   Model& model_;
   LinearCheck linear_;
   const TSContext* context_ = nullptr;
-  Finding finding_;  ///< of the last attempt
+  StageCheck stage_;  ///< of the last attempt
   Attempts attempts_;
   PetscInt rejected_ = 0, failures_ = 0;  ///< of the TS, looked at so far
   bool gave_up_ = false;

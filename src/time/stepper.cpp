@@ -23,10 +23,12 @@ PetscErrorCode Stepper::attach(TS ts) {
   PetscReal start, end, nominal;
   PetscFunctionBegin;
   PetscCall(TSSetApplicationContext(ts, this));
-  PetscCall(TSSetPreStep(ts, pre_step));
-  PetscCall(TSSetPostStep(ts, post_step));
-  PetscCall(TSSetPreStage(ts, pre_stage));
-  PetscCall(TSSetPostStage(ts, post_stage));
+  PetscCall(TSSetPreStep(ts, [](TS of_step) { return of(of_step).begin_step(of_step); }));
+  PetscCall(TSSetPostStep(ts, [](TS of_step) { return of(of_step).accept_step(of_step); }));
+  PetscCall(TSSetPreStage(ts, [](TS of_stage, PetscReal time) { return of(of_stage).before_stage(of_stage, time); }));
+  PetscCall(TSSetPostStage(ts, [](TS of_stage, PetscReal time, PetscInt index, Vec* stages) {
+    return of(of_stage).history_.record_stage(of_stage, time, stages[index]);
+  }));
   PetscCall(rejections_.attach(ts, options_.length.least, options_.max_cuts));
   PetscCall(history_.attach(ts));
   context_.predictor.set_history(&history_);
@@ -58,38 +60,17 @@ PetscErrorCode Stepper::attach_solvers(TS ts) {
   PetscFunctionReturn(0);
 }
 
-PetscErrorCode Stepper::pre_step(TS ts) {
-  void* context = nullptr;
-  PetscFunctionBegin;
-  PetscCall(TSGetApplicationContext(ts, &context));
-  PetscCall(static_cast<Stepper*>(context)->begin_step(ts));
-  PetscFunctionReturn(0);
+Stepper& Stepper::of(TS ts) {
+  void* self = nullptr;
+  (void)TSGetApplicationContext(ts, &self);
+  return *static_cast<Stepper*>(self);
 }
 
-PetscErrorCode Stepper::post_step(TS ts) {
-  void* context = nullptr;
+PetscErrorCode Stepper::before_stage(TS ts, PetscReal time) {
   PetscFunctionBegin;
-  PetscCall(TSGetApplicationContext(ts, &context));
-  PetscCall(static_cast<Stepper*>(context)->accept_step(ts));
-  PetscFunctionReturn(0);
-}
-
-PetscErrorCode Stepper::pre_stage(TS ts, PetscReal time) {
-  void* context = nullptr;
-  PetscFunctionBegin;
-  PetscCall(TSGetApplicationContext(ts, &context));
-  Stepper* self = static_cast<Stepper*>(context);
-  if (!self->history_.replaying()) PetscCall(self->rejections_.before_stage(ts));
-  PetscCall(self->context_.rosenbrock.before_stage(ts));
-  self->history_.before_stage(time);
-  PetscFunctionReturn(0);
-}
-
-PetscErrorCode Stepper::post_stage(TS ts, PetscReal time, PetscInt index, Vec* stages) {
-  void* context = nullptr;
-  PetscFunctionBegin;
-  PetscCall(TSGetApplicationContext(ts, &context));
-  PetscCall(static_cast<Stepper*>(context)->history_.see_stage(ts, time, stages[index]));
+  if (!history_.replaying()) PetscCall(rejections_.before_stage(ts));
+  PetscCall(context_.rosenbrock.before_stage(ts));
+  history_.before_stage(time);
   PetscFunctionReturn(0);
 }
 
@@ -98,7 +79,7 @@ PetscErrorCode Stepper::begin_step(TS ts) {
   PetscInt step;
   PetscFunctionBegin;
   if (on_begin_) PetscCall(std::exchange(on_begin_, nullptr)());
-  if (on_break_) {
+  if (after_break_) {
     std::vector<NamedState> states;  // y is that of the history
     before_ = {};
     save(&before_, &states);
@@ -150,9 +131,7 @@ PetscErrorCode Stepper::check_start(TS ts, double t, double h) {
 
 /// Whether what is given over time can be followed through the next step.
 PetscErrorCode Stepper::foresee_next(double time, std::string* fault) {
-  PetscFunctionBegin;
-  PetscCall(model_.foresee(time, std::min(time + length_.next(), clock_.next(time)), fault));
-  PetscFunctionReturn(0);
+  return model_.foresee(time, std::min(time + length_.next(), clock_.next(time)), fault);
 }
 
 }  // namespace bs

@@ -39,13 +39,13 @@ class Stepper {
   PetscErrorCode attach_solvers(TS ts);
   /// What a checkpoint of the last good state holds of the stepping.
   void save(Facts* facts, std::vector<NamedState>* states) const;
-  /// Collective. After attach_solvers: `ts` goes on where `file` was written. `told` receives what could not be restored.
-  PetscErrorCode restore(TS ts, const CheckpointFile& file, std::vector<std::string>* told);
-  /// Called when parts of the system broke at the end of a step: makes it a state that the task can go on from (`settled`), or says in `lost` why
+  /// Collective. After attach_solvers: `ts` goes on where `file` was written. `not_restored` receives what could not be restored.
+  PetscErrorCode restore(TS ts, const CheckpointFile& file, std::vector<std::string>* not_restored);
+  /// Called when parts of the system broke at the end of a step: makes it a state that the task can go on from (`found`), or says in `failure` why
   /// it cannot; then, or where a signal came in between, the step does not count and the run ends. `frame` writes a frame of what lies between.
-  using OnBreak =
-      std::function<PetscErrorCode(double time, Vec y, const std::function<PetscErrorCode(Vec)>& frame, bool* settled, std::string* lost)>;
-  void set_on_break(OnBreak on_break) { on_break_ = std::move(on_break); }
+  using AfterBreak =
+      std::function<PetscErrorCode(double time, Vec y, const std::function<PetscErrorCode(Vec)>& frame, bool* found, std::string* failure)>;
+  void set_after_break(AfterBreak on_break) { after_break_ = std::move(on_break); }
   /// Called once, before the next step, whose start it may change.
   void set_on_begin(std::function<PetscErrorCode()> on_begin) { on_begin_ = std::move(on_begin); }
   /// The steps that follow end at `end`, later than the last good state [s].
@@ -54,7 +54,7 @@ class Stepper {
   /// Iterations so far are the run's, and no step's.
   PetscErrorCode count_start(TS ts);
   /// The run ends after the present step for this reason, as a failed one.
-  void give_up(const std::string& why) { lost_ = why; }
+  void give_up(const std::string& why) { give_up_reason_ = why; }
   const RunCounts& counts() const { return counter_.counts(); }
   double start() const { return clock_.start(); }
   double nominal_step() const { return length_.nominal(); }
@@ -82,17 +82,15 @@ class Stepper {
     int signal = 0;                            ///< that ends the run; 0: none
     bool save_due = false, flush_due = false;  ///< by the wall clock, or a signal that asks for a checkpoint
   };
-  static PetscErrorCode pre_step(TS ts);
-  static PetscErrorCode post_step(TS ts);
-  static PetscErrorCode pre_stage(TS ts, PetscReal time);
-  static PetscErrorCode post_stage(TS ts, PetscReal time, PetscInt index, Vec* stages);
+  static Stepper& of(TS ts);
+  PetscErrorCode before_stage(TS ts, PetscReal time);
   PetscErrorCode begin_step(TS ts);
   PetscErrorCode plan_length(TS ts);
   PetscErrorCode accept_step(TS ts);
   PetscErrorCode count_step(TS ts, StepRecord* record);
   PetscErrorCode count_iterations(TS ts, StepRecord* record);
   PetscErrorCode is_good(TS ts, bool* good);
-  PetscErrorCode agree_on_verdict(TS ts);
+  PetscErrorCode reduce_verdict(TS ts);
   PetscErrorCode keep_step(TS ts, StepRecord* record, bool* landed, bool* counts);
   PetscErrorCode after_break(TS ts, Vec y, StepRecord* record, bool* counts);
   PetscErrorCode take_back(TS ts);
@@ -105,7 +103,7 @@ class Stepper {
   PetscErrorCode require_facts(const CheckpointFile& file) const;
   PetscErrorCode stand_at(TS ts, const Facts& run, std::string* changed);
   PetscErrorCode restore_counts(TS ts, const Facts& run);
-  PetscErrorCode restore_method(TS ts, const CheckpointFile& file, std::vector<std::string>* told);
+  PetscErrorCode restore_method(TS ts, const CheckpointFile& file, std::vector<std::string>* not_restored);
 
   Model& model_;
   TSContext& context_;
@@ -114,7 +112,7 @@ class Stepper {
   OnFrame on_frame_;
   OnFlush on_flush_;
   OnSave on_save_;
-  OnBreak on_break_;
+  AfterBreak after_break_;
   std::function<PetscErrorCode()> on_begin_;
 
   OutputClock clock_;
@@ -129,7 +127,7 @@ class Stepper {
   bool framed_ = true;
   Facts before_;  ///< of the stepping before the present step, where it may be taken back
   Verdict now_;
-  std::string trouble_, ending_, lost_;
+  std::string trouble_, ending_, give_up_reason_;
 };
 
 }  // namespace bs

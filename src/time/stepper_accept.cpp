@@ -1,6 +1,7 @@
 // After a step: whether it is good, what is kept of it, and what follows.
 #include <cmath>
 #include "base/signals.hpp"
+#include "base/vec_array.hpp"
 #include "linalg/condensed/condensed.hpp"
 #include "systems/breaks.hpp"
 #include "time/methods.hpp"
@@ -84,7 +85,7 @@ PetscErrorCode Stepper::is_good(TS ts, bool* good) {
   *good = false;
   PetscCall(TSGetConvergedReason(ts, &reason));
   if (reason < 0) PetscFunctionReturn(0);
-  PetscCall(agree_on_verdict(ts));
+  PetscCall(reduce_verdict(ts));
   PetscCall(TSGetTime(ts, &time));
   if (now_.finite) PetscCall(model_.foresee(good_time_, time, &ending_));
   *good = now_.finite && ending_.empty();
@@ -98,18 +99,16 @@ PetscErrorCode Stepper::is_good(TS ts, bool* good) {
 }
 
 /// One reduction a step: is the state finite everywhere, and has a signal come, is a checkpoint due, or a flush?
-PetscErrorCode Stepper::agree_on_verdict(TS ts) {
+PetscErrorCode Stepper::reduce_verdict(TS ts) {
   Vec y;
-  const PetscScalar* ay = nullptr;
   PetscInt n = 0;
   PetscFunctionBegin;
   PetscCall(TSGetSolution(ts, &y));
   PetscCall(VecGetLocalSize(y, &n));
-  PetscCall(VecGetArrayRead(y, &ay));
+  const ReadArray ay(y);
   // a sum is finite only if its terms are: no branch in the loop. Squares that overflow have no energy
   double sum = 0;
   for (PetscInt i = 0; i < n; ++i) sum += 0.0 * (ay[i] * ay[i]);
-  PetscCall(VecRestoreArrayRead(y, &ay));
   const bool late = schedule_.save_due(MPI_Wtime()), asked = late || checkpoint_is_asked(model_.comm());
   int flags[4] = {std::isfinite(sum) ? 0 : 1, ending_signal(model_.comm()), asked ? 1 : 0, schedule_.flush_due(MPI_Wtime()) ? 1 : 0};
   PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, flags, 4, MPI_INT, MPI_MAX, model_.comm()));
@@ -142,7 +141,7 @@ PetscErrorCode Stepper::keep_step(TS ts, StepRecord* record, bool* landed, bool*
   record->time = good_time_ = time;
   record->dt = length_.recorded(taken);
   PetscCall(TSGetSolution(ts, &y));
-  if (on_break_) model_.breaks()->mark();
+  if (after_break_) model_.breaks()->mark();
   PetscCall(model_.accept({time, taken, steps, static_cast<PetscInt>(record->rejected)}, y));
   if (!context_.implicit && model_.remembers())
     PetscCall(TSRestartStep(ts));  // a last stage that would be the next step's first is of forces before that
@@ -159,8 +158,8 @@ PetscErrorCode Stepper::after_break(TS ts, Vec y, StepRecord* record, bool* coun
   KeptAcceleration* own;
   PetscFunctionBegin;
   const auto frame = [&](Vec between) { return on_frame_(static_cast<PetscInt>(counter_.counts().steps), time, between); };
-  if (on_break_) {
-    PetscCall(on_break_(time, y, frame, counts, &lost_));
+  if (after_break_) {
+    PetscCall(after_break_(time, y, frame, counts, &give_up_reason_));
     PetscCall(count_iterations(ts, record));
     int signal = std::max(now_.signal, ending_signal(model_.comm()));
     PetscCallMPI(MPI_Allreduce(&signal, &now_.signal, 1, MPI_INT, MPI_MAX, model_.comm()));
@@ -201,9 +200,11 @@ PetscErrorCode Stepper::write_frame_if_due(TS ts, const StepRecord& record, bool
 /// Whether TSSolve goes on.
 PetscErrorCode Stepper::decide_what_follows(TS ts, double time, bool finished) {
   PetscFunctionBegin;
-  ending_ = !lost_.empty() ? lost_ : finished ? "" : lost_in_rounding(time, length_.next(), clock_.interval(), time_rounding(time));
+  ending_ = !give_up_reason_.empty() ? give_up_reason_
+            : finished               ? ""
+                                     : lost_in_rounding(time, length_.next(), clock_.interval(), time_rounding(time));
   if (ending_.empty() && !finished && !now_.signal) PetscCall(foresee_next(time, &ending_));
-  if (finished && lost_.empty()) PetscCall(TSSetConvergedReason(ts, TS_CONVERGED_TIME));
+  if (finished && give_up_reason_.empty()) PetscCall(TSSetConvergedReason(ts, TS_CONVERGED_TIME));
   else if (!ending_.empty()) PetscCall(TSSetConvergedReason(ts, TS_DIVERGED_STEP_REJECTED));
   else if (now_.signal) PetscCall(TSSetConvergedReason(ts, TS_CONVERGED_USER));
   PetscFunctionReturn(0);

@@ -35,7 +35,7 @@ PetscErrorCode Stepper::require_facts(const CheckpointFile& file) const {
 }
 
 /// What the method remembers of its last steps; a solver that is shown their answers counts iterations which are no step's.
-PetscErrorCode Stepper::restore_method(TS ts, const CheckpointFile& file, std::vector<std::string>* told) {
+PetscErrorCode Stepper::restore_method(TS ts, const CheckpointFile& file, std::vector<std::string>* not_restored) {
   TSType type;
   std::string forgotten;
   PetscFunctionBegin;
@@ -45,9 +45,9 @@ PetscErrorCode Stepper::restore_method(TS ts, const CheckpointFile& file, std::v
   const bool same = was != run.text.end() && was->second == type;
   const auto examine = std::exchange(context_.examine, nullptr);  // the steps that are repeated count already
   if (same) PetscCall(history_.restore(ts, model_, file, &forgotten));
-  else told->push_back(format("the method is %s; it was %s: it starts afresh", type, was == run.text.end() ? "?" : was->second.c_str()));
+  else not_restored->push_back(format("the method is %s; it was %s: it starts afresh", type, was == run.text.end() ? "?" : was->second.c_str()));
   context_.examine = examine;
-  if (!forgotten.empty()) told->push_back(format("%s starts afresh: ", type) + forgotten);
+  if (!forgotten.empty()) not_restored->push_back(format("%s starts afresh: ", type) + forgotten);
   PetscFunctionReturn(0);
 }
 
@@ -73,7 +73,7 @@ PetscErrorCode Stepper::restore_counts(TS ts, const Facts& run) {
   PetscFunctionReturn(0);
 }
 
-PetscErrorCode Stepper::restore(TS ts, const CheckpointFile& file, std::vector<std::string>* told) {
+PetscErrorCode Stepper::restore(TS ts, const CheckpointFile& file, std::vector<std::string>* not_restored) {
   Vec y;
   std::string changed;
   PetscFunctionBegin;
@@ -87,9 +87,9 @@ PetscErrorCode Stepper::restore(TS ts, const CheckpointFile& file, std::vector<s
   PetscCall(file.read_memory(model_));
   model_.restore_sums(run.real);
   PetscCall(stand_at(ts, run, &changed));
-  if (!changed.empty()) told->push_back(changed);
+  if (!changed.empty()) not_restored->push_back(changed);
   PetscCall(check_start(ts, good_time_, length_.nominal()));
-  PetscCall(restore_method(ts, file, told));
+  PetscCall(restore_method(ts, file, not_restored));
   PetscCall(reuse_.restore(ts, run));
   PetscCall(restore_counts(ts, run));
   PetscCall(renew_solver(ts));

@@ -1,10 +1,10 @@
 #include "time/ts_setup.hpp"
 #include "base/error.hpp"
+#include "base/option_names.hpp"
 #include "linalg/condensed/condensed.hpp"
 #include "linalg/solver_options.hpp"
 #include "solvers/newton/search/energy.hpp"
 #include "time/implicit/solver_setup.hpp"
-#include "time/method_check.hpp"
 #include "time/methods.hpp"
 #include "time/own_type.hpp"
 
@@ -39,11 +39,7 @@ PetscErrorCode form_jacobian(TS ts, PetscReal t, Vec y, Vec ydot, PetscReal sigm
   PetscFunctionReturn(0);
 }
 
-PetscErrorCode form_rhs(TS, PetscReal t, Vec y, Vec G, void* data) {
-  PetscFunctionBegin;
-  PetscCall(static_cast<TSContext*>(data)->model->rhs(t, y, G));
-  PetscFunctionReturn(0);
-}
+PetscErrorCode form_rhs(TS, PetscReal t, Vec y, Vec G, void* data) { return static_cast<TSContext*>(data)->model->rhs(t, y, G); }
 
 /// The method asked for and the form of F it needs. Ends the run with exit code 2 if there is none of that name.
 PetscErrorCode choose_method(TS ts, const char* type, TSContext* context) {
@@ -92,16 +88,15 @@ PetscErrorCode set_implicit(TS ts, Model& model, TSContext* context) {
 }  // namespace
 
 PetscErrorCode create_ts(Model& model, TSContext* context, TSHandle* ts) {
-  char type[64] = TSBEULER;
+  const std::string type = value_of("-ts_type", TSBEULER);
   PetscFunctionBegin;
   context->model = &model;
-  PetscCall(PetscOptionsGetString(nullptr, nullptr, "-ts_type", type, sizeof(type), nullptr));
   const std::string fault = fault_of_type(type);
   if (!fault.empty()) PetscCall(fail(model.comm(), Exit::input, fault));
   PetscCall(TSCreate(model.comm(), ts->out()));
   PetscCall(TSSetProblemType(*ts, model.linear() ? TS_LINEAR : TS_NONLINEAR));
-  PetscCall(TSSetType(*ts, type));
-  PetscCall(choose_method(*ts, type, context));
+  PetscCall(TSSetType(*ts, type.c_str()));
+  PetscCall(choose_method(*ts, type.c_str(), context));
   if (context->method->is("alpha2")) PetscCall(alpha2_set_model(*ts, model));
   PetscCall(TSSetSolution(*ts, model.initial_state()));
   if (context->implicit) PetscCall(set_implicit(*ts, model, context));

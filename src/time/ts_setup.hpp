@@ -17,10 +17,10 @@ struct Pace {
 };
 
 /// What a task finds of a solve that calls itself converged.
-struct Finding {
+struct StageCheck {
   bool good = true;
-  std::string why = {};   ///< it is not
-  bool hopeless = false;  ///< a shorter step would not mend it
+  std::string failure = {};  ///< why it is not
+  bool hopeless = false;     ///< a shorter step would not mend it
 };
 
 /// What the callbacks of one TS need; must outlive it.
@@ -33,8 +33,8 @@ struct TSContext {
   RosenbrockStages rosenbrock;
   NewtonPolicy newton;
   Predictor predictor;
-  MatHandle operator_, matrix;                                          ///< Amat and Pmat of implicit types
-  std::function<PetscErrorCode(double time, Vec y, Finding*)> examine;  ///< collective, of every solve of a stage; empty: none is examined
+  MatHandle operator_, matrix;                                             ///< Amat and Pmat of implicit types
+  std::function<PetscErrorCode(double time, Vec y, StageCheck*)> examine;  ///< collective, of every solve of a stage; empty: none is examined
 };
 
 /// Collective. Creates `ts` at the model's initial state; options override every default set here. An -ts_type that
@@ -46,5 +46,29 @@ PetscErrorCode create_inner_solver(TS ts, const TSContext& context);
 
 /// One line on the solver in force: TS type, adaptivity, SNES, KSP, PC.
 PetscErrorCode describe_solver(TS ts, const TSContext& context, std::string* line);
+
+// Options that PETSc does not check (method_check.cpp): impossible numbers, and what does not go with a method. Reported before the first step.
+
+/// Collective, after TSSetFromOptions. Ends the run with exit code 2 if an option would make the method crash, or silently lose its order
+/// or its error control. A type without an error estimate keeps its step.
+PetscErrorCode check_method(TS ts, const TSContext& context);
+
+/// Collective, after TSSetFromOptions. Errors (exit 2): a step that is not positive, times that are not finite or end
+/// before they begin, a negative number of steps, theta outside (0, 1], tolerances of Newton that are negative.
+PetscErrorCode check_stepping(TS ts, bool implicit);
+
+// Tolerances of error-controlled steps, apart for positions and velocities, whose units differ.
+
+struct Tolerances {
+  double atol_x = 0, atol_v = 0;  ///< -bs_atol_x [m], -bs_atol_v [m/s]; 0: -ts_atol
+  double rtol_x = 0, rtol_v = 0;  ///< -bs_rtol_x, -bs_rtol_v; 0: -ts_rtol
+  bool given() const { return atol_x > 0 || atol_v > 0 || rtol_x > 0 || rtol_v > 0; }
+};
+
+/// Reads the options.
+PetscErrorCode read_tolerances(MPI_Comm comm, Tolerances* out);
+
+/// Collective. Applies them to `ts`, whose own tolerances are set. Ends the run with exit code 2 for a model without particles.
+PetscErrorCode set_tolerances(const Tolerances& tolerances, const Model& model, TS ts);
 
 }  // namespace bs

@@ -1,5 +1,6 @@
 #include <array>
 #include <utility>
+#include "base/vec_array.hpp"
 #include "systems/layout.hpp"
 #include "time/methods.hpp"
 #include "time/own_type.hpp"
@@ -16,34 +17,24 @@ struct Verlet : KeptAcceleration {
 
 // v_h = v_n + h/2 a_n and x_{n+1} = x_n + h v_h into y, x_{n+1} and v_h + h/2 a_n into trial
 PetscErrorCode kick_and_drift(Vec y, Vec kept, PetscReal h, Vec trial) {
-  PetscScalar *ay = nullptr, *at = nullptr;
-  const PetscScalar* a = nullptr;
   PetscFunctionBegin;
-  PetscCall(VecGetArray(y, &ay));
-  PetscCall(VecGetArrayWrite(trial, &at));
-  PetscCall(VecGetArrayRead(kept, &a));
+  const WriteArray ay(y), at(trial);
+  const ReadArray a(kept);
   layout_of(y).for_each([&](PetscInt x, PetscInt v) {
     ay[v] += h / 2 * a[v];
     ay[x] += h * ay[v];
     at[x] = ay[x];
     at[v] = ay[v] + h / 2 * a[v];
   });
-  PetscCall(VecRestoreArrayRead(kept, &a));
-  PetscCall(VecRestoreArrayWrite(trial, &at));
-  PetscCall(VecRestoreArray(y, &ay));
   PetscFunctionReturn(0);
 }
 
 // v_{n+1} = v_h + h/2 a_{n+1}
 PetscErrorCode kick(Vec y, Vec kept, PetscReal h) {
-  PetscScalar* ay = nullptr;
-  const PetscScalar* a = nullptr;
   PetscFunctionBegin;
-  PetscCall(VecGetArray(y, &ay));
-  PetscCall(VecGetArrayRead(kept, &a));
+  const WriteArray ay(y);
+  const ReadArray a(kept);
   layout_of(y).for_each([&](PetscInt, PetscInt v) { ay[v] += h / 2 * a[v]; });
-  PetscCall(VecRestoreArrayRead(kept, &a));
-  PetscCall(VecRestoreArray(y, &ay));
   PetscFunctionReturn(0);
 }
 
@@ -83,11 +74,7 @@ PetscErrorCode create_verlet(TS ts) {
 
 }  // namespace
 
-PetscErrorCode register_verlet() {
-  PetscFunctionBegin;
-  PetscCall(TSRegister("verlet", create_verlet));
-  PetscFunctionReturn(0);
-}
+PetscErrorCode register_verlet() { return TSRegister("verlet", create_verlet); }
 
 PetscErrorCode kept_acceleration(TS ts, KeptAcceleration** out) {
   PetscFunctionBegin;
@@ -104,17 +91,13 @@ struct Symplectic : KeptAcceleration {  // of which it keeps none
 
 // v_{n+1} = v_n + h M^-1 f(t_n, x_n, v_n),  x_{n+1} = x_n + h v_{n+1}
 PetscErrorCode advance(Vec y, Vec G, PetscReal h) {
-  PetscScalar* ay = nullptr;
-  const PetscScalar* aG = nullptr;
   PetscFunctionBegin;
-  PetscCall(VecGetArray(y, &ay));
-  PetscCall(VecGetArrayRead(G, &aG));
+  const WriteArray ay(y);
+  const ReadArray aG(G);
   layout_of(y).for_each([&](PetscInt x, PetscInt v) {
     ay[v] += h * aG[v];
     ay[x] += h * ay[v];
   });
-  PetscCall(VecRestoreArrayRead(G, &aG));
-  PetscCall(VecRestoreArray(y, &ay));
   PetscFunctionReturn(0);
 }
 
@@ -153,10 +136,6 @@ PetscErrorCode create_symplectic(TS ts) {
 
 }  // namespace
 
-PetscErrorCode register_symplectic() {
-  PetscFunctionBegin;
-  PetscCall(TSRegister("symplectic", create_symplectic));
-  PetscFunctionReturn(0);
-}
+PetscErrorCode register_symplectic() { return TSRegister("symplectic", create_symplectic); }
 
 }  // namespace bs

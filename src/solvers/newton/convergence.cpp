@@ -1,7 +1,8 @@
 #include "solvers/newton/convergence.hpp"
 #include <algorithm>
 #include <cmath>
-#include <cstring>
+#include <string>
+#include "base/option_names.hpp"
 #include "base/rounding.hpp"
 #include "solvers/newton/search/energy.hpp"
 
@@ -34,7 +35,7 @@ bool NewtonPolicy::exhausted(const ResidualNorms& now, double rtol) const {
   const double size = ROUNDING * solve_.size_of_forces();
   const bool near = below(now, rtol, NEAR) || (solve_.inverse_h * now[0] <= size && now[1] <= size);
   const bool falling = now[0] < 0.5 * solve_.previous[0] || now[1] < 0.5 * solve_.previous[1];
-  if (to_the_end_) return near && (solve_.stalled >= PATIENCE || (!falling && below(now, rtol, 1.0)));
+  if (to_rounding_) return near && (solve_.stalled >= PATIENCE || (!falling && below(now, rtol, 1.0)));
   return near && !falling;
 }
 
@@ -108,12 +109,11 @@ void NewtonPolicy::save(Facts* facts) const {
 }
 
 void NewtonPolicy::restore(const Facts& facts) {
-  const auto real = [&](const char* name) { return facts.real.count(name) ? facts.real.at(name) : 0.0; };
-  lengths_.h = real("lengths_last");
-  lengths_.failed = real("lengths_failed");
-  lengths_.rate = real("lengths_rate");
-  lengths_.open = facts.whole.count("lengths_open") && facts.whole.at("lengths_open") != 0;
-  loose_ = facts.whole.count("newton_loose") ? facts.whole.at("newton_loose") : 0;
+  lengths_.h = facts.real_of("lengths_last");
+  lengths_.failed = facts.real_of("lengths_failed");
+  lengths_.rate = facts.real_of("lengths_rate");
+  lengths_.open = facts.whole_of("lengths_open") != 0;
+  loose_ = facts.whole_of("newton_loose");
 }
 
 PetscErrorCode NewtonPolicy::test(SNES snes, PetscInt it, PetscReal xnorm, PetscReal snorm, PetscReal fnorm, SNESConvergedReason* reason,
@@ -171,7 +171,7 @@ PetscErrorCode NewtonPolicy::confirm(SNES snes, const Norms& at, const ResidualN
   bool all = true;
   PetscFunctionBegin;
   PetscCall(all_particles_converged(snes, at.rtol, &all));
-  if (!all && !(to_the_end_ && exhausted(now, at.rtol) && solve_.stalled >= PATIENCE)) {
+  if (!all && !(to_rounding_ && exhausted(now, at.rtol) && solve_.stalled >= PATIENCE)) {
     *reason = SNES_CONVERGED_ITERATING;
     ++uneven_;
   } else if (at.it > 0 && !below(now, at.rtol, 0.0)) {
@@ -206,7 +206,7 @@ PetscErrorCode NewtonPolicy::judge(SNES snes, const Norms& at, SNESConvergedReas
   if (*reason == SNES_CONVERGED_ITERATING && settings_.forcing) PetscCall(set_forcing(snes, at.it, now, at.rtol));
   if (*reason > 0) lengths_.converged(at.it);
   if (*reason > 0 && !below(now, LOOSE, NEAR)) ++loose_;
-  if (*reason == SNES_CONVERGED_ITERATING && settings_.directions && !persists_ && lengths_.exceeded(at.it)) *reason = SNES_DIVERGED_INNER;
+  if (*reason == SNES_CONVERGED_ITERATING && settings_.directions && !all_iterations_ && lengths_.exceeded(at.it)) *reason = SNES_DIVERGED_INNER;
   if (*reason == SNES_CONVERGED_ITERATING) PetscCall(limit_evaluations(snes, reason));
   solve_.previous = now;
   PetscFunctionReturn(0);
@@ -222,19 +222,14 @@ PetscErrorCode NewtonPolicy::estimate_floor(double inverse_h) {
 }
 
 PetscErrorCode NewtonPolicy::attach(SNES snes, const NewtonSettings& settings) {
-  char type[64] = SNESNEWTONLS, search_type[64] = "energy";
-  PetscBool given = PETSC_FALSE, bounded = PETSC_FALSE;
+  const bool newton = value_of("-snes_type", SNESNEWTONLS) == SNESNEWTONLS;
   PetscFunctionBegin;
   settings_ = settings;
   PetscCall(SNESSetConvergenceTest(snes, test, this, nullptr));
   PetscCall(set_search_policy(snes, this));
-  PetscCall(PetscOptionsGetString(nullptr, nullptr, "-snes_type", type, sizeof(type), nullptr));
-  PetscCall(PetscOptionsHasName(nullptr, nullptr, "-snes_linesearch_type", &given));
-  PetscCall(PetscOptionsGetString(nullptr, nullptr, "-snes_linesearch_type", search_type, sizeof search_type, nullptr));
-  settings_.directions = std::strcmp(type, SNESNEWTONLS) == 0 && std::strcmp(search_type, "energy") == 0 && lacks_energy(settings_).empty();
-  PetscCall(PetscOptionsHasName(nullptr, nullptr, "-snes_divergence_tolerance", &bounded));
-  descends_ = settings_.directions && !bounded;
-  if (given || std::strcmp(type, SNESNEWTONLS) != 0) PetscFunctionReturn(0);
+  settings_.directions = newton && value_of("-snes_linesearch_type", "energy") == "energy" && lacks_energy(settings_).empty();
+  descends_ = settings_.directions && !is_given("-snes_divergence_tolerance");
+  if (is_given("-snes_linesearch_type") || !newton) PetscFunctionReturn(0);
   SNESLineSearch line;
   PetscCall(SNESGetLineSearch(snes, &line));
   PetscCall(SNESLineSearchSetType(line, "energy"));

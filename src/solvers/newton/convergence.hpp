@@ -102,13 +102,13 @@ class NewtonPolicy {
   PetscErrorCode attach(SNES snes, const NewtonSettings& settings);
   void loosen_linear_solves() { settings_.forcing = true; }
   /// Whether solves may take all of -snes_max_it whatever shorter steps took (pseudo time).
-  void persist(bool on) { persists_ = on; }
+  void allow_all_iterations(bool on) { all_iterations_ = on; }
   /// What a checkpoint holds of it: what steps of several lengths took; and back, where it holds that.
   void save(Facts* facts) const;
   void restore(const Facts& facts);
   /// Of equilibria, whose forces are judged once more when the solve has ended: near rounding level a solve goes on for as long as the residual
   /// falls at all, and may then leave particles that are worse than the others.
-  void go_to_the_end(bool on) { to_the_end_ = on; }
+  void iterate_to_rounding(bool on) { to_rounding_ = on; }
   /// After solves that are no steps: what they took is forgotten.
   void forget_lengths() { lengths_ = {}; }
   const NewtonSettings& settings() const { return settings_; }
@@ -147,7 +147,7 @@ class NewtonPolicy {
   double floor_inverse_h_ = 0;        ///< 1/h the rounding errors were estimated for [1/s]
   std::int64_t at_floor_ = 0, uneven_ = 0, loose_ = 0;
   PastLengths lengths_;
-  bool persists_ = false, to_the_end_ = false;
+  bool all_iterations_ = false, to_rounding_ = false;
   bool descends_ = false;  ///< the search makes the potential fall, and no bound on the residual is given
 };
 

@@ -6,6 +6,7 @@
 #include "base/factor_memory.hpp"
 #include "base/handle.hpp"
 #include "base/text.hpp"
+#include "base/vec_array.hpp"
 #include "systems/linear/system.hpp"
 
 namespace bs {
@@ -104,7 +105,6 @@ PetscErrorCode is_singular(KSP ksp, bool* singular) {
   PetscCall(MatGetColumnNorms(A, NORM_INFINITY, size.data()));
   VecHandle x, b, y;
   PetscScalar* ax;
-  const PetscScalar* ay;
   PetscCall(MatCreateVecs(A, x.out(), b.out()));
   PetscCall(VecDuplicate(x, y.out()));
   PetscCall(VecGetOwnershipRange(x, &first, &last));
@@ -114,13 +114,12 @@ PetscErrorCode is_singular(KSP ksp, bool* singular) {
   PetscCall(MatMult(A, x, b));
   PetscCall(KSPSolve(ksp, b, y));
   PetscCall(VecAXPY(y, -1, x));
-  PetscCall(VecGetArrayRead(y, &ay));
+  const ReadArray ay(y);
   double worst = 0;
   for (PetscInt j = first; j < last; ++j) {
     const double off = std::abs(ay[j - first]) * size[j];
     worst = std::isfinite(off) ? std::max(worst, off) : 1e300;
   }
-  PetscCall(VecRestoreArrayRead(y, &ay));
   PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &worst, 1, MPI_DOUBLE, MPI_MAX, PetscObjectComm(reinterpret_cast<PetscObject>(ksp))));
   *singular = worst > 0.05;
   PetscFunctionReturn(0);

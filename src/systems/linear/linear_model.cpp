@@ -3,6 +3,7 @@
 #include <cmath>
 #include "base/error.hpp"
 #include "base/memory.hpp"
+#include "base/option_names.hpp"
 #include "base/options.hpp"
 #include "systems/linear/system.hpp"
 
@@ -163,12 +164,10 @@ PetscErrorCode LinearModel::create(MPI_Comm comm, std::unique_ptr<Model>* out) {
 PetscErrorCode LinearModel::read(MPI_Comm comm) {
   SystemOptions options;
   PetscInt columns = 0;
-  PetscBool help = PETSC_FALSE;
   PetscFunctionBegin;
   comm_ = comm;
-  PetscCall(PetscOptionsHasName(nullptr, nullptr, "-help", &help));
   PetscCall(read_section(comm, "Linear system G x + C x' = B u(t)", [&](Section& o) {
-    options.read(o, help);
+    options.read(o, is_given("-help"));
     sources_.options(o);
     o.flag("-bs_linear_dc", "start from the operating point: solve G x = B u at the initial time", dc_);
     o.integer("-bs_linear_be_steps", "number of initial steps by backward Euler, before cn or theta; they damp the ringing after a jump",

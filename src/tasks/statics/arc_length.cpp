@@ -1,5 +1,6 @@
 #include "tasks/statics/arc_length.hpp"
 #include <cmath>
+#include "base/vec_array.hpp"
 #include "linalg/condensed/condensed.hpp"
 #include "solvers/own_solve.hpp"
 #include "time/methods.hpp"
@@ -21,7 +22,7 @@ PetscErrorCode ArcLength::attach(TS ts, TSContext& context, Equilibrium& model, 
   // S itself is solved with, definite or not
   of_start_.inertia = of_path_.inertia = true;
   PetscCall(condensed_set_tangent(pc, model.tangent(), of_path_));
-  context.newton.persist(true);
+  context.newton.allow_all_iterations(true);
   for (VecHandle* vec : {&start_, &tangent_, &way_, &q_, &zq_, &zf_}) PetscCall(VecDuplicate(model.initial_state(), vec->out()));
   PetscCall(attach_own_solve(snes, this));
   PetscFunctionReturn(0);
@@ -29,14 +30,10 @@ PetscErrorCode ArcLength::attach(TS ts, TSContext& context, Equilibrium& model, 
 
 /// Of positions, divided by X^2.
 PetscErrorCode ArcLength::product(Vec a, Vec b, double* value) const {
-  const PetscScalar *pa = nullptr, *pb = nullptr;
   double sum = 0;
   PetscFunctionBegin;
-  PetscCall(VecGetArrayRead(a, &pa));
-  PetscCall(VecGetArrayRead(b, &pb));
+  const ReadArray pa(a), pb(b);
   layout_of(a).for_each([&](PetscInt x, PetscInt) { sum += pa[x] * pb[x]; });
-  PetscCall(VecRestoreArrayRead(b, &pb));
-  PetscCall(VecRestoreArrayRead(a, &pa));
   PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &sum, 1, MPI_DOUBLE, MPI_SUM, model_->comm()));
   *value = sum / (scale_ > 0 ? scale_ : 1);
   PetscFunctionReturn(0);
@@ -44,21 +41,15 @@ PetscErrorCode ArcLength::product(Vec a, Vec b, double* value) const {
 
 /// X += part z in its positions, whose velocities follow; s += ds.
 PetscErrorCode ArcLength::update(Vec X, Vec z, double part, double ds) {
-  const PetscScalar *az = nullptr, *a0 = nullptr;
-  PetscScalar* a = nullptr;
   PetscReal h;
   PetscFunctionBegin;
   PetscCall(TSGetTimeStep(ts_, &h));
-  PetscCall(VecGetArrayRead(z, &az));
-  PetscCall(VecGetArrayRead(start_, &a0));
-  PetscCall(VecGetArray(X, &a));
+  const ReadArray az(z), a0(start_);
+  const WriteArray a(X);
   layout_of(X).for_each([&](PetscInt x, PetscInt v) {
     a[x] += part * az[x];
     a[v] = (a[x] - a0[x]) / h;
   });
-  PetscCall(VecRestoreArray(X, &a));
-  PetscCall(VecRestoreArrayRead(start_, &a0));
-  PetscCall(VecRestoreArrayRead(z, &az));
   now_ += ds;
   model_->set_factor(now_);
   PetscFunctionReturn(0);

@@ -2,28 +2,9 @@
 #include <algorithm>
 #include <cmath>
 #include "base/error.hpp"
-#include "base/options.hpp"
 #include "base/signals.hpp"
 
 namespace bs {
-
-PetscErrorCode Avalanche::read() {
-  int chosen = 0;
-  PetscFunctionBegin;
-  PetscCall(read_section(model_.comm(), "After a break in statics", [&](Section& o) {
-    o.choice("-bs_break_follow",
-             "what follows a break at an equilibrium: statics, the next equilibrium of the same loads without inertia; dynamics, the motion that the "
-             "break sets going, by backward Euler at constant load, until it has come to rest",
-             {"statics", "dynamics"}, chosen);
-    o.real("-bs_break_dt", "time step of that motion; 0: one over the root mean squared frequency of the lattice [s]", options_.step,
-           Range::nonnegative);
-    o.integer("-bs_break_max_steps", "steps after which a motion that has not come to rest is ended by a search for an equilibrium", options_.most,
-              Range::positive);
-    o.real("-bs_break_output_interval", "time between frames of the motion; 0: none [s]", options_.interval, Range::nonnegative);
-  }));
-  options_.dynamics = chosen == 1;
-  PetscFunctionReturn(0);
-}
 
 /// A long avalanche does not keep a run from being stopped.
 PetscErrorCode Avalanche::check_for_signal() {
@@ -109,11 +90,11 @@ PetscErrorCode Avalanche::follow(double factor, Vec y, const Frame& frame, bool*
   PetscFunctionReturn(0);
 }
 
-PetscErrorCode Avalanche::settle(double factor, Vec y, const Frame& frame, bool* settled, std::string* lost) {
+PetscErrorCode Avalanche::follow_to_rest(double factor, Vec y, const Frame& frame, bool* found, std::string* failure) {
   Breaks& breaks = *model_.breaks();
   std::int64_t broken = 0;
   PetscFunctionBegin;
-  *settled = false;
+  *found = false;
   while (breaks.broke() > 0) {
     bool good = true;
     PetscCall(check_for_signal());
@@ -123,13 +104,13 @@ PetscErrorCode Avalanche::settle(double factor, Vec y, const Frame& frame, bool*
     if (interrupted_) PetscFunctionReturn(0);
     PetscCall(relax(factor, y, &good));
     if (good) continue;
-    *lost = format(
+    *failure = format(
         "at load factor %.10g no equilibrium was found after %lld springs had broken: compute the motion (-bs_task dynamics), or remove loads "
         "that act on loose parts",
         factor, static_cast<long long>(broken));
     PetscFunctionReturn(0);
   }
-  *settled = true;
+  *found = true;
   PetscCall(zero_velocities(y));  // they led to the state before the break
   PetscFunctionReturn(0);
 }

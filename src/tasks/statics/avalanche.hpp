@@ -18,14 +18,12 @@ struct AvalancheOptions {
 class Avalanche {
  public:
   using Frame = std::function<PetscErrorCode(Vec)>;
-  Avalanche(Equilibrium& model, PseudoTime& solver) : model_(model), solver_(solver) {}
-  /// Collective. Reads the options.
-  PetscErrorCode read();
+  Avalanche(Equilibrium& model, PseudoTime& solver, const AvalancheOptions& options) : model_(model), solver_(solver), options_(options) {}
   /// Whether what is observed is a frame of the motion, not an equilibrium.
   bool moving() const { return moving_; }
-  /// Collective, after the system broke at the equilibrium y of that factor. y becomes one at which nothing breaks (`settled`); or `lost` says why
-  /// there is none; or a signal ends the run in between, with nothing in `lost`.
-  PetscErrorCode settle(double factor, Vec y, const Frame& frame, bool* settled, std::string* lost);
+  /// Collective, after the system broke at the equilibrium y of that factor. y becomes one at which nothing breaks (`found`); or `failure` says why
+  /// there is none; or a signal ends the run in between, with nothing in `failure`.
+  PetscErrorCode follow_to_rest(double factor, Vec y, const Frame& frame, bool* found, std::string* failure);
 
  private:
   PetscErrorCode relax(double factor, Vec y, bool* good);

@@ -2,15 +2,12 @@
 #include <algorithm>
 #include <cmath>
 #include "base/error.hpp"
-#include "base/options.hpp"
+#include "base/vec_array.hpp"
 #include "lattice/box.hpp"
 #include "solvers/own_solve.hpp"
-#include "tasks/box_tangent.hpp"
+#include "tasks/strain_relaxation.hpp"
 
 namespace bs {
-
-/// What may be missing to a given stress, of the largest that is given, or, where these are 0, of the largest there is: more is no equilibrium.
-static constexpr double MISSED = 1e-6;
 
 PetscErrorCode refuse_box_stress(Model& model, const char* task) {
   PetscFunctionBegin;
@@ -21,16 +18,10 @@ PetscErrorCode refuse_box_stress(Model& model, const char* task) {
   PetscFunctionReturn(0);
 }
 
-PetscErrorCode BoxStress::begin(Equilibrium& model, bool arc) {
+PetscErrorCode BoxStress::begin(Equilibrium& model, double rtol, bool arc) {
   StrainResponse strained;
   PetscFunctionBegin;
-  PetscCall(read_section(model.comm(), "Given stresses of a periodic box (-bs_task statics)", [&](Section& o) {
-    o.real("-bs_box_stress_rtol",
-           "the stresses of -bs_box_stress are met where what is missing is below this times the largest of them, or, where all are 0, times the "
-           "largest component there is [1]; at most 1e-6",
-           rtol_, Range::positive);
-    if (rtol_ > MISSED) o.fail(format("option -bs_box_stress_rtol: %g: the stresses would not be those given: write 1e-6 or less", rtol_));
-  }));
+  rtol_ = rtol;
   free_ = model.free_strains(0);
   active_ = !free_.empty();
   if (!active_) PetscFunctionReturn(0);
@@ -107,7 +98,7 @@ PetscErrorCode BoxStress::judge(Vec X, Trial* out) {
   const double most = stable ? LONGEST : STEP;
   if (longest > most || !stable)
     for (double& g : out->step) g *= longest > 0 ? most / longest : 0;
-  out->met = out->worst <= rtol_ * scale || (stable && longest <= ROUNDING && (out->worst <= MISSED * scale || longest <= LEAST));
+  out->met = out->worst <= rtol_ * scale || (stable && longest <= ROUNDING && (out->worst <= BOX_STRESS_MISSED * scale || longest <= LEAST));
   PetscFunctionReturn(0);
 }
 
@@ -119,8 +110,6 @@ PetscErrorCode BoxStress::move(const Trial& from, double part, Vec X) {
   double flow[9] = {0}, L[9];
   std::vector<double> strains(free_.size());
   Vec y;
-  const PetscScalar* a0 = nullptr;
-  PetscScalar* a = nullptr;
   PetscReal h;
   PetscFunctionBegin;
   for (std::size_t k = 0; k < free_.size(); ++k) {
@@ -136,18 +125,13 @@ PetscErrorCode BoxStress::move(const Trial& from, double part, Vec X) {
   for (int k = 0; k < strained.count; ++k) PetscCall(VecAXPY(X, strain[static_cast<std::size_t>(k)], relaxed_.moved(k)));
   PetscCall(TSGetTimeStep(ts_, &h));
   PetscCall(TSGetSolution(ts_, &y));
-  const PetscScalar* x = nullptr;
-  PetscCall(VecGetArrayRead(good_state_, &x));
-  PetscCall(VecGetArrayRead(y, &a0));
-  PetscCall(VecGetArray(X, &a));
+  const ReadArray x(good_state_), a0(y);
+  const WriteArray a(X);
   for (PetscInt i = 0; i < at.particles; ++i)
     for (PetscInt r = 0; r < d; ++r) {
       for (PetscInt c = 0; c < d; ++c) a[at.x(i, r)] += flow[r * d + c] * x[at.x(i, c)];
       a[at.v(i, r)] = (a[at.x(i, r)] - a0[at.x(i, r)]) / h;
     }
-  PetscCall(VecRestoreArray(X, &a));
-  PetscCall(VecRestoreArrayRead(y, &a0));
-  PetscCall(VecRestoreArrayRead(good_state_, &x));
   ++corrections_;
   PetscFunctionReturn(0);
 }
@@ -240,7 +224,7 @@ PetscErrorCode BoxStress::solve(SNES snes) {
   PetscFunctionReturn(0);
 }
 
-PetscErrorCode BoxStress::confirm(Equilibrium& model, double t, Vec y, Findings* out) const {
+PetscErrorCode BoxStress::confirm(Equilibrium& model, double t, Vec y, FinalResults* out) const {
   constexpr double ROUNDING = 1e-12;  // of the stiffness: a given stress may be 0
   StrainResponse at;
   std::vector<double> each;
@@ -249,9 +233,9 @@ PetscErrorCode BoxStress::confirm(Equilibrium& model, double t, Vec y, Findings*
   PetscCall(model.strain_response(t, y, &at));
   const std::vector<FreeStrain> free = model.free_strains(t);
   const double worst = missing(at, free, &each, &scale);
-  if (!(worst <= std::max(MISSED * scale, ROUNDING * stiffness_along(at, free, model.dim()))))
-    out->why = format("the stress of the box is off by %.3g, measured by stresses of %.3g: -bs_box_stress is not met; try more -bs_load_steps", worst,
-                      scale);
+  if (!(worst <= std::max(BOX_STRESS_MISSED * scale, ROUNDING * stiffness_along(at, free, model.dim()))))
+    out->failure = format("the stress of the box is off by %.3g, measured by stresses of %.3g: -bs_box_stress is not met; try more -bs_load_steps",
+                          worst, scale);
   PetscFunctionReturn(0);
 }
 
@@ -268,7 +252,7 @@ PetscErrorCode BoxStress::warn(Equilibrium& model, double t, Warnings* warnings)
   PetscFunctionReturn(0);
 }
 
-void BoxStress::put(Equilibrium& model, double t, Findings* out) const {
+void BoxStress::put(Equilibrium& model, double t, FinalResults* out) const {
   std::string text = "strain of the box under the given stress:";
   std::vector<std::string> names;
   std::vector<double> strains, stresses;
@@ -282,7 +266,7 @@ void BoxStress::put(Equilibrium& model, double t, Findings* out) const {
   entry.set("components", names);
   entry.set("strain", strains);
   entry.set("stress", stresses);
-  out->entries.emplace_back("box_stress", entry);
+  out->report.set("box_stress", entry);
   out->lines.push_back(text);
 }
 

@@ -5,19 +5,22 @@
 #include <vector>
 #include "base/warnings.hpp"
 #include "systems/equilibrium.hpp"
-#include "tasks/box_tangent.hpp"
-#include "tasks/findings.hpp"
+#include "tasks/final_results.hpp"
+#include "tasks/strain_relaxation.hpp"
 #include "time/ts_setup.hpp"
 
 namespace bs {
 
-/// Newton's method for the free strains around the solve of every load step: at the equilibrium of the particles for given strains, box_tangent.hpp
-/// says what changes the stress, and the step that meets the given one also moves the particles, by L x and what they relax. Where the box is not
+/// What may be missing to a given stress, of the largest that is given, or, where these are 0, of the largest there is: more is no equilibrium.
+inline constexpr double BOX_STRESS_MISSED = 1e-6;
+
+/// Newton's method for the free strains around the solve of every load step: at the equilibrium of the particles for given strains, box_tangent()
+/// says how the stress changes, and the step that meets the given one also moves the particles, by L x and what they relax. Where the box is not
 /// stable against the free strains, the step follows the missing stress instead; an unstable equilibrium is refused.
 class BoxStress {
  public:
-  /// Collective. Reads -bs_box_stress_rtol. Errors (exit 2): free strains by arc length, of particles that are held.
-  PetscErrorCode begin(Equilibrium& model, bool arc);
+  /// Collective. `rtol`: by which the stresses are to be met. Errors (exit 2): free strains by arc length, of particles that are held.
+  PetscErrorCode begin(Equilibrium& model, double rtol, bool arc);
   bool active() const { return active_; }
   /// Collective. `inner` solves for the particles alone in the place of SNES's solve; the arguments must outlive the solver.
   PetscErrorCode attach(TS ts, TSContext& context, Equilibrium& model, std::function<PetscErrorCode(SNES)> inner);
@@ -27,10 +30,10 @@ class BoxStress {
   void begin_anew() { from_ = -1; }
   std::int64_t corrections() const { return corrections_; }
   /// Collective. Whether the stress at the equilibrium y of time t, computed anew, is the given one; else `out` says why not.
-  PetscErrorCode confirm(Equilibrium& model, double t, Vec y, Findings* out) const;
+  PetscErrorCode confirm(Equilibrium& model, double t, Vec y, FinalResults* out) const;
   PetscErrorCode warn(Equilibrium& model, double t, Warnings* warnings) const;
   /// The strains found, for the summary and the report.
-  void put(Equilibrium& model, double t, Findings* out) const;
+  void put(Equilibrium& model, double t, FinalResults* out) const;
 
  private:
   /// The equilibrium at given strains.
@@ -57,7 +60,7 @@ class BoxStress {
   std::vector<FreeStrain> free_;      ///< as they are, with the stresses of this load step
   std::vector<double> start_, good_;  ///< strains where the load step began, and at the last equilibrium looked at
   VecHandle good_state_;
-  double rtol_ = 1e-10, from_ = -1, time_ = 0;
+  double rtol_ = 0, from_ = -1, time_ = 0;
   bool active_ = false;
   std::int64_t corrections_ = 0;
 };

@@ -2,6 +2,7 @@
 #include <petsc/private/tsimpl.h>
 #include <algorithm>
 #include <utility>
+#include "base/vec_array.hpp"
 #include "linalg/condensed/condensed.hpp"
 #include "solvers/own_solve.hpp"
 #include "time/methods.hpp"
@@ -69,7 +70,7 @@ PetscErrorCode PseudoTime::solve_from(Vec y, bool* good) {
   ts_->snes_its += snes->iter;
   *good = reason > 0;
   if (*good && context_->examine) {
-    Finding found;
+    StageCheck found;
     PetscCall(TSGetTime(ts_, &time));
     PetscCall(context_->examine(time, room_, &found));
     *good = found.good;
@@ -98,9 +99,9 @@ PetscErrorCode PseudoTime::advance(double h, Vec y, bool* good) {
   PetscCall(TSSetTimeStep(ts_, h));
   PetscCall(SNESSetTolerances(snes, PETSC_DEFAULT, std::max(rtol, RTOL), PETSC_DEFAULT, PETSC_DEFAULT, PETSC_DEFAULT));
   fallback_ = Fallback::never;
-  context_->newton.go_to_the_end(false);
+  context_->newton.iterate_to_rounding(false);
   PetscCall(solve_from(y, good));
-  context_->newton.go_to_the_end(true);
+  context_->newton.iterate_to_rounding(true);
   fallback_ = other_ ? Fallback::never : Fallback::late;
   PetscCall(SNESSetTolerances(snes, PETSC_DEFAULT, rtol, PETSC_DEFAULT, PETSC_DEFAULT, PETSC_DEFAULT));
   PetscCall(TSSetTimeStep(ts_, of_loads));
@@ -122,13 +123,13 @@ PetscErrorCode PseudoTime::continue_from_start(SNES snes) {
   PetscCall(condensed_renew(pc));
   PetscCall(SNESGetTolerances(snes, nullptr, nullptr, nullptr, &most, nullptr));
   PetscCall(SNESSetTolerances(snes, PETSC_DEFAULT, PETSC_DEFAULT, PETSC_DEFAULT, MOST, PETSC_DEFAULT));
-  context_->newton.persist(true);
+  context_->newton.allow_all_iterations(true);
   model_->set_pseudo_time(PART);
   model_->begin_solve();
   snes->vec_func_init_set = PETSC_FALSE;
   PetscCall(newton_(snes));
   model_->set_pseudo_time(0);
-  context_->newton.persist(false);
+  context_->newton.allow_all_iterations(false);
   PetscCall(SNESSetTolerances(snes, PETSC_DEFAULT, PETSC_DEFAULT, PETSC_DEFAULT, most, PETSC_DEFAULT));
   PetscCall(SNESGetConvergedReason(snes, &reason));
   if (reason > 0) ++solves_;
@@ -151,14 +152,10 @@ PetscErrorCode make_stage(TS ts, TSContext& context, double h, Vec y) {
 }
 
 PetscErrorCode copy_velocities(Vec from, Vec to) {
-  const PetscScalar* a = nullptr;
-  PetscScalar* b = nullptr;
   PetscFunctionBegin;
-  PetscCall(VecGetArrayRead(from, &a));
-  PetscCall(VecGetArray(to, &b));
+  const ReadArray a(from);
+  const WriteArray b(to);
   layout_of(to).for_each([&](PetscInt, PetscInt v) { b[v] = a[v]; });
-  PetscCall(VecRestoreArray(to, &b));
-  PetscCall(VecRestoreArrayRead(from, &a));
   PetscFunctionReturn(0);
 }
 
@@ -220,9 +217,8 @@ void RestStart::save(Facts* facts) const {
 }
 
 void RestStart::restore(const Facts& facts) {
-  const auto is = [&](const char* name) { return facts.whole.count(name) != 0 && facts.whole.at(name) != 0; };
-  tried_ = is("start_tried");
-  found_ = is("start_at_rest");
+  tried_ = facts.whole_of("start_tried") != 0;
+  found_ = facts.whole_of("start_at_rest") != 0;
 }
 
 }  // namespace bs

@@ -3,6 +3,7 @@
 #include <cmath>
 #include <limits>
 #include "base/error.hpp"
+#include "base/vec_array.hpp"
 #include "linalg/condensed/condensed.hpp"
 #include "solvers/own_solve.hpp"
 #include "time/methods.hpp"
@@ -74,20 +75,14 @@ PetscErrorCode SnapThrough::has_barrier(double s, Vec from, Vec to, bool* yes) {
   double slope[POINTS + 1], most = 0;
   PetscFunctionBegin;
   for (int k = 0; k <= POINTS; ++k) {
-    const PetscScalar *a = nullptr, *b = nullptr, *f = nullptr;
     const double part = static_cast<double>(k) / POINTS;
     PetscCall(VecWAXPY(middle_, -1.0, from, to));
     PetscCall(VecAYPX(middle_, part, from));
     PetscCall(model_->residual(s, middle_, middle_, Form::momentum, low_));
     slope[k] = 0;
-    PetscCall(VecGetArrayRead(from, &a));
-    PetscCall(VecGetArrayRead(to, &b));
-    PetscCall(VecGetArrayRead(low_, &f));
+    const ReadArray a(from), b(to), f(low_);
     for (PetscInt i = 0; i < at.particles; ++i)
       for (PetscInt c = 0; c < at.dim; ++c) slope[k] += f[at.v(i, c)] * (b[at.x(i, c)] - a[at.x(i, c)]);
-    PetscCall(VecRestoreArrayRead(low_, &f));
-    PetscCall(VecRestoreArrayRead(to, &b));
-    PetscCall(VecRestoreArrayRead(from, &a));
   }
   PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, slope, POINTS + 1, MPI_DOUBLE, MPI_SUM, model_->comm()));
   for (const double each : slope) most = std::max(most, std::abs(each));
@@ -110,7 +105,6 @@ PetscErrorCode SnapThrough::solve_at(SNES snes, double s, Vec from, Vec at, bool
 
 PetscErrorCode SnapThrough::compare(Vec low, Vec middle, Vec high, Halves* out) const {
   const Layout& at = model_->mechanics()->layout();
-  const PetscScalar *a = nullptr, *b = nullptr, *c = nullptr;
   struct {
     double size = -1;
     int rank = 0;
@@ -118,9 +112,7 @@ PetscErrorCode SnapThrough::compare(Vec low, Vec middle, Vec high, Halves* out) 
   double mine[2] = {0, 0};
   PetscFunctionBegin;
   *out = {};
-  PetscCall(VecGetArrayRead(low, &a));
-  PetscCall(VecGetArrayRead(middle, &b));
-  PetscCall(VecGetArrayRead(high, &c));
+  const ReadArray a(low), b(middle), c(high);
   for (PetscInt i = 0; i < at.particles; ++i) {
     double squares[3] = {0, 0, 0};
     for (PetscInt k = 0; k < at.dim; ++k) {
@@ -136,9 +128,6 @@ PetscErrorCode SnapThrough::compare(Vec low, Vec middle, Vec high, Halves* out) 
       std::copy_n(halves, 2, mine);
     }
   }
-  PetscCall(VecRestoreArrayRead(high, &c));
-  PetscCall(VecRestoreArrayRead(middle, &b));
-  PetscCall(VecRestoreArrayRead(low, &a));
   PetscCallMPI(MPI_Comm_rank(model_->comm(), &most.rank));
   PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &most, 1, MPI_DOUBLE_INT, MPI_MAXLOC, model_->comm()));
   PetscCallMPI(MPI_Bcast(mine, 2, MPI_DOUBLE, most.rank, model_->comm()));
@@ -261,13 +250,12 @@ void SnapThrough::save(Facts* facts) const {
 }
 
 void SnapThrough::restore(const Facts& facts) {
-  const auto saved = facts.whole.find("snap_through");
-  if (saved == facts.whole.end()) return;
-  count_ = saved->second;
-  if (const auto at = facts.whole.find("snap_through_unknown"); at != facts.whole.end()) unknown_ = at->second;
-  const std::pair<const char*, double*> real[] = {{"snap_from", &from_}, {"snap_to", &to_}, {"snap_jump", &jump_}, {"snap_last", &last_}};
-  for (const auto& [name, value] : real)
-    if (const auto at = facts.real.find(name); at != facts.real.end()) *value = at->second;
+  count_ = facts.whole_of("snap_through", count_);
+  unknown_ = facts.whole_of("snap_through_unknown", unknown_);
+  from_ = facts.real_of("snap_from", from_);
+  to_ = facts.real_of("snap_to", to_);
+  jump_ = facts.real_of("snap_jump", jump_);
+  last_ = facts.real_of("snap_last", last_);
 }
 
 }  // namespace bs

@@ -1,7 +1,7 @@
 #include "tasks/statics/stability.hpp"
 #include <algorithm>
 #include "base/error.hpp"
-#include "base/options.hpp"
+#include "base/vec_array.hpp"
 #include "linalg/condensed/condensed.hpp"
 #include "time/methods.hpp"
 
@@ -15,26 +15,12 @@ void put(PetscInt negative, int verdict, std::vector<Observable>* out) {
 
 }  // namespace
 
-PetscErrorCode Stability::read(MPI_Comm comm) {
-  PetscFunctionBegin;
-  PetscCall(read_section(comm, "Stability of equilibria (-bs_task statics)", [&](Section& o) {
-    o.integer(
-        "-bs_stability_iterations",
-        "number of iterations that look for an unstable direction of every equilibrium where the linear solver is iterative; a direct one counts "
-        "all of them; 0: none",
-        iterations_, Range::nonnegative);
-    if (iterations_ > PETSC_MAX_INT) o.fail(format("option -bs_stability_iterations: %lld is too large", static_cast<long long>(iterations_)));
-  }));
-  PetscFunctionReturn(0);
-}
-
 // z.K z > DOUBT (mean squared frequency) z.M z, with the exact K: neither the precision in which S is stored nor its shift counts
 PetscErrorCode Stability::find_direction(PC pc, Equilibrium& model, double factor, Vec y, Mat J, bool* found) const {
   constexpr double DOUBT = 1e-12;
   Linearisation& lin = model.mechanics()->linearisation();
   const Layout& at = lin.layout();
   std::vector<double> force(static_cast<std::size_t>(at.particles * at.dim));
-  const PetscScalar* a = nullptr;
   double sums[2] = {0, 0};
   VecHandle r, z;
   PetscFunctionBegin;
@@ -46,13 +32,12 @@ PetscErrorCode Stability::find_direction(PC pc, Equilibrium& model, double facto
   if (!*found) PetscFunctionReturn(0);
   PetscCall(zero_velocities(z));
   PetscCall(lin.change_of_force(z, force.data()));
-  PetscCall(VecGetArrayRead(z, &a));
+  const ReadArray a(z);
   for (PetscInt i = 0; i < at.particles; ++i)
     for (PetscInt c = 0; c < at.dim; ++c) {
       sums[0] += a[at.x(i, c)] * force[static_cast<std::size_t>(i * at.dim + c)];
       sums[1] += a[at.x(i, c)] * a[at.x(i, c)] * lin.masses()[static_cast<std::size_t>(i)];
     }
-  PetscCall(VecRestoreArrayRead(z, &a));
   PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, sums, 2, MPI_DOUBLE, MPI_SUM, model.comm()));
   *found = sums[0] > DOUBT * model.mean_squared_frequency() * sums[1];
   PetscFunctionReturn(0);
@@ -124,10 +109,9 @@ void Stability::save(Facts* facts) const {
 void Stability::restore(const Facts& facts) {
   const std::pair<const char*, std::int64_t*> whole[] = {{"stable", &stable_},  {"unstable", &unstable_},  {"stability_unknown", &unknown_},
                                                          {"inertia", &before_}, {"most_unstable", &most_}, {"inertia_changes", &changes_}};
-  for (const auto& [name, value] : whole)
-    if (const auto at = facts.whole.find(name); at != facts.whole.end()) *value = at->second;
-  if (const auto at = facts.real.find("first_unstable"); at != facts.real.end()) first_unstable_ = at->second;
-  if (const auto at = facts.real.find("stability_noted"); at != facts.real.end()) last_ = at->second;
+  for (const auto& [name, value] : whole) *value = facts.whole_of(name, *value);
+  first_unstable_ = facts.real_of("first_unstable", first_unstable_);
+  last_ = facts.real_of("stability_noted", last_);
 }
 
 }  // namespace bs

@@ -13,8 +13,8 @@ namespace bs {
 /// (Sylvester's law of inertia). Others look for one direction z with z.K z > 0, which proves instability; that none was found proves nothing.
 class Stability {
  public:
-  /// Collective. Reads -bs_stability_iterations.
-  PetscErrorCode read(MPI_Comm comm);
+  /// `iterations`: of the search for an unstable direction; 0: none.
+  explicit Stability(std::int64_t iterations) : iterations_(iterations) {}
   /// Collective. At the state y of a frame with the load factor `factor`, with the matrix J of `ts`; adds to its observables. One of the factor 0 is
   /// the lattice as it was given and is not counted. A change of J is not undone.
   PetscErrorCode assess(TS ts, Mat J, Equilibrium& model, double factor, Vec y, std::vector<Observable>* out);
@@ -30,7 +30,7 @@ class Stability {
   PetscErrorCode find_direction(PC pc, Equilibrium& model, double factor, Vec y, Mat J, bool* found) const;
   void note(double factor, PetscInt negative, Verdict verdict);
 
-  std::int64_t iterations_ = 50;
+  std::int64_t iterations_;
   std::int64_t stable_ = 0, unstable_ = 0, unknown_ = 0;  ///< equilibria
   std::int64_t changes_ = 0;                              ///< of the number of negative pivots, from one equilibrium to the next
   std::int64_t before_ = -1, most_ = -1;                  ///< negative pivots at the last equilibrium, and at the most of any; -1: not known

@@ -32,24 +32,23 @@ struct FinalAnalyses {
 /// What statics adds to a run: load steps for time steps, the fallback, and the signs of the tangent's pivots.
 class StaticRun {
  public:
-  StaticRun(Equilibrium& model, const LoadOptions& options, FinalAnalyses* end)
-      : model_(model), options_(options), end_(end), avalanche_(model, pseudo_) {}
-  /// Collective. Reads the options of its parts.
-  PetscErrorCode read();
+  StaticRun(Equilibrium& model, const StaticsSettings& options, FinalAnalyses* end)
+      : model_(model), options_(options), end_(end), stability_(options.stability_iterations), avalanche_(model, pseudo_, options.avalanche) {}
+  PetscErrorCode begin_box() { return box_.begin(model_, options_.box_stress_rtol, options_.arc); }
   RunHooks hooks();
 
  private:
   PetscErrorCode attach(TS ts, TSContext& context, double step);
   PetscErrorCode begin();
-  PetscErrorCode examine(double factor, Vec y, Finding* out);
+  PetscErrorCode examine(double factor, Vec y, StageCheck* out);
   PetscErrorCode return_free_bodies(double factor, Vec y);
   PetscErrorCode observe(double factor, Vec y, std::vector<Observable>* out);
   PetscErrorCode count(std::vector<Tally>* out) const;
-  PetscErrorCode find(double factor, Vec y, Findings* out);
-  PetscErrorCode look_back(Warnings* warnings);
+  PetscErrorCode find(double factor, Vec y, FinalResults* out);
+  PetscErrorCode final_warnings(Warnings* warnings);
 
   Equilibrium& model_;
-  LoadOptions options_;
+  StaticsSettings options_;
   FinalAnalyses* end_;  ///< null: nothing is wanted
   BoxStress box_;
   PseudoTime pseudo_;
@@ -64,14 +63,6 @@ class StaticRun {
   double last_factor_ = 0, last_way_ = 0;
 };
 
-PetscErrorCode StaticRun::read() {
-  PetscFunctionBegin;
-  PetscCall(avalanche_.read());
-  PetscCall(stability_.read(model_.comm()));
-  PetscCall(box_.begin(model_, options_.arc));
-  PetscFunctionReturn(0);
-}
-
 RunHooks StaticRun::hooks() {
   const double step = 1.0 / static_cast<double>(options_.steps);
   RunHooks hooks;
@@ -85,7 +76,7 @@ RunHooks StaticRun::hooks() {
   };
   hooks.begin = [this] { return begin(); };
   hooks.observe = [this](double factor, Vec y, std::vector<Observable>* out) { return observe(factor, y, out); };
-  hooks.look_back = [this](Warnings* warnings) { return look_back(warnings); };
+  hooks.final_warnings = [this](Warnings* warnings) { return final_warnings(warnings); };
   hooks.save = [this](Facts* facts) {
     stability_.save(facts);
     snaps_.save(facts);
@@ -104,11 +95,11 @@ RunHooks StaticRun::hooks() {
       if (end_->moduli.wanted()) end_->moduli.add_tables(rank, all);
     };
   }
-  if (box_.active() || (end_ && end_->wanted())) hooks.find = [this](double factor, Vec y, Findings* out) { return find(factor, y, out); };
+  if (box_.active() || (end_ && end_->wanted())) hooks.find = [this](double factor, Vec y, FinalResults* out) { return find(factor, y, out); };
   if (model_.breaks())
-    hooks.settle = [this](double factor, Vec y, const Avalanche::Frame& frame, bool* settled, std::string* lost) {
+    hooks.after_break = [this](double factor, Vec y, const Avalanche::Frame& frame, bool* found, std::string* failure) {
       snaps_.note_break();
-      return avalanche_.settle(factor, y, frame, settled, lost);
+      return avalanche_.follow_to_rest(factor, y, frame, found, failure);
     };
   if (!options_.arc) return hooks;
   hooks.pace.end = step * static_cast<double>(options_.arc_steps);
@@ -122,8 +113,8 @@ RunHooks StaticRun::hooks() {
 
 PetscErrorCode StaticRun::attach(TS ts, TSContext& context, double step) {
   PetscFunctionBegin;
-  context.newton.go_to_the_end(true);
-  context.examine = [this](double factor, Vec y, Finding* out) { return examine(factor, y, out); };
+  context.newton.iterate_to_rounding(true);
+  context.examine = [this](double factor, Vec y, StageCheck* out) { return examine(factor, y, out); };
   PetscCall(pseudo_.attach(ts, context, model_, step));
   if (options_.arc) {
     PetscCall(arc_.attach(ts, context, model_, pseudo_, {step, options_.end, options_.lower}));
@@ -157,18 +148,18 @@ PetscErrorCode StaticRun::begin() {
 }
 
 /// Where the solver ended by its own test, a shorter load step may be solved better; not where that test was taken from it.
-PetscErrorCode StaticRun::examine(double factor, Vec y, Finding* out) {
+PetscErrorCode StaticRun::examine(double factor, Vec y, StageCheck* out) {
   SNES snes;
   SNESConvergedReason reason;
   PetscFunctionBegin;
-  PetscCall(model_.examine(factor, y, &out->why, &out->hopeless));
-  out->good = out->why.empty();
+  PetscCall(model_.examine(factor, y, &out->failure, &out->hopeless));
+  out->good = out->failure.empty();
   if (out->good) PetscCall(return_free_bodies(factor, y));
   if (out->good || out->hopeless) PetscFunctionReturn(0);
   PetscCall(TSGetSNES(ts_, &snes));
   PetscCall(SNESGetConvergedReason(snes, &reason));
   out->hopeless = reason != SNES_CONVERGED_FNORM_RELATIVE && reason != SNES_CONVERGED_SNORM_RELATIVE;
-  if (out->hopeless) out->why += format(" (it ended by %s: leave out -snes_atol, -snes_type ksponly and the like)", SNESConvergedReasons[reason]);
+  if (out->hopeless) out->failure += format(" (it ended by %s: leave out -snes_atol, -snes_type ksponly and the like)", SNESConvergedReasons[reason]);
   PetscFunctionReturn(0);
 }
 
@@ -186,17 +177,17 @@ PetscErrorCode StaticRun::observe(double factor, Vec y, std::vector<Observable>*
   PetscFunctionReturn(0);
 }
 
-PetscErrorCode StaticRun::find(double factor, Vec y, Findings* out) {
+PetscErrorCode StaticRun::find(double factor, Vec y, FinalResults* out) {
   PetscFunctionBegin;
   if (!start_.tried()) PetscFunctionReturn(0);  // nothing has been solved for yet
   if (box_.active()) {
     box_.put(model_, factor, out);
     PetscCall(box_.confirm(model_, factor, y, out));
-    if (!out->why.empty()) PetscFunctionReturn(0);
+    if (!out->failure.empty()) PetscFunctionReturn(0);
   }
   if (!end_) PetscFunctionReturn(0);
   if (end_->compliance.wanted()) PetscCall(end_->compliance.find(ts_, context_->matrix, model_, factor, y, out));
-  if (end_->moduli.wanted() && out->why.empty()) PetscCall(end_->moduli.find(ts_, context_->matrix, model_, factor, y, out));
+  if (end_->moduli.wanted() && out->failure.empty()) PetscCall(end_->moduli.find(ts_, context_->matrix, model_, factor, y, out));
   PetscFunctionReturn(0);
 }
 
@@ -220,7 +211,7 @@ PetscErrorCode StaticRun::count(std::vector<Tally>* out) const {
 }
 
 /// A path is complete where it has come to the load factor that was asked for.
-PetscErrorCode StaticRun::look_back(Warnings* warnings) {
+PetscErrorCode StaticRun::final_warnings(Warnings* warnings) {
   PetscFunctionBegin;
   PetscCall(start_.warn(warnings));
   PetscCall(stability_.warn(warnings));
@@ -244,7 +235,7 @@ PetscErrorCode StaticRun::look_back(Warnings* warnings) {
 }
 
 /// The model of equilibria of `model`, whose loads may have them.
-PetscErrorCode prepare(std::unique_ptr<Model> model, const LoadOptions& loads, RunOptions* options, std::unique_ptr<Equilibrium>* out) {
+PetscErrorCode prepare(std::unique_ptr<Model> model, const StaticsSettings& loads, RunOptions* options, std::unique_ptr<Equilibrium>* out) {
   PetscFunctionBegin;
   if (!model->tangent())
     PetscCall(fail(model->comm(), Exit::input,
@@ -257,27 +248,27 @@ PetscErrorCode prepare(std::unique_ptr<Model> model, const LoadOptions& loads, R
   PetscFunctionReturn(0);
 }
 
-/// The run; `last` receives the state of the last frame, an equilibrium, or null under -help; `settled`, unless null, its load factor and the
+/// The run; `last` receives the state of the last frame, an equilibrium, or null under -help; `found`, unless null, its load factor and the
 /// outcome.
-PetscErrorCode run_loads(Equilibrium& equilibrium, const RunOptions& options, const LoadOptions& loads, FinalAnalyses* end, VecHandle* last,
-                         Settled* settled, int* exit_code) {
+PetscErrorCode run_loads(Equilibrium& equilibrium, const RunOptions& options, const StaticsSettings& loads, FinalAnalyses* end, VecHandle* last,
+                         FoundEquilibrium* found, int* exit_code) {
   PetscFunctionBegin;
   StaticRun statics(equilibrium, loads, end);
-  PetscCall(statics.read());
+  PetscCall(statics.begin_box());
   RunHooks hooks = statics.hooks();
   const auto observe = hooks.observe;
-  hooks.observe = [&observe, last, settled](double factor, Vec y, std::vector<Observable>* out) {
+  hooks.observe = [&observe, last, found](double factor, Vec y, std::vector<Observable>* out) {
     PetscFunctionBegin;
-    if (settled) settled->factor = factor;
+    if (found) found->factor = factor;
     PetscCall(observe(factor, y, out));
     if (!*last) PetscCall(VecDuplicate(y, last->out()));
     PetscCall(VecCopy(y, *last));
     PetscFunctionReturn(0);
   };
-  if (settled)
-    hooks.concluded = [settled](const std::string& outcome, const std::string& why) {
-      settled->outcome = outcome;
-      settled->why = why;
+  if (found)
+    hooks.concluded = [found](const std::string& outcome, const std::string& why) {
+      found->outcome = outcome;
+      found->why = why;
     };
   Run run(equilibrium, options, hooks);
   PetscCall(run.set_up());
@@ -290,26 +281,25 @@ PetscErrorCode run_loads(Equilibrium& equilibrium, const RunOptions& options, co
 /// `moduli`: they are found, too.
 static PetscErrorCode run_equilibria(std::unique_ptr<Model> model, bool moduli, Result* result, int* exit_code) {
   RunOptions options;
-  LoadOptions loads;
-  Claim claim;  // given up when the files are closed
+  StaticsSettings loads;
+  OutputLocks locks;  // given up when the files are closed
   std::unique_ptr<Equilibrium> equilibrium;
   FinalAnalyses end;
-  Settled found;
+  FoundEquilibrium found;
   VecHandle last, rest;
   std::vector<double> own;
   PetscFunctionBegin;
   MPI_Comm comm = model->comm();
-  PetscCall(read_load_options(comm, &loads));
+  PetscCall(read_statics_settings(comm, true, &loads));
   PetscCall(refuse_options_of_dynamics(comm));
   if (loads.arc) PetscCall(refuse_checkpoints(comm));
   if (loads.arc && model->breaks())
     PetscCall(fail(comm, Exit::input, "-bs_load_control arc: springs that break are for load steps: leave the option out, or the limits of springs"));
   PetscCall(read_run_options(comm, &options));
   PetscCall(prepare(std::move(model), loads, &options, &equilibrium));
-  PetscCall(end.compliance.read(*equilibrium));
-  PetscCall(end.moduli.read(comm));
-  if (moduli) PetscCall(end.moduli.begin(*equilibrium));
-  PetscCall(claim_files(comm, options, &claim));
+  PetscCall(end.compliance.begin(*equilibrium, loads.compliance_groups));
+  if (moduli) PetscCall(end.moduli.begin(*equilibrium, loads.zero_modes_unknowns));
+  PetscCall(lock_outputs(comm, options, &locks));
   PetscCall(run_loads(*equilibrium, options, loads, &end, &last, &found, exit_code));
   if (!last || *exit_code != 0) PetscFunctionReturn(0);  // a run that was stopped has not come to the last equilibrium
   PetscCall(at_rest(last, rest.out()));
@@ -318,30 +308,26 @@ static PetscErrorCode run_equilibria(std::unique_ptr<Model> model, bool moduli, 
   result->load_factor = equilibrium->factor(found.factor);
   PetscCall(frame_rows(*equilibrium, found.factor, last, "/position", &own));
   PetscCall(gather_all(comm, own, &result->position));
-  if (moduli) end.moduli.take_results(result);
+  if (moduli) end.moduli.copy_results(result);
   PetscFunctionReturn(0);
 }
 
 PetscErrorCode run_statics(std::unique_ptr<Model> model, Result* result, int* exit_code) {
-  PetscFunctionBegin;
-  PetscCall(run_equilibria(std::move(model), false, result, exit_code));
-  PetscFunctionReturn(0);
+  return run_equilibria(std::move(model), false, result, exit_code);
 }
 
 PetscErrorCode run_moduli(std::unique_ptr<Model> model, Result* result, int* exit_code) {
-  PetscFunctionBegin;
-  PetscCall(run_equilibria(std::move(model), true, result, exit_code));
-  PetscFunctionReturn(0);
+  return run_equilibria(std::move(model), true, result, exit_code);
 }
 
-PetscErrorCode settle(std::unique_ptr<Model> model, const RunOptions& given, Settled* out, int* exit_code) {
+PetscErrorCode find_equilibrium(std::unique_ptr<Model> model, const RunOptions& given, FoundEquilibrium* out, int* exit_code) {
   RunOptions options = given;
-  LoadOptions loads;
+  StaticsSettings loads;
   std::unique_ptr<Equilibrium> equilibrium;
   VecHandle last;
   PetscFunctionBegin;
   MPI_Comm comm = model->comm();
-  PetscCall(read_load_options(comm, &loads));
+  PetscCall(read_statics_settings(comm, false, &loads));
   PetscCall(refuse_options_of_dynamics(comm));
   PetscCall(prepare(std::move(model), loads, &options, &equilibrium));
   options.output.trajectory.file.clear();

@@ -159,13 +159,8 @@ PetscErrorCode LinearCheck::attach(TS ts, const TSContext& context) {
   PetscCall(TSGetSolution(ts, &y));
   PetscCall(VecDuplicate(y, work_.out()));
   PetscCall(linear_solver_of(ts, &ksp, nullptr));
-  PetscCall(KSPSetPostSolve(ksp, after_solve, this));
-  PetscFunctionReturn(0);
-}
-
-PetscErrorCode LinearCheck::after_solve(KSP ksp, Vec b, Vec x, void* self) {
-  PetscFunctionBegin;
-  PetscCall(static_cast<LinearCheck*>(self)->judge(ksp, b, x));
+  PetscCall(KSPSetPostSolve(
+      ksp, [](KSP of, Vec b, Vec x, void* self) { return static_cast<LinearCheck*>(self)->judge(of, b, x); }, this));
   PetscFunctionReturn(0);
 }
 

@@ -53,7 +53,6 @@ class LinearCheck {
   double residual() const { return residual_; }
 
  private:
-  static PetscErrorCode after_solve(KSP ksp, Vec b, Vec x, void* self);
   PetscErrorCode judge(KSP ksp, Vec b, Vec x);
 
   const TSContext* context_ = nullptr;

@@ -25,13 +25,8 @@ PetscErrorCode Predictor::attach(TS ts, Model& model, NewtonPolicy* newton) {
   PetscCall(TSGetSNES(ts, &snes));
   PetscCall(PetscObjectTypeCompare(reinterpret_cast<PetscObject>(snes), SNESKSPONLY, &is));
   if (!end_point || is) PetscFunctionReturn(0);  // a single linear solve is meant to start from the last state
-  PetscCall(SNESSetComputeInitialGuess(snes, guess, this));
-  PetscFunctionReturn(0);
-}
-
-PetscErrorCode Predictor::guess(SNES snes, Vec X, void* context) {
-  PetscFunctionBegin;
-  PetscCall(static_cast<Predictor*>(context)->predict(snes, X));
+  PetscCall(SNESSetComputeInitialGuess(
+      snes, [](SNES of, Vec X, void* self) { return static_cast<Predictor*>(self)->predict(of, X); }, this));
   PetscFunctionReturn(0);
 }
 

@@ -20,7 +20,6 @@ class Predictor {
   void set_history(const History* history) { history_ = history; }
 
  private:
-  static PetscErrorCode guess(SNES snes, Vec X, void* context);
   PetscErrorCode predict(SNES snes, Vec X);
   TS ts_ = nullptr;
   Model* model_ = nullptr;

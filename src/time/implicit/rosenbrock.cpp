@@ -1,6 +1,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include "base/vec_array.hpp"
 #include "time/implicit/predictor.hpp"
 #include "time/methods.hpp"
 
@@ -36,12 +37,10 @@ PetscErrorCode probe_jacobian(TS, PetscReal, Vec, Vec, PetscReal sigma, Mat, Mat
 
 PetscErrorCode probe_stage(TS ts, PetscReal time, PetscInt index, Vec* stages) {
   Probe* probe = nullptr;
-  const PetscScalar* value = nullptr;
   PetscFunctionBegin;
   PetscCall(TSGetApplicationContext(ts, &probe));
-  PetscCall(VecGetArrayRead(stages[index], &value));
+  const ReadArray value(stages[index]);
   probe->stages.push_back(value[0]);
-  PetscCall(VecRestoreArrayRead(stages[index], &value));
   probe->explicit_stage.push_back(probe->shiftless);
   probe->earliest = std::min(probe->earliest, time);
   probe->shiftless = false;

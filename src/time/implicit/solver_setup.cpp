@@ -1,5 +1,7 @@
 #include "time/implicit/solver_setup.hpp"
 #include <string>
+#include "base/collective.hpp"
+#include "base/option_names.hpp"
 #include "base/options.hpp"
 #include "linalg/condensed/condensed.hpp"
 #include "linalg/solver_options.hpp"
@@ -36,11 +38,7 @@ PetscErrorCode worth_trying(PC pc, const TSContext& context, bool* yes) {
   PetscCall(condensed_counts(pc, &condensed, &counts));
   if (condensed) PetscFunctionReturn(0);  // the age of its factors counts from their set-up
   PetscCall(VecGetSize(context.model->initial_state(), &unknowns));
-  for (const char* name : {"-pc_type", "-ksp_type", "-mat_type", "-snes_type"}) {
-    PetscBool given = PETSC_FALSE;
-    PetscCall(PetscOptionsHasName(nullptr, nullptr, name, &given));
-    *yes = *yes || (given && unknowns <= MOST);
-  }
+  for (const char* name : {"-pc_type", "-ksp_type", "-mat_type", "-snes_type"}) *yes = *yes || (is_given(name) && unknowns <= MOST);
   PetscFunctionReturn(0);
 }
 
@@ -109,18 +107,6 @@ PetscErrorCode check_first_matrix(TS ts, TSContext& context) {
 
 namespace {
 
-bool given(const char* option) {
-  PetscBool found = PETSC_FALSE;
-  return !PetscOptionsHasName(nullptr, nullptr, option, &found) && found;
-}
-
-/// -pc_type, or `otherwise`.
-std::string pc_type_or(const char* otherwise) {
-  char type[64] = "";
-  PetscBool found = PETSC_FALSE;
-  return !PetscOptionsGetString(nullptr, nullptr, "-pc_type", type, sizeof type, &found) && found ? type : otherwise;
-}
-
 /// Linear models: the factorisation is reused, so LU pays at any size; by MUMPS, which pivots (algebraic equations leave
 /// zeros on the diagonal). Any other solver of the user's is to solve to ten digits: no Newton iteration mends its error; so is
 /// GMRES under -snes_mf, which has no matrix to factor.
@@ -137,7 +123,7 @@ PetscErrorCode set_defaults_of_linear_model(TS ts) {
     PetscCall(PCSetType(pc, PCNONE));
     PetscFunctionReturn(0);
   }
-  if (pc_type_or(PCLU) != PCLU || (given("-ksp_type") && !given("-pc_type"))) PetscFunctionReturn(0);
+  if (value_of("-pc_type", PCLU) != PCLU || (is_given("-ksp_type") && !is_given("-pc_type"))) PetscFunctionReturn(0);
   PetscCall(KSPSetType(ksp, KSPPREONLY));
   PetscCall(PCSetType(pc, PCLU));
   PetscCall(PCFactorSetMatSolverType(pc, MATSOLVERMUMPS));
@@ -163,7 +149,7 @@ PetscErrorCode set_condensed_defaults(TS ts, Model& model, NewtonPolicy* newton,
   KSP ksp;
   PC pc;
   PetscFunctionBegin;
-  if (given("-snes_mf") || pc_type_or("condensed") != "condensed") PetscFunctionReturn(0);
+  if (is_given("-snes_mf") || value_of("-pc_type", "condensed") != "condensed") PetscFunctionReturn(0);
   PetscCall(linear_solver_of(ts, &ksp, &pc));
   PetscCall(PCSetType(pc, "condensed"));
   CondensedDemand demand;
@@ -171,18 +157,18 @@ PetscErrorCode set_condensed_defaults(TS ts, Model& model, NewtonPolicy* newton,
   demand.curvature = curvature;
   PetscCall(condensed_set_tangent(pc, model.tangent(), demand));
   DirectChoice choice;
-  if (!given("-condensed_pc_type") && !given("-condensed_ksp_type")) PetscCall(choose_direct(*model.tangent(), &choice));
+  if (!is_given("-condensed_pc_type") && !is_given("-condensed_ksp_type")) PetscCall(choose_direct(*model.tangent(), &choice));
   if (demand.direction && curvature == Curvature::automatic) PetscCall(allow_many_iterations(ts, *model.tangent()));
-  PetscCall(KSPSetType(ksp, given("-snes_mf_operator") ? KSPFGMRES : KSPPREONLY));
+  PetscCall(KSPSetType(ksp, is_given("-snes_mf_operator") ? KSPFGMRES : KSPPREONLY));
   PetscCall(KSPSetTolerances(ksp, 1e-8, PETSC_DEFAULT, PETSC_DEFAULT, PETSC_DEFAULT));
   // nor is a direct solve better than its iterations for what the symmetric S leaves out
-  if (!(choice.direct && model.tangent()->exact_symmetric()) && !given("-ksp_rtol") && !given("-snes_ksp_ew")) newton->loosen_linear_solves();
+  if (!(choice.direct && model.tangent()->exact_symmetric()) && !is_given("-ksp_rtol") && !is_given("-snes_ksp_ew")) newton->loosen_linear_solves();
   PetscFunctionReturn(0);
 }
 
 PetscErrorCode set_unless_given(const char* option, const char* value) {
   PetscFunctionBegin;
-  if (!given(option)) PetscCall(PetscOptionsSetValue(nullptr, option, value));
+  if (!is_given(option)) PetscCall(PetscOptionsSetValue(nullptr, option, value));
   PetscFunctionReturn(0);
 }
 
@@ -193,16 +179,16 @@ PetscErrorCode set_split_defaults(TS ts, const Model& model) {
   PC pc;
   const PetscInt d = model.dim(), fields[] = {0, 1, 2, 3, 4, 5};
   PetscFunctionBegin;
-  if (pc_type_or("") != PCFIELDSPLIT) PetscFunctionReturn(0);
+  if (value_of("-pc_type", "") != PCFIELDSPLIT) PetscFunctionReturn(0);
   PetscCall(linear_solver_of(ts, &ksp, &pc));
   PetscCall(PCSetType(pc, PCFIELDSPLIT));
   PetscCall(PCFieldSplitSetDMSplits(pc, PETSC_FALSE));  // the DM that TS makes knows no fields, and PETSc crashes on that
-  if (given("-pc_fieldsplit_block_size")) PetscFunctionReturn(0);
+  if (is_given("-pc_fieldsplit_block_size")) PetscFunctionReturn(0);
   PetscCall(PCFieldSplitSetBlockSize(pc, 2 * d));
   PetscCall(KSPSetType(ksp, KSPFGMRES));
   for (const char* name :
        {"-pc_fieldsplit_0_fields", "-pc_fieldsplit_default", "-pc_fieldsplit_detect_saddle_point", "-pc_fieldsplit_detect_coupling"})
-    if (given(name)) PetscFunctionReturn(0);
+    if (is_given(name)) PetscFunctionReturn(0);
   PetscCall(PCFieldSplitSetType(pc, PC_COMPOSITE_SCHUR));
   PetscCall(PCFieldSplitSetSchurPre(pc, PC_FIELDSPLIT_SCHUR_PRE_SELFP, nullptr));
   PetscCall(PCFieldSplitSetFields(pc, "position", d, fields, fields));
@@ -217,15 +203,14 @@ PetscErrorCode set_direct_or_gmres(TS ts, PetscInt unknowns) {
   constexpr PetscInt SMALL = 12000;  // below, a sparse LU costs less than the Krylov iterations it saves
   PetscFunctionBegin;
   for (const char* name : {"-ksp_type", "-pc_type", "-snes_mf", "-snes_mf_operator"})
-    if (given(name)) PetscFunctionReturn(0);
+    if (is_given(name)) PetscFunctionReturn(0);
   if (unknowns > SMALL) PetscFunctionReturn(0);
   KSP ksp;
   PC pc;
-  PetscMPIInt size;
   PetscCall(linear_solver_of(ts, &ksp, &pc));
   PetscCall(KSPSetType(ksp, KSPPREONLY));
   PetscCall(PCSetType(pc, PCLU));
-  PetscCallMPI(MPI_Comm_size(PetscObjectComm(reinterpret_cast<PetscObject>(ts)), &size));
+  const PetscMPIInt size = size_of(PetscObjectComm(reinterpret_cast<PetscObject>(ts)));
   if (size > 1 || unknowns > 2000) PetscCall(PCFactorSetMatSolverType(pc, MATSOLVERMUMPS));
   PetscFunctionReturn(0);
 }
@@ -237,7 +222,7 @@ PetscErrorCode set_direct_or_gmres(TS ts, PetscInt unknowns) {
 PetscErrorCode needs_matrix(Model& model, bool* yes) {
   int chosen = 0;
   PetscFunctionBegin;
-  const std::string pc = pc_type_or("condensed");
+  const std::string pc = value_of("-pc_type", "condensed");
   PetscCall(read_section(model.comm(), "Linear solver", [&](Section& o) {
     o.choice(
         "-bs_operator",
@@ -248,7 +233,7 @@ PetscErrorCode needs_matrix(Model& model, bool* yes) {
   *yes = !model.tangent() || chosen == 1 || (pc != "condensed" && pc != PCNONE);
   for (const char* reader :
        {"-mat_type", "-mat_view", "-ksp_view_mat", "-ksp_view_pmat", "-snes_fd", "-snes_fd_color", "-snes_test_jacobian", "-snes_compare_explicit"})
-    *yes = *yes || given(reader);
+    *yes = *yes || is_given(reader);
   PetscFunctionReturn(0);
 }
 
@@ -286,7 +271,7 @@ PetscErrorCode set_linear_defaults(TS ts, Model& model, NewtonPolicy* newton) {
   for (const char* prefix : {"", "condensed_"}) PetscCall(split_serial_factors(model.comm(), prefix));
   if (model.tangent()) PetscCall(set_split_defaults(ts, model));
   if (model.linear()) PetscCall(set_defaults_of_linear_model(ts));
-  else if (model.tangent() && !given("-snes_fd") && !given("-snes_fd_color"))
+  else if (model.tangent() && !is_given("-snes_fd") && !is_given("-snes_fd_color"))
     PetscCall(set_condensed_defaults(ts, model, newton, static_cast<Curvature>(curvature)));
   else PetscCall(set_direct_or_gmres(ts, unknowns));
   PetscFunctionReturn(0);

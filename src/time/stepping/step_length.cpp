@@ -80,12 +80,12 @@ void StepLength::save(Facts* facts) const {
 std::string StepLength::restore(const Facts& facts) {
   const double was = facts.real.at("nominal_step");
   first_planned_ = facts.real.at("first_step");
-  if (facts.real.count("shortest_cut")) shortest_cut_ = facts.real.at("shortest_cut");
+  shortest_cut_ = facts.real_of("shortest_cut", shortest_cut_);
   good_in_a_row_ = facts.whole.at("good_in_a_row");
   const bool same = std::abs(was - nominal_) <= 1e-14 * nominal_;
   next_ = same ? facts.real.at("next_step") : nominal_;
   if (same && facts.whole.count("good_awaited")) awaited_ = std::max(facts.whole.at("good_awaited"), rules_.grow_after);
-  if (same && facts.real.count("grown_from")) grown_from_ = facts.real.at("grown_from");
+  if (same) grown_from_ = facts.real_of("grown_from", grown_from_);
   return same ? std::string() : format("the step is -ts_dt %g; it was %g", nominal_, was);
 }
 
@@ -100,6 +100,20 @@ double OutputClock::next(double time) const {
 void OutputClock::restore(const Facts& facts, double time) {
   start_ = facts.real.at("start");
   if (interval_ > 0) frame_ = static_cast<std::int64_t>(std::floor((time - start_) / interval_ * (1 + 1e-14) + 1e-9)) + 1;
+}
+
+std::string lost_in_rounding(double t, double h, double interval, double least) {
+  if (h >= least && (interval <= 0 || interval >= least)) return {};
+  const bool step = h < least;
+  return format("%s %g s is lost in the rounding of t = %.10g s, beside which %g s is the least that counts: ",
+                step ? "a step of" : "option -bs_output_interval:", step ? h : interval, t, least) +
+         "let the time start at 0 (-ts_init_time), or give a larger one";
+}
+
+std::string endless(double steps) {
+  constexpr double MOST = 2147483647;  // that a 32-bit count of steps holds
+  if (!(steps > MOST)) return {};
+  return format("the run would take %.3g steps, more than %.0f: give a larger -ts_dt, a smaller -ts_max_time, or -ts_max_steps", steps, MOST);
 }
 
 }  // namespace bs

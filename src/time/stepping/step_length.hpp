@@ -137,4 +137,11 @@ class WallSchedule {
   double save_minutes_ = 0, flush_seconds_ = 2, saved_at_ = 0, flushed_at_ = 0;
 };
 
+/// What to say where steps of h, or output times every `interval` (0: none), are shorter than the `least` that counts beside t
+/// [s]; empty where they are not.
+std::string lost_in_rounding(double t, double h, double interval, double least);
+
+/// What to say of a run of so many steps, where it would never end; empty: it would.
+std::string endless(double steps);
+
 }  // namespace bs

@@ -1,4 +1,4 @@
-// Sums over the ranks in several reductions are those of one.
+// Sums over the ranks in several reductions are those of one; what rank 0 knows reaches all.
 #include "base/collective.hpp"
 #include <catch2/catch.hpp>
 #include <vector>
@@ -18,4 +18,19 @@ TEST_CASE("Sums in pieces") {
       for (std::size_t k = 0; k < count; ++k) CHECK(values[k] == size * static_cast<double>(k) + 50.0 * size * (size - 1));
       CHECK(values[count] == -5.0);
     }
+}
+
+TEST_CASE("what rank 0 answers and says is known on every rank") {
+  const PetscMPIInt rank = rank_of(PETSC_COMM_WORLD);
+  int asked = 0;
+  CHECK(ask_rank_0(PETSC_COMM_WORLD, [&] {
+          ++asked;
+          return 7 + rank;
+        }) == 7);
+  CHECK(asked == (rank == 0 ? 1 : 0));
+  for (const char* word : {"", "a name of rank 0"}) {
+    std::string text = rank == 0 ? word : std::string(static_cast<std::size_t>(rank), 'x');
+    REQUIRE(share_text(PETSC_COMM_WORLD, &text) == 0);
+    CHECK(text == word);
+  }
 }

@@ -453,11 +453,13 @@ TEST_CASE("the first faulty row of the whole lattice is told, by one rank, once"
   for (const Case& one : cases) {
     Lattice l = random_lattice(2, 11, 17, 4);
     l.source = "test";
-    REQUIRE(validate(world, chunk_of(l, rank_of(world), size_of(world))) == 0);
+    Lattice chunk = chunk_of(l, rank_of(world), size_of(world));
+    REQUIRE(validate(world, &chunk) == 0);
     one.spoil(l);
     const Handled handled;
     Caught caught;
-    const PetscErrorCode code = validate(world, chunk_of(l, rank_of(world), size_of(world)));
+    chunk = chunk_of(l, rank_of(world), size_of(world));
+    const PetscErrorCode code = validate(world, &chunk);
     const std::string said = caught.text();
     INFO(one.says << " / " << said);
     CHECK(code == ERR_FAILED);

@@ -5,7 +5,7 @@
 #include <fstream>
 #include <memory>
 #include <sstream>
-#include "output/claim.hpp"
+#include "output/output_locks.hpp"
 #include "spoken.hpp"
 
 using namespace bs;
@@ -29,21 +29,21 @@ TEST_CASE("a file has one writer until its lock is given up") {
   const std::string file = file_of_rank("unit_lock_");
   std::string warning;
   auto first = std::make_unique<RunLock>();
-  REQUIRE(first->take(file, "-bs_output", &warning).empty());
+  REQUIRE(first->acquire(file, "-bs_output", &warning).empty());
   REQUIRE(warning.empty());
-  REQUIRE(first->take(file, "-bs_output", &warning).empty());  // it has it already
+  REQUIRE(first->acquire(file, "-bs_output", &warning).empty());  // it has it already
   REQUIRE(exists(lock_name(file)));
   CHECK(read(lock_name(file)).find("process " + std::to_string(static_cast<long>(getpid()))) != std::string::npos);
 
   RunLock second;
-  CHECK(second.take(file, "-bs_output", &warning).find(file + ": another run writes it, process ") == 0);
+  CHECK(second.acquire(file, "-bs_output", &warning).find(file + ": another run writes it, process ") == 0);
   CHECK(second.held_elsewhere(file, "-bs_output").find("another run writes it") != std::string::npos);
   CHECK(first->held_elsewhere(file, "-bs_output").empty());
 
   first.reset();
   CHECK_FALSE(exists(lock_name(file)));
   CHECK(second.held_elsewhere(file, "-bs_output").empty());
-  CHECK(second.take(file, "-bs_output", &warning).empty());
+  CHECK(second.acquire(file, "-bs_output", &warning).empty());
 }
 
 TEST_CASE("the lock file of a run that was killed is taken over, a foreign file is left alone") {
@@ -51,19 +51,19 @@ TEST_CASE("the lock file of a run that was killed is taken over, a foreign file 
   std::string warning, text;
   {
     RunLock killed;
-    REQUIRE(killed.take(file, "-bs_output", &warning).empty());
+    REQUIRE(killed.acquire(file, "-bs_output", &warning).empty());
     text = read(lock);
   }
   std::ofstream(lock) << text;  // nobody holds it
   {
     RunLock next;
-    CHECK(next.take(file, "-bs_output", &warning).empty());
+    CHECK(next.acquire(file, "-bs_output", &warning).empty());
   }
   CHECK_FALSE(exists(lock));
   std::ofstream(lock) << "notes of mine\n";
   {
     RunLock next;
-    CHECK_FALSE(next.take(file, "-bs_output", &warning).empty());
+    CHECK_FALSE(next.acquire(file, "-bs_output", &warning).empty());
   }
   CHECK(read(lock) == "notes of mine\n");
   REQUIRE(unlink(lock.c_str()) == 0);
@@ -71,7 +71,7 @@ TEST_CASE("the lock file of a run that was killed is taken over, a foreign file 
   REQUIRE(symlink(elsewhere.c_str(), lock.c_str()) == 0);
   {
     RunLock next;
-    CHECK(next.take(file, "-bs_output", &warning).find("is a symbolic link") != std::string::npos);
+    CHECK(next.acquire(file, "-bs_output", &warning).find("is a symbolic link") != std::string::npos);
   }
   CHECK_FALSE(exists(elsewhere));
   REQUIRE(unlink(lock.c_str()) == 0);

@@ -44,7 +44,7 @@ struct StaticCase {
     REQUIRE(model->begin() == 0);
     context.pace = {step, end, 1e-12};
     REQUIRE(create_ts(*model, &context, &ts) == 0);
-    context.newton.go_to_the_end(true);
+    context.newton.iterate_to_rounding(true);
     if (attach) REQUIRE(attach(ts, context, *model) == 0);
     stepper = std::make_unique<Stepper>(
         *model, context, StepOptions{}, [this](const StepRecord& record) { return on_step ? on_step(record) : 0; },

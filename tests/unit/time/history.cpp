@@ -48,7 +48,7 @@ struct Kept {
     History* self = nullptr;
     PetscFunctionBegin;
     PetscCall(TSGetApplicationContext(ts, &self));
-    PetscCall(self->see_stage(ts, time, stages[index]));
+    PetscCall(self->record_stage(ts, time, stages[index]));
     PetscFunctionReturn(0);
   }
   void step(double h) {
@@ -107,15 +107,15 @@ TEST_CASE("a new TS that is given the history goes on as the old one") {
 
       Kept next(texts);
       CheckpointFile saved;
-      std::string lost;
+      std::string missing;
       REQUIRE(saved.open(PETSC_COMM_WORLD, file) == 0);
       REQUIRE(saved.read(next.model, "/state", next.state()) == 0);
       REQUIRE(TSSetTime(next.ts, run.time()) == 0);
       REQUIRE(TSSetTimeStep(next.ts, 0.1) == 0);
       REQUIRE(TSSetStepNumber(next.ts, done) == 0);
-      REQUIRE(next.history.restore(next.ts, next.model, saved, &lost) == 0);
+      REQUIRE(next.history.restore(next.ts, next.model, saved, &missing) == 0);
       INFO(texts.at("-ts_type") << " after " << done << " steps");
-      CHECK(lost.empty());
+      CHECK(missing.empty());
       CHECK_FALSE(next.history.replaying());
       CHECK(next.history.steps() == run.history.steps());
       CHECK(next.time() == run.time());

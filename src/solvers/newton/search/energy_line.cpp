@@ -1,5 +1,6 @@
 #include <petsc/private/linesearchimpl.h>
 #include <cmath>
+#include "base/vec_array.hpp"
 #include "solvers/newton/search/energy.hpp"
 #include "systems/layout.hpp"
 
@@ -8,17 +9,13 @@ namespace {
 
 /// Sums over owned particles: a_v . b_v and b_v . b_v.
 PetscErrorCode velocity_products(MPI_Comm comm, Vec a, Vec b, double* ab, double* bb) {
-  const PetscScalar *pa = nullptr, *pb = nullptr;
   double sums[2] = {0, 0};
   PetscFunctionBegin;
-  PetscCall(VecGetArrayRead(a, &pa));
-  PetscCall(VecGetArrayRead(b, &pb));
+  const ReadArray pa(a), pb(b);
   layout_of(a).for_each([&](PetscInt, PetscInt v) {
     sums[0] += pa[v] * pb[v];
     sums[1] += pb[v] * pb[v];
   });
-  PetscCall(VecRestoreArrayRead(b, &pb));
-  PetscCall(VecRestoreArrayRead(a, &pa));
   PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, sums, 2, MPI_DOUBLE, MPI_SUM, comm));
   *ab = sums[0];
   *bb = sums[1];
@@ -27,11 +24,9 @@ PetscErrorCode velocity_products(MPI_Comm comm, Vec a, Vec b, double* ab, double
 
 /// z_x = z_v/sigma
 PetscErrorCode condense_line(double sigma, Vec z) {
-  PetscScalar* a = nullptr;
   PetscFunctionBegin;
-  PetscCall(VecGetArray(z, &a));
+  const WriteArray a(z);
   layout_of(z).for_each([&](PetscInt x, PetscInt v) { a[x] = a[v] / sigma; });
-  PetscCall(VecRestoreArray(z, &a));
   PetscFunctionReturn(0);
 }
 

@@ -1,7 +1,7 @@
 // What a frame file and a fingerprint hold of interactions.
 #include "systems/particles/interactions/interaction_output.hpp"
 #include "base/row_sum.hpp"
-#include "input/interactions.hpp"
+#include "input/hdf5_layout.hpp"
 #include "physics/interactions/registry.hpp"
 
 namespace bs {

@@ -15,7 +15,7 @@ namespace {
 std::vector<double> all_eigenvalues(const StandardForm& form) {
   MatHandle A, whole;
   REQUIRE(form.assemble(A.out()) == 0);
-  REQUIRE(MatCreateRedundantMatrix(A, size_of(PETSC_COMM_WORLD), PETSC_COMM_SELF, MAT_INITIAL_MATRIX, whole.out()) == 0);
+  REQUIRE(MatCreateRedundantMatrix(A, bs::size_of(PETSC_COMM_WORLD), PETSC_COMM_SELF, MAT_INITIAL_MATRIX, whole.out()) == 0);
   const PetscInt n = form.unknowns();
   std::vector<PetscScalar> dense(static_cast<std::size_t>(n * n));
   for (PetscInt r = 0; r < n; ++r)

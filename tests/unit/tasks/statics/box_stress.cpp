@@ -14,7 +14,7 @@ struct Box {
   explicit Box(OptionTexts texts, double step = 1) {
     run = std::make_unique<StaticCase>(texts, step, 1, [this](TS ts, TSContext& context, Equilibrium& model) {
       PetscFunctionBegin;
-      PetscCall(box.begin(model, false));
+      PetscCall(box.begin(model, 1e-10, false));
       PetscCall(pseudo.attach(ts, context, model, 1));
       PetscCall(box.attach(ts, context, model, [this](SNES snes) { return pseudo.solve(snes); }));
       PetscFunctionReturn(0);
@@ -45,13 +45,13 @@ TEST_CASE("a chain under tension stretches as each of its springs does") {
   CHECK(strains[0] == Approx(1.5 / (40 * 0.5)).epsilon(1e-9));
   CHECK(strains[1] == Approx(3 / (40 * 0.5)).epsilon(1e-9));
   CHECK(of.box.corrections() > 0);
-  Findings found;
+  FinalResults found;
   REQUIRE(of.box.confirm(*of.run->model, 1, of.run->state(), &found) == 0);
-  CHECK(found.why.empty());
+  CHECK(found.failure.empty());
   // an equilibrium at another strain does not have that stress
   of.run->model->mechanics()->set_free_strains({0.1});
   REQUIRE(of.box.confirm(*of.run->model, 1, of.run->state(), &found) == 0);
-  CHECK_FALSE(found.why.empty());
+  CHECK_FALSE(found.failure.empty());
 }
 
 TEST_CASE("without a stress that is given there is nothing to do") {

@@ -1,10 +1,8 @@
-#include "output/claim.hpp"
-
+#include "output/output_locks.hpp"
 #include <hdf5.h>
 #include <strings.h>
 #include <sys/stat.h>
 #include <unistd.h>
-
 #include <algorithm>
 #include <cerrno>
 #include <cstdlib>
@@ -12,10 +10,11 @@
 #include <filesystem>
 #include <sstream>
 #include <vector>
-
+#include "base/collective.hpp"
 #include "base/error.hpp"
 #include "base/find_file.hpp"
 #include "base/option_names.hpp"
+#include "base/options.hpp"
 #include "base/reading_file.hpp"
 #include "base/text.hpp"
 #include "output/fresh_file.hpp"
@@ -202,14 +201,14 @@ std::vector<Output> outputs_of(const RunFiles& files) {
 }
 
 /// Takes the lock of every name that was given; one lock for all matrices.
-std::string take_locks(const RunFiles& files, RunLock* lock, std::vector<std::string>* warnings) {
+std::string acquire_locks(const RunFiles& files, RunLock* lock, std::vector<std::string>* warnings) {
   std::string fault;
   for (const auto& [option, path] : {std::pair<const char*, std::string>{"-bs_output", files.output},
                                      {"-bs_report", files.report},
                                      {"-bs_checkpoint", files.checkpoint},
                                      {MATRICES, files.matrix_files.empty() ? "" : files.matrix_files[0]}}) {
     std::string warning;
-    if (fault.empty() && !path.empty()) fault = lock->take(path, option, &warning);
+    if (fault.empty() && !path.empty()) fault = lock->acquire(path, option, &warning);
     if (!warning.empty()) warnings->push_back(warning);
   }
   return fault;
@@ -223,7 +222,7 @@ std::string objection(const RunFiles& files, RunLock* lock, std::vector<std::str
     if (fault.empty()) fault = unwritable(one.path, one.option, true);
   if (fault.empty()) fault = too_long(files);
   // whether they exist is asked with the locks in hand: another run may be about to make them, and says who it is
-  if (fault.empty()) fault = take_locks(files, lock, warnings);
+  if (fault.empty()) fault = acquire_locks(files, lock, warnings);
   if (fault.empty()) fault = claimed_by_others(files, lock);
   for (const Output& one : all)
     if (fault.empty()) fault = unwritable(one.path, one.option, one.overwrite);
@@ -242,26 +241,15 @@ bool is_checkpoint(const std::string& file) {
   reading.begin(file);
   if (H5Fis_hdf5(file.c_str()) <= 0) return false;
   const H5 opened(H5Fopen(file.c_str(), H5F_ACC_RDONLY, H5P_DEFAULT), H5Fclose);
-  if (opened < 0 || H5Aexists(opened, "format") <= 0) return false;
-  const H5 attribute(H5Aopen(opened, "format", H5P_DEFAULT), H5Aclose);
-  const H5 type(H5Aget_type(attribute), H5Tclose), space(H5Aget_space(attribute), H5Sclose);
-  char text[64] = "";
-  if (attribute < 0 || H5Tget_class(type) != H5T_STRING || H5Tis_variable_str(type) != 0 || H5Tget_size(type) >= sizeof text ||
-      H5Sget_simple_extent_npoints(space) != 1 || H5Aread(attribute, type, text) < 0)
-    return false;
-  return std::string(text) == "backspring checkpoint";
+  return opened >= 0 && fixed_text(opened, "/", "format") == "backspring checkpoint";
 }
 
-PetscErrorCode Claim::take(MPI_Comm comm, const RunFiles& files) {
-  PetscMPIInt rank;
-  PetscBool help = PETSC_FALSE;
+PetscErrorCode OutputLocks::acquire(MPI_Comm comm, const RunFiles& files) {
   Error fault;
   std::vector<std::string> warnings;
-
   PetscFunctionBegin;
-  PetscCall(PetscOptionsHasName(nullptr, nullptr, "-help", &help));
-  if (help) PetscFunctionReturn(0);
-  PetscCallMPI(MPI_Comm_rank(comm, &rank));
+  if (is_given("-help")) PetscFunctionReturn(0);
+  const PetscMPIInt rank = rank_of(comm);
   if (rank == 0) fault.text = objection(files, &lock_, &warnings);
   const PetscErrorCode code = fail_if_any(comm, fault);
   if (code)  // PETSc writes some of them when the program ends, whyever it does

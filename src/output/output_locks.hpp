@@ -21,7 +21,7 @@ class RunLock {
   ~RunLock();
   /// Local; to be called on one rank. Takes the lock of `file`, given by `option`. Returns what is wrong (another run holds it:
   /// its host and process; the lock file belongs to another user), or nothing. `warning`: a file system without locks.
-  std::string take(const std::string& file, const char* option, std::string* warning);
+  std::string acquire(const std::string& file, const char* option, std::string* warning);
   /// Local. Says so if another run has the lock of `file`, which this one has not; does not take it.
   std::string held_elsewhere(const std::string& file, const char* option) const;
 
@@ -48,13 +48,13 @@ struct RunFiles {
   bool resumes = false;                                     ///< an existing output is continued, not replaced
 };
 
-class Claim {
+class OutputLocks {
  public:
   /// Collective. Ends the run with exit code 2 for: two names for one file, among those written and against every input and option file; a
   /// file that exists and may not be replaced, or is not a regular file; foreign files under a name that the program derives
   /// by itself (.xdmf, .previous, .checkpoint, .lock); another run that writes one of them, or makes such a name; names too long for
   /// what is made of them.
-  PetscErrorCode take(MPI_Comm comm, const RunFiles& files);
+  PetscErrorCode acquire(MPI_Comm comm, const RunFiles& files);
 
  private:
   RunLock lock_;  ///< of rank 0
