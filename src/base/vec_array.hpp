@@ -8,11 +8,12 @@ namespace bs {
 template <class T, PetscErrorCode (*Get)(Vec, T**), PetscErrorCode (*Restore)(Vec, T**)>
 class VecArray {
  public:
-  explicit VecArray(Vec vec) : vec_(vec) { (void)Get(vec_, &numbers_); }
+  explicit VecArray(Vec vec) : vec_(vec), lent_(Get(vec_, &numbers_) == 0) {}
   VecArray(const VecArray&) = delete;
   VecArray& operator=(const VecArray&) = delete;
+  /// On ranks without numbers, too: PETSc counts changes of a vector on every rank, and norms that it keeps would be taken on some ranks alone.
   ~VecArray() {
-    if (numbers_) (void)Restore(vec_, &numbers_);
+    if (lent_) (void)Restore(vec_, &numbers_);
   }
   operator T*() const { return numbers_; }
   T* data() const { return numbers_; }
@@ -20,6 +21,7 @@ class VecArray {
  private:
   Vec vec_;
   T* numbers_ = nullptr;
+  bool lent_;
 };
 
 using ReadArray = VecArray<const PetscScalar, VecGetArrayRead, VecRestoreArrayRead>;
