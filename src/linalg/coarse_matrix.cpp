@@ -28,11 +28,9 @@ std::size_t CoarseMatrix::place(PetscInt a, PetscInt b) {
 
 PetscErrorCode CoarseMatrix::sum(MPI_Comm comm) {
   const std::size_t area = static_cast<std::size_t>(width_ * stride_);
-  PetscMPIInt ranks;
   std::vector<double> own, all;  // row, column, numbers
   PetscFunctionBegin;
-  PetscCallMPI(MPI_Comm_size(comm, &ranks));
-  if (ranks == 1) PetscFunctionReturn(0);
+  if (size_of(comm) == 1) PetscFunctionReturn(0);
   for (std::size_t a = 0; a < rows_.size(); ++a)
     for (const Entry& e : rows_[a]) {
       const double* from = numbers(e.place);

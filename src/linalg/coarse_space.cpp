@@ -20,9 +20,7 @@ constexpr int BLENDS = 1;                               // steps by which groups
 /// share of an iteration, 15 to 20 %. FEW never matter.
 double most_in_space(const Graph& graph) {
   constexpr double FEW = 2200, PARTICLES = 0.3;
-  PetscMPIInt ranks = 1;
-  MPI_Comm_size(graph.comm, &ranks);
-  return std::max(FEW, std::pow(PARTICLES * static_cast<double>(graph.total) / ranks, 0.75));
+  return std::max(FEW, std::pow(PARTICLES * static_cast<double>(graph.total) / size_of(graph.comm), 0.75));
 }
 
 /// Collective. The geometric mean of the pairs' sizes.

@@ -3,6 +3,7 @@
 #include <cmath>
 #include <limits>
 #include "base/memory.hpp"
+#include "base/vec_array.hpp"
 #include "linalg/lanes.hpp"
 #include "linalg/pair_product.hpp"
 
@@ -185,14 +186,10 @@ PetscErrorCode PairMatrix::multiply(Vec p, Vec y) {
 }
 
 PetscErrorCode PairMatrix::hold_product(Vec p, Vec y) const {
-  const PetscScalar* ap = nullptr;
-  PetscScalar* ay = nullptr;
   PetscFunctionBegin;
-  PetscCall(VecGetArrayRead(p, &ap));
-  PetscCall(VecGetArray(y, &ay));
+  const ReadArray ap(p);
+  const WriteArray ay(y);
   graph_->for_held([&](std::size_t k) { ay[k] = on_diagonal(static_cast<PetscInt>(k) / dim_) * ap[k]; });
-  PetscCall(VecRestoreArray(y, &ay));
-  PetscCall(VecRestoreArrayRead(p, &ap));
   PetscFunctionReturn(0);
 }
 

@@ -1,5 +1,6 @@
 #include "linalg/eigen/standard_form.hpp"
 #include <cmath>
+#include "base/vec_array.hpp"
 
 namespace bs {
 
@@ -41,27 +42,19 @@ PetscErrorCode StandardForm::create_full(Vec* z) const {
 }
 
 PetscErrorCode StandardForm::shape(Vec u, Vec q) const {
-  const PetscScalar* from = nullptr;
-  PetscScalar* to = nullptr;
   PetscFunctionBegin;
   PetscCall(VecZeroEntries(q));
-  PetscCall(VecGetArrayRead(u, &from));
-  PetscCall(VecGetArray(q, &to));
+  const ReadArray from(u);
+  const WriteArray to(q);
   for (std::size_t k = 0; k < at_.size(); ++k) to[at_[k]] = from[k] / root_[k];
-  PetscCall(VecRestoreArray(q, &to));
-  PetscCall(VecRestoreArrayRead(u, &from));
   PetscFunctionReturn(0);
 }
 
 PetscErrorCode StandardForm::weigh(Vec q, Vec u) const {
-  const PetscScalar* from = nullptr;
-  PetscScalar* to = nullptr;
   PetscFunctionBegin;
-  PetscCall(VecGetArrayRead(q, &from));
-  PetscCall(VecGetArrayWrite(u, &to));
+  const ReadArray from(q);
+  const WriteArray to(u);
   for (std::size_t k = 0; k < at_.size(); ++k) to[k] = from[at_[k]] * root_[k];
-  PetscCall(VecRestoreArrayWrite(u, &to));
-  PetscCall(VecRestoreArrayRead(q, &from));
   PetscFunctionReturn(0);
 }
 
@@ -83,14 +76,10 @@ PetscErrorCode StandardForm::multiply_stored(Vec u, Vec v) {
 
 /// v = M^-1/2 f of the force in other_.
 PetscErrorCode StandardForm::weigh_force(Vec v) const {
-  const PetscScalar* from = nullptr;
-  PetscScalar* to = nullptr;
   PetscFunctionBegin;
-  PetscCall(VecGetArrayRead(other_, &from));
-  PetscCall(VecGetArrayWrite(v, &to));
+  const ReadArray from(other_);
+  const WriteArray to(v);
   for (std::size_t k = 0; k < at_.size(); ++k) to[k] = from[at_[k]] / root_[k];
-  PetscCall(VecRestoreArrayWrite(v, &to));
-  PetscCall(VecRestoreArrayRead(other_, &from));
   PetscFunctionReturn(0);
 }
 

@@ -2,6 +2,7 @@
 #include <algorithm>
 #include <cmath>
 #include "base/error.hpp"
+#include "base/vec_array.hpp"
 
 namespace bs {
 
@@ -182,16 +183,14 @@ PetscErrorCode Cell::reaches(double t_end) const {
 
 PetscErrorCode Cell::add_flow(Vec y) const {
   const PetscInt d = dim_;
-  PetscScalar* ay = nullptr;
   double L[9];
   PetscFunctionBegin;
   if (!moving()) PetscFunctionReturn(0);
   velocity_gradient(0, L);
-  PetscCall(VecGetArray(y, &ay));
+  const WriteArray ay(y);
   for (PetscInt i = 0; i < net_->n; ++i)
     for (PetscInt r = 0; r < d && !net_->fixed[i]; ++r)
       for (PetscInt c = 0; c < d; ++c) ay[i * 2 * d + d + r] += L[r * d + c] * ay[i * 2 * d + c];
-  PetscCall(VecRestoreArray(y, &ay));
   PetscFunctionReturn(0);
 }
 

@@ -1,6 +1,7 @@
 #include "systems/particles/constraints/constraints.hpp"
 #include <algorithm>
 #include <cmath>
+#include "base/vec_array.hpp"
 
 namespace bs {
 
@@ -125,27 +126,22 @@ void Constraints::clear(PetscInt first, PetscInt last, int vectors, double* valu
 
 PetscErrorCode Constraints::stop(Vec y) const {
   const PetscInt d = net_->dim;
-  PetscScalar* ay = nullptr;
   PetscFunctionBegin;
-  PetscCall(VecGetArray(y, &ay));
+  const WriteArray ay(y);
   for_holds(0, net_->n, [&](const Hold& hold) {
     for (PetscInt c = 0; c < d; ++c)
       if (hold.mask >> c & 1) ay[hold.particle * 2 * d + d + c] = 0;
   });
-  PetscCall(VecRestoreArray(y, &ay));
   PetscFunctionReturn(0);
 }
 
 PetscErrorCode Constraints::show(double t, Vec y, Vec* shown) {
-  PetscScalar* a = nullptr;
   PetscFunctionBegin;
   *shown = y;
   if (!holds_groups()) PetscFunctionReturn(0);
   if (!shown_) PetscCall(VecDuplicate(y, shown_.out()));
   PetscCall(VecCopy(y, shown_));
-  PetscCall(VecGetArray(shown_, &a));
-  drive(t, 0, net_->n, a);
-  PetscCall(VecRestoreArray(shown_, &a));
+  drive(t, 0, net_->n, WriteArray(shown_));
   *shown = shown_;
   PetscFunctionReturn(0);
 }

@@ -4,6 +4,7 @@
 #include <limits>
 #include "base/disjoint_sets.hpp"
 #include "base/error.hpp"
+#include "base/vec_array.hpp"
 #include "network/ghost_copies.hpp"
 #include "systems/particles/constraints/constraints.hpp"
 #include "systems/particles/spring_exists.hpp"
@@ -152,19 +153,14 @@ PetscErrorCode FreeBodies::count(const Network& net, const std::vector<double>& 
 
 /// values: of each body of this rank; on return the sums over all ranks that have a part of it, always in the same order.
 PetscErrorCode FreeBodies::add_up(std::vector<double>* values) const {
-  PetscScalar* a = nullptr;
   PetscFunctionBegin;
-  PetscCall(VecGetArrayWrite(mine_, &a));
-  std::copy(values->begin(), values->end(), a);
-  PetscCall(VecRestoreArrayWrite(mine_, &a));
+  std::copy(values->begin(), values->end(), WriteArray(mine_).data());
   PetscCall(VecZeroEntries(whole_));
   PetscCall(VecScatterBegin(scatter_, mine_, whole_, ADD_VALUES, SCATTER_REVERSE));
   PetscCall(VecScatterEnd(scatter_, mine_, whole_, ADD_VALUES, SCATTER_REVERSE));
   PetscCall(VecScatterBegin(scatter_, whole_, mine_, INSERT_VALUES, SCATTER_FORWARD));
   PetscCall(VecScatterEnd(scatter_, whole_, mine_, INSERT_VALUES, SCATTER_FORWARD));
-  PetscCall(VecGetArrayWrite(mine_, &a));
-  std::copy_n(a, values->size(), values->begin());
-  PetscCall(VecRestoreArrayWrite(mine_, &a));
+  std::copy_n(ReadArray(mine_).data(), values->size(), values->begin());
   PetscFunctionReturn(0);
 }
 
