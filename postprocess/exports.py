@@ -50,7 +50,7 @@ def write_xyz(run, rows, path):
             if any(run.periodic):
                 cell, periodic = box_of(run, row)
                 box = 'Lattice="' + " ".join(f"{v:.17g}" for v in cell.ravel()) + '" pbc="' + " ".join("FT"[int(one)] for one in periodic) + '"'
-            f.write(f"{run.particles}\nProperties={properties} Time={float(run.times[row])!r} Step={run.step[row]} {box}\n")
+            f.write(f"{run.particles}\nProperties={properties} Time={run.times[row]:.17g} Step={run.step[row]} {box}\n")
             form = "X " + "%.17g " * reals.shape[1] + "%d %d\n"
             f.writelines(form % (*values, i, held) for values, i, held in zip(reals.tolist(), run.id.tolist(), run.fixed.tolist()))
 
