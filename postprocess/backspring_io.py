@@ -186,13 +186,13 @@ class Run(JoinedRun, TabledRun):
         return rows
 
     # ---- constants ----------------------------------------------------------------------------------------------
-    def _constant(self, name, dtype):
-        """(N,) constant of the particles, or None."""
+    def _constant(self, name, dtype, width=1):
+        """(N,) constant of the particles, with a `width` above 1 (N, width); or None."""
         if name not in self._cache:
             data = self._array(f"{PARTICLES}/{name}")
-            if data is not None and data.size != self.particles:
+            if data is not None and data.size != self.particles * width:
                 raise self._error(f"{PARTICLES}/{name} has {data.size} rows for {self.particles} particles")
-            self._cache[name] = None if data is None else np.asarray(data, dtype=dtype).reshape(-1)
+            self._cache[name] = None if data is None else np.asarray(data, dtype=dtype).reshape((-1, width) if width > 1 else -1)
         return self._cache[name]
 
     @property
@@ -227,8 +227,11 @@ class Run(JoinedRun, TabledRun):
         return self._cache["parameters"]
 
     def particle_column(self, name):
-        """(N,) of /particles/trajectory/NAME, or None."""
-        return self._constant(name, float)
+        """(N,) of /particles/trajectory/NAME, or (N, d) of its applied_force, which a lattice calls force; or None."""
+        if name != "force":
+            return self._constant(name, float)
+        found = self._constant("applied_force", float, self.dim)
+        return found if found is None else found.reshape(self.particles, self.dim)
 
     @property
     def groups(self):

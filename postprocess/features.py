@@ -33,10 +33,12 @@ TABLE = {
     "fixed particles": row("ktktkt"),
     "ids": row("kktkkk"),
     "drag and radii of particles": row("ttttkt"),
+    "forces on particles": row("ttttkt"),
     "groups": row("ttttkt"),
     "motion of groups": row("tttttt"),
     "motion of anchors": row("tttttt"),
     "strain of the box": row("tttttt"),
+    "forces on groups": row("tttttt"),
     "gravity": row("tttttt"),
     "drag": row("tttttt"),
     "other forces": row("tttttt"),
@@ -90,6 +92,7 @@ OPTIONS = {  # options by which a feature is there, and the values by which it i
     "rules of breaking": (("bs_break", "bs_break_strain", "bs_break_force", "bs_break_energy", "bs_break_in", "bs_break_weibull", "bs_break_uniform", "bs_break_spare"), ()),
     "motion of anchors": (("bs_anchor_motion",), ("fixed",)),
     "motion of groups": (("bs_motion_",), ("fixed",)),
+    "forces on groups": (("bs_force_",), ()),
     "strain of the box": (("bs_box_strain", "bs_box_rate", "bs_box_stress"), ()),
 }
 
@@ -143,6 +146,8 @@ def found_in(run, row):
     columns = [name for name in ("drag", "radius") if run.particle_column(name) is not None]
     if columns:
         found["drag and radii of particles"] = " and ".join(columns) + " of particles"
+    if run.particle_column("force") is not None:
+        found["forces on particles"] = "forces on particles"
     if run.groups:
         found["groups"] = "groups " + ", ".join(run.groups)
     for feature in OPTIONS:

@@ -25,7 +25,8 @@ def parts_of(run):
         found.append(("elastic", elastic, DASHES[3], COLORS[3]))
         field = potential - elastic
         if np.abs(field).max() > 1e-12 * max(np.abs(potential).max(), 1e-300):
-            others = any(k.startswith(("bs_central", "bs_xsp_", "bs_attraction", "bs_walls", "bs_center")) for k in run.parameters)
+            others = any(k.startswith(("bs_central", "bs_xsp_", "bs_attraction", "bs_walls", "bs_center", "bs_force_")) for k in run.parameters) or \
+                run.particle_column("force") is not None
             found.append(("other potential" if others else "gravity", field, DASHES[2], COLORS[2]))
     elif potential is not None:
         found.append(("potential", potential, DASHES[2], COLORS[2]))

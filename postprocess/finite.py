@@ -26,7 +26,7 @@ def _require(path, where, values, unbounded=False):
 def check_run(run, rows):
     """Refuses frames, and what holds for all of them, by frame, dataset and row."""
     springs, angles, anchors = run.springs, run.angles, run.anchors or {}
-    for name, values in (("mass", run.mass), *((name, run.particle_column(name)) for name in ("radius", "drag"))):
+    for name, values in (("mass", run.mass), *((name, run.particle_column(name)) for name in ("radius", "drag", "force"))):
         _require(run.path, f"{PARTICLES}/{name}", values)
     for name, values in (*((k, getattr(springs, k)) for k in ("stiffness", "rest_length", "damping")), *springs.law_data.items(), *springs.limits.items()):
         _require(run.path, f"{BONDS}_{name}", values, name in LIMITS)

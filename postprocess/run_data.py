@@ -10,7 +10,7 @@ LAW_DATA = ("stiffness_2", "stiffness_3", "yield_force", "hardening", "relaxatio
 HISTORIES = ("plastic_stretch", "plastic_path", "viscous_stretch", "viscous_loss")
 SI = {"time": "s", "position": "m", "velocity": "m/s", "kinetic_energy": "J", "potential_energy": "J",
       "total_energy": "J", "momentum": "kg m/s", "angular_momentum": "kg m²/s", "mass": "kg",
-      "reaction": "N", "work": "J", "stress_volume": "J"}
+      "reaction": "N", "force": "N", "moment": "N m", "work": "J", "stress_volume": "J"}
 TENSOR = {1: ["xx"], 2: ["xx", "yy", "xy"], 3: ["xx", "yy", "zz", "yz", "xz", "xy"]}  # components of a stress in d dimensions
 
 

@@ -11,7 +11,7 @@ from exports import padded, write_atomically
 
 LAWS = ("hooke", "strain", "tension", "polynomial", "plastic", "maxwell")  # the numbers in the cell data `law`
 DAMPING_LAWS = ("axial", "simple")
-PARTICLE_COLUMNS = ("radius", "drag")
+PARTICLE_COLUMNS = ("radius", "drag", "force")
 MOST_MODES = 100  # in a file
 MARK = "backspring_lattice"  # field data: a file that says all of its lattice
 VTK_TYPES = {"f8": "Float64", "i8": "Int64", "i4": "Int32", "u1": "UInt8"}
@@ -27,7 +27,8 @@ def fields(run, row, every):
         points["mass"] = run.mass
     points["displacement"] = padded(run.position(row) - run.position(0))
     points.update(mode_shapes(run))
-    points.update({name: run.particle_column(name) for name in PARTICLE_COLUMNS if run.particle_column(name) is not None})
+    columns = {name: run.particle_column(name) for name in PARTICLE_COLUMNS}
+    points.update({name: padded(values) if values.ndim == 2 else values for name, values in columns.items() if values is not None})
     springs = run.springs
     if not len(springs):
         return points, {}, springs.pairs
@@ -148,6 +149,8 @@ def said_of_lattice(points, cells, one):
     if "broken" in cells and cells["broken"].any():
         out["spring_columns"]["broken"] = cells["broken"].astype(float)
     out["particle_columns"] = {k: points[k] for k in PARTICLE_COLUMNS if k in points}
+    if "force" in points:
+        out["particle_columns"]["force"] = points["force"][:, :int(one["dimension"][0])]
     if "law" in cells:
         out["laws"] = np.array(LAWS)[cells["law"].astype(int)]
     out["damping_law"], out["dim"] = DAMPING_LAWS[int(one["damping_law"][0])], int(one["dimension"][0])

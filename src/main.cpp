@@ -48,6 +48,23 @@ PetscErrorCode run_program(int* exit_code) {
   PetscFunctionReturn(0);
 }
 
+/// -help lists every option, also of the tasks and models that this run is not of: a run of each has no more to do than list them.
+PetscErrorCode collect_all_help() {
+  PetscBool help = PETSC_FALSE;
+  PetscFunctionBegin;
+  PetscCall(PetscOptionsHasName(nullptr, nullptr, "-help", &help));
+  if (!help) PetscFunctionReturn(0);
+  bs::collect_help_of_others();
+  for (const auto& [name, value] : {std::pair{"-bs_task", "dynamics"}, {"-bs_task", "statics"}, {"-bs_model", "linear"}}) {
+    int unused = 0;
+    PetscCall(PetscOptionsClear(nullptr));
+    PetscCall(PetscOptionsSetValue(nullptr, "-help", nullptr));
+    PetscCall(PetscOptionsSetValue(nullptr, name, value));
+    PetscCall(run_program(&unused));
+  }
+  PetscFunctionReturn(0);
+}
+
 bool asks_version(int argc, char** argv) {
   for (int k = 1; k < argc; ++k)
     if (std::strcmp(argv[k], "-bs_version") == 0) return true;
@@ -109,6 +126,7 @@ int watched_run() {
   // a reader that hangs up (| head) is no reason for a stack trace
   std::signal(SIGPIPE, SIG_DFL);
   if (!status) status = run_program(&exit_code);
+  if (!status) status = collect_all_help();
   bs::print_help();
   const int failed = bs::exit_code_of(MPI_COMM_WORLD, status);
   if (trace) (void)PetscPopErrorHandler();

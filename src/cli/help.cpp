@@ -3,6 +3,7 @@
 #include <cstdarg>
 #include <cstdio>
 #include <cstring>
+#include <set>
 #include <string>
 #include <vector>
 
@@ -10,6 +11,7 @@ namespace bs {
 namespace {
 
 std::string collected;
+std::size_t own = std::string::npos;                                       ///< length of what was collected of the run that was asked for
 PetscErrorCode (*printing)(FILE*, const char[], va_list) = PetscVFPrintf;  // PETSc's own
 
 // Every text of PETSc, also that of its lists of types, comes through here on the rank that prints.
@@ -48,6 +50,20 @@ void print(const std::string& text) {
   std::fputs(shown.c_str(), stdout);
 }
 
+/// A section without the program's options in `seen`, to which it adds those that are left; empty where none is.
+std::string unseen(const std::string& section, std::set<std::string>* seen) {
+  std::string out, rest = section, kept;
+  std::size_t end;
+  for (bool first = true; (end = rest.find('\n')) != std::string::npos; rest.erase(0, end + 1), first = false) {
+    const std::string line = rest.substr(0, end + 1);
+    const bool option = line.compare(0, 6, "  -bs_") == 0;
+    if (!option && !first) continue;
+    if (!option) out = line;
+    else if (seen->insert(line.substr(0, line.find(": "))).second) kept += line;
+  }
+  return kept.empty() ? kept : out + kept;
+}
+
 }  // namespace
 
 void translate_common_flags(int argc, char** argv) {
@@ -63,13 +79,19 @@ void collect_help(int argc, const char* const* argv) {
     if (std::strcmp(argv[k], "-help") == 0) PetscVFPrintf = collect;
 }
 
+void collect_help_of_others() {
+  if (own == std::string::npos) own = collected.size();
+}
+
 void print_help() {
   PetscVFPrintf = printing;
   if (collected.empty()) return;
-  const std::vector<std::string> sections = sections_of(collected);
+  std::set<std::string> seen;
+  const std::vector<std::string> sections = sections_of(collected.substr(0, own));
   print(sections[0].substr(0, sections[0].find("\n----")) + "\n");
   for (std::size_t k = 1; k < sections.size(); ++k)
-    if (sections[k].find("\n  -bs_") != std::string::npos) print(sections[k]);
+    if (sections[k].find("\n  -bs_") != std::string::npos) print(unseen(sections[k], &seen));
+  for (const std::string& section : sections_of(own < collected.size() ? collected.substr(own) : std::string())) print(unseen(section, &seen));
   std::puts(
       "\nOptions of PETSc that this run can use (https://petsc.org has their "
       "manual)\n===========================================================================");

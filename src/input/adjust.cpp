@@ -133,7 +133,7 @@ PetscErrorCode add_anchors(MPI_Comm comm, const AnchorSpec& given, Lattice* l) {
 void read_group_options(Section& section, GroupTexts* out) {
   static const char help[] =
       "particles of the group NAME (letters, digits, underscores): faces (xmin,xmax,...), boxes (box:X0,Y0,Z0,X1,Y1,Z1 [m]), rows "
-      "(ids:0,5,7-12) or all, with commas between them; -bs_motion_NAME moves them";
+      "(ids:0,5,7-12) or all, with commas between them; -bs_motion_NAME moves them, -bs_force_NAME acts on them";
   std::vector<std::string> names;
   std::string none;
   out->clear();

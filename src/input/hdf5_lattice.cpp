@@ -16,9 +16,10 @@ namespace bs {
 
 namespace {
 
-/// This rank's part of `rows.total` numbers; `frames`: of their last frame.
+/// This rank's part of `rows.total` rows of `width` numbers, 0 one; `frames`: of their last frame.
 template <class T>
-PetscErrorCode read_rows(const Hdf5File& file, const std::string& path, const Rows& rows, const char* row_name, bool frames, std::vector<T>* out) {
+PetscErrorCode read_rows(const Hdf5File& file, const std::string& path, const Rows& rows, const char* row_name, bool frames, std::vector<T>* out,
+                         int width = 0) {
   Table table;
   TableShape shape;
   PetscFunctionBegin;
@@ -26,6 +27,7 @@ PetscErrorCode read_rows(const Hdf5File& file, const std::string& path, const Ro
   shape.rows = rows.total;
   shape.row_name = row_name;
   shape.frames = frames;
+  shape.columns = width;
   PetscCall(file.find(path, shape, &table));
   PetscCall(file.read(table, rows.first, rows.count, 0, out));
   PetscFunctionReturn(0);
@@ -40,10 +42,11 @@ PetscErrorCode read_optional(const Hdf5File& file, const std::string& path, cons
 }
 
 /// Reads `column` from its path and keeps it, where the file holds it.
-PetscErrorCode add_column(const Hdf5File& file, Column column, const Rows& rows, const char* row_name, bool frames, std::vector<Column>* out) {
+PetscErrorCode add_column(const Hdf5File& file, Column column, const Rows& rows, const char* row_name, bool frames, std::vector<Column>* out,
+                          int width = 0) {
   PetscFunctionBegin;
   if (!file.has(column.path)) PetscFunctionReturn(0);
-  PetscCall(read_rows(file, column.path, rows, row_name, frames, &column.value));
+  PetscCall(read_rows(file, column.path, rows, row_name, frames, &column.value, width));
   out->push_back(std::move(column));
   PetscFunctionReturn(0);
 }
@@ -129,7 +132,7 @@ PetscErrorCode read_particles(MPI_Comm comm, const Hdf5File& file, const Hdf5Lay
   }
   PetscCall(read_rows(file, names.mass, rows, "N", false, &l->mass));
   for (const ParticleParameter& one : particle_parameters)
-    PetscCall(add_column(file, {one.name, names.particle_column(one.name), {}}, rows, "N", false, &l->particle_columns));
+    PetscCall(add_column(file, {one.name, names.particle_column(one), {}}, rows, "N", false, &l->particle_columns, one.vector ? l->dim : 0));
   if (file.has(names.id)) PetscCall(read_rows(file, names.id, rows, "N", false, &l->id));
   PetscCall(read_fixed(comm, file, names.fixed, l));
   PetscFunctionReturn(0);

@@ -3,6 +3,7 @@
 #include <petscsys.h>
 #include <string>
 #include "input/hdf5_file.hpp"
+#include "lattice/columns.hpp"
 #include "lattice/lattice.hpp"
 #include "lattice/spring_laws.hpp"
 
@@ -14,7 +15,9 @@ struct Hdf5Layout {
   std::string position, velocity, mass, fixed, id;
   std::string springs, pairs, stiffness, rest_length, damping;
   /// Where particles keep other numbers than these (lattice/columns.hpp).
-  std::string particle_column(const std::string& name) const { return (trajectory ? "/particles/trajectory/" : "/particles/") + name; }
+  std::string particle_column(const ParticleParameter& one) const {
+    return trajectory ? std::string("/particles/trajectory/") + one.in_trajectory() : std::string("/particles/") + one.name;
+  }
   /// Where springs keep other numbers than these: what laws take, and what they carry from step to step.
   std::string column(const std::string& name) const { return (trajectory ? "/connectivity/bonds_" : "/springs/") + name; }
   std::string history(const std::string& name) const { return trajectory ? "/backspring/" + name + "/value" : "/springs/" + name; }
@@ -42,7 +45,7 @@ void note_unknown_members(const Hdf5File& file, Lattice* lattice);
 /// Collective. Each rank reads its rows of the lattice in file `path`, and no others.
 ///
 /// /particles/position (N,d), /particles/mass (N); optional velocity (N,d), fixed (N) of 0 and 1, id (N), and the columns (N) of
-/// lattice/columns.hpp by their names (radius, drag).
+/// lattice/columns.hpp by their names (radius, drag; force (N,d)).
 /// /springs, optional: pairs (M,2) 0-based, stiffness (M); optional rest_length (M; absent: NaN), damping (M).
 /// Optional, too: law (M), places in the list of names that is the attribute spring_laws of /; columns (M) of what the laws take
 /// and carry, by their names in physics/pair/springs/registry.hpp (stiffness_2, yield_force, plastic_stretch, ...).

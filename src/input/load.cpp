@@ -10,6 +10,7 @@
 #include "input/spring_options.hpp"
 #include "input/text_file.hpp"
 #include "input/validate.hpp"
+#include "lattice/columns.hpp"
 #include "lattice/generator.hpp"
 #include "lattice/xsp.hpp"
 #include "network/migrate.hpp"
@@ -210,7 +211,8 @@ Lattice chunk_of(const Lattice& whole, int rank, int size) {
   l.mass = slice(whole.mass, p, 1);
   l.fixed = slice(whole.fixed, p, 1);
   l.id = slice(whole.id, p, 1);
-  for (const Column& one : whole.particle_columns) l.particle_columns.push_back({one.name, one.path, slice(one.value, p, 1)});
+  for (const Column& one : whole.particle_columns)
+    l.particle_columns.push_back({one.name, one.path, slice(one.value, p, particle_parameters[particle_parameter(one.name)].width(l.dim))});
   for (const Group& one : whole.groups) l.groups.push_back({one.name, slice(one.member, p, 1)});
   l.box = whole.box;
   l.shift = slice(whole.shift, s, l.dim);

@@ -1,4 +1,5 @@
 #include "input/validate.hpp"
+#include <algorithm>
 #include <cinttypes>
 #include <cmath>
 #include "base/error.hpp"
@@ -63,10 +64,15 @@ void check_particle(const Lattice& l, const Place& place, std::int64_t k, Error*
   if (!(usable(mass) && mass > 0)) note("mass", "mass", mass, "write a finite mass > 0 [kg]; a particle that must not move is marked as fixed");
   for (const Column& column : l.particle_columns) {
     const ParticleParameter& one = particle_parameters[particle_parameter(column.name)];
-    const double value = column.value[at(k)];
-    if (std::isfinite(value) && (value >= 0 || !one.nonnegative)) continue;
+    const std::size_t width = at(one.width(l.dim));
+    const auto first = column.value.begin() + static_cast<std::ptrdiff_t>(at(k) * width);
+    const auto wrong = [&](double value) { return !usable(value) || (value < 0 && one.nonnegative); };
+    const auto found = std::find_if(first, first + static_cast<std::ptrdiff_t>(width), wrong);
+    if (found == first + static_cast<std::ptrdiff_t>(width)) continue;
+    const double value = *found;
     fault->note(row, l.source + ": particle " + std::to_string(id) + (column.path.empty() ? "" : ", " + column.path) +
-                         format(": %s %g; write a finite %s%s [%s]", one.name, value, one.name, one.nonnegative ? " >= 0" : "", one.unit));
+                         format(": %s %g; ", one.name, value) +
+                         remedy_for(value, format("write a finite %s%s [%s]", one.name, one.nonnegative ? " >= 0" : "", one.unit).c_str()));
   }
 }
 

@@ -12,18 +12,23 @@
 
 namespace bs {
 
-/// A number of each particle. `name` is that of the dataset /particles/NAME and of the trajectory's /particles/trajectory/NAME.
+/// A number or a vector of each particle. `name` is that of the dataset /particles/NAME.
 struct ParticleParameter {
   const char *name, *unit;
-  Powers powers;        ///< what `unit` is made of
-  bool nonnegative;     ///< else any finite number
-  double missing;       ///< of every particle, where the lattice has no such column
-  std::uint64_t table;  ///< number in the fingerprints of checkpoints; 0: made of the name
+  Powers powers;                ///< what `unit` is made of
+  bool nonnegative;             ///< else any finite number
+  double missing;               ///< of every particle, where the lattice has no such column
+  std::uint64_t table;          ///< number in the fingerprints of checkpoints; 0: made of the name
+  bool vector = false;          ///< d numbers of each particle, (N, d); else one, (N)
+  const char* shown = nullptr;  ///< of the trajectory's /particles/trajectory/NAME, where that is another name
+  constexpr const char* in_trajectory() const { return shown ? shown : name; }
+  constexpr int width(int d) const { return vector ? d : 1; }
 };
 
 inline constexpr ParticleParameter particle_parameters[] = {
     {"radius", "m", {0, 1, 0}, true, 0.0, 3},
     {"drag", "kg/s", {1, 0, -1}, true, 0.0, 0},
+    {"force", "N", {1, 1, -2}, false, 0.0, 0, true, "applied_force"},  // H5MD's `force` is the whole force, of every frame
 };
 
 /// The place of `name` in the list; a law that misspells it does not compile.
@@ -51,6 +56,8 @@ struct ParticleNumbers {
     const int at = (*places)[k];
     return at < 0 || !given ? particle_parameters[k].missing : given[at];
   }
+  /// The d numbers of a vector, or null where none is given.
+  const double* vector(std::size_t k) const noexcept { return (*places)[k] < 0 || !given ? nullptr : given + (*places)[k]; }
 };
 
 /// The numbers of all particles of a rank, as far as the lattice gives them.

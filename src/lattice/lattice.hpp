@@ -37,7 +37,7 @@ enum class DampingLaw : int { axial, simple };
 struct Column {
   std::string name;           ///< of the dataset /particles/NAME or /springs/NAME
   std::string path;           ///< where it was read, or the option that gave it, for messages
-  std::vector<double> value;  ///< (count of rows)
+  std::vector<double> value;  ///< (count of rows); of a vector (count of rows, d)
 };
 
 /// The column of that name, or null.

@@ -1,5 +1,6 @@
 #include "lattice/lattice_arrays.hpp"
 #include <limits>
+#include "lattice/columns.hpp"
 
 namespace bs {
 namespace {
@@ -31,7 +32,12 @@ std::string misfit_of(const LatticeArrays& a) {
   look("rest_length", a.rest_length.size(), s, 1, true);
   look("damping", a.damping.size(), s, 1, true);
   look("shift", a.shift.size(), s, d, true);
-  for (const Column& one : a.particle_columns) look("particles/" + one.name, one.value.size(), n, 1, false);
+  for (const Column& one : a.particle_columns) {
+    std::size_t width = 1;
+    for (const ParticleParameter& known : particle_parameters)
+      if (one.name == known.name) width = static_cast<std::size_t>(known.width(a.dim));
+    look("particles/" + one.name, one.value.size(), n, width, false);
+  }
   for (const Column& one : a.spring_columns) look("springs/" + one.name, one.value.size(), s, 1, false);
   for (const Group& one : a.groups) look("group " + one.name, one.member.size(), n, 1, false);
   return wrong;

@@ -18,7 +18,7 @@ struct LatticeArrays {
   std::vector<double> stiffness;         ///< (S) [N/m], strain law [N]
   std::vector<double> rest_length;       ///< (S) [m]; NaN, and empty: the initial distance
   std::vector<double> damping;           ///< (S) [kg/s]; empty: 0
-  std::vector<Column> particle_columns;  ///< numbers of particles that laws take (lattice/columns.hpp); `path` may be empty
+  std::vector<Column> particle_columns;  ///< of lattice/columns.hpp: radius, drag (N), force (N, d); `path` may be empty
   std::vector<Column> spring_columns;    ///< those of springs
   std::vector<Group> groups;             ///< particles under a name
   PeriodicBox box;                       ///< without periodic directions: none

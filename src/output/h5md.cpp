@@ -93,7 +93,9 @@ std::string unit_of_quantity(const std::string& name, OutputUnits units) {
       {"stress_volume", {1, 2, -2}},
   };
   const std::string first = name.substr(0, name.find('/'));
-  const std::string kind = first == "reaction" ? "force" : first == "work" || first == "stress_volume" ? "total_energy" : name;
+  const std::string kind = first == "reaction" || first == "force"                            ? "force"
+                           : first == "work" || first == "stress_volume" || first == "moment" ? "total_energy"
+                                                                                              : name;
   const auto at = powers.find(kind);
   return at == powers.end() ? std::string() : unit_of(at->second, units);
 }

@@ -61,6 +61,8 @@ void Equilibrium::load(double s) {
   load_factor_ = s;
   loads.gravity = rules_.gravity ? s : 1;
   loads.gravity_grows = rules_.gravity;
+  loads.factor = s;
+  loads.forces_grow = rules_.forces;
   loads.at_rest = true;
   loads.anchors_at_full_load = !rules_.anchors;
   loads.driven_at_full_load = !rules_.driven;

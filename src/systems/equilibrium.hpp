@@ -9,7 +9,7 @@ namespace bs {
 
 /// Which loads grow with the factor; the others act in full from the start.
 struct LoadRules {
-  bool gravity = true, anchors = true, driven = true, box = true;
+  bool gravity = true, anchors = true, driven = true, box = true, forces = true;
 };
 
 /// What is left of the forces on particles that can move, and what they are to be measured by: the largest of each at any particle [N].

@@ -45,6 +45,8 @@ class Linearisation : public Pencil {
 struct Loads {
   double gravity = 1;
   bool gravity_grows = false;         ///< with the load factor
+  double factor = 1;                  ///< s
+  bool forces_grow = false;           ///< forces on groups and of the lattice, with s
   bool at_rest = false;               ///< what is driven has the positions of its motion, not the velocities
   bool anchors_at_full_load = false;  ///< driven anchors stand where they are at t = 1
   bool driven_at_full_load = false;   ///< driven groups likewise

@@ -88,6 +88,7 @@ class Run {
   PetscErrorCode on_save();
   PetscErrorCode open_restart();
   PetscErrorCode choose_interval();
+  PetscErrorCode warn_of_interval();
   PetscErrorCode print_header(const std::string& solver);
   PetscErrorCode prepare_solvers();
   PetscErrorCode continue_from_checkpoint();

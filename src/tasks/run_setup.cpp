@@ -76,6 +76,23 @@ PetscErrorCode Run::choose_interval() {
   PetscFunctionReturn(0);
 }
 
+/// Steps end at output times: frames that are closer together than the step is long shorten it.
+PetscErrorCode Run::warn_of_interval() {
+  constexpr double SAME = 1 - 1e-9;
+  const double interval = options_.step.output_interval;
+  bool adaptive = false;
+  double h;
+  PetscFunctionBegin;
+  PetscCall(TSGetTimeStep(ts_, &h));
+  PetscCall(is_adaptive(ts_, &adaptive));
+  if (adaptive || hooks_.loads || !(interval > 0) || interval >= SAME * std::min(h, end_ - start_)) PetscFunctionReturn(0);
+  PetscCall(
+      warn(model_.comm(), format("option -bs_output_interval: %g s is shorter than the step of %g s: steps end at output times, so that they are "
+                                 "%g s long; give -ts_dt %g, or a longer interval",
+                                 interval, h, interval, interval)));
+  PetscFunctionReturn(0);
+}
+
 /// Sets the solvers up where something about them has to come out before the first step, then warns of unused options.
 PetscErrorCode Run::prepare_solvers() {
   std::vector<std::string> unread;
@@ -125,6 +142,7 @@ PetscErrorCode Run::set_up() {
   PetscCall(print_header(solver));
   if (options_.advise) PetscCall(step_watch_.begin(ts_, context_, advice_));
   PetscCall(prepare_solvers());
+  PetscCall(warn_of_interval());
   if (restart_) PetscCall(continue_from_checkpoint());
   if (!hooks_.loads) {
     Vec y;

@@ -62,6 +62,7 @@ const Family FAMILIES[] = {
     {"-bs_lattice_", "-bs_model particles"},
     {"-bs_group_", "-bs_model particles"},
     {"-bs_motion_", "-bs_model particles"},
+    {"-bs_force_", "-bs_model particles"},
     {"-bs_anchor_", "-bs_model particles"},
     {"-bs_spring_", "-bs_model particles"},
     {"-bs_box_", "-bs_model particles"},

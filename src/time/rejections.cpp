@@ -39,6 +39,9 @@ PetscErrorCode RejectionWatch::attach(TS ts, double step_min, std::int64_t most)
   attempts_ = Attempts(step_min, most);
   // PETSc's own limit, ten a step, holds where it is named
   if (!is_given("-ts_max_reject")) PetscCall(TSSetMaxStepRejections(ts, -1));
+  PetscBool free = PETSC_FALSE;
+  PetscCall(PetscOptionsGetBool(nullptr, nullptr, "-snes_mf", &free, nullptr));
+  unprepared_ = free == PETSC_TRUE;
   PetscCall(TSGetAdapt(ts, &adapt));
   PetscCall(TSAdaptSetCheckStage(adapt, check));
   PetscCall(PetscContainerCreate(PetscObjectComm(reinterpret_cast<PetscObject>(ts)), &container));
@@ -156,6 +159,7 @@ std::string RejectionWatch::advice() const {
   if (lack_.yes) return lack_.remedy();
   // a fault that has a name says itself what to do
   if (last_reason_ == DOMAIN_ERROR && last_ != REJECTION_REASONS[DOMAIN_ERROR].sentence) return "";
+  if (unprepared_) return "-snes_mf solves the linear systems without a preconditioner: give -snes_mf_operator, which keeps one, or leave it out";
   return REJECTION_REASONS[last_reason_].advice;
 }
 

@@ -54,7 +54,8 @@ class RejectionWatch {
   Model& model_;
   LinearCheck linear_;
   const TSContext* context_ = nullptr;
-  StageCheck stage_;  ///< of the last attempt
+  StageCheck stage_;         ///< of the last attempt
+  bool unprepared_ = false;  ///< -snes_mf
   Attempts attempts_;
   PetscInt rejected_ = 0, failures_ = 0;  ///< of the TS, looked at so far
   bool gave_up_ = false;

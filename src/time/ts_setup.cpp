@@ -175,7 +175,10 @@ PetscErrorCode describe_solver(TS ts, const TSContext& context, std::string* lin
   PetscCall(KSPGetPC(ksp, &pc));
   PetscCall(PCGetType(pc, &pc_type));
   std::string inner;
-  PetscCall(condensed_describe(pc, &inner));
+  PetscBool free = PETSC_FALSE;
+  PetscCall(PetscOptionsGetBool(nullptr, nullptr, "-snes_mf", &free, nullptr));
+  if (free) pc_type = PCNONE;  // whatever -pc_type asks for: there is no matrix to make it of
+  else PetscCall(condensed_describe(pc, &inner));
   const std::string solver =
       format("KSP %s, PC %s", ksp_type ? ksp_type : "gmres", pc_type ? pc_type : "default") + (inner.empty() ? "" : " (" + inner + ")");
   if (std::string(snes_type) == SNESKSPONLY) {

@@ -142,6 +142,8 @@ CASES = {
     "fixed particles": (lambda f: given(2, f, fixed=lambda x, p: np.arange(len(x)) < 2), [], VTK | {"xyz", "gsd"}, set(), "are fixed"),
     "groups": (lambda f: given(2, f), ["-bs_group_left", "xmin"], VTK, set(), "groups left"),
     "motion of groups": (lambda f: given(2, f), ["-bs_group_left", "xmin", "-bs_motion_left", "velocity:0.1,0"], set(), set(), "motion of groups (-bs_motion_left"),
+    "forces on groups": (lambda f: given(2, f), ["-bs_group_left", "xmin", "-bs_force_left", "0.1,0"], set(), set(), "forces on groups (-bs_force_left"),
+    "forces on particles": (lambda f: given(2, f, particle_columns={"force": np.linspace(-1, 1, 18).reshape(9, 2)}), [], VTK, set(), "forces on particles"),
     "gravity": (lambda f: given(2, f), ["-bs_gravity", "0,-9.81"], set(), set(), "gravity (-bs_gravity"),
     "drag": (lambda f: given(2, f), ["-bs_stokes_drag", "0.5"], set(), set(), "drag (-bs_stokes_drag"),
     "central gravity": (lambda f: given(2, f), ["-bs_central_M0", "1e11", "-bs_central_point", "5,5"], set(), set(), "other forces (-bs_central_M0"),

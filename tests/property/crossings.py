@@ -22,7 +22,7 @@ ABILITIES = {
     "box": ("open", "periodic", "tilted", "strained", "stressed"),
     "support": ("free", "fixed", "roller", "velocity", "sinusoid", "rotation", "table", "expression", "anchors"),
     "breaking": ("none", "all", "worst", "force", "energy"),
-    "force": ("none", "gravity", "drag", "axial", "simple"),
+    "force": ("none", "gravity", "drag", "axial", "simple", "given"),
     "output": ("plain", "stress", "single", "padded", "units"),
     "absent": ("no", "some"),  # springs of stiffness 0
 }
@@ -170,7 +170,8 @@ def options(case, folder):
         out["bs_box_rate"] = "xx=0.1"
     if case["box"] == "stressed":
         out["bs_box_stress"] = "xx=2"
-    out.update({"gravity": {"bs_gravity": ",".join(["0"] * (d - 1) + ["-2"])}, "drag": {"bs_stokes_drag": 0.2}}.get(case["force"], {}))
+    out.update({"gravity": {"bs_gravity": ",".join(["0"] * (d - 1) + ["-2"])}, "drag": {"bs_stokes_drag": 0.2},
+                "given": {"bs_force_low": ",".join(["0"] * (d - 1) + ["-0.6,total"]), "bs_force_high": ",".join(["0"] * (d - 1) + ["0.2"])}}.get(case["force"], {}))
     if case["breaking"] != "none":
         out.update(bs_break="worst" if case["breaking"] == "worst" else "all", bs_break_in="both" if case["breaking"] == "energy" else "tension")
     out.update({"stress": {"bs_output_stress": True, "bs_stress_groups": "low"}, "single": {"viewer_hdf5_sp_output": True}, "padded": {"bs_output_pad": 3},
@@ -263,7 +264,7 @@ def tension(laws, f, l):
 
 
 def free_force(f, case, anchors):
-    """(largest force on a component that nothing holds, largest tension) at the last frame, of springs, weight and anchors, all but angle springs and hinges."""
+    """(largest force on a component that nothing holds, largest tension) at the last frame, of springs, weight, given forces and anchors, all but angle springs and hinges."""
     group = f["particles/trajectory"]
     d = {"chain": 1, "net": 2, "block": 3}[case["shape"]]
     x, pairs = group["position/value"][-1][:, :d].astype(float), f["connectivity/bonds"][...]
@@ -284,6 +285,9 @@ def free_force(f, case, anchors):
     factor = f["observables/load_factor/value"][-1].item() if "observables/load_factor" in f else 1.0
     if case["force"] == "gravity":
         force[:, -1] -= 2 * factor * group["mass"][...].ravel()
+    if case["force"] == "given":
+        force[f["groups/low"][...], -1] -= 0.2 * factor
+        force[f["groups/high"][...], -1] += 0.2 * factor
     if anchors is not None:
         velocity = np.array([0.2, 0.1, 0.0])[:d]
         for row, point, k in zip(anchors["particle"], anchors["point"], anchors["stiffness"]):

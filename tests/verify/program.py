@@ -57,7 +57,7 @@ class Trajectory:
             self.id = group["id"][...].ravel()
             self.mass = group["mass"][...].ravel()
             self.observables = {name: o["value"][...] for name, o in f.get("observables", {}).items() if "value" in o}
-            for kind in ("reaction", "work", "stress_volume"):
+            for kind in ("reaction", "work", "force", "moment", "stress_volume"):
                 self.observables.update({f"{kind}/{name}": o["value"][...] for name, o in f.get(f"observables/{kind}", {}).items() if isinstance(o, h5py.Group)})
             self.log = {}
             if "backspring/log" in f:

@@ -25,6 +25,12 @@ def cut(checks, folder):
     run = checks.run({**STIFF, "snes_mf": True})
     checks.true("steps cut a hundredfold", told(run, "steps_cut") and run.report["steps"] > 500 and f"{run.report['steps']} were taken where 5 were asked for" in run.stderr,
                 run.stdout.splitlines()[-1])
+    checks.true("the warning names the option that keeps a preconditioner", "give -snes_mf_operator" in run.stderr, run.stderr.strip())
+    failed = checks.run({**STIFF, "snes_mf": True, "bs_step_max_cuts": 2}, expect=3)
+    checks.true("so does the error, where it ends the run", "give -snes_mf_operator" in failed.stderr, failed.stderr.strip())
+    header = checks.run({**STIFF, "snes_mf": True, "pc_type": "jacobi", "bs_lattice_stiffness": 100}).stdout
+    checks.true("the header shows the preconditioner in force, not the one that is asked for in vain", "PC none" in header and "PC jacobi" not in header,
+                next(line for line in header.splitlines() if line.startswith("solver")))
     run = checks.run(STIFF)
     checks.true("the same by the default solver", told(run) and run.report["steps"] == 5, run.stdout.splitlines()[-1])
     saved = folder / "c"
@@ -45,6 +51,20 @@ def early(checks, folder):
         checks.true(f"{name}, ended halfway", told(run, "ended_early") and run.report["outcome"] == "ok", run.stdout.splitlines()[-1])
         run = checks.run({**options, **whole})
         checks.true(f"{name}, to its end", told(run) and run.report["steps"] == 10, run.stdout.splitlines()[-1])
+
+
+def intervals(checks, folder):
+    """Frames that are closer together than the step is long shorten it, which is said; not of equal or longer ones, of steps that adapt, of load steps."""
+    base = {"bs_lattice_type": "chain", "bs_lattice_size": 4, "bs_lattice_fixed": "xmin", "bs_gravity": -0.1, "ts_max_time": 4}
+    text = "option -bs_output_interval: 0.25 s is shorter than the step of 2 s: steps end at output times, so that they are 0.25 s long"
+    run = checks.run({**base, "ts_dt": 2}, interval=0.25)
+    checks.true("shorter", text in run.stderr and run.report["steps"] == 16, run.stderr.strip())
+    for name, more, interval in (("equal", {"ts_dt": 2}, 2), ("longer", {"ts_dt": 0.5}, 2), ("adapting", {"ts_dt": 2, "ts_type": "bdf", "ts_adapt_type": "basic"}, 0.25),
+                                 ("none", {"ts_dt": 2}, 0), ("longer than the run", {"ts_dt": 2, "ts_max_time": 0.5}, 0.5)):
+        run = checks.run({**base, **more}, interval=interval)
+        checks.true(name, "-bs_output_interval" not in run.stderr, run.stderr.strip())
+    run = checks.run({"bs_task": "statics", **base, "ts_max_time": None, "bs_load_steps": 2}, interval=0.1)
+    checks.true("of load steps", "-bs_output_interval" not in run.stderr, run.stderr.strip())
 
 
 def modes(checks, folder):
@@ -81,4 +101,4 @@ def lists(checks, folder):
 
 
 if __name__ == "__main__":
-    run_parts("warnings of a run", (cut, early, modes, lists))
+    run_parts("warnings of a run", (cut, early, intervals, modes, lists))

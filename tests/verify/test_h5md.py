@@ -143,18 +143,21 @@ def check_bonds(f, count):
 
 def check_observables(f):
     items = dict(f.get("observables", {}).items())
-    for kind in ("reaction", "work", "stress_volume"):  # by group of particles, and their sum
+    kinds = ("reaction", "work", "stress_volume", "force", "moment")  # by group of particles, and their sum; of given forces that of all
+    for kind in kinds:
         if kind not in items:
             continue
         parts = {f"{kind}/{name}": group for name, group in items[kind].items() if isinstance(group, h5py.Group)}
         items.update(parts)
+        if kind in kinds[3:]:
+            continue
         value = items[kind]["value"][...]
         rows = min([len(value)] + [len(group["value"]) for group in parts.values()])
         total = sum(group["value"][:rows] for group in parts.values())
         need(parts and np.allclose(value[:rows], total, rtol=1e-12, atol=1e-12 * max(np.abs(group["value"][...]).max(initial=0) for group in parts.values())),
              f"/observables/{kind}/value is not the sum over the groups")
     for name, group in items.items():
-        need(isinstance(group, h5py.Group) and ({"value", "step", "time"} <= set(group) if name in ("reaction", "work", "stress_volume") else
+        need(isinstance(group, h5py.Group) and ({"value", "step", "time"} <= set(group) if name in kinds else
                                                 set(group) == {"value", "step", "time"}), f"/observables/{name} is not a group of value, step and time")
         shape = group["value"].shape
         need(len(shape) == 1 or (len(shape) == 2 and shape[1] > 1), f"/observables/{name}/value has shape {shape}")

@@ -183,6 +183,12 @@ HDF5 = {
     "NaN drag": (hdf5(put("particles/drag", np.array([1, np.nan, 2, 0, 1]))), "particle 1, /particles/drag: drag nan"),
     "too many drag coefficients": (hdf5(put("particles/drag", np.ones(6))), "/particles/drag: shape (6), needs (5)"),
     "drag of two columns": (hdf5(put("particles/drag", np.ones((5, 2)))), "/particles/drag: shape (5, 2), needs (5)"),
+    "forces of another d": (hdf5(put("particles/force", np.zeros((5, 2)))), "/particles/force: shape (5, 2), needs (5, 3)"),
+    "forces without components": (hdf5(put("particles/force", np.zeros(5))), "/particles/force: shape (5), needs (5, 3)"),
+    "too many forces": (hdf5(put("particles/force", np.zeros((6, 3)))), "/particles/force: shape (6, 3), needs (5, 3)"),
+    "NaN force": (hdf5(put("particles/force", np.array([[0, 0, 0], [0, 0, 0], [0, np.nan, 0], [0, 0, 0], [0, 0, 0]]))), "particle 2, /particles/force: force nan; write a finite force [N]"),
+    "a force whose square overflows": (hdf5(put("particles/force", np.full((5, 3), 1e200))), "particle 0, /particles/force: force 1e+200; its square cannot be computed"),
+    "forces as text": (hdf5(put("particles/force", np.full((5, 3), b"1"))), "/particles/force: holds strings, needs numbers"),
     "drag as text": (hdf5(put("particles/drag", np.full(5, b"1"))), "/particles/drag: holds strings, needs numbers"),
     "spring to nobody": (hdf5(put("springs/pairs", 5, (3, 1))), "spring 3, /springs/pairs: there is no particle 5; write 0 to 4"),
     "spring to -1": (hdf5(put("springs/pairs", -1, (1, 0))), "spring 1, /springs/pairs: there is no particle -1"),
@@ -412,7 +418,7 @@ OPTIONS = {
 
 GOOD = {
     "good: HDF5": hdf5(),
-    "good: HDF5, all that is optional": hdf5(both(put("particles/velocity", np.zeros((5, 3))), put("particles/radius", np.ones(5)), put("particles/drag", np.ones(5)),
+    "good: HDF5, all that is optional": hdf5(both(put("particles/velocity", np.zeros((5, 3))), put("particles/radius", np.ones(5)), put("particles/drag", np.ones(5)), put("particles/force", np.zeros((5, 3))),
                                                   put("particles/fixed", np.array([1, 0, 0, 0, 1], bool)),
                                                   put("springs/rest_length", np.ones(4)), put("springs/damping", np.ones(4))),
                                              spring_law="strain", damping_law=np.bytes_("simple")),

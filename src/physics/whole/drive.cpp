@@ -173,7 +173,7 @@ bool Drive::parse_component(const std::string& text, Component* out, std::string
 bool Drive::set_table(std::size_t k, const CsvTable& table, std::string* error) {
   const std::size_t rows = table.rows(), columns = static_cast<std::size_t>(table.columns);
   if (rows < 2) {
-    *error = tables_[k].first + ": a motion needs two rows or more: add rows, or write fixed";
+    *error = tables_[k].first + ": what is given over time needs two rows or more: add rows, or give a constant";
     return false;
   }
   for (std::size_t c = 0; c < static_cast<std::size_t>(tables_[k].second); ++c) {
@@ -182,7 +182,8 @@ bool Drive::set_table(std::size_t k, const CsvTable& table, std::string* error) 
       one.time.push_back(table.values[row * columns]);
       one.shift.push_back(1 + c < columns ? table.values[row * columns + 1 + c] : 0.0);
       if (row > 0 && !std::isfinite((one.shift[row] - one.shift[row - 1]) / (one.time[row] - one.time[row - 1]))) {
-        *error = tables_[k].first + ": the velocity between two rows is not finite: give rows further apart in time, or nearer in place";
+        *error =
+            tables_[k].first + ": the rate of change between two rows is not finite: give rows further apart in time, or values nearer to each other";
         return false;
       }
     }
@@ -242,6 +243,16 @@ void Drive::at(double t, const double* x0, double* x, double* v, double* a) cons
     x[c] = start[c] + s[0];
     v[c] = s[1];
     a[c] = s[2];
+  }
+}
+
+void Drive::displacement(double t, const double* x0, double* u) const {
+  double start[3] = {0, 0, 0}, s[3];
+  std::copy_n(x0, dim_, start);
+  for (int c = 0; c < dim_; ++c) {
+    if (component_[c].kind == Kind::free) continue;
+    follow(component_[c], t, start, s);
+    u[c] = s[0];
   }
 }
 

@@ -38,6 +38,8 @@ class Drive {
   /// The held components of position [m], velocity [m/s] and acceleration [m/s^2] at time t; the others are left alone. x0: `dim` numbers. At a
   /// row of a table the slope to its right, beyond its ends at rest.
   void at(double t, const double* x0, double* x, double* v, double* a) const;
+  /// The displacements alone, of what is given component by component, without what x0 rounds off them; the others are left alone.
+  void displacement(double t, const double* x0, double* u) const;
   /// Why tables do not serve a run that ends at t, in words that follow "the table of ..."; empty: they do, but for rounding.
   std::string misses(double t) const;
   /// A time in (from, to] at which what starts at x0 jumps, or grows beyond all bounds; NaN: none is seen. Every step asks for its own.

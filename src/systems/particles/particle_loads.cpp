@@ -1,14 +1,29 @@
-// Loads of a statics run, and bodies that nothing holds against them.
+// What is given in time, loads of a statics run, and bodies that nothing holds against them.
 #include "base/error.hpp"
 #include "systems/particles/particle_model.hpp"
 
 namespace bs {
 
+PetscErrorCode ParticleModel::covers(double t_start, double t_end) {
+  PetscFunctionBegin;
+  PetscCall(constraints_.covers(t_start, t_end));
+  PetscCall(forces_.covers(t_end));
+  PetscFunctionReturn(0);
+}
+
+PetscErrorCode ParticleModel::foresee(double from, double to, std::string* text) {
+  PetscFunctionBegin;
+  PetscCall(constraints_.foresee(from, to, text));
+  if (text->empty()) PetscCall(forces_.foresee(to, text));
+  PetscFunctionReturn(0);
+}
+
 void ParticleModel::set_loads(const Loads& loads) {
   std::get<UniformGravity>(laws_).load = std::get<CentralGravity>(laws_).load = loads.gravity;
   constraints_.set_loads(loads);
   loads_ = net_.links.at_rest = loads.at_rest;
-  if (loads.gravity_grows) reactions_.count_loads(laws_);
+  forces_.set_static(loads.factor, loads.forces_grow);
+  reactions_.count_loads(loads.gravity_grows ? &laws_ : nullptr);
   interior_.known = false;
   known_ = {};
 }
@@ -35,6 +50,11 @@ PetscErrorCode ParticleModel::count_free_bodies(PetscInt* free) {
       for (PetscInt i = 0; i < net_.n; ++i) add(law, i);
     else may_hold = may_hold || Law::potential != Potential::of_velocity;
   });
+  for (std::size_t k = 0; k < forces_.loaded().size(); ++k) {
+    double f[3];
+    forces_.force(k, 1, f);
+    for (PetscInt c = 0; c < d; ++c) load[static_cast<std::size_t>(forces_.loaded()[k] * d + c)] += f[c];
+  }
   PetscCall(free_bodies_.count(net_, load, may_hold, free));
   PetscFunctionReturn(0);
 }

@@ -35,6 +35,7 @@ PetscErrorCode ParticleModel::create(MPI_Comm comm, Lattice&& lattice, std::uniq
   if (model->coupling_.has_center_particle()) std::get<XspAttraction>(model->laws_).value = 0;
   std::vector<std::uint8_t> fixed = lattice.fixed;
   PetscCall(model->constraints_.read(comm, &lattice));
+  PetscCall(model->forces_.read(comm, lattice));
   PetscCall(model->breaking_.read(comm, lattice));
   PetscCall(model->take_fingerprint(lattice, fixed));
   PetscCall(build_network(comm, lattice, options, &model->net_));
@@ -51,10 +52,12 @@ PetscErrorCode ParticleModel::create(MPI_Comm comm, Lattice&& lattice, std::uniq
   PetscCall(model->keep_drawn());
   model->terms_ = std::make_unique<Terms>(model->net_, model->laws_, model->constraints_.anchors(), model->pattern_,
                                           model->coupling_.active() ? &model->coupling_ : nullptr);
+  PetscCall(model->forces_.create(model->net_));
+  if (model->forces_.active()) model->terms_->add(model->forces_);
   PetscCall(model->commit_start());
   PetscCall(model->linearised_.create(model->net_, *model->terms_, model->pattern_, model->y0_, model->coupling_.active()));
   PetscCall(model->potential_.create(model->net_, *model->terms_, model->y0_, model->coupling_.active()));
-  PetscCall(model->reactions_.create(model->net_, *model->terms_));
+  PetscCall(model->reactions_.create(model->net_, *model->terms_, model->forces_));
   model->force_.resize(static_cast<std::size_t>(model->net_.n * model->net_.dim));
   model->rates_ = model->terms_->rates();
   *out = std::move(model);

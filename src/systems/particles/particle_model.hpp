@@ -12,6 +12,7 @@
 #include "systems/particles/input_order.hpp"
 #include "systems/particles/linearised_forces.hpp"
 #include "systems/particles/local_state.hpp"
+#include "systems/particles/nodal_forces.hpp"
 #include "systems/particles/particle_potential.hpp"
 #include "systems/particles/particle_stress.hpp"
 #include "systems/particles/row_pattern.hpp"
@@ -71,8 +72,8 @@ class ParticleModel final : public Mechanics {
   PetscErrorCode fingerprint(std::uint64_t* value) override;
   PetscErrorCode take_constants(std::vector<Dataset>* out) override;
   void release_input() override;
-  PetscErrorCode covers(double t_start, double t_end) override { return constraints_.covers(t_start, t_end); }
-  PetscErrorCode foresee(double from, double to, std::string* fault) override { return constraints_.foresee(from, to, fault); }
+  PetscErrorCode covers(double t_start, double t_end) override;
+  PetscErrorCode foresee(double from, double to, std::string* text) override;
   PetscErrorCode last_fault(std::string* text) override;
 
  private:
@@ -102,6 +103,7 @@ class ParticleModel final : public Mechanics {
   ParticleLaws laws_;
   Constraints constraints_;
   Coupling coupling_;
+  NodalForces forces_;
   RowPattern pattern_;
   Layout layout_;
   LocalState state_;

@@ -52,6 +52,7 @@ std::vector<std::string> ParticleModel::describe() const {
   });
   if (breaking_.active()) lines.push_back(breaking_.describe(lattice_));
   for (const std::string& line : constraints_.describe()) lines.push_back(line);
+  for (const std::string& line : forces_.describe()) lines.push_back(line);
   if (coupling_.active()) lines.push_back("law: " + coupling_.describe());
   lines.push_back("divided among ranks by " + net_.partition);
   return lines;
@@ -85,6 +86,7 @@ PetscErrorCode ParticleModel::observe(double t, Vec y, std::vector<Observable>* 
     reactions_.begin(t, state_);
     PetscCall(reactions_.observe(t, state_, out));
   }
+  if (forces_.active()) PetscCall(forces_.observe(t, state_, out));
   if (constraints_.box().active()) PetscCall(observe_box(t, out));
   PetscCall(stress_.observe(*terms_, t, state_, out));
   PetscCall(PetscLogEventEnd(particle_events().energy, y, nullptr, nullptr, nullptr));
@@ -190,8 +192,8 @@ PetscErrorCode ParticleModel::take_constants(std::vector<Dataset>* out) {
   out->push_back({particles + "id", p.first, p.total, 0, std::move(lattice_.id)});
   out->push_back({particles + "fixed", p.first, p.total, 0, std::vector<std::int64_t>(lattice_.fixed.begin(), lattice_.fixed.end())});
   for (Column& column : lattice_.particle_columns) {
-    const Powers powers = particle_parameters[particle_parameter(column.name)].powers;
-    out->push_back({particles + column.name, p.first, p.total, 0, std::move(column.value), {}, powers});
+    const ParticleParameter& one = particle_parameters[particle_parameter(column.name)];
+    out->push_back({particles + one.in_trajectory(), p.first, p.total, one.vector ? net_.dim : 0, std::move(column.value), {}, one.powers});
   }
   if (s.total > 0) {
     PetscCall(add_drawn(bonds, out));

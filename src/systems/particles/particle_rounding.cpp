@@ -42,7 +42,7 @@ PetscErrorCode ParticleModel::force_magnitudes(double t, Vec y, double* size) {
   if (constraints_.box().active()) constraints_.box().edges(t, edges, nullptr);
   for (int k = 0; k < d; ++k)
     for (int c = 0; c < d && net_.box.periodic[k]; ++c) far[c] += std::abs(edges[k * d + c]);
-  terms_->pairs().law_sizes(t, state_, laws.data());
+  terms_->outer_sizes(t, state_, laws.data());
   for (PetscInt i = 0; i < net_.n; ++i)
     for (PetscInt c = 0; c < d; ++c) size[i * d + c] = 2 * rates_[i] * (ends[static_cast<std::size_t>(i * d + c)] + far[c]) + laws[i];
   constraints_.clear(0, net_.n, 1, size);
@@ -61,7 +61,7 @@ PetscErrorCode ParticleModel::force_sizes(double t, Vec y, std::vector<double>* 
     for (PetscInt e = net_.links.start[i]; e < net_.links.start[i + 1]; ++e)
       if (net_.links.spring[e] >= 0) (*inner)[i] += std::abs(terms_->pairs().measure(state_, i, e).tension);
   terms_->inner_sizes(state_, inner->data());
-  terms_->pairs().law_sizes(t, state_, outer->data());
+  terms_->outer_sizes(t, state_, outer->data());
   for (std::size_t k = 0; k < net_.anchors.particle.size(); ++k)
     (*outer)[net_.anchors.particle[k]] += std::abs(terms_->pairs().anchor_tension(t, state_, static_cast<PetscInt>(k)));
   for (PetscInt i = 0; i < net_.n; ++i)

@@ -133,8 +133,8 @@ PetscErrorCode ParticleModel::take_fingerprint(const Lattice& lattice, const std
   for (const Column& column : lattice.spring_columns) sum.add(1000 + table_of(column.name), s, 1, column.value);
   for (const Column& column : lattice.break_columns) sum.add(1000 + table_of(column.name), s, 1, column.value);
   for (const Column& column : lattice.particle_columns) {
-    const std::uint64_t table = particle_parameters[particle_parameter(column.name)].table;
-    sum.add(table ? table : (std::uint64_t{1} << 63) + table_of(column.name), p, 1, column.value);
+    const ParticleParameter& one = particle_parameters[particle_parameter(column.name)];
+    sum.add(one.table ? one.table : (std::uint64_t{1} << 63) + table_of(column.name), p, one.width(d), column.value);
   }
   if (constraints_.holds_groups()) sum.add(16, p, 1, constraints_.take_held_bits());  // the state of a checkpoint says nothing of what was held
   if (p == 0) {

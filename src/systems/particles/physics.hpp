@@ -36,8 +36,6 @@ class PairForces : public Term {
   virtual void commit(const LocalState& state, double h, Links* links) const = 0;
   /// Of the spring of link e at owned particle i.
   virtual LinkMeasures measure(const LocalState& state, PetscInt i, PetscInt e) const = 0;
-  /// size[i]: sum of the magnitudes of the particle laws' forces on owned particle i, which may cancel each other [N].
-  virtual void law_sizes(double t, const LocalState& state, double* size) const = 0;
   /// Tension of this rank's anchor k [N].
   virtual double anchor_tension(double t, const LocalState& state, PetscInt k) const = 0;
 };

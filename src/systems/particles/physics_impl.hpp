@@ -54,9 +54,8 @@ class PairForcesOf final : public PairForces {
   void beyond_slope(double t, const LocalState& state, const LocalState& line, double lambda, double sigma, PotentialChange* sum) const override;
   std::string lacks_potential() const override;
 
-  void law_sizes(double t, const LocalState& state, double* size) const override {
+  void outer_sizes(double t, const LocalState& state, double* size) const override {
     for (PetscInt i = 0; i < net_.n; ++i) {
-      size[i] = 0;
       if (net_.fixed[i]) continue;
       const double* y = state.at(i);
       const Point<d> point{t, net_.mass[i], net_.columns(i), y, y + d};

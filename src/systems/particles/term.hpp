@@ -72,6 +72,8 @@ class Term {
   virtual void particle_stress(const LocalState&, double*) const {}
   /// Sizes of the forces between particles that springs do not exert, to size[i] of owned particles [N].
   virtual void inner_sizes(const LocalState&, double*) const {}
+  /// Sizes of the forces of fields and of given ones, which may cancel each other, to size[i] of owned particles that are not fixed [N].
+  virtual void outer_sizes(double, const LocalState&, double*) const {}
   /// Rates at rest at every owned particle [N/m].
   virtual void add_rates(std::vector<double>*) const {}
   /// Magnitudes of the rates in its rows of K, none less than at rest: what rounding errors of these rows are relative to [N/m].

@@ -1,4 +1,5 @@
 #include "systems/particles/terms.hpp"
+#include <algorithm>
 #include "base/text.hpp"
 #include "physics/interactions/registry.hpp"
 #include "systems/particles/coupling.hpp"
@@ -130,6 +131,11 @@ void Terms::particle_stress(const LocalState& state, double* sum) const {
 
 void Terms::inner_sizes(const LocalState& state, double* size) const {
   for_each([&](const Term& term) { term.inner_sizes(state, size); });
+}
+
+void Terms::outer_sizes(double t, const LocalState& state, double* size) const {
+  std::fill_n(size, net_.n, 0.0);
+  for_each([&](const Term& term) { term.outer_sizes(t, state, size); });
 }
 
 std::vector<double> Terms::rates() const {

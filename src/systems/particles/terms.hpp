@@ -33,6 +33,7 @@ class Terms {
   void box_forces(const LocalState& state, BoxForces* sum) const;
   void particle_stress(const LocalState& state, double* sum) const;
   void inner_sizes(const LocalState& state, double* size) const;
+  void outer_sizes(double t, const LocalState& state, double* size) const;
   std::vector<double> rates() const;
   void stiffness_sizes(double t, const LocalState& state, double* size) const;
 

@@ -38,18 +38,18 @@ static PetscErrorCode read_loads(MPI_Comm comm, StaticsSettings* out) {
     const bool given = o.texts("-bs_load_scale",
                                "loads that the load factor multiplies: gravity (uniform and central), anchors and driven "
                                "(prescribed motions, which are where they would be at t = the load factor in seconds), box (the strain of a periodic "
-                               "box, likewise), none; the "
-                               "others act in full "
-                               "from the start; default: all",
+                               "box, likewise), forces (of -bs_force_NAME and of the lattice; expressions and tables likewise), none; the others act "
+                               "in full from the start; default: all",
                                scaled);
     if (!given) return;
-    out->rules = {false, false, false, false};
+    out->rules = {false, false, false, false, false};
     for (const std::string& word : scaled) {
       if (word == "gravity") out->rules.gravity = true;
       else if (word == "anchors") out->rules.anchors = true;
       else if (word == "driven") out->rules.driven = true;
       else if (word == "box") out->rules.box = true;
-      else if (word != "none") o.fail("option -bs_load_scale: " + word + " is no load: give some of gravity, anchors, driven, box, or none");
+      else if (word == "forces") out->rules.forces = true;
+      else if (word != "none") o.fail("option -bs_load_scale: " + word + " is no load: give some of gravity, anchors, driven, box, forces, or none");
     }
   }));
   PetscFunctionReturn(0);

@@ -83,7 +83,8 @@ Lattice random_lattice(int dim, std::int64_t n, std::int64_t m, std::int64_t a) 
   for (const ParticleParameter& one : particle_parameters) l.particle_columns.push_back({one.name, std::string("/particles/") + one.name, {}});
   for (std::int64_t i = 0; i < n; ++i) {
     l.mass.push_back(number(0.5, 2));
-    for (Column& column : l.particle_columns) column.value.push_back(number(0, 1));
+    for (Column& column : l.particle_columns)
+      for (int k = particle_parameters[particle_parameter(column.name)].width(dim); k > 0; --k) column.value.push_back(number(0, 1));
     l.fixed.push_back(i % 3 == 1);
     for (int k = 0; k < dim; ++k) l.velocity.push_back(l.fixed.back() ? 0 : number(-1, 1));
   }
@@ -147,7 +148,9 @@ void write_lattice(const std::string& path, const Lattice& l, const Stored& as) 
   if (as.optional) {
     w.table("/particles/velocity", l.velocity, {n, d}, as.real);
     w.table("/particles/fixed", l.fixed, {n}, H5T_STD_U8LE);
-    for (const Column& column : l.particle_columns) w.table(column.path, column.value, {n}, as.real);
+    for (const Column& column : l.particle_columns)
+      w.table(column.path, column.value,
+              particle_parameters[particle_parameter(column.name)].vector ? std::vector<hsize_t>{n, d} : std::vector<hsize_t>{n}, as.real);
     if (!l.id.empty()) w.table("/particles/id", l.id, {n}, as.integer);
     w.table("/springs/rest_length", l.rest_length, {m}, as.real);
     w.table("/springs/damping", l.damping, {m}, as.real);

@@ -147,7 +147,8 @@ TEST_CASE("particles have the numbers of their columns, on whatever rank, and no
       if (!(given >> k & 1)) continue;
       lattice.particle_columns.push_back({particle_parameters[k].name, "", {}});
       for (std::int64_t i = 0; i < lattice.particles.count; ++i)
-        lattice.particle_columns.back().value.push_back(value(k, lattice.particles.first + i));
+        for (int c = 0; c < particle_parameters[k].width(lattice.dim); ++c)
+          lattice.particle_columns.back().value.push_back(value(k, lattice.particles.first + i) + 0.25 * c);
     }
     for (const int partition : {0, 1, 2}) {
       CAPTURE(given, partition);
@@ -155,11 +156,14 @@ TEST_CASE("particles have the numbers of their columns, on whatever rank, and no
       options.partition = partition;
       Network net;
       REQUIRE(build_network(PETSC_COMM_WORLD, lattice, options, &net) == 0);
-      REQUIRE(net.columns.given.size() == lattice.particle_columns.size() * static_cast<std::size_t>(net.n));
+      std::size_t width = 0;
+      for (std::size_t k = 0; k < count; ++k) width += given >> k & 1 ? static_cast<std::size_t>(particle_parameters[k].width(lattice.dim)) : 0;
+      REQUIRE(net.columns.given.size() == width * static_cast<std::size_t>(net.n));
       bool same = true;
       for (PetscInt i = 0; i < net.n; ++i)
         for (std::size_t k = 0; k < count; ++k)
-          same = same && net.columns(i)[k] == (given >> k & 1 ? value(k, net.row[static_cast<std::size_t>(i)]) : particle_parameters[k].missing);
+          same = same && net.columns(i)[k] == (given >> k & 1 ? value(k, net.row[static_cast<std::size_t>(i)]) : particle_parameters[k].missing) &&
+                 (net.columns(i).vector(k) != nullptr) == ((given >> k & 1) != 0);
       REQUIRE(same);
     }
   }

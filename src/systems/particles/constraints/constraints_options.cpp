@@ -2,10 +2,10 @@
 #include <algorithm>
 #include "base/error.hpp"
 #include "base/find_file.hpp"
-#include "base/option_names.hpp"
 #include "base/options.hpp"
 #include "input/text_file.hpp"
 #include "systems/particles/constraints/constraints.hpp"
+#include "systems/particles/group_options.hpp"
 
 namespace bs {
 
@@ -40,9 +40,7 @@ PetscErrorCode Constraints::read_groups(MPI_Comm comm, const Lattice& l) {
   static const char help[] =
       "motion of the group NAME: fixed, velocity:VX,VY,VZ [m/s], rotation:W,CX,CY,CZ,AX,AY,AZ [rad/s, m], table:FILE (rows t,x,y,z), or by "
       "components such as x=velocity:0.1,y=free,z=sinusoid:A,F,PHASE, with expression:TEXT in t, x0, y0, z0";
-  std::vector<std::pair<std::size_t, std::string>> texts;
-  std::vector<std::string> given;
-  std::string known;
+  GroupOptions texts;
 
   PetscFunctionBegin;
   for (const Group& group : l.groups) {
@@ -51,26 +49,13 @@ PetscErrorCode Constraints::read_groups(MPI_Comm comm, const Lattice& l) {
     if (group.name == "value" || group.name == "time" || group.name == "step")
       PetscCall(fail(comm, Exit::input, "a group is named " + group.name + ", as what a trajectory holds of every quantity: give it another name"));
     names_.push_back(group.name);
-    known += (known.empty() ? "" : ", ") + group.name;
   }
-  PetscCall(option_endings("bs_motion_", &given));
-  for (const std::string& name : given)
-    if (std::none_of(names_.begin(), names_.end(), [&](const std::string& one) { return lower(one) == lower(name); }))
-      PetscCall(fail(comm, Exit::input,
-                     "option -bs_motion_" + name + ": there is no group " + name + ": choose its particles by -bs_group_" + name +
-                         (known.empty() ? "" : ", or name one of " + known)));
-  PetscCall(read_section(comm, "Motion of groups", [&](Section& o) {
-    std::string none;
-    o.text("-bs_motion_NAME", help, none);
-    for (std::size_t g = 0; g < names_.size(); ++g) {
-      std::string text;
-      if (!o.text(("-bs_motion_" + names_[g]).c_str(), help, text)) continue;
-      texts.emplace_back(g, text);
-      if (names_[g] == "box" || names_[g] == "loads")
-        o.fail("option -bs_motion_" + names_[g] + ": work/" + names_[g] + " of a trajectory is that of something else: give the group another name");
-    }
-  }));
+  PetscCall(read_options_of_groups(comm, l, "bs_motion_", "Motion of groups", help, &texts));
   for (const auto& [group, text] : texts) {
+    const std::string& name = names_[group];
+    if (name == "box" || name == "loads" || name == "forces")
+      PetscCall(fail(comm, Exit::input,
+                     "option -bs_motion_" + name + ": work/" + name + " of a trajectory is that of something else: give the group another name"));
     motions_.push_back({group, {}});
     PetscCall(read_drive(comm, "-bs_motion_" + names_[group], "", text, l.dim, true, &motions_.back().drive));
   }

@@ -6,7 +6,7 @@
 
 namespace bs {
 
-PetscErrorCode Reactions::create(const Network& net, const Terms& terms) {
+PetscErrorCode Reactions::create(const Network& net, const Terms& terms, const NodalForces& forces) {
   PetscFunctionBegin;
   net_ = &net;
   constraints_ = net.constraints;
@@ -38,16 +38,21 @@ PetscErrorCode Reactions::create(const Network& net, const Terms& terms) {
   if (constraints_->box().moving()) names_.emplace_back("box");
   pulled_ = names_.size();
   if (constraints_->anchors().active() && net.anchors_total > 0) names_.emplace_back("anchors");
+  grown_ = names_.size();
+  if (forces.active()) forces_ = &forces;
+  if (forces.varies()) names_.emplace_back("forces");
   work_.assign(names_.size(), 0.0);
   PetscFunctionReturn(0);
 }
 
-void Reactions::count_loads(const ParticleLaws& laws) {
-  if (loads_ || !(std::get<UniformGravity>(laws).active() || std::get<CentralGravity>(laws).active())) return;
-  loads_ = &laws;
-  grown_ = names_.size();
-  names_.emplace_back("loads");
-  work_.push_back(0.0);
+void Reactions::count_loads(const ParticleLaws* laws) {
+  if (counted_) return;
+  counted_ = true;
+  names_.resize(grown_);
+  if (laws && (std::get<UniformGravity>(*laws).active() || std::get<CentralGravity>(*laws).active())) loads_ = laws;
+  if (forces_ && !forces_->grows()) forces_ = nullptr;
+  if (loads_ || forces_) names_.emplace_back("loads");
+  work_.assign(names_.size(), 0.0);
 }
 
 namespace {
@@ -87,10 +92,30 @@ void Reactions::measure(double t, const LocalState& state, Moment* out) const {
     out->load = std::get<UniformGravity>(*loads_).load;
     out->load_energy = (net_->dim == 1 ? full_load_energy<1> : net_->dim == 2 ? full_load_energy<2> : full_load_energy<3>)(*net_, *loads_, state);
   }
+  out->given.clear();
+  out->u.clear();
+  for (std::size_t k = 0; forces_ && grown_ < names_.size() && k < forces_->loaded().size(); ++k) {
+    const PetscInt i = forces_->loaded()[k];
+    double f[3];
+    if (counted_) forces_->force(k, t, f);
+    else forces_->varying(k, t, f);
+    for (std::size_t c = 0; c < d; ++c) {
+      out->given.push_back(net_->fixed[i] == 1 ? 0 : f[c]);
+      out->u.push_back(state.at(i)[c] - net_->held[static_cast<std::size_t>(i) * d + c]);
+    }
+  }
   if (!constraints_->box().moving()) return;
   out->box = {};
   terms_->box_forces(state, &out->box);
   constraints_->box().edges(t, out->edges, nullptr);
+}
+
+double Reactions::work_of_forces(const Moment& now) const {
+  double work = 0;
+  for (std::size_t q = 0; q < now.u.size(); ++q)
+    work +=
+        counted_ ? -0.5 * (last_.u[q] + now.u[q]) * (now.given[q] - last_.given[q]) : 0.5 * (last_.given[q] + now.given[q]) * (now.u[q] - last_.u[q]);
+  return work;
 }
 
 void Reactions::begin(double t, const LocalState& state) {
@@ -125,6 +150,7 @@ PetscErrorCode Reactions::advance(double t, const LocalState& state) {
   const bool anchored = constraints_->anchors().active() && net_->anchors_total > 0;
   for (std::size_t c = 0; c < d && anchored; ++c) step[pulled_] += 0.5 * (last_.pull[c] + now.pull[c]) * (now.shift[c] - last_.shift[c]);
   if (loads_) step[grown_] += 0.5 * (last_.load_energy + now.load_energy) * (now.load - last_.load);
+  if (forces_ && grown_ < step.size()) step[grown_] += work_of_forces(now);
   PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, step.data(), static_cast<PetscMPIInt>(step.size()), MPI_DOUBLE, MPI_SUM, net_->comm));
   for (std::size_t k = 0; k < step.size(); ++k) {
     work_[k] += step[k];

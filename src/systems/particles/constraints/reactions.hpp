@@ -6,6 +6,7 @@
 
 #include "physics/body/registry.hpp"
 #include "systems/particles/constraints/constraints.hpp"
+#include "systems/particles/nodal_forces.hpp"
 #include "systems/particles/terms.hpp"
 
 namespace bs {
@@ -20,12 +21,17 @@ namespace bs {
 /// sum of (F_k,n + F_k,{n+1})/2 (e_k,{n+1} - e_k,n). Loads that a load factor s multiplies have the energy s G(x), which changes with s where x
 /// stays:
 ///   W = (G_n + G_{n+1})/2 (s_{n+1} - s_n)
+/// Given forces f (NodalForces) are dead loads of an equilibrium, with the energy -f.u, u = x - x0, of which the same is
+///   W = -(u_n + u_{n+1})/2 . (f_{n+1} - f_n)
+/// and where they vary in time they do the work, work/forces,
+///   W = (f_n + f_{n+1})/2 . (x_{n+1} - x_n)
 class Reactions {
  public:
   /// Collective. The arguments must outlive the object.
-  PetscErrorCode create(const Network& net, const Terms& terms);
-  /// Gravity grows with a load factor from now on: work/loads is what that adds to the energy. `laws` must outlive the object.
-  void count_loads(const ParticleLaws& laws);
+  PetscErrorCode create(const Network& net, const Terms& terms, const NodalForces& forces);
+  /// Given forces are dead loads from now on, and gravity by `laws`, unless null, grows with a load factor: work/loads is what growth of both adds to
+  /// the energy. `laws` must outlive the object.
+  void count_loads(const ParticleLaws* laws);
   /// Whether there is anything to report, or anything that does work.
   bool reports() const { return !groups_.empty(); }
   bool works() const { return !names_.empty(); }
@@ -55,7 +61,9 @@ class Reactions {
     BoxForces box;  ///< this rank's share
     double edges[9] = {};
     double load = 0, load_energy = 0;  ///< s; G [J], this rank's share
+    std::vector<double> given, u;      ///< (loaded, d) given forces that do work, and displacements
   };
+  double work_of_forces(const Moment& now) const;
   void measure(double t, const LocalState& state, Moment* out) const;
   struct GroupRows {
     std::string name;
@@ -65,13 +73,15 @@ class Reactions {
   const Network* net_ = nullptr;
   const Constraints* constraints_ = nullptr;
   const Terms* terms_ = nullptr;
+  const NodalForces* forces_ = nullptr;  ///< null: they do none
   const ParticleLaws* loads_ = nullptr;  ///< null: they do none
   std::vector<PetscInt> which_;          ///< owned particles with a held component
   std::vector<GroupRows> groups_;
   std::vector<std::size_t> moved_, row_;          ///< holds that move, of owned particles, and their places among which_
   std::vector<std::string> names_;                ///< of what does work
   std::vector<int> place_;                        ///< of a motion's work among them
-  std::size_t box_ = 0, pulled_ = 0, grown_ = 0;  ///< of the works of the box, the anchors and the loads, where there are such
+  std::size_t box_ = 0, pulled_ = 0, grown_ = 0;  ///< of the works of the box, the anchors and the loads or forces, where there are such
+  bool counted_ = false;                          ///< count_loads() was called
   std::vector<double> work_;
   bool begun_ = false;
   double path_ = 0;
