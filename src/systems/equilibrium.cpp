@@ -103,6 +103,25 @@ PetscErrorCode Equilibrium::momentum(double s, Vec y, Vec F) {
   PetscFunctionReturn(0);
 }
 
+PetscErrorCode Equilibrium::step_forces(Vec y, Vec F, double* left, double* inertia) {
+  const double* masses = own_->masses().data();
+  double sums[2] = {0, 0};
+  PetscFunctionBegin;
+  const Layout at = own_->layout();
+  const Linearisation& lin = own_->linearisation();
+  const ReadArray a(y), b(from_), aF(F);
+  for (PetscInt i = 0; i < at.particles; ++i)
+    for (PetscInt c = 0; c < at.dim; ++c) {
+      const double f = masses[i] * (a[at.x(i, c)] - b[at.x(i, c)]) / (step_ * step_);
+      sums[0] += aF[at.v(i, c)] * aF[at.v(i, c)];
+      if (lin.moves(i, c)) sums[1] += f * f;
+    }
+  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, sums, 2, MPI_DOUBLE, MPI_SUM, comm()));
+  *left = std::sqrt(sums[0]);
+  *inertia = std::sqrt(sums[1]);
+  PetscFunctionReturn(0);
+}
+
 PetscErrorCode Equilibrium::stand(double t, Vec y, double* s) {
   PetscFunctionBegin;
   *s = factor(t);
@@ -138,13 +157,12 @@ PetscErrorCode Equilibrium::residual_norms(Vec F, ResidualNorms* norms) {
   PetscCall(FirstOrder::residual_norms(F, norms));
   if (moves()) PetscFunctionReturn(0);
   (*norms)[0] = 0;  // v is only a prediction
-  last_ = (*norms)[1];
-  if (first_ == 0) first_ = last_;
-  if (solve_first_ == 0) solve_first_ = last_;
-  if (floor_ > 0) seen_.loaded = std::max(seen_.loaded, last_ / floor_);
-  seen_.unbalanced_norm = std::max(seen_.unbalanced_norm, last_);
-  if (solve_before_ > 0 && last_ < CLOSE * solve_first_ && last_ > SLOW * solve_before_) sharp_ = true;
-  solve_before_ = last_;
+  const double now = (*norms)[1];
+  if (solve_first_ == 0) solve_first_ = now;
+  if (floor_ > 0) seen_.loaded = std::max(seen_.loaded, now / floor_);
+  seen_.unbalanced_norm = std::max(seen_.unbalanced_norm, now);
+  if (solve_before_ > 0 && now < CLOSE * solve_first_ && now > SLOW * solve_before_) sharp_ = true;
+  solve_before_ = now;
   PetscFunctionReturn(0);
 }
 

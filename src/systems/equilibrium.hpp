@@ -41,9 +41,6 @@ class Equilibrium final : public FirstOrder {
   /// Bodies that are tied to nothing: corrections are M-orthogonal to their rigid motions, to the tolerances of the solvers.
   PetscInt free_bodies() const { return free_; }
 
-  /// From now on the corrections of Newton's method are those of a step of pseudo time: shift is `part` of the mean squared frequency times
-  /// |f|/|f of the first evaluation|, but at least that of every solve; 0: ends that.
-  void set_pseudo_time(double part);
   /// Collective. The tangent at (t, y), with a shift so small that it does not hide a negative eigenvalue: for its inertia.
   PetscErrorCode linearise_sharply(double t, Vec y, Mat P);
   /// Collective. A load r = (0, q), laid out as a residual, with entries 1 and -1 by chance wherever something can move: it excites all motions.
@@ -56,6 +53,8 @@ class Equilibrium final : public FirstOrder {
   /// From now on a solve is a step of backward Euler of h [s] from y, with inertia and damping, at the loads of the factor that it is solved for, and
   /// what is observed moves; h = 0: ends that.
   PetscErrorCode set_motion(double h, Vec y);
+  /// Collective. In such a motion, of the residual F at y: what is left of the forces, and M (x - x_n)/h^2 [N].
+  PetscErrorCode step_forces(Vec y, Vec F, double* left, double* inertia);
   /// Mean squared frequency at the first linearisation [1/s^2]; 0: there has been none.
   double mean_squared_frequency() const { return rate_; }
 
@@ -134,7 +133,7 @@ class Equilibrium final : public FirstOrder {
   double step_ = 0;        ///< of a motion [s]; 0: there is none
   VecHandle from_, flow_;  ///< where its step began; room for y'
   double rate_ = 0;        ///< mean squared frequency at the first linearisation [1/s^2]
-  double factor_, pseudo_ = 0, first_ = 0, last_ = 0;
+  double factor_;
   double load_factor_ = 0, floor_ = 0;  ///< of the last evaluation; rounding errors of all forces [N]
   PetscInt free_ = 0;
   bool sharp_ = false;                         ///< in this solve from now on: bodies that are tied to nothing have no larger shift than others

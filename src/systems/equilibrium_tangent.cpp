@@ -70,7 +70,7 @@ void Equilibrium::begin_solve() {
 }
 
 PetscErrorCode Equilibrium::jacobian(double t, Vec y, Vec, double sigma, Form form, Mat P) {
-  double s = 0, rate = 0;
+  double s = 0;
   PetscFunctionBegin;
   PetscCall(stand(t, y, &s));
   PetscCall(tangent_.linearise(s, rest_, moves() ? 1 / step_ : sigma, form));
@@ -79,12 +79,8 @@ PetscErrorCode Equilibrium::jacobian(double t, Vec y, Vec, double sigma, Form fo
     PetscCall(MatAssemblyEnd(P, MAT_FINAL_ASSEMBLY));
     PetscFunctionReturn(0);
   }
-  if (rate_ == 0 || pseudo_ > 0) {
-    PetscCall(mean_rate(&rate));
-    if (rate_ == 0) rate_ = rate;
-  }
-  const double part = pseudo_ > 0 && first_ > 0 ? pseudo_ * rate * std::min(1.0, last_ / first_) : 0;
-  tangent_.set_static(std::max(part, least_shift(sharp_)));
+  if (rate_ == 0) PetscCall(mean_rate(&rate_));
+  tangent_.set_static(least_shift(sharp_));
   PetscCall(MatAssemblyBegin(P, MAT_FINAL_ASSEMBLY));
   PetscCall(MatAssemblyEnd(P, MAT_FINAL_ASSEMBLY));
   PetscFunctionReturn(0);
@@ -111,11 +107,6 @@ PetscErrorCode Equilibrium::random_load(Vec r) {
       a[at.x(i, c)] = 0;
     }
   PetscFunctionReturn(0);
-}
-
-void Equilibrium::set_pseudo_time(double part) {
-  pseudo_ = part;
-  first_ = 0;
 }
 
 // central differences: exact but for rounding where f is linear in s, and only the speed of the corrector depends on them

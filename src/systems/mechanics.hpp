@@ -25,6 +25,13 @@ class Linearisation : public Pencil {
   virtual PetscErrorCode linearise(double t, Vec y) = 0;
   /// Collective. f = K z_x + D z_v exactly, (n, d), zero at fixed particles; z is laid out as a state.
   virtual PetscErrorCode change_of_force(Vec z, double* f) = 0;
+  /// Collective. Positions change by a part of z, laid out as a state, that is at most 1 and turns no spring by more than `turn` [1]; from the next
+  /// linearise() on the stiffness of springs across their directions is that of tensions predicted for the change, until forget_tensions().
+  virtual PetscErrorCode predict_tensions(Vec, double /* turn */, double* part) {
+    *part = 1;
+    return 0;
+  }
+  virtual void forget_tensions() {}
   /// Collective. f = D w exactly; w, f: (n, d).
   virtual PetscErrorCode damping_force(const double* w, double* f) = 0;
   /// Whether the matrix of assemble(), which is symmetric, holds all of a M - b D - c K.

@@ -1,6 +1,7 @@
 #!/usr/bin/env python3
 """What is left of the forces at an equilibrium: soft networks against linear algebra, soft chains beside stiff ones, lattices without any load, and
 solvers whose tolerances end them early, which must not be called ok."""
+import h5py
 import numpy as np
 import scipy.sparse as sp
 from harness import run_parts, write_lattice
@@ -90,6 +91,39 @@ def without_stiffness(checks, folder):
             checks.true(f"net {seed}, {ranks} rank(s): in the load steps asked for", r.report["steps"] == 6 and r.report["rejected"] == 0, f"{r.report['steps']}, {r.report['rejected']} rejected")
 
 
+def diluted_plate(path, n, kept, seed):
+    """A triangular plate with some of its springs, notched from the left; groups lo and up; particles without springs are left out, loose ends stay."""
+    rng, middle = np.random.default_rng(seed), ROOT * (n - 1) / 2 + 1e-3
+    x = np.array([[i + 0.5 * (j % 2), ROOT * j] for j in range(n) for i in range(n)])
+    ends = ((n * j + i, k, l) for j in range(n) for i in range(n) for k, l in ((i + 1, j), (i + j % 2, j + 1), (i - 1 + j % 2, j + 1)))
+    pairs = np.array([(a, n * l + k) for a, k, l in ends if 0 <= k < n and l < n and rng.random() < kept])
+    a, b = x[pairs[:, 0]], x[pairs[:, 1]]
+    pairs = pairs[~(((a[:, 1] - middle) * (b[:, 1] - middle) < 0) & ((a[:, 0] + b[:, 0]) / 2 < 0.4 * n))]
+    used, pairs = np.unique(pairs, return_inverse=True)
+    x, pairs = x[used], pairs.reshape(-1, 2)
+    write_lattice(path, x, 1.0, pairs=pairs, stiffness=1.0, rest_length=np.linalg.norm(x[pairs[:, 1]] - x[pairs[:, 0]], axis=1))
+    with h5py.File(path, "a") as f:
+        f["groups/lo"], f["groups/up"] = np.flatnonzero(used < n), np.flatnonzero(used >= n * (n - 1))
+    return path, x, pairs
+
+
+def linkages(checks, folder):
+    """Plates near their rigidity threshold: linkages in them turn far under forces that are tiny beside those of their bars."""
+    path, start, pairs = diluted_plate(folder / "p.h5", 24, 0.7, 5)
+    with h5py.File(path) as f:
+        free = np.setdiff1d(np.arange(len(start)), np.concatenate([f["groups/lo"][()], f["groups/up"][()]]))
+    for ranks in (1, 3):
+        r = checks.run({"bs_task": "statics", "bs_lattice_file": path, "bs_motion_lo": "fixed", "bs_motion_up": "x=fixed,y=velocity:0.5", "bs_load_steps": 8}, interval=0, ranks=ranks)
+        checks.true(f"{ranks} rank(s): in the load steps asked for", r.report["steps"] == 8 and r.report["rejected"] == 0, f"{r.report['steps']}, {r.report['rejected']} rejected")
+        checks.true(f"{ranks} rank(s): by pseudo-transient continuation", r.report["pseudo_transient"] > 0, f"{r.report['pseudo_transient']} of 8")
+        y, force = r.trajectory.position[-1], np.zeros_like(start)
+        way = y[pairs[:, 1]] - y[pairs[:, 0]]
+        length, rest = np.linalg.norm(way, axis=1), np.linalg.norm(start[pairs[:, 1]] - start[pairs[:, 0]], axis=1)
+        np.add.at(force, pairs[:, 0], ((length - rest) / length)[:, None] * way)
+        np.add.at(force, pairs[:, 1], -((length - rest) / length)[:, None] * way)
+        checks.below(f"{ranks} rank(s): force left on free particles, by the largest tension", np.abs(force[free]).max() / np.abs(length - rest).max(), 1e-9)
+
+
 NET = {"bs_lattice_type": "triangular", "bs_lattice_size": "6,6", "bs_lattice_fixed": "ymax", "bs_gravity": "0,-1"}
 BOX = {"bs_lattice_type": "triangular", "bs_lattice_size": "6,6", "bs_lattice_periodic": "xy", "bs_lattice_perturbation": 0.1, "bs_lattice_seed": 1, "bs_lattice_rest_length_factor": 1.05}
 
@@ -138,4 +172,4 @@ def slow_drive(checks, folder):
 
 
 if __name__ == "__main__":
-    run_parts(__doc__, (soft_network, beside, without_stiffness, early_ends, at_rest, slow_drive))
+    run_parts(__doc__, (soft_network, beside, without_stiffness, linkages, early_ends, at_rest, slow_drive))

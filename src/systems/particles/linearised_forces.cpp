@@ -55,6 +55,20 @@ PetscErrorCode LinearisedForces::change_of_force(Vec z, double* f) {
   PetscFunctionReturn(0);
 }
 
+PetscErrorCode LinearisedForces::predict_tensions(Vec z, double turn, double* part) {
+  PetscFunctionBegin;
+  if (!direction_.created()) PetscCall(direction_.create(*net_, vector_));
+  PetscCall(direction_.gather_direction(z));
+  double most = terms_->pairs().largest_turn(state_, direction_);
+  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &most, 1, MPI_DOUBLE, MPI_MAX, net_->comm));
+  *part = most > turn ? turn / most : 1;
+  next_tensions_.resize(net_->links.other.size());
+  terms_->pairs().predict_tensions(state_, direction_, *part, next_tensions_.data());
+  tensions_.swap(next_tensions_);
+  state_.set_tensions(tensions_.data());
+  PetscFunctionReturn(0);
+}
+
 PetscErrorCode LinearisedForces::damping_force(const double* w, double* f) {
   const PetscInt d = net_->dim;
   PetscScalar* a = nullptr;

@@ -26,6 +26,8 @@ class LinearisedForces final : public Linearisation {
   bool moves(PetscInt i, PetscInt c) const override;
   PetscErrorCode linearise(double t, Vec y) override;
   PetscErrorCode change_of_force(Vec z, double* f) override;
+  PetscErrorCode predict_tensions(Vec z, double turn, double* part) override;
+  void forget_tensions() override { state_.set_tensions(nullptr); }
   PetscErrorCode damping_force(const double* w, double* f) override;
   void stiffness_sizes(double* size) override { terms_->stiffness_sizes(t_, state_, size); }
   bool exact_symmetric() const override { return !coupled_ && !axial_damping_ && !net_->softens; }
@@ -46,6 +48,7 @@ class LinearisedForces final : public Linearisation {
   bool linearised_ = false;  ///< state_ has been given
   double t_ = 0;
   LocalState state_, direction_;
+  std::vector<double> tensions_, next_tensions_;       ///< of links, predicted
   VecHandle only_velocity_;                            ///< (0, w) of damping_force
   std::vector<std::unique_ptr<PairMatrix>> matrices_;  ///< behind the shells handed out
 };

@@ -31,6 +31,9 @@ class LocalState {
   std::uint64_t version() const { return version_; }
   /// 2d numbers (x, v) of local particle i. Images stand where they are, not where their particles are.
   const double* at(PetscInt i) const { return values_.data() + static_cast<std::size_t>(i) * width_; }
+  /// Tensions [N], one for each link, that tangents take in place of those of the springs as they are; borrowed; null: there are none.
+  void set_tensions(const double* tensions) { tensions_ = tensions; }
+  const double* tensions() const { return tensions_; }
 
  private:
   PetscErrorCode scatter_begin(Vec y);
@@ -47,7 +50,8 @@ class LocalState {
   std::uint64_t version_ = 0;
   std::pair<PetscObjectId, PetscObjectState> last_{0, 0};  ///< vector and its state that owned states were taken from; 0: no vector's
   bool velocities_ = true;                                 ///< of ghosts travel
-  double time_ = 0;                                        ///< of the state gathered last, and of the images' displacements
+  const double* tensions_ = nullptr;
+  double time_ = 0;  ///< of the state gathered last, and of the images' displacements
 };
 
 }  // namespace bs

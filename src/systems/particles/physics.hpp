@@ -34,6 +34,11 @@ class PairForces : public Term {
   /// What springs carry from step to step becomes that of `state`, the end of a good step of length h. `links`: of the network
   /// given at creation; no other function writes them.
   virtual void commit(const LocalState& state, double h, Links* links) const = 0;
+  /// tension[e] += part (T + T' u.(z_i - z_j) - tension[e]) of every link e with a direction u at `state`, whose ends change their places by z: a
+  /// first order estimate of its tension behind that change [N]. Links of zero rest length, whose tension is no matter of direction, get NaN.
+  virtual void predict_tensions(const LocalState& state, const LocalState& z, double part, double* tension) const = 0;
+  /// The largest |z_i - z_j|/l of any spring on this rank [1]: an angle by which it turns, or a strain.
+  virtual double largest_turn(const LocalState& state, const LocalState& z) const = 0;
   /// Of the spring of link e at owned particle i.
   virtual LinkMeasures measure(const LocalState& state, PetscInt i, PetscInt e) const = 0;
   /// Tension of this rank's anchor k [N].

@@ -97,6 +97,9 @@ class PairForcesOf final : public PairForces {
       }
   }
 
+  void predict_tensions(const LocalState& state, const LocalState& z, double part, double* tension) const override;
+  double largest_turn(const LocalState& state, const LocalState& z) const override;
+
   LinkMeasures measure(const LocalState& state, PetscInt i, PetscInt e) const override {
     return with_law(law_[i], [&](auto law) -> LinkMeasures {
       using Link = Kernel<decltype(law)>;
@@ -310,6 +313,7 @@ std::unique_ptr<PairForces> create_pair_forces_of(const Network& net, const Part
 }  // namespace bs
 
 #include "systems/particles/condensed/physics_condensed.hpp"
+#include "systems/particles/condensed/predicted_tensions.hpp"
 #include "systems/particles/physics_box.hpp"
 #include "systems/particles/physics_forces.hpp"
 #include "systems/particles/physics_jacobian.hpp"

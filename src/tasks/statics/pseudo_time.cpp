@@ -1,14 +1,18 @@
 #include "tasks/statics/pseudo_time.hpp"
 #include <petsc/private/tsimpl.h>
 #include <algorithm>
+#include <cmath>
 #include <utility>
 #include "base/vec_array.hpp"
 #include "linalg/condensed/condensed.hpp"
 #include "solvers/own_solve.hpp"
 #include "time/methods.hpp"
-#include "time/starter.hpp"
 
 namespace bs {
+
+/// Of the linear solves; linear solves of one call at most; the smallest shift, by the mean squared frequency.
+static constexpr double LINEAR_RTOL = 1e-6, LEAST = 1e-10;
+static constexpr PetscInt MOST = 1000;
 
 PetscErrorCode PseudoTime::attach(TS ts, TSContext& context, Equilibrium& model, double nominal) {
   SNES snes;
@@ -44,8 +48,8 @@ PetscErrorCode PseudoTime::solve(SNES snes) {
   PetscCall(TSGetTimeStep(ts_, &h));
   PetscCall(TSGetTime(ts_, &from));
   if (reason >= 0 || fallback_ == Fallback::never) PetscFunctionReturn(0);
-  if (fallback_ == Fallback::late && (h > SHORT * nominal_ || from == tried_)) PetscFunctionReturn(0);
-  if (fallback_ == Fallback::late) tried_ = from;
+  if (fallback_ == Fallback::late && from == tried_ && h > SHORT * nominal_) PetscFunctionReturn(0);
+  tried_ = from;
   PetscCall(continue_from_start(snes));
   PetscFunctionReturn(0);
 }
@@ -108,117 +112,145 @@ PetscErrorCode PseudoTime::advance(double h, Vec y, bool* good) {
   PetscFunctionReturn(0);
 }
 
+PetscErrorCode PseudoTime::linear_solve(SNES snes, Vec X, Vec z, bool* good, bool* definite) {
+  KSP ksp;
+  PC pc;
+  KSPConvergedReason reason;
+  CondensedCounts before, after;
+  PetscInt iterations = 0;
+  bool is = false;
+  PetscFunctionBegin;
+  PetscCall(linear_solver_of(ts_, &ksp, &pc));
+  PetscCall(SNESComputeJacobian(snes, X, snes->jacobian, snes->jacobian_pre));
+  PetscCall(KSPSetOperators(ksp, snes->jacobian, snes->jacobian_pre));
+  PetscCall(KSPSetTolerances(ksp, LINEAR_RTOL, PETSC_DEFAULT, PETSC_DEFAULT, PETSC_DEFAULT));
+  PetscCall(condensed_counts(pc, &is, &before));
+  PetscCall(KSPSolve(ksp, snes->vec_func, z));
+  PetscCall(condensed_counts(pc, &is, &after));
+  PetscCall(KSPGetConvergedReason(ksp, &reason));
+  PetscCall(KSPGetIterationNumber(ksp, &iterations));
+  krylov_ += iterations;
+  ++newton_steps_;
+  *good = reason > 0;
+  *definite = after.indefinite == before.indefinite;
+  PetscFunctionReturn(0);
+}
+
+// Newton's method for M (x - x_n)/h^2 = f(x), from x_n, with tensions predicted for every correction. Its residual may rise by orders of magnitude on
+// the way, since bars that turn are strained at first: no line search could allow that, nor is one needed.
+PetscErrorCode PseudoTime::step(SNES snes, double h, Vec start, Vec X, PetscInt* corrections, bool* good) {
+  constexpr PetscInt LONGEST = 12, EARLY = 4;
+  constexpr double CLOSE = 0.1, TURN = 0.5;
+  double left = 0, inertia = 0, before[2] = {0, 0}, part = 1;
+  bool solved = true, definite = true;
+  Linearisation& lin = model_->mechanics()->linearisation();
+  PetscFunctionBegin;
+  PetscCall(VecCopy(start, X));
+  PetscCall(model_->set_motion(h, start));
+  for (*corrections = 0, *good = false; !*good; ++*corrections) {
+    const PetscInt k = *corrections;
+    PetscCall(SNESComputeFunction(snes, X, snes->vec_func));
+    PetscCall(model_->step_forces(X, snes->vec_func, &left, &inertia));
+    *good = k > 0 && left <= std::max(CLOSE * inertia, enough_);
+    if (*good || !std::isfinite(left) || k == LONGEST || (k >= EARLY && left > before[0])) break;
+    before[0] = std::exchange(before[1], left);
+    PetscCall(linear_solve(snes, X, correction_, &solved, &definite));
+    if (!solved || (k == 0 && !definite)) break;
+    PetscCall(VecScale(correction_, -1));
+    PetscCall(lin.predict_tensions(correction_, TURN, &part));
+    PetscCall(VecAXPY(X, part, correction_));
+  }
+  lin.forget_tensions();
+  snes->domainerror = PETSC_FALSE;
+  PetscFunctionReturn(0);
+}
+
+/// Whether X, at the loads of the stage, has no more energy than `start`.
+PetscErrorCode PseudoTime::falls(Vec start, Vec X, bool* yes) {
+  HeldEnergies here, there;
+  PetscReal t, h;
+  PetscFunctionBegin;
+  PetscCall(TSGetTime(ts_, &t));
+  PetscCall(TSGetTimeStep(ts_, &h));
+  PetscCall(model_->energies(t + h, start, &here));
+  PetscCall(model_->energies(t + h, X, &there));
+  *yes = there.potential <= here.potential + here.rounding + there.rounding;
+  PetscFunctionReturn(0);
+}
+
+// The shift 1/h^2 falls as long as few corrections bring a step to its end, and rises where they do not, or a curvature below -1/h^2 shows.
+PetscErrorCode PseudoTime::descend(SNES snes, double goal, Vec at, Vec X) {
+  constexpr double GREATEST = 1e6, RISE = 8;
+  const double rate = model_->mean_squared_frequency();
+  PetscFunctionBegin;
+  while (newton_steps_ < MOST && shift_ < GREATEST) {
+    PetscInt corrections = 0;
+    bool good = false;
+    double left = 0, inertia = 0;
+    const double h = 1 / std::sqrt(shift_ * rate);
+    PetscCall(step(snes, h, at, X, &corrections, &good));
+    if (good) PetscCall(falls(at, X, &good));
+    if (!good) {
+      shift_ = std::max(RISE * shift_, LEAST);
+      continue;
+    }
+    PetscCall(zero_velocities(X));
+    PetscCall(VecCopy(X, at));
+    shift_ = std::max(shift_ * (corrections <= 3 ? 1.0 / 16 : corrections <= 5 ? 0.25 : corrections <= 7 ? 0.5 : 1), LEAST);
+    PetscCall(model_->set_motion(h, at));
+    PetscCall(SNESComputeFunction(snes, at, snes->vec_func));
+    PetscCall(model_->step_forces(at, snes->vec_func, &left, &inertia));
+    PetscCall(SNESMonitor(snes, newton_steps_, left));
+    if (left <= goal) break;
+  }
+  PetscFunctionReturn(0);
+}
+
 PetscErrorCode PseudoTime::continue_from_start(SNES snes) {
-  constexpr PetscInt MOST = 500;
-  constexpr double PART = 1;
-  PetscInt most = 0;
+  constexpr PetscInt AT_END = 30;
+  constexpr double FIRST = 1e-3, FALL = 1e-6, NEARER = 1e-3;
+  PetscInt most = 0, iterations = 0, krylov = 0;
+  double first = 0, inertia = 0;
   PC pc;
   Vec y, X;
-  SNESConvergedReason reason;
   PetscFunctionBegin;
+  if (model_->mean_squared_frequency() == 0) PetscFunctionReturn(0);  // there was no linearisation
   PetscCall(TSGetSolution(ts_, &y));
   PetscCall(SNESGetSolution(snes, &X));
-  PetscCall(VecCopy(y, X));
+  for (VecHandle* room : {&at_, &correction_})
+    if (!*room) PetscCall(VecDuplicate(y, room->out()));
+  PetscCall(VecCopy(y, at_));
+  PetscCall(zero_velocities(at_));
   PetscCall(linear_solver_of(ts_, nullptr, &pc));
   PetscCall(condensed_renew(pc));
   PetscCall(SNESGetTolerances(snes, nullptr, nullptr, nullptr, &most, nullptr));
-  PetscCall(SNESSetTolerances(snes, PETSC_DEFAULT, PETSC_DEFAULT, PETSC_DEFAULT, MOST, PETSC_DEFAULT));
   context_->newton.allow_all_iterations(true);
-  model_->set_pseudo_time(PART);
-  model_->begin_solve();
-  snes->vec_func_init_set = PETSC_FALSE;
-  PetscCall(newton_(snes));
-  model_->set_pseudo_time(0);
+  newton_steps_ = krylov_ = 0;
+  shift_ = FIRST;
+  PetscCall(model_->set_motion(1, at_));
+  PetscCall(SNESComputeFunction(snes, at_, snes->vec_func));
+  PetscCall(model_->step_forces(at_, snes->vec_func, &first, &inertia));
+  enough_ = 0;
+  for (double goal = FALL * first; newton_steps_ < MOST; goal *= NEARER) {
+    const PetscInt before = newton_steps_;
+    PetscCall(descend(snes, goal, at_, X));
+    PetscCall(model_->set_motion(0, at_));
+    PetscCall(VecCopy(at_, X));
+    PetscCall(SNESSetTolerances(snes, PETSC_DEFAULT, PETSC_DEFAULT, PETSC_DEFAULT, AT_END, PETSC_DEFAULT));
+    model_->begin_solve();
+    snes->vec_func_init_set = PETSC_FALSE;
+    PetscCall(newton_(snes));
+    iterations += snes->iter;
+    krylov += snes->linear_its;
+    if (snes->reason > 0 || newton_steps_ == before) break;
+  }
+  snes->iter = iterations + newton_steps_;
+  snes->linear_its = krylov + krylov_;
+  if (snes->reason > 0) ++solves_;
   context_->newton.allow_all_iterations(false);
   PetscCall(SNESSetTolerances(snes, PETSC_DEFAULT, PETSC_DEFAULT, PETSC_DEFAULT, most, PETSC_DEFAULT));
-  PetscCall(SNESGetConvergedReason(snes, &reason));
-  if (reason > 0) ++solves_;
   PetscCall(condensed_renew(pc));
   PetscFunctionReturn(0);
-}
-
-namespace {
-
-/// A stage of `ts` that counts as solved for, whatever y is: its residual knows where the step starts and how long it is.
-PetscErrorCode make_stage(TS ts, TSContext& context, double h, Vec y) {
-  Replay stage;
-  PetscFunctionBegin;
-  const auto examine = std::exchange(context.examine, nullptr);
-  PetscCall(stage.begin(ts));
-  PetscCall(stage.step(0, h, y, nullptr, y));
-  PetscCall(stage.end(0, h));
-  context.examine = examine;
-  PetscFunctionReturn(0);
-}
-
-PetscErrorCode copy_velocities(Vec from, Vec to) {
-  PetscFunctionBegin;
-  const ReadArray a(from);
-  const WriteArray b(to);
-  layout_of(to).for_each([&](PetscInt, PetscInt v) { b[v] = a[v]; });
-  PetscFunctionReturn(0);
-}
-
-}  // namespace
-
-PetscErrorCode RestStart::find(TS ts, TSContext& context, Equilibrium& model, PseudoTime& solver) {
-  Vec y;
-  VecHandle given;
-  HeldEnergies had;
-  PetscReal h;
-  PetscInt before = 0, after = 0;
-  PC pc;
-  PetscFunctionBegin;
-  PetscCall(TSGetSolution(ts, &y));
-  PetscCall(TSGetTimeStep(ts, &h));
-  PetscCall(VecDuplicate(y, given.out()));
-  PetscCall(VecCopy(y, given));
-  model.set_factor(0);
-  PetscCall(model.energies(0, y, &had));  // a box whose strains are free is another afterwards
-  PetscCall(make_stage(ts, context, h, y));
-  PetscCall(context.newton.estimate_floor(1 / h));
-  PetscCall(TSGetSNESIterations(ts, &before));
-  PetscCall(solver.relax(y, &found_));
-  PetscCall(TSGetSNESIterations(ts, &after));
-  tried_ = true;
-  iterations_ = after - before;
-  if (found_) {
-    PetscCall(copy_velocities(given, y));
-    PetscCall(model.begin_at(0, y, had));
-  }
-  // the first load step begins as if nothing had been
-  model.set_trouble("");
-  context.newton.forget_lengths();
-  PetscCall(linear_solver_of(ts, nullptr, &pc));
-  PetscCall(condensed_renew(pc));
-  PetscFunctionReturn(0);
-}
-
-void RestStart::count(std::vector<Tally>* out) const {
-  out->push_back({"start_newton",
-                  found_ ? "Newton iterations brought the lattice, as it was given, to rest at the load factor 0"
-                         : "Newton iterations looked in vain for an equilibrium at the load factor 0",
-                  iterations_});
-}
-
-PetscErrorCode RestStart::warn(Warnings* warnings) const {
-  PetscFunctionBegin;
-  if (!tried_ || found_) PetscFunctionReturn(0);
-  PetscCall(
-      warnings->add("start_not_at_rest",
-                    "no equilibrium of the lattice was found at the load factor 0: the first load step starts from the lattice as it is given, and "
-                    "what it releases is in no sum of energies"));
-  PetscFunctionReturn(0);
-}
-
-void RestStart::save(Facts* facts) const {
-  facts->whole["start_tried"] = tried_ ? 1 : 0;
-  facts->whole["start_at_rest"] = found_ ? 1 : 0;
-}
-
-void RestStart::restore(const Facts& facts) {
-  tried_ = facts.whole_of("start_tried") != 0;
-  found_ = facts.whole_of("start_at_rest") != 0;
 }
 
 }  // namespace bs

@@ -9,10 +9,10 @@
 
 namespace bs {
 
-/// A solve that has failed, of a load step that has been cut to a 60th of its length, is repeated from the last equilibrium by steps of
-/// pseudo time h_k (one Newton correction of backward Euler each, at rest in between):
-///   (M/h_k^2 - K) z = f,   1/h_k^2 = (mean squared frequency) |f_k|/|f_0|
-/// with the energy search, which makes every step go downhill: it ends in a minimum of the energy, which may be far from the last one.
+/// A solve that has failed is repeated from the last equilibrium by steps of backward Euler in a pseudo time, from rest each:
+///   M (x - x_n)/h^2 = f(x)
+/// which is where E + |x - x_n|_M^2/(2 h^2) is stationary: every step goes downhill, and they end in a minimum of the energy, which may be far from
+/// the last one. Newton's method for a step predicts tensions (Linearisation::predict_tensions), so that linkages that turn take long steps.
 class PseudoTime {
  public:
   /// Collective. Once the options of `ts` are read; the arguments must outlive the solver.
@@ -33,6 +33,10 @@ class PseudoTime {
  private:
   PetscErrorCode continue_from_start(SNES snes);
   PetscErrorCode solve_from(Vec y, bool* good);
+  PetscErrorCode linear_solve(SNES snes, Vec X, Vec z, bool* good, bool* definite);
+  PetscErrorCode step(SNES snes, double h, Vec start, Vec X, PetscInt* corrections, bool* good);
+  PetscErrorCode falls(Vec start, Vec X, bool* yes);
+  PetscErrorCode descend(SNES snes, double goal, Vec at, Vec X);
 
   TS ts_ = nullptr;
   TSContext* context_ = nullptr;
@@ -42,30 +46,12 @@ class PseudoTime {
   enum class Fallback { late, always, never } fallback_ = Fallback::late;  ///< late: of steps that have been cut
   bool other_ = false;  ///< the SNES is of another type than Newton's method with a line search: there is no fallback
   bool aside_ = false;  ///< within relax() or advance()
-  VecHandle room_;
+  VecHandle room_, at_, correction_;
+  double shift_ = 0;   ///< 1/h^2 by the mean squared frequency
+  double enough_ = 0;  ///< a force that ends a step [N]
+  PetscInt newton_steps_ = 0, krylov_ = 0;
   PetscErrorCode (*newton_)(SNES) = nullptr;
   std::int64_t solves_ = 0;
-};
-
-// The start of a static analysis: the lattice as it was given need not be in equilibrium.
-
-/// Before the first load step the lattice comes to rest under the loads of the load factor 0. What it gives up on the way is released, not work of
-/// the loads, and load steps lead from equilibrium to equilibrium from the first one on. Where no such equilibrium is found the first step starts
-/// from the lattice as it is given.
-class RestStart {
- public:
-  /// Collective. Before the first step of `ts`; its state becomes the equilibrium. The factor of `model` is 0 afterwards.
-  PetscErrorCode find(TS ts, TSContext& context, Equilibrium& model, PseudoTime& solver);
-  bool tried() const { return tried_; }
-  bool found() const { return found_; }
-  void count(std::vector<Tally>* out) const;
-  PetscErrorCode warn(Warnings* warnings) const;
-  void save(Facts* facts) const;
-  void restore(const Facts& facts);
-
- private:
-  bool tried_ = false, found_ = false;
-  std::int64_t iterations_ = 0;  ///< of Newton's method
 };
 
 }  // namespace bs

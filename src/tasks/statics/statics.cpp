@@ -16,6 +16,7 @@
 #include "tasks/statics/avalanche.hpp"
 #include "tasks/statics/box_stress.hpp"
 #include "tasks/statics/pseudo_time.hpp"
+#include "tasks/statics/rest_start.hpp"
 #include "tasks/statics/snap_through.hpp"
 #include "tasks/statics/stability.hpp"
 

@@ -80,10 +80,17 @@ inline bool fill_plain_pairs(const Network& net, PetscInt i, PetscInt pairs, con
 
 namespace condensed {
 
-/// B += t I + (a - t) u u^T of one link, a and t its rates along and across: the part of -(b D + c K) that has this form.
+/// What the rate across a link, T/l, is more with a predicted tension in place of its own [N/m]. tensions: of all links, or null.
 template <class Kernel, bool positive, int d>
-inline void add_link(const LinkGeometry<d>& g, const typename Kernel::Parameters& p, const Coefficients& abc, double* B) noexcept {
-  const SpringTangent rate = Kernel::template rates<positive>(g, p, abc.damping, abc.stiffness);
+inline double correction(const double* tensions, PetscInt e, const LinkGeometry<d>& g, const typename Kernel::Parameters& p) noexcept {
+  if (!tensions || std::isnan(tensions[e])) return 0;
+  const double predicted = tensions[e] / g.length, own = Kernel::tension(g, p) / g.length;
+  return positive ? std::max(predicted, 0.0) - std::max(own, 0.0) : predicted - own;
+}
+
+/// B += t I + (a - t) u u^T of one link, a and t its rates along and across: the part of -(b D + c K) that has this form.
+template <int d>
+inline void add_link(const LinkGeometry<d>& g, const SpringTangent& rate, double* B) noexcept {
   double u[d];
   for (int c = 0; c < d; ++c) u[c] = g.length > 0 ? g.dx[c] / g.length : 0;
   add_tensor<d>(rate.transverse, rate.axial - rate.transverse, u, B);
@@ -92,9 +99,8 @@ inline void add_link(const LinkGeometry<d>& g, const typename Kernel::Parameters
 /// Adds a link to the numbers (w, t) of its pair: B = t I + a u u^T, w = sqrt(a) u. Links of one pair share u. A damper's
 /// force also depends on where its ends are; what of that is not of this form is left out, as are rates along that are less than
 /// those across (laws that soften): then B = t I, on a line with the rate along it.
-template <class Kernel, bool positive, int d>
-inline void add_to_pair(const LinkGeometry<d>& g, const typename Kernel::Parameters& p, const Coefficients& abc, float* pair) noexcept {
-  const SpringTangent rate = Kernel::template rates<positive>(g, p, abc.damping, abc.stiffness);
+template <int d>
+inline void add_to_pair(const LinkGeometry<d>& g, const SpringTangent& rate, float* pair) noexcept {
   double along = rate.axial - rate.transverse;
   for (int c = 0; c < d; ++c) along += static_cast<double>(pair[c]) * static_cast<double>(pair[c]);
   const double scale = along > 0 && g.length > 0 ? std::sqrt(along) / g.length : 0;
@@ -136,7 +142,7 @@ void PairForcesOf<d, Damper>::fill_pairs(PetscInt i, const LocalState& state, co
   if constexpr (d == 3 && !Spring::mixed) {
     const PairPattern& pattern = S->pattern();
     const PetscInt pairs = pattern.start[i + 1] - pattern.start[i];
-    if (plain_[i] && fill_plain_pairs<Spring, positive>(net_, i, pairs, state.at(0), abc.stiffness, S->pair(at->pair + 1))) {
+    if (plain_[i] && !state.tensions() && fill_plain_pairs<Spring, positive>(net_, i, pairs, state.at(0), abc.stiffness, S->pair(at->pair + 1))) {
       at->pair += pairs;
       return;
     }
@@ -152,8 +158,10 @@ void PairForcesOf<d, Damper>::fill_pairs(PetscInt i, const LocalState& state, co
     const LinkGeometry<d> g(y, state.at(links.other[e]));
     const auto p = parameters<Spring>(links, e, state.time());
     if (!Link::defined(g, p)) continue;
-    if (held) condensed::add_link<Link, positive, d>(g, p, abc, node);
-    else condensed::add_to_pair<Link, positive, d>(g, p, abc, j < net_.n ? S->pair(at->pair) : S->cut(at->cut));
+    SpringTangent rate = Link::template rates<positive>(g, p, abc.damping, abc.stiffness);
+    rate.transverse += abc.stiffness * condensed::correction<Link, positive>(state.tensions(), e, g, p);
+    if (held) condensed::add_link<d>(g, rate, node);
+    else condensed::add_to_pair<d>(g, rate, j < net_.n ? S->pair(at->pair) : S->cut(at->cut));
   }
 }
 
@@ -185,7 +193,9 @@ PetscErrorCode PairForcesOf<d, Damper>::fill_rows(double t, const LocalState& st
     if (!net_.fixed[i])
       for_links(i, state, [&](auto kernel, PetscInt e, const LinkGeometry<d>& g, const auto& p) {
         double B[d * d] = {};
-        condensed::add_link<decltype(kernel), positive, d>(g, p, abc, B);
+        SpringTangent rate = kernel.template rates<positive>(g, p, abc.damping, abc.stiffness);
+        rate.transverse += abc.stiffness * condensed::correction<decltype(kernel), positive>(state.tensions(), e, g, p);
+        condensed::add_link<d>(g, rate, B);
         const PetscInt slot = pattern_.slot(e);
         for (int r = 0; r < d; ++r)
           for (int c = 0; c < d; ++c) {
@@ -229,6 +239,11 @@ void PairForcesOf<d, Damper>::add_products(PetscInt i, const LocalState& state, 
     if (!Kernel<Spring>::defined(g, p)) continue;
     double K[d * d] = {}, D[d * d] = {};
     Kernel<Spring>::tangent(g, p, K, D);
+    if (const double more = condensed::correction<Kernel<Spring>, false>(state.tensions(), e, g, p); more != 0) {
+      double u[d];
+      for (int c = 0; c < d; ++c) u[c] = g.dx[c] / g.length;
+      add_tensor<d>(-more, more, u, K);
+    }
     const double* zj = z.at(links.other[e]);
     for (int r = 0; r < d; ++r)
       for (int c = 0; c < d; ++c) f[r] += K[r * d + c] * (zi[c] - zj[c]) + D[r * d + c] * (zi[d + c] - zj[d + c]);
