@@ -1,6 +1,7 @@
 #include "systems/create.hpp"
 #include "base/error.hpp"
 #include "base/memory.hpp"
+#include "base/option_names.hpp"
 #include "base/options.hpp"
 #include "input/load.hpp"
 #include "linalg/block_icc.hpp"
@@ -17,7 +18,7 @@ PetscErrorCode register_models() {
 }
 
 PetscErrorCode create_model(MPI_Comm comm, std::unique_ptr<Model>* out, const Lattice* given) {
-  int kind = 0;
+  int kind = is_given("-bs_netlist") ? 1 : 0;
   PetscFunctionBegin;
   PetscCall(read_memory_option(comm));
   PetscCall(read_section(comm, "Model", [&](Section& o) {

@@ -24,7 +24,7 @@ def call(command, folder, timeout=300):
 def shipped():
     """What a user needs of options/, meshes/ and postprocess/, from the source tree itself."""
     kept = []
-    for folder, endings in (("options", (".yaml", ".md", ".png")), ("meshes", (".xsp", ".py", ".md")), ("postprocess", (".py", ".md"))):
+    for folder, endings in (("options", (".yaml", ".md", ".png")), ("meshes", (".xsp", ".cir", ".py", ".md")), ("postprocess", (".py", ".md"))):
         kept += [f.relative_to(REPO) for f in (REPO / folder).rglob("*") if f.suffix in endings and f.name != "make_reference.py" and "gallery" not in f.parts]
     return {str(f) for f in kept}
 

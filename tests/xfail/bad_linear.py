@@ -180,8 +180,44 @@ SOURCES = {
     "no such table": (system("-bs_linear_source_table", "nowhere.csv", source=None), "nowhere.csv: no such file"),
 }
 
+
+def netlist(cards, *words, title="t\n", kind="beuler"):
+    def make(folder):
+        (folder / "n.cir").write_text(title + cards)
+        return ["-bs_netlist", folder / "n.cir", *words, *STEP, kind]
+    return make
+
+
+RC = "V1 in 0 1\nR1 in out 1k\nC1 out 0 1u\n"
+NETLISTS = {
+    "no such netlist": (netlist("", "-bs_netlist", "nowhere.cir"), "nowhere.cir: no such file"),
+    "empty": (netlist("", title=""), "n.cir: no cards: after the first line, the title"),
+    "a title alone": (netlist("* nothing\n.end\nR1 a 0 1\n"), "n.cir: no cards"),
+    "a transistor": (netlist(RC + "Q1 out b 0 npn\n"), "n.cir line 5: 'Q1 out b 0 npn' is not among what is read: cards are Rname N1 N2 ohm"),
+    "another analysis": (netlist(RC + "\n.ac dec 10 1 1k\n"), "n.cir line 6: '.ac dec 10 1 1k' is not among what is read"),
+    "a value is missing": (netlist(RC + "R2 out 0\n"), "n.cir line 5: 'R2 out 0' lacks nodes or a value"),
+    "source without value": (netlist("V1 a 0 DC\nR1 a 0 1\n"), "line 2: V1: a value is missing: write DC 5"),
+    "a word for a number": (netlist(RC + "R2 out 0 big\n"), "line 5: R2: 'big' is not a number"),
+    "resistance 0": (netlist(RC + "R2 out 0 0\n"), "line 5: R2: 0: a resistance must not be 0"),
+    "capacitance negative": (netlist(RC + "C2 out 0 -1u\n"), "line 5: C2: -1u: give a number > 0"),
+    "one name twice": (netlist(RC + "r1 out 0 5\n"), "line 5: r1 is there already, in line 3"),
+    "initial condition": (netlist(RC + "C2 out 0 1u IC=5\n"), "line 5: C2: initial conditions are not read from cards"),
+    "a word after the value": (netlist(RC + "R2 out 0 5 tc=1\n"), "line 5: R2: 'tc=1' after the value is not read"),
+    "unknown source": (netlist("V1 a 0 SFFM(0 1)\nR1 a 0 1\n"), "line 2: V1: 'SFFM' is no source"),
+    "AC": (netlist("V1 a 0 AC 1\nR1 a 0 1\n"), "line 2: V1: AC is of small-signal analyses"),
+    "SIN without a frequency": (netlist("V1 a 0 SIN(0 1)\nR1 a 0 1\n"), "FREQ is missing"),
+    "continuation of nothing": (netlist("+ 5\n" + RC), "n.cir line 2: '+' goes on with a card, and there is none before"),
+    "floating nodes": (netlist(RC + "R2 a b 5\nI1 0 a 1m\n"), "n.cir: the nodes a, b float: no resistor"),
+    "loop of voltage sources": (netlist(RC + "V2 in mid 1\nV3 mid 0 2\n"), "n.cir: V3 closes a loop of voltage sources between the nodes mid and 0"),
+    "source onto itself": (netlist(RC + "V2 out out 1\n"), "V2 closes a loop of voltage sources between the nodes out and out"),
+    "no operating point": (netlist("I1 0 a 1m\nC1 a 0 1u\n"), "there is no operating point: give -bs_linear_x0 or -bs_linear_dc false"),
+    "matrices, too": (netlist(RC, "-bs_linear_type", "rlc"), "a netlist takes no -bs_linear_type"),
+    "rk": (netlist(RC, kind="rk"), "C is singular"),
+}
+
 GOOD = {
     "good: files": system(),
+    "good: netlist": netlist(RC + ".TRAN 1u 1m\n.END\n"),
     "good: no sources": system(B=None, source=None),
     "good: singular C": system(C=GENERAL + "2 2 1\n1 1 1\n"),
     "good: euler": system(kind="euler"),
@@ -199,7 +235,7 @@ GOOD = {
     "good: CG and algebraic multigrid": generator("-bs_linear_type", "heat2d", "-bs_linear_size", "20,20", "-ksp_type", "cg", "-pc_type", "gamg"),
 }
 
-GROUPS = {"matrices": MATRICES, "linear systems": SYSTEMS, "sources": SOURCES}
+GROUPS = {"matrices": MATRICES, "linear systems": SYSTEMS, "sources": SOURCES, "netlists": NETLISTS}
 
 if __name__ == "__main__":
     sys.exit(corpus.main(__doc__, GROUPS, GOOD))

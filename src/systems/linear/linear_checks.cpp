@@ -212,23 +212,34 @@ PetscErrorCode LinearModel::fields(double t, Vec y, std::vector<Field>* out) {
   PetscFunctionReturn(0);
 }
 
-PetscErrorCode LinearModel::take_constants(std::vector<Dataset>* out) {
+/// This rank's words of the rows of `layout` as a dataset; none where no rank has words.
+static PetscErrorCode add_words(MPI_Comm comm, const char* path, const std::vector<std::string>& words, Vec layout, std::vector<Dataset>* out) {
   PetscInt n, first;
   unsigned long long width = 0;
   PetscFunctionBegin;
-  out->clear();
-  for (const std::string& label : system_.labels) width = std::max<unsigned long long>(width, label.size());
-  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &width, 1, MPI_UNSIGNED_LONG_LONG, MPI_MAX, comm_));
+  for (const std::string& word : words) width = std::max<unsigned long long>(width, word.size());
+  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &width, 1, MPI_UNSIGNED_LONG_LONG, MPI_MAX, comm));
   if (width == 0) PetscFunctionReturn(0);
-  PetscCall(VecGetSize(system_.x0, &n));
-  PetscCall(VecGetOwnershipRange(system_.x0, &first, nullptr));
-  Words words;
-  words.width = static_cast<std::size_t>(width);
-  for (std::string label : system_.labels) {
-    label.resize(words.width, '\0');
-    words.text += label;
+  PetscCall(VecGetSize(layout, &n));
+  PetscCall(VecGetOwnershipRange(layout, &first, nullptr));
+  Words table;
+  table.width = static_cast<std::size_t>(width);
+  for (std::string word : words) {
+    word.resize(table.width, '\0');
+    table.text += word;
   }
-  out->push_back({"/states/labels", first, n, 0, std::move(words)});
+  out->push_back({path, first, n, 0, std::move(table)});
+  PetscFunctionReturn(0);
+}
+
+PetscErrorCode LinearModel::take_constants(std::vector<Dataset>* out) {
+  PetscFunctionBegin;
+  out->clear();
+  PetscCall(add_words(comm_, "/states/labels", system_.labels, system_.x0, out));
+  PetscCall(add_words(comm_, "/states/units", system_.units, system_.x0, out));
+  if (!system_.B) PetscFunctionReturn(0);
+  PetscCall(add_words(comm_, "/sources/labels", system_.source_labels, u_, out));
+  PetscCall(add_words(comm_, "/sources/units", system_.source_units, u_, out));
   PetscFunctionReturn(0);
 }
 

@@ -169,7 +169,8 @@ PetscErrorCode LinearModel::read(MPI_Comm comm) {
   PetscCall(read_section(comm, "Linear system G x + C x' = B u(t)", [&](Section& o) {
     options.read(o, is_given("-help"));
     sources_.options(o);
-    o.flag("-bs_linear_dc", "start from the operating point: solve G x = B u at the initial time", dc_);
+    dc_ = !options.netlist.empty() && options.x0.empty();
+    o.flag("-bs_linear_dc", "start from the operating point: solve G x = B u at the initial time (as SPICE, so by default with -bs_netlist)", dc_);
     o.integer("-bs_linear_be_steps", "number of initial steps by backward Euler, before cn or theta; they damp the ringing after a jump",
               startup_steps_, Range::nonnegative);
     if (dc_ && !options.x0.empty()) o.fail("options -bs_linear_dc and -bs_linear_x0: give one of them");
@@ -241,7 +242,9 @@ PetscErrorCode LinearModel::operating_point() {
   PetscFunctionBegin;
   PetscCall(create_direct(comm_, system_.G, "linear_dc_", ksp.out()));
   PetscCall(is_singular(ksp, &singular));
-  if (singular) PetscCall(fail(comm_, Exit::input, "option -bs_linear_dc: G is singular, there is no operating point: give -bs_linear_x0 instead"));
+  if (singular)
+    PetscCall(fail(comm_, Exit::input,
+                   "option -bs_linear_dc: G is singular, there is no operating point: give -bs_linear_x0 or -bs_linear_dc false instead"));
   PetscCall(require_solver(ksp, "linear_dc_"));
   PetscCall(KSPSetErrorIfNotConverged(ksp, PETSC_TRUE));
   PetscCall(VecZeroEntries(work_));

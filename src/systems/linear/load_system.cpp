@@ -13,6 +13,7 @@ void SystemOptions::read(Section& o, bool help) {
   o.file("-bs_linear_C", "matrix C, which may be singular", C);
   o.file("-bs_linear_B", "matrix B, with one column for every source", B);
   o.choice("-bs_linear_type", "origin of the matrices: files, or a built-in system", {"files", "rc_ladder", "rlc", "heat1d", "heat2d"}, type);
+  o.file("-bs_netlist", "netlist of SPICE with R, L, C, V and I cards, in place of matrices; it makes -bs_model linear the default", netlist);
   o.integers("-bs_linear_size", "rc_ladder, heat1d: number of states; heat2d: cells along x,y", size);
   resistance_given = o.real("-bs_linear_resistance", "resistance; rc_ladder: of the first resistor, default 100; rlc: default 20 [ohm]", resistance,
                             Range::positive);
@@ -25,6 +26,9 @@ void SystemOptions::read(Section& o, bool help) {
          Range::positive);
   o.file("-bs_linear_x0", "initial state: Matrix Market, PETSc binary, or CSV (on each line a number, or name,value); default 0", x0);
   o.file("-bs_linear_labels", "text file with a name for every state, one per line", labels);
+  if (!netlist.empty() && (type > 0 || !(G + C + B).empty()))
+    o.fail("option -bs_netlist: a netlist takes no -bs_linear_type, -bs_linear_G, -bs_linear_C, -bs_linear_B");
+  if (!netlist.empty()) return;
   if (help && type == 0 && (G.empty() || C.empty())) type = 2;
   if (vary >= 1) o.fail("option -bs_linear_vary: give a number below 1, or some resistance is not positive");
   if (type > 0 && !(G + C + B).empty()) o.fail("option -bs_linear_type: a built-in system takes no -bs_linear_G, -bs_linear_C, -bs_linear_B");
@@ -105,7 +109,8 @@ PetscErrorCode check_rows(MPI_Comm comm, const LinearSystem& s) {
 PetscErrorCode load_system(MPI_Comm comm, const SystemOptions& o, LinearSystem* out) {
   PetscInt n, first, last;
   PetscFunctionBegin;
-  if (o.type > 0) PetscCall(generate_system(comm, o, out));
+  if (!o.netlist.empty()) PetscCall(load_netlist(comm, o.netlist, out));
+  else if (o.type > 0) PetscCall(generate_system(comm, o, out));
   else PetscCall(load_files(comm, o, out));
   PetscCall(check_rows(comm, *out));
   PetscCall(MatCreateVecs(out->G, out->x0.out(), nullptr));
@@ -147,7 +152,7 @@ PetscErrorCode Sources::read(MPI_Comm comm, std::int64_t columns, const std::str
                                    file_.empty() ? ", separated by ';'" : " after the time");
   if (!error.empty()) PetscCall(fail(comm, Exit::input, error));
   for (const Waveform& wave : waves_)
-    if (!wave.remark().empty()) PetscCall(warn(comm, "option -bs_linear_source: " + wave.remark()));
+    if (!wave.remark().empty()) PetscCall(warn(comm, (text_.empty() ? "" : "option -bs_linear_source: ") + wave.remark()));
   PetscFunctionReturn(0);
 }
 

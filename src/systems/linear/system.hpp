@@ -15,13 +15,14 @@ namespace bs {
 struct LinearSystem {
   MatHandle G, C, B;  ///< MATAIJ, n x n, n x n, n x k; B is null without sources
   VecHandle x0;
-  std::vector<std::string> labels;  ///< of this rank's states; empty on every rank if there are none
-  std::string origin;               ///< for the header
-  std::string source;               ///< u(t) where the user gives none; empty: must be given
+  std::vector<std::string> labels, units;                ///< of this rank's states; empty on every rank if there are none
+  std::vector<std::string> source_labels, source_units;  ///< of this rank's columns of B, likewise
+  std::string origin;                                    ///< for the header
+  std::string source;                                    ///< u(t) where the user gives none; empty: must be given
 };
 
 struct SystemOptions {
-  std::string G, C, B, x0, labels;
+  std::string G, C, B, x0, labels, netlist;
   int type = 0;  ///< 0: files
   std::vector<std::int64_t> size;
   double resistance = 100, capacitance = 1e-8, inductance = 1e-3, vary = 0, conductivity = 1;
@@ -32,6 +33,9 @@ struct SystemOptions {
 
 /// Collective. Builds or reads the system; wrong sizes, and rows that are empty in both G and C, end the run with exit code 2.
 PetscErrorCode load_system(MPI_Comm comm, const SystemOptions& options, LinearSystem* out);
+
+/// Collective. G, C, B, labels, units and sources of a netlist of SPICE. Unknowns: the voltages of the nodes, then the currents of the V and L cards.
+PetscErrorCode load_netlist(MPI_Comm comm, const std::string& path, LinearSystem* out);
 
 /// Collective. G, C, B, labels of a built-in system.
 PetscErrorCode generate_system(MPI_Comm comm, const SystemOptions& options, LinearSystem* out);

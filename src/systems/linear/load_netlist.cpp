@@ -1,0 +1,135 @@
+// Modified nodal analysis of a circuit.
+#include <algorithm>
+#include <utility>
+#include "base/error.hpp"
+#include "base/memory.hpp"
+#include "base/text.hpp"
+#include "input/text_file.hpp"
+#include "systems/linear/netlist.hpp"
+#include "systems/linear/system.hpp"
+
+namespace bs {
+namespace {
+
+struct Entry {
+  PetscInt row, column;
+  double value;
+};
+
+/// Entries of a matrix; those of ground, -1, are left out.
+struct Entries {
+  std::vector<Entry> list;
+  void add(PetscInt row, PetscInt column, double value) {
+    if (row >= 0 && column >= 0) list.push_back({row, column, value});
+  }
+};
+
+struct Equations {
+  PetscInt states = 0, sources = 0;
+  Entries G, C, B;
+  std::vector<std::string> labels, units, source_labels, source_units;
+  std::string source;
+};
+
+// The current of each element flows from its node a to b; what leaves a node is 0 in sum, and a source's current is that through it:
+//   R: (v_a - v_b)/R leaves a;  C: C (v_a - v_b)' leaves a;  I: u leaves a
+//   L: i leaves a, L i' - (v_a - v_b) = 0;  V: i leaves a, v_a - v_b = u
+Equations equations_of(const Circuit& circuit) {
+  Equations e;
+  for (std::size_t k = 1; k < circuit.nodes.size(); ++k) {
+    e.labels.push_back("V(" + circuit.nodes[k] + ")");
+    e.units.emplace_back("V");
+  }
+  for (const CircuitElement& element : circuit.elements) {
+    const PetscInt a = static_cast<PetscInt>(element.a) - 1, b = static_cast<PetscInt>(element.b) - 1;
+    const char kind = element.kind;
+    if (kind == 'r' || kind == 'c') {
+      Entries& M = kind == 'r' ? e.G : e.C;
+      const double g = kind == 'r' ? 1 / element.value : element.value;
+      M.add(a, a, g);
+      M.add(b, b, g);
+      M.add(a, b, -g);
+      M.add(b, a, -g);
+    }
+    if (kind == 'l' || kind == 'v') {
+      const auto i = static_cast<PetscInt>(e.labels.size());
+      const double sign = kind == 'l' ? -1 : 1;
+      e.labels.push_back("I(" + element.name + ")");
+      e.units.emplace_back("A");
+      e.G.add(a, i, 1);
+      e.G.add(b, i, -1);
+      e.G.add(i, a, sign);
+      e.G.add(i, b, -sign);
+      if (kind == 'l') e.C.add(i, i, element.value);
+      else e.B.add(i, e.sources, 1);
+    }
+    if (kind == 'i') {
+      e.B.add(a, e.sources, -1);
+      e.B.add(b, e.sources, 1);
+    }
+    if (kind != 'v' && kind != 'i') continue;
+    e.source += (e.sources > 0 ? ";" : "") + element.source;
+    e.source_labels.push_back(element.name);
+    e.source_units.emplace_back(kind == 'v' ? "V" : "A");
+    ++e.sources;
+  }
+  e.states = static_cast<PetscInt>(e.labels.size());
+  return e;
+}
+
+PetscErrorCode assemble(MPI_Comm comm, PetscInt rows, PetscInt columns, const Entries& entries, MatHandle* out) {
+  PetscInt local = PETSC_DECIDE, width = PETSC_DECIDE, total = rows, wide = columns, first;
+  PetscFunctionBegin;
+  PetscCall(PetscSplitOwnership(comm, &local, &total));
+  PetscCall(PetscSplitOwnership(comm, &width, &wide));
+  PetscCallMPI(MPI_Scan(&local, &first, 1, MPIU_INT, MPI_SUM, comm));
+  first -= local;
+  std::vector<PetscInt> here(static_cast<std::size_t>(local), 0), there;
+  for (const Entry& e : entries.list)
+    if (e.row >= first && e.row < first + local) ++here[static_cast<std::size_t>(e.row - first)];
+  there = here;
+  for (PetscInt& n : here) n = std::min(n, width);
+  for (PetscInt& n : there) n = std::min(n, columns - width);
+  PetscCall(MatCreateAIJ(comm, local, width, rows, columns, 0, here.data(), 0, there.data(), out->out()));
+  for (const Entry& e : entries.list)
+    if (e.row >= first && e.row < first + local) PetscCall(MatSetValue(*out, e.row, e.column, e.value, ADD_VALUES));
+  PetscCall(MatAssemblyBegin(*out, MAT_FINAL_ASSEMBLY));
+  PetscCall(MatAssemblyEnd(*out, MAT_FINAL_ASSEMBLY));
+  PetscFunctionReturn(0);
+}
+
+/// This rank's part of the names of the rows or columns of a matrix.
+void take_part(const std::vector<std::string>& all, PetscInt first, PetscInt last, std::vector<std::string>* part) {
+  part->assign(all.begin() + first, all.begin() + last);
+}
+
+}  // namespace
+
+PetscErrorCode load_netlist(MPI_Comm comm, const std::string& path, LinearSystem* out) {
+  std::string text;
+  Circuit circuit;
+  PetscInt first, last;
+  PetscFunctionBegin;
+  PetscCall(read_text_file(comm, path, &text));
+  PetscCall(reserve_memory(comm, {"the cards and equations of " + path, 3.0 * static_cast<double>(text.size()), ""}));
+  const std::string error = read_netlist(text, path, &circuit);
+  if (!error.empty()) PetscCall(fail(comm, Exit::input, error));
+  for (const std::string& remark : circuit.remarks) PetscCall(warn(comm, remark));
+  const Equations e = equations_of(circuit);
+  PetscCall(assemble(comm, e.states, e.states, e.G, &out->G));
+  PetscCall(assemble(comm, e.states, e.states, e.C, &out->C));
+  PetscCall(MatGetOwnershipRange(out->G, &first, &last));
+  take_part(e.labels, first, last, &out->labels);
+  take_part(e.units, first, last, &out->units);
+  if (e.sources > 0) {
+    PetscCall(assemble(comm, e.states, e.sources, e.B, &out->B));
+    PetscCall(MatGetOwnershipRangeColumn(out->B, &first, &last));
+    take_part(e.source_labels, first, last, &out->source_labels);
+    take_part(e.source_units, first, last, &out->source_units);
+    out->source = e.source;
+  }
+  out->origin = path + (circuit.title.empty() ? "" : " (" + printable(circuit.title) + ")");
+  PetscFunctionReturn(0);
+}
+
+}  // namespace bs

@@ -1,0 +1,146 @@
+#!/usr/bin/env python3
+"""Netlists of SPICE: two filters and every source against ngspice, closed forms and SciPy; ranks, names, units, warnings.
+
+  netlists.py --program build/release/backspring [--filter WORD]
+
+The trapezoidal rule leaves about h^2/12 |x'''| a unit of time, and a circuit forgets it in its decay time T: |error| <= h^2/12 max|x'''| T. Where ngspice's
+points fall between steps, straight lines between these add h^2/8 max|x''|. ngspice's own rule and largest step are the same, so its error is as large.
+"""
+import io
+import math
+import pathlib
+import subprocess
+import sys
+import tempfile
+
+from harness import Checks
+from oracles_linear import States
+import h5py
+import numpy as np
+import scipy.integrate
+
+LOW_PASS = """An RC low-pass
+V1 in 0 PULSE(0 1 0.1m 20u 40u 0.3m)
+* a comment
+R1 in out 1kOhm ; 1000 ohm
+C1 out
++ GND 100N      $ 1e-7 F
+.end
+Q1 after the end
+"""
+BAND_PASS = """A band-pass
+V1 IN 0 SIN(0 1 5K)
+L1 in mid 10mH
+C1 mid out 0.1u
+R1 out 0 50
+"""
+SOURCES = """Every source
+V1 a 0 PULSE (0 2 0.1m 20u 40u 0.1m 0.4m)
+V2 b 0 DC 3 SIN(0.5 1 5k 0.1m 1k)
+V3 c 0 EXP(0 1 0.1m 50u 0.4m 100u)
+V4 d 0 PWL(0 0, 0.2m 1, 0.3m -1)
+V5 e 0 2.5
+I1 0 f SIN(0 1m 5k)
+R1 a 0 1
+R2 b 0 1
+R3 c 0 1
+R4 d 0 1
+R5 e 0 1
+R6 f 0 1k
+"""
+
+
+def ngspice(netlist, vectors, step, end, folder):
+    """(times, one column for each of `vectors`) of a transient analysis with steps of at most `step`."""
+    cards = netlist.split(".end")[0]
+    control = (f".options reltol=1e-7 abstol=1e-15 vntol=1e-12 method=trap\n.tran {step} {end} 0 {step}\n.control\nrun\nset wr_singlescale\n"
+               f"set numdgt=15\nwrdata out.txt {' '.join(vectors)}\nquit\n.endc\n.end\n")
+    (folder / "check.cir").write_text(cards + control)
+    subprocess.run(["ngspice", "-b", "check.cir"], cwd=folder, check=True, capture_output=True, timeout=300)
+    table = np.loadtxt(folder / "out.txt")
+    return table[:, 0], table[:, 1:]
+
+
+def run(checks, folder, netlist, step, end, ranks=1, **more):
+    (folder / "circuit.cir").write_text(netlist)
+    return States(checks, {"bs_netlist": folder / "circuit.cir", "ts_type": "cn", "ts_dt": step, "ts_max_time": end, **more}, ranks=ranks)
+
+
+def compare(checks, name, states, netlist, columns, folder, step, end, bound, curvature):
+    """Against ngspice, where its points are; `columns`: {label: ngspice's name}."""
+    times, theirs = ngspice(netlist, columns.values(), step, end, folder)
+    for k, label in enumerate(columns):
+        ours = np.interp(times, states.time, states.value[:, states.labels.index(label)])
+        size = 1 if label.startswith("V") else np.abs(theirs[:, k]).max()
+        checks.below(f"{name}, {label}: ngspice", np.abs(ours - theirs[:, k]).max() / size, 2 * bound + step ** 2 / 8 * curvature)
+
+
+def low_pass(checks, folder):
+    """v = sum of the responses s (t - T + T exp(-t/T)) to ramps s t that begin at the four knots."""
+    tau, step, end = 1e-4, 2e-7, 1e-3
+    states = run(checks, folder, LOW_PASS, step, end)
+    checks.true("labels", states.labels == ["V(in)", "V(out)", "I(V1)"], str(states.labels))
+    v = np.zeros_like(states.time)
+    for knot, slope in ((1e-4, 5e4), (1.2e-4, -5e4), (4.2e-4, -2.5e4), (4.6e-4, 2.5e4)):
+        t = np.maximum(states.time - knot, 0)
+        v += slope * (t - tau + tau * np.exp(-t / tau))
+    bound = step ** 2 / 12 * (5e4 / tau ** 2) * tau
+    checks.below("low-pass: closed form", np.abs(states.value[:, 1] - v).max(), bound)
+    checks.below("low-pass: the current through V1 is that of R1", np.abs(states.value[:, 2] + (states.value[:, 0] - states.value[:, 1]) / 1e3).max(), 1e-15)
+    compare(checks, "low-pass", states, LOW_PASS, {"V(in)": "v(in)", "V(out)": "v(out)", "I(V1)": "i(v1)"}, folder, step, end, bound, 5e4 / tau)
+
+
+def band_pass(checks, folder):
+    """L i' = u - R i - v, C v' = i by an integrator of order 8."""
+    R, L, C, w, step, end = 50.0, 1e-2, 1e-7, 2 * math.pi * 5e3, 1e-7, 1e-3
+    states = run(checks, folder, BAND_PASS, step, end)
+    checks.true("spelling of the first mention", states.labels == ["V(IN)", "V(mid)", "V(out)", "I(V1)", "I(L1)"], str(states.labels))
+    exact = scipy.integrate.solve_ivp(lambda t, y: [(math.sin(w * t) - R * y[0] - y[1]) / L, y[0] / C], (0, end), [0, 0], "DOP853", states.time, rtol=1e-12,
+                                      atol=1e-18)
+    peak = R * np.abs(exact.y[0]).max()
+    bound = step ** 2 / 12 * w ** 3 * peak * (2 * L / R)
+    checks.below("band-pass, V(out): SciPy", np.abs(states.value[:, 2] - R * exact.y[0]).max(), bound)
+    checks.below("band-pass, I(L1): SciPy", R * np.abs(states.value[:, 4] - exact.y[0]).max(), bound)
+    checks.below("band-pass: currents of V1 and L1", np.abs(states.value[:, 3] + states.value[:, 4]).max(), 1e-15)
+    compare(checks, "band-pass", states, BAND_PASS, {"V(out)": "v(out)", "I(L1)": "i(l1)"}, folder, step, end, bound / peak, w ** 2)
+    energy = 0.5 * (L * states.value[:, 4] ** 2 + C * (states.value[:, 1] - states.value[:, 2]) ** 2)
+    checks.below("energy of L and C", np.abs(states.energy - energy).max(), 1e-12 * energy.max())
+
+
+def sources(checks, folder):
+    step, end = 1e-7, 6e-4
+    states = run(checks, folder, SOURCES, step, end)
+    compare(checks, "sources", states, SOURCES, {f"V({n})": f"v({n})" for n in "abcdef"}, folder, step, end, 1e-12, (2 * math.pi * 5e3) ** 2)
+    other = run(checks, folder, SOURCES, step * 10, end, ranks=3)
+    checks.true("labels on 3 ranks", other.labels == states.labels)
+    checks.near("values on 3 ranks", other.value, states.value[::10], 1e-11)
+
+
+def operating_point(checks, folder):
+    """v_b (1/R1 + 1/R2) = 10/R1 + 1 mA from the start, as SPICE; 0 there where it is not wanted."""
+    netlist = "Divider\nV1 a 0 10\nR1 a b 1k\nR2 b gnd 2kOhm\nI1 0 b DC 1m\nC1 b 0 1u\n.TRAN 1u 1m\n"
+    states = run(checks, folder, netlist, 1e-5, 1e-4)
+    v = (10 / 1e3 + 1e-3) / (1 / 1e3 + 1 / 2e3)
+    checks.near("operating point", states.value, np.tile([10, v, -(10 - v) / 1e3], (len(states.time), 1)), 1e-12)
+    checks.true(".tran is warned of", "line 7: .tran is passed over: write -ts_dt 1e-06 -ts_max_time 0.001" in states.stderr, states.stderr[:100])
+    states = run(checks, folder, netlist, 1e-5, 1e-4, bs_linear_dc=False, ts_type="beuler")
+    checks.true("zero state", states.value[0].tolist() == [0, 0, 0] and 0 < states.value[1, 1] < v)
+    states = run(checks, folder, "V1 a 0 1\n" + netlist.split("\n", 1)[1], 1e-5, 1e-4)
+    checks.true("a card as the title is warned of", "line 1: 'V1 a 0 1' counts as the title" in states.stderr, states.stderr[:100])
+    done = checks.run({"bs_netlist": folder / "circuit.cir", "ts_type": "cn", "ts_dt": 1e-5, "ts_max_time": 1e-4, "bs_output": "units.h5md"}, keep=("units.h5md",))
+    with h5py.File(io.BytesIO(done.files["units.h5md"])) as f:
+        found = [[w.decode() for w in f[name][...]] for name in ("states/units", "sources/units", "sources/labels")]
+    checks.true("units, and names of sources; linear by the netlist alone", found == [["V", "V", "A"], ["V", "A"], ["V1", "I1"]], str(found))
+
+
+def main():
+    checks = Checks(__doc__)
+    for part in (low_pass, band_pass, sources, operating_point):
+        if checks.wants(part.__name__):
+            with checks.group(part.__name__), tempfile.TemporaryDirectory() as folder:
+                part(checks, pathlib.Path(folder))
+    checks.finish()
+
+
+if __name__ == "__main__":
+    sys.exit(main())
