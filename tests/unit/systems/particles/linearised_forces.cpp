@@ -1,4 +1,5 @@
 // The stiffness of springs across their directions by tensions predicted for a change of places: against the formula, in products and in matrices.
+#include "systems/particles/linearised_forces.hpp"
 #include "condensed_case.hpp"
 #include "static_case.hpp"
 
