@@ -72,6 +72,8 @@ class ModeRun(Run):
         """None: how large a mode is drawn says nothing of forces."""
         return None
 
+    stresses = tensions
+
     def box_edges(self, frame):
         return super().box_edges(0)
 

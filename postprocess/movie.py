@@ -162,7 +162,7 @@ def parse(argv=None):
     p.add_argument("--deform", type=finite_number, metavar="F", help="draw displacements since the first frame F times as large, and the shape of that frame behind")
     p.add_argument("--reactions", action="store_true", help="draw the reactions of groups as arrows, with their sizes")
     p.add_argument("--up", choices=AXES, default="", help="axis that points up (default: against gravity); write --up=-x")
-    p.add_argument("--color", choices=("auto", "strain", "tension", "speed", "none"), default="auto", help="default: strain if any")
+    p.add_argument("--color", choices=("auto", "strain", "tension", "stress", "speed", "none"), default="auto", help="default: strain if any")
     p.add_argument("--limits", metavar="A:B", help="ends of the colour scale (default: from the frames shown)")
     p.add_argument("--draw", choices=("auto", "springs", "triangles", "particles"), default="auto",
                    help="lines, shaded triangles, or shaded discs (default: triangles of a sheet of 400 particles and more, else by --max_springs)")

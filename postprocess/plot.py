@@ -133,7 +133,7 @@ def parse(argv=None):
                    "..., xy; default: the one with most motion)")
     p.add_argument("--frame", dest="frames", type=lambda s: [int(v) for v in s.split(",")], default=[-1], metavar="K,L",
                    help="frames shown in state, one panel each, and in histogram; write --frame=-1 (default: the last)")
-    p.add_argument("--color", choices=("auto", "strain", "tension", "speed", "none"), default="auto", help="colour of state")
+    p.add_argument("--color", choices=("auto", "strain", "tension", "stress", "speed", "none"), default="auto", help="colour of state")
     p.add_argument("--deform", type=finite_number, metavar="F", help="draw displacements since the first frame F times as large, and the shape of that frame behind"
                    " (in state)")
     p.add_argument("--reactions", action="store_true", help="draw the reactions of groups as arrows, with their sizes (in state)")

@@ -6,7 +6,7 @@ import numpy as np
 PARTICLES = "/particles/trajectory"
 BONDS = "/connectivity/bonds"
 LIMITS = ("critical_strain", "critical_force", "critical_energy")
-LAW_DATA = ("stiffness_2", "stiffness_3", "yield_force", "hardening", "relaxation_time", *LIMITS)
+LAW_DATA = ("stiffness_2", "stiffness_3", "yield_force", "hardening", "relaxation_time", "area", *LIMITS)
 HISTORIES = ("plastic_stretch", "plastic_path", "viscous_stretch", "viscous_loss")
 SI = {"time": "s", "position": "m", "velocity": "m/s", "kinetic_energy": "J", "potential_energy": "J",
       "total_energy": "J", "momentum": "kg m/s", "angular_momentum": "kg m²/s", "mass": "kg",

@@ -85,6 +85,15 @@ class JoinedRun:
         path = f"/backspring/{name}/value"
         return None if self._get(path) is None else np.asarray(self._read(path, frame), float)
 
+    def _carried(self, name, frame):
+        """/observables/springs/NAME (M,), which -bs_output_springs writes; None in a run without it."""
+        path = f"/observables/springs/{name}/value"
+        return None if self._get(path) is None else np.asarray(self._read(path, frame), float)
+
+    def stresses(self, frame):
+        """Tensions by cross-sections (M,) [Pa]; NaN where the spring is broken or carries nothing. None in a run that did not write them."""
+        return self._carried("stress", frame)
+
     def strains(self, frame):
         """Strains (M,) = (l - L)/L; NaN where the rest length L is 0 and where the spring is broken or carries nothing."""
         rest = self.springs.rest_length
@@ -92,8 +101,11 @@ class JoinedRun:
             return np.where((rest > 0) & self.acting(frame), (self.lengths(frame) - rest) / rest, np.nan)
 
     def tensions(self, frame):
-        """Elastic forces (M,) of the springs [N], positive where they pull, by their laws; 0 where broken or slack, without what dampers carry. None where the file does
-        not say all that its laws need."""
+        """Elastic forces (M,) of the springs [N], positive where they pull, as written or else by their laws; 0 where broken or slack, without what dampers carry.
+        None where the file does not say all that its laws need."""
+        written = self._carried("tension", frame)
+        if written is not None:
+            return np.nan_to_num(written)
         springs, laws = self.springs, self.spring_laws
         if laws is None or springs.stiffness is None:
             return None

@@ -42,6 +42,7 @@ class TabledRun:
         if "observables" not in self._cache:
             found, times = {}, self.times
             items = dict(self._file.get("/observables", {}).items())
+            items.pop("springs", None)  # fields, a number of every spring
             for name, item in list(items.items()):  # reaction/NAME and work/NAME lie one level deeper
                 if isinstance(item, h5py.Group):
                     items.update({f"{name}/{own}": inner for own, inner in item.items() if isinstance(inner, h5py.Group)})

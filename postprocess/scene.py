@@ -12,6 +12,7 @@ from figure_style import axis_label  # noqa: E402
 from reactions import Reactions  # noqa: E402
 from scene_marks import THEMES, make_room, scale_bar, triad  # noqa: E402
 
+OF_SPRINGS = ("strain", "tension", "stress")  # colours that belong to springs
 SHEET = 400  # particles from which on a sheet is drawn as triangles
 
 
@@ -61,6 +62,8 @@ class Scene:
             return "strain" if strained else ("speed" if self.run.velocities is not None else "none")
         if color == "tension" and (not len(self.run.springs) or self.run.tensions(0) is None):
             raise RunError(f"{self.run.path}: does not say the forces of its springs: --color tension needs their laws and what these take")
+        if color == "stress" and (not len(self.run.springs) or self.run.stresses(0) is None):
+            raise RunError(f"{self.run.path}: has no stresses of springs: --color stress needs a run with -bs_output_springs of a lattice with /springs/area")
         return "none" if (color == "strain" and not strained) or (color == "speed" and self.run.velocities is None) else color
 
     def position(self, row):
@@ -133,14 +136,14 @@ class Scene:
             values = values[np.isfinite(values)]
             tops.append(np.percentile(values, 99.5) if len(values) else 0.0)
         top = max(tops) or 1e-3  # nothing strained: a scale that can be read
-        return Normalize(-top, top) if self.color in ("strain", "tension") else Normalize(0, top)
+        return Normalize(-top, top) if self.color in OF_SPRINGS else Normalize(0, top)
 
     def values(self, row):
         """The coloured quantity: per spring (strain) or per particle (speed)."""
         if self.color == "strain":
             return np.where(self.run.slack(row), np.nan, self.run.strains(row))
-        if self.color == "tension":
-            return np.where(self.run.slack(row) | ~self.run.acting(row), np.nan, self.run.tensions(row))
+        if self.color in ("tension", "stress"):
+            return np.where(self.run.slack(row) | ~self.run.acting(row), np.nan, self.run.tensions(row) if self.color == "tension" else self.run.stresses(row))
         return np.sqrt((self.run.velocity(row) ** 2).sum(axis=1))
 
     def _particle_values(self, row):
@@ -157,7 +160,7 @@ class Scene:
         return total / np.maximum(count, 1)
 
     def _spring_values(self, row):
-        if self.color in ("strain", "tension"):
+        if self.color in OF_SPRINGS:
             return self.values(row)[self.drawn]
         return self.values(row)[self.run.springs.pairs[self.drawn]].mean(axis=1)
 
@@ -180,7 +183,7 @@ class Scene:
     def label(self):
         if self.color == "speed":
             return axis_label("speed", self.run.unit("velocity"))
-        name = self.run.strain_name if self.color == "strain" else axis_label("tension", self.run.unit("reaction"))
+        name = {"strain": self.run.strain_name, "tension": axis_label("tension", self.run.unit("reaction")), "stress": axis_label("stress", self.run.stated_unit("springs/stress") or "Pa")}[self.color]
         if self.draw != "springs":
             return "mean " + name + " at a particle"
         return name + (", dotted: slack" if any(self.run.slack(row).any() for row in {self.first, self.last}) else "")
@@ -260,7 +263,7 @@ class Scene:
         middle = 0.5 * (depth[pairs[:, 0]] + depth[pairs[:, 1]])
         rgb = self._rgb(values, len(pairs))
         order = np.argsort(middle) if self.run.dim == 3 else np.argsort(np.abs(values), kind="stable") \
-            if self.color in ("strain", "tension") else np.arange(len(pairs))
+            if self.color in OF_SPRINGS else np.arange(len(pairs))
         crowd = max(1.0, 2 * len(self.run.springs) / self.run.particles / 6)  # thinner where many springs meet
         width = np.clip(0.12 * self._spacing(ax) / np.sqrt(crowd), 0.25, 2.2)
         if self.run.dim == 3:

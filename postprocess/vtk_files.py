@@ -36,6 +36,8 @@ def fields(run, row, every):
     data = {"strain": run.strains(row)}
     if run.tensions(row) is not None:
         data["tension"] = run.tensions(row)
+    if run.stresses(row) is not None:
+        data["stress"] = run.stresses(row)
     data.update({k: getattr(springs, k) for k in ("stiffness", "rest_length", "damping") if getattr(springs, k) is not None})
     data.update({**springs.law_data, **springs.limits})
     data.update({k: run.spring_state(k, row) for k in HISTORIES if run.spring_state(k, row) is not None})

@@ -140,6 +140,7 @@ PetscErrorCode read_particles(MPI_Comm comm, const Hdf5File& file, const Hdf5Lay
 
 /// What laws of springs take and carry, as far as the file holds it.
 PetscErrorCode read_spring_columns(const Hdf5File& file, const Hdf5Layout& names, Lattice* l) {
+  std::vector<Column> area;
   PetscFunctionBegin;
   for (const SpringParameter& one : spring_parameters())
     PetscCall(add_column(file, {one.name, names.column(one.name), {}}, l->springs, "M", false, &l->spring_columns));
@@ -147,6 +148,8 @@ PetscErrorCode read_spring_columns(const Hdf5File& file, const Hdf5Layout& names
     PetscCall(add_column(file, {one.name, names.history(one.name), {}}, l->springs, "M", names.trajectory, &l->spring_columns));
   for (const BreakLimit& one : break_limits)
     PetscCall(add_column(file, {one.name, names.column(one.name), {}}, l->springs, "M", false, &l->break_columns));
+  PetscCall(add_column(file, {AREA, names.column(AREA), {}}, l->springs, "M", false, &area));
+  if (!area.empty()) l->area = std::move(area[0]);
   PetscCall(add_column(file, {BROKEN, names.history(BROKEN), {}}, l->springs, "M", names.trajectory, &l->break_columns));
   PetscFunctionReturn(0);
 }

@@ -124,6 +124,7 @@ void note_unknown_members(const Hdf5File& file, Lattice* l) {
   for (const SpringHistory& one : spring_histories()) known.back().second.push_back(one.name);
   for (const BreakLimit& one : break_limits) known.back().second.emplace_back(one.name);
   known.back().second.emplace_back(BROKEN);
+  known.back().second.emplace_back(AREA);
   for (const InteractionSchema& schema : interaction_schemas()) {
     known.push_back({std::string("/") + schema.group + "s", {schema.topology, "shift"}});
     for (const InteractionParameter& parameter : schema.parameters) known.back().second.emplace_back(parameter.name);

@@ -48,7 +48,7 @@ void note_unknown_members(const Hdf5File& file, Lattice* lattice);
 /// lattice/columns.hpp by their names (radius, drag; force (N,d)).
 /// /springs, optional: pairs (M,2) 0-based, stiffness (M); optional rest_length (M; absent: NaN), damping (M).
 /// Optional, too: law (M), places in the list of names that is the attribute spring_laws of /; columns (M) of what the laws take
-/// and carry, by their names in physics/pair/springs/registry.hpp (stiffness_2, yield_force, plastic_stretch, ...).
+/// and carry, by their names in physics/pair/springs/registry.hpp (stiffness_2, yield_force, plastic_stretch, ...); area (M).
 /// /anchors, optional: particle (A), point (A,d), stiffness (A); optional rest_length (A; absent: 0), damping (A).
 /// /angles, optional: triples (A,3), the middle particle second, stiffness (A), rest_angle (A).
 /// Attributes of /: spring_law and damping_law, names from physics/pair/springs/registry.hpp.

@@ -107,6 +107,8 @@ void check_spring(const Lattice& l, const Place& place, std::int64_t k, Error* f
     fault->note(
         row, place.row("spring", row, "/springs", "pairs") + format(": joins particle %" PRId64 " to itself; give it two ends or leave it out", i));
   check_numbers(place, "spring", "/springs", row, l.stiffness[at(k)], l.rest_length[at(k)], true, l.damping[at(k)], fault);
+  if (const double area = l.has_area() ? l.area.value[at(k)] : 1; !(usable(area) && area > 0))
+    fault->note(row, l.source + format(": spring %" PRId64 ", %s: %g; write a finite area > 0 [m^2]", row, l.area.path.c_str(), area));
 }
 
 void check_anchor(const Lattice& l, const Place& place, std::int64_t k, Error* fault) {

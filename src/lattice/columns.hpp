@@ -87,6 +87,9 @@ inline constexpr BreakLimit break_limits[BREAK_LIMITS] = {
     {"critical_energy", "-bs_break_energy", "elastic energy", "J", {1, 2, -2}, "threshold_energy"},
 };
 
+/// Dataset /springs/area and the trajectory's /connectivity/bonds_area: cross-sections [m^2], > 0.
+inline constexpr const char* AREA = "area";
+
 /// Dataset /springs/broken and field /backspring/broken: 1 where a spring is broken, 0 elsewhere.
 inline constexpr const char* BROKEN = "broken";
 

@@ -88,6 +88,8 @@ struct Lattice {
   std::vector<std::uint8_t> spring_laws;  ///< (count) places in the registry, or empty: all obey spring_law
   std::vector<Column> spring_columns;     ///< the same names in the same order on every rank
   std::vector<Column> break_columns;      ///< of lattice/columns.hpp; the same names in the same order on every rank
+  Column area;                            ///< (count) cross-sections, for stresses [m^2]; of no name where the lattice has none
+  bool has_area() const { return !area.name.empty(); }
   // springs to fixed points (or to points that move as given)
   Rows anchors;
   std::vector<std::int64_t> anchor_particle;                                 ///< (count)

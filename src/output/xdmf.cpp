@@ -113,8 +113,8 @@ std::string attribute(const std::string& name, const char* type, const char* cen
 
 /// The datasets of a trajectory that a viewer can show.
 struct Contents {
-  Item position, velocity, bonds, drawn, strain, broken, stress;
-  std::vector<std::pair<std::string, Item>> of_particles, of_springs;
+  Item position, velocity, bonds, drawn, stress;
+  std::vector<std::pair<std::string, Item>> of_particles, of_springs, in_frames;  ///< in_frames: of springs, frame by frame
 
   PetscErrorCode find(hid_t file, const std::string& name) {
     const std::string particles = "/particles/trajectory/", bonds_path = "/connectivity/bonds";
@@ -125,14 +125,17 @@ struct Contents {
     PetscCall(describe(file, name, bonds_path + "_drawn", &bonds));  // of a periodic box: without lines across it
     if (bonds.path.empty()) PetscCall(describe(file, name, bonds_path, &bonds));
     PetscCall(describe(file, name, "/backspring/drawn/value", &drawn));  // where springs break: those that are whole at each frame
-    PetscCall(describe(file, name, "/backspring/strain/value", &strain));
-    PetscCall(describe(file, name, "/backspring/broken/value", &broken));
+    for (const char* path :
+         {"/backspring/strain", "/observables/springs/strain", "/observables/springs/tension", "/observables/springs/stress", "/backspring/broken"}) {
+      PetscCall(describe(file, name, std::string(path) + "/value", &item));
+      if (!item.path.empty()) in_frames.emplace_back(std::strrchr(path, '/') + 1, item);
+    }
     PetscCall(describe(file, name, particles + "stress_volume/value", &stress));
     for (const std::string& constant : constants(file, particles.substr(0, particles.size() - 1))) {
       PetscCall(describe(file, name, particles + constant, &item));
       if (!item.path.empty()) of_particles.emplace_back(constant, item);
     }
-    for (const char* constant : {"stiffness", "rest_length"}) {
+    for (const char* constant : {"stiffness", "rest_length", "area"}) {
       PetscCall(describe(file, name, bonds_path + "_" + constant, &item));
       if (!item.path.empty()) of_springs.emplace_back(constant, item);
     }
@@ -153,8 +156,7 @@ struct Contents {
     const std::vector<std::string> parts = stress.path.empty() ? std::vector<std::string>{} : tensor_names(stress.shape[2]);
     for (std::size_t c = 0; c < parts.size(); ++c) out += attribute("stress_volume_" + parts[c], "Scalar", "Node", column_slab(stress, k, c));
     for (const auto& [name, item] : of_particles) out += attribute(name, "Scalar", "Node", whole(item));
-    if (!strain.path.empty()) out += attribute("strain", "Scalar", "Cell", slab(strain, k));
-    if (!broken.path.empty()) out += attribute("broken", "Scalar", "Cell", slab(broken, k));
+    for (const auto& [name, item] : in_frames) out += attribute(name, "Scalar", "Cell", slab(item, k));
     for (const auto& [name, item] : of_springs) out += attribute(name, "Scalar", "Cell", whole(item));
     return out + "</Grid>\n";
   }

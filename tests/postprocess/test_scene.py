@@ -17,7 +17,7 @@ import matplotlib.pyplot as plt  # noqa: E402
 import movie  # noqa: E402
 import plot  # noqa: E402
 import synthetic  # noqa: E402
-from backspring_io import open_run  # noqa: E402
+from backspring_io import RunError, open_run  # noqa: E402
 from matplotlib.collections import LineCollection  # noqa: E402
 from matplotlib.colors import to_rgb  # noqa: E402
 from scene import Scene  # noqa: E402
@@ -134,6 +134,18 @@ class Drawn(unittest.TestCase):
             scene = Scene(run, [0, 1], color="tension")
             self.assertEqual(scene.label(), "tension [N]")
             self.assertGreater(scene.norm.vmax, 9)
+            with self.assertRaisesRegex(RunError, "-bs_output_springs"):
+                Scene(run, [0, 1], color="stress")
+        carried = np.array([[0.0] * 4, [np.nan, -7, 8, 9]])
+        with h5py.File(self.path, "a") as f:  # what the run wrote goes before what its laws say
+            for name, values in (("tension", carried), ("stress", 1e4 * carried)):
+                f[f"observables/springs/{name}/value"] = values
+        with open_run(self.path) as run:
+            np.testing.assert_array_equal(run.tensions(1), [0, -7, 8, 9])
+            scene = Scene(run, [0, 1], color="stress")
+            self.assertEqual(scene.label(), "stress [Pa]")
+            np.testing.assert_array_equal(scene.values(1), 1e4 * carried[1])
+            self.assertNotIn("springs/tension", run.series)
         with h5py.File(self.net("polynomial"), "a") as f:
             f["connectivity/bonds_stiffness_3"] = np.full(4, 1000.0)
         with open_run(self.path) as run:

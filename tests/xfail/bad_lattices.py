@@ -423,6 +423,7 @@ GOOD = {
                                                   put("springs/rest_length", np.ones(4)), put("springs/damping", np.ones(4))),
                                              spring_law="strain", damping_law=np.bytes_("simple")),
     "good: angles": angles(),
+    "good: cross-sections": hdf5(put("springs/area", np.full(4, 1e-4))),
     "good: limits of springs": hdf5(both(put("springs/critical_strain", np.array([0.1, np.inf, 1, 2])), put("springs/broken", np.array([0.0, 0, 1, 0])))),
     "good: limits for all": options(*CHAIN, "-bs_break_strain", "0.5", "-bs_break_uniform", "0.1,3", "-bs_break", "worst"),
     "good: periodic box": boxed(),
@@ -482,6 +483,7 @@ BOX = {
 BREAKING = {
     "limit 0": (hdf5(put("springs/critical_strain", np.array([0.1, 0, 1, 2]))), "spring 1, /springs/critical_strain: 0; write a number > 0"),
     "limit that is no number": (hdf5(put("springs/critical_force", np.array([0.1, 1, np.nan, 2]))), "spring 2, /springs/critical_force: nan; write a number > 0"),
+    "cross-section 0": (hdf5(put("springs/area", np.array([1e-4, 1e-4, 0, 1e-4]))), "spring 2, /springs/area: 0; write a finite area > 0"),
     "limits of fewer springs": (hdf5(put("springs/critical_energy", np.array([0.1, 1]))), "/springs/critical_energy"),
     "half broken": (hdf5(put("springs/broken", np.array([0.5, 0, 0, 0]))), "spring 0, /springs/broken: 0.5; write 1 (broken) or 0"),
     "negative strain": (options(*CHAIN, "-bs_break_strain", "-1"), "option -bs_break_strain"),

@@ -44,7 +44,7 @@ PetscErrorCode ParticleModel::create(MPI_Comm comm, Lattice&& lattice, std::uniq
   PetscCall(model->check_laws());
   model->lattice_ = std::move(lattice);
   PetscCall(model->create_state());
-  PetscCall(model->read_strain_option());
+  PetscCall(model->springs_.create(model->net_, model->lattice_));
   PetscCall(model->stress_.create(model->net_));
   PetscCall(model->memory_.create(model->net_, model->lattice_.springs));
   PetscCall(model->coupling_.create(model->net_, model->pattern_));

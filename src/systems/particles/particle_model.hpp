@@ -16,8 +16,8 @@
 #include "systems/particles/particle_potential.hpp"
 #include "systems/particles/particle_stress.hpp"
 #include "systems/particles/row_pattern.hpp"
+#include "systems/particles/spring_fields.hpp"
 #include "systems/particles/spring_memory.hpp"
-#include "systems/particles/spring_table.hpp"
 #include "systems/particles/terms.hpp"
 
 namespace bs {
@@ -91,7 +91,6 @@ class ParticleModel final : public Mechanics {
   PetscErrorCode draw_broken(Vec broken);
   PetscErrorCode make_order();
   PetscErrorCode fill_output(Vec y);
-  PetscErrorCode read_strain_option();
   std::string spring_laws_in_words() const;
   bool state_tells_all() const;
   bool knows_interior(double t) const;
@@ -107,10 +106,9 @@ class ParticleModel final : public Mechanics {
   RowPattern pattern_;
   Layout layout_;
   LocalState state_;
-  SpringStrain strain_;
+  SpringFields springs_;
   ParticleStress stress_;
   SpringMemory memory_;
-  bool store_strain_ = false;
   Breaking breaking_;
   bool loads_ = false;  ///< the evaluations that follow are of statics, whose time is the load factor
   FreeBodies free_bodies_;

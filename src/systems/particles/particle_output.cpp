@@ -93,18 +93,6 @@ PetscErrorCode ParticleModel::observe(double t, Vec y, std::vector<Observable>* 
   PetscFunctionReturn(0);
 }
 
-PetscErrorCode ParticleModel::read_strain_option() {
-  constexpr std::int64_t many = 1000000;  // springs: a frame of their strains is 8 MB
-  PetscFunctionBegin;
-  store_strain_ = net_.springs_total <= many;
-  PetscCall(read_section(net_.comm, "Fields of a frame", [&](Section& o) {
-    o.flag("-bs_output_strain", "write the strain (l - L)/L of every spring to every frame; default: true up to a million springs [1]",
-           store_strain_);
-  }));
-  store_strain_ = store_strain_ && net_.springs_total > 0;
-  PetscFunctionReturn(0);
-}
-
 /// For the first frame that is written.
 PetscErrorCode ParticleModel::make_order() {
   PetscFunctionBegin;
@@ -121,7 +109,7 @@ PetscErrorCode ParticleModel::fill_output(Vec y) {
 }
 
 PetscErrorCode ParticleModel::fields(double t, Vec y, std::vector<Field>* out) {
-  Vec strains, shown;
+  Vec shown;
   PetscFunctionBegin;
   PetscCall(constraints_.show(t, y, &shown));
   PetscCall(make_order());
@@ -138,16 +126,13 @@ PetscErrorCode ParticleModel::fields(double t, Vec y, std::vector<Field>* out) {
     out->push_back({std::string("/backspring/") + BROKEN, broken, true});
     out->push_back({"/backspring/drawn", drawn_, false, {}, false, true});
   }
-  if (store_strain_ || stress_.in_frames()) PetscCall(state_.gather(t, y));
+  if (springs_.active() || stress_.in_frames()) PetscCall(state_.gather(t, y));
   if (stress_.in_frames()) {
     Vec stresses;
     PetscCall(stress_.field(*terms_, t, state_, static_cast<PetscInt>(lattice_.particles.count), &stresses));
     out->push_back({"/particles/trajectory/stress_volume", stresses});
   }
-  if (!store_strain_) PetscFunctionReturn(0);
-  if (!strain_) PetscCall(strain_.create(net_, lattice_.springs));
-  PetscCall(strain_.compute(state_, &strains));
-  out->push_back({"/backspring/strain", strains, true, {}, true});
+  PetscCall(springs_.fields(*terms_, state_, out));
   PetscFunctionReturn(0);
 }
 
@@ -205,6 +190,7 @@ PetscErrorCode ParticleModel::take_constants(std::vector<Dataset>* out) {
     for (Column& column : lattice_.spring_columns)
       for (const SpringParameter& one : spring_parameters())
         if (column.name == one.name) out->push_back({bonds + "_" + one.name, s.first, s.total, 0, std::move(column.value), {}, one.powers});
+    if (lattice_.has_area()) out->push_back({bonds + "_" + AREA, s.first, s.total, 0, std::move(lattice_.area.value), {}, {0, 2, 0}});
     breaking_.put_limits(&lattice_, out);
     if (lattice_.law_by_row) {
       std::string names;

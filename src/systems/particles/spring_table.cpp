@@ -1,7 +1,6 @@
 #include "systems/particles/spring_table.hpp"
-#include <cmath>
-#include <limits>
-#include "systems/particles/spring_exists.hpp"
+#include <algorithm>
+#include "network/ghost_copies.hpp"
 
 namespace bs {
 
@@ -12,10 +11,19 @@ PetscErrorCode SpringTable::create(const Network& net, const Rows& rows) {
   PetscFunctionBegin;
   net_ = &net;
   rows_ = static_cast<PetscInt>(rows.count);
-  // a spring is in the rows of both its ends: the end of the lower global index evaluates it
+  GhostCopies copies;
+  std::vector<std::int64_t> row = net.row;
+  row.resize(static_cast<std::size_t>(net.n + net.ghosts));
+  PetscCall(copies.create(net));
+  PetscCall(copies.exchange(net.row, [&](PetscInt ghost, std::int64_t value) { row[static_cast<std::size_t>(ghost)] = value; }));
+  // A spring is in the rows of both its ends: the one of the lower row in the input evaluates it, on any number of ranks. Of a spring between a
+  // particle and its own image, which has both links there, the first does.
+  const auto begin = net.links.spring.begin();
   for (PetscInt i = 0; i < net.n; ++i)
     for (PetscInt k = net.links.start[i]; k < net.links.start[i + 1]; ++k) {
-      if (net.links.spring[k] < 0 || net.global[i] > net.global[net.links.other[k]]) continue;
+      const std::int64_t other = row[static_cast<std::size_t>(net.links.other[k])];
+      if (net.links.spring[k] < 0 || row[static_cast<std::size_t>(i)] > other) continue;
+      if (row[static_cast<std::size_t>(i)] == other && std::find(begin + net.links.start[i], begin + k, net.links.spring[k]) != begin + k) continue;
       particle_.push_back(i);
       link_.push_back(k);
       target.push_back(static_cast<PetscInt>(net.links.spring[k]));
@@ -61,28 +69,6 @@ PetscErrorCode SpringTable::fetch_rows(Vec rows) {
   }
   PetscCall(VecScatterBegin(back_, rows, all_, INSERT_VALUES, SCATTER_FORWARD));
   PetscCall(VecScatterEnd(back_, rows, all_, INSERT_VALUES, SCATTER_FORWARD));
-  PetscFunctionReturn(0);
-}
-
-PetscErrorCode SpringStrain::create(const Network& net, const Rows& rows) {
-  PetscFunctionBegin;
-  net_ = &net;
-  PetscCall(table_.create(net, rows));
-  PetscFunctionReturn(0);
-}
-
-// strain = (l - L) / L, l = |x_j - x_i|, of springs that there are
-PetscErrorCode SpringStrain::compute(const LocalState& state, Vec* strains) {
-  PetscFunctionBegin;
-  const auto strain = [&](PetscInt i, PetscInt e) {
-    const double *a = state.at(i), *b = state.at(net_->links.other[e]);
-    const double rest = net_->links.rest_length[e];
-    double square = 0;
-    for (int c = 0; c < net_->dim; ++c) square += (b[c] - a[c]) * (b[c] - a[c]);
-    return rest > 0 && exists(*net_, e) ? (std::sqrt(square) - rest) / rest : std::numeric_limits<double>::quiet_NaN();
-  };
-  PetscCall(table_.gather(strain, &strains_));
-  *strains = strains_;
   PetscFunctionReturn(0);
 }
 
