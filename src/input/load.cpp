@@ -156,6 +156,10 @@ PetscErrorCode complete(MPI_Comm comm, const LatticeOptions& options, Lattice* o
   PetscCall(add_anchors(comm, options.anchors, out));
   PetscCall(choose_images(comm, out));
   PetscCall(validate(comm, out));
+  if (options.generator.type == LatticeType::none && options.generator.perturbation > 0) {
+    perturb(options.generator, out);
+    PetscCall(validate(comm, out));  // ends that meet
+  }
   PetscCall(check_rest_lengths(comm, *out));
   for (const std::string& warning : out->warnings) PetscCall(warn(comm, warning));
   PetscCall(put_implied_options(*out));

@@ -127,19 +127,6 @@ void fix_particles(const Plan& plan, Lattice* out) {
   apply_fixed_particles(plan.spec.fixed_particles, out->particles, &out->fixed);
 }
 
-/// Shifts each free particle by up to the amplitude either way along every axis.
-void perturb(const Plan& plan, Lattice* out) {
-  const double amplitude = plan.spec.perturbation;
-  if (amplitude <= 0) return;
-  const std::size_t d = static_cast<std::size_t>(plan.dim);
-  for (std::size_t i = 0; i < out->fixed.size(); ++i) {
-    if (out->fixed[i]) continue;
-    const std::int64_t row = out->particles.first + static_cast<std::int64_t>(i);
-    for (std::size_t k = 0; k < d; ++k)
-      out->position[i * d + k] += amplitude * (2 * hash_uniform(plan.spec.seed, Stream::perturbation, row, static_cast<std::int64_t>(k)) - 1);
-  }
-}
-
 /// The spring of particle i with its upper neighbour j.
 void add_spring(const Plan& plan, std::int64_t i, std::int64_t j, const Neighbour& m, Lattice* out) {
   const GeneratorSpec& spec = plan.spec;
@@ -250,7 +237,7 @@ Lattice generate(const GeneratorSpec& spec, int rank, int size) {
   choose_groups(spec.groups, plan.box(), plan.stencil.staggered ? plan.spacing[0] / 2 : 0.0, &out);
   fix_groups(spec.fixed_groups, &out);
   apply_velocity(spec.velocity, spec.velocity_gradient, plan.dim, out.position, out.fixed, &out.velocity);
-  perturb(plan, &out);
+  perturb(spec, &out);
   const std::size_t count = static_cast<std::size_t>(out.particles.count);
   out.mass.assign(count, mass_of_each(spec, plan.total));
   if (spec.radius > 0) out.particle_columns.push_back({"radius", "-bs_lattice_radius", std::vector<double>(count, spec.radius)});
@@ -282,6 +269,17 @@ std::int64_t spring_count(const GeneratorSpec& spec) {
     for (const Neighbour& m : stencil.kinds[kind].neighbours)
       ends += inside(spec, 0, m.cell[0]) * inside(spec, 1, m.cell[1], stencil.staggered ? static_cast<int>(kind) : -1) * inside(spec, 2, m.cell[2]);
   return ends / 2;
+}
+
+void perturb(const GeneratorSpec& spec, Lattice* lattice) {
+  const std::size_t d = static_cast<std::size_t>(lattice->dim);
+  if (spec.perturbation <= 0) return;
+  for (std::size_t i = 0; i < lattice->fixed.size(); ++i) {
+    if (lattice->fixed[i]) continue;
+    const std::int64_t row = lattice->particles.first + static_cast<std::int64_t>(i);
+    for (std::size_t k = 0; k < d; ++k)
+      lattice->position[i * d + k] += spec.perturbation * (2 * hash_uniform(spec.seed, Stream::perturbation, row, static_cast<std::int64_t>(k)) - 1);
+  }
 }
 
 }  // namespace bs

@@ -121,6 +121,9 @@ std::int64_t spring_count(const GeneratorSpec& spec);
 /// the triangular one xmin and xmax take the end of every row.
 Lattice generate(const GeneratorSpec& spec, int rank, int size);
 
+/// Shifts each free particle by up to spec.perturbation either way along every axis, by its row and the seed.
+void perturb(const GeneratorSpec& spec, Lattice* lattice);
+
 /// Reads up to `max` numbers into a list; leaves the list alone where the option is absent.
 template <class V>
 void read_list(V& o, const char* name, const char* help, int max, std::vector<double>& list) {
@@ -165,7 +168,9 @@ void GeneratorSpec::options(V& o) {
   o.texts("-bs_lattice_fixed", "faces of the lattice whose particles are fixed: xmin,xmax,ymin,ymax,zmin,zmax", fixed);
   o.integers("-bs_lattice_fixed_particles", "indices of fixed particles, counted from 0", fixed_particles);
   o.texts("-bs_lattice_fixed_groups", "names of groups (-bs_group_NAME, or of the lattice file) whose particles are fixed", fixed_groups);
-  o.real("-bs_lattice_perturbation", "largest random displacement of a free particle along each axis [m]", perturbation);
+  o.real("-bs_lattice_perturbation",
+         "largest random displacement of a free particle along each axis, of files too; rest lengths stay those of the places before [m]",
+         perturbation);
   o.integer("-bs_lattice_seed", "seed of the random perturbation and of the random choice of stiffer springs", seed);
   read_list(o, "-bs_lattice_origin", "lower corner of the lattice [m]", 3, origin);
   read_list(o, "-bs_lattice_velocity", "vector u of the initial velocity v = u + A x [m/s]", 3, velocity);

@@ -97,7 +97,6 @@ std::string check_periodic(const GeneratorSpec& spec) {
 
 /// Two particles can meet only if their shifts, 2 amplitude apart at most along each axis, span their offset.
 std::string check_perturbation(const GeneratorSpec& spec) {
-  if (!holds(spec.perturbation, Need::nonnegative)) return check_number("-bs_lattice_perturbation", spec.perturbation, Need::nonnegative);
   double limit = std::numeric_limits<double>::infinity();
   const Stencil stencil = make_stencil(spec.type, static_cast<int>(type_info(spec.type).shells.size()));
   for (const Site& kind : stencil.kinds)
@@ -143,6 +142,7 @@ std::string check_particle_data(const GeneratorSpec& spec, int dim, int axes, st
            ", A row by row";
   Faces faces = 0;
   return first_of({check_number("-bs_lattice_radius", spec.radius, Need::nonnegative),
+                   check_number("-bs_lattice_perturbation", spec.perturbation, Need::nonnegative),
                    check_list("-bs_lattice_stiffness", spec.stiffness, 1, 3, Need::nonnegative),
                    check_list("-bs_lattice_damping", spec.damping, 1, 3, Need::nonnegative),
                    check_list("-bs_lattice_velocity", spec.velocity, 0, d, Need::finite),

@@ -16,6 +16,8 @@
 #include "input/text_file.hpp"
 #include "input/validate.hpp"
 #include "lattice/columns.hpp"
+#include "lattice/generator.hpp"
+#include "options.hpp"
 #include "spoken.hpp"
 
 using namespace bs;
@@ -496,4 +498,32 @@ TEST_CASE("a text file reaches every rank", "[input]") {
   Caught caught;
   CHECK(read_text_file(world, file + ".none", &got) == ERR_FAILED);
   CHECK(read_text_file(world, folder.path, &got) == ERR_FAILED);
+}
+
+TEST_CASE("A lattice that is given is perturbed as a generated one of the same rows") {
+  const OptionTexts disturb = {{"-bs_lattice_perturbation", "0.2"}, {"-bs_lattice_seed", "7"}};
+  OptionTexts made = {{"-bs_lattice_type", "square"}, {"-bs_lattice_size", "6,5"}, {"-bs_lattice_fixed", "ymin"}};
+  GeneratorSpec spec;
+  spec.type = LatticeType::square;
+  spec.size = {6, 5};
+  Lattice given = generate(spec, 0, 1), expected, found;
+  given.springs.total = given.springs.count;
+  given.rest_length.assign(given.rest_length.size(), std::nan(""));  // as files that leave them out
+  made.insert(disturb.begin(), disturb.end());
+  {
+    const Given options(made);
+    REQUIRE(load_lattice(world, &expected) == 0);
+  }
+  OptionTexts texts = disturb;
+  texts["-bs_lattice_fixed"] = "ymin";
+  const Given options(texts);
+  REQUIRE(load_lattice(world, given, &found) == 0);
+  CHECK(found.position == expected.position);
+  CHECK(found.fixed == expected.fixed);
+  double sum[2] = {0, 0};  // the ranks share springs out otherwise
+  for (const double length : found.rest_length) sum[0] += length;
+  for (const double length : expected.rest_length) sum[1] += length;
+  MPI_Allreduce(MPI_IN_PLACE, sum, 2, MPI_DOUBLE, MPI_SUM, world);
+  CHECK(sum[0] == Approx(sum[1]).epsilon(1e-13));
+  CHECK(std::any_of(found.position.begin(), found.position.end(), [](double x) { return x != std::round(x); }) == (found.particles.count > 0));
 }
