@@ -1,4 +1,6 @@
 #include "time/ts_setup.hpp"
+#include <cmath>
+#include <vector>
 #include "base/error.hpp"
 #include "base/option_names.hpp"
 #include "linalg/condensed/condensed.hpp"
@@ -87,6 +89,32 @@ PetscErrorCode set_implicit(TS ts, Model& model, TSContext* context) {
 
 }  // namespace
 
+// Of a Runge-Kutta type: the largest z with |R(-z)| <= 1, R(z) = 1 + sum of z^k b.A^(k-1) 1 over its stages, y_1 = R(h lambda) y_0 on y' = lambda y
+static PetscErrorCode limit_of_tableau(TS ts, double* limit) {
+  constexpr double SLACK = 1e-9, STEP = 1e-3, FAR = 100;
+  PetscInt s;
+  const PetscReal *A, *b;
+  PetscFunctionBegin;
+  PetscCall(TSRKGetTableau(ts, &s, &A, &b, nullptr, nullptr, nullptr, nullptr, nullptr));
+  std::vector<double> stage(static_cast<std::size_t>(s), 1.0), R = {1};
+  for (PetscInt k = 0; k < s; ++k) {
+    std::vector<double> next(stage.size(), 0.0);
+    R.push_back(0);
+    for (PetscInt i = 0; i < s; ++i) {
+      R.back() += b[i] * stage[static_cast<std::size_t>(i)];
+      for (PetscInt j = 0; j < s; ++j) next[static_cast<std::size_t>(i)] += A[i * s + j] * stage[static_cast<std::size_t>(j)];
+    }
+    stage = next;
+  }
+  const auto stable = [&R](double z) {
+    double sum = 0;
+    for (auto c = R.rbegin(); c != R.rend(); ++c) sum = *c - z * sum;
+    return std::abs(sum) <= 1 + SLACK;
+  };
+  for (*limit = 0; *limit < FAR && stable(*limit + STEP);) *limit += STEP;
+  PetscFunctionReturn(0);
+}
+
 PetscErrorCode create_ts(Model& model, TSContext* context, TSHandle* ts) {
   const std::string type = value_of("-ts_type", TSBEULER);
   PetscFunctionBegin;
@@ -117,10 +145,12 @@ PetscErrorCode create_ts(Model& model, TSContext* context, TSHandle* ts) {
   }
   PetscReal theta;
   PetscCall(theta_of(*ts, &theta));
+  double real_limit = context->method->traits->real;
+  if (std::string(type) == TSRK) PetscCall(limit_of_tableau(*ts, &real_limit));
   Plan plan{context->implicit,
             context->form,
             0,
-            context->method->traits->real,
+            real_limit,
             type,
             context->method->words(),
             context->method->descriptor >= context->method->order,

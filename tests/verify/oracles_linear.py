@@ -157,6 +157,20 @@ def check_factorisations(checks):
                 run.stderr.strip()[-90:])
 
 
+def check_explicit_limit(checks):
+    """The largest stable step of explicit types on a rod's heat, where C^-1 G = (n + 1)^2 tridiag(-1, 2, -1): z/lambda_max, |R(-z)| = 1."""
+    n = 20
+    most = 4 * (n + 1) ** 2 * math.sin(n * math.pi / (2 * (n + 1))) ** 2
+    for kind, z in (({"ts_type": "euler"}, 2.0), ({"ts_type": "rk", "ts_rk_type": "3bs"}, 2.5127453), ({"ts_type": "rk", "ts_rk_type": "4"}, 2.7852936)):
+        for share in (0.98, 1.1):
+            run = States(checks, {"bs_linear_type": "heat1d", "bs_linear_size": n, **kind, "ts_dt": share * z / most, "ts_max_time": 20 * z / most}, grows=True)
+            said = re.search(r"beyond the stability limit of (.*) on this system, about (\S+) s", run.stderr)
+            what = " ".join(map(str, kind.values()))
+            checks.true(f"{what}, {share} of its limit: {'warned of' if share > 1 else 'no word'}", bool(said) == (share > 1), run.stderr.strip()[:90])
+            if said:
+                checks.near(f"{what}: its limit over the exact one", float(said[2]) * most / z, 1, 0.05)
+
+
 def check_ranks(checks):
     for name, options in (("heat2d", {"bs_linear_type": "heat2d", "bs_linear_size": (17, 11), "ts_dt": 1e-3}),
                           ("rlc, five states", {"bs_linear_type": "rlc", "bs_linear_source": "sine(1,5000)", "ts_dt": 5e-6})):
@@ -406,7 +420,7 @@ def check_builtin(checks):
         if checks.wants(name):
             with checks.group(name), tempfile.TemporaryDirectory() as folder:
                 check(checks, folder)
-    for name, check in (("factorisations", check_factorisations), ("ranks", check_ranks), ("remarks", check_remarks)):
+    for name, check in (("factorisations", check_factorisations), ("explicit_limit", check_explicit_limit), ("ranks", check_ranks), ("remarks", check_remarks)):
         if checks.wants(name):
             with checks.group(name):
                 check(checks)

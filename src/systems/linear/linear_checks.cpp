@@ -86,9 +86,10 @@ PetscErrorCode LinearModel::warn_unstable(const Plan& plan) {
   }
   const double largest = size > 0 ? std::exp(product) : 0.0;
   if (plan.step * largest > plan.real_stability)
-    PetscCall(warn(comm_, format("the step %g s is beyond the stability limit of forward Euler, about %g s (largest eigenvalue of C^-1 G: about "
-                                 "%g 1/s): the solution will grow without bound; lower -ts_dt or take -ts_type beuler",
-                                 plan.step, plan.real_stability / largest, largest)));
+    PetscCall(
+        warn(comm_, format("the step %g s is beyond the stability limit of %s on this system, about %.3g s (largest eigenvalue of C^-1 G: about "
+                           "%.3g 1/s): the solution will grow without bound; take -ts_dt %.2g, or an implicit type such as -ts_type beuler",
+                           plan.step, plan.method.c_str(), plan.real_stability / largest, largest, 0.9 * plan.real_stability / largest)));
   PetscFunctionReturn(0);
 }
 
