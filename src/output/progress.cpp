@@ -8,6 +8,7 @@
 #include <fstream>
 #include "base/context.hpp"
 #include "base/error.hpp"
+#include "base/wording.hpp"
 
 namespace bs {
 
@@ -35,7 +36,7 @@ double time_left(const RunState& state, double wall) {
 std::string program_line(MPI_Comm comm) {
   PetscMPIInt size = 1;
   (void)MPI_Comm_size(comm, &size);
-  return format("backspring %s on %d rank%s", BS_VERSION, size, size > 1 ? "s" : "");
+  return std::string("backspring ") + BS_VERSION + " on " + how_many(size, "rank");
 }
 
 std::string progress_line(const RunState& state, double wall) {
@@ -55,8 +56,9 @@ std::string progress_line(const RunState& state, double wall) {
 }
 
 std::string verdict_line(const RunState& state, double wall, const std::string& outcome) {
-  const std::string line = format("backspring: %s t=%.17g steps=%lld rejected=%lld newton=%lld krylov=%lld wall=%.3f", outcome.c_str(), state.time,
-                                  (long long)state.steps, (long long)state.rejected, (long long)state.newton, (long long)state.krylov, wall);
+  const std::string line =
+      format("backspring: %s t=%s steps=%lld rejected=%lld newton=%lld krylov=%lld wall=%.3f", outcome.c_str(), plain_number(state.time).c_str(),
+             (long long)state.steps, (long long)state.rejected, (long long)state.newton, (long long)state.krylov, wall);
   return line + counted(static_cast<std::size_t>(state.warnings));
 }
 

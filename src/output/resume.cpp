@@ -2,6 +2,7 @@
 #include <algorithm>
 #include "base/collective.hpp"
 #include "base/error.hpp"
+#include "base/wording.hpp"
 #include "output/frame_file.hpp"
 #include "output/fresh_file.hpp"
 #include "output/h5.hpp"
@@ -101,7 +102,8 @@ PetscErrorCode Trajectory::Impl::match(const TrajectoryMark& at, std::string* fa
   if (at.frames == 0 || clock.empty()) PetscFunctionReturn(0);
   PetscCall(time_of_frame(file, clock, at.frames - 1, &there));
   if (there != at.last_time)
-    *fault = format("has frame %lld at t = %.17g s where it was written at %.17g s", (long long)at.frames - 1, there, at.last_time);
+    *fault = format("has frame %lld at t = %s s where it was written at %s s", (long long)at.frames - 1, plain_number(there).c_str(),
+                    plain_number(at.last_time).c_str());
   PetscFunctionReturn(0);
 }
 

@@ -2,6 +2,7 @@
 #include <cmath>
 #include "base/collective.hpp"
 #include "base/error.hpp"
+#include "base/wording.hpp"
 #include "output/report.hpp"
 #include "systems/breaks.hpp"
 #include "tasks/run.hpp"
@@ -151,13 +152,11 @@ std::vector<std::string> Run::closing_lines() const {
     else if (tally.count > 0 && !tally.text.empty()) lines.push_back(format("%lld %s", static_cast<long long>(tally.count), tally.text.c_str()));
   lines.insert(lines.end(), results_.lines.begin(), results_.lines.end());
   if (rests_) lines.push_back(format("ended at rest, at t = %.10g s", stepper_->good_time()));
-  if (c.shortened) lines.push_back(format("%lld steps shortened to hit output times", static_cast<long long>(c.shortened)));
+  if (c.shortened) lines.push_back(how_many(c.shortened, "step") + " shortened to hit output times");
   if (c.rejected)
-    lines.push_back(format("%lld attempts rejected and repeated with a smaller step: %s", static_cast<long long>(c.rejected),
-                           in_words(stepper_->rejections().counts()).c_str()));
+    lines.push_back(how_many(c.rejected, "attempt") + " rejected and repeated with a smaller step: " + in_words(stepper_->rejections().counts()));
   if (!stepper_->rejections().last().empty()) lines.push_back("the last rejection: " + stepper_->rejections().last());
-  if (trajectory_)
-    lines.push_back(format("%lld frames in %s", static_cast<long long>(trajectory_->frames()), options_.output.trajectory.file.c_str()));
+  if (trajectory_) lines.push_back(how_many(trajectory_->frames(), "frame") + " in " + options_.output.trajectory.file);
   std::vector<std::string> unused;
   if (!unused_options(&unused))
     for (const std::string& name : unused) lines.push_back("option " + name + " was never used");

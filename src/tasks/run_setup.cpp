@@ -6,6 +6,7 @@
 #include "base/error.hpp"
 #include "base/option_names.hpp"
 #include "base/options.hpp"
+#include "base/wording.hpp"
 #include "tasks/matrices.hpp"
 #include "tasks/run.hpp"
 #include "tasks/unused_options.hpp"
@@ -166,8 +167,8 @@ PetscErrorCode Run::continue_from_checkpoint() {
   most_force_ = continued_.real_of("most_force");
   most_speed_ = continued_.real_of("most_speed");
   steps_at_restart_ = stepper_->counts().steps;
-  progress_.header({format("continued from %s: step %lld, t = %.17g s", options_.saving.restart.c_str(),
-                           static_cast<long long>(stepper_->counts().steps), stepper_->good_time())});
+  progress_.header({format("continued from %s: step %lld, t = %s s", options_.saving.restart.c_str(),
+                           static_cast<long long>(stepper_->counts().steps), plain_number(stepper_->good_time()).c_str())});
   PetscCall(warn_changed_options(model_.comm(), *restart_));
   for (const std::string& line : changed) PetscCall(warn(model_.comm(), options_.saving.restart + ": " + line));
   std::string before;

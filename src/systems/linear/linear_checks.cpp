@@ -3,6 +3,7 @@
 #include <cmath>
 #include "base/error.hpp"
 #include "base/row_sum.hpp"
+#include "base/wording.hpp"
 #include "systems/linear/linear_model.hpp"
 #include "systems/linear/system.hpp"
 
@@ -148,16 +149,16 @@ std::vector<std::string> LinearModel::describe() const {
   (void)MatGetInfo(system_.G, MAT_GLOBAL_SUM, &G);
   (void)MatGetInfo(system_.C, MAT_GLOBAL_SUM, &C);
   std::vector<std::string> lines;
-  lines.push_back(format("linear system G x + C x' = B u: %lld states, %.0f nonzeros in G, %.0f in C, from %s", static_cast<long long>(n), G.nz_used,
+  lines.push_back(format("linear system G x + C x' = B u: %s, %.0f nonzeros in G, %.0f in C, from %s", how_many(n, "state").c_str(), G.nz_used,
                          C.nz_used, system_.origin.c_str()));
   lines.push_back(std::string("C: ") +
                   (diagonal_    ? "diagonal"
                    : symmetric_ ? "symmetric"
                                 : "not symmetric") +
-                  (zero_rows_ > 0 ? format(", %lld empty rows (algebraic equations)", static_cast<long long>(zero_rows_)) : std::string()));
+                  (zero_rows_ > 0 ? ", " + how_many(zero_rows_, "empty row") + " (algebraic equations)" : std::string()));
   lines.push_back("sources: " + sources_.describe());
   if (dc_) lines.push_back("initial state: operating point G x = B u");
-  if (startup_steps_ > 0) lines.push_back(format("first %lld steps by backward Euler", static_cast<long long>(startup_steps_)));
+  if (startup_steps_ > 0) lines.push_back("first " + how_many(startup_steps_, "step") + " by backward Euler");
   return lines;
 }
 

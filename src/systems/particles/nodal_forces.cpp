@@ -3,6 +3,7 @@
 #include <cmath>
 #include <cstdlib>
 #include "base/error.hpp"
+#include "base/wording.hpp"
 #include "lattice/columns.hpp"
 #include "physics/vector.hpp"
 #include "systems/particles/constraints/cell.hpp"
@@ -260,11 +261,11 @@ PetscErrorCode NodalForces::foresee(double t, std::string* text) const {
 
 std::vector<std::string> NodalForces::describe() const {
   std::vector<std::string> lines;
-  if (rows_ > 0) lines.push_back(format("forces of the lattice on %lld particle%s", static_cast<long long>(rows_), rows_ > 1 ? "s" : ""));
+  if (rows_ > 0) lines.push_back("forces of the lattice on " + how_many(rows_, "particle"));
   for (const Given& one : given_) {
     const NetworkGroup& group = net_->groups[one.group];
-    lines.push_back(format("force on group %s (%lld particle%s): %s N%s", group.name.c_str(), static_cast<long long>(group.total),
-                           group.total == 1 ? "" : "s", one.text.c_str(), one.shared ? "" : " on each"));
+    lines.push_back("force on group " + group.name + " (" + how_many(group.total, "particle") + "): " + one.text + " N" +
+                    (one.shared ? "" : " on each"));
   }
   return lines;
 }

@@ -3,6 +3,7 @@
 #include "base/arrays.hpp"
 #include "base/error.hpp"
 #include "base/options.hpp"
+#include "base/wording.hpp"
 #include "network/columns.hpp"
 #include "physics/pair/springs/registry.hpp"
 #include "systems/particles/events.hpp"
@@ -40,10 +41,10 @@ std::string ParticleModel::spring_laws_in_words() const {
 
 std::vector<std::string> ParticleModel::describe() const {
   std::vector<std::string> lines;
-  lines.push_back(format("%lld particles (%lld fixed%s) in %d dimension%s, %lld springs, %lld anchors%s, from %s", static_cast<long long>(net_.total),
-                         static_cast<long long>(net_.fixed_total), constraints_.drives() ? " or driven" : "", net_.dim, net_.dim > 1 ? "s" : "",
-                         static_cast<long long>(net_.springs_total), static_cast<long long>(net_.anchors_total), count_text(net_).c_str(),
-                         net_.source.c_str()));
+  lines.push_back(how_many(net_.total, "particle") +
+                  format(" (%lld fixed%s) in ", static_cast<long long>(net_.fixed_total), constraints_.drives() ? " or driven" : "") +
+                  how_many(net_.dim, "dimension") + ", " + how_many(net_.springs_total, "spring") + ", " + how_many(net_.anchors_total, "anchor") +
+                  count_text(net_) + ", from " + net_.source);
   if (net_.springs_total + net_.anchors_total > 0)
     lines.push_back("springs: " + spring_laws_in_words() + ", damping: " + damper_laws()[static_cast<std::size_t>(net_.damping_law)].first + " " +
                     damper_laws()[static_cast<std::size_t>(net_.damping_law)].second + (lattice_.damping_law_given ? "" : " (assumed)"));

@@ -2,6 +2,7 @@
 #include <algorithm>
 #include <cmath>
 #include "base/vec_array.hpp"
+#include "base/wording.hpp"
 
 namespace bs {
 
@@ -218,8 +219,7 @@ PetscErrorCode Constraints::covers(double t_start, double t_end) const {
 std::vector<std::string> Constraints::describe() const {
   std::vector<std::string> lines;
   for (const Moved& one : motions_)
-    lines.push_back(format("group %s (%lld particles): ", names_[one.group].c_str(), static_cast<long long>(net_->groups[one.group].total)) +
-                    one.drive.text());
+    lines.push_back("group " + names_[one.group] + " (" + how_many(net_->groups[one.group].total, "particle") + "): " + one.drive.text());
   for (const std::string& line : box_.describe()) lines.push_back(line);
   if (net_->anchors_total > 0 && anchors_.active()) lines.push_back("anchors: " + anchors_.describe());
   return lines;

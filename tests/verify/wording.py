@@ -1,0 +1,37 @@
+#!/usr/bin/env python3
+"""What runs print is written for people: one particle is not "1 particles", and times have no more digits than they need."""
+import pathlib
+import re
+import tempfile
+
+from harness import Checks, write_lattice
+
+PLURAL = re.compile(r"(?<![\d.])1 (?:empty )?(?:particles|springs|anchors|ranks|dimensions|states|steps|frames|attempts|rows|components|hinges)\b(?!=)")
+LONG = re.compile(r"\d\.\d{15,}|\d\.?\d{16,}")
+
+
+def main():
+    checks = Checks("texts for people")
+    with tempfile.TemporaryDirectory() as scratch:
+        folder = pathlib.Path(scratch)
+        one = write_lattice(folder / "one.h5", [[0.0]], 1.0, velocity=[[1.0]], anchors={"particle": [0], "point": [[-1.0]], "stiffness": [3.0]})
+        two = write_lattice(folder / "two.h5", [[0.0, 0], [1.0, 0]], 1.0, fixed=[1, 0], pairs=[[0, 1]], stiffness=3.0, particle_columns={"force": [[0, 0], [0.0, 0.1]]})
+        motion = {"ts_dt": 0.1, "ts_max_time": 0.3, "ts_type": "beuler", "bs_output": "r.h5md"}
+        group = {"bs_group_tip": "ids:1"}
+        for name, options in {"one particle": {"bs_lattice_file": one, **motion}, "one spring": {"bs_lattice_file": two, **motion},
+                              "one driven": {"bs_lattice_file": two, **motion, **group, "bs_motion_tip": "velocity:0.1,0"},
+                              "one force": {"bs_lattice_file": two, **motion, **group, "bs_force_tip": "0.3,0"},
+                              "one step shortened": {"bs_lattice_file": two, **motion, "ts_max_time": 0.27, "bs_output_interval": 0.27},
+                              "statics": {"bs_lattice_file": two, "bs_task": "statics", "bs_gravity": "0.1,0", "bs_load_steps": 3},
+                              "modes": {"bs_lattice_file": two, "bs_task": "modes", "bs_modes": 1}}.items():
+            done = checks.run(options, ranks=1)
+            text = done.stdout + done.stderr
+            found = [m.group(0) for pattern in (PLURAL, LONG) for m in pattern.finditer(text)]
+            checks.true(name, len(text) > 100 and not found, ", ".join(found))
+        done = checks.run({"bs_lattice_file": two, **motion}, ranks=1)
+        checks.true("the last line says the time as it is", " t=0.3" in done.stdout + done.stderr, (done.stdout + done.stderr)[-120:].strip())
+    checks.finish()
+
+
+if __name__ == "__main__":
+    main()
