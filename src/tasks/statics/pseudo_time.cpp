@@ -118,14 +118,17 @@ PetscErrorCode PseudoTime::linear_solve(SNES snes, Vec X, Vec z, bool* good, boo
   KSPConvergedReason reason;
   CondensedCounts before, after;
   PetscInt iterations = 0;
+  PetscReal rtol = 0;
   bool is = false;
   PetscFunctionBegin;
   PetscCall(linear_solver_of(ts_, &ksp, &pc));
   PetscCall(SNESComputeJacobian(snes, X, snes->jacobian, snes->jacobian_pre));
   PetscCall(KSPSetOperators(ksp, snes->jacobian, snes->jacobian_pre));
+  PetscCall(KSPGetTolerances(ksp, &rtol, nullptr, nullptr, nullptr));
   PetscCall(KSPSetTolerances(ksp, LINEAR_RTOL, PETSC_DEFAULT, PETSC_DEFAULT, PETSC_DEFAULT));
   PetscCall(condensed_counts(pc, &is, &before));
   PetscCall(KSPSolve(ksp, snes->vec_func, z));
+  PetscCall(KSPSetTolerances(ksp, rtol, PETSC_DEFAULT, PETSC_DEFAULT, PETSC_DEFAULT));
   PetscCall(condensed_counts(pc, &is, &after));
   PetscCall(KSPGetConvergedReason(ksp, &reason));
   PetscCall(KSPGetIterationNumber(ksp, &iterations));
@@ -151,7 +154,7 @@ PetscErrorCode PseudoTime::step(SNES snes, double h, Vec start, Vec X, PetscInt*
     const PetscInt k = *corrections;
     PetscCall(SNESComputeFunction(snes, X, snes->vec_func));
     PetscCall(model_->step_forces(X, snes->vec_func, &left, &inertia));
-    *good = k > 0 && left <= std::max(CLOSE * inertia, enough_);
+    *good = k > 0 && left <= std::max(CLOSE * inertia, context_->newton.floor()[1]);
     if (*good || !std::isfinite(left) || k == LONGEST || (k >= EARLY && left > before[0])) break;
     before[0] = std::exchange(before[1], left);
     PetscCall(linear_solve(snes, X, correction_, &solved, &definite));
@@ -230,7 +233,6 @@ PetscErrorCode PseudoTime::continue_from_start(SNES snes) {
   PetscCall(model_->set_motion(1, at_));
   PetscCall(SNESComputeFunction(snes, at_, snes->vec_func));
   PetscCall(model_->step_forces(at_, snes->vec_func, &first, &inertia));
-  enough_ = 0;
   for (double goal = FALL * first; newton_steps_ < MOST; goal *= NEARER) {
     const PetscInt before = newton_steps_;
     PetscCall(descend(snes, goal, at_, X));

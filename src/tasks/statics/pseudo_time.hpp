@@ -47,8 +47,7 @@ class PseudoTime {
   bool other_ = false;  ///< the SNES is of another type than Newton's method with a line search: there is no fallback
   bool aside_ = false;  ///< within relax() or advance()
   VecHandle room_, at_, correction_;
-  double shift_ = 0;   ///< 1/h^2 by the mean squared frequency
-  double enough_ = 0;  ///< a force that ends a step [N]
+  double shift_ = 0;  ///< 1/h^2 by the mean squared frequency
   PetscInt newton_steps_ = 0, krylov_ = 0;
   PetscErrorCode (*newton_)(SNES) = nullptr;
   std::int64_t solves_ = 0;
