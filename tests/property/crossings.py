@@ -331,6 +331,10 @@ def check(checks, item):
         anchors = lattice(folder / "lattice.h5", case, np.random.default_rng(number))
         given = options(case, folder)
         run = Run(checks, folder, dict(given, bs_output=folder / "run.h5md"))
+        if run.code == 3 and case["task"] in STILL and case["force"] == "gravity" and case["breaking"] != "none":
+            # parts that breaks have set free fall, and come to rest nowhere: that is to be said
+            checks.true(f"{name}: no equilibrium after breaks", "springs had broken: compute the motion" in run.errors, run.errors.strip()[:900])
+            return
         checks.true(f"{name}: runs", run.code == 0, run.errors.strip()[:900] + (f" [{run.command}]" if run.code else ""))
         if run.code:
             return
