@@ -36,7 +36,7 @@ def counted(checks, folder):
         with h5py.File(folder / "run.h5md") as f:
             log = {k: v[...] for k, v in f["backspring/log"].items()}
         checks.true(f"{reason}: report = log", all(log["rejected_" + k].sum() == by[k] for k in by) and log["rejected"].sum() == n == sum(by.values()))
-        checks.true(f"{reason}: named in progress and summary", f"rejected {n} (" in out and "attempts rejected" in out)
+        checks.true(f"{reason}: named in progress and summary", f"rejected {n} (" in out and f"{n} attempt{'s' if n > 1 else ''} rejected" in out)
         checks.true(f"{reason}: the log's steps add up to the accepted time", abs(log["dt"].sum() - log["time"][-1]) < 1e-12 and (np.diff(log["time"]) > 0).all())
         with h5py.File(folder / "run.h5md") as f:
             time = f["particles/trajectory/position/time"][...]

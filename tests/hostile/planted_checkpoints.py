@@ -113,7 +113,7 @@ def every_option(checks, folder):
     (home / "way").symlink_to(victim)
     for name, help in words.items():
         base = "statics" if name.startswith(("bs_load", "bs_compliance")) else "linear" if name.startswith("bs_linear") else "box" if name.startswith("bs_box") else "net"
-        forms = {"bs_motion_NAME": ["table:{}", "x=table:{},y=free"], "bs_box_strain": ["xx=table:{}"], "bs_box_stress": ["xx=table:{}"]}.get(name, ["{}"])
+        forms = {"bs_force_NAME": ["table:{},0", "0,table:{},total"], "bs_motion_NAME": ["table:{}", "x=table:{},y=free"], "bs_box_strain": ["xx=table:{}"], "bs_box_stress": ["xx=table:{}"]}.get(name, ["{}"])
         for value in [form.format(path) for form in forms for path in ([victim, "way"] if name in files else [victim])]:
             victim.write_text("0,0,0\n9,0,0\n")
             (home / "ck").write_bytes(made[base])
