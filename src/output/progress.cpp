@@ -8,7 +8,7 @@
 #include <fstream>
 #include "base/context.hpp"
 #include "base/error.hpp"
-#include "base/wording.hpp"
+#include "base/text.hpp"
 
 namespace bs {
 

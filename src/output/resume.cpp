@@ -2,7 +2,7 @@
 #include <algorithm>
 #include "base/collective.hpp"
 #include "base/error.hpp"
-#include "base/wording.hpp"
+#include "base/text.hpp"
 #include "output/frame_file.hpp"
 #include "output/fresh_file.hpp"
 #include "output/h5.hpp"

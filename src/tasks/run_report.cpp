@@ -2,7 +2,7 @@
 #include <cmath>
 #include "base/collective.hpp"
 #include "base/error.hpp"
-#include "base/wording.hpp"
+#include "base/text.hpp"
 #include "output/report.hpp"
 #include "systems/breaks.hpp"
 #include "tasks/run.hpp"

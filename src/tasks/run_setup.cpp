@@ -6,7 +6,7 @@
 #include "base/error.hpp"
 #include "base/option_names.hpp"
 #include "base/options.hpp"
-#include "base/wording.hpp"
+#include "base/text.hpp"
 #include "tasks/matrices.hpp"
 #include "tasks/run.hpp"
 #include "tasks/unused_options.hpp"

@@ -3,7 +3,7 @@
 #include <cmath>
 #include <cstdlib>
 #include "base/error.hpp"
-#include "base/wording.hpp"
+#include "base/text.hpp"
 #include "lattice/columns.hpp"
 #include "physics/vector.hpp"
 #include "systems/particles/constraints/cell.hpp"

@@ -3,7 +3,7 @@
 #include "base/arrays.hpp"
 #include "base/error.hpp"
 #include "base/options.hpp"
-#include "base/wording.hpp"
+#include "base/text.hpp"
 #include "network/columns.hpp"
 #include "physics/pair/springs/registry.hpp"
 #include "systems/particles/events.hpp"

@@ -2,7 +2,7 @@
 #include <algorithm>
 #include <cmath>
 #include "base/vec_array.hpp"
-#include "base/wording.hpp"
+#include "base/text.hpp"
 
 namespace bs {
 
