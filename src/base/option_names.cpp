@@ -21,6 +21,14 @@ bool is_given(const std::string& option) {
   return !PetscOptionsHasName(nullptr, nullptr, option.c_str(), &found) && found;
 }
 
+PetscErrorCode is_on(const char* option, bool* yes) {
+  PetscBool value = PETSC_FALSE;
+  PetscFunctionBegin;
+  PetscCall(PetscOptionsGetBool(nullptr, nullptr, option, &value, nullptr));
+  *yes = value;
+  PetscFunctionReturn(0);
+}
+
 std::string value_of(const std::string& option, const std::string& otherwise) {
   const char* text = nullptr;
   PetscBool found = PETSC_FALSE;

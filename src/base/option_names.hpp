@@ -10,6 +10,9 @@ namespace bs {
 /// Local. Whether `option` (with its dash) is given. It counts as used from then on.
 bool is_given(const std::string& option);
 
+/// Local. Whether the flag `option` (with its dash) is given and not switched off.
+PetscErrorCode is_on(const char* option, bool* yes);
+
 /// Local. Its value, empty where it has none; `otherwise` where it is not given.
 std::string value_of(const std::string& option, const std::string& otherwise = "");
 

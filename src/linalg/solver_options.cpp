@@ -4,6 +4,7 @@
 #include <sstream>
 #include <string>
 #include "base/error.hpp"
+#include "base/option_names.hpp"
 
 namespace bs {
 
@@ -101,18 +102,6 @@ PetscErrorCode split_serial_factors(MPI_Comm comm, const char* prefix) {
       warn(comm, format("%s %s works on one rank: on %d ranks it is bjacobi with %s on the block of every rank", option.c_str(), type, size, type)));
   PetscFunctionReturn(0);
 }
-
-namespace {
-
-PetscErrorCode is_on(const char* name, bool* yes) {
-  PetscBool value = PETSC_FALSE;
-  PetscFunctionBegin;
-  PetscCall(PetscOptionsGetBool(nullptr, nullptr, name, &value, nullptr));
-  *yes = value;
-  PetscFunctionReturn(0);
-}
-
-}  // namespace
 
 PetscErrorCode refuse_impossible_solvers(MPI_Comm comm) {
   char type[64] = "";

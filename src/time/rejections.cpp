@@ -39,9 +39,7 @@ PetscErrorCode RejectionWatch::attach(TS ts, double step_min, std::int64_t most)
   attempts_ = Attempts(step_min, most);
   // PETSc's own limit, ten a step, holds where it is named
   if (!is_given("-ts_max_reject")) PetscCall(TSSetMaxStepRejections(ts, -1));
-  PetscBool free = PETSC_FALSE;
-  PetscCall(PetscOptionsGetBool(nullptr, nullptr, "-snes_mf", &free, nullptr));
-  unprepared_ = free == PETSC_TRUE;
+  PetscCall(is_on("-snes_mf", &unprepared_));
   PetscCall(TSGetAdapt(ts, &adapt));
   PetscCall(TSAdaptSetCheckStage(adapt, check));
   PetscCall(PetscContainerCreate(PetscObjectComm(reinterpret_cast<PetscObject>(ts)), &container));

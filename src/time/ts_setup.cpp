@@ -205,8 +205,8 @@ PetscErrorCode describe_solver(TS ts, const TSContext& context, std::string* lin
   PetscCall(KSPGetPC(ksp, &pc));
   PetscCall(PCGetType(pc, &pc_type));
   std::string inner;
-  PetscBool free = PETSC_FALSE;
-  PetscCall(PetscOptionsGetBool(nullptr, nullptr, "-snes_mf", &free, nullptr));
+  bool free = false;
+  PetscCall(is_on("-snes_mf", &free));
   if (free) pc_type = PCNONE;  // whatever -pc_type asks for: there is no matrix to make it of
   else PetscCall(condensed_describe(pc, &inner));
   const std::string solver =

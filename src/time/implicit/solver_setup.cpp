@@ -116,8 +116,8 @@ PetscErrorCode set_defaults_of_linear_model(TS ts) {
   PetscFunctionBegin;
   PetscCall(linear_solver_of(ts, &ksp, &pc));
   PetscCall(KSPSetTolerances(ksp, 1e-10, PETSC_DEFAULT, PETSC_DEFAULT, PETSC_DEFAULT));
-  PetscBool matrix_free = PETSC_FALSE;
-  PetscCall(PetscOptionsGetBool(nullptr, nullptr, "-snes_mf", &matrix_free, nullptr));
+  bool matrix_free = false;
+  PetscCall(is_on("-snes_mf", &matrix_free));
   if (matrix_free) {
     PetscCall(KSPSetType(ksp, KSPGMRES));
     PetscCall(PCSetType(pc, PCNONE));
