@@ -227,6 +227,7 @@ PetscErrorCode PseudoTime::continue_from_start(SNES snes) {
   PetscCall(linear_solver_of(ts_, nullptr, &pc));
   PetscCall(condensed_renew(pc));
   PetscCall(SNESGetTolerances(snes, nullptr, nullptr, nullptr, &most, nullptr));
+  PetscCall(SNESSetTolerances(snes, PETSC_DEFAULT, PETSC_DEFAULT, PETSC_DEFAULT, AT_END, PETSC_DEFAULT));
   context_->newton.allow_all_iterations(true);
   newton_steps_ = krylov_ = 0;
   shift_ = FIRST;
@@ -238,7 +239,6 @@ PetscErrorCode PseudoTime::continue_from_start(SNES snes) {
     PetscCall(descend(snes, goal, at_, X));
     PetscCall(model_->set_motion(0, at_));
     PetscCall(VecCopy(at_, X));
-    PetscCall(SNESSetTolerances(snes, PETSC_DEFAULT, PETSC_DEFAULT, PETSC_DEFAULT, AT_END, PETSC_DEFAULT));
     model_->begin_solve();
     snes->vec_func_init_set = PETSC_FALSE;
     PetscCall(newton_(snes));

@@ -1,8 +1,8 @@
 #include "systems/particles/constraints/constraints.hpp"
 #include <algorithm>
 #include <cmath>
-#include "base/vec_array.hpp"
 #include "base/text.hpp"
+#include "base/vec_array.hpp"
 
 namespace bs {
 
