@@ -66,7 +66,7 @@ PetscErrorCode check_source(MPI_Comm comm, const LatticeOptions& options) {
   if (!options.file_given && !generated)
     PetscCall(fail(comm, Exit::input,
                    "no lattice is given; write -bs_lattice_file FILE (.h5, .xsp) or "
-                   "-bs_lattice_type chain|square|triangular|cloth|cubic|bcc|fcc"));
+                   "-bs_lattice_type chain|square|triangular|cloth|cubic|bcc|fcc|kagome|honeycomb|diamond"));
   PetscFunctionReturn(0);
 }
 

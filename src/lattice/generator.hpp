@@ -10,7 +10,7 @@ namespace bs {
 
 // Unit cells of the regular lattices and, by distance, which particles a spring joins.
 
-enum class LatticeType { none, chain, square, triangular, cloth, cubic, bcc, fcc };
+enum class LatticeType { none, chain, square, triangular, cloth, cubic, bcc, fcc, kagome, honeycomb, diamond };
 
 /// What is fixed by the type's name.
 struct TypeInfo {
@@ -60,9 +60,9 @@ Stencil make_stencil(LatticeType type, int shells);
 /// files that carry no such data, too.
 struct GeneratorSpec {
   LatticeType type = LatticeType::none;
-  std::vector<std::int64_t> size;              ///< particles (bcc, fcc: cubic cells of 2, 4 particles) along x[, y[, z]]
+  std::vector<std::int64_t> size;              ///< particles along x[, y[, z]]; where the unit cell has several sites, cells
   int dim = 0;                                 ///< d; 0: the type's default
-  std::vector<double> spacing{1.0};            ///< along x[, y[, z]] [m]; bcc, fcc: edge of the cubic cell
+  std::vector<double> spacing{1.0};            ///< along x[, y[, z]] [m]; bcc, fcc, diamond: edge of the cubic cell
   int neighbors = 0;                           ///< springs of an inner particle; 0: the type's default
   double rest_length_factor = 1;               ///< rest length = unperturbed distance times this
   double perturbation = 0;                     ///< largest random displacement of a free particle along each axis [m]
@@ -138,14 +138,17 @@ void GeneratorSpec::options(V& o) {
   int index = static_cast<int>(type);
   std::int64_t d = dim, n = neighbors;
   if (o.choice("-bs_lattice_type", "regular lattice to generate", lattice_type_names(), index)) type = static_cast<LatticeType>(index);
-  o.integers("-bs_lattice_size", "number of particles (bcc, fcc: of cubic cells) along x[,y[,z]]; the last number also applies to the axes after it",
-             size);
+  o.integers(
+      "-bs_lattice_size",
+      "number of particles (bcc, fcc, diamond: of cubic cells of 2, 4, 8 particles; kagome, honeycomb: of cells of 6, 4 particles, 2 x 2 sqrt(3), "
+      "sqrt(3) x 3 spacings large) along x[,y[,z]]; the last number also applies to the axes after it",
+      size);
   if (o.integer("-bs_lattice_dim", "dimension d of space, 1 to 3 (0: the default of the lattice type)", d))
     dim = d < 0 || d > 3 ? -1 : static_cast<int>(d);
-  read_list(o, "-bs_lattice_spacing", "distance between neighbours along x[,y[,z]]; bcc, fcc: edge of a cubic cell [m]", 3, spacing);
+  read_list(o, "-bs_lattice_spacing", "distance between neighbours along x[,y[,z]]; bcc, fcc, diamond: edge of a cubic cell [m]", 3, spacing);
   if (o.integer("-bs_lattice_neighbors",
                 "number of springs at an inner particle (0: the default of the lattice type): square 4, 8; cloth 4, 8, 12; cubic 6, 18, 26; "
-                "bcc 8, 14; fcc 12, 18",
+                "bcc 8, 14; fcc 12, 18; kagome 4, 8; honeycomb 3, 9, 12; diamond 4, 16",
                 n))
     neighbors = n < 0 || n > 100 ? -1 : static_cast<int>(n);
   // 0 means not given; a 0 that was written is turned into what check() refuses.
@@ -154,8 +157,8 @@ void GeneratorSpec::options(V& o) {
   if (o.real("-bs_lattice_particle_mass", "mass of each particle; 1 if neither mass is given [kg]", particle_mass) && particle_mass == 0)
     particle_mass = -1;
   read_list(o, "-bs_lattice_stiffness",
-            "stiffness of the springs along axes, face diagonals and body diagonals (cloth: structural, shear and bending springs; bcc, fcc: nearest "
-            "neighbours first); the last number also applies to the classes after it [N/m, strain law: N]",
+            "stiffness of the springs along axes, face diagonals and body diagonals (cloth: structural, shear and bending springs; bcc, fcc, kagome, "
+            "honeycomb, diamond: nearest neighbours first); the last number also applies to the classes after it [N/m, strain law: N]",
             3, stiffness);
   read_list(o, "-bs_lattice_damping", "damping of the springs, by the same classes as -bs_lattice_stiffness [kg/s]", 3, damping);
   o.real("-bs_angle_stiffness",

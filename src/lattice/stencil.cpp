@@ -6,7 +6,7 @@ namespace bs {
 
 const TypeInfo& type_info(LatticeType type) {
   // cubic: edge, face diagonal, body diagonal; cloth: structural, shear, bend (two apart along an axis);
-  // bcc, fcc: spacing is the edge of the cubic cell, the nearest neighbours come first.
+  // bcc, fcc, diamond: spacing is the edge of the cubic cell; kagome, honeycomb: the distance of nearest neighbours. These come first.
   static const std::vector<TypeInfo> table = {
       {"none", 0, 1, 3, 3, {}, {}, 0},
       {"chain", 1, 1, 3, 1, {1.0}, {2}, 2},
@@ -16,6 +16,9 @@ const TypeInfo& type_info(LatticeType type) {
       {"cubic", 3, 3, 3, 3, {1.0, 2.0, 3.0}, {6, 18, 26}, 18},
       {"bcc", 3, 3, 3, 3, {0.75, 1.0}, {8, 14}, 14},
       {"fcc", 3, 3, 3, 3, {0.5, 1.0}, {12, 18}, 12},
+      {"kagome", 2, 2, 3, 2, {1.0, 3.0}, {4, 8}, 4},
+      {"honeycomb", 2, 2, 3, 2, {1.0, 3.0, 4.0}, {3, 9, 12}, 3},
+      {"diamond", 3, 3, 3, 3, {0.1875, 0.5}, {4, 16}, 4},
   };
   return table[static_cast<std::size_t>(type)];
 }
@@ -23,7 +26,7 @@ const TypeInfo& type_info(LatticeType type) {
 const std::vector<std::string>& lattice_type_names() {
   static const std::vector<std::string> names = [] {
     std::vector<std::string> all;
-    for (int t = 0; t <= static_cast<int>(LatticeType::fcc); ++t) all.emplace_back(type_info(static_cast<LatticeType>(t)).name);
+    for (int t = 0; t <= static_cast<int>(LatticeType::diamond); ++t) all.emplace_back(type_info(static_cast<LatticeType>(t)).name);
     return all;
   }();
   return names;
@@ -38,6 +41,29 @@ int shell_count(LatticeType type, int neighbors) {
 
 namespace {
 
+/// The sites of bcc, fcc, kagome, honeycomb and diamond in their rectangular cell.
+void place_sites(LatticeType type, Stencil* s) {
+  const double h = std::sqrt(0.75);  // height of an equilateral triangle of side 1
+  if (type == LatticeType::bcc) {
+    s->kinds = {{{0, 0, 0}, {}}, {{0.5, 0.5, 0.5}, {}}};
+  } else if (type == LatticeType::fcc || type == LatticeType::diamond) {
+    s->kinds = {{{0, 0, 0}, {}}, {{0.5, 0.5, 0}, {}}, {{0.5, 0, 0.5}, {}}, {{0, 0.5, 0.5}, {}}};
+    for (std::size_t k = 0; type == LatticeType::diamond && k < 4; ++k) {
+      const double* at = s->kinds[k].shift;
+      s->kinds.push_back({{at[0] + 0.25, at[1] + 0.25, at[2] + 0.25}, {}});
+    }
+  } else if (type == LatticeType::kagome) {
+    s->edge[0] = 2;
+    s->edge[1] = 4 * h;
+    s->kinds = {{{0, 0, 0}, {}}, {{1, 0, 0}, {}}, {{0.5, h, 0}, {}}, {{0, 2 * h, 0}, {}}, {{1, 2 * h, 0}, {}}, {{1.5, 3 * h, 0}, {}}};
+  } else if (type == LatticeType::honeycomb) {
+    s->edge[0] = 2 * h;
+    s->edge[1] = 3;
+    s->kinds = {{{h, 0, 0}, {}}, {{0, 0.5, 0}, {}}, {{0, 1.5, 0}, {}}, {{h, 2, 0}, {}}};
+  }
+  s->sites = static_cast<int>(s->kinds.size());
+}
+
 Stencil unit_cell(LatticeType type) {
   Stencil s;
   s.kinds.push_back({{0, 0, 0}, {}});
@@ -45,14 +71,9 @@ Stencil unit_cell(LatticeType type) {
     s.staggered = true;
     s.edge[1] = std::sqrt(0.75);  // height of an equilateral triangle of side 1
     s.kinds.push_back({{0.5, 0, 0}, {}});
-  } else if (type == LatticeType::bcc) {
-    s.kinds.push_back({{0.5, 0.5, 0.5}, {}});
-  } else if (type == LatticeType::fcc) {
-    s.kinds.push_back({{0.5, 0.5, 0}, {}});
-    s.kinds.push_back({{0.5, 0, 0.5}, {}});
-    s.kinds.push_back({{0, 0.5, 0.5}, {}});
+  } else {
+    place_sites(type, &s);
   }
-  if (!s.staggered) s.sites = static_cast<int>(s.kinds.size());
   return s;
 }
 

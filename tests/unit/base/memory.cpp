@@ -109,8 +109,8 @@ TEST_CASE("bytes in words") {
 }
 
 TEST_CASE("springs are counted before they are laid") {
-  for (const LatticeType type :
-       {LatticeType::chain, LatticeType::square, LatticeType::triangular, LatticeType::cloth, LatticeType::cubic, LatticeType::bcc, LatticeType::fcc})
+  for (const LatticeType type : {LatticeType::chain, LatticeType::square, LatticeType::triangular, LatticeType::cloth, LatticeType::cubic,
+                                 LatticeType::bcc, LatticeType::fcc, LatticeType::kagome, LatticeType::honeycomb, LatticeType::diamond})
     for (const int neighbors : type_info(type).neighbors)
       for (const std::int64_t n : {1, 2, 5}) {
         std::vector<std::int64_t> size{n, 4, 3};

@@ -92,7 +92,15 @@ std::vector<Sample> samples() {
           {make(LatticeType::bcc, {3, 4, 2}, 8), {r3 / 2}},
           {make(LatticeType::bcc, {3, 2, 4}, 14), {r3 / 2, 1}},
           {make(LatticeType::fcc, {3, 2, 4}, 12), {r2 / 2}},
-          {make(LatticeType::fcc, {2, 3, 3}, 18), {r2 / 2, 1}}};
+          {make(LatticeType::fcc, {2, 3, 3}, 18), {r2 / 2, 1}},
+          {make(LatticeType::kagome, {3, 4}), {1}},
+          {make(LatticeType::kagome, {4, 3}, 8, 3), {1, r3}},
+          {make(LatticeType::honeycomb, {4, 3}), {1}},
+          {make(LatticeType::honeycomb, {1, 4}), {1}},
+          {make(LatticeType::honeycomb, {3, 4}, 9), {1, r3}},
+          {make(LatticeType::honeycomb, {3, 4}, 12, 3), {1, r3, 2}},
+          {make(LatticeType::diamond, {3, 2, 4}), {r3 / 4}},
+          {make(LatticeType::diamond, {2, 3, 2}, 16), {r3 / 4, r2 / 2}}};
 }
 
 }  // namespace
@@ -147,25 +155,31 @@ TEST_CASE("numbers of particles and springs follow the closed formulas", "[gener
     GeneratorSpec spec;
     I particles, springs;
   };
-  const std::vector<Row> rows = {{make(LatticeType::chain, {x}), x, x - 1},
-                                 {make(LatticeType::chain, {1}), 1, 0},
-                                 {make(LatticeType::square, {x, y}, 4), x * y, structural},
-                                 {make(LatticeType::square, {x, y}, 8), x * y, structural + shear},
-                                 // along the rows, and two from each particle to the next row but one at the end of each pair of rows
-                                 {make(LatticeType::triangular, {x, y}), x * y, (x - 1) * y + (2 * x - 1) * (y - 1)},
-                                 {make(LatticeType::cloth, {x, y}), x * y, structural + shear + bend},
-                                 {make(LatticeType::cubic, {x, y, z}, 6), x * y * z, axis},
-                                 {make(LatticeType::cubic, {x, y, z}, 18), x * y * z, axis + face},
-                                 {make(LatticeType::cubic, {x, y, z}, 26), x * y * z, axis + face + body},
-                                 // each body centre but the outer ones has 8 corners; a cell's centre sees the corners of cells up to one further
-                                 {make(LatticeType::bcc, {x, y, z}, 8), 2 * x * y * z, (2 * x - 1) * (2 * y - 1) * (2 * z - 1)},
-                                 {make(LatticeType::bcc, {x, y, z}, 14), 2 * x * y * z, (2 * x - 1) * (2 * y - 1) * (2 * z - 1) + 2 * axis},
-                                 // in each plane of two axes, corners and face centres make a square lattice of half diagonals
-                                 {make(LatticeType::fcc, {x, y, z}, 12), 4 * x * y * z,
-                                  2 * ((2 * x - 1) * (2 * y - 1) * z + (2 * x - 1) * (2 * z - 1) * y + (2 * y - 1) * (2 * z - 1) * x)},
-                                 {make(LatticeType::fcc, {x, y, z}, 18), 4 * x * y * z,
-                                  2 * ((2 * x - 1) * (2 * y - 1) * z + (2 * x - 1) * (2 * z - 1) * y + (2 * y - 1) * (2 * z - 1) * x) + 4 * axis},
-                                 {make(LatticeType::cubic, {40}, 18), 64000, 552240}};
+  const std::vector<Row> rows = {
+      {make(LatticeType::chain, {x}), x, x - 1},
+      {make(LatticeType::chain, {1}), 1, 0},
+      {make(LatticeType::square, {x, y}, 4), x * y, structural},
+      {make(LatticeType::square, {x, y}, 8), x * y, structural + shear},
+      // along the rows, and two from each particle to the next row but one at the end of each pair of rows
+      {make(LatticeType::triangular, {x, y}), x * y, (x - 1) * y + (2 * x - 1) * (y - 1)},
+      {make(LatticeType::cloth, {x, y}), x * y, structural + shear + bend},
+      {make(LatticeType::cubic, {x, y, z}, 6), x * y * z, axis},
+      {make(LatticeType::cubic, {x, y, z}, 18), x * y * z, axis + face},
+      {make(LatticeType::cubic, {x, y, z}, 26), x * y * z, axis + face + body},
+      // each body centre but the outer ones has 8 corners; a cell's centre sees the corners of cells up to one further
+      {make(LatticeType::bcc, {x, y, z}, 8), 2 * x * y * z, (2 * x - 1) * (2 * y - 1) * (2 * z - 1)},
+      {make(LatticeType::bcc, {x, y, z}, 14), 2 * x * y * z, (2 * x - 1) * (2 * y - 1) * (2 * z - 1) + 2 * axis},
+      // in each plane of two axes, corners and face centres make a square lattice of half diagonals
+      {make(LatticeType::fcc, {x, y, z}, 12), 4 * x * y * z,
+       2 * ((2 * x - 1) * (2 * y - 1) * z + (2 * x - 1) * (2 * z - 1) * y + (2 * y - 1) * (2 * z - 1) * x)},
+      {make(LatticeType::fcc, {x, y, z}, 18), 4 * x * y * z,
+       2 * ((2 * x - 1) * (2 * y - 1) * z + (2 * x - 1) * (2 * z - 1) * y + (2 * y - 1) * (2 * z - 1) * x) + 4 * axis},
+      // rows of 2 x particles, two a cell; of the particles between rows one has its four neighbours in its own cell, the
+      // other one there and one each in the cells to the right, above, and above to the right
+      {make(LatticeType::kagome, {x, y}), 6 * x * y, 2 * y * (2 * x - 1) + 5 * x * y + (x - 1) * y + x * (y - 1) + (x - 1) * (y - 1)},
+      // zigzag rows of 2 x particles, two a cell, and upright springs between them
+      {make(LatticeType::honeycomb, {x, y}), 4 * x * y, 2 * y * (2 * x - 1) + x * (2 * y - 1)},
+      {make(LatticeType::cubic, {40}, 18), 64000, 552240}};
   for (const Row& row : rows) {
     REQUIRE(check(row.spec).empty());
     const Lattice l = generate(row.spec, 0, 1);
@@ -278,7 +292,13 @@ TEST_CASE("fixed faces and particles", "[generator]") {
                                  {make(LatticeType::cubic, {4, 5, 6}), {"zmin"}, 20},
                                  {make(LatticeType::cubic, {4, 5, 6}), {"xmax", "ymin"}, 30 + 24 - 6},
                                  {make(LatticeType::bcc, {4, 5, 6}), {"zmax"}, 20},
-                                 {make(LatticeType::fcc, {4, 5, 6}), {"xmin"}, 2 * 30}};
+                                 {make(LatticeType::fcc, {4, 5, 6}), {"xmin"}, 2 * 30},
+                                 {make(LatticeType::kagome, {4, 5}), {"xmin"}, 2 * 5},
+                                 {make(LatticeType::kagome, {4, 5}), {"ymin", "ymax"}, 2 * 4 + 4},
+                                 {make(LatticeType::honeycomb, {4, 5}), {"xmin", "xmax"}, 4 * 5},
+                                 {make(LatticeType::honeycomb, {4, 5}), {"ymin"}, 4},
+                                 {make(LatticeType::diamond, {4, 5, 6}), {"zmin"}, 2 * 20},
+                                 {make(LatticeType::diamond, {4, 5, 6}), {"xmax"}, 2 * 30}};
   for (const Row& row : rows) {
     GeneratorSpec spec = row.spec;
     spec.fixed = row.faces;
