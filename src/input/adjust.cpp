@@ -50,11 +50,22 @@ PetscErrorCode adjust_lattice(MPI_Comm comm, const GeneratorSpec& spec, Lattice*
 }
 
 PetscErrorCode warn_of_idle_options(MPI_Comm comm, const std::string& source) {
-  static const char* const names[] = {
-      "-bs_lattice_size",           "-bs_lattice_spacing",           "-bs_lattice_neighbors",     "-bs_lattice_origin",
-      "-bs_lattice_stiff_fraction", "-bs_lattice_stiff_factor",      "-bs_angle_stiffness",       "-bs_rest_angle",
-      "-bs_lattice_periodic",       "-bs_lattice_total_mass",        "-bs_lattice_particle_mass", "-bs_lattice_stiffness",
-      "-bs_lattice_damping",        "-bs_lattice_rest_length_factor"};
+  static const char* const names[] = {"-bs_lattice_size",
+                                      "-bs_lattice_spacing",
+                                      "-bs_lattice_neighbors",
+                                      "-bs_lattice_origin",
+                                      "-bs_lattice_stiff_fraction",
+                                      "-bs_lattice_stiff_factor",
+                                      "-bs_angle_stiffness",
+                                      "-bs_rest_angle",
+                                      "-bs_lattice_periodic",
+                                      "-bs_lattice_total_mass",
+                                      "-bs_lattice_particle_mass",
+                                      "-bs_lattice_stiffness",
+                                      "-bs_lattice_damping",
+                                      "-bs_lattice_rest_length_factor",
+                                      "-bs_lattice_remove_fraction",
+                                      "-bs_lattice_remove_each"};
   std::string idle;
   PetscFunctionBegin;
   for (const char* name : names)

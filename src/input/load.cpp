@@ -5,6 +5,7 @@
 #include "base/option_names.hpp"
 #include "base/options.hpp"
 #include "input/adjust.hpp"
+#include "input/dilution.hpp"
 #include "input/hdf5_layout.hpp"
 #include "input/remote.hpp"
 #include "input/spring_options.hpp"
@@ -81,6 +82,7 @@ PetscErrorCode load_generated(MPI_Comm comm, const LatticeOptions& options, Latt
   PetscCall(reserve_lattice(comm, name, {particle_count(spec), spring_count(spec), 0, dimension(spec)}));
   const PetscMPIInt rank = rank_of(comm), size = size_of(comm);
   *out = generate(spec, rank, size);
+  PetscCall(remove_springs(comm, spec, out));
   PetscFunctionReturn(0);
 }
 

@@ -66,10 +66,12 @@ struct GeneratorSpec {
   int neighbors = 0;                           ///< springs of an inner particle; 0: the type's default
   double rest_length_factor = 1;               ///< rest length = unperturbed distance times this
   double perturbation = 0;                     ///< largest random displacement of a free particle along each axis [m]
-  std::int64_t seed = 1;                       ///< of the perturbation and of the choice of stiff springs
+  std::int64_t seed = 1;                       ///< of the perturbation and of the choice of stiff and removed springs
   std::vector<double> origin;                  ///< lower corner [m]
   double stiff_fraction = 0;                   ///< share of springs made stiffer, 0 to 1
   double stiff_factor = 1;                     ///< how many times stiffer
+  double remove_fraction = 0;                  ///< share of springs that are left out, 0 to 1 (input/dilution.hpp)
+  bool remove_each = false;                    ///< each with that probability, not that number of them
   double total_mass = 0;                       ///< shared evenly by all particles, fixed ones too [kg]; 0: not given
   double particle_mass = 0;                    ///< of each particle [kg]; 0: from the total mass, else 1
   double radius = 0;                           ///< of each particle [m]; 0: not given
@@ -174,7 +176,7 @@ void GeneratorSpec::options(V& o) {
   o.real("-bs_lattice_perturbation",
          "largest random displacement of a free particle along each axis, of files too; rest lengths stay those of the places before [m]",
          perturbation);
-  o.integer("-bs_lattice_seed", "seed of the random perturbation and of the random choice of stiffer springs", seed);
+  o.integer("-bs_lattice_seed", "seed of the random perturbation and of the random choice of stiffer and of removed springs", seed);
   read_list(o, "-bs_lattice_origin", "lower corner of the lattice [m]", 3, origin);
   read_list(o, "-bs_lattice_velocity", "vector u of the initial velocity v = u + A x [m/s]", 3, velocity);
   read_list(o, "-bs_lattice_velocity_gradient",
@@ -182,6 +184,13 @@ void GeneratorSpec::options(V& o) {
   o.real("-bs_lattice_radius", "radius of each particle (0: no radius) [m]", radius);
   o.real("-bs_lattice_stiff_fraction", "fraction of the springs, chosen at random, that are made stiffer, 0 to 1", stiff_fraction);
   o.real("-bs_lattice_stiff_factor", "factor on the stiffness of the springs chosen by -bs_lattice_stiff_fraction", stiff_factor);
+  o.real("-bs_lattice_remove_fraction",
+         "fraction of the springs, chosen at random, that are left out, 0 to 1: the nearest whole number of them, the same on any number of ranks; "
+         "angle "
+         "springs along them go, too",
+         remove_fraction);
+  o.flag("-bs_lattice_remove_each", "leave each spring out with the probability -bs_lattice_remove_fraction, in the place of a given number of them",
+         remove_each);
 }
 
 }  // namespace bs

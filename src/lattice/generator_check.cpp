@@ -158,9 +158,11 @@ std::string check(const GeneratorSpec& spec) {
                                       check_list("-bs_lattice_origin", spec.origin, 0, static_cast<std::size_t>(dimension(spec)), Need::finite),
                                       check_number("-bs_lattice_rest_length_factor", spec.rest_length_factor, Need::nonnegative),
                                       check_number("-bs_lattice_stiff_fraction", spec.stiff_fraction, Need::nonnegative),
-                                      check_number("-bs_lattice_stiff_factor", spec.stiff_factor, Need::nonnegative)});
+                                      check_number("-bs_lattice_stiff_factor", spec.stiff_factor, Need::nonnegative),
+                                      check_number("-bs_lattice_remove_fraction", spec.remove_fraction, Need::nonnegative)});
   if (!shape.empty()) return shape;
   if (spec.stiff_fraction > 1) return "-bs_lattice_stiff_fraction " + short_number(spec.stiff_fraction) + ": write a share from 0 to 1";
+  if (spec.remove_fraction > 1) return "-bs_lattice_remove_fraction " + short_number(spec.remove_fraction) + ": write a share from 0 to 1";
   return first_of({check_perturbation(spec), check_angles(spec), check_particle_data(spec, dimension(spec), info.axes, particle_count(spec))});
 }
 

@@ -195,7 +195,7 @@ def dilution(checks, folder):
     command[2] = str(folder / "small.yaml")
     done = subprocess.run(command + [str(study)], capture_output=True, text=True, timeout=280)
     checks.true("the study runs", done.returncode == 0, done.stderr[-200:])
-    means = {(r["column"], float(r["1-bs_lattice_stiff_fraction"])): r for r in csv.DictReader((study / "averages.csv").open())}
+    means = {(r["column"], float(r["1-bs_lattice_remove_fraction"])): r for r in csv.DictReader((study / "averages.csv").open())}
     whole, diluted = (means["shear_modulus", p] for p in (1.0, 0.9))
     checks.near("shear modulus of the whole net", float(whole["mean"]), np.sqrt(3) / 4, 1e-9)
     checks.near("bulk modulus of the whole net", float(means["bulk_modulus", 1.0]["mean"]), np.sqrt(3) / 2, 1e-9)

@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
 """Kagome, honeycomb and diamond lattices: springs, modes, moduli and motions without stiffness against nets that NumPy makes of other lattices by leaving
-particles out, and against closed forms."""
+particles out, and against closed forms; nets with springs removed against dense matrices of the springs that are left, and the effective medium's moduli."""
 import itertools
 
 from harness import run_parts
@@ -100,5 +100,57 @@ def closed_forms(checks, folder):
         checks.near(f"{kind}: stiffness", got, exact, 1e-12)
 
 
+TRIANGLES = {"bs_lattice_type": "triangular", "bs_lattice_periodic": "xy", "bs_lattice_dim": 2, "bs_lattice_stiffness": 1, "bs_lattice_spacing": 1}
+
+
+def springs_of(checks, folder, options, **more):
+    """The report, and particles, pairs, ways and stiffness of the springs at the start of a run."""
+    run = checks.run({**options, "bs_output": "r.h5md"}, keep=("r.h5md",), **more)
+    (folder / "r.h5md").write_bytes(run.files["r.h5md"])
+    with h5py.File(folder / "r.h5md") as f:
+        x, order = f["particles/trajectory/position/value"][0], np.argsort(f["particles/trajectory/id"][...])
+        if "connectivity" not in f:
+            return run.report, x[order], np.zeros((0, 2), int), np.zeros((0, x.shape[1])), np.zeros(0)
+        pairs, k = f["connectivity/bonds"][...], f["connectivity/bonds_stiffness"][...]
+        edges = f["particles/trajectory/box/edges/value"][0] if "connectivity/bonds_shift" in f else None
+        shift = f["connectivity/bonds_shift"][...] if edges is not None else 0
+    x = x[order]
+    r = x[pairs[:, 1]] - x[pairs[:, 0]] + (shift @ (np.diag(edges) if edges.ndim == 1 else edges) if edges is not None else 0)
+    return run.report, x, pairs, r, k
+
+
+def removed(checks, folder):
+    """Springs that are removed are not there: exactly as many as asked for, and the moduli are those of the rest."""
+    for net, springs in (({**TRIANGLES, "bs_lattice_size": "10,10"}, 300), ({**generated("kagome", 8, (3, 2))}, 6 * 3 * 2 * 4), ({**generated("diamond", 16, (2, 2, 2))}, 64 * 8)):
+        kind = net["bs_lattice_type"]
+        for fraction in (0.1, 0.3, 1):
+            options = {**net, "bs_lattice_remove_fraction": fraction, "bs_lattice_seed": 5, "bs_task": "moduli"}
+            report, x, pairs, r, k = springs_of(checks, folder, options, ranks=1)
+            checks.true(f"{kind}, {fraction} removed: springs", len(pairs) == springs - round(fraction * springs), str(len(pairs)))
+            on_3 = springs_of(checks, folder, options, ranks=3)
+            checks.true(f"{kind}, {fraction} removed: the same springs on three ranks", np.array_equal(on_3[2], pairs) and np.array_equal(on_3[3], r))
+            if len(pairs) == 0:
+                checks.true(f"{kind}: nothing left is stiff", not np.any(report["stiffness"]))
+                continue
+            with h5py.File(folder / "r.h5md") as f:
+                edges = f["particles/trajectory/box/edges/value"][-1]
+            C, floppy = stiffness(len(x), pairs, r, k, abs(np.prod(edges) if edges.ndim == 1 else np.linalg.det(edges)))
+            checks.near(f"{kind}, {fraction} removed: stiffness", report["stiffness"], C, 1e-9)
+            checks.true(f"{kind}, {fraction} removed: motions without stiffness", report["zero_modes"] == floppy, f"{report['zero_modes']}, numpy {floppy}")
+    said = checks.run({**TRIANGLES, "bs_lattice_size": "10,10", "bs_lattice_remove_fraction": 0.25, "bs_task": "moduli"}).stdout
+    checks.true("the header says how many", "75 of 300 springs removed (0.25)" in said)
+
+
+def effective_medium(checks, folder):
+    """G/G_0 = 3 (p - 2/3) where p of the springs are left, G_0 = sqrt(3)/4: the mean of four nets of 40 x 40; below the threshold, 0.66, no stiffness."""
+    for p, room in ((0.9, 0.02), (0.8, 0.03), (0.7, 0.05)):
+        ratios = [checks.run({**TRIANGLES, "bs_task": "moduli", "bs_lattice_size": "40,40", "bs_lattice_remove_fraction": 1 - p, "bs_lattice_seed": seed}).report["stiffness"][2][2]
+                  / (np.sqrt(3) / 4) for seed in (1, 2, 3, 4)]
+        checks.near(f"p = {p}: G/G_0", np.mean(ratios), 3 * p - 2, room)
+    for seed in (1, 2, 3, 4):
+        C = checks.run({**TRIANGLES, "bs_task": "moduli", "bs_lattice_size": "40,40", "bs_lattice_remove_fraction": 0.38, "bs_lattice_seed": seed}).report["stiffness"]
+        checks.below(f"p = 0.62, net {seed}: no stiffness", np.abs(C).max(), 1e-6)
+
+
 if __name__ == "__main__":
-    run_parts(__doc__, (nets, closed_forms))
+    run_parts(__doc__, (nets, closed_forms, removed), on_one_rank=(effective_medium,))

@@ -465,6 +465,8 @@ BOX = {
     "repeated along an axis it has not": (options(*PERIODIC, "-bs_lattice_periodic", "z"), "-bs_lattice_periodic z: a triangular lattice is repeated along x and y: write x, y or xy"),
     "repeated along one axis twice": (options(*PERIODIC, "-bs_lattice_periodic", "xx"), "-bs_lattice_periodic xx"),
     "odd number of shifted rows": (options("-bs_lattice_type", "triangular", "-bs_lattice_size", "4,5", "-bs_lattice_periodic", "xy"), "5 rows of a triangular lattice do not repeat along y"),
+    "more springs removed than there are": (options(*PERIODIC, "-bs_lattice_remove_fraction", "1.2"), "-bs_lattice_remove_fraction 1.2: write a share from 0 to 1"),
+    "share of springs that is none": (options(*PERIODIC, "-bs_lattice_remove_fraction", "-0.2"), "-bs_lattice_remove_fraction -0.2: write a number >= 0"),
     "strain without a box": (options(*PERIODIC, "-bs_box_strain", "xy=velocity:1"), "option -bs_box_strain: triangular lattice 4 x 4, 6 neighbours has no periodic box"),
     "strain of a missing component": (options(*PERIODIC, "-bs_lattice_periodic", "xy", "-bs_box_strain", "xz=velocity:1"), "option -bs_box_strain: xz: the lattice has 2 dimensions"),
     "strain without a component": (options(*PERIODIC, "-bs_lattice_periodic", "xy", "-bs_box_strain", "velocity:1"), "option -bs_box_strain: 'velocity:1': write components such as xy=velocity:0.01"),

@@ -93,7 +93,9 @@ TEST_CASE("a bad description is answered with its remedy", "[generator]") {
                                  {[](S* s) { s->perturbation = -0.1; }, "-bs_lattice_perturbation -0.1"},
                                  {[](S* s) { s->type = LatticeType::fcc, s->perturbation = 0.3; }, "write less than 0.25"},
                                  {[](S* s) { s->stiff_fraction = 1.5; }, "a share from 0 to 1"},
-                                 {[](S* s) { s->stiff_factor = -1; }, "-bs_lattice_stiff_factor -1"}};
+                                 {[](S* s) { s->stiff_factor = -1; }, "-bs_lattice_stiff_factor -1"},
+                                 {[](S* s) { s->remove_fraction = 1.5; }, "-bs_lattice_remove_fraction 1.5: write a share from 0 to 1"},
+                                 {[](S* s) { s->remove_fraction = -0.1; }, "-bs_lattice_remove_fraction -0.1"}};
   REQUIRE(check(make(LatticeType::cubic, {4})).empty());
   REQUIRE(check(GeneratorSpec{}).empty());
   for (const Row& row : rows) {
@@ -121,6 +123,7 @@ struct FakeSection {
   }
   bool integer(const char* n, const char*, I& v) { return has(n) && (v = static_cast<I>(numbers[n].at(0)), true); }
   bool integers(const char* n, const char*, std::vector<I>& v) { return has(n) && (v.assign(numbers[n].begin(), numbers[n].end()), true); }
+  bool flag(const char* n, const char*, bool& v) { return has(n) && (v = numbers[n].at(0) != 0, true); }
   bool text(const char* n, const char*, std::string& v) {
     asked.insert(n);
     return words.count(n) > 0 && (v = words[n].at(0), true);
@@ -144,7 +147,7 @@ TEST_CASE("options fill the description", "[generator]") {
   FakeSection none;
   spec.options(none);
   CHECK(spec.type == LatticeType::none);
-  CHECK(none.asked.size() == 24);
+  CHECK(none.asked.size() == 26);
 
   FakeSection some;
   some.words = {{"-bs_lattice_type", {"bcc"}}, {"-bs_lattice_fixed", {"xmin", "zmax"}}};
