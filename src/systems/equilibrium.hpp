@@ -41,7 +41,9 @@ class Equilibrium final : public FirstOrder {
   /// Bodies that are tied to nothing: corrections are M-orthogonal to their rigid motions, to the tolerances of the solvers.
   PetscInt free_bodies() const { return free_; }
 
-  /// Collective. The tangent at (t, y), with a shift so small that it does not hide a negative eigenvalue: for its inertia.
+  /// Collective. The tangent at (t, y) at rest, of which a solve takes `shift` M - K [1/s^2].
+  PetscErrorCode linearise_with(double t, Vec y, double shift, Mat P);
+  /// Collective. The same with a shift so small that it does not hide a negative eigenvalue: for its inertia.
   PetscErrorCode linearise_sharply(double t, Vec y, Mat P);
   /// Collective. A load r = (0, q), laid out as a residual, with entries 1 and -1 by chance wherever something can move: it excites all motions.
   PetscErrorCode random_load(Vec r);

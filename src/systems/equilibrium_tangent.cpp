@@ -86,6 +86,13 @@ PetscErrorCode Equilibrium::jacobian(double t, Vec y, Vec, double sigma, Form fo
   PetscFunctionReturn(0);
 }
 
+PetscErrorCode Equilibrium::linearise_with(double t, Vec y, double shift, Mat P) {
+  PetscFunctionBegin;
+  PetscCall(jacobian(t, y, nullptr, 1, Form::momentum, P));
+  tangent_.set_static(shift);
+  PetscFunctionReturn(0);
+}
+
 PetscErrorCode Equilibrium::linearise_sharply(double t, Vec y, Mat P) {
   PetscFunctionBegin;
   PetscCall(jacobian(t, y, nullptr, 1, Form::momentum, P));

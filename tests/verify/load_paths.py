@@ -92,7 +92,7 @@ def branches(checks, folder):
     with h5py.File(path, "r+") as f:
         f["groups/end"] = [n]
     most = 10.0
-    for control, more in (("arc", {"bs_load_control": "arc"}), ("load", {})):
+    for control, more in (("arc", {"bs_load_control": "arc"}), ("load", {"bs_equilibria": "any"})):
         run = checks.run({"bs_task": "statics", "bs_lattice_file": path, "bs_load_steps": 25, "bs_motion_end": f"velocity:{-most * n / k:.17g},0", **more}, interval=0)
         r = run.trajectory
         P = -r.observables["reaction/end"][1:, 0]

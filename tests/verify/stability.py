@@ -1,10 +1,11 @@
 #!/usr/bin/env python3
 """Stability of equilibria (-bs_task statics): unstable directions against the eigenvalues of K by NumPy, snap-through of trusses of two bars against
 their limit load, and what a path by arc length goes by."""
+import h5py
 import numpy as np
 import scipy.io
 from harness import run_parts, write_lattice
-from scipy.optimize import brentq
+from scipy.optimize import brentq, minimize
 
 STATICS = {"bs_task": "statics"}
 LIMIT = 0.0099499169577446  # of the truss
@@ -18,12 +19,13 @@ def matrix(run, folder, name):
 
 
 def counted(checks, folder):
-    """Random periodic nets, relaxed: some come to rest at saddle points. K q = -omega^2 M q of what was written has as many negative omega^2 as are told."""
+    """Random periodic nets, relaxed: some come to rest at saddle points. K q = -omega^2 M q of what was written has as many negative omega^2 as are told.
+    Where minima are looked for, as by default, there is none, and less energy is left."""
     seen = set()
     for fraction, factor, seed in ((0.1, 0.95, 1), (0.2, 1.005, 1), (0.25, 1.005, 3), (0.3, 0.95, 2), (0.35, 0.95, 1), (0.4, 0.95, 1), (0.4, 0.95, 4)):
-        run = checks.run({**STATICS, "bs_lattice_type": "triangular", "bs_lattice_size": "16,16", "bs_lattice_periodic": "xy", "bs_lattice_stiffness": 1,
-                          "bs_lattice_stiff_fraction": fraction, "bs_lattice_stiff_factor": 0, "bs_lattice_seed": seed, "bs_lattice_rest_length_factor": factor,
-                          "bs_write_matrices": "m"}, interval=0, keep=("m_K.mtx",), expect=None)
+        net = {**STATICS, "bs_lattice_type": "triangular", "bs_lattice_size": "16,16", "bs_lattice_periodic": "xy", "bs_lattice_stiffness": 1,
+               "bs_lattice_stiff_fraction": fraction, "bs_lattice_stiff_factor": 0, "bs_lattice_seed": seed, "bs_lattice_rest_length_factor": factor, "bs_write_matrices": "m"}
+        run = checks.run({**net, "bs_equilibria": "any"}, interval=0, keep=("m_K.mtx",), expect=None)
         if run.code != 0:
             continue  # Newton's method need not come to rest within its steps
         K = matrix(run, folder, "m_K.mtx")
@@ -35,6 +37,12 @@ def counted(checks, folder):
         checks.near(f"{name}: unstable directions", float(o["negative_pivots"][-1]), exact, 0)
         checks.true(f"{name}: told", (UNSTABLE in run.report["warnings"]) == (exact > 0) == (o["stability"].ravel()[-1] == -1) == (run.report["unstable"] == 1)
                     and (f"in up to {exact} directions" in run.stderr) == (exact > 0) and set(run.report["warnings"]) <= {UNSTABLE, "start_not_at_rest"}, run.stdout.splitlines()[-1])
+        lower = checks.run(net, interval=0, keep=("m_K.mtx",))
+        K = matrix(lower, folder, "m_K.mtx")
+        checks.true(f"{name}: a minimum by default", np.linalg.eigvalsh(-0.5 * (K + K.T))[0] > -1e-9 and lower.report["unstable"] == 0 == run.report["saddle_points"]
+                    and UNSTABLE not in lower.report["warnings"], lower.stdout.splitlines()[-1])
+        energies = [float(r.trajectory.observables["total_energy"].ravel()[-1]) for r in (lower, run)]
+        checks.true(f"{name}: the energy is lower where a saddle point was left", energies[0] < energies[1] if exact else lower.report["saddle_points"] == 0, str(energies))
     checks.true("stable and unstable ones are among them", seen == {True, False})
 
 
@@ -50,7 +58,7 @@ def iterative(checks, folder):
     """Without factors: an unstable direction is found or not, and nothing is claimed that is not known."""
     for load, solver, more, verdict in ((1.5, "cholesky", {}, -1), (0.5, "cholesky", {}, 1), (1.5, "bicc", {}, -1), (0.5, "bicc", {}, 0), (1.5, "jacobi", {}, -1),
                                         (1.5, "bicc", {"bs_stability_iterations": 0}, 0)):
-        run = checks.run({**STATICS, "bs_lattice_file": column(folder, load), "condensed_pc_type": solver, **more}, interval=0)
+        run = checks.run({**STATICS, "bs_equilibria": "any", "bs_lattice_file": column(folder, load), "condensed_pc_type": solver, **more}, interval=0)
         name = f"column at {load} of its buckling load, {solver} {more or ''}"
         o = run.trajectory.observables
         checks.true(name, o["stability"].ravel()[-1] == verdict and (run.report["warnings"] == [UNSTABLE]) == (verdict < 0)
@@ -62,6 +70,57 @@ def iterative(checks, folder):
     for solver in ("cholesky", "bicc"):
         run = checks.run({**flat, "condensed_pc_type": solver}, interval=0)
         checks.true(f"a flat cloth at rest, whose motions out of its plane cost nothing, is not called unstable: {solver}", run.report["warnings"] == [], str(run.report["warnings"]))
+
+
+def energy_of_column(x, load, n=8, a=0.5, kappa=3.0, k=1e5, critical=0.913445609864564):
+    """Of column(): stretched links, and the angles by which each turns against the one before [J]; with its gradient."""
+    X = np.zeros((n + 1, 2))
+    X[n, 0] = n * a * (1 - load * critical / k / a)
+    X[1:n] = x.reshape(-1, 2)
+    d = np.diff(X, axis=0)
+    length, phi = np.hypot(*d.T), np.arctan2(d[:, 1], d[:, 0])
+    turn = np.diff(phi)
+    along, across = d / length[:, None], np.stack([-d[:, 1], d[:, 0]], 1) / length[:, None] ** 2
+    of_phi = kappa * (np.concatenate([[0], turn]) - np.concatenate([turn, [0]]))
+    of_link = k * (length - a)[:, None] * along + of_phi[:, None] * across
+    return 0.5 * k * np.sum((length - a) ** 2) + 0.5 * kappa * np.sum(turn**2), (of_link[:-1] - of_link[1:]).ravel()
+
+
+def minima(checks, folder):
+    """Columns beyond their buckling load: the shape leaves the straight line, for the one that SciPy's search for the least energy finds."""
+    for load in (1.02, 1.5, 6.0):
+        start = column(folder, load)
+        guess = np.stack([np.linspace(0, 4, 9), 0.1 * np.sin(np.pi * np.linspace(0, 1, 9))], 1)[1:-1].ravel()
+        least = minimize(energy_of_column, guess, args=(load,), jac=True, method="BFGS", options={"gtol": 1e-11, "maxiter": 20000}).fun
+        for solver in ("cholesky", "bicc", "jacobi"):
+            run = checks.run({**STATICS, "bs_lattice_file": start, "condensed_pc_type": solver}, interval=0)
+            name = f"column at {load} of its buckling load, {solver}"
+            checks.near(f"{name}: energy", float(run.trajectory.observables["total_energy"].ravel()[-1]) / least, 1, 1e-9)
+            checks.true(f"{name}: told", run.report["warnings"] == [] and run.report["unstable"] == 0 and run.report["saddle_points"] == 1 and "saddle point" in run.stdout,
+                        f"{run.report['warnings']}, {run.report['saddle_points']}")
+            checks.true(f"{name}: bent to one side", np.ptp(run.trajectory.position[-1][:, 1]) > 1e-3, str(np.ptp(run.trajectory.position[-1][:, 1])))
+    # pressed by a wall in load steps, and continued from between them
+    at = np.arange(9)
+    angles = {"triples": np.stack([at[:-2], at[1:-1], at[2:]], 1), "stiffness": 3.0, "rest_angle": np.pi}
+    path = write_lattice(folder / "pressed.h5", np.stack([0.5 * at, 0 * at], 1), 1.0, fixed=at == 0, pairs=np.stack([at[:-1], at[1:]], 1), stiffness=1e5, rest_length=0.5,
+                         angles=angles)
+    with h5py.File(path, "r+") as f:
+        f["groups/wall"] = [8]
+    load = 4.0
+    base = {**STATICS, "bs_lattice_file": path, "bs_motion_wall": f"velocity:{-load * 8 * 0.913445609864564 / 1e5},0", "bs_load_steps": 8}
+    whole = checks.run(base, interval=0)
+    for steps in (1, 2, 5):
+        saved = folder / f"pressed{steps}.checkpoint"
+        checks.run({**base, "bs_checkpoint": saved, "ts_max_steps": steps}, interval=0)
+        rest = checks.run({"bs_restart": saved, "ts_max_steps": 5000}, interval=0)
+        checks.true(f"pressed, continued from load step {steps}: every bit", np.array_equal(whole.trajectory.position[-1], rest.trajectory.position[-1]))
+        checks.true(f"pressed, continued from load step {steps}: counts", all(whole.report[key] == rest.report[key] for key in ("saddle_points", "unstable", "stable", "snap_through_unknown")))
+    checks.true("a pressed column buckles in the first load step beyond its buckling load", whole.report["saddle_points"] == 1 and whole.report["snap_through"] == 0
+                and whole.report["snap_through_unknown"] == 1 and whole.report["warnings"] == [], f"{whole.report['saddle_points']}, {whole.report['warnings']}")
+    sag = np.ptp(whole.trajectory.position[:, :, 1], axis=1)
+    checks.true("pressed: straight up to there, bent from there", bool(np.all(sag[:3] < 1e-9) and np.all(np.diff(sag[2:]) > 0)), str(sag))
+    fail = checks.run({**STATICS, "bs_lattice_file": truss(folder), "bs_gravity": "0,-0.02", "bs_load_control": "arc", "bs_equilibria": "minimum"}, expect=2)
+    checks.true("paths by arc length refuse it", "-bs_equilibria minimum does not go with -bs_load_control arc" in fail.stderr, fail.stderr)
 
 
 def load_of(h, b=1.0, k=1.0):
@@ -225,4 +284,4 @@ def directions(checks, folder):
 
 
 if __name__ == "__main__":
-    run_parts("stability", (counted, snaps, first_step, crossings), (iterative, not_looked_for, directions))
+    run_parts("stability", (counted, minima, snaps, first_step, crossings), (iterative, not_looked_for, directions))

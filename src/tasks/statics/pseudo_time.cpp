@@ -6,6 +6,7 @@
 #include "base/vec_array.hpp"
 #include "linalg/condensed/condensed.hpp"
 #include "solvers/own_solve.hpp"
+#include "tasks/statics/saddle_point.hpp"
 #include "time/methods.hpp"
 
 namespace bs {
@@ -42,15 +43,78 @@ PetscErrorCode PseudoTime::solve(SNES snes) {
   PetscReal h, from;
   SNESConvergedReason reason;
   PetscFunctionBegin;
+  continued_ = false;
   model_->begin_solve();
   PetscCall(newton_(snes));
   PetscCall(SNESGetConvergedReason(snes, &reason));
+  if (fallback_ == Fallback::never) PetscFunctionReturn(0);
+  if (reason < 0) {
+    PetscCall(TSGetTimeStep(ts_, &h));
+    PetscCall(TSGetTime(ts_, &from));
+    if (fallback_ == Fallback::late && from == tried_ && h > SHORT * nominal_) PetscFunctionReturn(0);
+    tried_ = from;
+    Vec y;
+    PetscCall(TSGetSolution(ts_, &y));
+    PetscCall(make_room(y));
+    PetscCall(VecCopy(y, at_));
+    PetscCall(zero_velocities(at_));
+    PetscCall(continue_from(snes));
+    if (snes->reason > 0) ++solves_;
+  }
+  if (minima_ && snes->reason > 0) PetscCall(leave_saddles(snes));
+  PetscFunctionReturn(0);
+}
+
+PetscErrorCode PseudoTime::make_room(Vec y) {
+  PetscFunctionBegin;
+  for (VecHandle* room : {&at_, &correction_, &saddle_, &direction_})
+    if (!*room) PetscCall(VecDuplicate(y, room->out()));
+  PetscFunctionReturn(0);
+}
+
+// The energy falls from one saddle point to the next, so that none is met twice.
+PetscErrorCode PseudoTime::leave_saddles(SNES snes) {
+  constexpr int MOST_SADDLES = 20;
+  Vec X;
+  PC pc;
+  double t = 0;
+  bool left = false;
+  PetscFunctionBegin;
+  PetscCall(SNESGetSolution(snes, &X));
+  PetscCall(make_room(X));
+  PetscCall(time_of_loads(&t));
+  for (int k = 0; k < MOST_SADDLES; ++k) {
+    const PetscInt newton = snes->iter, krylov = snes->linear_its;
+    const SNESConvergedReason reason = snes->reason;
+    PetscInt negative = 0;
+    bool found = false, lower = false;
+    PetscCall(find_unstable_direction(ts_, context_->matrix, *model_, t, X, iterations_, direction_, &negative, &found));
+    if (found) PetscCall(step_down(*model_, t, X, direction_, at_, &lower));
+    PetscCall(linear_solver_of(ts_, nullptr, &pc));
+    PetscCall(condensed_renew(pc));
+    if (!lower) break;
+    PetscCall(VecCopy(X, saddle_));
+    PetscCall(continue_from(snes));
+    snes->iter += newton;
+    snes->linear_its += krylov;
+    if (snes->reason <= 0) {
+      PetscCall(VecCopy(saddle_, X));
+      snes->reason = reason;
+      break;
+    }
+    saddles_ += left ? 0 : 1;
+    left = true;
+  }
+  PetscFunctionReturn(0);
+}
+
+/// Of the stage that is solved for: a load step's end, or where a search aside from them stands.
+PetscErrorCode PseudoTime::time_of_loads(double* t) {
+  PetscReal now, h;
+  PetscFunctionBegin;
+  PetscCall(TSGetTime(ts_, &now));
   PetscCall(TSGetTimeStep(ts_, &h));
-  PetscCall(TSGetTime(ts_, &from));
-  if (reason >= 0 || fallback_ == Fallback::never) PetscFunctionReturn(0);
-  if (fallback_ == Fallback::late && from == tried_ && h > SHORT * nominal_) PetscFunctionReturn(0);
-  tried_ = from;
-  PetscCall(continue_from_start(snes));
+  *t = aside_ ? now : now + h;
   PetscFunctionReturn(0);
 }
 
@@ -171,12 +235,11 @@ PetscErrorCode PseudoTime::step(SNES snes, double h, Vec start, Vec X, PetscInt*
 /// Whether X, at the loads of the stage, has no more energy than `start`.
 PetscErrorCode PseudoTime::falls(Vec start, Vec X, bool* yes) {
   HeldEnergies here, there;
-  PetscReal t, h;
+  double t = 0;
   PetscFunctionBegin;
-  PetscCall(TSGetTime(ts_, &t));
-  PetscCall(TSGetTimeStep(ts_, &h));
-  PetscCall(model_->energies(t + h, start, &here));
-  PetscCall(model_->energies(t + h, X, &there));
+  PetscCall(time_of_loads(&t));
+  PetscCall(model_->energies(t, start, &here));
+  PetscCall(model_->energies(t, X, &there));
   *yes = there.potential <= here.potential + here.rounding + there.rounding;
   PetscFunctionReturn(0);
 }
@@ -204,26 +267,23 @@ PetscErrorCode PseudoTime::descend(SNES snes, double goal, Vec at, Vec X) {
     PetscCall(SNESComputeFunction(snes, at, snes->vec_func));
     PetscCall(model_->step_forces(at, snes->vec_func, &left, &inertia));
     PetscCall(SNESMonitor(snes, newton_steps_, left));
-    if (left <= goal) break;
+    if (left <= std::max(goal, context_->newton.floor()[1])) break;
   }
   PetscFunctionReturn(0);
 }
 
-PetscErrorCode PseudoTime::continue_from_start(SNES snes) {
+// From at_.
+PetscErrorCode PseudoTime::continue_from(SNES snes) {
   constexpr PetscInt AT_END = 30;
   constexpr double FIRST = 1e-3, FALL = 1e-6, NEARER = 1e-3;
   PetscInt most = 0, iterations = 0, krylov = 0;
   double first = 0, inertia = 0;
   PC pc;
-  Vec y, X;
+  Vec X;
   PetscFunctionBegin;
   if (model_->mean_squared_frequency() == 0) PetscFunctionReturn(0);  // there was no linearisation
-  PetscCall(TSGetSolution(ts_, &y));
+  continued_ = true;
   PetscCall(SNESGetSolution(snes, &X));
-  for (VecHandle* room : {&at_, &correction_})
-    if (!*room) PetscCall(VecDuplicate(y, room->out()));
-  PetscCall(VecCopy(y, at_));
-  PetscCall(zero_velocities(at_));
   PetscCall(linear_solver_of(ts_, nullptr, &pc));
   PetscCall(condensed_renew(pc));
   PetscCall(SNESGetTolerances(snes, nullptr, nullptr, nullptr, &most, nullptr));
@@ -248,11 +308,26 @@ PetscErrorCode PseudoTime::continue_from_start(SNES snes) {
   }
   snes->iter = iterations + newton_steps_;
   snes->linear_its = krylov + krylov_;
-  if (snes->reason > 0) ++solves_;
   context_->newton.allow_all_iterations(false);
   PetscCall(SNESSetTolerances(snes, PETSC_DEFAULT, PETSC_DEFAULT, PETSC_DEFAULT, most, PETSC_DEFAULT));
   PetscCall(condensed_renew(pc));
   PetscFunctionReturn(0);
+}
+
+void PseudoTime::count(std::vector<Tally>* out) const {
+  out->push_back({"pseudo_transient",
+                  "load steps ended by pseudo-transient continuation, where Newton's method had failed: the shape may have jumped", solves_});
+  out->push_back({"saddle_points", "solves that found saddle points of the energy, and went on downhill from there (-bs_equilibria)", saddles_});
+}
+
+void PseudoTime::save(Facts* facts) const {
+  facts->whole["pseudo_transient"] = solves_;
+  facts->whole["saddle_points"] = saddles_;
+}
+
+void PseudoTime::restore(const Facts& facts) {
+  solves_ = facts.whole_of("pseudo_transient", solves_);
+  saddles_ = facts.whole_of("saddle_points", saddles_);
 }
 
 }  // namespace bs

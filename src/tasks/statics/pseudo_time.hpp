@@ -1,8 +1,9 @@
-// Pseudo-transient continuation: what Newton's method for an equilibrium does where it has failed.
+// Pseudo-transient continuation: what Newton's method for an equilibrium does where it has failed, or found a saddle point.
 #pragma once
 #include <petscts.h>
 #include <cstdint>
 #include <vector>
+#include "base/facts.hpp"
 #include "base/warnings.hpp"
 #include "systems/equilibrium.hpp"
 #include "time/ts_setup.hpp"
@@ -15,6 +16,12 @@ namespace bs {
 /// the last one. Newton's method for a step predicts tensions (Linearisation::predict_tensions), so that linkages that turn take long steps.
 class PseudoTime {
  public:
+  /// Equilibria are to be minima of the energy: those that turn out unstable are left along an unstable direction, found by at most so many
+  /// iterations where the linear solver is iterative.
+  void demand_minima(PetscInt iterations) {
+    minima_ = true;
+    iterations_ = iterations;
+  }
   /// Collective. Once the options of `ts` are read; the arguments must outlive the solver.
   PetscErrorCode attach(TS ts, TSContext& context, Equilibrium& model, double nominal);
   /// Collective. Newton's method, and pseudo time where it fails, in the place of SNES's solve.
@@ -29,9 +36,17 @@ class PseudoTime {
   /// Whether the present solve is of a load step, neither what follows a break nor what goes before the first one.
   bool at_load_step() const { return !aside_; }
   std::int64_t solves() const { return solves_; }  ///< that ended in an equilibrium
+  /// Whether the present solve went by pseudo time, from the last equilibrium or from a saddle point.
+  bool continued() const { return continued_; }
+  void count(std::vector<Tally>* out) const;
+  void save(Facts* facts) const;
+  void restore(const Facts& facts);
 
  private:
-  PetscErrorCode continue_from_start(SNES snes);
+  PetscErrorCode make_room(Vec y);
+  PetscErrorCode continue_from(SNES snes);
+  PetscErrorCode leave_saddles(SNES snes);
+  PetscErrorCode time_of_loads(double* t);
   PetscErrorCode solve_from(Vec y, bool* good);
   PetscErrorCode linear_solve(SNES snes, Vec X, Vec z, bool* good, bool* definite);
   PetscErrorCode step(SNES snes, double h, Vec start, Vec X, PetscInt* corrections, bool* good);
@@ -46,11 +61,13 @@ class PseudoTime {
   enum class Fallback { late, always, never } fallback_ = Fallback::late;  ///< late: of steps that have been cut
   bool other_ = false;  ///< the SNES is of another type than Newton's method with a line search: there is no fallback
   bool aside_ = false;  ///< within relax() or advance()
-  VecHandle room_, at_, correction_;
+  bool minima_ = false, continued_ = false;
+  PetscInt iterations_ = 0;
+  VecHandle room_, at_, correction_, saddle_, direction_;
   double shift_ = 0;  ///< 1/h^2 by the mean squared frequency
   PetscInt newton_steps_ = 0, krylov_ = 0;
   PetscErrorCode (*newton_)(SNES) = nullptr;
-  std::int64_t solves_ = 0;
+  std::int64_t solves_ = 0, saddles_ = 0;  ///< the second: solves that left saddle points
 };
 
 }  // namespace bs

@@ -57,7 +57,7 @@ static PetscErrorCode read_loads(MPI_Comm comm, StaticsSettings* out) {
 
 /// What follows breaks, and what is asked of every equilibrium.
 static PetscErrorCode read_equilibria(MPI_Comm comm, StaticsSettings* out) {
-  int follow = 0;
+  int follow = 0, kind = out->arc ? 1 : 0;
   AvalancheOptions& after = out->avalanche;
   PetscFunctionBegin;
   PetscCall(read_section(comm, "After a break in statics", [&](Section& o) {
@@ -73,6 +73,15 @@ static PetscErrorCode read_equilibria(MPI_Comm comm, StaticsSettings* out) {
   }));
   after.dynamics = follow == 1;
   PetscCall(read_section(comm, "Stability of equilibria (-bs_task statics)", [&](Section& o) {
+    const bool given =
+        o.choice("-bs_equilibria",
+                 "which equilibria are looked for: minimum, minima of the energy: where the tangent has negative eigenvalues, the shape "
+                 "leaves the saddle point downhill; any, also saddle points, as symmetric structures have beyond their buckling loads; "
+                 "default: minimum, by arc length any",
+                 {"minimum", "any"}, kind);
+    if (given && out->arc && kind == 0)
+      o.fail("option -bs_equilibria minimum does not go with -bs_load_control arc, whose paths lead through saddle points: leave it out");
+    out->minima = kind == 0;
     o.integer(
         "-bs_stability_iterations",
         "number of iterations that look for an unstable direction of every equilibrium where the linear solver is iterative; a direct one counts "

@@ -43,8 +43,9 @@ PetscErrorCode SnapThrough::solve(SNES snes) {
   PetscCall(inner_->solve(snes));
   if (!inner_->at_load_step() || snes->reason < 0 || snes->iter == 0) PetscFunctionReturn(0);
   PetscCall(TSGetTime(ts_, &t));
-  if (t == 0 && !rests_) {
-    unknown_ = 1;
+  if ((t == 0 && !rests_) || inner_->continued()) {
+    if (t != unknown_at_) ++unknown_;
+    unknown_at_ = t;
     PetscFunctionReturn(0);
   }
   PetscCall(suspects(snes->vec_sol, before, &yes));
@@ -225,7 +226,9 @@ void SnapThrough::count(const std::string& otherwise, std::vector<Tally>* out) c
   out->push_back({"snap_through", "load steps in which the shape jumped to another branch of equilibria (snap-through)", count_,
                   otherwise.empty() ? "" : "snap-through was not looked for " + otherwise});
   out->push_back({"snap_through_unknown",
-                  "load steps in which snap-through was not looked for all the way, from a start that is no equilibrium or after a break", unknown_});
+                  "load steps in which snap-through was not looked for all the way, from a start that is no equilibrium, after a break, or where "
+                  "pseudo-transient continuation led to another shape",
+                  unknown_});
 }
 
 PetscErrorCode SnapThrough::warn(Warnings* warnings) const {
@@ -247,6 +250,7 @@ void SnapThrough::save(Facts* facts) const {
   facts->real["snap_to"] = to_;
   facts->real["snap_jump"] = jump_;
   facts->real["snap_last"] = last_;
+  facts->real["snap_unknown_at"] = unknown_at_;
 }
 
 void SnapThrough::restore(const Facts& facts) {
@@ -256,6 +260,7 @@ void SnapThrough::restore(const Facts& facts) {
   to_ = facts.real_of("snap_to", to_);
   jump_ = facts.real_of("snap_jump", jump_);
   last_ = facts.real_of("snap_last", last_);
+  unknown_at_ = facts.real_of("snap_unknown_at", unknown_at_);
 }
 
 }  // namespace bs

@@ -11,7 +11,7 @@ namespace bs {
 /// A load step that met a tangent which is not positive definite, or whose two ends have a barrier between them, is looked at more closely: it is
 /// halved again and again, each time the half in which more happens, until a 32nd of it is left. What is continuous changes about alike in both
 /// halves then; a jump lies in one of them, and releases energy. These solves are for the count alone: the state of the step stays as it is. Load
-/// steps that do not begin in equilibrium, and what follows a break, are not looked at but counted.
+/// steps that do not begin in equilibrium, go by pseudo time or follow a break are not looked at but counted.
 class SnapThrough {
  public:
   /// Collective. Once the options of `ts` are read; the arguments must outlive the solver. `inner`, attached already, solves.
@@ -56,7 +56,7 @@ class SnapThrough {
   bool rests_ = false;
   std::int64_t count_ = 0, unknown_ = 0;  ///< load steps with a jump, and those of which not all was looked at
   double from_ = 0, to_ = 0, jump_ = 0;   ///< of the first one: load factors, and how far a particle went at the least [m]
-  double last_ = -1;                      ///< load factor where the last one's step began: a repeated attempt counts once
+  double last_ = -1, unknown_at_ = -1;    ///< load factors where the last ones' steps began: a repeated attempt counts once
 };
 
 }  // namespace bs

@@ -1,8 +1,8 @@
 #include "tasks/statics/stability.hpp"
 #include <algorithm>
 #include "base/error.hpp"
-#include "base/vec_array.hpp"
 #include "linalg/condensed/condensed.hpp"
+#include "tasks/statics/saddle_point.hpp"
 #include "time/methods.hpp"
 
 namespace bs {
@@ -15,34 +15,6 @@ void put(PetscInt negative, int verdict, std::vector<Observable>* out) {
 
 }  // namespace
 
-// z.K z > DOUBT (mean squared frequency) z.M z, with the exact K: neither the precision in which S is stored nor its shift counts
-PetscErrorCode Stability::find_direction(PC pc, Equilibrium& model, double factor, Vec y, Mat J, bool* found) const {
-  constexpr double DOUBT = 1e-12;
-  Linearisation& lin = model.mechanics()->linearisation();
-  const Layout& at = lin.layout();
-  std::vector<double> force(static_cast<std::size_t>(at.particles * at.dim));
-  double sums[2] = {0, 0};
-  VecHandle r, z;
-  PetscFunctionBegin;
-  PetscCall(VecDuplicate(y, r.out()));
-  PetscCall(VecDuplicate(y, z.out()));
-  PetscCall(model.random_load(r));
-  PetscCall(model.linearise_sharply(factor, y, J));
-  PetscCall(condensed_negative_direction(pc, r, static_cast<PetscInt>(iterations_), z, found));
-  if (!*found) PetscFunctionReturn(0);
-  PetscCall(zero_velocities(z));
-  PetscCall(lin.change_of_force(z, force.data()));
-  const ReadArray a(z);
-  for (PetscInt i = 0; i < at.particles; ++i)
-    for (PetscInt c = 0; c < at.dim; ++c) {
-      sums[0] += a[at.x(i, c)] * force[static_cast<std::size_t>(i * at.dim + c)];
-      sums[1] += a[at.x(i, c)] * a[at.x(i, c)] * lin.masses()[static_cast<std::size_t>(i)];
-    }
-  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, sums, 2, MPI_DOUBLE, MPI_SUM, model.comm()));
-  *found = sums[0] > DOUBT * model.mean_squared_frequency() * sums[1];
-  PetscFunctionReturn(0);
-}
-
 // The tangent at the equilibrium itself: Newton's last one is of the iterate before it.
 PetscErrorCode Stability::assess(TS ts, Mat J, Equilibrium& model, double factor, Vec y, std::vector<Observable>* out) {
   PC pc;
@@ -52,7 +24,11 @@ PetscErrorCode Stability::assess(TS ts, Mat J, Equilibrium& model, double factor
   PetscCall(linear_solver_of(ts, nullptr, &pc));
   PetscCall(model.linearise_sharply(factor, y, J));
   PetscCall(condensed_negative_pivots(pc, &negative));
-  if (negative < 0 && iterations_ > 0 && factor > 0) PetscCall(find_direction(pc, model, factor, y, J, &found));
+  if (negative < 0 && iterations_ > 0 && factor > 0) {
+    VecHandle z;
+    PetscCall(VecDuplicate(y, z.out()));
+    PetscCall(search_unstable_direction(ts, J, model, factor, y, static_cast<PetscInt>(iterations_), z, &found));
+  }
   const Verdict verdict = negative > 0 || found ? Verdict::unstable : negative == 0 ? Verdict::stable : Verdict::unknown;
   put(negative, static_cast<int>(verdict), out);
   note(factor, negative, verdict);

@@ -27,7 +27,6 @@ class Stability {
 
  private:
   enum class Verdict { unstable = -1, unknown = 0, stable = 1 };
-  PetscErrorCode find_direction(PC pc, Equilibrium& model, double factor, Vec y, Mat J, bool* found) const;
   void note(double factor, PetscInt negative, Verdict verdict);
 
   std::int64_t iterations_;

@@ -82,11 +82,13 @@ RunHooks StaticRun::hooks() {
     stability_.save(facts);
     snaps_.save(facts);
     start_.save(facts);
+    pseudo_.save(facts);
   };
   hooks.restore = [this](const Facts& facts) {
     stability_.restore(facts);
     snaps_.restore(facts);
     start_.restore(facts);
+    pseudo_.restore(facts);
     snaps_.begin_at_rest(start_.found());
   };
   hooks.count = [this](std::vector<Tally>* out) { return count(out); };
@@ -116,6 +118,7 @@ PetscErrorCode StaticRun::attach(TS ts, TSContext& context, double step) {
   PetscFunctionBegin;
   context.newton.iterate_to_rounding(true);
   context.examine = [this](double factor, Vec y, StageCheck* out) { return examine(factor, y, out); };
+  if (options_.minima) pseudo_.demand_minima(static_cast<PetscInt>(options_.stability_iterations));
   PetscCall(pseudo_.attach(ts, context, model_, step));
   if (options_.arc) {
     PetscCall(arc_.attach(ts, context, model_, pseudo_, {step, options_.end, options_.lower}));
@@ -196,9 +199,7 @@ PetscErrorCode StaticRun::count(std::vector<Tally>* out) const {
   PetscFunctionBegin;
   start_.count(out);
   out->push_back({"free_bodies", "bodies are tied to nothing: their centres of mass stay, or go with the box", model_.free_bodies()});
-  out->push_back({"pseudo_transient",
-                  "load steps ended by pseudo-transient continuation, where Newton's method had failed: the shape may have jumped",
-                  pseudo_.solves()});
+  pseudo_.count(out);
   out->push_back({"box_corrections", "changes of the box to meet the stresses of -bs_box_stress", box_.corrections()});
   out->push_back({"turns", "times the load factor turned round: limit points", turns_});
   snaps_.count(options_.arc           ? "along a path by arc length"

@@ -40,6 +40,7 @@ struct StaticsSettings {
   bool arc = false;    ///< the length of a step's way is given, not its load
   double end = 1;      ///< load factor at which a path by arc length ends
   bool lower = false;  ///< it begins by lowering the load factor
+  bool minima = true;  ///< saddle points of the energy are left downhill
   LoadRules rules;
   AvalancheOptions avalanche;
   std::int64_t stability_iterations = 50;      ///< of the search for an unstable direction; 0: none
