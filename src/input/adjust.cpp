@@ -65,7 +65,8 @@ PetscErrorCode warn_of_idle_options(MPI_Comm comm, const std::string& source) {
                                       "-bs_lattice_damping",
                                       "-bs_lattice_rest_length_factor",
                                       "-bs_lattice_remove_fraction",
-                                      "-bs_lattice_remove_each"};
+                                      "-bs_lattice_remove_each",
+                                      "-bs_lattice_prune"};
   std::string idle;
   PetscFunctionBegin;
   for (const char* name : names)

@@ -102,6 +102,14 @@ void keep_springs(const std::vector<std::uint8_t>& keep, Lattice* l) {
   l->springs.count = static_cast<std::int64_t>(l->stiffness.size());
 }
 
+void keep_angles(const std::vector<std::uint8_t>& keep, Lattice* l) {
+  InteractionRows& angles = l->interactions[0];
+  keep_rows(keep, 3, &angles.ends);
+  keep_rows(keep, 3 * l->dim, &angles.shift);
+  keep_rows(keep, 2, &angles.parameter);
+  angles.rows.count = static_cast<std::int64_t>(angles.ends.size() / 3);
+}
+
 PetscErrorCode keep_angles_along_springs(MPI_Comm comm, Lattice* l) {
   Chunks chunks;
   std::vector<LegQuestion> asked, heard;
@@ -136,10 +144,7 @@ PetscErrorCode keep_angles_along_springs(MPI_Comm comm, Lattice* l) {
       &gone));
   std::vector<std::uint8_t> keep(angles.ends.size() / 3, 1);
   for (const std::int64_t a : gone) keep[static_cast<std::size_t>(a)] = 0;
-  keep_rows(keep, 3, &angles.ends);
-  keep_rows(keep, 3 * l->dim, &angles.shift);
-  keep_rows(keep, 2, &angles.parameter);
-  angles.rows.count = static_cast<std::int64_t>(angles.ends.size() / 3);
+  keep_angles(keep, l);
   PetscFunctionReturn(0);
 }
 

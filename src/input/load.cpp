@@ -83,6 +83,11 @@ PetscErrorCode load_generated(MPI_Comm comm, const LatticeOptions& options, Latt
   const PetscMPIInt rank = rank_of(comm), size = size_of(comm);
   *out = generate(spec, rank, size);
   PetscCall(remove_springs(comm, spec, out));
+  if (spec.prune != PruneRule::none && !options.anchors.particles.empty())
+    PetscCall(fail(comm, Exit::input,
+                   "-bs_anchor_particles with -bs_lattice_prune: rows change when particles are left out; write -bs_group_NAME ids:... and "
+                   "-bs_anchor_group NAME"));
+  PetscCall(prune_particles(comm, spec, out));
   PetscFunctionReturn(0);
 }
 

@@ -12,6 +12,11 @@ namespace bs {
 
 enum class LatticeType { none, chain, square, triangular, cloth, cubic, bcc, fcc, kagome, honeycomb, diamond };
 
+/// Which particles go when springs have been removed (input/dilution.hpp).
+enum class PruneRule { none, dangling, rattlers };
+/// Names in the order of PruneRule, as -bs_lattice_prune takes them.
+const std::vector<std::string>& prune_rule_names();
+
 /// What is fixed by the type's name.
 struct TypeInfo {
   const char* name;
@@ -72,6 +77,7 @@ struct GeneratorSpec {
   double stiff_factor = 1;                     ///< how many times stiffer
   double remove_fraction = 0;                  ///< share of springs that are left out, 0 to 1 (input/dilution.hpp)
   bool remove_each = false;                    ///< each with that probability, not that number of them
+  PruneRule prune = PruneRule::none;           ///< which particles go then
   double total_mass = 0;                       ///< shared evenly by all particles, fixed ones too [kg]; 0: not given
   double particle_mass = 0;                    ///< of each particle [kg]; 0: from the total mass, else 1
   double radius = 0;                           ///< of each particle [m]; 0: not given
@@ -191,6 +197,14 @@ void GeneratorSpec::options(V& o) {
          remove_fraction);
   o.flag("-bs_lattice_remove_each", "leave each spring out with the probability -bs_lattice_remove_fraction, in the place of a given number of them",
          remove_each);
+  index = static_cast<int>(prune);
+  if (o.choice(
+          "-bs_lattice_prune",
+          "particles that are left out, one after the other until none is left to go (dangling: those with one spring or none; rattlers: those "
+          "whose springs' directions are linearly independent, in which no tensions can balance, such as all with fewer than two springs and those "
+          "with two at an angle; what is fixed or in a group stays); ids are the rows before",
+          prune_rule_names(), index))
+    prune = static_cast<PruneRule>(index);
 }
 
 }  // namespace bs

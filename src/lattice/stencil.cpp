@@ -32,6 +32,11 @@ const std::vector<std::string>& lattice_type_names() {
   return names;
 }
 
+const std::vector<std::string>& prune_rule_names() {
+  static const std::vector<std::string> names = {"none", "dangling", "rattlers"};
+  return names;
+}
+
 int shell_count(LatticeType type, int neighbors) {
   const std::vector<int>& known = type_info(type).neighbors;
   for (std::size_t s = 0; s < known.size(); ++s)

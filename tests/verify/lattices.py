@@ -141,6 +141,47 @@ def removed(checks, folder):
     checks.true("the header says how many", "75 of 300 springs removed (0.25)" in said)
 
 
+def pruned(checks, folder):
+    """What is pruned bears nothing: the stiffness is that of the whole net, its motions without stiffness are gone; dangling ends and rattlers by a search in NumPy."""
+    for net, fraction in (({**TRIANGLES, "bs_lattice_size": "16,16"}, 0.34), (generated("diamond", 16, (3, 3, 3)), 0.6)):
+        kind = net["bs_lattice_type"]
+        options = {**net, "bs_lattice_remove_fraction": fraction, "bs_lattice_seed": 2, "bs_task": "moduli"}
+        whole, x, pairs, r, k = springs_of(checks, folder, options)
+        for rule in ("dangling", "rattlers"):
+            stay = np.ones(len(x), bool)
+            while True:
+                there = stay[pairs].all(axis=1)
+                go = []
+                for p in np.flatnonzero(stay):
+                    ways = r[there & (pairs == p).any(axis=1)]
+                    bears = len(ways) > 1 if rule == "dangling" else len(ways) and np.linalg.matrix_rank(ways) < len(ways)
+                    go += [] if bears else [p]
+                if not go:
+                    break
+                stay[go] = False
+            report, y, left, ways, stiff = springs_of(checks, folder, {**options, "bs_lattice_prune": rule})
+            checks.true(f"{kind}, {rule}: {len(x) - stay.sum()} of {len(x)} particles", np.array_equal(y, x[stay]) and (stay.sum() < len(x) or rule == "dangling"), str(len(y)))
+            checks.true(f"{kind}, {rule}: the springs of the rest", np.array_equal(ways, r[there]))
+            checks.near(f"{kind}, {rule}: the stiffness of the net", report["stiffness"], whole["stiffness"], 1e-9)
+            floppy = whole["zero_modes"] - int(x.shape[1] * (len(x) - stay.sum()) - (~there).sum())
+            checks.true(f"{kind}, {rule}: fewer motions without stiffness", report["zero_modes"] == floppy, f"{report['zero_modes']} of {whole['zero_modes']}")
+
+
+def motion(checks, folder):
+    """Diluted and pruned nets in motion: the same from ranks to ranks, and bit for bit when a run goes on from its checkpoint."""
+    net = {"bs_lattice_type": "triangular", "bs_lattice_size": "12,12", "bs_lattice_dim": 2, "bs_lattice_stiffness": 100, "bs_lattice_spacing": 1, "bs_lattice_fixed": "ymax",
+           "bs_lattice_remove_fraction": 0.3, "bs_lattice_prune": "rattlers", "bs_lattice_perturbation": 0.05, "bs_break_strain": 0.4, "bs_gravity": "0,-1",
+           "ts_type": "rk", "ts_dt": 0.01}
+    one = checks.run({**net, "ts_max_time": 1}, interval=0.5, ranks=1).trajectory
+    three = checks.run({**net, "ts_max_time": 1}, interval=0.5, ranks=3).trajectory
+    checks.near("on three ranks", three.position[-1], one.position[-1], 1e-10)
+    half = checks.run({**net, "ts_max_time": 0.5, "bs_checkpoint": "c.h5"}, keep=("c.h5",))
+    (folder / "c.h5").write_bytes(half.files["c.h5"])
+    on = checks.run({"bs_restart": folder / "c.h5", "ts_max_time": 1}, interval=0.5).trajectory
+    straight = checks.run({**net, "ts_max_time": 1}, interval=0.5).trajectory
+    checks.true("continued from a checkpoint", np.array_equal(on.position[-1], straight.position[-1]))
+
+
 def effective_medium(checks, folder):
     """G/G_0 = 3 (p - 2/3) where p of the springs are left, G_0 = sqrt(3)/4: the mean of four nets of 40 x 40; below the threshold, 0.66, no stiffness."""
     for p, room in ((0.9, 0.02), (0.8, 0.03), (0.7, 0.05)):
@@ -153,4 +194,4 @@ def effective_medium(checks, folder):
 
 
 if __name__ == "__main__":
-    run_parts(__doc__, (nets, closed_forms, removed), on_one_rank=(effective_medium,))
+    run_parts(__doc__, (nets, closed_forms, removed, pruned, motion), on_one_rank=(effective_medium,))

@@ -147,7 +147,7 @@ TEST_CASE("options fill the description", "[generator]") {
   FakeSection none;
   spec.options(none);
   CHECK(spec.type == LatticeType::none);
-  CHECK(none.asked.size() == 26);
+  CHECK(none.asked.size() == 27);
 
   FakeSection some;
   some.words = {{"-bs_lattice_type", {"bcc"}}, {"-bs_lattice_fixed", {"xmin", "zmax"}}};
