@@ -37,31 +37,21 @@ const char HELP[] =
 
 PetscErrorCode run_program(int* exit_code) {
   PetscFunctionBegin;
-  std::unique_ptr<bs::Model> model;
-  const bs::Task* task = nullptr;
   PetscCall(bs::register_types());
   PetscCall(bs::recall_options(PETSC_COMM_WORLD));
   PetscCall(bs::check_viewers(PETSC_COMM_WORLD));
-  PetscCall(bs::read_task(PETSC_COMM_WORLD, &task));
-  PetscCall(bs::create_model(PETSC_COMM_WORLD, &model));
-  PetscCall(task->run(std::move(model), nullptr, exit_code));
+  PetscCall(bs::run_task(PETSC_COMM_WORLD, exit_code));
   PetscFunctionReturn(0);
 }
 
-/// -help lists every option, also of the tasks and models that this run is not of: a run of each has no more to do than list them.
+/// -help lists every option, also of the tasks and models that this run is not of.
 PetscErrorCode collect_all_help() {
   PetscBool help = PETSC_FALSE;
   PetscFunctionBegin;
   PetscCall(PetscOptionsHasName(nullptr, nullptr, "-help", &help));
   if (!help) PetscFunctionReturn(0);
   bs::collect_help_of_others();
-  for (const auto& [name, value] : {std::pair{"-bs_task", "dynamics"}, {"-bs_task", "statics"}, {"-bs_model", "linear"}}) {
-    int unused = 0;
-    PetscCall(PetscOptionsClear(nullptr));
-    PetscCall(PetscOptionsSetValue(nullptr, "-help", nullptr));
-    PetscCall(PetscOptionsSetValue(nullptr, name, value));
-    PetscCall(run_program(&unused));
-  }
+  for (const bs::Variant& variant : bs::variants()) PetscCall(bs::rehearse(PETSC_COMM_WORLD, variant));
   PetscFunctionReturn(0);
 }
 

@@ -142,21 +142,29 @@ PetscErrorCode check_viewers(MPI_Comm comm) {
   PetscFunctionReturn(0);
 }
 
-PetscErrorCode reject_unknown_options(MPI_Comm comm) {
-  PetscInt count = 0;
-  char **names = nullptr, **values = nullptr;
+bool is_listed(const std::set<std::string>& names, const std::string& name) {
+  constexpr std::size_t WORD = 4;  // NAME
+  const std::string given = lower(name);
+  return std::any_of(names.begin(), names.end(), [&given](const std::string& one) {
+    const std::size_t stem = one.size() - WORD;
+    return lower(one) == given || (one.compare(stem, WORD, "NAME") == 0 && given.size() > stem && given.compare(0, stem, one, 0, stem) == 0);
+  });
+}
+
+PetscErrorCode reject_unknown_options(MPI_Comm comm, const std::set<std::string>& others) {
+  std::map<std::string, std::string> unread;  // names as PETSc parsed them, so that values beginning with '-' are not taken for names
+  std::set<std::string> known = known_options(comm);
   std::string unknown;
   PetscFunctionBegin;
-  // Options that no reader knows: names as PETSc parsed them, so that values beginning with '-' are not taken for names.
-  PetscCall(PetscOptionsLeftGet(nullptr, &count, &names, &values));
-  for (PetscInt i = 0; i < count && unknown.empty(); ++i)
-    if (strncasecmp(names[i], "bs_", 3) == 0) unknown = std::string("-") + names[i];
-  PetscCall(PetscOptionsLeftRestore(nullptr, &count, &names, &values));
+  PetscCall(unread_options(&unread));
+  known.insert(others.begin(), others.end());
+  for (const auto& [name, value] : unread)
+    if (unknown.empty() && strncasecmp(name.c_str(), "-bs_", 4) == 0 && !is_listed(others, name)) unknown = name;
   if (unknown.empty()) PetscFunctionReturn(0);
   // A third of the letters behind -bs_ may be wrong, or two; never all.
   const int letters = static_cast<int>(unknown.size()) - 4;
   const int most = std::min(std::max(2, letters / 3), letters - 1);
-  const std::string meant = nearest(unknown, known_options(comm), most);
+  const std::string meant = nearest(unknown, known, most);
   const std::string advice = meant.empty() ? "-help lists the options" : "did you mean " + meant + "?";
   PetscFunctionReturn(fail(comm, Exit::input, "option " + unknown + " does not exist: " + advice));
 }

@@ -67,8 +67,11 @@ PetscErrorCode read_section(MPI_Comm comm, const char* title, Body&& body) {
 /// Names (with the leading dash) of every option read through a Section on `comm` so far.
 const std::set<std::string>& known_options(MPI_Comm comm);
 
-/// Collective. An option that begins with -bs_ and that no reader knows is an error that suggests the nearest name.
+/// Whether `name` (with its dash) is one of `names`, in whose place of NAME any word may stand.
+bool is_listed(const std::set<std::string>& names, const std::string& name);
+
+/// Collective. An option that begins with -bs_, that no reader knows and that is none of `others` is an error that suggests the nearest name.
 /// Call after every reader has run.
-PetscErrorCode reject_unknown_options(MPI_Comm comm);
+PetscErrorCode reject_unknown_options(MPI_Comm comm, const std::set<std::string>& others = {});
 
 }  // namespace bs

@@ -71,8 +71,8 @@ Error outcome(MPI_Comm comm, PetscErrorCode code) {
 
 /// Those that say what the system is, and not how it is stepped or which files are written.
 Settings of_the_system(const Settings& settings) {
-  static const char* const others[] = {"-bs_output",    "-bs_report", "-bs_checkpoint", "-bs_restart",
-                                       "-bs_overwrite", "-bs_write_", "-bs_step_",      "-bs_stop_"};
+  static const char* const others[] = {"-bs_output", "-bs_report",  "-bs_checkpoint", "-bs_restart",   "-bs_overwrite", "-bs_write_", "-bs_step_",
+                                       "-bs_stop_",  "-bs_energy_", "-bs_advise",     "-bs_progress_", "-bs_atol_",     "-bs_rtol_"};
   Settings kept;
   for (const auto& one : settings) {
     const std::string name = lower(one.first);
@@ -142,7 +142,7 @@ PetscErrorCode Session::Impl::open() {
 
 PetscErrorCode Session::Impl::make_model(std::unique_ptr<Model>* out) {
   PetscFunctionBegin;
-  PetscCall(read_mode_options(comm, true));
+  PetscCall(read_mode_options(comm));
   PetscCall(create_model(comm, out, given.get()));
   PetscFunctionReturn(0);
 }
@@ -168,7 +168,7 @@ PetscErrorCode Session::Impl::begin() {
   if (finished) PetscCall(fail(comm, Exit::input, "the session is finished: create another one"));
   if (run) PetscFunctionReturn(0);
   PetscCall(refuse_box_stress(*model, "a session that steps in time"));
-  PetscCall(read_run_options(comm, &run_options));
+  PetscCall(read_run_options(comm, Steps::time, &run_options));
   run_options.keep_input = true;
   locks = std::make_unique<OutputLocks>();
   PetscCall(lock_outputs(comm, run_options, locks.get()));

@@ -13,22 +13,10 @@
 namespace bs {
 namespace {
 
-/// Read by every task, used by run_modes.
 struct ModeOptions {
   ModeRequest request;
   int about = 0;  ///< -bs_modes_about: 0 the start, 1 the equilibrium
 };
-
-/// Options of the eigensolver count as used: what comes before it would warn of them.
-PetscErrorCode mark_eigensolver_options() {
-  std::vector<std::string> names;
-  PetscFunctionBegin;
-  PetscCall(unused_options(&names));
-  for (const std::string& name : names)
-    for (const char* begin : {"-eps_", "-st_", "-modes_", "-bv_", "-ds_"})
-      if (name.rfind(begin, 0) == 0) (void)is_given(name);
-  PetscFunctionReturn(0);
-}
 
 /// Why the free vibrations of `model` cannot be had; empty where they can.
 std::string fault_of_modes(Model& model) {
@@ -40,49 +28,37 @@ std::string fault_of_modes(Model& model) {
   return {};
 }
 
-/// Options of the motion in time and its solvers, which a file of options may hold for another task.
-bool of_dynamics(const std::string& name) {
-  for (const char* begin : {"-ts_", "-snes_", "-ksp_", "-pc_", "-condensed_", "-sub_", "-mat_"})
-    if (name.rfind(begin, 0) == 0) return true;
-  return false;
-}
-
 }  // namespace
 
-PetscErrorCode read_mode_options(MPI_Comm comm, bool chosen) {
+PetscErrorCode read_mode_options(MPI_Comm comm) {
   ModeRequest& request = held_by<ModeOptions>(comm).request;
   int& about = held_by<ModeOptions>(comm).about;
   std::int64_t count = 10;
   PetscFunctionBegin;
   PetscCall(read_section(comm, "Modes", [&](Section& o) {
-    bool given = o.integer("-bs_modes", "number K of modes of free vibration to compute, with -bs_task modes", count, Range::positive);
-    given = o.choice("-bs_modes_which",
-                     "which of the squares omega^2 of the circular frequencies: the K smallest, the K largest, or the K nearest to "
-                     "-bs_modes_target; written in ascending order",
-                     {"smallest", "largest", "target"}, request.which) ||
-            given;
+    o.integer("-bs_modes", "number K of modes of free vibration to compute, with -bs_task modes", count, Range::positive);
+    o.choice("-bs_modes_which",
+             "which of the squares omega^2 of the circular frequencies: the K smallest, the K largest, or the K nearest to "
+             "-bs_modes_target; written in ascending order",
+             {"smallest", "largest", "target"}, request.which);
     const bool near = o.real("-bs_modes_target", "square omega^2 of a circular frequency near which modes are sought [1/s^2]", request.near);
     int rigid = 0;
-    given = o.choice("-bs_modes_rigid",
-                     "modes with omega^2 = 0, motions as a rigid body and mechanisms: drop: counted, but not among the K; keep: among "
-                     "the K",
-                     {"drop", "keep"}, rigid) ||
-            given;
+    o.choice("-bs_modes_rigid",
+             "modes with omega^2 = 0, motions as a rigid body and mechanisms: drop: counted, but not among the K; keep: among "
+             "the K",
+             {"drop", "keep"}, rigid);
     request.keep_rigid = rigid == 1;
-    given = o.choice("-bs_modes_solver",
-                     "auto: by size; dense: LAPACK, all modes; direct: Krylov-Schur with shift and invert by MUMPS, whose factors count what "
-                     "belongs in the list; iterative: generalised Davidson, which searches without a count, and not far inside the spectrum, "
-                     "with block factors and a coarse grid (-eps_... and -st_... tune them)",
-                     {"auto", "dense", "direct", "iterative"}, request.method) ||
-            given;
-    given = o.choice("-bs_modes_about",
-                     "state that the system vibrates about: start, or equilibrium under the full loads, which -bs_task statics would find "
-                     "(its options -bs_load_... apply)",
-                     {"start", "equilibrium"}, about) ||
-            given;
+    o.choice("-bs_modes_solver",
+             "auto: by size; dense: LAPACK, all modes; direct: Krylov-Schur with shift and invert by MUMPS, whose factors count what "
+             "belongs in the list; iterative: generalised Davidson, which searches without a count, and not far inside the spectrum, "
+             "with block factors and a coarse grid (-eps_... and -st_... tune them)",
+             {"auto", "dense", "direct", "iterative"}, request.method);
+    o.choice("-bs_modes_about",
+             "state that the system vibrates about: start, or equilibrium under the full loads, which -bs_task statics would find "
+             "(its options -bs_load_... apply)",
+             {"start", "equilibrium"}, about);
     if (near && request.which != ModeRequest::target) o.fail("option -bs_modes_target: give -bs_modes_which target with it");
     if (!near && request.which == ModeRequest::target) o.fail("option -bs_modes_which target: say with -bs_modes_target near which omega^2 [1/s^2]");
-    if ((given || near) && !chosen) o.fail("options -bs_modes...: give -bs_task modes with them");
     if (count > PETSC_MAX_INT) o.fail(format("option -bs_modes: %lld is too large", static_cast<long long>(count)));
   }));
   request.count = static_cast<PetscInt>(count);
@@ -163,16 +139,12 @@ PetscErrorCode ModesRun::run() {
   PetscCall(linearise());
   ModeSolver solver(form_, request_);
   PetscCall(refuse_foreign_options(model_.comm()));
-  PetscCall(reject_unknown_options(model_.comm()));
   PetscCall(solver.create(&method));
   if (is_given("-help")) PetscFunctionReturn(0);
   PetscCall(print_header(method));
   PetscCall(remove_earlier_results(model_.comm()));
   PetscCall(write_matrices(model_, time_, y_, options_.output.trajectory.overwrite));
-  std::vector<std::string> unused;
-  PetscCall(unused_options(&unused));
-  for (const std::string& name : unused)
-    if (!of_dynamics(name)) PetscCall(warn(model_.comm(), "option " + name + " is not used by this run: it is misspelt, or belongs to another task"));
+  PetscCall(warn_unused_options(model_.comm(), {"dynamics", "particles"}));
   PetscCall(open_file());
   set_phase(model_.comm(), Exit::solve);
   PetscCall(solver.solve(&modes_, &why));
@@ -210,18 +182,18 @@ PetscErrorCode run_modes(std::unique_ptr<Model> model, Result* result, int* exit
   OutputLocks locks;  // given up when the files are closed
   PetscFunctionBegin;
   *exit_code = 0;
-  PetscCall(read_run_options(model->comm(), &options));
+  PetscCall(read_mode_options(model->comm()));
+  const auto& [request, about] = held_by<ModeOptions>(model->comm());
+  if (is_given("-bs_checkpoint") || is_given("-bs_restart"))
+    PetscCall(fail(model->comm(), Exit::input, "options -bs_checkpoint and -bs_restart: -bs_task modes has no steps to save: leave them out"));
+  PetscCall(read_run_options(model->comm(), about == 1 ? Steps::loads : Steps::none, &options));
   const std::string why = fault_of_modes(*model);
   if (!why.empty()) PetscCall(fail(model->comm(), Exit::input, why));
-  if (!options.saving.restart.empty() || !options.saving.file.empty())
-    PetscCall(fail(model->comm(), Exit::input, "options -bs_checkpoint and -bs_restart: -bs_task modes has no steps to save: leave them out"));
   PetscCall(lock_outputs(model->comm(), options, &locks));
   std::unique_ptr<Model> there;
   VecHandle y;
   double time = 0;
-  const auto& [request, about] = held_by<ModeOptions>(model->comm());
   if (about == 1) {
-    PetscCall(mark_eigensolver_options());
     FoundEquilibrium found;
     const PetscErrorCode code = find_equilibrium(std::move(model), options, &found, exit_code);
     if (code != 0 || *exit_code != 0) {
@@ -242,13 +214,15 @@ PetscErrorCode run_modes(std::unique_ptr<Model> model, Result* result, int* exit
     PetscCall(PetscOptionsGetReal(nullptr, nullptr, "-ts_init_time", &time, nullptr));
     PetscCall(at_rest(there->initial_state(), y.out()));
   }
+  PetscBool others = PETSC_FALSE;  // another run of this task is under way, as when this one only lists its options
+  PetscCall(SlepcInitialized(&others));
   PetscCall(SlepcInitialize(nullptr, nullptr, nullptr, nullptr));
   {
     ModesRun run(*there, options, request, time, y);
     PetscCall(run.run());
     if (result) copy_results(run.modes(), result);
   }
-  PetscCall(SlepcFinalize());
+  if (!others) PetscCall(SlepcFinalize());
   PetscFunctionReturn(0);
 }
 

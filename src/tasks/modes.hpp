@@ -13,8 +13,8 @@
 
 namespace bs {
 
-/// Collective. Reads -bs_modes and what goes with it, so that every task knows these options; `chosen`: the task is this one.
-PetscErrorCode read_mode_options(MPI_Comm comm, bool chosen);
+/// Collective. Reads -bs_modes and what goes with it, which run_modes goes by.
+PetscErrorCode read_mode_options(MPI_Comm comm);
 
 /// Collective. Solves -K q = omega^2 M q for some of its eigenpairs, writes them, the report and the summary.
 /// Returns ERR_FAILED where not all of them were found (exit 3) or could not be written (exit 4).

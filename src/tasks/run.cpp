@@ -312,7 +312,7 @@ PetscErrorCode run_dynamics(std::unique_ptr<Model> model, Result*, int* exit_cod
   OutputLocks locks;  // given up when the files are closed
   PetscFunctionBegin;
   PetscCall(refuse_box_stress(*model, "-bs_task dynamics"));
-  PetscCall(read_run_options(model->comm(), &options));
+  PetscCall(read_run_options(model->comm(), Steps::time, &options));
   if (options.rest > 0 && !model->mechanics()) PetscCall(fail(model->comm(), Exit::input, "option -bs_stop_at_rest is for particles: leave it out"));
   PetscCall(lock_outputs(model->comm(), options, &locks));
   Run run(*model, options);

@@ -35,6 +35,7 @@ struct RunHooks {
   Stepper::AfterBreak after_break;                                                      ///< when parts of the system broke
   std::function<bool()> done;                                                           ///< asked after every step: whether the run ends with it
   bool checkpoints = true;                                                              ///< whether its states can be continued
+  bool only_run = true;                                                                 ///< options that it has no use for are nobody's
   const char* clock = "load factor";                                                    ///< what its time is, if it has load steps
   std::function<void(const std::string& outcome, const std::string& why)> concluded;    ///< at the end of what was computed
   std::function<void(const StepRecord&)> on_step;                                       ///< after every good step

@@ -31,6 +31,15 @@ PetscErrorCode read_step_options(MPI_Comm comm, RunOptions* out) {
            "length of the first step; 0: -ts_dt, or a thousandth of it where -ts_adapt_type has no error estimate for the first step (beuler, cn, "
            "theta) [s]",
            out->step.length.first, Range::nonnegative);
+    if (out->step.length.cut >= 1) o.fail("option -bs_step_cut: give a number between 0 and 1, e.g. 0.25");
+  }));
+  PetscFunctionReturn(0);
+}
+
+PetscErrorCode read_motion_options(MPI_Comm comm, RunOptions* out) {
+  PetscFunctionBegin;
+  PetscCall(read_advise(comm, &out->advise));
+  PetscCall(read_section(comm, "Motion in time", [&](Section& o) {
     o.real("-bs_stop_at_rest",
            "end the run when the forces on the free particles and their velocities (2-norms, the latter weighted by sqrt(mass)) have fallen to this "
            "fraction of their largest values since the run, or its continuation, began; 0: never [1]",
@@ -40,27 +49,18 @@ PetscErrorCode read_step_options(MPI_Comm comm, RunOptions* out) {
            "fields, driven anchors and groups and the fluid by this factor (explicit types: by ten times this factor); 0: never [1]",
            out->energy_growth, Range::nonnegative);
     if (out->rest >= 1) o.fail("option -bs_stop_at_rest: give a number between 0 and 1, e.g. 1e-8");
-    if (out->step.length.cut >= 1) o.fail("option -bs_step_cut: give a number between 0 and 1, e.g. 0.25");
   }));
+  PetscCall(read_tolerances(comm, &out->tolerances));
   PetscFunctionReturn(0);
 }
 
-PetscErrorCode read_output_settings(MPI_Comm comm, OutputSettings* settings) {
+PetscErrorCode read_output_settings(MPI_Comm comm, Steps steps, OutputSettings* settings) {
   TrajectoryOptions& file = settings->trajectory;
   std::int64_t pad = file.pad;
   int units = static_cast<int>(file.units);
   PetscFunctionBegin;
   PetscCall(read_section(comm, "Output options", [&](Section& section) {
     section.path("-bs_output", "trajectory file to write, in the H5MD format of HDF5 (suffix .h5md); default: none is written", file.file);
-    section.real(
-        "-bs_output_interval",
-        "simulated time between frames; 0: a frame at every step; default: 0, and for linear systems of more than 2000 steps as many steps as "
-        "give at most 2000 frames [s]",
-        settings->interval, Range::nonnegative);
-    section.real("-bs_output_flush",
-                 "longest wall-clock time for which frames and the log of steps wait in memory before they are written and brought to disk, beside "
-                 "the time of a step; 0: every frame at once [s]",
-                 file.flush, Range::nonnegative);
     section.integer("-bs_output_pad",
                     "number of components written per particle, padded with zeros (3: for programs that expect x, y, z); 0: as many as the lattice "
                     "has dimensions",
@@ -74,10 +74,22 @@ PetscErrorCode read_output_settings(MPI_Comm comm, OutputSettings* settings) {
                  file.xdmf);
     section.flag("-bs_overwrite", "replace an existing trajectory, checkpoint or report", file.overwrite);
     section.path("-bs_report", "file for the closing report, in JSON; default: none is written", settings->report);
-    section.real("-bs_progress_interval", "wall-clock time between progress lines; 0: a line at every step; negative: no lines [s]",
-                 settings->progress_interval);
     if (pad > 1024) section.fail("option -bs_output_pad: " + std::to_string(pad) + " is too large: give 3");
   }));
+  if (steps != Steps::none)
+    PetscCall(read_section(comm, "Frames and progress", [&](Section& section) {
+      section.real(
+          "-bs_output_interval",
+          "simulated time between frames; 0: a frame at every step; default: 0, and for linear systems of more than 2000 steps as many steps as "
+          "give at most 2000 frames [s]",
+          settings->interval, Range::nonnegative);
+      section.real("-bs_output_flush",
+                   "longest wall-clock time for which frames and the log of steps wait in memory before they are written and brought to disk, beside "
+                   "the time of a step; 0: every frame at once [s]",
+                   file.flush, Range::nonnegative);
+      section.real("-bs_progress_interval", "wall-clock time between progress lines; 0: a line at every step; negative: no lines [s]",
+                   settings->progress_interval);
+    }));
   file.pad = static_cast<int>(pad);
   file.units = static_cast<OutputUnits>(units);
   PetscFunctionReturn(0);
@@ -85,21 +97,21 @@ PetscErrorCode read_output_settings(MPI_Comm comm, OutputSettings* settings) {
 
 }  // namespace
 
-PetscErrorCode read_run_options(MPI_Comm comm, RunOptions* out) {
+PetscErrorCode read_run_options(MPI_Comm comm, Steps steps, RunOptions* out) {
   PetscFunctionBegin;
-  PetscCall(read_output_settings(comm, &out->output));
-  out->step.output_interval = out->output.interval;
-  out->step.every_step = out->output.interval == 0 && !out->output.trajectory.file.empty();
-  PetscCall(read_advise(comm, &out->advise));
+  PetscCall(read_output_settings(comm, steps, &out->output));
   PetscCall(read_section(comm, "Program", [&](Section& o) {
     bool version = false, trace = false;
     o.flag("-bs_version", "print the version and exit", version);
     o.flag("-bs_trace", "report errors with PETSc's full traceback, for developers", trace);
   }));
-  PetscCall(read_step_options(comm, out));
-  PetscCall(read_tolerances(comm, &out->tolerances));
-  PetscCall(read_saving_options(comm, &out->saving));
   PetscCall(read_matrix_options(comm));
+  if (steps == Steps::none) PetscFunctionReturn(0);
+  if (steps == Steps::time) PetscCall(read_motion_options(comm, out));
+  PetscCall(read_step_options(comm, out));
+  PetscCall(read_saving_options(comm, &out->saving));
+  out->step.output_interval = out->output.interval;
+  out->step.every_step = out->output.interval == 0 && !out->output.trajectory.file.empty();
   out->step.save_every = out->saving.every;
   out->step.save_minutes = out->saving.minutes;
   out->step.flush_seconds = out->output.trajectory.flush;

@@ -28,8 +28,11 @@ struct RunOptions {
   Tolerances tolerances;
 };
 
-/// Collective. Reads them; ends the run with exit code 2 if they contradict each other.
-PetscErrorCode read_run_options(MPI_Comm comm, RunOptions* out);
+/// What a run does after its start, on which depends what options it has.
+enum class Steps { none, loads, time };
+
+/// Collective. Reads those that such a run has; ends it with exit code 2 if they contradict each other.
+PetscErrorCode read_run_options(MPI_Comm comm, Steps steps, RunOptions* out);
 
 /// Collective. Reserves the run's files until `locks` is destroyed. Ends the run with exit code 2 if that fails.
 PetscErrorCode lock_outputs(MPI_Comm comm, const RunOptions& options, OutputLocks* locks);

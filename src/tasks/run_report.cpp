@@ -158,7 +158,7 @@ std::vector<std::string> Run::closing_lines() const {
   if (!stepper_->rejections().last().empty()) lines.push_back("the last rejection: " + stepper_->rejections().last());
   if (trajectory_) lines.push_back(how_many(trajectory_->frames(), "frame") + " in " + options_.output.trajectory.file);
   std::vector<std::string> unused;
-  if (!unused_options(&unused))
+  if (hooks_.only_run && !unused_options(&unused))
     for (const std::string& name : unused) lines.push_back("option " + name + " was never used");
   return lines;
 }

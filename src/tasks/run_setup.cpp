@@ -106,7 +106,7 @@ PetscErrorCode Run::prepare_solvers() {
     PetscCall(set_up_solvers(ts_, context_));
     PetscCall(check_first_matrix(ts_, context_));
   }
-  PetscCall(warn_unused_options(model_.comm()));
+  if (hooks_.only_run) PetscCall(warn_unused_options(model_.comm()));
   PetscCall(stepper_->attach_solvers(ts_));
   PetscFunctionReturn(0);
 }
@@ -135,7 +135,6 @@ PetscErrorCode Run::set_up() {
   if (!context_.implicit) watch_.set_explicit();
   if (model_.linear()) watch_.check_every_step();
   PetscCall(refuse_foreign_options(model_.comm()));
-  PetscCall(reject_unknown_options(model_.comm()));
   PetscCall(create_inner_solver(ts_, context_));  // before -help ends: it reads options
   PetscCall(describe_solver(ts_, context_, &solver));
   if (is_given("-help")) PetscFunctionReturn(0);

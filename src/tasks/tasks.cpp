@@ -33,7 +33,7 @@ const std::vector<Task>& tasks() {
   return all;
 }
 
-PetscErrorCode read_task(MPI_Comm comm, const Task** task) {
+static PetscErrorCode read_task(MPI_Comm comm, const Task** task) {
   int chosen = 0;
   std::string list;
   std::vector<std::string> names;
@@ -47,9 +47,45 @@ PetscErrorCode read_task(MPI_Comm comm, const Task** task) {
     const Task& one = tasks()[static_cast<std::size_t>(chosen)];
     if (!one.run) o.fail(std::string("option -bs_task ") + one.name + ": this version has no such task yet: write dynamics, or leave the option out");
   }));
-  PetscCall(read_mode_options(comm, tasks()[static_cast<std::size_t>(chosen)].run == run_modes));
   *task = &tasks()[static_cast<std::size_t>(chosen)];
   PetscFunctionReturn(0);
+}
+
+PetscErrorCode run_task(MPI_Comm comm, int* exit_code) {
+  std::unique_ptr<Model> model;
+  const Task* task = nullptr;
+  PetscFunctionBegin;
+  PetscCall(read_task(comm, &task));
+  PetscCall(create_model(comm, &model));
+  PetscCall(task->run(std::move(model), nullptr, exit_code));
+  PetscFunctionReturn(0);
+}
+
+const std::vector<Variant>& variants() {
+  static const std::vector<Variant> all = {
+      {"dynamics", "particles"}, {"statics", "particles"}, {"moduli", "particles"}, {"modes", "particles"}, {"dynamics", "linear"}};
+  return all;
+}
+
+PetscErrorCode rehearse(MPI_Comm comm, const Variant& variant, const std::vector<std::pair<std::string, std::string>>& more,
+                        std::set<std::string>* left) {
+  PetscOptions table = nullptr;
+  int unused = 0;
+  PetscFunctionBegin;
+  PetscCall(PetscOptionsCreate(&table));
+  for (const auto& [name, value] : more) PetscCall(PetscOptionsSetValue(table, name.c_str(), value.empty() ? nullptr : value.c_str()));
+  for (const auto& [name, value] : {std::pair{"-help", static_cast<const char*>(nullptr)}, {"-bs_task", variant.task}, {"-bs_model", variant.model}})
+    PetscCall(PetscOptionsSetValue(table, name, value));
+  PetscCall(PetscOptionsPush(table));
+  const PetscErrorCode code = run_task(comm, &unused);
+  for (const auto& [name, value] : more) {
+    PetscBool used = PETSC_FALSE;
+    PetscCall(PetscOptionsUsed(table, name.c_str() + 1, &used));
+    if (left && !used) left->insert(name);
+  }
+  PetscCall(PetscOptionsPop());
+  PetscCall(PetscOptionsDestroy(&table));
+  PetscFunctionReturn(code);
 }
 
 }  // namespace bs

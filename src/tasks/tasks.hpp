@@ -1,6 +1,9 @@
 // What a system can be asked for: one row for each task, chosen by -bs_task.
 #pragma once
 #include <memory>
+#include <set>
+#include <string>
+#include <utility>
 #include <vector>
 #include "systems/model.hpp"
 #include "tasks/result.hpp"
@@ -20,7 +23,20 @@ PetscErrorCode register_types();
 /// All of them; the first is the default.
 const std::vector<Task>& tasks();
 
-/// Collective. The task of -bs_task. An unknown one, or one that is not built, ends the run with exit code 2.
-PetscErrorCode read_task(MPI_Comm comm, const Task** task);
+/// Collective. Makes the model of the options in force and runs the task of -bs_task. An unknown one, or one that is not built, is exit code 2.
+PetscErrorCode run_task(MPI_Comm comm, int* exit_code);
+
+/// A task with one of the kinds of model that it has, as the options name them.
+struct Variant {
+  const char *task, *model;
+};
+
+/// All of them.
+const std::vector<Variant>& variants();
+
+/// Collective. The task reads its options as under -help, `more` (names with their dash, and values) being given, and computes nothing. Those of
+/// `more` that it has not asked for stay in `left`, unless that is null.
+PetscErrorCode rehearse(MPI_Comm comm, const Variant& variant, const std::vector<std::pair<std::string, std::string>>& more = {},
+                        std::set<std::string>* left = nullptr);
 
 }  // namespace bs

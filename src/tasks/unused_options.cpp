@@ -1,7 +1,14 @@
 #include "tasks/unused_options.hpp"
 #include <algorithm>
+#include <cstdarg>
+#include <map>
+#include <set>
 #include <string>
+#include <utility>
+#include "base/collective.hpp"
+#include "base/context.hpp"
 #include "base/error.hpp"
+#include "base/option_names.hpp"
 #include "base/options.hpp"
 
 namespace bs {
@@ -25,75 +32,115 @@ PetscErrorCode unused_options(std::vector<std::string>* names) {
   names->clear();
   PetscCall(PetscOptionsLeftGet(nullptr, &count, &left, &values));
   for (PetscInt k = 0; k < count; ++k) {
-    const std::string name = lower(left[k]);
-    if (!read_late(name)) names->push_back("-" + name);
+    if (!read_late(lower(left[k]))) names->push_back(std::string("-") + left[k]);
   }
   PetscCall(PetscOptionsLeftRestore(nullptr, &count, &left, &values));
   PetscFunctionReturn(0);
 }
 
-PetscErrorCode warn_unused_options(MPI_Comm comm) {
-  std::vector<std::string> names;
+namespace {
+
+using Options = std::vector<std::pair<std::string, std::string>>;
+
+/// What was found out of options that the run has no use for.
+struct Homes {
+  std::map<std::string, std::string> of;  ///< name in small letters: which tasks or which model have it
+};
+
+const char DYNAMICS[] = "-bs_task dynamics";
+
+PetscErrorCode print_nothing(FILE*, const char[], va_list) { return 0; }
+
+/// Collective. The program's options that a task reads, by a rehearsal that prints nothing and that leaves no trace in `comm`. `left`: as of
+/// rehearse; all of `more` where the task refuses them.
+PetscErrorCode options_of(MPI_Comm comm, const Variant& variant, std::set<std::string>* names, const Options& more = {},
+                          std::set<std::string>* left = nullptr) {
+  MPI_Comm own = MPI_COMM_NULL;
+  const auto printing = PetscVFPrintf;
   PetscFunctionBegin;
-  PetscCall(unused_options(&names));
-  for (const std::string& name : names)
-    PetscCall(warn(comm, "option " + name + " is not used by this run: it is misspelt, or belongs to a solver that is not chosen"));
+  PetscCallMPI(MPI_Comm_dup(comm, &own));
+  drop_context(own);  // that of `comm`
+  PetscVFPrintf = print_nothing;
+  {
+    const PetscErrors errors(own);
+    if (rehearse(own, variant, more, left) && left)
+      for (const auto& [name, value] : more) left->insert(name);
+  }
+  PetscVFPrintf = printing;
+  *names = known_options(own);
+  PetscCallMPI(MPI_Comm_free(&own));
   PetscFunctionReturn(0);
 }
 
-namespace {
+/// "-bs_task statics or moduli", "-bs_model linear".
+std::string home_of(const std::string& name, const std::vector<std::set<std::string>>& known) {
+  std::string tasks;
+  std::size_t count = 0, all = 0;
+  for (std::size_t k = 0; k < known.size(); ++k) {
+    const bool particles = variants()[k].model == std::string("particles");
+    all += particles;
+    if (!is_listed(known[k], name)) continue;
+    if (!particles && count == 0) return std::string("-bs_model ") + variants()[k].model;
+    if (particles) tasks += (count++ == 0 ? "-bs_task " : " or ") + std::string(variants()[k].task);
+  }
+  return count == all ? "-bs_model particles" : tasks;
+}
 
-struct Family {
-  const char *begin, *home;  ///< of its names; what reads them
-};
-
-const Family FAMILIES[] = {
-    {"-bs_load_", "-bs_task statics"},
-    {"-bs_arc_", "-bs_task statics"},
-    {"-bs_compliance_", "-bs_task statics"},
-    {"-bs_box_stress_rtol", "-bs_task statics"},
-    {"-bs_break_follow", "-bs_task statics with springs that break"},
-    {"-bs_break_dt", "-bs_task statics with springs that break"},
-    {"-bs_break_max_steps", "-bs_task statics with springs that break"},
-    {"-bs_break_output_interval", "-bs_task statics with springs that break"},
-    {"-bs_stability_", "-bs_task statics"},
-    {"-bs_zero_modes_", "-bs_task moduli"},
-    {"-bs_linear_", "-bs_model linear"},
-    {"-bs_lattice_", "-bs_model particles"},
-    {"-bs_group_", "-bs_model particles"},
-    {"-bs_motion_", "-bs_model particles"},
-    {"-bs_force_", "-bs_model particles"},
-    {"-bs_anchor_", "-bs_model particles"},
-    {"-bs_spring_", "-bs_model particles"},
-    {"-bs_box_", "-bs_model particles"},
-    {"-bs_break", "-bs_model particles"},
-    {"-bs_gravity", "-bs_model particles"},
-};
-
-bool begins(const std::string& name, const char* begin) { return name.rfind(begin, 0) == 0; }
-
-/// Whether the run has read options of the family.
-bool is_read(MPI_Comm comm, const Family& family) {
-  const std::set<std::string>& known = known_options(comm);
-  return std::any_of(known.begin(), known.end(), [&](const std::string& name) { return begins(name, family.begin); });
+/// Collective. Those of PETSc's options that a run of `other` with all of them would use are its own.
+PetscErrorCode find_in(MPI_Comm comm, const Variant& other) {
+  Options all, petsc;
+  std::set<std::string> left, known;
+  PetscFunctionBegin;
+  PetscCall(options_in_force(&all));
+  for (const auto& [name, value] : all)
+    if (lower(name).rfind("bs_", 0) != 0 && !read_late(lower(name))) petsc.emplace_back("-" + name, value);
+  PetscCall(options_of(comm, other, &known, petsc, &left));
+  for (const auto& one : petsc)
+    if (left.count(one.first) == 0) held_by<Homes>(comm).of[lower(one.first)] = std::string("-bs_task ") + other.task;
+  PetscFunctionReturn(0);
 }
 
 }  // namespace
 
-PetscErrorCode refuse_foreign_options(MPI_Comm comm) {
-  PetscInt count = 0;
-  char **names = nullptr, **values = nullptr;
-  std::string name, home;
+PetscErrorCode warn_unused_options(MPI_Comm comm, const Variant& other) {
+  std::vector<std::string> names;
+  std::map<std::string, std::vector<std::string>> with;
   PetscFunctionBegin;
-  PetscCall(PetscOptionsLeftGet(nullptr, &count, &names, &values));
-  for (PetscInt k = 0; k < count && home.empty(); ++k) {
-    name = std::string("-") + names[k];
-    for (const Family& family : FAMILIES)
-      if (home.empty() && begins(name, family.begin) && !is_read(comm, family)) home = family.home;
+  PetscCall(unused_options(&names));
+  if (other.task && ask_rank_0(comm, [&names] { return !names.empty(); })) PetscCall(find_in(comm, other));
+  const auto& homes = held_by<Homes>(comm).of;
+  for (const std::string& name : names)
+    if (const auto home = homes.find(lower(name)); home != homes.end()) with[home->second].push_back(name);
+    else PetscCall(warn(comm, "option " + name + " is not used by this run: it is misspelt, or belongs to a solver that is not chosen"));
+  for (const auto& [home, of] : with) {
+    std::string list;
+    for (const std::string& name : of) list += (list.empty() ? "" : ", ") + name;
+    PetscCall(warn(comm, of.size() > 1 ? "options " + list + " are not used by this run: they are of " + home
+                                       : "option " + list + " is not used by this run: it is of " + home));
   }
-  PetscCall(PetscOptionsLeftRestore(nullptr, &count, &names, &values));
-  if (!home.empty())
-    PetscCall(fail(comm, Exit::input, "option " + name + " does not go with this run: it is of " + home + ": leave it out, or give that"));
+  PetscFunctionReturn(0);
+}
+
+PetscErrorCode refuse_foreign_options(MPI_Comm comm) {
+  std::vector<std::string> names;
+  std::vector<std::set<std::string>> known;
+  std::set<std::string> all;
+  PetscFunctionBegin;
+  PetscCall(unused_options(&names));
+  names.erase(std::remove_if(names.begin(), names.end(), [](const std::string& name) { return lower(name).rfind("-bs_", 0) != 0; }), names.end());
+  if (!ask_rank_0(comm, [&names] { return !names.empty(); })) PetscFunctionReturn(0);
+  for (const Variant& variant : variants()) {
+    known.emplace_back();
+    PetscCall(options_of(comm, variant, &known.back()));
+    all.insert(known.back().begin(), known.back().end());
+  }
+  PetscCall(reject_unknown_options(comm, all));
+  for (const std::string& name : names) {
+    const std::string home = home_of(name, known);
+    if (home.rfind(DYNAMICS, 0) != 0)
+      PetscCall(fail(comm, Exit::input, "option " + name + " does not go with this run: it is of " + home + ": leave it out, or give that"));
+    held_by<Homes>(comm).of[lower(name)] = home;
+  }
   PetscFunctionReturn(0);
 }
 

@@ -163,7 +163,7 @@ PROGRAM = {
     "stress of a box by arc length": (words("-bs_task", "statics", *TRIANGLES, "-bs_box_stress", "xx=0", "-bs_load_control", "arc"),
                                       "option -bs_box_stress does not go with -bs_load_control arc: give the strains by -bs_box_strain"),
     "statics of a linear system": (lambda folder: ["-bs_task", "statics", "-bs_model", "linear", "-bs_linear_generate", "heat2d"], "linear"),
-    "modes of no task": (words("-bs_modes", "3"), "options -bs_modes...: give -bs_task modes with them"),
+    "modes of no task": (words("-bs_modes", "3"), "option -bs_modes does not go with this run: it is of -bs_task modes"),
     "no modes": (words("-bs_task", "modes", "-bs_modes", "0"), "option -bs_modes: 0 is not positive"),
     "modes near nothing": (words("-bs_task", "modes", "-bs_modes_which", "target"), "say with -bs_modes_target near which omega^2"),
     "a target of the smallest modes": (words("-bs_task", "modes", "-bs_modes_target", "3"), "option -bs_modes_target: give -bs_modes_which target with it"),

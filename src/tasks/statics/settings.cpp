@@ -102,7 +102,7 @@ static PetscErrorCode read_equilibria(MPI_Comm comm, StaticsSettings* out) {
 }
 
 /// What is computed at the last equilibrium.
-static PetscErrorCode read_final_analyses(MPI_Comm comm, StaticsSettings* out) {
+static PetscErrorCode read_final_analyses(MPI_Comm comm, bool moduli, StaticsSettings* out) {
   PetscFunctionBegin;
   PetscCall(read_section(comm, "Compliance (-bs_task statics)", [&](Section& o) {
     o.texts("-bs_compliance_groups",
@@ -111,6 +111,7 @@ static PetscErrorCode read_final_analyses(MPI_Comm comm, StaticsSettings* out) {
             "on each along every axis, spread evenly over its particles; written to the report and to /compliance of -bs_output",
             out->compliance_groups);
   }));
+  if (!moduli) PetscFunctionReturn(0);
   PetscCall(read_section(comm, "Moduli (-bs_task moduli)", [&](Section& o) {
     o.integer("-bs_zero_modes_unknowns",
               "number of unknowns up to which motions without stiffness are counted, by two factorisations with MUMPS; 0: never",
@@ -119,11 +120,11 @@ static PetscErrorCode read_final_analyses(MPI_Comm comm, StaticsSettings* out) {
   PetscFunctionReturn(0);
 }
 
-PetscErrorCode read_statics_settings(MPI_Comm comm, bool analyses, StaticsSettings* out) {
+PetscErrorCode read_statics_settings(MPI_Comm comm, Analyses analyses, StaticsSettings* out) {
   PetscFunctionBegin;
   PetscCall(read_loads(comm, out));
   PetscCall(read_equilibria(comm, out));
-  if (analyses) PetscCall(read_final_analyses(comm, out));
+  if (analyses != Analyses::none) PetscCall(read_final_analyses(comm, analyses == Analyses::moduli, out));
   PetscFunctionReturn(0);
 }
 

@@ -5,6 +5,7 @@
 #include <string>
 #include "base/collective.hpp"
 #include "base/error.hpp"
+#include "base/option_names.hpp"
 #include "systems/breaks.hpp"
 #include "systems/equilibrium.hpp"
 #include "systems/frame_rows.hpp"
@@ -258,6 +259,7 @@ PetscErrorCode run_loads(Equilibrium& equilibrium, const RunOptions& options, co
   StaticRun statics(equilibrium, loads, end);
   PetscCall(statics.begin_box());
   RunHooks hooks = statics.hooks();
+  hooks.only_run = end != nullptr;
   const auto observe = hooks.observe;
   hooks.observe = [&observe, last, found](double factor, Vec y, std::vector<Observable>* out) {
     PetscFunctionBegin;
@@ -292,15 +294,15 @@ static PetscErrorCode run_equilibria(std::unique_ptr<Model> model, bool moduli, 
   std::vector<double> own;
   PetscFunctionBegin;
   MPI_Comm comm = model->comm();
-  PetscCall(read_statics_settings(comm, true, &loads));
+  PetscCall(read_statics_settings(comm, moduli ? Analyses::moduli : Analyses::compliance, &loads));
   PetscCall(refuse_options_of_dynamics(comm));
   if (loads.arc) PetscCall(refuse_checkpoints(comm));
   if (loads.arc && model->breaks())
     PetscCall(fail(comm, Exit::input, "-bs_load_control arc: springs that break are for load steps: leave the option out, or the limits of springs"));
-  PetscCall(read_run_options(comm, &options));
+  PetscCall(read_run_options(comm, Steps::loads, &options));
   PetscCall(prepare(std::move(model), loads, &options, &equilibrium));
   PetscCall(end.compliance.begin(*equilibrium, loads.compliance_groups));
-  if (moduli) PetscCall(end.moduli.begin(*equilibrium, loads.zero_modes_unknowns));
+  if (moduli && !is_given("-help")) PetscCall(end.moduli.begin(*equilibrium, loads.zero_modes_unknowns));
   PetscCall(lock_outputs(comm, options, &locks));
   PetscCall(run_loads(*equilibrium, options, loads, &end, &last, &found, exit_code));
   if (!last || *exit_code != 0) PetscFunctionReturn(0);  // a run that was stopped has not come to the last equilibrium
@@ -329,7 +331,7 @@ PetscErrorCode find_equilibrium(std::unique_ptr<Model> model, const RunOptions& 
   VecHandle last;
   PetscFunctionBegin;
   MPI_Comm comm = model->comm();
-  PetscCall(read_statics_settings(comm, false, &loads));
+  PetscCall(read_statics_settings(comm, Analyses::none, &loads));
   PetscCall(refuse_options_of_dynamics(comm));
   PetscCall(prepare(std::move(model), loads, &options, &equilibrium));
   options.output.trajectory.file.clear();

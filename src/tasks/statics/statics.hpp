@@ -49,8 +49,11 @@ struct StaticsSettings {
   std::int64_t zero_modes_unknowns = 20000;    ///< up to which motions without stiffness are counted
 };
 
-/// Collective. Fills them from the options, `analyses`: also those of what is computed at the last equilibrium; errors (exit 2) as they say.
-PetscErrorCode read_statics_settings(MPI_Comm comm, bool analyses, StaticsSettings* out);
+/// What may be computed at the last equilibrium; moduli: beside compliances.
+enum class Analyses { none, compliance, moduli };
+
+/// Collective. Fills them from the options, those of the analyses among them; errors (exit 2) as they say.
+PetscErrorCode read_statics_settings(MPI_Comm comm, Analyses analyses, StaticsSettings* out);
 
 /// Collective. Ends the run (exit 2) where options of time stepping, or of solvers that have no meaning here, are given.
 PetscErrorCode refuse_options_of_dynamics(MPI_Comm comm);

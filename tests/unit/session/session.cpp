@@ -74,8 +74,7 @@ class Folder {
 };
 
 /// The program's task with these options, which writes `file` and a report beside it; under its own communicator.
-void run_program(PetscErrorCode (*task)(std::unique_ptr<Model>, Result*, int*), const Settings& settings, const std::string& file,
-                 bool modes = false) {
+void run_program(PetscErrorCode (*task)(std::unique_ptr<Model>, Result*, int*), const Settings& settings, const std::string& file) {
   OptionTexts texts(settings.begin(), settings.end());
   texts["-bs_output"] = file;
   texts["-bs_report"] = file + ".json";
@@ -86,7 +85,6 @@ void run_program(PetscErrorCode (*task)(std::unique_ptr<Model>, Result*, int*), 
   MPI_Comm_dup(world, &comm);
   drop_context(comm);
   REQUIRE(register_types() == 0);
-  REQUIRE(read_mode_options(comm, modes) == 0);
   REQUIRE(create_model(comm, &model) == 0);
   REQUIRE(task(std::move(model), nullptr, &exit_code) == 0);
   MPI_Comm_free(&comm);
@@ -279,7 +277,7 @@ TEST_CASE("equilibria, moduli and modes of a session are the program's") {
   REQUIRE(found.load_factor == 1);
 
   const std::string modes = folder.path + "/modes.h5md";
-  run_program(run_modes, with(NET, {{"-bs_modes", "3"}}), modes, true);
+  run_program(run_modes, with(NET, {{"-bs_modes", "3"}}), modes);
   for (int again = 0; again < 2; ++again) {
     good(session->modes(3, &found));
     REQUIRE(same(found.omega_squared, reported(modes, "omega_squared")));

@@ -27,7 +27,7 @@ struct Bundle {
       PetscFunctionBegin;
       PetscCall(pseudo.attach(ts, context, model, 1));
       StaticsSettings settings;
-      PetscCall(read_statics_settings(PETSC_COMM_WORLD, false, &settings));
+      PetscCall(read_statics_settings(PETSC_COMM_WORLD, Analyses::none, &settings));
       avalanche = std::make_unique<Avalanche>(model, pseudo, settings.avalanche);
       PetscFunctionReturn(0);
     });
