@@ -76,4 +76,16 @@ std::string format(const char* pattern, ...) {
   return text;
 }
 
+std::string how_many(std::int64_t count, const std::string& text) {
+  std::string out = std::to_string(count) + " ", rest = text.find('{') == std::string::npos ? text + "{s}" : text;
+  for (std::size_t open, close; (open = rest.find('{')) != std::string::npos && (close = rest.find('}', open)) != std::string::npos;) {
+    const std::string both = rest.substr(open + 1, close - open - 1);
+    const std::size_t bar = both.find('|');
+    const std::string one = bar == std::string::npos ? "" : both.substr(0, bar), many = bar == std::string::npos ? both : both.substr(bar + 1);
+    out += rest.substr(0, open) + (count == 1 ? one : many);
+    rest.erase(0, close + 1);
+  }
+  return out + rest;
+}
+
 }  // namespace bs

@@ -47,8 +47,9 @@ inline std::string plain_number(double value) {
   return buffer;
 }
 
-/// "1 particle", "2 particles"; `one`: the singular of a noun whose plural ends in s.
-inline std::string how_many(std::int64_t count, const std::string& one) { return std::to_string(count) + " " + one + (count == 1 ? "" : "s"); }
+/// "1 particle", "2 particles": the number and `text`, which is a noun whose plural ends in s, or has both numbers in braces: "{mode is|modes are}
+/// zero", "step{s} ended".
+std::string how_many(std::int64_t count, const std::string& text);
 
 /// "%g", for people.
 inline std::string short_number(double value) {

@@ -200,8 +200,7 @@ PetscErrorCode reserve_lattice(MPI_Comm comm, const std::string& source, const L
   PetscFunctionBegin;
   PetscCallMPI(MPI_Comm_size(comm, &ranks));
   MemoryNeed need;
-  need.what = format("%s: setting up %lld particles and %lld springs", source.c_str(), static_cast<long long>(size.particles),
-                     static_cast<long long>(size.springs));
+  need.what = source + ": setting up " + how_many(size.particles, "particle") + " and " + how_many(size.springs, "spring");
   need.bytes = lattice_bytes(size, ranks);
   PetscCall(reserve_memory(comm, need));
   PetscFunctionReturn(0);

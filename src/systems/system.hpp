@@ -75,7 +75,7 @@ struct EnergySupply {
 
 /// Something a model counted, for the summary and the report.
 struct Tally {
-  std::string key, text;  ///< name in the report; words of the summary after the number; no text: in the report alone
+  std::string key, text;  ///< name in the report; words of the summary (how_many); no text: in the report alone
   std::int64_t count = 0;
   std::string unknown = {};  ///< why it was not counted, for the summary; the report has null. Empty: it was
 };

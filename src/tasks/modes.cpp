@@ -117,11 +117,11 @@ PetscErrorCode ModesRun::print_header(const std::string& method) {
   PetscFunctionBegin;
   std::vector<std::string> lines = model_.describe();
   lines.insert(lines.begin(), program_line(model_.comm()));
-  lines.push_back(format("modes: the %lld %s omega^2 of -K q = omega^2 M q about the %s, %lld unknowns", static_cast<long long>(request_.count),
+  lines.push_back(format("modes: the %lld %s omega^2 of -K q = omega^2 M q about the %s, %s", static_cast<long long>(request_.count),
                          request_.which == ModeRequest::smallest  ? "smallest"
                          : request_.which == ModeRequest::largest ? "largest"
                                                                   : format("(nearest to %g)", request_.near).c_str(),
-                         held_by<ModeOptions>(model_.comm()).about == 1 ? "equilibrium" : "start", static_cast<long long>(form_.unknowns())));
+                         held_by<ModeOptions>(model_.comm()).about == 1 ? "equilibrium" : "start", how_many(form_.unknowns(), "unknown").c_str()));
   lines.push_back("eigensolver: " + method);
   if (damped_) lines.push_back("damping is left out: the modes are those of M and K alone");
   constexpr double REST = 1e-6;

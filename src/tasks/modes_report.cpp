@@ -175,7 +175,6 @@ std::vector<std::pair<std::string, std::string>> ModesRun::omega_attributes() co
 
 std::vector<std::string> ModesRun::lines() const {
   std::vector<std::string> all;
-  const auto number = [](PetscInt n) { return static_cast<long long>(n); };
   constexpr std::size_t SHOWN = 12;
   for (std::size_t k = 0; k < modes_.mode.size() && k < SHOWN; ++k) {
     const Mode& mode = modes_.mode[k];
@@ -188,8 +187,9 @@ std::vector<std::string> ModesRun::lines() const {
   }
   if (modes_.mode.size() > SHOWN) all.push_back(format("... and %zu more", modes_.mode.size() - SHOWN));
   if (modes_.zero > 0)
-    all.push_back(format("%s%lld modes have omega^2 = 0, %lld of them motions of the whole as a rigid body%s", modes_.zero_exact ? "" : "at least ",
-                         number(modes_.zero), number(modes_.rigid), request_.keep_rigid ? "" : "; they are not among the modes above"));
+    all.push_back(format("%s%s omega^2 = 0, %s of the whole as a rigid body%s", modes_.zero_exact ? "" : "at least ",
+                         how_many(modes_.zero, "mode{ has|s have}").c_str(), how_many(modes_.rigid, "of them {a motion|motions}").c_str(),
+                         request_.keep_rigid ? "" : "; they are not among the modes above"));
   const char* const complete[] = {"copies of a multiple omega^2 may be missing among them: -bs_modes_solver direct counts them",
                                   "another search beside them found none that is missing among them; -bs_modes_solver direct counts them",
                                   "no mode is missing among them"};
@@ -237,11 +237,11 @@ PetscErrorCode ModesRun::conclude(const std::string& why) {
   PetscFunctionBegin;
   const long long found = static_cast<long long>(modes_.mode.size()), asked = static_cast<long long>(request_.count);
   if (why.empty() && found < asked)
-    PetscCall(warnings_.add("fewer_modes", format("the system has %lld modes%s, fewer than the %lld of -bs_modes: all of them are given", found,
-                                                  request_.keep_rigid ? "" : " with omega^2 other than 0", asked)));
+    PetscCall(warnings_.add("fewer_modes", format("the system has %s%s, fewer than the %lld of -bs_modes: all of them are given",
+                                                  how_many(found, "mode").c_str(), request_.keep_rigid ? "" : " with omega^2 other than 0", asked)));
   if (modes_.unstable > 0)
-    PetscCall(warnings_.add("unstable", format("%s%lld modes have omega^2 < 0: the start is unstable, and small motions along them grow",
-                                               modes_.unstable_exact ? "" : "at least ", static_cast<long long>(modes_.unstable))));
+    PetscCall(warnings_.add("unstable", format("%s%s omega^2 < 0: the start is unstable, and small motions along them grow",
+                                               modes_.unstable_exact ? "" : "at least ", how_many(modes_.unstable, "mode{ has|s have}").c_str())));
   if (modes_.completeness == Completeness::unknown)
     PetscCall(warnings_.add("incomplete", "copies of a multiple omega^2 may be missing among the modes: -bs_modes_solver direct counts them"));
   PetscCall(report(why.empty() ? "ok" : "failed", why));

@@ -85,9 +85,11 @@ void Moduli::put(PetscMPIInt rank, const StrainResponse& strained, FinalResults*
   for (int a = 0; a < count_; ++a) rows.emplace_back(value_.begin() + a * count_, value_.begin() + (a + 1) * count_);
   out->report.set("stiffness", rows);
   if (floppy_ != 0)
-    out->lines.push_back(floppy_ > 0 ? format("%lld motions beside the translations meet no resistance: floppy parts, which carry nothing",
-                                              static_cast<long long>(floppy_))
-                                     : "motions without resistance were not counted (-bs_zero_modes_unknowns)");
+    out->lines.push_back(
+        floppy_ > 0
+            ? how_many(floppy_,
+                       "motion{ beside the translations meets|s beside the translations meet} no resistance: floppy parts, which carry nothing")
+            : "motions without resistance were not counted (-bs_zero_modes_unknowns)");
   out->report.set("zero_modes", floppy_);
   add_tables(rank, &out->tables);
 }

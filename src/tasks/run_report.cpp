@@ -34,9 +34,9 @@ PetscErrorCode Run::explain(TSConvergedReason reason, std::string* text) {
     const bool loads = hooks_.loads && !rejections.lacks_memory();
     const std::string advice = loads ? "-snes_monitor -snes_linesearch_monitor show more" : rejections.advice();
     const std::string after = hooks_.loads ? format("the load step after %s %.10g", hooks_.clock, t) : format("the step after t = %.10g s", t);
-    *text = format("%s was rejected %lld times, down to %s = %g%s, the last time because %s%s%s", after.c_str(),
-                   static_cast<long long>(rejections.in_a_row()), hooks_.loads ? "a step" : "h", rejections.last_attempt(), hooks_.loads ? "" : " s",
-                   rejections.last().c_str(), advice.empty() ? "" : ": ", advice.c_str());
+    *text = format("%s was rejected %s, down to %s = %g%s, the last time because %s%s%s", after.c_str(),
+                   how_many(rejections.in_a_row(), "time").c_str(), hooks_.loads ? "a step" : "h", rejections.last_attempt(),
+                   hooks_.loads ? "" : " s", rejections.last().c_str(), advice.empty() ? "" : ": ", advice.c_str());
     PetscFunctionReturn(0);
   }
   if (!stepper_->trouble().empty() || !context_.implicit) {
@@ -66,11 +66,10 @@ PetscErrorCode Run::warn_of_cuts() {
   const std::string advice =
       hooks_.loads ? "more -bs_load_steps, or -bs_load_control arc, may suit the loads better" : stepper_->rejections().advice();
   const std::string steps = hooks_.loads ? "load steps" : "steps";
-  PetscCall(warnings_.add(
-      "steps_cut",
-      format("%s were cut to %.2g of their length: %lld were taken where %.0f were asked for; %lld attempts were rejected (%s)%s%s", steps.c_str(),
-             least / nominal, static_cast<long long>(stepper_->counts().steps), asked, static_cast<long long>(stepper_->counts().rejected),
-             in_words(stepper_->rejections().counts()).c_str(), advice.empty() ? "" : ": ", advice.c_str())));
+  PetscCall(warnings_.add("steps_cut", format("%s were cut to %.2g of their length: %lld were taken where %.0f were asked for; %s rejected (%s)%s%s",
+                                              steps.c_str(), least / nominal, static_cast<long long>(stepper_->counts().steps), asked,
+                                              how_many(stepper_->counts().rejected, "attempt{ was|s were}").c_str(),
+                                              in_words(stepper_->rejections().counts()).c_str(), advice.empty() ? "" : ": ", advice.c_str())));
   PetscFunctionReturn(0);
 }
 
@@ -80,14 +79,13 @@ PetscErrorCode Run::final_warnings(TSConvergedReason reason) {
   PetscCall(warn_of_cuts());
   if (reason == TS_CONVERGED_ITS)
     PetscCall(warnings_.add(
-        "ended_early", format("the run ended after the %lld steps of -ts_max_steps, at %s %.10g of %.10g: give more of them",
-                              static_cast<long long>(stepper_->counts().steps), hooks_.loads ? hooks_.clock : "t =", stepper_->good_time(), end_)));
+        "ended_early", format("the run ended after the %s of -ts_max_steps, at %s %.10g of %.10g: give more of them",
+                              how_many(stepper_->counts().steps, "step").c_str(), hooks_.loads ? hooks_.clock : "t =", stepper_->good_time(), end_)));
   if (context_.newton.loose() > 0)
-    PetscCall(warnings_.add(
-        "newton_loose",
-        format("%lld Newton solves were ended by the tolerances that are given (-snes_atol, -snes_rtol) with more than a thousandth of the "
-               "residual left: the motion is not that of the equations; lower them",
-               static_cast<long long>(context_.newton.loose()))));
+    PetscCall(
+        warnings_.add("newton_loose", format("%s ended by the tolerances that are given (-snes_atol, -snes_rtol) with more than a thousandth of the "
+                                             "residual left: the motion is not that of the equations; lower them",
+                                             how_many(context_.newton.loose(), "Newton solve{ was|s were}").c_str())));
   if (hooks_.final_warnings) PetscCall(hooks_.final_warnings(&warnings_));
   PetscFunctionReturn(0);
 }
@@ -133,10 +131,11 @@ std::vector<Tally> Run::tallies() const {
   all.push_back({"search_cuts", "", search.cuts});
   all.push_back({"newton_loose", "", context_.newton.loose()});
   all.push_back(
-      {"newton_at_floor", "Newton solves ended at the rounding errors of the forces, before reaching -snes_rtol", context_.newton.at_floor()});
+      {"newton_at_floor", "Newton solve{s} ended at the rounding errors of the forces, before reaching -snes_rtol", context_.newton.at_floor()});
   all.push_back(
-      {"newton_uneven", "iterates met the tolerance in the norm over all particles, but not yet for each of them", context_.newton.uneven()});
-  all.push_back({"search_uphill", "Newton directions led uphill in energy and were searched by residual norms", search.uphill});
+      {"newton_uneven", "iterate{s} met the tolerance in the norm over all particles, but not yet for each of them", context_.newton.uneven()});
+  all.push_back(
+      {"search_uphill", "Newton direction{ led uphill in energy and was|s led uphill in energy and were} searched by residual norms", search.uphill});
   for (Tally& tally : all)
     if (const auto more = earlier_.find(tally.key); more != earlier_.end()) tally.count += more->second;
   return all;
@@ -149,7 +148,7 @@ std::vector<std::string> Run::closing_lines() const {
   if (std::isfinite(before)) lines.push_back(format("total energy %.6g J -> %.6g J", before, after));
   for (const Tally& tally : tallies())
     if (!tally.unknown.empty()) lines.push_back(tally.unknown);
-    else if (tally.count > 0 && !tally.text.empty()) lines.push_back(format("%lld %s", static_cast<long long>(tally.count), tally.text.c_str()));
+    else if (tally.count > 0 && !tally.text.empty()) lines.push_back(how_many(tally.count, tally.text));
   lines.insert(lines.end(), results_.lines.begin(), results_.lines.end());
   if (rests_) lines.push_back(format("ended at rest, at t = %.10g s", stepper_->good_time()));
   if (c.shortened) lines.push_back(how_many(c.shortened, "step") + " shortened to hit output times");

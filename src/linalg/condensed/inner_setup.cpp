@@ -197,7 +197,7 @@ std::string InnerSolver::failure() const {
   if (failed_ != KSP_DIVERGED_ITS) return format("the linear solver broke down (%s)", KSPConvergedReasons[failed_]);
   PetscInt most = 0;
   (void)KSPGetTolerances(ksp_, nullptr, nullptr, nullptr, &most);
-  return format("the linear solver ran out of its %lld iterations (-%sksp_max_it)", static_cast<long long>(most), prefix_.c_str());
+  return format("the linear solver ran out of its %s (-%sksp_max_it)", how_many(most, "iteration").c_str(), prefix_.c_str());
 }
 
 PetscErrorCode InnerSolver::add_shifts(CondensedCounts* counts) const {

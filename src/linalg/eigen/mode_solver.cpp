@@ -165,8 +165,8 @@ PetscErrorCode ModeSolver::find_more(PetscInt more, std::string* why) {
     if (lapack || (fresh && good(mode))) found_.push_back(std::move(mode));
   }
   if (converged < more)
-    *why = format("%lld of %lld modes converged in %lld iterations (%s): give a larger -eps_max_it or -eps_ncv, or another -bs_modes_solver",
-                  static_cast<long long>(converged), static_cast<long long>(more), static_cast<long long>(its), EPSConvergedReasons[reason]);
+    *why = format("%lld of %s converged in %s (%s): give a larger -eps_max_it or -eps_ncv, or another -bs_modes_solver",
+                  static_cast<long long>(converged), how_many(more, "mode").c_str(), how_many(its, "iteration").c_str(), EPSConvergedReasons[reason]);
   PetscFunctionReturn(0);
 }
 
@@ -249,8 +249,8 @@ PetscErrorCode ModeSolver::search(std::string* why) {
   }
   if (left() == 0) completeness_ = Completeness::counted;
   else if (why->empty() && wanted() > 0)
-    *why = format("%lld of %lld modes were found: give another -bs_modes_solver", static_cast<long long>(request_.count - wanted()),
-                  static_cast<long long>(request_.count));
+    *why = format("%lld of %s were found: give another -bs_modes_solver", static_cast<long long>(request_.count - wanted()),
+                  how_many(request_.count, "mode").c_str());
   else if (why->empty() && direct && completeness_ != Completeness::counted)
     *why = "modes are missing among those found, as the factors' signs show: give a larger -eps_ncv, or -bs_modes_solver dense";
   PetscFunctionReturn(0);

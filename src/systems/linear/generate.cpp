@@ -124,7 +124,8 @@ PetscErrorCode generate_system(MPI_Comm comm, const SystemOptions& o, LinearSyst
   std::string error;
   if (o.size.size() != wanted)
     error = wanted == 0 ? std::string("has five states: leave the size out")
-                        : format("needs %zu number%s: write -bs_linear_size %s", wanted, wanted > 1 ? "s" : "", wanted > 1 ? "100,100" : "100");
+                        : format("needs %s: write -bs_linear_size %s", how_many(static_cast<std::int64_t>(wanted), "number").c_str(),
+                                 wanted > 1 ? "100,100" : "100");
   for (const std::int64_t k : o.size)
     if (k < 1) error = "needs positive numbers";
   if (error.empty() && unknowns > static_cast<double>(PETSC_MAX_INT) / 5) error = "is too large for this PETSc's indices";

@@ -67,8 +67,8 @@ PetscErrorCode NodalForces::parse(MPI_Comm comm, const std::string& option, int 
   if (out->shared) words.pop_back();
   if (words.empty() || words.size() > static_cast<std::size_t>(dim))
     PetscCall(fail(comm, Exit::input,
-                   format("option %s: %d components in %d dimension%s: give 1 to %d of them [N]", option.c_str(), static_cast<int>(words.size()), dim,
-                          dim > 1 ? "s" : "", dim)));
+                   format("option %s: %s in %s: give 1 to %d of them [N]", option.c_str(),
+                          how_many(static_cast<std::int64_t>(words.size()), "component").c_str(), how_many(dim, "dimension").c_str(), dim)));
   for (std::size_t c = 0; c < words.size(); ++c) {
     const bool follows = begins(words[c], "expression:") || begins(words[c], "table:");
     if (!follows && !is_number(words[c], &out->constant[c]))

@@ -86,8 +86,8 @@ PetscErrorCode ParticleModel::check_laws() const {
   for (const auto& [name, value] : vectors)
     for (int c = net_.dim; c < 3; ++c)
       if (value[c] != 0)
-        fault.note(-1, format("option %s has a component beyond the lattice's dimension %d: give %d number%s", name, net_.dim, net_.dim,
-                              net_.dim > 1 ? "s" : ""));
+        fault.note(
+            -1, format("option %s has a component beyond the lattice's dimension %d: give %s", name, net_.dim, how_many(net_.dim, "number").c_str()));
   PetscBool flows = PETSC_FALSE;
   PetscCall(PetscOptionsHasName(nullptr, nullptr, "-bs_fluid_velocity", &flows));
   if (flows && !std::get<SphereDrag>(laws_).active() && !std::get<ShapeDrag>(laws_).active())

@@ -105,9 +105,9 @@ PetscErrorCode Avalanche::follow_to_rest(double factor, Vec y, const Frame& fram
     PetscCall(relax(factor, y, &good));
     if (good) continue;
     *failure = format(
-        "at load factor %.10g no equilibrium was found after %lld springs had broken: compute the motion (-bs_task dynamics), or remove loads "
+        "at load factor %.10g no equilibrium was found after %s had broken: compute the motion (-bs_task dynamics), or remove loads "
         "that act on loose parts",
-        factor, static_cast<long long>(broken));
+        factor, how_many(broken, "spring").c_str());
     PetscFunctionReturn(0);
   }
   *found = true;

@@ -65,8 +65,8 @@ PetscErrorCode RestStart::find(TS ts, TSContext& context, Equilibrium& model, Ps
 
 void RestStart::count(std::vector<Tally>* out) const {
   out->push_back({"start_newton",
-                  found_ ? "Newton iterations brought the lattice, as it was given, to rest at the load factor 0"
-                         : "Newton iterations looked in vain for an equilibrium at the load factor 0",
+                  found_ ? "Newton iteration{s} brought the lattice, as it was given, to rest at the load factor 0"
+                         : "Newton iteration{s} looked in vain for an equilibrium at the load factor 0",
                   iterations_});
 }
 

@@ -223,10 +223,10 @@ PetscErrorCode SnapThrough::look_closer(SNES snes, Vec X) {
 }
 
 void SnapThrough::count(const std::string& otherwise, std::vector<Tally>* out) const {
-  out->push_back({"snap_through", "load steps in which the shape jumped to another branch of equilibria (snap-through)", count_,
+  out->push_back({"snap_through", "load step{s} in which the shape jumped to another branch of equilibria (snap-through)", count_,
                   otherwise.empty() ? "" : "snap-through was not looked for " + otherwise});
   out->push_back({"snap_through_unknown",
-                  "load steps in which snap-through was not looked for all the way, from a start that is no equilibrium, after a break, or where "
+                  "load step{s} in which snap-through was not looked for all the way, from a start that is no equilibrium, after a break, or where "
                   "pseudo-transient continuation led to another shape",
                   unknown_});
 }
@@ -236,10 +236,10 @@ PetscErrorCode SnapThrough::warn(Warnings* warnings) const {
   if (count_ == 0) PetscFunctionReturn(0);
   PetscCall(warnings->add(
       "snap_through",
-      format("the shape jumps to another branch of equilibria (snap-through) in %lld load steps, first between the load factors %.6g and %.6g, "
+      format("the shape jumps to another branch of equilibria (snap-through) in %s, first between the load factors %.6g and %.6g, "
              "where a particle moves by %.3g m: a limit load is passed there; -bs_load_control arc follows the path through it, -bs_task "
              "dynamics the motion",
-             static_cast<long long>(count_), from_, to_, jump_)));
+             how_many(count_, "load step").c_str(), from_, to_, jump_)));
   PetscFunctionReturn(0);
 }
 

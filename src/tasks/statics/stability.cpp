@@ -50,27 +50,29 @@ void Stability::note(double factor, PetscInt negative, Verdict verdict) {
 }
 
 void Stability::count(std::vector<Tally>* out) const {
-  out->push_back({"inertia_changes", "times the number of negative pivots changed: limit points and branch points lie there", changes_});
-  out->push_back({"unstable", "equilibria are unstable: the tangent there has negative pivots", unstable_});
+  out->push_back({"inertia_changes",
+                  "time{s} the number of negative pivots changed: {a limit or branch point lies|limit points and branch points lie} there",
+                  changes_});
+  out->push_back({"unstable", "{equilibrium is|equilibria are} unstable: the tangent there has negative pivots", unstable_});
   out->push_back({"stable", "", stable_});
-  out->push_back(
-      {"stability_unknown",
-       "equilibria of which it is not known whether they are stable: no unstable direction was found, and the linear solver does not count "
-       "them (-condensed_pc_type cholesky does)",
-       unknown_});
+  out->push_back({"stability_unknown",
+                  "{equilibrium of which it is not known whether it is|equilibria of which it is not known whether they are} stable: no unstable "
+                  "direction was found, and the linear solver does not count "
+                  "them (-condensed_pc_type cholesky does)",
+                  unknown_});
 }
 
 PetscErrorCode Stability::warn(Warnings* warnings) const {
   PetscFunctionBegin;
   if (unstable_ == 0) PetscFunctionReturn(0);
   const std::string directions =
-      most_ > 0 ? format("up to %lld directions", static_cast<long long>(most_)) : std::string("at least one direction, by an iterative estimate");
+      most_ > 0 ? "up to " + how_many(most_, "direction") : std::string("at least one direction, by an iterative estimate");
   PetscCall(warnings->add(
       "unstable_equilibria",
-      format(
-          "%lld of %lld equilibria are unstable, the first at the load factor %.10g, in %s: the smallest disturbance leads away from them; disturb "
-          "the start (-bs_lattice_perturbation), or see where it leads by -bs_task dynamics",
-          static_cast<long long>(unstable_), static_cast<long long>(stable_ + unstable_ + unknown_), first_unstable_, directions.c_str())));
+      format("%s, the first at the load factor %.10g, in %s: the smallest disturbance leads away from them; disturb "
+             "the start (-bs_lattice_perturbation), or see where it leads by -bs_task dynamics",
+             how_many(unstable_, "of " + how_many(stable_ + unstable_ + unknown_, "{equilibrium|equilibria}") + " {is|are} unstable").c_str(),
+             first_unstable_, directions.c_str())));
   PetscFunctionReturn(0);
 }
 

@@ -199,10 +199,11 @@ PetscErrorCode StaticRun::find(double factor, Vec y, FinalResults* out) {
 PetscErrorCode StaticRun::count(std::vector<Tally>* out) const {
   PetscFunctionBegin;
   start_.count(out);
-  out->push_back({"free_bodies", "bodies are tied to nothing: their centres of mass stay, or go with the box", model_.free_bodies()});
+  out->push_back({"free_bodies", "{body is|bodies are} tied to nothing: {its centre|their centres} of mass stay{s|}, or go{es|} with the box",
+                  model_.free_bodies()});
   pseudo_.count(out);
-  out->push_back({"box_corrections", "changes of the box to meet the stresses of -bs_box_stress", box_.corrections()});
-  out->push_back({"turns", "times the load factor turned round: limit points", turns_});
+  out->push_back({"box_corrections", "change{s} of the box to meet the stresses of -bs_box_stress", box_.corrections()});
+  out->push_back({"turns", "time{s} the load factor turned round: limit point{s}", turns_});
   snaps_.count(options_.arc           ? "along a path by arc length"
                : box_.active()        ? "in a box under given stress"
                : !pseudo_.is_newton() ? "with another -snes_type than newtonls"
@@ -220,17 +221,17 @@ PetscErrorCode StaticRun::final_warnings(Warnings* warnings) {
   PetscCall(stability_.warn(warnings));
   PetscCall(snaps_.warn(warnings));
   if (const std::int64_t unbalanced = model_.unbalanced(); unbalanced > 0)
-    PetscCall(warnings->add("unbalanced_force", format("%lld equilibria leave an unbalanced force above 1e-6 of the largest load or reaction "
+    PetscCall(warnings->add("unbalanced_force", format("%s an unbalanced force above 1e-6 of the largest load or reaction "
                                                        "(/observables/unbalanced_force): it bounds their digits",
-                                                       static_cast<long long>(unbalanced))));
+                                                       how_many(unbalanced, "{equilibrium leaves|equilibria leave}").c_str())));
   if (box_.active()) PetscCall(box_.warn(model_, last_factor_, warnings));
   if (options_.arc && !arc_.at_end())
     PetscCall(warnings->add(
         "path_end",
         format(
             "the path ended at the load factor %.10g, without having come to %.10g (-bs_arc_end): it begins by %s the load factor, and takes at most "
-            "%lld whole steps (-bs_arc_steps)%s",
-            last_factor_, options_.end, options_.lower ? "lowering" : "raising", static_cast<long long>(options_.arc_steps),
+            "%s (-bs_arc_steps)%s",
+            last_factor_, options_.end, options_.lower ? "lowering" : "raising", how_many(options_.arc_steps, "whole step").c_str(),
             (options_.end < 0) == options_.lower ? ""
             : options_.lower                     ? "; -bs_arc_begin raise begins the other way"
                                                  : "; -bs_arc_begin lower begins the other way")));

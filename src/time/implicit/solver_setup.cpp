@@ -246,12 +246,12 @@ PetscErrorCode solver_tallies(TS ts, std::vector<Tally>* out) {
   PetscCall(condensed_counts(pc, &condensed, &counts));
   if (!condensed) PetscFunctionReturn(0);
   out->push_back({"condensed_refreshed", "", counts.refreshed});
-  out->push_back({"indefinite", "tangents were not positive definite", counts.indefinite});
-  out->push_back({"definite", "Newton directions were taken from the definite part of the tangent", counts.definite});
-  out->push_back({"unfinished", "Newton directions were taken before the linear solver had converged", counts.unfinished});
-  out->push_back({"exhausted", "linear solves failed because their iterations ran out", counts.exhausted});
-  out->push_back({"broken_down", "linear solves broke down for another reason than an indefinite tangent", counts.broken});
-  out->push_back({"factor_shifts", "incomplete factorisations were repeated with a larger diagonal", counts.shifts});
+  out->push_back({"indefinite", "tangent{ was|s were} not positive definite", counts.indefinite});
+  out->push_back({"definite", "Newton direction{ was|s were} taken from the definite part of the tangent", counts.definite});
+  out->push_back({"unfinished", "Newton direction{ was|s were} taken before the linear solver had converged", counts.unfinished});
+  out->push_back({"exhausted", "linear solve{s} failed because {its|their} iterations ran out", counts.exhausted});
+  out->push_back({"broken_down", "linear solve{s} broke down for another reason than an indefinite tangent", counts.broken});
+  out->push_back({"factor_shifts", "incomplete factorisation{ was|s were} repeated with a larger diagonal", counts.shifts});
   PetscFunctionReturn(0);
 }
 

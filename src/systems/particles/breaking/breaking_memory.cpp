@@ -15,9 +15,9 @@ PetscErrorCode Breaking::observe(std::vector<Observable>* out) const {
 
 std::vector<Tally> Breaking::tallies() const {
   if (!active_) return {};
-  return {{"broken_springs", "springs broke, as judged where each step ends", sums_.broken},
-          {"avalanches", "avalanches", sums_.avalanches},
-          {"largest_avalanche", "springs broke in the largest avalanche", sums_.largest}};
+  return {{"broken_springs", "spring{s} broke, as judged where each step ends", sums_.broken},
+          {"avalanches", "avalanche{s}", sums_.avalanches},
+          {"largest_avalanche", "spring{s} broke in the largest avalanche", sums_.largest}};
 }
 
 PetscErrorCode Breaking::flags(Vec* out) {

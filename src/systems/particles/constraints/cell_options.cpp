@@ -90,7 +90,7 @@ PetscErrorCode Cell::read_component(MPI_Comm comm, const std::string& option, co
 
   PetscFunctionBegin;
   if (row >= dim_ || column >= dim_)
-    PetscCall(fail(comm, Exit::input, begin + format("the lattice has %d dimension%s: ", dim_, dim_ > 1 ? "s" : "") + forms_of(option)));
+    PetscCall(fail(comm, Exit::input, begin + "the lattice has " + how_many(dim_, "dimension") + ": " + forms_of(option)));
   if (has(row, column)) PetscCall(fail(comm, Exit::input, begin + "the component is given twice: write each once, as a strain, a rate or a stress"));
   if (option == RATE && !is_number(text))
     PetscCall(fail(comm, Exit::input, begin + "'" + shown_text(text) + "' is no finite number: " + forms_of(option)));
