@@ -12,9 +12,10 @@ sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1] / "verify"))
 from harness import Checks, REPO
 from program import environment
 import figures
+import structures
 import h5py
 
-WITH_COMMANDS = ("README.md", "options/README.md", "options/tutorial/README.md", "meshes/README.md")
+WITH_COMMANDS = ("README.md", "options/README.md", "options/tutorial/README.md", "options/tutorial/structures.md", "meshes/README.md")
 
 
 def blocks(text):
@@ -82,10 +83,12 @@ def main():
             with tempfile.TemporaryDirectory() as folder, checks.group(name):
                 scratch(pathlib.Path(folder), checks.program)
                 printed = run_document(checks, name, folder)
-                inside = pathlib.Path(folder) / ("tutorial" if name == "options/tutorial/README.md" else ".")
+                inside = pathlib.Path(folder) / {"options/tutorial/README.md": "tutorial", "options/tutorial/structures.md": "structures"}.get(name, ".")
                 figures.check(checks, name, (REPO / name).read_text(), inside, printed)
                 if name == "options/tutorial/README.md":
                     numbers(checks, inside)
+                if name == "options/tutorial/structures.md":
+                    structures.numbers(checks, inside)
     checks.finish()
 
 
