@@ -36,7 +36,7 @@ def counted(checks, folder):
         name = f"removed {fraction}, rest lengths x {factor}, seed {seed}"
         checks.near(f"{name}: unstable directions", float(o["negative_pivots"][-1]), exact, 0)
         checks.true(f"{name}: told", (UNSTABLE in run.report["warnings"]) == (exact > 0) == (o["stability"].ravel()[-1] == -1) == (run.report["unstable"] == 1)
-                    and (f"in up to {exact} directions" in run.stderr) == (exact > 0) and set(run.report["warnings"]) <= {UNSTABLE, "start_not_at_rest"}, run.stdout.splitlines()[-1])
+                    and (f"in up to {exact} direction{'s' * (exact != 1)}:" in run.stderr) == (exact > 0) and set(run.report["warnings"]) <= {UNSTABLE, "start_not_at_rest"}, run.stdout.splitlines()[-1])
         lower = checks.run(net, interval=0, keep=("m_K.mtx",))
         K = matrix(lower, folder, "m_K.mtx")
         checks.true(f"{name}: a minimum by default", np.linalg.eigvalsh(-0.5 * (K + K.T))[0] > -1e-9 and lower.report["unstable"] == 0 == run.report["saddle_points"]
@@ -64,7 +64,7 @@ def iterative(checks, folder):
         checks.true(name, o["stability"].ravel()[-1] == verdict and (run.report["warnings"] == [UNSTABLE]) == (verdict < 0)
                     and [run.report[key] for key in ("unstable", "stability_unknown", "stable")] == [int(verdict == v) for v in (-1, 0, 1)],
                     f"{o['stability'].ravel()}, {run.report['warnings']}")
-        checks.true(f"{name}: the summary says what is not known", ("not known whether they are stable" in run.stdout) == (verdict == 0))
+        checks.true(f"{name}: the summary says what is not known", ("not known whether" in run.stdout) == (verdict == 0))
     flat = {**STATICS, "bs_lattice_type": "cloth", "bs_lattice_size": "10,10", "bs_lattice_neighbors": 12, "bs_lattice_spacing": 0.04, "bs_lattice_particle_mass": 1e-3,
             "bs_lattice_fixed_particles": "90,99", "bs_lattice_stiffness": "20,10,0.5", "bs_spring_law": "strain"}
     for solver in ("cholesky", "bicc"):

@@ -316,8 +316,9 @@ PetscErrorCode PseudoTime::continue_from(SNES snes) {
 
 void PseudoTime::count(std::vector<Tally>* out) const {
   out->push_back({"pseudo_transient",
-                  "load steps ended by pseudo-transient continuation, where Newton's method had failed: the shape may have jumped", solves_});
-  out->push_back({"saddle_points", "solves that found saddle points of the energy, and went on downhill from there (-bs_equilibria)", saddles_});
+                  "load step{s} ended by pseudo-transient continuation, where Newton's method had failed: the shape may have jumped", solves_});
+  out->push_back({"saddle_points",
+                  "solve{s} that found {a saddle point|saddle points} of the energy, and went on downhill from there (-bs_equilibria)", saddles_});
 }
 
 void PseudoTime::save(Facts* facts) const {
