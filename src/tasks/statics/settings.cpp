@@ -57,9 +57,7 @@ static PetscErrorCode read_loads(MPI_Comm comm, StaticsSettings* out) {
 
 /// What follows breaks, and what is asked of every equilibrium.
 static PetscErrorCode read_equilibria(MPI_Comm comm, StaticsSettings* out) {
-  // Both go through saddle points: paths by their nature, boxes while their strains are sought.
-  const std::string through = out->arc ? "-bs_load_control arc" : is_given("-bs_box_stress") ? "-bs_box_stress" : "";
-  int follow = 0, kind = through.empty() ? 0 : 1;
+  int follow = 0, kind = out->arc ? 1 : 0;
   AvalancheOptions& after = out->avalanche;
   PetscFunctionBegin;
   PetscCall(read_section(comm, "After a break in statics", [&](Section& o) {
@@ -79,10 +77,10 @@ static PetscErrorCode read_equilibria(MPI_Comm comm, StaticsSettings* out) {
         o.choice("-bs_equilibria",
                  "which equilibria are looked for: minimum, minima of the energy: where the tangent has negative eigenvalues, the shape "
                  "leaves the saddle point downhill; any, also saddle points, as symmetric structures have beyond their buckling loads; "
-                 "default: minimum; by arc length and in boxes under given stress any",
+                 "default: minimum, by arc length any; boxes under given stress always have any",
                  {"minimum", "any"}, kind);
-    if (given && !through.empty() && kind == 0)
-      o.fail("option -bs_equilibria minimum does not go with " + through + ", which leads through saddle points: leave it out");
+    if (given && out->arc && kind == 0)
+      o.fail("option -bs_equilibria minimum does not go with -bs_load_control arc, whose paths lead through saddle points: leave it out");
     out->minima = kind == 0;
     o.integer(
         "-bs_stability_iterations",

@@ -119,7 +119,7 @@ PetscErrorCode StaticRun::attach(TS ts, TSContext& context, double step) {
   PetscFunctionBegin;
   context.newton.iterate_to_rounding(true);
   context.examine = [this](double factor, Vec y, StageCheck* out) { return examine(factor, y, out); };
-  if (options_.minima) pseudo_.demand_minima(static_cast<PetscInt>(options_.stability_iterations));
+  if (options_.minima && !box_.active()) pseudo_.demand_minima(static_cast<PetscInt>(options_.stability_iterations));
   PetscCall(pseudo_.attach(ts, context, model_, step));
   if (options_.arc) {
     PetscCall(arc_.attach(ts, context, model_, pseudo_, {step, options_.end, options_.lower}));
