@@ -95,8 +95,8 @@ PetscErrorCode Equilibrium::linearise_with(double t, Vec y, double shift, Mat P)
 
 PetscErrorCode Equilibrium::linearise_sharply(double t, Vec y, Mat P) {
   PetscFunctionBegin;
-  PetscCall(jacobian(t, y, nullptr, 1, Form::momentum, P));
-  tangent_.set_static(sharp_shift());
+  if (rate_ == 0) PetscCall(jacobian(t, y, nullptr, 1, Form::momentum, P));  // the shift is measured by the first tangent
+  PetscCall(linearise_with(t, y, sharp_shift(), P));
   PetscFunctionReturn(0);
 }
 

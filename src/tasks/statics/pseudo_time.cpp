@@ -83,6 +83,7 @@ PetscErrorCode PseudoTime::leave_saddles(SNES snes) {
   PetscCall(SNESGetSolution(snes, &X));
   PetscCall(make_room(X));
   PetscCall(time_of_loads(&t));
+  PetscCall(linear_solver_of(ts_, nullptr, &pc));
   for (int k = 0; k < MOST_SADDLES; ++k) {
     const PetscInt newton = snes->iter, krylov = snes->linear_its;
     const SNESConvergedReason reason = snes->reason;
@@ -90,7 +91,6 @@ PetscErrorCode PseudoTime::leave_saddles(SNES snes) {
     bool found = false, lower = false;
     PetscCall(find_unstable_direction(ts_, context_->matrix, *model_, t, X, iterations_, direction_, &negative, &found));
     if (found) PetscCall(step_down(*model_, t, X, direction_, at_, &lower));
-    PetscCall(linear_solver_of(ts_, nullptr, &pc));
     PetscCall(condensed_renew(pc));
     if (!lower) break;
     PetscCall(VecCopy(X, saddle_));

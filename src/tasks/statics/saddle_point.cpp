@@ -74,14 +74,13 @@ PetscErrorCode iterate_to_lowest(PC pc, Mat J, Equilibrium& model, double t, Vec
 
 }  // namespace
 
-PetscErrorCode search_unstable_direction(TS ts, Mat J, Equilibrium& model, double t, Vec y, PetscInt iterations, Vec z, bool* found) {
+PetscErrorCode search_unstable_direction(TS ts, Equilibrium& model, PetscInt iterations, Vec z, bool* found) {
   VecHandle r;
   PC pc;
   PetscFunctionBegin;
-  PetscCall(VecDuplicate(y, r.out()));
+  PetscCall(VecDuplicate(z, r.out()));
   PetscCall(linear_solver_of(ts, nullptr, &pc));
   PetscCall(model.random_load(r));
-  PetscCall(model.linearise_sharply(t, y, J));
   PetscCall(condensed_negative_direction(pc, r, iterations, z, found));
   if (!*found) PetscFunctionReturn(0);
   PetscCall(zero_velocities(z));
@@ -99,7 +98,7 @@ PetscErrorCode find_unstable_direction(TS ts, Mat J, Equilibrium& model, double 
   PetscCall(model.linearise_sharply(t, y, J));
   PetscCall(condensed_negative_pivots(pc, negative));
   if (*negative < 0) {
-    if (iterations > 0) PetscCall(search_unstable_direction(ts, J, model, t, y, iterations, z, found));
+    if (iterations > 0) PetscCall(search_unstable_direction(ts, model, iterations, z, found));
   } else if (*negative > 0) {
     PetscCall(VecDuplicate(y, r.out()));
     PetscCall(iterate_to_lowest(pc, J, model, t, y, r, z, found));

@@ -11,8 +11,8 @@ namespace bs {
 PetscErrorCode find_unstable_direction(TS ts, Mat J, Equilibrium& model, double t, Vec y, PetscInt iterations, Vec z, PetscInt* negative,
                                        bool* found);
 
-/// Collective. The same for an iterative solver alone.
-PetscErrorCode search_unstable_direction(TS ts, Mat J, Equilibrium& model, double t, Vec y, PetscInt iterations, Vec z, bool* found);
+/// Collective. The same for an iterative solver alone, at the tangent that linearise_sharply() has made.
+PetscErrorCode search_unstable_direction(TS ts, Equilibrium& model, PetscInt iterations, Vec z, bool* found);
 
 /// Collective. `out`: at rest, where the energy is least among trial steps of either sense from y along z, none of which turns a spring by more than
 /// half a radian. lower: false where it is nowhere lower than at y beyond rounding errors.

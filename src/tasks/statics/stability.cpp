@@ -27,7 +27,7 @@ PetscErrorCode Stability::assess(TS ts, Mat J, Equilibrium& model, double factor
   if (negative < 0 && iterations_ > 0 && factor > 0) {
     VecHandle z;
     PetscCall(VecDuplicate(y, z.out()));
-    PetscCall(search_unstable_direction(ts, J, model, factor, y, static_cast<PetscInt>(iterations_), z, &found));
+    PetscCall(search_unstable_direction(ts, model, static_cast<PetscInt>(iterations_), z, &found));
   }
   const Verdict verdict = negative > 0 || found ? Verdict::unstable : negative == 0 ? Verdict::stable : Verdict::unknown;
   put(negative, static_cast<int>(verdict), out);
