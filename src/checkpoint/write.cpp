@@ -9,6 +9,7 @@
 #include "output/fresh_file.hpp"
 #include "output/h5.hpp"
 #include "output/tables.hpp"
+#include "output/whole_hdf5.hpp"
 
 namespace bs {
 
@@ -92,36 +93,29 @@ PetscErrorCode write_facts(hid_t file, Model& model, const Facts& run) {
 PetscErrorCode write_file(Model& model, const std::string& target, const Facts& run, const std::vector<NamedState>& states, std::string* made,
                           std::string* full) {
   PetscInt size;
-  FileIdentity identity;
+  std::vector<StatePart> memory;
   PetscFunctionBegin;
-  PetscCall(create_fresh_hdf5(model.comm(), target, made, &identity, full));
-  if (!full->empty()) PetscFunctionReturn(0);
-  const std::string& name = *made;
   PetscCall(VecGetSize(model.initial_state(), &size));
-  H5 access(H5Pcreate(H5P_FILE_ACCESS), H5Pclose);
-  BS_H5(H5Pset_fapl_mpio(access, model.comm(), MPI_INFO_NULL));
-  H5 file(H5Fopen(name.c_str(), H5F_ACC_RDWR, access), H5Fclose);
-  BS_H5(file);
-  PetscCall(confirm_identity(model.comm(), name, identity, full));
-  if (!full->empty()) PetscFunctionReturn(0);
   std::int64_t bytes = 262144 + 8 * static_cast<std::int64_t>(states.size()) * size;
-  std::vector<StatePart> parts, memory;
   PetscCall(model.gather_memory(&memory));
   for (const StatePart& part : memory) {
     PetscCall(VecGetSize(part.vec, &size));
     bytes += std::int64_t{8} * size;
   }
-  PetscCall(reserve_space(model.comm(), name, -1, bytes, full));
-  if (!full->empty()) PetscFunctionReturn(0);
-  PetscCall(write_facts(file, model, run));
-  for (const NamedState& state : states) {
-    PetscCall(model.gather_state(state.vec, &parts));
-    for (const StatePart& part : parts) PetscCall(require_finite(model.comm(), state.group + "/" + part.name, part.vec));
-    PetscCall(write_parts(model.comm(), file, state.group, parts));
-  }
-  for (const StatePart& part : memory) PetscCall(require_finite(model.comm(), "/memory/" + part.name, part.vec));
-  if (!memory.empty()) PetscCall(write_parts(model.comm(), file, "/memory", memory));
-  BS_H5(H5Fflush(file, H5F_SCOPE_GLOBAL));
+  const auto fill = [&](hid_t file) {
+    std::vector<StatePart> parts;
+    PetscFunctionBegin;
+    PetscCall(write_facts(file, model, run));
+    for (const NamedState& state : states) {
+      PetscCall(model.gather_state(state.vec, &parts));
+      for (const StatePart& part : parts) PetscCall(require_finite(model.comm(), state.group + "/" + part.name, part.vec));
+      PetscCall(write_parts(model.comm(), file, state.group, parts));
+    }
+    for (const StatePart& part : memory) PetscCall(require_finite(model.comm(), "/memory/" + part.name, part.vec));
+    if (!memory.empty()) PetscCall(write_parts(model.comm(), file, "/memory", memory));
+    PetscFunctionReturn(PetscErrorCode(0));
+  };
+  PetscCall(write_whole_hdf5(model.comm(), target, bytes, fill, made, full));
   PetscFunctionReturn(0);
 }
 

@@ -103,7 +103,7 @@ PetscErrorCode read_sizes(MPI_Comm comm, const Hdf5File& file, const Hdf5Layout&
   if (!names.trajectory && file.has("/anchors")) {
     particle.integers = true;
     particle.row_name = "A";
-    PetscCall(file.find("/anchors/particle", particle, anchors));
+    PetscCall(file.find(names.anchor("particle"), particle, anchors));
   }
   PetscCall(check_sizes(comm, l->source, position->rows, l->dim, pairs->rows, anchors->rows));
   // Every other table is measured against these.
@@ -169,7 +169,7 @@ PetscErrorCode read_springs(MPI_Comm comm, const Hdf5File& file, const Hdf5Layou
   PetscFunctionReturn(0);
 }
 
-PetscErrorCode read_anchors(const Hdf5File& file, const Table& anchors, Lattice* l) {
+PetscErrorCode read_anchors(const Hdf5File& file, const Hdf5Layout& names, const Table& anchors, Lattice* l) {
   const Rows& rows = l->anchors;
   Table point;
   TableShape shape;
@@ -179,11 +179,11 @@ PetscErrorCode read_anchors(const Hdf5File& file, const Table& anchors, Lattice*
   shape.rows = rows.total;
   shape.row_name = "A";
   shape.columns = l->dim;
-  PetscCall(file.find("/anchors/point", shape, &point));
+  PetscCall(file.find(names.anchor("point"), shape, &point));
   PetscCall(file.read(point, rows.first, rows.count, 0, &l->anchor_point));
-  PetscCall(read_rows(file, "/anchors/stiffness", rows, "A", false, &l->anchor_stiffness));
-  PetscCall(read_optional(file, "/anchors/rest_length", rows, "A", 0, &l->anchor_rest_length));
-  PetscCall(read_optional(file, "/anchors/damping", rows, "A", 0, &l->anchor_damping));
+  PetscCall(read_rows(file, names.anchor("stiffness"), rows, "A", false, &l->anchor_stiffness));
+  PetscCall(read_optional(file, names.anchor("rest_length"), rows, "A", 0, &l->anchor_rest_length));
+  PetscCall(read_optional(file, names.anchor("damping"), rows, "A", 0, &l->anchor_damping));
   PetscFunctionReturn(0);
 }
 
@@ -203,8 +203,9 @@ PetscErrorCode read_hdf5_lattice(MPI_Comm comm, const std::string& path, Lattice
   PetscCall(read_springs(comm, file, names, pairs, out));
   PetscCall(read_interactions(comm, file, names.trajectory, out));
   PetscCall(read_hdf5_box(comm, file, names, out));
-  PetscCall(read_anchors(file, anchors, out));
+  PetscCall(read_anchors(file, names, anchors, out));
   PetscCall(read_hdf5_groups(comm, file, out));
+  if (!names.trajectory) PetscCall(read_scene_attributes(comm, file, out));
   if (!names.trajectory) note_unknown_members(file, out);
   PetscFunctionReturn(0);
 }

@@ -1,11 +1,14 @@
 #include "input/hdf5_layout.hpp"
 #include <algorithm>
 #include <cinttypes>
+#include <iterator>
+#include <sstream>
 #include <utility>
 #include "base/error.hpp"
 #include "input/spring_options.hpp"
 #include "lattice/columns.hpp"
 #include "lattice/spring_laws.hpp"
+#include "lattice/xsp.hpp"
 
 namespace bs {
 
@@ -49,7 +52,9 @@ PetscErrorCode read_law(MPI_Comm comm, const Hdf5File& file, const Hdf5Layout& l
 
 }  // namespace
 
-const Hdf5Layout& layout_of(const Hdf5File& file) { return file.has(trajectory_names.position) ? trajectory_names : lattice_names; }
+const Hdf5Layout& hdf5_layout(bool trajectory) { return trajectory ? trajectory_names : lattice_names; }
+
+const Hdf5Layout& layout_of(const Hdf5File& file) { return hdf5_layout(file.has(trajectory_names.position)); }
 
 int box_dimension(const Hdf5File& file, int columns) {
   const H5 attribute(H5Aopen_by_name(file.id(), "/particles/trajectory/box", "dimension", H5P_DEFAULT, file.links()), H5Aclose);
@@ -113,7 +118,7 @@ PetscErrorCode read_row_laws(MPI_Comm comm, const Hdf5File& file, const Hdf5Layo
   PetscFunctionReturn(0);
 }
 
-void note_unknown_members(const Hdf5File& file, Lattice* l) {
+std::vector<std::pair<std::string, std::vector<std::string>>> lattice_members() {
   std::vector<std::pair<std::string, std::vector<std::string>>> known = {
       {"/box", {"edges"}},
       {"/particles", {"position", "velocity", "mass", "fixed", "id"}},
@@ -129,7 +134,32 @@ void note_unknown_members(const Hdf5File& file, Lattice* l) {
     known.push_back({std::string("/") + schema.group + "s", {schema.topology, "shift"}});
     for (const InteractionParameter& parameter : schema.parameters) known.back().second.emplace_back(parameter.name);
   }
-  for (const auto& [group, names] : known)
+  return known;
+}
+
+PetscErrorCode read_scene_attributes(MPI_Comm comm, const Hdf5File& file, Lattice* l) {
+  std::string text, force;
+  PetscFunctionBegin;
+  PetscCall(file.text_attribute("/", IMPLIED_OPTIONS, &text));
+  PetscCall(file.text_attribute("/", FORCE_AT_ZERO_LENGTH, &force));
+  std::istringstream words(text);
+  for (std::string name, value; words >> name;) {
+    if (std::find(std::begin(XSP_OPTIONS), std::end(XSP_OPTIONS), name) == std::end(XSP_OPTIONS) || !(words >> value))
+      PetscCall(fail(comm, Exit::input,
+                     format("%s: attribute %s of /: '%s' is no option of an .xsp scene with its value; write NAME VALUE NAME VALUE ..., or leave the "
+                            "attribute out and give options on the command line",
+                            l->source.c_str(), IMPLIED_OPTIONS, name.c_str())));
+    l->implied_options.emplace_back(name, value);
+  }
+  if (!force.empty() && force != "none" && force != "error")
+    PetscCall(fail(comm, Exit::input,
+                   format("%s: attribute %s of / is '%s'; write none or error", l->source.c_str(), FORCE_AT_ZERO_LENGTH, force.c_str())));
+  l->rest_at_zero_length = force == "none";
+  PetscFunctionReturn(0);
+}
+
+void note_unknown_members(const Hdf5File& file, Lattice* l) {
+  for (const auto& [group, names] : lattice_members())
     for (const std::string& name : file.members(group))
       if (std::find(names.begin(), names.end(), name) == names.end())
         l->warnings.push_back(l->source + ": " + group + "/" + name + " is not part of a lattice, it is ignored");

@@ -2,6 +2,8 @@
 #pragma once
 #include <petscsys.h>
 #include <string>
+#include <utility>
+#include <vector>
 #include "input/hdf5_file.hpp"
 #include "lattice/columns.hpp"
 #include "lattice/lattice.hpp"
@@ -21,7 +23,12 @@ struct Hdf5Layout {
   /// Where springs keep other numbers than these: what laws take, and what they carry from step to step.
   std::string column(const std::string& name) const { return (trajectory ? "/connectivity/bonds_" : "/springs/") + name; }
   std::string history(const std::string& name) const { return trajectory ? "/backspring/" + name + "/value" : "/springs/" + name; }
+  /// Springs to given points; a trajectory that is read has none.
+  std::string anchor(const std::string& name) const { return (trajectory ? "/backspring/anchors/" : "/anchors/") + name; }
 };
+
+/// That of trajectories, or of lattices.
+const Hdf5Layout& hdf5_layout(bool trajectory);
 
 /// The layout of `file`: a trajectory's where it has frames, else a lattice's.
 const Hdf5Layout& layout_of(const Hdf5File& file);
@@ -35,6 +42,16 @@ PetscErrorCode read_laws(MPI_Comm comm, const Hdf5File& file, const Hdf5Layout& 
 /// Collective. The law of each spring, where the file gives one, into the lattice's chunk; whose rows are known. Errors (exit 2):
 /// no names or unknown ones, numbers that name none.
 PetscErrorCode read_row_laws(MPI_Comm comm, const Hdf5File& file, const Hdf5Layout& layout, Lattice* lattice);
+
+/// What the program reads of a lattice file: its groups but /groups, whose members have names of the user's, and the datasets in them.
+std::vector<std::pair<std::string, std::vector<std::string>>> lattice_members();
+
+/// Attributes of / of a lattice: what an .xsp scene says beyond its masses and springs. Options it implies, "NAME VALUE NAME VALUE ...", and
+/// whether a spring whose ends meet exerts no force ("none") or is an error ("error", as where the attribute is not there).
+inline constexpr const char *IMPLIED_OPTIONS = "implied_options", *FORCE_AT_ZERO_LENGTH = "force_at_zero_length";
+
+/// Collective. These two into the lattice. Errors (exit 2): options that are none of a scene's, another word.
+PetscErrorCode read_scene_attributes(MPI_Comm comm, const Hdf5File& file, Lattice* lattice);
 
 /// Local. Warns of members of a lattice's groups that are none of the schema: a misspelt name of an optional dataset
 /// would otherwise go unseen.

@@ -54,6 +54,21 @@ struct XspScene {
 /// Radius [px] of a particle of mass > 0, for forces 2 and 3: max(1, min(64, trunc(2 ln(4 m + 1)))).
 inline double xsp_radius(double mass) noexcept { return std::max(1.0, std::min(64.0, std::trunc(2 * std::log(4 * mass + 1)))); }
 
+/// All options that a scene may imply: a lattice file that was made of one holds them.
+inline constexpr const char* XSP_OPTIONS[] = {"-bs_viscosity",
+                                              "-bs_gravity",
+                                              "-bs_xsp_center_of_mass",
+                                              "-bs_xsp_center_of_mass_damping",
+                                              "-bs_xsp_attraction",
+                                              "-bs_xsp_attraction_exponent",
+                                              "-bs_xsp_center_particle",
+                                              "-bs_xsp_attraction_center",
+                                              "-bs_xsp_walls",
+                                              "-bs_xsp_walls_exponent",
+                                              "-bs_xsp_walls_sides",
+                                              "-bs_xsp_walls_box",
+                                              "-ts_dt"};
+
 /// The scene as a lattice; `name` and the window as in parse_xsp.
 Lattice xsp_lattice(const XspScene& scene, const std::string& name, double width, double height);
 

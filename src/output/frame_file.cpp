@@ -260,11 +260,11 @@ PetscErrorCode Trajectory::Impl::close() {
   PetscFunctionBegin;
   if (usable) PetscCall(write_xdmf(true));
   for (FieldColumn& field : fields) field.close();
-  for (ObservableColumn& o : observables) o.column = Column();
+  for (ObservableColumn& o : observables) o.column = GrowingColumn();
   log.clear();
-  step = Column();
-  time = Column();
-  edges = Column();
+  step = GrowingColumn();
+  time = GrowingColumn();
+  edges = GrowingColumn();
   if (holds()) {
     end = usable ? allocated() : 0;
     // A handle drops errors; here the last words of the file are at stake.

@@ -58,10 +58,10 @@ struct Trajectory::Impl {
   std::int64_t frame_size = 0;  ///< bytes of a frame's fields and observables, of all ranks
   std::vector<FieldColumn> fields;
   std::vector<ObservableColumn> observables;
-  Column step, time, edges;
+  GrowingColumn step, time, edges;
   std::vector<std::int64_t> steps;  ///< of the frames that wait; the same on every rank
   std::vector<double> times;
-  std::vector<Column> log;
+  std::vector<GrowingColumn> log;
   std::vector<StepRecord> records;  ///< not written yet; rank 0 only
   Xdmf xdmf;                        ///< rank 0 only
   std::int64_t log_rows = 0;        ///< written

@@ -190,7 +190,7 @@ PetscErrorCode Trajectory::Impl::reserve(std::int64_t count, std::int64_t rows, 
 
 PetscErrorCode Trajectory::Impl::make_room(std::int64_t count, std::int64_t rows) {
   PetscFunctionBegin;
-  for (Column& column : log) PetscCall(column.extend(rows));
+  for (GrowingColumn& column : log) PetscCall(column.extend(rows));
   if (count > 0) {
     for (ObservableColumn& o : observables)
       if (!o.left_out) PetscCall(o.column.extend(count));

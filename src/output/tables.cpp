@@ -6,14 +6,14 @@
 
 namespace bs {
 
-void Column::set_shape(int width, int columns) {
+void GrowingColumn::set_shape(int width, int columns) {
   width_ = width;
   rank_ = width == 0 ? 1 : columns == 0 ? 2 : 3;
   shape_[1] = static_cast<hsize_t>(columns > 0 ? width / columns : width);
   shape_[2] = static_cast<hsize_t>(columns);
 }
 
-PetscErrorCode Column::create(MPI_Comm comm, hid_t file, const std::string& path, bool integer, int width, int chunk, int columns) {
+PetscErrorCode GrowingColumn::create(MPI_Comm comm, hid_t file, const std::string& path, bool integer, int width, int chunk, int columns) {
   PetscFunctionBegin;
   set_shape(width, columns);
   const hsize_t one[3] = {1, shape_[1], shape_[2]}, none[3] = {0, shape_[1], shape_[2]}, most[3] = {H5S_UNLIMITED, shape_[1], shape_[2]};
@@ -33,7 +33,7 @@ PetscErrorCode Column::create(MPI_Comm comm, hid_t file, const std::string& path
   PetscFunctionReturn(0);
 }
 
-PetscErrorCode Column::open(MPI_Comm comm, hid_t file, const std::string& path, std::int64_t rows) {
+PetscErrorCode GrowingColumn::open(MPI_Comm comm, hid_t file, const std::string& path, std::int64_t rows) {
   hsize_t extent[3] = {0, 0, 0};
   PetscFunctionBegin;
   const PetscMPIInt me = rank_of(comm);
@@ -50,14 +50,14 @@ PetscErrorCode Column::open(MPI_Comm comm, hid_t file, const std::string& path, 
   PetscFunctionReturn(0);
 }
 
-PetscErrorCode Column::extend(std::int64_t count) {
+PetscErrorCode GrowingColumn::extend(std::int64_t count) {
   const hsize_t extent[3] = {rows_ + static_cast<hsize_t>(count), shape_[1], shape_[2]};
   PetscFunctionBegin;
   if (count > 0) BS_H5(H5Dset_extent(set_, extent));
   PetscFunctionReturn(0);
 }
 
-PetscErrorCode Column::append(std::int64_t count, const void* data) {
+PetscErrorCode GrowingColumn::append(std::int64_t count, const void* data) {
   const hsize_t more = static_cast<hsize_t>(count);
   const hsize_t start[3] = {rows_, 0, 0}, size[3] = {more, shape_[1], shape_[2]};
   PetscFunctionBegin;
@@ -171,6 +171,12 @@ PetscErrorCode write_table(hid_t file, const Dataset& table) {
   BS_H5(set);
   PetscCall(write_slices(set, content.memory, table, content.data, rows));
   PetscFunctionReturn(0);
+}
+
+std::int64_t table_bytes(const std::vector<Dataset>& tables) {
+  std::int64_t bytes = 262144;
+  for (const Dataset& table : tables) bytes += 8 * table.total * (table.columns > 0 ? table.columns : 1);
+  return bytes;
 }
 
 PetscErrorCode refill_table(hid_t file, const Dataset& table) {

@@ -10,7 +10,7 @@
 namespace bs {
 
 /// A dataset (T), (T, width) or (T, width / columns, columns) that grows by rows of float64 or int64, written by rank 0 of comm.
-class Column {
+class GrowingColumn {
  public:
   /// Collective. width 0: one-dimensional; columns: of the matrix that a row is, 0: it is none. The group above must exist. `chunk`: rows allocated
   /// at a time.
@@ -45,6 +45,9 @@ PetscErrorCode gather_table(MPI_Comm comm, Dataset* table);
 
 /// Collective. Writes a table in parallel, each rank its rows; the groups above it are created.
 PetscErrorCode write_table(hid_t file, const Dataset& table);
+
+/// Bytes of such tables, and of headers.
+std::int64_t table_bytes(const std::vector<Dataset>& tables);
 
 /// Collective. The same into the dataset that is there, which has the table's shape.
 PetscErrorCode refill_table(hid_t file, const Dataset& table);

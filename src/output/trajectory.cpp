@@ -28,13 +28,6 @@ std::int64_t Trajectory::frames() const {
   return impl_->tail && waiting == 0 ? impl_->old_frames : impl_->frames + waiting;
 }
 
-/// Bytes of the tables written once, and of the headers.
-static std::int64_t constant_bytes(const std::vector<Dataset>& constants) {
-  std::int64_t bytes = 262144;
-  for (const Dataset& table : constants) bytes += 8 * table.total * (table.columns > 0 ? table.columns : 1);
-  return bytes;
-}
-
 static PetscErrorCode write_constants(hid_t file, const std::vector<Dataset>& constants, OutputUnits units) {
   PetscFunctionBegin;
   for (const Dataset& table : constants) {
@@ -123,7 +116,7 @@ PetscErrorCode Trajectory::create(MPI_Comm comm, const TrajectoryOptions& option
   Impl& impl = *made->impl_;
   PetscCall(impl.begin(comm, options, dim, numbers));
   code = impl.create(&full);
-  if (!code && full.empty()) code = reserve_space(comm, impl.made, -1, constant_bytes(constants), &full);
+  if (!code && full.empty()) code = reserve_space(comm, impl.made, -1, table_bytes(constants), &full);
   if (!code && !full.empty()) code = fail(comm, Exit::io, watch.sentence(full));
   if (!code) code = impl.write_head(constants);
   if (code) impl.usable = false;
@@ -183,7 +176,7 @@ PetscErrorCode Trajectory::write_table(const Dataset& table) {
   PetscCall(write_waiting());
   if (!impl_->usable) PetscFunctionReturn(0);
   const IoWatch watch(impl_->comm, "cannot write " + table.path + " to " + impl_->options.file, ": all frames are intact");
-  code = reserve_space(impl_->comm, impl_->path(), -1, constant_bytes({table}), &full);
+  code = reserve_space(impl_->comm, impl_->path(), -1, table_bytes({table}), &full);
   if (!code && !full.empty()) code = fail(impl_->comm, Exit::io, watch.sentence(full));
   if (!code) code = impl_->replace_table(table);
   if (code) impl_->usable = false;

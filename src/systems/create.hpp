@@ -13,4 +13,8 @@ PetscErrorCode register_models();
 /// options name one.
 PetscErrorCode create_model(MPI_Comm comm, std::unique_ptr<Model>* out, const Lattice* given = nullptr);
 
+/// Collective. Reads -bs_model and loads the lattice that the options name, of which no model is made; `user`, for messages: what asks for it. Error
+/// (exit 2): a linear system.
+PetscErrorCode load_particles(MPI_Comm comm, const char* user, Lattice* out);
+
 }  // namespace bs

@@ -59,8 +59,8 @@ PetscErrorCode read_output_settings(MPI_Comm comm, Steps steps, OutputSettings* 
   std::int64_t pad = file.pad;
   int units = static_cast<int>(file.units);
   PetscFunctionBegin;
-  PetscCall(read_section(comm, "Output options", [&](Section& section) {
-    section.path("-bs_output", "trajectory file to write, in the H5MD format of HDF5 (suffix .h5md); default: none is written", file.file);
+  PetscCall(read_file_options(comm, settings));
+  PetscCall(read_section(comm, "Form of the trajectory", [&](Section& section) {
     section.integer("-bs_output_pad",
                     "number of components written per particle, padded with zeros (3: for programs that expect x, y, z); 0: as many as the lattice "
                     "has dimensions",
@@ -72,8 +72,6 @@ PetscErrorCode read_output_settings(MPI_Comm comm, Steps steps, OutputSettings* 
     section.flag("-bs_output_xdmf",
                  "write TRAJECTORY.xdmf beside the trajectory, with which ParaView opens it (not written in one dimension without -bs_output_pad)",
                  file.xdmf);
-    section.flag("-bs_overwrite", "replace an existing trajectory, checkpoint or report", file.overwrite);
-    section.path("-bs_report", "file for the closing report, in JSON; default: none is written", settings->report);
     if (pad > 1024) section.fail("option -bs_output_pad: " + std::to_string(pad) + " is too large: give 3");
   }));
   if (steps != Steps::none)
@@ -97,14 +95,35 @@ PetscErrorCode read_output_settings(MPI_Comm comm, Steps steps, OutputSettings* 
 
 }  // namespace
 
-PetscErrorCode read_run_options(MPI_Comm comm, Steps steps, RunOptions* out) {
+PetscErrorCode read_file_options(MPI_Comm comm, OutputSettings* settings) {
+  TrajectoryOptions& file = settings->trajectory;
   PetscFunctionBegin;
-  PetscCall(read_output_settings(comm, steps, &out->output));
+  PetscCall(read_section(comm, "Output options", [&](Section& section) {
+    section.path(
+        "-bs_output",
+        "trajectory file to write, in the H5MD format of HDF5 (suffix .h5md), or the lattice file of -bs_task generate (.h5); default: none is "
+        "written",
+        file.file);
+    section.flag("-bs_overwrite", "replace an existing trajectory, lattice file, checkpoint or report", file.overwrite);
+    section.path("-bs_report", "file for the closing report, in JSON; default: none is written", settings->report);
+  }));
+  PetscFunctionReturn(0);
+}
+
+PetscErrorCode read_program_options(MPI_Comm comm) {
+  PetscFunctionBegin;
   PetscCall(read_section(comm, "Program", [&](Section& o) {
     bool version = false, trace = false;
     o.flag("-bs_version", "print the version and exit", version);
     o.flag("-bs_trace", "report errors with PETSc's full traceback, for developers", trace);
   }));
+  PetscFunctionReturn(0);
+}
+
+PetscErrorCode read_run_options(MPI_Comm comm, Steps steps, RunOptions* out) {
+  PetscFunctionBegin;
+  PetscCall(read_output_settings(comm, steps, &out->output));
+  PetscCall(read_program_options(comm));
   PetscCall(read_matrix_options(comm));
   if (steps == Steps::none) PetscFunctionReturn(0);
   if (steps == Steps::time) PetscCall(read_motion_options(comm, out));

@@ -28,6 +28,12 @@ struct RunOptions {
   Tolerances tolerances;
 };
 
+/// Collective. The names of the files to write, for a task of its own.
+PetscErrorCode read_file_options(MPI_Comm comm, OutputSettings* settings);
+
+/// Collective. Options of the program itself, which were obeyed before.
+PetscErrorCode read_program_options(MPI_Comm comm);
+
 /// What a run does after its start, on which depends what options it has.
 enum class Steps { none, loads, time };
 

@@ -121,20 +121,41 @@ PetscErrorCode warn_unused_options(MPI_Comm comm, const Variant& other) {
   PetscFunctionReturn(0);
 }
 
+/// Collective. What each of variants() knows. Error (exit 2): an option that no task knows.
+static PetscErrorCode find_known(MPI_Comm comm, std::vector<std::set<std::string>>* known) {
+  std::set<std::string> all;
+  PetscFunctionBegin;
+  for (const Variant& variant : variants()) {
+    known->emplace_back();
+    PetscCall(options_of(comm, variant, &known->back()));
+    all.insert(known->back().begin(), known->back().end());
+  }
+  PetscCall(reject_unknown_options(comm, all));
+  PetscFunctionReturn(0);
+}
+
+PetscErrorCode warn_of_run_options(MPI_Comm comm) {
+  std::vector<std::string> names;
+  std::vector<std::set<std::string>> known;
+  std::string list;
+  PetscFunctionBegin;
+  PetscCall(unused_options(&names));
+  if (!ask_rank_0(comm, [&names] { return !names.empty(); })) PetscFunctionReturn(0);
+  PetscCall(find_known(comm, &known));
+  for (const std::string& name : names) list += (list.empty() ? "" : ", ") + name;
+  PetscCall(warn(comm, (names.size() > 1 ? "options " + list + " are" : "option " + list + " is") +
+                           " not kept by the lattice file: give what belongs to a run with -bs_lattice_file"));
+  PetscFunctionReturn(0);
+}
+
 PetscErrorCode refuse_foreign_options(MPI_Comm comm) {
   std::vector<std::string> names;
   std::vector<std::set<std::string>> known;
-  std::set<std::string> all;
   PetscFunctionBegin;
   PetscCall(unused_options(&names));
   names.erase(std::remove_if(names.begin(), names.end(), [](const std::string& name) { return lower(name).rfind("-bs_", 0) != 0; }), names.end());
   if (!ask_rank_0(comm, [&names] { return !names.empty(); })) PetscFunctionReturn(0);
-  for (const Variant& variant : variants()) {
-    known.emplace_back();
-    PetscCall(options_of(comm, variant, &known.back()));
-    all.insert(known.back().begin(), known.back().end());
-  }
-  PetscCall(reject_unknown_options(comm, all));
+  PetscCall(find_known(comm, &known));
   for (const std::string& name : names) {
     const std::string home = home_of(name, known);
     if (home.rfind(DYNAMICS, 0) != 0)

@@ -83,7 +83,6 @@ class ParticleModel final : public Mechanics {
   PetscErrorCode create_state();
   PetscErrorCode commit_start();
   PetscErrorCode commit(double t, double h);
-  PetscErrorCode add_groups(std::vector<Dataset>* out) const;
   PetscErrorCode observe_box(double t, std::vector<Observable>* out);
   std::vector<std::int64_t> drawn_pairs() const;
   PetscErrorCode add_drawn(const std::string& bonds, std::vector<Dataset>* out);

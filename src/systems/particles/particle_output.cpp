@@ -8,6 +8,7 @@
 #include "physics/pair/springs/registry.hpp"
 #include "systems/particles/events.hpp"
 #include "systems/particles/interactions/interaction_output.hpp"
+#include "systems/particles/lattice_tables.hpp"
 #include "systems/particles/particle_model.hpp"
 
 namespace bs {
@@ -137,76 +138,14 @@ PetscErrorCode ParticleModel::fields(double t, Vec y, std::vector<Field>* out) {
   PetscFunctionReturn(0);
 }
 
-/// /groups/NAME: the rows of the particles of every group.
-PetscErrorCode ParticleModel::add_groups(std::vector<Dataset>* out) const {
-  PetscFunctionBegin;
-  for (const Group& group : lattice_.groups) {
-    std::vector<std::int64_t> rows;
-    for (std::size_t p = 0; p < group.member.size(); ++p)
-      if (group.member[p]) rows.push_back(lattice_.particles.first + static_cast<std::int64_t>(p));
-    std::int64_t count = static_cast<std::int64_t>(rows.size()), sums[2] = {0, 0};
-    PetscCallMPI(MPI_Scan(&count, &sums[0], 1, MPI_INT64_T, MPI_SUM, net_.comm));
-    PetscCallMPI(MPI_Allreduce(&count, &sums[1], 1, MPI_INT64_T, MPI_SUM, net_.comm));
-    out->push_back({"/groups/" + group.name, sums[0] - count, sums[1], 0, std::move(rows)});
-  }
-  PetscFunctionReturn(0);
-}
-
-/// /backspring/anchors: the springs to given points, which lie where they were at the start.
-static void add_anchors(const Lattice& lattice, std::vector<Dataset>* out) {
-  const Rows& a = lattice.anchors;
-  if (a.total == 0) return;
-  const std::string group = "/backspring/anchors/";
-  out->push_back({group + "particle", a.first, a.total, 0, lattice.anchor_particle});
-  out->push_back({group + "point", a.first, a.total, lattice.dim, lattice.anchor_point, {}, {0, 1, 0}});
-  out->push_back({group + "stiffness", a.first, a.total, 0, lattice.anchor_stiffness});
-  out->push_back({group + "rest_length", a.first, a.total, 0, lattice.anchor_rest_length, {}, {0, 1, 0}});
-  out->push_back({group + "damping", a.first, a.total, 0, lattice.anchor_damping, {}, {1, 0, -1}});
-}
-
 PetscErrorCode ParticleModel::take_constants(std::vector<Dataset>* out) {
   PetscFunctionBegin;
-  const Rows& p = lattice_.particles;
-  const Rows& s = lattice_.springs;
-  if (lattice_.id.empty()) {
-    lattice_.id.resize(static_cast<std::size_t>(p.count));
-    for (std::int64_t k = 0; k < p.count; ++k) lattice_.id[k] = p.first + k;
-  }
-  const std::string particles = "/particles/trajectory/", bonds = "/connectivity/bonds";
   out->clear();
-  out->push_back({particles + "mass", p.first, p.total, 0, std::move(lattice_.mass)});
-  out->push_back({particles + "id", p.first, p.total, 0, std::move(lattice_.id)});
-  out->push_back({particles + "fixed", p.first, p.total, 0, std::vector<std::int64_t>(lattice_.fixed.begin(), lattice_.fixed.end())});
-  for (Column& column : lattice_.particle_columns) {
-    const ParticleParameter& one = particle_parameters[particle_parameter(column.name)];
-    out->push_back({particles + one.in_trajectory(), p.first, p.total, one.vector ? net_.dim : 0, std::move(column.value), {}, one.powers});
+  if (lattice_.springs.total > 0) {
+    PetscCall(add_drawn("/connectivity/bonds", out));
+    breaking_.put_thresholds(lattice_, out);
   }
-  if (s.total > 0) {
-    PetscCall(add_drawn(bonds, out));
-    if (net_.box.active()) out->push_back({bonds + "_shift", s.first, s.total, net_.dim, std::move(lattice_.shift)});
-    out->push_back({bonds, s.first, s.total, 2, std::move(lattice_.pairs)});
-    out->push_back({bonds + "_stiffness", s.first, s.total, 0, std::move(lattice_.stiffness)});
-    out->push_back({bonds + "_rest_length", s.first, s.total, 0, std::move(lattice_.rest_length)});
-    out->push_back({bonds + "_damping", s.first, s.total, 0, std::move(lattice_.damping)});
-    for (Column& column : lattice_.spring_columns)
-      for (const SpringParameter& one : spring_parameters())
-        if (column.name == one.name) out->push_back({bonds + "_" + one.name, s.first, s.total, 0, std::move(column.value), {}, one.powers});
-    if (lattice_.has_area()) out->push_back({bonds + "_" + AREA, s.first, s.total, 0, std::move(lattice_.area.value), {}, {0, 2, 0}});
-    breaking_.put_limits(&lattice_, out);
-    if (lattice_.law_by_row) {
-      std::string names;
-      for (const std::string& name : spring_law_names()) names += (names.empty() ? "" : ",") + name;
-      out->push_back({bonds + "_law",
-                      s.first,
-                      s.total,
-                      0,
-                      std::vector<std::int64_t>(lattice_.spring_laws.begin(), lattice_.spring_laws.end()),
-                      {{"spring_laws", names}}});
-    }
-  }
-  PetscCall(add_groups(out));
-  add_anchors(lattice_, out);
-  move_to_datasets(&lattice_, out);
+  PetscCall(take_tables(net_.comm, hdf5_layout(true), &lattice_, out));
   PetscFunctionReturn(0);
 }
 

@@ -91,8 +91,8 @@ class Breaking final : public Breaks {
   PetscErrorCode scatter();
   void save(std::map<std::string, double>* sums) const;
   void restore(const std::map<std::string, double>& sums);
-  /// For the trajectory: limits that the lattice gives, and where they scatter those that each spring has.
-  void put_limits(Lattice* lattice, std::vector<Dataset>* out) const;
+  /// For the trajectory: where limits scatter, those that each spring has.
+  void put_thresholds(const Lattice& lattice, std::vector<Dataset>* out) const;
 
  private:
   /// A spring this rank judges.

@@ -168,20 +168,16 @@ PetscErrorCode Breaking::tables(std::vector<Dataset>* out) const {
   PetscFunctionReturn(0);
 }
 
-void Breaking::put_limits(Lattice* lattice, std::vector<Dataset>* out) const {
-  const Rows& s = lattice->springs;
+void Breaking::put_thresholds(const Lattice& lattice, std::vector<Dataset>* out) const {
+  const Rows& s = lattice.springs;
   for (int c = 0; c < BREAK_LIMITS && active_ && rules_.scatter != BreakRules::none; ++c) {
-    const Column* own = find_column(lattice->break_columns, break_limits[c].name);
+    const Column* own = find_column(lattice.break_columns, break_limits[c].name);
     if (!own && !std::isfinite(rules_.limit[c])) continue;
     std::vector<double> value = own ? own->value : std::vector<double>(static_cast<std::size_t>(s.count), rules_.limit[c]);
     for (std::size_t k = 0; k < value.size(); ++k) value[k] *= rules_.factor(s.first + static_cast<std::int64_t>(k));
     out->push_back(
         {std::string("/connectivity/bonds_") + break_limits[c].threshold, s.first, s.total, 0, std::move(value), {}, break_limits[c].powers, true});
   }
-  for (Column& column : lattice->break_columns)
-    for (const BreakLimit& one : break_limits)
-      if (column.name == one.name)
-        out->push_back({"/connectivity/bonds_" + column.name, s.first, s.total, 0, std::move(column.value), {}, one.powers, true});
 }
 
 }  // namespace bs

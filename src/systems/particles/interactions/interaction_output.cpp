@@ -17,7 +17,7 @@ void add_to_fingerprint(const Lattice& lattice, RowSum* sum) {
   }
 }
 
-void move_to_datasets(Lattice* lattice, std::vector<Dataset>* out) {
+void move_to_datasets(bool trajectory, Lattice* lattice, std::vector<Dataset>* out) {
   for (std::size_t kind = 0; kind < lattice->interactions.size(); ++kind) {
     const InteractionSchema& schema = interaction_schemas()[kind];
     InteractionRows& from = lattice->interactions[kind];
@@ -27,11 +27,11 @@ void move_to_datasets(Lattice* lattice, std::vector<Dataset>* out) {
     for (std::size_t p = 0; p < width; ++p) {
       std::vector<double> column(static_cast<std::size_t>(rows.count));
       for (std::size_t k = 0; k < column.size(); ++k) column[k] = from.parameter[k * width + p];
-      out->push_back({parameter_path(schema, schema.parameters[p].name, true), rows.first, rows.total, 0, std::move(column)});
+      out->push_back({parameter_path(schema, schema.parameters[p].name, trajectory), rows.first, rows.total, 0, std::move(column)});
     }
     if (lattice->box.active())
-      out->push_back({parameter_path(schema, "shift", true), rows.first, rows.total, schema.ends * lattice->dim, std::move(from.shift)});
-    out->push_back({topology_path(schema, true), rows.first, rows.total, schema.ends, std::move(from.ends)});
+      out->push_back({parameter_path(schema, "shift", trajectory), rows.first, rows.total, schema.ends * lattice->dim, std::move(from.shift)});
+    out->push_back({topology_path(schema, trajectory), rows.first, rows.total, schema.ends, std::move(from.ends)});
   }
   lattice->interactions.clear();
 }

@@ -11,8 +11,9 @@ class RowSum;
 
 /// Nothing changes where there are none.
 void add_to_fingerprint(const Lattice& lattice, RowSum* sum);
-/// Moves the tables of the lattice's chunk, as /connectivity/angles and the like; the same datasets on every rank.
-void move_to_datasets(Lattice* lattice, std::vector<Dataset>* out);
+/// Moves the tables of the lattice's chunk, as a trajectory's /connectivity/angles or a lattice file's /angles/triples and the like; the same
+/// datasets on every rank.
+void move_to_datasets(bool trajectory, Lattice* lattice, std::vector<Dataset>* out);
 /// ", 12 angle springs", or nothing.
 std::string count_text(const Network& net);
 
