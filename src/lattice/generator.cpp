@@ -181,23 +181,40 @@ void lay_springs(const Plan& plan, Lattice* out) {
   out->springs.count = static_cast<std::int64_t>(out->stiffness.size());
 }
 
-/// Angle springs over particle i and the next two along each axis.
+/// Of the two directions along a line the one that goes up: along z, else y, else x.
+bool goes_up(const Neighbour& way) {
+  int k = 2;
+  while (k > 0 && std::abs(way.offset[k]) < 1e-9) --k;
+  return way.offset[k] > 0;
+}
+
+/// Particle i and the next two on a straight line of nearest neighbours, and the boxes that they are in; false where it ends before.
+bool follow_line(const Plan& plan, std::int64_t i, const Neighbour& way, std::int64_t* ends, int* shift) {
+  Place p = plan.place(i);
+  const Neighbour* step = &way;
+  ends[0] = i;
+  std::fill_n(shift, 9, 0);
+  for (int a = 1; a < 3; ++a) {
+    for (int k = 0; k < 3; ++k) p.cell[k] += step->cell[k];
+    p.site = step->site;
+    if (!plan.take_in(&p, shift + 3 * a)) return false;
+    for (int k = 0; k < 3; ++k) shift[3 * a + k] += shift[3 * (a - 1) + k];
+    ends[a] = plan.row(p);
+    if (a == 1 && !(step = straight_on(plan.kind(p), way))) return false;
+  }
+  return true;
+}
+
+/// Angle springs over particle i and the next two along each line.
 void lay_angles(const Plan& plan, Lattice* out) {
   if (plan.spec.angle_stiffness == 0) return;
   out->interactions.resize(1);  // angle springs are the first kind
   InteractionRows& angles = out->interactions[0];
   for (std::int64_t i = out->particles.first; i < out->particles.first + out->particles.count; ++i)
-    for (int k = 0; k < type_info(plan.spec.type).axes; ++k) {
+    for (const Neighbour& way : plan.kind(plan.place(i)).neighbours) {
       std::int64_t ends[3];
       int shift[9];
-      bool whole = true;
-      for (int a = 0; a < 3 && whole; ++a) {
-        Place p = plan.place(i);
-        p.cell[k] += a;
-        whole = plan.take_in(&p, shift + 3 * a);
-        if (whole) ends[a] = plan.row(p);
-      }
-      if (!whole) continue;
+      if (way.shell != 0 || !goes_up(way) || !follow_line(plan, i, way, ends, shift)) continue;
       angles.ends.insert(angles.ends.end(), ends, ends + 3);
       for (int a = 0; a < 3 && out->box.active(); ++a) angles.shift.insert(angles.shift.end(), shift + 3 * a, shift + 3 * a + plan.dim);
       angles.parameter.push_back(plan.spec.angle_stiffness);

@@ -60,6 +60,12 @@ int shell_count(LatticeType type, int neighbors);
 /// The stencil of `type` (not none) with springs to the first `shells` classes.
 Stencil make_stencil(LatticeType type, int shells);
 
+/// The nearest neighbour of a site of `kind` that lies as far on and in the same direction as `way`; null: there is none.
+const Neighbour* straight_on(const Site& kind, const Neighbour& way);
+
+/// Whether nearest neighbours of the type lie on straight lines.
+bool has_lines(LatticeType type);
+
 /// A lattice to generate. Lists shorter than they could be: of size, spacing, stiffness and damping the last number is
 /// repeated; of origin and velocity the missing ones are 0. The fields from `total_mass` on hold for lattices read from
 /// files that carry no such data, too.
@@ -122,7 +128,8 @@ std::int64_t spring_count(const GeneratorSpec& spec);
 /// it, as pairs (i, j), i < j, in ascending order. Cells are numbered x fastest, the particles of a cell one after the
 /// other. springs.count is known here; springs.first and springs.total, which need the other ranks' counts, are left 0
 /// for the caller's exclusive scan and sum. Angle springs, likewise, are those whose first particle lies in the chunk: particle by
-/// particle, along x, then y, then z. Needs a spec that check() finds right and that is not none.
+/// particle, by their directions along straight lines of nearest neighbours: along z, then y, then x upwards, the axis x first, z last. Needs a spec
+/// that check() finds right and that is not none.
 ///
 /// Spring (i, j) is stiff_factor times stiffer where hash_uniform(seed, Stream::stiff_springs, i, j) < stiff_fraction.
 /// Fixed particles are not perturbed, and their velocity is 0. Faces: the planes that bound the lattice, except that in
@@ -170,7 +177,9 @@ void GeneratorSpec::options(V& o) {
             3, stiffness);
   read_list(o, "-bs_lattice_damping", "damping of the springs, by the same classes as -bs_lattice_stiffness [kg/s]", 3, damping);
   o.real("-bs_angle_stiffness",
-         "chain, square, cloth, cubic: stiffness of the angle spring at every three consecutive particles of a line; 0: no angle springs [N m/rad^2]",
+         "stiffness of the angle spring at every three particles that follow on a straight line of nearest neighbours, on a chain, along the axes of "
+         "square, "
+         "cloth and cubic lattices, the 3 lines of a triangular, 2 of a kagome, 4 of a bcc and 6 of an fcc lattice; 0: no angle springs [N m/rad^2]",
          angle_stiffness);
   o.real("-bs_rest_angle", "rest angle of the springs of -bs_angle_stiffness; pi: a straight line [rad]", rest_angle);
   o.real("-bs_lattice_rest_length_factor", "ratio of rest length to unperturbed distance, >= 0", rest_length_factor);

@@ -111,13 +111,12 @@ std::string check_perturbation(const GeneratorSpec& spec) {
 
 /// Rest angles are checked with those of files, when the dimension's own limits are known.
 std::string check_angles(const GeneratorSpec& spec) {
-  const bool lines =
-      spec.type == LatticeType::chain || spec.type == LatticeType::square || spec.type == LatticeType::cloth || spec.type == LatticeType::cubic;
   if (spec.angle_stiffness == 0)
     return spec.rest_angle == GeneratorSpec().rest_angle ? std::string()
                                                          : "-bs_rest_angle needs the angle springs of -bs_angle_stiffness: give that option, too";
-  if (!lines)
-    return "-bs_angle_stiffness: a " + name_of(spec) + " lattice has no lines of neighbours along the axes: use chain, square, cloth or cubic";
+  if (!has_lines(spec.type))
+    return "-bs_angle_stiffness: in a " + name_of(spec) +
+           " lattice no three neighbours lie on a straight line: use chain, square, triangular, cloth, cubic, bcc, fcc or kagome";
   if (dimension(spec) < 2) return "-bs_angle_stiffness: one dimension has no angles: write -bs_lattice_dim 2 or 3";
   return first_of({check_number("-bs_angle_stiffness", spec.angle_stiffness, Need::nonnegative),
                    check_number("-bs_rest_angle", spec.rest_angle, Need::positive)});

@@ -1,5 +1,6 @@
 #include "lattice/generator.hpp"
 
+#include <algorithm>
 #include <cmath>
 
 namespace bs {
@@ -116,6 +117,26 @@ Stencil make_stencil(LatticeType type, int shells) {
       for (int y = -ry; y <= ry; ++y)
         for (int x = -2; x <= 2; ++x) look_at_cell(info, shells, {x, y, z}, from, &s);
   return s;
+}
+
+const Neighbour* straight_on(const Site& kind, const Neighbour& way) {
+  for (const Neighbour& n : kind.neighbours) {
+    double off = 0;
+    for (int k = 0; k < 3; ++k) off = std::max(off, std::abs(n.offset[k] - way.offset[k]));
+    if (n.shell == 0 && off < 1e-9) return &n;
+  }
+  return nullptr;
+}
+
+bool has_lines(LatticeType type) {
+  const Stencil stencil = make_stencil(type, 1);
+  for (const Site& kind : stencil.kinds)
+    for (const Neighbour& n : kind.neighbours) {
+      Neighbour back = n;
+      for (double& c : back.offset) c = -c;
+      if (straight_on(kind, back)) return true;
+    }
+  return false;
 }
 
 }  // namespace bs
