@@ -14,12 +14,14 @@ bool of_type(PC pc, PCType type) {
 
 PetscErrorCode inner_solvers(PC pc, std::vector<KSP>* out) {
   PetscInt count = 0;
-  KSP* inner = nullptr;
+  KSP *inner = nullptr, whole = nullptr;
   PetscFunctionBegin;
   PetscErrorCode (*own)(PC, std::vector<KSP>*) = nullptr;
   PetscCall(PetscObjectQueryFunction(reinterpret_cast<PetscObject>(pc), "BSInnerSolvers_C", &own));
   if (own) PetscCall(own(pc, out));
   if (!pc->setupcalled) PetscFunctionReturn(0);
+  if (of_type(pc, PCREDUNDANT)) PetscCall(PCRedundantGetKSP(pc, &whole));
+  if (whole) out->push_back(whole);
   if (of_type(pc, PCBJACOBI)) PetscCall(PCBJacobiGetSubKSP(pc, &count, nullptr, &inner));
   if (of_type(pc, PCASM)) PetscCall(PCASMGetSubKSP(pc, &count, nullptr, &inner));
   const bool splits = of_type(pc, PCFIELDSPLIT);

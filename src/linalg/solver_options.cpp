@@ -16,6 +16,18 @@ PetscErrorCode has_blocks(PC pc, bool* yes) {
   PetscFunctionReturn(0);
 }
 
+PetscErrorCode factoring_pc(PC pc, PC* out) {
+  PetscBool redundant = PETSC_FALSE;
+  KSP own = nullptr;
+  PetscFunctionBegin;
+  *out = pc;
+  PetscCall(PetscObjectTypeCompare(reinterpret_cast<PetscObject>(pc), PCREDUNDANT, &redundant));
+  if (!redundant) PetscFunctionReturn(0);
+  PetscCall(PCRedundantGetKSP(pc, &own));
+  PetscCall(KSPGetPC(own, out));
+  PetscFunctionReturn(0);
+}
+
 PetscErrorCode make_pivots_relative(PC pc, bool set_up) {
   PetscBool factors = PETSC_FALSE, given = PETSC_FALSE, jacobi = PETSC_FALSE;
   const char* prefix = nullptr;

@@ -11,6 +11,9 @@ namespace bs {
 /// too: these exist once PCSetUp has been called.
 PetscErrorCode make_pivots_relative(PC pc, bool set_up);
 
+/// The one that factors: of `pc` itself, or, where each rank solves the whole system (PCREDUNDANT), of the rank's own solver.
+PetscErrorCode factoring_pc(PC pc, PC* out);
+
 /// Whether `pc` has blocks with solvers of their own.
 PetscErrorCode has_blocks(PC pc, bool* yes);
 

@@ -61,18 +61,19 @@ PetscErrorCode InnerSolver::linearise(bool definite) {
   if (fresh_ && rebuild_ && storage_ == CondensedStorage::aij && !direct_) PetscCall(build_hierarchy());
   PetscCall(KSPSetOperators(ksp_, multiplied, S_));
   PetscCall(KSPSetReusePreconditioner(ksp_, fresh_ ? PETSC_FALSE : PETSC_TRUE));
-  PC pc;
+  PC pc, factors;
   PetscCall(KSPGetPC(ksp_, &pc));
   PetscCall(keep_coarse_grid(pc, keep));
-  PetscCall(make_pivots_relative(pc, false));
+  PetscCall(factoring_pc(pc, &factors));
+  PetscCall(make_pivots_relative(factors, false));
   PetscCall(KSPSetUp(ksp_));
-  PetscCall(make_pivots_relative(pc, true));
+  PetscCall(make_pivots_relative(factors, true));
   PetscFunctionReturn(0);
 }
 
 /// Of a factored S; -1 and false where the factors do not tell. A pivot of 0 counts for `has`.
 PetscErrorCode InnerSolver::count_negative_pivots(PetscInt* count, bool* has) const {
-  PC pc;
+  PC outer, pc;
   PetscBool cholesky = PETSC_FALSE;
   PCFailedReason failed = PC_NOERROR;
   Mat factors = nullptr;
@@ -80,7 +81,8 @@ PetscErrorCode InnerSolver::count_negative_pivots(PetscInt* count, bool* has) co
   PetscFunctionBegin;
   *has = false;
   *count = -1;
-  PetscCall(KSPGetPC(ksp_, &pc));
+  PetscCall(KSPGetPC(ksp_, &outer));
+  PetscCall(factoring_pc(outer, &pc));
   PetscCall(PetscObjectTypeCompare(reinterpret_cast<PetscObject>(pc), PCCHOLESKY, &cholesky));
   PetscCall(PCGetFailedReason(pc, &failed));
   if (!cholesky || failed != PC_NOERROR) {
