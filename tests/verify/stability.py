@@ -99,6 +99,15 @@ def minima(checks, folder):
             checks.true(f"{name}: told", run.report["warnings"] == [] and run.report["unstable"] == 0 and run.report["saddle_points"] == 1 and "saddle point" in run.stdout,
                         f"{run.report['warnings']}, {run.report['saddle_points']}")
             checks.true(f"{name}: bent to one side", np.ptp(run.trajectory.position[-1][:, 1]) > 1e-3, str(np.ptp(run.trajectory.position[-1][:, 1])))
+    # two bars that are 1e-7 too long, beside springs that hold 10^17 times the energy which they lose by bending aside
+    strain = 1e-7
+    slight = write_lattice(folder / "slight.h5", [[-1, 0], [0, 0], [1, 0], [-1, 3], [0, 3], [1, 3]], 1.0, fixed=[1, 0, 1, 1, 0, 1],
+                           pairs=[[0, 1], [1, 2], [3, 4], [4, 5]], stiffness=[1.0, 1.0, 1e3, 1e3], rest_length=[1 + strain, 1 + strain, 0.1, 0.1])
+    for solver in ("cholesky", "bicc"):
+        run = checks.run({**STATICS, "bs_lattice_file": slight, "condensed_pc_type": solver}, interval=0)
+        height = run.trajectory.position[-1, np.argsort(run.trajectory.id)[1], 1]
+        checks.near(f"bars 1e-7 beyond their buckling load, {solver}: bent", abs(height) / np.sqrt(2 * strain + strain**2), 1, 1e-5)
+        checks.true(f"bars 1e-7 beyond their buckling load, {solver}: told", run.report["saddle_points"] == 1 and run.report["unstable"] == 0, str(run.report["warnings"]))
     # pressed by a wall in load steps, and continued from between them
     at = np.arange(9)
     angles = {"triples": np.stack([at[:-2], at[1:-1], at[2:]], 1), "stiffness": 3.0, "rest_angle": np.pi}

@@ -6,7 +6,6 @@
 #include "base/vec_array.hpp"
 #include "linalg/condensed/condensed.hpp"
 #include "solvers/own_solve.hpp"
-#include "tasks/statics/saddle_point.hpp"
 #include "time/methods.hpp"
 
 namespace bs {
@@ -69,42 +68,6 @@ PetscErrorCode PseudoTime::make_room(Vec y) {
   PetscFunctionBegin;
   for (VecHandle* room : {&at_, &correction_, &saddle_, &direction_})
     if (!*room) PetscCall(VecDuplicate(y, room->out()));
-  PetscFunctionReturn(0);
-}
-
-// The energy falls from one saddle point to the next, so that none is met twice.
-PetscErrorCode PseudoTime::leave_saddles(SNES snes) {
-  constexpr int MOST_SADDLES = 20;
-  Vec X;
-  PC pc;
-  double t = 0;
-  bool left = false;
-  PetscFunctionBegin;
-  PetscCall(SNESGetSolution(snes, &X));
-  PetscCall(make_room(X));
-  PetscCall(time_of_loads(&t));
-  PetscCall(linear_solver_of(ts_, nullptr, &pc));
-  for (int k = 0; k < MOST_SADDLES; ++k) {
-    const PetscInt newton = snes->iter, krylov = snes->linear_its;
-    const SNESConvergedReason reason = snes->reason;
-    PetscInt negative = 0;
-    bool found = false, lower = false;
-    PetscCall(find_unstable_direction(ts_, context_->matrix, *model_, t, X, iterations_, direction_, &negative, &found));
-    if (found) PetscCall(step_down(*model_, t, X, direction_, at_, &lower));
-    PetscCall(condensed_renew(pc));
-    if (!lower) break;
-    PetscCall(VecCopy(X, saddle_));
-    PetscCall(continue_from(snes));
-    snes->iter += newton;
-    snes->linear_its += krylov;
-    if (snes->reason <= 0) {
-      PetscCall(VecCopy(saddle_, X));
-      snes->reason = reason;
-      break;
-    }
-    saddles_ += left ? 0 : 1;
-    left = true;
-  }
   PetscFunctionReturn(0);
 }
 

@@ -1,5 +1,5 @@
 #include "tasks/statics/saddle_point.hpp"
-#include <algorithm>
+#include <cmath>
 #include <vector>
 #include "base/handle.hpp"
 #include "base/vec_array.hpp"
@@ -72,6 +72,19 @@ PetscErrorCode iterate_to_lowest(PC pc, Mat J, Equilibrium& model, double t, Vec
   PetscFunctionReturn(0);
 }
 
+/// F.z of the residual's forces at y, for which `F` is room.
+PetscErrorCode slope_along(Equilibrium& model, double t, Vec y, Vec z, Vec F, double* slope) {
+  const Layout at = model.mechanics()->layout();
+  PetscFunctionBegin;
+  *slope = 0;
+  PetscCall(model.residual(t, y, y, Form::momentum, F));
+  const ReadArray a(F), b(z);
+  for (PetscInt i = 0; i < at.particles; ++i)
+    for (PetscInt c = 0; c < at.dim; ++c) *slope += a[at.v(i, c)] * b[at.x(i, c)];
+  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, slope, 1, MPI_DOUBLE, MPI_SUM, model.comm()));
+  PetscFunctionReturn(0);
+}
+
 }  // namespace
 
 PetscErrorCode search_unstable_direction(TS ts, Equilibrium& model, PetscInt iterations, Vec z, bool* found) {
@@ -106,29 +119,32 @@ PetscErrorCode find_unstable_direction(TS ts, Mat J, Equilibrium& model, double 
   PetscFunctionReturn(0);
 }
 
+// What is beyond the slope is summed without cancellation, so that next to a branch point the smallest falls count, as long as they are larger than
+// what the forces that are left of the equilibrium do.
 PetscErrorCode step_down(Equilibrium& model, double t, Vec y, Vec z, Vec out, bool* lower) {
   constexpr double TURN = 0.5, RATIO = 0.25;
   constexpr int TRIALS = 12;
   Linearisation& lin = model.mechanics()->linearisation();
+  Incremental* potential = model.incremental();
   PetscReal size = 0, length = 0;
-  HeldEnergies here, there;
-  double part = 1, best = 0, least = 0;
+  PotentialChange change;
+  double part = 1, best = 0, least = 0, slope = 0;
   PetscFunctionBegin;
+  *lower = false;
+  if (!potential || !potential->lacks_potential().empty()) PetscFunctionReturn(0);
   PetscCall(VecNorm(y, NORM_INFINITY, &size));
   PetscCall(VecNorm(z, NORM_INFINITY, &length));
   if (size > 0 && length > 0) PetscCall(VecScale(z, size / length));
   PetscCall(lin.predict_tensions(z, TURN, &part));
   lin.forget_tensions();
-  PetscCall(model.energies(t, y, &here));
+  PetscCall(slope_along(model, t, y, z, out, &slope));
+  PetscCall(potential->follow(y, z));
   for (int k = 0; k < 2 * TRIALS; ++k) {
     const double a = k % 2 == 0 ? part : -part;
-    PetscCall(VecWAXPY(out, a, z, y));
-    PetscCall(zero_velocities(out));
-    PetscCall(model.energies(t, out, &there));
-    const double fall = here.potential - there.potential;
+    PetscCall(potential->beyond_slope(t, 1, a, &change));
     // of two senses that are alike, the first: rounding errors do not choose
-    if (fall > least + here.rounding + there.rounding) {
-      least = fall;
+    if (change.value + change.noise + std::abs(a * slope) < least) {
+      least = change.value - change.noise;
       best = a;
     }
     if (k % 2 == 1) part *= RATIO;

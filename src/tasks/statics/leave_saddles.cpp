@@ -1,0 +1,81 @@
+// How an equilibrium that is a saddle point of the energy is left.
+#include <petsc/private/snesimpl.h>
+#include "base/vec_array.hpp"
+#include "linalg/condensed/condensed.hpp"
+#include "tasks/statics/pseudo_time.hpp"
+#include "tasks/statics/saddle_point.hpp"
+#include "time/methods.hpp"
+
+namespace bs {
+
+// The energy falls from one saddle point to the next, so that none is met twice.
+PetscErrorCode PseudoTime::leave_saddles(SNES snes) {
+  constexpr int MOST_SADDLES = 20;
+  Vec X;
+  PC pc;
+  double t = 0;
+  bool left = false, exact = false;
+  PetscFunctionBegin;
+  PetscCall(SNESGetSolution(snes, &X));
+  PetscCall(make_room(X));
+  PetscCall(time_of_loads(&t));
+  PetscCall(linear_solver_of(ts_, nullptr, &pc));
+  for (int k = 0; k < MOST_SADDLES; ++k) {
+    const PetscInt newton = snes->iter, krylov = snes->linear_its;
+    const SNESConvergedReason reason = snes->reason;
+    PetscInt negative = 0;
+    bool found = false, lower = false;
+    PetscCall(find_unstable_direction(ts_, context_->matrix, *model_, t, X, iterations_, direction_, &negative, &found));
+    if (found) PetscCall(step_down(*model_, t, X, direction_, at_, &lower));
+    PetscCall(condensed_renew(pc));
+    if (!lower && negative > 0 && !exact) {
+      exact = true;
+      PetscCall(solve_to_rounding(snes));
+      continue;
+    }
+    if (!lower) break;
+    PetscCall(VecCopy(X, saddle_));
+    PetscCall(continue_from(snes));
+    snes->iter += newton;
+    snes->linear_its += krylov;
+    if (snes->reason <= 0) {
+      PetscCall(VecCopy(saddle_, X));
+      snes->reason = reason;
+      break;
+    }
+    saddles_ += left ? 0 : 1;
+    left = true;
+    exact = false;
+  }
+  PetscFunctionReturn(0);
+}
+
+// What the tolerance leaves of the forces presses bars that bear nothing else, which then seem to buckle: corrections by the tangent as it is, for as
+// long as each takes half of the forces away.
+PetscErrorCode PseudoTime::solve_to_rounding(SNES snes) {
+  constexpr int MOST = 8;
+  double before = 0, left = 0, inertia = 0;
+  bool solved = true, definite = true;
+  Vec X;
+  PetscFunctionBegin;
+  newton_steps_ = krylov_ = 0;
+  PetscCall(SNESGetSolution(snes, &X));
+  PetscCall(model_->set_motion(0, X));
+  for (int k = 0; k <= MOST && solved; ++k) {
+    PetscCall(SNESComputeFunction(snes, X, snes->vec_func));
+    PetscCall(model_->step_forces(X, snes->vec_func, &left, &inertia));
+    if (k > 0 && !(left <= 0.5 * before)) break;
+    before = left;
+    PetscCall(VecCopy(X, saddle_));
+    PetscCall(linear_solve(snes, X, correction_, &solved, &definite));
+    PetscCall(zero_velocities(correction_));
+    if (solved) PetscCall(VecAXPY(X, -1, correction_));
+  }
+  PetscCall(VecCopy(saddle_, X));
+  snes->domainerror = PETSC_FALSE;
+  snes->iter += newton_steps_;
+  snes->linear_its += krylov_;
+  PetscFunctionReturn(0);
+}
+
+}  // namespace bs
