@@ -26,6 +26,7 @@ import h5py  # noqa: E402
 import numpy as np  # noqa: E402
 
 from backspring_io import RunError, open_run  # noqa: E402
+from bars import OPTIONS, Values  # noqa: E402
 from run_data import counted  # noqa: E402
 from finite import check_run  # noqa: E402
 from exports import write_atomically, write_gsd, write_nanometres, write_xyz  # noqa: E402
@@ -97,9 +98,10 @@ def parse(argv=None):
     mesh.add_argument("--total_mass", type=float, help="of all particles, in equal shares [kg]")
     mesh.add_argument("--spring_law", choices=LAWS, help="of all springs (default: what the file says, else hooke); what polynomial, plastic and maxwell take besides is given by the program's options -bs_spring_...")
     mesh.add_argument("--damping_law", choices=DAMPING_LAWS, help="of all dampers (default: what the file says, else axial)")
-    mesh.add_argument("--youngs", type=float, metavar="E", help="Young's modulus of bars [Pa], with --area: every spring has k = E A/L, under strain K = E A")
-    mesh.add_argument("--area", type=float, metavar="A", help="cross section of bars [m^2], for --youngs and --density")
-    mesh.add_argument("--density", type=float, metavar="RHO", help="of bars [kg/m^3], with --area: every spring gives each of its ends half of rho A L")
+    mesh.add_argument("--youngs", action="append", metavar="E[,GROUP=E...]", help="Young's modulus of bars [Pa], with --area: every spring has k = E A/L, under strain K = E A; of the "
+                      "springs of physical groups by name, as in 210e9,cables=160e9")
+    mesh.add_argument("--area", action="append", metavar="A[,GROUP=A...]", help="cross section of bars [m^2], for --youngs and --density; likewise by group")
+    mesh.add_argument("--density", action="append", metavar="RHO[,GROUP=RHO...]", help="of bars [kg/m^3], with --area: every spring gives each of its ends half of rho A L; likewise by group")
     mesh.add_argument("--fixed", default="", metavar="WHAT,...", help="particles held still: " + HELP)
     mesh.add_argument("--dim", type=int, choices=(1, 2, 3), help="dimension (default 2 for flat meshes z = const, else 3; 3 keeps a flat mesh in space)")
     mesh.add_argument("--merge", type=float, default=0.0, metavar="EPS", help="one point for points closer than EPS")
@@ -128,10 +130,13 @@ def parse(argv=None):
 
 
 def check_numbers(args):
-    for name in ("stiffness", "damping", "mass", "total_mass", "merge", "rest_length", "cutoff", "youngs", "area", "density"):
+    for name in ("stiffness", "damping", "mass", "total_mass", "merge", "rest_length", "cutoff"):
         value, positive = getattr(args, name), name not in ("stiffness", "damping", "merge", "rest_length")
         if value is not None and not (np.isfinite(value) and (value > 0 if positive else value >= 0)):
             raise RunError(f"--{name} {value}: must be " + ("positive" if positive else "0 or more"))
+    for name in OPTIONS:
+        if getattr(args, name) is not None:
+            setattr(args, name, Values(f"--{name}", getattr(args, name)))
     for name, other in (("youngs", "stiffness"), ("density", "mass"), ("density", "total_mass"), ("mass", "total_mass")):
         if getattr(args, name) is not None and getattr(args, other) is not None:
             raise RunError(f"--{name} and --{other} say the same; give one of them")

@@ -23,6 +23,7 @@ class Lattice:
     position = pairs = velocity = mass = ids = fixed = stiffness = rest_length = damping = units = angles = box = shift = None
     hinges = anchors = laws = dim = damping_law = None
     spring_columns, particle_columns, groups = {}, {}, {}
+    spring_groups = {}  # {name: rows of springs}
     notes, merge_hint = (), "; use --merge 1e-6"
 
 
@@ -96,7 +97,8 @@ def from_mesh(args):
     out.position, out.pairs = points, edges
     if not said:
         out.position, out.pairs, row = tidy(points, edges, args.merge, args.keep_unused)
-        out.groups = {name: np.setdiff1d(row[of], [-1]) for name, of in groups.items()}
+        out.groups = {name: np.setdiff1d(row[of.points], [-1]) for name, of in groups.items()}
+        out.spring_groups = {name: rows for name, of in groups.items() if len(rows := _rows_of(out.pairs, row[of.pairs]))}
         if len(out.position) < len(points):
             notes.append(f"{counted(len(points) - len(out.position), 'point')} merged or without springs left out")
         empty = [name for name, rows in out.groups.items() if not len(rows)]
@@ -125,6 +127,13 @@ def tidy(position, pairs, merge, keep_unused):
         place = np.where(used, np.cumsum(used) - 1, -1)
         first, row, pairs = first[used], place[row], place[pairs]
     return position[first], pairs, row
+
+
+def _rows_of(pairs, wanted):
+    """Rows of the sorted unique `pairs` (M, 2) that are among `wanted` (K, 2), whose ends stand in any order."""
+    size = max(int(pairs.max(initial=0)), int(wanted.max(initial=0))) + 1
+    low, high = np.sort(wanted, axis=1).T
+    return np.flatnonzero(np.isin(pairs @ [size, 1], low * size + high))
 
 
 def reduce_dimension(lattice, dim, path):
@@ -173,25 +182,6 @@ def ids_of(lattice):
     return np.arange(len(lattice.position)) if lattice.ids is None else lattice.ids
 
 
-def of_bars(args, lattice):
-    """Stiffness and mass of bars of Young's modulus E, area A and density rho: k = E A/L, in strain form K = E A; each end has half of rho A L. L is the rest length."""
-    if not len(lattice.pairs) and (args.youngs is not None or args.density is not None):
-        raise RunError(f"{args.input}: has no springs that --youngs or --density could be of")
-    length = lattice.rest_length if lattice.rest_length is not None else lengths(lattice)
-    short = np.flatnonzero(~(length > 0))
-    if len(short) and (args.youngs is not None or args.density is not None):
-        raise RunError(f"{args.input}: spring {short[0]} has no length; --youngs and --density are for bars")
-    if args.youngs is not None:
-        strain = lattice.laws == "strain" if args.spring_law is None and lattice.laws is not None else args.spring_law == "strain"
-        lattice.stiffness = args.youngs * args.area / np.where(strain, 1.0, length)
-    if args.density is not None:
-        half = 0.5 * args.density * args.area * length
-        lattice.mass = np.bincount(lattice.pairs.ravel(), np.repeat(half, 2), len(lattice.position))
-        bare = np.flatnonzero(lattice.mass == 0)
-        if len(bare):
-            raise RunError(f"{args.input}: point {ids_of(lattice)[bare[0]]} has no springs, so that --density gives it no mass; leave it out, or give --mass in place of --density")
-
-
 def write_lattice(path, lattice, spring_law=None, damping_law=None):
     """The lattice as backspring reads it. A law that is given is that of all springs, else each has its own, or is hooke and axial."""
     held = lattice.fixed
@@ -234,7 +224,8 @@ def to_lattice(args, kind):
     if kind == "lammps" and lattice.angles and lattice.position.shape[1] == 2:
         import lammps_angles
         lammps_angles.in_the_plane(lattice.position, lattice.angles, lattice.box)
-    of_bars(args, lattice)
+    import bars
+    bars.of_bars(args, lattice)
     if lattice.stiffness is None and springs:
         raise RunError(f"{args.input}: says nothing of stiffness; add --stiffness "
                        + ("K [N]" if args.spring_law == "strain" else "k [N/m]") + ", or --youngs E [Pa] and --area A [m^2]")

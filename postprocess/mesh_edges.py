@@ -55,9 +55,17 @@ def unique_edges(blocks):
     return np.unique(pairs[pairs[:, 0] != pairs[:, 1]], axis=0)
 
 
+class Group:
+    """Of elements: their points, ascending, and their edges."""
+
+    def __init__(self, blocks):
+        self.points = np.unique(np.concatenate([nodes.ravel() for _, nodes in blocks]))
+        self.pairs = unique_edges(blocks)
+
+
 def read_mesh(path):
     """Points (N, 3), unique edges (M, 2), {} or, of a mesh of lines alone with a field "stiffness" (as convert.py writes it), what it says of the lattice: ids,
-    mass, velocity, fixed (N), stiffness, rest_length, damping (M); groups of points {name: rows}; and what it says besides, in words."""
+    mass, velocity, fixed (N), stiffness, rest_length, damping (M); groups of elements {name: Group}; and what it says besides, in words."""
     fields, groups, notes, remarks = {}, {}, [], []
     if path.lower().endswith(".obj"):
         points, blocks, notes = _read_obj(path)
@@ -80,6 +88,7 @@ def read_mesh(path):
         raise RunError(f"{path}: an element lacks nodes ({error})") from None
     if not len(pairs) and not fields:
         raise RunError(f"{path}: holds no elements with edges, so there are no springs")
+    groups = {name: Group(members) for name, members in groups.items()}
     if len(pairs) and pairs.min() < 0 or pairs.max(initial=0) >= len(points):
         raise RunError(f"{path}: an element names point {pairs.max() if pairs.min() >= 0 else pairs.min()} of {len(points)}")
     if fields:

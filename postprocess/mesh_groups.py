@@ -1,4 +1,4 @@
-"""Physical groups of Gmsh as groups of points: names (always text), and which elements belong to which (labels of elements in 2.2, of entities in 4.1)."""
+"""Physical groups of Gmsh as groups of elements: names (always text), and which elements belong to which (labels of elements in 2.2, of entities in 4.1)."""
 import re
 
 import numpy as np
@@ -74,7 +74,7 @@ def _labels_of_entities(raw):
 
 
 def _members(raw, mesh):
-    """{(dimension, label): rows of points} of meshio's mesh."""
+    """{(dimension, label): [(element type, nodes)]} of meshio's mesh."""
     found, by_element = {}, "gmsh:physical" in mesh.cell_data
     entities = {} if by_element else _labels_of_entities(raw)
     tags = mesh.cell_data.get("gmsh:physical" if by_element else "gmsh:geometrical", [])
@@ -83,12 +83,12 @@ def _members(raw, mesh):
         for tag in np.unique(here):
             for key in [(dim, int(tag))] if by_element else entities.get((dim, int(tag)), []):
                 if key[1]:
-                    found.setdefault(key, []).append(np.unique(np.asarray(block.data)[np.asarray(here) == tag]))
-    return {key: np.unique(np.concatenate(rows)) for key, rows in found.items()}
+                    found.setdefault(key, []).append((block.type, np.asarray(block.data)[np.asarray(here) == tag]))
+    return found
 
 
 def physical_groups(path, mesh):
-    """({name: rows of points, ascending}, remarks). Names have letters, digits and underscores, as groups of lattices do; a group without a name is called after
+    """({name: [(element type, nodes)]}, remarks). Names have letters, digits and underscores, as groups of lattices do; a group without a name is called after
     its kind and label, as curve_7, and of two with one name the kind tells which is which."""
     with open(path, "rb") as file:
         raw = file.read()
@@ -98,9 +98,9 @@ def physical_groups(path, mesh):
         raise RunError(f"{path}: its section of entities cannot be read ({error})") from None
     groups, remarks = {}, []
     plain = {key: group_name(names.get(key, f"{WORDS[key[0]]}_{key[1]}")) for key in sorted(members)}
-    for key, rows in sorted(members.items()):
+    for key, blocks in sorted(members.items()):
         name = plain[key] if list(plain.values()).count(plain[key]) == 1 else f"{plain[key]}_{WORDS[key[0]]}"
-        groups[name if name not in groups else f"{name}_{key[1]}"] = rows
+        groups[name if name not in groups else f"{name}_{key[1]}"] = blocks
         if key in names and name != names[key]:
             remarks.append(f'the {WORDS[key[0]]} group "{names[key]}" is called {name}')
     remarks += [f'the {WORDS[key[0]]} group "{name}" has no elements and is left out' for key, name in sorted(names.items()) if key not in members]

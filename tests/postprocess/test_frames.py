@@ -57,6 +57,22 @@ def vibrating(checks, folder):
     checks.near("the first is that of the continuous rod", omega[0], np.pi * c / 4, 1e-3 * omega[0])
 
 
+def stepped(checks, folder):
+    """Two rods in a row of different section and material, drawn by a force: u = F (L_1/(E_1 A_1) + L_2/(E_2 A_2)), stresses F/A."""
+    mesh = folder / "stepped.msh"
+    mesh.write_text('$MeshFormat\n2.2 0 8\n$EndMeshFormat\n$PhysicalNames\n2\n1 1 "thick"\n1 2 "thin"\n$EndPhysicalNames\n$Nodes\n4\n1 0 0 0\n2 1 0 0\n3 2.5 0 0\n4 3 0 0\n$EndNodes\n'
+                    "$Elements\n3\n1 1 2 1 1 1 2\n2 1 2 2 2 2 3\n3 1 2 2 3 3 4\n$EndElements\n")
+    lattice, out, force = folder / "stepped.h5", folder / "stepped.h5md", 300.0
+    with contextlib.redirect_stdout(io.StringIO()):
+        convert.main([str(mesh), "-o", str(lattice), "--youngs", "thick=70e9,thin=210e9", "--area", "thick=1e-3,thin=1e-4", "--mass", "1", "--dim", "1", "--fixed", "xmin"])
+    checks.run({"bs_lattice_file": lattice, "bs_task": "statics", "bs_group_end": "xmax", "bs_force_end": f"{force}", "bs_output": out, "bs_output_springs": ""})
+    with h5py.File(out) as f:
+        x, stress = f["particles/trajectory/position/value"][-1, :, 0], f["observables/springs/stress/value"][-1]
+    u = force * (1 / 70e6 + 2 / 21e6)
+    checks.near("two rods in a row", x[3] - 3, u, 1e-6 * u)
+    checks.near("their stresses", stress, [force / 1e-3, force / 1e-4, force / 1e-4], 1e-6 * force / 1e-4)
+
+
 def truss(checks, folder):
     """A truss by Gmsh, held at its physical group: K assembled here bar by bar, frequencies by SciPy; K d = m g for its sag, which is small."""
     path = converted(HERE / "gmsh" / "truss.msh", folder / "truss.h5", "--fixed", "supports")
@@ -85,4 +101,4 @@ def truss(checks, folder):
 
 
 if __name__ == "__main__":
-    run_parts("frames of bars", (stretched, vibrating, truss))
+    run_parts("frames of bars", (stretched, vibrating, stepped, truss))

@@ -260,11 +260,62 @@ class Groups(Case):
         path = os.path.join(self.folder, "truss.msh")
         for args, says in ((("--youngs", "1", "--mass", "1"), "--youngs needs the cross section"), (("--area", "1", *MADE), "--area is for --youngs and --density"),
                            ((*BARS, "--stiffness", "3"), "--youngs and --stiffness say the same"), ((*BARS, "--total_mass", "3"), "--density and --total_mass say the same"),
-                           (("--youngs", "0", "--area", "1", "--mass", "1"), "--youngs 0.0: must be positive"), ((*BARS, "--rest_length", "0"), "spring 0 has no length"),
+                           (("--youngs", "0", "--area", "1", "--mass", "1"), "--youngs 0: must be positive"), ((*BARS, "--rest_length", "0"), "spring 0 has no length"),
                            (("--area", "1", "--density", "1"), "or --youngs E [Pa] and --area A")):
             self.refuses(path, *args, says=says)
+        np.testing.assert_array_equal(found["springs/area"], np.full(len(length), 1e-3))
         alone = self.write("alone.obj", "v 0 0 0\nv 1 0 0\nv 5 5 5\nl 1 2\n")
         self.refuses(alone, *BARS, "--keep_unused", says="point 2 has no springs, so that --density gives it no mass")
+
+
+# A frame of two struts, a cable and a brace, which is of no group though both its ends are of the struts; "rod" is one of the struts' own, "foot" a point.
+FRAME = ("$MeshFormat\n2.2 0 8\n$EndMeshFormat\n$PhysicalNames\n4\n1 1 \"struts\"\n1 2 \"steel cables\"\n2 3 \"sheet\"\n0 4 \"foot\"\n$EndPhysicalNames\n$Nodes\n5\n"
+         "1 0 0 0\n2 0 2 0\n3 3 2 0\n4 3 0 0\n5 6 0 0\n$EndNodes\n$Elements\n6\n1 15 2 4 1 1\n2 1 2 1 1 1 2\n3 1 2 1 2 3 2\n4 1 2 2 3 3 4\n5 1 2 0 4 1 3\n6 2 2 3 1 3 4 5\n$EndElements\n")
+
+
+@unittest.skipUnless(meshio, "no meshio")
+class BarsByGroup(Case):
+    """E, A and rho of the springs that are edges of a physical group's elements."""
+
+    def stiffness(self, *args, text=FRAME):
+        found = self.lattice(self.write("frame.msh", text), *args)
+        return {tuple(pair): k for pair, k in zip(found["springs/pairs"].tolist(), found["springs/stiffness"])}, found
+
+    def test_values_of_groups_and_of_the_rest(self):
+        k, found = self.stiffness("--youngs", "2e11,steel_cables=1e11", "--area", "1e-3", "--area", "struts=4e-3,steel_cables=5e-4", "--area=sheet=2e-3", "--density", "8000,sheet=1000", "--dim", "3",
+                                  text=FRAME.replace("6 2 2 3 1 3 4 5", "6 2 2 3 1 4 5 4"))
+        self.assertEqual(set(k), {(0, 1), (1, 2), (2, 3), (0, 2), (3, 4)})
+        for pair, expected in (((0, 1), 2e11 * 4e-3 / 2), ((1, 2), 2e11 * 4e-3 / 3), ((2, 3), 1e11 * 5e-4 / 2), ((0, 2), 2e11 * 1e-3 / np.sqrt(13)), ((3, 4), 2e11 * 2e-3 / 3)):
+            self.assertAlmostEqual(k[pair] / expected, 1, 13, pair)
+        self.assertEqual(found["springs/area"].tolist(), [4e-3, 1e-3, 4e-3, 5e-4, 2e-3])
+        np.testing.assert_allclose(found["particles/mass"], np.array([8000 * (4e-3 * 2 + 1e-3 * 13 ** 0.5), 8000 * 4e-3 * 5, 8000 * (4e-3 * 3 + 1e-3 * 13 ** 0.5 + 5e-4 * 2),
+                                                                      8000 * 5e-4 * 2 + 1000 * 2e-3 * 3, 1000 * 2e-3 * 3]) / 2, rtol=1e-14)
+
+    def test_groups_of_format_4_and_of_surfaces(self):
+        """The plate's curve at its left, by Gmsh; `wall_surface` is all of it."""
+        shutil.copy(BY_GMSH / "plate.msh", self.folder)
+        found = self.lattice(os.path.join(self.folder, "plate.msh"), "--youngs", "1", "--area", "2", "--area", "left_side=3", "--mass", "1")
+        left = (found["particles/position"][found["springs/pairs"]][:, :, 0] == 0).all(axis=1)
+        self.assertEqual(found["springs/area"].tolist(), np.where(left, 3, 2).tolist())
+        self.assertTrue(0 < left.sum() < len(left))
+        found = self.lattice(os.path.join(self.folder, "plate.msh"), "--youngs", "wall_surface=1", "--area", "2", "--mass", "1")
+        self.assertEqual(set(found["springs/area"]), {2})
+
+    def test_groups_follow_points_that_are_merged(self):
+        text = FRAME.replace("$Nodes\n5", "$Nodes\n6").replace("5 6 0 0\n", "5 6 0 0\n6 3 2 1e-9\n").replace("4 1 2 2 3 3 4", "4 1 2 2 3 4 6")
+        k, found = self.stiffness("--youngs", "1", "--area", "1,steel_cables=7", "--mass", "1", "--merge", "1e-6", "--dim", "3", text=text)
+        self.assertEqual(dict(zip(k, found["springs/area"])), {(0, 1): 1, (0, 2): 1, (1, 2): 1, (2, 3): 7, (2, 4): 1, (3, 4): 1})
+
+    def test_what_is_refused_by_name(self):
+        path = self.write("frame.msh", FRAME)
+        for args, says in ((("--area", "1,ropes=2"), "--area ropes: no group with springs has this name; there are struts, steel_cables, sheet"), (("--area", "1,foot=2"), "--area foot: no group"),
+                           (("--area", "struts=1,sheet=2"), "--area: the spring between points 0 and 2 is in none of the groups struts, sheet; add a value of all others, as in --area VALUE,struts=1"),
+                           (("--area", "1,steel_cables=2,sheet=3"), "the spring between points 2 and 3 is of the groups steel_cables and sheet, which have different values"),
+                           (("--area", "1,2"), "--area: gives two values of the whole"), (("--area", "1", "--area", "sheet=1,sheet=2"), "two values of group sheet"),
+                           (("--area", "1,sheet=-2"), "--area sheet=-2: must be positive"), (("--area", "1,sheet"), "--area sheet: write a number, or GROUP=NUMBER"),
+                           (("--area", "=1"), "names no group before the ="), (("--area", "nan"), "must be positive")):
+            self.refuses(path, "--youngs", "1", "--mass", "1", *args, says=says)
+        self.refuses(self.write("frame.obj", "v 0 0 0\nv 1 0 0\nl 1 2\n"), "--youngs", "1,a=2", "--area", "1", "--mass", "1", says="--youngs a: no group with springs has this name; there are none: physical groups")
 
 
 VTU = """<?xml version="1.0"?>
