@@ -147,6 +147,7 @@ PetscErrorCode Trajectory::write_pages(const std::string& path, std::int64_t cou
     if (!code && k < count) code = write_page(set, k, vec);
   }
   if (code) impl_->usable = false;
+  impl_->xdmf.renew();  // shapes of modes are shown, too
   PetscCall(watch.report(impl_->comm, code));
   PetscFunctionReturn(0);
 }

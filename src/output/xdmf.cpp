@@ -10,6 +10,7 @@ namespace bs {
 namespace {
 
 constexpr std::int64_t every_frame = 50;
+constexpr std::size_t most_modes = 100;  // in a sidecar, as in VTU files of postprocess/convert.py
 
 /// What a DataItem says of a dataset.
 struct Item {
@@ -99,6 +100,11 @@ std::string column_slab(const Item& item, std::size_t k, std::size_t c) {
          format("<DataItem Dimensions=\"3 3\" Format=\"XML\">%s 1 1 1 %s</DataItem>", start.c_str(), count.c_str()) + whole(item) + "</DataItem>";
 }
 
+/// Frame k less the first one: both readers of XDMF compute it, from the same words.
+std::string since_first(const Item& item, std::size_t k) {
+  return opening(item, joined(item.shape, 1), " ItemType=\"Function\" Function=\"$0 - $1\"") + slab(item, k) + slab(item, 0) + "</DataItem>";
+}
+
 /// Component names of a symmetric tensor kept as `columns` numbers; a one-dimensional one may have zeros appended.
 std::vector<std::string> tensor_names(std::size_t columns) {
   if (columns > 3) return {"xx", "yy", "zz", "yz", "xz", "xy"};
@@ -113,7 +119,7 @@ std::string attribute(const std::string& name, const char* type, const char* cen
 
 /// The datasets of a trajectory that a viewer can show.
 struct Contents {
-  Item position, velocity, bonds, drawn, stress;
+  Item position, velocity, bonds, drawn, stress, modes;
   std::vector<std::pair<std::string, Item>> of_particles, of_springs, in_frames;  ///< in_frames: of springs, frame by frame
 
   PetscErrorCode find(hid_t file, const std::string& name) {
@@ -131,6 +137,7 @@ struct Contents {
       if (!item.path.empty()) in_frames.emplace_back(std::strrchr(path, '/') + 1, item);
     }
     PetscCall(describe(file, name, particles + "stress_volume/value", &stress));
+    PetscCall(describe(file, name, "/modes/shape", &modes));
     for (const std::string& constant : constants(file, particles.substr(0, particles.size() - 1))) {
       PetscCall(describe(file, name, particles + constant, &item));
       if (!item.path.empty()) of_particles.emplace_back(constant, item);
@@ -153,6 +160,9 @@ struct Contents {
              (drawn.path.empty() ? whole(bonds) : slab(drawn, k)) + "</Topology>\n";
     out += format("<Geometry GeometryType=\"%s\">", position.shape[2] == 2 ? "XY" : "XYZ") + slab(position, k) + "</Geometry>\n";
     if (!velocity.path.empty()) out += attribute("velocity", "Vector", "Node", slab(velocity, k));
+    out += attribute("displacement", "Vector", "Node", since_first(position, k));
+    for (std::size_t j = 0; !modes.path.empty() && j < std::min<std::size_t>(modes.shape[0], most_modes); ++j)
+      out += attribute(format("mode_%03zu", j), "Vector", "Node", slab(modes, j));
     const std::vector<std::string> parts = stress.path.empty() ? std::vector<std::string>{} : tensor_names(stress.shape[2]);
     for (std::size_t c = 0; c < parts.size(); ++c) out += attribute("stress_volume_" + parts[c], "Scalar", "Node", column_slab(stress, k, c));
     for (const auto& [name, item] : of_particles) out += attribute(name, "Scalar", "Node", whole(item));

@@ -19,6 +19,8 @@ class Xdmf {
   /// frames that is done at every call, later only when two percent have come on top, or `last` is said: the work
   /// a frame stays bounded. `reason` receives why it could not be written, or nothing.
   PetscErrorCode update(hid_t file, bool last, std::string* reason);
+  /// Something else than frames has come: the next update writes the sidecar anew.
+  void renew() { described_ = -1; }
 
  private:
   std::string trajectory_;

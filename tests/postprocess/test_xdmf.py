@@ -54,8 +54,20 @@ def whole(item, folder):
     return data
 
 
+def difference(item, folder, read):
+    """An item that both XDMF 2 and 3 compute from two others."""
+    if item.get("Function") != "$0 - $1":
+        raise ValueError(f"unknown function {item.get('Function')}")
+    first, second = (read(one, folder) for one in item.findall("DataItem"))
+    if list(first.shape) != numbers(item.get("Dimensions")):
+        raise ValueError(f"said {item.get('Dimensions')}, is {first.shape}")
+    return first - second
+
+
 def by_items(item, folder):
     """XDMF 2: start, stride, count in one item, the whole dataset in the other."""
+    if item.get("ItemType") == "Function":
+        return difference(item, folder, by_items)
     if item.get("Type") != "HyperSlab":
         return whole(item, folder)
     where, source = item.findall("DataItem")
@@ -66,6 +78,8 @@ def by_items(item, folder):
 
 def by_words(item, folder):
     """XDMF 3: FILE:PATH|start:stride:count:shape."""
+    if item.get("ItemType") == "Function":
+        return difference(item, folder, by_words)
     if "|" not in (item.text or ""):
         return whole(item, folder)
     place, selection = item.text.split("|")
@@ -102,6 +116,7 @@ def compare(checks, path, label, expected_frames=None, live=False):
                      and grid.find("Geometry").get("GeometryType") == {2: "XY", 3: "XYZ"}[x.shape[2]]
                      and np.array_equal(read(grid.find("Topology/DataItem"), folder), bonds)
                      and named["velocity"][0] == "Node" and np.array_equal(named["velocity"][1], v[k])
+                     and named["displacement"][0] == "Node" and np.array_equal(named["displacement"][1], x[k] - x[0])
                      and all(named["stress_volume_" + part][0] == "Node" and np.array_equal(named["stress_volume_" + part][1], stress[k, :, c])
                              for c, part in enumerate(parts))
                      and named["strain"][0] == "Cell" and np.allclose(named["strain"][1], (length - rest) / rest, rtol=0, atol=1e-14))
@@ -192,6 +207,21 @@ def holes(checks, folder):
             checks.true(f"{ranks} rank(s), {read.__name__}: no line for a broken spring", lines == len(t) > 3, f"{lines} of {len(t)} frames")
             checks.true(f"{ranks} rank(s), {read.__name__}: a threshold on `broken` leaves the springs that are whole", good == len(t) > 3, f"{good} of {len(t)} frames")
             checks.true("and fewer from frame to frame", counts[0] == len(bonds) > counts[-1] > 0 and np.all(np.diff(counts) <= 0) and len(set(counts)) > 3, f"{counts}")
+
+
+def modes(checks, folder):
+    """Shapes of free vibrations as vectors of the particles, in the plane, in space, and in the plane with a third component; springs and tensions of the same run as ever."""
+    for name, options, ranks in (("square", SQUARE, 2), ("cloth", CLOTH, 1), ("square", SQUARE + ["-bs_output_pad", "3"], 1)):
+        still = [word for pair in zip(options[::2], options[1::2]) for word in pair if pair[0] not in ("-ts_dt", "-ts_max_time")]
+        path = run(checks, folder, still + ["-bs_task", "modes", "-bs_modes", "5", "-bs_output_springs"], ranks, "modes.h5md")
+        grid = ET.parse(f"{path}.xdmf").getroot().find("Domain/Grid/Grid")
+        with h5py.File(path) as f:
+            shapes, tension = f["modes/shape"][...], f["observables/springs/tension/value"][0]
+        for read in (by_items, by_words):
+            found = {a.get("Name"): (a.get("AttributeType"), a.get("Center"), read(a.find("DataItem"), path.parent)) for a in grid.findall("Attribute")}
+            good = [k for k in range(5) if found[f"mode_{k:03d}"][:2] == ("Vector", "Node") and np.array_equal(found[f"mode_{k:03d}"][2], shapes[k])]
+            checks.true(f"{name} on {ranks} rank(s), {read.__name__}: five modes as they are in the file", good == list(range(5)) and np.abs(shapes).max() > 0 and "mode_005" not in found, f"{sorted(found)}")
+            checks.true(f"{name}, {read.__name__}: no displacement, and tensions", not found["displacement"][2].any() and np.array_equal(found["tension"][2], tension, equal_nan=True))
 
 
 def holes_continued(checks, folder):
@@ -332,13 +362,15 @@ from vtk.util.numpy_support import vtk_to_numpy
 kind, source, picture, out = sys.argv[1:5]
 reader = ps.XDMFReader(FileNames=[source]) if kind == "XDMFReader" else getattr(ps, kind)(FileName=[source])
 reader.UpdatePipelineInformation()
-times = list(reader.TimestepValues)
+times = list(np.atleast_1d(reader.TimestepValues))
 reader.UpdatePipeline(times[-1])
 data = servermanager.Fetch(reader)
 data = data.GetBlock(0) if data.IsA("vtkMultiBlockDataSet") else data
 cells = [[data.GetCell(i).GetPointId(j) for j in range(data.GetCell(i).GetNumberOfPoints())] for i in range(data.GetNumberOfCells())]
-np.savez(out, times=times, points=vtk_to_numpy(data.GetPoints().GetData()), cells=cells,
-         velocity=vtk_to_numpy(data.GetPointData().GetArray("velocity")), strain=vtk_to_numpy(data.GetCellData().GetArray("strain")))
+modes = {k: vtk_to_numpy(data.GetPointData().GetArray(k)) for k in ("displacement", "mode_000", "mode_003") if data.GetPointData().GetArray(k)}
+strain = data.GetCellData().GetArray("strain")
+np.savez(out, **modes, times=times, points=vtk_to_numpy(data.GetPoints().GetData()), cells=cells,
+         velocity=vtk_to_numpy(data.GetPointData().GetArray("velocity")), strain=vtk_to_numpy(strain))
 view = ps.CreateView("RenderView")
 view.ViewSize = [600, 450]
 view.ViewTime = times[-1]
@@ -364,8 +396,16 @@ def paraview(checks, folder):
     script.write_text(PARAVIEW)
     with h5py.File(path, "r") as f:
         x, v = (f[f"particles/trajectory/{n}/value"][-1] for n in ("position", "velocity"))
+        x0 = f["particles/trajectory/position/value"][0]
         t, bonds, strain = f["particles/trajectory/position/time"][...], f["connectivity/bonds"][...], f["backspring/strain/value"][-1]
+    shaken = run(checks, folder, SQUARE[:4] + ["-bs_task", "modes", "-bs_modes", "5"], name="modes.h5md")
+    with h5py.File(shaken) as f:
+        shapes = f["modes/shape"][...]
     for kind in ("XDMFReader", "Xdmf3ReaderS", "Xdmf3ReaderT"):
+        picture, out = (pathlib.Path(folder) / f"modes_{kind}.{e}" for e in ("png", "npz"))
+        done = subprocess.run(["xvfb-run", "-a", "pvpython", "--force-offscreen-rendering", str(script), kind, f"{shaken}.xdmf", str(picture), str(out)], cwd=folder, capture_output=True, text=True, timeout=180)
+        with np.load(out) as seen:
+            checks.true(f"{kind}: shapes of modes", all(np.array_equal(seen[f"mode_{k:03d}"][:, :2], shapes[k]) for k in (0, 3)) and "ERR" not in done.stdout + done.stderr, (done.stdout + done.stderr)[-200:])
         picture, out = (pathlib.Path(os.environ.get("BS_TEST_PICTURES", folder)) / f"{kind}.{e}" for e in ("png", "npz"))
         command = ["xvfb-run", "-a", "pvpython", "--force-offscreen-rendering", str(script), kind, f"{path}.xdmf", str(picture), str(out)]
         done = subprocess.run(command, cwd=folder, capture_output=True, text=True, timeout=180)
@@ -377,6 +417,8 @@ def paraview(checks, folder):
             checks.true(f"{kind}: times, points, springs", np.array_equal(seen["times"], t) and np.array_equal(seen["points"], x)
                         and np.array_equal(seen["cells"], bonds))
             checks.true(f"{kind}: velocity and strain", np.array_equal(seen["velocity"], v) and np.array_equal(seen["strain"], strain))
+            if kind == "XDMFReader":  # the others compute nothing and leave it out
+                checks.true(f"{kind}: displacement", "displacement" in seen and np.array_equal(seen["displacement"], x - x0), f"{sorted(seen)}")
         image = matplotlib.image.imread(picture)[..., :3]
         drawn = np.abs(image - image[0, 0]).max(axis=2) > 0.05
         colours = len(np.unique((image[drawn] * 15).astype(int), axis=0))
@@ -386,7 +428,7 @@ def paraview(checks, folder):
 
 def main():
     checks = Checks(__doc__)
-    for group in (contents, holes, holes_continued, diluted, h5md, interrupted, continued, paraview):
+    for group in (contents, modes, holes, holes_continued, diluted, h5md, interrupted, continued, paraview):
         if checks.wants(group.__name__):
             with tempfile.TemporaryDirectory() as folder, checks.group(group.__name__):
                 group(checks, folder)

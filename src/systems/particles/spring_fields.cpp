@@ -45,18 +45,28 @@ PetscErrorCode SpringFields::fields(const Terms& terms, const LocalState& state,
     for (int c = 0; c < net_->dim; ++c) square += (b[c] - a[c]) * (b[c] - a[c]);
     return rest > 0 && exists(*net_, e) ? (std::sqrt(square) - rest) / rest : none;
   };
-  PetscCall(table_.gather(strain, &strains_));
+  if (carried_) {
+    const auto both = [&](PetscInt i, PetscInt e, double* numbers) {
+      numbers[0] = numbers[1] = none;
+      if (!exists(*net_, e)) return;
+      const LinkMeasures measures = terms.pairs().measure(state, i, e);
+      const double rest = net_->links.rest_length[e];
+      if (rest > 0) numbers[0] = (measures.length - rest) / rest;
+      numbers[1] = measures.tension;
+    };
+    PetscCall(table_.gather<2>(both, {&strains_, &tensions_}));
+  } else {
+    PetscCall(table_.gather(strain, &strains_));
+  }
   if (strain_) out->push_back({"/backspring/strain", strains_, true, {}, true});
-  if (carried_) PetscCall(add_carried(terms, state, out));
+  if (carried_) PetscCall(add_carried(out));
   PetscFunctionReturn(0);
 }
 
 // tension T of the spring's law, without its damper; stress T/A
-PetscErrorCode SpringFields::add_carried(const Terms& terms, const LocalState& state, std::vector<Field>* out) {
+PetscErrorCode SpringFields::add_carried(std::vector<Field>* out) {
   const std::string group = "/observables/springs/";
   PetscFunctionBegin;
-  const auto tension = [&](PetscInt i, PetscInt e) { return exists(*net_, e) ? terms.pairs().measure(state, i, e).tension : none; };
-  PetscCall(table_.gather(tension, &tensions_));
   out->push_back({group + "tension", tensions_, true, {}, true, false, {1, 1, -2}});
   out->push_back({group + "strain", strains_, true, {}, true});
   if (!stressed_) PetscFunctionReturn(0);

@@ -19,7 +19,7 @@ class SpringFields {
   PetscErrorCode fields(const Terms& terms, const LocalState& state, std::vector<Field>* out);
 
  private:
-  PetscErrorCode add_carried(const Terms& terms, const LocalState& state, std::vector<Field>* out);
+  PetscErrorCode add_carried(std::vector<Field>* out);
   const Network* net_ = nullptr;
   Rows rows_;
   bool strain_ = false, carried_ = false;  ///< the two options

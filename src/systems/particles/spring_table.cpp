@@ -1,5 +1,6 @@
 #include "systems/particles/spring_table.hpp"
 #include <algorithm>
+#include "base/collective.hpp"
 #include "network/ghost_copies.hpp"
 
 namespace bs {
@@ -28,27 +29,41 @@ PetscErrorCode SpringTable::create(const Network& net, const Rows& rows) {
       link_.push_back(k);
       target.push_back(static_cast<PetscInt>(net.links.spring[k]));
     }
+  alone_ = size_of(net.comm) == 1;
+  if (alone_) target_ = std::move(target);
+  if (alone_) PetscFunctionReturn(0);
   const PetscInt count = static_cast<PetscInt>(target.size());
-  PetscCall(VecCreate(net.comm, local_.out()));
-  PetscCall(VecSetSizes(local_, count, PETSC_DETERMINE));
-  PetscCall(VecSetType(local_, VECSTANDARD));
+  VecHandle local;
+  PetscCall(VecCreate(net.comm, local.out()));
+  PetscCall(VecSetSizes(local, count, PETSC_DETERMINE));
+  PetscCall(VecSetType(local, VECSTANDARD));
   PetscCall(VecCreate(net.comm, like.out()));
   PetscCall(VecSetSizes(like, rows_, PETSC_DETERMINE));
   PetscCall(VecSetType(like, VECSTANDARD));
   PetscCall(ISCreateGeneral(net.comm, count, target.data(), PETSC_COPY_VALUES, to.out()));
-  PetscCall(VecScatterCreate(local_, nullptr, like, to, scatter_.out()));
+  PetscCall(VecScatterCreate(local, nullptr, like, to, scatter_.out()));
+  local_.push_back(std::move(local));
   PetscFunctionReturn(0);
 }
 
-PetscErrorCode SpringTable::scatter_rows(VecHandle* out) {
+PetscErrorCode SpringTable::make(std::size_t number, VecHandle* out) {
   PetscFunctionBegin;
   if (!*out) {
     PetscCall(VecCreate(net_->comm, out->out()));
     PetscCall(VecSetSizes(*out, rows_, PETSC_DETERMINE));
     PetscCall(VecSetType(*out, VECSTANDARD));
   }
-  PetscCall(VecScatterBegin(scatter_, local_, *out, INSERT_VALUES, SCATTER_FORWARD));
-  PetscCall(VecScatterEnd(scatter_, local_, *out, INSERT_VALUES, SCATTER_FORWARD));
+  if (alone_ || number < local_.size()) PetscFunctionReturn(0);
+  local_.emplace_back();
+  PetscCall(VecDuplicate(local_.front(), local_.back().out()));
+  PetscFunctionReturn(0);
+}
+
+PetscErrorCode SpringTable::scatter_rows(std::size_t number, Vec out) {
+  PetscFunctionBegin;
+  if (alone_) PetscFunctionReturn(0);
+  PetscCall(VecScatterBegin(scatter_, local_[number], out, INSERT_VALUES, SCATTER_FORWARD));
+  PetscCall(VecScatterEnd(scatter_, local_[number], out, INSERT_VALUES, SCATTER_FORWARD));
   PetscFunctionReturn(0);
 }
 

@@ -1,6 +1,9 @@
 // Numbers of springs between the network's links and rows in the input's order.
 #pragma once
+#include <array>
+#include <optional>
 #include <vector>
+#include "base/vec_array.hpp"
 #include "network/network.hpp"
 #include "systems/particles/local_state.hpp"
 
@@ -11,16 +14,32 @@ class SpringTable {
   /// Collective. `rows`: this rank's springs in the input's order. `net` must outlive the object.
   PetscErrorCode create(const Network& net, const Rows& rows);
   bool created() const { return net_ != nullptr; }
-  /// Collective. `out`, made at first use, receives value(i, e) of every spring: e is its link at owned particle i.
+  /// Collective. Each of `out`, made at first use, receives a number of every spring by put(i, e, numbers): e is its link at owned particle i.
+  template <std::size_t K, class F>
+  PetscErrorCode gather(F&& put, const std::array<VecHandle*, K>& out) {
+    PetscFunctionBegin;
+    for (std::size_t k = 0; k < K; ++k) PetscCall(make(k, out[k]));
+    {
+      std::array<std::optional<WriteArray>, K> arrays;
+      std::array<PetscScalar*, K> to;
+      for (std::size_t k = 0; k < K; ++k) to[k] = arrays[k].emplace(alone_ ? out[k]->get() : local_[k].get());
+      std::array<double, K> numbers;
+      constexpr std::size_t AHEAD = 32;
+      for (std::size_t s = 0; s < link_.size(); ++s) {
+        if (alone_ && s + AHEAD < target_.size())  // the places of springs that follow each other lie apart
+          for (std::size_t k = 0; k < K; ++k) __builtin_prefetch(to[k] + target_[s + AHEAD], 1);
+        put(particle_[s], link_[s], numbers.data());
+        const std::size_t at = alone_ ? static_cast<std::size_t>(target_[s]) : s;
+        for (std::size_t k = 0; k < K; ++k) to[k][at] = numbers[k];
+      }
+    }
+    for (std::size_t k = 0; k < K; ++k) PetscCall(scatter_rows(k, *out[k]));
+    PetscFunctionReturn(0);
+  }
+  /// The same of one number, value(i, e).
   template <class F>
   PetscErrorCode gather(F&& value, VecHandle* out) {
-    PetscScalar* values = nullptr;
-    PetscFunctionBegin;
-    PetscCall(VecGetArrayWrite(local_, &values));
-    for (std::size_t s = 0; s < link_.size(); ++s) values[s] = value(particle_[s], link_[s]);
-    PetscCall(VecRestoreArrayWrite(local_, &values));
-    PetscCall(scatter_rows(out));
-    PetscFunctionReturn(0);
+    return gather<1>([&](PetscInt i, PetscInt e, double* number) { *number = value(i, e); }, {out});
   }
   /// Collective. put(e, value) for every link e of a spring, at both its ends, from `rows` in the input's order.
   template <class F>
@@ -35,13 +54,18 @@ class SpringTable {
   }
 
  private:
-  PetscErrorCode scatter_rows(VecHandle* out);
+  /// `out`, and where other ranks have rows, too, room for this rank's springs.
+  PetscErrorCode make(std::size_t number, VecHandle* out);
+  PetscErrorCode scatter_rows(std::size_t number, Vec out);
   PetscErrorCode fetch_rows(Vec rows);
   const Network* net_ = nullptr;
   PetscInt rows_ = 0;
+  bool alone_ = false;                     ///< one rank has all rows: numbers go to their places at once
   std::vector<PetscInt> particle_, link_;  ///< per spring evaluated here: its owned end and its place in net.links
+  std::vector<PetscInt> target_;           ///< its row, where alone
   std::vector<PetscInt> every_;            ///< links that are springs
-  VecHandle local_, all_;
+  std::vector<VecHandle> local_;
+  VecHandle all_;
   ScatterHandle scatter_, back_;  ///< the latter made at first use
 };
 
