@@ -82,6 +82,7 @@ PetscErrorCode look_up(MPI_Comm comm, const Lattice& lattice, const std::vector<
   PetscCall(PetscSFBcastEnd(all, MPI_UNSIGNED_CHAR, lattice.fixed.data(), net->fixed.data(), MPI_REPLACE));
   PetscCall(PetscSFBcastBegin(all, MPI_DOUBLE, lattice.mass.data(), net->mass.data(), MPI_REPLACE));
   PetscCall(PetscSFBcastEnd(all, MPI_DOUBLE, lattice.mass.data(), net->mass.data(), MPI_REPLACE));
+  net->inertia.assign(net->mass.begin(), net->mass.begin() + static_cast<std::ptrdiff_t>(owned.size()));
   MPI_Datatype point;
   PetscCallMPI(MPI_Type_contiguous(d, MPI_DOUBLE, &point));
   PetscCallMPI(MPI_Type_commit(&point));

@@ -75,13 +75,14 @@ struct Network {
   std::vector<PetscInt> global;
   std::vector<std::uint8_t> fixed;  ///< 0: free, at least in part; 1: fixed; 2: all its components move as given
   std::vector<double> held;         ///< (n + ghosts, d): where a particle starts; fixed ones stay there
-  std::vector<double> mass;
+  std::vector<double> mass;         ///< of the particles themselves, m of the laws
   PeriodicBox box;
   std::vector<int> image;                    ///< (ghosts, d): the box a ghost is in; empty: no periodic box
   std::vector<NetworkGroup> groups;          ///< the same names in the same order on every rank
   const Constraints* constraints = nullptr;  ///< what holds particles (systems/particles/constraints); null until that is found
   // owned
   std::vector<double> velocity;       ///< (n, d)
+  std::vector<double> inertia;        ///< (n): M of M x'' = f; the mass, and what of a fluid is accelerated along
   ParticleColumns columns;            ///< what the lattice gives of lattice/columns.hpp
   std::vector<std::int64_t> row, id;  ///< row in the input and the user's number
   Links links;

@@ -48,6 +48,7 @@ def laws(d):
     yield "drag of each particle", {"particle_columns": {"drag": np.linspace(0, 6, 7)}}, {"bs_stokes_drag": 0.5}
     yield "drag per mass", {}, {"bs_viscosity": 2.0}
     yield "sphere drag", {}, {"bs_sphere_drag": True, "bs_sphere_drag_rho": 900.0, "bs_sphere_drag_mu": 1.0, "bs_fluid_velocity": some}
+    yield "sphere in a liquid", {}, {"bs_sphere_drag": True, "bs_sphere_drag_rho": 900.0, "bs_sphere_drag_mu": 1.0, "bs_gravity": some, "bs_buoyancy": True, "bs_added_mass": 0.5}
     yield "shape drag", {}, {"bs_shape_drag": "cube", "bs_shape_drag_rho": 900.0, "bs_shape_drag_area": 0.01,
                              "bs_fluid_velocity": zero}
     if d == 2:

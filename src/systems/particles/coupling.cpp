@@ -21,9 +21,9 @@ PetscErrorCode Coupling::read_options(MPI_Comm comm, const Lattice& lattice, Net
   }));
   if (center_row_ < -1 || center_row_ >= lattice.particles.total)
     PetscCall(fail(comm, Exit::input,
-                   format("option -bs_xsp_center_particle: %lld is not a row of the %lld particles: give 0 to %lld, "
+                   format("option -bs_xsp_center_particle: %lld is not a row of the %s: give 0 to %lld, "
                           "or -1 for a point",
-                          static_cast<long long>(center_row_), static_cast<long long>(lattice.particles.total),
+                          static_cast<long long>(center_row_), how_many(lattice.particles.total, "particle").c_str(),
                           static_cast<long long>(lattice.particles.total - 1))));
   dense_ = lattice.particles.total <= dense_max_;
   network->all_to_all = mass_.active() && dense_;
@@ -127,7 +127,7 @@ std::string Coupling::describe() const {
 }
 
 // J = P + U W^T, one column per direction k:
-// U: m_i (momentum) or 1 (velocity) at v_i of selected i;  W: value m_j/S^2 at x_j, damping m_j/S^2 at v_j, -value/S at x_C
+// U: m_i (momentum) or m_i/M_i (velocity) at v_i of selected i;  W: value m_j/S^2 at x_j, damping m_j/S^2 at v_j, -value/S at x_C
 PetscErrorCode Coupling::create_operator(const Network& net, Mat P, bool momentum, Mat* A) const {
   const PetscInt d = net.dim, bs = 2 * d;
   PetscFunctionBegin;
@@ -144,7 +144,7 @@ PetscErrorCode Coupling::create_operator(const Network& net, Mat P, bool momentu
       if (held >> k & 1) continue;
       const PetscInt x = net.global[i] * bs + k, v = x + d;
       if (selected_[i]) {
-        PetscCall(MatSetValue(U, v, k, momentum ? net.mass[i] : 1.0, INSERT_VALUES));
+        PetscCall(MatSetValue(U, v, k, momentum ? net.mass[i] : net.mass[i] / net.inertia[i], INSERT_VALUES));
         PetscCall(MatSetValue(W, x, k, mass_.value * net.mass[i] / (S_ * S_), INSERT_VALUES));
         PetscCall(MatSetValue(W, v, k, mass_.damping * net.mass[i] / (S_ * S_), INSERT_VALUES));
       } else if (i == center_) {

@@ -21,7 +21,7 @@ class LinearisedForces final : public Linearisation {
   const Layout& layout() const override { return at_; }
   Vec state_vector() const override { return vector_; }
   PetscInt unknowns() const override { return net_->total * net_->dim; }
-  const std::vector<double>& masses() const override { return net_->mass; }
+  const std::vector<double>& masses() const override { return net_->inertia; }
   std::vector<double> positions() const override;
   bool moves(PetscInt i, PetscInt c) const override;
   PetscErrorCode linearise(double t, Vec y) override;

@@ -23,7 +23,7 @@ PetscErrorCode ParticleModel::observe_box(double t, std::vector<Observable>* out
     double c[3];
     beside_flow(d, state_.at(i), L, c);
     for (int r = 0; r < d; ++r)
-      for (int q = 0; q < d; ++q) sigma[r * d + q] -= net_.mass[i] * c[r] * c[q];
+      for (int q = 0; q < d; ++q) sigma[r * d + q] -= net_.inertia[i] * c[r] * c[q];
   }
   PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, sigma, 9, MPI_DOUBLE, MPI_SUM, net_.comm));
   out->push_back({"stress", stress_components(d, sigma, box.volume(t))});

@@ -42,6 +42,7 @@ PetscErrorCode ParticleModel::create(MPI_Comm comm, Lattice&& lattice, std::uniq
   lattice.fixed = std::move(fixed);
   PetscCall(model->constraints_.create(&model->net_));
   PetscCall(model->check_laws());
+  model->add_mass();
   model->lattice_ = std::move(lattice);
   PetscCall(model->create_state());
   PetscCall(model->springs_.create(model->net_, model->lattice_));
@@ -66,13 +67,50 @@ PetscErrorCode ParticleModel::create(MPI_Comm comm, Lattice&& lattice, std::uniq
 
 PetscErrorCode ParticleModel::read_laws(const Lattice& lattice) {
   PetscFunctionBegin;
-  PetscCall(read_section(net_.comm, "Forces on particles", [&](Section& o) { for_each_law(laws_, [&](auto& law) { law.options(o); }); }));
+  DisplacedFluid& fluid = std::get<UniformGravity>(laws_).fluid;
+  PetscCall(read_section(net_.comm, "Forces on particles", [&](Section& o) {
+    for_each_law(laws_, [&](auto& law) { law.options(o); });
+    fluid.options(o);
+  }));
+  PetscCall(find_fluid(&fluid));
   for_each_law(laws_, [&](auto& law) {
     using Law = std::decay_t<decltype(law)>;
     if constexpr (acts_by_column<Law>::value) law.given = find_column(lattice.particle_columns, particle_parameters[Law::column].name) != nullptr;
   });
   PetscCall(constraints_.read_anchors(net_.comm, lattice.dim));
   PetscFunctionReturn(0);
+}
+
+/// Its density and the radius of particles that have none of their own, which drag may have said.
+PetscErrorCode ParticleModel::find_fluid(DisplacedFluid* fluid) const {
+  const SphereDrag& sphere = std::get<SphereDrag>(laws_);
+  const ShapeDrag& shape = std::get<ShapeDrag>(laws_);
+  const std::pair<const char*, double> said[] = {{"-bs_sphere_drag_rho", sphere.active() ? sphere.rho : 0},
+                                                 {"-bs_shape_drag_rho", shape.active() ? shape.rho : 0}};
+  PetscFunctionBegin;
+  fluid->radius = sphere.radius;
+  if (!fluid->active() && fluid->rho_given)
+    PetscCall(fail(net_.comm, Exit::input, "option -bs_fluid_density is for -bs_buoyancy and -bs_added_mass: give one of them, or leave it out"));
+  if (!fluid->active()) PetscFunctionReturn(0);
+  for (const auto& [option, rho] : said) {
+    if (rho > 0 && fluid->rho > 0 && rho != fluid->rho)
+      PetscCall(fail(net_.comm, Exit::input,
+                     format("option %s: the fluid has a density of %g kg/m^3 here and of %g kg/m^3 in another option: give one density", option, rho,
+                            fluid->rho)));
+    if (rho > 0) fluid->rho = rho;
+  }
+  if (!(fluid->rho > 0))
+    PetscCall(fail(net_.comm, Exit::input, "options -bs_buoyancy and -bs_added_mass need the density of the fluid: give -bs_fluid_density [kg/m^3]"));
+  if (fluid->buoyant && !std::get<UniformGravity>(laws_).active())
+    PetscCall(fail(net_.comm, Exit::input, "option -bs_buoyancy needs -bs_gravity, which presses the fluid up: give it too"));
+  PetscFunctionReturn(0);
+}
+
+/// M = m + C rho V
+void ParticleModel::add_mass() {
+  const DisplacedFluid& fluid = std::get<UniformGravity>(laws_).fluid;
+  if (fluid.added == 0) return;
+  for (PetscInt i = 0; i < net_.n; ++i) net_.inertia[static_cast<std::size_t>(i)] += fluid.added * fluid.mass(net_.columns(i));
 }
 
 /// What single options cannot know: the dimension and the particles.
@@ -94,12 +132,16 @@ PetscErrorCode ParticleModel::check_laws() const {
     fault.note(-1,
                "option -bs_fluid_velocity applies to sphere and shape drag; -bs_stokes_drag and -bs_viscosity assume a fluid at rest: "
                "leave it out, or give -bs_sphere_drag or -bs_shape_drag");
-  const SphereDrag& drag = std::get<SphereDrag>(laws_);
-  if (drag.active() && drag.radius <= 0)
+  const DisplacedFluid& fluid = std::get<UniformGravity>(laws_).fluid;
+  const bool drag = std::get<SphereDrag>(laws_).active();
+  if (drag || fluid.active())
     for (PetscInt i = 0; i < net_.n; ++i)
-      if (net_.columns(i)[SphereDrag::column] <= 0)
-        fault.note(net_.row[i], format("particle %lld has no radius, which sphere drag needs: give -bs_radius or the lattice's radii",
-                                       static_cast<long long>(net_.row[i])));
+      if (!(fluid.radius_of(net_.columns(i)) > 0))
+        fault.note(net_.row[i],
+                   format("particle %lld has no radius, which %s needs: give -bs_radius or the lattice's radii", static_cast<long long>(net_.row[i]),
+                          drag            ? "sphere drag"
+                          : fluid.buoyant ? "buoyancy"
+                                          : "added mass"));
   PetscCall(fail_if_any(net_.comm, fault));
   PetscFunctionReturn(0);
 }

@@ -35,7 +35,7 @@ class ParticleModel final : public Mechanics {
   Vec initial_state() const override { return y0_; }
   std::vector<std::string> describe() const override;
   const Layout& layout() const override { return layout_; }
-  const std::vector<double>& masses() const override { return net_.mass; }
+  const std::vector<double>& masses() const override { return net_.inertia; }
   std::vector<ParticleGroup> groups() const override;
   PetscErrorCode force(double t, Vec y, const double** f) override;
   PetscErrorCode force_magnitudes(double t, Vec y, double* size) override;
@@ -78,6 +78,8 @@ class ParticleModel final : public Mechanics {
 
  private:
   PetscErrorCode read_laws(const Lattice& lattice);
+  PetscErrorCode find_fluid(DisplacedFluid* fluid) const;
+  void add_mass();
   PetscErrorCode check_laws() const;
   PetscErrorCode take_fingerprint(const Lattice& lattice, const std::vector<std::uint8_t>& fixed);
   PetscErrorCode create_state();

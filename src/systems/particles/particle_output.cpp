@@ -52,6 +52,7 @@ std::vector<std::string> ParticleModel::describe() const {
   for_each_law(laws_, [&](const auto& law) {
     if (law.active()) lines.push_back("law: " + law.describe());
   });
+  if (const DisplacedFluid& fluid = std::get<UniformGravity>(laws_).fluid; fluid.active()) lines.push_back("law: " + fluid.describe());
   if (breaking_.active()) lines.push_back(breaking_.describe(lattice_));
   for (const std::string& line : constraints_.describe()) lines.push_back(line);
   for (const std::string& line : forces_.describe()) lines.push_back(line);

@@ -46,7 +46,7 @@ PetscErrorCode ParticlePotential::add_kinematic(Vec F, Vec y) {
   PetscCall(VecGetArrayRead(F, &aF));
   PetscCall(VecGetArray(y, &ay));
   for (PetscInt i = 0; i < net_->n; ++i)
-    for (PetscInt c = 0; c < at.dim; ++c) ay[at.v(i, c)] += aF[at.x(i, c)] / net_->mass[i];
+    for (PetscInt c = 0; c < at.dim; ++c) ay[at.v(i, c)] += aF[at.x(i, c)] / net_->inertia[i];
   PetscCall(VecRestoreArray(y, &ay));
   PetscCall(VecRestoreArrayRead(F, &aF));
   PetscFunctionReturn(0);

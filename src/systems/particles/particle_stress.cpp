@@ -42,7 +42,7 @@ void ParticleStress::compute(const Terms& terms, double t, const LocalState& sta
     double c[3];
     beside_flow(d, state.at(i), L, c);
     for (int r = 0; r < d; ++r)
-      for (int q = r; q < d; ++q) values_[static_cast<std::size_t>(i * count_ + component_place(d, r, q))] -= net_->mass[i] * c[r] * c[q];
+      for (int q = r; q < d; ++q) values_[static_cast<std::size_t>(i * count_ + component_place(d, r, q))] -= net_->inertia[i] * c[r] * c[q];
   }
 }
 

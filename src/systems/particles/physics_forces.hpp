@@ -61,10 +61,10 @@ void PairForcesOf<d, Damper>::add_body_energies(PetscInt i, double t, const Loca
   double x[3] = {0, 0, 0}, p[3] = {0, 0, 0}, square = 0, field = 0;
   for (int c = 0; c < d; ++c) {
     x[c] = y[c];
-    p[c] = net_.mass[i] * y[d + c];
+    p[c] = net_.inertia[i] * y[d + c];
     square += y[d + c] * y[d + c];
   }
-  sum->kinetic += 0.5 * net_.mass[i] * square;
+  sum->kinetic += 0.5 * net_.inertia[i] * square;
   for (int c = 0; c < 3; ++c) {
     sum->momentum[c] += p[c];
     sum->angular_momentum[c] += x[(c + 1) % 3] * p[(c + 2) % 3] - x[(c + 2) % 3] * p[(c + 1) % 3];

@@ -46,11 +46,11 @@ PetscErrorCode PairForcesOf<d, Damper>::jacobian(double t, const LocalState& sta
       add_tangents(i, t, state, shift, panel.data(), width);
       for (const Term* term : terms) term->add_row(i, t, state, panel.data(), width);
     }
-    const double scale = momentum ? 1.0 : 1.0 / net_.mass[i];
+    const double scale = momentum ? 1.0 : 1.0 / net_.inertia[i];
     if (!momentum)
       for (PetscInt k = 0; k < width * d; ++k) panel[k] *= scale;
-    for (int k = 0; k < d; ++k) panel[k * width + pattern_.self(i) * 2 * d + d + k] += sigma * (momentum ? net_.mass[i] : 1.0);
-    PetscCall(writer->write(i, sigma, momentum ? net_.mass[i] : 1.0, panel.data()));
+    for (int k = 0; k < d; ++k) panel[k * width + pattern_.self(i) * 2 * d + d + k] += sigma * (momentum ? net_.inertia[i] : 1.0);
+    PetscCall(writer->write(i, sigma, momentum ? net_.inertia[i] : 1.0, panel.data()));
   }
   PetscFunctionReturn(0);
 }

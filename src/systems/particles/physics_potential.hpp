@@ -35,7 +35,7 @@ void PairForcesOf<d, Damper>::beyond_slope(double t, const LocalState& state, co
     for (int c = 0; c < d; ++c) {
       dx[c] = lambda * z[c];
       dv[c] = lambda * z[d + c];
-      sum.value += 0.5 * sigma * net_.mass[i] * dv[c] * dv[c];
+      sum.value += 0.5 * sigma * net_.inertia[i] * dv[c] * dv[c];
     }
     for_anchors(i, y, shift, [&](auto kernel, PetscInt, const LinkGeometry<d>& g, const auto& p) {
       if (kernel.defined(g, p)) sum.value += kernel.beyond_slope(g, dx, dv, p, sigma);

@@ -82,7 +82,7 @@ PetscErrorCode Terms::jacobian(double t, const LocalState& state, double sigma, 
   PetscFunctionBegin;
   if (fill(state, false, -1, &blocks_)) {
     if (!momentum) {
-      std::vector<double> scale(net_.mass.begin(), net_.mass.begin() + net_.n);
+      std::vector<double> scale = net_.inertia;
       for (double& m : scale) m = 1 / m;
       blocks_.scale_rows(scale);
     }

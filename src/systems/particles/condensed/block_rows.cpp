@@ -76,7 +76,7 @@ PetscErrorCode BlockRowWriter::begin(Mat S) {
 
 PetscErrorCode BlockRowWriter::write(PetscInt i, const double* panel) {
   PetscFunctionBegin;
-  const double diagonal = (inertia_ > 0 ? inertia_ : 1) * net_.mass[i];
+  const double diagonal = (inertia_ > 0 ? inertia_ : 1) * net_.inertia[i];
   panel = complete_rows(net_, pattern_, i, net_.dim, blocks_, diagonal, panel, &sum_);
   switch (way_) {
     case Way::aij: write_aij(i, panel); break;

@@ -5,7 +5,7 @@
 namespace bs {
 
 Graph graph_of(const Network& net) {
-  Graph graph{net.global, net.fixed, net.held, net.mass};
+  Graph graph{net.global, net.fixed, net.held, net.inertia};
   graph.comm = net.comm;
   graph.dim = net.dim;
   graph.n = net.n;

@@ -123,7 +123,7 @@ template <bool positive>
 void PairForcesOf<d, Damper>::node_block(PetscInt i, double t, const LocalState& state, const AnchorShift& shift, const Coefficients& abc,
                                          double* A) const {
   std::fill_n(A, d * d, 0.0);
-  for (int c = 0; c < d; ++c) A[c * (d + 1)] = abc.mass * net_.mass[i];
+  for (int c = 0; c < d; ++c) A[c * (d + 1)] = abc.mass * net_.inertia[i];
   if (net_.fixed[i]) return;
   const double* y = state.at(i);
   const Point<d> point{t, net_.mass[i], net_.columns(i), y, y + d};

@@ -142,7 +142,7 @@ PetscErrorCode Reactions::advance(double t, const LocalState& state) {
       if (!(hold.mask >> c & 1)) continue;
       const std::size_t f = row_[k] * d + c, at = k * d + c;
       work -= 0.5 * (last_.force[f] + now.force[f]) * (now.x[at] - last_.x[at]);
-      work += 0.5 * net_->mass[hold.particle] * (now.v[at] - last_.v[at]) * (now.v[at] + last_.v[at]);
+      work += 0.5 * net_->inertia[hold.particle] * (now.v[at] - last_.v[at]) * (now.v[at] + last_.v[at]);
     }
   }
   for (std::size_t c = 0; c < d * d && constraints_->box().moving(); ++c)
@@ -172,7 +172,7 @@ PetscErrorCode Reactions::observe(double t, const LocalState& state, std::vector
       double x[3] = {0, 0, 0}, v[3] = {0, 0, 0}, a[3] = {0, 0, 0};
       constraints_->at(hold, t, x, v, a);
       const auto row = static_cast<std::size_t>(std::lower_bound(which_.begin(), which_.end(), hold.particle) - which_.begin());
-      for (std::size_t c = 0; c < d; ++c) force[row * d + c] += net_->mass[hold.particle] * a[c];
+      for (std::size_t c = 0; c < d; ++c) force[row * d + c] += net_->inertia[hold.particle] * a[c];
     }
     for (std::size_t g = 0; g < groups_.size(); ++g)
       for (const std::size_t row : groups_[g].rows)

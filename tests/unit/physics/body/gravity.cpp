@@ -14,6 +14,10 @@ void check_gravity(unsigned seed) {
     UniformGravity uniform;
     for (double& g : uniform.g) g = dice.between(-10, 10);
     check_law<d>(uniform, State<d>(dice, 2), true);
+    uniform.fluid.buoyant = true;
+    uniform.fluid.rho = dice.between(0.1, 3);
+    uniform.fluid.radius = dice.between(0.2, 1);
+    check_law<d>(uniform, State<d>(dice, 2), true);
 
     CentralGravity central;
     central.G = dice.between(0.5, 2);
@@ -52,6 +56,27 @@ TEST_CASE("central gravity has the weight of the Earth's surface and no value at
     law.dfdx<3>({0, 2.0, {}, at, v}, K);
     REQUIRE((g[0] == 1 && g[1] == 2 && g[2] == 3 && K[0] == 4 && K[4] == 0));
   }
+}
+
+TEST_CASE("a sphere in a fluid weighs what it displaces less") {
+  UniformGravity law;
+  law.g[1] = -10;
+  law.fluid.rho = 3;
+  law.fluid.radius = 0.5;
+  const double x[2] = {1, 2}, v[2] = {0, 0}, own[1] = {0.2};
+  ColumnPlaces places = no_columns;
+  places[DisplacedFluid::column] = 0;
+  const double sphere = 4.0 / 3.0 * 3.14159265358979323846;
+  for (const bool buoyant : {false, true})
+    for (const bool of_its_own : {false, true}) {
+      law.fluid.buoyant = buoyant;
+      const double a = of_its_own ? 0.2 : 0.5, left = 2.0 - (buoyant ? 3 * sphere * a * a * a : 0);
+      const Point<2> p{0, 2.0, of_its_own ? ParticleNumbers{own, &places} : ParticleNumbers{}, x, v};
+      double f[2] = {0, 0};
+      REQUIRE(law.force<2>(p, f));
+      REQUIRE((f[0] == 0 && f[1] == Approx(-10 * left).epsilon(1e-14)));
+      REQUIRE(law.energy<2>(p) == Approx(20 * left).epsilon(1e-14));
+    }
 }
 
 TEST_CASE("every particle law is off until asked for") {

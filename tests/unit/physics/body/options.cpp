@@ -34,6 +34,11 @@ Law accepted(const std::vector<std::pair<const char*, const char*>>& given) {
   return law;
 }
 
+/// A law has a title; this is none.
+struct TitledFluid : DisplacedFluid {
+  static constexpr const char* title = "displaced fluid";
+};
+
 /// Refused on every rank, and rank 0 says a line that contains `part`.
 template <class Law>
 void refused(const std::vector<std::pair<const char*, const char*>>& given, const std::string& part) {
@@ -56,6 +61,15 @@ TEST_CASE("options of the gravity laws") {
   REQUIRE_FALSE(accepted<CentralGravity>({}).active());
   refused<CentralGravity>({{"-bs_central_G", "1"}}, "-bs_central_M0");
   refused<CentralGravity>({{"-bs_central_M0", "-1"}}, "-bs_central_M0");
+}
+
+TEST_CASE("options of what a sphere displaces") {
+  const auto fluid = [](std::vector<std::pair<const char*, const char*>> given) { return static_cast<DisplacedFluid>(accepted<TitledFluid>(given)); };
+  REQUIRE_FALSE(fluid({}).active());
+  REQUIRE_FALSE(fluid({{"-bs_added_mass", "0"}}).active());
+  const DisplacedFluid both = fluid({{"-bs_buoyancy", nullptr}, {"-bs_added_mass", "0.5"}, {"-bs_fluid_density", "1000"}});
+  REQUIRE((both.active() && both.buoyant && both.added == 0.5 && both.rho == 1000 && both.rho_given));
+  REQUIRE(both.describe() == "spheres in a fluid of 1000 kg/m^3: buoyancy and added mass 0.5 rho V");
 }
 
 TEST_CASE("options of the drag laws") {
