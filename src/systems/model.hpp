@@ -6,6 +6,7 @@
 #include <cstdint>
 #include <memory>
 #include <string>
+#include <vector>
 #include "linalg/condensed/tangent.hpp"
 #include "systems/incremental.hpp"
 #include "systems/system.hpp"
@@ -26,12 +27,14 @@ using ResidualNorms = std::array<double, 2>;
 struct Plan {
   bool implicit = true;
   Form form = Form::momentum;
-  double step = 0;            ///< nominal [s]
-  double real_stability = 0;  ///< largest |h lambda| at which an explicit type is stable for lambda < 0; 0: not checked
-  std::string type = {};      ///< the TS type's name
-  std::string method;         ///< the options that name the method
-  bool descriptor = true;     ///< whether it keeps its order where C is singular
-  bool any_step = true;       ///< whether it is stable at any step: explicit types and theta below 1/2 are not
+  double step = 0;   ///< nominal [s]
+  double steps = 0;  ///< about how many there will be
+  std::vector<double> polynomial =
+      {};                  ///< explicit types: R(z), a step takes x' = lambda x to R(h lambda) x; coefficients of 1, z, ...; empty: not checked
+  std::string type = {};   ///< the TS type's name
+  std::string method;      ///< the options that name the method
+  bool descriptor = true;  ///< whether it keeps its order where C is singular
+  bool any_step = true;    ///< whether it is stable at any step: explicit types and theta below 1/2 are not
 };
 
 /// A system of differential equations F(t, y, y') = 0 with its explicit form y' = G(t, y).

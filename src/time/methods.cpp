@@ -15,19 +15,19 @@ constexpr auto MOMENTUM = Form::momentum, VELOCITY = Form::velocity;
 // bear nothing without damping, but grow by (h omega)^4/8 a step only.
 constexpr double SOME = 0.85;
 
-//                       name      kind      memory         option of the subtype  affine second-order oscillation damping real
-constexpr TypeTraits BEULER{"beuler", IMPLICIT, Memory::theta, "", true, false, 0, 0, 0};
-constexpr TypeTraits CN{"cn", IMPLICIT, Memory::theta, "", true, false, 0, 0, 0};
-constexpr TypeTraits THETA{"theta", IMPLICIT, Memory::theta, "", true, false, 0, 0, 0};
-constexpr TypeTraits BDF{"bdf", IMPLICIT, Memory::bdf, "-ts_bdf_order", true, false, 0, 0, 0};
-constexpr TypeTraits ALPHA2{"alpha2", IMPLICIT, Memory::acceleration, "", false, true, 0, 0, 0};
-constexpr TypeTraits ROSW{"rosw", IMPLICIT, Memory::none, "-ts_rosw_type", false, false, 0, 0, 0};
-constexpr TypeTraits ARKIMEX{"arkimex", IMPLICIT, Memory::none, "-ts_arkimex_type", false, false, 0, 0, 0};
-constexpr TypeTraits SYMPLECTIC{"symplectic", EXPLICIT, Memory::none, "", false, true, 1, 2, 0};
-constexpr TypeTraits VERLET{"verlet", EXPLICIT, Memory::acceleration, "", false, true, 1, 4, 0};
-constexpr TypeTraits EULER{"euler", EXPLICIT, Memory::none, "", false, false, 0, 0, 2};
-constexpr TypeTraits RK{"rk", EXPLICIT, Memory::none, "-ts_rk_type", false, false, SOME, 0, 0};
-constexpr TypeTraits SSP{"ssp", EXPLICIT, Memory::none, "-ts_ssp_type", false, false, SOME, 0, 0};
+//                       name      kind      memory         option of the subtype  affine second-order oscillation damping
+constexpr TypeTraits BEULER{"beuler", IMPLICIT, Memory::theta, "", true, false, 0, 0};
+constexpr TypeTraits CN{"cn", IMPLICIT, Memory::theta, "", true, false, 0, 0};
+constexpr TypeTraits THETA{"theta", IMPLICIT, Memory::theta, "", true, false, 0, 0};
+constexpr TypeTraits BDF{"bdf", IMPLICIT, Memory::bdf, "-ts_bdf_order", true, false, 0, 0};
+constexpr TypeTraits ALPHA2{"alpha2", IMPLICIT, Memory::acceleration, "", false, true, 0, 0};
+constexpr TypeTraits ROSW{"rosw", IMPLICIT, Memory::none, "-ts_rosw_type", false, false, 0, 0};
+constexpr TypeTraits ARKIMEX{"arkimex", IMPLICIT, Memory::none, "-ts_arkimex_type", false, false, 0, 0};
+constexpr TypeTraits SYMPLECTIC{"symplectic", EXPLICIT, Memory::none, "", false, true, 1, 2};
+constexpr TypeTraits VERLET{"verlet", EXPLICIT, Memory::acceleration, "", false, true, 1, 4};
+constexpr TypeTraits EULER{"euler", EXPLICIT, Memory::none, "", false, false, 0, 0};
+constexpr TypeTraits RK{"rk", EXPLICIT, Memory::none, "-ts_rk_type", false, false, SOME, 0};
+constexpr TypeTraits SSP{"ssp", EXPLICIT, Memory::none, "-ts_ssp_type", false, false, SOME, 0};
 
 constexpr const char* EXTRAPOLATED = "its first steps by extrapolated backward Euler";
 constexpr const char* LOOKS_BACK = "not where F depends on time";  // a stage at t - 2 h: refused

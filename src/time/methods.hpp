@@ -28,7 +28,6 @@ struct TypeTraits {
   bool second_order;   ///< needs positions and velocities
   double oscillation;  ///< explicit types: largest h omega on x'' = -omega^2 x, of that of symplectic (2)
   double damping;      ///< explicit types of second order: k in (h omega)^2 + k h c < 4 on x'' = -omega^2 x - c x'
-  double real;         ///< explicit types: largest |h lambda| for lambda < 0; 0: not looked at
 };
 
 struct Method {

@@ -1,4 +1,5 @@
 #include "time/ts_setup.hpp"
+#include <algorithm>
 #include <cmath>
 #include <vector>
 #include "base/error.hpp"
@@ -89,29 +90,47 @@ PetscErrorCode set_implicit(TS ts, Model& model, TSContext* context) {
 
 }  // namespace
 
-// Of a Runge-Kutta type: the largest z with |R(-z)| <= 1, R(z) = 1 + sum of z^k b.A^(k-1) 1 over its stages, y_1 = R(h lambda) y_0 on y' = lambda y
-static PetscErrorCode limit_of_tableau(TS ts, double* limit) {
-  constexpr double SLACK = 1e-9, STEP = 1e-3, FAR = 100;
+// Of a Runge-Kutta type: R(z) = 1 + sum of z^k b.A^(k-1) 1 over its stages, y_1 = R(h lambda) y_0 on y' = lambda y
+static PetscErrorCode polynomial_of_tableau(TS ts, std::vector<double>* R) {
   PetscInt s;
   const PetscReal *A, *b;
   PetscFunctionBegin;
   PetscCall(TSRKGetTableau(ts, &s, &A, &b, nullptr, nullptr, nullptr, nullptr, nullptr));
-  std::vector<double> stage(static_cast<std::size_t>(s), 1.0), R = {1};
+  std::vector<double> stage(static_cast<std::size_t>(s), 1.0);
+  *R = {1};
   for (PetscInt k = 0; k < s; ++k) {
     std::vector<double> next(stage.size(), 0.0);
-    R.push_back(0);
+    R->push_back(0);
     for (PetscInt i = 0; i < s; ++i) {
-      R.back() += b[i] * stage[static_cast<std::size_t>(i)];
+      R->back() += b[i] * stage[static_cast<std::size_t>(i)];
       for (PetscInt j = 0; j < s; ++j) next[static_cast<std::size_t>(i)] += A[i * s + j] * stage[static_cast<std::size_t>(j)];
     }
     stage = next;
   }
-  const auto stable = [&R](double z) {
-    double sum = 0;
-    for (auto c = R.rbegin(); c != R.rend(); ++c) sum = *c - z * sum;
-    return std::abs(sum) <= 1 + SLACK;
-  };
-  for (*limit = 0; *limit < FAR && stable(*limit + STEP);) *limit += STEP;
+  PetscFunctionReturn(0);
+}
+
+/// What a model may need to know of the method before the first step.
+static PetscErrorCode plan_of(TS ts, const TSContext& context, Plan* plan) {
+  PetscReal theta, start;
+  PetscInt most;
+  bool adaptive = false;
+  PetscFunctionBegin;
+  PetscCall(theta_of(ts, &theta));
+  PetscCall(TSGetTimeStep(ts, &plan->step));
+  PetscCall(TSGetTime(ts, &start));
+  PetscCall(TSGetMaxSteps(ts, &most));
+  PetscCall(is_adaptive(ts, &adaptive));
+  plan->implicit = context.implicit;
+  plan->form = context.form;
+  plan->type = context.method->type();
+  plan->method = context.method->words();
+  plan->descriptor = context.method->descriptor >= context.method->order;
+  plan->any_step = context.implicit && theta >= 0.5;
+  plan->steps = std::min(static_cast<double>(most), (context.pace.end - start) / plan->step);
+  if (adaptive) PetscFunctionReturn(0);  // it shortens its steps where they are not stable
+  if (plan->type == TSEULER) plan->polynomial = {1, 1};
+  else if (plan->type == TSRK) PetscCall(polynomial_of_tableau(ts, &plan->polynomial));
   PetscFunctionReturn(0);
 }
 
@@ -143,19 +162,8 @@ PetscErrorCode create_ts(Model& model, TSContext* context, TSHandle* ts) {
     PetscCall(linear_solver_of(*ts, nullptr, &pc));
     PetscCall(make_pivots_relative(pc, false));
   }
-  PetscReal theta;
-  PetscCall(theta_of(*ts, &theta));
-  double real_limit = context->method->traits->real;
-  if (std::string(type) == TSRK) PetscCall(limit_of_tableau(*ts, &real_limit));
-  Plan plan{context->implicit,
-            context->form,
-            0,
-            real_limit,
-            type,
-            context->method->words(),
-            context->method->descriptor >= context->method->order,
-            context->implicit && theta >= 0.5};
-  PetscCall(TSGetTimeStep(*ts, &plan.step));
+  Plan plan;
+  PetscCall(plan_of(*ts, *context, &plan));
   PetscCall(model.prepare(plan));
   if (context->implicit) PetscCall(context->predictor.attach(*ts, model, &context->newton));
   PetscFunctionReturn(0);

@@ -50,10 +50,22 @@ R6 f 0 1k
 """
 
 
-def ngspice(netlist, vectors, step, end, folder):
+RINGING = """A circuit that starts from what its cards say
+V1 in 0 PULSE(2 1 0.2m 10u 10u 1)
+R1 in a 20
+L1 a b 1m IC=-50mA
+C1 0 b 1u ic = -3
+R2 b c 100
+C2 c 0 0.5uF
+L2 c d 2mH
+R3 d 0 10
+"""
+
+
+def ngspice(netlist, vectors, step, end, folder, uic=""):
     """(times, one column for each of `vectors`) of a transient analysis with steps of at most `step`."""
     cards = netlist.split(".end")[0]
-    control = (f".options reltol=1e-7 abstol=1e-15 vntol=1e-12 method=trap\n.tran {step} {end} 0 {step}\n.control\nrun\nset wr_singlescale\n"
+    control = (f".options reltol=1e-7 abstol=1e-15 vntol=1e-12 method=trap\n.tran {step} {end} 0 {step} {uic}\n.control\nrun\nset wr_singlescale\n"
                f"set numdgt=15\nwrdata out.txt {' '.join(vectors)}\nquit\n.endc\n.end\n")
     (folder / "check.cir").write_text(cards + control)
     subprocess.run(["ngspice", "-b", "check.cir"], cwd=folder, check=True, capture_output=True, timeout=300)
@@ -133,9 +145,47 @@ def operating_point(checks, folder):
     checks.true("units, and names of sources; linear by the netlist alone", found == [["V", "V", "A"], ["V", "A"], ["V1", "I1"]], str(found))
 
 
+def from_conditions(checks, folder):
+    """IC of C and L, 0 where a card has none, .ic and UIC: the state at the start by hand, the motion by SciPy and by ngspice with `uic`."""
+    step, end, labels = 1e-7, 1e-3, ["V(in)", "V(a)", "V(b)", "V(c)", "V(d)", "I(V1)", "I(L1)", "I(L2)"]
+
+    def exact(y0):
+        def rate(t, y):
+            b, c, first, second = y
+            source = np.interp(t, [2e-4, 2.1e-4], [2, 1])
+            return [(first - (b - c) / 100) / 1e-6, ((b - c) / 100 - second) / 5e-7, (source - 20 * first - b) / 1e-3, (c - 10 * second) / 2e-3]
+        return scipy.integrate.solve_ivp(rate, (0, end), y0, "DOP853", states.time, rtol=1e-11, atol=1e-13, max_step=5e-6).y
+    said = {"on cards": (RINGING, [3, 0, -0.05, 0]), ".ic": (RINGING.replace(" ic = -3", "").replace(" IC=-50mA", "") + ".ic V(b)=3 v(C) = -1\n", [3, -1, 0, 0]),
+            ".ic, and a card that says otherwise": (RINGING.replace("0.5uF", "0.5uF IC=2") + ".ic V(b)=1 V(c)=-1\n", [3, 2, -0.05, 0]),
+            "UIC alone": (RINGING.replace(" ic = -3", "").replace(" IC=-50mA", "") + ".tran 1u 1m UIC\n", [0, 0, 0, 0])}
+    for name, (netlist, y0) in said.items():
+        states = run(checks, folder, netlist, step, end)
+        checks.true(f"{name}: labels", states.labels == labels, str(states.labels))
+        b, c, first, second = y0
+        checks.near(f"{name}: the state at the start", states.value[0], [2, 2 - 20 * first, b, c, 10 * second, -first, first, second], 1e-14)
+        y = exact(y0)
+        ours = states.value[:, [labels.index(n) for n in ("V(b)", "V(c)", "I(L1)", "I(L2)")]]
+        checks.near(f"{name}: SciPy", ours / [1, 1, 0.1, 0.1], (y / np.array([1, 1, 0.1, 0.1])[:, None]).T, 2e-5)
+        times, theirs = ngspice("\n".join(line for line in netlist.splitlines() if not line.startswith(".tran")) + "\n", ["v(b)", "v(c)", "v(a)", "i(l1)", "i(l2)"], step, end, folder, "uic")
+        later = times > 20 * step
+        for k, label in enumerate(("V(b)", "V(c)", "V(a)", "I(L1)", "I(L2)")):
+            mine = np.interp(times[later], states.time, states.value[:, labels.index(label)])
+            checks.below(f"{name}: ngspice with uic, {label}", np.abs(mine - theirs[later, k]).max() / (1 if label.startswith("V") else 0.1), 5e-4)
+        other = run(checks, folder, netlist, step * 10, end / 10, ranks=3)
+        checks.near(f"{name}: on 3 ranks", other.value, run(checks, folder, netlist, step * 10, end / 10).value, 1e-11)
+    states = run(checks, folder, RINGING + "C3 in 0 1n\n", 1e-6, 1e-5, ts_type="beuler")
+    checks.near("a capacitor across a source has its voltage", states.value[0], [2, 3, 3, 0, 0, 0.05, -0.05, 0], 1e-14)
+    states = run(checks, folder, RINGING + ".tran 1u 1m\n", 1e-6, 1e-5)
+    checks.true(".tran without UIC: said that SPICE would not start from IC", "as SPICE does where .tran ends in UIC" in states.stderr, states.stderr[:200])
+    checks.near("and IC counts", states.value[0, 2], 3, 1e-14)
+    for more, expected in ((dict(bs_linear_dc=True), 2 * 110 / 130), (dict(bs_linear_dc=False), 0)):
+        states = run(checks, folder, RINGING, 1e-6, 1e-5, **more, ts_type="beuler")
+        checks.near(f"-bs_linear_dc {str(more['bs_linear_dc']).lower()} counts before IC", states.value[0, 2], expected, 1e-12)
+
+
 def main():
     checks = Checks(__doc__)
-    for part in (low_pass, band_pass, sources, operating_point):
+    for part in (low_pass, band_pass, sources, operating_point, from_conditions):
         if checks.wants(part.__name__):
             with checks.group(part.__name__), tempfile.TemporaryDirectory() as folder:
                 part(checks, pathlib.Path(folder))

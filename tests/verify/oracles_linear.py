@@ -171,6 +171,76 @@ def check_explicit_limit(checks):
                 checks.near(f"{what}: its limit over the exact one", float(said[2]) * most / z, 1, 0.05)
 
 
+def stability_polynomial(A, b):
+    """R(z) = 1 + z b.(I - z A)^-1 1 of a tableau, as coefficients of 1, z, ..."""
+    A, b, stage, R = np.array(A, float), np.array(b, float), np.ones(len(b)), [1.0]
+    for _ in b:
+        R.append(b @ stage)
+        stage = A @ stage
+    return np.polynomial.Polynomial(R)
+
+
+BOGACKI = stability_polynomial([[0, 0, 0, 0], [1 / 2, 0, 0, 0], [0, 3 / 4, 0, 0], [2 / 9, 1 / 3, 4 / 9, 0]], [2 / 9, 1 / 3, 4 / 9, 0])
+CLASSIC = stability_polynomial([[0, 0, 0, 0], [0.5, 0, 0, 0], [0, 0.5, 0, 0], [0, 0, 1, 0]], [1 / 6, 1 / 3, 1 / 3, 1 / 6])
+EXPLICIT = {"euler": ({"ts_type": "euler"}, np.polynomial.Polynomial([1, 1])), "rk 3bs": ({"ts_type": "rk", "ts_rk_type": "3bs"}, BOGACKI),
+            "rk 4": ({"ts_type": "rk", "ts_rk_type": "4"}, CLASSIC), "rk 2b": ({"ts_type": "rk", "ts_rk_type": "2b"}, stability_polynomial([[0, 0], [2 / 3, 0]], [1 / 4, 3 / 4]))}
+
+
+def oscillators():
+    """(name, G, C): an LC circuit with a resistance in series, a top's two angles with damping, two coupled circuits one of which is damped hard."""
+    inductance, capacity = 1e-3, 1e-6
+    for resistance in (5.0, 40.0):
+        yield f"RLC circuit, {resistance:g} ohm", np.array([[0.0, 1], [-1, resistance]]), np.diag([capacity, inductance])  # v, i: C v' = -i, L i' = v - R i
+    spin, k, d = 30.0, 100.0, 0.8
+    yield "gyroscope", np.block([[np.zeros((2, 2)), -np.eye(2)], [k * np.eye(2), np.array([[d, spin], [-spin, d]])]]), np.eye(4)
+    yield "a slow damped oscillation beside a fast decay", np.array([[0.0, -1, 0], [4, 0.2, 0], [0, 0, 900]]), np.eye(3)
+
+
+def check_complex_limit(checks, folder):
+    """Complex eigenvalues: the largest step named against NumPy's eigenvalues and the method's polynomial; what runs below and above it do; what is said where no step is stable."""
+    for name, G, C in oscillators():
+        values = np.linalg.eigvals(-np.linalg.solve(C, G))
+        x0 = np.linspace(1, 2, len(G))
+        for method, (kind, R) in EXPLICIT.items():
+            limit = min(first_exit(R, v) for v in values)
+            for share in (0.97, 1.06):
+                h = share * limit
+                run = States(checks, {**write_system(folder, G, C, None, x0), **kind, "ts_dt": h, "ts_max_time": 400 * h}, grows=True)
+                said = re.search(r"beyond the stability limit of (.*) on this system, about (\S+) s", run.stderr)
+                step = sum(c * np.linalg.matrix_power(-h * np.linalg.solve(C, G), k) for k, c in enumerate(R.coef))
+                exact = np.linalg.matrix_power(step, 400) @ x0
+                checks.near(f"{name}, {method}, {share} of its limit: 400 steps of R(h A)", run.value[-1] / np.abs(exact).max(), exact / np.abs(exact).max(), 1e-9)
+                radius = np.abs(np.linalg.eigvals(step)).max()
+                checks.true(f"{name}, {method}, {share} of its limit: {'warned of' if share > 1 else 'no word'}", bool(said) == (share > 1) == (radius > 1), f"|R| = {radius:.6g}; {run.stderr.strip()[:90]}")
+                if said:
+                    checks.near(f"{name}, {method}: the limit named", float(said[2]), limit, 6e-3 * limit)
+    omega, G = 3.0, np.array([[0.0, -1], [9, 0]])
+    system = write_system(folder, G, np.eye(2), None, [1.0, 0])
+    for method, h, T, word in (("euler", 0.01, 20, "no step of"), ("rk 2b", 0.2, 50, "no step of"), ("rk 2b", 1e-3, 1, ""), ("rk 4", 0.9 * 8**0.5 / omega, 50, ""),
+                               ("rk 4", 1.1 * 8**0.5 / omega, 50, "beyond the stability limit"), ("rk 3bs", 1.1 * 3**0.5 / omega, 50, "beyond the stability limit")):
+        kind, R = EXPLICIT[method]
+        run = States(checks, {**system, **kind, "ts_dt": h, "ts_max_time": T}, grows=True)
+        energy = (run.value**2 @ [9, 1]) / 9
+        steps = run.report["steps"]
+        whole = round(T / h) if abs(round(T / h) * h - T) < 1e-9 else steps - 1
+        k = np.argmin(np.abs(run.time - whole * h))
+        checks.near(f"an oscillation without damping, {method}, h = {h:.3g}: energy per step", np.log(energy[k]) / whole, 2 * np.log(abs(R(1j * omega * h))), 1e-9)
+        checks.true(f"an oscillation without damping, {method}, h = {h:.3g}: {word or 'no word'}", word in run.stderr and bool(word) == ("the solution will grow" in run.stderr), run.stderr.strip()[:160])
+    grows = write_system(folder, np.array([[-1.0]]), np.eye(1), None, [1.0])
+    run = States(checks, {**grows, "ts_type": "euler", "ts_dt": 0.01, "ts_max_time": 3}, grows=True)
+    checks.true("what grows by itself is not the step's fault", "stability" not in run.stderr and "no step" not in run.stderr, run.stderr.strip()[:90])
+    run = States(checks, {**write_system(folder, G, np.eye(2), None, [1.0, 0]), "ts_type": "rk", "ts_rk_type": "3bs", "ts_dt": 1, "ts_max_time": 5, "ts_adapt_type": "basic"}, grows=True)
+    checks.true("steps by error control are not judged by the first", "stability limit" not in run.stderr, run.stderr.strip()[:90])
+
+
+def first_exit(R, value):
+    """The first h > 0 at which |R(h value)| = 1: the least positive root of the polynomial |R|^2 - 1 in h."""
+    z = np.polynomial.Polynomial([0, value])
+    square = R(z) * np.polynomial.Polynomial(np.conj(R(z).coef))
+    roots = np.polynomial.Polynomial((square - 1).coef.real[1:]).roots()
+    return min(r.real for r in roots if abs(r.imag) < 1e-9 * abs(r) and r.real > 0)
+
+
 def check_ranks(checks):
     for name, options in (("heat2d", {"bs_linear_type": "heat2d", "bs_linear_size": (17, 11), "ts_dt": 1e-3}),
                           ("rlc, five states", {"bs_linear_type": "rlc", "bs_linear_source": "sine(1,5000)", "ts_dt": 5e-6})):
@@ -414,7 +484,7 @@ def check_remarks(checks):
 
 
 def check_builtin(checks):
-    for name, check in (("orders", check_orders), ("formulas", check_formulas), ("tank", check_tank), ("sources", check_sources),
+    for name, check in (("orders", check_orders), ("formulas", check_formulas), ("tank", check_tank), ("complex_limit", check_complex_limit), ("sources", check_sources),
                         ("formats", check_formats), ("index", check_index), ("index_advice", check_index_advice),
                         ("start_words", check_start_words), ("solves", check_solves)):
         if checks.wants(name):

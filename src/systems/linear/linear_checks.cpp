@@ -65,41 +65,12 @@ PetscErrorCode LinearModel::warn_inconsistent(const Plan& plan) {
   PetscFunctionReturn(0);
 }
 
-/// The largest |lambda| of C^-1 G by power iterations.
-PetscErrorCode LinearModel::warn_unstable(const Plan& plan) {
-  PetscRandom random;
-  PetscReal size = 0;
-  PetscFunctionBegin;
-  VecHandle x, y;
-  PetscCall(VecDuplicate(system_.x0, x.out()));
-  PetscCall(VecDuplicate(system_.x0, y.out()));
-  PetscCall(PetscRandomCreate(comm_, &random));
-  PetscCall(VecSetRandom(x, random));
-  PetscCall(PetscRandomDestroy(&random));
-  double product = 0;
-  constexpr int ITERATIONS = 40, COUNTED = 20;
-  for (int k = 0; k < ITERATIONS; ++k) {
-    PetscCall(VecNormalize(x, &size));
-    if (k >= ITERATIONS - COUNTED && size > 0) product += std::log(size) / COUNTED;
-    PetscCall(MatMult(system_.G, x, y));
-    PetscCall(apply_inverse_C(y));
-    PetscCall(VecCopy(y, x));
-  }
-  const double largest = size > 0 ? std::exp(product) : 0.0;
-  if (plan.step * largest > plan.real_stability)
-    PetscCall(
-        warn(comm_, format("the step %g s is beyond the stability limit of %s on this system, about %.3g s (largest eigenvalue of C^-1 G: about "
-                           "%.3g 1/s): the solution will grow without bound; take -ts_dt %.2g, or an implicit type such as -ts_type beuler",
-                           plan.step, plan.method.c_str(), plan.real_stability / largest, largest, 0.9 * plan.real_stability / largest)));
-  PetscFunctionReturn(0);
-}
-
 PetscErrorCode LinearModel::prepare(const Plan& plan) {
   PetscFunctionBegin;
   const bool velocity = plan.implicit && plan.form == Form::velocity;
   if (!plan.implicit || velocity || !plan.descriptor) PetscCall(invert_C(plan));
   if (velocity && !diagonal_) PetscCall(fail(comm_, Exit::input, plan.method + " needs a diagonal C here: use bdf, cn or theta"));
-  if (!plan.implicit && plan.real_stability > 0) PetscCall(warn_unstable(plan));
+  if (!plan.polynomial.empty()) PetscCall(warn_unstable(plan));
   PetscCall(warn_inconsistent(plan));
   type_ = plan.type;
   may_grow_ = !plan.any_step;
@@ -158,6 +129,7 @@ std::vector<std::string> LinearModel::describe() const {
                   (zero_rows_ > 0 ? ", " + how_many(zero_rows_, "empty row") + " (algebraic equations)" : std::string()));
   lines.push_back("sources: " + sources_.describe());
   if (dc_) lines.push_back("initial state: operating point G x = B u");
+  if (conditions_) lines.push_back("initial state: IC of capacitors and inductors");
   if (startup_steps_ > 0) lines.push_back("first " + how_many(startup_steps_, "step") + " by backward Euler");
   return lines;
 }

@@ -164,13 +164,17 @@ PetscErrorCode LinearModel::create(MPI_Comm comm, std::unique_ptr<Model>* out) {
 PetscErrorCode LinearModel::read(MPI_Comm comm) {
   SystemOptions options;
   PetscInt columns = 0;
+  bool dc_given = false;
   PetscFunctionBegin;
   comm_ = comm;
   PetscCall(read_section(comm, "Linear system G x + C x' = B u(t)", [&](Section& o) {
     options.read(o, is_given("-help"));
     sources_.options(o);
     dc_ = !options.netlist.empty() && options.x0.empty();
-    o.flag("-bs_linear_dc", "start from the operating point: solve G x = B u at the initial time (as SPICE, so by default with -bs_netlist)", dc_);
+    dc_given = o.flag("-bs_linear_dc",
+                      "start from the operating point: solve G x = B u at the initial time (as SPICE, so by default with -bs_netlist, unless it says "
+                      "IC, .ic or UIC)",
+                      dc_);
     o.integer("-bs_linear_be_steps", "number of initial steps by backward Euler, before cn or theta; they damp the ringing after a jump",
               startup_steps_, Range::nonnegative);
     if (dc_ && !options.x0.empty()) o.fail("options -bs_linear_dc and -bs_linear_x0: give one of them");
@@ -184,6 +188,11 @@ PetscErrorCode LinearModel::read(MPI_Comm comm) {
   PetscCall(MatNorm(system_.G, NORM_INFINITY, &norm_G_));
   PetscCall(MatNorm(system_.C, NORM_INFINITY, &norm_C_));
   PetscCall(inspect_C());
+  conditions_ = system_.start.G && !dc_given && options.x0.empty();
+  if (conditions_) {
+    dc_ = false;
+    PetscCall(start_from_conditions());
+  }
   if (dc_) PetscCall(operating_point());
   PetscFunctionReturn(0);
 }
@@ -235,24 +244,6 @@ PetscErrorCode LinearModel::inspect_C() {
   PetscFunctionReturn(0);
 }
 
-// G x = B u(start)
-PetscErrorCode LinearModel::operating_point() {
-  KSPHandle ksp;
-  bool singular = false;
-  PetscFunctionBegin;
-  PetscCall(create_direct(comm_, system_.G, "linear_dc_", ksp.out()));
-  PetscCall(is_singular(ksp, &singular));
-  if (singular)
-    PetscCall(fail(comm_, Exit::input,
-                   "option -bs_linear_dc: G is singular, there is no operating point: give -bs_linear_x0 or -bs_linear_dc false instead"));
-  PetscCall(require_solver(ksp, "linear_dc_"));
-  PetscCall(KSPSetErrorIfNotConverged(ksp, PETSC_TRUE));
-  PetscCall(VecZeroEntries(work_));
-  PetscCall(add_sources(start_, 1, work_));
-  PetscCall(KSPSolve(ksp, work_, system_.x0));
-  PetscFunctionReturn(0);
-}
-
 /// Ends the run with exit code 2 if the options make `ksp` a solver that does not solve the system.
 PetscErrorCode LinearModel::require_solver(KSP ksp, const char* prefix) {
   std::string refusal;
@@ -274,8 +265,8 @@ PetscErrorCode LinearModel::invert_C(const Plan& plan) {
   }
   if (zero_rows_ > 0 || singular)
     PetscCall(fail(comm_, Exit::input,
-                   "C is singular" + (zero_rows_ > 0 ? format(" (%lld empty rows)", static_cast<long long>(zero_rows_)) : std::string()) + ": " +
-                       plan.method + " needs C^-1: use -ts_type beuler, cn, theta or bdf"));
+                   "C is singular" + (zero_rows_ > 0 ? " (" + how_many(zero_rows_, "empty row") + ")" : std::string()) + ": " + plan.method +
+                       " needs C^-1: use -ts_type beuler, cn, theta or bdf"));
   PetscFunctionReturn(0);
 }
 

@@ -51,6 +51,8 @@ class LinearModel final : public Model {
   PetscErrorCode read(MPI_Comm comm);
   PetscErrorCode inspect_C();
   PetscErrorCode operating_point();
+  PetscErrorCode start_from_conditions();
+  PetscErrorCode check_start(Vec z);
   PetscErrorCode warn_inconsistent(const Plan& plan);
   PetscErrorCode warn_index();
   PetscErrorCode warn_unstable(const Plan& plan);
@@ -64,7 +66,7 @@ class LinearModel final : public Model {
   LinearSystem system_;
   Sources sources_;
   double start_ = 0, norm_G_ = 0, norm_C_ = 0;
-  bool dc_ = false, diagonal_ = false, symmetric_ = false;
+  bool dc_ = false, conditions_ = false, diagonal_ = false, symmetric_ = false;
   std::int64_t startup_steps_ = 0, fillings_ = 0, zero_rows_ = 0;
   VecHandle u_, Bu_, work_, diagonal_C_;
   KSPHandle C_solver_;

@@ -29,12 +29,15 @@ struct Equations {
   Entries G, C, B;
   std::vector<std::string> labels, units, source_labels, source_units;
   std::string source;
+  std::vector<std::pair<PetscInt, double>> given;  ///< at the start: entries of the right side beside the sources
 };
 
 // The current of each element flows from its node a to b; what leaves a node is 0 in sum, and a source's current is that through it:
 //   R: (v_a - v_b)/R leaves a;  C: C (v_a - v_b)' leaves a;  I: u leaves a
 //   L: i leaves a, L i' - (v_a - v_b) = 0;  V: i leaves a, v_a - v_b = u
-Equations equations_of(const Circuit& circuit) {
+// At the `start`, where L keeps i and C, as `holding` says, its voltage, which takes a current through it, numbered after the states:
+//   L: i leaves a, i = IC;  C: i leaves a, v_a - v_b = IC
+Equations equations_of(const Circuit& circuit, const StartingCircuit* start = nullptr) {
   Equations e;
   for (std::size_t k = 1; k < circuit.nodes.size(); ++k) {
     e.labels.push_back("V(" + circuit.nodes[k] + ")");
@@ -43,7 +46,7 @@ Equations equations_of(const Circuit& circuit) {
   for (const CircuitElement& element : circuit.elements) {
     const PetscInt a = static_cast<PetscInt>(element.a) - 1, b = static_cast<PetscInt>(element.b) - 1;
     const char kind = element.kind;
-    if (kind == 'r' || kind == 'c') {
+    if (kind == 'r' || (kind == 'c' && !start)) {
       Entries& M = kind == 'r' ? e.G : e.C;
       const double g = kind == 'r' ? 1 / element.value : element.value;
       M.add(a, a, g);
@@ -58,6 +61,11 @@ Equations equations_of(const Circuit& circuit) {
       e.units.emplace_back("A");
       e.G.add(a, i, 1);
       e.G.add(b, i, -1);
+      if (kind == 'l' && start) {
+        e.G.add(i, i, 1);
+        e.given.emplace_back(i, element.start);
+        continue;
+      }
       e.G.add(i, a, sign);
       e.G.add(i, b, -sign);
       if (kind == 'l') e.C.add(i, i, element.value);
@@ -74,6 +82,15 @@ Equations equations_of(const Circuit& circuit) {
     ++e.sources;
   }
   e.states = static_cast<PetscInt>(e.labels.size());
+  for (const std::size_t k : start ? start->holding : std::vector<std::size_t>()) {
+    const CircuitElement& element = circuit.elements[k];
+    const PetscInt a = static_cast<PetscInt>(element.a) - 1, b = static_cast<PetscInt>(element.b) - 1, i = e.states++;
+    e.G.add(a, i, 1);
+    e.G.add(b, i, -1);
+    e.G.add(i, a, 1);
+    e.G.add(i, b, -1);
+    e.given.emplace_back(i, element.start);
+  }
   return e;
 }
 
@@ -95,6 +112,32 @@ PetscErrorCode assemble(MPI_Comm comm, PetscInt rows, PetscInt columns, const En
     if (e.row >= first && e.row < first + local) PetscCall(MatSetValue(*out, e.row, e.column, e.value, ADD_VALUES));
   PetscCall(MatAssemblyBegin(*out, MAT_FINAL_ASSEMBLY));
   PetscCall(MatAssemblyEnd(*out, MAT_FINAL_ASSEMBLY));
+  PetscFunctionReturn(0);
+}
+
+/// The circuit at the start, where the netlist has conditions.
+PetscErrorCode assemble_start(MPI_Comm comm, const std::string& path, const Circuit& circuit, StartSystem* out) {
+  PetscInt first, last;
+  PetscFunctionBegin;
+  const StartingCircuit start = starting_circuit(circuit);
+  if (!start.fault.empty()) PetscCall(fail(comm, Exit::input, path + ": " + start.fault));
+  const Equations e = equations_of(circuit, &start);
+  PetscCall(assemble(comm, e.states, e.states, e.G, &out->G));
+  if (e.sources > 0) PetscCall(assemble(comm, e.states, e.sources, e.B, &out->B));
+  PetscCall(MatCreateVecs(out->G, nullptr, out->b.out()));
+  PetscCall(VecGetOwnershipRange(out->b, &first, &last));
+  for (const auto& [row, value] : e.given)
+    if (row >= first && row < last) PetscCall(VecSetValue(out->b, row, value, INSERT_VALUES));
+  PetscCall(VecAssemblyBegin(out->b));
+  PetscCall(VecAssemblyEnd(out->b));
+  for (const std::size_t k : start.last) {
+    const CircuitElement& c = circuit.elements[k];
+    if (start.by_sources(c)) continue;
+    out->checks.push_back({static_cast<PetscInt>(c.a) - 1, static_cast<PetscInt>(c.b) - 1, c.start,
+                           path + ": " + c.name + " closes a loop of capacitors and voltage sources, which " +
+                               (c.started ? format("do not leave it its %g V", c.start) : std::string("charge it at once")) +
+                               ": give capacitors of the loop an IC that fits"});
+  }
   PetscFunctionReturn(0);
 }
 
@@ -128,6 +171,7 @@ PetscErrorCode load_netlist(MPI_Comm comm, const std::string& path, LinearSystem
     take_part(e.source_units, first, last, &out->source_units);
     out->source = e.source;
   }
+  if (circuit.from_conditions) PetscCall(assemble_start(comm, path, circuit, &out->start));
   out->origin = path + (circuit.title.empty() ? "" : " (" + printable(circuit.title) + ")");
   PetscFunctionReturn(0);
 }

@@ -11,7 +11,9 @@ namespace bs {
 namespace {
 
 const char* const SUPPORTED =
-    "cards are Rname N1 N2 ohm, Cname N1 N2 farad, Lname N1 N2 henry, Vname N+ N- SOURCE, Iname N+ N- SOURCE, .tran (passed over), .end and comments";
+    "cards are Rname N1 N2 ohm, Cname N1 N2 farad [IC=V], Lname N1 N2 henry [IC=A], Vname N+ N- SOURCE, Iname N+ N- SOURCE, .ic V(NODE)=V, .tran "
+    "(passed over but for UIC), "
+    ".end and comments";
 
 struct Card {
   std::size_t line = 0;
@@ -75,12 +77,15 @@ std::string read_source(const std::vector<std::string>& words, std::string* sour
 class Reader {
  public:
   explicit Reader(Circuit* circuit) : circuit_(circuit) {}
+  bool has_tran() const { return tran_; }
+  bool has_uic() const { return uic_; }
 
   /// One card; returns why it is none.
   std::string read(const Card& card) {
     const std::vector<std::string> words = words_of(card.text);
     const std::string first = words.empty() ? "" : lower(words[0]);
     if (first == ".tran") return pass_over(words);
+    if (first == ".ic") return read_node_voltages(card.text);
     if (first.empty() || std::string("rclvi").find(first[0]) == std::string::npos)
       return "'" + printable(card.text) + "' is not among what is read: " + SUPPORTED;
     if (words.size() < 4) return "'" + printable(card.text) + "' lacks nodes or a value: " + SUPPORTED;
@@ -94,6 +99,30 @@ class Reader {
     const std::string error = e.kind == 'v' || e.kind == 'i' ? read_source(words, &e.source) : read_value(words, &e);
     if (error.empty()) circuit_->elements.push_back(e);
     return error.empty() ? "" : words[0] + ": " + error;
+  }
+
+  /// After the last card: whether the run starts from conditions, and the voltages of capacitors that .ic gives. Returns an error.
+  std::string finish() {
+    std::vector<double> at(circuit_->nodes.size(), 0.0);
+    std::vector<bool> held(at.size(), false), used(at.size(), false);
+    for (const auto& [name, voltage] : voltages_) {
+      const auto found = numbers_.find(name);
+      if (found == numbers_.end()) return ".ic V(" + printable(name) + "): no card names this node";
+      at[found->second] = voltage;
+      held[found->second] = true;
+    }
+    for (CircuitElement& e : circuit_->elements) {
+      circuit_->from_conditions = circuit_->from_conditions || e.started;
+      if (e.kind != 'c') continue;
+      used[e.a] = used[e.b] = true;
+      if (e.started || !(held[e.a] || held[e.b])) continue;
+      e.start = at[e.a] - at[e.b];
+      e.started = true;
+    }
+    for (std::size_t k = 1; k < held.size(); ++k)
+      if (held[k] && !used[k]) return ".ic V(" + circuit_->nodes[k] + "): no capacitor at this node keeps a voltage: leave it out";
+    circuit_->from_conditions = circuit_->from_conditions || uic_ || !voltages_.empty();
+    return {};
   }
 
  private:
@@ -111,14 +140,43 @@ class Reader {
     if (e->kind == 'r' ? e->value == 0 : e->value <= 0)
       return words[3] + (e->kind == 'r' ? ": a resistance must not be 0: join its nodes, or put a V card of 0 in its place" : ": give a number > 0");
     if (words.size() == 4) return {};
-    if (lower(words[4]).rfind("ic", 0) == 0)
-      return "initial conditions are not read from cards: leave IC out and give -bs_linear_x0, or -bs_linear_dc for the operating point";
-    return "'" + printable(words[4]) + "' after the value is not read: leave it out";
+    std::string rest;
+    for (std::size_t k = 4; k < words.size(); ++k) rest += " " + words[k];
+    const std::vector<std::string> condition = assignment(rest);
+    if (e->kind == 'r' || condition.empty() || lower(condition[0]) != "ic")
+      return "'" + printable(words[4]) + "' after the value is not read: leave it out";
+    if (condition.size() != 2) return "write IC=" + std::string(e->kind == 'c' ? "volt" : "ampere") + " behind the value, and nothing else";
+    e->started = true;
+    const std::string wrong = read_spice_number(condition[1], &e->start);
+    return wrong.empty() ? "" : "IC: '" + printable(condition[1]) + "' " + wrong;
+  }
+
+  /// Words between blanks and signs of equality.
+  static std::vector<std::string> assignment(std::string text) {
+    std::replace(text.begin(), text.end(), '=', ' ');
+    return words_of(text);
+  }
+
+  /// .ic V(a)=1 V(b)=2
+  std::string read_node_voltages(const std::string& text) {
+    const std::vector<std::string> words = assignment(text);
+    const std::string wanted = "'" + printable(text) + "': write .ic V(NODE)=VOLT, with blanks between several";
+    if (words.size() < 4 || words.size() % 3 != 1) return wanted;
+    for (std::size_t k = 1; k < words.size(); k += 3) {
+      double value = 0;
+      const std::string refused = read_spice_number(words[k + 2], &value);
+      if (lower(words[k]) != "v") return wanted;
+      if (!refused.empty()) return ".ic V(" + printable(words[k + 1]) + "): '" + printable(words[k + 2]) + "' " + refused;
+      voltages_[lower(words[k + 1])] = value;
+    }
+    return {};
   }
 
   std::string pass_over(const std::vector<std::string>& words) {
     std::string instead;
     double step = 0, end = 0;
+    tran_ = true;
+    uic_ = uic_ || lower(words.back()) == "uic";
     if (words.size() > 2 && read_spice_number(words[1], &step).empty() && read_spice_number(words[2], &end).empty())
       instead = ": write -ts_dt " + short_number(step) + " -ts_max_time " + short_number(end);
     circuit_->remarks.push_back(".tran is passed over" + (instead.empty() ? ": give -ts_dt and -ts_max_time" : instead));
@@ -127,7 +185,19 @@ class Reader {
 
   Circuit* circuit_;
   std::map<std::string, std::size_t> numbers_, lines_;
+  std::map<std::string, double> voltages_;  ///< of nodes, by .ic
+  bool tran_ = false, uic_ = false;
 };
+
+/// "the node a floats", "the nodes a, b, ... float" of those that are not joined to ground; empty: there are none.
+std::string floating(const Circuit& c, DisjointSets* joined) {
+  std::string names;
+  std::size_t count = 0;
+  for (std::size_t k = 1; k < c.nodes.size(); ++k)
+    if (joined->top(static_cast<PetscInt>(k)) != joined->top(0) && ++count <= 5) names += (count > 1 ? ", " : "") + c.nodes[k];
+  if (count == 0) return {};
+  return std::string(count > 1 ? "the nodes " : "the node ") + names + (count > 5 ? ", ..." : "") + (count > 1 ? " float" : " floats");
+}
 
 /// What leaves voltages or currents undetermined: loops of voltage sources, and nodes that nothing but current sources joins to ground.
 std::string check_topology(const Circuit& c) {
@@ -140,16 +210,36 @@ std::string check_topology(const Circuit& c) {
     if (e.kind == 'v') held.join(a, b);
     if (e.kind != 'i') joined.join(a, b);
   }
-  std::string names;
-  std::size_t count = 0;
-  for (std::size_t k = 1; k < c.nodes.size(); ++k)
-    if (joined.top(static_cast<PetscInt>(k)) != joined.top(0) && ++count <= 5) names += (count > 1 ? ", " : "") + c.nodes[k];
-  if (count == 0) return {};
-  return std::string(count > 1 ? "the nodes " : "the node ") + names + (count > 5 ? ", ..." : "") + (count > 1 ? " float" : " floats") +
-         ": no resistor, capacitor, inductor or voltage source leads to ground (0 or gnd): add one";
+  const std::string names = floating(c, &joined);
+  return names.empty() ? "" : names + ": no resistor, capacitor, inductor or voltage source leads to ground (0 or gnd): add one";
 }
 
 }  // namespace
+
+StartingCircuit starting_circuit(const Circuit& c) {
+  StartingCircuit out;
+  DisjointSets held(static_cast<PetscInt>(c.nodes.size())), joined(static_cast<PetscInt>(c.nodes.size()));
+  const auto join = [](DisjointSets* sets, const CircuitElement& e) {
+    const auto a = static_cast<PetscInt>(e.a), b = static_cast<PetscInt>(e.b);
+    const bool apart = sets->top(a) != sets->top(b);
+    if (apart) sets->join(a, b);
+    return apart;
+  };
+  for (const CircuitElement& e : c.elements) {
+    if (e.kind == 'v') (void)join(&held, e);
+    if (e.kind == 'v' || e.kind == 'r' || e.kind == 'c') (void)join(&joined, e);
+  }
+  for (std::size_t k = 0; k < c.nodes.size(); ++k) out.by_source.push_back(static_cast<std::size_t>(held.top(static_cast<PetscInt>(k))));
+  for (const bool started : {true, false})  // those whose voltage is given first
+    for (std::size_t k = 0; k < c.elements.size(); ++k)
+      if (c.elements[k].kind == 'c' && c.elements[k].started == started) (join(&held, c.elements[k]) ? out.holding : out.last).push_back(k);
+  const std::string names = floating(c, &joined);
+  if (!names.empty())
+    out.fault = names +
+                " at the start from IC, where inductors keep their currents: no resistor, capacitor or voltage source leads to ground: add a "
+                "resistor, or leave IC, .ic and UIC out";
+  return out;
+}
 
 std::string read_netlist(const std::string& text, const std::string& file, Circuit* out) {
   std::vector<Card> cards;
@@ -167,6 +257,11 @@ std::string read_netlist(const std::string& text, const std::string& file, Circu
     if (!error.empty()) return where + error;
     if (out->remarks.size() > said) out->remarks.back() = where + out->remarks.back();
   }
+  error = reader.finish();
+  if (!error.empty()) return file + ": " + error;
+  if (out->from_conditions && reader.has_tran() && !reader.has_uic())
+    out->remarks.push_back(
+        file + ": the run starts from IC and .ic, as SPICE does where .tran ends in UIC: add it, or leave them out for the operating point");
   if (out->elements.empty()) return file + ": no cards: after the first line, the title, " + SUPPORTED;
   error = check_topology(*out);
   return error.empty() ? "" : file + ": " + error;

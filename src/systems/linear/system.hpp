@@ -12,6 +12,19 @@
 
 namespace bs {
 
+/// A circuit at the start, where capacitors keep their voltages and inductors their currents: G z = B u + b; z begins with the states.
+struct StartSystem {
+  /// What is to hold of z, but has no equation: z_a - z_b = value, -1 is ground; `fault`: why it does not.
+  struct Check {
+    PetscInt a, b;
+    double value;
+    std::string fault;
+  };
+  MatHandle G, B;  ///< G is null where there is none; B is null without sources
+  VecHandle b;
+  std::vector<Check> checks;
+};
+
 struct LinearSystem {
   MatHandle G, C, B;  ///< MATAIJ, n x n, n x n, n x k; B is null without sources
   VecHandle x0;
@@ -19,6 +32,7 @@ struct LinearSystem {
   std::vector<std::string> source_labels, source_units;  ///< of this rank's columns of B, likewise
   std::string origin;                                    ///< for the header
   std::string source;                                    ///< u(t) where the user gives none; empty: must be given
+  StartSystem start;
 };
 
 struct SystemOptions {

@@ -1,0 +1,86 @@
+// The state that a linear system starts from: its operating point, or what a netlist says of capacitors and inductors.
+#include <algorithm>
+#include <cmath>
+#include "base/error.hpp"
+#include "base/vec_array.hpp"
+#include "systems/linear/linear_model.hpp"
+
+namespace bs {
+
+// G x = B u(start)
+PetscErrorCode LinearModel::operating_point() {
+  KSPHandle ksp;
+  bool singular = false;
+  PetscFunctionBegin;
+  PetscCall(create_direct(comm_, system_.G, "linear_dc_", ksp.out()));
+  PetscCall(is_singular(ksp, &singular));
+  if (singular)
+    PetscCall(fail(comm_, Exit::input,
+                   "option -bs_linear_dc: G is singular, there is no operating point: give -bs_linear_x0 or -bs_linear_dc false instead"));
+  PetscCall(require_solver(ksp, "linear_dc_"));
+  PetscCall(KSPSetErrorIfNotConverged(ksp, PETSC_TRUE));
+  PetscCall(VecZeroEntries(work_));
+  PetscCall(add_sources(start_, 1, work_));
+  PetscCall(KSPSolve(ksp, work_, system_.x0));
+  PetscFunctionReturn(0);
+}
+
+// G z = B u(start) + b of the circuit at the start; x0 are the first of z
+PetscErrorCode LinearModel::start_from_conditions() {
+  StartSystem& start = system_.start;
+  KSPHandle ksp;
+  VecHandle z, part;
+  ISHandle rows;
+  ScatterHandle scatter;
+  bool singular = false;
+  PetscInt first, last;
+  PetscFunctionBegin;
+  PetscCall(create_direct(comm_, start.G, "linear_dc_", ksp.out()));
+  PetscCall(is_singular(ksp, &singular));
+  if (singular)
+    PetscCall(
+        fail(comm_, Exit::input,
+             system_.origin +
+                 ": IC, .ic and UIC leave the circuit undetermined at the start: give -bs_linear_x0, or -bs_linear_dc for the operating point"));
+  PetscCall(require_solver(ksp, "linear_dc_"));
+  PetscCall(KSPSetErrorIfNotConverged(ksp, PETSC_TRUE));
+  PetscCall(VecDuplicate(start.b, z.out()));
+  if (start.B) {
+    PetscCall(set_sources(start_));
+    PetscCall(MatMultAdd(start.B, u_, start.b, start.b));
+  }
+  PetscCall(KSPSolve(ksp, start.b, z));
+  PetscCall(VecGetOwnershipRange(system_.x0, &first, &last));
+  PetscCall(ISCreateStride(comm_, last - first, first, 1, rows.out()));
+  PetscCall(VecScatterCreate(z, rows, system_.x0, rows, scatter.out()));
+  PetscCall(VecScatterBegin(scatter, z, system_.x0, INSERT_VALUES, SCATTER_FORWARD));
+  PetscCall(VecScatterEnd(scatter, z, system_.x0, INSERT_VALUES, SCATTER_FORWARD));
+  PetscCall(check_start(z));
+  start = {};
+  PetscFunctionReturn(0);
+}
+
+/// What has no equation at the start must hold all the same.
+PetscErrorCode LinearModel::check_start(Vec z) {
+  const std::vector<StartSystem::Check>& checks = system_.start.checks;
+  VecHandle all;
+  ScatterHandle scatter;
+  PetscFunctionBegin;
+  if (checks.empty()) PetscFunctionReturn(0);
+  PetscCall(VecScatterCreateToAll(z, scatter.out(), all.out()));
+  PetscCall(VecScatterBegin(scatter, z, all, INSERT_VALUES, SCATTER_FORWARD));
+  PetscCall(VecScatterEnd(scatter, z, all, INSERT_VALUES, SCATTER_FORWARD));
+  std::string fault;
+  {
+    const ReadArray v(all);
+    const auto at = [&](PetscInt k) { return k < 0 ? 0.0 : v[k]; };
+    for (const StartSystem::Check& check : checks) {
+      const double size = std::max({std::abs(at(check.a)), std::abs(at(check.b)), std::abs(check.value)});
+      if (fault.empty() && std::abs(at(check.a) - at(check.b) - check.value) > 1e-9 * size) fault = check.fault;
+    }
+  }
+  if (!fault.empty()) PetscCall(fail(comm_, Exit::input, fault));
+  PetscFunctionReturn(0);
+}
+
+}  // namespace bs
