@@ -48,7 +48,8 @@ def energy(ax, runs, labels, args):
                 continue
             seen[name] = dash
             ax.plot(run.observable_times, value, ls=dash, label=None if several else name,
-                    color=COLORS[i % len(COLORS)] if several else color, lw=width(i, several) if several or name == "total" else 1.1)
+                    color=COLORS[i % len(COLORS)] if several else color, lw=width(i, several) if several or name == "total" else 1.1,
+                    zorder=1.9 if name == "total" and not several else 2)  # under the part that it may consist of
         if not several and "total" in seen:
             total = run.series["total_energy"]
             work = work_of(run)

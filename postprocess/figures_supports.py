@@ -45,9 +45,8 @@ def curves_of(run, args):
 
 def mark_limits(ax, curves, labelled=8, marked=60):
     """Discs at limit points, squares where a curve [(x, y)] turns back in x, with the loads beside them where they are few; nothing where they are too many."""
-    found = [(limit_points(x, y), y[0]) for x, y in curves if len(x) > 2]
-    limits = [(x, y, (points[0][1] > start) == (k % 2 == 0)) for (points, _), start in found for k, (x, y) in enumerate(points)]  # maxima and minima by turns
-    backs = [p for (_, some), _ in found for p in some]
+    found = [limit_points(x, y) for x, y in curves if len(x) > 2]
+    limits, backs = [p for some, _ in found for p in some], [p for _, some in found for p in some]
     if len(limits) + len(backs) > marked:
         return
     for points, mark, words in (([p[:2] for p in limits], "o", "limit points"), (backs, "s", "turning points of displacement")):

@@ -130,7 +130,9 @@ def refined(k, x, y):
 
 
 def limit_points(x, y):
-    """Limit points [(x, y)] of a curve, where y has an extreme along it, and the points [(x, y)] where it turns back in x; between rows by interpolation."""
-    limits = [refined(k, x, y) for k in turns(y)]
-    backs = [refined(k, y, x)[::-1] for k in turns(x)]
+    """Limit points [(x, y, whether it is a maximum)] of a curve, where y has an extreme along it, and the points [(x, y)] where it turns back in x; between rows by
+    interpolation. Where both turn in one row the path itself turns back, as where what is driven does: that is no limit point."""
+    returns, extremes = turns(x), turns(y)
+    limits = [(*refined(k, x, y), y[k] > y[k - 1] or y[k] > y[k + 1]) for k in extremes if k not in returns]
+    backs = [refined(k, y, x)[::-1] for k in returns]
     return limits, backs

@@ -114,7 +114,7 @@ def marks(checks, folder):
     """Which points are marked: extremes between rows, none of a straight or noisy line, ends not; of breaks the equilibria alone."""
     x = np.linspace(0, 4, 41)
     limits, backs = limit_points(x, np.sin(np.pi * x / 2))
-    checks.near("extremes of a sine", limits, [(1, 1), (3, -1)], 1e-4)
+    checks.near("extremes of a sine", limits, [(1, 1, 1), (3, -1, 0)], 1e-4)
     checks.true("it does not turn back", backs == [])
     limits, backs = limit_points(np.sin(np.pi * x / 2), x)
     checks.near("turned on its side", backs, [(1, 1), (-1, 3)], 1e-4)
@@ -122,7 +122,13 @@ def marks(checks, folder):
     noise = 1e-4 * (-1.0) ** np.arange(41)
     checks.true("nor has a line with small errors, or a level one", limit_points(x, x + noise) == ([], []) and limit_points(x, 0 * x + 3) == ([], []))
     jump = np.where(x < 2, x, x - 1.5)
-    checks.near("a jump: the rows before and behind", limit_points(x, jump)[0], [(1.9, 1.9), (2.0, 0.5)], 1e-12)
+    checks.near("a jump: the rows before and behind", limit_points(x, jump)[0], [(1.9, 1.9, 1), (2.0, 0.5, 0)], 1e-12)
+    way = np.concatenate([np.linspace(0, 2, 21), np.linspace(1.9, 0, 20)])  # a softening curve, its peak at x = 1, from which the way back is straight
+    limits, backs = limit_points(way, np.where(np.arange(41) <= 20, way * np.exp(1 - way), 2 * np.exp(-1) - 2 * (2 - way)))
+    checks.near("turned back where it falls: the peak alone is a limit point", limits, [(1, 1, 1)], 1e-4)
+    checks.near("and the end of the way a turning point", backs, [(2, 2 * np.exp(-1))], 1e-12)
+    rising = np.where(np.arange(41) <= 20, way, 2 - 3 * (2 - way))
+    checks.true("turned back where it rises: no limit point at all", limit_points(way, rising) == ([], [(2.0, 2.0)]), str(limit_points(way, rising)))
 
     class Broken:
         series = {"load_factor": np.array([0, 0.5, 1, 1, 1, 1, 1.5, 2])}
