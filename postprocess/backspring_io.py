@@ -16,7 +16,7 @@ import numpy as np
 
 from lazy import Frames
 from open_hdf5 import RunError, first_line, h5py, open_hdf5
-from run_data import PARTICLES, Series, text
+from run_data import PARTICLES, Series, counted, text
 from run_springs import JoinedRun
 from run_tables import TabledRun
 
@@ -191,7 +191,7 @@ class Run(JoinedRun, TabledRun):
         if name not in self._cache:
             data = self._array(f"{PARTICLES}/{name}")
             if data is not None and data.size != self.particles * width:
-                raise self._error(f"{PARTICLES}/{name} has {data.size} rows for {self.particles} particles")
+                raise self._error(f"{PARTICLES}/{name} has {counted(data.size, 'row')} for {counted(self.particles, 'particle')}")
             self._cache[name] = None if data is None else np.asarray(data, dtype=dtype).reshape((-1, width) if width > 1 else -1)
         return self._cache[name]
 

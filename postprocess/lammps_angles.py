@@ -3,6 +3,7 @@ import numpy as np
 
 import lammps_units
 from backspring_io import RunError
+from run_data import counted
 from lammps_numbers import harmonic
 
 
@@ -15,10 +16,10 @@ def read_angles(path, data, header, sections, row_of):
     data.angles = None
     rows = sections.get("Angles", ("", []))[1]
     if header.get("angles") and "Angles" not in sections:
-        data.notes.append(f"{header['angles']} angles left out: the file has no section Angles")
+        data.notes.append(f"{counted(header['angles'], 'angle')} left out: the file has no section Angles")
         return
     if header.get("angles", len(rows)) != len(rows):
-        raise RunError(f"{path}: announces {header.get('angles', 0)} angles, section Angles has {len(rows)} rows")
+        raise RunError(f"{path}: announces {counted(header.get('angles', 0), 'angle')}, section Angles has {counted(len(rows), 'row')}")
     if not rows:
         return
     try:

@@ -8,6 +8,7 @@ import numpy as np
 import lammps_angles
 import lammps_box
 import lammps_units
+import run_data
 from backspring_io import RunError
 from lammps_numbers import harmonic, reals
 
@@ -53,7 +54,7 @@ def _read(path, style, units, periodic, coefficients):
     for name, counted in (("Atoms", "atoms"), ("Bonds", "bonds"), ("Velocities", "atoms")):
         rows = len(sections.get(name, ("", []))[1])
         if counted in header and rows != header[counted] and (rows or name == "Bonds"):
-            raise RunError(f"{path}: announces {header[counted]} {counted}, section {name} has {rows} rows"
+            raise RunError(f"{path}: announces {run_data.counted(header[counted], counted[:-1])}, section {name} has {run_data.counted(rows, 'row')}"
                            + ("; truncated?" if rows < header[counted] else ""))
     _units(path, data, header, units)
     types, row_of, images = _atoms(path, data, sections, style, header)

@@ -1,7 +1,7 @@
 """The part of a Run that reads springs and all else that joins particles, and the periodic box that they cross."""
 import numpy as np
 
-from run_data import BONDS, HISTORIES, LAW_DATA, LIMITS, PARTICLES, Angles, Springs, text
+from run_data import BONDS, HISTORIES, LAW_DATA, LIMITS, PARTICLES, Angles, Springs, counted, text
 
 
 class JoinedRun:
@@ -40,7 +40,7 @@ class JoinedRun:
     def _column_of_springs(self, name, count):
         data = self._array(f"{BONDS}_{name}")
         if data is not None and data.size != count:
-            raise self._error(f"{BONDS}_{name} has {data.size} rows for {count} springs")
+            raise self._error(f"{BONDS}_{name} has {counted(data.size, 'row')} for {counted(count, 'spring')}")
         return None if data is None else data.astype(float).reshape(-1)
 
     @property

@@ -102,13 +102,12 @@ PetscErrorCode CheckpointFile::require_same(Model& model) const {
   PetscCall(model.fingerprint(&fingerprint));
   if (get(system.text, "model") != model.name()) what = "of a model of kind " + get(system.text, "model") + ", not " + model.name();
   else if (get(system.whole, "dimension") != model.dim())
-    what = format("of a lattice in %lld dimensions, not %d", static_cast<long long>(get(system.whole, "dimension")), model.dim());
+    what = "of a lattice in " + how_many(get(system.whole, "dimension"), "dimension") + format(", not %d", model.dim());
   else if (get(system.whole, "unknowns") != size)
-    what =
-        model.dim() > 0
-            ? format("of %lld particles, not %lld", static_cast<long long>(get(system.whole, "unknowns") / (std::int64_t{2} * model.dim())),
-                     static_cast<long long>(size / (std::int64_t{2} * model.dim())))
-            : format("of a system of %lld unknowns, not %lld", static_cast<long long>(get(system.whole, "unknowns")), static_cast<long long>(size));
+    what = model.dim() > 0
+               ? "of " + how_many(get(system.whole, "unknowns") / (std::int64_t{2} * model.dim()), "particle") +
+                     format(", not %lld", static_cast<long long>(size / (std::int64_t{2} * model.dim())))
+               : "of a system of " + how_many(get(system.whole, "unknowns"), "unknown") + format(", not %lld", static_cast<long long>(size));
   else if (static_cast<std::uint64_t>(get(system.whole, "fingerprint")) != fingerprint)
     what = model.dim() > 0 ? "of another lattice of the same size: a particle, spring or law of the springs has changed"
                            : "of another system of the same size: G, C, B or a source's column has changed";

@@ -98,7 +98,8 @@ static std::string fault_of(const AnchorSpec& spec, const Lattice& l) {
     if (i < 0 || i >= l.particles.total)
       return format("-bs_anchor_particles %" PRId64 ": there is no such particle; write numbers from 0 to %" PRId64, i, l.particles.total - 1);
   if (!spec.point.empty() && static_cast<int>(spec.point.size()) != l.dim)
-    return format("-bs_anchor_point has %zu numbers: write %d, as the lattice has d = %d", spec.point.size(), l.dim, l.dim);
+    return "-bs_anchor_point has " + how_many(static_cast<std::int64_t>(spec.point.size()), "number") +
+           format(": write %d, as the lattice has d = %d", l.dim, l.dim);
   if (spec.stiffness <= 0 && spec.damping <= 0) return "-bs_anchor_particles needs springs; add -bs_anchor_stiffness (or -bs_anchor_damping) > 0";
   return {};
 }

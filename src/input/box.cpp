@@ -22,8 +22,8 @@ PetscErrorCode read_boundary(MPI_Comm comm, const Hdf5File& file, const std::str
   // of a trajectory padded to three components the first d count
   if (words.empty() || static_cast<int>(words.size()) < l->dim)
     PetscCall(fail(comm, Exit::input,
-                   format("%s: attribute boundary of %s has %d words; write %d, periodic or none along each edge", l->source.c_str(), group.c_str(),
-                          static_cast<int>(words.size()), l->dim)));
+                   format("%s: attribute boundary of %s has %s; write %d, periodic or none along each edge", l->source.c_str(), group.c_str(),
+                          how_many(static_cast<std::int64_t>(words.size()), "word").c_str(), l->dim)));
   for (int k = 0; k < l->dim; ++k) {
     const std::string& word = words[at(k)];
     if (word != "periodic" && word != "none")

@@ -28,7 +28,7 @@ void check_file(MPI_Comm comm, const std::string& path, std::int64_t* bytes, Err
   *bytes = found.bytes;
   if (!found.error.empty()) return fault->note(0, found.error);
   if (H5Fis_hdf5(path.c_str()) <= 0)
-    return fault->note(0, format("%s: is not an HDF5 file (%lld bytes); write it again, for instance with h5py", path.c_str(), found.bytes));
+    return fault->note(0, path + ": is not an HDF5 file (" + how_many(found.bytes, "byte") + "); write it again, for instance with h5py");
   const H5 file(H5Fopen(path.c_str(), H5F_ACC_RDONLY, H5P_DEFAULT), H5Fclose);
   if (!file) fault->note(0, format("%s: truncated or damaged HDF5 file (%s); write it again", path.c_str(), last_reason().c_str()));
 }
@@ -158,9 +158,10 @@ PetscErrorCode Hdf5File::require_data(const Table& table) const {
     const double declared = static_cast<double>(H5Tget_size(type)) * static_cast<double>(std::max<std::int64_t>(table.frames, 1)) *
                             static_cast<double>(table.rows) * std::max(table.columns, 1);
     if (declared > most_bytes(table.dataset, bytes_))
-      fault.note(0, format("%s: %s declares %" PRId64 " rows (%.0f bytes), the file (%" PRId64 " bytes) does not hold them: "
+      fault.note(0, format("%s: %s declares %s (%.0f bytes), the file (%s) does not hold %s: "
                            "never written, truncated or damaged; write it again",
-                           name_.c_str(), table.path.c_str(), table.rows, declared, bytes_));
+                           name_.c_str(), table.path.c_str(), how_many(table.rows, "row").c_str(), declared, how_many(bytes_, "byte").c_str(),
+                           table.rows == 1 ? "it" : "them"));
   }
   PetscCall(fail_if_any(comm_, fault));
   PetscFunctionReturn(0);

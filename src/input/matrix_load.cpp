@@ -200,12 +200,12 @@ PetscErrorCode load_vector(MPI_Comm comm, const std::string& path, const std::st
   else PetscCall(read_text_file(comm, path, &text));
   if (binary) {
     if (values.size() != static_cast<std::size_t>(n))
-      error = format("%s has %zu entries for %lld states", path.c_str(), values.size(), static_cast<long long>(n));
+      error = path + " has " + how_many(static_cast<std::int64_t>(values.size()), "entr{y|ies}") + " for " + how_many(n, "state");
   } else if (market) {
     std::istringstream in(text);
     MatrixMarketReader reader(in, path);
     MatrixEntry entry;
-    if (reader.open() && reader.columns() != 1) error = path + format(": %lld columns: a vector has one", static_cast<long long>(reader.columns()));
+    if (reader.open() && reader.columns() != 1) error = path + ": " + how_many(reader.columns(), "column") + ": a vector has one";
     if (error.empty() && reader.error().empty() && reader.rows() == n) {
       values.assign(static_cast<std::size_t>(n), 0.0);
       while (reader.next(&entry)) values[static_cast<std::size_t>(entry.row)] += entry.value;
@@ -213,12 +213,11 @@ PetscErrorCode load_vector(MPI_Comm comm, const std::string& path, const std::st
       values.resize(1);
     }
     if (error.empty()) error = reader.error();
-    if (error.empty() && reader.rows() != n)
-      error = format("%s: %lld rows for %lld states", path.c_str(), static_cast<long long>(reader.rows()), static_cast<long long>(n));
+    if (error.empty() && reader.rows() != n) error = path + ": " + how_many(reader.rows(), "row") + " for " + how_many(n, "state");
   } else {
     error = read_vector_csv(text, path, &values, names);
     if (error.empty() && values.size() != static_cast<std::size_t>(n))
-      error = format("%s: %zu numbers for %lld states", path.c_str(), values.size(), static_cast<long long>(n));
+      error = path + ": " + how_many(static_cast<std::int64_t>(values.size()), "number") + " for " + how_many(n, "state");
   }
   if (!error.empty()) PetscCall(fail(comm, Exit::input, "option " + option + ": " + error));
   const WriteArray ax(x);

@@ -24,12 +24,13 @@ void read_here(MPI_Comm comm, const std::string& path, std::string* text, Error*
   try {
     text->resize(static_cast<std::size_t>(look.bytes));
   } catch (const std::bad_alloc&) {
-    return fault->note(0, format("%s: not enough memory for its %lld bytes", path.c_str(), look.bytes));
+    return fault->note(0, path + ": not enough memory for its " + how_many(look.bytes, "byte"));
   }
   std::ifstream in(path, std::ios::binary);
   in.read(text->data(), look.bytes);
   if (in.gcount() != look.bytes)
-    fault->note(0, format("%s: read %lld of its %lld bytes; check the disk", path.c_str(), static_cast<long long>(in.gcount()), look.bytes));
+    fault->note(0, format("%s: read %lld of its %s; check the disk", path.c_str(), static_cast<long long>(in.gcount()),
+                          how_many(look.bytes, "byte").c_str()));
 }
 
 }  // namespace

@@ -26,8 +26,8 @@ std::string check_number(const char* option, double value, Need need) {
 
 std::string check_list(const char* option, const std::vector<double>& list, std::size_t least, std::size_t most, Need need) {
   if (list.size() < least || list.size() > most)
-    return std::string(option) + " has " + std::to_string(list.size()) + " numbers: write " + (least == most ? "" : std::to_string(least) + " to ") +
-           std::to_string(most);
+    return std::string(option) + " has " + how_many(static_cast<std::int64_t>(list.size()), "number") + ": write " +
+           (least == most ? "" : std::to_string(least) + " to ") + std::to_string(most);
   for (const double value : list)
     if (!holds(value, need)) return check_number(option, value, need);
   return {};
@@ -49,7 +49,7 @@ std::string check_size(const GeneratorSpec& spec) {
                                                                                           : axes == 2 ? "x,y, as in -bs_lattice_size 20,10"
                                                                                                       : "x,y,z, as in -bs_lattice_size 10,10,10");
   if (static_cast<int>(spec.size.size()) > axes)
-    return "-bs_lattice_size has " + std::to_string(spec.size.size()) + " numbers: a " + name_of(spec) + " lattice takes " +
+    return "-bs_lattice_size has " + how_many(static_cast<std::int64_t>(spec.size.size()), "number") + ": a " + name_of(spec) + " lattice takes " +
            (axes == 1 ? "one" : "up to " + std::to_string(axes));
   for (const std::int64_t n : spec.size)
     if (n < 1) return "-bs_lattice_size " + std::to_string(n) + ": write whole numbers >= 1";
@@ -137,8 +137,8 @@ std::string check_particle_data(const GeneratorSpec& spec, int dim, int axes, st
       return "-bs_lattice_fixed_particles " + std::to_string(id) + ": there is no such particle; write numbers from 0 to " +
              std::to_string(total - 1);
   if (!spec.velocity_gradient.empty() && spec.velocity_gradient.size() != d * d)
-    return "-bs_lattice_velocity_gradient has " + std::to_string(spec.velocity_gradient.size()) + " numbers: write " + std::to_string(d * d) +
-           ", A row by row";
+    return "-bs_lattice_velocity_gradient has " + how_many(static_cast<std::int64_t>(spec.velocity_gradient.size()), "number") + ": write " +
+           std::to_string(d * d) + ", A row by row";
   Faces faces = 0;
   return first_of({check_number("-bs_lattice_radius", spec.radius, Need::nonnegative),
                    check_number("-bs_lattice_perturbation", spec.perturbation, Need::nonnegative),

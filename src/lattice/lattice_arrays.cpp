@@ -1,5 +1,6 @@
 #include "lattice/lattice_arrays.hpp"
 #include <limits>
+#include "base/text.hpp"
 #include "lattice/columns.hpp"
 
 namespace bs {
@@ -8,7 +9,7 @@ namespace {
 /// What is wrong with an array that should have `rows` rows of `width` numbers, or may be empty.
 std::string misfit(const std::string& name, std::size_t size, std::size_t rows, std::size_t width, bool optional) {
   if (size == rows * width || (optional && size == 0)) return {};
-  return "lattice in memory: " + name + " has " + std::to_string(size) + " numbers: give " + std::to_string(rows * width) +
+  return "lattice in memory: " + name + " has " + how_many(static_cast<std::int64_t>(size), "number") + ": give " + std::to_string(rows * width) +
          (optional ? ", or none" : "");
 }
 

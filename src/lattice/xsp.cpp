@@ -58,8 +58,8 @@ class XspParser {
     for (const Record* r = records_; r->word; ++r) {
       if (words_[0] != r->word) continue;
       if (words_.size() < r->least + 1)
-        fail(words_[0] + " has " + std::to_string(words_.size() - 1) + " of its " + std::to_string(r->least) + " numbers: write '" + words_[0] + " " +
-             r->numbers + "'");
+        fail(words_[0] + " has " + std::to_string(words_.size() - 1) + " of its " + how_many(static_cast<std::int64_t>(r->least), "number") +
+             ": write '" + words_[0] + " " + r->numbers + "'");
       else if (r->take) (this->*r->take)();
       return;
     }

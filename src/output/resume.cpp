@@ -92,7 +92,7 @@ PetscErrorCode Trajectory::Impl::match(const TrajectoryMark& at, std::string* fa
     std::int64_t found = 0;
     PetscCall(count_rows(file, set.path, &found));
     if (found < set.rows) {
-      *fault = format("has %lld rows in %s where %lld were written", (long long)found, set.path.c_str(), (long long)set.rows);
+      *fault = "has " + how_many(found, "row") + " in " + set.path + " where " + how_many(set.rows, "{was|were} written");
       PetscFunctionReturn(0);
     }
     if (found > set.rows) tail = true;

@@ -107,7 +107,8 @@ PetscErrorCode Trajectory::create(MPI_Comm comm, const TrajectoryOptions& option
   out->reset();
   if (options.file.empty()) PetscFunctionReturn(0);
   if (options.pad != 0 && options.pad < dim) {
-    const std::string text = format("option -bs_output_pad: %d columns do not hold %d components: give 0 or a number >= %d", options.pad, dim, dim);
+    const std::string text = "option -bs_output_pad: " + how_many(options.pad, "column{ does|s do} not hold ") + how_many(dim, "component") +
+                             format(": give 0 or a number >= %d", dim);
     PetscFunctionReturn(fail(comm, Exit::input, text));
   }
   PetscCall(require_writable(comm, options.file, "-bs_output", options.overwrite));

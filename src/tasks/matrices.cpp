@@ -158,8 +158,8 @@ PetscErrorCode write_market(const Named& named, double t, PetscInt dim, const st
   if (rank == 0) {
     const std::string head = format(
         "%%%%MatrixMarket matrix coordinate real general\n%% %s = %s of M x'' = f(t, x, v) at t = %.17g s\n"
-        "%% rows: the particles in the input's order without fixed ones, %lld components each\n%lld %lld %lld\n",
-        named.name, named.meaning, t, static_cast<long long>(dim), static_cast<long long>(n), static_cast<long long>(n),
+        "%% rows: the particles in the input's order without fixed ones, %s each\n%lld %lld %lld\n",
+        named.name, named.meaning, t, how_many(dim, "component").c_str(), static_cast<long long>(n), static_cast<long long>(n),
         static_cast<long long>(count));
     if (const int why = write_whole(file, head + lines, overwrite)) fault.note(0, "cannot write " + file + ": " + std::strerror(why), Exit::io);
   }

@@ -122,7 +122,8 @@ PetscErrorCode History::restore(TS ts, Model& model, const CheckpointFile& file,
   }
   if (kind_ == Kind::acceleration) PetscCall(restore_acceleration(ts, model, file, missing));
   if (kind_ == Kind::bdf && past_.size() < depth_ && !half_)
-    *missing = format("the checkpoint holds %zu states before the last, bdf needs %zu", past_.size(), depth_);
+    *missing =
+        "the checkpoint holds " + how_many(static_cast<std::int64_t>(past_.size()), "state") + format(" before the last, bdf needs %zu", depth_);
   if (!missing->empty() || past_.empty()) {
     past_.clear();
     steps_ = 0;

@@ -175,7 +175,7 @@ class Lammps(Case):
         self.refuses(self.write("data.neg", bent(coefficients="Angle Coeffs # harmonic\n\n1 -6 120\n\n")), says="-6 is negative")
         self.refuses(self.write("data.nan", bent(coefficients="Angle Coeffs # harmonic\n\n1 6 nan\n\n")), says="nan is not a finite number")
         self.refuses(self.write("data.flat", bent(coefficients="Angle Coeffs # harmonic\n\n1 6 0\n\n")), says="a rest angle lies above 0")
-        self.refuses(self.write("data.few", bent().replace("1 angles", "2 angles")), says="announces 2 angles, section Angles has 1 rows")
+        self.refuses(self.write("data.few", bent().replace("1 angles", "2 angles")), says="announces 2 angles, section Angles has 1 row")
         self.refuses(self.write("data.odd", bent(rows="1 1 1 2 9\n")), says="9")
 
     def test_trajectories_become_files_called_data(self):

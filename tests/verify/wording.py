@@ -1,15 +1,10 @@
 #!/usr/bin/env python3
 """What runs print is written for people: one particle is not "1 particles", and times have no more digits than they need."""
 import pathlib
-import re
 import tempfile
 
 from harness import Checks, write_lattice
-
-NOUNS = ("particles|springs|anchors|ranks|dimensions|states|steps|frames|attempts|rows|components|hinges|modes|motions|bodies|equilibria|iterations|unknowns|tangents|times|solves|"
-         "directions|changes|avalanches|options|warnings|factorisations")
-PLURAL = re.compile(rf"(?<![\d.=])1 (?:[a-zA-Z]+ ){{0,2}}(?:{NOUNS})\b(?!=)|(?<![\d.=])1 [a-zA-Z]+ (?:are|were|have)\b|[{{}}]")
-LONG = re.compile(r"\d\.\d{15,}|\d\.?\d{16,}")
+from plurals import LONG, PLURAL
 
 
 def main():

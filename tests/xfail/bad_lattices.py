@@ -448,7 +448,7 @@ def statics(*more):
 
 
 BOX = {
-    "boundary of one word": (boxed(boundary=("periodic",)), "attribute boundary of /box has 1 words; write 3, periodic or none along each edge"),
+    "boundary of one word": (boxed(boundary=("periodic",)), "attribute boundary of /box has 1 word; write 3, periodic or none along each edge"),
     "boundary unknown": (boxed(boundary=("periodic", "open", "none")), "attribute boundary of /box has 'open'; write periodic or none"),
     "no edges": (boxed(drop("box/edges")), "/box/edges is missing; write the edge vectors of the periodic box as rows [m]"),
     "edges in a row": (boxed(put("box/edges", np.ones((2, 3)))), "/box/edges has the wrong shape; write (3, 3)"),

@@ -1,7 +1,7 @@
 """Runs a table of bad inputs: each must end in one line that says what to mend.
 
 For each row the input is written to a fresh folder and the program is run on it. Asked for: exit code 2; exactly one line
-that begins "backspring: error:"; the fragment of the row in that line; no "PETSC ERROR"; an end within 60 s. A few good
+that begins "backspring: error:"; the fragment of the row in that line; no "1 rows" and the like; no "PETSC ERROR"; an end within 60 s. A few good
 inputs, which must run, guard against a program that refuses everything; of what must only be warned of, the warning must
 come before the first step. --list prints the tables instead, with the message each fragment belongs to.
 """
@@ -12,6 +12,9 @@ import pathlib
 import subprocess
 import sys
 import tempfile
+
+sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1] / "verify"))
+from plurals import BESIDE  # noqa: E402
 
 TIMEOUT = 60 * int(os.environ.get("BS_SLOWER", 1))  # [s]
 
@@ -75,6 +78,7 @@ def check(row, program, ranks, step):
         wrong = list(faults_of_bad(code, said, fragment))
     if "PETSC ERROR" in said:
         wrong.append("a PETSc error came through")
+    wrong += [f"'{found}' in a message" for line in lines_of(said, "error") + lines_of(said, "warning") for found in BESIDE.findall(line)]
     line = next(iter(lines_of(said, "error") + lines_of(said, "warning")), "")
     return name, wrong, line.replace(str(folder) + "/", ""), said
 

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <cstdlib>
 
+#include "base/text.hpp"
 #include "physics/vector.hpp"
 
 namespace bs {
@@ -102,7 +103,7 @@ bool Drive::parse_whole(const std::string& kind, const std::vector<double>& numb
   }
   if (kind == "velocity") {
     if (static_cast<int>(numbers.size()) != dim_) {
-      *error = "velocity: needs " + std::to_string(dim_) + " numbers [m/s], one for each component: " + FORMS;
+      *error = "velocity: needs " + how_many(dim_, "number") + " [m/s], one for each component: " + FORMS;
       return false;
     }
     for (int c = 0; c < dim_; ++c) {

@@ -28,7 +28,7 @@ PetscErrorCode start(MPI_Comm comm, PetscInt n, PetscInt width, LinearSystem* ou
   PetscCallMPI(MPI_Comm_size(comm, &ranks));
   // G, C, B and four vectors; the matrix of a step, which explicit types do without, asks for itself
   const double entries = static_cast<double>(width) + 2, row = entries * (sizeof(PetscScalar) + sizeof(PetscInt)) + 4 * sizeof(PetscScalar);
-  PetscCall(reserve_memory(comm, {format("a linear system of %lld states", static_cast<long long>(n)), static_cast<double>(n) * row / ranks, ""}));
+  PetscCall(reserve_memory(comm, {"a linear system of " + how_many(n, "state"), static_cast<double>(n) * row / ranks, ""}));
   PetscCall(create(comm, n, n, width, &out->G));
   PetscCall(create(comm, n, n, 1, &out->C));
   PetscCall(create(comm, n, 1, 1, &out->B));

@@ -72,8 +72,8 @@ PetscErrorCode read_labels(MPI_Comm comm, const std::string& path, PetscInt n, s
   while (!names->empty() && names->back().empty()) names->pop_back();
   if (static_cast<PetscInt>(names->size()) != n)
     PetscCall(fail(comm, Exit::input,
-                   format("option -bs_linear_labels: %s has %zu lines for %lld states: write one a state", path.c_str(), names->size(),
-                          static_cast<long long>(n))));
+                   "option -bs_linear_labels: " + path + " has " + how_many(static_cast<std::int64_t>(names->size()), "line") + " for " +
+                       how_many(n, "state") + ": write one a state"));
   PetscFunctionReturn(0);
 }
 
@@ -146,10 +146,11 @@ PetscErrorCode Sources::read(MPI_Comm comm, std::int64_t columns, const std::str
   }
   const auto wanted = static_cast<std::size_t>(columns);
   if (error.empty() && count() != wanted)
-    error = count() == 0  ? format("B has %zu columns and no source is given: add -bs_linear_source \"step(1)\" or -bs_linear_source_table", wanted)
+    error = count() == 0
+                ? "B has " + how_many(columns, "column") + " and no source is given: add -bs_linear_source \"step(1)\" or -bs_linear_source_table"
             : wanted == 0 ? std::string("a source is given, but no matrix B says where it acts: add -bs_linear_B, or leave the source out")
-                          : format("%zu sources for the %zu columns of B: give one a column%s", count(), wanted,
-                                   file_.empty() ? ", separated by ';'" : " after the time");
+                          : how_many(static_cast<std::int64_t>(count()), "source") + " for the " + how_many(columns, "column") +
+                                " of B: give one a column" + (file_.empty() ? ", separated by ';'" : " after the time");
   if (!error.empty()) PetscCall(fail(comm, Exit::input, error));
   for (const Waveform& wave : waves_)
     if (!wave.remark().empty()) PetscCall(warn(comm, (text_.empty() ? "" : "option -bs_linear_source: ") + wave.remark()));

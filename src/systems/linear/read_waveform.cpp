@@ -64,7 +64,8 @@ std::string usage(const Shape& shape) {
 
 std::string read_pwl(const std::vector<std::string>& words, std::vector<double>* p) {
   const std::string wanted = "write pwl(t1,v1,t2,v2,...) with increasing times";
-  if (words.size() < 2 || words.size() % 2) return std::to_string(words.size()) + " numbers do not form pairs of time and value: " + wanted;
+  if (words.size() < 2 || words.size() % 2)
+    return how_many(static_cast<std::int64_t>(words.size()), "{number does|numbers do} not form pairs of time and value: ") + wanted;
   for (std::size_t k = 0; k < words.size(); ++k) {
     double value = 0;
     const std::string refused = read_number(words[k], &value);

@@ -90,7 +90,9 @@ std::string read_pairs(const std::vector<std::string>& words, std::vector<double
       return "time " + printable(word) + " is not after the one before: " + wanted;
     p->push_back(value);
   }
-  return words.size() < 2 || words.size() % 2 ? std::to_string(words.size()) + " numbers do not form pairs of time and value: " + wanted : "";
+  return words.size() < 2 || words.size() % 2
+             ? how_many(static_cast<std::int64_t>(words.size()), "{number does|numbers do} not form pairs of time and value: ") + wanted
+             : "";
 }
 
 }  // namespace

@@ -52,10 +52,10 @@ TEST_CASE("arrays whose sizes do not fit are refused by name") {
   REQUIRE(refusal(a) == "lattice in memory: position has 5 numbers: give 6");
   a = triangle();
   a.fixed = {1};
-  REQUIRE(refusal(a) == "lattice in memory: fixed has 1 numbers: give 3, or none");
+  REQUIRE(refusal(a) == "lattice in memory: fixed has 1 number: give 3, or none");
   a = triangle();
   a.groups = {{"lower", {1}}};
-  REQUIRE(refusal(a) == "lattice in memory: group lower has 1 numbers: give 3");
+  REQUIRE(refusal(a) == "lattice in memory: group lower has 1 number: give 3");
   a = triangle();
   a.dim = 4;
   REQUIRE(refusal(a) == "lattice in memory: dim is 4: give 1, 2 or 3");

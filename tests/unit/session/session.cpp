@@ -307,7 +307,7 @@ TEST_CASE("errors are values, said by nobody, and what follows works") {
   LatticeArrays bad = two_masses(1, 1, 1, 0);
   bad.springs = {0};
   error = Session::create(world, bad, {}, &session);
-  REQUIRE(error.text == "lattice in memory: springs has 1 numbers: give 2");
+  REQUIRE(error.text == "lattice in memory: springs has 1 number: give 2");
   bad.springs = {0, 2};
   REQUIRE(Session::create(world, bad, {}, &session));
   bad.springs = {0, 1};
