@@ -8,13 +8,15 @@
 
 namespace bs {
 
-// The energy falls from one saddle point to the next, so that none is met twice.
+// The energy falls from one saddle point to the next, so that none is met twice. Where that does not lead to a minimum, what Newton's method has
+// found stays.
 PetscErrorCode PseudoTime::leave_saddles(SNES snes) {
   constexpr int MOST_SADDLES = 20;
   Vec X;
   PC pc;
+  VecHandle first;
   double t = 0;
-  bool left = false, exact = false;
+  bool left = false, exact = false, stable = false;
   PetscFunctionBegin;
   PetscCall(SNESGetSolution(snes, &X));
   PetscCall(make_room(X));
@@ -28,25 +30,29 @@ PetscErrorCode PseudoTime::leave_saddles(SNES snes) {
     PetscCall(find_unstable_direction(ts_, context_->matrix, *model_, t, X, iterations_, direction_, &negative, &found));
     if (found) PetscCall(step_down(*model_, t, X, direction_, at_, &lower));
     PetscCall(condensed_renew(pc));
+    stable = negative <= 0 && !found;
+    if (stable) break;
+    if (!first) {
+      PetscCall(VecDuplicate(X, first.out()));
+      PetscCall(VecCopy(X, first));
+    }
     if (!lower && negative > 0 && !exact) {
       exact = true;
       PetscCall(solve_to_rounding(snes));
       continue;
     }
     if (!lower) break;
-    PetscCall(VecCopy(X, saddle_));
     PetscCall(continue_from(snes));
     snes->iter += newton;
     snes->linear_its += krylov;
-    if (snes->reason <= 0) {
-      PetscCall(VecCopy(saddle_, X));
-      snes->reason = reason;
-      break;
-    }
-    saddles_ += left ? 0 : 1;
+    const bool failed = snes->reason <= 0;
+    snes->reason = reason;
+    if (failed) break;
     left = true;
     exact = false;
   }
+  if (stable && left) ++saddles_;
+  if (!stable && first) PetscCall(VecCopy(first, X));
   PetscFunctionReturn(0);
 }
 
