@@ -169,6 +169,8 @@ PROGRAM = {
                                             "option -bs_box_stress: fixed or driven particles do not follow the strain of the box: leave them out"),
     "stress of a box by arc length": (words("-bs_task", "statics", *TRIANGLES, "-bs_box_stress", "xx=0", "-bs_load_control", "arc"),
                                       "option -bs_box_stress does not go with -bs_load_control arc: give the strains by -bs_box_strain"),
+    "stress of a box and minima": (words("-bs_task", "statics", *TRIANGLES, "-bs_box_stress", "xx=0", "-bs_equilibria", "minimum"),
+                                   "option -bs_equilibria minimum does not go with -bs_box_stress"),
     "statics of a linear system": (lambda folder: ["-bs_task", "statics", "-bs_model", "linear", "-bs_linear_generate", "heat2d"], "linear"),
     "generate: no file": (words("-bs_task", "generate"), "-bs_task generate writes a lattice file: give its name by -bs_output F.h5"),
     "generate: name of a trajectory": (words("-bs_task", "generate", "-bs_output", "l.h5md"), "option -bs_output l.h5md: names of lattice files end in .h5 or .hdf5"),

@@ -18,15 +18,18 @@ PetscErrorCode refuse_box_stress(Model& model, const char* task) {
   PetscFunctionReturn(0);
 }
 
-PetscErrorCode BoxStress::begin(Equilibrium& model, double rtol, bool arc) {
+PetscErrorCode BoxStress::begin(Equilibrium& model, const StaticsSettings& settings) {
   StrainResponse strained;
   PetscFunctionBegin;
-  rtol_ = rtol;
+  rtol_ = settings.box_stress_rtol;
   free_ = model.free_strains(0);
   active_ = !free_.empty();
   if (!active_) PetscFunctionReturn(0);
-  if (arc)
+  if (settings.arc)
     PetscCall(fail(model.comm(), Exit::input, "option -bs_box_stress does not go with -bs_load_control arc: give the strains by -bs_box_strain"));
+  if (settings.only_minima)
+    PetscCall(fail(model.comm(), Exit::input,
+                   "option -bs_equilibria minimum does not go with -bs_box_stress, which also finds saddle points: leave it out"));
   if (model.breaks())
     PetscCall(fail(model.comm(), Exit::input, "option -bs_box_stress does not go with springs that break: give the strains by -bs_box_strain"));
   PetscCall(model.strain_response(0, model.initial_state(), &strained));

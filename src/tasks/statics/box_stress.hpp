@@ -6,6 +6,7 @@
 #include "base/warnings.hpp"
 #include "systems/equilibrium.hpp"
 #include "tasks/final_results.hpp"
+#include "tasks/statics/statics.hpp"
 #include "tasks/strain_relaxation.hpp"
 #include "time/ts_setup.hpp"
 
@@ -19,8 +20,8 @@ inline constexpr double BOX_STRESS_MISSED = 1e-6;
 /// stable against the free strains, the step follows the missing stress instead; an unstable equilibrium is refused.
 class BoxStress {
  public:
-  /// Collective. `rtol`: by which the stresses are to be met. Errors (exit 2): free strains by arc length, of particles that are held.
-  PetscErrorCode begin(Equilibrium& model, double rtol, bool arc);
+  /// Collective. Errors (exit 2): free strains by arc length, of particles that are held, where only minima are asked for.
+  PetscErrorCode begin(Equilibrium& model, const StaticsSettings& settings);
   bool active() const { return active_; }
   /// Collective. `inner` solves for the particles alone in the place of SNES's solve; the arguments must outlive the solver.
   PetscErrorCode attach(TS ts, TSContext& context, Equilibrium& model, std::function<PetscErrorCode(SNES)> inner);

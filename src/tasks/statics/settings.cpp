@@ -82,6 +82,7 @@ static PetscErrorCode read_equilibria(MPI_Comm comm, StaticsSettings* out) {
     if (given && out->arc && kind == 0)
       o.fail("option -bs_equilibria minimum does not go with -bs_load_control arc, whose paths lead through saddle points: leave it out");
     out->minima = kind == 0;
+    out->only_minima = given && kind == 0;
     o.integer(
         "-bs_stability_iterations",
         "number of iterations that look for an unstable direction of every equilibrium where the linear solver is iterative; a direct one counts "

@@ -36,7 +36,7 @@ class StaticRun {
  public:
   StaticRun(Equilibrium& model, const StaticsSettings& options, FinalAnalyses* end)
       : model_(model), options_(options), end_(end), stability_(options.stability_iterations), avalanche_(model, pseudo_, options.avalanche) {}
-  PetscErrorCode begin_box() { return box_.begin(model_, options_.box_stress_rtol, options_.arc); }
+  PetscErrorCode begin_box() { return box_.begin(model_, options_); }
   RunHooks hooks();
 
  private:

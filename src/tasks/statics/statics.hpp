@@ -37,10 +37,11 @@ PetscErrorCode find_equilibrium(std::unique_ptr<Model> model, const RunOptions& 
 
 struct StaticsSettings {
   std::int64_t steps = 1, arc_steps = 1000;
-  bool arc = false;    ///< the length of a step's way is given, not its load
-  double end = 1;      ///< load factor at which a path by arc length ends
-  bool lower = false;  ///< it begins by lowering the load factor
-  bool minima = true;  ///< saddle points of the energy are left downhill
+  bool arc = false;          ///< the length of a step's way is given, not its load
+  double end = 1;            ///< load factor at which a path by arc length ends
+  bool lower = false;        ///< it begins by lowering the load factor
+  bool minima = true;        ///< saddle points of the energy are left downhill
+  bool only_minima = false;  ///< the user has asked for that
   LoadRules rules;
   AvalancheOptions avalanche;
   std::int64_t stability_iterations = 50;      ///< of the search for an unstable direction; 0: none

@@ -14,7 +14,7 @@ struct Box {
   explicit Box(OptionTexts texts, double step = 1) {
     run = std::make_unique<StaticCase>(texts, step, 1, [this](TS ts, TSContext& context, Equilibrium& model) {
       PetscFunctionBegin;
-      PetscCall(box.begin(model, 1e-10, false));
+      PetscCall(box.begin(model, StaticsSettings{}));
       PetscCall(pseudo.attach(ts, context, model, 1));
       PetscCall(box.attach(ts, context, model, [this](SNES snes) { return pseudo.solve(snes); }));
       PetscFunctionReturn(0);
