@@ -100,17 +100,17 @@ const char* const LEAST_FILL = MATORDERINGND;
 // S is symmetric: Cholesky takes half the work of LU, and the signs of its pivots tell whether S is positive definite. PETSc's own factors one
 // unknown after the other, which is quicker as long as there is little to do for each of them; each of several ranks then factors all of S, since
 // messages would take longer. MUMPS works on dense blocks, and divides them among ranks.
-// User times with PETSc's own and MUMPS: 40 load steps of a diluted net of 50 x 50 (1.7e3 operations for each unknown, eight solves with each
-// factor) 15 and 66 s; 20 time steps of a net of 50 x 50 (3.6e3) 0.67 and 0.84 s, a cloth of 24 x 24 (1.1e4) 0.41 and 0.42 s, a cube of 7^3
-// (1.9e4) 0.56 and 0.37 s; two load steps of a diluted periodic net of 40 x 40 (7e3) 4.1 and 2.5 s, but on two ranks, elapsed, 10 and 25 s.
+// User times with PETSc's own and MUMPS: 40 load steps of a diluted net of 50 x 50 (1.7e3 operations for each unknown, several solves with each
+// factor) 8.7 and 49 s, two of them on two ranks 11 and 40 s; 4 of a diluted periodic net of 40 x 40 (7e3) 9.3 and 3.3 s, two on two ranks,
+// elapsed, 2.5 and 1.5 s; 20 time steps of a net of 50 x 50 (3.6e3) 0.80 and 0.72 s, a cube of 7^3 (1.9e4) 0.42 and 0.34 s.
 PetscErrorCode InnerSolver::set_direct(PC pc, PCType type, PetscMPIInt ranks) {
-  constexpr double LITTLE = 1e7, THIN = 5e3, THIN_ON_RANKS = 1e4;  // operations altogether, and for each unknown
+  constexpr double LITTLE = 1e7, THIN = 5e3;  // operations altogether, and for each unknown
   PetscBool own_type = PETSC_FALSE, own_package = PETSC_FALSE;
   PC factors = pc;
   PetscFunctionBegin;
   PetscCall(PetscOptionsHasName(nullptr, prefix_.c_str(), "-pc_type", &own_type));
   PetscCall(PetscOptionsHasName(nullptr, prefix_.c_str(), "-pc_factor_mat_solver_type", &own_package));
-  const bool thin = flops_ >= 0 && flops_ <= std::max(LITTLE, (ranks > 1 ? THIN_ON_RANKS : THIN) * static_cast<double>(tangent_->unknowns()));
+  const bool thin = flops_ >= 0 && flops_ <= std::max(LITTLE, THIN * static_cast<double>(tangent_->unknowns()));
   const bool redundant = thin && ranks > 1 && !own_type && !own_package;
   PetscCall(KSPSetType(ksp_, KSPPREONLY));
   PetscCall(PCSetType(pc, redundant ? PCREDUNDANT : type));
