@@ -13,7 +13,7 @@ inline std::uint64_t splitmix64(std::uint64_t z) {
 }
 
 /// What the numbers are drawn for: streams are independent of each other.
-enum class Stream : std::uint64_t { perturbation = 1, stiff_springs = 2, breaking = 3, removal = 4 };
+enum class Stream : std::uint64_t { perturbation = 1, stiff_springs = 2, breaking = 3, removal = 4, start = 5 };
 
 /// Uniform in [0, 1): h(h(h(h(seed) + stream) + a) + b) / 2^64 with h = splitmix64, to 53 bits.
 inline double hash_uniform(std::int64_t seed, Stream stream, std::int64_t a, std::int64_t b) {

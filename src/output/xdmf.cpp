@@ -100,7 +100,7 @@ std::string column_slab(const Item& item, std::size_t k, std::size_t c) {
          format("<DataItem Dimensions=\"3 3\" Format=\"XML\">%s 1 1 1 %s</DataItem>", start.c_str(), count.c_str()) + whole(item) + "</DataItem>";
 }
 
-/// Frame k less the first one: both readers of XDMF compute it, from the same words.
+/// Frame k less the first one, which the reader computes; those of XDMF 3 leave it out.
 std::string since_first(const Item& item, std::size_t k) {
   return opening(item, joined(item.shape, 1), " ItemType=\"Function\" Function=\"$0 - $1\"") + slab(item, k) + slab(item, 0) + "</DataItem>";
 }

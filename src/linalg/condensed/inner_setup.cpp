@@ -49,10 +49,11 @@ PetscErrorCode InnerSolver::choose_storage() {
   char krylov[64] = KSPPREONLY;
   PetscCall(PetscOptionsGetString(nullptr, prefix_.c_str(), "-ksp_type", krylov, sizeof krylov, &method));
   direct_ = own == PCLU || own == PCCHOLESKY;
+  const bool open = own.empty() && std::string(krylov) == KSPPREONLY;
   DirectChoice choice;
-  if (direct_ || (own.empty() && std::string(krylov) == KSPPREONLY)) PetscCall(choose_direct(*tangent_, &choice));
+  if (direct_ || open) PetscCall(choose_direct(*tangent_, &choice));
   flops_ = choice.flops;
-  if (own.empty() && std::string(krylov) == KSPPREONLY) {
+  if (open) {
     direct_ = choice.direct || method;
     if (!method) why_ = choice.words();
   }

@@ -5,6 +5,7 @@
 #include <limits>
 #include "base/handle.hpp"
 #include "base/vec_array.hpp"
+#include "lattice/random.hpp"
 
 namespace bs {
 
@@ -53,12 +54,7 @@ PetscErrorCode fill_start(Vec x) {
   PetscFunctionBegin;
   PetscCall(VecGetOwnershipRange(x, &first, &last));
   const WriteArray to(x);
-  for (PetscInt i = first; i < last; ++i) {
-    std::uint64_t h = (static_cast<std::uint64_t>(i) + 1) * 0x9E3779B97F4A7C15ULL;  // splitmix64
-    h = (h ^ (h >> 30)) * 0xBF58476D1CE4E5B9ULL;
-    h = (h ^ (h >> 27)) * 0x94D049BB133111EBULL;
-    to[i - first] = 2.0 * (static_cast<double>((h ^ (h >> 31)) >> 11) * 0x1p-53) - 1.0;
-  }
+  for (PetscInt i = first; i < last; ++i) to[i - first] = 2 * hash_uniform(0, Stream::start, i, 0) - 1;
   PetscFunctionReturn(0);
 }
 
