@@ -109,10 +109,11 @@ PetscErrorCode Equilibrium::step_forces(Vec y, Vec F, double* left, double* iner
   PetscFunctionBegin;
   const Layout at = own_->layout();
   const Linearisation& lin = own_->linearisation();
-  const ReadArray a(y), b(from_), aF(F);
+  const ReadArray a(y), b(moves() ? from_ : y), aF(F);
+  const double rate = moves() ? 1 / (step_ * step_) : 0;
   for (PetscInt i = 0; i < at.particles; ++i)
     for (PetscInt c = 0; c < at.dim; ++c) {
-      const double f = masses[i] * (a[at.x(i, c)] - b[at.x(i, c)]) / (step_ * step_);
+      const double f = masses[i] * (a[at.x(i, c)] - b[at.x(i, c)]) * rate;
       sums[0] += aF[at.v(i, c)] * aF[at.v(i, c)];
       if (lin.moves(i, c)) sums[1] += f * f;
     }

@@ -132,6 +132,18 @@ def minima(checks, folder):
     checks.true("paths by arc length refuse it", "-bs_equilibria minimum does not go with -bs_load_control arc" in fail.stderr, fail.stderr)
 
 
+def searches(checks, folder):
+    """Diluted plates whose loose bars seem to buckle by what the tolerance leaves: the same minima by every line search, whichever way leads there."""
+    for seed in (2, 3, 4):
+        plate = {**STATICS, "bs_lattice_type": "triangular", "bs_lattice_size": "12,12", "bs_lattice_dim": 2, "bs_lattice_stiffness": 1, "bs_lattice_remove_fraction": 0.15,
+                 "bs_lattice_seed": seed, "bs_group_lower": "ymin", "bs_group_upper": "ymax", "bs_motion_lower": "fixed", "bs_motion_upper": "x=fixed,y=velocity:4", "bs_load_steps": 20}
+        default = checks.run(plate, interval=0)
+        for search in ("cp", "bt", "l2", "basic", "guarded"):
+            run = checks.run({**plate, "snes_linesearch_type": search}, interval=0)
+            checks.near(f"plate {seed}, {search}: energies", run.trajectory.observables["total_energy"].ravel(), default.trajectory.observables["total_energy"].ravel(), 1e-9)
+            checks.true(f"plate {seed}, {search}: minima", run.report["unstable"] == 0 and run.report["stable"] == 20, f"{run.report['unstable']}, {run.report['stable']}")
+
+
 def load_of(h, b=1.0, k=1.0):
     """What two bars of rest length sqrt(1 + 0.3^2) over half a span b bear with their apex at height h."""
     return 2 * k * h * (np.hypot(1, 0.3) / np.hypot(b, h) - 1)
@@ -293,4 +305,4 @@ def directions(checks, folder):
 
 
 if __name__ == "__main__":
-    run_parts("stability", (counted, minima, snaps, first_step, crossings), (iterative, not_looked_for, directions))
+    run_parts("stability", (counted, minima, searches, snaps, first_step, crossings), (iterative, not_looked_for, directions))
