@@ -55,7 +55,7 @@ class Equilibrium final : public FirstOrder {
   /// From now on a solve is a step of backward Euler of h [s] from y, with inertia and damping, at the loads of the factor that it is solved for, and
   /// what is observed moves; h = 0: ends that.
   PetscErrorCode set_motion(double h, Vec y);
-  /// Collective. In such a motion, of the residual F at y: what is left of the forces, and M (x - x_n)/h^2 [N].
+  /// Collective. Of the residual F at y: what is left of the forces, and M (x - x_n)/h^2 of such a motion, else 0 [N].
   PetscErrorCode step_forces(Vec y, Vec F, double* left, double* inertia);
   /// Mean squared frequency at the first linearisation [1/s^2]; 0: there has been none.
   double mean_squared_frequency() const { return rate_; }

@@ -182,6 +182,28 @@ def motion(checks, folder):
     checks.true("continued from a checkpoint", np.array_equal(on.position[-1], straight.position[-1]))
 
 
+def without_stiffness(checks, folder):
+    """Springs without stiffness and damper are none: forces, equilibria and the work of factors are those of the net without them."""
+    net = {**TRIANGLES, "bs_lattice_size": "12,12", "bs_lattice_stiff_fraction": 0.2, "bs_lattice_stiff_factor": 0, "bs_lattice_seed": 3}
+    whole = folder / "whole.h5"
+    whole.write_bytes(checks.run({**net, "bs_task": "generate", "bs_output": "l.h5"}, keep=("l.h5",)).files["l.h5"])
+    less = folder / "less.h5"
+    less.write_bytes(whole.read_bytes())
+    with h5py.File(less, "r+") as f:
+        there = f["springs/stiffness"][:] > 0
+        for name, rows in [(name, f["springs"][name][:]) for name in f["springs"]]:
+            if rows.shape[:1] == there.shape:
+                del f["springs"][name]
+                f["springs"][name] = rows[there]
+    checks.true("some are without stiffness", 0.1 < np.mean(~there) < 0.3, str(np.mean(there)))
+    for name, more in (("sheared", {"bs_task": "statics", "bs_box_strain": "xy=velocity:0.1", "bs_load_steps": 4}),
+                       ("in motion", {"bs_gravity": "0,-1", "ts_dt": 0.1, "ts_max_time": 1, "bs_box_strain": "xy=velocity:0.1"})):
+        with_them, without = (checks.run({**more, "bs_lattice_file": path, "bs_lattice_periodic": "xy", "snes_rtol": 1e-11}, interval=0) for path in (whole, less))
+        checks.near(f"{name}: places", with_them.trajectory.position[-1], without.trajectory.position[-1], 1e-8)
+        said, same = (run.report["solver"].split("; KSP")[1] for run in (with_them, without))
+        checks.true(f"{name}: factors", said == same and "Mflop" in said, f"{said}, {same}")
+
+
 def effective_medium(checks, folder):
     """G/G_0 = 3 (p - 2/3) where p of the springs are left, G_0 = sqrt(3)/4: the mean of four nets of 40 x 40; below the threshold, 0.66, no stiffness."""
     for p, room in ((0.9, 0.02), (0.8, 0.03), (0.7, 0.05)):
@@ -194,4 +216,4 @@ def effective_medium(checks, folder):
 
 
 if __name__ == "__main__":
-    run_parts(__doc__, (nets, closed_forms, removed, pruned, motion), on_one_rank=(effective_medium,))
+    run_parts(__doc__, (nets, closed_forms, removed, pruned, motion, without_stiffness), on_one_rank=(effective_medium,))

@@ -7,13 +7,13 @@
 
 namespace bs {
 
-/// Columns of one block row per owned particle: itself and every particle linked to it that is not fixed, ascending by
+/// Columns of one block row per owned particle: itself and every particle that is not fixed and to which a link couples it (has_block), ascending by
 /// global index: first `low` ghosts, then `own` owned ones, then ghosts again. Rows of x hold two numbers only.
 class RowPattern {
  public:
   void create(const Network& net);
   PetscInt count(PetscInt i) const { return start_[i + 1] - start_[i]; }
-  /// Position of the particle's own block, and of the one that link e touches (-1: a fixed particle, dropped).
+  /// Position of the particle's own block, and of the one that link e touches (-1: it has none).
   PetscInt self(PetscInt i) const { return self_[i]; }
   PetscInt slot(PetscInt e) const { return slot_[e]; }
   PetscInt widest() const { return widest_; }

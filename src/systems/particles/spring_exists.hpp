@@ -1,4 +1,4 @@
-// Which springs there are: one that can exert no force is none.
+// Which springs there are, and what couples two particles: a spring that can exert no force is none.
 #pragma once
 #include "network/network.hpp"
 #include "physics/pair/springs/mixed.hpp"
@@ -17,5 +17,13 @@ inline bool exists(const Network& net, PetscInt e) {
   return spring_rate<MixedSpring>(0.0, links.rest_length[at],
                                   SpringRow{links.law[at], links.more.data() + at * static_cast<std::size_t>(links.width)}) != 0;
 }
+
+/// Whether link e ties its ends to each other. What couples without a spring (angle springs) does, too, and where there are angle springs one of them
+/// may do so across a spring that is none.
+inline bool ties(const Network& net, PetscInt e) { return net.links.spring[e] < 0 || exists(net, e) || !net.interactions.empty(); }
+
+/// Whether matrices have a block for link e: a broken spring keeps its own, for it may have to be restored, and a continued run has the same
+/// matrices.
+inline bool has_block(const Network& net, PetscInt e) { return net.links.is_broken(e) || ties(net, e); }
 
 }  // namespace bs

@@ -63,8 +63,20 @@ PetscErrorCode SnapThrough::suspects(Vec X, PetscInt before, bool* yes) {
   PetscCall(TSGetSolution(ts_, &y));
   PetscCall(indefinite(&now));
   *yes = now > before;
-  if (*yes) PetscFunctionReturn(0);
-  PetscCall(has_barrier(t + h, y, X, yes));
+  if (!*yes) PetscCall(has_barrier(t + h, y, X, yes));
+  if (!*yes) PetscFunctionReturn(0);
+  PetscCall(bears(t, y, yes));
+  if (!*yes) PetscCall(bears(t + h, X, yes));
+  PetscFunctionReturn(0);
+}
+
+// A floppy net has equilibria without forces everywhere, among which it is moved about: none of them has energy to release.
+PetscErrorCode SnapThrough::bears(double t, Vec y, bool* yes) {
+  constexpr double NOTHING = 1e-3;
+  Balance forces;
+  PetscFunctionBegin;
+  PetscCall(model_->balance(t, y, &forces));
+  *yes = std::max(forces.inner, forces.outer) > NOTHING * forces.slight;
   PetscFunctionReturn(0);
 }
 

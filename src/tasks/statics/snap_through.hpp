@@ -10,8 +10,9 @@ namespace bs {
 
 /// A load step that met a tangent which is not positive definite, or whose two ends have a barrier between them, is looked at more closely: it is
 /// halved again and again, each time the half in which more happens, until a 32nd of it is left. What is continuous changes about alike in both
-/// halves then; a jump lies in one of them, and releases energy. These solves are for the count alone: the state of the step stays as it is. Load
-/// steps that do not begin in equilibrium, go by pseudo time or follow a break are not looked at but counted.
+/// halves then; a jump lies in one of them, and releases energy, which a step from one equilibrium without forces to another cannot. These solves are
+/// for the count alone: the state of the step stays as it is. Load steps that do not begin in equilibrium, go by pseudo time or follow a break are
+/// not looked at but counted.
 class SnapThrough {
  public:
   /// Collective. Once the options of `ts` are read; the arguments must outlive the solver. `inner`, attached already, solves.
@@ -40,6 +41,7 @@ class SnapThrough {
     double most = 0;               ///< how far any moves, in both [m]
   };
   PetscErrorCode suspects(Vec X, PetscInt before, bool* yes);
+  PetscErrorCode bears(double t, Vec y, bool* yes);
   PetscErrorCode has_barrier(double s, Vec from, Vec to, bool* yes);
   PetscErrorCode solve_at(SNES snes, double s, Vec from, Vec at, bool* good);
   PetscErrorCode compare(Vec low, Vec middle, Vec high, Halves* out) const;

@@ -74,6 +74,25 @@ TEST_CASE("the residual of an equilibrium is -f of the loads of its factor, what
   }
 }
 
+TEST_CASE("what is left of the forces, and the inertia of a motion: none where there is no motion") {
+  const auto model = equilibrium();
+  const Layout at = layout_of(model->initial_state());
+  Vectors of(*model);
+  REQUIRE(model->residual(0.5, of.y, of.ydot, Form::momentum, of.F) == 0);
+  const std::vector<double> F = values(of.F);
+  double squares = 0, left = 0, inertia = -1;
+  for (PetscInt i = 0; i < at.particles; ++i)
+    for (PetscInt c = 0; c < at.dim; ++c) squares += std::pow(F[static_cast<std::size_t>(at.v(i, c))], 2);
+  MPI_Allreduce(MPI_IN_PLACE, &squares, 1, MPI_DOUBLE, MPI_SUM, PETSC_COMM_WORLD);
+  for (const double h : {0.0, 0.5, 0.0}) {  // before there has been one, and after
+    REQUIRE(model->set_motion(h, model->initial_state()) == 0);
+    REQUIRE(model->step_forces(of.y, of.F, &left, &inertia) == 0);
+    CHECK(left == Approx(std::sqrt(squares)).epsilon(1e-12));
+    if (h == 0) CHECK(inertia == 0);
+    else CHECK(inertia > 0);
+  }
+}
+
 TEST_CASE("loads that do not grow act in full from the start") {
   LoadRules rules;
   rules.gravity = rules.driven = false;

@@ -13,9 +13,6 @@ namespace bs {
 
 namespace {
 
-/// What couples without a spring (angle springs) ties, too, and where there are angle springs one of them may do so across a spring that is none.
-bool ties(const Network& net, PetscInt e) { return net.links.spring[e] < 0 || exists(net, e) || !net.interactions.empty(); }
-
 /// Free particles that are tied to each other on this rank.
 DisjointSets local_sets(const Network& net) {
   DisjointSets sets(net.n + net.ghosts);

@@ -99,6 +99,34 @@ TEST_CASE("a row has the columns of its particle and of those that springs tie t
   }
 }
 
+TEST_CASE("a spring that can exert no force has no block, unless it is broken", "[row_pattern]") {
+  OptionTexts texts = cube;
+  texts["-bs_lattice_stiff_fraction"] = "0.4";
+  texts["-bs_lattice_stiff_factor"] = "0";
+  HeldNetwork at(texts);
+  Links& links = at.net.links;
+  for (const bool broken : {false, true}) {
+    if (broken) links.broken.assign(links.spring.size(), 1);
+    RowPattern pattern;
+    pattern.create(at.net);
+    PetscInt none = 0;
+    for (PetscInt i = 0; i < at.net.n; ++i) {
+      PetscInt blocks = 1;
+      for (PetscInt e = links.start[static_cast<std::size_t>(i)]; e < links.start[static_cast<std::size_t>(i) + 1]; ++e) {
+        const auto other = static_cast<std::size_t>(links.other[static_cast<std::size_t>(e)]);
+        if (at.net.fixed[static_cast<std::size_t>(i)] || at.net.fixed[other]) continue;
+        const bool there = broken || links.stiffness[static_cast<std::size_t>(e)] > 0;
+        none += !there;
+        blocks += there;
+        if (there) REQUIRE(pattern.columns(i)[pattern.slot(e)] == at.net.global[other]);
+        else REQUIRE(pattern.slot(e) == -1);
+      }
+      REQUIRE(pattern.count(i) == blocks);
+    }
+    REQUIRE((none > 0) == !broken);
+  }
+}
+
 TEST_CASE("rows are written where they belong, into AIJ and into types that are filled entry by entry", "[row_pattern]") {
   const auto expected = neighbours();
   for (const char* type : {"aij", "baij"}) {
