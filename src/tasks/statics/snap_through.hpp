@@ -8,11 +8,10 @@
 
 namespace bs {
 
-/// A load step that met a tangent which is not positive definite, or whose two ends have a barrier between them, is looked at more closely: it is
-/// halved again and again, each time the half in which more happens, until a 32nd of it is left. What is continuous changes about alike in both
-/// halves then; a jump lies in one of them, and releases energy, which a step from one equilibrium without forces to another cannot. These solves are
-/// for the count alone: the state of the step stays as it is. Load steps that do not begin in equilibrium, go by pseudo time or follow a break are
-/// not looked at but counted.
+/// A load step that releases more energy than the work of its loads accounts for is looked at more closely: it is halved again and again, each time
+/// the half in which more happens, until a 32nd of it is left. What is continuous changes about alike in both halves then; a jump lies in one of
+/// them, and releases energy. These solves are for the count alone: the state of the step stays as it is. Load steps that do not begin in
+/// equilibrium, go by pseudo time or follow a break are not looked at but counted.
 class SnapThrough {
  public:
   /// Collective. Once the options of `ts` are read; the arguments must outlive the solver. `inner`, attached already, solves.
@@ -40,15 +39,18 @@ class SnapThrough {
     double first = 0, second = 0;  ///< how far it moves in them [m]
     double most = 0;               ///< how far any moves, in both [m]
   };
-  PetscErrorCode suspects(Vec X, PetscInt before, bool* yes);
-  PetscErrorCode bears(double t, Vec y, bool* yes);
-  PetscErrorCode has_barrier(double s, Vec from, Vec to, bool* yes);
+  /// Of an equilibrium.
+  struct Work {
+    double energy = 0, power = 0;  ///< E [J], and its derivative by the load factor alone [J]
+    double rounding = 0;           ///< of the work of a step [J]
+  };
+  PetscErrorCode suspects(Vec X, bool* yes);
+  PetscErrorCode work_at(double t, double h, Vec y, Work* out);
   PetscErrorCode solve_at(SNES snes, double s, Vec from, Vec at, bool* good);
   PetscErrorCode compare(Vec low, Vec middle, Vec high, Halves* out) const;
   PetscErrorCode close_in(SNES snes, Span* span, double* jump);
   PetscErrorCode releases(SNES snes, const Span& span, bool* yes);
   PetscErrorCode look_closer(SNES snes, Vec X);
-  PetscErrorCode indefinite(PetscInt* count) const;
 
   TS ts_ = nullptr;
   TSContext* context_ = nullptr;
