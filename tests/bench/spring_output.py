@@ -3,8 +3,8 @@
 
   spring_output.py --program build/release/backspring [--n 40] [--frames 30] [--repeats 5] [--ranks 1]
 
-A run of explicit steps with a frame at every step less the same run with the first and the last, each the shortest of some; with and without springs by turns, so that slow moments meet
-both. Processor time is that of all ranks; the ratio is (seconds a byte with springs)/(seconds a byte without).
+A run of explicit steps with a frame at every step less the same run with the first and the last, right after it; with and without springs by turns, so that slow moments meet both; the
+median of some. Processor time is that of all ranks; the ratio is (seconds a byte with springs)/(seconds a byte without).
 """
 import argparse
 import json
@@ -13,6 +13,7 @@ import resource
 import subprocess
 import sys
 import tempfile
+from statistics import median
 
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1] / "verify"))
 from program import environment
@@ -40,9 +41,8 @@ def measure(program, lattice, frames, repeats, ranks):
                 for kind, more in (("all", ()), ("two", ("-bs_output_interval", "9"))):
                     times, size[name, kind] = cost(program, lattice, frames + 1, ranks, (*words, *more), pathlib.Path(scratch))
                     seconds.setdefault((name, kind), []).append(times)
-    shortest = {key: [min(column) for column in zip(*values)] for key, values in seconds.items()}
     names = ("without", "with")
-    return ({name: [(a - b) / frames for a, b in zip(shortest[name, "all"], shortest[name, "two"])] for name in names},
+    return ({name: [median((a - b) / frames for a, b in zip(*both)) for both in zip(zip(*seconds[name, "all"]), zip(*seconds[name, "two"]))] for name in names},
             {name: (size[name, "all"] - size[name, "two"]) / frames for name in names})
 
 

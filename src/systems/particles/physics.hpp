@@ -41,6 +41,8 @@ class PairForces : public Term {
   virtual double largest_turn(const LocalState& state, const LocalState& z) const = 0;
   /// Of the spring of link e at owned particle i.
   virtual LinkMeasures measure(const LocalState& state, PetscInt i, PetscInt e) const = 0;
+  /// Lengths and tensions of `count` of them, of links e[s] at particles i[s].
+  virtual void measure(const LocalState& state, std::size_t count, const PetscInt* i, const PetscInt* e, double* length, double* tension) const = 0;
   /// Tension of this rank's anchor k [N].
   virtual double anchor_tension(double t, const LocalState& state, PetscInt k) const = 0;
 };

@@ -109,6 +109,24 @@ class PairForcesOf final : public PairForces {
     });
   }
 
+  void measure(const LocalState& state, std::size_t count, const PetscInt* i, const PetscInt* e, double* length, double* tension) const override {
+    for (std::size_t s = 0; s < count;) {
+      std::size_t end = s + 1;
+      while (end < count && law_[i[end]] == law_[i[s]]) ++end;
+      with_law(law_[i[s]], [&](auto law) {
+        for (; s < end; ++s) {
+          LinkGeometry<d> g(state.at(i[s]), state.at(net_.links.other[e[s]]));
+          if constexpr (d == 3) {  // with the bits of a spring that is measured alone
+            const lanes::Vector<2> square = lanes::Vector<2>{g.dx[0], g.dx[1]} * lanes::Vector<2>{g.dx[0], g.dx[1]};
+            g.length = std::sqrt(g.dx[2] * g.dx[2] + (square[0] + square[1]));
+          }
+          length[s] = g.length;
+          tension[s] = Kernel<decltype(law)>::tension(g, parameters<decltype(law)>(net_.links, e[s], state.time()));
+        }
+      });
+    }
+  }
+
   void add_rates(std::vector<double>* rates) const override {
     std::vector<double>& sum = *rates;
     for (PetscInt i = 0; i < net_.n; ++i)

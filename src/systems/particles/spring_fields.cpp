@@ -46,13 +46,14 @@ PetscErrorCode SpringFields::fields(const Terms& terms, const LocalState& state,
     return rest > 0 && exists(*net_, e) ? (std::sqrt(square) - rest) / rest : none;
   };
   if (carried_) {
-    const auto both = [&](PetscInt i, PetscInt e, double* numbers) {
-      numbers[0] = numbers[1] = none;
-      if (!exists(*net_, e)) return;
-      const LinkMeasures measures = terms.pairs().measure(state, i, e);
-      const double rest = net_->links.rest_length[e];
-      if (rest > 0) numbers[0] = (measures.length - rest) / rest;
-      numbers[1] = measures.tension;
+    const auto both = [&](std::size_t count, const PetscInt* i, const PetscInt* e, double(*numbers)[SpringTable::BLOCK]) {
+      terms.pairs().measure(state, count, i, e, numbers[0], numbers[1]);
+      for (std::size_t s = 0; s < count; ++s) {
+        const double rest = net_->links.rest_length[e[s]];
+        const bool there = exists(*net_, e[s]);
+        numbers[0][s] = there && rest > 0 ? (numbers[0][s] - rest) / rest : none;
+        if (!there) numbers[1][s] = none;
+      }
     };
     PetscCall(table_.gather<2>(both, {&strains_, &tensions_}));
   } else {

@@ -1,5 +1,6 @@
 // Numbers of springs between the network's links and rows in the input's order.
 #pragma once
+#include <algorithm>
 #include <array>
 #include <optional>
 #include <vector>
@@ -14,23 +15,28 @@ class SpringTable {
   /// Collective. `rows`: this rank's springs in the input's order. `net` must outlive the object.
   PetscErrorCode create(const Network& net, const Rows& rows);
   bool created() const { return net_ != nullptr; }
-  /// Collective. Each of `out`, made at first use, receives a number of every spring by put(i, e, numbers): e is its link at owned particle i.
+  static constexpr std::size_t BLOCK = 512;  ///< springs
+  /// Collective. Each of `out`, made at first use, receives a number of every spring: fill(count, i, e, numbers) is told `count` of them, up to
+  /// BLOCK, by their owned particles i and their links e there, and puts number k of spring s at numbers[k][s].
   template <std::size_t K, class F>
-  PetscErrorCode gather(F&& put, const std::array<VecHandle*, K>& out) {
+  PetscErrorCode gather(F&& fill, const std::array<VecHandle*, K>& out) {
+    constexpr std::size_t AHEAD = 32;
     PetscFunctionBegin;
     for (std::size_t k = 0; k < K; ++k) PetscCall(make(k, out[k]));
     {
       std::array<std::optional<WriteArray>, K> arrays;
       std::array<PetscScalar*, K> to;
       for (std::size_t k = 0; k < K; ++k) to[k] = arrays[k].emplace(alone_ ? out[k]->get() : local_[k].get());
-      std::array<double, K> numbers;
-      constexpr std::size_t AHEAD = 32;
-      for (std::size_t s = 0; s < link_.size(); ++s) {
-        if (alone_ && s + AHEAD < target_.size())  // the places of springs that follow each other lie apart
-          for (std::size_t k = 0; k < K; ++k) __builtin_prefetch(to[k] + target_[s + AHEAD], 1);
-        put(particle_[s], link_[s], numbers.data());
-        const std::size_t at = alone_ ? static_cast<std::size_t>(target_[s]) : s;
-        for (std::size_t k = 0; k < K; ++k) to[k][at] = numbers[k];
+      double numbers[K][BLOCK];
+      for (std::size_t first = 0; first < link_.size(); first += BLOCK) {
+        const std::size_t count = std::min(BLOCK, link_.size() - first);
+        fill(count, particle_.data() + first, link_.data() + first, numbers);
+        for (std::size_t s = first; s < first + count; ++s) {
+          if (alone_ && s + AHEAD < target_.size())  // the rows of springs that follow each other lie apart
+            for (std::size_t k = 0; k < K; ++k) __builtin_prefetch(to[k] + target_[s + AHEAD], 1);
+          const std::size_t at = alone_ ? static_cast<std::size_t>(target_[s]) : s;
+          for (std::size_t k = 0; k < K; ++k) to[k][at] = numbers[k][s - first];
+        }
       }
     }
     for (std::size_t k = 0; k < K; ++k) PetscCall(scatter_rows(k, *out[k]));
@@ -39,7 +45,10 @@ class SpringTable {
   /// The same of one number, value(i, e).
   template <class F>
   PetscErrorCode gather(F&& value, VecHandle* out) {
-    return gather<1>([&](PetscInt i, PetscInt e, double* number) { *number = value(i, e); }, {out});
+    const auto fill = [&](std::size_t count, const PetscInt* i, const PetscInt* e, double(*numbers)[BLOCK]) {
+      for (std::size_t s = 0; s < count; ++s) numbers[0][s] = value(i[s], e[s]);
+    };
+    return gather<1>(fill, {out});
   }
   /// Collective. put(e, value) for every link e of a spring, at both its ends, from `rows` in the input's order.
   template <class F>
