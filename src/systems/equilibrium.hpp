@@ -43,7 +43,7 @@ class Equilibrium final : public FirstOrder {
 
   /// Collective. The tangent at (t, y) at rest, of which a solve takes `shift` M - K [1/s^2].
   PetscErrorCode linearise_with(double t, Vec y, double shift, Mat P);
-  /// Collective. The same with a shift so small that it does not hide a negative eigenvalue: for its inertia.
+  /// Collective. The same with a shift that hides negative eigenvalues no larger than rounding errors of the forces make them: for its inertia.
   PetscErrorCode linearise_sharply(double t, Vec y, Mat P);
   /// Collective. A load r = (0, q), laid out as a residual, with entries 1 and -1 by chance wherever something can move: it excites all motions.
   PetscErrorCode random_load(Vec r);
@@ -81,6 +81,8 @@ class Equilibrium final : public FirstOrder {
   /// where stresses of the box are given, what is missing of them, are below 1e-6 of the forces of the run so far, and no particle is left with a
   /// thousandth of its own. `why`: it is none; `hopeless`: a shorter load step would not mend that.
   PetscErrorCode examine(double t, Vec y, std::string* why, bool* hopeless);
+  /// Collective. Whether the unbalanced force alone is below that.
+  PetscErrorCode is_balanced(double t, Vec y, bool* yes);
   /// Collective. Mechanics::return_free_bodies of y, found for the time t from the state `from` of load factor s_from, with steps h.
   PetscErrorCode return_free_bodies(double s_from, Vec from, double t, double h, Vec y);
   /// Accepted equilibria whose unbalanced force is above 1e-6 of the largest load or reaction, for which rounding errors leave no other choice.
@@ -107,7 +109,8 @@ class Equilibrium final : public FirstOrder {
   PetscErrorCode last_fault(std::string* text) override;
 
  private:
-  static constexpr double SHARP = 1e-4;  ///< of the shift of a solve
+  static constexpr double SHARP =
+      0.1;  ///< of the shift of a solve; rounding errors of the forces bend equilibria of nets by up to 6e-12 of the mean squared frequency
   /// Share of the forces on particle k that is left of them beyond their rounding errors. Where the springs at rest exert next to none, the measure
   /// is what a strain of FAINT rounding errors of the force would make them exert, or a thousandth of what the strains that load steps impose on
   /// them would: else nothing could be left of nothing, as in a net that bears no load.
@@ -123,6 +126,8 @@ class Equilibrium final : public FirstOrder {
   PetscErrorCode mean_rate(double* rate);
   /// rounding_
   PetscErrorCode roundings(double s);
+  /// Of the largest forces that an equilibrium may leave, with those of the run so far [N].
+  double may_leave(const Balance& b) const;
   PetscErrorCode missing_stress(double t, Vec y, double* missing, double* size);
   bool moves() const { return step_ > 0; }
   PetscErrorCode momentum(double s, Vec y, Vec F);

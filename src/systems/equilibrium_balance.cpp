@@ -89,6 +89,16 @@ PetscErrorCode Equilibrium::missing_stress(double t, Vec y, double* missing, dou
   PetscFunctionReturn(0);
 }
 
+double Equilibrium::may_leave(const Balance& b) const { return LEFT * std::max({seen_.inner, b.inner, seen_.outer, b.outer, b.slight}); }
+
+PetscErrorCode Equilibrium::is_balanced(double t, Vec y, bool* yes) {
+  Balance b;
+  PetscFunctionBegin;
+  PetscCall(balance(t, y, &b));
+  *yes = b.beyond <= may_leave(b);
+  PetscFunctionReturn(0);
+}
+
 PetscErrorCode Equilibrium::examine(double t, Vec y, std::string* why, bool* hopeless) {
   constexpr double NOTHING = 1e-9;
   Balance b;
@@ -99,7 +109,7 @@ PetscErrorCode Equilibrium::examine(double t, Vec y, std::string* why, bool* hop
   if (moves()) PetscFunctionReturn(0);
   PetscCall(balance(t, y, &b));
   const double inner = std::max(seen_.inner, b.inner), outer = std::max(seen_.outer, b.outer);
-  if (!(b.beyond <= LEFT * std::max({inner, outer, b.slight}))) {
+  if (!(b.beyond <= may_leave(b))) {
     *why = format("the solver calls it an equilibrium, but an unbalanced force of %.3g N is left on a particle where the largest forces are %.3g N",
                   b.left, std::max(b.inner, b.outer));
     PetscFunctionReturn(0);

@@ -46,6 +46,7 @@ class PseudoTime {
   PetscErrorCode make_room(Vec y);
   PetscErrorCode continue_from(SNES snes);
   PetscErrorCode leave_saddles(SNES snes);
+  PetscErrorCode balance_better(SNES snes);
   PetscErrorCode solve_to_rounding(SNES snes);
   PetscErrorCode time_of_loads(double* t);
   PetscErrorCode solve_from(Vec y, bool* good);
