@@ -43,7 +43,7 @@ class Equilibrium final : public FirstOrder {
 
   /// Collective. The tangent at (t, y) at rest, of which a solve takes `shift` M - K [1/s^2].
   PetscErrorCode linearise_with(double t, Vec y, double shift, Mat P);
-  /// Collective. The same with a shift that hides negative eigenvalues no larger than rounding errors of the forces make them: for its inertia.
+  /// Collective. The same with a shift so small that it does not hide a negative eigenvalue: for its inertia.
   PetscErrorCode linearise_sharply(double t, Vec y, Mat P);
   /// Collective. A load r = (0, q), laid out as a residual, with entries 1 and -1 by chance wherever something can move: it excites all motions.
   PetscErrorCode random_load(Vec r);
@@ -109,8 +109,7 @@ class Equilibrium final : public FirstOrder {
   PetscErrorCode last_fault(std::string* text) override;
 
  private:
-  static constexpr double SHARP =
-      0.1;  ///< of the shift of a solve; rounding errors of the forces bend equilibria of nets by up to 6e-12 of the mean squared frequency
+  static constexpr double SHARP = 1e-4;  ///< of the shift of a solve
   /// Share of the forces on particle k that is left of them beyond their rounding errors. Where the springs at rest exert next to none, the measure
   /// is what a strain of FAINT rounding errors of the force would make them exert, or a thousandth of what the strains that load steps impose on
   /// them would: else nothing could be left of nothing, as in a net that bears no load.

@@ -34,7 +34,7 @@ import numpy as np
 from disordered_peers import PEERS, SpringNet
 from harness import write_lattice
 from program import environment
-from statics import diluted_net
+from statics import diluted_net, start_up
 
 GOAL, JUDGED = 1e-8, 1e-8
 BARE = "springs of stiffness 0 left out"
@@ -164,13 +164,6 @@ def call(command, folder, limit):
     return process.returncode
 
 
-def start_up(program, folder):
-    before = processor_time()
-    subprocess.run([program, "-bs_lattice_type", "chain", "-bs_lattice_size", "3", "-ts_type", "symplectic", "-ts_max_steps", "1"], cwd=folder, env=environment(1),
-                   capture_output=True, check=True)
-    return processor_time() - before
-
-
 def run(program, case, folder, label, steps, limit, least):
     """A row of the program's."""
     (folder / "d.json").unlink(missing_ok=True)
@@ -289,7 +282,7 @@ def main():
         folder, program = pathlib.Path(scratch), str(pathlib.Path(arguments.program).resolve())
         if arguments.check:
             sys.exit("\n".join(check(program, folder)) or 0)
-        least = min(start_up(program, folder) for _ in range(5))
+        least = min(start_up(program, folder, processor_time) for _ in range(5))
         for name in arguments.nets.split(","):
             found[name] = measure(program, name, folder, least, arguments.variants.split(","))
             kept.write_text(json.dumps(found, indent=1) + "\n")

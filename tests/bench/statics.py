@@ -137,11 +137,15 @@ def solve(program, path, folder, *more):
     return used, time.time() - started, json.loads((folder / "s.json").read_text()), x
 
 
-def start_up(program, folder):
-    before = resource.getrusage(resource.RUSAGE_CHILDREN).ru_utime
+def user_time():
+    return resource.getrusage(resource.RUSAGE_CHILDREN).ru_utime
+
+
+def start_up(program, folder, clock=user_time):
+    before = clock()
     subprocess.run([program, "-bs_lattice_type", "chain", "-bs_lattice_size", "3", "-ts_type", "symplectic", "-ts_max_steps", "1"], cwd=folder,
                    env=environment(1), capture_output=True, check=True)
-    return resource.getrusage(resource.RUSAGE_CHILDREN).ru_utime - before
+    return clock() - before
 
 
 ORDERINGS = {"default ordering": {}, "symmetric ordering": {"permc_spec": "MMD_AT_PLUS_A", "diag_pivot_thresh": 0.01, "options": {"SymmetricMode": True}}}

@@ -70,19 +70,22 @@ def soft_parts(checks, folder):
             checks.near(f"springs of 1 and {soft:g}, {ranks} rank(s): in series", got["stiffness"][0][0] * (1 + 1 / soft) / 2, 1.0, 1e-6)
 
 
+def last_frame(file):
+    """Places in the order of the input, edges of the box, and of the springs: ends, ways from the first to the second, stiffnesses, rest lengths."""
+    with h5py.File(file) as f:
+        x, edges = f["particles/trajectory/position/value"][-1], f["particles/trajectory/box/edges/value"][-1]
+        x, edges = x[np.argsort(f["particles/trajectory/id"][...])], np.diag(edges) if edges.ndim == 1 else edges
+        pairs, shift = f["connectivity/bonds"][...], f["connectivity/bonds_shift"][...]
+        return x, edges, pairs, x[pairs[:, 1]] + shift @ edges - x[pairs[:, 0]], f["connectivity/bonds_stiffness"][...], f["connectivity/bonds_rest_length"][...]
+
+
 def dense_stiffness(file, strain_law):
     """C = (H_ee - H_eu H_uu^+ H_ue)/V of the energy's second derivatives at the last frame, with the tensions there: of a spring with length l,
     direction n, tension T and rate k it is k (n.d)^2 + T/l (|d|^2 - (n.d)^2) for d = e dx + u_i - u_j."""
-    with h5py.File(file) as f:
-        x, edges = f["particles/trajectory/position/value"][-1], f["particles/trajectory/box/edges/value"][-1]
-        order = np.argsort(f["particles/trajectory/id"][...])
-        pairs, shift = f["connectivity/bonds"][...], f["connectivity/bonds_shift"][...]
-        K, L = f["connectivity/bonds_stiffness"][...], f["connectivity/bonds_rest_length"][...]
-    x, d, edges = x[order], x.shape[1], np.diag(edges) if edges.ndim == 1 else edges
-    rate = K / L if strain_law else K
+    x, edges, pairs, dx, K, L = last_frame(file)
+    d, rate = x.shape[1], K / L if strain_law else K
     components = [(0, 0), (1, 1), (0, 1)] if d == 2 else [(0, 0), (1, 1), (2, 2), (1, 2), (0, 2), (0, 1)]
     q, n = len(components), x.size
-    dx = x[pairs[:, 1]] + shift @ edges - x[pairs[:, 0]]
     H = np.zeros((q + n, q + n))
     for (i, j), r, k, length in zip(pairs, dx, rate, L):
         change = np.zeros((d, q + n))  # of r
@@ -123,12 +126,7 @@ def floppy(checks, folder):
 
 def unbalanced(file):
     """Largest force that is left on a particle, and the largest of a spring."""
-    with h5py.File(file) as f:
-        x, edges = f["particles/trajectory/position/value"][-1], f["particles/trajectory/box/edges/value"][-1]
-        x = x[np.argsort(f["particles/trajectory/id"][...])]
-        pairs, shift = f["connectivity/bonds"][...], f["connectivity/bonds_shift"][...]
-        K, L = f["connectivity/bonds_stiffness"][...], f["connectivity/bonds_rest_length"][...]
-    r = x[pairs[:, 1]] + shift @ (np.diag(edges) if edges.ndim == 1 else edges) - x[pairs[:, 0]]
+    x, _, pairs, r, K, L = last_frame(file)
     length = np.linalg.norm(r, axis=1)
     pull = (K * (length - L) / length)[:, None] * r
     force = np.zeros_like(x)

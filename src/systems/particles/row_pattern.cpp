@@ -16,13 +16,12 @@ void RowPattern::create(const Network& net) {
   low_.assign(static_cast<std::size_t>(net.n), 0);
   own_ = self_ = low_;
   std::vector<PetscInt> columns;
-  const auto couples = [&](PetscInt e) { return !net.fixed[links.other[e]] && has_block(net, e); };
   for (PetscInt i = 0; i < net.n; ++i) {
     columns.assign(1, net.global[i]);
     // a fixed particle feels nothing
     if (!net.fixed[i])
       for (PetscInt e = links.start[i]; e < links.start[i + 1]; ++e)
-        if (couples(e)) columns.push_back(net.global[links.other[e]]);
+        if (has_block(net, e)) columns.push_back(net.global[links.other[e]]);
     std::sort(columns.begin(), columns.end());
     columns.erase(std::unique(columns.begin(), columns.end()), columns.end());
     const auto place = [&](PetscInt global) {
@@ -33,7 +32,7 @@ void RowPattern::create(const Network& net) {
     own_[i] = place(net.first + net.n) - low_[i];
     if (!net.fixed[i])
       for (PetscInt e = links.start[i]; e < links.start[i + 1]; ++e)
-        if (couples(e)) slot_[e] = place(net.global[links.other[e]]);
+        if (has_block(net, e)) slot_[e] = place(net.global[links.other[e]]);
     global_.insert(global_.end(), columns.begin(), columns.end());
     start_.push_back(static_cast<PetscInt>(global_.size()));
     widest_ = std::max(widest_, static_cast<PetscInt>(columns.size()));

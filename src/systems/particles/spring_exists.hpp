@@ -22,8 +22,8 @@ inline bool exists(const Network& net, PetscInt e) {
 /// may do so across a spring that is none.
 inline bool ties(const Network& net, PetscInt e) { return net.links.spring[e] < 0 || exists(net, e) || !net.interactions.empty(); }
 
-/// Whether matrices have a block for link e: a broken spring keeps its own, for it may have to be restored, and a continued run has the same
-/// matrices.
-inline bool has_block(const Network& net, PetscInt e) { return net.links.is_broken(e) || ties(net, e); }
+/// Whether assembled matrices have a block for link e of a particle that is not fixed: a broken spring keeps its own, for it may have to be restored,
+/// and a continued run has the same matrices.
+inline bool has_block(const Network& net, PetscInt e) { return !net.fixed[net.links.other[e]] && (net.links.is_broken(e) || ties(net, e)); }
 
 }  // namespace bs

@@ -1,4 +1,4 @@
-// How an equilibrium that is a saddle point of the energy is left.
+// What Newton's method has found, made better: saddle points of the energy are left, and forces that have nearly vanished are balanced.
 #include <petsc/private/snesimpl.h>
 #include "base/vec_array.hpp"
 #include "linalg/condensed/condensed.hpp"
@@ -23,10 +23,8 @@ PetscErrorCode PseudoTime::leave_saddles(SNES snes) {
   PetscCall(time_of_loads(&t));
   PetscCall(linear_solver_of(ts_, nullptr, &pc));
   for (int k = 0; k < MOST_SADDLES; ++k) {
-    const PetscInt newton = snes->iter, krylov = snes->linear_its;
-    const SNESConvergedReason reason = snes->reason;
     PetscInt negative = 0;
-    bool found = false, lower = false;
+    bool found = false, lower = false, good = false;
     PetscCall(find_unstable_direction(ts_, context_->matrix, *model_, t, X, iterations_, direction_, &negative, &found));
     if (found) PetscCall(step_down(*model_, t, X, direction_, at_, &lower));
     PetscCall(condensed_renew(pc));
@@ -42,12 +40,8 @@ PetscErrorCode PseudoTime::leave_saddles(SNES snes) {
       continue;
     }
     if (!lower) break;
-    PetscCall(continue_from(snes));
-    snes->iter += newton;
-    snes->linear_its += krylov;
-    const bool failed = snes->reason <= 0;
-    snes->reason = reason;
-    if (failed) break;
+    PetscCall(continue_further(snes, &good));
+    if (!good) break;
     left = true;
     exact = false;
   }
@@ -81,6 +75,40 @@ PetscErrorCode PseudoTime::solve_to_rounding(SNES snes) {
   snes->domainerror = PETSC_FALSE;
   snes->iter += newton_steps_;
   snes->linear_its += krylov_;
+  PetscFunctionReturn(0);
+}
+
+// What Newton's method leaves within the rounding errors of all forces may be too much where the forces themselves have nearly vanished, as in a net
+// that relaxes until it is floppy: a shorter load step would not mend that.
+PetscErrorCode PseudoTime::balance_better(SNES snes) {
+  bool yes = false, good = false;
+  double t = 0;
+  Vec X;
+  PetscFunctionBegin;
+  PetscCall(SNESGetSolution(snes, &X));
+  PetscCall(time_of_loads(&t));
+  PetscCall(model_->is_balanced(t, X, &yes));
+  if (yes) PetscFunctionReturn(0);
+  PetscCall(make_room(X));
+  PetscCall(solve_to_rounding(snes));
+  PetscCall(model_->is_balanced(t, X, &yes));
+  if (yes) PetscFunctionReturn(0);
+  PetscCall(VecCopy(X, at_));
+  PetscCall(zero_velocities(at_));
+  PetscCall(continue_further(snes, &good));
+  PetscFunctionReturn(0);
+}
+
+// A solve that has succeeded, from at_: its counts go on, and its reason stays.
+PetscErrorCode PseudoTime::continue_further(SNES snes, bool* good) {
+  const PetscInt newton = snes->iter, krylov = snes->linear_its;
+  const SNESConvergedReason reason = snes->reason;
+  PetscFunctionBegin;
+  PetscCall(continue_from(snes));
+  *good = snes->reason > 0;
+  snes->iter += newton;
+  snes->linear_its += krylov;
+  snes->reason = reason;
   PetscFunctionReturn(0);
 }
 

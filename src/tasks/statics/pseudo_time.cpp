@@ -65,32 +65,6 @@ PetscErrorCode PseudoTime::solve(SNES snes) {
   PetscFunctionReturn(0);
 }
 
-// What Newton's method leaves within the rounding errors of all forces may be too much where the forces themselves have nearly vanished, as in a net
-// that relaxes until it is floppy: a shorter load step would not mend that.
-PetscErrorCode PseudoTime::balance_better(SNES snes) {
-  const SNESConvergedReason reason = snes->reason;
-  const PetscInt newton = snes->iter, krylov = snes->linear_its;
-  bool yes = false;
-  double t = 0;
-  Vec X;
-  PetscFunctionBegin;
-  PetscCall(SNESGetSolution(snes, &X));
-  PetscCall(time_of_loads(&t));
-  PetscCall(model_->is_balanced(t, X, &yes));
-  if (yes) PetscFunctionReturn(0);
-  PetscCall(make_room(X));
-  PetscCall(solve_to_rounding(snes));
-  PetscCall(model_->is_balanced(t, X, &yes));
-  if (yes) PetscFunctionReturn(0);
-  PetscCall(VecCopy(X, at_));
-  PetscCall(zero_velocities(at_));
-  PetscCall(continue_from(snes));
-  snes->iter += newton;
-  snes->linear_its += krylov;
-  snes->reason = reason;
-  PetscFunctionReturn(0);
-}
-
 PetscErrorCode PseudoTime::make_room(Vec y) {
   PetscFunctionBegin;
   for (VecHandle* room : {&at_, &correction_, &saddle_, &direction_})

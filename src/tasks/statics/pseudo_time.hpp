@@ -47,6 +47,7 @@ class PseudoTime {
   PetscErrorCode continue_from(SNES snes);
   PetscErrorCode leave_saddles(SNES snes);
   PetscErrorCode balance_better(SNES snes);
+  PetscErrorCode continue_further(SNES snes, bool* good);
   PetscErrorCode solve_to_rounding(SNES snes);
   PetscErrorCode time_of_loads(double* t);
   PetscErrorCode solve_from(Vec y, bool* good);

@@ -9,8 +9,9 @@
 namespace bs {
 namespace {
 
-// z.K z > (sharp shift) z.M z, with the exact K: the precision in which S is stored does not count
+// z.K z > DOUBT (mean squared frequency) z.M z, with the exact K: neither the precision in which S is stored nor its shift counts
 PetscErrorCode is_unstable_along(Equilibrium& model, Vec z, bool* yes) {
+  constexpr double DOUBT = 1e-12;
   Linearisation& lin = model.mechanics()->linearisation();
   const Layout& at = lin.layout();
   std::vector<double> force(static_cast<std::size_t>(at.particles * at.dim));
@@ -24,7 +25,7 @@ PetscErrorCode is_unstable_along(Equilibrium& model, Vec z, bool* yes) {
       sums[1] += a[at.x(i, c)] * a[at.x(i, c)] * lin.masses()[static_cast<std::size_t>(i)];
     }
   PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, sums, 2, MPI_DOUBLE, MPI_SUM, model.comm()));
-  *yes = sums[0] > model.sharp_shift() * sums[1];
+  *yes = sums[0] > DOUBT * model.mean_squared_frequency() * sums[1];
   PetscFunctionReturn(0);
 }
 

@@ -63,7 +63,7 @@ std::vector<PetscInt> coupled_ends(const Network& net) {
   std::vector<PetscInt> ends;
   for (PetscInt i = 0; i < net.n; ++i)
     for (PetscInt e = net.links.start[i]; e < net.links.start[i + 1] && !net.fixed[i]; ++e)
-      if (!net.fixed[net.links.other[e]] && has_block(net, e)) ends.insert(ends.end(), {net.global[i], net.global[net.links.other[e]]});
+      if (has_block(net, e)) ends.insert(ends.end(), {net.global[i], net.global[net.links.other[e]]});
   return ends;
 }
 
