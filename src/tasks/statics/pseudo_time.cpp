@@ -61,7 +61,7 @@ PetscErrorCode PseudoTime::solve(SNES snes) {
     if (snes->reason > 0) ++solves_;
   }
   if (minima_ && snes->reason > 0) PetscCall(leave_saddles(snes));
-  if (snes->reason > 0) PetscCall(balance_better(snes));
+  if (ended_by_itself(snes->reason)) PetscCall(balance_better(snes));
   PetscFunctionReturn(0);
 }
 

@@ -10,6 +10,9 @@
 
 namespace bs {
 
+/// Whether a solve ended by its own test, not by one that options have taken its place with (-snes_atol, -snes_type ksponly and the like).
+inline bool ended_by_itself(SNESConvergedReason reason) { return reason == SNES_CONVERGED_FNORM_RELATIVE || reason == SNES_CONVERGED_SNORM_RELATIVE; }
+
 /// A solve that has failed is repeated from the last equilibrium by steps of backward Euler in a pseudo time, from rest each:
 ///   M (x - x_n)/h^2 = f(x)
 /// which is where E + |x - x_n|_M^2/(2 h^2) is stationary: every step goes downhill, and they end in a minimum of the energy, which may be far from

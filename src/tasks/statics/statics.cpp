@@ -163,7 +163,7 @@ PetscErrorCode StaticRun::examine(double factor, Vec y, StageCheck* out) {
   if (out->good || out->hopeless) PetscFunctionReturn(0);
   PetscCall(TSGetSNES(ts_, &snes));
   PetscCall(SNESGetConvergedReason(snes, &reason));
-  out->hopeless = reason != SNES_CONVERGED_FNORM_RELATIVE && reason != SNES_CONVERGED_SNORM_RELATIVE;
+  out->hopeless = !ended_by_itself(reason);
   if (out->hopeless) out->failure += format(" (it ended by %s: leave out -snes_atol, -snes_type ksponly and the like)", SNESConvergedReasons[reason]);
   PetscFunctionReturn(0);
 }
