@@ -7,7 +7,7 @@
 #include "base/handle.hpp"
 #include "base/option_names.hpp"
 #include "checkpoint/checkpoint.hpp"
-#include "input/hdf5_file.hpp"
+#include "session/inside.hpp"
 #include "systems/create.hpp"
 #include "systems/frame_rows.hpp"
 #include "systems/mechanics.hpp"
@@ -20,42 +20,6 @@
 namespace bs {
 
 namespace {
-
-/// Options of PETSc's that are a session's own.
-class OptionTable {
- public:
-  OptionTable() = default;
-  OptionTable(const OptionTable&) = delete;
-  OptionTable& operator=(const OptionTable&) = delete;
-  ~OptionTable() { (void)PetscOptionsDestroy(&table_); }
-  PetscErrorCode fill(const Settings& settings, const Settings& more) {
-    PetscFunctionBegin;
-    PetscCall(PetscOptionsCreate(&table_));
-    for (const Settings* some : {&settings, &more})
-      for (const auto& [name, value] : *some) PetscCall(PetscOptionsSetValue(table_, name.c_str(), value.empty() ? nullptr : value.c_str()));
-    PetscFunctionReturn(0);
-  }
-  PetscOptions get() const { return table_; }
-
- private:
-  PetscOptions table_ = nullptr;
-};
-
-/// While it lives, a session's options are those in force, errors of PETSc's are its own, and HDF5 prints nothing.
-class Inside {
- public:
-  Inside(MPI_Comm comm, const OptionTable& options) : errors_(comm) {
-    clear_error(comm);
-    (void)PetscOptionsPush(options.get());
-  }
-  Inside(const Inside&) = delete;
-  Inside& operator=(const Inside&) = delete;
-  ~Inside() { (void)PetscOptionsPop(); }
-
- private:
-  PetscErrors errors_;
-  QuietHdf5 quiet_;
-};
 
 /// The error that a call on `comm` ended with; without text where `code` is 0.
 Error outcome(MPI_Comm comm, PetscErrorCode code) {

@@ -1,0 +1,46 @@
+// Calls of a session: its options, its errors, and silence of the libraries.
+#pragma once
+#include <petscsys.h>
+#include "base/error.hpp"
+#include "input/hdf5_file.hpp"
+#include "session/session.hpp"
+
+namespace bs {
+
+/// Options of PETSc's that are a session's own.
+class OptionTable {
+ public:
+  OptionTable() = default;
+  OptionTable(const OptionTable&) = delete;
+  OptionTable& operator=(const OptionTable&) = delete;
+  ~OptionTable() { (void)PetscOptionsDestroy(&table_); }
+  PetscErrorCode fill(const Settings& settings, const Settings& more) {
+    PetscFunctionBegin;
+    PetscCall(PetscOptionsCreate(&table_));
+    for (const Settings* some : {&settings, &more})
+      for (const auto& [name, value] : *some) PetscCall(PetscOptionsSetValue(table_, name.c_str(), value.empty() ? nullptr : value.c_str()));
+    PetscFunctionReturn(0);
+  }
+  PetscOptions get() const { return table_; }
+
+ private:
+  PetscOptions table_ = nullptr;
+};
+
+/// While it lives, a session's options are those in force, errors of PETSc's are its own, and HDF5 prints nothing.
+class Inside {
+ public:
+  Inside(MPI_Comm comm, const OptionTable& options) : errors_(comm) {
+    clear_error(comm);
+    (void)PetscOptionsPush(options.get());
+  }
+  Inside(const Inside&) = delete;
+  Inside& operator=(const Inside&) = delete;
+  ~Inside() { (void)PetscOptionsPop(); }
+
+ private:
+  PetscErrors errors_;
+  QuietHdf5 quiet_;
+};
+
+}  // namespace bs
