@@ -51,6 +51,12 @@ int edit_distance(const std::string& a, const std::string& b) {
   return row.back();
 }
 
+std::string alternatives(const std::vector<std::string>& names) {
+  std::string text;
+  for (std::size_t k = 0; k < names.size(); ++k) text += (k == 0 ? "" : k + 1 == names.size() ? " or " : ", ") + names[k];
+  return text;
+}
+
 std::string nearest(const std::string& word, const std::set<std::string>& names, int most) {
   std::string best;
   int least = most + 1;

@@ -24,6 +24,9 @@ std::vector<std::string> split(const std::string& text, char separator);
 /// Least number of letters inserted, removed or replaced to turn `a` into `b`; case does not matter.
 int edit_distance(const std::string& a, const std::string& b);
 
+/// "hooke, strain or tension"
+std::string alternatives(const std::vector<std::string>& names);
+
 /// The nearest of `names`, the first of equals; empty if none is within `most` changes.
 std::string nearest(const std::string& word, const std::set<std::string>& names, int most);
 

@@ -36,7 +36,6 @@ PetscErrorCode read_boundary(MPI_Comm comm, const Hdf5File& file, const std::str
 /// (d, d), or (d) the lengths of orthogonal edges; of a trajectory the last frame of (T, D, D) or (T, D).
 PetscErrorCode read_edges(MPI_Comm comm, const Hdf5File& file, const std::string& path, bool frames, Lattice* l) {
   const int d = l->dim;
-  double inverse[9] = {};
   PetscFunctionBegin;
   if (!file.has(path))
     PetscCall(fail(comm, Exit::input, l->source + ": " + path + " is missing; write the edge vectors of the periodic box as rows [m]"));
@@ -60,13 +59,7 @@ PetscErrorCode read_edges(MPI_Comm comm, const Hdf5File& file, const std::string
   PetscCall(file.read(table, 0, shape.rows, 0, &last));
   for (int k = 0; k < d; ++k)
     for (int c = 0; c < d; ++c) l->box.edges[at(k * d + c)] = square ? last[at(k) * D + at(c)] : k == c ? last[at(k)] : 0.0;
-  // an edge along which nothing is repeated may be left 0
-  for (int k = 0; k < d; ++k) {
-    double size = 0;
-    for (int c = 0; c < d; ++c) size += std::abs(l->box.edges[at(k * d + c)]);
-    if (size == 0 && !l->box.periodic[k]) l->box.edges[at(k * d + k)] = 1;
-  }
-  if (!invert_edges(l->box.edges.data(), d, inverse))
+  if (!complete_edges(&l->box, d))
     PetscCall(fail(comm, Exit::input,
                    l->source + ": " + path + ": the edges span no volume; write finite vectors [m] that do not lie in one plane or line"));
   PetscFunctionReturn(0);
@@ -92,12 +85,27 @@ std::vector<Joined> all_joined(bool trajectory, const std::string& springs, Latt
   return all;
 }
 
+/// Images are numbered up to 63, and only where space is repeated.
+PetscErrorCode check_range(MPI_Comm comm, const Joined& joined, const Lattice& l) {
+  const std::int64_t width = std::int64_t{l.dim} * (joined.width - joined.first);
+  Error fault;
+  PetscFunctionBegin;
+  for (std::size_t k = 0; k < joined.shift->size() && !fault; ++k) {
+    const std::int64_t row = joined.rows.first + static_cast<std::int64_t>(k) / width, s = (*joined.shift)[k];
+    const bool open = !l.box.periodic[k % at(l.dim)];
+    if (s < -image::MOST || s > image::MOST || (open && s != 0))
+      fault.note(row, format("%s: %s %" PRId64 ", %s: a shift of %" PRId64 " boxes; write %s", l.source.c_str(), joined.title.c_str(), row,
+                             joined.dataset.c_str(), s, open ? "0 along edges that are not periodic" : "-63 to 63"));
+  }
+  PetscCall(fail_if_any(comm, fault));
+  PetscFunctionReturn(0);
+}
+
 /// `padded`: shifts of springs may have fewer than d components.
 PetscErrorCode read_shifts(MPI_Comm comm, const Hdf5File& file, const Joined& joined, bool padded, Lattice* l) {
   const int ends = joined.width - joined.first;
   Table table;
   TableShape shape;
-  Error fault;
   PetscFunctionBegin;
   if (!file.has(joined.dataset) || joined.rows.total == 0) PetscFunctionReturn(0);
   shape.integers = true;
@@ -112,18 +120,17 @@ PetscErrorCode read_shifts(MPI_Comm comm, const Hdf5File& file, const Joined& jo
     for (std::size_t k = 0; k < joined.shift->size(); ++k) wide[k / width * d + k % width] = (*joined.shift)[k];
     *joined.shift = std::move(wide);
   }
-  for (std::size_t k = 0; k < joined.shift->size() && !fault; ++k) {
-    const std::int64_t row = joined.rows.first + static_cast<std::int64_t>(k) / (l->dim * ends), s = (*joined.shift)[k];
-    const bool open = !l->box.periodic[k % at(l->dim)];
-    if (s < -image::MOST || s > image::MOST || (open && s != 0))
-      fault.note(row, format("%s: %s %" PRId64 ", %s: a shift of %" PRId64 " boxes; write %s", l->source.c_str(), joined.title.c_str(), row,
-                             joined.dataset.c_str(), s, open ? "0 along edges that are not periodic" : "-63 to 63"));
-  }
-  PetscCall(fail_if_any(comm, fault));
+  PetscCall(check_range(comm, joined, *l));
   PetscFunctionReturn(0);
 }
 
 }  // namespace
+
+PetscErrorCode check_shifts(MPI_Comm comm, Lattice* l) {
+  PetscFunctionBegin;
+  for (const Joined& one : all_joined(false, "/springs/shift", l)) PetscCall(check_range(comm, one, *l));
+  PetscFunctionReturn(0);
+}
 
 PetscErrorCode read_hdf5_box(MPI_Comm comm, const Hdf5File& file, const Hdf5Layout& names, Lattice* l) {
   const std::string group = names.trajectory ? "/particles/trajectory/box" : "/box";

@@ -83,6 +83,9 @@ PetscErrorCode read_hdf5_lattice(MPI_Comm comm, const std::string& path, Lattice
 /// shifts beyond 63 or across what is not periodic.
 PetscErrorCode read_hdf5_box(MPI_Comm comm, const Hdf5File& file, const Hdf5Layout& names, Lattice* lattice);
 
+/// Collective. The same errors about the shifts of a lattice that was read from no file.
+PetscErrorCode check_shifts(MPI_Comm comm, Lattice* lattice);
+
 /// Collective. Where the lattice has a periodic box and no shifts, each spring joins the nearest images of its ends. Error (exit 2): two images are
 /// equally near. Springs joining a particle to itself need a shift. The same of interactions, whose ends are the images nearest to one of them.
 PetscErrorCode choose_images(MPI_Comm comm, Lattice* lattice);

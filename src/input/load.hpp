@@ -16,7 +16,4 @@ PetscErrorCode load_lattice(MPI_Comm comm, Lattice* out);
 /// another source are refused.
 PetscErrorCode load_lattice(MPI_Comm comm, const Lattice& given, Lattice* out);
 
-/// The chunk of rank `rank` of `size` of a lattice that is whole.
-Lattice chunk_of(const Lattice& whole, int rank, int size);
-
 }  // namespace bs

@@ -7,12 +7,6 @@
 
 namespace bs {
 
-std::string alternatives(const std::vector<std::string>& names) {
-  std::string text;
-  for (std::size_t k = 0; k < names.size(); ++k) text += (k == 0 ? "" : k + 1 == names.size() ? " or " : ", ") + names[k];
-  return text;
-}
-
 void SpringOptions::read(Section& section) {
   std::string formulas;
   int index = 0;

@@ -31,7 +31,4 @@ PetscErrorCode apply_spring_options(MPI_Comm comm, const SpringOptions& options,
 /// Collective. Rest lengths, which are filled in, must be above 0 where a spring's law needs that (exit 2).
 PetscErrorCode check_rest_lengths(MPI_Comm comm, const Lattice& lattice);
 
-/// "hooke, strain or tension"
-std::string alternatives(const std::vector<std::string>& names);
-
 }  // namespace bs

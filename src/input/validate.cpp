@@ -7,6 +7,7 @@
 #include "input/hdf5_layout.hpp"
 #include "input/remote.hpp"
 #include "lattice/columns.hpp"
+#include "lattice/lattice_arrays.hpp"
 #include "network/migrate.hpp"
 
 namespace bs {
@@ -30,8 +31,10 @@ struct Place {
   }
 };
 
-/// The k-th particle's number as the user knows it.
-std::int64_t number(const Lattice& lattice, std::int64_t k) { return lattice.id.empty() ? lattice.particles.first + k : lattice.id[at(k)]; }
+/// The k-th particle's number as the user knows it: of what is held as arrays, its row.
+std::int64_t number(const Lattice& lattice, const Place& place, std::int64_t k) {
+  return lattice.id.empty() || place.datasets || place.source == IN_MEMORY ? lattice.particles.first + k : lattice.id[at(k)];
+}
 
 /// Squares of what is read are summed: they must not overflow.
 constexpr double LARGEST = 1e150;
@@ -53,7 +56,7 @@ bool all_usable(const double* values, std::size_t count, double* bad) {
 
 void check_particle(const Lattice& l, const Place& place, std::int64_t k, Error* fault) {
   const std::size_t d = at(l.dim);
-  const std::int64_t row = l.particles.first + k, id = place.datasets ? row : number(l, k);
+  const std::int64_t row = l.particles.first + k, id = number(l, place, k);
   const auto note = [&](const char* name, const char* what, double value, const char* remedy) {
     fault->note(row, place.row("particle", id, "/particles", name) + format(": %s %g; %s", what, value, remedy_for(value, remedy)));
   };

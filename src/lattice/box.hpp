@@ -52,6 +52,17 @@ inline bool invert_edges(const double* e, int d, double* out) {
   return true;
 }
 
+/// An edge along which nothing is repeated may be left 0 and becomes a unit vector; false where the edges span no volume.
+inline bool complete_edges(PeriodicBox* box, int d) {
+  double inverse[9];
+  for (int k = 0; k < d; ++k) {
+    double size = 0;
+    for (int c = 0; c < d; ++c) size += std::abs(box->edges[static_cast<std::size_t>(k * d + c)]);
+    if (size == 0 && !box->periodic[k]) box->edges[static_cast<std::size_t>(k * d + k)] = 1;
+  }
+  return invert_edges(box->edges.data(), d, inverse);
+}
+
 /// The two of dx + sum of s_k e_k, over the shifts s near its reduced coordinates, that are shortest: s of the first into `shift`; returned is how
 /// much shorter its square is than that of the second (infinity: there is no second). inverse: of invert_edges.
 inline double nearest_image(const PeriodicBox& box, const double* inverse, int d, const double* dx, int* shift) {

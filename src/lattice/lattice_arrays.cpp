@@ -1,75 +1,142 @@
 #include "lattice/lattice_arrays.hpp"
+#include <algorithm>
 #include <limits>
-#include "base/text.hpp"
 #include "lattice/columns.hpp"
+#include "lattice/spring_laws.hpp"
 
 namespace bs {
 namespace {
-
-/// What is wrong with an array that should have `rows` rows of `width` numbers, or may be empty.
-std::string misfit(const std::string& name, std::size_t size, std::size_t rows, std::size_t width, bool optional) {
-  if (size == rows * width || (optional && size == 0)) return {};
-  return "lattice in memory: " + name + " has " + how_many(static_cast<std::int64_t>(size), "number") + ": give " + std::to_string(rows * width) +
-         (optional ? ", or none" : "");
-}
 
 template <class T>
 std::vector<T> filled(const std::vector<T>& given, std::size_t size, T otherwise) {
   return given.empty() ? std::vector<T>(size, otherwise) : given;
 }
 
-std::string misfit_of(const LatticeArrays& a) {
-  if (a.dim < 1 || a.dim > 3) return "lattice in memory: dim is " + std::to_string(a.dim) + ": give 1, 2 or 3";
-  const std::size_t d = static_cast<std::size_t>(a.dim), n = a.mass.size(), s = a.stiffness.size();
-  std::string wrong;
-  const auto look = [&](const std::string& name, std::size_t size, std::size_t rows, std::size_t width, bool optional) {
-    if (wrong.empty()) wrong = misfit(name, size, rows, width, optional);
-  };
-  if (n == 0) return "lattice in memory: mass is empty: give at least one particle";
-  look("position", a.position.size(), n, d, false);
-  look("velocity", a.velocity.size(), n, d, true);
-  look("fixed", a.fixed.size(), n, 1, true);
-  look("springs", a.springs.size(), s, 2, false);
-  look("rest_length", a.rest_length.size(), s, 1, true);
-  look("damping", a.damping.size(), s, 1, true);
-  look("shift", a.shift.size(), s, d, true);
-  for (const Column& one : a.particle_columns) {
-    std::size_t width = 1;
-    for (const ParticleParameter& known : particle_parameters)
-      if (one.name == known.name) width = static_cast<std::size_t>(known.width(a.dim));
-    look("particles/" + one.name, one.value.size(), n, width, false);
+/// With a name for messages where the caller gave none.
+std::vector<Column> named(std::vector<Column> columns, const char* of) {
+  for (Column& one : columns)
+    if (one.path.empty()) one.path = of + one.name;
+  return columns;
+}
+
+std::size_t place_of(const std::vector<std::string>& names, const std::string& name) {
+  return static_cast<std::size_t>(std::find(names.begin(), names.end(), name) - names.begin());
+}
+
+void take_springs(const LatticeArrays& a, Lattice* l) {
+  const std::int64_t s = static_cast<std::int64_t>(a.stiffness.size());
+  l->springs = {0, s, s};
+  l->pairs = a.springs;
+  l->stiffness = a.stiffness;
+  l->rest_length = filled(a.rest_length, a.stiffness.size(), std::numeric_limits<double>::quiet_NaN());
+  l->damping = filled(a.damping, a.stiffness.size(), 0.0);
+  l->spring_columns = named(a.spring_columns, "springs/");
+  l->break_columns = named(a.break_columns, "springs/");
+  if (!a.area.empty()) l->area = {AREA, std::string("springs/") + AREA, a.area};
+  l->box = a.box;
+  (void)complete_edges(&l->box, a.dim);
+  l->shift = a.shift;
+}
+
+void take_laws(const LatticeArrays& a, Lattice* l) {
+  std::vector<std::uint8_t> places;
+  for (const std::string& name : a.laws) places.push_back(static_cast<std::uint8_t>(place_of(spring_law_names(), name)));
+  for (const std::int64_t at : a.law) l->spring_laws.push_back(places[static_cast<std::size_t>(at)]);
+  l->law_by_row = !a.law.empty();
+  l->spring_law_given = !a.spring_law.empty();
+  l->damping_law_given = !a.damping_law.empty();
+  if (l->spring_law_given) l->spring_law = static_cast<SpringLaw>(place_of(spring_law_names(), a.spring_law));
+  if (l->damping_law_given) l->damping_law = static_cast<DampingLaw>(place_of(damper_law_names(), a.damping_law));
+}
+
+void take_anchors(const AnchorArrays& a, Lattice* l) {
+  const std::size_t size = a.stiffness.size();
+  const std::int64_t n = static_cast<std::int64_t>(size);
+  l->anchors = {0, n, n};
+  l->anchor_particle = a.particle;
+  l->anchor_point = a.point;
+  l->anchor_stiffness = a.stiffness;
+  l->anchor_rest_length = filled(a.rest_length, size, 0.0);
+  l->anchor_damping = filled(a.damping, size, 0.0);
+}
+
+std::string kind_name(const InteractionSchema& schema) { return std::string(schema.group) + "s"; }
+
+void take_interactions(const std::vector<InteractionArrays>& given, Lattice* l) {
+  if (given.empty()) return;
+  for (const InteractionSchema& schema : interaction_schemas()) {
+    InteractionRows rows;
+    for (const InteractionArrays& one : given) {
+      if (one.kind != kind_name(schema)) continue;
+      const std::int64_t n = static_cast<std::int64_t>(one.ends.size()) / schema.ends;
+      rows = {{0, n, n}, one.ends, one.parameter, one.shift};
+    }
+    l->interactions.push_back(std::move(rows));
   }
-  for (const Column& one : a.spring_columns) look("springs/" + one.name, one.value.size(), s, 1, false);
-  for (const Group& one : a.groups) look("group " + one.name, one.member.size(), n, 1, false);
-  return wrong;
 }
 
 }  // namespace
 
 bool lattice_of(const LatticeArrays& a, Lattice* out, std::string* error) {
-  *error = misfit_of(a);
+  *error = fault_of(a);
   if (!error->empty()) return false;
-  const std::int64_t n = static_cast<std::int64_t>(a.mass.size()), s = static_cast<std::int64_t>(a.stiffness.size());
+  const std::int64_t n = static_cast<std::int64_t>(a.mass.size());
   Lattice l;
   l.dim = a.dim;
-  l.source = "lattice in memory";
+  l.source = IN_MEMORY;
   l.particles = {0, n, n};
   l.position = a.position;
   l.velocity = filled(a.velocity, a.position.size(), 0.0);
   l.mass = a.mass;
   l.fixed = filled(a.fixed, a.mass.size(), std::uint8_t{0});
-  l.springs = {0, s, s};
-  l.pairs = a.springs;
-  l.stiffness = a.stiffness;
-  l.rest_length = filled(a.rest_length, a.stiffness.size(), std::numeric_limits<double>::quiet_NaN());
-  l.damping = filled(a.damping, a.stiffness.size(), 0.0);
-  l.particle_columns = a.particle_columns;
-  l.spring_columns = a.spring_columns;
+  l.id = a.id;
+  l.particle_columns = named(a.particle_columns, "particles/");
   l.groups = a.groups;
-  l.box = a.box;
-  l.shift = a.shift;
+  take_springs(a, &l);
+  take_laws(a, &l);
+  take_anchors(a.anchors, &l);
+  take_interactions(a.interactions, &l);
+  l.rest_at_zero_length = a.rest_at_zero_length;
+  l.implied_options = a.implied_options;
   *out = std::move(l);
   return true;
+}
+
+LatticeArrays arrays_of(Lattice l) {
+  LatticeArrays a;
+  a.dim = l.dim;
+  a.position = std::move(l.position);
+  a.velocity = std::move(l.velocity);
+  a.mass = std::move(l.mass);
+  a.fixed = std::move(l.fixed);
+  a.id = std::move(l.id);
+  a.springs = std::move(l.pairs);
+  a.stiffness = std::move(l.stiffness);
+  a.rest_length = std::move(l.rest_length);
+  a.damping = std::move(l.damping);
+  a.area = std::move(l.area.value);
+  a.particle_columns = std::move(l.particle_columns);
+  a.spring_columns = std::move(l.spring_columns);
+  a.break_columns = std::move(l.break_columns);
+  a.groups = std::move(l.groups);
+  a.box = l.box;
+  a.shift = std::move(l.shift);
+  a.anchors = {std::move(l.anchor_particle), std::move(l.anchor_point), std::move(l.anchor_stiffness), std::move(l.anchor_rest_length),
+               std::move(l.anchor_damping)};
+  for (std::size_t kind = 0; kind < l.interactions.size(); ++kind) {
+    InteractionRows& rows = l.interactions[kind];
+    if (rows.rows.total > 0)
+      a.interactions.push_back({kind_name(interaction_schemas()[kind]), std::move(rows.ends), std::move(rows.parameter), std::move(rows.shift)});
+  }
+  if (l.spring_law_given) a.spring_law = spring_law_names()[static_cast<std::size_t>(l.spring_law)];
+  if (l.damping_law_given) a.damping_law = damper_law_names()[static_cast<std::size_t>(l.damping_law)];
+  if (l.law_by_row) {
+    a.laws = spring_law_names();
+    a.law.assign(l.spring_laws.begin(), l.spring_laws.end());
+  }
+  a.rest_at_zero_length = l.rest_at_zero_length;
+  a.implied_options = std::move(l.implied_options);
+  return a;
 }
 
 }  // namespace bs

@@ -21,18 +21,6 @@ namespace bs {
 
 namespace {
 
-/// The error that a call on `comm` ended with; without text where `code` is 0.
-Error outcome(MPI_Comm comm, PetscErrorCode code) {
-  if (code == 0) return {};
-  Error error = last_error(comm);
-  const char* generic = nullptr;
-  if (error) return error;
-  (void)PetscErrorMessage(code, &generic, nullptr);
-  error.text = generic ? generic : "unknown error";
-  error.exit = present_phase(comm);
-  return error;
-}
-
 /// Those that say what the system is, and not how it is stepped or which files are written.
 Settings of_the_system(const Settings& settings) {
   static const char* const others[] = {"-bs_output", "-bs_report",  "-bs_checkpoint", "-bs_restart",   "-bs_overwrite", "-bs_write_", "-bs_step_",
@@ -44,13 +32,6 @@ Settings of_the_system(const Settings& settings) {
     if (begins("-bs_") && std::none_of(std::begin(others), std::end(others), begins)) kept.push_back(one);
   }
   return kept;
-}
-
-/// `options` from the settings of a session and those of a call.
-Error filled(MPI_Comm comm, const Settings& settings, const Settings& more, OptionTable* options) {
-  const PetscErrors errors(comm);
-  clear_error(comm);
-  return outcome(comm, options->fill(settings, more));
 }
 
 }  // namespace

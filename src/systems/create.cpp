@@ -45,12 +45,12 @@ PetscErrorCode create_model(MPI_Comm comm, std::unique_ptr<Model>* out, const La
   PetscFunctionReturn(0);
 }
 
-PetscErrorCode load_particles(MPI_Comm comm, const char* user, Lattice* out) {
+PetscErrorCode load_particles(MPI_Comm comm, const char* user, Lattice* out, const Lattice* given) {
   int kind = 0;
   PetscFunctionBegin;
   PetscCall(read_kind(comm, &kind));
   if (kind == 1) PetscCall(fail(comm, Exit::input, std::string(user) + ": a linear system has no lattice: leave -bs_model and -bs_netlist out"));
-  PetscCall(load_lattice(comm, out));
+  PetscCall(given ? load_lattice(comm, *given, out) : load_lattice(comm, out));
   PetscFunctionReturn(0);
 }
 

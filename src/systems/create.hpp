@@ -14,7 +14,7 @@ PetscErrorCode register_models();
 PetscErrorCode create_model(MPI_Comm comm, std::unique_ptr<Model>* out, const Lattice* given = nullptr);
 
 /// Collective. Reads -bs_model and loads the lattice that the options name, of which no model is made; `user`, for messages: what asks for it. Error
-/// (exit 2): a linear system.
-PetscErrorCode load_particles(MPI_Comm comm, const char* user, Lattice* out);
+/// (exit 2): a linear system. `given`: as above.
+PetscErrorCode load_particles(MPI_Comm comm, const char* user, Lattice* out, const Lattice* given = nullptr);
 
 }  // namespace bs

@@ -124,7 +124,9 @@ std::string describe(const Lattice& l, const std::vector<std::pair<std::string, 
 
 }  // namespace
 
-PetscErrorCode write_lattice(MPI_Comm comm) {
+PetscErrorCode write_lattice(MPI_Comm comm) { return write_lattice(comm, nullptr); }
+
+PetscErrorCode write_lattice(MPI_Comm comm, const Lattice* given) {
   RunOptions options;
   OutputLocks locks;
   Lattice lattice;
@@ -133,7 +135,7 @@ PetscErrorCode write_lattice(MPI_Comm comm) {
   PetscFunctionBegin;
   if (is_given("-bs_checkpoint") || is_given("-bs_restart"))
     PetscCall(fail(comm, Exit::input, std::string("options -bs_checkpoint and -bs_restart: ") + TASK + " has no steps to save: leave them out"));
-  PetscCall(load_particles(comm, TASK, &lattice));
+  PetscCall(load_particles(comm, TASK, &lattice, given));
   for (const auto& [name, value] : lattice.implied_options) (void)is_given(name);  // the file keeps them
   PetscCall(read_file_options(comm, &options.output));
   PetscCall(read_program_options(comm));

@@ -134,6 +134,15 @@ static PetscErrorCode find_known(MPI_Comm comm, std::vector<std::set<std::string
   PetscFunctionReturn(0);
 }
 
+PetscErrorCode refuse_misspelt_options(MPI_Comm comm) {
+  std::vector<std::string> names;
+  std::vector<std::set<std::string>> known;
+  PetscFunctionBegin;
+  PetscCall(unused_options(&names));
+  if (ask_rank_0(comm, [&names] { return !names.empty(); })) PetscCall(find_known(comm, &known));
+  PetscFunctionReturn(0);
+}
+
 PetscErrorCode warn_of_run_options(MPI_Comm comm) {
   std::vector<std::string> names;
   std::vector<std::set<std::string>> known;

@@ -19,6 +19,9 @@ PetscErrorCode warn_unused_options(MPI_Comm comm, const Variant& other = {});
 /// warn_unused_options.
 PetscErrorCode refuse_foreign_options(MPI_Comm comm);
 
+/// Collective, once all options that are of use have been read. Error (exit 2): one of the program's that no task knows.
+PetscErrorCode refuse_misspelt_options(MPI_Comm comm);
+
 /// Collective. For a task that makes a lattice alone: warns of all options that it has no use for. Error (exit 2): one that no task knows.
 PetscErrorCode warn_of_run_options(MPI_Comm comm);
 

@@ -15,6 +15,7 @@
 #include "input/remote.hpp"
 #include "input/text_file.hpp"
 #include "input/validate.hpp"
+#include "input/whole.hpp"
 #include "lattice/columns.hpp"
 #include "lattice/generator.hpp"
 #include "options.hpp"

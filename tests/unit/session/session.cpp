@@ -184,24 +184,6 @@ TEST_CASE("a lattice in memory steps by backward Euler's recurrence") {
   REQUIRE(rows.size() == static_cast<std::size_t>(session->particles().count));
 }
 
-/// A generated lattice as arrays.
-LatticeArrays arrays_of(const Lattice& l) {
-  LatticeArrays a;
-  a.dim = l.dim;
-  a.position = l.position;
-  a.velocity = l.velocity;
-  a.mass = l.mass;
-  a.fixed = l.fixed;
-  a.springs = l.pairs;
-  a.stiffness = l.stiffness;
-  a.rest_length = l.rest_length;
-  a.damping = l.damping;
-  a.groups = l.groups;
-  a.box = l.box;
-  a.shift = l.shift;
-  return a;
-}
-
 TEST_CASE("a lattice in memory is the lattice of the options, its box and groups included") {
   GeneratorSpec spec;
   spec.type = LatticeType::triangular;
