@@ -2,6 +2,7 @@
 #include <petsc/private/pcimpl.h>
 #include "base/error.hpp"
 #include "base/memory.hpp"
+#include "base/vec_array.hpp"
 #include "linalg/coarse_choice.hpp"
 #include "linalg/coarse_space.hpp"
 
@@ -94,7 +95,6 @@ PetscErrorCode set_up(PC pc) {
 /// z = M^-1 r with the factors of this rank's part.
 PetscErrorCode solve_triangles(PC pc, Vec r, Vec z) {
   BlockIcc* self = static_cast<BlockIcc*>(pc->data);
-  const PetscScalar* ar = nullptr;
   PetscScalar* az = nullptr;
   PetscFunctionBegin;
   PetscCall(PetscLogEventBegin(linear_events().triangles, pc, r, z, nullptr));
@@ -102,11 +102,10 @@ PetscErrorCode solve_triangles(PC pc, Vec r, Vec z) {
   if (overlap.active()) {
     PetscCall(overlap.apply(*self->matrix, r, z, [self](const double* in, double* out) { self->factor->solve(in, out); }));
   } else {
-    PetscCall(VecGetArrayRead(r, &ar));
+    const ReadArray ar(r);
     PetscCall(VecGetArrayWrite(z, &az));
     self->factor->solve(ar, az);
     PetscCall(VecRestoreArrayWrite(z, &az));
-    PetscCall(VecRestoreArrayRead(r, &ar));
   }
   PetscCall(PetscLogFlops(4.0 * self->matrix->dim() * self->matrix->dim() * self->factor->blocks()));
   PetscCall(PetscLogEventEnd(linear_events().triangles, pc, r, z, nullptr));

@@ -124,7 +124,7 @@ namespace {
 template <int d>
 PetscErrorCode product(const PairMatrix& S, VecScatter scatter, Vec ghost_values, HugeVector<double>* sums, Vec p, Vec y) {
   const PairPattern& pattern = S.pattern();
-  const PetscScalar *ap = nullptr, *ag = nullptr;
+  const PetscScalar* ap = nullptr;
   PetscScalar* ay = nullptr;
   PetscFunctionBegin;
   PetscCall(VecScatterBegin(scatter, p, ghost_values, INSERT_VALUES, SCATTER_FORWARD));
@@ -133,10 +133,9 @@ PetscErrorCode product(const PairMatrix& S, VecScatter scatter, Vec ghost_values
   std::fill(sums->begin(), sums->end(), 0.0);
   multiply_pairs<d>(pattern, S.node(0), S.pair(0), ap, sums->data(), ay);
   PetscCall(VecScatterEnd(scatter, p, ghost_values, INSERT_VALUES, SCATTER_FORWARD));
-  PetscCall(VecGetArrayRead(ghost_values, &ag));
+  const ReadArray ag(ghost_values);
   multiply_cut<d>(pattern, S.cut(0), ap, ag, ay);
   if (S.remainder().created()) S.remainder().multiply_add(ap, ag, ay);
-  PetscCall(VecRestoreArrayRead(ghost_values, &ag));
   PetscCall(VecRestoreArrayWrite(y, &ay));
   PetscCall(VecRestoreArrayRead(p, &ap));
   PetscFunctionReturn(0);

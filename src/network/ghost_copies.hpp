@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <vector>
 #include "base/handle.hpp"
+#include "base/vec_array.hpp"
 #include "network/network.hpp"
 
 namespace bs {
@@ -24,16 +25,14 @@ class GhostCopies {
   template <class Value, class Use>
   PetscErrorCode exchange(const std::vector<Value>& values, Use&& use) {
     PetscScalar* a = nullptr;
-    const PetscScalar* b = nullptr;
     PetscFunctionBegin;
     PetscCall(VecGetArrayWrite(owned_, &a));
     std::copy_n(values.begin(), net_->n, a);
     PetscCall(VecRestoreArrayWrite(owned_, &a));
     PetscCall(VecScatterBegin(scatter_, owned_, ghosts_, INSERT_VALUES, SCATTER_FORWARD));
     PetscCall(VecScatterEnd(scatter_, owned_, ghosts_, INSERT_VALUES, SCATTER_FORWARD));
-    PetscCall(VecGetArrayRead(ghosts_, &b));
+    const ReadArray b(ghosts_);
     for (PetscInt g = 0; g < net_->ghosts; ++g) use(net_->n + g, static_cast<Value>(b[g]));
-    PetscCall(VecRestoreArrayRead(ghosts_, &b));
     PetscFunctionReturn(0);
   }
   /// A vector of one number for each particle; borrowed.

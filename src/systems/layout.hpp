@@ -1,6 +1,7 @@
 // The layout of the state y = (x, v) of a second-order system in its vector. Only this header defines it.
 #pragma once
 #include <petscvec.h>
+#include "base/vec_array.hpp"
 
 namespace bs {
 
@@ -31,11 +32,9 @@ inline Layout layout_of(Vec y) {
 
 /// The velocities of a state become 0.
 inline PetscErrorCode zero_velocities(Vec y) {
-  PetscScalar* a = nullptr;
   PetscFunctionBegin;
-  PetscCall(VecGetArray(y, &a));
+  const WriteArray a(y);
   layout_of(y).for_each([&](PetscInt, PetscInt v) { a[v] = 0; });
-  PetscCall(VecRestoreArray(y, &a));
   PetscFunctionReturn(0);
 }
 

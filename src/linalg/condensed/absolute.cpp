@@ -3,35 +3,32 @@
 #include <algorithm>
 #include <cmath>
 #include <utility>
+#include "base/vec_array.hpp"
 
 namespace bs {
 
 PetscErrorCode AbsoluteSolve::keep() {
-  const PetscScalar* v = nullptr;
   PetscInt n = 0;
   PetscFunctionBegin;
   const std::size_t k = diagonal_.size();
   if (k >= static_cast<std::size_t>(KEPT)) PetscFunctionReturn(0);
   if (basis_.size() <= k) basis_.emplace_back();
   PetscCall(VecGetLocalSize(column_, &n));
-  PetscCall(VecGetArrayRead(column_, &v));
-  basis_[k].assign(v, v + n);
-  PetscCall(VecRestoreArrayRead(column_, &v));
+  const ReadArray v(column_);
+  basis_[k].assign(v.data(), v.data() + n);
   PetscFunctionReturn(0);
 }
 
 /// w = V y
 PetscErrorCode AbsoluteSolve::combine(Vec w) const {
-  PetscScalar* sum = nullptr;
   PetscFunctionBegin;
   PetscCall(VecZeroEntries(w));
-  PetscCall(VecGetArray(w, &sum));
+  const WriteArray sum(w);
   for (std::size_t k = 0; k < y_.size(); ++k) {
     const float* v = basis_[k].data();
     const double part = y_[k];
     for (std::size_t i = 0, n = basis_[k].size(); i < n; ++i) sum[i] += part * static_cast<double>(v[i]);
   }
-  PetscCall(VecRestoreArray(w, &sum));
   PetscFunctionReturn(0);
 }
 

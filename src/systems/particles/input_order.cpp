@@ -3,6 +3,7 @@
 #include <cstring>
 #include <type_traits>
 #include <utility>
+#include "base/vec_array.hpp"
 
 namespace bs {
 namespace {
@@ -102,15 +103,13 @@ PetscErrorCode InputOrder::from_state(Vec y) {
 
 /// Rows [first, first + count) that are this rank's own, to x and v.
 PetscErrorCode InputOrder::copy(Vec y, PetscInt first, PetscInt count, double* x, double* v) const {
-  const PetscScalar* ay = nullptr;
   PetscFunctionBegin;
-  PetscCall(VecGetArrayRead(y, &ay));
+  const ReadArray ay(y);
   const auto begin = static_cast<std::size_t>(first);
   for_rows(own_, begin, begin + static_cast<std::size_t>(count), net_->dim, ay, [&](auto d, std::size_t from, std::size_t to) {
     std::memcpy(x + (to - begin * d), ay + from, sizeof(double) * d);
     std::memcpy(v + (to - begin * d), ay + from + d, sizeof(double) * d);
   });
-  PetscCall(VecRestoreArrayRead(y, &ay));
   PetscFunctionReturn(0);
 }
 
@@ -139,20 +138,15 @@ std::pair<RowSource, RowSource> InputOrder::sources(Vec y) {
 }
 
 PetscErrorCode InputOrder::to_state(Vec y) {
-  PetscScalar* ay = nullptr;
-  const PetscScalar *ax = nullptr, *av = nullptr;
   PetscFunctionBegin;
   PetscCall(exchange(y, SCATTER_REVERSE));
-  PetscCall(VecGetArray(y, &ay));
-  PetscCall(VecGetArrayRead(position_, &ax));
-  PetscCall(VecGetArrayRead(velocity_, &av));
+  const WriteArray ay(y);
+  const ReadArray ax(position_);
+  const ReadArray av(velocity_);
   for_rows(own_, 0, own_.size(), net_->dim, ay, [&](auto d, std::size_t to, std::size_t from) {
     std::memcpy(ay + to, ax + from, sizeof(double) * d);
     std::memcpy(ay + to + d, av + from, sizeof(double) * d);
   });
-  PetscCall(VecRestoreArrayRead(velocity_, &av));
-  PetscCall(VecRestoreArrayRead(position_, &ax));
-  PetscCall(VecRestoreArray(y, &ay));
   PetscFunctionReturn(0);
 }
 

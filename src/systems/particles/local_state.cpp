@@ -2,6 +2,7 @@
 #include <petsc/private/petscimpl.h>
 #include <algorithm>
 #include <cstring>
+#include "base/vec_array.hpp"
 #include "systems/particles/constraints/constraints.hpp"
 
 namespace bs {
@@ -78,13 +79,11 @@ PetscErrorCode LocalState::gather_end(double t, Vec y) {
 }
 
 PetscErrorCode LocalState::scatter_begin(Vec y) {
-  const PetscScalar* ay = nullptr;
   PetscFunctionBegin;
   PetscCall(VecScatterBegin(scatter_, y, ghost_values_, INSERT_VALUES, SCATTER_FORWARD));
   if (!is_last(y)) {
-    PetscCall(VecGetArrayRead(y, &ay));
+    const ReadArray ay(y);
     copy_owned(ay);
-    PetscCall(VecRestoreArrayRead(y, &ay));
   }
   PetscFunctionReturn(0);
 }

@@ -1,6 +1,7 @@
 // A particle system in its periodic box: what the box shows, and how particles answer its strains.
 #include <algorithm>
 #include <cmath>
+#include "base/vec_array.hpp"
 #include "systems/particles/particle_model.hpp"
 
 namespace bs {
@@ -108,17 +109,13 @@ PetscErrorCode ParticleModel::keep_drawn() {
 
 /// `broken`: 1 or 0 for every spring. None is ever whole again.
 PetscErrorCode ParticleModel::draw_broken(Vec broken) {
-  const PetscScalar* flags = nullptr;
-  PetscScalar* ends = nullptr;
   PetscInt springs;
   PetscFunctionBegin;
   PetscCall(VecGetLocalSize(broken, &springs));
-  PetscCall(VecGetArrayRead(broken, &flags));
-  PetscCall(VecGetArray(drawn_, &ends));
+  const ReadArray flags(broken);
+  const WriteArray ends(drawn_);
   for (PetscInt k = 0; k < springs; ++k)
     if (flags[k] != 0) ends[2 * k + 1] = ends[2 * k];
-  PetscCall(VecRestoreArray(drawn_, &ends));
-  PetscCall(VecRestoreArrayRead(broken, &flags));
   PetscFunctionReturn(0);
 }
 

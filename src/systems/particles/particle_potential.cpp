@@ -1,4 +1,5 @@
 #include "systems/particles/particle_potential.hpp"
+#include "base/vec_array.hpp"
 
 namespace bs {
 namespace {
@@ -40,15 +41,11 @@ PetscErrorCode ParticlePotential::create(const Network& net, const Terms& terms,
 // F_x = M (x' - v)
 PetscErrorCode ParticlePotential::add_kinematic(Vec F, Vec y) {
   const Layout at{net_->dim, net_->n};
-  const PetscScalar* aF = nullptr;
-  PetscScalar* ay = nullptr;
   PetscFunctionBegin;
-  PetscCall(VecGetArrayRead(F, &aF));
-  PetscCall(VecGetArray(y, &ay));
+  const ReadArray aF(F);
+  const WriteArray ay(y);
   for (PetscInt i = 0; i < net_->n; ++i)
     for (PetscInt c = 0; c < at.dim; ++c) ay[at.v(i, c)] += aF[at.x(i, c)] / net_->inertia[i];
-  PetscCall(VecRestoreArray(y, &ay));
-  PetscCall(VecRestoreArrayRead(F, &aF));
   PetscFunctionReturn(0);
 }
 

@@ -53,12 +53,10 @@ class SpringTable {
   /// Collective. put(e, value) for every link e of a spring, at both its ends, from `rows` in the input's order.
   template <class F>
   PetscErrorCode spread(Vec rows, F&& put) {
-    const PetscScalar* values = nullptr;
     PetscFunctionBegin;
     PetscCall(fetch_rows(rows));
-    PetscCall(VecGetArrayRead(all_, &values));
+    const ReadArray values(all_);
     for (std::size_t k = 0; k < every_.size(); ++k) put(every_[k], values[k]);
-    PetscCall(VecRestoreArrayRead(all_, &values));
     PetscFunctionReturn(0);
   }
 

@@ -1,6 +1,7 @@
 // What is shown and kept of broken springs: observables, flags, the list, checkpoints.
 #include <algorithm>
 #include <cmath>
+#include "base/vec_array.hpp"
 #include "systems/particles/breaking/breaking.hpp"
 
 namespace bs {
@@ -86,12 +87,11 @@ PetscErrorCode Breaking::scatter() {
   }));
   PetscCall(VecScatterCreateToZero(kept_[0].rows, to_first.out(), first.out()));
   for (std::size_t k = 0; k < kept_.size(); ++k) {
-    const PetscScalar* a = nullptr;
     PetscInt count;
     PetscCall(VecScatterBegin(to_first, kept_[k].rows, first, INSERT_VALUES, SCATTER_FORWARD));
     PetscCall(VecScatterEnd(to_first, kept_[k].rows, first, INSERT_VALUES, SCATTER_FORWARD));
     PetscCall(VecGetLocalSize(first, &count));
-    PetscCall(VecGetArrayRead(first, &a));
+    const ReadArray a(first);
     if (k == 0)
       for (PetscInt row = 0; row < count; ++row)
         if (a[row] > 0) {
@@ -99,7 +99,6 @@ PetscErrorCode Breaking::scatter() {
           list_.back().row = row;
         }
     for (BrokenSpring& one : list_) ENTRIES[k].put(a[one.row], &one);
-    PetscCall(VecRestoreArrayRead(first, &a));
   }
   std::sort(list_.begin(), list_.end(), [](const BrokenSpring& a, const BrokenSpring& b) { return a.number < b.number; });
   PetscFunctionReturn(0);
