@@ -25,10 +25,10 @@ struct Graph {
   bool interactions = false;              ///< of more than two points, on some rank
   bool periodic = false;                  ///< ghosts may be images
   bool holds = false;                     ///< some point of some rank is held in part of its components
-  std::vector<std::uint8_t> held;         ///< (n + ghosts) bit c: component c of a point that is not fixed; empty: none here
-  std::vector<PetscInt> holders;          ///< owned points with such components, ascending
+  std::vector<std::uint8_t> held = {};    ///< (n + ghosts) bit c: component c of a point that is not fixed; empty: none here
+  std::vector<PetscInt> holders = {};     ///< owned points with such components, ascending
   double softest = 0, stiffest = 0;       ///< stiffness of this rank's couplings; 0: it has none
-  std::string source;                     ///< what the system was made of, for messages
+  std::string source = {};                ///< what the system was made of, for messages
 
   std::uint8_t mask(PetscInt i) const { return held.empty() ? std::uint8_t{0} : held[static_cast<std::size_t>(i)]; }
   /// visit(k) for every held component k of owned points, among (n, d) numbers.
