@@ -1,6 +1,7 @@
 #include "base/text.hpp"
 #include <algorithm>
 #include <cctype>
+#include <cmath>
 #include <cstdarg>
 #include <cstdio>
 #include <numeric>
@@ -32,6 +33,12 @@ std::vector<std::string> split(const std::string& text, char separator) {
     if (to == std::string::npos) return parts;
     from = to + 1;
   }
+}
+
+bool read_number(const std::string& text, double* value) {
+  char* end = nullptr;
+  *value = std::strtod(text.c_str(), &end);
+  return !text.empty() && *end == 0 && std::isfinite(*value);
 }
 
 int edit_distance(const std::string& a, const std::string& b) {

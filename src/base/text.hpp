@@ -21,6 +21,9 @@ bool ends_with(const std::string& text, const std::string& tail);
 /// The trimmed parts between separators; "" gives one empty part.
 std::vector<std::string> split(const std::string& text, char separator);
 
+/// Whether the whole of `text` is one finite number, which is then `value`.
+bool read_number(const std::string& text, double* value);
+
 /// Least number of letters inserted, removed or replaced to turn `a` into `b`; case does not matter.
 int edit_distance(const std::string& a, const std::string& b);
 

@@ -4,25 +4,11 @@
 #include <cmath>
 #include <cstdlib>
 #include <limits>
+#include "base/text.hpp"
 
 namespace bs {
 
 namespace {
-
-/// The words of `text` between commas.
-std::vector<std::string> split(const std::string& text) {
-  std::vector<std::string> words(1);
-  for (const char c : text)
-    if (c == ',') words.emplace_back();
-    else words.back() += c;
-  return words;
-}
-
-bool read_real(const std::string& word, double* value) {
-  char* end = nullptr;
-  *value = std::strtod(word.c_str(), &end);
-  return !word.empty() && *end == 0 && std::isfinite(*value);
-}
 
 bool read_row(const std::string& word, std::int64_t* value) {
   if (word.empty() || word.size() > 18 || !std::all_of(word.begin(), word.end(), [](unsigned char c) { return std::isdigit(c); })) return false;
@@ -48,7 +34,7 @@ std::string parse_box(const std::vector<std::string>& words, const std::string& 
   for (int k = 0; k < 2 * dim; ++k) {
     double value = 0;
     if (k > 0 && ++*at < words.size()) word = words[*at];
-    if (*at >= words.size() || !read_real(word, &value))
+    if (*at >= words.size() || !read_number(word, &value))
       return "box: needs " + std::to_string(2 * dim) + " numbers [m], the lower corner's and the upper corner's coordinates: write " +
              (dim == 1   ? "box:X0,X1"
               : dim == 2 ? "box:X0,Y0,X1,Y1"
@@ -80,7 +66,7 @@ bool is_group_name(const std::string& name) {
 }
 
 std::string parse_group(const std::string& text, int dim, int axes, std::int64_t total, GroupSpec* out) {
-  const std::vector<std::string> words = split(text);
+  const std::vector<std::string> words = split(text, ',');
   for (std::size_t at = 0; at < words.size(); ++at) {
     const std::string& word = words[at];
     std::string fault;

@@ -19,15 +19,11 @@ const char* const COMPONENTS = "write free, fixed, velocity:V, sinusoid:A,F,PHAS
 
 /// Numbers between commas; false if one of them is none.
 bool read_numbers(const std::string& text, std::vector<double>* out) {
-  const char* at = text.c_str();
-  for (;; ++at) {
-    char* end = nullptr;
-    out->push_back(std::strtod(at, &end));
-    if (end == at || !std::isfinite(out->back())) return false;
-    at = end;
-    if (*at == 0) return true;
-    if (*at != ',') return false;
+  for (const std::string& word : split(text, ',')) {
+    out->emplace_back();
+    if (!read_number(word, &out->back())) return false;
   }
+  return true;
 }
 
 /// Splits "KIND:REST".

@@ -45,7 +45,7 @@ const std::vector<Shape>& shapes() {
 constexpr double SMALLEST = 1e-100, LARGEST = 1e100;  // beyond, products of parameters and times leave the doubles
 
 /// Why `word` is no number a source may have; empty if it is one.
-std::string read_number(const std::string& word, double* value) {
+std::string read_parameter(const std::string& word, double* value) {
   const char *from = word.data(), *end = from + word.size();
   if (word.size() > 1 && *from == '+' && from[1] != '-') ++from;
   const auto [rest, code] = std::from_chars(from, end, *value);
@@ -68,7 +68,7 @@ std::string read_pwl(const std::vector<std::string>& words, std::vector<double>*
     return how_many(static_cast<std::int64_t>(words.size()), "{number does|numbers do} not form pairs of time and value: ") + wanted;
   for (std::size_t k = 0; k < words.size(); ++k) {
     double value = 0;
-    const std::string refused = read_number(words[k], &value);
+    const std::string refused = read_parameter(words[k], &value);
     if (!refused.empty()) return "'" + printable(words[k]) + "' " + refused + ": " + wanted;
     if (k % 2 == 0 && k >= 2 && !(value > (*p)[k - 2])) return "time " + short_number(value) + " is not after the one before: " + wanted;
     p->push_back(value);
@@ -97,7 +97,7 @@ std::string read_parameters(const Shape& shape, const std::vector<std::string>& 
     const Parameter& parameter = shape.parameters[at];
     if (given[at]) return std::string(parameter.name) + " is given twice";
     given[at] = true;
-    const std::string refused = read_number(word, &(*p)[at]);
+    const std::string refused = read_parameter(word, &(*p)[at]);
     if (!refused.empty()) return std::string(parameter.name) + " = '" + printable(word) + "' " + refused + ": write " + usage(shape);
     if (parameter.nonnegative && (*p)[at] < 0) return std::string(parameter.name) + " = " + word + ": give a number >= 0";
   }
@@ -132,7 +132,7 @@ std::string read_waveform(const std::string& given, Waveform* out) {
   Waveform w;
   w.text_ = text;
   double value = 0;
-  const std::string refused = read_number(text, &value);
+  const std::string refused = read_parameter(text, &value);
   if (refused.empty()) {
     w.p_ = {value};
     *out = w;

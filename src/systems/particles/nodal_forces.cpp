@@ -1,7 +1,6 @@
 #include "systems/particles/nodal_forces.hpp"
 #include <algorithm>
 #include <cmath>
-#include <cstdlib>
 #include "base/error.hpp"
 #include "base/text.hpp"
 #include "lattice/columns.hpp"
@@ -16,21 +15,10 @@ namespace {
 constexpr std::size_t COLUMN = particle_parameter("force");
 const char* const FORMS = "write a number [N], expression:TEXT in t or table:FILE for each component, and total at the end to share the force";
 
-std::vector<std::string> split(const std::string& text) {
-  std::vector<std::string> words(1);
-  for (const char c : text) {
-    if (c == ',') words.emplace_back();
-    else words.back() += c;
-  }
-  return words;
-}
-
 /// Squares of forces are summed: they must not overflow.
-bool is_number(const std::string& word, double* value) {
+bool read_force(const std::string& word, double* value) {
   constexpr double LARGEST = 1e150;
-  char* end = nullptr;
-  *value = std::strtod(word.c_str(), &end);
-  return end != word.c_str() && *end == 0 && std::abs(*value) <= LARGEST;
+  return read_number(word, value) && std::abs(*value) <= LARGEST;
 }
 
 bool begins(const std::string& word, const char* with) { return word.rfind(with, 0) == 0; }
@@ -59,7 +47,7 @@ PetscErrorCode NodalForces::read(MPI_Comm comm, const Lattice& l) {
 }
 
 PetscErrorCode NodalForces::parse(MPI_Comm comm, const std::string& option, int dim, Given* out) const {
-  std::vector<std::string> words = split(out->text);
+  std::vector<std::string> words = split(out->text, ',');
   std::string drive;
 
   PetscFunctionBegin;
@@ -71,7 +59,7 @@ PetscErrorCode NodalForces::parse(MPI_Comm comm, const std::string& option, int 
                           how_many(static_cast<std::int64_t>(words.size()), "component").c_str(), how_many(dim, "dimension").c_str(), dim)));
   for (std::size_t c = 0; c < words.size(); ++c) {
     const bool follows = begins(words[c], "expression:") || begins(words[c], "table:");
-    if (!follows && !is_number(words[c], &out->constant[c]))
+    if (!follows && !read_force(words[c], &out->constant[c]))
       PetscCall(fail(comm, Exit::input, "option " + option + ": '" + shown_text(words[c]) + "' is no finite force: " + FORMS));
     out->varies = out->varies || follows;
     drive += std::string(c > 0 ? "," : "") + static_cast<char>('x' + static_cast<char>(c)) + "=" + (follows ? words[c] : "free");

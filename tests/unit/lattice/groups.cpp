@@ -20,7 +20,7 @@ bs::Lattice row_of_five(std::int64_t first, std::int64_t count) {
 TEST_CASE("groups by faces, boxes and rows are the same in any chunks") {
   bs::GroupSpec spec;
   spec.name = "some";
-  REQUIRE(bs::parse_group("xmax,ids:0,2-2,box:0.9,0.4,1.1,0.6", 2, 2, 5, &spec).empty());
+  REQUIRE(bs::parse_group("xmax, ids:0 ,2-2, box:0.9, 0.4,1.1 ,0.6", 2, 2, 5, &spec).empty());
   bs::Box box;
   box.hi[0] = 4;
   box.hi[1] = 0.5;
@@ -36,7 +36,8 @@ TEST_CASE("groups by faces, boxes and rows are the same in any chunks") {
 
 TEST_CASE("what is no group says so") {
   bs::GroupSpec spec;
-  for (const char* text : {"", "xmid", "zmin", "ids:", "ids:5", "ids:-1", "ids:3-1", "box:0,0,1", "box:0,0,1,nan", "xmin,,xmax", "ids:1e3"})
+  for (const char* text :
+       {"", "xmid", "zmin", "ids:", "ids:5", "ids:-1", "ids:3-1", "box:0,0,1", "box:0,0,1,nan", "xmin,,xmax", "ids:1e3", "ids:1 2", "box:0,0 0,1,1"})
     CHECK_FALSE(bs::parse_group(text, 2, 2, 5, &spec).empty());
   CHECK(bs::is_group_name("left_2"));
   CHECK_FALSE(bs::is_group_name("2left"));

@@ -5,6 +5,7 @@
 
 #include "base/error.hpp"
 #include "base/options.hpp"
+#include "base/text.hpp"
 #include "systems/particles/constraints/cell.hpp"
 
 namespace bs {
@@ -28,9 +29,8 @@ bool begins_component(const std::string& text, std::size_t at) {
 }
 
 bool is_number(const std::string& text) {
-  char* end = nullptr;
-  const double value = std::strtod(text.c_str(), &end);
-  return end != text.c_str() && *end == 0 && std::isfinite(value);
+  double value = 0;
+  return read_number(text, &value);
 }
 
 }  // namespace

@@ -130,8 +130,9 @@ TEST_CASE("jumps of expressions are found, bends are not") {
 
 TEST_CASE("what is no motion says so") {
   std::string error;
-  for (const char* text : {"", "x", "shaken", "velocity:1", "velocity:1,2,3,4", "velocity:1,inf,0", "rotation:1,0,0", "rotation:1,0,0,0,0,0,0",
-                           "table:", "x=still", "x=sinusoid:1", "x=free", "w=fixed", "x=fixed,x=free", "x=velocity:a", "fixed:1", "x=table:"}) {
+  for (const char* text :
+       {"", "x", "shaken", "velocity:1", "velocity:1,2,3,4", "velocity:1,inf,0", "rotation:1,0,0", "rotation:1,0,0,0,0,0,0", "velocity:1,,3",
+        "velocity:1 2,0,0", "table:", "x=still", "x=sinusoid:1", "x=free", "w=fixed", "x=fixed,x=free", "x=velocity:a", "fixed:1", "x=table:"}) {
     Drive drive;
     INFO(text);
     CHECK_FALSE(drive.parse(text, 3, &error));

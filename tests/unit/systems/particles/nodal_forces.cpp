@@ -55,7 +55,7 @@ TEST_CASE("given forces act as the lattice and the options say, in time and as d
   RowPattern pattern;
   VecHandle y;
   LocalState state;
-  REQUIRE(PetscOptionsSetValue(nullptr, "-bs_force_some", "14,0,expression:2*t+x0,total") == 0);
+  REQUIRE(PetscOptionsSetValue(nullptr, "-bs_force_some", "14, 0, expression:2*t+x0, total") == 0);
   REQUIRE(forces.read(PETSC_COMM_WORLD, lattice) == 0);
   REQUIRE(PetscOptionsClearValue(nullptr, "-bs_force_some") == 0);
   REQUIRE(build_network(PETSC_COMM_WORLD, lattice, {}, &net) == 0);
