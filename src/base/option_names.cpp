@@ -29,6 +29,12 @@ PetscErrorCode is_on(const char* option, bool* yes) {
   PetscFunctionReturn(0);
 }
 
+PetscErrorCode set_unless_given(const std::string& option, const char* value) {
+  PetscFunctionBegin;
+  if (!is_given(option)) PetscCall(PetscOptionsSetValue(nullptr, option.c_str(), value));
+  PetscFunctionReturn(0);
+}
+
 std::string value_of(const std::string& option, const std::string& otherwise) {
   const char* text = nullptr;
   PetscBool found = PETSC_FALSE;

@@ -13,6 +13,9 @@ bool is_given(const std::string& option);
 /// Local. Whether the flag `option` (with its dash) is given and not switched off.
 PetscErrorCode is_on(const char* option, bool* yes);
 
+/// Local. Puts it among the options, with that value or with none, unless it is there. Set here it does not count as used.
+PetscErrorCode set_unless_given(const std::string& option, const char* value);
+
 /// Local. Its value, empty where it has none; `otherwise` where it is not given.
 std::string value_of(const std::string& option, const std::string& otherwise = "");
 

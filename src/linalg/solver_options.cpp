@@ -60,22 +60,6 @@ PetscErrorCode make_pivots_relative(PC pc, bool set_up) {
 
 namespace {
 
-PetscErrorCode given(const std::string& name, bool* yes) {
-  PetscBool found = PETSC_FALSE;
-  PetscFunctionBegin;
-  PetscCall(PetscOptionsHasName(nullptr, nullptr, name.c_str(), &found));
-  *yes = found;
-  PetscFunctionReturn(0);
-}
-
-PetscErrorCode set_unless_given(const std::string& name, const char* value) {
-  bool there = false;
-  PetscFunctionBegin;
-  PetscCall(given(name, &there));
-  if (!there) PetscCall(PetscOptionsSetValue(nullptr, name.c_str(), value));
-  PetscFunctionReturn(0);
-}
-
 /// -P_pc_factor_X becomes -P_sub_pc_factor_X.
 PetscErrorCode hand_down(const std::string& prefix) {
   char* all = nullptr;
@@ -98,15 +82,13 @@ PetscErrorCode hand_down(const std::string& prefix) {
 PetscErrorCode split_serial_factors(MPI_Comm comm, const char* prefix) {
   PetscMPIInt size;
   char type[64] = "";
-  bool package = false;
   PetscFunctionBegin;
   PetscCallMPI(MPI_Comm_size(comm, &size));
   const std::string own = prefix, option = "-" + own + "pc_type";
   PetscCall(PetscOptionsGetString(nullptr, nullptr, option.c_str(), type, sizeof type, nullptr));
   const std::string factor = type;
   if (size == 1 || (factor != "ilu" && factor != "icc")) PetscFunctionReturn(0);
-  PetscCall(given("-" + own + "pc_factor_mat_solver_type", &package));
-  if (package) PetscFunctionReturn(0);
+  if (is_given("-" + own + "pc_factor_mat_solver_type")) PetscFunctionReturn(0);
   PetscCall(PetscOptionsSetValue(nullptr, option.c_str(), "bjacobi"));
   PetscCall(set_unless_given("-" + own + "sub_pc_type", type));
   PetscCall(hand_down(own));
@@ -117,7 +99,6 @@ PetscErrorCode split_serial_factors(MPI_Comm comm, const char* prefix) {
 
 PetscErrorCode refuse_impossible_solvers(MPI_Comm comm) {
   char type[64] = "";
-  PetscBool matrix = PETSC_FALSE;
   bool free = false, free_operator = false;
   PetscFunctionBegin;
   PetscCall(PetscOptionsGetString(nullptr, nullptr, "-snes_type", type, sizeof type, nullptr));
@@ -142,10 +123,9 @@ PetscErrorCode refuse_impossible_solvers(MPI_Comm comm) {
         fail(comm, Exit::input,
              "options -pc_type ilu and -pc_factor_mat_solver_type superlu: the library aborts on them: give -pc_type lu, or leave the second out"));
   // the option would make another type of the matrix-free operator, too, which then has no entries
-  PetscCall(PetscOptionsHasName(nullptr, nullptr, "-mat_type", &matrix));
   PetscCall(is_on("-snes_mf", &free));
   PetscCall(is_on("-snes_mf_operator", &free_operator));
-  if (matrix && (free || free_operator))
+  if (is_given("-mat_type") && (free || free_operator))
     PetscCall(fail(comm, Exit::input,
                    std::string("options -mat_type and ") + (free ? "-snes_mf" : "-snes_mf_operator") + " cannot be combined: leave one of them out"));
   PetscFunctionReturn(0);

@@ -1,6 +1,7 @@
 #include "systems/particles/particle_model.hpp"
 #include "base/error.hpp"
 #include "base/memory.hpp"
+#include "base/option_names.hpp"
 #include "base/options.hpp"
 #include "physics/pair/springs/registry.hpp"
 #include "systems/particles/events.hpp"
@@ -11,11 +12,9 @@ namespace {
 
 /// A trajectory that is read back as a lattice must know its laws: what the input said is put among the options.
 PetscErrorCode record_option(const char* name, const char* value) {
-  PetscBool given = PETSC_FALSE;
   PetscFunctionBegin;
-  PetscCall(PetscOptionsHasName(nullptr, nullptr, name, &given));
-  if (!given) PetscCall(PetscOptionsSetValue(nullptr, name, value));
-  PetscCall(PetscOptionsHasName(nullptr, nullptr, name, &given));  // asked for: not an unused option
+  PetscCall(set_unless_given(name, value));
+  (void)is_given(name);  // asked for: not an unused option
   PetscFunctionReturn(0);
 }
 
@@ -126,9 +125,7 @@ PetscErrorCode ParticleModel::check_laws() const {
       if (value[c] != 0)
         fault.note(
             -1, format("option %s has a component beyond the lattice's dimension %d: give %s", name, net_.dim, how_many(net_.dim, "number").c_str()));
-  PetscBool flows = PETSC_FALSE;
-  PetscCall(PetscOptionsHasName(nullptr, nullptr, "-bs_fluid_velocity", &flows));
-  if (flows && !std::get<SphereDrag>(laws_).active() && !std::get<ShapeDrag>(laws_).active())
+  if (is_given("-bs_fluid_velocity") && !std::get<SphereDrag>(laws_).active() && !std::get<ShapeDrag>(laws_).active())
     fault.note(-1,
                "option -bs_fluid_velocity applies to sphere and shape drag; -bs_stokes_drag and -bs_viscosity assume a fluid at rest: "
                "leave it out, or give -bs_sphere_drag or -bs_shape_drag");
@@ -172,10 +169,9 @@ PetscErrorCode ParticleModel::create_state() {
 PetscErrorCode ParticleModel::commit_start() {
   double before = 0, after = 0;
   PetscReal start = 0;
-  PetscBool continued = PETSC_FALSE;
   PetscFunctionBegin;
   if (!memory_.active()) PetscFunctionReturn(0);
-  PetscCall(PetscOptionsHasName(nullptr, nullptr, "-bs_restart", &continued));
+  const bool continued = is_given("-bs_restart");
   PetscCall(memory_.dissipated(&before));
   PetscCall(state_.gather(0.0, y0_));
   PetscCall(PetscOptionsGetReal(nullptr, nullptr, "-ts_init_time", &start, nullptr));

@@ -166,12 +166,6 @@ PetscErrorCode set_condensed_defaults(TS ts, Model& model, NewtonPolicy* newton,
   PetscFunctionReturn(0);
 }
 
-PetscErrorCode set_unless_given(const char* option, const char* value) {
-  PetscFunctionBegin;
-  if (!is_given(option)) PetscCall(PetscOptionsSetValue(nullptr, option, value));
-  PetscFunctionReturn(0);
-}
-
 /// -pc_type fieldsplit of particles: the splits position and velocity, S = sigma M - D - K/sigma in the place of the second (M is diagonal, so that
 /// PETSc's selfp gives S itself) and a flexible method around them, unless the user names other ones. Fields are numbered 0 to 2d - 1.
 PetscErrorCode set_split_defaults(TS ts, const Model& model) {

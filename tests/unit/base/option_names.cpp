@@ -1,0 +1,16 @@
+#include "base/option_names.hpp"
+#include <catch2/catch.hpp>
+
+using namespace bs;
+
+TEST_CASE("what is given stays, what is not is set and told if nothing reads it") {
+  PetscBool used = PETSC_TRUE;
+  REQUIRE(PetscOptionsSetValue(nullptr, "-test_given", "mine") == 0);
+  REQUIRE(set_unless_given("-test_given", "other") == 0);
+  REQUIRE(set_unless_given("-test_open", "other") == 0);
+  REQUIRE(PetscOptionsUsed(nullptr, "-test_open", &used) == 0);
+  CHECK_FALSE(used);
+  CHECK(value_of("-test_given") == "mine");
+  CHECK(value_of("-test_open") == "other");
+  for (const char* name : {"-test_given", "-test_open"}) REQUIRE(PetscOptionsClearValue(nullptr, name) == 0);
+}
