@@ -29,6 +29,17 @@ PetscErrorCode is_on(const char* option, bool* yes) {
   PetscFunctionReturn(0);
 }
 
+PetscErrorCode first_on(std::initializer_list<const char*> options, std::string* first) {
+  PetscFunctionBegin;
+  first->clear();
+  for (const char* option : options) {
+    bool on = false;
+    PetscCall(is_on(option, &on));
+    if (on && first->empty()) *first = option;
+  }
+  PetscFunctionReturn(0);
+}
+
 PetscErrorCode set_unless_given(const std::string& option, const char* value) {
   PetscFunctionBegin;
   if (!is_given(option)) PetscCall(PetscOptionsSetValue(nullptr, option.c_str(), value));

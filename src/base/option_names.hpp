@@ -1,6 +1,7 @@
 // The options that are given, also those whose names the user makes up, and the files that they name.
 #pragma once
 #include <petscsys.h>
+#include <initializer_list>
 #include <string>
 #include <utility>
 #include <vector>
@@ -10,8 +11,10 @@ namespace bs {
 /// Local. Whether `option` (with its dash) is given. It counts as used from then on.
 bool is_given(const std::string& option);
 
-/// Local. Whether the flag `option` (with its dash) is given and not switched off.
+/// Local. Whether the flag `option` (with its dash) is given and not switched off. is_given() is for options that are no flags.
 PetscErrorCode is_on(const char* option, bool* yes);
+/// Local. The first of them that is on; empty if none is. All count as used.
+PetscErrorCode first_on(std::initializer_list<const char*> options, std::string* first);
 
 /// Local. Puts it among the options, with that value or with none, unless it is there. Set here it does not count as used.
 PetscErrorCode set_unless_given(const std::string& option, const char* value);

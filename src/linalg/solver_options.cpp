@@ -109,8 +109,8 @@ PetscErrorCode refuse_impossible_solvers(MPI_Comm comm) {
   if (snes == "ms")
     PetscCall(
         fail(comm, Exit::input, "option -snes_type: ms is a smoother that does not test for convergence: give newtonls, newtontr, qn, ngmres, ..."));
-  PetscBool scaled = PETSC_FALSE;
-  PetscCall(PetscOptionsHasName(nullptr, nullptr, "-ksp_diagonal_scale", &scaled));
+  bool scaled = false;
+  PetscCall(is_on("-ksp_diagonal_scale", &scaled));
   if (scaled)
     PetscCall(fail(comm, Exit::input,
                    "option -ksp_diagonal_scale: the condensed solve does not scale its system: leave the option out, or give it as "

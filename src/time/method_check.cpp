@@ -1,6 +1,5 @@
 #include <algorithm>
 #include <cmath>
-#include <initializer_list>
 #include <string>
 #include "base/error.hpp"
 #include "base/handle.hpp"
@@ -16,28 +15,16 @@ namespace bs {
 
 namespace {
 
-/// The first of `names` that is among the options; empty if none is. Switches count only where they are on.
-PetscErrorCode given_of(std::initializer_list<const char*> names, bool switches, std::string* out) {
-  PetscFunctionBegin;
-  for (const char* name : names) {
-    PetscBool on = PETSC_TRUE;
-    const bool there = is_given(name);
-    if (there && switches) PetscCall(PetscOptionsGetBool(nullptr, nullptr, name, &on, nullptr));
-    if (there && on && out->empty()) *out = name;
-  }
-  PetscFunctionReturn(0);
-}
-
 /// Options of TS that need what this program does not set up: PETSc crashes or stops at the first step.
 PetscErrorCode fault_of_options(std::string* fault) {
-  std::string estimate, times, parts;
+  bool estimate = false, parts = false;
   PetscFunctionBegin;
-  PetscCall(given_of({"-ts_convergence_estimate"}, true, &estimate));
-  PetscCall(given_of({"-ts_time_span"}, false, &times));
-  PetscCall(given_of({"-ts_rk_multirate"}, true, &parts));
-  if (!estimate.empty()) *fault = "option -ts_convergence_estimate: is not for this program: postprocess/sweep.py runs a study and shows the orders";
-  else if (!times.empty()) *fault = "option -ts_time_span: is not for this program: give -ts_init_time, -ts_max_time and -bs_output_interval";
-  else if (!parts.empty()) *fault = "option -ts_rk_multirate: needs a system split into fast and slow parts: leave it out";
+  PetscCall(is_on("-ts_convergence_estimate", &estimate));
+  PetscCall(is_on("-ts_rk_multirate", &parts));
+  if (estimate) *fault = "option -ts_convergence_estimate: is not for this program: postprocess/sweep.py runs a study and shows the orders";
+  else if (is_given("-ts_time_span"))
+    *fault = "option -ts_time_span: is not for this program: give -ts_init_time, -ts_max_time and -bs_output_interval";
+  else if (parts) *fault = "option -ts_rk_multirate: needs a system split into fast and slow parts: leave it out";
   PetscFunctionReturn(0);
 }
 
@@ -109,8 +96,8 @@ PetscErrorCode fault_of_rosw(const TSContext& context, bool once, std::string* f
   std::string name, differences;
   PetscFunctionBegin;
   if (!stages.active()) PetscFunctionReturn(0);
-  PetscCall(given_of({"-snes_mf", "-snes_mf_operator"}, true, &name));
-  PetscCall(given_of({"-snes_fd", "-snes_fd_color"}, true, &differences));
+  PetscCall(first_on({"-snes_mf", "-snes_mf_operator"}, &name));
+  PetscCall(first_on({"-snes_fd", "-snes_fd_color"}, &differences));
   const bool linear = context.model->linear();
   if (!linear && !once)
     *fault = "option -snes_type: " + words + " solves one linear system a stage, Newton's method would lower its order: leave the option out";

@@ -86,6 +86,21 @@ def matrix_free(checks):
     checks.true("-snes_mf takes every step", result.report["rejected"] == 0, f"{result.report['rejected']} rejected")
 
 
+def switched_off(checks):
+    """Switches of PETSc's that are given and off are as if they were not given."""
+    def end(options):
+        result = run(checks.program, options, interval=0)
+        return result.trajectory.position[-1], [result.report[name] for name in ("solver", "newton", "krylov")]
+
+    dynamics = dict(BLOCK, ts_dt=0.05, ts_max_time=0.1)
+    statics = dict(BLOCK, bs_task="statics", bs_load_steps=2, bs_lattice_velocity_gradient=None)
+    for task, base, off in (("dynamics", dynamics, "false"), ("statics", statics, "0")):
+        expected, solver = end(base)
+        for name in ("snes_mf", "snes_mf_operator", "snes_fd", "snes_fd_color", "snes_ksp_ew", "ksp_diagonal_scale"):
+            found, used = end({**base, name: off})
+            checks.true(f"{task}: -{name} {off}", used == solver and np.array_equal(found, expected), f"{used}, without {solver}")
+
+
 def dampers(checks, folder):
     """What makes S unsymmetric: the outer Krylov method makes up for it."""
     for ranks in (1, 2):
@@ -181,6 +196,7 @@ def main():
         thin(checks)
         operators(checks)
         matrix_free(checks)
+        switched_off(checks)
         dampers(checks, folder)
         indefinite(checks)
         stiff(checks)

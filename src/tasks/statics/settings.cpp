@@ -137,14 +137,24 @@ PetscErrorCode refuse_options_of_dynamics(MPI_Comm comm) {
       {"-ts_init_time", "the load factor begins at 0: leave it out"},
       {"-ts_adapt_type", "load steps are cut where Newton's method fails: leave it out"},
       {"-bs_stop_at_rest", "every state is at rest: leave it out"},
+      {"-mat_type", "the tangent is never assembled as a whole: give -condensed_mat_type"},
+  };
+  const std::pair<const char*, const char*> switches[] = {
       {"-snes_mf", "the tangent is needed: leave it out"},
       {"-snes_fd", "the tangent is known: leave it out"},
       {"-snes_fd_color", "the tangent is known: leave it out"},
-      {"-mat_type", "the tangent is never assembled as a whole: give -condensed_mat_type"},
   };
   PetscFunctionBegin;
+  const auto refuse = [comm](const char* name, const char* instead) {
+    return fail(comm, Exit::input, std::string("option ") + name + " does not go with -bs_task statics: " + instead);
+  };
   for (const auto& [name, instead] : others)
-    if (is_given(name)) PetscCall(fail(comm, Exit::input, std::string("option ") + name + " does not go with -bs_task statics: " + instead));
+    if (is_given(name)) PetscCall(refuse(name, instead));
+  for (const auto& [name, instead] : switches) {
+    bool on = false;
+    PetscCall(is_on(name, &on));
+    if (on) PetscCall(refuse(name, instead));
+  }
   const std::string type = value_of("-pc_type", "condensed");
   if (type != "condensed")
     PetscCall(fail(comm, Exit::input,

@@ -148,8 +148,10 @@ PetscErrorCode allow_many_iterations(TS ts, const Tangent& tangent) {
 PetscErrorCode set_condensed_defaults(TS ts, Model& model, NewtonPolicy* newton, Curvature curvature) {
   KSP ksp;
   PC pc;
+  bool matrix_free = false, flexible = false, adaptive = false;
   PetscFunctionBegin;
-  if (is_given("-snes_mf") || value_of("-pc_type", "condensed") != "condensed") PetscFunctionReturn(0);
+  PetscCall(is_on("-snes_mf", &matrix_free));
+  if (matrix_free || value_of("-pc_type", "condensed") != "condensed") PetscFunctionReturn(0);
   PetscCall(linear_solver_of(ts, &ksp, &pc));
   PetscCall(PCSetType(pc, "condensed"));
   CondensedDemand demand;
@@ -159,10 +161,12 @@ PetscErrorCode set_condensed_defaults(TS ts, Model& model, NewtonPolicy* newton,
   DirectChoice choice;
   if (!is_given("-condensed_pc_type") && !is_given("-condensed_ksp_type")) PetscCall(choose_direct(*model.tangent(), &choice));
   if (demand.direction && curvature == Curvature::automatic) PetscCall(allow_many_iterations(ts, *model.tangent()));
-  PetscCall(KSPSetType(ksp, is_given("-snes_mf_operator") ? KSPFGMRES : KSPPREONLY));
+  PetscCall(is_on("-snes_mf_operator", &flexible));
+  PetscCall(is_on("-snes_ksp_ew", &adaptive));
+  PetscCall(KSPSetType(ksp, flexible ? KSPFGMRES : KSPPREONLY));
   PetscCall(KSPSetTolerances(ksp, 1e-8, PETSC_DEFAULT, PETSC_DEFAULT, PETSC_DEFAULT));
   // nor is a direct solve better than its iterations for what the symmetric S leaves out
-  if (!(choice.direct && model.tangent()->exact_symmetric()) && !is_given("-ksp_rtol") && !is_given("-snes_ksp_ew")) newton->loosen_linear_solves();
+  if (!(choice.direct && model.tangent()->exact_symmetric()) && !is_given("-ksp_rtol") && !adaptive) newton->loosen_linear_solves();
   PetscFunctionReturn(0);
 }
 
@@ -172,6 +176,7 @@ PetscErrorCode set_split_defaults(TS ts, const Model& model) {
   KSP ksp;
   PC pc;
   const PetscInt d = model.dim(), fields[] = {0, 1, 2, 3, 4, 5};
+  std::string other_splits;
   PetscFunctionBegin;
   if (value_of("-pc_type", "") != PCFIELDSPLIT) PetscFunctionReturn(0);
   PetscCall(linear_solver_of(ts, &ksp, &pc));
@@ -180,9 +185,8 @@ PetscErrorCode set_split_defaults(TS ts, const Model& model) {
   if (is_given("-pc_fieldsplit_block_size")) PetscFunctionReturn(0);
   PetscCall(PCFieldSplitSetBlockSize(pc, 2 * d));
   PetscCall(KSPSetType(ksp, KSPFGMRES));
-  for (const char* name :
-       {"-pc_fieldsplit_0_fields", "-pc_fieldsplit_default", "-pc_fieldsplit_detect_saddle_point", "-pc_fieldsplit_detect_coupling"})
-    if (is_given(name)) PetscFunctionReturn(0);
+  PetscCall(first_on({"-pc_fieldsplit_default", "-pc_fieldsplit_detect_saddle_point", "-pc_fieldsplit_detect_coupling"}, &other_splits));
+  if (!other_splits.empty() || is_given("-pc_fieldsplit_0_fields")) PetscFunctionReturn(0);
   PetscCall(PCFieldSplitSetType(pc, PC_COMPOSITE_SCHUR));
   PetscCall(PCFieldSplitSetSchurPre(pc, PC_FIELDSPLIT_SCHUR_PRE_SELFP, nullptr));
   PetscCall(PCFieldSplitSetFields(pc, "position", d, fields, fields));
@@ -195,10 +199,10 @@ PetscErrorCode set_split_defaults(TS ts, const Model& model) {
 /// Direct solves for small systems, where the user left both KSP and PC open and asked for no matrix-free Newton.
 PetscErrorCode set_direct_or_gmres(TS ts, PetscInt unknowns) {
   constexpr PetscInt SMALL = 12000;  // below, a sparse LU costs less than the Krylov iterations it saves
+  std::string matrix_free;
   PetscFunctionBegin;
-  for (const char* name : {"-ksp_type", "-pc_type", "-snes_mf", "-snes_mf_operator"})
-    if (is_given(name)) PetscFunctionReturn(0);
-  if (unknowns > SMALL) PetscFunctionReturn(0);
+  PetscCall(first_on({"-snes_mf", "-snes_mf_operator"}, &matrix_free));
+  if (is_given("-ksp_type") || is_given("-pc_type") || !matrix_free.empty() || unknowns > SMALL) PetscFunctionReturn(0);
   KSP ksp;
   PC pc;
   PetscCall(linear_solver_of(ts, &ksp, &pc));
@@ -215,6 +219,7 @@ PetscErrorCode set_direct_or_gmres(TS ts, PetscInt unknowns) {
 // 23 % of that of a folding shell.
 PetscErrorCode needs_matrix(Model& model, bool* yes) {
   int chosen = 0;
+  std::string differences;
   PetscFunctionBegin;
   const std::string pc = value_of("-pc_type", "condensed");
   PetscCall(read_section(model.comm(), "Linear solver", [&](Section& o) {
@@ -224,9 +229,9 @@ PetscErrorCode needs_matrix(Model& model, bool* yes) {
         "solver or an option needs its entries, which -pc_type condensed does not",
         {"auto", "assembled", "shell"}, chosen);
   }));
-  *yes = !model.tangent() || chosen == 1 || (pc != "condensed" && pc != PCNONE);
-  for (const char* reader :
-       {"-mat_type", "-mat_view", "-ksp_view_mat", "-ksp_view_pmat", "-snes_fd", "-snes_fd_color", "-snes_test_jacobian", "-snes_compare_explicit"})
+  PetscCall(first_on({"-snes_fd", "-snes_fd_color"}, &differences));
+  *yes = !differences.empty() || !model.tangent() || chosen == 1 || (pc != "condensed" && pc != PCNONE);
+  for (const char* reader : {"-mat_type", "-mat_view", "-ksp_view_mat", "-ksp_view_pmat", "-snes_test_jacobian", "-snes_compare_explicit"})
     *yes = *yes || is_given(reader);
   PetscFunctionReturn(0);
 }
@@ -252,7 +257,9 @@ PetscErrorCode solver_tallies(TS ts, std::vector<Tally>* out) {
 PetscErrorCode set_linear_defaults(TS ts, Model& model, NewtonPolicy* newton) {
   PetscInt unknowns = 0;
   int curvature = 0;
+  std::string differences;
   PetscFunctionBegin;
+  PetscCall(first_on({"-snes_fd", "-snes_fd_color"}, &differences));
   PetscCall(read_section(model.comm(), "Newton's tangent", [&](Section& o) {
     o.choice("-bs_tangent",
              "tangent that determines Newton's directions with the line search energy: exact, definite (without the negative transverse stiffness of "
@@ -265,8 +272,7 @@ PetscErrorCode set_linear_defaults(TS ts, Model& model, NewtonPolicy* newton) {
   for (const char* prefix : {"", "condensed_"}) PetscCall(split_serial_factors(model.comm(), prefix));
   if (model.tangent()) PetscCall(set_split_defaults(ts, model));
   if (model.linear()) PetscCall(set_defaults_of_linear_model(ts));
-  else if (model.tangent() && !is_given("-snes_fd") && !is_given("-snes_fd_color"))
-    PetscCall(set_condensed_defaults(ts, model, newton, static_cast<Curvature>(curvature)));
+  else if (model.tangent() && differences.empty()) PetscCall(set_condensed_defaults(ts, model, newton, static_cast<Curvature>(curvature)));
   else PetscCall(set_direct_or_gmres(ts, unknowns));
   PetscFunctionReturn(0);
 }
