@@ -1,8 +1,7 @@
 #include "linalg/rigid_modes.hpp"
 #include <algorithm>
 #include <array>
-#include <vector>
-#include "base/handle.hpp"
+#include "base/vec_array.hpp"
 
 namespace bs {
 namespace {
@@ -21,70 +20,68 @@ PetscErrorCode find_centre(const Graph& graph, const Places& position, double ce
   PetscFunctionReturn(0);
 }
 
-/// Mode k < d: u = e_k; k >= d, in the plane of axes (a, b): u_a = -(x_b - c_b), u_b = x_a - c_a.
-PetscErrorCode fill_mode(const Graph& graph, const Places& position, const double* centre, int k, Vec mode) {
-  constexpr int PLANES[3][2] = {{0, 1}, {1, 2}, {2, 0}};
-  const PetscInt d = graph.dim;
-  PetscScalar* u = nullptr;
+}  // namespace
+
+PetscErrorCode fill_rigid_mode(int d, PetscInt n, const Places& position, const double* centre, double radius, int k, Vec mode) {
+  constexpr int PLANES[3][2] = {{0, 1}, {0, 2}, {1, 2}};
   PetscFunctionBegin;
   PetscCall(VecZeroEntries(mode));
-  PetscCall(VecGetArray(mode, &u));
-  for (PetscInt i = 0; i < graph.n; ++i) {
-    if (graph.fixed[i]) continue;
+  const WriteArray u(mode);
+  for (PetscInt i = 0; i < n; ++i) {
     if (k < d) {
       u[i * d + k] = 1;
       continue;
     }
     const auto [a, b] = PLANES[k - d];
-    u[i * d + a] = centre[b] - position(i)[b];
-    u[i * d + b] = position(i)[a] - centre[a];
+    u[i * d + a] = -(position(i)[b] - centre[b]) / radius;
+    u[i * d + b] = (position(i)[a] - centre[a]) / radius;
   }
-  graph.clear_held(u);
-  PetscCall(VecRestoreArray(mode, &u));
   PetscFunctionReturn(0);
 }
 
-/// Takes the parts along `others` out of the mode and makes its length 1; `moves`: something beyond rounding is left.
-PetscErrorCode orthonormalise(std::vector<Vec>& others, Vec mode, double size, bool* moves) {
-  constexpr double LEAST = 1e-8;
-  const PetscInt count = static_cast<PetscInt>(others.size());
-  std::vector<PetscScalar> along(others.size());
+PetscErrorCode add_orthonormal(Vec u, PetscReal size, std::vector<VecHandle>* set) {
+  constexpr double NOTHING = 1e-8;
   PetscReal length = 0;
   PetscFunctionBegin;
-  for (int pass = 0; pass < 2 && count > 0; ++pass) {  // the second takes out what rounding has left
-    PetscCall(VecMDot(mode, count, others.data(), along.data()));
-    for (PetscScalar& a : along) a = -a;
-    PetscCall(VecMAXPY(mode, count, along.data(), others.data()));
-  }
-  PetscCall(VecNorm(mode, NORM_2, &length));
-  *moves = length > LEAST * size;
-  if (*moves) PetscCall(VecScale(mode, 1 / length));
+  for (int pass = 0; pass < 2; ++pass)  // the second takes out what rounding has left
+    for (const VecHandle& other : *set) {
+      PetscScalar share = 0;
+      PetscCall(VecDot(u, other, &share));
+      PetscCall(VecAXPY(u, -share, other));
+    }
+  PetscCall(VecNorm(u, NORM_2, &length));
+  if (length <= NOTHING * size) PetscFunctionReturn(0);
+  PetscCall(VecScale(u, 1 / length));
+  set->emplace_back();
+  PetscCall(VecDuplicate(u, set->back().out()));
+  PetscCall(VecCopy(u, set->back()));
   PetscFunctionReturn(0);
 }
-
-}  // namespace
 
 PetscErrorCode set_rigid_modes(const Graph& graph, const Places& position, Mat S) {
   const int d = graph.dim, count = graph.periodic ? d : d * (d + 1) / 2;  // a periodic box does not turn
-  double centre[3], size = 0;
+  double centre[3];
+  PetscReal size = 0;
   std::vector<VecHandle> owned;
-  std::vector<Vec> modes;
+  VecHandle mode;
   MatNullSpace space = nullptr;
   PetscFunctionBegin;
   PetscCall(find_centre(graph, position, centre));
+  PetscCall(MatCreateVecs(S, mode.out(), nullptr));
   for (int k = 0; k < count; ++k) {
-    VecHandle mode;
     PetscReal length = 0;
-    bool moves = false;
-    PetscCall(MatCreateVecs(S, mode.out(), nullptr));
-    PetscCall(fill_mode(graph, position, centre, k, mode));
+    PetscCall(fill_rigid_mode(d, graph.n, position, centre, 1, k, mode));
+    {
+      const WriteArray u(mode);
+      for (PetscInt i = 0; i < graph.n * d; ++i)
+        if (graph.fixed[i / d]) u[i] = 0;
+      graph.clear_held(u.data());
+    }
     PetscCall(VecNorm(mode, NORM_2, &length));
     size = k == 0 || k == d ? length : std::max(size, length);  // of translations [1], of rotations [m]
-    PetscCall(orthonormalise(modes, mode, size, &moves));
-    if (!moves) continue;
-    modes.push_back(mode);
-    owned.push_back(std::move(mode));
+    PetscCall(add_orthonormal(mode, size, &owned));
   }
+  const std::vector<Vec> modes(owned.begin(), owned.end());
   if (!modes.empty()) PetscCall(MatNullSpaceCreate(graph.comm, PETSC_FALSE, static_cast<PetscInt>(modes.size()), modes.data(), &space));
   PetscCall(MatSetNearNullSpace(S, space));
   PetscCall(MatNullSpaceDestroy(&space));

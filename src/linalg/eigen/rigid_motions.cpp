@@ -2,6 +2,7 @@
 
 #include <petscblaslapack.h>
 #include <cmath>
+#include "linalg/rigid_modes.hpp"
 
 namespace bs {
 namespace {
@@ -21,32 +22,11 @@ PetscErrorCode measure(MPI_Comm comm, const std::vector<double>& x, std::size_t 
   PetscFunctionReturn(0);
 }
 
-/// Adds u to the orthonormal set unless it is a sum of what is there.
-PetscErrorCode add_orthonormal(Vec u, Vectors* set) {
-  constexpr double NOTHING = 1e-8;
-  PetscReal before = 0, after = 0;
-  PetscFunctionBegin;
-  PetscCall(VecNorm(u, NORM_2, &before));
-  if (before == 0) PetscFunctionReturn(0);
-  for (int twice = 0; twice < 2; ++twice)
-    for (const VecHandle& other : *set) {
-      PetscScalar share = 0;
-      PetscCall(VecDot(u, other, &share));
-      PetscCall(VecAXPY(u, -share, other));
-    }
-  PetscCall(VecNorm(u, NORM_2, &after));
-  if (after <= NOTHING * before) PetscFunctionReturn(0);
-  PetscCall(VecScale(u, 1 / after));
-  set->emplace_back();
-  PetscCall(VecDuplicate(u, set->back().out()));
-  PetscCall(VecCopy(u, set->back()));
-  PetscFunctionReturn(0);
-}
-
 /// Translations, then rotations about the centre, of the components that can move.
 PetscErrorCode all_rigid(const StandardForm& form, Vectors* set) {
   const PetscInt d = form.linearised().dim(), n = form.linearised().points(), turns = d * (d - 1) / 2;
   const std::vector<double> x = form.linearised().positions();
+  const Places places = [&x, d](PetscInt i) { return x.data() + i * d; };
   double centre[3] = {0, 0, 0}, radius = 0;
   VecHandle q, u;
   PetscFunctionBegin;
@@ -54,21 +34,11 @@ PetscErrorCode all_rigid(const StandardForm& form, Vectors* set) {
   PetscCall(form.create_vector(u.out()));
   PetscCall(measure(form.comm(), x, static_cast<std::size_t>(d), centre, &radius));
   for (PetscInt k = 0; k < d + (radius > 0 ? turns : 0); ++k) {
-    const PetscInt a = k - d == 2 ? 1 : 0, b = k - d == 0 ? 1 : 2;  // the plane of rotation k - d: xy, xz, yz
-    PetscScalar* aq = nullptr;
-    PetscCall(VecZeroEntries(q));
-    PetscCall(VecGetArray(q, &aq));
-    for (PetscInt i = 0; i < n; ++i) {
-      if (k < d) {
-        aq[i * d + k] = 1;
-        continue;
-      }
-      aq[i * d + a] = -(x[i * d + b] - centre[b]) / radius;
-      aq[i * d + b] = (x[i * d + a] - centre[a]) / radius;
-    }
-    PetscCall(VecRestoreArray(q, &aq));
+    PetscReal size = 0;
+    PetscCall(fill_rigid_mode(static_cast<int>(d), n, places, centre, radius, static_cast<int>(k), q));
     PetscCall(form.weigh(q, u));
-    PetscCall(add_orthonormal(u, set));
+    PetscCall(VecNorm(u, NORM_2, &size));
+    PetscCall(add_orthonormal(u, size, set));
   }
   PetscFunctionReturn(0);
 }
@@ -108,9 +78,11 @@ PetscErrorCode rigid_motions(StandardForm& form, Vec sizes, Vectors* u) {
     for (std::size_t l = 0; l < n; ++l) PetscCall(VecAXPY(sum, T[k * n + l], set[l]));
     PetscCall(form.multiply(sum, force));
     PetscCall(VecPointwiseMult(each, sizes, sum));
+    PetscReal length = 0;
     PetscCall(VecNorm(force, NORM_2, &left));
     PetscCall(VecNorm(each, NORM_2, &size));
-    if (left <= NOTHING * size) PetscCall(add_orthonormal(sum, u));
+    PetscCall(VecNorm(sum, NORM_2, &length));
+    if (left <= NOTHING * size) PetscCall(add_orthonormal(sum, length, u));
   }
   PetscFunctionReturn(0);
 }
