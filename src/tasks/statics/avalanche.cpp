@@ -51,7 +51,7 @@ PetscErrorCode Avalanche::move(double factor, double h, Vec y, HeldEnergies* now
 /// At first with steps that resolve the motion. Where nothing has broken for 100 over the root mean squared frequency they grow, so that backward
 /// Euler's own damping brings to rest what still swings; a break makes them short again. Loose parts in free flight never come to rest: they are all
 /// that moves where long steps no longer take kinetic energy. What is left at the end goes when the equilibrium is looked for.
-PetscErrorCode Avalanche::follow(double factor, Vec y, const Frame& frame, bool* good) {
+PetscErrorCode Avalanche::follow(double factor, Vec y, const Frame& frame, std::int64_t* broken, bool* good) {
   constexpr double LEFT = 1e-3, GROWTH = 1.25, QUIET = 100, LONG = 10, LONGEST = 1e4, SAME = 0.99;
   constexpr int MOST_CUTS = 20, IN_TURN = 3;
   Breaks& breaks = *model_.breaks();
@@ -79,6 +79,7 @@ PetscErrorCode Avalanche::follow(double factor, Vec y, const Frame& frame, bool*
       continue;
     }
     most = std::max(most, now.kinetic);
+    *broken += breaks.broke();
     if (breaks.broke() > 0) last_break = breaks.motion();
     const bool quiet = breaks.motion() - last_break >= QUIET * period;
     same = quiet && h > LONG * period && now.kinetic >= SAME * before ? same + 1 : 0;
@@ -100,7 +101,7 @@ PetscErrorCode Avalanche::follow_to_rest(double factor, Vec y, const Frame& fram
     PetscCall(check_for_signal());
     if (interrupted_) PetscFunctionReturn(0);
     broken += breaks.broke();
-    if (options_.dynamics) PetscCall(follow(factor, y, frame, &good));
+    if (options_.dynamics) PetscCall(follow(factor, y, frame, &broken, &good));
     if (interrupted_) PetscFunctionReturn(0);
     PetscCall(relax(factor, y, &good));
     if (good) continue;

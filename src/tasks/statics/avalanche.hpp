@@ -27,7 +27,8 @@ class Avalanche {
 
  private:
   PetscErrorCode relax(double factor, Vec y, bool* good);
-  PetscErrorCode follow(double factor, Vec y, const Frame& frame, bool* good);
+  /// `broken`: what breaks in the motion is added to it.
+  PetscErrorCode follow(double factor, Vec y, const Frame& frame, std::int64_t* broken, bool* good);
   PetscErrorCode move(double factor, double h, Vec y, HeldEnergies* now, bool* good);
   PetscErrorCode check_for_signal();
 
