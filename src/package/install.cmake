@@ -1,5 +1,5 @@
 # cmake --install, the CMake package and cpack's .deb: PREFIX/bin, PREFIX/share/backspring, man page, documents;
-# component devel: the core library with its headers.
+# component devel: the core library with its headers; component python (src/python): the Python package.
 include(GNUInstallDirs)
 include(CMakePackageConfigHelpers)
 set(BS_SHARE ${CMAKE_INSTALL_DATADIR}/backspring)
@@ -34,7 +34,7 @@ install(FILES LICENSE DESTINATION ${CMAKE_INSTALL_DATADIR}/doc/backspring-dev CO
 install(TARGETS backspring_core EXPORT backspring-targets ARCHIVE DESTINATION ${CMAKE_INSTALL_LIBDIR} COMPONENT devel
         INCLUDES DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}/backspring)
 install(DIRECTORY src/ DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}/backspring COMPONENT devel FILES_MATCHING PATTERN *.hpp
-        PATTERN package EXCLUDE PATTERN cli EXCLUDE)
+        PATTERN package EXCLUDE PATTERN cli EXCLUDE PATTERN python EXCLUDE)
 set_target_properties(backspring_core PROPERTIES EXPORT_NAME core)
 install(EXPORT backspring-targets NAMESPACE backspring:: DESTINATION ${BS_PACKAGE} COMPONENT devel)
 configure_package_config_file(src/package/backspring-config.cmake.in ${CMAKE_BINARY_DIR}/backspring-config.cmake
@@ -49,6 +49,9 @@ set(CPACK_PACKAGE_NAME backspring)
 set(CPACK_PACKAGE_CONTACT "The backspring authors <backspring@invalid>")
 set(CPACK_PACKAGE_DESCRIPTION_SUMMARY "${PROJECT_DESCRIPTION}")
 set(CPACK_COMPONENTS_ALL runtime devel)
+if(TARGET backspring_python)
+  list(APPEND CPACK_COMPONENTS_ALL python)
+endif()
 set(CPACK_COMPONENTS_GROUPING IGNORE)
 set(CPACK_DEB_COMPONENT_INSTALL ON)
 set(CPACK_STRIP_FILES ON)
@@ -64,5 +67,11 @@ set(CPACK_DEBIAN_DEVEL_PACKAGE_NAME backspring-dev)
 set(CPACK_DEBIAN_DEVEL_PACKAGE_SECTION libdevel)
 set(CPACK_DEBIAN_DEVEL_PACKAGE_DEPENDS "petsc-dev, slepc-dev, libopenmpi-dev, libhdf5-openmpi-dev, libyaml-dev, liblapack-dev, pkg-config")
 set(CPACK_DEBIAN_DEVEL_DESCRIPTION "headers and static library of backspring, for find_package(backspring)")
+set(CPACK_DEBIAN_PYTHON_PACKAGE_NAME python3-backspring)
+set(CPACK_DEBIAN_PYTHON_PACKAGE_SECTION python)
+set(CPACK_DEBIAN_PYTHON_PACKAGE_SHLIBDEPS ON)
+set(CPACK_DEBIAN_PYTHON_PACKAGE_DEPENDS "python3 (>= ${Python_VERSION_MAJOR}.${Python_VERSION_MINOR}), python3-numpy, python3-mpi4py")
+set(CPACK_DEBIAN_PYTHON_PACKAGE_RECOMMENDS "backspring, python3-matplotlib, python3-h5py")
+set(CPACK_DEBIAN_PYTHON_DESCRIPTION "mass-spring networks as NumPy arrays: equilibria, modes, moduli and motions by backspring's implicit solver")
 set(CPACK_OUTPUT_FILE_PREFIX ${CMAKE_BINARY_DIR}/packages)
 include(CPack)

@@ -42,21 +42,30 @@ class Library {
 /// (base/error.hpp) the ranks are no longer together: the caller has to end them.
 class Session {
  public:
+  /// When the system that is stepped is made of the lattice: by create(), which then tells what is wrong with it, or at the first call that needs it;
+  /// analyses make their own and need none.
+  enum class Make { at_once, when_needed };
   /// `lattice`: the whole of it, the same on every rank. Errors: sizes or values that make no lattice, unknown settings.
-  static Error create(MPI_Comm comm, const LatticeArrays& lattice, const Settings& settings, std::unique_ptr<Session>* out);
+  static Error create(MPI_Comm comm, const LatticeArrays& lattice, const Settings& settings, std::unique_ptr<Session>* out,
+                      Make make = Make::at_once);
   /// The lattice that the settings name (-bs_lattice_file, -bs_lattice_type), or another system (-bs_model).
-  static Error create(MPI_Comm comm, const Settings& settings, std::unique_ptr<Session>* out);
+  static Error create(MPI_Comm comm, const Settings& settings, std::unique_ptr<Session>* out, Make make = Make::at_once);
   Session(const Session&) = delete;
   Session& operator=(const Session&) = delete;
   /// Ends as finish() does.
   ~Session();
 
+  /// Makes the system that is stepped, unless it is made; what is wrong with the lattice.
+  Error prepare();
   /// `count` steps, each of the length that the settings ask for (-ts_dt, -ts_type and others), shorter where it would pass -ts_max_time or an output
   /// time. Error (Exit::solve): a step that could not be taken; the last good state stays.
   Error step(std::int64_t count = 1);
   /// Steps up to the time t [s], at which the last one ends. Nothing where t is past. From the start on, the same as a run of the program with
   /// -ts_max_time t.
   Error run_until(double t);
+  /// Steps up to the next output time (-bs_output_interval; without it, the next step) or the end (-ts_max_time), and stands there; `more`: false
+  /// where the run was at its end and no step was taken.
+  Error run_to_frame(bool* more);
   /// Ends stepping: files that the settings name (-bs_output, -bs_report) are complete then. No step follows.
   Error finish();
 
@@ -70,7 +79,7 @@ class Session {
   /// Local. Time [s] and number of steps of the last good state.
   double time() const;
   std::int64_t steps() const;
-  /// Particles of the whole, and this rank's rows [first, first + count) of the input.
+  /// Particles of the whole, and this rank's rows [first, first + count) of the input; known once the system is made.
   Rows particles() const;
   int dim() const;
 
@@ -80,11 +89,26 @@ class Session {
   Error get(Array what, std::vector<double>* all);
   /// Of this rank's rows.
   Error get_rows(Array what, std::vector<double>* rows);
+  /// Positions or velocities of this rank's rows take the place of the last good state's, from which the method starts anew, without a history. What
+  /// is held or moves as given stays where it is. Error (Exit::input): numbers that are not finite, or settings that name files of the run.
+  Error set_rows(Array what, const std::vector<double>& rows);
+  /// What a frame of a trajectory would hold now, whole on every rank: observables, and fields that the settings ask for (-bs_output_springs).
+  Error get_frame(FrameData* out);
 
   /// Called on every rank after every good step, and where an output time is reached (-bs_output_interval; the start and the end always are). They
   /// may ask for arrays, not take steps.
   void on_step(std::function<void(const StepRecord&)> observer);
   void on_frame(std::function<void(double time)> observer);
+
+  /// Asked on every rank between steps, also by analyses. Where it answers a number other than 0 on some rank, the call ends in an Error of that
+  /// number plus 128 on all: the last good state stays.
+  void on_poll(std::function<int()> poll);
+
+  /// Forces beside those of the settings, in all systems that are made from now on (Make::when_needed): `force` adds those on particles at (x, v) to
+  /// f, (rows, d) [N]; t: time [s], in equilibria the load factor; `row`: rows of the input, a part of this rank's. It is asked for different
+  /// particles on different ranks, must depend on nothing else, and the tangent has nothing of it: Newton's method takes it as it was at the last
+  /// iterate.
+  void on_force(std::function<void(double t, const std::vector<std::int64_t>& row, const double* x, const double* v, double* f)> force);
 
   /// Local. What was warned of so far; on the first rank.
   const std::vector<std::string>& warnings() const;
@@ -94,7 +118,7 @@ class Session {
   struct Impl;
   using TaskFunction = PetscErrorCode (*)(std::unique_ptr<Model>, Result*, int*);
   explicit Session(std::unique_ptr<Impl> impl);
-  static Error create(MPI_Comm comm, std::unique_ptr<Lattice> given, const Settings& settings, std::unique_ptr<Session>* out);
+  static Error create(MPI_Comm comm, std::unique_ptr<Lattice> given, const Settings& settings, Make make, std::unique_ptr<Session>* out);
   template <class Body>
   Error call(Body&& body);
   Error analyse(TaskFunction task, const Settings& more, Result* out);

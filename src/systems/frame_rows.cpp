@@ -1,4 +1,5 @@
 #include "systems/frame_rows.hpp"
+#include "base/collective.hpp"
 #include "base/text.hpp"
 #include "base/vec_array.hpp"
 
@@ -13,21 +14,60 @@ PetscErrorCode own_numbers(Vec vec, std::vector<double>* numbers) {
   PetscFunctionReturn(0);
 }
 
+/// This rank's rows of a field, and how many columns it has.
+static PetscErrorCode own_rows(const Field& field, PetscInt* columns, std::vector<double>* rows) {
+  PetscInt size = 0;
+  PetscFunctionBegin;
+  PetscCall(VecGetLocalSize(field.vec, &size));
+  PetscCall(VecGetBlockSize(field.vec, columns));
+  rows->resize(static_cast<std::size_t>(size));
+  if (field.source) PetscCall(field.source(0, size / *columns, rows->data()));
+  else PetscCall(own_numbers(field.vec, rows));
+  PetscFunctionReturn(0);
+}
+
 PetscErrorCode frame_rows(System& system, double t, Vec y, const std::string& name, std::vector<double>* rows) {
   std::vector<Field> fields;
+  PetscInt columns = 1;
   PetscFunctionBegin;
   PetscCall(system.fields(t, y, &fields));
   for (const Field& field : fields) {
     if (!ends_with(field.group, name)) continue;
-    PetscInt size = 0, width = 1;
-    PetscCall(VecGetLocalSize(field.vec, &size));
-    PetscCall(VecGetBlockSize(field.vec, &width));
-    rows->resize(static_cast<std::size_t>(size));
-    if (field.source) PetscCall(field.source(0, size / width, rows->data()));
-    else PetscCall(own_numbers(field.vec, rows));
+    PetscCall(own_rows(field, &columns, rows));
     PetscFunctionReturn(0);
   }
   SETERRQ(system.comm(), PETSC_ERR_ARG_WRONG, "%s has no field %s", system.name(), name.c_str());
 }
+
+PetscErrorCode read_tables(System& system, double t, Vec y, std::vector<FrameTable>* out) {
+  std::vector<Field> fields;
+  std::vector<double> rows;
+  PetscFunctionBegin;
+  PetscCall(system.fields(t, y, &fields));
+  out->clear();
+  for (const Field& field : fields) {
+    if (field.drawing) continue;
+    PetscInt columns = 1;
+    FrameTable table;
+    table.name = field.group.substr(field.group.rfind('/') + 1);
+    PetscCall(own_rows(field, &columns, &rows));
+    table.columns = static_cast<int>(columns);
+    PetscCall(gather_all(system.comm(), rows, &table.value));
+    out->push_back(std::move(table));
+  }
+  PetscFunctionReturn(0);
+}
+
+/// The one of that name, or null.
+template <class Named>
+static const Named* named(const std::vector<Named>& all, const std::string& name) {
+  for (const Named& one : all)
+    if (one.name == name) return &one;
+  return nullptr;
+}
+
+const Observable* FrameData::observable(const std::string& name) const { return named(observables, name); }
+
+const FrameTable* FrameData::table(const std::string& name) const { return named(tables, name); }
 
 }  // namespace bs

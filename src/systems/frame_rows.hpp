@@ -12,6 +12,26 @@ namespace bs {
 /// held or moves as given is where it is at time t.
 PetscErrorCode frame_rows(System& system, double t, Vec y, const std::string& name, std::vector<double>* rows);
 
+/// A field of a frame, whole: (rows, columns) in the input's order.
+struct FrameTable {
+  std::string name;  ///< the last part of its path in a trajectory: position, velocity, tension
+  int columns = 1;
+  std::vector<double> value;
+};
+
+/// What a frame of a trajectory holds, in memory.
+struct FrameData {
+  double time = 0;  ///< [s], or the load factor's place in a static run
+  std::vector<Observable> observables;
+  std::vector<FrameTable> tables;
+  /// Null: there is none of that name.
+  const Observable* observable(const std::string& name) const;
+  const FrameTable* table(const std::string& name) const;
+};
+
+/// Collective. Tables of all fields at (t, y), the same on every rank.
+PetscErrorCode read_tables(System& system, double t, Vec y, std::vector<FrameTable>* out);
+
 /// Collective. This rank's numbers of a vector in the input's order.
 PetscErrorCode own_numbers(Vec vec, std::vector<double>* numbers);
 

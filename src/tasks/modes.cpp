@@ -1,10 +1,12 @@
 #include "tasks/modes.hpp"
 #include <algorithm>
 #include <cmath>
+#include "base/collective.hpp"
 #include "base/context.hpp"
 #include "base/error.hpp"
 #include "base/option_names.hpp"
 #include "base/options.hpp"
+#include "systems/frame_rows.hpp"
 #include "tasks/matrices.hpp"
 #include "tasks/statics/box_stress.hpp"
 #include "tasks/statics/statics.hpp"
@@ -169,12 +171,20 @@ PetscErrorCode ModesRun::give_up(const std::string& outcome, const std::string& 
   PetscFunctionReturn(0);
 }
 
-static void copy_results(const Modes& modes, Result* out) {
-  for (const Mode& mode : modes.mode) {
-    out->omega_squared.push_back(mode.omega_squared);
-    out->residual.push_back(mode.residual);
+PetscErrorCode ModesRun::copy_results(Result* out) {
+  Vec q;
+  std::vector<double> rows, all;
+  PetscFunctionBegin;
+  for (std::size_t k = 0; k < modes_.mode.size(); ++k) {
+    out->omega_squared.push_back(modes_.mode[k].omega_squared);
+    out->residual.push_back(modes_.mode[k].residual);
+    PetscCall(page(k, &q));
+    PetscCall(own_numbers(q, &rows));
+    PetscCall(gather_all(model_.comm(), rows, &all));
+    out->shapes.insert(out->shapes.end(), all.begin(), all.end());
   }
-  out->zero_modes = modes.zero_exact ? modes.zero : -1;
+  out->zero_modes = modes_.zero_exact ? modes_.zero : -1;
+  PetscFunctionReturn(0);
 }
 
 PetscErrorCode run_modes(std::unique_ptr<Model> model, Result* result, int* exit_code) {
@@ -220,7 +230,7 @@ PetscErrorCode run_modes(std::unique_ptr<Model> model, Result* result, int* exit
   {
     ModesRun run(*there, options, request, time, y);
     PetscCall(run.run());
-    if (result) copy_results(run.modes(), result);
+    if (result) PetscCall(run.copy_results(result));
   }
   if (!others) PetscCall(SlepcFinalize());
   PetscFunctionReturn(0);

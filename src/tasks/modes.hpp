@@ -33,7 +33,8 @@ class ModesRun {
         y_(y),
         time_(time) {}
   PetscErrorCode run();
-  const Modes& modes() const { return modes_; }
+  /// Collective. omega^2, shapes and what is known of them.
+  PetscErrorCode copy_results(Result* out);
   /// Collective. Where no equilibrium was found: the files hold its last state and no modes, in the place of an earlier run's.
   PetscErrorCode give_up(const std::string& outcome, const std::string& why);
 

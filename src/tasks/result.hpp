@@ -2,17 +2,20 @@
 #pragma once
 #include <cstdint>
 #include <vector>
+#include "systems/frame_rows.hpp"
 
 namespace bs {
 
 /// Filled by the task that finds it; the same on every rank, particles in the order of the input.
 struct Result {
-  double load_factor = 0;             ///< statics, moduli: of the last equilibrium
-  std::vector<double> position;       ///< statics, moduli: of the last equilibrium, (N, d) [m]
-  std::vector<double> stiffness;      ///< moduli: (q, q), row by row, by the components of tasks/moduli.hpp [N/m^(d-1)]
-  std::vector<double> omega_squared;  ///< modes: ascending [1/s^2]
-  std::vector<double> residual;       ///< modes: bounds of the errors of omega_squared [1/s^2]
-  std::int64_t zero_modes = -1;       ///< modes, moduli: motions without stiffness; -1: not counted
+  double load_factor = 0;  ///< statics, moduli: of the last equilibrium
+  FrameData frame;         ///< statics, moduli: the last equilibrium, as a trajectory has it, also of a run that failed
+  std::int64_t steps = 0, rejected = 0, newton = 0, krylov = 0;  ///< statics, moduli: load steps, and iterations in all of them
+  std::vector<double> stiffness;                                 ///< moduli: (q, q), row by row, by the components of tasks/moduli.hpp [N/m^(d-1)]
+  std::vector<double> omega_squared;                             ///< modes: ascending [1/s^2]
+  std::vector<double> shapes;                                    ///< modes: (K, N, d), of the mass matrix's norm 1 [kg^-1/2]
+  std::vector<double> residual;                                  ///< modes: bounds of the errors of omega_squared [1/s^2]
+  std::int64_t zero_modes = -1;                                  ///< modes, moduli: motions without stiffness; -1: not counted
 };
 
 }  // namespace bs

@@ -72,6 +72,11 @@ class Run {
   bool at_end() const { return stepper_->good_time() >= stepper_->end(); }
   double time() const { return stepper_->good_time(); }
   std::int64_t steps() const { return stepper_->counts().steps; }
+  const RunCounts& counts() const { return stepper_->counts(); }
+  /// The signal that ended it; 0: none did.
+  int signal() const { return stepper_->signal(); }
+  /// Within on_step and on_frame: go_on returns after the present step.
+  PetscErrorCode pause() { return TSSetConvergedReason(ts_, TS_CONVERGED_USER); }
   /// The last good state; borrowed.
   PetscErrorCode state_vector(Vec* y) const { return TSGetSolution(ts_, y); }
 

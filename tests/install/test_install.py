@@ -104,9 +104,9 @@ def library(checks, prefix, folder):
     checks.true("find_package(backspring)", code == 0, err.strip()[-300:])
     code, out, err = call(["cmake", "--build", source / "build"], folder)
     checks.true("a program on backspring::core builds", code == 0, (out + err).strip()[-300:] if code else "")
-    headers = {str(f.relative_to(REPO / "src")) for f in (REPO / "src").rglob("*.hpp") if "cli" not in f.parts}
+    headers = {str(f.relative_to(REPO / "src")) for f in (REPO / "src").rglob("*.hpp") if not {"cli", "python"} & set(f.parts)}
     there = {str(f.relative_to(prefix / "include/backspring")) for f in (prefix / "include/backspring").rglob("*") if f.is_file()}
-    checks.true("every header but the command line's is installed", headers == there, f"{sorted(headers ^ there)[:5]}")
+    checks.true("every header but those of the command line and of Python is installed", headers == there, f"{sorted(headers ^ there)[:5]}")
     code, out, err = call([source / "build/two_masses"], folder)
     lines = [line.split() for line in out.splitlines()]
     checks.true("it runs without files or options", code == 0 and len(lines) == 11 and not err, (out + err)[:200])
@@ -121,6 +121,17 @@ def library(checks, prefix, folder):
     checks.near("its frequency", float(lines[10][1]), w2, 1e-10 * w2)
 
 
+def in_python(checks, prefix, folder, name):
+    """The Python package computes, and finds the tools beside it."""
+    site = prefix / "lib/python3/dist-packages"
+    code = ("import sys; sys.path.insert(0, sys.argv[1]); import backspring as bs; "
+            "eq = bs.statics(bs.Lattice([[0.0], [1.0]], [[0, 1]], stiffness=50.0, fixed=[0]), bs_gravity=10.0); "
+            "from backspring.trajectories import tools; print(bs.__file__, abs(eq.x[1, 0] - 1.2) < 1e-12, tools())")
+    status, out, err = call([sys.executable, "-c", code, site], folder)
+    checks.true(f"{name}: import backspring", status == 0 and out.split() == [str(site / "backspring/__init__.py"), "True",
+                                                                              str(prefix / "share/backspring/postprocess")], (out + err).strip()[-300:])
+
+
 def package(checks, build, folder):
     missing = [tool for tool in ("dpkg-shlibdeps", "dpkg-deb", "file") if not shutil.which(tool)]
     if missing:
@@ -128,10 +139,12 @@ def package(checks, build, folder):
         return
     code, out, err = call(["cpack", "-G", "DEB", "--config", build / "CPackConfig.cmake", "-B", pathlib.Path(folder)], build)
     debs = {re.match(r"[a-z-]*?(?=_)", f.name)[0]: f for f in pathlib.Path(folder).rglob("*.deb")}
-    checks.true("cpack makes two packages", code == 0 and set(debs) == {"backspring", "backspring-dev"}, err.strip()[-200:])
+    checks.true("cpack makes three packages", code == 0 and set(debs) == {"backspring", "backspring-dev", "python"}, f"{sorted(debs)} {err.strip()[-200:]}")
     fields = {name: call(["dpkg-deb", "-f", deb], folder)[1] for name, deb in debs.items()}
     for needed in ("libpetsc-real3", "libopenmpi3", "libhdf5-openmpi", "openmpi-bin", "libc6"):
         checks.true(f"the package depends on {needed}", needed in fields["backspring"].split("Depends:")[1].split("\n")[0])
+    for needed in ("libpetsc-real3", "python3-numpy", "python3-mpi4py"):
+        checks.true(f"the Python package depends on {needed}", needed in fields["python"].split("Depends:")[1].split("\n")[0])
     checks.true("the -dev package depends on petsc-dev", "petsc-dev" in fields["backspring-dev"])
     root = pathlib.Path(folder) / "root"
     for deb in debs.values():
@@ -143,6 +156,7 @@ def package(checks, build, folder):
     empty = pathlib.Path(folder) / "empty"
     empty.mkdir()
     works_anywhere(checks, root / "usr/bin/backspring", empty, ".deb")
+    in_python(checks, root / "usr", empty, ".deb")
 
 
 def main():
@@ -157,7 +171,8 @@ def main():
         for name, group in (("layout", lambda f: layout(checks, prefix, "installed")), ("anywhere", lambda f: works_anywhere(checks, program, f, "installed")),
                             ("built", lambda f: works_anywhere(checks, checks.program, f, "built")), ("errors", lambda f: errors(checks, program, f)),
                             ("order", lambda f: order_of_search(checks, program, f)), ("tools", lambda f: tools(checks, prefix, f)),
-                            ("library", lambda f: library(checks, prefix, f)), ("package", lambda f: package(checks, build, f))):
+                            ("library", lambda f: library(checks, prefix, f)), ("python", lambda f: in_python(checks, prefix, f, "installed")),
+                            ("package", lambda f: package(checks, build, f))):
             folder = scratch / name
             folder.mkdir()
             if checks.wants(name):

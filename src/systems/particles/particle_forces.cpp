@@ -40,7 +40,7 @@ bool ParticleModel::knows_interior(double t) const {
 bool ParticleModel::time_dependent() const {
   bool laws = false;
   for_each_law(laws_, [&](const auto& law) { laws = laws || (varies_in_time<std::decay_t<decltype(law)>>::value && law.active()); });
-  return laws || constraints_.time_dependent() || forces_.varies() || (net_.relaxes && !loads_);
+  return laws || constraints_.time_dependent() || forces_.varies() || callback_.active() || (net_.relaxes && !loads_);
 }
 
 /// What changes beside the state: histories of springs, springs that break, and what couples all particles.

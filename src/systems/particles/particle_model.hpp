@@ -5,6 +5,7 @@
 #include "network/network.hpp"
 #include "systems/mechanics.hpp"
 #include "systems/particles/breaking/breaking.hpp"
+#include "systems/particles/callback_forces.hpp"
 #include "systems/particles/constraints/constraints.hpp"
 #include "systems/particles/constraints/free_bodies.hpp"
 #include "systems/particles/constraints/reactions.hpp"
@@ -104,6 +105,7 @@ class ParticleModel final : public Mechanics {
   Constraints constraints_;
   Coupling coupling_;
   NodalForces forces_;
+  CallbackForces callback_;
   RowPattern pattern_;
   Layout layout_;
   LocalState state_;

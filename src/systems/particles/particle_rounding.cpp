@@ -139,6 +139,7 @@ PetscErrorCode ParticleModel::last_fault(std::string* text) {
   if (low == Singularity::particle)
     *text = format("particle %lld reached a position where a force is not defined: ", number) + advice_on(titles[static_cast<std::size_t>(which)]);
   else if (low == Singularity::state) *text = format("Newton's method or the step produced a state that is not finite, at particle %lld", number);
+  else if (low == Singularity::outside) *text = format("the force on particle %lld that is computed outside is not finite", number);
   else
     *text = format(
         "%s %lld reached zero length, where its law has no direction: lower -ts_dt, keep its ends apart, or give it a rest length of 0 and no axial "

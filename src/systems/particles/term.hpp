@@ -12,10 +12,11 @@ namespace bs {
 
 /// The fault met in a loop and its place: a law has no value there.
 struct Singularity {
-  enum Kind { none, spring, anchor, particle, interaction, state } kind = none;  ///< state: that of a particle is not finite
-  std::int64_t row = -1;                                                         ///< row of the spring, anchor, particle or interaction in the input
-  const char* law = "";                                                          ///< title of the particle law or of the interaction's
-  const char* why = "";                                                          ///< what an interaction met
+  /// state: that of a particle is not finite; outside: a force that is computed outside is not
+  enum Kind { none, spring, anchor, particle, interaction, state, outside } kind = none;
+  std::int64_t row = -1;  ///< row of the spring, anchor, particle or interaction in the input
+  const char* law = "";   ///< title of the particle law or of the interaction's
+  const char* why = "";   ///< what an interaction met
 };
 
 /// Energies [J], momentum sum m v [kg m/s] and angular momentum sum x cross m v about the origin [kg m^2/s] of this rank's share.

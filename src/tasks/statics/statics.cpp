@@ -252,8 +252,8 @@ PetscErrorCode prepare(std::unique_ptr<Model> model, const StaticsSettings& load
   PetscFunctionReturn(0);
 }
 
-/// The run; `last` receives the state of the last frame, an equilibrium, or null under -help; `found`, unless null, its load factor and the
-/// outcome.
+/// The run; `last` receives the state of the last frame, an equilibrium, or null under -help; `found`, unless null, its load factor, what is observed
+/// of it, counts and the outcome.
 PetscErrorCode run_loads(Equilibrium& equilibrium, const RunOptions& options, const StaticsSettings& loads, FinalAnalyses* end, VecHandle* last,
                          FoundEquilibrium* found, int* exit_code) {
   PetscFunctionBegin;
@@ -266,6 +266,7 @@ PetscErrorCode run_loads(Equilibrium& equilibrium, const RunOptions& options, co
     PetscFunctionBegin;
     if (found) found->factor = factor;
     PetscCall(observe(factor, y, out));
+    if (found) found->observables = *out;
     if (!*last) PetscCall(VecDuplicate(y, last->out()));
     PetscCall(VecCopy(y, *last));
     PetscFunctionReturn(0);
@@ -277,7 +278,22 @@ PetscErrorCode run_loads(Equilibrium& equilibrium, const RunOptions& options, co
     };
   Run run(equilibrium, options, hooks);
   PetscCall(run.set_up());
-  PetscCall(run.advance(exit_code));
+  const PetscErrorCode code = run.advance(exit_code);
+  if (found) found->counts = run.counts();
+  PetscFunctionReturn(code);
+}
+
+/// The last equilibrium for a program that asks for it.
+PetscErrorCode copy_equilibrium(Equilibrium& equilibrium, const FoundEquilibrium& found, Vec last, Result* out) {
+  PetscFunctionBegin;
+  out->load_factor = equilibrium.factor(found.factor);
+  out->steps = found.counts.steps;
+  out->rejected = found.counts.rejected;
+  out->newton = found.counts.newton;
+  out->krylov = found.counts.krylov;
+  out->frame.time = found.factor;
+  out->frame.observables = found.observables;
+  PetscCall(read_tables(equilibrium, found.factor, last, &out->frame.tables));
   PetscFunctionReturn(0);
 }
 
@@ -292,7 +308,6 @@ static PetscErrorCode run_equilibria(std::unique_ptr<Model> model, bool moduli, 
   FinalAnalyses end;
   FoundEquilibrium found;
   VecHandle last, rest;
-  std::vector<double> own;
   PetscFunctionBegin;
   MPI_Comm comm = model->comm();
   PetscCall(read_statics_settings(comm, moduli ? Analyses::moduli : Analyses::compliance, &loads));
@@ -305,15 +320,12 @@ static PetscErrorCode run_equilibria(std::unique_ptr<Model> model, bool moduli, 
   PetscCall(end.compliance.begin(*equilibrium, loads.compliance_groups));
   if (moduli && !is_given("-help")) PetscCall(end.moduli.begin(*equilibrium, loads.zero_modes_unknowns));
   PetscCall(lock_outputs(comm, options, &locks));
-  PetscCall(run_loads(*equilibrium, options, loads, &end, &last, &found, exit_code));
-  if (!last || *exit_code != 0) PetscFunctionReturn(0);  // a run that was stopped has not come to the last equilibrium
+  const PetscErrorCode code = run_loads(*equilibrium, options, loads, &end, &last, &found, exit_code);
+  if (result && last && !found.outcome.empty()) PetscCall(copy_equilibrium(*equilibrium, found, last, result));
+  if (code || !last || *exit_code != 0) PetscFunctionReturn(code);  // a run that was stopped has not come to the last equilibrium
   PetscCall(at_rest(last, rest.out()));
   PetscCall(write_matrices(*equilibrium, equilibrium->factor(1), rest, options.output.trajectory.overwrite));
-  if (!result) PetscFunctionReturn(0);
-  result->load_factor = equilibrium->factor(found.factor);
-  PetscCall(frame_rows(*equilibrium, found.factor, last, "/position", &own));
-  PetscCall(gather_all(comm, own, &result->position));
-  if (moduli) end.moduli.copy_results(result);
+  if (result && moduli) end.moduli.copy_results(result);
   PetscFunctionReturn(0);
 }
 

@@ -11,6 +11,7 @@
 #include "tasks/result.hpp"
 #include "tasks/run_options.hpp"
 #include "tasks/statics/avalanche.hpp"
+#include "time/rejections.hpp"
 
 namespace bs {
 
@@ -23,10 +24,12 @@ PetscErrorCode run_moduli(std::unique_ptr<Model> model, Result* result, int* exi
 
 /// The equilibrium of find_equilibrium(), or what was found on the way to it.
 struct FoundEquilibrium {
-  std::unique_ptr<Model> model;  ///< under the loads of `factor`
-  VecHandle y;                   ///< its last equilibrium at rest (under -help the start); null: nothing was computed
-  double factor = 1;             ///< load factor of it
-  std::string outcome, why;      ///< as in a report; under -help empty
+  std::unique_ptr<Model> model;         ///< under the loads of `factor`
+  VecHandle y;                          ///< its last equilibrium at rest (under -help the start); null: nothing was computed
+  double factor = 1;                    ///< load factor of it
+  std::string outcome, why;             ///< as in a report; under -help empty
+  std::vector<Observable> observables;  ///< of that equilibrium
+  RunCounts counts;
 };
 
 /// Collective. The same as run_statics without files. As with run_statics, an equilibrium that is not found ends in ERR_FAILED; `out` is filled all

@@ -254,7 +254,7 @@ TEST_CASE("equilibria, moduli and modes of a session are the program's") {
   good(session->step(2));  // changes nothing of what follows
   good(session->solve_statics(&found));
   REQUIRE(found.load_factor == 1);
-  REQUIRE(same(found.position, last_positions(file)));
+  REQUIRE(same(found.frame.table("position")->value, last_positions(file)));
   good(session->solve_statics(&found, {{"-bs_load_steps", "4"}}));
   REQUIRE(found.load_factor == 1);
 

@@ -59,7 +59,7 @@ const Entry ENTRIES[] = {
 PetscErrorCode Breaking::gather(std::vector<StatePart>* parts) {
   PetscFunctionBegin;
   if (!active_) PetscFunctionReturn(0);
-  Vec like;
+  Vec like = nullptr;
   PetscCall(flags(&like));
   if (kept_.empty())
     for (const Entry& entry : ENTRIES) {

@@ -1,0 +1,21 @@
+"""Implicit solver for mass-spring systems: equilibria, modes, moduli and motions of networks that are NumPy arrays.
+
+    import backspring as bs
+    net = bs.Lattice(x, pairs, stiffness=k, rest_length=L, mass=m, fixed=[0, 7], groups={"top": rows})
+    eq = bs.statics(net, loads={"top": (0, -5.0)}, load_steps=10)
+    eq.x, eq.tension, eq.reactions["held"]
+
+Units are the user's own, as long as they agree with one another: nothing is converted. Every option of the program is a keyword by its name without the
+dash: ``snes_rtol=1e-12``, ``bs_gravity=(0, -9.81)``. What is computed is what the program computes, bit for bit on the same number of ranks.
+"""
+
+from .analyses import Equilibrium, Moduli, Modes, moduli, modes, statics
+from .errors import BackspringWarning, ConvergenceError, Error, FileError, InputError
+from .lattice import Lattice
+from .motion import Frame, Simulation, run
+from .trajectories import open
+
+__all__ = [
+    "BackspringWarning", "ConvergenceError", "Equilibrium", "Error", "FileError", "Frame", "InputError", "Lattice", "Moduli", "Modes", "Simulation",
+    "moduli", "modes", "open", "run", "statics",
+]

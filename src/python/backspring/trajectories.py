@@ -1,0 +1,29 @@
+"""Trajectories that the program wrote, and its tools in Python."""
+
+import importlib
+import pathlib
+import sys
+
+HERE = pathlib.Path(__file__).resolve().parent
+
+
+def tools():
+    """The folder of the tools: beside the source, or installed under share."""
+    places = [HERE.parents[2] / "postprocess", *(up / "share" / "backspring" / "postprocess" for up in HERE.parents)]
+    for folder in places:
+        if (folder / "backspring_io.py").exists():
+            return folder
+    raise FileNotFoundError("the folder postprocess is not installed with this package: install the package backspring, too")
+
+
+def tool(name):
+    """A module of the tools."""
+    folder = str(tools())
+    if folder not in sys.path:
+        sys.path.append(folder)
+    return importlib.import_module(name)
+
+
+def open(path):
+    """A trajectory (F.h5md) as the tools read it: frames, positions, observables, springs; see postprocess/README.md."""
+    return tool("backspring_io").open_run(path)

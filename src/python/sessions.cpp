@@ -1,0 +1,211 @@
+// Sessions for Python: calls without the interpreter's lock, errors as (kind, text), signals and callbacks of Python between steps.
+#include <pybind11/functional.h>
+#include <pybind11/stl.h>
+#include <algorithm>
+#include <cmath>
+#include <csignal>
+#include <exception>
+#include <memory>
+#include "python/arrays.hpp"
+#include "python/module.hpp"
+#include "session/session.hpp"
+
+namespace bs::python {
+namespace {
+
+using Numbers = py::array_t<double, py::array::c_style | py::array::forcecast>;
+
+/// (kind, text) of an error, kinds by the exit codes of the program; None where there is none.
+py::object told(const Error& error) {
+  if (!error) return py::none();
+  return py::make_tuple(static_cast<int>(error.exit), error.text);
+}
+
+py::array table_of(FrameTable&& table) {
+  const py::ssize_t rows = static_cast<py::ssize_t>(table.value.size()) / table.columns;
+  if (table.columns == 1) return array_of(std::move(table.value), {rows});
+  return array_of(std::move(table.value), {rows, table.columns});
+}
+
+/// {"time": t, "observables": {name: numbers}, "fields": {name: array}}.
+py::dict frame_of(FrameData&& frame) {
+  py::dict observables, fields, all;
+  for (Observable& one : frame.observables) {
+    const py::ssize_t size = static_cast<py::ssize_t>(one.value.size());
+    if (size == 1) observables[py::str(one.name)] = py::float_(one.value[0]);
+    else if (one.columns > 0) observables[py::str(one.name)] = array_of(std::move(one.value), {size / one.columns, one.columns});
+    else observables[py::str(one.name)] = array_of(std::move(one.value), {size});
+  }
+  for (FrameTable& one : frame.tables) fields[py::str(one.name)] = table_of(std::move(one));
+  all["time"] = frame.time;
+  all["observables"] = observables;
+  all["fields"] = fields;
+  return all;
+}
+
+py::dict result_of(Result&& result, int dim) {
+  py::dict all = frame_of(std::move(result.frame));
+  const py::ssize_t d = dim, modes = static_cast<py::ssize_t>(result.omega_squared.size()), shapes = static_cast<py::ssize_t>(result.shapes.size());
+  py::ssize_t q = 0;
+  while (q * q < static_cast<py::ssize_t>(result.stiffness.size())) ++q;
+  all["load_factor"] = result.load_factor;
+  all["steps"] = result.steps;
+  all["rejected"] = result.rejected;
+  all["newton"] = result.newton;
+  all["krylov"] = result.krylov;
+  all["zero_modes"] = result.zero_modes;
+  all["stiffness"] = array_of(std::move(result.stiffness), {q, q});
+  all["omega_squared"] = array_of(std::move(result.omega_squared), {modes});
+  all["residual"] = array_of(std::move(result.residual), {modes});
+  all["shapes"] = array_of(std::move(result.shapes), {modes, modes ? shapes / (modes * d) : 0, d});
+  return all;
+}
+
+/// A session with what Python asks for between its steps and computes in them. An exception of Python's there, KeyboardInterrupt among them, ends the
+/// call on all ranks and is raised anew when it has ended.
+class PythonSession {
+ public:
+  PythonSession(std::int64_t comm, const LatticeArrays* lattice, const Settings& settings, const py::object& force) {
+    force_ = force;
+    py::gil_scoped_release free;
+    const MPI_Comm mpi = MPI_Comm_f2c(static_cast<MPI_Fint>(comm));
+    error_ = lattice ? Session::create(mpi, *lattice, settings, &session_, Session::Make::when_needed)
+                     : Session::create(mpi, settings, &session_, Session::Make::when_needed);
+    if (!session_) return;
+    session_->on_poll([this] { return poll(); });
+    if (!force_.is_none())
+      session_->on_force(
+          [this](double t, const std::vector<std::int64_t>& row, const double* x, const double* v, double* f) { add_force(t, row, x, v, f); });
+  }
+  py::object error() const { return told(error_); }
+  Session* operator->() const { return session_.get(); }
+  /// `body()` of the session.
+  template <class Body>
+  Error call(Body&& body) {
+    Error error;
+    {
+      py::gil_scoped_release free;
+      error = body();
+    }
+    if (raised_) std::rethrow_exception(std::exchange(raised_, nullptr));
+    return error;
+  }
+  void observe(const py::object& observer) {
+    if (observer.is_none()) return session_->on_step({});
+    session_->on_step([this, observer](const StepRecord& r) {
+      const py::gil_scoped_acquire lock;
+      guarded([&] { observer(r.step, r.time, r.dt, r.newton, r.krylov, r.rejected); });
+    });
+  }
+  PythonSession(const PythonSession&) = delete;
+  PythonSession& operator=(const PythonSession&) = delete;
+  ~PythonSession() { close(); }
+  void close() {
+    if (!session_) return;
+    session_->on_step({});  // the observer is Python's, whose lock is held here
+    py::gil_scoped_release free;
+    (void)session_->finish();  // while the session can still be asked, as forces do
+    session_.reset();
+  }
+
+ private:
+  template <class Body>
+  void guarded(Body&& body) {
+    if (raised_) return;
+    try {
+      body();
+    } catch (...) {
+      raised_ = std::current_exception();
+    }
+  }
+  /// Python's forces, as an array (rows, d); not numbers where it raised an exception.
+  void add_force(double t, const std::vector<std::int64_t>& row, const double* x, const double* v, double* f) {
+    const py::gil_scoped_acquire lock;
+    const py::ssize_t n = static_cast<py::ssize_t>(row.size()), d = session_->dim();
+    std::fill_n(f, n * d, std::nan(""));
+    guarded([&] {
+      const Numbers given = force_(t, py::array_t<double>({n, d}, x), py::array_t<double>({n, d}, v), py::array_t<std::int64_t>(n, row.data()));
+      if (given.ndim() != 2 || given.shape(0) != n || given.shape(1) != d) throw py::value_error("forces: give an array of the shape of x");
+      std::copy_n(given.data(), n * d, f);
+    });
+  }
+  int poll() {
+    const py::gil_scoped_acquire lock;
+    guarded([] {
+      if (PyErr_CheckSignals() != 0) throw py::error_already_set();
+    });
+    return raised_ ? SIGINT : 0;
+  }
+
+  std::unique_ptr<Session> session_;
+  Error error_;
+  std::exception_ptr raised_;
+  py::object force_ = py::none();
+};
+
+/// (error, result) of an analysis.
+template <class Analysis>
+py::tuple analysed(PythonSession& s, Analysis&& analysis) {
+  Result result;
+  const Error error = s.call([&] { return analysis(&result); });
+  return py::make_tuple(told(error), result_of(std::move(result), s->dim()));
+}
+
+Session::Array array_named(const std::string& name) {
+  return name == "position" ? Session::Array::position : name == "velocity" ? Session::Array::velocity : Session::Array::force;
+}
+
+/// (error, array (N, d)) of all particles, or of this rank's rows.
+py::tuple numbers_of(PythonSession& s, const std::string& name, bool whole) {
+  std::vector<double> all;
+  const Error error = s.call([&] { return whole ? s->get(array_named(name), &all) : s->get_rows(array_named(name), &all); });
+  const py::ssize_t d = s->dim();
+  if (error) return py::make_tuple(told(error), py::none());
+  const py::ssize_t rows = static_cast<py::ssize_t>(all.size()) / d;
+  return py::make_tuple(py::none(), array_of(std::move(all), {rows, d}));
+}
+
+}  // namespace
+
+void bind_sessions(py::module_& m) {
+  py::class_<PythonSession> one(m, "Session");
+  one.def(py::init<std::int64_t, const LatticeArrays*, const Settings&, const py::object&>(), py::arg("comm"), py::arg("lattice").none(true),
+          py::arg("settings"), py::arg("force"));
+  one.def_property_readonly("error", &PythonSession::error);
+  one.def_property_readonly("time", [](PythonSession& s) { return s->time(); });
+  one.def_property_readonly("steps", [](PythonSession& s) { return s->steps(); });
+  one.def_property_readonly("dim", [](PythonSession& s) { return s->dim(); });
+  one.def_property_readonly("rows", [](PythonSession& s) {
+    const Rows rows = s->particles();
+    return py::make_tuple(rows.first, rows.count, rows.total);
+  });
+  one.def_property_readonly("warnings", [](PythonSession& s) { return s->warnings(); });
+  one.def("prepare", [](PythonSession& s) { return told(s.call([&] { return s->prepare(); })); });
+  one.def("step", [](PythonSession& s, std::int64_t count) { return told(s.call([&] { return s->step(count); })); });
+  one.def("run_until", [](PythonSession& s, double t) { return told(s.call([&] { return s->run_until(t); })); });
+  one.def("run_to_frame", [](PythonSession& s) {
+    bool more = false;
+    const Error error = s.call([&] { return s->run_to_frame(&more); });
+    return py::make_tuple(told(error), more);
+  });
+  one.def("finish", [](PythonSession& s) { return told(s.call([&] { return s->finish(); })); });
+  one.def("statics", [](PythonSession& s, const Settings& more) { return analysed(s, [&](Result* out) { return s->solve_statics(out, more); }); });
+  one.def("moduli", [](PythonSession& s, const Settings& more) { return analysed(s, [&](Result* out) { return s->moduli(out, more); }); });
+  one.def("modes", [](PythonSession& s, std::int64_t count, const Settings& more) {
+    return analysed(s, [&](Result* out) { return s->modes(count, out, more); });
+  });
+  one.def("get", numbers_of);
+  one.def("set_rows", [](PythonSession& s, const std::string& name, const Numbers& rows) {
+    const std::vector<double> numbers = vector_of(rows);
+    return told(s.call([&] { return s->set_rows(array_named(name), numbers); }));
+  });
+  one.def("frame", [](PythonSession& s) {
+    FrameData frame;
+    const Error error = s.call([&] { return s->get_frame(&frame); });
+    return py::make_tuple(told(error), frame_of(std::move(frame)));
+  });
+  one.def("observe", &PythonSession::observe);
+  one.def("close", &PythonSession::close);
+}
+
+}  // namespace bs::python

@@ -1,0 +1,51 @@
+// What a session is made of.
+#pragma once
+#include <petscvec.h>
+#include "base/handle.hpp"
+#include "checkpoint/checkpoint.hpp"
+#include "session/inside.hpp"
+#include "session/session.hpp"
+#include "tasks/run.hpp"
+
+namespace bs {
+
+struct Session::Impl {
+  MPI_Comm comm = MPI_COMM_NULL;  ///< a duplicate of the caller's, with errors and all else that is remembered
+  Settings settings;
+  std::unique_ptr<Lattice> given;  ///< the whole; null: the settings name one
+  OptionTable options;
+  std::vector<std::string> warnings;
+  std::function<void(const StepRecord&)> step_observer;
+  std::function<void(double)> frame_observer;
+  std::function<int()> poll;
+  Rows particles;
+  int dim = 0;  ///< of the model made last
+
+  std::unique_ptr<Model> model;        ///< that is stepped
+  std::unique_ptr<OutputLocks> locks;  ///< of the files that are written
+  std::unique_ptr<Run> run;            ///< null: nothing was stepped
+  double start = 0;                    ///< before that [s]
+  std::int64_t earlier_steps = 0;      ///< of the runs before this one
+  VecHandle given_state;               ///< what the next run begins with; null: with the model's start
+  bool stop_at_frame = false, finished = false;
+
+  PetscErrorCode open();
+  PetscErrorCode make_model(std::unique_ptr<Model>* out);
+  PetscErrorCode count_particles();
+  PetscErrorCode begin();
+  PetscErrorCode advance(std::int64_t count);
+  PetscErrorCode step(std::int64_t count);
+  PetscErrorCode run_until(double t);
+  PetscErrorCode finish();
+  PetscErrorCode run_to_frame(bool* more);
+  PetscErrorCode get(Array what, std::vector<double>* rows);
+  PetscErrorCode set(Array what, const std::vector<double>& rows);
+  PetscErrorCode get_frame(FrameData* out);
+  PetscErrorCode forces(double t, Vec y, std::vector<double>* rows);
+  PetscErrorCode start_anew();
+  PetscErrorCode analyse(TaskFunction task, Result* out);
+  PetscErrorCode stopped(int signal) const;
+  ~Impl();
+};
+
+}  // namespace bs

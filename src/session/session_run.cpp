@@ -1,0 +1,270 @@
+// A session's model and its run.
+#include <petscts.h>
+#include <algorithm>
+#include <cmath>
+#include "base/collective.hpp"
+#include "base/option_names.hpp"
+#include "base/text.hpp"
+#include "base/vec_array.hpp"
+#include "session/session_impl.hpp"
+#include "systems/create.hpp"
+#include "systems/frame_rows.hpp"
+#include "systems/mechanics.hpp"
+#include "tasks/modes.hpp"
+#include "tasks/statics/box_stress.hpp"
+#include "tasks/tasks.hpp"
+
+namespace bs {
+
+Session::Impl::~Impl() {
+  {
+    const Inside inside(comm, options);
+    run.reset();
+    model.reset();
+  }
+  if (comm != MPI_COMM_NULL) MPI_Comm_free(&comm);
+}
+
+PetscErrorCode Session::Impl::open() {
+  PetscFunctionBegin;
+  if (model) PetscFunctionReturn(0);
+  PetscCall(make_model(&model));
+  PetscCall(count_particles());
+  PetscCall(PetscOptionsGetReal(nullptr, nullptr, "-ts_init_time", &start, nullptr));
+  PetscFunctionReturn(0);
+}
+
+PetscErrorCode Session::Impl::make_model(std::unique_ptr<Model>* out) {
+  PetscFunctionBegin;
+  PetscCall(register_types());
+  PetscCall(recall_options(comm));
+  PetscCall(read_mode_options(comm));
+  PetscCall(create_model(comm, out, given.get()));
+  dim = (*out)->dim();
+  PetscFunctionReturn(0);
+}
+
+PetscErrorCode Session::Impl::count_particles() {
+  std::vector<StatePart> parts;
+  PetscInt first = 0, end = 0, size = 0, width = 1;
+  PetscFunctionBegin;
+  if (!model->mechanics()) PetscFunctionReturn(0);
+  PetscCall(model->gather_state(model->initial_state(), &parts));
+  PetscCall(VecGetBlockSize(parts[0].vec, &width));
+  PetscCall(VecGetSize(parts[0].vec, &size));
+  PetscCall(VecGetOwnershipRange(parts[0].vec, &first, &end));
+  particles = {first / width, (end - first) / width, size / width};
+  PetscFunctionReturn(0);
+}
+
+/// Up to the first step: the run of the program, with the session's observers.
+PetscErrorCode Session::Impl::begin() {
+  RunOptions run_options;
+  RunHooks hooks;
+  PetscFunctionBegin;
+  if (finished) PetscCall(fail(comm, Exit::input, "the session is finished: create another one"));
+  if (run) PetscFunctionReturn(0);
+  PetscCall(open());
+  PetscCall(refuse_box_stress(*model, "a session that steps in time"));
+  PetscCall(read_run_options(comm, Steps::time, &run_options));
+  run_options.keep_input = true;
+  locks = std::make_unique<OutputLocks>();
+  PetscCall(lock_outputs(comm, run_options, locks.get()));
+  hooks.on_step = [this](const StepRecord& record) {
+    if (step_observer) step_observer(record);
+  };
+  hooks.on_frame = [this](double time) {
+    if (frame_observer) frame_observer(time);
+    if (stop_at_frame && run) (void)run->pause();
+  };
+  hooks.pace.end += start;  // where the settings name no end there is none
+  auto fresh = std::make_unique<Run>(*model, run_options, hooks);
+  PetscCall(fresh->set_up());
+  if (!is_given("-ts_max_time")) PetscCall(fresh->leave_open());
+  if (given_state) {
+    Vec y;
+    PetscCall(fresh->state_vector(&y));
+    PetscCall(VecCopy(given_state, y));
+    PetscCall(model->mechanics()->begin_at(start, y));
+    given_state.reset();
+  }
+  PetscCall(fresh->begin());
+  run = std::move(fresh);
+  PetscFunctionReturn(0);
+}
+
+/// A run that a poll has ended.
+PetscErrorCode Session::Impl::stopped(int signal) const {
+  PetscFunctionBegin;
+  if (signal) PetscCall(fail(comm, static_cast<Exit>(128 + signal), format("stopped by signal %d", signal)));
+  PetscFunctionReturn(0);
+}
+
+/// Up to the end, or so many steps.
+PetscErrorCode Session::Impl::advance(std::int64_t count) {
+  const std::int64_t before = run->steps();
+  std::string why;
+  PetscFunctionBegin;
+  PetscCall(run->go_on(count));
+  PetscCall(run->trouble(&why));
+  if (why.empty()) PetscCall(stopped(run->signal()));
+  if (why.empty() && run->steps() == before) why = "no step was taken: -ts_max_steps allows no more";
+  if (!why.empty()) PetscCall(fail(comm, Exit::solve, why));
+  PetscFunctionReturn(0);
+}
+
+PetscErrorCode Session::Impl::step(std::int64_t count) {
+  PetscFunctionBegin;
+  PetscCall(begin());
+  for (const std::int64_t last = run->steps() + count; run->steps() < last;) {
+    if (run->at_end()) PetscCall(run->leave_open());
+    PetscCall(advance(last - run->steps()));
+  }
+  PetscFunctionReturn(0);
+}
+
+PetscErrorCode Session::Impl::run_until(double t) {
+  PetscFunctionBegin;
+  PetscCall(begin());
+  if (!(t > run->time())) PetscFunctionReturn(0);
+  PetscCall(run->set_end(t));
+  while (!run->at_end()) PetscCall(advance(-1));
+  PetscFunctionReturn(0);
+}
+
+/// The step that lands on an output time pauses the run, which stands there.
+PetscErrorCode Session::Impl::run_to_frame(bool* more) {
+  PetscFunctionBegin;
+  PetscCall(begin());
+  *more = !run->at_end();
+  if (!*more) PetscFunctionReturn(0);
+  stop_at_frame = true;
+  const PetscErrorCode code = advance(-1);
+  stop_at_frame = false;
+  PetscFunctionReturn(code);
+}
+
+PetscErrorCode Session::Impl::finish() {
+  int exit_code = 0;
+  PetscFunctionBegin;
+  if (finished || !run) PetscFunctionReturn(0);
+  finished = true;
+  PetscCall(run->end(&exit_code));
+  locks.reset();
+  PetscFunctionReturn(0);
+}
+
+/// Laid into the places of a state, from which they travel to the input's order.
+PetscErrorCode Session::Impl::forces(double t, Vec y, std::vector<double>* rows) {
+  const double* f = nullptr;
+  VecHandle places;
+  std::vector<StatePart> parts;
+  PetscFunctionBegin;
+  PetscCall(model->mechanics()->force(t, y, &f));
+  PetscCall(VecDuplicate(y, places.out()));
+  PetscCall(VecZeroEntries(places));
+  set_part(places, Part::position, f);
+  PetscCall(model->gather_state(places, &parts));
+  PetscCall(own_numbers(parts[0].vec, rows));
+  PetscFunctionReturn(0);
+}
+
+PetscErrorCode Session::Impl::get(Array what, std::vector<double>* rows) {
+  Vec y;
+  PetscFunctionBegin;
+  PetscCall(begin());
+  if (!model->mechanics()) PetscCall(fail(comm, Exit::input, std::string("a ") + model->name() + " system has no particles"));
+  PetscCall(run->state_vector(&y));
+  if (what == Array::force) PetscCall(forces(run->time(), y, rows));
+  else PetscCall(frame_rows(*model, run->time(), y, what == Array::position ? "/position" : "/velocity", rows));
+  PetscFunctionReturn(0);
+}
+
+PetscErrorCode Session::Impl::get_frame(FrameData* out) {
+  Vec y;
+  PetscFunctionBegin;
+  PetscCall(begin());
+  PetscCall(run->state_vector(&y));
+  out->time = run->time();
+  PetscCall(model->observe(out->time, y, &out->observables));
+  PetscCall(read_tables(*model, out->time, y, &out->tables));
+  PetscFunctionReturn(0);
+}
+
+/// Components that are held have in `y` what they have in `before`.
+static void keep_held(Mechanics& mechanics, Vec before, Vec y) {
+  const Layout& at = mechanics.layout();
+  const Linearisation& free = mechanics.linearisation();
+  const ReadArray was(before);
+  const WriteArray a(y);
+  for (PetscInt i = 0; i < at.particles; ++i)
+    for (PetscInt c = 0; c < at.dim; ++c)
+      if (!free.moves(i, c))
+        for (const PetscInt k : {at.x(i, c), at.v(i, c)}) a[k] = was[k];
+}
+
+/// The state with other positions or velocities, from which a run of its own begins.
+PetscErrorCode Session::Impl::set(Array what, const std::vector<double>& rows) {
+  Vec y;
+  std::vector<StatePart> parts;
+  PetscFunctionBegin;
+  PetscCall(open());
+  if (!model->mechanics()) PetscCall(fail(comm, Exit::input, std::string("a ") + model->name() + " system has no particles"));
+  if (what == Array::force) PetscCall(fail(comm, Exit::input, "forces follow from positions and velocities: set these"));
+  for (const char* const file : {"-bs_output", "-bs_report", "-bs_checkpoint"})
+    if (is_given(file))
+      PetscCall(fail(comm, Exit::input, format("option %s: the file of a run has no place for a state that is set: leave it out", file)));
+  Error error;
+  if (rows.size() != static_cast<std::size_t>(particles.count * model->dim()))
+    error.note(particles.first,
+               format("%zu numbers for %lld particles in %d dimensions", rows.size(), static_cast<long long>(particles.count), model->dim()));
+  for (std::size_t k = 0; k < rows.size() && !error; ++k)
+    if (!std::isfinite(rows[k]))
+      error.note(
+          particles.first + static_cast<std::int64_t>(k) / model->dim(),
+          format("row %lld is not finite: give numbers", static_cast<long long>(particles.first + static_cast<std::int64_t>(k) / model->dim())));
+  PetscCall(fail_if_any(comm, error));
+  if (!given_state) {
+    PetscCall(begin());
+    PetscCall(run->state_vector(&y));
+    PetscCall(VecDuplicate(y, given_state.out()));
+    PetscCall(VecCopy(y, given_state));
+    PetscCall(start_anew());
+  }
+  PetscCall(model->gather_state(given_state, &parts));
+  {
+    const WriteArray a(parts[what == Array::position ? 0 : 1].vec);
+    std::copy(rows.begin(), rows.end(), a.data());
+  }
+  VecHandle before;
+  PetscCall(VecDuplicate(given_state, before.out()));
+  PetscCall(VecCopy(given_state, before));
+  PetscCall(model->scatter_state(given_state));
+  keep_held(*model->mechanics(), before, given_state);
+  PetscFunctionReturn(0);
+}
+
+/// The present run ends where it is; the next one begins there, with given_state and a method without history.
+PetscErrorCode Session::Impl::start_anew() {
+  PetscFunctionBegin;
+  start = run->time();
+  earlier_steps += run->steps();
+  PetscCall(PetscOptionsSetValue(nullptr, "-ts_init_time", format("%.17g", start).c_str()));
+  run.reset();
+  locks.reset();
+  PetscFunctionReturn(0);
+}
+
+/// A task on a model of its own, with its own table of options.
+PetscErrorCode Session::Impl::analyse(TaskFunction task, Result* out) {
+  int exit_code = 0;
+  std::unique_ptr<Model> fresh;
+  PetscFunctionBegin;
+  *out = {};
+  PetscCall(make_model(&fresh));
+  PetscCall(task(std::move(fresh), out, &exit_code));
+  PetscCall(stopped(exit_code > 128 ? exit_code - 128 : 0));
+  PetscFunctionReturn(0);
+}
+
+}  // namespace bs

@@ -1,0 +1,89 @@
+#!/usr/bin/env python3
+"""Networks and what is computed of them, once by the package and once by the program. As a script: computes one case by the package and saves its
+arrays; run it under mpirun for several ranks."""
+import sys
+
+import numpy as np
+
+
+def triangular(rows, columns, rng, slack=0.0):
+    """Positions, pairs and stiffnesses of a triangular patch with uneven springs."""
+    i, j = np.meshgrid(np.arange(columns), np.arange(rows))
+    x = np.stack([i + 0.5 * j, np.sqrt(0.75) * j], axis=-1).reshape(-1, 2) + 0.05 * rng.standard_normal((rows * columns, 2))
+    at = lambda r, c: r * columns + c
+    pairs = [(at(r, c), at(r, c + 1)) for r in range(rows) for c in range(columns - 1)]
+    pairs += [(at(r, c), at(r + 1, c)) for r in range(rows - 1) for c in range(columns)]
+    pairs += [(at(r, c + 1), at(r + 1, c)) for r in range(rows - 1) for c in range(columns - 1)]
+    pairs = np.array(pairs)
+    L = np.linalg.norm(x[pairs[:, 1]] - x[pairs[:, 0]], axis=1) * (1 - slack)
+    return x, pairs, rng.uniform(50, 150, len(pairs)), L
+
+
+def sheet():
+    """A patch that hangs on its upper row; its lower row is a group."""
+    x, pairs, k, L = triangular(6, 7, np.random.default_rng(3), slack=0.01)
+    top, bottom = np.arange(35, 42), np.arange(7)
+    mass = np.random.default_rng(4).uniform(0.5, 1.5, len(x))
+    return dict(x=x, pairs=pairs, stiffness=k, rest_length=L, mass=mass, damping=0.3, fixed=top, groups={"bottom": bottom, "hung": top})
+
+
+def cell():
+    """A periodic net of bent squares, braced by diagonals."""
+    rng = np.random.default_rng(5)
+    n = 5
+    i, j = np.meshgrid(np.arange(n), np.arange(n))
+    x = np.stack([i, j], axis=-1).reshape(-1, 2) + 0.1 * rng.standard_normal((n * n, 2))
+    pairs, shift = [], []
+    for r in range(n):
+        for c in range(n):
+            for dr, dc in ((0, 1), (1, 0), (1, 1)):
+                pairs.append((r * n + c, (r + dr) % n * n + (c + dc) % n))
+                shift.append(((c + dc) // n, (r + dr) // n))
+    pairs, shift = np.array(pairs), np.array(shift)
+    way = x[pairs[:, 1]] + shift @ (n * np.eye(2)) - x[pairs[:, 0]]
+    return dict(x=x, pairs=pairs, stiffness=rng.uniform(1, 2, len(pairs)), rest_length=0.98 * np.linalg.norm(way, axis=1), box=(n, n), shift=shift)
+
+
+LOAD = {"bottom": (0.3, -2.0)}
+MOTION = dict(dt=2e-3, until=0.05, every=0.01, bs_gravity=(0, -9.81))
+# name: (network, task and options of the program, what the package does)
+CASES = {
+    "statics": (sheet, {"bs_task": "statics", "bs_load_steps": 4, "bs_force_bottom": "0.3,-2", "bs_output_springs": 1},
+                lambda bs, net: equilibrium(bs.statics(net, loads=LOAD, load_steps=4))),
+    "statics_total": (sheet, {"bs_task": "statics", "bs_force_bottom": "0.3,-2,total", "bs_gravity": "0,-9.81", "bs_output_springs": 1},
+                      lambda bs, net: equilibrium(bs.statics(net, loads=LOAD, total=True, bs_gravity=(0, -9.81)))),
+    "modes": (sheet, {"bs_task": "modes", "bs_modes": 5}, lambda bs, net: vibrations(bs.modes(net, 5))),
+    "modes_loaded": (sheet, {"bs_task": "modes", "bs_modes": 5, "bs_modes_about": "equilibrium", "bs_load_steps": 1, "bs_force_bottom": "0.3,-2"},
+                     lambda bs, net: vibrations(bs.modes(bs.statics(net, loads=LOAD), 5))),
+    "moduli": (cell, {"bs_task": "moduli"}, lambda bs, net: {"stiffness": bs.moduli(net).stiffness}),
+    "cn": (sheet, {"ts_type": "cn"}, lambda bs, net: motion(bs.run(net, ts_type="cn", **MOTION))),
+    "beuler": (sheet, {"ts_type": "beuler"}, lambda bs, net: motion(bs.run(net, **MOTION))),
+    "verlet": (sheet, {"ts_type": "verlet"}, lambda bs, net: motion(bs.run(net, ts_type="verlet", **MOTION))),
+    "alpha2": (sheet, {"ts_type": "alpha2"}, lambda bs, net: motion(bs.run(net, ts_type="alpha2", **MOTION))),
+}
+for name in ("cn", "beuler", "verlet", "alpha2"):
+    CASES[name][1].update(ts_dt=2e-3, ts_max_time=0.05, bs_output_interval=0.01, bs_gravity="0,-9.81")
+
+
+def equilibrium(eq):
+    return {"x": eq.x, "tension": eq.tension, "energy": eq.energy, "hung": eq.reactions["hung"], "newton": eq.newton}
+
+
+def vibrations(found):
+    omega2, shapes = found
+    return {"omega2": omega2, "shapes": shapes}
+
+
+def motion(frames):
+    all = [(f.t, f.x, f.v, f.energy) for f in frames]
+    return {name: np.array([one[k] for one in all]) for k, name in enumerate(("t", "x", "v", "energy"))}
+
+
+if __name__ == "__main__":
+    import backspring as bs
+    from mpi4py import MPI
+
+    network, _, compute = CASES[sys.argv[1]]
+    found = compute(bs, bs.Lattice(**network()))
+    if MPI.COMM_WORLD.rank == 0:
+        np.savez(sys.argv[2], **found)

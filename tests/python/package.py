@@ -1,0 +1,306 @@
+#!/usr/bin/env python3
+"""The Python package by itself: its errors, states that are written back, observers, interruptions, sessions side by side, memory, pictures, tools."""
+import os
+import pathlib
+import re
+import subprocess
+import sys
+import tempfile
+import time
+
+HERE = pathlib.Path(__file__).resolve().parent
+PROGRAM = pathlib.Path(sys.argv[sys.argv.index("--program") + 1]).resolve()
+PYTHON = str(PROGRAM.parent / "python")
+sys.path[:0] = [PYTHON, str(HERE)]
+
+import backspring as bs  # noqa: E402
+import numpy as np  # noqa: E402
+from cases import cell, sheet  # noqa: E402
+
+
+def raised(kind, *words):
+    """A context whose body must raise `kind` with all the words in its message."""
+    class Expected:
+        def __enter__(self):
+            return self
+
+        def __exit__(self, found, value, trace):
+            assert found is not None, f"nothing was raised, {kind.__name__} expected"
+            if not issubclass(found, kind):
+                return False
+            self.error = value
+            missing = [word for word in words if word not in str(value)]
+            assert not missing, f"{missing} not in: {value}"
+            return True
+
+    return Expected()
+
+
+def python(code, **more):
+    return subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, env=dict(os.environ, PYTHONPATH=PYTHON), **more)
+
+
+def bad_arguments():
+    """One exception, which names the argument and the row."""
+    x, pairs = np.array([[0.0, 0], [1, 0], [2, 0.5]]), np.array([[0, 1], [1, 2]])
+    net = lambda **more: bs.Lattice(**{**dict(x=x, pairs=pairs), **more})
+    holed = x.copy()
+    holed[1, 1] = np.nan
+    for words, more in ((("x, row 1", "finite"), dict(x=holed)), (("x", "shape"), dict(x=np.zeros((3, 4)))), (("x", "shape"), dict(x=np.zeros((0, 2)))),
+                        (("pairs, row 1", "0 to 2"), dict(pairs=[[0, 1], [1, 3]])), (("pairs", "shape"), dict(pairs=[0, 1])),
+                        (("pairs", "float64"), dict(pairs=pairs * 1.0)), (("pairs, row 1", "row 0", "parallel"), dict(pairs=[[0, 1], [1, 0]])),
+                        (("pairs, row 0", "itself"), dict(pairs=[[1, 1]])), (("stiffness", "(3,)", "(2,)"), dict(stiffness=[1, 2, 3])),
+                        (("stiffness, row 1",), dict(stiffness=[1, np.inf])), (("stiffness", "numbers"), dict(stiffness="soft")),
+                        (("mass, row 2", "positive"), dict(mass=[1, 1, 0])), (("fixed, entry 0", "7"), dict(fixed=[7])), (("fixed", "mask"), dict(fixed=[True])),
+                        (("fixed", "whole numbers"), dict(fixed=[0.5])), (("groups['a'], entry 1",), dict(groups={"a": [0, -1]})),
+                        (("velocity", "shape"), dict(velocity=[1, 2, 3])), (("periodic", "box"), dict(periodic=(True, True))),
+                        (("box", "shape"), dict(box=(1, 2, 3))), (("rest_length, row 0",), dict(rest_length=[np.nan, 1]))):
+        with raised(bs.InputError, *words):
+            net(**more)
+    assert issubclass(bs.InputError, ValueError)
+    with raised(bs.InputError, "bs_load_steps"):
+        bs.statics(net(fixed=[0, 1, 2]), load_steps=0)
+    with raised(bs.InputError, "group", "nowhere"):
+        bs.statics(net(fixed=[0]), loads={"nowhere": (0, 1)})
+    with raised(bs.InputError, "springy"):
+        bs.statics(net(law="springy", fixed=[0]))
+    with raised(bs.InputError, "ts_dt"):
+        next(bs.run(net(), dt=-1.0, until=1.0))
+    with raised(bs.InputError, "Lattice"):
+        bs.statics(x)
+    with raised(bs.InputError, "shape"):
+        simulation = bs.Simulation(net(), dt=0.1)
+        simulation.x = x[:2]
+    with raised(bs.InputError, "finite"):
+        simulation.x = holed
+
+
+def closed_forms():
+    """Two masses and a spring; a bar under its end load; one spring's modulus."""
+    two = bs.Lattice([-0.1, 1.1], [[0, 1]], stiffness=50.0, rest_length=1.0, mass=2.0)
+    assert abs(bs.modes(two, 1).omega2[0] - 50.0) < 1e-9
+    bar = bs.Lattice([[0.0], [1.0]], [[0, 1]], stiffness=100.0, fixed=[0], groups={"end": [1], "wall": [0]})
+    eq = bs.statics(bar, loads={"end": 5.0}, load_steps=3)
+    assert abs(eq.x[1, 0] - 1.05) < 1e-12 and abs(eq.tension[0] - 5) < 1e-10 and abs(eq.reactions["wall"][0] + 5) < 1e-10, (eq.x, eq.tension, eq.reactions)
+    assert abs(eq.energy - 0.125) < 1e-12 and eq.load_factor == 1 and eq.steps == 3
+    assert abs(bs.modes(eq, 1).omega2[0] - 100) < 1e-8
+    ring = bs.Lattice([[0.0], [0.4]], [[0, 1], [1, 0]], stiffness=[3.0, 6.0], box=(1.0,), shift=[[0], [1]])
+    assert abs(bs.moduli(ring).stiffness[0, 0] - 2.0) < 1e-10  # two springs in series over a length of 1
+
+
+def written_back():
+    """A state that is changed is what a new motion from it would be; it starts the method anew."""
+    net = bs.Lattice(**sheet())
+    for options in (dict(), dict(ts_type="cn"), dict(ts_type="verlet"), dict(ts_type="bdf", ts_bdf_order=2, ts_adapt_type="none"), dict(ts_type="alpha2")):
+        changed = []
+        for frame in bs.run(net, dt=2e-3, until=0.04, every=0.02, **options):
+            changed.append((frame.t, frame.x.copy(), frame.v.copy()))
+            if len(changed) == 2:
+                frame.v *= 0.5
+                frame.x[5, 0] += 0.01
+        (_, _, _), (_, x, v), (t, x_end, v_end) = changed
+        x[5, 0] += 0.01
+        *_, anew = bs.run(net.replace(x=x, velocity=0.5 * v), dt=2e-3, until=0.04, every=0.02, ts_init_time=0.02, **options)
+        assert t == anew.t == 0.04, (t, anew.t)
+        # methods of several steps leave a rounding error in the velocity of what is fixed, which a new lattice takes for 0
+        most = 1e-14 if v[net.fixed].any() else 0.0
+        assert abs(x_end - anew.x).max() <= most and abs(v_end - anew.v).max() <= 100 * most, (options, abs(x_end - anew.x).max())
+    for more in (dict(), dict(bs_motion_bottom="y=velocity:0.5,x=fixed")):
+        held, free = (bs.Simulation(net, dt=2e-3, **more) for _ in range(2))
+        held.step(2)
+        moved = held.x
+        moved[net.fixed] += 0.1
+        moved[net.groups["bottom"]] += 0.1 if more else 0.0
+        held.x = moved  # of what is held or moves as given nothing changes
+        free.step(2)
+        free.x = free.x
+        assert held.steps == 2 and np.array_equal(held.x, free.x)
+        held.step()
+        free.step()
+        assert held.steps == 3 and np.array_equal(held.x, free.x) and not np.array_equal(held.x, moved)
+    with tempfile.TemporaryDirectory() as folder, raised(bs.InputError, "bs_output"):
+        with bs.Simulation(net, dt=2e-3, bs_output=f"{folder}/a.h5md") as writing:
+            writing.v = 0 * writing.v
+
+
+def own_forces():
+    """A spring computed in Python is the built-in one; an error in it is raised; gravity by hand."""
+    x, pairs = np.arange(5.0)[:, None], np.array([[i, i + 1] for i in range(4)])
+    base = dict(stiffness=40.0, rest_length=0.95, mass=0.5, fixed=[0])
+    for options in (dict(ts_type="verlet", dt=1e-3), dict(dt=1e-3, snes_rtol=1e-12), dict(ts_type="rk", dt=1e-3)):
+        def pull(t, x, v, rows):
+            f = np.zeros_like(x)
+            assert rows.tolist() == [1, 2, 3, 4] and x.shape == v.shape == (4, 1) and t >= 0
+            force = 7.0 * (x[3] - x[1] - 1.5)
+            f[1], f[3] = force, -force
+            return f
+
+        ours = bs.Simulation(bs.Lattice(x, pairs, **base), forces=pull, **options)
+        theirs = bs.Simulation(bs.Lattice(x, np.vstack([pairs, [2, 4]]), **{**base, "stiffness": [40.0] * 4 + [7], "rest_length": [0.95] * 4 + [1.5]}), **options)
+        ours.step(100)
+        theirs.step(100)
+        assert abs(ours.x - theirs.x).max() < 1e-13, (options, abs(ours.x - theirs.x).max())
+    net = bs.Lattice(**sheet())
+    weight = lambda s, x, v, rows: s * np.array([0, -2.0]) * net.mass[rows, None]
+    eq, expected = bs.statics(net, forces=weight, load_steps=2), bs.statics(net, bs_gravity=(0, -2.0), load_steps=2)
+    assert abs(eq.x - expected.x).max() < 1e-11 and np.allclose(eq.tension, expected.tension, atol=1e-9)
+
+    def broken(t, x, v):
+        if t > 0.0045:
+            raise ZeroDivisionError("in the wind")
+        return 0 * x
+
+    simulation = bs.Simulation(net, dt=1e-3, forces=broken)
+    with raised(ZeroDivisionError, "in the wind"):
+        simulation.run_until(1.0)
+    assert simulation.steps == 4
+    with raised(ValueError, "shape"):
+        bs.Simulation(net, dt=1e-3, forces=lambda t, x, v: x[0]).step()
+    with raised(bs.InputError, "function"):
+        bs.statics(net, forces=3)
+
+
+def without_steps():
+    """Energies, forces and fields of a moment; a balance of forces."""
+    net = bs.Lattice(**sheet())
+    with bs.Simulation(net, dt=1e-3, bs_gravity=(0, -9.81), bs_output_springs=True) as simulation:
+        simulation.step(3)
+        f, frame = simulation.forces, simulation.frame()
+        a, b = net.pairs.T
+        way = simulation.x[b] - simulation.x[a]
+        pull = way / np.linalg.norm(way, axis=1)[:, None] * frame["fields"]["tension"][:, None]
+        sums = np.zeros_like(f) - [0, 9.81] * net.mass[:, None]
+        np.add.at(sums, a, pull)
+        np.add.at(sums, b, -pull)
+        damped = simulation.lattice.damping.any()
+        assert damped and abs(sums - f)[~net.fixed].max() < 3 * abs(f).max(), "tension holds the springs' forces"
+        kinetic = 0.5 * (net.mass[:, None] * simulation.v**2)[~net.fixed].sum()
+        assert abs(frame["observables"]["kinetic_energy"] - kinetic) < 1e-12 * (1 + kinetic)
+
+
+def observers():
+    """Called after every step; what they raise ends the call and leaves the last good state."""
+    net, seen = bs.Lattice(**sheet()), []
+    simulation = bs.Simulation(net, dt=1e-3)
+    simulation.on_step(lambda step, t, dt, newton, krylov, rejected: seen.append((step, round(t, 6), newton > 0)))
+    simulation.step(3)
+    assert seen == [(1, 0.001, True), (2, 0.002, True), (3, 0.003, True)], seen
+
+    def stop(step, *_):
+        if step == 5:
+            raise ZeroDivisionError("enough")
+
+    simulation.on_step(stop)
+    with raised(ZeroDivisionError, "enough"):
+        simulation.run_until(1.0)
+    assert 5 <= simulation.steps <= 6
+    simulation.on_step(None)
+    simulation.step(2)
+    assert 7 <= simulation.steps <= 8
+
+
+def interrupted():
+    """An interrupt ends a long call with KeyboardInterrupt; the interpreter, and the session, go on."""
+    code = f"""
+import sys, threading, time, os, signal
+sys.path.insert(0, {str(HERE)!r})
+import backspring as bs
+from cases import sheet
+simulation = bs.Simulation(bs.Lattice(**sheet()), dt=1e-4)
+threading.Timer(1.0, lambda: os.kill(os.getpid(), signal.SIGINT)).start()
+try:
+    simulation.run_until(1e6)
+except KeyboardInterrupt:
+    before = simulation.steps
+    simulation.step(2)
+    print("interrupted", before > 10, simulation.steps == before + 2)
+"""
+    done = python(code, timeout=120)
+    assert done.stdout.split() == ["interrupted", "True", "True"] and done.returncode == 0, done.stdout + done.stderr
+
+
+def side_by_side():
+    """Two motions by turns are the same two one after the other."""
+    nets = [bs.Lattice(**sheet()), bs.Lattice(**cell())]
+    alone = []
+    for net in nets:
+        simulation = bs.Simulation(net, dt=1e-3, ts_type="cn", bs_break_strain=None)
+        simulation.step(6)
+        alone.append(simulation.x)
+    both = [bs.Simulation(net, dt=1e-3, ts_type="cn") for net in nets]
+    for _ in range(6):
+        for simulation in both:
+            simulation.step()
+    for simulation, x in zip(both, alone):
+        assert np.array_equal(simulation.x, x)
+
+
+def failures():
+    """What does not converge says so and has the last good state."""
+    net = bs.Lattice(**sheet())
+    with raised(bs.ConvergenceError, "rejected") as failed:
+        bs.statics(net, loads={"bottom": (50, -2000)}, load_steps=4, snes_max_it=3, bs_step_max_cuts=1)
+    state = failed.error.state
+    assert isinstance(state, bs.Equilibrium) and state.load_factor < 1 and state.rejected == 2 and np.isfinite(state.x).all(), state
+    simulation = bs.Simulation(net, dt=0.1, snes_max_it=1, bs_step_max_cuts=0, bs_gravity=(0, -9.81))
+    with raised(bs.ConvergenceError) as failed:
+        simulation.step(50)
+    assert isinstance(failed.error.state, bs.Frame) and failed.error.state.t == simulation.t
+
+
+def memory():
+    """A thousand solves in one process."""
+    net = bs.Lattice(**sheet())
+    resident = lambda: int(pathlib.Path("/proc/self/statm").read_text().split()[1]) * os.sysconf("SC_PAGE_SIZE")
+    for _ in range(100):
+        bs.statics(net, loads={"bottom": (0, -1.0)})
+    before = resident()
+    for _ in range(1000):
+        bs.statics(net, loads={"bottom": (0, -1.0)})
+    grown = resident() - before
+    assert grown < 1e6, f"{grown} bytes in 1000 solves"
+
+
+def pictures_and_tools():
+    with tempfile.TemporaryDirectory() as folder:
+        eq = bs.statics(bs.Lattice(**sheet()), loads={"bottom": (0, -1.0)})
+        eq.plot(f"{folder}/state.png")
+        assert os.path.getsize(f"{folder}/state.png") > 20000
+        for frame in bs.run(bs.Lattice(**sheet()), dt=1e-3, until=5e-3, every=1e-3, bs_output=f"{folder}/run.h5md"):
+            last = frame
+        run = bs.open(f"{folder}/run.h5md")
+        assert np.array_equal(run.position(len(run.times) - 1), last.x)
+        done = subprocess.run([sys.executable, "-m", "backspring", "plot", f"{folder}/run.h5md", "-o", f"{folder}/energy.png", "--kind", "energy"],
+                              capture_output=True, text=True, env=dict(os.environ, PYTHONPATH=PYTHON))
+        assert done.returncode == 0 and os.path.exists(f"{folder}/energy.png"), done.stderr
+
+
+def documented():
+    """The commands of the page run as they stand."""
+    page = (HERE.parents[1] / "src/python/README.md").read_text()
+    blocks = re.findall(r"```python\n(.*?)```", page, re.S)
+    assert blocks
+    with tempfile.TemporaryDirectory() as folder:
+        done = python(blocks[0], cwd=folder, timeout=120)
+        assert done.returncode == 0 and len(done.stdout.splitlines()) >= 8 and os.path.exists(f"{folder}/state.png"), done.stdout + done.stderr
+
+
+def imported():
+    """Without a launcher, and ended without a word."""
+    done = python("import sys, backspring; print([name for name in ('mpi4py', 'h5py', 'matplotlib') if name in sys.modules])", timeout=60)
+    assert done.stdout == "[]\n", done.stdout + done.stderr
+    done = python("import backspring as bs; s = bs.Simulation(bs.Lattice([0.0, 1.0], [[0, 1]]), dt=0.1); s.step()", timeout=60)
+    assert done.returncode == 0 and done.stdout + done.stderr == "", done.stdout + done.stderr
+
+
+def main():
+    chosen = sys.argv[sys.argv.index("--filter") + 1] if "--filter" in sys.argv else ""
+    for part in (bad_arguments, closed_forms, written_back, own_forces, without_steps, observers, interrupted, side_by_side, failures, memory, pictures_and_tools, documented, imported):
+        if chosen in part.__name__:
+            begin = time.time()
+            part()
+            print(f"{part.__name__}: ok, {time.time() - begin:.1f} s", flush=True)
+
+
+if __name__ == "__main__":
+    main()
