@@ -15,12 +15,6 @@ namespace {
 
 using Numbers = py::array_t<double, py::array::c_style | py::array::forcecast>;
 
-/// (kind, text) of an error, kinds by the exit codes of the program; None where there is none.
-py::object told(const Error& error) {
-  if (!error) return py::none();
-  return py::make_tuple(static_cast<int>(error.exit), error.text);
-}
-
 py::array table_of(FrameTable&& table) {
   const py::ssize_t rows = static_cast<py::ssize_t>(table.value.size()) / table.columns;
   if (table.columns == 1) return array_of(std::move(table.value), {rows});
@@ -77,7 +71,7 @@ class PythonSession {
       session_->on_force(
           [this](double t, const std::vector<std::int64_t>& row, const double* x, const double* v, double* f) { add_force(t, row, x, v, f); });
   }
-  py::object error() const { return told(error_); }
+  py::object error() const { return as_python(error_); }
   Session* operator->() const { return session_.get(); }
   /// `body()` of the session.
   template <class Body>
@@ -148,7 +142,7 @@ template <class Analysis>
 py::tuple analysed(PythonSession& s, Analysis&& analysis) {
   Result result;
   const Error error = s.call([&] { return analysis(&result); });
-  return py::make_tuple(told(error), result_of(std::move(result), s->dim()));
+  return py::make_tuple(as_python(error), result_of(std::move(result), s->dim()));
 }
 
 Session::Array array_named(const std::string& name) {
@@ -160,7 +154,7 @@ py::tuple numbers_of(PythonSession& s, const std::string& name, bool whole) {
   std::vector<double> all;
   const Error error = s.call([&] { return whole ? s->get(array_named(name), &all) : s->get_rows(array_named(name), &all); });
   const py::ssize_t d = s->dim();
-  if (error) return py::make_tuple(told(error), py::none());
+  if (error) return py::make_tuple(as_python(error), py::none());
   const py::ssize_t rows = static_cast<py::ssize_t>(all.size()) / d;
   return py::make_tuple(py::none(), array_of(std::move(all), {rows, d}));
 }
@@ -180,15 +174,15 @@ void bind_sessions(py::module_& m) {
     return py::make_tuple(rows.first, rows.count, rows.total);
   });
   one.def_property_readonly("warnings", [](PythonSession& s) { return s->warnings(); });
-  one.def("prepare", [](PythonSession& s) { return told(s.call([&] { return s->prepare(); })); });
-  one.def("step", [](PythonSession& s, std::int64_t count) { return told(s.call([&] { return s->step(count); })); });
-  one.def("run_until", [](PythonSession& s, double t) { return told(s.call([&] { return s->run_until(t); })); });
+  one.def("prepare", [](PythonSession& s) { return as_python(s.call([&] { return s->prepare(); })); });
+  one.def("step", [](PythonSession& s, std::int64_t count) { return as_python(s.call([&] { return s->step(count); })); });
+  one.def("run_until", [](PythonSession& s, double t) { return as_python(s.call([&] { return s->run_until(t); })); });
   one.def("run_to_frame", [](PythonSession& s) {
     bool more = false;
     const Error error = s.call([&] { return s->run_to_frame(&more); });
-    return py::make_tuple(told(error), more);
+    return py::make_tuple(as_python(error), more);
   });
-  one.def("finish", [](PythonSession& s) { return told(s.call([&] { return s->finish(); })); });
+  one.def("finish", [](PythonSession& s) { return as_python(s.call([&] { return s->finish(); })); });
   one.def("statics", [](PythonSession& s, const Settings& more) { return analysed(s, [&](Result* out) { return s->solve_statics(out, more); }); });
   one.def("moduli", [](PythonSession& s, const Settings& more) { return analysed(s, [&](Result* out) { return s->moduli(out, more); }); });
   one.def("modes", [](PythonSession& s, std::int64_t count, const Settings& more) {
@@ -197,12 +191,12 @@ void bind_sessions(py::module_& m) {
   one.def("get", numbers_of);
   one.def("set_rows", [](PythonSession& s, const std::string& name, const Numbers& rows) {
     const std::vector<double> numbers = vector_of(rows);
-    return told(s.call([&] { return s->set_rows(array_named(name), numbers); }));
+    return as_python(s.call([&] { return s->set_rows(array_named(name), numbers); }));
   });
   one.def("frame", [](PythonSession& s) {
     FrameData frame;
     const Error error = s.call([&] { return s->get_frame(&frame); });
-    return py::make_tuple(told(error), frame_of(std::move(frame)));
+    return py::make_tuple(as_python(error), frame_of(std::move(frame)));
   });
   one.def("observe", &PythonSession::observe);
   one.def("close", &PythonSession::close);

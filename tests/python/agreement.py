@@ -34,8 +34,11 @@ def write(net, path):
     fixed[np.asarray(net.get("fixed", ()), int)] = 1
     box = None if "box" not in net else np.diag(np.asarray(net["box"], float))
     write_lattice(path, net["x"], net.get("mass", 1.0), fixed=fixed, pairs=net["pairs"], stiffness=net["stiffness"], rest_length=net["rest_length"],
-                  damping=net.get("damping"), spring_law="hooke", box=box, shift=net.get("shift"))
+                  damping=net.get("damping"), spring_law="hooke", box=box, shift=net.get("shift"), anchors=net.get("anchors"), angles=net.get("angles"),
+                  columns={**net.get("breaking", {}), **({"area": net["area"]} if "area" in net else {})})
     with h5py.File(path, "a") as f:
+        for name, values in net.get("hinges", {}).items():
+            f[f"hinges/{name}"] = values
         for group, rows in net.get("groups", {}).items():
             f[f"groups/{group}"] = np.asarray(rows, np.int64)
     return path
@@ -44,8 +47,8 @@ def write(net, path):
 def by_program(checks, name, folder):
     """The same arrays from the program's trajectory, the network from a file."""
     network, options, _ = cases.CASES[name]
-    lattice = write(network(), pathlib.Path(folder) / "net.h5")
-    done = checks.run(dict(options, bs_lattice_file=str(lattice), bs_output="out.h5md"), keep=("out.h5md",))
+    file = {"bs_lattice_file": str(write(network(), pathlib.Path(folder) / "net.h5"))} if network else {}
+    done = checks.run({**options, **file, "bs_output": "out.h5md"}, keep=("out.h5md",))
     with h5py.File(io.BytesIO(done.files["out.h5md"])) as f:
         value = lambda path: f[path + "/value"][...]
         if name.startswith("modes"):

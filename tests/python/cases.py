@@ -1,9 +1,12 @@
 #!/usr/bin/env python3
 """Networks and what is computed of them, once by the package and once by the program. As a script: computes one case by the package and saves its
 arrays; run it under mpirun for several ranks."""
+import pathlib
 import sys
 
 import numpy as np
+
+MESHES = pathlib.Path(__file__).resolve().parents[2] / "meshes"
 
 
 def triangular(rows, columns, rng, slack=0.0):
@@ -44,6 +47,18 @@ def cell():
     return dict(x=x, pairs=pairs, stiffness=rng.uniform(1, 2, len(pairs)), rest_length=0.98 * np.linalg.norm(way, axis=1), box=(n, n), shift=shift)
 
 
+def parts():
+    """A strip with anchors, angle springs, hinges and springs that break."""
+    x = np.array([[0.0, 0, 0], [1, 0, 0], [2, 0, 0], [0, 1, 0.1], [1, 1, 0], [2, 1, 0.2]])
+    pairs = np.array([[0, 1], [1, 2], [3, 4], [4, 5], [0, 3], [1, 4], [2, 5], [1, 3], [2, 4]])
+    return dict(x=x, pairs=pairs, stiffness=np.linspace(50, 90, 9), rest_length=np.linspace(0.9, 1.1, 9), damping=0.1, mass=0.2, fixed=[0],
+                anchors=dict(particle=np.array([2, 5]), point=np.array([[2.5, 0, 0], [2.5, 1, 0.0]]), stiffness=np.array([20.0, 30]), rest_length=np.array([0.4, 0.5]),
+                             damping=np.array([0.0, 0.1])),
+                angles=dict(triples=np.array([[0, 1, 2], [3, 4, 5]]), stiffness=np.array([0.5, 0.6]), rest_angle=np.array([np.pi, 3.0])),
+                hinges=dict(quads=np.array([[1, 3, 0, 4], [2, 4, 1, 5]]), stiffness=np.array([0.2, 0.3]), rest_angle=np.array([0.0, 0.1])),
+                breaking=dict(critical_strain=np.full(9, 0.3)), area=np.full(9, 1e-3))
+
+
 LOAD = {"bottom": (0.3, -2.0)}
 MOTION = dict(dt=2e-3, until=0.05, every=0.01, bs_gravity=(0, -9.81))
 # name: (network, task and options of the program, what the package does)
@@ -61,7 +76,15 @@ CASES = {
     "verlet": (sheet, {"ts_type": "verlet"}, lambda bs, net: motion(bs.run(net, ts_type="verlet", **MOTION))),
     "alpha2": (sheet, {"ts_type": "alpha2"}, lambda bs, net: motion(bs.run(net, ts_type="alpha2", **MOTION))),
 }
-for name in ("cn", "beuler", "verlet", "alpha2"):
+# networks of the program's own: generated, read from a scene, and one of every kind of part
+GENERATED = {"bs_lattice_type": "triangular", "bs_lattice_size": "6,5", "bs_lattice_dim": 2, "bs_lattice_perturbation": 0.1, "bs_lattice_stiffness": 300,
+             "bs_lattice_fixed": "ymin", "bs_group_top": "ymax"}
+CASES["generated"] = (None, {**GENERATED, "ts_type": "cn"}, lambda bs, net: motion(bs.run(bs.generate(
+    "triangular", (6, 5), dim=2, perturbation=0.1, stiffness=300, fixed="ymin", bs_group_top="ymax"), ts_type="cn", **MOTION)))
+CASES["scene"] = (None, {"bs_lattice_file": str(MESHES / "net.xsp"), "ts_dt": 1e-3, "ts_max_time": 0.02, "bs_output_interval": 0.01},
+                  lambda bs, net: motion(bs.run(bs.read(MESHES / "net.xsp"), dt=1e-3, until=0.02, every=0.01)))
+CASES["parts"] = (parts, {"ts_type": "beuler"}, lambda bs, net: motion(bs.run(net, **MOTION)))
+for name in ("cn", "beuler", "verlet", "alpha2", "generated", "parts"):
     CASES[name][1].update(ts_dt=2e-3, ts_max_time=0.05, bs_output_interval=0.01, bs_gravity="0,-9.81")
 
 
@@ -84,6 +107,6 @@ if __name__ == "__main__":
     from mpi4py import MPI
 
     network, _, compute = CASES[sys.argv[1]]
-    found = compute(bs, bs.Lattice(**network()))
+    found = compute(bs, bs.Lattice(**network()) if network else None)
     if MPI.COMM_WORLD.rank == 0:
         np.savez(sys.argv[2], **found)

@@ -15,7 +15,7 @@ sys.path[:0] = [PYTHON, str(HERE)]
 
 import backspring as bs  # noqa: E402
 import numpy as np  # noqa: E402
-from cases import cell, sheet  # noqa: E402
+from cases import MESHES, cell, parts, sheet  # noqa: E402
 
 
 def raised(kind, *words):
@@ -160,6 +160,37 @@ def own_forces():
         bs.statics(net, forces=3)
 
 
+def files():
+    """Networks go to files and come back as they were, also those that the program has read or generated."""
+    with tempfile.TemporaryDirectory() as folder:
+        diamond = bs.generate("diamond", (2, 2, 2), periodic="xyz", perturbation=0.05)
+        for k, net in enumerate((bs.Lattice(**sheet()), bs.Lattice(**cell()), bs.Lattice(**parts()), bs.read(MESHES / "net.xsp"), diamond)):
+            net.save(f"{folder}/{k}.h5")
+            back = bs.read(f"{folder}/{k}.h5")
+            for name, value in vars(net).items():
+                found = getattr(back, name)
+                for key in value if isinstance(value, dict) else ():
+                    assert np.array_equal(value[key], found[key]), (k, name, key)
+                assert isinstance(value, dict) or np.array_equal(value, found), (k, name, value, found)
+            assert repr(back) == repr(net)
+        with raised(bs.InputError, "0.h5"):
+            back.save(f"{folder}/0.h5")
+        back.save(f"{folder}/0.h5", overwrite=True)
+        assert len(bs.read(f"{folder}/0.h5")) == len(diamond) == 64 and diamond.periodic == (True, True, True)
+        with raised(bs.InputError, "nowhere.h5"):
+            bs.read(f"{folder}/nowhere.h5")
+        with raised(bs.InputError, "bs_lattice_sise"):
+            bs.generate("chain", 5, sise=3)
+    part = parts()
+    for words, more in ((("anchors['particle'], row 1",), dict(anchors={**part["anchors"], "particle": [0, 6]})), (("anchors", "'spot'"), dict(anchors={"spot": 1})),
+                        (("angles['triples']", "(n, 3)"), dict(angles={**part["angles"], "triples": [[0, 1]]})), (("hinges", "quads"), dict(hinges={"stiffness": 1.0})),
+                        (("hinges['stiffness'], row 0",), dict(hinges={**part["hinges"], "stiffness": np.nan})), (("area, row 0", "positive"), dict(area=0.0))):
+        with raised(bs.InputError, *words):
+            bs.Lattice(**{**part, **more})
+    with raised(bs.InputError, "critical_stress"):
+        bs.Simulation(bs.Lattice(**{**part, "breaking": {"critical_stress": 1.0}}), dt=1e-3)
+
+
 def without_steps():
     """Energies, forces and fields of a moment; a balance of forces."""
     net = bs.Lattice(**sheet())
@@ -295,7 +326,7 @@ def imported():
 
 def main():
     chosen = sys.argv[sys.argv.index("--filter") + 1] if "--filter" in sys.argv else ""
-    for part in (bad_arguments, closed_forms, written_back, own_forces, without_steps, observers, interrupted, side_by_side, failures, memory, pictures_and_tools, documented, imported):
+    for part in (bad_arguments, closed_forms, written_back, own_forces, files, without_steps, observers, interrupted, side_by_side, failures, memory, pictures_and_tools, documented, imported):
         if chosen in part.__name__:
             begin = time.time()
             part()

@@ -32,17 +32,21 @@ def _with_rows(forces):
         return lambda t, x, v, rows: forces(t, x, v)
 
 
-def new_session(comm, lattice, settings, forces=None):
-    """A session of the extension; lattice: LatticeArrays, or None where the settings name one. comm: of mpi4py; None: the world. forces:
-    f(t, x, v) or f(t, x, v, rows), computed in Python."""
+def started(comm):
+    """The extension, and the handle of a communicator of mpi4py; None: the world."""
     from mpi4py import MPI  # starts MPI, and ends it when all else has ended
 
     from . import _core
 
     if not _core.start():
         raise RuntimeError("MPI and PETSc could not be started")
-    comm = MPI.COMM_WORLD if comm is None else comm
-    session = _core.Session(comm.py2f(), lattice, settings, _with_rows(forces))
+    return _core, (MPI.COMM_WORLD if comm is None else comm).py2f()
+
+
+def new_session(comm, lattice, settings, forces=None):
+    """A session of the extension. lattice: LatticeArrays; forces: f(t, x, v) or f(t, x, v, rows), computed in Python."""
+    core, handle = started(comm)
+    session = core.Session(handle, lattice, settings, _with_rows(forces))
     if session.error is None:
         _sessions.add(session)
     return session

@@ -80,7 +80,7 @@ def _lattice_of(net):
 
 def _solve(net, settings, comm, forces, analysis):
     """(error, found) of `analysis` of a session of its own, and the lattice."""
-    session = new_session(comm, net._arrays(), net._settings(), forces)
+    session = new_session(comm, net._arrays(), [], forces)
     errors.check(session.error)
     try:
         error, found = analysis(session, settings)

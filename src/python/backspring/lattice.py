@@ -1,10 +1,10 @@
 """Networks in memory."""
 
-import copy
-
 import numpy as np
 
-from .errors import InputError
+from ._library import started
+from .errors import InputError, check, pass_on
+from .options import settings_of
 
 
 def _numbers(name, value, rows, width=None, positive=False):
@@ -46,15 +46,18 @@ def _rows(name, value, count):
     return mask
 
 
-def _pairs(pairs, count):
-    array = np.asarray(pairs)
+def _ends(name, value, width, count):
+    """(n, width), or (n,) where width is None, of rows of particles."""
+    array = np.asarray(value)
+    shape = "(n,)" if width is None else f"(n, {width})"
     if array.size == 0:
-        return np.zeros((0, 2), np.int64)
-    if array.ndim != 2 or array.shape[1] != 2 or array.dtype.kind not in "iu":
-        raise InputError(f"pairs has the shape {array.shape} and the type {array.dtype}: give (S, 2) whole numbers, rows of the particles at a spring's ends")
-    bad = np.flatnonzero(((array < 0) | (array >= count)).any(axis=1))
+        return np.zeros((0,) if width is None else (0, width), np.int64)
+    if array.ndim != (1 if width is None else 2) or (width and array.shape[1] != width) or array.dtype.kind not in "iu":
+        raise InputError(f"{name} has the shape {array.shape} and the type {array.dtype}: give {shape} whole numbers, rows of particles")
+    outside = (array < 0) | (array >= count)
+    bad = np.flatnonzero(outside if width is None else outside.any(axis=1))
     if bad.size:
-        raise InputError(f"pairs, row {bad[0]}: {array[bad[0]].tolist()}: the {count} particles count from 0 to {count - 1}")
+        raise InputError(f"{name}, row {bad[0]}: {array[bad[0]].tolist()}: the {count} particles count from 0 to {count - 1}")
     return np.ascontiguousarray(array, np.int64)
 
 
@@ -76,45 +79,59 @@ def _refuse_duplicates(pairs, shift):
                          "add up their stiffnesses, or give parallel=True")
 
 
+# What interactions of several particles are called in the arguments: (kind of the program, name of their ends, number of these).
+INTERACTIONS = {"angles": ("triples", 3), "hinges": ("quads", 4)}
+
+
 class Lattice:
     """A network of N particles and S springs in d dimensions.
 
     x: (N, d) positions [m]; (N,) in one dimension.
     pairs: (S, 2) rows of the particles at the ends, from 0.
     stiffness: (S,) or one number [N/m] (strain law: [N]); rest_length: (S,) or one number [m], by default the initial distances.
-    damping: (S,) or one number [kg/s].
+    damping: (S,) or one number [kg/s]. area: (S,) or one number, cross-sections for stresses [m^2].
     mass: (N,) or one number [kg], > 0; velocity: (N, d) [m/s].
     fixed: rows of particles, or a mask (N,). groups: {name: rows or mask}, for loads, motions and reactions.
     box: (d,) lengths or (d, d) edges of a periodic box, rows [m]; periodic: which of the edges repeat, by default all; shift: (S, d) the image of the
     box in which a spring's second end lies, by default the nearest.
-    law: hooke, strain, zero and the other laws of the option bs_spring_law. spring_columns: {name: (S,)} numbers that a law takes beyond these;
-    particle_columns: {name: (N,) or (N, d)}: radius, drag, force.
-    parallel: allows several springs between the same particles.
+    law: hooke, strain, zero and the other laws of the option bs_spring_law, or (S,) names; damping_law: axial or simple. spring_columns: {name: (S,)}
+    numbers that a law takes beyond these; particle_columns: {name: (N,) or (N, d)}: radius, drag, force.
+    anchors: springs to points, {"particle": (A,), "point": (A, d), "stiffness", "rest_length", "damping": (A,) or one number}.
+    angles: angle springs, {"triples": (n, 3), "stiffness" [N m], "rest_angle" [rad]: (n,) or one number}; hinges: likewise with "quads": (n, 4).
+    breaking: {"critical_strain", "critical_force", "critical_energy": (S,) or one number}, what springs can bear.
+    parallel: allows several springs between the same particles. options: {name: text} of the program that go with the lattice.
     """
 
-    def __init__(self, x, pairs=(), *, stiffness=1.0, rest_length=None, damping=0.0, mass=1.0, velocity=0.0, fixed=(), groups=None, box=None, periodic=None,
-                 shift=None, law="hooke", spring_columns=None, particle_columns=None, parallel=False):
+    def __init__(self, x, pairs=(), *, stiffness=1.0, rest_length=None, damping=0.0, area=None, mass=1.0, velocity=0.0, fixed=(), groups=None, box=None,
+                 periodic=None, shift=None, law="hooke", damping_law="axial", spring_columns=None, particle_columns=None, anchors=None, angles=None,
+                 hinges=None, breaking=None, parallel=False, options=None):
         x = np.asarray(x, dtype=float) if np.ndim(x) != 1 else np.asarray(x, dtype=float)[:, None]
         if x.ndim != 2 or not 1 <= x.shape[1] <= 3 or len(x) == 0:
             raise InputError(f"x has the shape {x.shape}: give (N, d) with at least one particle in 1 to 3 dimensions")
         n, d = x.shape
         self.x = _numbers("x", x, n, d)
-        self.pairs = _pairs(pairs, n)
+        self.pairs = _ends("pairs", pairs, 2, n)
         s = len(self.pairs)
         self.stiffness = _numbers("stiffness", stiffness, s)
         self.rest_length = None if rest_length is None else _numbers("rest_length", rest_length, s)
         self.damping = _numbers("damping", damping, s)
+        self.area = None if area is None else _numbers("area", area, s, positive=True)
         self.mass = _numbers("mass", mass, n, positive=True)
         self.velocity = np.zeros((n, d)) if np.ndim(velocity) == 0 and velocity == 0 else _numbers("velocity", velocity, n, d)
         self.fixed = _rows("fixed", fixed, n).astype(bool)
         self.groups = {name: _rows(f"groups[{name!r}]", rows, n).astype(bool) for name, rows in (groups or {}).items()}
-        self.law = law
         self._set_box(box, periodic, shift, s, d)
         if not parallel:
             _refuse_duplicates(self.pairs, self.shift)
+        self.law, self.damping_law, self.options = law if isinstance(law, str) else [str(one) for one in law], damping_law, dict(options or {})
+        if not isinstance(self.law, str) and len(self.law) != s:
+            raise InputError(f"law has {len(self.law)} names: give one, or {s}, one for each spring")
         self.spring_columns = {name: _numbers(f"spring_columns[{name!r}]", v, s) for name, v in (spring_columns or {}).items()}
+        self.breaking = {name: _numbers(f"breaking[{name!r}]", v, s) for name, v in (breaking or {}).items()}
         self.particle_columns = {name: _numbers(f"particle_columns[{name!r}]", v, n, np.shape(v)[1] if np.ndim(v) == 2 else None)
                                  for name, v in (particle_columns or {}).items()}
+        self.anchors = self._anchors(anchors, n, d)
+        self.angles, self.hinges = self._several("angles", angles, n), self._several("hinges", hinges, n)
 
     def _set_box(self, box, periodic, shift, s, d):
         self.box, self.periodic, self.shift = None, (False,) * d, None
@@ -130,6 +147,36 @@ class Lattice:
         if shift is not None:
             self.shift = _numbers("shift", shift, s, d).astype(np.int64)
 
+    @staticmethod
+    def _known(name, given, names):
+        unknown = sorted(set(given) - set(names))
+        if unknown:
+            raise InputError(f"{name}: {unknown[0]!r} is none of {', '.join(names)}")
+
+    def _anchors(self, given, n, d):
+        if not given:
+            return None
+        self._known("anchors", given, ("particle", "point", "stiffness", "rest_length", "damping"))
+        if "particle" not in given or "point" not in given or "stiffness" not in given:
+            raise InputError("anchors: give particle, point and stiffness")
+        particle = _ends("anchors['particle']", given["particle"], None, n)
+        a = len(particle)
+        return {"particle": particle, "point": _numbers("anchors['point']", given["point"], a, d),
+                **{name: _numbers(f"anchors[{name!r}]", given.get(name, 0.0), a) for name in ("stiffness", "rest_length", "damping")}}
+
+    def _several(self, kind, given, n):
+        if not given:
+            return None
+        name, count = INTERACTIONS[kind]
+        self._known(kind, given, (name, "stiffness", "rest_angle", "shift"))
+        if name not in given or "stiffness" not in given:
+            raise InputError(f"{kind}: give {name} and stiffness")
+        ends = _ends(f"{kind}[{name!r}]", given[name], count, n)
+        found = {name: ends, **{key: _numbers(f"{kind}[{key!r}]", given.get(key, 0.0), len(ends)) for key in ("stiffness", "rest_angle")}}
+        if given.get("shift") is not None:
+            found["shift"] = np.asarray(given["shift"], np.int64)
+        return found
+
     @property
     def dim(self):
         """Dimensions of space."""
@@ -140,10 +187,17 @@ class Lattice:
 
     def replace(self, **changes):
         """A copy with other values of some arguments of the constructor."""
-        given = dict(x=self.x, pairs=self.pairs, stiffness=self.stiffness, rest_length=self.rest_length, damping=self.damping, mass=self.mass,
-                     velocity=self.velocity, fixed=self.fixed, groups=self.groups, box=self.box, periodic=self.periodic if self.box is not None else None,
-                     shift=self.shift, law=self.law, spring_columns=self.spring_columns, particle_columns=self.particle_columns, parallel=True)
-        return Lattice(**{**copy.copy(given), **changes})
+        names = ("x", "pairs", "stiffness", "rest_length", "damping", "area", "mass", "velocity", "fixed", "groups", "box", "shift", "law", "damping_law",
+                 "spring_columns", "particle_columns", "anchors", "angles", "hinges", "breaking", "options")
+        given = {name: getattr(self, name) for name in names}
+        return Lattice(**{**given, "periodic": self.periodic if self.box is not None else None, "parallel": True, **changes})
+
+    def save(self, path, overwrite=False, comm=None):
+        """Writes a lattice file (.h5) that the program reads by bs_lattice_file."""
+        core, handle = started(comm)
+        error, told = core.write_lattice(handle, self._arrays(), [("-bs_overwrite", "true")] if overwrite else [], str(path))
+        check(error)
+        pass_on(told)
 
     def __repr__(self):
         box = "" if self.box is None else f", periodic along {sum(self.periodic)} edges"
@@ -157,19 +211,64 @@ class Lattice:
         arrays.dim = self.dim
         arrays.position, arrays.velocity, arrays.mass, arrays.fixed = self.x, self.velocity, self.mass, self.fixed
         arrays.springs, arrays.stiffness, arrays.damping = self.pairs, self.stiffness, self.damping
-        if self.rest_length is not None:
-            arrays.rest_length = self.rest_length
-        for name, value in self.spring_columns.items():
-            arrays.set_spring_column(name, value)
-        for name, value in self.particle_columns.items():
-            arrays.set_particle_column(name, value)
-        for name, member in self.groups.items():
-            arrays.add_group(name, member)
+        for name in ("rest_length", "area", "shift"):
+            if getattr(self, name) is not None:
+                setattr(arrays, name, getattr(self, name))
+        arrays.spring_columns, arrays.particle_columns, arrays.break_columns, arrays.groups = self.spring_columns, self.particle_columns, self.breaking, self.groups
+        arrays.implied_options = [("-" + name, text) for name, text in self.options.items()]
+        arrays.damping_law = self.damping_law
+        if isinstance(self.law, str):
+            arrays.spring_law = self.law
+        else:
+            arrays.laws = sorted(set(self.law))
+            arrays.law = [arrays.laws.index(one) for one in self.law]
         if self.box is not None:
-            arrays.set_box(list(self.periodic), self.box.ravel().tolist())
-            if self.shift is not None:
-                arrays.shift = self.shift
+            arrays.box = (list(self.periodic), self.box.ravel().tolist())
+        if self.anchors:
+            arrays.anchors = tuple(self.anchors[name] for name in ("particle", "point", "stiffness", "rest_length", "damping"))
+        for kind, (name, _) in INTERACTIONS.items():
+            given = getattr(self, kind)
+            if given:
+                arrays.add_interactions(kind, given[name], np.stack([given["stiffness"], given["rest_angle"]], axis=1), given.get("shift", np.zeros(0, np.int64)))
         return arrays
 
-    def _settings(self):
-        return [("-bs_spring_law", self.law)]
+    @classmethod
+    def _of(cls, a):
+        """Of what the extension has read."""
+        n, d, s = len(a.mass), a.dim, len(a.stiffness)
+        more = {}
+        if any(a.box[0]):
+            more.update(box=np.reshape(a.box[1], (d, d)), periodic=a.box[0], shift=a.shift.reshape(s, d) if a.shift.size else None)
+        particle, point, stiffness, rest_length, damping = a.anchors
+        if particle.size:
+            more["anchors"] = dict(particle=particle, point=point.reshape(-1, d), stiffness=stiffness, rest_length=rest_length, damping=damping)
+        for kind, (ends, parameter, shift) in a.interactions.items():
+            name, count = INTERACTIONS[kind]
+            if ends.size:
+                more[kind] = {name: ends.reshape(-1, count), "stiffness": parameter[::2], "rest_angle": parameter[1::2], "shift": shift if shift.size else None}
+        return cls(a.position.reshape(n, d), a.springs.reshape(s, 2), stiffness=a.stiffness, rest_length=a.rest_length, damping=a.damping,
+                   area=a.area if a.area.size else None, mass=a.mass, velocity=a.velocity.reshape(n, d), fixed=a.fixed.astype(bool),
+                   groups={name: member.astype(bool) for name, member in a.groups.items()}, law=[a.laws[k] for k in a.law] if a.law.size else a.spring_law or "hooke",
+                   damping_law=a.damping_law or "axial", spring_columns=a.spring_columns, breaking=a.break_columns, parallel=True,
+                   particle_columns={name: v.reshape(n, -1) if v.size > n else v for name, v in a.particle_columns.items()},
+                   options={name[1:]: text for name, text in a.implied_options}, **more)
+
+
+def _read(settings, comm):
+    core, handle = started(comm)
+    error, arrays, told = core.read_lattice(handle, settings)
+    check(error)
+    pass_on(told)
+    return Lattice._of(arrays)
+
+
+def read(path, *, comm=None, **options):
+    """The network of a file that the program reads (.h5, .xsp, a trajectory), with what options of the program change of it (bs_group_top="ymax")."""
+    return _read([("-bs_lattice_file", str(path))] + settings_of(options), comm)
+
+
+def generate(kind, size, *, comm=None, **options):
+    """A network by the program's generators: generate("triangular", (20, 10), dim=2, fixed="ymin", seed=1). Keywords are the options bs_lattice_NAME, those
+    that begin with bs_ other options of the program."""
+    named = {name if name.startswith("bs_") else "bs_lattice_" + name: value for name, value in options.items()}
+    return _read(settings_of({"bs_lattice_type": kind, "bs_lattice_size": size, **named}), comm)

@@ -48,7 +48,7 @@ class Simulation:
         if not isinstance(net, Lattice):
             raise InputError(f"give a backspring.Lattice or an Equilibrium, not {type(net).__name__}")
         self.lattice = net
-        settings = net._settings() + loads_of(loads, total) + settings_of({"ts_dt": dt, **options})
+        settings = loads_of(loads, total) + settings_of({"ts_dt": dt, **options})
         self._session = new_session(comm, net._arrays(), settings, forces)
         errors.check(self._session.error)
         self._warned = 0
