@@ -185,6 +185,28 @@ class Lattice:
     def __len__(self):
         return len(self.x)
 
+    def nearest_shift(self):
+        """(S, d) images of the box in which springs' second ends are nearest to the first ones; of a lattice with a box."""
+        way = self.x[self.pairs[:, 1]] - self.x[self.pairs[:, 0]]
+        repeats = np.asarray(self.periodic, int)
+        middle = -np.rint(way @ np.linalg.inv(self.box)).astype(np.int64) * repeats
+        best, shortest = middle, np.full(len(way), np.inf)
+        for step in np.ndindex(*(3,) * self.dim):
+            shift = middle + (np.array(step) - 1) * repeats
+            length = np.linalg.norm(way + shift @ self.box, axis=1)
+            nearer = length < shortest
+            best, shortest = np.where(nearer[:, None], shift, best), np.minimum(length, shortest)
+        return best
+
+    def ways(self):
+        """(S, d) from the first end of every spring to the second [m]."""
+        way = self.x[self.pairs[:, 1]] - self.x[self.pairs[:, 0]]
+        return way if self.box is None else way + (self.nearest_shift() if self.shift is None else self.shift) @ self.box
+
+    def lengths(self):
+        """(S,) lengths of the springs as they are [m]."""
+        return np.linalg.norm(self.ways(), axis=1)
+
     def replace(self, **changes):
         """A copy with other values of some arguments of the constructor."""
         names = ("x", "pairs", "stiffness", "rest_length", "damping", "area", "mass", "velocity", "fixed", "groups", "box", "shift", "law", "damping_law",

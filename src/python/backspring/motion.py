@@ -44,7 +44,7 @@ class Simulation:
 
     def __init__(self, net, *, dt=None, loads=None, total=False, forces=None, comm=None, **options):
         if isinstance(net, Equilibrium):
-            net = net.lattice.replace(x=net.x, rest_length=_rest_lengths(net.lattice))
+            net = net.lattice.replace(x=net.x, rest_length=net.lattice.rest_length if net.lattice.rest_length is not None else net.lattice.lengths())
         if not isinstance(net, Lattice):
             raise InputError(f"give a backspring.Lattice or an Equilibrium, not {type(net).__name__}")
         self.lattice = net
@@ -137,19 +137,6 @@ class Simulation:
             self.close()
         else:
             self._session.close()
-
-
-def _rest_lengths(lattice):
-    """Those of springs whose rest length is their initial distance, along the image that their shift names or the nearest one."""
-    if lattice.rest_length is not None:
-        return lattice.rest_length
-    ends = lattice.x[lattice.pairs]
-    way = ends[:, 1] - ends[:, 0]
-    if lattice.box is not None:
-        if lattice.shift is None:
-            raise InputError("rest_length: a periodic lattice at its equilibrium needs the rest lengths, or the shift, of its springs: give them")
-        way = way + lattice.shift @ lattice.box
-    return np.linalg.norm(way, axis=1)
 
 
 def run(net, *, until, dt=None, every=None, loads=None, total=False, forces=None, comm=None, **options):

@@ -3,15 +3,6 @@
 import numpy as np
 
 
-def _segments(lattice, x):
-    """(S, 2, d) springs from their first ends, along the shortest way in a box."""
-    a, way = x[lattice.pairs[:, 0]], x[lattice.pairs[:, 1]] - x[lattice.pairs[:, 0]]
-    if lattice.box is not None:
-        turns = np.round(way @ np.linalg.inv(lattice.box)) * np.asarray(lattice.periodic)
-        way = way - turns @ lattice.box if lattice.shift is None else way + lattice.shift @ lattice.box
-    return np.stack([a, a + way], axis=1)
-
-
 def draw(equilibrium, file=None, size=(6.0, 5.0), dpi=200, cmap="coolwarm"):
     """Springs coloured by tension [N], particles that are fixed as squares. One dimension is drawn along a line."""
     import matplotlib
@@ -22,7 +13,8 @@ def draw(equilibrium, file=None, size=(6.0, 5.0), dpi=200, cmap="coolwarm"):
     from matplotlib.collections import LineCollection
 
     lattice, x = equilibrium.lattice, equilibrium.x
-    lines, shown = _segments(lattice, x), x
+    first = x[lattice.pairs[:, 0]]
+    lines, shown = np.stack([first, first + lattice.replace(x=x).ways()], axis=1), x
     if lattice.dim == 1:
         lines, shown = (np.concatenate([a, np.zeros_like(a)], axis=-1) for a in (lines, x))
     tension = np.asarray(equilibrium.tension)

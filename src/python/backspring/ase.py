@@ -1,0 +1,75 @@
+"""ASE: a calculator on which its optimisers, dynamics and phonons run, and networks of its Atoms.
+
+    from backspring.ase import Backspring, lattice_of
+    net = lattice_of(atoms, cutoff=3.0, stiffness=5.0)
+    atoms.calc = Backspring(net)
+
+Units are those of the network: with ASE's own (Angstrom, eV, atomic mass units) stiffnesses are in eV/Angstrom^2.
+"""
+
+import numpy as np
+from ase.calculators.calculator import Calculator, all_changes
+from ase.neighborlist import neighbor_list
+
+from .errors import InputError
+from .lattice import Lattice
+from .motion import Simulation
+
+
+def lattice_of(atoms, cutoff, stiffness=1.0, rest_length=None, **more):
+    """The network of springs between all atoms nearer than `cutoff`, along the box of `atoms` as far as it is periodic; rest lengths by default as they
+    are. `more`: arguments of Lattice."""
+    i, j, shift = neighbor_list("ijS", atoms, cutoff)
+    once = (i < j) | ((i == j) & (np.array([tuple(s) > (0, 0, 0) for s in shift], bool) if len(shift) else np.zeros(0, bool)))
+    box = {}
+    if atoms.pbc.any():
+        box = dict(box=atoms.cell.array, periodic=tuple(atoms.pbc), shift=shift[once])
+    net = Lattice(atoms.positions, np.stack([i[once], j[once]], axis=1), stiffness=stiffness, rest_length=rest_length, mass=atoms.get_masses(), parallel=True,
+                  **box, **more)
+    return net.replace(rest_length=net.lengths()) if rest_length is None else net
+
+
+class Backspring(Calculator):
+    """Energies [of the network's springs and of the fields that options give], forces, and in periodic boxes stresses, by ASE's sign (positive: pulled) and
+    order (xx, yy, zz, yz, xz, xy). Networks of one or two dimensions lie along x, or in the plane of x and y. What is fixed is a matter of ASE's
+    constraints. `options`: fields and laws of the program, as of Simulation."""
+
+    implemented_properties = ["energy", "forces", "stress"]
+
+    def __init__(self, net, **options):
+        super().__init__()
+        shift = net.shift if net.box is None or net.shift is not None else net.nearest_shift()
+        self.net = net.replace(shift=shift, fixed=(), velocity=0.0)
+        self.net = self.net.replace(rest_length=self.net.lengths() if net.rest_length is None else net.rest_length)
+        self.options = options
+        self._box, self._simulation = None, None
+
+    def _at(self, atoms):
+        """The system with the box and the positions of `atoms`."""
+        d = self.net.dim
+        if len(atoms) != len(self.net):
+            raise InputError(f"{len(atoms)} atoms for a network of {len(self.net)} particles")
+        x = atoms.positions[:, :d]
+        box = None if self.net.box is None else atoms.cell.array[:d, :d].copy()
+        if self._simulation is None or (box is not None and not np.array_equal(box, self._box)):
+            if self._simulation:
+                self._simulation.close()
+            # no step is taken: the method costs nothing
+            self._simulation = Simulation(self.net.replace(x=x, box=box), ts_type="verlet", dt=1.0, bs_advise=False, **self.options)
+            self._box = box
+        else:
+            self._simulation.set("position", x)
+        return self._simulation
+
+    def calculate(self, atoms=None, properties=("energy",), system_changes=all_changes):
+        super().calculate(atoms, properties, system_changes)
+        simulation, d = self._at(atoms), self.net.dim
+        observed = simulation.observables
+        forces = np.zeros((len(atoms), 3))
+        forces[:, :d] = simulation.forces
+        self.results = {"energy": observed["potential_energy"], "free_energy": observed["potential_energy"], "forces": forces}
+        if "stress" in observed and atoms.pbc.any():
+            # of fewer dimensions per length or area: by the height of the cell beyond them
+            height = atoms.get_volume() / abs(np.linalg.det(atoms.cell.array[:d, :d])) if d < 3 else 1.0
+            self.results["stress"] = np.zeros(6)
+            self.results["stress"][{1: [0], 2: [0, 1, 5], 3: [0, 1, 2, 3, 4, 5]}[d]] = np.atleast_1d(observed["stress"]) / height
