@@ -138,13 +138,13 @@ def package(checks, build, folder):
         checks.skip("package", f"no {', '.join(missing)}: apt install dpkg-dev file")
         return
     code, out, err = call(["cpack", "-G", "DEB", "--config", build / "CPackConfig.cmake", "-B", pathlib.Path(folder)], build)
-    debs = {re.match(r"[a-z-]*?(?=_)", f.name)[0]: f for f in pathlib.Path(folder).rglob("*.deb")}
-    checks.true("cpack makes three packages", code == 0 and set(debs) == {"backspring", "backspring-dev", "python"}, f"{sorted(debs)} {err.strip()[-200:]}")
+    debs = {re.match(r"[a-z0-9-]*?(?=_)", f.name)[0]: f for f in pathlib.Path(folder).rglob("*.deb")}
+    checks.true("cpack makes three packages", code == 0 and set(debs) == {"backspring", "backspring-dev", "python3-backspring"}, f"{sorted(debs)} {err.strip()[-200:]}")
     fields = {name: call(["dpkg-deb", "-f", deb], folder)[1] for name, deb in debs.items()}
     for needed in ("libpetsc-real3", "libopenmpi3", "libhdf5-openmpi", "openmpi-bin", "libc6"):
         checks.true(f"the package depends on {needed}", needed in fields["backspring"].split("Depends:")[1].split("\n")[0])
     for needed in ("libpetsc-real3", "python3-numpy", "python3-mpi4py"):
-        checks.true(f"the Python package depends on {needed}", needed in fields["python"].split("Depends:")[1].split("\n")[0])
+        checks.true(f"the Python package depends on {needed}", needed in fields["python3-backspring"].split("Depends:")[1].split("\n")[0])
     checks.true("the -dev package depends on petsc-dev", "petsc-dev" in fields["backspring-dev"])
     root = pathlib.Path(folder) / "root"
     for deb in debs.values():
