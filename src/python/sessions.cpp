@@ -6,6 +6,7 @@
 #include <csignal>
 #include <exception>
 #include <memory>
+#include <stdexcept>
 #include "python/arrays.hpp"
 #include "python/module.hpp"
 #include "session/session.hpp"
@@ -63,6 +64,7 @@ class PythonSession {
     force_ = force;
     py::gil_scoped_release free;
     const MPI_Comm mpi = MPI_Comm_f2c(static_cast<MPI_Fint>(comm));
+    MPI_Comm_dup(mpi, &comm_);
     error_ = lattice ? Session::create(mpi, *lattice, settings, &session_, Session::Make::when_needed)
                      : Session::create(mpi, settings, &session_, Session::Make::when_needed);
     if (!session_) return;
@@ -72,19 +74,37 @@ class PythonSession {
           [this](double t, const std::vector<std::int64_t>& row, const double* x, const double* v, double* f) { add_force(t, row, x, v, f); });
   }
   py::object error() const { return as_python(error_); }
-  Session* operator->() const { return session_.get(); }
-  /// `body()` of the session.
+  Session* operator->() const {
+    if (!session_) throw std::runtime_error("the simulation is closed: make another one");
+    return session_.get();
+  }
+  /// `body()` of the session. Where Python has raised an exception on some rank, all ranks leave with one. `asks`: it only looks at the state, which
+  /// an observer may do.
   template <class Body>
-  Error call(Body&& body) {
+  Error call(Body&& body, bool asks = false) {
+    (void)operator->();
+    if (in_force_ || (busy_ && !asks))
+      throw std::runtime_error("a call of this simulation is under way: an observer may look at its state, forces may not");
     Error error;
+    const bool outermost = !busy_;
     {
       py::gil_scoped_release free;
+      busy_ = true;
       error = body();
+      busy_ = !outermost;
     }
+    if (!outermost) return error;
+    int raised = raised_ ? 1 : 0;
+    MPI_Allreduce(MPI_IN_PLACE, &raised, 1, MPI_INT, MPI_MAX, comm_);
     if (raised_) std::rethrow_exception(std::exchange(raised_, nullptr));
+    if (raised) {
+      error = {};
+      error.note(0, "another rank was interrupted, or raised an exception in an observer or in forces", static_cast<Exit>(128 + SIGINT));
+    }
     return error;
   }
   void observe(const py::object& observer) {
+    (void)operator->();
     if (observer.is_none()) return session_->on_step({});
     session_->on_step([this, observer](const StepRecord& r) {
       const py::gil_scoped_acquire lock;
@@ -93,9 +113,19 @@ class PythonSession {
   }
   PythonSession(const PythonSession&) = delete;
   PythonSession& operator=(const PythonSession&) = delete;
-  ~PythonSession() { close(); }
+  ~PythonSession() {
+    PetscBool running = PETSC_FALSE;
+    (void)PetscInitialized(&running);
+    if (running) {
+      close();
+      if (comm_ != MPI_COMM_NULL) MPI_Comm_free(&comm_);
+    } else {
+      (void)session_.release();  // the interpreter ends, and PETSc has ended
+    }
+  }
   void close() {
     if (!session_) return;
+    if (busy_) throw std::runtime_error("a call of this simulation is under way: close it afterwards");
     session_->on_step({});  // the observer is Python's, whose lock is held here
     py::gil_scoped_release free;
     (void)session_->finish();  // while the session can still be asked, as forces do
@@ -117,11 +147,13 @@ class PythonSession {
     const py::gil_scoped_acquire lock;
     const py::ssize_t n = static_cast<py::ssize_t>(row.size()), d = session_->dim();
     std::fill_n(f, n * d, std::nan(""));
+    in_force_ = true;
     guarded([&] {
       const Numbers given = force_(t, py::array_t<double>({n, d}, x), py::array_t<double>({n, d}, v), py::array_t<std::int64_t>(n, row.data()));
       if (given.ndim() != 2 || given.shape(0) != n || given.shape(1) != d) throw py::value_error("forces: give an array of the shape of x");
       std::copy_n(given.data(), n * d, f);
     });
+    in_force_ = false;
   }
   int poll() {
     const py::gil_scoped_acquire lock;
@@ -132,6 +164,8 @@ class PythonSession {
   }
 
   std::unique_ptr<Session> session_;
+  MPI_Comm comm_ = MPI_COMM_NULL;  ///< for what this class agrees on
+  bool busy_ = false, in_force_ = false;
   Error error_;
   std::exception_ptr raised_;
   py::object force_ = py::none();
@@ -152,7 +186,7 @@ Session::Array array_named(const std::string& name) {
 /// (error, array (N, d)) of all particles, or of this rank's rows.
 py::tuple numbers_of(PythonSession& s, const std::string& name, bool whole) {
   std::vector<double> all;
-  const Error error = s.call([&] { return whole ? s->get(array_named(name), &all) : s->get_rows(array_named(name), &all); });
+  const Error error = s.call([&] { return whole ? s->get(array_named(name), &all) : s->get_rows(array_named(name), &all); }, true);
   const py::ssize_t d = s->dim();
   if (error) return py::make_tuple(as_python(error), py::none());
   const py::ssize_t rows = static_cast<py::ssize_t>(all.size()) / d;
@@ -195,7 +229,7 @@ void bind_sessions(py::module_& m) {
   });
   one.def("frame", [](PythonSession& s) {
     FrameData frame;
-    const Error error = s.call([&] { return s->get_frame(&frame); });
+    const Error error = s.call([&] { return s->get_frame(&frame); }, true);
     return py::make_tuple(as_python(error), frame_of(std::move(frame)));
   });
   one.def("observe", &PythonSession::observe);

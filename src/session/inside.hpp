@@ -22,6 +22,7 @@ class OptionTable {
     PetscFunctionReturn(0);
   }
   PetscOptions get() const { return table_; }
+  mutable bool in_force = false;  ///< during a call
 
  private:
   PetscOptions table_ = nullptr;
@@ -30,16 +31,24 @@ class OptionTable {
 /// While it lives, a session's options are those in force, errors of PETSc's are its own, and HDF5 prints nothing.
 class Inside {
  public:
-  Inside(MPI_Comm comm, const OptionTable& options) : errors_(comm) {
+  Inside(MPI_Comm comm, const OptionTable& options) : errors_(comm), pushed_(!options.in_force) {
     clear_error(comm);
-    (void)PetscOptionsPush(options.get());
+    options_ = &options;
+    if (pushed_) (void)PetscOptionsPush(options.get());  // not twice, as within an observer: it would be its own predecessor
+    options.in_force = true;
   }
   Inside(const Inside&) = delete;
   Inside& operator=(const Inside&) = delete;
-  ~Inside() { (void)PetscOptionsPop(); }
+  ~Inside() {
+    if (!pushed_) return;
+    (void)PetscOptionsPop();
+    options_->in_force = false;
+  }
 
  private:
   PetscErrors errors_;
+  const OptionTable* options_ = nullptr;
+  bool pushed_;
   QuietHdf5 quiet_;
 };
 

@@ -138,8 +138,10 @@ PetscErrorCode Session::Impl::run_to_frame(bool* more) {
   PetscCall(begin());
   *more = !run->at_end();
   if (!*more) PetscFunctionReturn(0);
+  PetscReal interval = 0;
+  PetscCall(PetscOptionsGetReal(nullptr, nullptr, "-bs_output_interval", &interval, nullptr));
   stop_at_frame = true;
-  const PetscErrorCode code = advance(-1);
+  const PetscErrorCode code = advance(interval > 0 ? -1 : 1);
   stop_at_frame = false;
   PetscFunctionReturn(code);
 }

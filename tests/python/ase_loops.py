@@ -55,6 +55,17 @@ def differences():
         assert abs(forces.sum(axis=0)).max() < 1e-12 * abs(forces).sum()
 
 
+def wrapped():
+    """Atoms that are put back into the box pull as before."""
+    net = bs.Lattice(**cell())
+    atoms = atoms_of(net)
+    atoms.calc = Backspring(net)
+    atoms.positions[3, :2] += 4.0
+    before = atoms.get_forces().copy()
+    atoms.wrap()
+    assert abs(atoms.get_forces() - before).max() < 1e-10 * abs(before).max()
+
+
 def optimiser():
     """BFGS comes to the equilibrium of statics."""
     net = bs.Lattice(**sheet())
@@ -96,7 +107,7 @@ def phonons():
 
 
 def main():
-    for part in (differences, optimiser, dynamics, phonons):
+    for part in (differences, wrapped, optimiser, dynamics, phonons):
         if "--filter" not in sys.argv or sys.argv[sys.argv.index("--filter") + 1] in part.__name__:
             part()
             print(f"{part.__name__}: ok", flush=True)

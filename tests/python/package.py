@@ -191,6 +191,95 @@ def files():
         bs.Simulation(bs.Lattice(**{**part, "breaking": {"critical_stress": 1.0}}), dt=1e-3)
 
 
+def misuse():
+    """What is closed, under way, or said twice raises an exception and harms nothing."""
+    net = bs.Lattice(**sheet())
+    simulation = bs.Simulation(net, dt=1e-3)
+    seen = []
+    simulation.on_step(lambda *_: seen.append((simulation.x.sum(), simulation.observables["kinetic_energy"])))
+    simulation.step(2)
+    assert len(seen) == 2 and seen[1][0] == simulation.x.sum()
+    for call in (lambda *_: simulation.step(), lambda *_: simulation.close(), lambda *_: setattr(simulation, "v", 0 * net.x)):
+        simulation.on_step(call)
+        with raised(RuntimeError, "under way"):
+            simulation.step()
+    simulation.on_step(None)
+    simulation.step()
+    simulation.close()
+    simulation.close()
+    for call in (lambda: simulation.x, lambda: simulation.t, simulation.step, simulation.frame, lambda: simulation.on_step(None), lambda: simulation.rows):
+        with raised(RuntimeError, "closed"):
+            call()
+    for frame in bs.run(net, dt=1e-3, until=2e-3):
+        pass
+    with raised(RuntimeError, "closed"):
+        frame.energy
+    inner = bs.Simulation(net, dt=1e-3, forces=lambda t, x, v: inner.x)
+    with raised(RuntimeError, "under way"):
+        inner.step()
+    for words, call in ((("bs_load_steps", "twice"), lambda: bs.statics(net, load_steps=2, bs_load_steps=3)),
+                        (("bs_force_bottom", "twice"), lambda: bs.statics(net, loads={"bottom": (0, -1)}, bs_force_bottom="0,1")),
+                        (("ts_dt", "twice"), lambda: bs.Simulation(net, dt=0.1, ts_dt=0.2)), (("bs_lattice_type", "twice"), lambda: bs.generate("chain", 4, type="square")),
+                        (("load_steps", "2.5"), lambda: bs.statics(net, load_steps=2.5)), (("count", "-3"), lambda: bs.Simulation(net, dt=0.1).step(-3)),
+                        (("total", "'tpo'"), lambda: bs.statics(net, loads={"bottom": (0, -1)}, total=["tpo"])), (("loads",), lambda: bs.statics(net, loads=(0, -1))),
+                        (("'foo'",), lambda: bs.Simulation(net, dt=0.1).set("foo", net.x)), (("fixed", "twice"), lambda: net.replace(fixed=[1, 1, 0])),
+                        (("shift, row 0", "whole"), lambda: bs.Lattice(**{**cell(), "shift": cell()["shift"] + 0.5})), (("groups",), lambda: net.replace(groups=["a"])),
+                        (("nowhere",), lambda: bs.open("/nowhere.h5md"))):
+        with raised(bs.InputError, *words):
+            call()
+
+
+def every_step():
+    """Without a distance there is a frame after every step, the last at the end."""
+    net = bs.Lattice(**sheet())
+    assert np.allclose([frame.t for frame in bs.run(net, dt=0.01, until=0.035)], [0, 0.01, 0.02, 0.03, 0.035], rtol=0, atol=1e-15)
+
+
+def remembered():
+    """What follows from an equilibrium goes by its loads and forces, and writes none of its files."""
+    net = bs.Lattice(**sheet())
+    pull = lambda s, x, v, rows: np.where(rows[:, None] < 7, s * np.array([0.0, -20.0]), 0.0)
+    by_hand, by_option = bs.statics(net, forces=pull), bs.statics(net, loads={"bottom": (0, -20.0)})
+    assert abs(by_hand.x - by_option.x).max() < 1e-10 and abs(bs.statics(by_hand).x - by_hand.x).max() < 1e-10
+    assert np.allclose(bs.modes(by_hand, 3).omega2, bs.modes(by_option, 3).omega2, rtol=1e-8)
+    with tempfile.TemporaryDirectory() as folder:
+        bs.modes(bs.statics(net, loads={"bottom": (0, -20.0)}, bs_output=f"{folder}/eq.h5md"), 2)
+
+
+def on_two_ranks():
+    """An exception of one rank ends the call on all; many sessions end with the interpreter; changes of one rank's frame are all ranks'."""
+    head = f"import sys; sys.path.insert(0, {str(HERE)!r}); import backspring as bs, numpy as np; from mpi4py import MPI; from cases import sheet; rank = MPI.COMM_WORLD.rank; net = bs.Lattice(**sheet()); say = lambda *words: [print(one) for one in MPI.COMM_WORLD.gather(' '.join(map(str, words))) or []]; "
+    for code, expected in (('''
+def forces(t, x, v, rows):
+    if rank == 1 and t > 0.0045: raise KeyError("here")
+    return 0 * x
+simulation = bs.Simulation(net, dt=1e-3, forces=forces)
+try: simulation.run_until(1.0)
+except Exception as error: say(rank, type(error).__name__, simulation.steps)
+''', ["0 Stopped 4", "1 KeyError 4"]), ('''
+def stop(step, *_):
+    if rank == 0 and step == 3: raise KeyError("here")
+simulation = bs.Simulation(net, dt=1e-3)
+simulation.on_step(stop)
+try: simulation.step(10)
+except Exception as error: say(rank, type(error).__name__)
+''', ["0 KeyError", "1 Stopped"]), ('''
+all = [bs.Simulation(net, dt=1e-3) for _ in range(12)]
+for one in all if rank else all[::-1]: one.lattice
+for one in all: one.step()
+del all
+say(rank, "ended")
+''', ["0 ended", "1 ended"]), ('''
+last = None
+for frame in bs.run(net, dt=1e-3, until=4e-3, every=2e-3):
+    if rank == 0 and frame.t > 1e-3 and last is None: frame.v *= 0.5
+    last = frame.t
+say(rank, last)
+''', ["0 0.004", "1 0.004"])):
+        done = subprocess.run(["mpirun", "-n", "2", sys.executable, "-c", head + code], capture_output=True, text=True, timeout=120, env=dict(os.environ, PYTHONPATH=PYTHON))
+        assert done.returncode == 0 and sorted(done.stdout.splitlines()) == expected, done.stdout + done.stderr
+
+
 def without_steps():
     """Energies, forces and fields of a moment; a balance of forces."""
     net = bs.Lattice(**sheet())
@@ -326,7 +415,10 @@ def imported():
 
 def main():
     chosen = sys.argv[sys.argv.index("--filter") + 1] if "--filter" in sys.argv else ""
-    for part in (bad_arguments, closed_forms, written_back, own_forces, files, without_steps, observers, interrupted, side_by_side, failures, memory, pictures_and_tools, documented, imported):
+    if chosen in "on_two_ranks":
+        on_two_ranks()  # before this process starts MPI
+        print("on_two_ranks: ok", flush=True)
+    for part in (bad_arguments, closed_forms, written_back, own_forces, files, misuse, every_step, remembered, without_steps, observers, interrupted, side_by_side, failures, memory, pictures_and_tools, documented, imported):
         if chosen in part.__name__:
             begin = time.time()
             part()

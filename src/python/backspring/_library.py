@@ -2,19 +2,24 @@
 
 import atexit
 import inspect
+import itertools
 import sys
 import weakref
 
-from .errors import InputError
+from .errors import InputError, check
 
-_sessions = weakref.WeakSet()
+_open = {}  # number: session. Calls are collective, also the end: on several ranks it must not depend on when garbage is collected
+_numbers = itertools.count()
 
 
 @atexit.register
 def _end():
     """Sessions end before PETSc does, PETSc before MPI."""
-    for session in list(_sessions):
-        session.close()
+    for _, session in sorted(_open.items()):
+        session = session() if isinstance(session, weakref.ref) else session
+        if session is not None:
+            session.close()
+    _open.clear()
     if "backspring._core" in sys.modules:
         sys.modules["backspring._core"].finish()
 
@@ -26,27 +31,41 @@ def _with_rows(forces):
     if not callable(forces):
         raise InputError(f"forces: {forces!r} is no function of t, x and v")
     try:
-        inspect.signature(forces).bind(0.0, None, None, None)
-        return forces
-    except TypeError:
-        return lambda t, x, v, rows: forces(t, x, v)
+        taken = list(inspect.signature(forces).parameters.values())
+    except (TypeError, ValueError):
+        taken = []
+    needed = [one for one in taken if one.kind in (one.POSITIONAL_ONLY, one.POSITIONAL_OR_KEYWORD) and (one.default is one.empty or one.name == "rows")]
+    return forces if len(needed) >= 4 else lambda t, x, v, rows: forces(t, x, v)
+
+
+def world(comm):
+    """A communicator of mpi4py, by default the world."""
+    from mpi4py import MPI
+
+    return MPI.COMM_WORLD if comm is None else comm
 
 
 def started(comm):
     """The extension, and the handle of a communicator of mpi4py; None: the world."""
-    from mpi4py import MPI  # starts MPI, and ends it when all else has ended
-
+    handle = world(comm).py2f()  # before PETSc: mpi4py starts MPI, and ends it when all else has ended
     from . import _core
 
     if not _core.start():
         raise RuntimeError("MPI and PETSc could not be started")
-    return _core, (MPI.COMM_WORLD if comm is None else comm).py2f()
+    return _core, handle
 
 
 def new_session(comm, lattice, settings, forces=None):
     """A session of the extension. lattice: LatticeArrays; forces: f(t, x, v) or f(t, x, v, rows), computed in Python."""
     core, handle = started(comm)
     session = core.Session(handle, lattice, settings, _with_rows(forces))
-    if session.error is None:
-        _sessions.add(session)
-    return session
+    check(session.error)
+    number = next(_numbers)
+    _open[number] = weakref.ref(session, lambda _: _open.pop(number, None)) if world(comm).size == 1 else session
+    return session, number
+
+
+def end_session(session, number):
+    """Collective."""
+    session.close()
+    _open.pop(number, None)

@@ -3,10 +3,10 @@
 import numpy as np
 
 from . import errors
-from ._library import new_session
+from ._library import end_session, new_session
 from .errors import InputError
 from .lattice import Lattice
-from .options import loads_of, settings_of
+from .options import joined, loads_of, settings_of, whole
 
 
 class Equilibrium:
@@ -15,11 +15,11 @@ class Equilibrium:
     x: (N, d) positions [m]. tension: (S,) [N], positive where a spring pulls, NaN where it is broken or can exert no force.
     reactions: {group: (d,)} forces of supports on the group [N]. energy: elastic energy [J]. load_factor: 1 under the full loads.
     newton, krylov: iterations of all load steps; steps, rejected: load steps taken and attempts that failed.
-    observables: {name: numbers} as in a trajectory. lattice, settings: what was solved.
+    observables: {name: numbers} as in a trajectory. lattice, settings, forces: what was solved.
     """
 
-    def __init__(self, lattice, settings, found):
-        self.lattice, self.settings = lattice, settings
+    def __init__(self, lattice, settings, forces, found):
+        self.lattice, self.settings, self.forces = lattice, settings, forces
         self.observables, self.fields = found["observables"], found["fields"]
         self.load_factor, self.newton, self.krylov = found["load_factor"], found["newton"], found["krylov"]
         self.steps, self.rejected = found["steps"], found["rejected"]
@@ -30,7 +30,7 @@ class Equilibrium:
 
     @property
     def tension(self):
-        return self.fields["tension"]
+        return self.fields.get("tension", np.zeros(0))
 
     @property
     def energy(self):
@@ -69,31 +69,31 @@ class Moduli:
         self.stiffness, self.zero, self.equilibrium = found["stiffness"], found["zero_modes"], equilibrium
 
 
-def _lattice_of(net):
-    """The lattice of a lattice or an equilibrium, and the settings that go with it."""
+def _lattice_of(net, forces):
+    """The lattice of a lattice or an equilibrium, and the settings and forces that go with it."""
     if isinstance(net, Equilibrium):
-        return net.lattice, net.settings
+        files = ("-bs_output", "-bs_report", "-bs_checkpoint", "-bs_overwrite", "-bs_write_")
+        return net.lattice, [one for one in net.settings if not one[0].startswith(files)], net.forces if forces is None else forces
     if not isinstance(net, Lattice):
         raise InputError(f"give a backspring.Lattice or an Equilibrium, not {type(net).__name__}")
-    return net, []
+    return net, [], forces
 
 
 def _solve(net, settings, comm, forces, analysis):
     """(error, found) of `analysis` of a session of its own, and the lattice."""
-    session = new_session(comm, net._arrays(), [], forces)
-    errors.check(session.error)
+    session, number = new_session(comm, net._arrays(), [], forces)
     try:
         error, found = analysis(session, settings)
         errors.pass_on(session.warnings)
     finally:
-        session.close()
+        end_session(session, number)
     return error, found
 
 
 def _equilibrium(net, settings, comm, forces, analysis):
     """The equilibrium that an analysis found, and all that it found."""
     error, found = _solve(net, [("-bs_output_springs", "true")] + settings, comm, forces, analysis)
-    state = Equilibrium(net, settings, found) if found["fields"] else None
+    state = Equilibrium(net, settings, forces, found) if found["fields"] else None
     errors.check(error, lambda: state)
     return state, found
 
@@ -108,23 +108,23 @@ def statics(net, loads=None, *, load_steps=1, total=False, forces=None, comm=Non
     bs_motion_top="y=velocity:0.1".
     Raises InputError, and ConvergenceError whose state is the last equilibrium on the way.
     """
-    lattice, earlier = _lattice_of(net)
-    settings = earlier + [("-bs_load_steps", str(int(load_steps)))] + loads_of(loads, total) + settings_of(options)
+    lattice, earlier, forces = _lattice_of(net, forces)
+    settings = joined(earlier, loads_of(loads, total) + settings_of({"bs_load_steps": whole("load_steps", load_steps)}) + settings_of(options))
     return _equilibrium(lattice, settings, comm, forces, lambda session, more: session.statics(more))[0]
 
 
 def moduli(net, loads=None, *, load_steps=1, total=False, forces=None, comm=None, **options):
     """The stiffness of a periodic lattice at its equilibrium; arguments as of statics."""
-    lattice, earlier = _lattice_of(net)
-    settings = earlier + [("-bs_load_steps", str(int(load_steps)))] + loads_of(loads, total) + settings_of(options)
+    lattice, earlier, forces = _lattice_of(net, forces)
+    settings = joined(earlier, loads_of(loads, total) + settings_of({"bs_load_steps": whole("load_steps", load_steps)}) + settings_of(options))
     state, found = _equilibrium(lattice, settings, comm, forces, lambda session, more: session.moduli(more))
     return Moduli(found, state)
 
 
 def modes(net, count=6, *, forces=None, comm=None, **options):
     """The `count` lowest free vibrations: of a lattice about its start, of an equilibrium about it (which is solved for again)."""
-    lattice, settings = _lattice_of(net)
+    lattice, settings, forces = _lattice_of(net, forces)
     about = [("-bs_modes_about", "equilibrium")] if isinstance(net, Equilibrium) else []
-    error, found = _solve(lattice, settings + about + settings_of(options), comm, forces, lambda session, more: session.modes(int(count), more))
+    error, found = _solve(lattice, joined(settings, about + settings_of(options)), comm, forces, lambda session, more: session.modes(whole("count", count), more))
     errors.check(error)
     return Modes(found)

@@ -42,6 +42,7 @@ class Backspring(Calculator):
         self.net = net.replace(shift=shift, fixed=(), velocity=0.0)
         self.net = self.net.replace(rest_length=self.net.lengths() if net.rest_length is None else net.rest_length)
         self.options = options
+        self._last = None if self.net.box is None else self.net.x @ np.linalg.inv(self.net.box)  # reduced positions, which wrapping must not change
         self._box, self._simulation = None, None
 
     def _at(self, atoms):
@@ -51,6 +52,10 @@ class Backspring(Calculator):
             raise InputError(f"{len(atoms)} atoms for a network of {len(self.net)} particles")
         x = atoms.positions[:, :d]
         box = None if self.net.box is None else atoms.cell.array[:d, :d].copy()
+        if box is not None:
+            reduced = x @ np.linalg.inv(box)
+            self._last = reduced - np.rint(reduced - self._last) * np.asarray(self.net.periodic)
+            x = self._last @ box
         if self._simulation is None or (box is not None and not np.array_equal(box, self._box)):
             if self._simulation:
                 self._simulation.close()

@@ -24,7 +24,7 @@ class FileError(Error, OSError):
 
 
 class Stopped(Error):
-    """Another rank was interrupted, or its callback raised an exception."""
+    """Another rank was interrupted, or raised an exception in an observer or in forces."""
 
 
 class BackspringWarning(UserWarning):

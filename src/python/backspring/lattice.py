@@ -4,7 +4,7 @@ import numpy as np
 
 from ._library import started
 from .errors import InputError, check, pass_on
-from .options import settings_of
+from .options import joined, settings_of, text_of
 
 
 def _numbers(name, value, rows, width=None, positive=False):
@@ -43,7 +43,24 @@ def _rows(name, value, count):
         raise InputError(f"{name}, entry {bad[0]}: row {array[bad[0]]} is none of the {count} particles, which count from 0")
     mask = np.zeros(count, np.uint8)
     mask[array] = 1
+    if mask.sum() != array.size:
+        raise InputError(f"{name}: a row stands there twice: give each once, or a mask of {count} truth values")
     return mask
+
+
+def _whole(name, value, rows, width):
+    numbers = _numbers(name, value, rows, width)
+    bad = np.flatnonzero((numbers != np.rint(numbers)).any(axis=1) | (np.abs(numbers) > 1e9).any(axis=1))
+    if bad.size:
+        raise InputError(f"{name}, row {bad[0]}: {numbers[bad[0]]} are no whole numbers of boxes")
+    return numbers.astype(np.int64)
+
+
+def _named(name, value):
+    """A dictionary by names; None stands for an empty one."""
+    if value is not None and not (isinstance(value, dict) and all(isinstance(key, str) for key in value)):
+        raise InputError(f"{name}: {value!r} is no dictionary of values by names")
+    return value or {}
 
 
 def _ends(name, value, width, count):
@@ -105,7 +122,11 @@ class Lattice:
     def __init__(self, x, pairs=(), *, stiffness=1.0, rest_length=None, damping=0.0, area=None, mass=1.0, velocity=0.0, fixed=(), groups=None, box=None,
                  periodic=None, shift=None, law="hooke", damping_law="axial", spring_columns=None, particle_columns=None, anchors=None, angles=None,
                  hinges=None, breaking=None, parallel=False, options=None):
-        x = np.asarray(x, dtype=float) if np.ndim(x) != 1 else np.asarray(x, dtype=float)[:, None]
+        try:
+            x = np.asarray(x, dtype=float)
+        except (TypeError, ValueError):
+            raise InputError("x: give numbers") from None
+        x = x[:, None] if x.ndim == 1 else x
         if x.ndim != 2 or not 1 <= x.shape[1] <= 3 or len(x) == 0:
             raise InputError(f"x has the shape {x.shape}: give (N, d) with at least one particle in 1 to 3 dimensions")
         n, d = x.shape
@@ -119,17 +140,17 @@ class Lattice:
         self.mass = _numbers("mass", mass, n, positive=True)
         self.velocity = np.zeros((n, d)) if np.ndim(velocity) == 0 and velocity == 0 else _numbers("velocity", velocity, n, d)
         self.fixed = _rows("fixed", fixed, n).astype(bool)
-        self.groups = {name: _rows(f"groups[{name!r}]", rows, n).astype(bool) for name, rows in (groups or {}).items()}
+        self.groups = {name: _rows(f"groups[{name!r}]", rows, n).astype(bool) for name, rows in _named("groups", groups).items()}
         self._set_box(box, periodic, shift, s, d)
         if not parallel:
             _refuse_duplicates(self.pairs, self.shift)
-        self.law, self.damping_law, self.options = law if isinstance(law, str) else [str(one) for one in law], damping_law, dict(options or {})
+        self.law, self.damping_law, self.options = law if isinstance(law, str) else [str(one) for one in law], damping_law, {name: text_of(name, value) for name, value in _named("options", options).items()}
         if not isinstance(self.law, str) and len(self.law) != s:
             raise InputError(f"law has {len(self.law)} names: give one, or {s}, one for each spring")
-        self.spring_columns = {name: _numbers(f"spring_columns[{name!r}]", v, s) for name, v in (spring_columns or {}).items()}
-        self.breaking = {name: _numbers(f"breaking[{name!r}]", v, s) for name, v in (breaking or {}).items()}
+        self.spring_columns = {name: _numbers(f"spring_columns[{name!r}]", v, s) for name, v in _named("spring_columns", spring_columns).items()}
+        self.breaking = {name: _numbers(f"breaking[{name!r}]", v, s) for name, v in _named("breaking", breaking).items()}
         self.particle_columns = {name: _numbers(f"particle_columns[{name!r}]", v, n, np.shape(v)[1] if np.ndim(v) == 2 else None)
-                                 for name, v in (particle_columns or {}).items()}
+                                 for name, v in _named("particle_columns", particle_columns).items()}
         self.anchors = self._anchors(anchors, n, d)
         self.angles, self.hinges = self._several("angles", angles, n), self._several("hinges", hinges, n)
 
@@ -145,7 +166,7 @@ class Lattice:
         if len(self.periodic) != d:
             raise InputError(f"periodic has {len(self.periodic)} entries: give {d}, one for each edge of the box")
         if shift is not None:
-            self.shift = _numbers("shift", shift, s, d).astype(np.int64)
+            self.shift = _whole("shift", shift, s, d)
 
     @staticmethod
     def _known(name, given, names):
@@ -154,6 +175,7 @@ class Lattice:
             raise InputError(f"{name}: {unknown[0]!r} is none of {', '.join(names)}")
 
     def _anchors(self, given, n, d):
+        given = {key: value for key, value in _named("anchors", given).items() if value is not None}
         if not given:
             return None
         self._known("anchors", given, ("particle", "point", "stiffness", "rest_length", "damping"))
@@ -165,6 +187,7 @@ class Lattice:
                 **{name: _numbers(f"anchors[{name!r}]", given.get(name, 0.0), a) for name in ("stiffness", "rest_length", "damping")}}
 
     def _several(self, kind, given, n):
+        given = _named(kind, given)
         if not given:
             return None
         name, count = INTERACTIONS[kind]
@@ -174,7 +197,7 @@ class Lattice:
         ends = _ends(f"{kind}[{name!r}]", given[name], count, n)
         found = {name: ends, **{key: _numbers(f"{kind}[{key!r}]", given.get(key, 0.0), len(ends)) for key in ("stiffness", "rest_angle")}}
         if given.get("shift") is not None:
-            found["shift"] = np.asarray(given["shift"], np.int64)
+            found["shift"] = _whole(f"{kind}['shift']", np.reshape(given["shift"], (len(ends), -1)), len(ends), count * self.dim)
         return found
 
     @property
@@ -293,4 +316,4 @@ def generate(kind, size, *, comm=None, **options):
     """A network by the program's generators: generate("triangular", (20, 10), dim=2, fixed="ymin", seed=1). Keywords are the options bs_lattice_NAME, those
     that begin with bs_ other options of the program."""
     named = {name if name.startswith("bs_") else "bs_lattice_" + name: value for name, value in options.items()}
-    return _read(settings_of({"bs_lattice_type": kind, "bs_lattice_size": size, **named}), comm)
+    return _read(joined([], settings_of({"bs_lattice_type": kind, "bs_lattice_size": size}) + settings_of(named)), comm)

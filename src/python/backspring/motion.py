@@ -3,11 +3,11 @@
 import numpy as np
 
 from . import errors
-from ._library import new_session
+from ._library import end_session, new_session, world
 from .analyses import Equilibrium
 from .errors import InputError
 from .lattice import Lattice
-from .options import loads_of, settings_of
+from .options import joined, loads_of, settings_of, whole
 
 
 class Frame:
@@ -48,10 +48,9 @@ class Simulation:
         if not isinstance(net, Lattice):
             raise InputError(f"give a backspring.Lattice or an Equilibrium, not {type(net).__name__}")
         self.lattice = net
-        settings = loads_of(loads, total) + settings_of({"ts_dt": dt, **options})
-        self._session = new_session(comm, net._arrays(), settings, forces)
-        errors.check(self._session.error)
-        self._warned = 0
+        settings = joined([], loads_of(loads, total) + settings_of({"ts_dt": dt}) + settings_of(options))
+        self._session, self._number = new_session(comm, net._arrays(), settings, forces)
+        self._comm, self._warned = world(comm), 0
         self._done(self._session.prepare())
 
     def _done(self, error):
@@ -62,14 +61,23 @@ class Simulation:
 
     def step(self, count=1):
         """`count` steps."""
-        self._done(self._session.step(int(count)))
+        self._done(self._session.step(self._count(count)))
+
+    @staticmethod
+    def _count(count):
+        count = whole("count", count)
+        if count < 0:
+            raise InputError(f"count: {count} is negative")
+        return count
 
     def run_until(self, t):
         """Steps up to the time t [s], where the last one ends."""
+        if not np.isfinite(t):
+            raise InputError(f"t: {t} is no time")
         self._done(self._session.run_until(float(t)))
 
     def next_frame(self):
-        """Steps up to the next output time (bs_output_interval) or the end (ts_max_time). False where the end was reached before."""
+        """Steps up to the next output time (bs_output_interval; without it, the next step) or the end (ts_max_time). False where the end was reached before."""
         error, more = self._session.run_to_frame()
         self._done(error)
         return more
@@ -104,11 +112,17 @@ class Simulation:
 
     def set(self, what, numbers, whole=True):
         """position or velocity: (N, d) of all particles, or of this rank's rows, from which the method starts anew."""
+        if what not in ("position", "velocity"):
+            raise InputError(f"{what!r}: give position or velocity")
         numbers = np.asarray(numbers, dtype=float)
         expected = (len(self.lattice), self.lattice.dim) if whole else (self.rows.stop - self.rows.start, self.lattice.dim)
         if numbers.shape != expected:
             raise InputError(f"{what} has the shape {numbers.shape}: give {expected}")
         self._done(self._session.set_rows(what, numbers[self.rows] if whole else numbers))
+
+    def agreed(self, some):
+        """Whether it is so on some rank."""
+        return bool(self._comm.allreduce(int(some)))
 
     x = property(lambda self: self.get("position"), lambda self, value: self.set("position", value), doc="(N, d) positions [m].")
     v = property(lambda self: self.get("velocity"), lambda self, value: self.set("velocity", value), doc="(N, d) velocities [m/s].")
@@ -124,10 +138,16 @@ class Simulation:
 
     def close(self):
         """Ends stepping; files that options name are complete."""
-        try:
-            errors.check(self._session.finish())
-        finally:
-            self._session.close()
+        if self._number is None:
+            return
+        error = self._session.finish()
+        self._end()
+        errors.check(error)
+
+    def _end(self):
+        if self._number is not None:
+            end_session(self._session, self._number)
+            self._number = None
 
     def __enter__(self):
         return self
@@ -136,7 +156,7 @@ class Simulation:
         if kind is None:
             self.close()
         else:
-            self._session.close()
+            self._end()
 
 
 def run(net, *, until, dt=None, every=None, loads=None, total=False, forces=None, comm=None, **options):
@@ -147,7 +167,7 @@ def run(net, *, until, dt=None, every=None, loads=None, total=False, forces=None
 
     Options of the program by their names. Raises InputError, and ConvergenceError whose state is the last good frame.
     """
-    simulation = Simulation(net, dt=dt, loads=loads, total=total, forces=forces, comm=comm, ts_max_time=until, bs_output_interval=every or 0.0, **options)
+    simulation = Simulation(net, dt=dt, loads=loads, total=total, forces=forces, comm=comm, **{"ts_max_time": until, "bs_output_interval": every, **options})
     return _frames(simulation)
 
 
@@ -158,7 +178,7 @@ def _frames(simulation):
             x, v = frame.x.copy(), frame.v.copy()
             yield frame
             for what, before, after in (("position", x, frame.x), ("velocity", v, frame.v)):
-                if not np.array_equal(before, after):
+                if simulation.agreed(not np.array_equal(before, after)):
                     simulation.set(what, after)
             if not simulation.next_frame():
                 return

@@ -1,6 +1,7 @@
 """Keywords of Python as options of the program."""
 
 import numbers
+import operator
 
 import numpy as np
 
@@ -30,10 +31,32 @@ def settings_of(options):
     return [("-" + name, text_of(name, value)) for name, value in options.items() if value is not None]
 
 
+def whole(name, value):
+    """A whole number that an argument is."""
+    try:
+        return operator.index(value)
+    except TypeError:
+        raise InputError(f"{name}: {value!r} is no whole number") from None
+
+
+def joined(earlier, later):
+    """Settings, of which the later ones may replace earlier ones but not say one thing twice."""
+    seen = set()
+    for name, _ in later:
+        if name in seen:
+            raise InputError(f"{name[1:]} is given twice: by an argument and as an option, leave one out")
+        seen.add(name)
+    return [one for one in earlier if one[0] not in seen] + later
+
+
 def loads_of(loads, total):
     """Options of forces on groups. loads: {group: vector of d forces [N], or a text with expressions}; total: shared evenly by the group's particles."""
-    settings = []
-    for group, force in (loads or {}).items():
-        shared = total if isinstance(total, bool) else group in total
-        settings.append((f"-bs_force_{group}", text_of("loads", force) + (",total" if shared else "")))
-    return settings
+    if loads is None:
+        return []
+    if not isinstance(loads, dict):
+        raise InputError(f"loads: {loads!r} is no {{group: force}}")
+    shared = [str(one) for one in loads] if total is True else [] if total in (False, None) else [total] if isinstance(total, str) else list(total)
+    for group in shared:
+        if group not in loads:
+            raise InputError(f"total: there is no load on the group {group!r}")
+    return [(f"-bs_force_{group}", text_of("loads", force) + (",total" if group in shared else "")) for group, force in loads.items() if force is not None]

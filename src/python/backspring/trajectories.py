@@ -4,6 +4,8 @@ import importlib
 import pathlib
 import sys
 
+from .errors import InputError
+
 HERE = pathlib.Path(__file__).resolve().parent
 
 
@@ -26,4 +28,8 @@ def tool(name):
 
 def open(path):
     """A trajectory (F.h5md) as the tools read it: frames, positions, observables, springs; see postprocess/README.md."""
-    return tool("backspring_io").open_run(path)
+    reader = tool("backspring_io")
+    try:
+        return reader.open_run(path)
+    except tool("open_hdf5").RunError as why:
+        raise InputError(str(why)) from None
