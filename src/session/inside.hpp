@@ -1,6 +1,10 @@
 // Calls of a session: its options, its errors, and silence of the libraries.
 #pragma once
 #include <petscsys.h>
+#include <functional>
+#include <string>
+#include <utility>
+#include "base/context.hpp"
 #include "base/error.hpp"
 #include "input/hdf5_file.hpp"
 #include "session/session.hpp"
@@ -31,10 +35,11 @@ class OptionTable {
 /// While it lives, a session's options are those in force, errors of PETSc's are its own, and HDF5 prints nothing.
 class Inside {
  public:
-  Inside(MPI_Comm comm, const OptionTable& options) : errors_(comm), pushed_(!options.in_force) {
+  Inside(MPI_Comm comm, const OptionTable& options) : errors_(comm) {
     clear_error(comm);
-    options_ = &options;
-    if (pushed_) (void)PetscOptionsPush(options.get());  // not twice, as within an observer: it would be its own predecessor
+    if (options.in_force) return;  // within an observer: pushed twice, the table would be its own predecessor
+    (void)PetscOptionsPush(options.get());
+    pushed_ = &options;
     options.in_force = true;
   }
   Inside(const Inside&) = delete;
@@ -42,15 +47,25 @@ class Inside {
   ~Inside() {
     if (!pushed_) return;
     (void)PetscOptionsPop();
-    options_->in_force = false;
+    pushed_->in_force = false;
   }
 
  private:
   PetscErrors errors_;
-  const OptionTable* options_ = nullptr;
-  bool pushed_;
+  const OptionTable* pushed_ = nullptr;  ///< null: they were in force before
   QuietHdf5 quiet_;
 };
+
+/// A duplicate of `comm` with a context of its own, to be freed by the caller; `warned` is called with what is warned of on it.
+inline MPI_Comm own_communicator(MPI_Comm comm, std::function<void(const std::string&)> warned) {
+  MPI_Comm own = MPI_COMM_NULL;
+  Listener listener;
+  MPI_Comm_dup(comm, &own);
+  drop_context(own);  // that of the caller's communicator
+  listener.warning = std::move(warned);
+  set_listener(own, listener);
+  return own;
+}
 
 /// The error that a call on `comm` ended with; without text where `code` is 0.
 inline Error outcome(MPI_Comm comm, PetscErrorCode code) {

@@ -1,5 +1,4 @@
 #include "session/lattices.hpp"
-#include "base/context.hpp"
 #include "base/option_names.hpp"
 #include "input/whole.hpp"
 #include "session/inside.hpp"
@@ -16,15 +15,10 @@ namespace {
 /// body(comm) on a duplicate of `comm`, with the options of `settings` and `more`; what went wrong.
 template <class Body>
 Error aside(MPI_Comm comm, const Settings& settings, const Settings& more, std::vector<std::string>* warnings, Body&& body) {
-  MPI_Comm own = MPI_COMM_NULL;
   OptionTable options;
-  Listener listener;
-  MPI_Comm_dup(comm, &own);
-  drop_context(own);  // that of the caller's communicator
-  listener.warning = [warnings](const std::string& text) {
+  MPI_Comm own = own_communicator(comm, [warnings](const std::string& text) {
     if (warnings) warnings->push_back(text);
-  };
-  set_listener(own, listener);
+  });
   Error error = filled(own, settings, more, &options);
   if (!error) {
     const Inside inside(own, options);

@@ -42,11 +42,7 @@ Error Session::call(Body&& body) {
 Error Session::create(MPI_Comm comm, std::unique_ptr<Lattice> given, const Settings& settings, Make make, std::unique_ptr<Session>* out) {
   auto impl = std::make_unique<Impl>();
   Impl* const own = impl.get();
-  MPI_Comm_dup(comm, &own->comm);
-  drop_context(own->comm);  // that of the caller's communicator
-  Listener listener;
-  listener.warning = [own](const std::string& text) { own->warnings.push_back(text); };
-  set_listener(own->comm, listener);
+  own->comm = own_communicator(comm, [own](const std::string& text) { own->warnings.push_back(text); });
   own->settings = settings;
   own->given = std::move(given);
   std::unique_ptr<Session> session(new Session(std::move(impl)));
@@ -135,9 +131,8 @@ Error Session::get_frame(FrameData* out) {
 }
 
 void Session::on_poll(std::function<int()> poll) {
-  impl_->poll = std::move(poll);
   Signals signals;
-  signals.ending = impl_->poll;
+  signals.ending = std::move(poll);
   set_signals(impl_->comm, signals);
 }
 

@@ -17,7 +17,6 @@ struct Session::Impl {
   std::vector<std::string> warnings;
   std::function<void(const StepRecord&)> step_observer;
   std::function<void(double)> frame_observer;
-  std::function<int()> poll;
   Rows particles;
   int dim = 0;  ///< of the model made last
 

@@ -1,14 +1,13 @@
 // Lattices as arrays: from files and generators and back, on any number of ranks; what is computed of them is what is computed of the file.
 #include "session/lattices.hpp"
-#include <unistd.h>
 #include <catch2/catch.hpp>
 #include <cmath>
-#include <cstdlib>
 #include <fstream>
 #include <functional>
 
 #include "full_arrays.hpp"
 #include "session/session.hpp"
+#include "session_tools.hpp"
 #include "spoken.hpp"
 
 using namespace bs;
@@ -18,59 +17,17 @@ namespace {
 const MPI_Comm world = MPI_COMM_WORLD;  // NOLINT(misc-misplaced-const): the handle is constant
 using Numbers = std::vector<double>;
 
-void good(const Error& error) {
-  INFO(error.text);
-  REQUIRE_FALSE(error);
-}
-
 LatticeArrays read(const Settings& settings, MPI_Comm comm = world, std::vector<std::string>* warnings = nullptr) {
   LatticeArrays arrays;
   good(read_lattice(comm, settings, &arrays, warnings));
   return arrays;
 }
 
-std::unique_ptr<Session> session_of(const Settings& settings) {
-  std::unique_ptr<Session> session;
-  good(Session::create(world, settings, &session));
-  return session;
-}
-
-std::unique_ptr<Session> session_of(const LatticeArrays& arrays, const Settings& settings) {
-  std::unique_ptr<Session> session;
-  good(Session::create(world, arrays, settings, &session));
-  return session;
-}
-
-Settings with(Settings some, const Settings& more) {
-  some.insert(some.end(), more.begin(), more.end());
-  return some;
-}
-
-/// A folder of the test's own, the same on every rank.
-class Folder {
- public:
-  Folder() {
-    char name[] = "/tmp/backspring_lattices_XXXXXX";
-    if (rank_of(world) == 0 && !mkdtemp(name)) name[0] = '\0';
-    MPI_Bcast(name, sizeof name, MPI_CHAR, 0, world);
-    path = name;
-  }
-  ~Folder() {
-    MPI_Barrier(world);
-    if (rank_of(world) == 0) (void)!std::system(("rm -rf " + path).c_str());
-  }
-  Folder(const Folder&) = delete;
-  Folder& operator=(const Folder&) = delete;
-  std::string path;
-};
-
 /// States and forces after some steps: in every bit on one rank; on several another division of the lattice sums in another order.
 void compare(Session& first, Session& second, int steps) {
   for (int step = 0; step < 2; ++step) {
     for (const Session::Array what : {Session::Array::position, Session::Array::velocity, Session::Array::force}) {
-      Numbers a, b;
-      good(first.get(what, &a));
-      good(second.get(what, &b));
+      const Numbers a = array_of(first, what), b = array_of(second, what);
       REQUIRE(a.size() == b.size());
       if (size_of(world) == 1) REQUIRE(a == b);
       for (std::size_t k = 0; k < a.size(); ++k) REQUIRE(a[k] == Approx(b[k]).epsilon(1e-6).margin(1e-6));

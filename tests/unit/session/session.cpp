@@ -14,6 +14,7 @@
 #include "lattice/generator.hpp"
 #include "options.hpp"
 #include "session/session.hpp"
+#include "session_tools.hpp"
 #include "spoken.hpp"
 #include "tasks/modes.hpp"
 #include "tasks/run.hpp"
@@ -27,51 +28,10 @@ namespace {
 const MPI_Comm world = MPI_COMM_WORLD;
 using Numbers = std::vector<double>;
 
-/// An error in the place of none fails the test with its text.
-void good(const Error& error) {
-  INFO(error.text);
-  REQUIRE_FALSE(error);
-}
-
-std::unique_ptr<Session> session_of(const Settings& settings) {
-  std::unique_ptr<Session> session;
-  good(Session::create(world, settings, &session));
-  return session;
-}
-
-Numbers array_of(Session& session, Session::Array what) {
-  Numbers all;
-  good(session.get(what, &all));
-  return all;
-}
-
 const Settings NET = {{"-bs_lattice_type", "triangular"}, {"-bs_lattice_size", "4,4"}, {"-bs_lattice_dim", "2"},
                       {"-bs_lattice_fixed", "ymax"},      {"-bs_gravity", "0,-9.81"},  {"-bs_spring_law", "hooke"}};
 const Settings CHAIN = {
     {"-bs_lattice_type", "chain"}, {"-bs_lattice_size", "7"}, {"-bs_lattice_velocity", "1"}, {"-ts_type", "cn"}, {"-ts_dt", "0.02"}};
-
-Settings with(Settings some, const Settings& more) {
-  some.insert(some.end(), more.begin(), more.end());
-  return some;
-}
-
-/// A folder of the test's own, the same on every rank.
-class Folder {
- public:
-  Folder() {
-    char name[] = "/tmp/backspring_session_XXXXXX";
-    if (rank_of(world) == 0 && !mkdtemp(name)) name[0] = '\0';
-    MPI_Bcast(name, sizeof name, MPI_CHAR, 0, world);
-    path = name;
-  }
-  ~Folder() {
-    MPI_Barrier(world);
-    if (rank_of(world) == 0) (void)!std::system(("rm -rf " + path).c_str());
-  }
-  Folder(const Folder&) = delete;
-  Folder& operator=(const Folder&) = delete;
-  std::string path;
-};
 
 /// The program's task with these options, which writes `file` and a report beside it; under its own communicator.
 void run_program(PetscErrorCode (*task)(std::unique_ptr<Model>, Result*, int*), const Settings& settings, const std::string& file) {

@@ -5,18 +5,13 @@
 
 #include "base/collective.hpp"
 #include "session/session.hpp"
+#include "session_tools.hpp"
 
 using namespace bs;
 
 namespace {
 
-const MPI_Comm world = MPI_COMM_WORLD;
 using Numbers = std::vector<double>;
-
-void good(const Error& error) {
-  INFO(error.text);
-  REQUIRE_FALSE(error);
-}
 
 /// n unit masses on a line, tied by springs of stiffness k and length 1; the first is fixed.
 LatticeArrays line(int n, double k) {
@@ -37,18 +32,6 @@ LatticeArrays line(int n, double k) {
   return l;
 }
 
-std::unique_ptr<Session> session_of(const LatticeArrays& lattice, const Settings& settings, Session::Make make = Session::Make::at_once) {
-  std::unique_ptr<Session> session;
-  good(Session::create(world, lattice, settings, &session, make));
-  return session;
-}
-
-Numbers whole(Session& session, Session::Array what) {
-  Numbers all;
-  good(session.get(what, &all));
-  return all;
-}
-
 /// This rank's part of all.
 Numbers own(const Session& session, const Numbers& all) {
   const Rows rows = session.particles();
@@ -66,8 +49,8 @@ TEST_CASE("frames of a session come at its output times, the last at the end") {
   FrameData frame;
   good(session->get_frame(&frame));
   REQUIRE(frame.time == 0.25);
-  REQUIRE(frame.table("position")->value == whole(*session, Session::Array::position));
-  const Numbers v = whole(*session, Session::Array::velocity);
+  REQUIRE(frame.table("position")->value == array_of(*session, Session::Array::position));
+  const Numbers v = array_of(*session, Session::Array::velocity);
   double kinetic = 0;
   for (const double one : v) kinetic += one * one / 2;
   REQUIRE(frame.observable("kinetic_energy")->value[0] == Approx(kinetic).epsilon(1e-13));
@@ -78,13 +61,13 @@ TEST_CASE("a state that is set is one that a session begins with") {
   const Settings settings = {{"-ts_type", "cn"}, {"-ts_dt", "0.01"}, {"-snes_rtol", "1e-12"}};
   const auto session = session_of(line(5, 20), settings);
   good(session->step(7));
-  Numbers x = whole(*session, Session::Array::position), v = whole(*session, Session::Array::velocity);
+  Numbers x = array_of(*session, Session::Array::position), v = array_of(*session, Session::Array::velocity);
   x[4] += 0.1;
   v[3] = -0.5;
   good(session->set_rows(Session::Array::position, own(*session, x)));
   good(session->set_rows(Session::Array::velocity, own(*session, v)));
-  REQUIRE(whole(*session, Session::Array::position) == x);
-  REQUIRE(whole(*session, Session::Array::velocity) == v);
+  REQUIRE(array_of(*session, Session::Array::position) == x);
+  REQUIRE(array_of(*session, Session::Array::velocity) == v);
   REQUIRE(session->time() == Approx(0.07).epsilon(1e-14));
   good(session->step(5));
   REQUIRE(session->steps() == 12);
@@ -93,7 +76,7 @@ TEST_CASE("a state that is set is one that a session begins with") {
   there.velocity = v;
   const auto anew = session_of(there, settings);
   good(anew->step(5));
-  const Numbers a = whole(*session, Session::Array::position), b = whole(*anew, Session::Array::position);
+  const Numbers a = array_of(*session, Session::Array::position), b = array_of(*anew, Session::Array::position);
   for (std::size_t k = 0; k < a.size(); ++k) REQUIRE(a[k] == Approx(b[k]).epsilon(1e-11));
 }
 
@@ -112,7 +95,7 @@ TEST_CASE("numbers that are no state are refused") {
 TEST_CASE("a poll ends a call on all ranks, and the session goes on") {
   const auto session = session_of(line(4, 10), {{"-ts_dt", "0.01"}, {"-bs_gravity", "1"}});
   int asked = 0;
-  session->on_poll([&] { return ++asked == 5 && rank_of(world) == size_of(world) - 1 ? 2 : 0; });
+  session->on_poll([&] { return ++asked == 5 && rank_of(MPI_COMM_WORLD) == size_of(MPI_COMM_WORLD) - 1 ? 2 : 0; });
   const Error error = session->run_until(10);
   REQUIRE(error.text == "stopped by signal 2");
   REQUIRE(static_cast<int>(error.exit) == 130);
@@ -155,8 +138,7 @@ TEST_CASE("an equilibrium comes with tensions, reactions and counts, modes with 
 TEST_CASE("a force that the caller computes is one of the system's") {
   // a spring to the point 3 on the last particle, by the caller and as an anchor of the settings
   const Settings settings = {{"-ts_type", "verlet"}, {"-ts_dt", "0.01"}, {"-bs_gravity", "1"}};
-  std::unique_ptr<Session> ours;
-  good(Session::create(world, line(4, 30), settings, &ours, Session::Make::when_needed));
+  const auto ours = session_of(line(4, 30), settings, Session::Make::when_needed);
   ours->on_force([](double, const std::vector<std::int64_t>& row, const double* x, const double* v, double* f) {
     for (std::size_t k = 0; k < row.size(); ++k)
       if (row[k] == 3) f[k] -= 20 * (x[k] - 3) + 0.5 * v[k];
@@ -170,7 +152,7 @@ TEST_CASE("a force that the caller computes is one of the system's") {
   const auto theirs = session_of(tied, settings);
   good(ours->step(50));
   good(theirs->step(50));
-  const Numbers a = whole(*ours, Session::Array::position), b = whole(*theirs, Session::Array::position);
+  const Numbers a = array_of(*ours, Session::Array::position), b = array_of(*theirs, Session::Array::position);
   for (std::size_t k = 0; k < 4; ++k) REQUIRE(a[k] == Approx(b[k]).epsilon(1e-13));
   Result found, expected;
   good(ours->solve_statics(&found));

@@ -6,6 +6,7 @@
 #include <cstdio>
 #include <string>
 
+#include "base/collective.hpp"
 #include "cli/voice.hpp"
 #include "output/progress.hpp"
 
@@ -56,14 +57,5 @@ struct Handled {
   bs::PetscErrors handler{PETSC_COMM_WORLD};
 };
 
-inline int rank_of(MPI_Comm comm) {
-  int rank;
-  MPI_Comm_rank(comm, &rank);
-  return rank;
-}
-
-inline int size_of(MPI_Comm comm) {
-  int size;
-  MPI_Comm_size(comm, &size);
-  return size;
-}
+using bs::rank_of;
+using bs::size_of;
