@@ -60,13 +60,12 @@ py::dict result_of(Result&& result, int dim) {
 /// call on all ranks and is raised anew when it has ended.
 class PythonSession {
  public:
-  PythonSession(std::int64_t comm, const LatticeArrays* lattice, const Settings& settings, const py::object& force) {
+  PythonSession(std::int64_t comm, const LatticeArrays& lattice, const Settings& settings, const py::object& force) {
     force_ = force;
     py::gil_scoped_release free;
     const MPI_Comm mpi = MPI_Comm_f2c(static_cast<MPI_Fint>(comm));
     MPI_Comm_dup(mpi, &comm_);
-    error_ = lattice ? Session::create(mpi, *lattice, settings, &session_, Session::Make::when_needed)
-                     : Session::create(mpi, settings, &session_, Session::Make::when_needed);
+    error_ = Session::create(mpi, lattice, settings, &session_, Session::Make::when_needed);
     if (!session_) return;
     session_->on_poll([this] { return poll(); });
     if (!force_.is_none())
@@ -197,15 +196,13 @@ py::tuple numbers_of(PythonSession& s, const std::string& name, bool whole) {
 
 void bind_sessions(py::module_& m) {
   py::class_<PythonSession> one(m, "Session");
-  one.def(py::init<std::int64_t, const LatticeArrays*, const Settings&, const py::object&>(), py::arg("comm"), py::arg("lattice").none(true),
-          py::arg("settings"), py::arg("force"));
+  one.def(py::init<std::int64_t, const LatticeArrays&, const Settings&, const py::object&>());
   one.def_property_readonly("error", &PythonSession::error);
   one.def_property_readonly("time", [](PythonSession& s) { return s->time(); });
   one.def_property_readonly("steps", [](PythonSession& s) { return s->steps(); });
-  one.def_property_readonly("dim", [](PythonSession& s) { return s->dim(); });
   one.def_property_readonly("rows", [](PythonSession& s) {
     const Rows rows = s->particles();
-    return py::make_tuple(rows.first, rows.count, rows.total);
+    return py::make_tuple(rows.first, rows.count);
   });
   one.def_property_readonly("warnings", [](PythonSession& s) { return s->warnings(); });
   one.def("prepare", [](PythonSession& s) { return as_python(s.call([&] { return s->prepare(); })); });

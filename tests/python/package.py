@@ -265,7 +265,6 @@ try: simulation.step(10)
 except Exception as error: say(rank, type(error).__name__)
 ''', ["0 KeyError", "1 Stopped"]), ('''
 all = [bs.Simulation(net, dt=1e-3) for _ in range(12)]
-for one in all if rank else all[::-1]: one.lattice
 for one in all: one.step()
 del all
 say(rank, "ended")

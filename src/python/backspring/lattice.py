@@ -3,100 +3,12 @@
 import numpy as np
 
 from ._library import started
+from .arguments import mask_of, named, numbers_in, refuse_duplicates, rows_in, whole_in
 from .errors import InputError, check, pass_on
 from .options import joined, settings_of, text_of
 
 
-def _numbers(name, value, rows, width=None, positive=False):
-    """An array (rows,) or (rows, width) of finite doubles from what was given; one number, or one row, stands for all."""
-    try:
-        array = np.asarray(value, dtype=float)
-    except (TypeError, ValueError):
-        raise InputError(f"{name}: give numbers") from None
-    shape = (rows,) if width is None else (rows, width)
-    if array.shape != shape:
-        if array.ndim > len(shape) - 1 or (array.ndim == 1 and array.shape != shape[1:]):
-            raise InputError(f"{name} has the shape {array.shape}: give {shape}, or {'one number' if width is None else f'one row of {width}'}")
-        array = np.broadcast_to(array, shape)
-    array = np.array(array, dtype=float, order="C")
-    bad = ~np.isfinite(array) | (array <= 0 if positive else False)
-    if bad.any():
-        row = int(np.argwhere(bad)[0][0])
-        raise InputError(f"{name}, row {row}: {array[row]} is not {'a positive number' if positive else 'finite'}")
-    return array
-
-
-def _rows(name, value, count):
-    """A mask (count,) from rows or from a mask."""
-    array = np.asarray(value)
-    if array.dtype == bool:
-        if array.shape != (count,):
-            raise InputError(f"{name}: a mask of the shape {array.shape}: give ({count},), or rows")
-        return array.astype(np.uint8)
-    if array.size == 0:
-        return np.zeros(count, np.uint8)
-    if array.dtype.kind not in "iu" or array.ndim > 1:
-        raise InputError(f"{name}: give rows of particles (whole numbers from 0), or a mask of {count} truth values")
-    array = array.reshape(-1)
-    bad = np.flatnonzero((array < 0) | (array >= count))
-    if bad.size:
-        raise InputError(f"{name}, entry {bad[0]}: row {array[bad[0]]} is none of the {count} particles, which count from 0")
-    mask = np.zeros(count, np.uint8)
-    mask[array] = 1
-    if mask.sum() != array.size:
-        raise InputError(f"{name}: a row stands there twice: give each once, or a mask of {count} truth values")
-    return mask
-
-
-def _whole(name, value, rows, width):
-    numbers = _numbers(name, value, rows, width)
-    bad = np.flatnonzero((numbers != np.rint(numbers)).any(axis=1) | (np.abs(numbers) > 1e9).any(axis=1))
-    if bad.size:
-        raise InputError(f"{name}, row {bad[0]}: {numbers[bad[0]]} are no whole numbers of boxes")
-    return numbers.astype(np.int64)
-
-
-def _named(name, value):
-    """A dictionary by names; None stands for an empty one."""
-    if value is not None and not (isinstance(value, dict) and all(isinstance(key, str) for key in value)):
-        raise InputError(f"{name}: {value!r} is no dictionary of values by names")
-    return value or {}
-
-
-def _ends(name, value, width, count):
-    """(n, width), or (n,) where width is None, of rows of particles."""
-    array = np.asarray(value)
-    shape = "(n,)" if width is None else f"(n, {width})"
-    if array.size == 0:
-        return np.zeros((0,) if width is None else (0, width), np.int64)
-    if array.ndim != (1 if width is None else 2) or (width and array.shape[1] != width) or array.dtype.kind not in "iu":
-        raise InputError(f"{name} has the shape {array.shape} and the type {array.dtype}: give {shape} whole numbers, rows of particles")
-    outside = (array < 0) | (array >= count)
-    bad = np.flatnonzero(outside if width is None else outside.any(axis=1))
-    if bad.size:
-        raise InputError(f"{name}, row {bad[0]}: {array[bad[0]].tolist()}: the {count} particles count from 0 to {count - 1}")
-    return np.ascontiguousarray(array, np.int64)
-
-
-def _refuse_duplicates(pairs, shift):
-    """A spring between the same particles, by way of the same image, twice; and one from a particle to itself."""
-    turned = pairs[:, 0] > pairs[:, 1]
-    keys = np.where(turned[:, None], pairs[:, ::-1], pairs)
-    if shift is not None:
-        keys = np.hstack([keys, np.where(turned[:, None], -shift, shift)])
-    else:
-        same = np.flatnonzero(pairs[:, 0] == pairs[:, 1])
-        if same.size:
-            raise InputError(f"pairs, row {same[0]}: a spring from particle {pairs[same[0], 0]} to itself")
-    _, first, inverse = np.unique(keys, axis=0, return_index=True, return_inverse=True)
-    again = np.flatnonzero(first[inverse.reshape(-1)] != np.arange(len(keys)))
-    if again.size:
-        row = int(again[0])
-        raise InputError(f"pairs, row {row}: the spring {pairs[row].tolist()} stands in row {int(first[inverse.reshape(-1)[row]])} already; "
-                         "add up their stiffnesses, or give parallel=True")
-
-
-# What interactions of several particles are called in the arguments: (kind of the program, name of their ends, number of these).
+# Interactions of several particles by the program's names of their kinds: what their ends are called, and how many there are.
 INTERACTIONS = {"angles": ("triples", 3), "hinges": ("quads", 4)}
 
 
@@ -130,27 +42,28 @@ class Lattice:
         if x.ndim != 2 or not 1 <= x.shape[1] <= 3 or len(x) == 0:
             raise InputError(f"x has the shape {x.shape}: give (N, d) with at least one particle in 1 to 3 dimensions")
         n, d = x.shape
-        self.x = _numbers("x", x, n, d)
-        self.pairs = _ends("pairs", pairs, 2, n)
+        self.x = numbers_in("x", x, n, d)
+        self.pairs = rows_in("pairs", pairs, 2, n)
         s = len(self.pairs)
-        self.stiffness = _numbers("stiffness", stiffness, s)
-        self.rest_length = None if rest_length is None else _numbers("rest_length", rest_length, s)
-        self.damping = _numbers("damping", damping, s)
-        self.area = None if area is None else _numbers("area", area, s, positive=True)
-        self.mass = _numbers("mass", mass, n, positive=True)
-        self.velocity = np.zeros((n, d)) if np.ndim(velocity) == 0 and velocity == 0 else _numbers("velocity", velocity, n, d)
-        self.fixed = _rows("fixed", fixed, n).astype(bool)
-        self.groups = {name: _rows(f"groups[{name!r}]", rows, n).astype(bool) for name, rows in _named("groups", groups).items()}
+        self.stiffness = numbers_in("stiffness", stiffness, s)
+        self.rest_length = None if rest_length is None else numbers_in("rest_length", rest_length, s)
+        self.damping = numbers_in("damping", damping, s)
+        self.area = None if area is None else numbers_in("area", area, s, positive=True)
+        self.mass = numbers_in("mass", mass, n, positive=True)
+        self.velocity = np.zeros((n, d)) if np.ndim(velocity) == 0 and velocity == 0 else numbers_in("velocity", velocity, n, d)
+        self.fixed = mask_of("fixed", fixed, n)
+        self.groups = {name: mask_of(f"groups[{name!r}]", rows, n) for name, rows in named("groups", groups).items()}
         self._set_box(box, periodic, shift, s, d)
         if not parallel:
-            _refuse_duplicates(self.pairs, self.shift)
-        self.law, self.damping_law, self.options = law if isinstance(law, str) else [str(one) for one in law], damping_law, {name: text_of(name, value) for name, value in _named("options", options).items()}
+            refuse_duplicates(self.pairs, self.shift)
+        self.law, self.damping_law = law if isinstance(law, str) else [str(one) for one in law], damping_law
+        self.options = {name: text_of(name, value) for name, value in named("options", options).items()}
         if not isinstance(self.law, str) and len(self.law) != s:
             raise InputError(f"law has {len(self.law)} names: give one, or {s}, one for each spring")
-        self.spring_columns = {name: _numbers(f"spring_columns[{name!r}]", v, s) for name, v in _named("spring_columns", spring_columns).items()}
-        self.breaking = {name: _numbers(f"breaking[{name!r}]", v, s) for name, v in _named("breaking", breaking).items()}
-        self.particle_columns = {name: _numbers(f"particle_columns[{name!r}]", v, n, np.shape(v)[1] if np.ndim(v) == 2 else None)
-                                 for name, v in _named("particle_columns", particle_columns).items()}
+        self.spring_columns = {name: numbers_in(f"spring_columns[{name!r}]", v, s) for name, v in named("spring_columns", spring_columns).items()}
+        self.breaking = {name: numbers_in(f"breaking[{name!r}]", v, s) for name, v in named("breaking", breaking).items()}
+        self.particle_columns = {name: numbers_in(f"particle_columns[{name!r}]", v, n, np.shape(v)[1] if np.ndim(v) == 2 else None)
+                                 for name, v in named("particle_columns", particle_columns).items()}
         self.anchors = self._anchors(anchors, n, d)
         self.angles, self.hinges = self._several("angles", angles, n), self._several("hinges", hinges, n)
 
@@ -161,12 +74,12 @@ class Lattice:
                 raise InputError("periodic and shift: give the box, too")
             return
         box = np.asarray(box, dtype=float)
-        self.box = _numbers("box", np.diag(box) if box.ndim == 1 else box, d, d)
+        self.box = numbers_in("box", np.diag(box) if box.ndim == 1 else box, d, d)
         self.periodic = tuple(bool(one) for one in (periodic if periodic is not None else (True,) * d))
         if len(self.periodic) != d:
             raise InputError(f"periodic has {len(self.periodic)} entries: give {d}, one for each edge of the box")
         if shift is not None:
-            self.shift = _whole("shift", shift, s, d)
+            self.shift = whole_in("shift", shift, s, d)
 
     @staticmethod
     def _known(name, given, names):
@@ -175,29 +88,29 @@ class Lattice:
             raise InputError(f"{name}: {unknown[0]!r} is none of {', '.join(names)}")
 
     def _anchors(self, given, n, d):
-        given = {key: value for key, value in _named("anchors", given).items() if value is not None}
+        given = {key: value for key, value in named("anchors", given).items() if value is not None}
         if not given:
             return None
         self._known("anchors", given, ("particle", "point", "stiffness", "rest_length", "damping"))
         if "particle" not in given or "point" not in given or "stiffness" not in given:
             raise InputError("anchors: give particle, point and stiffness")
-        particle = _ends("anchors['particle']", given["particle"], None, n)
+        particle = rows_in("anchors['particle']", given["particle"], None, n)
         a = len(particle)
-        return {"particle": particle, "point": _numbers("anchors['point']", given["point"], a, d),
-                **{name: _numbers(f"anchors[{name!r}]", given.get(name, 0.0), a) for name in ("stiffness", "rest_length", "damping")}}
+        return {"particle": particle, "point": numbers_in("anchors['point']", given["point"], a, d),
+                **{name: numbers_in(f"anchors[{name!r}]", given.get(name, 0.0), a) for name in ("stiffness", "rest_length", "damping")}}
 
     def _several(self, kind, given, n):
-        given = _named(kind, given)
+        given = named(kind, given)
         if not given:
             return None
         name, count = INTERACTIONS[kind]
         self._known(kind, given, (name, "stiffness", "rest_angle", "shift"))
         if name not in given or "stiffness" not in given:
             raise InputError(f"{kind}: give {name} and stiffness")
-        ends = _ends(f"{kind}[{name!r}]", given[name], count, n)
-        found = {name: ends, **{key: _numbers(f"{kind}[{key!r}]", given.get(key, 0.0), len(ends)) for key in ("stiffness", "rest_angle")}}
+        ends = rows_in(f"{kind}[{name!r}]", given[name], count, n)
+        found = {name: ends, **{key: numbers_in(f"{kind}[{key!r}]", given.get(key, 0.0), len(ends)) for key in ("stiffness", "rest_angle")}}
         if given.get("shift") is not None:
-            found["shift"] = _whole(f"{kind}['shift']", np.reshape(given["shift"], (len(ends), -1)), len(ends), count * self.dim)
+            found["shift"] = whole_in(f"{kind}['shift']", np.reshape(given["shift"], (len(ends), -1)), len(ends), count * self.dim)
         return found
 
     @property

@@ -99,7 +99,7 @@ class Simulation:
     @property
     def rows(self):
         """The rows of this rank, for get() and set()."""
-        first, count, _ = self._session.rows
+        first, count = self._session.rows
         return slice(first, first + count)
 
     def get(self, what, whole=True):

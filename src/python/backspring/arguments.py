@@ -1,0 +1,87 @@
+"""Checks of arguments: one exception, which names the argument and the row."""
+
+import numpy as np
+
+from .errors import InputError
+
+
+def numbers_in(name, value, rows, width=None, positive=False):
+    """An array (rows,) or (rows, width) of finite doubles from what was given; one number, or one row, stands for all."""
+    try:
+        array = np.asarray(value, dtype=float)
+    except (TypeError, ValueError):
+        raise InputError(f"{name}: give numbers") from None
+    shape = (rows,) if width is None else (rows, width)
+    if array.shape != shape:
+        if array.ndim > len(shape) - 1 or (array.ndim == 1 and array.shape != shape[1:]):
+            raise InputError(f"{name} has the shape {array.shape}: give {shape}, or {'one number' if width is None else f'one row of {width}'}")
+        array = np.broadcast_to(array, shape)
+    array = np.array(array, dtype=float, order="C")
+    bad = ~np.isfinite(array) | (array <= 0 if positive else False)
+    if bad.any():
+        row = int(np.argwhere(bad)[0][0])
+        raise InputError(f"{name}, row {row}: {array[row]} is not {'a positive number' if positive else 'finite'}")
+    return array
+
+
+def rows_in(name, value, width, count, place="row"):
+    """(n, width), or (n,) where width is None, of rows of particles; `place`: what one of them is called in messages."""
+    array = np.asarray(value)
+    shape = "(n,)" if width is None else f"(n, {width})"
+    if array.size == 0:
+        return np.zeros((0,) if width is None else (0, width), np.int64)
+    if array.ndim != (1 if width is None else 2) or (width and array.shape[1] != width) or array.dtype.kind not in "iu":
+        raise InputError(f"{name} has the shape {array.shape} and the type {array.dtype}: give {shape} whole numbers, rows of particles")
+    outside = (array < 0) | (array >= count)
+    bad = np.flatnonzero(outside if width is None else outside.any(axis=1))
+    if bad.size:
+        raise InputError(f"{name}, {place} {bad[0]}: {array[bad[0]].tolist()}: the {count} particles count from 0 to {count - 1}")
+    return np.ascontiguousarray(array, np.int64)
+
+
+def mask_of(name, value, count):
+    """A mask (count,) of truth values from rows or from a mask."""
+    array = np.asarray(value)
+    if array.dtype == bool:
+        if array.shape != (count,):
+            raise InputError(f"{name}: a mask of the shape {array.shape}: give ({count},), or rows")
+        return array.copy()
+    rows = rows_in(name, np.atleast_1d(array), None, count, "entry")
+    mask = np.zeros(count, bool)
+    mask[rows] = True
+    if mask.sum() != rows.size:
+        raise InputError(f"{name}: a row stands there twice: give each once, or a mask of {count} truth values")
+    return mask
+
+
+def whole_in(name, value, rows, width):
+    numbers = numbers_in(name, value, rows, width)
+    bad = np.flatnonzero((numbers != np.rint(numbers)).any(axis=1) | (np.abs(numbers) > 1e9).any(axis=1))
+    if bad.size:
+        raise InputError(f"{name}, row {bad[0]}: {numbers[bad[0]]} are no whole numbers of boxes")
+    return numbers.astype(np.int64)
+
+
+def named(name, value):
+    """A dictionary by names; None stands for an empty one."""
+    if value is not None and not (isinstance(value, dict) and all(isinstance(key, str) for key in value)):
+        raise InputError(f"{name}: {value!r} is no dictionary of values by names")
+    return value or {}
+
+
+def refuse_duplicates(pairs, shift):
+    """A spring between the same particles, by way of the same image, twice; and one from a particle to itself."""
+    turned = pairs[:, 0] > pairs[:, 1]
+    keys = np.where(turned[:, None], pairs[:, ::-1], pairs)
+    if shift is not None:
+        keys = np.hstack([keys, np.where(turned[:, None], -shift, shift)])
+    else:
+        same = np.flatnonzero(pairs[:, 0] == pairs[:, 1])
+        if same.size:
+            raise InputError(f"pairs, row {same[0]}: a spring from particle {pairs[same[0], 0]} to itself")
+    _, first, inverse = np.unique(keys, axis=0, return_index=True, return_inverse=True)
+    again = np.flatnonzero(first[inverse.reshape(-1)] != np.arange(len(keys)))
+    if again.size:
+        row = int(again[0])
+        raise InputError(f"pairs, row {row}: the spring {pairs[row].tolist()} stands in row {int(first[inverse.reshape(-1)[row]])} already; "
+                         "add up their stiffnesses, or give parallel=True")
