@@ -7,6 +7,9 @@
 #include <exception>
 #include <memory>
 #include <stdexcept>
+#include <tuple>
+#include <utility>
+#include <vector>
 #include "python/arrays.hpp"
 #include "python/module.hpp"
 #include "session/session.hpp"
@@ -60,17 +63,16 @@ py::dict result_of(Result&& result, int dim) {
 /// call on all ranks and is raised anew when it has ended.
 class PythonSession {
  public:
-  PythonSession(std::int64_t comm, const LatticeArrays& lattice, const Settings& settings, const py::object& force) {
-    force_ = force;
+  /// forces: None, or functions (force, tangent, energy) of which the last two may be None.
+  PythonSession(std::int64_t comm, const LatticeArrays& lattice, const Settings& settings, const py::object& forces) {
+    if (!forces.is_none()) std::tie(force_, tangent_, energy_) = forces.cast<std::tuple<py::object, py::object, py::object>>();
     py::gil_scoped_release free;
     const MPI_Comm mpi = MPI_Comm_f2c(static_cast<MPI_Fint>(comm));
     MPI_Comm_dup(mpi, &comm_);
     error_ = Session::create(mpi, lattice, settings, &session_, Session::Make::when_needed);
     if (!session_) return;
     session_->on_poll([this] { return poll(); });
-    if (!force_.is_none())
-      session_->on_force(
-          [this](double t, const std::vector<std::int64_t>& row, const double* x, const double* v, double* f) { add_force(t, row, x, v, f); });
+    if (!force_.is_none()) session_->on_force(own_forces());
   }
   py::object error() const { return as_python(error_); }
   Session* operator->() const {
@@ -141,18 +143,38 @@ class PythonSession {
       raised_ = std::current_exception();
     }
   }
-  /// Python's forces, as an array (rows, d); not numbers where it raised an exception.
-  void add_force(double t, const std::vector<std::int64_t>& row, const double* x, const double* v, double* f) {
+  using RowList = ForceCallback::Rows;
+  /// What a function of Python returns of some particles, an array of `shape` without its first dimension for each, into `out`; not numbers where it
+  /// raised an exception.
+  void ask(const py::object& function, double t, const RowList& row, const double* x, const double* v,
+           const std::vector<std::pair<double*, py::ssize_t>>& out) {
     const py::gil_scoped_acquire lock;
     const py::ssize_t n = static_cast<py::ssize_t>(row.size()), d = session_->dim();
-    std::fill_n(f, n * d, std::nan(""));
+    for (const auto& [to, width] : out) std::fill_n(to, n * width, std::nan(""));
     in_force_ = true;
     guarded([&] {
-      const Numbers given = force_(t, py::array_t<double>({n, d}, x), py::array_t<double>({n, d}, v), py::array_t<std::int64_t>(n, row.data()));
-      if (given.ndim() != 2 || given.shape(0) != n || given.shape(1) != d) throw py::value_error("forces: give an array of the shape of x");
-      std::copy_n(given.data(), n * d, f);
+      const py::array_t<double> places({n, d}, x);
+      const py::object speeds = v ? py::object(py::array_t<double>({n, d}, v)) : py::none();
+      const py::list found = function(t, places, speeds, py::array_t<std::int64_t>(n, row.data()));
+      for (std::size_t k = 0; k < out.size(); ++k) {
+        const Numbers numbers = found[k].cast<Numbers>();
+        if (numbers.size() != n * out[k].second) throw py::value_error("forces: arrays of another size than that of the particles asked for");
+        std::copy_n(numbers.data(), numbers.size(), out[k].first);
+      }
     });
     in_force_ = false;
+  }
+  ForceCallback own_forces() {
+    ForceCallback all;
+    const auto d = [this] { return static_cast<py::ssize_t>(session_->dim()); };
+    all.force = [this, d](double t, const RowList& row, const double* x, const double* v, double* f) { ask(force_, t, row, x, v, {{f, d()}}); };
+    if (!tangent_.is_none())
+      all.tangent = [this, d](double t, const RowList& row, const double* x, const double* v, double* K, double* D) {
+        ask(tangent_, t, row, x, v, {{K, d() * d()}, {D, d() * d()}});
+      };
+    if (!energy_.is_none())
+      all.energy = [this](double t, const RowList& row, const double* x, double* E) { ask(energy_, t, row, x, nullptr, {{E, 1}}); };
+    return all;
   }
   int poll() {
     const py::gil_scoped_acquire lock;
@@ -167,7 +189,7 @@ class PythonSession {
   bool busy_ = false, in_force_ = false;
   Error error_;
   std::exception_ptr raised_;
-  py::object force_ = py::none();
+  py::object force_ = py::none(), tangent_ = py::none(), energy_ = py::none();
 };
 
 /// (error, result) of an analysis.

@@ -5,7 +5,6 @@
 #include "base/context.hpp"
 #include "base/signals.hpp"
 #include "session/session_impl.hpp"
-#include "systems/force_callback.hpp"
 #include "tasks/modes.hpp"
 #include "tasks/statics/statics.hpp"
 
@@ -136,9 +135,7 @@ void Session::on_poll(std::function<int()> poll) {
   set_signals(impl_->comm, signals);
 }
 
-void Session::on_force(std::function<void(double, const std::vector<std::int64_t>&, const double*, const double*, double*)> force) {
-  held_by<ForceCallback>(impl_->comm).force = std::move(force);
-}
+void Session::on_force(ForceCallback forces) { held_by<ForceCallback>(impl_->comm) = std::move(forces); }
 
 void Session::on_step(std::function<void(const StepRecord&)> observer) { impl_->step_observer = std::move(observer); }
 

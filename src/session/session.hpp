@@ -12,6 +12,7 @@
 #include "base/error.hpp"
 #include "lattice/lattice_arrays.hpp"
 #include "solvers/step_record.hpp"
+#include "systems/force_callback.hpp"
 #include "tasks/result.hpp"
 
 namespace bs {
@@ -104,11 +105,9 @@ class Session {
   /// number plus 128 on all: the last good state stays.
   void on_poll(std::function<int()> poll);
 
-  /// Forces beside those of the settings, in all systems that are made from now on (Make::when_needed): `force` adds those on particles at (x, v) to
-  /// f, (rows, d) [N]; t: time [s], in equilibria the load factor; `row`: rows of the input, a part of this rank's. It is asked for different
-  /// particles on different ranks, must depend on nothing else, and the tangent has nothing of it: Newton's method takes it as it was at the last
-  /// iterate.
-  void on_force(std::function<void(double t, const std::vector<std::int64_t>& row, const double* x, const double* v, double* f)> force);
+  /// Forces beside those of the settings, in all systems that are made from now on (Make::when_needed), with a tangent and a potential where they are
+  /// given.
+  void on_force(ForceCallback forces);
 
   /// Local. What was warned of so far; on the first rank.
   const std::vector<std::string>& warnings() const;

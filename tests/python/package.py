@@ -123,6 +123,21 @@ def written_back():
             writing.v = 0 * writing.v
 
 
+def told_once():
+    """What forces without an energy mean is said once in a process, and only where it matters."""
+    code = """
+import warnings, backspring as bs
+net = bs.Lattice([[0.0], [1]], [[0, 1]], stiffness=1.0, fixed=[0])
+with warnings.catch_warnings(record=True) as said:
+    warnings.simplefilter("always")
+    for options in (dict(ts_type="verlet"), {}, {}): bs.Simulation(net, dt=0.1, forces=lambda t, x, v: 0 * x, **options).step()
+    bs.statics(net, forces=bs.Forces(lambda t, x, v: 0 * x, energy=lambda t, x: 0 * x[:, 0]))
+print(*[one.message for one in said], sep="\\n")
+"""
+    lines = python(code).stdout.splitlines()
+    assert len(lines) == 1 and "goes by residuals" in lines[0], lines
+
+
 def own_forces():
     """A spring computed in Python is the built-in one; an error in it is raised; gravity by hand."""
     x, pairs = np.arange(5.0)[:, None], np.array([[i, i + 1] for i in range(4)])
@@ -158,6 +173,56 @@ def own_forces():
         bs.Simulation(net, dt=1e-3, forces=lambda t, x, v: x[0]).step()
     with raised(bs.InputError, "function"):
         bs.statics(net, forces=3)
+
+
+def implicit_forces():
+    """Forces with their tangent and energy: a built-in spring's motion and Newton iterations, an equilibrium far from the start, modes, energies."""
+    x, pairs = np.array([[0.0, 0], [1, 0.1], [2, 0]]), [[0, 1], [1, 2]]
+    base = dict(stiffness=40.0, rest_length=[1.0, 1.1], mass=0.5)
+    net = bs.Lattice(x, pairs, fixed=[0], **base)
+    k, L, point = 300.0, 0.4, np.array([2.5, 0.8])
+    last = lambda rows: (np.asarray(rows) == 2).astype(float)[:, None]
+
+    def pull(t, x, v, rows):
+        way = x - point
+        l = np.linalg.norm(way, axis=1)[:, None]
+        return -last(rows) * k * (l - L) * way / l
+
+    def tangent(t, x, v, rows):
+        way = x - point
+        l = np.linalg.norm(way, axis=1)[:, None, None]
+        uu = way[:, :, None] * way[:, None, :] / l**2
+        return -last(rows)[:, None] * k * (uu + (1 - L / l) * (np.eye(2) - uu))
+
+    def energy(t, x, rows):
+        return last(rows)[:, 0] * k / 2 * (np.linalg.norm(x - point, axis=1) - L) ** 2
+
+    ours = bs.Forces(pull, tangent=tangent, energy=energy)
+    assert "tangent and energy" in repr(ours)
+    tied = bs.Lattice(np.vstack([x, point]), [*pairs, [2, 3]], stiffness=[40.0, 40, k], rest_length=[1.0, 1.1, L], mass=0.5, fixed=[0, 3])
+    for options in (dict(dt=0.05, snes_rtol=1e-13), dict(dt=0.05, snes_rtol=1e-13, ts_type="cn")):
+        with bs.Simulation(net, forces=ours, **options) as mine, bs.Simulation(tied, **options) as theirs:
+            counts = [[], []]
+            for simulation, count in zip((mine, theirs), counts):
+                simulation.on_step(lambda step, t, dt, newton, *_: count.append(newton))
+                simulation.step(20)
+            assert abs(mine.x - theirs.x[:3]).max() < 1e-12, abs(mine.x - theirs.x[:3]).max()
+            assert np.array_equal(*counts), counts
+            assert abs(mine.observables["total_energy"] - theirs.observables["total_energy"]) < 1e-11
+    eq, expected = bs.statics(net, forces=ours), bs.statics(tied)
+    assert abs(eq.x - expected.x[:3]).max() < 1e-9 and eq.newton <= expected.newton + 2, (eq.x - expected.x[:3], eq.newton, expected.newton)
+    assert np.allclose(bs.modes(eq, 4).omega2, bs.modes(expected, 4).omega2, rtol=1e-8)
+    # stiff drag, which no explicit part of Newton's method bears
+    drag = bs.Forces(lambda t, x, v: -1e4 * v, tangent=lambda t, x, v: (np.zeros((2, 2)), -1e4 * np.eye(2)))
+    stokes = dict(dt=0.1, bs_gravity=(0, -9.81), snes_rtol=1e-13)
+    with bs.Simulation(net, forces=drag, **stokes) as mine, bs.Simulation(net, bs_stokes_drag=1e4, **stokes) as theirs:
+        mine.step(5)
+        theirs.step(5)
+        assert abs(mine.x - theirs.x).max() < 1e-12
+    with raised(ValueError, "tangent", "(2, 2, 2)"):
+        bs.statics(net, forces=bs.Forces(pull, tangent=lambda t, x, v: np.zeros(3)))
+    with raised(bs.InputError, "energy"):
+        bs.Forces(pull, energy=3)
 
 
 def files():
@@ -417,7 +482,7 @@ def main():
     if chosen in "on_two_ranks":
         on_two_ranks()  # before this process starts MPI
         print("on_two_ranks: ok", flush=True)
-    for part in (bad_arguments, closed_forms, written_back, own_forces, files, misuse, every_step, remembered, without_steps, observers, interrupted, side_by_side, failures, memory, pictures_and_tools, documented, imported):
+    for part in (bad_arguments, closed_forms, written_back, told_once, own_forces, implicit_forces, files, misuse, every_step, remembered, without_steps, observers, interrupted, side_by_side, failures, memory, pictures_and_tools, documented, imported):
         if chosen in part.__name__:
             begin = time.time()
             part()

@@ -1,12 +1,12 @@
 """MPI and PETSc, started at the first use of the package and ended with the interpreter."""
 
 import atexit
-import inspect
 import itertools
 import sys
 import weakref
 
-from .errors import InputError, check
+from .errors import check
+from .forces import functions_of
 
 _open = {}  # number: session. Calls are collective, also the end: on several ranks it must not depend on when garbage is collected
 _numbers = itertools.count()
@@ -22,20 +22,6 @@ def _end():
     _open.clear()
     if "backspring._core" in sys.modules:
         sys.modules["backspring._core"].finish()
-
-
-def _with_rows(forces):
-    """As the extension calls it: (t, x, v, rows)."""
-    if forces is None:
-        return None
-    if not callable(forces):
-        raise InputError(f"forces: {forces!r} is no function of t, x and v")
-    try:
-        taken = list(inspect.signature(forces).parameters.values())
-    except (TypeError, ValueError):
-        taken = []
-    needed = [one for one in taken if one.kind in (one.POSITIONAL_ONLY, one.POSITIONAL_OR_KEYWORD) and (one.default is one.empty or one.name == "rows")]
-    return forces if len(needed) >= 4 else lambda t, x, v, rows: forces(t, x, v)
 
 
 def world(comm):
@@ -56,9 +42,9 @@ def started(comm):
 
 
 def new_session(comm, lattice, settings, forces=None):
-    """A session of the extension. lattice: LatticeArrays; forces: f(t, x, v) or f(t, x, v, rows), computed in Python."""
+    """A session of the extension. lattice: LatticeArrays; forces: f(t, x, v) or f(t, x, v, rows), or Forces."""
     core, handle = started(comm)
-    session = core.Session(handle, lattice, settings, _with_rows(forces))
+    session = core.Session(handle, lattice, settings, functions_of(forces, settings))
     check(session.error)
     number = next(_numbers)
     _open[number] = weakref.ref(session, lambda _: _open.pop(number, None)) if world(comm).size == 1 else session

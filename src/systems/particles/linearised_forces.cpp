@@ -74,7 +74,7 @@ PetscErrorCode LinearisedForces::damping_force(const double* w, double* f) {
   PetscScalar* a = nullptr;
   PetscFunctionBegin;
   std::fill_n(f, net_->n * d, 0.0);
-  if (!damped_) {  // no spring has a damper: nothing of other particles is needed
+  if (!damped_ && !terms_->damps()) {  // no spring has a damper: nothing of other particles is needed
     std::vector<double> free;
     if (net_->constraints->rolls()) {
       free.assign(w, w + net_->n * d);

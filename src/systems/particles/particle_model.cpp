@@ -54,7 +54,7 @@ PetscErrorCode ParticleModel::create(MPI_Comm comm, Lattice&& lattice, std::uniq
                                           model->coupling_.active() ? &model->coupling_ : nullptr);
   PetscCall(model->forces_.create(model->net_));
   if (model->forces_.active()) model->terms_->add(model->forces_);
-  model->callback_.create(model->net_);
+  model->callback_.create(model->net_, model->pattern_);
   if (model->callback_.active()) model->terms_->add(model->callback_);
   PetscCall(model->commit_start());
   PetscCall(model->linearised_.create(model->net_, *model->terms_, model->pattern_, model->y0_, model->coupling_.active()));

@@ -59,9 +59,15 @@ class Term {
   virtual void multiply_tangent(double, const LocalState&, const LocalState&, double*) const {}
   /// -df_i/dx_j and -df_i/dv_j side by side for every column j of the pattern, of owned particle i that is not fixed: `panel` (d, width).
   virtual void add_row(PetscInt, double, const LocalState&, double*, PetscInt) const {}
-  /// Blocks of K that no pair of linked particles has: where they lie, and factor K; `positive`: only what makes -K positive semidefinite.
+  /// Whether K and D are symmetric, and whether there is a D beside those of springs and of the laws of single particles.
+  virtual bool symmetric() const { return true; }
+  virtual bool damps() const { return false; }
+  /// Whether add_row gives all of the tangent, so that what add_blocks gives is for S alone.
+  virtual bool by_rows() const { return false; }
+  /// Blocks that no pair of linked particles has: where they lie, and -b D - c K of S = a M - b D - c K, of which the symmetric part; `positive`:
+  /// only what makes it positive semidefinite.
   virtual void join(std::vector<std::pair<PetscInt, PetscInt>>*) const {}
-  virtual void add_blocks(const LocalState&, bool /* positive */, double /* factor */, SparseBlocks*) const {}
+  virtual void add_blocks(double, const LocalState&, bool /* positive */, const Coefficients&, SparseBlocks*) const {}
   /// What the incremental potential changes by beyond its slope along lambda `line` (gathered as a direction), anchors at rest meanwhile:
   ///   sigma/2 m |dv|^2 + sigma (E(x + dx) - E(x) - E'.dx) + R(v + dv) - R(v) - R'.dv
   virtual void beyond_slope(double, const LocalState&, const LocalState&, double /* lambda */, double /* sigma */, PotentialChange*) const {}

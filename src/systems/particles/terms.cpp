@@ -65,8 +65,9 @@ void Terms::multiply_tangent(double t, const LocalState& state, const LocalState
   for_each([&](const Term& term) { term.multiply_tangent(t, state, z, f); });
 }
 
-/// factor K of what no pair of linked particles has into `blocks`, which are laid out at first use. False: there is no such term.
-bool Terms::fill(const LocalState& state, bool positive, double factor, SparseBlocks* blocks) const {
+/// -b D - c K of what no pair of linked particles has into `blocks`, which are laid out at first use; `rows`: without what comes by rows. False:
+/// there is no such term.
+bool Terms::fill(double t, const LocalState& state, bool positive, bool rows, const Coefficients& abc, SparseBlocks* blocks) const {
   if (!blocks->created()) {
     std::vector<std::pair<PetscInt, PetscInt>> joins;
     for_each([&](const Term& term) { term.join(&joins); });
@@ -74,13 +75,15 @@ bool Terms::fill(const LocalState& state, bool positive, double factor, SparseBl
     blocks->create(net_.n, net_.dim, joins);
   }
   blocks->zero();
-  for_each([&](const Term& term) { term.add_blocks(state, positive, factor, blocks); });
+  for_each([&](const Term& term) {
+    if (!(rows && term.by_rows())) term.add_blocks(t, state, positive, abc, blocks);
+  });
   return true;
 }
 
 PetscErrorCode Terms::jacobian(double t, const LocalState& state, double sigma, bool momentum, RowWriter* writer) const {
   PetscFunctionBegin;
-  if (fill(state, false, -1, &blocks_)) {
+  if (fill(t, state, false, true, {0, 0, 1}, &blocks_)) {
     if (!momentum) {
       std::vector<double> scale = net_.inertia;
       for (double& m : scale) m = 1 / m;
@@ -95,12 +98,12 @@ PetscErrorCode Terms::jacobian(double t, const LocalState& state, double sigma, 
 // S = a M - b D - c K
 void Terms::condense_springs(double t, const LocalState& state, const Coefficients& abc, bool positive, PairMatrix* S) const {
   pairs_->condense_springs(t, state, abc, positive, S);
-  fill(state, positive, -abc.stiffness, &S->remainder());
+  fill(t, state, positive, false, abc, &S->remainder());
 }
 
 PetscErrorCode Terms::condense_rows(double t, const LocalState& state, const Coefficients& abc, bool positive, BlockRowWriter* writer) const {
   PetscFunctionBegin;
-  if (fill(state, positive, -abc.stiffness, &blocks_)) writer->add(&blocks_);
+  if (fill(t, state, positive, false, abc, &blocks_)) writer->add(&blocks_);
   PetscCall(pairs_->condense_rows(t, state, abc, positive, writer));
   PetscFunctionReturn(0);
 }
@@ -115,6 +118,14 @@ std::string Terms::lacks_potential() const {
   std::string what;
   for (auto term = terms_.rbegin(); term != terms_.rend() && what.empty(); ++term) what = (*term)->lacks_potential();
   return what;
+}
+
+bool Terms::symmetric() const {
+  return std::all_of(terms_.begin(), terms_.end(), [](const Term* term) { return term->symmetric(); });
+}
+
+bool Terms::damps() const {
+  return std::any_of(terms_.begin(), terms_.end(), [](const Term* term) { return term->damps(); });
 }
 
 void Terms::strain_response(const LocalState& state, StrainResponse* sum) const {

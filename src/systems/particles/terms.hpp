@@ -29,6 +29,8 @@ class Terms {
   PetscErrorCode condense_rows(double t, const LocalState& state, const Coefficients& abc, bool positive, BlockRowWriter* writer) const;
   PotentialChange beyond_slope(double t, const LocalState& state, const LocalState& line, double lambda, double sigma) const;
   std::string lacks_potential() const;
+  bool symmetric() const;
+  bool damps() const;
   void strain_response(const LocalState& state, StrainResponse* sum) const;
   void box_forces(const LocalState& state, BoxForces* sum) const;
   void particle_stress(const LocalState& state, double* sum) const;
@@ -42,7 +44,7 @@ class Terms {
   void for_each(F&& f) const {
     for (const Term* term : terms_) f(*term);
   }
-  bool fill(const LocalState& state, bool positive, double factor, SparseBlocks* blocks) const;
+  bool fill(double t, const LocalState& state, bool positive, bool rows, const Coefficients& abc, SparseBlocks* blocks) const;
 
   const Network& net_;
   std::unique_ptr<PairForces> pairs_;

@@ -139,10 +139,12 @@ TEST_CASE("a force that the caller computes is one of the system's") {
   // a spring to the point 3 on the last particle, by the caller and as an anchor of the settings
   const Settings settings = {{"-ts_type", "verlet"}, {"-ts_dt", "0.01"}, {"-bs_gravity", "1"}};
   const auto ours = session_of(line(4, 30), settings, Session::Make::when_needed);
-  ours->on_force([](double, const std::vector<std::int64_t>& row, const double* x, const double* v, double* f) {
-    for (std::size_t k = 0; k < row.size(); ++k)
-      if (row[k] == 3) f[k] -= 20 * (x[k] - 3) + 0.5 * v[k];
-  });
+  ours->on_force({[](double, const ForceCallback::Rows& row, const double* x, const double* v, double* f) {
+                    for (std::size_t k = 0; k < row.size(); ++k)
+                      if (row[k] == 3) f[k] -= 20 * (x[k] - 3) + 0.5 * v[k];
+                  },
+                  {},
+                  {}});
   LatticeArrays tied = line(5, 30);  // a fixed particle in the anchor's place
   tied.position[4] = 3 + 1;
   tied.fixed[4] = 1;
@@ -163,9 +165,11 @@ TEST_CASE("a force that the caller computes is one of the system's") {
 
 TEST_CASE("an equilibrium that is not found leaves the last one on the way") {
   const auto session = session_of(line(3, 100), {{"-bs_force_end", "4"}}, Session::Make::when_needed);
-  session->on_force([](double s, const std::vector<std::int64_t>& row, const double*, const double*, double* f) {
-    for (std::size_t k = 0; k < row.size(); ++k) f[k] += s > 0.6 ? NAN : 0;
-  });
+  session->on_force({[](double s, const ForceCallback::Rows& row, const double*, const double*, double* f) {
+                       for (std::size_t k = 0; k < row.size(); ++k) f[k] += s > 0.6 ? NAN : 0;
+                     },
+                     {},
+                     {}});
   Result found;
   const Error error = session->solve_statics(&found, {{"-bs_load_steps", "4"}, {"-bs_step_max_cuts", "0"}});
   INFO(error.text);

@@ -176,12 +176,12 @@ class Interaction final : public Term {
           if (const PetscInt* end = table_.end.data() + k * N; acts_on(end[a]) && !net_.fixed[end[b]])
             joins->emplace_back(end[a], unknown_[k * N + b]);
   }
-  void add_blocks(const LocalState& state, bool positive, double factor, SparseBlocks* blocks) const override {
+  void add_blocks(double, const LocalState& state, bool positive, const Coefficients& abc, SparseBlocks* blocks) const override {
     const auto add = [&](const Element& e, int a, int b, const double* K) {
       if (!acts_on(e.end[a]) || net_.fixed[e.end[b]]) return;
       double* to = blocks->block(blocks->find(e.end[a], unknown_[e.place * N + b]));
       for (int r = 0; r < d; ++r)
-        for (int c = 0; c < d; ++c) to[r * d + c] += factor * K[r * N * d + c];
+        for (int c = 0; c < d; ++c) to[r * d + c] -= abc.stiffness * K[r * N * d + c];
     };
     positive ? traverse_tangents<true>(state, add) : traverse_tangents<false>(state, add);
   }

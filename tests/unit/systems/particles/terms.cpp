@@ -41,10 +41,10 @@ class Sphere final : public Term {
     for (PetscInt i = 0; i < net_.n; ++i)
       if (!net_.fixed[i]) joins->emplace_back(i, i);
   }
-  void add_blocks(const LocalState& state, bool positive, double factor, SparseBlocks* blocks) const override {
-    each_block(state.time(), state, positive, [&](PetscInt i, const double* K) {
+  void add_blocks(double t, const LocalState& state, bool positive, const Coefficients& abc, SparseBlocks* blocks) const override {
+    each_block(t, state, positive, [&](PetscInt i, const double* K) {
       double* to = blocks->block(blocks->find(i, i));
-      for (int k = 0; k < d * d; ++k) to[k] += factor * K[k];
+      for (int k = 0; k < d * d; ++k) to[k] -= abc.stiffness * K[k];
     });
   }
   void beyond_slope(double t, const LocalState& state, const LocalState& line, double lambda, double sigma, PotentialChange* sum) const override {
