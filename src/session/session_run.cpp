@@ -165,7 +165,7 @@ PetscErrorCode Session::Impl::forces(double t, Vec y, std::vector<double>* rows)
   PetscCall(model->mechanics()->force(t, y, &f));
   PetscCall(VecDuplicate(y, places.out()));
   PetscCall(VecZeroEntries(places));
-  set_part(places, Part::position, f);
+  set_half(places, StateHalf::position, f);
   PetscCall(model->gather_state(places, &parts));
   PetscCall(own_numbers(parts[0].vec, rows));
   PetscFunctionReturn(0);

@@ -36,18 +36,18 @@ PetscErrorCode read_tables(System& system, double t, Vec y, std::vector<FrameTab
 PetscErrorCode own_numbers(Vec vec, std::vector<double>* numbers);
 
 /// The positions or the velocities of a state; as a table (particles, dim) of doubles they have the state's order.
-enum class Part { position, velocity };
+enum class StateHalf { position, velocity };
 
 /// Those of `y` become `scale` times `table`.
-inline void set_part(Vec y, Part part, const double* table, double scale = 1) {
+inline void set_half(Vec y, StateHalf half, const double* table, double scale = 1) {
   const WriteArray a(y);
-  layout_of(y).for_each([&](PetscInt x, PetscInt v) { a[part == Part::position ? x : v] = scale * *table++; });
+  layout_of(y).for_each([&](PetscInt x, PetscInt v) { a[half == StateHalf::position ? x : v] = scale * *table++; });
 }
 
 /// `table` becomes those of `y`.
-inline void get_part(Vec y, Part part, double* table) {
+inline void get_half(Vec y, StateHalf half, double* table) {
   const ReadArray a(y);
-  layout_of(y).for_each([&](PetscInt x, PetscInt v) { *table++ = a[part == Part::position ? x : v]; });
+  layout_of(y).for_each([&](PetscInt x, PetscInt v) { *table++ = a[half == StateHalf::position ? x : v]; });
 }
 
 }  // namespace bs

@@ -59,7 +59,7 @@ PetscErrorCode ModesRun::page(std::size_t k, Vec* out) {
   if (k < modes_.mode.size()) PetscCall(form_.shape(modes_.mode[k].u, shape_));
   else PetscCall(VecZeroEntries(shape_));
   PetscCall(VecZeroEntries(state_));
-  set_part(state_, Part::position, ReadArray(shape_));
+  set_half(state_, StateHalf::position, ReadArray(shape_));
   PetscCall(model_.gather_state(state_, &parts));
   *out = parts[0].vec;
   PetscCall(VecNorm(*out, NORM_INFINITY, &most));

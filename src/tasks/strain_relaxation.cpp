@@ -11,7 +11,7 @@ namespace bs {
 PetscErrorCode StrainRelaxation::set_load(std::size_t a, Vec load) const {
   PetscFunctionBegin;
   PetscCall(VecZeroEntries(load));
-  set_part(load, Part::velocity, strained_.force.data() + a * static_cast<std::size_t>(layout_.particles * layout_.dim));
+  set_half(load, StateHalf::velocity, strained_.force.data() + a * static_cast<std::size_t>(layout_.particles * layout_.dim));
   PetscFunctionReturn(0);
 }
 
@@ -33,7 +33,7 @@ PetscErrorCode StrainRelaxation::estimate(TS ts, Mat J, Equilibrium& model, doub
 
 void StrainRelaxation::keep_residual(std::size_t a, Vec r) {
   residual_[a].resize(static_cast<std::size_t>(layout_.particles * layout_.dim));
-  get_part(r, Part::velocity, residual_[a].data());
+  get_half(r, StateHalf::velocity, residual_[a].data());
 }
 
 PetscErrorCode StrainRelaxation::relax(TS ts, Mat J, Equilibrium& model, double t, Vec y) {

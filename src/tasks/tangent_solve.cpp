@@ -85,10 +85,10 @@ PetscErrorCode TangentFactors::negative_pivots(PetscInt* count) const {
 
 PetscErrorCode TangentFactors::solve(Vec r, Vec z) {
   PetscFunctionBegin;
-  get_part(r, Part::velocity, WriteArray(b_));
+  get_half(r, StateHalf::velocity, WriteArray(b_));
   PetscCall(MatSolve(factors_, b_, w_));
   PetscCall(VecZeroEntries(z));
-  set_part(z, Part::position, ReadArray(w_));
+  set_half(z, StateHalf::position, ReadArray(w_));
   PetscFunctionReturn(0);
 }
 
@@ -145,7 +145,7 @@ PetscErrorCode TangentSolve::product(Vec z, Vec w) {
   PetscFunctionBegin;
   PetscCall(model_->mechanics()->linearisation().change_of_force(z, force_.data()));
   PetscCall(VecZeroEntries(w));
-  set_part(w, Part::velocity, force_.data(), -1);
+  set_half(w, StateHalf::velocity, force_.data(), -1);
   PetscFunctionReturn(0);
 }
 

@@ -104,7 +104,7 @@ def library(checks, prefix, folder):
     checks.true("find_package(backspring)", code == 0, err.strip()[-300:])
     code, out, err = call(["cmake", "--build", source / "build"], folder)
     checks.true("a program on backspring::core builds", code == 0, (out + err).strip()[-300:] if code else "")
-    headers = {str(f.relative_to(REPO / "src")) for f in (REPO / "src").rglob("*.hpp") if not {"cli", "python"} & set(f.parts)}
+    headers = {str(f.relative_to(REPO / "src")) for f in (REPO / "src").rglob("*.hpp") if not {"cli", "python", "package"} & set(f.parts)}
     there = {str(f.relative_to(prefix / "include/backspring")) for f in (prefix / "include/backspring").rglob("*") if f.is_file()}
     checks.true("every header but those of the command line and of Python is installed", headers == there, f"{sorted(headers ^ there)[:5]}")
     code, out, err = call([source / "build/two_masses"], folder)
@@ -119,6 +119,30 @@ def library(checks, prefix, folder):
         expected.append([(n + 1) * h, -u, 1 + u])
     checks.near("its positions are backward Euler's recurrence", float(np.abs(steps - expected).max()), 0.0, 1e-12)
     checks.near("its frequency", float(lines[10][1]), w2, 1e-10 * w2)
+    code, out, err = call([source / "build/water"], folder)
+    checks.true("a law from outside the library runs", code == 0 and len(out.splitlines()) == 2 and not err, (out + err)[:200])
+    if code == 0:
+        water(checks, *(np.array(line.split(), dtype=float) for line in out.splitlines()))
+
+
+def water(checks, x, omega2):
+    """Morse bonds and an angle spring by the complex step: forces at the equilibrium, and the eigenvalues of their Hessian."""
+    mass = np.repeat([1.008, 1.008], 3)
+    pull = np.tile([30.0, -20, 5], 2)
+
+    def energy(h):
+        a, b = h[:3], h[3:]
+        la, lb = np.sqrt(a @ a), np.sqrt(b @ b)
+        theta = np.arccos(a @ b / (la * lb))
+        return sum(432.6 * (1 - np.exp(-2.2855 * (l - 0.9419))) ** 2 for l in (la, lb)) + 383 / 2 * (theta - 1.8242) ** 2 - pull @ h
+
+    unit, h = np.eye(6), x[3:]
+    gradient = lambda y: np.array([energy(y + 1e-30j * e).imag / 1e-30 for e in unit])
+    checks.near("its forces balance", float(np.abs(gradient(h)).max()), 0.0, 1e-7)
+    H = np.array([(gradient(h + 1e-5 * e) - gradient(h - 1e-5 * e)) / 2e-5 for e in unit])
+    expected = np.linalg.eigvalsh(H / np.sqrt(mass[:, None] * mass))
+    checks.near("it turns about the force without resistance", float(expected[0]), 0.0, 1e-5 * expected[-1])
+    checks.near("its vibrations", float(np.abs(omega2 - expected[1:]).max()) if len(omega2) == 5 else np.inf, 0.0, 1e-5 * expected[-1])
 
 
 def in_python(checks, prefix, folder, name):

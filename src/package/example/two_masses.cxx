@@ -3,7 +3,7 @@
 #include <memory>
 #include <vector>
 
-#include "session/session.hpp"
+#include <backspring/backspring.hpp>
 
 static bs::Error run() {
   bs::LatticeArrays two;

@@ -8,10 +8,14 @@ static constexpr bool fit_records(const std::tuple<Laws...>*) {
 }
 static_assert(fit_records(static_cast<const InteractionLaws*>(nullptr)), "records hold fewer ends or parameters than a law has");
 
-const std::vector<InteractionSchema>& interaction_schemas() {
-  static const std::vector<InteractionSchema> schemas =
+static std::vector<InteractionSchema>& known_schemas() {
+  static std::vector<InteractionSchema> schemas =
       std::apply([](auto... law) { return std::vector<InteractionSchema>{decltype(law)::schema()...}; }, InteractionLaws{});
   return schemas;
 }
+
+const std::vector<InteractionSchema>& interaction_schemas() { return known_schemas(); }
+
+void add_interaction_schema(const InteractionSchema& schema) { known_schemas().push_back(schema); }
 
 }  // namespace bs

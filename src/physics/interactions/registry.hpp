@@ -21,7 +21,11 @@
 
 namespace bs {
 
+/// The kinds that are there from the start; register_interaction_law (systems/particles/interactions/kinds.hpp) adds others.
 using InteractionLaws = std::tuple<AngleSpring, Hinge>;
 static_assert(std::is_same_v<std::tuple_element_t<0, InteractionLaws>, AngleSpring>, "generated lattices make angle springs by this place");
+
+/// One more of interaction_schemas().
+void add_interaction_schema(const InteractionSchema& schema);
 
 }  // namespace bs

@@ -1,23 +1,11 @@
 #include "systems/particles/terms.hpp"
 #include <algorithm>
 #include "base/text.hpp"
-#include "physics/interactions/registry.hpp"
 #include "systems/particles/coupling.hpp"
-#include "systems/particles/interactions/interaction.hpp"
+#include "systems/particles/interactions/kinds.hpp"
 
 namespace bs {
 namespace {
-
-/// One term for each law of which there are interactions.
-template <int d, class... Laws>
-void add_interactions(const Network& net, std::tuple<Laws...>, std::vector<std::unique_ptr<Term>>* out) {
-  std::size_t kind = 0;
-  const auto add = [&](auto law) {
-    const InteractionTable& table = net.interactions[kind++];
-    if (table.total > 0) out->push_back(std::make_unique<Interaction<decltype(law), d>>(net, table));
-  };
-  (add(Laws{}), ...);
-}
 
 std::unique_ptr<PairForces> pair_forces(const Network& net, const ParticleLaws& laws, const Motion& motion, const RowPattern& pattern) {
   if (net.dim == 1) return create_pair_forces_of<1>(net, laws, motion, pattern);
@@ -30,8 +18,11 @@ std::unique_ptr<PairForces> pair_forces(const Network& net, const ParticleLaws& 
 Terms::Terms(const Network& net, const ParticleLaws& laws, const Motion& motion, const RowPattern& pattern, Coupling* coupling)
     : net_(net), pairs_(pair_forces(net, laws, motion, pattern)), terms_{pairs_.get()} {
   if (coupling) add(*coupling);
-  if (net.interactions.empty() || net.dim == 1) return;
-  net.dim == 2 ? add_interactions<2>(net, InteractionLaws{}, &interactions_) : add_interactions<3>(net, InteractionLaws{}, &interactions_);
+  for (std::size_t kind = 0; kind < net.interactions.size() && net.dim > 1; ++kind) {
+    const InteractionTable& table = net.interactions[kind];
+    const InteractionMaker& maker = interaction_makers()[kind];
+    if (table.total > 0) interactions_.push_back(net.dim == 2 ? maker.plane(net, table) : maker.space(net, table));
+  }
   for (const std::unique_ptr<Term>& term : interactions_) add(*term);
 }
 
