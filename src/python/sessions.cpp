@@ -201,7 +201,8 @@ py::tuple analysed(PythonSession& s, Analysis&& analysis) {
 }
 
 Session::Array array_named(const std::string& name) {
-  return name == "position" ? Session::Array::position : name == "velocity" ? Session::Array::velocity : Session::Array::force;
+  using A = Session::Array;
+  return name == "position" ? A::position : name == "velocity" ? A::velocity : name == "force" ? A::force : A::reaction;
 }
 
 /// (error, array (N, d)) of all particles, or of this rank's rows.
@@ -217,6 +218,7 @@ py::tuple numbers_of(PythonSession& s, const std::string& name, bool whole) {
 }  // namespace
 
 void bind_sessions(py::module_& m) {
+  py::class_<Session::State, std::shared_ptr<Session::State>>(m, "State");
   py::class_<PythonSession> one(m, "Session");
   one.def(py::init<std::int64_t, const LatticeArrays&, const Settings&, const py::object&>());
   one.def_property_readonly("error", &PythonSession::error);
@@ -246,6 +248,16 @@ void bind_sessions(py::module_& m) {
     const std::vector<double> numbers = vector_of(rows);
     return as_python(s.call([&] { return s->set_rows(array_named(name), numbers); }));
   });
+  one.def("drive", [](PythonSession& s, const std::string& group, double t, const Numbers& rows) {
+    const std::vector<double> numbers = vector_of(rows);
+    return as_python(s.call([&] { return s->drive(group, t, numbers); }));
+  });
+  one.def("save", [](PythonSession& s) {
+    std::shared_ptr<const Session::State> state;
+    const Error error = s.call([&] { return s->save(&state); }, true);
+    return py::make_tuple(as_python(error), std::const_pointer_cast<Session::State>(state));
+  });
+  one.def("restore", [](PythonSession& s, const Session::State& state) { return as_python(s.call([&] { return s->restore(state); })); });
   one.def("frame", [](PythonSession& s) {
     FrameData frame;
     const Error error = s.call([&] { return s->get_frame(&frame); }, true);

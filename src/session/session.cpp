@@ -5,6 +5,7 @@
 #include "base/context.hpp"
 #include "base/signals.hpp"
 #include "session/session_impl.hpp"
+#include "systems/particles/constraints/constraints.hpp"
 #include "tasks/modes.hpp"
 #include "tasks/statics/statics.hpp"
 
@@ -43,6 +44,7 @@ Error Session::create(MPI_Comm comm, std::unique_ptr<Lattice> given, const Setti
   Impl* const own = impl.get();
   own->comm = own_communicator(comm, [own](const std::string& text) { own->warnings.push_back(text); });
   own->settings = settings;
+  held_by<MotionsFromOutside>(own->comm).any = true;
   own->given = std::move(given);
   std::unique_ptr<Session> session(new Session(std::move(impl)));
   Error error = filled(own->comm, settings, {}, &own->options);
@@ -103,7 +105,7 @@ Error Session::modes(std::int64_t count, Result* out, const Settings& more) {
 
 double Session::time() const { return impl_->run ? impl_->run->time() : impl_->start; }
 
-std::int64_t Session::steps() const { return impl_->earlier_steps + (impl_->run ? impl_->run->steps() : 0); }
+std::int64_t Session::steps() const { return impl_->steps_so_far(); }
 
 Rows Session::particles() const { return impl_->particles; }
 
@@ -123,6 +125,21 @@ Error Session::get(Array what, std::vector<double>* all) {
 
 Error Session::set_rows(Array what, const std::vector<double>& rows) {
   return call([&] { return impl_->set(what, rows); });
+}
+
+Error Session::drive(const std::string& group, double t, const std::vector<double>& rows) {
+  return call([&] { return impl_->drive(group, t, rows); });
+}
+
+Error Session::save(std::shared_ptr<const State>* out) {
+  auto state = std::make_shared<State>();
+  Error error = call([&] { return impl_->save(state.get()); });
+  if (!error) *out = std::move(state);
+  return error;
+}
+
+Error Session::restore(const State& state) {
+  return call([&] { return impl_->restore(state); });
 }
 
 Error Session::get_frame(FrameData* out) {

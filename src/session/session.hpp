@@ -5,6 +5,7 @@
 #include <petscsys.h>
 #include <cstdint>
 #include <functional>
+#include <map>
 #include <memory>
 #include <string>
 #include <utility>
@@ -84,8 +85,8 @@ class Session {
   Rows particles() const;
   int dim() const;
 
-  /// Numbers of the particles at the last good state, (N, d), in the order of the input.
-  enum class Array { position, velocity, force };
+  /// Numbers of the particles at the last good state, (N, d), in the order of the input. reaction: what supports and motions exert on what is held.
+  enum class Array { position, velocity, force, reaction };
   /// Of all particles, on every rank.
   Error get(Array what, std::vector<double>* all);
   /// Of this rank's rows.
@@ -93,6 +94,21 @@ class Session {
   /// Positions or velocities of this rank's rows take the place of the last good state's, from which the method starts anew, without a history. What
   /// is held or moves as given stays where it is. Error (Exit::input): numbers that are not finite, or settings that name files of the run.
   Error set_rows(Array what, const std::vector<double>& rows);
+  /// The group, whose motion the settings call given (-bs_motion_NAME given), moves uniformly from where it is to be at time t [s], which is to come,
+  /// where `rows` has its particles, this rank's rows as in set_rows(); others are not looked at. Then it stays there until the next call.
+  Error drive(const std::string& group, double t, const std::vector<double>& rows);
+  /// All that the system is at the last good state: positions and velocities, histories of springs and what is broken, works so far, the time, where
+  /// given motions are. The session goes on from it as after set_rows(): a method of several steps starts anew.
+  struct State {
+    double time = 0;
+    std::int64_t steps = 0;
+    std::vector<double> y, shown;             ///< this rank's numbers of the state; and with what is held where it is
+    std::vector<std::vector<double>> memory;  ///< of springs
+    std::map<std::string, double> sums;
+  };
+  Error save(std::shared_ptr<const State>* out);
+  /// `state`: of this session. Error (Exit::input): settings that name files of the run.
+  Error restore(const State& state);
   /// What a frame of a trajectory would hold now, whole on every rank: observables, and fields that the settings ask for (-bs_output_springs).
   Error get_frame(FrameData* out);
 

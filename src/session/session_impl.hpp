@@ -1,6 +1,8 @@
 // What a session is made of.
 #pragma once
 #include <petscvec.h>
+#include <string>
+#include <vector>
 #include "base/handle.hpp"
 #include "checkpoint/checkpoint.hpp"
 #include "session/inside.hpp"
@@ -40,10 +42,16 @@ struct Session::Impl {
   PetscErrorCode get(Array what, std::vector<double>* rows);
   PetscErrorCode set(Array what, const std::vector<double>& rows);
   PetscErrorCode get_frame(FrameData* out);
-  PetscErrorCode forces(double t, Vec y, std::vector<double>* rows);
-  PetscErrorCode start_anew();
+  PetscErrorCode forces(double t, Vec y, Array what, std::vector<double>* rows);
+  PetscErrorCode start_anew(double time, std::int64_t steps);
+  PetscErrorCode check_rows(const std::vector<double>& rows);
+  PetscErrorCode refuse_files();
+  PetscErrorCode drive(const std::string& group, double t, const std::vector<double>& rows);
+  PetscErrorCode save(State* out);
+  PetscErrorCode restore(const State& state);
   PetscErrorCode analyse(TaskFunction task, Result* out);
   PetscErrorCode stopped(int signal) const;
+  std::int64_t steps_so_far() const { return earlier_steps + (run ? run->steps() : 0); }
   ~Impl();
 };
 

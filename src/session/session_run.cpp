@@ -157,12 +157,15 @@ PetscErrorCode Session::Impl::finish() {
 }
 
 /// Laid into the places of a state, from which they travel to the input's order.
-PetscErrorCode Session::Impl::forces(double t, Vec y, std::vector<double>* rows) {
+PetscErrorCode Session::Impl::forces(double t, Vec y, Array what, std::vector<double>* rows) {
   const double* f = nullptr;
+  std::vector<double> reactions;
   VecHandle places;
   std::vector<StatePart> parts;
   PetscFunctionBegin;
-  PetscCall(model->mechanics()->force(t, y, &f));
+  if (what == Array::force) PetscCall(model->mechanics()->force(t, y, &f));
+  else PetscCall(model->mechanics()->reactions(t, y, &reactions));
+  if (what == Array::reaction) f = reactions.data();
   PetscCall(VecDuplicate(y, places.out()));
   PetscCall(VecZeroEntries(places));
   set_half(places, StateHalf::position, f);
@@ -177,7 +180,7 @@ PetscErrorCode Session::Impl::get(Array what, std::vector<double>* rows) {
   PetscCall(begin());
   if (!model->mechanics()) PetscCall(fail(comm, Exit::input, std::string("a ") + model->name() + " system has no particles"));
   PetscCall(run->state_vector(&y));
-  if (what == Array::force) PetscCall(forces(run->time(), y, rows));
+  if (what == Array::force || what == Array::reaction) PetscCall(forces(run->time(), y, what, rows));
   else PetscCall(frame_rows(*model, run->time(), y, what == Array::position ? "/position" : "/velocity", rows));
   PetscFunctionReturn(0);
 }
@@ -190,70 +193,6 @@ PetscErrorCode Session::Impl::get_frame(FrameData* out) {
   out->time = run->time();
   PetscCall(model->observe(out->time, y, &out->observables));
   PetscCall(read_tables(*model, out->time, y, &out->tables));
-  PetscFunctionReturn(0);
-}
-
-/// Components that are held have in `y` what they have in `before`.
-static void keep_held(Mechanics& mechanics, Vec before, Vec y) {
-  const Layout& at = mechanics.layout();
-  const Linearisation& free = mechanics.linearisation();
-  const ReadArray was(before);
-  const WriteArray a(y);
-  for (PetscInt i = 0; i < at.particles; ++i)
-    for (PetscInt c = 0; c < at.dim; ++c)
-      if (!free.moves(i, c))
-        for (const PetscInt k : {at.x(i, c), at.v(i, c)}) a[k] = was[k];
-}
-
-/// The state with other positions or velocities, from which a run of its own begins.
-PetscErrorCode Session::Impl::set(Array what, const std::vector<double>& rows) {
-  Vec y;
-  std::vector<StatePart> parts;
-  PetscFunctionBegin;
-  PetscCall(open());
-  if (!model->mechanics()) PetscCall(fail(comm, Exit::input, std::string("a ") + model->name() + " system has no particles"));
-  if (what == Array::force) PetscCall(fail(comm, Exit::input, "forces follow from positions and velocities: set these"));
-  for (const char* const file : {"-bs_output", "-bs_report", "-bs_checkpoint"})
-    if (is_given(file))
-      PetscCall(fail(comm, Exit::input, format("option %s: the file of a run has no place for a state that is set: leave it out", file)));
-  Error error;
-  if (rows.size() != static_cast<std::size_t>(particles.count * model->dim()))
-    error.note(particles.first,
-               format("%zu numbers for %lld particles in %d dimensions", rows.size(), static_cast<long long>(particles.count), model->dim()));
-  for (std::size_t k = 0; k < rows.size() && !error; ++k)
-    if (!std::isfinite(rows[k]))
-      error.note(
-          particles.first + static_cast<std::int64_t>(k) / model->dim(),
-          format("row %lld is not finite: give numbers", static_cast<long long>(particles.first + static_cast<std::int64_t>(k) / model->dim())));
-  PetscCall(fail_if_any(comm, error));
-  if (!given_state) {
-    PetscCall(begin());
-    PetscCall(run->state_vector(&y));
-    PetscCall(VecDuplicate(y, given_state.out()));
-    PetscCall(VecCopy(y, given_state));
-    PetscCall(start_anew());
-  }
-  PetscCall(model->gather_state(given_state, &parts));
-  {
-    const WriteArray a(parts[what == Array::position ? 0 : 1].vec);
-    std::copy(rows.begin(), rows.end(), a.data());
-  }
-  VecHandle before;
-  PetscCall(VecDuplicate(given_state, before.out()));
-  PetscCall(VecCopy(given_state, before));
-  PetscCall(model->scatter_state(given_state));
-  keep_held(*model->mechanics(), before, given_state);
-  PetscFunctionReturn(0);
-}
-
-/// The present run ends where it is; the next one begins there, with given_state and a method without history.
-PetscErrorCode Session::Impl::start_anew() {
-  PetscFunctionBegin;
-  start = run->time();
-  earlier_steps += run->steps();
-  PetscCall(PetscOptionsSetValue(nullptr, "-ts_init_time", format("%.17g", start).c_str()));
-  run.reset();
-  locks.reset();
   PetscFunctionReturn(0);
 }
 

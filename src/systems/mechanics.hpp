@@ -74,6 +74,15 @@ class Mechanics : public System {
   /// Collective. The run goes on from (t, y), which it came to without a step: histories of springs are brought up to it, and work is counted from
   /// here. Nothing breaks.
   virtual PetscErrorCode begin_at(double, Vec) { return 0; }
+  /// Collective. What is held has the positions and velocities in y that it has at time t.
+  virtual PetscErrorCode place_held(double, Vec) { return 0; }
+  /// Collective. Constraints::give.
+  virtual PetscErrorCode give_motion(const std::string&, double, double, Vec) { return 0; }
+  /// Collective. Forces that supports and motions exert on held components of the owned particles at (t, y), m A - f, (n, d) [N]; 0 on others.
+  virtual PetscErrorCode reactions(double, Vec, std::vector<double>* out) {
+    out->assign(static_cast<std::size_t>(layout().particles * layout().dim), 0.0);
+    return 0;
+  }
   /// The factors of the evaluations that follow.
   virtual void set_loads(const Loads&) {}
   /// Collective. Ends the run with exit code 2 where loads that do not depend on place or time act on particles that nothing holds, as

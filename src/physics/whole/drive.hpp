@@ -14,14 +14,15 @@ namespace bs {
 ///   velocity:VX,VY,VZ                 X = x0 + V t
 ///   rotation:W,CX,CY                  about a point of the plane, W in rad/s; in space rotation:W,CX,CY,CZ,AX,AY,AZ, about the axis A through C
 ///   table:FILE                        X = x0 + s(t), rows t,x,y,z of a CSV file, linear between them
+///   given                             what a program on the library says: here at x0, at rest
 /// or component by component, x=...,y=...,z=...; those left out are free:
 ///   free                              not held
-///   fixed, velocity:V, table:FILE     as above, for one component (rows t,s)
+///   fixed, given, velocity:V, table:FILE   as above, for one component (rows t,s)
 ///   sinusoid:A,F[,PHASE]              X = x0 + A sin(2 pi F t + PHASE)
 ///   expression:TEXT                   X = x0 + u(t, x0, y0, z0)
 class Drive {
  public:
-  enum class Kind { free, fixed, velocity, sinusoid, table, expression };
+  enum class Kind { free, fixed, velocity, sinusoid, table, expression, given };
 
   /// False, and one line in `error` without the option's name, for a text in d = `dim` dimensions that is none of these. `placed`: expressions may
   /// depend on the initial position.
@@ -35,6 +36,8 @@ class Drive {
   std::uint8_t held() const { return held_; }
   /// Bit c: component c moves.
   std::uint8_t moving() const { return moving_; }
+  /// Bit c: component c is where a program on the library says.
+  std::uint8_t given() const { return given_; }
   /// The held components of position [m], velocity [m/s] and acceleration [m/s^2] at time t; the others are left alone. x0: `dim` numbers. At a
   /// row of a table the slope to its right, beyond its ends at rest.
   void at(double t, const double* x0, double* x, double* v, double* a) const;
@@ -66,7 +69,7 @@ class Drive {
   std::string text_;
   int dim_ = 3;
   bool placed_ = true;
-  std::uint8_t held_ = 0, moving_ = 0;
+  std::uint8_t held_ = 0, moving_ = 0, given_ = 0;
   bool rotation_ = false;
   double omega_ = 0, center_[3] = {0, 0, 0}, axis_[3] = {0, 0, 1};
   Component component_[3];

@@ -89,13 +89,14 @@ void Drive::note_held() {
     const Kind kind = component_[c].kind;
     if (rotation_ || kind != Kind::free) held_ |= static_cast<std::uint8_t>(1 << c);
     if (rotation_ || (kind != Kind::free && kind != Kind::fixed)) moving_ |= static_cast<std::uint8_t>(1 << c);
+    if (kind == Kind::given) given_ |= static_cast<std::uint8_t>(1 << c);
   }
 }
 
 bool Drive::parse_whole(const std::string& kind, const std::vector<double>& numbers, std::string* error) {
   if (kind == "rotation") return parse_rotation(numbers, error);
-  if (kind == "fixed" && numbers.empty()) {
-    for (int c = 0; c < dim_; ++c) component_[c].kind = Kind::fixed;
+  if ((kind == "fixed" || kind == "given") && numbers.empty()) {
+    for (int c = 0; c < dim_; ++c) component_[c].kind = kind == "fixed" ? Kind::fixed : Kind::given;
     return true;
   }
   if (kind == "velocity") {
@@ -149,6 +150,7 @@ bool Drive::parse_component(const std::string& text, Component* out, std::string
   const bool numbers = rest.empty() || read_numbers(rest, &n);
   if (kind == "free" && n.empty()) out->kind = Kind::free;
   else if (kind == "fixed" && n.empty()) out->kind = Kind::fixed;
+  else if (kind == "given" && n.empty()) out->kind = Kind::given;
   else if (kind == "velocity" && n.size() == 1) out->kind = Kind::velocity;
   else if (kind == "sinusoid" && (n.size() == 2 || n.size() == 3)) out->kind = Kind::sinusoid;
   else {

@@ -103,9 +103,9 @@ class Simulation:
         return slice(first, first + count)
 
     def get(self, what, whole=True):
-        """position, velocity or force: (N, d) of all particles, or of this rank's rows."""
-        if what not in ("position", "velocity", "force"):
-            raise InputError(f"{what!r}: give position, velocity or force")
+        """position, velocity, force or reaction: (N, d) of all particles, or of this rank's rows."""
+        if what not in ("position", "velocity", "force", "reaction"):
+            raise InputError(f"{what!r}: give position, velocity, force or reaction")
         error, numbers = self._session.get(what, whole)
         self._done(error)
         return numbers
@@ -120,6 +120,32 @@ class Simulation:
             raise InputError(f"{what} has the shape {numbers.shape}: give {expected}")
         self._done(self._session.set_rows(what, numbers[self.rows] if whole else numbers))
 
+    def drive(self, group, places, t):
+        """The group, whose motion is an option's (bs_motion_NAME="given"), moves uniformly from where it is to `places`, (members, d), at the time t [s],
+        and stays there until the next call."""
+        members = np.flatnonzero(self._member(group))
+        places = np.asarray(places, dtype=float)
+        if places.shape != (len(members), self.lattice.dim):
+            raise InputError(f"places of {group} have the shape {places.shape}: give {(len(members), self.lattice.dim)}")
+        every = np.array(self.lattice.x, dtype=float)
+        every[members] = places
+        self._done(self._session.drive(group, float(t), every[self.rows]))
+
+    def _member(self, group):
+        if group not in self.lattice.groups:
+            raise InputError(f"there is no group {group!r}: name one of {', '.join(self.lattice.groups) or 'those that the lattice is given'}")
+        return self.lattice.groups[group]
+
+    def save(self):
+        """All that the motion is now, for restore(): the state, histories of springs and what is broken, works, the time."""
+        error, state = self._session.save()
+        self._done(error)
+        return state
+
+    def restore(self, state):
+        """Goes on from what save() of this simulation has returned, as often as it is wanted; a method of several steps starts anew."""
+        self._done(self._session.restore(state))
+
     def agreed(self, some):
         """Whether it is so on some rank."""
         return bool(self._comm.allreduce(int(some)))
@@ -127,6 +153,7 @@ class Simulation:
     x = property(lambda self: self.get("position"), lambda self, value: self.set("position", value), doc="(N, d) positions [m].")
     v = property(lambda self: self.get("velocity"), lambda self, value: self.set("velocity", value), doc="(N, d) velocities [m/s].")
     forces = property(lambda self: self.get("force"), doc="(N, d) forces [N].")
+    reactions = property(lambda self: self.get("reaction"), doc="(N, d) forces that supports and motions exert on what is held, 0 elsewhere [N].")
 
     def frame(self):
         """{time, observables, fields} of this moment, as a trajectory has them."""

@@ -53,6 +53,11 @@ class ParticleModel final : public Mechanics {
   std::vector<FreeStrain> free_strains(double t) const override { return constraints_.box().free_strains(t); }
   void set_free_strains(const std::vector<double>& strains) override { constraints_.box().set_free_strains(strains); }
   bool time_dependent() const override;
+  PetscErrorCode place_held(double t, Vec y) override;
+  PetscErrorCode give_motion(const std::string& group, double from, double to, Vec places) override {
+    return constraints_.give(group, from, to, places);
+  }
+  PetscErrorCode reactions(double t, Vec y, std::vector<double>* out) override;
   void set_loads(const Loads& loads) override;
   PetscErrorCode count_free_bodies(PetscInt* free) override;
   PetscErrorCode return_free_bodies(double t_from, Vec from, double t_to, double h, Vec to) override;

@@ -2,6 +2,7 @@
 #include <algorithm>
 #include <string>
 #include "base/row_sum.hpp"
+#include "base/vec_array.hpp"
 #include "systems/particles/interactions/interaction_output.hpp"
 #include "systems/particles/particle_model.hpp"
 
@@ -64,6 +65,28 @@ PetscErrorCode ParticleModel::begin_at(double t, Vec y) {
   PetscCall(commit(t, 0));
   PetscCall(terms_->gather(state_));
   reactions_.renew(t, state_);
+  PetscFunctionReturn(0);
+}
+
+PetscErrorCode ParticleModel::place_held(double t, Vec y) {
+  PetscFunctionBegin;
+  constraints_.place(t, 0, net_.n, WriteArray(y));
+  PetscFunctionReturn(0);
+}
+
+PetscErrorCode ParticleModel::reactions(double t, Vec y, std::vector<double>* out) {
+  const std::size_t d = static_cast<std::size_t>(net_.dim);
+  std::vector<PetscInt> held;
+  PetscFunctionBegin;
+  PetscCall(state_.gather(t, y));
+  PetscCall(terms_->gather(state_));
+  for (PetscInt i = 0; i < net_.n; ++i)
+    if (constraints_.held(i)) held.push_back(i);
+  const std::vector<double> force = reactions_.on(held, t, state_);
+  out->assign(static_cast<std::size_t>(net_.n) * d, 0.0);
+  for (std::size_t k = 0; k < held.size(); ++k)
+    for (std::size_t c = 0; c < d; ++c)
+      if (constraints_.held(held[k]) >> c & 1) (*out)[static_cast<std::size_t>(held[k]) * d + c] = force[k * d + c];
   PetscFunctionReturn(0);
 }
 

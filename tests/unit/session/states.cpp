@@ -178,3 +178,101 @@ TEST_CASE("an equilibrium that is not found leaves the last one on the way") {
   REQUIRE((found.load_factor == 0.5 && found.steps == 2 && found.rejected == 1));
   REQUIRE(found.frame.table("position")->value[2] == Approx(2 + 2 * 0.5 * 4 / 100).epsilon(1e-12));
 }
+
+TEST_CASE("two sessions that share a particle, each step repeated until they agree, stand for one") {
+  // a chain of 10: particles 0 to 5 are told where the last one is and answer with the force on it, 5 to 9 the other way round
+  const Settings settings = {{"-ts_type", "beuler"}, {"-ts_dt", "0.02"}, {"-snes_rtol", "1e-13"}};
+  const auto chain = [](int first, int count, bool fixed) {
+    LatticeArrays l = line(count, 40);
+    for (double& x : l.position) x = 1.07 * x + first;
+    l.fixed[0] = fixed;
+    l.groups = {{"end", std::vector<std::uint8_t>(l.mass.size(), 0)}};
+    l.groups[0].member.back() = 1;
+    return l;
+  };
+  const auto whole = session_of(chain(0, 10, true), settings);
+  LatticeArrays right = chain(5, 5, false);
+  for (int i = 0; i < 5; ++i) right.position[static_cast<std::size_t>(i)] = 1.07 * (5 + i);
+  const auto told = session_of(chain(0, 6, true), with(settings, {{"-bs_motion_end", "given"}}));
+  double pull = 0;
+  const auto pulled = session_of(right, settings, Session::Make::when_needed);
+  pulled->on_force({[&](double, const ForceCallback::Rows& row, const double*, const double*, double* f) {
+                      for (std::size_t k = 0; k < row.size(); ++k)
+                        if (row[k] == 0) f[k] += pull;
+                    },
+                    {},
+                    {}});
+  double place = array_of(*told, Session::Array::position)[5];
+  for (int step = 1; step <= 15; ++step) {
+    std::shared_ptr<const Session::State> before[2];
+    good(told->save(&before[0]));
+    good(pulled->save(&before[1]));
+    double next = place, off = 1;
+    for (int k = 0; k < 60 && std::abs(off) > 1e-13; ++k) {
+      if (k > 0) {
+        good(told->restore(*before[0]));
+        good(pulled->restore(*before[1]));
+      }
+      good(told->drive("end", 0.02 * step, own(*told, {0, 0, 0, 0, 0, next})));
+      good(told->step());
+      pull = -array_of(*told, Session::Array::reaction)[5];
+      good(pulled->step());
+      off = array_of(*pulled, Session::Array::position)[0] - next;
+      next += 0.9 * off;
+    }
+    CHECK(std::abs(off) <= 1e-13);
+    place = next;
+    good(whole->step());
+    const Numbers x = array_of(*whole, Session::Array::position), a = array_of(*told, Session::Array::position),
+                  b = array_of(*pulled, Session::Array::position);
+    for (std::size_t k = 0; k < 6; ++k) CHECK(a[k] == Approx(x[k]).epsilon(1e-11));
+    for (std::size_t k = 0; k < 5; ++k) CHECK(b[k] == Approx(x[5 + k]).epsilon(1e-11));
+  }
+  CHECK(told->steps() == 15);
+}
+
+TEST_CASE("a session goes on from a state that was saved as if nothing had come between") {
+  LatticeArrays net = line(6, 20);
+  net.spring_law = "plastic";
+  net.spring_columns.push_back({"yield_force", "", Numbers(5, 0.3)});
+  const Settings settings = {{"-ts_type", "cn"}, {"-ts_dt", "0.02"}, {"-snes_rtol", "1e-13"}, {"-bs_motion_end", "x=sinusoid:0.4,2"}};
+  const auto session = session_of(net, settings), undisturbed = session_of(net, settings);
+  std::shared_ptr<const Session::State> there;
+  good(session->step(15));
+  good(session->save(&there));
+  good(session->step(20));
+  const Numbers first = array_of(*session, Session::Array::position);
+  good(session->restore(*there));
+  CHECK(session->steps() == 15);
+  CHECK(session->time() == there->time);
+  good(session->step(20));
+  const Numbers again = array_of(*session, Session::Array::position);
+  good(undisturbed->step(35));
+  const Numbers expected = array_of(*undisturbed, Session::Array::position);
+  for (std::size_t k = 0; k < 6; ++k) {
+    CHECK(first[k] == expected[k]);
+    CHECK(again[k] == Approx(expected[k]).epsilon(1e-11));
+  }
+  FrameData a, b;
+  good(session->get_frame(&a));
+  good(undisturbed->get_frame(&b));
+  CHECK(a.observable("work/end")->value[0] == Approx(b.observable("work/end")->value[0]).epsilon(1e-10));
+  CHECK(a.observable("dissipated_energy")->value[0] > 0);
+  CHECK(a.observable("dissipated_energy")->value[0] == Approx(b.observable("dissipated_energy")->value[0]).epsilon(1e-10));
+}
+
+TEST_CASE("motions that are given go where they are told, and are refused where nobody tells") {
+  const auto session = session_of(line(3, 10), {{"-ts_dt", "0.01"}, {"-bs_motion_end", "given"}, {"-bs_motion_wall", "fixed"}});
+  good(session->step(2));
+  CHECK(array_of(*session, Session::Array::position)[2] == 2);
+  good(session->drive("end", 0.05, own(*session, {0, 0, 2.3})));
+  good(session->step(1));
+  CHECK(array_of(*session, Session::Array::position)[2] == Approx(2.1).epsilon(1e-13));
+  CHECK(array_of(*session, Session::Array::velocity)[2] == Approx(10).epsilon(1e-12));
+  good(session->step(4));
+  CHECK(array_of(*session, Session::Array::position)[2] == 2.3);
+  CHECK(array_of(*session, Session::Array::velocity)[2] == 0);
+  CHECK(session->drive("wall", 1, own(*session, {0, 0, 0})).text.find("-bs_motion_wall given") != std::string::npos);
+  CHECK(session->drive("end", 0.01, own(*session, {0, 0, 0})).text.find("later time") != std::string::npos);
+  CHECK(session->drive("", 1, own(*session, {0, 0, 0})).exit == Exit::input);
+}

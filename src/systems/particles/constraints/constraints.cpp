@@ -1,8 +1,10 @@
 #include "systems/particles/constraints/constraints.hpp"
 #include <algorithm>
 #include <cmath>
+#include "base/error.hpp"
 #include "base/text.hpp"
 #include "base/vec_array.hpp"
+#include "network/ghost_copies.hpp"
 
 namespace bs {
 
@@ -12,6 +14,7 @@ PetscErrorCode Constraints::create(Network* network) {
   net_ = network;
   network->constraints = this;
   box_.create(net);
+  for (const Moved& one : motions_) ways_.push_back(one.drive.given() ? Way{0, 0, net.held, net.held} : Way{});
   for (PetscInt i = 0; i < net.n + net.ghosts; ++i)
     if (net.fixed[i]) fixed_.push_back(i);
   std::vector<std::uint8_t> taken(net.fixed.size(), 0);
@@ -74,11 +77,24 @@ std::uint8_t Constraints::held(PetscInt i) const {
   return net_->fixed[i] ? static_cast<std::uint8_t>((1 << net_->dim) - 1) : rolling(net_->global[i]);
 }
 
+// X = X_from + (t - t_from)/(t_to - t_from) (X_to - X_from); at the end with the velocity that led there
+static void follow_way(double from_time, double to_time, double from, double to, double t, double* x, double* v) {
+  const double length = to_time - from_time, part = length > 0 ? std::clamp((t - from_time) / length, 0.0, 1.0) : 1;
+  *x = part < 1 ? from + part * (to - from) : to;
+  *v = length > 0 && t >= from_time && t <= to_time + 1e-9 * length ? (to - from) / length : 0;
+}
+
 void Constraints::at(const Hold& hold, double t, double* x, double* v, double* a) const {
   double values[9] = {};
   const int d = net_->dim;
   motions_[static_cast<std::size_t>(hold.motion)].drive.at(full_load_ ? 1.0 : t, net_->held.data() + static_cast<std::size_t>(hold.particle * d),
                                                            values, values + 3, values + 6);
+  const std::uint8_t given = motions_[static_cast<std::size_t>(hold.motion)].drive.given();
+  for (int c = 0; c < d && given != 0; ++c) {
+    const Way& way = ways_[static_cast<std::size_t>(hold.motion)];
+    const std::size_t k = static_cast<std::size_t>(hold.particle * d + c);
+    if (given >> c & 1) follow_way(way.from_time, way.to_time, way.from[k], way.to[k], t, values + c, values + 3 + c);
+  }
   for (int c = 0; c < d; ++c) {
     if (!(hold.mask >> c & 1)) continue;
     x[c] = values[c];
@@ -144,6 +160,39 @@ PetscErrorCode Constraints::show(double t, Vec y, Vec* shown) {
   PetscCall(VecCopy(y, shown_));
   drive(t, 0, net_->n, WriteArray(shown_));
   *shown = shown_;
+  PetscFunctionReturn(0);
+}
+
+PetscErrorCode Constraints::give(const std::string& group, double from, double to, Vec places) {
+  const PetscInt d = net_->dim;
+  bool found = false;
+  PetscFunctionBegin;
+  for (std::size_t k = 0; k < motions_.size(); ++k) {
+    if (!motions_[k].drive.given() || (!group.empty() && names_[motions_[k].group] != group)) continue;
+    found = true;
+    Way next = ways_[k];
+    next.from_time = from;
+    next.to_time = to;
+    for (const Hold& hold : holds_) {
+      double x[3] = {0, 0, 0}, v[3];
+      if (hold.motion != static_cast<int>(k)) continue;
+      at(hold, from, x, v, nullptr);
+      std::copy_n(x, d, &next.from[static_cast<std::size_t>(hold.particle * d)]);
+    }
+    GhostCopies copies;
+    PetscCall(copies.create(*net_));
+    const ReadArray ay(places);
+    std::vector<double> one(static_cast<std::size_t>(net_->n));
+    for (PetscInt c = 0; c < d; ++c) {
+      for (PetscInt i = 0; i < net_->n; ++i) one[static_cast<std::size_t>(i)] = next.to[static_cast<std::size_t>(i * d + c)] = ay[i * 2 * d + c];
+      PetscCall(copies.exchange(one, [&](PetscInt ghost, double x) { next.to[static_cast<std::size_t>(ghost * d + c)] = x; }));
+    }
+    if (!(to > from)) next.from = next.to;
+    ways_[k] = std::move(next);
+  }
+  if (!found && !group.empty())
+    PetscCall(
+        fail(net_->comm, Exit::input, "the group " + group + " is not one whose motion is given: add the option -bs_motion_" + group + " given"));
   PetscFunctionReturn(0);
 }
 

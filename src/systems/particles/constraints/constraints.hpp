@@ -15,6 +15,11 @@
 
 namespace bs {
 
+/// In the context of the communicator: whether a program on the library says where groups are whose motion is `given`.
+struct MotionsFromOutside {
+  bool any = false;
+};
+
 /// Components of position and velocity that are held are known functions of time. They are no unknowns: the state y keeps the initial position and
 /// zero velocity in their place, and local states get their values at the time of evaluation (LocalState). Every method therefore sees a system that
 /// depends on time, with exact values at all its stages.
@@ -73,6 +78,11 @@ class Constraints {
   /// the diagonal, which is that of the last d columns of its own block. columns: global indices, `count` of them.
   void hold_rows(PetscInt i, const PetscInt* columns, PetscInt count, int block, double diagonal, double* panel) const;
 
+  /// Collective. The group, whose motion is `given`, moves uniformly from where it is at time `from` to where `places`, laid out as a state, has its
+  /// particles at time `to`, and stays there; in the same moment where these are one. Without a name all such groups. Errors (exit 2): another
+  /// motion.
+  PetscErrorCode give(const std::string& group, double from, double to, Vec places);
+
   /// For equilibria, whose time is a load factor.
   void set_loads(const Loads& loads);
   /// Collective. Ends the run with exit code 2 where a table does not reach t_end, or something is seen to jump on the way there.
@@ -104,6 +114,12 @@ class Constraints {
   /// Of holds_, those of owned particles whose motion may jump: the first of each motion, and all where the place matters.
   std::vector<std::size_t> first_jumpers_, jumpers_;
   std::vector<std::int64_t> held_bits_;
+  /// Of a motion that is given: (n + ghosts, d) places at two times.
+  struct Way {
+    double from_time = 0, to_time = 0;
+    std::vector<double> from, to;
+  };
+  std::vector<Way> ways_;  ///< by motion
   struct Roller {
     PetscInt global;
     std::uint8_t mask;

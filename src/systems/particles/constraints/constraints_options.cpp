@@ -1,5 +1,6 @@
 // What is given of anchor points, groups and the box, and which particles it holds.
 #include <algorithm>
+#include "base/context.hpp"
 #include "base/error.hpp"
 #include "base/find_file.hpp"
 #include "base/options.hpp"
@@ -58,6 +59,10 @@ PetscErrorCode Constraints::read_groups(MPI_Comm comm, const Lattice& l) {
                      "option -bs_motion_" + name + ": work/" + name + " of a trajectory is that of something else: give the group another name"));
     motions_.push_back({group, {}});
     PetscCall(read_drive(comm, "-bs_motion_" + names_[group], "", text, l.dim, true, &motions_.back().drive));
+    if (motions_.back().drive.given() && !held_by<MotionsFromOutside>(comm).any)
+      PetscCall(fail(
+          comm, Exit::input,
+          "option -bs_motion_" + name + ": given motions are said by a program on the library: write another one, such as velocity:V or table:FILE"));
   }
   PetscFunctionReturn(0);
 }

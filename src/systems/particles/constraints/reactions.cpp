@@ -160,20 +160,27 @@ PetscErrorCode Reactions::advance(double t, const LocalState& state) {
   PetscFunctionReturn(0);
 }
 
+std::vector<double> Reactions::on(const std::vector<PetscInt>& which, double t, const LocalState& state) const {
+  const std::size_t d = static_cast<std::size_t>(net_->dim);
+  std::vector<double> force(which.size() * d);
+  terms_->forces_on(which, t, state, force.data());
+  for (double& f : force) f = -f;
+  for (const Constraints::Hold& hold : constraints_->holds()) {
+    if (hold.particle >= net_->n) break;
+    double x[3] = {0, 0, 0}, v[3] = {0, 0, 0}, a[3] = {0, 0, 0};
+    constraints_->at(hold, t, x, v, a);
+    const auto row = static_cast<std::size_t>(std::lower_bound(which.begin(), which.end(), hold.particle) - which.begin());
+    for (std::size_t c = 0; c < d; ++c) force[row * d + c] += net_->inertia[hold.particle] * a[c];
+  }
+  return force;
+}
+
 PetscErrorCode Reactions::observe(double t, const LocalState& state, std::vector<Observable>* out) {
   const std::size_t d = static_cast<std::size_t>(net_->dim);
   PetscFunctionBegin;
-  std::vector<double> force(which_.size() * d), sums(groups_.size() * d, 0.0);
+  std::vector<double> sums(groups_.size() * d, 0.0);
   if (reports()) {
-    terms_->forces_on(which_, t, state, force.data());
-    for (double& f : force) f = -f;
-    for (const Constraints::Hold& hold : constraints_->holds()) {
-      if (hold.particle >= net_->n) break;
-      double x[3] = {0, 0, 0}, v[3] = {0, 0, 0}, a[3] = {0, 0, 0};
-      constraints_->at(hold, t, x, v, a);
-      const auto row = static_cast<std::size_t>(std::lower_bound(which_.begin(), which_.end(), hold.particle) - which_.begin());
-      for (std::size_t c = 0; c < d; ++c) force[row * d + c] += net_->inertia[hold.particle] * a[c];
-    }
+    const std::vector<double> force = on(which_, t, state);
     for (std::size_t g = 0; g < groups_.size(); ++g)
       for (const std::size_t row : groups_[g].rows)
         for (std::size_t c = 0; c < d; ++c)

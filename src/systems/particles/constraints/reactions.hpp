@@ -44,6 +44,8 @@ class Reactions {
   void renew(double t, const LocalState& state);
   /// Collective. reaction/NAME (d numbers) of every group with a held component, work/NAME of what moves.
   PetscErrorCode observe(double t, const LocalState& state, std::vector<Observable>* out);
+  /// m A - f of owned particles that are held in some component, ascending, as one: (which, d) [N].
+  std::vector<double> on(const std::vector<PetscInt>& which, double t, const LocalState& state) const;
   /// Sizes of the work of all steps, added up [J].
   double path() const { return path_; }
   /// Sum of the works [J].
