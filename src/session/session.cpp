@@ -140,7 +140,19 @@ void Session::on_force(std::function<void(double, const std::vector<std::int64_t
   held_by<ForceCallback>(impl_->comm).force = std::move(force);
 }
 
-void Session::on_step(std::function<void(const StepRecord&)> observer) { impl_->step_observer = std::move(observer); }
+void Session::on_step(std::function<void(const StepRecord&)> observer) {
+  held_by<LoadStepObserver>(impl_->comm).on_step = observer;
+  impl_->step_observer = std::move(observer);
+}
+
+void Session::pause() {
+  impl_->paused = true;
+  if (impl_->run) (void)impl_->run->pause();
+}
+
+Error Session::checkpoint(const std::string& file) {
+  return call([&] { return impl_->checkpoint(file); });
+}
 
 void Session::on_frame(std::function<void(double)> observer) { impl_->frame_observer = std::move(observer); }
 

@@ -26,7 +26,7 @@ struct Session::Impl {
   double start = 0;                    ///< before that [s]
   std::int64_t earlier_steps = 0;      ///< of the runs before this one
   VecHandle given_state;               ///< what the next run begins with; null: with the model's start
-  bool stop_at_frame = false, finished = false;
+  bool stop_at_frame = false, finished = false, paused = false;
 
   PetscErrorCode open();
   PetscErrorCode make_model(std::unique_ptr<Model>* out);
@@ -40,6 +40,7 @@ struct Session::Impl {
   PetscErrorCode get(Array what, std::vector<double>* rows);
   PetscErrorCode set(Array what, const std::vector<double>& rows);
   PetscErrorCode get_frame(FrameData* out);
+  PetscErrorCode checkpoint(const std::string& file);
   PetscErrorCode forces(double t, Vec y, std::vector<double>* rows);
   PetscErrorCode start_anew();
   PetscErrorCode analyse(TaskFunction task, Result* out);

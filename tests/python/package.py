@@ -8,36 +8,12 @@ import sys
 import tempfile
 import time
 
-HERE = pathlib.Path(__file__).resolve().parent
-PROGRAM = pathlib.Path(sys.argv[sys.argv.index("--program") + 1]).resolve()
-PYTHON = str(PROGRAM.parent / "python")
-sys.path[:0] = [PYTHON, str(HERE)]
+sys.path.insert(0, str(pathlib.Path(__file__).resolve().parent))
+from helpers import HERE, PYTHON, python, raised  # noqa: E402
 
 import backspring as bs  # noqa: E402
 import numpy as np  # noqa: E402
 from cases import MESHES, cell, parts, sheet  # noqa: E402
-
-
-def raised(kind, *words):
-    """A context whose body must raise `kind` with all the words in its message."""
-    class Expected:
-        def __enter__(self):
-            return self
-
-        def __exit__(self, found, value, trace):
-            assert found is not None, f"nothing was raised, {kind.__name__} expected"
-            if not issubclass(found, kind):
-                return False
-            self.error = value
-            missing = [word for word in words if word not in str(value)]
-            assert not missing, f"{missing} not in: {value}"
-            return True
-
-    return Expected()
-
-
-def python(code, **more):
-    return subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, env=dict(os.environ, PYTHONPATH=PYTHON), **more)
 
 
 def bad_arguments():
@@ -213,7 +189,8 @@ def misuse():
     for frame in bs.run(net, dt=1e-3, until=2e-3):
         pass
     with raised(RuntimeError, "closed"):
-        frame.energy
+        frame.forces
+    assert frame.energy == frame.observables["total_energy"] > 0  # are kept
     inner = bs.Simulation(net, dt=1e-3, forces=lambda t, x, v: inner.x)
     with raised(RuntimeError, "under way"):
         inner.step()

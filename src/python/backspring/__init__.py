@@ -10,12 +10,14 @@ dash: ``snes_rtol=1e-12``, ``bs_gravity=(0, -9.81)``. What is computed is what t
 """
 
 from .analyses import Equilibrium, Moduli, Modes, moduli, modes, statics
+from .breaks import Events
 from .errors import BackspringWarning, ConvergenceError, Error, FileError, InputError, Stopped
+from .frames import Frame
 from .lattice import Lattice, generate, read
-from .motion import Frame, Simulation, run
+from .motion import Simulation, run
 from .trajectories import open
 
 __all__ = [
-    "BackspringWarning", "ConvergenceError", "Equilibrium", "Error", "FileError", "Frame", "InputError", "Lattice", "Moduli", "Modes", "Simulation", "Stopped",
+    "BackspringWarning", "ConvergenceError", "Equilibrium", "Error", "Events", "FileError", "Frame", "InputError", "Lattice", "Moduli", "Modes", "Simulation", "Stopped",
     "generate", "moduli", "modes", "open", "read", "run", "statics",
 ]

@@ -1,19 +1,32 @@
 """MPI and PETSc, started at the first use of the package and ended with the interpreter."""
 
+from __future__ import annotations
+
 import atexit
+import hashlib
 import inspect
 import itertools
 import sys
 import weakref
+from typing import TYPE_CHECKING, Any, Callable, Dict, Mapping, Optional, Tuple
+
+import numpy as np
 
 from .errors import InputError, check
+from .kinds import Comm, Forces, Settings
 
-_open = {}  # number: session. Calls are collective, also the end: on several ranks it must not depend on when garbage is collected
+if TYPE_CHECKING:
+    from mpi4py import MPI
+
+    from ._core import LatticeArrays, Session
+    from .lattice import Lattice
+
+_open: Dict[int, Any] = {}  # number: session. Calls are collective, also the end: on several ranks it must not depend on when garbage is collected
 _numbers = itertools.count()
 
 
 @atexit.register
-def _end():
+def _end() -> None:
     """Sessions end before PETSc does, PETSc before MPI."""
     for _, session in sorted(_open.items()):
         session = session() if isinstance(session, weakref.ref) else session
@@ -24,7 +37,7 @@ def _end():
         sys.modules["backspring._core"].finish()
 
 
-def _with_rows(forces):
+def _with_rows(forces: Optional[Forces]) -> Optional[Callable[..., Any]]:
     """As the extension calls it: (t, x, v, rows)."""
     if forces is None:
         return None
@@ -35,17 +48,18 @@ def _with_rows(forces):
     except (TypeError, ValueError):
         taken = []
     needed = [one for one in taken if one.kind in (one.POSITIONAL_ONLY, one.POSITIONAL_OR_KEYWORD) and (one.default is one.empty or one.name == "rows")]
-    return forces if len(needed) >= 4 else lambda t, x, v, rows: forces(t, x, v)
+    function = forces
+    return function if len(needed) >= 4 else lambda t, x, v, rows: function(t, x, v)
 
 
-def world(comm):
+def world(comm: Comm) -> MPI.Comm:
     """A communicator of mpi4py, by default the world."""
     from mpi4py import MPI
 
     return MPI.COMM_WORLD if comm is None else comm
 
 
-def started(comm):
+def started(comm: Comm) -> Tuple[Any, int]:
     """The extension, and the handle of a communicator of mpi4py; None: the world."""
     handle = world(comm).py2f()  # before PETSc: mpi4py starts MPI, and ends it when all else has ended
     from . import _core
@@ -55,17 +69,47 @@ def started(comm):
     return _core, handle
 
 
-def new_session(comm, lattice, settings, forces=None):
-    """A session of the extension. lattice: LatticeArrays; forces: f(t, x, v) or f(t, x, v, rows), computed in Python."""
+def _digest(value: Any) -> bytes:
+    """Of an array, or of a dictionary, list or text."""
+    found = hashlib.blake2b(digest_size=8)
+    if isinstance(value, np.ndarray):
+        found.update(str((value.dtype, value.shape)).encode())
+        found.update(np.ascontiguousarray(value).view(np.uint8).data if value.size else b"")
+    elif isinstance(value, Mapping):
+        for name in sorted(value):
+            found.update(str(name).encode() + _digest(value[name]))
+    else:
+        found.update(repr(value).encode())
+    return found.digest()
+
+
+def require_same(comm: Comm, arguments: Mapping[str, Any]) -> None:
+    """Collective. Every rank raises where an argument is another on some rank."""
+    ranks = world(comm)
+    if ranks.size == 1:
+        return
+    all = ranks.allgather({name: _digest(value) for name, value in arguments.items()})
+    for name in arguments:
+        for rank, one in enumerate(all):
+            if one.get(name) != all[0].get(name):
+                raise InputError(f"{name}: rank {rank} gives something else than rank 0: arguments are the same on every rank")
+
+
+def new_session(comm: Comm, lattice: Lattice, settings: Settings, forces: Optional[Forces] = None, more: Settings = []) -> Tuple[Session, int]:
+    """A session of the extension, and its number among those that are open. forces: f(t, x, v) or f(t, x, v, rows), computed in Python; more: settings of
+    the call that follows."""
     core, handle = started(comm)
-    session = core.Session(handle, lattice, settings, _with_rows(forces))
+    called = _with_rows(forces)
+    options = {name[1:]: value for name, value in settings + more}
+    require_same(comm, {**vars(lattice), "the names of options": sorted(options), **options, "forces": called is not None})
+    session = core.Session(handle, lattice._arrays(), settings, called)
     check(session.error)
     number = next(_numbers)
     _open[number] = weakref.ref(session, lambda _: _open.pop(number, None)) if world(comm).size == 1 else session
     return session, number
 
 
-def end_session(session, number):
+def end_session(session: Session, number: int) -> None:
     """Collective."""
     session.close()
     _open.pop(number, None)
