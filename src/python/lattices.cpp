@@ -117,7 +117,7 @@ void bind_lattices(py::module_& m) {
     std::vector<std::string> warnings;
     Error error;
     {
-      const py::gil_scoped_release free;
+      const Turn turn;
       error = read_lattice(communicator(comm), settings, &arrays, &warnings);
     }
     return py::make_tuple(as_python(error), std::move(arrays), warnings);
@@ -126,7 +126,7 @@ void bind_lattices(py::module_& m) {
     std::vector<std::string> warnings;
     Error error;
     {
-      const py::gil_scoped_release free;
+      const Turn turn;
       error = write_lattice(communicator(comm), arrays, settings, file, &warnings);
     }
     return py::make_tuple(as_python(error), warnings);

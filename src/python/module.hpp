@@ -1,12 +1,28 @@
 // The parts of the Python module.
 #pragma once
 #include <pybind11/pybind11.h>
+#include <mutex>
 #include "base/error.hpp"
 
 namespace bs::python {
 
 void bind_lattices(pybind11::module_& m);
 void bind_sessions(pybind11::module_& m);
+
+/// While it lives, this thread alone is in the library, which is one thread's at a time, and Python's lock is free. Callbacks may take turns within
+/// it.
+class Turn {
+ public:
+  Turn() : alone_(in_use()) {}
+
+ private:
+  static std::recursive_mutex& in_use() {
+    static std::recursive_mutex one;
+    return one;
+  }
+  pybind11::gil_scoped_release free_;  // before it waits
+  std::lock_guard<std::recursive_mutex> alone_;
+};
 
 /// (kind, text) of an error, kinds by the exit codes of the program; None where there is none.
 pybind11::object as_python(const Error& error);

@@ -7,6 +7,7 @@
 #include <exception>
 #include <memory>
 #include <stdexcept>
+#include <thread>
 #include <tuple>
 #include <utility>
 #include <vector>
@@ -25,9 +26,9 @@ py::array table_of(FrameTable&& table) {
   return array_of(std::move(table.value), {rows, table.columns});
 }
 
-/// {"time": t, "observables": {name: numbers}, "fields": {name: array}}.
+/// {"time": t, "observables": {name: numbers}, "fields": {name: array}, "breaks": {name: array}}.
 py::dict frame_of(FrameData&& frame) {
-  py::dict observables, fields, all;
+  py::dict observables, fields, breaks, all;
   for (Observable& one : frame.observables) {
     const py::ssize_t size = static_cast<py::ssize_t>(one.value.size());
     if (size == 1) observables[py::str(one.name)] = py::float_(one.value[0]);
@@ -35,9 +36,11 @@ py::dict frame_of(FrameData&& frame) {
     else observables[py::str(one.name)] = array_of(std::move(one.value), {size});
   }
   for (FrameTable& one : frame.tables) fields[py::str(one.name)] = table_of(std::move(one));
+  for (FrameTable& one : frame.breaks) breaks[py::str(one.name)] = table_of(std::move(one));
   all["time"] = frame.time;
   all["observables"] = observables;
   all["fields"] = fields;
+  all["breaks"] = breaks;
   return all;
 }
 
@@ -66,9 +69,12 @@ class PythonSession {
   /// forces: None, or functions (force, tangent, energy) of which the last two may be None.
   PythonSession(std::int64_t comm, const LatticeArrays& lattice, const Settings& settings, const py::object& forces) {
     if (!forces.is_none()) std::tie(force_, tangent_, energy_) = forces.cast<std::tuple<py::object, py::object, py::object>>();
-    py::gil_scoped_release free;
+    const Turn turn;
     const MPI_Comm mpi = MPI_Comm_f2c(static_cast<MPI_Fint>(comm));
     MPI_Comm_dup(mpi, &comm_);
+    int ranks = 1;
+    MPI_Comm_size(comm_, &ranks);
+    several_ = ranks > 1;
     error_ = Session::create(mpi, lattice, settings, &session_, Session::Make::when_needed);
     if (!session_) return;
     session_->on_poll([this] { return poll(); });
@@ -83,13 +89,17 @@ class PythonSession {
   /// an observer may do.
   template <class Body>
   Error call(Body&& body, bool asks = false) {
-    (void)operator->();
-    if (in_force_ || (busy_ && !asks))
-      throw std::runtime_error("a call of this simulation is under way: an observer may look at its state, forces may not");
     Error error;
-    const bool outermost = !busy_;
+    bool outermost = true;
     {
-      py::gil_scoped_release free;
+      const Turn turn;
+      (void)operator->();
+      if (several_ && std::this_thread::get_id() != thread_)
+        throw std::runtime_error(
+            "on several ranks a simulation is one thread's, the one that made it: threads may take turns differently on each rank");
+      if (in_force_ || (busy_ && !asks))
+        throw std::runtime_error("a call of this simulation is under way: an observer may look at its state, forces may not");
+      outermost = !busy_;
       busy_ = true;
       error = body();
       busy_ = !outermost;
@@ -106,11 +116,23 @@ class PythonSession {
   }
   void observe(const py::object& observer) {
     (void)operator->();
+    observer_ = observer;
     if (observer.is_none()) return session_->on_step({});
-    session_->on_step([this, observer](const StepRecord& r) {
+    session_->on_step([this](const StepRecord& r) {
       const py::gil_scoped_acquire lock;
-      guarded([&] { observer(r.step, r.time, r.dt, r.newton, r.krylov, r.rejected); });
+      guarded([&] {
+        const py::object called = observer_;  // which it may replace
+        if (called(r.step, r.time, r.dt, r.newton, r.krylov, r.rejected).is(py::bool_(true))) session_->pause();
+      });
     });
+  }
+  /// For Python's collector of garbage: what of Python's it holds, and no longer.
+  int traverse(visitproc visit, void* arg) const {
+    for (const py::object* one : {&force_, &tangent_, &energy_, &observer_}) Py_VISIT(one->ptr());
+    return 0;
+  }
+  void let_go() {
+    for (py::object* one : {&force_, &tangent_, &energy_, &observer_}) *one = py::none();
   }
   PythonSession(const PythonSession&) = delete;
   PythonSession& operator=(const PythonSession&) = delete;
@@ -125,12 +147,15 @@ class PythonSession {
     }
   }
   void close() {
-    if (!session_) return;
-    if (busy_) throw std::runtime_error("a call of this simulation is under way: close it afterwards");
-    session_->on_step({});  // the observer is Python's, whose lock is held here
-    py::gil_scoped_release free;
-    (void)session_->finish();  // while the session can still be asked, as forces do
-    session_.reset();
+    {
+      const Turn turn;
+      if (!session_) return;
+      if (busy_) throw std::runtime_error("a call of this simulation is under way: close it afterwards");
+      session_->on_step({});
+      (void)session_->finish();  // while the session can still be asked, as forces do
+      session_.reset();
+    }
+    let_go();
   }
 
  private:
@@ -186,11 +211,27 @@ class PythonSession {
 
   std::unique_ptr<Session> session_;
   MPI_Comm comm_ = MPI_COMM_NULL;  ///< for what this class agrees on
-  bool busy_ = false, in_force_ = false;
+  bool busy_ = false, in_force_ = false, several_ = false;
+  const std::thread::id thread_ = std::this_thread::get_id();
   Error error_;
   std::exception_ptr raised_;
-  py::object force_ = py::none(), tangent_ = py::none(), energy_ = py::none();
+  py::object force_ = py::none(), tangent_ = py::none(), energy_ = py::none(), observer_ = py::none();
 };
+
+/// Callbacks may refer to what owns the session: Python's collector sees through it.
+void collected(PyHeapTypeObject* of_type) {
+  PyTypeObject& type = of_type->ht_type;
+  type.tp_flags |= Py_TPFLAGS_HAVE_GC;
+  type.tp_traverse = [](PyObject* self, visitproc visit, void* arg) {
+    Py_VISIT(Py_TYPE(self));
+    const bool made = reinterpret_cast<py::detail::instance*>(self)->get_value_and_holder().holder_constructed();
+    return made ? py::cast<PythonSession&>(py::handle(self)).traverse(visit, arg) : 0;
+  };
+  type.tp_clear = [](PyObject* self) {
+    py::cast<PythonSession&>(py::handle(self)).let_go();
+    return 0;
+  };
+}
 
 /// (error, result) of an analysis.
 template <class Analysis>
@@ -219,7 +260,7 @@ py::tuple numbers_of(PythonSession& s, const std::string& name, bool whole) {
 
 void bind_sessions(py::module_& m) {
   py::class_<Session::State, std::shared_ptr<Session::State>>(m, "State");
-  py::class_<PythonSession> one(m, "Session");
+  py::class_<PythonSession> one(m, "Session", py::custom_type_setup(collected));
   one.def(py::init<std::int64_t, const LatticeArrays&, const Settings&, const py::object&>());
   one.def_property_readonly("error", &PythonSession::error);
   one.def_property_readonly("time", [](PythonSession& s) { return s->time(); });
@@ -263,6 +304,7 @@ void bind_sessions(py::module_& m) {
     const Error error = s.call([&] { return s->get_frame(&frame); }, true);
     return py::make_tuple(as_python(error), frame_of(std::move(frame)));
   });
+  one.def("checkpoint", [](PythonSession& s, const std::string& file) { return as_python(s.call([&] { return s->checkpoint(file); })); });
   one.def("observe", &PythonSession::observe);
   one.def("close", &PythonSession::close);
 }

@@ -154,7 +154,19 @@ void Session::on_poll(std::function<int()> poll) {
 
 void Session::on_force(ForceCallback forces) { held_by<ForceCallback>(impl_->comm) = std::move(forces); }
 
-void Session::on_step(std::function<void(const StepRecord&)> observer) { impl_->step_observer = std::move(observer); }
+void Session::on_step(std::function<void(const StepRecord&)> observer) {
+  held_by<LoadStepObserver>(impl_->comm).on_step = observer;
+  impl_->step_observer = std::move(observer);
+}
+
+void Session::pause() {
+  impl_->paused = true;
+  if (impl_->run) (void)impl_->run->pause();
+}
+
+Error Session::checkpoint(const std::string& file) {
+  return call([&] { return impl_->checkpoint(file); });
+}
 
 void Session::on_frame(std::function<void(double)> observer) { impl_->frame_observer = std::move(observer); }
 

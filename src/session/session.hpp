@@ -112,10 +112,14 @@ class Session {
   /// What a frame of a trajectory would hold now, whole on every rank: observables, and fields that the settings ask for (-bs_output_springs).
   Error get_frame(FrameData* out);
 
-  /// Called on every rank after every good step, and where an output time is reached (-bs_output_interval; the start and the end always are). They
-  /// may ask for arrays, not take steps.
+  /// Called on every rank after every good step, also load steps of analyses, and where an output time is reached (-bs_output_interval; the start and
+  /// the end always are). They may ask for arrays, not take steps.
   void on_step(std::function<void(const StepRecord&)> observer);
   void on_frame(std::function<void(double time)> observer);
+  /// Within an observer of steps in time, on all ranks: the call returns after the present step, without an error. The next call goes on.
+  void pause();
+  /// Writes the last good state as a checkpoint, from which a session of the same lattice goes on by -bs_restart; a file of that name is replaced.
+  Error checkpoint(const std::string& file);
 
   /// Asked on every rank between steps, also by analyses. Where it answers a number other than 0 on some rank, the call ends in an Error of that
   /// number plus 128 on all: the last good state stays.

@@ -28,7 +28,7 @@ struct Session::Impl {
   double start = 0;                    ///< before that [s]
   std::int64_t earlier_steps = 0;      ///< of the runs before this one
   VecHandle given_state;               ///< what the next run begins with; null: with the model's start
-  bool stop_at_frame = false, finished = false;
+  bool stop_at_frame = false, finished = false, paused = false;
 
   PetscErrorCode open();
   PetscErrorCode make_model(std::unique_ptr<Model>* out);
@@ -49,6 +49,7 @@ struct Session::Impl {
   PetscErrorCode drive(const std::string& group, double t, const std::vector<double>& rows);
   PetscErrorCode save(State* out);
   PetscErrorCode restore(const State& state);
+  PetscErrorCode checkpoint(const std::string& file);
   PetscErrorCode analyse(TaskFunction task, Result* out);
   PetscErrorCode stopped(int signal) const;
   std::int64_t steps_so_far() const { return earlier_steps + (run ? run->steps() : 0); }

@@ -116,7 +116,8 @@ PetscErrorCode Session::Impl::advance(std::int64_t count) {
 PetscErrorCode Session::Impl::step(std::int64_t count) {
   PetscFunctionBegin;
   PetscCall(begin());
-  for (const std::int64_t last = run->steps() + count; run->steps() < last;) {
+  paused = false;
+  for (const std::int64_t last = run->steps() + count; run->steps() < last && !paused;) {
     if (run->at_end()) PetscCall(run->leave_open());
     PetscCall(advance(last - run->steps()));
   }
@@ -128,7 +129,8 @@ PetscErrorCode Session::Impl::run_until(double t) {
   PetscCall(begin());
   if (!(t > run->time())) PetscFunctionReturn(0);
   PetscCall(run->set_end(t));
-  while (!run->at_end()) PetscCall(advance(-1));
+  paused = false;
+  while (!run->at_end() && !paused) PetscCall(advance(-1));
   PetscFunctionReturn(0);
 }
 
@@ -193,6 +195,17 @@ PetscErrorCode Session::Impl::get_frame(FrameData* out) {
   out->time = run->time();
   PetscCall(model->observe(out->time, y, &out->observables));
   PetscCall(read_tables(*model, out->time, y, &out->tables));
+  PetscCall(read_breaks(*model, &out->breaks));
+  PetscFunctionReturn(0);
+}
+
+PetscErrorCode Session::Impl::checkpoint(const std::string& file) {
+  PetscFunctionBegin;
+  PetscCall(begin());
+  for (const auto& [name, text] : settings)
+    if (lower(name).rfind("-bs_motion_", 0) == 0 && text.find("given") != std::string::npos)
+      PetscCall(fail(comm, Exit::input, "option " + name + ": a checkpoint does not say where given motions lead: save the state in memory"));
+  PetscCall(run->save(file));
   PetscFunctionReturn(0);
 }
 

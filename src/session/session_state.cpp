@@ -83,6 +83,7 @@ PetscErrorCode Session::Impl::start_anew(double time, std::int64_t steps) {
   start = time;
   earlier_steps = steps;
   PetscCall(PetscOptionsSetValue(nullptr, "-ts_init_time", format("%.17g", start).c_str()));
+  PetscCall(PetscOptionsClearValue(nullptr, "-bs_restart"));
   run.reset();
   locks.reset();
   PetscFunctionReturn(0);

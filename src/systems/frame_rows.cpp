@@ -1,7 +1,10 @@
 #include "systems/frame_rows.hpp"
+#include <algorithm>
+#include <variant>
 #include "base/collective.hpp"
 #include "base/text.hpp"
 #include "base/vec_array.hpp"
+#include "systems/breaks.hpp"
 
 namespace bs {
 
@@ -53,6 +56,24 @@ PetscErrorCode read_tables(System& system, double t, Vec y, std::vector<FrameTab
     PetscCall(own_rows(field, &columns, &rows));
     table.columns = static_cast<int>(columns);
     PetscCall(gather_all(system.comm(), rows, &table.value));
+    out->push_back(std::move(table));
+  }
+  PetscFunctionReturn(0);
+}
+
+PetscErrorCode read_breaks(System& system, std::vector<FrameTable>* out) {
+  std::vector<Dataset> lists;
+  PetscFunctionBegin;
+  out->clear();
+  if (system.breaks()) PetscCall(system.breaks()->tables(&lists));
+  for (const Dataset& list : lists) {
+    FrameTable table;
+    table.name = list.path.substr(list.path.rfind('/') + 1);
+    table.columns = std::max(list.columns, 1);
+    std::vector<double> own;  // of the first rank, which holds them all
+    if (const auto* reals = std::get_if<std::vector<double>>(&list.rows)) own = *reals;
+    else if (const auto* whole = std::get_if<std::vector<std::int64_t>>(&list.rows)) own.assign(whole->begin(), whole->end());
+    PetscCall(gather_all(system.comm(), own, &table.value));
     out->push_back(std::move(table));
   }
   PetscFunctionReturn(0);

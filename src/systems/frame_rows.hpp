@@ -24,6 +24,7 @@ struct FrameData {
   double time = 0;  ///< [s], or the load factor's place in a static run
   std::vector<Observable> observables;
   std::vector<FrameTable> tables;
+  std::vector<FrameTable> breaks;  ///< what broke so far, by the columns of /events/broken; empty where nothing did
   /// Null: there is none of that name.
   const Observable* observable(const std::string& name) const;
   const FrameTable* table(const std::string& name) const;
@@ -31,6 +32,9 @@ struct FrameData {
 
 /// Collective. Tables of all fields at (t, y), the same on every rank.
 PetscErrorCode read_tables(System& system, double t, Vec y, std::vector<FrameTable>* out);
+
+/// Collective. The list of what broke, the same on every rank, whole numbers as doubles.
+PetscErrorCode read_breaks(System& system, std::vector<FrameTable>* out);
 
 /// Collective. This rank's numbers of a vector in the input's order.
 PetscErrorCode own_numbers(Vec vec, std::vector<double>* numbers);

@@ -1,10 +1,17 @@
 // What a task finds, for a program that asks for numbers and not for files.
 #pragma once
 #include <cstdint>
+#include <functional>
 #include <vector>
+#include "solvers/step_record.hpp"
 #include "systems/frame_rows.hpp"
 
 namespace bs {
+
+/// In the context of a communicator: told of every good load step of tasks on it, whose time is the load factor's place. Empty: nobody is.
+struct LoadStepObserver {
+  std::function<void(const StepRecord&)> on_step;
+};
 
 /// Filled by the task that finds it; the same on every rank, particles in the order of the input.
 struct Result {

@@ -168,13 +168,18 @@ PetscErrorCode Run::on_flush() {
 }
 
 PetscErrorCode Run::on_save() {
+  PetscFunctionBegin;
+  if (!options_.saving.file.empty() && !spoiled_) PetscCall(save(options_.saving.file));
+  PetscFunctionReturn(0);
+}
+
+PetscErrorCode Run::save(const std::string& file) {
   TrajectoryMark mark;
   Vec y;
   PetscFunctionBegin;
-  if (options_.saving.file.empty() || spoiled_) PetscFunctionReturn(0);
   PetscCall(TSGetSolution(ts_, &y));
   PetscCall(flushed_mark(trajectory_.get(), &mark));
-  PetscCall(save_run(model_, *stepper_, ts_, y, options_.saving.file, options_.output.trajectory.file, mark, good_facts()));
+  PetscCall(save_run(model_, *stepper_, ts_, y, file, options_.output.trajectory.file, mark, good_facts()));
   PetscFunctionReturn(0);
 }
 

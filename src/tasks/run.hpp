@@ -65,6 +65,8 @@ class Run {
   PetscErrorCode trouble(std::string* why);
   /// Collective. The last good state is kept, files are closed, report and summary written.
   PetscErrorCode end(int* exit_code);
+  /// Collective, between steps. The last good state as a checkpoint.
+  PetscErrorCode save(const std::string& file);
   /// Collective. The run goes on to `time` [s]. Errors: Model::covers.
   PetscErrorCode set_end(double time);
   /// Collective. The run has no end that steps would be shortened for.

@@ -8,36 +8,12 @@ import sys
 import tempfile
 import time
 
-HERE = pathlib.Path(__file__).resolve().parent
-PROGRAM = pathlib.Path(sys.argv[sys.argv.index("--program") + 1]).resolve()
-PYTHON = str(PROGRAM.parent / "python")
-sys.path[:0] = [PYTHON, str(HERE)]
+sys.path.insert(0, str(pathlib.Path(__file__).resolve().parent))
+from helpers import HERE, PYTHON, python, raised  # noqa: E402
 
 import backspring as bs  # noqa: E402
 import numpy as np  # noqa: E402
 from cases import MESHES, cell, parts, sheet  # noqa: E402
-
-
-def raised(kind, *words):
-    """A context whose body must raise `kind` with all the words in its message."""
-    class Expected:
-        def __enter__(self):
-            return self
-
-        def __exit__(self, found, value, trace):
-            assert found is not None, f"nothing was raised, {kind.__name__} expected"
-            if not issubclass(found, kind):
-                return False
-            self.error = value
-            missing = [word for word in words if word not in str(value)]
-            assert not missing, f"{missing} not in: {value}"
-            return True
-
-    return Expected()
-
-
-def python(code, **more):
-    return subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, env=dict(os.environ, PYTHONPATH=PYTHON), **more)
 
 
 def bad_arguments():
@@ -225,6 +201,45 @@ def implicit_forces():
         bs.Forces(pull, energy=3)
 
 
+def coupled():
+    """Two halves of a chain, each step repeated until they agree on the place of and the force on the particle that they share, are the whole chain."""
+    x, k, options = 1.05 * np.arange(9.0)[:, None], 60.0, dict(dt=0.02, snes_rtol=1e-13)
+    part = lambda a, b, **more: bs.Lattice(x[a:b], [[i, i + 1] for i in range(b - a - 1)], stiffness=k, rest_length=1.0, mass=1.0, groups={"end": [b - a - 1]}, **more)
+    force = [0.0]
+    pull = lambda t, x, v, rows: np.where((np.asarray(rows) == 0)[:, None], force[0], 0.0)
+    with bs.Simulation(part(0, 9, fixed=[0]), **options) as whole, bs.Simulation(part(0, 5, fixed=[0]), bs_motion_end="given", **options) as left, \
+            bs.Simulation(part(4, 9), forces=bs.Forces(pull), **options) as right:
+        place = left.x[4, 0]
+        for n in range(1, 11):
+            states = left.save(), right.save()
+            for _ in range(50):
+                left.restore(states[0])
+                right.restore(states[1])
+                left.drive("end", [[place]], 0.02 * n)
+                left.step()
+                force[0] = -left.reactions[4, 0]
+                right.step()
+                off = right.x[0, 0] - place
+                place += 0.9 * off
+                if abs(off) < 1e-13:
+                    break
+            whole.step()
+            assert abs(np.vstack([left.x, right.x[1:]]) - whole.x).max() < 1e-11, n
+        with raised(bs.InputError, "given"):
+            whole.drive("end", [[0.0]], 9.0)
+        with raised(bs.InputError, "group 'top'"):
+            left.drive("top", [[0.0]], 9.0)
+        with raised(bs.InputError, "shape"):
+            left.drive("end", [0.0], 9.0)
+        with raised(bs.InputError, "later time"):
+            left.drive("end", [[0.0]], 0.1)
+        with raised(bs.InputError, "checkpoint"):
+            left.checkpoint("left.checkpoint")
+    with raised(bs.InputError, "bs_output"), tempfile.TemporaryDirectory() as folder:
+        with bs.Simulation(part(0, 3), bs_output=f"{folder}/a.h5md", **options) as writing:
+            writing.restore(writing.save())
+
+
 def files():
     """Networks go to files and come back as they were, also those that the program has read or generated."""
     with tempfile.TemporaryDirectory() as folder:
@@ -278,7 +293,8 @@ def misuse():
     for frame in bs.run(net, dt=1e-3, until=2e-3):
         pass
     with raised(RuntimeError, "closed"):
-        frame.energy
+        frame.forces
+    assert frame.energy == frame.observables["total_energy"] > 0  # are kept
     inner = bs.Simulation(net, dt=1e-3, forces=lambda t, x, v: inner.x)
     with raised(RuntimeError, "under way"):
         inner.step()
@@ -482,7 +498,7 @@ def main():
     if chosen in "on_two_ranks":
         on_two_ranks()  # before this process starts MPI
         print("on_two_ranks: ok", flush=True)
-    for part in (bad_arguments, closed_forms, written_back, told_once, own_forces, implicit_forces, files, misuse, every_step, remembered, without_steps, observers, interrupted, side_by_side, failures, memory, pictures_and_tools, documented, imported):
+    for part in (bad_arguments, closed_forms, written_back, told_once, own_forces, implicit_forces, coupled, files, misuse, every_step, remembered, without_steps, observers, interrupted, side_by_side, failures, memory, pictures_and_tools, documented, imported):
         if chosen in part.__name__:
             begin = time.time()
             part()

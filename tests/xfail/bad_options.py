@@ -290,6 +290,7 @@ SUPPORTS = {
     "force by a table that ends too soon": (lambda folder: [*CHAIN[:-2], *ENDS, "-ts_max_time", "2", "-bs_force_right", f"table:{table(folder, '0,0', '1,1')}"],
                                             "the table of -bs_force_right does not reach the end of the run, t = 2 s: add rows or lower -ts_max_time"),
     "force on a body that nothing holds": (words(*ENDS, "-bs_task", "statics", "-bs_force_right", "1"), "nothing holds particle 0 and what is tied to it against its loads"),
+    "motion that nobody gives": (words(*ENDS, "-bs_motion_right", "given"), "option -bs_motion_right: given motions are said by a program on the library: write another one"),
     "motion unknown": (words(*ENDS, "-bs_motion_right", "shaken"), "option -bs_motion_right: 'shaken' is no motion: write fixed, velocity:VX,VY,VZ"),
     "motion of too few numbers": (words(*ENDS, "-bs_motion_right", "velocity:1"), "option -bs_motion_right: velocity: needs 2 numbers [m/s]"),
     "motion of words": (words(*ENDS, "-bs_motion_right", "velocity:1,fast"), "option -bs_motion_right: '1,fast' are not finite numbers"),

@@ -1,19 +1,32 @@
 """MPI and PETSc, started at the first use of the package and ended with the interpreter."""
 
+from __future__ import annotations
+
 import atexit
+import hashlib
 import itertools
 import sys
 import weakref
+from typing import TYPE_CHECKING, Any, Dict, Mapping, Optional, Tuple
 
-from .errors import check
+import numpy as np
+
+from .errors import InputError, check
 from .forces import functions_of
+from .kinds import Comm, GivenForces, Settings
 
-_open = {}  # number: session. Calls are collective, also the end: on several ranks it must not depend on when garbage is collected
+if TYPE_CHECKING:
+    from mpi4py import MPI
+
+    from ._core import LatticeArrays, Session
+    from .lattice import Lattice
+
+_open: Dict[int, Any] = {}  # number: session. Calls are collective, also the end: on several ranks it must not depend on when garbage is collected
 _numbers = itertools.count()
 
 
 @atexit.register
-def _end():
+def _end() -> None:
     """Sessions end before PETSc does, PETSc before MPI."""
     for _, session in sorted(_open.items()):
         session = session() if isinstance(session, weakref.ref) else session
@@ -24,14 +37,14 @@ def _end():
         sys.modules["backspring._core"].finish()
 
 
-def world(comm):
+def world(comm: Comm) -> MPI.Comm:
     """A communicator of mpi4py, by default the world."""
     from mpi4py import MPI
 
     return MPI.COMM_WORLD if comm is None else comm
 
 
-def started(comm):
+def started(comm: Comm) -> Tuple[Any, int]:
     """The extension, and the handle of a communicator of mpi4py; None: the world."""
     handle = world(comm).py2f()  # before PETSc: mpi4py starts MPI, and ends it when all else has ended
     from . import _core
@@ -41,17 +54,47 @@ def started(comm):
     return _core, handle
 
 
-def new_session(comm, lattice, settings, forces=None):
-    """A session of the extension. lattice: LatticeArrays; forces: f(t, x, v) or f(t, x, v, rows), or Forces."""
+def _digest(value: Any) -> bytes:
+    """Of an array, or of a dictionary, list or text."""
+    found = hashlib.blake2b(digest_size=8)
+    if isinstance(value, np.ndarray):
+        found.update(str((value.dtype, value.shape)).encode())
+        found.update(np.ascontiguousarray(value).view(np.uint8).data if value.size else b"")
+    elif isinstance(value, Mapping):
+        for name in sorted(value):
+            found.update(str(name).encode() + _digest(value[name]))
+    else:
+        found.update(repr(value).encode())
+    return found.digest()
+
+
+def require_same(comm: Comm, arguments: Mapping[str, Any]) -> None:
+    """Collective. Every rank raises where an argument is another on some rank."""
+    ranks = world(comm)
+    if ranks.size == 1:
+        return
+    all = ranks.allgather({name: _digest(value) for name, value in arguments.items()})
+    for name in arguments:
+        for rank, one in enumerate(all):
+            if one.get(name) != all[0].get(name):
+                raise InputError(f"{name}: rank {rank} gives something else than rank 0: arguments are the same on every rank")
+
+
+def new_session(comm: Comm, lattice: Lattice, settings: Settings, forces: Optional[GivenForces] = None, more: Settings = []) -> Tuple[Session, int]:
+    """A session of the extension, and its number among those that are open. forces: f(t, x, v) or f(t, x, v, rows), or Forces; more: settings of
+    the call that follows."""
     core, handle = started(comm)
-    session = core.Session(handle, lattice, settings, functions_of(forces, settings))
+    called = functions_of(forces, settings)
+    options = {name[1:]: value for name, value in settings + more}
+    require_same(comm, {**vars(lattice), "the names of options": sorted(options), **options, "forces": called is not None})
+    session = core.Session(handle, lattice._arrays(), settings, called)
     check(session.error)
     number = next(_numbers)
     _open[number] = weakref.ref(session, lambda _: _open.pop(number, None)) if world(comm).size == 1 else session
     return session, number
 
 
-def end_session(session, number):
+def end_session(session: Session, number: int) -> None:
     """Collective."""
     session.close()
     _open.pop(number, None)

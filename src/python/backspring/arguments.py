@@ -1,11 +1,16 @@
 """Checks of arguments: one exception, which names the argument and the row."""
 
+from __future__ import annotations
+
+from typing import Any, Dict, Optional
+
 import numpy as np
 
 from .errors import InputError
+from .kinds import Floats, Mask, Whole
 
 
-def numbers_in(name, value, rows, width=None, positive=False):
+def numbers_in(name: str, value: Any, rows: int, width: Optional[int] = None, positive: bool = False) -> Floats:
     """An array (rows,) or (rows, width) of finite doubles from what was given; one number, or one row, stands for all."""
     try:
         array = np.asarray(value, dtype=float)
@@ -24,7 +29,7 @@ def numbers_in(name, value, rows, width=None, positive=False):
     return array
 
 
-def rows_in(name, value, width, count, place="row"):
+def rows_in(name: str, value: Any, width: Optional[int], count: int, place: str = "row") -> Whole:
     """(n, width), or (n,) where width is None, of rows of particles; `place`: what one of them is called in messages."""
     array = np.asarray(value)
     shape = "(n,)" if width is None else f"(n, {width})"
@@ -39,7 +44,7 @@ def rows_in(name, value, width, count, place="row"):
     return np.ascontiguousarray(array, np.int64)
 
 
-def mask_of(name, value, count):
+def mask_of(name: str, value: Any, count: int) -> Mask:
     """A mask (count,) of truth values from rows or from a mask."""
     array = np.asarray(value)
     if array.dtype == bool:
@@ -54,7 +59,8 @@ def mask_of(name, value, count):
     return mask
 
 
-def whole_in(name, value, rows, width):
+def whole_in(name: str, value: Any, rows: int, width: int) -> Whole:
+    """(rows, width) whole numbers, counts of boxes."""
     numbers = numbers_in(name, value, rows, width)
     bad = np.flatnonzero((numbers != np.rint(numbers)).any(axis=1) | (np.abs(numbers) > 1e9).any(axis=1))
     if bad.size:
@@ -62,14 +68,14 @@ def whole_in(name, value, rows, width):
     return numbers.astype(np.int64)
 
 
-def named(name, value):
+def named(name: str, value: Any) -> Dict[str, Any]:
     """A dictionary by names; None stands for an empty one."""
     if value is not None and not (isinstance(value, dict) and all(isinstance(key, str) for key in value)):
         raise InputError(f"{name}: {value!r} is no dictionary of values by names")
     return value or {}
 
 
-def refuse_duplicates(pairs, shift):
+def refuse_duplicates(pairs: Whole, shift: Optional[Whole]) -> None:
     """A spring between the same particles, by way of the same image, twice; and one from a particle to itself."""
     turned = pairs[:, 0] > pairs[:, 1]
     keys = np.where(turned[:, None], pairs[:, ::-1], pairs)

@@ -7,21 +7,26 @@
 Units are those of the network: with ASE's own (Angstrom, eV, atomic mass units) stiffnesses are in eV/Angstrom^2.
 """
 
+from __future__ import annotations
+
+from typing import Any, Dict, List, Optional, Sequence
+
 import numpy as np
 from ase.calculators.calculator import Calculator, all_changes
 from ase.neighborlist import neighbor_list
 
 from .errors import InputError
+from .kinds import Floats, Option
 from .lattice import Lattice
 from .motion import Simulation
 
 
-def lattice_of(atoms, cutoff, stiffness=1.0, rest_length=None, **more):
+def lattice_of(atoms: Any, cutoff: float, stiffness: Any = 1.0, rest_length: Any = None, **more: Any) -> Lattice:
     """The network of springs between all atoms nearer than `cutoff`, along the box of `atoms` as far as it is periodic; rest lengths by default as they
     are. `more`: arguments of Lattice."""
     i, j, shift = neighbor_list("ijS", atoms, cutoff)
     once = (i < j) | ((i == j) & (np.array([tuple(s) > (0, 0, 0) for s in shift], bool) if len(shift) else np.zeros(0, bool)))
-    box = {}
+    box: Dict[str, Any] = {}
     if atoms.pbc.any():
         box = dict(box=atoms.cell.array, periodic=tuple(atoms.pbc), shift=shift[once])
     net = Lattice(atoms.positions, np.stack([i[once], j[once]], axis=1), stiffness=stiffness, rest_length=rest_length, mass=atoms.get_masses(), parallel=True,
@@ -29,23 +34,25 @@ def lattice_of(atoms, cutoff, stiffness=1.0, rest_length=None, **more):
     return net.replace(rest_length=net.lengths()) if rest_length is None else net
 
 
-class Backspring(Calculator):
+class Backspring(Calculator):  # type: ignore[misc]
     """Energies [of the network's springs and of the fields that options give], forces, and in periodic boxes stresses, by ASE's sign (positive: pulled) and
     order (xx, yy, zz, yz, xz, xy). Networks of one or two dimensions lie along x, or in the plane of x and y. What is fixed is a matter of ASE's
     constraints. `options`: fields and laws of the program, as of Simulation."""
 
     implemented_properties = ["energy", "forces", "stress"]
 
-    def __init__(self, net, **options):
+    def __init__(self, net: Lattice, **options: Option) -> None:
         super().__init__()
         shift = net.shift if net.box is None or net.shift is not None else net.nearest_shift()
         self.net = net.replace(shift=shift, fixed=(), velocity=0.0)
         self.net = self.net.replace(rest_length=self.net.lengths() if net.rest_length is None else net.rest_length)
         self.options = options
-        self._last = None if self.net.box is None else self.net.x @ np.linalg.inv(self.net.box)  # reduced positions, which wrapping must not change
-        self._box, self._simulation = None, None
+        # reduced positions, which wrapping must not change
+        self._last: Optional[Floats] = None if self.net.box is None else self.net.x @ np.linalg.inv(self.net.box)
+        self._box: Optional[Floats] = None
+        self._simulation: Optional[Simulation] = None
 
-    def _at(self, atoms):
+    def _at(self, atoms: Any) -> Simulation:
         """The system with the box and the positions of `atoms`."""
         d = self.net.dim
         if len(atoms) != len(self.net):
@@ -56,7 +63,7 @@ class Backspring(Calculator):
             reduced = x @ np.linalg.inv(box)
             self._last = reduced - np.rint(reduced - self._last) * np.asarray(self.net.periodic)
             x = self._last @ box
-        if self._simulation is None or (box is not None and not np.array_equal(box, self._box)):
+        if self._simulation is None or (box is not None and (self._box is None or not np.array_equal(box, self._box))):
             if self._simulation:
                 self._simulation.close()
             # no step is taken: the method costs nothing
@@ -66,7 +73,8 @@ class Backspring(Calculator):
             self._simulation.set("position", x)
         return self._simulation
 
-    def calculate(self, atoms=None, properties=("energy",), system_changes=all_changes):
+    def calculate(self, atoms: Any = None, properties: Sequence[str] = ("energy",), system_changes: List[str] = all_changes) -> None:
+        """ASE's: energy, forces (N, 3) and stress (6,) of `atoms` go into `results`."""
         super().calculate(atoms, properties, system_changes)
         simulation, d = self._at(atoms), self.net.dim
         observed = simulation.observables

@@ -1,10 +1,17 @@
 """Forces that are computed in Python."""
 
+from __future__ import annotations
+
 import inspect
+from typing import TYPE_CHECKING, Any, Callable, List, Optional, Tuple
 
 import numpy as np
 
 from .errors import InputError, pass_on
+from .kinds import Floats, GivenForces, Settings, Whole
+
+if TYPE_CHECKING:
+    from ._core import Functions
 
 _EXPLICIT = ("euler", "rk", "ssp", "symplectic", "verlet")
 _said = False  # what forces without an energy mean for implicit methods
@@ -21,28 +28,30 @@ class Forces:
     are asked for: some of a rank's own at a time.
     """
 
-    def __init__(self, force, *, tangent=None, energy=None):
+    def __init__(self, force: Callable[..., Any], *, tangent: Optional[Callable[..., Any]] = None, energy: Optional[Callable[..., Any]] = None) -> None:
         self.force, self.tangent, self.energy = force, tangent, energy
         for name, one, what in (("forces", force, "t, x and v"), ("tangent", tangent, "t, x and v"), ("energy", energy, "t and x")):
             if not callable(one) and (one is not None or name == "forces"):
                 raise InputError(f"{name}: {one!r} is no function of {what}")
 
-    def __repr__(self):
+    def __repr__(self) -> str:
         given = [name for name in ("tangent", "energy") if getattr(self, name) is not None]
         return f"<backspring.Forces by {getattr(self.force, '__name__', self.force)!s}{' with ' + ' and '.join(given) if given else ''}>"
 
 
-def _with_rows(function, count):
+def _with_rows(function: Callable[..., Any], count: int) -> Callable[..., Any]:
     """`function` of `count` arguments as one that is told the rows, too, whether it asks for them or not."""
     try:
         taken = list(inspect.signature(function).parameters.values())
     except (TypeError, ValueError):
         taken = []
     needed = [one for one in taken if one.kind in (one.POSITIONAL_ONLY, one.POSITIONAL_OR_KEYWORD) and (one.default is one.empty or one.name == "rows")]
-    return function if len(needed) > count else lambda *arguments: function(*arguments[:-1])
+    if len(needed) > count:
+        return function
+    return lambda *arguments: function(*arguments[:-1])
 
 
-def _shaped(name, found, shape):
+def _shaped(name: str, found: Any, shape: Tuple[int, ...]) -> Floats:
     """Numbers of that shape, or of the shape for each of the particles."""
     numbers = np.asarray(found, dtype=float)
     if numbers.shape != shape and not (len(shape) == 3 and numbers.shape == shape[1:]):
@@ -50,7 +59,7 @@ def _shaped(name, found, shape):
     return np.broadcast_to(numbers, shape)
 
 
-def functions_of(forces, settings):
+def functions_of(forces: Optional[GivenForces], settings: Settings) -> Optional[Functions]:
     """(force, tangent, energy) as the extension calls them: each of t, x, v and rows, to lists of arrays; None where there are no forces."""
     global _said
     if forces is None:
@@ -59,13 +68,21 @@ def functions_of(forces, settings):
     if own.energy is None and not _said and dict(settings).get("-ts_type") not in _EXPLICIT:
         _said = True
         pass_on(["forces without an energy: the line search of Newton's method goes by residuals. Where they have one, give Forces(f, tangent=..., energy=...)"])
-    force, tangent, energy = (one and _with_rows(one, count) for one, count in ((own.force, 3), (own.tangent, 3), (own.energy, 2)))
+    force = _with_rows(own.force, 3)
+    tangent, energy = own.tangent and _with_rows(own.tangent, 3), own.energy and _with_rows(own.energy, 2)
 
-    def tangents(t, x, v, rows):
+    def forces_of(t: float, x: Floats, v: Floats, rows: Whole) -> List[Floats]:
+        return [_shaped("forces", force(t, x, v, rows), x.shape)]
+
+    def tangents_of(t: float, x: Floats, v: Floats, rows: Whole) -> List[Floats]:
+        assert tangent
         found = tangent(t, x, v, rows)
         K, D = found if isinstance(found, tuple) else (found, np.zeros((x.shape[1], x.shape[1])))
         shape = (*x.shape, x.shape[1])
         return [_shaped("tangent", K, shape), _shaped("tangent", D, shape)]
 
-    return (lambda t, x, v, rows: [_shaped("forces", force(t, x, v, rows), x.shape)], tangents if tangent else None,
-            (lambda t, x, _, rows: [_shaped("energy", energy(t, x, rows), x.shape[:1])]) if energy else None)
+    def energies_of(t: float, x: Floats, _: None, rows: Whole) -> List[Floats]:
+        assert energy
+        return [_shaped("energy", energy(t, x, rows), x.shape[:1])]
+
+    return forces_of, tangents_of if tangent else None, energies_of if energy else None

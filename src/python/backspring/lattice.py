@@ -1,12 +1,25 @@
 """Networks in memory."""
 
-import numpy as np
+from __future__ import annotations
 
-from ._library import started
+import os
+from typing import TYPE_CHECKING, Any, Dict, List, Mapping, Optional, Sequence, Tuple, Union
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from . import looks
+from ._library import require_same, started
 from .arguments import mask_of, named, numbers_in, refuse_duplicates, rows_in, whole_in
 from .errors import InputError, check, pass_on
+from .kinds import Comm, Floats, Mask, Option, Settings, Whole
 from .options import joined, settings_of, text_of
 
+if TYPE_CHECKING:
+    from ._core import LatticeArrays
+    from matplotlib.figure import Figure
+
+Path = Union[str, os.PathLike[str]]
 
 # Interactions of several particles by the program's names of their kinds: what their ends are called, and how many there are.
 INTERACTIONS = {"angles": ("triples", 3), "hinges": ("quads", 4)}
@@ -31,9 +44,36 @@ class Lattice:
     parallel: allows several springs between the same particles. options: {name: text} of the program that go with the lattice.
     """
 
-    def __init__(self, x, pairs=(), *, stiffness=1.0, rest_length=None, damping=0.0, area=None, mass=1.0, velocity=0.0, fixed=(), groups=None, box=None,
-                 periodic=None, shift=None, law="hooke", damping_law="axial", spring_columns=None, particle_columns=None, anchors=None, angles=None,
-                 hinges=None, breaking=None, parallel=False, options=None):
+    x: Floats
+    pairs: Whole
+    stiffness: Floats
+    rest_length: Optional[Floats]
+    damping: Floats
+    area: Optional[Floats]
+    mass: Floats
+    velocity: Floats
+    fixed: Mask
+    groups: Dict[str, Mask]
+    box: Optional[Floats]
+    periodic: Tuple[bool, ...]
+    shift: Optional[Whole]
+    law: Union[str, List[str]]
+    damping_law: str
+    spring_columns: Dict[str, Floats]
+    particle_columns: Dict[str, Floats]
+    anchors: Optional[Dict[str, Any]]
+    angles: Optional[Dict[str, Any]]
+    hinges: Optional[Dict[str, Any]]
+    breaking: Dict[str, Floats]
+    options: Dict[str, str]
+
+    def __init__(self, x: ArrayLike, pairs: ArrayLike = (), *, stiffness: ArrayLike = 1.0, rest_length: Optional[ArrayLike] = None, damping: ArrayLike = 0.0,
+                 area: Optional[ArrayLike] = None, mass: ArrayLike = 1.0, velocity: ArrayLike = 0.0, fixed: ArrayLike = (),
+                 groups: Optional[Mapping[str, ArrayLike]] = None, box: Optional[ArrayLike] = None, periodic: Optional[Sequence[bool]] = None,
+                 shift: Optional[ArrayLike] = None, law: Union[str, Sequence[str]] = "hooke", damping_law: str = "axial",
+                 spring_columns: Optional[Mapping[str, ArrayLike]] = None, particle_columns: Optional[Mapping[str, ArrayLike]] = None,
+                 anchors: Optional[Mapping[str, Any]] = None, angles: Optional[Mapping[str, Any]] = None, hinges: Optional[Mapping[str, Any]] = None,
+                 breaking: Optional[Mapping[str, ArrayLike]] = None, parallel: bool = False, options: Optional[Mapping[str, Option]] = None) -> None:
         try:
             x = np.asarray(x, dtype=float)
         except (TypeError, ValueError):
@@ -67,14 +107,14 @@ class Lattice:
         self.anchors = self._anchors(anchors, n, d)
         self.angles, self.hinges = self._several("angles", angles, n), self._several("hinges", hinges, n)
 
-    def _set_box(self, box, periodic, shift, s, d):
+    def _set_box(self, box: Optional[ArrayLike], periodic: Optional[Sequence[bool]], shift: Optional[ArrayLike], s: int, d: int) -> None:
         self.box, self.periodic, self.shift = None, (False,) * d, None
         if box is None:
             if periodic is not None or shift is not None:
                 raise InputError("periodic and shift: give the box, too")
             return
-        box = np.asarray(box, dtype=float)
-        self.box = numbers_in("box", np.diag(box) if box.ndim == 1 else box, d, d)
+        edges = np.asarray(box, dtype=float)
+        self.box = numbers_in("box", np.diag(edges) if edges.ndim == 1 else edges, d, d)
         self.periodic = tuple(bool(one) for one in (periodic if periodic is not None else (True,) * d))
         if len(self.periodic) != d:
             raise InputError(f"periodic has {len(self.periodic)} entries: give {d}, one for each edge of the box")
@@ -82,12 +122,12 @@ class Lattice:
             self.shift = whole_in("shift", shift, s, d)
 
     @staticmethod
-    def _known(name, given, names):
+    def _known(name: str, given: Mapping[str, Any], names: Sequence[str]) -> None:
         unknown = sorted(set(given) - set(names))
         if unknown:
             raise InputError(f"{name}: {unknown[0]!r} is none of {', '.join(names)}")
 
-    def _anchors(self, given, n, d):
+    def _anchors(self, given: Optional[Mapping[str, Any]], n: int, d: int) -> Optional[Dict[str, Any]]:
         given = {key: value for key, value in named("anchors", given).items() if value is not None}
         if not given:
             return None
@@ -99,7 +139,7 @@ class Lattice:
         return {"particle": particle, "point": numbers_in("anchors['point']", given["point"], a, d),
                 **{name: numbers_in(f"anchors[{name!r}]", given.get(name, 0.0), a) for name in ("stiffness", "rest_length", "damping")}}
 
-    def _several(self, kind, given, n):
+    def _several(self, kind: str, given: Optional[Mapping[str, Any]], n: int) -> Optional[Dict[str, Any]]:
         given = named(kind, given)
         if not given:
             return None
@@ -108,60 +148,77 @@ class Lattice:
         if name not in given or "stiffness" not in given:
             raise InputError(f"{kind}: give {name} and stiffness")
         ends = rows_in(f"{kind}[{name!r}]", given[name], count, n)
-        found = {name: ends, **{key: numbers_in(f"{kind}[{key!r}]", given.get(key, 0.0), len(ends)) for key in ("stiffness", "rest_angle")}}
+        found: Dict[str, Any] = {name: ends, **{key: numbers_in(f"{kind}[{key!r}]", given.get(key, 0.0), len(ends)) for key in ("stiffness", "rest_angle")}}
         if given.get("shift") is not None:
             found["shift"] = whole_in(f"{kind}['shift']", np.reshape(given["shift"], (len(ends), -1)), len(ends), count * self.dim)
         return found
 
     @property
-    def dim(self):
-        """Dimensions of space."""
-        return self.x.shape[1]
+    def dim(self) -> int:
+        """Dimensions of space, d."""
+        return int(self.x.shape[1])
 
-    def __len__(self):
+    def __len__(self) -> int:
+        """Particles, N."""
         return len(self.x)
 
-    def nearest_shift(self):
-        """(S, d) images of the box in which springs' second ends are nearest to the first ones; of a lattice with a box."""
+    def nearest_shift(self) -> Whole:
+        """(S, d) images of the box in which springs' second ends are nearest to the first ones [boxes]; of a lattice with a box."""
+        if self.box is None:
+            raise InputError("nearest_shift: the lattice has no box")
         way = self.x[self.pairs[:, 1]] - self.x[self.pairs[:, 0]]
         repeats = np.asarray(self.periodic, int)
         middle = -np.rint(way @ np.linalg.inv(self.box)).astype(np.int64) * repeats
-        best, shortest = middle, np.full(len(way), np.inf)
-        for step in np.ndindex(*(3,) * self.dim):
+        best: Whole = middle
+        shortest = np.full(len(way), np.inf)
+        for step in np.ndindex((3,) * self.dim):
             shift = middle + (np.array(step) - 1) * repeats
             length = np.linalg.norm(way + shift @ self.box, axis=1)
             nearer = length < shortest
             best, shortest = np.where(nearer[:, None], shift, best), np.minimum(length, shortest)
         return best
 
-    def ways(self):
+    def ways(self) -> Floats:
         """(S, d) from the first end of every spring to the second [m]."""
         way = self.x[self.pairs[:, 1]] - self.x[self.pairs[:, 0]]
-        return way if self.box is None else way + (self.nearest_shift() if self.shift is None else self.shift) @ self.box
+        shift = None if self.box is None else self.nearest_shift() if self.shift is None else self.shift
+        return np.asarray(way if self.box is None or shift is None else way + shift @ self.box, float)
 
-    def lengths(self):
+    def lengths(self) -> Floats:
         """(S,) lengths of the springs as they are [m]."""
-        return np.linalg.norm(self.ways(), axis=1)
+        return np.asarray(np.linalg.norm(self.ways(), axis=1), float)
 
-    def replace(self, **changes):
-        """A copy with other values of some arguments of the constructor."""
+    def replace(self, **changes: Any) -> Lattice:
+        """A copy with other values of some arguments of the constructor, in their shapes and units."""
         names = ("x", "pairs", "stiffness", "rest_length", "damping", "area", "mass", "velocity", "fixed", "groups", "box", "shift", "law", "damping_law",
                  "spring_columns", "particle_columns", "anchors", "angles", "hinges", "breaking", "options")
-        given = {name: getattr(self, name) for name in names}
-        return Lattice(**{**given, "periodic": self.periodic if self.box is not None else None, "parallel": True, **changes})
+        given: Dict[str, Any] = {name: getattr(self, name) for name in names}
+        given.update(periodic=self.periodic if self.box is not None else None, parallel=True)
+        return Lattice(**{**given, **changes})
 
-    def save(self, path, overwrite=False, comm=None):
-        """Writes a lattice file (.h5) that the program reads by bs_lattice_file."""
+    def save(self, path: Path, overwrite: bool = False, comm: Comm = None) -> None:
+        """Writes a lattice file (.h5) that the program reads by bs_lattice_file. Collective on `comm`."""
         core, handle = started(comm)
+        require_same(comm, {**vars(self), "path": str(path), "overwrite": overwrite})
         error, told = core.write_lattice(handle, self._arrays(), [("-bs_overwrite", "true")] if overwrite else [], str(path))
         check(error)
         pass_on(told)
 
-    def __repr__(self):
+    def plot(self, file: Optional[Path] = None, **look: Any) -> Figure:
+        """A picture of it, springs in grey, fixed particles as squares; written to `file` if one is named. Returns the figure of matplotlib. look: size
+        [inch], dpi, cmap."""
+        from .picture import draw
+
+        return draw(self, self.x, file=file, **look)
+
+    def _repr_html_(self) -> str:
+        return looks.page("Lattice", looks.of_lattice(self), looks.picture(self, self.x))
+
+    def __repr__(self) -> str:
         box = "" if self.box is None else f", periodic along {sum(self.periodic)} edges"
         return f"<backspring.Lattice: {len(self)} particles and {len(self.pairs)} springs in {self.dim} dimensions, {int(self.fixed.sum())} fixed{box}>"
 
-    def _arrays(self):
+    def _arrays(self) -> LatticeArrays:
         """For the extension."""
         from . import _core
 
@@ -191,10 +248,10 @@ class Lattice:
         return arrays
 
     @classmethod
-    def _of(cls, a):
+    def _of(cls, a: LatticeArrays) -> Lattice:
         """Of what the extension has read."""
         n, d, s = len(a.mass), a.dim, len(a.stiffness)
-        more = {}
+        more: Dict[str, Any] = {}
         if any(a.box[0]):
             more.update(box=np.reshape(a.box[1], (d, d)), periodic=a.box[0], shift=a.shift.reshape(s, d) if a.shift.size else None)
         particle, point, stiffness, rest_length, damping = a.anchors
@@ -212,21 +269,24 @@ class Lattice:
                    options={name[1:]: text for name, text in a.implied_options}, **more)
 
 
-def _read(settings, comm):
+def _read(settings: Settings, comm: Comm) -> Lattice:
     core, handle = started(comm)
+    require_same(comm, {name[1:]: value for name, value in settings})
     error, arrays, told = core.read_lattice(handle, settings)
     check(error)
     pass_on(told)
     return Lattice._of(arrays)
 
 
-def read(path, *, comm=None, **options):
-    """The network of a file that the program reads (.h5, .xsp, a trajectory), with what options of the program change of it (bs_group_top="ymax")."""
+def read(path: Path, *, comm: Comm = None, **options: Option) -> Lattice:
+    """The network of a file that the program reads (.h5, .xsp, a trajectory), with what options of the program change of it (bs_group_top="ymax").
+    Lengths and all else in the units of the file. Collective on `comm`."""
     return _read([("-bs_lattice_file", str(path))] + settings_of(options), comm)
 
 
-def generate(kind, size, *, comm=None, **options):
+def generate(kind: str, size: Union[int, Sequence[int]], *, comm: Comm = None, **options: Option) -> Lattice:
     """A network by the program's generators: generate("triangular", (20, 10), dim=2, fixed="ymin", seed=1). Keywords are the options bs_lattice_NAME, those
-    that begin with bs_ other options of the program."""
+    that begin with bs_ other options of the program. size: particles, or cells,
+    along the axes; spacing=1.0: distance between neighbours [m]. Collective on `comm`."""
     named = {name if name.startswith("bs_") else "bs_lattice_" + name: value for name, value in options.items()}
     return _read(joined([], settings_of({"bs_lattice_type": kind, "bs_lattice_size": size}) + settings_of(named)), comm)

@@ -1,169 +1,270 @@
 """Motions: steps in time."""
 
+from __future__ import annotations
+
+import os
+from typing import TYPE_CHECKING, Any, Callable, Dict, Iterator, Optional, Tuple, Type, Union
+
 import numpy as np
+from numpy.typing import ArrayLike
 
 from . import errors
-from ._library import end_session, new_session, world
+from ._library import end_session, new_session, require_same, world
 from .analyses import Equilibrium
+from .breaks import Events
 from .errors import InputError
+from .frames import Frame
+from .kinds import Comm, Floats, GivenForces, Loads, Mask, Observables, Option, Shared
 from .lattice import Lattice
 from .options import joined, loads_of, settings_of, whole
+from .progress import Progress
 
+if TYPE_CHECKING:
+    from ._core import State
 
-class Frame:
-    """A moment of a motion. t [s]; x, v: (N, d) positions [m] and velocities [m/s] of all particles in the lattice's order. What a loop over run() has
-    changed in x or v when it goes on becomes the state, from which the method starts anew."""
-
-    def __init__(self, simulation):
-        self._simulation = simulation
-        self.t, self.x, self.v = simulation.t, simulation.x, simulation.v
-
-    @property
-    def forces(self):
-        """(N, d) [N], of this moment as long as the motion has not gone on."""
-        return self._simulation.forces
-
-    @property
-    def observables(self):
-        """{name: numbers} as in a trajectory, of this moment as long as the motion has not gone on."""
-        return self._simulation.observables
-
-    @property
-    def energy(self):
-        """Kinetic and potential energy [J], of this moment as long as the motion has not gone on."""
-        return self.observables["total_energy"]
-
-    def __repr__(self):
-        return f"<backspring.Frame at t = {self.t:g} s, {len(self.x)} particles>"
+Observe = Callable[[float, Frame], Any]
+Path = Union[str, os.PathLike[str]]
 
 
 class Simulation:
-    """A lattice that is stepped in time. dt: the step [s]. forces: f(t, x, v) -> (N, d) [N] beside those of the options, not in the tangent of implicit
-    methods (soft forces); on several ranks f(t, x, v, rows) for some rows of each rank at a time. Other options of the program by their names: ts_type="cn", ts_theta_theta=0.5. Calls are
-    collective on `comm`. A context manager: files that options name are complete after close()."""
+    """A lattice that is stepped in time. lattice: what moves, N particles and S springs in d dimensions.
 
-    def __init__(self, net, *, dt=None, loads=None, total=False, forces=None, comm=None, **options):
+    dt: the step [s]. forces: f(t, x, v) -> (N, d) [N] beside those of the options, not in the tangent of implicit methods (soft forces); on several ranks
+    f(t, x, v, rows) for some rows of each rank at a time. observe(t, frame) is called after every step; stop(t, frame) likewise, and where it returns
+    True on some rank the call under way ends with this step on all of them (`stopped`); what they raise ends it, too. loads, total as of statics. Other
+    options of the program by their names: ts_type="cn", ts_theta_theta=0.5. Calls are collective on `comm`. A context manager: files that options name
+    are complete after close().
+    """
+
+    lattice: Lattice
+    stopped: bool
+
+    def __init__(self, net: Union[Lattice, Equilibrium], *, dt: Optional[float] = None, loads: Optional[Loads] = None, total: Shared = False,
+                 forces: Optional[GivenForces] = None, observe: Optional[Observe] = None, stop: Optional[Observe] = None, comm: Comm = None,
+                 **options: Option) -> None:
+        self._number: Optional[int] = None
         if isinstance(net, Equilibrium):
             net = net.lattice.replace(x=net.x, rest_length=net.lattice.rest_length if net.lattice.rest_length is not None else net.lattice.lengths())
         if not isinstance(net, Lattice):
             raise InputError(f"give a backspring.Lattice or an Equilibrium, not {type(net).__name__}")
-        self.lattice = net
+        for name, one in (("observe", observe), ("stop", stop)):
+            if one is not None and not callable(one):
+                raise InputError(f"{name}: {one!r} is no function of t and a frame")
+        self.lattice, self.stopped = net, False
+        self._observe, self._stop, self._on_step = observe, stop, None  # type: Optional[Observe], Optional[Observe], Optional[Callable[..., Any]]
+        self._bar: Optional[Progress] = None
+        self._sets, self._warned, self._raised, self._others = 0, 0, None, False  # type: int, int, Optional[BaseException], bool
         settings = joined([], loads_of(loads, total) + settings_of({"ts_dt": dt}) + settings_of(options))
-        self._session, self._number = new_session(comm, net._arrays(), settings, forces)
-        self._comm, self._warned = world(comm), 0
+        self._comm = world(comm)
+        self._session, self._number = new_session(comm, net, settings, forces)
         self._done(self._session.prepare())
+        self._attach()
 
-    def _done(self, error):
+    @classmethod
+    def restart(cls, path: Path, net: Union[Lattice, Equilibrium], **arguments: Any) -> Simulation:
+        """The simulation of the lattice `net` that goes on where checkpoint() was called, or bs_checkpoint wrote. The options of then hold again, those that
+        are given here (arguments of Simulation) take their place."""
+        simulation = cls(net, bs_restart=path, **arguments)
+        simulation.get("position", whole=False)  # reads the state
+        return simulation
+
+    def _attach(self) -> None:
+        wanted = self._observe or self._stop or self._on_step or self._bar
+        self._session.observe(self._after_step if wanted else None)
+
+    def _after_step(self, step: int, t: float, *more: Any) -> bool:
+        """Whether the call ends with this step: the same on all ranks."""
+        said = False
+        try:
+            if self._on_step:
+                self._on_step(step, t, *more)
+            frame = Frame(self)
+            if self._observe:
+                self._observe(t, frame)
+            said = self._stop is not None and bool(self._stop(t, frame))
+        except BaseException as error:
+            self._raised = error
+        if self._bar:
+            self._bar.at(t, step)
+        wrong = self.agreed(self._raised is not None)
+        self._others = wrong and self._raised is None
+        self.stopped = not wrong and self._stop is not None and self.agreed(said)
+        return wrong or self.stopped
+
+    def _step(self, call: Callable[[], Any]) -> Any:
+        """A call that takes steps."""
+        self.stopped, self._raised, self._others = False, None, False
+        found = call()
+        error = found[0] if isinstance(found, tuple) and len(found) == 2 and isinstance(found[1], bool) else found
+        if self._raised is not None:
+            raised, self._raised = self._raised, None
+            raise raised
+        if self._others:
+            raise errors.Stopped("another rank was interrupted, or raised an exception in an observer or in forces")
+        self._done(error)
+        return found
+
+    def _done(self, error: Optional[Tuple[int, str]]) -> None:
         warned = self._session.warnings
-        errors.pass_on(warned[self._warned:])
+        errors.pass_on(warned[self._warned :])
         self._warned = len(warned)
-        errors.check(error, lambda: Frame(self))
+        errors.check(error, self._last)
 
-    def step(self, count=1):
+    def _moment(self) -> Tuple[int, int]:
+        """Another one whenever the state is another."""
+        return self._session.steps, self._sets
+
+    def _last(self) -> Frame:
+        frame = Frame(self)
+        frame._found()
+        return frame
+
+    def step(self, count: int = 1) -> None:
         """`count` steps."""
-        self._done(self._session.step(self._count(count)))
-
-    @staticmethod
-    def _count(count):
         count = whole("count", count)
         if count < 0:
             raise InputError(f"count: {count} is negative")
-        return count
+        self._step(lambda: self._session.step(count))
 
-    def run_until(self, t):
+    def run_until(self, t: float) -> None:
         """Steps up to the time t [s], where the last one ends."""
         if not np.isfinite(t):
             raise InputError(f"t: {t} is no time")
-        self._done(self._session.run_until(float(t)))
+        self._step(lambda: self._session.run_until(float(t)))
 
-    def next_frame(self):
+    def next_frame(self) -> bool:
         """Steps up to the next output time (bs_output_interval; without it, the next step) or the end (ts_max_time). False where the end was reached before."""
-        error, more = self._session.run_to_frame()
-        self._done(error)
-        return more
+        _, more = self._step(self._session.run_to_frame)
+        return bool(more)
 
-    def on_step(self, observer):
-        """observer(step, t, dt, newton, krylov, rejected) is called on every rank after every step; an exception in it ends the call. None: no more."""
-        self._session.observe(observer)
+    def on_step(self, observer: Optional[Callable[..., Any]]) -> None:
+        """observer(step, t, dt, newton, krylov, rejected) is called on every rank after every step: its number, the time and the step's length [s],
+        iterations of Newton's and the Krylov method, rejected attempts; an exception in it ends the call. None: no more."""
+        if self._number is None:
+            raise RuntimeError("the simulation is closed: make another one")
+        self._on_step = observer
+        self._attach()
 
     @property
-    def t(self):
+    def t(self) -> float:
         """Time of the last good state [s]."""
         return self._session.time
 
     @property
-    def steps(self):
+    def steps(self) -> int:
         """Steps that were taken."""
         return self._session.steps
 
     @property
-    def rows(self):
+    def rows(self) -> slice:
         """The rows of this rank, for get() and set()."""
         first, count = self._session.rows
         return slice(first, first + count)
 
-    def get(self, what, whole=True):
-        """position, velocity, force or reaction: (N, d) of all particles, or of this rank's rows."""
+    def get(self, what: str, whole: bool = True) -> Floats:
+        """position [m], velocity [m/s], force or reaction [N]: (N, d) of all particles, or of this rank's rows."""
         if what not in ("position", "velocity", "force", "reaction"):
             raise InputError(f"{what!r}: give position, velocity, force or reaction")
         error, numbers = self._session.get(what, whole)
         self._done(error)
         return numbers
 
-    def set(self, what, numbers, whole=True):
-        """position or velocity: (N, d) of all particles, or of this rank's rows, from which the method starts anew."""
+    def set(self, what: str, numbers: ArrayLike, whole: bool = True) -> None:
+        """position [m] or velocity [m/s]: (N, d) of all particles, or of this rank's rows, from which the method starts anew."""
         if what not in ("position", "velocity"):
             raise InputError(f"{what!r}: give position or velocity")
-        numbers = np.asarray(numbers, dtype=float)
+        values = np.asarray(numbers, dtype=float)
         expected = (len(self.lattice), self.lattice.dim) if whole else (self.rows.stop - self.rows.start, self.lattice.dim)
-        if numbers.shape != expected:
-            raise InputError(f"{what} has the shape {numbers.shape}: give {expected}")
-        self._done(self._session.set_rows(what, numbers[self.rows] if whole else numbers))
+        if values.shape != expected:
+            raise InputError(f"{what} has the shape {values.shape}: give {expected}")
+        self._done(self._session.set_rows(what, values[self.rows] if whole else values))
+        self._sets += 1
 
-    def drive(self, group, places, t):
-        """The group, whose motion is an option's (bs_motion_NAME="given"), moves uniformly from where it is to `places`, (members, d), at the time t [s],
+    def drive(self, group: str, places: ArrayLike, t: float) -> None:
+        """The group, whose motion is an option's (bs_motion_NAME="given"), moves uniformly from where it is to `places`, (members, d) [m], at the time t [s],
         and stays there until the next call."""
-        members = np.flatnonzero(self._member(group))
-        places = np.asarray(places, dtype=float)
-        if places.shape != (len(members), self.lattice.dim):
-            raise InputError(f"places of {group} have the shape {places.shape}: give {(len(members), self.lattice.dim)}")
-        every = np.array(self.lattice.x, dtype=float)
-        every[members] = places
-        self._done(self._session.drive(group, float(t), every[self.rows]))
-
-    def _member(self, group):
         if group not in self.lattice.groups:
             raise InputError(f"there is no group {group!r}: name one of {', '.join(self.lattice.groups) or 'those that the lattice is given'}")
-        return self.lattice.groups[group]
+        members = np.flatnonzero(self.lattice.groups[group])
+        there = np.asarray(places, dtype=float)
+        if there.shape != (len(members), self.lattice.dim):
+            raise InputError(f"places of {group} have the shape {there.shape}: give {(len(members), self.lattice.dim)}")
+        every = np.array(self.lattice.x, dtype=float)
+        every[members] = there
+        self._done(self._session.drive(group, float(t), every[self.rows]))
 
-    def save(self):
+    def save(self) -> State:
         """All that the motion is now, for restore(): the state, histories of springs and what is broken, works, the time."""
         error, state = self._session.save()
         self._done(error)
         return state
 
-    def restore(self, state):
+    def restore(self, state: State) -> None:
         """Goes on from what save() of this simulation has returned, as often as it is wanted; a method of several steps starts anew."""
         self._done(self._session.restore(state))
+        self._sets += 1
 
-    def agreed(self, some):
+    def agreed(self, some: bool) -> bool:
         """Whether it is so on some rank."""
-        return bool(self._comm.allreduce(int(some)))
+        return bool(some) if self._comm.size == 1 else bool(self._comm.allreduce(int(some)))
 
-    x = property(lambda self: self.get("position"), lambda self, value: self.set("position", value), doc="(N, d) positions [m].")
-    v = property(lambda self: self.get("velocity"), lambda self, value: self.set("velocity", value), doc="(N, d) velocities [m/s].")
-    forces = property(lambda self: self.get("force"), doc="(N, d) forces [N].")
-    reactions = property(lambda self: self.get("reaction"), doc="(N, d) forces that supports and motions exert on what is held, 0 elsewhere [N].")
+    @property
+    def x(self) -> Floats:
+        """(N, d) positions [m], which may be set."""
+        return self.get("position")
 
-    def frame(self):
-        """{time, observables, fields} of this moment, as a trajectory has them."""
+    @x.setter
+    def x(self, value: ArrayLike) -> None:
+        self.set("position", value)
+
+    @property
+    def v(self) -> Floats:
+        """(N, d) velocities [m/s], which may be set."""
+        return self.get("velocity")
+
+    @v.setter
+    def v(self, value: ArrayLike) -> None:
+        self.set("velocity", value)
+
+    @property
+    def forces(self) -> Floats:
+        """(N, d) forces [N]."""
+        return self.get("force")
+
+    @property
+    def reactions(self) -> Floats:
+        """(N, d) forces that supports and motions exert on what is held, 0 elsewhere [N]."""
+        return self.get("reaction")
+
+    def frame(self) -> Dict[str, Any]:
+        """{time [s], observables, fields, breaks} of this moment, as a trajectory has them."""
         error, found = self._session.frame()
         self._done(error)
         return found
 
-    observables = property(lambda self: self.frame()["observables"], doc="{name: numbers} of this moment, as in a trajectory.")
+    @property
+    def observables(self) -> Observables:
+        """{name: number or array} of this moment, as in a trajectory."""
+        return Frame(self).observables
 
-    def close(self):
+    @property
+    def broken(self) -> Mask:
+        """(S,) whether a spring is broken."""
+        return Frame(self).broken
+
+    @property
+    def events(self) -> Events:
+        """The springs that broke so far, and when."""
+        return Frame(self).events
+
+    def checkpoint(self, path: Path, overwrite: bool = False) -> None:
+        """Writes the present state as a checkpoint, from which restart() goes on to the same digits; where a file is there, with overwrite alone."""
+        require_same(self._comm, {"path": str(path), "overwrite": overwrite})
+        if not overwrite and self.agreed(os.path.exists(path)):
+            raise InputError(f"path: {os.fspath(path)!r} is there already: give another name, or overwrite=True")
+        self._done(self._session.checkpoint(os.fspath(path)))
+
+    def close(self) -> None:
         """Ends stepping; files that options name are complete."""
         if self._number is None:
             return
@@ -171,39 +272,56 @@ class Simulation:
         self._end()
         errors.check(error)
 
-    def _end(self):
+    def _end(self) -> None:
+        if self._bar:
+            self._bar.close()
         if self._number is not None:
             end_session(self._session, self._number)
             self._number = None
 
-    def __enter__(self):
+    def __enter__(self) -> Simulation:
         return self
 
-    def __exit__(self, kind, value, trace):
+    def __exit__(self, kind: Optional[Type[BaseException]], value: Any, trace: Any) -> None:
         if kind is None:
             self.close()
         else:
             self._end()
 
+    def __repr__(self) -> str:
+        at = "closed" if self._number is None else f"at t = {self.t:g} s after {self.steps} step{'s' * (self.steps != 1)}"
+        return f"<backspring.Simulation of {len(self.lattice)} particles, {at}>"
 
-def run(net, *, until, dt=None, every=None, loads=None, total=False, forces=None, comm=None, **options):
+
+def run(net: Union[Lattice, Equilibrium], *, until: float, dt: Optional[float] = None, every: Optional[float] = None, loads: Optional[Loads] = None,
+        total: Shared = False, forces: Optional[GivenForces] = None, observe: Optional[Observe] = None, stop: Optional[Observe] = None, progress: bool = False,
+        comm: Comm = None, **options: Option) -> Iterator[Frame]:
     """Frames of a motion from t = 0 to `until` [s], the first of them the start, then one every `every` [s] (None: after every step); steps end at them.
 
     for frame in bs.run(net, ts_type="cn", dt=1e-3, until=2.0, every=0.1):
         frame.v *= 0.99
 
-    Options of the program by their names. Raises InputError, and ConvergenceError whose state is the last good frame.
+    observe(t, frame) is called after every step; stop(t, frame) likewise: where it returns True the frame of this moment is the last. progress: a bar of
+    tqdm. dt [s] and the rest as of Simulation; options of the program by their names. Raises InputError, and ConvergenceError whose state is the last
+    good frame.
     """
-    simulation = Simulation(net, dt=dt, loads=loads, total=total, forces=forces, comm=comm, **{"ts_max_time": until, "bs_output_interval": every, **options})
+    bar = Progress(progress, comm, float(options.get("ts_init_time") or 0.0), until, "t / s")
+    simulation = Simulation(net, dt=dt, loads=loads, total=total, forces=forces, observe=observe, stop=stop, comm=comm,
+                            **{"ts_max_time": until, "bs_output_interval": every, **options})
+    if progress:
+        simulation._bar = bar
+        simulation._attach()
     return _frames(simulation)
 
 
-def _frames(simulation):
+def _frames(simulation: Simulation) -> Iterator[Frame]:
     with simulation:
         while True:
-            frame = Frame(simulation)
+            frame = simulation._last()
             x, v = frame.x.copy(), frame.v.copy()
             yield frame
+            if simulation.stopped:
+                return
             for what, before, after in (("position", x, frame.x), ("velocity", v, frame.v)):
                 if simulation.agreed(not np.array_equal(before, after)):
                     simulation.set(what, after)

@@ -1,17 +1,22 @@
 """Keywords of Python as options of the program."""
 
+from __future__ import annotations
+
 import numbers
 import operator
+import os
+from typing import Any, Mapping, Optional
 
 import numpy as np
 
 from .errors import InputError
+from .kinds import Loads, Option, Settings, Shared
 
 
-def text_of(name, value):
+def text_of(name: str, value: Option) -> str:
     """What stands behind an option on the command line: numbers with all their digits, lists with commas, flags as true and false."""
-    if isinstance(value, str):
-        return value
+    if isinstance(value, (str, os.PathLike)):
+        return str(os.fspath(value))
     if isinstance(value, (bool, np.bool_)):
         return "true" if value else "false"
     if isinstance(value, numbers.Integral):
@@ -26,12 +31,12 @@ def text_of(name, value):
         raise InputError(f"option {name}: {value!r} is no number, text or list of them") from None
 
 
-def settings_of(options):
+def settings_of(options: Mapping[str, Option]) -> Settings:
     """[(name with its dash, text)] of keywords {name: value}; those whose value is None are left out, True gives a flag."""
     return [("-" + name, text_of(name, value)) for name, value in options.items() if value is not None]
 
 
-def whole(name, value):
+def whole(name: str, value: Any) -> int:
     """A whole number that an argument is."""
     try:
         return operator.index(value)
@@ -39,7 +44,7 @@ def whole(name, value):
         raise InputError(f"{name}: {value!r} is no whole number") from None
 
 
-def joined(earlier, later):
+def joined(earlier: Settings, later: Settings) -> Settings:
     """Settings, of which the later ones may replace earlier ones but not say one thing twice."""
     seen = set()
     for name, _ in later:
@@ -49,13 +54,13 @@ def joined(earlier, later):
     return [one for one in earlier if one[0] not in seen] + later
 
 
-def loads_of(loads, total):
+def loads_of(loads: Optional[Loads], total: Shared) -> Settings:
     """Options of forces on groups. loads: {group: vector of d forces [N], or a text with expressions}; total: shared evenly by the group's particles."""
     if loads is None:
         return []
     if not isinstance(loads, dict):
         raise InputError(f"loads: {loads!r} is no {{group: force}}")
-    shared = [str(one) for one in loads] if total is True else [] if total in (False, None) else [total] if isinstance(total, str) else list(total)
+    shared = [str(one) for one in loads] if total is True else [] if total in (False, None) else [total] if isinstance(total, str) else list(total or ())
     for group in shared:
         if group not in loads:
             raise InputError(f"total: there is no load on the group {group!r}")

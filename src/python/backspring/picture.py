@@ -1,45 +1,79 @@
-"""Quick pictures of equilibria."""
+"""Quick pictures of lattices, equilibria, motions and modes, by matplotlib."""
+
+from __future__ import annotations
+
+import os
+from typing import Any, Optional, Tuple, Union
 
 import numpy as np
 
+from .kinds import Floats
+from .lattice import Lattice
+from .looks import COLOURS
 
-def draw(equilibrium, file=None, size=(6.0, 5.0), dpi=200, cmap="coolwarm"):
-    """Springs coloured by tension [N], particles that are fixed as squares. One dimension is drawn along a line."""
+QUIET = "0.8"  # of what stays behind
+
+
+def _segments(lattice: Lattice, x: Floats) -> Floats:
+    """(S, 2, 2 or 3) ends of the springs as they are drawn; one dimension along a line."""
+    first = x[lattice.pairs[:, 0]]
+    lines = np.stack([first, first + lattice.replace(x=x).ways()], axis=1)
+    return np.asarray(np.concatenate([lines, np.zeros_like(lines)], axis=-1) if lattice.dim == 1 else lines, float)
+
+
+def _limit(axes: Any, ends: Floats, solid: bool) -> None:
+    """One scale along all axes; slender bodies in space get some room across."""
+    low, high = ends.min(axis=0), ends.max(axis=0)
+    longest = float(max(high - low)) or 1.0
+    half = np.maximum((high - low) / 2 + 0.05 * longest, 0.2 * longest if solid else 0.0)
+    for axis, middle, h in zip("xyz", (low + high) / 2, half):
+        getattr(axes, f"set_{axis}lim")(middle - h, middle + h)
+        getattr(axes, f"set_{axis}label")(f"${axis}$ / m")
+        if solid:
+            axes.locator_params(axis=axis, nbins=max(2, int(6 * h / half.max())))
+    if solid:
+        axes.set_box_aspect(half, zoom=0.85)
+
+
+def draw(lattice: Lattice, x: Floats, values: Optional[Floats] = None, label: str = "", title: str = "", *, behind: Optional[Floats] = None,
+         file: Union[str, os.PathLike[str], None] = None, size: Tuple[float, float] = (6.0, 5.0), dpi: float = 200,
+         cmap: Any = None) -> Any:
+    """Springs at x, coloured by values, grey without; particles that are fixed as squares; springs at `behind` in light grey below. cmap: of
+    matplotlib, by default from blue (negative) by grey to red."""
     import matplotlib
 
     if file:
         matplotlib.use("Agg", force=False)
     import matplotlib.pyplot as plt
     from matplotlib.collections import LineCollection
+    from matplotlib.colors import LinearSegmentedColormap
 
-    lattice, x = equilibrium.lattice, equilibrium.x
-    first = x[lattice.pairs[:, 0]]
-    lines, shown = np.stack([first, first + lattice.replace(x=x).ways()], axis=1), x
-    if lattice.dim == 1:
-        lines, shown = (np.concatenate([a, np.zeros_like(a)], axis=-1) for a in (lines, x))
-    tension = np.asarray(equilibrium.tension)
-    most = np.nanmax(np.abs(tension)) if np.isfinite(tension).any() else 1.0
-    style = dict(cmap=cmap, norm=plt.Normalize(-(most or 1.0), most or 1.0), linewidths=min(2.0, 60 / np.sqrt(len(lattice) + 1)))
+    lines, solid = _segments(lattice, x), lattice.dim == 3
+    shown = np.concatenate([x, np.zeros_like(x)], axis=1) if lattice.dim == 1 else x
+    width = min(2.0, 60 / np.sqrt(len(lattice) + 1))
     figure = plt.figure(figsize=size, layout="constrained")
-    if lattice.dim == 3:
-        from mpl_toolkits.mplot3d.art3d import Line3DCollection
+    if solid:
+        from mpl_toolkits.mplot3d.art3d import Line3DCollection as Collection
 
         axes = figure.add_subplot(projection="3d")
-        drawn = axes.add_collection(Line3DCollection(lines, **style))
-        axes.set_box_aspect(np.ptp(x, axis=0) + 1e-12)
     else:
-        axes = figure.add_subplot()
-        drawn = axes.add_collection(LineCollection(lines, capstyle="round", **style))
+        Collection, axes = LineCollection, figure.add_subplot()
         axes.set_aspect("equal")
-    drawn.set_array(tension)
+    if behind is not None:
+        axes.add_collection(Collection(_segments(lattice, behind), colors=QUIET, linewidths=0.7 * width))
+    style: Any = dict(colors="0.45")
+    if values is not None:
+        most = (np.nanmax(np.abs(values)) if np.isfinite(values).any() else 1.0) or 1.0
+        style = dict(cmap=cmap or LinearSegmentedColormap.from_list("pushed and pulled", COLOURS / 255), norm=plt.Normalize(-most, most))
+    drawn = axes.add_collection(Collection(lines, linewidths=width, **style, **({} if solid else dict(capstyle="round"))))
     axes.scatter(*shown[lattice.fixed].T, marker="s", s=12, color="0.2", zorder=3)
-    low, high = lines.reshape(-1, lines.shape[-1]).min(axis=0), lines.reshape(-1, lines.shape[-1]).max(axis=0)
-    room = 0.05 * max(high - low)
-    for axis, a, b in zip("xyz", low - room, high + room):
-        getattr(axes, f"set_{axis}lim")(a, b)
-        getattr(axes, f"set_{axis}label")(f"${axis}$ / m")
-    figure.colorbar(drawn, label="tension / N", shrink=0.8)
-    axes.set_title(f"load factor {equilibrium.load_factor:g}")
+    _limit(axes, np.concatenate([lines.reshape(-1, lines.shape[-1]), shown]), solid)
+    if lattice.dim == 1:
+        axes.yaxis.set_visible(False)
+    if values is not None:
+        drawn.set_array(np.asarray(values, float))
+        figure.colorbar(drawn, label=label, shrink=0.8)
+    axes.set_title(title)
     if file:
         figure.savefig(file, dpi=dpi)
         plt.close(figure)

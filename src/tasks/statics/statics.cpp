@@ -4,6 +4,7 @@
 #include <limits>
 #include <string>
 #include "base/collective.hpp"
+#include "base/context.hpp"
 #include "base/error.hpp"
 #include "base/option_names.hpp"
 #include "systems/breaks.hpp"
@@ -261,6 +262,7 @@ PetscErrorCode run_loads(Equilibrium& equilibrium, const RunOptions& options, co
   PetscCall(statics.begin_box());
   RunHooks hooks = statics.hooks();
   hooks.only_run = end != nullptr;
+  hooks.on_step = held_by<LoadStepObserver>(equilibrium.comm()).on_step;
   const auto observe = hooks.observe;
   hooks.observe = [&observe, last, found](double factor, Vec y, std::vector<Observable>* out) {
     PetscFunctionBegin;
@@ -294,6 +296,7 @@ PetscErrorCode copy_equilibrium(Equilibrium& equilibrium, const FoundEquilibrium
   out->frame.time = found.factor;
   out->frame.observables = found.observables;
   PetscCall(read_tables(equilibrium, found.factor, last, &out->frame.tables));
+  PetscCall(read_breaks(equilibrium, &out->frame.breaks));
   PetscFunctionReturn(0);
 }
 

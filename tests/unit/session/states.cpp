@@ -2,6 +2,7 @@
 #include <catch2/catch.hpp>
 
 #include <cmath>
+#include <cstdio>
 
 #include "base/collective.hpp"
 #include "session/session.hpp"
@@ -275,4 +276,53 @@ TEST_CASE("motions that are given go where they are told, and are refused where 
   CHECK(session->drive("wall", 1, own(*session, {0, 0, 0})).text.find("-bs_motion_wall given") != std::string::npos);
   CHECK(session->drive("end", 0.01, own(*session, {0, 0, 0})).text.find("later time") != std::string::npos);
   CHECK(session->drive("", 1, own(*session, {0, 0, 0})).exit == Exit::input);
+}
+
+TEST_CASE("an observer pauses a session after the step that it sees, and load steps are told, too") {
+  const auto session = session_of(line(4, 10), {{"-ts_dt", "0.03"}, {"-bs_gravity", "1"}}),
+             same = session_of(line(4, 10), {{"-ts_dt", "0.03"}, {"-bs_gravity", "1"}});
+  session->on_step([&](const StepRecord& record) {
+    if (record.step % 4 == 0) session->pause();
+  });
+  good(session->run_until(10));
+  REQUIRE(session->steps() == 4);
+  good(session->step(10));
+  REQUIRE(session->steps() == 8);
+  bool more = false;
+  good(session->run_to_frame(&more));
+  REQUIRE(session->steps() == 9);
+  good(same->step(9));
+  REQUIRE(array_of(*session, Session::Array::position) == array_of(*same, Session::Array::position));
+  Numbers factors;
+  const auto still = session_of(line(3, 50), {{"-bs_force_end", "4"}}, Session::Make::when_needed);
+  still->on_step([&](const StepRecord& record) { factors.push_back(record.time); });
+  Result found;
+  good(still->solve_statics(&found, {{"-bs_load_steps", "4"}}));
+  REQUIRE(factors == Numbers{0.25, 0.5, 0.75, 1});
+}
+
+TEST_CASE("what breaks is told with frames and equilibria, and a checkpoint goes on with it") {
+  LatticeArrays bundle = line(3, 10);
+  bundle.break_columns = {{"critical_force", {}, {0.5, 100}}};
+  const Settings pull = {{"-ts_dt", "0.05"}, {"-bs_force_end", "3"}};
+  const auto session = session_of(bundle, pull);
+  FrameData frame;
+  good(session->get_frame(&frame));
+  REQUIRE(frame.breaks.empty());
+  good(session->step(20));
+  good(session->get_frame(&frame));
+  REQUIRE(frame.breaks.size() == 7);
+  REQUIRE((frame.breaks[2].name == "spring" && frame.breaks[2].value == Numbers{0}));
+  REQUIRE((frame.breaks[3].name == "ends" && frame.breaks[3].columns == 2 && frame.breaks[3].value == Numbers{0, 1}));
+  REQUIRE((frame.breaks[0].value[0] > 0 && frame.breaks[0].value[0] < session->time()));
+  const std::string file = "session_states.checkpoint";
+  good(session->checkpoint(file));
+  good(session->step(5));
+  const auto anew = session_of(bundle, {{"-bs_restart", file}});
+  good(anew->step(5));
+  REQUIRE((anew->steps() == 25 && anew->time() == session->time()));
+  REQUIRE(array_of(*anew, Session::Array::position) == array_of(*session, Session::Array::position));
+  REQUIRE(static_cast<int>(session->checkpoint("no/such/folder").exit) == static_cast<int>(Exit::io));
+  MPI_Barrier(MPI_COMM_WORLD);
+  (void)std::remove(file.c_str());
 }

@@ -3,6 +3,7 @@
 #include "base/context.hpp"
 #include "base/error.hpp"
 #include "base/find_file.hpp"
+#include "base/option_names.hpp"
 #include "base/options.hpp"
 #include "input/text_file.hpp"
 #include "systems/particles/constraints/constraints.hpp"
@@ -63,6 +64,9 @@ PetscErrorCode Constraints::read_groups(MPI_Comm comm, const Lattice& l) {
       PetscCall(fail(
           comm, Exit::input,
           "option -bs_motion_" + name + ": given motions are said by a program on the library: write another one, such as velocity:V or table:FILE"));
+    if (motions_.back().drive.given() && (is_given("-bs_checkpoint") || is_given("-bs_restart")))
+      PetscCall(fail(comm, Exit::input,
+                     "option -bs_motion_" + name + ": checkpoints do not say where given motions lead: leave -bs_checkpoint and -bs_restart out"));
   }
   PetscFunctionReturn(0);
 }
