@@ -22,8 +22,8 @@ def call(command, folder, timeout=300):
 
 
 def shipped():
-    """What a user needs of options/, meshes/ and postprocess/, from the source tree itself."""
-    kept = []
+    """What a user needs of options/, meshes/, postprocess/ and the notebooks, from the source tree itself."""
+    kept = [f.relative_to(REPO / "src/python") for f in (REPO / "src/python/notebooks").glob("*.ipynb")]
     for folder, endings in (("options", (".yaml", ".md", ".png")), ("meshes", (".xsp", ".cir", ".py", ".md")), ("postprocess", (".py", ".md"))):
         kept += [f.relative_to(REPO) for f in (REPO / folder).rglob("*") if f.suffix in endings and f.name != "make_reference.py" and "gallery" not in f.parts]
     return {str(f) for f in kept}
@@ -151,6 +151,8 @@ def in_python(checks, prefix, folder, name):
     code = ("import sys; sys.path.insert(0, sys.argv[1]); import backspring as bs; "
             "eq = bs.statics(bs.Lattice([[0.0], [1.0]], [[0, 1]], stiffness=50.0, fixed=[0]), bs_gravity=10.0); "
             "from backspring.trajectories import tools; print(bs.__file__, abs(eq.x[1, 0] - 1.2) < 1e-12, tools())")
+    typed = [one for one in ("py.typed", "_core.pyi", "motion.py") if not (site / "backspring" / one).is_file()]
+    checks.true(f"{name}: the package comes with its types", not typed, f"{typed}")
     status, out, err = call([sys.executable, "-c", code, site], folder)
     checks.true(f"{name}: import backspring", status == 0 and out.split() == [str(site / "backspring/__init__.py"), "True",
                                                                               str(prefix / "share/backspring/postprocess")], (out + err).strip()[-300:])
