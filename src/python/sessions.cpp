@@ -13,6 +13,7 @@
 #include <vector>
 #include "python/arrays.hpp"
 #include "python/module.hpp"
+#include "python/petsc.hpp"
 #include "session/session.hpp"
 
 namespace bs::python {
@@ -299,6 +300,11 @@ void bind_sessions(py::module_& m) {
     return py::make_tuple(as_python(error), std::const_pointer_cast<Session::State>(state));
   });
   one.def("restore", [](PythonSession& s, const Session::State& state) { return as_python(s.call([&] { return s->restore(state); })); });
+  one.def("stepper", [](PythonSession& s) {
+    TS ts = nullptr;
+    const Error error = s.call([&] { return s->stepper(&ts); }, true);
+    return py::make_tuple(as_python(error), error ? py::none() : as_petsc4py(ts));
+  });
   one.def("frame", [](PythonSession& s) {
     FrameData frame;
     const Error error = s.call([&] { return s->get_frame(&frame); }, true);

@@ -142,6 +142,15 @@ Error Session::restore(const State& state) {
   return call([&] { return impl_->restore(state); });
 }
 
+Error Session::stepper(TS* ts) {
+  return call([&]() -> PetscErrorCode {
+    PetscFunctionBegin;
+    PetscCall(impl_->begin());
+    *ts = impl_->run->stepper();
+    PetscFunctionReturn(0);
+  });
+}
+
 Error Session::get_frame(FrameData* out) {
   return call([&] { return impl_->get_frame(out); });
 }

@@ -2,7 +2,7 @@
 // without a command line. Sessions of one process do not disturb one another. Errors are values: no call prints, ends the process or installs a
 // handler of signals.
 #pragma once
-#include <petscsys.h>
+#include <petscts.h>
 #include <cstdint>
 #include <functional>
 #include <map>
@@ -109,6 +109,9 @@ class Session {
   Error save(std::shared_ptr<const State>* out);
   /// `state`: of this session. Error (Exit::input): settings that name files of the run.
   Error restore(const State& state);
+  /// PETSc's stepper of the motion, with its SNES, KSP, state and matrices, to be looked at between steps; borrowed, until the session ends or goes
+  /// on from a state that is set or restored.
+  Error stepper(TS* ts);
   /// What a frame of a trajectory would hold now, whole on every rank: observables, and fields that the settings ask for (-bs_output_springs).
   Error get_frame(FrameData* out);
 

@@ -81,6 +81,8 @@ class Run {
   PetscErrorCode pause() { return TSSetConvergedReason(ts_, TS_CONVERGED_USER); }
   /// The last good state; borrowed.
   PetscErrorCode state_vector(Vec* y) const { return TSGetSolution(ts_, y); }
+  /// PETSc's stepper; borrowed.
+  TS stepper() const { return ts_; }
 
  private:
   PetscErrorCode on_step(const StepRecord& record);

@@ -240,6 +240,24 @@ def coupled():
             writing.restore(writing.save())
 
 
+def in_petsc():
+    """The stepper of a simulation as petsc4py has it: its solvers, its state, the size of its Jacobian."""
+    from petsc4py import PETSc
+
+    net = bs.Lattice(**sheet())
+    with bs.Simulation(net, dt=2e-3, ts_type="cn", snes_rtol=1e-12, bs_operator="assembled") as simulation:
+        simulation.step(3)
+        ts = simulation.petsc()
+        assert isinstance(ts, PETSc.TS) and ts.getType() == "theta" or ts.getType() == "cn", ts.getType()
+        assert ts.getStepNumber() == 3 and abs(ts.getTime() - 6e-3) < 1e-15 and ts.getSNES().getConvergedReason() > 0
+        assert ts.getSNES().getTolerances()[0] == 1e-12 and isinstance(ts.getSNES().getKSP(), PETSc.KSP)
+        y = ts.getSolution().getArray(readonly=True).reshape(len(net), 2, 2)
+        assert np.array_equal(np.sort(y[:, 0], axis=0), np.sort(simulation.x, axis=0))
+        J = ts.getSNES().getJacobian()[0]
+        assert J.getSize() == (4 * len(net), 4 * len(net))
+    assert ts.getRefCount() == 1
+
+
 def files():
     """Networks go to files and come back as they were, also those that the program has read or generated."""
     with tempfile.TemporaryDirectory() as folder:
@@ -498,7 +516,7 @@ def main():
     if chosen in "on_two_ranks":
         on_two_ranks()  # before this process starts MPI
         print("on_two_ranks: ok", flush=True)
-    for part in (bad_arguments, closed_forms, written_back, told_once, own_forces, implicit_forces, coupled, files, misuse, every_step, remembered, without_steps, observers, interrupted, side_by_side, failures, memory, pictures_and_tools, documented, imported):
+    for part in (bad_arguments, closed_forms, written_back, told_once, own_forces, implicit_forces, coupled, in_petsc, files, misuse, every_step, remembered, without_steps, observers, interrupted, side_by_side, failures, memory, pictures_and_tools, documented, imported):
         if chosen in part.__name__:
             begin = time.time()
             part()

@@ -236,6 +236,13 @@ class Simulation:
         """(N, d) forces that supports and motions exert on what is held, 0 elsewhere [N]."""
         return self.get("reaction")
 
+    def petsc(self) -> Any:
+        """PETSc's stepper as petsc4py has it (petsc4py.PETSc.TS), with its SNES, KSP, state and matrices, to be looked at between steps: getSNES(),
+        getSNES().getKSP(), getSolution(). It ends with the simulation, and with the next state that is set or restored."""
+        error, stepper = self._session.stepper()
+        self._done(error)
+        return stepper
+
     def frame(self) -> Dict[str, Any]:
         """{time [s], observables, fields, breaks} of this moment, as a trajectory has them."""
         error, found = self._session.frame()
