@@ -129,6 +129,7 @@ std::vector<Tally> Run::tallies() const {
   if (hooks_.count && hooks_.count(&all)) all.clear();
   const SearchMemory& search = context_.newton.search;
   all.push_back({"search_cuts", "", search.cuts});
+  all.push_back({"guess_substeps", "", context_.predictor.substeps()});
   all.push_back({"newton_loose", "", context_.newton.loose()});
   all.push_back(
       {"newton_at_floor", "Newton solve{s} ended at the rounding errors of the forces, before reaching -snes_rtol", context_.newton.at_floor()});

@@ -15,7 +15,10 @@ void Stepper::save(Facts* facts, std::vector<NamedState>* states) const {
   length_.save(facts);
   counter_.save(facts);
   rejections_.save(facts);
-  if (context_.implicit) context_.newton.save(facts);
+  if (context_.implicit) {
+    context_.newton.save(facts);
+    (void)context_.predictor.save(facts);
+  }
   reuse_.save(facts);
   history_.save(facts, states);
   model_.save_sums(&facts->real);
@@ -68,7 +71,10 @@ PetscErrorCode Stepper::restore_counts(TS ts, const Facts& run) {
   PetscCall(TSGetSNESIterations(ts, &newton));
   PetscCall(krylov_iterations(ts, &krylov));
   rejections_.restore(run);
-  if (context_.implicit) context_.newton.restore(run);
+  if (context_.implicit) {
+    context_.newton.restore(run);
+    PetscCall(context_.predictor.restore(run));
+  }
   counter_.restore(run, newton, krylov, rejections_.counts());
   PetscFunctionReturn(0);
 }

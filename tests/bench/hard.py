@@ -23,7 +23,7 @@ from program import environment, words
 import hard_problems
 
 VARIANTS = {"auto": {}, "exact": {"bs_tangent": "exact"}, "definite": {"bs_tangent": "definite"},
-            "exact, trust region": {"bs_tangent": "exact", "snes_type": "newtontr"}}
+            "extrapolated guess": {"bs_guess": "extrapolate"}, "exact, trust region": {"bs_tangent": "exact", "snes_type": "newtontr"}}
 OLD = "before"  # the column of --old
 TYPES = {"beuler": {"ts_type": "beuler"}, "cn": {"ts_type": "cn"}, "bdf2": {"ts_type": "bdf", "ts_bdf_order": 2, "ts_adapt_type": "none"},
          "alpha2": {"ts_type": "alpha2", "ts_adapt_type": "none"}}

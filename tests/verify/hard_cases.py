@@ -83,22 +83,26 @@ def failed_solve(checks, folder):
             checks.true(f"{name}: in its steps, to the end", abs(np.sum(r.trajectory.log["dt"]) - 0.005) < 1e-12)
 
 
-def left_of_step(file, t):
-    """The largest M (v - v_n)/h - f(x, v) of a particle that is not held, of each frame but the first, against the largest force of a spring, in NumPy:
-    Hooke's springs, axial dampers, gravity. h is the time between frames."""
+def left_of_step(file, t, theta=1):
+    """The largest M (v - v_n)/h - theta f(x, v) - (1 - theta) f(x_n, v_n) of a particle that is not held, of each frame but the first, against the largest
+    force of a spring, in NumPy: Hooke's springs, axial dampers, gravity. h is the time between frames."""
     with h5py.File(file) as f:
         ends, k, damping, rest = (f["springs/" + name][...] for name in ("pairs", "stiffness", "damping", "rest_length"))
         fixed, mass = f["particles/fixed"][...] != 0, f["particles/mass"][...]
-    h, worst, largest = t.time[1] - t.time[0], 0, 0
-    for x, v, before in zip(t.position[1:], t.velocity[1:], t.velocity):
+    pulls, forces = [], []
+    for x, v in zip(t.position, t.velocity):
         d, w = (a[ends[:, 0]] - a[ends[:, 1]] for a in (x, v))
         length = np.linalg.norm(d, axis=1)
-        pull = k * (length - rest) + damping * (d * w).sum(axis=1) / length
-        left = mass[:, None] * ((v - before) / h + [0, 0, 9.81])
-        np.add.at(left, ends[:, 0], (pull / length)[:, None] * d)
-        np.add.at(left, ends[:, 1], -(pull / length)[:, None] * d)
-        worst, largest = max(worst, np.abs(left[~fixed]).max()), max(largest, np.abs(pull).max())
-    return worst / largest
+        pulls.append(k * (length - rest) + damping * (d * w).sum(axis=1) / length)
+        f = mass[:, None] * [0, 0, -9.81]
+        np.add.at(f, ends[:, 0], -(pulls[-1] / length)[:, None] * d)
+        np.add.at(f, ends[:, 1], (pulls[-1] / length)[:, None] * d)
+        forces.append(f)
+    h, worst = t.time[1] - t.time[0], 0
+    for n in range(len(forces) - 1):
+        left = mass[:, None] * (t.velocity[n + 1] - t.velocity[n]) / h - theta * forces[n + 1] - (1 - theta) * forces[n]
+        worst = max(worst, np.abs(left[~fixed]).max())
+    return worst / max(np.abs(p).max() for p in pulls[1:])
 
 
 def folding(checks, folder):
@@ -117,5 +121,28 @@ def folding(checks, folder):
             conserved(checks, name, case, r.trajectory)
 
 
+def guesses(checks, folder):
+    """Newton's first iterates by sub-steps: fewer iterations where sheets fold, to solutions of the step's equation; nothing changes where nothing folds."""
+    for make, type_of, steps, fewer in ((hard_problems.twisted_cloth, "beuler", 12, 0.85), (hard_problems.folding_cloth, "beuler", 4, 0.9), (hard_problems.twisted_cloth, "cn", 3, None)):
+        case = make(folder / f"{make.__name__}_guesses.h5", False)
+        given = dict(case.options, ts_type=type_of, ts_dt=0.02, ts_max_time=steps * 0.02, bs_advise=False)
+        runs = {}
+        for guess in ("extrapolate", "auto"):
+            runs[guess] = r = checks.run(dict(given, bs_guess=guess), ranks=1, interval=0.02)
+            name = f"{case.name}, {type_of}, {guess}"
+            checks.true(f"{name}: sub-steps", (r.report["guess_substeps"] > 0) == (guess == "auto"), f"{r.report['guess_substeps']}")
+            if r.report["steps"] == steps:
+                checks.below(f"{name}: left of the step's equation, of the largest tension",
+                             left_of_step(case.options["bs_lattice_file"], r.trajectory, 0.5 if type_of == "cn" else 1), 1e-6)
+        for count in ("newton", "krylov") if fewer else ():
+            now, before = (runs[guess].report[count] for guess in ("auto", "extrapolate"))
+            checks.below(f"{case.name}: {count}, of that without", now / before, fewer)
+    case = hard_problems.pulled_chain(folder / "chain_guesses.h5", False)
+    given = dict(case.options, ts_type="beuler", ts_dt=0.002, ts_max_time=0.02, bs_advise=False)
+    one, other = (checks.run(dict(given, bs_guess=guess), ranks=1, interval=0.002) for guess in ("extrapolate", "auto"))
+    checks.true(f"{case.name}: nothing folds", other.report["indefinite"] == 0 and other.report["guess_substeps"] == 0)
+    checks.near(f"{case.name}: the same bits", one.trajectory.position, other.trajectory.position, 0)
+
+
 if __name__ == "__main__":
-    run_parts(__doc__, (hard, folding, failed_solve))
+    run_parts(__doc__, (hard, folding, guesses, failed_solve))

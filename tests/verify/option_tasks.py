@@ -24,7 +24,7 @@ RUNS = {"dynamics": [*HELD, "-ts_max_steps", "1"], "statics": [*HELD, "-bs_task"
 PARTICLES, STEPPED, EQUILIBRIA = {"dynamics", "statics", "moduli", "modes"}, {"dynamics", "linear", "statics", "moduli"}, {"statics", "moduli"}
 TASKS = {**dict.fromkeys(("Task", "Memory", "Model", "Output options", "Program"), set(RUNS)), "Lattice: particles and springs": {*PARTICLES, "generate"},
          **dict.fromkeys(("Form of the trajectory", "Matrices"), {*PARTICLES, "linear"}),
-         **dict.fromkeys(("Frames and progress", "Stepping", "Checkpoints", "Linear solver", "Newton's tangent"), STEPPED),
+         **dict.fromkeys(("Frames and progress", "Stepping", "Checkpoints", "Linear solver", "Newton's tangent", "Newton's first iterate"), STEPPED),
          **dict.fromkeys(("Motion in time", "Advice", "Error control"), {"dynamics", "linear"}),
          **dict.fromkeys(("Loads (-bs_task statics)", "After a break in statics", "Stability of equilibria (-bs_task statics)",
                           "Given stresses of a periodic box (-bs_task statics)", "Compliance (-bs_task statics)"), EQUILIBRIA),

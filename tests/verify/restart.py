@@ -101,7 +101,8 @@ def dynamics(checks, folder):
                                  ("loose tolerances", {"snes_rtol": 0.3, "bs_energy_growth": 0}, (5, None)),
                                  ("end at rest", {"bs_lattice_damping": 500, "ts_max_time": 100, "ts_dt": 0.5, "bs_stop_at_rest": 1e-3}, (2, None)),
                                  ("without a trajectory", {"bs_output": None, "ts_type": "verlet", "ts_dt": 0.005, "ts_max_time": 0.3, "bs_output_interval": 0.1}, (5, 41, None)),
-                                 ("inner solver", {"condensed_pc_type": "bicc", "bs_checkpoint_every": 1}, (5, None))):
+                                 ("inner solver", {"condensed_pc_type": "bicc", "bs_checkpoint_every": 1}, (5, None)),
+                                 ("guess by sub-steps", {"bs_lattice_velocity_gradient": (0, 0, 0, 0, 0, 0, 0, 0, -60), "condensed_pc_type": "bicc", "bs_checkpoint_every": 1, "ts_max_time": 0.08}, (1, 3, None))):
         compare(checks, folder, name, {**BLOCK, **options}, stops)
     heat = {"bs_model": "linear", "bs_linear_type": "heat1d", "bs_linear_size": 40, "bs_linear_source": "step(1)", "ts_type": "cn", "ts_dt": 0.001, "ts_max_time": 0.01, "bs_output_interval": 0.0025}
     compare(checks, folder, "linear system", heat, (4, None))

@@ -226,6 +226,26 @@ PetscErrorCode condensed_negative_direction(PC pc, Vec r, PetscInt most, Vec z, 
   PetscFunctionReturn(0);
 }
 
+PetscErrorCode condensed_solve_definite(PC pc, double rtol, Vec r, Vec z, bool* solved) {
+  CondensedCounts counts;
+  CondensedDemand definite;
+  PetscFunctionBegin;
+  PetscCall(prepare(pc));
+  Condensed& self = data_of(pc);
+  definite.direction = true;
+  definite.curvature = Curvature::definite;
+  self.inner.set_demand(definite);
+  self.inner.set_tolerance(rtol);
+  PetscCall(self.inner.assemble(&counts));
+  PetscCall(self.tangent->condense(r, self.b));
+  PetscCall(self.inner.solve(self.b, self.w, &counts, solved));
+  PetscCall(self.tangent->expand(r, self.w, z));
+  self.inner.set_demand(self.demand);
+  self.counts.iterations += counts.iterations;
+  self.counts.refreshed += counts.refreshed;
+  PetscFunctionReturn(0);
+}
+
 PetscErrorCode condensed_describe(PC pc, std::string* text) {
   bool is = false;
   PetscFunctionBegin;

@@ -65,6 +65,10 @@ PetscErrorCode condensed_negative_pivots(PC pc, PetscInt* count);
 /// with z.S z <= 0. found: false where there was none.
 PetscErrorCode condensed_negative_direction(PC pc, Vec r, PetscInt most, Vec z, bool* found);
 
+/// Collective. J z = r by the definite part of S at the tangent's present state, to `rtol` of the condensed r, whatever the demand of other solves; a
+/// `pc` of this type. Its iterations are counted, its solve is none of Newton's directions. solved: false leaves z open.
+PetscErrorCode condensed_solve_definite(PC pc, double rtol, Vec r, Vec z, bool* solved);
+
 /// A few words on the inner solver in force; empty before it is created.
 PetscErrorCode condensed_describe(PC pc, std::string* text);
 

@@ -251,7 +251,7 @@ PetscErrorCode InnerSolver::solve_definite(Vec b, Vec w, CondensedCounts* counts
   bool downhill = true;
   PetscFunctionBegin;
   if (fresh_) ++counts->refreshed;
-  if (absolute_in_force_) {
+  if (absolute_in_force_ && !definite_) {
     PetscCall(solve_absolute(b, w, counts, reason));
     PetscFunctionReturn(0);
   }

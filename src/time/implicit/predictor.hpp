@@ -1,4 +1,5 @@
-// The initial guess of Newton's method: at the last state, or at the state the last two velocities point to where that is closer.
+// The initial guess of Newton's method: at the last state, at the state the last two velocities point to where that is closer, or where a motion
+// downhill in the step's potential ends.
 #pragma once
 #include <petscts.h>
 #include <vector>
@@ -6,26 +7,43 @@
 #include "solvers/newton/convergence.hpp"
 #include "systems/model.hpp"
 #include "time/history.hpp"
+#include "time/implicit/substep_guess.hpp"
 
 namespace bs {
 
 /// For the one-step types beuler, cn and theta with end point. With v the velocity and theta the type's:
 ///   v* = v_n + (v_n - v_(n-1)) h/h_(n-1),  x* = x_n + h ((1 - theta) v_n + theta v*)
-/// It is taken if its residual is less than half that at (x_n, v_n): through stiff springs it is far larger.
+/// It is taken if its residual is less than half that at (x_n, v_n): through stiff springs it is far larger. After a step that met a tangent that was
+/// not positive definite SubstepGuess takes its place (-bs_guess).
 class Predictor {
  public:
-  /// Collective. Hooks into the SNES of `ts` where the type is one of those and the model has positions and velocities.
+  /// Collective. Reads its options and hooks into the SNES of `ts` where the type is one of those and the model has positions and velocities.
   PetscErrorCode attach(TS ts, Model& model, NewtonPolicy* newton);
   /// Where the state before the last comes from; without it Newton starts at the last state.
   void set_history(const History* history) { history_ = history; }
+  std::int64_t substeps() const { return substeps_.taken(); }
+  /// Not collective. What a checkpoint holds of it: whether the last step met a tangent that was not positive definite; and back.
+  PetscErrorCode save(Facts* facts) const;
+  PetscErrorCode restore(const Facts& facts);
 
  private:
+  enum class Guess { automatic, extrapolate, substeps };
+  PetscErrorCode read_options(TS ts, PetscInt* most);
   PetscErrorCode predict(SNES snes, Vec X);
+  PetscErrorCode extrapolate(SNES snes, Vec y, Vec X);
+  PetscErrorCode descend(SNES snes, Vec y, Vec X);
+  PetscErrorCode residual_at(SNES snes, Vec X, ResidualNorms* norms);
+  PetscErrorCode count_indefinite(PetscInt* count) const;
+  PetscErrorCode wants_substeps(bool* yes);
   TS ts_ = nullptr;
   Model* model_ = nullptr;
   NewtonPolicy* newton_ = nullptr;
   const History* history_ = nullptr;
   double theta_ = 1;
+  Guess guess_ = Guess::automatic;
+  SubstepGuess substeps_;
+  bool folded_ = false;      ///< the step before the restart met negative curvature
+  PetscInt indefinite_ = 0;  ///< tangents that were not positive definite, before the last attempt
 };
 
 // Additions to PETSc's rosw: the time derivative of F in every stage, and one Jacobian for all stages of a step.
