@@ -16,6 +16,7 @@
 #include <vector>
 #include "base/context.hpp"
 #include "base/find_file.hpp"
+#include "base/option_aliases.hpp"
 #include "base/option_names.hpp"
 #include "checkpoint/checkpoint.hpp"
 #include "cli/command_line.hpp"
@@ -39,6 +40,7 @@ PetscErrorCode run_program(int* exit_code) {
   PetscFunctionBegin;
   PetscCall(bs::register_types());
   PetscCall(bs::recall_options(PETSC_COMM_WORLD));
+  PetscCall(bs::unify_option_names(PETSC_COMM_WORLD));  // of another PETSc
   PetscCall(bs::check_viewers(PETSC_COMM_WORLD));
   PetscCall(bs::run_task(PETSC_COMM_WORLD, exit_code));
   PetscFunctionReturn(0);
@@ -98,8 +100,11 @@ PetscErrorCode initialize(int argc, char** argv) {
   words.push_back(nullptr);
   int count = static_cast<int>(words.size()) - 1;
   char** all = words.data();
-  const PetscErrorCode status = PetscInitialize(&count, &all, nullptr, HELP);
-  return status || said ? status : PetscOptionsClearValue(nullptr, skip);
+  if (const PetscErrorCode status = PetscInitialize(&count, &all, nullptr, HELP)) return status;
+  PetscFunctionBegin;
+  if (!said) PetscCall(PetscOptionsClearValue(nullptr, skip));
+  PetscCall(bs::unify_option_names(PETSC_COMM_WORLD, {argv + 1, argv + argc}));
+  PetscFunctionReturn(0);
 }
 
 /// Handlers of errors, crashes and signals around the program; the exit code.
@@ -163,6 +168,7 @@ void one_thread_a_rank() {
 
 int main(int argc, char** argv) {
   bs::translate_common_flags(argc, argv);
+  bs::translate_old_and_new_names(argc, argv);
   // Open MPI's shared file pointers, which nothing here uses, are tried whenever a file is opened; this kind of them
   // overflows its buffer where the name has more than some 240 characters
   setenv("OMPI_MCA_sharedfp", "^lockedfile", 0);

@@ -1,5 +1,5 @@
 #include "base/factor_memory.hpp"
-#include <petsc/private/pcimpl.h>
+#include <petsc/private/pcimpl.h>  // nothing else tells whether a PC is set up
 #include <vector>
 #include "base/text.hpp"
 
@@ -52,7 +52,7 @@ PetscErrorCode inspect(PC pc, MemoryLack* out) {
   PCFailedReason reason;
   std::vector<KSP> inner;
   PetscFunctionBegin;
-  PetscCall(PCGetFailedReasonRank(pc, &reason));
+  PetscCall(PCGetFailedReason(pc, &reason));
   if (reason != PC_NOERROR && (of_type(pc, PCLU) || of_type(pc, PCCHOLESKY))) {
     Mat factors = nullptr;
     PetscCall(PCFactorGetMatrix(pc, &factors));

@@ -6,6 +6,7 @@
 #include <set>
 #include <string>
 #include <vector>
+#include "base/petsc_versions.hpp"
 
 namespace bs {
 
@@ -17,7 +18,7 @@ enum class Range { any, positive, nonnegative };
 /// Each reader leaves its value alone where the option is absent and returns whether it was present.
 class Section {
  public:
-  Section(PetscOptionItems* items, MPI_Comm comm) : items_(items), comm_(comm) {}
+  Section(OptionItems items, MPI_Comm comm) : items_(items), comm_(comm) {}
   bool real(const char* name, const char* help, double& value, Range range = Range::any);
   /// Up to `max` numbers separated by commas; `count` receives how many were given.
   bool reals(const char* name, const char* help, double* values, int max, int* count = nullptr);
@@ -46,7 +47,7 @@ class Section {
   bool real_of(const char* name, const char* help, const std::string& word, double* value);
   bool integer_of(const char* name, const char* help, const std::string& word, std::int64_t* value);
   void refuse(const char* name, const std::string& value, const std::string& why, const std::string& remedy);
-  PetscOptionItems* items_;
+  OptionItems items_;
   MPI_Comm comm_;
   PetscErrorCode status_ = 0;
 };

@@ -1,7 +1,8 @@
 #include "linalg/block_icc.hpp"
-#include <petsc/private/pcimpl.h>
+#include <petsc/private/pcimpl.h>  // of types of PC
 #include "base/error.hpp"
 #include "base/memory.hpp"
+#include "base/petsc_versions.hpp"
 #include "base/vec_array.hpp"
 #include "linalg/coarse_choice.hpp"
 #include "linalg/coarse_space.hpp"
@@ -137,7 +138,7 @@ PetscErrorCode apply(PC pc, Vec r, Vec z) {
   PetscFunctionReturn(0);
 }
 
-PetscErrorCode set_from_options(PC pc, PetscOptionItems* PetscOptionsObject) {
+PetscErrorCode set_from_options(PC pc, OptionItems PetscOptionsObject) {
   BlockIcc* self = static_cast<BlockIcc*>(pc->data);
   const char *const names[] = {"auto", "single", "double"}, *const spaces[] = {"hats", "rigid", "auto"};
   PetscFunctionBegin;

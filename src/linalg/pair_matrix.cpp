@@ -3,6 +3,7 @@
 #include <cmath>
 #include <limits>
 #include "base/memory.hpp"
+#include "base/petsc_versions.hpp"
 #include "base/vec_array.hpp"
 #include "linalg/lanes.hpp"
 #include "linalg/pair_product.hpp"
@@ -198,9 +199,9 @@ PetscErrorCode PairMatrix::create_shell(Mat* out) {
   PetscCall(MatCreateShell(graph_->comm, local, local, PETSC_DETERMINE, PETSC_DETERMINE, this, out));
   PetscCall(MatSetBlockSize(*out, dim_));
   PetscCall(MatSetVecType(*out, VECSTANDARD));
-  PetscCall(MatShellSetOperation(*out, MATOP_MULT, reinterpret_cast<void (*)()>(shell_multiply)));
-  PetscCall(MatShellSetOperation(*out, MATOP_MULT_TRANSPOSE, reinterpret_cast<void (*)()>(shell_multiply)));
-  PetscCall(MatShellSetOperation(*out, MATOP_GET_DIAGONAL, reinterpret_cast<void (*)()>(shell_diagonal)));
+  PetscCall(set_shell_operation(*out, MATOP_MULT, shell_multiply));
+  PetscCall(set_shell_operation(*out, MATOP_MULT_TRANSPOSE, shell_multiply));
+  PetscCall(set_shell_operation(*out, MATOP_GET_DIAGONAL, shell_diagonal));
   PetscCall(MatSetOption(*out, MAT_SYMMETRIC, PETSC_TRUE));
   PetscContainer mark;
   PetscCall(PetscContainerCreate(graph_->comm, &mark));

@@ -6,6 +6,7 @@
 #include <utility>
 #include "base/context.hpp"
 #include "base/error.hpp"
+#include "base/option_aliases.hpp"
 #include "input/hdf5_file.hpp"
 #include "session/session.hpp"
 
@@ -22,7 +23,8 @@ class OptionTable {
     PetscFunctionBegin;
     PetscCall(PetscOptionsCreate(&table_));
     for (const Settings* some : {&settings, &more})
-      for (const auto& [name, value] : *some) PetscCall(PetscOptionsSetValue(table_, name.c_str(), value.empty() ? nullptr : value.c_str()));
+      for (const auto& [name, value] : *some)
+        PetscCall(PetscOptionsSetValue(table_, kept_name(name).c_str(), value.empty() ? nullptr : known_value(name, value).c_str()));
     PetscFunctionReturn(0);
   }
   PetscOptions get() const { return table_; }

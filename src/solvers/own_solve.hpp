@@ -1,6 +1,6 @@
 // A SNES whose solve is done by an object of the program.
 #pragma once
-#include <petsc/private/snesimpl.h>
+#include <petsc/private/snesimpl.h>  // the solve of a SNES can be replaced, and its counts go on, by its structure alone
 
 namespace bs {
 

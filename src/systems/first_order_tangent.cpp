@@ -2,6 +2,7 @@
 #include <cmath>
 #include <numeric>
 #include "base/handle.hpp"
+#include "base/petsc_versions.hpp"
 #include "base/vec_array.hpp"
 #include "systems/first_order.hpp"
 
@@ -47,8 +48,8 @@ PetscErrorCode FirstOrderTangent::create_shell(Mat* J) {
   PetscCall(MatCreateShell(comm(), local, local, PETSC_DETERMINE, PETSC_DETERMINE, this, J));
   PetscCall(MatSetBlockSize(*J, own_.layout().block()));
   PetscCall(MatSetVecType(*J, VECSTANDARD));
-  PetscCall(MatShellSetOperation(*J, MATOP_MULT, reinterpret_cast<void (*)()>(shell_multiply)));
-  PetscCall(MatShellSetOperation(*J, MATOP_VIEW, reinterpret_cast<void (*)()>(shell_view)));
+  PetscCall(set_shell_operation(*J, MATOP_MULT, shell_multiply));
+  PetscCall(set_shell_operation(*J, MATOP_VIEW, shell_view));
   PetscFunctionReturn(0);
 }
 

@@ -1,5 +1,6 @@
 #include <array>
 #include <utility>
+#include "base/petsc_versions.hpp"
 #include "base/vec_array.hpp"
 #include "systems/layout.hpp"
 #include "time/own_type.hpp"
@@ -136,7 +137,7 @@ PetscErrorCode set_up_alpha2(TS ts) {
   PetscFunctionReturn(0);
 }
 
-PetscErrorCode options_of_alpha2(TS ts, PetscOptionItems* PetscOptionsObject) {
+PetscErrorCode options_of_alpha2(TS ts, OptionItems PetscOptionsObject) {
   AlphaParameters& p = data_of(ts)->p;
   PetscReal radius = 1;
   PetscBool given = PETSC_FALSE;

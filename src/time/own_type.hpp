@@ -1,6 +1,6 @@
 // What the program's own TS types share: the work vectors of their data, made at set-up and destroyed with it.
 #pragma once
-#include <petsc/private/tsimpl.h>
+#include <petsc/private/tsimpl.h>  // of types of TS
 #include <petscts.h>
 #include "systems/model.hpp"
 #include "time/methods.hpp"

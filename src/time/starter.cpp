@@ -1,6 +1,6 @@
 #include "time/starter.hpp"
-#include <petsc/private/snesimpl.h>
-#include <petsc/private/tsimpl.h>
+#include "solvers/own_solve.hpp"
+#include "time/own_type.hpp"
 
 namespace bs {
 

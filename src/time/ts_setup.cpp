@@ -3,6 +3,7 @@
 #include <cmath>
 #include <vector>
 #include "base/error.hpp"
+#include "base/option_aliases.hpp"
 #include "base/option_names.hpp"
 #include "linalg/condensed/condensed.hpp"
 #include "linalg/solver_options.hpp"
@@ -44,11 +45,18 @@ PetscErrorCode form_jacobian(TS ts, PetscReal t, Vec y, Vec ydot, PetscReal sigm
 
 PetscErrorCode form_rhs(TS, PetscReal t, Vec y, Vec G, void* data) { return static_cast<TSContext*>(data)->model->rhs(t, y, G); }
 
+/// TSSetFromOptions, whichever names its options have.
+PetscErrorCode set_from_options(TS ts) {
+  PetscFunctionBegin;
+  PetscCall(with_names_of_petsc(PetscObjectComm(reinterpret_cast<PetscObject>(ts)), [ts] { return TSSetFromOptions(ts); }));
+  PetscFunctionReturn(0);
+}
+
 /// The method asked for and the form of F it needs. Ends the run with exit code 2 if there is none of that name.
 PetscErrorCode choose_method(TS ts, const char* type, TSContext* context) {
   PetscFunctionBegin;
   PetscCall(asked_method(ts, type, &context->method));
-  if (!context->method) PetscCall(TSSetFromOptions(ts));  // PETSc lists the subtypes it has
+  if (!context->method) PetscCall(set_from_options(ts));  // PETSc lists the subtypes it has
   if (!context->method)
     PetscFunctionReturn(fail(PetscObjectComm(reinterpret_cast<PetscObject>(ts)), Exit::input,
                              format("option %s: a subtype this program does not know: options/reference lists those it does", subtype_option(type))));
@@ -153,7 +161,7 @@ PetscErrorCode create_ts(Model& model, TSContext* context, TSHandle* ts) {
   PetscCall(TSSetExactFinalTime(*ts, TS_EXACTFINALTIME_STEPOVER));
   PetscCall(TSSetMaxSNESFailures(*ts, -1));
   PetscCall(TSSetErrorIfStepFails(*ts, PETSC_FALSE));
-  PetscCall(TSSetFromOptions(*ts));
+  PetscCall(set_from_options(*ts));
   PetscCall(context->rosenbrock.attach(*ts, model, context->form));
   PetscCall(check_stepping(*ts, context->implicit));
   PetscCall(check_method(*ts, *context));

@@ -18,6 +18,9 @@ def steps_of_nothing(checks):
     for label, options in (("ilu, absolute tolerance 1e10", {"ksp_type": "gmres", "pc_type": "ilu", "ksp_atol": 1e10}),
                            ("relative tolerance 1", {"ksp_type": "gmres", "pc_type": "ilu", "ksp_rtol": 1}), ("lmvm", {"pc_type": "lmvm", "ksp_rtol": 1e-5})):
         r = checks.run({**NET, **options}, expect=None)
+        if r.report is None:  # PETSc 3.25 takes no such tolerance
+            checks.true(f"{label}: refused", r.code == 2 and "olerance" in r.stderr, r.stderr)
+            continue
         wrong = abs(r.report["last_total_energy"][0] / truth - 1)
         checks.true(f"{label}: right, or not ok", r.report["outcome"] == "failed" or wrong < 1e-4, f"{r.report['outcome']}, energy off by {wrong:.2g}")
 

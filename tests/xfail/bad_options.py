@@ -101,6 +101,7 @@ FILES = {
     "opts: more than PETSc holds": (option_file("".join(f"-x{k} 1\n" for k in range(600)), "o.opts"), "too many options: PETSc holds 512"),
     "yaml: more than PETSc holds": (option_file("".join(f"x{k}: 1\n" for k in range(600))), "too many options: PETSc holds 512"),
     "yaml: names an option file": (option_file("ts_dt: 1\noptions_file: o.opts\n"), "o.yaml line 2: PETSc reads no option file that a YAML file names"),
+    "yaml: an option under both its names": (option_file(GOOD_YAML + "ts_dt: 0.1\nts_time_step: 0.1\n"), "options -ts_dt and -ts_time_step are two names of one option: give one of them"),
     "opts: bytes": (option_file(bytes(range(1, 256)) * 3, "o.opts"), "o.opts line"),
 }
 
@@ -193,6 +194,7 @@ PROGRAM = {
 
 PETSC = {
     "ts_type unknown": (words("-ts_type", "leapfrog"), "-ts_type leapfrog is not one this program knows: use beuler"),
+    "statics: time step under its other name": (words("-bs_task", "statics", "-ts_time_step", "1"), "option -ts_dt does not go with -bs_task statics: load steps are numbered"),
     "ts_dt a word": (words("-ts_dt", "small"), "option -ts_dt: small is not a number"),
     "ts_dt zero": (words("-ts_dt", "0"), "option -ts_dt: 0: give a time step > 0 [s]"),
     "ts_dt negative": (words("-ts_dt", "-0.1"), "option -ts_dt: -0.1: give a time step > 0 [s]"),

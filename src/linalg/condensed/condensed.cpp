@@ -1,5 +1,5 @@
 #include "linalg/condensed/condensed.hpp"
-#include <petsc/private/pcimpl.h>
+#include <petsc/private/pcimpl.h>  // of types of PC; PCSetPreSolve() is gone since 3.24
 #include <string>
 #include "base/error.hpp"
 #include "base/handle.hpp"

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include "base/handle.hpp"
+#include "base/petsc_versions.hpp"
 #include "linalg/condensed/inner_solver.hpp"
 
 namespace bs {
@@ -147,7 +148,7 @@ PetscErrorCode ExactCorrection::create(Tangent& tangent, KSP symmetric, Vec b) {
   PetscCall(VecDuplicate(b, left_.out()));
   PetscCall(MatCreateShell(tangent.comm(), local, local, PETSC_DETERMINE, PETSC_DETERMINE, &tangent, exact_.out()));
   PetscCall(MatSetVecType(exact_, VECSTANDARD));
-  PetscCall(MatShellSetOperation(exact_, MATOP_MULT, reinterpret_cast<void (*)()>(multiply)));
+  PetscCall(set_shell_operation(exact_, MATOP_MULT, multiply));
   PetscCall(KSPCreate(tangent.comm(), ksp_.out()));
   PetscCall(KSPSetType(ksp_, KSPFGMRES));
   PetscCall(KSPSetOperators(ksp_, exact_, exact_));

@@ -83,6 +83,7 @@ PetscErrorCode InnerSolver::count_negative_pivots(PetscInt* count, bool* has) co
   *count = -1;
   PetscCall(KSPGetPC(ksp_, &outer));
   PetscCall(factoring_pc(outer, &pc));
+  if (pc != outer) PetscCall(PCSetUp(pc));  // which PCREDUNDANT puts off to its first solve since 3.25
   PetscCall(PetscObjectTypeCompare(reinterpret_cast<PetscObject>(pc), PCCHOLESKY, &cholesky));
   PetscCall(PCGetFailedReason(pc, &failed));
   if (!cholesky || failed != PC_NOERROR) {

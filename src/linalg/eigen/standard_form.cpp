@@ -1,5 +1,6 @@
 #include "linalg/eigen/standard_form.hpp"
 #include <cmath>
+#include "base/petsc_versions.hpp"
 #include "base/vec_array.hpp"
 
 namespace bs {
@@ -106,9 +107,9 @@ PetscErrorCode StandardForm::create_operator(Mat* A) {
   PetscCall(lin_->assemble({0, 0, 1}, false, stored_));
   PetscCall(MatCreateShell(comm(), local, local, total_, total_, this, A));
   PetscCall(MatSetVecType(*A, VECSTANDARD));
-  PetscCall(MatShellSetOperation(*A, MATOP_MULT, reinterpret_cast<void (*)()>(shell_multiply)));
-  PetscCall(MatShellSetOperation(*A, MATOP_MULT_TRANSPOSE, reinterpret_cast<void (*)()>(shell_multiply)));
-  PetscCall(MatShellSetOperation(*A, MATOP_GET_DIAGONAL, reinterpret_cast<void (*)()>(shell_diagonal)));
+  PetscCall(set_shell_operation(*A, MATOP_MULT, shell_multiply));
+  PetscCall(set_shell_operation(*A, MATOP_MULT_TRANSPOSE, shell_multiply));
+  PetscCall(set_shell_operation(*A, MATOP_GET_DIAGONAL, shell_diagonal));
   PetscCall(MatSetOption(*A, MAT_SYMMETRIC, PETSC_TRUE));
   PetscFunctionReturn(0);
 }

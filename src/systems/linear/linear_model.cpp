@@ -1,10 +1,10 @@
 #include "systems/linear/linear_model.hpp"
-#include <petsc/private/petscimpl.h>
 #include <cmath>
 #include "base/error.hpp"
 #include "base/memory.hpp"
 #include "base/option_names.hpp"
 #include "base/options.hpp"
+#include "base/petsc_versions.hpp"
 #include "systems/linear/system.hpp"
 
 namespace bs {

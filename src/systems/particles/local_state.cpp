@@ -1,7 +1,7 @@
 #include "systems/particles/local_state.hpp"
-#include <petsc/private/petscimpl.h>
 #include <algorithm>
 #include <cstring>
+#include "base/petsc_versions.hpp"
 #include "base/vec_array.hpp"
 #include "systems/particles/constraints/constraints.hpp"
 

@@ -1,5 +1,5 @@
 // Forces and energies of a state, and what of them still holds when the same state comes again.
-#include <petsc/private/petscimpl.h>
+#include "base/petsc_versions.hpp"
 #include "systems/particles/events.hpp"
 #include "systems/particles/particle_model.hpp"
 

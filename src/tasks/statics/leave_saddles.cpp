@@ -1,7 +1,8 @@
 // What Newton's method has found, made better: saddle points of the energy are left, and forces that have nearly vanished are balanced.
-#include <petsc/private/snesimpl.h>
+#include "base/petsc_versions.hpp"
 #include "base/vec_array.hpp"
 #include "linalg/condensed/condensed.hpp"
+#include "solvers/own_solve.hpp"
 #include "tasks/statics/pseudo_time.hpp"
 #include "tasks/statics/saddle_point.hpp"
 #include "time/methods.hpp"
@@ -72,7 +73,7 @@ PetscErrorCode PseudoTime::solve_to_rounding(SNES snes) {
     if (solved) PetscCall(VecAXPY(X, -1, correction_));
   }
   PetscCall(VecCopy(saddle_, X));
-  snes->domainerror = PETSC_FALSE;
+  domain_error(snes) = PETSC_FALSE;
   snes->iter += newton_steps_;
   snes->linear_its += krylov_;
   PetscFunctionReturn(0);

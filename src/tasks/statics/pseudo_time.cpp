@@ -1,12 +1,13 @@
 #include "tasks/statics/pseudo_time.hpp"
-#include <petsc/private/tsimpl.h>
 #include <algorithm>
 #include <cmath>
 #include <utility>
+#include "base/petsc_versions.hpp"
 #include "base/vec_array.hpp"
 #include "linalg/condensed/condensed.hpp"
 #include "solvers/own_solve.hpp"
 #include "time/methods.hpp"
+#include "time/own_type.hpp"
 
 namespace bs {
 
@@ -192,7 +193,7 @@ PetscErrorCode PseudoTime::step(SNES snes, double h, Vec start, Vec X, PetscInt*
     PetscCall(VecAXPY(X, part, correction_));
   }
   lin.forget_tensions();
-  snes->domainerror = PETSC_FALSE;
+  domain_error(snes) = PETSC_FALSE;
   PetscFunctionReturn(0);
 }
 

@@ -132,7 +132,7 @@ PetscErrorCode keep_help(MPI_Comm, const char pattern[], ...) {
 TEST_CASE("-help lists every option, after a bad value too") {
   const Handled handled;
   const Given given("-bs_test_a", "-1");
-  PetscOptionItems items = {};
+  std::remove_pointer_t<OptionItems> items = {};
   items.count = 1;
   items.printhelp = PETSC_TRUE;
   auto before = PetscHelpPrintf;

@@ -1,4 +1,3 @@
-#include <petsc/private/linesearchimpl.h>
 #include <cmath>
 #include "base/vec_array.hpp"
 #include "solvers/newton/search/energy.hpp"

@@ -1,6 +1,7 @@
-#include <petsc/private/linesearchimpl.h>
+#include <petsc/private/linesearchimpl.h>  // of types of SNESLineSearch
 #include <algorithm>
 #include <cmath>
+#include "base/petsc_versions.hpp"
 #include "solvers/newton/search/energy.hpp"
 
 namespace bs {
@@ -45,15 +46,15 @@ PetscErrorCode apply_energy(SNESLineSearch line) {
   PetscFunctionBegin;
   PetscCall(policy_of(line, &newton));
   limits.damping = line->damping;
-  limits.min_lambda = line->steptol;
-  limits.most = line->max_its;
+  limits.min_lambda = least_lambda(line);
+  limits.most = most_trials(line);
   limits.order = line->order;
   limits.monitor = line->monitor;
   PetscCall(energy_search(line, *newton, limits));
   PetscFunctionReturn(0);
 }
 
-PetscErrorCode energy_options(SNESLineSearch line, PetscOptionItems* PetscOptionsObject) {
+PetscErrorCode energy_options(SNESLineSearch line, OptionItems PetscOptionsObject) {
   EnergyLimits* limits = static_cast<EnergyLimits*>(line->data);
   PetscFunctionBegin;
   PetscOptionsHeadBegin(PetscOptionsObject, "Line search by energy");
@@ -77,7 +78,7 @@ PetscErrorCode destroy_energy(SNESLineSearch line) {
 PetscErrorCode create_energy(SNESLineSearch line) {
   PetscFunctionBegin;
   line->data = new EnergyLimits;
-  line->max_its = EnergyLimits{}.most;
+  most_trials(line) = EnergyLimits{}.most;
   line->order = EnergyLimits{}.order;
   line->ops->apply = apply_energy;
   line->ops->setfromoptions = energy_options;
