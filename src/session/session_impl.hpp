@@ -45,6 +45,7 @@ struct Session::Impl {
   PetscErrorCode forces(double t, Vec y, Array what, std::vector<double>* rows);
   PetscErrorCode start_anew(double time, std::int64_t steps);
   PetscErrorCode check_rows(const std::vector<double>& rows);
+  PetscErrorCode require_particles();
   PetscErrorCode refuse_files();
   PetscErrorCode drive(const std::string& group, double t, const std::vector<double>& rows);
   PetscErrorCode save(State* out);

@@ -180,7 +180,7 @@ PetscErrorCode Session::Impl::get(Array what, std::vector<double>* rows) {
   Vec y;
   PetscFunctionBegin;
   PetscCall(begin());
-  if (!model->mechanics()) PetscCall(fail(comm, Exit::input, std::string("a ") + model->name() + " system has no particles"));
+  PetscCall(require_particles());
   PetscCall(run->state_vector(&y));
   if (what == Array::force || what == Array::reaction) PetscCall(forces(run->time(), y, what, rows));
   else PetscCall(frame_rows(*model, run->time(), y, what == Array::position ? "/position" : "/velocity", rows));
@@ -202,9 +202,9 @@ PetscErrorCode Session::Impl::get_frame(FrameData* out) {
 PetscErrorCode Session::Impl::checkpoint(const std::string& file) {
   PetscFunctionBegin;
   PetscCall(begin());
-  for (const auto& [name, text] : settings)
-    if (lower(name).rfind("-bs_motion_", 0) == 0 && text.find("given") != std::string::npos)
-      PetscCall(fail(comm, Exit::input, "option " + name + ": a checkpoint does not say where given motions lead: save the state in memory"));
+  const std::string option = model->mechanics() ? model->mechanics()->given_motion() : "";
+  if (!option.empty())
+    PetscCall(fail(comm, Exit::input, "option " + option + ": a checkpoint does not say where given motions lead: save the state in memory"));
   PetscCall(run->save(file));
   PetscFunctionReturn(0);
 }

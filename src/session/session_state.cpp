@@ -11,6 +11,12 @@
 
 namespace bs {
 
+PetscErrorCode Session::Impl::require_particles() {
+  PetscFunctionBegin;
+  if (!model->mechanics()) PetscCall(fail(comm, Exit::input, std::string("a ") + model->name() + " system has no particles"));
+  PetscFunctionReturn(0);
+}
+
 PetscErrorCode Session::Impl::refuse_files() {
   PetscFunctionBegin;
   for (const char* const file : {"-bs_output", "-bs_report", "-bs_checkpoint"})
@@ -18,6 +24,8 @@ PetscErrorCode Session::Impl::refuse_files() {
       PetscCall(fail(comm, Exit::input, format("option %s: the file of a run has no place for a state that is set: leave it out", file)));
   PetscFunctionReturn(0);
 }
+
+static void copy_to(Vec v, const std::vector<double>& numbers) { std::copy(numbers.begin(), numbers.end(), WriteArray(v).data()); }
 
 /// Numbers of this rank's rows.
 PetscErrorCode Session::Impl::check_rows(const std::vector<double>& rows) {
@@ -53,7 +61,7 @@ PetscErrorCode Session::Impl::set(Array what, const std::vector<double>& rows) {
   std::vector<StatePart> parts;
   PetscFunctionBegin;
   PetscCall(open());
-  if (!model->mechanics()) PetscCall(fail(comm, Exit::input, std::string("a ") + model->name() + " system has no particles"));
+  PetscCall(require_particles());
   if (what == Array::force || what == Array::reaction) PetscCall(fail(comm, Exit::input, "forces follow from positions and velocities: set these"));
   PetscCall(refuse_files());
   PetscCall(check_rows(rows));
@@ -65,10 +73,7 @@ PetscErrorCode Session::Impl::set(Array what, const std::vector<double>& rows) {
     PetscCall(start_anew(run->time(), steps_so_far()));
   }
   PetscCall(model->gather_state(given_state, &parts));
-  {
-    const WriteArray a(parts[what == Array::position ? 0 : 1].vec);
-    std::copy(rows.begin(), rows.end(), a.data());
-  }
+  copy_to(parts[what == Array::position ? 0 : 1].vec, rows);
   VecHandle before;
   PetscCall(VecDuplicate(given_state, before.out()));
   PetscCall(VecCopy(given_state, before));
@@ -95,7 +100,7 @@ PetscErrorCode Session::Impl::drive(const std::string& group, double t, const st
   std::vector<StatePart> parts;
   PetscFunctionBegin;
   PetscCall(begin());
-  if (!model->mechanics()) PetscCall(fail(comm, Exit::input, std::string("a ") + model->name() + " system has no particles"));
+  PetscCall(require_particles());
   PetscCall(check_rows(rows));
   if (group.empty()) PetscCall(fail(comm, Exit::input, "a group without a name: name one whose motion is given"));
   if (!(t > run->time()) || !std::isfinite(t))
@@ -104,10 +109,7 @@ PetscErrorCode Session::Impl::drive(const std::string& group, double t, const st
   PetscCall(run->state_vector(&y));
   PetscCall(VecDuplicate(y, places.out()));
   PetscCall(model->gather_state(y, &parts));
-  {
-    const WriteArray a(parts[0].vec);
-    std::copy(rows.begin(), rows.end(), a.data());
-  }
+  copy_to(parts[0].vec, rows);
   PetscCall(model->scatter_state(places));
   PetscCall(model->mechanics()->give_motion(group, run->time(), t, places));
   PetscFunctionReturn(0);
@@ -119,8 +121,6 @@ static std::vector<double> numbers_of(Vec v) {
   (void)VecGetLocalSize(v, &size);
   return {a.data(), a.data() + size};
 }
-
-static void copy_to(Vec v, const std::vector<double>& numbers) { std::copy(numbers.begin(), numbers.end(), WriteArray(v).data()); }
 
 PetscErrorCode Session::Impl::save(State* out) {
   Vec y;

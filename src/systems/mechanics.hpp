@@ -78,6 +78,8 @@ class Mechanics : public System {
   virtual PetscErrorCode place_held(double, Vec) { return 0; }
   /// Collective. Constraints::give.
   virtual PetscErrorCode give_motion(const std::string&, double, double, Vec) { return 0; }
+  /// The option of a motion that is given from outside, of which checkpoints hold nothing; empty: there is none.
+  virtual std::string given_motion() const { return {}; }
   /// Collective. Forces that supports and motions exert on held components of the owned particles at (t, y), m A - f, (n, d) [N]; 0 on others.
   virtual PetscErrorCode reactions(double, Vec, std::vector<double>* out) {
     out->assign(static_cast<std::size_t>(layout().particles * layout().dim), 0.0);

@@ -221,7 +221,7 @@ PetscErrorCode Run::save_last(bool failed) {
   if (abandoned_.shown || (!stepper_->framed() && !untouched()))
     PetscCall(on_frame(static_cast<PetscInt>(stepper_->counts().steps), stepper_->good_time(), y));
   else if (observed_ != stepper_->good_time()) PetscCall(observe(stepper_->good_time(), y));  // the last look was at a step that was taken back
-  if (!hooks_.checkpoints || spoiled_) PetscFunctionReturn(0);
+  if (!hooks_.checkpoints || spoiled_ || (model_.mechanics() && !model_.mechanics()->given_motion().empty())) PetscFunctionReturn(0);
   std::string file = options_.saving.file;
   if (file.empty() && failed && trajectory_) file = options_.output.trajectory.file + ".checkpoint";
   if (file.empty()) PetscFunctionReturn(0);

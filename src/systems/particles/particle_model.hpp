@@ -57,6 +57,7 @@ class ParticleModel final : public Mechanics {
   PetscErrorCode give_motion(const std::string& group, double from, double to, Vec places) override {
     return constraints_.give(group, from, to, places);
   }
+  std::string given_motion() const override { return constraints_.given(); }
   PetscErrorCode reactions(double t, Vec y, std::vector<double>* out) override;
   void set_loads(const Loads& loads) override;
   PetscErrorCode count_free_bodies(PetscInt* free) override;

@@ -3,6 +3,7 @@
 
 #include <cmath>
 #include <cstdio>
+#include <fstream>
 
 #include "base/collective.hpp"
 #include "session/session.hpp"
@@ -276,6 +277,15 @@ TEST_CASE("motions that are given go where they are told, and are refused where 
   CHECK(session->drive("wall", 1, own(*session, {0, 0, 0})).text.find("-bs_motion_wall given") != std::string::npos);
   CHECK(session->drive("end", 0.01, own(*session, {0, 0, 0})).text.find("later time") != std::string::npos);
   CHECK(session->drive("", 1, own(*session, {0, 0, 0})).exit == Exit::input);
+  CHECK(session->checkpoint("given_motions.checkpoint").text.find("-bs_motion_end") != std::string::npos);
+  // a table of a file whose name has the word is no given motion
+  const Folder folder;
+  const std::string table = folder.path + "/given.csv", saved = folder.path + "/saved";
+  if (rank_of(MPI_COMM_WORLD) == 0) std::ofstream(table) << "0,0\n1,0.5\n";
+  MPI_Barrier(MPI_COMM_WORLD);
+  const auto followed = session_of(line(3, 10), {{"-ts_dt", "0.01"}, {"-bs_motion_end", "table:" + table}});
+  good(followed->step(2));
+  good(followed->checkpoint(saved));
 }
 
 TEST_CASE("an observer pauses a session after the step that it sees, and load steps are told, too") {

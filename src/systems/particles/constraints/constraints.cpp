@@ -166,7 +166,15 @@ PetscErrorCode Constraints::show(double t, Vec y, Vec* shown) {
 PetscErrorCode Constraints::give(const std::string& group, double from, double to, Vec places) {
   const PetscInt d = net_->dim;
   bool found = false;
+  std::vector<double> to_places(net_->held.size()), one(static_cast<std::size_t>(net_->n));
+  GhostCopies copies;
   PetscFunctionBegin;
+  PetscCall(copies.create(*net_));
+  const ReadArray ay(places);
+  for (PetscInt c = 0; c < d; ++c) {
+    for (PetscInt i = 0; i < net_->n; ++i) one[static_cast<std::size_t>(i)] = to_places[static_cast<std::size_t>(i * d + c)] = ay[i * 2 * d + c];
+    PetscCall(copies.exchange(one, [&](PetscInt ghost, double x) { to_places[static_cast<std::size_t>(ghost * d + c)] = x; }));
+  }
   for (std::size_t k = 0; k < motions_.size(); ++k) {
     if (!motions_[k].drive.given() || (!group.empty() && names_[motions_[k].group] != group)) continue;
     found = true;
@@ -179,14 +187,7 @@ PetscErrorCode Constraints::give(const std::string& group, double from, double t
       at(hold, from, x, v, nullptr);
       std::copy_n(x, d, &next.from[static_cast<std::size_t>(hold.particle * d)]);
     }
-    GhostCopies copies;
-    PetscCall(copies.create(*net_));
-    const ReadArray ay(places);
-    std::vector<double> one(static_cast<std::size_t>(net_->n));
-    for (PetscInt c = 0; c < d; ++c) {
-      for (PetscInt i = 0; i < net_->n; ++i) one[static_cast<std::size_t>(i)] = next.to[static_cast<std::size_t>(i * d + c)] = ay[i * 2 * d + c];
-      PetscCall(copies.exchange(one, [&](PetscInt ghost, double x) { next.to[static_cast<std::size_t>(ghost * d + c)] = x; }));
-    }
+    next.to = to_places;
     if (!(to > from)) next.from = next.to;
     ways_[k] = std::move(next);
   }
@@ -194,6 +195,12 @@ PetscErrorCode Constraints::give(const std::string& group, double from, double t
     PetscCall(
         fail(net_->comm, Exit::input, "the group " + group + " is not one whose motion is given: add the option -bs_motion_" + group + " given"));
   PetscFunctionReturn(0);
+}
+
+std::string Constraints::given() const {
+  for (const Moved& one : motions_)
+    if (one.drive.given()) return "-bs_motion_" + names_[one.group];
+  return {};
 }
 
 void Constraints::set_loads(const Loads& loads) {

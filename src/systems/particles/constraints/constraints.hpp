@@ -83,6 +83,9 @@ class Constraints {
   /// motion.
   PetscErrorCode give(const std::string& group, double from, double to, Vec places);
 
+  /// The option of the first such motion; empty: there is none.
+  std::string given() const;
+
   /// For equilibria, whose time is a load factor.
   void set_loads(const Loads& loads);
   /// Collective. Ends the run with exit code 2 where a table does not reach t_end, or something is seen to jump on the way there.
