@@ -170,8 +170,8 @@ class PythonSession {
     }
   }
   using RowList = ForceCallback::Rows;
-  /// What a function of Python returns of some particles, an array of `shape` without its first dimension for each, into `out`; not numbers where it
-  /// raised an exception.
+  /// What a function of Python returns of some particles, a list of arrays, into `out`: each with how many numbers it has for a particle. Not numbers
+  /// where it raised an exception.
   void ask(const py::object& function, double t, const RowList& row, const double* x, const double* v,
            const std::vector<std::pair<double*, py::ssize_t>>& out) {
     const py::gil_scoped_acquire lock;
