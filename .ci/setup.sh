@@ -6,7 +6,8 @@ say() { printf '\033[1m== %s\033[0m\n' "$*"; }
 # What the program, its tools and its tests need, all from Debian.
 packages="g++ cmake ninja-build pkg-config petsc-dev slepc-dev libyaml-dev libopenblas0-serial catch2 openmpi-bin dpkg-dev file
 python3 python3-h5py python3-numpy python3-scipy python3-matplotlib python3-pandas python3-tqdm python3-meshio python3-yaml ffmpeg
-pybind11-dev python3-dev python3-mpi4py python3-petsc4py mypy python3-nbconvert python3-ipykernel python3-gsd python3-vtk9 python3-ase python3-mdanalysis lammps ngspice xvfb xauth libgl1-mesa-dri clang libclang-rt-14-dev clang-format"
+pybind11-dev python3-dev python3-mpi4py python3-petsc4py mypy python3-nbconvert python3-ipykernel python3-gsd python3-vtk9 python3-ase python3-mdanalysis lammps ngspice xvfb xauth libgl1-mesa-dri clang libclang-rt-14-dev clang-format
+python3-sphinx python3-myst-parser furo"
 
 install_packages() {
   local missing="" p sudo=""

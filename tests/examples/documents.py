@@ -15,7 +15,13 @@ import figures
 import structures
 import h5py
 
-WITH_COMMANDS = ("README.md", "options/README.md", "options/tutorial/README.md", "options/tutorial/structures.md", "meshes/README.md")
+WITH_COMMANDS = ("README.md", "options/README.md", "options/tutorial/README.md", "options/tutorial/structures.md", "meshes/README.md",
+                 *(str(path.relative_to(REPO)) for path in sorted((REPO / "src/package/site").rglob("*.md")) if "```sh\n" in path.read_text()))
+
+
+def hosted(target):
+    """A badge leads to the runs of a workflow, which are beside the files where the project is hosted; here the workflow's file has to be there."""
+    return re.sub(r"^\.\./\.\./actions/(workflows/\w+\.yml)(/badge\.svg)?$", r".github/\1", target)
 
 
 def blocks(text):
@@ -58,7 +64,7 @@ def links(checks):
         if relative.parts[0] in ("build", "out"):
             continue
         targets = re.findall(r"\]\(([^)#:\s]+)(?:#[^)]*)?\)", path.read_text())
-        dead = [t for t in targets if not (path.parent / t).exists()]
+        dead = [t for t in targets if not (path.parent / hosted(t)).exists()]
         checks.true(f"{relative}: {len(targets)} links", not dead, f"{dead}" if dead else "")
 
 

@@ -305,8 +305,8 @@ def run(net: Union[Lattice, Equilibrium], *, until: float, dt: Optional[float] =
         comm: Comm = None, **options: Option) -> Iterator[Frame]:
     """Frames of a motion from t = 0 to `until` [s], the first of them the start, then one every `every` [s] (None: after every step); steps end at them.
 
-    for frame in bs.run(net, ts_type="cn", dt=1e-3, until=2.0, every=0.1):
-        frame.v *= 0.99
+        for frame in bs.run(net, ts_type="cn", dt=1e-3, until=2.0, every=0.1):
+            frame.v *= 0.99
 
     observe(t, frame) is called after every step; stop(t, frame) likewise: where it returns True the frame of this moment is the last. progress: a bar of
     tqdm. dt [s] and the rest as of Simulation; options of the program by their names. Raises InputError, and ConvergenceError whose state is the last
