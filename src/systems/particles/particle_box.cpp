@@ -97,7 +97,7 @@ PetscErrorCode ParticleModel::add_drawn(const std::string& bonds, std::vector<Da
 PetscErrorCode ParticleModel::keep_drawn() {
   PetscScalar* ends = nullptr;
   PetscFunctionBegin;
-  if (!breaking_.active()) PetscFunctionReturn(0);
+  if (!breaks() || lattice_.springs.total == 0) PetscFunctionReturn(0);
   const std::vector<std::int64_t> drawn = drawn_pairs();
   PetscCall(VecCreateMPI(net_.comm, static_cast<PetscInt>(drawn.size()), PETSC_DETERMINE, drawn_.out()));
   PetscCall(VecSetBlockSize(drawn_, 2));

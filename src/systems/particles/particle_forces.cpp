@@ -44,7 +44,7 @@ bool ParticleModel::time_dependent() const {
 }
 
 /// What changes beside the state: histories of springs, springs that break, and what couples all particles.
-bool ParticleModel::state_tells_all() const { return !coupling_.active() && !memory_.active() && !breaking_.active(); }
+bool ParticleModel::state_tells_all() const { return !coupling_.active() && !terms_->remembers() && !terms_->breaking().active(); }
 
 /// After they have been computed; a fault is to be met again.
 void ParticleModel::note_interior(double t, const Singularity& fault) {
@@ -59,7 +59,7 @@ const Energies& ParticleModel::energies_at(double t, Vec y) {
   (void)PetscObjectGetId(reinterpret_cast<PetscObject>(y), &vec);
   (void)PetscObjectStateGet(reinterpret_cast<PetscObject>(y), &state);
   const bool same = known_.vec == vec && known_.state == state && known_.time == t;
-  if (same && !memory_.active()) return known_.energies;  // histories change beside the state
+  if (same && !terms_->remembers()) return known_.energies;  // histories change beside the state
   known_ = {vec, state, t, {}};
   if (!state_tells_all() || wasted_ >= MOST_WASTED) {
     known_.energies = terms_->energies(t, state_);

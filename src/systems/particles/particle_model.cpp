@@ -35,7 +35,8 @@ PetscErrorCode ParticleModel::create(MPI_Comm comm, Lattice&& lattice, std::uniq
   std::vector<std::uint8_t> fixed = lattice.fixed;
   PetscCall(model->constraints_.read(comm, &lattice));
   PetscCall(model->forces_.read(comm, lattice));
-  PetscCall(model->breaking_.read(comm, lattice));
+  BreakRules rules;
+  PetscCall(rules.read(comm, lattice));
   PetscCall(model->take_fingerprint(lattice, fixed));
   PetscCall(build_network(comm, lattice, options, &model->net_));
   lattice.fixed = std::move(fixed);
@@ -46,12 +47,11 @@ PetscErrorCode ParticleModel::create(MPI_Comm comm, Lattice&& lattice, std::uniq
   PetscCall(model->create_state());
   PetscCall(model->springs_.create(model->net_, model->lattice_));
   PetscCall(model->stress_.create(model->net_));
-  PetscCall(model->memory_.create(model->net_, model->lattice_.springs));
   PetscCall(model->coupling_.create(model->net_, model->pattern_));
-  PetscCall(model->breaking_.create(model->net_, model->lattice_));
-  PetscCall(model->keep_drawn());
   model->terms_ = std::make_unique<Terms>(model->net_, model->laws_, model->constraints_.anchors(), model->pattern_,
                                           model->coupling_.active() ? &model->coupling_ : nullptr);
+  PetscCall(model->terms_->remember(model->net_, model->lattice_, rules));
+  PetscCall(model->keep_drawn());
   PetscCall(model->forces_.create(model->net_));
   if (model->forces_.active()) model->terms_->add(model->forces_);
   model->callback_.create(model->net_, model->pattern_);
@@ -172,13 +172,13 @@ PetscErrorCode ParticleModel::commit_start() {
   double before = 0, after = 0;
   PetscReal start = 0;
   PetscFunctionBegin;
-  if (!memory_.active()) PetscFunctionReturn(0);
+  if (!terms_->remembers()) PetscFunctionReturn(0);
   const bool continued = is_given("-bs_restart");
-  PetscCall(memory_.dissipated(&before));
+  PetscCall(terms_->dissipated(&before));
   PetscCall(state_.gather(0.0, y0_));
   PetscCall(PetscOptionsGetReal(nullptr, nullptr, "-ts_init_time", &start, nullptr));
   PetscCall(commit(start, 0));
-  PetscCall(memory_.dissipated(&after));
+  PetscCall(terms_->dissipated(&after));
   if (after > before && !continued)
     PetscCall(warn(net_.comm, format("%s: springs are given beyond their yield force: they have yielded in the first frame, which dissipated %.6g J",
                                      net_.source.c_str(), after - before)));

@@ -4,7 +4,6 @@
 #include "lattice/lattice.hpp"
 #include "network/network.hpp"
 #include "systems/mechanics.hpp"
-#include "systems/particles/breaking/breaking.hpp"
 #include "systems/particles/callback_forces.hpp"
 #include "systems/particles/constraints/constraints.hpp"
 #include "systems/particles/constraints/free_bodies.hpp"
@@ -18,7 +17,6 @@
 #include "systems/particles/particle_stress.hpp"
 #include "systems/particles/row_pattern.hpp"
 #include "systems/particles/spring_fields.hpp"
-#include "systems/particles/spring_memory.hpp"
 #include "systems/particles/terms.hpp"
 
 namespace bs {
@@ -62,8 +60,8 @@ class ParticleModel final : public Mechanics {
   void set_loads(const Loads& loads) override;
   PetscErrorCode count_free_bodies(PetscInt* free) override;
   PetscErrorCode return_free_bodies(double t_from, Vec from, double t_to, double h, Vec to) override;
-  Breaks* breaks() override { return breaking_.active() ? &breaking_ : nullptr; }
-  std::vector<Tally> tallies() const override { return breaking_.tallies(); }
+  Breaks* breaks() override { return terms_->breaking().active() ? &terms_->breaking() : nullptr; }
+  std::vector<Tally> tallies() const override { return terms_->breaking().tallies(); }
   void save_sums(std::map<std::string, double>* sums) const override;
   void restore_sums(const std::map<std::string, double>& sums) override;
   PetscErrorCode observe(double t, Vec y, std::vector<Observable>* out) override;
@@ -75,7 +73,7 @@ class ParticleModel final : public Mechanics {
   PetscErrorCode begin_at(double t, Vec y) override;
   PetscErrorCode gather_memory(std::vector<StatePart>* parts) override;
   PetscErrorCode scatter_memory() override;
-  bool remembers() const override { return memory_.active(); }
+  bool remembers() const override { return terms_->remembers(); }
   PetscErrorCode fingerprint(std::uint64_t* value) override;
   PetscErrorCode take_constants(std::vector<Dataset>* out) override;
   void release_input() override;
@@ -117,8 +115,6 @@ class ParticleModel final : public Mechanics {
   LocalState state_;
   SpringFields springs_;
   ParticleStress stress_;
-  SpringMemory memory_;
-  Breaking breaking_;
   bool loads_ = false;  ///< the evaluations that follow are of statics, whose time is the load factor
   FreeBodies free_bodies_;
   std::unique_ptr<Terms> terms_;

@@ -53,7 +53,7 @@ std::vector<std::string> ParticleModel::describe() const {
     if (law.active()) lines.push_back("law: " + law.describe());
   });
   if (const DisplacedFluid& fluid = std::get<UniformGravity>(laws_).fluid; fluid.active()) lines.push_back("law: " + fluid.describe());
-  if (breaking_.active()) lines.push_back(breaking_.describe(lattice_));
+  if (terms_->breaking().active()) lines.push_back(terms_->break_rules().describe(lattice_));
   for (const std::string& line : constraints_.describe()) lines.push_back(line);
   for (const std::string& line : forces_.describe()) lines.push_back(line);
   if (coupling_.active()) lines.push_back("law: " + coupling_.describe());
@@ -76,12 +76,12 @@ PetscErrorCode ParticleModel::observe(double t, Vec y, std::vector<Observable>* 
   out->push_back({"elastic_energy", {sums[1]}});
   out->push_back({"potential_energy", {sums[1] + sums[2]}});
   out->push_back({"total_energy", {sums[0] + sums[1] + sums[2]}});
-  if (memory_.active()) {
+  if (terms_->remembers()) {
     double lost = 0;
-    PetscCall(memory_.dissipated(&lost));
-    out->push_back({"dissipated_energy", {lost + breaking_.dissipated()}});
+    PetscCall(terms_->dissipated(&lost));
+    out->push_back({"dissipated_energy", {lost}});
   }
-  PetscCall(breaking_.observe(out));
+  terms_->breaking().observe(out);
   out->push_back({"momentum", std::vector<double>(sums + 3, sums + 3 + d)});
   out->push_back({"angular_momentum", std::vector<double>(sums + 6, sums + 9)});
   if (reactions_.reports() || reactions_.works()) {
@@ -121,12 +121,11 @@ PetscErrorCode ParticleModel::fields(double t, Vec y, std::vector<Field>* out) {
   else PetscCall(order_.from_state(shown));
   *out = {{"/particles/trajectory/position", order_.position(), false, sources.first},
           {"/particles/trajectory/velocity", order_.velocity(), false, sources.second}};
-  PetscCall(memory_.fields(out));
-  if (breaking_.active()) {
+  PetscCall(terms_->history_fields(out));
+  if (Breakable* springs = terms_->pairs().breakable()) {
     Vec broken;
-    PetscCall(breaking_.flags(&broken));
+    PetscCall(springs->flags(&broken));
     PetscCall(draw_broken(broken));
-    out->push_back({std::string("/backspring/") + BROKEN, broken, true});
     out->push_back({"/backspring/drawn", drawn_, false, {}, false, true});
   }
   if (springs_.active() || stress_.in_frames()) PetscCall(state_.gather(t, y));
@@ -144,7 +143,7 @@ PetscErrorCode ParticleModel::take_constants(std::vector<Dataset>* out) {
   out->clear();
   if (lattice_.springs.total > 0) {
     PetscCall(add_drawn("/connectivity/bonds", out));
-    breaking_.put_thresholds(lattice_, out);
+    put_thresholds(terms_->break_rules(), lattice_, out);
   }
   PetscCall(take_tables(net_.comm, hdf5_layout(true), &lattice_, out));
   PetscFunctionReturn(0);

@@ -30,13 +30,10 @@ PetscErrorCode ParticleModel::scatter_state(Vec y) {
   PetscFunctionReturn(0);
 }
 
-/// Springs with history are brought up to the state that was gathered, the end at time t of a step of length h.
+/// Histories are brought up to the state that was gathered, the end at time t of a step of length h.
 PetscErrorCode ParticleModel::commit(double t, double h) {
   PetscFunctionBegin;
-  if (!memory_.active()) PetscFunctionReturn(0);
-  terms_->pairs().commit(state_, loads_ ? 0 : h, &net_.links);
-  net_.links.history_time = t;
-  if (net_.box.active()) PetscCall(memory_.unify());
+  PetscCall(terms_->accept({t, loads_ ? 0 : h}, state_));
   PetscFunctionReturn(0);
 }
 
@@ -44,13 +41,13 @@ PetscErrorCode ParticleModel::accept(const Step& step, Vec y) {
   const double t = step.t;
   PetscFunctionBegin;
   constraints_.box().keep_strains();
-  if (!memory_.active() && !reactions_.works() && !breaking_.active()) PetscFunctionReturn(0);
+  if (!terms_->remembers() && !reactions_.works() && !breaks()) PetscFunctionReturn(0);
   PetscCall(state_.gather(t, y));
   PetscCall(commit(t, step.h));
   PetscCall(terms_->gather(state_));
   PetscCall(reactions_.advance(t, state_));
-  PetscCall(breaking_.break_springs(t, loads_ ? t : 1, loads_, state_, *terms_));
-  if (breaking_.broke() == 0) PetscFunctionReturn(0);
+  PetscCall(terms_->breaking().break_parts(t, loads_ ? t : 1, loads_, state_));
+  if (terms_->breaking().broke() == 0) PetscFunctionReturn(0);
   known_.vec = 0;  // the energies are others
   free_bodies_.springs_changed();
   reactions_.renew(t, state_);
@@ -92,29 +89,25 @@ PetscErrorCode ParticleModel::reactions(double t, Vec y, std::vector<double>* ou
 
 void ParticleModel::save_sums(std::map<std::string, double>* sums) const {
   reactions_.save(sums);
-  breaking_.save(sums);
+  terms_->save(sums);
   constraints_.box().save(sums);
-  if (net_.relaxes) (*sums)["springs/history_time"] = net_.links.history_time;
 }
 
 void ParticleModel::restore_sums(const std::map<std::string, double>& sums) {
   reactions_.restore(sums);
-  breaking_.restore(sums);
+  terms_->restore(sums);
   constraints_.box().restore(sums);
-  if (const auto at = sums.find("springs/history_time"); at != sums.end()) net_.links.history_time = at->second;
 }
 
 PetscErrorCode ParticleModel::gather_memory(std::vector<StatePart>* parts) {
   PetscFunctionBegin;
-  PetscCall(memory_.gather(parts));
-  PetscCall(breaking_.gather(parts));
+  PetscCall(terms_->gather_history(parts));
   PetscFunctionReturn(0);
 }
 
 PetscErrorCode ParticleModel::scatter_memory() {
   PetscFunctionBegin;
-  PetscCall(memory_.scatter());
-  PetscCall(breaking_.scatter());
+  PetscCall(terms_->recall());
   free_bodies_.springs_changed();
   PetscFunctionReturn(0);
 }

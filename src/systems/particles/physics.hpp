@@ -5,7 +5,9 @@
 #include "linalg/pair_matrix.hpp"
 #include "physics/body/registry.hpp"
 #include "physics/whole/motion.hpp"
+#include "systems/particles/breaking/spring_breaks.hpp"
 #include "systems/particles/condensed/block_rows.hpp"
+#include "systems/particles/spring_memory.hpp"
 #include "systems/particles/term.hpp"
 
 namespace bs {
@@ -19,6 +21,19 @@ struct LinkMeasures {
 /// they are given, the others add. Matrices by pairs and by rows are its own: they have its pattern.
 class PairForces : public Term {
  public:
+  /// Collective. Histories of springs, and those that break, of the lattice that `net`, the network given at creation, was made of. No other function
+  /// but those of histories and breaking writes its links.
+  PetscErrorCode remember(Network& net, const Lattice& lattice, const BreakRules& rules);
+  bool remembers() const final { return memory_.active(); }
+  PetscErrorCode accept(const Step& step, const LocalState& state) final;
+  PetscErrorCode gather_history(std::vector<StatePart>* parts) final { return memory_.gather(parts); }
+  PetscErrorCode history_fields(std::vector<Field>* out) final { return memory_.fields(out); }
+  PetscErrorCode recall() final { return memory_.scatter(); }
+  void save(std::map<std::string, double>* sums) const final { memory_.save(sums); }
+  void restore(const std::map<std::string, double>& sums) final { memory_.restore(sums); }
+  double dissipated() const final { return memory_.dissipated(); }
+  Breakable* breakable() const final { return breaks_.get(); }
+
   /// Adds the force of this rank's anchors on their particles to sum[d].
   virtual void pull(double t, const LocalState& state, double* sum) const = 0;
   /// Writes J = [sigma M, -M; -K, sigma M - D] (momentum form) or the same divided by M (velocity form); `terms`: of all rows, itself among them.
@@ -31,8 +46,7 @@ class PairForces : public Term {
   virtual PetscErrorCode condense_rows(double t, const LocalState& state, const Coefficients& abc, bool positive, BlockRowWriter* writer) const = 0;
   /// f += D w of the particle laws and anchors alone, w: (n, d). All of D where no spring has a damper.
   virtual void multiply_law_damping(double t, const LocalState& state, const double* w, double* f) const = 0;
-  /// What springs carry from step to step becomes that of `state`, the end of a good step of length h. `links`: of the network
-  /// given at creation; no other function writes them.
+  /// What springs carry from step to step becomes that of `state`, the end of a good step of length h. `links`: of the network given at creation.
   virtual void commit(const LocalState& state, double h, Links* links) const = 0;
   /// tension[e] += part (T + T' u.(z_i - z_j) - tension[e]) of every link e with a direction u at `state`, whose ends change their places by z: a
   /// first order estimate of its tension behind that change [N]. Links of zero rest length, whose tension is no matter of direction, get NaN.
@@ -45,6 +59,14 @@ class PairForces : public Term {
   virtual void measure(const LocalState& state, std::size_t count, const PetscInt* i, const PetscInt* e, double* length, double* tension) const = 0;
   /// Tension of this rank's anchor k [N].
   virtual double anchor_tension(double t, const LocalState& state, PetscInt k) const = 0;
+
+ protected:
+  /// Loops are chosen by the links as they are.
+  virtual void choose_loops() = 0;
+
+ private:
+  SpringMemory memory_;
+  std::unique_ptr<SpringBreaks> breaks_;  ///< null where no spring may break
 };
 
 /// `net`, `laws`, `motion` and `pattern` must outlive the result.

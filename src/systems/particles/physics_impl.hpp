@@ -24,7 +24,7 @@ class PairForcesOf final : public PairForces {
     std::vector<PetscInt> at(anchor_start_.begin(), anchor_start_.end() - 1);
     for (PetscInt k = 0; k < count; ++k) anchor_order_[at[net.anchors.particle[k]]++] = k;
     anchor_law_ = net.mixed ? OF_EACH : static_cast<LinkLaw>(net.spring_law);
-    for (PetscInt i = 0; i < net.n; ++i) add_row(i);
+    PairForcesOf::choose_loops();
   }
 
   void forces(Part part, double t, const LocalState& state, double* f, Singularity* fault, Energies* sum) const override {
@@ -178,6 +178,13 @@ class PairForcesOf final : public PairForces {
       law = links.law[e];
     }
     return law >= 0 && law < OF_EACH ? static_cast<LinkLaw>(law) : OF_EACH;
+  }
+
+  void choose_loops() override {
+    for (auto& rows : rows_) rows.clear();
+    law_.clear();
+    plain_.clear();
+    for (PetscInt i = 0; i < net_.n; ++i) add_row(i);
   }
 
   void add_row(PetscInt i) {

@@ -1,5 +1,6 @@
 #include "systems/particles/spring_memory.hpp"
 #include "physics/pair/springs/mixed.hpp"
+#include "systems/particles/physics.hpp"
 
 namespace bs {
 
@@ -33,7 +34,6 @@ double* SpringMemory::find(const Number& number, PetscInt link) const {
 
 PetscErrorCode SpringMemory::gather(std::vector<StatePart>* parts) {
   PetscFunctionBegin;
-  parts->clear();
   for (Number& number : numbers_) {
     const auto value = [&](PetscInt, PetscInt link) {
       const double* at = find(number, link);
@@ -62,23 +62,50 @@ PetscErrorCode SpringMemory::scatter() {
   PetscFunctionReturn(0);
 }
 
-PetscErrorCode SpringMemory::unify() {
+PetscErrorCode SpringMemory::accept(double t) {
   std::vector<StatePart> parts;
   PetscFunctionBegin;
+  net_->links.history_time = t;
+  if (!net_->box.active()) PetscFunctionReturn(0);
   PetscCall(gather(&parts));
   PetscCall(scatter());
   PetscFunctionReturn(0);
 }
 
 // half a spring from either end
-PetscErrorCode SpringMemory::dissipated(double* energy) const {
+double SpringMemory::dissipated() const {
+  double energy = 0;
+  if (!active()) return energy;
   const Links& links = net_->links;
-  PetscFunctionBegin;
-  *energy = 0;
   for (std::size_t e = 0; e < links.law.size(); ++e)
     if (links.spring[e] >= 0)
-      *energy += 0.5 * MixedSpring::dissipated(links.stiffness[e], {links.law[e], links.more.data() + e * static_cast<std::size_t>(links.width)});
-  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, energy, 1, MPI_DOUBLE, MPI_SUM, net_->comm));
+      energy += 0.5 * MixedSpring::dissipated(links.stiffness[e], {links.law[e], links.more.data() + e * static_cast<std::size_t>(links.width)});
+  return energy;
+}
+
+void SpringMemory::save(std::map<std::string, double>* sums) const {
+  if (active() && net_->relaxes) (*sums)["springs/history_time"] = net_->links.history_time;
+}
+
+void SpringMemory::restore(const std::map<std::string, double>& sums) {
+  if (const auto at = sums.find("springs/history_time"); active() && at != sums.end()) net_->links.history_time = at->second;
+}
+
+PetscErrorCode PairForces::remember(Network& net, const Lattice& lattice, const BreakRules& rules) {
+  PetscFunctionBegin;
+  PetscCall(memory_.create(net, lattice.springs));
+  if (!rules.active(lattice)) PetscFunctionReturn(0);
+  breaks_ = std::make_unique<SpringBreaks>();
+  PetscCall(breaks_->create(net, lattice, rules, *this));
+  choose_loops();
+  PetscFunctionReturn(0);
+}
+
+PetscErrorCode PairForces::accept(const Step& step, const LocalState& state) {
+  PetscFunctionBegin;
+  if (!memory_.active()) PetscFunctionReturn(0);
+  commit(state, step.h, &memory_.net().links);
+  PetscCall(memory_.accept(step.t));
   PetscFunctionReturn(0);
 }
 

@@ -1,5 +1,6 @@
 // Internal variables of springs (plastic stretch, ...): written to frames and checkpoints, and restored.
 #pragma once
+#include <map>
 #include <string>
 #include <vector>
 #include "systems/model.hpp"
@@ -19,11 +20,14 @@ class SpringMemory {
   PetscErrorCode fields(std::vector<Field>* out);
   /// Collective. The vectors that gather() handed out, refilled, into the network: both ends of a spring get the same bits.
   PetscErrorCode scatter();
-  /// Collective. Both ends of every spring get what its end of the lower number carries: across the edge of a periodic box an image's position is
-  /// rounded, so that the length, and what follows from it, differs in its last bit between the two.
-  PetscErrorCode unify();
-  /// Collective. Energy lost so far [J].
-  PetscErrorCode dissipated(double* energy) const;
+  /// Collective, once links carry what they do at time t: both ends of every spring get what its end of the lower number carries: across the edge of
+  /// a periodic box an image's position is rounded, so that the length, and what follows from it, differs in its last bit between the two.
+  PetscErrorCode accept(double t);
+  /// Energy lost so far [J], this rank's share.
+  double dissipated() const;
+  void save(std::map<std::string, double>* sums) const;
+  void restore(const std::map<std::string, double>& sums);
+  Network& net() const { return *net_; }
 
  private:
   struct Number {

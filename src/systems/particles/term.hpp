@@ -1,5 +1,6 @@
 // A force on particles as one part of the sum that moves them: what every kind of force gives, and nothing of how it does so.
 #pragma once
+#include <map>
 #include <string>
 #include <vector>
 #include "linalg/sparse_blocks.hpp"
@@ -7,8 +8,11 @@
 #include "systems/mechanics.hpp"
 #include "systems/particles/local_state.hpp"
 #include "systems/particles/row_pattern.hpp"
+#include "systems/step.hpp"
 
 namespace bs {
+
+class Breakable;
 
 /// The fault met in a loop and its place: a law has no value there.
 struct Singularity {
@@ -85,6 +89,23 @@ class Term {
   virtual void add_rates(std::vector<double>*) const {}
   /// Magnitudes of the rates in its rows of K, none less than at rest: what rounding errors of these rows are relative to [N/m].
   virtual void stiffness_sizes(double, const LocalState&, double*) const {}
+  /// Whether forces depend on what was before: at the same state they may be others after accept().
+  virtual bool remembers() const { return false; }
+  /// Collective. The history is brought up to `state`, the end of a step that counts (of length 0 where no time went by); trial states never write
+  /// it.
+  virtual PetscErrorCode accept(const Step&, const LocalState&) { return 0; }
+  /// Collective. The history by numbers in the input's order, for checkpoints and, with units, for frames; vectors are borrowed. recall() takes what
+  /// gather_history() handed out, refilled.
+  virtual PetscErrorCode gather_history(std::vector<StatePart>*) { return 0; }
+  virtual PetscErrorCode history_fields(std::vector<Field>*) { return 0; }
+  virtual PetscErrorCode recall() { return 0; }
+  /// What a checkpoint holds of it beside that, the same on every rank, by names with the term's in front.
+  virtual void save(std::map<std::string, double>*) const {}
+  virtual void restore(const std::map<std::string, double>&) {}
+  /// Energy lost by what is whole [J], this rank's share.
+  virtual double dissipated() const { return 0; }
+  /// What of it may break; null: nothing.
+  virtual Breakable* breakable() const { return nullptr; }
 };
 
 }  // namespace bs

@@ -26,6 +26,67 @@ Terms::Terms(const Network& net, const ParticleLaws& laws, const Motion& motion,
   for (const std::unique_ptr<Term>& term : interactions_) add(*term);
 }
 
+PetscErrorCode Terms::remember(Network& net, const Lattice& lattice, const BreakRules& rules) {
+  PetscFunctionBegin;
+  rules_ = rules;
+  breaking_.create(net.comm, rules.worst);
+  PetscCall(pairs_->remember(net, lattice, rules));
+  for (Term* term : terms_)
+    if (Breakable* kind = term->breakable()) breaking_.add(*kind);
+  PetscFunctionReturn(0);
+}
+
+bool Terms::remembers() const {
+  return std::any_of(terms_.begin(), terms_.end(), [](const Term* term) { return term->remembers(); });
+}
+
+PetscErrorCode Terms::accept(const Step& step, const LocalState& state) {
+  PetscFunctionBegin;
+  for (Term* term : terms_) PetscCall(term->accept(step, state));
+  PetscFunctionReturn(0);
+}
+
+PetscErrorCode Terms::gather_history(std::vector<StatePart>* parts) {
+  PetscFunctionBegin;
+  parts->clear();
+  for (Term* term : terms_) PetscCall(term->gather_history(parts));
+  PetscCall(breaking_.gather(parts));
+  PetscFunctionReturn(0);
+}
+
+PetscErrorCode Terms::recall() {
+  PetscFunctionBegin;
+  for (Term* term : terms_) PetscCall(term->recall());
+  PetscCall(breaking_.recall());
+  PetscFunctionReturn(0);
+}
+
+PetscErrorCode Terms::history_fields(std::vector<Field>* out) {
+  PetscFunctionBegin;
+  for (Term* term : terms_) PetscCall(term->history_fields(out));
+  PetscCall(breaking_.fields(out));
+  PetscFunctionReturn(0);
+}
+
+void Terms::save(std::map<std::string, double>* sums) const {
+  for_each([&](const Term& term) { term.save(sums); });
+  breaking_.save(sums);
+}
+
+void Terms::restore(const std::map<std::string, double>& sums) {
+  for (Term* term : terms_) term->restore(sums);
+  breaking_.restore(sums);
+}
+
+PetscErrorCode Terms::dissipated(double* energy) const {
+  PetscFunctionBegin;
+  *energy = 0;
+  for_each([&](const Term& term) { *energy += term.dissipated(); });
+  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, energy, 1, MPI_DOUBLE, MPI_SUM, net_.comm));
+  *energy += breaking_.dissipated();
+  PetscFunctionReturn(0);
+}
+
 PetscErrorCode Terms::gather(const LocalState& state) {
   PetscFunctionBegin;
   for (Term* term : terms_) PetscCall(term->gather(state));

@@ -2,6 +2,7 @@
 #pragma once
 #include <memory>
 #include <vector>
+#include "systems/particles/breaking/breaking.hpp"
 #include "systems/particles/physics.hpp"
 
 namespace bs {
@@ -17,6 +18,23 @@ class Terms {
   /// One more, behind the others; it must outlive the object.
   void add(Term& term) { terms_.push_back(&term); }
   const PairForces& pairs() const { return *pairs_; }
+  /// Collective. What the terms so far remember of the past, and which parts of them break; `net` is that given at creation, `lattice` what it was
+  /// made of, whose chunk is still there.
+  PetscErrorCode remember(Network& net, const Lattice& lattice, const BreakRules& rules);
+  const BreakRules& break_rules() const { return rules_; }
+  Breaking& breaking() { return breaking_; }
+  const Breaking& breaking() const { return breaking_; }
+  bool remembers() const;
+  PetscErrorCode accept(const Step& step, const LocalState& state);
+  /// Collective. Histories, and the list of what broke.
+  PetscErrorCode gather_history(std::vector<StatePart>* parts);
+  PetscErrorCode recall();
+  /// Collective. Of histories, and of kinds that may break a flag for each.
+  PetscErrorCode history_fields(std::vector<Field>* out);
+  void save(std::map<std::string, double>* sums) const;
+  void restore(const std::map<std::string, double>& sums);
+  /// Collective. By what is whole and by what broke [J].
+  PetscErrorCode dissipated(double* energy) const;
 
   PetscErrorCode gather(const LocalState& state);
   void forces(Part part, double t, const LocalState& state, double* f, Singularity* fault, Energies* sum = nullptr) const;
@@ -49,7 +67,9 @@ class Terms {
   const Network& net_;
   std::unique_ptr<PairForces> pairs_;
   std::vector<std::unique_ptr<Term>> interactions_;
-  std::vector<Term*> terms_;     ///< all of them, in order
+  std::vector<Term*> terms_;  ///< all of them, in order
+  BreakRules rules_;
+  Breaking breaking_;
   mutable SparseBlocks blocks_;  ///< of the matrix that is being written
 };
 

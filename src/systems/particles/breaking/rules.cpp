@@ -1,10 +1,10 @@
+#include "systems/particles/breaking/rules.hpp"
 #include <algorithm>
 #include <cinttypes>
 #include <cmath>
 #include "base/error.hpp"
 #include "base/options.hpp"
 #include "lattice/random.hpp"
-#include "systems/particles/breaking/breaking.hpp"
 
 namespace bs {
 
@@ -25,6 +25,24 @@ void read_scatter(Section& o, const char* name, const char* help, BreakRules::Sc
   rules->scatter = kind;
   rules->width = numbers[0];
   rules->seed = static_cast<std::int64_t>(numbers[1]);
+}
+
+/// Whether limits of the lattice are numbers > 0 or inf.
+PetscErrorCode check_limits(MPI_Comm comm, const Lattice& l) {
+  Error fault;
+  PetscFunctionBegin;
+  for (const Column& column : l.break_columns)
+    for (std::size_t k = 0; k < column.value.size() && !fault; ++k) {
+      const std::int64_t row = l.springs.first + static_cast<std::int64_t>(k);
+      const double value = column.value[k];
+      if (column.name == BROKEN && value != 0 && value != 1)
+        fault.note(row, format("%s: spring %" PRId64 ", %s: %g; write 1 (broken) or 0", l.source.c_str(), row, column.path.c_str(), value));
+      else if (column.name != BROKEN && !(value > 0))
+        fault.note(row, format("%s: spring %" PRId64 ", %s: %g; write a number > 0, or inf for a spring that does not break", l.source.c_str(), row,
+                               column.path.c_str(), value));
+    }
+  PetscCall(fail_if_any(comm, fault));
+  PetscFunctionReturn(0);
 }
 
 }  // namespace
@@ -64,6 +82,7 @@ PetscErrorCode BreakRules::read(MPI_Comm comm, const Lattice& lattice) {
     PetscCall(fail(comm, Exit::input, "option -bs_break_notch: notches are for lattices in 2 dimensions without a periodic box: leave it out"));
   side = static_cast<Side>(chosen);
   worst = which == 1;
+  PetscCall(check_limits(comm, lattice));
   PetscFunctionReturn(0);
 }
 
@@ -95,23 +114,6 @@ std::string BreakRules::describe(const Lattice& lattice) const {
   if (scatter == weibull) text += format("; limits scatter by Weibull's distribution of modulus %g, seed %lld", width, static_cast<long long>(seed));
   if (scatter == uniform) text += format("; limits scatter by up to %g, seed %lld", width, static_cast<long long>(seed));
   return text;
-}
-
-PetscErrorCode check_break_limits(MPI_Comm comm, const Lattice& l) {
-  Error fault;
-  PetscFunctionBegin;
-  for (const Column& column : l.break_columns)
-    for (std::size_t k = 0; k < column.value.size() && !fault; ++k) {
-      const std::int64_t row = l.springs.first + static_cast<std::int64_t>(k);
-      const double value = column.value[k];
-      if (column.name == BROKEN && value != 0 && value != 1)
-        fault.note(row, format("%s: spring %" PRId64 ", %s: %g; write 1 (broken) or 0", l.source.c_str(), row, column.path.c_str(), value));
-      else if (column.name != BROKEN && !(value > 0))
-        fault.note(row, format("%s: spring %" PRId64 ", %s: %g; write a number > 0, or inf for a spring that does not break", l.source.c_str(), row,
-                               column.path.c_str(), value));
-    }
-  PetscCall(fail_if_any(comm, fault));
-  PetscFunctionReturn(0);
 }
 
 }  // namespace bs

@@ -3,23 +3,17 @@
 #include <cmath>
 #include "base/error.hpp"
 #include "network/ghost_copies.hpp"
-#include "systems/particles/breaking/breaking.hpp"
+#include "systems/particles/breaking/spring_breaks.hpp"
 #include "systems/particles/spring_exists.hpp"
 
 namespace bs {
 
-PetscErrorCode Breaking::read(MPI_Comm comm, const Lattice& lattice) {
-  PetscFunctionBegin;
-  PetscCall(rules_.read(comm, lattice));
-  PetscCall(check_break_limits(comm, lattice));
-  active_ = rules_.active(lattice);
-  PetscFunctionReturn(0);
-}
-
-PetscErrorCode Breaking::create(Network& net, const Lattice& lattice) {
+PetscErrorCode SpringBreaks::create(Network& net, const Lattice& lattice, const BreakRules& rules, const PairForces& pairs) {
   PetscFunctionBegin;
   net_ = &net;
-  if (!active_) PetscFunctionReturn(0);
+  pairs_ = &pairs;
+  rules_ = rules;
+  rows_ = lattice.springs;
   PetscCall(table_.create(net, lattice.springs));
   net.links.broken.assign(net.links.spring.size(), 0);
   for (std::size_t e = 0; e < net.links.spring.size(); ++e)
@@ -36,7 +30,7 @@ PetscErrorCode Breaking::create(Network& net, const Lattice& lattice) {
 }
 
 /// What this rank judges, with the limits of each spring; springs that were broken before are cut.
-PetscErrorCode Breaking::give_limits(const Lattice& lattice) {
+PetscErrorCode SpringBreaks::give_limits(const Lattice& lattice) {
   const Links& links = net_->links;
   std::vector<std::uint8_t> spared(static_cast<std::size_t>(net_->n + net_->ghosts), 0);
   Error fault;
@@ -57,7 +51,7 @@ PetscErrorCode Breaking::give_limits(const Lattice& lattice) {
     PetscCall(table_.spread(rows, [&](PetscInt e, double value) { by_link[static_cast<std::size_t>(e)] = value; }));
     if (column.name == BROKEN) {
       for (std::size_t e = 0; e < by_link.size(); ++e)
-        if (by_link[e] != 0) cut(static_cast<PetscInt>(e));
+        if (by_link[e] != 0) cut_link(static_cast<PetscInt>(e));
       given_broken_ = true;
     }
     for (int c = 0; c < BREAK_LIMITS; ++c)
@@ -75,7 +69,7 @@ PetscErrorCode Breaking::give_limits(const Lattice& lattice) {
 }
 
 // The ends of either line lie on both sides of the other. Ends are taken by their global numbers, so that both ranks of a cut spring agree.
-PetscErrorCode Breaking::cut_notch() {
+PetscErrorCode SpringBreaks::cut_notch() {
   const Links& links = net_->links;
   const double *a = rules_.notch, *b = rules_.notch + 2;
   const auto side = [](const double* p, const double* q, const double* r) { return (q[0] - p[0]) * (r[1] - p[1]) - (q[1] - p[1]) * (r[0] - p[0]); };
@@ -89,13 +83,25 @@ PetscErrorCode Breaking::cut_notch() {
       const double *p = net_->held.data() + 2 * static_cast<std::size_t>(first ? i : j),
                    *q = net_->held.data() + 2 * static_cast<std::size_t>(first ? j : i);
       if ((side(a, b, p) < 0) == (side(a, b, q) < 0) || (side(p, q, a) < 0) == (side(p, q, b) < 0)) continue;
-      cut(e);
+      cut_link(e);
       ++count;
     }
   PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &count, 1, MPI_INT64_T, MPI_SUM, net_->comm));
   if (count == 0) PetscCall(fail(net_->comm, Exit::input, "option -bs_break_notch: no spring crosses that line: give a line through the lattice"));
   given_broken_ = true;
   PetscFunctionReturn(0);
+}
+
+void put_thresholds(const BreakRules& rules, const Lattice& lattice, std::vector<Dataset>* out) {
+  const Rows& s = lattice.springs;
+  for (int c = 0; c < BREAK_LIMITS && rules.scatter != BreakRules::none; ++c) {
+    const Column* own = find_column(lattice.break_columns, break_limits[c].name);
+    if (!own && !std::isfinite(rules.limit[c])) continue;
+    std::vector<double> value = own ? own->value : std::vector<double>(static_cast<std::size_t>(s.count), rules.limit[c]);
+    for (std::size_t k = 0; k < value.size(); ++k) value[k] *= rules.factor(s.first + static_cast<std::int64_t>(k));
+    out->push_back(
+        {std::string("/connectivity/bonds_") + break_limits[c].threshold, s.first, s.total, 0, std::move(value), {}, break_limits[c].powers, true});
+  }
 }
 
 }  // namespace bs
