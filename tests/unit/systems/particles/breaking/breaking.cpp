@@ -4,6 +4,7 @@
 #include "options.hpp"
 #include "spoken.hpp"
 #include "systems/mechanics.hpp"
+#include "systems/particles/breaking/rules.hpp"
 
 using namespace bs;
 
