@@ -85,22 +85,41 @@ Error Session::finish() {
   return call([&] { return impl_->finish(); });
 }
 
-Error Session::analyse(TaskFunction task, const Settings& more, Result* out) {
-  OptionTable options;
-  const Error error = filled(impl_->comm, of_the_system(impl_->settings), more, &options);
+Error Session::equilibrate(Analyses analyses, const Settings& more, Result* out) {
+  impl_->drop_statics();
+  impl_->static_options = std::make_unique<OptionTable>();
+  const Error error = filled(impl_->comm, of_the_system(impl_->settings), more, impl_->static_options.get());
   if (error) return error;
-  const Inside inside(impl_->comm, options);
-  return outcome(impl_->comm, impl_->analyse(task, out));
+  const Inside inside(impl_->comm, *impl_->static_options);
+  return outcome(impl_->comm, impl_->solve_statics(analyses, out));
 }
 
-Error Session::solve_statics(Result* out, const Settings& more) { return analyse(run_statics, more, out); }
+Error Session::solve_statics(Result* out, const Settings& more) { return equilibrate(Analyses::compliance, more, out); }
 
-Error Session::moduli(Result* out, const Settings& more) { return analyse(run_moduli, more, out); }
+Error Session::moduli(Result* out, const Settings& more) { return equilibrate(Analyses::moduli, more, out); }
+
+Error Session::follow(Result* out) {
+  const Inside inside(impl_->comm, impl_->statics ? *impl_->static_options : impl_->options);
+  return outcome(impl_->comm, impl_->follow(out));
+}
+
+Error Session::set_numbers(const std::string& name, const std::vector<double>& all) {
+  return call([&] { return impl_->set_numbers(name, all); });
+}
+
+Error Session::remove_springs(const std::vector<std::int64_t>& rows) {
+  return call([&] { return impl_->remove_springs(rows); });
+}
 
 Error Session::modes(std::int64_t count, Result* out, const Settings& more) {
-  Settings all = more;
+  OptionTable options;
+  Settings all = of_the_system(impl_->settings);
   all.emplace_back("-bs_modes", std::to_string(count));
-  return analyse(run_modes, all, out);
+  impl_->drop_statics();
+  const Error error = filled(impl_->comm, all, more, &options);
+  if (error) return error;
+  const Inside inside(impl_->comm, options);
+  return outcome(impl_->comm, impl_->modes(out));
 }
 
 double Session::time() const { return impl_->run ? impl_->run->time() : impl_->start; }
@@ -152,7 +171,9 @@ Error Session::stepper(TS* ts) {
 }
 
 Error Session::get_frame(FrameData* out) {
-  return call([&] { return impl_->get_frame(out); });
+  if (!impl_->loading) return call([&] { return impl_->get_frame(out); });
+  const Inside inside(impl_->comm, *impl_->static_options);
+  return outcome(impl_->comm, impl_->statics->frame(out));
 }
 
 void Session::on_poll(std::function<int()> poll) {
@@ -170,7 +191,8 @@ void Session::on_step(std::function<void(const StepRecord&)> observer) {
 
 void Session::pause() {
   impl_->paused = true;
-  if (impl_->run) (void)impl_->run->pause();
+  if (impl_->loading) (void)impl_->statics->pause();
+  else if (impl_->run) (void)impl_->run->pause();
 }
 
 Error Session::checkpoint(const std::string& file) {

@@ -19,6 +19,7 @@
 namespace bs {
 
 class Model;
+enum class Analyses;
 
 /// Options as on the command line: names with their dash, values as text; of a flag the value may be empty.
 using Settings = std::vector<std::pair<std::string, std::string>>;
@@ -74,7 +75,12 @@ class Session {
   /// Of the lattice as it was given, by a model of its own, whatever has been stepped: equilibria under the loads as -bs_task statics finds them, and
   /// what -bs_task moduli adds; the `count` modes of -bs_task modes (-bs_modes). Of the session's settings those hold that say what the
   /// system is; those of PETSc's solvers, of steps and of files do not: `more` names, for this call, what the analysis needs of them.
+  /// What has found the equilibrium stays until the next analysis, for follow().
   Error solve_statics(Result* out, const Settings& more = {});
+  /// From the equilibrium that solve_statics() or follow() found last to the one it becomes under the same loads with the numbers that were given
+  /// since; pattern, partition and symbolic factors stay, and sums of energies do not see what the numbers changed. Errors: as of solve_statics(),
+  /// with the last equilibrium, which stays; there is none (Exit::input).
+  Error follow(Result* out);
   Error moduli(Result* out, const Settings& more = {});
   Error modes(std::int64_t count, Result* out, const Settings& more = {});
 
@@ -94,6 +100,14 @@ class Session {
   /// Positions or velocities of this rank's rows take the place of the last good state's, from which the method starts anew, without a history. What
   /// is held or moves as given stays where it is. Error (Exit::input): numbers that are not finite, or settings that name files of the run.
   Error set_rows(Array what, const std::vector<double>& rows);
+  /// Numbers of the lattice that the session was created with, the whole of them, in the order of the input, the same on every rank: stiffness,
+  /// rest_length, damping, or what the springs' laws take; mass. They hold in what is stepped, which goes on as after set_rows(), in what follow()
+  /// finds, and in analyses to come. Errors (Exit::input): change_numbers() (lattice/numbers.hpp); a session without a lattice in memory.
+  Error set_numbers(const std::string& name, const std::vector<double>& all);
+  /// Local. The numbers of that name of now; empty where there are none.
+  std::vector<double> numbers(const std::string& name) const;
+  /// These springs, rows of the input, exert no force any more, and damp nothing: their numbers are 0 but those that cannot be.
+  Error remove_springs(const std::vector<std::int64_t>& rows);
   /// The group, whose motion the settings call given (-bs_motion_NAME given), moves uniformly from where it is to be at time t [s], which is to come,
   /// where `rows` has its particles, this rank's rows as in set_rows(); others are not looked at. Then it stays there until the next call.
   Error drive(const std::string& group, double t, const std::vector<double>& rows);
@@ -112,14 +126,16 @@ class Session {
   /// PETSc's stepper of the motion, with its SNES, KSP, state and matrices, to be looked at between steps; borrowed, until the session ends or goes
   /// on from a state that is set or restored.
   Error stepper(TS* ts);
-  /// What a frame of a trajectory would hold now, whole on every rank: observables, and fields that the settings ask for (-bs_output_springs).
+  /// What a frame of a trajectory would hold now, whole on every rank: observables, and fields that the settings ask for (-bs_output_springs). Within an
+  /// observer of load steps, of their equilibrium.
   Error get_frame(FrameData* out);
 
   /// Called on every rank after every good step, also load steps of analyses, and where an output time is reached (-bs_output_interval; the start and
   /// the end always are). They may ask for arrays, not take steps.
   void on_step(std::function<void(const StepRecord&)> observer);
   void on_frame(std::function<void(double time)> observer);
-  /// Within an observer of steps in time, on all ranks: the call returns after the present step, without an error. The next call goes on.
+  /// Within an observer, on all ranks: the call returns after the present step, without an error. The next call goes on; of load steps the present
+  /// equilibrium is the last.
   void pause();
   /// Writes the last good state as a checkpoint, from which a session of the same lattice goes on by -bs_restart; a file of that name is replaced.
   Error checkpoint(const std::string& file);
@@ -138,12 +154,11 @@ class Session {
 
  private:
   struct Impl;
-  using TaskFunction = PetscErrorCode (*)(std::unique_ptr<Model>, Result*, int*);
   explicit Session(std::unique_ptr<Impl> impl);
   static Error create(MPI_Comm comm, std::unique_ptr<Lattice> given, const Settings& settings, Make make, std::unique_ptr<Session>* out);
   template <class Body>
   Error call(Body&& body);
-  Error analyse(TaskFunction task, const Settings& more, Result* out);
+  Error equilibrate(Analyses analyses, const Settings& more, Result* out);
   std::unique_ptr<Impl> impl_;
 };
 

@@ -8,6 +8,7 @@
 #include "session/inside.hpp"
 #include "session/session.hpp"
 #include "tasks/run.hpp"
+#include "tasks/statics/static_solver.hpp"
 
 namespace bs {
 
@@ -22,12 +23,15 @@ struct Session::Impl {
   Rows particles;
   int dim = 0;  ///< of the model made last
 
-  std::unique_ptr<Model> model;        ///< that is stepped
-  std::unique_ptr<OutputLocks> locks;  ///< of the files that are written
-  std::unique_ptr<Run> run;            ///< null: nothing was stepped
-  double start = 0;                    ///< before that [s]
-  std::int64_t earlier_steps = 0;      ///< of the runs before this one
-  VecHandle given_state;               ///< what the next run begins with; null: with the model's start
+  std::unique_ptr<Model> model;                 ///< that is stepped
+  std::unique_ptr<OutputLocks> locks;           ///< of the files that are written
+  std::unique_ptr<Run> run;                     ///< null: nothing was stepped
+  double start = 0;                             ///< before that [s]
+  std::int64_t earlier_steps = 0;               ///< of the runs before this one
+  VecHandle given_state;                        ///< what the next run begins with; null: with the model's start
+  std::unique_ptr<OptionTable> static_options;  ///< in force while `statics` computes
+  std::unique_ptr<StaticSolver> statics;        ///< the last analysis, if it was of equilibria; null: it was not
+  bool loading = false;                         ///< `statics` is taking load steps
   bool stop_at_frame = false, finished = false, paused = false;
 
   PetscErrorCode open();
@@ -51,7 +55,14 @@ struct Session::Impl {
   PetscErrorCode save(State* out);
   PetscErrorCode restore(const State& state);
   PetscErrorCode checkpoint(const std::string& file);
-  PetscErrorCode analyse(TaskFunction task, Result* out);
+  PetscErrorCode modes(Result* out);
+  PetscErrorCode solve_statics(Analyses analyses, Result* out);
+  PetscErrorCode follow(Result* out);
+  void drop_statics();
+  PetscErrorCode set_numbers(const std::string& name, const std::vector<double>& all);
+  PetscErrorCode remove_springs(const std::vector<std::int64_t>& rows);
+  PetscErrorCode require_given();
+  PetscErrorCode hold_state();
   PetscErrorCode stopped(int signal) const;
   std::int64_t steps_so_far() const { return earlier_steps + (run ? run->steps() : 0); }
   ~Impl();

@@ -17,6 +17,7 @@
 namespace bs {
 
 Session::Impl::~Impl() {
+  drop_statics();
   {
     const Inside inside(comm, options);
     run.reset();
@@ -209,14 +210,14 @@ PetscErrorCode Session::Impl::checkpoint(const std::string& file) {
   PetscFunctionReturn(0);
 }
 
-/// A task on a model of its own, with its own table of options.
-PetscErrorCode Session::Impl::analyse(TaskFunction task, Result* out) {
+/// The task on a model of its own, with its own table of options.
+PetscErrorCode Session::Impl::modes(Result* out) {
   int exit_code = 0;
   std::unique_ptr<Model> fresh;
   PetscFunctionBegin;
   *out = {};
   PetscCall(make_model(&fresh));
-  PetscCall(task(std::move(fresh), out, &exit_code));
+  PetscCall(run_modes(std::move(fresh), out, &exit_code));
   PetscCall(stopped(exit_code > 128 ? exit_code - 128 : 0));
   PetscFunctionReturn(0);
 }

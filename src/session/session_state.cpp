@@ -57,7 +57,6 @@ static void keep_held(Mechanics& mechanics, Vec before, Vec y) {
 
 /// The state with other positions or velocities, from which a run of its own begins.
 PetscErrorCode Session::Impl::set(Array what, const std::vector<double>& rows) {
-  Vec y;
   std::vector<StatePart> parts;
   PetscFunctionBegin;
   PetscCall(open());
@@ -65,13 +64,7 @@ PetscErrorCode Session::Impl::set(Array what, const std::vector<double>& rows) {
   if (what == Array::force || what == Array::reaction) PetscCall(fail(comm, Exit::input, "forces follow from positions and velocities: set these"));
   PetscCall(refuse_files());
   PetscCall(check_rows(rows));
-  if (!given_state) {
-    PetscCall(begin());
-    PetscCall(run->state_vector(&y));
-    PetscCall(VecDuplicate(y, given_state.out()));
-    PetscCall(VecCopy(y, given_state));
-    PetscCall(start_anew(run->time(), steps_so_far()));
-  }
+  PetscCall(hold_state());
   PetscCall(model->gather_state(given_state, &parts));
   copy_to(parts[what == Array::position ? 0 : 1].vec, rows);
   VecHandle before;

@@ -51,6 +51,8 @@ class Equilibrium final : public FirstOrder {
   double sharp_shift() const { return SHARP * least_shift(false); }
   /// Newton's method begins anew.
   void begin_solve();
+  /// The system is another than it was, with other numbers: what was measured of it so far is no measure any more.
+  void begin_anew();
 
   /// From now on a solve is a step of backward Euler of h [s] from y, with inertia and damping, at the loads of the factor that it is solved for, and
   /// what is observed moves; h = 0: ends that.

@@ -69,6 +69,12 @@ void Equilibrium::begin_solve() {
   solve_first_ = solve_before_ = 0;
 }
 
+void Equilibrium::begin_anew() {
+  rate_ = 0;
+  seen_ = {};
+  trouble_.clear();
+}
+
 PetscErrorCode Equilibrium::jacobian(double t, Vec y, Vec, double sigma, Form form, Mat P) {
   double s = 0;
   PetscFunctionBegin;

@@ -74,6 +74,9 @@ class Mechanics : public System {
   /// Collective. The run goes on from (t, y), which it came to without a step: histories of springs are brought up to it, and work is counted from
   /// here. Nothing breaks.
   virtual PetscErrorCode begin_at(double, Vec) { return 0; }
+  /// Collective. Numbers of the lattice (lattice/numbers.hpp) from now on; `all`: of the whole, checked and the same on every rank. What was computed
+  /// with others is forgotten; histories stay. Error (exit 2): numbers that a force has taken for good.
+  virtual PetscErrorCode set_numbers(const std::string&, const std::vector<double>&) { return 0; }
   /// Collective. What is held has the positions and velocities in y that it has at time t.
   virtual PetscErrorCode place_held(double, Vec) { return 0; }
   /// Collective. Constraints::give.

@@ -64,6 +64,69 @@ def closed_forms():
     assert abs(bs.moduli(ring).stiffness[0, 0] - 2.0) < 1e-10  # two springs in series over a length of 1
 
 
+def changed_numbers():
+    """Closed forms of a bar and of two springs side by side; a net's equilibria as statics() finds them afresh; motions; what cannot change."""
+    bar = bs.Lattice([[0.0], [1.0]], [[0, 1], [0, 1]], stiffness=[100.0, 50.0], fixed=[0], groups={"end": [1], "wall": [0]}, parallel=True)
+    with bs.Statics(bar, loads={"end": 6.0}) as solver:
+        assert abs(solver.solve().x[1, 0] - 1.04) < 1e-12
+        for stiffness, away, expected in ((200.0, (), 1.015), ([100, 20], (), 1.05), ([100, 20], [1], 1.06)):
+            solver.change(stiffness=stiffness, remove=away)
+            eq = solver.solve()
+            assert abs(eq.x[1, 0] - expected) < 1e-12 and abs(eq.reactions["wall"][0] + 6) < 1e-10, (eq.x, eq.reactions)
+        assert np.isnan(eq.tension[1]) and list(eq.lattice.stiffness) == [100, 0] and list(bar.stiffness) == [100, 50]
+        solver.change(rest_length=[1.1, 1.0])
+        assert abs(solver.solve().x[1, 0] - 1.16) < 1e-12
+        for words, change in ((("stiffness", "row 0"), dict(stiffness=np.nan)), (("spring 1", "stiffness"), dict(stiffness=[1, -1])),
+                              (("area", "stiffness"), dict(area=1.0)), (("remove", "entry 0"), dict(remove=[7])), (("shape",), dict(mass=[1, 2, 3])),
+                              (("damper",), dict(stiffness=5.0, damping=1.0))):
+            with raised(bs.InputError, *words):
+                solver.change(**change)
+        assert abs(solver.solve().x[1, 0] - 1.16) < 1e-12 and abs(solver.solve(afresh=True).x[1, 0] - 1.16) < 1e-12
+        assert "Statics" in repr(solver) and "closed" not in repr(solver)
+    with raised(RuntimeError, "closed"):
+        solver.solve()
+    net = bs.Lattice(**sheet())
+    rng = np.random.default_rng(3)
+    with bs.Statics(net, bs_gravity=(0, -1.0), snes_rtol=1e-12) as solver:
+        solver.solve()
+        for _ in range(5):
+            k = net.stiffness * rng.uniform(0.5, 2, len(net.pairs))
+            solver.change(stiffness=k)
+            followed, afresh = solver.solve(), bs.statics(net.replace(stiffness=k), bs_gravity=(0, -1.0), snes_rtol=1e-12)
+            assert abs(followed.x - afresh.x).max() < 1e-9 and abs(followed.energy - afresh.energy) < 1e-9 * afresh.energy
+            assert np.array_equal(bs.modes(followed, 3).omega2, bs.modes(afresh, 3).omega2)
+    one = bs.Lattice([-0.1, 1.1], [[0, 1]], stiffness=50.0, rest_length=1.0, mass=2.0)
+    with bs.Simulation(one, dt=0.01, ts_type="cn", snes_rtol=1e-13) as simulation:
+        simulation.step(10)
+        stretch, moving = np.ptp(simulation.x) - 1, simulation.observables["kinetic_energy"]
+        simulation.change(stiffness=80.0)
+        assert abs(simulation.observables["elastic_energy"] - 0.5 * 80 * stretch**2) < 1e-12
+        simulation.step(50)
+        total = simulation.observables["kinetic_energy"] + simulation.observables["elastic_energy"]
+        assert abs(total - (moving + 0.5 * 80 * stretch**2)) < 1e-9, total  # cn keeps the energy of a linear spring
+        assert simulation.steps == 60 and simulation.lattice.stiffness[0] == 80
+
+
+def load_steps():
+    """What a bar does under a load that grows: seen step by step, stopped half way, and ended by an exception."""
+    bar = bs.Lattice([[0.0], [1.0]], [[0, 1]], stiffness=100.0, fixed=[0], groups={"end": [1]})
+    seen = []
+    eq = bs.statics(bar, loads={"end": 6.0}, load_steps=6, observe=lambda s, state: seen.append((s, state.x[1, 0], state.tension[0], state.load_factor, state.steps)))
+    assert np.allclose(seen, [(k / 6, 1 + 0.01 * k, k, k / 6, k) for k in range(1, 7)], atol=1e-11), seen
+    assert abs(eq.x[1, 0] - 1.06) < 1e-12
+    eq = bs.statics(bar, loads={"end": 6.0}, load_steps=6, stop=lambda s, state: state.tension[0] > 2.5)
+    assert abs(eq.load_factor - 0.5) < 1e-12 and abs(eq.tension[0] - 3) < 1e-10 and eq.steps == 3, eq
+
+    def failing(s, state):
+        if s > 0.3:
+            raise KeyError("enough")
+
+    with raised(KeyError, "enough"):
+        bs.statics(bar, loads={"end": 6.0}, load_steps=6, observe=failing)
+    with raised(bs.InputError, "observe"):
+        bs.statics(bar, loads={"end": 6.0}, observe=3)
+
+
 def written_back():
     """A state that is changed is what a new motion from it would be; it starts the method anew."""
     net = bs.Lattice(**sheet())
@@ -516,7 +579,7 @@ def main():
     if chosen in "on_two_ranks":
         on_two_ranks()  # before this process starts MPI
         print("on_two_ranks: ok", flush=True)
-    for part in (bad_arguments, closed_forms, written_back, told_once, own_forces, implicit_forces, coupled, in_petsc, files, misuse, every_step, remembered, without_steps, observers, interrupted, side_by_side, failures, memory, pictures_and_tools, documented, imported):
+    for part in (bad_arguments, closed_forms, changed_numbers, load_steps, written_back, told_once, own_forces, implicit_forces, coupled, in_petsc, files, misuse, every_step, remembered, without_steps, observers, interrupted, side_by_side, failures, memory, pictures_and_tools, documented, imported):
         if chosen in part.__name__:
             begin = time.time()
             part()

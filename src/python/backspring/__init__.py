@@ -11,6 +11,7 @@ dash: ``snes_rtol=1e-12``, ``bs_gravity=(0, -9.81)``. What is computed is what t
 
 from .analyses import Equilibrium, Moduli, Modes, moduli, modes, statics
 from .breaks import Events
+from .changes import Statics
 from .errors import BackspringWarning, ConvergenceError, Error, FileError, InputError, Stopped
 from .forces import Forces
 from .frames import Frame
@@ -19,6 +20,6 @@ from .motion import Simulation, run
 from .trajectories import open
 
 __all__ = [
-    "BackspringWarning", "ConvergenceError", "Equilibrium", "Error", "Events", "FileError", "Forces", "Frame", "InputError", "Lattice", "Moduli", "Modes", "Simulation", "Stopped",
+    "BackspringWarning", "ConvergenceError", "Equilibrium", "Error", "Events", "FileError", "Forces", "Frame", "InputError", "Lattice", "Moduli", "Modes", "Simulation", "Statics", "Stopped",
     "generate", "moduli", "modes", "open", "read", "run", "statics",
 ]

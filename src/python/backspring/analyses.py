@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any, Callable, Dict, Iterator, Optional, Tuple
 import numpy as np
 
 from . import errors, looks
-from ._library import end_session, new_session
+from ._library import end_session, new_session, world
 from .breaks import Events, broken_of, events_of
 from .errors import InputError
 from .kinds import Comm, Floats, GivenForces, Loads, Mask, Observables, Option, Settings, Shared
@@ -183,29 +183,71 @@ def _lattice_of(net: Union[Lattice, Equilibrium], forces: Optional[GivenForces])
 
 
 Analysis = Callable[["Session", Settings], Tuple["Problem", "Found"]]
+Watch = Callable[[float, "Equilibrium"], Any]
 
 
-def _solve(net: Lattice, settings: Settings, comm: Comm, forces: Optional[GivenForces], analysis: Analysis, progress: bool = False) -> Tuple[Problem, Found]:
+class _Watched:
+    """What is told of the load steps of an analysis: a bar of progress and the caller's functions of (s, equilibrium)."""
+
+    def __init__(self, net: Lattice, settings: Settings, forces: Optional[GivenForces], comm: Comm, progress: bool, observe: Optional[Watch], stop: Optional[Watch]) -> None:
+        for name, one in (("observe", observe), ("stop", stop)):
+            if one is not None and not callable(one):
+                raise InputError(f"{name}: {one!r} is no function of the load factor and an equilibrium")
+        self._of, self._comm, self._observe, self._stop, self._shown = (net, settings, forces), world(comm), observe, stop, progress
+        self.bar = Progress(progress, comm, 0.0, 1.0, "load")
+        self._steps = self._newton = self._krylov = self._rejected = 0
+
+    def attach(self, session: Session) -> None:
+        if self._shown or self._observe or self._stop:
+            session.observe(lambda step, s, *more: self._after_step(session, step, s, *more))
+
+    def _after_step(self, session: Session, step: int, s: float, h: float, newton: int, krylov: int, rejected: int) -> bool:
+        """Whether this equilibrium is the last, the same on all ranks. An exception on one rank ends the call on all."""
+        self.bar.at(s, step)
+        self._steps, self._newton, self._krylov, self._rejected = step, self._newton + newton, self._krylov + krylov, self._rejected + rejected
+        if not (self._observe or self._stop):
+            return False
+        error, frame = session.frame()
+        errors.check(error)
+        counts = {"load_factor": s, "newton": self._newton, "krylov": self._krylov, "steps": self._steps, "rejected": self._rejected}
+        raised: Optional[BaseException] = None
+        said = False
+        try:
+            state = Equilibrium(*self._of, {**frame, **counts})  # type: ignore[typeddict-item]
+            if self._observe:
+                self._observe(s, state)
+            said = self._stop is not None and bool(self._stop(s, state))
+        except BaseException as one:
+            raised = one
+        ended = bool(raised or said) if self._comm.size == 1 else bool(self._comm.allreduce(int(bool(raised or said))))
+        if raised:
+            raise raised
+        return ended
+
+
+def _solve(net: Lattice, settings: Settings, comm: Comm, forces: Optional[GivenForces], analysis: Analysis,
+           watched: Optional[_Watched] = None) -> Tuple[Problem, Found]:
     """(error, found) of `analysis` of a session of its own, and the lattice."""
-    bar = Progress(progress, comm, 0.0, 1.0, "load")
     try:
         session, number = new_session(comm, net, [], forces, settings)
         try:
-            if progress:
-                session.observe(lambda step, place, *_: bar.at(place, step))
+            if watched:
+                watched.attach(session)
             error, found = analysis(session, settings)
             errors.pass_on(session.warnings)
         finally:
             end_session(session, number)
     finally:
-        bar.close()
+        if watched:
+            watched.bar.close()
     return error, found
 
 
-def _equilibrium(net: Lattice, settings: Settings, comm: Comm, forces: Optional[GivenForces], analysis: Analysis,
-                 progress: bool) -> Tuple[Optional[Equilibrium], Found]:
+def _equilibrium(net: Lattice, settings: Settings, comm: Comm, forces: Optional[GivenForces], analysis: Analysis, progress: bool = False,
+                 observe: Optional[Watch] = None, stop: Optional[Watch] = None) -> Tuple[Optional[Equilibrium], Found]:
     """The equilibrium that an analysis found, and all that it found."""
-    error, found = _solve(net, [("-bs_output_springs", "true")] + settings, comm, forces, analysis, progress)
+    watched = _Watched(net, settings, forces, comm, progress, observe, stop)
+    error, found = _solve(net, [("-bs_output_springs", "true")] + settings, comm, forces, analysis, watched)
     state = Equilibrium(net, settings, forces, found) if found["fields"] else None
     errors.check(error, lambda: state)
     return state, found
@@ -216,19 +258,20 @@ def _loaded(earlier: Settings, loads: Optional[Loads], total: Shared, load_steps
 
 
 def statics(net: Union[Lattice, Equilibrium], loads: Optional[Loads] = None, *, load_steps: int = 1, total: Shared = False, forces: Optional[GivenForces] = None,
-            progress: bool = False, comm: Comm = None, **options: Option) -> Equilibrium:
+            observe: Optional[Watch] = None, stop: Optional[Watch] = None, progress: bool = False, comm: Comm = None, **options: Option) -> Equilibrium:
     """The equilibrium of a lattice under loads that grow in `load_steps` steps, from the lattice as it is.
 
     loads: {group: (d,)} force on every particle of the group [N]; total: shared by its particles instead, for all groups or those named.
     forces: f(s, x, v) -> (N, d) [N] beside those of the options, s the load factor, not in the tangent (soft forces); on several ranks f(s, x, v, rows) for
-    some rows of each rank at a time. progress: a bar of tqdm along the load steps.
+    some rows of each rank at a time. observe(s, equilibrium) is called after every load step; stop(s, equilibrium) likewise, and where it returns True on
+    some rank that equilibrium is the last, and what is returned. progress: a bar of tqdm along the load steps.
     comm: communicator of mpi4py, by default the world. Options of the program by their names: snes_rtol=1e-12, bs_gravity=(0, -9.81),
     bs_motion_top="y=velocity:0.1".
     Raises InputError, and ConvergenceError whose state is the last equilibrium on the way.
     """
     lattice, earlier, forces = _lattice_of(net, forces)
     settings = _loaded(earlier, loads, total, load_steps, options)
-    state = _equilibrium(lattice, settings, comm, forces, lambda session, more: session.statics(more), progress)[0]
+    state = _equilibrium(lattice, settings, comm, forces, lambda session, more: session.statics(more), progress, observe, stop)[0]
     assert state is not None
     return state
 

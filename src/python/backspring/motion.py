@@ -12,6 +12,7 @@ from . import errors
 from ._library import end_session, new_session, require_same, world
 from .analyses import Equilibrium
 from .breaks import Events
+from .changes import change
 from .errors import InputError
 from .frames import Frame
 from .kinds import Comm, Floats, GivenForces, Loads, Mask, Observables, Option, Shared
@@ -178,6 +179,12 @@ class Simulation:
         if values.shape != expected:
             raise InputError(f"{what} has the shape {values.shape}: give {expected}")
         self._done(self._session.set_rows(what, values[self.rows] if whole else values))
+        self._sets += 1
+
+    def change(self, *, remove: ArrayLike = (), **numbers: ArrayLike) -> None:
+        """Numbers from now on, (S,) or one number: stiffness [N/m], rest_length [m], damping [kg/s], or what the springs' law takes; mass, (N,) or one
+        number [kg]. remove: springs, rows or a mask (S,), that exert no force any more. A method of several steps starts anew."""
+        self.lattice = change(self._session, self.lattice, self._comm, remove, numbers)
         self._sets += 1
 
     def drive(self, group: str, places: ArrayLike, t: float) -> None:

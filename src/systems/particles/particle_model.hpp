@@ -51,6 +51,7 @@ class ParticleModel final : public Mechanics {
   std::vector<FreeStrain> free_strains(double t) const override { return constraints_.box().free_strains(t); }
   void set_free_strains(const std::vector<double>& strains) override { constraints_.box().set_free_strains(strains); }
   bool time_dependent() const override;
+  PetscErrorCode set_numbers(const std::string& name, const std::vector<double>& all) override;
   PetscErrorCode place_held(double t, Vec y) override;
   PetscErrorCode give_motion(const std::string& group, double from, double to, Vec places) override {
     return constraints_.give(group, from, to, places);
@@ -87,6 +88,7 @@ class ParticleModel final : public Mechanics {
   void add_mass();
   PetscErrorCode check_laws() const;
   PetscErrorCode take_fingerprint(const Lattice& lattice, const std::vector<std::uint8_t>& fixed);
+  PetscErrorCode note_numbers(const std::string& name, const std::vector<double>& all);
   PetscErrorCode create_state();
   PetscErrorCode commit_start();
   PetscErrorCode commit(double t, double h);

@@ -3,6 +3,7 @@
 #include <string>
 #include "base/row_sum.hpp"
 #include "base/vec_array.hpp"
+#include "systems/particles/fingerprint.hpp"
 #include "systems/particles/interactions/interaction_output.hpp"
 #include "systems/particles/particle_model.hpp"
 
@@ -118,13 +119,6 @@ PetscErrorCode ParticleModel::fingerprint(std::uint64_t* value) {
   PetscFunctionReturn(0);
 }
 
-/// A table's number by its name, so that the order of columns does not matter.
-static std::uint64_t table_of(const std::string& name) {
-  std::uint64_t table = 0;
-  for (const char c : name) table = 131 * table + static_cast<unsigned char>(c);
-  return table;
-}
-
 PetscErrorCode ParticleModel::take_fingerprint(const Lattice& lattice, const std::vector<std::uint8_t>& fixed) {
   PetscFunctionBegin;
   const std::int64_t p = lattice.particles.first, s = lattice.springs.first, a = lattice.anchors.first;
@@ -132,12 +126,12 @@ PetscErrorCode ParticleModel::take_fingerprint(const Lattice& lattice, const std
   RowSum sum;
   sum.add(0, p, d, lattice.position);
   sum.add(1, p, d, lattice.velocity);
-  sum.add(2, p, 1, lattice.mass);
+  sum.add(numbers_table("mass"), p, 1, lattice.mass);
   sum.add(4, p, 1, fixed);
   sum.add(5, s, 2, lattice.pairs);
-  sum.add(6, s, 1, lattice.stiffness);
-  sum.add(7, s, 1, lattice.rest_length);
-  sum.add(8, s, 1, lattice.damping);
+  sum.add(numbers_table("stiffness"), s, 1, lattice.stiffness);
+  sum.add(numbers_table("rest_length"), s, 1, lattice.rest_length);
+  sum.add(numbers_table("damping"), s, 1, lattice.damping);
   sum.add(9, a, 1, lattice.anchor_particle);
   sum.add(10, a, d, lattice.anchor_point);
   sum.add(11, a, 1, lattice.anchor_stiffness);
@@ -146,8 +140,8 @@ PetscErrorCode ParticleModel::take_fingerprint(const Lattice& lattice, const std
   add_to_fingerprint(lattice, &sum);
   sum.add(15, s, 1, lattice.spring_laws);
   sum.add(17, s, d, lattice.shift);
-  for (const Column& column : lattice.spring_columns) sum.add(1000 + table_of(column.name), s, 1, column.value);
-  for (const Column& column : lattice.break_columns) sum.add(1000 + table_of(column.name), s, 1, column.value);
+  for (const Column& column : lattice.spring_columns) sum.add(numbers_table(column.name), s, 1, column.value);
+  for (const Column& column : lattice.break_columns) sum.add(numbers_table(column.name), s, 1, column.value);
   for (const Column& column : lattice.particle_columns) {
     const ParticleParameter& one = particle_parameters[particle_parameter(column.name)];
     sum.add(one.table ? one.table : (std::uint64_t{1} << 63) + table_of(column.name), p, one.width(d), column.value);

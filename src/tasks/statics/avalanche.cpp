@@ -15,7 +15,6 @@ PetscErrorCode Avalanche::check_for_signal() {
   PetscFunctionReturn(0);
 }
 
-/// To the next equilibrium; then what is past its limits there breaks.
 PetscErrorCode Avalanche::relax(double factor, Vec y, bool* good) {
   HeldEnergies had, has, after;
   PetscFunctionBegin;

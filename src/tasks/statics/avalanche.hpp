@@ -24,9 +24,10 @@ class Avalanche {
   /// Collective, after the system broke at the equilibrium y of that factor. y becomes one at which nothing breaks (`found`); or `failure` says why
   /// there is none; or a signal ends the run in between, with nothing in `failure`.
   PetscErrorCode follow_to_rest(double factor, Vec y, const Frame& frame, bool* found, std::string* failure);
+  /// Collective. From y to the equilibrium of that factor; then what is past its limits there breaks. y stays where there is none.
+  PetscErrorCode relax(double factor, Vec y, bool* good);
 
  private:
-  PetscErrorCode relax(double factor, Vec y, bool* good);
   /// `broken`: what breaks in the motion is added to it.
   PetscErrorCode follow(double factor, Vec y, const Frame& frame, std::int64_t* broken, bool* good);
   PetscErrorCode move(double factor, double h, Vec y, HeldEnergies* now, bool* good);

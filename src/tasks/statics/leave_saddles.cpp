@@ -30,7 +30,13 @@ PetscErrorCode PseudoTime::leave_saddles(SNES snes) {
     if (found) PetscCall(step_down(*model_, t, X, direction_, at_, &lower));
     PetscCall(condensed_renew(pc));
     stable = negative <= 0 && !found;
-    if (stable) break;
+    if (stable) {
+      PetscCall(VecDuplicate(X, minimum_.at.out()));
+      PetscCall(VecCopy(X, minimum_.at));
+      minimum_.time = t;
+      minimum_.negative = negative;
+      break;
+    }
     if (!first) {
       PetscCall(VecDuplicate(X, first.out()));
       PetscCall(VecCopy(X, first));

@@ -38,6 +38,9 @@ class PseudoTime {
   bool is_newton() const { return newton_ && !other_; }
   /// Whether the present solve is of a load step, neither what follows a break nor what goes before the first one.
   bool at_load_step() const { return !aside_; }
+  /// Collective. Whether y at the time t is the minimum that the last solve ended in, of which leave_saddles() knows the negative pivots (-1: not
+  /// counted) and that it found no unstable direction.
+  PetscErrorCode knows(double t, Vec y, PetscInt* negative, bool* yes) const;
   std::int64_t solves() const { return solves_; }  ///< that ended in an equilibrium
   /// Whether the present solve went by pseudo time, from the last equilibrium or from a saddle point.
   bool continued() const { return continued_; }
@@ -70,6 +73,11 @@ class PseudoTime {
   bool minima_ = false, continued_ = false;
   PetscInt iterations_ = 0;
   VecHandle room_, at_, correction_, saddle_, direction_;
+  struct {
+    VecHandle at;  ///< null: none is known
+    double time = 0;
+    PetscInt negative = 0;
+  } minimum_;         ///< that the last solve ended in
   double shift_ = 0;  ///< 1/h^2 by the mean squared frequency
   PetscInt newton_steps_ = 0, krylov_ = 0;
   PetscErrorCode (*newton_)(SNES) = nullptr;

@@ -16,15 +16,18 @@ void put(PetscInt negative, int verdict, std::vector<Observable>* out) {
 }  // namespace
 
 // The tangent at the equilibrium itself: Newton's last one is of the iterate before it.
-PetscErrorCode Stability::assess(TS ts, Mat J, Equilibrium& model, double factor, Vec y, std::vector<Observable>* out) {
+PetscErrorCode Stability::assess(TS ts, Mat J, Equilibrium& model, const PseudoTime& solver, double factor, Vec y, std::vector<Observable>* out) {
   PC pc;
   PetscInt negative = -1;
-  bool found = false;
+  bool found = false, known = false;
   PetscFunctionBegin;
   PetscCall(linear_solver_of(ts, nullptr, &pc));
-  PetscCall(model.linearise_sharply(factor, y, J));
-  PetscCall(condensed_negative_pivots(pc, &negative));
-  if (negative < 0 && iterations_ > 0 && factor > 0) {
+  PetscCall(solver.knows(factor, y, &negative, &known));
+  if (!known) {
+    PetscCall(model.linearise_sharply(factor, y, J));
+    PetscCall(condensed_negative_pivots(pc, &negative));
+  }
+  if (!known && negative < 0 && iterations_ > 0 && factor > 0) {
     VecHandle z;
     PetscCall(VecDuplicate(y, z.out()));
     PetscCall(search_unstable_direction(ts, model, static_cast<PetscInt>(iterations_), z, &found));

@@ -5,6 +5,7 @@
 #include <vector>
 #include "base/warnings.hpp"
 #include "systems/equilibrium.hpp"
+#include "tasks/statics/pseudo_time.hpp"
 #include "time/ts_setup.hpp"
 
 namespace bs {
@@ -16,8 +17,8 @@ class Stability {
   /// `iterations`: of the search for an unstable direction; 0: none.
   explicit Stability(std::int64_t iterations) : iterations_(iterations) {}
   /// Collective. At the state y of a frame with the load factor `factor`, with the matrix J of `ts`; adds to its observables. One of the factor 0 is
-  /// the lattice as it was given and is not counted. A change of J is not undone.
-  PetscErrorCode assess(TS ts, Mat J, Equilibrium& model, double factor, Vec y, std::vector<Observable>* out);
+  /// the lattice as it was given and is not counted. A change of J is not undone; what `solver` knows of the state is not computed again.
+  PetscErrorCode assess(TS ts, Mat J, Equilibrium& model, const PseudoTime& solver, double factor, Vec y, std::vector<Observable>* out);
   /// What assess() adds for a state that is no equilibrium.
   static void skip(std::vector<Observable>* out);
   void count(std::vector<Tally>* out) const;

@@ -22,6 +22,12 @@ PetscErrorCode run_statics(std::unique_ptr<Model> model, Result* result, int* ex
 /// Collective. The same, and at the last equilibrium the stiffness of a periodic lattice (moduli.hpp).
 PetscErrorCode run_moduli(std::unique_ptr<Model> model, Result* result, int* exit_code);
 
+class StaticSolver;
+enum class Analyses;
+
+/// Collective. What both do, by a solver that stays. `keep_input`: for models that are given other numbers afterwards.
+PetscErrorCode solve_statics(std::unique_ptr<Model> model, Analyses analyses, bool keep_input, StaticSolver* solver, int* exit_code);
+
 /// The equilibrium of find_equilibrium(), or what was found on the way to it.
 struct FoundEquilibrium {
   std::unique_ptr<Model> model;         ///< under the loads of `factor`

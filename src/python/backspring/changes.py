@@ -1,0 +1,110 @@
+"""Numbers of a lattice that change while what was made of it lives, and equilibria that follow them."""
+
+from __future__ import annotations
+
+import copy
+from typing import TYPE_CHECKING, Any, Optional, Type, Union
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from . import errors
+from ._library import end_session, new_session, require_same
+from .analyses import Equilibrium, _lattice_of, _loaded
+from .arguments import mask_of, numbers_in
+from .errors import InputError
+from .kinds import Comm, GivenForces, Loads, Option, Shared
+from .lattice import Lattice
+
+if TYPE_CHECKING:
+    from ._core import Session
+
+
+def change(session: Session, lattice: Lattice, comm: Comm, remove: ArrayLike, numbers: Any) -> Lattice:
+    """The lattice as it is after numbers of its springs or particles were given anew to `session`. Raises InputError, and then none is changed."""
+    springs, gone = len(lattice.pairs), np.flatnonzero(mask_of("remove", remove, len(lattice.pairs)))
+    names = ("stiffness", "rest_length", "damping", "mass", *lattice.spring_columns)
+    for name in numbers:
+        if name not in names:
+            raise InputError(f"{name!r} cannot be changed: give {', '.join(names)} or remove")
+    given = {name: numbers_in(name, value, len(lattice) if name == "mass" else springs) for name, value in numbers.items()}
+    require_same(comm, {"remove": gone, **given})
+    was = {name: session.numbers(name) for name in given}
+    for done, (name, values) in enumerate(given.items()):
+        error = session.set_numbers(name, values)
+        if error is not None:
+            for earlier in list(given)[:done]:
+                session.set_numbers(earlier, was[earlier])
+            errors.check(error)
+    if len(gone):
+        errors.check(session.remove_springs(gone))
+    now = copy.copy(lattice)
+    now.stiffness, now.damping, now.mass = session.numbers("stiffness"), session.numbers("damping"), session.numbers("mass")
+    if now.rest_length is not None or "rest_length" in given:
+        now.rest_length = session.numbers("rest_length")
+    now.spring_columns = {name: session.numbers(name) for name in lattice.spring_columns}
+    return now
+
+
+class Statics:
+    """Equilibria of one lattice whose numbers change, by a solver that stays: partition, patterns and orderings are made once.
+
+    with bs.Statics(net, loads={"top": (0, -5.0)}) as solver:
+        first = solver.solve()
+        solver.change(stiffness=k)
+        second = solver.solve()
+
+    The first equilibrium is that of statics(), whose arguments these are; each of the others is what the one before becomes under the full loads when
+    the numbers change: the same branch, as far as Newton's method can follow it. Calls are collective on `comm`. lattice: with the numbers of now.
+    """
+
+    lattice: Lattice
+
+    def __init__(self, net: Union[Lattice, Equilibrium], loads: Optional[Loads] = None, *, load_steps: int = 1, total: Shared = False,
+                 forces: Optional[GivenForces] = None, comm: Comm = None, **options: Option) -> None:
+        self._number: Optional[int] = None
+        self.lattice, earlier, self._forces = _lattice_of(net, forces)
+        self._settings = _loaded(earlier, loads, total, load_steps, options)
+        self._all = [("-bs_output_springs", "true")] + self._settings
+        self._comm, self._stands, self._warned = comm, False, 0
+        self._session, self._number = new_session(comm, self.lattice, [], self._forces, self._all)
+
+    def change(self, *, remove: ArrayLike = (), **numbers: ArrayLike) -> None:
+        """Numbers from now on, (S,) or one number: stiffness [N/m], rest_length [m], damping [kg/s], or what the springs' law takes; mass, (N,) or one
+        number [kg]. remove: springs, rows or a mask (S,), that exert no force any more."""
+        self._require_open()
+        self.lattice = change(self._session, self.lattice, self._comm, remove, numbers)
+
+    def solve(self, afresh: bool = False) -> Equilibrium:
+        """The equilibrium of now. afresh: from the lattice as it was given, by load steps, in the place of the last equilibrium. Raises ConvergenceError,
+        whose state is the last equilibrium; the next call starts there again."""
+        self._require_open()
+        follows = self._stands and not afresh
+        error, found = self._session.follow() if follows else self._session.statics(self._all)
+        warned = self._session.warnings
+        errors.pass_on(warned[self._warned :])
+        self._warned = len(warned)
+        self._stands = follows or error is None
+        state = Equilibrium(self.lattice, self._settings, self._forces, found) if found["fields"] else None
+        errors.check(error, lambda: state)
+        assert state is not None
+        return state
+
+    def _require_open(self) -> None:
+        if self._number is None:
+            raise RuntimeError("the solver is closed: make another one")
+
+    def close(self) -> None:
+        """Frees what the solver holds."""
+        if self._number is not None:
+            end_session(self._session, self._number)
+            self._number = None
+
+    def __enter__(self) -> Statics:
+        return self
+
+    def __exit__(self, kind: Optional[Type[BaseException]], value: Any, trace: Any) -> None:
+        self.close()
+
+    def __repr__(self) -> str:
+        return f"<backspring.Statics of {len(self.lattice)} particles{'' if self._number is not None else ', closed'}>"

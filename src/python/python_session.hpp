@@ -1,0 +1,179 @@
+// A session with what Python asks for between its steps and computes in them.
+#pragma once
+#include <pybind11/functional.h>
+#include <pybind11/stl.h>
+#include <algorithm>
+#include <cmath>
+#include <csignal>
+#include <exception>
+#include <memory>
+#include <stdexcept>
+#include <thread>
+#include <tuple>
+#include <utility>
+#include <vector>
+#include "python/arrays.hpp"
+#include "python/module.hpp"
+#include "session/session.hpp"
+
+namespace bs::python {
+
+using Numbers = py::array_t<double, py::array::c_style | py::array::forcecast>;
+
+/// A session with what Python asks for between its steps and computes in them. An exception of Python's there, KeyboardInterrupt among them, ends the
+/// call on all ranks and is raised anew when it has ended.
+class PythonSession {
+ public:
+  /// forces: None, or functions (force, tangent, energy) of which the last two may be None.
+  PythonSession(std::int64_t comm, const LatticeArrays& lattice, const Settings& settings, const py::object& forces) {
+    if (!forces.is_none()) std::tie(force_, tangent_, energy_) = forces.cast<std::tuple<py::object, py::object, py::object>>();
+    const Turn turn;
+    const MPI_Comm mpi = MPI_Comm_f2c(static_cast<MPI_Fint>(comm));
+    MPI_Comm_dup(mpi, &comm_);
+    int ranks = 1;
+    MPI_Comm_size(comm_, &ranks);
+    several_ = ranks > 1;
+    error_ = Session::create(mpi, lattice, settings, &session_, Session::Make::when_needed);
+    if (!session_) return;
+    session_->on_poll([this] { return poll(); });
+    if (!force_.is_none()) session_->on_force(own_forces());
+  }
+  py::object error() const { return as_python(error_); }
+  Session* operator->() const {
+    if (!session_) throw std::runtime_error("the simulation is closed: make another one");
+    return session_.get();
+  }
+  /// `body()` of the session. Where Python has raised an exception on some rank, all ranks leave with one. `asks`: it only looks at the state, which
+  /// an observer may do.
+  template <class Body>
+  Error call(Body&& body, bool asks = false) {
+    Error error;
+    bool outermost = true;
+    {
+      const Turn turn;
+      (void)operator->();
+      if (several_ && std::this_thread::get_id() != thread_)
+        throw std::runtime_error(
+            "on several ranks a simulation is one thread's, the one that made it: threads may take turns differently on each rank");
+      if (in_force_ || (busy_ && !asks))
+        throw std::runtime_error("a call of this simulation is under way: an observer may look at its state, forces may not");
+      outermost = !busy_;
+      busy_ = true;
+      error = body();
+      busy_ = !outermost;
+    }
+    if (!outermost) return error;
+    int raised = raised_ ? 1 : 0;
+    MPI_Allreduce(MPI_IN_PLACE, &raised, 1, MPI_INT, MPI_MAX, comm_);
+    if (raised_) std::rethrow_exception(std::exchange(raised_, nullptr));
+    if (raised) {
+      error = {};
+      error.note(0, "another rank was interrupted, or raised an exception in an observer or in forces", static_cast<Exit>(128 + SIGINT));
+    }
+    return error;
+  }
+  void observe(const py::object& observer) {
+    (void)operator->();
+    observer_ = observer;
+    if (observer.is_none()) return session_->on_step({});
+    session_->on_step([this](const StepRecord& r) {
+      const py::gil_scoped_acquire lock;
+      guarded([&] {
+        const py::object called = observer_;  // which it may replace
+        if (called(r.step, r.time, r.dt, r.newton, r.krylov, r.rejected).is(py::bool_(true))) session_->pause();
+      });
+    });
+  }
+  /// For Python's collector of garbage: what of Python's it holds, and no longer.
+  int traverse(visitproc visit, void* arg) const {
+    for (const py::object* one : {&force_, &tangent_, &energy_, &observer_}) Py_VISIT(one->ptr());
+    return 0;
+  }
+  void let_go() {
+    for (py::object* one : {&force_, &tangent_, &energy_, &observer_}) *one = py::none();
+  }
+  PythonSession(const PythonSession&) = delete;
+  PythonSession& operator=(const PythonSession&) = delete;
+  ~PythonSession() {
+    PetscBool running = PETSC_FALSE;
+    (void)PetscInitialized(&running);
+    if (running) {
+      close();
+      if (comm_ != MPI_COMM_NULL) MPI_Comm_free(&comm_);
+    } else {
+      (void)session_.release();  // the interpreter ends, and PETSc has ended
+    }
+  }
+  void close() {
+    {
+      const Turn turn;
+      if (!session_) return;
+      if (busy_) throw std::runtime_error("a call of this simulation is under way: close it afterwards");
+      session_->on_step({});
+      (void)session_->finish();  // while the session can still be asked, as forces do
+      session_.reset();
+    }
+    let_go();
+  }
+
+ private:
+  template <class Body>
+  void guarded(Body&& body) {
+    if (raised_) return;
+    try {
+      body();
+    } catch (...) {
+      raised_ = std::current_exception();
+    }
+  }
+  using RowList = ForceCallback::Rows;
+  /// What a function of Python returns of some particles, a list of arrays, into `out`: each with how many numbers it has for a particle. Not numbers
+  /// where it raised an exception.
+  void ask(const py::object& function, double t, const RowList& row, const double* x, const double* v,
+           const std::vector<std::pair<double*, py::ssize_t>>& out) {
+    const py::gil_scoped_acquire lock;
+    const py::ssize_t n = static_cast<py::ssize_t>(row.size()), d = session_->dim();
+    for (const auto& [to, width] : out) std::fill_n(to, n * width, std::nan(""));
+    in_force_ = true;
+    guarded([&] {
+      const py::array_t<double> places({n, d}, x);
+      const py::object speeds = v ? py::object(py::array_t<double>({n, d}, v)) : py::none();
+      const py::list found = function(t, places, speeds, py::array_t<std::int64_t>(n, row.data()));
+      for (std::size_t k = 0; k < out.size(); ++k) {
+        const Numbers numbers = found[k].cast<Numbers>();
+        if (numbers.size() != n * out[k].second) throw py::value_error("forces: arrays of another size than that of the particles asked for");
+        std::copy_n(numbers.data(), numbers.size(), out[k].first);
+      }
+    });
+    in_force_ = false;
+  }
+  ForceCallback own_forces() {
+    ForceCallback all;
+    const auto d = [this] { return static_cast<py::ssize_t>(session_->dim()); };
+    all.force = [this, d](double t, const RowList& row, const double* x, const double* v, double* f) { ask(force_, t, row, x, v, {{f, d()}}); };
+    if (!tangent_.is_none())
+      all.tangent = [this, d](double t, const RowList& row, const double* x, const double* v, double* K, double* D) {
+        ask(tangent_, t, row, x, v, {{K, d() * d()}, {D, d() * d()}});
+      };
+    if (!energy_.is_none())
+      all.energy = [this](double t, const RowList& row, const double* x, double* E) { ask(energy_, t, row, x, nullptr, {{E, 1}}); };
+    return all;
+  }
+  int poll() {
+    const py::gil_scoped_acquire lock;
+    guarded([] {
+      if (PyErr_CheckSignals() != 0) throw py::error_already_set();
+    });
+    return raised_ ? SIGINT : 0;
+  }
+
+  std::unique_ptr<Session> session_;
+  MPI_Comm comm_ = MPI_COMM_NULL;  ///< for what this class agrees on
+  bool busy_ = false, in_force_ = false, several_ = false;
+  const std::thread::id thread_ = std::this_thread::get_id();
+  Error error_;
+  std::exception_ptr raised_;
+  py::object force_ = py::none(), tangent_ = py::none(), energy_ = py::none(), observer_ = py::none();
+};
+
+}  // namespace bs::python

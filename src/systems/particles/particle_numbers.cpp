@@ -1,0 +1,78 @@
+// Numbers of springs and particles that are given anew while the system lives.
+#include "base/error.hpp"
+#include "base/row_sum.hpp"
+#include "lattice/numbers.hpp"
+#include "lattice/spring_laws.hpp"
+#include "systems/particles/fingerprint.hpp"
+#include "systems/particles/particle_model.hpp"
+
+namespace bs {
+namespace {
+
+/// The number of that name that the law of link e takes beyond stiffness and rest length; null: it takes none.
+double* law_number(Links* links, std::size_t e, const std::string& name) {
+  if (links->law.empty()) return nullptr;
+  const std::vector<SpringParameter>& parameters = spring_laws()[links->law[e]].parameters;
+  for (std::size_t k = 0; k < parameters.size(); ++k)
+    if (name == parameters[k].name) return &links->more[e * static_cast<std::size_t>(links->width) + k];
+  return nullptr;
+}
+
+/// Every link knows its spring's row: nothing travels. A broken spring stays what it is.
+void give_links(const std::string& name, const std::vector<double>& all, Links* links) {
+  HugeVector<double>* const column = name == "stiffness" ? &links->stiffness : name == "rest_length" ? &links->rest_length : nullptr;
+  const bool damping = name == "damping";
+  for (std::size_t e = 0; e < links->spring.size(); ++e) {
+    if (links->spring[e] < 0 || links->is_broken(static_cast<PetscInt>(e))) continue;
+    double* const at = column                               ? &(*column)[e]
+                       : damping && !links->damping.empty() ? &links->damping[e]
+                       : damping                            ? nullptr
+                                                            : law_number(links, e, name);
+    if (at) *at = all[static_cast<std::size_t>(links->spring[e])];
+  }
+}
+
+}  // namespace
+
+PetscErrorCode ParticleModel::set_numbers(const std::string& name, const std::vector<double>& all) {
+  PetscFunctionBegin;
+  if (static_cast<std::int64_t>(all.size()) != (name == "mass" ? net_.total : net_.springs_total))
+    PetscCall(fail(net_.comm, Exit::input,
+                   "options have changed the lattice's springs or particles: numbers of the lattice as it was given are not theirs"));
+  if (name == "mass") {
+    if (coupling_.active())
+      PetscCall(fail(net_.comm, Exit::input, "masses beside a force that couples all particles by them cannot be changed: make another lattice"));
+    for (PetscInt i = 0; i < net_.n; ++i) {
+      const std::size_t k = static_cast<std::size_t>(i);
+      net_.mass[k] = net_.inertia[k] = all[static_cast<std::size_t>(net_.row[k])];
+    }
+    add_mass();
+  } else {
+    give_links(name, all, &net_.links);
+  }
+  PetscCall(note_numbers(name, all));
+  known_.vec = 0;
+  interior_.known = false;
+  rates_ = terms_->rates();
+  free_bodies_.springs_changed();
+  PetscFunctionReturn(0);
+}
+
+/// In what is kept of the input, and in the fingerprint, which is a sum over tables.
+PetscErrorCode ParticleModel::note_numbers(const std::string& name, const std::vector<double>& all) {
+  const Rows& rows = name == "mass" ? lattice_.particles : lattice_.springs;
+  std::vector<double>* const column = changeable_numbers(&lattice_, name);
+  RowSum before, after;
+  PetscFunctionBegin;
+  if (column && column->size() == static_cast<std::size_t>(rows.count)) {
+    before.add(numbers_table(name), rows.first, 1, *column);
+    column->assign(all.begin() + rows.first, all.begin() + rows.first + rows.count);
+    after.add(numbers_table(name), rows.first, 1, *column);
+  }
+  std::uint64_t change = after.value() - before.value();
+  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &change, 1, MPI_UINT64_T, MPI_SUM, net_.comm));
+  fingerprint_ += change;
+  PetscFunctionReturn(0);
+}
+
+}  // namespace bs
