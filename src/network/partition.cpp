@@ -1,4 +1,5 @@
 #include "network/partition.hpp"
+#include <dlfcn.h>
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -16,6 +17,12 @@ constexpr bool HAVE_GRAPH = true;
 #else
 constexpr bool HAVE_GRAPH = false;
 #endif
+
+/// PTScotch's random numbers go on from one partition of a process to the next: they begin anew, so that a lattice is divided as by a process of its
+/// own. Found by name, for PETSc may be without PTScotch.
+void renew_random_numbers() {
+  if (void* const reset = dlsym(RTLD_DEFAULT, "SCOTCH_randomReset")) reinterpret_cast<void (*)()>(reset)();
+}
 
 using PartitioningHandle = Handle<MatPartitioning, MatPartitioningDestroy>;
 
@@ -89,6 +96,7 @@ PetscErrorCode by_graph(MPI_Comm comm, const Lattice& lattice, RowGraph* graph, 
   PetscCall(MatPartitioningSetUseEdgeWeights(partitioning, PETSC_TRUE));
   if (work) PetscCall(MatPartitioningSetVertexWeights(partitioning, work));  // which frees it
   PetscCall(MatPartitioningSetFromOptions(partitioning));
+  renew_random_numbers();
   PetscCall(MatPartitioningApply(partitioning, target.out()));
   const PetscInt* rank = nullptr;
   PetscCall(ISGetIndices(target, &rank));

@@ -40,7 +40,7 @@ class Library {
 };
 
 /// On several ranks PTScotch divides the lattice among them. Its threads make that, and so the last digits, differ from run to run unless
-/// SCOTCH_PTHREAD_NUMBER=1 is in the environment, where the program puts it; its random numbers go on from one lattice of a process to the next.
+/// SCOTCH_PTHREAD_NUMBER=1 is in the environment, where the program puts it.
 /// Everything is collective on the session's communicator but what says otherwise. An Error without text is none. After an error of one rank alone
 /// (base/error.hpp) the ranks are no longer together: the caller has to end them.
 class Session {
@@ -126,8 +126,8 @@ class Session {
   /// PETSc's stepper of the motion, with its SNES, KSP, state and matrices, to be looked at between steps; borrowed, until the session ends or goes
   /// on from a state that is set or restored.
   Error stepper(TS* ts);
-  /// What a frame of a trajectory would hold now, whole on every rank: observables, and fields that the settings ask for (-bs_output_springs). Within an
-  /// observer of load steps, of their equilibrium.
+  /// What a frame of a trajectory would hold now, whole on every rank: observables, and fields that the settings ask for (-bs_output_springs). Within
+  /// an observer of load steps, of their equilibrium.
   Error get_frame(FrameData* out);
 
   /// Called on every rank after every good step, also load steps of analyses, and where an output time is reached (-bs_output_interval; the start and

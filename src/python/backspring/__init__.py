@@ -16,7 +16,8 @@ from .errors import BackspringWarning, ConvergenceError, Error, FileError, Input
 from .forces import Forces
 from .frames import Frame
 from .lattice import Lattice, generate, read
-from .motion import Simulation, run
+from .motion import Simulation
+from .stepping import run
 from .trajectories import open
 
 __all__ = [

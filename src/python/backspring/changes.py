@@ -49,10 +49,10 @@ def change(session: Session, lattice: Lattice, comm: Comm, remove: ArrayLike, nu
 class Statics:
     """Equilibria of one lattice whose numbers change, by a solver that stays: partition, patterns and orderings are made once.
 
-    with bs.Statics(net, loads={"top": (0, -5.0)}) as solver:
-        first = solver.solve()
-        solver.change(stiffness=k)
-        second = solver.solve()
+        with bs.Statics(net, loads={"top": (0, -5.0)}) as solver:
+            first = solver.solve()
+            solver.change(stiffness=k)
+            second = solver.solve()
 
     The first equilibrium is that of statics(), whose arguments these are; each of the others is what the one before becomes under the full loads when
     the numbers change: the same branch, as far as Newton's method can follow it. Calls are collective on `comm`. lattice: with the numbers of now.
