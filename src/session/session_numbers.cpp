@@ -75,9 +75,10 @@ PetscErrorCode Session::Impl::set_numbers(const std::string& name, const std::ve
   std::string why;
   PetscFunctionBegin;
   PetscCall(require_given());
-  if (model) PetscCall(hold_state());
+  if (model) PetscCall(refuse_files());
   if (!change_numbers(given.get(), name, all, &why)) error.note(0, why);
   PetscCall(fail_if_any(comm, error));
+  if (model) PetscCall(hold_state());
   if (model) PetscCall(model->mechanics()->set_numbers(name, all));
   if (statics) PetscCall(statics->equilibrium().mechanics()->set_numbers(name, all));
   PetscFunctionReturn(0);

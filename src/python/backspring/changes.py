@@ -27,7 +27,8 @@ def change(session: Session, lattice: Lattice, comm: Comm, remove: ArrayLike, nu
     for name in numbers:
         if name not in names:
             raise InputError(f"{name!r} cannot be changed: give {', '.join(names)} or remove")
-    given = {name: numbers_in(name, value, len(lattice) if name == "mass" else springs) for name, value in numbers.items()}
+    order = sorted(numbers, key=lambda name: bool(name == "rest_length"))  # last: what is the initial distance could not be given back
+    given = {name: numbers_in(name, numbers[name], len(lattice) if name == "mass" else springs) for name in order}
     require_same(comm, {"remove": gone, **given})
     was = {name: session.numbers(name) for name in given}
     for done, (name, values) in enumerate(given.items()):
