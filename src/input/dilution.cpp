@@ -107,6 +107,7 @@ void keep_angles(const std::vector<std::uint8_t>& keep, Lattice* l) {
   keep_rows(keep, 3, &angles.ends);
   keep_rows(keep, 3 * l->dim, &angles.shift);
   keep_rows(keep, 2, &angles.parameter);
+  for (Column& column : angles.break_columns) keep_rows(keep, 1, &column.value);
   angles.rows.count = static_cast<std::int64_t>(angles.ends.size() / 3);
 }
 

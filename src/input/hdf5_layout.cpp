@@ -133,6 +133,9 @@ std::vector<std::pair<std::string, std::vector<std::string>>> lattice_members() 
   for (const InteractionSchema& schema : interaction_schemas()) {
     known.push_back({std::string("/") + schema.group + "s", {schema.topology, "shift"}});
     for (const InteractionParameter& parameter : schema.parameters) known.back().second.emplace_back(parameter.name);
+    for (const BreakLimit& one : turn_limits)
+      if (schema.turns) known.back().second.emplace_back(one.name);
+    if (schema.turns) known.back().second.emplace_back(BROKEN);
   }
   return known;
 }

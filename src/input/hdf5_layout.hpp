@@ -95,6 +95,8 @@ PetscErrorCode choose_images(MPI_Comm comm, Lattice* lattice);
 /// Paths of the datasets of one kind: the rows of particles, and a parameter.
 std::string topology_path(const InteractionSchema& schema, bool trajectory);
 std::string parameter_path(const InteractionSchema& schema, const std::string& name, bool trajectory);
+/// That of the flags of what is broken, of a trajectory one frame after the other.
+std::string broken_path(const InteractionSchema& schema, bool trajectory);
 
 /// Collective. Each rank reads its rows of every kind the file has (/angles of a lattice, /connectivity/angles of a trajectory),
 /// once the particles are known.

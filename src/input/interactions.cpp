@@ -18,7 +18,26 @@ std::string parameter_path(const InteractionSchema& schema, const std::string& n
   return trajectory ? "/connectivity/" + group + "_" + name : "/" + group + "/" + name;
 }
 
+std::string broken_path(const InteractionSchema& schema, bool trajectory) {
+  return trajectory ? std::string("/backspring/") + BROKEN + "_" + schema.group + "s/value" : parameter_path(schema, BROKEN, false);
+}
+
 namespace {
+
+/// Where the file has it; `frames`: that of the last frame.
+PetscErrorCode read_column(const Hdf5File& file, Column column, bool frames, InteractionRows* out) {
+  Table table;
+  TableShape shape;
+  PetscFunctionBegin;
+  if (!file.has(column.path)) PetscFunctionReturn(0);
+  shape.rows = out->rows.total;
+  shape.row_name = "A";
+  shape.frames = frames;
+  PetscCall(file.find(column.path, shape, &table));
+  PetscCall(file.read(table, out->rows.first, out->rows.count, 0, &column.value));
+  out->break_columns.push_back(std::move(column));
+  PetscFunctionReturn(0);
+}
 
 PetscErrorCode read_kind(MPI_Comm comm, const Hdf5File& file, const InteractionSchema& schema, bool trajectory, const std::string& source,
                          InteractionRows* out) {
@@ -50,6 +69,9 @@ PetscErrorCode read_kind(MPI_Comm comm, const Hdf5File& file, const InteractionS
     PetscCall(file.read(table, out->rows.first, out->rows.count, 0, &values));
     for (std::size_t k = 0; k < values.size(); ++k) out->parameter[k * width + p] = values[k];
   }
+  for (const BreakLimit& limit : turn_limits)
+    if (schema.turns) PetscCall(read_column(file, {limit.name, parameter_path(schema, limit.name, trajectory), {}}, false, out));
+  if (schema.turns) PetscCall(read_column(file, {BROKEN, broken_path(schema, trajectory), {}}, trajectory, out));
   PetscFunctionReturn(0);
 }
 

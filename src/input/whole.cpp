@@ -90,6 +90,8 @@ Lattice with_rows(const Lattice& from, Number&& number, Take&& take) {
     take(one.ends, one.rows, schema.ends, &rows.ends);
     take(one.parameter, one.rows, static_cast<int>(schema.parameters.size()), &rows.parameter);
     take(one.shift, one.rows, schema.ends * from.dim, &rows.shift);
+    retake_columns(
+        one.break_columns, one.rows, take, [](const std::string&) { return 1; }, &rows.break_columns);
     to.interactions.push_back(std::move(rows));
   }
   return to;

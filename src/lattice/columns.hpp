@@ -87,10 +87,20 @@ inline constexpr BreakLimit break_limits[BREAK_LIMITS] = {
     {"critical_energy", "-bs_break_energy", "elastic energy", "J", {1, 2, -2}, "threshold_energy"},
 };
 
+/// What each interaction can bear whose law has an angle: dataset /angles/NAME or the like, the trajectory's /connectivity/angles_NAME, option
+/// -bs_break_angle_ and the suffix that stands here as `option`.
+enum { TURN_CHANGE, TURN_MOMENT, TURN_ENERGY, TURN_LIMITS };
+
+inline constexpr BreakLimit turn_limits[TURN_LIMITS] = {
+    {"critical_change", "change", "change of the angle |theta - theta_0|", "rad", {0, 0, 0}, "threshold_change"},
+    {"critical_moment", "moment", "moment |dE/dtheta|", "N m", {1, 2, -2}, "threshold_moment"},
+    {"critical_energy", "energy", "elastic energy", "J", {1, 2, -2}, "threshold_energy"},
+};
+
 /// Dataset /springs/area and the trajectory's /connectivity/bonds_area: cross-sections [m^2], > 0.
 inline constexpr const char* AREA = "area";
 
-/// Dataset /springs/broken and field /backspring/broken: 1 where a spring is broken, 0 elsewhere.
+/// Datasets /springs/broken, /angles/broken, ... and fields /backspring/broken, broken_angles, ...: 1 where a part is broken, 0 elsewhere.
 inline constexpr const char* BROKEN = "broken";
 
 }  // namespace bs

@@ -20,25 +20,26 @@ inline Rows split_rows(std::int64_t total, int rank, int size) {
   return {rank * base + (rank < rest ? rank : rest), base + (rank < rest ? 1 : 0), total};
 }
 
-/// Rows of one kind of interaction of several particles; its law says how many ends and parameters a row has.
-struct InteractionRows {
-  Rows rows;
-  std::vector<std::int64_t> ends;   ///< (count, ends) rows of particles, 0-based
-  std::vector<double> parameter;    ///< (count, parameters)
-  std::vector<std::int64_t> shift;  ///< (count, ends, d) the box each end is in; empty: no periodic box
-};
-
-/// Places in the registry of laws (physics/pair/springs/registry.hpp), of which there are more: these are named because the program asks
-/// for them.
-enum class SpringLaw : int { hooke, strain };
-enum class DampingLaw : int { axial, simple };
-
 /// A number of each particle or spring that some law takes or carries.
 struct Column {
   std::string name;           ///< of the dataset /particles/NAME or /springs/NAME
   std::string path;           ///< where it was read, or the option that gave it, for messages
   std::vector<double> value;  ///< (count of rows); of a vector (count of rows, d)
 };
+
+/// Rows of one kind of interaction of several particles; its law says how many ends and parameters a row has.
+struct InteractionRows {
+  Rows rows;
+  std::vector<std::int64_t> ends;     ///< (count, ends) rows of particles, 0-based
+  std::vector<double> parameter;      ///< (count, parameters)
+  std::vector<std::int64_t> shift;    ///< (count, ends, d) the box each end is in; empty: no periodic box
+  std::vector<Column> break_columns;  ///< of lattice/columns.hpp; the same names in the same order on every rank
+};
+
+/// Places in the registry of laws (physics/pair/springs/registry.hpp), of which there are more: these are named because the program asks
+/// for them.
+enum class SpringLaw : int { hooke, strain };
+enum class DampingLaw : int { axial, simple };
 
 /// The column of that name, or null.
 inline const Column* find_column(const std::vector<Column>& columns, const std::string& name) {

@@ -69,7 +69,7 @@ void take_interactions(const std::vector<InteractionArrays>& given, Lattice* l) 
     for (const InteractionArrays& one : given) {
       if (one.kind != kind_name(schema)) continue;
       const std::int64_t n = static_cast<std::int64_t>(one.ends.size()) / schema.ends;
-      rows = {{0, n, n}, one.ends, one.parameter, one.shift};
+      rows = {{0, n, n}, one.ends, one.parameter, one.shift, named(one.break_columns, (one.kind + "/").c_str())};
     }
     l->interactions.push_back(std::move(rows));
   }
@@ -126,7 +126,8 @@ LatticeArrays arrays_of(Lattice l) {
   for (std::size_t kind = 0; kind < l.interactions.size(); ++kind) {
     InteractionRows& rows = l.interactions[kind];
     if (rows.rows.total > 0)
-      a.interactions.push_back({kind_name(interaction_schemas()[kind]), std::move(rows.ends), std::move(rows.parameter), std::move(rows.shift)});
+      a.interactions.push_back({kind_name(interaction_schemas()[kind]), std::move(rows.ends), std::move(rows.parameter), std::move(rows.shift),
+                                std::move(rows.break_columns)});
   }
   if (l.spring_law_given) a.spring_law = spring_law_names()[static_cast<std::size_t>(l.spring_law)];
   if (l.damping_law_given) a.damping_law = damper_law_names()[static_cast<std::size_t>(l.damping_law)];

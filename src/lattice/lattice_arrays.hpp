@@ -21,9 +21,10 @@ struct AnchorArrays {
 /// says of each how many ends it has and which parameters, in that order.
 struct InteractionArrays {
   std::string kind;
-  std::vector<std::int64_t> ends;   ///< (n, ends) rows of particles, counted from 0
-  std::vector<double> parameter;    ///< (n, parameters)
-  std::vector<std::int64_t> shift;  ///< (n, ends, d) the box each end is in; empty: the nearest images
+  std::vector<std::int64_t> ends;     ///< (n, ends) rows of particles, counted from 0
+  std::vector<double> parameter;      ///< (n, parameters)
+  std::vector<std::int64_t> shift;    ///< (n, ends, d) the box each end is in; empty: the nearest images
+  std::vector<Column> break_columns;  ///< (n) critical_change, critical_moment, critical_energy, and broken: 1 or 0
 };
 
 /// N particles and S springs in d dimensions, rows behind one another. What may be empty says so; units as in Lattice.

@@ -152,6 +152,14 @@ class Check {
              " for each of them");
       size(one.kind + "/parameter", one.parameter.size(), rows, schema.parameters.size(), false);
       size(one.kind + "/shift", one.shift.size(), rows, ends * d_, true);
+      std::vector<std::string> limits{BROKEN};
+      for (const BreakLimit& limit : turn_limits) limits.emplace_back(limit.name);
+      if (!schema.turns) limits.clear();
+      for (const Column& column : one.break_columns) {
+        one_of("limit of interactions", column.name, limits);
+        size(one.kind + "/" + column.name, column.value.size(), rows, 1, false);
+      }
+      once(one.kind + "/", one.break_columns);
     }
   }
 

@@ -72,6 +72,8 @@ struct InteractionSchema {
   int least_dim;  ///< dimensions of space it needs
   /// Null, or why there is no force with the ends at x.
   const char* (*fault)(int dim, const double* const* x, const double* p);
+  bool turns = false;                           ///< it has an angle and a moment, which can be limited (turn_limits)
+  std::vector<std::pair<int, int>> sides = {};  ///< ends between which a spring may lie whose break can break it, too
 };
 
 /// What no law exceeds: records of fixed size travel between ranks.

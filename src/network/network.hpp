@@ -48,10 +48,12 @@ struct Anchors {
 /// of ranks. Every end is known: owned or a ghost. In a periodic box an interaction is there once for every box that owned ends of it are in, each
 /// time with the images that lie about these ends: it acts on an owned particle once.
 struct InteractionTable {
-  std::int64_t total = 0;         ///< of all ranks
-  std::vector<PetscInt> end;      ///< (count, ends) local indices
-  std::vector<double> parameter;  ///< (count, parameters)
-  std::vector<std::int64_t> row;  ///< (count) row in the input
+  std::int64_t total = 0;            ///< of all ranks
+  std::vector<PetscInt> end;         ///< (count, ends) local indices
+  std::vector<double> parameter;     ///< (count, parameters)
+  std::vector<std::int64_t> row;     ///< (count) row in the input
+  std::vector<std::uint8_t> broken;  ///< (count) 1: it exerts nothing; empty: none can break
+  bool is_broken(std::size_t k) const { return !broken.empty() && broken[k]; }
 };
 
 /// Some particles of a lattice under a name.

@@ -68,7 +68,8 @@ PetscErrorCode read_breaks(System& system, std::vector<FrameTable>* out) {
   if (system.breaks()) PetscCall(system.breaks()->tables(&lists));
   for (const Dataset& list : lists) {
     FrameTable table;
-    table.name = list.path.substr(list.path.rfind('/') + 1);
+    const std::string events = "/events/", springs = events + "broken/";
+    table.name = list.path.substr(list.path.rfind(springs, 0) == 0 ? springs.size() : events.size());
     table.columns = std::max(list.columns, 1);
     std::vector<double> own;  // of the first rank, which holds them all
     if (const auto* reals = std::get_if<std::vector<double>>(&list.rows)) own = *reals;

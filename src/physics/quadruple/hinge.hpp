@@ -23,8 +23,17 @@ struct Hinge {
   static constexpr double PI = 3.14159265358979323846;
 
   static InteractionSchema schema() {
-    return {title,         "hinge", "quads",    ends, 0, {{"stiffness", "hinge stiffness", "N m/rad^2"}, {"rest_angle", "rest angle", "rad"}},
-            bad_parameter, 3,       place_fault};
+    return {title,
+            "hinge",
+            "quads",
+            ends,
+            0,
+            {{"stiffness", "hinge stiffness", "N m/rad^2"}, {"rest_angle", "rest angle", "rad"}},
+            bad_parameter,
+            3,
+            place_fault,
+            true,
+            {{0, 1}, {0, 2}, {1, 2}, {0, 3}, {1, 3}}};
   }
   /// Which parameter (its index) is impossible, and what to write; -1: none.
   static int bad_parameter(const double* p, int, const char** remedy) {
@@ -51,6 +60,14 @@ struct Hinge {
   static double energy(const double* const* x, const double* p) noexcept {
     const double off = Geometry(x).theta() - p[1];
     return 0.5 * p[0] * off * off;
+  }
+
+  /// theta - theta_0, which `moment` = dE/dtheta belongs to.
+  template <int d>
+  static double change(const double* const* x, const double* p, double* moment) noexcept {
+    const double change = Geometry(x).theta() - p[1];
+    *moment = p[0] * change;
+    return change;
   }
 
   /// f: (ends, d), overwritten.

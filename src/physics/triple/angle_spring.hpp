@@ -24,8 +24,17 @@ struct AngleSpring {
   static constexpr double NEAR = 1e-10;  ///< [rad] from a singular angle: the arms' plane is not known any more
 
   static InteractionSchema schema() {
-    return {title,         "angle", "triples",  ends, 1, {{"stiffness", "angle stiffness", "N m/rad^2"}, {"rest_angle", "rest angle", "rad"}},
-            bad_parameter, 2,       place_fault};
+    return {title,
+            "angle",
+            "triples",
+            ends,
+            1,
+            {{"stiffness", "angle stiffness", "N m/rad^2"}, {"rest_angle", "rest angle", "rad"}},
+            bad_parameter,
+            2,
+            place_fault,
+            true,
+            {{0, 1}, {1, 2}}};
   }
   /// Which parameter (its index) is impossible in `dim` dimensions, and what to write; -1: none.
   static int bad_parameter(const double* p, int dim, const char** remedy) {
@@ -50,6 +59,14 @@ struct AngleSpring {
   static double energy(const double* const* x, const double* p) noexcept {
     const double delta = Geometry<d>(x).deviation(p);
     return 0.5 * p[0] * delta * delta;
+  }
+
+  /// theta - theta_0, which `moment` = dE/dtheta belongs to.
+  template <int d>
+  static double change(const double* const* x, const double* p, double* moment) noexcept {
+    const double change = Geometry<d>(x).deviation(p);
+    *moment = p[0] * change;
+    return change;
   }
 
   /// f: (ends, d), overwritten.

@@ -141,10 +141,8 @@ PetscErrorCode ParticleModel::fields(double t, Vec y, std::vector<Field>* out) {
 PetscErrorCode ParticleModel::take_constants(std::vector<Dataset>* out) {
   PetscFunctionBegin;
   out->clear();
-  if (lattice_.springs.total > 0) {
-    PetscCall(add_drawn("/connectivity/bonds", out));
-    put_thresholds(terms_->break_rules(), lattice_, out);
-  }
+  if (lattice_.springs.total > 0) PetscCall(add_drawn("/connectivity/bonds", out));
+  put_thresholds(terms_->break_rules(), lattice_, out);
   PetscCall(take_tables(net_.comm, hdf5_layout(true), &lattice_, out));
   PetscFunctionReturn(0);
 }

@@ -21,9 +21,8 @@ struct LinkMeasures {
 /// they are given, the others add. Matrices by pairs and by rows are its own: they have its pattern.
 class PairForces : public Term {
  public:
-  /// Collective. Histories of springs, and those that break, of the lattice that `net`, the network given at creation, was made of. No other function
-  /// but those of histories and breaking writes its links.
-  PetscErrorCode remember(Network& net, const Lattice& lattice, const BreakRules& rules);
+  /// Histories of springs, and those that break: nothing else writes links.
+  PetscErrorCode remember(Network& net, const Lattice& lattice, const BreakRules& rules) final;
   bool remembers() const final { return memory_.active(); }
   PetscErrorCode accept(const Step& step, const LocalState& state) final;
   PetscErrorCode gather_history(std::vector<StatePart>* parts) final { return memory_.gather(parts); }

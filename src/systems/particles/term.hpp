@@ -13,6 +13,7 @@
 namespace bs {
 
 class Breakable;
+struct BreakRules;
 
 /// The fault met in a loop and its place: a law has no value there.
 struct Singularity {
@@ -89,6 +90,9 @@ class Term {
   virtual void add_rates(std::vector<double>*) const {}
   /// Magnitudes of the rates in its rows of K, none less than at rest: what rounding errors of these rows are relative to [N/m].
   virtual void stiffness_sizes(double, const LocalState&, double*) const {}
+  /// Collective, once, before all that follows: what it remembers and which parts of it may break. `net` is the network that it was made of, and
+  /// `lattice` what that was made of, whose chunk is still there.
+  virtual PetscErrorCode remember(Network& /* net */, const Lattice&, const BreakRules&) { return 0; }
   /// Whether forces depend on what was before: at the same state they may be others after accept().
   virtual bool remembers() const { return false; }
   /// Collective. The history is brought up to `state`, the end of a step that counts (of length 0 where no time went by); trial states never write

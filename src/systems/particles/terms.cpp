@@ -29,10 +29,11 @@ Terms::Terms(const Network& net, const ParticleLaws& laws, const Motion& motion,
 PetscErrorCode Terms::remember(Network& net, const Lattice& lattice, const BreakRules& rules) {
   PetscFunctionBegin;
   rules_ = rules;
-  breaking_.create(net.comm, rules.worst);
-  PetscCall(pairs_->remember(net, lattice, rules));
-  for (Term* term : terms_)
+  breaking_.create(net.comm, rules.worst, rules.with_springs);
+  for (Term* term : terms_) {
+    PetscCall(term->remember(net, lattice, rules));
     if (Breakable* kind = term->breakable()) breaking_.add(*kind);
+  }
   PetscFunctionReturn(0);
 }
 

@@ -104,10 +104,13 @@ PetscErrorCode Avalanche::follow_to_rest(double factor, Vec y, const Frame& fram
     if (interrupted_) PetscFunctionReturn(0);
     PetscCall(relax(factor, y, &good));
     if (good) continue;
+    std::vector<Dataset> lists;
+    PetscCall(breaks.tables(&lists));
+    const bool springs = std::all_of(lists.begin(), lists.end(), [](const Dataset& one) { return one.path.rfind("/events/broken/", 0) == 0; });
     *failure = format(
         "at load factor %.10g no equilibrium was found after %s had broken: compute the motion (-bs_task dynamics), or remove loads "
         "that act on loose parts",
-        factor, how_many(broken, "spring").c_str());
+        factor, how_many(broken, springs ? "spring" : "part").c_str());
     PetscFunctionReturn(0);
   }
   *found = true;

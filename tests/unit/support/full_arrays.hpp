@@ -63,9 +63,15 @@ inline bs::LatticeArrays full_arrays(int dim) {
   a.shift.assign(s * d, 0);
   for (std::size_t k = 0; k < s; ++k) a.shift[k * d] = static_cast<std::int64_t>(k % 3) - 1;
   a.anchors = {{1, 2}, drawn(2 * d, 0, 3), {1, 2}, {0.5, 0.25}, {0.1, 0.2}};
-  a.interactions = {{"angles", {0, 1, 2, 3, 4, 5}, {0.1, 1, 0.2, 2}, std::vector<std::int64_t>(6 * d, 0)}};
+  a.interactions = {{"angles",
+                     {0, 1, 2, 3, 4, 5},
+                     {0.1, 1, 0.2, 2},
+                     std::vector<std::int64_t>(6 * d, 0),
+                     {{"critical_change", "", {50, 60}}, {bs::BROKEN, "", {0, 0}}}}};
   a.interactions[0].shift[3 * d] = 1;
-  if (dim == 3) a.interactions.push_back({"hinges", {0, 1, 2, 3, 4, 5, 6, 7}, {0.1, 1, 0.2, -2}, std::vector<std::int64_t>(24, 0)});
+  if (dim == 3)
+    a.interactions.push_back(
+        {"hinges", {0, 1, 2, 3, 4, 5, 6, 7}, {0.1, 1, 0.2, -2}, std::vector<std::int64_t>(24, 0), {{"critical_energy", "", {70, 80}}}});
   return a;
 }
 
@@ -85,8 +91,8 @@ inline std::string difference(const bs::LatticeArrays& a, const bs::LatticeArray
     for (const std::int64_t at : one.law) names.push_back(one.laws.at(static_cast<std::size_t>(at)));
     return names;
   };
-  const auto kinds = [](const bs::InteractionArrays& x, const bs::InteractionArrays& y) {
-    return x.kind == y.kind && x.ends == y.ends && x.parameter == y.parameter && x.shift == y.shift;
+  const auto kinds = [&differ](const bs::InteractionArrays& x, const bs::InteractionArrays& y) {
+    return x.kind == y.kind && x.ends == y.ends && x.parameter == y.parameter && x.shift == y.shift && !differ(x.break_columns, y.break_columns);
   };
   const auto groups = [](const bs::Group& x, const bs::Group& y) { return x.name == y.name && x.member == y.member; };
   if (a.dim != b.dim) return "dim";

@@ -46,11 +46,14 @@ class Breakable {
  public:
   virtual ~Breakable() = default;
   virtual const BreakWords& words() const = 0;
-  virtual const Rows& rows() const = 0;
   /// Whether the lattice had broken ones from the start.
   virtual bool given_broken() const = 0;
   /// Adds those that this rank judges and that are past their limits.
   virtual void judge(const LocalState& state, std::vector<PastLimit>* found) const = 0;
+  /// Whether these are springs, whose breaks others may follow.
+  virtual bool leads() const { return false; }
+  /// Collective. Adds those that this rank judges and that break because these springs, rows ascending, did.
+  virtual PetscErrorCode follow(const std::vector<std::int64_t>& /* springs */, const LocalState&, std::vector<PastLimit>*) const { return 0; }
   /// The part of that row breaks, wherever this rank has it.
   virtual void cut(std::int64_t row) = 0;
   /// As Breaks::mark() and Breaks::revert().

@@ -6,10 +6,11 @@
 
 namespace bs {
 
-void Breaking::create(MPI_Comm comm, bool worst) {
+void Breaking::create(MPI_Comm comm, bool worst, bool with_springs) {
   comm_ = comm;
   rank_ = rank_of(comm);
   worst_ = worst;
+  with_springs_ = with_springs;
 }
 
 bool Breaking::any() const {
@@ -47,6 +48,24 @@ PetscErrorCode Breaking::share(std::vector<PastLimit>* found) const {
   PetscFunctionReturn(0);
 }
 
+/// What breaks along springs that do is added behind, and the whole is in order again.
+PetscErrorCode Breaking::add_followers(const LocalState& state, std::vector<PastLimit>* found) const {
+  std::vector<std::int64_t> springs;
+  std::vector<PastLimit> after;
+  PetscFunctionBegin;
+  for (const PastLimit& one : *found)
+    if (kinds_[static_cast<std::size_t>(one.part.kind)]->leads()) springs.push_back(one.part.row);
+  for (std::size_t k = 0; k < kinds_.size() && !springs.empty(); ++k) {
+    const std::size_t before = after.size();
+    PetscCall(kinds_[k]->follow(springs, state, &after));
+    for (std::size_t one = before; one < after.size(); ++one) after[one].part.kind = static_cast<int>(k);
+  }
+  if (rank_ == 0) after.insert(after.end(), found->begin(), found->end());
+  PetscCall(share(&after));
+  *found = std::move(after);
+  PetscFunctionReturn(0);
+}
+
 void Breaking::book(double t, double load, PastLimit* one) {
   kinds_[static_cast<std::size_t>(one->part.kind)]->cut(one->part.row);
   one->part.time = t + sums_.motion;
@@ -76,6 +95,7 @@ PetscErrorCode Breaking::break_parts(double t, double load, bool loads, const Lo
   if (!some) PetscFunctionReturn(0);
   if (worst_) PetscCall(keep_worst(&found));
   PetscCall(share(&found));
+  if (with_springs_) PetscCall(add_followers(state, &found));
   if (!goes_on) ++sums_.avalanches, sums_.size = 0;
   for (PastLimit& one : found) book(t, load, &one);
   sums_.last = t;

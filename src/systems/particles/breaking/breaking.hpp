@@ -12,8 +12,8 @@ inline constexpr double BREAK_TIE = 1e-9;  ///< excesses that differ by less are
 
 class Breaking final : public Breaks {
  public:
-  /// `worst`: one part at a time, that of the largest excess; else every one past its limit.
-  void create(MPI_Comm comm, bool worst);
+  /// `worst`: one part at a time, that of the largest excess; else every one past its limit. `with_springs`: parts may follow springs that break.
+  void create(MPI_Comm comm, bool worst, bool with_springs);
   /// One more kind that may break; it must outlive the object.
   void add(Breakable& kind) {
     kinds_.push_back(&kind);
@@ -33,7 +33,7 @@ class Breaking final : public Breaks {
   }
   double motion() const override { return sums_.motion; }
   std::int64_t motion_steps() const override { return sums_.motion_steps; }
-  /// /events/broken/time, load, spring, ends, strain, energy, avalanche; on rank 0.
+  /// /events/broken/time, load, spring, ends, strain, energy, avalanche, and /events/broken_angles/... with number, angle, change; on rank 0.
   PetscErrorCode tables(std::vector<Dataset>* out) const override;
   /// What parts had lost before they broke [J].
   double dissipated() const { return sums_.dissipated; }
@@ -60,13 +60,14 @@ class Breaking final : public Breaks {
   };
   PetscErrorCode keep_worst(std::vector<PastLimit>* found) const;
   PetscErrorCode share(std::vector<PastLimit>* found) const;
+  PetscErrorCode add_followers(const LocalState& state, std::vector<PastLimit>* found) const;
   void book(double t, double load, PastLimit* one);
   PetscErrorCode gather_kind(std::size_t kind, std::vector<StatePart>* parts);
   PetscErrorCode recall_kind(std::size_t kind);
 
   MPI_Comm comm_ = MPI_COMM_NULL;
   int rank_ = 0;
-  bool worst_ = false;
+  bool worst_ = false, with_springs_ = false;
   std::vector<Breakable*> kinds_;
   std::vector<Broken> list_;  ///< on rank 0
   Sums sums_;

@@ -178,7 +178,7 @@ PetscErrorCode Breaking::tables(std::vector<Dataset>* out) const {
     const BreakWords& words = kinds_[kind]->words();
     const std::string events = "/events/" + words.events + "/";
     std::vector<double> time, load, strain, energy;
-    std::vector<std::int64_t> row, ends, avalanche;
+    std::vector<std::int64_t> row, ends, avalanche, number;
     for (const Broken& one : list_) {
       if (one.kind != static_cast<int>(kind)) continue;
       time.push_back(one.time);
@@ -188,6 +188,7 @@ PetscErrorCode Breaking::tables(std::vector<Dataset>* out) const {
       row.push_back(one.row);
       ends.insert(ends.end(), one.ends, one.ends + words.ends);
       avalanche.push_back(one.avalanche);
+      number.push_back(one.number);
     }
     const std::int64_t first = rank_ == 0 ? 0 : total;  // other ranks hold none of it, behind its end
     out->push_back({events + "time", first, total, 0, std::move(time), {}, {0, 0, 1}});
@@ -197,6 +198,7 @@ PetscErrorCode Breaking::tables(std::vector<Dataset>* out) const {
     out->push_back({events + words.strain, first, total, 0, std::move(strain), {}, words.powers, true});
     out->push_back({events + "energy", first, total, 0, std::move(energy), {}, {1, 2, -2}});
     out->push_back({events + "avalanche", first, total, 0, std::move(avalanche)});
+    if (kinds_.size() > 1) out->push_back({events + "number", first, total, 0, std::move(number)});
   }
   PetscFunctionReturn(0);
 }

@@ -18,7 +18,7 @@ class SpringBreaks final : public Breakable {
   /// Ends the run with exit code 2 where a spring of rest length 0 has a critical strain.
   PetscErrorCode create(Network& net, const Lattice& lattice, const BreakRules& rules, const PairForces& pairs);
   const BreakWords& words() const override;
-  const Rows& rows() const override { return rows_; }
+  bool leads() const override { return true; }
   bool given_broken() const override { return given_broken_; }
   void judge(const LocalState& state, std::vector<PastLimit>* found) const override;
   void cut(std::int64_t row) override;
@@ -44,7 +44,6 @@ class SpringBreaks final : public Breakable {
   Network* net_ = nullptr;
   const PairForces* pairs_ = nullptr;
   BreakRules rules_;
-  Rows rows_;
   bool given_broken_ = false;
   SpringTable table_;
   std::vector<Judged> judged_;
@@ -57,7 +56,7 @@ class SpringBreaks final : public Breakable {
   VecHandle flags_;
 };
 
-/// For the trajectory: where limits scatter, those that each spring has.
+/// For the trajectory: where limits scatter, those that each part has.
 void put_thresholds(const BreakRules& rules, const Lattice& lattice, std::vector<Dataset>* out);
 
 }  // namespace bs

@@ -13,7 +13,6 @@ PetscErrorCode SpringBreaks::create(Network& net, const Lattice& lattice, const 
   net_ = &net;
   pairs_ = &pairs;
   rules_ = rules;
-  rows_ = lattice.springs;
   PetscCall(table_.create(net, lattice.springs));
   net.links.broken.assign(net.links.spring.size(), 0);
   for (std::size_t e = 0; e < net.links.spring.size(); ++e)
@@ -92,15 +91,29 @@ PetscErrorCode SpringBreaks::cut_notch() {
   PetscFunctionReturn(0);
 }
 
+namespace {
+
+/// Limit times factor of every row of a kind.
+void put_threshold(const BreakRules& rules, const BreakLimit& one, double limit, const std::vector<Column>& columns, const Rows& rows,
+                   std::int64_t of, const std::string& path, std::vector<Dataset>* out) {
+  const Column* own = find_column(columns, one.name);
+  if (!own && !std::isfinite(limit)) return;
+  std::vector<double> value = own ? own->value : std::vector<double>(static_cast<std::size_t>(rows.count), limit);
+  for (std::size_t k = 0; k < value.size(); ++k) value[k] *= rules.factor(rows.first + static_cast<std::int64_t>(k), of);
+  out->push_back({path + one.threshold, rows.first, rows.total, 0, std::move(value), {}, one.powers, true});
+}
+
+}  // namespace
+
 void put_thresholds(const BreakRules& rules, const Lattice& lattice, std::vector<Dataset>* out) {
-  const Rows& s = lattice.springs;
-  for (int c = 0; c < BREAK_LIMITS && rules.scatter != BreakRules::none; ++c) {
-    const Column* own = find_column(lattice.break_columns, break_limits[c].name);
-    if (!own && !std::isfinite(rules.limit[c])) continue;
-    std::vector<double> value = own ? own->value : std::vector<double>(static_cast<std::size_t>(s.count), rules.limit[c]);
-    for (std::size_t k = 0; k < value.size(); ++k) value[k] *= rules.factor(s.first + static_cast<std::int64_t>(k));
-    out->push_back(
-        {std::string("/connectivity/bonds_") + break_limits[c].threshold, s.first, s.total, 0, std::move(value), {}, break_limits[c].powers, true});
+  if (rules.scatter == BreakRules::none) return;
+  for (int c = 0; c < BREAK_LIMITS && lattice.springs.total > 0; ++c)
+    put_threshold(rules, break_limits[c], rules.limit[c], lattice.break_columns, lattice.springs, 0, "/connectivity/bonds_", out);
+  for (std::size_t kind = 0; kind < lattice.interactions.size(); ++kind) {
+    const InteractionRows& from = lattice.interactions[kind];
+    for (std::size_t c = 0; c < TURN_LIMITS && from.rows.total > 0; ++c)
+      put_threshold(rules, turn_limits[c], rules.turn_limit[kind][c], from.break_columns, from.rows, static_cast<std::int64_t>(kind) + 1,
+                    std::string("/connectivity/") + interaction_schemas()[kind].group + "s_", out);
   }
 }
 

@@ -4,11 +4,20 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <memory>
+#include <type_traits>
 #include <vector>
 #include "linalg/sparse_blocks.hpp"
+#include "systems/particles/breaking/interaction_breaks.hpp"
 #include "systems/particles/term.hpp"
 
 namespace bs {
+
+/// Whether a law says its angle and moment.
+template <class Law, class = void>
+struct turns : std::false_type {};
+template <class Law>
+struct turns<Law, std::void_t<decltype(Law::template change<3>(nullptr, nullptr, nullptr))>> : std::true_type {};
 
 /// Elements are visited by ascending row; each adds to the ends this rank owns, its other ends are ghosts, in a periodic box images of any particle.
 template <class Law, int d>
@@ -40,6 +49,7 @@ class Interaction final : public Term {
   void forces(Part part, double, const LocalState& state, double* f, Singularity* fault, Energies* sum) const override {
     const bool cut = part == Part::boundary;
     for (const std::size_t k : part_[cut]) {
+      if (table_.is_broken(k)) continue;
       const Element e = element(k, [&](PetscInt i) { return state.at(i); });
       const char* why = Law::template fault<d>(e.x, e.p);
       double force[N * d];
@@ -168,7 +178,23 @@ class Interaction final : public Term {
     });
   }
 
-  /// Between owned ends and all ends, neither fixed.
+  PetscErrorCode remember(Network& net, const Lattice& lattice, const BreakRules& rules) override {
+    PetscFunctionBegin;
+    if constexpr (turns<Law>::value) {
+      const auto measure = [this](const LocalState& state, std::size_t k) {
+        const Element e = element(k, [&](PetscInt i) { return state.at(i); });
+        TurnMeasures m;
+        m.change = Law::template change<d>(e.x, e.p, &m.moment);
+        m.energy = Law::template energy<d>(e.x, e.p);
+        return m;
+      };
+      PetscCall(InteractionBreaks::create(net, lattice, rules, static_cast<std::size_t>(&table_ - net.interactions.data()), measure, &breaks_));
+    }
+    PetscFunctionReturn(0);
+  }
+  Breakable* breakable() const override { return breaks_.get(); }
+
+  /// Between owned ends and all ends, neither fixed; broken ones too, so that a continued run has the same matrices.
   void join(std::vector<std::pair<PetscInt, PetscInt>>* joins) const override {
     for (std::size_t k = 0; k < table_.row.size(); ++k)
       for (int a = 0; a < N; ++a)
@@ -189,6 +215,7 @@ class Interaction final : public Term {
   void add_rates(std::vector<double>* sum) const override {
     for (std::size_t k = 0; k < table_.row.size(); ++k) {
       double place[N * d], rate[N], *next = place;
+      if (table_.is_broken(k)) continue;
       const Element e = element(k, [&](PetscInt i) {
         double* x = std::copy_n(net_.held.data() + i * d, d, next) - d;
         for (int q = 0; q < d && i >= net_.n && !net_.image.empty(); ++q)
@@ -223,7 +250,8 @@ class Interaction final : public Term {
   }
   template <class Visit>
   void traverse(const LocalState& state, Visit&& visit) const {
-    for (std::size_t k = 0; k < table_.row.size(); ++k) visit(element(k, [&](PetscInt i) { return state.at(i); }));
+    for (std::size_t k = 0; k < table_.row.size(); ++k)
+      if (!table_.is_broken(k)) visit(element(k, [&](PetscInt i) { return state.at(i); }));
   }
   /// visit(element, a, b, df_a/dx_b), rows of the block N d numbers apart.
   template <bool positive, class Visit>
@@ -257,9 +285,10 @@ class Interaction final : public Term {
 
   const Network& net_;
   const InteractionTable& table_;
-  std::vector<std::uint8_t> boundary_;  ///< (n) owned particles linked to a ghost
-  std::vector<std::size_t> part_[2];    ///< elements with an end in either Part
-  std::vector<PetscInt> unknown_;       ///< (count, ends) the local particle whose unknowns an end has: of an image of an owned particle that one
+  std::vector<std::uint8_t> boundary_;         ///< (n) owned particles linked to a ghost
+  std::vector<std::size_t> part_[2];           ///< elements with an end in either Part
+  std::unique_ptr<InteractionBreaks> breaks_;  ///< null where none may break
+  std::vector<PetscInt> unknown_;  ///< (count, ends) the local particle whose unknowns an end has: of an image of an owned particle that one
 };
 
 }  // namespace bs

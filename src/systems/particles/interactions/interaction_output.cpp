@@ -7,13 +7,18 @@
 namespace bs {
 
 void add_to_fingerprint(const Lattice& lattice, RowSum* sum) {
-  constexpr std::uint64_t FIRST = 32, SHIFTS = 128;  // tables below are the springs' and particles'
+  constexpr std::uint64_t FIRST = 32, SHIFTS = 128, LIMITS = 256;  // tables below are the springs' and particles'
   for (std::size_t kind = 0; kind < lattice.interactions.size(); ++kind) {
     const InteractionSchema& schema = interaction_schemas()[kind];
     const InteractionRows& from = lattice.interactions[kind];
     sum->add(FIRST + 2 * kind, from.rows.first, schema.ends, from.ends);
     sum->add(FIRST + 2 * kind + 1, from.rows.first, static_cast<int>(schema.parameters.size()), from.parameter);
     sum->add(SHIFTS + kind, from.rows.first, schema.ends * lattice.dim, from.shift);
+    for (const Column& column : from.break_columns) {
+      std::uint64_t c = 0;
+      while (c < TURN_LIMITS && column.name != turn_limits[c].name) ++c;
+      sum->add(LIMITS + (TURN_LIMITS + 1) * kind + c, from.rows.first, 1, column.value);
+    }
   }
 }
 
@@ -28,6 +33,12 @@ void move_to_datasets(bool trajectory, Lattice* lattice, std::vector<Dataset>* o
       std::vector<double> column(static_cast<std::size_t>(rows.count));
       for (std::size_t k = 0; k < column.size(); ++k) column[k] = from.parameter[k * width + p];
       out->push_back({parameter_path(schema, schema.parameters[p].name, trajectory), rows.first, rows.total, 0, std::move(column)});
+    }
+    for (Column& column : from.break_columns) {
+      for (const BreakLimit& one : turn_limits)
+        if (column.name == one.name)
+          out->push_back({parameter_path(schema, one.name, trajectory), rows.first, rows.total, 0, std::move(column.value), {}, one.powers, true});
+      if (column.name == BROKEN && !trajectory) out->push_back({broken_path(schema, false), rows.first, rows.total, 0, std::move(column.value)});
     }
     if (lattice->box.active())
       out->push_back({parameter_path(schema, "shift", trajectory), rows.first, rows.total, schema.ends * lattice->dim, std::move(from.shift)});

@@ -35,9 +35,12 @@ Lattice full_lattice() {
   l.anchor_particle = rows(2);
   l.anchor_point = numbers(6);
   l.anchor_stiffness = l.anchor_rest_length = l.anchor_damping = numbers(2);
-  for (const InteractionSchema& schema : interaction_schemas())
+  for (const InteractionSchema& schema : interaction_schemas()) {
     l.interactions.push_back(
-        {{0, 2, 2}, rows(2 * schema.ends), numbers(2 * static_cast<std::int64_t>(schema.parameters.size())), rows(6 * schema.ends)});
+        {{0, 2, 2}, rows(2 * schema.ends), numbers(2 * static_cast<std::int64_t>(schema.parameters.size())), rows(6 * schema.ends), {}});
+    for (const BreakLimit& one : turn_limits) l.interactions.back().break_columns.push_back({one.name, "", numbers(2)});
+    l.interactions.back().break_columns.push_back({BROKEN, "", numbers(2)});
+  }
   l.box.periodic[0] = true;
   for (std::size_t k = 0; k < 9; k += 4) l.box.edges[k] = 2;
   l.groups.push_back({"some", std::vector<std::uint8_t>(8, 1)});
