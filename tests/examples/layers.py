@@ -1,15 +1,18 @@
 #!/usr/bin/env python3
 """The layers of the source hold: a folder of src includes only what the table of src/README.md lets it include, base nothing but itself, and what the
 table says of PETSc's types is so. The unit tests are where the source is: a folder of tests/unit is one of src, and what lies in it includes a header of that folder.
-The functions and files that src/README.md names exist."""
+The functions and files that src/README.md names exist. At the top lies what belongs there."""
 import argparse
 import pathlib
 import re
+import subprocess
 import sys
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 SOURCE = ROOT / "src"
 UNIT = ROOT / "tests" / "unit"
+TOP = {"CMakeLists.txt", "CMakePresets.json", "README.md", "LICENSE", "CITATION.cff", "CHANGELOG.md", "CONTRIBUTING.md", "check", "demo", "cmake", "src", "options", "meshes", "tests",
+       "postprocess"}
 FOREIGN = {"physics": r"petsc|mpi\.h|\bMPI_|\bVec\b|\bMat\b", "lattice": r"petsc|mpi\.h|\bMPI_", "solvers": r"petscts|\bTS\b|\bTS[A-Z]\w*", "linalg": r"petscts|\bTS\b|\bTS[A-Z]\w*"}
 
 
@@ -67,6 +70,11 @@ def missing_names(text, files):
     return found
 
 
+def strangers(names):
+    """What of the files of the project {names relative to its top} belongs to no folder: leftovers of tests are easily committed."""
+    return sorted({name for name in names if name.split("/")[0] not in TOP and not name.startswith(".")})
+
+
 def main():
     argparse.ArgumentParser(description=__doc__).parse_args()
     files = {str(p.relative_to(SOURCE)): p.read_text() for p in SOURCE.rglob("*") if p.suffix in (".hpp", ".cpp")}
@@ -91,6 +99,10 @@ def main():
     for name, others in allowed.items():
         if others != {"all"}:
             found += [f"the table lets {name}/ and {other}/ include one another" for other in others if name in allowed[other] and order.index(other) > order.index(name)]
+    kept = subprocess.run(["git", "ls-files"], cwd=ROOT, capture_output=True, text=True).stdout.split("\n")[:-1]  # none where there is no git
+    found += [f"{name} lies at the top, where nothing belongs but {', '.join(sorted(TOP))}" for name in strangers(kept)]
+    if strangers([".ci/run", "src/main.cpp", "left.xsp"]) != ["left.xsp"]:
+        found.append("the test does not see files at the top")
     print("\n".join(found) or f"{len(files)} files in {len(allowed)} folders keep to the table, {len(tests)} unit tests lie where the source is")
     sys.exit(bool(found))
 
