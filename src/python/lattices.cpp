@@ -24,19 +24,25 @@ void property(py::class_<LatticeArrays>& one, const char* name, std::vector<T> L
       [member](LatticeArrays& l, const Given<T>& array) { l.*member = vector_of(array); });
 }
 
+using NamedColumns = std::map<std::string, Given<double>>;
+
 /// Columns by name as {name: numbers}, and back.
+py::dict dict_of(const std::vector<Column>& columns) {
+  py::dict all;
+  for (const Column& column : columns) all[py::str(column.name)] = copy_of(column.value);
+  return all;
+}
+
+std::vector<Column> columns_of(const NamedColumns& all) {
+  std::vector<Column> columns;
+  for (const auto& [name, numbers] : all) columns.push_back({name, {}, vector_of(numbers)});
+  return columns;
+}
+
 void columns(py::class_<LatticeArrays>& one, const char* name, std::vector<Column> LatticeArrays::*member) {
   one.def_property(
-      name,
-      [member](const LatticeArrays& l) {
-        py::dict all;
-        for (const Column& column : l.*member) all[py::str(column.name)] = copy_of(column.value);
-        return all;
-      },
-      [member](LatticeArrays& l, const std::map<std::string, Given<double>>& all) {
-        (l.*member).clear();
-        for (const auto& [key, numbers] : all) (l.*member).push_back({key, {}, vector_of(numbers)});
-      });
+      name, [member](const LatticeArrays& l) { return dict_of(l.*member); },
+      [member](LatticeArrays& l, const NamedColumns& all) { l.*member = columns_of(all); });
 }
 
 void bind_parts(py::class_<LatticeArrays>& one) {
@@ -74,12 +80,13 @@ void bind_parts(py::class_<LatticeArrays>& one) {
       });
   one.def_property_readonly("interactions", [](const LatticeArrays& l) {
     py::dict all;
-    for (const InteractionArrays& i : l.interactions) all[py::str(i.kind)] = py::make_tuple(copy_of(i.ends), copy_of(i.parameter), copy_of(i.shift));
+    for (const InteractionArrays& i : l.interactions)
+      all[py::str(i.kind)] = py::make_tuple(copy_of(i.ends), copy_of(i.parameter), copy_of(i.shift), dict_of(i.break_columns));
     return all;
   });
   one.def("add_interactions", [](LatticeArrays& l, const std::string& kind, const Given<std::int64_t>& ends, const Given<double>& parameter,
-                                 const Given<std::int64_t>& shift) {
-    l.interactions.push_back({kind, vector_of(ends), vector_of(parameter), vector_of(shift)});
+                                 const Given<std::int64_t>& shift, const NamedColumns& limits) {
+    l.interactions.push_back({kind, vector_of(ends), vector_of(parameter), vector_of(shift), columns_of(limits)});
   });
 }
 

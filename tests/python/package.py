@@ -127,6 +127,29 @@ def load_steps():
         bs.statics(bar, loads={"end": 6.0}, observe=3)
 
 
+def breaking_turns():
+    """A beam of three points on two rollers, pressed in its middle: its angle spring breaks beyond M = F l/2, also when it was saved and read, and the beam
+    folds up."""
+    x, pairs, force, length = [[0.0, 0], [1, 0], [2, 0]], [[0, 1], [1, 2]], 0.5, 1.0
+    beam = lambda limit: bs.Lattice(x, pairs, stiffness=1e5, groups={"ends": [0, 2], "middle": [1]},
+                                    angles={"triples": [[0, 1, 2]], "stiffness": 2.0, "rest_angle": np.pi, "critical_moment": limit})
+    solve = lambda net: bs.statics(net, loads={"middle": (0, -force)}, load_steps=10, bs_motion_ends="y=fixed", bs_motion_middle="x=fixed")
+    moment = force * length / 2
+    whole = solve(beam(1.05 * moment))
+    assert not whole.fields["broken_angles"].any() and abs(whole.x[1, 1] + 0.0623) < 1e-3, whole.x
+    with tempfile.TemporaryDirectory() as folder:
+        beam(0.95 * moment).save(folder + "/beam.h5")
+        again = bs.read(folder + "/beam.h5")
+        assert again.angles["critical_moment"][0] == 0.95 * moment
+        for net in (again, beam(0.95 * moment)):
+            folded = solve(net)
+            assert folded.fields["broken_angles"].all() and abs(folded.x[1, 1] + length) < 1e-5 and abs(np.diff(folded.x[[0, 2], 0])) < 1e-9, folded.x
+    with raised(bs.InputError, "critical_moment", "row 0"):
+        beam(np.nan)
+    with raised(bs.InputError, "critical_moment"):
+        solve(beam(-1.0))
+
+
 def written_back():
     """A state that is changed is what a new motion from it would be; it starts the method anew."""
     net = bs.Lattice(**sheet())
@@ -579,7 +602,7 @@ def main():
     if chosen in "on_two_ranks":
         on_two_ranks()  # before this process starts MPI
         print("on_two_ranks: ok", flush=True)
-    for part in (bad_arguments, closed_forms, changed_numbers, load_steps, written_back, told_once, own_forces, implicit_forces, coupled, in_petsc, files, misuse, every_step, remembered, without_steps, observers, interrupted, side_by_side, failures, memory, pictures_and_tools, documented, imported):
+    for part in (bad_arguments, closed_forms, changed_numbers, load_steps, breaking_turns, written_back, told_once, own_forces, implicit_forces, coupled, in_petsc, files, misuse, every_step, remembered, without_steps, observers, interrupted, side_by_side, failures, memory, pictures_and_tools, documented, imported):
         if chosen in part.__name__:
             begin = time.time()
             part()

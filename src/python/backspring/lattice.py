@@ -23,6 +23,7 @@ Path = Union[str, os.PathLike[str]]
 
 # Interactions of several particles by the program's names of their kinds: what their ends are called, and how many there are.
 INTERACTIONS = {"angles": ("triples", 3), "hinges": ("quads", 4)}
+TURN_LIMITS = ("critical_change", "critical_moment", "critical_energy", "broken")  # what they can bear, and which are broken
 
 
 class Lattice:
@@ -39,7 +40,8 @@ class Lattice:
     law: hooke, strain, zero and the other laws of the option bs_spring_law, or (S,) names; damping_law: axial or simple. spring_columns: {name: (S,)}
     numbers that a law takes beyond these; particle_columns: {name: (N,) or (N, d)}: radius, drag, force.
     anchors: springs to points, {"particle": (A,), "point": (A, d), "stiffness", "rest_length", "damping": (A,) or one number}.
-    angles: angle springs, {"triples": (n, 3), "stiffness" [N m], "rest_angle" [rad]: (n,) or one number}; hinges: likewise with "quads": (n, 4).
+    angles: angle springs, {"triples": (n, 3), "stiffness" [N m], "rest_angle" [rad]: (n,) or one number}; hinges: likewise with "quads": (n, 4). What they
+    can bear: "critical_change" [rad], "critical_moment" [N m], "critical_energy" [J] in the same way.
     breaking: {"critical_strain", "critical_force", "critical_energy": (S,) or one number}, what springs can bear.
     parallel: allows several springs between the same particles. options: {name: text} of the program that go with the lattice.
     """
@@ -144,11 +146,12 @@ class Lattice:
         if not given:
             return None
         name, count = INTERACTIONS[kind]
-        self._known(kind, given, (name, "stiffness", "rest_angle", "shift"))
+        self._known(kind, given, (name, "stiffness", "rest_angle", "shift", *TURN_LIMITS))
         if name not in given or "stiffness" not in given:
             raise InputError(f"{kind}: give {name} and stiffness")
         ends = rows_in(f"{kind}[{name!r}]", given[name], count, n)
         found: Dict[str, Any] = {name: ends, **{key: numbers_in(f"{kind}[{key!r}]", given.get(key, 0.0), len(ends)) for key in ("stiffness", "rest_angle")}}
+        found.update({key: numbers_in(f"{kind}[{key!r}]", given[key], len(ends)) for key in TURN_LIMITS if given.get(key) is not None})
         if given.get("shift") is not None:
             found["shift"] = whole_in(f"{kind}['shift']", np.reshape(given["shift"], (len(ends), -1)), len(ends), count * self.dim)
         return found
@@ -244,7 +247,8 @@ class Lattice:
         for kind, (name, _) in INTERACTIONS.items():
             given = getattr(self, kind)
             if given:
-                arrays.add_interactions(kind, given[name], np.stack([given["stiffness"], given["rest_angle"]], axis=1), given.get("shift", np.zeros(0, np.int64)))
+                arrays.add_interactions(kind, given[name], np.stack([given["stiffness"], given["rest_angle"]], axis=1), given.get("shift", np.zeros(0, np.int64)),
+                                        {key: given[key] for key in TURN_LIMITS if key in given})
         return arrays
 
     @classmethod
@@ -257,10 +261,10 @@ class Lattice:
         particle, point, stiffness, rest_length, damping = a.anchors
         if particle.size:
             more["anchors"] = dict(particle=particle, point=point.reshape(-1, d), stiffness=stiffness, rest_length=rest_length, damping=damping)
-        for kind, (ends, parameter, shift) in a.interactions.items():
+        for kind, (ends, parameter, shift, limits) in a.interactions.items():
             name, count = INTERACTIONS[kind]
             if ends.size:
-                more[kind] = {name: ends.reshape(-1, count), "stiffness": parameter[::2], "rest_angle": parameter[1::2], "shift": shift if shift.size else None}
+                more[kind] = {name: ends.reshape(-1, count), "stiffness": parameter[::2], "rest_angle": parameter[1::2], "shift": shift if shift.size else None, **limits}
         return cls(a.position.reshape(n, d), a.springs.reshape(s, 2), stiffness=a.stiffness, rest_length=a.rest_length, damping=a.damping,
                    area=a.area if a.area.size else None, mass=a.mass, velocity=a.velocity.reshape(n, d), fixed=a.fixed.astype(bool),
                    groups={name: member.astype(bool) for name, member in a.groups.items()}, law=[a.laws[k] for k in a.law] if a.law.size else a.spring_law or "hooke",
