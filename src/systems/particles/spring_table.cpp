@@ -12,11 +12,8 @@ PetscErrorCode SpringTable::create(const Network& net, const Rows& rows) {
   PetscFunctionBegin;
   net_ = &net;
   rows_ = static_cast<PetscInt>(rows.count);
-  GhostCopies copies;
-  std::vector<std::int64_t> row = net.row;
-  row.resize(static_cast<std::size_t>(net.n + net.ghosts));
-  PetscCall(copies.create(net));
-  PetscCall(copies.exchange(net.row, [&](PetscInt ghost, std::int64_t value) { row[static_cast<std::size_t>(ghost)] = value; }));
+  std::vector<std::int64_t> row;
+  PetscCall(rows_with_ghosts(net, &row));
   // A spring is in the rows of both its ends: the one of the lower row in the input evaluates it, on any number of ranks. Of a spring between a
   // particle and its own image, which has both links there, the first does.
   const auto begin = net.links.spring.begin();

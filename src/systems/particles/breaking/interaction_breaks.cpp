@@ -22,11 +22,7 @@ PetscErrorCode InteractionBreaks::create(Network& net, const Lattice& lattice, c
   one->words_ = {schema.title, group, "broken_" + group + "s", "broken_" + group + "s", "break_" + group + "_", "change", schema.ends};
   one->rows_ = lattice.interactions[kind].rows;
   one->table_->broken.assign(one->table_->row.size(), 0);
-  GhostCopies copies;
-  PetscCall(copies.create(net));
-  one->end_row_.assign(net.row.begin(), net.row.end());
-  one->end_row_.resize(static_cast<std::size_t>(net.n + net.ghosts));
-  PetscCall(copies.exchange(net.row, [&](PetscInt ghost, std::int64_t row) { one->end_row_[static_cast<std::size_t>(ghost)] = row; }));
+  PetscCall(rows_with_ghosts(net, &one->end_row_));
   PetscCall(one->give_limits(lattice, rules, kind));
   if (rules.with_springs) one->find_sides(schema);
   PetscCall(one->cut_given(lattice, rules, kind));
@@ -36,12 +32,9 @@ PetscErrorCode InteractionBreaks::create(Network& net, const Lattice& lattice, c
 
 /// What this rank judges, with the limits of each.
 PetscErrorCode InteractionBreaks::give_limits(const Lattice& lattice, const BreakRules& rules, std::size_t kind) {
-  std::vector<std::uint8_t> spared(static_cast<std::size_t>(net_->n + net_->ghosts), 0);
+  const std::vector<std::uint8_t> spared = rules.spared_particles(*net_);
   std::vector<std::int64_t> row;
   PetscFunctionBegin;
-  for (const NetworkGroup& group : net_->groups)
-    if (std::find(rules.spared.begin(), rules.spared.end(), group.name) != rules.spared.end())
-      for (const PetscInt i : group.member) spared[static_cast<std::size_t>(i)] = 1;
   for (std::size_t k = 0; k < table_->row.size(); ++k) {
     spared_.push_back(std::any_of(ends(k), ends(k) + words_.ends, [&](PetscInt i) { return spared[static_cast<std::size_t>(i)] != 0; }));
     if (ends(k)[0] >= net_->n || spared_.back()) continue;

@@ -6,6 +6,7 @@
 #include "base/options.hpp"
 #include "lattice/random.hpp"
 #include "lattice/spring_laws.hpp"
+#include "network/network.hpp"
 
 namespace bs {
 
@@ -151,6 +152,14 @@ double BreakRules::factor(std::int64_t row, std::int64_t of) const {
   if (scatter == none) return 1;
   const double U = hash_uniform(seed, Stream::breaking, row, of);
   return scatter == weibull ? std::pow(-std::log1p(-U), 1 / width) : 1 + width * (2 * U - 1);
+}
+
+std::vector<std::uint8_t> BreakRules::spared_particles(const Network& net) const {
+  std::vector<std::uint8_t> flags(static_cast<std::size_t>(net.n + net.ghosts), 0);
+  for (const NetworkGroup& group : net.groups)
+    if (std::find(spared.begin(), spared.end(), group.name) != spared.end())
+      for (const PetscInt i : group.member) flags[static_cast<std::size_t>(i)] = 1;
+  return flags;
 }
 
 std::string BreakRules::describe(const Lattice& lattice) const {

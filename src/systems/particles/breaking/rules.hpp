@@ -12,6 +12,7 @@
 namespace bs {
 
 class Section;
+struct Network;
 
 struct BreakRules {
   enum Side { tension, compression, both };
@@ -40,6 +41,8 @@ struct BreakRules {
   /// Factor of the limits of the part of that row, of springs (0) or of the interactions of a kind (1 + kind):
   ///   Weibull (-ln(1 - U))^(1/M);  uniform 1 + W (2U - 1);  U uniform in [0, 1) by the row
   double factor(std::int64_t row, std::int64_t of = 0) const;
+  /// (n + ghosts) 1: of a group that is spared.
+  std::vector<std::uint8_t> spared_particles(const Network& net) const;
   /// For the header; empty where nothing has a limit.
   std::string describe(const Lattice& lattice) const;
 

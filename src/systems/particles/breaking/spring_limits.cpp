@@ -18,11 +18,7 @@ PetscErrorCode SpringBreaks::create(Network& net, const Lattice& lattice, const 
   for (std::size_t e = 0; e < net.links.spring.size(); ++e)
     if (net.links.spring[e] >= 0) links_by_row_.emplace_back(net.links.spring[e], static_cast<PetscInt>(e));
   std::sort(links_by_row_.begin(), links_by_row_.end());
-  GhostCopies copies;
-  PetscCall(copies.create(net));
-  end_row_.assign(net.row.begin(), net.row.end());
-  end_row_.resize(static_cast<std::size_t>(net.n + net.ghosts));
-  PetscCall(copies.exchange(net.row, [&](PetscInt ghost, std::int64_t row) { end_row_[static_cast<std::size_t>(ghost)] = row; }));
+  PetscCall(rows_with_ghosts(net, &end_row_));
   PetscCall(give_limits(lattice));
   if (rules_.notched) PetscCall(cut_notch());
   PetscFunctionReturn(0);
@@ -31,12 +27,9 @@ PetscErrorCode SpringBreaks::create(Network& net, const Lattice& lattice, const 
 /// What this rank judges, with the limits of each spring; springs that were broken before are cut.
 PetscErrorCode SpringBreaks::give_limits(const Lattice& lattice) {
   const Links& links = net_->links;
-  std::vector<std::uint8_t> spared(static_cast<std::size_t>(net_->n + net_->ghosts), 0);
+  const std::vector<std::uint8_t> spared = rules_.spared_particles(*net_);
   Error fault;
   PetscFunctionBegin;
-  for (const NetworkGroup& group : net_->groups)
-    if (std::find(rules_.spared.begin(), rules_.spared.end(), group.name) != rules_.spared.end())
-      for (const PetscInt i : group.member) spared[static_cast<std::size_t>(i)] = 1;
   for (PetscInt i = 0; i < net_->n; ++i)
     for (PetscInt e = links.start[i]; e < links.start[i + 1]; ++e)
       if (links.spring[e] >= 0 && net_->global[i] <= net_->global[links.other[e]] && !spared[i] && !spared[links.other[e]] && exists(*net_, e))
