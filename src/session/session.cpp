@@ -85,21 +85,27 @@ Error Session::finish() {
   return call([&] { return impl_->finish(); });
 }
 
-Error Session::equilibrate(Analyses analyses, const Settings& more, Result* out) {
+/// An analysis with the options that say what the system is and those of `more`; what the last one has left is gone.
+template <class Body>
+Error Session::analyse(const Settings& more, Body&& body) {
   impl_->drop_statics();
-  impl_->static_options = std::make_unique<OptionTable>();
-  const Error error = filled(impl_->comm, of_the_system(impl_->settings), more, impl_->static_options.get());
+  impl_->analysis_options = std::make_unique<OptionTable>();
+  const Error error = filled(impl_->comm, of_the_system(impl_->settings), more, impl_->analysis_options.get());
   if (error) return error;
-  const Inside inside(impl_->comm, *impl_->static_options);
-  return outcome(impl_->comm, impl_->solve_statics(analyses, out));
+  const Inside inside(impl_->comm, *impl_->analysis_options);
+  return outcome(impl_->comm, body());
 }
 
-Error Session::solve_statics(Result* out, const Settings& more) { return equilibrate(Analyses::compliance, more, out); }
+Error Session::solve_statics(Result* out, const Settings& more) {
+  return analyse(more, [&] { return impl_->solve_statics(Analyses::compliance, out); });
+}
 
-Error Session::moduli(Result* out, const Settings& more) { return equilibrate(Analyses::moduli, more, out); }
+Error Session::moduli(Result* out, const Settings& more) {
+  return analyse(more, [&] { return impl_->solve_statics(Analyses::moduli, out); });
+}
 
 Error Session::follow(Result* out) {
-  const Inside inside(impl_->comm, impl_->statics ? *impl_->static_options : impl_->options);
+  const Inside inside(impl_->comm, impl_->statics ? *impl_->analysis_options : impl_->options);
   return outcome(impl_->comm, impl_->follow(out));
 }
 
@@ -112,14 +118,9 @@ Error Session::remove_springs(const std::vector<std::int64_t>& rows) {
 }
 
 Error Session::modes(std::int64_t count, Result* out, const Settings& more) {
-  OptionTable options;
-  Settings all = of_the_system(impl_->settings);
+  Settings all = more;
   all.emplace_back("-bs_modes", std::to_string(count));
-  impl_->drop_statics();
-  const Error error = filled(impl_->comm, all, more, &options);
-  if (error) return error;
-  const Inside inside(impl_->comm, options);
-  return outcome(impl_->comm, impl_->modes(out));
+  return analyse(all, [&] { return impl_->modes(out); });
 }
 
 double Session::time() const { return impl_->run ? impl_->run->time() : impl_->start; }
@@ -172,7 +173,7 @@ Error Session::stepper(TS* ts) {
 
 Error Session::get_frame(FrameData* out) {
   if (!impl_->loading) return call([&] { return impl_->get_frame(out); });
-  const Inside inside(impl_->comm, *impl_->static_options);
+  const Inside inside(impl_->comm, *impl_->analysis_options);
   return outcome(impl_->comm, impl_->statics->frame(out));
 }
 

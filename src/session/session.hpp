@@ -19,7 +19,6 @@
 namespace bs {
 
 class Model;
-enum class Analyses;
 
 /// Options as on the command line: names with their dash, values as text; of a flag the value may be empty.
 using Settings = std::vector<std::pair<std::string, std::string>>;
@@ -158,7 +157,8 @@ class Session {
   static Error create(MPI_Comm comm, std::unique_ptr<Lattice> given, const Settings& settings, Make make, std::unique_ptr<Session>* out);
   template <class Body>
   Error call(Body&& body);
-  Error equilibrate(Analyses analyses, const Settings& more, Result* out);
+  template <class Body>
+  Error analyse(const Settings& more, Body&& body);
   std::unique_ptr<Impl> impl_;
 };
 

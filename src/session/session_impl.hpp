@@ -23,15 +23,15 @@ struct Session::Impl {
   Rows particles;
   int dim = 0;  ///< of the model made last
 
-  std::unique_ptr<Model> model;                 ///< that is stepped
-  std::unique_ptr<OutputLocks> locks;           ///< of the files that are written
-  std::unique_ptr<Run> run;                     ///< null: nothing was stepped
-  double start = 0;                             ///< before that [s]
-  std::int64_t earlier_steps = 0;               ///< of the runs before this one
-  VecHandle given_state;                        ///< what the next run begins with; null: with the model's start
-  std::unique_ptr<OptionTable> static_options;  ///< in force while `statics` computes
-  std::unique_ptr<StaticSolver> statics;        ///< the last analysis, if it was of equilibria; null: it was not
-  bool loading = false;                         ///< `statics` is taking load steps
+  std::unique_ptr<Model> model;                   ///< that is stepped
+  std::unique_ptr<OutputLocks> locks;             ///< of the files that are written
+  std::unique_ptr<Run> run;                       ///< null: nothing was stepped
+  double start = 0;                               ///< before that [s]
+  std::int64_t earlier_steps = 0;                 ///< of the runs before this one
+  VecHandle given_state;                          ///< what the next run begins with; null: with the model's start
+  std::unique_ptr<OptionTable> analysis_options;  ///< of the last analysis, in force while it, or follow(), computes
+  std::unique_ptr<StaticSolver> statics;          ///< the last analysis, if it was of equilibria; null: it was not
+  bool loading = false;                           ///< `statics` is taking load steps
   bool stop_at_frame = false, finished = false, paused = false;
 
   PetscErrorCode open();

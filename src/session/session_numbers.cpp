@@ -16,7 +16,7 @@ std::vector<double> Session::numbers(const std::string& name) const {
 
 void Session::Impl::drop_statics() {
   if (!statics) return;
-  const Inside inside(comm, *static_options);
+  const Inside inside(comm, *analysis_options);
   statics.reset();
 }
 
