@@ -8,6 +8,7 @@
 #include "input/remote.hpp"
 #include "lattice/columns.hpp"
 #include "lattice/lattice_arrays.hpp"
+#include "lattice/numbers.hpp"
 #include "network/migrate.hpp"
 
 namespace bs {
@@ -36,11 +37,7 @@ std::int64_t number(const Lattice& lattice, const Place& place, std::int64_t k) 
   return lattice.id.empty() || place.datasets || place.source == IN_MEMORY ? lattice.particles.first + k : lattice.id[at(k)];
 }
 
-/// Squares of what is read are summed: they must not overflow.
-constexpr double LARGEST = 1e150;
 const char* const TOO_LARGE = "its square cannot be computed; write at most 1e150, in other units if need be";
-
-bool usable(double value) { return std::abs(value) <= LARGEST; }
 
 const char* remedy_for(double value, const char* remedy) { return std::isfinite(value) && !usable(value) ? TOO_LARGE : remedy; }
 

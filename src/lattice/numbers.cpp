@@ -1,16 +1,13 @@
 #include "lattice/numbers.hpp"
-#include <cmath>
 #include "base/text.hpp"
 #include "lattice/spring_laws.hpp"
 
 namespace bs {
 namespace {
 
-constexpr double LARGEST = 1e150;  // squares are summed
-
 /// What is wrong with `now` in the place of `before`; null: nothing.
 const char* fault_of(const std::string& name, double before, double now) {
-  if (!(std::abs(now) <= LARGEST)) return "give finite numbers up to 1e150";
+  if (!usable(now)) return "give finite numbers up to 1e150";
   if (name == "mass") return now > 0 ? nullptr : "give masses > 0 [kg]";
   if (name == "stiffness") return now >= 0 ? nullptr : "give stiffnesses >= 0";
   if (name == "damping") {

@@ -1,10 +1,14 @@
 // Numbers of a lattice that may be given anew while systems made of it live.
 #pragma once
+#include <cmath>
 #include <string>
 #include <vector>
 #include "lattice/lattice.hpp"
 
 namespace bs {
+
+/// Squares of what is given are summed: they must not overflow. False for what is no number.
+inline bool usable(double value) { return std::abs(value) <= 1e150; }
 
 /// The numbers of that name: stiffness, rest_length, damping, or what the springs' laws take beyond these, of every spring; mass, of every particle.
 /// Null: there are none, or they cannot be changed.
