@@ -44,6 +44,12 @@ def world(comm: Comm) -> MPI.Comm:
     return MPI.COMM_WORLD if comm is None else comm
 
 
+def agreed(comm: Comm, some: bool) -> bool:
+    """Collective. Whether it is so on some rank."""
+    ranks = world(comm)
+    return bool(some) if ranks.size == 1 else bool(ranks.allreduce(int(some)))
+
+
 def started(comm: Comm) -> Tuple[Any, int]:
     """The extension, and the handle of a communicator of mpi4py; None: the world."""
     handle = world(comm).py2f()  # before PETSc: mpi4py starts MPI, and ends it when all else has ended

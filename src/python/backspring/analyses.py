@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any, Callable, Dict, Iterator, Optional, Tuple
 import numpy as np
 
 from . import errors, looks
-from ._library import end_session, new_session, world
+from ._library import agreed, end_session, new_session
 from .breaks import Events, broken_of, events_of
 from .errors import InputError
 from .kinds import Comm, Floats, GivenForces, Loads, Mask, Observables, Option, Settings, Shared
@@ -193,7 +193,7 @@ class _Watched:
         for name, one in (("observe", observe), ("stop", stop)):
             if one is not None and not callable(one):
                 raise InputError(f"{name}: {one!r} is no function of the load factor and an equilibrium")
-        self._of, self._comm, self._observe, self._stop, self._shown = (net, settings, forces), world(comm), observe, stop, progress
+        self._of, self._comm, self._observe, self._stop, self._shown = (net, settings, forces), comm, observe, stop, progress
         self.bar = Progress(progress, comm, 0.0, 1.0, "load")
         self._steps = self._newton = self._krylov = self._rejected = 0
 
@@ -219,7 +219,7 @@ class _Watched:
             said = self._stop is not None and bool(self._stop(s, state))
         except BaseException as one:
             raised = one
-        ended = bool(raised or said) if self._comm.size == 1 else bool(self._comm.allreduce(int(bool(raised or said))))
+        ended = agreed(self._comm, raised is not None or said)
         if raised:
             raise raised
         return ended

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from . import errors
-from ._library import end_session, new_session, require_same, world
+from ._library import agreed, end_session, new_session, require_same, world
 from .analyses import Equilibrium
 from .breaks import Events
 from .changes import change
@@ -213,7 +213,7 @@ class Simulation:
 
     def agreed(self, some: bool) -> bool:
         """Whether it is so on some rank."""
-        return bool(some) if self._comm.size == 1 else bool(self._comm.allreduce(int(some)))
+        return agreed(self._comm, some)
 
     @property
     def x(self) -> Floats:
