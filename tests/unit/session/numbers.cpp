@@ -138,13 +138,17 @@ TEST_CASE("a motion goes on with other numbers as one that begins with them") {
     for (double& one : lattice.damping) one *= 0.5;
     lattice.position = array_of(*session, Session::Array::position);
     lattice.velocity = array_of(*session, Session::Array::velocity);
+    const Numbers before = array_of(*session, Session::Array::force);
     good(session->set_numbers("stiffness", lattice.stiffness));
     good(session->set_numbers("mass", lattice.mass));
     good(session->set_numbers("damping", lattice.damping));
     REQUIRE(array_of(*session, Session::Array::position) == lattice.position);
+    const auto anew = session_of_net(lattice, settings);
+    const Numbers forces = array_of(*session, Session::Array::force);  // of the same state as before, which are kept where nothing has changed
+    REQUIRE(forces != before);
+    require_near(forces, array_of(*anew, Session::Array::force), 1e-12);
     good(session->step(5));
     REQUIRE(session->steps() == 10);
-    const auto anew = session_of_net(lattice, settings);
     good(anew->step(5));
     INFO(type);
     require_near(array_of(*session, Session::Array::position), array_of(*anew, Session::Array::position), 1e-11);
