@@ -1,6 +1,7 @@
 #include "linalg/block_icc.hpp"
 #include <petsc/private/pcimpl.h>  // of types of PC
 #include "base/error.hpp"
+#include "base/log_event.hpp"
 #include "base/memory.hpp"
 #include "base/petsc_versions.hpp"
 #include "base/vec_array.hpp"
@@ -64,7 +65,7 @@ PetscErrorCode set_up(PC pc) {
   self->matrix = PairMatrix::from(pc->pmat);
   PetscCheck(self->matrix, PetscObjectComm(reinterpret_cast<PetscObject>(pc)), PETSC_ERR_SUP,
              "-pc_type bicc factors matrices of springs only (-condensed_mat_type springs)");
-  PetscCall(PetscLogEventBegin(linear_events().factor, pc, nullptr, nullptr, nullptr));
+  const LoggedTime logged(LogEvent::factor, pc);
   std::vector<double> diagonal;
   self->matrix->diagonal_blocks(&diagonal);
   constexpr double RATIO = 1e5;  // of stiffnesses, above which single precision would lose the soft pairs
@@ -88,7 +89,6 @@ PetscErrorCode set_up(PC pc) {
     PetscCall(PetscLogFlops(self->factor->flops()));
   }
   PetscCall(set_up_coarse(pc));
-  PetscCall(PetscLogEventEnd(linear_events().factor, pc, nullptr, nullptr, nullptr));
   pc->failedreason = done ? PC_NOERROR : PC_FACTOR_NUMERIC_ZEROPIVOT;
   PetscFunctionReturn(0);
 }
@@ -98,7 +98,7 @@ PetscErrorCode solve_triangles(PC pc, Vec r, Vec z) {
   BlockIcc* self = static_cast<BlockIcc*>(pc->data);
   PetscScalar* az = nullptr;
   PetscFunctionBegin;
-  PetscCall(PetscLogEventBegin(linear_events().triangles, pc, r, z, nullptr));
+  const LoggedTime logged(LogEvent::triangles, pc);
   Overlap& overlap = self->factor->overlap();
   if (overlap.active()) {
     PetscCall(overlap.apply(*self->matrix, r, z, [self](const double* in, double* out) { self->factor->solve(in, out); }));
@@ -109,7 +109,6 @@ PetscErrorCode solve_triangles(PC pc, Vec r, Vec z) {
     PetscCall(VecRestoreArrayWrite(z, &az));
   }
   PetscCall(PetscLogFlops(4.0 * self->matrix->dim() * self->matrix->dim() * self->factor->blocks()));
-  PetscCall(PetscLogEventEnd(linear_events().triangles, pc, r, z, nullptr));
   PetscFunctionReturn(0);
 }
 

@@ -3,6 +3,7 @@
 #include <cmath>
 #include "base/collective.hpp"
 #include "base/disjoint_sets.hpp"
+#include "base/log_event.hpp"
 #include "base/memory.hpp"
 #include "linalg/galerkin.hpp"
 
@@ -65,11 +66,10 @@ double add_product(const PairMatrix& S, bool rigid, const HatGrid& grid, const R
 
 PetscErrorCode CoarseSpace::create(PairMatrix& S, bool rigid, PetscInt unknowns) {
   PetscFunctionBegin;
-  PetscCall(PetscLogEventBegin(linear_events().coarse_set_up, nullptr, nullptr, nullptr, nullptr));
+  const LoggedTime logged(LogEvent::coarse_set_up);
   rigid_ = rigid;
   graph_ = &S.graph();
   PetscCall(make(S, unknowns));
-  PetscCall(PetscLogEventEnd(linear_events().coarse_set_up, nullptr, nullptr, nullptr, nullptr));
   PetscFunctionReturn(0);
 }
 
@@ -136,7 +136,7 @@ PetscErrorCode CoarseSpace::add(Vec r, Vec z) {
   PetscScalar* az = nullptr;
   PetscFunctionBegin;
   if (!active_) PetscFunctionReturn(0);
-  PetscCall(PetscLogEventBegin(linear_events().coarse, r, z, nullptr, nullptr));
+  const LoggedTime logged(LogEvent::coarse, r);
   PetscCall(VecGetArrayRead(r, &ar));
   const double* free = ar;
   if (graph_->holds) {
@@ -159,7 +159,6 @@ PetscErrorCode CoarseSpace::add(Vec r, Vec z) {
   graph_->for_held([&](std::size_t k) { az[k] = kept_[at++]; });
   PetscCall(VecRestoreArray(z, &az));
   PetscCall(PetscLogFlops(2 * shares_));  // the solve has counted its own
-  PetscCall(PetscLogEventEnd(linear_events().coarse, r, z, nullptr, nullptr));
   PetscFunctionReturn(0);
 }
 

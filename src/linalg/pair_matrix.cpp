@@ -2,6 +2,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include "base/log_event.hpp"
 #include "base/memory.hpp"
 #include "base/petsc_versions.hpp"
 #include "base/vec_array.hpp"
@@ -9,21 +10,6 @@
 #include "linalg/pair_product.hpp"
 
 namespace bs {
-
-const LinearEvents& linear_events() {
-  static const LinearEvents events = [] {
-    LinearEvents e;
-    PetscClassId id = 0;
-    (void)PetscClassIdRegister("BSLinearAlgebra", &id);
-    (void)PetscLogEventRegister("BSProduct", id, &e.product);
-    (void)PetscLogEventRegister("BSFactor", id, &e.factor);
-    (void)PetscLogEventRegister("BSTriangles", id, &e.triangles);
-    (void)PetscLogEventRegister("BSCoarseSetUp", id, &e.coarse_set_up);
-    (void)PetscLogEventRegister("BSCoarse", id, &e.coarse);
-    return e;
-  }();
-  return events;
-}
 
 PetscErrorCode PairMatrix::create(const Graph& graph, PairPattern pattern) {
   PetscFunctionBegin;
@@ -167,7 +153,7 @@ PetscErrorCode PairMatrix::multiply(Vec p, Vec y) {
   Vec given = p;
   PetscScalar* a = nullptr;
   PetscFunctionBegin;
-  PetscCall(PetscLogEventBegin(linear_events().product, p, y, nullptr, nullptr));
+  const LoggedTime logged(LogEvent::product, p);
   if (holds) {
     if (!free_) PetscCall(VecDuplicate(p, free_.out()));
     PetscCall(VecCopy(p, free_));
@@ -181,7 +167,6 @@ PetscErrorCode PairMatrix::multiply(Vec p, Vec y) {
   else PetscCall(product<3>(*this, scatter_, ghost_values_, &sums_, p, y));
   if (holds) PetscCall(hold_product(given, y));
   PetscCall(PetscLogFlops(8.0 * dim_ * static_cast<double>(pattern_.pairs())));
-  PetscCall(PetscLogEventEnd(linear_events().product, p, y, nullptr, nullptr));
   PetscFunctionReturn(0);
 }
 

@@ -99,11 +99,4 @@ class PairMatrix {
   ScatterHandle scatter_;
 };
 
-struct LinearEvents {
-  PetscLogEvent product = 0, factor = 0, triangles = 0, coarse_set_up = 0, coarse = 0;
-};
-
-/// Log events as -log_view shows them; registered at first use, after PetscInitialize.
-const LinearEvents& linear_events();
-
 }  // namespace bs

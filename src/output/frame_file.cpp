@@ -6,6 +6,7 @@
 #include <iterator>
 #include "base/collective.hpp"
 #include "base/error.hpp"
+#include "base/log_event.hpp"
 #include "output/h5.hpp"
 
 namespace bs {
@@ -13,18 +14,6 @@ namespace bs {
 namespace {
 
 constexpr std::int64_t most_gathered = 1 << 17;  // numbers of a state that rank 0 writes for all
-
-/// The log event of everything that writes.
-PetscLogEvent write_event() {
-  static const PetscLogEvent event = [] {
-    PetscClassId id = 0;
-    PetscLogEvent made = 0;
-    (void)PetscClassIdRegister("BSOutput", &id);
-    (void)PetscLogEventRegister("BSWrite", id, &made);
-    return made;
-  }();
-  return event;
-}
 
 }  // namespace
 
@@ -206,7 +195,7 @@ PetscErrorCode Trajectory::Impl::write_out(std::string* full) {
   full->clear();
   PetscCallMPI(MPI_Bcast(&rows, 1, MPI_INT64_T, 0, comm));
   if (waiting == 0 && rows == 0) PetscFunctionReturn(0);
-  PetscCall(PetscLogEventBegin(write_event(), nullptr, nullptr, nullptr, nullptr));
+  const LoggedTime logged(LogEvent::write);
   if (gathers && waiting > 0)
     for (FieldColumn& field : fields) PetscCall(field.gather(comm, waiting));
   while (done < waiting || rows > 0) {
@@ -228,7 +217,6 @@ PetscErrorCode Trajectory::Impl::write_out(std::string* full) {
   if (frames > 0) PetscCall(publish());
   if (done > 0) PetscCall(drop_kept());
   if (done > 0) PetscCall(write_xdmf(false));
-  PetscCall(PetscLogEventEnd(write_event(), nullptr, nullptr, nullptr, nullptr));
   PetscFunctionReturn(0);
 }
 

@@ -1,11 +1,11 @@
 #include "systems/particles/linearised_forces.hpp"
 #include <algorithm>
+#include "base/log_event.hpp"
 #include "base/memory.hpp"
 #include "linalg/factor_flops.hpp"
 #include "linalg/rigid_modes.hpp"
 #include "systems/particles/condensed/graph.hpp"
 #include "systems/particles/constraints/constraints.hpp"
-#include "systems/particles/events.hpp"
 
 namespace bs {
 
@@ -44,14 +44,13 @@ PetscErrorCode LinearisedForces::linearise(double t, Vec y) {
 
 PetscErrorCode LinearisedForces::change_of_force(Vec z, double* f) {
   PetscFunctionBegin;
-  PetscCall(PetscLogEventBegin(particle_events().tangent, z, nullptr, nullptr, nullptr));
+  const LoggedTime logged(LogEvent::tangent_product, z);
   if (!direction_.created()) PetscCall(direction_.create(*net_, vector_));
   PetscCall(direction_.gather_direction(z));
   terms_->multiply_tangent(t_, state_, direction_, f);
   net_->constraints->clear(0, net_->n, 1, f);
   // of a spring at one end: distance and length 3d, rates 10, t dz + w (w.dz) 7d
   PetscCall(PetscLogFlops((10.0 * net_->dim + 10) * static_cast<double>(net_->links.other.size())));
-  PetscCall(PetscLogEventEnd(particle_events().tangent, z, nullptr, nullptr, nullptr));
   PetscFunctionReturn(0);
 }
 
@@ -128,7 +127,7 @@ PetscErrorCode LinearisedForces::set_rigid_modes(Mat S) {
 
 PetscErrorCode LinearisedForces::assemble(const Coefficients& abc, bool positive, Mat S) {
   PetscFunctionBegin;
-  PetscCall(PetscLogEventBegin(particle_events().condense, S, nullptr, nullptr, nullptr));
+  const LoggedTime logged(LogEvent::condense, S);
   if (PairMatrix* springs = PairMatrix::from(S)) {
     springs->set_inertia(abc.mass);
     terms_->condense_springs(t_, state_, abc, positive, springs);
@@ -144,7 +143,6 @@ PetscErrorCode LinearisedForces::assemble(const Coefficients& abc, bool positive
   // of a spring at one end: distance and length 3d, t and w 10 + d; by rows t I + w w^T and its place in two blocks, too
   const double d = net_->dim, blocks = PairMatrix::from(S) ? 0 : 4 * d * d;
   PetscCall(PetscLogFlops((blocks + 4 * d + 10) * static_cast<double>(net_->links.other.size())));
-  PetscCall(PetscLogEventEnd(particle_events().condense, S, nullptr, nullptr, nullptr));
   PetscFunctionReturn(0);
 }
 

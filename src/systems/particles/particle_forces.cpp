@@ -1,6 +1,6 @@
 // Forces and energies of a state, and what of them still holds when the same state comes again.
+#include "base/log_event.hpp"
 #include "base/petsc_versions.hpp"
-#include "systems/particles/events.hpp"
 #include "systems/particles/particle_model.hpp"
 
 namespace bs {
@@ -9,7 +9,7 @@ namespace bs {
 // it starts at. Then only the particles that are linked to ghosts are evaluated again, whose states may have changed on another rank.
 PetscErrorCode ParticleModel::force(double t, Vec y, const double** f) {
   PetscFunctionBegin;
-  PetscCall(PetscLogEventBegin(particle_events().force, y, nullptr, nullptr, nullptr));
+  const LoggedTime logged(LogEvent::forces, y);
   PetscCall(state_.gather_begin(t, y));
   const bool known = knows_interior(t);
   fault_ = {};
@@ -26,7 +26,6 @@ PetscErrorCode ParticleModel::force(double t, Vec y, const double** f) {
   *f = force_.data();
   // of a spring at one end: distance and length 3d, the law 6, its share 2d
   PetscCall(PetscLogFlops((5.0 * net_.dim + 6) * static_cast<double>(net_.links.other.size())));
-  PetscCall(PetscLogEventEnd(particle_events().force, y, nullptr, nullptr, nullptr));
   PetscFunctionReturn(0);
 }
 

@@ -1,10 +1,10 @@
 #include "systems/particles/particle_model.hpp"
 #include "base/error.hpp"
+#include "base/log_event.hpp"
 #include "base/memory.hpp"
 #include "base/option_names.hpp"
 #include "base/options.hpp"
 #include "physics/pair/springs/registry.hpp"
-#include "systems/particles/events.hpp"
 
 namespace bs {
 
@@ -197,7 +197,7 @@ PetscErrorCode ParticleModel::create_first_order(Mat* J) {
 PetscErrorCode ParticleModel::assemble_first_order(double sigma, bool momentum, Mat J) {
   const LocalState& state = linearised_.state();
   PetscFunctionBegin;
-  PetscCall(PetscLogEventBegin(particle_events().jacobian, J, nullptr, nullptr, nullptr));
+  const LoggedTime logged(LogEvent::jacobian, J);
   PetscCall(terms_->gather(state));
   RowWriter writer(net_, pattern_);
   PetscCall(writer.begin(J));
@@ -205,7 +205,6 @@ PetscErrorCode ParticleModel::assemble_first_order(double sigma, bool momentum, 
   PetscCall(writer.end());
   // of a spring at one end: distance and length 3d, rates 10, t I + w w^T and its place in two blocks 4d^2
   PetscCall(PetscLogFlops((4.0 * net_.dim * net_.dim + 3.0 * net_.dim + 10) * static_cast<double>(net_.links.other.size())));
-  PetscCall(PetscLogEventEnd(particle_events().jacobian, J, nullptr, nullptr, nullptr));
   PetscFunctionReturn(0);
 }
 

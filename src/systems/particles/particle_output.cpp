@@ -2,31 +2,16 @@
 #include <algorithm>
 #include "base/arrays.hpp"
 #include "base/error.hpp"
+#include "base/log_event.hpp"
 #include "base/options.hpp"
 #include "base/text.hpp"
 #include "network/columns.hpp"
 #include "physics/pair/springs/registry.hpp"
-#include "systems/particles/events.hpp"
 #include "systems/particles/interactions/interaction_output.hpp"
 #include "systems/particles/lattice_tables.hpp"
 #include "systems/particles/particle_model.hpp"
 
 namespace bs {
-
-const ParticleEvents& particle_events() {
-  static const ParticleEvents events = [] {
-    ParticleEvents e;
-    PetscClassId id = 0;
-    (void)PetscClassIdRegister("BSParticles", &id);
-    (void)PetscLogEventRegister("BSForces", id, &e.force);
-    (void)PetscLogEventRegister("BSJacobian", id, &e.jacobian);
-    (void)PetscLogEventRegister("BSEnergies", id, &e.energy);
-    (void)PetscLogEventRegister("BSCondense", id, &e.condense);
-    (void)PetscLogEventRegister("BSTangentMult", id, &e.tangent);
-    return e;
-  }();
-  return events;
-}
 
 /// Name and formula of every law that some spring obeys, and of the anchors' where that is another one.
 std::string ParticleModel::spring_laws_in_words() const {
@@ -64,7 +49,7 @@ std::vector<std::string> ParticleModel::describe() const {
 PetscErrorCode ParticleModel::observe(double t, Vec y, std::vector<Observable>* out) {
   const PetscInt d = net_.dim;
   PetscFunctionBegin;
-  PetscCall(PetscLogEventBegin(particle_events().energy, y, nullptr, nullptr, nullptr));
+  const LoggedTime logged(LogEvent::energies, y);
   PetscCall(state_.gather(t, y));
   const Energies e = energies_at(t, y);
   double sums[9] = {e.kinetic, e.elastic, e.field};
@@ -92,7 +77,6 @@ PetscErrorCode ParticleModel::observe(double t, Vec y, std::vector<Observable>* 
   if (forces_.active()) PetscCall(forces_.observe(t, state_, out));
   if (constraints_.box().active()) PetscCall(observe_box(t, out));
   PetscCall(stress_.observe(*terms_, t, state_, out));
-  PetscCall(PetscLogEventEnd(particle_events().energy, y, nullptr, nullptr, nullptr));
   PetscFunctionReturn(0);
 }
 

@@ -1,23 +1,8 @@
 #include "systems/particles/particle_potential.hpp"
+#include "base/log_event.hpp"
 #include "base/vec_array.hpp"
 
 namespace bs {
-namespace {
-
-/// BSPotential in -log_view; registered at first use.
-PetscLogEvent potential_event() {
-  static const PetscLogEvent event = [] {
-    PetscLogEvent e = 0;
-    PetscClassId id = 0;
-    (void)PetscClassIdRegister("BSPotential", &id);
-    (void)PetscLogEventRegister("BSPotential", id, &e);
-    return e;
-  }();
-  return event;
-}
-
-}  // namespace
-
 PetscErrorCode ParticlePotential::create(const Network& net, const Terms& terms, Vec layout, bool coupled) {
   PetscFunctionBegin;
   net_ = &net;
@@ -62,13 +47,12 @@ PetscErrorCode ParticlePotential::follow(Vec y, Vec z) {
 
 PetscErrorCode ParticlePotential::beyond_slope(double t, double sigma, double lambda, PotentialChange* change) {
   PetscFunctionBegin;
-  PetscCall(PetscLogEventBegin(potential_event(), nullptr, nullptr, nullptr, nullptr));
+  const LoggedTime logged(LogEvent::potential);
   state_.drive_to(t);
   *change = terms_->beyond_slope(t, state_, line_, lambda, sigma);
   double sums[2] = {change->value, change->noise};
   PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, sums, 2, MPI_DOUBLE, MPI_SUM, net_->comm));
   *change = {sums[0], sums[1]};
-  PetscCall(PetscLogEventEnd(potential_event(), nullptr, nullptr, nullptr, nullptr));
   PetscFunctionReturn(0);
 }
 

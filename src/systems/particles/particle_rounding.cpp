@@ -3,7 +3,7 @@
 #include <cmath>
 #include <limits>
 #include "base/error.hpp"
-#include "systems/particles/events.hpp"
+#include "base/log_event.hpp"
 #include "systems/particles/particle_model.hpp"
 
 namespace bs {
@@ -83,7 +83,7 @@ PetscErrorCode ParticleModel::energy_supply(double t, Vec y, EnergySupply* out, 
   const PetscInt d = net_.dim;
   PetscFunctionBegin;
   *has = true;
-  PetscCall(PetscLogEventBegin(particle_events().energy, y, nullptr, nullptr, nullptr));
+  const LoggedTime logged(LogEvent::energies, y);
   PetscCall(state_.gather(t, y));
   if (coupling_.active()) PetscCall(terms_->gather(state_));
   const Energies e = energies_at(t, y);
@@ -101,7 +101,6 @@ PetscErrorCode ParticleModel::energy_supply(double t, Vec y, EnergySupply* out, 
   out->speed = std::hypot(ds[0], ds[1], ds[2]);
   out->work = reactions_.path();
   out->rounding = sums[8] + std::max(0.0, -sums[9]);
-  PetscCall(PetscLogEventEnd(particle_events().energy, y, nullptr, nullptr, nullptr));
   PetscFunctionReturn(0);
 }
 

@@ -1,5 +1,6 @@
 #include "time/implicit/substep_guess.hpp"
 #include <algorithm>
+#include "base/log_event.hpp"
 #include "base/vec_array.hpp"
 #include "linalg/condensed/condensed.hpp"
 #include "systems/layout.hpp"
@@ -11,17 +12,6 @@ namespace {
 
 constexpr double FINER = 4;    // sub-steps in theta h: 8 and 16 leave more Newton iterations, 2 more linear ones
 constexpr double LOOSE = 0.1;  // of the linear solves: 0.01 takes as many Newton iterations and more linear ones
-
-PetscLogEvent guess_event() {
-  static const PetscLogEvent event = [] {
-    PetscLogEvent e = 0;
-    PetscClassId id = 0;
-    (void)PetscClassIdRegister("backspring guess", &id);
-    (void)PetscLogEventRegister("BSGuess", id, &e);
-    return e;
-  }();
-  return event;
-}
 
 }  // namespace
 
@@ -160,10 +150,9 @@ PetscErrorCode SubstepGuess::descend(SNES snes, Vec y, Vec X) {
 
 PetscErrorCode SubstepGuess::make(SNES snes, Vec y, Vec X) {
   PetscFunctionBegin;
-  PetscCall(PetscLogEventBegin(guess_event(), snes, X, nullptr, nullptr));
+  const LoggedTime logged(LogEvent::guess, snes);
   PetscCall(begin(y, X));
   PetscCall(descend(snes, y, X));
-  PetscCall(PetscLogEventEnd(guess_event(), snes, X, nullptr, nullptr));
   PetscFunctionReturn(0);
 }
 
