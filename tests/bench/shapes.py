@@ -70,7 +70,7 @@ def shapes(folder):
         cases[f"beam 4 x 4 x 1000, h omega {swing}"] = cubic((4, 4, 1000), swing, load)
         cases[f"plate 60 x 60 x 3, h omega {swing}"] = cubic((60, 60, 3), swing, load, "xmin")
     cases["cloth 300 x 300"] = cloth(300)
-    for share in (0.01, 0.1, 0.5):
+    for share in (0.01, 0.1, 0.15, 0.2, 0.3, 0.4, 0.5):
         cases[f"cube 16, {100 * share:g} % of the springs 10^4 stiffer"] = cubic((16, 16, 16), 25, bs_lattice_stiff_fraction=share,
                                                                               bs_lattice_stiff_factor=1e4)
     for share in (0.3, 0.5, 0.6):

@@ -50,6 +50,34 @@ def predicted_fill(checks):
     checks.true("chain: two to four blocks a column", 1200 * 3 * 6**2 * 0.9 < chain < 1200 * 3 * 12**2, f"{chain:.3g}")
 
 
+STIFF = dict(bs_lattice_type="cubic", bs_lattice_size="13,13,13", bs_lattice_spacing=1 / 24, bs_lattice_neighbors=18, bs_lattice_particle_mass=0.0723, bs_lattice_stiffness=250,
+             bs_lattice_fixed="zmin", bs_spring_law="strain", bs_gravity="1e-3,1e-3,-1e-3", bs_lattice_stiff_fraction=0.25, bs_lattice_stiff_factor=1e6, ts_dt=0.0277,
+             ts_max_time=4 * 0.0277, snes_rtol=1e-9, ksp_rtol=1e-9, bs_advise=0)
+
+
+def by_measured_work(checks):
+    """A quarter of the springs is 1e6 times stiffer: iterations take more work than factors, which take their place. Springs that are all alike
+    never do so, and a solver that is named stays."""
+    expected = run(checks.program, dict(STIFF, condensed_pc_type="cholesky", condensed_pc_factor_mat_solver_type="mumps"), interval=0.0277)
+    move = np.abs(expected.trajectory.position[-1] - expected.trajectory.position[0]).max()
+    for ranks in (1, 3):
+        result = run(checks.program, STIFF, interval=0.0277, ranks=ranks)
+        checks.true(f"stiff springs, {ranks} ranks: factors once", result.report["factored"] == 1, str(result.report["factored"]))
+        checks.true(f"stiff springs, {ranks} ranks: said", "Cholesky factors took the place of iterations" in result.stdout, result.stdout[-400:])
+        checks.true(f"stiff springs, {ranks} ranks: one solve by iterations, the others by factors",
+                    200 < result.report["krylov"] <= 2000 + result.report["newton"], f"{result.report['krylov']} of {result.report['newton']} solves")
+        checks.below(f"stiff springs, {ranks} ranks: as by factors from the start", np.abs(result.trajectory.position[-1] - expected.trajectory.position[-1]).max(), 1e-6 * move)
+    named = run(checks.program, dict(STIFF, condensed_pc_type="bicc", ts_max_time=0.0277))
+    checks.true("-condensed_pc_type bicc: iterations stay", named.report["factored"] == 0 and named.report["krylov"] > 10 * named.report["newton"], str(named.report["krylov"]))
+    alike = run(checks.program, dict(STIFF, bs_lattice_stiff_fraction=0))
+    checks.true("springs that are all alike: iterations stay", alike.report["factored"] == 0, str(alike.report["krylov"]))
+    still = {pc: run(checks.program, dict(STIFF, bs_task="statics", ts_dt=None, ts_max_time=None, snes_rtol=1e-11, ksp_rtol=1e-11, **named), interval=1)
+             for pc, named in (("", {}), ("cholesky", {"condensed_pc_type": "cholesky", "condensed_pc_factor_mat_solver_type": "mumps"}))}
+    at = {name: result.trajectory.position[-1] for name, result in still.items()}
+    checks.true("statics: factors", still[""].report["factored"] >= 1, str(still[""].report["factored"]))
+    checks.below("statics: as by factors from the start", np.abs(at[""] - at["cholesky"]).max(), 1e-6 * np.abs(at["cholesky"] - expected.trajectory.position[0]).max())
+
+
 def half_named(checks):
     """A preconditioner that does not factor is used by conjugate gradients at any size."""
     base = dict(CUBE, ts_max_time=0.2)
@@ -119,7 +147,7 @@ def threads(checks):
 
 def main():
     checks = Checks(__doc__)
-    for group in (by_fill, predicted_fill, half_named, out_of_iterations, evaluations, splits, threads):
+    for group in (by_fill, predicted_fill, by_measured_work, half_named, out_of_iterations, evaluations, splits, threads):
         if checks.wants(group.__name__):
             group(checks)
     checks.finish()

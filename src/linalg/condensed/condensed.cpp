@@ -154,7 +154,7 @@ PetscErrorCode condensed_counts(PC pc, bool* is, CondensedCounts* counts) {
   PetscFunctionBegin;
   PetscCall(is_condensed(pc, is));
   if (*is) *counts = data_of(pc).counts;
-  if (*is) PetscCall(data_of(pc).inner.add_shifts(counts));
+  if (*is) PetscCall(data_of(pc).inner.add_counts(counts));
   PetscFunctionReturn(0);
 }
 

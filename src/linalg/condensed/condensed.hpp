@@ -32,6 +32,7 @@ struct CondensedCounts {
   PetscInt unfinished = 0;              ///< directions taken when the iterations ran out
   PetscInt exhausted = 0;               ///< solves that failed because the iterations ran out
   PetscInt broken = 0;                  ///< solves that broke down for another reason than an indefinite S
+  PetscInt factored = 0;                ///< times factors took the place of iterations, which took more work
   PetscInt shifts = 0;                  ///< incomplete factorisations repeated with a larger diagonal
 };
 

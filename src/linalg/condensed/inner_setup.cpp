@@ -30,42 +30,23 @@ PetscErrorCode InnerSolver::create(Tangent& tangent, const CondensedDemand& dema
   if (given) own_storage_ = static_cast<int>(chosen);
   PetscCall(PetscOptionsHasName(nullptr, prefix_.c_str(), "-ksp_rtol", &given));
   own_rtol_ = given;
-  PetscCall(choose_storage());
+  PetscCall(choose_solver());
+  PetscCall(create_solver());
   refresh_ = own_refresh || storage_ == CondensedStorage::springs ? refresh : DEAR;
   PetscFunctionReturn(0);
 }
 
-/// Type names first, since the storage of S depends on them; then S, then every other option.
-PetscErrorCode InnerSolver::choose_storage() {
-  char type[64] = "";
-  PC pc;
+/// The storage of S, which depends on the type of the solver; then S, the solver, and every other option.
+PetscErrorCode InnerSolver::create_solver() {
+  PetscBool preonly = PETSC_FALSE;
   PetscFunctionBegin;
-  PetscCall(KSPCreate(tangent_->comm(), ksp_.out()));
-  PetscCall(KSPSetOptionsPrefix(ksp_, prefix_.c_str()));
-  PetscCall(KSPGetPC(ksp_, &pc));
-  PetscCall(PetscOptionsGetString(nullptr, prefix_.c_str(), "-pc_type", type, sizeof type, nullptr));
-  const std::string own = type;
-  PetscBool method = PETSC_FALSE;
-  char krylov[64] = KSPPREONLY;
-  PetscCall(PetscOptionsGetString(nullptr, prefix_.c_str(), "-ksp_type", krylov, sizeof krylov, &method));
-  direct_ = own == PCLU || own == PCCHOLESKY;
-  const bool open = own.empty() && std::string(krylov) == KSPPREONLY;
-  DirectChoice choice;
-  if (direct_ || open) PetscCall(choose_direct(*tangent_, &choice));
-  flops_ = choice.flops;
-  if (open) {
-    direct_ = choice.direct || method;
-    if (!method) why_ = choice.words();
-  }
-  const bool springs = own.empty() ? !direct_ : own == "bicc" || own == PCJACOBI || own == PCNONE;
-  storage_ = springs ? CondensedStorage::springs : own == PCICC ? CondensedStorage::sbaij : CondensedStorage::aij;
-  if (own_storage_ >= 0) storage_ = static_cast<CondensedStorage>(own_storage_);
   PetscCall(tangent_->create(storage_, S_.out()));
   PetscCall(MatSetOptionsPrefix(S_, prefix_.c_str()));
+  PetscCall(KSPCreate(tangent_->comm(), ksp_.out()));
+  PetscCall(KSPSetOptionsPrefix(ksp_, prefix_.c_str()));
   PetscCall(KSPSetOperators(ksp_, S_, S_));
   PetscCall(set_defaults());
   PetscCall(KSPSetFromOptions(ksp_));
-  PetscBool preonly = PETSC_FALSE;
   PetscCall(PetscObjectTypeCompare(reinterpret_cast<PetscObject>(ksp_.get()), KSPPREONLY, &preonly));
   direct_ = preonly;
   PetscCall(ask_for_inertia());
@@ -152,36 +133,6 @@ PetscErrorCode InnerSolver::create_vector(Vec* out) const {
   PetscFunctionReturn(0);
 }
 
-namespace {
-
-/// Unknowns of S up to which a direct method is thought of, and the same where S has blocks that no pair makes: stiff bending takes
-/// incomplete factors of pairs thousands of iterations.
-constexpr PetscInt UNKNOWNS = 6000, UNKNOWNS_BENT = 20000;
-
-/// Floating-point operations of a factorisation, for each unknown, up to which S is solved directly. Measured against conjugate gradients with
-/// bicc, h omega_max 5 to 25, user time of 5 to 30 steps: chain of 2,000 (80) 0.17 and 0.21 s, net of 50 x 50 (3.6e3) 0.4 and 0.24 s, cloth of 24 x
-/// 24 (1.1e4) 2.0 and 0.8 s, plate of 2 x 30 x 30 (1.7e4) 0.9 and 0.19 s, cube of 7^3 (1.9e4) 0.19 and 0.09 s, of 10^3 (9.3e4) 0.56 and 0.14 s. Where
-/// stiffnesses differ much or springs push, the time of the iterations grows and that of the factors does not.
-constexpr double FLOPS = 5e3, FLOPS_BENT = 2e5;
-
-/// The same of a whole factorisation: milliseconds.
-constexpr double FEW = 3e6;
-
-}  // namespace
-
-std::string DirectChoice::words() const { return flops < 0 ? "" : format("Cholesky factors: %.3g Mflop predicted", flops / 1e6); }
-
-PetscErrorCode choose_direct(Tangent& tangent, DirectChoice* choice) {
-  const bool pairs = tangent.pairwise();
-  const double unknowns = static_cast<double>(tangent.unknowns());
-  PetscFunctionBegin;
-  *choice = {};
-  if (tangent.unknowns() > (pairs ? UNKNOWNS : UNKNOWNS_BENT)) PetscFunctionReturn(0);
-  PetscCall(tangent.factor_flops(&choice->flops));
-  choice->direct = !tangent.has_inertia() || choice->flops <= std::max(FEW, (pairs ? FLOPS : FLOPS_BENT) * unknowns);
-  PetscFunctionReturn(0);
-}
-
 PetscErrorCode InnerSolver::view(PetscViewer viewer) const {
   PetscFunctionBegin;
   if (!ksp_) PetscFunctionReturn(0);
@@ -220,8 +171,10 @@ std::string InnerSolver::failure() const {
   return format("the linear solver ran out of its %s (-%sksp_max_it)", how_many(most, "iteration").c_str(), prefix_.c_str());
 }
 
-PetscErrorCode InnerSolver::add_shifts(CondensedCounts* counts) const {
+PetscErrorCode InnerSolver::add_counts(CondensedCounts* counts) const {
   PetscFunctionBegin;
+  counts->shifts += shifts_before_;
+  counts->factored += factored_;
   for (KSP ksp : {ksp_.get(), fallback_.get()}) {
     if (!ksp) continue;
     PC pc;

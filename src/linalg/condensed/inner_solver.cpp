@@ -9,6 +9,7 @@ namespace bs {
 
 void InnerSolver::renew() {
   renew_factors();
+  factors_wanted_ = false;  // a run that begins here has not measured anything
   indefinite_ = absolute_in_force_ = false;
 }
 
@@ -49,6 +50,7 @@ PetscErrorCode InnerSolver::keep_coarse_grid(PC pc, bool keep) const {
 // than a new one would.
 PetscErrorCode InnerSolver::linearise(bool definite) {
   PetscFunctionBegin;
+  if (factors_wanted_ != measured_) PetscCall(change_solver(factors_wanted_));
   const double sigma = tangent_->sigma();
   if (definite != definite_ || direct_ || refresh_ <= 0 || std::abs(sigma - sigma_) > 0.1 * sigma_) age_.discard();
   definite_ = definite;
@@ -169,9 +171,13 @@ PetscErrorCode InnerSolver::set_up_on_blocks() {
 
 PetscErrorCode InnerSolver::run(KSP ksp, Vec b, Vec w, CondensedCounts* counts, KSPConvergedReason* reason) {
   PetscInt its = 0;
+  PetscLogDouble before = 0, after = 0;
   PetscFunctionBegin;
   if (!own_rtol_) PetscCall(KSPSetTolerances(ksp, rtol_, PETSC_DEFAULT, PETSC_DEFAULT, PETSC_DEFAULT));
+  PetscCall(PetscGetFlops(&before));
   PetscCall(KSPSolve(ksp, b, w));
+  PetscCall(PetscGetFlops(&after));
+  work_ = after - before;
   PetscCall(KSPGetConvergedReason(ksp, reason));
   PetscCall(KSPGetIterationNumber(ksp, &its));
   counts->iterations += its;
@@ -188,13 +194,13 @@ PetscErrorCode InnerSolver::leads_downhill(Vec b, Vec w, bool* yes) const {
 }
 
 // What S has nothing to do with: the iterations ran out before the factors, which may have aged, were good enough. The iterate is kept and
-// gone on from with new ones.
+// gone on from with new ones, or S is factored.
 PetscErrorCode InnerSolver::go_on(Vec b, Vec w, CondensedCounts* counts, KSPConvergedReason* reason) {
   PetscFunctionBegin;
   renew_factors();
   PetscCall(linearise(definite_));
   ++counts->refreshed;
-  PetscCall(KSPSetInitialGuessNonzero(ksp_, PETSC_TRUE));
+  PetscCall(KSPSetInitialGuessNonzero(ksp_, direct_ ? PETSC_FALSE : PETSC_TRUE));
   PetscCall(run(ksp_, b, w, counts, reason));
   PetscCall(KSPSetInitialGuessNonzero(ksp_, PETSC_FALSE));
   PetscFunctionReturn(0);
@@ -225,7 +231,10 @@ PetscErrorCode InnerSolver::solve(Vec b, Vec w, CondensedCounts* counts, bool* s
   ++counts->solves;
   const bool aged = !fresh_;
   PetscCall(solve_definite(b, w, counts, &reason));
-  if (reason == KSP_DIVERGED_ITS && aged && !demand_.direction) PetscCall(go_on(b, w, counts, &reason));
+  if (reason == KSP_DIVERGED_ITS && !demand_.direction) {
+    PetscCall(compare_with_factors(counts->iterations - before));
+    if (aged || factors_wanted_) PetscCall(go_on(b, w, counts, &reason));
+  }
   const bool finished = reason > 0;
   PetscCall(conclude(b, w, counts, reason, solved));
   if (definite_) ++counts->definite;
@@ -241,6 +250,7 @@ PetscErrorCode InnerSolver::solve(Vec b, Vec w, CondensedCounts* counts, bool* s
   if (!finished) age_.discard();
   rebuild_ = rebuild_ || age_.due();
   fresh_ = false;
+  if (!aged && !absolute_in_force_ && !indefinite_) PetscCall(compare_with_factors(counts->iterations - before));
   PetscFunctionReturn(0);
 }
 

@@ -82,7 +82,7 @@ class InnerSolver {
   PetscErrorCode negative_direction(Vec b, PetscInt most, Vec w, bool* found);
   PetscErrorCode view(PetscViewer viewer) const;
   PetscErrorCode describe(std::string* text) const;
-  PetscErrorCode add_shifts(CondensedCounts* counts) const;
+  PetscErrorCode add_counts(CondensedCounts* counts) const;
   /// What the last solve failed of; empty where it did not, or where S was not positive definite.
   std::string failure() const;
   /// All that there are, borrowed.
@@ -95,7 +95,10 @@ class InnerSolver {
   }
   PetscErrorCode set_defaults();
   PetscErrorCode set_direct(PC pc, PCType type, PetscMPIInt ranks);
-  PetscErrorCode choose_storage();
+  PetscErrorCode choose_solver();
+  PetscErrorCode create_solver();
+  PetscErrorCode change_solver(bool direct);
+  PetscErrorCode compare_with_factors(PetscInt iterations);
   PetscErrorCode ask_for_inertia();
   PetscErrorCode linearise(bool definite);
   PetscErrorCode keep_coarse_grid(PC pc, bool keep) const;
@@ -123,8 +126,14 @@ class InnerSolver {
   CondensedStorage storage_ = CondensedStorage::springs;
   int own_storage_ = -1;  ///< the user's choice
   bool own_rtol_ = false, direct_ = false;
-  std::string why_;    ///< it is direct, or is not
-  double flops_ = -1;  ///< predicted of a factorisation; negative: not asked for
+  bool open_ = false;            ///< the user left the choice of all of it open
+  bool factors_wanted_ = false;  ///< since iterations took more work; the next set-up makes them
+  bool measured_ = false;        ///< it is direct for that reason
+  std::string why_;              ///< it is direct, or is not
+  double flops_ = -1;            ///< predicted of a factorisation; negative: not asked for
+  double work_ = 0;              ///< operations of this rank in the last solve
+  PetscInt factored_ = 0;        ///< times it became so
+  PetscInt shifts_before_ = 0;   ///< of solvers that are no more
   double rtol_ = 1e-5;
   bool definite_ = false;                                ///< S_ is the definite part
   bool indefinite_ = false;                              ///< the last S was not positive definite

@@ -39,8 +39,8 @@ class Tangent {
   virtual PetscErrorCode expand(Vec r, Vec w, Vec z) = 0;
   /// Collective. A matrix for S, not yet assembled with values; with rigid body modes as near null space where it is AIJ.
   virtual PetscErrorCode create(CondensedStorage storage, Mat* S) = 0;
-  /// Collective. Predicted floating-point operations of a sparse Cholesky factorisation of S, the same on any number of ranks; for small
-  /// systems.
+  /// Collective. Predicted floating-point operations of a sparse Cholesky factorisation of S, the same on any number of ranks. The graph is
+  /// gathered on rank 0.
   virtual PetscErrorCode factor_flops(double* flops) = 0;
   /// Collective. The rigid body modes of an AIJ matrix become those of the present state; create() takes those of the start.
   virtual PetscErrorCode set_rigid_modes(Mat S) = 0;

@@ -250,6 +250,8 @@ PetscErrorCode solver_tallies(TS ts, std::vector<Tally>* out) {
   out->push_back({"unfinished", "Newton direction{ was|s were} taken before the linear solver had converged", counts.unfinished});
   out->push_back({"exhausted", "linear solve{s} failed because {its|their} iterations ran out", counts.exhausted});
   out->push_back({"broken_down", "linear solve{s} broke down for another reason than an indefinite tangent", counts.broken});
+  out->push_back({"factored", "time{s} Cholesky factors took the place of iterations, which took more work (-condensed_pc_type bicc keeps to these)",
+                  counts.factored});
   out->push_back({"factor_shifts", "incomplete factorisation{ was|s were} repeated with a larger diagonal", counts.shifts});
   PetscFunctionReturn(0);
 }
