@@ -61,8 +61,13 @@ if(NOT bs_petsc_release STREQUAL bs_slepc_release)
                       "give the SLEPc that was built with that PETSc (-DSLEPC_DIR=DIR)")
 endif()
 
-# What PETSc was configured with
+# What PETSc was configured with, and whether SLEPc was built with this one: Debian has PETScs of 32- and 64-bit indices of one version beside each other
 find_file(BS_PETSCCONF petscconf.h PATHS ${PETSC_INCLUDE_DIRS} NO_DEFAULT_PATH NO_CACHE)
+find_file(bs_slepc_petscconf petscconf.h PATHS ${SLEPC_INCLUDE_DIRS} NO_DEFAULT_PATH NO_CACHE)
+if(bs_slepc_petscconf AND NOT bs_slepc_petscconf STREQUAL BS_PETSCCONF)
+  message(FATAL_ERROR "SLEPc ${SLEPC_VERSION} (${BS_SLEPC_MODULE}) was built with another PETSc than ${BS_PETSC_MODULE} in ${PETSC_PREFIX}: give the one that goes with it "
+                      "(-DBS_PETSC_MODULE=PETSc64 -DBS_SLEPC_MODULE=SLEPc64: 64-bit indices; -DSLEPC_DIR=DIR: built by hand)")
+endif()
 set(bs_petscconf "")
 if(BS_PETSCCONF)
   file(STRINGS ${BS_PETSCCONF} bs_petscconf REGEX "PETSC_(USE_COMPLEX|USE_REAL_DOUBLE) ")

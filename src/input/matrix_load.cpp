@@ -5,6 +5,8 @@
 #include "base/collective.hpp"
 #include "base/error.hpp"
 #include "base/handle.hpp"
+#include "base/memory.hpp"
+#include "base/text.hpp"
 #include "base/vec_array.hpp"
 #include "input/matrix_text.hpp"
 #include "input/text_file.hpp"
@@ -114,6 +116,9 @@ PetscErrorCode load_entries(MPI_Comm comm, const std::string& path, Reader& read
   }
   PetscCall(fail_if_any(comm, fault));
   PetscCallMPI(MPI_Bcast(sizes, 2, MPI_INT64_T, 0, comm));
+  // at least the start, the length and the room of every row
+  const double bytes = 3.0 * sizeof(PetscInt) * static_cast<double>(sizes[0]) / size;
+  PetscCall(reserve_memory(comm, {path + ": a matrix of " + how_many(sizes[0], "row"), bytes, ""}));
   MatHandle matrix;
   PetscCall(MatCreate(comm, matrix.out()));
   PetscCall(MatSetSizes(matrix, PETSC_DECIDE, PETSC_DECIDE, static_cast<PetscInt>(sizes[0]), static_cast<PetscInt>(sizes[1])));
@@ -133,14 +138,15 @@ PetscErrorCode load_entries(MPI_Comm comm, const std::string& path, Reader& read
   PetscFunctionReturn(0);
 }
 
-/// The class id at the head of a PETSc binary file.
-PetscErrorCode check_binary(MPI_Comm comm, const std::string& path, const std::string& option, std::int64_t wanted, const char* what) {
+/// The class id at the head of a PETSc binary file; rank 0 learns the size of its integers.
+PetscErrorCode check_binary(MPI_Comm comm, const std::string& path, const std::string& option, std::int64_t wanted, const char* what,
+                            int* index_bytes) {
   Error fault;
   PetscFunctionBegin;
   const PetscMPIInt rank = rank_of(comm);
-  if (rank == 0 && petsc_class_id(path, sizeof(PetscInt)) != wanted)
-    fault.note(0, format("option %s: %s is neither Matrix Market text nor a PETSc binary %s of this PETSc's index size: begin "
-                         "text with '%%%%MatrixMarket matrix coordinate real general'",
+  if (rank == 0 && petsc_class_id(path, index_bytes) != wanted)
+    fault.note(0, format("option %s: %s is neither Matrix Market text nor a PETSc binary %s: begin text with '%%%%MatrixMarket matrix coordinate "
+                         "real general'",
                          option.c_str(), path.c_str(), what));
   PetscCall(fail_if_any(comm, fault));
   PetscFunctionReturn(0);
@@ -149,11 +155,12 @@ PetscErrorCode check_binary(MPI_Comm comm, const std::string& path, const std::s
 /// Rank 0 reads, all get the values.
 PetscErrorCode load_binary_vector(MPI_Comm comm, const std::string& path, const std::string& option, std::vector<double>* values) {
   Error fault;
+  int index_bytes = 4;
   PetscFunctionBegin;
-  PetscCall(check_binary(comm, path, option, PETSC_VECTOR_CLASS_ID, "vector"));
+  PetscCall(check_binary(comm, path, option, PETSC_VECTOR_CLASS_ID, "vector", &index_bytes));
   const PetscMPIInt rank = rank_of(comm);
   if (rank == 0) {
-    const std::string error = read_petsc_vector(path, sizeof(PetscInt), values);
+    const std::string error = read_petsc_vector(path, index_bytes, values);
     if (!error.empty()) fault.note(0, "option " + option + ": " + error);
   }
   PetscCall(fail_if_any(comm, fault));
@@ -168,6 +175,7 @@ PetscErrorCode load_binary_vector(MPI_Comm comm, const std::string& path, const 
 
 PetscErrorCode load_matrix(MPI_Comm comm, const std::string& path, const std::string& option, Mat* out) {
   bool text = false;
+  int index_bytes = 4;
   PetscFunctionBegin;
   const PetscMPIInt rank = rank_of(comm);
   PetscCall(find_format(comm, path, option, &text));
@@ -178,8 +186,8 @@ PetscErrorCode load_matrix(MPI_Comm comm, const std::string& path, const std::st
     PetscCall(load_entries(comm, path, reader, out));
     PetscFunctionReturn(0);
   }
-  PetscCall(check_binary(comm, path, option, PetscMatrixReader::CLASS_ID, "matrix"));
-  PetscMatrixReader reader(path, sizeof(PetscInt));
+  PetscCall(check_binary(comm, path, option, PetscMatrixReader::CLASS_ID, "matrix", &index_bytes));
+  PetscMatrixReader reader(path, index_bytes);
   PetscCall(load_entries(comm, path, reader, out));
   PetscFunctionReturn(0);
 }

@@ -52,8 +52,9 @@ class PetscMatrixReader {
 /// A vector: class id and length as above, then the values. Returns what is wrong, or nothing.
 std::string read_petsc_vector(const std::string& path, int index_bytes, std::vector<double>* values);
 
-/// The class id at the head of a file; 0 if it is too short for one.
-std::int64_t petsc_class_id(const std::string& path, int index_bytes);
+/// The class id at the head of a file; 0 if it is too short for one. index_bytes: 4, or 8 where a PETSc with 64-bit indices wrote it (the first half
+/// of its class id is 0).
+std::int64_t petsc_class_id(const std::string& path, int* index_bytes);
 
 constexpr std::int64_t PETSC_VECTOR_CLASS_ID = 1211214;
 

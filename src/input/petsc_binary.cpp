@@ -47,10 +47,15 @@ std::string wrong_size(std::int64_t bytes, double wanted) {
 
 }  // namespace
 
-std::int64_t petsc_class_id(const std::string& path, int index_bytes) {
-  std::ifstream in(path, std::ios::binary);
+std::int64_t petsc_class_id(const std::string& path, int* index_bytes) {
   std::vector<std::int64_t> id;
-  return read_integers(in, index_bytes, 1, &id) ? id[0] : 0;
+  for (const int bytes : {4, 8}) {
+    std::ifstream in(path, std::ios::binary);
+    *index_bytes = bytes;
+    if (!read_integers(in, bytes, 1, &id)) return 0;
+    if (id[0] != 0) break;
+  }
+  return id[0];
 }
 
 bool PetscMatrixReader::fail(const std::string& what) {

@@ -86,7 +86,7 @@ PetscErrorCode CoarseSpace::make_grid(PairMatrix& S, PetscInt unknowns) {
   PetscCall(S.append_ghosts(&points));
   const auto create = [&](double wanted) { return grid_.create(graph.comm, d, graph.n, points, graph.fixed, static_cast<PetscInt>(wanted / d)); };
   const double open = std::min(MOST_HATS, all / fine), solid = std::min(most_in_space(graph), all / fine);
-  PetscCall(create(unknowns >= 0 ? std::min<double>(unknowns, all) : open));
+  PetscCall(create(unknowns >= 0 ? std::min(static_cast<double>(unknowns), all) : open));
   if (unknowns < 0 && solid != open && grid_.nodes() > 0) PetscCall(grid_.fills_space(graph.comm, &filled));
   if (filled) PetscCall(create(solid));
   shares_ = static_cast<double>(grid_.particles()) * (2.0 * (1 << d) * (1 + d) - 3);

@@ -106,8 +106,10 @@ PetscErrorCode predict_factor_flops(MPI_Comm comm, int dim, const std::vector<st
   PetscCall(gather_graph(comm, row, ends, &graph));
   if (rank == 0 && !graph.other.empty()) {
     PetscCall(dissect(graph, &place));
-    const double d = dim;
-    for (const PetscInt entries : count_columns(graph, place)) *flops += d * (d * entries) * (d * entries);
+    for (const PetscInt entries : count_columns(graph, place)) {
+      const double rows = dim * static_cast<double>(entries);
+      *flops += dim * rows * rows;
+    }
   }
   PetscCallMPI(MPI_Bcast(flops, 1, MPI_DOUBLE, 0, comm));
   PetscFunctionReturn(0);

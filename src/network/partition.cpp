@@ -4,19 +4,24 @@
 #include <array>
 #include <cmath>
 #include <limits>
+#include <string_view>
 #include "base/arrays.hpp"
 #include "base/handle.hpp"
 
 namespace bs {
 namespace {
 
-// PTScotch in the 64-bit-index PETSc of Debian is the 32-bit library: it crashes. ParMETIS, which Debian's has not, comes first where there is
-// one, as in PETSc itself; nobody has tried it with this program yet.
+// Why graphs are not cut; empty where they are. PTScotch in the 64-bit-index PETSc of Debian is the 32-bit library: it crashes. ParMETIS, which
+// Debian's has not, comes first where there is one, as in PETSc itself; nobody has tried it with this program yet.
 #if defined(PETSC_HAVE_PARMETIS) || (defined(PETSC_HAVE_PTSCOTCH) && !defined(PETSC_USE_64BIT_INDICES))
-constexpr bool HAVE_GRAPH = true;
+constexpr std::string_view NO_GRAPH = "";
+#elif defined(PETSC_HAVE_PTSCOTCH)
+constexpr std::string_view NO_GRAPH = "the PTScotch of this PETSc with 64-bit indices may be that of 32 bits, and is not used";
 #else
-constexpr bool HAVE_GRAPH = false;
+constexpr std::string_view NO_GRAPH = "this PETSc has neither ParMETIS nor PTScotch, which cut graphs";
 #endif
+
+bool worth_a_graph(const Lattice& lattice, int kind, int size) { return size > 1 && kind == 0 && lattice.particles.total >= std::int64_t{8} * size; }
 
 /// PTScotch's random numbers go on from one partition of a process to the next: they begin anew, so that a lattice is divided as by a process of its
 /// own. Found by name, for PETSc may be without PTScotch.
@@ -202,9 +207,7 @@ PetscErrorCode by_geometry(MPI_Comm comm, const Lattice& lattice, std::vector<in
 
 }  // namespace
 
-bool needs_graph(const Lattice& lattice, int kind, int size) {
-  return size > 1 && kind == 0 && HAVE_GRAPH && lattice.particles.total >= std::int64_t{8} * size;
-}
+bool needs_graph(const Lattice& lattice, int kind, int size) { return NO_GRAPH.empty() && worth_a_graph(lattice, kind, size); }
 
 PetscErrorCode partition_rows(MPI_Comm comm, const Lattice& lattice, RowGraph* graph, int kind, std::vector<int>* rank_of, std::string* used) {
   int size = 1;
@@ -218,6 +221,7 @@ PetscErrorCode partition_rows(MPI_Comm comm, const Lattice& lattice, RowGraph* g
   } else if (kind <= 1) {
     PetscCall(by_geometry(comm, lattice, rank_of));
     *used = "coordinate bisection";
+    if (worth_a_graph(lattice, kind, size)) *used += " (" + std::string(NO_GRAPH) + ")";
   } else {
     for (std::size_t k = 0; k < rank_of->size(); ++k) {
       const std::int64_t row = lattice.particles.first + static_cast<std::int64_t>(k);

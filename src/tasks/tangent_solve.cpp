@@ -20,7 +20,7 @@ PetscErrorCode TangentFactors::create(Linearisation& lin) {
   PetscCall(MatGetDiagonal(S_, b_));
   const ReadArray a(b_);
   for (PetscInt k = 0; k < at.particles * at.dim; ++k) sums[0] += std::abs(a[k]);
-  for (PetscInt i = 0; i < at.particles; ++i) sums[1] += at.dim * lin.masses()[static_cast<std::size_t>(i)];
+  for (PetscInt i = 0; i < at.particles; ++i) sums[1] += static_cast<double>(at.dim) * lin.masses()[static_cast<std::size_t>(i)];
   PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, sums, 2, MPI_DOUBLE, MPI_SUM, lin.comm()));
   mean_ = sums[0] / sums[1];
   PetscFunctionReturn(0);

@@ -50,6 +50,8 @@ CASES = {
     "folder of no SLEPc": (lambda f: {}, ["-DSLEPC_DIR=/nowhere"], ["-DSLEPC_DIR=/nowhere: no SLEPc"]),
     "SLEPc": (lambda f: dict(leave_out=["SLEPc"]), [], ["SLEPc 3.18 or newer was not found", "slepc-dev", "brew install slepc", "-DSLEPC_DIR=DIR", *EVERYWHERE]),
     "SLEPc of another release": (lambda f: dict(made_up={"SLEPc": SLEPC.format("3.99.0")}), [], ["SLEPc 3.99.0", "does not go with PETSc"]),
+    "SLEPc of another PETSc": (lambda f: dict(made_up={"PETSc64": petsc(f), "SLEPc": SLEPC.format("3.20.1") + "Requires: PETSc\n"}), ["-DBS_PETSC_MODULE=PETSc64"],
+                               ["SLEPc 3.20.1 (SLEPc) was built with another PETSc than PETSc64", "-DBS_SLEPC_MODULE=SLEPc64"]),
     "HDF5": (lambda f: dict(leave_out=["hdf5-openmpi"]), ["-DCMAKE_DISABLE_FIND_PACKAGE_HDF5=ON"], ["an HDF5 for MPI was not found", "libhdf5-openmpi-dev", "hdf5-openmpi-devel", "brew install hdf5-mpi",
                                                                                                    "-DHDF5_ROOT=DIR", *EVERYWHERE]),
     "libyaml": (lambda f: dict(leave_out=["yaml-0.1"]), [], ["libyaml was not found", "libyaml-dev", *EVERYWHERE]),
@@ -59,7 +61,7 @@ CASES = {
     "Catch2": (lambda f: {}, ["-DCMAKE_DISABLE_FIND_PACKAGE_Catch2=ON", "-DBS_TESTS=ON"], ["Catch2 was not found", "apt install catch2", "-DBS_TESTS=OFF", *EVERYWHERE]),
 }
 # What may be missing: a program without it is configured.
-OPTIONAL = {"pybind11": (["-DCMAKE_DISABLE_FIND_PACKAGE_pybind11=ON"], ["the Python package is left out", "pybind11-dev", "Configuring done"])}
+OPTIONAL = {"pybind11": (["-DCMAKE_DISABLE_FIND_PACKAGE_pybind11=ON", "-DBS_TESTS=ON"], ["the Python package is left out", "pybind11-dev", "Configuring done"])}
 
 
 def configure(source, folder, pc, definitions):

@@ -25,7 +25,7 @@ ROOTS = ("particles", "observables", "backspring", "events", "states")
 LEFT_OUT = re.compile(r"backspring/(log|options|build|host)|/(step|author|creator)$|observables/unbalanced_force/")  # the last: what rounding leaves
 
 
-def command_of(case, folder, program):
+def command_of(case, folder, program, more):
     options = {"bs_progress_interval": -1}
     if "crossing" in case:
         crossings.lattice(folder / "lattice.h5", case["crossing"], np.random.default_rng(5))
@@ -35,6 +35,7 @@ def command_of(case, folder, program):
         for name, place in (("options_file", "options/problems"), ("bs_lattice_file", "")):
             if name in options:
                 options[name] = REPO / place / options[name]
+    options.update(more)
     options.update(bs_output="run.h5md", bs_report="report.json", bs_overwrite=True)
     return (["mpirun", "-n", str(case["ranks"])] if case["ranks"] > 1 else []) + [str(program), *words(options)]
 
@@ -52,11 +53,11 @@ def numbers(path):
     return found
 
 
-def run(case, program):
+def run(case, program, more):
     """(frames, counts) of one build; what went wrong as a RuntimeError."""
     with tempfile.TemporaryDirectory() as there:
         folder = pathlib.Path(there)
-        command = command_of(case, folder, pathlib.Path(program).resolve())
+        command = command_of(case, folder, pathlib.Path(program).resolve(), more)
         done = subprocess.run(command, cwd=folder, env=environment(case["ranks"]), capture_output=True, text=True, timeout=600)
         if done.returncode:
             raise RuntimeError(f"exit {done.returncode}: {done.stderr.strip()[-300:]} [{' '.join(command)}]")
@@ -82,10 +83,10 @@ def difference(new, old):
     return worst, where
 
 
-def judge(case, program, reference):
+def judge(case, program, reference, more):
     """(whether it is the same, the line that says so)"""
     try:
-        (new, counts), (old, before) = run(case, program), run(case, reference)
+        (new, counts), (old, before) = run(case, program, more), run(case, reference, more)
     except (RuntimeError, OSError, KeyError, subprocess.TimeoutExpired) as why:
         return False, f"{case['name']}: {why}"
     counted = ", ".join(f"{name} {before[name]}" + (f" -> {counts[name]}" if counts[name] != before[name] else "") for name in counts if counts[name] is not None)
@@ -105,11 +106,13 @@ def main():
     parser.add_argument("--reference", required=True, help="the program of an earlier commit")
     parser.add_argument("--runs", type=pathlib.Path, default=pathlib.Path(__file__).with_name("runs.yaml"))
     parser.add_argument("--filter", default="", help="runs whose name contains this")
+    parser.add_argument("--set", action="append", default=[], metavar="NAME=VALUE", help="an option for every run, e.g. bs_partition=geometric")
     parser.add_argument("--jobs", type=int, default=2)
     args = parser.parse_args()
     cases = [case for case in yaml.safe_load(args.runs.read_text()) if args.filter in case["name"]]
+    more = dict(words.split("=", 1) for words in args.set)
     with concurrent.futures.ThreadPoolExecutor(args.jobs) as pool:
-        results = list(pool.map(lambda case: judge(case, args.program, args.reference), cases))
+        results = list(pool.map(lambda case: judge(case, args.program, args.reference, more), cases))
     for good, line in results:
         print(line)
     bad = sum(not good for good, _ in results)

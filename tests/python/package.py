@@ -326,11 +326,25 @@ def coupled():
             writing.restore(writing.save())
 
 
+def petsc_of(module):
+    """The PETSc libraries that a file of machine code is linked with."""
+    linked = subprocess.run(["ldd", module], capture_output=True, text=True, check=True).stdout
+    return {os.path.realpath(path) for path in re.findall(r"=> (\S*libpetsc\S*)", linked)}
+
+
 def in_petsc():
-    """The stepper of a simulation as petsc4py has it: its solvers, its state, the size of its Jacobian."""
-    from petsc4py import PETSc
+    """The stepper of a simulation as petsc4py has it: its solvers, its state, the size of its Jacobian; no petsc4py of another PETSc is loaded."""
+    import petsc4py
 
     net = bs.Lattice(**sheet())
+    ours = next(pathlib.Path(bs.__file__).parent.glob("_core*.so"))
+    theirs = next(pathlib.Path(petsc4py.__file__).parent.glob("lib/**/PETSc.*.so"))
+    if petsc_of(ours) != petsc_of(theirs):
+        with bs.Simulation(net, dt=2e-3) as simulation, raised(ImportError, "built without petsc4py: petsc4py belongs to the PETSc in", "build it again"):
+            simulation.petsc()
+        return
+    from petsc4py import PETSc
+
     with bs.Simulation(net, dt=2e-3, ts_type="cn", snes_rtol=1e-12, bs_operator="assembled") as simulation:
         simulation.step(3)
         ts = simulation.petsc()

@@ -3,7 +3,6 @@
 import pathlib
 import re
 import shutil
-import struct
 import subprocess
 import sys
 import tempfile
@@ -11,6 +10,7 @@ import tempfile
 import h5py
 import numpy as np
 from harness import REPO, Checks, observed_orders, write_lattice
+from petsc_files import read_matrix
 from program import METHODS, direct, run
 from scipy.integrate import solve_ivp
 
@@ -83,17 +83,6 @@ def arc(d, n=12, rest=np.pi, kappa=2.0, spread=0.3):
     if d == 3:
         x[:, 2] = 0.3 * np.arange(n) + 0.1 * np.sin(np.arange(n))
     return Chain(x, 0.4 * rng.standard_normal((n, d)), rng.uniform(0.5, 2, n), 60.0, 1.0, kappa * rng.uniform(0.5, 1.5, n - 2), rest, (0,))
-
-
-def read_matrix(blob):
-    """A PETSc binary AIJ matrix, dense."""
-    kind, rows, columns, entries = struct.unpack(">4i", blob[:16])
-    counts = np.frombuffer(blob, ">i4", rows, 16)
-    column = np.frombuffer(blob, ">i4", entries, 16 + 4 * rows)
-    value = np.frombuffer(blob, ">f8", entries, 16 + 4 * rows + 4 * entries)
-    dense = np.zeros((rows, columns))
-    dense[np.repeat(np.arange(rows), counts), column] = value
-    return dense
 
 
 def hencky_chain(d, n, a, kappa, P, k=1e4):

@@ -2,29 +2,17 @@
 """-bs_write_matrices: M, K = df/dx and D = df/dv against finite differences of forces written out here, and against the modes."""
 import io
 import pathlib
-import struct
 import tempfile
 
 import numpy as np
 from harness import Checks, write_lattice
 from modes import Modes
+from petsc_files import read_matrix
 from scipy.io import mmread
 from scipy.linalg import eigh
 
 NAMES = ("M", "K", "D")
 FILES = tuple(f"out_{name}{ending}" for name in NAMES for ending in (".mtx", ".petsc"))
-
-
-def petsc(data):
-    """A matrix of PETSc's binary format as a dense one."""
-    kind, rows, columns, count = struct.unpack(">4i", data[:16])
-    assert kind == 1211216
-    lengths = np.frombuffer(data, ">i4", rows, 16)
-    at = np.frombuffer(data, ">i4", count, 16 + 4 * rows)
-    values = np.frombuffer(data, ">f8", count, 16 + 4 * rows + 4 * count)
-    A = np.zeros((rows, columns))
-    A[np.repeat(np.arange(rows), lengths), at] = values
-    return A
 
 
 def force(x, v, pairs, k, L, damping, drag):
@@ -69,7 +57,7 @@ def main():
             files = checks.run(options, ranks=ranks, keep=FILES).files
             found = {name: mmread(io.BytesIO(files[f"out_{name}.mtx"])).toarray() for name in NAMES}
             for name in NAMES:
-                checks.near(f"{name}, {ranks} ranks: both formats alike", petsc(files[f"out_{name}.petsc"]), found[name], 0)
+                checks.near(f"{name}, {ranks} ranks: both formats alike", read_matrix(files[f"out_{name}.petsc"]), found[name], 0)
                 checks.true(f"{name}, {ranks} ranks: its header says what it is", b"of M x'' = f(t, x, v)" in files[f"out_{name}.mtx"][:200])
             checks.near(f"M, {ranks} ranks", found["M"], np.diag(np.repeat(m, d)[free]), 0)
             checks.near(f"K, {ranks} ranks, by differences", found["K"], differences(lambda at: f(at, v), x, free), 1e-8)

@@ -10,9 +10,10 @@ import pathlib
 import re
 import tempfile
 
-from harness import Checks, RunError, observed_orders, read_table
+from harness import Checks, observed_orders, read_table
 import h5py
 import numpy as np
+import petsc_files
 import scipy.io
 import scipy.linalg
 import scipy.sparse
@@ -285,20 +286,6 @@ def check_sources(checks, folder):
     checks.near("two sources", run.sources, np.stack([1 + 0 * t[:9], np.sin(np.pi * t[:9])], axis=1), 1e-13)
 
 
-def write_petsc(path, matrix):
-    """PETSc's binary: big-endian, class id 1211216 of a Mat, 1211214 of a Vec."""
-    with open(path, "wb") as f:
-        if np.ndim(matrix) == 1:
-            np.array([1211214, len(matrix)], ">i4").tofile(f)
-            np.asarray(matrix, ">f8").tofile(f)
-        else:
-            m = scipy.sparse.csr_matrix(matrix)
-            np.array([1211216, *m.shape, m.nnz], ">i4").tofile(f)
-            np.diff(m.indptr).astype(">i4").tofile(f)
-            m.indices.astype(">i4").tofile(f)
-            m.data.astype(">f8").tofile(f)
-
-
 def check_formats(checks, folder):
     """The same system from every kind of file; with the operating point."""
     folder = pathlib.Path(folder)
@@ -312,11 +299,13 @@ def check_formats(checks, folder):
     scipy.io.mmwrite(folder / "A.mtx", G, symmetry="general", precision=17)
     scipy.io.mmwrite(folder / "AS.mtx", G, symmetry="symmetric", precision=17)
     scipy.io.mmwrite(folder / "x.mtx", x0[:, None], precision=17)
-    write_petsc(folder / "G.bin", G)
-    write_petsc(folder / "x0.bin", x0)
+    for wide in (4, 8):
+        petsc_files.write(folder / f"G{wide}.bin", G, wide)
+        petsc_files.write(folder / f"x{wide}.bin", x0, wide)
     (folder / "labels.txt").write_text("".join(f"node {k}\n" for k in range(n)))
     for name, files in (("coordinate symmetric", {"G": "S.mtx"}), ("array general", {"G": "A.mtx"}), ("array symmetric", {"G": "AS.mtx"}),
-                        ("PETSc binary", {"G": "G.bin"}), ("x0 Matrix Market", {"x0": "x.mtx"}), ("x0 PETSc binary", {"x0": "x0.bin"}),
+                        ("PETSc binary", {"G": "G4.bin"}), ("PETSc binary of 64-bit indices", {"G": "G8.bin"}), ("x0 Matrix Market", {"x0": "x.mtx"}),
+                        ("x0 PETSc binary", {"x0": "x4.bin"}), ("x0 PETSc binary of 64-bit indices", {"x0": "x8.bin"}),
                         ("labels", {"labels": "labels.txt"})):
         options = {**write_system(folder, G, C, B, x0), **times, **{"bs_linear_" + k: folder / v for k, v in files.items()}}
         for ranks in (1, 3):

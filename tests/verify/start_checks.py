@@ -2,6 +2,7 @@
 from harness import read_table
 import numpy as np
 from particles import columns
+from petsc_files import read_matrix
 from scipy.io import mmread
 
 
@@ -26,7 +27,7 @@ def check_jacobian(case):
         return
     with case.checks.group(name):
         o = {**case.options("linbe", 1.0, 1), "ksp_view_mat": "binary:J.dat"}
-        J = petsc_matrix(case.checks.run(o, keep=["J.dat"], grows=True).files["J.dat"])
+        J = read_matrix(case.checks.run(o, keep=["J.dat"], grows=True).files["J.dat"])
         is_v = np.arange(len(J)) % (2 * d) >= d
         free = np.repeat(~s.fixed, d)
         def full(file):
@@ -41,17 +42,3 @@ def check_jacobian(case):
             eigen = [np.linalg.eigvalsh((A + A.T) / 2) for A in (ours, expected)]
             case.checks.near(f"{name} {part} entries", np.sort(ours, axis=None), np.sort(expected, axis=None), 1e-13 * size)
             case.checks.near(f"{name} {part} eigenvalues", eigen[0], eigen[1], 1e-12 * size)
-
-
-def petsc_matrix(raw):
-    """PETSc's binary matrix file, dense: int32 class id, rows, columns, nonzeros; row lengths; columns; values; big-endian."""
-    head = np.frombuffer(raw, ">i4", 4)
-    wide = 4 if head[0] == 1211216 else 8
-    kind = ">i4" if wide == 4 else ">i8"
-    _, rows, cols, nonzeros = np.frombuffer(raw, kind, 4)
-    lengths = np.frombuffer(raw, kind, rows, 4 * wide)
-    at = np.frombuffer(raw, kind, nonzeros, (4 + rows) * wide)
-    values = np.frombuffer(raw, ">f8", nonzeros, (4 + rows + nonzeros) * wide)
-    A = np.zeros((rows, cols))
-    A[np.repeat(np.arange(rows), lengths), at] = values
-    return A

@@ -105,6 +105,7 @@ MATRICES = {
     "PETSc binary, negative size": (petsc(rows=-2), "they must be positive"),
     "PETSc binary, dense": (petsc(count=-1), "G.bin: holds a dense matrix: save a sparse one"),
     "PETSc binary, cut off": (petsc(values=(2, -1, -1)), "G.bin: has 64 bytes, its head asks for 72"),
+    "PETSc binary of 64-bit indices, cut off": (system(G=struct.pack(">5q", 1211216, 1, 1, 1, 1), ending="bin"), "G.bin: has 40 bytes, its head asks for 56"),
     "PETSc binary, more behind it": (petsc(more=b"1234"), "G.bin: has 76 bytes, its head asks for 72"),
     "PETSc binary, not square": (petsc(columns=3), "G is 2 x 3: it must be square"),
     "no such file": (system("-bs_linear_G", "nowhere.mtx"), "nowhere.mtx: no such file"),

@@ -7,6 +7,7 @@ come before the first step. --list prints the tables instead, with the message e
 """
 import argparse
 import concurrent.futures
+import functools
 import os
 import pathlib
 import subprocess
@@ -63,8 +64,15 @@ def faults_of_good(code, said):
         yield f"exit code {code}, should be 0: {lines_of(said, 'error')}"
 
 
+@functools.lru_cache
+def is_wide(program):
+    return "64-bit indices" in subprocess.run([program, "-bs_version"], capture_output=True, text=True, check=True).stdout
+
+
 def check(row, program, ranks, step):
     name, make, kind, fragment = row
+    if name.endswith("beyond the indices") and is_wide(program):
+        fragment = "needs at least"  # so many can be counted, there is no memory for them
     with tempfile.TemporaryDirectory(prefix="bad_input_") as folder:
         words = make(pathlib.Path(folder))
         code, said = run(program, ranks, [*words, *step], folder)

@@ -111,9 +111,9 @@ void CallbackForces::beyond_slope(double t, const LocalState& state, const Local
   if (!callback_.energy || all_.empty()) return;
   const std::size_t d = static_cast<std::size_t>(net_->dim);
   Points at = points(all_, state);
-  std::vector<double> before(all_.size(), 0.0), after(all_.size(), 0.0), f(at.x.size(), 0.0);
+  std::vector<double> before(all_.size(), 0.0), after(all_.size(), 0.0);
+  const std::vector<double> f = evaluate(all_, t, state);
   callback_.energy(t, at.row, at.x.data(), before.data());
-  callback_.force(t, at.row, at.x.data(), at.v.data(), f.data());
   double change = 0, size = 0;
   for (std::size_t k = 0; k < all_.size(); ++k)
     for (std::size_t c = 0; c < d; ++c) {

@@ -15,7 +15,7 @@ void for_rows(const std::vector<PetscInt>& own, std::size_t begin, std::size_t e
   constexpr std::size_t AHEAD = 32;
   const auto loop = [&](auto d) {
     for (std::size_t row = begin; row < end; ++row) {
-      const double* later = state + static_cast<std::size_t>(std::max(own[std::min(row + AHEAD, own.size() - 1)], 0)) * 2 * d;
+      const double* later = state + static_cast<std::size_t>(std::max<PetscInt>(own[std::min(row + AHEAD, own.size() - 1)], 0)) * 2 * d;
       __builtin_prefetch(later);
       __builtin_prefetch(later + 2 * d - 1);
       if (own[row] >= 0) copy(d, static_cast<std::size_t>(own[row]) * 2 * d, row * d);

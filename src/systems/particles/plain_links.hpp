@@ -99,7 +99,7 @@ inline void sum_plain_links_3d(const Links& links, PetscInt i, const double* y, 
     const auto link = [e, end](int k) { return std::min(e + k, end - 1); };
     lanes::Vector<3> K, L;
     for (int k = 0; k < 4; ++k) K[k] = stiffness[link(k)], L[k] = rest_length[link(k)];
-    add_four<Spring, with_energy>(other, link, end - e, K, L, here, states, &whole, energy);
+    add_four<Spring, with_energy>(other, link, static_cast<int>(end - e), K, L, here, states, &whole, energy);
   }
   for (int c = 0; c < 3; ++c) sum[c] = whole[c];
 }

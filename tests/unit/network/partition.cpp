@@ -71,6 +71,20 @@ TEST_CASE("the graph is used where there are several ranks, particles enough, an
   }
 }
 
+TEST_CASE("where no graph is cut though one would be, the reason is told", "[partition]") {
+  const int size = size_of(PETSC_COMM_WORLD);
+  for (const std::int64_t length : {8 * size, 8 * size - 1}) {
+    const GeneratorSpec chain = lattice(LatticeType::chain, {length}, 1);
+    if (needs_graph(chunk_of_lattice(PETSC_COMM_WORLD, chain), 0, size)) continue;
+    std::string used;
+    ranks_of(chain, 0, &used);
+    CAPTURE(length, used);
+    const bool told = used.rfind("coordinate bisection (the PTScotch", 0) == 0 || used.rfind("coordinate bisection (this PETSc has", 0) == 0;
+    CHECK(told == (size > 1 && length == 8 * size));
+    CHECK((told || used == (size == 1 ? "one rank" : "coordinate bisection")));
+  }
+}
+
 TEST_CASE("parts of a graph have equal shares of the work, not of the particles", "[partition]") {
   // a long row of 600 particles beside a block of 9 x 9 x 9 whose particles have up to 18 springs each
   const int size = size_of(PETSC_COMM_WORLD), rank = rank_of(PETSC_COMM_WORLD);

@@ -77,8 +77,9 @@ struct Acted {
     PetscScalar* a = nullptr;
     REQUIRE(VecGetArray(z, &a) == 0);
     for (PetscInt k = 0; k < c.net.n * 4; ++k)
-      a[k] =
-          c.net.fixed[static_cast<std::size_t>(k / 4)] ? 0 : std::sin(2.9 * static_cast<double>(c.net.row[static_cast<std::size_t>(k / 4)]) + k % 4);
+      a[k] = c.net.fixed[static_cast<std::size_t>(k / 4)]
+                 ? 0
+                 : std::sin(2.9 * static_cast<double>(c.net.row[static_cast<std::size_t>(k / 4)]) + static_cast<double>(k % 4));
     REQUIRE(VecRestoreArray(z, &a) == 0);
   }
   std::vector<double> force(double t, Vec y) {
