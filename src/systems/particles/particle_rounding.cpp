@@ -50,8 +50,9 @@ PetscErrorCode ParticleModel::force_magnitudes(double t, Vec y, double* size) {
 }
 
 PetscErrorCode ParticleModel::force_sizes(double t, Vec y, std::vector<double>* inner, std::vector<double>* outer) {
-  const PetscInt d = net_.dim;
-  std::vector<PetscInt> held;
+  const std::size_t d = static_cast<std::size_t>(net_.dim);
+  const std::vector<PetscInt>& held = constraints_.holders();
+  std::vector<double> force(held.size() * d), square(held.size(), 0.0);
   PetscFunctionBegin;
   PetscCall(state_.gather(t, y));
   PetscCall(terms_->gather(state_));
@@ -64,16 +65,9 @@ PetscErrorCode ParticleModel::force_sizes(double t, Vec y, std::vector<double>* 
   terms_->outer_sizes(t, state_, outer->data());
   for (std::size_t k = 0; k < net_.anchors.particle.size(); ++k)
     (*outer)[net_.anchors.particle[k]] += std::abs(terms_->pairs().anchor_tension(t, state_, static_cast<PetscInt>(k)));
-  for (PetscInt i = 0; i < net_.n; ++i)
-    if (constraints_.held(i)) held.push_back(i);
-  std::vector<double> force(held.size() * static_cast<std::size_t>(d));
   terms_->forces_on(held, t, state_, force.data());
-  for (std::size_t k = 0; k < held.size(); ++k) {
-    double square = 0;
-    for (PetscInt c = 0; c < d; ++c)
-      if (constraints_.held(held[k]) >> c & 1) square += force[k * d + c] * force[k * d + c];
-    (*outer)[held[k]] = std::max((*outer)[held[k]], std::sqrt(square));
-  }
+  constraints_.for_held([&](std::size_t k, int c) { square[k] += force[k * d + c] * force[k * d + c]; });
+  for (std::size_t k = 0; k < held.size(); ++k) (*outer)[held[k]] = std::max((*outer)[held[k]], std::sqrt(square[k]));
   PetscFunctionReturn(0);
 }
 

@@ -74,17 +74,12 @@ PetscErrorCode ParticleModel::place_held(double t, Vec y) {
 
 PetscErrorCode ParticleModel::reactions(double t, Vec y, std::vector<double>* out) {
   const std::size_t d = static_cast<std::size_t>(net_.dim);
-  std::vector<PetscInt> held;
   PetscFunctionBegin;
   PetscCall(state_.gather(t, y));
   PetscCall(terms_->gather(state_));
-  for (PetscInt i = 0; i < net_.n; ++i)
-    if (constraints_.held(i)) held.push_back(i);
-  const std::vector<double> force = reactions_.on(held, t, state_);
+  const std::vector<double> reaction = reactions_.of_holders(t, state_);
   out->assign(static_cast<std::size_t>(net_.n) * d, 0.0);
-  for (std::size_t k = 0; k < held.size(); ++k)
-    for (std::size_t c = 0; c < d; ++c)
-      if (constraints_.held(held[k]) >> c & 1) (*out)[static_cast<std::size_t>(held[k]) * d + c] = force[k * d + c];
+  constraints_.for_held([&](std::size_t k, int c) { (*out)[static_cast<std::size_t>(constraints_.holders()[k]) * d + c] = reaction[k * d + c]; });
   PetscFunctionReturn(0);
 }
 

@@ -42,6 +42,8 @@ PetscErrorCode Constraints::create(Network* network) {
     rollers_.back().mask = static_cast<std::uint8_t>(rollers_.back().mask | one.mask);
   }
   std::sort(rollers_.begin(), rollers_.end(), [](const Roller& a, const Roller& b) { return a.global < b.global; });
+  for (PetscInt i = 0; i < net.n; ++i)
+    if (held(i)) holders_.push_back(i);
   int some = !rollers_.empty();
   PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &some, 1, MPI_INT, MPI_MAX, net.comm));
   rolls_ = some != 0;

@@ -46,6 +46,15 @@ class Constraints {
 
   /// Bit c: component c of local particle i is held, all of fixed ones.
   std::uint8_t held(PetscInt i) const;
+  /// Owned particles with a held component, ascending.
+  const std::vector<PetscInt>& holders() const { return holders_; }
+  /// visit(k, c): of every held component c of holders()[k].
+  template <class Visit>
+  void for_held(Visit visit) const {
+    for (std::size_t k = 0; k < holders_.size(); ++k)
+      for (int c = 0; c < net_->dim; ++c)
+        if (held(holders_[k]) >> c & 1) visit(k, c);
+  }
   /// Whether groups are held by motions, those that keep them at rest included.
   bool holds_groups() const { return !motions_.empty(); }
   const std::vector<Moved>& motions() const { return motions_; }
@@ -114,6 +123,7 @@ class Constraints {
   std::vector<Moved> motions_;
   std::vector<Hold> holds_;
   std::vector<PetscInt> fixed_;  ///< local indices of fixed particles and of those that are driven as a whole, ascending
+  std::vector<PetscInt> holders_;
   /// Of holds_, those of owned particles whose motion may jump: the first of each motion, and all where the place matters.
   std::vector<std::size_t> first_jumpers_, jumpers_;
   std::vector<std::int64_t> held_bits_;

@@ -56,7 +56,7 @@ std::vector<std::uint8_t> held_axes(const Network& net) {
     for (PetscInt e = net.links.start[i]; e < net.links.start[i + 1]; ++e)
       if (net.fixed[net.links.other[e]] && ties(net, e)) held[i] = all;
   for (const PetscInt i : net.anchors.particle) held[i] = all;
-  for (PetscInt i = 0; i < net.n; ++i) held[i] |= net.constraints->held(i);
+  for (const PetscInt i : net.constraints->holders()) held[i] |= net.constraints->held(i);
   return held;
 }
 

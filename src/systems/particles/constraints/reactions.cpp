@@ -11,15 +11,10 @@ PetscErrorCode Reactions::create(const Network& net, const Terms& terms, const N
   net_ = &net;
   constraints_ = net.constraints;
   terms_ = &terms;
-  if (!net.groups.empty())
-    for (PetscInt i = 0; i < net.n; ++i)
-      if (constraints_->held(i)) which_.push_back(i);
   for (const NetworkGroup& group : net.groups) {
     GroupRows rows{group.name, {}};
-    for (const PetscInt i : group.member) {
-      const auto at = std::lower_bound(which_.begin(), which_.end(), i);
-      if (at != which_.end() && *at == i) rows.rows.push_back(static_cast<std::size_t>(at - which_.begin()));
-    }
+    for (const PetscInt i : group.member)
+      if (const std::size_t row = row_of(i); row < constraints_->holders().size()) rows.rows.push_back(row);
     int some = !rows.rows.empty();
     PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &some, 1, MPI_INT, MPI_MAX, net.comm));
     if (some) groups_.push_back(std::move(rows));
@@ -32,7 +27,7 @@ PetscErrorCode Reactions::create(const Network& net, const Terms& terms, const N
     const Constraints::Hold& hold = constraints_->holds()[k];
     if (hold.particle >= net.n || place_[static_cast<std::size_t>(hold.motion)] < 0) continue;
     moved_.push_back(k);
-    row_.push_back(static_cast<std::size_t>(std::lower_bound(which_.begin(), which_.end(), hold.particle) - which_.begin()));
+    row_.push_back(row_of(hold.particle));
   }
   box_ = names_.size();
   if (constraints_->box().moving()) names_.emplace_back("box");
@@ -43,6 +38,12 @@ PetscErrorCode Reactions::create(const Network& net, const Terms& terms, const N
   if (forces.varies()) names_.emplace_back("forces");
   work_.assign(names_.size(), 0.0);
   PetscFunctionReturn(0);
+}
+
+std::size_t Reactions::row_of(PetscInt particle) const {
+  const std::vector<PetscInt>& all = constraints_->holders();
+  const auto at = std::lower_bound(all.begin(), all.end(), particle);
+  return at != all.end() && *at == particle ? static_cast<std::size_t>(at - all.begin()) : all.size();
 }
 
 void Reactions::count_loads(const ParticleLaws* laws) {
@@ -78,8 +79,8 @@ double full_load_energy(const Network& net, const ParticleLaws& laws, const Loca
 
 void Reactions::measure(double t, const LocalState& state, Moment* out) const {
   const std::size_t d = static_cast<std::size_t>(net_->dim);
-  out->force.resize(which_.size() * d);
-  terms_->forces_on(which_, t, state, out->force.data());
+  out->force.resize(moved_.empty() ? 0 : constraints_->holders().size() * d);
+  if (!moved_.empty()) terms_->forces_on(constraints_->holders(), t, state, out->force.data());
   out->x.resize(moved_.size() * d);
   out->v.resize(out->x.size());
   for (std::size_t k = 0; k < moved_.size(); ++k)
@@ -160,19 +161,19 @@ PetscErrorCode Reactions::advance(double t, const LocalState& state) {
   PetscFunctionReturn(0);
 }
 
-std::vector<double> Reactions::on(const std::vector<PetscInt>& which, double t, const LocalState& state) const {
+std::vector<double> Reactions::of_holders(double t, const LocalState& state) const {
   const std::size_t d = static_cast<std::size_t>(net_->dim);
-  std::vector<double> force(which.size() * d);
-  terms_->forces_on(which, t, state, force.data());
-  for (double& f : force) f = -f;
+  std::vector<double> force(constraints_->holders().size() * d), reaction(force.size(), 0.0);
+  terms_->forces_on(constraints_->holders(), t, state, force.data());
+  constraints_->for_held([&](std::size_t k, int c) { reaction[k * d + c] = -force[k * d + c]; });
   for (const Constraints::Hold& hold : constraints_->holds()) {
     if (hold.particle >= net_->n) break;
     double x[3] = {0, 0, 0}, v[3] = {0, 0, 0}, a[3] = {0, 0, 0};
     constraints_->at(hold, t, x, v, a);
-    const auto row = static_cast<std::size_t>(std::lower_bound(which.begin(), which.end(), hold.particle) - which.begin());
-    for (std::size_t c = 0; c < d; ++c) force[row * d + c] += net_->inertia[hold.particle] * a[c];
+    const std::size_t row = row_of(hold.particle);
+    for (std::size_t c = 0; c < d; ++c) reaction[row * d + c] += net_->inertia[hold.particle] * a[c];
   }
-  return force;
+  return reaction;
 }
 
 PetscErrorCode Reactions::observe(double t, const LocalState& state, std::vector<Observable>* out) {
@@ -180,11 +181,10 @@ PetscErrorCode Reactions::observe(double t, const LocalState& state, std::vector
   PetscFunctionBegin;
   std::vector<double> sums(groups_.size() * d, 0.0);
   if (reports()) {
-    const std::vector<double> force = on(which_, t, state);
+    const std::vector<double> reaction = of_holders(t, state);
     for (std::size_t g = 0; g < groups_.size(); ++g)
       for (const std::size_t row : groups_[g].rows)
-        for (std::size_t c = 0; c < d; ++c)
-          if (constraints_->held(which_[row]) >> c & 1) sums[g * d + c] += force[row * d + c];
+        for (std::size_t c = 0; c < d; ++c) sums[g * d + c] += reaction[row * d + c];
     PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, sums.data(), static_cast<PetscMPIInt>(sums.size()), MPI_DOUBLE, MPI_SUM, net_->comm));
   }
   // The sum stands above the groups: readers of H5MD that take every member of /observables for a value find one.

@@ -44,8 +44,8 @@ class Reactions {
   void renew(double t, const LocalState& state);
   /// Collective. reaction/NAME (d numbers) of every group with a held component, work/NAME of what moves.
   PetscErrorCode observe(double t, const LocalState& state, std::vector<Observable>* out);
-  /// m A - f of owned particles that are held in some component, ascending, as one: (which, d) [N].
-  std::vector<double> on(const std::vector<PetscInt>& which, double t, const LocalState& state) const;
+  /// m A - f of held components, 0 of others: (Constraints::holders(), d) [N].
+  std::vector<double> of_holders(double t, const LocalState& state) const;
   /// Sizes of the work of all steps, added up [J].
   double path() const { return path_; }
   /// Sum of the works [J].
@@ -57,7 +57,7 @@ class Reactions {
  private:
   /// Forces of the moment and, for holds that move, where they are.
   struct Moment {
-    std::vector<double> force;  ///< (which, d)
+    std::vector<double> force;  ///< (holders, d), where something moves
     std::vector<double> x, v;   ///< (holds that move, d)
     double pull[3] = {0, 0, 0}, shift[3] = {0, 0, 0};
     BoxForces box;  ///< this rank's share
@@ -67,9 +67,11 @@ class Reactions {
   };
   double work_of_forces(const Moment& now) const;
   void measure(double t, const LocalState& state, Moment* out) const;
+  /// The place of an owned particle among the constraints' holders; their number where it is none.
+  std::size_t row_of(PetscInt particle) const;
   struct GroupRows {
     std::string name;
-    std::vector<std::size_t> rows;  ///< among which_
+    std::vector<std::size_t> rows;  ///< among the constraints' holders
   };
 
   const Network* net_ = nullptr;
@@ -77,9 +79,8 @@ class Reactions {
   const Terms* terms_ = nullptr;
   const NodalForces* forces_ = nullptr;  ///< null: they do none
   const ParticleLaws* loads_ = nullptr;  ///< null: they do none
-  std::vector<PetscInt> which_;          ///< owned particles with a held component
   std::vector<GroupRows> groups_;
-  std::vector<std::size_t> moved_, row_;          ///< holds that move, of owned particles, and their places among which_
+  std::vector<std::size_t> moved_, row_;          ///< holds that move, of owned particles, and their places among the holders
   std::vector<std::string> names_;                ///< of what does work
   std::vector<int> place_;                        ///< of a motion's work among them
   std::size_t box_ = 0, pulled_ = 0, grown_ = 0;  ///< of the works of the box, the anchors and the loads or forces, where there are such
