@@ -39,11 +39,11 @@ PetscErrorCode choose(MPI_Comm comm, const Error& error, Error* chosen) {
   PetscMPIInt winner;
   PetscFunctionBegin;
   *chosen = {};
-  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, first, 2, MPI_INT64_T, MPI_MIN, comm));
+  PetscCall(min_over_ranks(comm, first, 2));
   if (first[1] != 0) PetscFunctionReturn(0);
   const PetscMPIInt rank = rank_of(comm), size = size_of(comm);
   winner = mine && error.where == first[0] ? rank : size;
-  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &winner, 1, MPI_INT, MPI_MIN, comm));
+  PetscCall(min_over_ranks(comm, &winner));
   *chosen = error;
   chosen->where = first[0];
   PetscCall(broadcast(comm, winner, chosen));

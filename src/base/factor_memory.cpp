@@ -1,6 +1,7 @@
 #include "base/factor_memory.hpp"
 #include <petsc/private/pcimpl.h>  // nothing else tells whether a PC is set up
 #include <vector>
+#include "base/collective.hpp"
 #include "base/text.hpp"
 
 namespace bs {
@@ -71,7 +72,7 @@ PetscErrorCode inspect(PC pc, MemoryLack* out) {
 PetscErrorCode unite(MPI_Comm comm, MemoryLack* out) {
   int both[2] = {out->yes, static_cast<int>(-out->infog)};
   PetscFunctionBegin;
-  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, both, 2, MPI_INT, MPI_MAX, comm));
+  PetscCall(max_over_ranks(comm, both, 2));
   out->yes = both[0] != 0;
   out->infog = -both[1];
   PetscFunctionReturn(0);

@@ -19,29 +19,29 @@ struct Found {
   std::vector<std::pair<std::string, std::string>> input_files;  ///< option and path
 };
 
-bool is_file(const std::string& name) {
-  struct stat status;
-  return stat(name.c_str(), &status) == 0 && !S_ISDIR(status.st_mode);
-}
-
 bool is_folder(const std::string& name) {
   struct stat status;
   return stat(name.c_str(), &status) == 0 && S_ISDIR(status.st_mode);
 }
 
-std::string folder_of(const std::string& name) {
-  const auto slash = name.rfind('/');
-  return slash == std::string::npos ? "." : name.substr(0, slash + 1);
+}  // namespace
+
+bool is_file(const std::string& name) {
+  struct stat status;
+  return stat(name.c_str(), &status) == 0 && !S_ISDIR(status.st_mode);
 }
 
-}  // namespace
+std::string folder_of(const std::string& file) {
+  const auto slash = file.rfind('/');
+  if (slash == std::string::npos) return ".";
+  return slash == 0 ? "/" : file.substr(0, slash);
+}
 
 std::vector<std::string> shared_folders() {
   char path[PATH_MAX];
   const ssize_t length = readlink("/proc/self/exe", path, sizeof path);
   if (length <= 0 || length == static_cast<ssize_t>(sizeof path)) return {};
-  std::string bin = folder_of(std::string(path, static_cast<std::size_t>(length)));
-  bin.pop_back();
+  const std::string bin = folder_of(std::string(path, static_cast<std::size_t>(length)));
   std::vector<std::string> found;
   for (const std::string& folder : {bin.substr(0, bin.rfind('/')) + "/share/backspring", bin + "/share/backspring"})
     if (is_folder(folder)) found.push_back(folder);

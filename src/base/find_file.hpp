@@ -7,6 +7,12 @@
 
 namespace bs {
 
+/// Local. Whether it is there and no folder.
+bool is_file(const std::string& name);
+
+/// The folder that a file lies in by its name, "." where that names none.
+std::string folder_of(const std::string& file);
+
 /// Folders that hold the program's own options/ and meshes/, in the order in which they are searched: PREFIX/share/
 /// backspring of an installed program PREFIX/bin/backspring, and what the build folder links to.
 std::vector<std::string> shared_folders();

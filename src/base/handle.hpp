@@ -50,4 +50,20 @@ using SNESHandle = Handle<SNES, SNESDestroy>;
 using TSHandle = Handle<TS, TSDestroy>;
 using ViewerHandle = Handle<PetscViewer, PetscViewerDestroy>;
 
+/// `copy` gets the numbers of `original`, in the vector that it has, or else in one made like that.
+inline PetscErrorCode copy_into(VecHandle* copy, Vec original) {
+  PetscFunctionBegin;
+  if (!*copy) PetscCall(VecDuplicate(original, copy->out()));
+  PetscCall(VecCopy(original, *copy));
+  PetscFunctionReturn(0);
+}
+
+/// Collective. The matrix is ready for use, all its entries set.
+inline PetscErrorCode assemble(Mat A) {
+  PetscFunctionBegin;
+  PetscCall(MatAssemblyBegin(A, MAT_FINAL_ASSEMBLY));
+  PetscCall(MatAssemblyEnd(A, MAT_FINAL_ASSEMBLY));
+  PetscFunctionReturn(0);
+}
+
 }  // namespace bs

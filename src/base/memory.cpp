@@ -109,7 +109,7 @@ PetscErrorCode read_memory_option(MPI_Comm comm) {
 PetscErrorCode reserve_memory(MPI_Comm comm, const MemoryNeed& need) {
   double most = need.bytes;
   PetscFunctionBegin;
-  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &most, 1, MPI_DOUBLE, MPI_MAX, comm));
+  PetscCall(max_over_ranks(comm, &most));
   if (!held_by<MemoryCheck>(comm).on || most < SMALL) PetscFunctionReturn(0);
   const PetscMPIInt rank = rank_of(comm), size = size_of(comm);
   const MemoryUse use = memory_use();

@@ -1,4 +1,5 @@
 #include <vector>
+#include "base/collective.hpp"
 #include "base/error.hpp"
 #include "base/row_sum.hpp"
 #include "base/vec_array.hpp"
@@ -156,7 +157,7 @@ PetscErrorCode CheckpointFile::read_parts(const std::string& group, const std::v
     std::copy(rows.begin(), rows.end(), WriteArray(parts[k].vec).data());
   }
   std::uint64_t all = sum.value();
-  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &all, 1, MPI_UINT64_T, MPI_SUM, comm_));
+  PetscCall(sum_over_ranks(comm_, &all));
   if (!attributes_of(file_, group.c_str(), &facts)) PetscCall(damaged("damaged"));
   if (static_cast<std::uint64_t>(get(facts.whole, "checksum")) != all) PetscCall(damaged(group + " does not match its checksum"));
   PetscFunctionReturn(0);

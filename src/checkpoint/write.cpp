@@ -3,13 +3,13 @@
 #include <cstring>
 #include "base/collective.hpp"
 #include "base/error.hpp"
+#include "base/find_file.hpp"
 #include "base/option_names.hpp"
 #include "base/row_sum.hpp"
 #include "checkpoint/checkpoint.hpp"
 #include "output/fresh_file.hpp"
 #include "output/h5.hpp"
 #include "output/tables.hpp"
-#include "output/whole_hdf5.hpp"
 
 namespace bs {
 
@@ -36,7 +36,7 @@ PetscErrorCode write_parts(MPI_Comm comm, hid_t file, const std::string& name, c
     PetscCall(write_table(file, table));
   }
   std::uint64_t all = sum.value();
-  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &all, 1, MPI_UINT64_T, MPI_SUM, comm));
+  PetscCall(sum_over_ranks(comm, &all));
   PetscCall(open_group(file, name, &group));
   PetscCall(put_attribute(group, "checksum", static_cast<std::int64_t>(all)));
   PetscFunctionReturn(0);

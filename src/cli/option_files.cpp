@@ -20,17 +20,7 @@ namespace bs {
 
 namespace {
 
-bool is_file(const std::string& name) {
-  struct stat status;
-  return stat(name.c_str(), &status) == 0 && !S_ISDIR(status.st_mode);
-}
-
 bool exists(const std::string& name) { return access(name.c_str(), F_OK) == 0; }
-
-std::string folder_of(const std::string& name) {
-  const auto slash = name.rfind('/');
-  return slash == std::string::npos ? "." : name.substr(0, slash + 1);
-}
 
 std::vector<std::string> option_places() {
   std::vector<std::string> places;

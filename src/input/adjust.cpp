@@ -20,8 +20,8 @@ static PetscErrorCode bounding_box(MPI_Comm comm, const Lattice& l, Box* box) {
     box->lo[p % d] = std::min(box->lo[p % d], l.position[p]);
     box->hi[p % d] = std::max(box->hi[p % d], l.position[p]);
   }
-  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, box->lo, l.dim, MPI_DOUBLE, MPI_MIN, comm));
-  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, box->hi, l.dim, MPI_DOUBLE, MPI_MAX, comm));
+  PetscCall(min_over_ranks(comm, box->lo, l.dim));
+  PetscCall(max_over_ranks(comm, box->hi, l.dim));
   PetscFunctionReturn(0);
 }
 
@@ -227,7 +227,7 @@ PetscErrorCode refuse_empty_groups(MPI_Comm comm, const Lattice& l) {
   PetscFunctionBegin;
   for (const Group& group : l.groups) {
     std::int64_t count = std::count(group.member.begin(), group.member.end(), 1);
-    PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &count, 1, MPI_INT64_T, MPI_SUM, comm));
+    PetscCall(sum_over_ranks(comm, &count));
     if (count == 0)
       PetscCall(fail(comm, Exit::input,
                      "group " + group.name + " of " + l.source + " has no particles: choose some by -bs_group_" + group.name + ", or leave it out"));

@@ -1,6 +1,7 @@
 #include <algorithm>
 #include <cinttypes>
 #include <cmath>
+#include "base/collective.hpp"
 #include "base/error.hpp"
 #include "input/hdf5_layout.hpp"
 #include "input/remote.hpp"
@@ -151,8 +152,8 @@ static PetscErrorCode find_shifts(MPI_Comm comm, const Joined& joined, const Lat
   Error fault;
   PetscFunctionBegin;
   // an end that does not exist is reported later, with its place
-  int wrong = std::any_of(joined.ends.begin(), joined.ends.end(), [&](std::int64_t row) { return row < 0 || row >= l.particles.total; });
-  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &wrong, 1, MPI_INT, MPI_MAX, comm));
+  bool wrong = std::any_of(joined.ends.begin(), joined.ends.end(), [&](std::int64_t row) { return row < 0 || row >= l.particles.total; });
+  PetscCall(on_some_rank(comm, wrong, &wrong));
   joined.shift->assign(at(joined.rows.count) * (width - first) * d, 0);
   if (wrong) PetscFunctionReturn(0);
   PetscCall(fetch_rows(comm, l.particles, l.position, l.dim, joined.ends, &ends));
@@ -199,7 +200,7 @@ PetscErrorCode choose_images(MPI_Comm comm, Lattice* l) {
   if (!l->box.active()) PetscFunctionReturn(0);
   for (const Joined& one : all_joined(false, "/springs/shift", l)) {
     std::int64_t given = static_cast<std::int64_t>(one.shift->size());
-    PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &given, 1, MPI_INT64_T, MPI_SUM, comm));
+    PetscCall(sum_over_ranks(comm, &given));
     if (given == 0 && one.rows.total > 0) PetscCall(find_shifts(comm, one, *l));
     PetscCall(check_reach(comm, one, *l));
   }

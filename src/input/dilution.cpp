@@ -39,7 +39,7 @@ PetscErrorCode find_threshold(MPI_Comm comm, std::vector<double> drawn, std::int
     const auto split = std::partition(begin + static_cast<std::ptrdiff_t>(first), begin + static_cast<std::ptrdiff_t>(last),
                                       [middle](double one) { return one < middle; });
     std::int64_t less = split - begin;
-    PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &less, 1, MPI_INT64_T, MPI_SUM, comm));
+    PetscCall(sum_over_ranks(comm, &less));
     if (less <= wanted) {
       low = middle;
       first = static_cast<std::size_t>(split - begin);

@@ -139,7 +139,7 @@ PetscErrorCode find_gone(MPI_Comm comm, PruneRule rule, const Lattice& l, std::v
         [&](std::size_t k) { return losses[k]; }, &heard));
     for (const Loss& one : heard) pruning.lose(one);
     told = static_cast<std::int64_t>(heard.size());
-    PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &told, 1, MPI_INT64_T, MPI_SUM, comm));
+    PetscCall(sum_over_ranks(comm, &told));
   }
   *gone = std::move(pruning.gone);
   PetscFunctionReturn(0);

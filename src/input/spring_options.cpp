@@ -2,6 +2,7 @@
 #include <algorithm>
 #include <cinttypes>
 #include <cmath>
+#include "base/collective.hpp"
 #include "base/error.hpp"
 #include "lattice/spring_laws.hpp"
 
@@ -55,7 +56,7 @@ PetscErrorCode find_used(MPI_Comm comm, const Lattice& l, Used* used) {
   PetscFunctionBegin;
   used->assign(spring_laws().size(), 0);
   for (std::size_t k = 0; k < static_cast<std::size_t>(l.springs.count); ++k) (*used)[law_of(l, k)] = 1;
-  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, used->data(), static_cast<PetscMPIInt>(used->size()), MPI_UINT8_T, MPI_MAX, comm));
+  PetscCall(max_over_ranks(comm, used->data(), used->size()));
   PetscFunctionReturn(0);
 }
 

@@ -2,6 +2,7 @@
 #include <petscksp.h>
 #include <algorithm>
 #include "base/collective.hpp"
+#include "base/handle.hpp"
 
 #if !defined(PETSC_HAVE_SUITESPARSE)
 #error "the coarse grid is factored by CHOLMOD: configure PETSc with --download-suitesparse"
@@ -85,8 +86,7 @@ PetscErrorCode CoarseMatrix::set_values() {
         PetscCall(MatSetValues(E_, 1, &row, width_, columns.data(), from, INSERT_VALUES));
       }
     }
-  PetscCall(MatAssemblyBegin(E_, MAT_FINAL_ASSEMBLY));
-  PetscCall(MatAssemblyEnd(E_, MAT_FINAL_ASSEMBLY));
+  PetscCall(assemble(E_));
   PetscFunctionReturn(0);
 }
 
@@ -130,7 +130,7 @@ PetscErrorCode CoarseMatrix::factor(MPI_Comm comm, bool* definite, bool* factore
   *factored = *definite;
   if (!*factored) PetscCall(set_up(MATSOLVERMUMPS, factored));
   int both[2] = {*definite, *factored};
-  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, both, 2, MPI_INT, MPI_MIN, comm));  // ranks on unlike processors may round differently
+  PetscCall(min_over_ranks(comm, both, 2));  // ranks on unlike processors may round differently
   *definite = both[0] != 0;
   *factored = both[1] != 0;
   PetscFunctionReturn(0);

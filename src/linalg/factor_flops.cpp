@@ -3,26 +3,11 @@
 #include <algorithm>
 #include <numeric>
 #include <vector>
+#include "base/collective.hpp"
 #include "base/handle.hpp"
 
 namespace bs {
 namespace {
-
-/// A list of every rank, end to end on rank 0.
-template <class T>
-PetscErrorCode gather(MPI_Comm comm, const std::vector<T>& own, std::vector<T>* all) {
-  PetscMPIInt rank, size;
-  PetscFunctionBegin;
-  PetscCallMPI(MPI_Comm_rank(comm, &rank));
-  PetscCallMPI(MPI_Comm_size(comm, &size));
-  const int bytes = static_cast<int>(own.size() * sizeof(T));
-  std::vector<int> count(static_cast<std::size_t>(size)), start(count.size() + 1, 0);
-  PetscCallMPI(MPI_Gather(&bytes, 1, MPI_INT, count.data(), 1, MPI_INT, 0, comm));
-  if (rank == 0) std::partial_sum(count.begin(), count.end(), start.begin() + 1);
-  all->resize(static_cast<std::size_t>(start.back()) / sizeof(T));
-  PetscCallMPI(MPI_Gatherv(own.data(), bytes, MPI_BYTE, all->data(), count.data(), start.data(), MPI_BYTE, 0, comm));
-  PetscFunctionReturn(0);
-}
 
 /// The graph of linked free points, numbered by row of the input, in compressed rows; complete on rank 0.
 struct CompressedRows {
@@ -33,8 +18,8 @@ PetscErrorCode gather_graph(MPI_Comm comm, const std::vector<std::int64_t>& own_
   std::vector<std::int64_t> row;
   std::vector<PetscInt> ends;
   PetscFunctionBegin;
-  PetscCall(gather(comm, own_row, &row));  // in the order of global numbers
-  PetscCall(gather(comm, own_ends, &ends));
+  PetscCall(gather_on_rank_0(comm, own_row, &row));  // in the order of global numbers
+  PetscCall(gather_on_rank_0(comm, own_ends, &ends));
   std::vector<std::pair<PetscInt, PetscInt>> pairs;
   for (std::size_t k = 0; k < ends.size(); k += 2)
     pairs.emplace_back(row[static_cast<std::size_t>(ends[k])], row[static_cast<std::size_t>(ends[k + 1])]);

@@ -2,6 +2,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include "base/collective.hpp"
 #include "linalg/lanes.hpp"
 #include "linalg/pair_product.hpp"
 
@@ -48,7 +49,7 @@ PetscErrorCode HatGrid::fills_space(MPI_Comm comm, bool* yes) const {
   for (const PetscInt count : count_) cells *= count - 1;
   for (PetscInt i = 0; i < n_; ++i)
     if (cell(i) >= 0) met[static_cast<std::size_t>(cell(i))] = 1;
-  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, met.data(), static_cast<int>(met.size()), MPI_UNSIGNED_CHAR, MPI_MAX, comm));
+  PetscCall(max_over_ranks(comm, met.data(), met.size()));
   *yes = cells > 0 && 2 * std::count(met.begin(), met.end(), 1) > cells;
   PetscFunctionReturn(0);
 }

@@ -1,19 +1,19 @@
 #include "linalg/overlap.hpp"
 #include <algorithm>
 #include <unordered_map>
+#include "base/collective.hpp"
 #include "base/disjoint_sets.hpp"
 
 namespace bs {
 
 PetscErrorCode Overlap::create(PairMatrix& S, double least) {
   const PairPattern& pattern = S.pattern();
-  int any = 0;
+  bool any = false;
   PetscFunctionBegin;
   std::vector<std::uint8_t> tied(static_cast<std::size_t>(pattern.ghosts), 0);
   for (std::size_t k = 0; k < pattern.ghost.size() && least > 0; ++k)
     if (S.cut_size(k) > least) any = tied[static_cast<std::size_t>(pattern.ghost[k])] = 1;
-  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &any, 1, MPI_INT, MPI_MAX, S.graph().comm));
-  active_ = any != 0;
+  PetscCall(on_some_rank(S.graph().comm, any, &active_));
   if (!active_) PetscFunctionReturn(0);
   publish(S, least);
   PetscCall(find_ties(S));

@@ -2,6 +2,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include "base/handle.hpp"
 #include "base/log_event.hpp"
 #include "base/memory.hpp"
 #include "base/petsc_versions.hpp"
@@ -155,8 +156,7 @@ PetscErrorCode PairMatrix::multiply(Vec p, Vec y) {
   PetscFunctionBegin;
   const LoggedTime logged(LogEvent::product, p);
   if (holds) {
-    if (!free_) PetscCall(VecDuplicate(p, free_.out()));
-    PetscCall(VecCopy(p, free_));
+    PetscCall(copy_into(&free_, p));
     PetscCall(VecGetArray(free_, &a));
     graph_->clear_held(a);
     PetscCall(VecRestoreArray(free_, &a));

@@ -1,6 +1,8 @@
 #include "linalg/rigid_modes.hpp"
 #include <algorithm>
 #include <array>
+#include "base/collective.hpp"
+#include "base/handle.hpp"
 #include "base/vec_array.hpp"
 
 namespace bs {
@@ -15,7 +17,7 @@ PetscErrorCode find_centre(const Graph& graph, const Places& position, double ce
     for (int c = 0; c < graph.dim; ++c) sums[c] += position(i)[c];
     sums[3] += 1;
   }
-  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, sums.data(), 4, MPI_DOUBLE, MPI_SUM, graph.comm));
+  PetscCall(sum_over_ranks(graph.comm, sums.data(), 4));
   for (int c = 0; c < 3; ++c) centre[c] = sums[3] > 0 ? sums[c] / sums[3] : 0;
   PetscFunctionReturn(0);
 }
@@ -53,8 +55,7 @@ PetscErrorCode add_orthonormal(Vec u, PetscReal size, std::vector<VecHandle>* se
   if (length <= NOTHING * size) PetscFunctionReturn(0);
   PetscCall(VecScale(u, 1 / length));
   set->emplace_back();
-  PetscCall(VecDuplicate(u, set->back().out()));
-  PetscCall(VecCopy(u, set->back()));
+  PetscCall(copy_into(&set->back(), u));
   PetscFunctionReturn(0);
 }
 

@@ -28,6 +28,16 @@ PetscErrorCode factoring_pc(PC pc, PC* out) {
   PetscFunctionReturn(0);
 }
 
+PetscErrorCode count_mumps_pivots(PC pc) {
+  Mat factors = nullptr;
+  PetscFunctionBegin;
+  PetscCall(PCFactorSetUpMatSolverType(pc));
+  PetscCall(PCFactorGetMatrix(pc, &factors));
+  PetscCall(MatMumpsSetIcntl(factors, 24, 1));
+  PetscCall(MatMumpsSetIcntl(factors, 13, 1));
+  PetscFunctionReturn(0);
+}
+
 PetscErrorCode make_pivots_relative(PC pc, bool set_up) {
   PetscBool factors = PETSC_FALSE, given = PETSC_FALSE, jacobi = PETSC_FALSE;
   const char* prefix = nullptr;

@@ -14,6 +14,10 @@ PetscErrorCode make_pivots_relative(PC pc, bool set_up);
 /// The one that factors: of `pc` itself, or, where each rank solves the whole system (PCREDUNDANT), of the rank's own solver.
 PetscErrorCode factoring_pc(PC pc, PC* out);
 
+/// Collective. MUMPS, by which `pc` factors with Cholesky, counts negative pivots: only where it looks for null pivots, too, and keeps its last front
+/// on one rank.
+PetscErrorCode count_mumps_pivots(PC pc);
+
 /// Whether `pc` has blocks with solvers of their own.
 PetscErrorCode has_blocks(PC pc, bool* yes);
 

@@ -1,6 +1,7 @@
 #include "network/columns.hpp"
 #include <petscsf.h>
 #include <algorithm>
+#include "base/collective.hpp"
 #include "lattice/spring_laws.hpp"
 
 namespace bs {
@@ -68,7 +69,7 @@ PetscErrorCode fetch(MPI_Comm comm, const Lattice& lattice, Network* net) {
     links.law.push_back(static_cast<std::uint8_t>(got[e * unit]));
     if (links.spring[e] >= 0) net->laws[links.law.back()] = 1;
   }
-  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, net->laws.data(), static_cast<PetscMPIInt>(net->laws.size()), MPI_UINT8_T, MPI_MAX, comm));
+  PetscCall(max_over_ranks(comm, net->laws.data(), net->laws.size()));
   for (std::size_t law = 0; law < net->laws.size(); ++law) {
     if (!net->laws[law]) continue;
     links.width = std::max(links.width, static_cast<int>(spring_laws()[law].width()));

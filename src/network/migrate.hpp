@@ -8,6 +8,7 @@
 #include <string>
 #include <type_traits>
 #include <vector>
+#include "base/collective.hpp"
 #include "network/network.hpp"
 #include "network/partition.hpp"
 
@@ -131,7 +132,7 @@ template <class Record, class Dest, class Make, class Take>
 PetscErrorCode exchange_in_slices(MPI_Comm comm, std::size_t count, std::size_t slice, Dest&& dest, Make&& make, Take&& take) {
   PetscFunctionBegin;
   unsigned long long turns = (count + slice - 1) / slice;
-  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &turns, 1, MPI_UNSIGNED_LONG_LONG, MPI_MAX, comm));
+  PetscCall(max_over_ranks(comm, &turns));
   std::vector<Record> received;
   for (unsigned long long turn = 0; turn < turns; ++turn) {
     const std::size_t begin = std::min(count, static_cast<std::size_t>(turn) * slice), end = std::min(count, begin + slice);

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <numeric>
 #include "base/arrays.hpp"
+#include "base/collective.hpp"
 #include "base/options.hpp"
 #include "network/columns.hpp"
 #include "network/interactions.hpp"
@@ -97,7 +98,7 @@ PetscErrorCode look_up(MPI_Comm comm, const Lattice& lattice, const std::vector<
     for (std::size_t i = 0; i < chosen.size(); ++i)
       if (chosen[i]) found.member.push_back(static_cast<PetscInt>(i));
     found.total = std::count(chosen.begin(), chosen.begin() + static_cast<std::ptrdiff_t>(owned.size()), 1);
-    PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &found.total, 1, MPI_INT64_T, MPI_SUM, comm));
+    PetscCall(sum_over_ranks(comm, &found.total));
     net->groups.push_back(std::move(found));
   }
   PetscFunctionReturn(0);

@@ -6,6 +6,7 @@
 #include <limits>
 #include <string_view>
 #include "base/arrays.hpp"
+#include "base/collective.hpp"
 #include "base/handle.hpp"
 
 namespace bs {
@@ -42,7 +43,7 @@ PetscErrorCode edge_weights(MPI_Comm comm, const RowGraph& graph, std::vector<Pe
       sums[0] += std::log(rate);
       sums[1] += 1;
     }
-  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, sums, 2, MPI_DOUBLE, MPI_SUM, comm));
+  PetscCall(sum_over_ranks(comm, sums, 2));
   const double typical = sums[1] > 0 ? std::exp(sums[0] / sums[1]) : 1;
   weights->reserve(graph.rate.size());
   for (const double rate : graph.rate) weights->push_back(static_cast<PetscInt>(std::clamp(std::round(rate / typical), 1.0, LARGEST)));
@@ -56,7 +57,7 @@ PetscErrorCode vertex_weights(MPI_Comm comm, const RowGraph& graph, PetscInt n, 
   constexpr double MOST = 1e9;
   PetscFunctionBegin;
   double sum = static_cast<double>(OWN) * static_cast<double>(n) + static_cast<double>(graph.other.size());
-  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &sum, 1, MPI_DOUBLE, MPI_SUM, comm));
+  PetscCall(sum_over_ranks(comm, &sum));
   *weights = nullptr;
   if (sum > MOST) PetscFunctionReturn(0);
   PetscCall(PetscMalloc1(n + 1, weights));
@@ -145,9 +146,9 @@ PetscErrorCode cut_boxes(MPI_Comm comm, const Lattice& lattice, const std::vecto
     }
   }
   const int numbers = static_cast<int>(many);
-  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, low.data(), 3 * numbers, MPI_DOUBLE, MPI_MIN, comm));
-  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, high.data(), 3 * numbers, MPI_DOUBLE, MPI_MAX, comm));
-  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, count.data(), numbers, MPI_LONG_LONG, MPI_SUM, comm));
+  PetscCall(min_over_ranks(comm, low.data(), 3 * numbers));
+  PetscCall(max_over_ranks(comm, high.data(), 3 * numbers));
+  PetscCall(sum_over_ranks(comm, count.data(), numbers));
   for (std::size_t b = 0; b < many; ++b) {
     boxes[b].axis = 0;
     for (int c = 1; c < d; ++c)
@@ -162,7 +163,7 @@ PetscErrorCode cut_boxes(MPI_Comm comm, const Lattice& lattice, const std::vecto
       const Box& box = boxes[box_of[k]];
       if (key(lattice, static_cast<std::int64_t>(k), box.axis) < box.cut) ++below[box_of[k]];
     }
-    PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, below.data(), numbers, MPI_LONG_LONG, MPI_SUM, comm));
+    PetscCall(sum_over_ranks(comm, below.data(), numbers));
     for (std::size_t b = 0; b < many; ++b) {
       const int ranks = boxes[b].end - boxes[b].begin, left = ranks / 2;
       const long long wanted = count[b] * left / ranks;

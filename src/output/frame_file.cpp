@@ -6,6 +6,7 @@
 #include <iterator>
 #include "base/collective.hpp"
 #include "base/error.hpp"
+#include "base/find_file.hpp"
 #include "base/log_event.hpp"
 #include "output/h5.hpp"
 

@@ -13,6 +13,7 @@
 #include <vector>
 #include "base/collective.hpp"
 #include "base/error.hpp"
+#include "base/find_file.hpp"
 #include "output/h5.hpp"
 
 namespace bs {
@@ -63,12 +64,6 @@ int create_empty_hdf5(const std::string& file, std::string* name, FileIdentity* 
 }
 
 }  // namespace
-
-std::string folder_of(const std::string& file) {
-  const auto slash = file.rfind('/');
-  if (slash == std::string::npos) return ".";
-  return slash == 0 ? "/" : file.substr(0, slash);
-}
 
 std::string real_name(const std::string& file) {
   struct stat status;
@@ -230,6 +225,25 @@ PetscErrorCode reserve_space(MPI_Comm comm, const std::string& file, std::int64_
   PetscFunctionBegin;
   const int result = ask_rank_0(comm, [&] { return try_reserve(file, from, bytes); });
   *reason = result ? std::strerror(result) : "";
+  PetscFunctionReturn(0);
+}
+
+PetscErrorCode write_whole_hdf5(MPI_Comm comm, const std::string& target, std::int64_t bytes, const std::function<PetscErrorCode(hid_t)>& fill,
+                                std::string* made, std::string* reason) {
+  FileIdentity identity;
+  PetscFunctionBegin;
+  PetscCall(create_fresh_hdf5(comm, target, made, &identity, reason));
+  if (!reason->empty()) PetscFunctionReturn(0);
+  H5 access(H5Pcreate(H5P_FILE_ACCESS), H5Pclose);
+  BS_H5(H5Pset_fapl_mpio(access, comm, MPI_INFO_NULL));
+  H5 file(H5Fopen(made->c_str(), H5F_ACC_RDWR, access), H5Fclose);
+  BS_H5(file);
+  PetscCall(confirm_identity(comm, *made, identity, reason));
+  if (!reason->empty()) PetscFunctionReturn(0);
+  PetscCall(reserve_space(comm, *made, -1, bytes, reason));
+  if (!reason->empty()) PetscFunctionReturn(0);
+  PetscCall(fill(file));
+  BS_H5(H5Fflush(file, H5F_SCOPE_GLOBAL));
   PetscFunctionReturn(0);
 }
 

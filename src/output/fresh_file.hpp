@@ -6,7 +6,9 @@
 #include <petscsys.h>
 #include <sys/stat.h>
 #include <cstdint>
+#include <functional>
 #include <string>
+#include "output/h5.hpp"
 
 namespace bs {
 
@@ -16,9 +18,6 @@ struct FileIdentity {
   ino_t inode = 0;
   friend bool operator==(const FileIdentity& a, const FileIdentity& b) { return a.device == b.device && a.inode == b.inode; }
 };
-
-/// Local. "." or the part of `file` before its last slash.
-std::string folder_of(const std::string& file);
 
 /// Local. Where `file` leads if it is a symbolic link to something that exists; else `file`.
 std::string real_name(const std::string& file);
@@ -62,5 +61,10 @@ PetscErrorCode require_writable(MPI_Comm comm, const std::string& file, const ch
 /// `reason` receives, on every rank, why that is impossible (disk full, quota), or nothing. A file system that cannot reserve is asked for
 /// its free space instead.
 PetscErrorCode reserve_space(MPI_Comm comm, const std::string& file, std::int64_t from, std::int64_t bytes, std::string* reason);
+
+/// Collective. A new file beside `target` of some `bytes`, which `fill` writes on all ranks; `made` is its name, empty where none was made, for
+/// give_name() or unlink() on rank 0. `reason`: why the system does not let it be written, or nothing.
+PetscErrorCode write_whole_hdf5(MPI_Comm comm, const std::string& target, std::int64_t bytes, const std::function<PetscErrorCode(hid_t)>& fill,
+                                std::string* made, std::string* reason);
 
 }  // namespace bs

@@ -124,28 +124,11 @@ struct Content {
 
 }  // namespace
 
-/// `rows` of all ranks behind each other on rank 0.
-template <class T>
-static PetscErrorCode gather(MPI_Comm comm, MPI_Datatype type, T* rows) {
-  PetscFunctionBegin;
-  const PetscMPIInt rank = rank_of(comm), ranks = size_of(comm);
-  const int mine = static_cast<int>(rows->size());
-  std::vector<int> counts(rank == 0 ? static_cast<std::size_t>(ranks) : 0), starts(counts.size());
-  PetscCallMPI(MPI_Gather(&mine, 1, MPI_INT, counts.data(), 1, MPI_INT, 0, comm));
-  std::partial_sum(counts.begin(), counts.end(), starts.begin());
-  T all;
-  if (rank == 0) all.resize(static_cast<std::size_t>(starts.back()));
-  for (std::size_t k = 0; k < starts.size(); ++k) starts[k] -= counts[k];
-  PetscCallMPI(MPI_Gatherv(rows->data(), mine, type, all.data(), counts.data(), starts.data(), type, 0, comm));
-  *rows = std::move(all);
-  PetscFunctionReturn(0);
-}
-
 PetscErrorCode gather_table(MPI_Comm comm, Dataset* table) {
   PetscFunctionBegin;
-  if (Words* words = std::get_if<Words>(&table->rows)) PetscCall(gather(comm, MPI_CHAR, &words->text));
-  else if (auto* whole = std::get_if<std::vector<std::int64_t>>(&table->rows)) PetscCall(gather(comm, MPI_INT64_T, whole));
-  else PetscCall(gather(comm, MPI_DOUBLE, &std::get<std::vector<double>>(table->rows)));
+  if (Words* words = std::get_if<Words>(&table->rows)) PetscCall(gather_on_rank_0(comm, words->text, &words->text));
+  else if (auto* whole = std::get_if<std::vector<std::int64_t>>(&table->rows)) PetscCall(gather_on_rank_0(comm, *whole, whole));
+  else if (auto* numbers = std::get_if<std::vector<double>>(&table->rows)) PetscCall(gather_on_rank_0(comm, *numbers, numbers));
   table->first = 0;
   PetscFunctionReturn(0);
 }

@@ -63,8 +63,8 @@ class PythonSession {
       busy_ = !outermost;
     }
     if (!outermost) return error;
-    int raised = raised_ ? 1 : 0;
-    MPI_Allreduce(MPI_IN_PLACE, &raised, 1, MPI_INT, MPI_MAX, comm_);
+    bool raised = false;
+    (void)on_some_rank(comm_, raised_ != nullptr, &raised);
     if (raised_) std::rethrow_exception(std::exchange(raised_, nullptr));
     if (raised) {
       error = {};

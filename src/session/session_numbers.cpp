@@ -1,5 +1,6 @@
 // Numbers of a session's lattice that are given anew, and equilibria that follow them.
 #include "base/collective.hpp"
+#include "base/handle.hpp"
 #include "base/text.hpp"
 #include "lattice/numbers.hpp"
 #include "lattice/spring_laws.hpp"
@@ -56,8 +57,7 @@ PetscErrorCode Session::Impl::hold_state() {
   if (given_state) PetscFunctionReturn(0);
   PetscCall(begin());
   PetscCall(run->state_vector(&y));
-  PetscCall(VecDuplicate(y, given_state.out()));
-  PetscCall(VecCopy(y, given_state));
+  PetscCall(copy_into(&given_state, y));
   PetscCall(start_anew(run->time(), steps_so_far()));
   PetscFunctionReturn(0);
 }

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include "base/collective.hpp"
+#include "base/handle.hpp"
 #include "base/option_names.hpp"
 #include "base/text.hpp"
 #include "base/vec_array.hpp"
@@ -68,8 +69,7 @@ PetscErrorCode Session::Impl::set(Array what, const std::vector<double>& rows) {
   PetscCall(model->gather_state(given_state, &parts));
   copy_to(parts[what == Array::position ? 0 : 1].vec, rows);
   VecHandle before;
-  PetscCall(VecDuplicate(given_state, before.out()));
-  PetscCall(VecCopy(given_state, before));
+  PetscCall(copy_into(&before, given_state));
   PetscCall(model->scatter_state(given_state));
   keep_held(*model->mechanics(), before, given_state);
   PetscFunctionReturn(0);
@@ -126,8 +126,7 @@ PetscErrorCode Session::Impl::save(State* out) {
   out->steps = steps_so_far();
   out->y = numbers_of(y);
   if (model->mechanics()) {
-    PetscCall(VecDuplicate(y, shown.out()));
-    PetscCall(VecCopy(y, shown));
+    PetscCall(copy_into(&shown, y));
     PetscCall(model->mechanics()->place_held(out->time, shown));
     out->shown = numbers_of(shown);
   }

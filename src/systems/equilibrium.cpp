@@ -2,6 +2,8 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include "base/collective.hpp"
+#include "base/handle.hpp"
 #include "base/vec_array.hpp"
 
 namespace bs {
@@ -18,8 +20,7 @@ class Equilibrium::Potential final : public Incremental {
       PetscCall(energy_.follow(y, z));
       PetscFunctionReturn(0);
     }
-    if (!line_) PetscCall(VecDuplicate(z, line_.out()));
-    PetscCall(VecCopy(z, line_));
+    PetscCall(copy_into(&line_, z));
     PetscCall(zero_velocities(line_));
     PetscCall(self_.at_rest(y));
     PetscCall(energy_.follow(self_.rest_, line_));
@@ -117,7 +118,7 @@ PetscErrorCode Equilibrium::step_forces(Vec y, Vec F, double* left, double* iner
       sums[0] += aF[at.v(i, c)] * aF[at.v(i, c)];
       if (lin.moves(i, c)) sums[1] += f * f;
     }
-  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, sums, 2, MPI_DOUBLE, MPI_SUM, comm()));
+  PetscCall(sum_over_ranks(comm(), sums, 2));
   *left = std::sqrt(sums[0]);
   *inertia = std::sqrt(sums[1]);
   PetscFunctionReturn(0);
@@ -177,7 +178,7 @@ PetscErrorCode Equilibrium::residual_floor(double t, Vec y, double, Form form, R
   }
   PetscCall(roundings(s));
   for (const double each : rounding_) sum += each * each;
-  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &sum, 1, MPI_DOUBLE, MPI_SUM, comm()));
+  PetscCall(sum_over_ranks(comm(), &sum));
   floor_ = std::sqrt(sum);
   *floor = {0, floor_};
   PetscFunctionReturn(0);
@@ -203,7 +204,7 @@ PetscErrorCode Equilibrium::velocity_errors(Vec y, Vec F, double, Form form, dou
     for (PetscInt c = 0; c < at.dim; ++c) square += a[at.v(i, c)] * a[at.v(i, c)];
     most = std::max(most, share_left(i, std::sqrt(square), inner[k] + outer[k]));
   }
-  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &most, 1, MPI_DOUBLE, MPI_MAX, comm()));
+  PetscCall(max_over_ranks(comm(), &most));
   *worst = most;
   *fastest = 1;
   PetscFunctionReturn(0);

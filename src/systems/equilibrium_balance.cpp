@@ -2,6 +2,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include "base/collective.hpp"
 #include "base/text.hpp"
 #include "systems/equilibrium.hpp"
 
@@ -66,7 +67,7 @@ PetscErrorCode Equilibrium::balance(double t, Vec y, Balance* out) {
     most[4] = std::max(most[4], share_left(i, left, inner[k] + outer[k]));
     most[5] = std::max(most[5], slight_force(i));
   }
-  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, most, 6, MPI_DOUBLE, MPI_MAX, comm()));
+  PetscCall(max_over_ranks(comm(), most, 6));
   *out = {most[0], most[1], most[2], most[3], most[4], most[5]};
   PetscFunctionReturn(0);
 }

@@ -3,6 +3,8 @@
 #include <cmath>
 #include <cstdint>
 #include <cstring>
+#include "base/collective.hpp"
+#include "base/handle.hpp"
 #include "base/vec_array.hpp"
 #include "lattice/random.hpp"
 #include "systems/breaks.hpp"
@@ -49,7 +51,7 @@ PetscErrorCode Equilibrium::mean_rate(double* rate) {
       sums[0] += std::abs(f[static_cast<std::size_t>(i * at.dim + c)]);
       sums[1] += masses[i];
     }
-  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, sums, 2, MPI_DOUBLE, MPI_SUM, comm()));
+  PetscCall(sum_over_ranks(comm(), sums, 2));
   *rate = sums[0] > 0 && std::isfinite(sums[0]) ? sums[0] / sums[1] : 1;
   PetscFunctionReturn(0);
 }
@@ -81,14 +83,12 @@ PetscErrorCode Equilibrium::jacobian(double t, Vec y, Vec, double sigma, Form fo
   PetscCall(stand(t, y, &s));
   PetscCall(tangent_.linearise(s, rest_, moves() ? 1 / step_ : sigma, form));
   if (moves()) {
-    PetscCall(MatAssemblyBegin(P, MAT_FINAL_ASSEMBLY));
-    PetscCall(MatAssemblyEnd(P, MAT_FINAL_ASSEMBLY));
+    PetscCall(assemble(P));
     PetscFunctionReturn(0);
   }
   if (rate_ == 0) PetscCall(mean_rate(&rate_));
   tangent_.set_static(least_shift(sharp_));
-  PetscCall(MatAssemblyBegin(P, MAT_FINAL_ASSEMBLY));
-  PetscCall(MatAssemblyEnd(P, MAT_FINAL_ASSEMBLY));
+  PetscCall(assemble(P));
   PetscFunctionReturn(0);
 }
 

@@ -1,6 +1,8 @@
 #include "systems/first_order.hpp"
 #include <algorithm>
 #include <cmath>
+#include "base/collective.hpp"
+#include "base/handle.hpp"
 #include "base/vec_array.hpp"
 
 namespace bs {
@@ -49,8 +51,7 @@ PetscErrorCode FirstOrder::jacobian(double t, Vec y, Vec, double sigma, Form for
   PetscCall(tangent_.linearise(t, y, sigma, form));
   PetscCall(PetscObjectTypeCompare(reinterpret_cast<PetscObject>(P), MATSHELL, &shell));
   if (shell) {  // nothing to fill, but the preconditioner must know that J has changed
-    PetscCall(MatAssemblyBegin(P, MAT_FINAL_ASSEMBLY));
-    PetscCall(MatAssemblyEnd(P, MAT_FINAL_ASSEMBLY));
+    PetscCall(assemble(P));
     PetscFunctionReturn(0);
   }
   PetscCall(own_->assemble_first_order(sigma, form == Form::momentum, P));
@@ -103,7 +104,7 @@ PetscErrorCode FirstOrder::residual_norms(Vec F, ResidualNorms* norms) {
     for (PetscInt k = at.x(i); k < at.x(i) + at.dim; ++k) (*norms)[0] += aF[k] * aF[k];
     for (PetscInt k = at.v(i); k < at.v(i) + at.dim; ++k) (*norms)[1] += aF[k] * aF[k];
   }
-  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, norms->data(), 2, MPI_DOUBLE, MPI_SUM, comm()));
+  PetscCall(sum_over_ranks(comm(), norms->data(), 2));
   for (double& norm : *norms) norm = std::sqrt(norm);
   PetscFunctionReturn(0);
 }
@@ -127,7 +128,7 @@ PetscErrorCode FirstOrder::velocity_errors(Vec y, Vec F, double sigma, Form form
     high[0] = std::max(high[0], error - NEAR * rounding_[static_cast<std::size_t>(i)]);
     high[1] = std::max(high[1], v);
   }
-  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, high, 2, MPI_DOUBLE, MPI_MAX, comm()));
+  PetscCall(max_over_ranks(comm(), high, 2));
   *worst = high[0];
   *fastest = high[1];
   PetscFunctionReturn(0);
@@ -154,7 +155,7 @@ PetscErrorCode FirstOrder::residual_floor(double t, Vec y, double sigma, Form fo
       (*floor)[0] += kinematic * kinematic;
       (*floor)[1] += momentum * momentum;
     }
-  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, floor->data(), 2, MPI_DOUBLE, MPI_SUM, comm()));
+  PetscCall(sum_over_ranks(comm(), floor->data(), 2));
   for (double& norm : *floor) norm = 2 * PETSC_MACHINE_EPSILON * std::sqrt(norm);
   PetscFunctionReturn(0);
 }

@@ -1,6 +1,7 @@
 #include <algorithm>
 #include <cmath>
 #include <numeric>
+#include "base/collective.hpp"
 #include "base/handle.hpp"
 #include "base/petsc_versions.hpp"
 #include "base/vec_array.hpp"
@@ -92,11 +93,11 @@ PetscErrorCode FirstOrderTangent::multiply(Vec z, Vec y) {
 PetscErrorCode FirstOrderTangent::damp(const std::vector<double>& a, std::vector<double>* damping) {
   constexpr double ROUNDINGS = 16, LOST = 1000;
   const double most = std::accumulate(a.begin(), a.end(), 0.0, [](double m, double value) { return std::max(m, std::abs(value)); });
-  int some = !(most <= PETSC_MACHINE_EPSILON * std::min(ROUNDINGS * std::max(size_, speed_), LOST * speed_));
+  bool some = !(most <= PETSC_MACHINE_EPSILON * std::min(ROUNDINGS * std::max(size_, speed_), LOST * speed_));
   PetscFunctionBegin;
   damping->assign(a.size(), 0.0);
   if (static_) PetscFunctionReturn(0);
-  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &some, 1, MPI_INT, MPI_MAX, comm()));
+  PetscCall(on_some_rank(comm(), some, &some));
   if (some) PetscCall(own_.damping_force(a.data(), damping->data()));
   PetscFunctionReturn(0);
 }

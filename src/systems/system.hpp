@@ -10,9 +10,15 @@
 #include <variant>
 #include <vector>
 #include "base/powers.hpp"
-#include "systems/step.hpp"
 
 namespace bs {
+
+/// A step that is done: it ended at time t after the length h, [s] or of the load factor. `number` counts from 1 on, 0: the start; `attempt`: how
+/// many attempts of it were rejected before.
+struct Step {
+  PetscReal t = 0, h = 0;
+  PetscInt number = 0, attempt = 0;
+};
 
 /// A named quantity of one moment: one row of a frame.
 struct Observable {

@@ -71,7 +71,7 @@ PetscErrorCode Compliance::is_resisted(Equilibrium& model, Vec load, Vec u, bool
       sums[0] += af[at.v(i, c)] * au[at.x(i, c)];
       sums[1] += masses[static_cast<std::size_t>(i)] * au[at.x(i, c)] * au[at.x(i, c)];
     }
-  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, sums, 2, MPI_DOUBLE, MPI_SUM, model.comm()));
+  PetscCall(sum_over_ranks(model.comm(), sums, 2));
   *yes = std::abs(sums[0]) > DISTINCT * model.sharp_shift() * sums[1];
   PetscFunctionReturn(0);
 }
@@ -86,7 +86,7 @@ PetscErrorCode Compliance::add_means(MPI_Comm comm, Vec u, std::size_t column) {
   for (std::size_t g = 0; g < groups_.size(); ++g)
     for (const PetscInt i : groups_[g].member)
       for (std::size_t c = 0; c < d; ++c) sums[g * d + c] += a[at.x(i, static_cast<PetscInt>(c))];
-  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, sums.data(), static_cast<PetscMPIInt>(size), MPI_DOUBLE, MPI_SUM, comm));
+  PetscCall(sum_over_ranks(comm, sums.data(), size));
   for (std::size_t g = 0; g < groups_.size(); ++g)
     for (std::size_t k = g * d; k < (g + 1) * d; ++k) value_[k * size + column] = sums[k] / static_cast<double>(groups_[g].total);
   PetscFunctionReturn(0);

@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 #include "systems/equilibrium.hpp"
-#include "tasks/final_results.hpp"
+#include "tasks/result.hpp"
 
 namespace bs {
 

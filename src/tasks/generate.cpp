@@ -12,7 +12,6 @@
 #include "output/progress.hpp"
 #include "output/report.hpp"
 #include "output/tables.hpp"
-#include "output/whole_hdf5.hpp"
 #include "systems/create.hpp"
 #include "systems/particles/lattice_tables.hpp"
 #include "tasks/run_options.hpp"
@@ -36,7 +35,7 @@ PetscErrorCode check_name(MPI_Comm comm, const std::string& file) {
 PetscErrorCode count_parts(MPI_Comm comm, const Lattice& l, std::vector<std::pair<std::string, std::int64_t>>* out) {
   std::int64_t fixed = std::count(l.fixed.begin(), l.fixed.end(), 1);
   PetscFunctionBegin;
-  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &fixed, 1, MPI_INT64_T, MPI_SUM, comm));
+  PetscCall(sum_over_ranks(comm, &fixed));
   *out = {{"particle", l.particles.total}, {"fixed particle", fixed}, {"spring", l.springs.total}, {"anchor", l.anchors.total}};
   for (std::size_t kind = 0; kind < l.interactions.size(); ++kind)
     out->emplace_back(interaction_schemas()[kind].title, l.interactions[kind].rows.total);

@@ -93,8 +93,7 @@ PetscErrorCode make(Model& model, double t, Vec y, Named* M, Named* K, Named* D)
   PetscCall(MatCreateAIJ(model.comm(), n, n, PETSC_DETERMINE, PETSC_DETERMINE, 1, nullptr, 0, nullptr, M->matrix.out()));
   PetscCall(MatGetOwnershipRange(M->matrix, &row, nullptr));
   for (PetscInt k = 0; k < n; ++k) PetscCall(MatSetValue(M->matrix, row + k, row + k, order.mass[static_cast<std::size_t>(k)], INSERT_VALUES));
-  PetscCall(MatAssemblyBegin(M->matrix, MAT_FINAL_ASSEMBLY));
-  PetscCall(MatAssemblyEnd(M->matrix, MAT_FINAL_ASSEMBLY));
+  PetscCall(assemble(M->matrix));
   PetscFunctionReturn(0);
 }
 
@@ -153,7 +152,7 @@ PetscErrorCode write_market(const Named& named, double t, PetscInt dim, const st
   PetscCall(local_lines(named.matrix, &lines, &count, &fault));
   if (fault) fault.text = std::string("option -bs_write_matrices: ") + named.meaning + ": " + fault.text + ": it is not written";
   PetscCall(fail_if_any(comm, fault));
-  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &count, 1, MPIU_INT, MPI_SUM, comm));
+  PetscCall(sum_over_ranks(comm, &count));
   PetscCall(collect(comm, &lines));
   if (rank == 0) {
     const std::string head = format(

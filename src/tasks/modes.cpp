@@ -97,7 +97,7 @@ PetscErrorCode ModesRun::measure_forces() {
   std::vector<double> size(static_cast<std::size_t>(at.particles * at.dim), 0.0);
   PetscCall(mechanics.force_magnitudes(time_, y_, size.data()));
   for (const double s : size) most[1] = std::max(most[1], s);
-  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, most, 2, MPI_DOUBLE, MPI_MAX, model_.comm()));
+  PetscCall(max_over_ranks(model_.comm(), most, 2));
   largest_force_ = most[0];
   force_size_ = most[1];
   PetscFunctionReturn(0);
@@ -109,9 +109,8 @@ PetscErrorCode ModesRun::detect_damping() {
   PetscFunctionBegin;
   for (std::size_t k = 0; k < w.size(); ++k) w[k] = static_cast<double>((7 * k + 3) % 11) - 5.0;
   PetscCall(model_.mechanics()->linearisation().damping_force(w.data(), f.data()));
-  int some = std::any_of(f.begin(), f.end(), [](double value) { return value != 0; });
-  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &some, 1, MPI_INT, MPI_MAX, model_.comm()));
-  damped_ = some != 0;
+  const bool some = std::any_of(f.begin(), f.end(), [](double value) { return value != 0; });
+  PetscCall(on_some_rank(model_.comm(), some, &damped_));
   PetscFunctionReturn(0);
 }
 

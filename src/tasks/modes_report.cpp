@@ -33,7 +33,7 @@ PetscErrorCode ModesRun::find_effective_masses() {
   PetscFunctionBegin;
   PetscCall(form_.create_full(shape_.out()));
   for (PetscInt i = 0; i < at.particles; ++i) mass_ += lin.moves(i, 0) ? m[static_cast<std::size_t>(i)] : 0.0;
-  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &mass_, 1, MPI_DOUBLE, MPI_SUM, model_.comm()));
+  PetscCall(sum_over_ranks(model_.comm(), &mass_));
   participation_.assign(modes_.mode.size() * static_cast<std::size_t>(at.dim), 0.0);
   for (std::size_t k = 0; k < modes_.mode.size(); ++k) {
     PetscCall(form_.shape(modes_.mode[k].u, shape_));
@@ -42,7 +42,7 @@ PetscErrorCode ModesRun::find_effective_masses() {
       for (PetscInt c = 0; c < at.dim; ++c) participation_[k * at.dim + c] += m[static_cast<std::size_t>(i)] * q[i * at.dim + c];
   }
   const PetscMPIInt count = static_cast<PetscMPIInt>(participation_.size());
-  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, participation_.data(), count, MPI_DOUBLE, MPI_SUM, model_.comm()));
+  PetscCall(sum_over_ranks(model_.comm(), participation_.data(), count));
   for (double& value : participation_) value *= value;
   PetscFunctionReturn(0);
 }
@@ -73,7 +73,7 @@ PetscErrorCode ModesRun::page(std::size_t k, Vec* out) {
       if (q[i] < 0) place[1] = first + i;
     }
   PetscCall(VecRestoreArrayRead(*out, &q));
-  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, place, 2, MPIU_INT, MPI_MIN, model_.comm()));
+  PetscCall(min_over_ranks(model_.comm(), place, 2));
   if (place[0] == place[1]) PetscCall(VecScale(*out, -1.0));
   PetscFunctionReturn(0);
 }

@@ -3,7 +3,6 @@
 #include <petscts.h>
 #include <vector>
 #include "systems/equilibrium.hpp"
-#include "tasks/final_results.hpp"
 #include "tasks/result.hpp"
 
 namespace bs {

@@ -1,10 +1,13 @@
-// What a task finds, for a program that asks for numbers and not for files.
+// What a task finds: numbers for a program that asks for them, and what a run tells of its last state.
 #pragma once
 #include <cstdint>
 #include <functional>
+#include <string>
 #include <vector>
+#include "output/report.hpp"
 #include "solvers/step_record.hpp"
 #include "systems/frame_rows.hpp"
+#include "systems/system.hpp"
 
 namespace bs {
 
@@ -23,6 +26,14 @@ struct Result {
   std::vector<double> shapes;                                    ///< modes: (K, N, d), of the mass matrix's norm 1 [kg^-1/2]
   std::vector<double> residual;                                  ///< modes: bounds of the errors of omega_squared [1/s^2]
   std::int64_t zero_modes = -1;                                  ///< modes, moduli: motions without stiffness; -1: not counted
+};
+
+/// What a task computes at the last state of a run, for its report, its trajectory and its summary.
+struct FinalResults {
+  std::string failure;             ///< why nothing could be computed; empty where it was
+  std::vector<Dataset> tables;     ///< of the trajectory, which has them already, without values
+  Report report;                   ///< entries of the report
+  std::vector<std::string> lines;  ///< of the summary
 };
 
 }  // namespace bs

@@ -1,6 +1,7 @@
 #include "tasks/run.hpp"
 #include <algorithm>
 #include <cmath>
+#include "base/collective.hpp"
 #include "base/error.hpp"
 #include "base/option_names.hpp"
 #include "output/tables.hpp"
@@ -43,41 +44,10 @@ PetscErrorCode Run::on_step(const StepRecord& record) {
   progress_.update(state());
   if (options_.rest > 0) PetscCall(end_at_rest(record.time, y));
   if (hooks_.on_step) hooks_.on_step(record);
-  if (record.step == pause_at_) PetscCall(TSSetConvergedReason(ts_, TS_CONVERGED_USER));
-  if (hooks_.done && hooks_.done()) PetscCall(TSSetConvergedReason(ts_, TS_CONVERGED_USER));
+  if (record.step == pause_at_) PetscCall(pause());
+  if (hooks_.done && hooks_.done()) PetscCall(pause());
   if (hooks_.after_break) good_facts_ = facts();
   PetscFunctionReturn(0);
-}
-
-/// A checkpoint's name of a number that the run began with.
-static std::string begin_key(const Observable& o, std::size_t k) { return format("begin_%s_%zu", o.name.c_str(), k); }
-
-/// What a checkpoint holds of the run besides its stepping: what it has counted, and what it goes by.
-Facts Run::facts() const {
-  Facts run = inputs_;
-  for (const Tally& tally : tallies()) run.whole["count_" + tally.key] = tally.count;
-  run.real["time"] = stepper_->good_time();
-  run.real["most_force"] = most_force_;
-  run.real["most_speed"] = most_speed_;
-  for (const Observable& o : first_)
-    for (std::size_t k = 0; k < o.value.size(); ++k) run.real[begin_key(o, k)] = o.value[k];
-  watch_.save(&run);
-  warnings_.save(&run);
-  if (hooks_.save) hooks_.save(&run);
-  return run;
-}
-
-/// After the look at the state that a continued run begins with: what that counts is counted already.
-void Run::restore_facts() {
-  if (steps_at_restart_ < 0) return;
-  watch_.restore(continued_);
-  if (hooks_.restore) hooks_.restore(continued_);
-  for (const Tally& tally : tallies()) {
-    const auto was = continued_.whole.find("count_" + tally.key);
-    if (was != continued_.whole.end()) earlier_[tally.key] = was->second - tally.count;
-  }
-  for (Observable& o : first_)
-    for (std::size_t k = 0; k < o.value.size(); ++k) o.value[k] = continued_.real_of(begin_key(o, k), o.value[k]);
 }
 
 /// Both must have fallen: what swings has no velocity at one moment and no force at another.
@@ -97,11 +67,11 @@ PetscErrorCode Run::end_at_rest(double time, Vec y) {
       sums[1] += masses[static_cast<std::size_t>(i)] * a[at.v(i, c)] * a[at.v(i, c)];
     }
   PetscCall(VecRestoreArrayRead(y, &a));
-  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, sums, 2, MPI_DOUBLE, MPI_SUM, model_.comm()));
+  PetscCall(sum_over_ranks(model_.comm(), sums, 2));
   most_force_ = std::max(most_force_, std::sqrt(sums[0]));
   most_speed_ = std::max(most_speed_, std::sqrt(sums[1]));
   rests_ = std::sqrt(sums[0]) <= options_.rest * most_force_ && std::sqrt(sums[1]) <= options_.rest * most_speed_;
-  if (rests_) PetscCall(TSSetConvergedReason(ts_, TS_CONVERGED_USER));
+  if (rests_) PetscCall(pause());
   PetscFunctionReturn(0);
 }
 
@@ -167,22 +137,6 @@ PetscErrorCode Run::on_flush() {
   PetscFunctionReturn(0);
 }
 
-PetscErrorCode Run::on_save() {
-  PetscFunctionBegin;
-  if (!options_.saving.file.empty() && !spoiled_) PetscCall(save(options_.saving.file));
-  PetscFunctionReturn(0);
-}
-
-PetscErrorCode Run::save(const std::string& file) {
-  TrajectoryMark mark;
-  Vec y;
-  PetscFunctionBegin;
-  PetscCall(TSGetSolution(ts_, &y));
-  PetscCall(flushed_mark(trajectory_.get(), &mark));
-  PetscCall(save_run(model_, *stepper_, ts_, y, file, options_.output.trajectory.file, mark, good_facts()));
-  PetscFunctionReturn(0);
-}
-
 /// What broke comes to rest, by the task. Where the step is taken back, frames of the motion stay in the file, in front of one of the last good
 /// state; a checkpoint knows nothing of them.
 PetscErrorCode Run::after_break(double time, Vec y, const std::function<PetscErrorCode(Vec)>& frame, bool* found, std::string* failure) {
@@ -207,33 +161,6 @@ PetscErrorCode Run::after_break(double time, Vec y, const std::function<PetscErr
   PetscFunctionReturn(0);
 }
 
-/// The last good state: a frame of its own if it has none, and a checkpoint, also of a failed run that was given no name for
-/// one. The checkpoint knows nothing of a frame between output times, which a continued run takes away. A continued run that
-/// took no step leaves the trajectory, and the checkpoint it came from, as they were.
-PetscErrorCode Run::save_last(bool failed) {
-  const Facts good = good_facts();
-  TrajectoryMark mark;
-  Vec y;
-  PetscFunctionBegin;
-  PetscCall(TSGetSolution(ts_, &y));
-  PetscCall(flushed_mark(trajectory_.get(), &mark));
-  if (abandoned_.shown) mark = abandoned_.before;
-  if (abandoned_.shown || (!stepper_->framed() && !untouched()))
-    PetscCall(on_frame(static_cast<PetscInt>(stepper_->counts().steps), stepper_->good_time(), y));
-  else if (observed_ != stepper_->good_time()) PetscCall(observe(stepper_->good_time(), y));  // the last look was at a step that was taken back
-  if (!hooks_.checkpoints || spoiled_ || (model_.mechanics() && !model_.mechanics()->given_motion().empty())) PetscFunctionReturn(0);
-  std::string file = options_.saving.file;
-  if (file.empty() && failed && trajectory_) file = options_.output.trajectory.file + ".checkpoint";
-  if (file.empty()) PetscFunctionReturn(0);
-  if (idle() && (options_.saving.file.empty() || file == options_.saving.restart)) {
-    last_checkpoint_ = options_.saving.restart;
-    PetscFunctionReturn(0);
-  }
-  PetscCall(save_run(model_, *stepper_, ts_, y, file, options_.output.trajectory.file, mark, good));
-  last_checkpoint_ = file;
-  PetscFunctionReturn(0);
-}
-
 PetscErrorCode Run::advance(int* exit_code) {
   PetscFunctionBegin;
   *exit_code = 0;
@@ -255,8 +182,9 @@ PetscErrorCode Run::begin() {
   if (resumed_) {
     PetscCall(observe(stepper_->good_time(), y));
     PetscCall(watch_.check(first_step, stepper_->good_time(), y, true));
+  } else {
+    PetscCall(on_frame(first_step, stepper_->good_time(), y));
   }
-  if (!resumed_) PetscCall(on_frame(first_step, stepper_->good_time(), y));
   if (first_.empty()) first_ = last_;
   if (steps_at_restart_ <= 0 && hooks_.begin)
     stepper_->set_on_begin([this] {

@@ -6,7 +6,6 @@
 #include "output/progress.hpp"
 #include "systems/model.hpp"
 #include "tasks/adviser.hpp"
-#include "tasks/final_results.hpp"
 #include "tasks/result.hpp"
 #include "tasks/run_options.hpp"
 #include "time/energy_watch.hpp"

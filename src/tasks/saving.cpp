@@ -5,6 +5,8 @@
 #include "base/options.hpp"
 #include "output/h5.hpp"
 #include "output/output_locks.hpp"
+#include "systems/mechanics.hpp"
+#include "tasks/run.hpp"
 #include "time/stepper.hpp"
 
 namespace bs {
@@ -82,6 +84,80 @@ PetscErrorCode remove_stale_checkpoint(MPI_Comm comm, const std::string& traject
 TrajectoryMark mark_of(const CheckpointFile& file) {
   const Facts& run = file.run();
   return {run.whole_of("frames"), run.whole_of("log_rows"), run.real_of("last_frame_time")};
+}
+
+/// A checkpoint's name of a number that the run began with.
+static std::string begin_key(const Observable& o, std::size_t k) { return format("begin_%s_%zu", o.name.c_str(), k); }
+
+/// What a checkpoint holds of the run besides its stepping: what it has counted, and what it goes by.
+Facts Run::facts() const {
+  Facts run = inputs_;
+  for (const Tally& tally : tallies()) run.whole["count_" + tally.key] = tally.count;
+  run.real["time"] = stepper_->good_time();
+  run.real["most_force"] = most_force_;
+  run.real["most_speed"] = most_speed_;
+  for (const Observable& o : first_)
+    for (std::size_t k = 0; k < o.value.size(); ++k) run.real[begin_key(o, k)] = o.value[k];
+  watch_.save(&run);
+  warnings_.save(&run);
+  if (hooks_.save) hooks_.save(&run);
+  return run;
+}
+
+/// After the look at the state that a continued run begins with: what that counts is counted already.
+void Run::restore_facts() {
+  if (steps_at_restart_ < 0) return;
+  watch_.restore(continued_);
+  if (hooks_.restore) hooks_.restore(continued_);
+  for (const Tally& tally : tallies()) {
+    const auto was = continued_.whole.find("count_" + tally.key);
+    if (was != continued_.whole.end()) earlier_[tally.key] = was->second - tally.count;
+  }
+  for (Observable& o : first_)
+    for (std::size_t k = 0; k < o.value.size(); ++k) o.value[k] = continued_.real_of(begin_key(o, k), o.value[k]);
+}
+
+PetscErrorCode Run::on_save() {
+  PetscFunctionBegin;
+  if (!options_.saving.file.empty() && !spoiled_) PetscCall(save(options_.saving.file));
+  PetscFunctionReturn(0);
+}
+
+PetscErrorCode Run::save(const std::string& file) {
+  TrajectoryMark mark;
+  Vec y;
+  PetscFunctionBegin;
+  PetscCall(TSGetSolution(ts_, &y));
+  PetscCall(flushed_mark(trajectory_.get(), &mark));
+  PetscCall(save_run(model_, *stepper_, ts_, y, file, options_.output.trajectory.file, mark, good_facts()));
+  PetscFunctionReturn(0);
+}
+
+/// The last good state: a frame of its own if it has none, and a checkpoint, also of a failed run that was given no name for
+/// one. The checkpoint knows nothing of a frame between output times, which a continued run takes away. A continued run that
+/// took no step leaves the trajectory, and the checkpoint it came from, as they were.
+PetscErrorCode Run::save_last(bool failed) {
+  const Facts good = good_facts();
+  TrajectoryMark mark;
+  Vec y;
+  PetscFunctionBegin;
+  PetscCall(TSGetSolution(ts_, &y));
+  PetscCall(flushed_mark(trajectory_.get(), &mark));
+  if (abandoned_.shown) mark = abandoned_.before;
+  if (abandoned_.shown || (!stepper_->framed() && !untouched()))
+    PetscCall(on_frame(static_cast<PetscInt>(stepper_->counts().steps), stepper_->good_time(), y));
+  else if (observed_ != stepper_->good_time()) PetscCall(observe(stepper_->good_time(), y));  // the last look was at a step that was taken back
+  if (!hooks_.checkpoints || spoiled_ || (model_.mechanics() && !model_.mechanics()->given_motion().empty())) PetscFunctionReturn(0);
+  std::string file = options_.saving.file;
+  if (file.empty() && failed && trajectory_) file = options_.output.trajectory.file + ".checkpoint";
+  if (file.empty()) PetscFunctionReturn(0);
+  if (idle() && (options_.saving.file.empty() || file == options_.saving.restart)) {
+    last_checkpoint_ = options_.saving.restart;
+    PetscFunctionReturn(0);
+  }
+  PetscCall(save_run(model_, *stepper_, ts_, y, file, options_.output.trajectory.file, mark, good));
+  last_checkpoint_ = file;
+  PetscFunctionReturn(0);
 }
 
 }  // namespace bs

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <cstring>
 #include <vector>
+#include "base/collective.hpp"
 #include "base/handle.hpp"
 #include "lattice/random.hpp"
 #include "systems/mechanics.hpp"
@@ -50,7 +51,7 @@ PetscErrorCode Operators::largest(const Values& a, double* size) const {
   PetscFunctionBegin;
   *size = 0;
   for (double value : a) *size = std::max(*size, std::abs(value));
-  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, size, 1, MPI_DOUBLE, MPI_MAX, mechanics_.comm()));
+  PetscCall(max_over_ranks(mechanics_.comm(), size));
   PetscFunctionReturn(0);
 }
 
@@ -110,7 +111,7 @@ PetscErrorCode Operators::dot(const Values& a, const Values& b, double* sum) con
   PetscFunctionBegin;
   *sum = 0;
   for (std::size_t k = 0; k < a.size(); ++k) *sum += a[k] * b[k];
-  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, sum, 1, MPI_DOUBLE, MPI_SUM, mechanics_.comm()));
+  PetscCall(sum_over_ranks(mechanics_.comm(), sum));
   PetscFunctionReturn(0);
 }
 

@@ -2,6 +2,7 @@
 #include <petscblaslapack.h>
 #include <algorithm>
 #include <cmath>
+#include "base/collective.hpp"
 #include "base/vec_array.hpp"
 #include "lattice/box.hpp"
 #include "systems/frame_rows.hpp"
@@ -87,7 +88,7 @@ PetscErrorCode StrainRelaxation::reduce(MPI_Comm comm) {
           sums[a * q + b] += (strained_.force[b * size + at] + (residual_[b].empty() ? 0 : residual_[b][at])) * u[layout_.x(i, c)];
         }
   }
-  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, sums.data(), static_cast<PetscMPIInt>(sums.size()), MPI_DOUBLE, MPI_SUM, comm));
+  PetscCall(sum_over_ranks(comm, sums.data(), sums.size()));
   stiffness_.resize(q * q);
   for (std::size_t a = 0; a < q; ++a)
     for (std::size_t b = 0; b < q; ++b)

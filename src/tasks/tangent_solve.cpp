@@ -2,6 +2,7 @@
 #include <algorithm>
 #include <cmath>
 #include <vector>
+#include "base/collective.hpp"
 #include "base/vec_array.hpp"
 #include "linalg/condensed/condensed.hpp"
 #include "systems/frame_rows.hpp"
@@ -21,7 +22,7 @@ PetscErrorCode TangentFactors::create(Linearisation& lin) {
   const ReadArray a(b_);
   for (PetscInt k = 0; k < at.particles * at.dim; ++k) sums[0] += std::abs(a[k]);
   for (PetscInt i = 0; i < at.particles; ++i) sums[1] += static_cast<double>(at.dim) * lin.masses()[static_cast<std::size_t>(i)];
-  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, sums, 2, MPI_DOUBLE, MPI_SUM, lin.comm()));
+  PetscCall(sum_over_ranks(lin.comm(), sums, 2));
   mean_ = sums[0] / sums[1];
   PetscFunctionReturn(0);
 }
@@ -42,7 +43,7 @@ PetscErrorCode TangentFactors::factor_raised(double part, bool* good) {
   PetscCall(lin_->assemble({0, 0, 1}, false, S_));
   lin_->stiffness_sizes(size.data());
   for (const double s : size) largest = std::max(largest, s);
-  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &largest, 1, MPI_DOUBLE, MPI_MAX, lin_->comm()));
+  PetscCall(max_over_ranks(lin_->comm(), &largest));
   for (double& s : size) s = s > 0 ? s : largest;  // what has no spring at all has no resistance, whatever is added
   PetscCall(VecGetArrayWrite(b_, &a));
   for (PetscInt k = 0; k < at.particles * at.dim; ++k) a[k] = part * size[static_cast<std::size_t>(k / at.dim)];

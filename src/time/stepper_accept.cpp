@@ -1,5 +1,6 @@
 // After a step: whether it is good, what is kept of it, and what follows.
 #include <cmath>
+#include "base/collective.hpp"
 #include "base/signals.hpp"
 #include "base/vec_array.hpp"
 #include "linalg/condensed/condensed.hpp"
@@ -111,7 +112,7 @@ PetscErrorCode Stepper::reduce_verdict(TS ts) {
   for (PetscInt i = 0; i < n; ++i) sum += 0.0 * (ay[i] * ay[i]);
   const bool late = schedule_.save_due(MPI_Wtime()), asked = late || checkpoint_is_asked(model_.comm());
   int flags[4] = {std::isfinite(sum) ? 0 : 1, ending_signal(model_.comm()), asked ? 1 : 0, schedule_.flush_due(MPI_Wtime()) ? 1 : 0};
-  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, flags, 4, MPI_INT, MPI_MAX, model_.comm()));
+  PetscCall(max_over_ranks(model_.comm(), flags, 4));
   now_ = {flags[0] == 0, flags[1], flags[2] != 0, flags[3] != 0};
   if (now_.flush_due) schedule_.flushed(MPI_Wtime());
   PetscFunctionReturn(0);

@@ -3,6 +3,7 @@
 #include <cmath>
 #include <vector>
 #include "base/error.hpp"
+#include "base/handle.hpp"
 #include "base/option_aliases.hpp"
 #include "base/option_names.hpp"
 #include "linalg/condensed/condensed.hpp"
@@ -37,8 +38,7 @@ PetscErrorCode form_jacobian(TS ts, PetscReal t, Vec y, Vec ydot, PetscReal sigm
   context->newton.stage.sigma = sigma;
   PetscCall(context->model->jacobian(t, y, ydot, sigma, context->form, P));
   if (A != P) {
-    PetscCall(MatAssemblyBegin(A, MAT_FINAL_ASSEMBLY));
-    PetscCall(MatAssemblyEnd(A, MAT_FINAL_ASSEMBLY));
+    PetscCall(assemble(A));
   }
   PetscFunctionReturn(0);
 }

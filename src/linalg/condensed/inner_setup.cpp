@@ -53,22 +53,16 @@ PetscErrorCode InnerSolver::create_solver() {
   PetscFunctionReturn(0);
 }
 
-/// MUMPS counts negative pivots only where it looks for null pivots, too, and keeps its last front on one rank.
 PetscErrorCode InnerSolver::ask_for_inertia() {
   PC pc;
   PCType type = nullptr;
   MatSolverType solver = nullptr;
-  Mat factors = nullptr;
   PetscFunctionBegin;
   PetscCall(KSPGetPC(ksp_, &pc));
   PetscCall(PCGetType(pc, &type));
   if (std::string(type) != PCCHOLESKY || (!demand_.direction && !demand_.inertia)) PetscFunctionReturn(0);
   PetscCall(PCFactorGetMatSolverType(pc, &solver));
-  if (!solver || std::string(solver) != MATSOLVERMUMPS) PetscFunctionReturn(0);
-  PetscCall(PCFactorSetUpMatSolverType(pc));
-  PetscCall(PCFactorGetMatrix(pc, &factors));
-  PetscCall(MatMumpsSetIcntl(factors, 24, 1));
-  PetscCall(MatMumpsSetIcntl(factors, 13, 1));
+  if (solver && std::string(solver) == MATSOLVERMUMPS) PetscCall(count_mumps_pivots(pc));
   PetscFunctionReturn(0);
 }
 

@@ -4,6 +4,7 @@
 #include <limits>
 #include "base/error.hpp"
 #include "base/factor_memory.hpp"
+#include "base/handle.hpp"
 #include "linalg/eigen/mode_solver.hpp"
 
 namespace bs {
@@ -160,8 +161,7 @@ PetscErrorCode ModeSolver::count_unstable(Modes* out) {
   VecHandle add;
   const PetscInt met = out->unstable;
   PetscFunctionBegin;
-  PetscCall(VecDuplicate(sizes_, add.out()));
-  PetscCall(VecCopy(sizes_, add));
+  PetscCall(copy_into(&add, sizes_));
   PetscCall(VecScale(add, ROUNDING));
   PetscCall(negative_pivots(0, add, &out->unstable));
   out->unstable = std::max(out->unstable, met);

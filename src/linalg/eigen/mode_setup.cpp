@@ -3,6 +3,7 @@
 #include <cmath>
 #include "base/error.hpp"
 #include "linalg/eigen/mode_solver.hpp"
+#include "linalg/solver_options.hpp"
 
 namespace bs {
 namespace {
@@ -31,16 +32,12 @@ PetscInt ModeSolver::basis_for(PetscInt modes) const {
 /// Cholesky by MUMPS, whose pivots' signs are counted.
 PetscErrorCode ModeSolver::set_sparse_factors(KSP ksp) const {
   PC pc;
-  Mat factors = nullptr;
   PetscFunctionBegin;
   PetscCall(KSPSetType(ksp, KSPPREONLY));
   PetscCall(KSPGetPC(ksp, &pc));
   PetscCall(PCSetType(pc, PCCHOLESKY));
   PetscCall(PCFactorSetMatSolverType(pc, MATSOLVERMUMPS));
-  PetscCall(PCFactorSetUpMatSolverType(pc));
-  PetscCall(PCFactorGetMatrix(pc, &factors));
-  PetscCall(MatMumpsSetIcntl(factors, 24, 1));
-  PetscCall(MatMumpsSetIcntl(factors, 13, 1));
+  PetscCall(count_mumps_pivots(pc));
   PetscFunctionReturn(0);
 }
 

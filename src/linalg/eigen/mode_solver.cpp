@@ -1,7 +1,9 @@
 #include "linalg/eigen/mode_solver.hpp"
 #include <algorithm>
 #include <cmath>
+#include "base/collective.hpp"
 #include "base/error.hpp"
+#include "base/handle.hpp"
 #include "linalg/eigen/standard_form.hpp"
 
 namespace bs {
@@ -24,7 +26,7 @@ PetscErrorCode log_mean(Vec a, double* mean, double* widest) {
       sums[1] += 1;
     }
   PetscCall(VecRestoreArrayRead(a, &v));
-  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, sums, 2, MPI_DOUBLE, MPI_SUM, PetscObjectComm(reinterpret_cast<PetscObject>(a))));
+  PetscCall(sum_over_ranks(PetscObjectComm(reinterpret_cast<PetscObject>(a)), sums, 2));
   PetscCall(VecNorm(a, NORM_INFINITY, &most));
   *mean = sums[1] > 0 ? std::exp(sums[0] / sums[1]) : 1.0;
   *widest = most;
@@ -222,8 +224,7 @@ PetscErrorCode ModeSolver::keep_rigid() {
   PetscFunctionBegin;
   for (const VecHandle& u : rigid_) {
     Mode mode;
-    PetscCall(VecDuplicate(u, mode.u.out()));
-    PetscCall(VecCopy(u, mode.u));
+    PetscCall(copy_into(&mode.u, u));
     PetscCall(judge(&mode));
     found_.push_back(std::move(mode));
   }

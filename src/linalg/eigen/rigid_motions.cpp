@@ -1,3 +1,4 @@
+#include "base/collective.hpp"
 #include "linalg/eigen/standard_form.hpp"
 
 #include <petscblaslapack.h>
@@ -14,7 +15,7 @@ PetscErrorCode measure(MPI_Comm comm, const std::vector<double>& x, std::size_t 
   double sums[5] = {0, 0, 0, 0, static_cast<double>(x.size() / d)};
   PetscFunctionBegin;
   for (std::size_t k = 0; k < x.size(); ++k) sums[k % d] += x[k];
-  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, sums, 5, MPI_DOUBLE, MPI_SUM, comm));
+  PetscCall(sum_over_ranks(comm, sums, 5));
   for (int c = 0; c < 3; ++c) centre[c] = sums[c] / sums[4];
   for (std::size_t k = 0; k < x.size(); ++k) sums[3] += std::abs(x[k] - centre[k % d]);
   PetscCallMPI(MPI_Allreduce(&sums[3], radius, 1, MPI_DOUBLE, MPI_SUM, comm));

@@ -1,5 +1,6 @@
 #include "linalg/eigen/standard_form.hpp"
 #include <cmath>
+#include "base/collective.hpp"
 #include "base/petsc_versions.hpp"
 #include "base/vec_array.hpp"
 
@@ -19,7 +20,7 @@ PetscErrorCode StandardForm::create(Pencil& linearised) {
       root_.push_back(std::sqrt(m[static_cast<std::size_t>(i)]));
     }
   total_ = static_cast<PetscInt>(at_.size());
-  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &total_, 1, MPIU_INT, MPI_SUM, comm()));
+  PetscCall(sum_over_ranks(comm(), &total_));
   PetscCall(create_full(full_.out()));
   PetscCall(create_full(other_.out()));
   PetscFunctionReturn(0);

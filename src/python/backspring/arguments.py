@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Any, Dict, Optional
+from typing import Any, Dict, Optional, Tuple
 
 import numpy as np
 
@@ -26,6 +26,14 @@ def numbers_in(name: str, value: Any, rows: int, width: Optional[int] = None, po
     if bad.any():
         row = int(np.argwhere(bad)[0][0])
         raise InputError(f"{name}, row {row}: {array[row]} is not {'a positive number' if positive else 'finite'}")
+    return array
+
+
+def array_of(name: str, value: Any, shape: Tuple[int, ...]) -> Floats:
+    """An array of just that shape."""
+    array = np.asarray(value, dtype=float)
+    if array.shape != shape:
+        raise InputError(f"{name} has the shape {array.shape}: give {shape}")
     return array
 
 

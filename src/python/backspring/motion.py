@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import os
-from typing import TYPE_CHECKING, Any, Callable, Dict, Optional, Tuple, Type, Union
+from typing import TYPE_CHECKING, Any, Callable, Dict, Optional, Tuple, Type, TypeVar, Union
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -11,6 +11,7 @@ from numpy.typing import ArrayLike
 from . import errors
 from ._library import agreed, end_session, new_session, require_same, world
 from .analyses import Equilibrium
+from .arguments import array_of
 from .breaks import Events
 from .changes import change
 from .errors import InputError
@@ -25,6 +26,7 @@ if TYPE_CHECKING:
 
 Observe = Callable[[float, Frame], Any]
 Path = Union[str, os.PathLike[str]]
+Found = TypeVar("Found")
 
 
 class Simulation:
@@ -111,6 +113,11 @@ class Simulation:
         self._warned = len(warned)
         errors.check(error, self._last)
 
+    def _found(self, answer: Tuple[Optional[Tuple[int, str]], Found]) -> Found:
+        """What a call found, unless it failed."""
+        self._done(answer[0])
+        return answer[1]
+
     def _moment(self) -> Tuple[int, int]:
         """Another one whenever the state is another."""
         return self._session.steps, self._sets
@@ -135,8 +142,7 @@ class Simulation:
 
     def next_frame(self) -> bool:
         """Steps up to the next output time (bs_output_interval; without it, the next step) or the end (ts_max_time). False where the end was reached before."""
-        _, more = self._step(self._session.run_to_frame)
-        return bool(more)
+        return bool(self._step(self._session.run_to_frame)[1])
 
     def on_step(self, observer: Optional[Callable[..., Any]]) -> None:
         """observer(step, t, dt, newton, krylov, rejected) is called on every rank after every step: its number, the time and the step's length [s],
@@ -166,18 +172,13 @@ class Simulation:
         """position [m], velocity [m/s], force or reaction [N]: (N, d) of all particles, or of this rank's rows."""
         if what not in ("position", "velocity", "force", "reaction"):
             raise InputError(f"{what!r}: give position, velocity, force or reaction")
-        error, numbers = self._session.get(what, whole)
-        self._done(error)
-        return numbers
+        return self._found(self._session.get(what, whole))
 
     def set(self, what: str, numbers: ArrayLike, whole: bool = True) -> None:
         """position [m] or velocity [m/s]: (N, d) of all particles, or of this rank's rows, from which the method starts anew."""
         if what not in ("position", "velocity"):
             raise InputError(f"{what!r}: give position or velocity")
-        values = np.asarray(numbers, dtype=float)
-        expected = (len(self.lattice), self.lattice.dim) if whole else (self.rows.stop - self.rows.start, self.lattice.dim)
-        if values.shape != expected:
-            raise InputError(f"{what} has the shape {values.shape}: give {expected}")
+        values = array_of(what, numbers, (len(self.lattice) if whole else self.rows.stop - self.rows.start, self.lattice.dim))
         self._done(self._session.set_rows(what, values[self.rows] if whole else values))
         self._sets += 1
 
@@ -193,18 +194,13 @@ class Simulation:
         if group not in self.lattice.groups:
             raise InputError(f"there is no group {group!r}: name one of {', '.join(self.lattice.groups) or 'those that the lattice is given'}")
         members = np.flatnonzero(self.lattice.groups[group])
-        there = np.asarray(places, dtype=float)
-        if there.shape != (len(members), self.lattice.dim):
-            raise InputError(f"places of {group} have the shape {there.shape}: give {(len(members), self.lattice.dim)}")
         every = np.array(self.lattice.x, dtype=float)
-        every[members] = there
+        every[members] = array_of(f"the array of places of {group}", places, (len(members), self.lattice.dim))
         self._done(self._session.drive(group, float(t), every[self.rows]))
 
     def save(self) -> State:
         """All that the motion is now, for restore(): the state, histories of springs and what is broken, works, the time."""
-        error, state = self._session.save()
-        self._done(error)
-        return state
+        return self._found(self._session.save())
 
     def restore(self, state: State) -> None:
         """Goes on from what save() of this simulation has returned, as often as it is wanted; a method of several steps starts anew."""
@@ -246,15 +242,11 @@ class Simulation:
     def petsc(self) -> Any:
         """PETSc's stepper as petsc4py has it (petsc4py.PETSc.TS), with its SNES, KSP, state and matrices, to be looked at between steps: getSNES(),
         getSNES().getKSP(), getSolution(). It ends with the simulation, and with the next state that is set or restored."""
-        error, stepper = self._session.stepper()
-        self._done(error)
-        return stepper
+        return self._found(self._session.stepper())
 
     def frame(self) -> Dict[str, Any]:
         """{time [s], observables, fields, breaks} of this moment, as a trajectory has them."""
-        error, found = self._session.frame()
-        self._done(error)
-        return found
+        return self._found(self._session.frame())
 
     @property
     def observables(self) -> Observables:

@@ -2,6 +2,7 @@
 #include <cmath>
 #include <string>
 #include <vector>
+#include "base/collective.hpp"
 #include "base/error.hpp"
 #include "base/factor_memory.hpp"
 #include "base/handle.hpp"
@@ -89,8 +90,8 @@ PetscErrorCode is_singular(KSP ksp, bool* singular) {
   PetscCall(PetscObjectTypeCompare(reinterpret_cast<PetscObject>(ksp), KSPPREONLY, &alone));
   if (!direct || !alone) PetscFunctionReturn(0);
   PetscCall(PCGetFailedReason(pc, &reason));
-  int failed = reason != PC_NOERROR;
-  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &failed, 1, MPI_INT, MPI_MAX, PetscObjectComm(reinterpret_cast<PetscObject>(ksp))));
+  bool failed = false;
+  PetscCall(on_some_rank(PetscObjectComm(reinterpret_cast<PetscObject>(ksp)), reason != PC_NOERROR, &failed));
   MemoryLack lack;
   PetscCall(find_memory_lack(PetscObjectComm(reinterpret_cast<PetscObject>(ksp)), pc, &lack));
   if (lack.yes)
@@ -120,7 +121,7 @@ PetscErrorCode is_singular(KSP ksp, bool* singular) {
     const double off = std::abs(ay[j - first]) * size[j];
     worst = std::isfinite(off) ? std::max(worst, off) : 1e300;
   }
-  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &worst, 1, MPI_DOUBLE, MPI_MAX, PetscObjectComm(reinterpret_cast<PetscObject>(ksp))));
+  PetscCall(max_over_ranks(PetscObjectComm(reinterpret_cast<PetscObject>(ksp)), &worst));
   *singular = worst > 0.05;
   PetscFunctionReturn(0);
 }

@@ -1,6 +1,7 @@
 // Built-in linear systems.
 #include <cmath>
 #include "base/error.hpp"
+#include "base/handle.hpp"
 #include "base/memory.hpp"
 #include "systems/linear/system.hpp"
 
@@ -17,8 +18,7 @@ PetscErrorCode create(MPI_Comm comm, PetscInt rows, PetscInt columns, PetscInt w
 
 PetscErrorCode finish(Mat A) {
   PetscFunctionBegin;
-  PetscCall(MatAssemblyBegin(A, MAT_FINAL_ASSEMBLY));
-  PetscCall(MatAssemblyEnd(A, MAT_FINAL_ASSEMBLY));
+  PetscCall(assemble(A));
   PetscFunctionReturn(0);
 }
 

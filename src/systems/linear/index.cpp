@@ -172,8 +172,7 @@ PetscErrorCode project(const Rows& G, PetscInt n, const std::vector<SparseVector
     }
   }
   if (std::find(met.begin(), met.end(), false) != met.end()) *empty = true;
-  PetscCall(MatAssemblyBegin(*S, MAT_FINAL_ASSEMBLY));
-  PetscCall(MatAssemblyEnd(*S, MAT_FINAL_ASSEMBLY));
+  PetscCall(assemble(*S));
   PetscFunctionReturn(0);
 }
 

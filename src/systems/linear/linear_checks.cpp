@@ -1,6 +1,7 @@
 // What is to be known of a linear system with the method that is to step it, before the first step.
 #include <algorithm>
 #include <cmath>
+#include "base/collective.hpp"
 #include "base/error.hpp"
 #include "base/row_sum.hpp"
 #include "base/text.hpp"
@@ -192,7 +193,7 @@ static PetscErrorCode add_words(MPI_Comm comm, const char* path, const std::vect
   unsigned long long width = 0;
   PetscFunctionBegin;
   for (const std::string& word : words) width = std::max<unsigned long long>(width, word.size());
-  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &width, 1, MPI_UNSIGNED_LONG_LONG, MPI_MAX, comm));
+  PetscCall(max_over_ranks(comm, &width));
   if (width == 0) PetscFunctionReturn(0);
   PetscCall(VecGetSize(layout, &n));
   PetscCall(VecGetOwnershipRange(layout, &first, nullptr));
@@ -250,7 +251,7 @@ PetscErrorCode LinearModel::fingerprint(std::uint64_t* value) {
     }
   }
   *value = sum.value();
-  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, value, 1, MPI_UINT64_T, MPI_SUM, comm_));
+  PetscCall(sum_over_ranks(comm_, value));
   PetscFunctionReturn(0);
 }
 

@@ -1,5 +1,6 @@
 #include "systems/linear/linear_model.hpp"
 #include <cmath>
+#include "base/collective.hpp"
 #include "base/error.hpp"
 #include "base/memory.hpp"
 #include "base/option_names.hpp"
@@ -218,7 +219,7 @@ PetscErrorCode LinearModel::inspect_C() {
     PetscCall(MatRestoreRow(system_.C, i, &n, &columns, &values));
     count[1] += empty;
   }
-  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, count, 2, MPI_INT64_T, MPI_SUM, comm_));
+  PetscCall(sum_over_ranks(comm_, count, 2));
   diagonal_ = symmetric_ = count[0] == 0;
   zero_rows_ = count[1];
   if (diagonal_) PetscFunctionReturn(0);

@@ -2,6 +2,7 @@
 #include <algorithm>
 #include <utility>
 #include "base/error.hpp"
+#include "base/handle.hpp"
 #include "base/memory.hpp"
 #include "base/text.hpp"
 #include "input/text_file.hpp"
@@ -110,8 +111,7 @@ PetscErrorCode assemble(MPI_Comm comm, PetscInt rows, PetscInt columns, const En
   PetscCall(MatCreateAIJ(comm, local, width, rows, columns, 0, here.data(), 0, there.data(), out->out()));
   for (const Entry& e : entries.list)
     if (e.row >= first && e.row < first + local) PetscCall(MatSetValue(*out, e.row, e.column, e.value, ADD_VALUES));
-  PetscCall(MatAssemblyBegin(*out, MAT_FINAL_ASSEMBLY));
-  PetscCall(MatAssemblyEnd(*out, MAT_FINAL_ASSEMBLY));
+  PetscCall(assemble(*out));
   PetscFunctionReturn(0);
 }
 

@@ -1,5 +1,7 @@
 #include "systems/particles/coupling.hpp"
+#include "base/collective.hpp"
 #include "base/error.hpp"
+#include "base/handle.hpp"
 #include "base/options.hpp"
 #include "systems/particles/constraints/constraints.hpp"
 
@@ -43,13 +45,13 @@ PetscErrorCode Coupling::create(const Network& net, const RowPattern& pattern) {
   std::int64_t owned_center = -1;
   for (PetscInt i = 0; i < net.n; ++i)
     if (net.row[i] == center_row_) owned_center = net.global[i];
-  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &owned_center, 1, MPI_INT64_T, MPI_MAX, net.comm));
+  PetscCall(max_over_ranks(net.comm, &owned_center));
   for (PetscInt i = 0; i < net.n + net.ghosts; ++i) {
     if (owned_center >= 0 && net.global[i] == owned_center) center_ = i;
     selected_[i] = !net.fixed[i] && i != center_;
     if (i < net.n && selected_[i]) sum += net.mass[i];
   }
-  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &sum, 1, MPI_DOUBLE, MPI_SUM, net.comm));
+  PetscCall(sum_over_ranks(net.comm, &sum));
   S_ = sum > 0 ? sum : 1;
   PetscFunctionReturn(0);
 }
@@ -70,7 +72,7 @@ PetscErrorCode Coupling::gather(const LocalState& state) {
       sums[3 + c] += net.mass[i] * state.at(i)[net.dim + c];
     }
   }
-  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, sums, 6, MPI_DOUBLE, MPI_SUM, net.comm));
+  PetscCall(sum_over_ranks(net.comm, sums, 6));
   for (int c = 0; c < 3; ++c) {
     X_[c] = sums[c] / S_;
     V_[c] = sums[3 + c] / S_;
@@ -153,8 +155,7 @@ PetscErrorCode Coupling::create_operator(const Network& net, Mat P, bool momentu
     }
   }
   for (Mat M : {U.get(), W.get()}) {
-    PetscCall(MatAssemblyBegin(M, MAT_FINAL_ASSEMBLY));
-    PetscCall(MatAssemblyEnd(M, MAT_FINAL_ASSEMBLY));
+    PetscCall(assemble(M));
   }
   PetscCall(MatCreateLRC(P, U, nullptr, W, A));
   PetscFunctionReturn(0);

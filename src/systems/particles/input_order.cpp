@@ -3,6 +3,7 @@
 #include <cstring>
 #include <type_traits>
 #include <utility>
+#include "base/collective.hpp"
 #include "base/vec_array.hpp"
 
 namespace bs {
@@ -63,9 +64,7 @@ PetscErrorCode InputOrder::create_scatters(Vec layout) {
     v_blocks.push_back(2 * net_->global[i] + 1);
     target.push_back(row);
   }
-  int travel = target.empty() ? 0 : 1;
-  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &travel, 1, MPI_INT, MPI_MAX, net_->comm));
-  travels_ = travel != 0;
+  PetscCall(on_some_rank(net_->comm, !target.empty(), &travels_));
   if (!travels_) PetscFunctionReturn(0);
   const PetscInt count = static_cast<PetscInt>(target.size());
   ISHandle x_from, v_from, to;

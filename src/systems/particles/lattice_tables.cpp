@@ -22,9 +22,9 @@ std::vector<std::int64_t> whole(const std::vector<std::uint8_t>& values) { retur
 /// A trajectory tells the ids of particles that have none of their own, which are their rows.
 PetscErrorCode take_ids(MPI_Comm comm, const Hdf5Layout& names, Lattice* l, Datasets* out) {
   const Rows& p = l->particles;
-  int given = !l->id.empty();
+  bool given = false;
   PetscFunctionBegin;
-  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &given, 1, MPI_INT, MPI_LOR, comm));
+  PetscCall(on_some_rank(comm, !l->id.empty(), &given));
   if (!given) {
     if (!names.trajectory) PetscFunctionReturn(0);
     for (std::int64_t k = 0; k < p.count; ++k) l->id.push_back(p.first + k);

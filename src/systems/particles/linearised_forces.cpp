@@ -1,5 +1,7 @@
 #include "systems/particles/linearised_forces.hpp"
 #include <algorithm>
+#include "base/collective.hpp"
+#include "base/handle.hpp"
 #include "base/log_event.hpp"
 #include "base/memory.hpp"
 #include "linalg/factor_flops.hpp"
@@ -18,9 +20,7 @@ PetscErrorCode LinearisedForces::create(const Network& net, const Terms& terms, 
   at_ = {net.dim, net.n};
   coupled_ = coupled;
   const auto some = [](const std::vector<double>& values) { return std::any_of(values.begin(), values.end(), [](double c) { return c != 0; }); };
-  int damped = some(net.links.damping) || some(net.anchors.damping);
-  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &damped, 1, MPI_INT, MPI_MAX, net.comm));
-  damped_ = damped != 0;
+  PetscCall(on_some_rank(net.comm, some(net.links.damping) || some(net.anchors.damping), &damped_));
   axial_damping_ = damped_ && net.damping_law == DampingLaw::axial;
   PetscCall(state_.create(net, layout));
   PetscFunctionReturn(0);
@@ -59,7 +59,7 @@ PetscErrorCode LinearisedForces::predict_tensions(Vec z, double turn, double* pa
   if (!direction_.created()) PetscCall(direction_.create(*net_, vector_));
   PetscCall(direction_.gather_direction(z));
   double most = terms_->pairs().largest_turn(state_, direction_);
-  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &most, 1, MPI_DOUBLE, MPI_MAX, net_->comm));
+  PetscCall(max_over_ranks(net_->comm, &most));
   *part = most > turn ? turn / most : 1;
   next_tensions_.resize(net_->links.other.size());
   terms_->pairs().predict_tensions(state_, direction_, *part, next_tensions_.data());
@@ -131,8 +131,7 @@ PetscErrorCode LinearisedForces::assemble(const Coefficients& abc, bool positive
   if (PairMatrix* springs = PairMatrix::from(S)) {
     springs->set_inertia(abc.mass);
     terms_->condense_springs(t_, state_, abc, positive, springs);
-    PetscCall(MatAssemblyBegin(S, MAT_FINAL_ASSEMBLY));
-    PetscCall(MatAssemblyEnd(S, MAT_FINAL_ASSEMBLY));
+    PetscCall(assemble(S));
   } else {
     BlockRowWriter writer(*net_, *pattern_);
     writer.set_inertia(abc.mass);

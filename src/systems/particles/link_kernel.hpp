@@ -2,7 +2,9 @@
 #pragma once
 #include <cmath>
 #include <type_traits>
+#include "network/network.hpp"
 #include "physics/pair/springs/mixed.hpp"
+#include "physics/whole/motion.hpp"
 
 namespace bs {
 
@@ -38,6 +40,25 @@ struct LinkGeometry {
       square += dx[c] * dx[c];
     }
     length = std::sqrt(square);
+  }
+};
+
+/// Displacement and velocity all anchors share at one moment.
+template <int d>
+struct AnchorShift {
+  double s[3] = {0, 0, 0}, ds[3] = {0, 0, 0};
+  AnchorShift(const Motion& motion, double t) { motion.at(t, s, ds); }
+};
+
+/// Position and velocity of the point of an anchor.
+template <int d>
+struct AnchorEnd {
+  double y[2 * d];
+  AnchorEnd(const AnchorShift<d>& shift, const Anchors& anchors, PetscInt k) {
+    for (int c = 0; c < d; ++c) {
+      y[c] = anchors.point[k * 3 + c] + shift.s[c];
+      y[d + c] = shift.ds[c];
+    }
   }
 };
 

@@ -1,6 +1,7 @@
 #include "systems/particles/local_state.hpp"
 #include <algorithm>
 #include <cstring>
+#include "base/collective.hpp"
 #include "base/petsc_versions.hpp"
 #include "base/vec_array.hpp"
 #include "systems/particles/constraints/constraints.hpp"
@@ -13,10 +14,9 @@ PetscErrorCode velocities_couple(const Network& net, bool* yes) {
   const auto damps = [](double c) { return c != 0; };
   const auto no_spring = [](std::int64_t row) { return row < 0; };
   PetscFunctionBegin;
-  int couple = std::any_of(net.links.damping.begin(), net.links.damping.end(), damps) ||
-               std::any_of(net.links.spring.begin(), net.links.spring.end(), no_spring) || !net.interactions.empty();
-  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &couple, 1, MPI_INT, MPI_MAX, net.comm));
-  *yes = couple != 0;
+  const bool couple = std::any_of(net.links.damping.begin(), net.links.damping.end(), damps) ||
+                      std::any_of(net.links.spring.begin(), net.links.spring.end(), no_spring) || !net.interactions.empty();
+  PetscCall(on_some_rank(net.comm, couple, yes));
   PetscFunctionReturn(0);
 }
 

@@ -1,6 +1,7 @@
 #include "systems/particles/nodal_forces.hpp"
 #include <algorithm>
 #include <cmath>
+#include "base/collective.hpp"
 #include "base/error.hpp"
 #include "base/text.hpp"
 #include "lattice/columns.hpp"
@@ -105,7 +106,7 @@ PetscErrorCode NodalForces::create(const Network& net) {
     shares_.insert(shares_.end(), of[i].begin(), of[i].end());
     first_.push_back(shares_.size());
   }
-  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &rows_, 1, MPI_INT64_T, MPI_SUM, net.comm));
+  PetscCall(sum_over_ranks(net.comm, &rows_));
   active_ = rows_ > 0 || !given_.empty();
   PetscFunctionReturn(0);
 }
@@ -211,7 +212,7 @@ PetscErrorCode NodalForces::observe(double t, const LocalState& state, std::vect
       if (at == loaded_.end() || *at != i) continue;
       for (std::size_t q = 0; q < WIDTH; ++q) sums[(g + 1) * WIDTH + q] += each[static_cast<std::size_t>(at - loaded_.begin()) * WIDTH + q];
     }
-  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, sums.data(), static_cast<PetscMPIInt>(sums.size()), MPI_DOUBLE, MPI_SUM, net_->comm));
+  PetscCall(sum_over_ranks(net_->comm, sums.data(), sums.size()));
   for (const bool moment : {false, true})
     for (std::size_t g = 0; g <= groups; ++g) {
       const double* s = &sums[g * WIDTH];

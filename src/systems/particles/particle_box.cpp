@@ -1,6 +1,7 @@
 // A particle system in its periodic box: what the box shows, and how particles answer its strains.
 #include <algorithm>
 #include <cmath>
+#include "base/collective.hpp"
 #include "base/vec_array.hpp"
 #include "systems/particles/particle_model.hpp"
 
@@ -26,7 +27,7 @@ PetscErrorCode ParticleModel::observe_box(double t, std::vector<Observable>* out
     for (int r = 0; r < d; ++r)
       for (int q = 0; q < d; ++q) sigma[r * d + q] -= net_.inertia[i] * c[r] * c[q];
   }
-  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, sigma, 9, MPI_DOUBLE, MPI_SUM, net_.comm));
+  PetscCall(sum_over_ranks(net_.comm, sigma, 9));
   out->push_back({"stress", stress_components(d, sigma, box.volume(t))});
   const int columns = box.triclinic() ? d : 0;
   std::vector<double> shown;
@@ -59,10 +60,10 @@ PetscErrorCode ParticleModel::strain_response(double t, Vec y, StrainResponse* o
   out->size.assign(static_cast<std::size_t>(q), 0.0);
   terms_->strain_response(state_, out);
   terms_->box_forces(state_, &sums);
-  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, out->affine.data(), q * q, MPI_DOUBLE, MPI_SUM, net_.comm));
-  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, out->size.data(), q, MPI_DOUBLE, MPI_SUM, net_.comm));
+  PetscCall(sum_over_ranks(net_.comm, out->affine.data(), q * q));
+  PetscCall(sum_over_ranks(net_.comm, out->size.data(), q));
   for (double& square : out->size) square = std::sqrt(square);
-  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, sums.virial, 9, MPI_DOUBLE, MPI_SUM, net_.comm));
+  PetscCall(sum_over_ranks(net_.comm, sums.virial, 9));
   out->stress = stress_components(d, sums.virial, out->volume);
   PetscFunctionReturn(0);
 }
@@ -86,9 +87,9 @@ std::vector<std::int64_t> ParticleModel::drawn_pairs() const {
 PetscErrorCode ParticleModel::add_drawn(const std::string& bonds, std::vector<Dataset>* out) {
   const Rows& s = lattice_.springs;
   std::vector<std::int64_t> drawn = drawn_pairs();
-  int differs = net_.box.active() || drawn != lattice_.pairs;
+  bool differs = false;
   PetscFunctionBegin;
-  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &differs, 1, MPI_INT, MPI_LOR, net_.comm));
+  PetscCall(on_some_rank(net_.comm, net_.box.active() || drawn != lattice_.pairs, &differs));
   if (differs) out->push_back({bonds + "_drawn", s.first, s.total, 2, std::move(drawn)});
   PetscFunctionReturn(0);
 }

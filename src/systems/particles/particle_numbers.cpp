@@ -1,4 +1,5 @@
 // Numbers of springs and particles that are given anew while the system lives.
+#include "base/collective.hpp"
 #include "base/error.hpp"
 #include "base/row_sum.hpp"
 #include "lattice/numbers.hpp"
@@ -70,7 +71,7 @@ PetscErrorCode ParticleModel::note_numbers(const std::string& name, const std::v
     after.add(numbers_table(name), rows.first, 1, *column);
   }
   std::uint64_t change = after.value() - before.value();
-  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &change, 1, MPI_UINT64_T, MPI_SUM, net_.comm));
+  PetscCall(sum_over_ranks(net_.comm, &change));
   fingerprint_ += change;
   PetscFunctionReturn(0);
 }

@@ -1,6 +1,7 @@
 // What a particle system shows: header lines, observables, fields of a frame, constant data.
 #include <algorithm>
 #include "base/arrays.hpp"
+#include "base/collective.hpp"
 #include "base/error.hpp"
 #include "base/log_event.hpp"
 #include "base/options.hpp"
@@ -55,7 +56,7 @@ PetscErrorCode ParticleModel::observe(double t, Vec y, std::vector<Observable>* 
   double sums[9] = {e.kinetic, e.elastic, e.field};
   std::copy_n(e.momentum, 3, sums + 3);
   std::copy_n(e.angular_momentum, 3, sums + 6);
-  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, sums, 9, MPI_DOUBLE, MPI_SUM, net_.comm));
+  PetscCall(sum_over_ranks(net_.comm, sums, 9));
   out->clear();
   out->push_back({"kinetic_energy", {sums[0]}});
   out->push_back({"elastic_energy", {sums[1]}});

@@ -1,4 +1,5 @@
 #include "systems/particles/particle_potential.hpp"
+#include "base/collective.hpp"
 #include "base/log_event.hpp"
 #include "base/vec_array.hpp"
 
@@ -9,17 +10,7 @@ PetscErrorCode ParticlePotential::create(const Network& net, const Terms& terms,
   terms_ = &terms;
   layout_ = layout;
   lacks_ = coupled ? "a force that couples all particles" : terms.lacks_potential();
-  // dampers may be on one rank only, whose answer then holds for all
-  char text[64] = "";
-  PetscMPIInt rank, low, size;
-  PetscCallMPI(MPI_Comm_rank(net.comm, &rank));
-  PetscCallMPI(MPI_Comm_size(net.comm, &size));
-  const PetscMPIInt mine = lacks_.empty() ? size : rank;
-  PetscCallMPI(MPI_Allreduce(&mine, &low, 1, MPI_INT, MPI_MIN, net.comm));
-  if (low == size) PetscFunctionReturn(0);
-  PetscCall(PetscStrncpy(text, lacks_.c_str(), sizeof text));
-  PetscCallMPI(MPI_Bcast(text, sizeof text, MPI_CHAR, low, net.comm));
-  lacks_ = text;
+  PetscCall(first_error(net.comm, {0, lacks_}, &lacks_));  // dampers may be on one rank only, whose answer then holds for all
   PetscFunctionReturn(0);
 }
 
@@ -51,7 +42,7 @@ PetscErrorCode ParticlePotential::beyond_slope(double t, double sigma, double la
   state_.drive_to(t);
   *change = terms_->beyond_slope(t, state_, line_, lambda, sigma);
   double sums[2] = {change->value, change->noise};
-  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, sums, 2, MPI_DOUBLE, MPI_SUM, net_->comm));
+  PetscCall(sum_over_ranks(net_->comm, sums, 2));
   *change = {sums[0], sums[1]};
   PetscFunctionReturn(0);
 }

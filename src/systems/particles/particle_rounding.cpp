@@ -2,6 +2,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include "base/collective.hpp"
 #include "base/error.hpp"
 #include "base/log_event.hpp"
 #include "systems/particles/particle_model.hpp"
@@ -85,7 +86,7 @@ PetscErrorCode ParticleModel::energy_supply(double t, Vec y, EnergySupply* out, 
   double sums[10] = {e.kinetic + e.elastic, e.field, s.field, s.coupling, s.fluid, s.pull[0], s.pull[1], s.pull[2], 0, e.elastic};
   for (PetscInt i = 0; i < net_.n; ++i)
     for (PetscInt c = 0; c < d; ++c) sums[8] += 1e-20 * rates_[i] * state_.at(i)[c] * state_.at(i)[c];
-  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, sums, 10, MPI_DOUBLE, MPI_SUM, net_.comm));
+  PetscCall(sum_over_ranks(net_.comm, sums, 10));
   double ds[3];
   constraints_.anchors().at(t, out->shift, ds);
   out->inner = sums[0];
@@ -117,13 +118,13 @@ PetscErrorCode ParticleModel::last_fault(std::string* text) {
   if (low == 99) PetscFunctionReturn(0);
   std::int64_t row = key[0] == low ? key[1] : std::numeric_limits<std::int64_t>::max();
   const std::int64_t mine = row;
-  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &row, 1, MPI_INT64_T, MPI_MIN, net_.comm));
+  PetscCall(min_over_ranks(net_.comm, &row));
   // its owner knows which law it was, by its place in the list
   std::vector<std::string> titles;
   for_each_law(laws_, [&](const auto& law) { titles.push_back(law.title); });
   int which =
       mine == row && low == Singularity::particle ? static_cast<int>(std::find(titles.begin(), titles.end(), fault_.law) - titles.begin()) : 0;
-  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &which, 1, MPI_INT, MPI_MAX, net_.comm));
+  PetscCall(max_over_ranks(net_.comm, &which));
   const long long number = static_cast<long long>(row);
   if (low == Singularity::interaction) {
     PetscCall(interaction_fault(net_.comm, mine == row, fault_, text));

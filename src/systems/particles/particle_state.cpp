@@ -1,6 +1,7 @@
 // The state of a particle system in the input's order, and what tells its lattice from others.
 #include <algorithm>
 #include <string>
+#include "base/collective.hpp"
 #include "base/row_sum.hpp"
 #include "base/vec_array.hpp"
 #include "systems/particles/fingerprint.hpp"
@@ -151,7 +152,7 @@ PetscErrorCode ParticleModel::take_fingerprint(const Lattice& lattice, const std
       sum.add(18, 0, 1, std::vector<double>(lattice.box.edges.begin(), lattice.box.edges.begin() + static_cast<std::ptrdiff_t>(d) * d));
   }
   fingerprint_ = sum.value();
-  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &fingerprint_, 1, MPI_UINT64_T, MPI_SUM, net_.comm));
+  PetscCall(sum_over_ranks(net_.comm, &fingerprint_));
   PetscFunctionReturn(0);
 }
 

@@ -1,5 +1,6 @@
 #include "systems/particles/particle_stress.hpp"
 #include <algorithm>
+#include "base/collective.hpp"
 #include "base/error.hpp"
 #include "base/options.hpp"
 #include "systems/particles/constraints/constraints.hpp"
@@ -89,7 +90,7 @@ PetscErrorCode ParticleStress::observe(const Terms& terms, double t, const Local
   for (std::size_t g = 0; g < groups_.size(); ++g)
     for (const PetscInt i : net_->groups[groups_[g]].member)
       for (std::size_t k = 0; k < q && i < net_->n; ++k) sums[g * q + k] += values_[static_cast<std::size_t>(i) * q + k];
-  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, sums.data(), static_cast<PetscMPIInt>(sums.size()), MPI_DOUBLE, MPI_SUM, net_->comm));
+  PetscCall(sum_over_ranks(net_->comm, sums.data(), sums.size()));
   std::vector<double> sum(q, 0.0);
   for (std::size_t k = 0; k < sums.size(); ++k) sum[k % q] += sums[k];
   out->push_back({"stress_volume", std::move(sum)});

@@ -69,7 +69,7 @@ void PairForcesOf<d, Damper>::add_body_energies(PetscInt i, double t, const Loca
     sum->momentum[c] += p[c];
     sum->angular_momentum[c] += x[(c + 1) % 3] * p[(c + 2) % 3] - x[(c + 2) % 3] * p[(c + 1) % 3];
   }
-  const Point<d> point{t, net_.mass[i], net_.columns(i), y, y + d};
+  const Point<d> point = point_of(i, t, state);
   for_each_law(laws_, [&](const auto& law) {
     if (law.active()) field += law.template energy<d>(point);
   });
@@ -101,7 +101,7 @@ void PairForcesOf<d, Damper>::supply(double t, const LocalState& state, Supply* 
   for (PetscInt i = 0; i < net_.n; ++i) {
     if (net_.fixed[i] == 1) continue;
     const double* y = state.at(i);
-    const Point<d> point{t, net_.mass[i], net_.columns(i), y, y + d};
+    const Point<d> point = point_of(i, t, state);
     for_each_law(laws_, [&](const auto& law) {
       if (law.active()) add_supply(law, point, sum);
     });

@@ -57,8 +57,7 @@ class PairForcesOf final : public PairForces {
   void outer_sizes(double t, const LocalState& state, double* size) const override {
     for (PetscInt i = 0; i < net_.n; ++i) {
       if (net_.fixed[i]) continue;
-      const double* y = state.at(i);
-      const Point<d> point{t, net_.mass[i], net_.columns(i), y, y + d};
+      const Point<d> point = point_of(i, t, state);
       for_each_law(laws_, [&](const auto& law) {
         double f[d] = {};
         if (law.active() && law.template force<d>(point, f)) size[i] += norm<d>(f);
@@ -66,14 +65,7 @@ class PairForcesOf final : public PairForces {
     }
   }
 
-  double anchor_tension(double t, const LocalState& state, PetscInt k) const override {
-    const AnchorShift shift(motion_, t);
-    const typename AnchorShift::End end(shift, net_.anchors, k);
-    return with_law(anchor_law_, [&](auto law) {
-      return Kernel<decltype(law)>::tension({state.at(net_.anchors.particle[k]), end.y}, parameters<decltype(law)>(net_.anchors, k, 0));
-    });
-  }
-
+  double anchor_tension(double t, const LocalState& state, PetscInt k) const override;
   void condense_springs(double t, const LocalState& state, const Coefficients& abc, bool positive, PairMatrix* S) const override {
     positive ? fill_springs<true>(t, state, abc, S) : fill_springs<false>(t, state, abc, S);
   }
@@ -85,77 +77,22 @@ class PairForcesOf final : public PairForces {
   void multiply_tangent(double t, const LocalState& state, const LocalState& z, double* f) const override;
   void multiply_law_damping(double t, const LocalState& state, const double* w, double* f) const override;
 
-  // Both copies of a spring, at its two ends, come to the same history in every bit, on whatever ranks they are: they begin with the
-  // same numbers, and l is the same from dx and from -dx, whose squares are equal.
-  void commit(const LocalState& state, double h, Links* links) const override {
-    for (PetscInt i = 0; i < net_.n && net_.mixed; ++i)
-      for (PetscInt e = links->start[i]; e < links->start[i + 1]; ++e) {
-        if (links->spring[e] < 0) continue;
-        const LinkGeometry<d> g(state.at(i), state.at(links->other[e]));
-        MixedSpring::commit(g.length, links->stiffness[e], links->rest_length[e], links->law[e],
-                            links->more.data() + static_cast<std::size_t>(e) * links->width, h);
-      }
-  }
-
+  void commit(const LocalState& state, double h, Links* links) const override;
   void predict_tensions(const LocalState& state, const LocalState& z, double part, double* tension) const override;
   double largest_turn(const LocalState& state, const LocalState& z) const override;
 
-  LinkMeasures measure(const LocalState& state, PetscInt i, PetscInt e) const override {
-    return with_law(law_[i], [&](auto law) -> LinkMeasures {
-      using Link = Kernel<decltype(law)>;
-      const LinkGeometry<d> g(state.at(i), state.at(net_.links.other[e]));
-      const auto p = parameters<decltype(law)>(net_.links, e, state.time());
-      return {g.length, Link::tension(g, p), Link::energy(g, p), Link::dissipated(p)};
-    });
-  }
-
-  void measure(const LocalState& state, std::size_t count, const PetscInt* i, const PetscInt* e, double* length, double* tension) const override {
-    for (std::size_t s = 0; s < count;) {
-      std::size_t end = s + 1;
-      while (end < count && law_[i[end]] == law_[i[s]]) ++end;
-      with_law(law_[i[s]], [&](auto law) {
-        for (; s < end; ++s) {
-          LinkGeometry<d> g(state.at(i[s]), state.at(net_.links.other[e[s]]));
-          if constexpr (d == 3) {  // with the bits of a spring that is measured alone
-            const lanes::Vector<2> square = lanes::Vector<2>{g.dx[0], g.dx[1]} * lanes::Vector<2>{g.dx[0], g.dx[1]};
-            g.length = std::sqrt(g.dx[2] * g.dx[2] + (square[0] + square[1]));
-          }
-          length[s] = g.length;
-          tension[s] = Kernel<decltype(law)>::tension(g, parameters<decltype(law)>(net_.links, e[s], state.time()));
-        }
-      });
-    }
-  }
-
-  void add_rates(std::vector<double>* rates) const override {
-    std::vector<double>& sum = *rates;
-    for (PetscInt i = 0; i < net_.n; ++i)
-      with_law(law_[i], [&](auto law) {
-        for (PetscInt e = net_.links.start[i]; e < net_.links.start[i + 1]; ++e)
-          sum[i] += Kernel<decltype(law)>::rate(parameters<decltype(law)>(net_.links, e, net_.links.history_time));
-      });
-    with_law(anchor_law_, [&](auto law) {
-      for (std::size_t k = 0; k < net_.anchors.particle.size(); ++k)
-        sum[net_.anchors.particle[k]] += Kernel<decltype(law)>::rate(parameters<decltype(law)>(net_.anchors, static_cast<PetscInt>(k), 0));
-    });
-  }
+  LinkMeasures measure(const LocalState& state, PetscInt i, PetscInt e) const override;
+  void measure(const LocalState& state, std::size_t count, const PetscInt* i, const PetscInt* e, double* length, double* tension) const override;
+  void add_rates(std::vector<double>* rates) const override;
   void stiffness_sizes(double t, const LocalState& state, double* size) const override;
 
  private:
-  /// Displacement and velocity all anchors share at one moment.
-  struct AnchorShift {
-    double s[3] = {0, 0, 0}, ds[3] = {0, 0, 0};
-    AnchorShift(const Motion& motion, double t) { motion.at(t, s, ds); }
-    struct End {
-      double y[2 * d];
-      End(const AnchorShift& shift, const Anchors& anchors, PetscInt k) {
-        for (int c = 0; c < d; ++c) {
-          y[c] = anchors.point[k * 3 + c] + shift.s[c];
-          y[d + c] = shift.ds[c];
-        }
-      }
-    };
-  };
+  using AnchorShift = bs::AnchorShift<d>;
+  /// Owned particle i as its laws see it.
+  Point<d> point_of(PetscInt i, double t, const LocalState& state) const {
+    const double* y = state.at(i);
+    return {t, net_.mass[i], net_.columns(i), y, y + d};
+  }
 
   /// The laws with loops of their own; of links of any other law, or of several, that of each is looked up (MixedSpring).
   enum LinkLaw : std::uint8_t { HOOKE = static_cast<int>(SpringLaw::hooke), STRAIN = static_cast<int>(SpringLaw::strain), OF_EACH };
@@ -222,7 +159,7 @@ class PairForcesOf final : public PairForces {
     Singularity found;
     with_law(law_[i], [&](auto law) { add_springs<decltype(law), with_energy>(i, y, state, fi, &found, sum); });
     add_anchors(i, y, shift, fi, &found);
-    const Point<d> point{t, net_.mass[i], net_.columns(i), y, y + d};
+    const Point<d> point = point_of(i, t, state);
     for_each_law(laws_, [&](const auto& law) {
       if (law.active() && !law.template force<d>(point, fi)) found = {Singularity::particle, net_.row[i], law.title};
     });
@@ -265,7 +202,7 @@ class PairForcesOf final : public PairForces {
     with_law(anchor_law_, [&](auto law) {
       for (PetscInt a = anchor_start_[i]; a < anchor_start_[i + 1]; ++a) {
         const PetscInt k = anchor_order_[a];
-        const typename AnchorShift::End end(shift, net_.anchors, k);
+        const AnchorEnd<d> end(shift, net_.anchors, k);
         use(Kernel<decltype(law)>{}, k, LinkGeometry<d>(y, end.y), parameters<decltype(law)>(net_.anchors, k, 0));
       }
     });
@@ -342,4 +279,5 @@ std::unique_ptr<PairForces> create_pair_forces_of(const Network& net, const Part
 #include "systems/particles/physics_box.hpp"
 #include "systems/particles/physics_forces.hpp"
 #include "systems/particles/physics_jacobian.hpp"
+#include "systems/particles/physics_links.hpp"
 #include "systems/particles/physics_potential.hpp"

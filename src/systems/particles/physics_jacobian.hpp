@@ -9,7 +9,7 @@ void PairForcesOf<d, Damper>::add_tangents(PetscInt i, double t, const LocalStat
                                            PetscInt width) const {
   const Links& links = net_.links;
   const double* y = state.at(i);
-  const Point<d> point{t, net_.mass[i], net_.columns(i), y, y + d};
+  const Point<d> point = point_of(i, t, state);
   double self_K[d * d] = {}, self_D[d * d] = {};
   with_law(law_[i], [&](auto law) {
     using Link = Kernel<decltype(law)>;

@@ -40,7 +40,7 @@ void PairForcesOf<d, Damper>::beyond_slope(double t, const LocalState& state, co
     for_anchors(i, y, shift, [&](auto kernel, PetscInt, const LinkGeometry<d>& g, const auto& p) {
       if (kernel.defined(g, p)) sum.value += kernel.beyond_slope(g, dx, dv, p, sigma);
     });
-    const Point<d> point{t, net_.mass[i], net_.columns(i), y, y + d};
+    const Point<d> point = point_of(i, t, state);
     for_each_law(laws_, [&](const auto& law) {
       if (law.active()) add_law(law, point, dx, dv, sigma, &sum);
     });

@@ -3,6 +3,7 @@
 #include <cstring>
 #include <string>
 #include "base/error.hpp"
+#include "base/handle.hpp"
 #include "systems/particles/constraints/constraints.hpp"
 #include "systems/particles/spring_exists.hpp"
 
@@ -193,8 +194,7 @@ PetscErrorCode RowWriter::end() {
       PetscCall(MatSeqAIJRestoreArray(off_, &off_values_));
     }
   }
-  PetscCall(MatAssemblyBegin(matrix_, MAT_FINAL_ASSEMBLY));
-  PetscCall(MatAssemblyEnd(matrix_, MAT_FINAL_ASSEMBLY));
+  PetscCall(assemble(matrix_));
   PetscFunctionReturn(0);
 }
 

@@ -8,7 +8,7 @@
 #include "systems/mechanics.hpp"
 #include "systems/particles/local_state.hpp"
 #include "systems/particles/row_pattern.hpp"
-#include "systems/step.hpp"
+#include "systems/system.hpp"
 
 namespace bs {
 

@@ -1,5 +1,6 @@
 #include "systems/particles/terms.hpp"
 #include <algorithm>
+#include "base/collective.hpp"
 #include "base/text.hpp"
 #include "systems/particles/coupling.hpp"
 #include "systems/particles/interactions/kinds.hpp"
@@ -83,7 +84,7 @@ PetscErrorCode Terms::dissipated(double* energy) const {
   PetscFunctionBegin;
   *energy = 0;
   for_each([&](const Term& term) { *energy += term.dissipated(); });
-  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, energy, 1, MPI_DOUBLE, MPI_SUM, net_.comm));
+  PetscCall(sum_over_ranks(net_.comm, energy));
   *energy += breaking_.dissipated();
   PetscFunctionReturn(0);
 }
@@ -214,19 +215,11 @@ void Terms::stiffness_sizes(double t, const LocalState& state, double* size) con
 
 /// The lowest rank reports.
 PetscErrorCode interaction_fault(MPI_Comm comm, bool mine, const Singularity& fault, std::string* text) {
-  char words[512] = "";
-  int rank, size, speaker;
+  Error error;
   PetscFunctionBegin;
-  PetscCallMPI(MPI_Comm_rank(comm, &rank));
-  PetscCallMPI(MPI_Comm_size(comm, &size));
-  speaker = mine ? rank : size;
-  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &speaker, 1, MPI_INT, MPI_MIN, comm));
   if (mine)
-    PetscCall(PetscStrncpy(
-        words, format("%s %lld met %s: lower -ts_dt, or keep its particles apart", fault.law, static_cast<long long>(fault.row), fault.why).c_str(),
-        sizeof words));
-  PetscCallMPI(MPI_Bcast(words, sizeof words, MPI_CHAR, speaker, comm));
-  *text = words;
+    error.note(0, format("%s %lld met %s: lower -ts_dt, or keep its particles apart", fault.law, static_cast<long long>(fault.row), fault.why));
+  PetscCall(first_error(comm, error, text));
   PetscFunctionReturn(0);
 }
 

@@ -1,5 +1,6 @@
 #include "tasks/statics/arc_length.hpp"
 #include <cmath>
+#include "base/collective.hpp"
 #include "base/vec_array.hpp"
 #include "linalg/condensed/condensed.hpp"
 #include "solvers/own_solve.hpp"
@@ -34,7 +35,7 @@ PetscErrorCode ArcLength::product(Vec a, Vec b, double* value) const {
   PetscFunctionBegin;
   const ReadArray pa(a), pb(b);
   layout_of(a).for_each([&](PetscInt x, PetscInt) { sum += pa[x] * pb[x]; });
-  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &sum, 1, MPI_DOUBLE, MPI_SUM, model_->comm()));
+  PetscCall(sum_over_ranks(model_->comm(), &sum));
   *value = sum / (scale_ > 0 ? scale_ : 1);
   PetscFunctionReturn(0);
 }

@@ -1,6 +1,7 @@
 #include "tasks/statics/avalanche.hpp"
 #include <algorithm>
 #include <cmath>
+#include "base/collective.hpp"
 #include "base/error.hpp"
 #include "base/signals.hpp"
 
@@ -8,10 +9,8 @@ namespace bs {
 
 /// A long avalanche does not keep a run from being stopped.
 PetscErrorCode Avalanche::check_for_signal() {
-  int signal = ending_signal(model_.comm());
   PetscFunctionBegin;
-  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &signal, 1, MPI_INT, MPI_MAX, model_.comm()));
-  interrupted_ = signal != 0;
+  PetscCall(on_some_rank(model_.comm(), ending_signal(model_.comm()) != 0, &interrupted_));
   PetscFunctionReturn(0);
 }
 

@@ -5,7 +5,7 @@
 #include <vector>
 #include "base/warnings.hpp"
 #include "systems/equilibrium.hpp"
-#include "tasks/final_results.hpp"
+#include "tasks/result.hpp"
 #include "tasks/statics/statics.hpp"
 #include "tasks/strain_relaxation.hpp"
 #include "time/ts_setup.hpp"

@@ -1,4 +1,6 @@
 // What Newton's method has found, made better: saddle points of the energy are left, and forces that have nearly vanished are balanced.
+#include "base/collective.hpp"
+#include "base/handle.hpp"
 #include "base/petsc_versions.hpp"
 #include "base/vec_array.hpp"
 #include "linalg/condensed/condensed.hpp"
@@ -31,15 +33,13 @@ PetscErrorCode PseudoTime::leave_saddles(SNES snes) {
     PetscCall(condensed_renew(pc));
     stable = negative <= 0 && !found;
     if (stable) {
-      PetscCall(VecDuplicate(X, minimum_.at.out()));
-      PetscCall(VecCopy(X, minimum_.at));
+      PetscCall(copy_into(&minimum_.at, X));
       minimum_.time = t;
       minimum_.negative = negative;
       break;
     }
     if (!first) {
-      PetscCall(VecDuplicate(X, first.out()));
-      PetscCall(VecCopy(X, first));
+      PetscCall(copy_into(&first, X));
     }
     if (!lower && negative > 0 && !exact) {
       exact = true;
@@ -54,6 +54,19 @@ PetscErrorCode PseudoTime::leave_saddles(SNES snes) {
   }
   if (stable && left) ++saddles_;
   if (!stable && first) PetscCall(VecCopy(first, X));
+  PetscFunctionReturn(0);
+}
+
+PetscErrorCode PseudoTime::knows(double t, Vec y, PetscInt* negative, bool* yes) const {
+  bool same = minimum_.at && minimum_.time == t, other = false;
+  PetscFunctionBegin;
+  if (same) {
+    const ReadArray a(y), b(minimum_.at);
+    layout_of(y).for_each([&](PetscInt x, PetscInt) { same = same && a[x] == b[x]; });
+  }
+  PetscCall(on_some_rank(model_->comm(), !same, &other));
+  *yes = !other;
+  *negative = minimum_.negative;
   PetscFunctionReturn(0);
 }
 

@@ -2,6 +2,7 @@
 #include <algorithm>
 #include <cmath>
 #include <utility>
+#include "base/handle.hpp"
 #include "base/petsc_versions.hpp"
 #include "base/vec_array.hpp"
 #include "linalg/condensed/condensed.hpp"
@@ -67,19 +68,6 @@ PetscErrorCode PseudoTime::solve(SNES snes) {
   PetscFunctionReturn(0);
 }
 
-PetscErrorCode PseudoTime::knows(double t, Vec y, PetscInt* negative, bool* yes) const {
-  int same = minimum_.at && minimum_.time == t ? 1 : 0;
-  PetscFunctionBegin;
-  if (same) {
-    const ReadArray a(y), b(minimum_.at);
-    layout_of(y).for_each([&](PetscInt x, PetscInt) { same = same && a[x] == b[x]; });
-  }
-  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &same, 1, MPI_INT, MPI_MIN, model_->comm()));
-  *yes = same != 0;
-  *negative = minimum_.negative;
-  PetscFunctionReturn(0);
-}
-
 PetscErrorCode PseudoTime::make_room(Vec y) {
   PetscFunctionBegin;
   for (VecHandle* room : {&at_, &correction_, &saddle_, &direction_})
@@ -99,16 +87,16 @@ PetscErrorCode PseudoTime::time_of_loads(double* t) {
 
 // The stage of the last step is solved again: its residual does not depend on where the step came from. Newton starts at y, not where the
 // predictor would.
-PetscErrorCode PseudoTime::solve_from(Vec y, bool* good) {
+PetscErrorCode PseudoTime::solve_from(Vec y, Fallback fallback, bool* good) {
   SNES snes;
   SNESConvergedReason reason;
   PetscReal time;
   PetscFunctionBegin;
   PetscCall(TSGetSNES(ts_, &snes));
-  if (!room_) PetscCall(VecDuplicate(y, room_.out()));
-  PetscCall(VecCopy(y, room_));
+  PetscCall(copy_into(&room_, y));
   const auto guess = snes->ops->computeinitialguess;
   snes->ops->computeinitialguess = nullptr;
+  fallback_ = other_ ? Fallback::never : fallback;
   aside_ = true;
   PetscCall(SNESSolve(snes, nullptr, room_));
   aside_ = false;
@@ -122,15 +110,8 @@ PetscErrorCode PseudoTime::solve_from(Vec y, bool* good) {
     PetscCall(context_->examine(time, room_, &found));
     *good = found.good;
   }
-  if (*good) PetscCall(VecCopy(room_, y));
-  PetscFunctionReturn(0);
-}
-
-PetscErrorCode PseudoTime::relax(Vec y, bool* good) {
-  PetscFunctionBegin;
-  fallback_ = other_ ? Fallback::never : Fallback::always;
-  PetscCall(solve_from(y, good));
   fallback_ = other_ ? Fallback::never : Fallback::late;
+  if (*good) PetscCall(VecCopy(room_, y));
   PetscFunctionReturn(0);
 }
 
@@ -145,11 +126,9 @@ PetscErrorCode PseudoTime::advance(double h, Vec y, bool* good) {
   PetscCall(TSGetTimeStep(ts_, &of_loads));
   PetscCall(TSSetTimeStep(ts_, h));
   PetscCall(SNESSetTolerances(snes, PETSC_DEFAULT, std::max(rtol, RTOL), PETSC_DEFAULT, PETSC_DEFAULT, PETSC_DEFAULT));
-  fallback_ = Fallback::never;
   context_->newton.iterate_to_rounding(false);
-  PetscCall(solve_from(y, good));
+  PetscCall(solve_from(y, Fallback::never, good));
   context_->newton.iterate_to_rounding(true);
-  fallback_ = other_ ? Fallback::never : Fallback::late;
   PetscCall(SNESSetTolerances(snes, PETSC_DEFAULT, rtol, PETSC_DEFAULT, PETSC_DEFAULT, PETSC_DEFAULT));
   PetscCall(TSSetTimeStep(ts_, of_loads));
   PetscFunctionReturn(0);

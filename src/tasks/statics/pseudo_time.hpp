@@ -30,7 +30,7 @@ class PseudoTime {
   /// Collective. Newton's method, and pseudo time where it fails, in the place of SNES's solve.
   PetscErrorCode solve(SNES snes);
   /// Collective, between two steps. From y, which is none, to the equilibrium of the same loads; y stays where that is not found.
-  PetscErrorCode relax(Vec y, bool* good);
+  PetscErrorCode relax(Vec y, bool* good) { return solve_from(y, Fallback::always, good); }
   /// Collective. A step of h [s] of the motion that the model is set to, from y; without fallback.
   PetscErrorCode advance(double h, Vec y, bool* good);
   /// Collective. Newton's method alone, without fallback; where is_newton().
@@ -49,6 +49,7 @@ class PseudoTime {
   void restore(const Facts& facts);
 
  private:
+  enum class Fallback { late, always, never };  ///< late: of steps that have been cut
   PetscErrorCode make_room(Vec y);
   PetscErrorCode continue_from(SNES snes);
   PetscErrorCode leave_saddles(SNES snes);
@@ -56,7 +57,7 @@ class PseudoTime {
   PetscErrorCode continue_further(SNES snes, bool* good);
   PetscErrorCode solve_to_rounding(SNES snes);
   PetscErrorCode time_of_loads(double* t);
-  PetscErrorCode solve_from(Vec y, bool* good);
+  PetscErrorCode solve_from(Vec y, Fallback fallback, bool* good);
   PetscErrorCode linear_solve(SNES snes, Vec X, Vec z, bool* good, bool* definite);
   PetscErrorCode step(SNES snes, double h, Vec start, Vec X, PetscInt* corrections, bool* good);
   PetscErrorCode falls(Vec start, Vec X, bool* yes);
@@ -67,7 +68,7 @@ class PseudoTime {
   Equilibrium* model_ = nullptr;
   double nominal_ = 0;
   double tried_ = -1;  ///< load factor from which the last one started: none is repeated from the same state
-  enum class Fallback { late, always, never } fallback_ = Fallback::late;  ///< late: of steps that have been cut
+  Fallback fallback_ = Fallback::late;
   bool other_ = false;  ///< the SNES is of another type than Newton's method with a line search: there is no fallback
   bool aside_ = false;  ///< within relax() or advance()
   bool minima_ = false, continued_ = false;

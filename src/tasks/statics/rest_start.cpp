@@ -1,5 +1,6 @@
 #include "tasks/statics/rest_start.hpp"
 #include <utility>
+#include "base/handle.hpp"
 #include "base/vec_array.hpp"
 #include "linalg/condensed/condensed.hpp"
 #include "time/methods.hpp"
@@ -40,8 +41,7 @@ PetscErrorCode RestStart::find(TS ts, TSContext& context, Equilibrium& model, Ps
   PetscFunctionBegin;
   PetscCall(TSGetSolution(ts, &y));
   PetscCall(TSGetTimeStep(ts, &h));
-  PetscCall(VecDuplicate(y, given.out()));
-  PetscCall(VecCopy(y, given));
+  PetscCall(copy_into(&given, y));
   model.set_factor(0);
   PetscCall(model.energies(0, y, &had));  // a box whose strains are free is another afterwards
   PetscCall(make_stage(ts, context, h, y));

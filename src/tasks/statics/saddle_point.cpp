@@ -1,6 +1,7 @@
 #include "tasks/statics/saddle_point.hpp"
 #include <cmath>
 #include <vector>
+#include "base/collective.hpp"
 #include "base/handle.hpp"
 #include "base/vec_array.hpp"
 #include "linalg/condensed/condensed.hpp"
@@ -24,7 +25,7 @@ PetscErrorCode is_unstable_along(Equilibrium& model, Vec z, bool* yes) {
       sums[0] += a[at.x(i, c)] * force[static_cast<std::size_t>(i * at.dim + c)];
       sums[1] += a[at.x(i, c)] * a[at.x(i, c)] * lin.masses()[static_cast<std::size_t>(i)];
     }
-  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, sums, 2, MPI_DOUBLE, MPI_SUM, model.comm()));
+  PetscCall(sum_over_ranks(model.comm(), sums, 2));
   *yes = sums[0] > DOUBT * model.mean_squared_frequency() * sums[1];
   PetscFunctionReturn(0);
 }
@@ -81,7 +82,7 @@ PetscErrorCode slope_along(Equilibrium& model, double t, Vec y, Vec z, Vec F, do
   const ReadArray a(F), b(z);
   for (PetscInt i = 0; i < at.particles; ++i)
     for (PetscInt c = 0; c < at.dim; ++c) *slope += a[at.v(i, c)] * b[at.x(i, c)];
-  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, slope, 1, MPI_DOUBLE, MPI_SUM, model.comm()));
+  PetscCall(sum_over_ranks(model.comm(), slope));
   PetscFunctionReturn(0);
 }
 

@@ -2,6 +2,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include "base/collective.hpp"
 #include "base/error.hpp"
 #include "base/vec_array.hpp"
 #include "linalg/condensed/condensed.hpp"
@@ -112,7 +113,7 @@ PetscErrorCode SnapThrough::compare(Vec low, Vec middle, Vec high, Halves* out) 
   PetscCallMPI(MPI_Comm_rank(model_->comm(), &most.rank));
   PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &most, 1, MPI_DOUBLE_INT, MPI_MAXLOC, model_->comm()));
   PetscCallMPI(MPI_Bcast(mine, 2, MPI_DOUBLE, most.rank, model_->comm()));
-  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &out->most, 1, MPI_DOUBLE, MPI_MAX, model_->comm()));
+  PetscCall(max_over_ranks(model_->comm(), &out->most));
   out->first = mine[0];
   out->second = mine[1];
   PetscFunctionReturn(0);

@@ -1,6 +1,7 @@
 #include "tasks/statics/static_solver.hpp"
 #include "base/context.hpp"
 #include "base/error.hpp"
+#include "base/handle.hpp"
 #include "base/option_names.hpp"
 #include "systems/frame_rows.hpp"
 
@@ -35,8 +36,7 @@ PetscErrorCode StaticSolver::observe(double factor, Vec y, std::vector<Observabl
   found_.factor = factor;
   PetscCall(assess_(factor, y, out));
   found_.observables = *out;
-  if (!last_) PetscCall(VecDuplicate(y, last_.out()));
-  PetscCall(VecCopy(y, last_));
+  PetscCall(copy_into(&last_, y));
   PetscFunctionReturn(0);
 }
 

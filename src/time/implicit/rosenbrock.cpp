@@ -1,6 +1,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include "base/handle.hpp"
 #include "base/vec_array.hpp"
 #include "time/implicit/predictor.hpp"
 #include "time/methods.hpp"
@@ -30,8 +31,7 @@ PetscErrorCode probe_jacobian(TS, PetscReal, Vec, Vec, PetscReal sigma, Mat, Mat
   probe->shiftless = sigma == 0;
   if (sigma != 0) probe->shifts.push_back(sigma);
   PetscCall(MatSetValue(P, 0, 0, sigma, INSERT_VALUES));
-  PetscCall(MatAssemblyBegin(P, MAT_FINAL_ASSEMBLY));
-  PetscCall(MatAssemblyEnd(P, MAT_FINAL_ASSEMBLY));
+  PetscCall(assemble(P));
   PetscFunctionReturn(0);
 }
 

@@ -1,5 +1,6 @@
 #include "time/implicit/substep_guess.hpp"
 #include <algorithm>
+#include "base/collective.hpp"
 #include "base/log_event.hpp"
 #include "base/vec_array.hpp"
 #include "linalg/condensed/condensed.hpp"
@@ -118,7 +119,7 @@ PetscErrorCode SubstepGuess::change_of_potential(SNES snes, double* change) {
       slope += f[v] * a[v];
     });
   }
-  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &slope, 1, MPI_DOUBLE, MPI_SUM, model_->comm()));
+  PetscCall(sum_over_ranks(model_->comm(), &slope));
   PetscCall(model_->incremental()->follow(here_, line_));
   PetscCall(model_->incremental()->beyond_slope(end_, sigma_, 1, &beyond));
   *change = slope + beyond.value;

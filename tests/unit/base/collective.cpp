@@ -13,11 +13,53 @@ TEST_CASE("Sums in pieces") {
     for (const std::size_t piece : {1U, 3U, 7U, 100U}) {
       std::vector<double> values(count + 1, -5.0);
       for (std::size_t k = 0; k < count; ++k) values[k] = static_cast<double>(k) + 100.0 * rank;
-      REQUIRE(sum_over_ranks(PETSC_COMM_WORLD, values.data(), count, piece) == 0);
+      REQUIRE(reduce_over_ranks(PETSC_COMM_WORLD, MPI_SUM, values.data(), count, piece) == 0);
       INFO(count << " numbers in pieces of " << piece);
       for (std::size_t k = 0; k < count; ++k) CHECK(values[k] == size * static_cast<double>(k) + 50.0 * size * (size - 1));
       CHECK(values[count] == -5.0);
     }
+}
+
+TEST_CASE("sums, extremes and whether it is so on some rank, of numbers of every kind") {
+  const PetscMPIInt rank = rank_of(PETSC_COMM_WORLD), size = size_of(PETSC_COMM_WORLD);
+  const auto check = [&](auto number) {
+    using T = decltype(number);
+    T values[2] = {static_cast<T>(rank + 1), static_cast<T>(7)}, low = values[0], high = values[0];
+    REQUIRE(sum_over_ranks(PETSC_COMM_WORLD, values, 2) == 0);
+    REQUIRE(min_over_ranks(PETSC_COMM_WORLD, &low) == 0);
+    REQUIRE(max_over_ranks(PETSC_COMM_WORLD, &high) == 0);
+    CHECK(values[0] == static_cast<T>(size * (size + 1) / 2));
+    CHECK(values[1] == static_cast<T>(7 * size));
+    CHECK(low == static_cast<T>(1));
+    CHECK(high == static_cast<T>(size));
+  };
+  check(0.5);
+  check(int{});
+  check(std::int64_t{});
+  check(std::uint64_t{});
+  check(std::uint8_t{});
+  std::int64_t large = -(std::int64_t{1} << 40);
+  REQUIRE(min_over_ranks(PETSC_COMM_WORLD, &large) == 0);
+  CHECK(large == -(std::int64_t{1} << 40));
+  for (PetscMPIInt one = -1; one < size; ++one) {
+    bool some = one < 0;
+    REQUIRE(on_some_rank(PETSC_COMM_WORLD, rank == one, &some) == 0);
+    CHECK(some == (one >= 0));
+  }
+}
+
+TEST_CASE("lists of all ranks, end to end on rank 0") {
+  const PetscMPIInt rank = rank_of(PETSC_COMM_WORLD), size = size_of(PETSC_COMM_WORLD);
+  std::vector<std::int64_t> all(static_cast<std::size_t>(2 * rank), rank), expected;
+  std::string text(static_cast<std::size_t>(rank + 1), static_cast<char>('a' + rank)), whole;
+  for (PetscMPIInt one = 0; one < size && rank == 0; ++one) {
+    expected.insert(expected.end(), static_cast<std::size_t>(2 * one), one);
+    whole.append(static_cast<std::size_t>(one + 1), static_cast<char>('a' + one));
+  }
+  REQUIRE(gather_on_rank_0(PETSC_COMM_WORLD, all, &all) == 0);
+  REQUIRE(gather_on_rank_0(PETSC_COMM_WORLD, text, &text) == 0);
+  CHECK(all == expected);
+  CHECK(text == whole);
 }
 
 TEST_CASE("what rank 0 answers and says is known on every rank") {

@@ -1,4 +1,5 @@
 #include <cmath>
+#include "base/collective.hpp"
 #include "base/vec_array.hpp"
 #include "solvers/newton/search/energy.hpp"
 #include "systems/layout.hpp"
@@ -15,7 +16,7 @@ PetscErrorCode velocity_products(MPI_Comm comm, Vec a, Vec b, double* ab, double
     sums[0] += pa[v] * pb[v];
     sums[1] += pb[v] * pb[v];
   });
-  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, sums, 2, MPI_DOUBLE, MPI_SUM, comm));
+  PetscCall(sum_over_ranks(comm, sums, 2));
   *ab = sums[0];
   *bb = sums[1];
   PetscFunctionReturn(0);

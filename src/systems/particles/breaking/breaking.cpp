@@ -24,14 +24,14 @@ PetscErrorCode Breaking::keep_worst(std::vector<PastLimit>* found) const {
   std::int64_t kind = NONE, row = NONE;
   PetscFunctionBegin;
   for (const PastLimit& one : *found) most = std::max(most, one.excess);
-  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &most, 1, MPI_DOUBLE, MPI_MAX, comm_));
+  PetscCall(max_over_ranks(comm_, &most));
   const auto worst = [most](const PastLimit& one) { return one.excess >= most * (1 - BREAK_TIE); };
   for (const PastLimit& one : *found)
     if (worst(one)) kind = std::min<std::int64_t>(kind, one.part.kind);
-  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &kind, 1, MPI_INT64_T, MPI_MIN, comm_));
+  PetscCall(min_over_ranks(comm_, &kind));
   for (const PastLimit& one : *found)
     if (worst(one) && one.part.kind == kind) row = std::min(row, one.part.row);
-  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &row, 1, MPI_INT64_T, MPI_MIN, comm_));
+  PetscCall(min_over_ranks(comm_, &row));
   found->erase(std::remove_if(found->begin(), found->end(), [&](const PastLimit& one) { return one.part.kind != kind || one.part.row != row; }),
                found->end());
   PetscFunctionReturn(0);
@@ -88,8 +88,8 @@ PetscErrorCode Breaking::break_parts(double t, double load, bool loads, const Lo
     kinds_[k]->judge(state, &found);
     for (std::size_t one = before; one < found.size(); ++one) found[one].part.kind = static_cast<int>(k);
   }
-  int some = !found.empty();
-  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &some, 1, MPI_INT, MPI_MAX, comm_));
+  bool some = false;
+  PetscCall(on_some_rank(comm_, !found.empty(), &some));
   const bool goes_on = loads ? sums_.last == t : sums_.running != 0;
   sums_.running = some;
   if (!some) PetscFunctionReturn(0);

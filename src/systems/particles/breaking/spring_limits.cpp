@@ -1,6 +1,7 @@
 // What of springs may break: limits of those that this rank judges, and those that are broken from the start.
 #include <algorithm>
 #include <cmath>
+#include "base/collective.hpp"
 #include "base/error.hpp"
 #include "network/ghost_copies.hpp"
 #include "systems/particles/breaking/spring_breaks.hpp"
@@ -78,7 +79,7 @@ PetscErrorCode SpringBreaks::cut_notch() {
       cut_link(e);
       ++count;
     }
-  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &count, 1, MPI_INT64_T, MPI_SUM, net_->comm));
+  PetscCall(sum_over_ranks(net_->comm, &count));
   if (count == 0) PetscCall(fail(net_->comm, Exit::input, "option -bs_break_notch: no spring crosses that line: give a line through the lattice"));
   given_broken_ = true;
   PetscFunctionReturn(0);

@@ -1,5 +1,6 @@
 #include "systems/particles/condensed/block_rows.hpp"
 #include <cstring>
+#include "base/handle.hpp"
 
 namespace bs {
 namespace {
@@ -130,8 +131,7 @@ PetscErrorCode BlockRowWriter::end() {
   } else if (way_ == Way::sbaij) {
     PetscCall(MatSeqSBAIJRestoreArray(diagonal_, &diagonal_values_));
   }
-  PetscCall(MatAssemblyBegin(matrix_, MAT_FINAL_ASSEMBLY));
-  PetscCall(MatAssemblyEnd(matrix_, MAT_FINAL_ASSEMBLY));
+  PetscCall(assemble(matrix_));
   PetscFunctionReturn(0);
 }
 

@@ -125,10 +125,8 @@ void PairForcesOf<d, Damper>::node_block(PetscInt i, double t, const LocalState&
   std::fill_n(A, d * d, 0.0);
   for (int c = 0; c < d; ++c) A[c * (d + 1)] = abc.mass * net_.inertia[i];
   if (net_.fixed[i]) return;
-  const double* y = state.at(i);
-  const Point<d> point{t, net_.mass[i], net_.columns(i), y, y + d};
   double K[d * d] = {}, D[d * d] = {};
-  add_node_tangent<positive>(i, point, shift, K, D);
+  add_node_tangent<positive>(i, point_of(i, t, state), shift, K, D);
   for (int k = 0; k < d * d; ++k) A[k] -= abc.damping * D[k] + abc.stiffness * K[k];
 }
 
@@ -258,11 +256,10 @@ void PairForcesOf<d, Damper>::multiply_tangent(double t, const LocalState& state
     std::fill_n(fi, d, 0.0);
     if (net_.fixed[i]) continue;
     with_law(law_[i], [&](auto law) { add_products<decltype(law)>(i, state, z, fi); });
-    const double *y = state.at(i), *zi = z.at(i);
+    const double* zi = z.at(i);
     // a node block with sigma = 1 and without mass, for K and D apart
     double K[d * d] = {}, D[d * d] = {};
-    const Point<d> point{t, net_.mass[i], net_.columns(i), y, y + d};
-    add_node_tangent<false>(i, point, shift, K, D);
+    add_node_tangent<false>(i, point_of(i, t, state), shift, K, D);
     for (int r = 0; r < d; ++r)
       for (int c = 0; c < d; ++c) fi[r] += K[r * d + c] * zi[c] + D[r * d + c] * zi[d + c];
   }
@@ -273,10 +270,8 @@ void PairForcesOf<d, Damper>::multiply_law_damping(double t, const LocalState& s
   const AnchorShift shift(motion_, t);
   for (PetscInt i = 0; i < net_.n; ++i) {
     if (net_.fixed[i]) continue;
-    const double* y = state.at(i);
-    const Point<d> point{t, net_.mass[i], net_.columns(i), y, y + d};
     double K[d * d] = {}, D[d * d] = {};
-    add_node_tangent<false>(i, point, shift, K, D);
+    add_node_tangent<false>(i, point_of(i, t, state), shift, K, D);
     for (int r = 0; r < d; ++r)
       for (int c = 0; c < d; ++c) f[i * d + r] += D[r * d + c] * w[i * d + c];
   }

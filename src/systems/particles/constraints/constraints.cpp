@@ -1,7 +1,9 @@
 #include "systems/particles/constraints/constraints.hpp"
 #include <algorithm>
 #include <cmath>
+#include "base/collective.hpp"
 #include "base/error.hpp"
+#include "base/handle.hpp"
 #include "base/text.hpp"
 #include "base/vec_array.hpp"
 #include "network/ghost_copies.hpp"
@@ -44,9 +46,7 @@ PetscErrorCode Constraints::create(Network* network) {
   std::sort(rollers_.begin(), rollers_.end(), [](const Roller& a, const Roller& b) { return a.global < b.global; });
   for (PetscInt i = 0; i < net.n; ++i)
     if (held(i)) holders_.push_back(i);
-  int some = !rollers_.empty();
-  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &some, 1, MPI_INT, MPI_MAX, net.comm));
-  rolls_ = some != 0;
+  PetscCall(on_some_rank(net.comm, !rollers_.empty(), &rolls_));
   PetscFunctionReturn(0);
 }
 
@@ -158,8 +158,7 @@ PetscErrorCode Constraints::show(double t, Vec y, Vec* shown) {
   PetscFunctionBegin;
   *shown = y;
   if (!holds_groups()) PetscFunctionReturn(0);
-  if (!shown_) PetscCall(VecDuplicate(y, shown_.out()));
-  PetscCall(VecCopy(y, shown_));
+  PetscCall(copy_into(&shown_, y));
   drive(t, 0, net_->n, WriteArray(shown_));
   *shown = shown_;
   PetscFunctionReturn(0);

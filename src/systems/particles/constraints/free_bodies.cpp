@@ -2,6 +2,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include "base/collective.hpp"
 #include "base/disjoint_sets.hpp"
 #include "base/error.hpp"
 #include "base/vec_array.hpp"
@@ -27,11 +28,11 @@ PetscErrorCode label_bodies(const Network& net, GhostCopies* copies, std::vector
   DisjointSets sets = local_sets(net);
   const PetscInt count = net.n + net.ghosts;
   std::vector<double> low(static_cast<std::size_t>(count));
-  int changed = 1;
+  bool changed = true;
   PetscFunctionBegin;
   for (PetscInt i = 0; i < count; ++i) low[i] = static_cast<double>(net.global[i]);
   while (changed) {
-    changed = 0;
+    changed = false;
     for (PetscInt i = 0; i < count; ++i) {
       double& root = low[sets.top(i)];
       root = std::min(root, low[i]);
@@ -40,9 +41,9 @@ PetscErrorCode label_bodies(const Network& net, GhostCopies* copies, std::vector
     PetscCall(copies->exchange(low, [&](PetscInt ghost, double value) {
       if (value >= low[ghost]) return;
       low[ghost] = value;
-      changed = 1;
+      changed = true;
     }));
-    PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &changed, 1, MPI_INT, MPI_MAX, net.comm));
+    PetscCall(on_some_rank(net.comm, changed, &changed));
   }
   label->assign(low.begin(), low.begin() + net.n);
   PetscFunctionReturn(0);
@@ -96,7 +97,7 @@ PetscErrorCode FreeBodies::find() {
 
 PetscErrorCode FreeBodies::find_held() {
   const std::vector<std::uint8_t> held = held_axes(*net_);
-  int any = 0;
+  bool any = false;
   PetscFunctionBegin;
   held_.assign(label_.size(), 0);
   for (int c = 0; c < net_->dim; ++c) {
@@ -106,11 +107,10 @@ PetscErrorCode FreeBodies::find_held() {
     PetscCall(add_up(&holds));
     for (std::size_t b = 0; b < holds.size(); ++b) {
       if (holds[b] > 0) held_[b] = static_cast<std::uint8_t>(held_[b] | 1 << c);
-      else any = 1;
+      else any = true;
     }
   }
-  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &any, 1, MPI_INT, MPI_LOR, net_->comm));
-  any_ = any != 0;
+  PetscCall(on_some_rank(net_->comm, any, &any_));
   PetscFunctionReturn(0);
 }
 

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <numeric>
+#include "base/collective.hpp"
 
 namespace bs {
 
@@ -15,8 +16,8 @@ PetscErrorCode Reactions::create(const Network& net, const Terms& terms, const N
     GroupRows rows{group.name, {}};
     for (const PetscInt i : group.member)
       if (const std::size_t row = row_of(i); row < constraints_->holders().size()) rows.rows.push_back(row);
-    int some = !rows.rows.empty();
-    PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &some, 1, MPI_INT, MPI_MAX, net.comm));
+    bool some = false;
+    PetscCall(on_some_rank(net.comm, !rows.rows.empty(), &some));
     if (some) groups_.push_back(std::move(rows));
   }
   for (const Constraints::Moved& one : constraints_->motions()) {
@@ -152,7 +153,7 @@ PetscErrorCode Reactions::advance(double t, const LocalState& state) {
   for (std::size_t c = 0; c < d && anchored; ++c) step[pulled_] += 0.5 * (last_.pull[c] + now.pull[c]) * (now.shift[c] - last_.shift[c]);
   if (loads_) step[grown_] += 0.5 * (last_.load_energy + now.load_energy) * (now.load - last_.load);
   if (forces_ && grown_ < step.size()) step[grown_] += work_of_forces(now);
-  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, step.data(), static_cast<PetscMPIInt>(step.size()), MPI_DOUBLE, MPI_SUM, net_->comm));
+  PetscCall(sum_over_ranks(net_->comm, step.data(), step.size()));
   for (std::size_t k = 0; k < step.size(); ++k) {
     work_[k] += step[k];
     path_ += std::abs(step[k]);
@@ -185,7 +186,7 @@ PetscErrorCode Reactions::observe(double t, const LocalState& state, std::vector
     for (std::size_t g = 0; g < groups_.size(); ++g)
       for (const std::size_t row : groups_[g].rows)
         for (std::size_t c = 0; c < d; ++c) sums[g * d + c] += reaction[row * d + c];
-    PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, sums.data(), static_cast<PetscMPIInt>(sums.size()), MPI_DOUBLE, MPI_SUM, net_->comm));
+    PetscCall(sum_over_ranks(net_->comm, sums.data(), sums.size()));
   }
   // The sum stands above the groups: readers of H5MD that take every member of /observables for a value find one.
   if (!groups_.empty()) {

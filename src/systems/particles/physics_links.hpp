@@ -1,0 +1,75 @@
+// What single springs and anchors are at a state: lengths, tensions, rates, histories; included by physics_impl.hpp alone.
+#pragma once
+#include <cmath>
+#include "linalg/lanes.hpp"
+#include "systems/particles/physics_impl.hpp"
+
+namespace bs {
+
+template <int d, class Damper>
+double PairForcesOf<d, Damper>::anchor_tension(double t, const LocalState& state, PetscInt k) const {
+  const AnchorShift shift(motion_, t);
+  const AnchorEnd<d> end(shift, net_.anchors, k);
+  return with_law(anchor_law_, [&](auto law) {
+    return Kernel<decltype(law)>::tension({state.at(net_.anchors.particle[k]), end.y}, parameters<decltype(law)>(net_.anchors, k, 0));
+  });
+}
+
+// Both copies of a spring, at its two ends, come to the same history in every bit, on whatever ranks they are: they begin with the
+// same numbers, and l is the same from dx and from -dx, whose squares are equal.
+template <int d, class Damper>
+void PairForcesOf<d, Damper>::commit(const LocalState& state, double h, Links* links) const {
+  for (PetscInt i = 0; i < net_.n && net_.mixed; ++i)
+    for (PetscInt e = links->start[i]; e < links->start[i + 1]; ++e) {
+      if (links->spring[e] < 0) continue;
+      const LinkGeometry<d> g(state.at(i), state.at(links->other[e]));
+      MixedSpring::commit(g.length, links->stiffness[e], links->rest_length[e], links->law[e],
+                          links->more.data() + static_cast<std::size_t>(e) * links->width, h);
+    }
+}
+
+template <int d, class Damper>
+LinkMeasures PairForcesOf<d, Damper>::measure(const LocalState& state, PetscInt i, PetscInt e) const {
+  return with_law(law_[i], [&](auto law) -> LinkMeasures {
+    using Link = Kernel<decltype(law)>;
+    const LinkGeometry<d> g(state.at(i), state.at(net_.links.other[e]));
+    const auto p = parameters<decltype(law)>(net_.links, e, state.time());
+    return {g.length, Link::tension(g, p), Link::energy(g, p), Link::dissipated(p)};
+  });
+}
+
+template <int d, class Damper>
+void PairForcesOf<d, Damper>::measure(const LocalState& state, std::size_t count, const PetscInt* i, const PetscInt* e, double* length,
+                                      double* tension) const {
+  for (std::size_t s = 0; s < count;) {
+    std::size_t end = s + 1;
+    while (end < count && law_[i[end]] == law_[i[s]]) ++end;
+    with_law(law_[i[s]], [&](auto law) {
+      for (; s < end; ++s) {
+        LinkGeometry<d> g(state.at(i[s]), state.at(net_.links.other[e[s]]));
+        if constexpr (d == 3) {  // with the bits of a spring that is measured alone
+          const lanes::Vector<2> square = lanes::Vector<2>{g.dx[0], g.dx[1]} * lanes::Vector<2>{g.dx[0], g.dx[1]};
+          g.length = std::sqrt(g.dx[2] * g.dx[2] + (square[0] + square[1]));
+        }
+        length[s] = g.length;
+        tension[s] = Kernel<decltype(law)>::tension(g, parameters<decltype(law)>(net_.links, e[s], state.time()));
+      }
+    });
+  }
+}
+
+template <int d, class Damper>
+void PairForcesOf<d, Damper>::add_rates(std::vector<double>* rates) const {
+  std::vector<double>& sum = *rates;
+  for (PetscInt i = 0; i < net_.n; ++i)
+    with_law(law_[i], [&](auto law) {
+      for (PetscInt e = net_.links.start[i]; e < net_.links.start[i + 1]; ++e)
+        sum[i] += Kernel<decltype(law)>::rate(parameters<decltype(law)>(net_.links, e, net_.links.history_time));
+    });
+  with_law(anchor_law_, [&](auto law) {
+    for (std::size_t k = 0; k < net_.anchors.particle.size(); ++k)
+      sum[net_.anchors.particle[k]] += Kernel<decltype(law)>::rate(parameters<decltype(law)>(net_.anchors, static_cast<PetscInt>(k), 0));
+  });
+}
+
+}  // namespace bs
