@@ -129,7 +129,7 @@ int watched_run() {
 }
 
 int run_petsc(int argc, char** argv) {
-  bs::speak_for(MPI_COMM_WORLD);
+  bs::print_messages_of(MPI_COMM_WORLD);
   bs::collect_help(argc, argv);
   // never taken back: PETSc would free by another allocator what it has allocated before its start
   (void)new bs::PetscErrors(MPI_COMM_WORLD);

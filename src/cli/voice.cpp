@@ -48,7 +48,7 @@ void print_line(const char* kind, const std::string& text) {
   std::fflush(stderr);
 }
 
-void speak_for(MPI_Comm comm) {
+void print_messages_of(MPI_Comm comm) {
   int rank = 0;
   MPI_Comm_rank(comm, &rank);
   Listener listener;

@@ -11,7 +11,7 @@ void print_line(const char* kind, const std::string& text);
 
 /// Local. From here on errors and warnings of `comm` are printed at once, on one rank. An error of one rank alone ends the others, where there are
 /// any: rank 0 prints at once, another rank after waiting one second, then MPI_Abort with the error's exit code.
-void speak_for(MPI_Comm comm);
+void print_messages_of(MPI_Comm comm);
 
 /// Local. Errors of PETSc's keep PETSc's own traceback (-bs_trace), until PetscPopErrorHandler.
 PetscErrorCode trace_petsc_errors(MPI_Comm comm);

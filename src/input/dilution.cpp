@@ -113,7 +113,7 @@ void keep_angles(const std::vector<std::uint8_t>& keep, Lattice* l) {
 
 PetscErrorCode keep_angles_along_springs(MPI_Comm comm, Lattice* l) {
   Chunks chunks;
-  std::vector<LegQuestion> asked, heard;
+  std::vector<LegQuestion> asked, received;
   std::vector<Leg> there;
   std::vector<std::int64_t> gone;
   PetscFunctionBegin;
@@ -137,12 +137,13 @@ PetscErrorCode keep_angles_along_springs(MPI_Comm comm, Lattice* l) {
   PetscCall(gather_chunks(comm, *l, &chunks));
   PetscCall(exchange(
       comm, asked.size(), [&](std::size_t k) { return static_cast<std::size_t>(chunks.owner(asked[k].leg[0])); },
-      [&](std::size_t k) { return asked[k]; }, &heard));
-  heard.erase(std::remove_if(heard.begin(), heard.end(), [&](const LegQuestion& q) { return std::binary_search(there.begin(), there.end(), q.leg); }),
-              heard.end());
+      [&](std::size_t k) { return asked[k]; }, &received));
+  received.erase(
+      std::remove_if(received.begin(), received.end(), [&](const LegQuestion& q) { return std::binary_search(there.begin(), there.end(), q.leg); }),
+      received.end());
   PetscCall(exchange(
-      comm, heard.size(), [&](std::size_t k) { return static_cast<std::size_t>(heard[k].asker); }, [&](std::size_t k) { return heard[k].angle; },
-      &gone));
+      comm, received.size(), [&](std::size_t k) { return static_cast<std::size_t>(received[k].asker); },
+      [&](std::size_t k) { return received[k].angle; }, &gone));
   std::vector<std::uint8_t> keep(angles.ends.size() / 3, 1);
   for (const std::int64_t a : gone) keep[static_cast<std::size_t>(a)] = 0;
   keep_angles(keep, l);

@@ -123,7 +123,7 @@ class Pruning {
 PetscErrorCode find_gone(MPI_Comm comm, PruneRule rule, const Lattice& l, std::vector<std::uint8_t>* gone) {
   Chunks chunks;
   std::vector<End> ends;
-  std::vector<Loss> losses, heard;
+  std::vector<Loss> losses, received;
   PetscFunctionBegin;
   PetscCall(gather_chunks(comm, l, &chunks));
   PetscCall(collect_ends(comm, l, chunks, &ends));
@@ -131,15 +131,15 @@ PetscErrorCode find_gone(MPI_Comm comm, PruneRule rule, const Lattice& l, std::v
   for (const Group& group : l.groups)
     for (std::size_t p = 0; p < held.size(); ++p) held[p] = held[p] || group.member[p];
   Pruning pruning(l, rule, std::move(ends), std::move(held));
-  std::int64_t told = 1;
-  while (told > 0) {
+  std::int64_t count = 1;
+  while (count > 0) {
     pruning.work(&losses);
     PetscCall(exchange(
         comm, losses.size(), [&](std::size_t k) { return static_cast<std::size_t>(chunks.owner(losses[k].row)); },
-        [&](std::size_t k) { return losses[k]; }, &heard));
-    for (const Loss& one : heard) pruning.lose(one);
-    told = static_cast<std::int64_t>(heard.size());
-    PetscCall(sum_over_ranks(comm, &told));
+        [&](std::size_t k) { return losses[k]; }, &received));
+    for (const Loss& one : received) pruning.lose(one);
+    count = static_cast<std::int64_t>(received.size());
+    PetscCall(sum_over_ranks(comm, &count));
   }
   *gone = std::move(pruning.gone);
   PetscFunctionReturn(0);

@@ -69,7 +69,7 @@ struct Plan {
     return b;
   }
   /// Takes a place that a neighbour lies at into the lattice; `shift`: the boxes it was away. False: it is no place of it.
-  bool take_in(Place* q, int* shift) const {
+  bool wrap(Place* q, int* shift) const {
     for (int k = 0; k < 3; ++k) {
       shift[k] = 0;
       if (spec.repeats(k)) {
@@ -168,7 +168,7 @@ void lay_springs(const Plan& plan, Lattice* out) {
     for (const Neighbour& m : plan.kind(p).neighbours) {
       Place q{{p.cell[0] + m.cell[0], p.cell[1] + m.cell[1], p.cell[2] + m.cell[2]}, m.site};
       Upper there{0, &m, {0, 0, 0}};
-      if (!plan.take_in(&q, there.shift)) continue;
+      if (!plan.wrap(&q, there.shift)) continue;
       there.row = plan.row(q);
       if (there.above(i)) upper.push_back(there);
     }
@@ -197,7 +197,7 @@ bool follow_line(const Plan& plan, std::int64_t i, const Neighbour& way, std::in
   for (int a = 1; a < 3; ++a) {
     for (int k = 0; k < 3; ++k) p.cell[k] += step->cell[k];
     p.site = step->site;
-    if (!plan.take_in(&p, shift + 3 * a)) return false;
+    if (!plan.wrap(&p, shift + 3 * a)) return false;
     for (int k = 0; k < 3; ++k) shift[3 * a + k] += shift[3 * (a - 1) + k];
     ends[a] = plan.row(p);
     if (a == 1 && !(step = straight_on(plan.kind(p), way))) return false;

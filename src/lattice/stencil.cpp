@@ -91,7 +91,7 @@ int shell_of(const TypeInfo& info, int shells, double r2) {
 }
 
 /// Appends the neighbours of kind `from` that lie `cell` cells away.
-void look_at_cell(const TypeInfo& info, int shells, const int (&cell)[3], std::size_t from, Stencil* s) {
+void add_neighbours_in(const TypeInfo& info, int shells, const int (&cell)[3], std::size_t from, Stencil* s) {
   for (int site = 0; site < s->sites; ++site) {
     const std::size_t kind = s->staggered ? (from + static_cast<std::size_t>(cell[1] & 1)) % 2 : static_cast<std::size_t>(site);
     Neighbour n{{cell[0], cell[1], cell[2]}, site, 0, {}};
@@ -115,7 +115,7 @@ Stencil make_stencil(LatticeType type, int shells) {
   for (std::size_t from = 0; from < s.kinds.size(); ++from)
     for (int z = -rz; z <= rz; ++z)
       for (int y = -ry; y <= ry; ++y)
-        for (int x = -2; x <= 2; ++x) look_at_cell(info, shells, {x, y, z}, from, &s);
+        for (int x = -2; x <= 2; ++x) add_neighbours_in(info, shells, {x, y, z}, from, &s);
   return s;
 }
 

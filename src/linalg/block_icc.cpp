@@ -200,7 +200,7 @@ PetscErrorCode keep_coarse(PC pc, PetscBool keep) {
 PetscErrorCode destroy(PC pc) {
   PetscFunctionBegin;
   PetscCall(PetscObjectComposeFunction(reinterpret_cast<PetscObject>(pc), "BSKeepCoarse_C", nullptr));
-  PetscCall(PetscObjectComposeFunction(reinterpret_cast<PetscObject>(pc), "BSCoarseWords_C", nullptr));
+  PetscCall(PetscObjectComposeFunction(reinterpret_cast<PetscObject>(pc), "BSCoarseDescription_C", nullptr));
   PetscCall(PetscObjectComposeFunction(reinterpret_cast<PetscObject>(pc), "BSFactorShifts_C", nullptr));
   delete static_cast<BlockIcc*>(pc->data);
   pc->data = nullptr;
@@ -217,7 +217,7 @@ PetscErrorCode create(PC pc) {
   pc->ops->view = view;
   pc->ops->destroy = destroy;
   PetscCall(PetscObjectComposeFunction(reinterpret_cast<PetscObject>(pc), "BSFactorShifts_C", factor_shifts));
-  PetscCall(PetscObjectComposeFunction(reinterpret_cast<PetscObject>(pc), "BSCoarseWords_C", coarse_words));
+  PetscCall(PetscObjectComposeFunction(reinterpret_cast<PetscObject>(pc), "BSCoarseDescription_C", coarse_words));
   PetscCall(PetscObjectComposeFunction(reinterpret_cast<PetscObject>(pc), "BSKeepCoarse_C", keep_coarse));
   PetscFunctionReturn(0);
 }

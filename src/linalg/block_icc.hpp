@@ -33,7 +33,7 @@ class BlockFactor {
 std::unique_ptr<BlockFactor> create_block_factor(int dim, bool single_precision);
 
 /// Registers the type "bicc" with PETSc; once, after PetscInitialize. A PC of it composes "BSFactorShifts_C", a function
-/// PetscErrorCode (PC, PetscInt* count): the shifts its factorisations have needed so far, and "BSCoarseWords_C", PetscErrorCode
+/// PetscErrorCode (PC, PetscInt* count): the shifts its factorisations have needed so far, and "BSCoarseDescription_C", PetscErrorCode
 /// (PC, const char** words): what its coarse space consists of where that is not hats, or an empty text; collective.
 PetscErrorCode register_block_icc();
 

@@ -51,8 +51,8 @@ PetscErrorCode order_locally(const RowIndex& rows, const std::vector<HalfSpring>
 }
 
 /// Global index, whether fixed and where it starts, of the particles in `rows`: asked of the chunks of the input.
-PetscErrorCode look_up(MPI_Comm comm, const Lattice& lattice, const std::vector<std::int64_t>& owned, const std::vector<std::int64_t>& ghosts,
-                       Network* net) {
+PetscErrorCode fetch_particle_data(MPI_Comm comm, const Lattice& lattice, const std::vector<std::int64_t>& owned,
+                                   const std::vector<std::int64_t>& ghosts, Network* net) {
   const PetscInt count = static_cast<PetscInt>(lattice.particles.count);
   const int d = lattice.dim;
   PetscFunctionBegin;
@@ -249,7 +249,7 @@ PetscErrorCode build_network(MPI_Comm comm, const Lattice& lattice, const Networ
   release(springs);
   PetscCall(give_laws(comm, lattice, net));
   PetscCall(give_columns(comm, lattice, net));
-  PetscCall(look_up(comm, lattice, net->row, ghosts, net));
+  PetscCall(fetch_particle_data(comm, lattice, net->row, ghosts, net));
   std::int64_t fixed = 0;
   for (PetscInt i = 0; i < net->n; ++i) fixed += net->fixed[i] != 0;
   PetscCallMPI(MPI_Allreduce(&fixed, &net->fixed_total, 1, MPI_INT64_T, MPI_SUM, comm));

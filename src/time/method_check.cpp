@@ -105,7 +105,7 @@ PetscErrorCode fault_of_rosw(const TSContext& context, bool once, std::string* f
     *fault = "option " + name + ": " + words + " needs the Jacobian at the start of the step, not where its stages are: leave the option out";
   else if (!differences.empty() && stages.has_own_matrices())
     *fault = "option " + differences + ": the stages of " + words + " need the program's own Jacobian: leave the option out, or take ra34pw2";
-  else if (stages.looks_back() && context.model->time_dependent())
+  else if (stages.has_stage_before() && context.model->time_dependent())
     *fault = words +
              " evaluates the forces or sources at a time before its step (t - 2 h in PETSc's tableau), where they may be others: "
              "use -ts_rosw_type ra34pw2 or sandu3, or -ts_type arkimex -ts_arkimex_type 4";

@@ -93,7 +93,7 @@ class Stepper {
   PetscErrorCode reduce_verdict(TS ts);
   PetscErrorCode keep_step(TS ts, StepRecord* record, bool* landed, bool* counts);
   PetscErrorCode after_break(TS ts, Vec y, StepRecord* record, bool* counts);
-  PetscErrorCode take_back(TS ts);
+  PetscErrorCode undo_step(TS ts);
   PetscErrorCode write_frame_if_due(TS ts, const StepRecord& record, bool landed);
   PetscErrorCode decide_what_follows(TS ts, double time, bool finished);
   PetscErrorCode save_if_due(std::int64_t step, bool finished);

@@ -19,7 +19,7 @@ PetscErrorCode Stepper::accept_step(TS ts) {
   if (!good) PetscFunctionReturn(0);
   PetscCall(keep_step(ts, &record, &landed, &counts));
   if (!counts) {
-    PetscCall(take_back(ts));
+    PetscCall(undo_step(ts));
     PetscCall(decide_what_follows(ts, good_time_, false));
     PetscFunctionReturn(0);
   }
@@ -175,7 +175,7 @@ PetscErrorCode Stepper::after_break(TS ts, Vec y, StepRecord* record, bool* coun
 }
 
 /// Everything is as before the step, as if its end was never reached: a run that is continued makes it again.
-PetscErrorCode Stepper::take_back(TS ts) {
+PetscErrorCode Stepper::undo_step(TS ts) {
   std::string changed;
   Vec y;
   PetscFunctionBegin;

@@ -20,7 +20,7 @@ PetscErrorCode form_residual(TS ts, PetscReal t, Vec y, Vec ydot, Vec F, void* d
   TSContext* context = static_cast<TSContext*>(data);
   PetscFunctionBegin;
   // where F does not depend on t, times before the run must not show (grk4t and its like look back)
-  if (context->rosenbrock.looks_back()) PetscCall(context->rosenbrock.limit_time(ts, &t));
+  if (context->rosenbrock.has_stage_before()) PetscCall(context->rosenbrock.limit_time(ts, &t));
   context->newton.stage.residual_time = t;
   PetscCall(context->model->residual(t, y, ydot, context->form, F));
   if (context->rosenbrock.active()) PetscCall(context->rosenbrock.add_time_term(ts, F));

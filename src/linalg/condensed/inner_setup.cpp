@@ -150,7 +150,7 @@ PetscErrorCode InnerSolver::describe(std::string* text) const {
   PetscCall(PCGetType(factors, &pc_type));
   PetscErrorCode (*coarse_words)(PC, const char**) = nullptr;
   const char* coarse = "";
-  PetscCall(PetscObjectQueryFunction(reinterpret_cast<PetscObject>(pc), "BSCoarseWords_C", &coarse_words));
+  PetscCall(PetscObjectQueryFunction(reinterpret_cast<PetscObject>(pc), "BSCoarseDescription_C", &coarse_words));
   if (coarse_words) PetscCall(coarse_words(pc, &coarse));
   *text = format("%s + %s%s%s%s on %s%s%s", ksp_type, pc_type, factors == pc ? "" : " of the whole on each rank", *coarse ? " with " : "", coarse,
                  names[static_cast<int>(storage_)], why_.empty() ? "" : "; ", why_.c_str());

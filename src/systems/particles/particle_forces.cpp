@@ -43,11 +43,11 @@ bool ParticleModel::time_dependent() const {
 }
 
 /// What changes beside the state: histories of springs, springs that break, and what couples all particles.
-bool ParticleModel::state_tells_all() const { return !coupling_.active() && !terms_->remembers() && !terms_->breaking().active(); }
+bool ParticleModel::depends_on_state_alone() const { return !coupling_.active() && !terms_->remembers() && !terms_->breaking().active(); }
 
 /// After they have been computed; a fault is to be met again.
 void ParticleModel::note_interior(double t, const Singularity& fault) {
-  interior_ = {state_tells_all() && fault.kind == Singularity::none, state_.version(), t};
+  interior_ = {depends_on_state_alone() && fault.kind == Singularity::none, state_.version(), t};
 }
 
 /// This rank's energies of y, which state_ holds: a frame's observables and what watches the energy ask for those of the same state.
@@ -60,7 +60,7 @@ const Energies& ParticleModel::energies_at(double t, Vec y) {
   const bool same = known_.vec == vec && known_.state == state && known_.time == t;
   if (same && !terms_->remembers()) return known_.energies;  // histories change beside the state
   known_ = {vec, state, t, {}};
-  if (!state_tells_all() || wasted_ >= MOST_WASTED) {
+  if (!depends_on_state_alone() || wasted_ >= MOST_WASTED) {
     known_.energies = terms_->energies(t, state_);
     return known_.energies;
   }

@@ -100,7 +100,7 @@ class ParticleModel final : public Mechanics {
   PetscErrorCode make_order();
   PetscErrorCode fill_output(Vec y);
   std::string spring_laws_in_words() const;
-  bool state_tells_all() const;
+  bool depends_on_state_alone() const;
   bool knows_interior(double t) const;
   void note_interior(double t, const Singularity& fault);
   const Energies& energies_at(double t, Vec y);

@@ -37,7 +37,7 @@ PetscErrorCode SnapThrough::solve(SNES snes) {
     PetscFunctionReturn(0);
   }
   PetscCall(suspects(snes->vec_sol, &yes));
-  if (yes) PetscCall(look_closer(snes, snes->vec_sol));
+  if (yes) PetscCall(examine_step(snes, snes->vec_sol));
   PetscFunctionReturn(0);
 }
 
@@ -164,7 +164,7 @@ PetscErrorCode SnapThrough::releases(SNES snes, const Span& span, bool* yes) {
 }
 
 // Motions without stiffness have no branch to begin with as long as there is no load at all: the first step is looked at from the smallest of loads.
-PetscErrorCode SnapThrough::look_closer(SNES snes, Vec X) {
+PetscErrorCode SnapThrough::examine_step(SNES snes, Vec X) {
   constexpr double SMALLEST = 1.0 / 1024;
   const PetscInt iterations = snes->iter;
   const SNESConvergedReason reason = snes->reason;

@@ -50,7 +50,7 @@ class SnapThrough {
   PetscErrorCode compare(Vec low, Vec middle, Vec high, Halves* out) const;
   PetscErrorCode close_in(SNES snes, Span* span, double* jump);
   PetscErrorCode releases(SNES snes, const Span& span, bool* yes);
-  PetscErrorCode look_closer(SNES snes, Vec X);
+  PetscErrorCode examine_step(SNES snes, Vec X);
 
   TS ts_ = nullptr;
   TSContext* context_ = nullptr;

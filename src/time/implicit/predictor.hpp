@@ -62,7 +62,7 @@ class RosenbrockStages {
   /// Whether the Jacobian is evaluated at more than the first stage.
   bool has_own_matrices() const { return explicit_ || uneven_; }
   /// Whether a stage lies before the step.
-  bool looks_back() const { return looks_back_; }
+  bool has_stage_before() const { return stage_before_; }
   /// Brings *t into the present step.
   static PetscErrorCode limit_time(TS ts, PetscReal* t);
   /// Before each stage.
@@ -78,7 +78,7 @@ class RosenbrockStages {
   Form form_ = Form::momentum;
   bool active_ = false, explicit_ = false;
   bool uneven_ = false;  ///< gamma_ii, and with it the shift sigma, differs from stage to stage
-  bool looks_back_ = false;
+  bool stage_before_ = false;
   bool fresh_ = false;         ///< rate_ is that of this attempt
   std::vector<double> gamma_;  ///< gamma_i
   std::size_t stage_ = 0;

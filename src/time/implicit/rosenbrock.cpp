@@ -47,7 +47,7 @@ PetscErrorCode probe_stage(TS ts, PetscReal time, PetscInt index, Vec* stages) {
   PetscFunctionReturn(0);
 }
 
-PetscErrorCode take_probe_step(const char* subtype, Probe* probe) {
+PetscErrorCode make_probe_step(const char* subtype, Probe* probe) {
   TSHandle ts;
   VecHandle y;
   MatHandle J;
@@ -90,8 +90,8 @@ PetscErrorCode take_probe_step(const char* subtype, Probe* probe) {
 PetscErrorCode RosenbrockStages::probe(const char* subtype) {
   Probe probe;
   PetscFunctionBegin;
-  PetscCall(take_probe_step(subtype, &probe));
-  looks_back_ = probe.earliest < -1e-12;
+  PetscCall(make_probe_step(subtype, &probe));
+  stage_before_ = probe.earliest < -1e-12;
   for (std::size_t i = 0; i < probe.stages.size(); ++i) {
     gamma_.push_back(probe.stages[i] - (probe.explicit_stage[i] ? 1 : 0));
     explicit_ = explicit_ || probe.explicit_stage[i];

@@ -47,7 +47,7 @@ class Caught {
 struct Handled {
   Handled() {
     bs::clear_error(PETSC_COMM_WORLD);
-    bs::speak_for(PETSC_COMM_WORLD);
+    bs::print_messages_of(PETSC_COMM_WORLD);
     bs::let_runs_print(PETSC_COMM_WORLD);
   }
   ~Handled() {
