@@ -14,6 +14,7 @@
 #include <memory>
 #include <string>
 #include <vector>
+#include "base/collective.hpp"
 #include "base/context.hpp"
 #include "base/find_file.hpp"
 #include "base/option_aliases.hpp"
@@ -73,8 +74,8 @@ std::string fault_of_words(const std::string& where, const std::vector<std::stri
 
 /// Whether rank 0 found the command line or an option file wrong, and said so.
 bool refused(int argc, char** argv) {
-  int rank = 0, wrong = 0;
-  MPI_Comm_rank(MPI_COMM_WORLD, &rank);
+  int wrong = 0;
+  const PetscMPIInt rank = bs::rank_of(MPI_COMM_WORLD);
   std::vector<std::string> folders;
   std::string fault = bs::find_option_files(argc, argv, &folders);
   bs::set_option_folders(MPI_COMM_WORLD, folders);

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <csignal>
 #include <cstdio>
+#include "base/collective.hpp"
 #include "cli/crash.hpp"
 
 namespace bs {
@@ -25,8 +26,7 @@ PetscErrorCode trace(MPI_Comm comm, int line, const char* function, const char* 
 
 /// Rank 0 reports and aborts if it met the error too; else the lowest of the others does.
 void end_all(MPI_Comm comm, int rank, const Error& error) {
-  int size = 1;
-  MPI_Comm_size(comm, &size);
+  const PetscMPIInt size = size_of(comm);
   if (rank > 0) {
     std::signal(SIGTERM, SIG_DFL);
     usleep(1000000u + 50000u * static_cast<unsigned>(std::min(rank, 40)));
@@ -49,8 +49,7 @@ void print_line(const char* kind, const std::string& text) {
 }
 
 void print_messages_of(MPI_Comm comm) {
-  int rank = 0;
-  MPI_Comm_rank(comm, &rank);
+  const PetscMPIInt rank = rank_of(comm);
   Listener listener;
   listener.warning = [](const std::string& text) { print_line("warning", text); };
   listener.error = [comm, rank](const Error& error, bool alone) {
@@ -75,8 +74,7 @@ int exit_code_of(MPI_Comm comm, PetscErrorCode code) {
     return static_cast<int>(last_error(comm).exit);
   }
   // traced by PETSc in its own words
-  int size = 1;
-  MPI_Comm_size(comm, &size);
+  const PetscMPIInt size = size_of(comm);
   expect_exit();
   if (size > 1) MPI_Abort(comm, static_cast<int>(traced.exit));
   return static_cast<int>(traced.exit);

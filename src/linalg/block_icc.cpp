@@ -96,7 +96,6 @@ PetscErrorCode set_up(PC pc) {
 /// z = M^-1 r with the factors of this rank's part.
 PetscErrorCode solve_triangles(PC pc, Vec r, Vec z) {
   BlockIcc* self = static_cast<BlockIcc*>(pc->data);
-  PetscScalar* az = nullptr;
   PetscFunctionBegin;
   const LoggedTime logged(LogEvent::triangles, pc);
   Overlap& overlap = self->factor->overlap();
@@ -104,9 +103,8 @@ PetscErrorCode solve_triangles(PC pc, Vec r, Vec z) {
     PetscCall(overlap.apply(*self->matrix, r, z, [self](const double* in, double* out) { self->factor->solve(in, out); }));
   } else {
     const ReadArray ar(r);
-    PetscCall(VecGetArrayWrite(z, &az));
+    const WriteArray az(z);
     self->factor->solve(ar, az);
-    PetscCall(VecRestoreArrayWrite(z, &az));
   }
   PetscCall(PetscLogFlops(4.0 * self->matrix->dim() * self->matrix->dim() * self->factor->blocks()));
   PetscFunctionReturn(0);

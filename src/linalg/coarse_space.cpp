@@ -5,6 +5,7 @@
 #include "base/disjoint_sets.hpp"
 #include "base/log_event.hpp"
 #include "base/memory.hpp"
+#include "base/vec_array.hpp"
 #include "linalg/galerkin.hpp"
 
 namespace bs {
@@ -133,7 +134,6 @@ PetscErrorCode CoarseSpace::make(PairMatrix& S, PetscInt unknowns) {
 
 PetscErrorCode CoarseSpace::add(Vec r, Vec z) {
   const PetscScalar* ar = nullptr;
-  PetscScalar* az = nullptr;
   PetscFunctionBegin;
   if (!active_) PetscFunctionReturn(0);
   const LoggedTime logged(LogEvent::coarse, r);
@@ -150,14 +150,13 @@ PetscErrorCode CoarseSpace::add(Vec r, Vec z) {
   PetscCall(VecRestoreArrayRead(r, &ar));
   PetscCall(sum_over_ranks(graph_->comm, in_.data(), in_.size()));
   PetscCall(E_.solve(in_.data(), out_.data()));
-  PetscCall(VecGetArray(z, &az));
+  const WriteArray az(z);
   kept_.clear();
   graph_->for_held([&](std::size_t k) { kept_.push_back(az[k]); });
   if (rigid_) motions_.prolong(out_.data(), az);
   else grid_.prolong(out_.data(), az);
   std::size_t at = 0;
   graph_->for_held([&](std::size_t k) { az[k] = kept_[at++]; });
-  PetscCall(VecRestoreArray(z, &az));
   PetscCall(PetscLogFlops(2 * shares_));  // the solve has counted its own
   PetscFunctionReturn(0);
 }

@@ -83,11 +83,10 @@ std::vector<PetscInt> count_columns(const CompressedRows& graph, const std::vect
 
 PetscErrorCode predict_factor_flops(MPI_Comm comm, int dim, const std::vector<std::int64_t>& row, const std::vector<PetscInt>& ends, double* flops) {
   CompressedRows graph;
-  PetscMPIInt rank;
   std::vector<PetscInt> place;
   PetscFunctionBegin;
   *flops = 0;
-  PetscCallMPI(MPI_Comm_rank(comm, &rank));
+  const PetscMPIInt rank = rank_of(comm);
   PetscCall(gather_graph(comm, row, ends, &graph));
   if (rank == 0 && !graph.other.empty()) {
     PetscCall(dissect(graph, &place));

@@ -47,13 +47,11 @@ PetscErrorCode PairMatrix::create_vector(Vec* out) const {
 }
 
 PetscErrorCode PairMatrix::fetch_ghosts(Vec p, std::vector<double>* ghosts) {
-  const PetscScalar* a = nullptr;
   PetscFunctionBegin;
   PetscCall(VecScatterBegin(scatter_, p, ghost_values_, INSERT_VALUES, SCATTER_FORWARD));
   PetscCall(VecScatterEnd(scatter_, p, ghost_values_, INSERT_VALUES, SCATTER_FORWARD));
-  PetscCall(VecGetArrayRead(ghost_values_, &a));
-  ghosts->assign(a, a + graph_->ghosts * dim_);
-  PetscCall(VecRestoreArrayRead(ghost_values_, &a));
+  const ReadArray a(ghost_values_);
+  ghosts->assign(a.data(), a + graph_->ghosts * dim_);
   PetscFunctionReturn(0);
 }
 
@@ -112,20 +110,16 @@ namespace {
 template <int d>
 PetscErrorCode product(const PairMatrix& S, VecScatter scatter, Vec ghost_values, HugeVector<double>* sums, Vec p, Vec y) {
   const PairPattern& pattern = S.pattern();
-  const PetscScalar* ap = nullptr;
-  PetscScalar* ay = nullptr;
   PetscFunctionBegin;
   PetscCall(VecScatterBegin(scatter, p, ghost_values, INSERT_VALUES, SCATTER_FORWARD));
-  PetscCall(VecGetArrayRead(p, &ap));
-  PetscCall(VecGetArrayWrite(y, &ay));
+  const ReadArray ap(p);
+  const WriteArray ay(y);
   std::fill(sums->begin(), sums->end(), 0.0);
   multiply_pairs<d>(pattern, S.node(0), S.pair(0), ap, sums->data(), ay);
   PetscCall(VecScatterEnd(scatter, p, ghost_values, INSERT_VALUES, SCATTER_FORWARD));
   const ReadArray ag(ghost_values);
   multiply_cut<d>(pattern, S.cut(0), ap, ag, ay);
   if (S.remainder().created()) S.remainder().multiply_add(ap, ag, ay);
-  PetscCall(VecRestoreArrayWrite(y, &ay));
-  PetscCall(VecRestoreArrayRead(p, &ap));
   PetscFunctionReturn(0);
 }
 
@@ -251,14 +245,12 @@ void PairMatrix::diagonal_blocks(std::vector<double>* out) const {
 }
 
 PetscErrorCode PairMatrix::diagonal(Vec out) const {
-  PetscScalar* a = nullptr;
   std::vector<double> blocks;
   PetscFunctionBegin;
   diagonal_blocks(&blocks);
-  PetscCall(VecGetArrayWrite(out, &a));
+  const WriteArray a(out);
   for (PetscInt i = 0; i < pattern_.n; ++i)
     for (int c = 0; c < dim_; ++c) a[i * dim_ + c] = blocks[i * area_ + c * (dim_ + 1)];
-  PetscCall(VecRestoreArrayWrite(out, &a));
   PetscFunctionReturn(0);
 }
 

@@ -3,6 +3,7 @@
 #include <limits>
 #include <sstream>
 #include <string>
+#include "base/collective.hpp"
 #include "base/error.hpp"
 #include "base/option_names.hpp"
 
@@ -90,10 +91,9 @@ PetscErrorCode hand_down(const std::string& prefix) {
 }  // namespace
 
 PetscErrorCode split_serial_factors(MPI_Comm comm, const char* prefix) {
-  PetscMPIInt size;
   char type[64] = "";
   PetscFunctionBegin;
-  PetscCallMPI(MPI_Comm_size(comm, &size));
+  const PetscMPIInt size = size_of(comm);
   const std::string own = prefix, option = "-" + own + "pc_type";
   PetscCall(PetscOptionsGetString(nullptr, nullptr, option.c_str(), type, sizeof type, nullptr));
   const std::string factor = type;

@@ -1,6 +1,7 @@
 #include "network/migrate.hpp"
 #include <numeric>
 #include <tuple>
+#include "base/collective.hpp"
 #include "base/memory.hpp"
 #include "base/text.hpp"
 #include "network/columns.hpp"
@@ -8,9 +9,8 @@
 namespace bs {
 
 PetscErrorCode gather_chunks(MPI_Comm comm, const Lattice& lattice, Chunks* chunks) {
-  int size = 1;
   PetscFunctionBegin;
-  PetscCallMPI(MPI_Comm_size(comm, &size));
+  const PetscMPIInt size = size_of(comm);
   chunks->begin.resize(static_cast<std::size_t>(size) + 1);
   const long long first = lattice.particles.first;
   std::vector<long long> all(static_cast<std::size_t>(size));
@@ -113,9 +113,8 @@ PetscErrorCode collect_graph(MPI_Comm comm, const Lattice& lattice, const Networ
 // By way of the chunks that hold the ends, since only those know the new owners.
 PetscErrorCode collect_half_springs(MPI_Comm comm, const Lattice& lattice, const NetworkOptions& options, const Chunks& chunks,
                                     const std::vector<int>& rank_of, std::vector<HalfSpring>* mine) {
-  int size = 1;
   PetscFunctionBegin;
-  PetscCallMPI(MPI_Comm_size(comm, &size));
+  const PetscMPIInt size = size_of(comm);
   const Halves halves{lattice};
   const std::int64_t first = lattice.particles.first;
   const auto owner = [&](const HalfSpring& s) { return rank_of[static_cast<std::size_t>(s.self - first)]; };
@@ -196,9 +195,8 @@ double network_bytes(const LatticeSize& size, int ranks) {
 double lattice_bytes(const LatticeSize& size, int ranks) { return chunk_bytes(size, ranks) + (ranks > 1 ? 0.9 : 1.0) * network_bytes(size, ranks); }
 
 PetscErrorCode reserve_lattice(MPI_Comm comm, const std::string& source, const LatticeSize& size) {
-  PetscMPIInt ranks;
   PetscFunctionBegin;
-  PetscCallMPI(MPI_Comm_size(comm, &ranks));
+  const PetscMPIInt ranks = size_of(comm);
   MemoryNeed need;
   need.what = source + ": setting up " + how_many(size.particles, "particle") + " and " + how_many(size.springs, "spring");
   need.bytes = lattice_bytes(size, ranks);

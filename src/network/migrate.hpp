@@ -91,8 +91,7 @@ template <class Record, class Dest, class Make>
 PetscErrorCode exchange(MPI_Comm comm, std::size_t count, Dest&& dest, Make&& make, std::vector<Record>* received) {
   static_assert(std::is_trivially_copyable_v<Record>);
   PetscFunctionBegin;
-  int size = 1;
-  PetscCallMPI(MPI_Comm_size(comm, &size));
+  const PetscMPIInt size = size_of(comm);
   const std::size_t ranks = static_cast<std::size_t>(size);
   std::vector<int> send_count(ranks, 0), receive_count(ranks, 0), send_start(ranks + 1, 0), receive_start(ranks + 1, 0);
   for (std::size_t k = 0; k < count; ++k) ++send_count[dest(k)];

@@ -183,9 +183,8 @@ std::vector<std::int64_t> ghost_keys(const RowIndex& rows, const std::vector<Hal
 /// Which rank each particle of this chunk goes to, by the springs at it.
 PetscErrorCode assign_ranks(MPI_Comm comm, const Lattice& lattice, const NetworkOptions& options, const Chunks& chunks, std::vector<int>* rank_of,
                             Network* net) {
-  int size = 1;
   PetscFunctionBegin;
-  PetscCallMPI(MPI_Comm_size(comm, &size));
+  const PetscMPIInt size = size_of(comm);
   RowGraph graph;
   if (needs_graph(lattice, options.partition, size)) PetscCall(collect_graph(comm, lattice, options, chunks, &graph));
   PetscCall(partition_rows(comm, lattice, &graph, options.partition, rank_of, &net->partition));

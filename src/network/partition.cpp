@@ -176,8 +176,7 @@ PetscErrorCode cut_boxes(MPI_Comm comm, const Lattice& lattice, const std::vecto
 /// Recursive coordinate bisection: needs no graph and no library, and is deterministic.
 PetscErrorCode by_geometry(MPI_Comm comm, const Lattice& lattice, std::vector<int>* rank_of) {
   PetscFunctionBegin;
-  int size = 1;
-  PetscCallMPI(MPI_Comm_size(comm, &size));
+  const PetscMPIInt size = size_of(comm);
   std::vector<Box> boxes = {{0, size, 0, 0, 0, 0}};
   std::vector<int> box_of(static_cast<std::size_t>(lattice.particles.count), 0);
   for (bool divided = true; divided;) {
@@ -211,9 +210,8 @@ PetscErrorCode by_geometry(MPI_Comm comm, const Lattice& lattice, std::vector<in
 bool needs_graph(const Lattice& lattice, int kind, int size) { return NO_GRAPH.empty() && worth_a_graph(lattice, kind, size); }
 
 PetscErrorCode partition_rows(MPI_Comm comm, const Lattice& lattice, RowGraph* graph, int kind, std::vector<int>* rank_of, std::string* used) {
-  int size = 1;
   PetscFunctionBegin;
-  PetscCallMPI(MPI_Comm_size(comm, &size));
+  const PetscMPIInt size = size_of(comm);
   rank_of->assign(static_cast<std::size_t>(lattice.particles.count), 0);
   if (size == 1) {
     *used = "one rank";

@@ -6,6 +6,7 @@
 #include <cstdio>
 #include <cstdlib>
 #include <fstream>
+#include "base/collective.hpp"
 #include "base/context.hpp"
 #include "base/error.hpp"
 #include "base/text.hpp"
@@ -34,8 +35,7 @@ double time_left(const RunState& state, double wall) {
 }
 
 std::string program_line(MPI_Comm comm) {
-  PetscMPIInt size = 1;
-  (void)MPI_Comm_size(comm, &size);
+  const PetscMPIInt size = size_of(comm);
   return std::string("backspring ") + BS_VERSION + " on " + how_many(size, "rank");
 }
 
@@ -88,8 +88,7 @@ static double now() { return MPI_Wtime(); }
 void let_runs_print(MPI_Comm comm) { held_by<Printing>(comm).on = true; }
 
 Progress::Progress(MPI_Comm comm, double interval) : interval_(interval), started_(now()) {
-  PetscMPIInt rank = 0;
-  MPI_Comm_rank(comm, &rank);
+  const PetscMPIInt rank = rank_of(comm);
   prints_ = rank == 0 && held_by<Printing>(comm).on;
   terminal_ = prints_ && stdout_is_terminal();
 }

@@ -12,6 +12,7 @@
 #include <tuple>
 #include <utility>
 #include <vector>
+#include "base/collective.hpp"
 #include "python/arrays.hpp"
 #include "python/module.hpp"
 #include "session/session.hpp"
@@ -30,8 +31,7 @@ class PythonSession {
     const Turn turn;
     const MPI_Comm mpi = MPI_Comm_f2c(static_cast<MPI_Fint>(comm));
     MPI_Comm_dup(mpi, &comm_);
-    int ranks = 1;
-    MPI_Comm_size(comm_, &ranks);
+    const PetscMPIInt ranks = size_of(comm_);
     several_ = ranks > 1;
     error_ = Session::create(mpi, lattice, settings, &session_, Session::Make::when_needed);
     if (!session_) return;

@@ -1,5 +1,6 @@
 // The inner solver from its options: storage of S, solver, preconditioner; what it says of itself in the header, in the report, after a failure.
 #include <algorithm>
+#include "base/collective.hpp"
 #include "base/error.hpp"
 #include "linalg/condensed/condensed.hpp"
 #include "linalg/condensed/inner_solver.hpp"
@@ -100,10 +101,9 @@ PetscErrorCode InnerSolver::set_direct(PC pc, PCType type, PetscMPIInt ranks) {
 
 PetscErrorCode InnerSolver::set_defaults() {
   PC pc;
-  PetscMPIInt ranks;
   PetscFunctionBegin;
   PetscCall(KSPGetPC(ksp_, &pc));
-  PetscCallMPI(MPI_Comm_size(tangent_->comm(), &ranks));
+  const PetscMPIInt ranks = size_of(tangent_->comm());
   if (direct_ && storage_ == CondensedStorage::aij) {
     char type[64] = PCCHOLESKY;
     PetscCall(PetscOptionsGetString(nullptr, prefix_.c_str(), "-pc_type", type, sizeof type, nullptr));

@@ -151,29 +151,23 @@ PetscErrorCode StandardForm::create_springs() {
 }
 
 PetscErrorCode StandardForm::diagonal(Vec out) {
-  const PetscScalar* from = nullptr;
-  PetscScalar* to = nullptr;
   PetscFunctionBegin;
   PetscCall(create_springs());
   if (!inverse_) PetscCall(lin_->assemble({0, 0, 1}, false, springs_));
   PetscCall(MatGetDiagonal(springs_, other_));
-  PetscCall(VecGetArrayRead(other_, &from));
-  PetscCall(VecGetArrayWrite(out, &to));
+  const ReadArray from(other_);
+  const WriteArray to(out);
   for (std::size_t k = 0; k < at_.size(); ++k) to[k] = from[at_[k]] / (root_[k] * root_[k]);
-  PetscCall(VecRestoreArrayWrite(out, &to));
-  PetscCall(VecRestoreArrayRead(other_, &from));
   PetscFunctionReturn(0);
 }
 
 PetscErrorCode StandardForm::sizes(Vec s) const {
   const PetscInt d = lin_->dim();
   std::vector<double> size(static_cast<std::size_t>(lin_->points()));
-  PetscScalar* to = nullptr;
   PetscFunctionBegin;
   lin_->stiffness_sizes(size.data());
-  PetscCall(VecGetArrayWrite(s, &to));
+  const WriteArray to(s);
   for (std::size_t k = 0; k < at_.size(); ++k) to[k] = size[static_cast<std::size_t>(at_[k] / d)] / (root_[k] * root_[k]);
-  PetscCall(VecRestoreArrayWrite(s, &to));
   PetscFunctionReturn(0);
 }
 

@@ -1,5 +1,6 @@
 // Built-in linear systems.
 #include <cmath>
+#include "base/collective.hpp"
 #include "base/error.hpp"
 #include "base/handle.hpp"
 #include "base/memory.hpp"
@@ -16,16 +17,9 @@ PetscErrorCode create(MPI_Comm comm, PetscInt rows, PetscInt columns, PetscInt w
   PetscFunctionReturn(0);
 }
 
-PetscErrorCode finish(Mat A) {
-  PetscFunctionBegin;
-  PetscCall(assemble(A));
-  PetscFunctionReturn(0);
-}
-
 PetscErrorCode start(MPI_Comm comm, PetscInt n, PetscInt width, LinearSystem* out) {
-  PetscMPIInt ranks;
   PetscFunctionBegin;
-  PetscCallMPI(MPI_Comm_size(comm, &ranks));
+  const PetscMPIInt ranks = size_of(comm);
   // G, C, B and four vectors; the matrix of a step, which explicit types do without, asks for itself
   const double entries = static_cast<double>(width) + 2, row = entries * (sizeof(PetscScalar) + sizeof(PetscInt)) + 4 * sizeof(PetscScalar);
   PetscCall(reserve_memory(comm, {"a linear system of " + how_many(n, "state"), static_cast<double>(n) * row / ranks, ""}));
@@ -37,9 +31,9 @@ PetscErrorCode start(MPI_Comm comm, PetscInt n, PetscInt width, LinearSystem* ou
 
 PetscErrorCode finish(LinearSystem* s) {
   PetscFunctionBegin;
-  PetscCall(finish(s->G));
-  PetscCall(finish(s->C));
-  PetscCall(finish(s->B));
+  PetscCall(assemble(s->G));
+  PetscCall(assemble(s->C));
+  PetscCall(assemble(s->B));
   s->source = "step(1)";
   PetscFunctionReturn(0);
 }

@@ -1,3 +1,4 @@
+#include "base/collective.hpp"
 #include "systems/linear/system.hpp"
 
 #include <petscblaslapack.h>
@@ -22,9 +23,8 @@ struct SparseVector {
 class Rows {
  public:
   PetscErrorCode gather(Mat A) {
-    PetscMPIInt size;
     PetscFunctionBegin;
-    PetscCallMPI(MPI_Comm_size(PetscObjectComm(reinterpret_cast<PetscObject>(A)), &size));
+    const PetscMPIInt size = size_of(PetscObjectComm(reinterpret_cast<PetscObject>(A)));
     PetscCall(MatCreateRedundantMatrix(A, size, MPI_COMM_NULL, MAT_INITIAL_MATRIX, whole_.out()));
     PetscFunctionReturn(0);
   }

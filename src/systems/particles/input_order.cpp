@@ -30,7 +30,6 @@ void for_rows(const std::vector<PetscInt>& own, std::size_t begin, std::size_t e
 }  // namespace
 
 PetscErrorCode InputOrder::create(const Network& net, PetscInt rows, Vec layout) {
-  PetscMPIInt ranks = 1;
   PetscFunctionBegin;
   net_ = &net;
   own_.assign(static_cast<std::size_t>(rows), -1);
@@ -41,7 +40,7 @@ PetscErrorCode InputOrder::create(const Network& net, PetscInt rows, Vec layout)
     PetscCall(VecSetType(*vec, VECSTANDARD));
   }
   PetscCall(create_scatters(layout));
-  PetscCallMPI(MPI_Comm_size(net.comm, &ranks));
+  const PetscMPIInt ranks = size_of(net.comm);
   has_all_ = ranks == 1;
   PetscFunctionReturn(0);
 }
@@ -89,14 +88,11 @@ PetscErrorCode InputOrder::exchange(Vec y, ScatterMode way) {
 }
 
 PetscErrorCode InputOrder::from_state(Vec y) {
-  PetscScalar *ax = nullptr, *av = nullptr;
   PetscFunctionBegin;
   PetscCall(exchange(y, SCATTER_FORWARD));
-  PetscCall(VecGetArray(position_, &ax));
-  PetscCall(VecGetArray(velocity_, &av));
+  const WriteArray ax(position_);
+  const WriteArray av(velocity_);
   PetscCall(copy(y, 0, static_cast<PetscInt>(own_.size()), ax, av));
-  PetscCall(VecRestoreArray(velocity_, &av));
-  PetscCall(VecRestoreArray(position_, &ax));
   PetscFunctionReturn(0);
 }
 

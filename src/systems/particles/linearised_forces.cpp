@@ -131,7 +131,7 @@ PetscErrorCode LinearisedForces::assemble(const Coefficients& abc, bool positive
   if (PairMatrix* springs = PairMatrix::from(S)) {
     springs->set_inertia(abc.mass);
     terms_->condense_springs(t_, state_, abc, positive, springs);
-    PetscCall(assemble(S));
+    PetscCall(bs::assemble(S));
   } else {
     BlockRowWriter writer(*net_, *pattern_);
     writer.set_inertia(abc.mass);

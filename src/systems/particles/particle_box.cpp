@@ -96,15 +96,13 @@ PetscErrorCode ParticleModel::add_drawn(const std::string& bonds, std::vector<Da
 
 /// The ends of springs that can break, of which draw_broken makes points.
 PetscErrorCode ParticleModel::keep_drawn() {
-  PetscScalar* ends = nullptr;
   PetscFunctionBegin;
   if (!breaks() || lattice_.springs.total == 0) PetscFunctionReturn(0);
   const std::vector<std::int64_t> drawn = drawn_pairs();
   PetscCall(VecCreateMPI(net_.comm, static_cast<PetscInt>(drawn.size()), PETSC_DETERMINE, drawn_.out()));
   PetscCall(VecSetBlockSize(drawn_, 2));
-  PetscCall(VecGetArrayWrite(drawn_, &ends));
-  std::copy(drawn.begin(), drawn.end(), ends);
-  PetscCall(VecRestoreArrayWrite(drawn_, &ends));
+  const WriteArray ends(drawn_);
+  std::copy(drawn.begin(), drawn.end(), ends.data());
   PetscFunctionReturn(0);
 }
 

@@ -1,5 +1,6 @@
 #include "systems/particles/particle_potential.hpp"
 #include "base/collective.hpp"
+#include "base/error.hpp"
 #include "base/log_event.hpp"
 #include "base/vec_array.hpp"
 

@@ -68,10 +68,8 @@ class PairForces : public Term {
   std::unique_ptr<SpringBreaks> breaks_;  ///< null where no spring may break
 };
 
-/// `net`, `laws`, `motion` and `pattern` must outlive the result.
-std::unique_ptr<PairForces> create_pair_forces(const Network& net, const ParticleLaws& laws, const Motion& motion, const RowPattern& pattern);
-
-/// The same for one dimension: each in a file of its own (physics_<d>d.cpp), since they take long to compile.
+/// `net`, `laws`, `motion` and `pattern` must outlive the result. Each dimension is in a file of its own (physics_<d>d.cpp), since they take long to
+/// compile.
 template <int d>
 std::unique_ptr<PairForces> create_pair_forces_of(const Network& net, const ParticleLaws& laws, const Motion& motion, const RowPattern& pattern);
 

@@ -2,6 +2,7 @@
 #include <algorithm>
 #include <cstring>
 #include <string>
+#include "base/collective.hpp"
 #include "base/error.hpp"
 #include "base/handle.hpp"
 #include "systems/particles/constraints/constraints.hpp"
@@ -88,9 +89,8 @@ PetscErrorCode RowPattern::create_matrix(const Network& net, Mat* out) const {
 
 PetscErrorCode RowPattern::check_type(MPI_Comm comm) {
   char type[64] = MATAIJ;
-  PetscMPIInt size;
   PetscFunctionBegin;
-  PetscCallMPI(MPI_Comm_size(comm, &size));
+  const PetscMPIInt size = size_of(comm);
   PetscCall(PetscOptionsGetString(nullptr, nullptr, "-mat_type", type, sizeof type, nullptr));
   const std::string given = type;
   const bool one_rank = given.compare(0, 3, "seq") == 0, any = given.compare(0, 3, "mpi") == 0;

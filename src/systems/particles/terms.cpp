@@ -1,6 +1,7 @@
 #include "systems/particles/terms.hpp"
 #include <algorithm>
 #include "base/collective.hpp"
+#include "base/error.hpp"
 #include "base/text.hpp"
 #include "systems/particles/coupling.hpp"
 #include "systems/particles/interactions/kinds.hpp"

@@ -4,7 +4,6 @@
 #include <utility>
 #include "base/handle.hpp"
 #include "base/petsc_versions.hpp"
-#include "base/vec_array.hpp"
 #include "linalg/condensed/condensed.hpp"
 #include "solvers/own_solve.hpp"
 #include "time/methods.hpp"

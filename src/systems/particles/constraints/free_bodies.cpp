@@ -163,8 +163,6 @@ PetscErrorCode FreeBodies::add_up(std::vector<double>* values) const {
 
 // off = sum of m (x_to - A x_from) / sum of m
 PetscErrorCode FreeBodies::pull_back(const double* A, double h, Vec from, Vec to) {
-  const PetscScalar* start = nullptr;
-  PetscScalar* end = nullptr;
   PetscFunctionBegin;
   if (!adrift_) PetscFunctionReturn(0);
   if (!found_) PetscCall(find());
@@ -172,8 +170,8 @@ PetscErrorCode FreeBodies::pull_back(const double* A, double h, Vec from, Vec to
   const int d = net_->dim;
   const PetscInt n = net_->n;
   std::vector<std::vector<double>> off(static_cast<std::size_t>(d), std::vector<double>(mass_.size(), 0.0));
-  PetscCall(VecGetArrayRead(from, &start));
-  PetscCall(VecGetArray(to, &end));
+  const ReadArray start(from);
+  const WriteArray end(to);
   for (PetscInt i = 0; i < n; ++i)
     for (int r = 0; r < d && body_[i] >= 0; ++r) {
       double carried = 0;
@@ -189,8 +187,6 @@ PetscErrorCode FreeBodies::pull_back(const double* A, double h, Vec from, Vec to
       end[i * 2 * d + r] -= off[r][body_[i]];
       end[i * 2 * d + d + r] -= off[r][body_[i]] / h;
     }
-  PetscCall(VecRestoreArray(to, &end));
-  PetscCall(VecRestoreArrayRead(from, &start));
   PetscFunctionReturn(0);
 }
 
