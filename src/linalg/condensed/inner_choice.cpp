@@ -1,5 +1,6 @@
 // Whether S is factored or solved with by iterations: by predicted work at the start, by measured work during a run.
 #include <algorithm>
+#include "base/collective.hpp"
 #include "base/error.hpp"
 #include "linalg/condensed/condensed.hpp"
 #include "linalg/condensed/inner_solver.hpp"
@@ -89,7 +90,7 @@ PetscErrorCode InnerSolver::compare_with_factors(PetscInt iterations) {
   double work = work_;
   PetscFunctionBegin;
   if (!open_ || direct_ || factors_wanted_ || iterations < MANY || tangent_->unknowns() > UNKNOWNS) PetscFunctionReturn(0);
-  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &work, 1, MPI_DOUBLE, MPI_SUM, tangent_->comm()));
+  PetscCall(sum_over_ranks(tangent_->comm(), &work));
   if (flops_ < 0) PetscCall(tangent_->factor_flops(&flops_));
   PetscCall(PetscInfo(ksp_.get(), "%" PetscInt_FMT " iterations took %.3g Mflop; Cholesky factors: %.3g Mflop predicted\n", iterations, work / 1e6,
                       flops_ / 1e6));
