@@ -16,13 +16,14 @@ TIMES = ["#a9c6e4", "#5c94cc", "#1f5fa8", "#0b2f5c"]  # early to late
 
 def parts_of(run):
     """Energies of one run as [(name, (T,), dash, colour)], as the program wrote them; the potential that is not in springs is
-    named gravity where nothing else has a potential."""
+    named gravity where nothing else has a potential. What is 0 throughout is left out."""
     have, found = run.series, []
     kinetic, elastic, potential, total = (have.get(n + "_energy") for n in ("kinetic", "elastic", "potential", "total"))
-    if kinetic is not None:
+    if kinetic is not None and np.any(kinetic):
         found.append(("kinetic", kinetic, DASHES[1], COLORS[1]))
     if elastic is not None and potential is not None:
-        found.append(("elastic", elastic, DASHES[3], COLORS[3]))
+        if np.any(elastic):
+            found.append(("elastic", elastic, DASHES[3], COLORS[3]))
         field = potential - elastic
         if np.abs(field).max() > 1e-12 * max(np.abs(potential).max(), 1e-300):
             others = any(k.startswith(("bs_central", "bs_xsp_", "bs_attraction", "bs_walls", "bs_center", "bs_force_")) for k in run.parameters) or \
@@ -95,23 +96,33 @@ def budget(ax, runs, labels, args):
         ax.set_title(labels[0], loc="left")
 
 
-def drift(ax, runs, labels, args):
+def drift_of(run):
     """Change of total energy since the first frame, less the work of what is driven, relative to the energy in motion: the largest kinetic energy or the
-    range of the potential, which do not depend on where the potential is zero."""
-    drawn = False
-    for i, run in enumerate(runs):
-        total = run.series.get("total_energy")
-        if total is None:
-            continue
-        kinetic, potential = (run.series.get(n) for n in ("kinetic_energy", "potential_energy"))
-        scale = max([abs(total[0])] if kinetic is None or potential is None else [kinetic.max(), np.ptp(potential)])
-        if scale > 0:
-            drawn = True
-            ax.plot(run.observable_times, (total - total[0] - work_of(run)) / scale, color=COLORS[i % len(COLORS)], lw=width(i, len(runs) > 1))
-    if not drawn:
+    range of the potential, which do not depend on where the potential is zero. None where there is no such energy."""
+    total = run.series.get("total_energy")
+    if total is None:
+        return None
+    kinetic, potential = (run.series.get(n) for n in ("kinetic_energy", "potential_energy"))
+    scale = max([abs(total[0])] if kinetic is None or potential is None else [kinetic.max(), np.ptp(potential)])
+    return (total - total[0] - work_of(run)) / scale if scale > 0 else None
+
+
+def drifts(run):
+    """Whether there is more to see than rounding errors."""
+    change = drift_of(run)
+    return change is not None and np.abs(change).max() > 1e-12
+
+
+def drift(ax, runs, labels, args):
+    changes = [drift_of(run) for run in runs]
+    if all(change is None for change in changes):
         return missing(ax, "total energy")
+    for i, (run, change) in enumerate(zip(runs, changes)):
+        if change is not None:
+            ax.plot(run.observable_times, change, color=COLORS[i % len(COLORS)], lw=width(i, len(runs) > 1))
     ax.axhline(0, color="#999999", lw=0.6)
-    finish(ax, runs[0], r"$(E-E_0)\,/\,\max(E_\mathrm{kin},\,\Delta E_\mathrm{pot})$")
+    worked = "-W" if any(np.any(work_of(run)) for run in runs) else ""
+    finish(ax, runs[0], rf"$(E-E_0{worked})\,/\,\max(E_\mathrm{{kin}},\,\Delta E_\mathrm{{pot}})$")
 
 
 def _vector(ax, runs, labels, name, symbol):

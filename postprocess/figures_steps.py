@@ -36,8 +36,8 @@ def steps_vary(run):
 
 
 def iterated(run):
-    """Whether there were iterations."""
-    return bool(np.any(run.log.get("newton", 0)) or np.any(run.log.get("krylov", 0)))
+    """Whether the number of iterations differs from step to step."""
+    return any(len(count) and np.ptp(count) > 0 for count in (run.log.get(name, ()) for name in ("newton", "krylov")))
 
 
 def _reasons(log):

@@ -67,7 +67,7 @@ def default_kinds(runs):
     if all(run.static for run in runs):
         strained = any(any(run.periodic) and "stress" in run.series and np.ptp(box_strains(run, [0, -1]), axis=0).max() > 0 for run in runs)
         return ["state", "stress" if strained else "force", "energy"] + many + [kind for kind in log if kind == "iterations"]
-    return ["state", "energy", "drift"] + ([] if len(runs) > 1 else many or ["phase"]) + log
+    return ["state", "energy"] + (["drift"] if any(map(figures.drifts, runs)) else []) + ([] if len(runs) > 1 else many or ["phase"]) + log
 
 
 def plan(kinds, runs, args):

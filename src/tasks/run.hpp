@@ -97,6 +97,7 @@ class Run {
   PetscErrorCode on_save();
   PetscErrorCode open_restart();
   PetscErrorCode choose_interval();
+  PetscErrorCode cut_by_output(double* h, double* cut);
   PetscErrorCode warn_of_interval();
   PetscErrorCode print_header(const std::string& solver);
   PetscErrorCode prepare_solvers();

@@ -77,16 +77,23 @@ PetscErrorCode Run::choose_interval() {
   PetscFunctionReturn(0);
 }
 
-/// Steps end at output times: frames that are closer together than the step is long shorten it.
-PetscErrorCode Run::warn_of_interval() {
+/// Steps end at output times: frames that are closer together than the step is long shorten it. `cut`: to what; 0: they do not.
+PetscErrorCode Run::cut_by_output(double* h, double* cut) {
   constexpr double SAME = 1 - 1e-9;
   const double interval = options_.step.output_interval;
   bool adaptive = false;
-  double h;
   PetscFunctionBegin;
-  PetscCall(TSGetTimeStep(ts_, &h));
+  PetscCall(TSGetTimeStep(ts_, h));
   PetscCall(is_adaptive(ts_, &adaptive));
-  if (adaptive || hooks_.loads || !(interval > 0) || interval >= SAME * std::min(h, end_ - start_)) PetscFunctionReturn(0);
+  *cut = adaptive || hooks_.loads || interval >= SAME * std::min(*h, end_ - start_) ? 0 : interval;
+  PetscFunctionReturn(0);
+}
+
+PetscErrorCode Run::warn_of_interval() {
+  double h, interval;
+  PetscFunctionBegin;
+  PetscCall(cut_by_output(&h, &interval));
+  if (!(interval > 0)) PetscFunctionReturn(0);
   PetscCall(
       warn(model_.comm(), format("option -bs_output_interval: %g s is shorter than the step of %g s: steps end at output times, so that they are "
                                  "%g s long; give -ts_dt %g, or a longer interval",
@@ -136,7 +143,9 @@ PetscErrorCode Run::set_up() {
   if (model_.linear()) watch_.check_every_step();
   PetscCall(refuse_foreign_options(model_.comm()));
   PetscCall(create_inner_solver(ts_, context_));  // before -help ends: it reads options
-  PetscCall(describe_solver(ts_, context_, &solver));
+  double h, cut;
+  PetscCall(cut_by_output(&h, &cut));
+  PetscCall(describe_solver(ts_, context_, cut, &solver));
   if (is_given("-help")) PetscFunctionReturn(0);
   solver_ = solver;
   PetscCall(print_header(solver));

@@ -186,7 +186,7 @@ PetscErrorCode create_inner_solver(TS ts, const TSContext& context) {
   PetscFunctionReturn(0);
 }
 
-PetscErrorCode describe_solver(TS ts, const TSContext& context, std::string* line) {
+PetscErrorCode describe_solver(TS ts, const TSContext& context, double cut, std::string* line) {
   TSType type;
   TSAdapt adapt;
   TSAdaptType adapt_type;
@@ -204,6 +204,7 @@ PetscErrorCode describe_solver(TS ts, const TSContext& context, std::string* lin
                            (*context.method->remark ? std::string(": ") + context.method->remark : "");
   *line = format("%s (%s), %s h = %g s", name.c_str(), kind.c_str(),
                  control == TSADAPTNONE ? "fixed step" : ("steps by -ts_adapt_type " + control + ", first").c_str(), h);
+  if (cut > 0) *line += format(", cut to %g s by -bs_output_interval", cut);
   if (!context.implicit) PetscFunctionReturn(0);
   SNES snes;
   KSP ksp;

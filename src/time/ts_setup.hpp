@@ -44,8 +44,8 @@ PetscErrorCode create_ts(Model& model, TSContext* context, TSHandle* ts);
 /// Collective. The solver inside a condensed solve, if there is one, is created and reads its options.
 PetscErrorCode create_inner_solver(TS ts, const TSContext& context);
 
-/// One line on the solver in force: TS type, adaptivity, SNES, KSP, PC.
-PetscErrorCode describe_solver(TS ts, const TSContext& context, std::string* line);
+/// One line on the solver in force: TS type, adaptivity, SNES, KSP, PC. `cut`: the length that output leaves of every step [s]; 0: all of it.
+PetscErrorCode describe_solver(TS ts, const TSContext& context, double cut, std::string* line);
 
 // Options that PETSc does not check (method_check.cpp): impossible numbers, and what does not go with a method. Reported before the first step.
 

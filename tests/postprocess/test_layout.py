@@ -161,12 +161,17 @@ class Layout(unittest.TestCase):
         steady = synthetic.chain(self.path("s.h5md"), 2)
         with h5py.File(steady, "a") as f:
             n = len(f["backspring/log/dt"])
-            for name, value in (("dt", np.r_[np.full(n - 1, 0.1), 0.03]), ("rejected", np.zeros(n)), ("newton", np.zeros(n)), ("krylov", np.zeros(n))):
+            for name, value in (("dt", np.r_[np.full(n - 1, 0.1), 0.03]), ("rejected", np.zeros(n)), ("newton", np.ones(n)), ("krylov", np.zeros(n))):
                 f[f"backspring/log/{name}"][...] = value
         with open_run(varied) as a, open_run(steady) as b:
             self.assertEqual(plot.default_kinds([a])[-2:], ["steps", "iterations"])
             self.assertEqual(plot.default_kinds([b]), ["state", "energy", "drift", "phase"])
             self.assertEqual(plot.default_kinds([a, b])[-2:], ["steps", "iterations"])
+        with h5py.File(steady, "a") as f:
+            energy = f["observables/total_energy/value"]
+            energy[...] = energy[0] * (1 + 1e-15 * np.arange(len(energy)).reshape(energy.shape))
+        with open_run(steady) as rounding:
+            self.assertEqual(plot.default_kinds([rounding]), ["state", "energy", "phase"])
 
     def test_units_of_circuits_and_of_short_times(self):
         path = synthetic.linear(self.path("l.h5"))

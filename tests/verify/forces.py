@@ -223,6 +223,8 @@ def star_dome(checks, folder):
     checks.below("by arc length through the limit points, loads and places", off, 1e-8)
     first = s[: np.argmax(sunk > 1.6)]
     checks.true("no load above the limit, and close to it", 0.985 < first.max() <= 1 + 1e-8 and run.report["turns"] >= 2, f"{first.max():.6g}, {run.report['turns']} turns")
+    unstable = s[r.observables["stability"].ravel() < 0]
+    checks.true("the first unstable equilibrium is named by its load factor", f"the first at the load factor {unstable[0]:.10g}," in run.stderr, f"{unstable[0]:.10g}: {run.stderr}")
     frequencies(checks, base, x, w, limit)
 
 

@@ -59,12 +59,20 @@ def intervals(checks, folder):
     text = "option -bs_output_interval: 0.25 s is shorter than the step of 2 s: steps end at output times, so that they are 0.25 s long"
     run = checks.run({**base, "ts_dt": 2}, interval=0.25)
     checks.true("shorter", text in run.stderr and run.report["steps"] == 16, run.stderr.strip())
+    checks.true("shorter: so says the header", "fixed step h = 2 s, cut to 0.25 s by -bs_output_interval" in run.stdout, run.stdout)
     for name, more, interval in (("equal", {"ts_dt": 2}, 2), ("longer", {"ts_dt": 0.5}, 2), ("adapting", {"ts_dt": 2, "ts_type": "bdf", "ts_adapt_type": "basic"}, 0.25),
                                  ("none", {"ts_dt": 2}, 0), ("longer than the run", {"ts_dt": 2, "ts_max_time": 0.5}, 0.5)):
         run = checks.run({**base, **more}, interval=interval)
-        checks.true(name, "-bs_output_interval" not in run.stderr, run.stderr.strip())
+        checks.true(name, "-bs_output_interval" not in run.stderr and "cut to" not in run.stdout, run.stderr.strip())
     run = checks.run({"bs_task": "statics", **base, "ts_max_time": None, "bs_load_steps": 2}, interval=0.1)
     checks.true("of load steps", "-bs_output_interval" not in run.stderr, run.stderr.strip())
+
+
+def matrix_free(checks, folder):
+    """A step that is cut since its linear solve has no preconditioner says in the summary what to give, also where the shorter steps go well."""
+    run = checks.run({"options_file": "cubic_lattice", "snes_mf": True, "ts_max_steps": 2, "bs_output": None})
+    said = [line for line in run.stdout.splitlines() if line.startswith("the last rejection:")]
+    checks.true("-snes_mf_operator is named", run.report["rejected_linear"] > 0 and len(said) == 1 and "give -snes_mf_operator" in said[0], run.stdout)
 
 
 def modes(checks, folder):
@@ -101,4 +109,4 @@ def lists(checks, folder):
 
 
 if __name__ == "__main__":
-    run_parts("warnings of a run", (cut, early, intervals, modes, lists))
+    run_parts("warnings of a run", (cut, early, intervals, matrix_free, modes, lists))

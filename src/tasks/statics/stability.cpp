@@ -34,19 +34,19 @@ PetscErrorCode Stability::assess(TS ts, Mat J, Equilibrium& model, const PseudoT
   }
   const Verdict verdict = negative > 0 || found ? Verdict::unstable : negative == 0 ? Verdict::stable : Verdict::unknown;
   put(negative, static_cast<int>(verdict), out);
-  note(factor, negative, verdict);
+  note(factor, model.factor(factor), negative, verdict);
   PetscFunctionReturn(0);
 }
 
 void Stability::skip(std::vector<Observable>* out) { put(-1, 0, out); }
 
 /// A state may be looked at twice, before a checkpoint and after it.
-void Stability::note(double factor, PetscInt negative, Verdict verdict) {
-  if (factor == last_) return;
-  last_ = factor;
+void Stability::note(double clock, double factor, PetscInt negative, Verdict verdict) {
+  if (clock == last_) return;
+  last_ = clock;
   if (before_ >= 0 && negative != before_) ++changes_;
   before_ = negative;
-  if (factor <= 0) return;
+  if (clock <= 0) return;
   if (verdict == Verdict::unstable && unstable_ == 0) first_unstable_ = factor;
   if (verdict == Verdict::unstable) most_ = std::max<std::int64_t>(most_, negative);
   ++(verdict == Verdict::unstable ? unstable_ : verdict == Verdict::stable ? stable_ : unknown_);
