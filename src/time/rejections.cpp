@@ -93,7 +93,8 @@ PetscErrorCode RejectionWatch::name_failure(TS ts) {
   PetscCall(linear_solver_of(ts, nullptr, &pc));
   PetscCall(condensed_failure(pc, &failure));
   if (!failure.empty()) last_ = failure;
-  if (unprepared_) last_ = "the linear solver, which has no preconditioner under -snes_mf, failed: give -snes_mf_operator, which keeps one, or leave it out";
+  if (unprepared_)
+    last_ = "the linear solver, which has no preconditioner under -snes_mf, failed: give -snes_mf_operator, which keeps one, or leave it out";
   PetscCall(find_memory_lack(PetscObjectComm(reinterpret_cast<PetscObject>(ts)), pc, &lack_));
   if (lack_.yes) last_ = lack_.why();
   PetscFunctionReturn(0);

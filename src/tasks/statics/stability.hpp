@@ -16,8 +16,8 @@ class Stability {
  public:
   /// `iterations`: of the search for an unstable direction; 0: none.
   explicit Stability(std::int64_t iterations) : iterations_(iterations) {}
-  /// Collective. At the state y of a frame at `factor`, the load factor or the way along a path, with the matrix J of `ts`; adds to its observables. One at 0 is
-  /// the lattice as it was given and is not counted. A change of J is not undone; what `solver` knows of the state is not computed again.
+  /// Collective. At the state y of a frame at `factor`, the load factor or the way along a path, with the matrix J of `ts`; adds to its observables.
+  /// One at 0 is the lattice as it was given and is not counted. A change of J is not undone; what `solver` knows of the state is not computed again.
   PetscErrorCode assess(TS ts, Mat J, Equilibrium& model, const PseudoTime& solver, double factor, Vec y, std::vector<Observable>* out);
   /// What assess() adds for a state that is no equilibrium.
   static void skip(std::vector<Observable>* out);
