@@ -16,7 +16,7 @@ sys.path[:0] = [str(PROGRAM.parent / "python"), str(HERE)]
 
 import numpy as np  # noqa: E402
 from ase import Atoms, units  # noqa: E402
-from ase.build import bulk  # noqa: E402
+from ase.build import bulk, graphene  # noqa: E402
 from ase.constraints import FixAtoms  # noqa: E402
 from ase.md.verlet import VelocityVerlet  # noqa: E402
 from ase.optimize import BFGS  # noqa: E402
@@ -53,6 +53,21 @@ def differences():
         numeric = atoms.calc.calculate_numerical_stress(atoms, 1e-5)
         assert abs(stress - numeric)[list(components)].max() < 1e-6 * abs(stress).max(), (stress, numeric)
         assert abs(forces.sum(axis=0)).max() < 1e-12 * abs(forces).sum()
+
+
+def sheets():
+    """Graphene whose cell has no third edge, as ASE builds it; atoms that are periodic otherwise than the network are refused."""
+    atoms = graphene(size=(2, 2, 1))
+    atoms.calc = Backspring(lattice_of(atoms, 1.6, 0.7, rest_length=1.3))
+    atoms.rattle(0.05, seed=1)
+    assert abs(atoms.get_forces() - atoms.calc.calculate_numerical_forces(atoms, 1e-4)).max() < 1e-8
+    atoms.set_pbc(False)
+    try:
+        atoms.get_potential_energy()
+    except bs.InputError as error:
+        assert "set_pbc" in str(error), error
+    else:
+        raise AssertionError("atoms without a box were computed in one")
 
 
 def wrapped():
@@ -107,7 +122,7 @@ def phonons():
 
 
 def main():
-    for part in (differences, wrapped, optimiser, dynamics, phonons):
+    for part in (differences, sheets, wrapped, optimiser, dynamics, phonons):
         if "--filter" not in sys.argv or sys.argv[sys.argv.index("--filter") + 1] in part.__name__:
             part()
             print(f"{part.__name__}: ok", flush=True)

@@ -30,7 +30,10 @@ def bad_arguments():
                         (("mass, row 2", "positive"), dict(mass=[1, 1, 0])), (("fixed, entry 0", "7"), dict(fixed=[7])), (("fixed", "mask"), dict(fixed=[True])),
                         (("fixed", "whole numbers"), dict(fixed=[0.5])), (("groups['a'], entry 1",), dict(groups={"a": [0, -1]})),
                         (("velocity", "shape"), dict(velocity=[1, 2, 3])), (("periodic", "box"), dict(periodic=(True, True))),
-                        (("box", "shape"), dict(box=(1, 2, 3))), (("rest_length, row 0",), dict(rest_length=[np.nan, 1]))):
+                        (("box", "shape"), dict(box=(1, 2, 3))), (("rest_length, row 0",), dict(rest_length=[np.nan, 1])),
+                        (("x", "real numbers"), dict(x=x + 0j)), (("stiffness", "real numbers"), dict(stiffness=[1, 2j])), (("stiffness", "numbers"), dict(stiffness=["1", "2"])),
+                        (("x", "masked"), dict(x=np.ma.masked_array(x, mask=x > 1.5))), (("pairs", "every row"), dict(pairs=[[0, 1], [1]])),
+                        (("box", "numbers"), dict(box="big")), (("box", "shape"), dict(box=5.0)), (("x", "every row"), dict(x=[[0, 1], [1]]))):
         with raised(bs.InputError, *words):
             net(**more)
     assert issubclass(bs.InputError, ValueError)
@@ -49,6 +52,10 @@ def bad_arguments():
         simulation.x = x[:2]
     with raised(bs.InputError, "finite"):
         simulation.x = holed
+    with raised(bs.InputError, "velocity", "real numbers"):
+        simulation.v = x * 1j
+    with raised(bs.InputError, "position", "numbers"):
+        simulation.x = "a"
 
 
 def closed_forms():

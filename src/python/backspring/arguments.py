@@ -10,12 +10,28 @@ from .errors import InputError
 from .kinds import Floats, Mask, Whole
 
 
+def as_array(name: str, value: Any, what: str = "numbers") -> np.ndarray[Any, Any]:
+    """An array of what was given, of whatever type, no entry of which is left out."""
+    try:
+        array = np.asarray(value)
+    except ValueError:  # rows of different lengths
+        raise InputError(f"{name}: give {what}, as many in every row") from None
+    if np.ma.is_masked(value):
+        raise InputError(f"{name}: entries are masked: give all of them")
+    return array
+
+
+def real_array(name: str, value: Any) -> Floats:
+    """An array of doubles; complex numbers and texts are refused, not converted."""
+    array = as_array(name, value)
+    if array.size and array.dtype.kind not in "biuf":
+        raise InputError(f"{name}: give {'real ' if array.dtype.kind == 'c' else ''}numbers")
+    return np.asarray(array, dtype=float)
+
+
 def numbers_in(name: str, value: Any, rows: int, width: Optional[int] = None, positive: bool = False) -> Floats:
     """An array (rows,) or (rows, width) of finite doubles from what was given; one number, or one row, stands for all."""
-    try:
-        array = np.asarray(value, dtype=float)
-    except (TypeError, ValueError):
-        raise InputError(f"{name}: give numbers") from None
+    array = real_array(name, value)
     shape = (rows,) if width is None else (rows, width)
     if array.shape != shape:
         if array.ndim > len(shape) - 1 or (array.ndim == 1 and array.shape != shape[1:]):
@@ -31,7 +47,7 @@ def numbers_in(name: str, value: Any, rows: int, width: Optional[int] = None, po
 
 def array_of(name: str, value: Any, shape: Tuple[int, ...]) -> Floats:
     """An array of just that shape."""
-    array = np.asarray(value, dtype=float)
+    array = real_array(name, value)
     if array.shape != shape:
         raise InputError(f"{name} has the shape {array.shape}: give {shape}")
     return array
@@ -39,7 +55,7 @@ def array_of(name: str, value: Any, shape: Tuple[int, ...]) -> Floats:
 
 def rows_in(name: str, value: Any, width: Optional[int], count: int, place: str = "row") -> Whole:
     """(n, width), or (n,) where width is None, of rows of particles; `place`: what one of them is called in messages."""
-    array = np.asarray(value)
+    array = as_array(name, value, "whole numbers")
     shape = "(n,)" if width is None else f"(n, {width})"
     if array.size == 0:
         return np.zeros((0,) if width is None else (0, width), np.int64)
@@ -54,7 +70,7 @@ def rows_in(name: str, value: Any, width: Optional[int], count: int, place: str 
 
 def mask_of(name: str, value: Any, count: int) -> Mask:
     """A mask (count,) of truth values from rows or from a mask."""
-    array = np.asarray(value)
+    array = as_array(name, value, "rows or a mask")
     if array.dtype == bool:
         if array.shape != (count,):
             raise InputError(f"{name}: a mask of the shape {array.shape}: give ({count},), or rows")

@@ -28,7 +28,7 @@ def lattice_of(atoms: Any, cutoff: float, stiffness: Any = 1.0, rest_length: Any
     once = (i < j) | ((i == j) & (np.array([tuple(s) > (0, 0, 0) for s in shift], bool) if len(shift) else np.zeros(0, bool)))
     box: Dict[str, Any] = {}
     if atoms.pbc.any():
-        box = dict(box=atoms.cell.array, periodic=tuple(atoms.pbc), shift=shift[once])
+        box = dict(box=atoms.cell.complete().array, periodic=tuple(atoms.pbc), shift=shift[once])
     net = Lattice(atoms.positions, np.stack([i[once], j[once]], axis=1), stiffness=stiffness, rest_length=rest_length, mass=atoms.get_masses(), parallel=True,
                   **box, **more)
     return net.replace(rest_length=net.lengths()) if rest_length is None else net
@@ -58,7 +58,10 @@ class Backspring(Calculator):  # type: ignore[misc]
         if len(atoms) != len(self.net):
             raise InputError(f"{len(atoms)} atoms for a network of {len(self.net)} particles")
         x = atoms.positions[:, :d]
-        box = None if self.net.box is None else atoms.cell.array[:d, :d].copy()
+        along = (False,) * d if self.net.box is None else self.net.periodic
+        if tuple(atoms.pbc[:d]) != tuple(along):
+            raise InputError(f"the atoms are periodic along {atoms.pbc[:d].tolist()}, the network along {list(along)}: give them the same (atoms.set_pbc)")
+        box = None if self.net.box is None else atoms.cell.complete().array[:d, :d].copy()
         if box is not None:
             reduced = x @ np.linalg.inv(box)
             self._last = reduced - np.rint(reduced - self._last) * np.asarray(self.net.periodic)

@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike
 
 from . import looks
 from ._library import require_same, started
-from .arguments import mask_of, named, numbers_in, refuse_duplicates, rows_in, whole_in
+from .arguments import mask_of, named, numbers_in, real_array, refuse_duplicates, rows_in, whole_in
 from .errors import InputError, check, pass_on
 from .kinds import Comm, Floats, Mask, Option, Settings, Whole
 from .options import joined, settings_of, text_of
@@ -76,10 +76,7 @@ class Lattice:
                  spring_columns: Optional[Mapping[str, ArrayLike]] = None, particle_columns: Optional[Mapping[str, ArrayLike]] = None,
                  anchors: Optional[Mapping[str, Any]] = None, angles: Optional[Mapping[str, Any]] = None, hinges: Optional[Mapping[str, Any]] = None,
                  breaking: Optional[Mapping[str, ArrayLike]] = None, parallel: bool = False, options: Optional[Mapping[str, Option]] = None) -> None:
-        try:
-            x = np.asarray(x, dtype=float)
-        except (TypeError, ValueError):
-            raise InputError("x: give numbers") from None
+        x = real_array("x", x)
         x = x[:, None] if x.ndim == 1 else x
         if x.ndim != 2 or not 1 <= x.shape[1] <= 3 or len(x) == 0:
             raise InputError(f"x has the shape {x.shape}: give (N, d) with at least one particle in 1 to 3 dimensions")
@@ -115,7 +112,9 @@ class Lattice:
             if periodic is not None or shift is not None:
                 raise InputError("periodic and shift: give the box, too")
             return
-        edges = np.asarray(box, dtype=float)
+        edges = real_array("box", box)
+        if edges.shape not in ((d,), (d, d)):
+            raise InputError(f"box has the shape {edges.shape}: give ({d},) lengths or ({d}, {d}) edges, one in each row")
         self.box = numbers_in("box", np.diag(edges) if edges.ndim == 1 else edges, d, d)
         self.periodic = tuple(bool(one) for one in (periodic if periodic is not None else (True,) * d))
         if len(self.periodic) != d:
