@@ -16,7 +16,7 @@ def as_array(name: str, value: Any, what: str = "numbers") -> np.ndarray[Any, An
         array = np.asarray(value)
     except ValueError:  # rows of different lengths
         raise InputError(f"{name}: give {what}, as many in every row") from None
-    if np.ma.is_masked(value):
+    if isinstance(value, np.ma.MaskedArray) and np.any(value.mask):
         raise InputError(f"{name}: entries are masked: give all of them")
     return array
 
