@@ -7,6 +7,7 @@
 #include <functional>
 #include <map>
 #include <memory>
+#include <set>
 #include <string>
 #include <utility>
 #include <vector>
@@ -22,6 +23,9 @@ class Model;
 
 /// Options as on the command line: names with their dash, values as text; of a flag the value may be empty.
 using Settings = std::vector<std::pair<std::string, std::string>>;
+
+/// Numbers of a whole lattice, by name.
+using NumberTable = std::map<std::string, std::shared_ptr<const std::vector<double>>>;
 
 /// Starts MPI and PETSc, unless they are started, for a program without a command line, and ends what it has started: no files of options are read,
 /// and no signal handler is installed. Sessions live within it, or within the caller's own PetscInitialize.
@@ -105,22 +109,29 @@ class Session {
   Error set_numbers(const std::string& name, const std::vector<double>& all);
   /// Local. The numbers of that name of now; empty where there are none.
   std::vector<double> numbers(const std::string& name) const;
-  /// These springs, rows of the input, exert no force any more, and damp nothing: their numbers are 0 but those that cannot be.
+  /// These springs, rows of the input, exert no force any more, and damp nothing: their numbers are 0 but those that cannot be, and stay so whatever
+  /// set_numbers() is given. restore() of an earlier state brings them back.
   Error remove_springs(const std::vector<std::int64_t>& rows);
   /// The group, whose motion the settings call given (-bs_motion_NAME given), moves uniformly from where it is to be at time t [s], which is to come,
   /// where `rows` has its particles, this rank's rows as in set_rows(); others are not looked at. Then it stays there until the next call.
   Error drive(const std::string& group, double t, const std::vector<double>& rows);
   /// All that the system is at the last good state: positions and velocities, histories of springs and what is broken, works so far, the time, where
-  /// given motions are. The session goes on from it as after set_rows(): a method of several steps starts anew.
+  /// given motions are, numbers that were given and springs that were removed. The session goes on from it as after set_rows(): a method of several
+  /// steps starts anew.
   struct State {
     double time = 0;
     std::int64_t steps = 0;
-    std::vector<double> y, shown;             ///< this rank's numbers of the state; and with what is held where it is
-    std::vector<std::vector<double>> memory;  ///< of springs
+    std::int64_t number = 0;                    ///< of the states that its session has saved
+    std::uint64_t made_of = 0;                  ///< fingerprint of the system as it was made
+    std::vector<std::vector<double>> y, shown;  ///< this rank's rows of the state, in the input's order; and with what is held where it is
+    std::vector<std::vector<double>> memory;    ///< of springs
     std::map<std::string, double> sums;
+    NumberTable changed;             ///< numbers that were given since it was made
+    std::set<std::int64_t> removed;  ///< springs
   };
   Error save(std::shared_ptr<const State>* out);
-  /// `state`: of this session. Error (Exit::input): settings that name files of the run.
+  /// `state`: of this session, or of another one of the same lattice and laws on as many ranks. Errors (Exit::input), and then nothing changes: it is
+  /// none of these, or not the same on all ranks; settings that name files of the run.
   Error restore(const State& state);
   /// PETSc's stepper of the motion, with its SNES, KSP, state and matrices, to be looked at between steps; borrowed, until the session ends or goes
   /// on from a state that is set or restored.

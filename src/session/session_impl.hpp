@@ -1,6 +1,9 @@
 // What a session is made of.
 #pragma once
 #include <petscvec.h>
+#include <cstdint>
+#include <memory>
+#include <set>
 #include <string>
 #include <vector>
 #include "base/handle.hpp"
@@ -24,6 +27,10 @@ struct Session::Impl {
   int dim = 0;  ///< of the model made last
 
   std::unique_ptr<Model> model;                   ///< that is stepped
+  std::uint64_t made_of = 0;                      ///< the model's fingerprint when it was made
+  NumberTable original, changed;                  ///< numbers that it was given since, as they were then and as they are
+  std::set<std::int64_t> removed;                 ///< springs
+  std::int64_t saved = 0;                         ///< states so far
   std::unique_ptr<OutputLocks> locks;             ///< of the files that are written
   std::unique_ptr<Run> run;                       ///< null: nothing was stepped
   double start = 0;                               ///< before that [s]
@@ -53,13 +60,17 @@ struct Session::Impl {
   PetscErrorCode refuse_files();
   PetscErrorCode drive(const std::string& group, double t, const std::vector<double>& rows);
   PetscErrorCode save(State* out);
+  PetscErrorCode check_state(const State& state);
   PetscErrorCode restore(const State& state);
+  PetscErrorCode restore_numbers(const State& state);
   PetscErrorCode checkpoint(const std::string& file);
   PetscErrorCode modes(Result* out);
   PetscErrorCode solve_statics(Analyses analyses, Result* out);
   PetscErrorCode follow(Result* out);
   void drop_statics();
   PetscErrorCode set_numbers(const std::string& name, const std::vector<double>& all);
+  PetscErrorCode pass_on(const std::string& name, const std::vector<double>& all);
+  std::vector<std::string> numbers_of_removed() const;
   PetscErrorCode remove_springs(const std::vector<std::int64_t>& rows);
   PetscErrorCode require_given();
   PetscErrorCode hold_state();

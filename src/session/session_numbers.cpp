@@ -1,4 +1,5 @@
 // Numbers of a session's lattice that are given anew, and equilibria that follow them.
+#include <algorithm>
 #include "base/collective.hpp"
 #include "base/handle.hpp"
 #include "base/text.hpp"
@@ -70,36 +71,80 @@ PetscErrorCode Session::Impl::require_given() {
   PetscFunctionReturn(0);
 }
 
+/// To what is stepped and to what follow() goes on from.
+PetscErrorCode Session::Impl::pass_on(const std::string& name, const std::vector<double>& all) {
+  PetscFunctionBegin;
+  if (model) {
+    std::vector<double> before;
+    PetscCall(hold_state());
+    if (!original.count(name)) PetscCall(model->mechanics()->numbers(name, &before));
+    PetscCall(model->mechanics()->set_numbers(name, all));
+    original.emplace(name, std::make_shared<const std::vector<double>>(std::move(before)));
+    changed[name] = std::make_shared<const std::vector<double>>(all);
+  }
+  if (statics) PetscCall(statics->equilibrium().mechanics()->set_numbers(name, all));
+  PetscFunctionReturn(0);
+}
+
 PetscErrorCode Session::Impl::set_numbers(const std::string& name, const std::vector<double>& all) {
   Error error;
   std::string why;
   PetscFunctionBegin;
   PetscCall(require_given());
   if (model) PetscCall(refuse_files());
-  if (!change_numbers(given.get(), name, all, &why)) error.note(0, why);
+  std::vector<double>* const column = changeable_numbers(given.get(), name);
+  const std::vector<double> before = column ? *column : std::vector<double>();
+  const std::vector<std::string> gone = numbers_of_removed();
+  std::vector<double> now = all;
+  if (now.size() == before.size() && std::count(gone.begin(), gone.end(), name))
+    for (const std::int64_t row : removed) {
+      double& own = now[static_cast<std::size_t>(row)];
+      if (usable(own) && (own > 0 || (name != "stiffness" && name != "damping"))) own = 0;  // others are refused, as of any spring
+    }
+  if (!change_numbers(given.get(), name, now, &why)) error.note(0, why);
   PetscCall(fail_if_any(comm, error));
-  if (model) PetscCall(hold_state());
-  if (model) PetscCall(model->mechanics()->set_numbers(name, all));
-  if (statics) PetscCall(statics->equilibrium().mechanics()->set_numbers(name, all));
-  PetscFunctionReturn(0);
+  const PetscErrorCode code = pass_on(name, now);
+  if (code) *column = before;
+  PetscFunctionReturn(code);
+}
+
+/// Those that are 0 of a spring that is removed.
+std::vector<std::string> Session::Impl::numbers_of_removed() const {
+  std::vector<std::string> names = {"stiffness", "damping"};
+  for (const SpringParameter& one : spring_parameters())
+    if (!one.positive && changeable_numbers(given.get(), one.name)) names.emplace_back(one.name);
+  return names;
 }
 
 PetscErrorCode Session::Impl::remove_springs(const std::vector<std::int64_t>& rows) {
   Error error;
-  std::vector<std::string> names = {"stiffness", "damping"};
+  PetscErrorCode code = 0;
   PetscFunctionBegin;
   PetscCall(require_given());
-  for (const SpringParameter& one : spring_parameters())
-    if (!one.positive && changeable_numbers(given.get(), one.name)) names.emplace_back(one.name);
   const std::int64_t springs = given->springs.total;
   for (const std::int64_t row : rows)
     if (row < 0 || row >= springs)
       error.note(row, format("spring %lld: there are %lld springs, from 0", static_cast<long long>(row), static_cast<long long>(springs)));
   PetscCall(fail_if_any(comm, error));
-  for (const std::string& name : names) {
-    std::vector<double> numbers = *changeable_numbers(given.get(), name);
-    for (const std::int64_t row : rows) numbers[static_cast<std::size_t>(row)] = 0;
-    PetscCall(set_numbers(name, numbers));
+  const std::set<std::int64_t> before = removed;
+  removed.insert(rows.begin(), rows.end());
+  for (const std::string& name : numbers_of_removed())
+    if (!code) code = set_numbers(name, *changeable_numbers(given.get(), name));
+  if (code) removed = before;
+  PetscFunctionReturn(code);
+}
+
+/// Only those that differ: of a number that no one has changed since it is what it was made of.
+PetscErrorCode Session::Impl::restore_numbers(const State& state) {
+  NumberTable then = original;
+  PetscFunctionBegin;
+  removed = state.removed;
+  for (const auto& [name, numbers] : state.changed) then[name] = numbers;
+  for (const auto& [name, numbers] : then) {
+    std::vector<double>* const column = changeable_numbers(given.get(), name);
+    if (*column == *numbers) continue;
+    *column = *numbers;
+    PetscCall(pass_on(name, *numbers));
   }
   PetscFunctionReturn(0);
 }

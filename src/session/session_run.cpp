@@ -30,6 +30,7 @@ PetscErrorCode Session::Impl::open() {
   PetscFunctionBegin;
   if (model) PetscFunctionReturn(0);
   PetscCall(make_model(&model));
+  PetscCall(model->fingerprint(&made_of));
   PetscCall(count_particles());
   PetscCall(PetscOptionsGetReal(nullptr, nullptr, "-ts_init_time", &start, nullptr));
   PetscFunctionReturn(0);

@@ -108,50 +108,100 @@ PetscErrorCode Session::Impl::drive(const std::string& group, double t, const st
   PetscFunctionReturn(0);
 }
 
-static std::vector<double> numbers_of(Vec v) {
-  const ReadArray a(v);
-  PetscInt size = 0;
-  (void)VecGetLocalSize(v, &size);
-  return {a.data(), a.data() + size};
+using PartRows = std::vector<std::vector<double>>;
+
+static PartRows rows_of(const std::vector<StatePart>& parts) {
+  PartRows all(parts.size());
+  for (std::size_t k = 0; k < parts.size(); ++k) {
+    const ReadArray a(parts[k].vec);
+    PetscInt size = 0;
+    (void)VecGetLocalSize(parts[k].vec, &size);
+    all[k].assign(a.data(), a.data() + size);
+  }
+  return all;
+}
+
+static void copy_to(const std::vector<StatePart>& parts, const PartRows& rows) {
+  for (std::size_t k = 0; k < parts.size(); ++k) copy_to(parts[k].vec, rows[k]);
+}
+
+static bool same_sizes(const std::vector<StatePart>& parts, const PartRows& rows) {
+  const auto same = [](const StatePart& part, const std::vector<double>& own) {
+    PetscInt size = 0;
+    (void)VecGetLocalSize(part.vec, &size);
+    return static_cast<std::size_t>(size) == own.size();
+  };
+  return parts.size() == rows.size() && std::equal(parts.begin(), parts.end(), rows.begin(), same);
 }
 
 PetscErrorCode Session::Impl::save(State* out) {
   Vec y;
   VecHandle shown;
-  std::vector<StatePart> memory;
+  std::vector<StatePart> parts;
   PetscFunctionBegin;
   PetscCall(begin());
   PetscCall(run->state_vector(&y));
   out->time = run->time();
   out->steps = steps_so_far();
-  out->y = numbers_of(y);
+  out->number = ++saved;
+  out->made_of = made_of;
+  out->changed = changed;
+  out->removed = removed;
+  PetscCall(model->gather_state(y, &parts));
+  out->y = rows_of(parts);
   if (model->mechanics()) {
     PetscCall(copy_into(&shown, y));
     PetscCall(model->mechanics()->place_held(out->time, shown));
-    out->shown = numbers_of(shown);
+    PetscCall(model->gather_state(shown, &parts));
+    out->shown = rows_of(parts);
   }
-  PetscCall(model->gather_memory(&memory));
-  for (const StatePart& part : memory) out->memory.push_back(numbers_of(part.vec));
+  PetscCall(model->gather_memory(&parts));
+  out->memory = rows_of(parts);
   model->save_sums(&out->sums);
+  PetscFunctionReturn(0);
+}
+
+/// Whether it is one of this system on these ranks, and the same one on all.
+PetscErrorCode Session::Impl::check_state(const State& state) {
+  Error error;
+  std::vector<StatePart> parts;
+  std::int64_t most[2] = {state.number, -state.number};
+  PetscFunctionBegin;
+  PetscCall(model->gather_state(model->initial_state(), &parts));
+  bool fits = state.made_of == made_of && same_sizes(parts, state.y) && state.shown.empty() == (model->mechanics() == nullptr);
+  PetscCall(model->gather_memory(&parts));
+  fits = fits && same_sizes(parts, state.memory);
+  PetscCall(max_over_ranks(comm, most, 2));
+  if (!fits)
+    error.note(0, "the state is of another lattice, of other laws or of another number of ranks: give one that was saved of the same lattice");
+  else if (most[0] != -most[1])
+    error.note(0, "the states that the ranks give are not of one moment: give on every rank what one save() has returned");
+  PetscCall(fail_if_any(comm, error));
   PetscFunctionReturn(0);
 }
 
 PetscErrorCode Session::Impl::restore(const State& state) {
   VecHandle shown;
-  std::vector<StatePart> memory;
+  std::vector<StatePart> parts;
   PetscFunctionBegin;
   PetscCall(open());
   PetscCall(refuse_files());
+  PetscCall(check_state(state));
   PetscCall(VecDuplicate(model->initial_state(), given_state.out()));
-  copy_to(given_state, state.y);
+  PetscCall(model->gather_state(model->initial_state(), &parts));  // for their vectors, as below
+  copy_to(parts, state.y);
+  PetscCall(model->scatter_state(given_state));
   PetscCall(start_anew(state.time, state.steps));
-  PetscCall(model->gather_memory(&memory));  // for their vectors
-  for (std::size_t k = 0; k < memory.size() && k < state.memory.size(); ++k) copy_to(memory[k].vec, state.memory[k]);
-  if (!memory.empty()) PetscCall(model->scatter_memory());
+  PetscCall(restore_numbers(state));
+  PetscCall(model->gather_memory(&parts));
+  copy_to(parts, state.memory);
+  if (!parts.empty()) PetscCall(model->scatter_memory());
   model->restore_sums(state.sums);
   if (!state.shown.empty()) {
     PetscCall(VecDuplicate(given_state, shown.out()));
-    copy_to(shown, state.shown);
+    PetscCall(model->gather_state(given_state, &parts));
+    copy_to(parts, state.shown);
+    PetscCall(model->scatter_state(shown));
     PetscCall(model->mechanics()->give_motion("", state.time, state.time, shown));
   }
   PetscFunctionReturn(0);

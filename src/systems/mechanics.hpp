@@ -77,6 +77,11 @@ class Mechanics : public System {
   /// Collective. Numbers of the lattice (lattice/numbers.hpp) from now on; `all`: of the whole, checked and the same on every rank. What was computed
   /// with others is forgotten; histories stay. Error (exit 2): numbers that a force has taken for good.
   virtual PetscErrorCode set_numbers(const std::string&, const std::vector<double>&) { return 0; }
+  /// Collective. Those of now, of the whole, on every rank; rest lengths that were not given are the initial distances.
+  virtual PetscErrorCode numbers(const std::string&, std::vector<double>* all) {
+    all->clear();
+    return 0;
+  }
   /// Collective. What is held has the positions and velocities in y that it has at time t.
   virtual PetscErrorCode place_held(double, Vec) { return 0; }
   /// Collective. Constraints::give.

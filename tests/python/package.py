@@ -14,6 +14,7 @@ from helpers import HERE, PYTHON, python, raised  # noqa: E402
 import backspring as bs  # noqa: E402
 import numpy as np  # noqa: E402
 from cases import MESHES, cell, parts, sheet  # noqa: E402
+from states import foreign_states, removed_for_good, restored  # noqa: E402
 
 
 def bad_arguments():
@@ -620,10 +621,8 @@ def imported():
 
 def main():
     chosen = sys.argv[sys.argv.index("--filter") + 1] if "--filter" in sys.argv else ""
-    if chosen in "on_two_ranks":
-        on_two_ranks()  # before this process starts MPI
-        print("on_two_ranks: ok", flush=True)
-    for part in (bad_arguments, closed_forms, changed_numbers, load_steps, breaking_turns, written_back, told_once, own_forces, implicit_forces, coupled, in_petsc, files, misuse, every_step, remembered, without_steps, observers, interrupted, side_by_side, failures, memory, pictures_and_tools, documented, imported):
+    for part in (on_two_ranks, foreign_states,  # before this process starts MPI
+                 bad_arguments, closed_forms, changed_numbers, restored, removed_for_good, load_steps, breaking_turns, written_back, told_once, own_forces, implicit_forces, coupled, in_petsc, files, misuse, every_step, remembered, without_steps, observers, interrupted, side_by_side, failures, memory, pictures_and_tools, documented, imported):
         if chosen in part.__name__:
             begin = time.time()
             part()

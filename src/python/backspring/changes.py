@@ -39,9 +39,14 @@ def change(session: Session, lattice: Lattice, comm: Comm, remove: ArrayLike, nu
             errors.check(error)
     if len(gone):
         errors.check(session.remove_springs(gone))
+    return numbered(session, lattice, "rest_length" in given)
+
+
+def numbered(session: Session, lattice: Lattice, lengths: bool = False) -> Lattice:
+    """The lattice with the numbers that `session` has now. lengths: rest lengths, too, where they were the initial distances."""
     now = copy.copy(lattice)
     now.stiffness, now.damping, now.mass = session.numbers("stiffness"), session.numbers("damping"), session.numbers("mass")
-    if now.rest_length is not None or "rest_length" in given:
+    if now.rest_length is not None or lengths:
         now.rest_length = session.numbers("rest_length")
     now.spring_columns = {name: session.numbers(name) for name in lattice.spring_columns}
     return now
@@ -72,7 +77,7 @@ class Statics:
 
     def change(self, *, remove: ArrayLike = (), **numbers: ArrayLike) -> None:
         """Numbers from now on, (S,) or one number: stiffness [N/m], rest_length [m], damping [kg/s], or what the springs' law takes; mass, (N,) or one
-        number [kg]. remove: springs, rows or a mask (S,), that exert no force any more."""
+        number [kg]. remove: springs, rows or a mask (S,), that exert no force any more, whatever numbers they are given later."""
         self._require_open()
         self.lattice = change(self._session, self.lattice, self._comm, remove, numbers)
 

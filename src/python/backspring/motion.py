@@ -13,7 +13,7 @@ from ._library import agreed, end_session, new_session, require_same, world
 from .analyses import Equilibrium
 from .arguments import array_of
 from .breaks import Events
-from .changes import change
+from .changes import change, numbered
 from .errors import InputError
 from .frames import Frame
 from .kinds import Comm, Floats, GivenForces, Loads, Mask, Observables, Option, Shared
@@ -184,7 +184,8 @@ class Simulation:
 
     def change(self, *, remove: ArrayLike = (), **numbers: ArrayLike) -> None:
         """Numbers from now on, (S,) or one number: stiffness [N/m], rest_length [m], damping [kg/s], or what the springs' law takes; mass, (N,) or one
-        number [kg]. remove: springs, rows or a mask (S,), that exert no force any more. A method of several steps starts anew."""
+        number [kg]. remove: springs, rows or a mask (S,), that exert no force any more, whatever numbers they are given later, unless restore() brings
+        them back. A method of several steps starts anew."""
         self.lattice = change(self._session, self.lattice, self._comm, remove, numbers)
         self._sets += 1
 
@@ -199,12 +200,18 @@ class Simulation:
         self._done(self._session.drive(group, float(t), every[self.rows]))
 
     def save(self) -> State:
-        """All that the motion is now, for restore(): the state, histories of springs and what is broken, works, the time."""
+        """All that the motion is now, for restore(): the state, histories of springs, what is broken or removed, numbers that change() gave, works, the time."""
         return self._found(self._session.save())
 
     def restore(self, state: State) -> None:
-        """Goes on from what save() of this simulation has returned, as often as it is wanted; a method of several steps starts anew."""
+        """Goes on from what save() of this simulation, or of another one of the same lattice on as many ranks, has returned, as often as it is wanted; a method
+        of several steps starts anew."""
+        from . import _core
+
+        if self.agreed(not isinstance(state, _core.State)):
+            raise InputError("state: give on every rank what save() of a simulation of this lattice has returned")
         self._done(self._session.restore(state))
+        self.lattice = numbered(self._session, self.lattice)
         self._sets += 1
 
     def agreed(self, some: bool) -> bool:

@@ -52,6 +52,7 @@ class ParticleModel final : public Mechanics {
   void set_free_strains(const std::vector<double>& strains) override { constraints_.box().set_free_strains(strains); }
   bool time_dependent() const override;
   PetscErrorCode set_numbers(const std::string& name, const std::vector<double>& all) override;
+  PetscErrorCode numbers(const std::string& name, std::vector<double>* all) override;
   PetscErrorCode place_held(double t, Vec y) override;
   PetscErrorCode give_motion(const std::string& group, double from, double to, Vec places) override {
     return constraints_.give(group, from, to, places);

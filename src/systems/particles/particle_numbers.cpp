@@ -59,6 +59,13 @@ PetscErrorCode ParticleModel::set_numbers(const std::string& name, const std::ve
   PetscFunctionReturn(0);
 }
 
+PetscErrorCode ParticleModel::numbers(const std::string& name, std::vector<double>* all) {
+  const std::vector<double>* const column = changeable_numbers(&lattice_, name);
+  PetscFunctionBegin;
+  PetscCall(gather_all(net_.comm, column ? *column : std::vector<double>(), all));
+  PetscFunctionReturn(0);
+}
+
 /// In what is kept of the input, and in the fingerprint, which is a sum over tables.
 PetscErrorCode ParticleModel::note_numbers(const std::string& name, const std::vector<double>& all) {
   const Rows& rows = name == "mass" ? lattice_.particles : lattice_.springs;

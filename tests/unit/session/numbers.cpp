@@ -125,6 +125,36 @@ TEST_CASE("springs that are removed are those of a lattice without their forces"
   for (const std::size_t row : {2, 11, 30}) lattice.stiffness[row] = lattice.damping[row] = 0;
   require_near(table(found, "position"), table(afresh(lattice), "position"), 1e-9);
   REQUIRE(session->remove_springs({99}).text.find("spring 99") != std::string::npos);
+  good(session->set_numbers("stiffness", net().stiffness));
+  good(session->set_numbers("damping", net().damping));
+  REQUIRE(session->numbers("stiffness") == lattice.stiffness);
+  REQUIRE(session->numbers("damping") == lattice.damping);
+}
+
+TEST_CASE("a state that is restored brings back numbers and springs, and one of another lattice is refused") {
+  LatticeArrays lattice = net(), other = net();
+  const Settings settings = {{"-ts_type", "verlet"}, {"-ts_dt", "0.01"}, {"-bs_gravity", "0,-3"}};
+  const auto session = session_of_net(lattice, settings), undisturbed = session_of_net(lattice, settings);
+  std::shared_ptr<const Session::State> there, elsewhere;
+  good(session->step(5));
+  good(session->save(&there));
+  good(session->set_numbers("mass", changed(lattice.mass, 0.2)));
+  good(session->remove_springs({2, 11, 30}));
+  good(session->step(5));
+  good(session->restore(*there));
+  REQUIRE(session->numbers("mass") == lattice.mass);
+  REQUIRE(session->numbers("stiffness") == lattice.stiffness);
+  REQUIRE(session->numbers("damping") == lattice.damping);
+  good(undisturbed->restore(*there));
+  good(undisturbed->step(5));
+  good(session->step(5));
+  REQUIRE(array_of(*session, Session::Array::position) == array_of(*undisturbed, Session::Array::position));
+  other.mass[3] *= 2;
+  const auto heavier = session_of_net(other, settings);
+  good(heavier->save(&elsewhere));
+  const Error error = session->restore(*elsewhere);
+  REQUIRE((error.exit == Exit::input && error.text.find("another lattice") != std::string::npos));
+  REQUIRE(session->steps() == 10);
 }
 
 TEST_CASE("a motion goes on with other numbers as one that begins with them") {
