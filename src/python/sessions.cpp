@@ -1,4 +1,6 @@
 // Sessions for Python: calls without the interpreter's lock, errors as (kind, text), signals and callbacks of Python between steps.
+#include <map>
+#include <optional>
 #include "python/petsc.hpp"
 #include "python/python_session.hpp"
 
@@ -11,7 +13,34 @@ py::array table_of(FrameTable&& table) {
   return array_of(std::move(table.value), {rows, table.columns});
 }
 
-/// {"time": t, "observables": {name: numbers}, "fields": {name: array}, "breaks": {name: array}}.
+/// {"time": t, "state": [array], "memory": [array], "sums": {name: number}}: what a session may be given again, in this process or another.
+py::dict standing_of(Standing&& from) {
+  py::dict all;
+  const auto parts = [&](const char* name, std::vector<std::vector<double>>&& some) {
+    py::list arrays;
+    for (std::vector<double>& one : some) {
+      const py::ssize_t size = static_cast<py::ssize_t>(one.size());
+      arrays.append(array_of(std::move(one), {size}));
+    }
+    all[name] = arrays;
+  };
+  all["time"] = from.time;
+  parts("state", std::move(from.state));
+  parts("memory", std::move(from.memory));
+  all["sums"] = from.sums;
+  return all;
+}
+
+Standing standing_from(const py::dict& all) {
+  Standing to;
+  to.time = all["time"].cast<double>();
+  for (const py::handle one : all["state"]) to.state.push_back(vector_of(one.cast<Numbers>()));
+  for (const py::handle one : all["memory"]) to.memory.push_back(vector_of(one.cast<Numbers>()));
+  to.sums = all["sums"].cast<std::map<std::string, double>>();
+  return to;
+}
+
+/// {"time": t, "observables": {name: numbers}, "fields": {name: array}, "breaks": {name: array}, "standing": of equilibria}.
 py::dict frame_of(FrameData&& frame) {
   py::dict observables, fields, breaks, all;
   for (Observable& one : frame.observables) {
@@ -26,6 +55,7 @@ py::dict frame_of(FrameData&& frame) {
   all["observables"] = observables;
   all["fields"] = fields;
   all["breaks"] = breaks;
+  all["standing"] = standing_of(std::move(frame.standing));
   return all;
 }
 
@@ -122,8 +152,9 @@ void bind_sessions(py::module_& m) {
   one.def("remove_springs",
           [](PythonSession& s, const std::vector<std::int64_t>& rows) { return as_python(s.call([&] { return s->remove_springs(rows); })); });
   one.def("moduli", [](PythonSession& s, const Settings& more) { return analysed(s, [&](Result* out) { return s->moduli(out, more); }); });
-  one.def("modes", [](PythonSession& s, std::int64_t count, const Settings& more) {
-    return analysed(s, [&](Result* out) { return s->modes(count, out, more); });
+  one.def("modes", [](PythonSession& s, std::int64_t count, const Settings& more, const std::optional<py::dict>& about) {
+    const Standing standing = about ? standing_from(*about) : Standing{};
+    return analysed(s, [&](Result* out) { return s->modes(count, out, more, about ? &standing : nullptr); });
   });
   one.def("get", numbers_of);
   one.def("set_rows", [](PythonSession& s, const std::string& name, const Numbers& rows) {

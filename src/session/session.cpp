@@ -117,10 +117,10 @@ Error Session::remove_springs(const std::vector<std::int64_t>& rows) {
   return call([&] { return impl_->remove_springs(rows); });
 }
 
-Error Session::modes(std::int64_t count, Result* out, const Settings& more) {
+Error Session::modes(std::int64_t count, Result* out, const Settings& more, const Standing* about) {
   Settings all = more;
   all.emplace_back("-bs_modes", std::to_string(count));
-  return analyse(all, [&] { return impl_->modes(out); });
+  return analyse(all, [&] { return impl_->modes(out, about); });
 }
 
 double Session::time() const { return impl_->run ? impl_->run->time() : impl_->start; }

@@ -85,7 +85,9 @@ class Session {
   /// with the last equilibrium, which stays; there is none (Exit::input).
   Error follow(Result* out);
   Error moduli(Result* out, const Settings& more = {});
-  Error modes(std::int64_t count, Result* out, const Settings& more = {});
+  /// `about`: unless null, the equilibrium that a result of solve_statics() or follow() stands at, of a session of the same lattice and settings on
+  /// any number of ranks: modes about it, which is not looked for again (-bs_modes_about equilibrium).
+  Error modes(std::int64_t count, Result* out, const Settings& more = {}, const Standing* about = nullptr);
 
   /// Local. Time [s] and number of steps of the last good state.
   double time() const;

@@ -64,7 +64,7 @@ struct Session::Impl {
   PetscErrorCode restore(const State& state);
   PetscErrorCode restore_numbers(const State& state);
   PetscErrorCode checkpoint(const std::string& file);
-  PetscErrorCode modes(Result* out);
+  PetscErrorCode modes(Result* out, const Standing* about);
   PetscErrorCode solve_statics(Analyses analyses, Result* out);
   PetscErrorCode follow(Result* out);
   void drop_statics();

@@ -212,13 +212,13 @@ PetscErrorCode Session::Impl::checkpoint(const std::string& file) {
 }
 
 /// The task on a model of its own, with its own table of options.
-PetscErrorCode Session::Impl::modes(Result* out) {
+PetscErrorCode Session::Impl::modes(Result* out, const Standing* about) {
   int exit_code = 0;
   std::unique_ptr<Model> fresh;
   PetscFunctionBegin;
   *out = {};
   PetscCall(make_model(&fresh));
-  PetscCall(run_modes(std::move(fresh), out, &exit_code));
+  PetscCall(run_modes_about(std::move(fresh), about, out, &exit_code));
   PetscCall(stopped(exit_code > 128 ? exit_code - 128 : 0));
   PetscFunctionReturn(0);
 }

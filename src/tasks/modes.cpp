@@ -187,6 +187,10 @@ PetscErrorCode ModesRun::copy_results(Result* out) {
 }
 
 PetscErrorCode run_modes(std::unique_ptr<Model> model, Result* result, int* exit_code) {
+  return run_modes_about(std::move(model), nullptr, result, exit_code);
+}
+
+PetscErrorCode run_modes_about(std::unique_ptr<Model> model, const Standing* standing, Result* result, int* exit_code) {
   RunOptions options;
   OutputLocks locks;  // given up when the files are closed
   PetscFunctionBegin;
@@ -204,7 +208,8 @@ PetscErrorCode run_modes(std::unique_ptr<Model> model, Result* result, int* exit
   double time = 0;
   if (about == 1) {
     FoundEquilibrium found;
-    const PetscErrorCode code = find_equilibrium(std::move(model), options, &found, exit_code);
+    const PetscErrorCode code =
+        standing ? stand_again(std::move(model), *standing, &found) : find_equilibrium(std::move(model), options, &found, exit_code);
     if (code != 0 || *exit_code != 0) {
       if (!found.y) PetscFunctionReturn(code);
       ModesRun run(*found.model, options, request, found.factor, found.y);
@@ -213,7 +218,7 @@ PetscErrorCode run_modes(std::unique_ptr<Model> model, Result* result, int* exit
     }
     there = std::move(found.model);
     y = std::move(found.y);
-    time = 1;
+    time = standing ? standing->time : 1;
   } else {
     PetscCall(refuse_box_stress(*model, "-bs_modes_about start"));
     there = std::move(model);

@@ -21,6 +21,9 @@ PetscErrorCode read_mode_options(MPI_Comm comm);
 /// `result`: unless null, omega^2 and what is known of it.
 PetscErrorCode run_modes(std::unique_ptr<Model> model, Result* result, int* exit_code);
 
+/// Collective. The same; `standing`: unless null, the equilibrium of -bs_modes_about equilibrium, which is not looked for.
+PetscErrorCode run_modes_about(std::unique_ptr<Model> model, const Standing* standing, Result* result, int* exit_code);
+
 class ModesRun {
  public:
   /// `y`: the state linearised at, at rest; it must outlive the object.

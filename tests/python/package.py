@@ -2,6 +2,7 @@
 """The Python package by itself: its errors, states that are written back, observers, interruptions, sessions side by side, memory, pictures, tools."""
 import os
 import pathlib
+import pickle
 import re
 import subprocess
 import sys
@@ -102,7 +103,7 @@ def changed_numbers():
             solver.change(stiffness=k)
             followed, afresh = solver.solve(), bs.statics(net.replace(stiffness=k), bs_gravity=(0, -1.0), snes_rtol=1e-12)
             assert abs(followed.x - afresh.x).max() < 1e-9 and abs(followed.energy - afresh.energy) < 1e-9 * afresh.energy
-            assert np.array_equal(bs.modes(followed, 3).omega2, bs.modes(afresh, 3).omega2)
+            assert np.allclose(bs.modes(followed, 3).omega2, bs.modes(afresh, 3).omega2, rtol=1e-8)
     one = bs.Lattice([-0.1, 1.1], [[0, 1]], stiffness=50.0, rest_length=1.0, mass=2.0)
     with bs.Simulation(one, dt=0.01, ts_type="cn", snes_rtol=1e-13) as simulation:
         simulation.step(10)
@@ -453,6 +454,61 @@ def remembered():
         bs.modes(bs.statics(net, loads={"bottom": (0, -20.0)}, bs_output=f"{folder}/eq.h5md"), 2)
 
 
+def pulled():
+    """A string of two springs of stiffness 1 and rest length 1, held at its first end and along y at its other end, which is pulled; unit masses."""
+    return bs.Lattice([[0.0, 0], [1, 0], [2, 0]], [[0, 1], [1, 2]], stiffness=1.0, rest_length=1.0, fixed=[0], groups={"end": [2]})
+
+
+def modes_where_it_stands():
+    """Modes about an equilibrium as it stands: on the way to the full loads, in an observer, on a branch that a snap has led to; by closed forms."""
+    across = lambda s: [(3 - np.sqrt(5)) / 2, 2 * s / (1 + s), (3 + np.sqrt(5)) / 2]  # along the string; across it 2 T/(m l) with T = s, l = 1 + s
+    seen = []
+    half = bs.statics(pulled(), loads={"end": (1.0, 0)}, load_steps=4, bs_motion_end="y=fixed", stop=lambda s, eq: s > 0.4,
+                      observe=lambda s, eq: seen.append((s, bs.modes(eq, 3).omega2)))
+    assert half.load_factor == 0.5 and len(seen) == 2
+    for s, omega2 in [*seen, (0.5, bs.modes(half, 3).omega2), (0.5, bs.modes(pickle.loads(pickle.dumps(half)), 3).omega2)]:
+        assert np.allclose(omega2, sorted(across(s)), rtol=1e-9), (s, omega2)
+    rise, k = 0.3, 1000.0
+    side = float(np.hypot(1, rise))
+    truss = bs.Lattice([[-1.0, 0], [1, 0], [0, rise]], [[0, 2], [1, 2]], stiffness=k, rest_length=side, fixed=[0, 1], groups={"apex": [2]})
+    with bs.Statics(truss, loads={"apex": (0, -1.0)}) as solver:
+        for rest in (side, 0.9, side):
+            solver.change(rest_length=rest)
+            snapped = solver.solve()
+    assert snapped.x[2, 1] < -0.2 and bs.statics(truss, loads={"apex": (0, -1.0)}).x[2, 1] > 0.2
+    ways = snapped.x[2] - truss.x[:2]
+    lengths = np.linalg.norm(ways, axis=1)
+    K = sum(k * ((1 - side / l) * np.eye(2) + side / l * np.outer(r, r) / l**2) for r, l in zip(ways, lengths))
+    assert np.allclose(bs.modes(snapped, 2).omega2, np.linalg.eigvalsh(K), rtol=1e-9)
+    with raised(bs.InputError, "another system"):
+        bs.modes(half, 3, bs_break_strain=5.0)
+
+
+def rests():
+    """A motion from an equilibrium under its loads, forces and broken springs stays there; from one on the way to them it is refused."""
+    held = dict(bs_motion_end="y=fixed")
+    pull = lambda s, x, v, rows: np.where(rows[:, None] == 2, s * np.array([1.0, 0.0]), 0.0)
+    loads = {"end": (1.0, 0)}
+    for eq in (bs.statics(pulled(), loads=loads, load_steps=4, snes_rtol=1e-12, bs_step_max_cuts=3, **held), bs.statics(pulled(), forces=pull, **held)):
+        for frame in bs.run(eq, dt=0.1, until=1.0, ts_type="cn"):
+            assert abs(frame.x - [[0, 0], [2, 0], [4, 0]]).max() < 1e-9 and frame.rows == slice(0, 3), frame.x
+    with bs.Simulation(eq, dt=0.1, forces=lambda t, x, v: 0 * x) as simulation:
+        assert abs(simulation.forces[2, 0] + 1) < 1e-9  # other forces take their place
+    side_by_side = bs.Lattice([0.0, 1.0], [[0, 1]] * 2, stiffness=1.0, rest_length=1.0, fixed=[0], groups={"end": [1]}, parallel=True,
+                              breaking={"critical_force": [0.3, 9.0]})
+    torn = bs.statics(side_by_side, loads={"end": 1.0}, load_steps=4, bs_break_max_steps=50)
+    assert torn.broken.tolist() == [True, False] and abs(torn.x[1, 0] - 2) < 1e-9  # one spring bears the load of 1
+    with bs.Simulation(torn, dt=0.1) as simulation:
+        simulation.step(5)
+        assert abs(simulation.x[1, 0] - 2) < 1e-9 and simulation.lattice.stiffness.tolist() == [0, 1]
+    assert abs(bs.modes(torn, 1).omega2[0] - 1) < 1e-9
+    half = bs.statics(pulled(), loads=loads, load_steps=4, stop=lambda s, eq: s > 0.4, **held)
+    with raised(bs.InputError, "load factor 0.5", "replace"):
+        bs.Simulation(half, dt=0.1)
+    with bs.Simulation(pulled(), dt=0.1) as simulation, raised(bs.InputError, "velocity, row 1", "finite"):
+        simulation.set("velocity", [[0, 0], [np.nan, 0], [0, 0]])
+
+
 def on_two_ranks():
     """An exception of one rank ends the call on all; many sessions end with the interpreter; changes of one rank's frame are all ranks'."""
     head = f"import sys; sys.path.insert(0, {str(HERE)!r}); import backspring as bs, numpy as np; from mpi4py import MPI; from cases import sheet; rank = MPI.COMM_WORLD.rank; net = bs.Lattice(**sheet()); say = lambda *words: [print(one) for one in MPI.COMM_WORLD.gather(' '.join(map(str, words))) or []]; "
@@ -481,7 +537,29 @@ for frame in bs.run(net, dt=1e-3, until=4e-3, every=2e-3):
     if rank == 0 and frame.t > 1e-3 and last is None: frame.v *= 0.5
     last = frame.t
 say(rank, last)
-''', ["0 0.004", "1 0.004"])):
+''', ["0 0.004", "1 0.004"]), ('''
+def raises(s, state):
+    if rank == 1 and s > 0.4: raise KeyError("here")
+for name in ("observe", "stop"):
+    try: bs.statics(net, loads={"bottom": (0, -1.0)}, load_steps=4, **{name: raises})
+    except Exception as error: say(rank, name, type(error).__name__)
+''', ["0 observe Stopped", "0 stop Stopped", "1 observe KeyError", "1 stop KeyError"]), ('''
+simulation, told = bs.Simulation(net, dt=1e-3, bs_motion_bottom="given"), []
+for call in (lambda: simulation.set("velocity", net.x[:3] if rank else net.x), lambda: simulation.set("velocity", net.x * (np.nan if rank else 1)),
+             lambda: simulation.change(stiffness=[1.0, 2] if rank else 5.0), lambda: simulation.drive("bottom", net.x[: 2 if rank else 7], 1.0),
+             lambda: bs.statics(net, loads={"bottom": (0, -1.0)}, total=["nix"] if rank else False), lambda: bs.statics(net, observe=3 if rank else None),
+             lambda: bs.statics(net, load_steps=2.5 if rank else 2), lambda: bs.Statics(net, load_steps=2.5 if rank else 2),
+             lambda: bs.modes(net, 2.5 if rank else 2), lambda: bs.moduli(net, load_steps=2.5 if rank else 2),
+             lambda: bs.Simulation(net, dt=1e-3, stop=3 if rank else None)):
+    try: call()
+    except bs.InputError as error: told.append(str(error).startswith("rank 1: ") == (rank == 0))
+simulation.step()
+say(rank, len(told), all(told))
+''', ["0 11 True", "1 11 True"]), ('''
+net = bs.Lattice([[0.0, 0], [1, 0], [2, 0]], [[0, 1], [1, 2]], stiffness=1.0, rest_length=1.0, fixed=[0], groups={"end": [2]})
+half = bs.statics(net, loads={"end": (1.0, 0)}, load_steps=4, bs_motion_end="y=fixed", stop=lambda s, eq: s > 0.4)
+say(rank, *(round(bs.modes(half, 3, comm=comm).omega2[1], 6) for comm in (None, MPI.COMM_SELF)))
+''', ["0 0.666667 0.666667", "1 0.666667 0.666667"])):
         done = subprocess.run(["mpirun", "-n", "2", sys.executable, "-c", head + code], capture_output=True, text=True, timeout=120, env=dict(os.environ, PYTHONPATH=PYTHON))
         assert done.returncode == 0 and sorted(done.stdout.splitlines()) == expected, done.stdout + done.stderr
 
@@ -622,7 +700,7 @@ def imported():
 def main():
     chosen = sys.argv[sys.argv.index("--filter") + 1] if "--filter" in sys.argv else ""
     for part in (on_two_ranks, foreign_states,  # before this process starts MPI
-                 bad_arguments, closed_forms, changed_numbers, restored, removed_for_good, load_steps, breaking_turns, written_back, told_once, own_forces, implicit_forces, coupled, in_petsc, files, misuse, every_step, remembered, without_steps, observers, interrupted, side_by_side, failures, memory, pictures_and_tools, documented, imported):
+                 bad_arguments, closed_forms, changed_numbers, restored, removed_for_good, modes_where_it_stands, rests, load_steps, breaking_turns, written_back, told_once, own_forces, implicit_forces, coupled, in_petsc, files, misuse, every_step, remembered, without_steps, observers, interrupted, side_by_side, failures, memory, pictures_and_tools, documented, imported):
         if chosen in part.__name__:
             begin = time.time()
             part()

@@ -7,7 +7,7 @@ import hashlib
 import itertools
 import sys
 import weakref
-from typing import TYPE_CHECKING, Any, Dict, Mapping, Optional, Tuple
+from typing import TYPE_CHECKING, Any, Callable, Dict, Mapping, Optional, Tuple, TypeVar, cast
 
 import numpy as np
 
@@ -20,6 +20,8 @@ if TYPE_CHECKING:
 
     from ._core import LatticeArrays, Session
     from .lattice import Lattice
+
+Checked = TypeVar("Checked")
 
 _open: Dict[int, Any] = {}  # number: session. Calls are collective, also the end: on several ranks it must not depend on when garbage is collected
 _numbers = itertools.count()
@@ -48,6 +50,22 @@ def agreed(comm: Comm, some: bool) -> bool:
     """Collective. Whether it is so on some rank."""
     ranks = world(comm)
     return bool(some) if ranks.size == 1 else bool(ranks.allreduce(int(some)))
+
+
+def on_all(comm: Comm, check: Callable[[], Checked]) -> Checked:
+    """Collective. What `check` returns. Where it raises on some rank every rank raises, before a call that the others would wait in."""
+    ranks, found, raised = world(comm), None, None  # type: MPI.Comm, Optional[Checked], Optional[Exception]
+    try:
+        found = check()
+    except Exception as error:
+        raised = error
+    said = [raised and str(raised)] if ranks.size == 1 else ranks.allgather(raised and str(raised))
+    if raised is not None:
+        raise raised
+    for rank, one in enumerate(said):
+        if one is not None:
+            raise InputError(f"rank {rank}: {one}")
+    return cast(Checked, found)
 
 
 def started(comm: Comm) -> Tuple[Any, int]:

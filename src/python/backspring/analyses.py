@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any, Callable, Dict, Iterator, Optional, Tuple
 import numpy as np
 
 from . import errors, looks
-from ._library import agreed, end_session, new_session
+from ._library import agreed, end_session, new_session, on_all
 from .breaks import Events, broken_of, events_of
 from .errors import InputError
 from .kinds import Comm, Floats, GivenForces, Loads, Mask, Observables, Option, Settings, Shared
@@ -46,6 +46,7 @@ class Equilibrium:
         self.observables, self.fields, self.events = found["observables"], found["fields"], events_of(found["breaks"])
         self.load_factor, self.newton, self.krylov = found["load_factor"], found["newton"], found["krylov"]
         self.steps, self.rejected = found["steps"], found["rejected"]
+        self._standing = found["standing"]
 
     @property
     def x(self) -> Floats:
@@ -196,6 +197,8 @@ class _Watched:
         self._of, self._comm, self._observe, self._stop, self._shown = (net, settings, forces), comm, observe, stop, progress
         self.bar = Progress(progress, comm, 0.0, 1.0, "load")
         self._steps = self._newton = self._krylov = self._rejected = 0
+        self._raised: Optional[BaseException] = None
+        self._others = False
 
     def attach(self, session: Session) -> None:
         if self._shown or self._observe or self._stop:
@@ -207,22 +210,27 @@ class _Watched:
         self._steps, self._newton, self._krylov, self._rejected = step, self._newton + newton, self._krylov + krylov, self._rejected + rejected
         if not (self._observe or self._stop):
             return False
-        error, frame = session.frame()
-        errors.check(error)
         counts = {"load_factor": s, "newton": self._newton, "krylov": self._krylov, "steps": self._steps, "rejected": self._rejected}
-        raised: Optional[BaseException] = None
         said = False
+        error, frame = session.frame()
         try:
+            errors.check(error)
             state = Equilibrium(*self._of, {**frame, **counts})  # type: ignore[typeddict-item]
             if self._observe:
                 self._observe(s, state)
             said = self._stop is not None and bool(self._stop(s, state))
         except BaseException as one:
-            raised = one
-        ended = agreed(self._comm, raised is not None or said)
-        if raised:
-            raise raised
-        return ended
+            self._raised = one
+        wrong = agreed(self._comm, self._raised is not None)
+        self._others = wrong and self._raised is None
+        return wrong or agreed(self._comm, said)
+
+    def check(self) -> None:
+        """After the analysis, on all ranks: what this one's functions raised, or that those of another did."""
+        if self._raised is not None:
+            raise self._raised
+        if self._others:
+            raise errors.Stopped("another rank raised an exception in observe or stop")
 
 
 def _solve(net: Lattice, settings: Settings, comm: Comm, forces: Optional[GivenForces], analysis: Analysis,
@@ -234,6 +242,8 @@ def _solve(net: Lattice, settings: Settings, comm: Comm, forces: Optional[GivenF
             if watched:
                 watched.attach(session)
             error, found = analysis(session, settings)
+            if watched:
+                watched.check()
             errors.pass_on(session.warnings)
         finally:
             end_session(session, number)
@@ -246,15 +256,22 @@ def _solve(net: Lattice, settings: Settings, comm: Comm, forces: Optional[GivenF
 def _equilibrium(net: Lattice, settings: Settings, comm: Comm, forces: Optional[GivenForces], analysis: Analysis, progress: bool = False,
                  observe: Optional[Watch] = None, stop: Optional[Watch] = None) -> Tuple[Optional[Equilibrium], Found]:
     """The equilibrium that an analysis found, and all that it found."""
-    watched = _Watched(net, settings, forces, comm, progress, observe, stop)
+    watched = on_all(comm, lambda: _Watched(net, settings, forces, comm, progress, observe, stop))
     error, found = _solve(net, [("-bs_output_springs", "true")] + settings, comm, forces, analysis, watched)
     state = Equilibrium(net, settings, forces, found) if found["fields"] else None
     errors.check(error, lambda: state)
     return state, found
 
 
-def _loaded(earlier: Settings, loads: Optional[Loads], total: Shared, load_steps: int, options: Dict[str, Option]) -> Settings:
-    return joined(earlier, loads_of(loads, total) + settings_of({"bs_load_steps": whole("load_steps", load_steps)}) + settings_of(options))
+def _asked(net: Union[Lattice, Equilibrium], loads: Optional[Loads], total: Shared, load_steps: int, forces: Optional[GivenForces], comm: Comm,
+           options: Dict[str, Option]) -> Tuple[Lattice, Settings, Optional[GivenForces]]:
+    """Collective. The lattice, the settings and the forces of an analysis under loads."""
+    def checked() -> Tuple[Lattice, Settings, Optional[GivenForces]]:
+        lattice, earlier, own = _lattice_of(net, forces)
+        later = loads_of(loads, total) + settings_of({"bs_load_steps": whole("load_steps", load_steps)}) + settings_of(options)
+        return lattice, joined(earlier, later), own
+
+    return on_all(comm, checked)
 
 
 def statics(net: Union[Lattice, Equilibrium], loads: Optional[Loads] = None, *, load_steps: int = 1, total: Shared = False, forces: Optional[GivenForces] = None,
@@ -269,8 +286,7 @@ def statics(net: Union[Lattice, Equilibrium], loads: Optional[Loads] = None, *, 
     bs_motion_top="y=velocity:0.1".
     Raises InputError, and ConvergenceError whose state is the last equilibrium on the way.
     """
-    lattice, earlier, forces = _lattice_of(net, forces)
-    settings = _loaded(earlier, loads, total, load_steps, options)
+    lattice, settings, forces = _asked(net, loads, total, load_steps, forces, comm, options)
     state = _equilibrium(lattice, settings, comm, forces, lambda session, more: session.statics(more), progress, observe, stop)[0]
     assert state is not None
     return state
@@ -279,18 +295,22 @@ def statics(net: Union[Lattice, Equilibrium], loads: Optional[Loads] = None, *, 
 def moduli(net: Union[Lattice, Equilibrium], loads: Optional[Loads] = None, *, load_steps: int = 1, total: Shared = False, forces: Optional[GivenForces] = None,
            progress: bool = False, comm: Comm = None, **options: Option) -> Moduli:
     """The stiffness of a periodic lattice at its equilibrium [N/m^(d-1)]; arguments as of statics."""
-    lattice, earlier, forces = _lattice_of(net, forces)
-    settings = _loaded(earlier, loads, total, load_steps, options)
+    lattice, settings, forces = _asked(net, loads, total, load_steps, forces, comm, options)
     state, found = _equilibrium(lattice, settings, comm, forces, lambda session, more: session.moduli(more), progress)
     return Moduli(found, state)
 
 
 def modes(net: Union[Lattice, Equilibrium], count: int = 6, *, forces: Optional[GivenForces] = None, comm: Comm = None, **options: Option) -> Modes:
-    """The `count` lowest free vibrations: of a lattice about its start, of an equilibrium about it (which is solved for again). forces, comm, options as of
-    statics."""
-    lattice, settings, forces = _lattice_of(net, forces)
-    about = [("-bs_modes_about", "equilibrium")] if isinstance(net, Equilibrium) else []
-    settings = joined(settings, about + settings_of(options))
-    error, found = _solve(lattice, settings, comm, forces, lambda session, more: session.modes(whole("count", count), more))
+    """The `count` lowest free vibrations: of a lattice about its start, of an equilibrium about it as it stands, under the loads of its load factor. forces,
+    comm, options as of statics."""
+    def checked() -> Tuple[int, Lattice, Settings, Optional[GivenForces]]:
+        lattice, earlier, own = _lattice_of(net, forces)
+        about = [("-bs_modes_about", "equilibrium")] if isinstance(net, Equilibrium) else []
+        earlier = [one for one in earlier if one[0].startswith("-bs_")]  # the others are PETSc's, of solves that there are none of
+        return whole("count", count), lattice, joined(joined(earlier, about), settings_of(options)), own
+
+    wanted, lattice, settings, forces = on_all(comm, checked)
+    standing = net._standing if isinstance(net, Equilibrium) else None
+    error, found = _solve(lattice, settings, comm, forces, lambda session, more: session.modes(wanted, more, standing))
     errors.check(error)
     return Modes(found, lattice, net.x)

@@ -50,6 +50,9 @@ def array_of(name: str, value: Any, shape: Tuple[int, ...]) -> Floats:
     array = real_array(name, value)
     if array.shape != shape:
         raise InputError(f"{name} has the shape {array.shape}: give {shape}")
+    bad = np.argwhere(~np.isfinite(array))
+    if len(bad):
+        raise InputError(f"{name}, row {bad[0][0]}: {array[bad[0][0]]} is not finite")
     return array
 
 

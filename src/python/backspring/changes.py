@@ -3,17 +3,17 @@
 from __future__ import annotations
 
 import copy
-from typing import TYPE_CHECKING, Any, Optional, Type, Union
+from typing import TYPE_CHECKING, Any, Dict, Optional, Tuple, Type, Union
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from . import errors
-from ._library import end_session, new_session, require_same
-from .analyses import Equilibrium, _lattice_of, _loaded
+from ._library import end_session, new_session, on_all, require_same
+from .analyses import Equilibrium, _asked
 from .arguments import mask_of, numbers_in
 from .errors import InputError
-from .kinds import Comm, GivenForces, Loads, Option, Shared
+from .kinds import Comm, Floats, GivenForces, Loads, Option, Shared, Whole
 from .lattice import Lattice
 
 if TYPE_CHECKING:
@@ -22,13 +22,18 @@ if TYPE_CHECKING:
 
 def change(session: Session, lattice: Lattice, comm: Comm, remove: ArrayLike, numbers: Any) -> Lattice:
     """The lattice as it is after numbers of its springs or particles were given anew to `session`. Raises InputError, and then none is changed."""
-    springs, gone = len(lattice.pairs), np.flatnonzero(mask_of("remove", remove, len(lattice.pairs)))
     names = ("stiffness", "rest_length", "damping", "mass", *lattice.spring_columns)
-    for name in numbers:
-        if name not in names:
-            raise InputError(f"{name!r} cannot be changed: give {', '.join(names)} or remove")
-    order = sorted(numbers, key=lambda name: bool(name == "rest_length"))  # last: what is the initial distance could not be given back
-    given = {name: numbers_in(name, numbers[name], len(lattice) if name == "mass" else springs) for name in order}
+
+    def checked() -> Tuple[Whole, Dict[str, Floats]]:
+        springs = len(lattice.pairs)
+        for name in numbers:
+            if name not in names:
+                raise InputError(f"{name!r} cannot be changed: give {', '.join(names)} or remove")
+        order = sorted(numbers, key=lambda name: bool(name == "rest_length"))  # last: what is the initial distance could not be given back
+        given = {name: numbers_in(name, numbers[name], len(lattice) if name == "mass" else springs) for name in order}
+        return np.flatnonzero(mask_of("remove", remove, springs)), given
+
+    gone, given = on_all(comm, checked)
     require_same(comm, {"remove": gone, **given})
     was = {name: session.numbers(name) for name in given}
     for done, (name, values) in enumerate(given.items()):
@@ -69,8 +74,7 @@ class Statics:
     def __init__(self, net: Union[Lattice, Equilibrium], loads: Optional[Loads] = None, *, load_steps: int = 1, total: Shared = False,
                  forces: Optional[GivenForces] = None, comm: Comm = None, **options: Option) -> None:
         self._number: Optional[int] = None
-        self.lattice, earlier, self._forces = _lattice_of(net, forces)
-        self._settings = _loaded(earlier, loads, total, load_steps, options)
+        self.lattice, self._settings, self._forces = _asked(net, loads, total, load_steps, forces, comm, options)
         self._all = [("-bs_output_springs", "true")] + self._settings
         self._comm, self._stands, self._warned = comm, False, 0
         self._session, self._number = new_session(comm, self.lattice, [], self._forces, self._all)

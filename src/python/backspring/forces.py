@@ -51,6 +51,16 @@ def _with_rows(function: Callable[..., Any], count: int) -> Callable[..., Any]:
     return lambda *arguments: function(*arguments[:-1])
 
 
+def held_at(forces: GivenForces, t: float) -> Forces:
+    """Forces as they are at the time t, whatever the time is."""
+    own = forces if isinstance(forces, Forces) else Forces(forces)
+    force: Any = _with_rows(own.force, 3)
+    tangent: Any = own.tangent and _with_rows(own.tangent, 3)
+    energy: Any = own.energy and _with_rows(own.energy, 2)
+    return Forces(lambda _, x, v, rows: force(t, x, v, rows), tangent=tangent and (lambda _, x, v, rows: tangent(t, x, v, rows)),
+                  energy=energy and (lambda _, x, rows: energy(t, x, rows)))
+
+
 def _shaped(name: str, found: Any, shape: Tuple[int, ...]) -> Floats:
     """Numbers of that shape, or of the shape for each of the particles."""
     numbers = np.asarray(found, dtype=float)

@@ -72,6 +72,11 @@ class Frame:
         self._v = value
 
     @property
+    def rows(self) -> slice:
+        """The rows of this rank, of those of all particles."""
+        return self._simulation.rows
+
+    @property
     def forces(self) -> Floats:
         """(N, d) [N], as long as the motion has not gone on."""
         return self._still().forces

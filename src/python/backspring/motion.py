@@ -9,14 +9,15 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from . import errors
-from ._library import agreed, end_session, new_session, require_same, world
-from .analyses import Equilibrium
+from ._library import agreed, end_session, new_session, on_all, require_same, world
+from .analyses import Equilibrium, _lattice_of
 from .arguments import array_of
 from .breaks import Events
 from .changes import change, numbered
 from .errors import InputError
+from .forces import held_at
 from .frames import Frame
-from .kinds import Comm, Floats, GivenForces, Loads, Mask, Observables, Option, Shared
+from .kinds import Comm, Floats, GivenForces, Loads, Mask, Observables, Option, Settings, Shared
 from .lattice import Lattice
 from .options import joined, loads_of, settings_of, whole
 from .progress import Progress
@@ -27,6 +28,22 @@ if TYPE_CHECKING:
 Observe = Callable[[float, Frame], Any]
 Path = Union[str, os.PathLike[str]]
 Found = TypeVar("Found")
+
+
+def _start_of(net: Union[Lattice, Equilibrium], forces: Optional[GivenForces]) -> Tuple[Lattice, Settings, Optional[GivenForces]]:
+    """Where a motion begins, and the settings and forces that go with it: of an equilibrium without those by which it was found."""
+    lattice, settings, own = _lattice_of(net, forces)
+    if not isinstance(net, Equilibrium):
+        return lattice, settings, own
+    if forces is None and own is not None:
+        own = held_at(own, 1.0)
+    if abs(net.load_factor - 1) > 1e-9:
+        raise InputError(f"the equilibrium stands at the load factor {net.load_factor:g}, and a motion has all loads in full: give one under the full loads, or "
+                         "eq.lattice.replace(x=eq.x) and the loads of the motion")
+    rest = lattice.rest_length if lattice.rest_length is not None else lattice.lengths()
+    found_by = ("-bs_load_", "-bs_arc_", "-bs_step_", "-bs_stop_", "-bs_stability_", "-bs_equilibria", "-bs_compliance_", "-bs_zero_modes_", "-bs_box_stress_",
+                "-bs_break_dt", "-bs_break_follow", "-bs_break_max_steps", "-bs_break_output_interval")
+    return lattice.replace(x=net.x, rest_length=rest), [one for one in settings if one[0].startswith("-bs_") and not one[0].startswith(found_by)], own
 
 
 class Simulation:
@@ -46,20 +63,24 @@ class Simulation:
                  forces: Optional[GivenForces] = None, observe: Optional[Observe] = None, stop: Optional[Observe] = None, comm: Comm = None,
                  **options: Option) -> None:
         self._number: Optional[int] = None
-        if isinstance(net, Equilibrium):
-            net = net.lattice.replace(x=net.x, rest_length=net.lattice.rest_length if net.lattice.rest_length is not None else net.lattice.lengths())
-        if not isinstance(net, Lattice):
-            raise InputError(f"give a backspring.Lattice or an Equilibrium, not {type(net).__name__}")
-        for name, one in (("observe", observe), ("stop", stop)):
-            if one is not None and not callable(one):
-                raise InputError(f"{name}: {one!r} is no function of t and a frame")
-        self.lattice, self.stopped = net, False
+        self._comm = world(comm)
+        broken = np.flatnonzero(net.broken if isinstance(net, Equilibrium) else ())
+
+        def checked() -> Tuple[Lattice, Settings, Optional[GivenForces]]:
+            for name, one in (("observe", observe), ("stop", stop)):
+                if one is not None and not callable(one):
+                    raise InputError(f"{name}: {one!r} is no function of t and a frame")
+            lattice, earlier, own = _start_of(net, forces)
+            return lattice, joined(earlier, loads_of(loads, total) + settings_of({"ts_dt": dt}) + settings_of(options)), own
+
+        lattice, settings, forces = on_all(comm, checked)
+        self.lattice, self.stopped = lattice, False
         self._observe, self._stop, self._on_step = observe, stop, None  # type: Optional[Observe], Optional[Observe], Optional[Callable[..., Any]]
         self._bar: Optional[Progress] = None
         self._sets, self._warned, self._raised, self._others = 0, 0, None, False  # type: int, int, Optional[BaseException], bool
-        settings = joined([], loads_of(loads, total) + settings_of({"ts_dt": dt}) + settings_of(options))
-        self._comm = world(comm)
-        self._session, self._number = new_session(comm, net, settings, forces)
+        self._session, self._number = new_session(comm, lattice, settings, forces)
+        if len(broken):
+            self.lattice = change(self._session, lattice, self._comm, broken, {})
         self._done(self._session.prepare())
         self._attach()
 
@@ -178,7 +199,8 @@ class Simulation:
         """position [m] or velocity [m/s]: (N, d) of all particles, or of this rank's rows, from which the method starts anew."""
         if what not in ("position", "velocity"):
             raise InputError(f"{what!r}: give position or velocity")
-        values = array_of(what, numbers, (len(self.lattice) if whole else self.rows.stop - self.rows.start, self.lattice.dim))
+        rows = len(self.lattice) if whole else self.rows.stop - self.rows.start
+        values = on_all(self._comm, lambda: array_of(what, numbers, (rows, self.lattice.dim)))
         self._done(self._session.set_rows(what, values[self.rows] if whole else values))
         self._sets += 1
 
@@ -196,7 +218,7 @@ class Simulation:
             raise InputError(f"there is no group {group!r}: name one of {', '.join(self.lattice.groups) or 'those that the lattice is given'}")
         members = np.flatnonzero(self.lattice.groups[group])
         every = np.array(self.lattice.x, dtype=float)
-        every[members] = array_of(f"the array of places of {group}", places, (len(members), self.lattice.dim))
+        every[members] = on_all(self._comm, lambda: array_of(f"the array of places of {group}", places, (len(members), self.lattice.dim)))
         self._done(self._session.drive(group, float(t), every[self.rows]))
 
     def save(self) -> State:

@@ -76,4 +76,23 @@ PetscErrorCode find_equilibrium(std::unique_ptr<Model> model, const RunOptions& 
   PetscFunctionReturn(code);
 }
 
+PetscErrorCode stand_again(std::unique_ptr<Model> model, const Standing& standing, FoundEquilibrium* out) {
+  RunOptions options;
+  StaticsSettings loads;
+  StaticSolver solver;
+  VecHandle y;
+  PetscFunctionBegin;
+  PetscCall(read_statics_settings(model->comm(), Analyses::none, &loads));
+  PetscCall(refuse_options_of_dynamics(model->comm()));
+  PetscCall(solver.create(std::move(model), loads, options));
+  Equilibrium& there = solver.equilibrium();
+  PetscCall(copy_into(&y, there.initial_state()));
+  PetscCall(stand_at(there, standing, y));
+  PetscCall(at_rest(y, out->y.out()));
+  PetscCall(there.observe(standing.time, out->y, &out->observables));  // which applies the loads of that factor
+  out->factor = standing.time;
+  out->model = solver.let_go();
+  PetscFunctionReturn(0);
+}
+
 }  // namespace bs

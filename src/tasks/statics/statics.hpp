@@ -42,6 +42,9 @@ struct FoundEquilibrium {
 /// the same.
 PetscErrorCode find_equilibrium(std::unique_ptr<Model> model, const RunOptions& options, FoundEquilibrium* out, int* exit_code);
 
+/// Collective. The equilibrium from which a result of statics was read, of a model that is made of the same input, without looking for it.
+PetscErrorCode stand_again(std::unique_ptr<Model> model, const Standing& standing, FoundEquilibrium* out);
+
 // The settings of statics, and options of other tasks that it refuses.
 
 struct StaticsSettings {
