@@ -93,8 +93,7 @@ PetscErrorCode RejectionWatch::name_failure(TS ts) {
   PetscCall(linear_solver_of(ts, nullptr, &pc));
   PetscCall(condensed_failure(pc, &failure));
   if (!failure.empty()) last_ = failure;
-  if (unprepared_)
-    last_ = "the linear solver, which has no preconditioner under -snes_mf, failed: give -snes_mf_operator, which keeps one, or leave it out";
+  if (unprepared_) last_ = "the linear solver failed, without a preconditioner under -snes_mf (-snes_mf_operator keeps one)";
   PetscCall(find_memory_lack(PetscObjectComm(reinterpret_cast<PetscObject>(ts)), pc, &lack_));
   if (lack_.yes) last_ = lack_.why();
   PetscFunctionReturn(0);
@@ -159,7 +158,6 @@ std::string RejectionWatch::advice() const {
   if (lack_.yes) return lack_.remedy();
   // a fault that has a name says itself what to do
   if (last_reason_ == DOMAIN_ERROR && last_ != REJECTION_REASONS[DOMAIN_ERROR].sentence) return "";
-  if (unprepared_ && last_reason_ == LINEAR) return "";
   if (unprepared_) return "-snes_mf solves the linear systems without a preconditioner: give -snes_mf_operator, which keeps one, or leave it out";
   return REJECTION_REASONS[last_reason_].advice;
 }
