@@ -72,7 +72,7 @@ def matrix_free(checks, folder):
     """A step that is cut since its linear solve has no preconditioner says in the summary what to give, also where the shorter steps go well."""
     run = checks.run({"options_file": "cubic_lattice", "snes_mf": True, "ts_max_steps": 2, "bs_output": None})
     said = [line for line in run.stdout.splitlines() if line.startswith("the last rejection:")]
-    checks.true("-snes_mf_operator is named", run.report["rejected_linear"] > 0 and len(said) == 1 and "give -snes_mf_operator" in said[0], run.stdout)
+    checks.true("-snes_mf_operator is named", run.report["rejected_linear"] > 0 and len(said) == 1 and "-snes_mf_operator" in said[0], run.stdout)
 
 
 def modes(checks, folder):
