@@ -227,7 +227,7 @@ class Simulation:
 
     def restore(self, state: State) -> None:
         """Goes on from what save() of this simulation, or of another one of the same lattice on as many ranks, has returned, as often as it is wanted; a method
-        of several steps starts anew."""
+        of several steps starts anew. Springs that broke since save() stay broken."""
         from . import _core
 
         if self.agreed(not isinstance(state, _core.State)):
