@@ -13,34 +13,37 @@ py::array table_of(FrameTable&& table) {
   return array_of(std::move(table.value), {rows, table.columns});
 }
 
-/// {"time": t, "state": [array], "memory": [array], "sums": {name: number}}: what a session may be given again, in this process or another.
-py::dict standing_of(Standing&& from) {
+py::dict parts_of(SavedState::Parts&& from) {
   py::dict all;
-  const auto parts = [&](const char* name, std::vector<std::vector<double>>&& some) {
-    py::list arrays;
-    for (std::vector<double>& one : some) {
-      const py::ssize_t size = static_cast<py::ssize_t>(one.size());
-      arrays.append(array_of(std::move(one), {size}));
-    }
-    all[name] = arrays;
-  };
+  for (auto& [name, rows] : from) {
+    const py::ssize_t size = static_cast<py::ssize_t>(rows.size());
+    all[py::str(name)] = array_of(std::move(rows), {size});
+  }
+  return all;
+}
+
+SavedState::Parts parts_from(const py::dict& all) {
+  SavedState::Parts to;
+  for (const auto& [name, rows] : all) to[name.cast<std::string>()] = vector_of(rows.cast<Numbers>());
+  return to;
+}
+
+/// {"time": t, "state": {name: array}, "memory": {name: array}, "sums": {name: number}}: what a session may be given again, in this process or
+/// another.
+py::dict state_of(SavedState&& from) {
+  py::dict all;
   all["time"] = from.time;
-  parts("state", std::move(from.state));
-  parts("memory", std::move(from.memory));
+  all["state"] = parts_of(std::move(from.state));
+  all["memory"] = parts_of(std::move(from.memory));
   all["sums"] = from.sums;
   return all;
 }
 
-Standing standing_from(const py::dict& all) {
-  Standing to;
-  to.time = all["time"].cast<double>();
-  for (const py::handle one : all["state"]) to.state.push_back(vector_of(one.cast<Numbers>()));
-  for (const py::handle one : all["memory"]) to.memory.push_back(vector_of(one.cast<Numbers>()));
-  to.sums = all["sums"].cast<std::map<std::string, double>>();
-  return to;
+SavedState state_from(const py::dict& all) {
+  return {all["time"].cast<double>(), true, parts_from(all["state"]), parts_from(all["memory"]), all["sums"].cast<std::map<std::string, double>>()};
 }
 
-/// {"time": t, "observables": {name: numbers}, "fields": {name: array}, "breaks": {name: array}, "standing": of equilibria}.
+/// {"time": t, "observables": {name: numbers}, "fields": {name: array}, "breaks": {name: array}, "state": of equilibria}.
 py::dict frame_of(FrameData&& frame) {
   py::dict observables, fields, breaks, all;
   for (Observable& one : frame.observables) {
@@ -55,7 +58,7 @@ py::dict frame_of(FrameData&& frame) {
   all["observables"] = observables;
   all["fields"] = fields;
   all["breaks"] = breaks;
-  all["standing"] = standing_of(std::move(frame.standing));
+  all["state"] = state_of(std::move(frame.state));
   return all;
 }
 
@@ -153,8 +156,8 @@ void bind_sessions(py::module_& m) {
           [](PythonSession& s, const std::vector<std::int64_t>& rows) { return as_python(s.call([&] { return s->remove_springs(rows); })); });
   one.def("moduli", [](PythonSession& s, const Settings& more) { return analysed(s, [&](Result* out) { return s->moduli(out, more); }); });
   one.def("modes", [](PythonSession& s, std::int64_t count, const Settings& more, const std::optional<py::dict>& about) {
-    const Standing standing = about ? standing_from(*about) : Standing{};
-    return analysed(s, [&](Result* out) { return s->modes(count, out, more, about ? &standing : nullptr); });
+    const SavedState state = about ? state_from(*about) : SavedState{};
+    return analysed(s, [&](Result* out) { return s->modes(count, out, more, about ? &state : nullptr); });
   });
   one.def("get", numbers_of);
   one.def("set_rows", [](PythonSession& s, const std::string& name, const Numbers& rows) {
@@ -171,6 +174,10 @@ void bind_sessions(py::module_& m) {
     return py::make_tuple(as_python(error), std::const_pointer_cast<Session::State>(state));
   });
   one.def("restore", [](PythonSession& s, const Session::State& state) { return as_python(s.call([&] { return s->restore(state); })); });
+  one.def("inherit", [](PythonSession& s, const py::dict& equilibrium) {
+    const SavedState state = state_from(equilibrium);
+    return as_python(s.call([&] { return s->inherit(state); }));
+  });
   one.def("stepper", [](PythonSession& s) {
     TS ts = nullptr;
     const Error error = s.call([&] { return s->stepper(&ts); }, true);

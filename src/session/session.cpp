@@ -117,7 +117,7 @@ Error Session::remove_springs(const std::vector<std::int64_t>& rows) {
   return call([&] { return impl_->remove_springs(rows); });
 }
 
-Error Session::modes(std::int64_t count, Result* out, const Settings& more, const Standing* about) {
+Error Session::modes(std::int64_t count, Result* out, const Settings& more, const SavedState* about) {
   Settings all = more;
   all.emplace_back("-bs_modes", std::to_string(count));
   return analyse(all, [&] { return impl_->modes(out, about); });
@@ -160,6 +160,10 @@ Error Session::save(std::shared_ptr<const State>* out) {
 
 Error Session::restore(const State& state) {
   return call([&] { return impl_->restore(state); });
+}
+
+Error Session::inherit(const SavedState& equilibrium) {
+  return call([&] { return impl_->inherit(equilibrium); });
 }
 
 Error Session::stepper(TS* ts) {

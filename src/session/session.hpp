@@ -15,6 +15,7 @@
 #include "lattice/lattice_arrays.hpp"
 #include "solvers/step_record.hpp"
 #include "systems/force_callback.hpp"
+#include "systems/saved_state.hpp"
 #include "tasks/result.hpp"
 
 namespace bs {
@@ -87,7 +88,7 @@ class Session {
   Error moduli(Result* out, const Settings& more = {});
   /// `about`: unless null, the equilibrium that a result of solve_statics() or follow() stands at, of a session of the same lattice and settings on
   /// any number of ranks: modes about it, which is not looked for again (-bs_modes_about equilibrium).
-  Error modes(std::int64_t count, Result* out, const Settings& more = {}, const Standing* about = nullptr);
+  Error modes(std::int64_t count, Result* out, const Settings& more = {}, const SavedState* about = nullptr);
 
   /// Local. Time [s] and number of steps of the last good state.
   double time() const;
@@ -120,14 +121,11 @@ class Session {
   /// All that the system is at the last good state: positions and velocities, histories of springs and what is broken, works so far, the time, where
   /// given motions are, numbers that were given and springs that were removed. The session goes on from it as after set_rows(): a method of several
   /// steps starts anew.
-  struct State {
-    double time = 0;
+  struct State : SavedState {
     std::int64_t steps = 0;
-    std::int64_t number = 0;                    ///< of the states that its session has saved
-    std::uint64_t made_of = 0;                  ///< fingerprint of the system as it was made
-    std::vector<std::vector<double>> y, shown;  ///< this rank's rows of the state, in the input's order; and with what is held where it is
-    std::vector<std::vector<double>> memory;    ///< of springs
-    std::map<std::string, double> sums;
+    std::int64_t number = 0;         ///< of the states that its session has saved
+    std::uint64_t made_of = 0;       ///< fingerprint of the system as it was made
+    SavedState::Parts shown;         ///< the state with what is held where it is
     NumberTable changed;             ///< numbers that were given since it was made
     std::set<std::int64_t> removed;  ///< springs
   };
@@ -135,6 +133,9 @@ class Session {
   /// `state`: of this session, or of another one of the same lattice and laws on as many ranks. Errors (Exit::input), and then nothing changes: it is
   /// none of these, or not the same on all ranks; settings that name files of the run.
   Error restore(const State& state);
+  /// Before the first step: the springs' histories and what is broken become those of an equilibrium of a session of the same lattice, on any number
+  /// of ranks, whose positions this one's lattice has; works and times begin anew.
+  Error inherit(const SavedState& equilibrium);
   /// PETSc's stepper of the motion, with its SNES, KSP, state and matrices, to be looked at between steps; borrowed, until the session ends or goes
   /// on from a state that is set or restored.
   Error stepper(TS* ts);

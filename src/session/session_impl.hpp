@@ -62,9 +62,10 @@ struct Session::Impl {
   PetscErrorCode save(State* out);
   PetscErrorCode check_state(const State& state);
   PetscErrorCode restore(const State& state);
+  PetscErrorCode inherit(const SavedState& equilibrium);
   PetscErrorCode restore_numbers(const State& state);
   PetscErrorCode checkpoint(const std::string& file);
-  PetscErrorCode modes(Result* out, const Standing* about);
+  PetscErrorCode modes(Result* out, const SavedState* about);
   PetscErrorCode solve_statics(Analyses analyses, Result* out);
   PetscErrorCode follow(Result* out);
   void drop_statics();

@@ -134,7 +134,7 @@ PetscErrorCode Session::Impl::remove_springs(const std::vector<std::int64_t>& ro
   PetscFunctionReturn(code);
 }
 
-/// Only those that differ: of a number that no one has changed since it is what it was made of.
+/// All that were ever changed, for springs that were broken until now have what they had when they broke.
 PetscErrorCode Session::Impl::restore_numbers(const State& state) {
   NumberTable then = original;
   PetscFunctionBegin;
@@ -142,7 +142,6 @@ PetscErrorCode Session::Impl::restore_numbers(const State& state) {
   for (const auto& [name, numbers] : state.changed) then[name] = numbers;
   for (const auto& [name, numbers] : then) {
     std::vector<double>* const column = changeable_numbers(given.get(), name);
-    if (*column == *numbers) continue;
     *column = *numbers;
     PetscCall(pass_on(name, *numbers));
   }

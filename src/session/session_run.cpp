@@ -212,7 +212,7 @@ PetscErrorCode Session::Impl::checkpoint(const std::string& file) {
 }
 
 /// The task on a model of its own, with its own table of options.
-PetscErrorCode Session::Impl::modes(Result* out, const Standing* about) {
+PetscErrorCode Session::Impl::modes(Result* out, const SavedState* about) {
   int exit_code = 0;
   std::unique_ptr<Model> fresh;
   PetscFunctionBegin;

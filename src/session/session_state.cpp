@@ -3,12 +3,14 @@
 #include <algorithm>
 #include <cmath>
 #include "base/collective.hpp"
+#include "base/context.hpp"
 #include "base/handle.hpp"
 #include "base/option_names.hpp"
 #include "base/text.hpp"
 #include "base/vec_array.hpp"
 #include "session/session_impl.hpp"
 #include "systems/mechanics.hpp"
+#include "systems/particles/spring_memory.hpp"
 
 namespace bs {
 
@@ -108,32 +110,6 @@ PetscErrorCode Session::Impl::drive(const std::string& group, double t, const st
   PetscFunctionReturn(0);
 }
 
-using PartRows = std::vector<std::vector<double>>;
-
-static PartRows rows_of(const std::vector<StatePart>& parts) {
-  PartRows all(parts.size());
-  for (std::size_t k = 0; k < parts.size(); ++k) {
-    const ReadArray a(parts[k].vec);
-    PetscInt size = 0;
-    (void)VecGetLocalSize(parts[k].vec, &size);
-    all[k].assign(a.data(), a.data() + size);
-  }
-  return all;
-}
-
-static void copy_to(const std::vector<StatePart>& parts, const PartRows& rows) {
-  for (std::size_t k = 0; k < parts.size(); ++k) copy_to(parts[k].vec, rows[k]);
-}
-
-static bool same_sizes(const std::vector<StatePart>& parts, const PartRows& rows) {
-  const auto same = [](const StatePart& part, const std::vector<double>& own) {
-    PetscInt size = 0;
-    (void)VecGetLocalSize(part.vec, &size);
-    return static_cast<std::size_t>(size) == own.size();
-  };
-  return parts.size() == rows.size() && std::equal(parts.begin(), parts.end(), rows.begin(), same);
-}
-
 PetscErrorCode Session::Impl::save(State* out) {
   Vec y;
   VecHandle shown;
@@ -141,38 +117,30 @@ PetscErrorCode Session::Impl::save(State* out) {
   PetscFunctionBegin;
   PetscCall(begin());
   PetscCall(run->state_vector(&y));
-  out->time = run->time();
   out->steps = steps_so_far();
   out->number = ++saved;
   out->made_of = made_of;
   out->changed = changed;
   out->removed = removed;
-  PetscCall(model->gather_state(y, &parts));
-  out->y = rows_of(parts);
-  if (model->mechanics()) {
-    PetscCall(copy_into(&shown, y));
-    PetscCall(model->mechanics()->place_held(out->time, shown));
-    PetscCall(model->gather_state(shown, &parts));
-    out->shown = rows_of(parts);
-  }
-  PetscCall(model->gather_memory(&parts));
-  out->memory = rows_of(parts);
-  model->save_sums(&out->sums);
+  PetscCall(read_state(*model, run->time(), y, false, out));
+  if (!model->mechanics()) PetscFunctionReturn(0);
+  PetscCall(copy_into(&shown, y));
+  PetscCall(model->mechanics()->place_held(out->time, shown));
+  PetscCall(model->gather_state(shown, &parts));
+  PetscCall(read_parts(comm, parts, false, &out->shown));
   PetscFunctionReturn(0);
 }
 
 /// Whether it is one of this system on these ranks, and the same one on all.
 PetscErrorCode Session::Impl::check_state(const State& state) {
   Error error;
-  std::vector<StatePart> parts;
+  bool fitting = false;
   std::int64_t most[2] = {state.number, -state.number};
   PetscFunctionBegin;
-  PetscCall(model->gather_state(model->initial_state(), &parts));
-  bool fits = state.made_of == made_of && same_sizes(parts, state.y) && state.shown.empty() == (model->mechanics() == nullptr);
-  PetscCall(model->gather_memory(&parts));
-  fits = fits && same_sizes(parts, state.memory);
+  PetscCall(fits(*model, state, &fitting));
+  fitting = fitting && state.made_of == made_of && state.shown.empty() == (model->mechanics() == nullptr);
   PetscCall(max_over_ranks(comm, most, 2));
-  if (!fits)
+  if (!fitting)
     error.note(0, "the state is of another lattice, of other laws or of another number of ranks: give one that was saved of the same lattice");
   else if (most[0] != -most[1])
     error.note(0, "the states that the ranks give are not of one moment: give on every rank what one save() has returned");
@@ -180,6 +148,7 @@ PetscErrorCode Session::Impl::check_state(const State& state) {
   PetscFunctionReturn(0);
 }
 
+/// What is broken is brought back before numbers are, which whole springs alone are given.
 PetscErrorCode Session::Impl::restore(const State& state) {
   VecHandle shown;
   std::vector<StatePart> parts;
@@ -188,22 +157,30 @@ PetscErrorCode Session::Impl::restore(const State& state) {
   PetscCall(refuse_files());
   PetscCall(check_state(state));
   PetscCall(VecDuplicate(model->initial_state(), given_state.out()));
-  PetscCall(model->gather_state(model->initial_state(), &parts));  // for their vectors, as below
-  copy_to(parts, state.y);
-  PetscCall(model->scatter_state(given_state));
   PetscCall(start_anew(state.time, state.steps));
+  PetscCall(put_state(*model, state, given_state));
   PetscCall(restore_numbers(state));
-  PetscCall(model->gather_memory(&parts));
-  copy_to(parts, state.memory);
-  if (!parts.empty()) PetscCall(model->scatter_memory());
-  model->restore_sums(state.sums);
-  if (!state.shown.empty()) {
-    PetscCall(VecDuplicate(given_state, shown.out()));
-    PetscCall(model->gather_state(given_state, &parts));
-    copy_to(parts, state.shown);
-    PetscCall(model->scatter_state(shown));
-    PetscCall(model->mechanics()->give_motion("", state.time, state.time, shown));
-  }
+  if (state.shown.empty()) PetscFunctionReturn(0);
+  PetscCall(VecDuplicate(given_state, shown.out()));
+  PetscCall(model->gather_state(given_state, &parts));  // for their vectors
+  PetscCall(put_parts(comm, state.shown, false, parts));
+  PetscCall(model->scatter_state(shown));
+  PetscCall(model->mechanics()->give_motion("", state.time, state.time, shown));
+  PetscFunctionReturn(0);
+}
+
+PetscErrorCode Session::Impl::inherit(const SavedState& equilibrium) {
+  PetscFunctionBegin;
+  if (run || given_state) PetscCall(fail(comm, Exit::input, "an equilibrium is inherited before the first step alone"));
+  held_by<HistoriesFromOutside>(comm).any = true;
+  PetscCall(open());
+  PetscCall(put_memory(*model, equilibrium));
+  std::map<std::string, double> sums = equilibrium.sums;
+  for (const auto& [name, sum] : equilibrium.sums)
+    if (name.rfind("breaking/", 0) != 0 || name == "breaking/motion" || name == "breaking/motion_steps" || name == "breaking/last" ||
+        name == "breaking/running")
+      sums.erase(name);
+  model->restore_sums(sums);
   PetscFunctionReturn(0);
 }
 

@@ -4,7 +4,7 @@
 #include <vector>
 #include "base/vec_array.hpp"
 #include "systems/layout.hpp"
-#include "systems/standing.hpp"
+#include "systems/saved_state.hpp"
 #include "systems/system.hpp"
 
 namespace bs {
@@ -26,7 +26,7 @@ struct FrameData {
   std::vector<Observable> observables;
   std::vector<FrameTable> tables;
   std::vector<FrameTable> breaks;  ///< what broke so far, by the columns of /events/broken; empty where nothing did
-  Standing standing;               ///< of equilibria
+  SavedState state;                ///< of equilibria, whole
   /// Null: there is none of that name.
   const Observable* observable(const std::string& name) const;
   const FrameTable* table(const std::string& name) const;

@@ -190,7 +190,7 @@ PetscErrorCode run_modes(std::unique_ptr<Model> model, Result* result, int* exit
   return run_modes_about(std::move(model), nullptr, result, exit_code);
 }
 
-PetscErrorCode run_modes_about(std::unique_ptr<Model> model, const Standing* standing, Result* result, int* exit_code) {
+PetscErrorCode run_modes_about(std::unique_ptr<Model> model, const SavedState* equilibrium, Result* result, int* exit_code) {
   RunOptions options;
   OutputLocks locks;  // given up when the files are closed
   PetscFunctionBegin;
@@ -209,7 +209,7 @@ PetscErrorCode run_modes_about(std::unique_ptr<Model> model, const Standing* sta
   if (about == 1) {
     FoundEquilibrium found;
     const PetscErrorCode code =
-        standing ? stand_again(std::move(model), *standing, &found) : find_equilibrium(std::move(model), options, &found, exit_code);
+        equilibrium ? return_to_equilibrium(std::move(model), *equilibrium, &found) : find_equilibrium(std::move(model), options, &found, exit_code);
     if (code != 0 || *exit_code != 0) {
       if (!found.y) PetscFunctionReturn(code);
       ModesRun run(*found.model, options, request, found.factor, found.y);
@@ -218,7 +218,7 @@ PetscErrorCode run_modes_about(std::unique_ptr<Model> model, const Standing* sta
     }
     there = std::move(found.model);
     y = std::move(found.y);
-    time = standing ? standing->time : 1;
+    time = equilibrium ? equilibrium->time : 1;
   } else {
     PetscCall(refuse_box_stress(*model, "-bs_modes_about start"));
     there = std::move(model);

@@ -21,8 +21,8 @@ PetscErrorCode read_mode_options(MPI_Comm comm);
 /// `result`: unless null, omega^2 and what is known of it.
 PetscErrorCode run_modes(std::unique_ptr<Model> model, Result* result, int* exit_code);
 
-/// Collective. The same; `standing`: unless null, the equilibrium of -bs_modes_about equilibrium, which is not looked for.
-PetscErrorCode run_modes_about(std::unique_ptr<Model> model, const Standing* standing, Result* result, int* exit_code);
+/// Collective. The same; `about`: unless null, the equilibrium of -bs_modes_about equilibrium, which is not looked for.
+PetscErrorCode run_modes_about(std::unique_ptr<Model> model, const SavedState* about, Result* result, int* exit_code);
 
 class ModesRun {
  public:

@@ -46,7 +46,7 @@ class Equilibrium:
         self.observables, self.fields, self.events = found["observables"], found["fields"], events_of(found["breaks"])
         self.load_factor, self.newton, self.krylov = found["load_factor"], found["newton"], found["krylov"]
         self.steps, self.rejected = found["steps"], found["rejected"]
-        self._standing = found["standing"]
+        self._state = found["state"]
 
     @property
     def x(self) -> Floats:
@@ -310,7 +310,7 @@ def modes(net: Union[Lattice, Equilibrium], count: int = 6, *, forces: Optional[
         return whole("count", count), lattice, joined(joined(earlier, about), settings_of(options)), own
 
     wanted, lattice, settings, forces = on_all(comm, checked)
-    standing = net._standing if isinstance(net, Equilibrium) else None
-    error, found = _solve(lattice, settings, comm, forces, lambda session, more: session.modes(wanted, more, standing))
+    state = net._state if isinstance(net, Equilibrium) else None
+    error, found = _solve(lattice, settings, comm, forces, lambda session, more: session.modes(wanted, more, state))
     errors.check(error)
     return Modes(found, lattice, net.x)

@@ -64,7 +64,6 @@ class Simulation:
                  **options: Option) -> None:
         self._number: Optional[int] = None
         self._comm = world(comm)
-        broken = np.flatnonzero(net.broken if isinstance(net, Equilibrium) else ())
 
         def checked() -> Tuple[Lattice, Settings, Optional[GivenForces]]:
             for name, one in (("observe", observe), ("stop", stop)):
@@ -79,9 +78,7 @@ class Simulation:
         self._bar: Optional[Progress] = None
         self._sets, self._warned, self._raised, self._others = 0, 0, None, False  # type: int, int, Optional[BaseException], bool
         self._session, self._number = new_session(comm, lattice, settings, forces)
-        if len(broken):
-            self.lattice = change(self._session, lattice, self._comm, broken, {})
-        self._done(self._session.prepare())
+        self._done(self._session.inherit(net._state) if isinstance(net, Equilibrium) else self._session.prepare())
         self._attach()
 
     @classmethod
@@ -227,7 +224,7 @@ class Simulation:
 
     def restore(self, state: State) -> None:
         """Goes on from what save() of this simulation, or of another one of the same lattice on as many ranks, has returned, as often as it is wanted; a method
-        of several steps starts anew. Springs that broke since save() stay broken."""
+        of several steps starts anew. Springs that broke since are whole again."""
         from . import _core
 
         if self.agreed(not isinstance(state, _core.State)):

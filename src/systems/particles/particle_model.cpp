@@ -1,4 +1,5 @@
 #include "systems/particles/particle_model.hpp"
+#include "base/context.hpp"
 #include "base/error.hpp"
 #include "base/log_event.hpp"
 #include "base/memory.hpp"
@@ -173,7 +174,7 @@ PetscErrorCode ParticleModel::commit_start() {
   PetscReal start = 0;
   PetscFunctionBegin;
   if (!terms_->remembers()) PetscFunctionReturn(0);
-  const bool continued = is_given("-bs_restart");
+  const bool continued = is_given("-bs_restart") || held_by<HistoriesFromOutside>(net_.comm).any;
   PetscCall(terms_->dissipated(&before));
   PetscCall(state_.gather(0.0, y0_));
   PetscCall(PetscOptionsGetReal(nullptr, nullptr, "-ts_init_time", &start, nullptr));

@@ -89,6 +89,7 @@ class ParticleModel final : public Mechanics {
   void add_mass();
   PetscErrorCode check_laws() const;
   PetscErrorCode take_fingerprint(const Lattice& lattice, const std::vector<std::uint8_t>& fixed);
+  void springs_changed();
   PetscErrorCode note_numbers(const std::string& name, const std::vector<double>& all);
   PetscErrorCode create_state();
   PetscErrorCode commit_start();

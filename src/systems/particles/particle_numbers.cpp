@@ -52,10 +52,7 @@ PetscErrorCode ParticleModel::set_numbers(const std::string& name, const std::ve
     give_links(name, all, &net_.links);
   }
   PetscCall(note_numbers(name, all));
-  known_.vec = 0;
-  interior_.known = false;
-  rates_ = terms_->rates();
-  free_bodies_.springs_changed();
+  springs_changed();
   PetscFunctionReturn(0);
 }
 

@@ -32,6 +32,14 @@ PetscErrorCode ParticleModel::scatter_state(Vec y) {
   PetscFunctionReturn(0);
 }
 
+/// Numbers of springs or particles, or what is broken, are others than before: what was computed of them is known no longer.
+void ParticleModel::springs_changed() {
+  known_.vec = 0;
+  interior_.known = false;
+  rates_ = terms_->rates();
+  free_bodies_.springs_changed();
+}
+
 /// Histories are brought up to the state that was gathered, the end at time t of a step of length h.
 PetscErrorCode ParticleModel::commit(double t, double h) {
   PetscFunctionBegin;
@@ -105,7 +113,7 @@ PetscErrorCode ParticleModel::gather_memory(std::vector<StatePart>* parts) {
 PetscErrorCode ParticleModel::scatter_memory() {
   PetscFunctionBegin;
   PetscCall(terms_->recall());
-  free_bodies_.springs_changed();
+  springs_changed();
   PetscFunctionReturn(0);
 }
 

@@ -91,7 +91,7 @@ PetscErrorCode StaticSolver::frame(FrameData* out) {
   PetscCall(equilibrium_->observe(out->time, y, &out->observables));
   PetscCall(read_tables(*equilibrium_, out->time, y, &out->tables));
   PetscCall(read_breaks(*equilibrium_, &out->breaks));
-  PetscCall(read_standing(*equilibrium_, equilibrium_->factor(out->time), y, &out->standing));
+  PetscCall(read_state(*equilibrium_, equilibrium_->factor(out->time), y, true, &out->state));
   PetscFunctionReturn(0);
 }
 
@@ -107,7 +107,7 @@ PetscErrorCode StaticSolver::copy_to(Result* out) {
   out->frame.observables = found_.observables;
   PetscCall(read_tables(*equilibrium_, found_.factor, last_, &out->frame.tables));
   PetscCall(read_breaks(*equilibrium_, &out->frame.breaks));
-  PetscCall(read_standing(*equilibrium_, out->load_factor, last_, &out->frame.standing));
+  PetscCall(read_state(*equilibrium_, out->load_factor, last_, true, &out->frame.state));
   if (found_.outcome == "ok" && end_ && end_->moduli.wanted()) end_->moduli.copy_results(out);
   PetscFunctionReturn(0);
 }

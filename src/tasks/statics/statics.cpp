@@ -76,7 +76,7 @@ PetscErrorCode find_equilibrium(std::unique_ptr<Model> model, const RunOptions& 
   PetscFunctionReturn(code);
 }
 
-PetscErrorCode stand_again(std::unique_ptr<Model> model, const Standing& standing, FoundEquilibrium* out) {
+PetscErrorCode return_to_equilibrium(std::unique_ptr<Model> model, const SavedState& found, FoundEquilibrium* out) {
   RunOptions options;
   StaticsSettings loads;
   StaticSolver solver;
@@ -87,10 +87,10 @@ PetscErrorCode stand_again(std::unique_ptr<Model> model, const Standing& standin
   PetscCall(solver.create(std::move(model), loads, options));
   Equilibrium& there = solver.equilibrium();
   PetscCall(copy_into(&y, there.initial_state()));
-  PetscCall(stand_at(there, standing, y));
+  PetscCall(put_state(there, found, y));
   PetscCall(at_rest(y, out->y.out()));
-  PetscCall(there.observe(standing.time, out->y, &out->observables));  // which applies the loads of that factor
-  out->factor = standing.time;
+  PetscCall(there.observe(found.time, out->y, &out->observables));  // which applies the loads of that factor
+  out->factor = found.time;
   out->model = solver.let_go();
   PetscFunctionReturn(0);
 }

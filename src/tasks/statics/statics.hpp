@@ -42,8 +42,8 @@ struct FoundEquilibrium {
 /// the same.
 PetscErrorCode find_equilibrium(std::unique_ptr<Model> model, const RunOptions& options, FoundEquilibrium* out, int* exit_code);
 
-/// Collective. The equilibrium from which a result of statics was read, of a model that is made of the same input, without looking for it.
-PetscErrorCode stand_again(std::unique_ptr<Model> model, const Standing& standing, FoundEquilibrium* out);
+/// Collective. The same of an equilibrium that a result of statics has, of a model that is made of the same input, without looking for it.
+PetscErrorCode return_to_equilibrium(std::unique_ptr<Model> model, const SavedState& found, FoundEquilibrium* out);
 
 // The settings of statics, and options of other tasks that it refuses.
 

@@ -59,6 +59,8 @@ class Breakable {
   /// As Breaks::mark() and Breaks::revert().
   virtual void mark() = 0;
   virtual void revert() = 0;
+  /// All are whole again but those that the lattice gave as broken, with the numbers that they had when they broke.
+  virtual void mend() = 0;
   /// Collective. 1 for every broken one, in the input's order; borrowed.
   virtual PetscErrorCode flags(Vec* out) = 0;
 };

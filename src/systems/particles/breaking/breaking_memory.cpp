@@ -125,6 +125,7 @@ PetscErrorCode Breaking::recall_kind(std::size_t kind) {
 PetscErrorCode Breaking::recall() {
   PetscFunctionBegin;
   list_.clear();
+  for (Breakable* kind : kinds_) kind->mend();
   for (std::size_t kind = 0; kind < kinds_.size(); ++kind) PetscCall(recall_kind(kind));
   std::sort(list_.begin(), list_.end(), [](const Broken& a, const Broken& b) { return a.number < b.number; });
   PetscFunctionReturn(0);

@@ -136,9 +136,10 @@ void InteractionBreaks::cut(std::int64_t row) {
   }
 }
 
-void InteractionBreaks::revert() {
-  for (const std::size_t k : cuts_) table_->broken[k] = 0;
-  cuts_.clear();
+/// Of places that were cut from that one on.
+void InteractionBreaks::mend_from(std::size_t cut) {
+  for (std::size_t k = cut; k < cuts_.size(); ++k) table_->broken[cuts_[k]] = 0;
+  cuts_.resize(cut);
 }
 
 PetscErrorCode InteractionBreaks::flags(Vec* out) {

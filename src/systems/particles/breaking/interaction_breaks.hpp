@@ -27,13 +27,15 @@ class InteractionBreaks final : public Breakable {
   void judge(const LocalState& state, std::vector<PastLimit>* found) const override;
   PetscErrorCode follow(const std::vector<std::int64_t>& springs, const LocalState& state, std::vector<PastLimit>* found) const override;
   void cut(std::int64_t row) override;
-  void mark() override { cuts_.clear(); }
-  void revert() override;
+  void mark() override { marked_ = cuts_.size(); }
+  void revert() override { mend_from(marked_); }
+  void mend() override { mend_from(0); }
   PetscErrorCode flags(Vec* out) override;
 
  private:
   PetscErrorCode give_limits(const Lattice& lattice, const BreakRules& rules, std::size_t kind);
   PetscErrorCode cut_given(const Lattice& lattice, const BreakRules& rules, std::size_t kind);
+  void mend_from(std::size_t cut);
   void find_sides(const InteractionSchema& schema);
   PetscErrorCode rows_along(const std::vector<std::int64_t>& springs, std::vector<std::int64_t>* rows) const;
   PastLimit past(std::size_t k, double excess, const TurnMeasures& m) const;
@@ -50,7 +52,8 @@ class InteractionBreaks final : public Breakable {
   std::vector<double> limit_[TURN_LIMITS];                  ///< of each judged one
   std::vector<std::int64_t> end_row_;                       ///< row of every local particle
   std::vector<std::pair<std::int64_t, std::size_t>> side_;  ///< rows of springs along sides, and the places they are sides of; empty: none matters
-  std::vector<std::size_t> cuts_;                           ///< places, since mark()
+  std::vector<std::size_t> cuts_;                           ///< places that were whole at the start
+  std::size_t marked_ = 0;                                  ///< cuts at mark()
   VecHandle flags_;
 };
 

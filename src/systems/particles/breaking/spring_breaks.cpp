@@ -56,14 +56,13 @@ void SpringBreaks::cut_link(PetscInt e) {
   Links& links = net_->links;
   const std::size_t at = static_cast<std::size_t>(e);
   if (links.broken[at]) return;
-  cuts_.push_back({e, links.stiffness[at], links.damping.empty() ? 0.0 : links.damping[at]});
+  const std::size_t count = links.law.empty() ? 0 : spring_laws()[links.law[at]].parameters.size();
+  double* const parameter = links.more.data() + at * static_cast<std::size_t>(links.width);
+  cuts_.push_back({e, links.stiffness[at], links.damping.empty() ? 0.0 : links.damping[at], {parameter, parameter + count}});
   links.broken[at] = 1;
   links.stiffness[at] = 0;
   if (!links.damping.empty()) links.damping[at] = 0;
-  if (!links.law.empty()) {
-    const std::size_t count = spring_laws()[links.law[at]].parameters.size();
-    std::fill_n(links.more.data() + at * static_cast<std::size_t>(links.width), count, 0.0);
-  }
+  std::fill_n(parameter, count, 0.0);
 }
 
 void SpringBreaks::cut(std::int64_t row) {
@@ -73,20 +72,27 @@ void SpringBreaks::cut(std::int64_t row) {
 }
 
 void SpringBreaks::mark() {
-  cuts_.clear();
+  marked_ = cuts_.size();
   marked_more_ = net_->links.more;
 }
 
 void SpringBreaks::revert() {
+  mend_from(marked_);
+  net_->links.more = marked_more_;
+}
+
+/// Of links that were cut from that one on.
+void SpringBreaks::mend_from(std::size_t cut) {
   Links& links = net_->links;
-  for (const Cut& was : cuts_) {
+  for (std::size_t k = cut; k < cuts_.size(); ++k) {
+    const Cut& was = cuts_[k];
     const std::size_t at = static_cast<std::size_t>(was.link);
     links.broken[at] = 0;
     links.stiffness[at] = was.stiffness;
     if (!links.damping.empty()) links.damping[at] = was.damping;
+    std::copy(was.parameters.begin(), was.parameters.end(), links.more.data() + at * static_cast<std::size_t>(links.width));
   }
-  cuts_.clear();
-  links.more = marked_more_;
+  cuts_.resize(cut);
 }
 
 PetscErrorCode SpringBreaks::flags(Vec* out) {

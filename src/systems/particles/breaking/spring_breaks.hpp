@@ -24,6 +24,7 @@ class SpringBreaks final : public Breakable {
   void cut(std::int64_t row) override;
   void mark() override;
   void revert() override;
+  void mend() override { mend_from(0); }
   PetscErrorCode flags(Vec* out) override;
 
  private:
@@ -34,12 +35,14 @@ class SpringBreaks final : public Breakable {
   struct Cut {
     PetscInt link;
     double stiffness, damping;
+    std::vector<double> parameters;  ///< of its law
   };
   PetscErrorCode give_limits(const Lattice& lattice);
   PetscErrorCode cut_notch();
   double limit(std::size_t k, int which) const;
   double excess_of(std::size_t k, const LinkMeasures& m) const;
   void cut_link(PetscInt link);
+  void mend_from(std::size_t cut);
 
   Network* net_ = nullptr;
   const PairForces* pairs_ = nullptr;
@@ -51,7 +54,8 @@ class SpringBreaks final : public Breakable {
   std::vector<double> column_[BREAK_LIMITS];  ///< of each judged spring; empty: rules_.limit
   std::vector<std::int64_t> end_row_;         ///< row of every local particle
   std::vector<std::pair<std::int64_t, PetscInt>> links_by_row_;
-  std::vector<Cut> cuts_;            ///< since mark()
+  std::vector<Cut> cuts_;            ///< of links that were whole at the start
+  std::size_t marked_ = 0;           ///< cuts at mark()
   std::vector<double> marked_more_;  ///< Links::more at mark(): parameters and histories, also of springs that stay whole
   VecHandle flags_;
 };

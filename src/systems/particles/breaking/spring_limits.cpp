@@ -22,6 +22,7 @@ PetscErrorCode SpringBreaks::create(Network& net, const Lattice& lattice, const 
   PetscCall(rows_with_ghosts(net, &end_row_));
   PetscCall(give_limits(lattice));
   if (rules_.notched) PetscCall(cut_notch());
+  cuts_.clear();  // these are broken for good
   PetscFunctionReturn(0);
 }
 
