@@ -3,7 +3,7 @@ import numpy as np
 from matplotlib.ticker import FixedLocator, MaxNLocator, NullLocator
 
 from figure_style import COLORS, DASHES, axis_label, finish, key, missing, moment, width
-from figures_motion import paths, phase, sources, state, states
+from figures_motion import paths, phase, sources, state, states, units_drawn
 from figures_steps import iterations, steps
 from figures_modes import bfactor, debye, dos, participation, spectrum
 from figures_networks import avalanches, nonaffine, nonaffine_field

@@ -120,45 +120,45 @@ def _ticks(ax, scene):
             axis.set_major_formatter(FuncFormatter(lambda v, _: f"{-v:.4g}" if v else "0"))
 
 
-def _in_units(series, columns):
-    """(words for the axis, whether the legend has to name units) of these columns: one unit is told on the axis, several in the legend."""
-    units = {series.units[k] for k in columns}
-    if len(units) > 1:
-        return "", True
-    unit = units.pop()
-    return axis_label({"V": "voltage", "A": "current", "K": "temperature"}.get(unit, ""), unit).strip(), False
+def _picked(run, kind, args):
+    """Columns of the states or sources of a linear system that are drawn: those asked for, else the first six."""
+    series = getattr(run, kind)
+    count = len(series.labels) if kind == "states" else int(np.prod(series.value.shape[1:]))
+    if kind == "sources" or not args.states:
+        return list(range(min(6, count)))
+    for name in args.states:
+        if name not in series.labels and not (name.isdigit() and int(name) < count):
+            raise run._error(f"no state '{name}'; there are {', '.join(series.labels[:12])}" + (" ..." if count > 12 else ""))
+    return [series.labels.index(name) if name in series.labels else int(name) for name in args.states]
 
 
-def _several(ax, run, series, columns, name):
-    """Labels of the panel of these columns, and of each in the legend."""
-    words, each = _in_units(series, columns)
-    for line, k in zip(ax.lines, columns):
-        line.set_label(axis_label(series.labels[k], series.units[k] if each else ""))
-    finish(ax, run, words or name)
+def units_drawn(run, kind, args):
+    """Units of what `states` or `sources` would draw of this run, which has a panel for each."""
+    series = getattr(run, kind)
+    return list(dict.fromkeys(series.units[k] for k in _picked(run, kind, args))) if series.value is not None else [""]
+
+
+def _lines(ax, runs, kind, args):
+    """Those of one unit, by that of the first run; the colour tells which."""
+    for i, run in enumerate(runs):
+        series = getattr(run, kind)
+        table = np.asarray(series.value).reshape(len(series.value), -1)
+        count = min(len(table), len(series.times), run.frames) if kind == "states" else min(len(table), len(series.times))
+        for k, (column, first) in enumerate(zip(_picked(run, kind, args), _picked(runs[0], kind, args))):
+            if getattr(runs[0], kind).units[first] == args.unit:
+                ax.plot(series.times[:count], table[:count, column], color=COLORS[k % len(COLORS)], ls=DASHES[i % len(DASHES)],
+                        label=series.labels[column] if i == 0 else None)
+    quantity = {"V": "voltage", "A": "current", "K": "temperature"}.get(args.unit, "")
+    finish(ax, runs[0], axis_label(quantity, args.unit).strip() or kind.rstrip("s"))
 
 
 def states(ax, runs, labels, args):
-    """States of a linear system over time."""
-    for i, run in enumerate(runs):
-        names = run.states.labels
-        for name in args.states or names[:6]:
-            if name not in names and not (name.isdigit() and int(name) < len(names)):
-                raise run._error(f"no state '{name}'; there are {', '.join(names[:12])}" + (" ..." if len(names) > 12 else ""))
-        picked = [names.index(s) if s in names else int(s) for s in args.states] if args.states else range(min(6, len(names)))
-        for k, column in enumerate(picked):
-            ax.plot(run.times, run.states.value[:run.frames, column], color=COLORS[k % len(COLORS)], ls=DASHES[i % len(DASHES)])
-        if i == 0:
-            first = list(picked)
-    _several(ax, runs[0], runs[0].states, first, "state")
+    """States of a linear system over time, of one unit."""
+    _lines(ax, runs, "states", args)
 
 
 def sources(ax, runs, labels, args):
-    """Sources of a linear system over time."""
-    series = runs[0].sources
-    if series.value is None:
+    """Sources of a linear system over time, of one unit; they are those of the first run."""
+    if runs[0].sources.value is None:
         return missing(ax, "sources")
-    table = np.asarray(series.value).reshape(len(series.value), -1)
-    count, columns = min(len(table), len(series.times)), range(min(6, table.shape[1]))
-    for k in columns:
-        ax.plot(series.times[:count], table[:count, k], color=COLORS[k % len(COLORS)])
-    _several(ax, runs[0], series, columns, "source")
+    _lines(ax, runs[:1], "sources", args)

@@ -71,13 +71,16 @@ def default_kinds(runs):
 
 
 def plan(kinds, runs, args):
-    """Panels as (kind, runs, labels, arguments); some kinds are drawn once for every run, a state for every frame asked for."""
+    """Panels as (kind, runs, labels, arguments); some kinds are drawn once for every run, a state for every frame asked for,
+    states and sources for every unit."""
     labels = run_labels(runs)
     panels = []
     for kind in kinds:
         if kind == "state":
             panels += [(kind, [run], [label], argparse.Namespace(**{**vars(args), "frame": frame}))
                        for run, label in zip(runs, labels) for frame in args.frames]
+        elif kind in ("states", "sources"):
+            panels += [(kind, runs, labels, argparse.Namespace(**{**vars(args), "unit": unit})) for unit in figures.units_drawn(runs[0], kind, args)]
         elif kind in figures.BY_RUN:
             panels += [(kind, [run], [label], args) for run, label in zip(runs, labels)]
         else:

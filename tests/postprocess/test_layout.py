@@ -181,7 +181,7 @@ class Layout(unittest.TestCase):
             f.create_group("parameters/options").attrs["bs_linear_type"] = "rlc"
             f["states/time"][...] *= 1e-3
         found = labels(self.figure(path, "--kind", "states"))
-        self.assertEqual(found, [("time $t$ [µs]", "state", ["v_out [V]", "i_L [A]", "v_in [V]"])])
+        self.assertEqual(found, [("time $t$ [µs]", "voltage [V]", ["v_out", "v_in"]), ("time $t$ [µs]", "current [A]", ["i_L"])])
         self.assertEqual(labels(self.figure(path, "--kind", "states", "--states", "v_out,v_in"))[0][1:], ("voltage [V]", ["v_out", "v_in"]))
         with h5py.File(path, "a") as f:
             f["states/units"] = np.array([b"kPa", b"kPa", b"kPa"])
