@@ -14,6 +14,7 @@ from program import environment
 import figures
 import structures
 import h5py
+from matplotlib import image
 
 WITH_COMMANDS = ("README.md", "options/README.md", "options/tutorial/README.md", "options/tutorial/structures.md", "meshes/README.md",
                  *(str(path.relative_to(REPO)) for path in sorted((REPO / "src/package/site").rglob("*.md")) if "```sh\n" in path.read_text()))
@@ -68,6 +69,18 @@ def links(checks):
         checks.true(f"{relative}: {len(targets)} links", not dead, f"{dead}" if dead else "")
 
 
+def pictures(checks, name, inside):
+    """Those of a document's own folder are what its commands have drawn."""
+    for picture in sorted(set(re.findall(r"!\[[^\]]*\]\((\w+\.png)\)", (REPO / name).read_text()))):
+        drawn = list(inside.rglob(picture))
+        checks.true(f"{name}: {picture} is drawn by a command", len(drawn) == 1)
+        if len(drawn) == 1:
+            shipped, now = (image.imread(path)[..., :3] for path in ((REPO / name).parent / picture, drawn[0]))
+            same = shipped.shape == now.shape
+            other = (abs(shipped - now).max(axis=-1) > 0.2).mean() if same else 1.0
+            checks.true(f"{name}: {picture} as it is drawn now", other < 3e-4, f"{other:.2%} of the points are others" if same else f"{shipped.shape}, {now.shape}")
+
+
 def numbers(checks, folder):
     """What the tutorial says of results, against a loop of its own and closed forms; and that a wrong figure is seen."""
     here = figures.Folder(folder)
@@ -91,6 +104,7 @@ def main():
                 printed = run_document(checks, name, folder)
                 inside = pathlib.Path(folder) / {"options/tutorial/README.md": "tutorial", "options/tutorial/structures.md": "structures"}.get(name, ".")
                 figures.check(checks, name, (REPO / name).read_text(), inside, printed)
+                pictures(checks, name, inside)
                 if name == "options/tutorial/README.md":
                     numbers(checks, inside)
                 if name == "options/tutorial/structures.md":
