@@ -53,6 +53,7 @@ PetscErrorCode ParticleModel::set_numbers(const std::string& name, const std::ve
   }
   PetscCall(note_numbers(name, all));
   springs_changed();
+  rates_ = terms_->rates();
   PetscFunctionReturn(0);
 }
 

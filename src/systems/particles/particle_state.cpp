@@ -36,7 +36,6 @@ PetscErrorCode ParticleModel::scatter_state(Vec y) {
 void ParticleModel::springs_changed() {
   known_.vec = 0;
   interior_.known = false;
-  rates_ = terms_->rates();
   free_bodies_.springs_changed();
 }
 
