@@ -178,11 +178,12 @@ void bind_sessions(py::module_& m) {
     const SavedState state = state_from(equilibrium);
     return as_python(s.call([&] { return s->inherit(state); }));
   });
-  one.def("stepper", [](PythonSession& s) {
-    TS ts = nullptr;
-    const Error error = s.call([&] { return s->stepper(&ts); }, true);
-    return py::make_tuple(as_python(error), error ? py::none() : as_petsc4py(ts));
-  });
+  for (const auto& [name, of] : {std::make_pair("stepper", &Session::stepper), std::make_pair("load_stepper", &Session::load_stepper)})
+    one.def(name, [of = of](PythonSession& s) {
+      TS ts = nullptr;
+      const Error error = s.call([&] { return ((*s.operator->()).*of)(&ts); }, true);
+      return py::make_tuple(as_python(error), error ? py::none() : as_petsc4py(ts));
+    });
   one.def("frame", [](PythonSession& s) {
     FrameData frame;
     const Error error = s.call([&] { return s->get_frame(&frame); }, true);

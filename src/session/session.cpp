@@ -175,6 +175,15 @@ Error Session::stepper(TS* ts) {
   });
 }
 
+Error Session::load_stepper(TS* ts) {
+  return call([&]() -> PetscErrorCode {
+    PetscFunctionBegin;
+    if (!impl_->statics) PetscCall(fail(impl_->comm, Exit::input, "there is no equilibrium whose solver could be looked at: solve for one first"));
+    *ts = impl_->statics->stepper();
+    PetscFunctionReturn(0);
+  });
+}
+
 Error Session::get_frame(FrameData* out) {
   if (!impl_->loading) return call([&] { return impl_->get_frame(out); });
   const Inside inside(impl_->comm, *impl_->analysis_options);

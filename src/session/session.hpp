@@ -139,6 +139,9 @@ class Session {
   /// PETSc's stepper of the motion, with its SNES, KSP, state and matrices, to be looked at between steps; borrowed, until the session ends or goes
   /// on from a state that is set or restored.
   Error stepper(TS* ts);
+  /// The same of the load steps by which solve_statics() or follow() found an equilibrium last; until the next analysis, and of none where there is no
+  /// equilibrium.
+  Error load_stepper(TS* ts);
   /// What a frame of a trajectory would hold now, whole on every rank: observables, and fields that the settings ask for (-bs_output_springs). Within
   /// an observer of load steps, of their equilibrium.
   Error get_frame(FrameData* out);

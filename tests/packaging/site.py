@@ -106,6 +106,14 @@ def search(checks, site):
     checks.true("search does not find what is not there", not known("avalanch", "src/package/site/cite"))
 
 
+def installed(checks, site, folder):
+    """The Python package brings the pages with it."""
+    done = subprocess.run(["cmake", "--install", site.parent, "--component", "python", "--prefix", folder / "prefix"], capture_output=True, text=True)
+    page = folder / "prefix/share/doc/python3-backspring/html/src/package/site/python.html"
+    checks.true("the reference is installed with the Python package", done.returncode == 0 and page.is_file() and page.read_bytes() == (site / "src/package/site/python.html").read_bytes(),
+                done.stderr[-200:])
+
+
 def faults(checks, site, folder):
     """Faults are seen: of links, in a copy of one page; of documents, by the tool itself."""
     copy = folder / "copy"
@@ -130,13 +138,15 @@ def main():
         sys.exit(SKIPPED)
     with tempfile.TemporaryDirectory() as scratch:
         folder = pathlib.Path(scratch).resolve()
-        site = folder / "site"
+        site = pathlib.Path(checks.program).parent / "site"  # where the target writes it, and from where it is installed
         done = build(checks.program, site)
         checks.true("the site is built without a warning", done.returncode == 0 and not done.stderr.strip(), (done.stdout + done.stderr)[-600:] if done.returncode or done.stderr.strip() else "")
         if (site / "index.html").exists():
             for group in (documents, names, search):
                 with checks.group(group.__name__):
                     group(checks, site)
+            with checks.group("installed"):
+                installed(checks, site, folder)
         with checks.group("faults"):
             faults(checks, site, folder)
         shutil.rmtree(site, ignore_errors=True)

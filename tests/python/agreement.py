@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""What the Python package computes is what the program computes, in every bit: equilibria, modes, moduli and motions, on one rank and several."""
+"""What the Python package computes is what the program computes, in every bit: equilibria, modes, moduli, motions and what breaks in them, on one rank and several."""
 import io
 import os
 import pathlib
@@ -55,11 +55,12 @@ def by_program(checks, name, folder):
             return {"omega2": f["modes/omega_squared"][...], "shapes": f["modes/shape"][...]}
         if name == "moduli":
             return {"stiffness": f["moduli/stiffness"][...]}
+        events = {f"events_{one}": f[f"events/broken/{one}"][...] for one in ("time", "load", "spring", "ends", "strain", "energy", "avalanche")} if "breaking" in name else {}
         x, v, t = value("particles/trajectory/position"), value("particles/trajectory/velocity"), f["particles/trajectory/position/time"][...]
         if name.startswith("statics"):
             return {"x": x[-1], "tension": value("observables/springs/tension")[-1], "energy": value("observables/elastic_energy")[-1],
-                    "hung": value("observables/reaction/hung")[-1], "newton": done.report["newton"]}
-        return {"t": t, "x": x, "v": v, "energy": value("observables/total_energy")}
+                    "hung": value("observables/reaction/hung")[-1], "newton": done.report["newton"], **events}
+        return {"t": t, "x": x, "v": v, "energy": value("observables/total_energy"), **events}
 
 
 def main():

@@ -59,6 +59,11 @@ def parts():
                 breaking=dict(critical_strain=np.full(9, 0.3)), area=np.full(9, 1e-3))
 
 
+def weak():
+    """The patch with springs that break, those of few rows as they lie below the others' limits."""
+    return {**sheet(), "breaking": {"critical_strain": np.random.default_rng(1).uniform(0.02, 0.4, 101)}}
+
+
 LOAD = {"bottom": (0.3, -2.0)}
 MOTION = dict(dt=2e-3, until=0.05, every=0.01, bs_gravity=(0, -9.81))
 # name: (network, task and options of the program, what the package does)
@@ -83,6 +88,10 @@ CASES["generated"] = (None, {**GENERATED, "ts_type": "cn"}, lambda bs, net: moti
     "triangular", (6, 5), dim=2, perturbation=0.1, stiffness=300, fixed="ymin", bs_group_top="ymax"), ts_type="cn", **MOTION)))
 CASES["scene"] = (None, {"bs_lattice_file": str(MESHES / "net.xsp"), "ts_dt": 1e-3, "ts_max_time": 0.02, "bs_output_interval": 0.01},
                   lambda bs, net: motion(bs.run(bs.read(MESHES / "net.xsp"), dt=1e-3, until=0.02, every=0.01)))
+CASES["statics_breaking"] = (weak, {"bs_task": "statics", "bs_load_steps": 4, "bs_force_bottom": "0.3,-6.0", "bs_output_springs": 1},
+                             lambda bs, net: broken(bs.statics(net, loads={"bottom": (0.3, -6.0)}, load_steps=4)))
+CASES["breaking"] = (weak, {"ts_type": "verlet"}, lambda bs, net: falling_apart(bs.run(net, ts_type="verlet", dt=2e-3, until=0.2, every=0.05, bs_gravity=(0, -30.0))))
+CASES["breaking"][1].update(ts_dt=2e-3, ts_max_time=0.2, bs_output_interval=0.05, bs_gravity="0,-30")
 CASES["parts"] = (parts, {"ts_type": "beuler"}, lambda bs, net: motion(bs.run(net, **MOTION)))
 for name in ("cn", "beuler", "verlet", "alpha2", "generated", "parts"):
     CASES[name][1].update(ts_dt=2e-3, ts_max_time=0.05, bs_output_interval=0.01, bs_gravity="0,-9.81")
@@ -90,6 +99,19 @@ for name in ("cn", "beuler", "verlet", "alpha2", "generated", "parts"):
 
 def equilibrium(eq):
     return {"x": eq.x, "tension": eq.tension, "energy": eq.energy, "hung": eq.reactions["hung"], "newton": eq.newton}
+
+
+def events(of):
+    return {f"events_{name}": getattr(of.events, name) for name in ("time", "load", "spring", "ends", "strain", "energy", "avalanche")}
+
+
+def broken(eq):
+    return {**equilibrium(eq), **events(eq)}
+
+
+def falling_apart(frames):
+    all = list(frames)
+    return {**motion(all), **events(all[-1])}
 
 
 def vibrations(found):

@@ -365,6 +365,39 @@ def in_petsc():
         J = ts.getSNES().getJacobian()[0]
         assert J.getSize() == (4 * len(net), 4 * len(net))
     assert ts.getRefCount() == 1
+    with bs.Statics(net, bs_gravity=(0, -9.81), snes_rtol=1e-12) as solver:
+        with raised(bs.InputError, "no equilibrium"):
+            solver.petsc()
+        solver.solve()
+        solver.change(stiffness=1.01 * net.stiffness)
+        eq, ts = solver.solve(), solver.petsc()
+        assert ts.getSNES().getConvergedReason() > 0 and abs(ts.getTime() - 1) < 1e-15 and ts.getSNES().getTolerances()[0] == 1e-12
+        y = ts.getSolution().getArray(readonly=True).reshape(len(net), 2, 2)
+        assert np.array_equal(np.sort(y[:, 0], axis=0), np.sort(eq.x, axis=0))
+
+
+SQUARE = """$MeshFormat
+2.2 0 8
+$EndMeshFormat
+$PhysicalNames
+2
+1 1 "held"
+2 2 "plate"
+$EndPhysicalNames
+$Nodes
+4
+1 0 0 0
+2 1 0 0
+3 1 1 0
+4 0 1 0
+$EndNodes
+$Elements
+3
+1 1 2 1 1 1 2
+2 2 2 2 1 1 2 3
+3 2 2 2 1 1 3 4
+$EndElements
+"""
 
 
 def files():
@@ -388,6 +421,19 @@ def files():
             bs.read(f"{folder}/nowhere.h5")
         with raised(bs.InputError, "bs_lattice_sise"):
             bs.generate("chain", 5, sise=3)
+        mesh = pathlib.Path(folder) / "square.msh"
+        mesh.write_text(SQUARE)
+        square = bs.read(mesh, stiffness=100, total_mass=2.0, fixed=["held"], bs_group_top="ymax")
+        assert square.pairs.shape == (5, 2) and set(square.groups) >= {"held", "plate", "top"} and square.fixed.tolist() == [True, True, False, False], square.groups
+        assert (square.stiffness == 100).all() and np.allclose(square.mass, 0.5) and np.allclose(square.lengths().max(), 2**0.5) and square.dim == 2
+        assert bs.read(mesh, stiffness=100, mass=1, dim=3, bs_gravity=None).dim == 3
+        for words, options in (("stiffnes_", dict(stiffnes_=1)), ("positive", dict(stiffness=1, mass=-1)), ("bs_group_tip", dict(stiffness=1, mass=1, bs_group_tip="zmax_"))):
+            with raised(bs.InputError, words):
+                bs.read(mesh, **options)
+        with raised(bs.InputError, "nowhere.msh: no such file"):
+            bs.read(f"{folder}/nowhere.msh", stiffness=1)
+        with raised(bs.InputError, "stiffness", "replace"):
+            bs.read(f"{folder}/0.h5", stiffness=3)
     part = parts()
     for words, more in ((("anchors['particle'], row 1",), dict(anchors={**part["anchors"], "particle": [0, 6]})), (("anchors", "'spot'"), dict(anchors={"spot": 1})),
                         (("angles['triples']", "(n, 3)"), dict(angles={**part["angles"], "triples": [[0, 1]]})), (("hinges", "quads"), dict(hinges={"stiffness": 1.0})),
@@ -511,6 +557,23 @@ def rests():
 
 def on_two_ranks():
     """An exception of one rank ends the call on all; many sessions end with the interpreter; changes of one rank's frame are all ranks'."""
+    with tempfile.TemporaryDirectory() as folder:
+        (pathlib.Path(folder) / "square.msh").write_text(SQUARE)
+        done = python(f"""
+import backspring as bs
+from mpi4py import MPI
+comm, rank = MPI.COMM_WORLD, MPI.COMM_WORLD.rank
+net = bs.read("{folder}/square.msh", stiffness=100, mass=1.0)
+assert comm.allgather(net.pairs.tolist()) == [net.pairs.tolist()] * 2 and len(net) == 4
+said = ""
+try: bs.read("{folder}/square.msh", stiffness=100, mass=1.0 + rank)
+except bs.InputError as error: said = str(error)
+assert "mass" in said, said
+try: bs.read("{folder}/none.msh", stiffness=100)
+except bs.InputError as error: said = str(error)
+assert "no such file" in said, said
+""", 2, timeout=60)
+        assert done.returncode == 0, done.stdout + done.stderr
     head = f"import sys; sys.path.insert(0, {str(HERE)!r}); import backspring as bs, numpy as np; from mpi4py import MPI; from cases import sheet; rank = MPI.COMM_WORLD.rank; net = bs.Lattice(**sheet()); say = lambda *words: [print(one) for one in MPI.COMM_WORLD.gather(' '.join(map(str, words))) or []]; "
     for code, expected in (('''
 def forces(t, x, v, rows):

@@ -15,3 +15,6 @@ if(NOT BS_SPHINX_PYTHON)
 endif()
 add_custom_target(site COMMAND ${BS_SPHINX_PYTHON} ${CMAKE_SOURCE_DIR}/src/package/site/make_site.py --program $<TARGET_FILE:backspring>
                   --python ${CMAKE_BINARY_DIR}/python --output ${CMAKE_BINARY_DIR}/site DEPENDS backspring backspring_python USES_TERMINAL)
+# What was made of it goes with the Python package.
+include(GNUInstallDirs)
+install(DIRECTORY ${CMAKE_BINARY_DIR}/site/ DESTINATION ${CMAKE_INSTALL_DATADIR}/doc/python3-backspring/html COMPONENT python OPTIONAL PATTERN .doctrees EXCLUDE)

@@ -9,14 +9,16 @@ Units are the user's own, as long as they agree with one another: nothing is con
 dash: ``snes_rtol=1e-12``, ``bs_gravity=(0, -9.81)``. What is computed is what the program computes, bit for bit on the same number of ranks.
 """
 
-from .analyses import Equilibrium, Moduli, Modes, moduli, modes, statics
+from .analyses import moduli, modes, statics
 from .breaks import Events
 from .changes import Statics
 from .errors import BackspringWarning, ConvergenceError, Error, FileError, InputError, Stopped
 from .forces import Forces
 from .frames import Frame
-from .lattice import Lattice, generate, read
+from .lattice import Lattice
 from .motion import Simulation
+from .reading import generate, read
+from .results import Equilibrium, Moduli, Modes
 from .stepping import run
 from .trajectories import open
 

@@ -10,11 +10,12 @@ from numpy.typing import ArrayLike
 
 from . import errors
 from ._library import end_session, new_session, on_all, require_same
-from .analyses import Equilibrium, _asked
+from .analyses import _asked
 from .arguments import mask_of, numbers_in
 from .errors import InputError
 from .kinds import Comm, Floats, GivenForces, Loads, Option, Shared, Whole
 from .lattice import Lattice
+from .results import Equilibrium
 
 if TYPE_CHECKING:
     from ._core import Session
@@ -99,6 +100,14 @@ class Statics:
         errors.check(error, lambda: state)
         assert state is not None
         return state
+
+    def petsc(self) -> Any:
+        """PETSc's stepper of the load steps as petsc4py has it (petsc4py.PETSc.TS), with its SNES, KSP, state and tangent at the last equilibrium. It ends with
+        the solver, and with the next solve(afresh=True)."""
+        self._require_open()
+        error, stepper = self._session.load_stepper()
+        errors.check(error)
+        return stepper
 
     def _require_open(self) -> None:
         if self._number is None:

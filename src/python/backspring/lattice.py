@@ -12,8 +12,8 @@ from . import looks
 from ._library import require_same, started
 from .arguments import mask_of, named, numbers_in, real_array, refuse_duplicates, rows_in, whole_in
 from .errors import InputError, check, pass_on
-from .kinds import Comm, Floats, Mask, Option, Settings, Whole
-from .options import joined, settings_of, text_of
+from .kinds import Comm, Floats, Mask, Option, Whole
+from .options import text_of
 
 if TYPE_CHECKING:
     from ._core import LatticeArrays
@@ -270,26 +270,3 @@ class Lattice:
                    damping_law=a.damping_law or "axial", spring_columns=a.spring_columns, breaking=a.break_columns, parallel=True,
                    particle_columns={name: v.reshape(n, -1) if v.size > n else v for name, v in a.particle_columns.items()},
                    options={name[1:]: text for name, text in a.implied_options}, **more)
-
-
-def _read(settings: Settings, comm: Comm) -> Lattice:
-    core, handle = started(comm)
-    require_same(comm, {name[1:]: value for name, value in settings})
-    error, arrays, told = core.read_lattice(handle, settings)
-    check(error)
-    pass_on(told)
-    return Lattice._of(arrays)
-
-
-def read(path: Path, *, comm: Comm = None, **options: Option) -> Lattice:
-    """The network of a file that the program reads (.h5, .xsp, a trajectory), with what options of the program change of it (bs_group_top="ymax").
-    Lengths and all else in the units of the file. Collective on `comm`."""
-    return _read([("-bs_lattice_file", str(path))] + settings_of(options), comm)
-
-
-def generate(kind: str, size: Union[int, Sequence[int]], *, comm: Comm = None, **options: Option) -> Lattice:
-    """A network by the program's generators: generate("triangular", (20, 10), dim=2, fixed="ymin", seed=1). Keywords are the options bs_lattice_NAME, those
-    that begin with bs_ other options of the program. size: particles, or cells,
-    along the axes; spacing=1.0: distance between neighbours [m]. Collective on `comm`."""
-    named = {name if name.startswith("bs_") else "bs_lattice_" + name: value for name, value in options.items()}
-    return _read(joined([], settings_of({"bs_lattice_type": kind, "bs_lattice_size": size}) + settings_of(named)), comm)

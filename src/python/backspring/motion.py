@@ -10,17 +10,17 @@ from numpy.typing import ArrayLike
 
 from . import errors
 from ._library import agreed, end_session, new_session, on_all, require_same, world
-from .analyses import Equilibrium, _lattice_of
+from .analyses import start_of
 from .arguments import array_of
 from .breaks import Events
 from .changes import change, numbered
 from .errors import InputError
-from .forces import held_at
 from .frames import Frame
 from .kinds import Comm, Floats, GivenForces, Loads, Mask, Observables, Option, Settings, Shared
 from .lattice import Lattice
 from .options import joined, loads_of, settings_of, whole
 from .progress import Progress
+from .results import Equilibrium
 
 if TYPE_CHECKING:
     from ._core import State
@@ -28,22 +28,6 @@ if TYPE_CHECKING:
 Observe = Callable[[float, Frame], Any]
 Path = Union[str, os.PathLike[str]]
 Found = TypeVar("Found")
-
-
-def _start_of(net: Union[Lattice, Equilibrium], forces: Optional[GivenForces]) -> Tuple[Lattice, Settings, Optional[GivenForces]]:
-    """Where a motion begins, and the settings and forces that go with it: of an equilibrium without those by which it was found."""
-    lattice, settings, own = _lattice_of(net, forces)
-    if not isinstance(net, Equilibrium):
-        return lattice, settings, own
-    if forces is None and own is not None:
-        own = held_at(own, 1.0)
-    if abs(net.load_factor - 1) > 1e-9:
-        raise InputError(f"the equilibrium stands at the load factor {net.load_factor:g}, and a motion has all loads in full: give one under the full loads, or "
-                         "eq.lattice.replace(x=eq.x) and the loads of the motion")
-    rest = lattice.rest_length if lattice.rest_length is not None else lattice.lengths()
-    found_by = ("-bs_load_", "-bs_arc_", "-bs_step_", "-bs_stop_", "-bs_stability_", "-bs_equilibria", "-bs_compliance_", "-bs_zero_modes_", "-bs_box_stress_",
-                "-bs_break_dt", "-bs_break_follow", "-bs_break_max_steps", "-bs_break_output_interval")
-    return lattice.replace(x=net.x, rest_length=rest), [one for one in settings if one[0].startswith("-bs_") and not one[0].startswith(found_by)], own
 
 
 class Simulation:
@@ -69,7 +53,7 @@ class Simulation:
             for name, one in (("observe", observe), ("stop", stop)):
                 if one is not None and not callable(one):
                     raise InputError(f"{name}: {one!r} is no function of t and a frame")
-            lattice, earlier, own = _start_of(net, forces)
+            lattice, earlier, own = start_of(net, forces)
             return lattice, joined(earlier, loads_of(loads, total) + settings_of({"ts_dt": dt}) + settings_of(options)), own
 
         lattice, settings, forces = on_all(comm, checked)

@@ -6,12 +6,12 @@ from typing import Iterator, Optional, Union
 
 import numpy as np
 
-from .analyses import Equilibrium
 from .frames import Frame
 from .kinds import Comm, GivenForces, Loads, Option, Shared
 from .lattice import Lattice
 from .motion import Observe, Simulation
 from .progress import Progress
+from .results import Equilibrium
 
 
 def run(net: Union[Lattice, Equilibrium], *, until: float, dt: Optional[float] = None, every: Optional[float] = None, loads: Optional[Loads] = None,

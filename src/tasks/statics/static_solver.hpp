@@ -30,6 +30,8 @@ class StaticSolver {
   PetscErrorCode pause() { return run_->pause(); }
 
   Equilibrium& equilibrium() { return *equilibrium_; }
+  /// PETSc's stepper of the load steps; borrowed.
+  TS stepper() const { return run_->stepper(); }
   const StaticsSettings& loads() const { return loads_; }
   /// The last one, and null until there is one, as under -help.
   Vec last() const { return last_; }
