@@ -154,6 +154,12 @@ void bind_sessions(py::module_& m) {
   });
   one.def("remove_springs",
           [](PythonSession& s, const std::vector<std::int64_t>& rows) { return as_python(s.call([&] { return s->remove_springs(rows); })); });
+  one.def("sensitivities", [](PythonSession& s, const Numbers& slope) {
+    const std::vector<double> numbers = vector_of(slope);
+    SavedState::Parts found;
+    const Error error = s.call([&] { return s->sensitivities(numbers, &found); });
+    return py::make_tuple(as_python(error), parts_of(std::move(found)));
+  });
   one.def("moduli", [](PythonSession& s, const Settings& more) { return analysed(s, [&](Result* out) { return s->moduli(out, more); }); });
   one.def("modes", [](PythonSession& s, std::int64_t count, const Settings& more, const std::optional<py::dict>& about) {
     const SavedState state = about ? state_from(*about) : SavedState{};

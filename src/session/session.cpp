@@ -109,6 +109,11 @@ Error Session::follow(Result* out) {
   return outcome(impl_->comm, impl_->follow(out));
 }
 
+Error Session::sensitivities(const std::vector<double>& slope, std::map<std::string, std::vector<double>>* out) {
+  const Inside inside(impl_->comm, impl_->statics ? *impl_->analysis_options : impl_->options);
+  return outcome(impl_->comm, impl_->sensitivities(slope, out));
+}
+
 Error Session::set_numbers(const std::string& name, const std::vector<double>& all) {
   return call([&] { return impl_->set_numbers(name, all); });
 }

@@ -85,6 +85,11 @@ class Session {
   /// since; pattern, partition and symbolic factors stay, and sums of energies do not see what the numbers changed. Errors: as of solve_statics(),
   /// with the last equilibrium, which stays; there is none (Exit::input).
   Error follow(Result* out);
+  /// Of the equilibrium that solve_statics() or follow() has found last: what a function J of its positions, of slopes dJ/dx, (N, d) whole, changes
+  /// by with each number of the springs that set_numbers() takes but damping, as the equilibrium follows: {name: (S) dJ/dp}, by one adjoint solve.
+  /// Histories stay as they are. Errors: there is no equilibrium, or not of the numbers of now (Exit::input); as find_adjoint()
+  /// (tasks/sensitivities.hpp).
+  Error sensitivities(const std::vector<double>& slope, std::map<std::string, std::vector<double>>* out);
   Error moduli(Result* out, const Settings& more = {});
   /// `about`: unless null, the equilibrium that a result of solve_statics() or follow() stands at, of a session of the same lattice and settings on
   /// any number of ranks: modes about it, which is not looked for again (-bs_modes_about equilibrium).
@@ -139,8 +144,8 @@ class Session {
   /// PETSc's stepper of the motion, with its SNES, KSP, state and matrices, to be looked at between steps; borrowed, until the session ends or goes
   /// on from a state that is set or restored.
   Error stepper(TS* ts);
-  /// The same of the load steps by which solve_statics() or follow() found an equilibrium last; until the next analysis, and of none where there is no
-  /// equilibrium.
+  /// The same of the load steps by which solve_statics() or follow() found an equilibrium last; until the next analysis, and of none where there is
+  /// no equilibrium.
   Error load_stepper(TS* ts);
   /// What a frame of a trajectory would hold now, whole on every rank: observables, and fields that the settings ask for (-bs_output_springs). Within
   /// an observer of load steps, of their equilibrium.

@@ -39,6 +39,7 @@ struct Session::Impl {
   std::unique_ptr<OptionTable> analysis_options;  ///< of the last analysis, in force while it, or follow(), computes
   std::unique_ptr<StaticSolver> statics;          ///< the last analysis, if it was of equilibria; null: it was not
   bool loading = false;                           ///< `statics` is taking load steps
+  bool current = false;                           ///< the equilibrium is of the numbers of now
   bool stop_at_frame = false, finished = false, paused = false;
 
   PetscErrorCode open();
@@ -68,6 +69,7 @@ struct Session::Impl {
   PetscErrorCode modes(Result* out, const SavedState* about);
   PetscErrorCode solve_statics(Analyses analyses, Result* out);
   PetscErrorCode follow(Result* out);
+  PetscErrorCode sensitivities(const std::vector<double>& slope, std::map<std::string, std::vector<double>>* out);
   void drop_statics();
   PetscErrorCode set_numbers(const std::string& name, const std::vector<double>& all);
   PetscErrorCode pass_on(const std::string& name, const std::vector<double>& all);

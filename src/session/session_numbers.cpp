@@ -37,6 +37,7 @@ PetscErrorCode Session::Impl::solve_statics(Analyses analyses, Result* out) {
   if (!code) code = copied;
   if (!code) code = stopped(exit_code > 128 ? exit_code - 128 : 0);
   if (code || analyses != Analyses::compliance || !statics->last()) statics.reset();
+  current = true;
   PetscFunctionReturn(code);
 }
 
@@ -46,7 +47,30 @@ PetscErrorCode Session::Impl::follow(Result* out) {
   if (!statics) PetscCall(fail(comm, Exit::input, "there is no equilibrium to follow: solve for one first (solve_statics)"));
   const PetscErrorCode code = statics->follow();
   PetscCall(statics->copy_to(out));
+  current = !code;
   PetscFunctionReturn(code);
+}
+
+PetscErrorCode Session::Impl::sensitivities(const std::vector<double>& slope, std::map<std::string, std::vector<double>>* out) {
+  std::vector<StatePart> parts;
+  std::vector<std::string> names;
+  std::vector<std::vector<double>> found;
+  PetscInt size = 0, first = 0, end = 0;
+  PetscFunctionBegin;
+  out->clear();
+  if (!statics || !current) PetscCall(fail(comm, Exit::input, "there is no equilibrium of the numbers of now: solve for one first"));
+  PetscCall(require_given());
+  PetscCall(statics->equilibrium().gather_state(statics->last(), &parts));
+  PetscCall(VecGetSize(parts[0].vec, &size));
+  PetscCall(VecGetOwnershipRange(parts[0].vec, &first, &end));
+  if (slope.size() != static_cast<std::size_t>(size))
+    PetscCall(fail(comm, Exit::input, format("%zu slopes for %lld components of positions", slope.size(), static_cast<long long>(size))));
+  names = {"stiffness", "rest_length"};
+  for (const SpringParameter& one : spring_parameters())
+    if (changeable_numbers(given.get(), one.name)) names.emplace_back(one.name);
+  PetscCall(statics->sensitivities({slope.begin() + first, slope.begin() + end}, names, &found));
+  for (std::size_t k = 0; k < names.size(); ++k) (*out)[names[k]] = std::move(found[k]);
+  PetscFunctionReturn(0);
 }
 
 /// The run ends where it is; the next one begins there.
@@ -82,6 +106,7 @@ PetscErrorCode Session::Impl::pass_on(const std::string& name, const std::vector
     original.emplace(name, std::make_shared<const std::vector<double>>(std::move(before)));
     changed[name] = std::make_shared<const std::vector<double>>(all);
   }
+  current = false;
   if (statics) PetscCall(statics->equilibrium().mechanics()->set_numbers(name, all));
   PetscFunctionReturn(0);
 }

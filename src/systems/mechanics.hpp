@@ -36,6 +36,8 @@ class Linearisation : public Pencil {
   virtual PetscErrorCode damping_force(const double* w, double* f) = 0;
   /// Whether the matrix of assemble(), which is symmetric, holds all of a M - b D - c K.
   virtual bool exact_symmetric() const = 0;
+  /// Whether df/dx is symmetric where nothing moves, and all of it is here.
+  virtual bool symmetric_at_rest() const = 0;
   /// Collective. Predicted floating-point operations of a sparse Cholesky factorisation of that matrix, the same on any number of ranks;
   /// for small systems: the whole graph is looked at by one rank.
   virtual PetscErrorCode factor_flops(double* flops) = 0;
@@ -77,6 +79,12 @@ class Mechanics : public System {
   /// Collective. Numbers of the lattice (lattice/numbers.hpp) from now on; `all`: of the whole, checked and the same on every rank. What was computed
   /// with others is forgotten; histories stay. Error (exit 2): numbers that a force has taken for good.
   virtual PetscErrorCode set_numbers(const std::string&, const std::vector<double>&) { return 0; }
+  /// Collective. lambda . df/dp for the number p of that name of each spring at (t, y): of this rank's rows in the input's order. lambda is laid out
+  /// as a state, in the places of x; histories are taken as they are.
+  virtual PetscErrorCode force_changes(const std::string&, double, Vec, Vec, std::vector<double>* rows) {
+    rows->clear();
+    return 0;
+  }
   /// Collective. Those of now, of the whole, on every rank; rest lengths that were not given are the initial distances.
   virtual PetscErrorCode numbers(const std::string&, std::vector<double>* all) {
     all->clear();

@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike
 from . import errors
 from ._library import end_session, new_session, on_all, require_same
 from .analyses import _asked
-from .arguments import mask_of, numbers_in
+from .arguments import array_of, mask_of, numbers_in
 from .errors import InputError
 from .kinds import Comm, Floats, GivenForces, Loads, Option, Shared, Whole
 from .lattice import Lattice
@@ -100,6 +100,22 @@ class Statics:
         errors.check(error, lambda: state)
         assert state is not None
         return state
+
+    def sensitivities(self, slope: ArrayLike) -> Dict[str, Floats]:
+        """What a quantity J of the last equilibrium, a function of its positions, changes by with each spring's numbers as the equilibrium follows:
+        {"stiffness": dJ/dk, "rest_length": dJ/dL, ...}, (S,) each, by one linear solve. slope: (N, d) dJ/dx at the equilibrium, 0 where J does not depend
+        on a position; where J depends on the numbers themselves, too, that is to be added. Histories of springs are taken as they are.
+
+            target = eq.x[tip] - wanted                     # J = |x_tip - wanted|^2 / 2
+            slope = np.zeros_like(eq.x); slope[tip] = target
+            downhill = -solver.sensitivities(slope)["stiffness"]
+        """
+        self._require_open()
+        values = on_all(self._comm, lambda: array_of("slope", slope, (len(self.lattice), self.lattice.dim)))
+        require_same(self._comm, {"slope": values})
+        error, found = self._session.sensitivities(values)
+        errors.check(error)
+        return found
 
     def petsc(self) -> Any:
         """PETSc's stepper of the load steps as petsc4py has it (petsc4py.PETSc.TS), with its SNES, KSP, state and tangent at the last equilibrium. It ends with

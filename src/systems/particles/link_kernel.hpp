@@ -110,6 +110,13 @@ struct LinkKernel {
     if (p.rest_length == 0) return ZeroRestSpring::tension(g.length, p.stiffness, 0.0);
     return p.with_more([&](const auto&... more) { return Spring::tension(g.length, p.stiffness, p.rest_length, more...); });
   }
+  /// pull[d] = d(T u)/dp of the number `of` (law.hpp).
+  static void pull_change(const LinkGeometry<d>& g, const Parameters& p, int of, double* pull) noexcept {
+    const double change = p.rest_length == 0 ? ZeroRestSpring::tension_change(of, g.length, p.stiffness, 0.0) : p.with_more([&](const auto&... more) {
+      return Spring::tension_change(of, g.length, p.stiffness, p.rest_length, more...);
+    });
+    for (int c = 0; c < d; ++c) pull[c] = g.length > 0 ? change * g.dx[c] / g.length : 0;
+  }
   /// Energy that the spring has lost so far [J].
   static double dissipated(const Parameters& p) noexcept {
     if constexpr (Spring::mixed) return Spring::dissipated(p.stiffness, p.row);

@@ -16,6 +16,7 @@
 #include "systems/particles/particle_potential.hpp"
 #include "systems/particles/particle_stress.hpp"
 #include "systems/particles/row_pattern.hpp"
+#include "systems/particles/sensitivities.hpp"
 #include "systems/particles/spring_fields.hpp"
 #include "systems/particles/terms.hpp"
 
@@ -53,6 +54,7 @@ class ParticleModel final : public Mechanics {
   bool time_dependent() const override;
   PetscErrorCode set_numbers(const std::string& name, const std::vector<double>& all) override;
   PetscErrorCode numbers(const std::string& name, std::vector<double>* all) override;
+  PetscErrorCode force_changes(const std::string& name, double t, Vec y, Vec lambda, std::vector<double>* rows) override;
   PetscErrorCode place_held(double t, Vec y) override;
   PetscErrorCode give_motion(const std::string& group, double from, double to, Vec places) override {
     return constraints_.give(group, from, to, places);
@@ -118,6 +120,7 @@ class ParticleModel final : public Mechanics {
   Layout layout_;
   LocalState state_;
   SpringFields springs_;
+  Sensitivities sensitivities_;
   ParticleStress stress_;
   bool loads_ = false;  ///< the evaluations that follow are of statics, whose time is the load factor
   FreeBodies free_bodies_;

@@ -64,6 +64,16 @@ PetscErrorCode ParticleModel::numbers(const std::string& name, std::vector<doubl
   PetscFunctionReturn(0);
 }
 
+PetscErrorCode ParticleModel::force_changes(const std::string& name, double t, Vec y, Vec lambda, std::vector<double>* rows) {
+  LocalState direction;
+  PetscFunctionBegin;
+  PetscCall(state_.gather(t, y));
+  PetscCall(direction.create(net_, y));
+  PetscCall(direction.gather_direction(lambda));
+  PetscCall(sensitivities_.find(net_, lattice_.springs, *terms_, name, state_, direction, rows));
+  PetscFunctionReturn(0);
+}
+
 /// In what is kept of the input, and in the fingerprint, which is a sum over tables.
 PetscErrorCode ParticleModel::note_numbers(const std::string& name, const std::vector<double>& all) {
   const Rows& rows = name == "mass" ? lattice_.particles : lattice_.springs;

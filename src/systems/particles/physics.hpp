@@ -56,6 +56,8 @@ class PairForces : public Term {
   virtual LinkMeasures measure(const LocalState& state, PetscInt i, PetscInt e) const = 0;
   /// Lengths and tensions of `count` of them, of links e[s] at particles i[s].
   virtual void measure(const LocalState& state, std::size_t count, const PetscInt* i, const PetscInt* e, double* length, double* tension) const = 0;
+  /// pull[d] = d(T u)/dp for the spring of link e at owned particle i, which pulls it with -T u; p is the number `of` (physics/pair/springs/law.hpp).
+  virtual void pull_change(const LocalState& state, PetscInt i, PetscInt e, int of, double* pull) const = 0;
   /// Tension of this rank's anchor k [N].
   virtual double anchor_tension(double t, const LocalState& state, PetscInt k) const = 0;
 

@@ -59,6 +59,14 @@ void PairForcesOf<d, Damper>::measure(const LocalState& state, std::size_t count
 }
 
 template <int d, class Damper>
+void PairForcesOf<d, Damper>::pull_change(const LocalState& state, PetscInt i, PetscInt e, int of, double* pull) const {
+  with_law(law_[i], [&](auto law) {
+    const LinkGeometry<d> g(state.at(i), state.at(net_.links.other[e]));
+    Kernel<decltype(law)>::pull_change(g, parameters<decltype(law)>(net_.links, e, state.time()), of, pull);
+  });
+}
+
+template <int d, class Damper>
 void PairForcesOf<d, Damper>::add_rates(std::vector<double>* rates) const {
   std::vector<double>& sum = *rates;
   for (PetscInt i = 0; i < net_.n; ++i)

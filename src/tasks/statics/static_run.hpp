@@ -7,6 +7,7 @@
 #include "tasks/compliance.hpp"
 #include "tasks/moduli.hpp"
 #include "tasks/run.hpp"
+#include "tasks/sensitivities.hpp"
 #include "tasks/statics/arc_length.hpp"
 #include "tasks/statics/avalanche.hpp"
 #include "tasks/statics/box_stress.hpp"
@@ -35,6 +36,10 @@ class StaticRun {
   /// Collective, after the run. From y, its last equilibrium, of load factor `factor`, to that of the system as it is now, with other numbers.
   /// `failure`: there is none, and y stays; empty: y is it.
   PetscErrorCode follow(double factor, Vec y, std::string* failure);
+  /// Collective, after the run: find_adjoint() (tasks/sensitivities.hpp) at its last equilibrium.
+  PetscErrorCode adjoint(double factor, Vec y, const std::vector<double>& slope, Vec lambda) {
+    return find_adjoint(ts_, context_->matrix, model_, factor, y, slope, lambda);
+  }
 
  private:
   PetscErrorCode attach(TS ts, TSContext& context, double step);

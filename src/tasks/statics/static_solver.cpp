@@ -1,4 +1,5 @@
 #include "tasks/statics/static_solver.hpp"
+#include "base/collective.hpp"
 #include "base/context.hpp"
 #include "base/error.hpp"
 #include "base/handle.hpp"
@@ -80,6 +81,21 @@ PetscErrorCode StaticSolver::follow() {
   PetscCall(equilibrium_->observe(found_.factor, y, &observables));
   PetscCall(observe(found_.factor, y, &observables));
   if (!failure.empty()) PetscCall(fail(equilibrium_->comm(), Exit::solve, failure));
+  PetscFunctionReturn(0);
+}
+
+PetscErrorCode StaticSolver::sensitivities(const std::vector<double>& slope, const std::vector<std::string>& names,
+                                           std::vector<std::vector<double>>* out) {
+  VecHandle lambda;
+  std::vector<double> rows;
+  PetscFunctionBegin;
+  out->resize(names.size());
+  PetscCall(VecDuplicate(last_, lambda.out()));
+  PetscCall(statics_->adjoint(found_.factor, last_, slope, lambda));
+  for (std::size_t k = 0; k < names.size(); ++k) {
+    PetscCall(equilibrium_->mechanics()->force_changes(names[k], equilibrium_->factor(found_.factor), last_, lambda, &rows));
+    PetscCall(gather_all(equilibrium_->comm(), rows, &(*out)[k]));
+  }
   PetscFunctionReturn(0);
 }
 

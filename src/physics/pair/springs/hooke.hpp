@@ -11,6 +11,7 @@ struct HookeSpring : SpringLawTraits {
   /// e(l + s) - e(l) - T(l) s for a change of length s.
   static double energy_beyond_slope(double, double s, double k, double) noexcept { return 0.5 * k * s * s; }
   static double tension(double l, double k, double L) noexcept { return k * (l - L); }
+  static double tension_change(int of, double l, double k, double L) noexcept { return of == 0 ? l - L : -k; }
   /// Real: a number, or a register of them.
   template <class Real>
   static Real tension_over_length(Real l, Real k, Real L) noexcept {

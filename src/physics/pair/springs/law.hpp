@@ -8,7 +8,8 @@ namespace bs {
 /// What holds unless a law says otherwise. A law has, for length l, stiffness k, rest length L and p = its parameters, then its
 /// history (no argument p where it has neither):
 ///   energy(l, k, L, p), tension = dE/dl, tension_over_length, stiffness = dT/dl,
-///   energy_beyond_slope(l, s, k, L, p) = e(l + s) - e(l) - T(l) s, free of cancellation;
+///   energy_beyond_slope(l, s, k, L, p) = e(l + s) - e(l) - T(l) s, free of cancellation,
+///   tension_change(of, l, k, L, p) = dT/dk (of = 0), dT/dL (of = 1), dT/dp[of - 2], at the history as it is;
 /// a law with history also commit(l, k, L, p), which takes the state at l for the one the next step begins with, and
 /// dissipated(k, p), the energy [J] lost so far. Its other functions begin with the history as it was committed last: within a
 /// step T is a function of l alone, and e in energy_beyond_slope is its integral. A law that relaxes takes after p the time

@@ -28,6 +28,10 @@ struct MaxwellSpring : SpringLawTraits {
   }
   static double energy_beyond_slope(double, double s, double k, double, const double* p, double t) noexcept { return 0.5 * k * left(p, t) * s * s; }
   static double tension(double l, double k, double L, const double* p, double t) noexcept { return k * left(p, t) * (l - L - p[X]); }
+  static double tension_change(int of, double l, double k, double L, const double* p, double t) noexcept {
+    const double q = l - L - p[X];
+    return left(p, t) * (of == 0 ? q : of == 1 ? -k : k * q * t / (p[TAU] * p[TAU]));
+  }
   static double tension_over_length(double l, double k, double L, const double* p, double t) noexcept { return tension(l, k, L, p, t) / l; }
   static double stiffness(double, double k, double, const double* p, double t) noexcept { return k * left(p, t); }
   static void commit(double l, double k, double L, double* p, double h) noexcept {

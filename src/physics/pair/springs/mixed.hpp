@@ -17,26 +17,29 @@ struct MixedSpring : SpringLawTraits {
 
   /// f(law[, more]) of the row's law.
   template <class F>
-  static double of(const SpringRow& row, F&& f) noexcept {
+  static double of_row(const SpringRow& row, F&& f) noexcept {
     double value = 0;
     with_spring_law(row.law,
                     [&](auto law) { value = with_more<decltype(law)>(row.more, row.elapsed, [&](auto... more) { return f(law, more...); }); });
     return value;
   }
   static double energy(double l, double k, double L, const SpringRow& row) noexcept {
-    return of(row, [&](auto law, auto... more) { return law.energy(l, k, L, more...); });
+    return of_row(row, [&](auto law, auto... more) { return law.energy(l, k, L, more...); });
   }
   static double energy_beyond_slope(double l, double s, double k, double L, const SpringRow& row) noexcept {
-    return of(row, [&](auto law, auto... more) { return law.energy_beyond_slope(l, s, k, L, more...); });
+    return of_row(row, [&](auto law, auto... more) { return law.energy_beyond_slope(l, s, k, L, more...); });
   }
   static double tension(double l, double k, double L, const SpringRow& row) noexcept {
-    return of(row, [&](auto law, auto... more) { return law.tension(l, k, L, more...); });
+    return of_row(row, [&](auto law, auto... more) { return law.tension(l, k, L, more...); });
+  }
+  static double tension_change(int of, double l, double k, double L, const SpringRow& row) noexcept {
+    return of_row(row, [&](auto law, auto... more) { return law.tension_change(of, l, k, L, more...); });
   }
   static double tension_over_length(double l, double k, double L, const SpringRow& row) noexcept {
-    return of(row, [&](auto law, auto... more) { return law.tension_over_length(l, k, L, more...); });
+    return of_row(row, [&](auto law, auto... more) { return law.tension_over_length(l, k, L, more...); });
   }
   static double stiffness(double l, double k, double L, const SpringRow& row) noexcept {
-    return of(row, [&](auto law, auto... more) { return law.stiffness(l, k, L, more...); });
+    return of_row(row, [&](auto law, auto... more) { return law.stiffness(l, k, L, more...); });
   }
   /// Takes the state at length l, the end of a step of length h, for the one the next step begins with.
   static void commit(double l, double k, double L, int place, double* more, double h) noexcept {

@@ -35,6 +35,14 @@ struct PlasticSpring : SpringLawTraits {
     return 0.5 * (k * p[H] / sum) * s * s + ramp_beyond_slope(s, middle - half, middle + half, k * k / sum);
   }
   static double tension(double l, double k, double L, const double* p) noexcept { return k * (l - L - p[E] - flow(l, k, L, p)); }
+  /// Where it yields, with e0 + de = e:  d(de)/dk = (l - L - e)/(k + H),  d(de)/dY = -sign(x)/(k + H),  d(de)/dH = -e/(k + H)
+  static double tension_change(int of, double l, double k, double L, const double* p) noexcept {
+    const double grown = flow(l, k, L, p), e = p[E] + grown, q = l - L - e;
+    const bool yields = stiffness(l, k, L, p) != k;
+    if (of == 1) return -stiffness(l, k, L, p);
+    if (!yields) return of == 0 ? q : 0;
+    return (of == 0 ? q * p[H] : of == 2 + Y ? std::copysign(k, grown) : k * e) / (k + p[H]);
+  }
   static double tension_over_length(double l, double k, double L, const double* p) noexcept { return tension(l, k, L, p) / l; }
   /// Where a step that yielded ended, |x| = Y to rounding and T has two slopes: it is the elastic one, whatever the rounding.
   static double stiffness(double l, double k, double L, const double* p) noexcept {

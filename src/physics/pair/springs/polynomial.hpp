@@ -23,6 +23,10 @@ struct PolynomialSpring : SpringLawTraits {
     const double q = l - L;
     return q * (k + q * (p[0] + q * p[1]));
   }
+  static double tension_change(int of, double l, double k, double L, const double* p) noexcept {
+    const double q = l - L;
+    return of == 0 ? q : of == 1 ? -stiffness(l, k, L, p) : of == 2 ? q * q : q * q * q;
+  }
   static double tension_over_length(double l, double k, double L, const double* p) noexcept { return tension(l, k, L, p) / l; }
   static double stiffness(double l, double k, double L, const double* p) noexcept {
     const double q = l - L;

@@ -11,6 +11,7 @@ struct StrainSpring : SpringLawTraits {
   /// e(l + s) - e(l) - T(l) s for a change of length s.
   static double energy_beyond_slope(double, double s, double K, double L) noexcept { return 0.5 * K / L * s * s; }
   static double tension(double l, double K, double L) noexcept { return K * (l - L) / L; }
+  static double tension_change(int of, double l, double K, double L) noexcept { return of == 0 ? (l - L) / L : -K * l / (L * L); }
   /// Real: a number, or a register of them.
   template <class Real>
   static Real tension_over_length(Real l, Real K, Real L) noexcept {

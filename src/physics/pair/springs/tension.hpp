@@ -13,6 +13,7 @@ struct TensionSpring : SpringLawTraits {
     return ramp_beyond_slope(s, L - l, std::numeric_limits<double>::infinity(), k);
   }
   static double tension(double l, double k, double L) noexcept { return l < L ? 0 : k * (l - L); }
+  static double tension_change(int of, double l, double k, double L) noexcept { return l < L ? 0 : of == 0 ? l - L : -k; }
   static double tension_over_length(double l, double k, double L) noexcept { return tension(l, k, L) / l; }
   static double stiffness(double l, double k, double L) noexcept { return l < L ? 0 : k; }
 };

@@ -139,6 +139,27 @@ void check_beyond(int place, const Sample& s, Dice& dice) {
   }
 }
 
+/// What the tension changes by with each of the law's numbers, by differences, away from kinks of T.
+template <class Law>
+void check_numbers(int place, const Sample& s) {
+  if (to_kink(place, s) < 1e-3 * s.L) return;
+  const std::size_t count = 2 + Law::parameters.size();
+  for (std::size_t of = 0; of < count; ++of) {
+    double T[2];
+    Sample moved = s;
+    double& number = of == 0 ? moved.k : of == 1 ? moved.L : moved.p[of - 2];
+    const double h = 1e-6 * std::max(std::abs(number), 0.01), was = number;
+    for (const int side : {0, 1}) {
+      number = was + (side == 0 ? h : -h);
+      T[side] = with<Law>(moved, [&](auto... p) { return Law::tension(moved.l, moved.k, moved.L, p...); });
+    }
+    const double found = with<Law>(s, [&](auto... p) { return Law::tension_change(static_cast<int>(of), s.l, s.k, s.L, p...); });
+    INFO("law " << place << ", number " << of << ": " << found << " for " << (T[0] - T[1]) / (2 * h));
+    REQUIRE(std::abs(found - (T[0] - T[1]) / (2 * h)) <= 1e-7 * (std::abs(found) + std::abs(T[0]) / std::max(std::abs(was), 0.01) + 1e-2));
+    REQUIRE(MixedSpring::tension_change(static_cast<int>(of), s.l, s.k, s.L, {place, s.p, s.elapsed}) == found);
+  }
+}
+
 template <class Law>
 Met check_law_of_springs(int place) {
   Dice dice(200 + static_cast<unsigned>(place));
@@ -149,6 +170,7 @@ Met check_law_of_springs(int place) {
     check_state<2, Law>(place, s, dice, &met);
     check_state<3, Law>(place, s, dice, &met);
     check_beyond<Law>(place, s, dice);
+    check_numbers<Law>(place, s);
     const SpringRow row{place, s.p, s.elapsed};
     REQUIRE(MixedSpring::tension(s.l, s.k, s.L, row) == with<Law>(s, [&](auto... p) { return Law::tension(s.l, s.k, s.L, p...); }));
     REQUIRE(MixedSpring::stiffness(s.l, s.k, s.L, row) == with<Law>(s, [&](auto... p) { return Law::stiffness(s.l, s.k, s.L, p...); }));
@@ -159,7 +181,7 @@ Met check_law_of_springs(int place) {
 
 }  // namespace
 
-TEST_CASE("every law of springs: tension, rates, tangent and energies at many states") {
+TEST_CASE("every law of springs: tension, rates, tangent, energies and changes with its numbers at many states") {
   CHECK(check_law_of_springs<HookeSpring>(0).soft == 0);
   CHECK(check_law_of_springs<StrainSpring>(1).soft == 0);
   const Met cable = check_law_of_springs<TensionSpring>(2);

@@ -1,0 +1,110 @@
+"""What quantities of an equilibrium change by with the numbers of its springs: closed forms, differences of equilibria, ranks, and a net that is designed by it."""
+import numpy as np
+from helpers import python, raised
+from scipy.optimize import minimize
+
+import backspring as bs
+from cases import cell, parts, sheet
+
+# code of several ranks: prints what one rank finds, too
+ON_RANKS = '''
+import backspring as bs, numpy as np
+from mpi4py import MPI
+from cases import sheet
+net = bs.Lattice(**sheet())
+slope = np.random.default_rng(5).standard_normal(net.x.shape)
+found = []
+for comm in (MPI.COMM_WORLD, MPI.COMM_SELF):
+    with bs.Statics(net, loads={"bottom": (0.3, -20.0)}, snes_rtol=1e-13, comm=comm) as solver:
+        solver.solve()
+        found.append(solver.sensitivities(slope))
+for name in found[0]:
+    assert abs(found[0][name] - found[1][name]).max() < 1e-9 * abs(found[1][name]).max(), name
+'''
+
+
+def differences(net, names, rows=5, step=1e-5, **options):
+    """The worst relative disagreement of sensitivities with central differences of equilibria."""
+    rng, worst = np.random.default_rng(3), 0.0
+    with bs.Statics(net, snes_rtol=1e-13, **options) as solver:
+        eq = solver.solve()
+        weights = rng.standard_normal(eq.x.shape)
+        quantity = lambda x: (weights * x).sum() + (x**2).sum() / 2
+        found = solver.sensitivities(weights + eq.x)
+        for name in names:
+            before = solver._session.numbers(name)
+            for row in rng.choice(len(before), rows, replace=False):
+                h, values = step * max(abs(before[row]), 0.1), []
+                for sign in (1, -1):
+                    numbers = before.copy()
+                    numbers[row] += sign * h
+                    solver.change(**{name: numbers})
+                    values.append(quantity(solver.solve().x))
+                worst = max(worst, abs((values[0] - values[1]) / (2 * h) - found[name][row]) / abs(found[name]).max())
+            solver.change(**{name: before})
+            solver.solve()
+    return worst
+
+
+def sensitivities():
+    """Two springs in series, nets under loads, motions and strains of the box, laws of every kind, angle springs and hinges beside them."""
+    series = bs.Lattice([0.0, 1, 2], [[0, 1], [1, 2]], stiffness=[2.0, 3.0], rest_length=1.0, fixed=[0], groups={"end": [2]})
+    with bs.Statics(series, loads={"end": 6.0}, snes_rtol=1e-12) as solver:
+        with raised(bs.InputError, "no equilibrium"):
+            solver.sensitivities(np.zeros((3, 1)))
+        solver.solve()
+        found = solver.sensitivities([[0], [0], [1]])
+        assert np.allclose(found["stiffness"], [-6 / 2**2, -6 / 3**2], rtol=1e-9) and np.allclose(found["rest_length"], 1, rtol=1e-9), found
+        with raised(bs.InputError, "slope", "(3, 1)"):
+            solver.sensitivities(np.zeros(2))
+        solver.change(stiffness=2.0)
+        with raised(bs.InputError, "numbers of now"):
+            solver.sensitivities(np.zeros((3, 1)))
+    both = ("stiffness", "rest_length")
+    pulled = dict(loads={"bottom": (0.3, -20.0)})
+    assert differences(bs.Lattice(**sheet()), both, **pulled) < 1e-7
+    assert differences(bs.Lattice(**sheet()), both, bs_motion_bottom="x=fixed,y=velocity:-0.5", load_steps=4) < 1e-7
+    n = len(sheet()["pairs"])
+    rng = np.random.default_rng(1)
+    laws = bs.Lattice(**sheet(), law=[("hooke", "strain", "polynomial", "tension")[k % 4] for k in range(n)],
+                      spring_columns={"stiffness_2": rng.uniform(-5, 5, n), "stiffness_3": rng.uniform(0, 5, n)})
+    weak = dict(loads={"bottom": (0.3, -2.0)}, load_steps=4)
+    assert differences(laws, both, **weak) < 1e-7 and differences(laws, ("stiffness_2", "stiffness_3"), step=1e-2, **weak) < 1e-5
+    assert differences(bs.Lattice(**cell(), fixed=[0]), both, bs_box_strain="xy=velocity:0.05") < 1e-7
+    strip = parts()
+    assert differences(bs.Lattice(**strip), both, loads={"tip": (0, 0, -0.3)}, bs_group_tip="xmax") < 1e-6
+    with bs.Statics(bs.Lattice(**cell())) as solver:
+        solver.solve()
+        with raised(bs.InputError, "tied to nothing"):
+            solver.sensitivities(np.zeros((25, 2)))
+    skew = bs.Forces(lambda s, x, v: 0 * x, tangent=lambda s, x, v: np.zeros((*x.shape, 2)), energy=lambda s, x: np.zeros(len(x)))
+    with bs.Statics(bs.Lattice(**sheet()), forces=skew) as solver:
+        solver.solve()
+        with raised(bs.InputError, "symmetric"):
+            solver.sensitivities(np.zeros((42, 2)))
+
+
+def designed():
+    """The stiffnesses of a net by which its lower row comes to rest on a given curve, by SciPy's quasi-Newton method and these gradients."""
+    net = bs.Lattice(**sheet())
+    low = np.flatnonzero(net.groups["bottom"])
+    with bs.Statics(net, loads={"bottom": (0, -4.0)}, snes_rtol=1e-12) as solver:
+        start = solver.solve()
+        wanted = start.x[low, 1] - 0.05 * np.sin(np.pi * np.arange(7) / 6)
+
+        def misfit(logarithms):
+            solver.change(stiffness=net.stiffness * np.exp(logarithms))
+            eq = solver.solve()
+            slope = np.zeros_like(eq.x)
+            slope[low, 1] = eq.x[low, 1] - wanted
+            return (slope**2).sum() / 2, solver.sensitivities(slope)["stiffness"] * solver.lattice.stiffness
+
+        found = minimize(misfit, np.zeros(len(net.pairs)), jac=True, method="L-BFGS-B", options={"maxiter": 60, "ftol": 0, "gtol": 1e-12})
+        solver.change(stiffness=net.stiffness * np.exp(found.x))
+        assert abs(solver.solve().x[low, 1] - wanted).max() < 1e-5, (found.message, found.fun, found.nfev)
+
+
+def on_ranks():
+    """The same on three ranks as on one."""
+    done = python(ON_RANKS, 3, timeout=120)
+    assert done.returncode == 0, done.stdout + done.stderr
