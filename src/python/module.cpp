@@ -1,6 +1,7 @@
 // The Python module backspring._core: what Session offers, with NumPy's arrays. Checks of arguments, defaults and names are the package's, in Python.
 #include "python/module.hpp"
 #include <memory>
+#include "base/option_aliases.hpp"
 #include "session/session.hpp"
 
 namespace bs::python {
@@ -26,6 +27,7 @@ py::object as_python(const Error& error) {
 PYBIND11_MODULE(_core, m) {
   m.def("start", start);
   m.def("finish", [] { library().reset(); });
+  m.def("kept_name", kept_name);
   bind_lattices(m);
   bind_sessions(m);
 }

@@ -474,7 +474,8 @@ def misuse():
         inner.step()
     for words, call in ((("bs_load_steps", "twice"), lambda: bs.statics(net, load_steps=2, bs_load_steps=3)),
                         (("bs_force_bottom", "twice"), lambda: bs.statics(net, loads={"bottom": (0, -1)}, bs_force_bottom="0,1")),
-                        (("ts_dt", "twice"), lambda: bs.Simulation(net, dt=0.1, ts_dt=0.2)), (("bs_lattice_type", "twice"), lambda: bs.generate("chain", 4, type="square")),
+                        (("ts_dt", "twice"), lambda: bs.Simulation(net, dt=0.1, ts_dt=0.2)),
+                        (("ts_dt and ts_time_step", "two names"), lambda: bs.Simulation(net, dt=0.1, ts_time_step=0.2)), (("t: nan",), lambda: bs.Simulation(net, dt=0.1).run_until(np.nan)), (("bs_lattice_type", "twice"), lambda: bs.generate("chain", 4, type="square")),
                         (("load_steps", "2.5"), lambda: bs.statics(net, load_steps=2.5)), (("count", "-3"), lambda: bs.Simulation(net, dt=0.1).step(-3)),
                         (("total", "'tpo'"), lambda: bs.statics(net, loads={"bottom": (0, -1)}, total=["tpo"])), (("loads",), lambda: bs.statics(net, loads=(0, -1))),
                         (("'foo'",), lambda: bs.Simulation(net, dt=0.1).set("foo", net.x)), (("fixed", "twice"), lambda: net.replace(fixed=[1, 1, 0])),
@@ -614,12 +615,19 @@ for call in (lambda: simulation.set("velocity", net.x[:3] if rank else net.x), l
              lambda: bs.statics(net, loads={"bottom": (0, -1.0)}, total=["nix"] if rank else False), lambda: bs.statics(net, observe=3 if rank else None),
              lambda: bs.statics(net, load_steps=2.5 if rank else 2), lambda: bs.Statics(net, load_steps=2.5 if rank else 2),
              lambda: bs.modes(net, 2.5 if rank else 2), lambda: bs.moduli(net, load_steps=2.5 if rank else 2),
-             lambda: bs.Simulation(net, dt=1e-3, stop=3 if rank else None)):
+             lambda: bs.Simulation(net, dt=1e-3, stop=3 if rank else None), lambda: simulation.drive("nix" if rank else "bottom", net.x[:7], 1.0),
+             lambda: simulation.drive("bottom", net.x[:7], np.nan if rank else 1.0), lambda: simulation.step(-1 if rank else 1),
+             lambda: simulation.run_until(np.nan if rank else 1.0), lambda: simulation.get("nix" if rank else "position"),
+             lambda: bs.Statics(net).sensitivities(np.zeros(3 if rank else net.x.shape))):
     try: call()
     except bs.InputError as error: told.append(str(error).startswith("rank 1: ") == (rank == 0))
 simulation.step()
-say(rank, len(told), all(told))
-''', ["0 11 True", "1 11 True"]), ('''
+for call in (lambda: simulation.step(2 + rank), lambda: simulation.run_until(1.0 + rank), lambda: simulation.drive("bottom", net.x[:7], 1.0 + rank)):
+    try: call()
+    except bs.InputError as error: told.append("rank 1 gives something else" in str(error))
+simulation.step()
+say(rank, len(told), all(told), simulation.steps)
+''', ["0 20 True 2", "1 20 True 2"]), ('''
 net = bs.Lattice([[0.0, 0], [1, 0], [2, 0]], [[0, 1], [1, 2]], stiffness=1.0, rest_length=1.0, fixed=[0], groups={"end": [2]})
 half = bs.statics(net, loads={"end": (1.0, 0)}, load_steps=4, bs_motion_end="y=fixed", stop=lambda s, eq: s > 0.4)
 say(rank, *(round(bs.modes(half, 3, comm=comm).omega2[1], 6) for comm in (None, MPI.COMM_SELF)))

@@ -52,8 +52,15 @@ def array_of(name: str, value: Any, shape: Tuple[int, ...]) -> Floats:
         raise InputError(f"{name} has the shape {array.shape}: give {shape}")
     bad = np.argwhere(~np.isfinite(array))
     if len(bad):
-        raise InputError(f"{name}, row {bad[0][0]}: {array[bad[0][0]]} is not finite")
+        raise InputError(f"{name}, row {bad[0][0]}: {array[bad[0][0]]} is not finite" if shape else f"{name}: {array} is not finite")
     return array
+
+
+def one_of(value: Any, *names: str) -> str:
+    """A name that an argument is."""
+    if value not in names:
+        raise InputError(f"{value!r}: give {', '.join(names[:-1])} or {names[-1]}")
+    return str(value)
 
 
 def rows_in(name: str, value: Any, width: Optional[int], count: int, place: str = "row") -> Whole:

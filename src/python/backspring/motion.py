@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike
 from . import errors
 from ._library import agreed, end_session, new_session, on_all, require_same, world
 from .analyses import start_of
-from .arguments import array_of
+from .arguments import array_of, one_of
 from .breaks import Events
 from .changes import change, numbered
 from .errors import InputError
@@ -120,6 +120,12 @@ class Simulation:
         self._done(answer[0])
         return answer[1]
 
+    def _same(self, name: str, check: Callable[[], Found]) -> Found:
+        """An argument as `check` returns it, unless that raises or returns something else on some rank."""
+        found = on_all(self._comm, check)
+        require_same(self._comm, {name: found})
+        return found
+
     def _moment(self) -> Tuple[int, int]:
         """Another one whenever the state is another."""
         return self._session.steps, self._sets
@@ -131,16 +137,18 @@ class Simulation:
 
     def step(self, count: int = 1) -> None:
         """`count` steps."""
-        count = whole("count", count)
-        if count < 0:
-            raise InputError(f"count: {count} is negative")
-        self._step(lambda: self._session.step(count))
+        def checked() -> int:
+            if whole("count", count) < 0:
+                raise InputError(f"count: {count} is negative")
+            return whole("count", count)
+
+        steps = self._same("count", checked)
+        self._step(lambda: self._session.step(steps))
 
     def run_until(self, t: float) -> None:
         """Steps up to the time t [s], where the last one ends."""
-        if not np.isfinite(t):
-            raise InputError(f"t: {t} is no time")
-        self._step(lambda: self._session.run_until(float(t)))
+        end = self._same("t", lambda: float(array_of("t", t, ())))
+        self._step(lambda: self._session.run_until(end))
 
     def next_frame(self) -> bool:
         """Steps up to the next output time (bs_output_interval; without it, the next step) or the end (ts_max_time). False where the end was reached before."""
@@ -172,14 +180,12 @@ class Simulation:
 
     def get(self, what: str, whole: bool = True) -> Floats:
         """position [m], velocity [m/s], force or reaction [N]: (N, d) of all particles, or of this rank's rows."""
-        if what not in ("position", "velocity", "force", "reaction"):
-            raise InputError(f"{what!r}: give position, velocity, force or reaction")
+        self._same("what", lambda: one_of(what, "position", "velocity", "force", "reaction"))
         return self._found(self._session.get(what, whole))
 
     def set(self, what: str, numbers: ArrayLike, whole: bool = True) -> None:
         """position [m] or velocity [m/s]: (N, d) of all particles, or of this rank's rows, from which the method starts anew."""
-        if what not in ("position", "velocity"):
-            raise InputError(f"{what!r}: give position or velocity")
+        self._same("what", lambda: one_of(what, "position", "velocity"))
         rows = len(self.lattice) if whole else self.rows.stop - self.rows.start
         values = on_all(self._comm, lambda: array_of(what, numbers, (rows, self.lattice.dim)))
         self._done(self._session.set_rows(what, values[self.rows] if whole else values))
@@ -195,12 +201,17 @@ class Simulation:
     def drive(self, group: str, places: ArrayLike, t: float) -> None:
         """The group, whose motion is an option's (bs_motion_NAME="given"), moves uniformly from where it is to `places`, (members, d) [m], at the time t [s],
         and stays there until the next call."""
-        if group not in self.lattice.groups:
-            raise InputError(f"there is no group {group!r}: name one of {', '.join(self.lattice.groups) or 'those that the lattice is given'}")
-        members = np.flatnonzero(self.lattice.groups[group])
-        every = np.array(self.lattice.x, dtype=float)
-        every[members] = on_all(self._comm, lambda: array_of(f"the array of places of {group}", places, (len(members), self.lattice.dim)))
-        self._done(self._session.drive(group, float(t), every[self.rows]))
+        def checked() -> Tuple[Floats, float]:
+            if group not in self.lattice.groups:
+                raise InputError(f"there is no group {group!r}: name one of {', '.join(self.lattice.groups) or 'those that the lattice is given'}")
+            members = np.flatnonzero(self.lattice.groups[group])
+            every = np.array(self.lattice.x, dtype=float)
+            every[members] = array_of(f"the array of places of {group}", places, (len(members), self.lattice.dim))
+            return every, float(array_of("t", t, ()))
+
+        every, time = on_all(self._comm, checked)
+        require_same(self._comm, {"group": group, "t": time})
+        self._done(self._session.drive(group, time, every[self.rows]))
 
     def save(self) -> State:
         """All that the motion is now, for restore(): the state, histories of springs, what is broken or removed, numbers that change() gave, works, the time."""

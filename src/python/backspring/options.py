@@ -5,7 +5,7 @@ from __future__ import annotations
 import numbers
 import operator
 import os
-from typing import Any, Mapping, Optional
+from typing import Any, Dict, Mapping, Optional
 
 import numpy as np
 
@@ -45,13 +45,18 @@ def whole(name: str, value: Any) -> int:
 
 
 def joined(earlier: Settings, later: Settings) -> Settings:
-    """Settings, of which the later ones may replace earlier ones but not say one thing twice."""
-    seen = set()
+    """Settings, of which the later ones may replace earlier ones but not say one thing twice, under whichever of an option's names."""
+    from ._core import kept_name
+
+    seen: Dict[str, str] = {}
     for name, _ in later:
-        if name in seen:
+        kept = kept_name(name).lower()
+        if kept in seen:
+            if seen[kept] != name:
+                raise InputError(f"{seen[kept][1:]} and {name[1:]} are two names of one option: leave one out")
             raise InputError(f"{name[1:]} is given twice: by an argument and as an option, leave one out")
-        seen.add(name)
-    return [one for one in earlier if one[0] not in seen] + later
+        seen[kept] = name
+    return [one for one in earlier if kept_name(one[0]).lower() not in seen] + later
 
 
 def loads_of(loads: Optional[Loads], total: Shared) -> Settings:
