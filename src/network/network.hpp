@@ -73,6 +73,7 @@ struct Network {
   PetscInt n = 0, ghosts = 0, total = 0;  ///< particles
   PetscInt first = 0;                     ///< global index of the first owned particle
   std::int64_t springs_total = 0, anchors_total = 0, fixed_total = 0;
+  bool room = false;  ///< springs that exert nothing may come to do so: matrices have their blocks, too
   // owned and ghosts
   std::vector<PetscInt> global;
   std::vector<std::uint8_t> fixed;  ///< 0: free, at least in part; 1: fixed; 2: all its components move as given

@@ -148,6 +148,7 @@ void bind_sessions(py::module_& m) {
     const py::ssize_t count = static_cast<py::ssize_t>(all.size());
     return array_of(std::move(all), {count});
   });
+  one.def("expect_changes", [](PythonSession& s) { s->expect_changes(); });
   one.def("set_numbers", [](PythonSession& s, const std::string& name, const Numbers& all) {
     const std::vector<double> numbers = vector_of(all);
     return as_python(s.call([&] { return s->set_numbers(name, numbers); }));

@@ -114,6 +114,8 @@ Error Session::sensitivities(const std::vector<double>& slope, std::map<std::str
   return outcome(impl_->comm, impl_->sensitivities(slope, out));
 }
 
+void Session::expect_changes() { held_by<Mechanics::Room>(impl_->comm).any = true; }
+
 Error Session::set_numbers(const std::string& name, const std::vector<double>& all) {
   return call([&] { return impl_->set_numbers(name, all); });
 }

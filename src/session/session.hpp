@@ -115,6 +115,9 @@ class Session {
   /// rest_length, damping, or what the springs' laws take; mass. They hold in what is stepped, which goes on as after set_rows(), in what follow()
   /// finds, and in analyses to come. Errors (Exit::input): change_numbers() (lattice/numbers.hpp); a session without a lattice in memory.
   Error set_numbers(const std::string& name, const std::vector<double>& all);
+  /// Systems made from now on (Make::when_needed) have room for springs that exert nothing yet, so that follow() goes on where set_numbers() gives
+  /// them a stiffness; without it there is then no equilibrium to follow. What is stepped is made anew where it lacks room.
+  void expect_changes();
   /// Local. The numbers of that name of now; empty where there are none.
   std::vector<double> numbers(const std::string& name) const;
   /// These springs, rows of the input, exert no force any more, and damp nothing: their numbers are 0 but those that cannot be, and stay so whatever

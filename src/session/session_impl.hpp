@@ -64,6 +64,7 @@ struct Session::Impl {
   PetscErrorCode check_state(const State& state);
   PetscErrorCode restore(const State& state);
   PetscErrorCode inherit(const SavedState& equilibrium);
+  NumberTable numbers_of(const State& state) const;
   PetscErrorCode restore_numbers(const State& state);
   PetscErrorCode checkpoint(const std::string& file);
   PetscErrorCode modes(Result* out, const SavedState* about);
@@ -72,6 +73,7 @@ struct Session::Impl {
   PetscErrorCode sensitivities(const std::vector<double>& slope, std::map<std::string, std::vector<double>>* out);
   void drop_statics();
   PetscErrorCode set_numbers(const std::string& name, const std::vector<double>& all);
+  PetscErrorCode make_room(const std::string& name, const std::vector<double>& all);
   PetscErrorCode pass_on(const std::string& name, const std::vector<double>& all);
   std::vector<std::string> numbers_of_removed() const;
   PetscErrorCode remove_springs(const std::vector<std::int64_t>& rows);

@@ -1,6 +1,7 @@
 // Numbers of a session's lattice that are given anew, and equilibria that follow them.
 #include <algorithm>
 #include "base/collective.hpp"
+#include "base/context.hpp"
 #include "base/handle.hpp"
 #include "base/text.hpp"
 #include "lattice/numbers.hpp"
@@ -95,6 +96,25 @@ PetscErrorCode Session::Impl::require_given() {
   PetscFunctionReturn(0);
 }
 
+/// Systems whose matrices lack a spring that these numbers let exert something: the one that is stepped is made anew, at the state that it has.
+PetscErrorCode Session::Impl::make_room(const std::string& name, const std::vector<double>& all) {
+  bool lacks = false;
+  State now;
+  PetscFunctionBegin;
+  if (statics) PetscCall(statics->equilibrium().mechanics()->lacks_room(name, all, &lacks));
+  if (lacks) statics.reset();
+  if (!model) PetscFunctionReturn(0);
+  PetscCall(model->mechanics()->lacks_room(name, all, &lacks));
+  if (!lacks) PetscFunctionReturn(0);
+  PetscCall(save(&now));
+  run.reset();
+  given_state.reset();
+  held_by<Mechanics::Room>(comm).any = true;
+  PetscCall(make_model(&model));
+  PetscCall(restore(now));
+  PetscFunctionReturn(0);
+}
+
 /// To what is stepped and to what follow() goes on from.
 PetscErrorCode Session::Impl::pass_on(const std::string& name, const std::vector<double>& all) {
   PetscFunctionBegin;
@@ -128,6 +148,9 @@ PetscErrorCode Session::Impl::set_numbers(const std::string& name, const std::ve
     }
   if (!change_numbers(given.get(), name, now, &why)) error.note(0, why);
   PetscCall(fail_if_any(comm, error));
+  if (column) *column = before;  // room is made for the system as it was
+  PetscCall(make_room(name, now));
+  *column = now;
   const PetscErrorCode code = pass_on(name, now);
   if (code) *column = before;
   PetscFunctionReturn(code);
@@ -159,13 +182,17 @@ PetscErrorCode Session::Impl::remove_springs(const std::vector<std::int64_t>& ro
   PetscFunctionReturn(code);
 }
 
-/// All that were ever changed, for springs that were broken until now have what they had when they broke.
-PetscErrorCode Session::Impl::restore_numbers(const State& state) {
+/// Those of a state: of all that were ever changed, for springs that were broken until now have what they had when they broke.
+NumberTable Session::Impl::numbers_of(const State& state) const {
   NumberTable then = original;
+  for (const auto& [name, numbers] : state.changed) then[name] = numbers;
+  return then;
+}
+
+PetscErrorCode Session::Impl::restore_numbers(const State& state) {
   PetscFunctionBegin;
   removed = state.removed;
-  for (const auto& [name, numbers] : state.changed) then[name] = numbers;
-  for (const auto& [name, numbers] : then) {
+  for (const auto& [name, numbers] : numbers_of(state)) {
     std::vector<double>* const column = changeable_numbers(given.get(), name);
     *column = *numbers;
     PetscCall(pass_on(name, *numbers));

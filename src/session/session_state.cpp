@@ -156,6 +156,7 @@ PetscErrorCode Session::Impl::restore(const State& state) {
   PetscCall(open());
   PetscCall(refuse_files());
   PetscCall(check_state(state));
+  for (const auto& [name, numbers] : numbers_of(state)) PetscCall(make_room(name, *numbers));
   PetscCall(VecDuplicate(model->initial_state(), given_state.out()));
   PetscCall(start_anew(state.time, state.steps));
   PetscCall(put_state(*model, state, given_state));

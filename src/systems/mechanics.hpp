@@ -76,6 +76,15 @@ class Mechanics : public System {
   /// Collective. The run goes on from (t, y), which it came to without a step: histories of springs are brought up to it, and work is counted from
   /// here. Nothing breaks.
   virtual PetscErrorCode begin_at(double, Vec) { return 0; }
+  /// In the context of a communicator: whether systems made on it have room for springs that exert nothing yet, and are given other numbers later.
+  struct Room {
+    bool any = false;
+  };
+  /// Collective. Whether a spring that has no room in matrices would exert something with these numbers: the system has to be made anew for them.
+  virtual PetscErrorCode lacks_room(const std::string&, const std::vector<double>&, bool* yes) {
+    *yes = false;
+    return 0;
+  }
   /// Collective. Numbers of the lattice (lattice/numbers.hpp) from now on; `all`: of the whole, checked and the same on every rank. What was computed
   /// with others is forgotten; histories stay. Error (exit 2): numbers that a force has taken for good.
   virtual PetscErrorCode set_numbers(const std::string&, const std::vector<double>&) { return 0; }

@@ -117,6 +117,48 @@ def healed():
         assert done.returncode == 0, done.stdout + done.stderr
 
 
+def room():
+    """Springs that exert nothing at first, and get a stiffness while the system lives: what a system that is made with it does, in motions and equilibria."""
+    start = sheet()
+    start["stiffness"] = np.where(np.random.default_rng(4).random(101) < 0.15, 0.0, start["stiffness"])
+    start["damping"] = 0.0
+    whole = sheet()["stiffness"]
+    for kind in ("beuler", "cn", "verlet"):
+        with bs.Simulation(bs.Lattice(**start), ts_type=kind, snes_rtol=1e-12, **FALLING) as late, bs.Simulation(bs.Lattice(**start), ts_type=kind, snes_rtol=1e-12, **FALLING) as branch:
+            late.step(5)
+            state = late.save()
+            late.change(stiffness=whole)
+            with bs.Simulation(bs.Lattice(**{**start, "stiffness": whole, "x": late.x, "velocity": late.v}), ts_type=kind, snes_rtol=1e-12, ts_init_time=late.t, **FALLING) as soon:
+                for one in (late, soon):
+                    one.step(10)
+                assert abs(late.x - soon.x).max() < 1e-9 and late.lattice.stiffness.all() and late.steps == 15, kind
+            after = late.save()
+            branch.restore(after)
+            branch.step(3)
+            late.step(3)
+            assert abs(late.x - branch.x).max() < 1e-9, kind
+            late.restore(state)
+            assert np.array_equal(late.lattice.stiffness, start["stiffness"]) and late.steps == 5
+            branch.restore(state)
+            for one in (late, branch):
+                one.step(4)
+            assert np.array_equal(late.x, branch.x), kind
+    pulled = dict(loads={"bottom": (0.3, -20.0)}, snes_rtol=1e-12)
+    with bs.Statics(bs.Lattice(**start), **pulled) as solver:
+        first = solver.solve()
+        solver.change(stiffness=whole)
+        second = solver.solve()
+        assert second.newton < 20 and abs(second.x - bs.statics(bs.Lattice(**{**start, "stiffness": whole}), **pulled).x).max() < 1e-9
+        solver.change(stiffness=start["stiffness"])
+        assert abs(solver.solve().x - first.x).max() < 1e-8
+    limited = bs.Lattice(**{**start, "breaking": {"critical_strain": 0.3}})
+    with bs.Simulation(limited, ts_type="verlet", dt=2e-3, bs_gravity=(0, -30.0)) as simulation:
+        simulation.change(remove=[0, 1, 2])
+        simulation.step(300)
+        gone = set(np.flatnonzero(start["stiffness"] == 0)) | {0, 1, 2}
+        assert len(simulation.events) > 0 and not gone & set(simulation.events.spring), "what exerts nothing does not break"
+
+
 def histories():
     """A motion from an equilibrium goes on with what its springs went through: bars that flowed or broke swing about it with their unloading stiffness."""
     bar = bs.Lattice([[0.0], [1.0]], [[0, 1]] * 2, stiffness=[4.0, 1.0], rest_length=1.0, fixed=[0], groups={"end": [1]}, parallel=True, mass=2.0,

@@ -79,6 +79,7 @@ class Statics:
         self._all = [("-bs_output_springs", "true")] + self._settings
         self._comm, self._stands, self._warned = comm, False, 0
         self._session, self._number = new_session(comm, self.lattice, [], self._forces, self._all)
+        self._session.expect_changes()
 
     def change(self, *, remove: ArrayLike = (), **numbers: ArrayLike) -> None:
         """Numbers from now on, (S,) or one number: stiffness [N/m], rest_length [m], damping [kg/s], or what the springs' law takes; mass, (N,) or one

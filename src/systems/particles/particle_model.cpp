@@ -27,6 +27,7 @@ PetscErrorCode ParticleModel::create(MPI_Comm comm, Lattice&& lattice, std::uniq
   NetworkOptions options;
   PetscCall(read_network_options(comm, &options));
   model->net_.comm = comm;
+  model->net_.room = held_by<Room>(comm).any;
   // springs with a law each have it in the trajectory
   if (!lattice.law_by_row) PetscCall(record_option("-bs_spring_law", spring_laws()[static_cast<std::size_t>(lattice.spring_law)].name));
   PetscCall(record_option("-bs_damping_law", damper_laws()[static_cast<std::size_t>(lattice.damping_law)].first.c_str()));
@@ -57,6 +58,7 @@ PetscErrorCode ParticleModel::create(MPI_Comm comm, Lattice&& lattice, std::uniq
   if (model->forces_.active()) model->terms_->add(model->forces_);
   model->callback_.create(model->net_, model->pattern_);
   if (model->callback_.active()) model->terms_->add(model->callback_);
+  model->find_roomless();
   PetscCall(model->commit_start());
   PetscCall(model->linearised_.create(model->net_, *model->terms_, model->pattern_, model->y0_, model->coupling_.active()));
   PetscCall(model->potential_.create(model->net_, *model->terms_, model->y0_, model->coupling_.active()));

@@ -52,6 +52,7 @@ class ParticleModel final : public Mechanics {
   std::vector<FreeStrain> free_strains(double t) const override { return constraints_.box().free_strains(t); }
   void set_free_strains(const std::vector<double>& strains) override { constraints_.box().set_free_strains(strains); }
   bool time_dependent() const override;
+  PetscErrorCode lacks_room(const std::string& name, const std::vector<double>& all, bool* yes) override;
   PetscErrorCode set_numbers(const std::string& name, const std::vector<double>& all) override;
   PetscErrorCode numbers(const std::string& name, std::vector<double>* all) override;
   PetscErrorCode force_changes(const std::string& name, double t, Vec y, Vec lambda, std::vector<double>* rows) override;
@@ -92,6 +93,7 @@ class ParticleModel final : public Mechanics {
   PetscErrorCode check_laws() const;
   PetscErrorCode take_fingerprint(const Lattice& lattice, const std::vector<std::uint8_t>& fixed);
   void springs_changed();
+  void find_roomless();
   PetscErrorCode note_numbers(const std::string& name, const std::vector<double>& all);
   PetscErrorCode create_state();
   PetscErrorCode commit_start();
@@ -129,6 +131,7 @@ class ParticleModel final : public Mechanics {
   LinearisedForces linearised_;
   ParticlePotential potential_;
   std::vector<double> force_, rates_;
+  std::vector<PetscInt> roomless_;  ///< links without blocks in matrices
   VecHandle y0_;
   VecHandle drawn_;  ///< ends of springs that can break, in the input's order, as they are drawn
   InputOrder order_;

@@ -1,4 +1,5 @@
 // Numbers of springs and particles that are given anew while the system lives.
+#include <algorithm>
 #include "base/collective.hpp"
 #include "base/error.hpp"
 #include "base/row_sum.hpp"
@@ -6,6 +7,7 @@
 #include "lattice/spring_laws.hpp"
 #include "systems/particles/fingerprint.hpp"
 #include "systems/particles/particle_model.hpp"
+#include "systems/particles/spring_exists.hpp"
 
 namespace bs {
 namespace {
@@ -34,6 +36,21 @@ void give_links(const std::string& name, const std::vector<double>& all, Links* 
 }
 
 }  // namespace
+
+/// Once: matrices keep the blocks that they have at first.
+void ParticleModel::find_roomless() {
+  for (PetscInt i = 0; i < net_.n; ++i)
+    for (PetscInt e = net_.links.start[i]; e < net_.links.start[i + 1]; ++e)
+      if (net_.links.spring[e] >= 0 && !net_.fixed[net_.links.other[e]] && !has_block(net_, e)) roomless_.push_back(e);
+}
+
+PetscErrorCode ParticleModel::lacks_room(const std::string& name, const std::vector<double>& all, bool* yes) {
+  PetscFunctionBegin;
+  const bool rates = name != "mass" && name != "rest_length" && static_cast<std::int64_t>(all.size()) == net_.springs_total;
+  const auto acts = [&](PetscInt e) { return all[static_cast<std::size_t>(net_.links.spring[e])] != 0; };
+  PetscCall(on_some_rank(net_.comm, rates && std::any_of(roomless_.begin(), roomless_.end(), acts), yes));
+  PetscFunctionReturn(0);
+}
 
 PetscErrorCode ParticleModel::set_numbers(const std::string& name, const std::vector<double>& all) {
   PetscFunctionBegin;

@@ -24,6 +24,8 @@ inline bool ties(const Network& net, PetscInt e) { return net.links.spring[e] < 
 
 /// Whether assembled matrices have a block for link e of a particle that is not fixed: a broken spring keeps its own, for it may have to be restored,
 /// and a continued run has the same matrices.
-inline bool has_block(const Network& net, PetscInt e) { return !net.fixed[net.links.other[e]] && (net.links.is_broken(e) || ties(net, e)); }
+inline bool has_block(const Network& net, PetscInt e) {
+  return !net.fixed[net.links.other[e]] && (net.room || net.links.is_broken(e) || ties(net, e));
+}
 
 }  // namespace bs

@@ -4,6 +4,7 @@
 #include "lattice/spring_laws.hpp"
 #include "systems/particles/breaking/breaking.hpp"
 #include "systems/particles/physics.hpp"
+#include "systems/particles/spring_exists.hpp"
 
 namespace bs {
 
@@ -36,7 +37,7 @@ void SpringBreaks::judge(const LocalState& state, std::vector<PastLimit>* found)
   const Links& links = net_->links;
   for (std::size_t k = 0; k < judged_.size(); ++k) {
     const auto [i, e] = judged_[k];
-    if (links.broken[static_cast<std::size_t>(e)]) continue;
+    if (links.broken[static_cast<std::size_t>(e)] || !exists(*net_, e)) continue;
     const LinkMeasures m = pairs_->measure(state, i, e);
     const double excess = excess_of(k, m), rest = links.rest_length[e];
     if (!(excess >= 1 - BREAK_TIE)) continue;

@@ -34,7 +34,8 @@ PetscErrorCode SpringBreaks::give_limits(const Lattice& lattice) {
   PetscFunctionBegin;
   for (PetscInt i = 0; i < net_->n; ++i)
     for (PetscInt e = links.start[i]; e < links.start[i + 1]; ++e)
-      if (links.spring[e] >= 0 && net_->global[i] <= net_->global[links.other[e]] && !spared[i] && !spared[links.other[e]] && exists(*net_, e))
+      if (links.spring[e] >= 0 && net_->global[i] <= net_->global[links.other[e]] && !spared[i] && !spared[links.other[e]] &&
+          (net_->room || exists(*net_, e)))
         judged_.push_back({i, e});
   if (rules_.scatter != BreakRules::none)
     for (const Judged& one : judged_) factor_.push_back(rules_.factor(links.spring[one.link]));
