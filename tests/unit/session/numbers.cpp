@@ -1,6 +1,7 @@
 // Numbers of springs and particles that change while what a session has made of them lives.
 #include <catch2/catch.hpp>
 
+#include <algorithm>
 #include <cmath>
 #include <string>
 #include <vector>
@@ -238,4 +239,47 @@ TEST_CASE("numbers that are none are refused, and nothing changes") {
   require_near(table(found, "position"), where, 1e-12);
   const auto named = session_of({{"-bs_lattice_type", "chain"}, {"-bs_lattice_size", "4"}});
   REQUIRE(named->set_numbers("stiffness", {1, 1, 1}).text.find("read_lattice") != std::string::npos);
+}
+
+TEST_CASE("sensitivities of equilibria with springs of any law: by differences of equilibria") {
+  for (const SpringLawInfo& law : spring_laws()) {
+    const LatticeArrays lattice = net(&law);
+    const auto session = session_of_net(lattice);
+    Result found;
+    std::map<std::string, Numbers> changes;
+    REQUIRE(session->sensitivities(Numbers(50, 1.0), &changes).text.find("no equilibrium") != std::string::npos);
+    good(session->solve_statics(&found));
+    Numbers slope(50);
+    for (std::size_t k = 0; k < slope.size(); ++k) slope[k] = std::cos(static_cast<double>(3 * k));
+    const auto quantity = [&] {
+      double sum = 0;
+      for (std::size_t k = 0; k < slope.size(); ++k) sum += slope[k] * table(found, "position")[k];
+      return sum;
+    };
+    good(session->sensitivities(slope, &changes));
+    REQUIRE(changes.size() == 2 + law.parameters.size());
+    const std::map<std::string, Numbers> wanted = changes;
+    for (const auto& [name, expected] : wanted) {
+      if (name == "rest_length" && law.zero_rest) continue;  // the net's springs have none
+      const Numbers before = session->numbers(name);
+      const double most = std::abs(*std::max_element(expected.begin(), expected.end(), [](double a, double b) { return std::abs(a) < std::abs(b); }));
+      for (const std::size_t spring : {0, 17, 40}) {
+        const double h = 1e-4 * before[spring];
+        double values[2];
+        for (const int side : {0, 1}) {
+          Numbers now = before;
+          now[spring] += side == 0 ? h : -h;
+          good(session->set_numbers(name, now));
+          REQUIRE(session->sensitivities(slope, &changes).exit == Exit::input);  // of other numbers than the equilibrium's
+          good(session->follow(&found));
+          values[side] = quantity();
+        }
+        CAPTURE(law.name, name, spring);
+        REQUIRE(std::abs((values[0] - values[1]) / (2 * h) - expected[spring]) <= 1e-5 * most + 1e-11);
+      }
+      good(session->set_numbers(name, before));
+      good(session->follow(&found));
+    }
+    REQUIRE(session->sensitivities(Numbers(3, 1.0), &changes).text.find("3 slopes for 50") != std::string::npos);
+  }
 }
