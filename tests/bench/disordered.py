@@ -6,7 +6,8 @@
 
 plate_P: a triangular plate of 50 x 50 particles, bonds present with the probability P, a notch to 0.4 of its width; its upper row is pulled by 4 in 40 load steps. shear_SEED: a
 periodic triangular net of 40 x 40 particles of which 42 % of the springs have stiffness 1, the others 0, floppy at first, sheared by 0.2 in the first 20 of 60 load steps of 0.01
-each. pulled: the net of statics.py, one load step. Springs are linear, of stiffness 1, at rest at the start (those of `pulled` at rest before the pull).
+each. pushed_SEED: such a net of 30 x 30 with 36 %, whose springs are 0.5 % too long, comes to rest. pulled: the net of statics.py, one load step. Springs are linear, of stiffness 1,
+at rest at the start (those of `pulled` at rest before the pull).
 
 A load step is met where the 2-norm of the forces on the free particles, computed by NumPy at the places found, has fallen to 1e-8 of that at its beginning: at the last places,
 with what is driven, or moved affinely with the box. The program works to its own tolerances (1e-12, or the rounding errors of its forces); the others stop at 1e-8. They are in
@@ -77,8 +78,8 @@ def bare(path, kept):
 class Case:
     """A net in a file, the option that loads it, with how much of that a load step adds, how many load steps are made, and where they begin."""
 
-    def __init__(self, path, options, a_step, steps):
-        self.path, self.load, self.a_step, self.steps = path, options, a_step, steps
+    def __init__(self, path, options, a_step, steps, shear=0.0):
+        self.path, self.load, self.a_step, self.steps, self.shear = path, options, a_step, steps, shear
         with h5py.File(path) as f:
             self.x = f["particles/position"][:, :2]
             pairs, stiffness = f["springs/pairs"][...], f["springs/stiffness"][...]
@@ -100,14 +101,14 @@ class Case:
         return f"{self.load.format(self.a_step * steps)} -bs_load_steps {steps}".split()
 
     def box(self, n):
-        """Edges after n load steps: rows, each followed by a shear of 0.01 a load step."""
-        return self.edges @ np.array([[1, 0], [0.01 * n, 1]])
+        """Edges after n load steps: rows, each followed by the shear of a load step."""
+        return self.edges @ np.array([[1, 0], [self.shear * n, 1]])
 
     def moved(self, n, x):
         """Where load step n begins: (places, edges)."""
         y = x.copy()
         if self.edges.any():
-            y = x @ np.array([[1, 0], [0.01, 1]])
+            y = x @ np.array([[1, 0], [self.shear, 1]])
         y[self.driven] = self.x[self.driven] + [0, 0.1 * n]
         return y, self.box(n)
 
@@ -121,7 +122,12 @@ def make_case(name, program, folder):
         words = ("-bs_task generate -bs_lattice_type triangular -bs_lattice_size 40,40 -bs_lattice_periodic xy -bs_lattice_dim 2 -bs_lattice_stiffness 1 "
                  "-bs_lattice_stiff_fraction 0.42 -bs_lattice_stiff_factor 0 -bs_lattice_seed").split()
         subprocess.run([program, *words, name[6:], "-bs_output", path], env=environment(1), capture_output=True, check=True)
-        return Case(path, "-bs_box_strain xy=velocity:{}", 0.01, 20)
+        return Case(path, "-bs_box_strain xy=velocity:{}", 0.01, 20, 0.01)
+    if name.startswith("pushed_"):
+        words = ("-bs_task generate -bs_lattice_type triangular -bs_lattice_size 30,30 -bs_lattice_periodic xy -bs_lattice_dim 2 -bs_lattice_stiffness 1 "
+                 "-bs_lattice_stiff_fraction 0.36 -bs_lattice_stiff_factor 0 -bs_lattice_rest_length_factor 1.005 -bs_lattice_seed").split()
+        subprocess.run([program, *words, name[7:], "-bs_output", path], env=environment(1), capture_output=True, check=True)
+        return Case(path, "", 0, 1)
     p = float(name.split("_")[1])
     x, pairs, low, up = plate(50, p, 15 if p == 0.72 else 1)
     write_lattice(path, x, 1.0, pairs=pairs, stiffness=1.0)
@@ -269,7 +275,7 @@ def document(found):
 def main():
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--program", default=str(HERE.parents[1] / "build" / "release" / "backspring"))
-    parser.add_argument("--nets", default="plate_0.72,plate_0.8,plate_0.9,shear_1,pulled", help="those that are measured; the files keep what they hold of others")
+    parser.add_argument("--nets", default="plate_0.72,plate_0.8,plate_0.9,shear_1,pushed_1,pulled", help="those that are measured; the files keep what they hold of others")
     parser.add_argument("--variants", default=",".join(TUNED), help="of the program, the default first")
     parser.add_argument("-o", type=pathlib.Path, default=HERE)
     parser.add_argument("--check", action="store_true", help="small: all methods find the same equilibrium of one net; nothing is written")
