@@ -3,7 +3,8 @@
 #include <petscmat.h>
 #include <type_traits>
 
-// Exported and documented, but declared in a private header alone.
+// Exported and documented, but declared in a private header alone, which some files include.
+// NOLINTNEXTLINE(readability-redundant-declaration)
 PETSC_EXTERN PetscErrorCode PetscObjectStateGet(PetscObject, PetscObjectState*);
 
 namespace bs {

@@ -15,7 +15,7 @@ namespace {
 // Why graphs are not cut; empty where they are. PTScotch in the 64-bit-index PETSc of Debian is the 32-bit library: it crashes. ParMETIS, which
 // Debian's has not, comes first where there is one, as in PETSc itself; nobody has tried it with this program yet.
 #if defined(PETSC_HAVE_PARMETIS) || (defined(PETSC_HAVE_PTSCOTCH) && !defined(PETSC_USE_64BIT_INDICES))
-constexpr std::string_view NO_GRAPH = "";
+constexpr std::string_view NO_GRAPH;
 #elif defined(PETSC_HAVE_PTSCOTCH)
 constexpr std::string_view NO_GRAPH = "the PTScotch of this PETSc with 64-bit indices may be that of 32 bits, and is not used";
 #else

@@ -29,7 +29,7 @@ class PythonSession {
   PythonSession(std::int64_t comm, const LatticeArrays& lattice, const Settings& settings, const py::object& forces) {
     if (!forces.is_none()) std::tie(force_, tangent_, energy_) = forces.cast<std::tuple<py::object, py::object, py::object>>();
     const Turn turn;
-    const MPI_Comm mpi = MPI_Comm_f2c(static_cast<MPI_Fint>(comm));
+    MPI_Comm mpi = MPI_Comm_f2c(static_cast<MPI_Fint>(comm));
     MPI_Comm_dup(mpi, &comm_);
     const PetscMPIInt ranks = size_of(comm_);
     several_ = ranks > 1;

@@ -52,8 +52,11 @@ py::dict frame_of(FrameData&& frame) {
     else if (one.columns > 0) observables[py::str(one.name)] = array_of(std::move(one.value), {size / one.columns, one.columns});
     else observables[py::str(one.name)] = array_of(std::move(one.value), {size});
   }
-  for (FrameTable& one : frame.tables) fields[py::str(one.name)] = table_of(std::move(one));
-  for (FrameTable& one : frame.breaks) breaks[py::str(one.name)] = table_of(std::move(one));
+  for (auto& [tables, to] : {std::tie(frame.tables, fields), std::tie(frame.breaks, breaks)})
+    for (FrameTable& one : tables) {
+      const py::str name(one.name);
+      to[name] = table_of(std::move(one));
+    }
   all["time"] = frame.time;
   all["observables"] = observables;
   all["fields"] = fields;
@@ -121,7 +124,7 @@ py::tuple numbers_of(PythonSession& s, const std::string& name, bool whole) {
 }  // namespace
 
 void bind_sessions(py::module_& m) {
-  py::class_<Session::State, std::shared_ptr<Session::State>>(m, "State");
+  const py::class_<Session::State, std::shared_ptr<Session::State>> saved(m, "State");
   py::class_<PythonSession> one(m, "Session", py::custom_type_setup(collected));
   one.def(py::init<std::int64_t, const LatticeArrays&, const Settings&, const py::object&>());
   one.def_property_readonly("error", &PythonSession::error);

@@ -33,15 +33,14 @@ static void copy_to(Vec v, const std::vector<double>& numbers) { std::copy(numbe
 /// Numbers of this rank's rows.
 PetscErrorCode Session::Impl::check_rows(const std::vector<double>& rows) {
   Error error;
+  const std::int64_t d = std::max(1, model->dim());
   PetscFunctionBegin;
-  if (rows.size() != static_cast<std::size_t>(particles.count * model->dim()))
+  if (rows.size() != static_cast<std::size_t>(particles.count * d))
     error.note(particles.first,
                format("%zu numbers for %lld particles in %d dimensions", rows.size(), static_cast<long long>(particles.count), model->dim()));
-  for (std::size_t k = 0; k < rows.size() && !error; ++k)
-    if (!std::isfinite(rows[k]))
-      error.note(
-          particles.first + static_cast<std::int64_t>(k) / model->dim(),
-          format("row %lld is not finite: give numbers", static_cast<long long>(particles.first + static_cast<std::int64_t>(k) / model->dim())));
+  const auto bad = std::find_if_not(rows.begin(), rows.end(), [](double number) { return std::isfinite(number); });
+  const std::int64_t row = particles.first + (bad - rows.begin()) / d;
+  if (bad != rows.end()) error.note(row, format("row %lld is not finite: give numbers", static_cast<long long>(row)));
   PetscCall(fail_if_any(comm, error));
   PetscFunctionReturn(0);
 }

@@ -131,7 +131,6 @@ class Run {
   std::unique_ptr<Trajectory> trajectory_;
   Advice advice_;
   std::unique_ptr<CheckpointFile> restart_;
-  bool resumed_ = false;                ///< the trajectory goes on where the checkpoint left it
   std::int64_t steps_at_restart_ = -1;  ///< steps at the checkpoint; -1: from the start
   Facts inputs_;                        ///< fingerprints of the tables that options name
   Facts good_facts_;                    ///< facts() of the last good state, where steps may be taken back
@@ -144,20 +143,21 @@ class Run {
     std::int64_t steps = 0;
   };
   AbandonedMotion abandoned_;
-  bool relaxing_ = false;                        ///< a frame now is not of a good state
   std::map<std::string, std::int64_t> earlier_;  ///< counts of the runs that this one continues
   std::string solver_;                           ///< as the header describes it
   std::string last_checkpoint_;                  ///< where a failed run can be continued from
-  bool spoiled_ = false;                         ///< a frame was not finite: the run ends, and nothing is kept of the state
   std::vector<Observable> first_, last_;
   double observed_ = 0;  ///< when last_ was [s]
   double start_ = 0, end_ = 0;
   std::int64_t pause_at_ = -1;              ///< step after which TSSolve returns; -1: none
   std::string interval_note_;               ///< of the header, where the distance of frames was chosen
-  int held_rows_ = 0;                       ///< of the log, not yet written
   double most_force_ = 0, most_speed_ = 0;  ///< 2-norms of f and of sqrt(M) v, since the run began
-  bool rests_ = false;
   FinalResults results_;
+  int held_rows_ = 0;      ///< of the log, not yet written
+  bool resumed_ = false;   ///< the trajectory goes on where the checkpoint left it
+  bool relaxing_ = false;  ///< a frame now is not of a good state
+  bool spoiled_ = false;   ///< a frame was not finite: the run ends, and nothing is kept of the state
+  bool rests_ = false;
 };
 
 /// Of a frame's observables [J]; NaN if they have none.

@@ -90,7 +90,7 @@ PetscErrorCode Run::cut_by_output(double* h, double* cut) {
 }
 
 PetscErrorCode Run::warn_of_interval() {
-  double h, interval;
+  double h = 0, interval = 0;
   PetscFunctionBegin;
   PetscCall(cut_by_output(&h, &interval));
   if (!(interval > 0)) PetscFunctionReturn(0);

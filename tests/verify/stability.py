@@ -159,7 +159,7 @@ def tangent(x, r, pairs, k, L):
 def slightly(checks, folder):
     """Sheared nets, floppy at first, in which bars press by 1e-10 of k a while some parts are tied to nothing: the count of every frame is that of NumPy's eigenvalues."""
     seen = 0
-    for seed in (1, 6):
+    for seed in (1, 6, 10):
         net = {**STATICS, "bs_lattice_type": "triangular", "bs_lattice_size": "16,16", "bs_lattice_periodic": "xy", "bs_lattice_dim": 2, "bs_lattice_stiffness": 1,
                "bs_lattice_remove_fraction": 0.42, "bs_lattice_seed": seed, "bs_box_strain": "xy=velocity:0.4", "bs_load_steps": 20, "bs_output": "p.h5md"}
         run = checks.run(net, keep=("p.h5md",))
@@ -171,7 +171,7 @@ def slightly(checks, folder):
             places, boxes = f["particles/trajectory/position/value"][:, order], f["particles/trajectory/box/edges/value"][...]
         omega2 = np.array([np.linalg.eigvalsh(tangent(x, x[pairs[:, 1]] + shift @ edges - x[pairs[:, 0]], pairs, k, L)) for x, edges in zip(places, boxes)])
         surely, perhaps = np.sum(omega2 < -1e-9, axis=1), np.sum(omega2 < -1e-11, axis=1)
-        seen += surely.sum()
+        seen += perhaps.sum()  # which of them are, rounding decides
         checks.true(f"net {seed}: unstable directions of {len(told)} frames", run.report["free_bodies"] > 0 and bool(np.all((surely <= told) & (told <= perhaps))),
                     f"{told}, numpy {surely} to {perhaps}")
     checks.true("some are unstable", seen > 0 or checks.ranks > 1)

@@ -12,7 +12,8 @@ using Vectors = std::vector<VecHandle>;
 
 /// Centre of the points x (n, d) and the mean distance from it, of all ranks.
 PetscErrorCode measure(MPI_Comm comm, const std::vector<double>& x, std::size_t d, double* centre, double* radius) {
-  double sums[5] = {0, 0, 0, 0, static_cast<double>(x.size() / d)};
+  const std::size_t points = x.size() / d;
+  double sums[5] = {0, 0, 0, 0, static_cast<double>(points)};
   PetscFunctionBegin;
   for (std::size_t k = 0; k < x.size(); ++k) sums[k % d] += x[k];
   PetscCall(sum_over_ranks(comm, sums, 5));
