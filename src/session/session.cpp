@@ -5,7 +5,7 @@
 #include "base/context.hpp"
 #include "base/signals.hpp"
 #include "session/session_impl.hpp"
-#include "systems/particles/constraints/constraints.hpp"
+#include "systems/client.hpp"
 #include "tasks/modes.hpp"
 #include "tasks/statics/statics.hpp"
 
@@ -44,7 +44,7 @@ Error Session::create(MPI_Comm comm, std::unique_ptr<Lattice> given, const Setti
   Impl* const own = impl.get();
   own->comm = own_communicator(comm, [own](const std::string& text) { own->warnings.push_back(text); });
   own->settings = settings;
-  held_by<MotionsFromOutside>(own->comm).any = true;
+  held_by<Client>(own->comm).moves_groups = true;
   own->given = std::move(given);
   std::unique_ptr<Session> session(new Session(std::move(impl)));
   Error error = filled(own->comm, settings, {}, &own->options);
@@ -114,7 +114,7 @@ Error Session::sensitivities(const std::vector<double>& slope, std::map<std::str
   return outcome(impl_->comm, impl_->sensitivities(slope, out));
 }
 
-void Session::expect_changes() { held_by<Mechanics::Room>(impl_->comm).any = true; }
+void Session::expect_changes() { held_by<Client>(impl_->comm).changes_numbers = true; }
 
 Error Session::set_numbers(const std::string& name, const std::vector<double>& all) {
   return call([&] { return impl_->set_numbers(name, all); });

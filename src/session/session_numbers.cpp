@@ -7,6 +7,7 @@
 #include "lattice/numbers.hpp"
 #include "lattice/spring_laws.hpp"
 #include "session/session_impl.hpp"
+#include "systems/client.hpp"
 #include "systems/mechanics.hpp"
 #include "tasks/statics/statics.hpp"
 
@@ -102,14 +103,14 @@ PetscErrorCode Session::Impl::make_room(const std::string& name, const std::vect
   State now;
   PetscFunctionBegin;
   if (statics) PetscCall(statics->equilibrium().mechanics()->lacks_room(name, all, &lacks));
-  if (lacks) statics.reset();
+  if (lacks) drop_statics();
   if (!model) PetscFunctionReturn(0);
   PetscCall(model->mechanics()->lacks_room(name, all, &lacks));
   if (!lacks) PetscFunctionReturn(0);
   PetscCall(save(&now));
   run.reset();
   given_state.reset();
-  held_by<Mechanics::Room>(comm).any = true;
+  held_by<Client>(comm).changes_numbers = true;
   PetscCall(make_model(&model));
   PetscCall(restore(now));
   PetscFunctionReturn(0);

@@ -9,8 +9,8 @@
 #include "base/text.hpp"
 #include "base/vec_array.hpp"
 #include "session/session_impl.hpp"
+#include "systems/client.hpp"
 #include "systems/mechanics.hpp"
-#include "systems/particles/spring_memory.hpp"
 
 namespace bs {
 
@@ -172,7 +172,7 @@ PetscErrorCode Session::Impl::restore(const State& state) {
 PetscErrorCode Session::Impl::inherit(const SavedState& equilibrium) {
   PetscFunctionBegin;
   if (run || given_state) PetscCall(fail(comm, Exit::input, "an equilibrium is inherited before the first step alone"));
-  held_by<HistoriesFromOutside>(comm).any = true;
+  held_by<Client>(comm).gives_histories = true;
   PetscCall(open());
   PetscCall(put_memory(*model, equilibrium));
   std::map<std::string, double> sums = equilibrium.sums;

@@ -76,10 +76,6 @@ class Mechanics : public System {
   /// Collective. The run goes on from (t, y), which it came to without a step: histories of springs are brought up to it, and work is counted from
   /// here. Nothing breaks.
   virtual PetscErrorCode begin_at(double, Vec) { return 0; }
-  /// In the context of a communicator: whether systems made on it have room for springs that exert nothing yet, and are given other numbers later.
-  struct Room {
-    bool any = false;
-  };
   /// Collective. Whether a spring that has no room in matrices would exert something with these numbers: the system has to be made anew for them.
   virtual PetscErrorCode lacks_room(const std::string&, const std::vector<double>&, bool* yes) {
     *yes = false;

@@ -84,8 +84,7 @@ PetscErrorCode RejectionWatch::name_failure(TS ts) {
   PetscCall(model_.last_fault(&fault));
   if (!fault.empty() && why != SNES_DIVERGED_LOCAL_MIN) last_reason_ = DOMAIN_ERROR;  // a task refused what had been solved for
   last_ = fault.empty() ? REJECTION_REASONS[last_reason_].sentence : fault;
-  if (why == SNES_DIVERGED_INNER && fault.empty())
-    last_ = "a longer step, tried again, took more Newton iterations than the shorter steps in its place";
+  if (why == SNES_DIVERGED_INNER && fault.empty()) last_ = context_->newton.gave_up();
   if (why == SNES_DIVERGED_FUNCTION_COUNT && fault.empty()) last_ = "Newton did not converge within -snes_max_funcs evaluations of the residual";
   if (last_reason_ != LINEAR) PetscFunctionReturn(0);
   PC pc;

@@ -2,6 +2,7 @@
 #include <algorithm>
 #include <cmath>
 #include <string>
+#include "base/error.hpp"
 #include "base/option_names.hpp"
 #include "base/rounding.hpp"
 #include "solvers/newton/search/energy.hpp"
@@ -100,6 +101,13 @@ bool PastLengths::exceeded(PetscInt iterations) const {
   return failed > 0 && rate > 0 && h >= failed * (1 - SAME_STEP) && static_cast<double>(iterations) >= std::max(FEWEST, rate * h);
 }
 
+bool NewtonPolicy::in_vain(PetscInt iterations) {
+  gave_up_ = "";
+  if (lengths_.exceeded(iterations)) gave_up_ = "a longer step, tried again, took more Newton iterations than the shorter steps in its place";
+  else if (longest_idle_ > 0 && solve_.idle >= longest_idle_) gave_up_ = format("%d Newton iterations made no progress", longest_idle_);
+  return !gave_up_.empty();
+}
+
 void NewtonPolicy::save(Facts* facts) const {
   facts->real["lengths_last"] = lengths_.h;
   facts->real["lengths_failed"] = lengths_.failed;
@@ -141,15 +149,20 @@ PetscErrorCode NewtonPolicy::begin_solve(const ResidualNorms& now) {
   reference_ = {0, 0};
   solve_.least = now;
   solve_.worst = 0;
-  solve_.stalled = 0;
+  solve_.stalled = solve_.idle = 0;
+  solve_.fallen = 0;
   PetscFunctionReturn(0);
 }
 
-void NewtonSolve::follow(const ResidualNorms& now) {
+void NewtonSolve::follow(const ResidualNorms& now, double fall) {
+  constexpr double GREATER = 1.01;
   const bool better = now[0] < 0.5 * least[0] || now[1] < 0.5 * least[1];
   for (int k = 0; k < 2; ++k)
     if (now[k] < 0.5 * least[k]) least[k] = now[k];
   stalled = better ? 0 : stalled + 1;
+  const bool lower = fall > GREATER * fallen;
+  if (lower) fallen = fall;
+  idle = better || lower ? 0 : idle + 1;
 }
 
 // Converged: every part has fallen by rtol, or to its rounding errors and falls no further, or all of F is below atol, or a
@@ -200,13 +213,13 @@ PetscErrorCode NewtonPolicy::judge(SNES snes, const Norms& at, SNESConvergedReas
   PetscCall(SNESGetFunction(snes, &F, nullptr, nullptr));
   PetscCall(model().residual_norms(F, &now));
   if (at.it == 0) PetscCall(begin_solve(now));
-  else solve_.follow(now);
+  else solve_.follow(now, search.past.fall);
   *reason = verdict(at, now);
   if (*reason == SNES_CONVERGED_FNORM_RELATIVE || *reason == SNES_CONVERGED_SNORM_RELATIVE) PetscCall(confirm(snes, at, now, reason));
   if (*reason == SNES_CONVERGED_ITERATING && settings_.forcing) PetscCall(set_forcing(snes, at.it, now, at.rtol));
   if (*reason > 0) lengths_.converged(at.it);
   if (*reason > 0 && !below(now, LOOSE, NEAR)) ++loose_;
-  if (*reason == SNES_CONVERGED_ITERATING && settings_.directions && !all_iterations_ && lengths_.exceeded(at.it)) *reason = SNES_DIVERGED_INNER;
+  if (*reason == SNES_CONVERGED_ITERATING && settings_.directions && !all_iterations_ && in_vain(at.it)) *reason = SNES_DIVERGED_INNER;
   if (*reason == SNES_CONVERGED_ITERATING) PetscCall(limit_evaluations(snes, reason));
   solve_.previous = now;
   PetscFunctionReturn(0);

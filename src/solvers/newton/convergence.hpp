@@ -5,6 +5,7 @@
 #include <array>
 #include <cstdint>
 #include <functional>
+#include <string>
 #include "base/facts.hpp"
 #include "base/handle.hpp"
 #include "systems/model.hpp"
@@ -38,12 +39,14 @@ struct NewtonSolve {
   ResidualNorms least = {0, 0};     ///< smallest so far, each part renewed where it has been halved
   double worst = 0;                 ///< smallest so far of what the worst particle was left with, where that was asked; 0: it was not
   int stalled = 0;                  ///< iterates in a row that halved none of these
+  double fallen = 0;                ///< by how much the potential had fallen when the solve last made progress [J]
+  int idle = 0;                     ///< iterates in a row without progress: none halved, and the potential's fall not a hundredth greater
   double inverse_h = 1;             ///< 1/h of this attempt [1/s]: makes the kinematic residual a force
   /// Largest force the first residual stands for [N]: a kinematic residual r is worth r/h, the velocity it stands
   /// for brought up within a step.
   double size_of_forces() const { return std::max(inverse_h * first[0], first[1]); }
-  /// The residual is `now` at another iterate.
-  void follow(const ResidualNorms& now);
+  /// The residual is `now` at another iterate, where the potential is lower than at the first by `fall`.
+  void follow(const ResidualNorms& now, double fall);
 };
 
 /// Data of the stage that is solved for. Written by the callbacks of the residual and the Jacobian only.
@@ -60,6 +63,7 @@ struct PastEnergies {
   std::array<double, MEMORY> before{};  ///< Phi at the last iterates, or the first, less Phi now
   std::size_t next = 0;
   PetscInt uphill = 0;  ///< directions that led uphill
+  double fall = 0;      ///< by how much Phi has fallen since the first iterate, as far as that is known
   double highest() const { return std::max(0.0, *std::max_element(before.begin(), before.end())); }
   /// Phi has changed by an unknown amount.
   void forget() { before.fill(0); }
@@ -68,6 +72,7 @@ struct PastEnergies {
     before[next] = 0;
     next = (next + 1) % MEMORY;
     for (double& value : before) value -= change;
+    fall -= change;
   }
 };
 
@@ -101,7 +106,7 @@ class NewtonPolicy {
   /// `settings.directions` is determined here.
   PetscErrorCode attach(SNES snes, const NewtonSettings& settings);
   void loosen_linear_solves() { settings_.forcing = true; }
-  /// Whether solves may take all of -snes_max_it whatever shorter steps took (pseudo time).
+  /// Whether solves may take all of -snes_max_it whatever shorter steps took, and whatever progress they make (pseudo time).
   void allow_all_iterations(bool on) { all_iterations_ = on; }
   /// What a checkpoint holds of it: what steps of several lengths took; and back, where it holds that.
   void save(Facts* facts) const;
@@ -109,6 +114,8 @@ class NewtonPolicy {
   /// Of equilibria, whose forces are judged once more when the solve has ended: near rounding level a solve goes on for as long as the residual
   /// falls at all, and may then leave particles that are worse than the others.
   void iterate_to_rounding(bool on) { to_rounding_ = on; }
+  /// Solves give up after so many iterates in a row without progress; 0: however many there are.
+  void give_up_after(int idle) { longest_idle_ = idle; }
   /// After solves that are no steps: what they took is forgotten.
   void forget_lengths() { lengths_ = {}; }
   const NewtonSettings& settings() const { return settings_; }
@@ -120,6 +127,8 @@ class NewtonPolicy {
   PetscErrorCode estimate_floor(double inverse_h);
   /// The next solve does not start where the step began: the residual there.
   void set_reference(const ResidualNorms& norms) { reference_ = norms; }
+  /// Why the last solve that ended by SNES_DIVERGED_INNER did.
+  const std::string& gave_up() const { return gave_up_; }
   std::int64_t at_floor() const { return at_floor_; }  ///< solves that ended at rounding level, above -snes_rtol
   /// Solves that the user's tolerances ended far above rounding level, with more than a thousandth of the residual left.
   std::int64_t loose() const { return loose_; }
@@ -128,7 +137,8 @@ class NewtonPolicy {
  private:
   struct Norms;  ///< what SNES hands to its convergence test
   static PetscErrorCode test(SNES snes, PetscInt it, PetscReal xnorm, PetscReal snorm, PetscReal fnorm, SNESConvergedReason* reason, void* self);
-  /// SNES_DIVERGED_INNER: a length that was rejected before has taken more iterations than shorter steps.
+  /// SNES_DIVERGED_INNER: a length that was rejected before has taken more iterations than shorter steps, or that of an equilibrium makes no
+  /// progress.
   PetscErrorCode judge(SNES snes, const Norms& at, SNESConvergedReason* reason);
   PetscErrorCode begin_solve(const ResidualNorms& now);
   SNESConvergedReason verdict(const Norms& at, const ResidualNorms& now) const;
@@ -138,6 +148,7 @@ class NewtonPolicy {
   PetscErrorCode set_forcing(SNES snes, PetscInt it, const ResidualNorms& now, double rtol) const;
   bool below(const ResidualNorms& now, double rtol, double floors) const;
   bool exhausted(const ResidualNorms& now, double rtol) const;
+  bool in_vain(PetscInt iterations);
   bool step_decides(const ResidualNorms& now) const;
   double as_force(const ResidualNorms& norms) const { return std::max(solve_.inverse_h * norms[0], norms[1]); }
 
@@ -147,6 +158,8 @@ class NewtonPolicy {
   double floor_inverse_h_ = 0;        ///< 1/h the rounding errors were estimated for [1/s]
   std::int64_t at_floor_ = 0, uneven_ = 0, loose_ = 0;
   PastLengths lengths_;
+  std::string gave_up_;
+  int longest_idle_ = 0;
   bool all_iterations_ = false, to_rounding_ = false;
   bool descends_ = false;  ///< the search makes the potential fall, and no bound on the residual is given
 };

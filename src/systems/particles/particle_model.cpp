@@ -6,6 +6,7 @@
 #include "base/option_names.hpp"
 #include "base/options.hpp"
 #include "physics/pair/springs/registry.hpp"
+#include "systems/client.hpp"
 
 namespace bs {
 
@@ -27,7 +28,7 @@ PetscErrorCode ParticleModel::create(MPI_Comm comm, Lattice&& lattice, std::uniq
   NetworkOptions options;
   PetscCall(read_network_options(comm, &options));
   model->net_.comm = comm;
-  model->net_.room = held_by<Room>(comm).any;
+  model->net_.room = held_by<Client>(comm).changes_numbers;
   // springs with a law each have it in the trajectory
   if (!lattice.law_by_row) PetscCall(record_option("-bs_spring_law", spring_laws()[static_cast<std::size_t>(lattice.spring_law)].name));
   PetscCall(record_option("-bs_damping_law", damper_laws()[static_cast<std::size_t>(lattice.damping_law)].first.c_str()));
@@ -176,7 +177,7 @@ PetscErrorCode ParticleModel::commit_start() {
   PetscReal start = 0;
   PetscFunctionBegin;
   if (!terms_->remembers()) PetscFunctionReturn(0);
-  const bool continued = is_given("-bs_restart") || held_by<HistoriesFromOutside>(net_.comm).any;
+  const bool continued = is_given("-bs_restart") || held_by<Client>(net_.comm).gives_histories;
   PetscCall(terms_->dissipated(&before));
   PetscCall(state_.gather(0.0, y0_));
   PetscCall(PetscOptionsGetReal(nullptr, nullptr, "-ts_init_time", &start, nullptr));

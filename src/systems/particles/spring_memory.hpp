@@ -8,11 +8,6 @@
 
 namespace bs {
 
-/// In the context of the communicator: whether histories are put into systems once these are made, as a restart does.
-struct HistoriesFromOutside {
-  bool any = false;
-};
-
 class SpringMemory {
  public:
   /// Collective. `net` must outlive the object; `rows`: this rank's springs in the input's order.

@@ -15,11 +15,6 @@
 
 namespace bs {
 
-/// In the context of the communicator: whether a program on the library says where groups are whose motion is `given`.
-struct MotionsFromOutside {
-  bool any = false;
-};
-
 /// Components of position and velocity that are held are known functions of time. They are no unknowns: the state y keeps the initial position and
 /// zero velocity in their place, and local states get their values at the time of evaluation (LocalState). Every method therefore sees a system that
 /// depends on time, with exact values at all its stages.

@@ -6,6 +6,7 @@
 #include "base/option_names.hpp"
 #include "base/options.hpp"
 #include "input/text_file.hpp"
+#include "systems/client.hpp"
 #include "systems/particles/constraints/constraints.hpp"
 #include "systems/particles/group_options.hpp"
 
@@ -60,7 +61,7 @@ PetscErrorCode Constraints::read_groups(MPI_Comm comm, const Lattice& l) {
                      "option -bs_motion_" + name + ": work/" + name + " of a trajectory is that of something else: give the group another name"));
     motions_.push_back({group, {}});
     PetscCall(read_drive(comm, "-bs_motion_" + names_[group], "", text, l.dim, true, &motions_.back().drive));
-    if (motions_.back().drive.given() && !held_by<MotionsFromOutside>(comm).any)
+    if (motions_.back().drive.given() && !held_by<Client>(comm).moves_groups)
       PetscCall(fail(
           comm, Exit::input,
           "option -bs_motion_" + name + ": given motions are said by a program on the library: write another one, such as velocity:V or table:FILE"));

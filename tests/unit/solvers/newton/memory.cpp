@@ -75,3 +75,31 @@ TEST_CASE("a length that was rejected is worth the iterations of the shorter ste
   lengths.begin(0.1);
   REQUIRE_FALSE(lengths.exceeded(1000));
 }
+
+TEST_CASE("iterates are idle where neither part of the residual is halved nor the potential falls by a hundredth more") {
+  NewtonSolve solve;
+  solve.least = {1, 1};
+  solve.follow({1, 0.9}, 0);
+  solve.follow({2, 0.7}, 0);
+  REQUIRE((solve.idle == 2 && solve.stalled == 2));
+  solve.follow({2, 0.4}, 0);  // half of the least
+  REQUIRE((solve.idle == 0 && solve.stalled == 0));
+  solve.follow({2, 0.4}, 10);  // the potential fell
+  REQUIRE((solve.idle == 0 && solve.stalled == 1));
+  solve.follow({2, 0.4}, 10.05);
+  solve.follow({2, 0.4}, 10.09);
+  REQUIRE(solve.idle == 2);
+  solve.follow({2, 0.4}, 10.2);  // counted from where progress was seen last, not from the iterate before
+  REQUIRE(solve.idle == 0);
+  solve.follow({2, 0.21}, 9);  // uphill, and not yet half of 0.4
+  REQUIRE((solve.idle == 1 && solve.stalled == 5));
+}
+
+TEST_CASE("how far the potential has fallen adds up over moves, known or not") {
+  PastEnergies past;
+  past.moved(-5);
+  past.moved(2);
+  past.forget();
+  past.moved(-1);
+  REQUIRE(past.fall == 4);
+}
