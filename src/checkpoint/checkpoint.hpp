@@ -26,30 +26,42 @@ std::string previous_checkpoint(const std::string& file);
 /// renames: a complete checkpoint exists at every moment. A failure ends the run with exit code 4 and keeps the old file.
 PetscErrorCode write_checkpoint(Model& model, const std::string& file, const Facts& run, const std::vector<NamedState>& states);
 
+/// What a run goes on from: its stepping's facts, its state and those that its method remembers.
+class Checkpoint {
+ public:
+  virtual ~Checkpoint() = default;
+  const Facts& run() const { return run_; }
+  /// For messages.
+  const std::string& name() const { return name_; }
+  virtual bool has(const std::string& group) const = 0;
+  /// Collective. The state of `group` into y, in the solver's order. Ends the run with exit code 2 if it is damaged.
+  virtual PetscErrorCode read(Model& model, const std::string& group, Vec y) const = 0;
+  /// Collective. What the model carries from step to step. Ends the run with exit code 2 if it is damaged.
+  virtual PetscErrorCode read_memory(Model& model) const = 0;
+
+ protected:
+  std::string name_;
+  Facts run_;
+};
+
 /// A checkpoint that is read.
-class CheckpointFile {
+class CheckpointFile : public Checkpoint {
  public:
   /// Collective. Ends the run with exit code 2 if the file is missing, damaged, not a checkpoint, or of a newer version.
   PetscErrorCode open(MPI_Comm comm, const std::string& file);
   /// Collective. Ends the run with exit code 2 if it was written for another model, dimension, number of rows, or lattice.
   PetscErrorCode require_same(Model& model) const;
-  const Facts& run() const { return run_; }
   /// Options in force when it was written, without dashes.
   const std::vector<std::pair<std::string, std::string>>& options() const { return options_; }
-  bool has(const std::string& group) const { return file_.has(group); }
-  /// Collective. The state of `group` into y, in the solver's order. Ends the run with exit code 2 if it is damaged.
-  PetscErrorCode read(Model& model, const std::string& group, Vec y) const;
-  /// Collective. What the model carries from step to step. Ends the run with exit code 2 if it is damaged.
-  PetscErrorCode read_memory(Model& model) const;
-  const std::string& name() const { return name_; }
+  bool has(const std::string& group) const override { return file_.has(group); }
+  PetscErrorCode read(Model& model, const std::string& group, Vec y) const override;
+  PetscErrorCode read_memory(Model& model) const override;
 
  private:
   PetscErrorCode read_parts(const std::string& group, const std::vector<StatePart>& parts) const;
   PetscErrorCode damaged(const std::string& what) const;
   MPI_Comm comm_ = MPI_COMM_NULL;
-  std::string name_;
   Hdf5File file_;
-  Facts run_;
   std::vector<std::pair<std::string, std::string>> options_;
 };
 

@@ -20,6 +20,7 @@
 
 namespace bs {
 
+class KeptCheckpoint;
 class Model;
 
 /// Options as on the command line: names with their dash, values as text; of a flag the value may be empty.
@@ -127,19 +128,20 @@ class Session {
   /// where `rows` has its particles, this rank's rows as in set_rows(); others are not looked at. Then it stays there until the next call.
   Error drive(const std::string& group, double t, const std::vector<double>& rows);
   /// All that the system is at the last good state: positions and velocities, histories of springs and what is broken, works so far, the time, where
-  /// given motions are, numbers that were given and springs that were removed. The session goes on from it as after set_rows(): a method of several
-  /// steps starts anew.
+  /// given motions are, numbers that were given and springs that were removed, and what the method remembers of earlier steps.
   struct State : SavedState {
     std::int64_t steps = 0;
     std::int64_t number = 0;         ///< of the states that its session has saved
     std::uint64_t made_of = 0;       ///< fingerprint of the system as it was made
     SavedState::Parts shown;         ///< the state with what is held where it is
+    std::shared_ptr<const KeptCheckpoint> run;
     NumberTable changed;             ///< numbers that were given since it was made
     std::set<std::int64_t> removed;  ///< springs
   };
   Error save(std::shared_ptr<const State>* out);
   /// `state`: of this session, or of another one of the same lattice and laws on as many ranks. Errors (Exit::input), and then nothing changes: it is
-  /// none of these, or not the same on all ranks; settings that name files of the run.
+  /// none of these, or not the same on all ranks; settings that name files of the run. Steps that follow are those that followed save(), to the last
+  /// digit, as after a restart from a file; where the settings name another method or step it starts anew.
   Error restore(const State& state);
   /// Before the first step: the springs' histories and what is broken become those of an equilibrium of a session of the same lattice, on any number
   /// of ranks, whose positions this one's lattice has; works and times begin anew.

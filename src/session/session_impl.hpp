@@ -34,6 +34,7 @@ struct Session::Impl {
   std::unique_ptr<OutputLocks> locks;             ///< of the files that are written
   std::unique_ptr<Run> run;                       ///< null: nothing was stepped
   double start = 0;                               ///< before that [s]
+  std::shared_ptr<const Checkpoint> resumed;      ///< what the next run goes on from, with given_state; null: a method begins there
   std::int64_t earlier_steps = 0;                 ///< of the runs before this one
   VecHandle given_state;                          ///< what the next run begins with; null: with the model's start
   std::unique_ptr<OptionTable> analysis_options;  ///< of the last analysis, in force while it, or follow(), computes

@@ -81,6 +81,7 @@ PetscErrorCode Session::Impl::hold_state() {
   PetscFunctionBegin;
   PetscCall(require_particles());
   PetscCall(refuse_files());
+  resumed.reset();
   if (given_state) PetscFunctionReturn(0);
   PetscCall(begin());
   PetscCall(run->state_vector(&y));
@@ -110,6 +111,7 @@ PetscErrorCode Session::Impl::make_room(const std::string& name, const std::vect
   PetscCall(save(&now));
   run.reset();
   given_state.reset();
+  resumed.reset();
   held_by<Client>(comm).changes_numbers = true;
   PetscCall(make_model(&model));
   PetscCall(restore(now));

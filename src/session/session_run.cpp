@@ -80,16 +80,20 @@ PetscErrorCode Session::Impl::begin() {
     if (stop_at_frame && run) (void)run->pause();
   };
   hooks.pace.end += start;  // where the settings name no end there is none
+  run_options.saving.kept = resumed;
   auto fresh = std::make_unique<Run>(*model, run_options, hooks);
   PetscCall(fresh->set_up());
   if (!is_given("-ts_max_time")) PetscCall(fresh->leave_open());
-  if (given_state) {
+  if (resumed) {
+    earlier_steps -= fresh->steps();
+  } else if (given_state) {
     Vec y;
     PetscCall(fresh->state_vector(&y));
     PetscCall(VecCopy(given_state, y));
     PetscCall(model->mechanics()->begin_at(start, y));
-    given_state.reset();
   }
+  given_state.reset();
+  resumed.reset();
   PetscCall(fresh->begin());
   run = std::move(fresh);
   PetscFunctionReturn(0);

@@ -9,6 +9,7 @@
 #include "base/text.hpp"
 #include "base/vec_array.hpp"
 #include "session/session_impl.hpp"
+#include "checkpoint/kept.hpp"
 #include "systems/client.hpp"
 #include "systems/mechanics.hpp"
 
@@ -76,11 +77,12 @@ PetscErrorCode Session::Impl::set(Array what, const std::vector<double>& rows) {
   PetscFunctionReturn(0);
 }
 
-/// The present run ends; the next one begins at `time`, with given_state and a method without history.
+/// The present run ends; the next one begins at `time`, with given_state, and with a method without history unless `resumed` brings one.
 PetscErrorCode Session::Impl::start_anew(double time, std::int64_t steps) {
   PetscFunctionBegin;
   start = time;
   earlier_steps = steps;
+  resumed.reset();
   PetscCall(PetscOptionsSetValue(nullptr, "-ts_init_time", format("%.17g", start).c_str()));
   PetscCall(PetscOptionsClearValue(nullptr, "-bs_restart"));
   run.reset();
@@ -122,6 +124,9 @@ PetscErrorCode Session::Impl::save(State* out) {
   out->changed = changed;
   out->removed = removed;
   PetscCall(read_state(*model, run->time(), y, false, out));
+  const auto kept = std::make_shared<KeptCheckpoint>();
+  PetscCall(run->keep(kept.get()));
+  out->run = kept;
   if (!model->mechanics()) PetscFunctionReturn(0);
   PetscCall(copy_into(&shown, y));
   PetscCall(model->mechanics()->place_held(out->time, shown));
@@ -160,6 +165,7 @@ PetscErrorCode Session::Impl::restore(const State& state) {
   PetscCall(start_anew(state.time, state.steps));
   PetscCall(put_state(*model, state, given_state));
   PetscCall(restore_numbers(state));
+  resumed = state.run;
   if (state.shown.empty()) PetscFunctionReturn(0);
   PetscCall(VecDuplicate(given_state, shown.out()));
   PetscCall(model->gather_state(given_state, &parts));  // for their vectors

@@ -66,6 +66,8 @@ class Run {
   PetscErrorCode end(int* exit_code);
   /// Collective, between steps. The last good state as a checkpoint.
   PetscErrorCode save(const std::string& file);
+  /// Collective, between steps. The same in memory.
+  PetscErrorCode keep(KeptCheckpoint* out);
   /// Collective. The run goes on to `time` [s]. Errors: Model::covers.
   PetscErrorCode set_end(double time);
   /// Collective. The run has no end that steps would be shortened for.
@@ -130,7 +132,7 @@ class Run {
   std::unique_ptr<Stepper> stepper_;
   std::unique_ptr<Trajectory> trajectory_;
   Advice advice_;
-  std::unique_ptr<CheckpointFile> restart_;
+  std::shared_ptr<const Checkpoint> restart_;
   std::int64_t steps_at_restart_ = -1;  ///< steps at the checkpoint; -1: from the start
   Facts inputs_;                        ///< fingerprints of the tables that options name
   Facts good_facts_;                    ///< facts() of the last good state, where steps may be taken back

@@ -33,12 +33,14 @@ PetscErrorCode refuse_new_start(MPI_Comm comm, const CheckpointFile& file) {
 /// The checkpoint to go on from, if there is one: of the same system and inputs.
 PetscErrorCode Run::open_restart() {
   PetscFunctionBegin;
+  restart_ = options_.saving.kept;
   if (options_.saving.restart.empty()) PetscFunctionReturn(0);
-  restart_ = std::make_unique<CheckpointFile>();
-  PetscCall(restart_->open(model_.comm(), options_.saving.restart));
-  PetscCall(restart_->require_same(model_));
-  PetscCall(require_same_inputs(model_.comm(), *restart_, inputs_));
-  PetscCall(refuse_new_start(model_.comm(), *restart_));
+  const auto file = std::make_shared<CheckpointFile>();
+  PetscCall(file->open(model_.comm(), options_.saving.restart));
+  PetscCall(file->require_same(model_));
+  PetscCall(require_same_inputs(model_.comm(), *file, inputs_));
+  PetscCall(refuse_new_start(model_.comm(), *file));
+  restart_ = file;
   PetscFunctionReturn(0);
 }
 
@@ -175,10 +177,10 @@ PetscErrorCode Run::continue_from_checkpoint() {
   most_force_ = continued_.real_of("most_force");
   most_speed_ = continued_.real_of("most_speed");
   steps_at_restart_ = stepper_->counts().steps;
-  progress_.header({format("continued from %s: step %lld, t = %s s", options_.saving.restart.c_str(),
+  progress_.header({format("continued from %s: step %lld, t = %s s", restart_->name().c_str(),
                            static_cast<long long>(stepper_->counts().steps), plain_number(stepper_->good_time()).c_str())});
-  PetscCall(warn_changed_options(model_.comm(), *restart_));
-  for (const std::string& line : changed) PetscCall(warn(model_.comm(), options_.saving.restart + ": " + line));
+  if (const auto* const file = dynamic_cast<const CheckpointFile*>(restart_.get())) PetscCall(warn_changed_options(model_.comm(), *file));
+  for (const std::string& line : changed) PetscCall(warn(model_.comm(), restart_->name() + ": " + line));
   std::string before;
   for (const std::string& key : warnings_.keys()) before += (before.empty() ? "warnings of the run so far: " : ", ") + key;
   if (!before.empty()) progress_.header({before});

@@ -36,19 +36,37 @@ PetscErrorCode flushed_mark(Trajectory* trajectory, TrajectoryMark* mark) {
   PetscFunctionReturn(0);
 }
 
+/// What the run at y goes on from: added to its facts, and in states.
+static PetscErrorCode gather_run(const Stepper& stepper, TS ts, Vec y, Facts* run, std::vector<NamedState>* states) {
+  TSType type;
+  PetscFunctionBegin;
+  PetscCall(TSGetType(ts, &type));
+  run->text["ts_type"] = type;
+  *states = {{"/state", y}};
+  stepper.save(run, states);
+  PetscFunctionReturn(0);
+}
+
+PetscErrorCode keep_run(Model& model, const Stepper& stepper, TS ts, Vec y, const Facts& facts, KeptCheckpoint* out) {
+  Facts run = facts;
+  std::vector<NamedState> states;
+  PetscFunctionBegin;
+  PetscCall(gather_run(stepper, ts, y, &run, &states));
+  PetscCall(out->keep(model, run, states));
+  PetscCall(stepper.renew_solver(ts));
+  PetscFunctionReturn(0);
+}
+
 PetscErrorCode save_run(Model& model, const Stepper& stepper, TS ts, Vec y, const std::string& file, const std::string& trajectory,
                         const TrajectoryMark& mark, const Facts& facts) {
   Facts run = facts;
-  TSType type;
-  std::vector<NamedState> states = {{"/state", y}};
+  std::vector<NamedState> states;
   PetscFunctionBegin;
-  PetscCall(TSGetType(ts, &type));
-  run.text["ts_type"] = type;
   run.text["trajectory"] = trajectory;
   run.whole["frames"] = mark.frames;
   run.whole["log_rows"] = mark.log_rows;
   run.real["last_frame_time"] = mark.last_time;
-  stepper.save(&run, &states);
+  PetscCall(gather_run(stepper, ts, y, &run, &states));
   set_phase(model.comm(), Exit::io);
   PetscCall(write_checkpoint(model, file, run, states));
   PetscCall(stepper.renew_solver(ts));
@@ -81,7 +99,7 @@ PetscErrorCode remove_stale_checkpoint(MPI_Comm comm, const std::string& traject
   PetscFunctionReturn(0);
 }
 
-TrajectoryMark mark_of(const CheckpointFile& file) {
+TrajectoryMark mark_of(const Checkpoint& file) {
   const Facts& run = file.run();
   return {run.whole_of("frames"), run.whole_of("log_rows"), run.real_of("last_frame_time")};
 }
@@ -130,6 +148,14 @@ PetscErrorCode Run::save(const std::string& file) {
   PetscCall(TSGetSolution(ts_, &y));
   PetscCall(flushed_mark(trajectory_.get(), &mark));
   PetscCall(save_run(model_, *stepper_, ts_, y, file, options_.output.trajectory.file, mark, good_facts()));
+  PetscFunctionReturn(0);
+}
+
+PetscErrorCode Run::keep(KeptCheckpoint* out) {
+  Vec y;
+  PetscFunctionBegin;
+  PetscCall(TSGetSolution(ts_, &y));
+  PetscCall(keep_run(model_, *stepper_, ts_, y, good_facts(), out));
   PetscFunctionReturn(0);
 }
 

@@ -1,8 +1,9 @@
 // When checkpoints are written, and what goes into them.
 #pragma once
 #include <petscts.h>
+#include <memory>
 #include <string>
-#include "checkpoint/checkpoint.hpp"
+#include "checkpoint/kept.hpp"
 #include "output/trajectory.hpp"
 
 namespace bs {
@@ -14,6 +15,7 @@ struct SavingOptions {
   std::int64_t every = 0;  ///< -bs_checkpoint_every [steps]
   double minutes = 0;      ///< -bs_checkpoint_minutes [min] of wall-clock time
   std::string restart;     ///< -bs_restart; empty: from the start
+  std::shared_ptr<const Checkpoint> kept;  ///< in the place of that file; null: none is
 };
 
 /// Collective. TRAJECTORY.checkpoint and the one before it, which failed runs leave, are removed where they are checkpoints of this
@@ -31,7 +33,10 @@ PetscErrorCode flushed_mark(Trajectory* trajectory, TrajectoryMark* mark);
 PetscErrorCode save_run(Model& model, const Stepper& stepper, TS ts, Vec y, const std::string& file, const std::string& trajectory,
                         const TrajectoryMark& mark, const Facts& facts);
 
+/// Collective. The last good state `y` of `stepper` and the facts of the run, in memory.
+PetscErrorCode keep_run(Model& model, const Stepper& stepper, TS ts, Vec y, const Facts& facts, KeptCheckpoint* out);
+
 /// Where the trajectory stood when `file` was written.
-TrajectoryMark mark_of(const CheckpointFile& file);
+TrajectoryMark mark_of(const Checkpoint& file);
 
 }  // namespace bs

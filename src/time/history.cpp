@@ -99,7 +99,7 @@ void History::save(Facts* facts, std::vector<NamedState>* states) const {
   if (kept_) states->push_back({"/history/acceleration", kept_});
 }
 
-PetscErrorCode History::restore(TS ts, Model& model, const CheckpointFile& file, std::string* missing) {
+PetscErrorCode History::restore(TS ts, Model& model, const Checkpoint& file, std::string* missing) {
   Vec y;
   PetscFunctionBegin;
   PetscCall(TSGetSolution(ts, &y));
@@ -136,7 +136,7 @@ PetscErrorCode History::restore(TS ts, Model& model, const CheckpointFile& file,
 }
 
 /// The type's own vector, as it was.
-PetscErrorCode History::restore_acceleration(TS ts, Model& model, const CheckpointFile& file, std::string* missing) {
+PetscErrorCode History::restore_acceleration(TS ts, Model& model, const Checkpoint& file, std::string* missing) {
   KeptAcceleration* own;
   PetscFunctionBegin;
   if (!file.has("/history/acceleration")) {

@@ -35,7 +35,7 @@ class History {
   void save(Facts* facts, std::vector<NamedState>* states) const;
   /// Collective. Gives `ts`, which is set up and stands at (time, y), the memory of the run in `file`. `missing` receives
   /// what could not be given back; empty if all was.
-  PetscErrorCode restore(TS ts, Model& model, const CheckpointFile& file, std::string* missing);
+  PetscErrorCode restore(TS ts, Model& model, const Checkpoint& file, std::string* missing);
 
  private:
   using Kind = Memory;
@@ -44,7 +44,7 @@ class History {
     VecHandle state;
   };
   PetscErrorCode copy(Vec from, VecHandle* to) const;
-  PetscErrorCode restore_acceleration(TS ts, Model& model, const CheckpointFile& file, std::string* missing);
+  PetscErrorCode restore_acceleration(TS ts, Model& model, const Checkpoint& file, std::string* missing);
   PetscErrorCode replay(TS ts);
   /// Whether the present step is one of the first steps of bdf of order 3 to 6, which Starter computes.
   bool in_starting_procedure() const;

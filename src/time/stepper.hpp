@@ -40,7 +40,7 @@ class Stepper {
   /// What a checkpoint of the last good state holds of the stepping.
   void save(Facts* facts, std::vector<NamedState>* states) const;
   /// Collective. After attach_solvers: `ts` goes on where `file` was written. `not_restored` receives what could not be restored.
-  PetscErrorCode restore(TS ts, const CheckpointFile& file, std::vector<std::string>* not_restored);
+  PetscErrorCode restore(TS ts, const Checkpoint& file, std::vector<std::string>* not_restored);
   /// Called when parts of the system broke at the end of a step: makes it a state that the task can go on from (`found`), or says in `failure` why
   /// it cannot; then, or where a signal came in between, the step does not count and the run ends. `frame` writes a frame of what lies between.
   using AfterBreak =
@@ -100,10 +100,10 @@ class Stepper {
   PetscErrorCode check_start(TS ts, double t, double h);
   PetscErrorCode foresee_next(double time, std::string* fault);
   PetscErrorCode krylov_iterations(TS ts, PetscInt* count) const;
-  PetscErrorCode require_facts(const CheckpointFile& file) const;
+  PetscErrorCode require_facts(const Checkpoint& file) const;
   PetscErrorCode stand_at(TS ts, const Facts& run, std::string* changed);
   PetscErrorCode restore_counts(TS ts, const Facts& run);
-  PetscErrorCode restore_method(TS ts, const CheckpointFile& file, std::vector<std::string>* not_restored);
+  PetscErrorCode restore_method(TS ts, const Checkpoint& file, std::vector<std::string>* not_restored);
 
   Model& model_;
   TSContext& context_;

@@ -25,7 +25,7 @@ void Stepper::save(Facts* facts, std::vector<NamedState>* states) const {
 }
 
 /// Ends the run with exit code 2 if a fact is missing without which no run can continue.
-PetscErrorCode Stepper::require_facts(const CheckpointFile& file) const {
+PetscErrorCode Stepper::require_facts(const Checkpoint& file) const {
   PetscFunctionBegin;
   const Facts& run = file.run();
   const auto require = [&](bool there, const char* name) {
@@ -38,7 +38,7 @@ PetscErrorCode Stepper::require_facts(const CheckpointFile& file) const {
 }
 
 /// What the method remembers of its last steps; a solver that is shown their answers counts iterations which are no step's.
-PetscErrorCode Stepper::restore_method(TS ts, const CheckpointFile& file, std::vector<std::string>* not_restored) {
+PetscErrorCode Stepper::restore_method(TS ts, const Checkpoint& file, std::vector<std::string>* not_restored) {
   TSType type;
   std::string forgotten;
   PetscFunctionBegin;
@@ -79,7 +79,7 @@ PetscErrorCode Stepper::restore_counts(TS ts, const Facts& run) {
   PetscFunctionReturn(0);
 }
 
-PetscErrorCode Stepper::restore(TS ts, const CheckpointFile& file, std::vector<std::string>* not_restored) {
+PetscErrorCode Stepper::restore(TS ts, const Checkpoint& file, std::vector<std::string>* not_restored) {
   Vec y;
   std::string changed;
   PetscFunctionBegin;

@@ -16,7 +16,7 @@ import backspring as bs  # noqa: E402
 import numpy as np  # noqa: E402
 from cases import MESHES, cell, parts, sheet  # noqa: E402
 from design import designed, on_ranks, sensitivities  # noqa: E402
-from states import foreign_states, healed, histories, removed_for_good, restored, room  # noqa: E402
+from states import foreign_states, healed, histories, removed_for_good, restored, resumed, room  # noqa: E402
 
 
 def bad_arguments():
@@ -771,7 +771,7 @@ def imported():
 
 def main():
     chosen = sys.argv[sys.argv.index("--filter") + 1] if "--filter" in sys.argv else ""
-    for part in (on_two_ranks, on_ranks, foreign_states, healed,  # before this process starts MPI
+    for part in (on_two_ranks, on_ranks, foreign_states, healed, resumed,  # before this process starts MPI
                  bad_arguments, closed_forms, changed_numbers, restored, removed_for_good, modes_where_it_stands, rests, histories, room, sensitivities, designed, load_steps, breaking_turns, written_back, told_once, own_forces, implicit_forces, coupled, in_petsc, files, misuse, every_step, remembered, without_steps, observers, interrupted, side_by_side, failures, memory, pictures_and_tools, documented, imported):
         if chosen in part.__name__:
             begin = time.time()

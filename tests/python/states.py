@@ -110,6 +110,62 @@ def restored():
         assert abs(simulation.forces[1, 0] - (1 - 10 * (simulation.x[1, 0] - 1.3))) < 1e-12 and simulation.lattice.rest_length[0] == 1.3
 
 
+# code of several ranks: what follows save() follows restore() to the last bit, also in another simulation, whatever the method remembers
+RESUMED = '''
+import backspring as bs, numpy as np
+from mpi4py import MPI
+from cases import sheet
+net = bs.Lattice(**{**sheet(), "damping": 0.3})
+torn = net.replace(law=["plastic" if k % 2 else "hooke" for k in range(101)], spring_columns={"yield_force": np.full(101, 0.4), "hardening": np.zeros(101)},
+                   breaking={"critical_strain": np.random.default_rng(2).uniform(0.02, 0.4, 101)})
+methods = [dict(ts_type=kind) for kind in ("euler", "rk", "symplectic", "verlet", "beuler", "cn", "theta", "rosw", "arkimex", "bdf", "alpha2")]
+methods += [dict(ts_type="bdf", ts_bdf_order=4), dict(ts_type="bdf", ts_bdf_order=2, ts_adapt_type="basic"), dict(ts_type="beuler", ts_adapt_type="basic"),
+            dict(ts_type="cn", condensed_ksp_type="cg", condensed_pc_type="bicc"), dict(ts_type="cn", every=7e-3)]
+def now(of):
+    frame = of.frame()
+    return [of.t, of.steps, of.x, of.v, of.forces, *(frame["fields"][name] for name in sorted(frame["fields"])), *(v for _, v in sorted(of.observables.items()))]
+for one in (net, torn):
+    for method in methods:
+        if one is torn and method["ts_type"] not in ("verlet", "cn", "bdf"): continue
+        method = dict(method)
+        options = dict(dt=2e-3, bs_gravity=(0, -9.81), bs_output_interval=method.pop("every", None), **method)
+        with bs.Simulation(one, **options) as simulation, bs.Simulation(one, **options) as other:
+            simulation.step(7)
+            state = simulation.save()
+            simulation.step(9)
+            straight = now(simulation)
+            simulation.change(stiffness=1.5 * one.stiffness)
+            simulation.step(2)
+            for of in (simulation, other):
+                of.restore(state)
+                assert of.steps == 7
+                of.step(9)
+                assert all(np.array_equal(a, b, equal_nan=True) for a, b in zip(now(of), straight)), (options, of is other)
+            other.restore(state)
+            other.x = other.x  # set: the method starts anew
+            assert other.steps == 7
+            other.step(1)
+            assert other.steps == 8
+with bs.Simulation(net, dt=2e-3, ts_type="bdf") as first, bs.Simulation(net, dt=1e-3, ts_type="cn") as second:
+    first.step(5)
+    import warnings
+    with warnings.catch_warnings(record=True) as told:
+        warnings.simplefilter("always")
+        second.restore(first.save())
+        second.step(1)
+    assert abs(second.t - first.t - 1e-3) < 1e-15 and second.steps == 6, (second.t, first.t, second.steps)
+    if MPI.COMM_WORLD.rank == 0: print("\\n".join(str(one.message) for one in told))
+'''
+
+
+def resumed():
+    """A state that is restored goes on as the motion did, to the bit; where the method or the step is another one it is told."""
+    for ranks in (1, 3):
+        done = python(RESUMED, ranks, timeout=240)
+        assert done.returncode == 0, done.stdout + done.stderr
+        assert "the saved state: the method is cn; it was bdf: it starts afresh" in done.stdout and "the step is -ts_dt 0.001; it was 0.002" in done.stdout, done.stdout
+
+
 def healed():
     """What broke or flowed after save() is whole after restore(), to the bit what a simulation that was restored at once has, whatever was changed since."""
     for ranks in (1, 3):

@@ -214,12 +214,14 @@ class Simulation:
         self._done(self._session.drive(group, time, every[self.rows]))
 
     def save(self) -> State:
-        """All that the motion is now, for restore(): the state, histories of springs, what is broken or removed, numbers that change() gave, works, the time."""
+        """All that the motion is now, for restore(): the state, histories of springs, what is broken or removed, numbers that change() gave, works, the time,
+        and what the method remembers of earlier steps."""
         return self._found(self._session.save())
 
     def restore(self, state: State) -> None:
-        """Goes on from what save() of this simulation, or of another one of the same lattice on as many ranks, has returned, as often as it is wanted; a method
-        of several steps starts anew. Springs that broke since are whole again."""
+        """Goes on from what save() of this simulation, or of another one of the same lattice on as many ranks, has returned, as often as it is wanted: the
+        steps that follow are those that followed save(), to the last bit. Springs that broke since are whole again. A simulation of another method or step
+        starts from there anew, and says so."""
         from . import _core
 
         if self.agreed(not isinstance(state, _core.State)):
