@@ -15,7 +15,12 @@ static std::unique_ptr<Library>& library() {
 }
 
 static bool start() {
-  if (!library()) library() = std::make_unique<Library>();
+  PetscBool before = PETSC_FALSE;
+  if (library()) return library()->started();
+  (void)PetscInitialized(&before);
+  library() = std::make_unique<Library>();
+  // errors of calls by petsc4py are codes, which it raises: PETSc's own handler would abort all ranks
+  if (!before && library()->started()) (void)PetscPushErrorHandler(PetscReturnErrorHandler, nullptr);
   return library()->started();
 }
 

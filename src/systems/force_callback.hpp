@@ -7,8 +7,8 @@
 namespace bs {
 
 /// In the context of the communicator: asked for by every system of particles that is made on it. All functions are of particles at (x, v), (rows, d)
-/// each, and of the time t [s], in an equilibrium the load factor; `row`: rows of the input, some of this rank's, ascending where that rank is alone.
-/// They must depend on nothing else. Not collective: ranks ask for different particles at different times.
+/// each, and of the time t [s], in an equilibrium the load factor; `row`: all of this rank's rows of the input, ascending, those of particles
+/// that are fixed included. They must depend on nothing else. Not collective: ranks ask at different times.
 struct ForceCallback {
   using Rows = std::vector<std::int64_t>;
   /// Adds the forces to f, (rows, d) [N]. Empty: there are none.

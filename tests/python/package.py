@@ -217,9 +217,9 @@ def own_forces():
     for options in (dict(ts_type="verlet", dt=1e-3), dict(dt=1e-3, snes_rtol=1e-12), dict(ts_type="rk", dt=1e-3)):
         def pull(t, x, v, rows):
             f = np.zeros_like(x)
-            assert rows.tolist() == [1, 2, 3, 4] and x.shape == v.shape == (4, 1) and t >= 0
-            force = 7.0 * (x[3] - x[1] - 1.5)
-            f[1], f[3] = force, -force
+            assert rows.tolist() == [0, 1, 2, 3, 4] and x.shape == v.shape == (5, 1) and t >= 0
+            force = 7.0 * (x[4] - x[2] - 1.5)
+            f[2], f[4] = force, -force
             return f
 
         ours = bs.Simulation(bs.Lattice(x, pairs, **base), forces=pull, **options)
@@ -231,6 +231,17 @@ def own_forces():
     weight = lambda s, x, v, rows: s * np.array([0, -2.0]) * net.mass[rows, None]
     eq, expected = bs.statics(net, forces=weight, load_steps=2), bs.statics(net, bs_gravity=(0, -2.0), load_steps=2)
     assert abs(eq.x - expected.x).max() < 1e-11 and np.allclose(eq.tension, expected.tension, atol=1e-9)
+
+    # all particles in their order, whatever is fixed or driven: rows of the net are those of the forces
+    held, wind = bs.Lattice(**{**sheet(), "fixed": [0, 1, 2, 20, 22]}), np.linspace(0, 1, 2 * len(net)).reshape(-1, 2)
+    for options in (dict(ts_type="verlet"), {}, dict(bs_motion_bottom="x=fixed")):
+        with bs.Simulation(held, dt=1e-3, forces=lambda t, x, v: wind, **options) as ours, \
+                bs.Simulation(held.replace(particle_columns={"force": wind}), dt=1e-3, **options) as theirs:
+            ours.step(20)
+            theirs.step(20)
+            assert abs(ours.x - theirs.x).max() < 1e-12, (options, abs(ours.x - theirs.x).max())
+    with raised(bs.InputError, "forces", "real"):
+        bs.Simulation(net, dt=1e-3, forces=lambda t, x, v: 1j * x).step()
 
     def broken(t, x, v):
         if t > 0.0045:
@@ -291,7 +302,7 @@ def implicit_forces():
         mine.step(5)
         theirs.step(5)
         assert abs(mine.x - theirs.x).max() < 1e-12
-    with raised(ValueError, "tangent", "(2, 2, 2)"):
+    with raised(ValueError, "tangent", "(3, 2, 2)"):
         bs.statics(net, forces=bs.Forces(pull, tangent=lambda t, x, v: np.zeros(3)))
     with raised(bs.InputError, "energy"):
         bs.Forces(pull, energy=3)
@@ -597,6 +608,15 @@ for one in all: one.step()
 del all
 say(rank, "ended")
 ''', ["0 ended", "1 ended"]), ('''
+simulation = bs.Simulation(net, dt=1e-3)
+simulation.step()
+stepper = simulation.petsc()
+from petsc4py import PETSc
+try: stepper.getSNES().getJacobian()[0].getDiagonalBlock()
+except PETSc.Error as error: said = error.ierr > 0
+try: stepper.getSNES().getKSP().setType("nix")
+except PETSc.Error as error: simulation.step(); say(rank, simulation.steps, said, error.ierr > 0)
+''', ["0 2 True True", "1 2 True True"]), ('''
 last = None
 for frame in bs.run(net, dt=1e-3, until=4e-3, every=2e-3):
     if rank == 0 and frame.t > 1e-3 and last is None: frame.v *= 0.5

@@ -141,7 +141,7 @@ def statics(net: Union[Lattice, Equilibrium], loads: Optional[Loads] = None, *, 
 
     loads: {group: (d,)} force on every particle of the group [N]; total: shared by its particles instead, for all groups or those named.
     forces: f(s, x, v) -> (N, d) [N] beside those of the options, s the load factor, not in the tangent (soft forces); on several ranks f(s, x, v, rows) for
-    some rows of each rank at a time. observe(s, equilibrium) is called after every load step; stop(s, equilibrium) likewise, and where it returns True on
+    the rows of each rank. observe(s, equilibrium) is called after every load step; stop(s, equilibrium) likewise, and where it returns True on
     some rank that equilibrium is the last, and what is returned. progress: a bar of tqdm along the load steps.
     comm: communicator of mpi4py, by default the world. Options of the program by their names: snes_rtol=1e-12, bs_gravity=(0, -9.81),
     bs_motion_top="y=velocity:0.1".

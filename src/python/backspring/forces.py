@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any, Callable, List, Optional, Tuple
 
 import numpy as np
 
+from .arguments import real_array
 from .errors import InputError, pass_on
 from .kinds import Floats, GivenForces, Settings, Whole
 
@@ -24,8 +25,8 @@ class Forces:
     (n, d, d) or (d, d) for all, df/dx [N/m] and df/dv [N s/m]: the forces are then implicit; without it Newton's method takes them as they were at its last
     iterate, which converges for soft forces. energy: e(t, x) -> (n,) [J], where each particle's force is minus the gradient of its energy by its place and
     none depends on v: counted among the energies, and Newton's line search goes by them; without it, it goes by residuals.
-    t: the time [s], in equilibria the load factor; x, v: (n, d). On several ranks functions that take one argument more, `rows`, are told which particles
-    are asked for: some of a rank's own at a time.
+    t: the time [s], in equilibria the load factor; x, v: (n, d) of all particles, in the order of the lattice; what of them is held is where it is held. On
+    several ranks they are a rank's own, whose rows functions that take one argument more, `rows`, are told.
     """
 
     def __init__(self, force: Callable[..., Any], *, tangent: Optional[Callable[..., Any]] = None, energy: Optional[Callable[..., Any]] = None) -> None:
@@ -63,7 +64,7 @@ def held_at(forces: GivenForces, t: float) -> Forces:
 
 def _shaped(name: str, found: Any, shape: Tuple[int, ...]) -> Floats:
     """Numbers of that shape, or of the shape for each of the particles."""
-    numbers = np.asarray(found, dtype=float)
+    numbers = real_array(name, found)
     if numbers.shape != shape and not (len(shape) == 3 and numbers.shape == shape[1:]):
         raise ValueError(f"{name}: an array of the shape {numbers.shape} came: give {shape}")
     return np.broadcast_to(numbers, shape)

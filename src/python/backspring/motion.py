@@ -34,7 +34,7 @@ class Simulation:
     """A lattice that is stepped in time. lattice: what moves, N particles and S springs in d dimensions.
 
     dt: the step [s]. forces: f(t, x, v) -> (N, d) [N] beside those of the options, not in the tangent of implicit methods (soft forces); on several ranks
-    f(t, x, v, rows) for some rows of each rank at a time. observe(t, frame) is called after every step; stop(t, frame) likewise, and where it returns
+    f(t, x, v, rows) for the rows of each rank. observe(t, frame) is called after every step; stop(t, frame) likewise, and where it returns
     True on some rank the call under way ends with this step on all of them (`stopped`); what they raise ends it, too. loads, total as of statics. Other
     options of the program by their names: ts_type="cn", ts_theta_theta=0.5. Calls are collective on `comm`. A context manager: files that options name
     are complete after close().

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <numeric>
 #include "base/context.hpp"
 
 namespace bs {
@@ -24,6 +25,11 @@ bool keep_definite(PetscBLASInt d, double* block) {
   return true;
 }
 
+/// An exception in a callback leaves numbers that are not finite: they are asked for again.
+bool all_finite(const std::vector<double>& numbers) {
+  return std::all_of(numbers.begin(), numbers.end(), [](double one) { return std::isfinite(one); });
+}
+
 }  // namespace
 
 void CallbackForces::create(const Network& net, const RowPattern& pattern) {
@@ -31,178 +37,200 @@ void CallbackForces::create(const Network& net, const RowPattern& pattern) {
   pattern_ = &pattern;
   callback_ = held_by<ForceCallback>(net.comm);
   if (!active()) return;
-  for (PetscInt i = 0; i < net.n; ++i) {
-    if (!net.fixed[static_cast<std::size_t>(i)]) free_[net.boundary(i)].push_back(i);
-    if (net.fixed[static_cast<std::size_t>(i)] != 1) moving_.push_back(i);
+  own_.resize(static_cast<std::size_t>(net.n));
+  std::iota(own_.begin(), own_.end(), 0);
+  std::sort(own_.begin(), own_.end(),
+            [&](PetscInt a, PetscInt b) { return net.row[static_cast<std::size_t>(a)] < net.row[static_cast<std::size_t>(b)]; });
+  place_.resize(own_.size());
+  for (std::size_t k = 0; k < own_.size(); ++k) {
+    const auto i = static_cast<std::size_t>(own_[k]);
+    place_[i] = k;
+    rows_.push_back(net.row[i]);
+    if (!net.fixed[i]) {
+      free_.push_back(own_[k]);
+      of_part_[net.boundary(own_[k])].push_back(own_[k]);
+    }
+    if (net.fixed[i] != 1) moving_.push_back(own_[k]);
   }
-  const auto by_row = [&](PetscInt a, PetscInt b) { return net.row[static_cast<std::size_t>(a)] < net.row[static_cast<std::size_t>(b)]; };
-  for (std::vector<PetscInt>* some : {&free_[0], &free_[1], &moving_}) std::sort(some->begin(), some->end(), by_row);
-  all_ = free_[0];
-  all_.insert(all_.end(), free_[1].begin(), free_[1].end());
-  std::sort(all_.begin(), all_.end(), by_row);
-  place_.assign(static_cast<std::size_t>(net.n), -1);
-  for (std::size_t k = 0; k < all_.size(); ++k) place_[static_cast<std::size_t>(all_[k])] = static_cast<PetscInt>(k);
 }
 
-CallbackForces::Points CallbackForces::points(const std::vector<PetscInt>& which, const LocalState& state) const {
+/// `asked` is of the own particles at this state from now on; false: it was before.
+bool CallbackForces::move_to(double t, const LocalState& state, Asked* asked) const {
   const std::size_t d = static_cast<std::size_t>(net_->dim);
-  Points points;
-  for (const PetscInt i : which) {
-    const double* const at = state.at(i);
-    points.row.push_back(net_->row[static_cast<std::size_t>(i)]);
-    points.x.insert(points.x.end(), at, at + d);
-    points.v.insert(points.v.end(), at + d, at + 2 * d);
+  bool same = asked->known && asked->t == t;
+  asked->x.resize(own_.size() * d);
+  asked->v.resize(own_.size() * d);
+  for (std::size_t k = 0; k < own_.size(); ++k) {
+    const double* const at = state.at(own_[k]);
+    same = same && std::equal(at, at + d, &asked->x[k * d]) && std::equal(at + d, at + 2 * d, &asked->v[k * d]);
+    std::copy_n(at, d, &asked->x[k * d]);
+    std::copy_n(at + d, d, &asked->v[k * d]);
   }
-  return points;
+  asked->t = t;
+  asked->known = true;
+  return !same;
 }
 
-/// Forces, (which, d).
-std::vector<double> CallbackForces::evaluate(const std::vector<PetscInt>& which, double t, const LocalState& state) const {
-  const Points at = points(which, state);
-  std::vector<double> f(at.x.size(), 0.0);
-  if (!which.empty()) callback_.force(t, at.row, at.x.data(), at.v.data(), f.data());
-  return f;
+/// (own, d). Asked for once for a state, by however many parts.
+const std::vector<double>& CallbackForces::own_forces(double t, const LocalState& state) const {
+  if (!move_to(t, state, &forces_)) return forces_.f;
+  forces_.f.assign(forces_.x.size(), 0.0);
+  if (!own_.empty()) callback_.force(t, rows_, forces_.x.data(), forces_.v.data(), forces_.f.data());
+  forces_.known = all_finite(forces_.f);
+  return forces_.f;
 }
 
-/// Asked for once for a state, however many products follow.
-const CallbackForces::Tangents& CallbackForces::tangents(double t, const LocalState& state) const {
-  Points at = points(all_, state);
-  Tangents& last = tangents_;
-  if (last.known && last.t == t && last.at.x == at.x && last.at.v == at.v) return last;
+/// Likewise, however many products follow.
+const CallbackForces::Asked& CallbackForces::tangents(double t, const LocalState& state) const {
+  if (!move_to(t, state, &tangents_)) return tangents_;
   const std::size_t area = static_cast<std::size_t>(net_->dim * net_->dim);
-  last.known = true;
-  last.t = t;
-  last.at = std::move(at);
-  last.K.assign(all_.size() * area, 0.0);
-  last.D.assign(all_.size() * area, 0.0);
-  if (!all_.empty()) callback_.tangent(t, last.at.row, last.at.x.data(), last.at.v.data(), last.K.data(), last.D.data());
-  return last;
+  tangents_.K.assign(own_.size() * area, 0.0);
+  tangents_.D.assign(own_.size() * area, 0.0);
+  if (!own_.empty()) callback_.tangent(t, rows_, tangents_.x.data(), tangents_.v.data(), tangents_.K.data(), tangents_.D.data());
+  tangents_.known = all_finite(tangents_.K) && all_finite(tangents_.D);
+  return tangents_;
+}
+
+/// (own) at the places x, (own, d).
+std::vector<double> CallbackForces::own_energies(double t, const std::vector<double>& x) const {
+  std::vector<double> E(own_.size(), 0.0);
+  if (!own_.empty()) callback_.energy(t, rows_, x.data(), E.data());
+  return E;
 }
 
 void CallbackForces::forces(Part part, double t, const LocalState& state, double* f, Singularity* fault, Energies* sum) const {
-  const std::vector<PetscInt>& which = free_[static_cast<int>(part)];
+  const std::vector<PetscInt>& which = of_part_[static_cast<int>(part)];
   const std::size_t d = static_cast<std::size_t>(net_->dim);
-  const std::vector<double> some = evaluate(which, t, state);
-  for (std::size_t k = 0; k < which.size(); ++k)
-    for (std::size_t c = 0; c < d; ++c) {
-      const std::size_t i = static_cast<std::size_t>(which[k]);
-      f[i * d + c] += some[k * d + c];
-      if (!std::isfinite(some[k * d + c]) && fault->kind == Singularity::none) *fault = {Singularity::outside, net_->row[i]};
-    }
+  if (!which.empty()) {
+    const std::vector<double>& own = own_forces(t, state);
+    for (const PetscInt i : which)
+      for (std::size_t c = 0; c < d; ++c) {
+        const double one = own[place(i) * d + c];
+        f[static_cast<std::size_t>(i) * d + c] += one;
+        if (!std::isfinite(one) && fault->kind == Singularity::none) *fault = {Singularity::outside, net_->row[static_cast<std::size_t>(i)]};
+      }
+  }
   if (sum && part == Part::boundary) energies(t, state, sum);
 }
 
 void CallbackForces::forces_on(const std::vector<PetscInt>& which, double t, const LocalState& state, double* f) const {
-  const std::vector<double> some = evaluate(which, t, state);
-  for (std::size_t k = 0; k < some.size(); ++k) f[k] += some[k];
+  if (which.empty()) return;
+  const std::vector<double>& own = own_forces(t, state);
+  const std::size_t d = static_cast<std::size_t>(net_->dim);
+  for (std::size_t k = 0; k < which.size(); ++k)
+    for (std::size_t c = 0; c < d; ++c) f[k * d + c] += own[place(which[k]) * d + c];
 }
 
 void CallbackForces::energies(double t, const LocalState& state, Energies* sum) const {
   if (!callback_.energy || moving_.empty()) return;
-  const Points at = points(moving_, state);
-  std::vector<double> E(moving_.size(), 0.0);
-  callback_.energy(t, at.row, at.x.data(), E.data());
-  for (const double one : E) sum->field += one;
+  Asked at;
+  move_to(t, state, &at);
+  const std::vector<double> E = own_energies(t, at.x);
+  for (const PetscInt i : moving_) sum->field += E[place(i)];
 }
 
 // sigma (E(x + lambda dx) - E(x) + f . lambda dx): a difference, whose rounding errors are those of the energies
 void CallbackForces::beyond_slope(double t, const LocalState& state, const LocalState& line, double lambda, double sigma,
                                   PotentialChange* sum) const {
-  if (!callback_.energy || all_.empty()) return;
+  if (!callback_.energy || free_.empty()) return;
   const std::size_t d = static_cast<std::size_t>(net_->dim);
-  Points at = points(all_, state);
-  std::vector<double> before(all_.size(), 0.0), after(all_.size(), 0.0);
-  const std::vector<double> f = evaluate(all_, t, state);
-  callback_.energy(t, at.row, at.x.data(), before.data());
+  const std::vector<double>& f = own_forces(t, state);
+  std::vector<double> x = forces_.x;
+  const std::vector<double> before = own_energies(t, x);
   double change = 0, size = 0;
-  for (std::size_t k = 0; k < all_.size(); ++k)
+  for (const PetscInt i : free_)
     for (std::size_t c = 0; c < d; ++c) {
-      const double step = lambda * line.at(all_[k])[c];
-      change += f[k * d + c] * step;
-      size += std::abs(f[k * d + c] * step);
-      at.x[k * d + c] += step;
+      const std::size_t at = place(i) * d + c;
+      const double step = lambda * line.at(i)[c];
+      change += f[at] * step;
+      size += std::abs(f[at] * step);
+      x[at] += step;
     }
-  callback_.energy(t, at.row, at.x.data(), after.data());
-  for (std::size_t k = 0; k < all_.size(); ++k) {
-    change += after[k] - before[k];
-    size += std::abs(after[k]) + std::abs(before[k]);
+  const std::vector<double> after = own_energies(t, x);
+  for (const PetscInt i : free_) {
+    change += after[place(i)] - before[place(i)];
+    size += std::abs(after[place(i)]) + std::abs(before[place(i)]);
   }
   sum->value += sigma * change;
   sum->noise += sigma * std::numeric_limits<double>::epsilon() * size;
 }
 
 void CallbackForces::supply(double t, const LocalState& state, Supply* sum) const {
+  if (moving_.empty()) return;
   const std::size_t d = static_cast<std::size_t>(net_->dim);
-  const std::vector<double> some = evaluate(moving_, t, state);
-  for (std::size_t k = 0; k < moving_.size(); ++k)
+  const std::vector<double>& own = own_forces(t, state);
+  for (const PetscInt i : moving_)
     for (std::size_t c = 0; c < d; ++c) {
-      const double power = some[k * d + c] * state.at(moving_[k])[d + c];
+      const double power = own[place(i) * d + c] * state.at(i)[d + c];
       if (callback_.energy) sum->field += power;
       else sum->coupling += std::abs(power);
     }
 }
 
 void CallbackForces::outer_sizes(double t, const LocalState& state, double* size) const {
+  if (free_.empty()) return;
   const std::size_t d = static_cast<std::size_t>(net_->dim);
-  const std::vector<double> some = evaluate(all_, t, state);
-  for (std::size_t k = 0; k < all_.size(); ++k) {
+  const std::vector<double>& own = own_forces(t, state);
+  for (const PetscInt i : free_) {
     double square = 0;
-    for (std::size_t c = 0; c < d; ++c) square += some[k * d + c] * some[k * d + c];
-    size[all_[k]] += std::sqrt(square);
+    for (std::size_t c = 0; c < d; ++c) square += own[place(i) * d + c] * own[place(i) * d + c];
+    size[i] += std::sqrt(square);
   }
 }
 
 void CallbackForces::multiply_tangent(double t, const LocalState& state, const LocalState& z, double* f) const {
-  if (!callback_.tangent) return;
+  if (!callback_.tangent || free_.empty()) return;
   const std::size_t d = static_cast<std::size_t>(net_->dim);
-  const Tangents& own = tangents(t, state);
-  for (std::size_t k = 0; k < all_.size(); ++k) {
-    const std::size_t i = static_cast<std::size_t>(all_[k]);
-    const double *K = &own.K[k * d * d], *D = &own.D[k * d * d], *zi = z.at(all_[k]);
+  const Asked& own = tangents(t, state);
+  for (const PetscInt i : free_) {
+    const std::size_t k = place(i);
+    const double *K = &own.K[k * d * d], *D = &own.D[k * d * d], *zi = z.at(i);
     for (std::size_t r = 0; r < d; ++r)
-      for (std::size_t c = 0; c < d; ++c) f[i * d + r] += K[r * d + c] * zi[c] + D[r * d + c] * zi[d + c];
+      for (std::size_t c = 0; c < d; ++c) f[static_cast<std::size_t>(i) * d + r] += K[r * d + c] * zi[c] + D[r * d + c] * zi[d + c];
   }
 }
 
 void CallbackForces::add_row(PetscInt i, double t, const LocalState& state, double* panel, PetscInt width) const {
-  if (!callback_.tangent || place_[static_cast<std::size_t>(i)] < 0) return;
-  const Tangents& own = tangents(t, state);
-  const PetscInt d = net_->dim, area = d * d, k = place_[static_cast<std::size_t>(i)];
+  if (!callback_.tangent || net_->fixed[static_cast<std::size_t>(i)]) return;
+  const Asked& own = tangents(t, state);
+  const PetscInt d = net_->dim;
+  const std::size_t from = place(i) * static_cast<std::size_t>(d * d);
   for (PetscInt r = 0; r < d; ++r)
     for (PetscInt c = 0; c < d; ++c) {
       double* const to = panel + r * width + pattern_->self(i) * 2 * d + c;
-      to[0] -= own.K[static_cast<std::size_t>(k * area + r * d + c)];
-      to[d] -= own.D[static_cast<std::size_t>(k * area + r * d + c)];
+      to[0] -= own.K[from + static_cast<std::size_t>(r * d + c)];
+      to[d] -= own.D[from + static_cast<std::size_t>(r * d + c)];
     }
 }
 
 void CallbackForces::join(std::vector<std::pair<PetscInt, PetscInt>>* joins) const {
   if (!callback_.tangent) return;
-  for (const PetscInt i : all_) joins->emplace_back(i, i);
+  for (const PetscInt i : free_) joins->emplace_back(i, i);
 }
 
 void CallbackForces::add_blocks(double t, const LocalState& state, bool positive, const Coefficients& abc, SparseBlocks* blocks) const {
-  if (!callback_.tangent) return;
-  const Tangents& own = tangents(t, state);
+  if (!callback_.tangent || free_.empty()) return;
+  const Asked& own = tangents(t, state);
   const int d = net_->dim, area = d * d;
-  for (std::size_t k = 0; k < all_.size(); ++k) {
+  for (const PetscInt i : free_) {
     double block[9];
-    const double *K = &own.K[k * static_cast<std::size_t>(area)], *D = &own.D[k * static_cast<std::size_t>(area)];
+    const std::size_t from = place(i) * static_cast<std::size_t>(area);
+    const double *K = &own.K[from], *D = &own.D[from];
     for (int r = 0; r < d; ++r)
       for (int c = 0; c < d; ++c)
         block[r * d + c] = -0.5 * (abc.damping * (D[r * d + c] + D[c * d + r]) + abc.stiffness * (K[r * d + c] + K[c * d + r]));
     if (positive && !keep_definite(d, block)) continue;
-    double* const to = blocks->block(blocks->find(all_[k], all_[k]));
+    double* const to = blocks->block(blocks->find(i, i));
     for (int q = 0; q < area; ++q) to[q] += block[q];
   }
 }
 
 void CallbackForces::stiffness_sizes(double t, const LocalState& state, double* size) const {
-  if (!callback_.tangent) return;
-  const Tangents& own = tangents(t, state);
+  if (!callback_.tangent || free_.empty()) return;
+  const Asked& own = tangents(t, state);
   const std::size_t d = static_cast<std::size_t>(net_->dim);
-  for (std::size_t k = 0; k < all_.size(); ++k)
-    for (std::size_t c = 0; c < d; ++c) size[all_[k]] += std::abs(own.K[k * d * d + c * (d + 1)]);
+  for (const PetscInt i : free_)
+    for (std::size_t c = 0; c < d; ++c) size[i] += std::abs(own.K[place(i) * d * d + c * (d + 1)]);
 }
 
 }  // namespace bs

@@ -30,29 +30,29 @@ class CallbackForces final : public Term {
   void stiffness_sizes(double t, const LocalState& state, double* size) const override;
 
  private:
-  /// Particles as the callback is asked for them: rows of the input, places and velocities (which, d).
-  struct Points {
-    std::vector<std::int64_t> row;
-    std::vector<double> x, v;
-  };
-  /// The tangent of all owned particles that are not fixed, kept for the state it was asked for last: (free, d, d).
-  struct Tangents {
+  /// What the callback was asked for last, of all own particles: so that nothing of it depends on what is fixed or on other ranks.
+  struct Asked {
     bool known = false;
     double t = 0;
-    Points at;
-    std::vector<double> K, D;
+    std::vector<double> x, v;     ///< (own, d)
+    std::vector<double> f, K, D;  ///< what it gave: (own, d), or (own, d, d)
   };
-  Points points(const std::vector<PetscInt>& which, const LocalState& state) const;
-  std::vector<double> evaluate(const std::vector<PetscInt>& which, double t, const LocalState& state) const;
-  const Tangents& tangents(double t, const LocalState& state) const;
+  bool move_to(double t, const LocalState& state, Asked* asked) const;
+  const std::vector<double>& own_forces(double t, const LocalState& state) const;
+  const Asked& tangents(double t, const LocalState& state) const;
+  std::vector<double> own_energies(double t, const std::vector<double>& x) const;
+  std::size_t place(PetscInt i) const { return place_[static_cast<std::size_t>(i)]; }
+
   const Network* net_ = nullptr;
   const RowPattern* pattern_ = nullptr;
   ForceCallback callback_;
-  std::vector<PetscInt> free_[2];  ///< owned particles of either Part that are not fixed, by their rows in the input
-  std::vector<PetscInt> all_;      ///< of both
-  std::vector<PetscInt> moving_;   ///< and those that are driven
-  std::vector<PetscInt> place_;    ///< of owned particles among all; -1: fixed
-  mutable Tangents tangents_;
+  std::vector<PetscInt> own_;         ///< owned particles by their rows in the input
+  std::vector<std::int64_t> rows_;    ///< these
+  std::vector<std::size_t> place_;    ///< of owned particles among own_
+  std::vector<PetscInt> free_;        ///< those that are not fixed or driven
+  std::vector<PetscInt> of_part_[2];  ///< of these, by Part
+  std::vector<PetscInt> moving_;      ///< those that are not fixed
+  mutable Asked forces_, tangents_;
 };
 
 }  // namespace bs
