@@ -1,6 +1,7 @@
 // The equilibria f(s, x, 0) = 0 of a second-order system under loads of factor s, in the form that TS steps through: its time is the load
 // factor, its steps are load steps, and v = dx/ds only serves to predict the next state.
 #pragma once
+#include <cmath>
 #include <memory>
 #include <string>
 #include "systems/first_order.hpp"
@@ -69,6 +70,12 @@ class Equilibrium final : public FirstOrder {
   /// Collective. Before the first step: the run goes on from y, at the loads of time t, to which the lattice came from a state that held `had`.
   PetscErrorCode begin_at(double t, Vec y, const HeldEnergies& had);
 
+  /// s is given, from 0 to `end`, whatever the time is (arc length).
+  void begin_path(double end) {
+    factor_ = 0;
+    end_ = end;
+  }
+  PetscErrorCode covers(double t_start, double t_end) override { return std::isnan(factor_) ? own_->covers(t_start, t_end) : own_->covers(0, end_); }
   /// From now on s is this, whatever the time is (arc length); NaN: the time again.
   void set_factor(double s) { factor_ = s; }
   double factor(double t) const;
@@ -141,7 +148,7 @@ class Equilibrium final : public FirstOrder {
   double step_ = 0;        ///< of a motion [s]; 0: there is none
   VecHandle from_, flow_;  ///< where its step began; room for y'
   double rate_ = 0;        ///< mean squared frequency at the first linearisation [1/s^2]
-  double factor_;
+  double factor_, end_ = 1;
   double load_factor_ = 0, floor_ = 0;  ///< of the last evaluation; rounding errors of all forces [N]
   PetscInt free_ = 0;
   bool sharp_ = false;                         ///< in this solve from now on: bodies that are tied to nothing have no larger shift than others

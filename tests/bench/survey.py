@@ -7,7 +7,7 @@
 sheared: periodic triangular nets of 40 x 40 particles, 42 % of the springs of stiffness 1, the others 0, seeds 0 to 9, sheared by 0.6 in 60 load steps. moduli: the same of 30 x 30 with
 36 % and rest lengths of 1.005 times the initial distances, which all push at first. plates: plates of 50 x 50 with a notch (disordered.py), 50 seeds for bonds present with
 probabilities from 0.68 to 0.9, and one that is known to be hard (0.72, seed 15), pulled by 4 in 40 load steps. Load steps are met to the program's own tolerances; how many of them
-end in an equilibrium that is unstable is what the program reports, `not known` how many it could not judge, and `unbalanced` how many are left with more than 1e-6 of the largest load
+end in an equilibrium that is unstable is what the program reports of the frames, one for each, `not known` how many it could not judge, and `unbalanced` how many are left with more than 1e-6 of the largest load
 or reaction, for which rounding leaves no other choice."""
 import argparse
 import json
@@ -29,7 +29,7 @@ NET = "-bs_lattice_type triangular -bs_lattice_periodic xy -bs_lattice_dim 2 -bs
 SHEARED = "-bs_task statics -bs_lattice_size 40,40 -bs_lattice_stiff_fraction 0.42 -bs_box_strain xy=velocity:0.6 -bs_load_steps 60 -bs_lattice_seed".split()
 MODULI = "-bs_task moduli -bs_lattice_size 30,30 -bs_lattice_stiff_fraction 0.36 -bs_lattice_rest_length_factor 1.005 -bs_lattice_seed".split()
 PULLED = "-bs_task statics -bs_motion_lo fixed -bs_motion_up x=fixed,y=velocity:4 -bs_load_steps 40 -bs_lattice_file".split()
-COUNTS = {"load_steps": "steps", "newton": "newton", "cut": "rejected", "pseudo": "pseudo_transient", "saddles": "saddle_points", "unstable": "unstable", "unknown": "stability_unknown", "unbalanced": "unbalanced"}
+COUNTS = {"load_steps": "steps", "newton": "newton", "cut": "rejected", "pseudo": "pseudo_transient", "saddles": "saddle_points", "stable": "stable", "unstable": "unstable", "unknown": "stability_unknown", "unbalanced": "unbalanced"}
 
 
 def plates():
@@ -55,7 +55,8 @@ def run(program, family, net, ranks, folder):
     """A row: how far it came, and by what."""
     report = folder / "report.json"
     report.unlink(missing_ok=True)
-    command = [program, *arguments_of(family, net, folder), "-bs_report", report]
+    # a frame for every load step: equilibria are judged where there is one
+    command = [program, *arguments_of(family, net, folder), "-bs_report", report, "-bs_output", folder / "frames.h5md", "-bs_overwrite"]
     if ranks > 1:
         command = ["mpirun", "-n", str(ranks), *command]
     done = subprocess.run(command, cwd=folder, env=environment(ranks), capture_output=True, text=True)
@@ -69,12 +70,12 @@ def document(found):
     for family, rows in found.items():
         whole = sum(not row["why"] for row in rows)
         lines += ["", f"## {family}: {whole} of {len(rows)} runs come to their end", "",
-                  f"| {'P, seed' if family == 'plates' else 'seed'} | ranks | load steps | Newton | cut | by pseudo time | saddle points left | unstable | not known | unbalanced | |",
-                  "|---|---|---|---|---|---|---|---|---|---|---|"]
+                  f"| {'P, seed' if family == 'plates' else 'seed'} | ranks | load steps | Newton | cut | by pseudo time | saddle points left | stable | unstable | not known | unbalanced | |",
+                  "|---|---|---|---|---|---|---|---|---|---|---|---|"]
         for row in rows:
-            lines.append(f"| {row['net']} | {row['ranks']} | {row['load_steps']} | {row['newton']:,} | {row['cut']} | {row['pseudo']} | {row['saddles']} | {row['unstable']} | {row['unknown']} | {row['unbalanced']} | {row['why']} |")
+            lines.append(f"| {row['net']} | {row['ranks']} | {row['load_steps']} | {row['newton']:,} | {row['cut']} | {row['pseudo']} | {row['saddles']} | {row['stable']} | {row['unstable']} | {row['unknown']} | {row['unbalanced']} | {row['why']} |")
         total = {key: sum(row[key] for row in rows) for key in COUNTS}
-        lines += ["", f"Of {total['load_steps']:,} load steps {total['cut']} attempts were cut, {total['pseudo']} went by pseudo time, and {total['unstable']} ended in an unstable equilibrium."]
+        lines += ["", f"Of {total['load_steps']:,} load steps {total['cut']} attempts were cut, {total['pseudo']} went by pseudo time, and {total['unstable']} of {total['stable'] + total['unstable'] + total['unknown']:,} equilibria judged are unstable."]
     return "\n".join(lines) + "\n"
 
 

@@ -226,7 +226,7 @@ PetscErrorCode NodalForces::observe(double t, const LocalState& state, std::vect
 PetscErrorCode NodalForces::covers(double t_end) const {
   PetscFunctionBegin;
   for (const Given& one : given_)
-    if (one.varies) PetscCall(check_reach(net_->comm, option_of(one), one.drive, t_end));
+    if (one.varies) PetscCall(check_reach(net_->comm, option_of(one), one.drive, t_end, static_));
   PetscFunctionReturn(0);
 }
 

@@ -16,7 +16,7 @@ PetscErrorCode ArcLength::attach(TS ts, TSContext& context, Equilibrium& model, 
   model_ = &model;
   start_solver_ = &start;
   path_ = path;
-  model.set_factor(0);
+  model.begin_path(path.end);
   PetscCall(TSGetSNES(ts, &snes));
   PetscCall(linear_solver_of(ts, nullptr, &pc));
   PetscCall(condensed_demand(pc, &of_start_));

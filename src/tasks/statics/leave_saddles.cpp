@@ -119,15 +119,12 @@ PetscErrorCode PseudoTime::balance_better(SNES snes) {
   PetscFunctionReturn(0);
 }
 
-// A solve that has succeeded, from at_: its counts go on, and its reason stays.
+// A solve that has succeeded, from at_: its reason stays.
 PetscErrorCode PseudoTime::continue_further(SNES snes, bool* good) {
-  const PetscInt newton = snes->iter, krylov = snes->linear_its;
   const SNESConvergedReason reason = snes->reason;
   PetscFunctionBegin;
   PetscCall(continue_from(snes));
   *good = snes->reason > 0;
-  snes->iter += newton;
-  snes->linear_its += krylov;
   snes->reason = reason;
   PetscFunctionReturn(0);
 }

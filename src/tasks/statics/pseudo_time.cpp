@@ -233,7 +233,7 @@ PetscErrorCode PseudoTime::descend(SNES snes, double goal, Vec at, Vec X) {
 PetscErrorCode PseudoTime::continue_from(SNES snes) {
   constexpr PetscInt AT_END = 30;
   constexpr double FIRST = 1e-3, FALL = 1e-6, NEARER = 1e-3;
-  PetscInt most = 0, iterations = 0, krylov = 0;
+  PetscInt most = 0, iterations = snes->iter, krylov = snes->linear_its;  // those that led nowhere count, too
   double first = 0, inertia = 0;
   PC pc;
   Vec X;

@@ -109,6 +109,6 @@ class Cell {
 PetscErrorCode read_drive(MPI_Comm comm, const std::string& option, const std::string& component, const std::string& text, int dim, bool placed,
                           Drive* drive);
 /// Collective. Ends the run with exit code 2 where a table of the motion does not reach t_end.
-PetscErrorCode check_reach(MPI_Comm comm, const std::string& option, const Drive& drive, double t_end);
+PetscErrorCode check_reach(MPI_Comm comm, const std::string& option, const Drive& drive, double t_end, bool at_rest);
 
 }  // namespace bs

@@ -261,8 +261,8 @@ PetscErrorCode Constraints::covers(double t_start, double t_end) const {
   const double part = (t_end - t_start) / PARTS;
   Error fault;
   PetscFunctionBegin;
-  if (net_->anchors_total > 0) PetscCall(check_reach(net_->comm, "-bs_anchor_table", anchors_.drive, t_end));
-  for (const Moved& one : motions_) PetscCall(check_reach(net_->comm, "-bs_motion_" + names_[one.group], one.drive, t_end));
+  if (net_->anchors_total > 0) PetscCall(check_reach(net_->comm, "-bs_anchor_table", anchors_.drive, t_end, at_rest_));
+  for (const Moved& one : motions_) PetscCall(check_reach(net_->comm, "-bs_motion_" + names_[one.group], one.drive, t_end, at_rest_));
   PetscCall(box_.reaches(t_end));
   for (int k = 0; k < PARTS; ++k) {
     const double from = t_start + k * part, to = k + 1 < PARTS ? t_start + (k + 1) * part : t_end;

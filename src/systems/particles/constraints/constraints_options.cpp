@@ -121,11 +121,14 @@ PetscErrorCode read_drive(MPI_Comm comm, const std::string& option, const std::s
   PetscFunctionReturn(0);
 }
 
-PetscErrorCode check_reach(MPI_Comm comm, const std::string& option, const Drive& drive, double t_end) {
+PetscErrorCode check_reach(MPI_Comm comm, const std::string& option, const Drive& drive, double t_end, bool at_rest) {
   const std::string missed = drive.misses(t_end);
   PetscFunctionBegin;
-  if (!missed.empty())
+  if (missed.empty()) PetscFunctionReturn(0);
+  if (at_rest)
     PetscCall(fail(comm, Exit::input,
+                   format("the table of %s %s the load factor %g: add rows", option.c_str(), missed[0] == 'b' ? "begins after" : "does not reach", t_end)));
+  PetscCall(fail(comm, Exit::input,
                    format("the table of %s %s, t = %g s: %s", option.c_str(), missed.c_str(), t_end,
                           missed[0] == 'b' ? "its times are those of the run" : "add rows or lower -ts_max_time")));
   PetscFunctionReturn(0);
