@@ -631,7 +631,16 @@ say(rank, len(told), all(told), simulation.steps)
 net = bs.Lattice([[0.0, 0], [1, 0], [2, 0]], [[0, 1], [1, 2]], stiffness=1.0, rest_length=1.0, fixed=[0], groups={"end": [2]})
 half = bs.statics(net, loads={"end": (1.0, 0)}, load_steps=4, bs_motion_end="y=fixed", stop=lambda s, eq: s > 0.4)
 say(rank, *(round(bs.modes(half, 3, comm=comm).omega2[1], 6) for comm in (None, MPI.COMM_SELF)))
-''', ["0 0.666667 0.666667", "1 0.666667 0.666667"])):
+''', ["0 0.666667 0.666667", "1 0.666667 0.666667"]), ('''
+import os, shutil, tempfile
+folder = MPI.COMM_WORLD.bcast(tempfile.mkdtemp())
+for one in (net, bs.statics(net)): one.plot(f"{folder}/{type(one).__name__}{rank}.png")
+frames = list(bs.run(net, dt=1e-3, until=1.0, ts_max_steps=3))
+frames[0].plot(f"{folder}/Frame{rank}.png")
+MPI.COMM_WORLD.barrier()
+say(rank, len(frames), *sorted(os.listdir(folder)))
+if rank == 0: shutil.rmtree(folder)
+''', [f"{rank} 4 Equilibrium0.png Frame0.png Lattice0.png" for rank in (0, 1)])):
         done = subprocess.run(["mpirun", "-n", "2", sys.executable, "-c", head + code], capture_output=True, text=True, timeout=120, env=dict(os.environ, PYTHONPATH=PYTHON))
         assert done.returncode == 0 and sorted(done.stdout.splitlines()) == expected, done.stdout + done.stderr
 

@@ -7,6 +7,7 @@ from typing import Any, Optional, Tuple, Union
 
 import numpy as np
 
+from ._library import world
 from .kinds import Floats
 from .lattice import Lattice
 from .looks import COLOURS
@@ -75,6 +76,7 @@ def draw(lattice: Lattice, x: Floats, values: Optional[Floats] = None, label: st
         figure.colorbar(drawn, label=label, shrink=0.8)
     axes.set_title(title)
     if file:
-        figure.savefig(file, dpi=dpi)
+        if world(None).rank == 0:  # of several writers of one file each would spoil what the others write
+            figure.savefig(file, dpi=dpi)
         plt.close(figure)
     return figure
