@@ -54,7 +54,7 @@ class Simulation:
                 if one is not None and not callable(one):
                     raise InputError(f"{name}: {one!r} is no function of t and a frame")
             lattice, earlier, own = start_of(net, forces)
-            return lattice, joined(earlier, loads_of(loads, total) + settings_of({"ts_dt": dt}) + settings_of(options)), own
+            return lattice, joined(earlier, loads_of(loads, total, lattice.dim) + settings_of({"ts_dt": dt}) + settings_of(options)), own
 
         lattice, settings, forces = on_all(comm, checked)
         self.lattice, self.stopped = lattice, False
