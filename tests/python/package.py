@@ -8,6 +8,7 @@ import subprocess
 import sys
 import tempfile
 import time
+import warnings
 
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parent))
 from helpers import HERE, PYTHON, python, raised  # noqa: E402
@@ -47,7 +48,6 @@ def bad_arguments():
                         (("hinges['critical_change'], row 0", "inf"), dict(x=np.eye(4, 3), hinges={"quads": [[0, 1, 2, 3]], "stiffness": 1.0, "critical_change": -np.inf}))):
         with raised(bs.InputError, *words):
             net(**more)
-    assert issubclass(bs.InputError, ValueError)
     assert net(box=(5, 5), periodic=np.array([True, False])).periodic == net(box=(5, 5), periodic=[1, 0]).periodic == (True, False)
     with raised(bs.InputError, "pairs, row 1", "parallel"):
         net().replace(pairs=[[0, 1], [1, 0]])
@@ -55,6 +55,7 @@ def bad_arguments():
     assert len(double.replace(pairs=[[0, 1], [0, 1], [1, 2]], stiffness=1.0, rest_length=None, damping=0.0).replace(x=2 * x).pairs) == 3
     with raised(bs.InputError, "pairs, row 1", "parallel"):
         double.replace(parallel=False)
+    assert issubclass(bs.InputError, ValueError)
     with raised(bs.InputError, "bs_load_steps"):
         bs.statics(net(fixed=[0, 1, 2]), load_steps=0)
     with raised(bs.InputError, "group", "nowhere"):
@@ -76,7 +77,6 @@ def bad_arguments():
         simulation.x = "a"
 
 
-def closed_forms():
 def copied():
     """What becomes of the arrays that a lattice was made of is nothing to it, nor to what replace() makes of it."""
     x, ends = np.zeros((4, 3)) + np.arange(4.0)[:, None], np.arange(4, dtype=np.int64)[None]
@@ -94,6 +94,7 @@ def copied():
         assert not any(np.shares_memory(a, b) for a in arrays(theirs) for b in arrays(own))
 
 
+def closed_forms():
     """Two masses and a spring; a bar under its end load; one spring's modulus."""
     two = bs.Lattice([-0.1, 1.1], [[0, 1]], stiffness=50.0, rest_length=1.0, mass=2.0)
     assert abs(bs.modes(two, 1).omega2[0] - 50.0) < 1e-9
@@ -188,7 +189,6 @@ def breaking_turns():
             assert folded.fields["broken_angles"].all() and abs(folded.x[1, 1] + length) < 1e-5 and abs(np.diff(folded.x[[0, 2], 0])) < 1e-9, folded.x
     with raised(bs.InputError, "critical_moment", "row 0"):
         beam(np.nan)
-    with raised(bs.InputError, "critical_moment"):
     assert not solve(beam(np.inf)).fields["broken_angles"].any()
     with tempfile.TemporaryDirectory() as folder:  # one spring bears whatever comes
         bundle = bs.Lattice([[0.0], [1.0]], [[0, 1]] * 2, stiffness=1.0, fixed=[0], groups={"end": [1]}, parallel=True, breaking={"critical_force": [np.inf, 0.5]})
@@ -197,6 +197,7 @@ def breaking_turns():
         assert again.breaking["critical_force"].tolist() == [np.inf, 0.5]
         for net in (bundle, again):
             assert bs.statics(net, loads={"end": 1.5}, load_steps=10).broken.tolist() == [False, True]
+    with raised(bs.InputError, "critical_moment"):
         solve(beam(-1.0))
 
 
@@ -519,7 +520,6 @@ def misuse():
                         (("ts_dt and ts_time_step", "two names"), lambda: bs.Simulation(net, dt=0.1, ts_time_step=0.2)), (("t: nan",), lambda: bs.Simulation(net, dt=0.1).run_until(np.nan)), (("bs_lattice_type", "twice"), lambda: bs.generate("chain", 4, type="square")),
                         (("load_steps", "2.5"), lambda: bs.statics(net, load_steps=2.5)), (("count", "-3"), lambda: bs.Simulation(net, dt=0.1).step(-3)),
                         (("total", "'tpo'"), lambda: bs.statics(net, loads={"bottom": (0, -1)}, total=["tpo"])), (("loads",), lambda: bs.statics(net, loads=(0, -1))),
-                        (("'foo'",), lambda: bs.Simulation(net, dt=0.1).set("foo", net.x)), (("fixed", "twice"), lambda: net.replace(fixed=[1, 1, 0])),
                         *((("total: ", "list of names"), lambda wrong=wrong: bs.statics(net, loads={"bottom": (0, -1)}, total=wrong)) for wrong in (1, 0, 3.5, {"bottom": False}, [1])),
                         *((("loads['bottom']", word), lambda wrong=wrong: bs.statics(net, loads={"bottom": wrong})) for word, wrong in (
                             ("(2,)", 3.0), ("(2,)", [1.0]), ("(2,)", [1, 2, 3]), ("every row", [[1], [1, 2]]), ("finite", [0, np.nan]), ("numbers", [None, 1]))),
@@ -532,6 +532,7 @@ def misuse():
                         (("ts_init_time",), lambda: next(bs.run(net, dt=1e-3, until=1.0, ts_init_time="a", progress=True))),
                         (("comm: 3", "mpi4py"), lambda: bs.statics(net, comm=3)), (("comm: 3", "mpi4py"), lambda: net.save("/nowhere.h5", comm=3)),
                         (("'foo'", "hung"), lambda: bs.statics(net).reactions["foo"]),
+                        (("'foo'",), lambda: bs.Simulation(net, dt=0.1).set("foo", net.x)), (("fixed", "twice"), lambda: net.replace(fixed=[1, 1, 0])),
                         (("shift, row 0", "whole"), lambda: bs.Lattice(**{**cell(), "shift": cell()["shift"] + 0.5})), (("groups",), lambda: net.replace(groups=["a"])),
                         (("nowhere",), lambda: bs.open("/nowhere.h5md"))):
         with raised(bs.InputError, *words):
@@ -542,6 +543,33 @@ def every_step():
     """Without a distance there is a frame after every step, the last at the end."""
     net = bs.Lattice(**sheet())
     assert np.allclose([frame.t for frame in bs.run(net, dt=0.01, until=0.035)], [0, 0.01, 0.02, 0.03, 0.035], rtol=0, atol=1e-15)
+
+
+def so_many_steps():
+    """A run that ts_max_steps ends has the frame of then as its last, says so, and counts what was before a state was written back."""
+    net = bs.Lattice(**sheet())
+    for more, back, times in ((dict(ts_max_steps=2), False, [0, 0.01, 0.02]), (dict(ts_max_steps=7, every=0.05), False, [0, 0.05, 0.07]), (dict(ts_max_steps=0), False, [0]),
+                              (dict(ts_max_steps=7, every=0.05), True, [0, 0.05, 0.07]), (dict(ts_max_steps=10), False, 0.01 * np.arange(11)),
+                              (dict(ts_max_steps="12"), True, 0.01 * np.arange(11))):
+        with warnings.catch_warnings(record=True) as said:
+            warnings.simplefilter("always", bs.BackspringWarning)
+            found = []
+            for frame in bs.run(net, dt=0.01, until=0.1, **more):
+                found.append(frame.t)
+                frame.v *= 0.5 if back else 1.0
+        assert np.allclose(found, times, rtol=0, atol=1e-12) and len(said) == (times[-1] < 0.1 - 1e-9), (more, found, [str(one.message) for one in said])
+        assert all("ts_max_steps" in str(one.message) and one.filename == __file__ for one in said)
+
+
+def held_groups():
+    """Forces of supports by groups that are held; what else is held has its own, particle by particle."""
+    bar = bs.Lattice([[0.0], [1.0], [2.0]], [[0, 1], [1, 2]], stiffness=[100.0, 200.0], fixed=[0, 2], groups={"middle": [1], "wall": [0]})
+    eq = bs.statics(bar, loads={"middle": 3.0}, total=np.True_)
+    assert list(eq.reactions) == ["wall"] and eq.reactions.get("middle") is None and "middle" not in eq.reactions and abs(eq.reactions["wall"][0] + 1) < 1e-12
+    with raised(KeyError, "nothing holds", "'middle'", "wall"):
+        eq.reactions["middle"]
+    with bs.Simulation(eq, dt=1.0) as simulation:
+        assert abs(simulation.reactions[:, 0] - [-1, 0, -2]).max() < 1e-12
 
 
 def remembered():
@@ -668,6 +696,7 @@ for call in (lambda: simulation.set("velocity", net.x[:3] if rank else net.x), l
              lambda: bs.statics(net, loads={"bottom": (0, -1.0)}, total=["nix"] if rank else False), lambda: bs.statics(net, observe=3 if rank else None),
              lambda: bs.statics(net, load_steps=2.5 if rank else 2), lambda: bs.Statics(net, load_steps=2.5 if rank else 2),
              lambda: bs.modes(net, 2.5 if rank else 2), lambda: bs.moduli(net, load_steps=2.5 if rank else 2),
+             lambda: bs.run(net, dt=1e-3, until="a" if rank else 1.0, progress=True), lambda: bs.run(net, dt=1e-3, until=1.0, every=-1 if rank else 0.1),
              lambda: bs.Simulation(net, dt=1e-3, stop=3 if rank else None), lambda: simulation.drive("nix" if rank else "bottom", net.x[:7], 1.0),
              lambda: simulation.drive("bottom", net.x[:7], np.nan if rank else 1.0), lambda: simulation.step(-1 if rank else 1),
              lambda: simulation.run_until(np.nan if rank else 1.0), lambda: simulation.get("nix" if rank else "position"),
@@ -675,12 +704,13 @@ for call in (lambda: simulation.set("velocity", net.x[:3] if rank else net.x), l
     try: call()
     except bs.InputError as error: told.append(str(error).startswith("rank 1: ") == (rank == 0))
 simulation.step()
-for call in (lambda: simulation.step(2 + rank), lambda: simulation.run_until(1.0 + rank), lambda: simulation.drive("bottom", net.x[:7], 1.0 + rank)):
+for call in (lambda: simulation.step(2 + rank), lambda: simulation.run_until(1.0 + rank), lambda: simulation.drive("bottom", net.x[:7], 1.0 + rank),
+             lambda: simulation.set("velocity", net.x * (1.0 + rank)), lambda: simulation.set("velocity", net.x[simulation.rows], whole=rank == 0)):
     try: call()
     except bs.InputError as error: told.append("rank 1 gives something else" in str(error))
 simulation.step()
 say(rank, len(told), all(told), simulation.steps)
-''', ["0 20 True 2", "1 20 True 2"]), ('''
+''', ["0 24 True 2", "1 24 True 2"]), ('''
 net = bs.Lattice([[0.0, 0], [1, 0], [2, 0]], [[0, 1], [1, 2]], stiffness=1.0, rest_length=1.0, fixed=[0], groups={"end": [2]})
 half = bs.statics(net, loads={"end": (1.0, 0)}, load_steps=4, bs_motion_end="y=fixed", stop=lambda s, eq: s > 0.4)
 say(rank, *(round(bs.modes(half, 3, comm=comm).omega2[1], 6) for comm in (None, MPI.COMM_SELF)))
@@ -834,7 +864,7 @@ def imported():
 def main():
     chosen = sys.argv[sys.argv.index("--filter") + 1] if "--filter" in sys.argv else ""
     for part in (on_two_ranks, on_ranks, foreign_states, healed,  # before this process starts MPI
-                 bad_arguments, closed_forms, changed_numbers, restored, removed_for_good, modes_where_it_stands, rests, histories, room, sensitivities, designed, load_steps, breaking_turns, written_back, told_once, own_forces, implicit_forces, coupled, in_petsc, files, misuse, every_step, remembered, without_steps, observers, interrupted, side_by_side, failures, memory, pictures_and_tools, documented, imported):
+                 bad_arguments, copied, closed_forms, changed_numbers, restored, removed_for_good, modes_where_it_stands, rests, histories, room, sensitivities, designed, load_steps, breaking_turns, written_back, told_once, own_forces, implicit_forces, coupled, in_petsc, files, misuse, every_step, so_many_steps, held_groups, remembered, without_steps, observers, interrupted, side_by_side, failures, memory, pictures_and_tools, documented, imported):
         if chosen in part.__name__:
             begin = time.time()
             part()
