@@ -3,6 +3,7 @@
 import pathlib
 import sys
 import tempfile
+import warnings
 
 try:
     import ase
@@ -17,7 +18,7 @@ sys.path[:0] = [str(PROGRAM.parent / "python"), str(HERE)]
 import numpy as np  # noqa: E402
 from ase import Atoms, units  # noqa: E402
 from ase.build import bulk, graphene  # noqa: E402
-from ase.constraints import FixAtoms  # noqa: E402
+from ase.constraints import FixAtoms, FixBondLength  # noqa: E402
 from ase.md.verlet import VelocityVerlet  # noqa: E402
 from ase.optimize import BFGS  # noqa: E402
 from ase.phonons import Phonons  # noqa: E402
@@ -68,6 +69,26 @@ def sheets():
         assert "set_pbc" in str(error), error
     else:
         raise AssertionError("atoms without a box were computed in one")
+
+
+def taken():
+    """A network has the velocities of its Atoms and what FixAtoms holds, unless they are given; of other constraints it is warned."""
+    atoms = bulk("Ar", "fcc", a=5.2, cubic=True) * (2, 1, 1)
+    plain = lattice_of(atoms, 4.2)
+    assert not plain.velocity.any() and not plain.fixed.any()
+    v = np.random.default_rng(2).normal(size=(len(atoms), 3))
+    atoms.set_velocities(v)
+    atoms.set_constraint([FixAtoms([0, 3]), FixAtoms(mask=np.arange(len(atoms)) == 5)])
+    net = lattice_of(atoms, 4.2)
+    assert np.flatnonzero(net.fixed).tolist() == [0, 3, 5] and np.allclose(net.velocity, v, rtol=1e-13)
+    own = lattice_of(atoms, 4.2, velocity=2 * v, fixed=[1])
+    assert np.flatnonzero(own.fixed).tolist() == [1] and np.array_equal(own.velocity, 2 * v)
+    atoms.set_constraint([FixAtoms([0]), FixBondLength(1, 2)])
+    for more, words in (({}, ["FixBondLength"]), (dict(fixed=[0]), [])):
+        with warnings.catch_warnings(record=True) as said:
+            warnings.simplefilter("always")
+            assert np.flatnonzero(lattice_of(atoms, 4.2, **more).fixed).tolist() == [0]
+        assert len(said) == len(words) and all(word in str(one.message) and one.filename == __file__ for word, one in zip(words, said)), [str(one.message) for one in said]
 
 
 def wrapped():
@@ -122,7 +143,7 @@ def phonons():
 
 
 def main():
-    for part in (differences, sheets, wrapped, optimiser, dynamics, phonons):
+    for part in (differences, sheets, taken, wrapped, optimiser, dynamics, phonons):
         if "--filter" not in sys.argv or sys.argv[sys.argv.index("--filter") + 1] in part.__name__:
             part()
             print(f"{part.__name__}: ok", flush=True)

@@ -8,6 +8,7 @@ import subprocess
 import sys
 import tempfile
 import time
+import warnings
 
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parent))
 from helpers import HERE, PYTHON, python, raised  # noqa: E402
@@ -36,9 +37,24 @@ def bad_arguments():
                         (("box", "shape"), dict(box=(1, 2, 3))), (("rest_length, row 0",), dict(rest_length=[np.nan, 1])),
                         (("x", "real numbers"), dict(x=x + 0j)), (("stiffness", "real numbers"), dict(stiffness=[1, 2j])), (("stiffness", "numbers"), dict(stiffness=["1", "2"])),
                         (("x", "masked"), dict(x=np.ma.masked_array(x, mask=x > 1.5))), (("pairs", "every row"), dict(pairs=[[0, 1], [1]])),
-                        (("box", "numbers"), dict(box="big")), (("box", "shape"), dict(box=5.0)), (("x", "every row"), dict(x=[[0, 1], [1]]))):
+                        (("box", "numbers"), dict(box="big")), (("box", "shape"), dict(box=5.0)), (("x", "every row"), dict(x=[[0, 1], [1]])),
+                        *((("periodic", "2 truth values"), dict(box=(5, 5), periodic=wrong)) for wrong in (True, "xy", ["False", "False"], [True], [0, 2], [None, None])),
+                        (("law: None",), dict(law=None)), (("law: 3",), dict(law=3)), (("law, row 1: 3",), dict(law=["hooke", 3])), (("law", "1 names"), dict(law=["hooke"])),
+                        (("damping_law: None",), dict(damping_law=None)), (("particle_columns['drag']", "every row"), dict(particle_columns={"drag": [[1.0], [1, 2], [3]]})),
+                        *((("angles['shift']", word), dict(angles={"triples": [[0, 1, 2]], "stiffness": 1.0, "shift": wrong}))
+                          for word, wrong in (("every row", [[[0, 0], [1]]]), ("(1, 3, 2)", [[0, 0]]), ("(1, 3, 2)", np.zeros((3, 1, 2))))),
+                        *((("breaking['critical_strain'], row 1", "inf"), dict(breaking={"critical_strain": [1, wrong]})) for wrong in (np.nan, -np.inf, 0, -1)),
+                        (("breaking['broken'], row 0", "finite"), dict(breaking={"broken": np.inf})),
+                        (("hinges['critical_change'], row 0", "inf"), dict(x=np.eye(4, 3), hinges={"quads": [[0, 1, 2, 3]], "stiffness": 1.0, "critical_change": -np.inf}))):
         with raised(bs.InputError, *words):
             net(**more)
+    assert net(box=(5, 5), periodic=np.array([True, False])).periodic == net(box=(5, 5), periodic=[1, 0]).periodic == (True, False)
+    with raised(bs.InputError, "pairs, row 1", "parallel"):
+        net().replace(pairs=[[0, 1], [1, 0]])
+    double = net(pairs=[[0, 1], [1, 0]], parallel=True)
+    assert len(double.replace(pairs=[[0, 1], [0, 1], [1, 2]], stiffness=1.0, rest_length=None, damping=0.0).replace(x=2 * x).pairs) == 3
+    with raised(bs.InputError, "pairs, row 1", "parallel"):
+        double.replace(parallel=False)
     assert issubclass(bs.InputError, ValueError)
     with raised(bs.InputError, "bs_load_steps"):
         bs.statics(net(fixed=[0, 1, 2]), load_steps=0)
@@ -59,6 +75,23 @@ def bad_arguments():
         simulation.v = x * 1j
     with raised(bs.InputError, "position", "numbers"):
         simulation.x = "a"
+
+
+def copied():
+    """What becomes of the arrays that a lattice was made of is nothing to it, nor to what replace() makes of it."""
+    x, ends = np.zeros((4, 3)) + np.arange(4.0)[:, None], np.arange(4, dtype=np.int64)[None]
+    given = dict(x=x, pairs=ends[:, :2].copy(), stiffness=np.ones(1), rest_length=np.ones(1), damping=np.ones(1), area=np.ones(1), mass=np.ones(4), velocity=x.copy(),
+                 fixed=np.zeros(4, bool), groups={"a": np.ones(4, bool)}, box=9 * np.eye(3), shift=np.zeros((1, 3), np.int64), spring_columns={"s": np.ones(1)},
+                 particle_columns={"drag": np.ones(4), "force": x.copy()}, anchors={"particle": ends[0, :1].copy(), "point": x[:1].copy(), "stiffness": np.ones(1)},
+                 angles={"triples": ends[:, :3].copy(), "stiffness": np.ones(1), "rest_angle": np.ones(1), "shift": np.zeros((1, 9), np.int64), "critical_change": np.ones(1)},
+                 hinges={"quads": ends.copy(), "stiffness": np.ones(1), "shift": np.zeros((1, 12), np.int64)}, breaking={"critical_strain": np.ones(1)})
+    arrays = lambda one: [array for value in one.values() for array in (arrays(value) if isinstance(value, dict) else [value]) if isinstance(array, np.ndarray)]
+    net = bs.Lattice(**given)
+    again = net.replace()
+    held = {name: getattr(net, name) for name in given}
+    assert len(arrays(held)) >= len(arrays(given)) == 27, len(arrays(given))
+    for theirs, own in ((given, held), (held, {name: getattr(again, name) for name in given})):
+        assert not any(np.shares_memory(a, b) for a in arrays(theirs) for b in arrays(own))
 
 
 def closed_forms():
@@ -87,7 +120,7 @@ def changed_numbers():
         solver.change(rest_length=[1.1, 1.0])
         assert abs(solver.solve().x[1, 0] - 1.16) < 1e-12
         for words, change in ((("stiffness", "row 0"), dict(stiffness=np.nan)), (("spring 1", "stiffness"), dict(stiffness=[1, -1])),
-                              (("area", "stiffness"), dict(area=1.0)), (("remove", "entry 0"), dict(remove=[7])), (("shape",), dict(mass=[1, 2, 3])),
+                              (("area", "stiffness"), dict(area=1.0)), (("remove", "entry 0", "2 springs"), dict(remove=[7])), (("shape",), dict(mass=[1, 2, 3])),
                               (("damper",), dict(stiffness=5.0, damping=1.0))):
             with raised(bs.InputError, *words):
                 solver.change(**change)
@@ -156,6 +189,14 @@ def breaking_turns():
             assert folded.fields["broken_angles"].all() and abs(folded.x[1, 1] + length) < 1e-5 and abs(np.diff(folded.x[[0, 2], 0])) < 1e-9, folded.x
     with raised(bs.InputError, "critical_moment", "row 0"):
         beam(np.nan)
+    assert not solve(beam(np.inf)).fields["broken_angles"].any()
+    with tempfile.TemporaryDirectory() as folder:  # one spring bears whatever comes
+        bundle = bs.Lattice([[0.0], [1.0]], [[0, 1]] * 2, stiffness=1.0, fixed=[0], groups={"end": [1]}, parallel=True, breaking={"critical_force": [np.inf, 0.5]})
+        bundle.save(folder + "/bundle.h5")
+        again = bs.read(folder + "/bundle.h5")
+        assert again.breaking["critical_force"].tolist() == [np.inf, 0.5]
+        for net in (bundle, again):
+            assert bs.statics(net, loads={"end": 1.5}, load_steps=10).broken.tolist() == [False, True]
     with raised(bs.InputError, "critical_moment"):
         solve(beam(-1.0))
 
@@ -423,7 +464,8 @@ def files():
                 found = getattr(back, name)
                 for key in value if isinstance(value, dict) else ():
                     assert np.array_equal(value[key], found[key]), (k, name, key)
-                assert isinstance(value, dict) or np.array_equal(value, found), (k, name, value, found)
+                assert isinstance(value, dict) or name == "parallel" or np.array_equal(value, found), (k, name, value, found)
+            assert back.parallel  # files may have such springs
             assert repr(back) == repr(net)
         with raised(bs.InputError, "0.h5"):
             back.save(f"{folder}/0.h5")
@@ -489,6 +531,18 @@ def misuse():
                         (("ts_dt and ts_time_step", "two names"), lambda: bs.Simulation(net, dt=0.1, ts_time_step=0.2)), (("t: nan",), lambda: bs.Simulation(net, dt=0.1).run_until(np.nan)), (("bs_lattice_type", "twice"), lambda: bs.generate("chain", 4, type="square")),
                         (("load_steps", "2.5"), lambda: bs.statics(net, load_steps=2.5)), (("count", "-3"), lambda: bs.Simulation(net, dt=0.1).step(-3)),
                         (("total", "'tpo'"), lambda: bs.statics(net, loads={"bottom": (0, -1)}, total=["tpo"])), (("loads",), lambda: bs.statics(net, loads=(0, -1))),
+                        *((("total: ", "list of names"), lambda wrong=wrong: bs.statics(net, loads={"bottom": (0, -1)}, total=wrong)) for wrong in (1, 0, 3.5, {"bottom": False}, [1])),
+                        *((("loads['bottom']", word), lambda wrong=wrong: bs.statics(net, loads={"bottom": wrong})) for word, wrong in (
+                            ("(2,)", 3.0), ("(2,)", [1.0]), ("(2,)", [1, 2, 3]), ("every row", [[1], [1, 2]]), ("finite", [0, np.nan]), ("numbers", [None, 1]))),
+                        *((("until", word), lambda wrong=wrong, bar=bar: bs.run(net, dt=1e-3, until=wrong, progress=bar))
+                          for word, wrong in (("numbers", "a"), ("finite", np.inf), ("shape", [1.0])) for bar in (False, True)),
+                        *((("every", word), lambda wrong=wrong: bs.run(net, dt=1e-3, until=1.0, every=wrong))
+                          for word, wrong in (("numbers", "a"), ("positive", 0), ("positive", -0.1), ("positive", np.nan))),
+                        (("ts_max_time", "twice"), lambda: bs.run(net, dt=1e-3, until=1.0, ts_max_time=2.0)),
+                        (("bs_output_interval", "twice"), lambda: bs.run(net, dt=1e-3, until=1.0, every=0.1, bs_output_interval=0.2)),
+                        (("ts_init_time",), lambda: next(bs.run(net, dt=1e-3, until=1.0, ts_init_time="a", progress=True))),
+                        (("comm: 3", "mpi4py"), lambda: bs.statics(net, comm=3)), (("comm: 3", "mpi4py"), lambda: net.save("/nowhere.h5", comm=3)),
+                        (("'foo'", "hung"), lambda: bs.statics(net).reactions["foo"]),
                         (("'foo'",), lambda: bs.Simulation(net, dt=0.1).set("foo", net.x)), (("fixed", "twice"), lambda: net.replace(fixed=[1, 1, 0])),
                         (("shift, row 0", "whole"), lambda: bs.Lattice(**{**cell(), "shift": cell()["shift"] + 0.5})), (("groups",), lambda: net.replace(groups=["a"])),
                         (("nowhere",), lambda: bs.open("/nowhere.h5md"))):
@@ -500,6 +554,33 @@ def every_step():
     """Without a distance there is a frame after every step, the last at the end."""
     net = bs.Lattice(**sheet())
     assert np.allclose([frame.t for frame in bs.run(net, dt=0.01, until=0.035)], [0, 0.01, 0.02, 0.03, 0.035], rtol=0, atol=1e-15)
+
+
+def so_many_steps():
+    """A run that ts_max_steps ends has the frame of then as its last, says so, and counts what was before a state was written back."""
+    net = bs.Lattice(**sheet())
+    for more, back, times in ((dict(ts_max_steps=2), False, [0, 0.01, 0.02]), (dict(ts_max_steps=7, every=0.05), False, [0, 0.05, 0.07]), (dict(ts_max_steps=0), False, [0]),
+                              (dict(ts_max_steps=7, every=0.05), True, [0, 0.05, 0.07]), (dict(ts_max_steps=10), False, 0.01 * np.arange(11)),
+                              (dict(ts_max_steps="12"), True, 0.01 * np.arange(11))):
+        with warnings.catch_warnings(record=True) as said:
+            warnings.simplefilter("always", bs.BackspringWarning)
+            found = []
+            for frame in bs.run(net, dt=0.01, until=0.1, **more):
+                found.append(frame.t)
+                frame.v *= 0.5 if back else 1.0
+        assert np.allclose(found, times, rtol=0, atol=1e-12) and len(said) == (times[-1] < 0.1 - 1e-9), (more, found, [str(one.message) for one in said])
+        assert all("ts_max_steps" in str(one.message) and one.filename == __file__ for one in said)
+
+
+def held_groups():
+    """Forces of supports by groups that are held; what else is held has its own, particle by particle."""
+    bar = bs.Lattice([[0.0], [1.0], [2.0]], [[0, 1], [1, 2]], stiffness=[100.0, 200.0], fixed=[0, 2], groups={"middle": [1], "wall": [0]})
+    eq = bs.statics(bar, loads={"middle": 3.0}, total=np.True_)
+    assert list(eq.reactions) == ["wall"] and eq.reactions.get("middle") is None and "middle" not in eq.reactions and abs(eq.reactions["wall"][0] + 1) < 1e-12
+    with raised(KeyError, "nothing holds", "'middle'", "wall"):
+        eq.reactions["middle"]
+    with bs.Simulation(eq, dt=1.0) as simulation:
+        assert abs(simulation.reactions[:, 0] - [-1, 0, -2]).max() < 1e-12
 
 
 def remembered():
@@ -635,6 +716,7 @@ for call in (lambda: simulation.set("velocity", net.x[:3] if rank else net.x), l
              lambda: bs.statics(net, loads={"bottom": (0, -1.0)}, total=["nix"] if rank else False), lambda: bs.statics(net, observe=3 if rank else None),
              lambda: bs.statics(net, load_steps=2.5 if rank else 2), lambda: bs.Statics(net, load_steps=2.5 if rank else 2),
              lambda: bs.modes(net, 2.5 if rank else 2), lambda: bs.moduli(net, load_steps=2.5 if rank else 2),
+             lambda: bs.run(net, dt=1e-3, until="a" if rank else 1.0, progress=True), lambda: bs.run(net, dt=1e-3, until=1.0, every=-1 if rank else 0.1),
              lambda: bs.Simulation(net, dt=1e-3, stop=3 if rank else None), lambda: simulation.drive("nix" if rank else "bottom", net.x[:7], 1.0),
              lambda: simulation.drive("bottom", net.x[:7], np.nan if rank else 1.0), lambda: simulation.step(-1 if rank else 1),
              lambda: simulation.run_until(np.nan if rank else 1.0), lambda: simulation.get("nix" if rank else "position"),
@@ -642,16 +724,26 @@ for call in (lambda: simulation.set("velocity", net.x[:3] if rank else net.x), l
     try: call()
     except bs.InputError as error: told.append(str(error).startswith("rank 1: ") == (rank == 0))
 simulation.step()
-for call in (lambda: simulation.step(2 + rank), lambda: simulation.run_until(1.0 + rank), lambda: simulation.drive("bottom", net.x[:7], 1.0 + rank)):
+for call in (lambda: simulation.step(2 + rank), lambda: simulation.run_until(1.0 + rank), lambda: simulation.drive("bottom", net.x[:7], 1.0 + rank),
+             lambda: simulation.set("velocity", net.x * (1.0 + rank)), lambda: simulation.set("velocity", net.x[simulation.rows], whole=rank == 0)):
     try: call()
     except bs.InputError as error: told.append("rank 1 gives something else" in str(error))
 simulation.step()
 say(rank, len(told), all(told), simulation.steps)
-''', ["0 20 True 2", "1 20 True 2"]), ('''
+''', ["0 24 True 2", "1 24 True 2"]), ('''
 net = bs.Lattice([[0.0, 0], [1, 0], [2, 0]], [[0, 1], [1, 2]], stiffness=1.0, rest_length=1.0, fixed=[0], groups={"end": [2]})
 half = bs.statics(net, loads={"end": (1.0, 0)}, load_steps=4, bs_motion_end="y=fixed", stop=lambda s, eq: s > 0.4)
 say(rank, *(round(bs.modes(half, 3, comm=comm).omega2[1], 6) for comm in (None, MPI.COMM_SELF)))
-''', ["0 0.666667 0.666667", "1 0.666667 0.666667"])):
+''', ["0 0.666667 0.666667", "1 0.666667 0.666667"]), ('''
+import os, shutil, tempfile
+folder = MPI.COMM_WORLD.bcast(tempfile.mkdtemp())
+for one in (net, bs.statics(net)): one.plot(f"{folder}/{type(one).__name__}.png")
+frames = list(bs.run(net, dt=1e-3, until=1.0, ts_max_steps=3))
+frames[0].plot(f"{folder}/Frame{rank}.png")
+MPI.COMM_WORLD.barrier()
+say(rank, len(frames), *sorted(os.listdir(folder)))
+if rank == 0: shutil.rmtree(folder)
+''', [f"{rank} 4 Equilibrium.png Frame0.png Frame1.png Lattice.png" for rank in (0, 1)])):
         done = subprocess.run(["mpirun", "-n", "2", sys.executable, "-c", head + code], capture_output=True, text=True, timeout=120, env=dict(os.environ, PYTHONPATH=PYTHON))
         assert done.returncode == 0 and sorted(done.stdout.splitlines()) == expected, done.stdout + done.stderr
 
@@ -792,7 +884,7 @@ def imported():
 def main():
     chosen = sys.argv[sys.argv.index("--filter") + 1] if "--filter" in sys.argv else ""
     for part in (on_two_ranks, on_ranks, foreign_states, healed, resumed,  # before this process starts MPI
-                 bad_arguments, closed_forms, changed_numbers, restored, removed_for_good, modes_where_it_stands, rests, histories, room, sensitivities, designed, load_steps, breaking_turns, written_back, told_once, own_forces, implicit_forces, coupled, in_petsc, files, misuse, every_step, remembered, without_steps, observers, interrupted, side_by_side, failures, memory, pictures_and_tools, documented, imported):
+                 bad_arguments, copied, closed_forms, changed_numbers, restored, removed_for_good, modes_where_it_stands, rests, histories, room, sensitivities, designed, load_steps, breaking_turns, written_back, told_once, own_forces, implicit_forces, coupled, in_petsc, files, misuse, every_step, so_many_steps, held_groups, remembered, without_steps, observers, interrupted, side_by_side, failures, memory, pictures_and_tools, documented, imported):
         if chosen in part.__name__:
             begin = time.time()
             part()

@@ -43,6 +43,8 @@ def world(comm: Comm) -> MPI.Comm:
     """A communicator of mpi4py, by default the world."""
     from mpi4py import MPI
 
+    if comm is not None and not (isinstance(comm, MPI.Comm) and comm):  # COMM_NULL is false
+        raise InputError(f"comm: {comm!r} is no communicator of mpi4py")
     return MPI.COMM_WORLD if comm is None else comm
 
 

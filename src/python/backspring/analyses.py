@@ -129,7 +129,7 @@ def _asked(net: Union[Lattice, Equilibrium], loads: Optional[Loads], total: Shar
     """Collective. The lattice, the settings and the forces of an analysis under loads."""
     def checked() -> Tuple[Lattice, Settings, Optional[GivenForces]]:
         lattice, earlier, own = lattice_of(net, forces)
-        later = loads_of(loads, total) + settings_of({"bs_load_steps": whole("load_steps", load_steps)}) + settings_of(options)
+        later = loads_of(loads, total, lattice.dim) + settings_of({"bs_load_steps": whole("load_steps", load_steps)}) + settings_of(options)
         return lattice, joined(earlier, later), own
 
     return on_all(comm, checked)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Any, Dict, Optional, Tuple
+from typing import Any, Dict, List, Optional, Tuple, Union
 
 import numpy as np
 
@@ -29,8 +29,9 @@ def real_array(name: str, value: Any) -> Floats:
     return np.asarray(array, dtype=float)
 
 
-def numbers_in(name: str, value: Any, rows: int, width: Optional[int] = None, positive: bool = False) -> Floats:
-    """An array (rows,) or (rows, width) of finite doubles from what was given; one number, or one row, stands for all."""
+def numbers_in(name: str, value: Any, rows: int, width: Optional[int] = None, positive: bool = False, limit: bool = False) -> Floats:
+    """An array (rows,) or (rows, width) of finite doubles from what was given; one number, or one row, stands for all. limit: positive, or inf for what
+    does not break."""
     array = real_array(name, value)
     shape = (rows,) if width is None else (rows, width)
     if array.shape != shape:
@@ -38,21 +39,23 @@ def numbers_in(name: str, value: Any, rows: int, width: Optional[int] = None, po
             raise InputError(f"{name} has the shape {array.shape}: give {shape}, or {'one number' if width is None else f'one row of {width}'}")
         array = np.broadcast_to(array, shape)
     array = np.array(array, dtype=float, order="C")
-    bad = ~np.isfinite(array) | (array <= 0 if positive else False)
+    bad = np.isnan(array) | (np.isinf(array) & (not limit)) | (array <= 0 if positive or limit else False)
     if bad.any():
         row = int(np.argwhere(bad)[0][0])
-        raise InputError(f"{name}, row {row}: {array[row]} is not {'a positive number' if positive else 'finite'}")
+        wanted = "a positive number, or inf for what does not break" if limit else "a positive number" if positive else "finite"
+        raise InputError(f"{name}, row {row}: {array[row]} is not {wanted}")
     return array
 
 
-def array_of(name: str, value: Any, shape: Tuple[int, ...]) -> Floats:
+def array_of(name: str, value: Any, shape: Tuple[int, ...], positive: bool = False) -> Floats:
     """An array of just that shape."""
     array = real_array(name, value)
     if array.shape != shape:
         raise InputError(f"{name} has the shape {array.shape}: give {shape}")
-    bad = np.argwhere(~np.isfinite(array))
+    bad = np.argwhere(~np.isfinite(array) | (array <= 0 if positive else False))
     if len(bad):
-        raise InputError(f"{name}, row {bad[0][0]}: {array[bad[0][0]]} is not finite" if shape else f"{name}: {array} is not finite")
+        row, wanted = f", row {bad[0][0]}" if shape else "", "a positive number" if positive else "finite"
+        raise InputError(f"{name}{row}: {array[bad[0][0]] if shape else array} is not {wanted}")
     return array
 
 
@@ -63,29 +66,55 @@ def one_of(value: Any, *names: str) -> str:
     return str(value)
 
 
-def rows_in(name: str, value: Any, width: Optional[int], count: int, place: str = "row") -> Whole:
-    """(n, width), or (n,) where width is None, of rows of particles; `place`: what one of them is called in messages."""
+def name_of(name: str, value: Any) -> str:
+    """A name that an argument is."""
+    if not isinstance(value, str):
+        raise InputError(f"{name}: {value!r} is no name")
+    return value
+
+
+def names_in(name: str, value: Any, rows: int) -> Union[str, List[str]]:
+    """A name for all, or one for each of the rows."""
+    array = np.asarray(value, dtype=object)  # among texts others stay what they are
+    if array.ndim == 0:
+        return name_of(name, value)
+    names = [name_of(f"{name}, row {row}", one) for row, one in enumerate(array.ravel().tolist())]
+    if array.shape != (rows,):
+        raise InputError(f"{name} has {len(names)} names: give one, or {rows}, one for each spring")
+    return names
+
+
+def truths_in(name: str, value: Any, count: int) -> Tuple[bool, ...]:
+    """So many truth values, of each edge of a box; texts and numbers beside 0 and 1 are refused, not converted."""
+    array = as_array(name, value, "truth values")
+    if array.shape != (count,) or array.dtype.kind not in "biu" or not np.isin(array, (0, 1)).all():
+        raise InputError(f"{name}: {value!r}: give {count} truth value{'s' * (count != 1)}, one for each edge of the box")
+    return tuple(bool(one) for one in array)
+
+
+def rows_in(name: str, value: Any, width: Optional[int], count: int, place: str = "row", of: str = "particles") -> Whole:
+    """A copy, (n, width), or (n,) where width is None, of rows of particles or springs; `place`: what one of them is called in messages."""
     array = as_array(name, value, "whole numbers")
     shape = "(n,)" if width is None else f"(n, {width})"
     if array.size == 0:
         return np.zeros((0,) if width is None else (0, width), np.int64)
     if array.ndim != (1 if width is None else 2) or (width and array.shape[1] != width) or array.dtype.kind not in "iu":
-        raise InputError(f"{name} has the shape {array.shape} and the type {array.dtype}: give {shape} whole numbers, rows of particles")
+        raise InputError(f"{name} has the shape {array.shape} and the type {array.dtype}: give {shape} whole numbers, rows of {of}")
     outside = (array < 0) | (array >= count)
     bad = np.flatnonzero(outside if width is None else outside.any(axis=1))
     if bad.size:
-        raise InputError(f"{name}, {place} {bad[0]}: {array[bad[0]].tolist()}: the {count} particles count from 0 to {count - 1}")
-    return np.ascontiguousarray(array, np.int64)
+        raise InputError(f"{name}, {place} {bad[0]}: {array[bad[0]].tolist()}: the {count} {of} count from 0 to {count - 1}")
+    return np.array(array, np.int64, order="C")
 
 
-def mask_of(name: str, value: Any, count: int) -> Mask:
+def mask_of(name: str, value: Any, count: int, of: str = "particles") -> Mask:
     """A mask (count,) of truth values from rows or from a mask."""
     array = as_array(name, value, "rows or a mask")
     if array.dtype == bool:
         if array.shape != (count,):
             raise InputError(f"{name}: a mask of the shape {array.shape}: give ({count},), or rows")
         return array.copy()
-    rows = rows_in(name, np.atleast_1d(array), None, count, "entry")
+    rows = rows_in(name, np.atleast_1d(array), None, count, "entry", of)
     mask = np.zeros(count, bool)
     mask[rows] = True
     if mask.sum() != rows.size:

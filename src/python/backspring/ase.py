@@ -13,9 +13,10 @@ from typing import Any, Dict, List, Optional, Sequence
 
 import numpy as np
 from ase.calculators.calculator import Calculator, all_changes
+from ase.constraints import FixAtoms
 from ase.neighborlist import neighbor_list
 
-from .errors import InputError
+from .errors import InputError, pass_on
 from .kinds import Floats, Option
 from .lattice import Lattice
 from .motion import Simulation
@@ -23,12 +24,18 @@ from .motion import Simulation
 
 def lattice_of(atoms: Any, cutoff: float, stiffness: Any = 1.0, rest_length: Any = None, **more: Any) -> Lattice:
     """The network of springs between all atoms nearer than `cutoff`, along the box of `atoms` as far as it is periodic; rest lengths by default as they
-    are. `more`: arguments of Lattice."""
+    are. The atoms' velocities go with them, and what FixAtoms holds is fixed; of other constraints, which a network has not, it is warned. `more`: arguments
+    of Lattice, `velocity` and `fixed` in the place of the atoms' own."""
     i, j, shift = neighbor_list("ijS", atoms, cutoff)
     once = (i < j) | ((i == j) & (np.array([tuple(s) > (0, 0, 0) for s in shift], bool) if len(shift) else np.zeros(0, bool)))
     box: Dict[str, Any] = {}
     if atoms.pbc.any():
         box = dict(box=atoms.cell.complete().array, periodic=tuple(atoms.pbc), shift=shift[once])
+    if atoms.has("momenta"):
+        more.setdefault("velocity", atoms.get_velocities())
+    if "fixed" not in more:
+        more["fixed"] = np.isin(np.arange(len(atoms)), [k for one in atoms.constraints if isinstance(one, FixAtoms) for k in one.get_indices()])
+        pass_on(f"the constraint {type(one).__name__} of the atoms is not of the network: only FixAtoms is" for one in atoms.constraints if not isinstance(one, FixAtoms))
     net = Lattice(atoms.positions, np.stack([i[once], j[once]], axis=1), stiffness=stiffness, rest_length=rest_length, mass=atoms.get_masses(), parallel=True,
                   **box, **more)
     return net.replace(rest_length=net.lengths()) if rest_length is None else net

@@ -32,7 +32,7 @@ def change(session: Session, lattice: Lattice, comm: Comm, remove: ArrayLike, nu
                 raise InputError(f"{name!r} cannot be changed: give {', '.join(names)} or remove")
         order = sorted(numbers, key=lambda name: bool(name == "rest_length"))  # last: what is the initial distance could not be given back
         given = {name: numbers_in(name, numbers[name], len(lattice) if name == "mass" else springs) for name in order}
-        return np.flatnonzero(mask_of("remove", remove, springs)), given
+        return np.flatnonzero(mask_of("remove", remove, springs, "springs")), given
 
     gone, given = on_all(comm, checked)
     require_same(comm, {"remove": gone, **given})

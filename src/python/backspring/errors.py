@@ -18,6 +18,12 @@ class InputError(Error, ValueError):
     """An argument, an option or a file is not what it should be; the message says which and what to give instead."""
 
 
+class NoReaction(InputError, KeyError):
+    """Nothing holds the group whose reaction is asked for."""
+
+    __str__ = Exception.__str__  # KeyError's would put it between quotes
+
+
 class ConvergenceError(Error, RuntimeError):
     """A step or an equilibrium was not found. ``state`` is the last good one: an Equilibrium, a Frame, or None where there is none."""
 

@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike
 
 from . import looks
 from ._library import require_same, started
-from .arguments import mask_of, named, numbers_in, real_array, refuse_duplicates, rows_in, whole_in
+from .arguments import mask_of, name_of, named, names_in, numbers_in, real_array, refuse_duplicates, rows_in, truths_in, whole_in
 from .errors import InputError, check, pass_on
 from .kinds import Comm, Floats, Mask, Option, Whole
 from .options import text_of
@@ -42,8 +42,8 @@ class Lattice:
     anchors: springs to points, {"particle": (A,), "point": (A, d), "stiffness", "rest_length", "damping": (A,) or one number}.
     angles: angle springs, {"triples": (n, 3), "stiffness" [N m], "rest_angle" [rad]: (n,) or one number}; hinges: likewise with "quads": (n, 4). What they
     can bear: "critical_change" [rad], "critical_moment" [N m], "critical_energy" [J] in the same way.
-    breaking: {"critical_strain", "critical_force", "critical_energy": (S,) or one number}, what springs can bear.
-    parallel: allows several springs between the same particles. options: {name: text} of the program that go with the lattice.
+    breaking: {"critical_strain", "critical_force", "critical_energy": (S,) or one number}, what springs can bear, inf: whatever comes.
+    parallel: allows several springs between the same particles, as lattices of files may have them. options: {name: text} of the program that go with the lattice.
     """
 
     x: Floats
@@ -67,6 +67,7 @@ class Lattice:
     angles: Optional[Dict[str, Any]]
     hinges: Optional[Dict[str, Any]]
     breaking: Dict[str, Floats]
+    parallel: bool
     options: Dict[str, str]
 
     def __init__(self, x: ArrayLike, pairs: ArrayLike = (), *, stiffness: ArrayLike = 1.0, rest_length: Optional[ArrayLike] = None, damping: ArrayLike = 0.0,
@@ -93,16 +94,15 @@ class Lattice:
         self.fixed = mask_of("fixed", fixed, n)
         self.groups = {name: mask_of(f"groups[{name!r}]", rows, n) for name, rows in named("groups", groups).items()}
         self._set_box(box, periodic, shift, s, d)
-        if not parallel:
+        self.parallel = bool(parallel)
+        if not self.parallel:
             refuse_duplicates(self.pairs, self.shift)
-        self.law, self.damping_law = law if isinstance(law, str) else [str(one) for one in law], damping_law
+        self.law, self.damping_law = names_in("law", law, s), name_of("damping_law", damping_law)
         self.options = {name: text_of(name, value) for name, value in named("options", options).items()}
-        if not isinstance(self.law, str) and len(self.law) != s:
-            raise InputError(f"law has {len(self.law)} names: give one, or {s}, one for each spring")
         self.spring_columns = {name: numbers_in(f"spring_columns[{name!r}]", v, s) for name, v in named("spring_columns", spring_columns).items()}
-        self.breaking = {name: numbers_in(f"breaking[{name!r}]", v, s) for name, v in named("breaking", breaking).items()}
-        self.particle_columns = {name: numbers_in(f"particle_columns[{name!r}]", v, n, np.shape(v)[1] if np.ndim(v) == 2 else None)
-                                 for name, v in named("particle_columns", particle_columns).items()}
+        self.breaking = {name: numbers_in(f"breaking[{name!r}]", v, s, limit=name != "broken") for name, v in named("breaking", breaking).items()}
+        columns = {name: real_array(f"particle_columns[{name!r}]", v) for name, v in named("particle_columns", particle_columns).items()}
+        self.particle_columns = {name: numbers_in(f"particle_columns[{name!r}]", v, n, v.shape[1] if v.ndim == 2 else None) for name, v in columns.items()}
         self.anchors = self._anchors(anchors, n, d)
         self.angles, self.hinges = self._several("angles", angles, n), self._several("hinges", hinges, n)
 
@@ -116,9 +116,7 @@ class Lattice:
         if edges.shape not in ((d,), (d, d)):
             raise InputError(f"box has the shape {edges.shape}: give ({d},) lengths or ({d}, {d}) edges, one in each row")
         self.box = numbers_in("box", np.diag(edges) if edges.ndim == 1 else edges, d, d)
-        self.periodic = tuple(bool(one) for one in (periodic if periodic is not None else (True,) * d))
-        if len(self.periodic) != d:
-            raise InputError(f"periodic has {len(self.periodic)} entries: give {d}, one for each edge of the box")
+        self.periodic = (True,) * d if periodic is None else truths_in("periodic", periodic, d)
         if shift is not None:
             self.shift = whole_in("shift", shift, s, d)
 
@@ -150,9 +148,12 @@ class Lattice:
             raise InputError(f"{kind}: give {name} and stiffness")
         ends = rows_in(f"{kind}[{name!r}]", given[name], count, n)
         found: Dict[str, Any] = {name: ends, **{key: numbers_in(f"{kind}[{key!r}]", given.get(key, 0.0), len(ends)) for key in ("stiffness", "rest_angle")}}
-        found.update({key: numbers_in(f"{kind}[{key!r}]", given[key], len(ends)) for key in TURN_LIMITS if given.get(key) is not None})
+        found.update({key: numbers_in(f"{kind}[{key!r}]", given[key], len(ends), limit=key != "broken") for key in TURN_LIMITS if given.get(key) is not None})
         if given.get("shift") is not None:
-            found["shift"] = whole_in(f"{kind}['shift']", np.reshape(given["shift"], (len(ends), -1)), len(ends), count * self.dim)
+            shift, rows, width = real_array(f"{kind}['shift']", given["shift"]), len(ends), count * self.dim
+            if shift.shape not in ((rows, width), (rows, count, self.dim)):
+                raise InputError(f"{kind}['shift'] has the shape {shift.shape}: give {(rows, count, self.dim)}, images of the box in which the ends lie")
+            found["shift"] = whole_in(f"{kind}['shift']", shift.reshape(rows, width), rows, width)
         return found
 
     @property
@@ -191,12 +192,15 @@ class Lattice:
         return np.asarray(np.linalg.norm(self.ways(), axis=1), float)
 
     def replace(self, **changes: Any) -> Lattice:
-        """A copy with other values of some arguments of the constructor, in their shapes and units."""
+        """A copy with other values of some arguments of the constructor, in their shapes and units; `parallel` is what the lattice was made with."""
         names = ("x", "pairs", "stiffness", "rest_length", "damping", "area", "mass", "velocity", "fixed", "groups", "box", "shift", "law", "damping_law",
                  "spring_columns", "particle_columns", "anchors", "angles", "hinges", "breaking", "options")
         given: Dict[str, Any] = {name: getattr(self, name) for name in names}
-        given.update(periodic=self.periodic if self.box is not None else None, parallel=True)
-        return Lattice(**{**given, **changes})
+        again = {"pairs", "shift", "parallel"} & set(changes)  # what has not changed was looked through before
+        given.update(periodic=self.periodic if self.box is not None else None, parallel=self.parallel if again else True)
+        net = Lattice(**{**given, **changes})
+        net.parallel = net.parallel if again else self.parallel
+        return net
 
     def save(self, path: Path, overwrite: bool = False, comm: Comm = None) -> None:
         """Writes a lattice file (.h5) that the program reads by bs_lattice_file. Collective on `comm`."""
@@ -207,8 +211,8 @@ class Lattice:
         pass_on(told)
 
     def plot(self, file: Optional[Path] = None, **look: Any) -> Figure:
-        """A picture of it, springs in grey, fixed particles as squares; written to `file` if one is named. Returns the figure of matplotlib. look: size
-        [inch], dpi, cmap."""
+        """A picture of it, springs in grey, fixed particles as squares; written to `file` if one is named, by the first rank. Returns the figure of
+        matplotlib. look: size [inch], dpi, cmap."""
         from .picture import draw
 
         return draw(self, self.x, file=file, **look)
@@ -263,7 +267,7 @@ class Lattice:
         for kind, (ends, parameter, shift, limits) in a.interactions.items():
             name, count = INTERACTIONS[kind]
             if ends.size:
-                more[kind] = {name: ends.reshape(-1, count), "stiffness": parameter[::2], "rest_angle": parameter[1::2], "shift": shift if shift.size else None, **limits}
+                more[kind] = {name: ends.reshape(-1, count), "stiffness": parameter[::2], "rest_angle": parameter[1::2], "shift": shift.reshape(len(ends) // count, -1) if shift.size else None, **limits}
         return cls(a.position.reshape(n, d), a.springs.reshape(s, 2), stiffness=a.stiffness, rest_length=a.rest_length, damping=a.damping,
                    area=a.area if a.area.size else None, mass=a.mass, velocity=a.velocity.reshape(n, d), fixed=a.fixed.astype(bool),
                    groups={name: member.astype(bool) for name, member in a.groups.items()}, law=[a.laws[k] for k in a.law] if a.law.size else a.spring_law or "hooke",

@@ -54,12 +54,13 @@ class Simulation:
                 if one is not None and not callable(one):
                     raise InputError(f"{name}: {one!r} is no function of t and a frame")
             lattice, earlier, own = start_of(net, forces)
-            return lattice, joined(earlier, loads_of(loads, total) + settings_of({"ts_dt": dt}) + settings_of(options)), own
+            return lattice, joined(earlier, loads_of(loads, total, lattice.dim) + settings_of({"ts_dt": dt}) + settings_of(options)), own
 
         lattice, settings, forces = on_all(comm, checked)
-        self.lattice, self.stopped = lattice, False
+        self.lattice, self.stopped, self._settings = lattice, False, settings
         self._observe, self._stop, self._on_step = observe, stop, None  # type: Optional[Observe], Optional[Observe], Optional[Callable[..., Any]]
         self._bar: Optional[Progress] = None
+        self._most: Optional[int] = None  # steps after which the call under way ends
         self._sets, self._warned, self._raised, self._others = 0, 0, None, False  # type: int, int, Optional[BaseException], bool
         self._session, self._number = new_session(comm, lattice, settings, forces)
         self._done(self._session.inherit(net._state) if isinstance(net, Equilibrium) else self._session.prepare())
@@ -74,7 +75,7 @@ class Simulation:
         return simulation
 
     def _attach(self) -> None:
-        wanted = self._observe or self._stop or self._on_step or self._bar
+        wanted = self._observe or self._stop or self._on_step or self._bar or self._most is not None
         self._session.observe(self._after_step if wanted else None)
 
     def _after_step(self, step: int, t: float, *more: Any) -> bool:
@@ -94,7 +95,7 @@ class Simulation:
         wrong = self.agreed(self._raised is not None)
         self._others = wrong and self._raised is None
         self.stopped = not wrong and self._stop is not None and self.agreed(said)
-        return wrong or self.stopped
+        return wrong or self.stopped or self.steps == self._most
 
     def _step(self, call: Callable[[], Any]) -> Any:
         """A call that takes steps."""
@@ -186,8 +187,15 @@ class Simulation:
     def set(self, what: str, numbers: ArrayLike, whole: bool = True) -> None:
         """position [m] or velocity [m/s]: (N, d) of all particles, or of this rank's rows, from which the method starts anew."""
         self._same("what", lambda: one_of(what, "position", "velocity"))
+        require_same(self._comm, {"whole": bool(whole)})
+        self._put(what, numbers, whole, bool(whole))
+
+    def _put(self, what: str, numbers: ArrayLike, whole: bool, same: bool) -> None:
+        """same: what other ranks give of the rows of this one must be the same, too."""
         rows = len(self.lattice) if whole else self.rows.stop - self.rows.start
         values = on_all(self._comm, lambda: array_of(what, numbers, (rows, self.lattice.dim)))
+        if same:
+            require_same(self._comm, {what: values})
         self._done(self._session.set_rows(what, values[self.rows] if whole else values))
         self._sets += 1
 

@@ -5,10 +5,11 @@ from __future__ import annotations
 import numbers
 import operator
 import os
-from typing import Any, Dict, Mapping, Optional
+from typing import Any, Dict, List, Mapping, Optional
 
 import numpy as np
 
+from .arguments import array_of, real_array
 from .errors import InputError
 from .kinds import Loads, Option, Settings, Shared
 
@@ -59,14 +60,39 @@ def joined(earlier: Settings, later: Settings) -> Settings:
     return [one for one in earlier if kept_name(one[0]).lower() not in seen] + later
 
 
-def loads_of(loads: Optional[Loads], total: Shared) -> Settings:
-    """Options of forces on groups. loads: {group: vector of d forces [N], or a text with expressions}; total: shared evenly by the group's particles."""
-    if loads is None:
-        return []
-    if not isinstance(loads, dict):
+def told(name: str, settings: Settings) -> Optional[str]:
+    """What the settings say of an option, under whichever of its names; the last of them holds. None where it is not among them."""
+    from ._core import kept_name
+
+    texts = [text for one, text in settings if kept_name(one).lower() == name]
+    return texts[-1] if texts else None
+
+
+def _shared(total: Shared, groups: List[str]) -> List[str]:
+    """The groups whose particles share their load."""
+    if total is None or isinstance(total, (bool, np.bool_)):
+        return groups if total else []
+    try:
+        names: List[Any] = [total] if isinstance(total, str) else list(total)
+    except TypeError:
+        names = [total]
+    if isinstance(total, Mapping) or not all(isinstance(one, str) for one in names):
+        raise InputError(f"total: {total!r}: give True, False, the name of a group or a list of names")
+    for one in names:
+        if one not in groups:
+            raise InputError(f"total: there is no load on the group {one!r}")
+    return names
+
+
+def loads_of(loads: Optional[Loads], total: Shared, dim: int) -> Settings:
+    """Options of forces on groups. loads: {group: vector of `dim` forces [N], or a text with expressions}; total: shared evenly by the group's particles."""
+    if loads is not None and not isinstance(loads, dict):
         raise InputError(f"loads: {loads!r} is no {{group: force}}")
-    shared = [str(one) for one in loads] if total is True else [] if total in (False, None) else [total] if isinstance(total, str) else list(total or ())
-    for group in shared:
-        if group not in loads:
-            raise InputError(f"total: there is no load on the group {group!r}")
-    return [(f"-bs_force_{group}", text_of("loads", force) + (",total" if group in shared else "")) for group, force in loads.items() if force is not None]
+    given = {group: force for group, force in (loads or {}).items() if force is not None}
+    shared, settings = _shared(total, list(given)), []
+    for group, force in given.items():
+        if not isinstance(force, str):
+            force = real_array(f"loads[{group!r}]", force)
+            force = array_of(f"loads[{group!r}]", force, () if dim == 1 and force.ndim == 0 else (dim,))
+        settings.append((f"-bs_force_{group}", text_of("loads", force) + (",total" if group in shared else "")))
+    return settings

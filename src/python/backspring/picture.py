@@ -7,6 +7,7 @@ from typing import Any, Optional, Tuple, Union
 
 import numpy as np
 
+from ._library import world
 from .kinds import Floats
 from .lattice import Lattice
 from .looks import COLOURS
@@ -75,6 +76,9 @@ def draw(lattice: Lattice, x: Floats, values: Optional[Floats] = None, label: st
         figure.colorbar(drawn, label=label, shrink=0.8)
     axes.set_title(title)
     if file:
-        figure.savefig(file, dpi=dpi)
+        root, kind = os.path.splitext(os.fspath(file))
+        part = f"{root}.{world(None).rank}.part{kind or '.png'}"  # ranks that write one file would spoil what the others write
+        figure.savefig(part, dpi=dpi)
+        os.replace(part, root + (kind or ".png"))
         plt.close(figure)
     return figure

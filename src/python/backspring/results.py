@@ -9,12 +9,22 @@ import numpy as np
 
 from . import looks
 from .breaks import Events, broken_of, events_of
+from .errors import NoReaction
 from .kinds import Floats, GivenForces, Mask, Observables, Settings
 from .lattice import Lattice
 
 if TYPE_CHECKING:
     from ._core import Found
     from matplotlib.figure import Figure
+
+
+class Reactions(Dict[str, Floats]):
+    """{group: (d,)} forces of supports on it [N], of groups that something holds."""
+
+    def __missing__(self, group: str) -> Floats:
+        held = ", ".join(self) or "none"
+        raise NoReaction(f"reactions: nothing holds a group {group!r}; groups that are held: {held}; the forces on all particles that are held, in a group or not: "
+                         "backspring.Simulation(eq, dt=1.0).reactions")
 
 
 class Equilibrium:
@@ -66,12 +76,13 @@ class Equilibrium:
 
     @property
     def reactions(self) -> Dict[str, Floats]:
-        """{group: (d,)} forces of supports on the group [N]."""
-        return {name.split("/", 1)[1]: np.atleast_1d(value) for name, value in self.observables.items() if name.startswith("reaction/")}
+        """{group: (d,)} forces of supports on the group [N], of groups that something holds; particle by particle, of those in no group, too, where it stands
+        under the full loads: Simulation(eq, dt=1.0).reactions."""
+        return Reactions({name.split("/", 1)[1]: np.atleast_1d(value) for name, value in self.observables.items() if name.startswith("reaction/")})
 
     def plot(self, file: Union[str, os.PathLike[str], None] = None, **look: Any) -> Figure:
-        """A picture of it, springs coloured by their tension [N]; written to `file` if one is named. Returns the figure of matplotlib. look: size [inch],
-        dpi, cmap."""
+        """A picture of it, springs coloured by their tension [N]; written to `file` if one is named, by the first rank. Returns the figure of matplotlib.
+        look: size [inch], dpi, cmap."""
         from .picture import draw
 
         return draw(self.lattice, self.x, self.tension, "tension / N", f"load factor {self.load_factor:g}", file=file, **look)
@@ -127,7 +138,7 @@ class Modes:
 
     def plot(self, k: int = 0, file: Union[str, os.PathLike[str], None] = None, size_of_motion: float = 0.1, **look: Any) -> Figure:
         """A picture of the mode k: springs moved along it, coloured by their lengthening as a part of the largest [1], the lattice at rest in grey; written
-        to `file` if one is named. Returns the figure of matplotlib. look: size [inch], dpi, cmap."""
+        to `file` if one is named, by the first rank. Returns the figure of matplotlib. look: size [inch], dpi, cmap."""
         from .picture import draw
 
         x = self.moved(k, size_of_motion)

@@ -2,14 +2,18 @@
 
 from __future__ import annotations
 
-from typing import Iterator, Optional, Union
+from typing import Dict, Iterator, Optional, Union
 
 import numpy as np
 
+from ._library import on_all, world
+from .arguments import array_of
+from .errors import pass_on
 from .frames import Frame
-from .kinds import Comm, GivenForces, Loads, Option, Shared
+from .kinds import Comm, GivenForces, Loads, Option, Settings, Shared
 from .lattice import Lattice
 from .motion import Observe, Simulation
+from .options import joined, settings_of, told
 from .progress import Progress
 from .results import Equilibrium
 
@@ -23,19 +27,27 @@ def run(net: Union[Lattice, Equilibrium], *, until: float, dt: Optional[float] =
             frame.v *= 0.99
 
     observe(t, frame) is called after every step; stop(t, frame) likewise: where it returns True the frame of this moment is the last. progress: a bar of
-    tqdm. dt [s] and the rest as of Simulation; options of the program by their names. Raises InputError, and ConvergenceError whose state is the last
-    good frame.
+    tqdm. dt [s] and the rest as of Simulation; options of the program by their names: ts_max_steps=100 ends it after so many steps, with a warning. Raises
+    InputError, and ConvergenceError whose state is the last good frame.
     """
-    bar = Progress(progress, comm, float(options.get("ts_init_time") or 0.0), until, "t / s")
+    times: Dict[str, Option] = {}
+
+    def checked() -> Settings:
+        times["ts_max_time"] = float(array_of("until", until, ()))
+        times["bs_output_interval"] = None if every is None else float(array_of("every", every, (), positive=True))
+        return joined([], settings_of(times) + settings_of(options))
+
+    on_all(comm, checked)
     simulation = Simulation(net, dt=dt, loads=loads, total=total, forces=forces, observe=observe, stop=stop, comm=comm,
-                            **{"ts_max_time": until, "bs_output_interval": every, **options})
-    if progress:
-        simulation._bar = bar
-        simulation._attach()
-    return _frames(simulation)
+                            **{**options, **{name: value for name, value in times.items() if value is not None}})
+    most = told("-ts_max_steps", simulation._settings)
+    simulation._most = int(most) if most and most.isdigit() else None
+    simulation._bar = Progress(progress, comm, simulation.t, times["ts_max_time"], "t / s") if progress else None
+    simulation._attach()
+    return _frames(simulation, times["ts_max_time"])
 
 
-def _frames(simulation: Simulation) -> Iterator[Frame]:
+def _frames(simulation: Simulation, end: float) -> Iterator[Frame]:
     with simulation:
         while True:
             frame = simulation._last()
@@ -45,6 +57,10 @@ def _frames(simulation: Simulation) -> Iterator[Frame]:
                 return
             for what, before, after in (("position", x, frame.x), ("velocity", v, frame.v)):
                 if simulation.agreed(not np.array_equal(before, after)):
-                    simulation.set(what, after)
+                    simulation._put(what, after, whole=True, same=False)  # of each rank its own rows
+            if simulation._most is not None and simulation.steps >= simulation._most and simulation.t < end:
+                if world(simulation._comm).rank == 0:
+                    pass_on([f"the run ended after {simulation.steps} steps by ts_max_steps, at t = {simulation.t:.10g} of {end:.10g}: give more of them"])
+                return
             if not simulation.next_frame():
                 return
