@@ -132,3 +132,27 @@ if __name__ == "__main__":
     found = compute(bs, bs.Lattice(**network()) if network else None)
     if MPI.COMM_WORLD.rank == 0:
         np.savez(sys.argv[2], **found)
+
+# a mesh of Gmsh with physical groups
+SQUARE = """$MeshFormat
+2.2 0 8
+$EndMeshFormat
+$PhysicalNames
+2
+1 1 "held"
+2 2 "plate"
+$EndPhysicalNames
+$Nodes
+4
+1 0 0 0
+2 1 0 0
+3 1 1 0
+4 0 1 0
+$EndNodes
+$Elements
+3
+1 1 2 1 1 1 2
+2 2 2 2 1 1 2 3
+3 2 2 2 1 1 3 4
+$EndElements
+"""

@@ -1,0 +1,190 @@
+"""Forces that are computed in Python, sessions that share a boundary, and what petsc4py sees."""
+import os
+import pathlib
+import re
+import subprocess
+import tempfile
+
+import numpy as np
+from helpers import raised
+
+import backspring as bs
+from cases import sheet
+
+
+def own_forces():
+    """A spring computed in Python is the built-in one; an error in it is raised; gravity by hand."""
+    x, pairs = np.arange(5.0)[:, None], np.array([[i, i + 1] for i in range(4)])
+    base = dict(stiffness=40.0, rest_length=0.95, mass=0.5, fixed=[0])
+    for options in (dict(ts_type="verlet", dt=1e-3), dict(dt=1e-3, snes_rtol=1e-12), dict(ts_type="rk", dt=1e-3)):
+        def pull(t, x, v, rows):
+            f = np.zeros_like(x)
+            assert rows.tolist() == [0, 1, 2, 3, 4] and x.shape == v.shape == (5, 1) and t >= 0
+            force = 7.0 * (x[4] - x[2] - 1.5)
+            f[2], f[4] = force, -force
+            return f
+
+        ours = bs.Simulation(bs.Lattice(x, pairs, **base), forces=pull, **options)
+        theirs = bs.Simulation(bs.Lattice(x, np.vstack([pairs, [2, 4]]), **{**base, "stiffness": [40.0] * 4 + [7], "rest_length": [0.95] * 4 + [1.5]}), **options)
+        ours.step(100)
+        theirs.step(100)
+        assert abs(ours.x - theirs.x).max() < 1e-13, (options, abs(ours.x - theirs.x).max())
+    net = bs.Lattice(**sheet())
+    weight = lambda s, x, v, rows: s * np.array([0, -2.0]) * net.mass[rows, None]
+    eq, expected = bs.statics(net, forces=weight, load_steps=2), bs.statics(net, bs_gravity=(0, -2.0), load_steps=2)
+    assert abs(eq.x - expected.x).max() < 1e-11 and np.allclose(eq.tension, expected.tension, atol=1e-9)
+
+    # all particles in their order, whatever is fixed or driven: rows of the net are those of the forces
+    held, wind = bs.Lattice(**{**sheet(), "fixed": [0, 1, 2, 20, 22]}), np.linspace(0, 1, 2 * len(net)).reshape(-1, 2)
+    for options in (dict(ts_type="verlet"), {}, dict(bs_motion_bottom="x=fixed")):
+        with bs.Simulation(held, dt=1e-3, forces=lambda t, x, v: wind, **options) as ours, \
+                bs.Simulation(held.replace(particle_columns={"force": wind}), dt=1e-3, **options) as theirs:
+            ours.step(20)
+            theirs.step(20)
+            assert abs(ours.x - theirs.x).max() < 1e-12, (options, abs(ours.x - theirs.x).max())
+    with raised(bs.InputError, "forces", "real"):
+        bs.Simulation(net, dt=1e-3, forces=lambda t, x, v: 1j * x).step()
+
+    def broken(t, x, v):
+        if t > 0.0045:
+            raise ZeroDivisionError("in the wind")
+        return 0 * x
+
+    simulation = bs.Simulation(net, dt=1e-3, forces=broken)
+    with raised(ZeroDivisionError, "in the wind"):
+        simulation.run_until(1.0)
+    assert simulation.steps == 4
+    with raised(ValueError, "shape"):
+        bs.Simulation(net, dt=1e-3, forces=lambda t, x, v: x[0]).step()
+    with raised(bs.InputError, "function"):
+        bs.statics(net, forces=3)
+
+
+def implicit_forces():
+    """Forces with their tangent and energy: a built-in spring's motion and Newton iterations, an equilibrium far from the start, modes, energies."""
+    x, pairs = np.array([[0.0, 0], [1, 0.1], [2, 0]]), [[0, 1], [1, 2]]
+    base = dict(stiffness=40.0, rest_length=[1.0, 1.1], mass=0.5)
+    net = bs.Lattice(x, pairs, fixed=[0], **base)
+    k, L, point = 300.0, 0.4, np.array([2.5, 0.8])
+    last = lambda rows: (np.asarray(rows) == 2).astype(float)[:, None]
+
+    def pull(t, x, v, rows):
+        way = x - point
+        l = np.linalg.norm(way, axis=1)[:, None]
+        return -last(rows) * k * (l - L) * way / l
+
+    def tangent(t, x, v, rows):
+        way = x - point
+        l = np.linalg.norm(way, axis=1)[:, None, None]
+        uu = way[:, :, None] * way[:, None, :] / l**2
+        return -last(rows)[:, None] * k * (uu + (1 - L / l) * (np.eye(2) - uu))
+
+    def energy(t, x, rows):
+        return last(rows)[:, 0] * k / 2 * (np.linalg.norm(x - point, axis=1) - L) ** 2
+
+    ours = bs.Forces(pull, tangent=tangent, energy=energy)
+    assert "tangent and energy" in repr(ours)
+    tied = bs.Lattice(np.vstack([x, point]), [*pairs, [2, 3]], stiffness=[40.0, 40, k], rest_length=[1.0, 1.1, L], mass=0.5, fixed=[0, 3])
+    for options in (dict(dt=0.05, snes_rtol=1e-13), dict(dt=0.05, snes_rtol=1e-13, ts_type="cn")):
+        with bs.Simulation(net, forces=ours, **options) as mine, bs.Simulation(tied, **options) as theirs:
+            counts = [[], []]
+            for simulation, count in zip((mine, theirs), counts):
+                simulation.on_step(lambda step, t, dt, newton, *_: count.append(newton))
+                simulation.step(20)
+            assert abs(mine.x - theirs.x[:3]).max() < 1e-12, abs(mine.x - theirs.x[:3]).max()
+            assert np.array_equal(*counts), counts
+            assert abs(mine.observables["total_energy"] - theirs.observables["total_energy"]) < 1e-11
+    eq, expected = bs.statics(net, forces=ours), bs.statics(tied)
+    assert abs(eq.x - expected.x[:3]).max() < 1e-9 and eq.newton <= expected.newton + 2, (eq.x - expected.x[:3], eq.newton, expected.newton)
+    assert np.allclose(bs.modes(eq, 4).omega2, bs.modes(expected, 4).omega2, rtol=1e-8)
+    # stiff drag, which no explicit part of Newton's method bears
+    drag = bs.Forces(lambda t, x, v: -1e4 * v, tangent=lambda t, x, v: (np.zeros((2, 2)), -1e4 * np.eye(2)))
+    stokes = dict(dt=0.1, bs_gravity=(0, -9.81), snes_rtol=1e-13)
+    with bs.Simulation(net, forces=drag, **stokes) as mine, bs.Simulation(net, bs_stokes_drag=1e4, **stokes) as theirs:
+        mine.step(5)
+        theirs.step(5)
+        assert abs(mine.x - theirs.x).max() < 1e-12
+    with raised(ValueError, "tangent", "(3, 2, 2)"):
+        bs.statics(net, forces=bs.Forces(pull, tangent=lambda t, x, v: np.zeros(3)))
+    with raised(bs.InputError, "energy"):
+        bs.Forces(pull, energy=3)
+
+
+def coupled():
+    """Two halves of a chain, each step repeated until they agree on the place of and the force on the particle that they share, are the whole chain."""
+    x, k, options = 1.05 * np.arange(9.0)[:, None], 60.0, dict(dt=0.02, snes_rtol=1e-13)
+    part = lambda a, b, **more: bs.Lattice(x[a:b], [[i, i + 1] for i in range(b - a - 1)], stiffness=k, rest_length=1.0, mass=1.0, groups={"end": [b - a - 1]}, **more)
+    force = [0.0]
+    pull = lambda t, x, v, rows: np.where((np.asarray(rows) == 0)[:, None], force[0], 0.0)
+    with bs.Simulation(part(0, 9, fixed=[0]), **options) as whole, bs.Simulation(part(0, 5, fixed=[0]), bs_motion_end="given", **options) as left, \
+            bs.Simulation(part(4, 9), forces=bs.Forces(pull), **options) as right:
+        place = left.x[4, 0]
+        for n in range(1, 11):
+            states = left.save(), right.save()
+            for _ in range(50):
+                left.restore(states[0])
+                right.restore(states[1])
+                left.drive("end", [[place]], 0.02 * n)
+                left.step()
+                force[0] = -left.reactions[4, 0]
+                right.step()
+                off = right.x[0, 0] - place
+                place += 0.9 * off
+                if abs(off) < 1e-13:
+                    break
+            whole.step()
+            assert abs(np.vstack([left.x, right.x[1:]]) - whole.x).max() < 1e-11, n
+        with raised(bs.InputError, "given"):
+            whole.drive("end", [[0.0]], 9.0)
+        with raised(bs.InputError, "group 'top'"):
+            left.drive("top", [[0.0]], 9.0)
+        with raised(bs.InputError, "shape"):
+            left.drive("end", [0.0], 9.0)
+        with raised(bs.InputError, "later time"):
+            left.drive("end", [[0.0]], 0.1)
+        with raised(bs.InputError, "checkpoint"):
+            left.checkpoint("left.checkpoint")
+    with raised(bs.InputError, "bs_output"), tempfile.TemporaryDirectory() as folder:
+        with bs.Simulation(part(0, 3), bs_output=f"{folder}/a.h5md", **options) as writing:
+            writing.restore(writing.save())
+
+
+def petsc_of(module):
+    """The PETSc libraries that a file of machine code is linked with."""
+    linked = subprocess.run(["ldd", module], capture_output=True, text=True, check=True).stdout
+    return {os.path.realpath(path) for path in re.findall(r"=> (\S*libpetsc\S*)", linked)}
+
+
+def in_petsc():
+    """The stepper of a simulation as petsc4py has it: its solvers, its state, the size of its Jacobian; no petsc4py of another PETSc is loaded."""
+    import petsc4py
+
+    net = bs.Lattice(**sheet())
+    ours = next(pathlib.Path(bs.__file__).parent.glob("_core*.so"))
+    theirs = next(pathlib.Path(petsc4py.__file__).parent.glob("lib/**/PETSc.*.so"))
+    if petsc_of(ours) != petsc_of(theirs):
+        with bs.Simulation(net, dt=2e-3) as simulation, raised(ImportError, "built without petsc4py: petsc4py belongs to the PETSc in", "build it again"):
+            simulation.petsc()
+        return
+    from petsc4py import PETSc
+
+    with bs.Simulation(net, dt=2e-3, ts_type="cn", snes_rtol=1e-12, bs_operator="assembled") as simulation:
+        simulation.step(3)
+        ts = simulation.petsc()
+        assert isinstance(ts, PETSc.TS) and ts.getType() == "theta" or ts.getType() == "cn", ts.getType()
+        assert ts.getStepNumber() == 3 and abs(ts.getTime() - 6e-3) < 1e-15 and ts.getSNES().getConvergedReason() > 0
+        assert ts.getSNES().getTolerances()[0] == 1e-12 and isinstance(ts.getSNES().getKSP(), PETSc.KSP)
+        y = ts.getSolution().getArray(readonly=True).reshape(len(net), 2, 2)
+        assert np.array_equal(np.sort(y[:, 0], axis=0), np.sort(simulation.x, axis=0))
+        J = ts.getSNES().getJacobian()[0]
+        assert J.getSize() == (4 * len(net), 4 * len(net))
+    assert ts.getRefCount() == 1
+    with bs.Statics(net, bs_gravity=(0, -9.81), snes_rtol=1e-12) as solver:
+        with raised(bs.InputError, "no equilibrium"):
+            solver.petsc()
+        solver.solve()
+        solver.change(stiffness=1.01 * net.stiffness)
+        eq, ts = solver.solve(), solver.petsc()
+        assert ts.getSNES().getConvergedReason() > 0 and abs(ts.getTime() - 1) < 1e-15 and ts.getSNES().getTolerances()[0] == 1e-12
+        y = ts.getSolution().getArray(readonly=True).reshape(len(net), 2, 2)
+        assert np.array_equal(np.sort(y[:, 0], axis=0), np.sort(eq.x, axis=0))
