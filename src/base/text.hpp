@@ -36,13 +36,6 @@ std::string nearest(const std::string& word, const std::set<std::string>& names,
 /// Formats like printf into a string.
 std::string format(const char* pattern, ...) __attribute__((format(printf, 1, 2)));
 
-/// "%.17g": reads back as the same number.
-inline std::string exact_number(double value) {
-  char buffer[40];
-  std::snprintf(buffer, sizeof buffer, "%.17g", value);
-  return buffer;
-}
-
 /// The shortest text that reads back as the same number: 0.2, not 0.20000000000000001.
 inline std::string plain_number(double value) {
   char buffer[40];
@@ -56,6 +49,13 @@ inline std::string plain_number(double value) {
 /// "1 particle", "2 particles": the number and `text`, which is a noun whose plural ends in s, or has both numbers in braces: "{mode is|modes are}
 /// zero", "step{s} ended".
 std::string how_many(std::int64_t count, const std::string& text);
+
+/// "%.12g": of a sum of many steps, without its rounding errors.
+inline std::string time_number(double value) {
+  char buffer[40];
+  std::snprintf(buffer, sizeof buffer, "%.12g", value);
+  return buffer;
+}
 
 /// "%g", for people.
 inline std::string short_number(double value) {

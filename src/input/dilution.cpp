@@ -164,6 +164,8 @@ PetscErrorCode remove_springs(MPI_Comm comm, const GeneratorSpec& spec, Lattice*
   PetscCall(number_rows(comm, &l->springs));
   PetscCall(keep_angles_along_springs(comm, l));
   const std::int64_t gone = before - l->springs.total;
+  l->springs_generated = before;
+  l->springs_removed = gone;
   l->source += format(", %" PRId64 " of %" PRId64 " springs removed (%s)", gone, before,
                       short_number(before ? static_cast<double>(gone) / static_cast<double>(before) : 0).c_str());
   PetscFunctionReturn(0);

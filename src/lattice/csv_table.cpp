@@ -98,7 +98,7 @@ class Reader {
     if (parsed == Parsed::number && column == 0 && !table.values.empty()) {
       const double before = table.values[table.values.size() - static_cast<std::size_t>(table.columns)];
       if (value <= before) {
-        fail("time " + exact_number(value) + " is not after " + exact_number(before) +
+        fail("time " + plain_number(value) + " is not after " + plain_number(before) +
              " of the row above: write rows in increasing order of time, each time once");
         return false;
       }

@@ -68,6 +68,7 @@ struct Group {
 struct Lattice {
   int dim = 3;         ///< d = 1, 2, 3
   std::string source;  ///< file or generator, for messages
+  std::int64_t springs_generated = 0, springs_removed = 0;  ///< by a generator that dilutes: those before, and those of them that went
   // particles
   Rows particles;
   std::vector<double> position;          ///< (count, d)

@@ -63,7 +63,7 @@ void add_springs(const XspScene& scene, const std::string& name, Lattice* out) {
   self.warn(name, "joins mass " + std::to_string(self.count ? self.first->a : 0) + " to itself", out);
 }
 
-std::string pair_of(double a, double b) { return exact_number(a + 0.0) + "," + exact_number(b + 0.0); }  // no -0
+std::string pair_of(double a, double b) { return plain_number(a + 0.0) + "," + plain_number(b + 0.0); }  // no -0
 
 /// Centre C of forces 1 and 2: a particle, or the middle of the window.
 void add_center(const XspScene& scene, const std::string& name, double width, double height, Lattice* out) {
@@ -82,32 +82,32 @@ void add_walls(const XspScene& scene, double width, double height, Lattice* out)
   if (!scene.force[3].on || std::none_of(scene.wall, scene.wall + 4, [](bool there) { return there; })) return;
   std::string sides;
   for (int k = 0; k < 4; ++k) sides += std::string(k ? "," : "") + (scene.wall[k] ? "1" : "0");
-  out->implied_options.emplace_back("-bs_xsp_walls", exact_number(scene.force[3].value));
-  out->implied_options.emplace_back("-bs_xsp_walls_exponent", exact_number(scene.force[3].misc));
+  out->implied_options.emplace_back("-bs_xsp_walls", plain_number(scene.force[3].value));
+  out->implied_options.emplace_back("-bs_xsp_walls_exponent", plain_number(scene.force[3].misc));
   out->implied_options.emplace_back("-bs_xsp_walls_sides", sides);
-  out->implied_options.emplace_back("-bs_xsp_walls_box", "0," + exact_number(width) + ",0," + exact_number(height));
+  out->implied_options.emplace_back("-bs_xsp_walls_box", "0," + plain_number(width) + ",0," + plain_number(height));
 }
 
 void add_forces(const XspScene& scene, const std::string& name, double width, double height, Lattice* out) {
   auto& options = out->implied_options;
   const double degree = std::acos(-1.0) / 180;
-  if (scene.viscosity > 0) options.emplace_back("-bs_viscosity", exact_number(scene.viscosity));
+  if (scene.viscosity > 0) options.emplace_back("-bs_viscosity", plain_number(scene.viscosity));
   if (scene.force[0].on) {
     // g (sin w, -cos w), w from the downward direction
     const double g = scene.force[0].value, w = scene.force[0].misc * degree;
     options.emplace_back("-bs_gravity", pair_of(g * std::sin(w), -g * std::cos(w)));
   }
   if (scene.force[1].on) {
-    options.emplace_back("-bs_xsp_center_of_mass", exact_number(scene.force[1].value));
-    options.emplace_back("-bs_xsp_center_of_mass_damping", exact_number(scene.force[1].misc));
+    options.emplace_back("-bs_xsp_center_of_mass", plain_number(scene.force[1].value));
+    options.emplace_back("-bs_xsp_center_of_mass_damping", plain_number(scene.force[1].misc));
   }
   if (scene.force[2].on) {
-    options.emplace_back("-bs_xsp_attraction", exact_number(scene.force[2].value));
-    options.emplace_back("-bs_xsp_attraction_exponent", exact_number(scene.force[2].misc));
+    options.emplace_back("-bs_xsp_attraction", plain_number(scene.force[2].value));
+    options.emplace_back("-bs_xsp_attraction_exponent", plain_number(scene.force[2].misc));
   }
   add_center(scene, name, width, height, out);
   add_walls(scene, width, height, out);
-  if (scene.step > 0) options.emplace_back("-ts_dt", exact_number(scene.step));
+  if (scene.step > 0) options.emplace_back("-ts_dt", plain_number(scene.step));
 }
 
 /// One line for all that the scene asks for and is not modelled, one for words that mean nothing.

@@ -57,7 +57,7 @@ std::string progress_line(const RunState& state, double wall) {
 
 std::string verdict_line(const RunState& state, double wall, const std::string& outcome) {
   const std::string line =
-      format("backspring: %s t=%s steps=%lld rejected=%lld newton=%lld krylov=%lld wall=%.3f", outcome.c_str(), plain_number(state.time).c_str(),
+      format("backspring: %s t=%s steps=%lld rejected=%lld newton=%lld krylov=%lld wall=%.3f", outcome.c_str(), time_number(state.time).c_str(),
              (long long)state.steps, (long long)state.rejected, (long long)state.newton, (long long)state.krylov, wall);
   return line + counted(static_cast<std::size_t>(state.warnings));
 }

@@ -9,6 +9,7 @@ its digits; `within 5 %`, `within 1e-12` (of its own unit) and `within a factor 
 Behind an indented block stands `<!-- printed -->` where every line of it must be one that the commands printed.
 The expression is Python, with numpy as np and the names below; "run" is run.h5md of that folder.
 """
+import json
 import math
 import pathlib
 import re
@@ -112,6 +113,12 @@ class Folder:
         """How many tabulated inputs tests/README.md has, which its own test holds against the corpora."""
         text = (pathlib.Path(__file__).resolve().parents[1] / "README.md").read_text()
         return int(re.search(r"\| \*\*all\*\* \| \*\*(\d+)\*\*", text)[1])
+
+    def second(self, label, ranks=1):
+        """Of a step [s], as the benchmarks of steps have measured it (tests/bench/results.json); of a peer: for 0.01 s simulated."""
+        found = json.loads((pathlib.Path(__file__).resolve().parents[1] / "bench" / "results.json").read_text())
+        own = [row["s_per_step"] for row in found["steps"] if row["label"] == label and row["ranks"] == ranks]
+        return own[0] if own else next(row["s_per_10ms"] for row in found["peers"] if f"{row['peer']}, {row['case']}" == label and row["ranks"] == ranks)
 
     def falling_sphere(self, steps, h, implicit=1):
         """Speed of the ball of ice of free_fall.yaml by backward (or forward) Euler, each step solved by bisection."""

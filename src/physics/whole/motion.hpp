@@ -52,8 +52,8 @@ inline std::string Motion::text(int dim) const {
   std::string all;
   for (int i = 0; i < dim; ++i) {
     all += std::string(i ? "," : "") + static_cast<char>('x' + i);
-    if (kind == Kind::velocity) all += "=velocity:" + exact_number(c[i]);
-    else all += "=sinusoid:" + exact_number(A[i]) + "," + exact_number(frequency) + "," + exact_number(phase);
+    if (kind == Kind::velocity) all += "=velocity:" + plain_number(c[i]);
+    else all += "=sinusoid:" + plain_number(A[i]) + "," + plain_number(frequency) + "," + plain_number(phase);
   }
   return all;
 }

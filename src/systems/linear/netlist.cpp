@@ -62,7 +62,7 @@ std::string read_source(const std::vector<std::string>& words, std::string* sour
   if (k < words.size() && lower(words[k]) == "dc") ++k;
   const bool given = k < words.size() && read_spice_number(words[k], &value).empty();
   if (given) ++k;
-  *source = exact_number(value);
+  *source = plain_number(value);
   if (k == words.size()) return given ? "" : "a value is missing: write DC 5, or a waveform such as SIN(0 1 1k)";
   const std::string kind = lower(words[k]);
   if (kind == "ac") return "AC is of small-signal analyses, and this one is of time: leave it out";

@@ -218,4 +218,13 @@ PetscErrorCode ParticleModel::create_first_order_operator(Mat J, bool momentum, 
   PetscFunctionReturn(0);
 }
 
+std::vector<Tally> ParticleModel::tallies() const {
+  std::vector<Tally> all = terms_->breaking().tallies();
+  all.push_back({"springs", "", net_.springs_total});
+  if (lattice_.springs_generated == 0) return all;
+  all.push_back({"springs_generated", "", lattice_.springs_generated});
+  all.push_back({"springs_removed", "", lattice_.springs_removed});
+  return all;
+}
+
 }  // namespace bs
