@@ -38,7 +38,7 @@ def curves_of(run, args):
         along = strongest(run, names or reacting)
     else:
         along = direction if direction is not None and group in (None, leader) else unit_vector(mean_displacement(run, sample(range(run.frames), 50), run.group(leader)), component)
-    along = np.eye(run.dim)["xyz".index(component)] if component else along
+    along = unit_vector(np.zeros((1, run.dim)), component) if component else along
     curves = [(name, x, run.series["reaction/" + name].reshape(len(run.observable_times), -1)[:len(x)] @ along) for name in names]
     return (curves if moves else []), xlabel, axis_label(f"force of the support along {in_words(along)}", run.unit("reaction/" + reacting[0]))
 
