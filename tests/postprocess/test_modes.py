@@ -19,6 +19,7 @@ import movie  # noqa: E402
 import plot  # noqa: E402
 import synthetic  # noqa: E402
 from backspring_io import RunError, open_run  # noqa: E402
+from figure_style import number  # noqa: E402
 from modes import FRAMES, ModeRun  # noqa: E402
 
 
@@ -112,6 +113,8 @@ class Drawn(Case):
             np.testing.assert_allclose(run.velocity(0), 2.0 * moved, atol=1e-12)
         with ModeRun(path, 1, 0.1) as run:
             self.assertEqual(run.title(), "mode 1: growing at 1 1/s")
+            run.omega_squared = 4e14 * np.pi ** 2
+            self.assertEqual((run.title(), run.title(number)), ("mode 1: 1e+07 Hz", "mode 1: $10^{7}$ Hz"))
         self.refuses(lambda: ModeRun(path, 3, 0.1), "no mode 3; there are 3, counted from 0")
         self.refuses(lambda: ModeRun(synthetic.cube(self.path("d.h5md"), 3, frames=1), 0, 0.1), "holds no modes")
 
