@@ -126,11 +126,14 @@ class Run(JoinedRun, TabledRun):
     def _dimension(self, position):
         if position is None:
             return 0
-        columns, box = position.shape[2], self._file.get(f"{PARTICLES}/box")
-        try:  # a padded trajectory has more columns than the space has dimensions
+        """Of the space: a padded trajectory has more columns of positions, velocities and edges, not of its momentum and all else."""
+        columns, box, momentum = position.shape[2], self._file.get(f"{PARTICLES}/box"), self._get("/observables/momentum/value")
+        if momentum is not None and momentum.ndim:
+            columns = min(columns, momentum.shape[1] if momentum.ndim > 1 else 1)
+        try:
             return max(1, min(columns, int(box.attrs["dimension"])))
         except (AttributeError, KeyError, TypeError, ValueError):
-            return columns
+            return max(1, columns)
 
     def position(self, frame):
         """Positions (N, d) of one frame [m]; negative frames count from the end."""

@@ -19,6 +19,7 @@ import numpy as np  # noqa: E402
 
 import differences  # noqa: E402
 from backspring_io import RunError, open_run  # noqa: E402
+from listed import Listed  # noqa: E402
 
 ENDINGS = (".png", ".pdf", ".svg")
 
@@ -27,7 +28,7 @@ def parse(argv=None):
     p = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     p.add_argument("file", help="trajectory written with -bs_output")
     p.add_argument("reference", help="trajectory it is compared with")
-    p.add_argument("--quantity", help="position, velocity, or state of a linear system; several with commas (default: all there are)")
+    p.add_argument("--quantity", action=Listed, help="position, velocity, or state of a linear system; several with commas (default: all there are)")
     p.add_argument("--rtol", type=float, default=1e-8, help="tolerance relative to the reference's largest value at that time (default 1e-8)")
     p.add_argument("--atol", type=float, default=0.0, help="tolerance on top, in the quantity's unit (default 0)")
     p.add_argument("--from", dest="start", type=float, default=-np.inf, metavar="T", help="only times from T [s]")

@@ -34,6 +34,7 @@ from lammps_data import is_lammps  # noqa: E402
 from lammps_units import UNITS  # noqa: E402
 from lammps_write import write_data, write_dump  # noqa: E402
 from lattices import to_lattice  # noqa: E402
+from listed import Listed  # noqa: E402
 from selection import HELP  # noqa: E402
 from vtk_files import DAMPING_LAWS, LAWS, write_pvd, write_vtp, write_vtu  # noqa: E402
 import features  # noqa: E402
@@ -102,7 +103,7 @@ def parse(argv=None):
                       "springs of physical groups by name, as in 210e9,cables=160e9")
     mesh.add_argument("--area", action="append", metavar="A[,GROUP=A...]", help="cross section of bars [m^2], for --youngs and --density; likewise by group")
     mesh.add_argument("--density", action="append", metavar="RHO[,GROUP=RHO...]", help="of bars [kg/m^3], with --area: every spring gives each of its ends half of rho A L; likewise by group")
-    mesh.add_argument("--fixed", default="", metavar="WHAT,...", help="particles held still: " + HELP)
+    mesh.add_argument("--fixed", action=Listed, default="", metavar="WHAT,...", help="particles held still, with commas or the option repeated: " + HELP)
     mesh.add_argument("--dim", type=int, choices=(1, 2, 3), help="dimension (default 2 for flat meshes z = const, else 3; 3 keeps a flat mesh in space)")
     mesh.add_argument("--merge", type=float, default=0.0, metavar="EPS", help="one point for points closer than EPS")
     mesh.add_argument("--keep_unused", action="store_true", help="keep points that belong to no element")
@@ -116,7 +117,7 @@ def parse(argv=None):
     lammps.add_argument("--atom_style", help="atom style where the file does not name it")
     protein = p.add_argument_group("PDB files: an elastic network of C-alpha atoms, in angstrom; mass and stiffness 1 unless they are given")
     protein.add_argument("--cutoff", type=float, help="springs join atoms not farther apart than this [angstrom] (default 15)")
-    protein.add_argument("--chain", metavar="A,B", help="chains to take (default all)")
+    protein.add_argument("--chain", action=Listed, metavar="A,B", help="chains to take (default all)")
     protein.add_argument("--model", type=int, help="model to take, from 1 (default 1)")
     protein.add_argument("--altloc", metavar="A", help="of alternative places the one with this letter (default: the first of each residue)")
     run = p.add_argument_group("trajectories")

@@ -1,8 +1,10 @@
 """What all diagrams share: colours, line styles, letters, labels."""
 import matplotlib
 import numpy as np
-from matplotlib.ticker import FuncFormatter
+from matplotlib.ticker import FixedLocator, FuncFormatter, MaxNLocator, NullLocator
 matplotlib.use("Agg")
+
+ROUNDING = 1e-12  # of what a quantity could be: less than this share of it is rounding, and drawn as 0
 
 COLORS = ["#1f5fa8", "#c8452e", "#3a8f5a", "#8a5aa8", "#c98a1b", "#4aa3b8", "#7a7a7a", "#b8477f"]
 DASHES = ["-", (0, (4, 1.5)), (0, (1, 1.2)), (0, (6, 1.5, 1, 1.5))]
@@ -17,6 +19,44 @@ STYLE = {"font.size": 9, "axes.labelsize": 9, "axes.titlesize": 9, "legend.fonts
 def written(unit):
     """A unit as it is written in pictures."""
     return "Å" if unit.lower() == "angstrom" else unit
+
+
+def number(value, form=".4g"):
+    """A number in words of a picture as axes have theirs: in figures below 100 000, with a power of ten above and where it is very small."""
+    text = f"{value:{form}}"
+    mantissa, exponent, power = text.partition("e")
+    if not exponent:
+        return text
+    if 0 <= int(power) < 5:
+        return f"{float(text):.0f}"
+    factor = {"1": "", "-1": "-"}.get(mantissa, mantissa + r"\times")
+    return f"${factor}10^{{{int(power)}}}$"
+
+
+def cleared(strains):
+    """Strains, or zeros where they are nothing but rounding."""
+    return strains if np.nanmax(np.abs(strains), initial=0.0) > ROUNDING else 0.0 * strains
+
+
+def few_powers(axis, top=np.inf):
+    """Ticks of a logarithmic axis up to `top` in figures, 1, 2 and 5 times powers of ten or closer, where these are too few to tell a scale; elsewhere nothing changes."""
+    low, high = sorted(axis.get_view_interval())
+    powers = 10.0 ** np.arange(np.floor(np.log10(low)), np.ceil(np.log10(high)) + 1)
+    inside = lambda ticks: [v for v in ticks if low * (1 - 1e-9) <= v <= min(high, top) * (1 + 1e-9)]  # noqa: E731
+    if high / low >= 60 and len(inside(powers)) > 1:
+        return False
+    ticks = inside(np.outer(powers, (1, 2, 5)).ravel())
+    ticks = ticks if len(ticks) > 2 else inside(MaxNLocator(5).tick_values(low, min(high, top)))
+    axis.set_major_locator(FixedLocator(ticks))
+    axis.set_major_formatter(FuncFormatter(lambda v, _: number(v, "g")))
+    axis.set_minor_locator(NullLocator())
+    return True
+
+
+def bar_beside(bar):
+    """The power of ten that the ticks of a colour bar share begins at the bar's left edge, in place of ending at its right, over the scene."""
+    bar.outline.set_linewidth(0.5)
+    bar.ax.yaxis.set_offset_position("left")
 
 
 def axis_label(name, unit):
@@ -35,11 +75,11 @@ def time_label(run):
 def moment(run, row, form=".4g"):
     """Words for the moment of a frame: its time, or in a static analysis its load factor, with the time that motions after breaks have taken by then."""
     if not run.static or row >= len(run.series["load_factor"]):
-        return f"$t$ = {run.times[row]:{form}} {run.unit('time')}".rstrip()
+        return f"$t$ = {number(run.times[row], form)} {run.unit('time')}".rstrip()
     load = run.series["load_factor"][row]
-    words, moving = f"load factor {load:{form}}", run.times[row] - load
+    words, moving = f"load factor {number(load, form)}", run.times[row] - load
     if run.parameters.get("bs_load_control") != "arc" and abs(moving) > 1e-9 * max(abs(load), 1e-3):
-        words += f", {moving:{form}} {run.unit('time')} in motion"
+        words += f", {number(moving, form)} {run.unit('time')} in motion"
     return words
 
 
@@ -89,4 +129,4 @@ def width(i, several):
 
 def enlarged(deform):
     """Words for displacements that are drawn larger than they are."""
-    return f", displacements × {deform:g}" if deform is not None and deform != 1 else ""
+    return f", displacements × {number(deform, 'g')}" if deform is not None and deform != 1 else ""

@@ -2,8 +2,8 @@
 import numpy as np
 from matplotlib.ticker import FixedLocator, MaxNLocator, NullLocator
 
-from figure_style import COLORS, DASHES, axis_label, finish, key, missing, moment, width
-from figures_motion import paths, phase, sources, state, states, units_drawn
+from figure_style import COLORS, DASHES, axis_label, cleared, few_powers, finish, key, missing, moment, width
+from figures_motion import paths, phase, sources, state, states, units_drawn, varying_sources
 from figures_steps import iterations, steps
 from figures_modes import bfactor, debye, dos, participation, spectrum
 from figures_networks import avalanches, nonaffine, nonaffine_field
@@ -164,7 +164,7 @@ def strain(ax, runs, labels, args):
         if not rows:
             continue
         drawn = True
-        bands = np.array([np.nanpercentile(run.strains(r), [0, 5, 50, 95, 100]) for r in rows])
+        bands = cleared(np.array([np.nanpercentile(run.strains(r), [0, 5, 50, 95, 100]) for r in rows]))
         t = run.times[rows]
         ax.fill_between(t, bands[:, 1], bands[:, 3], color=color, alpha=0.2, lw=0,
                         label="5 to 95 %" if len(runs) == 1 else None)
@@ -187,11 +187,13 @@ def histogram(ax, runs, labels, args):
     values = [v[np.isfinite(v)] for v in (run.strains(row) for run, row in frames)]
     frames = [frame for frame, v in zip(frames, values) if len(v)]
     values = [v for v in values if len(v)]
+    values = np.split(cleared(np.concatenate(values)), np.cumsum([len(v) for v in values[:-1]])) if values else []
     if not frames:
         return missing(ax, "springs with a strain")
     low = min(np.quantile(v, 0.001) for v in values)
     high = max(np.quantile(v, 0.999) for v in values)
-    pad = 0.02 * (high - low) or 1e-12
+    size = max(abs(low), abs(high))
+    pad = 0.02 * (high - low) if high - low > 1e-9 * size else 0.02 * size or 1e-3  # all alike, but for rounding
     edges = np.linspace(low - pad, high + pad, 61)
     for i, ((run, row), v) in enumerate(zip(frames, values)):
         share, _ = np.histogram(np.clip(v, edges[0], edges[-1]), edges)
@@ -204,10 +206,12 @@ def histogram(ax, runs, labels, args):
     ax.xaxis.set_major_locator(MaxNLocator(5))
     ax.margins(x=0.01)
     if len(runs) == 1:
-        ax.yaxis.set_major_locator(FixedLocator(10.0 ** np.arange(np.ceil(np.log10(ax.get_ylim()[0])), 2.5)))  # no marks above 100 %
-        ax.yaxis.set_minor_locator(NullLocator())
+        if not few_powers(ax.yaxis, 100):
+            ax.yaxis.set_major_locator(FixedLocator(10.0 ** np.arange(np.ceil(np.log10(ax.get_ylim()[0])), 2.5)))  # no marks above 100 %
+            ax.yaxis.set_minor_locator(NullLocator())
         key(ax)
     else:
+        few_powers(ax.yaxis, 100)
         ax.set_title(moment(runs[0], runs[0].index(args.frame), ".3g"), loc="left")
 
 

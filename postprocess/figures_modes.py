@@ -2,10 +2,10 @@
 import os
 
 import numpy as np
-from matplotlib.ticker import FuncFormatter, LogLocator, MaxNLocator, NullFormatter
+from matplotlib.ticker import FuncFormatter, MaxNLocator, NullFormatter
 
 from backspring_io import RunError
-from figure_style import COLORS, axis_label, key, missing, short_marks
+from figure_style import COLORS, axis_label, few_powers, key, missing, number, short_marks
 from modes import modes_of
 
 
@@ -59,11 +59,8 @@ def debye(ax, runs, labels, args):
     ax.set_xscale("log")
     ax.set_yscale("log")
     for axis in (ax.xaxis, ax.yaxis):
-        low, high = axis.get_view_interval()
-        if high / low < 60:  # few powers of ten: 1, 2, 5 times them, in figures
-            axis.set_major_locator(LogLocator(subs=(1, 2, 5)))
-            axis.set_major_formatter(FuncFormatter(lambda v, _: f"{v:g}"))
-        axis.set_minor_formatter(NullFormatter())
+        if not few_powers(axis):
+            axis.set_minor_formatter(NullFormatter())
     ax.set_xlabel(axis_label(r"frequency $\omega$", "1/" + runs[0].unit("time")))
     unit = runs[0].unit("time") + {1: "", 2: "$^2$", 3: "$^3$"}[runs[0].dim]
     ax.set_ylabel(axis_label(r"$D(\omega)$" + {0: "", 1: r"$/\omega$", 2: r"$/\omega^2$"}[power], unit))
@@ -84,8 +81,8 @@ def participation_ratios(run, where):
     """(n,): (sum of e^2)^2/(N sum of e^4) over the particles, e^2 = m q.q: 1 where all move alike, 2/3 of a standing wave, 1/N where one moves."""
     mass = np.ones(run.particles) if run.mass is None else run.mass
     out = []
-    for number in where:
-        energy = mass * (run._read("/modes/shape", int(number)) ** 2).sum(axis=1)
+    for mode in where:
+        energy = mass * (run._read("/modes/shape", int(mode)) ** 2).sum(axis=1)
         out.append(energy.sum() ** 2 / (run.particles * (energy ** 2).sum()))
     return np.array(out)
 
@@ -148,7 +145,7 @@ def bfactor(ax, runs, labels, args):
                 raise RunError(f"{args.pdb}: {len(given)} C-alpha atoms, {len(moves)} particles in {run.path}")
             offset, scale = fitted(given, moves)
             moves = offset + scale * moves
-            said += f", $B_0$ = {offset:.3g}, $kT$ = {scale:.3g}, r = {np.corrcoef(given, moves)[0, 1]:.3f}"
+            said += f", $B_0$ = {number(offset, '.3g')}, $kT$ = {number(scale, '.3g')}, r = {np.corrcoef(given, moves)[0, 1]:.3f}"
             if i == 0:
                 ax.plot(given, color="#555555", lw=1.0, label=os.path.basename(args.pdb))
                 _residues(ax, protein)

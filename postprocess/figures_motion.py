@@ -2,7 +2,7 @@
 import numpy as np
 from matplotlib.ticker import FuncFormatter, MaxNLocator
 
-from figure_style import COLORS, DASHES, axis_label, enlarged, finish, missing, moment, width
+from figure_style import COLORS, DASHES, axis_label, bar_beside, finish, missing, moment, width
 from scene import Scene, sample
 
 
@@ -98,14 +98,14 @@ def state(ax, runs, labels, args):
     if scene.mapping() is not None:
         bar = ax.figure.colorbar(scene.mapping(), ax=ax, fraction=0.04, pad=0.02, shrink=0.75)
         bar.set_label(scene.label())
-        bar.outline.set_linewidth(0.5)
         bar.locator = MaxNLocator(5)
         bar.update_ticks()
+        bar_beside(bar)
     scene.setup(ax, bar=run.dim == 3)
     scene.draw_frame(ax, row)
     if run.dim < 3:
         _ticks(ax, scene)
-    ax.set_title(moment(run, row) + enlarged(args.deform) + (f"   {labels[0]}" if labels[0] else ""), loc="left")
+    ax.set_title(moment(run, row) + scene.words() + (f"   {labels[0]}" if labels[0] else ""), loc="left")
 
 
 def _ticks(ax, scene):
@@ -133,9 +133,20 @@ def _picked(run, kind, args):
 
 
 def units_drawn(run, kind, args):
-    """Units of what `states` or `sources` would draw of this run, which has a panel for each."""
+    """Units of what `states` or `sources` would draw of this run, which has a panel for each; where nobody asked for sources, of those that vary."""
     series = getattr(run, kind)
-    return list(dict.fromkeys(series.units[k] for k in _picked(run, kind, args))) if series.value is not None else [""]
+    if series.value is None:
+        return [""]
+    shown = varying_sources(run) if kind == "sources" and args.kind is None else _picked(run, kind, args)
+    return list(dict.fromkeys(series.units[k] for k in shown))
+
+
+def varying_sources(run):
+    """Columns of the first six sources of a linear system that do not stay as they are."""
+    if run.sources.value is None:
+        return []
+    table = np.asarray(run.sources.value).reshape(len(run.sources.value), -1)[:, :6]
+    return np.flatnonzero(np.ptp(table, axis=0) > 0).tolist()
 
 
 def _lines(ax, runs, kind, args):

@@ -2,7 +2,7 @@
 import numpy as np
 from matplotlib.collections import LineCollection
 
-from figure_style import COLORS, axis_label, key, missing, moment, time_label, width
+from figure_style import COLORS, axis_label, bar_beside, few_powers, key, missing, moment, number, time_label, width
 from figures_stress import box_strains
 from run_data import TENSOR, counted
 from scene import sample
@@ -46,6 +46,8 @@ def avalanches(ax, runs, labels, args):
             label=f"{counted(len(together), 'avalanche')}, {counted(together.sum(), 'spring')}" + (f" of {len(found)} runs" if len(found) > 1 else ""))
     ax.set_xscale("log")
     ax.set_yscale("log")
+    for axis in (ax.xaxis, ax.yaxis):
+        few_powers(axis)
     ax.set_xlabel("size of an avalanche $s$ [springs]")
     ax.set_ylabel("share of the avalanches $P(s)$")
     key(ax)
@@ -111,9 +113,9 @@ def nonaffine_field(ax, runs, labels, args):
     arrows.set_clim(0, longest)
     bar = ax.figure.colorbar(arrows, ax=ax, fraction=0.04, pad=0.02, shrink=0.75)
     bar.set_label(axis_label("non-affine displacement", run.unit("position")))
-    bar.outline.set_linewidth(0.5)
+    bar_beside(bar)
     ax.set_aspect("equal", adjustable="datalim")
     ax.autoscale_view()
     ax.set_xlabel(axis_label("$x$", run.unit("position")))
     ax.set_ylabel(axis_label("$y$", run.unit("position")))
-    ax.set_title(moment(run, row) + f", arrows × {3 * step / longest:.3g}" + (f"   {labels[0]}" if labels[0] else ""), loc="left")
+    ax.set_title(moment(run, row) + f", arrows × {number(3 * step / longest, '.3g')}" + (f"   {labels[0]}" if labels[0] else ""), loc="left")

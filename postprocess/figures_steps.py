@@ -2,7 +2,7 @@
 import numpy as np
 from matplotlib.ticker import FuncFormatter, MaxNLocator
 
-from figure_style import COLORS, axis_label, finish, missing, short_marks, width
+from figure_style import COLORS, axis_label, few_powers, finish, missing, short_marks, width
 
 
 def steps(ax, runs, labels, args):
@@ -16,7 +16,7 @@ def steps(ax, runs, labels, args):
         ax.plot(log["time"], log["dt"], color=color, lw=width(i, True) if several else 1.0, drawstyle="steps-pre")
         rejected = np.asarray(log.get("rejected", np.zeros(len(log["dt"])))) > 0
         if rejected.any():
-            ax.plot(log["time"][rejected], log["dt"][rejected], "x", color=color if several else COLORS[1], ms=3.5, mew=0.8, zorder=3,
+            ax.plot(log["time"][rejected], log["dt"][rejected], "x", color=color if several else COLORS[1], ms=3.5, mew=0.8, zorder=3, clip_on=False,
                     label=None if crossed else "after rejected attempts" + ("" if several else _reasons(log)))
             crossed = True
     dts = np.concatenate([log["dt"] for _, log in logged])
@@ -24,6 +24,7 @@ def steps(ax, runs, labels, args):
     if len(positive) and positive.max() > 20 * positive.min():
         ax.set_yscale("log")
         ax.set_ylim(positive.min() / 1.5, positive.max() * 1.5)
+        few_powers(ax.yaxis)
     else:
         ax.set_ylim(0, 1.15 * max(dts.max(), 1e-300))
     finish(ax, runs[0], "load step" if runs[0].static else axis_label("step size", runs[0].unit("time")))
@@ -62,7 +63,7 @@ def iterations(ax, runs, labels, args):
                 continue
             top, low = max(top, log[name].max()), min(low, log[name][log[name] > 0].min())
             ax.plot(log["time"], np.where(log[name] > 0, log[name], np.nan), "o", ms=size, mew=0 if face else 0.6, alpha=opacity,
-                    mfc=color if face else "none", mec=color)
+                    mfc=color if face else "none", mec=color, clip_on=False)
     if not same:
         for name, face in (("Newton", True), ("Krylov", False)):
             color = "#555555" if several else COLORS[0 if face else 1]
@@ -70,6 +71,7 @@ def iterations(ax, runs, labels, args):
     if top > 15 * low:
         ax.set_yscale("log")
         ax.set_ylim(low / 1.5, top * 1.5)
+        few_powers(ax.yaxis)
         ax.yaxis.set_major_formatter(FuncFormatter(lambda v, _: f"{v:g}"))
     else:
         ax.set_ylim(0, 1.1 * top + 0.5)

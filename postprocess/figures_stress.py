@@ -25,7 +25,8 @@ def slope(x, y):
 
 
 def curve_of(run, component=None):
-    """(name of the component, strains (T,), stresses (T, k)): of the component that is asked for, or is strained most. None without stress or without strain."""
+    """(the stress' component, the strain's, strains (T,), stresses (T, k)): of the component that is asked for, or is strained most; of one that is not strained over the
+    strain of that which is most. None without stress or without strain."""
     stress = run.series.get("stress")
     if stress is None or not any(run.periodic):
         return None
@@ -34,12 +35,20 @@ def curve_of(run, component=None):
     if component and component not in names:
         raise RunError(f"--component {component}: there are {', '.join(names)}")
     strains = box_strains(run, rows)
-    k = names.index(component) if component else int(np.ptp(strains, axis=0).argmax())
-    return (names[k], strains[:, k], stress[rows]) if np.ptp(strains[:, k]) > 0 else None
+    reach = np.ptp(strains, axis=0)
+    most = int(reach.argmax())
+    k = names.index(component) if component else most
+    over = k if reach[k] > 1e-9 * reach[most] else most
+    return (names[k], names[over], strains[:, over], stress[rows]) if reach[most] > 0 else None
 
 
-def _axes(ax, runs, name, ylabel):
-    ax.set_xlabel(rf"shear strain $\gamma_{{{name}}}$" if name[0] != name[-1] else rf"strain $\epsilon_{{{name}}}$")
+def _strain(name):
+    """The sign of a component of the strain."""
+    return rf"\{'gamma' if name[0] != name[-1] else 'epsilon'}_{{{name}}}"
+
+
+def _axes(ax, runs, over, ylabel):
+    ax.set_xlabel(f"{'shear ' if over[0] != over[-1] else ''}strain ${_strain(over)}$")
     ax.set_ylabel(axis_label(ylabel, runs[0].unit("stress")))
     ax.margins(x=0.02)
     key(ax)
@@ -52,7 +61,7 @@ def stress(ax, runs, labels, args):
         found = curve_of(run, getattr(args, "tensor", None) or name)
         if found is None:
             continue
-        name, strain, values = found
+        name, over, strain, values = found
         k = TENSOR[run.dim].index(name)
         for other in range(values.shape[1]):
             if other != k and not several:
@@ -62,7 +71,7 @@ def stress(ax, runs, labels, args):
     if name is None:
         return missing(ax, "stress of a box that is strained")
     ax.axhline(0, color="#999999", lw=0.6)
-    _axes(ax, runs, name, rf"stress $\sigma_{{{name}}}$" if several else r"stress $\sigma$")
+    _axes(ax, runs, over, rf"stress $\sigma_{{{name}}}$" if several else r"stress $\sigma$")
 
 
 def modulus(ax, runs, labels, args):
@@ -72,12 +81,11 @@ def modulus(ax, runs, labels, args):
         found = curve_of(run, getattr(args, "tensor", None) or name)
         if found is None:
             continue
-        name, strain, values = found
+        name, over, strain, values = found
         ax.plot(strain, slope(strain, values[:, TENSOR[run.dim].index(name)]), color=COLORS[i % len(COLORS)], lw=width(i, several))
     if name is None:
         return missing(ax, "stress of a box that is strained")
     low, high = ax.get_ylim()
     if high - low < 1e-6 * max(abs(low), abs(high)):  # a straight line, and rounding
         ax.set_ylim(0.9 * low, 1.1 * high) if low > 0 else ax.set_ylim(1.1 * low - 1, 1.1 * high + 1)
-    strain_letter = r"\gamma" if name[0] != name[-1] else r"\epsilon"
-    _axes(ax, runs, name, rf"modulus $d\sigma_{{{name}}}/d{strain_letter}_{{{name}}}$")
+    _axes(ax, runs, over, rf"modulus $d\sigma_{{{name}}}/d{_strain(over)}$")

@@ -2,7 +2,8 @@
 import numpy as np
 from matplotlib.ticker import MaxNLocator
 
-from figure_style import COLORS, axis_label, finish, missing, width
+from backspring_io import RunError
+from figure_style import COLORS, axis_label, finish, missing, number, width
 from load_path import abscissa, at_rest, check_against, farthest, in_words, limit_points, mean_displacement, unit_vector
 from scene import sample
 
@@ -10,6 +11,14 @@ from scene import sample
 def groups_of(run):
     """Names of the groups with a reaction."""
     return [name.split("/", 1)[1] for name in run.series if name.startswith("reaction/")]
+
+
+def check_groups(runs, names):
+    """Raises RunError for a group that is asked for and has no reaction in any of the runs."""
+    reacting = list(dict.fromkeys(name for run in runs for name in groups_of(run)))
+    for name in [name for name in names if name not in reacting]:
+        have = f"; those with a reaction: {', '.join(reacting)}" if reacting else ", as no group has: one has that -bs_motion_NAME holds (fixed) or moves"
+        raise RunError(f"{runs[0].path}: --groups {name}: " + (f"this group has no reaction{have}" if any(name in run.groups for run in runs) else f"there is no such group{have}"))
 
 
 def strongest(run, names):
@@ -31,6 +40,9 @@ def curves_of(run, args):
     x, xlabel, direction, moves = abscissa(run, what or ("displacement" if run.static else "time"), group, component, reacting)
     names = getattr(args, "groups", None) or []
     if getattr(args, "load", False) or (not reacting and not names):
+        if run.static and xlabel == "load factor":
+            raise RunError(f"{run.path}: --against {what}: the load factor against itself says nothing; write --against displacement, or displacement:WHAT of a group or particle"
+                           + (", or leave out --load to see reactions" if reacting else "; no group has a reaction to draw, as groups with -bs_motion_NAME have"))
         return ([("load factor", x, run.series["load_factor"][:len(x)])] if run.static and moves else []), xlabel, "load factor"
     leader = farthest(run, reacting)
     names = [name for name in names or ([leader] if leader else reacting) if name in reacting]
@@ -38,7 +50,7 @@ def curves_of(run, args):
         along = strongest(run, names or reacting)
     else:
         along = direction if direction is not None and group in (None, leader) else unit_vector(mean_displacement(run, sample(range(run.frames), 50), run.group(leader)), component)
-    along = np.eye(run.dim)["xyz".index(component)] if component else along
+    along = unit_vector(np.zeros((1, run.dim)), component) if component else along
     curves = [(name, x, run.series["reaction/" + name].reshape(len(run.observable_times), -1)[:len(x)] @ along) for name in names]
     return (curves if moves else []), xlabel, axis_label(f"force of the support along {in_words(along)}", run.unit("reaction/" + reacting[0]))
 
@@ -56,7 +68,7 @@ def mark_limits(ax, curves, labelled=8, marked=60):
     for x, y, top in limits if len(limits) <= labelled else []:
         place = np.array([x, y]) / size
         if not any(np.abs(place - other).max() < 0.02 for other in told):  # those of another run may lie there
-            ax.annotate(f"{y:.4g}", (x, y), xytext=(0, 6 if top else -6), textcoords="offset points", ha="center", va="bottom" if top else "top", fontsize=8, color="#222222")
+            ax.annotate(number(y), (x, y), xytext=(0, 6 if top else -6), textcoords="offset points", ha="center", va="bottom" if top else "top", fontsize=8, color="#222222")
         told.append(place)
 
 
@@ -64,6 +76,8 @@ def force(ax, runs, labels, args):
     """Reaction of groups, the force their support exerts on them, or the load factor: in statics against the displacement of what moves most, else over time, or as --against
     says. Along --component, or the direction in which the group moved most, or, where none moves, that of the largest reaction. Limit points of statics are marked."""
     several, everything = len(runs) > 1, []
+    if not getattr(args, "load", False):
+        check_groups(runs, getattr(args, "groups", None) or [])
     for i, run in enumerate(runs):
         curves, xlabel, ylabel = curves_of(run, args)
         for k, (name, x, y) in enumerate(curves):

@@ -34,6 +34,11 @@ def named(style):
     return "reduced (lj) units" if UNITS[style] is None else UNITS[style][4]
 
 
+def length_of(style):
+    """The unit of lengths of a lattice of this style; '' where they are relative."""
+    return "" if UNITS[style] is None else UNITS[style][4].split(", ")[1]
+
+
 def to_si(style):
     """(mass, length, time): one of the style's in SI."""
     if UNITS[style] is None:

@@ -21,7 +21,7 @@ def need_meshio():
 class Lattice:
     """Positions (N, 3), pairs (M, 2), and what the file says of the rest, None where it is silent."""
     position = pairs = velocity = mass = ids = fixed = stiffness = rest_length = damping = units = angles = box = shift = None
-    hinges = anchors = laws = dim = damping_law = None
+    hinges = anchors = laws = dim = damping_law = length_unit = None
     spring_columns, particle_columns, groups = {}, {}, {}
     spring_groups = {}  # {name: rows of springs}
     notes, merge_hint = (), "; use --merge 1e-6"
@@ -52,7 +52,7 @@ def from_protein(args):
     read = protein.read_pdb(args.input, chains, 1 if args.model is None else args.model, args.altloc)
     out = Lattice()
     out.position, out.pairs, out.notes = read.position, protein.network(read.position, 15.0 if args.cutoff is None else args.cutoff), read.notes
-    out.merge_hint = ""
+    out.merge_hint, out.length_unit = "", "Angstrom"
     if all(word.isdigit() for word in read.serial) and len(set(read.serial)) == len(read.serial):
         out.ids = np.array([int(word) for word in read.serial], np.int64)
     ends = out.position[out.pairs]
@@ -208,6 +208,8 @@ def write_lattice(path, lattice, spring_law=None, damping_law=None):
             f["springs/law"], f.attrs["spring_laws"] = np.searchsorted(laws, lattice.laws), laws
         else:
             f.attrs["spring_law"] = (laws or ["hooke"])[0]
+        if lattice.length_unit is not None:
+            f.attrs["length_unit"] = lattice.length_unit  # for people: pictures of what is made of the lattice find it
         f.attrs["damping_law"] = damping_law or lattice.damping_law or "axial"
 
 
@@ -235,6 +237,9 @@ def to_lattice(args, kind):
     check_springs(args.input, lattice)
     held = np.zeros(count, bool) if lattice.fixed is None else lattice.fixed != 0
     lattice.fixed = held | select(args.fixed, lattice.position, ids_of(lattice), lattice.groups, "--fixed")
+    if lattice.units:
+        import lammps_units
+        lattice.length_unit = lammps_units.length_of(lattice.units)
     lattice.stiffness = np.zeros(0) if lattice.stiffness is None else lattice.stiffness
     write_atomically(args.output, lambda part: write_lattice(part, lattice, args.spring_law, args.damping_law))
     for note in lattice.notes:
@@ -244,6 +249,5 @@ def to_lattice(args, kind):
     if lattice.groups:
         said += f", group{'s' if len(lattice.groups) > 1 else ''} {', '.join(lattice.groups)}"
     if lattice.units:
-        import lammps_units
         said += f", in {lammps_units.named(lattice.units)}"
     return said

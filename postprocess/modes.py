@@ -44,10 +44,10 @@ class ModeRun(Run):
         self.positions = x[None] + self.sine[:, None, None] * q[None]
         self.velocities = (2 * np.pi / period) * np.cos(phase)[:, None, None] * q[None]
 
-    def title(self):
-        """Its number and how it moves."""
+    def title(self, written=format):
+        """Its number and how it moves; `written` makes words of a number."""
         rate, unit = np.sqrt(abs(self.omega_squared)), self.unit("time")
-        how = f"{rate / (2 * np.pi):.5g} {'Hz' if unit == 's' else f'1/{unit}'}" if self.omega_squared > 0 else f"growing at {rate:.5g} 1/{unit}" if rate else "without any force"
+        how = f"{written(rate / (2 * np.pi), '.5g')} {'Hz' if unit == 's' else f'1/{unit}'}" if self.omega_squared > 0 else f"growing at {written(rate, '.5g')} 1/{unit}" if rate else "without any force"
         return f"mode {self.number}: {how}"
 
     def words(self):

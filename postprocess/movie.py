@@ -23,7 +23,7 @@ import numpy as np  # noqa: E402
 
 from backspring_io import RunError, open_run  # noqa: E402
 from camera import AXES, finite_number  # noqa: E402
-from figure_style import enlarged, moment  # noqa: E402
+from figure_style import bar_beside, moment, number  # noqa: E402
 from modes import ModeRun  # noqa: E402
 from scene import Scene  # noqa: E402
 from scene_marks import THEMES  # noqa: E402
@@ -102,6 +102,7 @@ def compose(scene, size, dpi):
         bar = figure.colorbar(mapping, cax=figure.add_axes([max(0.42, bar_at), 0.22, 0.15 * dpi / size[0], 0.56]), extend="both")
         bar.set_label(scene.label(), color=theme.ink, fontsize=9)
         bar.ax.tick_params(colors=theme.ink, labelsize=8)
+        bar_beside(bar)
         bar.outline.set_edgecolor(theme.faint)
     stamp = figure.text(0.025, 1 - 8 / points, "", color=theme.ink, fontsize=11, va="top")
     return figure, ax, stamp
@@ -113,7 +114,7 @@ def show(scene, ax, stamp, row):
     shown = run.series["load_factor"] if run.static else run.times
     digits = max(0, int(np.ceil(-np.log10(max(np.ptp(shown), 1e-300) / 1000)))) if run.frames > 1 else 3
     words = moment(run, row, f".{min(digits, 9)}f")
-    stamp.set_text((f"{run.title()}, {words}" if isinstance(run, ModeRun) else words) + enlarged(scene.deform))
+    stamp.set_text((f"{run.title(number)}, {words}" if isinstance(run, ModeRun) else words) + scene.words())
 
 
 def film(scene, rows, args, size):

@@ -30,6 +30,7 @@ from figures_motion import state_scene  # noqa: E402
 from figures_steps import iterated, steps_vary  # noqa: E402
 from figures_stress import box_strains  # noqa: E402
 from backspring_io import RunError, open_run  # noqa: E402
+from listed import Listed  # noqa: E402
 from run_data import TENSOR  # noqa: E402
 from camera import AXES, finite_number  # noqa: E402
 
@@ -60,8 +61,7 @@ def default_kinds(runs):
     if runs[0].has_modes:
         return ["state", "spectrum", "dos"]
     if runs[0].kind == "linear":
-        value = runs[0].sources.value
-        return ["states"] + (["sources"] if value is not None and np.ptp(value[()], axis=0).any() else [])
+        return ["states"] + (["sources"] if figures.varying_sources(runs[0]) else [])
     many = ["histogram"] if len(runs[0].springs) > 20 else []
     log = (["steps"] if any(map(steps_vary, runs)) else []) + (["iterations"] if any(map(iterated, runs)) else [])
     if all(run.static for run in runs):
@@ -124,17 +124,17 @@ def parse(argv=None):
     p = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     p.add_argument("files", nargs="+", metavar="FILE", help="trajectories written with -bs_output")
     p.add_argument("-o", "--output", required=True, help="picture: .png .pdf .svg")
-    p.add_argument("--kind", help="panels, separated by commas: " + ", ".join(figures.KINDS) + " (default: a sheet)")
-    p.add_argument("--states", type=lambda s: s.split(","), default=[], help="states of a linear system, by label or number")
-    p.add_argument("--particles", type=lambda s: [int(v) for v in s.split(",")], default=[],
+    p.add_argument("--kind", action=Listed, help="panels, with commas or the option repeated, as in all that takes several: " + ", ".join(figures.KINDS) + " (default: a sheet)")
+    p.add_argument("--states", action=Listed, type=lambda s: s.split(","), default=[], help="states of a linear system, by label or number")
+    p.add_argument("--particles", action=Listed, type=lambda s: [int(v) for v in s.split(",")], default=[],
                    help="ids to follow in paths and phase (default: six of them)")
     p.add_argument("--against", metavar="WHAT", help="what force is drawn against: time, load, arc, displacement or displacement:GROUP, "
                    "a group's name or a particle's id (default: time, in statics displacement)")
-    p.add_argument("--groups", type=lambda s: s.split(","), default=[], help="groups shown in force (default: the one that moves most)")
+    p.add_argument("--groups", action=Listed, type=lambda s: s.split(","), default=[], help="groups shown in force (default: the one that moves most)")
     p.add_argument("--load", action="store_true", help="draw the load factor in force, not reactions")
     p.add_argument("--component", choices=("x", "y", "z", *TENSOR[3]), help="component shown in phase and force (x, y, z), in stress and modulus (xx, "
                    "..., xy; default: the one with most motion)")
-    p.add_argument("--frame", dest="frames", type=lambda s: [int(v) for v in s.split(",")], default=[-1], metavar="K,L",
+    p.add_argument("--frame", dest="frames", action=Listed, type=lambda s: [int(v) for v in s.split(",")], default=[-1], metavar="K,L",
                    help="frames shown in state, one panel each, and in histogram; write --frame=-1 (default: the last)")
     p.add_argument("--color", choices=("auto", "strain", "tension", "stress", "speed", "none"), default="auto", help="colour of state")
     p.add_argument("--deform", type=finite_number, metavar="F", help="draw displacements since the first frame F times as large, and the shape of that frame behind"
@@ -182,8 +182,8 @@ def main(argv=None):
             if run.kind == "particles" and run.springs.rest_length_assumed and ({"strain", "state"} & set(kinds)):
                 print(f"plot.py: {run.path}: no rest lengths, strains are relative to the first frame", file=sys.stderr)
         if len(runs) > 1 and "state" in kinds:  # one colour scale for all
-            norms = [state_scene(run, args).norm for run in runs]
-            args.limits = min(n.vmin for n in norms), max(n.vmax for n in norms)
+            norms = [scene.norm for scene in (state_scene(run, args) for run in runs) if scene.mapping() is not None]
+            args.limits = (min(n.vmin for n in norms), max(n.vmax for n in norms)) if norms else None
         with plt.rc_context(STYLE):
             figure = sheet(plan(kinds, runs, args), args)
             figure.savefig(args.output, dpi=args.dpi, facecolor="white")

@@ -1,4 +1,6 @@
 """The part of a Run that reads tables over time, observables, the log of steps, sources, and the units of all quantities."""
+import os
+
 import numpy as np
 
 from open_hdf5 import RunError, h5py
@@ -13,9 +15,31 @@ class TabledRun:
         said = self.stated_unit(name)
         if name == "position" and self.length_unit:
             return self.length_unit
+        if name == "position" and said is None and self.length_unit_of_lattice is not None:
+            return self.length_unit_of_lattice
         if name == "stress" and said is None:
             return ["N", "N/m", "Pa"][self.dim - 1]
         return SI.get(name.partition("/")[0], "") if said is None else said
+
+    @property
+    def length_unit_of_lattice(self):
+        """The unit of lengths that the lattice file of the run says (attribute length_unit, of convert.py), or None: also where the file is not there any more, or is
+        of other particles. Its name is meant from where the program ran, as that of the trajectory is."""
+        if "length_unit" not in self._cache:
+            named, written = (self.parameters.get(name, "") for name in ("bs_lattice_file", "bs_output"))
+            here = os.path.abspath(self.path)
+            from_there = here[:-len(written)] if written and here.endswith(os.sep + written) else os.path.dirname(here)
+            places = filter(os.path.isfile, (os.path.join(folder, named) for folder in (from_there, os.getcwd()))) if named else []
+            self._cache["length_unit"] = next((unit for unit in map(self._unit_in, places) if unit is not None), None)
+        return self._cache["length_unit"]
+
+    def _unit_in(self, path):
+        try:
+            with h5py.File(path, "r") as lattice:
+                same = np.isin(self.id, lattice["particles/id"][...] if "particles/id" in lattice else np.arange(len(lattice["particles/position"]))).all()
+                return text(lattice.attrs["length_unit"]) if same else None
+        except (OSError, KeyError, TypeError, ValueError):
+            return None
 
     def stated_unit(self, name):
         """The unit that the file says, or None."""

@@ -3,16 +3,15 @@ import matplotlib
 matplotlib.use("Agg")
 import numpy as np  # noqa: E402
 from matplotlib.collections import LineCollection, PolyCollection  # noqa: E402
-from matplotlib.colors import Normalize, to_rgb  # noqa: E402
+from matplotlib.colors import to_rgb  # noqa: E402
 
 from backspring_io import RunError  # noqa: E402
 from faces import is_sheet, shaded, triangles_of  # noqa: E402
-from figure_style import axis_label  # noqa: E402
 from reactions import Reactions  # noqa: E402
+from scene_colors import OF_SPRINGS, Colours  # noqa: E402
 from scene_marks import THEMES, make_room, scale_bar, triad  # noqa: E402
 from scene_window import Window  # noqa: E402
 
-OF_SPRINGS = ("strain", "tension", "stress")  # colours that belong to springs
 SHEET = 400  # particles from which on a sheet is drawn as triangles
 
 
@@ -23,7 +22,7 @@ def sample(rows, count):
     return [rows[i] for i in np.unique(np.linspace(0, len(rows) - 1, count).round().astype(int))]
 
 
-class Scene(Window):
+class Scene(Colours, Window):
     """What stays the same over all frames: camera, window, colour scale, which springs are drawn."""
 
     def __init__(self, run, rows, color="auto", theme="light", up="", elev=20.0, azim=-60.0, perspective=0.0,
@@ -41,6 +40,7 @@ class Scene(Window):
         seen = sample(rows, min(200, budget))
         self.reactions = Reactions(run, rows, self._size(seen)) if reactions else None
         self._frame_window(seen, up, elev, azim, perspective, zoom)
+        self.nothing = False  # whether the coloured quantity is 0 but for rounding, and drawn in one colour
         self.norm = self._norm(sample(rows, min(40, budget)), limits)
         self.cmap = matplotlib.colormaps.get_cmap(self.theme.speed) if self.color == "speed" else self.theme.strain
         self.dots = None
@@ -56,78 +56,10 @@ class Scene(Window):
                 return "triangles"
         return "particles" if not count or draw == "particles" or draw == "auto" and count > max_springs else "springs"
 
-    def _color(self, color):
-        strained = len(self.run.springs) and np.any(self.run.springs.strained)
-        if color == "auto":
-            return "strain" if strained else ("speed" if self.run.velocities is not None else "none")
-        if color == "tension" and (not len(self.run.springs) or self.run.tensions(0) is None):
-            raise RunError(f"{self.run.path}: does not say the forces of its springs: --color tension needs their laws and what these take")
-        if color == "stress" and (not len(self.run.springs) or self.run.stresses(0) is None):
-            raise RunError(f"{self.run.path}: has no stresses of springs: --color stress needs a run with -bs_output_springs of a lattice with /springs/area")
-        return "none" if (color == "strain" and not strained) or (color == "speed" and self.run.velocities is None) else color
-
-    def _norm(self, rows, limits):
-        if limits is not None:
-            return Normalize(*limits)
-        if self.color == "none":
-            return Normalize(0, 1)
-        tops = []
-        for row in rows:
-            values = np.abs(self.values(row) if self.draw == "springs" else self._particle_values(row))
-            values = values[np.isfinite(values)]
-            tops.append(np.percentile(values, 99.5) if len(values) else 0.0)
-        top = max(tops) or 1e-3  # nothing strained: a scale that can be read
-        return Normalize(-top, top) if self.color in OF_SPRINGS else Normalize(0, top)
-
-    def values(self, row):
-        """The coloured quantity: per spring (strain) or per particle (speed)."""
-        if self.color == "strain":
-            return np.where(self.run.slack(row), np.nan, self.run.strains(row))
-        if self.color in ("tension", "stress"):
-            return np.where(self.run.slack(row) | ~self.run.acting(row), np.nan, self.run.tensions(row) if self.color == "tension" else self.run.stresses(row))
-        return np.sqrt((self.run.velocity(row) ** 2).sum(axis=1))
-
-    def _particle_values(self, row):
-        """The coloured quantity per particle: strain as the mean over the springs that meet there."""
-        values = self.values(row)
-        if self.color == "speed":
-            return values
-        ends, good = self.run.springs.pairs, np.isfinite(values)
-        total = np.zeros(self.run.particles)
-        count = np.zeros(self.run.particles)
-        for side in (0, 1):
-            total += np.bincount(ends[good, side], values[good], self.run.particles)
-            count += np.bincount(ends[good, side], minlength=self.run.particles)
-        return total / np.maximum(count, 1)
-
-    def _spring_values(self, row):
-        if self.color in OF_SPRINGS:
-            return self.values(row)[self.drawn]
-        return self.values(row)[self.run.springs.pairs[self.drawn]].mean(axis=1)
-
-    def _rgb(self, values, count):
-        if self.color == "none":
-            return np.tile(to_rgb(self.theme.particle), (count, 1))
-        rgb = self.cmap(self.norm(np.where(np.isfinite(values), values, 0.0)))[:, :3]
-        rgb[~np.isfinite(values)] = to_rgb(self.theme.faint)
-        return rgb
-
     def _fog(self, depth, strength):
         """Share of background colour: 0 in front, `strength` far behind."""
         span = self.depth[1] - self.depth[0]
         return strength * np.clip((self.depth[1] - depth) / span, 0, 1) if span > 0 else np.zeros_like(depth)
-
-    def mapping(self):
-        """For a colour bar; None when nothing is coloured."""
-        return None if self.color == "none" else matplotlib.cm.ScalarMappable(self.norm, self.cmap)
-
-    def label(self):
-        if self.color == "speed":
-            return axis_label("speed", self.run.unit("velocity"))
-        name = {"strain": self.run.strain_name, "tension": axis_label("tension", self.run.unit("reaction")), "stress": axis_label("stress", self.run.stated_unit("springs/stress") or "Pa")}[self.color]
-        if self.draw != "springs":
-            return "mean " + name + " at a particle"
-        return name + (", dotted: slack" if any(self.run.slack(row).any() for row in {self.first, self.last}) else "")
 
     # ---- drawing ------------------------------------------------------------------------------------------------
     def setup(self, ax, bar=True):

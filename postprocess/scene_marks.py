@@ -4,7 +4,7 @@ from dataclasses import dataclass
 import numpy as np
 from matplotlib.colors import LinearSegmentedColormap
 
-from figure_style import written
+from figure_style import number, written
 
 STRAIN_LIGHT = LinearSegmentedColormap.from_list(
     "strain_light", ["#0b3c8c", "#2f7fc9", "#8fb4cf", "#a8a49c", "#e39a6b", "#d1432f", "#8a0f1e"])
@@ -81,5 +81,5 @@ def scale_bar(scene, ax, right):
     start = end - [length * scene.points_per_unit(ax), 0]
     _stroke(ax, start, end, arrowstyle="-", color=scene.theme.ink, lw=1.6)
     unit = scene.run.unit("position")
-    ax.annotate(f"{length:g} {written(unit)}".strip(), xy=(start + end) / 2 + [0, 3], xycoords="figure points", ha="center", va="bottom", fontsize=8,
+    ax.annotate(f"{number(length, 'g')} {written(unit)}".strip(), xy=(start + end) / 2 + [0, 3], xycoords="figure points", ha="center", va="bottom", fontsize=8,
                 color=scene.theme.ink, zorder=6)

@@ -26,6 +26,7 @@ import study_reference  # noqa: E402
 import study_run  # noqa: E402
 import study_table  # noqa: E402
 from backspring_io import RunError  # noqa: E402
+from listed import Listed  # noqa: E402
 from study import Axis, Point, axes_of_file, frame_interval, name_of, option_words, parse_vary, read_file, span, zipped  # noqa: E402
 
 # The checkout, or share/backspring of an installed program; links are followed second.
@@ -42,7 +43,7 @@ def parse(argv=None):
                    'values hold commas; "-a=1,2 -b=3,4" moves both together')
     p.add_argument("--zip", nargs="?", const="", metavar="A,B", help="axes that advance together instead of spanning a product: "
                    "all of them, or those named (np, ts_dt, ...)")
-    p.add_argument("--np", metavar="N,M", help="numbers of MPI ranks")
+    p.add_argument("--np", action=Listed, metavar="N,M", help="numbers of MPI ranks")
     p.add_argument("--jobs", type=int, help="points that run at once (default 1)")
     p.add_argument("-o", "--output", help="folder of the study")
     p.add_argument("--program", help="the program (default: build/release/backspring of this checkout, else the one on PATH)")
@@ -50,7 +51,7 @@ def parse(argv=None):
                    'a run with these options on top: "-ts_type rk -ts_dt 1e-4"')
     p.add_argument("--against", metavar="OPTION", help="option whose values the orders are fitted over (default ts_dt), or what --show is drawn over; "
                    "1-OPTION: over one less its value")
-    p.add_argument("--show", metavar="A,B", help="columns of the table to draw: shear_modulus, bulk_modulus, stiffness_xx_xx, ...")
+    p.add_argument("--show", action=Listed, metavar="A,B", help="columns of the table to draw: shear_modulus, bulk_modulus, stiffness_xx_xx, ...")
     p.add_argument("--average", metavar="OPTION", help="varied option (a seed) that --show is averaged over, with standard errors")
     p.add_argument("--label", metavar="TEXT", help="what the axis of --against is called in the pictures of --show")
     p.add_argument("--error", metavar="COLUMN", help="error shown: error_position_rms, _max, _worst, error_velocity_..., "

@@ -23,7 +23,7 @@ import plot  # noqa: E402
 import synthetic  # noqa: E402
 from backspring_io import open_run  # noqa: E402
 from faces import is_sheet, three_cliques, triangles_of  # noqa: E402
-from figure_style import STYLE  # noqa: E402
+from figure_style import STYLE, few_powers  # noqa: E402
 from matplotlib.text import Annotation  # noqa: E402
 from scene import Scene  # noqa: E402
 
@@ -172,6 +172,66 @@ class Layout(unittest.TestCase):
             energy[...] = energy[0] * (1 + 1e-15 * np.arange(len(energy)).reshape(energy.shape))
         with open_run(steady) as rounding:
             self.assertEqual(plot.default_kinds([rounding]), ["state", "energy", "phase"])
+
+    def test_sources_that_stay_as_they_are_have_no_panel_of_their_own(self):
+        path = synthetic.linear(self.path("l.h5"))
+        units = lambda *words: [ax.get_ylabel() for ax in self.figure(path, *words).axes]  # noqa: E731
+        self.assertEqual(units(), ["state"])
+        with h5py.File(path, "a") as f:
+            t = f["sources/time"][...]
+            for name in ("value", "labels"):
+                del f["sources/" + name]
+            f["sources/value"], f["sources/labels"] = np.stack([np.sin(t / t[-1]), np.ones(len(t))], axis=1), np.array([b"V1", b"I1"])
+            f["sources/units"] = np.array([b"V", b"A"])
+        self.assertEqual(units(), ["state", "voltage [V]"])
+        self.assertEqual(units("--kind", "sources"), ["voltage [V]", "current [A]"])
+
+    def test_logarithmic_axes_have_two_figures_at_least(self):
+        """A histogram of few springs has shares from 1/M on: of one run, of two, and where all strains are one, or rounding."""
+        for name, n in (("a", 4), ("b", 7), ("c", 30)):
+            synthetic.chain(self.path(name + ".h5md"), 2, n=n)
+        synthetic.chain(self.path("d.h5md"), 1, n=9)
+        with h5py.File(self.path("d.h5md"), "a") as f:
+            f["particles/trajectory/position/value"][...] = f["particles/trajectory/position/value"][:1] * (1 + 1e-15)
+        for names in (["a"], ["b"], ["c"], ["d"], ["a", "b"]):
+            figure = self.figure(*(self.path(name + ".h5md") for name in names), "--kind", "histogram")
+            axis = figure.axes[0].yaxis
+            low, high = axis.get_view_interval()
+            ticks = [tick.label1.get_text() for tick in axis.get_major_ticks() + axis.get_minor_ticks() if low <= tick.get_loc() <= min(high, 100) and tick.label1.get_text()]
+            self.assertGreater(len(ticks), 1, names)
+            self.assertNotIn("10^{−1", figure.axes[0].xaxis.get_offset_text().get_text(), names)
+        with plt.rc_context(STYLE):
+            for low, high in ((25, 160), (4, 5), (1.1, 70), (0.02, 0.3), (3e5, 9e6), (1e-7, 1e3)):
+                figure, ax = plt.subplots()
+                ax.plot([1, 2], [low, high])
+                ax.set_yscale("log")
+                ax.set_ylim(low, high)
+                few_powers(ax.yaxis)
+                self.assertGreater(sum(low <= v <= high for v in ax.get_yticks()), 1, (low, high))
+                plt.close(figure)
+
+    def test_marks_at_the_first_step_are_whole(self):
+        figure = self.figure(synthetic.chain(self.path("c.h5md"), 2), "--kind", "iterations,steps")
+        marks = [line for ax in figure.axes for line in ax.lines if line.get_marker() in ("o", "x") and len(line.get_xdata())]
+        self.assertEqual([line.get_clip_on() for line in marks], [False] * 3)
+
+    def test_the_power_of_ten_of_a_colour_bar_lies_beside_the_scene(self):
+        path = synthetic.chain(self.path("c.h5md"), 2)
+        with h5py.File(path, "a") as f:
+            f["particles/trajectory/position/value"][...] = f["particles/trajectory/position/value"][:1] * (1 + 1e-5)
+            f["connectivity/bonds_rest_length"][...] = np.linalg.norm(np.diff(f["particles/trajectory/position/value"][0] / (1 + 1e-5), axis=0), axis=1)
+        figure = self.figure(path, "--kind", "state")
+        scene, bar = figure.axes
+        words = bar.yaxis.get_offset_text()
+        self.assertIn("10^{−5}", words.get_text())
+        self.assertGreater(words.get_window_extent(figure.canvas.get_renderer()).x0, scene.get_window_extent().x1)
+
+    def test_options_with_several_values_add_up(self):
+        for words in (["--frame=0,2", "--frame=-1"], ["--frame", "0", "--frame=2,-1"]):
+            args = plot.parse(["f", "-o", "p.png", *words, "--kind", "state", "--kind=force,energy", "--groups", "a", "--groups", "b,c", "--particles", "1", "--particles", "2"])
+            self.assertEqual((args.frames, args.kind, args.groups, args.particles, args.states), ([0, 2, -1], "state,force,energy", ["a", "b", "c"], [1, 2], []))
+        args = plot.parse(["f", "-o", "p.png"])
+        self.assertEqual((args.frames, args.kind, args.groups), ([-1], None, []))
 
     def test_units_of_circuits_and_of_short_times(self):
         path = synthetic.linear(self.path("l.h5"))

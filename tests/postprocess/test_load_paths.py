@@ -11,6 +11,7 @@ HERE = pathlib.Path(__file__).resolve().parent
 sys.path[:0] = [str(HERE.parents[1] / "postprocess"), str(HERE.parent / "verify")]  # both have a module modes
 import figures  # noqa: E402
 import matplotlib.pyplot as plt  # noqa: E402
+import movie  # noqa: E402
 import plot  # noqa: E402
 import study_table  # noqa: E402
 from backspring_io import RunError, open_run  # noqa: E402
@@ -103,6 +104,20 @@ def chain(checks, folder):
     checks.near("over the displacement of its middle", y[1:] / x[1:], 2 * k / n, 1e-9)
     x, y = curve(drawn(pulled, "--groups", "wall")[0])
     checks.near("the wall pulls the other way", y[1:] / x[1:], -k / n, 1e-9)
+    checks.true("a group without a reaction is told", "--groups middle: this group has no reaction; those with a reaction: end, wall" in refused(pulled, "--groups", "middle"),
+                refused(pulled, "--groups", "middle"))
+    checks.true("so is one that is not there", "--groups top: there is no such group" in refused(pulled, "--groups", "wall,top"), refused(pulled, "--groups", "wall,top"))
+    checks.true("and the load factor against itself", "write --against displacement" in refused(pulled, "--load", "--against", "load"), refused(pulled, "--load", "--against", "load"))
+    checks.true("the reaction against the load factor is none of these", not refused(pulled, "--against", "load"))
+    checks.true("a direction that is not there is refused", "there are 2 dimensions" in refused(pulled, "--groups", "wall", "--against", "load", "--component", "z"))
+    padded = run(checks, folder / "padded.h5md", bs_lattice_file=path, bs_group_wall="ids:0", bs_group_end=f"ids:{n}", bs_motion_wall="fixed", bs_motion_end="velocity:0.2,0",
+                 bs_load_steps=4, bs_output_pad=3)
+    for words in ([], ["--component", "y"], ["--groups", "wall,end", "--against", "load"]):
+        (lines, *_), (plain, *_) = drawn(padded, *words), drawn(pulled, *words)
+        checks.near(f"padded: {' '.join(words)}", [*lines.values()][0], [*plain.values()][0], 1e-12)
+    for name in (padded, pulled):
+        plot.main([str(name), "-o", str(folder / "arrows.png"), "--kind", "state", "--reactions"])
+        movie.main([str(name), "-o", str(folder / "arrows.png"), "--reactions"])
     with open_run(pulled) as opened:
         checks.true("its sheet has the curve", plot.default_kinds([opened]) == ["state", "force", "energy", "iterations"], str(plot.default_kinds([opened])))
     picture = folder / "state.svg"
@@ -165,8 +180,14 @@ def sheared(checks, folder):
         checks.true("its sheet has stress over strain", plot.default_kinds([opened])[:2] == ["state", "stress"], str(plot.default_kinds([opened])))
     checks.true("columns of tables have the components' names", {"stress_xx", "stress_yy", "stress_xy"} <= set(names) and "stress_x" not in names, str(names))
     checks.true("a component that is not there is refused", "there are xx, yy, xy" in refused(path, "--component", "zz", kind="stress"))
-    curves, _, texts = drawn(path, "--component", "yy", kind="stress")
-    checks.true("nor is a strain that is none drawn", not curves and "no stress" in texts[0], str(texts))
+    curves, labels, _ = drawn(path, "--component", "yy", kind="stress")
+    x, y = curves[r"$\sigma_{yy}$"]
+    checks.near("a normal stress over the shear", y, [stress(g)[1] for g in x], 1e-10)
+    checks.true("which is the strain that there is", labels[0] == r"shear strain $\gamma_{xy}$" and np.ptp(x) > 0.09, str(labels))
+    curves, labels, _ = drawn(path, "--component", "yy", kind="modulus")
+    x, y = curve(curves)
+    checks.near("its slope over the shear", y, [(stress(g + h)[1] - stress(g - h)[1]) / (2 * h) for g in x], 3e-3)
+    checks.true("and the slope's name", labels[1] == r"modulus $d\sigma_{yy}/d\gamma_{xy}$ [N/m]", str(labels))
 
 
 def pulled(checks, folder):

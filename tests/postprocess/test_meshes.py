@@ -241,6 +241,7 @@ class Groups(Case):
         self.assertEqual(fixed("box:-1,-1,2.5,0.5,near:7.1,9"), [0, 1, 8])
         self.assertEqual(fixed("near:8,-3,1,near:0,0,0", "--dim", "3"), [0, 4])
         self.assertEqual(fixed("xmin"), [0])
+        self.assertEqual(fixed("near:0,0", "--fixed", "near:8,0", "--fixed", "load"), fixed("near:0,0,near:8,0,load"))
         for what, says in (("top", "--fixed top: write xmin, xmax, ymin, ymax, a group (supports, load, chords, diagonals), box:"), ("zmin", "--fixed zmin"),
                            ("near:1,0", "particles 0 and 1 are equally near"), ("near:1", "needs 2 numbers here, d = 2: the coordinates of a point"),
                            ("box:0,1,2", "needs 4 numbers here"), ("box:5,5,6,6", "no particle lies in it"), ("ids:0,9", "there is no particle 9: they go from 0 to 8"),

@@ -18,7 +18,8 @@ import convert  # noqa: E402
 import movie  # noqa: E402
 import plot  # noqa: E402
 import synthetic  # noqa: E402
-from backspring_io import RunError  # noqa: E402
+from backspring_io import RunError, open_run  # noqa: E402
+from figure_style import number  # noqa: E402
 from modes import FRAMES, ModeRun  # noqa: E402
 
 
@@ -112,6 +113,8 @@ class Drawn(Case):
             np.testing.assert_allclose(run.velocity(0), 2.0 * moved, atol=1e-12)
         with ModeRun(path, 1, 0.1) as run:
             self.assertEqual(run.title(), "mode 1: growing at 1 1/s")
+            run.omega_squared = 4e14 * np.pi ** 2
+            self.assertEqual((run.title(), run.title(number)), ("mode 1: 1e+07 Hz", "mode 1: $10^{7}$ Hz"))
         self.refuses(lambda: ModeRun(path, 3, 0.1), "no mode 3; there are 3, counted from 0")
         self.refuses(lambda: ModeRun(synthetic.cube(self.path("d.h5md"), 3, frames=1), 0, 0.1), "holds no modes")
 
@@ -155,6 +158,28 @@ class Drawn(Case):
             self.assertEqual(np.flatnonzero(~np.isfinite(run.strains(40))).tolist(), [3])
             self.assertLess(run.lengths(30)[-1], 0.3)  # through the face, not across the chain
 
+    def test_the_unit_of_lengths_of_the_lattice(self):
+        """convert.py says it in the lattice; who reads a trajectory finds it as long as the lattice is there and of these particles."""
+        self.lattice("--chain", "A,B")
+        path = synthetic.chain(self.path("c.h5md"), 3, n=4)
+        with h5py.File(path, "a") as f:
+            f["parameters/options"].attrs["bs_lattice_file"] = "out.h5"
+            f["particles/trajectory/id"][...] = [2, 3, 5, 7]
+
+        def unit():
+            with open_run(path) as run:
+                return run.unit("position"), run.unit("velocity")
+        self.assertEqual(unit(), ("Angstrom", "m/s"))
+        with h5py.File(path, "a") as f:
+            f["particles/trajectory/position/value"].attrs["unit"] = "m"
+            f["particles/trajectory/id"][0] = 1
+        self.assertEqual(unit()[0], "m")
+        with h5py.File(path, "a") as f:
+            del f["particles/trajectory/position/value"].attrs["unit"]
+        self.assertEqual(unit()[0], "m")  # other particles
+        os.remove(self.path("out.h5"))
+        self.assertEqual(unit()[0], "m")
+
     def test_pictures(self):
         path, still = self.modes(), self.path("still.png")
         with contextlib.redirect_stdout(io.StringIO()):
@@ -166,7 +191,7 @@ class Drawn(Case):
                          "4 C-alpha atoms, 27 particles")
         with open(self.path("still.svg"), encoding="utf-8") as f:
             drawn = f.read()
-        for words in ("[0-9.]+ Å", "mode 2: 0.47746 Hz, .t. = .* s"):
+        for words in ("[0-9.]+ Å", "mode 2: 0.47746 Hz, .t. = .* s, strain 0"):
             self.assertTrue(re.search(f"<!-- {words} -->", drawn), words)
         for name in ("still.png", "sheet.png", "b.png"):
             self.assertGreater(os.path.getsize(self.path(name)), 1000)

@@ -144,6 +144,17 @@ class Reading(Case):
         path = synthetic.write_run(self.path("pad.h5md"), x, 0 * x, np.arange(4.0), np.array([[0, 1]]), dim=2)
         with open_run(path) as run:
             self.assertEqual((run.dim, run.position(0).shape), (2, (5, 2)))
+        with h5py.File(path, "a") as f:  # as the program has it: the box is padded, too
+            f["particles/trajectory/box"].attrs["dimension"] = 3
+            del f["observables/momentum/value"]
+            f["observables/momentum/value"] = np.zeros((4, 2))
+        with open_run(path) as run:
+            self.assertEqual((run.dim, run.position(0).shape), (2, (5, 2)))
+        with h5py.File(path, "a") as f:
+            del f["observables/momentum/value"]
+            f["observables/momentum/value"] = np.zeros(4)
+        with open_run(path) as run:
+            self.assertEqual((run.dim, run.position(0).shape), (1, (5, 1)))
 
     def test_absent_datasets(self):
         path = synthetic.chain(self.path("bare.h5md"), 3, drop=(

@@ -7,6 +7,7 @@ import shutil
 import sys
 import tempfile
 import unittest
+import unittest.mock
 
 import h5py
 import numpy as np
@@ -18,6 +19,7 @@ import movie  # noqa: E402
 import plot  # noqa: E402
 import synthetic  # noqa: E402
 from backspring_io import RunError, open_run  # noqa: E402
+from figure_style import number  # noqa: E402
 from matplotlib.collections import LineCollection  # noqa: E402
 from matplotlib.colors import to_rgb  # noqa: E402
 from scene import Scene  # noqa: E402
@@ -119,6 +121,45 @@ class Drawn(unittest.TestCase):
             self.assertEqual([t.get_text() for t in ax.texts if t.get_text().endswith(" N")], ["3 N", "1.41 N"])
             self.assertTrue(ax.get_xlim()[0] < -3 * scale and ax.get_xlim()[1] > 4 + scale)
             plt.close(figure)
+
+    def test_numbers_of_arrows_and_titles(self):
+        for value, form, words in ((1000, ".3g", "1000"), (1234.5, ".3g", "1230"), (0.05, ".3g", "0.05"), (99999, ".3g", "$10^{5}$"), (2.5e6, ".3g", r"$2.5\times10^{6}$"),
+                                   (-1e-7, "g", "$-10^{-7}$"), (1.5, ".4g", "1.5"), (0, "g", "0")):
+            self.assertEqual(number(value, form), words)
+
+    def test_no_reactions(self):
+        """An error where no group has any; of those that are 0 the title says so."""
+        with open_run(self.net("hooke")) as run, self.assertRaises(RunError) as caught:
+            Scene(run, [0, 1], reactions=True)
+        self.assertIn("--reactions: no group has a reaction", str(caught.exception))
+        with h5py.File(self.path, "a") as f:
+            f["groups/left"] = [0]
+            f["observables/reaction/left/value"], f["observables/reaction/left/time"] = np.zeros((2, 2)), [0.0, 1.0]
+        with open_run(self.path) as run:
+            self.assertEqual(Scene(run, [1], reactions=True).words(), ", reactions 0")
+
+    def test_rounding_is_drawn_as_zero(self):
+        """One colour, no bar, and a word in the title; strains of 1e-9 are strains, and so is a single one among many that have none."""
+        path = self.net("hooke")
+        for size, nothing in ((5e-16, True), (1e-9, False)):
+            with h5py.File(path, "a") as f:
+                f["particles/trajectory/position/value"][1, :, 0] = np.arange(5)
+                f["connectivity/bonds_rest_length"][...] = 1 - size * np.array([0, 1, 2, 4])
+            with open_run(path) as run:
+                for color in ("strain", "tension"):
+                    scene = Scene(run, [1], color)
+                    self.assertEqual((scene.nothing, scene.mapping() is None, scene.words()), (nothing, nothing, f", {color} 0" if nothing else ""))
+                    colours = self.lines(scene, 1)[0][0][1]
+                    self.assertEqual(len(np.unique(colours, axis=0)) == 1, nothing)
+                scene = Scene(run, [1], "speed")
+                self.assertEqual((scene.nothing, scene.words()), (True, ", speed 0"))
+                self.assertEqual(Scene(run, [1], limits=(-1, 1)).nothing, False)
+        with h5py.File(path, "a") as f:
+            f["connectivity/bonds_rest_length"][...] = 1
+        with open_run(path) as run:
+            scene = Scene(run, [1])
+            with unittest.mock.patch.object(run, "strains", lambda row: np.where(np.arange(4) == 2, 0.1, 1e-16)):
+                self.assertAlmostEqual(scene._norm([1], None).vmax, 0.1, delta=1e-2)
 
     def test_tensions_by_their_laws(self):
         """k = 50, l - L = -0.2, -0.2, 0.1, 0.3, all rest lengths 1: hooke and strain alike, cables only pull."""
