@@ -1,5 +1,6 @@
 // Pieces of text for messages and options: printf into a string, trimming, splitting, numbers, the name nearest to a misspelt one. No PETSc.
 #pragma once
+#include <cmath>
 #include <cstdint>
 #include <cstdio>
 #include <cstdlib>
@@ -36,10 +37,11 @@ std::string nearest(const std::string& word, const std::set<std::string>& names,
 /// Formats like printf into a string.
 std::string format(const char* pattern, ...) __attribute__((format(printf, 1, 2)));
 
-/// The shortest text that reads back as the same number: 0.2, not 0.20000000000000001.
+/// The fewest digits that read back as the same number: 0.2, not 0.20000000000000001, and 10, not 1e+01.
 inline std::string plain_number(double value) {
+  constexpr double LARGE = 1e15;
   char buffer[40];
-  for (int digits = 1; digits <= 17; ++digits) {
+  for (int digits = std::abs(value) >= 1 && std::abs(value) < LARGE ? static_cast<int>(std::log10(std::abs(value))) + 1 : 1; digits <= 17; ++digits) {
     std::snprintf(buffer, sizeof buffer, "%.*g", digits, value);
     if (std::strtod(buffer, nullptr) == value) break;
   }

@@ -5,6 +5,10 @@
 
 namespace bs {
 
+/// Collective. How many eigenvalues of -K are below 0 beyond their rounding errors, by the inertia of the tangent at the equilibrium y of time t,
+/// with the matrix J of `ts`, which is changed; -1: an iterative solver cannot count them.
+PetscErrorCode count_unstable_directions(TS ts, Mat J, Equilibrium& model, double t, Vec y, PetscInt* negative);
+
 /// Collective. Whether the equilibrium y of time t is unstable by the inertia of the tangent there, with the matrix J of `ts`, which is changed.
 /// `negative`: eigenvalues of -K below 0 beyond their rounding errors; -1: an iterative solver cannot count them, and at most `iterations` look for a
 /// direction. z: a direction of positions in which the energy falls to second order, where `found`.

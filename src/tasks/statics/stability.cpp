@@ -17,16 +17,11 @@ void put(PetscInt negative, int verdict, std::vector<Observable>* out) {
 
 // The tangent at the equilibrium itself: Newton's last one is of the iterate before it.
 PetscErrorCode Stability::assess(TS ts, Mat J, Equilibrium& model, const PseudoTime& solver, double factor, Vec y, std::vector<Observable>* out) {
-  PC pc;
   PetscInt negative = -1;
   bool found = false, known = false;
   PetscFunctionBegin;
-  PetscCall(linear_solver_of(ts, nullptr, &pc));
   PetscCall(solver.knows(factor, y, &negative, &known));
-  if (!known) {
-    PetscCall(model.linearise_sharply(factor, y, J));
-    PetscCall(condensed_negative_pivots(pc, &negative));
-  }
+  if (!known) PetscCall(count_unstable_directions(ts, J, model, factor, y, &negative));
   if (!known && negative < 0 && iterations_ > 0 && factor > 0) {
     VecHandle z;
     PetscCall(VecDuplicate(y, z.out()));

@@ -21,3 +21,20 @@ TEST_CASE("a text is a number where the whole of it is one that is finite") {
     CHECK_FALSE(bs::read_number(text, &value));
   }
 }
+
+TEST_CASE("numbers are written with the fewest digits that read back as the same") {
+  for (const auto& [value, text] : std::vector<std::pair<double, const char*>>{{0.2, "0.2"},
+                                                                               {10, "10"},
+                                                                               {-1200, "-1200"},
+                                                                               {1e-6, "1e-06"},
+                                                                               {0.1 + 0.2, "0.30000000000000004"},
+                                                                               {1e15, "1e+15"},
+                                                                               {0, "0"},
+                                                                               {999, "999"},
+                                                                               {1000, "1000"},
+                                                                               {123456.75, "123456.75"}})
+    CHECK(bs::plain_number(value) == text);
+  for (const double value : {1.0 / 3, 1e300, 5e-324, -2.5e-7, 99999999999999.9}) CHECK(std::strtod(bs::plain_number(value).c_str(), nullptr) == value);
+  CHECK(bs::time_number(9.700000000000003) == "9.7");
+  CHECK(bs::time_number(0.0017800000000000001) == "0.00178");
+}
