@@ -8,7 +8,8 @@
 
 namespace bs {
 
-/// Of a run on as many ranks, without what its system carries besides the state: whoever restores that system puts that back (systems/saved_state.hpp).
+/// Of a run on as many ranks, without what its system carries besides the state: whoever restores that system puts that back
+/// (systems/saved_state.hpp).
 class KeptCheckpoint : public Checkpoint {
  public:
   /// Collective. `states`: the state, "/state", and those that its method remembers.

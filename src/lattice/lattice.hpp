@@ -66,8 +66,8 @@ struct Group {
 
 /// Units: SI unless the user thinks otherwise; the program never converts.
 struct Lattice {
-  int dim = 3;         ///< d = 1, 2, 3
-  std::string source;  ///< file or generator, for messages
+  int dim = 3;                                              ///< d = 1, 2, 3
+  std::string source;                                       ///< file or generator, for messages
   std::int64_t springs_generated = 0, springs_removed = 0;  ///< by a generator that dilutes: those before, and those of them that went
   // particles
   Rows particles;

@@ -131,9 +131,9 @@ class Session {
   /// given motions are, numbers that were given and springs that were removed, and what the method remembers of earlier steps.
   struct State : SavedState {
     std::int64_t steps = 0;
-    std::int64_t number = 0;         ///< of the states that its session has saved
-    std::uint64_t made_of = 0;       ///< fingerprint of the system as it was made
-    SavedState::Parts shown;         ///< the state with what is held where it is
+    std::int64_t number = 0;    ///< of the states that its session has saved
+    std::uint64_t made_of = 0;  ///< fingerprint of the system as it was made
+    SavedState::Parts shown;    ///< the state with what is held where it is
     std::shared_ptr<const KeptCheckpoint> run;
     NumberTable changed;             ///< numbers that were given since it was made
     std::set<std::int64_t> removed;  ///< springs

@@ -8,8 +8,8 @@
 #include "base/option_names.hpp"
 #include "base/text.hpp"
 #include "base/vec_array.hpp"
-#include "session/session_impl.hpp"
 #include "checkpoint/kept.hpp"
+#include "session/session_impl.hpp"
 #include "systems/client.hpp"
 #include "systems/mechanics.hpp"
 

@@ -11,10 +11,10 @@ namespace bs {
 class Stepper;
 
 struct SavingOptions {
-  std::string file;        ///< -bs_checkpoint; empty: only where a solve fails, beside the trajectory
-  std::int64_t every = 0;  ///< -bs_checkpoint_every [steps]
-  double minutes = 0;      ///< -bs_checkpoint_minutes [min] of wall-clock time
-  std::string restart;     ///< -bs_restart; empty: from the start
+  std::string file;                        ///< -bs_checkpoint; empty: only where a solve fails, beside the trajectory
+  std::int64_t every = 0;                  ///< -bs_checkpoint_every [steps]
+  double minutes = 0;                      ///< -bs_checkpoint_minutes [min] of wall-clock time
+  std::string restart;                     ///< -bs_restart; empty: from the start
   std::shared_ptr<const Checkpoint> kept;  ///< in the place of that file; null: none is
 };
 

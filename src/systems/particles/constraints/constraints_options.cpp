@@ -126,11 +126,12 @@ PetscErrorCode check_reach(MPI_Comm comm, const std::string& option, const Drive
   PetscFunctionBegin;
   if (missed.empty()) PetscFunctionReturn(0);
   if (at_rest)
-    PetscCall(fail(comm, Exit::input,
-                   format("the table of %s %s the load factor %g: add rows", option.c_str(), missed[0] == 'b' ? "begins after" : "does not reach", t_end)));
+    PetscCall(
+        fail(comm, Exit::input,
+             format("the table of %s %s the load factor %g: add rows", option.c_str(), missed[0] == 'b' ? "begins after" : "does not reach", t_end)));
   PetscCall(fail(comm, Exit::input,
-                   format("the table of %s %s, t = %g s: %s", option.c_str(), missed.c_str(), t_end,
-                          missed[0] == 'b' ? "its times are those of the run" : "add rows or lower -ts_max_time")));
+                 format("the table of %s %s, t = %g s: %s", option.c_str(), missed.c_str(), t_end,
+                        missed[0] == 'b' ? "its times are those of the run" : "add rows or lower -ts_max_time")));
   PetscFunctionReturn(0);
 }
 
