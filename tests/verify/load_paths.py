@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Load paths of -bs_task statics against closed forms: springs that yield, unload and yield the other way, loads and motions that the load factor
+"""Load paths of -bs_task statics against closed forms: springs in series and a lattice beam that yield, unload and yield the other way, loads and motions that the load factor
 scales or leaves alone, and the signs of the pivots along the path of a column through its buckling loads."""
 import io
 
@@ -56,6 +56,88 @@ def plastic(checks, folder):
     plastics = np.array(plastics)
     checks.true("all yield, and all yield the other way", bool(np.all(plastics.max(0) > 0.02) and np.all(plastics.min(0) < -0.02)))
     checks.near("compliance: they unload elastically", run.report["compliance"]["matrix"][0], 1 / (1 / np.sum(1 / k[:2]) + 1 / np.sum(1 / k[2:])), 1e-12)
+
+
+def beam_net(columns=13):
+    """(positions, pairs) of a beam of three rows of particles, one apart, with both diagonals."""
+    at = np.arange(3 * columns).reshape(3, columns)
+    x = np.stack([np.tile(np.arange(columns, dtype=float), 3), np.repeat(np.arange(3.0), columns)], 1)
+    ends = [at[:, :-1], at[:, 1:], at[:-1], at[1:], at[:-1, :-1], at[1:, 1:], at[:-1, 1:], at[1:, :-1]]
+    return x, np.concatenate([np.stack([a.ravel(), b.ravel()], 1) for a, b in zip(ends[::2], ends[1::2])])
+
+
+class Beam:
+    """Elastic-plastic bars with kinematic hardening: Newton's method with dense matrices, each bar returned to |T - H e| <= Y from the plastic stretch that the last
+    load step ended with."""
+
+    def __init__(self, x, pairs, k, Y, H, free):
+        self.x, self.pairs, self.k, self.Y, self.H, self.free = x.copy(), pairs, k, Y, H, free
+        self.L, self.e = np.linalg.norm(x[pairs[:, 1]] - x[pairs[:, 0]], axis=1), np.zeros(len(pairs))
+
+    def bars(self):
+        """Tensions, their slopes by the lengths, plastic stretches, directions, lengths."""
+        r = self.x[self.pairs[:, 1]] - self.x[self.pairs[:, 0]]
+        l = np.linalg.norm(r, axis=1)
+        trial = self.k * (l - self.L - self.e) - self.H * self.e
+        over = np.maximum(np.abs(trial) - self.Y, 0)
+        e = self.e + np.sign(trial) * over / (self.k + self.H)
+        return self.k * (l - self.L - e), np.where(over > 0, self.k * self.H / (self.k + self.H), self.k), e, r / l[:, None], l
+
+    def forces(self):
+        T, slope, _, u, l = self.bars()
+        f, K = np.zeros_like(self.x), np.zeros((self.x.size,) * 2)
+        np.add.at(f, self.pairs[:, 0], T[:, None] * u)
+        np.add.at(f, self.pairs[:, 1], -T[:, None] * u)
+        blocks = (slope - T / l)[:, None, None] * u[:, :, None] * u[:, None, :] + (T / l)[:, None, None] * np.eye(2)
+        for (a, b), block in zip(2 * self.pairs, blocks):
+            for p, q, sign in ((a, a, 1), (b, b, 1), (a, b, -1), (b, a, -1)):
+                K[p:p + 2, q:q + 2] += sign * block
+        return f, K
+
+    def bend(self, driven, y):
+        """The particle is moved to the height y; the force that takes."""
+        self.x[driven, 1] = y
+        f, K = self.forces()
+        for _ in range(100):
+            left = np.linalg.norm(f[self.free])
+            if left < 1e-11:
+                break
+            start, way, part = self.x.copy(), np.linalg.solve(K[np.ix_(self.free.ravel(), self.free.ravel())], f[self.free]), 1.0
+            while True:
+                self.x[self.free] = start[self.free] + part * way
+                f, K = self.forces()
+                if np.linalg.norm(f[self.free]) < left or part < 1e-3:
+                    break
+                part /= 2
+        assert left < 1e-11, f"the beam's own Newton iteration leaves {left:.1e} N"
+        self.e = self.bars()[2]
+        return -f[driven, 1]
+
+
+def beam(checks, folder):
+    """A lattice beam on two supports, whose upper middle is pushed down past its yield load, pulled up past that of the other sense, and pushed down again."""
+    x, pairs = beam_net()
+    n, steps = 13, 40
+    rng = np.random.default_rng(3)
+    k, Y, H = rng.uniform(80, 120, len(pairs)), rng.uniform(1.5, 2.5, len(pairs)), rng.uniform(3, 10, len(pairs))
+    left, right, middle = 0, n - 1, 2 * n + n // 2
+    path = write_lattice(folder / "beam.h5", x, 1.0, fixed=np.arange(3 * n) == left, pairs=pairs, stiffness=k, spring_law="plastic", columns={"yield_force": Y, "hardening": H})
+    with h5py.File(path, "r+") as f:
+        f["groups/right"], f["groups/middle"] = [right], [middle]
+    run = checks.run({"bs_task": "statics", "bs_load_steps": steps, "bs_lattice_file": path, "bs_motion_right": "y=fixed", "bs_motion_middle": "y=expression:-0.9*sin(2.25*pi*t)",
+                      "bs_output": "beam.h5md"}, keep=("beam.h5md",))
+    free = np.ones((3 * n, 2), bool)
+    free[left], free[right, 1], free[middle, 1] = False, False, False
+    own = Beam(x, pairs, k, Y, H, free)
+    rows = [(own.bend(middle, 2 - 0.9 * np.sin(2.25 * np.pi * s / steps)), own.x.copy(), own.e.copy()) for s in range(1, steps + 1)]
+    forces, places, plastics = (np.array(one) for one in zip(*rows))
+    with h5py.File(io.BytesIO(run.files["beam.h5md"])) as f:
+        found = f["particles/trajectory/position/value"][1:, :, :2]
+        e, reaction = f["backspring/plastic_stretch/value"][1:], f["observables/reaction/middle/value"][1:, 1]
+    checks.near("lattice beam: force at its middle at every load step", reaction, forces, 1e-9)
+    checks.near("lattice beam: places", found, places, 1e-9)
+    checks.near("lattice beam: plastic stretches", e, plastics, 1e-9)
+    checks.true("bars of it yield, some both ways, and some do not", bool((np.abs(plastics).max(0) == 0).any() and ((plastics.max(0) > 1e-3) & (plastics.min(0) < -1e-3)).any()))
 
 
 def scaled(checks, folder):
@@ -127,4 +209,4 @@ def onwards(checks, folder):
 
 
 if __name__ == "__main__":
-    run_parts("load paths", (plastic, scaled, branches, onwards))
+    run_parts("load paths", (plastic, beam, scaled, branches, onwards))

@@ -211,7 +211,7 @@ class Lattice:
         pass_on(told)
 
     def plot(self, file: Optional[Path] = None, **look: Any) -> Figure:
-        """A picture of it, springs in grey, fixed particles as squares; written to `file` if one is named, by the first rank. Returns the figure of
+        """A picture of it, springs in grey, fixed particles as squares; written to `file` if one is named. Returns the figure of
         matplotlib. look: size [inch], dpi, cmap."""
         from .picture import draw
 

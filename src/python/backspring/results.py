@@ -81,7 +81,7 @@ class Equilibrium:
         return Reactions({name.split("/", 1)[1]: np.atleast_1d(value) for name, value in self.observables.items() if name.startswith("reaction/")})
 
     def plot(self, file: Union[str, os.PathLike[str], None] = None, **look: Any) -> Figure:
-        """A picture of it, springs coloured by their tension [N]; written to `file` if one is named, by the first rank. Returns the figure of matplotlib.
+        """A picture of it, springs coloured by their tension [N]; written to `file` if one is named. Returns the figure of matplotlib.
         look: size [inch], dpi, cmap."""
         from .picture import draw
 
@@ -138,7 +138,7 @@ class Modes:
 
     def plot(self, k: int = 0, file: Union[str, os.PathLike[str], None] = None, size_of_motion: float = 0.1, **look: Any) -> Figure:
         """A picture of the mode k: springs moved along it, coloured by their lengthening as a part of the largest [1], the lattice at rest in grey; written
-        to `file` if one is named, by the first rank. Returns the figure of matplotlib. look: size [inch], dpi, cmap."""
+        to `file` if one is named. Returns the figure of matplotlib. look: size [inch], dpi, cmap."""
         from .picture import draw
 
         x = self.moved(k, size_of_motion)

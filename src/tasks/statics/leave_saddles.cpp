@@ -11,8 +11,8 @@
 
 namespace bs {
 
-// The energy falls from one saddle point to the next, so that none is met twice, but where the forces that are left decide. Where that does not lead
-// to a minimum, what Newton's method has found stays.
+// The energy falls from one saddle point to the next, so that none is met twice. Where that does not lead to a minimum, what Newton's method has
+// found stays.
 PetscErrorCode PseudoTime::leave_saddles(SNES snes) {
   constexpr int MOST_SADDLES = 20;
   Vec X;
@@ -29,8 +29,7 @@ PetscErrorCode PseudoTime::leave_saddles(SNES snes) {
     PetscInt negative = 0;
     bool found = false, lower = false, good = false;
     PetscCall(find_unstable_direction(ts_, context_->matrix, *model_, t, X, iterations_, direction_, &negative, &found));
-    if (found) PetscCall(step_down(*model_, t, X, direction_, false, at_, &lower));
-    if (found && !lower) PetscCall(step_down(*model_, t, X, direction_, true, at_, &lower));
+    if (found) PetscCall(step_down(*model_, t, X, direction_, at_, &lower));
     PetscCall(condensed_renew(pc));
     stable = negative <= 0 && !found;
     if (stable) {

@@ -137,9 +137,8 @@ PetscErrorCode find_unstable_direction(TS ts, Mat J, Equilibrium& model, double 
 }
 
 // What is beyond the slope is summed without cancellation, so that next to a branch point the smallest falls count, as long as they are larger than
-// what the forces that are left of the equilibrium do. Where curvatures are so small that none is, these forces have moved the equilibrium by more
-// than the curvature stays negative for: they tell the sense.
-PetscErrorCode step_down(Equilibrium& model, double t, Vec y, Vec z, bool by_forces, Vec out, bool* lower) {
+// what the forces that are left of the equilibrium do.
+PetscErrorCode step_down(Equilibrium& model, double t, Vec y, Vec z, Vec out, bool* lower) {
   constexpr double TURN = 0.5, RATIO = 0.25;
   constexpr int TRIALS = 12;
   Linearisation& lin = model.mechanics()->linearisation();
@@ -161,7 +160,7 @@ PetscErrorCode step_down(Equilibrium& model, double t, Vec y, Vec z, bool by_for
     const double a = k % 2 == 0 ? part : -part;
     PetscCall(potential->beyond_slope(t, 1, a, &change));
     // of two senses that are alike, the first: rounding errors do not choose
-    if (change.value + change.noise + (by_forces ? a * slope : std::abs(a * slope)) < least) {
+    if (change.value + change.noise + std::abs(a * slope) < least) {
       least = change.value - change.noise;
       best = a;
     }

@@ -19,8 +19,7 @@ PetscErrorCode find_unstable_direction(TS ts, Mat J, Equilibrium& model, double 
 PetscErrorCode search_unstable_direction(TS ts, Equilibrium& model, PetscInt iterations, Vec z, bool* found);
 
 /// Collective. `out`: at rest, where the energy is least among trial steps of either sense from y along z, none of which turns a spring by more than
-/// half a radian. lower: false where it is nowhere lower than at y beyond rounding errors; and, unless
-/// by_forces, beyond what the forces that are left at y do along z.
-PetscErrorCode step_down(Equilibrium& model, double t, Vec y, Vec z, bool by_forces, Vec out, bool* lower);
+/// half a radian. lower: false where it is nowhere lower than at y beyond rounding errors.
+PetscErrorCode step_down(Equilibrium& model, double t, Vec y, Vec z, Vec out, bool* lower);
 
 }  // namespace bs

@@ -34,7 +34,8 @@ TEST_CASE("numbers are written with the fewest digits that read back as the same
                                                                                {1000, "1000"},
                                                                                {123456.75, "123456.75"}})
     CHECK(bs::plain_number(value) == text);
-  for (const double value : {1.0 / 3, 1e300, 5e-324, -2.5e-7, 99999999999999.9}) CHECK(std::strtod(bs::plain_number(value).c_str(), nullptr) == value);
+  for (const double value : {1.0 / 3, 1e300, 5e-324, -2.5e-7, 99999999999999.9})
+    CHECK(std::strtod(bs::plain_number(value).c_str(), nullptr) == value);
   CHECK(bs::time_number(9.700000000000003) == "9.7");
   CHECK(bs::time_number(0.0017800000000000001) == "0.00178");
 }

@@ -43,7 +43,7 @@ TEST_CASE("an arch is unstable between its limit points, and the first step away
       CHECK(found == !stable);
       if (!found) continue;
       HeldEnergies here, there;
-      REQUIRE(step_down(*run.model, 0.3, run.state(), z, false, out, &lower) == 0);
+      REQUIRE(step_down(*run.model, 0.3, run.state(), z, out, &lower) == 0);
       REQUIRE(run.model->energies(0.3, run.state(), &here) == 0);
       REQUIRE(run.model->energies(0.3, out, &there) == 0);
       CHECK(lower);
