@@ -3,6 +3,7 @@
 #include <cstring>
 #include <string>
 #include "base/option_names.hpp"
+#include "linalg/condensed/condensed.hpp"
 #include "time/own_type.hpp"
 
 namespace bs {
@@ -235,6 +236,19 @@ PetscErrorCode linear_solver_of(TS ts, KSP* ksp, PC* pc) {
   PetscCall(SNESGetKSP(snes, &found));
   if (ksp) *ksp = found;
   if (pc) PetscCall(KSPGetPC(found, pc));
+  PetscFunctionReturn(0);
+}
+
+PetscErrorCode krylov_iterations(TS ts, bool implicit, PetscInt* count) {
+  PC pc;
+  CondensedCounts inner;
+  bool condensed = false;
+  PetscFunctionBegin;
+  PetscCall(TSGetKSPIterations(ts, count));
+  if (!implicit) PetscFunctionReturn(0);
+  PetscCall(linear_solver_of(ts, nullptr, &pc));
+  PetscCall(condensed_counts(pc, &condensed, &inner));
+  if (condensed) *count = inner.iterations;
   PetscFunctionReturn(0);
 }
 

@@ -84,6 +84,9 @@ PetscErrorCode is_adaptive(TS ts, bool* yes);
 /// The linear solver of an implicit type and its preconditioner, both borrowed; either may be null.
 PetscErrorCode linear_solver_of(TS ts, KSP* ksp, PC* pc);
 
+/// Iterations on the linear systems so far; of a condensed solve those inside it.
+PetscErrorCode krylov_iterations(TS ts, bool implicit, PetscInt* count);
+
 /// Symplectic Euler: registers `-ts_type symplectic`, velocity first, then position with the new velocity. State blocks are (x, v) of 2d numbers,
 /// RHSFunction is G = (v, M^-1 f); PETSc's own TSBASICSYMPLECTIC passes no velocity to the force, so drag and dampers need this one.
 PetscErrorCode register_symplectic();

@@ -99,7 +99,6 @@ class Stepper {
   PetscErrorCode save_if_due(std::int64_t step, bool finished);
   PetscErrorCode check_start(TS ts, double t, double h);
   PetscErrorCode foresee_next(double time, std::string* fault);
-  PetscErrorCode krylov_iterations(TS ts, PetscInt* count) const;
   PetscErrorCode require_facts(const Checkpoint& file) const;
   PetscErrorCode stand_at(TS ts, const Facts& run, std::string* changed);
   PetscErrorCode restore_counts(TS ts, const Facts& run);

@@ -3,7 +3,6 @@
 #include "base/collective.hpp"
 #include "base/signals.hpp"
 #include "base/vec_array.hpp"
-#include "linalg/condensed/condensed.hpp"
 #include "systems/breaks.hpp"
 #include "time/methods.hpp"
 #include "time/stepper.hpp"
@@ -54,26 +53,12 @@ PetscErrorCode Stepper::count_iterations(TS ts, StepRecord* record) {
   PetscInt newton, krylov;
   PetscFunctionBegin;
   PetscCall(TSGetSNESIterations(ts, &newton));
-  PetscCall(krylov_iterations(ts, &krylov));
+  PetscCall(krylov_iterations(ts, context_.implicit, &krylov));
   counter_.count(newton, krylov, rejections_.counts(), &more);
   record->newton += more.newton;
   record->krylov += more.krylov;
   record->rejected += more.rejected;
   for (std::size_t k = 0; k < more.reasons.size(); ++k) record->reasons[k] += more.reasons[k];
-  PetscFunctionReturn(0);
-}
-
-/// Iterations on the linear systems; of a condensed solve those inside it.
-PetscErrorCode Stepper::krylov_iterations(TS ts, PetscInt* count) const {
-  PC pc;
-  CondensedCounts inner;
-  bool condensed = false;
-  PetscFunctionBegin;
-  PetscCall(TSGetKSPIterations(ts, count));
-  if (!context_.implicit) PetscFunctionReturn(0);
-  PetscCall(linear_solver_of(ts, nullptr, &pc));
-  PetscCall(condensed_counts(pc, &condensed, &inner));
-  if (condensed) *count = inner.iterations;
   PetscFunctionReturn(0);
 }
 

@@ -69,7 +69,7 @@ PetscErrorCode Stepper::restore_counts(TS ts, const Facts& run) {
   PetscInt newton, krylov;
   PetscFunctionBegin;
   PetscCall(TSGetSNESIterations(ts, &newton));
-  PetscCall(krylov_iterations(ts, &krylov));
+  PetscCall(krylov_iterations(ts, context_.implicit, &krylov));
   rejections_.restore(run);
   if (context_.implicit) {
     context_.newton.restore(run);

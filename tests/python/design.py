@@ -104,6 +104,38 @@ def designed():
         assert abs(solver.solve().x[low, 1] - wanted).max() < 1e-5, (found.message, found.fun, found.nfev)
 
 
+FOLLOWED = '''
+import backspring as bs, numpy as np
+from cases import sheet
+net = bs.Lattice(**sheet())
+options = dict(loads={"bottom": (0.3, -20.0)}, snes_rtol=1e-12)
+rng = np.random.default_rng(8)
+one = np.where(np.arange(len(net.pairs)) == 40, 3.0, 1.0)
+with bs.Statics(net, **options) as solver:
+    solver.solve()
+    for factor in (one, 10 ** rng.uniform(-0.3, 0, len(one)), one, np.ones(len(one))):
+        solver.change(stiffness=factor * net.stiffness)
+        eq, afresh = solver.solve(), bs.statics(net.replace(stiffness=factor * net.stiffness), **options)
+        assert abs(eq.x - afresh.x).max() < 1e-9, abs(eq.x - afresh.x).max()
+        assert eq.newton <= 12 and eq.krylov > 0, (eq.newton, eq.krylov)  # iterations with the factors that were there, first
+'''
+
+
+def followed():
+    """Equilibria that are followed with the factors of the last one, on one rank and three: where one spring has changed, where all have, and where the
+    shape becomes unstable."""
+    for ranks in (1, 3):
+        done = python(FOLLOWED, ranks, timeout=120)
+        assert done.returncode == 0, done.stdout + done.stderr
+    # two bars under the load P = 1 and a spring across that holds their joint: stable where its stiffness is above 2 P/l
+    column = bs.Lattice([[0.0, 0], [1, 0], [2, 0], [1, 1]], [[0, 1], [1, 2], [1, 3]], stiffness=[50.0, 50, 3], rest_length=1.0, fixed=[0, 3], groups={"end": [2]})
+    with bs.Statics(column, loads={"end": (-1.0, 0)}, bs_motion_end="y=fixed") as solver:
+        for stiffness, bent in ((3, False), (2.5, False), (1.5, True), (1.6, True)):
+            solver.change(stiffness=[50, 50, stiffness])
+            eq = solver.solve()
+            assert (abs(eq.x[1, 1]) > 0.05) == bent and eq.observables["stability"] == 1, (stiffness, eq.x)
+
+
 def on_ranks():
     """The same on three ranks as on one."""
     done = python(ON_RANKS, 3, timeout=120)

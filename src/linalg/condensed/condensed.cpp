@@ -193,6 +193,14 @@ PetscErrorCode condensed_renew(PC pc) {
   PetscFunctionReturn(0);
 }
 
+PetscErrorCode condensed_reuse_factors(PC pc, bool yes) {
+  bool is = false;
+  PetscFunctionBegin;
+  PetscCall(is_condensed(pc, &is));
+  if (is) data_of(pc).inner.reuse_factors(yes);
+  PetscFunctionReturn(0);
+}
+
 PetscErrorCode condensed_create_inner(PC pc) {
   bool is = false;
   PetscFunctionBegin;

@@ -55,6 +55,9 @@ PetscErrorCode condensed_failure(PC pc, std::string* text);
 /// The next solve renews the preconditioner, as the first one does: a run and its continuation then agree bit for bit.
 PetscErrorCode condensed_renew(PC pc);
 
+/// From now on Newton's directions by a direct solver may come from iterations with factors of an earlier S, as long as few are enough; or no longer.
+PetscErrorCode condensed_reuse_factors(PC pc, bool yes);
+
 /// Collective. Creates the inner solver of a `pc` of this type, whose options it reads; the first set-up does it otherwise.
 PetscErrorCode condensed_create_inner(PC pc);
 

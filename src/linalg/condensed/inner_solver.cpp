@@ -51,6 +51,14 @@ PetscErrorCode InnerSolver::keep_coarse_grid(PC pc, bool keep) const {
 PetscErrorCode InnerSolver::linearise(bool definite) {
   PetscFunctionBegin;
   if (factors_wanted_ != measured_) PetscCall(change_solver(factors_wanted_));
+  kept_ = reuse_ && positive_factors_ && demand_.direction && !definite && !lifted_ && !absolute_in_force_ && tangent_->exact_symmetric();
+  if (kept_) {
+    fresh_ = definite_ = false;
+    if (!exact_) PetscCall(tangent_->create(storage_, exact_.out()));
+    PetscCall(tangent_->assemble(false, exact_));
+    PetscFunctionReturn(0);
+  }
+  positive_factors_ = false;
   const double sigma = tangent_->sigma();
   if (definite != definite_ || direct_ || refresh_ <= 0 || std::abs(sigma - sigma_) > 0.1 * sigma_) age_.discard();
   definite_ = definite;
@@ -73,93 +81,10 @@ PetscErrorCode InnerSolver::linearise(bool definite) {
   PetscFunctionReturn(0);
 }
 
-/// Of a factored S; -1 and false where the factors do not tell. A pivot of 0 counts for `has`.
-PetscErrorCode InnerSolver::count_negative_pivots(PetscInt* count, bool* has) const {
-  PC outer, pc;
-  PetscBool cholesky = PETSC_FALSE;
-  PCFailedReason failed = PC_NOERROR;
-  Mat factors = nullptr;
-  PetscInt negative = 0, zero = 0, positive = 0;
-  PetscFunctionBegin;
-  *has = false;
-  *count = -1;
-  PetscCall(KSPGetPC(ksp_, &outer));
-  PetscCall(factoring_pc(outer, &pc));
-  if (pc != outer) PetscCall(PCSetUp(pc));  // which PCREDUNDANT puts off to its first solve since 3.25
-  PetscCall(PetscObjectTypeCompare(reinterpret_cast<PetscObject>(pc), PCCHOLESKY, &cholesky));
-  PetscCall(PCGetFailedReason(pc, &failed));
-  if (!cholesky || failed != PC_NOERROR) {
-    *has = cholesky && failed != PC_NOERROR;
-    PetscFunctionReturn(0);
-  }
-  PetscCall(PCFactorGetMatrix(pc, &factors));
-  PetscCall(MatGetInertia(factors, &negative, &zero, &positive));
-  *count = negative;
-  *has = negative + zero > 0;
-  PetscFunctionReturn(0);
-}
-
-PetscErrorCode InnerSolver::negative_pivots(PetscInt* count) {
-  bool has = false;
-  PetscFunctionBegin;
-  *count = -1;
-  if (!direct_) PetscFunctionReturn(0);
-  absolute_in_force_ = false;
-  lifted_ = true;
-  PetscCall(linearise(false));
-  lifted_ = false;
-  PetscCall(count_negative_pivots(count, &has));
-  PetscFunctionReturn(0);
-}
-
-// S + D with D >= 0 has no more negative eigenvalues than S. D is above the rounding errors in the stiffness of every row's particle, whose sum
-// over the axes does not vanish where that of one axis does (a flat net in space): what is negative still is so beyond doubt.
-PetscErrorCode InnerSolver::lift_diagonal() {
-  constexpr double DOUBT = 1000 * PETSC_MACHINE_EPSILON;
-  const PetscInt d = tangent_->dim();
-  PetscScalar* a = nullptr;
-  PetscInt n = 0;
-  VecHandle diagonal;
-  PetscFunctionBegin;
-  PetscCall(MatCreateVecs(S_, diagonal.out(), nullptr));
-  PetscCall(MatGetDiagonal(S_, diagonal));
-  PetscCall(VecGetLocalSize(diagonal, &n));
-  PetscCall(VecGetArray(diagonal, &a));
-  for (PetscInt i = 0; i + d <= n; i += d) {
-    double sum = 0;
-    for (PetscInt c = 0; c < d; ++c) sum += std::abs(a[i + c]);
-    for (PetscInt c = 0; c < d; ++c) a[i + c] = DOUBT * sum;
-  }
-  PetscCall(VecRestoreArray(diagonal, &a));
-  PetscCall(MatDiagonalSet(S_, diagonal, ADD_VALUES));
-  PetscFunctionReturn(0);
-}
-
-PetscErrorCode InnerSolver::negative_direction(Vec b, PetscInt most, Vec w, bool* found) {
-  PC pc;
-  PetscFunctionBegin;
-  *found = false;
-  if (direct_) PetscFunctionReturn(0);
-  renew();
-  PetscCall(linearise(false));
-  PetscCall(KSPGetPC(ksp_, &pc));
-  PetscCall(find_negative_curvature(S_, pc, b, most, w, found));
-  renew();
-  PetscFunctionReturn(0);
-}
-
 PetscErrorCode InnerSolver::assemble(CondensedCounts* counts) {
-  bool negative = false;
   PetscFunctionBegin;
-  // where S itself has to be solved with, its signs do not matter
-  const bool definite = demand_.direction && demand_.curvature == Curvature::definite;
-  PetscCall(linearise(definite));
-  if (direct_ && demand_.direction && !definite && !absolute_in_force_) {
-    PetscInt count = 0;
-    PetscCall(count_negative_pivots(&count, &negative));
-    if (negative) ++counts->indefinite;
-  }
-  indefinite_ = negative;
+  PetscCall(linearise(demand_.direction && demand_.curvature == Curvature::definite));
+  PetscCall(look_at_pivots(counts));
   PetscFunctionReturn(0);
 }
 
@@ -203,6 +128,25 @@ PetscErrorCode InnerSolver::go_on(Vec b, Vec w, CondensedCounts* counts, KSPConv
   PetscCall(KSPSetInitialGuessNonzero(ksp_, direct_ ? PETSC_FALSE : PETSC_TRUE));
   PetscCall(run(ksp_, b, w, counts, reason));
   PetscCall(KSPSetInitialGuessNonzero(ksp_, PETSC_FALSE));
+  PetscFunctionReturn(0);
+}
+
+// Where few springs have changed, or all a little, iterations with the factors that were there cost less than new ones: a factorisation takes the
+// time of ten to twenty solves with it. Nearly as exact as new factors would be, so that Newton's method converges as with them.
+PetscErrorCode InnerSolver::solve_by_kept(Vec b, Vec w, CondensedCounts* counts, bool* solved) {
+  constexpr PetscInt MOST = 12;
+  constexpr double RTOL = 1e-6;
+  AbsoluteSolve::Outcome outcome;
+  PC pc;
+  PetscFunctionBegin;
+  PetscCall(KSPGetPC(ksp_, &pc));
+  PetscCall(absolute_.solve(exact_, pc, b, w, {RTOL, RTOL, MOST}, &outcome));
+  counts->iterations += outcome.iterations;
+  *solved = outcome.sound && !outcome.negative && outcome.iterations < MOST;
+  if (*solved) PetscFunctionReturn(0);
+  reuse_ = false;
+  PetscCall(linearise(false));
+  PetscCall(look_at_pivots(counts));
   PetscFunctionReturn(0);
 }
 
@@ -259,8 +203,13 @@ PetscErrorCode InnerSolver::solve(Vec b, Vec w, CondensedCounts* counts, bool* s
 // Conjugate gradients stop at negative curvature. Where Newton's own direction leads uphill or cannot be had, and a direction is
 // all that is asked for, curvatures count by their absolute values; where the solver breaks down, the definite part of S takes the place of S.
 PetscErrorCode InnerSolver::solve_definite(Vec b, Vec w, CondensedCounts* counts, KSPConvergedReason* reason) {
-  bool downhill = true;
+  bool downhill = true, solved = false;
   PetscFunctionBegin;
+  if (kept_) PetscCall(solve_by_kept(b, w, counts, &solved));
+  if (solved) {
+    *reason = KSP_CONVERGED_RTOL;
+    PetscFunctionReturn(0);
+  }
   if (fresh_) ++counts->refreshed;
   if (absolute_in_force_ && !definite_) {
     PetscCall(solve_absolute(b, w, counts, reason));

@@ -71,6 +71,8 @@ class InnerSolver {
   PetscErrorCode set_up_on_blocks();
   /// Nothing is kept from earlier solves.
   void renew();
+  /// Directions by a direct solver may come from iterations with the last factors of a positive definite S, as long as few are enough.
+  void reuse_factors(bool yes) { reuse_ = yes; }
   /// Relative tolerance of the next solves; -condensed_ksp_rtol overrides it.
   void set_tolerance(double rtol) { rtol_ = rtol; }
   /// Collective. solved: w is what the demand asks for.
@@ -104,7 +106,9 @@ class InnerSolver {
   PetscErrorCode keep_coarse_grid(PC pc, bool keep) const;
   PetscErrorCode build_hierarchy();
   PetscErrorCode lift_diagonal();
-  PetscErrorCode count_negative_pivots(PetscInt* count, bool* has) const;
+  PetscErrorCode count_negative_pivots(PetscInt* count, bool* has);
+  PetscErrorCode look_at_pivots(CondensedCounts* counts);
+  PetscErrorCode solve_by_kept(Vec b, Vec w, CondensedCounts* counts, bool* solved);
   PetscErrorCode go_on(Vec b, Vec w, CondensedCounts* counts, KSPConvergedReason* reason);
   PetscErrorCode conclude(Vec b, Vec w, CondensedCounts* counts, KSPConvergedReason reason, bool* solved);
   PetscErrorCode solve_definite(Vec b, Vec w, CondensedCounts* counts, KSPConvergedReason* reason);
@@ -139,6 +143,8 @@ class InnerSolver {
   bool indefinite_ = false;                              ///< the last S was not positive definite
   bool lifted_ = false;                                  ///< the next S has its diagonal raised above rounding errors
   bool absolute_in_force_ = false;                       ///< directions come from absolute_, preconditioned by the definite part
+  bool reuse_ = false, kept_ = false;                    ///< factors may be kept; exact_ holds S, and the factors are those of an earlier one
+  bool positive_factors_ = false;                        ///< S_ is factored, by positive pivots
   KSPConvergedReason failed_ = KSP_CONVERGED_ITERATING;  ///< of the last solve; positive or 0: none
   PreconditionerAge age_;
   bool fresh_ = false;                   ///< the preconditioner is new, no solve has used it yet

@@ -194,7 +194,9 @@ PetscErrorCode StaticRun::follow(double factor, Vec y, std::string* failure) {
   PetscCall(context_->newton.estimate_floor(1 / h));
   PetscCall(linear_solver_of(ts_, nullptr, &pc));
   PetscCall(condensed_renew(pc));
+  PetscCall(condensed_reuse_factors(pc, true));  // those of the verdict on the last equilibrium
   PetscCall(avalanche_.relax(factor, y, &good));
+  PetscCall(condensed_reuse_factors(pc, false));
   if (good && model_.breaks() && model_.breaks()->broke() > 0)
     PetscCall(avalanche_.follow_to_rest(
         factor, y, [](Vec) -> PetscErrorCode { return 0; }, &good, failure));

@@ -5,6 +5,7 @@
 #include "base/handle.hpp"
 #include "base/option_names.hpp"
 #include "systems/frame_rows.hpp"
+#include "time/methods.hpp"
 
 namespace bs {
 
@@ -70,10 +71,10 @@ PetscErrorCode StaticSolver::follow() {
   if (loads_.arc) PetscCall(fail(equilibrium_->comm(), Exit::input, "-bs_load_control arc: a path is not followed further: leave the option out"));
   PetscCall(run_->state_vector(&y));
   PetscCall(TSGetSNESIterations(run_->stepper(), &newton[0]));
-  PetscCall(TSGetKSPIterations(run_->stepper(), &krylov[0]));
+  PetscCall(krylov_iterations(run_->stepper(), true, &krylov[0]));
   PetscCall(statics_->follow(found_.factor, y, &failure));
   PetscCall(TSGetSNESIterations(run_->stepper(), &newton[1]));
-  PetscCall(TSGetKSPIterations(run_->stepper(), &krylov[1]));
+  PetscCall(krylov_iterations(run_->stepper(), true, &krylov[1]));
   found_.counts = {};
   found_.counts.newton = newton[1] - newton[0];
   found_.counts.krylov = krylov[1] - krylov[0];
