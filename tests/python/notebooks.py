@@ -1,6 +1,7 @@
 #!/usr/bin/env python3
 """What notebooks show: tables and pictures of lattices, equilibria, modes and frames, and the notebooks of the package, run from their first cell to their
 last; what they assert is theirs."""
+import base64
 import json
 import os
 import pathlib
@@ -21,17 +22,27 @@ from cases import cell, parts, sheet, triangular  # noqa: E402
 FOLDER = HERE.parents[1] / "src/python/notebooks"
 
 
+def drawn(page):
+    """The pictures of a page, each an image of its own."""
+    return [ET.fromstring(base64.b64decode(one)) for one in re.findall(r'src="data:image/svg\+xml;base64,([^"]*)"', page)]
+
+
 def shown(one):
     """The page of an object: its title, {row: value} of its table, and its pictures."""
-    page = ET.fromstring(re.sub(r"&nbsp;|&minus;", "-", one._repr_html_()).replace("<br>", "<br/>"))
+    text = one._repr_html_()
+    page = ET.fromstring(re.sub(r"&nbsp;|&minus;", "-", text).replace("<br>", "<br/>"))
     rows = [["".join(cell.itertext()) for cell in row] for row in page.iter("tr")]
-    return rows[0][0], dict(rows[1:]), [svg for svg in page.iter("{http://www.w3.org/2000/svg}svg")]
+    assert len(drawn(text)) == len(list(page.iter("img")))
+    return rows[0][0], dict(rows[1:]), drawn(text)
 
 
 def ends_of(svg):
-    """(S, 2, 2) of the lines of a picture."""
-    lines = [re.findall(r"-?[\d.]+", path.get("d")) for path in svg.iter("{http://www.w3.org/2000/svg}path")]
-    return np.array(lines, float).reshape(-1, 2, 2)
+    """(S, 2, 2) of the lines of a picture, in pixels, and the colour of each."""
+    paths = list(svg.iter("{http://www.w3.org/2000/svg}path"))
+    scale = float(svg.get("width")) / float(svg.get("viewBox").split()[2])
+    moves = [np.array(re.findall(r"-?\d+", path.get("d")), float).reshape(-1, 2) for path in paths]
+    lines = [np.cumsum(one, axis=0).reshape(-1, 2, 2) * scale for one in moves]
+    return np.concatenate([np.zeros((0, 2, 2)), *lines]), [path.get("stroke") for path, some in zip(paths, lines) for _ in some]
 
 
 def pages():
@@ -43,27 +54,28 @@ def pages():
     assert len(list(svg.iter("{http://www.w3.org/2000/svg}rect"))) == 7 and float(svg.get("width")) == 360
     title, rows, (svg,) = shown(eq)
     assert title == "Equilibrium" and f"{eq.energy:.4g} J" == rows["elastic energy"] and "reaction of hung" in rows, rows
-    lines, way = ends_of(svg), np.diff(eq.x[net.pairs], axis=1)[:, 0] * [1, -1]
-    scale = np.linalg.norm(np.diff(lines, axis=1)[:, 0], axis=1).sum() / np.linalg.norm(way, axis=1).sum()
-    order = [int(np.argmin(abs(np.diff(lines, axis=1)[:, 0] - scale * one).sum(axis=1))) for one in way]
-    assert len(lines) == 101 and abs(np.diff(lines, axis=1)[order, 0] - scale * way).max() < 0.15, "lines are drawn to scale"
-    colours = [path.get("stroke") for path in svg.iter("{http://www.w3.org/2000/svg}path")]
-    red = np.array([int(one[1:3], 16) - int(one[5:7], 16) for one in colours])
+    (lines, colours), springs = ends_of(svg), eq.x[net.pairs] * [1, -1]
+    scale = np.linalg.norm(np.diff(lines, axis=1), axis=2).sum() / np.linalg.norm(np.diff(springs, axis=1), axis=2).sum()
+    springs = scale * springs + lines.mean(axis=(0, 1)) - scale * springs.mean(axis=(0, 1))
+    order = np.array([np.argmin(abs(lines - one).sum(axis=(1, 2))) for one in springs])
+    assert sorted(order) == list(range(101)) and abs(lines[order] - springs).max() < 0.15, "lines are drawn to scale"
+    red = np.array([int(one[1:3], 16) - int(one[5:7], 16) for one in colours])[order]
     assert red[np.argmax(eq.tension)] > 80 and red[np.argmin(eq.tension)] < red[np.argmax(eq.tension)], "what pulls is red"
+    assert colours[-1] == colours[order[np.argmax(abs(eq.tension))]], "the largest is drawn last"
     title, rows, pictures = shown(bs.modes(net, 6))
     assert title == "Modes" and rows["modes"] == "6" and len(pictures) == 4
     simulation = bs.Simulation(net, dt=1e-3)
     simulation.step()
     (frame,) = [f for k, f in enumerate(bs.run(net, dt=1e-3, until=1e-3)) if k == 1]
-    assert shown(frame)[1]["t"] == "0.001 s" and len(ends_of(shown(frame)[2][0])) == 101
+    assert shown(frame)[1]["t"] == "0.001 s" and len(ends_of(shown(frame)[2][0])[0]) == 101
     assert "stiffness" in shown(bs.moduli(bs.Lattice(**cell())))[1]
     for one in (bs.Lattice(**parts()), bs.Lattice([0.0, 1.0], [[0, 1]]), bs.Lattice([[0.0, 0]]), bs.Lattice([[1.0, 1], [1, 2]], [[0, 1]], groups={"a": [0]})):
-        assert len(ends_of(shown(one)[2][0])) == len(one.pairs)
+        assert len(ends_of(shown(one)[2][0])[0]) == len(one.pairs)
     for one, words in ((eq, "Newton"), (bs.modes(net, 2), "2 of 42"), (frame, "t = 0.001 s"), (simulation, "1 step"), (eq.events, "0 springs"), (net, "101 springs")):
         assert repr(one).startswith("<backspring.") and words in repr(one) and len(repr(one)) < 160, repr(one)
     weak = np.where(np.arange(101) == np.argmax(eq.tension), 1e-3, 10.0)
     broken = bs.statics(net.replace(breaking={"critical_strain": weak}), loads={"bottom": (0.3, -20.0)})
-    assert 1 == broken.broken.sum() == 101 - len(ends_of(shown(broken)[2][0])) and shown(broken)[1]["broken springs"] == str(broken.broken.sum())
+    assert 1 == broken.broken.sum() == 101 - len(ends_of(shown(broken)[2][0])[0]) and shown(broken)[1]["broken springs"] == str(broken.broken.sum())
 
 
 def large():
@@ -77,7 +89,8 @@ def large():
     begin = time.process_time()
     page = looks.picture(net, x, values, "tension", "N")
     assert len(page) < 150_000 and time.process_time() - begin < 5, len(page)
-    strongest = [path for path in re.findall(r'<path d="([^"]*)" fill="#2166ac"', page)]
+    (svg,) = drawn(page)
+    strongest = [path.get("d") for path in svg.iter("{http://www.w3.org/2000/svg}path") if path.get("fill") == "#2166ac"]
     assert len(strongest) == 1 and strongest[0].count("M") == 1, "one square has the colour of the largest push"
     done = python("import sys, backspring as bs, numpy as np; net = bs.Lattice(np.eye(3), [[0, 1], [1, 2]]); net._repr_html_(); print('matplotlib' in sys.modules)")
     assert done.stdout == "False\n", done.stdout + done.stderr
