@@ -184,7 +184,7 @@ def looks_other(stored, now):
     stored, now = (image.imread(io.BytesIO(base64.b64decode(png)), format="png")[..., :3] for png in (stored, now))
     if stored.shape == now.shape:
         other = (abs(stored - now).max(axis=-1) > 0.25).mean()
-        return f"{other:.1%} of the points of a picture are others" if other > 0.01 else None
+        return f"{other:.1%} of the points of a picture are others" if other > 0.003 else None
     return f"a picture of {stored.shape} is stored, one of {now.shape} came" if np.abs(np.array(stored.shape) - now.shape).max() > 30 else None
 
 
