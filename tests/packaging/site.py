@@ -1,7 +1,8 @@
 #!/usr/bin/env python3
-"""The documents as a site: it is built without a warning, has every document, every picture and link of its pages leads somewhere, search knows what is on them, each public name of the
+"""The documents as a site: it is built without a warning, has every document and notebook, every picture and link of its pages leads somewhere, search knows what is on them, each public name of the
 Python package, each header of the library and each option has its place. That a broken link, a lost heading and a wrong name are seen is tried."""
 import ast
+import base64
 import html.parser
 import json
 import pathlib
@@ -68,6 +69,31 @@ def documents(checks, site):
     checks.true(f"with its pictures ({len(pictures)})", len(pictures) > 20 and not lost, f"{lost}")
     dead, count = dead_links(site)
     checks.true(f"links inside {count} pages lead somewhere", count > len(found) and not dead, f"{dead[:5]}")
+
+
+def notebooks(checks, site):
+    """Each is a page with its words, as many plots and drawings as are stored, and all that is printed; links to notebooks lead to their pages."""
+    folder = pathlib.PurePath("src/python/notebooks")
+    found = sorted((REPO / folder).glob("*.ipynb"))
+    contents = (site / "index.html").read_text()
+    for notebook in found:
+        cells = json.loads(notebook.read_text())["cells"]
+        outputs = [output for cell in cells for output in cell.get("outputs", ())]
+        page = site / folder / f"{notebook.stem}.html"
+        text = page.read_text() if page.is_file() else ""
+        plots = [output["data"]["image/png"] for output in outputs if "image/png" in output.get("data", ())]
+        drawings = [one for output in outputs for one in re.findall(r"data:image/svg[^\"]*", "".join(output.get("data", {}).get("text/html", "")))]
+        shown = [(site / "_images" / name).read_bytes() for name in re.findall(r'src="[./]*_images/([^"]+)"', text)]
+        checks.true(f"{notebook.name}: its {len(plots)} plots and {len(drawings)} drawings are shown", plots and drawings and shown == [base64.b64decode(one) for one in plots]
+                    and all(one in text for one in drawings), f"{len(shown)} plots, {text.count('data:image/svg')} drawings")
+        headings = re.findall(r"^#+ (.*)$", "".join("".join(cell["source"]) + "\n" for cell in cells if cell["cell_type"] == "markdown"), re.M)
+        printed = [line for output in outputs for line in output.get("text", ())]
+        lost = [one for one in (*headings, *printed) if one.strip() not in re.sub(r"<[^>]*>", "", text)]
+        checks.true(f"{notebook.name}: with its headings and what is printed, in the table of contents, with no mark-up left", not lost and f'href="{folder / notebook.stem}.html"' in contents
+                    and "$" not in re.sub(r"<div class=.highlight.*?</div>", "", text, flags=re.S), f"{lost}")
+    text = (site / "src/python/README.html").read_text()
+    lost = [notebook.stem for notebook in found if f'href="notebooks/{notebook.stem}.html"' not in text]
+    checks.true(f"the document of the Python package leads to the pages of the {len(found)} notebooks", len(found) > 4 and not lost, f"{lost}")
 
 
 def names(checks, site):
@@ -142,7 +168,7 @@ def main():
         done = build(checks.program, site)
         checks.true("the site is built without a warning", done.returncode == 0 and not done.stderr.strip(), (done.stdout + done.stderr)[-600:] if done.returncode or done.stderr.strip() else "")
         if (site / "index.html").exists():
-            for group in (documents, names, search):
+            for group in (documents, notebooks, names, search):
                 with checks.group(group.__name__):
                     group(checks, site)
             with checks.group("installed"):

@@ -37,6 +37,7 @@ linkcheck_ignore = [r".*"]  # the site is built without a network
 
 def contents(app, docname, source):
     """The table of contents hangs on the README, which is the first page; its badges are for where the project is hosted."""
+    source[0] = re.sub(r"\]\((\S*notebooks/\w+)\.ipynb\)", r"](\1.md)", source[0])  # notebooks are pages here
     if docname != root_doc:
         return
     text = re.sub(r"^\[!\[.*badge\.svg\).*\n", "", source[0], flags=re.M)

@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """Builds the documents as static HTML with search: make_site.py --program build/release/backspring --python build/release/python --output build/release/site
 
-Sphinx reads a folder of links to the documents where they lie in the checkout, so that links between them are right in both; the glossary is generated into it.
+Sphinx reads a folder of links to the documents where they lie in the checkout, so that links between them are right in both; the glossary and pages of the notebooks are generated into it.
 Warnings (a link or a heading that is not there, a document without a place) are errors.
 """
 import argparse
@@ -13,6 +13,7 @@ import subprocess
 import sys
 
 import glossary
+import notebooks
 from pages import OWN
 
 REPO = pathlib.Path(__file__).resolve().parents[3]
@@ -24,7 +25,7 @@ def tracked(top):
 
 
 def stage(folder, program):
-    """`folder`: links to all files, which pages show or offer, and the generated page."""
+    """`folder`: links to all files, which pages show or offer, and the generated pages."""
     shutil.rmtree(folder, ignore_errors=True)
     for top in (*sorted(REPO.glob("*.md")), *(REPO / name for name in ("LICENSE", "CITATION.cff", "CMakeLists.txt", "CMakePresets.json", "demo", "check", "options", "meshes", "postprocess", "src", "tests"))):
         for path in [top] if top.is_file() else tracked(top):
@@ -36,6 +37,7 @@ def stage(folder, program):
         sys.exit(f"{program} -help: {told.stderr.strip()[-300:]}")
     text = glossary.page(told.stdout, (REPO / "options/reference/README.md").read_text())
     (folder / OWN / "glossary.md").write_text(text)
+    notebooks.pages(REPO, folder)
 
 
 def main():

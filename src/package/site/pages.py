@@ -9,6 +9,7 @@ CAPTIONS = {
     "Fields": ([], [f"{OWN}/fields"]),
     "Using": (["options/README", "meshes/README", "postprocess/README", "src/package/README", f"{OWN}/cite"], ["options", "meshes", "postprocess"]),
     "Reference": (["options/reference/README", f"{OWN}/glossary", f"{OWN}/python", f"{OWN}/cpp", "src/python/README"], ["options/reference"]),
+    "Notebooks": ([], ["src/python/notebooks"]),
     "How it works": (["src/tasks/README", "src/physics/README", "src/time/README", "src/solvers/README", "src/systems/linear/README", "src/output/README", "src/checkpoint/README"], []),
     "The project": (["src/README", "CONTRIBUTING", "CHANGELOG", "tests/README", "tests/bench/README"], ["src", "tests", ""]),
 }

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import base64
 import html
+from itertools import groupby
 from typing import TYPE_CHECKING, Dict, List, Mapping, Optional, Sequence, Tuple
 
 import numpy as np
@@ -14,6 +16,7 @@ if TYPE_CHECKING:
 
 MOST = 6000  # springs that are drawn as lines
 CELL = 3  # edge of a square of the map of a larger net
+TENTHS = 10  # to a pixel: lines begin and end at whole tenths
 GREY, FIXED = "#6b7280", "#111827"
 # pushed, at rest, pulled: dark enough for thin lines on white and on black
 COLOURS = np.array([[33, 102, 172], [103, 149, 206], [160, 160, 160], [226, 120, 92], [178, 24, 43]], float)
@@ -76,12 +79,24 @@ def _colours(values: Floats, largest: float) -> Floats:
     return np.stack([np.interp(place, np.arange(len(COLOURS)), one) for one in COLOURS.T], axis=1)
 
 
-def _lines(ends: Floats, depth: Floats, colour: Sequence[str]) -> str:
-    """Springs as lines, the nearest last."""
-    stroke = float(np.clip(30 / np.sqrt(len(ends) + 1), 0.5, 2.2))
-    order = np.argsort(-depth.mean(axis=1), kind="stable").tolist()
-    drawn = [f'<path d="M{ends[k, 0, 0]:.1f} {ends[k, 0, 1]:.1f}L{ends[k, 1, 0]:.1f} {ends[k, 1, 1]:.1f}" stroke="{colour[k]}"/>' for k in order if colour[k]]
-    return f'<g stroke-width="{stroke:.2f}" stroke-linecap="round" fill="none">{"".join(drawn)}</g>'
+def _lines(ends: Floats, depth: Floats, colour: Sequence[str], size: Floats) -> str:
+    """Springs as lines, the nearest last, in the plane the colours of the largest values last; one path for those of a colour that follow each other."""
+    stroke = TENTHS * float(np.clip(30 / np.sqrt(len(ends) + 1), 0.5, 2.2))
+    near = -depth.mean(axis=1)
+    if not near.any():
+        largest = dict(sorted(zip(colour, size.tolist()), key=lambda one: float(one[1])))
+        near = np.array([largest[one] for one in colour])
+    order = [k for k in np.argsort(near, kind="stable").tolist() if colour[k]]
+    places = np.rint(TENTHS * ends[order]).astype(int).reshape(-1, 2)
+    moves = np.diff(places, axis=0, prepend=0)  # to a spring's beginning from the end of the one before, and along it
+    drawn, first = [], 0
+    for one, same in groupby(colour[k] for k in order):
+        last = first + 2 * len(list(same))
+        moves[first] = places[first]
+        path = "".join(f"m{a} {b}l{c} {d}" for a, b, c, d in moves[first:last].reshape(-1, 4).tolist()).replace(" -", "-")
+        drawn.append(f'<path stroke="{one}" d="{path}"/>')
+        first = last
+    return f'<g stroke-width="{stroke:.0f}" stroke-linecap="round" fill="none">{"".join(drawn)}</g>'
 
 
 def _cells(ends: Floats, colour: Sequence[str], values: Floats) -> str:
@@ -92,7 +107,7 @@ def _cells(ends: Floats, colour: Sequence[str], values: Floats) -> str:
     for (a, b), one in seen.items():
         squares.setdefault(one, []).append(f"M{CELL * a} {CELL * b}h{CELL}v{CELL}h-{CELL}z")
     drawn = "".join(f'<path d="{"".join(some)}" fill="{one}"/>' for one, some in squares.items())
-    return f'<g shape-rendering="crispEdges">{drawn}</g>'
+    return f'<g shape-rendering="crispEdges" transform="scale({TENTHS})">{drawn}</g>'
 
 
 def _colouring(values: Optional[Floats], count: int, label: str, unit: str) -> Tuple[Sequence[str], Floats, str]:
@@ -106,7 +121,8 @@ def _colouring(values: Optional[Floats], count: int, label: str, unit: str) -> T
 
 
 def picture(lattice: Lattice, x: Floats, values: Optional[Floats] = None, label: str = "", unit: str = "", width: int = 360, caption: str = "") -> str:
-    """An SVG of the springs at x, coloured by values (blue: pushed, red: pulled), fixed particles as squares; of large nets a map."""
+    """An SVG of the springs at x, coloured by values (blue: pushed, red: pulled), fixed particles as squares; of large nets a map. It is an image of its own:
+    of notebooks that are not trusted, viewers leave out what is drawn in the page."""
     count = len(lattice.pairs)
     first = x[lattice.pairs[:, 0]]
     ends, depth = _flat(np.stack([first, first + lattice.replace(x=x).ways()], axis=1))
@@ -121,12 +137,13 @@ def picture(lattice: Lattice, x: Floats, values: Optional[Floats] = None, label:
     corner = np.array([(width - scale * span[0]) / 2, 8 + scale * span[1]])
     ends, spots = ((points - low) * [scale, -scale] + corner for points in (ends, spots))
     colour, size, note = _colouring(values, count, label, unit)
-    drawn = _lines(ends, depth, colour) if count <= MOST else _cells(ends, colour, size)
+    drawn = _lines(ends, depth, colour, size) if count <= MOST else _cells(ends, colour, size)
     held = spots[lattice.fixed]
-    squares = [f'<rect x="{a - 2:.1f}" y="{b - 2:.1f}" width="4" height="4"/>' for a, b in held[:: max(1, len(held) // 300)].tolist()]
+    squares = "".join(f'<rect x="{a - 20:.0f}" y="{b - 20:.0f}" width="40" height="40"/>' for a, b in (TENTHS * held[:: max(1, len(held) // 300)]).tolist())
+    svg = (f'<svg xmlns="http://www.w3.org/2000/svg" width="{width}" height="{height}" viewBox="0 0 {TENTHS * width} {TENTHS * height}">{drawn}'
+           f'<g fill="{FIXED}">{squares}</g></svg>')
     under = f'<div style="font-size:85%;opacity:.75;text-align:center">{caption or note}</div>' if caption or note else ""
-    return (f'<div><svg width="{width}" height="{height}" viewBox="0 0 {width} {height}" xmlns="http://www.w3.org/2000/svg">{drawn}'
-            f'<g fill="{FIXED}">{"".join(squares)}</g></svg>{under}</div>')
+    return f'<div><img alt="springs" width="{width}" height="{height}" src="data:image/svg+xml;base64,{base64.b64encode(svg.encode()).decode()}"/>{under}</div>'
 
 
 def page(title: str, rows: Mapping[str, str], *pictures: str) -> str:

@@ -31,16 +31,18 @@ def _limit(axes: Any, ends: Floats, solid: bool) -> None:
         getattr(axes, f"set_{axis}lim")(middle - h, middle + h)
         getattr(axes, f"set_{axis}label")(f"${axis}$ / m")
         if solid:
-            axes.locator_params(axis=axis, nbins=max(2, int(6 * h / half.max())))
+            getattr(axes, f"{axis}axis").labelpad = (4 if axis == "z" else 0) + min(4 * half.max() / half.min(), 12)  # beside the numbers, also of slender bodies
+            axes.locator_params(axis=axis, nbins=max(1, round(5 * h / half.max()) - 1))
     if solid:
+        axes.tick_params(labelsize="small")
         axes.set_box_aspect(half, zoom=0.85)
 
 
 def draw(lattice: Lattice, x: Floats, values: Optional[Floats] = None, label: str = "", title: str = "", *, behind: Optional[Floats] = None,
          file: Union[str, os.PathLike[str], None] = None, size: Tuple[float, float] = (6.0, 5.0), dpi: float = 200,
-         cmap: Any = None) -> Any:
+         cmap: Any = None, largest: Optional[float] = None) -> Any:
     """Springs at x, coloured by values, grey without; particles that are fixed as squares; springs at `behind` in light grey below. cmap: of
-    matplotlib, by default from blue (negative) by grey to red."""
+    matplotlib, by default from blue (negative) by grey to red. largest: the value from which on springs have its last colour, by default the largest there is."""
     import matplotlib
 
     if file:
@@ -51,29 +53,30 @@ def draw(lattice: Lattice, x: Floats, values: Optional[Floats] = None, label: st
 
     lines, solid = _segments(lattice, x), lattice.dim == 3
     shown = np.concatenate([x, np.zeros_like(x)], axis=1) if lattice.dim == 1 else x
-    width = min(2.0, 60 / np.sqrt(len(lattice) + 1))
+    width = min(1.5, 20 / np.sqrt(len(lattice) + 1)) if solid else min(2.0, 60 / np.sqrt(len(lattice) + 1))
     figure = plt.figure(figsize=size, layout="constrained")
     if solid:
         from mpl_toolkits.mplot3d.art3d import Line3DCollection as Collection
 
-        axes = figure.add_subplot(projection="3d")
+        axes = figure.add_subplot(projection="3d", computed_zorder=False)
     else:
         Collection, axes = LineCollection, figure.add_subplot()
         axes.set_aspect("equal")
     if behind is not None:
-        axes.add_collection(Collection(_segments(lattice, behind), colors=QUIET, linewidths=0.7 * width))
+        axes.add_collection(Collection(_segments(lattice, behind), colors=QUIET, linewidths=0.7 * width, zorder=1))
     style: Any = dict(colors="0.45")
     if values is not None:
-        most = (np.nanmax(np.abs(values)) if np.isfinite(values).any() else 1.0) or 1.0
+        found = np.nanmax(np.abs(values)) if np.isfinite(values).any() else 0.0
+        most = largest or found or 1.0
         style = dict(cmap=cmap or LinearSegmentedColormap.from_list("pushed and pulled", COLOURS / 255), norm=plt.Normalize(-most, most))
-    drawn = axes.add_collection(Collection(lines, linewidths=width, **style, **({} if solid else dict(capstyle="round"))))
+    drawn = axes.add_collection(Collection(lines, linewidths=width, zorder=2, **style, **({} if solid else dict(capstyle="round"))))
     axes.scatter(*shown[lattice.fixed].T, marker="s", s=12, color="0.2", zorder=3)
     _limit(axes, np.concatenate([lines.reshape(-1, lines.shape[-1]), shown]), solid)
     if lattice.dim == 1:
         axes.yaxis.set_visible(False)
     if values is not None:
         drawn.set_array(np.asarray(values, float))
-        figure.colorbar(drawn, label=label, shrink=0.8)
+        figure.colorbar(drawn, label=label, shrink=0.8, extend="both" if found > most else "neither")
     axes.set_title(title)
     if file:
         root, kind = os.path.splitext(os.fspath(file))
