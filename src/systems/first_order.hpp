@@ -37,6 +37,7 @@ class FirstOrderTangent final : public Tangent {
   MPI_Comm comm() const override { return own_.comm(); }
   PetscInt unknowns() const override { return own_.unknowns(); }
   PetscErrorCode multiply(Vec z, Vec y) override;
+  PetscErrorCode stiffness_sizes(Vec s) override;
   PetscErrorCode condense(Vec r, Vec b) override;
   PetscErrorCode expand(Vec r, Vec w, Vec z) override;
   PetscErrorCode create(CondensedStorage storage, Mat* S) override { return own_.create(storage, S); }

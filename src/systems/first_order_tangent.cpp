@@ -121,6 +121,16 @@ PetscErrorCode FirstOrderTangent::condense(Vec r, Vec b) {
   PetscFunctionReturn(0);
 }
 
+PetscErrorCode FirstOrderTangent::stiffness_sizes(Vec s) {
+  const Layout& at = own_.layout();
+  std::vector<double> size(static_cast<std::size_t>(at.particles));
+  PetscFunctionBegin;
+  own_.stiffness_sizes(size.data());
+  const WriteArray all(s);
+  for (PetscInt k = 0; k < at.particles * at.dim; ++k) all[k] = size[static_cast<std::size_t>(k / at.dim)] / sigma_;
+  PetscFunctionReturn(0);
+}
+
 // z_x = w/sigma,   z_v = w - a
 PetscErrorCode FirstOrderTangent::expand(Vec r, Vec w, Vec z) {
   const Layout& at = own_.layout();

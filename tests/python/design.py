@@ -136,6 +136,20 @@ def followed():
             assert (abs(eq.x[1, 1]) > 0.05) == bent and eq.observables["stability"] == 1, (stiffness, eq.x)
 
 
+def soft_beside_stiff():
+    """A column a hair beyond its buckling load is unstable, however stiff what stands beside it is: P = 1 on bars of k = 50, two springs across of stiffness
+    P/l - c/2 each, so that the curvature across is -c."""
+    curvature, side = 5e-4, np.hypot(0.5, 0.8)
+    for stiff in (50.0, 1e10):
+        x = [[0, 0], [1, 0], [2, 0], [0.98, 1], [0.98, -1], [5, 0], [6, 0], [5.5, 0.8]]
+        across = 1 / 0.98 - curvature / 2
+        net = bs.Lattice(x, [[0, 1], [1, 2], [1, 3], [1, 4], [5, 7], [6, 7]], stiffness=[50, 50, across, across, stiff, stiff], rest_length=[1, 1, 1, 1, side, side],
+                         fixed=[0, 3, 4, 5, 6], groups={"end": [2]})
+        for load, negative in ((-1.0, 1), (-0.999, 0)):
+            found = bs.statics(net, loads={"end": (load, 0)}, bs_motion_end="y=fixed", bs_equilibria="any").observables
+            assert found["negative_pivots"] == negative and found["stability"] == (-1 if negative else 1), (stiff, load, found)
+
+
 def on_ranks():
     """The same on three ranks as on one."""
     done = python(ON_RANKS, 3, timeout=120)

@@ -61,7 +61,11 @@ PetscErrorCode condensed_reuse_factors(PC pc, bool yes);
 /// Collective. Creates the inner solver of a `pc` of this type, whose options it reads; the first set-up does it otherwise.
 PetscErrorCode condensed_create_inner(PC pc);
 
-/// Collective. How many negative eigenvalues S has at the tangent's present state, beyond its rounding errors; -1: `pc` is not of this type, or its
+/// Curvatures along z between 0 and minus this times the sum of s_i |z_i|^2 are rounding errors, where s_i is the stiffness of all that acts on the
+/// point i, however much softer or stiffer other parts are.
+inline constexpr double CURVATURE_DOUBT = 1e-12;
+
+/// Collective. How many negative eigenvalues S has at the tangent's present state, beyond CURVATURE_DOUBT; -1: `pc` is not of this type, or its
 /// solver does not tell.
 PetscErrorCode condensed_negative_pivots(PC pc, PetscInt* count);
 

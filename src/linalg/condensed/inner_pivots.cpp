@@ -1,5 +1,5 @@
 // What the signs of the pivots of a factored S say of it: how many of its eigenvalues are negative, and whether a direction may be taken from it.
-#include <cmath>
+#include "linalg/condensed/condensed.hpp"
 #include "linalg/condensed/inner_solver.hpp"
 #include "linalg/solver_options.hpp"
 
@@ -45,26 +45,14 @@ PetscErrorCode InnerSolver::negative_pivots(PetscInt* count) {
   PetscFunctionReturn(0);
 }
 
-// S + D with D >= 0 has no more negative eigenvalues than S. D is above the rounding errors in the stiffness of every row's particle, whose sum
-// over the axes does not vanish where that of one axis does (a flat net in space): what is negative still is so beyond doubt.
+// S + D with D >= 0 has no more negative eigenvalues than S: what is negative still is so beyond doubt.
 PetscErrorCode InnerSolver::lift_diagonal() {
-  constexpr double DOUBT = 1000 * PETSC_MACHINE_EPSILON;
-  const PetscInt d = tangent_->dim();
-  PetscScalar* a = nullptr;
-  PetscInt n = 0;
-  VecHandle diagonal;
+  VecHandle doubt;
   PetscFunctionBegin;
-  PetscCall(MatCreateVecs(S_, diagonal.out(), nullptr));
-  PetscCall(MatGetDiagonal(S_, diagonal));
-  PetscCall(VecGetLocalSize(diagonal, &n));
-  PetscCall(VecGetArray(diagonal, &a));
-  for (PetscInt i = 0; i + d <= n; i += d) {
-    double sum = 0;
-    for (PetscInt c = 0; c < d; ++c) sum += std::abs(a[i + c]);
-    for (PetscInt c = 0; c < d; ++c) a[i + c] = DOUBT * sum;
-  }
-  PetscCall(VecRestoreArray(diagonal, &a));
-  PetscCall(MatDiagonalSet(S_, diagonal, ADD_VALUES));
+  PetscCall(create_vector(doubt.out()));
+  PetscCall(tangent_->stiffness_sizes(doubt));
+  PetscCall(VecScale(doubt, CURVATURE_DOUBT));
+  PetscCall(MatDiagonalSet(S_, doubt, ADD_VALUES));
   PetscFunctionReturn(0);
 }
 

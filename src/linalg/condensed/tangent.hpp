@@ -37,6 +37,8 @@ class Tangent {
   virtual PetscErrorCode condense(Vec r, Vec b) = 0;
   /// z from w and r.
   virtual PetscErrorCode expand(Vec r, Vec w, Vec z) = 0;
+  /// Of every unknown of S, what rounding errors of its row of K/sigma are relative to (Pencil::stiffness_sizes), a vector of S.
+  virtual PetscErrorCode stiffness_sizes(Vec s) = 0;
   /// Collective. A matrix for S, not yet assembled with values; with rigid body modes as near null space where it is AIJ.
   virtual PetscErrorCode create(CondensedStorage storage, Mat* S) = 0;
   /// Collective. Predicted floating-point operations of a sparse Cholesky factorisation of S, the same on any number of ranks. The graph is
