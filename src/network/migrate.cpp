@@ -1,4 +1,6 @@
 #include "network/migrate.hpp"
+#include <algorithm>
+#include <array>
 #include <numeric>
 #include <tuple>
 #include "base/collective.hpp"
@@ -58,6 +60,10 @@ void put_in_order(const Halves& halves, std::int64_t particles, std::vector<Half
 /// keep(coupling) for each coupling without a spring that `options` asks for, at this chunk's particles.
 template <class Keep>
 void for_each_coupling(const Lattice& lattice, const NetworkOptions& options, Keep&& keep) {
+  const std::array<std::int64_t, 2> first{lattice.particles.first, 0};
+  for (auto one = std::lower_bound(options.couples.begin(), options.couples.end(), first);
+       one != options.couples.end() && (*one)[0] < lattice.particles.first + lattice.particles.count; ++one)
+    keep(HalfSpring{(*one)[0], image::key((*one)[1]), -1, 0, 0, 0});
   for (std::int64_t k = 0; k < lattice.particles.count; ++k) {
     const std::int64_t self = lattice.particles.first + k;
     if (options.all_to_all) {

@@ -240,6 +240,7 @@ PetscErrorCode build_network(MPI_Comm comm, const Lattice& lattice, const Networ
   const std::vector<std::int64_t> ghosts = ghost_keys(rows, springs);
   net->n = static_cast<PetscInt>(particles.size());
   net->ghosts = static_cast<PetscInt>(ghosts.size());
+  for (const std::int64_t ghost : ghosts) net->ghost_row.push_back(image::row(ghost));
   PetscInt last = 0;
   PetscCallMPI(MPI_Scan(&net->n, &last, 1, MPIU_INT, MPI_SUM, comm));
   net->first = last - net->n;

@@ -1,6 +1,7 @@
 // The distributed lattice: which rank owns which particle, in what local order, and which particles of other ranks it uses.
 #pragma once
 #include <petscis.h>
+#include <array>
 #include <cstdint>
 #include <string>
 #include <vector>
@@ -84,10 +85,11 @@ struct Network {
   std::vector<NetworkGroup> groups;          ///< the same names in the same order on every rank
   const Constraints* constraints = nullptr;  ///< what holds particles (systems/particles/constraints); null until that is found
   // owned
-  std::vector<double> velocity;       ///< (n, d)
-  std::vector<double> inertia;        ///< (n): M of M x'' = f; the mass, and what of a fluid is accelerated along
-  ParticleColumns columns;            ///< what the lattice gives of lattice/columns.hpp
-  std::vector<std::int64_t> row, id;  ///< row in the input and the user's number
+  std::vector<double> velocity;         ///< (n, d)
+  std::vector<double> inertia;          ///< (n): M of M x'' = f; the mass, and what of a fluid is accelerated along
+  ParticleColumns columns;              ///< what the lattice gives of lattice/columns.hpp
+  std::vector<std::int64_t> row, id;    ///< row in the input and the user's number
+  std::vector<std::int64_t> ghost_row;  ///< (ghosts) row in the input, of images that of their particle
   Links links;
   Anchors anchors;
   std::vector<InteractionTable> interactions;  ///< by kind; empty where the lattice has none at all
@@ -118,10 +120,12 @@ struct Network {
 };
 
 struct NetworkOptions {
-  int partition = 0;                         ///< -bs_partition: 0 graph, 1 geometric, 2 rows
-  int ordering = 0;                          ///< -bs_ordering: 0 rcm, 1 rows
-  std::int64_t center_row = -1;              ///< a particle every other one feels: made known to all
-  bool all_to_all = false;                   ///< couple every free particle with every other one
+  int partition = 0;             ///< -bs_partition: 0 graph, 1 geometric, 2 rows
+  int ordering = 0;              ///< -bs_ordering: 0 rcm, 1 rows
+  std::int64_t center_row = -1;  ///< a particle every other one feels: made known to all
+  bool all_to_all = false;       ///< couple every free particle with every other one
+  /// Rows of particles of which each feels the other by something else than springs, ascending, both ways; the same on every rank.
+  std::vector<std::array<std::int64_t, 2>> couples;
   std::size_t slice = std::size_t{1} << 18;  ///< springs of a rank in transit at once
 };
 

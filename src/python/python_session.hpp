@@ -25,9 +25,10 @@ using Numbers = py::array_t<double, py::array::c_style | py::array::forcecast>;
 /// call on all ranks and is raised anew when it has ended.
 class PythonSession {
  public:
-  /// forces: None, or functions (force, tangent, energy) of which the last two may be None.
+  /// forces: None, or functions (force, tangent, energy), of which the last two may be None, and pairs (P, 2) of particles between which they act.
   PythonSession(std::int64_t comm, const LatticeArrays& lattice, const Settings& settings, const py::object& forces) {
-    if (!forces.is_none()) std::tie(force_, tangent_, energy_) = forces.cast<std::tuple<py::object, py::object, py::object>>();
+    if (!forces.is_none())
+      std::tie(force_, tangent_, energy_, between_) = forces.cast<std::tuple<py::object, py::object, py::object, ForceCallback::Pairs>>();
     const Turn turn;
     MPI_Comm mpi = MPI_Comm_f2c(static_cast<MPI_Fint>(comm));
     MPI_Comm_dup(mpi, &comm_);
@@ -127,36 +128,45 @@ class PythonSession {
     }
   }
   using RowList = ForceCallback::Rows;
-  /// What a function of Python returns of some particles, a list of arrays, into `out`: each with how many numbers it has for a particle. Not numbers
-  /// where it raised an exception.
-  void ask(const py::object& function, double t, const RowList& row, const double* x, const double* v,
+  /// What a function of Python returns of some particles, a list of arrays, into `out`: each with how many numbers it has. Not numbers where it
+  /// raised an exception.
+  void ask(const py::object& function, double t, const RowList& row, const ForceCallback::Pairs& pair, const double* x, const double* v,
            const std::vector<std::pair<double*, py::ssize_t>>& out) {
     const py::gil_scoped_acquire lock;
     const py::ssize_t n = static_cast<py::ssize_t>(row.size()), d = session_->dim();
-    for (const auto& [to, width] : out) std::fill_n(to, n * width, std::nan(""));
+    for (const auto& [to, size] : out) std::fill_n(to, size, std::nan(""));
     in_force_ = true;
     guarded([&] {
       const py::array_t<double> places({n, d}, x);
       const py::object speeds = v ? py::object(py::array_t<double>({n, d}, v)) : py::none();
-      const py::list found = function(t, places, speeds, py::array_t<std::int64_t>(n, row.data()));
+      const py::array_t<std::int64_t> rows(n, row.data()),
+          pairs({static_cast<py::ssize_t>(pair.size()), py::ssize_t(2)}, pair.empty() ? nullptr : pair[0].data());
+      const py::list found = function(t, places, speeds, rows, pairs);
       for (std::size_t k = 0; k < out.size(); ++k) {
         const Numbers numbers = found[k].cast<Numbers>();
-        if (numbers.size() != n * out[k].second) throw py::value_error("forces: arrays of another size than that of the particles asked for");
+        if (numbers.size() != out[k].second) throw py::value_error("forces: arrays of another size than that of the particles asked for");
         std::copy_n(numbers.data(), numbers.size(), out[k].first);
       }
     });
     in_force_ = false;
   }
   ForceCallback own_forces() {
+    using Rows = RowList;
     ForceCallback all;
     const auto d = [this] { return static_cast<py::ssize_t>(session_->dim()); };
-    all.force = [this, d](double t, const RowList& row, const double* x, const double* v, double* f) { ask(force_, t, row, x, v, {{f, d()}}); };
+    const auto size = [](const auto& list) { return static_cast<py::ssize_t>(list.size()); };
+    all.between = between_;
+    all.force = [=](double t, const Rows& row, const double* x, const double* v, double* f) {
+      ask(force_, t, row, {}, x, v, {{f, size(row) * d()}});
+    };
     if (!tangent_.is_none())
-      all.tangent = [this, d](double t, const RowList& row, const double* x, const double* v, double* K, double* D) {
-        ask(tangent_, t, row, x, v, {{K, d() * d()}, {D, d() * d()}});
+      all.tangent = [=](double t, const Rows& row, const ForceCallback::Pairs& pair, const double* x, const double* v,
+                        const ForceCallback::Blocks& add) {
+        const py::ssize_t own = size(row) * d() * d(), between = size(pair) * d() * d();
+        ask(tangent_, t, row, pair, x, v, {{add.K, own}, {add.D, own}, {add.K_between, between}, {add.D_between, between}});
       };
     if (!energy_.is_none())
-      all.energy = [this](double t, const RowList& row, const double* x, double* E) { ask(energy_, t, row, x, nullptr, {{E, 1}}); };
+      all.energy = [=](double t, const Rows& row, const double* x, double* E) { ask(energy_, t, row, {}, x, nullptr, {{E, size(row)}}); };
     return all;
   }
   int poll() {
@@ -173,6 +183,7 @@ class PythonSession {
   const std::thread::id thread_ = std::this_thread::get_id();
   Error error_;
   std::exception_ptr raised_;
+  ForceCallback::Pairs between_;
   py::object force_ = py::none(), tangent_ = py::none(), energy_ = py::none(), observer_ = py::none();
 };
 

@@ -110,9 +110,9 @@ def new_session(comm: Comm, lattice: Lattice, settings: Settings, forces: Option
     """A session of the extension, and its number among those that are open. forces: f(t, x, v) or f(t, x, v, rows), or Forces; more: settings of
     the call that follows."""
     core, handle = started(comm)
-    called = functions_of(forces, settings)
+    called = functions_of(forces, settings, len(lattice))
     options = {name[1:]: value for name, value in settings + more}
-    require_same(comm, {**vars(lattice), "the names of options": sorted(options), **options, "forces": called is not None})
+    require_same(comm, {**vars(lattice), "the names of options": sorted(options), **options, "forces": called is not None, "between": called and called[3]})
     session = core.Session(handle, lattice._arrays(), settings, called)
     check(session.error)
     number = next(_numbers)

@@ -6,6 +6,7 @@ import inspect
 from typing import TYPE_CHECKING, Any, Callable, List, Optional, Tuple
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from .arguments import real_array
 from .errors import InputError, pass_on
@@ -23,14 +24,18 @@ class Forces:
 
     force: f(t, x, v) -> (n, d) [N]. tangent: g(t, x, v) -> K, or (K, D), what the force on each particle changes by with its own place and velocity,
     (n, d, d) or (d, d) for all, df/dx [N/m] and df/dv [N s/m]: the forces are then implicit; without it Newton's method takes them as they were at its last
-    iterate, which converges for soft forces. energy: e(t, x) -> (n,) [J], where each particle's force is minus the gradient of its energy by its place and
-    none depends on v: counted among the energies, and Newton's line search goes by them; without it, it goes by residuals.
+    iterate, which converges for soft forces. energy: e(t, x) -> (n,) [J], where each particle's force is minus the gradient of the sum of all by its place
+    and none depends on v: counted among the energies, and Newton's line search goes by them; without it, it goes by residuals.
+    between: (P, 2) rows (i, j) of particles where the force on i depends on where j is, or how fast; both ways where j feels i, too. The tangent then
+    returns (K, D, K_between) or (K, D, K_between, D_between), the latter (P, d, d): what the force on i changes by with j.
     t: the time [s], in equilibria the load factor; x, v: (n, d) of all particles, in the order of the lattice; what of them is held is where it is held. On
-    several ranks they are a rank's own, whose rows functions that take one argument more, `rows`, are told.
+    several ranks they are a rank's own and those that `between` couples to them, whose rows functions that take one argument more, `rows`, are told; a
+    tangent that takes another one, `pairs`, is told which of `between` are asked for, by their places among the rows.
     """
 
-    def __init__(self, force: Callable[..., Any], *, tangent: Optional[Callable[..., Any]] = None, energy: Optional[Callable[..., Any]] = None) -> None:
-        self.force, self.tangent, self.energy = force, tangent, energy
+    def __init__(self, force: Callable[..., Any], *, tangent: Optional[Callable[..., Any]] = None, energy: Optional[Callable[..., Any]] = None,
+                 between: ArrayLike = ()) -> None:
+        self.force, self.tangent, self.energy, self.between = force, tangent, energy, _pairs_in(between)
         for name, one, what in (("forces", force, "t, x and v"), ("tangent", tangent, "t, x and v"), ("energy", energy, "t and x")):
             if not callable(one) and (one is not None or name == "forces"):
                 raise InputError(f"{name}: {one!r} is no function of {what}")
@@ -40,26 +45,36 @@ class Forces:
         return f"<backspring.Forces by {getattr(self.force, '__name__', self.force)!s}{' with ' + ' and '.join(given) if given else ''}>"
 
 
-def _with_rows(function: Callable[..., Any], count: int) -> Callable[..., Any]:
-    """`function` of `count` arguments as one that is told the rows, too, whether it asks for them or not."""
+def _pairs_in(between: ArrayLike) -> Whole:
+    found = np.asarray(between)
+    if found.size == 0:
+        return np.zeros((0, 2), dtype=np.int64)
+    if found.ndim != 2 or found.shape[1] != 2 or found.dtype.kind not in "iu":
+        raise InputError(f"between: rows of particles, (P, 2) whole numbers: an array of {found.dtype} of the shape {found.shape} came")
+    for k in np.flatnonzero((found[:, 0] == found[:, 1]) | (found < 0).any(axis=1)):
+        raise InputError(f"between, row {k}: {found[k].tolist()} are no two particles")
+    return found.astype(np.int64)
+
+
+def _with_rows(function: Callable[..., Any], count: int, most: int = 1) -> Callable[..., Any]:
+    """`function` of `count` arguments as one that is told `most` more, the rows first, whichever of them it asks for."""
     try:
         taken = list(inspect.signature(function).parameters.values())
     except (TypeError, ValueError):
         taken = []
-    needed = [one for one in taken if one.kind in (one.POSITIONAL_ONLY, one.POSITIONAL_OR_KEYWORD) and (one.default is one.empty or one.name == "rows")]
-    if len(needed) > count:
-        return function
-    return lambda *arguments: function(*arguments[:-1])
+    needed = [one for one in taken if one.kind in (one.POSITIONAL_ONLY, one.POSITIONAL_OR_KEYWORD) and (one.default is one.empty or one.name in ("rows", "pairs"))]
+    told = min(max(len(needed) - count, 0), most)
+    return lambda *arguments: function(*arguments[:count + told])
 
 
 def held_at(forces: GivenForces, t: float) -> Forces:
     """Forces as they are at the time t, whatever the time is."""
     own = forces if isinstance(forces, Forces) else Forces(forces)
     force: Any = _with_rows(own.force, 3)
-    tangent: Any = own.tangent and _with_rows(own.tangent, 3)
+    tangent: Any = own.tangent and _with_rows(own.tangent, 3, 2)
     energy: Any = own.energy and _with_rows(own.energy, 2)
-    return Forces(lambda _, x, v, rows: force(t, x, v, rows), tangent=tangent and (lambda _, x, v, rows: tangent(t, x, v, rows)),
-                  energy=energy and (lambda _, x, rows: energy(t, x, rows)))
+    return Forces(lambda _, x, v, rows: force(t, x, v, rows), tangent=tangent and (lambda _, x, v, rows, pairs: tangent(t, x, v, rows, pairs)),
+                  energy=energy and (lambda _, x, rows: energy(t, x, rows)), between=own.between)
 
 
 def _shaped(name: str, found: Any, shape: Tuple[int, ...]) -> Floats:
@@ -70,30 +85,36 @@ def _shaped(name: str, found: Any, shape: Tuple[int, ...]) -> Floats:
     return np.broadcast_to(numbers, shape)
 
 
-def functions_of(forces: Optional[GivenForces], settings: Settings) -> Optional[Functions]:
-    """(force, tangent, energy) as the extension calls them: each of t, x, v and rows, to lists of arrays; None where there are no forces."""
+def functions_of(forces: Optional[GivenForces], settings: Settings, particles: int) -> Optional[Functions]:
+    """(force, tangent, energy, between) as the extension wants them: functions of t, x, v, rows and pairs to lists of arrays; None where there are no
+    forces."""
     global _said
     if forces is None:
         return None
     own = forces if isinstance(forces, Forces) else Forces(forces)
+    for k in np.flatnonzero((own.between >= particles).any(axis=1)):
+        raise InputError(f"between, row {k}: {own.between[k].tolist()}: there are {particles} particles")
     if own.energy is None and not _said and dict(settings).get("-ts_type") not in _EXPLICIT:
         _said = True
         pass_on(["forces without an energy: the line search of Newton's method goes by residuals. Where they have one, give Forces(f, tangent=..., energy=...)"])
     force = _with_rows(own.force, 3)
-    tangent, energy = own.tangent and _with_rows(own.tangent, 3), own.energy and _with_rows(own.energy, 2)
+    tangent, energy = own.tangent and _with_rows(own.tangent, 3, 2), own.energy and _with_rows(own.energy, 2)
 
-    def forces_of(t: float, x: Floats, v: Floats, rows: Whole) -> List[Floats]:
+    def forces_of(t: float, x: Floats, v: Floats, rows: Whole, _: Whole) -> List[Floats]:
         return [_shaped("forces", force(t, x, v, rows), x.shape)]
 
-    def tangents_of(t: float, x: Floats, v: Floats, rows: Whole) -> List[Floats]:
+    def tangents_of(t: float, x: Floats, v: Floats, rows: Whole, pairs: Whole) -> List[Floats]:
         assert tangent
-        found = tangent(t, x, v, rows)
-        K, D = found if isinstance(found, tuple) else (found, np.zeros((x.shape[1], x.shape[1])))
-        shape = (*x.shape, x.shape[1])
-        return [_shaped("tangent", K, shape), _shaped("tangent", D, shape)]
+        found = tangent(t, x, v, rows, pairs)
+        given = list(found) if isinstance(found, tuple) else [found]
+        d, wanted = x.shape[1], 3 if len(own.between) else 1
+        if not wanted <= len(given) <= wanted + 1:
+            raise ValueError(f"tangent: {len(given)} arrays came: give {'K, D and K_between, or D_between, too' if wanted > 1 else 'K, or K and D'}")
+        given += [np.zeros((d, d))] * (4 - len(given))
+        return [_shaped("tangent", one, (len(of), d, d)) for one, of in zip(given, (x, x, pairs, pairs))]
 
-    def energies_of(t: float, x: Floats, _: None, rows: Whole) -> List[Floats]:
+    def energies_of(t: float, x: Floats, _: None, rows: Whole, __: Whole) -> List[Floats]:
         assert energy
         return [_shaped("energy", energy(t, x, rows), x.shape[:1])]
 
-    return forces_of, tangents_of if tangent else None, energies_of if energy else None
+    return forces_of, tangents_of if tangent else None, energies_of if energy else None, own.between.tolist()

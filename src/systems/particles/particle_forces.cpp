@@ -15,11 +15,12 @@ PetscErrorCode ParticleModel::force(double t, Vec y, const double** f) {
   fault_ = {};
   wasted_ = known ? 0 : wasted_ + (summed_ ? 1 : 0);
   summed_ = false;
-  // ghosts travel meanwhile; a force that couples all with all needs them first
-  if (!coupling_.active() && !known) terms_->forces(Part::interior, t, state_, force_.data(), &fault_);
+  // ghosts travel meanwhile, unless forces on any particle are asked for together with them
+  const bool ghosts_first = coupling_.active() || callback_.feels_ghosts();
+  if (!ghosts_first && !known) terms_->forces(Part::interior, t, state_, force_.data(), &fault_);
   PetscCall(state_.gather_end(t, y));
   PetscCall(terms_->gather(state_));
-  if (coupling_.active()) terms_->forces(Part::interior, t, state_, force_.data(), &fault_);
+  if (ghosts_first && !known) terms_->forces(Part::interior, t, state_, force_.data(), &fault_);
   note_interior(t, fault_);
   terms_->forces(Part::boundary, t, state_, force_.data(), &fault_);
   constraints_.clear(0, net_.n, 1, force_.data());

@@ -34,6 +34,7 @@ PetscErrorCode ParticleModel::create(MPI_Comm comm, Lattice&& lattice, std::uniq
   PetscCall(record_option("-bs_damping_law", damper_laws()[static_cast<std::size_t>(lattice.damping_law)].first.c_str()));
   PetscCall(model->read_laws(lattice));
   PetscCall(model->coupling_.read_options(comm, lattice, &options));
+  options.couples = couples_of(held_by<ForceCallback>(comm));
   if (model->coupling_.has_center_particle()) std::get<XspAttraction>(model->laws_).value = 0;
   std::vector<std::uint8_t> fixed = lattice.fixed;
   PetscCall(model->constraints_.read(comm, &lattice));

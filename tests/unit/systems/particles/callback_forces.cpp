@@ -1,5 +1,7 @@
 // Forces that a program on the library computes, with their tangent and their energy: products, matrices and changes of energy against formulas.
 #include "systems/particles/callback_forces.hpp"
+#include <algorithm>
+#include <array>
 #include "base/context.hpp"
 #include "condensed_case.hpp"
 #include "static_case.hpp"
@@ -18,14 +20,51 @@ ForceCallback swirl(int* asked) {
       for (int r = 0; r < 2; ++r)
         for (int c = 0; c < 2; ++c) f[r] += A[r][c] * std::sin(B[c][0] * x[0] + B[c][1] * x[1] + t) + C[r][c] * v[c];
   };
-  all.tangent = [asked](double t, const ForceCallback::Rows& row, const double* x, const double*, double* K, double* D) {
+  all.tangent = [asked](double t, const ForceCallback::Rows& row, const ForceCallback::Pairs&, const double* x, const double*,
+                        const ForceCallback::Blocks& add) {
     ++*asked;
+    double *K = add.K, *D = add.D;
     for (std::size_t k = 0; k < row.size(); ++k, x += 2, K += 4, D += 4)
       for (int r = 0; r < 2; ++r)
         for (int c = 0; c < 2; ++c) {
           D[2 * r + c] += C[r][c];
           for (int q = 0; q < 2; ++q) K[2 * r + c] += A[r][q] * std::cos(B[q][0] * x[0] + B[q][1] * x[1] + t) * B[q][c];
         }
+  };
+  return all;
+}
+
+/// The same of x_j - x_i and v_j - v_i as a force on i alone, for pairs of neighbours.
+ForceCallback chase(int* asked) {
+  ForceCallback all;
+  all.between = {{3, 4}, {8, 9}, {9, 8}, {13, 14}, {20, 21}, {21, 22}};
+  const ForceCallback one = swirl(asked);
+  const auto apart = [](const double* x, std::int64_t i, std::int64_t j) {
+    return std::array<double, 2>{x[2 * j] - x[2 * i], x[2 * j + 1] - x[2 * i + 1]};
+  };
+  all.force = [=](double t, const ForceCallback::Rows& row, const double* x, const double* v, double* f) {
+    const auto find = [&](std::int64_t k) { return std::lower_bound(row.begin(), row.end(), k); };
+    for (const auto& [a, b] : all.between) {
+      const auto i = find(a), j = find(b);
+      if (i == row.end() || j == row.end() || *i != a || *j != b) continue;
+      one.force(t, {0}, apart(x, i - row.begin(), j - row.begin()).data(), apart(v, i - row.begin(), j - row.begin()).data(),
+                f + 2 * (i - row.begin()));
+    }
+  };
+  all.tangent = [=](double t, const ForceCallback::Rows&, const ForceCallback::Pairs& pair, const double* x, const double* v,
+                    const ForceCallback::Blocks& add) {
+    for (std::size_t k = 0; k < pair.size(); ++k) {
+      const auto [i, j] = pair[k];
+      double K[4] = {}, D[4] = {};
+      one.tangent(t, {0}, {}, apart(x, i, j).data(), apart(v, i, j).data(), {K, D, nullptr, nullptr});
+      for (int q = 0; q < 4; ++q) {
+        add.K[4 * i + q] -= K[q];
+        add.D[4 * i + q] -= D[q];
+        add.K_between[4 * k + q] += K[q];
+        add.D_between[4 * k + q] += D[q];
+      }
+    }
+    *asked = 1;
   };
   return all;
 }
@@ -39,7 +78,9 @@ ForceCallback saddle() {
       f[1] -= 3 * x[0] + x[1];
     }
   };
-  all.tangent = [](double, const ForceCallback::Rows& row, const double*, const double*, double* K, double*) {
+  all.tangent = [](double, const ForceCallback::Rows& row, const ForceCallback::Pairs&, const double*, const double*,
+                   const ForceCallback::Blocks& add) {
+    double* K = add.K;
     for (std::size_t k = 0; k < row.size(); ++k, K += 4)
       for (int q = 0; q < 4; ++q) K[q] -= q == 0 || q == 3 ? 1 : 3;
   };
@@ -64,6 +105,7 @@ struct Acted {
     spec.dim = 2;
     spec.stiffness = {30, 20, 10};
     spec.fixed_particles = {0, 7};
+    spec.damping = {0.5};  // velocities of other ranks' particles are known
     return spec;
   }
   explicit Acted(const ForceCallback& callback) : c(PETSC_COMM_WORLD, net(), 40.0) {
@@ -125,7 +167,8 @@ double largest(const std::vector<double>& a, const std::vector<double>& b) {
 TEST_CASE("the tangent of forces computed outside is that of differences, in products and in the full Jacobian") {
   constexpr double t = 0.3, h = 1e-5, sigma = 40;
   int asked = 0;
-  Acted with(swirl(&asked));
+  const bool between = GENERATE(false, true);
+  Acted with(between ? chase(&asked) : swirl(&asked));
   const std::vector<double> without = with.product(t);
   with.c.terms->add(with.forces);
   CHECK_FALSE(with.c.terms->symmetric());
@@ -177,7 +220,7 @@ TEST_CASE("matrices hold the symmetric part of the tangent of forces computed ou
     for (PetscInt i = 0; i < with.c.net.n; ++i) {
       if (with.c.net.fixed[static_cast<std::size_t>(i)]) continue;
       double K[4] = {}, D[4] = {};
-      callback.tangent(t, {0}, y.data() + i * 4, y.data() + i * 4 + 2, K, D);
+      callback.tangent(t, {0}, {}, y.data() + i * 4, y.data() + i * 4 + 2, {K, D, nullptr, nullptr});
       for (int r = 0; r < 2; ++r)
         for (int c = 0; c < 2; ++c)
           expected[static_cast<std::size_t>(i * 2 + r)] -=
@@ -194,6 +237,43 @@ TEST_CASE("matrices hold the symmetric part of the tangent of forces computed ou
     for (int r = 0; r < 2 && !with.c.net.fixed[static_cast<std::size_t>(i)]; ++r)
       expected[static_cast<std::size_t>(i * 2 + r)] += 2 * (z.data()[i * 4 + 2] + z.data()[i * 4 + 3]);
   CHECK(largest(more, expected) < 1e-11);
+}
+
+TEST_CASE("matrices hold the symmetric part of what acts between particles") {
+  constexpr double t = 0.3;
+  int asked = 0;
+  for (const CondensedStorage storage : {CondensedStorage::springs, CondensedStorage::baij}) {
+    Acted with(chase(&asked)), without({});
+    with.c.terms->add(with.forces);
+    const auto quadratic = [&](Acted& one, const std::vector<double>& product) {  // w.P w of the velocities of z
+      const ReadArray z(one.z);
+      double sum = 0;
+      for (std::size_t k = 0; k < one.size; ++k)
+        if (!one.c.net.fixed[k / 2]) sum += z.data()[k / 2 * 4 + 2 + k % 2] * product[k];
+      MPI_Allreduce(MPI_IN_PLACE, &sum, 1, MPI_DOUBLE, MPI_SUM, PETSC_COMM_WORLD);
+      return sum;
+    };
+    // K alone: its product with (w, 0), w being the velocities of z
+    VecHandle shifted;
+    REQUIRE(VecDuplicate(with.z, shifted.out()) == 0);
+    REQUIRE(VecZeroEntries(shifted) == 0);
+    {
+      const ReadArray z(with.z);
+      const WriteArray s(shifted);
+      for (std::size_t k = 0; k < with.size; ++k) s[static_cast<PetscInt>(k / 2 * 4 + k % 2)] = z.data()[k / 2 * 4 + 2 + k % 2];
+    }
+    const auto stiffness = [&](Acted& one) {
+      std::vector<double> f(one.size);
+      REQUIRE(one.c.linearised.linearise(t, one.c.y) == 0);
+      REQUIRE(one.c.linearised.change_of_force(shifted, f.data()) == 0);
+      return f;
+    };
+    const double assembled =
+        quadratic(with, with.condensed(storage, t, {0, 0, 1}, false)) - quadratic(without, without.condensed(storage, t, {0, 0, 1}, false));
+    const double expected = -quadratic(with, stiffness(with)) + quadratic(without, stiffness(without));
+    CHECK(std::abs(expected) > 0.1);
+    CHECK(assembled == Approx(expected).epsilon(1e-9));
+  }
 }
 
 TEST_CASE("energies that come with forces computed outside are counted and searched along") {
