@@ -1,4 +1,5 @@
 // Sessions for Python: calls without the interpreter's lock, errors as (kind, text), signals and callbacks of Python between steps.
+#include <algorithm>
 #include <map>
 #include <optional>
 #include "python/petsc.hpp"
@@ -43,8 +44,8 @@ SavedState state_from(const py::dict& all) {
   return {all["time"].cast<double>(), true, parts_from(all["state"]), parts_from(all["memory"]), all["sums"].cast<std::map<std::string, double>>()};
 }
 
-/// {"time": t, "observables": {name: numbers}, "fields": {name: array}, "breaks": {name: array}, "state": of equilibria}.
-py::dict frame_of(FrameData&& frame) {
+/// {"time": t, "observables": {name: numbers}, "fields": {name: array}, "breaks": {name: array}, "state", "reaction": of equilibria}.
+py::dict frame_of(FrameData&& frame, int dim) {
   py::dict observables, fields, breaks, all;
   for (Observable& one : frame.observables) {
     const py::ssize_t size = static_cast<py::ssize_t>(one.value.size());
@@ -62,11 +63,13 @@ py::dict frame_of(FrameData&& frame) {
   all["fields"] = fields;
   all["breaks"] = breaks;
   all["state"] = state_of(std::move(frame.state));
+  const py::ssize_t particles = static_cast<py::ssize_t>(frame.reaction.size()) / std::max(dim, 1);
+  all["reaction"] = array_of(std::move(frame.reaction), {particles, dim});
   return all;
 }
 
 py::dict result_of(Result&& result, int dim) {
-  py::dict all = frame_of(std::move(result.frame));
+  py::dict all = frame_of(std::move(result.frame), dim);
   const py::ssize_t d = dim, modes = static_cast<py::ssize_t>(result.omega_squared.size()), shapes = static_cast<py::ssize_t>(result.shapes.size());
   py::ssize_t q = 0;
   while (q * q < static_cast<py::ssize_t>(result.stiffness.size())) ++q;
@@ -197,7 +200,7 @@ void bind_sessions(py::module_& m) {
   one.def("frame", [](PythonSession& s) {
     FrameData frame;
     const Error error = s.call([&] { return s->get_frame(&frame); }, true);
-    return py::make_tuple(as_python(error), frame_of(std::move(frame)));
+    return py::make_tuple(as_python(error), frame_of(std::move(frame), s->dim()));
   });
   one.def("checkpoint", [](PythonSession& s, const std::string& file) { return as_python(s.call([&] { return s->checkpoint(file); })); });
   one.def("observe", &PythonSession::observe);

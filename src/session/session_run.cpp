@@ -164,21 +164,14 @@ PetscErrorCode Session::Impl::finish() {
   PetscFunctionReturn(0);
 }
 
-/// Laid into the places of a state, from which they travel to the input's order.
 PetscErrorCode Session::Impl::forces(double t, Vec y, Array what, std::vector<double>* rows) {
   const double* f = nullptr;
   std::vector<double> reactions;
-  VecHandle places;
-  std::vector<StatePart> parts;
   PetscFunctionBegin;
   if (what == Array::force) PetscCall(model->mechanics()->force(t, y, &f));
   else PetscCall(model->mechanics()->reactions(t, y, &reactions));
   if (what == Array::reaction) f = reactions.data();
-  PetscCall(VecDuplicate(y, places.out()));
-  PetscCall(VecZeroEntries(places));
-  set_half(places, StateHalf::position, f);
-  PetscCall(model->gather_state(places, &parts));
-  PetscCall(own_numbers(parts[0].vec, rows));
+  PetscCall(rows_of_particles(*model, y, f, rows));
   PetscFunctionReturn(0);
 }
 

@@ -2,6 +2,7 @@
 #include <algorithm>
 #include <variant>
 #include "base/collective.hpp"
+#include "base/handle.hpp"
 #include "base/text.hpp"
 #include "base/vec_array.hpp"
 #include "systems/breaks.hpp"
@@ -40,6 +41,19 @@ PetscErrorCode frame_rows(System& system, double t, Vec y, const std::string& na
     PetscFunctionReturn(0);
   }
   SETERRQ(system.comm(), PETSC_ERR_ARG_WRONG, "%s has no field %s", system.name(), name.c_str());
+}
+
+/// They are laid into the places of the state's positions, from which they travel to the input's order.
+PetscErrorCode rows_of_particles(System& system, Vec y, const double* numbers, std::vector<double>* rows) {
+  VecHandle places;
+  std::vector<StatePart> parts;
+  PetscFunctionBegin;
+  PetscCall(VecDuplicate(y, places.out()));
+  PetscCall(VecZeroEntries(places));
+  set_half(places, StateHalf::position, numbers);
+  PetscCall(system.gather_state(places, &parts));
+  PetscCall(own_numbers(parts[0].vec, rows));
+  PetscFunctionReturn(0);
 }
 
 PetscErrorCode read_tables(System& system, double t, Vec y, std::vector<FrameTable>* out) {
