@@ -66,13 +66,14 @@ class Session {
   /// Makes the system that is stepped, unless it is made; what is wrong with the lattice.
   Error prepare();
   /// `count` steps, each of the length that the settings ask for (-ts_dt, -ts_type and others), shorter where it would pass -ts_max_time or an output
-  /// time. Error (Exit::solve): a step that could not be taken; the last good state stays.
+  /// time. -ts_max_steps counts all steps of the session, also those before a state was set. Error (Exit::solve): a step that could not be taken; the
+  /// last good state stays.
   Error step(std::int64_t count = 1);
   /// Steps up to the time t [s], at which the last one ends. Nothing where t is past. From the start on, the same as a run of the program with
   /// -ts_max_time t.
   Error run_until(double t);
   /// Steps up to the next output time (-bs_output_interval; without it, the next step) or the end (-ts_max_time), and stands there; `more`: false
-  /// where the run was at its end and no step was taken.
+  /// where the run was at its end and no step was taken, or -ts_max_steps allows no more, which is warned of once.
   Error run_to_frame(bool* more);
   /// Ends stepping: files that the settings name (-bs_output, -bs_report) are complete then. No step follows.
   Error finish();

@@ -94,6 +94,7 @@ PetscErrorCode Session::Impl::begin() {
   }
   given_state.reset();
   resumed.reset();
+  PetscCall(fresh->count_earlier(earlier_steps));
   PetscCall(fresh->begin());
   run = std::move(fresh);
   PetscFunctionReturn(0);
@@ -142,9 +143,11 @@ PetscErrorCode Session::Impl::run_until(double t) {
 
 /// The step that lands on an output time pauses the run, which stands there.
 PetscErrorCode Session::Impl::run_to_frame(bool* more) {
+  bool spent = false;
   PetscFunctionBegin;
   PetscCall(begin());
-  *more = !run->at_end();
+  PetscCall(run->out_of_steps(&spent));
+  *more = !spent && !run->at_end();
   if (!*more) PetscFunctionReturn(0);
   PetscReal interval = 0;
   PetscCall(PetscOptionsGetReal(nullptr, nullptr, "-bs_output_interval", &interval, nullptr));
