@@ -72,6 +72,13 @@ class PythonSession {
     }
     return error;
   }
+  /// Collective, between the session's calls, by a communicator that nobody else uses. Whether it is so on some rank.
+  bool on_some(bool yes) const {
+    const Turn turn;
+    (void)operator->();
+    (void)on_some_rank(comm_, yes, &yes);
+    return yes;
+  }
   void observe(const py::object& observer) {
     (void)operator->();
     observer_ = observer;

@@ -127,7 +127,13 @@ py::tuple numbers_of(PythonSession& s, const std::string& name, bool whole) {
 }  // namespace
 
 void bind_sessions(py::module_& m) {
-  const py::class_<Session::State, std::shared_ptr<Session::State>> saved(m, "State");
+  py::class_<Session::State, std::shared_ptr<Session::State>> saved(m, "State");
+  // it never changes, so that a copy is itself; it holds what a method remembers, by which a file alone can go on elsewhere
+  saved.def("__copy__", [](const py::object& self) { return self; });
+  saved.def("__deepcopy__", [](const py::object& self, const py::object&) { return self; });
+  saved.def("__reduce_ex__", [](const py::object&, const py::object&) -> py::object {
+    throw py::type_error("a state that save() returned stays in its process: write it by checkpoint(), and go on from there by Simulation.restart()");
+  });
   py::class_<PythonSession> one(m, "Session", py::custom_type_setup(collected));
   one.def(py::init<std::int64_t, const LatticeArrays&, const Settings&, const py::object&>());
   one.def_property_readonly("error", &PythonSession::error);
@@ -146,6 +152,7 @@ void bind_sessions(py::module_& m) {
     const Error error = s.call([&] { return s->run_to_frame(&more); });
     return py::make_tuple(as_python(error), more);
   });
+  one.def("on_some_rank", &PythonSession::on_some);
   one.def("finish", [](PythonSession& s) { return as_python(s.call([&] { return s->finish(); })); });
   one.def("statics", [](PythonSession& s, const Settings& more) { return analysed(s, [&](Result* out) { return s->solve_statics(out, more); }); });
   one.def("follow", [](PythonSession& s) { return analysed(s, [&](Result* out) { return s->follow(out); }); });
