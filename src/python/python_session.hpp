@@ -25,15 +25,15 @@ using Numbers = py::array_t<double, py::array::c_style | py::array::forcecast>;
 /// call on all ranks and is raised anew when it has ended.
 class PythonSession {
  public:
-  /// forces: None, or functions (force, tangent, energy) of which the last two may be None.
-  PythonSession(std::int64_t comm, const LatticeArrays& lattice, const Settings& settings, const py::object& forces) {
+  /// lattice: taken over, and empty afterwards. forces: None, or functions (force, tangent, energy) of which the last two may be None.
+  PythonSession(std::int64_t comm, LatticeArrays& lattice, const Settings& settings, const py::object& forces) {
     if (!forces.is_none()) std::tie(force_, tangent_, energy_) = forces.cast<std::tuple<py::object, py::object, py::object>>();
     const Turn turn;
     MPI_Comm mpi = MPI_Comm_f2c(static_cast<MPI_Fint>(comm));
     MPI_Comm_dup(mpi, &comm_);
     const PetscMPIInt ranks = size_of(comm_);
     several_ = ranks > 1;
-    error_ = Session::create(mpi, lattice, settings, &session_, Session::Make::when_needed);
+    error_ = Session::create(mpi, std::move(lattice), settings, &session_, Session::Make::when_needed);
     if (!session_) return;
     session_->on_poll([this] { return poll(); });
     if (!force_.is_none()) session_->on_force(own_forces());

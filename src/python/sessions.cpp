@@ -124,6 +124,25 @@ py::tuple numbers_of(PythonSession& s, const std::string& name, bool whole) {
   return py::make_tuple(py::none(), array_of(std::move(all), {rows, d}));
 }
 
+/// (error, array (N, d)) without a copy, which keeps the memory and may not be written to.
+py::tuple view_of(PythonSession& s, const std::string& name) {
+  Session::View view;
+  const Error error = s.call([&] { return s->view(array_named(name), &view); }, true);
+  if (error) return py::make_tuple(as_python(error), py::none());
+  const py::capsule owner(new std::shared_ptr<const void>(std::move(view.memory)), [](void* kept) {
+    PetscBool running = PETSC_FALSE;
+    (void)PetscInitialized(&running);
+    std::optional<Turn> turn;
+    if (running) turn.emplace();
+    delete static_cast<std::shared_ptr<const void>*>(kept);
+  });
+  const py::ssize_t size = sizeof(double);
+  py::array_t<double> numbers({static_cast<py::ssize_t>(view.rows), static_cast<py::ssize_t>(s->dim())},
+                              {static_cast<py::ssize_t>(view.stride) * size, size}, view.first, owner);
+  numbers.attr("setflags")(py::arg("write") = false);
+  return py::make_tuple(py::none(), numbers);
+}
+
 }  // namespace
 
 void bind_sessions(py::module_& m) {
@@ -135,7 +154,7 @@ void bind_sessions(py::module_& m) {
     throw py::type_error("a state that save() returned stays in its process: write it by checkpoint(), and go on from there by Simulation.restart()");
   });
   py::class_<PythonSession> one(m, "Session", py::custom_type_setup(collected));
-  one.def(py::init<std::int64_t, const LatticeArrays&, const Settings&, const py::object&>());
+  one.def(py::init<std::int64_t, LatticeArrays&, const Settings&, const py::object&>());
   one.def_property_readonly("error", &PythonSession::error);
   one.def_property_readonly("time", [](PythonSession& s) { return s->time(); });
   one.def_property_readonly("steps", [](PythonSession& s) { return s->steps(); });
@@ -180,6 +199,7 @@ void bind_sessions(py::module_& m) {
     return analysed(s, [&](Result* out) { return s->modes(count, out, more, about ? &state : nullptr); });
   });
   one.def("get", numbers_of);
+  one.def("view", view_of);
   one.def("set_rows", [](PythonSession& s, const std::string& name, const Numbers& rows) {
     const std::vector<double> numbers = vector_of(rows);
     return as_python(s.call([&] { return s->set_rows(array_named(name), numbers); }));

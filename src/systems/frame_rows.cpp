@@ -58,7 +58,6 @@ PetscErrorCode rows_of_particles(System& system, Vec y, const double* numbers, s
 
 PetscErrorCode read_tables(System& system, double t, Vec y, std::vector<FrameTable>* out) {
   std::vector<Field> fields;
-  std::vector<double> rows;
   PetscFunctionBegin;
   PetscCall(system.fields(t, y, &fields));
   out->clear();
@@ -66,10 +65,11 @@ PetscErrorCode read_tables(System& system, double t, Vec y, std::vector<FrameTab
     if (field.drawing) continue;
     PetscInt columns = 1;
     FrameTable table;
+    std::vector<double> rows;
     table.name = field.group.substr(field.group.rfind('/') + 1);
     PetscCall(own_rows(field, &columns, &rows));
     table.columns = static_cast<int>(columns);
-    PetscCall(gather_all(system.comm(), rows, &table.value));
+    PetscCall(gather_all(system.comm(), std::move(rows), &table.value));
     out->push_back(std::move(table));
   }
   PetscFunctionReturn(0);
@@ -88,7 +88,7 @@ PetscErrorCode read_breaks(System& system, std::vector<FrameTable>* out) {
     std::vector<double> own;  // of the first rank, which holds them all
     if (const auto* reals = std::get_if<std::vector<double>>(&list.rows)) own = *reals;
     else if (const auto* whole = std::get_if<std::vector<std::int64_t>>(&list.rows)) own.assign(whole->begin(), whole->end());
-    PetscCall(gather_all(system.comm(), own, &table.value));
+    PetscCall(gather_all(system.comm(), std::move(own), &table.value));
     out->push_back(std::move(table));
   }
   PetscFunctionReturn(0);

@@ -1,5 +1,6 @@
 """What is found outlives the motion, the process and the session that it was found by: copies and pickles."""
 import copy
+import gc
 import os
 import pathlib
 import pickle
@@ -134,3 +135,46 @@ def pooled():
         script.write_text(POOL)
         done = subprocess.run([sys.executable, str(script)], capture_output=True, text=True, timeout=60, env=dict(os.environ, PYTHONPATH=f"{PYTHON}:{HERE}"))
     assert done.returncode == 0 and done.stdout == "pooled\n" and done.stderr == "", done.stdout + done.stderr
+
+
+def views():
+    """Views are at every moment, bit for bit, what a copy is: of every method, in observers, after states that are set, restored and changed. They outlive the
+    simulation, cannot be written to, and are refused where the state does not stand in the lattice's order."""
+    net, rows = bs.Lattice(**sheet()), dict(dt=1e-3, bs_gravity=(0, -9.81), bs_ordering="rows")
+    for more in (dict(), dict(ts_type="cn"), dict(ts_type="verlet"), dict(ts_type="symplectic"), dict(ts_type="rk"), dict(ts_type="arkimex"), dict(ts_type="alpha2"),
+                 dict(ts_type="bdf", ts_bdf_order=2, ts_adapt_type="none"), dict(ts_type="rosw")):
+        simulation = bs.Simulation(net, **rows, **more)
+        x, v = simulation.view("position"), simulation.view("velocity")
+        start, seen = x.copy(), []
+        agree = lambda: np.array_equal(x, simulation.x) and np.array_equal(v, simulation.v)
+        assert x.shape == net.x.shape and np.array_equal(x, net.x) and agree(), more
+        simulation.on_step(lambda *_: seen.append(agree()))
+        simulation.step(3)
+        assert agree() and seen == [True] * 3 and not np.array_equal(x[~net.fixed], start[~net.fixed]), more
+        state, then = simulation.save(), x.copy()
+        simulation.v = 0.5 * simulation.v
+        assert np.array_equal(v[~net.fixed], simulation.v[~net.fixed]) and agree(), more
+        simulation.step(2)
+        simulation.restore(state)
+        assert np.array_equal(x, then) and agree(), more
+        simulation.change(stiffness=2 * net.stiffness)
+        simulation.step(2)
+        assert agree() and np.shares_memory(x, simulation.view("position")), more
+    with raised(ValueError, "read-only"):
+        x[0] = 1.0
+    with raised(ValueError):
+        x.setflags(write=True)
+    end = simulation.x
+    simulation.close()
+    del simulation, agree
+    gc.collect()
+    for one in [bs.Simulation(net, **rows) for _ in range(20)]:  # which would take memory that was freed
+        one.step()
+    assert np.array_equal(x, end)
+    for words, more in ((("-bs_ordering rows",), dict(bs_ordering=None)), (("groups", "copies"), dict(bs_motion_bottom="y=velocity:0.1"))):
+        with raised(bs.InputError, *words):
+            bs.Simulation(net, **{**rows, **more}).view("position")
+    with raised(bs.InputError, "velocity"):
+        bs.Simulation(net, **rows).view("force")
+    unread = list(bs.run(net, dt=1e-3, until=2e-3))
+    assert all(frame._x is None and frame._v is None for frame in unread)  # nothing is copied that is not asked for

@@ -24,9 +24,14 @@ def spoken(code, timeout=60):
 
 
 def balanced_on_ranks():
-    """The forces of supports are those of one rank, on all of them."""
-    code, said, errors = spoken("import analyses; analyses.balanced(); say(rank, 'balanced')")
-    assert code == 0 and said == [f"{k} balanced" for k in range(3)], (said, errors)
+    """The forces of supports balance the loads, on all ranks; views of the state are refused."""
+    code, said, errors = spoken("""
+import analyses
+analyses.balanced()
+try: bs.Simulation(net, dt=1e-3, bs_ordering="rows").view("position")
+except bs.InputError as error: say(rank, "balanced", "several ranks" in str(error))
+""")
+    assert code == 0 and said == [f"{k} balanced True" for k in range(3)], (said, errors)
 
 
 LOOP = """

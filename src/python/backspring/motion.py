@@ -128,6 +128,13 @@ class Simulation(Watched):
         self._same("what", lambda: one_of(what, "position", "velocity", "force", "reaction"))
         return self._found(self._session.get(what, whole))
 
+    def view(self, what: str) -> Floats:
+        """position [m] or velocity [m/s] where the state has them, (N, d), read-only and without a copy: it follows steps and states that are set or restored,
+        and stays as it is when the simulation ends. On one rank, with bs_ordering="rows" where particles would get another order, and without groups
+        that are held or move by options; else an InputError says what is in the way. Within a step it may show an attempt. Ask anew after change()."""
+        self._same("what", lambda: one_of(what, "position", "velocity"))
+        return self._found(self._session.view(what))
+
     def set(self, what: str, numbers: ArrayLike, whole: bool = True) -> None:
         """position [m] or velocity [m/s]: (N, d) of all particles, or of this rank's rows, from which the method starts anew."""
         self._same("what", lambda: one_of(what, "position", "velocity"))

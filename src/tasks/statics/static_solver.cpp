@@ -94,7 +94,7 @@ PetscErrorCode StaticSolver::sensitivities(const std::vector<double>& slope, con
   PetscCall(statics_->adjoint(found_.factor, last_, slope, lambda));
   for (std::size_t k = 0; k < names.size(); ++k) {
     PetscCall(equilibrium_->mechanics()->force_changes(names[k], equilibrium_->factor(found_.factor), last_, lambda, &rows));
-    PetscCall(gather_all(equilibrium_->comm(), rows, &(*out)[k]));
+    PetscCall(gather_all(equilibrium_->comm(), std::move(rows), &(*out)[k]));
   }
   PetscFunctionReturn(0);
 }
@@ -109,7 +109,7 @@ PetscErrorCode StaticSolver::describe(double t, Vec y, FrameData* out) {
   PetscCall(read_state(*equilibrium_, equilibrium_->factor(t), y, true, &out->state));
   PetscCall(equilibrium_->reactions(t, y, &reactions));
   PetscCall(rows_of_particles(*equilibrium_, y, reactions.data(), &rows));
-  PetscCall(gather_all(equilibrium_->comm(), rows, &out->reaction));
+  PetscCall(gather_all(equilibrium_->comm(), std::move(rows), &out->reaction));
   PetscFunctionReturn(0);
 }
 
