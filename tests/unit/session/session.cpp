@@ -108,31 +108,6 @@ double resident_memory() {
 
 }  // namespace
 
-TEST_CASE("a number of steps (-ts_max_steps) counts the steps before a state is set, too, and ends the frames with one warning") {
-  Settings settings = CHAIN;
-  for (const auto& [name, value] : Settings{{"-bs_output_interval", "0.06"}, {"-ts_max_time", "1"}, {"-ts_max_steps", "7"}})
-    settings.emplace_back(name, value);
-  std::unique_ptr<Session> session;
-  good(Session::create(world, settings, &session));
-  std::vector<std::int64_t> steps;
-  Numbers rows;
-  bool more = true;
-  for (good(session->run_to_frame(&more)); more; good(session->run_to_frame(&more))) {
-    steps.push_back(session->steps());
-    good(session->get_rows(Session::Array::velocity, &rows));
-    good(session->set_rows(Session::Array::velocity, rows));
-  }
-  REQUIRE(steps == std::vector<std::int64_t>{3, 6, 7});
-  good(session->run_to_frame(&more));
-  REQUIRE_FALSE(more);
-  good(session->finish());
-  const std::vector<std::string> said = session->warnings();
-  int rank = 0;
-  MPI_Comm_rank(world, &rank);
-  REQUIRE(said.size() == (rank == 0 ? 1 : 0));
-  if (rank == 0) REQUIRE(said[0] == "the run ended after the 7 steps of -ts_max_steps, at t = 0.14 of 1: give more of them");
-}
-
 TEST_CASE("a lattice in memory steps by backward Euler's recurrence") {
   const double m = 2, k = 50, length = 1, a = 0.1, h = 0.01;
   std::unique_ptr<Session> session;
