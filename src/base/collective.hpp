@@ -67,6 +67,15 @@ PetscErrorCode gather_all(MPI_Comm comm, const std::vector<T>& own, std::vector<
   PetscFunctionReturn(0);
 }
 
+/// Collective. The same of numbers that are not needed any more: one rank keeps them where they are.
+template <typename T>
+PetscErrorCode gather_all(MPI_Comm comm, std::vector<T>&& own, std::vector<T>* all) {
+  PetscFunctionBegin;
+  if (size_of(comm) == 1) *all = std::move(own);
+  else PetscCall(gather_all(comm, static_cast<const std::vector<T>&>(own), all));
+  PetscFunctionReturn(0);
+}
+
 /// Collective. `all`, on rank 0, becomes the elements of rank 0, then those of rank 1 and so on; elsewhere nothing. Lists: vectors, texts.
 template <class List>
 PetscErrorCode gather_on_rank_0(MPI_Comm comm, const List& own, List* all) {

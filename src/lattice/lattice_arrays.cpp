@@ -8,8 +8,9 @@ namespace bs {
 namespace {
 
 template <class T>
-std::vector<T> filled(const std::vector<T>& given, std::size_t size, T otherwise) {
-  return given.empty() ? std::vector<T>(size, otherwise) : given;
+std::vector<T> filled(std::vector<T> given, std::size_t size, T otherwise) {
+  if (given.empty()) given.assign(size, otherwise);
+  return given;
 }
 
 /// With a name for messages where the caller gave none.
@@ -23,19 +24,20 @@ std::size_t place_of(const std::vector<std::string>& names, const std::string& n
   return static_cast<std::size_t>(std::find(names.begin(), names.end(), name) - names.begin());
 }
 
-void take_springs(const LatticeArrays& a, Lattice* l) {
-  const std::int64_t s = static_cast<std::int64_t>(a.stiffness.size());
+void take_springs(LatticeArrays& a, Lattice* l) {
+  const std::size_t size = a.stiffness.size();
+  const std::int64_t s = static_cast<std::int64_t>(size);
   l->springs = {0, s, s};
-  l->pairs = a.springs;
-  l->stiffness = a.stiffness;
-  l->rest_length = filled(a.rest_length, a.stiffness.size(), std::numeric_limits<double>::quiet_NaN());
-  l->damping = filled(a.damping, a.stiffness.size(), 0.0);
-  l->spring_columns = named(a.spring_columns, "springs/");
-  l->break_columns = named(a.break_columns, "springs/");
-  if (!a.area.empty()) l->area = {AREA, std::string("springs/") + AREA, a.area};
+  l->pairs = std::move(a.springs);
+  l->stiffness = std::move(a.stiffness);
+  l->rest_length = filled(std::move(a.rest_length), size, std::numeric_limits<double>::quiet_NaN());
+  l->damping = filled(std::move(a.damping), size, 0.0);
+  l->spring_columns = named(std::move(a.spring_columns), "springs/");
+  l->break_columns = named(std::move(a.break_columns), "springs/");
+  if (!a.area.empty()) l->area = {AREA, std::string("springs/") + AREA, std::move(a.area)};
   l->box = a.box;
   (void)complete_edges(&l->box, a.dim);
-  l->shift = a.shift;
+  l->shift = std::move(a.shift);
 }
 
 void take_laws(const LatticeArrays& a, Lattice* l) {
@@ -77,7 +79,7 @@ void take_interactions(const std::vector<InteractionArrays>& given, Lattice* l) 
 
 }  // namespace
 
-bool lattice_of(const LatticeArrays& a, Lattice* out, std::string* error) {
+bool lattice_of(LatticeArrays a, Lattice* out, std::string* error) {
   *error = fault_of(a);
   if (!error->empty()) return false;
   const std::int64_t n = static_cast<std::int64_t>(a.mass.size());
@@ -85,13 +87,13 @@ bool lattice_of(const LatticeArrays& a, Lattice* out, std::string* error) {
   l.dim = a.dim;
   l.source = IN_MEMORY;
   l.particles = {0, n, n};
-  l.position = a.position;
-  l.velocity = filled(a.velocity, a.position.size(), 0.0);
-  l.mass = a.mass;
-  l.fixed = filled(a.fixed, a.mass.size(), std::uint8_t{0});
-  l.id = a.id;
-  l.particle_columns = named(a.particle_columns, "particles/");
-  l.groups = a.groups;
+  l.velocity = filled(std::move(a.velocity), a.position.size(), 0.0);
+  l.position = std::move(a.position);
+  l.fixed = filled(std::move(a.fixed), a.mass.size(), std::uint8_t{0});
+  l.mass = std::move(a.mass);
+  l.id = std::move(a.id);
+  l.particle_columns = named(std::move(a.particle_columns), "particles/");
+  l.groups = std::move(a.groups);
   take_springs(a, &l);
   take_laws(a, &l);
   take_anchors(a.anchors, &l);

@@ -62,7 +62,7 @@ inline constexpr const char* IN_MEMORY = "lattice in memory";
 
 /// The whole lattice of `arrays`; false and `error` where sizes do not fit one another, or names, flags or the box mean nothing. Other values are
 /// judged when a model is made of it.
-bool lattice_of(const LatticeArrays& arrays, Lattice* out, std::string* error);
+bool lattice_of(LatticeArrays arrays, Lattice* out, std::string* error);
 
 /// The arrays of a lattice that is whole.
 LatticeArrays arrays_of(Lattice whole);

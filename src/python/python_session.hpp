@@ -25,8 +25,9 @@ using Numbers = py::array_t<double, py::array::c_style | py::array::forcecast>;
 /// call on all ranks and is raised anew when it has ended.
 class PythonSession {
  public:
-  /// forces: None, or functions (force, tangent, energy), of which the last two may be None, and pairs (P, 2) of particles between which they act.
-  PythonSession(std::int64_t comm, const LatticeArrays& lattice, const Settings& settings, const py::object& forces) {
+  /// lattice: taken over, and empty afterwards. forces: None, or functions (force, tangent, energy), of which the last two may be None, and pairs
+  /// (P, 2) of particles between which they act.
+  PythonSession(std::int64_t comm, LatticeArrays& lattice, const Settings& settings, const py::object& forces) {
     if (!forces.is_none())
       std::tie(force_, tangent_, energy_, between_) = forces.cast<std::tuple<py::object, py::object, py::object, ForceCallback::Pairs>>();
     const Turn turn;
@@ -34,7 +35,7 @@ class PythonSession {
     MPI_Comm_dup(mpi, &comm_);
     const PetscMPIInt ranks = size_of(comm_);
     several_ = ranks > 1;
-    error_ = Session::create(mpi, lattice, settings, &session_, Session::Make::when_needed);
+    error_ = Session::create(mpi, std::move(lattice), settings, &session_, Session::Make::when_needed);
     if (!session_) return;
     session_->on_poll([this] { return poll(); });
     if (!force_.is_none()) session_->on_force(own_forces());
@@ -72,6 +73,13 @@ class PythonSession {
       error.note(0, "another rank was interrupted, or raised an exception in an observer or in forces", static_cast<Exit>(128 + SIGINT));
     }
     return error;
+  }
+  /// Collective, between the session's calls, by a communicator that nobody else uses. Whether it is so on some rank.
+  bool on_some(bool yes) const {
+    const Turn turn;
+    (void)operator->();
+    (void)on_some_rank(comm_, yes, &yes);
+    return yes;
   }
   void observe(const py::object& observer) {
     (void)operator->();

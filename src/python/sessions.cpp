@@ -1,4 +1,5 @@
 // Sessions for Python: calls without the interpreter's lock, errors as (kind, text), signals and callbacks of Python between steps.
+#include <algorithm>
 #include <map>
 #include <optional>
 #include "python/petsc.hpp"
@@ -43,8 +44,8 @@ SavedState state_from(const py::dict& all) {
   return {all["time"].cast<double>(), true, parts_from(all["state"]), parts_from(all["memory"]), all["sums"].cast<std::map<std::string, double>>()};
 }
 
-/// {"time": t, "observables": {name: numbers}, "fields": {name: array}, "breaks": {name: array}, "state": of equilibria}.
-py::dict frame_of(FrameData&& frame) {
+/// {"time": t, "observables": {name: numbers}, "fields": {name: array}, "breaks": {name: array}, "state", "reaction": of equilibria}.
+py::dict frame_of(FrameData&& frame, int dim) {
   py::dict observables, fields, breaks, all;
   for (Observable& one : frame.observables) {
     const py::ssize_t size = static_cast<py::ssize_t>(one.value.size());
@@ -62,11 +63,13 @@ py::dict frame_of(FrameData&& frame) {
   all["fields"] = fields;
   all["breaks"] = breaks;
   all["state"] = state_of(std::move(frame.state));
+  const py::ssize_t particles = static_cast<py::ssize_t>(frame.reaction.size()) / std::max(dim, 1);
+  all["reaction"] = array_of(std::move(frame.reaction), {particles, dim});
   return all;
 }
 
 py::dict result_of(Result&& result, int dim) {
-  py::dict all = frame_of(std::move(result.frame));
+  py::dict all = frame_of(std::move(result.frame), dim);
   const py::ssize_t d = dim, modes = static_cast<py::ssize_t>(result.omega_squared.size()), shapes = static_cast<py::ssize_t>(result.shapes.size());
   py::ssize_t q = 0;
   while (q * q < static_cast<py::ssize_t>(result.stiffness.size())) ++q;
@@ -121,12 +124,37 @@ py::tuple numbers_of(PythonSession& s, const std::string& name, bool whole) {
   return py::make_tuple(py::none(), array_of(std::move(all), {rows, d}));
 }
 
+/// (error, array (N, d)) without a copy, which keeps the memory and may not be written to.
+py::tuple view_of(PythonSession& s, const std::string& name) {
+  Session::View view;
+  const Error error = s.call([&] { return s->view(array_named(name), &view); }, true);
+  if (error) return py::make_tuple(as_python(error), py::none());
+  const py::capsule owner(new std::shared_ptr<const void>(std::move(view.memory)), [](void* kept) {
+    PetscBool running = PETSC_FALSE;
+    (void)PetscInitialized(&running);
+    std::optional<Turn> turn;
+    if (running) turn.emplace();
+    delete static_cast<std::shared_ptr<const void>*>(kept);
+  });
+  const py::ssize_t size = sizeof(double);
+  py::array_t<double> numbers({static_cast<py::ssize_t>(view.rows), static_cast<py::ssize_t>(s->dim())},
+                              {static_cast<py::ssize_t>(view.stride) * size, size}, view.first, owner);
+  numbers.attr("setflags")(py::arg("write") = false);
+  return py::make_tuple(py::none(), numbers);
+}
+
 }  // namespace
 
 void bind_sessions(py::module_& m) {
-  const py::class_<Session::State, std::shared_ptr<Session::State>> saved(m, "State");
+  py::class_<Session::State, std::shared_ptr<Session::State>> saved(m, "State");
+  // it never changes, so that a copy is itself; it holds what a method remembers, by which a file alone can go on elsewhere
+  saved.def("__copy__", [](const py::object& self) { return self; });
+  saved.def("__deepcopy__", [](const py::object& self, const py::object&) { return self; });
+  saved.def("__reduce_ex__", [](const py::object&, const py::object&) -> py::object {
+    throw py::type_error("a state that save() returned stays in its process: write it by checkpoint(), and go on from there by Simulation.restart()");
+  });
   py::class_<PythonSession> one(m, "Session", py::custom_type_setup(collected));
-  one.def(py::init<std::int64_t, const LatticeArrays&, const Settings&, const py::object&>());
+  one.def(py::init<std::int64_t, LatticeArrays&, const Settings&, const py::object&>());
   one.def_property_readonly("error", &PythonSession::error);
   one.def_property_readonly("time", [](PythonSession& s) { return s->time(); });
   one.def_property_readonly("steps", [](PythonSession& s) { return s->steps(); });
@@ -143,6 +171,7 @@ void bind_sessions(py::module_& m) {
     const Error error = s.call([&] { return s->run_to_frame(&more); });
     return py::make_tuple(as_python(error), more);
   });
+  one.def("on_some_rank", &PythonSession::on_some);
   one.def("finish", [](PythonSession& s) { return as_python(s.call([&] { return s->finish(); })); });
   one.def("statics", [](PythonSession& s, const Settings& more) { return analysed(s, [&](Result* out) { return s->solve_statics(out, more); }); });
   one.def("follow", [](PythonSession& s) { return analysed(s, [&](Result* out) { return s->follow(out); }); });
@@ -170,6 +199,7 @@ void bind_sessions(py::module_& m) {
     return analysed(s, [&](Result* out) { return s->modes(count, out, more, about ? &state : nullptr); });
   });
   one.def("get", numbers_of);
+  one.def("view", view_of);
   one.def("set_rows", [](PythonSession& s, const std::string& name, const Numbers& rows) {
     const std::vector<double> numbers = vector_of(rows);
     return as_python(s.call([&] { return s->set_rows(array_named(name), numbers); }));
@@ -197,7 +227,7 @@ void bind_sessions(py::module_& m) {
   one.def("frame", [](PythonSession& s) {
     FrameData frame;
     const Error error = s.call([&] { return s->get_frame(&frame); }, true);
-    return py::make_tuple(as_python(error), frame_of(std::move(frame)));
+    return py::make_tuple(as_python(error), frame_of(std::move(frame), s->dim()));
   });
   one.def("checkpoint", [](PythonSession& s, const std::string& file) { return as_python(s.call([&] { return s->checkpoint(file); })); });
   one.def("observe", &PythonSession::observe);

@@ -54,10 +54,10 @@ Error Session::create(MPI_Comm comm, std::unique_ptr<Lattice> given, const Setti
   return error;
 }
 
-Error Session::create(MPI_Comm comm, const LatticeArrays& lattice, const Settings& settings, std::unique_ptr<Session>* out, Make make) {
+Error Session::create(MPI_Comm comm, LatticeArrays lattice, const Settings& settings, std::unique_ptr<Session>* out, Make make) {
   auto whole = std::make_unique<Lattice>();
   Error error;
-  if (!lattice_of(lattice, whole.get(), &error.text)) return error;
+  if (!lattice_of(std::move(lattice), whole.get(), &error.text)) return error;
   return create(comm, std::move(whole), settings, make, out);
 }
 
@@ -146,8 +146,12 @@ Error Session::get(Array what, std::vector<double>* all) {
   std::vector<double> rows;
   return call([&] {
     const PetscErrorCode code = impl_->get(what, &rows);
-    return code ? code : gather_all(impl_->comm, rows, all);
+    return code ? code : gather_all(impl_->comm, std::move(rows), all);
   });
+}
+
+Error Session::view(Array what, View* out) {
+  return call([&] { return impl_->view(what, out); });
 }
 
 Error Session::set_rows(Array what, const std::vector<double>& rows) {

@@ -54,8 +54,7 @@ class Session {
   /// analyses make their own and need none.
   enum class Make { at_once, when_needed };
   /// `lattice`: the whole of it, the same on every rank. Errors: sizes or values that make no lattice, unknown settings.
-  static Error create(MPI_Comm comm, const LatticeArrays& lattice, const Settings& settings, std::unique_ptr<Session>* out,
-                      Make make = Make::at_once);
+  static Error create(MPI_Comm comm, LatticeArrays lattice, const Settings& settings, std::unique_ptr<Session>* out, Make make = Make::at_once);
   /// The lattice that the settings name (-bs_lattice_file, -bs_lattice_type), or another system (-bs_model).
   static Error create(MPI_Comm comm, const Settings& settings, std::unique_ptr<Session>* out, Make make = Make::at_once);
   Session(const Session&) = delete;
@@ -66,13 +65,14 @@ class Session {
   /// Makes the system that is stepped, unless it is made; what is wrong with the lattice.
   Error prepare();
   /// `count` steps, each of the length that the settings ask for (-ts_dt, -ts_type and others), shorter where it would pass -ts_max_time or an output
-  /// time. Error (Exit::solve): a step that could not be taken; the last good state stays.
+  /// time. -ts_max_steps counts all steps of the session, also those before a state was set. Error (Exit::solve): a step that could not be taken; the
+  /// last good state stays.
   Error step(std::int64_t count = 1);
   /// Steps up to the time t [s], at which the last one ends. Nothing where t is past. From the start on, the same as a run of the program with
   /// -ts_max_time t.
   Error run_until(double t);
   /// Steps up to the next output time (-bs_output_interval; without it, the next step) or the end (-ts_max_time), and stands there; `more`: false
-  /// where the run was at its end and no step was taken.
+  /// where the run was at its end and no step was taken, or -ts_max_steps allows no more, which is warned of once.
   Error run_to_frame(bool* more);
   /// Ends stepping: files that the settings name (-bs_output, -bs_report) are complete then. No step follows.
   Error finish();
@@ -109,6 +109,16 @@ class Session {
   Error get(Array what, std::vector<double>* all);
   /// Of this rank's rows.
   Error get_rows(Array what, std::vector<double>* rows);
+  /// Numbers where a state has them: component c of row i is first[i * stride + c].
+  struct View {
+    const double* first = nullptr;
+    std::int64_t rows = 0, stride = 0;
+    std::shared_ptr<const void> memory;  ///< not freed before this, also where the session ends
+  };
+  /// Positions or velocities without a copy. They follow steps and states that are set or restored, but where set_numbers() makes the system anew
+  /// (expect_changes()); within a step they may be those of an attempt. Error (Exit::input): they do not stand in the order of the input: particles
+  /// on several ranks, or in an order of their own (-bs_ordering), or groups that are held or move as given.
+  Error view(Array what, View* out);
   /// Positions or velocities of this rank's rows take the place of the last good state's, from which the method starts anew, without a history. What
   /// is held or moves as given stays where it is. Error (Exit::input): numbers that are not finite, or settings that name files of the run.
   Error set_rows(Array what, const std::vector<double>& rows);

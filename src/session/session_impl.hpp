@@ -42,6 +42,7 @@ struct Session::Impl {
   bool loading = false;                           ///< `statics` is taking load steps
   bool current = false;                           ///< the equilibrium is of the numbers of now
   bool stop_at_frame = false, finished = false, paused = false;
+  bool viewed = false;  ///< somebody looks at the vector of the state
 
   PetscErrorCode open();
   PetscErrorCode make_model(std::unique_ptr<Model>* out);
@@ -53,6 +54,8 @@ struct Session::Impl {
   PetscErrorCode finish();
   PetscErrorCode run_to_frame(bool* more);
   PetscErrorCode get(Array what, std::vector<double>* rows);
+  PetscErrorCode view(Array what, View* out);
+  PetscErrorCode show_given();
   PetscErrorCode set(Array what, const std::vector<double>& rows);
   PetscErrorCode get_frame(FrameData* out);
   PetscErrorCode forces(double t, Vec y, Array what, std::vector<double>* rows);

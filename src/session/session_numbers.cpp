@@ -112,6 +112,7 @@ PetscErrorCode Session::Impl::make_room(const std::string& name, const std::vect
   run.reset();
   given_state.reset();
   resumed.reset();
+  viewed = false;
   held_by<Client>(comm).changes_numbers = true;
   PetscCall(make_model(&model));
   PetscCall(restore(now));

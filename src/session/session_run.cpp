@@ -94,6 +94,7 @@ PetscErrorCode Session::Impl::begin() {
   }
   given_state.reset();
   resumed.reset();
+  PetscCall(fresh->count_earlier(earlier_steps));
   PetscCall(fresh->begin());
   run = std::move(fresh);
   PetscFunctionReturn(0);
@@ -142,9 +143,11 @@ PetscErrorCode Session::Impl::run_until(double t) {
 
 /// The step that lands on an output time pauses the run, which stands there.
 PetscErrorCode Session::Impl::run_to_frame(bool* more) {
+  bool spent = false;
   PetscFunctionBegin;
   PetscCall(begin());
-  *more = !run->at_end();
+  PetscCall(run->out_of_steps(&spent));
+  *more = !spent && !run->at_end();
   if (!*more) PetscFunctionReturn(0);
   PetscReal interval = 0;
   PetscCall(PetscOptionsGetReal(nullptr, nullptr, "-bs_output_interval", &interval, nullptr));
@@ -164,21 +167,14 @@ PetscErrorCode Session::Impl::finish() {
   PetscFunctionReturn(0);
 }
 
-/// Laid into the places of a state, from which they travel to the input's order.
 PetscErrorCode Session::Impl::forces(double t, Vec y, Array what, std::vector<double>* rows) {
   const double* f = nullptr;
   std::vector<double> reactions;
-  VecHandle places;
-  std::vector<StatePart> parts;
   PetscFunctionBegin;
   if (what == Array::force) PetscCall(model->mechanics()->force(t, y, &f));
   else PetscCall(model->mechanics()->reactions(t, y, &reactions));
   if (what == Array::reaction) f = reactions.data();
-  PetscCall(VecDuplicate(y, places.out()));
-  PetscCall(VecZeroEntries(places));
-  set_half(places, StateHalf::position, f);
-  PetscCall(model->gather_state(places, &parts));
-  PetscCall(own_numbers(parts[0].vec, rows));
+  PetscCall(rows_of_particles(*model, y, f, rows));
   PetscFunctionReturn(0);
 }
 

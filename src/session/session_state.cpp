@@ -29,6 +29,38 @@ PetscErrorCode Session::Impl::refuse_files() {
   PetscFunctionReturn(0);
 }
 
+/// The vector is the model's, the same for all runs.
+PetscErrorCode Session::Impl::view(Array what, View* out) {
+  Vec y;
+  PetscFunctionBegin;
+  PetscCall(begin());
+  PetscCall(require_particles());
+  if (what == Array::force || what == Array::reaction) PetscCall(fail(comm, Exit::input, "forces are no part of the state: ask for a copy of them"));
+  const std::string why = model->mechanics()->hides_rows();
+  if (!why.empty()) PetscCall(fail(comm, Exit::input, "no view of the state, but copies: " + why));
+  PetscCall(run->state_vector(&y));
+  const Layout& at = model->mechanics()->layout();
+  PetscCall(PetscObjectReference(reinterpret_cast<PetscObject>(y)));
+  out->memory = std::shared_ptr<const void>(y, [](const void* vec) {
+    Vec seen = static_cast<Vec>(const_cast<void*>(vec));
+    PetscBool running = PETSC_FALSE;
+    (void)PetscInitialized(&running);
+    if (running) (void)VecDestroy(&seen);
+  });
+  out->first = ReadArray(y).data() + (what == Array::position ? at.x(0) : at.v(0));
+  out->rows = at.particles;
+  out->stride = at.block();
+  viewed = true;
+  PetscFunctionReturn(0);
+}
+
+/// Who looks at the state sees at once what the next run begins with.
+PetscErrorCode Session::Impl::show_given() {
+  PetscFunctionBegin;
+  if (viewed) PetscCall(VecCopy(given_state, model->initial_state()));
+  PetscFunctionReturn(0);
+}
+
 static void copy_to(Vec v, const std::vector<double>& numbers) { std::copy(numbers.begin(), numbers.end(), WriteArray(v).data()); }
 
 /// Numbers of this rank's rows.
@@ -74,6 +106,7 @@ PetscErrorCode Session::Impl::set(Array what, const std::vector<double>& rows) {
   PetscCall(copy_into(&before, given_state));
   PetscCall(model->scatter_state(given_state));
   keep_held(*model->mechanics(), before, given_state);
+  PetscCall(show_given());
   PetscFunctionReturn(0);
 }
 
@@ -164,6 +197,7 @@ PetscErrorCode Session::Impl::restore(const State& state) {
   PetscCall(VecDuplicate(model->initial_state(), given_state.out()));
   PetscCall(start_anew(state.time, state.steps));
   PetscCall(put_state(*model, state, given_state));
+  PetscCall(show_given());
   PetscCall(restore_numbers(state));
   resumed = state.run;
   if (state.shown.empty()) PetscFunctionReturn(0);

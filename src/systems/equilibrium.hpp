@@ -86,6 +86,8 @@ class Equilibrium final : public FirstOrder {
   std::vector<FreeStrain> free_strains(double t);
   /// Collective. Of the forces at (t, y), evaluated afresh.
   PetscErrorCode balance(double t, Vec y, Balance* out);
+  /// Collective. Mechanics::reactions at (t, y).
+  PetscErrorCode reactions(double t, Vec y, std::vector<double>* out);
   /// Collective. Whether y, which a solver calls the equilibrium of time t, is one, whatever the solver's own tolerances: the unbalanced force and,
   /// where stresses of the box are given, what is missing of them, are below 1e-6 of the forces of the run so far, and no particle is left with a
   /// thousandth of its own. `why`: it is none; `hopeless`: a shorter load step would not mend that.

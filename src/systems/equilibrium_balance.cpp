@@ -47,6 +47,14 @@ double Equilibrium::share_left(PetscInt k, double left, double acting) const {
   return beyond > 0 ? or_infinite(beyond / std::max({acting, FAINT * rounding, slight_force(k)})) : 0;
 }
 
+PetscErrorCode Equilibrium::reactions(double t, Vec y, std::vector<double>* out) {
+  double s = 0;
+  PetscFunctionBegin;
+  PetscCall(stand(t, y, &s));
+  PetscCall(own_->reactions(s, rest_, out));
+  PetscFunctionReturn(0);
+}
+
 PetscErrorCode Equilibrium::balance(double t, Vec y, Balance* out) {
   const Layout at = own_->layout();
   const double* force = nullptr;

@@ -2,6 +2,7 @@
 #include <algorithm>
 #include <variant>
 #include "base/collective.hpp"
+#include "base/handle.hpp"
 #include "base/text.hpp"
 #include "base/vec_array.hpp"
 #include "systems/breaks.hpp"
@@ -42,9 +43,21 @@ PetscErrorCode frame_rows(System& system, double t, Vec y, const std::string& na
   SETERRQ(system.comm(), PETSC_ERR_ARG_WRONG, "%s has no field %s", system.name(), name.c_str());
 }
 
+/// They are laid into the places of the state's positions, from which they travel to the input's order.
+PetscErrorCode rows_of_particles(System& system, Vec y, const double* numbers, std::vector<double>* rows) {
+  VecHandle places;
+  std::vector<StatePart> parts;
+  PetscFunctionBegin;
+  PetscCall(VecDuplicate(y, places.out()));
+  PetscCall(VecZeroEntries(places));
+  set_half(places, StateHalf::position, numbers);
+  PetscCall(system.gather_state(places, &parts));
+  PetscCall(own_numbers(parts[0].vec, rows));
+  PetscFunctionReturn(0);
+}
+
 PetscErrorCode read_tables(System& system, double t, Vec y, std::vector<FrameTable>* out) {
   std::vector<Field> fields;
-  std::vector<double> rows;
   PetscFunctionBegin;
   PetscCall(system.fields(t, y, &fields));
   out->clear();
@@ -52,10 +65,11 @@ PetscErrorCode read_tables(System& system, double t, Vec y, std::vector<FrameTab
     if (field.drawing) continue;
     PetscInt columns = 1;
     FrameTable table;
+    std::vector<double> rows;
     table.name = field.group.substr(field.group.rfind('/') + 1);
     PetscCall(own_rows(field, &columns, &rows));
     table.columns = static_cast<int>(columns);
-    PetscCall(gather_all(system.comm(), rows, &table.value));
+    PetscCall(gather_all(system.comm(), std::move(rows), &table.value));
     out->push_back(std::move(table));
   }
   PetscFunctionReturn(0);
@@ -74,7 +88,7 @@ PetscErrorCode read_breaks(System& system, std::vector<FrameTable>* out) {
     std::vector<double> own;  // of the first rank, which holds them all
     if (const auto* reals = std::get_if<std::vector<double>>(&list.rows)) own = *reals;
     else if (const auto* whole = std::get_if<std::vector<std::int64_t>>(&list.rows)) own.assign(whole->begin(), whole->end());
-    PetscCall(gather_all(system.comm(), own, &table.value));
+    PetscCall(gather_all(system.comm(), std::move(own), &table.value));
     out->push_back(std::move(table));
   }
   PetscFunctionReturn(0);

@@ -13,6 +13,9 @@ namespace bs {
 /// held or moves as given is where it is at time t.
 PetscErrorCode frame_rows(System& system, double t, Vec y, const std::string& name, std::vector<double>* rows);
 
+/// Collective. This rank's rows, in the input's order, of numbers of the owned particles, (n, d) in the order of the state y.
+PetscErrorCode rows_of_particles(System& system, Vec y, const double* numbers, std::vector<double>* rows);
+
 /// A field of a frame, whole: (rows, columns) in the input's order.
 struct FrameTable {
   std::string name;  ///< the last part of its path in a trajectory: position, velocity, tension
@@ -27,6 +30,7 @@ struct FrameData {
   std::vector<FrameTable> tables;
   std::vector<FrameTable> breaks;  ///< what broke so far, by the columns of /events/broken; empty where nothing did
   SavedState state;                ///< of equilibria, whole
+  std::vector<double> reaction;    ///< of equilibria: (N, d) forces that supports and motions exert on what is held, 0 elsewhere [N]
   /// Null: there is none of that name.
   const Observable* observable(const std::string& name) const;
   const FrameTable* table(const std::string& name) const;

@@ -130,6 +130,8 @@ class Mechanics : public System {
   virtual bool flows() const { return false; }
   virtual PetscErrorCode add_flow(Vec) { return 0; }
   virtual const Layout& layout() const = 0;
+  /// Why the rows of the input that frames show do not stand in a state as layout() has them; empty: they do.
+  virtual std::string hides_rows() const { return "the system has an order of its own"; }
   /// Masses of the owned particles [kg], (n) or longer.
   virtual const std::vector<double>& masses() const = 0;
   /// Collective. f(t, x, v) [N] of the owned particles, (n, d), zero at fixed ones, where they are held at x; borrowed until

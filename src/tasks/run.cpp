@@ -206,6 +206,25 @@ PetscErrorCode Run::go_on(std::int64_t steps) {
   PetscFunctionReturn(0);
 }
 
+PetscErrorCode Run::count_earlier(std::int64_t steps) {
+  PetscInt most;
+  PetscFunctionBegin;
+  earlier_steps_ = steps;
+  PetscCall(TSGetMaxSteps(ts_, &most));
+  if (most < PETSC_MAX_INT) PetscCall(TSSetMaxSteps(ts_, static_cast<PetscInt>(std::max<std::int64_t>(most - steps, 0))));
+  PetscFunctionReturn(0);
+}
+
+PetscErrorCode Run::out_of_steps(bool* yes) {
+  PetscInt taken, most;
+  PetscFunctionBegin;
+  PetscCall(TSGetStepNumber(ts_, &taken));
+  PetscCall(TSGetMaxSteps(ts_, &most));
+  *yes = taken >= most;
+  if (*yes && !at_end()) PetscCall(warn_of_early_end());
+  PetscFunctionReturn(0);
+}
+
 PetscErrorCode Run::trouble(std::string* why) {
   TSConvergedReason reason;
   PetscFunctionBegin;

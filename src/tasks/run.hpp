@@ -72,6 +72,10 @@ class Run {
   PetscErrorCode set_end(double time);
   /// Collective. The run has no end that steps would be shortened for.
   PetscErrorCode leave_open();
+  /// Collective, before begin(). Of the steps that -ts_max_steps allows, runs before this one have taken so many.
+  PetscErrorCode count_earlier(std::int64_t steps);
+  /// Collective. Whether -ts_max_steps allows no step more; if so, and the end is not come to, warns of it, once.
+  PetscErrorCode out_of_steps(bool* yes);
   bool at_end() const { return stepper_->good_time() >= stepper_->end(); }
   double time() const { return stepper_->good_time(); }
   std::int64_t steps() const { return stepper_->counts().steps; }
@@ -90,6 +94,7 @@ class Run {
   RunState state() const;
   PetscErrorCode final_warnings(TSConvergedReason reason);
   PetscErrorCode warn_of_cuts();
+  PetscErrorCode warn_of_early_end();
   PetscErrorCode end_at_rest(double time, Vec y);
   PetscErrorCode observe(double time, Vec y);
   PetscErrorCode on_frame(PetscInt step, double time, Vec y);
@@ -151,6 +156,7 @@ class Run {
   std::vector<Observable> first_, last_;
   double observed_ = 0;  ///< when last_ was [s]
   double start_ = 0, end_ = 0;
+  std::int64_t earlier_steps_ = 0;          ///< of runs before this one, by one session
   std::int64_t pause_at_ = -1;              ///< step after which TSSolve returns; -1: none
   std::string interval_note_;               ///< of the header, where the distance of frames was chosen
   double most_force_ = 0, most_speed_ = 0;  ///< 2-norms of f and of sqrt(M) v, since the run began

@@ -73,14 +73,19 @@ PetscErrorCode Run::warn_of_cuts() {
   PetscFunctionReturn(0);
 }
 
+PetscErrorCode Run::warn_of_early_end() {
+  PetscFunctionBegin;
+  PetscCall(warnings_.add("ended_early", format("the run ended after the %s of -ts_max_steps, at %s %.10g of %.10g: give more of them",
+                                                how_many(stepper_->counts().steps + earlier_steps_, "step").c_str(),
+                                                hooks_.loads ? hooks_.clock : "t =", stepper_->good_time(), end_)));
+  PetscFunctionReturn(0);
+}
+
 /// What the end tells of the whole run. `reason`: of the TS.
 PetscErrorCode Run::final_warnings(TSConvergedReason reason) {
   PetscFunctionBegin;
   PetscCall(warn_of_cuts());
-  if (reason == TS_CONVERGED_ITS)
-    PetscCall(warnings_.add(
-        "ended_early", format("the run ended after the %s of -ts_max_steps, at %s %.10g of %.10g: give more of them",
-                              how_many(stepper_->counts().steps, "step").c_str(), hooks_.loads ? hooks_.clock : "t =", stepper_->good_time(), end_)));
+  if (reason == TS_CONVERGED_ITS) PetscCall(warn_of_early_end());
   if (context_.newton.loose() > 0)
     PetscCall(
         warnings_.add("newton_loose", format("%s ended by the tolerances that are given (-snes_atol, -snes_rtol) with more than a thousandth of the "

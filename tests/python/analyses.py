@@ -178,5 +178,31 @@ def held_groups():
     assert list(eq.reactions) == ["wall"] and eq.reactions.get("middle") is None and "middle" not in eq.reactions and abs(eq.reactions["wall"][0] + 1) < 1e-12
     with raised(KeyError, "nothing holds", "'middle'", "wall"):
         eq.reactions["middle"]
+    assert abs(eq.reaction[:, 0] - [-1, 0, -2]).max() < 1e-12
     with bs.Simulation(eq, dt=1.0) as simulation:
-        assert abs(simulation.reactions[:, 0] - [-1, 0, -2]).max() < 1e-12
+        assert np.array_equal(simulation.reactions, eq.reaction)
+
+
+def balanced():
+    """What holds a sheet bears its weight and its loads, in forces and moments, and pulls each particle back that its springs pull away; on the way to the
+    full loads the part of them that has been come to."""
+    g, pull = np.array([0.0, -9.81]), np.array([0.3, -2.0])
+    data = sheet()
+    net = bs.Lattice(**{**data, "groups": {"bottom": data["groups"]["bottom"]}})  # what is fixed is in no group
+    turn = lambda x, f: float((x[:, 0] * f[:, 1] - x[:, 1] * f[:, 0]).sum())
+    for options in (dict(), dict(bs_motion_bottom="x=fixed"), dict(bs_motion_bottom="y=velocity:-0.1"), dict(stop=lambda s, eq: s > 0.4)):
+        seen = []
+        eq = bs.statics(net, loads={"bottom": pull}, load_steps=4, bs_gravity=g, snes_rtol=1e-13, observe=lambda s, state: seen.append(state.reaction.copy()), **options)
+        s, held = eq.load_factor, net.fixed.copy()
+        given = s * net.mass[:, None] * g
+        given[net.groups["bottom"]] += s * pull
+        assert abs(eq.reaction.sum(axis=0) + given.sum(axis=0)).max() < 1e-8 and abs(turn(eq.x, eq.reaction) + turn(eq.x, given)) < 1e-8, options
+        assert len(seen) == eq.steps and np.array_equal(seen[-1], eq.reaction) and not np.array_equal(seen[0], seen[1])
+        if "bs_motion_bottom" in options:
+            held |= net.groups["bottom"]
+            assert np.allclose(eq.reaction[net.groups["bottom"]].sum(axis=0), eq.reactions["bottom"], rtol=0, atol=1e-9)
+        way = eq.x[net.pairs[:, 1]] - eq.x[net.pairs[:, 0]]
+        springs = way / np.linalg.norm(way, axis=1)[:, None] * eq.tension[:, None]
+        for end, sign in ((0, 1), (1, -1)):
+            np.add.at(given, net.pairs[:, end], sign * springs)
+        assert abs(eq.reaction + given).max() < 1e-8 and not eq.reaction[~held].any() and eq.reaction[net.fixed].any(axis=1).all(), options

@@ -75,13 +75,19 @@ def compare():
     assert np.allclose(bs.modes(eq, 5).omega2, bs.modes(expected, 5).omega2, rtol=1e-12)
 
 
-def between_particles():
-    """On one rank and on three; and one force alone that follows another particle; pairs that are none."""
-    from helpers import python, raised  # of a run that has the program's path, which compare() on several ranks has not
+def between_on_ranks():
+    """Before this process starts MPI."""
+    from helpers import python  # of a run that has the program's path, which compare() on several ranks has not
 
-    compare()
     done = python("import own_pairs; own_pairs.compare()", 3, timeout=240)
     assert done.returncode == 0, done.stdout + done.stderr
+
+
+def between_particles():
+    """On one rank; one force alone that follows another particle; pairs that are none."""
+    from helpers import raised
+
+    compare()
     # the third mass follows the second one, which does not feel it: x'' = -k (x - y - 1) with y = 1 + t
     chain = bs.Lattice([[0.0], [1.0], [2.0]], [[0, 1]], stiffness=1.0, rest_length=1.0, mass=1.0, velocity=[[1.0], [1.0], [0.0]])
     k = 25.0

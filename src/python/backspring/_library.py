@@ -7,7 +7,7 @@ import hashlib
 import itertools
 import sys
 import weakref
-from typing import TYPE_CHECKING, Any, Callable, Dict, Mapping, Optional, Tuple, TypeVar, cast
+from typing import TYPE_CHECKING, Any, Callable, Dict, Generator, Mapping, Optional, Tuple, TypeVar, cast
 
 import numpy as np
 
@@ -24,12 +24,17 @@ if TYPE_CHECKING:
 Checked = TypeVar("Checked")
 
 _open: Dict[int, Any] = {}  # number: session. Calls are collective, also the end: on several ranks it must not depend on when garbage is collected
+_loops: Dict[int, "weakref.ref[Generator[Any, None, None]]"] = {}  # loops over motions, by the numbers of their sessions
 _numbers = itertools.count()
 
 
 @atexit.register
 def _end() -> None:
-    """Sessions end before PETSc does, PETSc before MPI."""
+    """Loops end before their sessions, sessions before PETSc does, PETSc before MPI."""
+    for _, loop in sorted(_loops.items()):
+        frames = loop()
+        if frames is not None:
+            frames.close()
     for _, session in sorted(_open.items()):
         session = session() if isinstance(session, weakref.ref) else session
         if session is not None:
@@ -106,6 +111,13 @@ def require_same(comm: Comm, arguments: Mapping[str, Any]) -> None:
                 raise InputError(f"{name}: rank {rank} gives something else than rank 0: arguments are the same on every rank")
 
 
+class InProcess:
+    """What holds a session, and cannot be copied or sent."""
+
+    def __reduce_ex__(self, protocol: Any) -> Any:
+        raise TypeError(f"a {type(self).__name__} stays in its process: send its lattice, a frame or an equilibrium, or go on elsewhere from Simulation.checkpoint()")
+
+
 def new_session(comm: Comm, lattice: Lattice, settings: Settings, forces: Optional[GivenForces] = None, more: Settings = []) -> Tuple[Session, int]:
     """A session of the extension, and its number among those that are open. forces: f(t, x, v) or f(t, x, v, rows), or Forces; more: settings of
     the call that follows."""
@@ -118,6 +130,13 @@ def new_session(comm: Comm, lattice: Lattice, settings: Settings, forces: Option
     number = next(_numbers)
     _open[number] = weakref.ref(session, lambda _: _open.pop(number, None)) if world(comm).size == 1 else session
     return session, number
+
+
+def ends_first(frames: Generator[Any, None, None], number: Optional[int]) -> None:
+    """A loop over the session of that number ends before it, also with the interpreter."""
+    if number is not None:
+        own = number
+        _loops[own] = weakref.ref(frames, lambda _: _loops.pop(own, None))
 
 
 def end_session(session: Session, number: int) -> None:

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from . import errors
-from ._library import end_session, new_session, on_all, require_same
+from ._library import InProcess, end_session, new_session, on_all, require_same
 from .analyses import _asked
 from .arguments import array_of, mask_of, numbers_in
 from .errors import InputError
@@ -58,7 +58,7 @@ def numbered(session: Session, lattice: Lattice, lengths: bool = False) -> Latti
     return now
 
 
-class Statics:
+class Statics(InProcess):
     """Equilibria of one lattice whose numbers change, by a solver that stays: partition, patterns and orderings are made once.
 
         with bs.Statics(net, loads={"top": (0, -5.0)}) as solver:

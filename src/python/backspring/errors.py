@@ -37,7 +37,7 @@ class FileError(Error, OSError):
 
 
 class Stopped(Error):
-    """Another rank was interrupted, or raised an exception in an observer or in forces."""
+    """Another rank was interrupted, raised an exception in an observer or in forces, or left a loop over a motion."""
 
 
 class BackspringWarning(UserWarning):

@@ -23,20 +23,44 @@ class Frame:
     """A moment of a motion. t: its time [s]; lattice: what moves.
 
     Frames of run() keep all but the forces; those of observers look when they are asked, on all ranks, and keep what they found. What a loop over run()
-    has changed in x or v when it goes on becomes the state, from which the method starts anew.
+    has changed in x or v when it goes on becomes the state, from which the method starts anew. Copies (pickle, copy) stand alone: they hold what is to be
+    had at their moment, also the forces where the motion has not gone on (on several ranks: where they were asked for before), and cannot be written to.
     """
 
     t: float
     lattice: Lattice
 
     def __init__(self, simulation: Simulation) -> None:
-        self._simulation, self._moment = simulation, simulation._moment()
+        self._simulation: Optional[Simulation] = simulation
+        self._moment, self._rows = simulation._moment(), simulation.rows
         self.t, self.lattice = simulation.t, simulation.lattice
         self._kept: Optional[Dict[str, Any]] = None
         self._x: Optional[Floats] = None
         self._v: Optional[Floats] = None
+        self._forces: Optional[Floats] = None
+
+    def __getstate__(self) -> Dict[str, Any]:
+        """What a copy has: all that reading finds, and no simulation. Collective for frames of observers."""
+        here = self._simulation
+        if here is not None and here._comm.size == 1 and here._number is not None and self._moment == here._moment():
+            self._forces = here.forces
+        kept = {**self._found(), "fields": {name: one for name, one in self._found()["fields"].items() if name not in ("position", "velocity")}}
+        return {**vars(self), "_x": np.array(self.x), "_v": np.array(self.v), "_kept": kept, "_simulation": None}
+
+    def __setstate__(self, state: Dict[str, Any]) -> None:
+        vars(self).update(state)
+        for one in (self._x, self._v, self._forces):
+            if one is not None:
+                one.flags.writeable = False
+
+    def _put(self, value: Floats) -> Floats:
+        if self._simulation is None:
+            raise Error("this frame is a copy, which no motion follows: change the frame of the loop, or set x and v of a simulation")
+        return value
 
     def _still(self) -> Simulation:
+        if self._simulation is None:
+            raise Error("this frame is a copy without the forces: ask for them before it is copied, while the motion has not gone on")
         if self._moment != self._simulation._moment():
             raise Error(f"the motion has gone on from t = {self.t:g} s: ask for it before, or take a frame of run(), which keeps all but the forces")
         return self._simulation
@@ -47,39 +71,50 @@ class Frame:
         return self._kept
 
     def _table(self, name: str) -> Floats:
-        return np.array(self._found()["fields"][name].reshape(len(self.lattice), -1)[:, : self.lattice.dim])
+        table: Floats = self._found()["fields"][name].reshape(len(self.lattice), -1)[:, : self.lattice.dim]
+        return table
+
+    def _own(self, name: str) -> Floats:
+        return self.x if name == "position" else self.v
+
+    def _changed(self, name: str) -> bool:
+        """Whether positions or velocities are others than they were found; those that nobody has asked for are not."""
+        own = self._x if name == "position" else self._v
+        return own is not None and not np.array_equal(own, self._table(name))
 
     @property
     def x(self) -> Floats:
         """(N, d) positions [m], which a loop over run() may change."""
         if self._x is None:
-            self._x = self._table("position")
+            self._x = self._table("position").copy()
         return self._x
 
     @x.setter
     def x(self, value: Floats) -> None:
-        self._x = value
+        self._x = self._put(value)
 
     @property
     def v(self) -> Floats:
         """(N, d) velocities [m/s], which a loop over run() may change."""
         if self._v is None:
-            self._v = self._table("velocity")
+            self._v = self._table("velocity").copy()
         return self._v
 
     @v.setter
     def v(self, value: Floats) -> None:
-        self._v = value
+        self._v = self._put(value)
 
     @property
     def rows(self) -> slice:
         """The rows of this rank, of those of all particles."""
-        return self._simulation.rows
+        return self._rows
 
     @property
     def forces(self) -> Floats:
         """(N, d) [N], as long as the motion has not gone on."""
-        return self._still().forces
+        if self._simulation is not None or self._forces is None:
+            self._forces = self._still().forces
+        return self._forces
 
     @property
     def observables(self) -> Observables:

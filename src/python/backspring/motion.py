@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import os
-from typing import TYPE_CHECKING, Any, Callable, Dict, Optional, Tuple, Type, TypeVar, Union
+from typing import TYPE_CHECKING, Any, Callable, Dict, Optional, Tuple, Type, Union
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from . import errors
-from ._library import agreed, end_session, new_session, on_all, require_same, world
+from ._library import end_session, new_session, on_all, require_same, world
 from .analyses import start_of
 from .arguments import array_of, one_of
 from .breaks import Events
@@ -19,18 +19,16 @@ from .frames import Frame
 from .kinds import Comm, Floats, GivenForces, Loads, Mask, Observables, Option, Settings, Shared
 from .lattice import Lattice
 from .options import joined, loads_of, settings_of, whole
-from .progress import Progress
 from .results import Equilibrium
+from .watching import Found, Observe, Watched
 
 if TYPE_CHECKING:
     from ._core import State
 
-Observe = Callable[[float, Frame], Any]
 Path = Union[str, os.PathLike[str]]
-Found = TypeVar("Found")
 
 
-class Simulation:
+class Simulation(Watched):
     """A lattice that is stepped in time. lattice: what moves, N particles and S springs in d dimensions.
 
     dt: the step [s]. forces: f(t, x, v) -> (N, d) [N] beside those of the options, not in the tangent of implicit methods (soft forces); on several ranks
@@ -41,13 +39,12 @@ class Simulation:
     """
 
     lattice: Lattice
-    stopped: bool
 
     def __init__(self, net: Union[Lattice, Equilibrium], *, dt: Optional[float] = None, loads: Optional[Loads] = None, total: Shared = False,
                  forces: Optional[GivenForces] = None, observe: Optional[Observe] = None, stop: Optional[Observe] = None, comm: Comm = None,
                  **options: Option) -> None:
         self._number: Optional[int] = None
-        self._comm = world(comm)
+        super().__init__(world(comm), observe, stop)
 
         def checked() -> Tuple[Lattice, Settings, Optional[GivenForces]]:
             for name, one in (("observe", observe), ("stop", stop)):
@@ -56,13 +53,9 @@ class Simulation:
             lattice, earlier, own = start_of(net, forces)
             return lattice, joined(earlier, loads_of(loads, total, lattice.dim) + settings_of({"ts_dt": dt}) + settings_of(options)), own
 
-        lattice, settings, forces = on_all(comm, checked)
-        self.lattice, self.stopped, self._settings = lattice, False, settings
-        self._observe, self._stop, self._on_step = observe, stop, None  # type: Optional[Observe], Optional[Observe], Optional[Callable[..., Any]]
-        self._bar: Optional[Progress] = None
-        self._most: Optional[int] = None  # steps after which the call under way ends
-        self._sets, self._warned, self._raised, self._others = 0, 0, None, False  # type: int, int, Optional[BaseException], bool
-        self._session, self._number = new_session(comm, lattice, settings, forces)
+        self.lattice, settings, forces = on_all(comm, checked)
+        self._sets = 0
+        self._session, self._number = new_session(comm, self.lattice, settings, forces)
         self._done(self._session.inherit(net._state) if isinstance(net, Equilibrium) else self._session.prepare())
         self._attach()
 
@@ -74,52 +67,8 @@ class Simulation:
         simulation.get("position", whole=False)  # reads the state
         return simulation
 
-    def _attach(self) -> None:
-        wanted = self._observe or self._stop or self._on_step or self._bar or self._most is not None
-        self._session.observe(self._after_step if wanted else None)
-
-    def _after_step(self, step: int, t: float, *more: Any) -> bool:
-        """Whether the call ends with this step: the same on all ranks."""
-        said = False
-        try:
-            if self._on_step:
-                self._on_step(step, t, *more)
-            frame = Frame(self)
-            if self._observe:
-                self._observe(t, frame)
-            said = self._stop is not None and bool(self._stop(t, frame))
-        except BaseException as error:
-            self._raised = error
-        if self._bar:
-            self._bar.at(t, step)
-        wrong = self.agreed(self._raised is not None)
-        self._others = wrong and self._raised is None
-        self.stopped = not wrong and self._stop is not None and self.agreed(said)
-        return wrong or self.stopped or self.steps == self._most
-
-    def _step(self, call: Callable[[], Any]) -> Any:
-        """A call that takes steps."""
-        self.stopped, self._raised, self._others = False, None, False
-        found = call()
-        error = found[0] if isinstance(found, tuple) and len(found) == 2 and isinstance(found[1], bool) else found
-        if self._raised is not None:
-            raised, self._raised = self._raised, None
-            raise raised
-        if self._others:
-            raise errors.Stopped("another rank was interrupted, or raised an exception in an observer or in forces")
-        self._done(error)
-        return found
-
-    def _done(self, error: Optional[Tuple[int, str]]) -> None:
-        warned = self._session.warnings
-        errors.pass_on(warned[self._warned :])
-        self._warned = len(warned)
-        errors.check(error, self._last)
-
-    def _found(self, answer: Tuple[Optional[Tuple[int, str]], Found]) -> Found:
-        """What a call found, unless it failed."""
-        self._done(answer[0])
-        return answer[1]
+    def _frame(self) -> Frame:
+        return Frame(self)
 
     def _same(self, name: str, check: Callable[[], Found]) -> Found:
         """An argument as `check` returns it, unless that raises or returns something else on some rank."""
@@ -130,11 +79,6 @@ class Simulation:
     def _moment(self) -> Tuple[int, int]:
         """Another one whenever the state is another."""
         return self._session.steps, self._sets
-
-    def _last(self) -> Frame:
-        frame = Frame(self)
-        frame._found()
-        return frame
 
     def step(self, count: int = 1) -> None:
         """`count` steps."""
@@ -183,6 +127,13 @@ class Simulation:
         """position [m], velocity [m/s], force or reaction [N]: (N, d) of all particles, or of this rank's rows."""
         self._same("what", lambda: one_of(what, "position", "velocity", "force", "reaction"))
         return self._found(self._session.get(what, whole))
+
+    def view(self, what: str) -> Floats:
+        """position [m] or velocity [m/s] where the state has them, (N, d), read-only and without a copy: it follows steps and states that are set or restored,
+        and stays as it is when the simulation ends. On one rank, with bs_ordering="rows" where particles would get another order, and without groups
+        that are held or move by options; else an InputError says what is in the way. Within a step it may show an attempt. Ask anew after change()."""
+        self._same("what", lambda: one_of(what, "position", "velocity"))
+        return self._found(self._session.view(what))
 
     def set(self, what: str, numbers: ArrayLike, whole: bool = True) -> None:
         """position [m] or velocity [m/s]: (N, d) of all particles, or of this rank's rows, from which the method starts anew."""
@@ -237,10 +188,6 @@ class Simulation:
         self._done(self._session.restore(state))
         self.lattice = numbered(self._session, self.lattice)
         self._sets += 1
-
-    def agreed(self, some: bool) -> bool:
-        """Whether it is so on some rank."""
-        return agreed(self._comm, some)
 
     @property
     def x(self) -> Floats:

@@ -60,14 +60,6 @@ def joined(earlier: Settings, later: Settings) -> Settings:
     return [one for one in earlier if kept_name(one[0]).lower() not in seen] + later
 
 
-def told(name: str, settings: Settings) -> Optional[str]:
-    """What the settings say of an option, under whichever of its names; the last of them holds. None where it is not among them."""
-    from ._core import kept_name
-
-    texts = [text for one, text in settings if kept_name(one).lower() == name]
-    return texts[-1] if texts else None
-
-
 def _shared(total: Shared, groups: List[str]) -> List[str]:
     """The groups whose particles share their load."""
     if total is None or isinstance(total, (bool, np.bool_)):

@@ -24,7 +24,7 @@ class Reactions(Dict[str, Floats]):
     def __missing__(self, group: str) -> Floats:
         held = ", ".join(self) or "none"
         raise NoReaction(f"reactions: nothing holds a group {group!r}; groups that are held: {held}; the forces on all particles that are held, in a group or not: "
-                         "backspring.Simulation(eq, dt=1.0).reactions")
+                         "reaction, (N, d)")
 
 
 class Equilibrium:
@@ -32,6 +32,7 @@ class Equilibrium:
 
     load_factor: 1 under the full loads [1]. newton, krylov: iterations of all load steps; steps, rejected: load steps taken and attempts that failed.
     observables: {name: numbers} as in a trajectory; fields: {name: array}, likewise. events: the springs that broke, and at which load.
+    reaction: (N, d) forces that supports and motions exert on all that is held, in a group or not, 0 elsewhere [N].
     lattice, settings, forces: what was solved.
     """
 
@@ -40,6 +41,7 @@ class Equilibrium:
     forces: Optional[GivenForces]
     observables: Observables
     fields: Dict[str, Floats]
+    reaction: Floats
     load_factor: float
     newton: int
     krylov: int
@@ -50,6 +52,7 @@ class Equilibrium:
     def __init__(self, lattice: Lattice, settings: Settings, forces: Optional[GivenForces], found: Found) -> None:
         self.lattice, self.settings, self.forces = lattice, settings, forces
         self.observables, self.fields, self.events = found["observables"], found["fields"], events_of(found["breaks"])
+        self.reaction = found["reaction"]
         self.load_factor, self.newton, self.krylov = found["load_factor"], found["newton"], found["krylov"]
         self.steps, self.rejected = found["steps"], found["rejected"]
         self._state = found["state"]
@@ -76,8 +79,7 @@ class Equilibrium:
 
     @property
     def reactions(self) -> Dict[str, Floats]:
-        """{group: (d,)} forces of supports on the group [N], of groups that something holds; particle by particle, of those in no group, too, where it stands
-        under the full loads: Simulation(eq, dt=1.0).reactions."""
+        """{group: (d,)} forces of supports on the group [N], of groups that something holds; particle by particle, of those in no group, too: reaction."""
         return Reactions({name.split("/", 1)[1]: np.atleast_1d(value) for name, value in self.observables.items() if name.startswith("reaction/")})
 
     def plot(self, file: Union[str, os.PathLike[str], None] = None, **look: Any) -> Figure:

@@ -2,20 +2,19 @@
 
 from __future__ import annotations
 
-from typing import Dict, Iterator, Optional, Union
+from typing import Dict, Generator, Iterator, Optional, Union
 
-import numpy as np
-
-from ._library import on_all, world
+from ._library import ends_first, on_all, world
 from .arguments import array_of
-from .errors import pass_on
+from .errors import Stopped
 from .frames import Frame
 from .kinds import Comm, GivenForces, Loads, Option, Settings, Shared
 from .lattice import Lattice
-from .motion import Observe, Simulation
-from .options import joined, settings_of, told
+from .motion import Simulation
+from .options import joined, settings_of
 from .progress import Progress
 from .results import Equilibrium
+from .watching import Observe
 
 
 def run(net: Union[Lattice, Equilibrium], *, until: float, dt: Optional[float] = None, every: Optional[float] = None, loads: Optional[Loads] = None,
@@ -28,7 +27,8 @@ def run(net: Union[Lattice, Equilibrium], *, until: float, dt: Optional[float] =
 
     observe(t, frame) is called after every step; stop(t, frame) likewise: where it returns True the frame of this moment is the last. progress: a bar of
     tqdm. dt [s] and the rest as of Simulation; options of the program by their names: ts_max_steps=100 ends it after so many steps, with a warning. Raises
-    InputError, and ConvergenceError whose state is the last good frame.
+    InputError, and ConvergenceError whose state is the last good frame. On several ranks all leave the loop at the same frame; where some leave it alone, by
+    an exception or break, Stopped is raised on the others as soon as they ask for the next frame.
     """
     times: Dict[str, Option] = {}
 
@@ -40,27 +40,34 @@ def run(net: Union[Lattice, Equilibrium], *, until: float, dt: Optional[float] =
     on_all(comm, checked)
     simulation = Simulation(net, dt=dt, loads=loads, total=total, forces=forces, observe=observe, stop=stop, comm=comm,
                             **{**options, **{name: value for name, value in times.items() if value is not None}})
-    most = told("-ts_max_steps", simulation._settings)
-    simulation._most = int(most) if most and most.isdigit() else None
     simulation._bar = Progress(progress, comm, simulation.t, times["ts_max_time"], "t / s") if progress else None
     simulation._attach()
-    return _frames(simulation, times["ts_max_time"])
+    frames = _frames(simulation)
+    ends_first(frames, simulation._number)
+    return frames
 
 
-def _frames(simulation: Simulation, end: float) -> Iterator[Frame]:
+def _frames(simulation: Simulation) -> Generator[Frame, None, None]:
     with simulation:
-        while True:
+        more = True
+        while more:
             frame = simulation._last()
-            x, v = frame.x.copy(), frame.v.copy()
-            yield frame
+            stays = False
+            try:
+                yield frame
+                stays = True
+            finally:
+                _together(simulation, stays)
             if simulation.stopped:
                 return
-            for what, before, after in (("position", x, frame.x), ("velocity", v, frame.v)):
-                if simulation.agreed(not np.array_equal(before, after)):
-                    simulation._put(what, after, whole=True, same=False)  # of each rank its own rows
-            if simulation._most is not None and simulation.steps >= simulation._most and simulation.t < end:
-                if world(simulation._comm).rank == 0:
-                    pass_on([f"the run ended after {simulation.steps} steps by ts_max_steps, at t = {simulation.t:.10g} of {end:.10g}: give more of them"])
-                return
-            if not simulation.next_frame():
-                return
+            for what in ("position", "velocity"):
+                if simulation.agreed(frame._changed(what)):
+                    simulation._put(what, frame._own(what), whole=True, same=False)  # of each rank its own rows
+            more = simulation.next_frame()
+
+
+def _together(simulation: Simulation, stays: bool) -> None:
+    """Collective, whenever a rank comes back for the next frame or has left the loop. By the session's own communicator: the caller's may be in use."""
+    session = simulation._session
+    if world(simulation._comm).size > 1 and session.on_some_rank(not stays) and session.on_some_rank(stays) and stays:
+        raise Stopped("another rank left the loop over run(), by an exception, break or return: leave it on all ranks, or say stop=")

@@ -56,6 +56,7 @@ class ParticleModel final : public Mechanics {
   PetscErrorCode set_numbers(const std::string& name, const std::vector<double>& all) override;
   PetscErrorCode numbers(const std::string& name, std::vector<double>* all) override;
   PetscErrorCode force_changes(const std::string& name, double t, Vec y, Vec lambda, std::vector<double>* rows) override;
+  std::string hides_rows() const override;
   PetscErrorCode place_held(double t, Vec y) override;
   PetscErrorCode give_motion(const std::string& group, double from, double to, Vec places) override {
     return constraints_.give(group, from, to, places);

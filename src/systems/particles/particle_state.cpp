@@ -74,6 +74,15 @@ PetscErrorCode ParticleModel::begin_at(double t, Vec y) {
   PetscFunctionReturn(0);
 }
 
+std::string ParticleModel::hides_rows() const {
+  if (size_of(net_.comm) > 1) return "particles are divided among several ranks";
+  if (constraints_.holds_groups()) return "where groups are held or move as given is no part of it";
+  for (PetscInt i = 0; i < net_.n; ++i)
+    if (net_.row[static_cast<std::size_t>(i)] != i)
+      return "its particles stand in an order that is good for the cache; -bs_ordering rows keeps that of the lattice";
+  return {};
+}
+
 PetscErrorCode ParticleModel::place_held(double t, Vec y) {
   PetscFunctionBegin;
   constraints_.place(t, 0, net_.n, WriteArray(y));

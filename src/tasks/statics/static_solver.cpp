@@ -95,20 +95,33 @@ PetscErrorCode StaticSolver::sensitivities(const std::vector<double>& slope, con
   PetscCall(statics_->adjoint(found_.factor, last_, slope, lambda));
   for (std::size_t k = 0; k < names.size(); ++k) {
     PetscCall(equilibrium_->mechanics()->force_changes(names[k], equilibrium_->factor(found_.factor), last_, lambda, &rows));
-    PetscCall(gather_all(equilibrium_->comm(), rows, &(*out)[k]));
+    PetscCall(gather_all(equilibrium_->comm(), std::move(rows), &(*out)[k]));
   }
+  PetscFunctionReturn(0);
+}
+
+/// What a frame has of the equilibrium at (t, y) beside its observables; t: the place of the load step.
+PetscErrorCode StaticSolver::describe(double t, Vec y, FrameData* out) {
+  std::vector<double> reactions, rows;
+  PetscFunctionBegin;
+  out->time = t;
+  PetscCall(read_tables(*equilibrium_, t, y, &out->tables));
+  PetscCall(read_breaks(*equilibrium_, &out->breaks));
+  PetscCall(read_state(*equilibrium_, equilibrium_->factor(t), y, true, &out->state));
+  PetscCall(equilibrium_->reactions(t, y, &reactions));
+  PetscCall(rows_of_particles(*equilibrium_, y, reactions.data(), &rows));
+  PetscCall(gather_all(equilibrium_->comm(), std::move(rows), &out->reaction));
   PetscFunctionReturn(0);
 }
 
 PetscErrorCode StaticSolver::frame(FrameData* out) {
   Vec y;
+  double t = 0;
   PetscFunctionBegin;
   PetscCall(run_->state_vector(&y));
-  PetscCall(TSGetTime(run_->stepper(), &out->time));
-  PetscCall(equilibrium_->observe(out->time, y, &out->observables));
-  PetscCall(read_tables(*equilibrium_, out->time, y, &out->tables));
-  PetscCall(read_breaks(*equilibrium_, &out->breaks));
-  PetscCall(read_state(*equilibrium_, equilibrium_->factor(out->time), y, true, &out->state));
+  PetscCall(TSGetTime(run_->stepper(), &t));
+  PetscCall(equilibrium_->observe(t, y, &out->observables));
+  PetscCall(describe(t, y, out));
   PetscFunctionReturn(0);
 }
 
@@ -120,11 +133,8 @@ PetscErrorCode StaticSolver::copy_to(Result* out) {
   out->rejected = found_.counts.rejected;
   out->newton = found_.counts.newton;
   out->krylov = found_.counts.krylov;
-  out->frame.time = found_.factor;
   out->frame.observables = found_.observables;
-  PetscCall(read_tables(*equilibrium_, found_.factor, last_, &out->frame.tables));
-  PetscCall(read_breaks(*equilibrium_, &out->frame.breaks));
-  PetscCall(read_state(*equilibrium_, out->load_factor, last_, true, &out->frame.state));
+  PetscCall(describe(found_.factor, last_, &out->frame));
   if (found_.outcome == "ok" && end_ && end_->moduli.wanted()) end_->moduli.copy_results(out);
   PetscFunctionReturn(0);
 }

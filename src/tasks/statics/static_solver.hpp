@@ -46,6 +46,7 @@ class StaticSolver {
 
  private:
   PetscErrorCode observe(double factor, Vec y, std::vector<Observable>* out);
+  PetscErrorCode describe(double t, Vec y, FrameData* out);
   RunOptions options_;
   StaticsSettings loads_;
   OutputLocks locks_;  ///< given up when the files are closed
