@@ -12,7 +12,8 @@ PetscErrorCode Overlap::create(PairMatrix& S, double least) {
   PetscFunctionBegin;
   std::vector<std::uint8_t> tied(static_cast<std::size_t>(pattern.ghosts), 0);
   for (std::size_t k = 0; k < pattern.ghost.size() && least > 0; ++k)
-    if (S.cut_size(k) > least) any = tied[static_cast<std::size_t>(pattern.ghost[k])] = 1;
+    if (S.cut_size(k) > least) tied[static_cast<std::size_t>(pattern.ghost[k])] = 1;
+  any = std::find(tied.begin(), tied.end(), 1) != tied.end();
   PetscCall(on_some_rank(S.graph().comm, any, &active_));
   if (!active_) PetscFunctionReturn(0);
   publish(S, least);
