@@ -35,11 +35,13 @@ class Checkpoint {
   const std::string& name() const { return name_; }
   virtual bool has(const std::string& group) const = 0;
   /// Collective. The state of `group` into y, in the solver's order. Ends the run with exit code 2 if it is damaged.
-  virtual PetscErrorCode read(Model& model, const std::string& group, Vec y) const = 0;
+  PetscErrorCode read(Model& model, const std::string& group, Vec y) const;
   /// Collective. What the model carries from step to step. Ends the run with exit code 2 if it is damaged.
   virtual PetscErrorCode read_memory(Model& model) const = 0;
 
  protected:
+  /// Collective. The numbers of `group` into the vectors of `parts`, by their names.
+  virtual PetscErrorCode read_parts(MPI_Comm comm, const std::string& group, const std::vector<StatePart>& parts) const = 0;
   std::string name_;
   Facts run_;
 };
@@ -54,11 +56,10 @@ class CheckpointFile : public Checkpoint {
   /// Options in force when it was written, without dashes.
   const std::vector<std::pair<std::string, std::string>>& options() const { return options_; }
   bool has(const std::string& group) const override { return file_.has(group); }
-  PetscErrorCode read(Model& model, const std::string& group, Vec y) const override;
   PetscErrorCode read_memory(Model& model) const override;
 
  private:
-  PetscErrorCode read_parts(const std::string& group, const std::vector<StatePart>& parts) const;
+  PetscErrorCode read_parts(MPI_Comm comm, const std::string& group, const std::vector<StatePart>& parts) const override;
   PetscErrorCode damaged(const std::string& what) const;
   MPI_Comm comm_ = MPI_COMM_NULL;
   Hdf5File file_;

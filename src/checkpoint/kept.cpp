@@ -15,12 +15,9 @@ PetscErrorCode KeptCheckpoint::keep(Model& model, const Facts& run, const std::v
   PetscFunctionReturn(0);
 }
 
-PetscErrorCode KeptCheckpoint::read(Model& model, const std::string& group, Vec y) const {
-  std::vector<StatePart> parts;
+PetscErrorCode KeptCheckpoint::read_parts(MPI_Comm comm, const std::string& group, const std::vector<StatePart>& parts) const {
   PetscFunctionBegin;
-  PetscCall(model.gather_state(y, &parts));  // for their vectors
-  PetscCall(put_parts(model.comm(), states_.at(group), false, parts));
-  PetscCall(model.scatter_state(y));
+  PetscCall(put_parts(comm, states_.at(group), false, parts));
   PetscFunctionReturn(0);
 }
 

@@ -15,10 +15,10 @@ class KeptCheckpoint : public Checkpoint {
   /// Collective. `states`: the state, "/state", and those that its method remembers.
   PetscErrorCode keep(Model& model, const Facts& run, const std::vector<NamedState>& states);
   bool has(const std::string& group) const override { return states_.count(group) > 0; }
-  PetscErrorCode read(Model& model, const std::string& group, Vec y) const override;
   PetscErrorCode read_memory(Model&) const override { return 0; }
 
  private:
+  PetscErrorCode read_parts(MPI_Comm comm, const std::string& group, const std::vector<StatePart>& parts) const override;
   std::map<std::string, SavedState::Parts> states_;
 };
 

@@ -117,11 +117,11 @@ PetscErrorCode CheckpointFile::require_same(Model& model) const {
   PetscFunctionReturn(0);
 }
 
-PetscErrorCode CheckpointFile::read(Model& model, const std::string& group, Vec y) const {
+PetscErrorCode Checkpoint::read(Model& model, const std::string& group, Vec y) const {
   std::vector<StatePart> parts;
   PetscFunctionBegin;
   PetscCall(model.gather_state(y, &parts));  // for their vectors
-  PetscCall(read_parts(group, parts));
+  PetscCall(read_parts(model.comm(), group, parts));
   PetscCall(model.scatter_state(y));
   PetscFunctionReturn(0);
 }
@@ -131,12 +131,12 @@ PetscErrorCode CheckpointFile::read_memory(Model& model) const {
   PetscFunctionBegin;
   PetscCall(model.gather_memory(&parts));  // for their vectors
   if (parts.empty()) PetscFunctionReturn(0);
-  PetscCall(read_parts("/memory", parts));
+  PetscCall(read_parts(model.comm(), "/memory", parts));
   PetscCall(model.scatter_memory());
   PetscFunctionReturn(0);
 }
 
-PetscErrorCode CheckpointFile::read_parts(const std::string& group, const std::vector<StatePart>& parts) const {
+PetscErrorCode CheckpointFile::read_parts(MPI_Comm, const std::string& group, const std::vector<StatePart>& parts) const {
   RowSum sum;
   Facts facts;
   PetscFunctionBegin;

@@ -27,7 +27,8 @@ struct ForceCallback {
   /// Adds energies to E, (rows) [J], where the force on each particle is minus the gradient of the sum of all by its place. Empty: there is no
   /// potential.
   std::function<void(double t, const Rows& row, const double* x, double* E)> energy;
-  /// Rows (i, j) of the input, the same on every rank: the force on i depends on where j is, or how fast. Empty: on i alone.
+  /// Rows (i, j) of the input, the same on every rank: the force on i depends on where j is, or how fast. Empty: on i alone. Not in a periodic
+  /// box.
   Pairs between = {};
 };
 

@@ -2,7 +2,7 @@
 import numpy as np
 
 import backspring as bs
-from cases import sheet
+from cases import cell, sheet
 
 STIFFNESS = 40.0
 
@@ -103,5 +103,7 @@ def between_particles():
             bs.Forces(force, between=pairs)
     with raised(bs.InputError, "between, row 0", "42 particles"):
         bs.Simulation(net, dt=1e-3, forces=bs.Forces(force, between=[[0, 42]]))
+    with raised(bs.InputError, "between particles", "periodic box"):
+        bs.moduli(bs.Lattice(**cell()), forces=bs.Forces(force, between=[[0, 1]]))
     with raised(ValueError, "tangent", "K_between"):
         bs.statics(net, forces=bs.Forces(force, between=[[0, 1]], tangent=lambda t, x, v: np.zeros((2, 2))))

@@ -35,6 +35,9 @@ PetscErrorCode ParticleModel::create(MPI_Comm comm, Lattice&& lattice, std::uniq
   PetscCall(model->read_laws(lattice));
   PetscCall(model->coupling_.read_options(comm, lattice, &options));
   options.couples = couples_of(held_by<ForceCallback>(comm));
+  if (!options.couples.empty() && lattice.box.active())
+    PetscCall(fail(comm, Exit::input,
+                   "forces of your own between particles know no images of them and give no stress: in a periodic box they are springs"));
   if (model->coupling_.has_center_particle()) std::get<XspAttraction>(model->laws_).value = 0;
   std::vector<std::uint8_t> fixed = lattice.fixed;
   PetscCall(model->constraints_.read(comm, &lattice));
