@@ -33,6 +33,7 @@ static std::string saved_name(int row, int column) { return "box_strain_" + comp
 
 void Cell::create(const Network& net) {
   net_ = &net;
+  dim_ = static_cast<int>(net.dim);
   for (PetscInt g = 0; g < net.ghosts && !net.image.empty(); ++g)
     for (int k = 0; k < dim_; ++k)
       if (net.image[static_cast<std::size_t>(g * dim_ + k)] != 0) {
