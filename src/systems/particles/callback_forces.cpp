@@ -25,23 +25,22 @@ void CallbackForces::create(const Network& net, const RowPattern& pattern) {
   for (const PetscInt i : asked_) {
     if (i >= net.n) continue;
     const auto at = static_cast<std::size_t>(i);
-    if (!net.fixed[at]) free_.push_back(i);
-    if (!net.fixed[at]) of_part_[net.boundary(i)].push_back(i);
+    if (!net.fixed[at]) {
+      free_.push_back(i);
+      of_part_[net.boundary(i)].push_back(i);
+    }
     if (net.fixed[at] != 1) moving_.push_back(i);
     if (between || net.fixed[at] != 1) counted_.push_back(i);
     if (between || !net.fixed[at]) changed_.push_back(i);
   }
 }
 
-/// Which particles are asked for, and what is between them.
+/// Which particles are asked for, and what is between them, which there is outside of periodic boxes alone: ghosts are particles of other ranks then.
 void CallbackForces::couple() {
   const Network& net = *net_;
   std::vector<std::pair<std::int64_t, PetscInt>> local;
-  for (PetscInt i = 0; i < net.n + net.ghosts; ++i) {
-    const int* const image = net.image.empty() || i < net.n ? nullptr : &net.image[static_cast<std::size_t>((i - net.n) * net.dim)];
-    if (image && std::any_of(image, image + net.dim, [](int apart) { return apart != 0; })) continue;
+  for (PetscInt i = 0; i < net.n + net.ghosts; ++i)
     local.emplace_back(i < net.n ? net.row[static_cast<std::size_t>(i)] : net.ghost_row[static_cast<std::size_t>(i - net.n)], i);
-  }
   std::sort(local.begin(), local.end());
   const auto find = [&](std::int64_t row) {
     const auto at = std::lower_bound(local.begin(), local.end(), std::make_pair(row, PetscInt(0)));
@@ -90,6 +89,10 @@ void CallbackForces::find_felt(const std::vector<std::pair<PetscInt, PetscInt>>&
   std::sort(felt_.begin(), felt_.end(), [](const Felt& a, const Felt& b) { return a.i < b.i; });
 }
 
+bool CallbackForces::all_finite(const std::vector<double>& numbers) {
+  return std::all_of(numbers.begin(), numbers.end(), [](double one) { return std::isfinite(one); });
+}
+
 /// `asked` is of the particles at this state from now on; false: it was before.
 bool CallbackForces::move_to(double t, const LocalState& state, Asked* asked) const {
   const std::size_t d = static_cast<std::size_t>(net_->dim);
@@ -112,7 +115,7 @@ const std::vector<double>& CallbackForces::own_forces(double t, const LocalState
   if (!move_to(t, state, &forces_)) return forces_.f;
   forces_.f.assign(forces_.x.size(), 0.0);
   if (!asked_.empty()) callback_.force(t, rows_, forces_.x.data(), forces_.v.data(), forces_.f.data());
-  forces_.known = std::all_of(forces_.f.begin(), forces_.f.end(), [](double one) { return std::isfinite(one); });  // an exception leaves others
+  forces_.known = all_finite(forces_.f);
   return forces_.f;
 }
 

@@ -55,6 +55,8 @@ class CallbackForces final : public Term {
   void couple();
   void find_felt(const std::vector<std::pair<PetscInt, PetscInt>>& pairs);
   std::pair<const Felt*, const Felt*> felt_by(PetscInt i) const;
+  /// An exception in a callback leaves numbers that are not: they are asked for again.
+  static bool all_finite(const std::vector<double>& numbers);
   bool move_to(double t, const LocalState& state, Asked* asked) const;
   const std::vector<double>& own_forces(double t, const LocalState& state) const;
   const Asked& tangents(double t, const LocalState& state) const;

@@ -23,10 +23,6 @@ bool keep_definite(PetscBLASInt d, double* block) {
   return true;
 }
 
-bool finite(const std::vector<double>& numbers) {
-  return std::all_of(numbers.begin(), numbers.end(), [](double one) { return std::isfinite(one); });
-}
-
 /// to += B z_x + C z_v for d x d blocks and a state z.
 void add_product(std::size_t d, const double* B, const double* C, const double* z, double* to) {
   for (std::size_t r = 0; r < d; ++r)
@@ -44,7 +40,7 @@ void subtract(PetscInt d, const double* B, const double* C, PetscInt width, doub
 
 }  // namespace
 
-/// Asked for once for a state, however many products follow; again where an exception left numbers that are not finite.
+/// Asked for once for a state, however many products follow.
 const CallbackForces::Asked& CallbackForces::tangents(double t, const LocalState& state) const {
   if (!move_to(t, state, &tangents_)) return tangents_;
   const std::size_t area = static_cast<std::size_t>(net_->dim * net_->dim);
@@ -55,7 +51,7 @@ const CallbackForces::Asked& CallbackForces::tangents(double t, const LocalState
   if (!asked_.empty())
     callback_.tangent(t, rows_, pairs_, tangents_.x.data(), tangents_.v.data(),
                       {tangents_.K.data(), tangents_.D.data(), tangents_.K_between.data(), tangents_.D_between.data()});
-  tangents_.known = finite(tangents_.K) && finite(tangents_.D) && finite(tangents_.K_between) && finite(tangents_.D_between);
+  tangents_.known = all_finite(tangents_.K) && all_finite(tangents_.D) && all_finite(tangents_.K_between) && all_finite(tangents_.D_between);
   return tangents_;
 }
 
