@@ -99,7 +99,7 @@ bool LocalState::is_last(Vec y) {
 /// Owned states; those that are there already, bit for bit, are not copied: a comparison ends at the first that is not.
 void LocalState::copy_owned(const double* states) {
   const std::size_t count = static_cast<std::size_t>(net_->n) * width_;
-  if (std::memcmp(states, values_.data(), count * sizeof(double)) == 0) return;
+  if (count == 0 || std::memcmp(states, values_.data(), count * sizeof(double)) == 0) return;
   std::copy_n(states, count, values_.begin());
   ++version_;
 }
