@@ -26,8 +26,9 @@ class Forces:
     (n, d, d) or (d, d) for all, df/dx [N/m] and df/dv [N s/m]: the forces are then implicit; without it Newton's method takes them as they were at its last
     iterate, which converges for soft forces. energy: e(t, x) -> (n,) [J], where each particle's force is minus the gradient of the sum of all by its place
     and none depends on v: counted among the energies, and Newton's line search goes by them; without it, it goes by residuals.
-    between: (P, 2) rows (i, j) of particles where the force on i depends on where j is, or how fast; both ways where j feels i, too; not in a periodic box. The tangent then
-    returns (K, D, K_between) or (K, D, K_between, D_between), the latter (P, d, d): what the force on i changes by with j.
+    between: (P, 2) rows (i, j) of particles where the force on i depends on where j is, or how fast; both (i, j) and (j, i) where each feels the other; not
+    in a periodic box. The tangent then returns (K, D, K_between) or (K, D, K_between, D_between), the blocks between particles being (P, d, d): what the
+    force on i changes by with j.
     t: the time [s], in equilibria the load factor; x, v: (n, d) of all particles, in the order of the lattice; what of them is held is where it is held. On
     several ranks they are a rank's own and those that `between` couples to them, whose rows functions that take one argument more, `rows`, are told; a
     tangent that takes another one, `pairs`, is told which of `between` are asked for, by their places among the rows.
