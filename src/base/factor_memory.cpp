@@ -1,5 +1,6 @@
 #include "base/factor_memory.hpp"
 #include <petsc/private/pcimpl.h>  // nothing else tells whether a PC is set up
+#include <algorithm>
 #include <vector>
 #include "base/collective.hpp"
 #include "base/text.hpp"
@@ -87,6 +88,49 @@ std::string MemoryLack::why() const {
 
 std::string MemoryLack::remedy(const std::string& other) const {
   return mumps_memory_remedy(infog == 0 ? -13 : static_cast<long>(infog), prefix) + ", use more ranks, or " + other;
+}
+
+PetscErrorCode wider_work_space(Mat factors, PetscInt* percent) {
+  constexpr PetscInt MOST = 2000;
+  MatFactorError error;
+  MemoryLack lack;
+  PetscBool given = PETSC_FALSE;
+  PetscFunctionBegin;
+  *percent = 0;
+  PetscCall(MatFactorGetError(factors, &error));
+  if (error == MAT_FACTOR_NOERROR) PetscFunctionReturn(0);
+  PetscCall(find_memory_lack(factors, &lack));
+  if (lack.infog != -8 && lack.infog != -9) PetscFunctionReturn(0);
+  PetscCall(PetscOptionsHasName(nullptr, lack.prefix.c_str(), "-mat_mumps_icntl_14", &given));
+  PetscCall(MatMumpsGetIcntl(factors, MUMPS_WORK_SPACE, percent));
+  *percent = given || *percent > MOST ? 0 : 3 * std::max<PetscInt>(*percent, 20);
+  PetscFunctionReturn(0);
+}
+
+// PETSc does not call MUMPS again for factors that it could not make
+PetscErrorCode set_up_solver(KSP ksp) {
+  PC pc;
+  Mat A, P, factors;
+  PetscFunctionBegin;
+  PetscCall(KSPGetPC(ksp, &pc));
+  for (;;) {
+    PetscInt settings[] = {MUMPS_WORK_SPACE, 0, 13, 0, 24, 0};
+    PetscCall(KSPSetUp(ksp));
+    if (!of_type(pc, PCLU) && !of_type(pc, PCCHOLESKY)) break;
+    PetscCall(PCFactorGetMatrix(pc, &factors));
+    PetscCall(wider_work_space(factors, &settings[1]));
+    if (settings[1] == 0) break;
+    for (int k = 2; k < 6; k += 2) PetscCall(MatMumpsGetIcntl(factors, settings[k], &settings[k + 1]));
+    PetscCall(KSPGetOperators(ksp, &A, &P));
+    for (Mat m : {A, P}) PetscCall(PetscObjectReference(reinterpret_cast<PetscObject>(m)));
+    const MatHandle own_A(A), own_P(P);
+    PetscCall(PCReset(pc));
+    PetscCall(KSPSetOperators(ksp, A, P));
+    PetscCall(PCFactorSetUpMatSolverType(pc));
+    PetscCall(PCFactorGetMatrix(pc, &factors));
+    for (int k = 0; k < 6; k += 2) PetscCall(MatMumpsSetIcntl(factors, settings[k], settings[k + 1]));
+  }
+  PetscFunctionReturn(0);
 }
 
 PetscErrorCode find_memory_lack(MPI_Comm comm, PC pc, MemoryLack* out) {

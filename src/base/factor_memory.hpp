@@ -1,4 +1,4 @@
-// Factors that were not made for want of memory.
+// Factors that were not made for want of memory, or of the work space that was reckoned with.
 #pragma once
 #include <petscksp.h>
 #include <string>
@@ -31,6 +31,13 @@ struct MemoryLack {
   std::string said(const std::string& other = ITERATIVE) const { return why() + ": " + remedy(other); }
   static constexpr char ITERATIVE[] = "an iterative solver (-condensed_pc_type bicc; -ksp_type gmres -pc_type bjacobi)";
 };
+
+constexpr PetscInt MUMPS_WORK_SPACE = 14;  ///< of its ICNTL: percent beyond its estimate
+/// Collective. Where MUMPS found that too small for `factors` (pivots that are put off need more): with what to make others in their place; else 0,
+/// and where an option says how much it may be (-mat_mumps_icntl_14).
+PetscErrorCode wider_work_space(Mat factors, PetscInt* percent);
+/// Collective. KSPSetUp(), anew for as long as that helps.
+PetscErrorCode set_up_solver(KSP ksp);
 
 /// Collective over `comm`. Of `pc`, or of the solvers that it consists of: blocks, splits, the condensed system's.
 PetscErrorCode find_memory_lack(MPI_Comm comm, PC pc, MemoryLack* out);

@@ -64,15 +64,20 @@ PetscErrorCode TangentFactors::factor_present(bool* good) {
   if (!there) PetscFunctionReturn(0);
   PetscCall(MatSetOption(S_, MAT_SYMMETRIC, PETSC_TRUE));
   PetscCall(MatSetOption(S_, MAT_SPD, PETSC_FALSE));
-  PetscCall(MatGetFactor(S_, MATSOLVERMUMPS, MAT_FACTOR_CHOLESKY, factors_.out()));
-  PetscCall(MatMumpsSetIcntl(factors_, 24, 1));  // it counts signs only where it looks for null pivots, too,
-  PetscCall(MatMumpsSetIcntl(factors_, 13, 1));  // and keeps its last front on one rank
-  PetscCall(MatFactorInfoInitialize(&info));
-  PetscCall(MatCholeskyFactorSymbolic(factors_, S_, nullptr, &info));
-  PetscCall(MatFactorGetError(factors_, &failed));
-  if (failed != MAT_FACTOR_NOERROR) PetscFunctionReturn(0);
-  PetscCall(MatCholeskyFactorNumeric(factors_, S_, &info));
-  PetscCall(MatFactorGetError(factors_, &failed));
+  PetscInt percent = 0;
+  do {
+    PetscCall(MatGetFactor(S_, MATSOLVERMUMPS, MAT_FACTOR_CHOLESKY, factors_.out()));
+    PetscCall(MatMumpsSetIcntl(factors_, 24, 1));  // it counts signs only where it looks for null pivots, too,
+    PetscCall(MatMumpsSetIcntl(factors_, 13, 1));  // and keeps its last front on one rank
+    if (percent > 0) PetscCall(MatMumpsSetIcntl(factors_, MUMPS_WORK_SPACE, percent));
+    PetscCall(MatFactorInfoInitialize(&info));
+    PetscCall(MatCholeskyFactorSymbolic(factors_, S_, nullptr, &info));
+    PetscCall(MatFactorGetError(factors_, &failed));
+    if (failed != MAT_FACTOR_NOERROR) PetscFunctionReturn(0);
+    PetscCall(MatCholeskyFactorNumeric(factors_, S_, &info));
+    PetscCall(MatFactorGetError(factors_, &failed));
+    PetscCall(wider_work_space(factors_, &percent));
+  } while (percent > 0);
   *good = failed == MAT_FACTOR_NOERROR;
   PetscFunctionReturn(0);
 }

@@ -2,6 +2,7 @@
 #include <algorithm>
 #include <cmath>
 #include "base/error.hpp"
+#include "base/factor_memory.hpp"
 #include "linalg/condensed/condensed.hpp"
 #include "linalg/solver_options.hpp"
 
@@ -76,7 +77,7 @@ PetscErrorCode InnerSolver::linearise(bool definite) {
   PetscCall(keep_coarse_grid(pc, keep));
   PetscCall(factoring_pc(pc, &factors));
   PetscCall(make_pivots_relative(factors, false));
-  PetscCall(KSPSetUp(ksp_));
+  PetscCall(set_up_solver(ksp_));
   PetscCall(make_pivots_relative(factors, true));
   PetscFunctionReturn(0);
 }

@@ -85,7 +85,7 @@ PetscErrorCode ModeSolver::negative_pivots(double shift, Vec raise, PetscInt* co
   PetscCall(MatShift(shifted_, -shift));
   if (raise) PetscCall(MatDiagonalSet(shifted_, raise, ADD_VALUES));
   PetscCall(KSPSetOperators(counter_, shifted_, shifted_));  // it has new values
-  PetscCall(KSPSetUp(counter_));
+  PetscCall(set_up_solver(counter_));
   PetscCall(KSPGetPC(counter_, &pc));
   PetscCall(refuse_failed_factors(pc));
   PetscCall(PCFactorGetMatrix(pc, &factors));

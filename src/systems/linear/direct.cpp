@@ -24,7 +24,7 @@ PetscErrorCode create_direct(MPI_Comm comm, Mat A, const char* prefix, KSP* ksp)
   PetscCall(PCSetType(pc, PCLU));
   PetscCall(PCFactorSetMatSolverType(pc, MATSOLVERMUMPS));
   PetscCall(KSPSetFromOptions(*ksp));
-  PetscCall(KSPSetUp(*ksp));
+  PetscCall(set_up_solver(*ksp));
   PetscFunctionReturn(0);
 }
 
