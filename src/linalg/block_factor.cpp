@@ -47,13 +47,14 @@ bool invert(const double* A, double least, double* inverse) noexcept {
 template <int d, class Real>
 class BlockFactorOf final : public BlockFactor {
  public:
-  PetscErrorCode lay_out(PairMatrix& S) override {
-    constexpr double MOST = 1;
+  PetscErrorCode lay_out(PairMatrix& S, double most) override {
     PetscFunctionBegin;
     const double least = least_stiff_size(S);
     PetscCall(overlap_.create(S, least));
-    const bool own = make_factor_pattern(S, least, MOST, &overlap_, &own_);
-    rows_ = S.pattern().n + static_cast<PetscInt>(overlap_.ghosts().size());
+    PetscCall(make_factor_pattern(S, least, most, &overlap_, &own_));
+    const bool own = own_.made();
+    n_ = S.pattern().n;
+    rows_ = n_ + static_cast<PetscInt>(overlap_.ghosts().size());
     start_ = own ? own_.start.data() : S.pattern().start.data();
     other_ = own ? own_.other.data() : S.pattern().other.data();
     PetscFunctionReturn(0);
@@ -66,7 +67,8 @@ class BlockFactorOf final : public BlockFactor {
     inverse_.resize(n * area + 4);
     upper_.resize(pairs * area + 4);
     work_.resize(n * W);
-    pivot_ = diagonal;
+    pivot_.resize(n * area);
+    for (std::size_t k = 0; k < n; ++k) std::copy_n(diagonal.data() + row_of(k) * area, area, pivot_.data() + k * area);
     double block[area];
     fill_rows(S);
     size_.assign(n, 0.0F);
@@ -93,8 +95,17 @@ class BlockFactorOf final : public BlockFactor {
   // forward (D + U^T) t = r, backward x = t - D^-1 U x
   void solve(const double* r, double* z) override {
     std::fill(work_.begin(), work_.end(), 0.0);
-    forward(r);
-    backward(z);
+    if (own_.order.empty()) {
+      forward(r);
+      backward(z);
+      return;
+    }
+    const std::size_t n = own_.order.size();
+    turns_.resize(n * d);
+    for (std::size_t k = 0; k < n; ++k) std::copy_n(r + row_of(k) * d, d, turns_.data() + k * d);
+    forward(turns_.data());
+    backward(turns_.data());
+    for (std::size_t k = 0; k < n; ++k) std::copy_n(turns_.data() + k * d, d, z + row_of(k) * d);
   }
 
  private:
@@ -113,56 +124,42 @@ class BlockFactorOf final : public BlockFactor {
   }
   /// The upper triangle of S, and 0 for fill.
   void fill_rows(const PairMatrix& S) {
-    const PairPattern& pattern = S.pattern();
     const bool rolls = S.graph().holds;
+    std::size_t count = 0;
     double block[area];
-    Real* to = upper_.data();
-    const auto write = [&](const float* numbers, PetscInt i, PetscInt j) {
+    const bool made = own_.made();
+    if (made) std::fill(upper_.begin(), upper_.end(), Real(0));
+    for_each_pair(S, overlap_, [&](PetscInt i, PetscInt j, const float* numbers) {
       write_block<d>(numbers, block);
-      if (rolls) S.hold_block(i, j, block);
-      for (int c = 0; c < area; ++c) to[c] = static_cast<Real>(-block[c]);
-      to += area;
-    };
-    const auto finish = [&](PetscInt i) {
-      Real* const end = upper_.data() + static_cast<std::size_t>(start_[i + 1]) * area;
-      std::fill(to, end, Real(0));
-      to = end;
-    };
-    std::size_t cut = 0, tie = 0;
-    for (PetscInt i = 0; i < pattern.n; ++i) {
-      for (PetscInt k = pattern.start[i]; k < pattern.start[i + 1]; ++k) write(S.pair(static_cast<std::size_t>(k)), i, pattern.other[k]);
-      if (cut < pattern.cut_row.size() && pattern.cut_row[cut] == i) {
-        for (PetscInt k = pattern.cut_start[cut]; k < pattern.cut_start[cut + 1]; ++k)
-          if (overlap_.row(pattern.ghost[k]) >= 0) write(S.cut(static_cast<std::size_t>(k)), i, pattern.n + pattern.ghost[k]);
-        ++cut;
-      }
-      finish(i);
-    }
-    const std::vector<PetscInt>& ghosts = overlap_.ghosts();
-    const std::vector<Overlap::Tie>& ties = overlap_.ties();
-    for (PetscInt i = pattern.n; i < rows_; ++i) {
-      for (; tie < ties.size() && ties[tie].a == i; ++tie)
-        write(ties[tie].numbers, pattern.n + ghosts[i - pattern.n], pattern.n + ghosts[ties[tie].b - pattern.n]);
-      finish(i);
-    }
-    flops_ = 2.0 * area * static_cast<double>(pattern.pairs());  // t I + w w^T of each pair
+      for (double& b : block) b = -b;
+      if (rolls) S.hold_block(point(i), point(j), block);
+      if (made) add(block, own_.turn_of(i) > own_.turn_of(j), own_.place[count]);
+      else std::copy_n(block, area, upper_.data() + count * area);
+      ++count;
+    });
+    flops_ = 2.0 * area * static_cast<double>(S.pattern().pairs());  // t I + w w^T of each pair
     if (S.remainder().created()) add_remainder(S);
+  }
+  std::size_t row_of(std::size_t turn) const { return own_.order.empty() ? turn : static_cast<std::size_t>(own_.order[turn]); }
+  /// The local point of a row.
+  PetscInt point(PetscInt row) const { return row < n_ ? row : n_ + overlap_.ghosts()[row - n_]; }
+  void add(const double* block, bool transposed, PetscInt place) noexcept {
+    Real* to = upper_.data() + static_cast<std::size_t>(place) * area;
+    for (int r = 0; r < d; ++r)
+      for (int c = 0; c < d; ++c) to[r * d + c] += static_cast<Real>(block[transposed ? c * d + r : r * d + c]);
   }
   /// What R holds between two rows, one of them an owned point's.
   void add_remainder(const PairMatrix& S) {
-    const PetscInt n = S.pattern().n;
     double block[area];
-    for (PetscInt i = 0; i < n; ++i)
+    for (PetscInt i = 0; i < n_; ++i)
       S.remainder().for_row(i, [&](PetscInt j, const double* R) {
-        const PetscInt row = j < n ? j : overlap_.row(j - n);
+        const PetscInt row = j < n_ ? j : overlap_.row(j - n_), a = own_.turn_of(i), b = row > i ? own_.turn_of(row) : -1;
         if (row <= i) return;
         std::copy_n(R, area, block);
         S.hold_block(i, j, block);
-        Real* to = upper_.data() + (std::find(other_ + start_[i], other_ + start_[i + 1], row) - other_) * area;
-        for (int c = 0; c < area; ++c) to[c] += static_cast<Real>(block[c]);
+        add(block, a > b, own_.find(std::min(a, b), std::max(a, b)));
       });
   }
-
   // t_i = D_i^-1 (r_i - sum of what rows before i took from it), then t_j -= U_ij^T t_i by rows of U
   void forward(const double* r) noexcept {
     const PetscInt n = rows_, *start = start_, *other = other_;
@@ -251,7 +248,7 @@ class BlockFactorOf final : public BlockFactor {
     }
   }
 
-  PetscInt rows_ = 0;
+  PetscInt n_ = 0, rows_ = 0;                           ///< owned points; and with those of the overlap
   const PetscInt *start_ = nullptr, *other_ = nullptr;  ///< of the matrix's pattern, or of own_
   FactorPattern own_;
   Overlap overlap_;
@@ -259,8 +256,8 @@ class BlockFactorOf final : public BlockFactor {
   static constexpr int AHEAD = 1024 / sizeof(Real);  ///< numbers prefetched ahead
   HugeVector<Real> upper_, inverse_;
   std::vector<double> pivot_;
-  HugeVector<double> work_;
-  std::vector<float> size_;  ///< of the diagonal blocks before elimination
+  HugeVector<double> work_, turns_;  ///< room; right-hand side and solution by turns
+  std::vector<float> size_;          ///< of the diagonal blocks before elimination
 };
 
 template <class Real>

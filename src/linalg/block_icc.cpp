@@ -17,6 +17,7 @@ struct BlockIcc {
   std::unique_ptr<BlockFactor> factor;
   PetscInt precision = 0;  ///< 0 auto, 1 single, 2 double
   bool in_single = true;
+  PetscReal fill = 16;     ///< of stiff pairs, at most, in blocks of the matrix
   PetscReal shift = 1e-3;  ///< of the diagonal, first tried where a pivot fails
   PetscReal shifted = 0;   ///< in force
   PetscInt shifts = 0;
@@ -40,11 +41,11 @@ PetscErrorCode choose_space(BlockIcc* self, const PairMatrix& S) {
   PetscFunctionReturn(0);
 }
 
-/// Collective.
+/// Collective. Of factors that have been laid out.
 PetscErrorCode reserve_factor(PC pc, const PairMatrix& S, bool single) {
   PetscFunctionBegin;
   const double area = S.dim() * S.dim(), real = single ? sizeof(float) : sizeof(double);
-  const double blocks = static_cast<double>(S.pattern().pairs()) + static_cast<double>(S.pattern().n);
+  const double blocks = static_cast<const BlockIcc*>(pc->data)->factor->blocks();
   PetscCall(reserve_memory(PetscObjectComm(reinterpret_cast<PetscObject>(pc)), {"the incomplete Cholesky factorisation (-condensed_pc_type bicc)",
                                                                                 blocks * area * real, "give -condensed_pc_type jacobi"}));
   PetscFunctionReturn(0);
@@ -72,10 +73,10 @@ PetscErrorCode set_up(PC pc) {
   double ratio = 1;
   PetscCall(self->matrix->size_ratio(diagonal, &ratio));
   const bool single = self->precision == 1 || (self->precision == 0 && self->in_single && ratio <= RATIO);
-  if (!self->factor) PetscCall(reserve_factor(pc, *self->matrix, single));
   if (!self->factor || single != self->in_single || self->laid_out_for != self->matrix) {
     self->factor = create_block_factor(self->matrix->dim(), single);
-    PetscCall(self->factor->lay_out(*self->matrix));
+    PetscCall(self->factor->lay_out(*self->matrix, self->fill));
+    if (!self->laid_out_for) PetscCall(reserve_factor(pc, *self->matrix, single));
     self->laid_out_for = self->matrix;
   }
   self->in_single = single;
@@ -144,6 +145,10 @@ PetscErrorCode set_from_options(PC pc, OptionItems PetscOptionsObject) {
                               names, 3, names[self->precision], &self->precision, nullptr));
   PetscCall(PetscOptionsReal("-pc_bicc_shift", "fraction of the diagonal that is added when a pivot fails, multiplied by four at every repetition",
                              "", self->shift, &self->shift, nullptr));
+  PetscCall(PetscOptionsReal("-pc_bicc_fill",
+                             "blocks that eliminating pairs 100 times stiffer than the others may add to the factors, times those of the matrix; "
+                             "where there would be more none are added; 0: none [1]",
+                             "", self->fill, &self->fill, nullptr));
   PetscCall(
       PetscOptionsInt("-pc_bicc_coarse",
                       "largest number of unknowns of the coarse grid, which corrects motions over many springs; 0: no coarse grid, -1: one for 60 "

@@ -14,8 +14,8 @@ namespace bs {
 class BlockFactor {
  public:
   virtual ~BlockFactor() = default;
-  /// Collective. The pattern, by the pairs as they are now; it stays.
-  virtual PetscErrorCode lay_out(PairMatrix& S) = 0;
+  /// Collective. The pattern, by the pairs as they are now, with fill of stiff ones up to `most` times the blocks of S; it stays.
+  virtual PetscErrorCode lay_out(PairMatrix& S, double most) = 0;
   /// The rows behind those of the owned points.
   virtual Overlap& overlap() = 0;
   /// Factors S with shift times the size of each diagonal block added to its diagonal; `diagonal`: S's diagonal blocks, of all rows.

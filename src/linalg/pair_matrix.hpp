@@ -39,7 +39,12 @@ class PairMatrix {
   const double* node(PetscInt i) const { return node_.data() + static_cast<std::size_t>(i) * area_; }
   const float* pair(std::size_t k) const { return pair_.data() + k * width_; }
   const float* cut(std::size_t k) const { return cut_.data() + k * width_; }
-  /// Trace of B = t I + w w^T of pair k, without t's multiplicity.
+  /// Trace of B = t I + w w^T of such numbers, without t's multiplicity.
+  double size_of(const float* numbers) const {
+    double sum = static_cast<double>(numbers[dim_]);
+    for (int c = 0; c < dim_; ++c) sum += static_cast<double>(numbers[c]) * static_cast<double>(numbers[c]);
+    return sum;
+  }
   double pair_size(std::size_t k) const { return size_of(pair(k)); }
   double cut_size(std::size_t k) const { return size_of(cut(k)); }
   void zero();
@@ -79,11 +84,6 @@ class PairMatrix {
  private:
   PetscErrorCode hold_product(Vec p, Vec y) const;
   double on_diagonal(PetscInt i) const { return (inertia_ > 0 ? inertia_ : 1) * graph_->mass[static_cast<std::size_t>(i)]; }
-  double size_of(const float* numbers) const {
-    double sum = static_cast<double>(numbers[dim_]);
-    for (int c = 0; c < dim_; ++c) sum += static_cast<double>(numbers[c]) * static_cast<double>(numbers[c]);
-    return sum;
-  }
   std::unique_ptr<const Graph> graph_;
   Places places_;
   int dim_ = 3;

@@ -6,6 +6,13 @@
 
 namespace bs {
 
+/// The ordering with the least fill of those that PETSc has been built with.
+#ifdef PETSC_HAVE_SUITESPARSE
+constexpr char LEAST_FILL[] = MATORDERINGAMD;
+#else
+constexpr char LEAST_FILL[] = MATORDERINGND;
+#endif
+
 /// Collective. PETSc's LU and ILU take a pivot below 2.2e-14 for zero, whatever the matrix's entries are; here only one that
 /// is, unless an option -..pc_factor_zeropivot says otherwise. With `set_up`, in the blocks of bjacobi and asm,
 /// too: these exist once PCSetUp has been called.

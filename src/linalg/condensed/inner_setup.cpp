@@ -67,13 +67,6 @@ PetscErrorCode InnerSolver::ask_for_inertia() {
   PetscFunctionReturn(0);
 }
 
-/// The ordering with the least fill of those that PETSc has been built with.
-#ifdef PETSC_HAVE_SUITESPARSE
-const char* const LEAST_FILL = MATORDERINGAMD;
-#else
-const char* const LEAST_FILL = MATORDERINGND;
-#endif
-
 // S is symmetric: Cholesky takes half the work of LU, and the signs of its pivots tell whether S is positive definite. PETSc's own factors one
 // unknown after the other, which is quicker as long as there is little to do for each of them; each of several ranks then factors all of S, since
 // messages would take longer. MUMPS works on dense blocks, and divides them among ranks.
