@@ -40,9 +40,9 @@ double least_stiff_size(const PairMatrix& S);
 
 /// Elimination of a point that two stiff pairs tie to two others ties those as stiffly. Without a block for them the soft pairs' part of the
 /// pivots drowns in what is dropped, or the pivots are not positive definite. Adds the pairs (i, j) of rows after k that pairs, or such pairs, of a
-/// size above `least` tie to k, with the rows in an order that leaves few of them: all of them or, where these are `most` times the blocks of S or
-/// more, none, since factors with a part of them are worse than without; the rows of the overlap are left out then, as where no pair is that stiff.
-/// Nothing is made where the pairs of S are all there is.
+/// size above `least` tie to k, with the rows in an order that leaves few of them where their own leaves many: all of them or, where these are `most`
+/// times the blocks of S or more, none, since factors with a part of them are worse than without; the rows of the overlap are left out then, as where
+/// no pair is that stiff. Nothing is made where the pairs of S are all there is.
 PetscErrorCode make_factor_pattern(const PairMatrix& S, double least, double most, Overlap* overlap, FactorPattern* out);
 
 }  // namespace bs

@@ -19,9 +19,20 @@ namespace bs {
 /// Which pairs of free points are linked, each owned pair once, at its lower end.
 struct PairPattern {
   HugeVector<PetscInt> start, other;                ///< owned pairs (i, j > i): compressed rows (n + 1), (pairs)
+  std::vector<PetscInt> across;                     ///< of these, ascending, those by way of an image in a periodic box: their ends are far apart
   std::vector<PetscInt> cut_row, cut_start, ghost;  ///< pairs cut by the rank boundary: rows that have any, their ghosts (from 0)
   PetscInt n = 0, ghosts = 0;
   std::size_t pairs() const { return other.size(); }
+  /// visit(i, j) for the owned pairs whose ends are near each other.
+  template <class Visit>
+  void for_near(Visit&& visit) const {
+    auto far = across.begin();
+    for (PetscInt i = 0; i < n; ++i)
+      for (PetscInt k = start[i]; k < start[i + 1]; ++k) {
+        if (far != across.end() && *far == k) ++far;
+        else visit(i, other[k]);
+      }
+  }
 };
 
 class PairMatrix {
