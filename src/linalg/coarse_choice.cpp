@@ -43,8 +43,7 @@ PetscErrorCode least_resisted_strain(const PairMatrix& S, double* ratio) {
     }
     for (int k = 0; k < 81 && square > 0; ++k) C[k] += part * n[k / 27] * n[k / 9 % 3] * n[k / 3 % 3] * n[k % 3] / (square * square);
   };
-  for (PetscInt i = 0; i < pattern.n; ++i)
-    for (PetscInt k = pattern.start[i]; k < pattern.start[i + 1]; ++k) add(i, pattern.other[k], 1);
+  pattern.for_near([&](PetscInt i, PetscInt j) { add(i, j, 1); });
   for (std::size_t r = 0; r < pattern.cut_row.size(); ++r)  // met on both ranks: half on each
     for (PetscInt k = pattern.cut_start[r]; k < pattern.cut_start[r + 1]; ++k) add(pattern.cut_row[r], pattern.n + pattern.ghost[k], 0.5);
   PetscCall(MPIU_Allreduce(MPI_IN_PLACE, C, 81, MPI_DOUBLE, MPI_SUM, graph.comm));

@@ -91,16 +91,12 @@ void RigidGroups::connect(const PairMatrix& S, PetscInt least) {
   const PairPattern& pattern = S.pattern();
   const PetscInt n = pattern.n;
   DisjointSets sets(n);
-  const auto pairs = [&](auto use) {
-    for (PetscInt i = 0; i < n; ++i)
-      for (PetscInt k = pattern.start[i]; k < pattern.start[i + 1]; ++k) use(i, pattern.other[k]);
-  };
-  pairs([&](PetscInt i, PetscInt j) {
+  pattern.for_near([&](PetscInt i, PetscInt j) {
     if (of_[i] == of_[j]) sets.join(i, j);
   });
   // small ones: the neighbour with most pairs in common, the first one of equals
   std::vector<std::pair<PetscInt, PetscInt>> outward;  // (small set, neighbour), once a pair
-  pairs([&](PetscInt i, PetscInt j) {
+  pattern.for_near([&](PetscInt i, PetscInt j) {
     if (sets.top(i) == sets.top(j)) return;
     if (sets.size(i) < least) outward.emplace_back(sets.top(i), sets.top(j));
     if (sets.size(j) < least) outward.emplace_back(sets.top(j), sets.top(i));
@@ -176,11 +172,10 @@ void RigidGroups::blend(const PairMatrix& S, int steps) {
   std::vector<std::vector<PetscInt>> near(static_cast<std::size_t>(n));
   std::vector<std::uint8_t> stays(static_cast<std::size_t>(n), 0);
   for (const PetscInt i : S.boundary()) stays[i] = 1;
-  for (PetscInt i = 0; i < n && steps > 0; ++i)
-    for (PetscInt k = pattern.start[i]; k < pattern.start[i + 1]; ++k) {
-      near[i].push_back(pattern.other[k]);
-      near[pattern.other[k]].push_back(i);
-    }
+  pattern.for_near([&](PetscInt i, PetscInt j) {
+    near[i].push_back(j);
+    near[j].push_back(i);
+  });
   Shares next;
   const auto begin = [](Shares* s) {
     s->start.assign(1, 0);

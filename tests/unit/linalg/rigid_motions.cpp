@@ -166,3 +166,24 @@ TEST_CASE("The preconditioner with rigid motions is symmetric and positive, of t
     CHECK(pMp > 0);
   }
 }
+
+TEST_CASE("Groups of a periodic box hold particles that are near each other") {
+  GeneratorSpec spec = lattice(LatticeType::square, {24, 4}, 2);
+  spec.periodic = "x";
+  Case c(PETSC_COMM_SELF, spec, 40.0);
+  MatHandle own;
+  const PairMatrix& S = assembled(&c, &own);
+  CHECK_FALSE(S.pattern().across.empty());
+  RigidGroups groups;
+  groups.create(S, 16, 2);
+  const Shares& shares = groups.shares();
+  const std::vector<double>& x = S.graph().start;
+  std::vector<double> low(static_cast<std::size_t>(groups.count()), 1e300), high(low.size(), -1e300);
+  for (std::size_t i = 0; i + 1 < shares.start.size(); ++i)
+    for (PetscInt k = shares.start[i]; k < shares.start[i + 1]; ++k) {
+      const std::size_t a = static_cast<std::size_t>(shares.group[k]);
+      low[a] = std::min(low[a], x[2 * i]);
+      high[a] = std::max(high[a], x[2 * i]);
+    }
+  for (std::size_t a = 0; a < low.size(); ++a) CHECK(high[a] - low[a] < 12);  // half of the box
+}

@@ -44,6 +44,7 @@ PairPattern pairs_of(const Network& net) {
     for (PetscInt e = links.start[i]; e < links.start[i + 1] && !net.fixed[i]; ++e) {
       const PetscInt j = net.coupled(i, e);
       if (links.spring[e] < 0 || net.fixed[j] || j < i || j == last || net.own_image(i, links.other[e])) continue;
+      if (j < net.n && j != links.other[e]) out.across.push_back(static_cast<PetscInt>(out.other.size()));
       if (j < net.n) out.other.push_back(j);
       else out.ghost.push_back(j - net.n);
       last = j;
