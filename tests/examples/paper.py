@@ -2,7 +2,6 @@
 """The paper (src/package/paper): every number of its text is what short runs of the program and the benchmarks' results give, its figures are as they are drawn now, its citations and
 its bibliography belong together. That a wrong number, one that nothing computes, one beside no comment and a comment beside no number are seen is tried."""
 import contextlib
-import importlib.util
 import io
 import json
 import pathlib
@@ -17,22 +16,17 @@ from program import environment
 from matplotlib import image
 
 PAPER = REPO / "src" / "package" / "paper"
+sys.path.insert(0, str(PAPER))
+import make_paper  # noqa: E402
+
 FIGURES = ("verification", "networks", "performance")
 WORDS = (1500, 2500)
 SECTIONS = ("Summary", "Statement of need", "Problem and equations", "Method", "Verification", "Performance", "Comparison with other programs and libraries", "Limits", "Availability", "References")
 
 
-def script():
-    """figures.py of the paper; a file of this folder has the same name."""
-    spec = importlib.util.spec_from_file_location("paper_figures", PAPER / "figures.py")
-    module = importlib.util.module_from_spec(spec)
-    spec.loader.exec_module(module)
-    return module
-
-
 def numbers(checks, folder):
     """All computed anew and held against the text; the numbers, for the tests that follow."""
-    done = subprocess.run([sys.executable, PAPER / "figures.py", "--program", checks.program, "-o", folder, "--kinds", "png", "--check"], capture_output=True, text=True, timeout=900,
+    done = subprocess.run([sys.executable, PAPER / "make_paper.py", "--program", checks.program, "-o", folder, "--kinds", "png", "--check"], capture_output=True, text=True, timeout=900,
                           env=environment(3))
     for line in done.stdout.splitlines():
         verdict, _, rest = line.strip().partition(" ")
@@ -56,17 +50,17 @@ def pictures(checks, folder):
 
 def faults(checks, found):
     """What must be seen: each text is the paper's with one thing changed."""
-    paper, text = script(), (PAPER / "paper.md").read_text()
+    text = (PAPER / "paper.md").read_text()
     changes = {"a wrong number": ("64,000<!-- figure: b_particles -->", "65,000<!-- figure: b_particles -->"), "a bound that does not hold": ("below(1e-8, dome_off_load)", "below(-1, dome_off_load)"),
                "a number that nothing computes": ("figure: b_particles", "figure: c_particles"), "a number beside no comment": ("64,000<!-- figure: b_particles -->", "64,000"),
                "a comment beside no number": ("B1 is a sheared cube of 64,000<!-- figure", "B1 is a sheared cube of <!-- figure")}
     for what, (before, after) in changes.items():
         with contextlib.redirect_stdout(io.StringIO()) as said:
-            wrong, _ = paper.check(text.replace(before, after, 1), found)
+            wrong, _ = make_paper.check(text.replace(before, after, 1), found)
         checks.true(f"{what} is seen", text.count(before) >= 1 and wrong >= 1, "; ".join(re.sub(r"\s+", " ", line) for line in said.getvalue().splitlines() if "FAILED" in line)[:120])
     changed = dict(found, b1=found["b1"] * 1.1)
     with contextlib.redirect_stdout(io.StringIO()):
-        wrong, _ = paper.check(text, changed)
+        wrong, _ = make_paper.check(text, changed)
     checks.true("a benchmark with another result is seen", wrong >= 1)
 
 

@@ -1,16 +1,15 @@
 #!/usr/bin/env python3
 """Figures and numbers of the paper, of short runs of the program (runs.py, adjoint.py) and of what the benchmarks have measured (measured.py).
 
-    src/package/paper/figures.py --program build/release/backspring -o FOLDER     # verification, networks, performance as .png and .pdf, numbers.json, numbers.md
-    src/package/paper/figures.py --program build/release/backspring --check       # every number of paper.md against them
-    src/package/paper/figures.py --numbers FOLDER/numbers.json --check            # the same without new runs
+    src/package/paper/make_paper.py --program build/release/backspring -o FOLDER     # verification, networks, performance as .png and .pdf, numbers.json, numbers.md
+    src/package/paper/make_paper.py --program build/release/backspring --check       # every number of paper.md against them
+    src/package/paper/make_paper.py --numbers FOLDER/numbers.json --check            # the same without new runs
 
 Behind a number of paper.md stands what it is, `<!-- figure: EXPRESSION within TOLERANCE -->`, as in the other documents (tests/examples/figures.py), with the names of numbers.md.
 `below(1e-14, off)` is for bounds: it is 1e-14 unless `off` is larger, which is a fault. Numbers without such a comment are faults, other than in headings, formulas, code,
 citations, links and names (ALLOWED).
 """
 import argparse
-import importlib.util
 import json
 import math
 import os
@@ -23,16 +22,11 @@ import time
 
 HERE = pathlib.Path(__file__).resolve().parent
 REPO = HERE.parents[2]
+sys.path[:0] = [str(HERE), str(REPO / "tests/examples")]
+import figures as document  # noqa: E402
+
 ALLOWED = ("C++17", "H5MD", "HDF5", "B1", "B2", "DOP853", "BSD 2-clause", "Debian 12", "Figure 1", "Figure 2", "Figure 3")  # names with digits
 FORMATS = {bool: str, int: "{:,}".format, float: "{:.6g}".format}
-
-
-def document_figures():
-    """tests/examples/figures.py, whose name this file has, too."""
-    spec = importlib.util.spec_from_file_location("document_figures", REPO / "tests" / "examples" / "figures.py")
-    module = importlib.util.module_from_spec(spec)
-    spec.loader.exec_module(module)
-    return module
 
 
 def adjoint(program):
@@ -48,7 +42,7 @@ def collect(program):
     """All numbers and curves."""
     import measured
     import runs
-    numbers, curves = {"bad_inputs": document_figures().Folder(HERE).bad_inputs()}, {}
+    numbers, curves = {"bad_inputs": document.Folder(HERE).bad_inputs()}, {}
     with tempfile.TemporaryDirectory() as scratch:
         for part in [*measured.PARTS, *(lambda part=part: part(program, pathlib.Path(scratch)) for part in runs.PARTS)]:
             found, drawn = part()
@@ -87,7 +81,6 @@ def bare_numbers(text, comment):
 
 def check(text, numbers):
     """A line for each number of the text; how many were wrong and how many could not be computed."""
-    document = document_figures()
     names = {**numbers, "abs": abs, "min": min, "max": max, "below": lambda bound, value: bound if value <= bound else math.nan}
     wrong = skipped = 0
     for line, shown, expression, tolerance in document.comments(text):
