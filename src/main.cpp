@@ -19,6 +19,7 @@
 #include "base/find_file.hpp"
 #include "base/option_aliases.hpp"
 #include "base/option_names.hpp"
+#include "base/version.hpp"
 #include "checkpoint/checkpoint.hpp"
 #include "cli/command_line.hpp"
 #include "cli/crash.hpp"
@@ -176,7 +177,7 @@ int main(int argc, char** argv) {
   // PTScotch's threads make partitions differ from run to run
   setenv("SCOTCH_PTHREAD_NUMBER", "1", 0);
   if (asks_version(argc, argv)) {
-    std::printf("backspring %s (PETSc %d.%d.%d%s)\n", BS_VERSION, PETSC_VERSION_MAJOR, PETSC_VERSION_MINOR, PETSC_VERSION_SUBMINOR,
+    std::printf("backspring %s (PETSc %d.%d.%d%s)\n", bs::version(), PETSC_VERSION_MAJOR, PETSC_VERSION_MINOR, PETSC_VERSION_SUBMINOR,
                 sizeof(PetscInt) == 8 ? ", 64-bit indices" : "");
     return 0;
   }

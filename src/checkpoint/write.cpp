@@ -6,6 +6,7 @@
 #include "base/find_file.hpp"
 #include "base/option_names.hpp"
 #include "base/row_sum.hpp"
+#include "base/version.hpp"
 #include "checkpoint/checkpoint.hpp"
 #include "output/fresh_file.hpp"
 #include "output/h5.hpp"
@@ -71,7 +72,7 @@ PetscErrorCode write_facts(hid_t file, Model& model, const Facts& run) {
   PetscCall(open_group(file, "/", &root));
   PetscCall(put_text(root, "format", "backspring checkpoint"));
   PetscCall(put_attribute(root, "version", CHECKPOINT_VERSION));
-  PetscCall(put_text(root, "program", std::string("backspring ") + BS_VERSION));
+  PetscCall(put_text(root, "program", std::string("backspring ") + version()));
   PetscCall(open_group(file, "/system", &group));
   PetscCall(put_text(group, "model", model.name()));
   PetscCall(put_attribute(group, "dimension", static_cast<std::int64_t>(model.dim())));

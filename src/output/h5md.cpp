@@ -1,6 +1,7 @@
 #include <map>
 #include "base/error.hpp"
 #include "base/option_names.hpp"
+#include "base/version.hpp"
 #include "output/frame_file.hpp"
 
 namespace bs {
@@ -18,7 +19,7 @@ PetscErrorCode write_h5md(hid_t file, MPI_Comm comm, bool units) {
   PetscCall(put_attribute(author, "name", std::string(*user ? user : "unknown")));
   PetscCall(open_group(file, "/h5md/creator", &creator));
   PetscCall(put_attribute(creator, "name", std::string("backspring")));
-  PetscCall(put_attribute(creator, "version", std::string(BS_VERSION)));
+  PetscCall(put_attribute(creator, "version", std::string(version())));
   if (units) {
     PetscCall(open_group(file, "/h5md/modules/units", &module));
     PetscCall(put_attribute(module, "version", std::vector<std::int32_t>{1, 0}));
@@ -46,7 +47,7 @@ PetscErrorCode write_parameters(hid_t file, PetscMPIInt ranks) {
   PetscCall(PetscGetVersionNumber(&major, &minor, &subminor, nullptr));
   PetscCall(open_group(file, "/parameters", &group));
   PetscCall(put_attribute(group, "program", std::string("backspring")));
-  PetscCall(put_attribute(group, "version", std::string(BS_VERSION)));
+  PetscCall(put_attribute(group, "version", std::string(version())));
   PetscCall(put_attribute(group, "petsc_version", format("%d.%d.%d", (int)major, (int)minor, (int)subminor)));
   PetscCall(put_attribute(group, "ranks", static_cast<std::int64_t>(ranks)));
   PetscCall(options_in_force(&options));

@@ -10,6 +10,7 @@
 #include "base/context.hpp"
 #include "base/error.hpp"
 #include "base/text.hpp"
+#include "base/version.hpp"
 
 namespace bs {
 
@@ -36,7 +37,7 @@ double time_left(const RunState& state, double wall) {
 
 std::string program_line(MPI_Comm comm) {
   const PetscMPIInt size = size_of(comm);
-  return std::string("backspring ") + BS_VERSION + " on " + how_many(size, "rank");
+  return std::string("backspring ") + version() + " on " + how_many(size, "rank");
 }
 
 std::string progress_line(const RunState& state, double wall) {

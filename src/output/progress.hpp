@@ -26,7 +26,7 @@ std::string duration(double seconds);
 /// Wall time left [s] if the rest of the simulated time goes as the past did in `wall` seconds; NaN if unknown.
 double time_left(const RunState& state, double wall);
 
-/// The first line of every header: "backspring 0.1.0 on 2 ranks".
+/// The first line of every header: "backspring 0.2.0 on 2 ranks".
 std::string program_line(MPI_Comm comm);
 
 /// The line without "\r" or newline, e.g. "t = 0.5 s (50 %), step 100, Newton 210, Krylov 840, E = 1.25 J at 0.4 s, 3 s left".

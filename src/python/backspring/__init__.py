@@ -22,6 +22,8 @@ from .results import Equilibrium, Moduli, Modes
 from .stepping import run
 from .trajectories import open
 
+__version__ = "0.2.0"
+
 __all__ = [
     "BackspringWarning", "ConvergenceError", "Equilibrium", "Error", "Events", "FileError", "Forces", "Frame", "InputError", "Lattice", "Moduli", "Modes", "Simulation", "Statics", "Stopped",
     "generate", "moduli", "modes", "open", "read", "run", "statics",

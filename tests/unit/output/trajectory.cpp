@@ -9,6 +9,7 @@
 #include <map>
 
 #include "base/handle.hpp"
+#include "base/version.hpp"
 #include "output/h5.hpp"
 #include "output/trajectory.hpp"
 #include "spoken.hpp"
@@ -128,7 +129,7 @@ void require_rest(const Look& look) {
   REQUIRE(look.values("/backspring/log/step") == std::vector<double>{0, 1, 2, 3, 4, 5, 6});
   REQUIRE(look.values("/backspring/log/dt") == std::vector<double>(7, 0.25));
   REQUIRE(look.values("/backspring/log/krylov") == std::vector<double>{0, 3, 6, 9, 12, 15, 18});
-  REQUIRE(look.text("/parameters", "version") == BS_VERSION);
+  REQUIRE(look.text("/parameters", "version") == version());
   REQUIRE(look.text("/parameters/options", "bs_test_of_output") == "-3.5");
 }
 

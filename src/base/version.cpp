@@ -1,0 +1,7 @@
+#include "base/version.hpp"
+
+namespace bs {
+
+const char* version() { return BS_VERSION; }
+
+}  // namespace bs
