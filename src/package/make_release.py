@@ -25,6 +25,7 @@ PLACES = {
     "README.md": r"\bVersion (\d+\.\d+\.\d+)",
     "options/reference/backspring.1": r'"backspring (\S+)"',
     "src/package/conda/recipe.yaml": r'^  version: "(\S+)"$',
+    "src/package/example/CMakeLists.txt": r"^find_package\(backspring (\S+) REQUIRED\)$",
     "src/package/site/cite.md": r"program, version (\d\S+)\}",
     "src/python/backspring/__init__.py": r'^__version__ = "(\S+)"$',
 }
@@ -40,7 +41,7 @@ def faults(read, unreleased=False):
     found = []
     for path, pattern in PLACES.items():
         said = re.search(pattern, read(path), re.M)
-        if not said or said[1] != version:
+        if not said or said[1] != (version.rpartition(".")[0] if "find_package" in pattern else version):  # programs ask for major and minor
             found.append(f"{path} says {said[1] if said else 'nothing'}, CMakeLists.txt {version}")
     dated = re.search(rf"^## {re.escape(version)} \((\d{{4}}-\d\d-\d\d)\)$", read("CHANGELOG.md"), re.M)
     released = re.search(r"^date-released: (\S+)$", read("CITATION.cff"), re.M)

@@ -84,13 +84,15 @@ def archives(checks):
 
 def main():
     checks = Checks(__doc__)
-    with checks.group("versions"):
-        versions(checks)
-    if (REPO / ".git").exists() and shutil.which("git"):
-        with checks.group("archives"):
-            archives(checks)
-    else:
-        checks.skip("archives", "this is no clone of the repository, or git is not there")
+    if checks.wants("versions"):
+        with checks.group("versions"):
+            versions(checks)
+    if checks.wants("archives"):
+        if (REPO / ".git").exists() and shutil.which("git"):
+            with checks.group("archives"):
+                archives(checks)
+        else:
+            checks.skip("archives", "this is no clone of the repository, or git is not there")
     checks.finish()
 
 
