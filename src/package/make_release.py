@@ -32,7 +32,7 @@ PLACES = {
 
 
 def git(*words):
-    return subprocess.run(["git", "-C", REPO, *words], check=True, capture_output=True).stdout
+    return subprocess.run(["git", "-C", REPO, "-c", "tar.umask=0022", *words], check=True, capture_output=True).stdout
 
 
 def faults(read, unreleased=False):
