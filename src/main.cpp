@@ -23,8 +23,6 @@
 #include "checkpoint/checkpoint.hpp"
 #include "cli/command_line.hpp"
 #include "cli/crash.hpp"
-#include "cli/help.hpp"
-#include "cli/signals.hpp"
 #include "cli/voice.hpp"
 #include "output/progress.hpp"
 #include "systems/create.hpp"

@@ -1,10 +1,12 @@
-// What is remembered for all that runs on one communicator: in the place of variables of the whole process.
+// What is remembered for all that runs on one communicator: in the place of variables of the whole process. What its owner asks of a run on it.
 #pragma once
 #include <mpi.h>
+#include <functional>
 #include <map>
 #include <memory>
 #include <typeindex>
 #include <typeinfo>
+#include <utility>
 
 namespace bs {
 
@@ -34,5 +36,22 @@ T& held_by(MPI_Comm comm) {
 
 /// Local. Takes the context off `comm`, for communicators that are never freed.
 void drop_context(MPI_Comm comm);
+
+/// What the owner asks of a run, looked at between steps; by default nothing. Each rank has its own; what one of them is asked, all do.
+struct Signals {
+  std::function<int()> ending;       ///< the number of the signal that ends the run; 0: none
+  std::function<bool()> checkpoint;  ///< whether a checkpoint was asked for since the last call
+};
+inline void set_signals(MPI_Comm comm, Signals signals) { held_by<Signals>(comm) = std::move(signals); }
+
+/// Local.
+inline int ending_signal(MPI_Comm comm) {
+  const Signals& signals = held_by<Signals>(comm);
+  return signals.ending ? signals.ending() : 0;
+}
+inline bool checkpoint_is_asked(MPI_Comm comm) {
+  const Signals& signals = held_by<Signals>(comm);
+  return signals.checkpoint && signals.checkpoint();
+}
 
 }  // namespace bs

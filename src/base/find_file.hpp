@@ -1,4 +1,5 @@
-// Search for files by name: those installed with the program (option files, meshes) are found from any folder.
+// Search for files by name: those installed with the program (option files, meshes) are found from any folder. Text files, read once and given to
+// every rank.
 #pragma once
 #include <petscsys.h>
 #include <string>
@@ -22,7 +23,7 @@ void set_option_folders(MPI_Comm comm, const std::vector<std::string>& folders);
 
 /// Collective. To be called for every file that is read because `option` names it. Replaces `name` of an input file that is no file by the first that
 /// is one: beside an option file given, in a shared folder, in meshes/ of one; otherwise `name` stays as it is. Remembers it. Ends the run with exit
-/// code 2 where a checkpoint brought the option and the file lies elsewhere (base/recalled.hpp).
+/// code 2 where a checkpoint brought the option and the file lies elsewhere (base/option_names.hpp).
 PetscErrorCode find_input(MPI_Comm comm, const std::string& option, std::string* name);
 
 /// Local. The inputs found so far: option and path, in order; an option can name several.
@@ -30,5 +31,18 @@ const std::vector<std::pair<std::string, std::string>>& input_files(MPI_Comm com
 
 /// Where find_input looks for `name`, in words.
 std::string input_places(MPI_Comm comm, const std::string& name);
+
+/// What a look at a path on this rank found.
+struct FileStatus {
+  std::string error;    ///< one line, empty if it is a readable file
+  long long bytes = 0;  ///< its size
+};
+
+/// Local. Whether `path` is a file that can be read, and its size.
+FileStatus examine_file(MPI_Comm comm, const std::string& path);
+
+/// Collective. Rank 0 reads the whole file, every rank gets it. Errors (exit 2): missing, a folder, unreadable, above
+/// 1 GB.
+PetscErrorCode read_text_file(MPI_Comm comm, const std::string& path, std::string* text);
 
 }  // namespace bs

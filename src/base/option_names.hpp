@@ -1,4 +1,4 @@
-// The options that are given, also those whose names the user makes up, and the files that they name.
+// The options that are given, also those whose names the user makes up, and the files that they name; those that a checkpoint brought.
 #pragma once
 #include <petscsys.h>
 #include <initializer_list>
@@ -10,6 +10,9 @@ namespace bs {
 
 /// Local. Whether `option` (with its dash) is given. It counts as used from then on.
 bool is_given(const std::string& option);
+
+/// Local. The words of PETSC_OPTIONS.
+std::vector<std::string> words_of_environment();
 
 /// Local. Whether the flag `option` (with its dash) is given and not switched off. is_given() is for options that are no flags.
 PetscErrorCode is_on(const char* option, bool* yes);
@@ -32,5 +35,27 @@ PetscErrorCode option_endings(const std::string& begin, std::vector<std::string>
 /// Collective. Ends the run with exit code 4, before anything is computed, where a value of the form [ascii|binary|...]:FILE[:...] of an option of
 /// PETSc's, such as -log_view :F, names a file that cannot be written; with 2 where PETSc would find at the very end that it cannot read a value.
 PetscErrorCode check_viewers(MPI_Comm comm);
+
+// Options that a checkpoint brought and not the user. A checkpoint may be somebody else's: what it names is not written, and read only where the user
+// already is.
+
+/// Local. From now on `option` (with its dash, in any case) counts as brought by the checkpoint `from`. `own`: it names the trajectory or the
+/// checkpoint that this run goes on with.
+void note_recalled(MPI_Comm comm, const std::string& option, const std::string& from, bool own);
+
+/// Local. Whether a checkpoint brought it.
+bool is_recalled(MPI_Comm comm, const std::string& option);
+
+/// Collective. Takes `option` out of PETSc's table if a checkpoint brought it, unless it was noted as the run's own; to be called by the reader of
+/// every option that names something to write.
+PetscErrorCode withdraw_recalled(MPI_Comm comm, const std::string& option);
+
+/// Collective. One warning with every option that was left out so far; for those left out later there is a warning each, at once.
+PetscErrorCode leave_out(MPI_Comm comm, const std::string& from, const std::string& option, const std::string& value);
+PetscErrorCode warn_left_out(MPI_Comm comm);
+
+/// Local. Why the file `path`, which `option` names, is not read: a checkpoint brought the option, and the file is not a regular one below the
+/// working folder, the checkpoint's or one of the program's. Empty if it is read.
+std::string fault_of_recalled_input(MPI_Comm comm, const std::string& option, const std::string& path);
 
 }  // namespace bs

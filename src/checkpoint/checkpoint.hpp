@@ -1,12 +1,14 @@
-// Checkpoint files, from which a run can be continued (layout: README.md).
+// Checkpoints, from which a run can be continued: files (layout: README.md), and states kept in memory.
 #pragma once
 #include <cstdint>
+#include <map>
 #include <string>
 #include <utility>
 #include <vector>
 #include "base/facts.hpp"
 #include "input/hdf5_file.hpp"
 #include "systems/model.hpp"
+#include "systems/saved_state.hpp"
 
 namespace bs {
 
@@ -70,7 +72,7 @@ class CheckpointFile : public Checkpoint {
 bool of_this_run_only(const std::string& option);
 
 /// Collective. Adds the options of the checkpoint named by -bs_restart to those given, which take precedence, and notes that they were recalled. Left
-/// out (base/recalled.hpp): PETSc's that write files or load libraries, and a trajectory or checkpoint that does not lie beside it.
+/// out (base/option_names.hpp): PETSc's that write files or load libraries, and a trajectory or checkpoint that does not lie beside it.
 PetscErrorCode recall_options(MPI_Comm comm);
 
 /// Collective. Adds to `inputs` a fingerprint of the contents of every table and text that an option names.
@@ -82,5 +84,19 @@ PetscErrorCode require_same_inputs(MPI_Comm comm, const CheckpointFile& file, co
 
 /// Collective. Warns of every option in force that is not what it was when `file` was written.
 PetscErrorCode warn_changed_options(MPI_Comm comm, const CheckpointFile& file);
+
+/// Of a run on as many ranks, without what its system carries besides the state: whoever restores that system puts that back
+/// (systems/saved_state.hpp).
+class KeptCheckpoint : public Checkpoint {
+ public:
+  /// Collective. `states`: the state, "/state", and those that its method remembers.
+  PetscErrorCode keep(Model& model, const Facts& run, const std::vector<NamedState>& states);
+  bool has(const std::string& group) const override { return states_.count(group) > 0; }
+  PetscErrorCode read_memory(Model&) const override { return 0; }
+
+ private:
+  PetscErrorCode read_parts(MPI_Comm comm, const std::string& group, const std::vector<StatePart>& parts) const override;
+  std::map<std::string, SavedState::Parts> states_;
+};
 
 }  // namespace bs

@@ -1,12 +1,13 @@
 #include <vector>
 #include "base/collective.hpp"
 #include "base/error.hpp"
-#include "base/row_sum.hpp"
+#include "base/hash.hpp"
 #include "base/vec_array.hpp"
 #include "checkpoint/checkpoint.hpp"
 #include "output/h5.hpp"
 
 namespace bs {
+
 namespace {
 
 constexpr std::size_t longest_text = 65536;
@@ -160,6 +161,25 @@ PetscErrorCode CheckpointFile::read_parts(MPI_Comm, const std::string& group, co
   PetscCall(sum_over_ranks(comm_, &all));
   if (!attributes_of(file_, group.c_str(), &facts)) PetscCall(damaged("damaged"));
   if (static_cast<std::uint64_t>(get(facts.whole, "checksum")) != all) PetscCall(damaged(group + " does not match its checksum"));
+  PetscFunctionReturn(0);
+}
+
+PetscErrorCode KeptCheckpoint::keep(Model& model, const Facts& run, const std::vector<NamedState>& states) {
+  std::vector<StatePart> parts;
+  PetscFunctionBegin;
+  name_ = "the saved state";
+  run_ = run;
+  states_.clear();
+  for (const NamedState& one : states) {
+    PetscCall(model.gather_state(one.vec, &parts));
+    PetscCall(bs::read_parts(model.comm(), parts, false, &states_[one.group]));
+  }
+  PetscFunctionReturn(0);
+}
+
+PetscErrorCode KeptCheckpoint::read_parts(MPI_Comm comm, const std::string& group, const std::vector<StatePart>& parts) const {
+  PetscFunctionBegin;
+  PetscCall(put_parts(comm, states_.at(group), false, parts));
   PetscFunctionReturn(0);
 }
 

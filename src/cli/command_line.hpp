@@ -1,4 +1,4 @@
-// Checks of the command line and of option files, which PETSc itself does not check, before it reads them.
+// Checks of the command line and of option files, which PETSc itself does not check, before it reads them. What -help prints.
 #pragma once
 #include <string>
 #include <vector>
@@ -26,7 +26,19 @@ std::vector<std::string> stray_words(const std::vector<std::string>& words);
 /// --option; or nothing.
 std::string fault_of_form(const std::vector<std::string>& words);
 
-/// Local. The words of PETSC_OPTIONS.
-std::vector<std::string> words_of_environment();
+// What -help prints: the program's own options first, then those of PETSc under a heading of their own.
+
+/// Local. Replaces --help and -h by -help, and --version by -bs_version, in the words of the command line.
+void translate_common_flags(int argc, char** argv);
+
+/// Local. Where the command line has -help, all that PETSc prints is collected from now on; before PetscInitialize.
+void collect_help(int argc, const char* const* argv);
+
+/// Local. What is collected from now on is of runs that -help makes of other tasks and models: only the program's own options that were not listed
+/// before are taken of it.
+void collect_help_of_others();
+
+/// Local. Prints what was collected on this rank, the program's own sections first.
+void print_help();
 
 }  // namespace bs

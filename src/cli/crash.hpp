@@ -1,5 +1,6 @@
-// The last safety net: unexpected exceptions and crashes also end with one line and an exit code.
+// Signals of the process, and the last safety net: unexpected exceptions and crashes also end with one line and an exit code.
 #pragma once
+#include <mpi.h>
 #include <petscsys.h>
 #include "base/error.hpp"
 
@@ -24,5 +25,10 @@ void expect_exit();
 /// watched by a clock of processor time: where it does not come back, the program ends with one line and Exit::input. Call after
 /// install_crash_handler() and before anything large.
 PetscErrorCode reserve_blas_memory();
+
+/// From now on SIGTERM and SIGINT end a run on `comm` after the present step (base/context.hpp), a second one of them (0.2 s later, and not the first
+/// one passed on by mpirun) ends the process at once; SIGUSR1 asks for a checkpoint. These replace the previous handlers (PETSc
+/// ends the program at once).
+void catch_signals(MPI_Comm comm);
 
 }  // namespace bs

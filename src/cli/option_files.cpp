@@ -13,6 +13,7 @@
 #include <set>
 #include <sstream>
 #include "base/find_file.hpp"
+#include "base/option_names.hpp"
 #include "base/text.hpp"
 #include "cli/command_line.hpp"
 

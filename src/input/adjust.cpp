@@ -206,20 +206,20 @@ PetscErrorCode read_hdf5_groups(MPI_Comm comm, const Hdf5File& file, Lattice* l)
   PetscFunctionReturn(0);
 }
 
+/// No group of the lattice has that name, which `option` gives.
+static PetscErrorCode fail_without_group(MPI_Comm comm, const std::string& option, const std::string& name, const Lattice& l) {
+  std::string known;
+  for (const Group& one : l.groups) known += (known.empty() ? "" : ", ") + one.name;
+  return fail(comm, Exit::input,
+              "option " + option + ": there is no group " + name + ": choose its particles by -bs_group_" + name +
+                  (known.empty() ? "" : ", or name one of " + known));
+}
+
 PetscErrorCode require_groups(MPI_Comm comm, const std::string& option, const std::vector<std::string>& names, const Lattice& l) {
   PetscFunctionBegin;
-  for (const std::string& name : names) {
-    bool there = false;
-    std::string known;
-    for (const Group& one : l.groups) {
-      there = there || one.name == name;
-      known += (known.empty() ? "" : ", ") + one.name;
-    }
-    if (!there)
-      PetscCall(fail(comm, Exit::input,
-                     "option " + option + ": there is no group " + name + ": choose its particles by -bs_group_" + name +
-                         (known.empty() ? "" : ", or name one of " + known)));
-  }
+  for (const std::string& name : names)
+    if (std::none_of(l.groups.begin(), l.groups.end(), [&](const Group& one) { return one.name == name; }))
+      PetscCall(fail_without_group(comm, option, name, l));
   PetscFunctionReturn(0);
 }
 
@@ -232,6 +232,25 @@ PetscErrorCode refuse_empty_groups(MPI_Comm comm, const Lattice& l) {
       PetscCall(fail(comm, Exit::input,
                      "group " + group.name + " of " + l.source + " has no particles: choose some by -bs_group_" + group.name + ", or leave it out"));
   }
+  PetscFunctionReturn(0);
+}
+
+PetscErrorCode read_options_of_groups(MPI_Comm comm, const Lattice& lattice, const std::string& begin, const char* title, const char* help,
+                                      GroupOptions* out) {
+  std::vector<std::string> given;
+  std::string none;
+  PetscFunctionBegin;
+  PetscCall(option_endings(begin, &given));
+  for (const std::string& name : given)
+    if (std::none_of(lattice.groups.begin(), lattice.groups.end(), [&](const Group& one) { return lower(one.name) == lower(name); }))
+      PetscCall(fail_without_group(comm, "-" + begin + name, name, lattice));
+  PetscCall(read_section(comm, title, [&](Section& o) {
+    o.text(("-" + begin + "NAME").c_str(), help, none);
+    for (std::size_t g = 0; g < lattice.groups.size(); ++g) {
+      std::string text;
+      if (o.text(("-" + begin + lattice.groups[g].name).c_str(), help, text)) out->emplace_back(g, text);
+    }
+  }));
   PetscFunctionReturn(0);
 }
 

@@ -1,4 +1,4 @@
-// What options change of a lattice that was read from a file, and the anchors that they add to any.
+// What options change of a lattice that was read from a file, the anchors that they add to any, groups; and what every lattice must fulfil.
 #pragma once
 #include <petscsys.h>
 #include <cstdint>
@@ -57,5 +57,22 @@ PetscErrorCode require_groups(MPI_Comm comm, const std::string& option, const st
 
 /// Collective. Error (exit 2): a group without particles.
 PetscErrorCode refuse_empty_groups(MPI_Comm comm, const Lattice& lattice);
+
+/// Place of a group among the lattice's, and the text of its option.
+using GroupOptions = std::vector<std::pair<std::size_t, std::string>>;
+
+/// Collective. The options that begin with `begin` ("bs_motion_") and go on with a group's name, in the order of the groups; `title` and `help`: for
+/// -help. Error (exit 2): there is no group of that name.
+PetscErrorCode read_options_of_groups(MPI_Comm comm, const Lattice& lattice, const std::string& begin, const char* title, const char* help,
+                                      GroupOptions* out);
+
+// What every lattice must fulfil, wherever it comes from. All faults are of the user's making: exit 2.
+
+/// Collective, the same arguments on every rank. Whether the numbers of rows fit PETSc's indices (and are not 0).
+PetscErrorCode check_sizes(MPI_Comm comm, const std::string& source, std::int64_t particles, int dim, std::int64_t springs, std::int64_t anchors);
+
+/// Collective. Sizes, numbers of particles, springs and anchors, their ends and lengths, interactions; rest lengths that are NaN become the initial
+/// distance.
+PetscErrorCode validate(MPI_Comm comm, Lattice* lattice);
 
 }  // namespace bs

@@ -6,9 +6,9 @@
 #include <tuple>
 #include "base/collective.hpp"
 #include "base/error.hpp"
+#include "base/hash.hpp"
 #include "base/text.hpp"
 #include "input/remote.hpp"
-#include "lattice/random.hpp"
 #include "network/migrate.hpp"
 
 namespace bs {

@@ -4,8 +4,8 @@
 #include <limits>
 #include "base/collective.hpp"
 #include "base/error.hpp"
+#include "base/find_file.hpp"
 #include "base/memory.hpp"
-#include "input/text_file.hpp"
 
 namespace bs {
 

@@ -7,7 +7,6 @@
 #include "input/adjust.hpp"
 #include "input/hdf5_file.hpp"
 #include "input/hdf5_layout.hpp"
-#include "input/validate.hpp"
 #include "lattice/columns.hpp"
 #include "lattice/spring_laws.hpp"
 #include "network/migrate.hpp"

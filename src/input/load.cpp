@@ -2,6 +2,7 @@
 #include <strings.h>
 #include "base/collective.hpp"
 #include "base/error.hpp"
+#include "base/find_file.hpp"
 #include "base/option_names.hpp"
 #include "base/options.hpp"
 #include "input/adjust.hpp"
@@ -9,9 +10,6 @@
 #include "input/hdf5_layout.hpp"
 #include "input/remote.hpp"
 #include "input/spring_options.hpp"
-#include "input/text_file.hpp"
-#include "input/validate.hpp"
-#include "input/whole.hpp"
 #include "lattice/generator.hpp"
 #include "lattice/xsp.hpp"
 #include "network/migrate.hpp"
@@ -176,23 +174,17 @@ PetscErrorCode complete(MPI_Comm comm, const LatticeOptions& options, Lattice* o
 
 }  // namespace
 
-PetscErrorCode load_lattice(MPI_Comm comm, Lattice* out) {
+PetscErrorCode load_lattice(MPI_Comm comm, Lattice* out, const Lattice* given) {
   LatticeOptions options;
   PetscFunctionBegin;
   PetscCall(read_section(comm, "Lattice: particles and springs", [&options](Section& s) { options.read(s); }));
-  stand_in_for_help(&options);
-  PetscCall(check_source(comm, options));
-  if (options.file_given) PetscCall(load_file(comm, options, out));
+  if (!given) {
+    stand_in_for_help(&options);
+    PetscCall(check_source(comm, options));
+  }
+  if (given) PetscCall(load_given(comm, options, *given, out));
+  else if (options.file_given) PetscCall(load_file(comm, options, out));
   else PetscCall(load_generated(comm, options, out));
-  PetscCall(complete(comm, options, out));
-  PetscFunctionReturn(0);
-}
-
-PetscErrorCode load_lattice(MPI_Comm comm, const Lattice& given, Lattice* out) {
-  LatticeOptions options;
-  PetscFunctionBegin;
-  PetscCall(read_section(comm, "Lattice: particles and springs", [&options](Section& s) { options.read(s); }));
-  PetscCall(load_given(comm, options, given, out));
   PetscCall(complete(comm, options, out));
   PetscFunctionReturn(0);
 }

@@ -10,10 +10,7 @@ namespace bs {
 /// name. Afterwards the chunks are numbered, rest lengths filled in, values validated, warnings printed, and options the
 /// input implies (an .xsp file's gravity, ...) are in the options database where the user set none: read the laws' own
 /// options after this call. Every error in the input is reported (exit code 2) and returns ERR_FAILED.
-PetscErrorCode load_lattice(MPI_Comm comm, Lattice* out);
-
-/// Collective. The same of a lattice in memory, `given` whole and the same on every rank, in the place of one from a file: options that choose
-/// another source are refused.
-PetscErrorCode load_lattice(MPI_Comm comm, const Lattice& given, Lattice* out);
+/// `given`: a lattice in memory, whole and the same on every rank, in the place of one from a file: options that choose another source are refused.
+PetscErrorCode load_lattice(MPI_Comm comm, Lattice* out, const Lattice* given = nullptr);
 
 }  // namespace bs

@@ -4,12 +4,12 @@
 #include <sstream>
 #include "base/collective.hpp"
 #include "base/error.hpp"
+#include "base/find_file.hpp"
 #include "base/handle.hpp"
 #include "base/memory.hpp"
 #include "base/text.hpp"
 #include "base/vec_array.hpp"
 #include "input/matrix_text.hpp"
-#include "input/text_file.hpp"
 
 namespace bs {
 namespace {

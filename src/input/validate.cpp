@@ -1,14 +1,14 @@
-#include "input/validate.hpp"
 #include <algorithm>
 #include <cinttypes>
 #include <cmath>
 #include "base/error.hpp"
 #include "base/memory.hpp"
+#include "input/adjust.hpp"
 #include "input/hdf5_layout.hpp"
 #include "input/remote.hpp"
 #include "lattice/columns.hpp"
+#include "lattice/lattice.hpp"
 #include "lattice/lattice_arrays.hpp"
-#include "lattice/numbers.hpp"
 #include "network/migrate.hpp"
 
 namespace bs {
@@ -22,10 +22,7 @@ struct Place {
   std::string source;
   bool datasets;
 
-  explicit Place(const Lattice& lattice) : source(lattice.source) {
-    const std::size_t dot = source.rfind('.');
-    datasets = dot != std::string::npos && (source.substr(dot) == ".h5" || source.substr(dot) == ".hdf5");
-  }
+  explicit Place(const Lattice& lattice) : source(lattice.source), datasets(lattice.has_datasets()) {}
   std::string row(const char* what, std::int64_t number, const char* group, const char* name) const {
     std::string text = source + ": " + what + " " + std::to_string(number);
     return datasets ? text + ", " + group + "/" + name : text;

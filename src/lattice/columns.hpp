@@ -8,9 +8,13 @@
 #include <stdexcept>
 #include <string_view>
 #include <vector>
-#include "base/powers.hpp"
 
 namespace bs {
+
+/// The dimension of a quantity: powers of mass, length and time, {0, 1, -1} of a velocity.
+struct Powers {
+  int mass = 0, length = 0, time = 0;
+};
 
 /// A number or a vector of each particle. `name` is that of the dataset /particles/NAME.
 struct ParticleParameter {

@@ -4,7 +4,7 @@
 #include <iterator>
 #include <limits>
 #include <tuple>
-#include "lattice/random.hpp"
+#include "base/hash.hpp"
 
 namespace bs {
 
@@ -18,6 +18,8 @@ double mass_of_each(const GeneratorSpec& spec, std::int64_t total) {
 }
 
 namespace {
+
+int neighbours_of(const GeneratorSpec& spec) { return spec.neighbors > 0 ? spec.neighbors : type_info(spec.type).neighbors_default; }
 
 /// Cells along axis k; 1 along axes the lattice does not extend in.
 std::int64_t cells(const GeneratorSpec& spec, int k) {
@@ -34,8 +36,7 @@ struct Place {
 /// The spec with everything filled in that it leaves to be understood.
 struct Plan {
   explicit Plan(const GeneratorSpec& given) : spec(given), dim(dimension(given)), total(particle_count(given)) {
-    const TypeInfo& info = type_info(spec.type);
-    stencil = make_stencil(spec.type, shell_count(spec.type, spec.neighbors > 0 ? spec.neighbors : info.neighbors_default));
+    stencil = make_stencil(spec.type, shell_count(spec.type, neighbours_of(spec)));
     for (int k = 0; k < 3; ++k) {
       n[k] = cells(spec, k);
       spacing[k] = repeated(spec.spacing, k);
@@ -99,6 +100,8 @@ struct Plan {
     }
     return b;
   }
+  /// Rows of the triangular lattice begin and end half a spacing inside the box by turns.
+  double row_shift() const { return stencil.staggered ? spacing[0] / 2 : 0.0; }
 
   const GeneratorSpec& spec;
   int dim;
@@ -107,7 +110,6 @@ struct Plan {
   Stencil stencil;
 };
 
-/// Places the particles of the chunk, unperturbed.
 void place_particles(const Plan& plan, Lattice* out) {
   out->position.reserve(static_cast<std::size_t>(out->particles.count * plan.dim));
   for (std::int64_t i = 0; i < out->particles.count; ++i) {
@@ -120,9 +122,8 @@ void fix_particles(const Plan& plan, Lattice* out) {
   Faces faces = 0;
   (void)parse_faces(plan.spec.fixed, type_info(plan.spec.type).axes, &faces);  // checked before
   out->fixed.assign(static_cast<std::size_t>(out->particles.count), 0);
-  // Rows of the triangular lattice begin and end half a spacing inside the box by turns.
   const Faces along_x = faces & 3u;
-  apply_faces(along_x, plan.box(), plan.stencil.staggered ? plan.spacing[0] / 2 : 0.0, plan.dim, out->position, &out->fixed);
+  apply_faces(along_x, plan.box(), plan.row_shift(), plan.dim, out->position, &out->fixed);
   apply_faces(faces & ~along_x, plan.box(), 0.0, plan.dim, out->position, &out->fixed);
   apply_fixed_particles(plan.spec.fixed_particles, out->particles, &out->fixed);
 }
@@ -227,8 +228,7 @@ std::string describe(const Plan& plan) {
   const TypeInfo& info = type_info(plan.spec.type);
   std::string text = std::string(info.name) + " lattice ";
   for (int k = 0; k < info.axes; ++k) text += (k ? " x " : "") + std::to_string(plan.n[k]);
-  const int neighbors = plan.spec.neighbors > 0 ? plan.spec.neighbors : info.neighbors_default;
-  return text + ", " + std::to_string(neighbors) + " neighbours";
+  return text + ", " + std::to_string(neighbours_of(plan.spec)) + " neighbours";
 }
 
 }  // namespace
@@ -242,6 +242,17 @@ std::int64_t particle_count(const GeneratorSpec& spec) {
   return count;
 }
 
+void perturb(const GeneratorSpec& spec, Lattice* lattice) {
+  const std::size_t d = static_cast<std::size_t>(lattice->dim);
+  if (spec.perturbation <= 0) return;
+  for (std::size_t i = 0; i < lattice->fixed.size(); ++i) {
+    if (lattice->fixed[i]) continue;
+    const std::int64_t row = lattice->particles.first + static_cast<std::int64_t>(i);
+    for (std::size_t k = 0; k < d; ++k)
+      lattice->position[i * d + k] += spec.perturbation * (2 * hash_uniform(spec.seed, Stream::perturbation, row, static_cast<std::int64_t>(k)) - 1);
+  }
+}
+
 Lattice generate(const GeneratorSpec& spec, int rank, int size) {
   const Plan plan(spec);
   Lattice out;
@@ -250,8 +261,7 @@ Lattice generate(const GeneratorSpec& spec, int rank, int size) {
   out.particles = split_rows(plan.total, rank, size);
   place_particles(plan, &out);
   fix_particles(plan, &out);
-  // Rows of the triangular lattice begin and end half a spacing inside the box by turns.
-  choose_groups(spec.groups, plan.box(), plan.stencil.staggered ? plan.spacing[0] / 2 : 0.0, &out);
+  choose_groups(spec.groups, plan.box(), plan.row_shift(), &out);
   fix_groups(spec.fixed_groups, &out);
   apply_velocity(spec.velocity, spec.velocity_gradient, plan.dim, out.position, out.fixed, &out.velocity);
   perturb(spec, &out);
@@ -279,8 +289,7 @@ std::int64_t inside(const GeneratorSpec& spec, int k, std::int64_t step, int par
 }  // namespace
 
 std::int64_t spring_count(const GeneratorSpec& spec) {
-  const int neighbors = spec.neighbors > 0 ? spec.neighbors : type_info(spec.type).neighbors_default;
-  const Stencil stencil = make_stencil(spec.type, shell_count(spec.type, neighbors));
+  const Stencil stencil = make_stencil(spec.type, shell_count(spec.type, neighbours_of(spec)));
   std::int64_t ends = 0;
   for (std::size_t kind = 0; kind < stencil.kinds.size(); ++kind)
     for (const Neighbour& m : stencil.kinds[kind].neighbours)

@@ -1,10 +1,12 @@
 // A mass-spring lattice as it was read or generated: one rank's chunk of rows, in the input's order.
 // Plain data, free of MPI and PETSc.
 #pragma once
+#include <cmath>
 #include <cstdint>
 #include <string>
 #include <utility>
 #include <vector>
+#include "base/text.hpp"
 #include "lattice/box.hpp"
 
 namespace bs {
@@ -66,8 +68,10 @@ struct Group {
 
 /// Units: SI unless the user thinks otherwise; the program never converts.
 struct Lattice {
-  int dim = 3;                                              ///< d = 1, 2, 3
-  std::string source;                                       ///< file or generator, for messages
+  int dim = 3;         ///< d = 1, 2, 3
+  std::string source;  ///< file or generator, for messages
+  /// Whether it comes from an HDF5 file, by the name of that.
+  bool has_datasets() const { return ends_with(source, ".h5") || ends_with(source, ".hdf5"); }
   std::int64_t springs_generated = 0, springs_removed = 0;  ///< by a generator that dilutes: those before, and those of them that went
   // particles
   Rows particles;
@@ -108,5 +112,18 @@ struct Lattice {
   std::vector<std::pair<std::string, std::string>> implied_options;
   std::vector<std::string> warnings;  ///< one line each, reported once
 };
+
+// Numbers of a lattice that may be given anew while systems made of it live.
+
+/// Squares of what is given are summed: they must not overflow. False for what is no number.
+inline bool usable(double value) { return std::abs(value) <= 1e150; }
+
+/// The numbers of that name: stiffness, rest_length, damping, or what the springs' laws take beyond these, of every spring; mass, of every particle.
+/// Null: there are none, or they cannot be changed.
+std::vector<double>* changeable_numbers(Lattice* lattice, const std::string& name);
+
+/// Gives them anew; `all`: of the whole lattice, which `lattice` holds. False, and why, where they are no numbers of that lattice, are out of their
+/// range, or would make another system of it: springs of rest length 0 or without damper stay such, others may lose their damper.
+bool change_numbers(Lattice* lattice, const std::string& name, const std::vector<double>& all, std::string* why);
 
 }  // namespace bs

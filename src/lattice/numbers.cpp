@@ -1,5 +1,5 @@
-#include "lattice/numbers.hpp"
 #include "base/text.hpp"
+#include "lattice/lattice.hpp"
 #include "lattice/spring_laws.hpp"
 
 namespace bs {

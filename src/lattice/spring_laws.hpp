@@ -4,7 +4,7 @@
 #include <string>
 #include <utility>
 #include <vector>
-#include "base/powers.hpp"
+#include "lattice/columns.hpp"
 
 namespace bs {
 

@@ -1,8 +1,8 @@
-#include "network/columns.hpp"
 #include <petscsf.h>
 #include <algorithm>
 #include "base/collective.hpp"
 #include "lattice/spring_laws.hpp"
+#include "network/migrate.hpp"
 
 namespace bs {
 

@@ -1,4 +1,3 @@
-#include "network/interactions.hpp"
 #include <algorithm>
 #include <tuple>
 #include "lattice/spring_laws.hpp"

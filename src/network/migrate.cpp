@@ -6,7 +6,6 @@
 #include "base/collective.hpp"
 #include "base/memory.hpp"
 #include "base/text.hpp"
-#include "network/columns.hpp"
 
 namespace bs {
 

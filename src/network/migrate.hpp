@@ -1,4 +1,5 @@
-// Rows of the input on their way to the ranks that will own them: the records, their exchange, and the memory that takes.
+// Rows of the input on their way to the ranks that will own them: the records, their exchange, and the memory that takes; interactions, and what
+// springs and particles carry by columns.
 #pragma once
 #include <mpi.h>
 #include <petscsys.h>
@@ -9,6 +10,8 @@
 #include <type_traits>
 #include <vector>
 #include "base/collective.hpp"
+#include "lattice/lattice.hpp"
+#include "lattice/spring_laws.hpp"
 #include "network/network.hpp"
 #include "network/partition.hpp"
 
@@ -164,5 +167,54 @@ double lattice_bytes(const LatticeSize& size, int ranks);
 
 /// Collective. Checks that there is memory for it; `source` names it.
 PetscErrorCode reserve_lattice(MPI_Comm comm, const std::string& source, const LatticeSize& size);
+
+// Interactions of several particles, which go to all ranks that own an end of them.
+
+/// An interaction as the owner of one of its ends gets it.
+struct InteractionRecord {
+  std::int64_t row, end[MOST_ENDS];  ///< keys, of images as seen from the rank's own end
+  double parameter[MOST_INTERACTION_PARAMETERS];
+  int owned;  ///< which end is this rank's
+};
+
+/// Collective. Of each kind, every interaction once for every owned end, ascending by row, then by end; no kinds at all where the
+/// lattice has no interactions.
+PetscErrorCode collect_interactions(MPI_Comm comm, const Lattice& lattice, const Chunks& chunks, const std::vector<int>& rank_of,
+                                    std::vector<std::vector<InteractionRecord>>* kinds);
+
+/// Adds couplings between ends that no spring and no other coupling joins, and sorts `springs` again: ghosts and rows of
+/// matrices are made by half springs.
+void add_couplings(const std::vector<std::vector<InteractionRecord>>& kinds, std::vector<HalfSpring>* springs);
+
+/// The tables of a network that is laid out: `ghosts` are its ghosts' keys, ascending.
+void lay_out_interactions(const Lattice& lattice, const std::vector<std::vector<InteractionRecord>>& kinds, const std::vector<std::int64_t>& ghosts,
+                          Network* net);
+
+// What springs and particles carry by columns.
+
+/// What the springs of a chunk take beyond stiffness and rest length, row by row.
+class SpringRows {
+ public:
+  /// The lattice must outlive the object; its columns hold what its laws need.
+  explicit SpringRows(const Lattice& lattice);
+  int law(std::size_t k) const { return lattice_.law_by_row ? lattice_.spring_laws[k] : static_cast<int>(lattice_.spring_law); }
+  /// The row's parameters, then its history, at most SPRING_WIDTH numbers; 0 where the lattice has no such column.
+  void fill(std::size_t k, double* more) const;
+  /// Its force per length, for estimates [N/m].
+  double rate(std::size_t k) const;
+
+ private:
+  const Lattice& lattice_;
+  std::vector<std::vector<const double*>> columns_;  ///< per law: where its numbers stand; null: nowhere
+};
+
+/// The law of anchors: the lattice's, or Hooke's where that one takes more than stiffness and rest length.
+int anchor_law(const Lattice& lattice);
+
+/// Collective. Gives the links of `net`, which are laid out, their laws; nothing where all springs are Hooke's or of the strain law.
+PetscErrorCode give_laws(MPI_Comm comm, const Lattice& lattice, Network* net);
+
+/// Collective. Gives the owned particles of `net`, which are laid out, the numbers in the lattice's columns.
+PetscErrorCode give_columns(MPI_Comm comm, const Lattice& lattice, Network* net);
 
 }  // namespace bs

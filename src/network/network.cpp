@@ -6,8 +6,6 @@
 #include "base/arrays.hpp"
 #include "base/collective.hpp"
 #include "base/options.hpp"
-#include "network/columns.hpp"
-#include "network/interactions.hpp"
 #include "network/migrate.hpp"
 #include "network/partition.hpp"
 

@@ -4,13 +4,13 @@
 #include <cstdint>
 #include <string>
 #include <vector>
-#include "base/powers.hpp"
 #include "base/text.hpp"
 #include "output/frame_columns.hpp"
 #include "output/fresh_file.hpp"
 #include "output/h5.hpp"
 #include "output/trajectory.hpp"
 #include "output/xdmf.hpp"
+#include "systems/system.hpp"
 
 namespace bs {
 

@@ -5,10 +5,8 @@
 #include <unistd.h>
 #include <algorithm>
 #include <cerrno>
-#include <cstdlib>
 #include <cstring>
 #include <filesystem>
-#include <sstream>
 #include <vector>
 #include "base/collective.hpp"
 #include "base/error.hpp"
@@ -92,10 +90,7 @@ std::vector<Named> read_files(const RunFiles& files) {
   int argc = 0;
   char** argv = nullptr;
   if (PetscGetArgs(&argc, &argv) == 0) words.assign(argv, argv + argc);
-  if (const char* more = std::getenv("PETSC_OPTIONS")) {
-    std::istringstream in(more);
-    for (std::string word; in >> word;) words.push_back(word);
-  }
+  for (const std::string& word : words_of_environment()) words.push_back(word);
   for (std::size_t k = 0; k + 1 < words.size(); ++k)
     if (words[k] == "-options_file" || words[k] == "-options_file_yaml") all.push_back({words[k], words[k + 1], "", false});
   for (const auto& [option, path] : files.inputs) all.push_back({option, path, "", false});

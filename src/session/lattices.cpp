@@ -1,6 +1,6 @@
 #include "session/lattices.hpp"
 #include "base/option_names.hpp"
-#include "input/whole.hpp"
+#include "input/remote.hpp"
 #include "session/inside.hpp"
 #include "systems/create.hpp"
 #include "tasks/generate.hpp"

@@ -3,7 +3,6 @@
 #include <iterator>
 #include "base/collective.hpp"
 #include "base/context.hpp"
-#include "base/signals.hpp"
 #include "session/session_impl.hpp"
 #include "systems/client.hpp"
 #include "tasks/modes.hpp"

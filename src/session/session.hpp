@@ -14,7 +14,7 @@
 #include "base/error.hpp"
 #include "lattice/lattice_arrays.hpp"
 #include "solvers/step_record.hpp"
-#include "systems/force_callback.hpp"
+#include "systems/client.hpp"
 #include "systems/saved_state.hpp"
 #include "tasks/result.hpp"
 
@@ -124,7 +124,7 @@ class Session {
   Error set_rows(Array what, const std::vector<double>& rows);
   /// Numbers of the lattice that the session was created with, the whole of them, in the order of the input, the same on every rank: stiffness,
   /// rest_length, damping, or what the springs' laws take; mass. They hold in what is stepped, which goes on as after set_rows(), in what follow()
-  /// finds, and in analyses to come. Errors (Exit::input): change_numbers() (lattice/numbers.hpp); a session without a lattice in memory.
+  /// finds, and in analyses to come. Errors (Exit::input): change_numbers() (lattice/lattice.hpp); a session without a lattice in memory.
   Error set_numbers(const std::string& name, const std::vector<double>& all);
   /// Systems made from now on (Make::when_needed) have room for springs that exert nothing yet, so that follow() goes on where set_numbers() gives
   /// them a stiffness; without it there is then no equilibrium to follow. What is stepped is made anew where it lacks room.

@@ -4,7 +4,7 @@
 #include "base/context.hpp"
 #include "base/handle.hpp"
 #include "base/text.hpp"
-#include "lattice/numbers.hpp"
+#include "lattice/lattice.hpp"
 #include "lattice/spring_laws.hpp"
 #include "session/session_impl.hpp"
 #include "systems/client.hpp"

@@ -8,7 +8,7 @@
 #include "base/option_names.hpp"
 #include "base/text.hpp"
 #include "base/vec_array.hpp"
-#include "checkpoint/kept.hpp"
+#include "checkpoint/checkpoint.hpp"
 #include "session/session_impl.hpp"
 #include "systems/client.hpp"
 #include "systems/mechanics.hpp"

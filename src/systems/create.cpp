@@ -38,7 +38,7 @@ PetscErrorCode create_model(MPI_Comm comm, std::unique_ptr<Model>* out, const La
     PetscFunctionReturn(0);
   }
   Lattice lattice;
-  PetscCall(given ? load_lattice(comm, *given, &lattice) : load_lattice(comm, &lattice));
+  PetscCall(load_lattice(comm, &lattice, given));
   std::unique_ptr<Mechanics> particles;
   PetscCall(ParticleModel::create(comm, std::move(lattice), &particles));
   *out = std::make_unique<FirstOrder>(std::move(particles));
@@ -50,7 +50,7 @@ PetscErrorCode load_particles(MPI_Comm comm, const char* user, Lattice* out, con
   PetscFunctionBegin;
   PetscCall(read_kind(comm, &kind));
   if (kind == 1) PetscCall(fail(comm, Exit::input, std::string(user) + ": a linear system has no lattice: leave -bs_model and -bs_netlist out"));
-  PetscCall(given ? load_lattice(comm, *given, out) : load_lattice(comm, out));
+  PetscCall(load_lattice(comm, out, given));
   PetscFunctionReturn(0);
 }
 

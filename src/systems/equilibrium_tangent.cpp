@@ -5,10 +5,10 @@
 #include <cstring>
 #include "base/collective.hpp"
 #include "base/handle.hpp"
+#include "base/hash.hpp"
 #include "base/vec_array.hpp"
-#include "lattice/random.hpp"
-#include "systems/breaks.hpp"
 #include "systems/equilibrium.hpp"
+#include "systems/system.hpp"
 
 namespace bs {
 

@@ -89,12 +89,6 @@ PetscErrorCode FirstOrder::create_shell(Mat* P) {
   PetscFunctionReturn(0);
 }
 
-PetscErrorCode FirstOrder::create_operator(Mat P, Form form, Mat* A) {
-  PetscFunctionBegin;
-  PetscCall(own_->create_first_order_operator(P, form == Form::momentum, A));
-  PetscFunctionReturn(0);
-}
-
 PetscErrorCode FirstOrder::residual_norms(Vec F, ResidualNorms* norms) {
   const Layout at = own_->layout();
   *norms = {0, 0};

@@ -74,7 +74,7 @@ class FirstOrder : public Model {
   void set_inertia(double ratio) override { tangent_.set_inertia(ratio); }
   PetscErrorCode rhs(double t, Vec y, Vec G) override;
   PetscErrorCode create_matrix(Mat* P) override;
-  PetscErrorCode create_operator(Mat P, Form form, Mat* A) override;
+  PetscErrorCode create_operator(Mat P, Form form, Mat* A) override { return own_->create_first_order_operator(P, form == Form::momentum, A); }
   PetscErrorCode create_shell(Mat* P) override;
   Tangent* tangent() override { return own_->couples_all() ? nullptr : &tangent_; }
   Incremental* incremental() override { return own_->potential(); }

@@ -5,7 +5,7 @@
 #include "base/handle.hpp"
 #include "base/text.hpp"
 #include "base/vec_array.hpp"
-#include "systems/breaks.hpp"
+#include "systems/system.hpp"
 
 namespace bs {
 

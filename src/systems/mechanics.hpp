@@ -81,7 +81,7 @@ class Mechanics : public System {
     *yes = false;
     return 0;
   }
-  /// Collective. Numbers of the lattice (lattice/numbers.hpp) from now on; `all`: of the whole, checked and the same on every rank. What was computed
+  /// Collective. Numbers of the lattice (lattice/lattice.hpp) from now on; `all`: of the whole, checked and the same on every rank. What was computed
   /// with others is forgotten; histories stay. Error (exit 2): numbers that a force has taken for good.
   virtual PetscErrorCode set_numbers(const std::string&, const std::vector<double>&) { return 0; }
   /// Collective. lambda . df/dp for the number p of that name of each spring at (t, y): of this rank's rows in the input's order. lambda is laid out

@@ -3,7 +3,7 @@
 #include <petscts.h>
 #include <string>
 #include <vector>
-#include "base/warnings.hpp"
+#include "base/error.hpp"
 #include "output/report.hpp"
 #include "tasks/spectrum.hpp"
 #include "time/ts_setup.hpp"

@@ -3,7 +3,7 @@
 #include <memory>
 #include <string>
 #include <vector>
-#include "base/warnings.hpp"
+#include "base/error.hpp"
 #include "linalg/eigen/mode_solver.hpp"
 #include "output/progress.hpp"
 #include "output/trajectory.hpp"

@@ -7,8 +7,8 @@
 #include "base/vec_array.hpp"
 #include "output/report.hpp"
 #include "output/tables.hpp"
-#include "systems/breaks.hpp"
 #include "systems/frame_rows.hpp"
+#include "systems/system.hpp"
 #include "tasks/modes.hpp"
 
 namespace bs {

@@ -5,8 +5,8 @@
 #include "base/error.hpp"
 #include "base/option_names.hpp"
 #include "output/tables.hpp"
-#include "systems/breaks.hpp"
 #include "systems/mechanics.hpp"
+#include "systems/system.hpp"
 #include "tasks/statics/box_stress.hpp"
 
 namespace bs {

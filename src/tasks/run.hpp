@@ -2,7 +2,7 @@
 #pragma once
 #include <functional>
 #include <memory>
-#include "base/warnings.hpp"
+#include "base/error.hpp"
 #include "output/progress.hpp"
 #include "systems/model.hpp"
 #include "tasks/adviser.hpp"

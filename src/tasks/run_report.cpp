@@ -4,7 +4,7 @@
 #include "base/error.hpp"
 #include "base/text.hpp"
 #include "output/report.hpp"
-#include "systems/breaks.hpp"
+#include "systems/system.hpp"
 #include "tasks/run.hpp"
 #include "tasks/unused_options.hpp"
 #include "time/implicit/solver_setup.hpp"

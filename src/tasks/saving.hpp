@@ -3,7 +3,7 @@
 #include <petscts.h>
 #include <memory>
 #include <string>
-#include "checkpoint/kept.hpp"
+#include "checkpoint/checkpoint.hpp"
 #include "output/trajectory.hpp"
 
 namespace bs {

@@ -6,7 +6,7 @@
 #include <vector>
 #include "base/collective.hpp"
 #include "base/handle.hpp"
-#include "lattice/random.hpp"
+#include "base/hash.hpp"
 #include "systems/mechanics.hpp"
 
 namespace bs {

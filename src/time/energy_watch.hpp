@@ -1,7 +1,7 @@
 // Detection of energy growth without a source: a step too long for its method, or inaccurate linear solves in Newton's method.
 #pragma once
 #include <string>
-#include "base/warnings.hpp"
+#include "base/error.hpp"
 #include "systems/model.hpp"
 
 namespace bs {

@@ -1,9 +1,9 @@
 // After a step: whether it is good, what is kept of it, and what follows.
 #include <cmath>
 #include "base/collective.hpp"
-#include "base/signals.hpp"
+#include "base/context.hpp"
 #include "base/vec_array.hpp"
-#include "systems/breaks.hpp"
+#include "systems/system.hpp"
 #include "time/methods.hpp"
 #include "time/stepper.hpp"
 

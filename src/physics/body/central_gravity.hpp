@@ -3,8 +3,7 @@
 #include <cmath>
 #include <string>
 
-#include "physics/body/law_options.hpp"
-#include "physics/body/point.hpp"
+#include "physics/body/law.hpp"
 #include "physics/vector.hpp"
 
 namespace bs {

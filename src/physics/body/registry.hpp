@@ -5,14 +5,11 @@
 #include <utility>
 
 #include "physics/body/central_gravity.hpp"
-#include "physics/body/mass_drag.hpp"
-#include "physics/body/particle_drag.hpp"
+#include "physics/body/linear_drag.hpp"
 #include "physics/body/shape_drag.hpp"
 #include "physics/body/sphere_drag.hpp"
-#include "physics/body/stokes_drag.hpp"
 #include "physics/body/uniform_gravity.hpp"
-#include "physics/body/xsp_attraction.hpp"
-#include "physics/body/xsp_walls.hpp"
+#include "physics/body/xsp_forces.hpp"
 
 namespace bs {
 

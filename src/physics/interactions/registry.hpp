@@ -3,7 +3,7 @@
 // The data that a law of several ends (2, 3, 4, ...) provides. Its numbers come from a table of named parameters; its functions see
 // the places of all its ends at once.
 //
-//   ends, parameters                how many; schema(): names, units, what is impossible (lattice/interaction_schemas.hpp)
+//   ends, parameters                how many; schema(): names, units, what is impossible (lattice/spring_laws.hpp)
 //   fault<d>(x, p)                  null, or why there is no force with the ends at x[0], ..., x[ends - 1]
 //   energy<d>(x, p)                 [J]
 //   force<d>(x, p, f)               on every end, (ends, d)

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <string>
 #include "base/text.hpp"
-#include "physics/body/law_options.hpp"
+#include "physics/body/law.hpp"
 #include "physics/whole/drive.hpp"
 
 namespace bs {

@@ -3,7 +3,7 @@
 #pragma once
 #include <string>
 
-#include "physics/body/law_options.hpp"
+#include "physics/body/law.hpp"
 
 namespace bs {
 

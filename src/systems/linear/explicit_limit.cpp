@@ -5,8 +5,8 @@
 #include <limits>
 #include "base/error.hpp"
 #include "base/handle.hpp"
+#include "base/hash.hpp"
 #include "base/vec_array.hpp"
-#include "lattice/random.hpp"
 #include "systems/linear/linear_model.hpp"
 
 namespace bs {

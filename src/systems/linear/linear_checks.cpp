@@ -3,7 +3,7 @@
 #include <cmath>
 #include "base/collective.hpp"
 #include "base/error.hpp"
-#include "base/row_sum.hpp"
+#include "base/hash.hpp"
 #include "base/text.hpp"
 #include "systems/linear/linear_model.hpp"
 #include "systems/linear/system.hpp"

@@ -2,10 +2,10 @@
 #include <algorithm>
 #include <utility>
 #include "base/error.hpp"
+#include "base/find_file.hpp"
 #include "base/handle.hpp"
 #include "base/memory.hpp"
 #include "base/text.hpp"
-#include "input/text_file.hpp"
 #include "systems/linear/netlist.hpp"
 #include "systems/linear/system.hpp"
 

@@ -1,9 +1,9 @@
 #include <algorithm>
 #include <cmath>
 #include "base/error.hpp"
+#include "base/find_file.hpp"
 #include "base/text.hpp"
 #include "input/matrix_load.hpp"
-#include "input/text_file.hpp"
 #include "systems/linear/system.hpp"
 
 namespace bs {

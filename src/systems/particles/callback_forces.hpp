@@ -5,7 +5,7 @@
 #include <string>
 #include <utility>
 #include <vector>
-#include "systems/force_callback.hpp"
+#include "systems/client.hpp"
 #include "systems/particles/term.hpp"
 
 namespace bs {

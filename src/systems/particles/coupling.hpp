@@ -6,8 +6,8 @@
 #include <vector>
 #include "base/handle.hpp"
 #include "network/network.hpp"
-#include "physics/body/point.hpp"
-#include "physics/body/xsp_attraction.hpp"
+#include "physics/body/law.hpp"
+#include "physics/body/xsp_forces.hpp"
 #include "physics/whole/xsp_center_of_mass.hpp"
 #include "systems/particles/term.hpp"
 

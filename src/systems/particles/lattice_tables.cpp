@@ -1,8 +1,10 @@
 #include "systems/particles/lattice_tables.hpp"
 #include "base/collective.hpp"
+#include "base/hash.hpp"
+#include "input/hdf5_layout.hpp"
 #include "lattice/columns.hpp"
 #include "lattice/spring_laws.hpp"
-#include "systems/particles/interactions/interaction_output.hpp"
+#include "physics/interactions/registry.hpp"
 
 namespace bs {
 
@@ -93,6 +95,32 @@ void take_anchors(const Hdf5Layout& names, Lattice* l, Datasets* out) {
   out->push_back({names.anchor("damping"), a.first, a.total, 0, l->anchor_damping, {}, {1, 0, -1}});
 }
 
+/// As a trajectory's /connectivity/angles or a lattice file's /angles/triples and the like.
+void take_interactions(bool trajectory, Lattice* lattice, Datasets* out) {
+  for (std::size_t kind = 0; kind < lattice->interactions.size(); ++kind) {
+    const InteractionSchema& schema = interaction_schemas()[kind];
+    InteractionRows& from = lattice->interactions[kind];
+    const Rows rows = from.rows;
+    if (rows.total == 0) continue;
+    const std::size_t width = schema.parameters.size();
+    for (std::size_t p = 0; p < width; ++p) {
+      std::vector<double> column(static_cast<std::size_t>(rows.count));
+      for (std::size_t k = 0; k < column.size(); ++k) column[k] = from.parameter[k * width + p];
+      out->push_back({parameter_path(schema, schema.parameters[p].name, trajectory), rows.first, rows.total, 0, std::move(column)});
+    }
+    for (Column& column : from.break_columns) {
+      for (const BreakLimit& one : turn_limits)
+        if (column.name == one.name)
+          out->push_back({parameter_path(schema, one.name, trajectory), rows.first, rows.total, 0, std::move(column.value), {}, one.powers, true});
+      if (column.name == BROKEN && !trajectory) out->push_back({broken_path(schema, false), rows.first, rows.total, 0, std::move(column.value)});
+    }
+    if (lattice->box.active())
+      out->push_back({parameter_path(schema, "shift", trajectory), rows.first, rows.total, schema.ends * lattice->dim, std::move(from.shift)});
+    out->push_back({topology_path(schema, trajectory), rows.first, rows.total, schema.ends, std::move(from.ends)});
+  }
+  lattice->interactions.clear();
+}
+
 /// /groups/NAME: the rows of the particles of every group.
 PetscErrorCode take_groups(MPI_Comm comm, const Lattice& l, Datasets* out) {
   PetscFunctionBegin;
@@ -127,7 +155,7 @@ PetscErrorCode take_tables(MPI_Comm comm, const Hdf5Layout& names, Lattice* l, s
   take_springs(names, l, out);
   PetscCall(take_groups(comm, *l, out));
   take_anchors(names, l, out);
-  move_to_datasets(names.trajectory, l, out);
+  take_interactions(names.trajectory, l, out);
   if (!names.trajectory) PetscCall(take_box(comm, *l, out));
   PetscFunctionReturn(0);
 }
@@ -142,6 +170,29 @@ std::vector<std::pair<std::string, std::string>> root_attributes(const Lattice& 
   if (!options.empty()) all.emplace_back(IMPLIED_OPTIONS, options);
   if (l.rest_at_zero_length) all.emplace_back(FORCE_AT_ZERO_LENGTH, "none");
   return all;
+}
+
+void add_to_fingerprint(const Lattice& lattice, RowSum* sum) {
+  constexpr std::uint64_t FIRST = 32, SHIFTS = 128, LIMITS = 256;  // tables below are the springs' and particles'
+  for (std::size_t kind = 0; kind < lattice.interactions.size(); ++kind) {
+    const InteractionSchema& schema = interaction_schemas()[kind];
+    const InteractionRows& from = lattice.interactions[kind];
+    sum->add(FIRST + 2 * kind, from.rows.first, schema.ends, from.ends);
+    sum->add(FIRST + 2 * kind + 1, from.rows.first, static_cast<int>(schema.parameters.size()), from.parameter);
+    sum->add(SHIFTS + kind, from.rows.first, schema.ends * lattice.dim, from.shift);
+    for (const Column& column : from.break_columns) {
+      std::uint64_t c = 0;
+      while (c < TURN_LIMITS && column.name != turn_limits[c].name) ++c;
+      sum->add(LIMITS + (TURN_LIMITS + 1) * kind + c, from.rows.first, 1, column.value);
+    }
+  }
+}
+
+std::string count_text(const Network& net) {
+  std::string text;
+  for (std::size_t kind = 0; kind < net.interactions.size(); ++kind)
+    if (net.interactions[kind].total > 0) text += ", " + std::to_string(net.interactions[kind].total) + " " + interaction_schemas()[kind].title + "s";
+  return text;
 }
 
 }  // namespace bs

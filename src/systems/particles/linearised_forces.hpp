@@ -4,6 +4,7 @@
 #include <memory>
 #include <vector>
 #include "linalg/pair_matrix.hpp"
+#include "network/network.hpp"
 #include "systems/mechanics.hpp"
 #include "systems/particles/terms.hpp"
 
@@ -53,5 +54,16 @@ class LinearisedForces final : public Linearisation {
   VecHandle only_velocity_;                            ///< (0, w) of damping_force
   std::vector<std::unique_ptr<PairMatrix>> matrices_;  ///< behind the shells handed out
 };
+
+// A network as linear algebra sees it.
+
+/// Refers to arrays of the network, with what holds its particles as it is now.
+Graph graph_of(const Network& net);
+
+/// Which pairs of free particles springs link.
+PairPattern pairs_of(const Network& net);
+
+/// Global indices of both ends of every coupling between free particles, as seen from owned ones: springs and interactions.
+std::vector<PetscInt> coupled_ends(const Network& net);
 
 }  // namespace bs

@@ -4,10 +4,10 @@
 #include "base/collective.hpp"
 #include "base/error.hpp"
 #include "base/text.hpp"
+#include "input/adjust.hpp"
 #include "lattice/columns.hpp"
 #include "physics/vector.hpp"
 #include "systems/particles/constraints/cell.hpp"
-#include "systems/particles/group_options.hpp"
 
 namespace bs {
 

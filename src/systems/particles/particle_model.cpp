@@ -216,12 +216,6 @@ PetscErrorCode ParticleModel::assemble_first_order(double sigma, bool momentum, 
   PetscFunctionReturn(0);
 }
 
-PetscErrorCode ParticleModel::create_first_order_operator(Mat J, bool momentum, Mat* A) {
-  PetscFunctionBegin;
-  PetscCall(coupling_.create_operator(net_, J, momentum, A));
-  PetscFunctionReturn(0);
-}
-
 std::vector<Tally> ParticleModel::tallies() const {
   std::vector<Tally> all = terms_->breaking().tallies();
   all.push_back({"springs", "", net_.springs_total});

@@ -16,7 +16,6 @@
 #include "systems/particles/particle_potential.hpp"
 #include "systems/particles/particle_stress.hpp"
 #include "systems/particles/row_pattern.hpp"
-#include "systems/particles/sensitivities.hpp"
 #include "systems/particles/spring_fields.hpp"
 #include "systems/particles/terms.hpp"
 
@@ -45,7 +44,7 @@ class ParticleModel final : public Mechanics {
   Incremental* potential() override { return &potential_; }
   PetscErrorCode create_first_order(Mat* J) override;
   PetscErrorCode assemble_first_order(double sigma, bool momentum, Mat J) override;
-  PetscErrorCode create_first_order_operator(Mat J, bool momentum, Mat* A) override;
+  PetscErrorCode create_first_order_operator(Mat J, bool momentum, Mat* A) override { return coupling_.create_operator(net_, J, momentum, A); }
   bool flows() const override { return constraints_.box().moving(); }
   PetscErrorCode add_flow(Vec y) override { return constraints_.box().add_flow(y); }
   PetscErrorCode strain_response(double t, Vec y, StrainResponse* out) override;
@@ -74,10 +73,10 @@ class ParticleModel final : public Mechanics {
   PetscErrorCode energy_supply(double t, Vec y, EnergySupply* out, bool* has) override;
   PetscErrorCode fields(double t, Vec y, std::vector<Field>* out) override;
   PetscErrorCode gather_state(Vec y, std::vector<StatePart>* parts) override;
-  PetscErrorCode scatter_state(Vec y) override;
+  PetscErrorCode scatter_state(Vec y) override { return order_.to_state(y); }
   PetscErrorCode accept(const Step& step, Vec y) override;
   PetscErrorCode begin_at(double t, Vec y) override;
-  PetscErrorCode gather_memory(std::vector<StatePart>* parts) override;
+  PetscErrorCode gather_memory(std::vector<StatePart>* parts) override { return terms_->gather_history(parts); }
   PetscErrorCode scatter_memory() override;
   bool remembers() const override { return terms_->remembers(); }
   PetscErrorCode fingerprint(std::uint64_t* value) override;

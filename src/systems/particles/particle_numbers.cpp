@@ -2,10 +2,10 @@
 #include <algorithm>
 #include "base/collective.hpp"
 #include "base/error.hpp"
-#include "base/row_sum.hpp"
-#include "lattice/numbers.hpp"
+#include "base/hash.hpp"
+#include "lattice/lattice.hpp"
 #include "lattice/spring_laws.hpp"
-#include "systems/particles/fingerprint.hpp"
+#include "systems/particles/lattice_tables.hpp"
 #include "systems/particles/particle_model.hpp"
 #include "systems/particles/spring_exists.hpp"
 

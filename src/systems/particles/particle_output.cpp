@@ -6,9 +6,8 @@
 #include "base/log_event.hpp"
 #include "base/options.hpp"
 #include "base/text.hpp"
-#include "network/columns.hpp"
+#include "network/migrate.hpp"
 #include "physics/pair/springs/registry.hpp"
-#include "systems/particles/interactions/interaction_output.hpp"
 #include "systems/particles/lattice_tables.hpp"
 #include "systems/particles/particle_model.hpp"
 

@@ -2,10 +2,9 @@
 #include <algorithm>
 #include <string>
 #include "base/collective.hpp"
-#include "base/row_sum.hpp"
+#include "base/hash.hpp"
 #include "base/vec_array.hpp"
-#include "systems/particles/fingerprint.hpp"
-#include "systems/particles/interactions/interaction_output.hpp"
+#include "systems/particles/lattice_tables.hpp"
 #include "systems/particles/particle_model.hpp"
 
 namespace bs {
@@ -23,12 +22,6 @@ PetscErrorCode ParticleModel::gather_state(Vec y, std::vector<StatePart>* parts)
   PetscFunctionBegin;
   PetscCall(fill_output(y));
   *parts = {{"position", order_.position()}, {"velocity", order_.velocity()}};
-  PetscFunctionReturn(0);
-}
-
-PetscErrorCode ParticleModel::scatter_state(Vec y) {
-  PetscFunctionBegin;
-  PetscCall(order_.to_state(y));
   PetscFunctionReturn(0);
 }
 
@@ -110,12 +103,6 @@ void ParticleModel::restore_sums(const std::map<std::string, double>& sums) {
   reactions_.restore(sums);
   terms_->restore(sums);
   constraints_.box().restore(sums);
-}
-
-PetscErrorCode ParticleModel::gather_memory(std::vector<StatePart>* parts) {
-  PetscFunctionBegin;
-  PetscCall(terms_->gather_history(parts));
-  PetscFunctionReturn(0);
 }
 
 PetscErrorCode ParticleModel::scatter_memory() {

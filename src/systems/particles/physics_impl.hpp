@@ -277,8 +277,6 @@ std::unique_ptr<PairForces> create_pair_forces_of(const Network& net, const Part
 
 #include "systems/particles/condensed/physics_condensed.hpp"
 #include "systems/particles/condensed/predicted_tensions.hpp"
-#include "systems/particles/physics_box.hpp"
 #include "systems/particles/physics_forces.hpp"
-#include "systems/particles/physics_jacobian.hpp"
 #include "systems/particles/physics_links.hpp"
 #include "systems/particles/physics_potential.hpp"

@@ -100,10 +100,6 @@ void Terms::forces(Part part, double t, const LocalState& state, double* f, Sing
   for_each([&](const Term& term) { term.forces(part, t, state, f, fault, sum); });
 }
 
-void Terms::forces_on(const std::vector<PetscInt>& which, double t, const LocalState& state, double* f) const {
-  for_each([&](const Term& term) { term.forces_on(which, t, state, f); });
-}
-
 Energies Terms::energies(double t, const LocalState& state) const {
   Energies sum;
   for_each([&](const Term& term) { term.energies(t, state, &sum); });
@@ -114,10 +110,6 @@ Supply Terms::supply(double t, const LocalState& state) const {
   Supply sum;
   for_each([&](const Term& term) { term.supply(t, state, &sum); });
   return sum;
-}
-
-void Terms::multiply_tangent(double t, const LocalState& state, const LocalState& z, double* f) const {
-  for_each([&](const Term& term) { term.multiply_tangent(t, state, z, f); });
 }
 
 /// -b D - c K of what no pair of linked particles has into `blocks`, which are laid out at first use; `rows`: without what comes by rows. False:
@@ -183,22 +175,6 @@ bool Terms::damps() const {
   return std::any_of(terms_.begin(), terms_.end(), [](const Term* term) { return term->damps(); });
 }
 
-void Terms::strain_response(const LocalState& state, StrainResponse* sum) const {
-  for_each([&](const Term& term) { term.strain_response(state, sum); });
-}
-
-void Terms::box_forces(const LocalState& state, BoxForces* sum) const {
-  for_each([&](const Term& term) { term.box_forces(state, sum); });
-}
-
-void Terms::particle_stress(const LocalState& state, double* sum) const {
-  for_each([&](const Term& term) { term.particle_stress(state, sum); });
-}
-
-void Terms::inner_sizes(const LocalState& state, double* size) const {
-  for_each([&](const Term& term) { term.inner_sizes(state, size); });
-}
-
 void Terms::outer_sizes(double t, const LocalState& state, double* size) const {
   std::fill_n(size, net_.n, 0.0);
   for_each([&](const Term& term) { term.outer_sizes(t, state, size); });
@@ -208,10 +184,6 @@ std::vector<double> Terms::rates() const {
   std::vector<double> sum(static_cast<std::size_t>(net_.n), 0.0);
   for_each([&](const Term& term) { term.add_rates(&sum); });
   return sum;
-}
-
-void Terms::stiffness_sizes(double t, const LocalState& state, double* size) const {
-  for_each([&](const Term& term) { term.stiffness_sizes(t, state, size); });
 }
 
 /// The lowest rank reports.

@@ -38,10 +38,14 @@ class Terms {
 
   PetscErrorCode gather(const LocalState& state);
   void forces(Part part, double t, const LocalState& state, double* f, Singularity* fault, Energies* sum = nullptr) const;
-  void forces_on(const std::vector<PetscInt>& which, double t, const LocalState& state, double* f) const;
+  void forces_on(const std::vector<PetscInt>& which, double t, const LocalState& state, double* f) const {
+    for_each([&](const Term& term) { term.forces_on(which, t, state, f); });
+  }
   Energies energies(double t, const LocalState& state) const;
   Supply supply(double t, const LocalState& state) const;
-  void multiply_tangent(double t, const LocalState& state, const LocalState& z, double* f) const;
+  void multiply_tangent(double t, const LocalState& state, const LocalState& z, double* f) const {
+    for_each([&](const Term& term) { term.multiply_tangent(t, state, z, f); });
+  }
   PetscErrorCode jacobian(double t, const LocalState& state, double sigma, bool momentum, RowWriter* writer) const;
   void condense_springs(double t, const LocalState& state, const Coefficients& abc, bool positive, PairMatrix* S) const;
   PetscErrorCode condense_rows(double t, const LocalState& state, const Coefficients& abc, bool positive, BlockRowWriter* writer) const;
@@ -49,13 +53,23 @@ class Terms {
   std::string lacks_potential() const;
   bool symmetric() const;
   bool damps() const;
-  void strain_response(const LocalState& state, StrainResponse* sum) const;
-  void box_forces(const LocalState& state, BoxForces* sum) const;
-  void particle_stress(const LocalState& state, double* sum) const;
-  void inner_sizes(const LocalState& state, double* size) const;
+  void strain_response(const LocalState& state, StrainResponse* sum) const {
+    for_each([&](const Term& term) { term.strain_response(state, sum); });
+  }
+  void box_forces(const LocalState& state, BoxForces* sum) const {
+    for_each([&](const Term& term) { term.box_forces(state, sum); });
+  }
+  void particle_stress(const LocalState& state, double* sum) const {
+    for_each([&](const Term& term) { term.particle_stress(state, sum); });
+  }
+  void inner_sizes(const LocalState& state, double* size) const {
+    for_each([&](const Term& term) { term.inner_sizes(state, size); });
+  }
   void outer_sizes(double t, const LocalState& state, double* size) const;
   std::vector<double> rates() const;
-  void stiffness_sizes(double t, const LocalState& state, double* size) const;
+  void stiffness_sizes(double t, const LocalState& state, double* size) const {
+    for_each([&](const Term& term) { term.stiffness_sizes(t, state, size); });
+  }
 
  private:
   template <class F>

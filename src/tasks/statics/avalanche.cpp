@@ -2,8 +2,8 @@
 #include <algorithm>
 #include <cmath>
 #include "base/collective.hpp"
+#include "base/context.hpp"
 #include "base/error.hpp"
-#include "base/signals.hpp"
 
 namespace bs {
 

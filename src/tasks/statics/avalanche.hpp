@@ -2,8 +2,8 @@
 #pragma once
 #include <functional>
 #include <string>
-#include "systems/breaks.hpp"
 #include "systems/equilibrium.hpp"
+#include "systems/system.hpp"
 #include "tasks/statics/pseudo_time.hpp"
 
 namespace bs {

@@ -3,7 +3,7 @@
 #include <petscts.h>
 #include <functional>
 #include <vector>
-#include "base/warnings.hpp"
+#include "base/error.hpp"
 #include "systems/equilibrium.hpp"
 #include "tasks/result.hpp"
 #include "tasks/statics/statics.hpp"

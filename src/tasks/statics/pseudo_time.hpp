@@ -3,8 +3,8 @@
 #include <petscts.h>
 #include <cstdint>
 #include <vector>
+#include "base/error.hpp"
 #include "base/facts.hpp"
-#include "base/warnings.hpp"
 #include "systems/equilibrium.hpp"
 #include "time/ts_setup.hpp"
 

@@ -2,8 +2,8 @@
 #pragma once
 #include <petscts.h>
 #include <cstdint>
+#include "base/error.hpp"
 #include "base/facts.hpp"
-#include "base/warnings.hpp"
 #include "tasks/statics/pseudo_time.hpp"
 
 namespace bs {

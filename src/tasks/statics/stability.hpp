@@ -3,7 +3,7 @@
 #include <petscts.h>
 #include <cstdint>
 #include <vector>
-#include "base/warnings.hpp"
+#include "base/error.hpp"
 #include "systems/equilibrium.hpp"
 #include "tasks/statics/pseudo_time.hpp"
 #include "time/ts_setup.hpp"

@@ -4,7 +4,7 @@
 #include <limits>
 #include "base/error.hpp"
 #include "linalg/condensed/condensed.hpp"
-#include "systems/breaks.hpp"
+#include "systems/system.hpp"
 #include "time/methods.hpp"
 
 namespace bs {

@@ -23,7 +23,7 @@ class StaticSolver {
   /// Error (exit 3): there is none, and the last one stays; a path by arc length cannot be followed (exit 2).
   PetscErrorCode follow();
   /// Collective, after run() or follow() went well. For a function J of the positions at the last equilibrium, with slopes dJ/dx, this rank's rows,
-  /// what it changes by with the numbers `names` of the springs (lattice/numbers.hpp) as the equilibrium follows: dJ/dp, (S) for each name, whole on
+  /// what it changes by with the numbers `names` of the springs (lattice/lattice.hpp) as the equilibrium follows: dJ/dp, (S) for each name, whole on
   /// every rank. Errors: as find_adjoint().
   PetscErrorCode sensitivities(const std::vector<double>& slope, const std::vector<std::string>& names, std::vector<std::vector<double>>* out);
   /// Collective. The last equilibrium for a program that asks for it; nothing where there is none.

@@ -6,8 +6,8 @@
 #include <cmath>
 #include <set>
 #include "base/collective.hpp"
+#include "base/hash.hpp"
 #include "input/remote.hpp"
-#include "lattice/random.hpp"
 
 using namespace bs;
 using I = std::int64_t;

@@ -10,12 +10,11 @@
 #include <random>
 #include <set>
 
+#include "base/find_file.hpp"
+#include "input/adjust.hpp"
 #include "input/hdf5_file.hpp"
 #include "input/load.hpp"
 #include "input/remote.hpp"
-#include "input/text_file.hpp"
-#include "input/validate.hpp"
-#include "input/whole.hpp"
 #include "lattice/columns.hpp"
 #include "lattice/generator.hpp"
 #include "options.hpp"
@@ -518,7 +517,7 @@ TEST_CASE("A lattice that is given is perturbed as a generated one of the same r
   OptionTexts texts = disturb;
   texts["-bs_lattice_fixed"] = "ymin";
   const Given options(texts);
-  REQUIRE(load_lattice(world, given, &found) == 0);
+  REQUIRE(load_lattice(world, &found, &given) == 0);
   CHECK(found.position == expected.position);
   CHECK(found.fixed == expected.fixed);
   double sum[2] = {0, 0};  // the ranks share springs out otherwise

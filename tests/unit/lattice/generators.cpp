@@ -5,8 +5,8 @@
 #include <map>
 #include <vector>
 
+#include "base/hash.hpp"
 #include "lattice/generator.hpp"
-#include "lattice/random.hpp"
 
 using namespace bs;
 using I = std::int64_t;

@@ -1,8 +1,8 @@
 // Interactions of several ends, distributed with the particles.
-#include "network/interactions.hpp"
 #include <algorithm>
 #include <catch2/catch.hpp>
 #include "lattice/spring_laws.hpp"
+#include "network/migrate.hpp"
 #include "small_network.hpp"
 
 using namespace bs;

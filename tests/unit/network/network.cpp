@@ -5,12 +5,12 @@
 #include <map>
 #include <tuple>
 #include <vector>
+#include "base/hash.hpp"
 #include "input/remote.hpp"
 #include "lattice/generator.hpp"
-#include "lattice/random.hpp"
 #include "network/partition.hpp"
 #include "physics/pair/springs/registry.hpp"
-#include "systems/particles/condensed/graph.hpp"
+#include "systems/particles/linearised_forces.hpp"
 
 using namespace bs;
 

@@ -4,7 +4,7 @@
 #include <catch2/catch.hpp>
 #include <set>
 #include "held_network.hpp"
-#include "input/whole.hpp"
+#include "input/remote.hpp"
 #include "small_network.hpp"
 
 using namespace bs;

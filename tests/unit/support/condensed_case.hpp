@@ -8,7 +8,6 @@
 #include "linalg/block_icc.hpp"
 #include "small_network.hpp"
 #include "systems/first_order.hpp"
-#include "systems/particles/condensed/graph.hpp"
 #include "systems/particles/constraints/constraints.hpp"
 #include "systems/particles/linearised_forces.hpp"
 

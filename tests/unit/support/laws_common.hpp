@@ -10,7 +10,7 @@
 #include <string>
 #include <vector>
 
-#include "physics/body/point.hpp"
+#include "physics/body/law.hpp"
 
 namespace law_tests {
 

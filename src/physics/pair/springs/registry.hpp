@@ -6,8 +6,7 @@
 #include <tuple>
 #include <utility>
 #include "lattice/spring_laws.hpp"
-#include "physics/pair/dampers/axial.hpp"
-#include "physics/pair/dampers/simple.hpp"
+#include "physics/pair/dampers.hpp"
 #include "physics/pair/springs/maxwell.hpp"
 #include "physics/pair/springs/plastic.hpp"
 #include "physics/pair/springs/polynomial.hpp"

@@ -4,9 +4,7 @@
 #pragma once
 #include <algorithm>
 #include <cmath>
-#include "physics/pair/springs/hooke.hpp"
-#include "physics/pair/springs/strain.hpp"
-#include "physics/pair/springs/zero_rest.hpp"
+#include "physics/pair/springs/linear.hpp"
 #include "physics/vector.hpp"
 
 namespace bs {

@@ -3,8 +3,8 @@
 #include <map>
 #include <string>
 #include <vector>
-#include "systems/breaks.hpp"
 #include "systems/particles/breaking/breakable.hpp"
+#include "systems/system.hpp"
 
 namespace bs {
 

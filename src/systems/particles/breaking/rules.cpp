@@ -3,8 +3,8 @@
 #include <cinttypes>
 #include <cmath>
 #include "base/error.hpp"
+#include "base/hash.hpp"
 #include "base/options.hpp"
-#include "lattice/random.hpp"
 #include "lattice/spring_laws.hpp"
 #include "network/network.hpp"
 

@@ -5,10 +5,9 @@
 #include "base/find_file.hpp"
 #include "base/option_names.hpp"
 #include "base/options.hpp"
-#include "input/text_file.hpp"
+#include "input/adjust.hpp"
 #include "systems/client.hpp"
 #include "systems/particles/constraints/constraints.hpp"
-#include "systems/particles/group_options.hpp"
 
 namespace bs {
 

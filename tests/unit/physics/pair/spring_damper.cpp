@@ -1,7 +1,6 @@
 // Springs and dampers.
 #include "laws_common.hpp"
-#include "physics/pair/dampers/axial.hpp"
-#include "physics/pair/dampers/simple.hpp"
+#include "physics/pair/dampers.hpp"
 #include "physics/pair/springs/spring.hpp"
 
 using namespace bs;

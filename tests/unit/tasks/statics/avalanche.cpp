@@ -1,7 +1,7 @@
 // Three parallel springs that hold a weight: the stiffest breaks, the others take its load, or break in turn.
 #include "tasks/statics/avalanche.hpp"
 #include "static_case.hpp"
-#include "systems/breaks.hpp"
+#include "systems/system.hpp"
 #include "tasks/statics/statics.hpp"
 
 using namespace bs;

@@ -3,8 +3,8 @@
 #include <cmath>
 #include "options.hpp"
 #include "spoken.hpp"
-#include "systems/breaks.hpp"
 #include "systems/mechanics.hpp"
+#include "systems/system.hpp"
 
 using namespace bs;
 

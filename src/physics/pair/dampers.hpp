@@ -1,11 +1,11 @@
-// Damper along the line of its two ends.
+// Dampers between two ends.
 #pragma once
 #include "physics/vector.hpp"
 
 namespace bs {
 
-/// f_i = -D (u.w) u,  u = dx/l,  dx = x_i - x_j [d], w = v_i - v_j [d], l = |dx| > 0 (the caller sees to it), D [kg/s].
-/// The force on j and both derivatives by its state are the negatives. All functions ADD.
+/// Along the line of its two ends: f_i = -D (u.w) u,  u = dx/l,  dx = x_i - x_j [d], w = v_i - v_j [d], l = |dx| > 0 (the caller sees to it), D
+/// [kg/s]. The force on j and both derivatives by its state are the negatives. All functions ADD.
 struct AxialDamper {
   static constexpr const char *name = "axial", *title = "D (u.w) u";
   static constexpr bool regular_at_zero = false;  ///< no direction at l = 0
@@ -47,6 +47,36 @@ struct AxialDamper {
   static void add_rates(const double* dx, double l, const double* w, double D, double b, double c, Rates* rate) noexcept {
     rate->axial += b * D;
     if constexpr (!positive) rate->transverse += c * D * (dot<d>(dx, w) / l) / l;
+  }
+};
+
+/// Of the whole relative velocity of its two ends; it damps rotation, too: f_i = -D w,  w = v_i - v_j [d], D [kg/s]; dx and l as for AxialDamper, not
+/// used. All functions ADD.
+struct SimpleDamper {
+  static constexpr const char *name = "simple", *title = "D w";
+  static constexpr bool regular_at_zero = true;
+
+  /// R = D/2 |w|^2:  R(w + dw) - R(w) - R'(w).dw = D/2 |dw|^2
+  template <int d>
+  static double dissipation_beyond_slope(const double*, double, const double* dw, double D) noexcept {
+    return 0.5 * D * dot<d>(dw, dw);
+  }
+  template <int d>
+  static void force(const double*, double, const double* w, double D, double* f) noexcept {
+    for (int i = 0; i < d; ++i) f[i] -= D * w[i];
+  }
+  template <int d>
+  static void dfdx(const double*, double, const double*, double, double*) noexcept {}
+  /// df_i/dv_i = -D I
+  template <int d>
+  static void dfdv(const double*, double, double D, double* B) noexcept {
+    for (int i = 0; i < d; ++i) B[d * i + i] -= D;
+  }
+  /// Adds to the rates of -b df/dv along and across the line: b D I.
+  template <int d, bool positive, class Rates>
+  static void add_rates(const double*, double, const double*, double D, double b, double, Rates* rate) noexcept {
+    rate->axial += b * D;
+    rate->transverse += b * D;
   }
 };
 

@@ -1,5 +1,7 @@
-#include "physics/pair/springs/registry.hpp"
+// The lists of laws as readers, writers and checks see them (lattice/spring_laws.hpp).
+#include "physics/interactions/registry.hpp"
 #include <algorithm>
+#include "physics/pair/springs/registry.hpp"
 
 namespace bs {
 
@@ -67,5 +69,21 @@ static std::vector<Number> each_once(std::vector<Number> SpringLawInfo::*numbers
 std::vector<SpringParameter> spring_parameters() { return each_once<SpringParameter>(&SpringLawInfo::parameters); }
 
 std::vector<SpringHistory> spring_histories() { return each_once<SpringHistory>(&SpringLawInfo::history); }
+
+template <class... Laws>
+static constexpr bool fit_records(const std::tuple<Laws...>*) {
+  return ((Laws::ends <= MOST_ENDS && Laws::parameters <= MOST_INTERACTION_PARAMETERS) && ...);
+}
+static_assert(fit_records(static_cast<const InteractionLaws*>(nullptr)), "records hold fewer ends or parameters than a law has");
+
+static std::vector<InteractionSchema>& known_schemas() {
+  static std::vector<InteractionSchema> schemas =
+      std::apply([](auto... law) { return std::vector<InteractionSchema>{decltype(law)::schema()...}; }, InteractionLaws{});
+  return schemas;
+}
+
+const std::vector<InteractionSchema>& interaction_schemas() { return known_schemas(); }
+
+void add_interaction_schema(const InteractionSchema& schema) { known_schemas().push_back(schema); }
 
 }  // namespace bs
