@@ -1,11 +1,10 @@
-#include "base/collective.hpp"
-#include "systems/linear/system.hpp"
-
 #include <petscblaslapack.h>
 #include <algorithm>
 #include <cmath>
-#include <numeric>
+#include "base/collective.hpp"
+#include "base/disjoint_sets.hpp"
 #include "base/handle.hpp"
+#include "systems/linear/system.hpp"
 
 namespace bs {
 namespace {
@@ -19,32 +18,13 @@ struct SparseVector {
   std::vector<double> value;
 };
 
-/// A whole matrix on this rank.
-class Rows {
- public:
-  PetscErrorCode gather(Mat A) {
-    PetscFunctionBegin;
-    const PetscMPIInt size = size_of(PetscObjectComm(reinterpret_cast<PetscObject>(A)));
-    PetscCall(MatCreateRedundantMatrix(A, size, MPI_COMM_NULL, MAT_INITIAL_MATRIX, whole_.out()));
-    PetscFunctionReturn(0);
-  }
-  /// Calls f(column, value) for the nonzeros of row i.
-  template <class F>
-  PetscErrorCode each(PetscInt i, F&& f) const {
-    PetscInt n;
-    const PetscInt* columns;
-    const PetscScalar* values;
-    PetscFunctionBegin;
-    PetscCall(MatGetRow(whole_, i, &n, &columns, &values));
-    for (PetscInt k = 0; k < n; ++k)
-      if (values[k] != 0) f(columns[k], values[k]);
-    PetscCall(MatRestoreRow(whole_, i, &n, &columns, &values));
-    PetscFunctionReturn(0);
-  }
-
- private:
-  MatHandle whole_;
-};
+/// The whole matrix on this rank.
+PetscErrorCode gather(Mat A, MatHandle* whole) {
+  PetscFunctionBegin;
+  const PetscMPIInt size = size_of(PetscObjectComm(reinterpret_cast<PetscObject>(A)));
+  PetscCall(MatCreateRedundantMatrix(A, size, MPI_COMM_NULL, MAT_INITIAL_MATRIX, whole->out()));
+  PetscFunctionReturn(0);
+}
 
 /// A = U diag(s) V' of an m x n matrix by columns; U and V whole, s descending, min(m, n) of them.
 struct Decomposition {
@@ -67,18 +47,13 @@ struct Block {
   std::vector<PetscInt> rows, columns;
 };
 
-PetscErrorCode blocks_of(const Rows& C, PetscInt n, std::vector<Block>* out) {
+PetscErrorCode blocks_of(Mat C, PetscInt n, std::vector<Block>* out) {
   PetscFunctionBegin;
-  std::vector<PetscInt> parent(static_cast<std::size_t>(2 * n));  // rows, then columns
-  std::iota(parent.begin(), parent.end(), 0);
-  const auto root = [&](PetscInt k) {
-    while (parent[k] != k) k = parent[k] = parent[parent[k]];
-    return k;
-  };
-  for (PetscInt i = 0; i < n; ++i) PetscCall(C.each(i, [&](PetscInt j, double) { parent[root(i)] = root(n + j); }));
+  DisjointSets joined(2 * n);  // rows, then columns
+  for (PetscInt i = 0; i < n; ++i) PetscCall(each_nonzero(C, i, [&](PetscInt j, double) { joined.join(i, n + j); }));
   std::vector<PetscInt> number(static_cast<std::size_t>(2 * n), -1);
   for (PetscInt k = 0; k < 2 * n; ++k) {
-    PetscInt& mine = number[root(k)];
+    PetscInt& mine = number[joined.top(k)];
     if (mine < 0) {
       mine = static_cast<PetscInt>(out->size());
       out->emplace_back();
@@ -90,7 +65,7 @@ PetscErrorCode blocks_of(const Rows& C, PetscInt n, std::vector<Block>* out) {
 }
 
 /// Adds the null vectors of one block with rows and columns scaled to a largest entry of 1; `known` false: it has no decomposition.
-PetscErrorCode add_null_vectors(const Rows& C, const Block& block, std::vector<SparseVector>* left, std::vector<SparseVector>* right, bool* known) {
+PetscErrorCode add_null_vectors(Mat C, const Block& block, std::vector<SparseVector>* left, std::vector<SparseVector>* right, bool* known) {
   const PetscInt r = static_cast<PetscInt>(block.rows.size()), c = static_cast<PetscInt>(block.columns.size());
   PetscFunctionBegin;
   if (r == 1 && c == 1) PetscFunctionReturn(0);
@@ -101,7 +76,7 @@ PetscErrorCode add_null_vectors(const Rows& C, const Block& block, std::vector<S
   }
   std::vector<double> a(static_cast<std::size_t>(r * c), 0), of_row(static_cast<std::size_t>(r), 0), of_column(static_cast<std::size_t>(c), 0);
   for (PetscInt i = 0; i < r; ++i)
-    PetscCall(C.each(block.rows[i], [&](PetscInt j, double value) {
+    PetscCall(each_nonzero(C, block.rows[i], [&](PetscInt j, double value) {
       const auto at = std::lower_bound(block.columns.begin(), block.columns.end(), j) - block.columns.begin();
       a[static_cast<std::size_t>(at * r + i)] = value;
       of_row[i] = std::max(of_row[i], std::abs(value));
@@ -133,8 +108,7 @@ void scale_to_one(SparseVector* v) {
 }
 
 /// W'G N, rows scaled to a largest entry of 1; `empty`: a row or a column has no entries above the rounding of its terms.
-PetscErrorCode project(const Rows& G, PetscInt n, const std::vector<SparseVector>& left, const std::vector<SparseVector>& right, MatHandle* S,
-                       bool* empty) {
+PetscErrorCode project(Mat G, PetscInt n, const std::vector<SparseVector>& left, const std::vector<SparseVector>& right, MatHandle* S, bool* empty) {
   const PetscInt m = static_cast<PetscInt>(left.size());
   PetscFunctionBegin;
   std::vector<std::vector<std::pair<PetscInt, double>>> at(static_cast<std::size_t>(n));  // by state: null vectors that hold it
@@ -150,7 +124,7 @@ PetscErrorCode project(const Rows& G, PetscInt n, const std::vector<SparseVector
   for (PetscInt k = 0; k < m; ++k) {
     std::vector<PetscInt> touched;
     for (std::size_t e = 0; e < left[k].at.size(); ++e)
-      PetscCall(G.each(left[k].at[e], [&](PetscInt j, double value) {
+      PetscCall(each_nonzero(G, left[k].at[e], [&](PetscInt j, double value) {
         for (const auto& [column, part] : at[j]) {
           if (size[column] == 0) touched.push_back(column);
           sum[column] += left[k].value[e] * value * part;
@@ -182,14 +156,7 @@ PetscErrorCode name_rows(Mat S, const std::vector<SparseVector>& left, std::vect
   PetscFunctionBegin;
   if (m > MOST_COUPLED) PetscFunctionReturn(0);
   std::vector<double> a(static_cast<std::size_t>(m * m), 0);
-  for (PetscInt i = 0; i < m; ++i) {
-    PetscInt n;
-    const PetscInt* columns;
-    const PetscScalar* values;
-    PetscCall(MatGetRow(S, i, &n, &columns, &values));
-    for (PetscInt k = 0; k < n; ++k) a[static_cast<std::size_t>(columns[k] * m + i)] = values[k];
-    PetscCall(MatRestoreRow(S, i, &n, &columns, &values));
-  }
+  for (PetscInt i = 0; i < m; ++i) PetscCall(each_nonzero(S, i, [&](PetscInt j, double value) { a[static_cast<std::size_t>(j * m + i)] = value; }));
   Decomposition d;
   if (!d.of(std::move(a), m, m)) PetscFunctionReturn(0);
   std::vector<std::pair<double, PetscInt>> part;
@@ -213,8 +180,8 @@ PetscErrorCode find_index(Mat G, Mat C, PencilIndex* out) {
   PetscFunctionBegin;
   PetscCall(MatGetSize(C, &n, nullptr));
   if (n > MOST_STATES) PetscFunctionReturn(0);
-  Rows all_C, all_G;
-  PetscCall(all_C.gather(C));
+  MatHandle all_C, all_G;
+  PetscCall(gather(C, &all_C));
   std::vector<Block> blocks;
   PetscCall(blocks_of(all_C, n, &blocks));
   for (const Block& block : blocks) {
@@ -233,7 +200,7 @@ PetscErrorCode find_index(Mat G, Mat C, PencilIndex* out) {
   for (SparseVector& v : left) scale_to_one(&v);
   for (SparseVector& v : right) scale_to_one(&v);
   MatHandle S;
-  PetscCall(all_G.gather(G));
+  PetscCall(gather(G, &all_G));
   PetscCall(project(all_G, n, left, right, &S, &empty));
   if (!empty) {
     Handle<KSP, KSPDestroy> ksp;

@@ -50,12 +50,8 @@ PetscErrorCode LinearModel::warn_inconsistent(const Plan& plan) {
     int row;
   } worst = {0, 0};
   for (PetscInt i = first; i < last; ++i) {
-    PetscInt n;
-    const PetscScalar* values;
     bool empty = true;
-    PetscCall(MatGetRow(system_.C, i, &n, nullptr, &values));
-    for (PetscInt k = 0; k < n; ++k) empty = empty && values[k] == 0;
-    PetscCall(MatRestoreRow(system_.C, i, &n, nullptr, &values));
+    PetscCall(each_nonzero(system_.C, i, [&](PetscInt, double) { empty = false; }));
     if (empty && std::abs(ar[i - first]) > worst.size) worst = {std::abs(ar[i - first]), static_cast<int>(i + 1)};
   }
   PetscCall(VecRestoreArrayRead(r, &ar));
@@ -222,12 +218,6 @@ PetscErrorCode LinearModel::gather_state(Vec y, std::vector<StatePart>* parts) {
   PetscFunctionBegin;
   PetscCall(VecCopy(y, work_));
   *parts = {{"states", work_}};
-  PetscFunctionReturn(0);
-}
-
-PetscErrorCode LinearModel::scatter_state(Vec y) {
-  PetscFunctionBegin;
-  PetscCall(VecCopy(work_, y));
   PetscFunctionReturn(0);
 }
 

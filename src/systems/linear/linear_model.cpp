@@ -207,16 +207,11 @@ PetscErrorCode LinearModel::inspect_C() {
   PetscCall(MatGetOwnershipRange(system_.C, &first, &last));
   std::int64_t count[2] = {0, 0};  // entries off the diagonal, empty rows
   for (PetscInt i = first; i < last; ++i) {
-    PetscInt n;
-    const PetscInt* columns;
-    const PetscScalar* values;
     bool empty = true;
-    PetscCall(MatGetRow(system_.C, i, &n, &columns, &values));
-    for (PetscInt k = 0; k < n; ++k) {
-      if (values[k] != 0) empty = false;
-      if (values[k] != 0 && columns[k] != i) ++count[0];
-    }
-    PetscCall(MatRestoreRow(system_.C, i, &n, &columns, &values));
+    PetscCall(each_nonzero(system_.C, i, [&](PetscInt j, double) {
+      empty = false;
+      if (j != i) ++count[0];
+    }));
     count[1] += empty;
   }
   PetscCall(sum_over_ranks(comm_, count, 2));

@@ -34,7 +34,7 @@ class LinearModel final : public Model {
   PetscErrorCode energy_supply(double t, Vec y, EnergySupply* out, bool* has) override;
   PetscErrorCode fields(double t, Vec y, std::vector<Field>* out) override;
   PetscErrorCode gather_state(Vec y, std::vector<StatePart>* parts) override;
-  PetscErrorCode scatter_state(Vec y) override;
+  PetscErrorCode scatter_state(Vec y) override { return VecCopy(work_, y); }
   PetscErrorCode fingerprint(std::uint64_t* value) override;
   PetscErrorCode take_constants(std::vector<Dataset>* out) override;
   PetscErrorCode covers(double t_start, double t_end) override;
@@ -50,6 +50,7 @@ class LinearModel final : public Model {
 
   PetscErrorCode read(MPI_Comm comm);
   PetscErrorCode inspect_C();
+  PetscErrorCode create_start_solver(Mat A, const std::string& fault, KSP* ksp);
   PetscErrorCode operating_point();
   PetscErrorCode start_from_conditions();
   PetscErrorCode check_start(Vec z);

@@ -7,18 +7,24 @@
 
 namespace bs {
 
+/// `fault`: where A is singular.
+PetscErrorCode LinearModel::create_start_solver(Mat A, const std::string& fault, KSP* ksp) {
+  bool singular = false;
+  PetscFunctionBegin;
+  PetscCall(create_direct(comm_, A, "linear_dc_", ksp));
+  PetscCall(is_singular(*ksp, &singular));
+  if (singular) PetscCall(fail(comm_, Exit::input, fault));
+  PetscCall(require_solver(*ksp, "linear_dc_"));
+  PetscCall(KSPSetErrorIfNotConverged(*ksp, PETSC_TRUE));
+  PetscFunctionReturn(0);
+}
+
 // G x = B u(start)
 PetscErrorCode LinearModel::operating_point() {
   KSPHandle ksp;
-  bool singular = false;
   PetscFunctionBegin;
-  PetscCall(create_direct(comm_, system_.G, "linear_dc_", ksp.out()));
-  PetscCall(is_singular(ksp, &singular));
-  if (singular)
-    PetscCall(fail(comm_, Exit::input,
-                   "option -bs_linear_dc: G is singular, there is no operating point: give -bs_linear_x0 or -bs_linear_dc false instead"));
-  PetscCall(require_solver(ksp, "linear_dc_"));
-  PetscCall(KSPSetErrorIfNotConverged(ksp, PETSC_TRUE));
+  PetscCall(create_start_solver(
+      system_.G, "option -bs_linear_dc: G is singular, there is no operating point: give -bs_linear_x0 or -bs_linear_dc false instead", ksp.out()));
   PetscCall(VecZeroEntries(work_));
   PetscCall(add_sources(start_, 1, work_));
   PetscCall(KSPSolve(ksp, work_, system_.x0));
@@ -32,18 +38,12 @@ PetscErrorCode LinearModel::start_from_conditions() {
   VecHandle z, part;
   ISHandle rows;
   ScatterHandle scatter;
-  bool singular = false;
   PetscInt first, last;
   PetscFunctionBegin;
-  PetscCall(create_direct(comm_, start.G, "linear_dc_", ksp.out()));
-  PetscCall(is_singular(ksp, &singular));
-  if (singular)
-    PetscCall(
-        fail(comm_, Exit::input,
-             system_.origin +
-                 ": IC, .ic and UIC leave the circuit undetermined at the start: give -bs_linear_x0, or -bs_linear_dc for the operating point"));
-  PetscCall(require_solver(ksp, "linear_dc_"));
-  PetscCall(KSPSetErrorIfNotConverged(ksp, PETSC_TRUE));
+  PetscCall(create_start_solver(
+      start.G,
+      system_.origin + ": IC, .ic and UIC leave the circuit undetermined at the start: give -bs_linear_x0, or -bs_linear_dc for the operating point",
+      ksp.out()));
   PetscCall(VecDuplicate(start.b, z.out()));
   if (start.B) {
     PetscCall(set_sources(start_));

@@ -84,15 +84,9 @@ PetscErrorCode check_rows(MPI_Comm comm, const LinearSystem& s) {
   Error fault;
   PetscCall(MatGetOwnershipRange(s.G, &first, &last));
   for (PetscInt i = first; i < last && !fault; ++i) {
-    double sum = 0;
-    for (Mat A : {s.G.get(), s.C.get()}) {
-      PetscInt count;
-      const PetscScalar* values;
-      PetscCall(MatGetRow(A, i, &count, nullptr, &values));
-      for (PetscInt k = 0; k < count; ++k) sum += std::abs(values[k]);
-      PetscCall(MatRestoreRow(A, i, &count, nullptr, &values));
-    }
-    if (sum == 0)
+    bool empty = true;
+    for (Mat A : {s.G.get(), s.C.get()}) PetscCall(each_nonzero(A, i, [&](PetscInt, double) { empty = false; }));
+    if (empty)
       fault.note(
           i,
           (s.origin.empty() ? "" : s.origin + ": ") +

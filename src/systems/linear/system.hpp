@@ -45,6 +45,20 @@ struct SystemOptions {
   void read(Section& section, bool help);
 };
 
+/// Local. Calls f(column, value) for the nonzeros of row i of this rank.
+template <class F>
+PetscErrorCode each_nonzero(Mat A, PetscInt i, F&& f) {
+  PetscInt n;
+  const PetscInt* columns;
+  const PetscScalar* values;
+  PetscFunctionBegin;
+  PetscCall(MatGetRow(A, i, &n, &columns, &values));
+  for (PetscInt k = 0; k < n; ++k)
+    if (values[k] != 0) f(columns[k], values[k]);
+  PetscCall(MatRestoreRow(A, i, &n, &columns, &values));
+  PetscFunctionReturn(0);
+}
+
 /// Collective. Builds or reads the system; wrong sizes, and rows that are empty in both G and C, end the run with exit code 2.
 PetscErrorCode load_system(MPI_Comm comm, const SystemOptions& options, LinearSystem* out);
 
