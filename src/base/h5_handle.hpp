@@ -1,6 +1,7 @@
-// The owner of an HDF5 identifier.
+// The owner of an HDF5 identifier, and what HDF5 says of a failure.
 #pragma once
 #include <hdf5.h>
+#include <string>
 #include <utility>
 
 namespace bs {
@@ -30,5 +31,16 @@ class H5 {
   hid_t id_ = -1;
   herr_t (*close_)(hid_t) = nullptr;
 };
+
+/// HDF5's own words for the innermost cause of the last failed call; empty: it gives none.
+inline std::string h5_words() {
+  std::string text;
+  const auto keep = [](unsigned, const H5E_error2_t* entry, void* data) -> herr_t {
+    if (entry->desc && *entry->desc) *static_cast<std::string*>(data) = entry->desc;
+    return 0;
+  };
+  (void)H5Ewalk2(H5E_DEFAULT, H5E_WALK_DOWNWARD, keep, &text);
+  return text;
+}
 
 }  // namespace bs

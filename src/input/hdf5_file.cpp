@@ -11,14 +11,8 @@ namespace bs {
 
 namespace {
 
-/// HDF5's own words for the innermost cause of the last failure.
 std::string last_reason() {
-  std::string text;
-  const auto keep = [](unsigned, const H5E_error2_t* error, void* data) -> herr_t {
-    if (error->desc) *static_cast<std::string*>(data) = error->desc;
-    return 0;
-  };
-  (void)H5Ewalk2(H5E_DEFAULT, H5E_WALK_DOWNWARD, keep, &text);
+  const std::string text = h5_words();
   return (text.empty() ? "no reason given" : text) + if_out_of_memory();
 }
 

@@ -15,39 +15,12 @@ namespace bs {
 
 namespace {
 
-/// This rank's part of `rows.total` rows of `width` numbers, 0 one; `frames`: of their last frame.
-template <class T>
-PetscErrorCode read_rows(const Hdf5File& file, const std::string& path, const Rows& rows, const char* row_name, bool frames, std::vector<T>* out,
-                         int width = 0) {
-  Table table;
-  TableShape shape;
-  PetscFunctionBegin;
-  shape.integers = std::is_integral_v<T>;
-  shape.rows = rows.total;
-  shape.row_name = row_name;
-  shape.frames = frames;
-  shape.columns = width;
-  PetscCall(file.find(path, shape, &table));
-  PetscCall(file.read(table, rows.first, rows.count, 0, out));
-  PetscFunctionReturn(0);
-}
-
-/// The same of a dataset that the file may lack: `missing` everywhere.
+/// read_rows of a dataset that the file may lack: `missing` everywhere.
 PetscErrorCode read_optional(const Hdf5File& file, const std::string& path, const Rows& rows, const char* row_name, double missing,
                              std::vector<double>* out) {
   if (file.has(path)) return read_rows(file, path, rows, row_name, false, out);
   out->assign(static_cast<std::size_t>(rows.count), missing);
   return 0;
-}
-
-/// Reads `column` from its path and keeps it, where the file holds it.
-PetscErrorCode add_column(const Hdf5File& file, Column column, const Rows& rows, const char* row_name, bool frames, std::vector<Column>* out,
-                          int width = 0) {
-  PetscFunctionBegin;
-  if (!file.has(column.path)) PetscFunctionReturn(0);
-  PetscCall(read_rows(file, column.path, rows, row_name, frames, &column.value, width));
-  out->push_back(std::move(column));
-  PetscFunctionReturn(0);
 }
 
 /// NaN stands for "the initial distance" further on, so a file's own NaN must be caught here.
@@ -170,16 +143,10 @@ PetscErrorCode read_springs(MPI_Comm comm, const Hdf5File& file, const Hdf5Layou
 
 PetscErrorCode read_anchors(const Hdf5File& file, const Hdf5Layout& names, const Table& anchors, Lattice* l) {
   const Rows& rows = l->anchors;
-  Table point;
-  TableShape shape;
   PetscFunctionBegin;
   if (!anchors.dataset) PetscFunctionReturn(0);
   PetscCall(file.read(anchors, rows.first, rows.count, 0, &l->anchor_particle));
-  shape.rows = rows.total;
-  shape.row_name = "A";
-  shape.columns = l->dim;
-  PetscCall(file.find(names.anchor("point"), shape, &point));
-  PetscCall(file.read(point, rows.first, rows.count, 0, &l->anchor_point));
+  PetscCall(read_rows(file, names.anchor("point"), rows, "A", false, &l->anchor_point, l->dim));
   PetscCall(read_rows(file, names.anchor("stiffness"), rows, "A", false, &l->anchor_stiffness));
   PetscCall(read_optional(file, names.anchor("rest_length"), rows, "A", 0, &l->anchor_rest_length));
   PetscCall(read_optional(file, names.anchor("damping"), rows, "A", 0, &l->anchor_damping));

@@ -56,6 +56,15 @@ const Hdf5Layout& hdf5_layout(bool trajectory) { return trajectory ? trajectory_
 
 const Hdf5Layout& layout_of(const Hdf5File& file) { return hdf5_layout(file.has(trajectory_names.position)); }
 
+PetscErrorCode add_column(const Hdf5File& file, Column column, const Rows& rows, const char* row_name, bool frames, std::vector<Column>* out,
+                          int width) {
+  PetscFunctionBegin;
+  if (!file.has(column.path)) PetscFunctionReturn(0);
+  PetscCall(read_rows(file, column.path, rows, row_name, frames, &column.value, width));
+  out->push_back(std::move(column));
+  PetscFunctionReturn(0);
+}
+
 int box_dimension(const Hdf5File& file, int columns) {
   const H5 attribute(H5Aopen_by_name(file.id(), "/particles/trajectory/box", "dimension", H5P_DEFAULT, file.links()), H5Aclose);
   if (!attribute) return columns;
@@ -81,8 +90,6 @@ PetscErrorCode read_row_laws(MPI_Comm comm, const Hdf5File& file, const Hdf5Layo
   std::vector<std::string> names;
   std::vector<std::int64_t> given;
   std::vector<std::uint8_t> place;
-  Table table;
-  TableShape shape;
   Error fault;
   PetscFunctionBegin;
   if (!file.has(path)) PetscFunctionReturn(0);
@@ -99,11 +106,7 @@ PetscErrorCode read_row_laws(MPI_Comm comm, const Hdf5File& file, const Hdf5Layo
                format("%s: attribute spring_laws of %s names '%s'; write ", l->source.c_str(), owner.c_str(), name.c_str()) + alternatives(known)));
     place.push_back(static_cast<std::uint8_t>(at - known.begin()));
   }
-  shape.integers = true;
-  shape.rows = l->springs.total;
-  shape.row_name = "M";
-  PetscCall(file.find(path, shape, &table));
-  PetscCall(file.read(table, l->springs.first, l->springs.count, 0, &given));
+  PetscCall(read_rows(file, path, l->springs, "M", false, &given));
   const std::int64_t count = static_cast<std::int64_t>(place.size());
   l->law_by_row = true;
   l->spring_laws.assign(given.size(), 0);

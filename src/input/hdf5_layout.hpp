@@ -2,6 +2,7 @@
 #pragma once
 #include <petscsys.h>
 #include <string>
+#include <type_traits>
 #include <utility>
 #include <vector>
 #include "input/hdf5_file.hpp"
@@ -26,6 +27,28 @@ struct Hdf5Layout {
   /// Springs to given points; a trajectory that is read has none.
   std::string anchor(const std::string& name) const { return (trajectory ? "/backspring/anchors/" : "/anchors/") + name; }
 };
+
+/// Collective. This rank's part of `rows.total` rows of `width` numbers, 0 one, of the dataset `path`; `frames`: of their last frame; `row_name`: how
+/// messages call the number of rows.
+template <class T>
+PetscErrorCode read_rows(const Hdf5File& file, const std::string& path, const Rows& rows, const char* row_name, bool frames, std::vector<T>* out,
+                         int width = 0) {
+  Table table;
+  TableShape shape;
+  PetscFunctionBegin;
+  shape.integers = std::is_integral_v<T>;
+  shape.rows = rows.total;
+  shape.row_name = row_name;
+  shape.frames = frames;
+  shape.columns = width;
+  PetscCall(file.find(path, shape, &table));
+  PetscCall(file.read(table, rows.first, rows.count, 0, out));
+  PetscFunctionReturn(0);
+}
+
+/// Collective. Reads `column` from its path so and keeps it, where the file holds it.
+PetscErrorCode add_column(const Hdf5File& file, Column column, const Rows& rows, const char* row_name, bool frames, std::vector<Column>* out,
+                          int width = 0);
 
 /// That of trajectories, or of lattices.
 const Hdf5Layout& hdf5_layout(bool trajectory);

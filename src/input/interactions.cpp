@@ -24,21 +24,6 @@ std::string broken_path(const InteractionSchema& schema, bool trajectory) {
 
 namespace {
 
-/// Where the file has it; `frames`: that of the last frame.
-PetscErrorCode read_column(const Hdf5File& file, Column column, bool frames, InteractionRows* out) {
-  Table table;
-  TableShape shape;
-  PetscFunctionBegin;
-  if (!file.has(column.path)) PetscFunctionReturn(0);
-  shape.rows = out->rows.total;
-  shape.row_name = "A";
-  shape.frames = frames;
-  PetscCall(file.find(column.path, shape, &table));
-  PetscCall(file.read(table, out->rows.first, out->rows.count, 0, &column.value));
-  out->break_columns.push_back(std::move(column));
-  PetscFunctionReturn(0);
-}
-
 PetscErrorCode read_kind(MPI_Comm comm, const Hdf5File& file, const InteractionSchema& schema, bool trajectory, const std::string& source,
                          InteractionRows* out) {
   Table topology;
@@ -60,26 +45,20 @@ PetscErrorCode read_kind(MPI_Comm comm, const Hdf5File& file, const InteractionS
   const std::size_t width = schema.parameters.size();
   out->parameter.resize(static_cast<std::size_t>(out->rows.count) * width);
   for (std::size_t p = 0; p < width; ++p) {
-    Table table;
-    TableShape column;
     std::vector<double> values;
-    column.rows = out->rows.total;
-    column.row_name = "A";
-    PetscCall(file.find(parameter_path(schema, schema.parameters[p].name, trajectory), column, &table));
-    PetscCall(file.read(table, out->rows.first, out->rows.count, 0, &values));
+    PetscCall(read_rows(file, parameter_path(schema, schema.parameters[p].name, trajectory), out->rows, "A", false, &values));
     for (std::size_t k = 0; k < values.size(); ++k) out->parameter[k * width + p] = values[k];
   }
+  if (!schema.turns) PetscFunctionReturn(0);
   for (const BreakLimit& limit : turn_limits)
-    if (schema.turns) PetscCall(read_column(file, {limit.name, parameter_path(schema, limit.name, trajectory), {}}, false, out));
-  if (schema.turns) PetscCall(read_column(file, {BROKEN, broken_path(schema, trajectory), {}}, trajectory, out));
+    PetscCall(add_column(file, {limit.name, parameter_path(schema, limit.name, trajectory), {}}, out->rows, "A", false, &out->break_columns));
+  PetscCall(add_column(file, {BROKEN, broken_path(schema, trajectory), {}}, out->rows, "A", trajectory, &out->break_columns));
   PetscFunctionReturn(0);
 }
 
 /// Says where row `k` stands: "F: angle spring 3, /angles/stiffness".
 std::string place(const Lattice& l, const InteractionSchema& schema, std::int64_t row, const std::string& dataset) {
-  const std::size_t dot = l.source.rfind('.');
-  const bool datasets = dot != std::string::npos && (l.source.substr(dot) == ".h5" || l.source.substr(dot) == ".hdf5");
-  return l.source + ": " + schema.title + " " + std::to_string(row) + (datasets ? ", " + dataset : "") + ": ";
+  return l.source + ": " + schema.title + " " + std::to_string(row) + (l.has_datasets() ? ", " + dataset : "") + ": ";
 }
 
 void check_row(const Lattice& l, const InteractionSchema& schema, const InteractionRows& from, std::size_t k, Error* fault) {

@@ -6,15 +6,9 @@
 
 namespace bs {
 
-static herr_t keep_text(unsigned, const H5E_error2_t* entry, void* text) {
-  if (entry->desc && *entry->desc) *static_cast<std::string*>(text) = entry->desc;
-  return 0;
-}
-
 std::string h5_reason() {
-  std::string text = "HDF5 gives no reason";
-  H5Ewalk2(H5E_DEFAULT, H5E_WALK_DOWNWARD, keep_text, &text);
-  return text;
+  const std::string text = h5_words();
+  return text.empty() ? "HDF5 gives no reason" : text;
 }
 
 /// H5Lexists takes one level at a time.
@@ -53,8 +47,10 @@ PetscErrorCode open_group(hid_t file, const std::string& path, H5* group) {
   PetscFunctionReturn(0);
 }
 
-static PetscErrorCode put(hid_t object, const char* name, hid_t type, hid_t memory, hid_t space, const void* data) {
+/// `count` values of one attribute; 0: a single one, without axes.
+static PetscErrorCode put(hid_t object, const char* name, hid_t type, hid_t memory, const void* data, hsize_t count = 0) {
   PetscFunctionBegin;
+  H5 space(count > 0 ? H5Screate_simple(1, &count, nullptr) : H5Screate(H5S_SCALAR), H5Sclose);
   H5 attribute(H5Acreate2(object, name, type, space, H5P_DEFAULT, H5P_DEFAULT), H5Aclose);
   BS_H5(attribute);
   BS_H5(H5Awrite(attribute, memory, data));
@@ -62,51 +58,36 @@ static PetscErrorCode put(hid_t object, const char* name, hid_t type, hid_t memo
 }
 
 PetscErrorCode put_attribute(hid_t object, const char* name, const std::vector<std::int32_t>& values) {
-  const hsize_t count = values.size();
-  PetscFunctionBegin;
-  H5 space(H5Screate_simple(1, &count, nullptr), H5Sclose);
-  PetscCall(put(object, name, H5T_STD_I32LE, H5T_NATIVE_INT32, space, values.data()));
-  PetscFunctionReturn(0);
+  return put(object, name, H5T_STD_I32LE, H5T_NATIVE_INT32, values.data(), values.size());
 }
 
 PetscErrorCode put_attribute(hid_t object, const char* name, std::int64_t value) {
-  PetscFunctionBegin;
-  H5 space(H5Screate(H5S_SCALAR), H5Sclose);
-  PetscCall(put(object, name, H5T_STD_I64LE, H5T_NATIVE_INT64, space, &value));
-  PetscFunctionReturn(0);
+  return put(object, name, H5T_STD_I64LE, H5T_NATIVE_INT64, &value);
 }
 
-PetscErrorCode put_attribute(hid_t object, const char* name, double value) {
-  PetscFunctionBegin;
-  H5 space(H5Screate(H5S_SCALAR), H5Sclose);
-  PetscCall(put(object, name, H5T_IEEE_F64LE, H5T_NATIVE_DOUBLE, space, &value));
-  PetscFunctionReturn(0);
-}
+PetscErrorCode put_attribute(hid_t object, const char* name, double value) { return put(object, name, H5T_IEEE_F64LE, H5T_NATIVE_DOUBLE, &value); }
 
 PetscErrorCode put_attribute(hid_t object, const char* name, const std::string& value) {
   const char* text = value.c_str();
   PetscFunctionBegin;
-  H5 space(H5Screate(H5S_SCALAR), H5Sclose);
   H5 type(H5Tcopy(H5T_C_S1), H5Tclose);
   BS_H5(H5Tset_size(type, H5T_VARIABLE));
   BS_H5(H5Tset_cset(type, H5T_CSET_UTF8));
-  PetscCall(put(object, name, type, type, space, &text));
+  PetscCall(put(object, name, type, type, &text));
   PetscFunctionReturn(0);
 }
 
 PetscErrorCode put_text(hid_t object, const char* name, const std::string& value) {
   PetscFunctionBegin;
-  H5 space(H5Screate(H5S_SCALAR), H5Sclose);
   H5 type(H5Tcopy(H5T_C_S1), H5Tclose);
   BS_H5(H5Tset_size(type, std::max<std::size_t>(1, value.size())));
   BS_H5(H5Tset_strpad(type, H5T_STR_NULLPAD));
   BS_H5(H5Tset_cset(type, H5T_CSET_UTF8));
-  PetscCall(put(object, name, type, type, space, value.c_str()));
+  PetscCall(put(object, name, type, type, value.c_str()));
   PetscFunctionReturn(0);
 }
 
 PetscErrorCode put_words(hid_t object, const char* name, const std::vector<std::string>& words) {
-  const hsize_t length = static_cast<hsize_t>(words.size());
   std::size_t width = 1;
   std::string all;
   PetscFunctionBegin;
@@ -115,11 +96,10 @@ PetscErrorCode put_words(hid_t object, const char* name, const std::vector<std::
     word.resize(width, '\0');
     all += word;
   }
-  H5 space(H5Screate_simple(1, &length, nullptr), H5Sclose);
   H5 type(H5Tcopy(H5T_C_S1), H5Tclose);
   BS_H5(H5Tset_size(type, width));
   BS_H5(H5Tset_strpad(type, H5T_STR_NULLPAD));
-  PetscCall(put(object, name, type, type, space, all.data()));
+  PetscCall(put(object, name, type, type, all.data(), words.size()));
   PetscFunctionReturn(0);
 }
 
@@ -127,8 +107,7 @@ PetscErrorCode put_reference(hid_t file, hid_t object, const char* name, const s
   hobj_ref_t reference;
   PetscFunctionBegin;
   BS_H5(H5Rcreate(&reference, file, path.c_str(), H5R_OBJECT, -1));
-  H5 space(H5Screate(H5S_SCALAR), H5Sclose);
-  PetscCall(put(object, name, H5T_STD_REF_OBJ, H5T_STD_REF_OBJ, space, &reference));
+  PetscCall(put(object, name, H5T_STD_REF_OBJ, H5T_STD_REF_OBJ, &reference));
   PetscFunctionReturn(0);
 }
 
