@@ -11,8 +11,8 @@
 #include <new>
 #include <vector>
 #include "base/context.hpp"
+#include "base/h5_handle.hpp"
 #include "base/memory.hpp"
-#include "base/reading_file.hpp"
 
 namespace bs {
 

@@ -7,7 +7,6 @@
 #include <string>
 #include <vector>
 #include "base/h5_handle.hpp"
-#include "base/reading_file.hpp"
 
 namespace bs {
 

@@ -5,7 +5,6 @@
 #include <sstream>
 #include <utility>
 #include "base/error.hpp"
-#include "input/spring_options.hpp"
 #include "lattice/columns.hpp"
 #include "lattice/spring_laws.hpp"
 #include "lattice/xsp.hpp"

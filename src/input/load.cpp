@@ -9,7 +9,6 @@
 #include "input/dilution.hpp"
 #include "input/hdf5_layout.hpp"
 #include "input/remote.hpp"
-#include "input/spring_options.hpp"
 #include "lattice/generator.hpp"
 #include "lattice/xsp.hpp"
 #include "network/migrate.hpp"

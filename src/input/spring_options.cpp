@@ -1,9 +1,9 @@
-#include "input/spring_options.hpp"
 #include <algorithm>
 #include <cinttypes>
 #include <cmath>
 #include "base/collective.hpp"
 #include "base/error.hpp"
+#include "input/adjust.hpp"
 #include "lattice/spring_laws.hpp"
 
 namespace bs {

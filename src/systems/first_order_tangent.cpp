@@ -6,8 +6,11 @@
 #include "base/petsc_versions.hpp"
 #include "base/vec_array.hpp"
 #include "systems/first_order.hpp"
+#include "systems/mechanics.hpp"
+#include "systems/model.hpp"
 
 namespace bs {
+
 namespace {
 
 PetscErrorCode shell_multiply(Mat J, Vec z, Vec y) {
@@ -145,6 +148,31 @@ PetscErrorCode FirstOrderTangent::expand(Vec r, Vec w, Vec z) {
       az[at.x(i, c)] = aw[i * d + c] / sigma_;
       az[at.v(i, c)] = aw[i * d + c] - a;
     }
+  PetscFunctionReturn(0);
+}
+
+std::unique_ptr<Mechanics> Model::take_mechanics() { return nullptr; }
+
+PetscErrorCode Linearisation::multiply(const Coefficients& k, Vec z, Vec out) {
+  const Layout& at = layout();
+  const std::vector<double>& m = masses();
+  PetscScalar* both = nullptr;
+  PetscFunctionBegin;
+  if (!room_) PetscCall(VecDuplicate(state_vector(), room_.out()));
+  force_.resize(static_cast<std::size_t>(at.particles * at.dim));
+  const ReadArray az(z);
+  PetscCall(VecGetArrayWrite(room_, &both));
+  for (PetscInt i = 0; i < at.particles; ++i)
+    for (PetscInt c = 0; c < at.dim; ++c) {
+      both[at.x(i, c)] = k.stiffness * az[i * at.dim + c];
+      both[at.v(i, c)] = k.damping * az[i * at.dim + c];
+    }
+  PetscCall(VecRestoreArrayWrite(room_, &both));
+  PetscCall(change_of_force(room_, force_.data()));
+  const WriteArray a(out);
+  for (PetscInt i = 0; i < at.particles; ++i)
+    for (PetscInt e = i * at.dim; e < (i + 1) * at.dim; ++e)
+      a[e] = k.mass * m[static_cast<std::size_t>(i)] * az[e] - force_[static_cast<std::size_t>(e)];
   PetscFunctionReturn(0);
 }
 

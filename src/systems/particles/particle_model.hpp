@@ -13,7 +13,6 @@
 #include "systems/particles/linearised_forces.hpp"
 #include "systems/particles/local_state.hpp"
 #include "systems/particles/nodal_forces.hpp"
-#include "systems/particles/particle_potential.hpp"
 #include "systems/particles/particle_stress.hpp"
 #include "systems/particles/row_pattern.hpp"
 #include "systems/particles/spring_fields.hpp"

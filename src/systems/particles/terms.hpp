@@ -2,6 +2,7 @@
 #pragma once
 #include <memory>
 #include <vector>
+#include "systems/incremental.hpp"
 #include "systems/particles/breaking/breaking.hpp"
 #include "systems/particles/physics.hpp"
 
@@ -89,5 +90,23 @@ class Terms {
 
 /// Collective. The message for an interaction without a force; `mine`: it occurred on this rank (at least one has it).
 PetscErrorCode interaction_fault(MPI_Comm comm, bool mine, const Singularity& fault, std::string* text);
+
+/// The incremental potential of a particle system, along one line of states at a time.
+class ParticlePotential final : public Incremental {
+ public:
+  /// Collective. The arguments must outlive the object; `coupled`: a force acts that couples all particles.
+  PetscErrorCode create(const Network& net, const Terms& terms, Vec layout, bool coupled);
+  std::string lacks_potential() const override { return lacks_; }
+  PetscErrorCode add_kinematic(Vec F, Vec y) override;
+  PetscErrorCode follow(Vec y, Vec z) override;
+  PetscErrorCode beyond_slope(double t, double sigma, double lambda, PotentialChange* change) override;
+
+ private:
+  const Network* net_ = nullptr;
+  const Terms* terms_ = nullptr;
+  Vec layout_ = nullptr;
+  std::string lacks_;
+  LocalState state_, line_;  ///< made at first use
+};
 
 }  // namespace bs

@@ -9,7 +9,7 @@
 #include "lattice/generator.hpp"
 #include "physics/pair/springs/registry.hpp"
 #include "systems/particles/constraints/constraints.hpp"
-#include "systems/particles/particle_potential.hpp"
+#include "systems/particles/terms.hpp"
 
 using namespace bs;
 

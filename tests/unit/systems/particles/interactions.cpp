@@ -3,7 +3,7 @@
 #include <random>
 #include "condensed_case.hpp"
 #include "lattice/spring_laws.hpp"
-#include "systems/particles/particle_potential.hpp"
+#include "systems/particles/terms.hpp"
 
 using namespace bs;
 
