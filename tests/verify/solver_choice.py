@@ -52,7 +52,7 @@ def predicted_fill(checks):
 
 STIFF = dict(bs_lattice_type="cubic", bs_lattice_size="13,13,13", bs_lattice_spacing=1 / 24, bs_lattice_neighbors=18, bs_lattice_particle_mass=0.0723, bs_lattice_stiffness=250,
              bs_lattice_fixed="zmin", bs_spring_law="strain", bs_gravity="1e-3,1e-3,-1e-3", bs_lattice_stiff_fraction=0.25, bs_lattice_stiff_factor=1e6, ts_dt=0.0277,
-             ts_max_time=4 * 0.0277, snes_rtol=1e-9, ksp_rtol=1e-9, bs_advise=0)
+             ts_max_time=4 * 0.0277, snes_rtol=1e-9, ksp_rtol=1e-9, bs_advise=0, condensed_pc_bicc_fill=0)  # without fill iterations are many
 
 
 def by_measured_work(checks):

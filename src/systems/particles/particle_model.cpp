@@ -185,7 +185,7 @@ PetscErrorCode ParticleModel::commit_start() {
   PetscCall(terms_->dissipated(&before));
   PetscCall(state_.gather(0.0, y0_));
   PetscCall(PetscOptionsGetReal(nullptr, nullptr, "-ts_init_time", &start, nullptr));
-  PetscCall(commit(start, 0));
+  PetscCall(commit({start, 0}));
   PetscCall(terms_->dissipated(&after));
   if (after > before && !continued)
     PetscCall(warn(net_.comm, format("%s: springs are given beyond their yield force: they have yielded in the first frame, which dissipated %.6g J",

@@ -96,7 +96,7 @@ class ParticleModel final : public Mechanics {
   PetscErrorCode note_numbers(const std::string& name, const std::vector<double>& all);
   PetscErrorCode create_state();
   PetscErrorCode commit_start();
-  PetscErrorCode commit(double t, double h);
+  PetscErrorCode commit(Step step);
   PetscErrorCode observe_box(double t, std::vector<Observable>* out);
   std::vector<std::int64_t> drawn_pairs() const;
   PetscErrorCode add_drawn(const std::string& bonds, std::vector<Dataset>* out);

@@ -32,10 +32,11 @@ void ParticleModel::springs_changed() {
   free_bodies_.springs_changed();
 }
 
-/// Histories are brought up to the state that was gathered, the end at time t of a step of length h.
-PetscErrorCode ParticleModel::commit(double t, double h) {
+/// Histories are brought up to the state that was gathered, the end of `step`; no time goes by in load steps.
+PetscErrorCode ParticleModel::commit(Step step) {
   PetscFunctionBegin;
-  PetscCall(terms_->accept({t, loads_ ? 0 : h}, state_));
+  if (loads_) step.h = 0;
+  PetscCall(terms_->accept(step, state_));
   PetscFunctionReturn(0);
 }
 
@@ -45,7 +46,7 @@ PetscErrorCode ParticleModel::accept(const Step& step, Vec y) {
   constraints_.box().keep_strains();
   if (!terms_->remembers() && !reactions_.works() && !breaks()) PetscFunctionReturn(0);
   PetscCall(state_.gather(t, y));
-  PetscCall(commit(t, step.h));
+  PetscCall(commit(step));
   PetscCall(terms_->gather(state_));
   PetscCall(reactions_.advance(t, state_));
   PetscCall(terms_->breaking().break_parts(t, loads_ ? t : 1, loads_, state_));
@@ -61,7 +62,7 @@ PetscErrorCode ParticleModel::begin_at(double t, Vec y) {
   constraints_.box().keep_strains();
   known_.vec = 0;
   PetscCall(state_.gather(t, y));
-  PetscCall(commit(t, 0));
+  PetscCall(commit({t, 0}));
   PetscCall(terms_->gather(state_));
   reactions_.renew(t, state_);
   PetscFunctionReturn(0);
