@@ -103,10 +103,10 @@ PetscErrorCode Session::Impl::make_room(const std::string& name, const std::vect
   bool lacks = false;
   State now;
   PetscFunctionBegin;
-  if (statics) PetscCall(statics->equilibrium().mechanics()->lacks_room(name, all, &lacks));
+  if (statics) PetscCall(statics->equilibrium().mechanics()->lacks_pattern(name, all, &lacks));
   if (lacks) drop_statics();
   if (!model) PetscFunctionReturn(0);
-  PetscCall(model->mechanics()->lacks_room(name, all, &lacks));
+  PetscCall(model->mechanics()->lacks_pattern(name, all, &lacks));
   if (!lacks) PetscFunctionReturn(0);
   PetscCall(save(&now));
   run.reset();

@@ -36,7 +36,7 @@ PetscErrorCode Session::Impl::view(Array what, View* out) {
   PetscCall(begin());
   PetscCall(require_particles());
   if (what == Array::force || what == Array::reaction) PetscCall(fail(comm, Exit::input, "forces are no part of the state: ask for a copy of them"));
-  const std::string why = model->mechanics()->hides_rows();
+  const std::string why = model->mechanics()->why_not_by_rows();
   if (!why.empty()) PetscCall(fail(comm, Exit::input, "no view of the state, but copies: " + why));
   PetscCall(run->state_vector(&y));
   const Layout& at = model->mechanics()->layout();
@@ -54,7 +54,7 @@ PetscErrorCode Session::Impl::view(Array what, View* out) {
   PetscFunctionReturn(0);
 }
 
-/// Who looks at the state sees at once what the next run begins with.
+/// Views show what the next run begins with.
 PetscErrorCode Session::Impl::show_given() {
   PetscFunctionBegin;
   if (viewed) PetscCall(VecCopy(given_state, model->initial_state()));

@@ -8,7 +8,7 @@
 
 namespace bs {
 
-/// In the context of the communicator; what nobody says is not done.
+/// In the context of the communicator; all is false by default.
 struct Client {
   bool moves_groups = false;     ///< it says where groups are whose motion is `given`
   bool gives_histories = false;  ///< histories are put into systems once these are made, as a restart does

@@ -124,7 +124,7 @@ PetscErrorCode Equilibrium::step_forces(Vec y, Vec F, double* left, double* iner
   PetscFunctionReturn(0);
 }
 
-PetscErrorCode Equilibrium::stand(double t, Vec y, double* s) {
+PetscErrorCode Equilibrium::apply_loads_at(double t, Vec y, double* s) {
   PetscFunctionBegin;
   *s = factor(t);
   load(*s);
@@ -137,7 +137,7 @@ PetscErrorCode Equilibrium::residual(double t, Vec y, Vec ydot, Form, Vec F) {
   const double *force = nullptr, *masses = own_->masses().data();
   double s = 0;
   PetscFunctionBegin;
-  PetscCall(stand(t, y, &s));
+  PetscCall(apply_loads_at(t, y, &s));
   if (moves()) {
     PetscCall(momentum(s, y, F));
     PetscFunctionReturn(0);
@@ -171,7 +171,7 @@ PetscErrorCode Equilibrium::residual_norms(Vec F, ResidualNorms* norms) {
 PetscErrorCode Equilibrium::residual_floor(double t, Vec y, double, Form form, ResidualNorms* floor) {
   double s = 0, sum = 0;
   PetscFunctionBegin;
-  PetscCall(stand(t, y, &s));
+  PetscCall(apply_loads_at(t, y, &s));
   if (moves()) {
     PetscCall(FirstOrder::residual_floor(s, y, 1 / step_, form, floor));
     PetscFunctionReturn(0);
@@ -219,7 +219,7 @@ PetscErrorCode Equilibrium::return_free_bodies(double s_from, Vec from, double t
 PetscErrorCode Equilibrium::accept(const Step& step, Vec y) {
   double s = 0;
   PetscFunctionBegin;
-  PetscCall(stand(step.t, y, &s));
+  PetscCall(apply_loads_at(step.t, y, &s));
   PetscCall(own_->accept({s, step.h, step.number, step.attempt}, rest_));
   PetscFunctionReturn(0);
 }
@@ -228,7 +228,7 @@ PetscErrorCode Equilibrium::observe(double t, Vec y, std::vector<Observable>* ou
   Balance now;
   double s = 0;
   PetscFunctionBegin;
-  PetscCall(stand(t, y, &s));
+  PetscCall(apply_loads_at(t, y, &s));
   PetscCall(own_->observe(s, rest_, out));
   PetscCall(balance(t, y, &now));
   out->push_back({"released_energy", {released_}});
@@ -244,7 +244,7 @@ PetscErrorCode Equilibrium::energies(double t, Vec y, HeldEnergies* out) {
   bool has = false;
   double s = 0;
   PetscFunctionBegin;
-  PetscCall(stand(t, y, &s));
+  PetscCall(apply_loads_at(t, y, &s));
   PetscCall(own_->observe(s, rest_, &all));
   PetscCall(own_->energy_supply(s, rest_, &supply, &has));
   *out = {};
@@ -261,7 +261,7 @@ PetscErrorCode Equilibrium::begin_at(double t, Vec y, const HeldEnergies& had) {
   HeldEnergies has;
   double s = 0;
   PetscFunctionBegin;
-  PetscCall(stand(t, y, &s));
+  PetscCall(apply_loads_at(t, y, &s));
   PetscCall(own_->begin_at(s, rest_));
   PetscCall(energies(t, y, &has));
   release(had.sum() - has.sum());
@@ -277,7 +277,7 @@ PetscErrorCode Equilibrium::energy_supply(double, Vec, EnergySupply*, bool* has)
 PetscErrorCode Equilibrium::fields(double t, Vec y, std::vector<Field>* out) {
   double s = 0;
   PetscFunctionBegin;
-  PetscCall(stand(t, y, &s));
+  PetscCall(apply_loads_at(t, y, &s));
   PetscCall(own_->fields(s, rest_, out));
   PetscFunctionReturn(0);
 }

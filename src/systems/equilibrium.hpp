@@ -63,7 +63,7 @@ class Equilibrium final : public FirstOrder {
   /// Mean squared frequency at the first linearisation [1/s^2]; 0: there has been none.
   double mean_squared_frequency() const { return rate_; }
 
-  /// Books energy that was neither stored, dissipated by springs nor broken when an equilibrium was come to without the loads doing work [J].
+  /// Counts as released [J] what was neither stored, dissipated by springs nor broken when an equilibrium was found without the loads doing work.
   void release(double energy) { released_ += energy; }
   /// Collective. Of a state of time t.
   PetscErrorCode energies(double t, Vec y, HeldEnergies* out);
@@ -101,7 +101,7 @@ class Equilibrium final : public FirstOrder {
   void save_sums(std::map<std::string, double>* sums) const override;
   void restore_sums(const std::map<std::string, double>& sums) override;
   /// What a task found wrong with the last solve: the model's fault from now on; empty: nothing.
-  void set_trouble(const std::string& text) { trouble_ = text; }
+  void set_fault(const std::string& text) { fault_ = text; }
 
   PetscErrorCode residual(double t, Vec y, Vec ydot, Form form, Vec F) override;
   PetscErrorCode jacobian(double t, Vec y, Vec ydot, double sigma, Form form, Mat P) override;
@@ -123,7 +123,7 @@ class Equilibrium final : public FirstOrder {
   static constexpr double SHARP = 1e-4;  ///< of the shift of a solve
   /// Share of the forces on particle k that is left of them beyond their rounding errors. Where the springs at rest exert next to none, the measure
   /// is what a strain of FAINT rounding errors of the force would make them exert, or a thousandth of what the strains that load steps impose on
-  /// them would: else nothing could be left of nothing, as in a net that bears no load.
+  /// them would: a share of forces that are 0, as in a net that bears no load, has no meaning.
   double share_left(PetscInt k, double left, double acting) const;
   double slight_force(PetscInt k) const;
   class Potential;
@@ -132,7 +132,7 @@ class Equilibrium final : public FirstOrder {
   /// Sets the loads of factor s, which is also the time of what is driven.
   void load(double s);
   /// Both, at the factor s of time t.
-  PetscErrorCode stand(double t, Vec y, double* s);
+  PetscErrorCode apply_loads_at(double t, Vec y, double* s);
   PetscErrorCode mean_rate(double* rate);
   /// rounding_
   PetscErrorCode roundings(double s);
@@ -162,7 +162,7 @@ class Equilibrium final : public FirstOrder {
     double inner = 0, outer = 0, stress = 0, loaded = 0, unbalanced_norm = 0, unbalanced = 0;
   } seen_;
   double released_ = 0;  ///< [J]
-  std::string trouble_;
+  std::string fault_;
 };
 
 }  // namespace bs

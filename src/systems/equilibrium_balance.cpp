@@ -50,7 +50,7 @@ double Equilibrium::share_left(PetscInt k, double left, double acting) const {
 PetscErrorCode Equilibrium::reactions(double t, Vec y, std::vector<double>* out) {
   double s = 0;
   PetscFunctionBegin;
-  PetscCall(stand(t, y, &s));
+  PetscCall(apply_loads_at(t, y, &s));
   PetscCall(own_->reactions(s, rest_, out));
   PetscFunctionReturn(0);
 }
@@ -61,7 +61,7 @@ PetscErrorCode Equilibrium::balance(double t, Vec y, Balance* out) {
   std::vector<double> inner, outer;
   double s = 0, most[6] = {0, 0, 0, 0, 0, 0};
   PetscFunctionBegin;
-  PetscCall(stand(t, y, &s));
+  PetscCall(apply_loads_at(t, y, &s));
   PetscCall(roundings(s));
   PetscCall(own_->force_sizes(s, rest_, &inner, &outer));
   PetscCall(own_->force(s, rest_, &force));

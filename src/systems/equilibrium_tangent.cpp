@@ -74,13 +74,13 @@ void Equilibrium::begin_solve() {
 void Equilibrium::begin_anew() {
   rate_ = 0;
   seen_ = {};
-  trouble_.clear();
+  fault_.clear();
 }
 
 PetscErrorCode Equilibrium::jacobian(double t, Vec y, Vec, double sigma, Form form, Mat P) {
   double s = 0;
   PetscFunctionBegin;
-  PetscCall(stand(t, y, &s));
+  PetscCall(apply_loads_at(t, y, &s));
   PetscCall(tangent_.linearise(s, rest_, moves() ? 1 / step_ : sigma, form));
   if (moves()) {
     PetscCall(assemble(P));
@@ -129,7 +129,7 @@ PetscErrorCode Equilibrium::load_direction(double t, Vec y, Vec q) {
   const double* force = nullptr;
   double s = 0;
   PetscFunctionBegin;
-  PetscCall(stand(t, y, &s));
+  PetscCall(apply_loads_at(t, y, &s));
   PetscCall(VecZeroEntries(q));
   for (const double side : {1.0, -1.0}) {
     load(s + side * DS);
@@ -145,7 +145,7 @@ PetscErrorCode Equilibrium::load_direction(double t, Vec y, Vec q) {
 PetscErrorCode Equilibrium::strain_response(double t, Vec y, StrainResponse* out) {
   double s = 0;
   PetscFunctionBegin;
-  PetscCall(stand(t, y, &s));
+  PetscCall(apply_loads_at(t, y, &s));
   PetscCall(own_->strain_response(s, rest_, out));
   PetscFunctionReturn(0);
 }
@@ -159,7 +159,7 @@ std::vector<FreeStrain> Equilibrium::free_strains(double t) {
 PetscErrorCode Equilibrium::last_fault(std::string* text) {
   PetscFunctionBegin;
   PetscCall(own_->last_fault(text));
-  if (text->empty()) *text = trouble_;
+  if (text->empty()) *text = fault_;
   PetscFunctionReturn(0);
 }
 

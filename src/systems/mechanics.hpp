@@ -73,11 +73,11 @@ class Mechanics : public System {
  public:
   /// Named sets of its particles: the same names in the same order on every rank.
   virtual std::vector<ParticleGroup> groups() const { return {}; }
-  /// Collective. The run goes on from (t, y), which it came to without a step: histories of springs are brought up to it, and work is counted from
-  /// here. Nothing breaks.
+  /// Collective. The run goes on from (t, y), which was set or found, not stepped to: histories of springs are brought up to it, and work is counted
+  /// from here. Nothing breaks.
   virtual PetscErrorCode begin_at(double, Vec) { return 0; }
   /// Collective. Whether a spring that has no room in matrices would exert something with these numbers: the system has to be made anew for them.
-  virtual PetscErrorCode lacks_room(const std::string&, const std::vector<double>&, bool* yes) {
+  virtual PetscErrorCode lacks_pattern(const std::string&, const std::vector<double>&, bool* yes) {
     *yes = false;
     return 0;
   }
@@ -90,7 +90,7 @@ class Mechanics : public System {
     rows->clear();
     return 0;
   }
-  /// Collective. Those of now, of the whole, on every rank; rest lengths that were not given are the initial distances.
+  /// Collective. Their present values, of the whole lattice, on every rank; rest lengths that were not given are the initial distances.
   virtual PetscErrorCode numbers(const std::string&, std::vector<double>* all) {
     all->clear();
     return 0;
@@ -131,7 +131,7 @@ class Mechanics : public System {
   virtual PetscErrorCode add_flow(Vec) { return 0; }
   virtual const Layout& layout() const = 0;
   /// Why the rows of the input that frames show do not stand in a state as layout() has them; empty: they do.
-  virtual std::string hides_rows() const { return "the system has an order of its own"; }
+  virtual std::string why_not_by_rows() const { return "the system has an order of its own"; }
   /// Masses of the owned particles [kg], (n) or longer.
   virtual const std::vector<double>& masses() const = 0;
   /// Collective. f(t, x, v) [N] of the owned particles, (n, d), zero at fixed ones, where they are held at x; borrowed until

@@ -11,7 +11,7 @@
 
 namespace bs {
 
-/// In the context of a communicator: told of every good load step of tasks on it, whose time is the load factor's place. Empty: nobody is.
+/// In the context of a communicator: called after every good load step of tasks on it, whose time is the load factor. Empty: no call.
 struct LoadStepObserver {
   std::function<void(const StepRecord&)> on_step;
 };

@@ -21,7 +21,7 @@ PetscErrorCode run_dynamics(std::unique_ptr<Model> model, Result* result, int* e
 struct RunHooks {
   bool loads = false;                                                                   ///< its time is a load factor
   Pace pace;                                                                            ///< defaults of the stepping
-  std::string until = "; SNES";                                                         ///< what of the header's line on the solver stays begins here
+  std::string until = "; SNES";                                                         ///< text from which the header's line on the solver is kept
   std::string method;                                                                   ///< of the header, in place of the TS type's
   std::function<PetscErrorCode(TS, TSContext&)> attach;                                 ///< once the TS is made, before its options are in force
   std::function<PetscErrorCode(double time, Vec y, std::vector<Observable>*)> observe;  ///< adds to a frame's observables
@@ -34,7 +34,7 @@ struct RunHooks {
   Stepper::AfterBreak after_break;                                                      ///< when parts of the system broke
   std::function<bool()> done;                                                           ///< asked after every step: whether the run ends with it
   bool checkpoints = true;                                                              ///< whether its states can be continued
-  bool only_run = true;                                                                 ///< options that it has no use for are nobody's
+  bool only_run = true;                                                                 ///< whether options that it does not use are reported
   const char* clock = "load factor";                                                    ///< what its time is, if it has load steps
   std::function<void(const std::string& outcome, const std::string& why)> concluded;    ///< at the end of what was computed
   std::function<void(const StepRecord&)> on_step;                                       ///< after every good step

@@ -46,8 +46,8 @@ PetscErrorCode StrainRelaxation::relax(TS ts, Mat J, Equilibrium& model, double 
   layout_ = model.mechanics()->layout();
   moved_.resize(static_cast<std::size_t>(strained_.count));
   residual_.assign(moved_.size(), {});
-  if (!wanted_.empty()) solve.be_rough();
-  if (direct_) solve.be_direct();
+  if (!wanted_.empty()) solve.allow_rough();
+  if (direct_) solve.use_factors();
   PetscCall(solve.prepare(ts, J, model, t, y));
   PetscCall(VecDuplicate(y, load.out()));
   left_ = 0;

@@ -44,9 +44,9 @@ class TangentSolve {
   /// Collective. Linearises `model` at the equilibrium y of time t, with the matrix J of `ts`; the model must outlive the object.
   PetscErrorCode prepare(TS ts, Mat J, Equilibrium& model, double t, Vec y);
   /// From now on f + K u may be ROUGH of f; both solvers do that in fewer iterations.
-  void be_rough() { rough_ = true; }
+  void allow_rough() { rough_ = true; }
   /// Before or after prepare(): MUMPS from now on. direct(): whether it has come to that.
-  void be_direct() { direct_ = true; }
+  void use_factors() { direct_ = true; }
   bool direct() const { return direct_; }
   /// After solve(): whether a linear solver was left out for want of memory.
   const MemoryLack& memory_lack() const { return lack_; }

@@ -43,7 +43,7 @@ namespace {
 using Options = std::vector<std::pair<std::string, std::string>>;
 
 /// What was found out of options that the run has no use for.
-struct Homes {
+struct TasksOfOptions {
   std::map<std::string, std::string> of;  ///< name in small letters: which tasks or which model have it
 };
 
@@ -96,7 +96,7 @@ PetscErrorCode find_in(MPI_Comm comm, const Variant& other) {
     if (lower(name).rfind("bs_", 0) != 0 && !read_late(lower(name))) petsc.emplace_back("-" + name, value);
   PetscCall(options_of(comm, other, &known, petsc, &left));
   for (const auto& one : petsc)
-    if (left.count(one.first) == 0) held_by<Homes>(comm).of[lower(one.first)] = std::string("-bs_task ") + other.task;
+    if (left.count(one.first) == 0) held_by<TasksOfOptions>(comm).of[lower(one.first)] = std::string("-bs_task ") + other.task;
   PetscFunctionReturn(0);
 }
 
@@ -108,7 +108,7 @@ PetscErrorCode warn_unused_options(MPI_Comm comm, const Variant& other) {
   PetscFunctionBegin;
   PetscCall(unused_options(&names));
   if (other.task && ask_rank_0(comm, [&names] { return !names.empty(); })) PetscCall(find_in(comm, other));
-  const auto& homes = held_by<Homes>(comm).of;
+  const auto& homes = held_by<TasksOfOptions>(comm).of;
   for (const std::string& name : names)
     if (const auto home = homes.find(lower(name)); home != homes.end()) with[home->second].push_back(name);
     else PetscCall(warn(comm, "option " + name + " is not used by this run: it is misspelt, or belongs to a solver that is not chosen"));
@@ -169,7 +169,7 @@ PetscErrorCode refuse_foreign_options(MPI_Comm comm) {
     const std::string home = home_of(name, known);
     if (home.rfind(DYNAMICS, 0) != 0)
       PetscCall(fail(comm, Exit::input, "option " + name + " does not go with this run: it is of " + home + ": leave it out, or give that"));
-    held_by<Homes>(comm).of[lower(name)] = home;
+    held_by<TasksOfOptions>(comm).of[lower(name)] = home;
   }
   PetscFunctionReturn(0);
 }

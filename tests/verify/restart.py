@@ -106,10 +106,11 @@ def dynamics(checks, folder):
         compare(checks, folder, name, {**BLOCK, **options}, stops)
     # iterations take more work than factors, which take their place until the next checkpoint
     stiff = {"bs_lattice_size": (12, 12, 12), "bs_lattice_neighbors": 18, "bs_lattice_perturbation": 0, "bs_lattice_stiff_fraction": 0.25, "bs_lattice_stiff_factor": 1e6,
-             "bs_gravity": (0.1, 0.1, -0.1), "ts_max_time": 0.04, "bs_checkpoint_every": 1}
+             "bs_gravity": (0.1, 0.1, -0.1), "ts_max_time": 0.04, "bs_checkpoint_every": 1, "condensed_pc_bicc_fill": 0}
     compare(checks, folder, "factors for iterations", {**BLOCK, **stiff}, (2,))
     changed = report(folder / "factors for iterations whole")["factored"]
     checks.true("factors for iterations: after every checkpoint", changed > 1, str(changed))
+    compare(checks, folder, "factors filled by stiff springs", {**BLOCK, **stiff, "condensed_pc_bicc_fill": None}, (2,))
     heat = {"bs_model": "linear", "bs_linear_type": "heat1d", "bs_linear_size": 40, "bs_linear_source": "step(1)", "ts_type": "cn", "ts_dt": 0.001, "ts_max_time": 0.01, "bs_output_interval": 0.0025}
     compare(checks, folder, "linear system", heat, (4, None))
 

@@ -62,11 +62,11 @@ void CallbackForces::couple() {
     asked_.push_back(i);
     rows_.push_back(row);
   }
-  find_felt(pairs);
+  find_influences(pairs);
 }
 
 /// Of the pairs (i, j) of local particles those that a tangent has blocks of.
-void CallbackForces::find_felt(const std::vector<std::pair<PetscInt, PetscInt>>& pairs) {
+void CallbackForces::find_influences(const std::vector<std::pair<PetscInt, PetscInt>>& pairs) {
   const Links& links = net_->links;
   std::map<std::pair<PetscInt, PetscInt>, std::size_t> number;
   for (std::size_t k = 0; k < pairs.size(); ++k) {
@@ -86,7 +86,7 @@ void CallbackForces::find_felt(const std::vector<std::pair<PetscInt, PetscInt>>&
       while (links.other[link] != j) ++link;
       felt_.push_back({i, j, link, found(i, j), found(j, i)});
     }
-  std::sort(felt_.begin(), felt_.end(), [](const Felt& a, const Felt& b) { return a.i < b.i; });
+  std::sort(felt_.begin(), felt_.end(), [](const Influence& a, const Influence& b) { return a.i < b.i; });
 }
 
 bool CallbackForces::all_finite(const std::vector<double>& numbers) {
@@ -94,7 +94,7 @@ bool CallbackForces::all_finite(const std::vector<double>& numbers) {
 }
 
 /// `asked` is of the particles at this state from now on; false: it was before.
-bool CallbackForces::move_to(double t, const LocalState& state, Asked* asked) const {
+bool CallbackForces::move_to(double t, const LocalState& state, Evaluation* asked) const {
   const std::size_t d = static_cast<std::size_t>(net_->dim);
   bool same = asked->known && asked->t == t;
   asked->x.resize(asked_.size() * d);
@@ -110,7 +110,7 @@ bool CallbackForces::move_to(double t, const LocalState& state, Asked* asked) co
   return !same;
 }
 
-/// (asked, d). Asked for once for a state, by however many parts.
+/// (asked, d). The callback is called once for a state, however many parts ask.
 const std::vector<double>& CallbackForces::own_forces(double t, const LocalState& state) const {
   if (!move_to(t, state, &forces_)) return forces_.f;
   forces_.f.assign(forces_.x.size(), 0.0);
@@ -151,7 +151,7 @@ void CallbackForces::forces_on(const std::vector<PetscInt>& which, double t, con
 
 void CallbackForces::energies(double t, const LocalState& state, Energies* sum) const {
   if (!callback_.energy || counted_.empty()) return;
-  Asked at;
+  Evaluation at;
   move_to(t, state, &at);
   const std::vector<double> E = energies_at(t, at.x);
   for (const PetscInt i : counted_) sum->field += E[place(i)];

@@ -39,7 +39,7 @@ class CallbackForces final : public Term {
 
  private:
   /// What the callback was asked for last, of all own particles and those that they feel: so that nothing of it depends on what is fixed.
-  struct Asked {
+  struct Evaluation {
     bool known = false;
     double t = 0;
     std::vector<double> x, v;                  ///< (asked, d)
@@ -47,19 +47,19 @@ class CallbackForces final : public Term {
     std::vector<double> K_between, D_between;  ///< (pairs, d, d)
   };
   /// The force on owned particle i, which moves, depends on local particle j, which is not fixed, or the force on j on i.
-  struct Felt {
+  struct Influence {
     PetscInt i, j, link;     ///< link: of i to j, whose block of matrices it shares
     std::size_t pair, back;  ///< (i, j) and (j, i) among those asked for; NONE: it is not
   };
   static constexpr std::size_t NONE = static_cast<std::size_t>(-1);
   void couple();
-  void find_felt(const std::vector<std::pair<PetscInt, PetscInt>>& pairs);
-  std::pair<const Felt*, const Felt*> felt_by(PetscInt i) const;
+  void find_influences(const std::vector<std::pair<PetscInt, PetscInt>>& pairs);
+  std::pair<const Influence*, const Influence*> influences_on(PetscInt i) const;
   /// An exception in a callback leaves numbers that are not: they are asked for again.
   static bool all_finite(const std::vector<double>& numbers);
-  bool move_to(double t, const LocalState& state, Asked* asked) const;
+  bool move_to(double t, const LocalState& state, Evaluation* asked) const;
   const std::vector<double>& own_forces(double t, const LocalState& state) const;
-  const Asked& tangents(double t, const LocalState& state) const;
+  const Evaluation& tangents(double t, const LocalState& state) const;
   std::vector<double> energies_at(double t, const std::vector<double>& x) const;
   std::size_t place(PetscInt i) const { return place_[static_cast<std::size_t>(i)]; }
 
@@ -70,13 +70,13 @@ class CallbackForces final : public Term {
   std::vector<std::int64_t> rows_;    ///< these
   std::vector<std::size_t> place_;    ///< of local particles among asked_
   ForceCallback::Pairs pairs_;        ///< by places among asked_
-  std::vector<Felt> felt_;            ///< by i
+  std::vector<Influence> felt_;       ///< by i
   std::vector<PetscInt> counted_;     ///< owned particles whose energies count
   std::vector<PetscInt> changed_;     ///< those whose energies a step may change
   std::vector<PetscInt> free_;        ///< those that are not fixed or driven
   std::vector<PetscInt> of_part_[2];  ///< of these, by Part
   std::vector<PetscInt> moving_;      ///< those that are not fixed
-  mutable Asked forces_, tangents_;
+  mutable Evaluation forces_, tangents_;
 };
 
 }  // namespace bs

@@ -40,8 +40,8 @@ void subtract(PetscInt d, const double* B, const double* C, PetscInt width, doub
 
 }  // namespace
 
-/// Asked for once for a state, however many products follow.
-const CallbackForces::Asked& CallbackForces::tangents(double t, const LocalState& state) const {
+/// The callback is called once for a state, however many products follow.
+const CallbackForces::Evaluation& CallbackForces::tangents(double t, const LocalState& state) const {
   if (!move_to(t, state, &tangents_)) return tangents_;
   const std::size_t area = static_cast<std::size_t>(net_->dim * net_->dim);
   tangents_.K.assign(asked_.size() * area, 0.0);
@@ -55,30 +55,30 @@ const CallbackForces::Asked& CallbackForces::tangents(double t, const LocalState
   return tangents_;
 }
 
-std::pair<const CallbackForces::Felt*, const CallbackForces::Felt*> CallbackForces::felt_by(PetscInt i) const {
+std::pair<const CallbackForces::Influence*, const CallbackForces::Influence*> CallbackForces::influences_on(PetscInt i) const {
   const auto [first, last] =
-      std::equal_range(felt_.begin(), felt_.end(), Felt{i, 0, 0, 0, 0}, [](const Felt& a, const Felt& b) { return a.i < b.i; });
+      std::equal_range(felt_.begin(), felt_.end(), Influence{i, 0, 0, 0, 0}, [](const Influence& a, const Influence& b) { return a.i < b.i; });
   return {felt_.data() + (first - felt_.begin()), felt_.data() + (last - felt_.begin())};
 }
 
 void CallbackForces::multiply_tangent(double t, const LocalState& state, const LocalState& z, double* f) const {
   if (!callback_.tangent || free_.empty()) return;
   const std::size_t d = static_cast<std::size_t>(net_->dim), area = d * d;
-  const Asked& own = tangents(t, state);
+  const Evaluation& own = tangents(t, state);
   for (const PetscInt i : free_) add_product(d, &own.K[place(i) * area], &own.D[place(i) * area], z.at(i), f + static_cast<std::size_t>(i) * d);
-  for (const Felt& one : felt_)
+  for (const Influence& one : felt_)
     if (one.pair != NONE)
       add_product(d, &own.K_between[one.pair * area], &own.D_between[one.pair * area], z.at(one.j), f + static_cast<std::size_t>(one.i) * d);
 }
 
 void CallbackForces::add_row(PetscInt i, double t, const LocalState& state, double* panel, PetscInt width) const {
   if (!callback_.tangent || net_->fixed[static_cast<std::size_t>(i)]) return;
-  const Asked& own = tangents(t, state);
+  const Evaluation& own = tangents(t, state);
   const PetscInt d = net_->dim;
   const std::size_t area = static_cast<std::size_t>(d * d);
   subtract(d, &own.K[place(i) * area], &own.D[place(i) * area], width, panel + pattern_->self(i) * 2 * d);
-  const auto [first, last] = felt_by(i);
-  for (const Felt* one = first; one != last; ++one)
+  const auto [first, last] = influences_on(i);
+  for (const Influence* one = first; one != last; ++one)
     if (one->pair != NONE)
       subtract(d, &own.K_between[one->pair * area], &own.D_between[one->pair * area], width, panel + pattern_->slot(one->link) * 2 * d);
 }
@@ -86,13 +86,13 @@ void CallbackForces::add_row(PetscInt i, double t, const LocalState& state, doub
 void CallbackForces::join(std::vector<std::pair<PetscInt, PetscInt>>* joins) const {
   if (!callback_.tangent) return;
   for (const PetscInt i : free_) joins->emplace_back(i, i);
-  for (const Felt& one : felt_) joins->emplace_back(one.i, one.j);
+  for (const Influence& one : felt_) joins->emplace_back(one.i, one.j);
 }
 
 // The definite part is that of each particle's own block, which bears those between particles where they come from a potential that holds them.
 void CallbackForces::add_blocks(double t, const LocalState& state, bool positive, const Coefficients& abc, SparseBlocks* blocks) const {
   if (!callback_.tangent || free_.empty()) return;
-  const Asked& own = tangents(t, state);
+  const Evaluation& own = tangents(t, state);
   const std::size_t d = static_cast<std::size_t>(net_->dim), area = d * d;
   const auto half = [&](const std::vector<double>& K, const std::vector<double>& D, std::size_t block, std::size_t entry) {
     return block == NONE ? 0.0 : -0.5 * (abc.damping * D[block * area + entry] + abc.stiffness * K[block * area + entry]);
@@ -105,7 +105,7 @@ void CallbackForces::add_blocks(double t, const LocalState& state, bool positive
     double* const to = blocks->block(blocks->find(i, i));
     for (std::size_t q = 0; q < area; ++q) to[q] += block[q];
   }
-  for (const Felt& one : felt_) {
+  for (const Influence& one : felt_) {
     if (positive) break;
     double* const to = blocks->block(blocks->find(one.i, one.j));
     for (std::size_t r = 0; r < d; ++r)
@@ -116,7 +116,7 @@ void CallbackForces::add_blocks(double t, const LocalState& state, bool positive
 
 void CallbackForces::stiffness_sizes(double t, const LocalState& state, double* size) const {
   if (!callback_.tangent || free_.empty()) return;
-  const Asked& own = tangents(t, state);
+  const Evaluation& own = tangents(t, state);
   const std::size_t d = static_cast<std::size_t>(net_->dim);
   for (const PetscInt i : free_)
     for (std::size_t c = 0; c < d; ++c) size[i] += std::abs(own.K[place(i) * d * d + c * (d + 1)]);

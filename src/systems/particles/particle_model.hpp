@@ -50,11 +50,11 @@ class ParticleModel final : public Mechanics {
   std::vector<FreeStrain> free_strains(double t) const override { return constraints_.box().free_strains(t); }
   void set_free_strains(const std::vector<double>& strains) override { constraints_.box().set_free_strains(strains); }
   bool time_dependent() const override;
-  PetscErrorCode lacks_room(const std::string& name, const std::vector<double>& all, bool* yes) override;
+  PetscErrorCode lacks_pattern(const std::string& name, const std::vector<double>& all, bool* yes) override;
   PetscErrorCode set_numbers(const std::string& name, const std::vector<double>& all) override;
   PetscErrorCode numbers(const std::string& name, std::vector<double>* all) override;
   PetscErrorCode force_changes(const std::string& name, double t, Vec y, Vec lambda, std::vector<double>* rows) override;
-  std::string hides_rows() const override;
+  std::string why_not_by_rows() const override;
   PetscErrorCode place_held(double t, Vec y) override;
   PetscErrorCode give_motion(const std::string& group, double from, double to, Vec places) override {
     return constraints_.give(group, from, to, places);

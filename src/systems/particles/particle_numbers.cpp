@@ -44,7 +44,7 @@ void ParticleModel::find_roomless() {
       if (net_.links.spring[e] >= 0 && !net_.fixed[net_.links.other[e]] && !has_block(net_, e)) roomless_.push_back(e);
 }
 
-PetscErrorCode ParticleModel::lacks_room(const std::string& name, const std::vector<double>& all, bool* yes) {
+PetscErrorCode ParticleModel::lacks_pattern(const std::string& name, const std::vector<double>& all, bool* yes) {
   PetscFunctionBegin;
   const bool rates = name != "mass" && name != "rest_length" && static_cast<std::int64_t>(all.size()) == net_.springs_total;
   const auto acts = [&](PetscInt e) { return all[static_cast<std::size_t>(net_.links.spring[e])] != 0; };

@@ -68,7 +68,7 @@ PetscErrorCode ParticleModel::begin_at(double t, Vec y) {
   PetscFunctionReturn(0);
 }
 
-std::string ParticleModel::hides_rows() const {
+std::string ParticleModel::why_not_by_rows() const {
   if (size_of(net_.comm) > 1) return "particles are divided among several ranks";
   if (constraints_.holds_groups()) return "where groups are held or move as given is no part of it";
   for (PetscInt i = 0; i < net_.n; ++i)

@@ -46,7 +46,7 @@ struct BoxForces {
 enum class Part { interior, boundary };
 
 /// Every function ADDS the term's share of this rank to what it is given, unless it says otherwise; `state` is gathered, `t` the time of evaluation.
-/// What a kind of force has not it leaves as it is here. A term that gives tangents gives them by rows, by blocks, or both as the matrix asks.
+/// The defaults contribute nothing. A term that gives tangents gives them by rows, by blocks, or both as the matrix asks.
 class Term {
  public:
   virtual ~Term() = default;

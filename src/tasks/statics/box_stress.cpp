@@ -154,7 +154,7 @@ PetscErrorCode BoxStress::begin_step() {
   }
   for (std::size_t k = 0; k < free_.size(); ++k) free_[k].strain = start_[k];
   model_->mechanics()->set_free_strains(start_);
-  model_->set_trouble("");
+  model_->set_fault("");
   relaxed_.renew();
   PetscFunctionReturn(0);
 }
@@ -162,7 +162,7 @@ PetscErrorCode BoxStress::begin_step() {
 PetscErrorCode BoxStress::refuse(SNES snes, const char* why) {
   PetscFunctionBegin;
   snes->reason = SNES_DIVERGED_LOCAL_MIN;
-  model_->set_trouble(std::string("the box does not bear the stress of -bs_box_stress: ") + why + " (-bs_box_strain can lead it further)");
+  model_->set_fault(std::string("the box does not bear the stress of -bs_box_stress: ") + why + " (-bs_box_strain can lead it further)");
   PetscFunctionReturn(0);
 }
 

@@ -57,7 +57,7 @@ PetscErrorCode PseudoTime::leave_saddles(SNES snes) {
   PetscFunctionReturn(0);
 }
 
-PetscErrorCode PseudoTime::knows(double t, Vec y, PetscInt* negative, bool* yes) const {
+PetscErrorCode PseudoTime::is_found_minimum(double t, Vec y, PetscInt* negative, bool* yes) const {
   bool same = minimum_.at && minimum_.time == t, other = false;
   PetscFunctionBegin;
   if (same) {

@@ -80,7 +80,7 @@ PetscErrorCode PseudoTime::time_of_loads(double* t) {
   PetscFunctionBegin;
   PetscCall(TSGetTime(ts_, &now));
   PetscCall(TSGetTimeStep(ts_, &h));
-  *t = aside_ ? now : now + h;
+  *t = between_load_steps_ ? now : now + h;
   PetscFunctionReturn(0);
 }
 
@@ -96,9 +96,9 @@ PetscErrorCode PseudoTime::solve_from(Vec y, Fallback fallback, bool* good) {
   const auto guess = snes->ops->computeinitialguess;
   snes->ops->computeinitialguess = nullptr;
   fallback_ = other_ ? Fallback::never : fallback;
-  aside_ = true;
+  between_load_steps_ = true;
   PetscCall(SNESSolve(snes, nullptr, room_));
-  aside_ = false;
+  between_load_steps_ = false;
   snes->ops->computeinitialguess = guess;
   PetscCall(SNESGetConvergedReason(snes, &reason));
   ts_->snes_its += snes->iter;

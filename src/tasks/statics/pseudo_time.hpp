@@ -37,10 +37,10 @@ class PseudoTime {
   PetscErrorCode newton(SNES snes) const { return newton_(snes); }
   bool is_newton() const { return newton_ && !other_; }
   /// Whether the present solve is of a load step, neither what follows a break nor what goes before the first one.
-  bool at_load_step() const { return !aside_; }
+  bool at_load_step() const { return !between_load_steps_; }
   /// Collective. Whether y at the time t is the minimum that the last solve ended in, of which leave_saddles() knows the negative pivots (-1: not
   /// counted) and that it found no unstable direction.
-  PetscErrorCode knows(double t, Vec y, PetscInt* negative, bool* yes) const;
+  PetscErrorCode is_found_minimum(double t, Vec y, PetscInt* negative, bool* yes) const;
   std::int64_t solves() const { return solves_; }  ///< that ended in an equilibrium
   /// Whether the present solve went by pseudo time, from the last equilibrium or from a saddle point.
   bool continued() const { return continued_; }
@@ -69,8 +69,8 @@ class PseudoTime {
   double nominal_ = 0;
   double tried_ = -1;  ///< load factor from which the last one started: none is repeated from the same state
   Fallback fallback_ = Fallback::late;
-  bool other_ = false;  ///< the SNES is of another type than Newton's method with a line search: there is no fallback
-  bool aside_ = false;  ///< within relax() or advance()
+  bool other_ = false;               ///< the SNES is of another type than Newton's method with a line search: there is no fallback
+  bool between_load_steps_ = false;  ///< within relax() or advance()
   bool minima_ = false, continued_ = false;
   PetscInt iterations_ = 0;
   VecHandle room_, at_, correction_, saddle_, direction_;

@@ -63,7 +63,7 @@ PetscErrorCode RestStart::find(TS ts, TSContext& context, Equilibrium& model, Ps
     PetscCall(model.begin_at(0, y, had));
   }
   // the first load step begins as if nothing had been
-  model.set_trouble("");
+  model.set_fault("");
   context.newton.forget_lengths();
   PetscCall(linear_solver_of(ts, nullptr, &pc));
   PetscCall(condensed_renew(pc));

@@ -20,7 +20,7 @@ PetscErrorCode Stability::assess(TS ts, Mat J, Equilibrium& model, const PseudoT
   PetscInt negative = -1;
   bool found = false, known = false;
   PetscFunctionBegin;
-  PetscCall(solver.knows(factor, y, &negative, &known));
+  PetscCall(solver.is_found_minimum(factor, y, &negative, &known));
   if (!known) PetscCall(count_unstable_directions(ts, J, model, factor, y, &negative));
   if (!known && negative < 0 && iterations_ > 0 && factor > 0) {
     VecHandle z;
