@@ -29,13 +29,19 @@ PetscErrorCode factoring_pc(PC pc, PC* out) {
   PetscFunctionReturn(0);
 }
 
+PetscErrorCode count_mumps_pivots(Mat factors) {
+  PetscFunctionBegin;
+  PetscCall(MatMumpsSetIcntl(factors, 24, 1));
+  PetscCall(MatMumpsSetIcntl(factors, 13, 1));
+  PetscFunctionReturn(0);
+}
+
 PetscErrorCode count_mumps_pivots(PC pc) {
   Mat factors = nullptr;
   PetscFunctionBegin;
   PetscCall(PCFactorSetUpMatSolverType(pc));
   PetscCall(PCFactorGetMatrix(pc, &factors));
-  PetscCall(MatMumpsSetIcntl(factors, 24, 1));
-  PetscCall(MatMumpsSetIcntl(factors, 13, 1));
+  PetscCall(count_mumps_pivots(factors));
   PetscFunctionReturn(0);
 }
 

@@ -24,6 +24,8 @@ PetscErrorCode factoring_pc(PC pc, PC* out);
 /// Collective. MUMPS, by which `pc` factors with Cholesky, counts negative pivots: only where it looks for null pivots, too, and keeps its last front
 /// on one rank.
 PetscErrorCode count_mumps_pivots(PC pc);
+/// The same of `factors` by MUMPS that are not made yet.
+PetscErrorCode count_mumps_pivots(Mat factors);
 
 /// Whether `pc` has blocks with solvers of their own.
 PetscErrorCode has_blocks(PC pc, bool* yes);

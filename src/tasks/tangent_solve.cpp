@@ -5,6 +5,7 @@
 #include "base/collective.hpp"
 #include "base/vec_array.hpp"
 #include "linalg/condensed/condensed.hpp"
+#include "linalg/solver_options.hpp"
 #include "systems/frame_rows.hpp"
 #include "time/methods.hpp"
 
@@ -67,8 +68,7 @@ PetscErrorCode TangentFactors::factor_present(bool* good) {
   PetscInt percent = 0;
   do {
     PetscCall(MatGetFactor(S_, MATSOLVERMUMPS, MAT_FACTOR_CHOLESKY, factors_.out()));
-    PetscCall(MatMumpsSetIcntl(factors_, 24, 1));  // it counts signs only where it looks for null pivots, too,
-    PetscCall(MatMumpsSetIcntl(factors_, 13, 1));  // and keeps its last front on one rank
+    PetscCall(count_mumps_pivots(factors_));
     if (percent > 0) PetscCall(MatMumpsSetIcntl(factors_, MUMPS_WORK_SPACE, percent));
     PetscCall(MatFactorInfoInitialize(&info));
     PetscCall(MatCholeskyFactorSymbolic(factors_, S_, nullptr, &info));
