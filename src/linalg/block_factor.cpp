@@ -153,8 +153,9 @@ class BlockFactorOf final : public BlockFactor {
     double block[area];
     for (PetscInt i = 0; i < n_; ++i)
       S.remainder().for_row(i, [&](PetscInt j, const double* R) {
-        const PetscInt row = j < n_ ? j : overlap_.row(j - n_), a = own_.turn_of(i), b = row > i ? own_.turn_of(row) : -1;
+        const PetscInt row = j < n_ ? j : overlap_.row(j - n_);
         if (row <= i) return;
+        const PetscInt a = own_.turn_of(i), b = own_.turn_of(row);
         std::copy_n(R, area, block);
         S.hold_block(i, j, block);
         add(block, a > b, own_.find(std::min(a, b), std::max(a, b)));
