@@ -24,20 +24,19 @@ struct BlockIcc {
   PairMatrix* matrix = nullptr;
   const PairMatrix* laid_out_for = nullptr;  ///< the factors' pattern
   PetscInt coarse_unknowns = -1;             ///< at most; -1: by the system's size
-  PetscInt space = 2;                        ///< 0 hats, 1 rigid, 2 auto: until it is chosen
+  PetscInt space = 2, chosen_space = 2;      ///< 0 hats, 1 rigid, 2 auto: not chosen yet
   CoarseSpace coarse;
-  bool keep_coarse = false;  ///< at the next set-up
-  VecHandle residual, step;  ///< room, with rigid motions
+  KeptParts kept = KeptParts::choices;  ///< at the next set-up
+  VecHandle residual, step;             ///< room, with rigid motions
 };
 
 /// Collective. Replaces auto by what suits the system.
 PetscErrorCode choose_space(BlockIcc* self, const PairMatrix& S) {
   bool rigid = false;
   PetscFunctionBegin;
-  if (self->space == 2) {
-    PetscCall(prefers_rigid_motions(S, &rigid));
-    self->space = rigid;
-  }
+  if (self->chosen_space != 2) PetscFunctionReturn(0);
+  if (self->space == 2) PetscCall(prefers_rigid_motions(S, &rigid));
+  self->chosen_space = self->space == 2 ? rigid : self->space;
   PetscFunctionReturn(0);
 }
 
@@ -54,9 +53,9 @@ PetscErrorCode reserve_factor(PC pc, const PairMatrix& S, bool single) {
 PetscErrorCode set_up_coarse(PC pc) {
   BlockIcc* self = static_cast<BlockIcc*>(pc->data);
   PetscFunctionBegin;
-  if (self->keep_coarse && self->coarse.active()) PetscFunctionReturn(0);
+  if (self->kept == KeptParts::coarse_space && self->coarse.active()) PetscFunctionReturn(0);
   PetscCall(choose_space(self, *self->matrix));
-  PetscCall(self->coarse.create(*self->matrix, self->space == 1, self->coarse_unknowns));
+  PetscCall(self->coarse.create(*self->matrix, self->chosen_space == 1, self->coarse_unknowns));
   PetscFunctionReturn(0);
 }
 
@@ -67,6 +66,11 @@ PetscErrorCode set_up(PC pc) {
   PetscCheck(self->matrix, PetscObjectComm(reinterpret_cast<PetscObject>(pc)), PETSC_ERR_SUP,
              "-pc_type bicc factors matrices of springs only (-condensed_mat_type springs)");
   const LoggedTime logged(LogEvent::factor, pc);
+  if (self->kept == KeptParts::none) {
+    self->factor.reset();
+    self->in_single = true;
+    self->chosen_space = 2;
+  }
   std::vector<double> diagonal;
   self->matrix->diagonal_blocks(&diagonal);
   constexpr double RATIO = 1e5;  // of stiffnesses, above which single precision would lose the soft pairs
@@ -175,7 +179,8 @@ PetscErrorCode view(PC pc, PetscViewer viewer) {
                                      "  block incomplete Cholesky, factors in %s precision, shift %g, %" PetscInt_FMT " shifts so far; "
                                      "coarse grid of %" PetscInt_FMT " unknowns (%s)\n",
                                      self->in_single ? "single" : "double", static_cast<double>(self->shifted), self->shifts,
-                                     self->coarse.active() ? self->coarse.unknowns() : 0, self->space == 1 ? "rigid motions of groups" : "hats"));
+                                     self->coarse.active() ? self->coarse.unknowns() : 0,
+                                     self->chosen_space == 1 ? "rigid motions of groups" : "hats"));
   PetscFunctionReturn(0);
 }
 
@@ -190,19 +195,19 @@ PetscErrorCode coarse_words(PC pc, const char** words) {
   const PairMatrix* S = pc->pmat ? PairMatrix::from(pc->pmat) : nullptr;
   PetscFunctionBegin;
   if (S) PetscCall(choose_space(self, *S));
-  *words = self->space == 1 && self->coarse_unknowns != 0 ? "rigid motions of groups" : "";
+  *words = self->chosen_space == 1 && self->coarse_unknowns != 0 ? "rigid motions of groups" : "";
   PetscFunctionReturn(0);
 }
 
-PetscErrorCode keep_coarse(PC pc, PetscBool keep) {
+PetscErrorCode keep_parts(PC pc, KeptParts parts) {
   PetscFunctionBegin;
-  static_cast<BlockIcc*>(pc->data)->keep_coarse = keep;
+  static_cast<BlockIcc*>(pc->data)->kept = parts;
   PetscFunctionReturn(0);
 }
 
 PetscErrorCode destroy(PC pc) {
   PetscFunctionBegin;
-  PetscCall(PetscObjectComposeFunction(reinterpret_cast<PetscObject>(pc), "BSKeepCoarse_C", nullptr));
+  PetscCall(PetscObjectComposeFunction(reinterpret_cast<PetscObject>(pc), "BSKeepParts_C", nullptr));
   PetscCall(PetscObjectComposeFunction(reinterpret_cast<PetscObject>(pc), "BSCoarseDescription_C", nullptr));
   PetscCall(PetscObjectComposeFunction(reinterpret_cast<PetscObject>(pc), "BSFactorShifts_C", nullptr));
   delete static_cast<BlockIcc*>(pc->data);
@@ -221,7 +226,7 @@ PetscErrorCode create(PC pc) {
   pc->ops->destroy = destroy;
   PetscCall(PetscObjectComposeFunction(reinterpret_cast<PetscObject>(pc), "BSFactorShifts_C", factor_shifts));
   PetscCall(PetscObjectComposeFunction(reinterpret_cast<PetscObject>(pc), "BSCoarseDescription_C", coarse_words));
-  PetscCall(PetscObjectComposeFunction(reinterpret_cast<PetscObject>(pc), "BSKeepCoarse_C", keep_coarse));
+  PetscCall(PetscObjectComposeFunction(reinterpret_cast<PetscObject>(pc), "BSKeepParts_C", keep_parts));
   PetscFunctionReturn(0);
 }
 

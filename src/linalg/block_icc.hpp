@@ -32,7 +32,12 @@ class BlockFactor {
 /// `single_precision`: factors kept in single precision, sums in double. Stiffness ratios beyond about 1e5 need double.
 std::unique_ptr<BlockFactor> create_block_factor(int dim, bool single_precision);
 
-/// Registers the type "bicc" with PETSc; once, after PetscInitialize. A PC of it composes "BSFactorShifts_C", a function
+/// What the next set-up keeps of the last one: nothing, so that it depends on the matrix alone; what was chosen for an earlier matrix (the factors'
+/// pattern and precision, the kind of coarse space); or the coarse space itself, too.
+enum class KeptParts { none, choices, coarse_space };
+
+/// Registers the type "bicc" with PETSc; once, after PetscInitialize. A PC of it composes "BSKeepParts_C", a function PetscErrorCode (PC, KeptParts),
+/// without which set-ups keep the choices; "BSFactorShifts_C", a function
 /// PetscErrorCode (PC, PetscInt* count): the shifts its factorisations have needed so far, and "BSCoarseDescription_C", PetscErrorCode
 /// (PC, const char** words): what its coarse space consists of where that is not hats, or an empty text; collective.
 PetscErrorCode register_block_icc();

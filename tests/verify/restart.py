@@ -89,6 +89,24 @@ def compare(checks, folder, name, options, stops):
         checks.true(f"{name}, stopped after {where}: report", not differ, f"{len(a)} entries; " + "; ".join(differ)[:600])
 
 
+def taut_cables(folder):
+    """A cube that is pulled upwards, with cables 10^4 times stiffer than its springs, which are slack at first: which pairs are stiff changes on the way."""
+    n = 5
+    grid = np.stack(np.meshgrid(*[np.arange(n)] * 3, indexing="ij"), -1).reshape(-1, 3)
+    row = np.arange(n**3).reshape(n, n, n)
+    pairs = []
+    for step in ((1, 0, 0), (0, 1, 0), (0, 0, 1), (1, 1, 0), (1, 0, 1), (0, 1, 1)):
+        low, high = (tuple(slice(s * side, n - s * (1 - side)) for s in step) for side in (0, 1))
+        pairs.append(np.column_stack([row[low].ravel(), row[high].ravel()]))
+    pairs = np.vstack(pairs)
+    cable = np.random.default_rng(1).random(len(pairs)) < 0.2
+    x = 0.1 * grid
+    length = np.linalg.norm(x[pairs[:, 0]] - x[pairs[:, 1]], axis=1)
+    file = write_lattice(folder / "cables.h5", x, 1.0, fixed=grid[:, 2] == 0, velocity=x * [0, 0, 4], pairs=pairs, stiffness=np.where(cable, 1e6, 10.0),
+                         rest_length=length * np.where(cable, 1.005, 1), laws=np.where(cable, "tension", "hooke"))
+    return {"bs_lattice_file": str(file), "bs_output_interval": 0.01, "ts_dt": 0.002, "ts_max_time": 0.02, "condensed_pc_type": "bicc", "bs_checkpoint_every": 1}
+
+
 def dynamics(checks, folder):
     for name, options, stops in (("beuler", {}, (5, None)), ("cn", {"ts_type": "cn"}, (7, None)), ("bdf", {"ts_type": "bdf", "ts_adapt_type": "none"}, (5, None)),
                                  ("error control", {"ts_adapt_type": "basic", "ts_rtol": 1e-2, "ts_atol": 1e-2}, (5, 9)),
@@ -111,6 +129,7 @@ def dynamics(checks, folder):
     changed = report(folder / "factors for iterations whole")["factored"]
     checks.true("factors for iterations: after every checkpoint", changed > 1, str(changed))
     compare(checks, folder, "factors filled by stiff springs", {**BLOCK, **stiff, "condensed_pc_bicc_fill": None}, (2,))
+    compare(checks, folder, "cables that become taut", taut_cables(folder), (None,))
     heat = {"bs_model": "linear", "bs_linear_type": "heat1d", "bs_linear_size": 40, "bs_linear_source": "step(1)", "ts_type": "cn", "ts_dt": 0.001, "ts_max_time": 0.01, "bs_output_interval": 0.0025}
     compare(checks, folder, "linear system", heat, (4, None))
 

@@ -10,6 +10,7 @@ namespace bs {
 
 void InnerSolver::renew() {
   renew_factors();
+  age_.forget();
   factors_wanted_ = false;  // a run that begins here has not measured anything
   indefinite_ = absolute_in_force_ = false;
 }
@@ -38,12 +39,12 @@ PetscErrorCode InnerSolver::build_hierarchy() {
   PetscFunctionReturn(0);
 }
 
-/// The next set-up keeps its coarse grid, where the preconditioner has one of its own.
-PetscErrorCode InnerSolver::keep_coarse_grid(PC pc, bool keep) const {
-  PetscErrorCode (*function)(PC, PetscBool) = nullptr;
+/// Of the last preconditioner, in the next set-up of one that can keep some.
+PetscErrorCode InnerSolver::keep_parts(PC pc, KeptParts parts) const {
+  PetscErrorCode (*function)(PC, KeptParts) = nullptr;
   PetscFunctionBegin;
-  PetscCall(PetscObjectQueryFunction(reinterpret_cast<PetscObject>(pc), "BSKeepCoarse_C", &function));
-  if (function) PetscCall(function(pc, keep ? PETSC_TRUE : PETSC_FALSE));
+  PetscCall(PetscObjectQueryFunction(reinterpret_cast<PetscObject>(pc), "BSKeepParts_C", &function));
+  if (function) PetscCall(function(pc, parts));
   PetscFunctionReturn(0);
 }
 
@@ -64,7 +65,7 @@ PetscErrorCode InnerSolver::linearise(bool definite) {
   if (definite != definite_ || direct_ || refresh_ <= 0 || std::abs(sigma - sigma_) > 0.1 * sigma_) age_.discard();
   definite_ = definite;
   fresh_ = age_.due();
-  const bool keep = fresh_ && age_.renew();
+  const KeptParts kept = fresh_ ? age_.renew() : KeptParts::coarse_space;
   if (fresh_) sigma_ = sigma;
   Mat multiplied = nullptr;
   PetscCall(assemble_matrices(definite, &multiplied));
@@ -74,7 +75,7 @@ PetscErrorCode InnerSolver::linearise(bool definite) {
   PetscCall(KSPSetReusePreconditioner(ksp_, fresh_ ? PETSC_FALSE : PETSC_TRUE));
   PC pc, factors;
   PetscCall(KSPGetPC(ksp_, &pc));
-  PetscCall(keep_coarse_grid(pc, keep));
+  PetscCall(keep_parts(pc, kept));
   PetscCall(factoring_pc(pc, &factors));
   PetscCall(make_pivots_relative(factors, false));
   PetscCall(set_up_solver(ksp_));

@@ -3,9 +3,11 @@
 #pragma once
 #include <petscksp.h>
 #include <petscpc.h>
+#include <algorithm>
 #include <string>
 #include <vector>
 #include "base/handle.hpp"
+#include "linalg/block_icc.hpp"
 #include "linalg/condensed/absolute.hpp"
 #include "linalg/condensed/condensed.hpp"
 #include "linalg/condensed/tangent.hpp"
@@ -27,32 +29,41 @@ class ExactCorrection {
   VecHandle left_;
 };
 
-/// When a preconditioner has aged, by the iterations its solves take.
-/// A part of it, the coarse grid, changes less from state to state than the factors do, and is made anew only where new factors alone do not
-/// bring the iterations back.
+/// When a preconditioner has aged, by the iterations its solves take, and which parts of it the next one keeps. The coarse space changes less from
+/// state to state than the factors do: it is made anew, with all that was chosen for an earlier matrix, where new factors alone do not bring the
+/// iterations back.
 class PreconditionerAge {
  public:
-  /// The next one is new in all its parts.
-  void discard() noexcept { due_ = coarse_due_ = true; }
+  /// The next one is of another matrix, but of the same kind.
+  void discard() noexcept {
+    due_ = true;
+    kept_ = std::min(kept_, KeptParts::choices);
+  }
+  /// The next one keeps nothing.
+  void forget() noexcept {
+    due_ = true;
+    kept_ = KeptParts::none;
+  }
   bool due() const noexcept { return due_; }
-  /// A new one is made; whether it takes over the coarse grid of the last.
-  bool renew() noexcept {
-    kept_ = !coarse_due_;
-    due_ = coarse_due_ = false;
-    return kept_;
+  /// A new one is made; what it keeps.
+  KeptParts renew() noexcept {
+    last_kept_ = kept_;
+    due_ = false;
+    kept_ = KeptParts::coarse_space;
+    return last_kept_;
   }
   /// A solve took `rate` iterations per digit, with a preconditioner that was made for it (`fresh`) or before. Due is a new one where that is more
   /// than `most` times what it was with all parts new.
   void note(double rate, bool fresh, double most) noexcept {
-    if (fresh && !kept_) new_rate_ = rate;
+    if (fresh && last_kept_ != KeptParts::coarse_space) new_rate_ = rate;
     if (rate <= most * new_rate_ + 1) return;
     due_ = true;
-    coarse_due_ = coarse_due_ || fresh;
+    if (fresh) kept_ = KeptParts::none;
   }
 
  private:
-  bool due_ = true, coarse_due_ = true;
-  bool kept_ = false;  ///< the coarse grid is older than the factors
+  bool due_ = true;
+  KeptParts kept_ = KeptParts::none, last_kept_ = KeptParts::none;  ///< by the next one, and by the present one
   double new_rate_ = 0;
 };
 
@@ -103,7 +114,7 @@ class InnerSolver {
   PetscErrorCode compare_with_factors(PetscInt iterations);
   PetscErrorCode ask_for_inertia();
   PetscErrorCode linearise(bool definite);
-  PetscErrorCode keep_coarse_grid(PC pc, bool keep) const;
+  PetscErrorCode keep_parts(PC pc, KeptParts parts) const;
   PetscErrorCode build_hierarchy();
   PetscErrorCode lift_diagonal();
   PetscErrorCode count_negative_pivots(PetscInt* count, bool* has);

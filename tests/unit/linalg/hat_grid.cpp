@@ -271,8 +271,8 @@ TEST_CASE("New factors keep the coarse grid where they are told so and there is 
   PCHandle pc;
   PairMatrix& S = assembled(&c, &own);
   create_bicc(own, "-unit_pc_bicc_coarse_space hats -unit_pc_bicc_coarse 81", pc.out());
-  PetscErrorCode (*keep)(PC, PetscBool) = nullptr;
-  REQUIRE(PetscObjectQueryFunction(reinterpret_cast<PetscObject>(pc.get()), "BSKeepCoarse_C", &keep) == 0);
+  PetscErrorCode (*keep)(PC, KeptParts) = nullptr;
+  REQUIRE(PetscObjectQueryFunction(reinterpret_cast<PetscObject>(pc.get()), "BSKeepParts_C", &keep) == 0);
   REQUIRE(keep);
   const auto soften = [&](double by) {
     for (PetscInt i = 0; i < c.net.n; ++i)
@@ -280,16 +280,23 @@ TEST_CASE("New factors keep the coarse grid where they are told so and there is 
   };
   CHECK(acts_as_new(c.net, S, own, pc));
   soften(30);
-  REQUIRE(keep(pc, PETSC_TRUE) == 0);
+  REQUIRE(keep(pc, KeptParts::coarse_space) == 0);
   CHECK_FALSE(acts_as_new(c.net, S, own, pc));
   soften(30);
-  REQUIRE(keep(pc, PETSC_FALSE) == 0);
+  REQUIRE(keep(pc, KeptParts::choices) == 0);
   CHECK(acts_as_new(c.net, S, own, pc));
   soften(-1e6);  // E is not positive definite: there is no coarse grid
   mark_changed(own);
   REQUIRE(PCSetUp(pc) == 0);
   soften(1e6);
-  REQUIRE(keep(pc, PETSC_TRUE) == 0);
+  REQUIRE(keep(pc, KeptParts::coarse_space) == 0);
+  CHECK(acts_as_new(c.net, S, own, pc));
+  for (std::size_t k = 0; k < S.pattern().pairs(); k += 7)  // become stiff, which the pattern depends on
+    for (int n = 0; n < 4; ++n) S.pair(k)[n] *= n == 0 ? 1e4F : 1e2F;
+  soften(1e7);
+  REQUIRE(keep(pc, KeptParts::choices) == 0);
+  CHECK_FALSE(acts_as_new(c.net, S, own, pc));
+  REQUIRE(keep(pc, KeptParts::none) == 0);
   CHECK(acts_as_new(c.net, S, own, pc));
 }
 

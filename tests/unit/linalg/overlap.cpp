@@ -310,25 +310,31 @@ TEST_CASE("a preconditioner that has aged gets new factors first, a new coarse g
   PreconditionerAge age;
   const double most = 1.3;
   CHECK(age.due());
-  CHECK_FALSE(age.renew());  // the first is new in all its parts
+  CHECK(age.renew() == KeptParts::none);  // the first is new in all its parts
   age.note(10, true, most);
   CHECK_FALSE(age.due());
   age.note(14, false, most);  // 1.3 times, and one more, is borne
   CHECK_FALSE(age.due());
   age.note(14.1, false, most);
   CHECK(age.due());
-  CHECK(age.renew());  // keeps the coarse grid
+  CHECK(age.renew() == KeptParts::coarse_space);
   age.note(13.9, true, most);
   CHECK_FALSE(age.due());  // that of the first one is the measure, not 13.9
   age.note(15, false, most);
   CHECK(age.due());
-  CHECK(age.renew());
+  CHECK(age.renew() == KeptParts::coarse_space);
   age.note(20, true, most);  // new factors did not help
   CHECK(age.due());
-  CHECK_FALSE(age.renew());
+  CHECK(age.renew() == KeptParts::none);
   age.note(20, true, most);  // a harder matrix: the new measure
   CHECK_FALSE(age.due());
   age.discard();
   CHECK(age.due());
-  CHECK_FALSE(age.renew());
+  CHECK(age.renew() == KeptParts::choices);
+  age.note(15, false, most);  // less than with all parts new
+  CHECK_FALSE(age.due());
+  age.discard();
+  age.forget();
+  age.discard();
+  CHECK(age.renew() == KeptParts::none);
 }
