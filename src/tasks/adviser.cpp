@@ -1,7 +1,10 @@
 #include "tasks/adviser.hpp"
+#include <algorithm>
 #include <cmath>
+#include "base/collective.hpp"
 #include "base/error.hpp"
 #include "base/options.hpp"
+#include "base/text.hpp"
 #include "time/methods.hpp"
 
 namespace bs {
@@ -10,6 +13,8 @@ namespace {
 
 // Rule of thumb: an implicit step of a lattice costs as much as so many evaluations of its forces.
 constexpr double IMPLICIT_COST = 100;
+// Of the largest stable step, what is recommended; and the time of such a step in evaluations of the forces.
+constexpr double SAFE = 0.9, EXPLICIT_COST = 1.3;
 // h times the rate of the present motion: above, backward Euler takes more than 2 % of its amplitude a step, and the
 // phase of a second-order type is off by some 5 %.
 constexpr double FIRST_ORDER = 0.2, SECOND_ORDER = 0.8;
@@ -25,13 +30,13 @@ std::string of_explicit(const Advice& a, const Method& method) {
   if (share == 0 && a.spectrum.damping == 0)
     return format("-ts_type %s amplifies undamped oscillations at any step: take -ts_type symplectic, which does not", method.type());
   if (share > 0 && a.step > most)
-    return format("h exceeds the stability limit of -ts_type %s: take -ts_dt %.2g, or an implicit type such as beuler", method.type(), 0.9 * most);
+    return format("h exceeds the stability limit of -ts_type %s: take -ts_dt %.2g, or an implicit type such as beuler", method.type(), SAFE * most);
   return {};
 }
 
 std::string of_implicit(const Advice& a, bool first_order) {
   std::string text;
-  const double steps = std::ceil(a.step / (0.9 * a.explicit_step));
+  const double steps = std::ceil(a.step / (SAFE * a.explicit_step));
   if (steps <= 1) text = "-ts_type symplectic is stable at this step, too, and should cost less";
   else if (steps <= IMPLICIT_COST)
     text = format("%.0f steps of -ts_type symplectic -ts_dt %.2g should cost less than one step of this type", steps, a.step / steps);
@@ -114,22 +119,41 @@ PetscErrorCode advise(Model& model, TS ts, const TSContext& context, Advice* out
 
 PetscErrorCode StepWatch::begin(TS ts, const TSContext& context, const Advice& start) {
   bool adaptive = false;
+  PetscReal time = 0;
   PetscFunctionBegin;
   PetscCall(is_adaptive(ts, &adaptive));
-  if (context.implicit || adaptive || !model_.mechanics() || context.method->traits->oscillation <= 0) PetscFunctionReturn(0);
+  if (adaptive || !model_.mechanics()) PetscFunctionReturn(0);
   step_ = start.step;
-  if (step_ <= largest_stable_step(*context.method, start.spectrum.omega_max, start.spectrum.damping)) method_ = context.method;
+  implicit_ = context.implicit;
+  if (implicit_) {
+    PetscCall(TSGetTime(ts, &time));
+    start_ = time;
+    limit_ = start.explicit_step;
+    evaluation_ = start.spectrum.seconds;
+    wall_ = MPI_Wtime();
+    if (limit_ > 0) method_ = context.method;
+  } else if (context.method->traits->oscillation > 0 &&
+             step_ <= largest_stable_step(*context.method, start.spectrum.omega_max, start.spectrum.damping)) {
+    method_ = context.method;
+  }
   PetscFunctionReturn(0);
 }
 
 PetscErrorCode StepWatch::check(PetscInt step, double t, Vec y) {
   constexpr PetscInt RARELY = 512;
+  PetscFunctionBegin;
+  const bool power = step > 0 && (step & (step - 1)) == 0;
+  if (!method_ || !(step < RARELY ? power : step % RARELY == 0)) PetscFunctionReturn(0);
+  PetscCall(implicit_ ? check_cost(step, t, y) : check_limit(step, t, y));
+  PetscFunctionReturn(0);
+}
+
+PetscErrorCode StepWatch::check_limit(PetscInt step, double t, Vec y) {
   constexpr double OVER = 1.001;  // the estimate is by differences of forces
   const char* const key = "step_limit";
   Spectrum now;
   PetscFunctionBegin;
-  const bool power = step > 0 && (step & (step - 1)) == 0;
-  if (!method_ || warnings_.has(key) || !(step < RARELY ? power : step % RARELY == 0)) PetscFunctionReturn(0);
+  if (warnings_.has(key)) PetscFunctionReturn(0);
   PetscCall(estimate_spectrum(*model_.mechanics(), t, y, &now));
   const double most = largest_stable_step(*method_, now.omega_ritz, now.damping);
   if (!(most > 0) || step_ <= OVER * most) PetscFunctionReturn(0);
@@ -137,6 +161,28 @@ PetscErrorCode StepWatch::check(PetscInt step, double t, Vec y) {
                                       "fastest oscillation is at %.3g 1/s there; "
                                       "lower -ts_dt below %.3g s, or take an implicit type such as beuler",
                                       step_, method_->type(), static_cast<long long>(step), t, now.omega_ritz, most)));
+  PetscFunctionReturn(0);
+}
+
+/// That symplectic Euler would have taken from the start to t.
+double StepWatch::explicit_seconds(double t, double most) const { return EXPLICIT_COST * evaluation_ * std::ceil((t - start_) / (SAFE * most)); }
+
+PetscErrorCode StepWatch::check_cost(PetscInt step, double t, Vec y) {
+  constexpr double LONG = 5, MUCH = 2;  // seconds; times
+  const char* const key = "explicit_cheaper";
+  double seconds = MPI_Wtime() - wall_;
+  Spectrum now;
+  PetscFunctionBegin;
+  if (warnings_.has(key)) PetscFunctionReturn(0);
+  PetscCall(max_over_ranks(model_.comm(), &seconds));
+  if (seconds < LONG || seconds < MUCH * explicit_seconds(t, limit_)) PetscFunctionReturn(0);
+  PetscCall(estimate_spectrum(*model_.mechanics(), t, y, &now));
+  if (now.omega_max > 0) limit_ = std::min(limit_, limit(now.omega_max, now.damping, 2));
+  const double other = explicit_seconds(t, limit_);
+  if (seconds < MUCH * other) PetscFunctionReturn(0);
+  PetscCall(warnings_.add(
+      key, format("explicit steps would cost less: %s to t = %.6g s took %.3g s, for which -ts_type symplectic -ts_dt %.2g would take about %.2g s",
+                  how_many(step, "step").c_str(), t, seconds, SAFE * limit_, other)));
   PetscFunctionReturn(0);
 }
 

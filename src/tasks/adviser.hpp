@@ -1,4 +1,4 @@
-// How the step compares with the fastest oscillation: at the start of a run, and, of explicit types, as the system changes.
+// How the step compares with the fastest oscillation, at the start of a run and as the system changes, and whether explicit steps would cost less.
 #pragma once
 #include <petscts.h>
 #include <string>
@@ -34,21 +34,30 @@ PetscErrorCode read_advise(MPI_Comm comm, bool* wanted);
 /// without particles or without oscillations. Call once the TS is set up.
 PetscErrorCode advise(Model& model, TS ts, const TSContext& context, Advice* out);
 
-/// Springs that stiffen, or meet, make steps unstable that were stable at the start. After steps 1, 2, 4, ... 512 and every 512th, the fastest
-/// oscillation is estimated anew, by at most 15 evaluations of the forces; from below, so that nothing is said of a step that is stable.
+/// Springs that stiffen, or meet, make steps unstable that were stable at the start, and sheets that fold make implicit steps dear. After steps 1, 2,
+/// 4, ... 512 and every 512th, the fastest oscillation is estimated anew where it matters, by at most 15 evaluations of the forces; from below, so
+/// that nothing is said of a step that is stable.
 class StepWatch {
  public:
   StepWatch(Model& model, Warnings& warnings) : model_(model), warnings_(warnings) {}
-  /// Watches explicit types whose fixed steps are stable at the start, by what was found there, on mechanical systems; nothing else.
+  /// Watches types of fixed steps on mechanical systems: explicit ones that are stable at the start, by what was found there, for their stability,
+  /// implicit ones for their cost.
   PetscErrorCode begin(TS ts, const TSContext& context, const Advice& start);
   /// Collective. After a step; warns once.
   PetscErrorCode check(PetscInt step, double t, Vec y);
 
  private:
+  PetscErrorCode check_limit(PetscInt step, double t, Vec y);
+  PetscErrorCode check_cost(PetscInt step, double t, Vec y);
+  double explicit_seconds(double t, double most) const;
+
   Model& model_;
   Warnings& warnings_;
   const Method* method_ = nullptr;  ///< null: not watched
-  double step_ = 0;                 ///< nominal [s]
+  bool implicit_ = false;
+  double step_ = 0;                                ///< nominal [s]
+  double evaluation_ = 0, limit_ = 0, start_ = 0;  ///< seconds of a force evaluation; largest stable explicit step, and time at the start [s]
+  double wall_ = 0;                                ///< MPI_Wtime at the start
 };
 
 }  // namespace bs

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstring>
+#include <limits>
 #include <vector>
 #include "base/collective.hpp"
 #include "base/handle.hpp"
@@ -30,6 +31,8 @@ class Operators {
   Values start() const;
   std::size_t rows() const { return force_.size(); }
   int evaluations() const { return evaluations_; }
+  /// Collective. That the quickest evaluation took, on the slowest rank [s].
+  PetscErrorCode quickest(double* seconds) const;
   /// Velocities are varied on the scale of `omega` times the lengths.
   void set_rate(double omega) { rate_ = omega; }
 
@@ -45,6 +48,7 @@ class Operators {
   Values force_, root_;  ///< (n, d) forces at y; (n, d) sqrt(m)
   Values position_, velocity_;
   int evaluations_ = 0;
+  double seconds_ = std::numeric_limits<double>::max();
 };
 
 PetscErrorCode Operators::largest(const Values& a, double* size) const {
@@ -57,8 +61,10 @@ PetscErrorCode Operators::largest(const Values& a, double* size) const {
 
 PetscErrorCode Operators::forces(Vec y, Values* f) {
   const double* force = nullptr;
+  const double start = MPI_Wtime();
   PetscFunctionBegin;
   PetscCall(mechanics_.force(t_, y, &force));
+  seconds_ = std::min(seconds_, MPI_Wtime() - start);
   ++evaluations_;
   f->assign(force, force + rows());
   PetscFunctionReturn(0);
@@ -104,6 +110,13 @@ PetscErrorCode Operators::apply(Kind kind, const Values& q, Values* w) {
   PetscCall(VecRestoreArray(trial_, &a));
   PetscCall(forces(trial_, w));
   for (std::size_t k = 0; k < q.size(); ++k) (*w)[k] = root_[k] > 0 && e > 0 ? (force_[k] - (*w)[k]) / (e * root_[k]) : 0.0;
+  PetscFunctionReturn(0);
+}
+
+PetscErrorCode Operators::quickest(double* seconds) const {
+  PetscFunctionBegin;
+  *seconds = seconds_;
+  PetscCall(max_over_ranks(mechanics_.comm(), seconds));
   PetscFunctionReturn(0);
 }
 
@@ -206,6 +219,7 @@ PetscErrorCode estimate_spectrum(Mechanics& mechanics, double t, Vec y, Spectrum
     if (product > 0) out->motion = std::sqrt(product / norm);
   }
   out->evaluations = A.evaluations();
+  PetscCall(A.quickest(&out->seconds));
   PetscFunctionReturn(0);
 }
 

@@ -12,6 +12,7 @@ struct Spectrum {
   double damping = 0;     ///< largest eigenvalue of M^-1 D [1/s]
   double motion = 0;      ///< sqrt(d.K d / d.M d) along the present velocity d; 0 at rest, where accelerations say little [1/s]
   int evaluations = 0;    ///< of the forces: at most 15
+  double seconds = 0;     ///< that one of them took, the quickest, on the slowest rank [s]
 };
 
 /// Collective. y is a state of `mechanics`. The result is the same on any number of ranks up to rounding. Forces that are not finite nearby give

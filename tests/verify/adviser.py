@@ -2,11 +2,15 @@
 """What the program says at its start of omega_max, the largest explicit step and the motion: against closed forms, and
 against eigenvalues SciPy finds of matrices assembled here."""
 import pathlib
+import re
+import subprocess
 import tempfile
+import threading
 
 from harness import Checks, write_lattice
 import h5py
 import numpy as np
+from program import environment, words as program_words
 import scipy.sparse as sparse
 import scipy.sparse.linalg as linalg
 
@@ -128,6 +132,31 @@ def words(checks, folder):
     checks.true("a linear system: nothing to say", "omega_max" not in heat.stdout and "hint" not in heat.stdout)
 
 
+def cost(checks, folder):
+    """A run by implicit steps that explicit ones would do many times faster says so once it has taken some seconds, on its way; one whose steps are long
+    does not. How fast the machine is does not matter: the run goes on until it has said it."""
+    cube = {"bs_lattice_type": "cubic", "bs_lattice_size": (14, 14, 14), "bs_lattice_fixed": "zmin", "bs_gravity": (0, 0, -9.81), "bs_lattice_stiffness": 1e4,
+            "ts_max_time": 1e9, "ts_max_steps": 100000, "bs_progress_interval": -1}
+    for name, h, expected in (("short steps", 0.005, True), ("long steps", 50.0, False)):
+        command = ["mpirun", "-n", "2", checks.program, *program_words({**cube, "ts_dt": h})]
+        run = subprocess.Popen(command, cwd=folder, env=environment(2), stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True)
+        threading.Timer(120 if expected else 15, run.terminate).start()
+        said = []
+        for line in run.stdout:
+            said.append(line)
+            if "explicit steps would cost less" in line:
+                run.terminate()
+        run.wait()
+        found = [re.search(r"(\d+) steps? to t = (\S+) s took (\S+) s, for which -ts_type symplectic -ts_dt (\S+) would take about (\S+) s", line) for line in said]
+        found = [one for one in found if one]
+        checks.true(f"{name}: {'said once' if expected else 'nothing said'}", len(found) == expected, "".join(said)[-600:])
+        for one in found:
+            steps, t, took, step, other = map(float, one.groups())
+            checks.near(f"{name}: the time reached", t, steps * h, 1e-9 * t)
+            checks.true(f"{name}: much longer", took >= 5 and took >= 2 * other > 0, one.group())
+            checks.true(f"{name}: a step that is stable", 0 < step < 2 / np.sqrt(1e4), one.group())  # masses of 1 kg, six springs each: omega_max^2 above k/m
+
+
 def trajectory(checks, folder):
     path = pathlib.Path(folder) / "advice.h5md"
     for ranks in (1, 2):
@@ -141,7 +170,7 @@ def trajectory(checks, folder):
 def main():
     checks = Checks("adviser: fastest oscillation, stable step, hints")
     with tempfile.TemporaryDirectory() as folder:
-        for group in (closed_forms, threshold, lattices, words, trajectory):
+        for group in (closed_forms, threshold, lattices, words, cost, trajectory):
             if checks.wants(group.__name__):
                 with checks.group(group.__name__):
                     group(checks, folder)
