@@ -63,14 +63,14 @@ PetscErrorCode read_sizes(MPI_Comm comm, const Hdf5File& file, const Hdf5Layout&
   const PetscMPIInt rank = rank_of(comm), size = size_of(comm);
   points.columns = TableShape::any;
   points.frames = names.trajectory;
-  PetscCall(file.find(names.position, points, position));
+  PetscCall(file.find(names.motion("position"), points, position));
   l->dim = position->columns;
   if (names.trajectory) l->dim = box_dimension(file, position->columns);
-  if (file.has(names.springs)) {
+  if (file.has(names.springs())) {
     ends.integers = true;
     ends.row_name = "M";
     ends.columns = 2;
-    PetscCall(file.find(names.pairs, ends, pairs));
+    PetscCall(file.find(names.pairs(), ends, pairs));
   }
   if (!names.trajectory && file.has("/anchors")) {
     particle.integers = true;
@@ -91,22 +91,22 @@ PetscErrorCode read_particles(MPI_Comm comm, const Hdf5File& file, const Hdf5Lay
   const Rows& rows = l->particles;
   PetscFunctionBegin;
   PetscCall(file.read(position, rows.first, rows.count, l->dim, &l->position));
-  if (file.has(names.velocity)) {
+  if (file.has(names.motion("velocity"))) {
     Table velocity;
     TableShape shape;
     shape.rows = rows.total;
     shape.columns = position.columns;
     shape.frames = names.trajectory;
-    PetscCall(file.find(names.velocity, shape, &velocity));
+    PetscCall(file.find(names.motion("velocity"), shape, &velocity));
     PetscCall(file.read(velocity, rows.first, rows.count, l->dim, &l->velocity));
   } else {
     l->velocity.assign(l->position.size(), 0.0);
   }
-  PetscCall(read_rows(file, names.mass, rows, "N", false, &l->mass));
+  PetscCall(read_rows(file, names.particle("mass"), rows, "N", false, &l->mass));
   for (const ParticleParameter& one : particle_parameters)
     PetscCall(add_column(file, {one.name, names.particle_column(one), {}}, rows, "N", false, &l->particle_columns, one.vector ? l->dim : 0));
-  if (file.has(names.id)) PetscCall(read_rows(file, names.id, rows, "N", false, &l->id));
-  PetscCall(read_fixed(comm, file, names.fixed, l));
+  if (file.has(names.particle("id"))) PetscCall(read_rows(file, names.particle("id"), rows, "N", false, &l->id));
+  PetscCall(read_fixed(comm, file, names.particle("fixed"), l));
   PetscFunctionReturn(0);
 }
 
@@ -132,10 +132,10 @@ PetscErrorCode read_springs(MPI_Comm comm, const Hdf5File& file, const Hdf5Layou
   PetscFunctionBegin;
   if (!pairs.dataset) PetscFunctionReturn(0);
   PetscCall(file.read(pairs, rows.first, rows.count, 0, &l->pairs));
-  PetscCall(read_rows(file, names.stiffness, rows, "M", false, &l->stiffness));
-  PetscCall(read_optional(file, names.damping, rows, "M", 0, &l->damping));
-  PetscCall(read_optional(file, names.rest_length, rows, "M", nan, &l->rest_length));
-  if (file.has(names.rest_length)) PetscCall(reject_nan(comm, *l, names.rest_length));
+  PetscCall(read_rows(file, names.column("stiffness"), rows, "M", false, &l->stiffness));
+  PetscCall(read_optional(file, names.column("damping"), rows, "M", 0, &l->damping));
+  PetscCall(read_optional(file, names.column("rest_length"), rows, "M", nan, &l->rest_length));
+  if (file.has(names.column("rest_length"))) PetscCall(reject_nan(comm, *l, names.column("rest_length")));
   PetscCall(read_row_laws(comm, file, names, l));
   PetscCall(read_spring_columns(file, names, l));
   PetscFunctionReturn(0);
@@ -162,7 +162,7 @@ PetscErrorCode read_hdf5_lattice(MPI_Comm comm, const std::string& path, Lattice
   *out = Lattice{};
   out->source = path;
   PetscCall(file.open(comm, path));
-  const Hdf5Layout& names = layout_of(file);
+  const Hdf5Layout names = layout_of(file);
   PetscCall(read_sizes(comm, file, names, out, &position, &pairs, &anchors));
   PetscCall(read_laws(comm, file, names, out));
   PetscCall(read_particles(comm, file, names, position, out));

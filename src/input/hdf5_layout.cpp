@@ -13,20 +13,6 @@ namespace bs {
 
 namespace {
 
-const Hdf5Layout lattice_names{false,      "/particles/position", "/particles/velocity", "/particles/mass",      "/particles/fixed", "/particles/id",
-                               "/springs", "/springs/pairs",      "/springs/stiffness",  "/springs/rest_length", "/springs/damping"};
-const Hdf5Layout trajectory_names{true,
-                                  "/particles/trajectory/position/value",
-                                  "/particles/trajectory/velocity/value",
-                                  "/particles/trajectory/mass",
-                                  "/particles/trajectory/fixed",
-                                  "/particles/trajectory/id",
-                                  "/connectivity/bonds",
-                                  "/connectivity/bonds",
-                                  "/connectivity/bonds_stiffness",
-                                  "/connectivity/bonds_rest_length",
-                                  "/connectivity/bonds_damping"};
-
 /// `index` receives the place of the law's name among the choices; `given` whether the file names one: an attribute of
 /// the root, or, in a trajectory, the option that was in force.
 PetscErrorCode read_law(MPI_Comm comm, const Hdf5File& file, const Hdf5Layout& layout, const std::string& source, const char* name,
@@ -51,9 +37,7 @@ PetscErrorCode read_law(MPI_Comm comm, const Hdf5File& file, const Hdf5Layout& l
 
 }  // namespace
 
-const Hdf5Layout& hdf5_layout(bool trajectory) { return trajectory ? trajectory_names : lattice_names; }
-
-const Hdf5Layout& layout_of(const Hdf5File& file) { return hdf5_layout(file.has(trajectory_names.position)); }
+Hdf5Layout layout_of(const Hdf5File& file) { return hdf5_layout(file.has(hdf5_layout(true).motion("position"))); }
 
 PetscErrorCode add_column(const Hdf5File& file, Column column, const Rows& rows, const char* row_name, bool frames, std::vector<Column>* out,
                           int width) {

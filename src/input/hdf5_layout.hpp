@@ -15,13 +15,13 @@ namespace bs {
 /// Where a kind of file keeps what.
 struct Hdf5Layout {
   bool trajectory;
-  std::string position, velocity, mass, fixed, id;
-  std::string springs, pairs, stiffness, rest_length, damping;
-  /// Where particles keep other numbers than these (lattice/columns.hpp).
-  std::string particle_column(const ParticleParameter& one) const {
-    return trajectory ? std::string("/particles/trajectory/") + one.in_trajectory() : std::string("/particles/") + one.name;
-  }
-  /// Where springs keep other numbers than these: what laws take, and what they carry from step to step.
+  /// Where particles keep what stays, what moves, and the numbers of lattice/columns.hpp.
+  std::string particle(const std::string& name) const { return (trajectory ? "/particles/trajectory/" : "/particles/") + name; }
+  std::string motion(const std::string& name) const { return particle(name) + (trajectory ? "/value" : ""); }
+  std::string particle_column(const ParticleParameter& one) const { return particle(trajectory ? one.in_trajectory() : one.name); }
+  /// What is there where springs are; their ends, their numbers, and what laws carry from step to step.
+  std::string springs() const { return trajectory ? "/connectivity/bonds" : "/springs"; }
+  std::string pairs() const { return springs() + (trajectory ? "" : "/pairs"); }
   std::string column(const std::string& name) const { return (trajectory ? "/connectivity/bonds_" : "/springs/") + name; }
   std::string history(const std::string& name) const { return trajectory ? "/backspring/" + name + "/value" : "/springs/" + name; }
   /// Springs to given points; a trajectory that is read has none.
@@ -51,10 +51,10 @@ PetscErrorCode add_column(const Hdf5File& file, Column column, const Rows& rows,
                           int width = 0);
 
 /// That of trajectories, or of lattices.
-const Hdf5Layout& hdf5_layout(bool trajectory);
+inline Hdf5Layout hdf5_layout(bool trajectory) { return {trajectory}; }
 
 /// The layout of `file`: a trajectory's where it has frames, else a lattice's.
-const Hdf5Layout& layout_of(const Hdf5File& file);
+Hdf5Layout layout_of(const Hdf5File& file);
 
 /// Local. d of a trajectory whose positions have `columns` components: those written as padding do not count.
 int box_dimension(const Hdf5File& file, int columns);

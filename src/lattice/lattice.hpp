@@ -66,34 +66,42 @@ struct Group {
   std::vector<std::uint8_t> member;  ///< (count of particles) 1: it belongs to the group
 };
 
-/// Units: SI unless the user thinks otherwise; the program never converts.
-struct Lattice {
-  int dim = 3;         ///< d = 1, 2, 3
+/// What a chunk of a lattice and arrays in memory (lattice/lattice_arrays.hpp) hold alike, rows behind one another; columns and groups have the same
+/// names in the same order on every rank. Units: SI unless the user thinks otherwise; the program never converts.
+struct LatticeNumbers {
+  int dim = 3;  ///< d = 1, 2, 3
+  // of particles
+  std::vector<double> position;          ///< (count, d) [m]
+  std::vector<double> velocity;          ///< (count, d) [m/s]
+  std::vector<double> mass;              ///< (count) [kg]
+  std::vector<std::uint8_t> fixed;       ///< (count) 1: fixed; while the network is built, 2: moves as given
+  std::vector<std::int64_t> id;          ///< (count) the user's numbers, or empty: the rows, counted from 0
+  std::vector<Column> particle_columns;  ///< of lattice/columns.hpp: radius, drag (count), force (count, d)
+  std::vector<Group> groups;             ///< particles under a name
+  // of springs
+  std::vector<double> stiffness;       ///< (count) hooke [N/m], strain [N], zero rest length [N/m]
+  std::vector<double> rest_length;     ///< (count) [m]; NaN: the initial distance, filled in later
+  std::vector<double> damping;         ///< (count) [kg/s]
+  std::vector<std::int64_t> shift;     ///< (count, d) the box the second end is in; empty: no periodic box
+  std::vector<Column> spring_columns;  ///< (count) what laws of springs take and carry (lattice/spring_laws.hpp)
+  std::vector<Column> break_columns;   ///< (count) critical_strain, critical_force, critical_energy, and broken: 1 or 0
+  PeriodicBox box;                     ///< without periodic directions: none
+  bool rest_at_zero_length = false;    ///< a spring of zero length exerts no force instead of being an error
+  /// Options that go with it ("-bs_gravity", "0,-9.8"): in force where the user set none. Values by %.17g.
+  std::vector<std::pair<std::string, std::string>> implied_options;
+};
+
+struct Lattice : LatticeNumbers {
   std::string source;  ///< file or generator, for messages
   /// Whether it comes from an HDF5 file, by the name of that.
   bool has_datasets() const { return ends_with(source, ".h5") || ends_with(source, ".hdf5"); }
   std::int64_t springs_generated = 0, springs_removed = 0;  ///< by a generator that dilutes: those before, and those of them that went
-  // particles
   Rows particles;
-  std::vector<double> position;          ///< (count, d)
-  std::vector<double> velocity;          ///< (count, d)
-  std::vector<double> mass;              ///< (count)
-  std::vector<std::uint8_t> fixed;       ///< (count) 1: fixed; while the network is built, 2: moves as given
-  std::vector<std::int64_t> id;          ///< (count) the user's numbers, or empty: the row's index, 0-based
-  std::vector<Column> particle_columns;  ///< of lattice/columns.hpp; the same names in the same order on every rank
-  std::vector<Group> groups;             ///< the same names in the same order on every rank
   // springs; ends are rows of the whole lattice, 0-based
   Rows springs;
   std::vector<std::int64_t> pairs;        ///< (count, 2)
-  std::vector<double> stiffness;          ///< (count) hooke [N/m], strain [N], zero rest length [N/m]
-  std::vector<double> rest_length;        ///< (count) [m]; NaN: the initial distance, filled in later
-  std::vector<double> damping;            ///< (count) [kg/s]
-  PeriodicBox box;                        ///< the same on every rank
-  std::vector<std::int64_t> shift;        ///< (count, d) the box the second end is in; empty: no periodic box
   bool law_by_row = false;                ///< spring_laws holds a law for each spring; the same on every rank
   std::vector<std::uint8_t> spring_laws;  ///< (count) places in the registry, or empty: all obey spring_law
-  std::vector<Column> spring_columns;     ///< the same names in the same order on every rank
-  std::vector<Column> break_columns;      ///< of lattice/columns.hpp; the same names in the same order on every rank
   Column area;                            ///< (count) cross-sections, for stresses [m^2]; of no name where the lattice has none
   bool has_area() const { return !area.name.empty(); }
   // springs to fixed points (or to points that move as given)
@@ -107,10 +115,7 @@ struct Lattice {
   SpringLaw spring_law = SpringLaw::hooke;  ///< of springs without a law of their own, and of anchors
   DampingLaw damping_law = DampingLaw::axial;
   bool spring_law_given = false, damping_law_given = false;  ///< said by the file, not assumed
-  bool rest_at_zero_length = false;                          ///< a spring of zero length exerts no force instead of being an error
-  /// Options the input implies ("-bs_gravity", "0,-9.8"): put in force where the user set none. Values by %.17g.
-  std::vector<std::pair<std::string, std::string>> implied_options;
-  std::vector<std::string> warnings;  ///< one line each, reported once
+  std::vector<std::string> warnings;                         ///< one line each, reported once
 };
 
 // Numbers of a lattice that may be given anew while systems made of it live.

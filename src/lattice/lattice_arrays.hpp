@@ -27,34 +27,16 @@ struct InteractionArrays {
   std::vector<Column> break_columns;  ///< (n) critical_change, critical_moment, critical_energy, and broken: 1 or 0
 };
 
-/// N particles and S springs in d dimensions, rows behind one another. What may be empty says so; units as in Lattice.
-struct LatticeArrays {
-  int dim = 3;                           ///< d = 1, 2, 3
-  std::vector<double> position;          ///< (N, d) [m]
-  std::vector<double> velocity;          ///< (N, d) [m/s]; empty: at rest
-  std::vector<double> mass;              ///< (N) [kg]
-  std::vector<std::uint8_t> fixed;       ///< (N) 1: fixed; empty: none is
-  std::vector<std::int64_t> id;          ///< (N) the caller's numbers; empty: the rows
-  std::vector<std::int64_t> springs;     ///< (S, 2) rows of the particles at the ends, counted from 0
-  std::vector<double> stiffness;         ///< (S) [N/m], strain law [N]
-  std::vector<double> rest_length;       ///< (S) [m]; NaN, and empty: the initial distance
-  std::vector<double> damping;           ///< (S) [kg/s]; empty: 0
-  std::vector<double> area;              ///< (S) cross-sections, for stresses [m^2]; empty: none
-  std::vector<Column> particle_columns;  ///< of lattice/columns.hpp: radius, drag (N), force (N, d); `path` may be empty
-  std::vector<Column> spring_columns;    ///< (S) what laws of springs take and carry (lattice/spring_laws.hpp)
-  std::vector<Column> break_columns;     ///< (S) critical_strain, critical_force, critical_energy, and broken: 1 or 0
-  std::vector<Group> groups;             ///< particles under a name
-  PeriodicBox box;                       ///< without periodic directions: none
-  std::vector<std::int64_t> shift;       ///< (S, d) the box that the second end is in; empty: the nearest image
+/// N particles and S springs in d dimensions. May be empty: velocity (at rest), fixed (none is), rest_length (the initial distances), damping (0),
+/// shift (the nearest images); `path` of columns, too. Options that go with the lattice are of those that an .xsp scene implies.
+struct LatticeArrays : LatticeNumbers {
+  std::vector<std::int64_t> springs;  ///< (S, 2) rows of the particles at the ends, counted from 0
+  std::vector<double> area;           ///< (S) cross-sections, for stresses [m^2]; empty: none
   AnchorArrays anchors;
   std::vector<InteractionArrays> interactions;  ///< each kind once; those that are left out have none
-
-  std::string spring_law, damping_law;  ///< by name; empty: not said, hooke and axial
-  std::vector<std::string> laws;        ///< where springs have laws of their own: their names,
-  std::vector<std::int64_t> law;        ///< (S) and each spring's place among these; empty: all obey spring_law
-  bool rest_at_zero_length = false;     ///< a spring of zero length exerts no force instead of being an error
-  /// Options that go with the lattice, of those that an .xsp scene implies ("-bs_gravity", "0,-9.8"): in force where the settings name none.
-  std::vector<std::pair<std::string, std::string>> implied_options;
+  std::string spring_law, damping_law;          ///< by name; empty: not said, hooke and axial
+  std::vector<std::string> laws;                ///< where springs have laws of their own: their names,
+  std::vector<std::int64_t> law;                ///< (S) and each spring's place among these; empty: all obey spring_law
 };
 
 /// The `source` of lattices that were made of arrays.

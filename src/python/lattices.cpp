@@ -17,8 +17,8 @@ py::array_t<T> copy_of(const std::vector<T>& numbers) {
 }
 
 /// A member of LatticeArrays as a property that takes any array of numbers and gives a flat one.
-template <class T>
-void property(py::class_<LatticeArrays>& one, const char* name, std::vector<T> LatticeArrays::*member) {
+template <class T, class Part>
+void property(py::class_<LatticeArrays>& one, const char* name, std::vector<T> Part::*member) {
   one.def_property(
       name, [member](const LatticeArrays& l) { return copy_of(l.*member); },
       [member](LatticeArrays& l, const Given<T>& array) { l.*member = vector_of(array); });

@@ -31,7 +31,7 @@ PetscErrorCode take_ids(MPI_Comm comm, const Hdf5Layout& names, Lattice* l, Data
     if (!names.trajectory) PetscFunctionReturn(0);
     for (std::int64_t k = 0; k < p.count; ++k) l->id.push_back(p.first + k);
   }
-  out->push_back({names.id, p.first, p.total, 0, std::move(l->id)});
+  out->push_back({names.particle("id"), p.first, p.total, 0, std::move(l->id)});
   PetscFunctionReturn(0);
 }
 
@@ -39,12 +39,12 @@ PetscErrorCode take_particles(MPI_Comm comm, const Hdf5Layout& names, Lattice* l
   const Rows& p = l->particles;
   PetscFunctionBegin;
   if (!names.trajectory) {
-    out->push_back({names.position, p.first, p.total, l->dim, std::move(l->position)});
-    out->push_back({names.velocity, p.first, p.total, l->dim, std::move(l->velocity)});
+    out->push_back({names.motion("position"), p.first, p.total, l->dim, std::move(l->position)});
+    out->push_back({names.motion("velocity"), p.first, p.total, l->dim, std::move(l->velocity)});
   }
-  out->push_back({names.mass, p.first, p.total, 0, std::move(l->mass)});
+  out->push_back({names.particle("mass"), p.first, p.total, 0, std::move(l->mass)});
   PetscCall(take_ids(comm, names, l, out));
-  out->push_back({names.fixed, p.first, p.total, 0, whole(l->fixed)});
+  out->push_back({names.particle("fixed"), p.first, p.total, 0, whole(l->fixed)});
   for (Column& column : l->particle_columns) {
     const ParticleParameter& one = particle_parameters[particle_parameter(column.name)];
     out->push_back({names.particle_column(one), p.first, p.total, one.vector ? l->dim : 0, std::move(column.value), {}, one.powers});
@@ -74,10 +74,10 @@ void take_springs(const Hdf5Layout& names, Lattice* l, Datasets* out) {
   const Rows& s = l->springs;
   if (s.total == 0) return;
   if (l->box.active()) out->push_back({names.column("shift"), s.first, s.total, l->dim, std::move(l->shift)});
-  out->push_back({names.pairs, s.first, s.total, 2, std::move(l->pairs)});
-  out->push_back({names.stiffness, s.first, s.total, 0, std::move(l->stiffness)});
-  out->push_back({names.rest_length, s.first, s.total, 0, std::move(l->rest_length)});
-  out->push_back({names.damping, s.first, s.total, 0, std::move(l->damping)});
+  out->push_back({names.pairs(), s.first, s.total, 2, std::move(l->pairs)});
+  out->push_back({names.column("stiffness"), s.first, s.total, 0, std::move(l->stiffness)});
+  out->push_back({names.column("rest_length"), s.first, s.total, 0, std::move(l->rest_length)});
+  out->push_back({names.column("damping"), s.first, s.total, 0, std::move(l->damping)});
   take_spring_columns(names, l, out);
   if (!l->law_by_row) return;
   out->push_back({names.column("law"), s.first, s.total, 0, whole(l->spring_laws)});
