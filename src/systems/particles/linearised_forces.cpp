@@ -103,9 +103,9 @@ PetscErrorCode LinearisedForces::create(CondensedStorage storage, Mat* S) {
     PetscFunctionReturn(0);
   }
   if (!pattern_->created()) pattern_->create(*net_);
-  PetscCall(reserve_memory(net_->comm, {"the condensed matrix of " + net_->source, block_matrix_bytes(*net_, *pattern_, storage),
+  PetscCall(reserve_memory(net_->comm, {"the condensed matrix of " + net_->source, pattern_->condensed_bytes(net_->dim, storage),
                                         "give -condensed_mat_type springs, which takes less"}));
-  PetscCall(create_block_matrix(*net_, *pattern_, storage, S));
+  PetscCall(pattern_->create_condensed(*net_, storage, S));
   PetscCall(MatSetOption(*S, MAT_SYMMETRIC, PETSC_TRUE));
   if (storage == CondensedStorage::aij) PetscCall(set_rigid_modes(*S));
   PetscFunctionReturn(0);
@@ -133,8 +133,7 @@ PetscErrorCode LinearisedForces::assemble(const Coefficients& abc, bool positive
     terms_->condense_springs(t_, state_, abc, positive, springs);
     PetscCall(bs::assemble(S));
   } else {
-    BlockRowWriter writer(*net_, *pattern_);
-    writer.set_inertia(abc.mass);
+    RowWriter writer(*net_, *pattern_);
     PetscCall(writer.begin(S));
     PetscCall(terms_->condense_rows(t_, state_, abc, positive, &writer));
     PetscCall(writer.end());

@@ -6,7 +6,6 @@
 #include "physics/body/registry.hpp"
 #include "physics/whole/motion.hpp"
 #include "systems/particles/breaking/spring_breaks.hpp"
-#include "systems/particles/condensed/block_rows.hpp"
 #include "systems/particles/spring_memory.hpp"
 #include "systems/particles/term.hpp"
 
@@ -42,7 +41,7 @@ class PairForces : public Term {
   /// only what makes S positive definite.
   virtual void condense_springs(double t, const LocalState& state, const Coefficients& abc, bool positive, PairMatrix* S) const = 0;
   /// The same by block rows, as it is; couplings of all particles are left out.
-  virtual PetscErrorCode condense_rows(double t, const LocalState& state, const Coefficients& abc, bool positive, BlockRowWriter* writer) const = 0;
+  virtual PetscErrorCode condense_rows(double t, const LocalState& state, const Coefficients& abc, bool positive, RowWriter* writer) const = 0;
   /// f += D w of the particle laws and anchors alone, w: (n, d). All of D where no spring has a damper.
   virtual void multiply_law_damping(double t, const LocalState& state, const double* w, double* f) const = 0;
   /// What springs carry from step to step becomes that of `state`, the end of a good step of length h. `links`: of the network given at creation.

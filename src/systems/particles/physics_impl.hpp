@@ -69,7 +69,7 @@ class PairForcesOf final : public PairForces {
   void condense_springs(double t, const LocalState& state, const Coefficients& abc, bool positive, PairMatrix* S) const override {
     positive ? fill_springs<true>(t, state, abc, S) : fill_springs<false>(t, state, abc, S);
   }
-  PetscErrorCode condense_rows(double t, const LocalState& state, const Coefficients& abc, bool positive, BlockRowWriter* writer) const override {
+  PetscErrorCode condense_rows(double t, const LocalState& state, const Coefficients& abc, bool positive, RowWriter* writer) const override {
     PetscFunctionBegin;
     PetscCall(positive ? fill_rows<true>(t, state, abc, writer) : fill_rows<false>(t, state, abc, writer));
     PetscFunctionReturn(0);
@@ -252,7 +252,7 @@ class PairForcesOf final : public PairForces {
   template <bool positive>
   void fill_springs(double t, const LocalState& state, const Coefficients& abc, PairMatrix* S) const;
   template <bool positive>
-  PetscErrorCode fill_rows(double t, const LocalState& state, const Coefficients& abc, BlockRowWriter* writer) const;
+  PetscErrorCode fill_rows(double t, const LocalState& state, const Coefficients& abc, RowWriter* writer) const;
   template <bool positive>
   void node_block(PetscInt i, double t, const LocalState& state, const AnchorShift& shift, const Coefficients& abc, double* A) const;
 

@@ -78,12 +78,50 @@ PetscErrorCode RowPattern::create_matrix(const Network& net, Mat* out) const {
   PetscCall(MatSetFromOptions(*out));
   PetscCall(preallocate(net, *out));
   PetscCall(MatSetOption(*out, MAT_NO_OFF_PROC_ENTRIES, PETSC_TRUE));
+  PetscCall(write_zeros(net, *out));
+  PetscFunctionReturn(0);
+}
+
+double RowPattern::condensed_bytes(int dim, CondensedStorage storage) const {
+  const double area = dim * dim, count = static_cast<double>(blocks());
+  if (storage == CondensedStorage::aij) return count * area * (sizeof(PetscScalar) + sizeof(PetscInt));
+  // sbaij leaves the blocks below the diagonal out
+  return (storage == CondensedStorage::sbaij ? 0.5 : 1.0) * count * (area * sizeof(MatScalar) + sizeof(PetscInt));
+}
+
+PetscErrorCode RowPattern::create_condensed(const Network& net, CondensedStorage storage, Mat* out) const {
+  const PetscInt d = net.dim;
+  const bool symmetric = storage == CondensedStorage::sbaij;
+  PetscFunctionBegin;
+  PetscCall(MatCreate(net.comm, out));
+  PetscCall(MatSetSizes(*out, net.n * d, net.n * d, PETSC_DETERMINE, PETSC_DETERMINE));
+  PetscCall(MatSetBlockSize(*out, d));
+  PetscCall(MatSetType(*out, symmetric ? MATSBAIJ : storage == CondensedStorage::baij ? MATBAIJ : MATAIJ));
+  std::vector<PetscInt> off, own_upper, off_upper;
+  for (PetscInt i = 0; i < net.n; ++i) {
+    off.push_back(count(i) - own(i));
+    own_upper.push_back(low(i) + own(i) - self(i));
+    off_upper.push_back(count(i) - low(i) - own(i));
+  }
+  PetscCall(MatXAIJSetPreallocation(*out, d, own_.data(), off.data(), own_upper.data(), off_upper.data()));
+  PetscCall(MatSetOption(*out, MAT_NO_OFF_PROC_ENTRIES, PETSC_TRUE));
+  if (symmetric) PetscCall(MatSetOption(*out, MAT_IGNORE_LOWER_TRIANGULAR, PETSC_TRUE));
+  PetscCall(write_zeros(net, *out));
+  PetscFunctionReturn(0);
+}
+
+/// Zeros in every block of the pattern, beside which A has no room from then on.
+PetscErrorCode RowPattern::write_zeros(const Network& net, Mat A) const {
+  PetscInt block = 0;
   RowWriter writer(net, *this);
-  std::vector<double> zeros(static_cast<std::size_t>(widest_ * bs * net.dim), 0.0);
-  PetscCall(writer.begin(*out));
-  for (PetscInt i = 0; i < net.n; ++i) PetscCall(writer.write(i, 0.0, 1.0, zeros.data()));
+  PetscFunctionBegin;
+  PetscCall(MatGetBlockSize(A, &block));
+  const std::vector<double> zeros(static_cast<std::size_t>(widest_ * block * net.dim), 0.0);
+  PetscCall(writer.begin(A));
+  for (PetscInt i = 0; i < net.n; ++i)
+    PetscCall(block == net.dim ? writer.write(i, net.inertia[i], zeros.data()) : writer.write(i, 0.0, 1.0, zeros.data()));
   PetscCall(writer.end());
-  PetscCall(MatSetOption(*out, MAT_NEW_NONZERO_LOCATION_ERR, PETSC_TRUE));
+  PetscCall(MatSetOption(A, MAT_NEW_NONZERO_LOCATION_ERR, PETSC_TRUE));
   PetscFunctionReturn(0);
 }
 
@@ -117,83 +155,113 @@ const double* complete_rows(const Network& net, const RowPattern& pattern, Petsc
   return room->data();
 }
 
+/// How PETSc gives out the arrays of a type, on one rank and on several.
+struct RowWriter::Arrays {
+  MatType alone, shared;
+  PetscErrorCode (*parts)(Mat, Mat*, Mat*, const PetscInt**);  ///< of a shared one: its diagonal block, and the rest
+  PetscErrorCode (*get)(Mat, PetscScalar**);
+  PetscErrorCode (*restore)(Mat, PetscScalar**);
+  enum Kind { aij, baij, sbaij } kind;
+};
+
+const RowWriter::Arrays RowWriter::ARRAYS[] = {
+    {MATSEQAIJ, MATMPIAIJ, MatMPIAIJGetSeqAIJ, MatSeqAIJGetArray, MatSeqAIJRestoreArray, Arrays::aij},
+    {MATSEQBAIJ, MATMPIBAIJ, MatMPIBAIJGetSeqBAIJ, MatSeqBAIJGetArray, MatSeqBAIJRestoreArray, Arrays::baij},
+    {MATSEQSBAIJ, "", nullptr, MatSeqSBAIJGetArray, MatSeqSBAIJRestoreArray, Arrays::sbaij}};
+
 PetscErrorCode RowWriter::begin(Mat A) {
-  PetscBool seq = PETSC_FALSE, mpi = PETSC_FALSE, assembled = PETSC_FALSE;
+  MatType type = nullptr;
+  PetscInt block = 0;
+  PetscBool assembled = PETSC_FALSE;
   PetscFunctionBegin;
-  matrix_ = A;
-  diagonal_ = off_ = nullptr;
-  PetscCall(PetscObjectTypeCompare(reinterpret_cast<PetscObject>(A), MATSEQAIJ, &seq));
-  PetscCall(PetscObjectTypeCompare(reinterpret_cast<PetscObject>(A), MATMPIAIJ, &mpi));
+  matrix_ = diagonal_ = A;
+  off_ = nullptr;
+  arrays_ = nullptr;
   PetscCall(MatAssembled(A, &assembled));
-  direct_ = (seq || mpi) && assembled;
-  if (!direct_) PetscFunctionReturn(0);
-  if (seq) diagonal_ = A;
-  else PetscCall(MatMPIAIJGetSeqAIJ(A, &diagonal_, &off_, nullptr));
-  PetscBool done = PETSC_FALSE;
-  PetscInt rows = 0;
-  PetscCall(MatGetRowIJ(diagonal_, 0, PETSC_FALSE, PETSC_FALSE, &rows, &diagonal_rows_, nullptr, &done));
-  PetscCall(MatSeqAIJGetArray(diagonal_, &diagonal_values_));
-  if (off_) {
-    PetscCall(MatGetRowIJ(off_, 0, PETSC_FALSE, PETSC_FALSE, &rows, &off_rows_, nullptr, &done));
-    PetscCall(MatSeqAIJGetArray(off_, &off_values_));
-  }
+  PetscCall(MatGetBlockSize(A, &block));
+  PetscCall(MatGetType(A, &type));
+  const std::string name = type;
+  for (const Arrays& one : ARRAYS)
+    if (assembled && (name == one.alone || name == one.shared) && (one.kind == Arrays::aij || block == net_.dim)) arrays_ = &one;
+  if (!arrays_) PetscFunctionReturn(0);
+  if (name == arrays_->shared) PetscCall(arrays_->parts(A, &diagonal_, &off_, nullptr));
+  PetscCall(arrays_->get(diagonal_, &diagonal_values_));
+  if (off_) PetscCall(arrays_->get(off_, &off_values_));
+  diagonal_at_ = diagonal_values_;
+  off_at_ = off_values_;
   PetscFunctionReturn(0);
 }
 
 PetscErrorCode RowWriter::write(PetscInt i, double sigma, double scale, const double* panel) {
+  const PetscInt d = net_.dim;
   PetscFunctionBegin;
   panel = complete_rows(net_, pattern_, i, 2 * net_.dim, blocks_, sigma * scale, panel, &sum_);
-  if (direct_) write_direct(i, sigma, scale, panel);
-  else PetscCall(write_generic(i, sigma, scale, panel));
+  if (arrays_) {
+    for (PetscInt k = 0; k < d; ++k) {
+      *diagonal_at_++ = scale * sigma;
+      *diagonal_at_++ = -scale;
+    }
+    write_aij(i, 2 * d, panel);
+  } else {
+    PetscCall(write_generic(i, sigma, scale, panel));
+  }
+  PetscFunctionReturn(0);
+}
+
+PetscErrorCode RowWriter::write(PetscInt i, double diagonal, const double* panel) {
+  PetscFunctionBegin;
+  panel = complete_rows(net_, pattern_, i, net_.dim, blocks_, diagonal, panel, &sum_);
+  if (!arrays_) PetscCall(MatSetValuesBlocked(matrix_, 1, &net_.global[i], pattern_.count(i), pattern_.columns(i), panel, INSERT_VALUES));
+  else if (arrays_->kind == Arrays::aij) write_aij(i, net_.dim, panel);
+  else write_blocks(i, arrays_->kind == Arrays::baij ? pattern_.low(i) : pattern_.self(i), panel);
   PetscFunctionReturn(0);
 }
 
 // Columns of an assembled row ascend, and so do those of the pattern: each row is two or three runs of the panel.
-void RowWriter::write_direct(PetscInt i, double sigma, double scale, const double* panel) {
-  const PetscInt d = net_.dim, bs = 2 * d;
-  const PetscInt low = pattern_.low_[i] * bs, own = pattern_.own_[i] * bs, width = pattern_.count(i) * bs;
-  for (PetscInt k = 0; k < d; ++k) {
-    double* x_row = diagonal_values_ + diagonal_rows_[i * bs + k];
-    x_row[0] = scale * sigma;
-    x_row[1] = -scale;
+void RowWriter::write_aij(PetscInt i, PetscInt block, const double* panel) {
+  const PetscInt width = pattern_.count(i) * block, low = pattern_.low(i) * block, own = pattern_.own(i) * block;
+  for (PetscInt k = 0; k < net_.dim; ++k) {
     const double* row = panel + k * width;
-    std::memcpy(diagonal_values_ + diagonal_rows_[i * bs + d + k], row + low, static_cast<std::size_t>(own) * sizeof(double));
-    if (width > own) {
-      double* off_row = off_values_ + off_rows_[i * bs + d + k];
-      std::memcpy(off_row, row, static_cast<std::size_t>(low) * sizeof(double));
-      std::memcpy(off_row + low, row + low + own, static_cast<std::size_t>(width - low - own) * sizeof(double));
-    }
+    std::memcpy(diagonal_at_, row + low, static_cast<std::size_t>(own) * sizeof(double));
+    diagonal_at_ += own;
+    if (width == own) continue;
+    std::memcpy(off_at_, row, static_cast<std::size_t>(low) * sizeof(double));
+    std::memcpy(off_at_ + low, row + low + own, static_cast<std::size_t>(width - low - own) * sizeof(double));
+    off_at_ += width - own;
   }
 }
 
+/// Blocks are stored column by column; the owned ones from `from` on.
+void RowWriter::write_blocks(PetscInt i, PetscInt from, const double* panel) {
+  const PetscInt d = net_.dim, count = pattern_.count(i), width = count * d, low = pattern_.low(i), own = pattern_.own(i);
+  for (PetscInt s = 0; s < count; ++s) {
+    const bool mine = s >= low && s < low + own;
+    if (mine && s < from) continue;
+    PetscScalar*& at = mine ? diagonal_at_ : off_at_;
+    for (PetscInt c = 0; c < d; ++c)
+      for (PetscInt r = 0; r < d; ++r) *at++ = panel[r * width + s * d + c];
+  }
+}
+
+/// Of the Jacobian, whose x rows do not have all columns of a block.
 PetscErrorCode RowWriter::write_generic(PetscInt i, double sigma, double scale, const double* panel) {
-  const PetscInt d = net_.dim, bs = 2 * d, g = net_.global[i] * bs;
+  const PetscInt d = net_.dim, bs = 2 * d, g = net_.global[i] * bs, width = pattern_.count(i) * bs;
+  std::vector<PetscInt> columns;
   PetscFunctionBegin;
-  columns_.clear();
-  for (PetscInt k = pattern_.start_[i]; k < pattern_.start_[i + 1]; ++k)
-    for (PetscInt c = 0; c < bs; ++c) columns_.push_back(pattern_.global_[k] * bs + c);
+  for (PetscInt k = 0; k < width; ++k) columns.push_back(pattern_.columns(i)[k / bs] * bs + k % bs);
   for (PetscInt k = 0; k < d; ++k) {
     const PetscInt x_row = g + k, x_columns[2] = {g + k, g + d + k}, v_row = g + d + k;
     const PetscScalar x_values[2] = {scale * sigma, -scale};
     PetscCall(MatSetValues(matrix_, 1, &x_row, 2, x_columns, x_values, INSERT_VALUES));
-    const PetscInt width = static_cast<PetscInt>(columns_.size());
-    PetscCall(MatSetValues(matrix_, 1, &v_row, width, columns_.data(), panel + k * width, INSERT_VALUES));
+    PetscCall(MatSetValues(matrix_, 1, &v_row, width, columns.data(), panel + k * width, INSERT_VALUES));
   }
   PetscFunctionReturn(0);
 }
 
 PetscErrorCode RowWriter::end() {
   PetscFunctionBegin;
-  if (direct_) {
-    PetscBool done = PETSC_FALSE;
-    PetscInt rows = 0;
-    PetscCall(MatRestoreRowIJ(diagonal_, 0, PETSC_FALSE, PETSC_FALSE, &rows, &diagonal_rows_, nullptr, &done));
-    PetscCall(MatSeqAIJRestoreArray(diagonal_, &diagonal_values_));
-    if (off_) {
-      PetscCall(MatRestoreRowIJ(off_, 0, PETSC_FALSE, PETSC_FALSE, &rows, &off_rows_, nullptr, &done));
-      PetscCall(MatSeqAIJRestoreArray(off_, &off_values_));
-    }
-  }
+  if (arrays_) PetscCall(arrays_->restore(diagonal_, &diagonal_values_));
+  if (arrays_ && off_) PetscCall(arrays_->restore(off_, &off_values_));
   PetscCall(assemble(matrix_));
   PetscFunctionReturn(0);
 }

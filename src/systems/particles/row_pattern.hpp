@@ -1,7 +1,8 @@
-// Which blocks a particle's rows of the Jacobian hold, and how they are written into a matrix.
+// Which blocks a particle's rows hold, of the Jacobian and of S, and how they are written into a matrix.
 #pragma once
 #include <petscmat.h>
 #include <vector>
+#include "linalg/condensed/tangent.hpp"
 #include "linalg/sparse_blocks.hpp"
 #include "network/network.hpp"
 
@@ -28,12 +29,15 @@ class RowPattern {
   bool created() const { return !start_.empty(); }
   /// Collective. A matrix with this pattern, assembled with zeros; its type is AIJ unless -mat_type says otherwise.
   PetscErrorCode create_matrix(const Network& net, Mat* out) const;
+  /// The same of S, of one d x d block per entry of the pattern and the storage's type.
+  double condensed_bytes(int dim, CondensedStorage storage) const;
+  PetscErrorCode create_condensed(const Network& net, CondensedStorage storage, Mat* out) const;
 
  private:
-  friend class RowWriter;
   /// Collective. Ends the run with exit code 2 if -mat_type names a type that cannot be filled row by row, or works on one rank only.
   static PetscErrorCode check_type(MPI_Comm comm);
   PetscErrorCode preallocate(const Network& net, Mat A) const;
+  PetscErrorCode write_zeros(const Network& net, Mat A) const;
   std::vector<PetscInt> start_, global_;  ///< compressed rows of global block columns
   std::vector<PetscInt> low_, own_, self_, slot_;
   PetscInt widest_ = 0;
@@ -56,27 +60,32 @@ inline void subtract_blocks(double* panel, PetscInt width, PetscInt slot, const 
 const double* complete_rows(const Network& net, const RowPattern& pattern, PetscInt i, int block, const SparseBlocks* blocks, double diagonal,
                             const double* panel, std::vector<double>* room);
 
-/// Writes whole block rows. AIJ matrices are written straight into their arrays, others through MatSetValues.
+/// Writes the rows of the owned particles 0, 1, 2, ..., each once, in this order. Types whose arrays PETSc gives out (AIJ; of S also BAIJ and SBAIJ
+/// on one rank) are written straight into these, others through MatSetValues.
 class RowWriter {
  public:
   RowWriter(const Network& net, const RowPattern& pattern) : net_(net), pattern_(pattern) {}
   PetscErrorCode begin(Mat A);
-  /// What is added to the x columns of the v rows written from now on; borrowed.
+  /// What is added to the x columns of the rows written from now on; borrowed.
   void add(const SparseBlocks* blocks) { blocks_ = blocks; }
-  /// Row block of owned particle i: x rows scale*(sigma on x, -1 on v); v rows `panel` (d, count*2d) row-major.
+  /// Of the Jacobian: x rows scale*(sigma on x, -1 on v); v rows `panel` (d, count*2d) row-major.
   PetscErrorCode write(PetscInt i, double sigma, double scale, const double* panel);
+  /// Of S: `panel` (d, count*d) row-major; `diagonal`: what held components keep there.
+  PetscErrorCode write(PetscInt i, double diagonal, const double* panel);
   PetscErrorCode end();
 
  private:
-  void write_direct(PetscInt i, double sigma, double scale, const double* panel);
+  struct Arrays;
+  static const Arrays ARRAYS[];
+  void write_aij(PetscInt i, PetscInt block, const double* panel);
+  void write_blocks(PetscInt i, PetscInt from, const double* panel);
   PetscErrorCode write_generic(PetscInt i, double sigma, double scale, const double* panel);
   const Network& net_;
   const RowPattern& pattern_;
   Mat matrix_ = nullptr, diagonal_ = nullptr, off_ = nullptr;
-  bool direct_ = false;
-  PetscScalar *diagonal_values_ = nullptr, *off_values_ = nullptr;
-  const PetscInt *diagonal_rows_ = nullptr, *off_rows_ = nullptr;
-  std::vector<PetscInt> columns_;
+  const Arrays* arrays_ = nullptr;                                  ///< of the matrix's type; null: none are given out
+  PetscScalar *diagonal_values_ = nullptr, *off_values_ = nullptr;  ///< begin of the arrays
+  PetscScalar *diagonal_at_ = nullptr, *off_at_ = nullptr;          ///< where the next row goes
   const SparseBlocks* blocks_ = nullptr;
   std::vector<double> sum_;
 };

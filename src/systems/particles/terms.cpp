@@ -151,7 +151,7 @@ void Terms::condense_springs(double t, const LocalState& state, const Coefficien
   fill(t, state, positive, false, abc, &S->remainder());
 }
 
-PetscErrorCode Terms::condense_rows(double t, const LocalState& state, const Coefficients& abc, bool positive, BlockRowWriter* writer) const {
+PetscErrorCode Terms::condense_rows(double t, const LocalState& state, const Coefficients& abc, bool positive, RowWriter* writer) const {
   PetscFunctionBegin;
   if (fill(t, state, positive, false, abc, &blocks_)) writer->add(&blocks_);
   PetscCall(pairs_->condense_rows(t, state, abc, positive, writer));

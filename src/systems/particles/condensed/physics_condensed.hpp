@@ -179,7 +179,7 @@ void PairForcesOf<d, Damper>::fill_springs(double t, const LocalState& state, co
 
 template <int d, class Damper>
 template <bool positive>
-PetscErrorCode PairForcesOf<d, Damper>::fill_rows(double t, const LocalState& state, const Coefficients& abc, BlockRowWriter* writer) const {
+PetscErrorCode PairForcesOf<d, Damper>::fill_rows(double t, const LocalState& state, const Coefficients& abc, RowWriter* writer) const {
   const AnchorShift shift(motion_, t);
   std::vector<double> panel(static_cast<std::size_t>(pattern_.widest() * d * d));
   PetscFunctionBegin;
@@ -203,7 +203,7 @@ PetscErrorCode PairForcesOf<d, Damper>::fill_rows(double t, const LocalState& st
       });
     for (int r = 0; r < d; ++r)
       for (int c = 0; c < d; ++c) panel[r * width + pattern_.self(i) * d + c] += 0.5 * (node[r * d + c] + node[c * d + r]);
-    PetscCall(writer->write(i, panel.data()));
+    PetscCall(writer->write(i, (abc.mass > 0 ? abc.mass : 1) * net_.inertia[i], panel.data()));
   }
   PetscFunctionReturn(0);
 }
