@@ -17,6 +17,24 @@ struct Facts {
   std::int64_t whole_of(const std::string& name, std::int64_t otherwise = 0) const { return whole.count(name) ? whole.at(name) : otherwise; }
 };
 
+/// Numbers by name on their way into a checkpoint or out of it: what remembers some calls keep(name, number) once for both ways.
+class Keeper {
+ public:
+  explicit Keeper(std::map<std::string, double>* into) : into_(into) {}
+  explicit Keeper(const std::map<std::string, double>& from) : from_(&from) {}
+  bool restores() const { return from_ != nullptr; }
+  /// On the way out the number becomes `otherwise` where there is none of that name.
+  template <class Number>
+  void operator()(const std::string& name, Number& number, double otherwise = 0) const {
+    if (into_) (*into_)[name] = static_cast<double>(number);
+    else number = static_cast<Number>(from_->count(name) ? from_->at(name) : otherwise);
+  }
+
+ private:
+  std::map<std::string, double>* into_ = nullptr;
+  const std::map<std::string, double>* from_ = nullptr;
+};
+
 /// A hash (FNV-1a) of all names and values, bit for bit.
 inline std::int64_t checksum(const Facts& facts) {
   std::uint64_t sum = 0xcbf29ce484222325u;

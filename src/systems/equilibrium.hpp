@@ -98,8 +98,7 @@ class Equilibrium final : public FirstOrder {
   PetscErrorCode return_free_bodies(double s_from, Vec from, double t, double h, Vec y);
   /// Accepted equilibria whose unbalanced force is above 1e-6 of the largest load or reaction, for which rounding errors leave no other choice.
   std::int64_t unbalanced() const { return static_cast<std::int64_t>(seen_.unbalanced); }
-  void save_sums(std::map<std::string, double>* sums) const override;
-  void restore_sums(const std::map<std::string, double>& sums) override;
+  void keep_sums(const Keeper& keep) override;
   /// What a task found wrong with the last solve: the model's fault from now on; empty: nothing.
   void set_fault(const std::string& text) { fault_ = text; }
 

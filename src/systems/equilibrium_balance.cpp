@@ -144,28 +144,16 @@ PetscErrorCode Equilibrium::examine(double t, Vec y, std::string* why, bool* hop
   PetscFunctionReturn(0);
 }
 
-void Equilibrium::save_sums(std::map<std::string, double>* sums) const {
-  FirstOrder::save_sums(sums);
-  (*sums)["largest_inner_force"] = seen_.inner;
-  (*sums)["largest_outer_force"] = seen_.outer;
-  (*sums)["largest_stress"] = seen_.stress;
-  (*sums)["largest_residual"] = seen_.loaded;
-  (*sums)["largest_unbalanced_norm"] = seen_.unbalanced_norm;
-  (*sums)["unbalanced"] = seen_.unbalanced;
-  (*sums)["released_energy"] = released_;
-  (*sums)["mean_rate"] = rate_;
-}
-
-void Equilibrium::restore_sums(const std::map<std::string, double>& sums) {
-  FirstOrder::restore_sums(sums);
-  const auto of = [&](const char* name) {
-    const auto at = sums.find(name);
-    return at == sums.end() ? 0.0 : at->second;
-  };
-  seen_ = {of("largest_inner_force"), of("largest_outer_force"),     of("largest_stress"),
-           of("largest_residual"),    of("largest_unbalanced_norm"), of("unbalanced")};
-  released_ = of("released_energy");
-  rate_ = of("mean_rate");
+void Equilibrium::keep_sums(const Keeper& keep) {
+  FirstOrder::keep_sums(keep);
+  keep("largest_inner_force", seen_.inner);
+  keep("largest_outer_force", seen_.outer);
+  keep("largest_stress", seen_.stress);
+  keep("largest_residual", seen_.loaded);
+  keep("largest_unbalanced_norm", seen_.unbalanced_norm);
+  keep("unbalanced", seen_.unbalanced);
+  keep("released_energy", released_);
+  keep("mean_rate", rate_);
 }
 
 }  // namespace bs

@@ -96,8 +96,7 @@ class FirstOrder : public Model {
   PetscErrorCode gather_memory(std::vector<StatePart>* parts) override { return own_->gather_memory(parts); }
   PetscErrorCode scatter_memory() override { return own_->scatter_memory(); }
   bool remembers() const override { return own_->remembers(); }
-  void save_sums(std::map<std::string, double>* sums) const override { own_->save_sums(sums); }
-  void restore_sums(const std::map<std::string, double>& sums) override { own_->restore_sums(sums); }
+  void keep_sums(const Keeper& keep) override { own_->keep_sums(keep); }
   PetscErrorCode observe(double t, Vec y, std::vector<Observable>* out) override { return own_->observe(t, y, out); }
   PetscErrorCode energy_supply(double t, Vec y, EnergySupply* out, bool* has) override { return own_->energy_supply(t, y, out, has); }
   PetscErrorCode fields(double t, Vec y, std::vector<Field>* out) override { return own_->fields(t, y, out); }

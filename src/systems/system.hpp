@@ -9,6 +9,7 @@
 #include <utility>
 #include <variant>
 #include <vector>
+#include "base/facts.hpp"
 #include "lattice/columns.hpp"
 
 namespace bs {
@@ -138,8 +139,9 @@ class System {
   virtual bool remembers() const { return false; }
 
   /// Sums over the run so far, by name, the same on every rank, for a checkpoint; and back: those that it holds.
-  virtual void save_sums(std::map<std::string, double>*) const {}
-  virtual void restore_sums(const std::map<std::string, double>&) {}
+  void save_sums(std::map<std::string, double>* sums) { keep_sums(Keeper(sums)); }
+  void restore_sums(const std::map<std::string, double>& sums) { keep_sums(Keeper(sums)); }
+  virtual void keep_sums(const Keeper&) {}
 
   virtual PetscErrorCode observe(double t, Vec y, std::vector<Observable>* out) = 0;
   /// Collective. False: the system has no such energies.

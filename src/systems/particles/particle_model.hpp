@@ -66,8 +66,7 @@ class ParticleModel final : public Mechanics {
   PetscErrorCode return_free_bodies(double t_from, Vec from, double t_to, double h, Vec to) override;
   Breaks* breaks() override { return terms_->breaking().active() ? &terms_->breaking() : nullptr; }
   std::vector<Tally> tallies() const override;
-  void save_sums(std::map<std::string, double>* sums) const override;
-  void restore_sums(const std::map<std::string, double>& sums) override;
+  void keep_sums(const Keeper& keep) override;
   PetscErrorCode observe(double t, Vec y, std::vector<Observable>* out) override;
   PetscErrorCode energy_supply(double t, Vec y, EnergySupply* out, bool* has) override;
   PetscErrorCode fields(double t, Vec y, std::vector<Field>* out) override;

@@ -94,16 +94,10 @@ PetscErrorCode ParticleModel::reactions(double t, Vec y, std::vector<double>* ou
   PetscFunctionReturn(0);
 }
 
-void ParticleModel::save_sums(std::map<std::string, double>* sums) const {
-  reactions_.save(sums);
-  terms_->save(sums);
-  constraints_.box().save(sums);
-}
-
-void ParticleModel::restore_sums(const std::map<std::string, double>& sums) {
-  reactions_.restore(sums);
-  terms_->restore(sums);
-  constraints_.box().restore(sums);
+void ParticleModel::keep_sums(const Keeper& keep) {
+  reactions_.keep(keep);
+  terms_->keep(keep);
+  constraints_.box().keep(keep);
 }
 
 PetscErrorCode ParticleModel::scatter_memory() {

@@ -27,8 +27,7 @@ class PairForces : public Term {
   PetscErrorCode gather_history(std::vector<StatePart>* parts) final { return memory_.gather(parts); }
   PetscErrorCode history_fields(std::vector<Field>* out) final { return memory_.fields(out); }
   PetscErrorCode recall() final { return memory_.scatter(); }
-  void save(std::map<std::string, double>* sums) const final { memory_.save(sums); }
-  void restore(const std::map<std::string, double>& sums) final { memory_.restore(sums); }
+  void keep(const Keeper& keep) final { memory_.keep(keep); }
   double dissipated() const final { return memory_.dissipated(); }
   Breakable* breakable() const final { return breaks_.get(); }
 

@@ -83,12 +83,8 @@ double SpringMemory::dissipated() const {
   return energy;
 }
 
-void SpringMemory::save(std::map<std::string, double>* sums) const {
-  if (active() && net_->relaxes) (*sums)["springs/history_time"] = net_->links.history_time;
-}
-
-void SpringMemory::restore(const std::map<std::string, double>& sums) {
-  if (const auto at = sums.find("springs/history_time"); active() && at != sums.end()) net_->links.history_time = at->second;
+void SpringMemory::keep(const Keeper& keep) {
+  if (active() && net_->relaxes) keep("springs/history_time", net_->links.history_time, net_->links.history_time);
 }
 
 PetscErrorCode PairForces::remember(Network& net, const Lattice& lattice, const BreakRules& rules) {

@@ -25,8 +25,7 @@ class SpringMemory {
   PetscErrorCode accept(double t);
   /// Energy lost so far [J], this rank's share.
   double dissipated() const;
-  void save(std::map<std::string, double>* sums) const;
-  void restore(const std::map<std::string, double>& sums);
+  void keep(const Keeper& keep);
   Network& net() const { return *net_; }
 
  private:

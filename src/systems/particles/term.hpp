@@ -103,9 +103,8 @@ class Term {
   virtual PetscErrorCode gather_history(std::vector<StatePart>*) { return 0; }
   virtual PetscErrorCode history_fields(std::vector<Field>*) { return 0; }
   virtual PetscErrorCode recall() { return 0; }
-  /// What a checkpoint holds of it beside that, the same on every rank, by names with the term's in front.
-  virtual void save(std::map<std::string, double>*) const {}
-  virtual void restore(const std::map<std::string, double>&) {}
+  /// What a checkpoint holds of it beside that, the same on every rank, by names with the term's in front; and back.
+  virtual void keep(const Keeper&) {}
   /// Energy lost by what is whole [J], this rank's share.
   virtual double dissipated() const { return 0; }
   /// What of it may break; null: nothing.

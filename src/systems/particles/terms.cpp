@@ -74,14 +74,9 @@ PetscErrorCode Terms::history_fields(std::vector<Field>* out) {
   PetscFunctionReturn(0);
 }
 
-void Terms::save(std::map<std::string, double>* sums) const {
-  for_each([&](const Term& term) { term.save(sums); });
-  breaking_.save(sums);
-}
-
-void Terms::restore(const std::map<std::string, double>& sums) {
-  for (Term* term : terms_) term->restore(sums);
-  breaking_.restore(sums);
+void Terms::keep(const Keeper& keep) {
+  for (Term* term : terms_) term->keep(keep);
+  breaking_.keep(keep);
 }
 
 PetscErrorCode Terms::dissipated(double* energy) const {

@@ -32,8 +32,7 @@ class Terms {
   PetscErrorCode recall();
   /// Collective. Of histories, and of kinds that may break a flag for each.
   PetscErrorCode history_fields(std::vector<Field>* out);
-  void save(std::map<std::string, double>* sums) const;
-  void restore(const std::map<std::string, double>& sums);
+  void keep(const Keeper& keep);
   /// Collective. By what is whole and by what broke [J].
   PetscErrorCode dissipated(double* energy) const;
 

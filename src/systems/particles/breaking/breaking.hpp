@@ -45,8 +45,7 @@ class Breaking final : public Breaks {
   /// Collective. What a checkpoint holds of it, and back.
   PetscErrorCode gather(std::vector<StatePart>* parts);
   PetscErrorCode recall();
-  void save(std::map<std::string, double>* sums) const;
-  void restore(const std::map<std::string, double>& sums);
+  void keep(const Keeper& keep);
 
  private:
   struct Sums {

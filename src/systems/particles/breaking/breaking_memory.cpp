@@ -131,42 +131,21 @@ PetscErrorCode Breaking::recall() {
   PetscFunctionReturn(0);
 }
 
-namespace {
-
-/// use(name, number) for each of the sums.
-template <class Sums, class Use>
-void for_sums(Sums& sums, Use&& use) {
-  use("breaking/broken", sums.broken);
-  use("breaking/avalanches", sums.avalanches);
-  use("breaking/size", sums.size);
-  use("breaking/largest", sums.largest);
-  use("breaking/running", sums.running);
-  use("breaking/energy", sums.energy);
-  use("breaking/dissipated", sums.dissipated);
-  use("breaking/motion_steps", sums.motion_steps);
-  use("breaking/motion", sums.motion);
-  use("breaking/last", sums.last);
-}
-
-}  // namespace
-
-void Breaking::save(std::map<std::string, double>* sums) const {
+void Breaking::keep(const Keeper& keep) {
   if (!active()) return;
-  for_sums(sums_, [&](const char* name, auto number) { (*sums)[name] = static_cast<double>(number); });
-  for (std::size_t k = 1; k < kinds_.size(); ++k) (*sums)["breaking/" + kinds_[k]->words().count] = static_cast<double>(sums_.of[k]);
-}
-
-void Breaking::restore(const std::map<std::string, double>& sums) {
-  if (!active()) return;
-  const auto number = [&](const std::string& name, double otherwise) {
-    const auto at = sums.find(name);
-    return at == sums.end() ? otherwise : at->second;
-  };
-  for_sums(sums_,
-           [&](const std::string& name, auto& to) { to = static_cast<std::decay_t<decltype(to)>>(number(name, name == "breaking/last" ? -1 : 0)); });
-  sums_.of[0] = sums_.broken;
+  keep("breaking/broken", sums_.broken);
+  keep("breaking/avalanches", sums_.avalanches);
+  keep("breaking/size", sums_.size);
+  keep("breaking/largest", sums_.largest);
+  keep("breaking/running", sums_.running);
+  keep("breaking/energy", sums_.energy);
+  keep("breaking/dissipated", sums_.dissipated);
+  keep("breaking/motion_steps", sums_.motion_steps);
+  keep("breaking/motion", sums_.motion);
+  keep("breaking/last", sums_.last, -1);
+  sums_.of[0] = sums_.broken;  // all that are none of the other kinds
   for (std::size_t k = 1; k < kinds_.size(); ++k) {
-    sums_.of[k] = static_cast<std::int64_t>(number("breaking/" + kinds_[k]->words().count, 0));
+    keep("breaking/" + kinds_[k]->words().count, sums_.of[k]);
     sums_.of[0] -= sums_.of[k];
   }
 }

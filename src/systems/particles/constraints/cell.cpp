@@ -80,16 +80,9 @@ void Cell::set_free_strains(const std::vector<double>& strains) {
   for (std::size_t k = 0; k < free_.size(); ++k) free_[k].strain = strains[k];
 }
 
-void Cell::save(std::map<std::string, double>* sums) const {
-  for (const Free& one : free_) (*sums)[saved_name(one.row, one.column)] = one.strain;
-}
-
-void Cell::restore(const std::map<std::string, double>& sums) {
-  for (Free& one : free_) {
-    const auto at = sums.find(saved_name(one.row, one.column));
-    one.strain = at == sums.end() ? 0 : at->second;
-  }
-  keep_strains();
+void Cell::keep(const Keeper& keep) {
+  for (Free& one : free_) keep(saved_name(one.row, one.column), one.strain);
+  if (keep.restores()) keep_strains();
 }
 
 void Cell::edges(double t, double* edges, double* rates) const {

@@ -57,8 +57,7 @@ class Cell {
   std::vector<FreeStrain> free_strains(double t) const;
   void set_free_strains(const std::vector<double>& strains);
   /// Free strains by name, for a checkpoint, and back.
-  void save(std::map<std::string, double>* sums) const;
-  void restore(const std::map<std::string, double>& sums);
+  void keep(const Keeper& keep);
   /// Volume (area, length) at time t.
   double volume(double t) const;
   /// Adds the displacement of their images at time t to ghosts' states, 2d numbers (x, v) each, n + ghosts of them; `sign` -1 takes it away. Their

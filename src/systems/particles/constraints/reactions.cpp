@@ -204,19 +204,10 @@ PetscErrorCode Reactions::observe(double t, const LocalState& state, std::vector
 
 double Reactions::total() const { return std::accumulate(work_.begin(), work_.end(), 0.0); }
 
-void Reactions::save(std::map<std::string, double>* sums) const {
-  for (std::size_t k = 0; k < names_.size(); ++k) (*sums)["work_" + names_[k]] = work_[k];
-  if (works()) (*sums)["path_of_work"] = path_;
-}
-
-void Reactions::restore(const std::map<std::string, double>& sums) {
-  for (std::size_t k = 0; k < names_.size(); ++k) {
-    const auto at = sums.find("work_" + names_[k]);
-    work_[k] = at == sums.end() ? 0 : at->second;
-  }
-  const auto path = sums.find("path_of_work");
-  path_ = path == sums.end() ? 0 : path->second;
-  begun_ = false;
+void Reactions::keep(const Keeper& keep) {
+  for (std::size_t k = 0; k < names_.size(); ++k) keep("work_" + names_[k], work_[k]);
+  if (works()) keep("path_of_work", path_);
+  if (keep.restores()) begun_ = false;
 }
 
 }  // namespace bs

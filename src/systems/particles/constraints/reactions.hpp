@@ -51,8 +51,7 @@ class Reactions {
   /// Sum of the works [J].
   double total() const;
   /// The works so far by name, for a checkpoint, and back: those that it holds.
-  void save(std::map<std::string, double>* sums) const;
-  void restore(const std::map<std::string, double>& sums);
+  void keep(const Keeper& keep);
 
  private:
   /// Forces of the moment and, for holds that move, where they are.
