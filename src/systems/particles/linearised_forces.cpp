@@ -47,7 +47,7 @@ PetscErrorCode LinearisedForces::change_of_force(Vec z, double* f) {
   const LoggedTime logged(LogEvent::tangent_product, z);
   if (!direction_.created()) PetscCall(direction_.create(*net_, vector_));
   PetscCall(direction_.gather_direction(z));
-  terms_->multiply_tangent(t_, state_, direction_, f);
+  for (const Term* term : *terms_) term->multiply_tangent(t_, state_, direction_, f);
   net_->constraints->clear(0, net_->n, 1, f);
   // of a spring at one end: distance and length 3d, rates 10, t dz + w (w.dz) 7d
   PetscCall(PetscLogFlops((10.0 * net_->dim + 10) * static_cast<double>(net_->links.other.size())));
@@ -73,7 +73,8 @@ PetscErrorCode LinearisedForces::damping_force(const double* w, double* f) {
   PetscScalar* a = nullptr;
   PetscFunctionBegin;
   std::fill_n(f, net_->n * d, 0.0);
-  if (!damped_ && !terms_->damps()) {  // no spring has a damper: nothing of other particles is needed
+  if (!damped_ && std::none_of(terms_->begin(), terms_->end(),
+                               [](const Term* term) { return term->damps(); })) {  // no spring has a damper: nothing of other particles is needed
     std::vector<double> free;
     if (net_->constraints->rolls()) {
       free.assign(w, w + net_->n * d);

@@ -30,7 +30,9 @@ class LinearisedForces final : public Linearisation {
   PetscErrorCode predict_tensions(Vec z, double turn, double* part) override;
   void forget_tensions() override { state_.set_tensions(nullptr); }
   PetscErrorCode damping_force(const double* w, double* f) override;
-  void stiffness_sizes(double* size) override { terms_->stiffness_sizes(t_, state_, size); }
+  void stiffness_sizes(double* size) override {
+    for (const Term* term : *terms_) term->stiffness_sizes(t_, state_, size);
+  }
   bool symmetric_at_rest() const override { return !coupled_ && terms_->symmetric(); }
   bool exact_symmetric() const override { return !coupled_ && !axial_damping_ && !net_->softens && terms_->symmetric(); }
   bool pairwise() const override { return net_->interactions.empty(); }

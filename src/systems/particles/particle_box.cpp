@@ -18,7 +18,7 @@ PetscErrorCode ParticleModel::observe_box(double t, std::vector<Observable>* out
   PetscFunctionBegin;
   box.edges(t, edges, nullptr);
   box.velocity_gradient(t, L);
-  terms_->box_forces(state_, &sums);
+  for (const Term* term : *terms_) term->box_forces(state_, &sums);
   double* sigma = sums.virial;
   for (PetscInt i = 0; i < net_.n; ++i) {
     if (net_.fixed[i] == 1) continue;
@@ -58,8 +58,10 @@ PetscErrorCode ParticleModel::strain_response(double t, Vec y, StrainResponse* o
   out->force.assign(static_cast<std::size_t>(q) * static_cast<std::size_t>(net_.n * d), 0.0);
   out->affine.assign(static_cast<std::size_t>(q * q), 0.0);
   out->size.assign(static_cast<std::size_t>(q), 0.0);
-  terms_->strain_response(state_, out);
-  terms_->box_forces(state_, &sums);
+  for (const Term* term : *terms_) {
+    term->strain_response(state_, out);
+    term->box_forces(state_, &sums);
+  }
   PetscCall(sum_over_ranks(net_.comm, out->affine.data(), q * q));
   PetscCall(sum_over_ranks(net_.comm, out->size.data(), q));
   for (double& square : out->size) square = std::sqrt(square);

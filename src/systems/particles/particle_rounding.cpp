@@ -43,7 +43,7 @@ PetscErrorCode ParticleModel::force_magnitudes(double t, Vec y, double* size) {
   if (constraints_.box().active()) constraints_.box().edges(t, edges, nullptr);
   for (int k = 0; k < d; ++k)
     for (int c = 0; c < d && net_.box.periodic[k]; ++c) far[c] += std::abs(edges[k * d + c]);
-  terms_->outer_sizes(t, state_, laws.data());
+  for (const Term* term : *terms_) term->outer_sizes(t, state_, laws.data());
   for (PetscInt i = 0; i < net_.n; ++i)
     for (PetscInt c = 0; c < d; ++c) size[i * d + c] = 2 * rates_[i] * (ends[static_cast<std::size_t>(i * d + c)] + far[c]) + laws[i];
   constraints_.clear(0, net_.n, 1, size);
@@ -62,11 +62,13 @@ PetscErrorCode ParticleModel::force_sizes(double t, Vec y, std::vector<double>* 
   for (PetscInt i = 0; i < net_.n; ++i)
     for (PetscInt e = net_.links.start[i]; e < net_.links.start[i + 1]; ++e)
       if (net_.links.spring[e] >= 0) (*inner)[i] += std::abs(terms_->pairs().measure(state_, i, e).tension);
-  terms_->inner_sizes(state_, inner->data());
-  terms_->outer_sizes(t, state_, outer->data());
+  for (const Term* term : *terms_) {
+    term->inner_sizes(state_, inner->data());
+    term->outer_sizes(t, state_, outer->data());
+  }
   for (std::size_t k = 0; k < net_.anchors.particle.size(); ++k)
     (*outer)[net_.anchors.particle[k]] += std::abs(terms_->pairs().anchor_tension(t, state_, static_cast<PetscInt>(k)));
-  terms_->forces_on(held, t, state_, force.data());
+  for (const Term* term : *terms_) term->forces_on(held, t, state_, force.data());
   constraints_.for_held([&](std::size_t k, int c) { square[k] += force[k * d + c] * force[k * d + c]; });
   for (std::size_t k = 0; k < held.size(); ++k) (*outer)[held[k]] = std::max((*outer)[held[k]], std::sqrt(square[k]));
   PetscFunctionReturn(0);
@@ -82,7 +84,8 @@ PetscErrorCode ParticleModel::energy_supply(double t, Vec y, EnergySupply* out, 
   PetscCall(state_.gather(t, y));
   if (coupling_.active()) PetscCall(terms_->gather(state_));
   const Energies e = energies_at(t, y);
-  const Supply s = terms_->supply(t, state_);
+  Supply s;
+  for (const Term* term : *terms_) term->supply(t, state_, &s);
   double sums[10] = {e.kinetic + e.elastic, e.field, s.field, s.coupling, s.fluid, s.pull[0], s.pull[1], s.pull[2], 0, e.elastic};
   for (PetscInt i = 0; i < net_.n; ++i)
     for (PetscInt c = 0; c < d; ++c) sums[8] += 1e-20 * rates_[i] * state_.at(i)[c] * state_.at(i)[c];

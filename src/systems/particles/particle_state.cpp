@@ -36,7 +36,7 @@ void ParticleModel::springs_changed() {
 PetscErrorCode ParticleModel::commit(Step step) {
   PetscFunctionBegin;
   if (loads_) step.h = 0;
-  PetscCall(terms_->accept(step, state_));
+  for (Term* term : *terms_) PetscCall(term->accept(step, state_));
   PetscFunctionReturn(0);
 }
 

@@ -36,7 +36,7 @@ void ParticleStress::compute(const Terms& terms, double t, const LocalState& sta
   const int d = net_->dim;
   double L[9];
   values_.assign(static_cast<std::size_t>(net_->n) * static_cast<std::size_t>(count_), 0.0);
-  terms.particle_stress(state, values_.data());
+  for (const Term* term : terms) term->particle_stress(state, values_.data());
   net_->constraints->box().velocity_gradient(t, L);
   for (PetscInt i = 0; i < net_->n; ++i) {
     if (net_->fixed[i] == 1) continue;

@@ -46,12 +46,6 @@ bool Terms::remembers() const {
   return std::any_of(terms_.begin(), terms_.end(), [](const Term* term) { return term->remembers(); });
 }
 
-PetscErrorCode Terms::accept(const Step& step, const LocalState& state) {
-  PetscFunctionBegin;
-  for (Term* term : terms_) PetscCall(term->accept(step, state));
-  PetscFunctionReturn(0);
-}
-
 PetscErrorCode Terms::gather_history(std::vector<StatePart>* parts) {
   PetscFunctionBegin;
   parts->clear();
@@ -82,7 +76,7 @@ void Terms::keep(const Keeper& keep) {
 PetscErrorCode Terms::dissipated(double* energy) const {
   PetscFunctionBegin;
   *energy = 0;
-  for_each([&](const Term& term) { *energy += term.dissipated(); });
+  for (const Term* term : terms_) *energy += term->dissipated();
   PetscCall(sum_over_ranks(net_.comm, energy));
   *energy += breaking_.dissipated();
   PetscFunctionReturn(0);
@@ -95,18 +89,12 @@ PetscErrorCode Terms::gather(const LocalState& state) {
 }
 
 void Terms::forces(Part part, double t, const LocalState& state, double* f, Singularity* fault, Energies* sum) const {
-  for_each([&](const Term& term) { term.forces(part, t, state, f, fault, sum); });
+  for (const Term* term : terms_) term->forces(part, t, state, f, fault, sum);
 }
 
 Energies Terms::energies(double t, const LocalState& state) const {
   Energies sum;
-  for_each([&](const Term& term) { term.energies(t, state, &sum); });
-  return sum;
-}
-
-Supply Terms::supply(double t, const LocalState& state) const {
-  Supply sum;
-  for_each([&](const Term& term) { term.supply(t, state, &sum); });
+  for (const Term* term : terms_) term->energies(t, state, &sum);
   return sum;
 }
 
@@ -115,14 +103,13 @@ Supply Terms::supply(double t, const LocalState& state) const {
 bool Terms::fill(double t, const LocalState& state, bool positive, bool rows, const Coefficients& abc, SparseBlocks* blocks) const {
   if (!blocks->created()) {
     std::vector<std::pair<PetscInt, PetscInt>> joins;
-    for_each([&](const Term& term) { term.join(&joins); });
+    for (const Term* term : terms_) term->join(&joins);
     if (interactions_.empty() && joins.empty()) return false;
     blocks->create(net_.n, net_.dim, joins);
   }
   blocks->zero();
-  for_each([&](const Term& term) {
-    if (!(rows && term.by_rows())) term.add_blocks(t, state, positive, abc, blocks);
-  });
+  for (const Term* term : terms_)
+    if (!(rows && term->by_rows())) term->add_blocks(t, state, positive, abc, blocks);
   return true;
 }
 
@@ -155,7 +142,7 @@ PetscErrorCode Terms::condense_rows(double t, const LocalState& state, const Coe
 
 PotentialChange Terms::beyond_slope(double t, const LocalState& state, const LocalState& line, double lambda, double sigma) const {
   PotentialChange sum;
-  for_each([&](const Term& term) { term.beyond_slope(t, state, line, lambda, sigma, &sum); });
+  for (const Term* term : terms_) term->beyond_slope(t, state, line, lambda, sigma, &sum);
   return sum;
 }
 
@@ -169,18 +156,9 @@ bool Terms::symmetric() const {
   return std::all_of(terms_.begin(), terms_.end(), [](const Term* term) { return term->symmetric(); });
 }
 
-bool Terms::damps() const {
-  return std::any_of(terms_.begin(), terms_.end(), [](const Term* term) { return term->damps(); });
-}
-
-void Terms::outer_sizes(double t, const LocalState& state, double* size) const {
-  std::fill_n(size, net_.n, 0.0);
-  for_each([&](const Term& term) { term.outer_sizes(t, state, size); });
-}
-
 std::vector<double> Terms::rates() const {
   std::vector<double> sum(static_cast<std::size_t>(net_.n), 0.0);
-  for_each([&](const Term& term) { term.add_rates(&sum); });
+  for (const Term* term : terms_) term->add_rates(&sum);
   return sum;
 }
 

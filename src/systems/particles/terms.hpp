@@ -11,13 +11,16 @@ namespace bs {
 class Coupling;
 
 /// Springs and the laws of single particles come first and start every sum; then what couples all particles, interactions of several ends, and what
-/// else is added. Functions are those of Term, for the sum; what they are given is overwritten where it is an array over particles.
+/// else is added. Who walks the list calls a function of Term of each, in that order: springs overwrite arrays over particles, the others add to
+/// them. Functions of Terms are those that do more, or are asked for in many places.
 class Terms {
  public:
   /// The arguments must outlive the object; `coupling`: null where nothing couples all.
   Terms(const Network& net, const ParticleLaws& laws, const Motion& motion, const RowPattern& pattern, Coupling* coupling = nullptr);
   /// One more, behind the others; it must outlive the object.
   void add(Term& term) { terms_.push_back(&term); }
+  auto begin() const { return terms_.begin(); }
+  auto end() const { return terms_.end(); }
   const PairForces& pairs() const { return *pairs_; }
   /// Collective. What the terms so far remember of the past, and which parts of them break; `net` is that given at creation, `lattice` what it was
   /// made of, whose chunk is still there.
@@ -26,7 +29,6 @@ class Terms {
   Breaking& breaking() { return breaking_; }
   const Breaking& breaking() const { return breaking_; }
   bool remembers() const;
-  PetscErrorCode accept(const Step& step, const LocalState& state);
   /// Collective. Histories, and the list of what broke.
   PetscErrorCode gather_history(std::vector<StatePart>* parts);
   PetscErrorCode recall();
@@ -38,44 +40,16 @@ class Terms {
 
   PetscErrorCode gather(const LocalState& state);
   void forces(Part part, double t, const LocalState& state, double* f, Singularity* fault, Energies* sum = nullptr) const;
-  void forces_on(const std::vector<PetscInt>& which, double t, const LocalState& state, double* f) const {
-    for_each([&](const Term& term) { term.forces_on(which, t, state, f); });
-  }
   Energies energies(double t, const LocalState& state) const;
-  Supply supply(double t, const LocalState& state) const;
-  void multiply_tangent(double t, const LocalState& state, const LocalState& z, double* f) const {
-    for_each([&](const Term& term) { term.multiply_tangent(t, state, z, f); });
-  }
   PetscErrorCode jacobian(double t, const LocalState& state, double sigma, bool momentum, RowWriter* writer) const;
   void condense_springs(double t, const LocalState& state, const Coefficients& abc, bool positive, PairMatrix* S) const;
   PetscErrorCode condense_rows(double t, const LocalState& state, const Coefficients& abc, bool positive, RowWriter* writer) const;
   PotentialChange beyond_slope(double t, const LocalState& state, const LocalState& line, double lambda, double sigma) const;
   std::string lacks_potential() const;
   bool symmetric() const;
-  bool damps() const;
-  void strain_response(const LocalState& state, StrainResponse* sum) const {
-    for_each([&](const Term& term) { term.strain_response(state, sum); });
-  }
-  void box_forces(const LocalState& state, BoxForces* sum) const {
-    for_each([&](const Term& term) { term.box_forces(state, sum); });
-  }
-  void particle_stress(const LocalState& state, double* sum) const {
-    for_each([&](const Term& term) { term.particle_stress(state, sum); });
-  }
-  void inner_sizes(const LocalState& state, double* size) const {
-    for_each([&](const Term& term) { term.inner_sizes(state, size); });
-  }
-  void outer_sizes(double t, const LocalState& state, double* size) const;
   std::vector<double> rates() const;
-  void stiffness_sizes(double t, const LocalState& state, double* size) const {
-    for_each([&](const Term& term) { term.stiffness_sizes(t, state, size); });
-  }
 
  private:
-  template <class F>
-  void for_each(F&& f) const {
-    for (const Term* term : terms_) f(*term);
-  }
   bool fill(double t, const LocalState& state, bool positive, bool rows, const Coefficients& abc, SparseBlocks* blocks) const;
 
   const Network& net_;

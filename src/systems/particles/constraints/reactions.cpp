@@ -81,7 +81,8 @@ double full_load_energy(const Network& net, const ParticleLaws& laws, const Loca
 void Reactions::measure(double t, const LocalState& state, Moment* out) const {
   const std::size_t d = static_cast<std::size_t>(net_->dim);
   out->force.resize(moved_.empty() ? 0 : constraints_->holders().size() * d);
-  if (!moved_.empty()) terms_->forces_on(constraints_->holders(), t, state, out->force.data());
+  if (!moved_.empty())
+    for (const Term* term : *terms_) term->forces_on(constraints_->holders(), t, state, out->force.data());
   out->x.resize(moved_.size() * d);
   out->v.resize(out->x.size());
   for (std::size_t k = 0; k < moved_.size(); ++k)
@@ -108,7 +109,7 @@ void Reactions::measure(double t, const LocalState& state, Moment* out) const {
   }
   if (!constraints_->box().moving()) return;
   out->box = {};
-  terms_->box_forces(state, &out->box);
+  for (const Term* term : *terms_) term->box_forces(state, &out->box);
   constraints_->box().edges(t, out->edges, nullptr);
 }
 
@@ -165,7 +166,7 @@ PetscErrorCode Reactions::advance(double t, const LocalState& state) {
 std::vector<double> Reactions::of_holders(double t, const LocalState& state) const {
   const std::size_t d = static_cast<std::size_t>(net_->dim);
   std::vector<double> force(constraints_->holders().size() * d), reaction(force.size(), 0.0);
-  terms_->forces_on(constraints_->holders(), t, state, force.data());
+  for (const Term* term : *terms_) term->forces_on(constraints_->holders(), t, state, force.data());
   constraints_->for_held([&](std::size_t k, int c) { reaction[k * d + c] = -force[k * d + c]; });
   for (const Constraints::Hold& hold : constraints_->holds()) {
     if (hold.particle >= net_->n) break;
