@@ -47,36 +47,19 @@ void ParticleStress::compute(const Terms& terms, double t, const LocalState& sta
   }
 }
 
-PetscErrorCode ParticleStress::create_field(PetscInt rows) {
-  const PetscInt count = count_;
-  ISHandle from, to;
-  PetscFunctionBegin;
-  if (shown_) PetscFunctionReturn(0);
-  for (const auto& [vec, size] : {std::pair{&own_, net_->n}, {&shown_, rows}}) {
-    PetscCall(VecCreate(net_->comm, vec->out()));
-    PetscCall(VecSetSizes(*vec, size * count, PETSC_DETERMINE));
-    PetscCall(VecSetBlockSize(*vec, count));
-    PetscCall(VecSetType(*vec, VECSTANDARD));
-  }
-  const std::vector<PetscInt> target(net_->row.begin(), net_->row.begin() + net_->n);
-  PetscInt first = 0;
-  PetscCall(VecGetOwnershipRange(own_, &first, nullptr));
-  PetscCall(ISCreateStride(net_->comm, net_->n * count, first, 1, from.out()));
-  PetscCall(ISCreateBlock(net_->comm, count, net_->n, target.data(), PETSC_COPY_VALUES, to.out()));
-  PetscCall(VecScatterCreate(own_, from, shown_, to, to_shown_.out()));
-  PetscFunctionReturn(0);
-}
-
 PetscErrorCode ParticleStress::field(const Terms& terms, double t, const LocalState& state, PetscInt rows, Vec* out) {
-  PetscScalar* a = nullptr;
   PetscFunctionBegin;
-  PetscCall(create_field(rows));
+  if (!shown_) {
+    PetscCall(VecCreate(net_->comm, shown_.out()));
+    PetscCall(VecSetSizes(shown_, rows * count_, PETSC_DETERMINE));
+    PetscCall(VecSetBlockSize(shown_, count_));
+    PetscCall(VecSetType(shown_, VECSTANDARD));
+  }
   compute(terms, t, state);
-  PetscCall(VecGetArray(own_, &a));
-  std::copy(values_.begin(), values_.end(), a);
-  PetscCall(VecRestoreArray(own_, &a));
-  PetscCall(VecScatterBegin(to_shown_, own_, shown_, INSERT_VALUES, SCATTER_FORWARD));
-  PetscCall(VecScatterEnd(to_shown_, own_, shown_, INSERT_VALUES, SCATTER_FORWARD));
+  const std::vector<PetscInt> target(net_->row.begin(), net_->row.end());
+  PetscCall(VecSetValuesBlocked(shown_, net_->n, target.data(), values_.data(), INSERT_VALUES));
+  PetscCall(VecAssemblyBegin(shown_));
+  PetscCall(VecAssemblyEnd(shown_));
   *out = shown_;
   PetscFunctionReturn(0);
 }

@@ -24,15 +24,13 @@ class ParticleStress {
 
  private:
   void compute(const Terms& terms, double t, const LocalState& state);
-  PetscErrorCode create_field(PetscInt rows);
 
   const Network* net_ = nullptr;
   int count_ = 0;  ///< d(d+1)/2
   bool in_frames_ = false;
   std::vector<std::size_t> groups_;  ///< of the network's
   std::vector<double> values_;       ///< (n, count)
-  VecHandle own_, shown_;
-  ScatterHandle to_shown_;
+  VecHandle shown_;
 };
 
 }  // namespace bs
