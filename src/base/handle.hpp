@@ -3,6 +3,7 @@
 #include <petscsf.h>
 #include <petscts.h>
 #include <utility>
+#include <vector>
 
 namespace bs {
 
@@ -49,6 +50,37 @@ using PCHandle = Handle<PC, PCDestroy>;
 using SNESHandle = Handle<SNES, SNESDestroy>;
 using TSHandle = Handle<TS, TSDestroy>;
 using ViewerHandle = Handle<PetscViewer, PetscViewerDestroy>;
+
+/// Collective. A vector of `rows` rows of this rank, of `width` numbers each.
+inline PetscErrorCode create_vec(MPI_Comm comm, PetscInt rows, PetscInt width, Vec* out) {
+  PetscFunctionBegin;
+  PetscCall(VecCreate(comm, out));
+  PetscCall(VecSetSizes(*out, rows * width, PETSC_DETERMINE));
+  PetscCall(VecSetBlockSize(*out, width));
+  PetscCall(VecSetType(*out, VECSTANDARD));
+  PetscFunctionReturn(0);
+}
+
+/// Collective. `to` gets what the scatter takes from `from`; the other way round adds to it.
+inline PetscErrorCode scatter_all(VecScatter scatter, Vec from, Vec to, ScatterMode way = SCATTER_FORWARD, InsertMode mode = INSERT_VALUES) {
+  PetscFunctionBegin;
+  PetscCall(VecScatterBegin(scatter, from, to, mode, way));
+  PetscCall(VecScatterEnd(scatter, from, to, mode, way));
+  PetscFunctionReturn(0);
+}
+
+/// Collective. Every leaf of `to` gets the `width` numbers of its root in `from`.
+template <class T>
+PetscErrorCode fetch_roots(PetscSF sf, int width, const std::vector<T>& from, std::vector<T>* to) {
+  MPI_Datatype type;
+  PetscFunctionBegin;
+  PetscCallMPI(MPI_Type_contiguous(width * static_cast<int>(sizeof(T)), MPI_BYTE, &type));
+  PetscCallMPI(MPI_Type_commit(&type));
+  PetscCall(PetscSFBcastBegin(sf, type, from.data(), to->data(), MPI_REPLACE));
+  PetscCall(PetscSFBcastEnd(sf, type, from.data(), to->data(), MPI_REPLACE));
+  PetscCallMPI(MPI_Type_free(&type));
+  PetscFunctionReturn(0);
+}
 
 /// `copy` gets the numbers of `original`, in the vector that it has, or else in one made like that.
 inline PetscErrorCode copy_into(VecHandle* copy, Vec original) {

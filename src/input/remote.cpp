@@ -33,7 +33,6 @@ bool here(const Rows& rows, std::int64_t row) { return row >= rows.first && row 
 PetscErrorCode fetch_rows(MPI_Comm comm, const Rows& rows, const std::vector<double>& values, int width, const std::vector<std::int64_t>& wanted,
                           std::vector<double>* out) {
   SFHandle sf;
-  MPI_Datatype unit;
   const std::size_t w = static_cast<std::size_t>(width);
   PetscFunctionBegin;
   const PetscMPIInt size = size_of(comm);
@@ -49,11 +48,7 @@ PetscErrorCode fetch_rows(MPI_Comm comm, const Rows& rows, const std::vector<dou
   PetscCall(PetscSFCreate(comm, sf.out()));
   PetscCall(PetscSFSetGraph(sf, static_cast<PetscInt>(rows.count), static_cast<PetscInt>(remote.size()), nullptr, PETSC_COPY_VALUES, nodes.data(),
                             PETSC_COPY_VALUES));
-  PetscCallMPI(MPI_Type_contiguous(width, MPI_DOUBLE, &unit));
-  PetscCallMPI(MPI_Type_commit(&unit));
-  PetscCall(PetscSFBcastBegin(sf, unit, values.data(), got.data(), MPI_REPLACE));
-  PetscCall(PetscSFBcastEnd(sf, unit, values.data(), got.data(), MPI_REPLACE));
-  PetscCallMPI(MPI_Type_free(&unit));
+  PetscCall(fetch_roots(sf, width, values, &got));
 
   out->resize(wanted.size() * w);
   for (std::size_t k = 0; k < wanted.size(); ++k) {

@@ -37,19 +37,9 @@ PetscErrorCode PairMatrix::create(const Graph& graph, PairPattern pattern) {
   PetscFunctionReturn(0);
 }
 
-PetscErrorCode PairMatrix::create_vector(Vec* out) const {
-  PetscFunctionBegin;
-  PetscCall(VecCreate(graph_->comm, out));
-  PetscCall(VecSetSizes(*out, graph_->n * dim_, PETSC_DETERMINE));
-  PetscCall(VecSetBlockSize(*out, dim_));
-  PetscCall(VecSetType(*out, VECSTANDARD));
-  PetscFunctionReturn(0);
-}
-
 PetscErrorCode PairMatrix::fetch_ghosts(Vec p, std::vector<double>* ghosts) {
   PetscFunctionBegin;
-  PetscCall(VecScatterBegin(scatter_, p, ghost_values_, INSERT_VALUES, SCATTER_FORWARD));
-  PetscCall(VecScatterEnd(scatter_, p, ghost_values_, INSERT_VALUES, SCATTER_FORWARD));
+  PetscCall(scatter_all(scatter_, p, ghost_values_));
   const ReadArray a(ghost_values_);
   ghosts->assign(a.data(), a + graph_->ghosts * dim_);
   PetscFunctionReturn(0);
@@ -61,8 +51,7 @@ PetscErrorCode PairMatrix::add_ghosts(const std::vector<double>& ghosts, Vec y) 
   PetscCall(VecGetArrayWrite(ghost_values_, &a));
   std::copy(ghosts.begin(), ghosts.end(), a);
   PetscCall(VecRestoreArrayWrite(ghost_values_, &a));
-  PetscCall(VecScatterBegin(scatter_, ghost_values_, y, ADD_VALUES, SCATTER_REVERSE));
-  PetscCall(VecScatterEnd(scatter_, ghost_values_, y, ADD_VALUES, SCATTER_REVERSE));
+  PetscCall(scatter_all(scatter_, ghost_values_, y, SCATTER_REVERSE, ADD_VALUES));
   PetscFunctionReturn(0);
 }
 

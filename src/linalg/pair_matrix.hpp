@@ -90,7 +90,7 @@ class PairMatrix {
   PetscErrorCode fetch_ghosts(Vec p, std::vector<double>* ghosts);
   PetscErrorCode add_ghosts(const std::vector<double>& ghosts, Vec y);
   /// Collective. A vector the matrix acts on.
-  PetscErrorCode create_vector(Vec* out) const;
+  PetscErrorCode create_vector(Vec* out) const { return create_vec(graph_->comm, graph_->n, dim_, out); }
 
  private:
   PetscErrorCode hold_product(Vec p, Vec y) const;

@@ -43,7 +43,6 @@ PetscErrorCode fetch(MPI_Comm comm, const Lattice& lattice, Network* net) {
   const std::size_t chunk = static_cast<std::size_t>(lattice.springs.count);
   std::vector<double> given(chunk * unit, 0.0), got(links.spring.size() * unit, 0.0);
   std::vector<PetscInt> here, there;
-  MPI_Datatype type;
   LayoutHandle layout;
   SFHandle sf;
   PetscFunctionBegin;
@@ -59,11 +58,7 @@ PetscErrorCode fetch(MPI_Comm comm, const Lattice& lattice, Network* net) {
   PetscCall(PetscLayoutCreateFromSizes(comm, static_cast<PetscInt>(chunk), PETSC_DECIDE, 1, layout.out()));
   PetscCall(PetscSFCreate(comm, sf.out()));
   PetscCall(PetscSFSetGraphLayout(sf, layout, static_cast<PetscInt>(here.size()), here.data(), PETSC_COPY_VALUES, there.data()));
-  PetscCallMPI(MPI_Type_contiguous(static_cast<PetscMPIInt>(unit), MPI_DOUBLE, &type));
-  PetscCallMPI(MPI_Type_commit(&type));
-  PetscCall(PetscSFBcastBegin(sf, type, given.data(), got.data(), MPI_REPLACE));
-  PetscCall(PetscSFBcastEnd(sf, type, given.data(), got.data(), MPI_REPLACE));
-  PetscCallMPI(MPI_Type_free(&type));
+  PetscCall(fetch_roots(sf, static_cast<int>(unit), given, &got));
   net->laws.assign(spring_laws().size(), 0);
   for (std::size_t e = 0; e < links.spring.size(); ++e) {
     links.law.push_back(static_cast<std::uint8_t>(got[e * unit]));
@@ -119,8 +114,7 @@ PetscErrorCode give_columns(MPI_Comm comm, const Lattice& lattice, Network* net)
     columns.places[parameter] = static_cast<int>(c);
     for (std::size_t q = 0; q < width; ++q, ++c) {
       for (std::size_t k = 0; k < sent.size(); ++k) sent[k] = column.value[k * width + q];
-      PetscCall(PetscSFBcastBegin(sf, MPI_DOUBLE, sent.data(), received.data(), MPI_REPLACE));
-      PetscCall(PetscSFBcastEnd(sf, MPI_DOUBLE, sent.data(), received.data(), MPI_REPLACE));
+      PetscCall(fetch_roots(sf, 1, sent, &received));
       for (std::size_t i = 0; i < n; ++i) columns.given[i * columns.width + c] = received[i];
     }
   }

@@ -30,8 +30,7 @@ class GhostCopies {
     PetscCall(VecGetArrayWrite(owned_, &a));
     std::copy_n(values.begin(), net_->n, a);
     PetscCall(VecRestoreArrayWrite(owned_, &a));
-    PetscCall(VecScatterBegin(scatter_, owned_, ghosts_, INSERT_VALUES, SCATTER_FORWARD));
-    PetscCall(VecScatterEnd(scatter_, owned_, ghosts_, INSERT_VALUES, SCATTER_FORWARD));
+    PetscCall(scatter_all(scatter_, owned_, ghosts_));
     const ReadArray b(ghosts_);
     for (PetscInt g = 0; g < net_->ghosts; ++g) use(net_->n + g, static_cast<Value>(b[g]));
     PetscFunctionReturn(0);

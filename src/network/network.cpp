@@ -75,24 +75,15 @@ PetscErrorCode fetch_particle_data(MPI_Comm comm, const Lattice& lattice, const 
   net->fixed.resize(rows.size());
   net->held.resize(rows.size() * d);
   net->mass.resize(rows.size());
-  PetscCall(PetscSFBcastBegin(all, MPIU_INT, global_of.data(), net->global.data(), MPI_REPLACE));
-  PetscCall(PetscSFBcastEnd(all, MPIU_INT, global_of.data(), net->global.data(), MPI_REPLACE));
-  PetscCall(PetscSFBcastBegin(all, MPI_UNSIGNED_CHAR, lattice.fixed.data(), net->fixed.data(), MPI_REPLACE));
-  PetscCall(PetscSFBcastEnd(all, MPI_UNSIGNED_CHAR, lattice.fixed.data(), net->fixed.data(), MPI_REPLACE));
-  PetscCall(PetscSFBcastBegin(all, MPI_DOUBLE, lattice.mass.data(), net->mass.data(), MPI_REPLACE));
-  PetscCall(PetscSFBcastEnd(all, MPI_DOUBLE, lattice.mass.data(), net->mass.data(), MPI_REPLACE));
+  PetscCall(fetch_roots(all, 1, global_of, &net->global));
+  PetscCall(fetch_roots(all, 1, lattice.fixed, &net->fixed));
+  PetscCall(fetch_roots(all, 1, lattice.mass, &net->mass));
+  PetscCall(fetch_roots(all, d, lattice.position, &net->held));
   net->inertia.assign(net->mass.begin(), net->mass.begin() + static_cast<std::ptrdiff_t>(owned.size()));
-  MPI_Datatype point;
-  PetscCallMPI(MPI_Type_contiguous(d, MPI_DOUBLE, &point));
-  PetscCallMPI(MPI_Type_commit(&point));
-  PetscCall(PetscSFBcastBegin(all, point, lattice.position.data(), net->held.data(), MPI_REPLACE));
-  PetscCall(PetscSFBcastEnd(all, point, lattice.position.data(), net->held.data(), MPI_REPLACE));
-  PetscCallMPI(MPI_Type_free(&point));
   std::vector<std::uint8_t> chosen(rows.size());
   for (const Group& group : lattice.groups) {
     NetworkGroup found{group.name, 0, {}};
-    PetscCall(PetscSFBcastBegin(all, MPI_UNSIGNED_CHAR, group.member.data(), chosen.data(), MPI_REPLACE));
-    PetscCall(PetscSFBcastEnd(all, MPI_UNSIGNED_CHAR, group.member.data(), chosen.data(), MPI_REPLACE));
+    PetscCall(fetch_roots(all, 1, group.member, &chosen));
     for (std::size_t i = 0; i < chosen.size(); ++i)
       if (chosen[i]) found.member.push_back(static_cast<PetscInt>(i));
     found.total = std::count(chosen.begin(), chosen.begin() + static_cast<std::ptrdiff_t>(owned.size()), 1);

@@ -36,10 +36,7 @@ PetscErrorCode StandardForm::create_vector(Vec* u) const {
 
 PetscErrorCode StandardForm::create_full(Vec* z) const {
   PetscFunctionBegin;
-  PetscCall(VecCreate(comm(), z));
-  PetscCall(VecSetSizes(*z, lin_->points() * lin_->dim(), PETSC_DETERMINE));
-  PetscCall(VecSetBlockSize(*z, lin_->dim()));
-  PetscCall(VecSetType(*z, VECSTANDARD));
+  PetscCall(create_vec(comm(), lin_->points(), lin_->dim(), z));
   PetscFunctionReturn(0);
 }
 

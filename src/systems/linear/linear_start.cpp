@@ -53,8 +53,7 @@ PetscErrorCode LinearModel::start_from_conditions() {
   PetscCall(VecGetOwnershipRange(system_.x0, &first, &last));
   PetscCall(ISCreateStride(comm_, last - first, first, 1, rows.out()));
   PetscCall(VecScatterCreate(z, rows, system_.x0, rows, scatter.out()));
-  PetscCall(VecScatterBegin(scatter, z, system_.x0, INSERT_VALUES, SCATTER_FORWARD));
-  PetscCall(VecScatterEnd(scatter, z, system_.x0, INSERT_VALUES, SCATTER_FORWARD));
+  PetscCall(scatter_all(scatter, z, system_.x0));
   PetscCall(check_start(z));
   start = {};
   PetscFunctionReturn(0);
@@ -68,8 +67,7 @@ PetscErrorCode LinearModel::check_start(Vec z) {
   PetscFunctionBegin;
   if (checks.empty()) PetscFunctionReturn(0);
   PetscCall(VecScatterCreateToAll(z, scatter.out(), all.out()));
-  PetscCall(VecScatterBegin(scatter, z, all, INSERT_VALUES, SCATTER_FORWARD));
-  PetscCall(VecScatterEnd(scatter, z, all, INSERT_VALUES, SCATTER_FORWARD));
+  PetscCall(scatter_all(scatter, z, all));
   std::string fault;
   {
     const ReadArray v(all);

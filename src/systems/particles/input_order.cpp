@@ -33,12 +33,7 @@ PetscErrorCode InputOrder::create(const Network& net, PetscInt rows, Vec layout)
   PetscFunctionBegin;
   net_ = &net;
   own_.assign(static_cast<std::size_t>(rows), -1);
-  for (VecHandle* vec : {&position_, &velocity_}) {
-    PetscCall(VecCreate(net.comm, vec->out()));
-    PetscCall(VecSetSizes(*vec, rows * net.dim, PETSC_DETERMINE));
-    PetscCall(VecSetBlockSize(*vec, net.dim));
-    PetscCall(VecSetType(*vec, VECSTANDARD));
-  }
+  for (VecHandle* vec : {&position_, &velocity_}) PetscCall(create_vec(net.comm, rows, net.dim, vec->out()));
   PetscCall(create_scatters(layout));
   const PetscMPIInt ranks = size_of(net.comm);
   has_all_ = ranks == 1;
@@ -81,8 +76,7 @@ PetscErrorCode InputOrder::exchange(Vec y, ScatterMode way) {
   if (!travels_) PetscFunctionReturn(0);
   for (const auto& [scatter, rows] : {std::pair{to_position_.get(), position_.get()}, {to_velocity_.get(), velocity_.get()}}) {
     Vec from = way == SCATTER_FORWARD ? y : rows, to = way == SCATTER_FORWARD ? rows : y;
-    PetscCall(VecScatterBegin(scatter, from, to, INSERT_VALUES, way));
-    PetscCall(VecScatterEnd(scatter, from, to, INSERT_VALUES, way));
+    PetscCall(scatter_all(scatter, from, to, way));
   }
   PetscFunctionReturn(0);
 }

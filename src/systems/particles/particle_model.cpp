@@ -157,10 +157,7 @@ PetscErrorCode ParticleModel::create_state() {
   const PetscInt d = net_.dim, bs = 2 * d;
   PetscScalar* ay = nullptr;
   PetscFunctionBegin;
-  PetscCall(VecCreate(net_.comm, y0_.out()));
-  PetscCall(VecSetSizes(y0_, net_.n * bs, PETSC_DETERMINE));
-  PetscCall(VecSetBlockSize(y0_, bs));
-  PetscCall(VecSetType(y0_, VECSTANDARD));
+  PetscCall(create_vec(net_.comm, net_.n, bs, y0_.out()));
   PetscCall(VecGetArray(y0_, &ay));
   for (PetscInt i = 0; i < net_.n; ++i)
     for (PetscInt c = 0; c < d; ++c) {

@@ -49,12 +49,7 @@ void ParticleStress::compute(const Terms& terms, double t, const LocalState& sta
 
 PetscErrorCode ParticleStress::field(const Terms& terms, double t, const LocalState& state, PetscInt rows, Vec* out) {
   PetscFunctionBegin;
-  if (!shown_) {
-    PetscCall(VecCreate(net_->comm, shown_.out()));
-    PetscCall(VecSetSizes(shown_, rows * count_, PETSC_DETERMINE));
-    PetscCall(VecSetBlockSize(shown_, count_));
-    PetscCall(VecSetType(shown_, VECSTANDARD));
-  }
+  if (!shown_) PetscCall(create_vec(net_->comm, rows, count_, shown_.out()));
   compute(terms, t, state);
   const std::vector<PetscInt> target(net_->row.begin(), net_->row.end());
   PetscCall(VecSetValuesBlocked(shown_, net_->n, target.data(), values_.data(), INSERT_VALUES));

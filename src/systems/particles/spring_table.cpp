@@ -31,12 +31,8 @@ PetscErrorCode SpringTable::create(const Network& net, const Rows& rows) {
   if (alone_) PetscFunctionReturn(0);
   const PetscInt count = static_cast<PetscInt>(target.size());
   VecHandle local;
-  PetscCall(VecCreate(net.comm, local.out()));
-  PetscCall(VecSetSizes(local, count, PETSC_DETERMINE));
-  PetscCall(VecSetType(local, VECSTANDARD));
-  PetscCall(VecCreate(net.comm, like.out()));
-  PetscCall(VecSetSizes(like, rows_, PETSC_DETERMINE));
-  PetscCall(VecSetType(like, VECSTANDARD));
+  PetscCall(create_vec(net.comm, count, 1, local.out()));
+  PetscCall(create_vec(net.comm, rows_, 1, like.out()));
   PetscCall(ISCreateGeneral(net.comm, count, target.data(), PETSC_COPY_VALUES, to.out()));
   PetscCall(VecScatterCreate(local, nullptr, like, to, scatter_.out()));
   local_.push_back(std::move(local));
@@ -45,11 +41,7 @@ PetscErrorCode SpringTable::create(const Network& net, const Rows& rows) {
 
 PetscErrorCode SpringTable::make(std::size_t number, VecHandle* out) {
   PetscFunctionBegin;
-  if (!*out) {
-    PetscCall(VecCreate(net_->comm, out->out()));
-    PetscCall(VecSetSizes(*out, rows_, PETSC_DETERMINE));
-    PetscCall(VecSetType(*out, VECSTANDARD));
-  }
+  if (!*out) PetscCall(create_vec(net_->comm, rows_, 1, out->out()));
   if (alone_ || number < local_.size()) PetscFunctionReturn(0);
   local_.emplace_back();
   PetscCall(VecDuplicate(local_.front(), local_.back().out()));
@@ -58,9 +50,7 @@ PetscErrorCode SpringTable::make(std::size_t number, VecHandle* out) {
 
 PetscErrorCode SpringTable::scatter_rows(std::size_t number, Vec out) {
   PetscFunctionBegin;
-  if (alone_) PetscFunctionReturn(0);
-  PetscCall(VecScatterBegin(scatter_, local_[number], out, INSERT_VALUES, SCATTER_FORWARD));
-  PetscCall(VecScatterEnd(scatter_, local_[number], out, INSERT_VALUES, SCATTER_FORWARD));
+  if (!alone_) PetscCall(scatter_all(scatter_, local_[number], out));
   PetscFunctionReturn(0);
 }
 
@@ -79,8 +69,7 @@ PetscErrorCode SpringTable::fetch_rows(Vec rows) {
     PetscCall(ISCreateGeneral(net_->comm, count, source.data(), PETSC_COPY_VALUES, from.out()));
     PetscCall(VecScatterCreate(rows, from, all_, nullptr, back_.out()));
   }
-  PetscCall(VecScatterBegin(back_, rows, all_, INSERT_VALUES, SCATTER_FORWARD));
-  PetscCall(VecScatterEnd(back_, rows, all_, INSERT_VALUES, SCATTER_FORWARD));
+  PetscCall(scatter_all(back_, rows, all_));
   PetscFunctionReturn(0);
 }
 

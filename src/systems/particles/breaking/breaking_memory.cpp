@@ -103,8 +103,7 @@ PetscErrorCode Breaking::recall_kind(std::size_t kind) {
   PetscCall(VecScatterCreateToZero(kept_[kind][0], to_first.out(), first.out()));
   for (std::size_t k = 0; k < entries.size(); ++k) {
     PetscInt count;
-    PetscCall(VecScatterBegin(to_first, kept_[kind][k], first, INSERT_VALUES, SCATTER_FORWARD));
-    PetscCall(VecScatterEnd(to_first, kept_[kind][k], first, INSERT_VALUES, SCATTER_FORWARD));
+    PetscCall(scatter_all(to_first, kept_[kind][k], first));
     PetscCall(VecGetLocalSize(first, &count));
     const ReadArray a(first);
     for (PetscInt row = 0; row < count && k == 0; ++row)

@@ -144,11 +144,7 @@ void InteractionBreaks::mend_from(std::size_t cut) {
 
 PetscErrorCode InteractionBreaks::flags(Vec* out) {
   PetscFunctionBegin;
-  if (!flags_) {
-    PetscCall(VecCreate(net_->comm, flags_.out()));
-    PetscCall(VecSetSizes(flags_, static_cast<PetscInt>(rows_.count), PETSC_DETERMINE));
-    PetscCall(VecSetType(flags_, VECSTANDARD));
-  }
+  if (!flags_) PetscCall(create_vec(net_->comm, static_cast<PetscInt>(rows_.count), 1, flags_.out()));
   PetscCall(VecZeroEntries(flags_));
   for (std::size_t k = 0; k < table_->row.size(); ++k)
     if (ends(k)[0] < net_->n && table_->is_broken(k)) PetscCall(VecSetValue(flags_, static_cast<PetscInt>(table_->row[k]), 1.0, INSERT_VALUES));

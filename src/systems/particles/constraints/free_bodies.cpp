@@ -153,10 +153,8 @@ PetscErrorCode FreeBodies::add_up(std::vector<double>* values) const {
   PetscFunctionBegin;
   std::copy(values->begin(), values->end(), WriteArray(mine_).data());
   PetscCall(VecZeroEntries(whole_));
-  PetscCall(VecScatterBegin(scatter_, mine_, whole_, ADD_VALUES, SCATTER_REVERSE));
-  PetscCall(VecScatterEnd(scatter_, mine_, whole_, ADD_VALUES, SCATTER_REVERSE));
-  PetscCall(VecScatterBegin(scatter_, whole_, mine_, INSERT_VALUES, SCATTER_FORWARD));
-  PetscCall(VecScatterEnd(scatter_, whole_, mine_, INSERT_VALUES, SCATTER_FORWARD));
+  PetscCall(scatter_all(scatter_, mine_, whole_, SCATTER_REVERSE, ADD_VALUES));
+  PetscCall(scatter_all(scatter_, whole_, mine_));
   std::copy_n(ReadArray(mine_).data(), values->size(), values->begin());
   PetscFunctionReturn(0);
 }
