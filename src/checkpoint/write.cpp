@@ -11,6 +11,7 @@
 #include "output/fresh_file.hpp"
 #include "output/h5.hpp"
 #include "output/tables.hpp"
+#include "systems/frame_rows.hpp"
 
 namespace bs {
 
@@ -25,16 +26,13 @@ PetscErrorCode write_parts(MPI_Comm comm, hid_t file, const std::string& name, c
   PetscFunctionBegin;
   for (std::size_t k = 0; k < parts.size(); ++k) {
     PetscInt first, last, total, columns;
-    const PetscScalar* ay = nullptr;
+    std::vector<double> rows;
     PetscCall(VecGetOwnershipRange(parts[k].vec, &first, &last));
     PetscCall(VecGetSize(parts[k].vec, &total));
     PetscCall(VecGetBlockSize(parts[k].vec, &columns));
-    PetscCall(VecGetArrayRead(parts[k].vec, &ay));
-    Dataset table{name + "/" + parts[k].name, first / columns, total / columns, static_cast<int>(columns),
-                  std::vector<double>(ay, ay + (last - first))};
-    PetscCall(VecRestoreArrayRead(parts[k].vec, &ay));
-    sum.add(k, first / columns, static_cast<int>(columns), std::get<std::vector<double>>(table.rows));
-    PetscCall(write_table(file, table));
+    PetscCall(own_numbers(parts[k].vec, &rows));
+    sum.add(k, first / columns, static_cast<int>(columns), rows);
+    PetscCall(write_table(file, {name + "/" + parts[k].name, first / columns, total / columns, static_cast<int>(columns), std::move(rows)}));
   }
   std::uint64_t all = sum.value();
   PetscCall(sum_over_ranks(comm, &all));

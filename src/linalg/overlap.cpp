@@ -3,6 +3,7 @@
 #include <unordered_map>
 #include "base/collective.hpp"
 #include "base/disjoint_sets.hpp"
+#include "base/vec_array.hpp"
 
 namespace bs {
 
@@ -138,14 +139,11 @@ PetscErrorCode Overlap::update(PairMatrix& S, std::vector<double>* diagonal) {
 
 PetscErrorCode Overlap::fetch(PairMatrix& S, Vec in) {
   const std::size_t d = static_cast<std::size_t>(S.dim()), own = static_cast<std::size_t>(S.pattern().n) * d;
-  const PetscScalar* a = nullptr;
   PetscFunctionBegin;
   PetscCall(S.fetch_ghosts(in, &values_));
   in_.resize(own + ghosts_.size() * d);
   out_.resize(in_.size());
-  PetscCall(VecGetArrayRead(in, &a));
-  std::copy_n(a, own, in_.data());
-  PetscCall(VecRestoreArrayRead(in, &a));
+  std::copy_n(ReadArray(in).data(), own, in_.data());
   for (std::size_t k = 0; k < ghosts_.size(); ++k)
     std::copy_n(values_.data() + static_cast<std::size_t>(ghosts_[k]) * d, d, in_.data() + own + k * d);
   PetscFunctionReturn(0);
@@ -153,11 +151,8 @@ PetscErrorCode Overlap::fetch(PairMatrix& S, Vec in) {
 
 PetscErrorCode Overlap::add(PairMatrix& S, Vec out) {
   const std::size_t d = static_cast<std::size_t>(S.dim()), own = static_cast<std::size_t>(S.pattern().n) * d;
-  PetscScalar* a = nullptr;
   PetscFunctionBegin;
-  PetscCall(VecGetArrayWrite(out, &a));
-  std::copy_n(out_.data(), own, a);
-  PetscCall(VecRestoreArrayWrite(out, &a));
+  std::copy_n(out_.data(), own, WriteArray(out).data());
   std::fill(values_.begin(), values_.end(), 0.0);
   for (std::size_t k = 0; k < ghosts_.size(); ++k)
     std::copy_n(out_.data() + own + k * d, d, values_.data() + static_cast<std::size_t>(ghosts_[k]) * d);

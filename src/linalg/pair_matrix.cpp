@@ -46,24 +46,18 @@ PetscErrorCode PairMatrix::fetch_ghosts(Vec p, std::vector<double>* ghosts) {
 }
 
 PetscErrorCode PairMatrix::add_ghosts(const std::vector<double>& ghosts, Vec y) {
-  PetscScalar* a = nullptr;
   PetscFunctionBegin;
-  PetscCall(VecGetArrayWrite(ghost_values_, &a));
-  std::copy(ghosts.begin(), ghosts.end(), a);
-  PetscCall(VecRestoreArrayWrite(ghost_values_, &a));
+  std::copy(ghosts.begin(), ghosts.end(), WriteArray(ghost_values_).data());
   PetscCall(scatter_all(scatter_, ghost_values_, y, SCATTER_REVERSE, ADD_VALUES));
   PetscFunctionReturn(0);
 }
 
 PetscErrorCode PairMatrix::append_ghosts(std::vector<double>* values) {
-  PetscScalar* to = nullptr;
   std::vector<double> ghosts;
   VecHandle owned;
   PetscFunctionBegin;
   PetscCall(create_vector(owned.out()));
-  PetscCall(VecGetArrayWrite(owned, &to));
-  std::copy(values->begin(), values->end(), to);
-  PetscCall(VecRestoreArrayWrite(owned, &to));
+  std::copy(values->begin(), values->end(), WriteArray(owned).data());
   PetscCall(fetch_ghosts(owned, &ghosts));
   values->insert(values->end(), ghosts.begin(), ghosts.end());
   PetscFunctionReturn(0);
@@ -135,14 +129,11 @@ constexpr char MARK[] = "bs_pair_matrix";
 PetscErrorCode PairMatrix::multiply(Vec p, Vec y) {
   const bool holds = graph_->holds;
   Vec given = p;
-  PetscScalar* a = nullptr;
   PetscFunctionBegin;
   const LoggedTime logged(LogEvent::product, p);
   if (holds) {
     PetscCall(copy_into(&free_, p));
-    PetscCall(VecGetArray(free_, &a));
-    graph_->clear_held(a);
-    PetscCall(VecRestoreArray(free_, &a));
+    graph_->clear_held(WriteArray(free_));
     p = free_;
   }
   if (dim_ == 1) PetscCall(product<1>(*this, scatter_, ghost_values_, &sums_, p, y));

@@ -25,11 +25,8 @@ class GhostCopies {
   /// Collective. values: (n or more), of owned particles; use(ghost, value) is called with local index n and up.
   template <class Value, class Use>
   PetscErrorCode exchange(const std::vector<Value>& values, Use&& use) {
-    PetscScalar* a = nullptr;
     PetscFunctionBegin;
-    PetscCall(VecGetArrayWrite(owned_, &a));
-    std::copy_n(values.begin(), net_->n, a);
-    PetscCall(VecRestoreArrayWrite(owned_, &a));
+    std::copy_n(values.begin(), net_->n, WriteArray(owned_).data());
     PetscCall(scatter_all(scatter_, owned_, ghosts_));
     const ReadArray b(ghosts_);
     for (PetscInt g = 0; g < net_->ghosts; ++g) use(net_->n + g, static_cast<Value>(b[g]));

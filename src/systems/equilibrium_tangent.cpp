@@ -33,18 +33,12 @@ PetscErrorCode Equilibrium::mean_rate(double* rate) {
   const Layout at = own_->layout();
   const double* masses = own_->masses().data();
   std::vector<double> f(static_cast<std::size_t>(at.particles * at.dim));
-  const PetscScalar* start = nullptr;
-  PetscScalar* a = nullptr;
   double sums[2] = {0, 0};
   VecHandle z;
   PetscFunctionBegin;
   PetscCall(VecDuplicate(rest_, z.out()));
   PetscCall(VecZeroEntries(z));
-  PetscCall(VecGetArrayRead(initial_state(), &start));
-  PetscCall(VecGetArray(z, &a));
-  put_signs(start, at, a);
-  PetscCall(VecRestoreArray(z, &a));
-  PetscCall(VecRestoreArrayRead(initial_state(), &start));
+  put_signs(ReadArray(initial_state()), at, WriteArray(z));
   PetscCall(own_->linearisation().change_of_force(z, f.data()));
   for (PetscInt i = 0; i < at.particles; ++i)
     for (PetscInt c = 0; c < at.dim; ++c) {
