@@ -94,29 +94,21 @@ PetscErrorCode give_laws(MPI_Comm comm, const Lattice& lattice, Network* net) {
 PetscErrorCode give_columns(MPI_Comm comm, const Lattice& lattice, Network* net) {
   ParticleColumns& columns = net->columns;
   const std::size_t n = static_cast<std::size_t>(net->n);
-  LayoutHandle layout;
-  SFHandle sf;
+  std::vector<double> received;
+  std::size_t c = 0;
   PetscFunctionBegin;
   columns = {};
   for (const Column& column : lattice.particle_columns)
     columns.width += static_cast<std::size_t>(particle_parameters[particle_parameter(column.name)].width(lattice.dim));
   if (columns.width == 0) PetscFunctionReturn(0);
-  const std::vector<PetscInt> rows(net->row.begin(), net->row.end());
-  PetscCall(PetscLayoutCreateFromSizes(comm, static_cast<PetscInt>(lattice.particles.count), PETSC_DECIDE, 1, layout.out()));
-  PetscCall(PetscSFCreate(comm, sf.out()));
-  PetscCall(PetscSFSetGraphLayout(sf, layout, net->n, nullptr, PETSC_COPY_VALUES, rows.data()));
   columns.given.resize(n * columns.width);
-  std::vector<double> sent(static_cast<std::size_t>(lattice.particles.count)), received(n);
-  std::size_t c = 0;
   for (const Column& column : lattice.particle_columns) {
     const std::size_t parameter = particle_parameter(column.name),
                       width = static_cast<std::size_t>(particle_parameters[parameter].width(lattice.dim));
     columns.places[parameter] = static_cast<int>(c);
-    for (std::size_t q = 0; q < width; ++q, ++c) {
-      for (std::size_t k = 0; k < sent.size(); ++k) sent[k] = column.value[k * width + q];
-      PetscCall(fetch_roots(sf, 1, sent, &received));
-      for (std::size_t i = 0; i < n; ++i) columns.given[i * columns.width + c] = received[i];
-    }
+    PetscCall(fetch_rows(comm, lattice.particles, column.value, static_cast<int>(width), net->row, &received));
+    for (std::size_t i = 0; i < n; ++i) std::copy_n(&received[i * width], width, &columns.given[i * columns.width + c]);
+    c += width;
   }
   PetscFunctionReturn(0);
 }

@@ -4,6 +4,7 @@
 #include <numeric>
 #include <tuple>
 #include "base/collective.hpp"
+#include "base/handle.hpp"
 #include "base/memory.hpp"
 #include "base/text.hpp"
 
@@ -18,6 +19,20 @@ PetscErrorCode gather_chunks(MPI_Comm comm, const Lattice& lattice, Chunks* chun
   PetscCallMPI(MPI_Allgather(&first, 1, MPI_LONG_LONG, all.data(), 1, MPI_LONG_LONG, comm));
   std::copy(all.begin(), all.end(), chunks->begin.begin());
   chunks->begin.back() = lattice.particles.total;
+  PetscFunctionReturn(0);
+}
+
+PetscErrorCode fetch_rows(MPI_Comm comm, const Rows& rows, const std::vector<double>& values, int width, const std::vector<std::int64_t>& wanted,
+                          std::vector<double>* out) {
+  const std::vector<PetscInt> roots(wanted.begin(), wanted.end());
+  LayoutHandle layout;
+  SFHandle sf;
+  PetscFunctionBegin;
+  PetscCall(PetscLayoutCreateFromSizes(comm, static_cast<PetscInt>(rows.count), PETSC_DECIDE, 1, layout.out()));
+  PetscCall(PetscSFCreate(comm, sf.out()));
+  PetscCall(PetscSFSetGraphLayout(sf, layout, static_cast<PetscInt>(roots.size()), nullptr, PETSC_COPY_VALUES, roots.data()));
+  out->resize(wanted.size() * static_cast<std::size_t>(width));
+  PetscCall(fetch_roots(sf, width, values, out));
   PetscFunctionReturn(0);
 }
 

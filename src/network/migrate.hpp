@@ -73,6 +73,11 @@ struct Chunks {
 /// Collective. Where every rank's chunk of particles begins.
 PetscErrorCode gather_chunks(MPI_Comm comm, const Lattice& lattice, Chunks* chunks);
 
+/// Collective. out (wanted.size(), width) receives the rows `wanted` (each in [0, rows.total), any order, repeats allowed) of a table
+/// (rows.total, width) of which each rank holds its chunk in `values`, in the order of the ranks.
+PetscErrorCode fetch_rows(MPI_Comm comm, const Rows& rows, const std::vector<double>& values, int width, const std::vector<std::int64_t>& wanted,
+                          std::vector<double>* out);
+
 /// Collective. The springs at each particle of this chunk, for the partitioner: symmetric, as it
 /// must be, and without the couplings of `options`, which carry no information on neighbourhood.
 PetscErrorCode collect_graph(MPI_Comm comm, const Lattice& lattice, const NetworkOptions& options, const Chunks& chunks, RowGraph* graph);
