@@ -41,15 +41,4 @@ class GhostCopies {
   ScatterHandle scatter_;
 };
 
-/// Collective. row: (n + ghosts) of all local particles, in the input.
-inline PetscErrorCode rows_with_ghosts(const Network& net, std::vector<std::int64_t>* row) {
-  GhostCopies copies;
-  PetscFunctionBegin;
-  row->assign(net.row.begin(), net.row.end());
-  row->resize(static_cast<std::size_t>(net.n + net.ghosts));
-  PetscCall(copies.create(net));
-  PetscCall(copies.exchange(net.row, [row](PetscInt ghost, std::int64_t value) { (*row)[static_cast<std::size_t>(ghost)] = value; }));
-  PetscFunctionReturn(0);
-}
-
 }  // namespace bs

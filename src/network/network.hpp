@@ -102,6 +102,12 @@ struct Network {
   bool rest_at_zero_length = false;
   std::string source, partition;  ///< what it was made of; how it was divided
 
+  /// Rows in the input of all local particles.
+  std::vector<std::int64_t> local_rows() const {
+    std::vector<std::int64_t> rows = row;
+    rows.insert(rows.end(), ghost_row.begin(), ghost_row.end());
+    return rows;
+  }
   /// Whether local particle j is an image of owned particle i: a spring between them keeps its length whatever moves.
   bool own_image(PetscInt i, PetscInt j) const { return j >= n && global[j] == global[i]; }
   /// Whether owned particle i is linked to a ghost.

@@ -39,8 +39,7 @@ void CallbackForces::create(const Network& net, const RowPattern& pattern) {
 void CallbackForces::couple() {
   const Network& net = *net_;
   std::vector<std::pair<std::int64_t, PetscInt>> local;
-  for (PetscInt i = 0; i < net.n + net.ghosts; ++i)
-    local.emplace_back(i < net.n ? net.row[static_cast<std::size_t>(i)] : net.ghost_row[static_cast<std::size_t>(i - net.n)], i);
+  for (const std::int64_t row : net.local_rows()) local.emplace_back(row, static_cast<PetscInt>(local.size()));
   std::sort(local.begin(), local.end());
   const auto find = [&](std::int64_t row) {
     const auto at = std::lower_bound(local.begin(), local.end(), std::make_pair(row, PetscInt(0)));

@@ -1,7 +1,6 @@
 #include "systems/particles/spring_table.hpp"
 #include <algorithm>
 #include "base/collective.hpp"
-#include "network/ghost_copies.hpp"
 
 namespace bs {
 
@@ -12,8 +11,7 @@ PetscErrorCode SpringTable::create(const Network& net, const Rows& rows) {
   PetscFunctionBegin;
   net_ = &net;
   rows_ = static_cast<PetscInt>(rows.count);
-  std::vector<std::int64_t> row;
-  PetscCall(rows_with_ghosts(net, &row));
+  const std::vector<std::int64_t> row = net.local_rows();
   // A spring is in the rows of both its ends: the one of the lower row in the input evaluates it, on any number of ranks. Of a spring between a
   // particle and its own image, which has both links there, the first does.
   const auto begin = net.links.spring.begin();

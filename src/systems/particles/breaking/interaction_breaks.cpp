@@ -3,7 +3,6 @@
 #include <cmath>
 #include "base/collective.hpp"
 #include "input/remote.hpp"
-#include "network/ghost_copies.hpp"
 #include "systems/particles/breaking/breaking.hpp"
 
 namespace bs {
@@ -22,7 +21,7 @@ PetscErrorCode InteractionBreaks::create(Network& net, const Lattice& lattice, c
   one->words_ = {schema.title, group, "broken_" + group + "s", "broken_" + group + "s", "break_" + group + "_", "change", schema.ends};
   one->rows_ = lattice.interactions[kind].rows;
   one->table_->broken.assign(one->table_->row.size(), 0);
-  PetscCall(rows_with_ghosts(net, &one->end_row_));
+  one->end_row_ = net.local_rows();
   PetscCall(one->give_limits(lattice, rules, kind));
   if (rules.with_springs) one->find_sides(schema);
   PetscCall(one->cut_given(lattice, rules, kind));

@@ -4,7 +4,6 @@
 #include "base/collective.hpp"
 #include "base/error.hpp"
 #include "lattice/spring_laws.hpp"
-#include "network/ghost_copies.hpp"
 #include "systems/particles/breaking/breaking.hpp"
 #include "systems/particles/physics.hpp"
 #include "systems/particles/spring_exists.hpp"
@@ -116,7 +115,7 @@ PetscErrorCode SpringBreaks::create(Network& net, const Lattice& lattice, const 
   for (std::size_t e = 0; e < net.links.spring.size(); ++e)
     if (net.links.spring[e] >= 0) links_by_row_.emplace_back(net.links.spring[e], static_cast<PetscInt>(e));
   std::sort(links_by_row_.begin(), links_by_row_.end());
-  PetscCall(rows_with_ghosts(net, &end_row_));
+  end_row_ = net.local_rows();
   PetscCall(give_limits(lattice));
   if (rules_.notched) PetscCall(cut_notch());
   cuts_.clear();  // these are broken for good
