@@ -20,13 +20,11 @@
 #include "base/option_aliases.hpp"
 #include "base/option_names.hpp"
 #include "base/version.hpp"
-#include "checkpoint/checkpoint.hpp"
 #include "cli/command_line.hpp"
 #include "cli/crash.hpp"
 #include "cli/voice.hpp"
 #include "output/progress.hpp"
-#include "systems/create.hpp"
-#include "tasks/tasks.hpp"
+#include "session/tasks.hpp"
 
 namespace {
 
@@ -35,16 +33,6 @@ const char HELP[] =
     "  mpirun -n 2 backspring -options_file options/problems/cloth.yaml [any -bs_ -ts_ -snes_ -ksp_ -pc_ option]\n"
     "An option and its value are separated by a blank; components of a value by commas: -bs_gravity 0,-9.81\n"
     "Exit codes: 0 done, 2 bad input or options, 3 solve failed, 4 output failed, 130/143 stopped by a signal\n\n";
-
-PetscErrorCode run_program(int* exit_code) {
-  PetscFunctionBegin;
-  PetscCall(bs::register_types());
-  PetscCall(bs::recall_options(PETSC_COMM_WORLD));
-  PetscCall(bs::unify_option_names(PETSC_COMM_WORLD));  // of another PETSc
-  PetscCall(bs::check_viewers(PETSC_COMM_WORLD));
-  PetscCall(bs::run_task(PETSC_COMM_WORLD, exit_code));
-  PetscFunctionReturn(0);
-}
 
 /// -help lists every option, also of the tasks and models that this run is not of.
 PetscErrorCode collect_all_help() {
@@ -120,7 +108,7 @@ int watched_run() {
   if (!status) status = bs::reserve_blas_memory();
   // a reader that hangs up (| head) is no reason for a stack trace
   std::signal(SIGPIPE, SIG_DFL);
-  if (!status) status = run_program(&exit_code);
+  if (!status) status = bs::Session::perform(PETSC_COMM_WORLD, &exit_code);
   if (!status) status = collect_all_help();
   bs::print_help();
   const int failed = bs::exit_code_of(MPI_COMM_WORLD, status);

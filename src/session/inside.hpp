@@ -2,6 +2,7 @@
 #pragma once
 #include <petscsys.h>
 #include <functional>
+#include <optional>
 #include <string>
 #include <utility>
 #include "base/context.hpp"
@@ -28,18 +29,21 @@ class OptionTable {
     PetscFunctionReturn(0);
   }
   PetscOptions get() const { return table_; }
-  mutable bool in_force = false;  ///< during a call
+  mutable bool in_force = false;  ///< during a call; always, where they are the caller's
 
  private:
   PetscOptions table_ = nullptr;
 };
 
-/// While it lives, a session's options are those in force, errors of PETSc's are its own, and HDF5 prints nothing.
+/// While it lives, a session's options are those in force, errors of PETSc's are its own, and HDF5 prints nothing. Nothing is changed where its
+/// options are in force already: within an observer, and where they are the caller's.
 class Inside {
  public:
-  Inside(MPI_Comm comm, const OptionTable& options) : errors_(comm) {
+  Inside(MPI_Comm comm, const OptionTable& options) {
+    if (options.in_force) return;
+    errors_.emplace(comm);
+    quiet_.emplace();
     clear_error(comm);
-    if (options.in_force) return;  // within an observer: pushed twice, the table would be its own predecessor
     (void)PetscOptionsPush(options.get());
     pushed_ = &options;
     options.in_force = true;
@@ -53,9 +57,9 @@ class Inside {
   }
 
  private:
-  PetscErrors errors_;
+  std::optional<PetscErrors> errors_;
   const OptionTable* pushed_ = nullptr;  ///< null: they were in force before
-  QuietHdf5 quiet_;
+  std::optional<QuietHdf5> quiet_;
 };
 
 /// A duplicate of `comm` with a context of its own, to be freed by the caller; `warned` is called with what is warned of on it.

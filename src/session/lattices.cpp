@@ -2,10 +2,10 @@
 #include "base/option_names.hpp"
 #include "input/remote.hpp"
 #include "session/inside.hpp"
+#include "session/tasks.hpp"
 #include "systems/create.hpp"
 #include "tasks/generate.hpp"
 #include "tasks/run_options.hpp"
-#include "tasks/tasks.hpp"
 #include "tasks/unused_options.hpp"
 
 namespace bs {
@@ -22,7 +22,7 @@ Error aside(MPI_Comm comm, const Settings& settings, const Settings& more, std::
   Error error = filled(own, settings, more, &options);
   if (!error) {
     const Inside inside(own, options);
-    const PetscErrorCode code = register_types();
+    const PetscErrorCode code = take_up_options(own);
     error = outcome(own, code ? code : body(own));
   }
   MPI_Comm_free(&own);

@@ -86,21 +86,26 @@ Error Session::finish() {
 
 /// An analysis with the options that say what the system is and those of `more`; what the last one has left is gone.
 template <class Body>
-Error Session::analyse(const Settings& more, Body&& body) {
+Error Session::analyse(const Settings& more, Result* out, Body&& body) {
+  int exit_code = 0;
+  *out = {};
   impl_->drop_statics();
   impl_->analysis_options = std::make_unique<OptionTable>();
   const Error error = filled(impl_->comm, of_the_system(impl_->settings), more, impl_->analysis_options.get());
   if (error) return error;
   const Inside inside(impl_->comm, *impl_->analysis_options);
-  return outcome(impl_->comm, body());
+  PetscErrorCode code = impl_->take_up_settings();
+  if (!code) code = body(&exit_code);
+  if (!code) code = impl_->stopped(exit_code);
+  return outcome(impl_->comm, code);
 }
 
 Error Session::solve_statics(Result* out, const Settings& more) {
-  return analyse(more, [&] { return impl_->solve_statics(Analyses::compliance, out); });
+  return analyse(more, out, [&](int* exit_code) { return impl_->solve_statics(Analyses::compliance, out, exit_code); });
 }
 
 Error Session::moduli(Result* out, const Settings& more) {
-  return analyse(more, [&] { return impl_->solve_statics(Analyses::moduli, out); });
+  return analyse(more, out, [&](int* exit_code) { return impl_->solve_statics(Analyses::moduli, out, exit_code); });
 }
 
 Error Session::follow(Result* out) {
@@ -126,7 +131,7 @@ Error Session::remove_springs(const std::vector<std::int64_t>& rows) {
 Error Session::modes(std::int64_t count, Result* out, const Settings& more, const SavedState* about) {
   Settings all = more;
   all.emplace_back("-bs_modes", std::to_string(count));
-  return analyse(all, [&] { return impl_->modes(out, about); });
+  return analyse(all, out, [&](int* exit_code) { return impl_->modes(out, about, exit_code); });
 }
 
 double Session::time() const { return impl_->run ? impl_->run->time() : impl_->start; }

@@ -57,6 +57,9 @@ class Session {
   static Error create(MPI_Comm comm, LatticeArrays lattice, const Settings& settings, std::unique_ptr<Session>* out, Make make = Make::at_once);
   /// The lattice that the settings name (-bs_lattice_file, -bs_lattice_type), or another system (-bs_model).
   static Error create(MPI_Comm comm, const Settings& settings, std::unique_ptr<Session>* out, Make make = Make::at_once);
+  /// For a program with a command line: all that -bs_task names, by a session on `comm` itself and with the options in force. Errors, beside being
+  /// held by `comm`, are told to its listener (base/error.hpp), and PETSc's own go to the handler in force. `exit_code`: 0, or 128 + signal.
+  static PetscErrorCode perform(MPI_Comm comm, int* exit_code);
   Session(const Session&) = delete;
   Session& operator=(const Session&) = delete;
   /// Ends as finish() does.
@@ -195,7 +198,7 @@ class Session {
   template <class Body>
   Error call(Body&& body);
   template <class Body>
-  Error analyse(const Settings& more, Body&& body);
+  Error analyse(const Settings& more, Result* out, Body&& body);
   std::unique_ptr<Impl> impl_;
 };
 

@@ -17,6 +17,7 @@ namespace bs {
 
 struct Session::Impl {
   MPI_Comm comm = MPI_COMM_NULL;  ///< a duplicate of the caller's, with errors and all else that is remembered
+  bool borrowed = false;          ///< it is the caller's own, and so are the options
   Settings settings;
   std::unique_ptr<Lattice> given;  ///< the whole; null: the settings name one
   OptionTable options;
@@ -44,10 +45,14 @@ struct Session::Impl {
   bool stop_at_frame = false, finished = false, paused = false;
   bool viewed = false;  ///< somebody looks at the vector of the state
 
+  PetscErrorCode perform(int* exit_code);
+  PetscErrorCode take_up_settings();
   PetscErrorCode open();
   PetscErrorCode make_model(std::unique_ptr<Model>* out);
+  PetscErrorCode make_run(const char* user, bool keep_input, const RunHooks& hooks, std::unique_ptr<Run>* out);
   PetscErrorCode count_particles();
   PetscErrorCode begin();
+  PetscErrorCode dynamics(int* exit_code);
   PetscErrorCode advance(std::int64_t count);
   PetscErrorCode step(std::int64_t count);
   PetscErrorCode run_until(double t);
@@ -71,8 +76,8 @@ struct Session::Impl {
   NumberTable numbers_of(const State& state) const;
   PetscErrorCode restore_numbers(const State& state);
   PetscErrorCode checkpoint(const std::string& file);
-  PetscErrorCode modes(Result* out, const SavedState* about);
-  PetscErrorCode solve_statics(Analyses analyses, Result* out);
+  PetscErrorCode modes(Result* out, const SavedState* about, int* exit_code);
+  PetscErrorCode solve_statics(Analyses analyses, Result* out, int* exit_code);
   PetscErrorCode follow(Result* out);
   PetscErrorCode sensitivities(const std::vector<double>& slope, std::map<std::string, std::vector<double>>* out);
   void drop_statics();
@@ -83,7 +88,7 @@ struct Session::Impl {
   PetscErrorCode remove_springs(const std::vector<std::int64_t>& rows);
   PetscErrorCode require_given();
   PetscErrorCode hold_state();
-  PetscErrorCode stopped(int signal) const;
+  PetscErrorCode stopped(int exit_code) const;
   std::int64_t steps_so_far() const { return earlier_steps + (run ? run->steps() : 0); }
   ~Impl();
 };

@@ -25,20 +25,17 @@ void Session::Impl::drop_statics() {
 }
 
 /// Equilibria alone are kept, from which follow() goes on, where all went well.
-PetscErrorCode Session::Impl::solve_statics(Analyses analyses, Result* out) {
-  int exit_code = 0;
+PetscErrorCode Session::Impl::solve_statics(Analyses analyses, Result* out, int* exit_code) {
   std::unique_ptr<Model> fresh;
   PetscFunctionBegin;
-  *out = {};
   PetscCall(make_model(&fresh));
   statics = std::make_unique<StaticSolver>();
   loading = true;
-  PetscErrorCode code = bs::solve_statics(std::move(fresh), analyses, true, statics.get(), &exit_code);
+  PetscErrorCode code = bs::solve_statics(std::move(fresh), analyses, out != nullptr, statics.get(), exit_code);
   loading = false;
-  const PetscErrorCode copied = statics->copy_to(out);
+  const PetscErrorCode copied = out ? statics->copy_to(out) : 0;
   if (!code) code = copied;
-  if (!code) code = stopped(exit_code > 128 ? exit_code - 128 : 0);
-  if (code || analyses != Analyses::compliance || !statics->last()) statics.reset();
+  if (!out || code || *exit_code || analyses != Analyses::compliance || !statics->last()) statics.reset();
   current = true;
   PetscFunctionReturn(code);
 }

@@ -7,12 +7,12 @@
 #include "base/text.hpp"
 #include "base/vec_array.hpp"
 #include "session/session_impl.hpp"
+#include "session/tasks.hpp"
 #include "systems/create.hpp"
 #include "systems/frame_rows.hpp"
 #include "systems/mechanics.hpp"
 #include "tasks/modes.hpp"
 #include "tasks/statics/box_stress.hpp"
-#include "tasks/tasks.hpp"
 
 namespace bs {
 
@@ -23,12 +23,13 @@ Session::Impl::~Impl() {
     run.reset();
     model.reset();
   }
-  if (comm != MPI_COMM_NULL) MPI_Comm_free(&comm);
+  if (comm != MPI_COMM_NULL && !borrowed) MPI_Comm_free(&comm);
 }
 
 PetscErrorCode Session::Impl::open() {
   PetscFunctionBegin;
   if (model) PetscFunctionReturn(0);
+  PetscCall(take_up_settings());
   PetscCall(make_model(&model));
   PetscCall(model->fingerprint(&made_of));
   PetscCall(count_particles());
@@ -36,11 +37,16 @@ PetscErrorCode Session::Impl::open() {
   PetscFunctionReturn(0);
 }
 
+/// They are for steps and for analyses.
+PetscErrorCode Session::Impl::take_up_settings() {
+  PetscFunctionBegin;
+  PetscCall(take_up_options(comm));
+  PetscCall(read_mode_options(comm));
+  PetscFunctionReturn(0);
+}
+
 PetscErrorCode Session::Impl::make_model(std::unique_ptr<Model>* out) {
   PetscFunctionBegin;
-  PetscCall(register_types());
-  PetscCall(recall_options(comm));
-  PetscCall(read_mode_options(comm));
   PetscCall(create_model(comm, out, given.get()));
   dim = (*out)->dim();
   PetscFunctionReturn(0);
@@ -59,19 +65,40 @@ PetscErrorCode Session::Impl::count_particles() {
   PetscFunctionReturn(0);
 }
 
+/// The motion of the model, ready to begin. `user`, for messages: what asks for it.
+PetscErrorCode Session::Impl::make_run(const char* user, bool keep_input, const RunHooks& hooks, std::unique_ptr<Run>* out) {
+  RunOptions run_options;
+  PetscFunctionBegin;
+  PetscCall(refuse_box_stress(*model, user));
+  PetscCall(read_run_options(comm, Steps::time, &run_options));
+  if (run_options.rest > 0 && !model->mechanics()) PetscCall(fail(comm, Exit::input, "option -bs_stop_at_rest is for particles: leave it out"));
+  run_options.keep_input = keep_input;
+  run_options.saving.kept = resumed;
+  locks = std::make_unique<OutputLocks>();
+  PetscCall(lock_outputs(comm, run_options, locks.get()));
+  *out = std::make_unique<Run>(*model, run_options, hooks);
+  PetscCall((*out)->set_up());
+  PetscFunctionReturn(0);
+}
+
+/// The task of the program: a motion from its start to its end, or the options that it reads.
+PetscErrorCode Session::Impl::dynamics(int* exit_code) {
+  std::unique_ptr<Run> whole;
+  PetscFunctionBegin;
+  PetscCall(make_model(&model));
+  PetscCall(make_run("-bs_task dynamics", false, {}, &whole));
+  PetscCall(whole->advance(exit_code));
+  PetscFunctionReturn(0);
+}
+
 /// Up to the first step: the run of the program, with the session's observers.
 PetscErrorCode Session::Impl::begin() {
-  RunOptions run_options;
   RunHooks hooks;
+  std::unique_ptr<Run> fresh;
   PetscFunctionBegin;
   if (finished) PetscCall(fail(comm, Exit::input, "the session is finished: create another one"));
   if (run) PetscFunctionReturn(0);
   PetscCall(open());
-  PetscCall(refuse_box_stress(*model, "a session that steps in time"));
-  PetscCall(read_run_options(comm, Steps::time, &run_options));
-  run_options.keep_input = true;
-  locks = std::make_unique<OutputLocks>();
-  PetscCall(lock_outputs(comm, run_options, locks.get()));
   hooks.on_step = [this](const StepRecord& record) {
     if (step_observer) step_observer(record);
   };
@@ -80,9 +107,7 @@ PetscErrorCode Session::Impl::begin() {
     if (stop_at_frame && run) (void)run->pause();
   };
   hooks.pace.end += start;  // where the settings name no end there is none
-  run_options.saving.kept = resumed;
-  auto fresh = std::make_unique<Run>(*model, run_options, hooks);
-  PetscCall(fresh->set_up());
+  PetscCall(make_run("a session that steps in time", true, hooks, &fresh));
   if (!is_given("-ts_max_time")) PetscCall(fresh->leave_open());
   if (resumed) {
     earlier_steps -= fresh->steps();
@@ -100,10 +125,10 @@ PetscErrorCode Session::Impl::begin() {
   PetscFunctionReturn(0);
 }
 
-/// A run that a poll has ended.
-PetscErrorCode Session::Impl::stopped(int signal) const {
+/// A run that a poll has ended; 0: none has.
+PetscErrorCode Session::Impl::stopped(int exit_code) const {
   PetscFunctionBegin;
-  if (signal) PetscCall(fail(comm, static_cast<Exit>(128 + signal), format("stopped by signal %d", signal)));
+  if (exit_code) PetscCall(fail(comm, static_cast<Exit>(exit_code), format("stopped by signal %d", exit_code - 128)));
   PetscFunctionReturn(0);
 }
 
@@ -114,7 +139,7 @@ PetscErrorCode Session::Impl::advance(std::int64_t count) {
   PetscFunctionBegin;
   PetscCall(run->go_on(count));
   PetscCall(run->trouble(&why));
-  if (why.empty()) PetscCall(stopped(run->signal()));
+  if (why.empty() && run->signal()) PetscCall(stopped(128 + run->signal()));
   if (why.empty() && run->steps() == before) why = "no step was taken: -ts_max_steps allows no more";
   if (!why.empty()) PetscCall(fail(comm, Exit::solve, why));
   PetscFunctionReturn(0);
@@ -211,15 +236,12 @@ PetscErrorCode Session::Impl::checkpoint(const std::string& file) {
   PetscFunctionReturn(0);
 }
 
-/// The task on a model of its own, with its own table of options.
-PetscErrorCode Session::Impl::modes(Result* out, const SavedState* about) {
-  int exit_code = 0;
+/// On a model of its own.
+PetscErrorCode Session::Impl::modes(Result* out, const SavedState* about, int* exit_code) {
   std::unique_ptr<Model> fresh;
   PetscFunctionBegin;
-  *out = {};
   PetscCall(make_model(&fresh));
-  PetscCall(run_modes_about(std::move(fresh), about, out, &exit_code));
-  PetscCall(stopped(exit_code > 128 ? exit_code - 128 : 0));
+  PetscCall(run_modes(std::move(fresh), about, out, exit_code));
   PetscFunctionReturn(0);
 }
 

@@ -123,8 +123,6 @@ std::string describe(const Lattice& l, const std::vector<std::pair<std::string, 
 
 }  // namespace
 
-PetscErrorCode write_lattice(MPI_Comm comm) { return write_lattice(comm, nullptr); }
-
 PetscErrorCode write_lattice(MPI_Comm comm, const Lattice* given) {
   RunOptions options;
   OutputLocks locks;

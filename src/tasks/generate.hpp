@@ -6,10 +6,8 @@
 namespace bs {
 
 /// Collective. Writes the lattice that the options name, made or read, complete and checked, to -bs_output, in the form that -bs_lattice_file reads.
-/// Errors: no such file name, or a linear system (exit 2); what cannot be written (exit 4).
-PetscErrorCode write_lattice(MPI_Comm comm);
-
-/// Collective. The same of the lattice `given`, whole and the same on every rank; null: the options name one.
+/// `given`: the lattice, whole and the same on every rank; null: the options name one. Errors: no such file name, or a linear system (exit 2); what
+/// cannot be written (exit 4).
 PetscErrorCode write_lattice(MPI_Comm comm, const Lattice* given);
 
 }  // namespace bs

@@ -186,11 +186,7 @@ PetscErrorCode ModesRun::copy_results(Result* out) {
   PetscFunctionReturn(0);
 }
 
-PetscErrorCode run_modes(std::unique_ptr<Model> model, Result* result, int* exit_code) {
-  return run_modes_about(std::move(model), nullptr, result, exit_code);
-}
-
-PetscErrorCode run_modes_about(std::unique_ptr<Model> model, const SavedState* equilibrium, Result* result, int* exit_code) {
+PetscErrorCode run_modes(std::unique_ptr<Model> model, const SavedState* equilibrium, Result* result, int* exit_code) {
   RunOptions options;
   OutputLocks locks;  // given up when the files are closed
   PetscFunctionBegin;

@@ -18,11 +18,9 @@ PetscErrorCode read_mode_options(MPI_Comm comm);
 
 /// Collective. Solves -K q = omega^2 M q for some of its eigenpairs, writes them, the report and the summary.
 /// Returns ERR_FAILED where not all of them were found (exit 3) or could not be written (exit 4).
+/// `about`: unless null, the equilibrium of -bs_modes_about equilibrium, which is not looked for.
 /// `result`: unless null, omega^2 and what is known of it.
-PetscErrorCode run_modes(std::unique_ptr<Model> model, Result* result, int* exit_code);
-
-/// Collective. The same; `about`: unless null, the equilibrium of -bs_modes_about equilibrium, which is not looked for.
-PetscErrorCode run_modes_about(std::unique_ptr<Model> model, const SavedState* about, Result* result, int* exit_code);
+PetscErrorCode run_modes(std::unique_ptr<Model> model, const SavedState* about, Result* result, int* exit_code);
 
 class ModesRun {
  public:

@@ -7,7 +7,6 @@
 #include "output/tables.hpp"
 #include "systems/mechanics.hpp"
 #include "systems/system.hpp"
-#include "tasks/statics/box_stress.hpp"
 
 namespace bs {
 
@@ -256,20 +255,6 @@ PetscErrorCode Run::leave_open() {
   PetscFunctionBegin;
   end_ = stepper_->good_time() + MANY * stepper_->nominal_step();
   PetscCall(stepper_->set_end(ts_, end_));
-  PetscFunctionReturn(0);
-}
-
-PetscErrorCode run_dynamics(std::unique_ptr<Model> model, Result*, int* exit_code) {
-  RunOptions options;
-  OutputLocks locks;  // given up when the files are closed
-  PetscFunctionBegin;
-  PetscCall(refuse_box_stress(*model, "-bs_task dynamics"));
-  PetscCall(read_run_options(model->comm(), Steps::time, &options));
-  if (options.rest > 0 && !model->mechanics()) PetscCall(fail(model->comm(), Exit::input, "option -bs_stop_at_rest is for particles: leave it out"));
-  PetscCall(lock_outputs(model->comm(), options, &locks));
-  Run run(*model, options);
-  PetscCall(run.set_up());
-  PetscCall(run.advance(exit_code));
   PetscFunctionReturn(0);
 }
 

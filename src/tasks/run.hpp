@@ -13,10 +13,6 @@
 
 namespace bs {
 
-/// Collective. The task `dynamics`: reads the options of stepping and output, advances `model`, writes trajectory, report and summary. Returns
-/// ERR_FAILED where the run failed (exit 3) or could not write (exit 4). `exit_code`: 0, or 128 + signal. It has no `result`.
-PetscErrorCode run_dynamics(std::unique_ptr<Model> model, Result* result, int* exit_code);
-
 /// What a task changes in a run. The default is dynamics.
 struct RunHooks {
   bool loads = false;                                                                   ///< its time is a load factor
@@ -54,7 +50,7 @@ class Run {
         watch_(model, options.energy_growth, warnings_),
         step_watch_(model, warnings_) {}
   PetscErrorCode set_up();
-  /// The whole run: begin, go_on, end.
+  /// The whole run: begin, go_on, end. Returns ERR_FAILED where it failed (exit 3) or could not write (exit 4). `exit_code`: 0, or 128 + signal.
   PetscErrorCode advance(int* exit_code);
   /// Collective. The frame at the start, and what precedes the first step.
   PetscErrorCode begin();

@@ -10,6 +10,7 @@
 #include "base/error.hpp"
 #include "base/option_names.hpp"
 #include "base/options.hpp"
+#include "session/inside.hpp"
 
 namespace bs {
 
@@ -40,8 +41,6 @@ PetscErrorCode unused_options(std::vector<std::string>* names) {
 
 namespace {
 
-using Options = std::vector<std::pair<std::string, std::string>>;
-
 /// What was found out of options that the run has no use for.
 struct TasksOfOptions {
   std::map<std::string, std::string> of;  ///< name in small letters: which tasks or which model have it
@@ -53,13 +52,11 @@ PetscErrorCode print_nothing(FILE*, const char[], va_list) { return 0; }
 
 /// Collective. The program's options that a task reads, by a rehearsal that prints nothing and that leaves no trace in `comm`. `left`: as of
 /// rehearse; all of `more` where the task refuses them.
-PetscErrorCode options_of(MPI_Comm comm, const Variant& variant, std::set<std::string>* names, const Options& more = {},
+PetscErrorCode options_of(MPI_Comm comm, const Variant& variant, std::set<std::string>* names, const Settings& more = {},
                           std::set<std::string>* left = nullptr) {
-  MPI_Comm own = MPI_COMM_NULL;
   const auto printing = PetscVFPrintf;
   PetscFunctionBegin;
-  PetscCallMPI(MPI_Comm_dup(comm, &own));
-  drop_context(own);  // that of `comm`
+  MPI_Comm own = own_communicator(comm, nullptr);
   PetscVFPrintf = print_nothing;
   {
     const PetscErrors errors(own);
@@ -88,7 +85,7 @@ std::string home_of(const std::string& name, const std::vector<std::set<std::str
 
 /// Collective. Those of PETSc's options that a run of `other` with all of them would use are its own.
 PetscErrorCode find_in(MPI_Comm comm, const Variant& other) {
-  Options all, petsc;
+  Settings all, petsc;
   std::set<std::string> left, known;
   PetscFunctionBegin;
   PetscCall(options_in_force(&all));

@@ -3,7 +3,7 @@
 #include <petscsys.h>
 #include <string>
 #include <vector>
-#include "tasks/tasks.hpp"
+#include "session/tasks.hpp"
 
 namespace bs {
 

@@ -16,8 +16,7 @@ class StaticSolver {
   PetscErrorCode create(std::unique_ptr<Model> model, const StaticsSettings& loads, const RunOptions& options);
   /// Collective. What of them is to be computed at the last equilibrium, for the task that is the whole run; before run().
   PetscErrorCode analyse(bool moduli);
-  /// Collective. All load steps. Returns ERR_FAILED where the run failed; what was found on the way is there all the same. `exit_code`: as
-  /// run_statics.
+  /// Collective. All load steps, as Run::advance; what was found on the way is there all the same where the run failed.
   PetscErrorCode run(int* exit_code);
   /// Collective, after a run that went well, without files. From the last equilibrium to the one of the system as it is now (Mechanics::set_numbers).
   /// Error (exit 3): there is none, and the last one stays; a path by arc length cannot be followed (exit 2).

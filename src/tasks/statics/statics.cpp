@@ -30,23 +30,6 @@ PetscErrorCode solve_statics(std::unique_ptr<Model> model, Analyses analyses, bo
   PetscFunctionReturn(0);
 }
 
-/// The task: what it has found, and nothing else of it, is left.
-static PetscErrorCode run_equilibria(std::unique_ptr<Model> model, Analyses analyses, Result* result, int* exit_code) {
-  StaticSolver solver;
-  PetscFunctionBegin;
-  const PetscErrorCode code = solve_statics(std::move(model), analyses, false, &solver, exit_code);
-  if (result) PetscCall(solver.copy_to(result));
-  PetscFunctionReturn(code);
-}
-
-PetscErrorCode run_statics(std::unique_ptr<Model> model, Result* result, int* exit_code) {
-  return run_equilibria(std::move(model), Analyses::compliance, result, exit_code);
-}
-
-PetscErrorCode run_moduli(std::unique_ptr<Model> model, Result* result, int* exit_code) {
-  return run_equilibria(std::move(model), Analyses::moduli, result, exit_code);
-}
-
 PetscErrorCode find_equilibrium(std::unique_ptr<Model> model, const RunOptions& given, FoundEquilibrium* out, int* exit_code) {
   RunOptions options = given;
   StaticsSettings loads;

@@ -15,17 +15,12 @@
 
 namespace bs {
 
-/// Collective. As run_dynamics; the trajectory has a frame and the log a row for every load step, at its load factor.
-/// `result`: unless null, the last equilibrium.
-PetscErrorCode run_statics(std::unique_ptr<Model> model, Result* result, int* exit_code);
-
-/// Collective. The same, and at the last equilibrium the stiffness of a periodic lattice (moduli.hpp).
-PetscErrorCode run_moduli(std::unique_ptr<Model> model, Result* result, int* exit_code);
-
 class StaticSolver;
 enum class Analyses;
 
-/// Collective. What both do, by a solver that stays. `keep_input`: for models that are given other numbers afterwards.
+/// Collective. The tasks statics and, with the stiffness of a periodic lattice at the last equilibrium (moduli.hpp), moduli, by a solver that stays.
+/// As Run::advance; the trajectory has a frame and the log a row for every load step, at its load factor. `keep_input`: for models that are given
+/// other numbers afterwards.
 PetscErrorCode solve_statics(std::unique_ptr<Model> model, Analyses analyses, bool keep_input, StaticSolver* solver, int* exit_code);
 
 /// The equilibrium of find_equilibrium(), or what was found on the way to it.
@@ -38,8 +33,7 @@ struct FoundEquilibrium {
   RunCounts counts;
 };
 
-/// Collective. The same as run_statics without files. As with run_statics, an equilibrium that is not found ends in ERR_FAILED; `out` is filled all
-/// the same.
+/// Collective. The equilibrium of the task statics without files. One that is not found ends in ERR_FAILED, too; `out` is filled all the same.
 PetscErrorCode find_equilibrium(std::unique_ptr<Model> model, const RunOptions& options, FoundEquilibrium* out, int* exit_code);
 
 /// Collective. The same of an equilibrium that a result of statics has, of a model that is made of the same input, without looking for it.

@@ -16,10 +16,6 @@
 #include "session/session.hpp"
 #include "session_tools.hpp"
 #include "spoken.hpp"
-#include "tasks/modes.hpp"
-#include "tasks/run.hpp"
-#include "tasks/statics/statics.hpp"
-#include "tasks/tasks.hpp"
 
 using namespace bs;
 
@@ -34,19 +30,18 @@ const Settings CHAIN = {
     {"-bs_lattice_type", "chain"}, {"-bs_lattice_size", "7"}, {"-bs_lattice_velocity", "1"}, {"-ts_type", "cn"}, {"-ts_dt", "0.02"}};
 
 /// The program's task with these options, which writes `file` and a report beside it; under its own communicator.
-void run_program(PetscErrorCode (*task)(std::unique_ptr<Model>, Result*, int*), const Settings& settings, const std::string& file) {
+void run_program(const std::string& task, const Settings& settings, const std::string& file) {
   OptionTexts texts(settings.begin(), settings.end());
+  texts["-bs_task"] = task;
   texts["-bs_output"] = file;
   texts["-bs_report"] = file + ".json";
   const Given given(texts);
-  std::unique_ptr<Model> model;
   MPI_Comm comm;
-  int exit_code = 0;
+  int exit_code = -1;
   MPI_Comm_dup(world, &comm);
   drop_context(comm);
-  REQUIRE(register_types() == 0);
-  REQUIRE(create_model(comm, &model) == 0);
-  REQUIRE(task(std::move(model), nullptr, &exit_code) == 0);
+  REQUIRE(Session::perform(comm, &exit_code) == 0);
+  REQUIRE(exit_code == 0);
   MPI_Comm_free(&comm);
 }
 
@@ -172,8 +167,8 @@ TEST_CASE("a lattice in memory is the lattice of the options, its box and groups
 TEST_CASE("two sessions, stepped by turns, are two runs of the program bit by bit") {
   const Folder folder;
   const std::string net = folder.path + "/net.h5md", chain = folder.path + "/chain.h5md";
-  run_program(run_dynamics, with(NET, {{"-ts_max_time", "0.1"}}), net);
-  run_program(run_dynamics, with(CHAIN, {{"-ts_max_time", "0.15"}}), chain);
+  run_program("dynamics", with(NET, {{"-ts_max_time", "0.1"}}), net);
+  run_program("dynamics", with(CHAIN, {{"-ts_max_time", "0.15"}}), chain);
   const auto first = session_of(NET), second = session_of(CHAIN);
   int steps = 0, frames = 0;
   first->on_step([&](const StepRecord& record) { steps += record.step == first->steps() ? 1 : 100; });
@@ -201,7 +196,7 @@ TEST_CASE("equilibria, moduli and modes of a session are the program's") {
       session_of(with(NET, {{"-ts_type", "cn"}, {"-ts_dt", "0.005"}, {"-ts_init_time", "3"}, {"-bs_output", folder.path + "/own.h5md"}}));
   Result found;
   REQUIRE(session->time() == 3);
-  run_program(run_statics, NET, file);
+  run_program("statics", NET, file);
   good(session->step(2));  // changes nothing of what follows
   good(session->solve_statics(&found));
   REQUIRE(found.load_factor == 1);
@@ -210,7 +205,7 @@ TEST_CASE("equilibria, moduli and modes of a session are the program's") {
   REQUIRE(found.load_factor == 1);
 
   const std::string modes = folder.path + "/modes.h5md";
-  run_program(run_modes, with(NET, {{"-bs_modes", "3"}}), modes);
+  run_program("modes", with(NET, {{"-bs_modes", "3"}}), modes);
   for (int again = 0; again < 2; ++again) {
     good(session->modes(3, &found));
     REQUIRE(found.omega_squared == reported(modes, "omega_squared"));
@@ -218,7 +213,7 @@ TEST_CASE("equilibria, moduli and modes of a session are the program's") {
 
   const Settings box = {{"-bs_lattice_type", "triangular"}, {"-bs_lattice_size", "4,4"}, {"-bs_lattice_dim", "2"}, {"-bs_lattice_periodic", "xy"}};
   const std::string moduli = folder.path + "/moduli.h5md";
-  run_program(run_moduli, box, moduli);
+  run_program("moduli", box, moduli);
   good(session_of(box)->moduli(&found));
   REQUIRE(found.stiffness.size() == 9);
   REQUIRE(found.stiffness == reported(moduli, "stiffness"));

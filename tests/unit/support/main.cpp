@@ -3,7 +3,7 @@
 #include <petscsys.h>
 #include <catch2/catch.hpp>
 #include <cstdlib>
-#include "tasks/tasks.hpp"
+#include "session/tasks.hpp"
 
 int main(int argc, char** argv) {
   setenv("SCOTCH_PTHREAD_NUMBER", "1", 0);  // as the program: PTScotch's threads make partitions differ from run to run
