@@ -109,6 +109,17 @@ const Error& last_error(MPI_Comm comm) { return held_by<Errors>(comm).last; }
 
 void clear_error(MPI_Comm comm) { held_by<Errors>(comm).last = {}; }
 
+Error outcome(MPI_Comm comm, PetscErrorCode code) {
+  if (code == 0) return {};
+  Error error = last_error(comm);
+  const char* generic = nullptr;
+  if (error) return error;
+  (void)PetscErrorMessage(code, &generic, nullptr);
+  error.text = generic ? generic : "unknown error";
+  error.exit = present_phase(comm);
+  return error;
+}
+
 void set_listener(MPI_Comm comm, Listener listener) { held_by<Errors>(comm).listener = std::move(listener); }
 
 void set_phase(MPI_Comm comm, Exit phase) { held_by<Errors>(comm).phase = phase; }

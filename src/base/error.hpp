@@ -49,6 +49,10 @@ PetscErrorCode warn_here(MPI_Comm comm, const std::string& text);
 const Error& last_error(MPI_Comm comm);
 void clear_error(MPI_Comm comm);
 
+/// Local. The error of a call on `comm` that returned `code`: the one held, or what PETSc says of a code that came up alone; without text where
+/// `code` is 0.
+Error outcome(MPI_Comm comm, PetscErrorCode code);
+
 /// What the owner of a communicator does at once with errors and warnings; by default nothing.
 struct Listener {
   std::function<void(const Error&, bool alone)> error;      ///< on every rank; `alone`: on this rank only, the others know nothing

@@ -66,13 +66,9 @@ PetscErrorCode trace_petsc_errors(MPI_Comm comm) {
 
 int exit_code_of(MPI_Comm comm, PetscErrorCode code) {
   if (code == 0) return static_cast<int>(Exit::ok);
-  if (last_error(comm)) return static_cast<int>(last_error(comm).exit);
-  if (traced.exit == Exit::ok) {
-    const char* generic = nullptr;  // it came up without passing the handler
-    (void)PetscErrorMessage(code, &generic, nullptr);
-    (void)fail_here(comm, present_phase(comm), generic ? generic : "unknown error");
-    return static_cast<int>(last_error(comm).exit);
-  }
+  const Error error = outcome(comm, code);
+  if (!last_error(comm) && traced.exit == Exit::ok) (void)fail_here(comm, error.exit, error.text);  // it came up without passing the handler
+  if (last_error(comm)) return static_cast<int>(error.exit);
   // traced by PETSc in its own words
   const PetscMPIInt size = size_of(comm);
   expect_exit();

@@ -73,18 +73,6 @@ inline MPI_Comm own_communicator(MPI_Comm comm, std::function<void(const std::st
   return own;
 }
 
-/// The error that a call on `comm` ended with; without text where `code` is 0.
-inline Error outcome(MPI_Comm comm, PetscErrorCode code) {
-  if (code == 0) return {};
-  Error error = last_error(comm);
-  const char* generic = nullptr;
-  if (error) return error;
-  (void)PetscErrorMessage(code, &generic, nullptr);
-  error.text = generic ? generic : "unknown error";
-  error.exit = present_phase(comm);
-  return error;
-}
-
 /// `options` from the settings of a session and those of a call.
 inline Error filled(MPI_Comm comm, const Settings& settings, const Settings& more, OptionTable* options) {
   const PetscErrors errors(comm);
