@@ -174,10 +174,8 @@ PetscErrorCode Session::Impl::run_to_frame(bool* more) {
   PetscCall(run->out_of_steps(&spent));
   *more = !spent && !run->at_end();
   if (!*more) PetscFunctionReturn(0);
-  PetscReal interval = 0;
-  PetscCall(PetscOptionsGetReal(nullptr, nullptr, "-bs_output_interval", &interval, nullptr));
   stop_at_frame = true;
-  const PetscErrorCode code = advance(interval > 0 ? -1 : 1);
+  const PetscErrorCode code = advance(run->output_interval() > 0 ? -1 : 1);
   stop_at_frame = false;
   PetscFunctionReturn(code);
 }

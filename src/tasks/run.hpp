@@ -75,6 +75,8 @@ class Run {
   bool at_end() const { return stepper_->good_time() >= stepper_->end(); }
   double time() const { return stepper_->good_time(); }
   std::int64_t steps() const { return stepper_->counts().steps; }
+  /// Simulated time between frames [s]; 0: a frame at every step.
+  double output_interval() const { return options_.step.output_interval; }
   const RunCounts& counts() const { return stepper_->counts(); }
   /// The signal that ended it; 0: none did.
   int signal() const { return stepper_->signal(); }

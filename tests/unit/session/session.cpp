@@ -189,6 +189,32 @@ TEST_CASE("two sessions, stepped by turns, are two runs of the program bit by bi
   REQUIRE(first->warnings().empty());
 }
 
+TEST_CASE("one call does what -bs_task names, and tells the end of it on the caller's communicator") {
+  MPI_Comm comm;
+  int exit_code = -1;
+  MPI_Comm_dup(world, &comm);
+  drop_context(comm);
+  OptionTexts texts(NET.begin(), NET.end());
+  texts["-bs_task"] = "dance";
+  {
+    const Given given(texts);
+    const PetscErrors errors(comm);
+    REQUIRE(Session::perform(comm, &exit_code) != 0);
+    REQUIRE(last_error(comm).exit == Exit::input);
+    REQUIRE(last_error(comm).text.find("dance") != std::string::npos);
+  }
+  clear_error(comm);
+  for (const char* const task : {"dynamics", "statics"}) {
+    texts["-bs_task"] = task;
+    const Given given(texts);
+    set_signals(comm, {[] { return 15; }, {}});
+    REQUIRE(Session::perform(comm, &exit_code) == 0);
+    REQUIRE(exit_code == 143);
+  }
+  REQUIRE_FALSE(last_error(comm));
+  MPI_Comm_free(&comm);
+}
+
 TEST_CASE("equilibria, moduli and modes of a session are the program's") {
   const Folder folder;
   const std::string file = folder.path + "/run.h5md";
