@@ -92,7 +92,10 @@ void Advice::put(PetscMPIInt rank, std::vector<Dataset>* constants) const {
 PetscErrorCode read_advise(MPI_Comm comm, bool* wanted) {
   PetscFunctionBegin;
   PetscCall(read_section(comm, "Advice", [&](Section& o) {
-    o.flag("-bs_advise", "estimate the fastest oscillation at the start, recommend a step and a -ts_type for it, and say on the way where explicit steps would cost less", *wanted);
+    o.flag("-bs_advise",
+           "estimate the fastest oscillation at the start, recommend a step and a -ts_type for it, and say on the way where explicit steps would "
+           "cost less",
+           *wanted);
   }));
   PetscFunctionReturn(0);
 }

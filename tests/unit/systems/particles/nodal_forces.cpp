@@ -95,8 +95,8 @@ TEST_CASE("given forces act as the lattice and the options say, in time and as d
       with.forces(part, way.t, state, f.data(), &fault, &sum);
       without.forces(part, way.t, state, g.data(), &fault, &before);
     }
-    with.forces_on(all, way.t, state, on.data());
-    without.forces_on(all, way.t, state, on_without.data());
+    for (const Term* term : with) term->forces_on(all, way.t, state, on.data());
+    for (const Term* term : without) term->forces_on(all, way.t, state, on_without.data());
     double worst = 0, potential = 0;
     for (PetscInt i = 0; i < net.n; ++i)
       for (int c = 0; c < d; ++c) {
