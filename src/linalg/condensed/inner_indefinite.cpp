@@ -84,6 +84,7 @@ PetscErrorCode InnerSolver::solve_indefinite(Vec b, Vec w, CondensedCounts* coun
     PetscCall(KSPGetPC(fallback_, &pc));
     PetscCall(PCSetType(pc, type));
     PetscCall(KSPSetFromOptions(fallback_));
+    PetscCall(keep_parts(pc, KeptParts::none));  // a run and its continuation then agree
   }
   PetscCall(tangent_->assemble(true, positive_));
   PetscCall(KSPSetOperators(fallback_, S_, positive_));
