@@ -25,11 +25,12 @@ using Numbers = py::array_t<double, py::array::c_style | py::array::forcecast>;
 /// call on all ranks and is raised anew when it has ended.
 class PythonSession {
  public:
-  /// lattice: taken over, and empty afterwards. forces: None, or functions (force, tangent, energy), of which the last two may be None, and pairs
-  /// (P, 2) of particles between which they act.
+  /// lattice: taken over, and empty afterwards. forces: None, or functions (force, tangent, energy), of which the last two may be None, pairs (P, 2)
+  /// of particles between which they act, and a function that is told of the beginnings of steps, or None.
   PythonSession(std::int64_t comm, LatticeArrays& lattice, const Settings& settings, const py::object& forces) {
     if (!forces.is_none())
-      std::tie(force_, tangent_, energy_, between_) = forces.cast<std::tuple<py::object, py::object, py::object, ForceCallback::Pairs>>();
+      std::tie(force_, tangent_, energy_, between_, begin_step_) =
+          forces.cast<std::tuple<py::object, py::object, py::object, ForceCallback::Pairs, py::object>>();
     const Turn turn;
     MPI_Comm mpi = MPI_Comm_f2c(static_cast<MPI_Fint>(comm));
     MPI_Comm_dup(mpi, &comm_);
@@ -95,11 +96,11 @@ class PythonSession {
   }
   /// For Python's collector of garbage: what of Python's it holds, and no longer.
   int traverse(visitproc visit, void* arg) const {
-    for (const py::object* one : {&force_, &tangent_, &energy_, &observer_}) Py_VISIT(one->ptr());
+    for (const py::object* one : {&force_, &tangent_, &energy_, &begin_step_, &observer_}) Py_VISIT(one->ptr());
     return 0;
   }
   void let_go() {
-    for (py::object* one : {&force_, &tangent_, &energy_, &observer_}) *one = py::none();
+    for (py::object* one : {&force_, &tangent_, &energy_, &begin_step_, &observer_}) *one = py::none();
   }
   PythonSession(const PythonSession&) = delete;
   PythonSession& operator=(const PythonSession&) = delete;
@@ -158,6 +159,16 @@ class PythonSession {
     });
     in_force_ = false;
   }
+  void tell_begin(double t, double h, std::int64_t number, std::int64_t attempt, const RowList& row, const double* x, const double* v) {
+    const py::gil_scoped_acquire lock;
+    const py::ssize_t n = static_cast<py::ssize_t>(row.size()), d = session_->dim();
+    in_force_ = true;
+    guarded([&] {
+      (void)begin_step_(t, h, number, attempt, py::array_t<double>({n, d}, x), py::array_t<double>({n, d}, v),
+                        py::array_t<std::int64_t>(n, row.data()));
+    });
+    in_force_ = false;
+  }
   ForceCallback own_forces() {
     using Rows = RowList;
     ForceCallback all;
@@ -175,6 +186,10 @@ class PythonSession {
       };
     if (!energy_.is_none())
       all.energy = [=](double t, const Rows& row, const double* x, double* E) { ask(energy_, t, row, {}, x, nullptr, {{E, size(row)}}); };
+    if (!begin_step_.is_none())
+      all.begin_step = [=](double t, double h, std::int64_t number, std::int64_t attempt, const Rows& row, const double* x, const double* v) {
+        tell_begin(t, h, number, attempt, row, x, v);
+      };
     return all;
   }
   int poll() {
@@ -192,7 +207,7 @@ class PythonSession {
   Error error_;
   std::exception_ptr raised_;
   ForceCallback::Pairs between_;
-  py::object force_ = py::none(), tangent_ = py::none(), energy_ = py::none(), observer_ = py::none();
+  py::object force_ = py::none(), tangent_ = py::none(), energy_ = py::none(), begin_step_ = py::none(), observer_ = py::none();
 };
 
 }  // namespace bs::python

@@ -18,7 +18,7 @@ struct Client {
 /// In the context of the communicator: asked for by every system of particles that is made on it. All functions are of particles at (x, v), (rows, d)
 /// each, and of the time t [s], in an equilibrium the load factor; `row`: all of this rank's rows of the input, ascending, those of particles
 /// that are fixed included, and those of other ranks that `between` couples to them, of which what is returned is not looked at. They must depend on
-/// nothing else. Not collective: ranks ask at different times.
+/// nothing else but what begin_step was told. Not collective: ranks ask at different times.
 struct ForceCallback {
   using Rows = std::vector<std::int64_t>;
   using Pairs = std::vector<std::array<std::int64_t, 2>>;
@@ -35,6 +35,10 @@ struct ForceCallback {
   /// Adds energies to E, (rows) [J], where the force on each particle is minus the gradient of the sum of all by its place. Empty: there is no
   /// potential.
   std::function<void(double t, const Rows& row, const double* x, double* E)> energy;
+  /// Once before every attempt at a step of length h from (x, v) at t, on every rank: what the forces draw or look up for a whole step. `number`
+  /// counts steps from 1 on, `attempt` from 0: a step that was rejected is begun again from the same state, by another length. Forces are asked for
+  /// at the start before the first of them. Empty: nothing.
+  std::function<void(double t, double h, std::int64_t number, std::int64_t attempt, const Rows& row, const double* x, const double* v)> begin_step;
   /// Rows (i, j) of the input, the same on every rank: the force on i depends on where j is, or how fast. Empty: on i alone. Not in a periodic
   /// box.
   Pairs between = {};

@@ -111,6 +111,7 @@ class Equilibrium final : public FirstOrder {
   PetscErrorCode residual_floor(double t, Vec y, double sigma, Form form, ResidualNorms* floor) override;
   /// Forces are judged by their norms alone.
   PetscErrorCode velocity_errors(Vec y, Vec F, double sigma, Form form, double* worst, double* fastest) override;
+  PetscErrorCode begin_step(const Step& step, Vec y) override;
   PetscErrorCode accept(const Step& step, Vec y) override;
   PetscErrorCode observe(double t, Vec y, std::vector<Observable>* out) override;
   PetscErrorCode energy_supply(double t, Vec y, EnergySupply* out, bool* has) override;

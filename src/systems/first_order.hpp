@@ -92,6 +92,8 @@ class FirstOrder : public Model {
   bool time_dependent() const override { return own_->time_dependent(); }
   std::vector<Tally> tallies() const override { return own_->tallies(); }
   Breaks* breaks() override { return own_->breaks(); }
+  bool begins_steps() const override { return own_->begins_steps(); }
+  PetscErrorCode begin_step(const Step& step, Vec y) override { return own_->begin_step(step, y); }
   PetscErrorCode accept(const Step& step, Vec y) override { return own_->accept(step, y); }
   PetscErrorCode gather_memory(std::vector<StatePart>* parts) override { return own_->gather_memory(parts); }
   PetscErrorCode scatter_memory() override { return own_->scatter_memory(); }

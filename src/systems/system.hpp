@@ -14,8 +14,8 @@
 
 namespace bs {
 
-/// A step that is done: it ended at time t after the length h, [s] or of the load factor. `number` counts from 1 on, 0: the start; `attempt`: how
-/// many attempts of it were rejected before.
+/// A step that is done: it ended at time t after the length h, [s] or of the load factor; or one that begins: it is to go from t by h. `number`
+/// counts from 1 on, 0: the start; `attempt`: how many attempts of it were rejected before.
 struct Step {
   PetscReal t = 0, h = 0;
   PetscInt number = 0, attempt = 0;
@@ -126,6 +126,10 @@ class System {
   virtual bool time_dependent() const { return false; }
   virtual std::vector<Tally> tallies() const { return {}; }
 
+  /// Whether forces may be others in every step, by begin_step().
+  virtual bool begins_steps() const { return false; }
+  /// Collective. An attempt at the step begins, from y.
+  virtual PetscErrorCode begin_step(const Step&, Vec) { return 0; }
   /// Collective. The step, which has ended in y, is accepted: quantities that depend on the past are updated to it. Evaluations never change them.
   virtual PetscErrorCode accept(const Step&, Vec) { return 0; }
   /// Collective. What the system carries from step to step besides y, in the input's order, for a checkpoint: vectors the

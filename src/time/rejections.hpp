@@ -41,6 +41,8 @@ class RejectionWatch {
   /// What to try against it.
   std::string advice() const;
   bool lacks_memory() const { return lack_.yes; }
+  /// Length of the present attempt [s].
+  double length() const { return attempts_.length(); }
   /// Length of the last attempt that was rejected [s].
   double last_attempt() const { return attempts_.last_rejected(); }
 

@@ -68,7 +68,9 @@ Stepper& Stepper::of(TS ts) {
 
 PetscErrorCode Stepper::before_stage(TS ts, PetscReal time) {
   PetscFunctionBegin;
+  const std::int64_t before = rejections_.in_a_row();
   if (!history_.replaying()) PetscCall(rejections_.before_stage(ts));
+  if (rejections_.in_a_row() != before && !rejections_.gave_up()) PetscCall(begin_attempt(ts, rejections_.length(), history_.last_start()));
   PetscCall(context_.rosenbrock.before_stage(ts));
   history_.before_stage(time);
   PetscFunctionReturn(0);
@@ -77,6 +79,7 @@ PetscErrorCode Stepper::before_stage(TS ts, PetscReal time) {
 PetscErrorCode Stepper::begin_step(TS ts) {
   PetscReal time;
   PetscInt step;
+  Vec y;
   PetscFunctionBegin;
   if (on_begin_) PetscCall(std::exchange(on_begin_, nullptr)());
   if (after_break_) {
@@ -87,11 +90,26 @@ PetscErrorCode Stepper::begin_step(TS ts) {
   PetscCall(plan_length(ts));
   PetscCall(TSGetTime(ts, &time));
   rejections_.begin_step(time, length_.planned());
+  PetscCall(TSGetSolution(ts, &y));
+  PetscCall(begin_attempt(ts, length_.planned(), y));
   // below the rounding errors of the residual no iteration can get
   if (context_.implicit) PetscCall(context_.newton.estimate_floor(1.0 / length_.planned()));
   PetscCall(TSGetStepNumber(ts, &step));
   PetscCall(reuse_.before_step(ts, step, length_.planned()));
   PetscCall(history_.begin_step(ts));
+  PetscFunctionReturn(0);
+}
+
+/// Of length h from y, where the model's forces may be others in every attempt.
+PetscErrorCode Stepper::begin_attempt(TS ts, double h, Vec y) {
+  PetscReal time;
+  PetscInt step;
+  PetscFunctionBegin;
+  if (!model_.begins_steps()) PetscFunctionReturn(0);
+  PetscCall(TSGetTime(ts, &time));
+  PetscCall(TSGetStepNumber(ts, &step));
+  PetscCall(model_.begin_step({time, h, step + 1, static_cast<PetscInt>(rejections_.in_a_row())}, y));
+  PetscCall(renew_kept_forces(ts, time, y));
   PetscFunctionReturn(0);
 }
 

@@ -86,6 +86,8 @@ class Stepper {
   PetscErrorCode before_stage(TS ts, PetscReal time);
   PetscErrorCode begin_step(TS ts);
   PetscErrorCode plan_length(TS ts);
+  PetscErrorCode begin_attempt(TS ts, double h, Vec y);
+  PetscErrorCode renew_kept_forces(TS ts, double time, Vec y);
   PetscErrorCode accept_step(TS ts);
   PetscErrorCode count_step(TS ts, StepRecord* record);
   PetscErrorCode count_iterations(TS ts, StepRecord* record);

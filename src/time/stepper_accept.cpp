@@ -141,7 +141,6 @@ PetscErrorCode Stepper::keep_step(TS ts, StepRecord* record, bool* landed, bool*
 /// Forces are others from here on: what a method keeps of them is evaluated again.
 PetscErrorCode Stepper::after_break(TS ts, Vec y, StepRecord* record, bool* counts) {
   const double time = record->time;
-  KeptAcceleration* own;
   PetscFunctionBegin;
   const auto frame = [&](Vec between) { return on_frame_(static_cast<PetscInt>(counter_.counts().steps), time, between); };
   if (after_break_) {
@@ -150,9 +149,17 @@ PetscErrorCode Stepper::after_break(TS ts, Vec y, StepRecord* record, bool* coun
     int signal = std::max(now_.signal, ending_signal(model_.comm()));
     PetscCallMPI(MPI_Allreduce(&signal, &now_.signal, 1, MPI_INT, MPI_MAX, model_.comm()));
   }
+  PetscCall(renew_kept_forces(ts, time, y));
+  PetscFunctionReturn(0);
+}
+
+/// What the method keeps of the forces at y, which are others than when it computed them.
+PetscErrorCode Stepper::renew_kept_forces(TS ts, double time, Vec y) {
+  KeptAcceleration* own;
+  PetscFunctionBegin;
   if (context_.method->remembers(Memory::acceleration)) {
     PetscCall(kept_acceleration(ts, &own));
-    PetscCall(model_.rhs(time, y, own->kept));
+    if (own->known) PetscCall(model_.rhs(time, y, own->kept));
   } else if (!context_.implicit) {
     PetscCall(TSRestartStep(ts));  // types whose last stage is the next step's first
   }

@@ -110,6 +110,99 @@ def implicit_forces():
         bs.Forces(pull, energy=3)
 
 
+def kicks(number, rows):
+    """Random numbers of a step, one for each particle, whatever rank it is on."""
+    return np.random.default_rng([5, number]).normal(size=5)[np.asarray(rows), None]
+
+
+class Kicked:
+    """Forces that are drawn anew for every step, and what they were told."""
+
+    def __init__(self):
+        self.force, self.told = None, []
+
+    def begin(self, t, h, number, attempt, x, v, rows):
+        self.told.append((t, h, number, attempt, x.copy(), v.copy(), rows.copy()))
+        self.force = kicks(number, rows) / h**0.5
+
+    def forces(self):
+        return bs.Forces(lambda t, x, v: 0 * x if self.force is None else self.force, tangent=lambda t, x, v: np.zeros((1, 1)), begin_step=self.begin)
+
+
+def kicked_chain():
+    """Forces drawn once a step: a chain's motion by each method is its recursion in NumPy, on any number of ranks."""
+    x0, steps, h, k, m = np.arange(5.0), 30, 0.02, 40.0, 0.5
+    net = bs.Lattice(x0[:, None], [[i, i + 1] for i in range(4)], stiffness=k, rest_length=1.0, mass=m, fixed=[0])
+    K = k * (np.diag([0, 2, 2, 2, 1.0]) - np.diag([0, 1, 1, 1.0], 1) - np.diag([0, 1, 1, 1.0], -1))[1:, 1:]
+    one = np.eye(4)
+    for kind, c in (("beuler", 0.8), ("cn", 0.8), ("symplectic", 0.8), ("verlet", 0.0), ("rk", 0.8)):
+        kicked, u, v = Kicked(), np.zeros(4), np.zeros(4)
+        implicit = dict(snes_rtol=1e-14) if kind in ("beuler", "cn") else dict(ts_adapt_type="none")
+        with bs.Simulation(net, dt=h, ts_type=kind, forces=kicked.forces(), bs_stokes_drag=c, **implicit) as simulation:
+            simulation.step(steps)
+            for n in range(1, steps + 1):
+                F = kicks(n, range(1, 5))[:, 0] / h**0.5
+                a = lambda u, v: (F - K @ u - c * v) / m
+                if kind == "beuler":
+                    v = np.linalg.solve((m / h + c) * one + h * K, m / h * v - K @ u + F)
+                    u = u + h * v
+                elif kind == "cn":
+                    before, was = a(u, v), v
+                    v = np.linalg.solve((m + h / 2 * c) * one + h * h / 4 * K, m * v + h / 2 * (m * before + F - K @ (u + h / 2 * v)))
+                    u = u + h / 2 * (was + v)
+                elif kind == "symplectic":
+                    v = v + h * a(u, v)
+                    u = u + h * v
+                elif kind == "verlet":
+                    v = v + h / 2 * a(u, v)
+                    u = u + h * v
+                    v = v + h / 2 * a(u, v)
+                else:  # Bogacki and Shampine's third order, PETSc's default
+                    p, q = v, a(u, v)
+                    p2, q2 = v + h / 2 * q, a(u + h / 2 * p, v + h / 2 * q)
+                    p3, q3 = v + 3 * h / 4 * q2, a(u + 3 * h / 4 * p2, v + 3 * h / 4 * q2)
+                    u, v = u + h * (2 * p + 3 * p2 + 4 * p3) / 9, v + h * (2 * q + 3 * q2 + 4 * q3) / 9
+            worst = max(abs(simulation.x[1:, 0] - x0[1:] - u).max(), abs(simulation.v[1:, 0] - v).max())
+            assert worst < 1e-10 * abs(v).max(), (kind, worst)
+        told = kicked.told
+        assert [one[2:4] for one in told] == [(n, 0) for n in range(1, steps + 1)], (kind, [one[2:4] for one in told])
+        assert np.allclose([one[:2] for one in told], [(h * n, h) for n in range(steps)], rtol=1e-13, atol=1e-14)
+        rows = told[0][6]
+        assert (told[0][4][:, 0] == x0[rows]).all() and (len(rows) < 2 or abs(told[-1][4] - told[0][4]).max() > 1e-3 < abs(told[-1][5]).max())
+
+
+def random_forces():
+    """On one rank; a step that is rejected is begun again from where it began; equilibria; what goes wrong at a beginning."""
+    kicked_chain()
+    # iterations run out where the steps are long: attempts count from 0, are shorter and from the same place
+    kicked = Kicked()
+    flat = bs.Lattice(np.array([[0.0, 0], [1, 0], [2, 0]]), [[0, 1], [1, 2]], stiffness=1e4, rest_length=1.0, mass=0.5, fixed=[0])
+    begin = lambda t, h, number, attempt, x, v: kicked.told.append((t, h, number, attempt, x.copy(), v.copy()))
+    wind = bs.Forces(lambda t, x, v: np.array([0, -50.0]) + 0 * x, tangent=lambda t, x, v: np.zeros((2, 2)), energy=lambda t, x: 50 * x[:, 1], begin_step=begin)
+    with bs.Simulation(flat, dt=0.2, forces=wind, snes_max_it=4) as simulation:
+        simulation.step(2)
+    again = [(a, b) for a, b in zip(kicked.told, kicked.told[1:]) if b[3] > 0]
+    assert again, [one[:4] for one in kicked.told]
+    for a, b in again:
+        assert b[2] == a[2] and b[3] == a[3] + 1 and b[1] < a[1] and b[0] == a[0] and (b[4] == a[4]).all() and (b[5] == a[5]).all(), (a, b)
+    # equilibria: every load step begins, by its load factor
+    kicked.told.clear()
+    pull = bs.Forces(lambda s, x, v: np.array([s, 0]) + 0 * x, tangent=lambda s, x, v: np.zeros((2, 2)), energy=lambda s, x: -s * x[:, 0], begin_step=begin)
+    bs.statics(flat, load_steps=4, forces=pull)
+    assert [one[2:4] for one in kicked.told] == [(n, 0) for n in range(1, 5)] and np.allclose([one[0] for one in kicked.told], [0, 0.25, 0.5, 0.75]), kicked.told
+
+    def broken(t, h, number, *_):
+        if number == 3:
+            raise ZeroDivisionError("at the beginning")
+
+    simulation = bs.Simulation(flat, dt=1e-3, forces=bs.Forces(lambda t, x, v: 0 * x, begin_step=broken))
+    with raised(ZeroDivisionError, "at the beginning"):
+        simulation.step(5)
+    assert simulation.steps == 2, simulation.steps
+    with raised(bs.InputError, "begin_step"):
+        bs.Forces(lambda t, x, v: x, begin_step=3)
+
+
 def coupled():
     """Two halves of a chain, each step repeated until they agree on the place of and the force on the particle that they share, are the whole chain."""
     x, k, options = 1.05 * np.arange(9.0)[:, None], 60.0, dict(dt=0.02, snes_rtol=1e-13)

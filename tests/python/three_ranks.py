@@ -34,6 +34,12 @@ except bs.InputError as error: say(rank, "balanced", "several ranks" in str(erro
     assert code == 0 and said == [f"{k} balanced True" for k in range(3)], (said, errors)
 
 
+def kicked_on_ranks():
+    """Forces that are drawn once a step move a chain as on one rank."""
+    code, said, errors = spoken("import own_laws\nown_laws.kicked_chain()\nsay(rank, 'kicked')\n", timeout=120)
+    assert code == 0 and said == [f"{k} kicked" for k in range(3)], (said, errors)
+
+
 LOOP = """
 try:
     for frame in bs.run(net, dt=1e-3, until=4e-3):

@@ -29,20 +29,23 @@ class Forces:
     between: (P, 2) rows (i, j) of particles where the force on i depends on where j is, or how fast; both (i, j) and (j, i) where each feels the other; not
     in a periodic box. The tangent then returns (K, D, K_between) or (K, D, K_between, D_between), the blocks between particles being (P, d, d): what the
     force on i changes by with j.
+    begin_step: b(t, h, number, attempt, x, v), called once before every attempt at a step of length h from there: what the forces draw or look up for a
+    whole step, as random forces do. number counts steps from 1 on, attempt from 0: a step that was rejected is begun again from the same place, shorter.
+    Before the first of them the other functions are asked at the start, too; otherwise they must return the same for the same arguments.
     t: the time [s], in equilibria the load factor; x, v: (n, d) of all particles, in the order of the lattice; what of them is held is where it is held. On
     several ranks they are a rank's own and those that `between` couples to them, whose rows functions that take one argument more, `rows`, are told; a
     tangent that takes another one, `pairs`, is told which of `between` are asked for, by their places among the rows.
     """
 
     def __init__(self, force: Callable[..., Any], *, tangent: Optional[Callable[..., Any]] = None, energy: Optional[Callable[..., Any]] = None,
-                 between: ArrayLike = ()) -> None:
-        self.force, self.tangent, self.energy, self.between = force, tangent, energy, _pairs_in(between)
-        for name, one, what in (("forces", force, "t, x and v"), ("tangent", tangent, "t, x and v"), ("energy", energy, "t and x")):
+                 between: ArrayLike = (), begin_step: Optional[Callable[..., Any]] = None) -> None:
+        self.force, self.tangent, self.energy, self.between, self.begin_step = force, tangent, energy, _pairs_in(between), begin_step
+        for name, one, what in (("forces", force, "t, x and v"), ("tangent", tangent, "t, x and v"), ("energy", energy, "t and x"), ("begin_step", begin_step, "t, h, number, attempt, x and v")):
             if not callable(one) and (one is not None or name == "forces"):
                 raise InputError(f"{name}: {one!r} is no function of {what}")
 
     def __repr__(self) -> str:
-        given = [name for name in ("tangent", "energy") if getattr(self, name) is not None]
+        given = [name for name in ("tangent", "energy", "begin_step") if getattr(self, name) is not None]
         return f"<backspring.Forces by {getattr(self.force, '__name__', self.force)!s}{' with ' + ' and '.join(given) if given else ''}>"
 
 
@@ -74,8 +77,9 @@ def held_at(forces: GivenForces, t: float) -> Forces:
     force: Any = _with_rows(own.force, 3)
     tangent: Any = own.tangent and _with_rows(own.tangent, 3, 2)
     energy: Any = own.energy and _with_rows(own.energy, 2)
+    begin = own.begin_step and _with_rows(own.begin_step, 6)
     return Forces(lambda _, x, v, rows: force(t, x, v, rows), tangent=tangent and (lambda _, x, v, rows, pairs: tangent(t, x, v, rows, pairs)),
-                  energy=energy and (lambda _, x, rows: energy(t, x, rows)), between=own.between)
+                  energy=energy and (lambda _, x, rows: energy(t, x, rows)), between=own.between, begin_step=begin)
 
 
 def _shaped(name: str, found: Any, shape: Tuple[int, ...]) -> Floats:
@@ -87,7 +91,7 @@ def _shaped(name: str, found: Any, shape: Tuple[int, ...]) -> Floats:
 
 
 def functions_of(forces: Optional[GivenForces], settings: Settings, particles: int) -> Optional[Functions]:
-    """(force, tangent, energy, between) as the extension wants them: functions of t, x, v, rows and pairs to lists of arrays; None where there are no
+    """(force, tangent, energy, between, begin_step) as the extension wants them: functions of t, x, v, rows and pairs to lists of arrays; None where there are no
     forces."""
     global _said
     if forces is None:
@@ -118,4 +122,5 @@ def functions_of(forces: Optional[GivenForces], settings: Settings, particles: i
         assert energy
         return [_shaped("energy", energy(t, x, rows), x.shape[:1])]
 
-    return forces_of, tangents_of if tangent else None, energies_of if energy else None, own.between.tolist()
+    return (forces_of, tangents_of if tangent else None, energies_of if energy else None, own.between.tolist(),
+            own.begin_step and _with_rows(own.begin_step, 6))

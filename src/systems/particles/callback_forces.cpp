@@ -118,6 +118,14 @@ const std::vector<double>& CallbackForces::own_forces(double t, const LocalState
   return forces_.f;
 }
 
+PetscErrorCode CallbackForces::begin_step(const Step& step, const LocalState& state) {
+  PetscFunctionBegin;
+  (void)move_to(step.t, state, &forces_);
+  if (callback_.begin_step) callback_.begin_step(step.t, step.h, step.number, step.attempt, rows_, forces_.x.data(), forces_.v.data());
+  forces_.known = tangents_.known = false;
+  PetscFunctionReturn(0);
+}
+
 /// (asked) at the places x, (asked, d).
 std::vector<double> CallbackForces::energies_at(double t, const std::vector<double>& x) const {
   std::vector<double> E(asked_.size(), 0.0);

@@ -22,6 +22,8 @@ class CallbackForces final : public Term {
   /// Whether this rank asks for particles of other ranks, too.
   bool feels_ghosts() const { return asked_.size() > static_cast<std::size_t>(net_->n) && active(); }
   void forces(Part part, double t, const LocalState& state, double* f, Singularity* fault, Energies* sum) const override;
+  bool begins_steps() const override { return static_cast<bool>(callback_.begin_step); }
+  PetscErrorCode begin_step(const Step& step, const LocalState& state) override;
   void forces_on(const std::vector<PetscInt>& which, double t, const LocalState& state, double* f) const override;
   void supply(double t, const LocalState& state, Supply* sum) const override;
   void energies(double t, const LocalState& state, Energies* sum) const override;

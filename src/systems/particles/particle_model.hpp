@@ -72,6 +72,8 @@ class ParticleModel final : public Mechanics {
   PetscErrorCode fields(double t, Vec y, std::vector<Field>* out) override;
   PetscErrorCode gather_state(Vec y, std::vector<StatePart>* parts) override;
   PetscErrorCode scatter_state(Vec y) override { return order_.to_state(y); }
+  bool begins_steps() const override;
+  PetscErrorCode begin_step(const Step& step, Vec y) override;
   PetscErrorCode accept(const Step& step, Vec y) override;
   PetscErrorCode begin_at(double t, Vec y) override;
   PetscErrorCode gather_memory(std::vector<StatePart>* parts) override { return terms_->gather_history(parts); }

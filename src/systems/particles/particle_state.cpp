@@ -40,6 +40,21 @@ PetscErrorCode ParticleModel::commit(Step step) {
   PetscFunctionReturn(0);
 }
 
+bool ParticleModel::begins_steps() const {
+  return std::any_of(terms_->begin(), terms_->end(), [](const Term* term) { return term->begins_steps(); });
+}
+
+PetscErrorCode ParticleModel::begin_step(const Step& step, Vec y) {
+  PetscFunctionBegin;
+  if (!begins_steps()) PetscFunctionReturn(0);
+  PetscCall(state_.gather(step.t, y));
+  PetscCall(terms_->gather(state_));
+  for (Term* term : *terms_) PetscCall(term->begin_step(step, state_));
+  interior_.known = false;
+  known_.vec = 0;
+  PetscFunctionReturn(0);
+}
+
 PetscErrorCode ParticleModel::accept(const Step& step, Vec y) {
   const double t = step.t;
   PetscFunctionBegin;

@@ -95,6 +95,11 @@ class Term {
   virtual PetscErrorCode remember(Network& /* net */, const Lattice&, const BreakRules&) { return 0; }
   /// Whether forces depend on what was before: at the same state they may be others after accept().
   virtual bool remembers() const { return false; }
+  /// Whether it is told of the beginnings of steps; the same on every rank.
+  virtual bool begins_steps() const { return false; }
+  /// Collective. Before the evaluations of every attempt at `step`, from `state` at its time t: what is drawn or looked up once for a step. Forces at
+  /// the same state may be others after it.
+  virtual PetscErrorCode begin_step(const Step&, const LocalState&) { return 0; }
   /// Collective. The history is brought up to `state`, the end of a step that counts (of length 0 where no time went by); trial states never write
   /// it.
   virtual PetscErrorCode accept(const Step&, const LocalState&) { return 0; }

@@ -84,6 +84,8 @@ class Attempts {
   /// Whether no attempt of length `next` is to follow.
   bool spent(double next) const { return next < least_ * (1 - SAME_STEP) || next < resolution_ || in_a_row_ > most_; }
   std::int64_t in_a_row() const { return in_a_row_; }
+  /// Length of the present one [s].
+  double length() const { return present_; }
   /// Length of the last one that was rejected [s].
   double last_rejected() const { return rejected_; }
 
