@@ -1,6 +1,6 @@
 // What differs between the versions of PETSc from 3.18 on: no other file asks which one it is. Names of options: option_aliases.hpp.
 #pragma once
-#include <petscmat.h>
+#include <petscsnes.h>
 #include <type_traits>
 
 // Exported and documented, but declared in a private header alone, which some files include.
@@ -16,6 +16,12 @@ using OptionItems = std::conditional_t<std::is_pointer_v<PetscOptionItems>, Pets
 using ShellFunction = void (*)(void);
 #else
 using ShellFunction = PetscErrorCodeFn*;
+#endif
+
+#if PETSC_VERSION_LT(3, 25, 0)
+constexpr SNESConvergedReason NORM_NOT_FINITE = SNES_DIVERGED_FNORM_NAN;
+#else
+constexpr SNESConvergedReason NORM_NOT_FINITE = SNES_DIVERGED_FUNCTION_NANORINF;
 #endif
 
 /// MatShellSetOperation with the cast that it wants.

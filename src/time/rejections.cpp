@@ -2,6 +2,7 @@
 #include <numeric>
 #include "base/error.hpp"
 #include "base/option_names.hpp"
+#include "base/petsc_versions.hpp"
 #include "linalg/condensed/condensed.hpp"
 #include "time/methods.hpp"
 
@@ -16,7 +17,7 @@ Rejection reason_of(SNESConvergedReason reason) {
     case SNES_DIVERGED_MAX_IT:
     case SNES_DIVERGED_FUNCTION_COUNT: return ITERATIONS;
     case SNES_DIVERGED_LINEAR_SOLVE: return LINEAR;
-    case SNES_DIVERGED_FNORM_NAN:
+    case NORM_NOT_FINITE:
     case SNES_DIVERGED_FUNCTION_DOMAIN:
     case SNES_DIVERGED_JACOBIAN_DOMAIN: return DOMAIN_ERROR;
     default: return NEWTON;

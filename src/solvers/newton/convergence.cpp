@@ -4,6 +4,7 @@
 #include <string>
 #include "base/error.hpp"
 #include "base/option_names.hpp"
+#include "base/petsc_versions.hpp"
 #include "base/rounding.hpp"
 #include "solvers/newton/search/energy.hpp"
 
@@ -208,7 +209,7 @@ PetscErrorCode NewtonPolicy::judge(SNES snes, const Norms& at, SNESConvergedReas
   Vec F;
   ResidualNorms now;
   PetscFunctionBegin;
-  *reason = SNES_DIVERGED_FNORM_NAN;
+  *reason = NORM_NOT_FINITE;
   if (PetscIsInfOrNanReal(at.F)) PetscFunctionReturn(0);
   PetscCall(SNESGetFunction(snes, &F, nullptr, nullptr));
   PetscCall(model().residual_norms(F, &now));
