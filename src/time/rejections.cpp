@@ -58,10 +58,15 @@ PetscErrorCode RejectionWatch::attach_solvers(TS ts, const TSContext& context) {
 }
 
 /// Nothing is taken of a linear solve that left its residual, of a solve that the task finds wanting, or that comes once a step is given up.
-PetscErrorCode RejectionWatch::check(TSAdapt adapt, TS, PetscReal time, Vec y, PetscBool* accept) {
+PetscErrorCode RejectionWatch::check(TSAdapt adapt, TS ts, PetscReal time, Vec y, PetscBool* accept) {
   PetscContainer container = nullptr;
   void* self = nullptr;
+  SNES snes;
+  SNESConvergedReason reason;
   PetscFunctionBegin;
+  PetscCall(TSGetSNES(ts, &snes));
+  PetscCall(SNESGetConvergedReason(snes, &reason));
+  if (reason < 0) PetscFunctionReturn(0);  // PETSc rejects it: before it asks until 3.24, afterwards since 3.25
   PetscCall(PetscObjectQuery(reinterpret_cast<PetscObject>(adapt), "bs_rejections", reinterpret_cast<PetscObject*>(&container)));
   if (container) PetscCall(PetscContainerGetPointer(container, &self));
   RejectionWatch* watch = static_cast<RejectionWatch*>(self);
