@@ -123,7 +123,7 @@ int run_petsc(int argc, char** argv) {
   (void)new bs::PetscErrors(MPI_COMM_WORLD);
   if (initialize(argc, argv)) return static_cast<int>(bs::last_error(MPI_COMM_WORLD).exit);
   const int code = watched_run();
-  if (PetscFinalize() && !code) return static_cast<int>(bs::Exit::io);
+  if (bs::end_petsc() && !code) return static_cast<int>(bs::Exit::io);
   return code;
 }
 

@@ -58,6 +58,12 @@ PetscErrorCode set_unless_given(const std::string& option, const char* value) {
   PetscFunctionReturn(0);
 }
 
+PetscErrorCode end_petsc() {
+  const PetscErrorCode status = set_unless_given("-options_left", "false");
+  const PetscErrorCode end = PetscFinalize();
+  return status ? status : end;
+}
+
 std::string value_of(const std::string& option, const std::string& otherwise) {
   const char* text = nullptr;
   PetscBool found = PETSC_FALSE;

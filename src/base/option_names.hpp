@@ -22,6 +22,9 @@ PetscErrorCode first_on(std::initializer_list<const char*> options, std::string*
 /// Local. Puts it among the options, with that value or with none, unless it is there. Set here it does not count as used.
 PetscErrorCode set_unless_given(const std::string& option, const char* value);
 
+/// Collective. PetscFinalize, which tells of unused options where -options_left asks for it; since 3.20 it would in any case.
+PetscErrorCode end_petsc();
+
 /// Local. Its value, empty where it has none; `otherwise` where it is not given.
 std::string value_of(const std::string& option, const std::string& otherwise = "");
 

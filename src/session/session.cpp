@@ -3,6 +3,7 @@
 #include <iterator>
 #include "base/collective.hpp"
 #include "base/context.hpp"
+#include "base/option_names.hpp"
 #include "session/session_impl.hpp"
 #include "systems/client.hpp"
 #include "tasks/modes.hpp"
@@ -244,13 +245,17 @@ Library::Library() {
   }
   there_ = PetscInitialized(&there) == 0 && there;
   if (there_ || !(running || mpi_)) return;
-  // before PetscInitialize, which would read files of options and catch signals
-  if (PetscOptionsSetValue(nullptr, "-skip_petscrc", nullptr) || PetscOptionsSetValue(nullptr, "-no_signal_handler", nullptr)) return;
-  petsc_ = there_ = PetscInitializeNoArguments() == 0;
+  // no files of options, which PETSc leaves out only by a word of the command line, and no signals caught
+  static char name[] = "backspring", skip[] = "-skip_petscrc", no_signals[] = "-no_signal_handler";
+  static char* words[] = {name, skip, no_signals, nullptr};  // PETSc keeps them
+  int count = 3;
+  char** all = words;
+  petsc_ = there_ = PetscInitialize(&count, &all, nullptr, nullptr) == 0;
+  if (petsc_) (void)PetscOptionsClearValue(nullptr, skip);
 }
 
 Library::~Library() {
-  if (petsc_) (void)PetscFinalize();
+  if (petsc_) (void)end_petsc();
   if (mpi_) MPI_Finalize();
 }
 

@@ -109,10 +109,14 @@ def documented():
 
 
 def imported():
-    """Without a launcher, and ended without a word."""
+    """Without a launcher, ended without a word, and without the options of a file that lies in the home folder or in the working one."""
     done = python("import sys, backspring; print([name for name in ('mpi4py', 'h5py', 'matplotlib') if name in sys.modules])", timeout=60)
     assert done.stdout == "[]\n", done.stdout + done.stderr
-    done = python("import backspring as bs; s = bs.Simulation(bs.Lattice([0.0, 1.0], [[0, 1]]), dt=0.1); s.step()", timeout=60)
+    with tempfile.TemporaryDirectory() as home:
+        for name in (".petscrc", "petscrc"):
+            (pathlib.Path(home) / name).write_text("-options_left\n-options_view\n")
+        done = python("import backspring as bs; s = bs.Simulation(bs.Lattice([0.0, 1.0], [[0, 1]]), dt=0.1); s.step()", timeout=60, cwd=home,
+                      env=dict(os.environ, PYTHONPATH=PYTHON, HOME=home))
     assert done.returncode == 0 and done.stdout + done.stderr == "", done.stdout + done.stderr
 
 
