@@ -10,7 +10,8 @@ namespace bs {
 namespace {
 
 /// Kept whatever the PETSc, so that trajectories and checkpoints do not tell which it was; its own name since 3.25.
-constexpr const char* const KEPT[][2] = {{"-ts_dt", "-ts_time_step"}, {"-ts_max_reject", "-ts_max_step_rejections"}};
+constexpr const char* const KEPT[][2] = {
+    {"-ts_dt", "-ts_time_step"}, {"-ts_max_reject", "-ts_max_step_rejections"}, {"-ts_ssp_nstages", "-ts_ssp_num_stages"}};
 
 // Before 3.24 and since.
 constexpr const char* const LONGEST[] = {"-snes_linesearch_maxstep", "-snes_linesearch_maxlambda"};

@@ -66,6 +66,12 @@ def rejections(checks, folder):
     checks.true("one that the run has no use for is told", any("-ts_max_reject" in line and "not used by this run" in line for line in unread[1].splitlines()), unread[1][-300:])
 
 
+def stages(checks, folder):
+    run = Runs(checks, folder)
+    few, *many = (run("-ts_type", "ssp", "-ts_dt", "0.02", *words) for words in ((), ("-ts_ssp_nstages", "8"), ("-ts_ssp_num_stages", "8")))
+    checks.true("stages of ssp under both names", all(r[0] == 0 and np.array_equal(r[2], many[0][2]) for r in many) and not np.array_equal(few[2], many[0][2]), many[1][1][-200:])
+
+
 def line_searches(checks, folder):
     run = Runs(checks, folder)
     fall = ("-bs_gravity", "0,-9.81", "-bs_lattice_fixed", "ymin", "-ts_dt", "0.02")
@@ -77,4 +83,4 @@ def line_searches(checks, folder):
 
 
 if __name__ == "__main__":
-    run_parts(__doc__, (steps, rejections, line_searches))
+    run_parts(__doc__, (steps, rejections, stages, line_searches))
