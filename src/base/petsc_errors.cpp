@@ -1,6 +1,11 @@
 // PETSc's own errors in the words of a user.
+#include <algorithm>
+#include <cmath>
 #include <cstdlib>
 #include <cstring>
+#include <string>
+#include <utility>
+#include <vector>
 #include "base/error.hpp"
 #include "base/factor_memory.hpp"
 #include "base/option_names.hpp"
@@ -30,6 +35,27 @@ std::string option_of(const std::string& value) {
   return name;
 }
 
+/// PETSc 3.25 refuses numbers out of bounds by itself, as it prints them; empty where no option has that number.
+std::string out_of_bounds(const std::string& text) {
+  const char begin[] = "Newly set value ";
+  const std::size_t from = sizeof begin - 1, to = std::min(text.find(" less than"), text.find(" greater than"));
+  if (text.compare(0, from, begin) != 0 || to == std::string::npos) return {};
+  const double number = std::strtod(text.c_str() + from, nullptr);
+  std::vector<std::pair<std::string, std::string>> options;
+  std::string name, value;
+  if (options_in_force(&options)) return {};
+  for (const auto& [one, given] : options) {
+    char* end = nullptr;
+    const double its = std::strtod(given.c_str(), &end);
+    const bool close = std::isfinite(number) && std::abs(its - number) <= 1e-4 * std::abs(number);
+    const bool same = std::isnan(number) ? std::isnan(its) : close || its == number;
+    if (given.empty() || *end || !same) continue;
+    name = "-" + one;
+    value = given;
+  }
+  return name.empty() ? "" : "option " + name + ": " + value + " is" + (std::isnan(number) ? " not a number" : text.substr(to));
+}
+
 /// PETSc's message in the user's terms: its readers of options name the value they refuse, not the option.
 std::string explained(const std::string& text, const char* function) {
   const std::string as_it_is = text + " (in " + (function ? function : "PETSc") + ")";
@@ -39,6 +65,8 @@ std::string explained(const std::string& text, const char* function) {
     const std::string value = text.substr(sizeof logical - 1), name = option_of(value);
     return name.empty() ? as_it_is : "option " + name + ": " + value + " is neither true nor false";
   }
+  const std::string bounds = out_of_bounds(text);
+  if (!bounds.empty()) return bounds;
   if (text.compare(0, from, begin) != 0 || to == std::string::npos) {
     for (const char* refusal : {"Unable to find requested", "Unknown option", "Unknown TSAdapt", "Unknown Mat type"})
       if (text.compare(0, std::strlen(refusal), refusal) == 0) return as_it_is + ": -help lists the valid names";

@@ -102,10 +102,11 @@ struct Refusal {
 
 constexpr const char* NOT_BUILT = "is not part of this PETSc";
 
-// The types of PETSc 3.18 that are not in the table, and what keeps each out.
+// The types of PETSc that are not in the table, and what keeps each out.
 constexpr Refusal REFUSED[] = {
     {"alpha", "starts with twice the rate of change, which leaves order 1", "alpha2 for particles, cn or bdf for linear systems"},
     {"basicsymplectic", "splits the state into two vectors and gives the forces no velocity, which drag and dampers need", "symplectic or verlet"},
+    {"dirk", "starts each step from the slope at the end of the one before, which no checkpoint has", "arkimex or bdf"},
     {"discgrad", "needs the motion as y' = S(y) grad H(y), which drag, dampers and driven anchors do not allow, and sets up S for one rank only",
      "cn"},
     {"eimex", "continues after a failed solve, with a step of another length", "bdf or rosw"},
