@@ -8,6 +8,7 @@
 #include <vector>
 #include "base/error.hpp"
 #include "base/factor_memory.hpp"
+#include "base/option_aliases.hpp"
 #include "base/option_names.hpp"
 
 namespace bs {
@@ -31,7 +32,7 @@ std::string option_of(const std::string& value) {
   std::string name;
   if (options_in_force(&options)) return {};
   for (const auto& [one, text] : options)
-    if (text == value) name = "-" + one;
+    if (text == value) name = kept_name("-" + one);
   return name;
 }
 
@@ -50,7 +51,7 @@ std::string out_of_bounds(const std::string& text) {
     const bool close = std::isfinite(number) && std::abs(its - number) <= 1e-4 * std::abs(number);
     const bool same = std::isnan(number) ? std::isnan(its) : close || its == number;
     if (given.empty() || *end || !same) continue;
-    name = "-" + one;
+    name = kept_name("-" + one);
     value = given;
   }
   return name.empty() ? "" : "option " + name + ": " + value + " is" + (std::isnan(number) ? " not a number" : text.substr(to));

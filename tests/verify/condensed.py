@@ -8,7 +8,7 @@ import h5py
 from harness import Checks
 from jacobian import cloud
 import numpy as np
-from program import environment, run, words
+from program import environment, knows, run, words
 
 REFERENCE = {"pc_type": "lu", "ksp_type": "preonly", "pc_factor_mat_solver_type": "mumps", "bs_operator": "assembled"}
 OPTIONS = pathlib.Path(__file__).resolve().parents[2] / "options" / "problems"
@@ -59,6 +59,8 @@ def storages(checks):
                           ("AIJ, hypre", {"condensed_pc_type": "hypre"}),
                           ("AIJ, MUMPS", {"condensed_pc_type": "cholesky", "condensed_ksp_type": "preonly",
                                           "condensed_pc_factor_mat_solver_type": "mumps"})):
+        if name == "AIJ, hypre" and not knows(checks.program, "hypre"):
+            continue
         parallel = [1] if "icc" in name and "SBAIJ" in name else [1, 2]
         for ranks in parallel:
             cg = {} if "MUMPS" in name else {"condensed_ksp_type": "cg"}

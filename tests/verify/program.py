@@ -113,6 +113,12 @@ def environment(ranks):
     return env
 
 
+def knows(program, name):
+    """Whether -help names it: a part that a PETSc may have been built without."""
+    line = [str(program), *words({"bs_lattice_type": "chain", "bs_lattice_size": 4, "help": True})]
+    return name in subprocess.run(line, env=environment(1), capture_output=True, text=True, timeout=120).stdout.split()
+
+
 def run(program, options, ranks=1, expect=0, timeout=600, interval=None, keep=(), grows=False):
     """Runs the program in a folder of its own and returns a Result.
 
