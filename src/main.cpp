@@ -2,8 +2,6 @@
 #include <dlfcn.h>
 #include <hdf5.h>
 #include <petscts.h>
-#include <strings.h>
-#include <algorithm>
 #include <csignal>
 #ifdef __GLIBC__
 #include <malloc.h>
@@ -77,20 +75,9 @@ bool refused(int argc, char** argv) {
   return wrong != 0;
 }
 
-/// Without the files .petscrc and petscrc that PETSc would read from the home folder and from the working folder: they may be somebody else's, and an
-/// option can load code (-dll_append). `-skip_petscrc false` on the command line asks for them.
 PetscErrorCode initialize(int argc, char** argv) {
-  static char skip[] = "-skip_petscrc";
-  static std::vector<char*> words;  // PETSc keeps them
-  words.assign(argv, argv + argc);
-  const bool said = std::any_of(words.begin() + 1, words.end(), [](const char* word) { return strcasecmp(word, skip) == 0; });
-  if (!said) words.insert(words.begin() + 1, skip);
-  words.push_back(nullptr);
-  int count = static_cast<int>(words.size()) - 1;
-  char** all = words.data();
-  if (const PetscErrorCode status = PetscInitialize(&count, &all, nullptr, HELP)) return status;
+  if (const PetscErrorCode status = bs::start_petsc({argv, argv + argc}, HELP)) return status;
   PetscFunctionBegin;
-  if (!said) PetscCall(PetscOptionsClearValue(nullptr, skip));
   PetscCall(bs::unify_option_names(PETSC_COMM_WORLD, {argv + 1, argv + argc}));
   PetscFunctionReturn(0);
 }

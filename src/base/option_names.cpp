@@ -58,6 +58,21 @@ PetscErrorCode set_unless_given(const std::string& option, const char* value) {
   PetscFunctionReturn(0);
 }
 
+PetscErrorCode start_petsc(const std::vector<char*>& words, const char* help) {
+  static char skip[] = "-skip_petscrc";
+  static std::vector<char*> kept;
+  kept = words;
+  const bool said = std::any_of(words.begin() + 1, words.end(), [](const char* word) { return strcasecmp(word, skip) == 0; });
+  if (!said) kept.insert(kept.begin() + 1, skip);
+  kept.push_back(nullptr);
+  int count = static_cast<int>(kept.size()) - 1;
+  char** all = kept.data();
+  if (const PetscErrorCode status = PetscInitialize(&count, &all, nullptr, help)) return status;
+  PetscFunctionBegin;
+  if (!said) PetscCall(PetscOptionsClearValue(nullptr, skip));
+  PetscFunctionReturn(0);
+}
+
 PetscErrorCode end_petsc() {
   const PetscErrorCode status = set_unless_given("-options_left", "false");
   const PetscErrorCode end = PetscFinalize();

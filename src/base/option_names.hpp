@@ -22,6 +22,11 @@ PetscErrorCode first_on(std::initializer_list<const char*> options, std::string*
 /// Local. Puts it among the options, with that value or with none, unless it is there. Set here it does not count as used.
 PetscErrorCode set_unless_given(const std::string& option, const char* value);
 
+/// Collective. PetscInitialize with the words of a command line, without the files .petscrc and petscrc that PETSc would read from the home folder
+/// and from the working folder: they may be somebody else's, and an option can load code (-dll_append). `-skip_petscrc false` among the words asks
+/// for them. `help`: what -help begins with, or null. Once: PETSc keeps the words.
+PetscErrorCode start_petsc(const std::vector<char*>& words, const char* help);
+
 /// Collective. PetscFinalize, which tells of unused options where -options_left asks for it; since 3.20 it would in any case.
 PetscErrorCode end_petsc();
 

@@ -26,14 +26,15 @@ std::string first_line(PetscErrorCode code, const char* message) {
   return std::string(message, std::strcspn(message, "\n"));
 }
 
-/// The option that has this value, the last one of several; empty where none has.
-std::string option_of(const std::string& value) {
+/// "option NAME: VALUE", of the last option whose value `is` the one that PETSc means; empty where none is.
+template <class Is>
+std::string option_with(Is&& is) {
   std::vector<std::pair<std::string, std::string>> options;
-  std::string name;
+  std::string found;
   if (options_in_force(&options)) return {};
-  for (const auto& [one, text] : options)
-    if (text == value) name = kept_name("-" + one);
-  return name;
+  for (const auto& [name, value] : options)
+    if (is(value)) found = "option " + kept_name("-" + name) + ": " + value;
+  return found;
 }
 
 /// PETSc 3.25 refuses numbers out of bounds by itself, as it prints them; empty where no option has that number.
@@ -42,19 +43,13 @@ std::string out_of_bounds(const std::string& text) {
   const std::size_t from = sizeof begin - 1, to = std::min(text.find(" less than"), text.find(" greater than"));
   if (text.compare(0, from, begin) != 0 || to == std::string::npos) return {};
   const double number = std::strtod(text.c_str() + from, nullptr);
-  std::vector<std::pair<std::string, std::string>> options;
-  std::string name, value;
-  if (options_in_force(&options)) return {};
-  for (const auto& [one, given] : options) {
+  const std::string found = option_with([number](const std::string& value) {
     char* end = nullptr;
-    const double its = std::strtod(given.c_str(), &end);
+    const double its = std::strtod(value.c_str(), &end);
     const bool close = std::isfinite(number) && std::abs(its - number) <= 1e-4 * std::abs(number);
-    const bool same = std::isnan(number) ? std::isnan(its) : close || its == number;
-    if (given.empty() || *end || !same) continue;
-    name = kept_name("-" + one);
-    value = given;
-  }
-  return name.empty() ? "" : "option " + name + ": " + value + " is" + (std::isnan(number) ? " not a number" : text.substr(to));
+    return !value.empty() && !*end && (std::isnan(number) ? std::isnan(its) : close || its == number);
+  });
+  return found.empty() ? "" : found + " is" + (std::isnan(number) ? " not a number" : text.substr(to));
 }
 
 /// PETSc's message in the user's terms: its readers of options name the value they refuse, not the option.
@@ -63,8 +58,8 @@ std::string explained(const std::string& text, const char* function) {
   const char begin[] = "Input string ", logical[] = "Unknown logical value: ";
   const std::size_t from = sizeof begin - 1, to = text.find(" has no ");
   if (text.compare(0, sizeof logical - 1, logical) == 0) {
-    const std::string value = text.substr(sizeof logical - 1), name = option_of(value);
-    return name.empty() ? as_it_is : "option " + name + ": " + value + " is neither true nor false";
+    const std::string found = option_with([&](const std::string& value) { return value == text.substr(sizeof logical - 1); });
+    return found.empty() ? as_it_is : found + " is neither true nor false";
   }
   const std::string bounds = out_of_bounds(text);
   if (!bounds.empty()) return bounds;
@@ -73,9 +68,9 @@ std::string explained(const std::string& text, const char* function) {
       if (text.compare(0, std::strlen(refusal), refusal) == 0) return as_it_is + ": -help lists the valid names";
     return as_it_is;
   }
-  const std::string value = text.substr(from, to - from), name = option_of(value);
+  const std::string found = option_with([&](const std::string& value) { return value == text.substr(from, to - from); });
   const bool whole = text.find("integer") != std::string::npos;
-  return name.empty() ? as_it_is : "option " + name + ": " + value + " is not a " + (whole ? "whole " : "") + "number: -help explains the option";
+  return found.empty() ? as_it_is : found + " is not a " + (whole ? "whole " : "") + "number: -help explains the option";
 }
 
 /// Whether PETSc could not open a file to write, which is a failure of output in whatever phase.

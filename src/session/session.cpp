@@ -245,13 +245,8 @@ Library::Library() {
   }
   there_ = PetscInitialized(&there) == 0 && there;
   if (there_ || !(running || mpi_)) return;
-  // no files of options, which PETSc leaves out only by a word of the command line, and no signals caught
-  static char name[] = "backspring", skip[] = "-skip_petscrc", no_signals[] = "-no_signal_handler";
-  static char* words[] = {name, skip, no_signals, nullptr};  // PETSc keeps them
-  int count = 3;
-  char** all = words;
-  petsc_ = there_ = PetscInitialize(&count, &all, nullptr, nullptr) == 0;
-  if (petsc_) (void)PetscOptionsClearValue(nullptr, skip);
+  static char name[] = "backspring", no_signals[] = "-no_signal_handler";
+  petsc_ = there_ = start_petsc({name, no_signals}, nullptr) == 0;
 }
 
 Library::~Library() {

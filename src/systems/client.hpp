@@ -35,13 +35,14 @@ struct ForceCallback {
   /// Adds energies to E, (rows) [J], where the force on each particle is minus the gradient of the sum of all by its place. Empty: there is no
   /// potential.
   std::function<void(double t, const Rows& row, const double* x, double* E)> energy;
-  /// Once before every attempt at a step of length h from (x, v) at t, on every rank: what the forces draw or look up for a whole step. `number`
-  /// counts steps from 1 on, `attempt` from 0: a step that was rejected is begun again from the same state, by another length. Forces are asked for
-  /// at the start before the first of them. Empty: nothing.
-  std::function<void(double t, double h, std::int64_t number, std::int64_t attempt, const Rows& row, const double* x, const double* v)> begin_step;
   /// Rows (i, j) of the input, the same on every rank: the force on i depends on where j is, or how fast. Empty: on i alone. Not in a periodic
   /// box.
   Pairs between = {};
+  /// Once before every attempt at a step of length h from (x, v) at t, on every rank: what the forces draw or look up for a whole step. `number`
+  /// counts steps from 1 on, `attempt` from 0: a step that was rejected is begun again from the same state, by another length. Forces are asked for
+  /// at the start before the first of them. Empty: nothing.
+  std::function<void(double t, double h, std::int64_t number, std::int64_t attempt, const Rows& row, const double* x, const double* v)> begin_step =
+      {};
 };
 
 }  // namespace bs

@@ -219,7 +219,6 @@ PetscErrorCode Equilibrium::return_free_bodies(double s_from, Vec from, double t
 PetscErrorCode Equilibrium::begin_step(const Step& step, Vec y) {
   double s = 0;
   PetscFunctionBegin;
-  if (!own_->begins_steps()) PetscFunctionReturn(0);
   PetscCall(apply_loads_at(step.t, y, &s));
   PetscCall(own_->begin_step({s, step.h, step.number, step.attempt}, rest_));
   PetscFunctionReturn(0);

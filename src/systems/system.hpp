@@ -128,7 +128,7 @@ class System {
 
   /// Whether forces may be others in every step, by begin_step().
   virtual bool begins_steps() const { return false; }
-  /// Collective. An attempt at the step begins, from y.
+  /// Collective. An attempt at the step begins, from y; only where begins_steps().
   virtual PetscErrorCode begin_step(const Step&, Vec) { return 0; }
   /// Collective. The step, which has ended in y, is accepted: quantities that depend on the past are updated to it. Evaluations never change them.
   virtual PetscErrorCode accept(const Step&, Vec) { return 0; }

@@ -46,7 +46,6 @@ bool ParticleModel::begins_steps() const {
 
 PetscErrorCode ParticleModel::begin_step(const Step& step, Vec y) {
   PetscFunctionBegin;
-  if (!begins_steps()) PetscFunctionReturn(0);
   PetscCall(state_.gather(step.t, y));
   PetscCall(terms_->gather(state_));
   for (Term* term : *terms_) PetscCall(term->begin_step(step, state_));
